@@ -1,0 +1,122 @@
+//! What comes out of a render: pixel planes in linear light.
+
+use xxhash_rust::xxh3::Xxh3;
+
+/// A picture in linear Rec. 709 radiance with premultiplied alpha, row by row from the top.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Frame {
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+    /// RGBA, premultiplied, `width * height` of them. Finite; alpha is 0 to 1, colour at least 0.
+    pub pixels: Vec<[f32; 4]>,
+    /// The G-buffer planes that were asked for.
+    pub aovs: Vec<AovPlane>,
+}
+
+/// One G-buffer plane: what the rasterizer saw, averaged over the samples of each pixel that hit a surface.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AovPlane {
+    /// Which quantity.
+    pub aov: Aov,
+    /// [`Aov::channels`] numbers a pixel, row by row from the top; 0 where no surface is.
+    pub data: Vec<f32>,
+}
+
+/// A quantity of the G-buffer ("arbitrary output variable").
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Aov {
+    /// Distance along the view direction in metres; 0 where no surface is.
+    Depth,
+    /// World-space shading normal, unit length.
+    Normal,
+    /// World-space normal of the clear coat, unit length.
+    CoatNormal,
+    /// Linear base colour.
+    BaseColor,
+    /// Perceptual roughness of the base.
+    Roughness,
+    /// Metallic, 0 to 1.
+    Metallic,
+    /// Clear coat mask and perceptual roughness of the coat.
+    Coat,
+    /// Number of the material plus 1, of the nearest surface with the largest coverage; 0 where none is.
+    MaterialId,
+    /// Number of the object plus 1, likewise.
+    ObjectId,
+    /// Texture coordinates of set 0.
+    Uv,
+    /// Part of the pixel that surfaces cover, 0 to 1.
+    Coverage,
+}
+
+impl Aov {
+    /// All of them, in the order of the documentation.
+    pub const ALL: [Self; 11] = [
+        Self::Depth,
+        Self::Normal,
+        Self::CoatNormal,
+        Self::BaseColor,
+        Self::Roughness,
+        Self::Metallic,
+        Self::Coat,
+        Self::MaterialId,
+        Self::ObjectId,
+        Self::Uv,
+        Self::Coverage,
+    ];
+
+    /// Name as `--aov` takes it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Depth => "depth",
+            Self::Normal => "normal",
+            Self::CoatNormal => "coat-normal",
+            Self::BaseColor => "base-color",
+            Self::Roughness => "roughness",
+            Self::Metallic => "metallic",
+            Self::Coat => "coat",
+            Self::MaterialId => "material-id",
+            Self::ObjectId => "object-id",
+            Self::Uv => "uv",
+            Self::Coverage => "coverage",
+        }
+    }
+
+    /// The quantity of that name.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|aov| aov.name() == name)
+    }
+
+    /// Numbers a pixel.
+    #[must_use]
+    pub fn channels(self) -> usize {
+        match self {
+            Self::Normal | Self::CoatNormal | Self::BaseColor => 3,
+            Self::Coat | Self::Uv => 2,
+            _ => 1,
+        }
+    }
+}
+
+impl Frame {
+    /// XXH3-128 over width, height (u32) and the pixels (f32 RGBA, premultiplied), all little-endian, row by row from
+    /// the top, with -0 written as +0: 32 hexadecimal digits. Equal on every machine for equal input and options.
+    #[must_use]
+    pub fn frame_hash(&self) -> String {
+        let mut hasher = Xxh3::new();
+        hasher.update(&self.width.to_le_bytes());
+        hasher.update(&self.height.to_le_bytes());
+        let mut bytes = Vec::with_capacity(1 << 16);
+        for run in self.pixels.chunks(1 << 12) {
+            bytes.clear();
+            // Adding +0 turns -0 into +0 and leaves every other number as it is.
+            bytes.extend(run.as_flattened().iter().flat_map(|v| (v + 0.0).to_le_bytes()));
+            hasher.update(&bytes);
+        }
+        format!("{:032x}", hasher.digest128())
+    }
+}

@@ -1,0 +1,148 @@
+//! Ordered parallel map and for-each over fixed chunks. The only module that knows the thread pool.
+//!
+//! **Invariant:** results come back in the order of their inputs, and chunk borders never depend on the number of
+//! threads. Whatever is computed with this module is the same for one thread as for sixty-four.
+
+use rayon::prelude::*;
+use std::sync::Mutex;
+
+/// A pool of worker threads.
+pub struct Jobs {
+    /// `None`: everything runs on the calling thread.
+    pool: Option<rayon::ThreadPool>,
+    threads: usize,
+}
+
+impl std::fmt::Debug for Jobs {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Jobs").field("threads", &self.threads).finish()
+    }
+}
+
+impl Default for Jobs {
+    fn default() -> Self {
+        Self::new(0)
+    }
+}
+
+impl Jobs {
+    /// A pool of `threads` workers; 0 stands for one per processor. Falls back to the calling thread where the
+    /// system gives no threads.
+    #[must_use]
+    pub fn new(threads: usize) -> Self {
+        let wanted = match threads {
+            0 => std::thread::available_parallelism().map_or(1, usize::from),
+            n => n.min(1024),
+        };
+        if wanted == 1 {
+            return Self { pool: None, threads: 1 };
+        }
+        match rayon::ThreadPoolBuilder::new()
+            .num_threads(wanted)
+            .thread_name(|k| format!("overcoat-{k}"))
+            .build()
+        {
+            Ok(pool) => Self { pool: Some(pool), threads: wanted },
+            Err(_) => Self { pool: None, threads: 1 },
+        }
+    }
+
+    /// Number of workers, at least 1.
+    #[must_use]
+    pub fn threads(&self) -> usize {
+        self.threads
+    }
+
+    /// `f(0), f(1), ... f(count - 1)` in that order, computed in parallel.
+    pub fn map<T: Send>(&self, count: usize, f: impl Fn(usize) -> T + Sync) -> Vec<T> {
+        match &self.pool {
+            Some(pool) if count > 1 => pool.install(|| (0..count).into_par_iter().map(|k| f(k)).collect()),
+            _ => (0..count).map(f).collect(),
+        }
+    }
+
+    /// Calls `f(k, &mut items[k])` for every item, in parallel.
+    pub fn for_each_mut<T: Send>(&self, items: &mut [T], f: impl Fn(usize, &mut T) + Sync) {
+        match &self.pool {
+            Some(pool) if items.len() > 1 => {
+                pool.install(|| items.par_iter_mut().enumerate().with_max_len(1).for_each(|(k, t)| f(k, t)));
+            }
+            _ => items.iter_mut().enumerate().for_each(|(k, t)| f(k, t)),
+        }
+    }
+
+    /// Calls `f(k, chunk)` for every run of `size` items (the last may be shorter), in parallel. `size` of 0 counts
+    /// as 1.
+    pub fn for_each_chunk_mut<T: Send>(
+        &self,
+        items: &mut [T],
+        size: usize,
+        f: impl Fn(usize, &mut [T]) + Sync,
+    ) {
+        let size = size.max(1);
+        match &self.pool {
+            Some(pool) if items.len() > size => {
+                pool.install(|| items.par_chunks_mut(size).enumerate().for_each(|(k, c)| f(k, c)));
+            }
+            _ => items.chunks_mut(size).enumerate().for_each(|(k, c)| f(k, c)),
+        }
+    }
+
+    /// Calls `f(scratch, k, &mut items[k])` for every item, in parallel, where each call has one of the `scratch`
+    /// values to itself. Which one it gets depends on timing, so `f` must not let it show in its result. More
+    /// scratch values are made when needed and stay for the next call.
+    pub fn for_each_with_scratch<T: Send, S: Send + Default>(
+        &self,
+        scratch: &mut Vec<S>,
+        items: &mut [T],
+        f: impl Fn(&mut S, usize, &mut T) + Sync,
+    ) {
+        match &self.pool {
+            Some(pool) if items.len() > 1 => {
+                let free = Mutex::new(std::mem::take(scratch));
+                pool.install(|| {
+                    items.par_iter_mut().enumerate().with_max_len(1).for_each(|(k, item)| {
+                        let mut own = lock(&free).pop().unwrap_or_default();
+                        f(&mut own, k, item);
+                        lock(&free).push(own);
+                    });
+                });
+                *scratch = free.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+            }
+            _ => {
+                if scratch.is_empty() {
+                    scratch.push(S::default());
+                }
+                for (k, item) in items.iter_mut().enumerate() {
+                    f(&mut scratch[0], k, item);
+                }
+            }
+        }
+    }
+}
+
+/// The guarded value, also after a worker has panicked: the panic itself is passed on by the pool.
+fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn map_keeps_the_order_for_any_number_of_threads() {
+        let expected: Vec<usize> = (0..1000).map(|k| k * k).collect();
+        for threads in [1, 2, 3, 7] {
+            assert_eq!(Jobs::new(threads).map(1000, |k| k * k), expected);
+        }
+    }
+
+    #[test]
+    fn every_chunk_is_visited_once() {
+        let mut items = vec![0; 1001];
+        Jobs::new(3)
+            .for_each_chunk_mut(&mut items, 64, |k, chunk| chunk.iter_mut().for_each(|i| *i += k + 1));
+        assert!(items.iter().enumerate().all(|(k, &i)| i == k / 64 + 1));
+    }
+}

@@ -1,0 +1,77 @@
+//! Every bound on untrusted input and on work, in one table.
+
+/// Bounds on what a file may ask for and on what a render may cost. All are inclusive: N is accepted, N + 1 is not.
+///
+/// The defaults suit a server that makes thumbnails of unknown files on a small machine.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Limits {
+    /// Bytes of any one input file or buffer. Default 1 GiB.
+    pub input_bytes: u64,
+    /// Bytes that all buffers, images and meshes of a scene take once decoded. Default 1.5 GiB.
+    pub decoded_bytes: u64,
+    /// Triangles, every instance counted. Default 2^26.
+    pub triangles: u64,
+    /// Vertices over all meshes. Default 2^26.
+    pub vertices: u64,
+    /// Nodes of the scene graph, and any other array of small objects in a file (materials, accessors...). Default 2^20.
+    pub nodes: u64,
+    /// Depth of the scene graph. Default 1024.
+    pub depth: u64,
+    /// Distinct textures. Default 4096.
+    pub textures: u64,
+    /// Pixels of one texture or environment. Default 2^26 (8192 x 8192).
+    pub texture_pixels: u64,
+    /// Width and height of the output in pixels. Default 16384.
+    pub output_side: u32,
+    /// Pixels of the output. Default 2^26.
+    pub output_pixels: u64,
+    /// Surface fragments that one frame shades. Default 2^32.
+    pub fragments: u64,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self {
+            input_bytes: 1 << 30,
+            decoded_bytes: 3 << 29,
+            triangles: 1 << 26,
+            vertices: 1 << 26,
+            nodes: 1 << 20,
+            depth: 1024,
+            textures: 4096,
+            texture_pixels: 1 << 26,
+            output_side: 16384,
+            output_pixels: 1 << 26,
+            fragments: 1 << 32,
+        }
+    }
+}
+
+/// Something asked for more than [`Limits`] allows.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{what}: {asked} exceeds the limit of {limit} ({field})")]
+pub struct LimitExceeded {
+    /// The element that asked, e.g. `accessor 3` or `image 'wood.png'`.
+    pub what: String,
+    /// How much it asked for.
+    pub asked: u64,
+    /// How much is allowed.
+    pub limit: u64,
+    /// The field of [`Limits`] that says so.
+    pub field: &'static str,
+}
+
+impl Limits {
+    /// `Ok` if `asked` is at most `limit`.
+    ///
+    /// # Errors
+    /// [`LimitExceeded`] naming the element and the field otherwise.
+    pub fn check(
+        what: impl FnOnce() -> String,
+        asked: u64,
+        limit: u64,
+        field: &'static str,
+    ) -> Result<(), LimitExceeded> {
+        if asked <= limit { Ok(()) } else { Err(LimitExceeded { what: what(), asked, limit, field }) }
+    }
+}

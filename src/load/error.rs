@@ -1,0 +1,83 @@
+//! What can go wrong, and what goes missing, when a file is loaded.
+
+use crate::limits::LimitExceeded;
+use crate::scene::SceneError;
+use std::fmt;
+
+/// Something a file asks for that its picture will not show.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Warning {
+    /// One line that names the element and what happens instead.
+    pub message: String,
+}
+
+impl Warning {
+    /// A warning with this text.
+    pub fn new(message: impl Into<String>) -> Self {
+        Self { message: message.into() }
+    }
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+/// Why a file does not become a scene. The message names the element; who opened the file puts its name before it.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum LoadError {
+    /// The file cannot be read.
+    #[error("cannot be read: {0}")]
+    Io(#[from] std::io::Error),
+    /// The file is of no known format.
+    #[error("{0}")]
+    UnknownFormat(String),
+    /// The file is damaged or breaks the rules of its format.
+    #[error("{format}: {message}")]
+    Malformed {
+        /// Name of the format.
+        format: &'static str,
+        /// The element and what is wrong with it.
+        message: String,
+    },
+    /// The file requires something that this version cannot draw.
+    #[error("{format}: {message}")]
+    Unsupported {
+        /// Name of the format.
+        format: &'static str,
+        /// The feature, and the element that requires it.
+        message: String,
+    },
+    /// A file that it refers to cannot be had, and it cannot be drawn without.
+    #[error("{0}")]
+    Resolve(#[from] super::ResolveError),
+    /// It asks for more than the limits allow.
+    #[error(transparent)]
+    Limit(#[from] LimitExceeded),
+    /// What it describes cannot be part of a scene.
+    #[error("{element}: {source}")]
+    Scene {
+        /// The element of the file.
+        element: String,
+        /// What is wrong with it.
+        source: SceneError,
+    },
+}
+
+impl LoadError {
+    /// A damaged file.
+    pub fn malformed(format: &'static str, message: impl Into<String>) -> Self {
+        Self::Malformed { format, message: message.into() }
+    }
+    /// A feature that is not there.
+    pub fn unsupported(format: &'static str, message: impl Into<String>) -> Self {
+        Self::Unsupported { format, message: message.into() }
+    }
+    /// A refusal by the scene, with the element that caused it.
+    pub fn scene(element: impl Into<String>) -> impl FnOnce(SceneError) -> Self {
+        let element = element.into();
+        move |source| Self::Scene { element, source }
+    }
+}

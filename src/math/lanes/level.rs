@@ -1,0 +1,169 @@
+//! The instruction sets by name, as values that a user can choose and a test can loop over.
+
+use super::Vector;
+use fearless_simd::Level;
+use std::fmt;
+use std::str::FromStr;
+
+/// An instruction set. Every one gives the same bits; they differ in speed only.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum SimdLevel {
+    /// Plain arrays, the definition of all others. For tests; slow.
+    Scalar,
+    /// x86-64 baseline, 128 bits.
+    Sse2,
+    /// x86-64-v3, 256 bits.
+    Avx2,
+    /// AVX-512 as of Ice Lake, 512 bits.
+    Avx512,
+    /// 64-bit ARM, 128 bits.
+    Neon,
+}
+
+impl SimdLevel {
+    /// Every level by its name, weakest first.
+    pub const ALL: [Self; 5] = [Self::Scalar, Self::Sse2, Self::Avx2, Self::Avx512, Self::Neon];
+
+    /// The fastest level of this machine.
+    #[must_use]
+    pub fn best() -> Self {
+        Self::ALL.into_iter().rev().find(|level| level.is_available()).unwrap_or(Self::Scalar)
+    }
+
+    /// All levels that this machine can run, weakest first. `Scalar` is always among them.
+    pub fn available() -> impl Iterator<Item = Self> {
+        Self::ALL.into_iter().filter(|level| level.is_available())
+    }
+
+    /// True if this machine can run it.
+    #[must_use]
+    pub fn is_available(self) -> bool {
+        let machine = Level::new();
+        match self {
+            Self::Scalar => true,
+            #[cfg(target_arch = "x86_64")]
+            Self::Sse2 => machine.as_sse2().is_some(),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => machine.as_avx2().is_some(),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 => machine.as_avx512().is_some(),
+            #[cfg(target_arch = "aarch64")]
+            Self::Neon => machine.as_neon().is_some(),
+            #[allow(unreachable_patterns)]
+            _ => {
+                let _ = machine;
+                false
+            }
+        }
+    }
+
+    /// The name, as `--simd` takes it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Scalar => "scalar",
+            Self::Sse2 => "sse2",
+            Self::Avx2 => "avx2",
+            Self::Avx512 => "avx512",
+            Self::Neon => "neon",
+        }
+    }
+}
+
+impl fmt::Display for SimdLevel {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// A name that is no instruction set.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("unknown instruction set '{0}'; known are scalar, sse2, avx2, avx512 and neon")]
+pub struct UnknownLevel(String);
+
+impl FromStr for SimdLevel {
+    type Err = UnknownLevel;
+    fn from_str(name: &str) -> Result<Self, UnknownLevel> {
+        Self::ALL.into_iter().find(|level| level.name() == name).ok_or_else(|| UnknownLevel(name.to_owned()))
+    }
+}
+
+/// Runs an expression compiled for the given level: `dispatch!(level, l => kernel(l, ...))`, where `l` is the
+/// [`Lanes`](super::Lanes) token. A level that the machine lacks runs as [`SimdLevel::Scalar`], with the same bits;
+/// who lets users choose a level checks [`SimdLevel::is_available`] first.
+#[macro_export]
+macro_rules! dispatch {
+    ($level:expr, $l:ident => $body:expr) => {{
+        use $crate::math::lanes::Lanes as _;
+        let level: $crate::math::lanes::SimdLevel = $level;
+        'done: {
+            #[cfg(target_arch = "x86_64")]
+            {
+                if let Some($l) = $crate::math::lanes::avx512(level) {
+                    break 'done $l.run(
+                        #[inline(always)]
+                        || $body,
+                    );
+                }
+                if let Some($l) = $crate::math::lanes::avx2(level) {
+                    break 'done $l.run(
+                        #[inline(always)]
+                        || $body,
+                    );
+                }
+                if let Some($l) = $crate::math::lanes::sse2(level) {
+                    break 'done $l.run(
+                        #[inline(always)]
+                        || $body,
+                    );
+                }
+            }
+            #[cfg(target_arch = "aarch64")]
+            if let Some($l) = $crate::math::lanes::neon(level) {
+                break 'done $l.run(
+                    #[inline(always)]
+                    || $body,
+                );
+            }
+            let _ = level;
+            let $l = $crate::math::lanes::Scalar;
+            $l.run(
+                #[inline(always)]
+                || $body,
+            )
+        }
+    }};
+}
+
+/// The AVX-512 token, if that is the level asked for and the machine has it.
+#[cfg(target_arch = "x86_64")]
+#[doc(hidden)]
+#[must_use]
+pub fn avx512(level: SimdLevel) -> Option<Vector<fearless_simd::x86::Avx512>> {
+    (level == SimdLevel::Avx512).then(|| Level::new().as_avx512()).flatten().map(Vector)
+}
+
+/// The AVX2 token, if that is the level asked for and the machine has it.
+#[cfg(target_arch = "x86_64")]
+#[doc(hidden)]
+#[must_use]
+pub fn avx2(level: SimdLevel) -> Option<Vector<fearless_simd::x86::Avx2>> {
+    (level == SimdLevel::Avx2).then(|| Level::new().as_avx2()).flatten().map(Vector)
+}
+
+/// The SSE2 token, if that is the level asked for and the machine has it.
+#[cfg(target_arch = "x86_64")]
+#[doc(hidden)]
+#[must_use]
+pub fn sse2(level: SimdLevel) -> Option<Vector<fearless_simd::x86::Sse2>> {
+    (level == SimdLevel::Sse2).then(|| Level::new().as_sse2()).flatten().map(Vector)
+}
+
+/// The NEON token, if that is the level asked for and the machine has it.
+#[cfg(target_arch = "aarch64")]
+#[doc(hidden)]
+#[must_use]
+pub fn neon(level: SimdLevel) -> Option<Vector<fearless_simd::aarch64::Neon>> {
+    (level == SimdLevel::Neon).then(|| Level::new().as_neon()).flatten().map(Vector)
+}

@@ -1,0 +1,227 @@
+//! The fast lanes: the 512-bit vectors of `fearless_simd`, in one, two or four registers as the processor has it.
+
+use super::{Float, Int, LANES, Lanes, Mask};
+use fearless_simd::{Bytes, ExtractToken};
+use fearless_simd::{
+    Select, Simd, SimdBase, SimdFloat, SimdInt, SimdMask, f32x16, i32x16, mask32x16, u32x16,
+};
+use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
+
+/// The token of one instruction set, proof that the processor has it.
+#[derive(Clone, Copy, Debug)]
+pub struct Vector<S>(pub(super) S);
+
+/// Sixteen `f32` in vector registers.
+#[derive(Clone, Copy)]
+pub struct VectorFloat<S: Simd>(f32x16<S>);
+
+/// Sixteen `i32` in vector registers.
+#[derive(Clone, Copy)]
+pub struct VectorInt<S: Simd>(i32x16<S>);
+
+/// Sixteen booleans in vector or mask registers.
+#[derive(Clone, Copy)]
+pub struct VectorMask<S: Simd>(mask32x16<S>);
+
+macro_rules! binary {
+    ($type:ident, $element:ty, $trait:ident, $method:ident, $op:tt) => {
+        impl<S: Simd> $trait for $type<S> {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                Self(self.0 $op other.0)
+            }
+        }
+        impl<S: Simd> $trait<$element> for $type<S> {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: $element) -> Self {
+                Self(self.0 $op other)
+            }
+        }
+    };
+}
+binary!(VectorFloat, f32, Add, add, +);
+binary!(VectorFloat, f32, Sub, sub, -);
+binary!(VectorFloat, f32, Mul, mul, *);
+binary!(VectorFloat, f32, Div, div, /);
+binary!(VectorInt, i32, Add, add, +);
+binary!(VectorInt, i32, Sub, sub, -);
+binary!(VectorInt, i32, Mul, mul, *);
+binary!(VectorInt, i32, BitAnd, bitand, &);
+binary!(VectorInt, i32, BitOr, bitor, |);
+binary!(VectorInt, i32, BitXor, bitxor, ^);
+
+impl<S: Simd> Neg for VectorFloat<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self(-self.0)
+    }
+}
+
+impl<S: Simd> Lanes for Vector<S> {
+    type F = VectorFloat<S>;
+    type I = VectorInt<S>;
+    type M = VectorMask<S>;
+
+    #[inline(always)]
+    fn splat(self, value: f32) -> VectorFloat<S> {
+        VectorFloat(f32x16::splat(self.0, value))
+    }
+    #[inline(always)]
+    fn splat_i(self, value: i32) -> VectorInt<S> {
+        VectorInt(i32x16::splat(self.0, value))
+    }
+    #[inline(always)]
+    fn load(self, values: &[f32; LANES]) -> VectorFloat<S> {
+        VectorFloat(f32x16::load_array_ref(self.0, values))
+    }
+    #[inline(always)]
+    fn load_i(self, values: &[i32; LANES]) -> VectorInt<S> {
+        VectorInt(i32x16::load_array_ref(self.0, values))
+    }
+    #[inline(always)]
+    fn mask(self, bits: u16) -> VectorMask<S> {
+        VectorMask(mask32x16::from_bitmask(self.0, u64::from(bits)))
+    }
+    #[inline(always)]
+    fn run<R>(self, f: impl FnOnce() -> R) -> R {
+        self.0.vectorize(f)
+    }
+}
+
+impl<S: Simd> Float for VectorFloat<S> {
+    type I = VectorInt<S>;
+    type M = VectorMask<S>;
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self(SimdFloat::sqrt(self.0))
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self(self.0.abs())
+    }
+    #[inline(always)]
+    fn floor(self) -> Self {
+        Self(SimdFloat::floor(self.0))
+    }
+    #[inline(always)]
+    fn lt(self, other: Self) -> VectorMask<S> {
+        VectorMask(self.0.simd_lt(other.0))
+    }
+    #[inline(always)]
+    fn le(self, other: Self) -> VectorMask<S> {
+        VectorMask(self.0.simd_le(other.0))
+    }
+    #[inline(always)]
+    fn eq(self, other: Self) -> VectorMask<S> {
+        VectorMask(self.0.simd_eq(other.0))
+    }
+    #[inline(always)]
+    fn to_int(self) -> VectorInt<S> {
+        VectorInt(SimdFloat::to_int::<i32x16<S>>(self.0))
+    }
+    #[inline(always)]
+    fn bits(self) -> VectorInt<S> {
+        VectorInt(self.0.bitcast())
+    }
+    #[inline(always)]
+    fn to_array(self) -> [f32; LANES] {
+        SimdBase::to_array(self.0)
+    }
+    #[inline(always)]
+    fn splat_like(self, value: f32) -> Self {
+        Self(f32x16::splat(self.0.token(), value))
+    }
+}
+
+impl<S: Simd> Int for VectorInt<S> {
+    type F = VectorFloat<S>;
+    type M = VectorMask<S>;
+
+    #[inline(always)]
+    fn shl(self, bits: u32) -> Self {
+        Self(self.0 << bits)
+    }
+    #[inline(always)]
+    fn shr(self, bits: u32) -> Self {
+        Self(self.0 >> bits)
+    }
+    #[inline(always)]
+    fn shr_logical(self, bits: u32) -> Self {
+        Self((self.0.bitcast::<u32x16<S>>() >> bits).bitcast())
+    }
+    #[inline(always)]
+    fn lt(self, other: Self) -> VectorMask<S> {
+        VectorMask(self.0.simd_lt(other.0))
+    }
+    #[inline(always)]
+    fn eq(self, other: Self) -> VectorMask<S> {
+        VectorMask(self.0.simd_eq(other.0))
+    }
+    #[inline(always)]
+    fn to_float(self) -> VectorFloat<S> {
+        VectorFloat(SimdInt::to_float::<f32x16<S>>(self.0))
+    }
+    #[inline(always)]
+    fn float_from_bits(self) -> VectorFloat<S> {
+        VectorFloat(self.0.bitcast())
+    }
+    #[inline(always)]
+    fn to_array(self) -> [i32; LANES] {
+        SimdBase::to_array(self.0)
+    }
+    #[inline(always)]
+    fn splat_like(self, value: i32) -> Self {
+        Self(i32x16::splat(self.0.token(), value))
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        Self(self.0.min(other.0))
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        Self(self.0.max(other.0))
+    }
+}
+
+impl<S: Simd> BitAnd for VectorMask<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn bitand(self, other: Self) -> Self {
+        Self(self.0 & other.0)
+    }
+}
+impl<S: Simd> BitOr for VectorMask<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn bitor(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+}
+impl<S: Simd> Not for VectorMask<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn not(self) -> Self {
+        Self(!self.0)
+    }
+}
+impl<S: Simd> Mask for VectorMask<S> {
+    type F = VectorFloat<S>;
+    type I = VectorInt<S>;
+
+    #[inline(always)]
+    fn select(self, yes: VectorFloat<S>, no: VectorFloat<S>) -> VectorFloat<S> {
+        VectorFloat(self.0.select(yes.0, no.0))
+    }
+    #[inline(always)]
+    fn select_i(self, yes: VectorInt<S>, no: VectorInt<S>) -> VectorInt<S> {
+        VectorInt(self.0.select(yes.0, no.0))
+    }
+    #[inline(always)]
+    fn bits(self) -> u16 {
+        self.0.to_bitmask() as u16
+    }
+}

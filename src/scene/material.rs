@@ -1,0 +1,226 @@
+//! What surfaces are made of, in the terms of glTF, for every shading model to read in its own way.
+
+use super::error::within;
+use super::{SceneError, TextureId};
+
+/// Largest factor of an emissive or specular colour.
+const MAX_FACTOR: f32 = 1e6;
+
+/// How base colour and reflectance are given.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Workflow {
+    /// glTF's default.
+    MetallicRoughness {
+        /// 0 dielectric to 1 metal.
+        metallic: f32,
+        /// Perceptual roughness, 0 to 1.
+        roughness: f32,
+        /// Linear data: roughness in green, metallic in blue; multiplies the factors.
+        texture: Option<TextureRef>,
+    },
+    /// KHR_materials_pbrSpecularGlossiness; also Unity's specular workflow.
+    SpecularGlossiness {
+        /// Linear F0 colour, 0 to 1.
+        specular: [f32; 3],
+        /// 1 - perceptual roughness, 0 to 1.
+        glossiness: f32,
+        /// sRGB specular colour, glossiness in alpha; multiplies the factors.
+        texture: Option<TextureRef>,
+    },
+}
+
+/// Whether and how a surface lets what is behind it through.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum AlphaMode {
+    /// Alpha is ignored.
+    Opaque,
+    /// Present where alpha is at least the cutoff, absent elsewhere.
+    Mask {
+        /// Threshold; above 1 nothing is present.
+        cutoff: f32,
+    },
+    /// Blended over what is behind it.
+    Blend,
+}
+
+/// `uv' = rotate(rotation) * (uv * scale) + offset`, KHR_texture_transform.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct UvTransform {
+    /// Row-major 2x3: `uv' = rows * (u, v, 1)`.
+    pub rows: [[f32; 3]; 2],
+}
+
+impl UvTransform {
+    /// Leaves coordinates as they are.
+    pub const IDENTITY: Self = Self { rows: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]] };
+}
+
+/// A use of a texture by a material.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TextureRef {
+    /// Which texture.
+    pub texture: TextureId,
+    /// Which set of texture coordinates: 0 or 1. A mesh without that set reads (0, 0).
+    pub uv_set: u8,
+    /// Applied to the coordinates.
+    pub transform: UvTransform,
+}
+
+/// A tangent-space normal map, +Y up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NormalTexture {
+    /// Linear data: (x, y, z) * 0.5 + 0.5.
+    pub texture: TextureRef,
+    /// Multiplies x and y.
+    pub scale: f32,
+}
+
+/// A surface material. All colours are linear Rec. 709.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    /// Name in the file, for messages.
+    pub name: String,
+    /// Base (or diffuse) colour and alpha, 0 to 1.
+    pub base_color: [f32; 4],
+    /// sRGB colour and linear alpha; multiplies [`Material::base_color`].
+    pub base_color_texture: Option<TextureRef>,
+    /// Reflectance and roughness of the base.
+    pub workflow: Workflow,
+    /// Index of refraction of the dielectric base, 1 to 1000 (or 0, which stands for a reflectance of 1 as in
+    /// KHR_materials_ior). glTF's default is 1.5.
+    pub ior: f32,
+    /// KHR_materials_specular: strength of the dielectric reflection, 0 to 1.
+    pub specular: f32,
+    /// Linear data, strength in alpha.
+    pub specular_texture: Option<TextureRef>,
+    /// KHR_materials_specular: linear colour of the dielectric F0.
+    pub specular_color: [f32; 3],
+    /// sRGB, multiplies [`Material::specular_color`].
+    pub specular_color_texture: Option<TextureRef>,
+    /// Tangent-space normals of the base.
+    pub normal_texture: Option<NormalTexture>,
+    /// Linear data, ambient occlusion in red.
+    pub occlusion_texture: Option<TextureRef>,
+    /// How much of the occlusion applies, 0 to 1.
+    pub occlusion_strength: f32,
+    /// Emitted radiance, linear, already multiplied by KHR_materials_emissive_strength.
+    pub emissive: [f32; 3],
+    /// sRGB, multiplies [`Material::emissive`].
+    pub emissive_texture: Option<TextureRef>,
+    /// Clear coat mask, 0 to 1 (KHR_materials_clearcoat's factor).
+    pub coat: f32,
+    /// Linear data, mask in red.
+    pub coat_texture: Option<TextureRef>,
+    /// Perceptual roughness of the coat, 0 to 1.
+    pub coat_roughness: f32,
+    /// Linear data, roughness in green.
+    pub coat_roughness_texture: Option<TextureRef>,
+    /// Tangent-space normals of the coat; without it the coat is smooth.
+    pub coat_normal_texture: Option<NormalTexture>,
+    /// Opaque, cut out or blended.
+    pub alpha_mode: AlphaMode,
+    /// Drawn from both sides.
+    pub double_sided: bool,
+    /// Base colour as it is, without any light (KHR_materials_unlit).
+    pub unlit: bool,
+}
+
+impl Default for Material {
+    /// A white, fully rough dielectric without textures.
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            base_color: [1.0; 4],
+            base_color_texture: None,
+            workflow: Workflow::MetallicRoughness { metallic: 0.0, roughness: 1.0, texture: None },
+            ior: 1.5,
+            specular: 1.0,
+            specular_texture: None,
+            specular_color: [1.0; 3],
+            specular_color_texture: None,
+            normal_texture: None,
+            occlusion_texture: None,
+            occlusion_strength: 1.0,
+            emissive: [0.0; 3],
+            emissive_texture: None,
+            coat: 0.0,
+            coat_texture: None,
+            coat_roughness: 0.0,
+            coat_roughness_texture: None,
+            coat_normal_texture: None,
+            alpha_mode: AlphaMode::Opaque,
+            double_sided: false,
+            unlit: false,
+        }
+    }
+}
+
+impl Material {
+    /// Every texture that the material uses.
+    pub fn textures(&self) -> impl Iterator<Item = &TextureRef> {
+        let of_workflow = match &self.workflow {
+            Workflow::MetallicRoughness { texture, .. } | Workflow::SpecularGlossiness { texture, .. } => {
+                texture
+            }
+        };
+        [
+            &self.base_color_texture,
+            of_workflow,
+            &self.specular_texture,
+            &self.specular_color_texture,
+            &self.occlusion_texture,
+            &self.emissive_texture,
+            &self.coat_texture,
+            &self.coat_roughness_texture,
+        ]
+        .into_iter()
+        .flatten()
+        .chain([&self.normal_texture, &self.coat_normal_texture].into_iter().flatten().map(|n| &n.texture))
+    }
+
+    /// True if some texture perturbs normals, so that the mesh needs tangents.
+    #[must_use]
+    pub fn needs_tangents(&self) -> bool {
+        self.normal_texture.is_some() || self.coat_normal_texture.is_some()
+    }
+
+    /// Checks every factor against its documented range, and that textures exist.
+    pub(crate) fn validate(&self, textures: usize) -> Result<(), SceneError> {
+        within("base colour", &self.base_color, 0.0, 1.0)?;
+        match &self.workflow {
+            Workflow::MetallicRoughness { metallic, roughness, .. } => {
+                within("metallic", &[*metallic], 0.0, 1.0)?;
+                within("roughness", &[*roughness], 0.0, 1.0)?;
+            }
+            Workflow::SpecularGlossiness { specular, glossiness, .. } => {
+                within("specular colour", specular, 0.0, 1.0)?;
+                within("glossiness", &[*glossiness], 0.0, 1.0)?;
+            }
+        }
+        if self.ior != 0.0 {
+            within("index of refraction", &[self.ior], 1.0, 1000.0)?;
+        }
+        within("specular", &[self.specular], 0.0, 1.0)?;
+        within("specular colour", &self.specular_color, 0.0, MAX_FACTOR)?;
+        within("occlusion strength", &[self.occlusion_strength], 0.0, 1.0)?;
+        within("emissive", &self.emissive, 0.0, MAX_FACTOR)?;
+        within("clear coat mask", &[self.coat], 0.0, 1.0)?;
+        within("clear coat roughness", &[self.coat_roughness], 0.0, 1.0)?;
+        for normal in [&self.normal_texture, &self.coat_normal_texture].into_iter().flatten() {
+            within("normal scale", &[normal.scale], -1e4, 1e4)?;
+        }
+        if let AlphaMode::Mask { cutoff } = self.alpha_mode {
+            within("alpha cutoff", &[cutoff], 0.0, MAX_FACTOR)?;
+        }
+        for texture in self.textures() {
+            if texture.texture.index() >= textures {
+                return Err(SceneError::NoSuch { what: "texture", index: texture.texture.0 });
+            }
+            if texture.uv_set > 1 {
+                return Err(SceneError::OutOfRange { what: "texture coordinate set", limit: 1.0 });
+            }
+            within("texture transform", texture.transform.rows.as_flattened(), -1e9, 1e9)?;
+        }
+        Ok(())
+    }
+}

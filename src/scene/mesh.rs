@@ -1,0 +1,107 @@
+//! Triangle meshes.
+
+use super::error::{finite, within};
+use super::{Bounds, MAX_COORDINATE, SceneError};
+
+/// The attributes of a mesh before they are checked. Every list but `positions` and `triangles` may be empty.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MeshData {
+    /// Object-space positions, magnitude up to [`MAX_COORDINATE`].
+    pub positions: Vec<[f32; 3]>,
+    /// Object-space normals. Need not be of unit length; a zero normal stands for the triangle's own. Empty:
+    /// flat shading with the geometric normals.
+    pub normals: Vec<[f32; 3]>,
+    /// Tangents with the bitangent's sign in w: bitangent = w * cross(normal, tangent). Empty: none.
+    pub tangents: Vec<[f32; 4]>,
+    /// Texture coordinates of the two sets; (0, 0) is the first texel of the first row. Empty: none.
+    pub uvs: [Vec<[f32; 2]>; 2],
+    /// Linear RGBA that multiplies the base colour, 0 to 1 (or above: HDR). Empty: white.
+    pub colors: Vec<[f32; 4]>,
+    /// Three vertices each, counter-clockwise seen from the front.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// A triangle mesh with consistent lengths, finite attributes and indices in range.
+#[derive(Clone, Debug)]
+pub struct Mesh {
+    data: MeshData,
+    bounds: Bounds,
+}
+
+impl Mesh {
+    /// Checks and takes over the attributes.
+    ///
+    /// # Errors
+    /// [`SceneError::LengthMismatch`], [`SceneError::NotFinite`], [`SceneError::OutOfRange`] for positions and
+    /// [`SceneError::IndexOutOfRange`].
+    pub fn new(data: MeshData) -> Result<Self, SceneError> {
+        let vertices = data.positions.len();
+        let lengths = [
+            ("normals", data.normals.len()),
+            ("tangents", data.tangents.len()),
+            ("texture coordinates", data.uvs[0].len()),
+            ("second texture coordinates", data.uvs[1].len()),
+            ("colours", data.colors.len()),
+        ];
+        for (what, len) in lengths {
+            if len != 0 && len != vertices {
+                return Err(SceneError::LengthMismatch { what, len, vertices });
+            }
+        }
+        within("position", data.positions.as_flattened(), -MAX_COORDINATE, MAX_COORDINATE)?;
+        finite("normal", data.normals.as_flattened())?;
+        finite("tangent", data.tangents.as_flattened())?;
+        finite("texture coordinate", data.uvs[0].as_flattened())?;
+        finite("texture coordinate", data.uvs[1].as_flattened())?;
+        within("vertex colour", data.colors.as_flattened(), 0.0, 65504.0)?;
+        let outside = |t: &[u32; 3]| t.iter().any(|&v| v as usize >= vertices);
+        if let Some(triangle) = data.triangles.iter().position(outside) {
+            let vertex = data.triangles[triangle].iter().copied().fold(0, u32::max);
+            return Err(SceneError::IndexOutOfRange { triangle, vertex, vertices });
+        }
+        // The box is of what is drawn: vertices without a triangle do not count.
+        let mut bounds = Bounds::EMPTY;
+        for t in &data.triangles {
+            for &v in t {
+                bounds.include(data.positions[v as usize]);
+            }
+        }
+        Ok(Self { data, bounds })
+    }
+
+    /// Object-space positions.
+    #[must_use]
+    pub fn positions(&self) -> &[[f32; 3]] {
+        &self.data.positions
+    }
+    /// Normals; empty for flat shading.
+    #[must_use]
+    pub fn normals(&self) -> &[[f32; 3]] {
+        &self.data.normals
+    }
+    /// Tangents with the bitangent's sign in w; empty if there are none.
+    #[must_use]
+    pub fn tangents(&self) -> &[[f32; 4]] {
+        &self.data.tangents
+    }
+    /// Texture coordinates of set 0 or 1; empty if there are none, and for any other set.
+    #[must_use]
+    pub fn uvs(&self, set: usize) -> &[[f32; 2]] {
+        self.data.uvs.get(set).map_or(&[], Vec::as_slice)
+    }
+    /// Linear RGBA vertex colours; empty if there are none.
+    #[must_use]
+    pub fn colors(&self) -> &[[f32; 4]] {
+        &self.data.colors
+    }
+    /// Three vertices each, counter-clockwise seen from the front.
+    #[must_use]
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.data.triangles
+    }
+    /// Object-space box around the vertices that triangles use.
+    #[must_use]
+    pub fn bounds(&self) -> &Bounds {
+        &self.bounds
+    }
+}

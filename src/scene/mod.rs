@@ -1,0 +1,221 @@
+//! The resolved scene: what is to be drawn, valid by construction.
+//!
+//! A [`Scene`] is filled by a loader or by hand through its `add_*` methods. Each checks what it takes (lengths,
+//! index ranges, finite numbers, ids that exist), so that no later stage has to: the renderer cannot meet malformed
+//! input. World space is glTF's: right-handed, +Y up, metres; colours are linear Rec. 709 unless said otherwise.
+
+mod camera;
+mod environment;
+mod error;
+mod framing;
+mod light;
+mod material;
+mod mesh;
+mod texture;
+mod transform;
+
+pub use camera::{Camera, Projection};
+pub use environment::{Environment, EnvironmentSource, EquirectImage};
+pub use error::SceneError;
+pub use framing::{Bounds, Framing};
+pub use light::{Light, LightKind};
+pub use material::{AlphaMode, Material, NormalTexture, TextureRef, UvTransform, Workflow};
+pub use mesh::{Mesh, MeshData};
+pub use texture::{AlphaUse, ColorSpace, Filter, Image, MipFilter, Sampler, Texture, Wrap};
+pub use transform::Transform;
+
+/// Largest magnitude of a coordinate, in object and in world space. Keeps squares and products of differences
+/// finite in single precision.
+pub const MAX_COORDINATE: f32 = 1e15;
+
+macro_rules! id {
+    ($name:ident, $what:literal) => {
+        #[doc = concat!("Names a ", $what, " of one [`Scene`]: its index in the order of adding.")]
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        pub struct $name(pub(crate) u32);
+        impl $name {
+            /// Position in the scene's list.
+            #[must_use]
+            pub fn index(self) -> usize {
+                self.0 as usize
+            }
+        }
+    };
+}
+id!(TextureId, "texture");
+id!(MaterialId, "material");
+id!(MeshId, "mesh");
+
+/// A mesh placed in the world: one draw.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Instance {
+    /// What is drawn.
+    pub mesh: MeshId,
+    /// What it is made of.
+    pub material: MaterialId,
+    /// Object to world space.
+    pub transform: Transform,
+    /// Groups the draws of one object of the file (a glTF node) for the `object-id` plane.
+    pub object: u32,
+}
+
+/// Everything that one picture shows.
+#[derive(Clone, Debug, Default)]
+pub struct Scene {
+    textures: Vec<Texture>,
+    materials: Vec<Material>,
+    meshes: Vec<Mesh>,
+    instances: Vec<Instance>,
+    lights: Vec<Light>,
+    cameras: Vec<Camera>,
+    environment: Environment,
+}
+
+impl Scene {
+    /// An empty scene under the built-in studio environment.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds a texture. It is valid already: see [`Texture::new`].
+    ///
+    /// # Errors
+    /// [`SceneError::TooMany`] beyond 2^32 - 1 textures.
+    pub fn add_texture(&mut self, texture: Texture) -> Result<TextureId, SceneError> {
+        let id = TextureId(next_id(self.textures.len(), "textures")?);
+        self.textures.push(texture);
+        Ok(id)
+    }
+
+    /// Adds a material.
+    ///
+    /// # Errors
+    /// [`SceneError`] if a factor is not finite or out of its range, or a texture does not exist.
+    pub fn add_material(&mut self, material: Material) -> Result<MaterialId, SceneError> {
+        material.validate(self.textures.len())?;
+        let id = MaterialId(next_id(self.materials.len(), "materials")?);
+        self.materials.push(material);
+        Ok(id)
+    }
+
+    /// Adds a mesh. It is valid already: see [`Mesh::new`].
+    ///
+    /// # Errors
+    /// [`SceneError::TooMany`] beyond 2^32 - 1 meshes.
+    pub fn add_mesh(&mut self, mesh: Mesh) -> Result<MeshId, SceneError> {
+        let id = MeshId(next_id(self.meshes.len(), "meshes")?);
+        self.meshes.push(mesh);
+        Ok(id)
+    }
+
+    /// Places a mesh in the world.
+    ///
+    /// # Errors
+    /// [`SceneError`] if the mesh or the material does not exist, or the transform takes the mesh beyond
+    /// [`MAX_COORDINATE`].
+    pub fn add_instance(&mut self, instance: Instance) -> Result<(), SceneError> {
+        let mesh = self
+            .meshes
+            .get(instance.mesh.index())
+            .ok_or(SceneError::NoSuch { what: "mesh", index: instance.mesh.0 })?;
+        if instance.material.index() >= self.materials.len() {
+            return Err(SceneError::NoSuch { what: "material", index: instance.material.0 });
+        }
+        let bounds = mesh.bounds().transformed(&instance.transform);
+        if !bounds.is_empty() && !bounds.within(f64::from(MAX_COORDINATE)) {
+            return Err(SceneError::OutOfRange { what: "world position", limit: MAX_COORDINATE });
+        }
+        next_id(self.instances.len(), "instances")?;
+        self.instances.push(instance);
+        Ok(())
+    }
+
+    /// Adds a light.
+    ///
+    /// # Errors
+    /// [`SceneError`] if a number of it is not finite or out of its range.
+    pub fn add_light(&mut self, light: Light) -> Result<(), SceneError> {
+        light.validate()?;
+        self.lights.push(light);
+        Ok(())
+    }
+
+    /// Adds a camera that a picture may choose.
+    ///
+    /// # Errors
+    /// [`SceneError`] if it looks nowhere or a number of it is not finite or out of its range.
+    pub fn add_camera(&mut self, camera: Camera) -> Result<(), SceneError> {
+        camera.validate()?;
+        self.cameras.push(camera);
+        Ok(())
+    }
+
+    /// Replaces the environment.
+    ///
+    /// # Errors
+    /// [`SceneError`] if its rotation or intensity is not finite, or its intensity negative.
+    pub fn set_environment(&mut self, environment: Environment) -> Result<(), SceneError> {
+        environment.validate()?;
+        self.environment = environment;
+        Ok(())
+    }
+
+    /// Removes all lights.
+    pub fn clear_lights(&mut self) {
+        self.lights.clear();
+    }
+
+    /// The textures, by [`TextureId`].
+    #[must_use]
+    pub fn textures(&self) -> &[Texture] {
+        &self.textures
+    }
+    /// The materials, by [`MaterialId`].
+    #[must_use]
+    pub fn materials(&self) -> &[Material] {
+        &self.materials
+    }
+    /// The meshes, by [`MeshId`].
+    #[must_use]
+    pub fn meshes(&self) -> &[Mesh] {
+        &self.meshes
+    }
+    /// The draws, in the order of adding. Where two surfaces have the same depth, the earlier draw is seen.
+    #[must_use]
+    pub fn instances(&self) -> &[Instance] {
+        &self.instances
+    }
+    /// The lights beside the environment.
+    #[must_use]
+    pub fn lights(&self) -> &[Light] {
+        &self.lights
+    }
+    /// The cameras that came with the file.
+    #[must_use]
+    pub fn cameras(&self) -> &[Camera] {
+        &self.cameras
+    }
+    /// What surrounds the scene.
+    #[must_use]
+    pub fn environment(&self) -> &Environment {
+        &self.environment
+    }
+    /// Triangles, every instance counted.
+    #[must_use]
+    pub fn triangle_count(&self) -> u64 {
+        self.instances.iter().map(|i| self.meshes[i.mesh.index()].triangles().len() as u64).sum()
+    }
+    /// World-space box around all instances; empty for an empty scene.
+    #[must_use]
+    pub fn bounds(&self) -> Bounds {
+        self.instances.iter().fold(Bounds::EMPTY, |all, i| {
+            all.union(&self.meshes[i.mesh.index()].bounds().transformed(&i.transform))
+        })
+    }
+}
+
+/// The id of the next element of a list.
+fn next_id(len: usize, what: &'static str) -> Result<u32, SceneError> {
+    u32::try_from(len).ok().filter(|&id| id < u32::MAX).ok_or(SceneError::TooMany { what })
+}

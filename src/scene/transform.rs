@@ -1,0 +1,155 @@
+//! Affine transforms in double precision.
+
+use super::SceneError;
+use glam::{DMat3, DMat4, DQuat, DVec3};
+
+/// An affine map from object to world space, kept in `f64` and rounded once where it is used.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Transform {
+    /// Row-major 3x4: `world = rows * (x, y, z, 1)`.
+    rows: [[f64; 4]; 3],
+}
+
+impl Default for Transform {
+    fn default() -> Self {
+        Self::IDENTITY
+    }
+}
+
+impl Transform {
+    /// Leaves everything where it is.
+    pub const IDENTITY: Self =
+        Self { rows: [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]] };
+
+    /// From row-major rows: `world = rows * (x, y, z, 1)`.
+    ///
+    /// # Errors
+    /// [`SceneError::NotFinite`].
+    pub fn from_rows(rows: [[f64; 4]; 3]) -> Result<Self, SceneError> {
+        if rows.iter().flatten().all(|v| v.is_finite()) {
+            Ok(Self { rows })
+        } else {
+            Err(SceneError::NotFinite { what: "transform" })
+        }
+    }
+
+    /// From a column-major 4x4 matrix as glTF writes it. The last row is taken to be (0, 0, 0, 1).
+    ///
+    /// # Errors
+    /// [`SceneError::NotFinite`].
+    pub fn from_columns(m: [f64; 16]) -> Result<Self, SceneError> {
+        Self::from_rows(std::array::from_fn(|r| std::array::from_fn(|c| m[4 * c + r])))
+    }
+
+    /// Scale, then rotate by a quaternion (x, y, z, w; normalised here), then translate. A zero quaternion is the
+    /// identity.
+    ///
+    /// # Errors
+    /// [`SceneError::NotFinite`].
+    pub fn from_parts(
+        translation: [f64; 3],
+        rotation: [f64; 4],
+        scale: [f64; 3],
+    ) -> Result<Self, SceneError> {
+        let q = DQuat::from_array(rotation);
+        let length = (q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w).sqrt();
+        let q = if length > 0.0 && length.is_finite() {
+            DQuat::from_xyzw(q.x / length, q.y / length, q.z / length, q.w / length)
+        } else {
+            DQuat::IDENTITY
+        };
+        let m = DMat4::from_scale_rotation_translation(DVec3::from(scale), q, DVec3::from(translation));
+        Self::from_columns(m.to_cols_array())
+    }
+
+    /// Moves by a vector.
+    ///
+    /// # Errors
+    /// [`SceneError::NotFinite`].
+    pub fn translation(by: [f64; 3]) -> Result<Self, SceneError> {
+        Self::from_parts(by, [0.0, 0.0, 0.0, 1.0], [1.0; 3])
+    }
+
+    /// `self` after `first`: the map of a child (`first`) in its parent (`self`).
+    ///
+    /// # Errors
+    /// [`SceneError::NotFinite`] if the product overflows.
+    pub fn after(&self, first: &Self) -> Result<Self, SceneError> {
+        let mut rows = [[0.0; 4]; 3];
+        for (r, row) in rows.iter_mut().enumerate() {
+            let a = &self.rows[r];
+            for (c, out) in row.iter_mut().enumerate() {
+                *out = a[0] * first.rows[0][c] + a[1] * first.rows[1][c] + a[2] * first.rows[2][c];
+            }
+            row[3] += a[3];
+        }
+        Self::from_rows(rows)
+    }
+
+    /// Row-major rows: `world = rows * (x, y, z, 1)`.
+    #[must_use]
+    pub fn rows(&self) -> &[[f64; 4]; 3] {
+        &self.rows
+    }
+
+    /// Where a point goes.
+    #[must_use]
+    pub fn point(&self, p: [f64; 3]) -> [f64; 3] {
+        self.rows.map(|r| r[0] * p[0] + r[1] * p[1] + r[2] * p[2] + r[3])
+    }
+
+    /// Where a direction goes (no translation, not normalised).
+    #[must_use]
+    pub fn direction(&self, d: [f64; 3]) -> [f64; 3] {
+        self.rows.map(|r| r[0] * d[0] + r[1] * d[1] + r[2] * d[2])
+    }
+
+    /// Determinant of the linear part: negative for mirrored instances.
+    #[must_use]
+    pub fn determinant(&self) -> f64 {
+        let [a, b, c] = &self.rows;
+        a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0])
+            + a[2] * (b[0] * c[1] - b[1] * c[0])
+    }
+
+    /// The matrix for normals, row-major, scaled so that its largest entry has magnitude 1: the cofactor matrix
+    /// (inverse transpose times determinant) with the sign of the determinant, defined for singular maps too.
+    #[must_use]
+    pub fn normal_matrix(&self) -> [[f32; 3]; 3] {
+        let [a, b, c] = self.rows.map(|r| DVec3::new(r[0], r[1], r[2]));
+        let sign = if self.determinant() < 0.0 { -1.0 } else { 1.0 };
+        let cofactor = DMat3::from_cols(b.cross(c), c.cross(a), a.cross(b));
+        let columns = cofactor.to_cols_array();
+        let largest = columns.iter().fold(0.0_f64, |m, v| if v.abs() > m { v.abs() } else { m });
+        let scale = if largest > 0.0 && largest.is_finite() { sign / largest } else { 0.0 };
+        // The columns here are the rows of the cofactor matrix.
+        std::array::from_fn(|r| std::array::from_fn(|k| (columns[3 * r + k] * scale) as f32))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn normal_matrix_is_the_inverse_transpose() {
+        let t =
+            Transform::from_rows([[2.0, 0.0, 0.0, 5.0], [0.0, 4.0, 1.0, 0.0], [0.0, 0.0, 1.0, 0.0]]).unwrap();
+        let n = t.normal_matrix();
+        // A plane's normal stays perpendicular to its tangents.
+        let tangents = [[1.0, 2.0, 0.0], [0.0, 1.0, 3.0]];
+        let normal = [6.0_f32, -3.0, 1.0];
+        let moved: [f32; 3] = n.map(|r| r[0] * normal[0] + r[1] * normal[1] + r[2] * normal[2]);
+        for tangent in tangents {
+            let d = t.direction(tangent);
+            let dot: f64 = (0..3).map(|k| d[k] * f64::from(moved[k])).sum();
+            assert!(dot.abs() < 1e-5, "{dot}");
+        }
+    }
+
+    #[test]
+    fn mirroring_keeps_normals_on_the_outside() {
+        let t = Transform::from_parts([0.0; 3], [0.0, 0.0, 0.0, 1.0], [-1.0, 1.0, 1.0]).unwrap();
+        assert_eq!(t.normal_matrix(), [[-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
+    }
+}
