@@ -3,12 +3,16 @@
 mod chain;
 mod environment;
 mod equirect;
+mod file;
 mod harmonics;
 mod octahedral;
 mod prefilter;
+pub mod punctual;
 mod texel;
 
 pub use environment::{EnvironmentLight, PrefilteredEnvironment};
+pub use file::EnvironmentFileError;
+pub use punctual::{LightSample, PunctualLight};
 
 use crate::math::lanes::Lanes;
 use crate::math::vec3::V3;
