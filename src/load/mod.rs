@@ -14,6 +14,7 @@ mod ply;
 mod resolver;
 mod stl;
 mod tangents;
+mod vertices;
 
 pub use error::{LoadError, Warning};
 pub use resolver::{DirectoryResolver, MemoryResolver, NoResolver, ResolveError, Resolver};
