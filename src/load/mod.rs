@@ -10,10 +10,12 @@ mod gltf;
 mod image;
 mod normals;
 mod obj;
+mod plain;
 mod ply;
 mod resolver;
 mod stl;
 mod tangents;
+mod text;
 mod vertices;
 
 pub use error::{LoadError, Warning};

@@ -20,7 +20,6 @@ const CELLS: usize = 8;
 /// and tangents, which would no longer fit, removed.
 ///
 /// Weights: G. Thürmer, C. Wüthrich, *Computing vertex normals from polygonal facets*, 1998 (angle), times area.
-#[allow(dead_code, reason = "the loaders that call it are being built")]
 pub(crate) fn add_smooth_normals(mesh: &mut MeshData, crease_angle_degrees: f32) {
     let (class_of, classes) = position_classes(&mesh.positions);
     mesh.tangents = Vec::new();

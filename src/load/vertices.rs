@@ -16,9 +16,14 @@ pub(super) struct PositionTable {
 }
 
 impl PositionTable {
-    /// An empty table. `content` is the data that the positions come from.
-    pub(super) fn new(content: &[u8]) -> Self {
-        Self { seed: xxh3_64(content) | 1, slots: vec![0; 1 << 10], positions: Vec::new() }
+    /// An empty table, seeded by [`PositionTable::seed`].
+    pub(super) fn new(seed: u64) -> Self {
+        Self { seed, slots: vec![0; 16], positions: Vec::new() }
+    }
+
+    /// The seed for positions that come from this data: all of it.
+    pub(super) fn seed(content: &[u8]) -> u64 {
+        xxh3_64(content) | 1
     }
 
     /// The number of this position: that of an equal one seen before (-0 equals 0), or the next.
@@ -85,7 +90,7 @@ fn same_bits(a: [f32; 3], b: [f32; 3]) -> bool {
 /// For each position the number of its class of equal ones, in the order of first appearance, and how many classes
 /// there are.
 pub(super) fn position_classes(positions: &[[f32; 3]]) -> (Vec<u32>, usize) {
-    let mut table = PositionTable::new(bytemuck::cast_slice(positions));
+    let mut table = PositionTable::new(PositionTable::seed(bytemuck::cast_slice(positions)));
     let classes = positions.iter().map(|&p| table.insert(p)).collect();
     (classes, table.len())
 }
