@@ -18,6 +18,7 @@ mod tangents;
 mod text;
 mod vertices;
 
+pub use environment::{load as load_environment, load_file as load_environment_file};
 pub use error::{LoadError, Warning};
 pub use resolver::{DirectoryResolver, MemoryResolver, NoResolver, ResolveError, Resolver};
 
