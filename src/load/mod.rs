@@ -12,6 +12,7 @@ mod normals;
 mod obj;
 mod plain;
 mod ply;
+mod polygon;
 mod resolver;
 mod stl;
 mod tangents;

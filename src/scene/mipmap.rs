@@ -48,7 +48,9 @@ pub(super) fn reduce(
     let mut texels = match (color_space, alpha) {
         (ColorSpace::Srgb, AlphaUse::Data) => cascade::<true, false>(image, levels),
         (ColorSpace::Linear, AlphaUse::Data) => cascade::<false, false>(image, levels),
-        (ColorSpace::Srgb, AlphaUse::Coverage | AlphaUse::Mask { .. }) => cascade::<true, true>(image, levels),
+        (ColorSpace::Srgb, AlphaUse::Coverage | AlphaUse::Mask { .. }) => {
+            cascade::<true, true>(image, levels)
+        }
         (ColorSpace::Linear, AlphaUse::Coverage | AlphaUse::Mask { .. }) => {
             cascade::<false, true>(image, levels)
         }
