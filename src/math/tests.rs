@@ -24,12 +24,12 @@ const UNARY: [Unary; 8] = [
         domain: [-25.0, 87.0],
         ulp: 1.0,
     },
-    Unary { name: "exp2", twin: scalar::exp2, reference: f64::exp2, domain: [-151.0, 129.0], ulp: 1.0 },
-    Unary { name: "ln", twin: scalar::ln, reference: f64::ln, domain: [0.0, f32::INFINITY], ulp: 1.0 },
-    Unary { name: "log2", twin: scalar::log2, reference: f64::log2, domain: [0.0, f32::INFINITY], ulp: 2.0 },
+    Unary { name: "exp2", twin: scalar::exp2, reference: f64::exp2, domain: [-151.0, 129.0], ulp: 0.9 },
+    Unary { name: "ln", twin: scalar::ln, reference: f64::ln, domain: [0.0, f32::INFINITY], ulp: 0.85 },
+    Unary { name: "log2", twin: scalar::log2, reference: f64::log2, domain: [0.0, f32::INFINITY], ulp: 1.5 },
     Unary { name: "sin", twin: scalar::sin, reference: f64::sin, domain: [-8192.0, 8192.0], ulp: 2.0 },
     Unary { name: "cos", twin: scalar::cos, reference: f64::cos, domain: [-8192.0, 8192.0], ulp: 2.0 },
-    Unary { name: "acos", twin: scalar::acos, reference: f64::acos, domain: [-1.0, 1.0], ulp: 2.0 },
+    Unary { name: "acos", twin: scalar::acos, reference: f64::acos, domain: [-1.0, 1.0], ulp: 1.2 },
 ];
 
 #[inline(always)]
@@ -175,7 +175,10 @@ fn pow_and_atan2_stay_below_their_stated_error() {
             // Close to 1 with large exponents.
             1 => (1.0 + (unit() - 0.5) * 0.01, (unit() - 0.5) * 2e4),
             // Everything whose power is finite.
-            2 => (f32::from_bits(next() & 0x7fff_ffff), (unit() - 0.5) * 40.0),
+            2 => {
+                let exponent = (unit() - 0.5) * 40.0;
+                (f32::from_bits(next() & 0x7fff_ffff), exponent)
+            }
             _ => (unit() * 2.0, (unit() - 0.5) * 250.0),
         };
         if x.is_finite() {
@@ -196,7 +199,7 @@ fn pow_and_atan2_stay_below_their_stated_error() {
         }
     }
     println!("pow in transfer functions {:?}, anywhere {:?}, atan2 {:?}", worst[0], worst[1], worst[2]);
-    assert!(worst[0].0 <= 1.2 && worst[1].0 <= 3.0 && worst[2].0 <= 2.0, "{worst:?}");
+    assert!(worst[0].0 <= 1.1 && worst[1].0 <= 3.0 && worst[2].0 <= 1.8, "{worst:?}");
 }
 
 #[test]
