@@ -1,6 +1,7 @@
 //! Smooth normals for meshes without.
 
 use super::vertices::{duplicate_vertex, position_classes};
+use crate::math::double::{atan2, cos};
 use crate::scene::MeshData;
 
 /// Corners around one position that are compared each with each. Where more meet (a fan of thousands of triangles),
@@ -21,9 +22,19 @@ const CELLS: usize = 8;
 ///
 /// Weights: G. Thürmer, C. Wüthrich, *Computing vertex normals from polygonal facets*, 1998 (angle), times area.
 pub(crate) fn add_smooth_normals(mesh: &mut MeshData, crease_angle_degrees: f32) {
+    mesh.normals = vec![[0.0; 3]; mesh.positions.len()];
+    add_missing_normals(mesh, crease_angle_degrees, |_| true);
+}
+
+/// As [`add_smooth_normals`], for the vertices that are `missing` a normal, where it must be zero; the others keep
+/// theirs.
+pub(super) fn add_missing_normals(
+    mesh: &mut MeshData,
+    crease_angle_degrees: f32,
+    missing: impl Fn(usize) -> bool,
+) {
     let (class_of, classes) = position_classes(&mesh.positions);
     mesh.tangents = Vec::new();
-    mesh.normals = vec![[0.0; 3]; mesh.positions.len()];
     let original = mesh.positions.len();
     let valid = |t: &[u32; 3]| t.iter().all(|&v| (v as usize) < original);
     if !mesh.triangles.iter().all(valid) {
@@ -31,7 +42,7 @@ pub(crate) fn add_smooth_normals(mesh: &mut MeshData, crease_angle_degrees: f32)
         return;
     }
     let (starts, corners) = corners_by_class(&mesh.triangles, &class_of, classes);
-    let crease = cosine_of_degrees(f64::from(crease_angle_degrees));
+    let crease = cos(f64::from(crease_angle_degrees).to_radians());
 
     let mut around = Vec::new();
     let mut normals = Vec::new();
@@ -47,7 +58,10 @@ pub(crate) fn add_smooth_normals(mesh: &mut MeshData, crease_angle_degrees: f32)
         }
         copies.clear();
         for (&corner, &normal) in corners.iter().zip(&normals) {
-            assign(mesh, corner, normal, &mut copies);
+            let vertex = mesh.triangles[corner as usize / 3][corner as usize % 3];
+            if missing(vertex as usize) {
+                assign(mesh, corner, normal, &mut copies);
+            }
         }
     }
 }
@@ -75,7 +89,7 @@ impl Corner {
         if area == 0.0 {
             return Self::default();
         }
-        let angle = angle_of_cosine(dot(a, b) / (dot(a, a) * dot(b, b)).sqrt());
+        let angle = atan2(area, dot(a, b));
         Self { unit: normal.map(|v| v / area), weighted: normal.map(|v| v * angle) }
     }
 }
@@ -217,32 +231,6 @@ fn corners_by_class(triangles: &[[u32; 3]], class_of: &[u32], classes: usize) ->
     (starts, corners)
 }
 
-/// Angle between 0 and pi of a cosine, clamped to -1 to 1; absolute error below 1e-12. Only `+ - * / sqrt`, so the
-/// same bits everywhere.
-pub(super) fn angle_of_cosine(cosine: f64) -> f64 {
-    let c = if cosine < 1.0 { if cosine > -1.0 { cosine } else { -1.0 } } else { 1.0 };
-    // acos(c) = 2 atan(sqrt((1 - c) / (1 + c))); for obtuse angles by the complement, so that the tangent stays
-    // below 1; then two halvings bring it below 0.2, where nine terms of the series suffice.
-    let tangent = ((1.0 - c.abs()) / (1.0 + c.abs())).sqrt();
-    let halved = tangent / (1.0 + (1.0 + tangent * tangent).sqrt());
-    let t = halved / (1.0 + (1.0 + halved * halved).sqrt());
-    let square = t * t;
-    let series = (0..9).rev().fold(0.0, |sum, k| 1.0 / f64::from(2 * k + 1) - square * sum);
-    let acute = 8.0 * t * series;
-    if c < 0.0 { std::f64::consts::PI - acute } else { acute }
-}
-
-/// Cosine of an angle of 0 to 180 degrees, by halving and the series; error below 1e-12.
-fn cosine_of_degrees(degrees: f64) -> f64 {
-    let d = if degrees > 0.0 { if degrees < 180.0 { degrees } else { 180.0 } } else { 0.0 };
-    // cos(a) = 1 - 2 sin^2(a / 2), and sin by its series at a / 2 <= pi / 2.
-    let x = d * (std::f64::consts::PI / 360.0);
-    let square = x * x;
-    let series = (1..=10).rev().fold(1.0, |s, k| 1.0 - square * s / f64::from(2 * k * (2 * k + 1)));
-    let sine = x * series;
-    1.0 - 2.0 * sine * sine
-}
-
 fn add(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
@@ -378,23 +366,5 @@ mod tests {
         add_smooth_normals(&mut mesh, 30.0);
         assert!(mesh.normals.iter().all(|n| n.iter().all(|v| v.is_finite())));
         assert!(mesh.positions.len() < 3 * count as usize);
-    }
-
-    #[test]
-    fn angles_and_cosines_are_right() {
-        let known = [(1.0, 0.0), (0.5, 60.0), (0.0, 90.0), (-0.5, 120.0), (-1.0, 180.0)];
-        for (cosine, degrees) in known {
-            assert!((angle_of_cosine(cosine).to_degrees() - degrees).abs() < 1e-10);
-            assert!((cosine_of_degrees(degrees) - cosine).abs() < 1e-10, "{}", cosine_of_degrees(degrees));
-        }
-        for k in 0..=1800 {
-            let degrees = f64::from(k) * 0.1;
-            let back = angle_of_cosine(cosine_of_degrees(degrees)).to_degrees();
-            assert!((back - degrees).abs() < 1e-4, "{degrees} became {back}");
-        }
-        assert!(
-            (angle_of_cosine(30.0_f64.to_radians() * 0.0 + 0.75_f64.sqrt()).to_degrees() - 30.0).abs()
-                < 1e-10
-        );
     }
 }

@@ -1,7 +1,7 @@
 //! Tangents for normal maps.
 
-use super::normals::angle_of_cosine;
 use super::vertices::{duplicate_vertex, position_classes};
+use crate::math::double::atan2;
 use crate::scene::MeshData;
 use bevy_mikktspace::{Geometry, Ops, TangentSpace, generate_tangents};
 
@@ -120,7 +120,9 @@ impl Ops for ExactOps {
         x.sqrt()
     }
     fn acos(x: f32) -> f32 {
-        angle_of_cosine(f64::from(x)) as f32
+        let x = f64::from(x);
+        // Arguments lie within -1 and 1.
+        atan2(((1.0 - x) * (1.0 + x)).sqrt(), x) as f32
     }
 }
 
