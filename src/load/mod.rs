@@ -10,11 +10,16 @@ mod gltf;
 mod image;
 mod normals;
 mod obj;
+mod plain;
 mod ply;
+mod polygon;
 mod resolver;
 mod stl;
 mod tangents;
+mod text;
+mod vertices;
 
+pub use environment::{load as load_environment, load_file as load_environment_file};
 pub use error::{LoadError, Warning};
 pub use resolver::{DirectoryResolver, MemoryResolver, NoResolver, ResolveError, Resolver};
 
