@@ -18,6 +18,8 @@ pub struct Draw<'a> {
     pub normal_matrix: [[f32; 3]; 3],
     /// Object to world space for tangents; likewise.
     pub tangent_matrix: [[f32; 3]; 3],
+    /// -1 where the transform mirrors, else 1: the sign of bitangents.
+    pub handedness: f32,
 }
 
 /// What a tile's identities stand for.
@@ -244,6 +246,15 @@ impl VertexLanes {
             }
         }
         planes.map(|vertex| vertex.map(|plane| l.load(&plane)))
+    }
+
+    /// A number of each lane's draw.
+    #[inline(always)]
+    pub fn number<L: Lanes>(&self, l: L, draws: &[Draw<'_>], of: impl Fn(&Draw<'_>) -> f32) -> L::F {
+        if self.one_draw {
+            return l.splat(of(&draws[self.draws[0] as usize]));
+        }
+        l.load(&self.draws.map(|d| of(&draws[d as usize])))
     }
 
     /// A matrix of each lane's draw, applied to a vector.

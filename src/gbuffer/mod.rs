@@ -7,6 +7,8 @@ mod batch;
 mod fragments;
 mod interpolate;
 
+pub mod texture;
+
 pub use batch::{Batch, Draw, TriangleSource, VertexLanes};
 pub use fragments::{Fragment, extract_fragments, push_masked_fragments};
 pub use interpolate::{Location, locate};

@@ -8,4 +8,4 @@ mod surface;
 pub use alpha::alpha_passes;
 pub use context::{ShadeContext, ShadingModel, ViewRays};
 pub use lighting::shade;
-pub use surface::{Surface, evaluate_surface};
+pub use surface::{Reflectance, Surface, evaluate_surface};

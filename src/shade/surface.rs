@@ -11,7 +11,7 @@ use super::ShadeContext;
 use crate::gbuffer::texture::{Footprint, sample};
 use crate::gbuffer::{Batch, Location, locate};
 use crate::math::lanes::{Float, Lanes, Mask};
-use crate::math::vec3::{V3, add, cross, dot, normalize_or, scale};
+use crate::math::vec3::{self, V3};
 use crate::scene::{AlphaMode, Material, Mesh, NormalTexture, TextureRef, UvTransform, Workflow};
 
 /// Reflectance of the base in the workflow of its material.
@@ -140,7 +140,12 @@ fn coordinates<L: Lanes>(
 
 /// Opacity of a batch: base colour's alpha, texture and vertex colour.
 #[inline(always)]
-pub(super) fn opacity<L: Lanes>(l: L, context: &ShadeContext<'_>, material: &Material, batch: &Batch) -> L::F {
+pub(super) fn opacity<L: Lanes>(
+    l: L,
+    context: &ShadeContext<'_>,
+    material: &Material,
+    batch: &Batch,
+) -> L::F {
     let location = locate(l, batch, context.rays.perspective);
     let mut alpha = l.splat(material.base_color[3]);
     if let Some(texture) = &material.base_color_texture {
@@ -177,15 +182,16 @@ pub fn evaluate_surface<L: Lanes>(
     let location = locate(l, batch, context.rays.perspective);
     let distance = context.rays.distance(l, location.depth);
     let (start, ray) = context.rays.ray(l, location.screen);
-    let position = add(start, scale(ray, distance));
+    let position = vec3::add(l, start, vec3::scale(l, ray, distance));
     let up = [l.zero(), l.zero(), l.splat(1.0)];
-    let view = normalize_or(l, scale(ray, l.splat(-1.0)), up);
+    let view = normalize_or(l, vec3::scale(l, ray, l.splat(-1.0)), up);
 
     let coordinates = coordinates(l, context, material, batch, &location);
     let uv = coordinates.uv[0];
     let reader = Reader { l, context, coordinates, active: l.mask(batch.active()) };
 
-    let mut base_color = reader.factor(material.base_color, material.base_color_texture.as_ref(), [0, 1, 2, 3]);
+    let mut base_color =
+        reader.factor(material.base_color, material.base_color_texture.as_ref(), [0, 1, 2, 3]);
     if has_colors(context, batch) {
         let colors = batch.vertices.attribute(l, context.draws, [1.0; 4], Mesh::colors);
         let color = location.interpolate(&colors);
@@ -202,7 +208,9 @@ pub fn evaluate_surface<L: Lanes>(
         Some(texture) => {
             // Occlusion, roughness and metallic are often one texture: read it once.
             let texel = match (&material.workflow, orm) {
-                (Workflow::MetallicRoughness { texture: Some(shared), .. }, Some(texel)) if shared == texture => {
+                (Workflow::MetallicRoughness { texture: Some(shared), .. }, Some(texel))
+                    if shared == texture =>
+                {
                     texel
                 }
                 _ => reader.read(texture),
@@ -218,8 +226,7 @@ pub fn evaluate_surface<L: Lanes>(
     };
     let (coat, coat_roughness) = if material.coat > 0.0 {
         let [coat] = reader.factor([material.coat], material.coat_texture.as_ref(), [0]);
-        let [rough] =
-            reader.factor([material.coat_roughness], material.coat_roughness_texture.as_ref(), [1]);
+        let [rough] = reader.factor([material.coat_roughness], material.coat_roughness_texture.as_ref(), [1]);
         (coat, rough)
     } else {
         (l.zero(), l.splat(material.coat_roughness))
@@ -325,7 +332,7 @@ impl<L: Lanes> NormalFrame<L> {
         let draws = context.draws;
         let vertices = batch.vertices.attribute(l, draws, [0.0; 3], Mesh::normals);
         let smooth = location.interpolate(&vertices);
-        let zero = dot(smooth, smooth).eq(l.zero());
+        let zero = vec3::dot(l, smooth, smooth).eq(l.zero());
         let object = if zero.any() {
             let flat = geometric_normal(l, context, batch);
             std::array::from_fn(|k| zero.select(flat[k], smooth[k]))
@@ -335,21 +342,22 @@ impl<L: Lanes> NormalFrame<L> {
         let world = batch.vertices.transform(l, draws, |d| d.normal_matrix, object);
         // Backs of double-sided surfaces turn the whole tangent space around.
         let side = l.mask(batch.back_facing).select(l.splat(-1.0), l.splat(1.0));
-        let unit = scale(normalize_or(l, world, view), side);
+        let unit = vec3::scale(l, normalize_or(l, world, view), side);
         if !material.needs_tangents() {
             return Self { normal: unit, basis: None };
         }
         let tangents = batch.vertices.attribute(l, draws, [0.0; 4], Mesh::tangents);
         let [x, y, z, sign] = location.interpolate(&tangents);
         let tangent = batch.vertices.transform(l, draws, |d| d.tangent_matrix, [x, y, z]);
-        let mirror = batch.vertices.handedness(l, draws);
-        let bitangent = scale(cross(world, tangent), sign * mirror);
+        let mirror = batch.vertices.number(l, draws, |d| d.handedness);
+        let bitangent = vec3::scale(l, vec3::cross(l, world, tangent), sign * mirror);
         // No texture coordinates, or degenerate ones: any fixed basis around the normal.
-        let lost = dot(tangent, tangent).eq(l.zero()) | dot(bitangent, bitangent).eq(l.zero());
+        let lost =
+            vec3::dot(l, tangent, tangent).eq(l.zero()) | vec3::dot(l, bitangent, bitangent).eq(l.zero());
         let (tangent, bitangent) = if lost.any() {
             let (t, b) = any_basis(l, unit);
-            let t = scale(t, side);
-            let b = scale(b, side);
+            let t = vec3::scale(l, t, side);
+            let b = vec3::scale(l, b, side);
             (
                 std::array::from_fn(|k| lost.select(t[k], tangent[k])),
                 std::array::from_fn(|k| lost.select(b[k], bitangent[k])),
@@ -357,7 +365,8 @@ impl<L: Lanes> NormalFrame<L> {
         } else {
             (tangent, bitangent)
         };
-        let basis = [scale(tangent, side), scale(bitangent, side), scale(world, side)];
+        let basis =
+            [vec3::scale(l, tangent, side), vec3::scale(l, bitangent, side), vec3::scale(l, world, side)];
         Self { normal: unit, basis: Some(basis) }
     }
 
@@ -377,7 +386,11 @@ impl<L: Lanes> NormalFrame<L> {
         let x = (texel[0] * 2.0 - 1.0) * map.scale;
         let y = (texel[1] * 2.0 - 1.0) * map.scale;
         let z = texel[2] * 2.0 - 1.0;
-        let mapped = add(add(scale(*tangent, x), scale(*bitangent, y)), scale(*normal, z));
+        let mapped = vec3::add(
+            l,
+            vec3::add(l, vec3::scale(l, *tangent, x), vec3::scale(l, *bitangent, y)),
+            vec3::scale(l, *normal, z),
+        );
         face_viewer(l, normalize_or(l, mapped, self.normal), view)
     }
 }
@@ -385,12 +398,12 @@ impl<L: Lanes> NormalFrame<L> {
 /// Takes the part of a unit normal out that points away from the viewer.
 #[inline(always)]
 fn face_viewer<L: Lanes>(l: L, normal: V3<L>, view: V3<L>) -> V3<L> {
-    let cosine = dot(normal, view);
+    let cosine = vec3::dot(l, normal, view);
     let away = cosine.lt(l.zero());
     if !away.any() {
         return normal;
     }
-    let bent = add(normal, scale(view, -cosine));
+    let bent = vec3::add(l, normal, vec3::scale(l, view, -cosine));
     let bent = normalize_or(l, bent, view);
     std::array::from_fn(|k| away.select(bent[k], normal[k]))
 }
@@ -405,7 +418,7 @@ fn geometric_normal<L: Lanes>(l: L, context: &ShadeContext<'_>, batch: &Batch) -
     let largest = e1.iter().chain(&e2).fold(l.zero(), |m, v| v.abs().max(m));
     let factor = largest.gt(l.zero()).select(largest, l.splat(1.0)).recip();
     let sign = l.mask(batch.reversed).select(l.splat(-1.0), l.splat(1.0));
-    scale(cross(scale(e1, factor), scale(e2, factor)), sign)
+    vec3::scale(l, vec3::cross(l, vec3::scale(l, e1, factor), vec3::scale(l, e2, factor)), sign)
 }
 
 /// A tangent and bitangent for a unit normal (Duff et al. 2017, "Building an Orthonormal Basis, Revisited").
@@ -417,4 +430,13 @@ fn any_basis<L: Lanes>(l: L, n: V3<L>) -> (V3<L>, V3<L>) {
     let tangent = [sign * n[0] * n[0] * a + 1.0, sign * b, -sign * n[0]];
     let bitangent = [b, sign + n[1] * n[1] * a, -n[1]];
     (tangent, bitangent)
+}
+
+/// A vector at unit length, or `fallback` where it is zero.
+#[inline(always)]
+fn normalize_or<L: Lanes>(l: L, v: V3<L>, fallback: V3<L>) -> V3<L> {
+    let square = vec3::dot(l, v, v);
+    let zero = !square.gt(l.zero());
+    let inverse = zero.select(l.splat(1.0), square).sqrt().recip();
+    std::array::from_fn(|k| zero.select(fallback[k], v[k] * inverse))
 }
