@@ -56,7 +56,10 @@ impl Camera {
     }
 
     /// Checks that the camera spans a view and its numbers are in range.
-    pub(crate) fn validate(&self) -> Result<(), SceneError> {
+    ///
+    /// # Errors
+    /// [`SceneError`] naming the number that is not.
+    pub fn validate(&self) -> Result<(), SceneError> {
         within("camera eye", &self.eye, -MAX_COORDINATE, MAX_COORDINATE)?;
         within("camera target", &self.target, -MAX_COORDINATE, MAX_COORDINATE)?;
         finite("camera up", &self.up)?;
