@@ -144,7 +144,7 @@ pub struct CameraArgs {
     pub fov: Option<f32>,
 
     /// Parallel projection, HEIGHT metres from the top of the picture to its bottom [default: fits the model]
-    #[arg(long, value_name = "HEIGHT", value_parser = values::positive, num_args = 0..=1, require_equals = true,
+    #[arg(long, value_name = "HEIGHT", value_parser = values::not_negative, num_args = 0..=1, require_equals = true,
           default_missing_value = "0", conflicts_with = "camera")]
     pub ortho: Option<f32>,
 }
@@ -441,8 +441,21 @@ mod tests {
     #[test]
     fn options_override_the_scene_file() {
         let Command::Render(args) = Cli::parse_from([
-            "overcoat", "render", "x.glb", "-o", "x.png", "--size", "64", "--view", "front", "--env", "none",
-            "--exposure", "-1.5", "--tone-map", "linear",
+            "overcoat",
+            "render",
+            "x.glb",
+            "-o",
+            "x.png",
+            "--size",
+            "64",
+            "--view",
+            "front",
+            "--env",
+            "none",
+            "--exposure",
+            "-1.5",
+            "--tone-map",
+            "linear",
         ])
         .command
         else {

@@ -2,9 +2,9 @@
 
 use super::failure::Failure;
 use super::picture::is_standard_stream;
+use super::shim::{Format, load_bytes, load_file};
 use crate::jobs::Jobs;
 use crate::limits::{LimitExceeded, Limits};
-use super::shim::{Format, load_bytes, load_file};
 use crate::load::{Context, Loaded, NoResolver};
 use std::io::Read;
 use std::path::PathBuf;

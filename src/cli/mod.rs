@@ -11,8 +11,8 @@ pub mod picture;
 mod progress;
 mod render;
 mod report;
-mod shim;
 pub mod scene_file;
+mod shim;
 mod target;
 pub mod values;
 

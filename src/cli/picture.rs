@@ -3,10 +3,10 @@
 use super::failure::Failure;
 use super::input::{self, ModelSource};
 use super::scene_file::{EnvironmentChoice, SceneCamera, SceneFile};
+use super::shim::load_environment_file;
 use super::values::BackgroundChoice;
 use crate::jobs::Jobs;
 use crate::limits::Limits;
-use super::shim::load_environment_file;
 use crate::load::Warning;
 use crate::math::lanes::SimdLevel;
 use crate::output::DisplayOptions;
@@ -67,10 +67,13 @@ impl SceneFile {
     ///
     /// # Errors
     /// [`Failure`] naming the option.
-    pub fn options(&self, machine: Machine, limits: &Limits) -> Result<(RenderOptions, DisplayOptions), Failure> {
+    pub fn options(
+        &self,
+        machine: Machine,
+        limits: &Limits,
+    ) -> Result<(RenderOptions, DisplayOptions), Failure> {
         let defaults = RenderOptions::default();
-        let [width, height] =
-            self.size.unwrap_or([u64::from(defaults.width), u64::from(defaults.height)]);
+        let [width, height] = self.size.unwrap_or([u64::from(defaults.width), u64::from(defaults.height)]);
         if width == 0 || height == 0 {
             return Err(Failure::usage(format!("size {width}x{height}: a picture has at least one pixel")));
         }
@@ -124,8 +127,8 @@ impl SceneFile {
             EnvironmentChoice::Studio => EnvironmentSource::Studio,
             EnvironmentChoice::None => EnvironmentSource::None,
             EnvironmentChoice::File(path) => {
-                let image = load_environment_file(path, limits, jobs)
-                    .map_err(|e| Failure::load(&e).at(path))?;
+                let image =
+                    load_environment_file(path, limits, jobs).map_err(|e| Failure::load(&e).at(path))?;
                 EnvironmentSource::Image(Arc::new(image))
             }
         };
@@ -179,11 +182,8 @@ fn explicit_camera(description: &SceneCamera, eye: [f32; 3], scene: &Scene) -> R
             fov_y: description.fov_y_degrees.unwrap_or(DEFAULT_FOV_Y_DEGREES).to_radians(),
         },
     };
-    let distance: f64 = (0..3)
-        .map(|k| f64::from(eye[k]) - f64::from(target[k]))
-        .map(|d| d * d)
-        .sum::<f64>()
-        .sqrt();
+    let distance: f64 =
+        (0..3).map(|k| f64::from(eye[k]) - f64::from(target[k])).map(|d| d * d).sum::<f64>().sqrt();
     let near = description.near.unwrap_or((distance * 1e-3) as f32);
     let near = if near > 1e-6 { near } else { 1e-6 };
     Ok(Camera { eye, target, up: description.up.unwrap_or([0.0, 1.0, 0.0]), projection, near })

@@ -41,7 +41,8 @@ impl Progress {
                 if start.elapsed() >= PATIENCE {
                     let bar = bar.get_or_insert_with(|| {
                         let style = ProgressStyle::with_template("{spinner} {msg} {elapsed}");
-                        ProgressBar::new_spinner().with_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()))
+                        ProgressBar::new_spinner()
+                            .with_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()))
                     });
                     bar.set_message(message.clone());
                     bar.tick();

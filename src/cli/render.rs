@@ -64,8 +64,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     if target.is_standard_output() && args.report.json {
         return Err(Failure::usage("--json and the picture cannot both go to standard output"));
     }
-    let (mut options, display) =
-        description.options(machine(&args.machine), &limits).map_err(about_model)?;
+    let (mut options, display) = description.options(machine(&args.machine), &limits).map_err(about_model)?;
     options.aovs.clone_from(&args.aov);
     options.aovs.dedup();
     if target.format() != OutputFormat::Png {
@@ -87,7 +86,8 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let camera = description.camera(&scene, &options).map_err(about_model)?;
 
     progress.stage(format!("rendering {} triangles", scene.triangle_count()));
-    let rendered = renderer.render(&scene, &camera, &options).map_err(|e| about_model(Failure::render(&e)))?;
+    let rendered =
+        renderer.render(&scene, &camera, &options).map_err(|e| about_model(Failure::render(&e)))?;
     for &(name, time) in &rendered.stats.stages {
         stages.add(name, time);
     }
@@ -165,4 +165,3 @@ pub(super) fn nothing_to_see(scene: &Scene, stats: &RenderStats) -> Option<Warni
         None
     }
 }
-

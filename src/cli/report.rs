@@ -1,8 +1,8 @@
 //! What the commands print beside the picture: warnings, JSON, times and memory.
 
 use super::failure::{Failure, one_line};
-use serde::ser::{SerializeMap, Serializer};
 use serde::Serialize;
+use serde::ser::{SerializeMap, Serializer};
 use std::fmt::Display;
 use std::io::Write;
 use std::time::{Duration, Instant};

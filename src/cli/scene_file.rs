@@ -11,11 +11,11 @@
 //! description whichever way it was asked for.
 
 use super::failure::Failure;
-use crate::color::ToneCurve;
 use super::values::{self, BackgroundChoice, ViewDirection};
+use crate::color::ToneCurve;
 use crate::render::ShadingModel;
-use serde::de::{Deserializer, Error as _, IgnoredAny};
 use serde::Deserialize;
+use serde::de::{Deserializer, Error as _, IgnoredAny};
 use std::path::{Path, PathBuf};
 
 /// Bytes of a scene file at most: it holds names and numbers only.

@@ -4,7 +4,8 @@ use super::failure::Failure;
 use super::picture::is_standard_stream;
 use crate::frame::{Aov, Frame};
 use crate::output::{
-    DisplayOptions, ExrPrecision, OutputError, OutputFormat, OutputOptions, encode, encode_aov_png, write_atomically,
+    DisplayOptions, ExrPrecision, OutputError, OutputFormat, OutputOptions, encode, encode_aov_png,
+    write_atomically,
 };
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};

@@ -91,15 +91,12 @@ pub fn finite(text: &str) -> Result<f32, String> {
     text.parse::<f32>().ok().filter(|v| v.is_finite()).ok_or_else(|| "expected a number".to_owned())
 }
 
-/// A finite number above 0.
-pub fn positive(text: &str) -> Result<f32, String> {
-    finite(text)
-        .ok()
-        .filter(|&v| v > 0.0)
-        .ok_or_else(|| "expected a number greater than 0".to_owned())
+/// A finite number that is not negative.
+pub fn not_negative(text: &str) -> Result<f32, String> {
+    finite(text).ok().filter(|&v| v >= 0.0).ok_or_else(|| "expected a number, at least 0".to_owned())
 }
 
-/// Degrees above 0 and below 180.
+/// Degrees, 0.1 to 179.
 pub fn field_of_view(text: &str) -> Result<f32, String> {
     finite(text)
         .ok()
@@ -324,7 +321,8 @@ mod tests {
     fn limits_take_suffixes_and_refuse_nonsense() {
         assert_eq!(limit("triangles=2M"), Ok(("triangles".to_owned(), 2_000_000)));
         assert_eq!(limit("input_bytes=3Ki"), Ok(("input_bytes".to_owned(), 3072)));
-        for bad in ["triangles", "triangle=1", "triangles=", "triangles=-1", "nodes=1T", "nodes=99999999999G"] {
+        for bad in ["triangles", "triangle=1", "triangles=", "triangles=-1", "nodes=1T", "nodes=99999999999G"]
+        {
             assert!(limit(bad).is_err(), "{bad}");
         }
     }

@@ -36,7 +36,9 @@ fn picture(plane: &AovPlane) -> Vec<[u8; 3]> {
             return [0; 3];
         }
         match (plane.aov, p) {
-            (Aov::Depth, &[z]) => [byte(if far > near { 1.0 - 0.9 * ((z - near) / (far - near)) } else { 1.0 }); 3],
+            (Aov::Depth, &[z]) => {
+                [byte(if far > near { 1.0 - 0.9 * ((z - near) / (far - near)) } else { 1.0 }); 3]
+            }
             (Aov::Normal | Aov::CoatNormal, &[x, y, z]) => [x, y, z].map(|v| byte(v * 0.5 + 0.5)),
             (Aov::BaseColor, &[r, g, b]) => [r, g, b].map(linear_to_srgb8),
             (Aov::Coat, &[mask, roughness]) => [byte(mask), byte(roughness), 0],

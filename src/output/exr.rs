@@ -105,7 +105,9 @@ mod tests {
             .iter()
             .map(|&aov| AovPlane {
                 aov,
-                data: (0..width as usize * height as usize * aov.channels()).map(|k| k as f32 * 0.7).collect(),
+                data: (0..width as usize * height as usize * aov.channels())
+                    .map(|k| k as f32 * 0.7)
+                    .collect(),
             })
             .collect();
         Frame { width, height, pixels, aovs }
@@ -129,7 +131,9 @@ mod tests {
         let frame = picture(&[]);
         let image = read(&encode_exr(&frame, ExrPrecision::Float).unwrap());
         for (c, name) in ["R", "G", "B", "A"].into_iter().enumerate() {
-            assert!(samples(&image, name).iter().zip(&frame.pixels).all(|(v, p)| v.to_bits() == p[c].to_bits()));
+            assert!(
+                samples(&image, name).iter().zip(&frame.pixels).all(|(v, p)| v.to_bits() == p[c].to_bits())
+            );
         }
     }
 

@@ -74,11 +74,8 @@ fn write_runs(channel: &[u8], out: &mut Vec<u8>) {
         }
         // Plain bytes up to the next run that is worth it.
         let rest = &channel[at..];
-        let len = rest
-            .windows(LEAST_RUN)
-            .position(|w| w.iter().all(|&v| v == w[0]))
-            .unwrap_or(rest.len())
-            .min(128);
+        let len =
+            rest.windows(LEAST_RUN).position(|w| w.iter().all(|&v| v == w[0])).unwrap_or(rest.len()).min(128);
         out.push(len as u8);
         out.extend_from_slice(&rest[..len]);
         at += len;

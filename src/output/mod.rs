@@ -165,7 +165,8 @@ mod tests {
 
     #[test]
     fn frames_that_do_not_fit_their_size_are_refused() {
-        let frame = |width, height, len| Frame { width, height, pixels: vec![[0.0; 4]; len], aovs: Vec::new() };
+        let frame =
+            |width, height, len| Frame { width, height, pixels: vec![[0.0; 4]; len], aovs: Vec::new() };
         for format in OutputFormat::ALL {
             for bad in [frame(0, 4, 0), frame(4, 0, 0), frame(2, 2, 3)] {
                 assert!(encode(&bad, format, &OutputOptions::default()).is_err(), "{format}");
