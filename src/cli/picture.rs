@@ -185,7 +185,7 @@ fn explicit_camera(description: &SceneCamera, eye: [f32; 3], scene: &Scene) -> R
     let distance: f64 =
         (0..3).map(|k| f64::from(eye[k]) - f64::from(target[k])).map(|d| d * d).sum::<f64>().sqrt();
     let near = description.near.unwrap_or((distance * 1e-3) as f32);
-    let near = if near > 1e-6 { near } else { 1e-6 };
+    let near = if near > Camera::MIN_NEAR { near } else { Camera::MIN_NEAR };
     Ok(Camera { eye, target, up: description.up.unwrap_or([0.0, 1.0, 0.0]), projection, near })
 }
 
