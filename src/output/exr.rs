@@ -23,7 +23,7 @@ pub enum ExrPrecision {
 /// An OpenEXR file with one part: the picture in R, G, B, A (linear Rec. 709, premultiplied), every G-buffer plane
 /// of the frame as a layer of 32-bit floats: `depth.Z`, `normal.X` `.Y` `.Z`, `coat-normal.X` `.Y` `.Z`,
 /// `base-color.R` `.G` `.B`, `roughness.Y`, `metallic.Y`, `coat.mask`, `coat.roughness`, `material-id.Y`,
-/// `object-id.Y`, `uv.U` `.V`, `coverage.Y`. ZIP compression of 16 rows.
+/// `object-id.Y`, `uv.U` `.V`, `coverage.Y`.
 ///
 /// # Errors
 /// [`OutputError::Encode`] if a side is 0 or a plane does not have the frame's size.
@@ -48,7 +48,9 @@ pub fn encode_exr(frame: &Frame, precision: ExrPrecision) -> Result<Vec<u8>, Out
         }
     }
     let encoding = Encoding {
-        compression: Compression::ZIP16,
+        // 3 to 4 ms for renders of 512 x 512 in half, where ZIP takes 17 to 22 for two thirds of the size: writing
+        // must not take longer than rendering.
+        compression: Compression::RLE,
         blocks: Blocks::ScanLines,
         line_order: LineOrder::Increasing,
     };
