@@ -7,6 +7,7 @@
 pub mod args;
 pub mod failure;
 pub mod input;
+mod label;
 pub mod picture;
 mod progress;
 mod render;
