@@ -4,7 +4,7 @@
 //! `f32`); argument reduction after Cody and Waite, the double-length arithmetic of the power after Dekker.
 
 use super::real::Real;
-use std::f32::consts::LOG2_E;
+use std::f32::consts::{LN_2, LOG2_E};
 
 /// Adding and subtracting this rounds to the nearest integer, for magnitudes below 2^22: the sum has no room for
 /// fraction bits. The low bits of the sum are the integer.
@@ -53,11 +53,13 @@ pub(super) fn exp_transmittance<R: Real>(x: R) -> R {
     R::select(x.lt(x.constant(-25.0)), x.constant(0.0), y)
 }
 
-/// `2^r` for |r| <= 1/2: 1 + r q(r), 2^-28.9.
+/// `2^r` for |r| <= 1/2: 1 + r ln 2 + r^2 q(r), 2^-28.3, with an exact leading product.
 #[inline(always)]
 fn exp2_fraction<R: Real>(r: R) -> R {
-    let c = [0.693_147_2, 0.240_226_48, 0.055_503_324, 9.618_438e-3, 1.339_888_7e-3, 1.535_334_4e-4];
-    r * r.polynomial(c) + 1.0
+    let high = r.high_half();
+    let q = r.polynomial([0.240_226_48, 0.055_503_62, 9.618_526e-3, 1.339_017_3e-3, 1.532_118_3e-4]);
+    let small = r * r * q + (r - high) * LN_2 + high * LN2[1];
+    small + high * LN2[0] + 1.0
 }
 
 #[inline(always)]
@@ -111,8 +113,11 @@ fn ln_specials<R: Real>(x: R, y: R) -> R {
 pub(super) fn ln<R: Real>(x: R) -> R {
     let (m, n) = split_exponent(x);
     let f = m - 1.0;
-    // From the smallest term to the largest; the last product is exact.
-    ln_specials(x, ln_tail(f) + n * LN2[1] + f + n * LN2[0])
+    // The product is exact; what its sum with f loses (nothing for n = 0) is added back with the small terms.
+    let high = n * LN2[0];
+    let sum = high + f;
+    let lost = (high - sum) + f;
+    ln_specials(x, (ln_tail(f) + n * LN2[1] + lost) + sum)
 }
 
 #[inline(always)]
@@ -142,12 +147,12 @@ fn log2_long<R: Real>(x: R) -> (R, R) {
     let f = m - 1.0;
     let d = m + 1.0;
     let reciprocal = d.constant(1.0) / d;
-    let s = f * reciprocal;
-    let s_high = s.high_half();
+    let s_high = (f * reciprocal).high_half();
     let d_high = d.high_half();
     // m + 1 does not always fit 24 bits; this is what the first 12 lack.
     let d_low = m - (d_high - 1.0);
     let s_low = (f - s_high * d_high - s_high * d_low) * reciprocal;
+    let s = s_high + s_low;
     let z = s * s;
     // (log2(m) - C s) / s^3, 2^-30 of log2(m).
     let cubic = z * s * z.polynomial([0.961_798_3, 0.576_752_66, 0.430_997_07]);
@@ -172,11 +177,12 @@ pub(super) fn pow<R: Real>(x: R, y: R) -> R {
     let product_high = y_high * log_high;
     let product_low = y_low * log_high + exponent * log_low;
     let product = product_high + product_low;
-    let inside = product.abs().lt(x.constant(160.0));
-    let (n, integer) = nearest(product.limited(-151.0, 129.0));
+    let limited = product.limited(-151.0, 129.0);
+    let (n, integer) = nearest(limited);
     let fraction = (product_high - n) + product_low;
-    let fraction = R::select(inside, fraction, zero);
-    let power = scaled(exp2_fraction(fraction.limited(-24.0, 24.0)), integer);
+    // Where the limit was reached, the power of the limit is 0 or infinity already.
+    let fraction = R::select(product.eq(limited), fraction, zero);
+    let power = scaled(exp2_fraction(fraction), integer);
 
     let swapped = R::select(y.lt(zero), one / x.abs(), x.abs());
     let of_zero_or_infinity = R::select(y.eq(zero), one, swapped);

@@ -24,12 +24,12 @@ const UNARY: [Unary; 8] = [
         domain: [-25.0, 87.0],
         ulp: 1.0,
     },
-    Unary { name: "exp2", twin: scalar::exp2, reference: f64::exp2, domain: [-151.0, 129.0], ulp: 1.0 },
-    Unary { name: "ln", twin: scalar::ln, reference: f64::ln, domain: [0.0, f32::INFINITY], ulp: 1.0 },
-    Unary { name: "log2", twin: scalar::log2, reference: f64::log2, domain: [0.0, f32::INFINITY], ulp: 2.0 },
+    Unary { name: "exp2", twin: scalar::exp2, reference: f64::exp2, domain: [-151.0, 129.0], ulp: 0.9 },
+    Unary { name: "ln", twin: scalar::ln, reference: f64::ln, domain: [0.0, f32::INFINITY], ulp: 0.85 },
+    Unary { name: "log2", twin: scalar::log2, reference: f64::log2, domain: [0.0, f32::INFINITY], ulp: 1.5 },
     Unary { name: "sin", twin: scalar::sin, reference: f64::sin, domain: [-8192.0, 8192.0], ulp: 2.0 },
     Unary { name: "cos", twin: scalar::cos, reference: f64::cos, domain: [-8192.0, 8192.0], ulp: 2.0 },
-    Unary { name: "acos", twin: scalar::acos, reference: f64::acos, domain: [-1.0, 1.0], ulp: 2.0 },
+    Unary { name: "acos", twin: scalar::acos, reference: f64::acos, domain: [-1.0, 1.0], ulp: 1.2 },
 ];
 
 #[inline(always)]
@@ -136,21 +136,26 @@ fn all_unary_one<L: Lanes>(l: L, index: usize, x: &[f32; LANES]) -> [f32; LANES]
     .to_array()
 }
 
-#[test]
-fn errors_stay_below_what_is_stated() {
-    for (function, (error, at)) in UNARY.iter().zip(measure(1021)) {
+fn check_errors(stride: u32) {
+    let mut exceeded = Vec::new();
+    for (function, (error, at)) in UNARY.iter().zip(measure(stride)) {
         println!("{}: {error:.4} ULP at {at:e}", function.name);
-        assert!(error <= function.ulp, "{}: {error} ULP at {at:e}", function.name);
+        if error > function.ulp {
+            exceeded.push(function.name);
+        }
     }
+    assert!(exceeded.is_empty(), "above the stated error: {exceeded:?}");
 }
 
 #[test]
-#[ignore = "exhaustive, minutes in release; the source of the errors in the documentation"]
+fn errors_stay_below_what_is_stated() {
+    check_errors(1021);
+}
+
+#[test]
+#[ignore = "over every f32, takes minutes; the source of the errors in the documentation"]
 fn errors_over_every_f32() {
-    for (function, (error, at)) in UNARY.iter().zip(measure(1)) {
-        println!("{}: {error:.4} ULP at {at:e}", function.name);
-        assert!(error <= function.ulp, "{}: {error} ULP at {at:e}", function.name);
-    }
+    check_errors(1);
 }
 
 /// A small generator (PCG-like output of a linear congruence), seeded by the caller.
@@ -175,7 +180,10 @@ fn pow_and_atan2_stay_below_their_stated_error() {
             // Close to 1 with large exponents.
             1 => (1.0 + (unit() - 0.5) * 0.01, (unit() - 0.5) * 2e4),
             // Everything whose power is finite.
-            2 => (f32::from_bits(next() & 0x7fff_ffff), (unit() - 0.5) * 40.0),
+            2 => {
+                let exponent = (unit() - 0.5) * 40.0;
+                (f32::from_bits(next() & 0x7fff_ffff), exponent)
+            }
             _ => (unit() * 2.0, (unit() - 0.5) * 250.0),
         };
         if x.is_finite() {
@@ -196,7 +204,7 @@ fn pow_and_atan2_stay_below_their_stated_error() {
         }
     }
     println!("pow in transfer functions {:?}, anywhere {:?}, atan2 {:?}", worst[0], worst[1], worst[2]);
-    assert!(worst[0].0 <= 1.2 && worst[1].0 <= 3.0 && worst[2].0 <= 2.0, "{worst:?}");
+    assert!(worst[0].0 <= 1.1 && worst[1].0 <= 3.0 && worst[2].0 <= 1.8, "{worst:?}");
 }
 
 #[test]

@@ -4,9 +4,9 @@ use super::exp_log::nearest;
 use super::real::Real;
 use std::f32::consts::{FRAC_2_PI, FRAC_PI_2, FRAC_PI_4, PI};
 
-/// pi / 2 in three parts; the first two have 11 bits, so that their products with a quadrant number below 2^13
+/// pi / 2 in four parts; the first three have 11 bits, so that their products with a quadrant number below 2^13
 /// are exact.
-const HALF_PI: [f32; 3] = [1.570_312_5, 4.837_513e-4, 7.549_790_1e-8];
+const HALF_PI: [f32; 4] = [1.570_312_5, 4.837_513e-4, 7.549_533_6e-8, 2.563_344e-12];
 
 /// pi / 4 in two parts; small multiples of the first are exact.
 const QUARTER_PI: [f32; 2] = [0.78539753, 6.33795423e-07];
@@ -33,7 +33,7 @@ fn cos_kernel<R: Real>(r: R) -> R {
 #[inline(always)]
 fn sin_of_quadrant<R: Real>(x: R, quarter: i32) -> R {
     let (n, quadrant) = nearest(x * FRAC_2_PI);
-    let r = x - n * HALF_PI[0] - n * HALF_PI[1] - n * HALF_PI[2];
+    let r = x - n * HALF_PI[0] - n * HALF_PI[1] - n * HALF_PI[2] - n * HALF_PI[3];
     // Beyond the documented range the remainder means nothing; the result still lies in -1 to 1.
     let r = r.limited(-FRAC_PI_4 - 1e-3, FRAC_PI_4 + 1e-3);
     let quadrant = quadrant + quarter;
@@ -81,14 +81,14 @@ pub(super) fn atan2<R: Real>(y: R, x: R) -> R {
     let steep = ax.lt(ay);
     let short = R::select(steep, ax, ay);
     let long = R::select(steep, ay, ax);
-    // atan(q) = pi / 4 + atan((q - 1) / (q + 1)) above tan(pi / 8).
-    let turned = (long * 0.414_213_57).lt(short);
+    // Above 1/2, where the difference is exact: atan(q) = pi / 4 + atan((q - 1) / (q + 1)).
+    let turned = (long * 0.5).lt(short);
     let numerator = R::select(turned, short - long, short);
     let denominator = R::select(turned, short + long, long);
     let q = numerator / R::select(long.eq(zero), one, denominator);
     let z = q * q;
-    let tail =
-        q * z * z.polynomial([-0.333_333_16, 0.199_984_61, -0.142_433_1, 0.105_920_76, -0.060_736_053]);
+    let c = [-0.333_333_28, 0.199_994_9, -0.142_720_7, 0.109_408_98, -0.079_837_255, 0.038_718_242];
+    let tail = q * z * z.polynomial(c);
     // The angle is eighths * pi / 4 +- atan(q): the reflections at the diagonal and at the y axis in one sum.
     let eighths = R::select(turned, one, zero);
     let eighths = R::select(steep, eighths.constant(2.0) - eighths, eighths);
