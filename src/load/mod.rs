@@ -4,6 +4,7 @@
 //! Partial loss (an extension that is not known, a texture that cannot be read) is a [`Warning`] that names what was
 //! dropped; a file that cannot be drawn as meant is a [`LoadError`].
 
+mod budget;
 mod environment;
 mod error;
 mod gltf;
@@ -18,6 +19,7 @@ mod stl;
 mod tangents;
 mod text;
 mod vertices;
+mod warnings;
 
 pub use environment::{load as load_environment, load_file as load_environment_file};
 pub use error::{LoadError, Warning};
