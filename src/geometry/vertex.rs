@@ -64,9 +64,9 @@ pub fn transform_vertices<L: Lanes>(l: L, view: &DrawView, positions: &[[f32; 3]
             coordinates[1][k] = p[1];
             coordinates[2][k] = p[2];
         }
-        let [x, y, z] = coordinates.map(|c| l.load(&c));
-        let row = |r: &[f32; 4]| ((x * r[0] + y * r[1]) + z * r[2]) + r[3];
-        let (x, y, w) = (row(&view.x), row(&view.y), row(&view.distance));
+        let [x, y, z] = [l.load(&coordinates[0]), l.load(&coordinates[1]), l.load(&coordinates[2])];
+        let position = [x, y, z];
+        let (x, y, w) = (row(&view.x, &position), row(&view.y, &position), row(&view.distance, &position));
         let (inverse, depth) = if view.perspective {
             let inverse = w.recip();
             (inverse, inverse)
@@ -82,13 +82,24 @@ pub fn transform_vertices<L: Lanes>(l: L, view: &DrawView, positions: &[[f32; 3]
             & (bound + x).ge(zero)
             & (bound - y).ge(zero)
             & (bound + y).ge(zero);
-        let limit = guard * 256.0;
-        let snap = |v: L::F| (v * inverse * 256.0 + 0.5).floor().clamp_to(-limit, limit).to_int();
-        let xs = inside.select_i(snap(x), l.splat_i(ScreenVertex::OUTSIDE)).to_array();
-        let ys = snap(y).to_array();
+        let xs = inside.select_i(snap(x * inverse), l.splat_i(ScreenVertex::OUTSIDE)).to_array();
+        let ys = snap(y * inverse).to_array();
         let depth = depth.to_array();
         for (k, out) in out.iter_mut().enumerate() {
             *out = ScreenVertex { x: xs[k], y: ys[k], depth: depth[k] };
         }
     }
+}
+
+/// A row of the view's matrix times a position.
+#[inline(always)]
+fn row<F: Float>(r: &[f32; 4], p: &[F; 3]) -> F {
+    ((p[0] * r[0] + p[1] * r[1]) + p[2] * r[2]) + r[3]
+}
+
+/// Pixels to the nearest sub-pixel within the guard band.
+#[inline(always)]
+fn snap<F: Float>(pixels: F) -> F::I {
+    let limit = (GUARD_BAND * 256) as f32;
+    (pixels * 256.0 + 0.5).floor().clamp_to(-limit, limit).to_int()
 }

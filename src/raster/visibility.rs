@@ -76,7 +76,7 @@ impl Visibility {
 
     /// Draws a triangle: samples that it covers and where it is nearer than what is there (greater depth; the earlier
     /// triangle stays on ties) become `identity`. `keep(column, row, sample, covered)` may take samples away before
-    /// they count (alpha masks); it gets the block's first pixel and returns the mask to keep.
+    /// they count (alpha masks); it gets the block's first pixel and the covered lanes, and returns those to keep.
     #[inline(always)]
     pub fn draw<L: Lanes>(
         &mut self,
@@ -85,45 +85,54 @@ impl Visibility {
         identity: u32,
         origin: TileOrigin,
         pattern: &SamplePattern,
-        mut keep: Option<&mut dyn FnMut(i32, i32, usize, L::M) -> L::M>,
+        mut keep: Option<&mut dyn FnMut(i32, i32, usize, u16) -> u16>,
     ) {
         let plane = DepthPlane::new(l, triangle, origin);
         let edges = EdgeFunctions::new(triangle, origin, pattern);
         let lane_edges = lane_offsets(l, &edges);
         let identity = l.splat_i(identity as i32);
-        for_each_block(triangle, &edges, origin, self.width, self.height, |span| {
-            let block = (span.row as usize / BLOCK) * self.columns + span.column as usize / BLOCK;
-            if plane.largest_value <= self.block_depth[block] {
-                return;
-            }
-            let corner = lane_edges.at(&edges, &span);
-            let mut all_written = span.full && keep.is_none();
-            for (sample, offset) in pattern.offsets().iter().enumerate() {
-                let mut covered =
-                    if span.full { l.mask(u16::MAX) } else { corner.inside(&edges.constants[sample]) };
-                if !span.full && !covered.any() {
-                    continue;
+        for_each_block(
+            triangle,
+            &edges,
+            origin,
+            self.width,
+            self.height,
+            #[inline(always)]
+            |span: BlockSpan| {
+                let block = (span.row as usize / BLOCK) * self.columns + span.column as usize / BLOCK;
+                if plane.largest_value <= self.block_depth[block] {
+                    return;
                 }
-                let index = block * self.samples + sample;
-                let depth = plane.at(l, &span, *offset);
-                let old = l.load(&self.depth[index]);
-                covered = covered & depth.gt(old);
-                if !covered.any() {
-                    continue;
+                let corner = lane_edges.at(&edges, &span);
+                let mut all_written = span.full && keep.is_none();
+                for (sample, offset) in pattern.offsets().iter().enumerate() {
+                    let mut covered =
+                        if span.full { l.mask(u16::MAX) } else { corner.inside(&edges.constants[sample]) };
+                    if !span.full && !covered.any() {
+                        continue;
+                    }
+                    let index = block * self.samples + sample;
+                    let depth = plane.at(l, &span, *offset);
+                    let old = l.load(&self.depth[index]);
+                    covered = covered & depth.gt(old);
+                    if !covered.any() {
+                        continue;
+                    }
+                    if let Some(keep) = keep.as_mut() {
+                        covered =
+                            l.mask(keep(span.column, span.row, sample, covered.bits()) & covered.bits());
+                    }
+                    self.depth[index] = covered.select(depth, old).to_array();
+                    let seen = l.load_i(&self.triangle[index]);
+                    self.triangle[index] = covered.select_i(identity, seen).to_array();
                 }
-                if let Some(keep) = keep.as_mut() {
-                    covered = covered & keep(span.column, span.row, sample, covered);
+                // Every sample now holds at least the triangle's smallest depth.
+                all_written &= plane.smallest_value > self.block_depth[block];
+                if all_written {
+                    self.block_depth[block] = plane.smallest_value;
                 }
-                self.depth[index] = covered.select(depth, old).to_array();
-                let seen = l.load_i(&self.triangle[index]);
-                self.triangle[index] = covered.select_i(identity, seen).to_array();
-            }
-            // Every sample now holds at least the triangle's smallest depth.
-            all_written &= plane.smallest_value > self.block_depth[block];
-            if all_written {
-                self.block_depth[block] = plane.smallest_value;
-            }
-        });
+            },
+        );
     }
 
     /// Visits the samples that a triangle covers in front of everything drawn so far, without drawing it:
@@ -140,26 +149,34 @@ impl Visibility {
         let plane = DepthPlane::new(l, triangle, origin);
         let edges = EdgeFunctions::new(triangle, origin, pattern);
         let lane_edges = lane_offsets(l, &edges);
-        for_each_block(triangle, &edges, origin, self.width, self.height, |span| {
-            let block = (span.row as usize / BLOCK) * self.columns + span.column as usize / BLOCK;
-            if plane.largest_value <= self.block_depth[block] {
-                return;
-            }
-            let corner = lane_edges.at(&edges, &span);
-            let mut masks = [0_u16; LANES];
-            for (sample, offset) in pattern.offsets().iter().enumerate() {
-                let covered =
-                    if span.full { l.mask(u16::MAX) } else { corner.inside(&edges.constants[sample]) };
-                let old = l.load(&self.depth[block * self.samples + sample]);
-                let visible = (covered & plane.at(l, &span, *offset).gt(old)).bits();
-                for (k, mask) in masks.iter_mut().enumerate() {
-                    *mask |= (visible >> k & 1) << sample;
+        for_each_block(
+            triangle,
+            &edges,
+            origin,
+            self.width,
+            self.height,
+            #[inline(always)]
+            |span: BlockSpan| {
+                let block = (span.row as usize / BLOCK) * self.columns + span.column as usize / BLOCK;
+                if plane.largest_value <= self.block_depth[block] {
+                    return;
                 }
-            }
-            if masks.iter().any(|&m| m != 0) {
-                visit(span.column, span.row, &masks);
-            }
-        });
+                let corner = lane_edges.at(&edges, &span);
+                let mut masks = [0_u16; LANES];
+                for (sample, offset) in pattern.offsets().iter().enumerate() {
+                    let covered =
+                        if span.full { l.mask(u16::MAX) } else { corner.inside(&edges.constants[sample]) };
+                    let old = l.load(&self.depth[block * self.samples + sample]);
+                    let visible = (covered & plane.at(l, &span, *offset).gt(old)).bits();
+                    for (k, mask) in masks.iter_mut().enumerate() {
+                        *mask |= (visible >> k & 1) << sample;
+                    }
+                }
+                if masks.iter().any(|&m| m != 0) {
+                    visit(span.column, span.row, &masks);
+                }
+            },
+        );
     }
 }
 

@@ -4,7 +4,7 @@ use super::draws::DrawState;
 use crate::gbuffer::{Batch, Fragment, TriangleSource, extract_fragments, push_masked_fragments};
 use crate::geometry::Chunk;
 use crate::limits::Limits;
-use crate::math::lanes::{Float, LANES, Lanes};
+use crate::math::lanes::{Float, LANES, Lanes, Mask};
 use crate::raster::{NOT_CLIPPED, SamplePattern, TileOrigin, Triangle, Visibility};
 use crate::scene::AlphaMode;
 use crate::shade::{ShadeContext, alpha_passes, evaluate_surface, shade};
@@ -131,18 +131,24 @@ fn draw_triangles<L: Lanes>(
                     let source = TileTriangles { chunks: pass.chunks, identities: &scratch.identities };
                     let draws = pass.shade.draws;
                     let material = &pass.shade.materials[draws[chunk.draw as usize].material as usize];
+                    // A call through a pointer leaves the instruction set: `run` enters it again.
                     let mut keep = |column, row, sample, _covered| {
-                        let batch = Batch::of_block(
-                            identity,
-                            &source,
-                            draws,
-                            origin,
-                            column,
-                            row,
-                            sample,
-                            pass.pattern,
-                        );
-                        alpha_passes(l, &pass.shade, material, cutoff, &batch)
+                        l.run(
+                            #[inline(always)]
+                            || {
+                                let batch = Batch::of_block(
+                                    identity,
+                                    &source,
+                                    draws,
+                                    origin,
+                                    column,
+                                    row,
+                                    sample,
+                                    pass.pattern,
+                                );
+                                alpha_passes(l, &pass.shade, material, cutoff, &batch).bits()
+                            },
+                        )
                     };
                     scratch.visibility.draw(l, triangle, identity, origin, pass.pattern, Some(&mut keep));
                 }
@@ -165,9 +171,16 @@ fn draw_blended<L: Lanes>(
     for &identity in blended.iter() {
         let (chunk, index) = identities[identity as usize];
         let triangle = &pass.chunks[chunk as usize].triangles[index as usize];
-        visibility.visit_visible(l, triangle, origin, pass.pattern, |column, row, masks| {
-            push_masked_fragments(identity, column, row, masks, width, height, fragments);
-        });
+        visibility.visit_visible(
+            l,
+            triangle,
+            origin,
+            pass.pattern,
+            #[inline(always)]
+            |column, row, masks| {
+                push_masked_fragments(identity, column, row, masks, width, height, fragments);
+            },
+        );
     }
 }
 
@@ -207,7 +220,10 @@ fn shade_fragments<L: Lanes>(
                 pass.pattern,
             );
             let surface = evaluate_surface(l, &pass.shade, material, &batch);
-            let radiance = shade(l, &pass.shade, material, &surface).map(|c| c.to_array());
+            let radiance = shade(l, &pass.shade, material, &surface).map(
+                #[inline(always)]
+                |c| c.to_array(),
+            );
             let alpha = surface.alpha.to_array();
             let depth = surface.depth.to_array();
             for (k, &index) in indices.iter().enumerate() {

@@ -17,10 +17,10 @@ use crate::color::srgb::srgb_to_linear;
 use crate::limits::Limits;
 use crate::load::budget::Budget;
 use crate::load::image::{self, Header, ImageError};
-use crate::load::plain::default_material;
+use crate::load::plain::{default_material, read_near};
 use crate::load::text::{float, quoted};
 use crate::load::warnings::Warnings;
-use crate::load::{Context, LoadError, ResolveError};
+use crate::load::{Context, LoadError};
 use crate::scene::{
     AlphaMode, AlphaUse, ColorSpace, Image, Material, MaterialId, NormalTexture, Sampler, Scene, SceneError,
     Texture, TextureId, TextureRef, Workflow,
@@ -356,21 +356,6 @@ fn read_library(
         warnings.add(|| format!("OBJ: the material library is left out: {whole}"));
     }
     found
-}
-
-/// Reads a file that the model names; one that would lead out of the model's folder, as absolute paths of the
-/// author's machine do, is looked for in that folder itself.
-fn read_near(context: &Context<'_>, name: &str, limit: u64) -> Result<Vec<u8>, ResolveError> {
-    let portable = name.replace('\\', "/");
-    let portable = portable.strip_prefix("./").unwrap_or(&portable);
-    match context.resolver.read(portable, limit) {
-        Err(ResolveError::Outside(outside)) => {
-            let last = portable.rsplit('/').next().filter(|last| !last.is_empty() && *last != portable);
-            let nearby = last.map(|last| context.resolver.read(last, limit));
-            nearby.and_then(Result::ok).ok_or(ResolveError::Outside(outside))
-        }
-        other => other,
-    }
 }
 
 /// The texture statements of a material.
