@@ -351,8 +351,7 @@ pub fn surface<L: Lanes>(
     let coat = data.coat.as_ref().map(
         #[inline(always)]
         |coat| {
-            let layer =
-                initialize_brdf_data_clear_coat(l, version, coat.mask, coat.smoothness, &mut base);
+            let layer = initialize_brdf_data_clear_coat(l, version, coat.mask, coat.smoothness, &mut base);
             let (normal, fresnel) = match coat.normal {
                 Some(normal) => (normal, fresnel_term(l, normal, view)),
                 None => (normal, fresnel),

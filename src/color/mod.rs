@@ -1,1 +1,3 @@
-//! (being built)
+//! Transfer functions and tone curves.
+
+pub mod srgb;

@@ -19,7 +19,7 @@ pub fn sample<L: Lanes>(
     _a: u32,
     _m: L::M,
 ) -> [L::F; 4] {
-    let image = &texture.levels()[0];
+    let image = texture.image();
     let wrap = |v: L::F, n: u32| {
         let v = v.clamp_to(-1e6, 1e6);
         ((v - v.floor()) * n as f32).clamp_to(0.0, (n - 1) as f32).to_int().to_array()

@@ -12,12 +12,17 @@ mod gltf;
 mod image;
 mod normals;
 mod obj;
+mod plain;
 mod ply;
+mod polygon;
 mod resolver;
 mod stl;
 mod tangents;
+mod text;
+mod vertices;
 mod warnings;
 
+pub use environment::{load as load_environment, load_file as load_environment_file};
 pub use error::{LoadError, Warning};
 pub use format::Format;
 pub use resolver::{DirectoryResolver, MemoryResolver, NoResolver, ResolveError, Resolver};
@@ -73,7 +78,8 @@ pub fn load_bytes(bytes: &[u8], format: Option<Format>, context: &Context<'_>) -
     check_size(bytes.len() as u64, context.limits)?;
     match format.or_else(|| Format::detect(bytes)) {
         Some(Format::Gltf | Format::Glb) => gltf::load(bytes, context),
-        Some(format @ (Format::Obj | Format::Stl | Format::Ply)) => {
+        Some(Format::Stl) => stl::load(bytes, context),
+        Some(format @ (Format::Obj | Format::Ply)) => {
             Err(LoadError::unsupported(format.name(), "this format cannot be read yet"))
         }
         None => Err(LoadError::UnknownFormat(

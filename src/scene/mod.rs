@@ -11,6 +11,7 @@ mod framing;
 mod light;
 mod material;
 mod mesh;
+mod mipmap;
 mod texture;
 mod transform;
 
@@ -21,7 +22,8 @@ pub use framing::{Bounds, Framing};
 pub use light::{Light, LightKind};
 pub use material::{AlphaMode, Material, NormalTexture, TextureRef, UvTransform, Workflow};
 pub use mesh::{Mesh, MeshData};
-pub use texture::{AlphaUse, ColorSpace, Filter, Image, MipFilter, Sampler, Texture, Wrap};
+pub(crate) use texture::LevelLayout;
+pub use texture::{AlphaUse, ColorSpace, Filter, Image, MipFilter, MipLevel, Sampler, Texture, Wrap};
 pub use transform::Transform;
 
 /// Largest magnitude of a coordinate, in object and in world space. Keeps squares and products of differences
