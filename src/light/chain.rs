@@ -109,13 +109,7 @@ pub(crate) fn seal<T: Copy>(samples: &mut [T], size: usize) {
 
 /// Bilinear lookup in a map of `size` x `size` texels from `start` on, at a place with coordinates in -1 to 1.
 #[inline(always)]
-pub(crate) fn bilinear<L: Lanes>(
-    l: L,
-    texels: &[u32],
-    start: L::I,
-    size: L::I,
-    place: [L::F; 2],
-) -> V3<L> {
+pub(crate) fn bilinear<L: Lanes>(l: L, texels: &[u32], start: L::I, size: L::I, place: [L::F; 2]) -> V3<L> {
     let last = (size - 1).to_float();
     let half = last * 0.5;
     let [x, y] = place.map(|c| (c * half + half).at_least(0.0).min(last));

@@ -41,7 +41,8 @@ impl PrefilteredEnvironment {
         // What is finer than the map would alias; four lookups a sample reach every pixel of a picture of 2048.
         let small = equirect::reduced(picture, 2048, 1024);
         let source = small.as_ref().unwrap_or(picture);
-        let cells = (source.width().max(2 * source.height()) as usize / 2).next_power_of_two().clamp(32, 1024);
+        let cells =
+            (source.width().max(2 * source.height()) as usize / 2).next_power_of_two().clamp(32, 1024);
         let mut environment = Self::from_grid(Grid::paint(source, cells + 1, 2, jobs, level), jobs, level);
         environment.picture = Some(Arc::clone(picture));
         environment

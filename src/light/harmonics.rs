@@ -98,8 +98,7 @@ fn direction(size: usize, column: usize, row: usize) -> [f64; 3] {
 /// that no tint appears.
 fn windowed(coefficients: [[f64; 3]; COEFFICIENTS]) -> [[f64; 3]; COEFFICIENTS] {
     const SIZE: usize = 33;
-    let bases: Vec<_> =
-        (0..SIZE * SIZE).map(|k| basis(direction(SIZE, k % SIZE, k / SIZE))).collect();
+    let bases: Vec<_> = (0..SIZE * SIZE).map(|k| basis(direction(SIZE, k % SIZE, k / SIZE))).collect();
     let apply = |s: f64| -> [[f64; 3]; COEFFICIENTS] {
         std::array::from_fn(|k| {
             let l = f64::from(BANDS[k]);

@@ -62,8 +62,7 @@ impl Grid {
             for (column, out) in values.iter_mut().enumerate() {
                 for (dy, wy) in [(-1, 0.25), (0, 0.5), (1, 0.25)] {
                     for (dx, wx) in [(-1, 0.25), (0, 0.5), (1, 0.25)] {
-                        let at =
-                            octahedral::wrap(self.size, 2 * column as isize + dx, 2 * row as isize + dy);
+                        let at = octahedral::wrap(self.size, 2 * column as isize + dx, 2 * row as isize + dy);
                         for c in 0..4 {
                             out[c] += wy * wx * self.values[at][c];
                         }
@@ -219,8 +218,7 @@ fn filter_run<L: Lanes>(
         let mut sum = vec3::splat(l, [0.0; 3]);
         for sample in samples {
             let [x, y, z] = sample.direction;
-            let direction: V3<L> =
-                std::array::from_fn(|c| tangent[c] * x + bitangent[c] * y + normal[c] * z);
+            let direction: V3<L> = std::array::from_fn(|c| tangent[c] * x + bitangent[c] * y + normal[c] * z);
             let (start, size) = pyramid.levels[sample.copy];
             let place = octahedral::encode(l, direction);
             let (start, size) = (l.splat_i(start as i32), l.splat_i(size as i32));
