@@ -10,6 +10,16 @@ pub enum Format {
     Gltf,
 }
 impl Format {
+    pub const ALL: [Self; 1] = [Self::Gltf];
+    pub fn extension(self) -> &'static str {
+        "gltf"
+    }
+    pub fn from_extension(_: &str) -> Option<Self> {
+        None
+    }
+    pub fn detect(_: &[u8]) -> Option<Self> {
+        None
+    }
     pub fn from_name(name: &str) -> Option<Self> {
         (name == "gltf").then_some(Self::Gltf)
     }
