@@ -87,8 +87,15 @@ pub fn sky() -> Result<EquirectImage, SceneError> {
 /// Black but for a strong light in one octant: its irradiance in bands up to the second falls below 0 on the far
 /// side.
 pub fn spotlight() -> Result<EquirectImage, SceneError> {
-    let pixels = (0..64 * 32_u32)
-        .map(|k| if (38..42).contains(&(k % 64)) && (9..12).contains(&(k / 64)) { [300.0; 3] } else { [0.0; 3] })
-        .collect();
+    let pixels =
+        (0..64 * 32_u32)
+            .map(|k| {
+                if (38..42).contains(&(k % 64)) && (9..12).contains(&(k / 64)) {
+                    [300.0; 3]
+                } else {
+                    [0.0; 3]
+                }
+            })
+            .collect();
     EquirectImage::new(64, 32, pixels)
 }

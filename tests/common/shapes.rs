@@ -85,9 +85,12 @@ pub fn cube() -> MeshData {
     let mut all = MeshData::default();
     for [n, t] in FACES {
         let b = [n[1] * t[2] - n[2] * t[1], n[2] * t[0] - n[0] * t[2], n[0] * t[1] - n[1] * t[0]];
-        append(&mut all, &surface(1, 1, |u, v| {
-            (std::array::from_fn(|k| n[k] + t[k] * (2.0 * u - 1.0) + b[k] * (1.0 - 2.0 * v)), n, t)
-        }));
+        append(
+            &mut all,
+            &surface(1, 1, |u, v| {
+                (std::array::from_fn(|k| n[k] + t[k] * (2.0 * u - 1.0) + b[k] * (1.0 - 2.0 * v)), n, t)
+            }),
+        );
     }
     all
 }

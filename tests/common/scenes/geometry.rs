@@ -101,11 +101,8 @@ fn fill_rule() -> Built {
 /// none does, too dark.
 fn fill_rule_blend() -> Built {
     let mut s = Stage::dark()?;
-    let white = Material {
-        base_color: [1.0, 1.0, 1.0, 0.5],
-        alpha_mode: AlphaMode::Blend,
-        ..unlit(1.0, 1.0, 1.0)
-    };
+    let white =
+        Material { base_color: [1.0, 1.0, 1.0, 0.5], alpha_mode: AlphaMode::Blend, ..unlit(1.0, 1.0, 1.0) };
     let material = s.material(white)?;
     let (fan, mut grid) = torture_mesh();
     grid.colors.clear();

@@ -67,8 +67,7 @@ fn spot_lights() -> Built {
         ([0.0, 3.0, 0.0], [0.0, 1.0, 0.0], [0.9, 0.5], [0.0, 1.0, 0.0]),
     ] {
         let [inner_cone_cosine, outer_cone_cosine] = cosines;
-        let kind =
-            LightKind::Spot { position, direction, range: None, inner_cone_cosine, outer_cone_cosine };
+        let kind = LightKind::Spot { position, direction, range: None, inner_cone_cosine, outer_cone_cosine };
         s.scene.add_light(Light { kind, color, intensity: 20.0 })?;
     }
     s.seen(camera())
@@ -106,7 +105,8 @@ fn lambert() -> Built {
     s.scene.add_light(Light { kind, color: [1.0; 3], intensity: std::f32::consts::PI })?;
     let pane = s.mesh(square(1))?;
     for (k, albedo) in [0.2, 0.5, 1.0].into_iter().enumerate() {
-        let material = s.material(Material { ior: 1.0, specular: 0.0, ..plastic(albedo, albedo, albedo, 1.0) })?;
+        let material =
+            s.material(Material { ior: 1.0, specular: 0.0, ..plastic(albedo, albedo, albedo, 1.0) })?;
         s.place(pane, material, at([k as f64 * 0.66 - 0.66, 0.0, 0.0], 0.3)?)?;
     }
     s.seen(flat_view())

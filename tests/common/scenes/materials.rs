@@ -50,9 +50,7 @@ fn grid(
 
 /// Coat mask to the right, coat roughness downwards, over a red plastic base.
 fn coat_grid() -> Built {
-    grid(5, 5, |_, x, y| {
-        Ok(Material { coat: x, coat_roughness: y, ..plastic(0.6, 0.04, 0.03, 0.6) })
-    })
+    grid(5, 5, |_, x, y| Ok(Material { coat: x, coat_roughness: y, ..plastic(0.6, 0.04, 0.03, 0.6) }))
 }
 
 /// The same over a base of the specular workflow, whose F0 is not that of a dielectric.
@@ -149,7 +147,9 @@ fn material_textures() -> Built {
                     ..base
                 }
             }
-            (false, true) => Material { specular_texture: Some(s.data(ramp(64)?)?), ..plastic(0.0, 0.0, 0.0, 0.2) },
+            (false, true) => {
+                Material { specular_texture: Some(s.data(ramp(64)?)?), ..plastic(0.0, 0.0, 0.0, 0.2) }
+            }
             (true, true) => {
                 let colors = checker(32, 4, [[255, 60, 60], [60, 60, 255]])?;
                 let texture = s.colors(colors, Sampler::default())?;
@@ -165,7 +165,8 @@ fn coat_normal_map() -> Built {
     s.key_light(2.0)?;
     let texture = s.data(bumps(64, 4)?)?;
     let ball = s.mesh(repeat_uv(sphere(40), 2.0))?;
-    for (k, (base, coat)) in [(false, false), (false, true), (true, false), (true, true)].into_iter().enumerate()
+    for (k, (base, coat)) in
+        [(false, false), (false, true), (true, false), (true, true)].into_iter().enumerate()
     {
         let map = |on: bool| on.then_some(NormalTexture { texture, scale: 0.7 });
         let material = s.material(Material {
@@ -246,8 +247,7 @@ fn grazing_normals() -> Built {
     let ring = s.mesh(repeat_uv(torus(0.4, 48), 3.0))?;
     let strong = Some(NormalTexture { texture, scale: 3.0 });
     let mirror = s.material(Material { normal_texture: strong, ..metal(0.9, 0.9, 0.9, 0.1) })?;
-    let coated =
-        s.material(Material { coat: 1.0, normal_texture: strong, ..plastic(0.6, 0.1, 0.1, 0.3) })?;
+    let coated = s.material(Material { coat: 1.0, normal_texture: strong, ..plastic(0.6, 0.1, 0.1, 0.3) })?;
     s.place(ring, mirror, turned([0.0, 0.75, 0.0], [1.0, 0.0, 0.0], [0.26, 0.966], 1.0)?)?;
     s.place(ring, coated, turned([0.0, -0.75, 0.0], [1.0, 0.0, 0.0], [0.1, 0.995], 1.0)?)?;
     s.seen(look([0.0, 0.6, 6.0], [0.0; 3], 30.0))
@@ -293,7 +293,8 @@ fn emissive() -> Built {
     let ball = s.mesh(sphere(32))?;
     let picture = checker(32, 4, [[255, 40, 0], [0, 0, 0]])?;
     let texture = s.colors(picture, Sampler::default())?;
-    for (k, (strength, textured)) in [(0.25, false), (1.0, false), (4.0, false), (2.0, true)].into_iter().enumerate()
+    for (k, (strength, textured)) in
+        [(0.25, false), (1.0, false), (4.0, false), (2.0, true)].into_iter().enumerate()
     {
         let material = s.material(Material {
             emissive: if textured { [strength; 3] } else { [strength, 0.4 * strength, 0.1 * strength] },

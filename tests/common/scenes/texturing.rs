@@ -6,7 +6,8 @@ use crate::common::shapes::{ground, noise, repeat_uv, sphere, square, surface};
 use crate::common::stage::{Built, Stage, at, flat_view, look, plastic, turned, unlit};
 use overcoat::math::double;
 use overcoat::scene::{
-    AlphaMode, AlphaUse, ColorSpace, Filter, Material, MipFilter, Sampler, TextureRef, Transform, UvTransform, Wrap,
+    AlphaMode, AlphaUse, ColorSpace, Filter, Material, MipFilter, Sampler, TextureRef, Transform,
+    UvTransform, Wrap,
 };
 use std::f64::consts::TAU;
 
@@ -91,7 +92,8 @@ fn wraps() -> Built {
 /// One texture of fine stripes at 1 to 64 repetitions: ever greyer, in linear light.
 fn mip_levels() -> Built {
     let mut s = Stage::dark()?;
-    let picture = image(64, 64, |x, y| if (x / 2 + y / 8) % 2 == 0 { [255, 255, 255, 255] } else { [0, 0, 40, 255] })?;
+    let picture =
+        image(64, 64, |x, y| if (x / 2 + y / 8) % 2 == 0 { [255, 255, 255, 255] } else { [0, 0, 40, 255] })?;
     let texture = s.colors(picture, Sampler::default())?;
     let material = s.material(textured(texture))?;
     for k in 0..9 {
@@ -126,7 +128,8 @@ fn odd_sizes() -> Built {
 fn uv_seam() -> Built {
     let mut s = Stage::new()?;
     let texture = s.colors(checker(128, 16, [[230, 120, 30], [30, 60, 120]])?, Sampler::default())?;
-    let material = s.material(Material { base_color_texture: Some(texture), ..plastic(1.0, 1.0, 1.0, 0.8) })?;
+    let material =
+        s.material(Material { base_color_texture: Some(texture), ..plastic(1.0, 1.0, 1.0, 0.8) })?;
     let mut column = surface(32, 1, |u, v| {
         let (sin, cos) = double::sin_cos(TAU * u);
         ([sin, 1.0 - 2.0 * v, cos], [sin, 0.0, cos], [cos, 0.0, -sin])
@@ -157,7 +160,8 @@ fn uv_transform() -> Built {
     let mesh = s.mesh(mesh)?;
     for uv_set in 0..2 {
         for (k, rows) in rows.into_iter().enumerate() {
-            let material = s.material(textured(TextureRef { uv_set, transform: UvTransform { rows }, ..plain }))?;
+            let material =
+                s.material(textured(TextureRef { uv_set, transform: UvTransform { rows }, ..plain }))?;
             let place = [k as f64 * 0.5 - 0.75, 0.3 - 0.6 * f64::from(uv_set), 0.0];
             s.place(mesh, material, at(place, 0.23)?)?;
         }
@@ -173,7 +177,8 @@ fn srgb_decoding() -> Built {
     let texture = s.colors(ramp(8)?, sampler)?;
     let material = s.material(textured(texture))?;
     let mesh = s.mesh(square(1))?;
-    let stretch = |y: f64, x: f64, w: f64| Transform::from_parts([x, y, 0.0], [0.0, 0.0, 0.0, 1.0], [w, 0.5, 1.0]);
+    let stretch =
+        |y: f64, x: f64, w: f64| Transform::from_parts([x, y, 0.0], [0.0, 0.0, 0.0, 1.0], [w, 0.5, 1.0]);
     s.place(mesh, material, stretch(0.5, 0.0, 1.0)?)?;
     for k in 0..8_u16 {
         let value = overcoat::color::srgb::srgb_to_linear(f32::from(k * 255 / 7) / 255.0);
@@ -205,9 +210,7 @@ fn mask() -> Built {
 /// A fence of thin bars towards the horizon: far away it must neither vanish nor become a wall.
 fn mask_far() -> Built {
     let mut s = Stage::new()?;
-    let bars = image(64, 64, |x, y| {
-        [60, 110, 60, if x % 16 < 5 || y % 32 < 4 { 255 } else { 0 }]
-    })?;
+    let bars = image(64, 64, |x, y| [60, 110, 60, if x % 16 < 5 || y % 32 < 4 { 255 } else { 0 }])?;
     let texture = s.texture(bars, ColorSpace::Srgb, AlphaUse::Coverage, Sampler::default())?;
     let material = s.material(Material {
         base_color_texture: Some(texture),
@@ -220,7 +223,8 @@ fn mask_far() -> Built {
         *uv = [uv[0] * 40.0, uv[1]];
     }
     let fence = s.mesh(fence)?;
-    let transform = Transform::from_parts([0.9, 0.0, -19.5], [0.0, -0.707_106_8, 0.0, 0.707_106_8], [20.0, 0.7, 1.0])?;
+    let transform =
+        Transform::from_parts([0.9, 0.0, -19.5], [0.0, -0.707_106_8, 0.0, 0.707_106_8], [20.0, 0.7, 1.0])?;
     s.place(fence, material, transform)?;
     s.seen(look([-0.2, 0.1, 1.0], [0.6, 0.0, -4.0], 50.0))
 }
