@@ -3,10 +3,9 @@
 use super::args::InputArgs;
 use super::failure::Failure;
 use super::picture::is_standard_stream;
-use super::shim::{Format, load_bytes, load_file};
 use crate::jobs::Jobs;
 use crate::limits::{LimitExceeded, Limits};
-use crate::load::{Context, Loaded, NoResolver};
+use crate::load::{Context, Format, Loaded, NoResolver, load_bytes, load_file};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 

@@ -16,7 +16,6 @@ mod render;
 mod report;
 pub mod scene_file;
 mod sheet;
-mod shim;
 mod target;
 pub mod values;
 
