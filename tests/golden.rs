@@ -14,6 +14,7 @@ use overcoat::output::DisplayImage;
 use overcoat::render::Renderer;
 use std::path::Path;
 use std::process::ExitCode;
+use std::sync::{Mutex, PoisonError};
 
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();
@@ -34,11 +35,15 @@ fn main() -> ExitCode {
 
 /// Renders one golden and compares or records it.
 fn check(golden: &Golden) -> Result<(), String> {
-    let mut renderer = Renderer::new(1);
+    // Filtered environments stay with the renderer, so each is used again.
+    static IDLE: Mutex<Vec<Renderer>> = Mutex::new(Vec::new());
+    let idle = || IDLE.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut renderer = idle().pop().unwrap_or_else(|| Renderer::new(1));
     let shot = Shot::load(golden, Machine::default(), renderer.jobs())?;
     let rendered =
         renderer.render(&shot.scene, &shot.camera, &shot.options).map_err(|error| error.to_string())?;
     let hash = rendered.frame.frame_hash();
+    idle().push(renderer);
     let actual = picture(DisplayImage::new(&rendered.frame, &shot.display));
     if std::env::var_os("UPDATE_GOLDENS").is_some_and(|value| value == "1") {
         return Err(golden.accept(&hash, &actual).to_string());

@@ -90,11 +90,7 @@ pub fn spotlight() -> Result<EquirectImage, SceneError> {
     let pixels =
         (0..64 * 32_u32)
             .map(|k| {
-                if (38..42).contains(&(k % 64)) && (9..12).contains(&(k / 64)) {
-                    [300.0; 3]
-                } else {
-                    [0.0; 3]
-                }
+                if (38..42).contains(&(k % 64)) && (9..12).contains(&(k / 64)) { [60.0; 3] } else { [0.0; 3] }
             })
             .collect();
     EquirectImage::new(64, 32, pixels)

@@ -6,7 +6,7 @@ use overcoat::scene::{
     LightKind, Material, MaterialId, Mesh, MeshData, MeshId, Projection, Sampler, Scene, SceneError, Texture,
     TextureRef, Transform, UvTransform, Workflow,
 };
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// What a scene function returns.
 pub type Built = Result<(Scene, Camera), SceneError>;
@@ -18,9 +18,10 @@ pub struct Stage {
 }
 
 impl Stage {
-    /// Under the sky of [`images::sky`].
+    /// Under the sky of [`images::sky`], the same picture in every scene: renderers filter it once.
     pub fn new() -> Result<Self, SceneError> {
-        Self::under(images::sky()?)
+        static SKY: OnceLock<Result<Arc<EquirectImage>, SceneError>> = OnceLock::new();
+        Self::under(SKY.get_or_init(|| images::sky().map(Arc::new)).clone()?)
     }
 
     /// Without any light.
@@ -31,9 +32,9 @@ impl Stage {
     }
 
     /// Under an environment.
-    pub fn under(sky: EquirectImage) -> Result<Self, SceneError> {
+    pub fn under(sky: Arc<EquirectImage>) -> Result<Self, SceneError> {
         let mut scene = Scene::new();
-        let source = EnvironmentSource::Image(Arc::new(sky));
+        let source = EnvironmentSource::Image(sky);
         scene.set_environment(Environment { source, ..Environment::default() })?;
         Ok(Self { scene })
     }

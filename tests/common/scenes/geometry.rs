@@ -195,16 +195,18 @@ fn small_coordinates() -> Built {
     s.seen(camera)
 }
 
-/// Squares in one plane: the earlier draw is seen. Left: red before green; right: green before red.
+/// Squares of one depth and different meshes above, one tilted mesh drawn twice below: the earlier draw is seen.
+/// Left: red before green; right: green before red.
 fn depth_ties() -> Built {
     let mut s = Stage::dark()?;
     let (red, green) = (s.material(unlit(0.8, 0.1, 0.1))?, s.material(unlit(0.1, 0.7, 0.1))?);
     let (whole, cut) = (s.mesh(square(1))?, s.mesh(square(7))?);
     for (x, first, second) in [(-0.55, red, green), (0.55, green, red)] {
-        // Tilted, so that the two triangulations have different planes in floating point unless care is taken.
-        let place = |y, scale| turned([x, y, 0.0], [0.0, 1.0, 0.0], [0.0, 1.0], scale);
-        s.place(whole, first, place(0.15, 0.4)?)?;
-        s.place(cut, second, place(-0.15, 0.4)?)?;
+        s.place(whole, first, at([x, 0.6, 0.0], 0.35)?)?;
+        s.place(cut, second, at([x, 0.4, 0.0], 0.35)?)?;
+        for material in [first, second] {
+            s.place(cut, material, turned([x, -0.5, 0.0], [0.6, 0.8, 0.0], [0.3, 0.954], 0.4)?)?;
+        }
     }
     s.seen(look([0.0, 0.0, 4.0], [0.0; 3], 32.0))
 }
@@ -252,7 +254,7 @@ fn double_sided() -> Built {
         s.place(sheet, material, turned([0.3, y, 0.0], [0.0, 1.0, 0.0], [0.707, 0.707], 0.65)?)?;
         s.place(sheet, material, turned([1.5, y, -0.5], [0.0, 1.0, 0.0], [1.0, 0.0], 0.65)?)?;
     }
-    s.seen(look([0.0, 0.0, 7.0], [0.1, 0.0, 0.0], 30.0))
+    s.seen(look([0.0, 0.0, 7.0], [0.1, 0.0, 0.0], 36.0))
 }
 
 /// The same sphere with smooth normals and without any.
@@ -264,7 +266,7 @@ fn flat_normals() -> Built {
     let (smooth, flat) = (s.mesh(smooth)?, s.mesh(flat)?);
     s.place(smooth, material, at([-1.1, 0.0, 0.0], 1.0)?)?;
     s.place(flat, material, at([1.1, 0.0, 0.0], 1.0)?)?;
-    s.seen(look([0.0, 0.5, 6.5], [0.0; 3], 34.0))
+    s.seen(look([0.0, 0.5, 6.5], [0.0; 3], 40.0))
 }
 
 /// A sphere with zero normals on one half: facets there, smooth elsewhere, no black.
@@ -296,7 +298,7 @@ fn orthographic() -> Built {
         eye: [3.0, 4.0, 10.0],
         target: [0.0, 0.0, -4.0],
         up: [0.0, 1.0, 0.0],
-        projection: Projection::Orthographic { height: 6.5 },
+        projection: Projection::Orthographic { height: 8.0 },
         near: 0.01,
     })
 }

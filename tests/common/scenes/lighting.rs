@@ -5,6 +5,7 @@ use crate::common::images::spotlight;
 use crate::common::shapes::{cube, ground, sphere, square};
 use crate::common::stage::{Built, Stage, at, flat_view, look, metal, plastic};
 use overcoat::scene::{Light, LightKind, Material, Transform};
+use std::sync::Arc;
 
 pub const SCENES: &[Entry] = &[
     ("directional-lights", directional_lights),
@@ -90,7 +91,7 @@ fn environment_mirror() -> Built {
 /// White rough balls, turned away from and towards the only light of the environment: never darker than black, no
 /// ring of light on the far side.
 fn environment_irradiance() -> Built {
-    let mut s = Stage::under(spotlight()?)?;
+    let mut s = Stage::under(Arc::new(spotlight()?))?;
     let ball = s.mesh(sphere(48))?;
     let chalk = s.material(plastic(0.9, 0.9, 0.9, 1.0))?;
     s.place(ball, chalk, at([0.0; 3], 1.0)?)?;

@@ -214,8 +214,8 @@ fn normal_map() -> Built {
     s.seen(flat_view())
 }
 
-/// A normal map on spheres whose texture coordinates are all zero, without tangents, and with zero tangents: smooth
-/// spheres, nothing black.
+/// A normal map on a sphere as it should be; on one whose texture coordinates are all zero (smooth); on one with zero
+/// tangents and on one whose tangents point along the normals (bumps along a fixed basis). Nothing is black.
 fn degenerate_uv() -> Built {
     let mut s = Stage::new()?;
     let texture = s.data(bumps(64, 4)?)?;

@@ -141,17 +141,17 @@ fn uv_seam() -> Built {
     s.place(column, material, turned([-1.1, 0.0, 0.0], [0.0, 1.0, 0.0], [0.6, 0.8], 0.95)?)?;
     // Its seam faces the camera.
     s.place(ball, material, at([1.1, 0.0, 0.0], 1.0)?)?;
-    s.seen(look([0.0, 0.4, 7.0], [0.0; 3], 32.0))
+    s.seen(look([0.0, 0.4, 7.0], [0.0; 3], 36.0))
 }
 
-/// KHR_texture_transform (offset, turn by a quarter, scale) and the second set of coordinates.
+/// None, an offset, a quarter turn, a scale; above on the first, below on the second set of coordinates.
 fn uv_transform() -> Built {
     let mut s = Stage::dark()?;
     let plain = s.colors(letter_f()?, Sampler::default())?;
     let rows = [
         UvTransform::IDENTITY.rows,
         [[1.0, 0.0, 0.25], [0.0, 1.0, 0.125]],
-        // uv' = rotate(uv): by a quarter, counter-clockwise as glTF defines it.
+        // A quarter turn about the middle.
         [[0.0, 1.0, 0.0], [-1.0, 0.0, 1.0]],
         [[2.0, 0.0, 0.0], [0.0, 3.0, 0.0]],
     ];
@@ -169,8 +169,7 @@ fn uv_transform() -> Built {
     s.seen(flat_view())
 }
 
-/// A ramp of texels read as sRGB (above) and as data in the emissive factor's place (below): the upper one is the
-/// ramp again on an sRGB screen, the lower shows the same because its patches are set to the decoded values.
+/// A ramp of texels read as sRGB above, patches with the decoded values below: no step between them.
 fn srgb_decoding() -> Built {
     let mut s = Stage::dark()?;
     let sampler = Sampler { magnification: Filter::Nearest, mip: MipFilter::None, ..Sampler::default() };
