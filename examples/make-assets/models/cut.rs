@@ -63,6 +63,8 @@ pub struct Region {
     pub output: usize,
     /// Which mesh the walls go to that lead from it down into deeper regions.
     pub walls: usize,
+    /// An [`Offset::Open`] region whose depth is this region's thickness: gives it a back and outer edges.
+    pub back: Option<usize>,
 }
 
 /// Splits and regroups `surface`; returns one mesh per output. Vertices keep their texture coordinates.
@@ -184,7 +186,7 @@ fn assemble(surface: &Mesh, labels: &[usize], cuts: &[Cut], regions: &[Region], 
     let mut over_edge: BTreeMap<(u32, usize), DVec3> = BTreeMap::new();
     let mut steps = Vec::new();
     for (&(a, b), &upper) in &owner {
-        let Some(&lower) = owner.get(&(b, a)) else { continue };
+        let Some(lower) = owner.get(&(b, a)).copied().or(regions[upper].back) else { continue };
         if depth(regions[lower].offset) <= depth(regions[upper].offset) {
             continue;
         }
@@ -197,6 +199,7 @@ fn assemble(surface: &Mesh, labels: &[usize], cuts: &[Cut], regions: &[Region], 
     let rim = cuts.iter().map(|c| c.rim).fold(0.0, |a, b| if a > b { a } else { b });
     let mut meshes = vec![Mesh::default(); outputs];
     let mut placed: BTreeMap<(u32, usize), u32> = BTreeMap::new();
+    let mut backs: BTreeMap<(u32, usize), u32> = BTreeMap::new();
     let place = |v: u32, region: usize| -> Vertex {
         let vertex = surface.vertices[v as usize];
         let mut position = vertex.position;
@@ -223,6 +226,15 @@ fn assemble(surface: &Mesh, labels: &[usize], cuts: &[Cut], regions: &[Region], 
         let corners =
             triangle.map(|v| *placed.entry((v, region)).or_insert_with(|| mesh.push(place(v, region))));
         mesh.triangles.push(corners);
+        if let Some(back) = regions[region].back {
+            let [a, b, c] = triangle.map(|v| {
+                *backs.entry((v, region)).or_insert_with(|| {
+                    let vertex = place(v, back);
+                    mesh.push(Vertex { normal: -vertex.normal, ..vertex })
+                })
+            });
+            mesh.triangles.push([a, c, b]);
+        }
     }
     for (a, b, upper, lower) in steps {
         let mesh = &mut meshes[regions[upper].walls];

@@ -1,6 +1,7 @@
 //! The models and textures of `assets/`.
 
 mod angle;
+mod car;
 mod cloth;
 mod cut;
 mod exchange;
@@ -13,6 +14,7 @@ mod random;
 mod revolve;
 mod shapes;
 mod solid;
+mod subdivide;
 mod sweep;
 mod textures;
 
@@ -68,6 +70,7 @@ pub fn models() -> Vec<Model> {
         shapes::cloth(),
         shapes::rounded_cube(),
         shapes::text_plate(),
+        car::sports_car(),
     ]
 }
 
