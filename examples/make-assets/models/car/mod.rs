@@ -1,14 +1,18 @@
 //! A sports car.
 
 mod body;
+mod lights;
 mod materials;
 mod panels;
+mod probe;
+mod trim;
 mod wheel;
 
 use glam::{DMat3, DVec3};
 
 use super::mesh::Mesh;
 use super::model::Model;
+use probe::Probe;
 
 /// The whole car; in the file it looks along +Z, as glTF asks for.
 pub fn sports_car() -> Model {
@@ -16,6 +20,11 @@ pub fn sports_car() -> Model {
         Model { name: "sports-car", materials: materials::all(), meshes: Vec::new(), nodes: Vec::new() };
     let mut body: Vec<(usize, Mesh)> =
         panels::right_half().into_iter().map(Mesh::with_mirror).enumerate().collect();
+    let probe = Probe::new(body::right_half());
+    body.extend(lights::headlight(&probe).into_iter().map(|(m, mesh)| (m, mesh.with_mirror())));
+    body.extend(lights::tail_lights(&probe));
+    body.extend(trim::all(&probe));
+    body.extend(trim::wipers(&probe));
     for (axle, side) in [(panels::FRONT_WHEEL, 0.46), (panels::REAR_WHEEL, 0.04)] {
         let hub = DVec3::new(axle.0, axle.1, HUB);
         for (material, mesh) in wheel::brake(side) {

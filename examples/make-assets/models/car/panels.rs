@@ -137,14 +137,14 @@ fn symmetric(half: &[(f64, f64)], across_first: bool) -> Outline {
 pub fn headlight() -> Curve {
     projected(
         Outline::through(&[
-            (1.99, 0.56),
-            (1.965, 0.66),
-            (1.86, 0.775),
-            (1.70, 0.86),
-            (1.56, 0.885),
-            (1.66, 0.815),
-            (1.80, 0.70),
-            (1.91, 0.58),
+            (2.005, 0.60),
+            (1.955, 0.70),
+            (1.85, 0.79),
+            (1.70, 0.865),
+            (1.56, 0.890),
+            (1.66, 0.825),
+            (1.79, 0.71),
+            (1.90, 0.60),
         ]),
         View::Top(0.40),
     )
@@ -153,38 +153,51 @@ pub fn headlight() -> Curve {
 /// The panels of the right half, one mesh for each [`Stuff`].
 pub fn right_half() -> Vec<Mesh> {
     let door = Outline::rounded(&[
-        (0.76, 0.20, 0.10),
+        (0.76, 0.205, 0.10),
         (0.83, 0.50, 0.25),
-        (0.80, 0.72, 0.10),
-        (0.60, 0.86, 0.02),
+        (0.80, 0.74, 0.10),
+        (0.60, 0.87, 0.02),
         (-0.40, 0.93, 0.02),
         (-0.60, 0.84, 0.05),
-        (-0.55, 0.55, 0.3),
-        (-0.42, 0.20, 0.10),
+        (-0.56, 0.55, 0.3),
+        (-0.42, 0.205, 0.10),
+    ]);
+    let handle = Outline::rounded(&[
+        (-0.24, 0.742, 0.01),
+        (-0.25, 0.715, 0.012),
+        (-0.44, 0.725, 0.012),
+        (-0.43, 0.752, 0.01),
     ]);
     let side_window = Outline::rounded(&[
-        (0.70, 0.832, 0.03),
-        (0.42, 0.94, 0.15),
-        (0.12, 1.035, 0.2),
-        (-0.25, 1.065, 0.3),
-        (-0.62, 1.03, 0.2),
-        (-0.98, 0.94, 0.04),
-        (-0.80, 0.905, 0.1),
+        (0.76, 0.828, 0.02),
+        (0.42, 0.955, 0.15),
+        (0.12, 1.045, 0.2),
+        (-0.25, 1.075, 0.3),
+        (-0.62, 1.04, 0.2),
+        (-1.05, 0.935, 0.04),
+        (-0.80, 0.908, 0.1),
         (-0.20, 0.875, 0.4),
     ]);
     let bonnet = symmetric(
-        &[(1.98, 0.0), (1.95, 0.30), (1.80, 0.52), (1.40, 0.62), (1.05, 0.64), (0.80, 0.66), (0.80, 0.0)],
+        &[(1.95, 0.0), (1.93, 0.25), (1.84, 0.48), (1.45, 0.62), (1.05, 0.66), (0.80, 0.68), (0.80, 0.0)],
         false,
     );
-    let windscreen =
-        symmetric(&[(0.90, 0.0), (0.87, 0.30), (0.76, 0.56), (0.40, 0.52), (0.12, 0.42), (0.14, 0.0)], false);
+    let vent =
+        Outline::rounded(&[(1.52, 0.36, 0.02), (1.47, 0.52, 0.03), (1.36, 0.545, 0.02), (1.42, 0.36, 0.02)]);
+    let windscreen = symmetric(
+        &[(0.91, 0.0), (0.88, 0.30), (0.77, 0.575), (0.40, 0.53), (0.13, 0.43), (0.15, 0.0)],
+        false,
+    );
     let rear_window =
-        symmetric(&[(-0.72, 0.0), (-0.72, 0.33), (-1.05, 0.36), (-1.42, 0.37), (-1.45, 0.0)], false);
-    let grille = symmetric(&[(0.0, 0.35), (0.40, 0.35), (0.52, 0.31), (0.46, 0.19), (0.0, 0.19)], true);
+        symmetric(&[(-0.70, 0.0), (-0.70, 0.34), (-1.05, 0.36), (-1.34, 0.35), (-1.36, 0.0)], false);
+    let louvre = |x: f64| symmetric(&[(x, 0.0), (x, 0.33), (x - 0.045, 0.335), (x - 0.045, 0.0)], false);
+    let grille = symmetric(&[(0.0, 0.345), (0.42, 0.345), (0.535, 0.325), (0.47, 0.19), (0.0, 0.19)], true);
     let side_grille =
-        Outline::rounded(&[(0.60, 0.34, 0.03), (0.78, 0.36, 0.03), (0.80, 0.24, 0.03), (0.62, 0.20, 0.03)]);
-    let tail_panel =
-        symmetric(&[(0.0, 0.82), (0.60, 0.815), (0.80, 0.78), (0.78, 0.70), (0.60, 0.68), (0.0, 0.68)], true);
+        Outline::rounded(&[(0.60, 0.335, 0.03), (0.82, 0.35, 0.03), (0.84, 0.25, 0.03), (0.59, 0.195, 0.03)]);
+    let tail_panel = symmetric(
+        &[(0.0, 0.795), (0.60, 0.79), (0.775, 0.775), (0.765, 0.71), (0.60, 0.685), (0.0, 0.685)],
+        true,
+    );
     let intake = Outline::rounded(&[
         (-0.66, 0.36, 0.05),
         (-0.74, 0.66, 0.05),
@@ -194,6 +207,7 @@ pub fn right_half() -> Vec<Mesh> {
     let cuts = vec![
         seam(bonnet, View::Top(0.40)),
         seam(door, View::Side(0.5)),
+        seam(handle, View::Side(0.5)),
         opening(Box::new(|p, n| along_surface(p.y - 0.185, DVec3::Y, n)), Part::Carbon),
         opening(
             Box::new(|p, n| if p.x < -1.8 { along_surface(p.y - 0.42, DVec3::Y, n) } else { 1.0 }),
@@ -202,6 +216,10 @@ pub fn right_half() -> Vec<Mesh> {
         window(windscreen, View::Top(0.7)),
         window(side_window, View::Side(0.45)),
         window(rear_window, View::Top(0.7)),
+        opening(projected(louvre(-1.44), View::Top(0.7)), Part::Intake),
+        opening(projected(louvre(-1.53), View::Top(0.7)), Part::Intake),
+        opening(projected(louvre(-1.62), View::Top(0.7)), Part::Intake),
+        opening(projected(vent, View::Top(0.5)), Part::Intake),
         opening(headlight(), Part::Lamp),
         opening(projected(grille, View::Front(1.7)), Part::Grille),
         opening(projected(side_grille, View::Front(1.6)), Part::Grille),
