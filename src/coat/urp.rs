@@ -12,10 +12,14 @@
 //! is the irradiance of the environment divided by pi (the colour that a white Lambert surface would show). The environment itself is
 //! radiance.
 //!
-//! **Physics.** A GGX-like base lobe over Lambert under one smooth dielectric layer of F0 0.04. The coat dims what lies
-//! beneath by its Fresnel reflectance on the way out only (Schlick with exponent 4, of the view angle, also for direct
-//! light); it neither absorbs nor refracts. Left out: energy lost between microfacets, interreflection between
-//! the layers, the Fresnel increase of direct base highlights towards grazing angles.
+//! **Physics.** A GGX-like base lobe over Lambert under one smooth dielectric layer of F0 0.04. The coat dims what
+//! lies beneath by its Fresnel reflectance on the way out only (Schlick with exponent 4, of the view angle, also for
+//! direct light); it neither absorbs nor refracts. Left out: light lost between microfacets, interreflection
+//! between the layers, the Fresnel increase of the base's direct highlights towards grazing angles. Measured in
+//! `tests/energy.rs`: of the light of one direction, a white metal of smoothness 0, 0.5 and 0.8 reflects 0.2 to 0.33, 1.0
+//! to 1.1 and 1.74 to 1.81 of what falls in (twice as much as a mirror in the limit); under a white environment
+//! a surface shows at most 1 from the front, 2 at the silhouette and 1.067 in the mean over all views. Only the
+//! base alone is reciprocal.
 //!
 //! **Beyond the original**, each without effect on its inputs:
 //! * Lanes with a coat mask of exactly 0 keep the bits of a material without coat. (The original takes the base
@@ -507,4 +511,60 @@ pub fn indirect<L: Lanes>(
         None => base_radiance,
     };
     global_illumination(l, surface, baked_gi, base_radiance, coat_radiance, occlusion)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::lanes::Scalar;
+
+    /// A red, nearly metallic base under a coat, lit from the upper left: known answers of the original functions.
+    fn example(version: UrpVersion) -> Surface<Scalar> {
+        let l = Scalar;
+        let data = SurfaceData {
+            albedo: vec3::splat(l, [0.8, 0.1, 0.1]),
+            reflectance: Reflectance::Metallic {
+                metallic: l.splat(0.9),
+                dielectric_f0: [l.splat(DIELECTRIC_F0); 3],
+            },
+            smoothness: l.splat(0.5),
+            coat: Some(Coat { mask: l.splat(0.8), smoothness: l.splat(0.9), normal: None }),
+        };
+        let view = vec3::splat(l, [0.5, 0.0, 0.75_f32.sqrt()]);
+        surface(l, version, &data, vec3::splat(l, [0.0, 0.0, 1.0]), view)
+    }
+
+    #[test]
+    fn known_answers() {
+        let l = Scalar;
+        let sin_40_degrees = 0.642_787_6_f32;
+        let z = (1.0 - sin_40_degrees * sin_40_degrees - 0.04).sqrt();
+        let light = vec3::splat(l, [-sin_40_degrees, 0.2, z]);
+        let cases = [
+            (
+                UrpVersion::Desktop,
+                [0.637_898_6, 0.029_560_74],
+                0.576_286,
+                2.942_649,
+                [1.401_602, 0.072_445_48],
+            ),
+            (UrpVersion::Mobile, [0.633_741_2, 0.023_749], 0.5, 4.48, [2.090_071, 0.086_333_42]),
+            (UrpVersion::Newest, [0.633_741_2, 0.023_749], 0.576_286, 2.942_649, [1.392_847, 0.060_206_84]),
+        ];
+        for (version, f0, p, highlight, lit) in cases {
+            let near = |found: <Scalar as Lanes>::F, expected: f32| {
+                let found = found.to_array()[0];
+                assert!((found - expected).abs() <= 2e-6 * expected, "{version:?}: {found} not {expected}");
+            };
+            let surface = example(version);
+            near(surface.base.specular[0], f0[0]);
+            near(surface.base.specular[1], f0[1]);
+            near(surface.base.perceptual_roughness, p);
+            let term = direct_brdf_specular(l, version, &surface.base, surface.normal, light, surface.view);
+            near(term, highlight);
+            let found = direct(l, &surface, light, [l.splat(1.0); 3], l.splat(1.0));
+            near(found[0], lit[0]);
+            near(found[1], lit[1]);
+        }
+    }
 }

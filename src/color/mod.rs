@@ -1,3 +1,6 @@
 //! Transfer functions and tone curves.
 
 pub mod srgb;
+mod tone;
+
+pub use tone::{ToneCurve, UnknownToneCurve};

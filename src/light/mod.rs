@@ -1,34 +1,25 @@
-//! (stopgap)
-use crate::math::lanes::{Float, Lanes};
-use std::marker::PhantomData;
-/// env
-#[derive(Clone, Copy, Debug)]
-pub struct EnvironmentLight<'a>(PhantomData<&'a ()>);
-impl EnvironmentLight<'_> {
-    /// radiance
-    #[inline(always)]
-    pub fn radiance<L: Lanes>(&self, l: L, d: [L::F; 3], _r: L::F) -> [L::F; 3] {
-        let v = d[1] * 0.5 + 0.5;
-        let _ = l;
-        [v, v, v]
-    }
-    /// irradiance
-    #[inline(always)]
-    pub fn irradiance_over_pi<L: Lanes>(&self, l: L, d: [L::F; 3]) -> [L::F; 3] {
-        let v = d[1] * 0.4 + 0.5;
-        let _ = l;
-        [v, v, v]
-    }
-    /// bg
-    #[inline(always)]
-    pub fn background<L: Lanes>(&self, l: L, d: [L::F; 3]) -> [L::F; 3] {
-        self.radiance(l, d, l.zero())
-    }
-    /// new
-    pub fn stub() -> Self {
-        Self(PhantomData)
-    }
+//! Light: environments prepared for lookups, and punctual lights.
+
+mod chain;
+mod environment;
+mod equirect;
+mod file;
+mod harmonics;
+mod octahedral;
+mod prefilter;
+pub mod punctual;
+mod texel;
+
+pub use environment::{EnvironmentLight, PrefilteredEnvironment};
+pub use file::EnvironmentFileError;
+pub use punctual::{LightSample, PunctualLight};
+
+use crate::math::lanes::Lanes;
+use crate::math::vec3::V3;
+
+/// Radiance from infinitely far away, as a function of direction.
+pub trait DistantRadiance {
+    /// Linear Rec. 709 radiance that arrives from `direction` (away from the scene, any length but zero); finite and
+    /// not negative.
+    fn radiance<L: Lanes>(&self, l: L, direction: V3<L>) -> V3<L>;
 }
-/// light
-#[derive(Clone, Copy, Debug)]
-pub struct PunctualLight;

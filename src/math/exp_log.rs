@@ -113,8 +113,11 @@ fn ln_specials<R: Real>(x: R, y: R) -> R {
 pub(super) fn ln<R: Real>(x: R) -> R {
     let (m, n) = split_exponent(x);
     let f = m - 1.0;
-    // From the smallest term to the largest; the last product is exact.
-    ln_specials(x, ln_tail(f) + n * LN2[1] + f + n * LN2[0])
+    // The product is exact; what its sum with f loses (nothing for n = 0) is added back with the small terms.
+    let high = n * LN2[0];
+    let sum = high + f;
+    let lost = (high - sum) + f;
+    ln_specials(x, (ln_tail(f) + n * LN2[1] + lost) + sum)
 }
 
 #[inline(always)]

@@ -95,3 +95,44 @@ pub fn select<L: Lanes>(_: L, condition: L::M, yes: V3<L>, no: V3<L>) -> V3<L> {
 pub fn max_component<L: Lanes>(_: L, v: V3<L>) -> L::F {
     v[0].max(v[1]).max(v[2])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::lanes::Scalar;
+
+    fn first(v: V3<Scalar>) -> [f32; 3] {
+        v.map(|c| c.to_array()[0])
+    }
+    fn v(x: f32, y: f32, z: f32) -> V3<Scalar> {
+        splat(Scalar, [x, y, z])
+    }
+
+    #[test]
+    fn axes_are_right_handed() {
+        assert_eq!(first(cross(Scalar, v(1.0, 0.0, 0.0), v(0.0, 1.0, 0.0))), [0.0, 0.0, 1.0]);
+        assert_eq!(first(cross(Scalar, v(2.0, 3.0, 5.0), v(7.0, 11.0, 13.0))), [-16.0, 9.0, 1.0]);
+    }
+
+    #[test]
+    fn normalize_keeps_zero_and_reaches_one() {
+        assert_eq!(first(normalize(Scalar, v(0.0, 0.0, 0.0))), [0.0; 3]);
+        assert_eq!(first(normalize(Scalar, v(3e-19, 0.0, 4e-19))), [0.6, 0.0, 0.8]);
+        assert_eq!(first(normalize(Scalar, v(0.0, -7.0, 0.0))), [0.0, -1.0, 0.0]);
+        let tiny = first(normalize(Scalar, v(1e-25, 0.0, 0.0)));
+        assert!(tiny[0] > 0.0 && tiny[0] < 1.0);
+    }
+
+    #[test]
+    fn reflection_mirrors_at_the_plane() {
+        assert_eq!(first(reflect(Scalar, v(0.6, 0.0, -0.8), v(0.0, 0.0, 1.0))), [0.6, 0.0, 0.8]);
+    }
+
+    #[test]
+    fn dot_adds_x_and_y_before_z() {
+        // 1e8 - 1e8 + 1 in this order is 1; in another it is 0.
+        let sum = dot(Scalar, v(1e8, -1e8, 1.0), v(1.0, 1.0, 1.0)).to_array()[0];
+        assert_eq!(sum, 1.0);
+        assert_eq!(dot(Scalar, v(1.0, 1e8, -1e8), v(1.0, 1.0, 1.0)).to_array()[0], 0.0);
+    }
+}

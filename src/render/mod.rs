@@ -2,6 +2,7 @@
 
 mod aov;
 mod draws;
+mod environment;
 mod options;
 mod resolve;
 mod tile_pass;
@@ -16,7 +17,7 @@ use crate::geometry::{
     transform_vertices,
 };
 use crate::jobs::Jobs;
-use crate::light::EnvironmentLight;
+use crate::light::{EnvironmentLight, PunctualLight};
 use crate::limits::Limits;
 use crate::raster::SamplePattern;
 use crate::scene::{Camera, Scene};
@@ -24,6 +25,7 @@ use crate::shade::{ShadeContext, ViewRays};
 use crate::tile::{TileBins, TileGrid};
 use aov::TileAovs;
 use draws::DrawState;
+use environment::EnvironmentCache;
 use std::time::{Duration, Instant};
 use tile_pass::{Pass, TileScratch};
 
@@ -35,6 +37,7 @@ pub struct Renderer {
     chunks: Vec<Chunk>,
     bins: TileBins,
     scratch: Vec<TileScratch>,
+    environments: EnvironmentCache,
 }
 
 impl Renderer {
@@ -70,7 +73,11 @@ impl Renderer {
         let view = View::new(camera, options.width, options.height)?;
         let side = options.tile_size.unwrap_or_else(|| tile_pass::default_tile_size(options.samples));
         let grid = TileGrid::new(options.width, options.height, side);
-        let environment = EnvironmentLight::stub();
+        let surroundings = scene.environment();
+        let filtered = self.environments.get(&surroundings.source, &self.jobs, options.simd);
+        let environment =
+            EnvironmentLight::new(&filtered, surroundings.rotation_degrees, surroundings.intensity);
+        let lights: Vec<PunctualLight> = scene.lights().iter().map(PunctualLight::new).collect();
         clock.lap("environment");
 
         let (states, draws, vertex_count) = draws::prepare(scene, &view);
@@ -94,7 +101,7 @@ impl Renderer {
                 textures: scene.textures(),
                 rays: view_rays(&view),
                 environment: &environment,
-                lights: &[],
+                lights: &lights,
                 model: options.shading,
                 anisotropy: options.anisotropy,
             },
