@@ -48,5 +48,8 @@ impl crate::light::DistantRadiance for Gradient {
 }
 fn studio_stopgap() -> Arc<PrefilteredEnvironment> {
     static S: std::sync::OnceLock<Arc<PrefilteredEnvironment>> = std::sync::OnceLock::new();
-    S.get_or_init(|| Arc::new(PrefilteredEnvironment::from_radiance(&Gradient, 8, &Jobs::new(1), SimdLevel::best()))).clone()
+    S.get_or_init(|| {
+        Arc::new(PrefilteredEnvironment::from_radiance(&Gradient, 8, &Jobs::new(1), SimdLevel::best()))
+    })
+    .clone()
 }
