@@ -347,7 +347,7 @@ fn a_constant_texture_is_constant_under_every_filter() {
 
 /// Black and white texels in turn.
 fn checkerboard(side: u32, color_space: ColorSpace) -> Texture {
-    let texel = |k| if (k % side + k / side).is_multiple_of(2) { [255; 4] } else { [0, 0, 0, 255] };
+    let texel = |k: u32| if (k % side + k / side).is_multiple_of(2) { [255; 4] } else { [0, 0, 0, 255] };
     Texture::new(image(side, side, texel), color_space, AlphaUse::Data, Sampler::default())
 }
 
