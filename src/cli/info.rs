@@ -132,7 +132,9 @@ impl Contents {
         );
         if let Some(Extent { min, max }) = &self.bounds {
             let [w, h, d] = bounds.size();
-            let _ = writeln!(out, "  bounds {min:?} to {max:?}, size {w:.6} x {h:.6} x {d:.6} m");
+            let point = |p: &[f64; 3]| format!("({})", p.map(|v| format!("{v:.6}")).join(", "));
+            let _ =
+                writeln!(out, "  bounds {} to {}, size {w:.6} x {h:.6} x {d:.6} m", point(min), point(max));
         }
         for (k, m) in self.materials.iter().enumerate() {
             let _ = write!(out, "  material {k} '{}': {}", m.name.escape_debug(), m.workflow);

@@ -322,8 +322,11 @@ impl VertexLanes {
 /// `a0 + b1 (a1 - a0) + b2 (a2 - a0)` for each component.
 #[inline(always)]
 pub(super) fn interpolate<F: Float, const N: usize>(vertices: &[[F; N]; 3], b: &[F; 2]) -> [F; N] {
-    std::array::from_fn(#[inline(always)] |n| {
-        let at_0 = vertices[0][n];
-        at_0 + b[0] * (vertices[1][n] - at_0) + b[1] * (vertices[2][n] - at_0)
-    })
+    std::array::from_fn(
+        #[inline(always)]
+        |n| {
+            let at_0 = vertices[0][n];
+            at_0 + b[0] * (vertices[1][n] - at_0) + b[1] * (vertices[2][n] - at_0)
+        },
+    )
 }

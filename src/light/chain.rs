@@ -62,11 +62,6 @@ impl Chain {
         &self.texels
     }
 
-    /// The texels of all maps, to be filled.
-    pub(crate) fn texels_mut(&mut self) -> &mut [u32] {
-        &mut self.texels
-    }
-
     /// One map's texels, row by row.
     pub(crate) fn map_mut(&mut self, map: usize) -> &mut [u32] {
         let start = self.starts[map] as usize;
