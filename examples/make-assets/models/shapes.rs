@@ -283,6 +283,7 @@ pub fn text_plate() -> Model {
     let cuts = [Cut {
         curve: Box::new(move |p, _| letters::distance(&strokes, STROKE, p.truncate()).value),
         half_width: 0.0,
+        detail: 1.0,
         rim: 0.01,
         gap: 0,
         inside: Some(1),
