@@ -13,7 +13,7 @@ use super::mesh::{Mesh, Vertex};
 /// Vertices this close to a curve count as on it, metres.
 const ON_CURVE: f64 = 2e-4;
 /// Vertices closer to a curve than this share of an edge move onto it.
-const SNAP: f64 = 0.3;
+const SNAP: f64 = 0.4;
 /// Share of the rim's own normal in the normal at its edge; the rest leans out.
 const RIM_UPRIGHT: f64 = 0.35;
 
@@ -67,6 +67,8 @@ pub struct Region {
     pub output: usize,
     /// Which mesh the walls go to that lead from it down into deeper regions.
     pub walls: usize,
+    /// How far its edges round down towards deeper regions; 0 for sharp edges.
+    pub rounding: f64,
     /// An [`Offset::Open`] region whose depth is this region's thickness: gives it a back and outer edges.
     pub back: Option<usize>,
 }
@@ -96,7 +98,7 @@ pub fn cut(mut surface: Mesh, cuts: &[Cut], regions: &[Region], outputs: usize) 
         }
     }
     let labels: Vec<usize> = surface.triangles.iter().map(|t| label(&surface, *t, cuts)).collect();
-    assemble(&surface, &labels, cuts, regions, outputs)
+    assemble(&surface, &labels, regions, outputs)
 }
 
 /// Halves the edges longer than `longest` that the curve's neighbourhood of `reach` may meet.
@@ -279,7 +281,7 @@ fn label(surface: &Mesh, triangle: [u32; 3], cuts: &[Cut]) -> usize {
 }
 
 /// Builds the regions, their rims and the walls between them.
-fn assemble(surface: &Mesh, labels: &[usize], cuts: &[Cut], regions: &[Region], outputs: usize) -> Vec<Mesh> {
+fn assemble(surface: &Mesh, labels: &[usize], regions: &[Region], outputs: usize) -> Vec<Mesh> {
     let mut owner: BTreeMap<(u32, u32), usize> = BTreeMap::new();
     for (triangle, &region) in surface.triangles.iter().zip(labels) {
         for corner in 0..3 {
@@ -300,7 +302,6 @@ fn assemble(surface: &Mesh, labels: &[usize], cuts: &[Cut], regions: &[Region], 
         *over_edge.entry((a, upper)).or_default() += out;
         *over_edge.entry((b, upper)).or_default() += out;
     }
-    let rim = cuts.iter().map(|c| c.rim).fold(0.0, |a, b| if a > b { a } else { b });
     let mut meshes = vec![Mesh::default(); outputs];
     let mut placed: BTreeMap<(u32, usize), u32> = BTreeMap::new();
     let mut backs: BTreeMap<(u32, usize), u32> = BTreeMap::new();
@@ -316,8 +317,8 @@ fn assemble(surface: &Mesh, labels: &[usize], cuts: &[Cut], regions: &[Region], 
                 normal[axis] = if vertex.normal[axis] < 0.0 { -1.0 } else { 1.0 };
             }
         }
-        if let Some(out) = over_edge.get(&(v, region)) {
-            position -= vertex.normal * (0.4 * rim);
+        if let (Some(out), true) = (over_edge.get(&(v, region)), regions[region].rounding > 0.0) {
+            position -= vertex.normal * regions[region].rounding;
             normal = (vertex.normal * RIM_UPRIGHT + out.normalize_or_zero()).normalize();
         }
         Vertex { position, normal, uv: vertex.uv }

@@ -289,8 +289,8 @@ pub fn text_plate() -> Model {
         inside: Some(1),
     }];
     let regions = [
-        Region { offset: Offset::In(0.0), output: 0, walls: 0, back: None },
-        Region { offset: Offset::In(-0.035), output: 1, walls: 1, back: None },
+        Region { offset: Offset::In(0.0), output: 0, walls: 0, rounding: 0.004, back: None },
+        Region { offset: Offset::In(-0.035), output: 1, walls: 1, rounding: 0.004, back: None },
     ];
     let mut parts = cut(face, &cuts, &regions, 2);
     parts[0].append(&backing(HALF, rows, columns, BACK));

@@ -55,11 +55,11 @@ fn projector(centre: DVec3, radius: f64) -> Parts {
             (0.8, 0.1, 0.0),
             (0.8, -0.6, 0.0),
         ],
-        24,
+        16,
     );
     let lens = turned(
         &[(0.0, -0.4, 0.0), (0.86, -0.4, 0.1), (0.86, 0.25, 0.5), (0.45, 0.62, 0.6), (0.0, 0.66, 0.0)],
-        24,
+        16,
     );
     vec![(Stuff::Chrome as usize, ring), (Stuff::Lamp as usize, lens)]
 }
@@ -68,7 +68,7 @@ fn projector(centre: DVec3, radius: f64) -> Parts {
 fn cover() -> Mesh {
     let cuts =
         [Cut { curve: panels::headlight(), half_width: 0.0, detail: 1.0, rim: 0.0, gap: 0, inside: Some(1) }];
-    let region = |offset, output, back| Region { offset, output, walls: output, back };
+    let region = |offset, output, back| Region { offset, output, walls: output, rounding: 0.0, back };
     let regions = [region(Offset::In(0.0), 0, None), region(Offset::In(0.0035), 1, None)];
     let mut meshes = cut(body::right_half(), &cuts, &regions, 2);
     let mut cover = Mesh::default();

@@ -17,7 +17,7 @@ pub const REAR_WHEEL: (f64, f64, f64) = (-1.30, 0.355, 0.388);
 
 /// Longest edges near small, middling and large outlines.
 const FINE: f64 = 0.02;
-const MEDIUM: f64 = 0.045;
+const MEDIUM: f64 = 0.028;
 const COARSE: f64 = 0.08;
 /// Width of the rounded rim of every panel.
 const RIM: f64 = 0.005;
@@ -43,6 +43,7 @@ fn regions() -> Vec<Region> {
         offset,
         output: output as usize,
         walls: Stuff::Trim as usize,
+        rounding: if matches!(output, Stuff::Paint | Stuff::Carbon) { 0.002 } else { 0.0 },
         back: None,
     };
     vec![
@@ -100,6 +101,15 @@ fn arch((x, axle, radius): (f64, f64, f64)) -> Curve {
         let g = offset.normalize_or_zero();
         let value = along_surface(offset.length() - radius, DVec3::new(g.x, g.y, 0.0), normal);
         if p.z > 0.72 { value } else { value.abs() + 1.0 }
+    })
+}
+
+/// The line below which the body is carbon: along the sill, higher across the rear.
+fn carbon_edge() -> Curve {
+    Box::new(|p: DVec3, normal: DVec3| {
+        let rear = ((-1.72 - p.x) / 0.12).clamp(0.0, 1.0);
+        let height = 0.172 + 0.248 * rear * rear * (3.0 - 2.0 * rear);
+        along_surface(p.y - height, DVec3::Y, normal)
     })
 }
 
@@ -235,11 +245,7 @@ pub fn right_half() -> Vec<Mesh> {
         seam(door, View::Side(0.5)),
         Cut { detail: FINE, ..seam(handle, View::Side(0.5)) },
         seam(rear_bumper, View::Side(-1.0)),
-        opening(Box::new(|p, n| along_surface(p.y - 0.172, DVec3::Y, n)), Part::Carbon),
-        opening(
-            Box::new(|p, n| if p.x < -1.8 { along_surface(p.y - 0.42, DVec3::Y, n) } else { 1.0 }),
-            Part::Carbon,
-        ),
+        Cut { detail: COARSE, ..opening(carbon_edge(), Part::Carbon) },
         window(windscreen, View::Top(0.7)),
         window(side_window, View::Side(0.45)),
         window(rear_window, View::Top(0.7)),
@@ -248,7 +254,7 @@ pub fn right_half() -> Vec<Mesh> {
         Cut { detail: FINE, ..opening(projected(louvre(-1.62), View::Top(0.7)), Part::Intake) },
         Cut { detail: FINE, ..opening(projected(vent, View::Top(0.5)), Part::Intake) },
         opening(headlight(), Part::Lamp),
-        opening(projected(grille, View::Front(1.7)), Part::Grille),
+        Cut { detail: COARSE, ..opening(projected(grille, View::Front(1.7)), Part::Grille) },
         opening(projected(side_grille, View::Front(1.6)), Part::Grille),
         opening(projected(tail_panel, View::Rear(-1.9)), Part::TailPanel),
         opening(projected(exhausts, View::Rear(-1.9)), Part::Intake),

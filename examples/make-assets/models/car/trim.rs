@@ -113,7 +113,7 @@ fn exhaust(end: DVec3) -> Vec<(Stuff, Mesh)> {
     let turned = |corners: &[(f64, f64, f64)]| {
         let corners: Vec<_> = corners.iter().map(|&(r, y, round)| (DVec2::new(r, y), round)).collect();
         let backwards = DMat3::from_cols(DVec3::Y, DVec3::NEG_X, DVec3::Z);
-        revolve(&rounded(&corners, 2), 28).transformed(backwards).translated(end)
+        revolve(&rounded(&corners, 1), 20).transformed(backwards).translated(end)
     };
     vec![
         (
@@ -193,7 +193,7 @@ fn number_plate(probe: &Probe) -> Parts {
         gap: 0,
         inside: Some(1),
     }];
-    let region = |offset, output| Region { offset, output, walls: output, back: None };
+    let region = |offset, output| Region { offset, output, walls: output, rounding: 0.0, back: None };
     let regions = [region(Offset::In(0.0), 0), region(Offset::In(-0.002), 1)];
     let place = probe.rear(0.0, 0.53);
     let facing = DMat3::from_cols(DVec3::Z, DVec3::Y, DVec3::NEG_X);

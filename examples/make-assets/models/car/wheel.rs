@@ -138,8 +138,8 @@ fn spokes() -> Mesh {
     let cuts =
         [Cut { curve: Box::new(spoke), half_width: 0.0, detail: 1.0, rim: 0.004, gap: 1, inside: Some(1) }];
     let regions = [
-        Region { offset: Offset::In(0.0), output: 0, walls: 0, back: Some(1) },
-        Region { offset: Offset::Open(0.035), output: 0, walls: 0, back: None },
+        Region { offset: Offset::In(0.0), output: 0, walls: 0, rounding: 0.0016, back: Some(1) },
+        Region { offset: Offset::Open(0.035), output: 0, walls: 0, rounding: 0.0016, back: None },
     ];
     cut(disc, &cuts, &regions, 1).remove(0)
 }
