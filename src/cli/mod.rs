@@ -1,1 +1,72 @@
-//! (being built)
+//! The `overcoat` command: arguments in, library calls out.
+//!
+//! A picture is described by a [`scene_file::SceneFile`], whether it comes from a file, from options or from both;
+//! [`picture`] turns the description into what the renderer takes; each command is a module that puts these together
+//! and reports. Errors are one line on standard error and an exit code.
+
+pub mod args;
+mod bench;
+pub mod failure;
+mod info;
+pub mod input;
+mod label;
+pub mod picture;
+mod progress;
+mod render;
+mod report;
+pub mod scene_file;
+mod sheet;
+mod target;
+pub mod values;
+
+use args::{Cli, Command};
+use clap::Parser;
+use clap::error::ErrorKind;
+use failure::{Failure, one_line};
+use std::io::Write;
+use std::process::ExitCode;
+
+/// Runs the command line of this process.
+#[must_use]
+pub fn run() -> ExitCode {
+    let done = match Cli::try_parse() {
+        Ok(cli) => dispatch(&cli.command),
+        Err(error) => match error.kind() {
+            ErrorKind::DisplayHelp
+            | ErrorKind::DisplayVersion
+            | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+                let _ = error.print();
+                // Bare `overcoat` shows its help and has still not been used as intended.
+                return ExitCode::from(error.exit_code() as u8);
+            }
+            _ => Err(usage(&error)),
+        },
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            let _ = writeln!(std::io::stderr(), "overcoat: {failure}");
+            ExitCode::from(failure.exit_code())
+        }
+    }
+}
+
+/// Carries out one command.
+fn dispatch(command: &Command) -> Result<(), Failure> {
+    match command {
+        Command::Render(args) => render::run(args),
+        Command::Info(args) => info::run(args),
+        Command::Sheet(args) => sheet::run(args),
+        Command::Bench(args) => bench::run(args),
+    }
+}
+
+/// The parser's message on one line: what is wrong and where help is.
+fn usage(error: &clap::Error) -> Failure {
+    let text = error.to_string();
+    let text = text.strip_prefix("error: ").unwrap_or(&text);
+    // Paragraphs after the first are the usage and a hint that is repeated here in short.
+    let what = text.split("\n\n").next().unwrap_or(text);
+    let what: Vec<&str> = what.lines().map(str::trim).collect();
+    Failure::usage(format!("{} (see --help)", one_line(&what.join(" "))))
+}

@@ -1,1 +1,13 @@
-//! (being built)
+//! Scene to screen: transform, clip, cull, snap, bin.
+//!
+//! Each draw is cut into chunks of a fixed number of triangles. A chunk is worked on by one thread, from positions to
+//! binned screen triangles; its result depends on nothing but the draw.
+
+mod chunk;
+mod clip;
+mod vertex;
+mod view;
+
+pub use chunk::{Chunk, ChunkJob, TRIANGLES_PER_CHUNK, process_chunk};
+pub use vertex::{ScreenVertex, VERTICES_PER_CHUNK, transform_vertices};
+pub use view::{DrawView, View};

@@ -1,1 +1,27 @@
-//! (being built)
+//! Light: environments prepared for lookups, and punctual lights.
+
+mod chain;
+mod environment;
+mod equirect;
+mod file;
+mod harmonics;
+mod octahedral;
+mod prefilter;
+pub mod punctual;
+mod studio;
+mod texel;
+
+pub use environment::{EnvironmentLight, PrefilteredEnvironment};
+pub use file::EnvironmentFileError;
+pub use punctual::{LightSample, PunctualLight};
+pub use studio::Studio;
+
+use crate::math::lanes::Lanes;
+use crate::math::vec3::V3;
+
+/// Radiance from infinitely far away, as a function of direction.
+pub trait DistantRadiance {
+    /// Linear Rec. 709 radiance that arrives from `direction` (away from the scene, any length but zero); finite and
+    /// not negative.
+    fn radiance<L: Lanes>(&self, l: L, direction: V3<L>) -> V3<L>;
+}

@@ -4,23 +4,35 @@
 //! Partial loss (an extension that is not known, a texture that cannot be read) is a [`Warning`] that names what was
 //! dropped; a file that cannot be drawn as meant is a [`LoadError`].
 
+mod budget;
 mod environment;
 mod error;
+mod format;
 mod gltf;
 mod image;
 mod normals;
 mod obj;
+mod plain;
 mod ply;
+mod polygon;
 mod resolver;
 mod stl;
 mod tangents;
+mod text;
+mod vertices;
+mod warnings;
 
+pub use environment::{load as load_environment, load_file as load_environment_file};
 pub use error::{LoadError, Warning};
+pub use format::Format;
 pub use resolver::{DirectoryResolver, MemoryResolver, NoResolver, ResolveError, Resolver};
 
 use crate::jobs::Jobs;
-use crate::limits::Limits;
+use crate::limits::{LimitExceeded, Limits};
 use crate::scene::Scene;
+use std::fs::File;
+use std::io::{Error, ErrorKind, Read};
+use std::path::Path;
 
 /// A scene and what was lost on the way.
 #[derive(Clone, Debug)]
@@ -40,4 +52,62 @@ pub struct Context<'a> {
     pub limits: &'a Limits,
     /// Threads for decoding images and the like.
     pub jobs: &'a Jobs,
+}
+
+/// Loads a model file of any known format, told by its content and, where that says nothing, by its extension. Files
+/// that it refers to are read from its folder and the folders in it, from nowhere else.
+///
+/// # Errors
+/// [`LoadError`]; its message does not contain the path.
+pub fn load_file(path: &Path, limits: &Limits, jobs: &Jobs) -> Result<Loaded, LoadError> {
+    let bytes = read_file(path, limits)?;
+    let extension = path.extension().and_then(|e| e.to_str()).and_then(Format::from_extension);
+    let format = Format::detect(&bytes).or(extension);
+    let resolver = DirectoryResolver::new(path.parent().unwrap_or(Path::new("")));
+    load_bytes(&bytes, format, &Context { resolver: &resolver, limits, jobs })
+}
+
+/// Loads a model from memory. Without a format, its content tells.
+///
+/// # Errors
+/// [`LoadError`].
+pub fn load_bytes(bytes: &[u8], format: Option<Format>, context: &Context<'_>) -> Result<Loaded, LoadError> {
+    if bytes.is_empty() {
+        return Err(LoadError::UnknownFormat("the file is empty".to_owned()));
+    }
+    check_size(bytes.len() as u64, context.limits)?;
+    match format.or_else(|| Format::detect(bytes)) {
+        Some(Format::Gltf | Format::Glb) => gltf::load(bytes, context),
+        Some(Format::Obj) => obj::load(bytes, context),
+        Some(Format::Stl) => stl::load(bytes, context),
+        Some(Format::Ply) => ply::load(bytes, context),
+        None => Err(LoadError::UnknownFormat(
+            "the format is not known: it is neither glTF nor OBJ nor STL nor PLY".to_owned(),
+        )),
+    }
+}
+
+/// The content of a regular file, of at most `limits.input_bytes` bytes.
+///
+/// # Errors
+/// [`LoadError::Io`] if it is missing, a folder, a device or cannot be read; [`LoadError::Limit`] if it is too long.
+pub(crate) fn read_file(path: &Path, limits: &Limits) -> Result<Vec<u8>, LoadError> {
+    // Asked before opening, which would wait for a writer if it were a pipe.
+    let metadata = std::fs::metadata(path)?;
+    if metadata.is_dir() {
+        return Err(Error::new(ErrorKind::IsADirectory, "it is a folder").into());
+    }
+    if !metadata.is_file() {
+        return Err(Error::new(ErrorKind::InvalidInput, "it is not a regular file").into());
+    }
+    check_size(metadata.len(), limits)?;
+    let mut bytes = Vec::with_capacity(usize::try_from(metadata.len()).unwrap_or(0).saturating_add(1));
+    // It may grow while it is read.
+    File::open(path)?.take(limits.input_bytes.saturating_add(1)).read_to_end(&mut bytes)?;
+    check_size(bytes.len() as u64, limits)?;
+    Ok(bytes)
+}
+
+fn check_size(bytes: u64, limits: &Limits) -> Result<(), LimitExceeded> {
+    Limits::check(|| "bytes of the file".to_owned(), bytes, limits.input_bytes, "input_bytes")
 }

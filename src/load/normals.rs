@@ -1,1 +1,370 @@
-//! (being built)
+//! Smooth normals for meshes without.
+
+use super::vertices::{duplicate_vertex, position_classes};
+use crate::math::double::{atan2, cos};
+use crate::scene::MeshData;
+
+/// Corners around one position that are compared each with each. Where more meet (a fan of thousands of triangles),
+/// they are first gathered by direction, so that the work stays linear.
+const FEW: usize = 64;
+
+/// Cells along an edge of the direction cube, for positions where more than [`FEW`] corners meet: 11 degrees each.
+const CELLS: usize = 8;
+
+/// Gives every triangle corner the sum of the normals of those triangles around its position that deviate from its
+/// own by at most `crease_angle_degrees` (0 to 180), each weighted by its area and its angle at that position; so a
+/// result does not depend on how a flat face is cut into triangles.
+///
+/// Vertices at equal positions are taken as one. A vertex whose corners come to different normals is split: the
+/// copies follow the existing vertices, and the order of triangles stays. Triangles without area contribute nothing;
+/// a vertex that only they use gets a zero normal, which stands for the geometric one. Existing normals are replaced,
+/// and tangents, which would no longer fit, removed.
+///
+/// Weights: G. Thürmer, C. Wüthrich, *Computing vertex normals from polygonal facets*, 1998 (angle), times area.
+pub(crate) fn add_smooth_normals(mesh: &mut MeshData, crease_angle_degrees: f32) {
+    mesh.normals = vec![[0.0; 3]; mesh.positions.len()];
+    add_missing_normals(mesh, crease_angle_degrees, |_| true);
+}
+
+/// As [`add_smooth_normals`], for the vertices that are `missing` a normal, where it must be zero; the others keep
+/// theirs.
+pub(super) fn add_missing_normals(
+    mesh: &mut MeshData,
+    crease_angle_degrees: f32,
+    missing: impl Fn(usize) -> bool,
+) {
+    let (class_of, classes) = position_classes(&mesh.positions);
+    mesh.tangents = Vec::new();
+    let original = mesh.positions.len();
+    let valid = |t: &[u32; 3]| t.iter().all(|&v| (v as usize) < original);
+    if !mesh.triangles.iter().all(valid) {
+        // `Mesh::new` reports the index; there is nothing to compute here.
+        return;
+    }
+    let (starts, corners) = corners_by_class(&mesh.triangles, &class_of, classes);
+    let crease = cos(f64::from(crease_angle_degrees).to_radians());
+
+    let mut around = Vec::new();
+    let mut normals = Vec::new();
+    let mut copies = Vec::new();
+    for range in starts.windows(2) {
+        let corners = &corners[range[0] as usize..range[1] as usize];
+        around.clear();
+        around.extend(corners.iter().map(|&c| Corner::of(mesh, c)));
+        if around.len() <= FEW {
+            compare_all(&around, crease, &mut normals);
+        } else {
+            compare_by_direction(&around, crease, &mut normals);
+        }
+        copies.clear();
+        for (&corner, &normal) in corners.iter().zip(&normals) {
+            let vertex = mesh.triangles[corner as usize / 3][corner as usize % 3];
+            if missing(vertex as usize) {
+                assign(mesh, corner, normal, &mut copies);
+            }
+        }
+    }
+}
+
+/// One corner of a triangle: what it contributes, and which way it looks.
+#[derive(Clone, Copy, Default)]
+struct Corner {
+    /// Unit normal of the triangle; zero if it has no area.
+    unit: [f64; 3],
+    /// Unit normal times area (twice) times angle.
+    weighted: [f64; 3],
+}
+
+impl Corner {
+    /// Corner number `c` (three per triangle) of a mesh.
+    fn of(mesh: &MeshData, c: u32) -> Self {
+        let triangle = mesh.triangles[c as usize / 3];
+        let k = c as usize % 3;
+        let at = |k: usize| mesh.positions[triangle[k % 3] as usize].map(f64::from);
+        let (p, q, r) = (at(k), at(k + 1), at(k + 2));
+        let (a, b) = (subtract(q, p), subtract(r, p));
+        // In double precision neither coordinates of 1e15 overflow nor triangles of 1e-15 vanish.
+        let normal = cross(a, b);
+        let area = dot(normal, normal).sqrt();
+        if area == 0.0 {
+            return Self::default();
+        }
+        let angle = atan2(area, dot(a, b));
+        Self { unit: normal.map(|v| v / area), weighted: normal.map(|v| v * angle) }
+    }
+}
+
+/// For each corner the normalised sum over those within the crease angle.
+fn compare_all(around: &[Corner], crease: f64, normals: &mut Vec<[f32; 3]>) {
+    normals.clear();
+    // Corners with the same set of neighbours have the same sum: one set that covers all is the usual case.
+    let mut known: [(u64, [f32; 3]); FEW] = [(0, [0.0; 3]); FEW];
+    let mut count = 0;
+    for corner in around {
+        let mut set = 0_u64;
+        if corner.unit != [0.0; 3] {
+            for (k, other) in around.iter().enumerate() {
+                set |= u64::from(dot(corner.unit, other.unit) >= crease) << k;
+            }
+        }
+        let normal = match known[..count].iter().find(|(s, _)| *s == set) {
+            Some(&(_, normal)) => normal,
+            None => {
+                let mut sum = [0.0; 3];
+                for (k, other) in around.iter().enumerate() {
+                    if set >> k & 1 == 1 {
+                        sum = add(sum, other.weighted);
+                    }
+                }
+                let normal = fallback(normalized(sum), corner);
+                known[count] = (set, normal);
+                count += 1;
+                normal
+            }
+        };
+        normals.push(normal);
+    }
+}
+
+/// As [`compare_all`], for corners gathered into cells of similar direction that are compared by their mean.
+fn compare_by_direction(around: &[Corner], crease: f64, normals: &mut Vec<[f32; 3]>) {
+    normals.clear();
+    let mut cells = [Corner::default(); 6 * CELLS * CELLS];
+    for corner in around {
+        if corner.unit != [0.0; 3] {
+            let cell = &mut cells[cell_of(corner.unit)];
+            cell.unit = add(cell.unit, corner.unit);
+            cell.weighted = add(cell.weighted, corner.weighted);
+        }
+    }
+    for cell in &mut cells {
+        let length = dot(cell.unit, cell.unit).sqrt();
+        if length > 0.0 {
+            cell.unit = cell.unit.map(|v| v / length);
+        }
+    }
+    let mut of_cell: Vec<Option<[f32; 3]>> = vec![None; cells.len()];
+    for corner in around {
+        if corner.unit == [0.0; 3] {
+            normals.push([0.0; 3]);
+            continue;
+        }
+        let cell = cell_of(corner.unit);
+        let normal = *of_cell[cell].get_or_insert_with(|| {
+            let unit = cells[cell].unit;
+            let near = cells.iter().filter(|c| dot(unit, c.unit) >= crease);
+            normalized(near.fold([0.0; 3], |sum, c| add(sum, c.weighted)))
+        });
+        normals.push(fallback(normal, corner));
+    }
+}
+
+/// The cell of the direction cube that a unit vector points into.
+fn cell_of(d: [f64; 3]) -> usize {
+    let [x, y, z] = d.map(f64::abs);
+    let axis = if x >= y && x >= z {
+        0
+    } else if y >= z {
+        1
+    } else {
+        2
+    };
+    let side = usize::from(d[axis] < 0.0);
+    let along = |k: usize| {
+        let t = (d[(axis + k) % 3] / d[axis].abs() + 1.0) * 0.5 * CELLS as f64;
+        // A saturating conversion: t lies within 0 and CELLS up to rounding.
+        (t as usize).min(CELLS - 1)
+    };
+    ((axis * 2 + side) * CELLS + along(1)) * CELLS + along(2)
+}
+
+/// A triangle's own normal where opposite ones cancel (with a crease angle above 90 degrees).
+fn fallback(normal: [f32; 3], corner: &Corner) -> [f32; 3] {
+    if normal == [0.0; 3] { corner.unit.map(|v| v as f32) } else { normal }
+}
+
+/// Writes a corner's normal, splitting its vertex where that already has another one. `copies` holds (original,
+/// vertex in use) of the vertices at this position.
+fn assign(mesh: &mut MeshData, corner: u32, normal: [f32; 3], copies: &mut Vec<(u32, u32)>) {
+    if normal == [0.0; 3] {
+        return;
+    }
+    let (t, k) = (corner as usize / 3, corner as usize % 3);
+    let vertex = mesh.triangles[t][k];
+    // A fan of thousands of distinct vertices or normals is not searched to the end, to keep the work linear.
+    let mut of_vertex = copies.iter().rev().take(FEW).filter(|c| c.0 == vertex);
+    if let Some(&(_, found)) = of_vertex.find(|c| mesh.normals[c.1 as usize] == normal) {
+        mesh.triangles[t][k] = found;
+        return;
+    }
+    let used = if mesh.normals[vertex as usize] == [0.0; 3] {
+        Some(vertex)
+    } else if mesh.normals[vertex as usize] == normal {
+        return;
+    } else {
+        duplicate_vertex(mesh, vertex)
+    };
+    if let Some(used) = used {
+        mesh.normals[used as usize] = normal;
+        mesh.triangles[t][k] = used;
+        copies.push((vertex, used));
+    }
+}
+
+/// The corners of all triangles grouped by the position class of their vertex, in mesh order within a class: group k
+/// is `corners[starts[k]..starts[k + 1]]`.
+fn corners_by_class(triangles: &[[u32; 3]], class_of: &[u32], classes: usize) -> (Vec<u32>, Vec<u32>) {
+    let mut starts = vec![0_u32; classes + 1];
+    for &v in triangles.as_flattened() {
+        starts[class_of[v as usize] as usize + 1] += 1;
+    }
+    for k in 0..classes {
+        starts[k + 1] += starts[k];
+    }
+    let mut next = starts.clone();
+    let mut corners = vec![0; triangles.len() * 3];
+    for (c, &v) in triangles.as_flattened().iter().enumerate() {
+        let slot = &mut next[class_of[v as usize] as usize];
+        corners[*slot as usize] = c as u32;
+        *slot += 1;
+    }
+    (starts, corners)
+}
+
+fn add(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+}
+
+fn subtract(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// Unit vector rounded to single precision; zero for a zero or non-finite one.
+fn normalized(v: [f64; 3]) -> [f32; 3] {
+    let length = dot(v, v).sqrt();
+    if length > 0.0 && length.is_finite() { v.map(|c| (c / length) as f32) } else { [0.0; 3] }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The six faces of a cube as twelve triangles over eight vertices.
+    fn cube(scale: f32) -> MeshData {
+        let positions = (0..8).map(|k| [k & 1, k >> 1 & 1, k >> 2 & 1].map(|b| b as f32 * scale)).collect();
+        let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let triangles = quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
+        MeshData { positions, triangles, ..MeshData::default() }
+    }
+
+    fn unshared(mesh: &MeshData) -> MeshData {
+        let positions = mesh.triangles.as_flattened().iter().map(|&v| mesh.positions[v as usize]).collect();
+        let triangles = (0..mesh.triangles.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
+        MeshData { positions, triangles, ..MeshData::default() }
+    }
+
+    fn corner_normals(mesh: &MeshData) -> Vec<[f32; 3]> {
+        mesh.triangles.as_flattened().iter().map(|&v| mesh.normals[v as usize]).collect()
+    }
+
+    #[test]
+    fn a_cube_keeps_its_edges_below_and_loses_them_above_90_degrees() {
+        for scale in [1.0, 1e15, 1e-15, 1e-30] {
+            let mut sharp = cube(scale);
+            add_smooth_normals(&mut sharp, 89.0);
+            assert_eq!(sharp.positions.len(), 24, "at scale {scale}");
+            for n in &sharp.normals {
+                assert_eq!(n.iter().filter(|v| v.abs() == 1.0).count(), 1, "{n:?} at scale {scale}");
+            }
+            let mut round = cube(scale);
+            add_smooth_normals(&mut round, 91.0);
+            assert_eq!(round.positions.len(), 8);
+            // Area times angle makes all three faces count alike, however they are cut.
+            let third = 1.0 / 3.0_f32.sqrt();
+            for (p, n) in round.positions.iter().zip(&round.normals) {
+                for k in 0..3 {
+                    let expected = if p[k] > 0.0 { third } else { -third };
+                    assert!((n[k] - expected).abs() < 1e-6, "{n:?} at {p:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn vertices_that_are_not_shared_are_welded() {
+        let mut soup = unshared(&cube(1.0));
+        let mut indexed = cube(1.0);
+        add_smooth_normals(&mut soup, 120.0);
+        add_smooth_normals(&mut indexed, 120.0);
+        assert_eq!(corner_normals(&soup), corner_normals(&indexed));
+        assert_eq!(soup.triangles.len(), 12);
+    }
+
+    #[test]
+    fn a_sphere_gets_its_radii() {
+        let (rings, sectors) = (64_usize, 200_usize);
+        let mut mesh = MeshData::default();
+        for r in 0..=rings {
+            for s in 0..sectors {
+                // A rational parametrisation of the circle needs no trigonometry.
+                let circle = |t: f64| [(1.0 - t * t) / (1.0 + t * t), 2.0 * t / (1.0 + t * t)];
+                let quarter = 4.0 * s as f64 / sectors as f64;
+                let [c, d] = circle(quarter.fract());
+                let [x, y] = [[c, d], [-d, c], [-c, -d], [d, -c]][quarter as usize];
+                let [a, b] = circle(2.0 * r as f64 / rings as f64 - 1.0);
+                mesh.positions.push([a * x, a * y, b].map(|v| v as f32));
+            }
+        }
+        for r in 0..rings {
+            for s in 0..sectors {
+                let at = |r: usize, s: usize| (r * sectors + s % sectors) as u32;
+                mesh.triangles.push([at(r, s), at(r, s + 1), at(r + 1, s + 1)]);
+                mesh.triangles.push([at(r, s), at(r + 1, s + 1), at(r + 1, s)]);
+            }
+        }
+        add_smooth_normals(&mut mesh, 30.0);
+        // More corners than FEW meet at the poles, where half of them belong to triangles without area.
+        for &v in mesh.triangles.as_flattened() {
+            let (p, n) = (mesh.positions[v as usize], mesh.normals[v as usize]);
+            let cosine = p[0] * n[0] + p[1] * n[1] + p[2] * n[2];
+            assert!(cosine > 0.999, "{cosine} at {p:?}");
+        }
+    }
+
+    #[test]
+    fn triangles_without_area_do_no_harm() {
+        let mut mesh = cube(1.0);
+        mesh.triangles.insert(0, [0, 1, 1]);
+        mesh.triangles.push([7, 7, 7]);
+        mesh.positions.push([5.0; 3]);
+        mesh.triangles.push([8, 8, 8]);
+        let mut plain = cube(1.0);
+        add_smooth_normals(&mut mesh, 120.0);
+        add_smooth_normals(&mut plain, 120.0);
+        assert_eq!(corner_normals(&mesh)[3..39], corner_normals(&plain));
+        assert_eq!(mesh.normals[8], [0.0; 3]);
+    }
+
+    #[test]
+    fn a_fan_of_many_triangles_takes_linear_time() {
+        let mut mesh = MeshData { positions: vec![[0.0, 0.0, 1.0]], ..MeshData::default() };
+        let count = 200_000_u32;
+        for k in 0..count {
+            let t = f64::from(k) / f64::from(count) * 2.0 - 1.0;
+            mesh.positions
+                .push([(1.0 - t * t) / (1.0 + t * t), 2.0 * t / (1.0 + t * t), 0.0].map(|v| v as f32));
+        }
+        mesh.triangles = (1..count).map(|k| [0, k, k + 1]).collect();
+        add_smooth_normals(&mut mesh, 30.0);
+        assert!(mesh.normals.iter().all(|n| n.iter().all(|v| v.is_finite())));
+        assert!(mesh.positions.len() < 3 * count as usize);
+    }
+}

@@ -2,20 +2,76 @@
 //!
 //! **Invariant:** no function here or anywhere in the crate calls a float function of the platform other than
 //! `+ - * / sqrt floor abs` and conversions, which IEEE 754 rounds exactly.
+//!
+//! Every transcendental function exists over sixteen lanes, `exp(l, x)`, and for one `f32` in [`scalar`], with the
+//! same operations and therefore the same bits; a NaN argument gives NaN. The errors stated are the largest found
+//! in comparison with double precision, in units in the last place of the correctly rounded result.
+//! [`double`] has what cameras need in `f64`, [`vec3`] vectors of three lane numbers.
 
+pub mod double;
+mod exp_log;
 pub mod lanes;
+mod real;
+mod trigonometry;
+pub mod vec3;
 
-/// Tangent of half an angle given in radians, for 0 to pi.
-pub(crate) fn tan_half(angle: f64) -> f64 {
-    libm_free_tan(angle * 0.5)
+#[cfg(test)]
+mod tests;
+
+use lanes::Lanes;
+
+macro_rules! twins {
+    ($($(#[$doc:meta])* $module:ident::$name:ident($($arg:ident),+);)*) => {
+        $(
+            $(#[$doc])*
+            #[inline(always)]
+            pub fn $name<L: Lanes>(_: L, $($arg: L::F),+) -> L::F {
+                $module::$name($($arg),+)
+            }
+        )*
+
+        /// The same functions for one number, with the bits of the lane functions.
+        pub mod scalar {
+            use super::*;
+            $(
+                $(#[$doc])*
+                #[must_use]
+                pub fn $name($($arg: f32),+) -> f32 {
+                    $module::$name($($arg),+)
+                }
+            )*
+        }
+    };
 }
 
-/// A Taylor-free tangent by the continued fraction of Lambert, exact to about 1e-15 for 0 to pi / 2.
-fn libm_free_tan(x: f64) -> f64 {
-    let square = x * x;
-    let mut tail = 0.0;
-    for k in (1..=20).rev() {
-        tail = square / (f64::from(2 * k + 1) - tail);
-    }
-    x / (1.0 - tail)
+twins! {
+    /// e to the power x, all of f32: infinity above 88.73, subnormal results down to 0 below -103.97.
+    exp_log::exp(x);
+    /// e to the power x as transmittance and the tails of lobes need it: exactly 0 for x < -25, otherwise the bits
+    /// of [`exp`] up to x = 87, where it stops to grow. Subnormal numbers, which cost more than the instruction set, never
+    /// appear.
+    exp_log::exp_transmittance(x);
+    /// 2 to the power x, all of f32.
+    exp_log::exp2(x);
+    /// Natural logarithm. Minus infinity at 0, NaN below.
+    exp_log::ln(x);
+    /// Logarithm to base 2. Minus infinity at 0, NaN below. Exact for powers of two.
+    exp_log::log2(x);
+    /// x to the power y for x >= 0; NaN for x < 0. `pow(x, 0)` is 1 and `pow(1, y)` is 1; 0 and infinity
+    /// are treated as the limits from inside, and -0 as 0.
+    exp_log::pow(x, y);
+    /// Sine of x radians, |x| <= 8192. Beyond, some number in -1 to 1; NaN at infinity.
+    trigonometry::sin(x);
+    /// Cosine of x radians, |x| <= 8192. Beyond, some number in -1 to 1; NaN at infinity.
+    trigonometry::cos(x);
+    /// Arc cosine, 0 to pi. Arguments beyond -1 or 1, which rounding makes of cosines, count as -1 or 1.
+    trigonometry::acos(x);
+    /// Angle of the point (x, y), -pi to pi: 0 at the origin, with the sign of y; x = -0 counts as 0. NaN where
+    /// both are infinite. Coordinates above 10^38 may overflow.
+    trigonometry::atan2(y, x);
+}
+
+/// Tangent of half an angle given in radians, as cameras use it of a field of view.
+pub(crate) fn tan_half(angle: f64) -> f64 {
+    double::tan(0.5 * angle)
 }

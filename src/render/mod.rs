@@ -1,23 +1,50 @@
 //! The renderer: scene and options in, frame out. The only place that knows the order of the stages.
 
+mod aov;
+mod draws;
+mod environment;
 mod options;
+mod resolve;
+mod tile_pass;
 
-pub use options::{Background, RenderError, RenderOptions, RenderStats, Rendered, ShadingModel};
+pub use crate::shade::ShadingModel;
+pub use options::{Background, RenderError, RenderOptions, RenderStats, Rendered};
 
+use crate::dispatch;
+use crate::frame::{AovPlane, Frame};
+use crate::geometry::{
+    Chunk, ChunkJob, ScreenVertex, TRIANGLES_PER_CHUNK, VERTICES_PER_CHUNK, View, process_chunk,
+    transform_vertices,
+};
 use crate::jobs::Jobs;
+use crate::light::{EnvironmentLight, PunctualLight};
+use crate::limits::Limits;
+use crate::raster::SamplePattern;
 use crate::scene::{Camera, Scene};
+use crate::shade::{ShadeContext, ViewRays};
+use crate::tile::{TileBins, TileGrid};
+use aov::TileAovs;
+use draws::DrawState;
+use environment::EnvironmentCache;
+use std::time::{Duration, Instant};
+use tile_pass::{Pass, TileScratch};
 
 /// Renders scenes, keeping threads, buffers and filtered environments from one picture to the next.
 #[derive(Debug, Default)]
 pub struct Renderer {
     jobs: Jobs,
+    vertices: Vec<ScreenVertex>,
+    chunks: Vec<Chunk>,
+    bins: TileBins,
+    scratch: Vec<TileScratch>,
+    environments: EnvironmentCache,
 }
 
 impl Renderer {
     /// A renderer with `threads` workers; 0 stands for one per processor.
     #[must_use]
     pub fn new(threads: usize) -> Self {
-        Self { jobs: Jobs::new(threads) }
+        Self { jobs: Jobs::new(threads), ..Self::default() }
     }
 
     /// The worker threads, for loaders to share.
@@ -36,10 +63,218 @@ impl Renderer {
         camera: &Camera,
         options: &RenderOptions,
     ) -> Result<Rendered, RenderError> {
-        let _ = (scene, camera);
-        let (width, height) = (options.width, options.height);
-        let pixels = vec![[0.0; 4]; width as usize * height as usize];
-        let frame = crate::frame::Frame { width, height, pixels, aovs: Vec::new() };
-        Ok(Rendered { frame, stats: RenderStats::default() })
+        let pattern = options.validate()?;
+        camera.validate()?;
+        let mut stats = RenderStats { triangles: scene.triangle_count(), ..RenderStats::default() };
+        let check = |what: &str, asked, limit, field| Limits::check(|| what.to_owned(), asked, limit, field);
+        check("scene", stats.triangles, options.limits.triangles, "triangles")?;
+        let mut clock = Clock::start();
+
+        let view = View::new(camera, options.width, options.height)?;
+        let side = options.tile_size.unwrap_or_else(|| tile_pass::default_tile_size(options.samples));
+        let grid = TileGrid::new(options.width, options.height, side);
+        let surroundings = scene.environment();
+        let filtered = self.environments.get(&surroundings.source, &self.jobs, options.simd);
+        let environment =
+            EnvironmentLight::new(&filtered, surroundings.rotation_degrees, surroundings.intensity);
+        let lights: Vec<PunctualLight> = scene.lights().iter().map(PunctualLight::new).collect();
+        clock.lap("environment");
+
+        let (states, draws, vertex_count) = draws::prepare(scene, &view);
+        self.transform(&states, &draws, vertex_count, options);
+        clock.lap("vertices");
+        self.set_up_triangles(&states, &draws, &grid, &pattern);
+        let binned: u64 = self.chunks.iter().map(|c| c.bins.len() as u64).sum();
+        check("binned triangles", binned, tile_pass::bin_limit(&options.limits), "fragments")?;
+        self.bins.build(grid.len(), self.chunks.iter().map(|c| &c.bins));
+        let rasterized = self.chunks.iter().map(|c| c.triangles.len() as u64).sum();
+        clock.lap("triangles");
+
+        let pass = Pass {
+            grid,
+            pattern: &pattern,
+            chunks: &self.chunks,
+            states: &states,
+            shade: ShadeContext {
+                draws: &draws,
+                materials: scene.materials(),
+                textures: scene.textures(),
+                rays: view_rays(&view),
+                environment: &environment,
+                lights: &lights,
+                model: options.shading,
+                anisotropy: options.anisotropy,
+            },
+            show_environment: options.background == Background::Environment,
+        };
+        let mut frame = Frame {
+            width: options.width,
+            height: options.height,
+            pixels: vec![[0.0; 4]; options.width as usize * options.height as usize],
+            aovs: Vec::new(),
+        };
+        let (fragments, planes) =
+            render_tiles(&self.jobs, &pass, &self.bins, &mut self.scratch, &mut frame, options);
+        check("frame", fragments, options.limits.fragments, "fragments")?;
+        frame.aovs = planes;
+        clock.lap("tiles");
+        stats.triangles_rasterized = rasterized;
+        stats.fragments = fragments;
+        stats.stages = clock.laps;
+        Ok(Rendered { frame, stats })
+    }
+
+    /// All vertices of all draws to the screen.
+    fn transform(
+        &mut self,
+        states: &[DrawState],
+        draws: &[crate::gbuffer::Draw<'_>],
+        count: usize,
+        options: &RenderOptions,
+    ) {
+        self.vertices.clear();
+        self.vertices.resize(count, ScreenVertex::default());
+        let mut work = Vec::new();
+        let mut rest = self.vertices.as_mut_slice();
+        for (state, draw) in states.iter().zip(draws) {
+            let positions = draw.mesh.positions();
+            let (own, after) = rest.split_at_mut(positions.len());
+            rest = after;
+            let chunks = positions.chunks(VERTICES_PER_CHUNK).zip(own.chunks_mut(VERTICES_PER_CHUNK));
+            work.extend(chunks.map(|(positions, out)| (&state.view, positions, out)));
+        }
+        self.jobs.for_each_mut(&mut work, |_, (view, positions, out)| {
+            dispatch!(options.simd, l => transform_vertices(l, view, positions, out));
+        });
+    }
+
+    /// All triangles of all draws to chunks of screen triangles, binned. Chunks never straddle draws.
+    fn set_up_triangles(
+        &mut self,
+        states: &[DrawState],
+        draws: &[crate::gbuffer::Draw<'_>],
+        grid: &TileGrid,
+        pattern: &SamplePattern,
+    ) {
+        let mut count = 0;
+        for (number, draw) in draws.iter().enumerate() {
+            let triangles = draw.mesh.triangles().len();
+            for start in (0..triangles).step_by(TRIANGLES_PER_CHUNK) {
+                if count == self.chunks.len() {
+                    self.chunks.push(Chunk::default());
+                }
+                let chunk = &mut self.chunks[count];
+                chunk.draw = number as u32;
+                chunk.range = start..triangles.min(start + TRIANGLES_PER_CHUNK);
+                count += 1;
+            }
+        }
+        self.chunks.truncate(count);
+        let vertices = &self.vertices;
+        self.jobs.for_each_mut(&mut self.chunks, |_, chunk| {
+            let state = &states[chunk.draw as usize];
+            let mesh = draws[chunk.draw as usize].mesh;
+            let job = ChunkJob {
+                mesh,
+                vertices: &vertices[state.first_vertex..state.first_vertex + mesh.positions().len()],
+                view: &state.view,
+                cull_back_faces: state.cull_back_faces,
+                mirrored: state.mirrored,
+            };
+            process_chunk(chunk, &job, grid, pattern);
+        });
+    }
+}
+
+/// The rows of one tile, and what the tile adds to the frame.
+struct TileJob<'a> {
+    rows: Vec<&'a mut [[f32; 4]]>,
+    aovs: TileAovs,
+    fragments: u64,
+}
+
+/// All tiles, each into its own rows of the frame. Returns the number of fragments and the G-buffer planes.
+fn render_tiles(
+    jobs: &Jobs,
+    pass: &Pass<'_>,
+    bins: &TileBins,
+    scratch: &mut Vec<TileScratch>,
+    frame: &mut Frame,
+    options: &RenderOptions,
+) -> (u64, Vec<AovPlane>) {
+    let grid = &pass.grid;
+    let mut tiles: Vec<TileJob<'_>> = (0..grid.len())
+        .map(|tile| {
+            let [_, _, width, height] = grid.pixels(tile);
+            TileJob {
+                rows: Vec::with_capacity(height as usize),
+                aovs: TileAovs::new(&options.aovs, width as usize, height as usize),
+                fragments: 0,
+            }
+        })
+        .collect();
+    for (y, row) in frame.pixels.chunks_mut(frame.width as usize).enumerate() {
+        let first = y / grid.side() as usize * grid.columns() as usize;
+        for (column, part) in row.chunks_mut(grid.side() as usize).enumerate() {
+            tiles[first + column].rows.push(part);
+        }
+    }
+    jobs.for_each_with_scratch(scratch, &mut tiles, |scratch, tile, job| {
+        let runs = bins.runs(tile);
+        job.fragments = dispatch!(
+            options.simd,
+            l => tile_pass::render_tile(l, pass, tile, runs, scratch, &mut job.rows, &mut job.aovs)
+        );
+    });
+    let fragments = tiles.iter().map(|t| t.fragments).sum();
+    let width = options.width as usize;
+    let mut planes: Vec<AovPlane> = options
+        .aovs
+        .iter()
+        .map(|&aov| AovPlane { aov, data: vec![0.0; aov.channels() * width * options.height as usize] })
+        .collect();
+    if !planes.is_empty() {
+        for (tile, job) in tiles.into_iter().enumerate() {
+            let [x, y, tile_width, _] = grid.pixels(tile).map(|v| v as usize);
+            for (plane, part) in planes.iter_mut().zip(job.aovs.finish()) {
+                let channels = plane.aov.channels();
+                for (row, values) in part.chunks(tile_width * channels).enumerate() {
+                    let at = ((y + row) * width + x) * channels;
+                    plane.data[at..at + values.len()].copy_from_slice(values);
+                }
+            }
+        }
+    }
+    (fragments, planes)
+}
+
+/// The view's rays, rounded once.
+fn view_rays(view: &View) -> ViewRays {
+    let [right, up, back] = view.axes;
+    let per_pixel = |axis: [f64; 3], sign: f64| axis.map(|v| (v * sign / view.scale) as f32);
+    ViewRays {
+        eye: view.eye.map(|v| v as f32),
+        right: per_pixel(right, 1.0),
+        down: per_pixel(up, -1.0),
+        forward: back.map(|v| -v as f32),
+        perspective: view.perspective,
+    }
+}
+
+/// Writes down how long each stage takes. Only for the user to read: no result depends on it.
+struct Clock {
+    last: Instant,
+    laps: Vec<(&'static str, Duration)>,
+}
+
+impl Clock {
+    fn start() -> Self {
+        Self { last: Instant::now(), laps: Vec::new() }
+    }
+
+    fn lap(&mut self, stage: &'static str) {
+        let now = Instant::now();
+        self.laps.push((stage, now - self.last));
+        self.last = now;
     }
 }

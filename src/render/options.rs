@@ -3,42 +3,10 @@
 use crate::frame::{Aov, Frame};
 use crate::limits::{LimitExceeded, Limits};
 use crate::math::lanes::SimdLevel;
+use crate::raster::SamplePattern;
 use crate::scene::SceneError;
+use crate::shade::ShadingModel;
 use std::time::Duration;
-
-/// Which engine's formulas shade the surfaces.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub enum ShadingModel {
-    /// Unity URP 13.0 Complex Lit on desktop platforms.
-    #[default]
-    UrpDesktop,
-    /// Unity URP 13.0 Complex Lit where `SHADER_API_MOBILE` is defined.
-    UrpMobile,
-    /// Unity URP 17 (Unity 6), which has no such split.
-    Urp17,
-}
-
-impl ShadingModel {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::UrpDesktop, Self::UrpMobile, Self::Urp17];
-
-    /// Name as `--shading` takes it.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::UrpDesktop => "urp-desktop",
-            Self::UrpMobile => "urp-mobile",
-            Self::Urp17 => "urp17",
-        }
-    }
-
-    /// The model of that name.
-    #[must_use]
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|model| model.name() == name)
-    }
-}
 
 /// What is seen where no surface is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -89,6 +57,38 @@ impl Default for RenderOptions {
             aovs: Vec::new(),
             limits: Limits::default(),
         }
+    }
+}
+
+impl RenderOptions {
+    /// Checks every option against its range.
+    pub(super) fn validate(&self) -> Result<SamplePattern, RenderError> {
+        let option = |option, value: String, allowed| RenderError::Option { option, value, allowed };
+        for (name, side) in [("width", self.width), ("height", self.height)] {
+            if side == 0 {
+                return Err(option(name, side.to_string(), "at least 1"));
+            }
+            Limits::check(
+                || name.to_owned(),
+                side.into(),
+                self.limits.output_side.min(16384).into(),
+                "output_side",
+            )?;
+        }
+        let pixels = u64::from(self.width) * u64::from(self.height);
+        Limits::check(|| "picture".to_owned(), pixels, self.limits.output_pixels, "output_pixels")?;
+        if self.tile_size.is_some_and(|side| ![16, 32, 64].contains(&side)) {
+            let value = self.tile_size.unwrap_or_default().to_string();
+            return Err(option("tile size", value, "16, 32 or 64"));
+        }
+        if !(1..=16).contains(&self.anisotropy) {
+            return Err(option("anisotropy", self.anisotropy.to_string(), "1 to 16"));
+        }
+        if !self.simd.is_available() {
+            return Err(option("simd", self.simd.to_string(), "an instruction set of this machine"));
+        }
+        SamplePattern::new(self.samples)
+            .ok_or_else(|| option("samples", self.samples.to_string(), "1, 4, 8 or 16"))
     }
 }
 

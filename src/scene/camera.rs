@@ -30,12 +30,15 @@ pub struct Camera {
     pub up: [f32; 3],
     /// Perspective or orthographic.
     pub projection: Projection,
-    /// Distance in metres along the view direction before which nothing is drawn, at least 1e-6. There is no far
+    /// Distance in metres along the view direction before which nothing is drawn, at least 1e-18. There is no far
     /// limit.
     pub near: f32,
 }
 
 impl Camera {
+    /// Smallest distance of the near plane in metres.
+    pub const MIN_NEAR: f32 = 1e-18;
+
     /// The view's axes in world space: right, up and backward (towards the viewer), of unit length.
     ///
     /// # Errors
@@ -56,17 +59,22 @@ impl Camera {
     }
 
     /// Checks that the camera spans a view and its numbers are in range.
-    pub(crate) fn validate(&self) -> Result<(), SceneError> {
-        within("camera eye", &self.eye, -MAX_COORDINATE, MAX_COORDINATE)?;
-        within("camera target", &self.target, -MAX_COORDINATE, MAX_COORDINATE)?;
+    ///
+    /// # Errors
+    /// [`SceneError`] naming the number that is not.
+    pub fn validate(&self) -> Result<(), SceneError> {
+        // A camera that sees all of the largest model stands outside of it.
+        let far = 1e3 * MAX_COORDINATE;
+        within("camera eye", &self.eye, -far, far)?;
+        within("camera target", &self.target, -far, far)?;
         finite("camera up", &self.up)?;
-        within("camera near distance", &[self.near], 1e-6, MAX_COORDINATE)?;
+        within("camera near distance", &[self.near], Self::MIN_NEAR, far)?;
         match self.projection {
             Projection::Perspective { fov_y } => {
                 within("camera field of view", &[fov_y], 1e-3, std::f32::consts::PI - 1e-3)?;
             }
             Projection::Orthographic { height } => {
-                within("camera view height", &[height], 1e-12, MAX_COORDINATE)?;
+                within("camera view height", &[height], 1e-15, far)?;
             }
         }
         self.axes().map(|_| ())

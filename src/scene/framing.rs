@@ -1,6 +1,6 @@
 //! Boxes, and cameras that fit what is in them.
 
-use super::{Camera, Projection, Scene, Transform};
+use super::{Camera, Mesh, Projection, Scene, Transform};
 use glam::DVec3;
 
 /// An axis-aligned box in double precision; empty where `min > max`.
@@ -107,7 +107,7 @@ impl Default for Framing {
         Self {
             direction: [0.62, 0.42, 1.0],
             up: [0.0, 1.0, 0.0],
-            fov_y: 0.523_598_8,
+            fov_y: std::f32::consts::FRAC_PI_6,
             orthographic: false,
             aspect: 1.0,
             margin: 0.04,
@@ -123,63 +123,57 @@ impl Framing {
         let bounds = scene.bounds();
         let size = bounds.size();
         let diagonal = (size[0] * size[0] + size[1] * size[1] + size[2] * size[2]).sqrt();
-        let magnitude = bounds.min.iter().chain(&bounds.max).fold(0.0_f64, |m, v| m.max(v.abs()));
-        // A model without extent (or with less than its coordinates resolve) is framed as a unit cube around it.
-        let degenerate = bounds.is_empty() || diagonal < magnitude * 1e-6 || diagonal < 1e-12;
         let center = if bounds.is_empty() { [0.0; 3] } else { bounds.center() };
-        let [right, up, back] = self.axes();
+        let magnitude = center.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+        // A model without extent, or with less than its coordinates resolve, is framed as a cube around it: of
+        // 1 m, or larger where single precision could not hold the camera apart from the model.
+        let degenerate = bounds.is_empty() || diagonal < magnitude * 3e-7 || diagonal < SMALLEST;
+        let axes = self.axes();
 
-        // Along each of the four side planes of the view pyramid, how far out the vertices reach.
         let keep = 1.0 - 2.0 * f64::from(self.margin.clamp(0.0, 0.45));
         let aspect = f64::from(self.aspect).clamp(1e-4, 1e4);
-        let tan_y = if self.orthographic { 0.0 } else { crate::math::tan_half(f64::from(self.fov_y)) * keep };
-        let tan_x = tan_y * aspect;
-        let mut reach = [f64::NEG_INFINITY; 4];
-        let mut depth = [f64::INFINITY, f64::NEG_INFINITY];
-        let mut visit = |p: [f64; 3]| {
-            let d = DVec3::from(p) - DVec3::from(center);
-            let (x, y, z) = (d.dot(right), d.dot(up), d.dot(back));
-            for (r, v) in reach.iter_mut().zip([x + tan_x * z, -x + tan_x * z, y + tan_y * z, -y + tan_y * z])
-            {
-                *r = if v > *r { v } else { *r };
-            }
-            depth = [if z < depth[0] { z } else { depth[0] }, if z > depth[1] { z } else { depth[1] }];
-        };
+        let fov_y = f64::from(self.fov_y).clamp(1e-3, std::f64::consts::PI - 1e-3);
+        let tan_y = if self.orthographic { 0.0 } else { crate::math::tan_half(fov_y) * keep };
+        let mut reach = Reach::new(axes, center, [tan_y * aspect, tan_y]);
         if degenerate {
-            for k in 0..8 {
-                visit(std::array::from_fn(|a| center[a] + if k >> a & 1 == 1 { 0.5 } else { -0.5 }));
-            }
+            let half = 0.5 * (magnitude * 1e-3).max(1.0);
+            let corner =
+                |k: usize| std::array::from_fn(|a| center[a] + if k >> a & 1 == 1 { half } else { -half });
+            reach.visit(&Transform::IDENTITY, (0..8).map(corner));
         } else {
+            let mut used = Vec::new();
             for instance in scene.instances() {
                 let mesh = &scene.meshes()[instance.mesh.index()];
-                for triangle in mesh.triangles() {
-                    for &v in triangle {
-                        visit(instance.transform.point(mesh.positions()[v as usize].map(f64::from)));
-                    }
-                }
+                mark_used(mesh, &mut used);
+                let positions = mesh.positions().iter().zip(&used).filter(|(_, used)| **used);
+                reach.visit(&instance.transform, positions.map(|(p, _)| p.map(f64::from)));
             }
         }
 
-        // Each pair of opposite planes fixes the eye's place across the view and a least distance.
-        let extent =
-            (reach[0] + reach[1]).max((reach[2] + reach[3]) * aspect).max(depth[1] - depth[0]).max(1e-12);
-        let x = 0.5 * (reach[0] - reach[1]);
-        let y = 0.5 * (reach[2] - reach[3]);
+        let Reach { planes: [right, left, top, bottom], depth: [far, near], .. } = reach;
+        let extent = (right + left).max((top + bottom) * aspect).max(near - far).max(SMALLEST);
+        // The camera is rounded to single precision; its error must not push a vertex out of the picture.
+        let slack = 2.0 * 5e-7 * (magnitude + extent);
+        let (width, height) = (right + left + slack, top + bottom + slack);
+        let x = 0.5 * (right - left);
+        let y = 0.5 * (top - bottom);
         let (distance, projection) = if self.orthographic {
-            let height = ((reach[0] + reach[1]) / aspect).max(reach[2] + reach[3]).max(extent * 1e-6) / keep;
-            (depth[1] + extent, Projection::Orthographic { height: height as f32 })
+            let height = (width / aspect).max(height) / keep;
+            (near + extent, Projection::Orthographic { height: height as f32 })
         } else {
-            let across = 0.5 * ((reach[0] + reach[1]) / tan_x).max((reach[2] + reach[3]) / tan_y);
-            (across.max(depth[1] + extent * 1e-3), Projection::Perspective { fov_y: self.fov_y })
+            // Each pair of opposite planes fixes the eye's place across the view and a least distance.
+            let distance = 0.5 * (width / (tan_y * aspect)).max(height / tan_y);
+            (distance.max(near + extent * 1e-3), Projection::Perspective { fov_y: fov_y as f32 })
         };
-        let eye = DVec3::from(center) + right * x + up * y + back * distance;
-        let target = eye - back * (distance - 0.5 * (depth[0] + depth[1])).max(extent * 1e-3);
+        let [axis_x, axis_y, back] = axes;
+        let eye = DVec3::from(center) + axis_x * x + axis_y * y + back * distance;
+        let target = eye - back * (distance - 0.5 * (far + near)).max(extent * 1e-3);
         Camera {
             eye: eye.to_array().map(|v| v as f32),
             target: target.to_array().map(|v| v as f32),
-            up: up.to_array().map(|v| v as f32),
+            up: axis_y.to_array().map(|v| v as f32),
             projection,
-            near: (((distance - depth[1]) * 0.5).max(extent * 1e-4) as f32).max(1e-6),
+            near: ((distance - near) * 0.5).max(extent * 1e-4) as f32,
         }
     }
 
@@ -194,5 +188,202 @@ impl Framing {
         };
         let axes = camera.axes().unwrap_or([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
         axes.map(DVec3::from)
+    }
+}
+
+/// Smallest extent in metres of a model that is framed as it is.
+const SMALLEST: f64 = 1e-12;
+
+/// How far points reach beyond the four side planes of a view pyramid that stands at the centre of the scene.
+struct Reach {
+    /// For the right, left, upper and lower plane and for the depth: what it measures, as (direction, offset).
+    measures: [(DVec3, f64); 5],
+    /// Largest measure of right, left, top and bottom, in metres across the view.
+    planes: [f64; 4],
+    /// Farthest and nearest depth, in metres towards the viewer.
+    depth: [f64; 2],
+}
+
+impl Reach {
+    /// Nothing seen yet. `tangents`: of the half angles across and up; 0 for a parallel view.
+    fn new([right, up, back]: [DVec3; 3], center: [f64; 3], [tan_x, tan_y]: [f64; 2]) -> Self {
+        let directions =
+            [right + back * tan_x, back * tan_x - right, up + back * tan_y, back * tan_y - up, back];
+        let center = DVec3::from(center);
+        Self {
+            measures: directions.map(|d| (d, -d.dot(center))),
+            planes: [f64::NEG_INFINITY; 4],
+            depth: [f64::INFINITY, f64::NEG_INFINITY],
+        }
+    }
+
+    /// Takes in points of an instance.
+    fn visit(&mut self, transform: &Transform, points: impl Iterator<Item = [f64; 3]>) {
+        // The measures of the transformed point, as measures of the point.
+        let rows = transform.rows();
+        let measures = self.measures.map(|(d, offset)| {
+            let along = |k: usize| d.x * rows[0][k] + d.y * rows[1][k] + d.z * rows[2][k];
+            ([along(0), along(1), along(2)], along(3) + offset)
+        });
+        for p in points {
+            let m = measures.map(|(d, offset)| d[0] * p[0] + d[1] * p[1] + d[2] * p[2] + offset);
+            for (reach, m) in self.planes.iter_mut().zip(m) {
+                *reach = if m > *reach { m } else { *reach };
+            }
+            self.depth[0] = if m[4] < self.depth[0] { m[4] } else { self.depth[0] };
+            self.depth[1] = if m[4] > self.depth[1] { m[4] } else { self.depth[1] };
+        }
+    }
+}
+
+/// Marks the vertices that triangles use.
+fn mark_used(mesh: &Mesh, used: &mut Vec<bool>) {
+    used.clear();
+    used.resize(mesh.positions().len(), false);
+    for triangle in mesh.triangles() {
+        for &v in triangle {
+            used[v as usize] = true;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Instance, Material, MeshData};
+
+    fn scene(positions: &[[f32; 3]], transform: Transform) -> Scene {
+        let triangles = (0..positions.len().saturating_sub(2) as u32).map(|k| [k, k + 1, k + 2]).collect();
+        let mesh = Mesh::new(MeshData { positions: positions.to_vec(), triangles, ..MeshData::default() });
+        let mut scene = Scene::new();
+        let mesh = scene.add_mesh(mesh.unwrap()).unwrap();
+        let material = scene.add_material(Material::default()).unwrap();
+        scene.add_instance(Instance { mesh, material, transform, object: 0 }).unwrap();
+        scene
+    }
+
+    /// Largest magnitude of the vertices' normalised device coordinates, and the smallest distance before the near
+    /// plane in units of the near distance.
+    fn reach(scene: &Scene, camera: &Camera, aspect: f32) -> (f64, f64) {
+        let [right, up, back] = camera.axes().unwrap().map(DVec3::from);
+        let (mut largest, mut clearance) = (0.0_f64, f64::INFINITY);
+        for instance in scene.instances() {
+            for p in scene.meshes()[instance.mesh.index()].positions() {
+                let p = instance.transform.point(p.map(f64::from));
+                let d = DVec3::from(p) - DVec3::from(camera.eye.map(f64::from));
+                let distance = -d.dot(back);
+                let half_height = match camera.projection {
+                    Projection::Perspective { fov_y } => crate::math::tan_half(f64::from(fov_y)) * distance,
+                    Projection::Orthographic { height } => 0.5 * f64::from(height),
+                };
+                let x = d.dot(right) / (half_height * f64::from(aspect));
+                let y = d.dot(up) / half_height;
+                largest = largest.max(x.abs()).max(y.abs());
+                clearance = clearance.min(distance / f64::from(camera.near));
+            }
+        }
+        (largest, clearance)
+    }
+
+    const BOX: [[f32; 3]; 8] = [
+        [-1.0, -0.5, -2.0],
+        [1.0, -0.5, -2.0],
+        [-1.0, 0.5, -2.0],
+        [1.0, 0.5, -2.0],
+        [-1.0, -0.5, 2.0],
+        [1.0, -0.5, 2.0],
+        [-1.0, 0.5, 2.0],
+        [1.0, 0.5, 2.0],
+    ];
+
+    const DIRECTIONS: [([f32; 3], [f32; 3]); 5] = [
+        ([0.62, 0.42, 1.0], [0.0, 1.0, 0.0]),
+        ([0.0, 0.0, 1.0], [0.0, 1.0, 0.0]),
+        ([-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]),
+        ([0.0, 1.0, 0.0], [0.0, 0.0, -1.0]),
+        ([0.3, -0.8, -0.2], [0.0, 1.0, 0.0]),
+    ];
+
+    fn framings() -> impl Iterator<Item = Framing> {
+        DIRECTIONS.into_iter().flat_map(|(direction, up)| {
+            [0.25, 1.0, 1.7, 6.0].into_iter().flat_map(move |aspect| {
+                [(0.1, false), (0.5, false), (1.0, false), (0.5, true)].map(|(fov_y, orthographic)| Framing {
+                    direction,
+                    up,
+                    fov_y,
+                    orthographic,
+                    aspect,
+                    margin: 0.04,
+                })
+            })
+        })
+    }
+
+    /// Every vertex lies within the margin, before the near plane, and at least one touches the margin.
+    fn assert_tight(scene: &Scene, framing: &Framing, tolerance: f64) {
+        let camera = framing.camera(scene);
+        camera.validate().unwrap_or_else(|e| panic!("{e}: {camera:?} by {framing:?}"));
+        let (largest, clearance) = reach(scene, &camera, framing.aspect);
+        let keep = 1.0 - 2.0 * f64::from(framing.margin);
+        assert!(largest <= keep + 1e-6, "{largest} > {keep}: {camera:?} by {framing:?}");
+        // A very wide view may have to stay away from the nearest vertex.
+        let wide = !framing.orthographic && framing.fov_y * framing.aspect > 2.0;
+        assert!(wide || largest >= keep * (1.0 - tolerance), "{largest} < {keep}: {camera:?} by {framing:?}");
+        assert!(clearance > 1.0, "{clearance}: {camera:?} by {framing:?}");
+    }
+
+    #[test]
+    fn boxes_fill_the_picture_from_every_side() {
+        for framing in framings() {
+            assert_tight(&scene(&BOX, Transform::IDENTITY), &framing, 1e-4);
+        }
+    }
+
+    #[test]
+    fn tiny_huge_and_distant_models_fill_the_picture() {
+        let placed = |scale: f64, offset: f64| {
+            Transform::from_parts([offset, -offset, offset], [0.1, 0.2, 0.3, 0.9], [scale; 3]).unwrap()
+        };
+        for framing in framings() {
+            for (scale, offset) in [(1e-9, 0.0), (1e-5, 0.0), (1e6, 0.0), (3e14, 0.0), (1.0, 1000.0)] {
+                assert_tight(&scene(&BOX, placed(scale, offset)), &framing, 2e-2);
+            }
+        }
+    }
+
+    #[test]
+    fn flat_models_fill_the_picture() {
+        let flat = [[-1.0, 0.0, -1.0], [1.0, 0.0, -1.0], [-1.0, 0.0, 1.0], [1.0, 0.0, 1.0]];
+        for framing in framings() {
+            assert_tight(&scene(&flat, Transform::IDENTITY), &framing, 1e-4);
+        }
+    }
+
+    #[test]
+    fn models_without_extent_and_empty_scenes_have_a_camera() {
+        for framing in framings() {
+            framing.camera(&Scene::new()).validate().unwrap();
+            for at in [0.0, 1.0, 1e5, 1e9, 5e14] {
+                let point = scene(&[[at; 3]; 3], Transform::IDENTITY);
+                let camera = framing.camera(&point);
+                camera.validate().unwrap_or_else(|e| panic!("{e}: {camera:?}"));
+                let (largest, clearance) = reach(&point, &camera, framing.aspect);
+                assert!(largest < 0.3 && clearance > 1.0, "{largest} {clearance} {camera:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn vertices_without_a_triangle_do_not_count() {
+        let mut data =
+            MeshData { positions: BOX.to_vec(), triangles: vec![[0, 3, 6]], ..MeshData::default() };
+        data.positions.push([100.0; 3]);
+        let mut scene = Scene::new();
+        let mesh = scene.add_mesh(Mesh::new(data).unwrap()).unwrap();
+        let material = scene.add_material(Material::default()).unwrap();
+        let transform = Transform::IDENTITY;
+        scene.add_instance(Instance { mesh, material, transform, object: 0 }).unwrap();
+        let camera = Framing::default().camera(&scene);
+        assert!(camera.eye.iter().all(|v| v.abs() < 20.0), "{camera:?}");
     }
 }

@@ -11,6 +11,7 @@ mod framing;
 mod light;
 mod material;
 mod mesh;
+mod mipmap;
 mod texture;
 mod transform;
 
@@ -21,7 +22,8 @@ pub use framing::{Bounds, Framing};
 pub use light::{Light, LightKind};
 pub use material::{AlphaMode, Material, NormalTexture, TextureRef, UvTransform, Workflow};
 pub use mesh::{Mesh, MeshData};
-pub use texture::{AlphaUse, ColorSpace, Filter, Image, MipFilter, Sampler, Texture, Wrap};
+pub(crate) use texture::LevelLayout;
+pub use texture::{AlphaUse, ColorSpace, Filter, Image, MipFilter, MipLevel, Sampler, Texture, Wrap};
 pub use transform::Transform;
 
 /// Largest magnitude of a coordinate, in object and in world space. Keeps squares and products of differences
@@ -68,6 +70,7 @@ pub struct Scene {
     instances: Vec<Instance>,
     lights: Vec<Light>,
     cameras: Vec<Camera>,
+    camera_names: Vec<String>,
     environment: Environment,
 }
 
@@ -146,8 +149,17 @@ impl Scene {
     /// # Errors
     /// [`SceneError`] if it looks nowhere or a number of it is not finite or out of its range.
     pub fn add_camera(&mut self, camera: Camera) -> Result<(), SceneError> {
+        self.add_named_camera(String::new(), camera)
+    }
+
+    /// Adds a camera that a picture may choose by its name.
+    ///
+    /// # Errors
+    /// As [`Scene::add_camera`].
+    pub fn add_named_camera(&mut self, name: String, camera: Camera) -> Result<(), SceneError> {
         camera.validate()?;
         self.cameras.push(camera);
+        self.camera_names.push(name);
         Ok(())
     }
 
@@ -195,6 +207,11 @@ impl Scene {
     #[must_use]
     pub fn cameras(&self) -> &[Camera] {
         &self.cameras
+    }
+    /// The names of [`Scene::cameras`], in the same order; empty where a camera has none.
+    #[must_use]
+    pub fn camera_names(&self) -> &[String] {
+        &self.camera_names
     }
     /// What surrounds the scene.
     #[must_use]

@@ -1,6 +1,6 @@
 //! Images and the textures made of them.
 
-use super::SceneError;
+use super::{SceneError, mipmap};
 use std::sync::Arc;
 
 /// A decoded picture: 8-bit RGBA, straight alpha, row 0 on top.
@@ -61,6 +61,21 @@ pub enum AlphaUse {
     Coverage,
     /// A number of its own, averaged like the others (glossiness, specular strength, an opaque base colour).
     Data,
+    /// Coverage that a material cuts off: like [`AlphaUse::Coverage`], and alpha is scaled in every mip level so that
+    /// the visible fraction of the texture stays what it is in level 0. Made by [`AlphaUse::mask`].
+    Mask {
+        /// Bits of the cutoff, so that uses can be compared and hashed.
+        cutoff_bits: u32,
+    },
+}
+
+impl AlphaUse {
+    /// Coverage that is compared with `cutoff`. Where a material multiplies the texture's alpha by a factor, the
+    /// texture's cutoff is the material's divided by that factor.
+    #[must_use]
+    pub fn mask(cutoff: f32) -> Self {
+        Self::Mask { cutoff_bits: cutoff.to_bits() }
+    }
 }
 
 /// What lies beyond the edge of a texture.
@@ -112,28 +127,85 @@ pub struct Sampler {
     pub mip: MipFilter,
 }
 
+/// One mip level of a texture.
+#[derive(Clone, Copy, Debug)]
+pub struct MipLevel<'a> {
+    /// Width in texels.
+    pub width: u32,
+    /// Height in texels.
+    pub height: u32,
+    /// RGBA, row by row from the top.
+    pub texels: &'a [[u8; 4]],
+}
+
+/// Where a level lies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct LevelLayout {
+    /// Width in texels.
+    pub width: u32,
+    /// Height in texels.
+    pub height: u32,
+    /// Index of its first texel in the image (level 0) or in the common array of all further levels.
+    pub offset: u32,
+}
+
 /// An image with its mip levels, colour space and sampler, ready to be read by the shading pass.
 #[derive(Clone, Debug)]
 pub struct Texture {
-    /// Level 0 is the image itself, each further one half the size (rounded down, at least 1) down to 1 x 1; only
-    /// level 0 where the sampler uses no mip levels.
-    levels: Vec<Arc<Image>>,
+    /// Level 0.
+    image: Arc<Image>,
+    /// All further levels in one array, so that lanes of different levels can read from one base.
+    reduced: Vec<[u8; 4]>,
+    /// Each level half the size of the one before it (rounded down, at least 1) down to 1 x 1; level 0 alone where
+    /// the sampler uses no mip levels. Never empty.
+    layout: Vec<LevelLayout>,
     color_space: ColorSpace,
     sampler: Sampler,
 }
 
 impl Texture {
-    /// Builds the mip levels of an image (see `mipmap.rs`).
+    /// Builds the mip levels of an image: averages in linear light, each texel of a level over exactly its share of
+    /// the image.
     #[must_use]
     pub fn new(image: Arc<Image>, color_space: ColorSpace, alpha: AlphaUse, sampler: Sampler) -> Self {
-        let _ = alpha;
-        let levels = vec![image];
-        Self { levels, color_space, sampler }
+        let mut layout = vec![LevelLayout { width: image.width, height: image.height, offset: 0 }];
+        let reduced = match sampler.mip {
+            MipFilter::None => Vec::new(),
+            MipFilter::Nearest | MipFilter::Linear => {
+                layout.extend(mipmap::layout(image.width, image.height));
+                mipmap::reduce(&image, &layout[1..], color_space, alpha)
+            }
+        };
+        Self { image, reduced, layout, color_space, sampler }
     }
-    /// The mip levels; never empty.
+    /// Number of mip levels, at least 1.
     #[must_use]
-    pub fn levels(&self) -> &[Arc<Image>] {
-        &self.levels
+    pub fn level_count(&self) -> usize {
+        self.layout.len()
+    }
+    /// The mip levels, largest first.
+    pub fn levels(&self) -> impl ExactSizeIterator<Item = MipLevel<'_>> {
+        self.layout.iter().enumerate().map(|(k, level)| {
+            let (width, height) = (level.width, level.height);
+            let texels = match k {
+                0 => self.image.texels(),
+                _ => &self.reduced[level.offset as usize..][..width as usize * height as usize],
+            };
+            MipLevel { width, height, texels }
+        })
+    }
+    /// The image of level 0.
+    #[must_use]
+    pub fn image(&self) -> &Arc<Image> {
+        &self.image
+    }
+    /// All levels but the first, one after the other.
+    pub(crate) fn reduced(&self) -> &[[u8; 4]] {
+        &self.reduced
+    }
+    /// Where the levels lie.
+    pub(crate) fn layout(&self) -> &[LevelLayout] {
+        &self.layout
     }
     /// What the colour channels mean.
     #[must_use]

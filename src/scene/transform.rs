@@ -1,7 +1,7 @@
 //! Affine transforms in double precision.
 
 use super::SceneError;
-use glam::{DMat3, DMat4, DQuat, DVec3};
+use glam::{DMat4, DQuat, DVec3};
 
 /// An affine map from object to world space, kept in `f64` and rounded once where it is used.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -112,18 +112,33 @@ impl Transform {
             + a[2] * (b[0] * c[1] - b[1] * c[0])
     }
 
-    /// The matrix for normals, row-major, scaled so that its largest entry has magnitude 1: the cofactor matrix
-    /// (inverse transpose times determinant) with the sign of the determinant, defined for singular maps too.
+    /// The factor by which a similarity scales lengths: the cube root of the magnitude of the determinant, 1 for
+    /// singular maps.
+    #[must_use]
+    pub fn uniform_scale(&self) -> f64 {
+        let determinant = self.determinant().abs();
+        if determinant < 1e-300 || !determinant.is_finite() {
+            return 1.0;
+        }
+        // Newton's iteration from a power of eight close by: exact operations only.
+        let exponent = (determinant.to_bits() >> 52) as i64 - 1023;
+        let mut root = f64::from_bits(((exponent.div_euclid(3) + 1023) as u64) << 52);
+        for _ in 0..8 {
+            root = (2.0 * root + determinant / (root * root)) / 3.0;
+        }
+        root
+    }
+
+    /// The matrix for normals, row-major: the cofactor matrix (inverse transpose times determinant) with the sign of
+    /// the determinant, defined for singular maps too. Keeps lengths where the map scales uniformly.
     #[must_use]
     pub fn normal_matrix(&self) -> [[f32; 3]; 3] {
         let [a, b, c] = self.rows.map(|r| DVec3::new(r[0], r[1], r[2]));
         let sign = if self.determinant() < 0.0 { -1.0 } else { 1.0 };
-        let cofactor = DMat3::from_cols(b.cross(c), c.cross(a), a.cross(b));
-        let columns = cofactor.to_cols_array();
-        let largest = columns.iter().fold(0.0_f64, |m, v| if v.abs() > m { v.abs() } else { m });
-        let scale = if largest > 0.0 && largest.is_finite() { sign / largest } else { 0.0 };
-        // The columns here are the rows of the cofactor matrix.
-        std::array::from_fn(|r| std::array::from_fn(|k| (columns[3 * r + k] * scale) as f32))
+        let scale = self.uniform_scale();
+        let factor = sign / (scale * scale);
+        // The rows of the cofactor matrix.
+        [b.cross(c), c.cross(a), a.cross(b)].map(|row| row.to_array().map(|v| (v * factor) as f32))
     }
 }
 

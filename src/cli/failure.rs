@@ -1,0 +1,134 @@
+//! What ends a command early: one line for the user and an exit code for scripts.
+
+use crate::limits::LimitExceeded;
+use crate::load::{LoadError, ResolveError};
+use crate::render::RenderError;
+use crate::scene::SceneError;
+use std::fmt;
+use std::path::Path;
+
+/// Why a command ends without its result.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Failure {
+    kind: Kind,
+    message: String,
+}
+
+/// The exit codes beside 0, which stands for done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    /// The command was understood and could not be carried out.
+    Failed = 1,
+    /// The command line asks for something that makes no sense.
+    Usage = 2,
+    /// It would cost more than [`crate::limits::Limits`] allow.
+    Limit = 3,
+}
+
+impl Failure {
+    /// Exit code 1.
+    pub fn failed(message: impl fmt::Display) -> Self {
+        Self { kind: Kind::Failed, message: one_line(&message.to_string()) }
+    }
+
+    /// Exit code 2.
+    pub fn usage(message: impl fmt::Display) -> Self {
+        Self { kind: Kind::Usage, message: one_line(&message.to_string()) }
+    }
+
+    /// Exit code 3.
+    pub fn limit(error: &LimitExceeded) -> Self {
+        Self { kind: Kind::Limit, message: one_line(&error.to_string()) }
+    }
+
+    /// Exit code 3 if a limit stopped the loader, 1 otherwise.
+    #[must_use]
+    pub fn load(error: &LoadError) -> Self {
+        match error {
+            LoadError::Limit(limit) => Self::limit(limit),
+            LoadError::Resolve(e @ ResolveError::TooLarge { .. }) => {
+                Self { kind: Kind::Limit, message: one_line(&e.to_string()) }
+            }
+            other => Self::failed(other),
+        }
+    }
+
+    /// Exit code 3 if a limit stopped the renderer, 2 if an option is out of range, 1 otherwise.
+    #[must_use]
+    pub fn render(error: &RenderError) -> Self {
+        match error {
+            RenderError::Limit(limit) => Self::limit(limit),
+            RenderError::Option { .. } => Self::usage(error),
+            other => Self::failed(other),
+        }
+    }
+
+    /// Exit code 2: numbers of the command line or a scene file that a scene refuses.
+    #[must_use]
+    pub fn scene(error: &SceneError) -> Self {
+        Self::usage(error)
+    }
+
+    /// The same with the name of the file that it is about in front.
+    #[must_use]
+    pub fn at(mut self, path: &Path) -> Self {
+        self.message = format!("{}: {}", file_name(path), self.message);
+        self
+    }
+
+    /// The number that the process ends with.
+    #[must_use]
+    pub fn exit_code(&self) -> u8 {
+        self.kind as u8
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for Failure {}
+
+/// A path as messages show it: `-` is standard input, control characters are escaped.
+#[must_use]
+pub fn file_name(path: &Path) -> String {
+    if path.as_os_str() == "-" { "standard input".to_owned() } else { one_line(&path.display().to_string()) }
+}
+
+/// Messages may quote what a file contains; whatever that is, it stays on one line and leaves the terminal alone.
+#[must_use]
+pub fn one_line(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.trim_end().chars() {
+        match c {
+            '\n' | '\r' | '\t' => out.push(' '),
+            c if c.is_control() => out.extend(c.escape_default()),
+            c => out.push(c),
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn messages_stay_on_one_line_without_control_characters() {
+        let failure = Failure::failed("bad name 'a\nb\u{1b}[31m'\n").at(Path::new("x\r.glb"));
+        let text = failure.to_string();
+        assert!(text.starts_with("x .glb: bad name 'a b"), "{text}");
+        assert!(text.chars().all(|c| !c.is_control()), "{text:?}");
+    }
+
+    #[test]
+    fn limits_have_an_exit_code_of_their_own() {
+        let exceeded = LimitExceeded { what: "mesh 0".into(), asked: 9, limit: 8, field: "triangles" };
+        assert_eq!(Failure::load(&LoadError::Limit(exceeded.clone())).exit_code(), 3);
+        assert_eq!(Failure::render(&RenderError::Limit(exceeded)).exit_code(), 3);
+        assert_eq!(Failure::failed("x").exit_code(), 1);
+        assert_eq!(Failure::usage("x").exit_code(), 2);
+    }
+}

@@ -1,0 +1,216 @@
+//! From the description of a picture to what the renderer takes.
+
+use super::failure::Failure;
+use super::input::{self, ModelSource};
+use super::scene_file::{EnvironmentChoice, SceneCamera, SceneFile};
+use super::values::BackgroundChoice;
+use crate::jobs::Jobs;
+use crate::limits::Limits;
+use crate::load::{Warning, load_environment_file};
+use crate::math::lanes::SimdLevel;
+use crate::output::DisplayOptions;
+use crate::render::{Background, RenderOptions};
+use crate::scene::{Camera, Environment, EnvironmentSource, Framing, Projection, Scene};
+use std::path::Path;
+use std::sync::Arc;
+
+/// Vertical field of view where none is given, in degrees: a short telephoto lens.
+const DEFAULT_FOV_Y_DEGREES: f32 = 30.0;
+
+/// Everything that the renderer and the encoder need for one picture.
+#[derive(Clone, Debug)]
+pub struct Picture {
+    /// What is seen.
+    pub scene: Scene,
+    /// From where.
+    pub camera: Camera,
+    /// The renderer's options.
+    pub options: RenderOptions,
+    /// The way to 8 bits.
+    pub display: DisplayOptions,
+    /// What the model file asks for and the picture will not show.
+    pub warnings: Vec<Warning>,
+}
+
+/// What a picture needs from the machine and not from its description. Changes nothing in it.
+#[derive(Clone, Copy, Debug)]
+pub struct Machine {
+    /// Instruction set.
+    pub simd: SimdLevel,
+    /// Side of a tile in pixels.
+    pub tile_size: Option<u32>,
+}
+
+impl Default for Machine {
+    fn default() -> Self {
+        Self { simd: SimdLevel::best(), tile_size: None }
+    }
+}
+
+impl SceneFile {
+    /// Loads what the description names and makes everything ready for the renderer.
+    ///
+    /// # Errors
+    /// [`Failure`] naming the file and the reason.
+    pub fn picture(&self, machine: Machine, limits: &Limits, jobs: &Jobs) -> Result<Picture, Failure> {
+        let model = self.model.as_deref().ok_or_else(|| Failure::failed("no model is given"))?;
+        let (options, display) = self.options(machine, limits).map_err(|failure| failure.at(model))?;
+        let loaded = input::load(&ModelSource { path: model.to_owned(), format: None }, limits, jobs)?;
+        let mut scene = loaded.scene;
+        self.light(&mut scene, limits, jobs)?;
+        let camera = self.camera(&scene, &options).map_err(|failure| failure.at(model))?;
+        Ok(Picture { scene, camera, options, display, warnings: loaded.warnings })
+    }
+
+    /// The renderer's options and the way to 8 bits. Sizes beyond the limits end here, before any work.
+    ///
+    /// # Errors
+    /// [`Failure`] naming the option.
+    pub fn options(
+        &self,
+        machine: Machine,
+        limits: &Limits,
+    ) -> Result<(RenderOptions, DisplayOptions), Failure> {
+        let defaults = RenderOptions::default();
+        let [width, height] = self.size.unwrap_or([u64::from(defaults.width), u64::from(defaults.height)]);
+        if width == 0 || height == 0 {
+            return Err(Failure::usage(format!("size {width}x{height}: a picture has at least one pixel")));
+        }
+        let asked = if width > height { width } else { height };
+        let what = || format!("size {width}x{height}");
+        Limits::check(what, asked, u64::from(limits.output_side), "output_side")
+            .and_then(|()| {
+                Limits::check(what, width.saturating_mul(height), limits.output_pixels, "output_pixels")
+            })
+            .map_err(|e| Failure::limit(&e))?;
+        let exposure = self.exposure.unwrap_or(0.0);
+        if !(-64.0..=64.0).contains(&exposure) {
+            return Err(Failure::usage(format!("exposure {exposure}: expected -64 to 64 stops")));
+        }
+        let (background, color) = match self.background.unwrap_or(BackgroundChoice::Transparent) {
+            BackgroundChoice::Transparent => (Background::Transparent, None),
+            BackgroundChoice::Environment => (Background::Environment, None),
+            BackgroundChoice::Color(color) => (Background::Transparent, Some(color)),
+        };
+        let options = RenderOptions {
+            // Within output_side, which is a u32.
+            width: width as u32,
+            height: height as u32,
+            samples: self.samples.unwrap_or(defaults.samples),
+            tile_size: machine.tile_size,
+            simd: machine.simd,
+            shading: self.shading.unwrap_or(defaults.shading),
+            background,
+            anisotropy: self.anisotropy.unwrap_or(defaults.anisotropy),
+            aovs: Vec::new(),
+            limits: limits.clone(),
+        };
+        let display = DisplayOptions {
+            tone_curve: self.tone_curve.unwrap_or_default(),
+            exposure,
+            background: color,
+            simd: machine.simd,
+        };
+        Ok((options, display))
+    }
+
+    /// Puts the environment into the scene and takes out lights that are not wanted.
+    ///
+    /// # Errors
+    /// [`Failure`] naming the environment's file and the reason.
+    pub fn light(&self, scene: &mut Scene, limits: &Limits, jobs: &Jobs) -> Result<(), Failure> {
+        if self.lights == Some(false) {
+            scene.clear_lights();
+        }
+        let source = match self.env.as_ref().unwrap_or(&EnvironmentChoice::Studio) {
+            EnvironmentChoice::Studio => EnvironmentSource::Studio,
+            EnvironmentChoice::None => EnvironmentSource::None,
+            EnvironmentChoice::File(path) => {
+                let image =
+                    load_environment_file(path, limits, jobs).map_err(|e| Failure::load(&e).at(path))?;
+                EnvironmentSource::Image(Arc::new(image))
+            }
+        };
+        scene
+            .set_environment(Environment {
+                source,
+                rotation_degrees: self.env_rotation_degrees.unwrap_or(0.0),
+                intensity: self.env_intensity.unwrap_or(1.0),
+            })
+            .map_err(|e| Failure::scene(&e))
+    }
+
+    /// The camera: the one that is described, one of the file, or one that frames the model.
+    ///
+    /// # Errors
+    /// [`Failure`] if there is no such camera or it spans no view.
+    pub fn camera(&self, scene: &Scene, options: &RenderOptions) -> Result<Camera, Failure> {
+        let aspect = options.width as f32 / options.height as f32;
+        let camera = match &self.camera {
+            SceneCamera { from_model: Some(name), .. } => camera_of_model(scene, name)?,
+            SceneCamera { eye: Some(eye), .. } => explicit_camera(&self.camera, *eye, scene)?,
+            automatic => framed_camera(automatic, scene, aspect),
+        };
+        camera.validate().map_err(|e| Failure::scene(&e))?;
+        Ok(camera)
+    }
+}
+
+/// A camera of the file, by name first, then by number.
+fn camera_of_model(scene: &Scene, name: &str) -> Result<Camera, Failure> {
+    let by_name = scene.camera_names().iter().position(|n| n == name);
+    let index = by_name.or_else(|| name.parse().ok());
+    if let Some(camera) = index.and_then(|k| scene.cameras().get(k)) {
+        return Ok(*camera);
+    }
+    let known: Vec<String> =
+        scene.camera_names().iter().enumerate().map(|(k, n)| format!("{k} '{n}'")).collect();
+    let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
+    Err(Failure::failed(format!("there is no camera '{name}'; the file has {known}")))
+}
+
+/// A camera at a given place.
+fn explicit_camera(description: &SceneCamera, eye: [f32; 3], scene: &Scene) -> Result<Camera, Failure> {
+    let bounds = scene.bounds();
+    let center = if bounds.is_empty() { [0.0; 3] } else { bounds.center().map(|v| v as f32) };
+    let target = description.target.unwrap_or(center);
+    let projection = match description.orthographic_height {
+        Some(height) if height > 0.0 => Projection::Orthographic { height },
+        Some(_) => return Err(Failure::usage("--ortho with --eye needs a height: --ortho=HEIGHT")),
+        None => Projection::Perspective {
+            fov_y: description.fov_y_degrees.unwrap_or(DEFAULT_FOV_Y_DEGREES).to_radians(),
+        },
+    };
+    let distance: f64 =
+        (0..3).map(|k| f64::from(eye[k]) - f64::from(target[k])).map(|d| d * d).sum::<f64>().sqrt();
+    let near = description.near.unwrap_or((distance * 1e-3) as f32);
+    let near = if near > Camera::MIN_NEAR { near } else { Camera::MIN_NEAR };
+    Ok(Camera { eye, target, up: description.up.unwrap_or([0.0, 1.0, 0.0]), projection, near })
+}
+
+/// A camera that fits the model.
+fn framed_camera(description: &SceneCamera, scene: &Scene, aspect: f32) -> Camera {
+    let defaults = Framing::default();
+    let framing = Framing {
+        direction: description.view.map_or(defaults.direction, |v| v.direction),
+        up: description.up.or(description.view.map(|v| v.up)).unwrap_or(defaults.up),
+        fov_y: description.fov_y_degrees.map_or(defaults.fov_y, f32::to_radians),
+        orthographic: description.orthographic_height.is_some(),
+        aspect,
+        margin: defaults.margin,
+    };
+    let mut camera = framing.camera(scene);
+    if let Some(height) = description.orthographic_height.filter(|&h| h > 0.0) {
+        camera.projection = Projection::Orthographic { height };
+    }
+    if let Some(near) = description.near {
+        camera.near = near;
+    }
+    camera
+}
+
+/// A path that stands for standard input or output.
+#[must_use]
+pub fn is_standard_stream(path: &Path) -> bool {
+    path.as_os_str() == "-"
+}

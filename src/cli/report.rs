@@ -1,0 +1,150 @@
+//! What the commands print beside the picture: warnings, JSON, times and memory.
+
+use super::failure::{Failure, one_line};
+use serde::Serialize;
+use serde::ser::{SerializeMap, Serializer};
+use std::fmt::Display;
+use std::io::Write;
+use std::time::{Duration, Instant};
+
+/// Prints warnings to standard error, one line each.
+#[derive(Clone, Copy, Debug)]
+pub struct Reporter {
+    /// Print nothing.
+    pub quiet: bool,
+}
+
+impl Reporter {
+    /// One line on standard error.
+    pub fn warning(self, message: impl Display) {
+        if !self.quiet {
+            // There is nobody to tell if standard error is closed.
+            let _ = writeln!(std::io::stderr(), "warning: {}", one_line(&message.to_string()));
+        }
+    }
+}
+
+/// Writes to standard output.
+///
+/// # Errors
+/// [`Failure`] if it cannot be written. A reader that has seen enough and closed the pipe is no failure.
+pub fn print(text: &str) -> Result<(), Failure> {
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(Failure::failed(format!("standard output cannot be written: {e}")))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Writes one JSON value and a line break to standard output.
+///
+/// # Errors
+/// As [`print`].
+pub fn print_json(value: &impl Serialize) -> Result<(), Failure> {
+    let text = serde_json::to_string_pretty(value).map_err(Failure::failed)?;
+    print(&(text + "\n"))
+}
+
+/// Which program made a picture.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Versions {
+    /// Version of this package.
+    pub overcoat: &'static str,
+    /// Processor architecture and operating system.
+    pub target: &'static str,
+}
+
+impl Default for Versions {
+    fn default() -> Self {
+        Self {
+            overcoat: env!("CARGO_PKG_VERSION"),
+            target: match (std::env::consts::ARCH, std::env::consts::OS) {
+                ("x86_64", "linux") => "x86_64-linux",
+                ("aarch64", "linux") => "aarch64-linux",
+                ("x86_64", "macos") => "x86_64-macos",
+                ("aarch64", "macos") => "aarch64-macos",
+                ("x86_64", "windows") => "x86_64-windows",
+                _ => "other",
+            },
+        }
+    }
+}
+
+/// Milliseconds by stage, in the order of the stages.
+#[derive(Clone, Debug, Default)]
+pub struct Stages(Vec<(&'static str, f64)>);
+
+impl Stages {
+    /// Runs one stage and notes how long it took.
+    pub fn time<T>(&mut self, name: &'static str, work: impl FnOnce() -> T) -> T {
+        let start = Instant::now();
+        let result = work();
+        self.add(name, start.elapsed());
+        result
+    }
+
+    /// Notes how long a stage took.
+    pub fn add(&mut self, name: &'static str, time: Duration) {
+        self.0.push((name, milliseconds(time)));
+    }
+}
+
+impl Serialize for Stages {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(self.0.len()))?;
+        for (name, time) in &self.0 {
+            map.serialize_entry(name, time)?;
+        }
+        map.end()
+    }
+}
+
+/// Milliseconds, rounded to microseconds.
+#[must_use]
+pub fn milliseconds(time: Duration) -> f64 {
+    (time.as_secs_f64() * 1e6).round() / 1e3
+}
+
+/// Largest resident memory of this process so far in bytes; `None` where the system does not say (Linux does).
+#[must_use]
+pub fn peak_rss_bytes() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?.checked_mul(1024)
+}
+
+/// Processor time of all living threads of this process; `None` where the system does not say (Linux does).
+///
+/// Counted in nanoseconds by the scheduler, unlike `times` and `/proc/self/stat`, which tick every 10 ms.
+#[must_use]
+pub fn processor_time() -> Option<Duration> {
+    let mut nanoseconds = 0_u64;
+    for task in std::fs::read_dir("/proc/self/task").ok()? {
+        let text = std::fs::read_to_string(task.ok()?.path().join("schedstat")).ok()?;
+        nanoseconds = nanoseconds.checked_add(text.split_whitespace().next()?.parse().ok()?)?;
+    }
+    Some(Duration::from_nanos(nanoseconds))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stages_keep_their_order() {
+        let mut stages = Stages::default();
+        stages.add("raster", Duration::from_micros(1500));
+        stages.add("binning", Duration::from_millis(2));
+        assert_eq!(serde_json::to_string(&stages).unwrap(), r#"{"raster":1.5,"binning":2.0}"#);
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn memory_is_at_least_what_is_touched() {
+        let block = vec![1_u8; 8 << 20];
+        std::hint::black_box(&block);
+        assert!(peak_rss_bytes().is_some_and(|bytes| bytes > 8 << 20));
+    }
+}

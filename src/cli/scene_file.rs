@@ -1,0 +1,336 @@
+//! Scene files: a whole picture in one file, JSON or TOML with the same keys.
+//!
+//! ```toml
+//! model = "car.glb"
+//! env = "studio"
+//! size = [640, 480]
+//! camera = { eye = [4, 2, 6], target = [0, 0.5, 0], fovYDeg = 30 }
+//! ```
+//!
+//! Every key is optional. The command line's options are laid over the same structure, so that a picture has one
+//! description whichever way it was asked for.
+
+use super::failure::Failure;
+use super::values::{self, BackgroundChoice, ViewDirection};
+use crate::color::ToneCurve;
+use crate::render::ShadingModel;
+use serde::Deserialize;
+use serde::de::{Deserializer, Error as _, IgnoredAny};
+use std::path::{Path, PathBuf};
+
+/// Bytes of a scene file at most: it holds names and numbers only.
+const MAX_BYTES: u64 = 1 << 20;
+
+/// What a picture shows and how. A key that is absent leaves the choice to the command line or to the default.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields, default)]
+pub struct SceneFile {
+    /// The model file.
+    pub model: Option<PathBuf>,
+    /// Where the light from afar comes from: `studio`, `none` or the path of an equirectangular picture.
+    #[serde(deserialize_with = "environment")]
+    pub env: Option<EnvironmentChoice>,
+    /// Turns the environment about +Y, in degrees, counter-clockwise seen from above.
+    #[serde(rename = "envRotationDeg")]
+    pub env_rotation_degrees: Option<f32>,
+    /// Multiplies the environment's radiance.
+    #[serde(rename = "envIntensity")]
+    pub env_intensity: Option<f32>,
+    /// False leaves out the lights of the model file.
+    pub lights: Option<bool>,
+    /// The camera.
+    pub camera: SceneCamera,
+    /// Width and height in pixels.
+    pub size: Option<[u64; 2]>,
+    /// `transparent`, `env`, a colour name or `#rrggbb`.
+    #[serde(deserialize_with = "background")]
+    pub background: Option<BackgroundChoice>,
+    /// Tone curve of 8-bit output: one name or a list of names, of which the first counts.
+    #[serde(rename = "toneMapping", deserialize_with = "tone_mapping")]
+    pub tone_curve: Option<ToneCurve>,
+    /// Exposure of 8-bit output in stops: the picture is multiplied by 2 to this power before the tone curve.
+    pub exposure: Option<f32>,
+    /// Coverage samples a pixel: 1, 4, 8 or 16.
+    #[serde(deserialize_with = "samples")]
+    pub samples: Option<u32>,
+    /// Shading model by name.
+    #[serde(deserialize_with = "shading")]
+    pub shading: Option<ShadingModel>,
+    /// Largest anisotropy of texture filtering, 1 to 16.
+    pub anisotropy: Option<u32>,
+
+    /// Descriptive; changes nothing.
+    pub name: Option<Ignored>,
+    /// Descriptive; changes nothing.
+    pub note: Option<Ignored>,
+    /// Descriptive; changes nothing.
+    pub peers: Option<Ignored>,
+    /// Descriptive; changes nothing.
+    #[serde(rename = "groundTruth")]
+    pub ground_truth: Option<Ignored>,
+}
+
+/// The camera of a [`SceneFile`]. Without `eye` the model is framed automatically, seen along `view`.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields, default)]
+pub struct SceneCamera {
+    /// World-space position in metres.
+    pub eye: Option<[f32; 3]>,
+    /// World-space point in the centre of the picture. The middle of the model if absent.
+    pub target: Option<[f32; 3]>,
+    /// Which way is up. +Y if absent.
+    pub up: Option<[f32; 3]>,
+    /// Vertical field of view in degrees.
+    #[serde(rename = "fovYDeg")]
+    pub fov_y_degrees: Option<f32>,
+    /// Nothing nearer than this distance in metres is drawn.
+    pub near: Option<f32>,
+    /// Parallel projection that shows this many metres from top to bottom; 0 fits the model.
+    #[serde(rename = "orthoHeight")]
+    pub orthographic_height: Option<f32>,
+    /// Where an automatic camera stands: a name such as `front`, or `x,y,z`.
+    #[serde(deserialize_with = "view")]
+    pub view: Option<ViewDirection>,
+    /// A camera of the model file, by its name or number.
+    #[serde(rename = "camera", deserialize_with = "name_or_number")]
+    pub from_model: Option<String>,
+
+    /// There is no far limit; the key is read for the sake of other programs' files.
+    pub far: Option<Ignored>,
+}
+
+/// What `--env` and a scene file's `env` say.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum EnvironmentChoice {
+    /// The built-in studio.
+    Studio,
+    /// Darkness.
+    None,
+    /// An equirectangular picture.
+    File(PathBuf),
+}
+
+impl EnvironmentChoice {
+    /// `studio`, `none` or a path.
+    #[must_use]
+    pub fn new(text: &str) -> Self {
+        match text {
+            "studio" => Self::Studio,
+            "none" => Self::None,
+            path => Self::File(PathBuf::from(path)),
+        }
+    }
+}
+
+/// A value that is read over. Equal to every other, so that files which differ in their notes describe the same
+/// picture.
+#[derive(Clone, Copy, Debug)]
+pub struct Ignored;
+
+impl<'de> Deserialize<'de> for Ignored {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        IgnoredAny::deserialize(deserializer).map(|_| Self)
+    }
+}
+
+impl PartialEq for Ignored {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+impl SceneFile {
+    /// Reads a scene file. TOML if its name ends in `.toml`, JSON otherwise. Relative paths in it are taken to be
+    /// relative to its folder, and may lead anywhere: who names a scene file trusts it.
+    ///
+    /// # Errors
+    /// [`Failure`] naming the file, and the key that is wrong.
+    pub fn open(path: &Path) -> Result<Self, Failure> {
+        let text = read_text(path).map_err(|failure| failure.at(path))?;
+        let is_toml = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
+        let parsed = if is_toml { Self::from_toml(&text) } else { Self::from_json(&text) };
+        let mut scene = parsed.map_err(|failure| failure.at(path))?;
+        scene.resolve_paths(path.parent().unwrap_or(Path::new("")));
+        Ok(scene)
+    }
+
+    /// Parses JSON.
+    ///
+    /// # Errors
+    /// [`Failure`] with the key or the place that is wrong.
+    pub fn from_json(text: &str) -> Result<Self, Failure> {
+        serde_json::from_str(text).map_err(Failure::failed)
+    }
+
+    /// Parses TOML.
+    ///
+    /// # Errors
+    /// [`Failure`] with the key or the place that is wrong.
+    pub fn from_toml(text: &str) -> Result<Self, Failure> {
+        toml::from_str(text).map_err(|e| {
+            let line = e.span().map(|span| 1 + text[..span.start.min(text.len())].matches('\n').count());
+            match line {
+                Some(line) => Failure::failed(format!("{} at line {line}", e.message())),
+                None => Failure::failed(e.message()),
+            }
+        })
+    }
+
+    /// Makes relative paths relative to `folder`.
+    pub fn resolve_paths(&mut self, folder: &Path) {
+        if let Some(model) = &mut self.model {
+            *model = folder.join(&*model);
+        }
+        if let Some(EnvironmentChoice::File(file)) = &mut self.env {
+            *file = folder.join(&*file);
+        }
+    }
+}
+
+/// The text of a small file.
+fn read_text(path: &Path) -> Result<String, Failure> {
+    use std::io::Read;
+    let mut bytes = Vec::new();
+    std::fs::File::open(path)
+        .and_then(|file| file.take(MAX_BYTES + 1).read_to_end(&mut bytes))
+        .map_err(|e| Failure::failed(format!("cannot be read: {e}")))?;
+    if bytes.len() as u64 > MAX_BYTES {
+        return Err(Failure::failed("too large for a scene file"));
+    }
+    String::from_utf8(bytes).map_err(|_| Failure::failed("not a text file"))
+}
+
+fn environment<'de, D: Deserializer<'de>>(d: D) -> Result<Option<EnvironmentChoice>, D::Error> {
+    Ok(Some(EnvironmentChoice::new(&String::deserialize(d)?)))
+}
+
+fn background<'de, D: Deserializer<'de>>(d: D) -> Result<Option<BackgroundChoice>, D::Error> {
+    let text = String::deserialize(d)?;
+    values::background(&text).map(Some).map_err(|e| D::Error::custom(format!("background '{text}': {e}")))
+}
+
+fn samples<'de, D: Deserializer<'de>>(d: D) -> Result<Option<u32>, D::Error> {
+    let number = u32::deserialize(d)?;
+    values::samples(&number.to_string()).map(Some).map_err(|e| D::Error::custom(format!("samples: {e}")))
+}
+
+fn shading<'de, D: Deserializer<'de>>(d: D) -> Result<Option<ShadingModel>, D::Error> {
+    let text = String::deserialize(d)?;
+    values::shading(&text).map(Some).map_err(|e| D::Error::custom(format!("shading '{text}': {e}")))
+}
+
+fn view<'de, D: Deserializer<'de>>(d: D) -> Result<Option<ViewDirection>, D::Error> {
+    let text = String::deserialize(d)?;
+    values::view(&text).map(Some).map_err(|e| D::Error::custom(format!("view '{text}': {e}")))
+}
+
+fn tone_mapping<'de, D: Deserializer<'de>>(d: D) -> Result<Option<ToneCurve>, D::Error> {
+    #[derive(Deserialize)]
+    #[serde(untagged)]
+    enum Names {
+        One(String),
+        Many(Vec<String>),
+    }
+    let names = match Names::deserialize(d) {
+        Ok(Names::One(name)) => vec![name],
+        Ok(Names::Many(names)) => names,
+        Err(_) => return Err(D::Error::custom("toneMapping: expected a name or a list of names")),
+    };
+    let curve = |name: &String| {
+        values::tone_curve(name).map_err(|e| D::Error::custom(format!("toneMapping '{name}': {e}")))
+    };
+    let curves = names.iter().map(curve).collect::<Result<Vec<_>, _>>()?;
+    Ok(curves.first().copied())
+}
+
+fn name_or_number<'de, D: Deserializer<'de>>(d: D) -> Result<Option<String>, D::Error> {
+    #[derive(Deserialize)]
+    #[serde(untagged)]
+    enum Either {
+        Number(u32),
+        Name(String),
+    }
+    match Either::deserialize(d) {
+        Ok(Either::Number(number)) => Ok(Some(number.to_string())),
+        Ok(Either::Name(name)) => Ok(Some(name)),
+        Err(_) => Err(D::Error::custom("camera: expected a name or a number")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const JSON: &str = r##"{
+        "name": "x", "note": "why", "peers": ["a"], "groundTruth": {"p": "c.exr"},
+        "model": "../m/car.glb", "env": "sky.hdr", "envRotationDeg": 90, "envIntensity": 0.5,
+        "camera": {"eye": [1, 2, 3], "target": [0, 0, 0], "up": [0, 1, 0], "fovYDeg": 30, "near": 0.01, "far": 1000},
+        "size": [512, 256], "background": "#102030", "toneMapping": ["linear", "neutral", "aces"],
+        "samples": 16, "shading": "urp-mobile", "exposure": -1
+    }"##;
+
+    #[test]
+    fn json_and_toml_mean_the_same() {
+        let toml = r##"
+            name = "x"
+            model = "../m/car.glb"
+            env = "sky.hdr"
+            envRotationDeg = 90
+            envIntensity = 0.5
+            size = [512, 256]
+            background = "#102030"
+            toneMapping = "none"
+            samples = 16
+            shading = "urp-mobile"
+            exposure = -1
+            [camera]
+            eye = [1, 2, 3]
+            target = [0, 0, 0]
+            up = [0, 1, 0]
+            fovYDeg = 30
+            near = 0.01
+        "##;
+        let mut json = SceneFile::from_json(JSON).unwrap();
+        let mut toml = SceneFile::from_toml(toml).unwrap();
+        for scene in [&mut json, &mut toml] {
+            scene.note = None;
+            scene.peers = None;
+            scene.ground_truth = None;
+            scene.camera.far = None;
+        }
+        assert_eq!(json, toml);
+        assert_eq!(json.camera.eye, Some([1.0, 2.0, 3.0]));
+        assert_eq!(json.background, Some(BackgroundChoice::Color([16, 32, 48])));
+        assert_eq!(json.tone_curve, Some(ToneCurve::None));
+    }
+
+    #[test]
+    fn paths_are_relative_to_the_scene_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("scene.json");
+        std::fs::write(&path, JSON).unwrap();
+        let scene = SceneFile::open(&path).unwrap();
+        assert_eq!(scene.model, Some(folder.path().join("../m/car.glb")));
+        assert_eq!(scene.env, Some(EnvironmentChoice::File(folder.path().join("sky.hdr"))));
+    }
+
+    #[test]
+    fn what_is_wrong_is_named() {
+        for (text, name) in [
+            (r#"{"modle": "x"}"#, "modle"),
+            (r#"{"camera": {"fov": 3}}"#, "fov"),
+            (r#"{"background": "whitish"}"#, "whitish"),
+            (r#"{"toneMapping": ["linear", "filmic"]}"#, "filmic"),
+            (r#"{"toneMapping": 3}"#, "toneMapping"),
+            (r#"{"samples": 5}"#, "samples"),
+            (r#"{"shading": "phong"}"#, "phong"),
+            (r#"{"size": [1, 2], "size": [1, 2]}"#, "size"),
+            (r#"{"size""#, "line 1"),
+        ] {
+            let failure = SceneFile::from_json(text).unwrap_err();
+            assert!(failure.to_string().contains(name), "{text}: {failure}");
+        }
+        let failure = SceneFile::from_toml("size = [1, 2]\nmodle = 'x'\n").unwrap_err().to_string();
+        assert!(failure.contains("modle") && failure.contains("line 2"), "{failure}");
+    }
+}

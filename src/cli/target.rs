@@ -1,0 +1,172 @@
+//! Where a picture goes: checked before any work, written after all of it.
+
+use super::failure::Failure;
+use super::picture::is_standard_stream;
+use crate::frame::{Aov, Frame};
+use crate::output::{
+    DisplayOptions, ExrPrecision, OutputError, OutputFormat, OutputOptions, encode, encode_aov_png,
+    write_atomically,
+};
+use std::io::{IsTerminal, Write};
+use std::path::{Path, PathBuf};
+
+/// A place for a picture.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Target {
+    path: PathBuf,
+    format: OutputFormat,
+    /// Planes that go to files of their own.
+    planes: Vec<(Aov, PathBuf)>,
+}
+
+impl Target {
+    /// Checks that a picture could be written to `path` (`-`: standard output).
+    ///
+    /// # Errors
+    /// [`Failure`] naming the path if its format is unknown, its folder does not exist, it is a folder, or it is one
+    /// of `inputs`.
+    pub fn new(path: &Path, format: Option<&str>, aovs: &[Aov], inputs: &[&Path]) -> Result<Self, Failure> {
+        let standard_output = is_standard_stream(path);
+        let format = match format {
+            Some(name) => {
+                OutputFormat::ALL.into_iter().find(|f| f.extension().eq_ignore_ascii_case(name)).ok_or_else(
+                    || Failure::usage(format!("unknown output format '{name}'; known are png, exr and hdr")),
+                )?
+            }
+            None if standard_output => OutputFormat::Png,
+            None => OutputFormat::from_path(path).map_err(Failure::usage)?,
+        };
+        let mut planes = Vec::new();
+        if !aovs.is_empty() && format != OutputFormat::Exr {
+            if standard_output {
+                return Err(Failure::usage("planes go to standard output as .exr only: --output-format exr"));
+            }
+            let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+            planes = aovs
+                .iter()
+                .map(|&aov| (aov, path.with_file_name(format!("{stem}.{}.png", aov.name()))))
+                .collect();
+        }
+        let target = Self { path: path.to_owned(), format, planes };
+        if standard_output {
+            if std::io::stdout().is_terminal() {
+                return Err(Failure::usage("standard output is a terminal, which cannot show a picture"));
+            }
+            return Ok(target);
+        }
+        for file in std::iter::once(path).chain(target.planes.iter().map(|(_, file)| file.as_path())) {
+            check_writable(file)?;
+            for input in inputs {
+                if is_same_file(file, input) {
+                    return Err(Failure::usage("this is an input; it would be overwritten").at(file));
+                }
+            }
+        }
+        Ok(target)
+    }
+
+    /// The format of the picture.
+    #[must_use]
+    pub fn format(&self) -> OutputFormat {
+        self.format
+    }
+
+    /// True if the picture goes to standard output.
+    #[must_use]
+    pub fn is_standard_output(&self) -> bool {
+        is_standard_stream(&self.path)
+    }
+
+    /// Encodes the frame and its planes.
+    ///
+    /// # Errors
+    /// [`Failure`] naming the file.
+    pub fn encode(&self, frame: &Frame, display: &DisplayOptions) -> Result<Encoded, Failure> {
+        let options = OutputOptions { display: display.clone(), exr_precision: ExrPrecision::default() };
+        let mut files = Vec::new();
+        for (aov, path) in &self.planes {
+            files.push((path.clone(), encode_aov_png(frame, *aov).map_err(|e| output_failure(&e, path))?));
+        }
+        // The picture comes last, so that who waits for it finds everything.
+        let bytes = encode(frame, self.format, &options).map_err(|e| output_failure(&e, &self.path))?;
+        files.push((self.path.clone(), bytes));
+        Ok(Encoded { files })
+    }
+}
+
+/// The bytes of all files of one picture.
+#[derive(Clone, Debug)]
+pub struct Encoded {
+    files: Vec<(PathBuf, Vec<u8>)>,
+}
+
+impl Encoded {
+    /// One file.
+    #[must_use]
+    pub fn new(path: PathBuf, bytes: Vec<u8>) -> Self {
+        Self { files: vec![(path, bytes)] }
+    }
+
+    /// Writes everything, or nothing.
+    ///
+    /// # Errors
+    /// [`Failure`] naming the file.
+    pub fn write(&self) -> Result<(), Failure> {
+        for (k, (path, bytes)) in self.files.iter().enumerate() {
+            let written = if is_standard_stream(path) {
+                let mut out = std::io::stdout().lock();
+                out.write_all(bytes)
+                    .and_then(|()| out.flush())
+                    .map_err(|e| Failure::failed(format!("standard output cannot be written: {e}")))
+            } else {
+                write_atomically(path, bytes).map_err(|e| output_failure(&e, path))
+            };
+            if let Err(failure) = written {
+                for (earlier, _) in &self.files[..k] {
+                    // The failure that counts is the first.
+                    let _ = std::fs::remove_file(earlier);
+                }
+                return Err(failure);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Messages name the file once.
+fn output_failure(error: &OutputError, path: &Path) -> Failure {
+    match error {
+        OutputError::Write { source, .. } => Failure::failed(format!("cannot be written: {source}")).at(path),
+        OutputError::UnknownExtension { .. } => Failure::usage(error),
+        other => Failure::failed(other).at(path),
+    }
+}
+
+/// Finds out before the work what would fail after it.
+fn check_writable(path: &Path) -> Result<(), Failure> {
+    let cannot = |reason: String| Err(Failure::failed(format!("cannot be written: {reason}")).at(path));
+    if path.is_dir() {
+        return cannot("it is a folder".to_owned());
+    }
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    match std::fs::metadata(folder) {
+        Ok(metadata) if metadata.is_dir() => {}
+        Ok(_) => return cannot(format!("{} is not a folder", folder.display())),
+        Err(e) => return cannot(format!("{}: {e}", folder.display())),
+    }
+    if std::fs::metadata(path).is_ok_and(|m| m.permissions().readonly()) {
+        return cannot("it is read-only".to_owned());
+    }
+    Ok(())
+}
+
+/// True if both paths lead to one file.
+fn is_same_file(a: &Path, b: &Path) -> bool {
+    match (a.canonicalize(), b.canonicalize()) {
+        (Ok(a), Ok(b)) => a == b && a.is_file(),
+        _ => false,
+    }
+}

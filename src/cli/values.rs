@@ -1,0 +1,346 @@
+//! The values of options: how each is written and what it means.
+
+use crate::color::ToneCurve;
+use crate::frame::Aov;
+use crate::limits::Limits;
+use crate::math::lanes::SimdLevel;
+use crate::render::ShadingModel;
+
+/// What `--background` and a scene file's `background` say.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BackgroundChoice {
+    /// Alpha 0 where no surface is.
+    Transparent,
+    /// The environment.
+    Environment,
+    /// An sRGB colour, put behind the picture after the tone curve.
+    Color([u8; 3]),
+}
+
+/// Colours by name: the sixteen of HTML and a few that pictures of products want.
+const COLORS: [(&str, [u8; 3]); 20] = [
+    ("black", [0, 0, 0]),
+    ("silver", [192, 192, 192]),
+    ("gray", [128, 128, 128]),
+    ("grey", [128, 128, 128]),
+    ("white", [255, 255, 255]),
+    ("maroon", [128, 0, 0]),
+    ("red", [255, 0, 0]),
+    ("purple", [128, 0, 128]),
+    ("fuchsia", [255, 0, 255]),
+    ("magenta", [255, 0, 255]),
+    ("green", [0, 128, 0]),
+    ("lime", [0, 255, 0]),
+    ("olive", [128, 128, 0]),
+    ("yellow", [255, 255, 0]),
+    ("navy", [0, 0, 128]),
+    ("blue", [0, 0, 255]),
+    ("teal", [0, 128, 128]),
+    ("aqua", [0, 255, 255]),
+    ("cyan", [0, 255, 255]),
+    ("orange", [255, 165, 0]),
+];
+
+/// `transparent`, `env`, a colour name, `#rgb` or `#rrggbb`.
+pub fn background(text: &str) -> Result<BackgroundChoice, String> {
+    let lower = text.to_ascii_lowercase();
+    match lower.as_str() {
+        "transparent" => return Ok(BackgroundChoice::Transparent),
+        "env" | "environment" => return Ok(BackgroundChoice::Environment),
+        _ => {}
+    }
+    if let Some((_, color)) = COLORS.iter().find(|(name, _)| *name == lower) {
+        return Ok(BackgroundChoice::Color(*color));
+    }
+    let digits: Option<Vec<u8>> = lower
+        .strip_prefix('#')
+        .and_then(|hex| hex.chars().map(|c| c.to_digit(16).map(|d| d as u8)).collect());
+    match digits.as_deref() {
+        Some(&[r, g, b]) => Ok(BackgroundChoice::Color([r * 17, g * 17, b * 17])),
+        Some(&[r1, r0, g1, g0, b1, b0]) => {
+            Ok(BackgroundChoice::Color([r1 * 16 + r0, g1 * 16 + g0, b1 * 16 + b0]))
+        }
+        _ => {
+            let names: Vec<&str> = COLORS.iter().map(|(name, _)| *name).collect();
+            Err(format!("neither transparent, env, #rrggbb nor one of {}", names.join(", ")))
+        }
+    }
+}
+
+/// `WxH` or `N` for a square. Zero and sizes beyond the limits are refused later, with the file's name.
+pub fn size(text: &str) -> Result<[u64; 2], String> {
+    let number = |t: &str| t.parse::<u64>().map_err(|_| "expected WxH or N, in pixels".to_owned());
+    match text.split_once(['x', 'X']) {
+        Some((w, h)) => Ok([number(w)?, number(h)?]),
+        None => number(text).map(|n| [n, n]),
+    }
+}
+
+/// `x,y,z`.
+pub fn vector(text: &str) -> Result<[f32; 3], String> {
+    let parts: Vec<f32> = text
+        .split(',')
+        .map(|t| t.trim().parse::<f32>().ok().filter(|v| v.is_finite()))
+        .collect::<Option<_>>()
+        .unwrap_or_default();
+    <[f32; 3]>::try_from(parts).map_err(|_| "expected three numbers x,y,z".to_owned())
+}
+
+/// A number that is finite.
+pub fn finite(text: &str) -> Result<f32, String> {
+    text.parse::<f32>().ok().filter(|v| v.is_finite()).ok_or_else(|| "expected a number".to_owned())
+}
+
+/// A finite number that is not negative.
+pub fn not_negative(text: &str) -> Result<f32, String> {
+    finite(text).ok().filter(|&v| v >= 0.0).ok_or_else(|| "expected a number, at least 0".to_owned())
+}
+
+/// Degrees, 0.1 to 179.
+pub fn field_of_view(text: &str) -> Result<f32, String> {
+    finite(text)
+        .ok()
+        .filter(|&v| (0.1..=179.0).contains(&v))
+        .ok_or_else(|| "expected degrees, 0.1 to 179".to_owned())
+}
+
+/// Samples a pixel.
+pub fn samples(text: &str) -> Result<u32, String> {
+    match text {
+        "1" => Ok(1),
+        "4" => Ok(4),
+        "8" => Ok(8),
+        "16" => Ok(16),
+        _ => Err("expected 1, 4, 8 or 16".to_owned()),
+    }
+}
+
+/// Side of a tile.
+pub fn tile(text: &str) -> Result<u32, String> {
+    match text {
+        "16" => Ok(16),
+        "32" => Ok(32),
+        "64" => Ok(64),
+        _ => Err("expected 16, 32 or 64".to_owned()),
+    }
+}
+
+/// An instruction set that this machine has; `auto` is the fastest of them.
+pub fn simd(text: &str) -> Result<SimdLevel, String> {
+    if text == "auto" {
+        return Ok(SimdLevel::best());
+    }
+    let level = text.parse::<SimdLevel>().map_err(|e| e.to_string())?;
+    if level.is_available() {
+        return Ok(level);
+    }
+    let names: Vec<&str> = SimdLevel::available().map(SimdLevel::name).collect();
+    Err(format!("this machine lacks {level}; it has {}", names.join(", ")))
+}
+
+/// A shading model by name.
+pub fn shading(text: &str) -> Result<ShadingModel, String> {
+    ShadingModel::from_name(text).ok_or_else(|| {
+        let names: Vec<&str> = ShadingModel::ALL.into_iter().map(ShadingModel::name).collect();
+        format!("expected one of {}", names.join(", "))
+    })
+}
+
+/// A tone curve by name; `linear` is another word for `none`.
+pub fn tone_curve(text: &str) -> Result<ToneCurve, String> {
+    let name = if text == "linear" { "none" } else { text };
+    ToneCurve::from_name(name).ok_or_else(|| "expected none, neutral, aces or agx".to_owned())
+}
+
+/// A plane of the G-buffer by name.
+pub fn aov(text: &str) -> Result<Aov, String> {
+    Aov::from_name(text).ok_or_else(|| {
+        let names: Vec<&str> = Aov::ALL.into_iter().map(Aov::name).collect();
+        format!("unknown plane '{text}'; known are {}", names.join(", "))
+    })
+}
+
+/// Where the camera of the auto-framing stands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ViewDirection {
+    /// From the model towards the camera.
+    pub direction: [f32; 3],
+    /// Which way is up.
+    pub up: [f32; 3],
+}
+
+/// Views by name. glTF models face +Z; left and right are those of someone who looks at the front.
+const VIEWS: [(&str, ViewDirection); 7] = [
+    ("three-quarter", ViewDirection { direction: [0.62, 0.42, 1.0], up: [0.0, 1.0, 0.0] }),
+    ("front", ViewDirection { direction: [0.0, 0.0, 1.0], up: [0.0, 1.0, 0.0] }),
+    ("back", ViewDirection { direction: [0.0, 0.0, -1.0], up: [0.0, 1.0, 0.0] }),
+    ("left", ViewDirection { direction: [-1.0, 0.0, 0.0], up: [0.0, 1.0, 0.0] }),
+    ("right", ViewDirection { direction: [1.0, 0.0, 0.0], up: [0.0, 1.0, 0.0] }),
+    ("top", ViewDirection { direction: [0.0, 1.0, 0.0], up: [0.0, 0.0, -1.0] }),
+    ("bottom", ViewDirection { direction: [0.0, -1.0, 0.0], up: [0.0, 0.0, 1.0] }),
+];
+
+/// A view by name, or a direction `x,y,z` from the model towards the camera.
+pub fn view(text: &str) -> Result<ViewDirection, String> {
+    if let Some((_, view)) = VIEWS.iter().find(|(name, _)| *name == text) {
+        return Ok(*view);
+    }
+    match vector(text) {
+        Ok(direction) if direction != [0.0; 3] => {
+            // Looking straight down or up, the vertical axis cannot be up.
+            let up =
+                if direction[0] == 0.0 && direction[2] == 0.0 { [0.0, 0.0, -1.0] } else { [0.0, 1.0, 0.0] };
+            Ok(ViewDirection { direction, up })
+        }
+        _ => {
+            let names: Vec<&str> = VIEWS.iter().map(|(name, _)| *name).collect();
+            Err(format!("expected a direction x,y,z or one of {}", names.join(", ")))
+        }
+    }
+}
+
+/// `name=value`, a field of [`Limits`] and a whole number; k, M and G stand for powers of 1000, Ki, Mi and Gi for
+/// powers of 1024.
+pub fn limit(text: &str) -> Result<(String, u64), String> {
+    let (name, value) = text.split_once('=').ok_or_else(|| "expected name=value".to_owned())?;
+    let value = value.trim();
+    let digits = value.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+    let factor: u64 = match &value[digits.len()..] {
+        "" => 1,
+        "k" => 1000,
+        "M" => 1_000_000,
+        "G" => 1_000_000_000,
+        "Ki" => 1 << 10,
+        "Mi" => 1 << 20,
+        "Gi" => 1 << 30,
+        other => return Err(format!("unknown suffix '{other}'; known are k, M, G, Ki, Mi and Gi")),
+    };
+    let number = digits
+        .parse::<u64>()
+        .ok()
+        .and_then(|n| n.checked_mul(factor))
+        .ok_or_else(|| format!("'{value}' is not a whole number below 2^64"))?;
+    // Checked here, so that a misspelt name is a usage error.
+    set_limit(&mut Limits::default(), name, number)?;
+    Ok((name.to_owned(), number))
+}
+
+/// Names of all limits, in the order of [`Limits`].
+pub const LIMIT_NAMES: [&str; 11] = [
+    "input_bytes",
+    "decoded_bytes",
+    "triangles",
+    "vertices",
+    "nodes",
+    "depth",
+    "textures",
+    "texture_pixels",
+    "output_side",
+    "output_pixels",
+    "fragments",
+];
+
+/// Changes one limit.
+pub fn set_limit(limits: &mut Limits, name: &str, value: u64) -> Result<(), String> {
+    match name {
+        "input_bytes" => limits.input_bytes = value,
+        "decoded_bytes" => limits.decoded_bytes = value,
+        "triangles" => limits.triangles = value,
+        "vertices" => limits.vertices = value,
+        "nodes" => limits.nodes = value,
+        "depth" => limits.depth = value,
+        "textures" => limits.textures = value,
+        "texture_pixels" => limits.texture_pixels = value,
+        "output_side" => {
+            // The rasterizer's fixed-point positions reach no further.
+            limits.output_side = u32::try_from(value)
+                .ok()
+                .filter(|&v| v <= 16384)
+                .ok_or_else(|| "output_side cannot be raised above 16384".to_owned())?;
+        }
+        "output_pixels" => limits.output_pixels = value,
+        "fragments" => limits.fragments = value,
+        _ => return Err(format!("unknown limit '{name}'; known are {}", LIMIT_NAMES.join(", "))),
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn backgrounds() {
+        assert_eq!(background("transparent"), Ok(BackgroundChoice::Transparent));
+        assert_eq!(background("env"), Ok(BackgroundChoice::Environment));
+        assert_eq!(background("White"), Ok(BackgroundChoice::Color([255; 3])));
+        assert_eq!(background("#0f8"), Ok(BackgroundChoice::Color([0, 255, 136])));
+        assert_eq!(background("#0A141e"), Ok(BackgroundChoice::Color([10, 20, 30])));
+        for bad in ["", "#", "#12", "#12345", "#gggggg", "#1234567", "whitish", "é", "#éé"] {
+            assert!(background(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn sizes() {
+        assert_eq!(size("640x480"), Ok([640, 480]));
+        assert_eq!(size("512"), Ok([512, 512]));
+        assert_eq!(size("1000000000"), Ok([1_000_000_000; 2]));
+        for bad in ["", "x", "10x", "x10", "-1", "1.5", "10x10x10", "99999999999999999999"] {
+            assert!(size(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn vectors() {
+        assert_eq!(vector("-1, 2.5,3e2"), Ok([-1.0, 2.5, 300.0]));
+        for bad in ["", "1,2", "1,2,3,4", "nan,0,0", "inf,0,0", "a,b,c"] {
+            assert!(vector(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn every_field_of_limits_has_a_name() {
+        // The derived Debug output lists the fields, so that a new one cannot be forgotten here.
+        let text = format!("{:?}", Limits::default());
+        let fields: Vec<&str> = text
+            .trim_start_matches("Limits {")
+            .trim_end_matches('}')
+            .split(',')
+            .filter_map(|part| part.split_once(':').map(|(name, _)| name.trim()))
+            .collect();
+        assert_eq!(fields, LIMIT_NAMES);
+        for name in LIMIT_NAMES {
+            let mut limits = Limits::default();
+            set_limit(&mut limits, name, 7).unwrap();
+            assert_ne!(limits, Limits::default(), "{name}");
+        }
+    }
+
+    #[test]
+    fn limits_take_suffixes_and_refuse_nonsense() {
+        assert_eq!(limit("triangles=2M"), Ok(("triangles".to_owned(), 2_000_000)));
+        assert_eq!(limit("input_bytes=3Ki"), Ok(("input_bytes".to_owned(), 3072)));
+        for bad in ["triangles", "triangle=1", "triangles=", "triangles=-1", "nodes=1T", "nodes=99999999999G"]
+        {
+            assert!(limit(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn views_are_usable_cameras() {
+        for name in VIEWS.map(|(name, _)| name).into_iter().chain(["0,1,0", "1,2,3"]) {
+            let view = view(name).unwrap();
+            let camera = crate::scene::Camera {
+                eye: view.direction,
+                target: [0.0; 3],
+                up: view.up,
+                projection: crate::scene::Projection::Perspective { fov_y: 1.0 },
+                near: 0.1,
+            };
+            assert!(camera.axes().is_ok(), "{name}");
+        }
+        assert!(view("0,0,0").is_err());
+        assert!(view("sideways").is_err());
+    }
+}

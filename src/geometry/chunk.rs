@@ -1,0 +1,181 @@
+//! Triangles of one chunk: gather, cull, clip, set up, bin.
+
+use super::clip::clip;
+use super::{DrawView, ScreenVertex};
+use crate::raster::{NOT_CLIPPED, SamplePattern, Triangle};
+use crate::scene::Mesh;
+use crate::tile::{ChunkBins, TileGrid};
+use std::ops::Range;
+
+/// Triangles of a chunk, whatever the number of threads.
+pub const TRIANGLES_PER_CHUNK: usize = 4096;
+
+/// What one chunk is made from.
+#[derive(Clone, Copy, Debug)]
+pub struct ChunkJob<'a> {
+    /// The mesh of the draw.
+    pub mesh: &'a Mesh,
+    /// Its vertices on the screen.
+    pub vertices: &'a [ScreenVertex],
+    /// The draw's view.
+    pub view: &'a DrawView,
+    /// Drop triangles that are seen from behind.
+    pub cull_back_faces: bool,
+    /// The draw's transform mirrors: fronts are clockwise in object space.
+    pub mirrored: bool,
+}
+
+/// The screen triangles of one chunk and the tiles that may see them.
+#[derive(Clone, Debug, Default)]
+pub struct Chunk {
+    /// Which draw the chunk belongs to.
+    pub draw: u32,
+    /// Which of the draw's triangles it holds.
+    pub range: Range<usize>,
+    /// Screen triangles, in the order of the mesh.
+    pub triangles: Vec<Triangle>,
+    /// For clipped pieces, the barycentric coordinates of their vertices in the whole triangle.
+    pub clip_barycentrics: Vec<[[f32; 2]; 3]>,
+    /// The tiles that may see each triangle.
+    pub bins: ChunkBins,
+}
+
+/// Fills a chunk from its range of a draw's triangles.
+pub fn process_chunk(chunk: &mut Chunk, job: &ChunkJob<'_>, grid: &TileGrid, pattern: &SamplePattern) {
+    chunk.triangles.clear();
+    chunk.clip_barycentrics.clear();
+    chunk.bins.clear();
+    // The screen's y points down: fronts, counter-clockwise in object space, have negative area there.
+    let front_is_clockwise = job.mirrored;
+    let screen = [
+        -(grid.width() as i32) * 128,
+        -(grid.height() as i32) * 128,
+        grid.width() as i32 * 128,
+        grid.height() as i32 * 128,
+    ];
+    for (indices, primitive) in
+        job.mesh.triangles()[chunk.range.clone()].iter().zip(chunk.range.start as u32..)
+    {
+        let corners = indices.map(|v| job.vertices[v as usize]);
+        if corners.iter().any(|v| v.x == ScreenVertex::OUTSIDE) {
+            process_clipped(chunk, job, *indices, primitive, front_is_clockwise, &screen, grid, pattern);
+            continue;
+        }
+        let corners = corners.map(|v| (v.x, v.y, v.depth));
+        if let Some(triangle) = Triangle::new(corners, primitive, NOT_CLIPPED, front_is_clockwise) {
+            emit(chunk, job, triangle, &screen, grid, pattern);
+        }
+    }
+    chunk.bins.sort();
+}
+
+/// Clips one triangle and emits the pieces of its fan.
+#[cold]
+fn process_clipped(
+    chunk: &mut Chunk,
+    job: &ChunkJob<'_>,
+    indices: [u32; 3],
+    primitive: u32,
+    front_is_clockwise: bool,
+    screen: &[i32; 4],
+    grid: &TileGrid,
+    pattern: &SamplePattern,
+) {
+    let positions = indices.map(|v| job.view.clip_vertex(job.mesh.positions()[v as usize]));
+    let polygon = clip(positions, job.view.near, job.view.perspective);
+    let [first, rest @ ..] = polygon.vertices() else { return };
+    for pair in rest.windows(2) {
+        let piece = [*first, pair[0], pair[1]];
+        let corners = piece.map(|v| {
+            let s = v.position.project(job.view.perspective);
+            (s.x, s.y, s.depth)
+        });
+        let clip = chunk.clip_barycentrics.len() as u32;
+        if let Some(triangle) = Triangle::new(corners, primitive, clip, front_is_clockwise) {
+            let before = chunk.triangles.len();
+            emit(chunk, job, triangle, screen, grid, pattern);
+            if chunk.triangles.len() > before {
+                chunk.clip_barycentrics.push(piece.map(|v| v.barycentric));
+            }
+        }
+    }
+}
+
+/// Keeps a triangle if it faces the right way and may hit a sample, and bins it.
+#[inline(always)]
+fn emit(
+    chunk: &mut Chunk,
+    job: &ChunkJob<'_>,
+    triangle: Triangle,
+    screen: &[i32; 4],
+    grid: &TileGrid,
+    pattern: &SamplePattern,
+) {
+    if job.cull_back_faces && triangle.back_facing {
+        return;
+    }
+    let bounds = triangle.bounds();
+    if bounds[0] > screen[2] || bounds[1] > screen[3] || bounds[2] < screen[0] || bounds[3] < screen[1] {
+        return;
+    }
+    if misses_all_samples(bounds, grid, pattern) {
+        return;
+    }
+    let number = chunk.triangles.len() as u32;
+    let [first_column, first_row, end_column, end_row] = grid.tiles_of_box(bounds);
+    if first_column >= end_column || first_row >= end_row {
+        return;
+    }
+    let columns = grid.columns();
+    if end_column - first_column <= 2 && end_row - first_row <= 2 {
+        for row in first_row..end_row {
+            for column in first_column..end_column {
+                chunk.bins.push(row * columns + column, number);
+            }
+        }
+    } else {
+        bin_large(&mut chunk.bins, &triangle, number, [first_column, first_row, end_column, end_row], grid);
+    }
+    chunk.triangles.push(triangle);
+}
+
+/// True if no sample lies in a box smaller than a pixel: most triangles of dense meshes.
+#[inline(always)]
+fn misses_all_samples(bounds: [i32; 4], grid: &TileGrid, pattern: &SamplePattern) -> bool {
+    let half = [grid.width() as i32 * 128, grid.height() as i32 * 128];
+    let (x0, y0) = (bounds[0] + half[0], bounds[1] + half[1]);
+    let (x1, y1) = (bounds[2] + half[0], bounds[3] + half[1]);
+    if x1 - x0 >= 256 || y1 - y0 >= 256 {
+        return false;
+    }
+    // The box touches at most 2 x 2 pixels; a sample is in it if its offset is, in one of them.
+    let inside = |offset: i32, low: i32, high: i32| {
+        let first = low & !255;
+        (first + offset >= low && first + offset <= high) || first + 256 + offset <= high
+    };
+    !pattern.offsets().iter().any(|o| inside(o[0], x0, x1) && inside(o[1], y0, y1))
+}
+
+/// Bins a triangle that spans many tiles, leaving out those that lie beyond one of its edges.
+#[cold]
+fn bin_large(bins: &mut ChunkBins, triangle: &Triangle, number: u32, tiles: [u32; 4], grid: &TileGrid) {
+    let side = i64::from(grid.side()) * 256;
+    for row in tiles[1]..tiles[3] {
+        for column in tiles[0]..tiles[2] {
+            let tile = row * grid.columns() + column;
+            let origin = grid.origin(tile as usize);
+            let misses = (0..3).any(|k| {
+                let next = if k == 2 { 0 } else { k + 1 };
+                let a = i64::from(triangle.y[k] - triangle.y[next]);
+                let b = i64::from(triangle.x[next] - triangle.x[k]);
+                let at_corner =
+                    a * i64::from(origin.x - triangle.x[k]) + b * i64::from(origin.y - triangle.y[k]);
+                // The edge function at the tile's most favourable corner.
+                at_corner + a.max(0) * side + b.max(0) * side < 0
+            });
+            if !misses {
+                bins.push(tile, number);
+            }
+        }
+    }
+}

@@ -1,0 +1,136 @@
+//! The prefiltered chain: octahedral maps of packed radiance in one allocation, and their lookup.
+
+use super::{octahedral, texel};
+use crate::math::lanes::{Float, Int, Lanes};
+use crate::math::vec3::{self, V3};
+
+/// Number of roughnesses: two steps for each of the six mip levels of Unity's reflection probes
+/// (`UNITY_SPECCUBE_LOD_STEPS`), and the mirror. A blend of two roughnesses is not the roughness between; with single
+/// steps the error near edges of lights is two to five times as large.
+pub(crate) const LEVELS: usize = 13;
+
+/// All maps: the levels, then diffuse irradiance divided by pi.
+pub(crate) const MAPS: usize = LEVELS + 1;
+
+/// Index of the irradiance map.
+pub(crate) const IRRADIANCE: usize = LEVELS;
+
+/// Cells along a side of each map at most.
+const CELLS: [usize; MAPS] = [1024, 256, 256, 128, 128, 128, 64, 64, 64, 64, 32, 32, 32, 32];
+
+/// Cells along the side of the sharpest map at most, and at least.
+pub(crate) const MAX_CELLS: usize = CELLS[0];
+pub(crate) const MIN_CELLS: usize = 2;
+
+/// Radiance for all roughnesses, and irradiance.
+#[derive(Clone, PartialEq)]
+pub(crate) struct Chain {
+    texels: Vec<u32>,
+    /// Where each map starts in `texels`.
+    starts: [u32; MAPS],
+    /// Samples along a side of each map.
+    sizes: [u32; MAPS],
+}
+
+impl Chain {
+    /// A dark chain whose mirror has `size` samples along a side: 2^k + 1, between the limits on cells.
+    pub(crate) fn dark(size: usize) -> Self {
+        let sizes = CELLS.map(|cells| (cells.min(size - 1) + 1) as u32);
+        let mut starts = [0; MAPS];
+        let mut end = 0;
+        for (start, size) in starts.iter_mut().zip(sizes) {
+            *start = end;
+            end += size * size;
+        }
+        Self { texels: vec![0; end as usize], starts, sizes }
+    }
+
+    /// Perceptual roughness of a level: the inverse of Unity's `PerceptualRoughnessToMipmapLevel`, which is
+    /// mip level = p (1.7 - 0.7 p) 6. GGX's alpha is its square.
+    pub(crate) fn perceptual_roughness(level: usize) -> f64 {
+        let share = level as f64 / (LEVELS - 1) as f64;
+        (1.7 - (1.7 * 1.7 - 2.8 * share).sqrt()) / 1.4
+    }
+
+    /// Samples along a side of a map.
+    pub(crate) fn size(&self, map: usize) -> usize {
+        self.sizes[map] as usize
+    }
+
+    /// The texels of all maps.
+    pub(crate) fn texels(&self) -> &[u32] {
+        &self.texels
+    }
+
+    /// One map's texels, row by row.
+    pub(crate) fn map_mut(&mut self, map: usize) -> &mut [u32] {
+        let start = self.starts[map] as usize;
+        let size = self.size(map);
+        &mut self.texels[start..start + size * size]
+    }
+
+    /// Radiance for a direction of any length and a perceptual roughness, clamped to 0 to 1: trilinear.
+    #[inline(always)]
+    pub(crate) fn radiance<L: Lanes>(&self, l: L, direction: V3<L>, perceptual_roughness: L::F) -> V3<L> {
+        const LAST: f32 = (LEVELS - 1) as f32;
+        let p = perceptual_roughness.saturate();
+        // Rounding must not lift the level above the last one.
+        let level = (p * (p * -0.7 + 1.7) * LAST).clamp_to(0.0, LAST);
+        // The last level is reached from below, with a fraction of 1.
+        let floor = level.floor().at_most(LAST - 1.0);
+        let fraction = level - floor;
+        let index = floor.to_int();
+        let place = octahedral::encode(l, direction);
+        let map = |k: L::I| {
+            let (start, size) = (l.gather_u32(&self.starts, k), l.gather_u32(&self.sizes, k));
+            bilinear(l, &self.texels, start, size, place)
+        };
+        vec3::lerp(l, map(index), map(index + 1), fraction)
+    }
+
+    /// One map alone, for a direction of any length.
+    #[inline(always)]
+    pub(crate) fn lookup<L: Lanes>(&self, l: L, map: usize, direction: V3<L>) -> V3<L> {
+        let place = octahedral::encode(l, direction);
+        let (start, size) = (l.splat_i(self.starts[map] as i32), l.splat_i(self.sizes[map] as i32));
+        bilinear(l, &self.texels, start, size, place)
+    }
+}
+
+/// Makes both copies of every border sample of an octahedral map equal, so that no seam can be seen.
+pub(crate) fn seal<T: Copy>(samples: &mut [T], size: usize) {
+    let last = size - 1;
+    for k in 0..size / 2 {
+        samples[(last - k) * size] = samples[k * size];
+        samples[(last - k) * size + last] = samples[k * size + last];
+        samples[last - k] = samples[k];
+        samples[last * size + last - k] = samples[last * size + k];
+    }
+    let corner = samples[0];
+    for index in [last, last * size, last * size + last] {
+        samples[index] = corner;
+    }
+}
+
+/// Bilinear lookup in a map of `size` x `size` texels from `start` on, at a place with coordinates in -1 to 1.
+#[inline(always)]
+pub(crate) fn bilinear<L: Lanes>(l: L, texels: &[u32], start: L::I, size: L::I, place: [L::F; 2]) -> V3<L> {
+    let last = (size - 1).to_float();
+    let half = last * 0.5;
+    let [x, y] = place.map(|c| (c * half + half).at_least(0.0).min(last));
+    // The last sample belongs to the last cell.
+    let cell = last - 1.0;
+    let (left, top) = (x.floor().min(cell), y.floor().min(cell));
+    let (fx, fy) = (x - left, y - top);
+    // Exact: a map has at most 1025 x 1025 texels.
+    let index = (top * size.to_float() + left).to_int() + start;
+    let below = index + size;
+    let (gx, gy) = (fx.one_minus(), fy.one_minus());
+    let mut sum = vec3::splat(l, [0.0; 3]);
+    for (index, weight) in [(index, gx * gy), (index + 1, fx * gy), (below, gx * fy), (below + 1, fx * fy)] {
+        let (mantissas, scale) = texel::unpack(l, l.gather_u32(texels, index));
+        let weight = weight * scale;
+        sum = std::array::from_fn(|c| sum[c] + mantissas[c] * weight);
+    }
+    sum
+}

@@ -1,0 +1,134 @@
+//! Light from afar: what surrounds the scene, prepared for lookups.
+
+use super::DistantRadiance;
+use super::chain::{Chain, IRRADIANCE, MAX_CELLS, MIN_CELLS};
+use super::equirect;
+use super::prefilter::{self, Grid};
+use crate::jobs::Jobs;
+use crate::math;
+use crate::math::lanes::{Lanes, SimdLevel};
+use crate::math::vec3::{self, V3};
+use crate::scene::EquirectImage;
+use std::sync::Arc;
+
+/// An environment that is ready to light surfaces: its mirror image, its reflections in twelve roughnesses
+/// and its diffuse irradiance. It knows neither rotation nor intensity, see [`EnvironmentLight`].
+#[derive(Clone)]
+pub struct PrefilteredEnvironment {
+    pub(super) chain: Chain,
+    /// The original, where there is one, for visible backgrounds.
+    pub(super) picture: Option<Arc<EquirectImage>>,
+}
+
+impl std::fmt::Debug for PrefilteredEnvironment {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("PrefilteredEnvironment")
+            .field("size", &self.chain.size(0))
+            .field("picture", &self.picture)
+            .finish_non_exhaustive()
+    }
+}
+
+impl PrefilteredEnvironment {
+    /// Filters a picture. The result depends on the picture alone, not on the number of threads nor the
+    /// instruction set.
+    ///
+    /// Its mirror level has half as many samples across as the picture is wide, up to 1025.
+    #[must_use]
+    pub fn new(picture: &Arc<EquirectImage>, jobs: &Jobs, level: SimdLevel) -> Self {
+        // What is finer than the map would alias; four lookups a sample reach every pixel of a picture of 2048.
+        let small = equirect::reduced(picture, 2048, 1024);
+        let source = small.as_ref().unwrap_or(picture);
+        let cells =
+            (source.width().max(2 * source.height()) as usize / 2).next_power_of_two().clamp(32, MAX_CELLS);
+        let mut environment = Self::from_grid(Grid::paint(source, cells + 1, 2, jobs, level), jobs, level);
+        environment.picture = Some(Arc::clone(picture));
+        environment
+    }
+
+    /// Filters radiance that is given by a formula. The mirror level gets `2^size_log2 + 1` samples across;
+    /// `size_log2` counts as 5 to 10.
+    #[must_use]
+    pub fn from_radiance(
+        source: &(impl DistantRadiance + Sync),
+        size_log2: u32,
+        jobs: &Jobs,
+        level: SimdLevel,
+    ) -> Self {
+        let size = (1 << size_log2.clamp(5, 10)) + 1;
+        Self::from_grid(Grid::paint(source, size, 4, jobs, level), jobs, level)
+    }
+
+    fn from_grid(grid: Grid, jobs: &Jobs, level: SimdLevel) -> Self {
+        Self { chain: prefilter::filter(grid, jobs, level), picture: None }
+    }
+
+    /// Darkness.
+    #[must_use]
+    pub fn black() -> Self {
+        Self { chain: Chain::dark(MIN_CELLS + 1), picture: None }
+    }
+}
+
+/// An environment as one frame sees it: turned and scaled.
+#[derive(Clone, Copy, Debug)]
+pub struct EnvironmentLight<'a> {
+    environment: &'a PrefilteredEnvironment,
+    /// Cosine and sine of the rotation.
+    cos: f32,
+    sin: f32,
+    intensity: f32,
+}
+
+impl<'a> EnvironmentLight<'a> {
+    /// Turns the environment by `rotation_degrees` about +Y, counter-clockwise seen from above (three.js
+    /// `environmentRotation.y`), and multiplies its radiance by `intensity`.
+    #[must_use]
+    pub fn new(environment: &'a PrefilteredEnvironment, rotation_degrees: f32, intensity: f32) -> Self {
+        let degrees = f64::from(rotation_degrees);
+        let turns = degrees / 360.0;
+        let (sin, cos) = math::double::sin_cos((turns - turns.floor()) * std::f64::consts::TAU);
+        Self { environment, cos: cos as f32, sin: sin as f32, intensity }
+    }
+
+    /// The direction in the environment's own frame: turned back.
+    #[inline(always)]
+    fn turned_back<L: Lanes>(&self, _: L, [x, y, z]: V3<L>) -> V3<L> {
+        [x * self.cos - z * self.sin, y, x * self.sin + z * self.cos]
+    }
+
+    /// Radiance that arrives from around `direction` (away from the surface, any length), filtered for a surface of
+    /// this perceptual roughness (0 to 1, GGX's alpha is its square).
+    ///
+    /// The level follows Unity's `PerceptualRoughnessToMipmapLevel`; because each level holds the reflection for its
+    /// own roughness, other models may use it with theirs.
+    #[inline(always)]
+    #[must_use]
+    pub fn radiance<L: Lanes>(&self, l: L, direction: V3<L>, perceptual_roughness: L::F) -> V3<L> {
+        let direction = self.turned_back(l, direction);
+        let rgb = self.environment.chain.radiance(l, direction, perceptual_roughness);
+        vec3::scale(l, rgb, l.splat(self.intensity))
+    }
+
+    /// Irradiance on a surface with this unit normal, divided by pi: the radiance of a white Lambert surface. Never
+    /// negative. Unity's `bakedGI`.
+    #[inline(always)]
+    #[must_use]
+    pub fn irradiance_over_pi<L: Lanes>(&self, l: L, normal: V3<L>) -> V3<L> {
+        let rgb = self.environment.chain.lookup(l, IRRADIANCE, self.turned_back(l, normal));
+        vec3::scale(l, rgb, l.splat(self.intensity))
+    }
+
+    /// The unfiltered environment in a direction of any length, as a background shows it: from the original picture
+    /// where there is one.
+    #[inline(always)]
+    #[must_use]
+    pub fn background<L: Lanes>(&self, l: L, direction: V3<L>) -> V3<L> {
+        let direction = self.turned_back(l, direction);
+        let rgb = match &self.environment.picture {
+            Some(picture) => picture.radiance(l, direction),
+            None => self.environment.chain.lookup(l, 0, direction),
+        };
+        vec3::scale(l, rgb, l.splat(self.intensity))
+    }
+}

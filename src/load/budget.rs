@@ -1,0 +1,57 @@
+//! How much memory a file has been granted so far.
+
+use crate::limits::{LimitExceeded, Limits};
+
+/// Counts decoded bytes against [`Limits::decoded_bytes`]. Charged before memory is allocated, in the order of the
+/// file and never from a worker thread, so that the same file meets the limit at the same element every time.
+#[derive(Debug)]
+pub(crate) struct Budget {
+    used: u64,
+    limit: u64,
+}
+
+impl Budget {
+    /// Nothing used yet.
+    pub(crate) fn new(limits: &Limits) -> Self {
+        Self { used: 0, limit: limits.decoded_bytes }
+    }
+
+    /// Grants `count` elements of `size` bytes.
+    ///
+    /// # Errors
+    /// [`LimitExceeded`] naming `what` if that is more than what is left.
+    pub(crate) fn charge(
+        &mut self,
+        what: impl FnOnce() -> String,
+        count: u64,
+        size: u64,
+    ) -> Result<(), LimitExceeded> {
+        let asked = self.used.saturating_add(count.saturating_mul(size));
+        Limits::check(what, asked, self.limit, "decoded_bytes")?;
+        self.used = asked;
+        Ok(())
+    }
+
+    /// Bytes that can still be granted.
+    pub(crate) fn left(&self) -> u64 {
+        self.limit - self.used
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn grants_up_to_the_limit_and_not_one_byte_more() {
+        let mut budget = Budget::new(&Limits { decoded_bytes: 100, ..Limits::default() });
+        budget.charge(|| "a".into(), 10, 6).unwrap();
+        assert_eq!(budget.left(), 40);
+        let error = budget.charge(|| "accessor 3".into(), 41, 1).unwrap_err();
+        assert_eq!(error.to_string(), "accessor 3: 101 exceeds the limit of 100 (decoded_bytes)");
+        // A refusal takes nothing.
+        budget.charge(|| "b".into(), 40, 1).unwrap();
+        assert_eq!(budget.left(), 0);
+        budget.charge(|| "c".into(), u64::MAX, u64::MAX).unwrap_err();
+    }
+}

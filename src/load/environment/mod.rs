@@ -1,0 +1,59 @@
+//! Equirectangular environments: Radiance HDR and OpenEXR.
+
+mod openexr;
+mod radiance;
+
+use super::{Context, LoadError, NoResolver};
+use crate::jobs::Jobs;
+use crate::limits::Limits;
+use crate::scene::EquirectImage;
+use std::path::Path;
+
+/// Reads an environment from the bytes of a Radiance `.hdr` or OpenEXR `.exr` file; the first bytes say which.
+///
+/// Values are taken as linear Rec. 709 radiance, whatever primaries or exposure the file states, as other renderers
+/// do.
+///
+/// # Errors
+/// [`LoadError`] if it is neither, is damaged or incomplete, or asks for more than the limits allow.
+pub fn load(bytes: &[u8], context: &Context<'_>) -> Result<EquirectImage, LoadError> {
+    let limits = context.limits;
+    Limits::check(|| "the file".to_owned(), bytes.len() as u64, limits.input_bytes, "input_bytes")?;
+    let (format, (width, height, pixels)) = if bytes.starts_with(b"#?") {
+        (radiance::FORMAT, radiance::read(bytes, limits)?)
+    } else if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
+        (openexr::FORMAT, openexr::read(bytes, limits)?)
+    } else {
+        let message = "neither a Radiance HDR nor an OpenEXR file (by its first bytes)";
+        return Err(LoadError::UnknownFormat(message.to_owned()));
+    };
+    EquirectImage::new(width, height, pixels).map_err(LoadError::scene(format))
+}
+
+/// Reads an environment file: see [`load_environment`](super::load_environment).
+///
+/// # Errors
+/// [`LoadError`] as there, or if the file cannot be read.
+pub fn load_file(path: &Path, limits: &Limits, jobs: &Jobs) -> Result<EquirectImage, LoadError> {
+    let bytes = super::read_file(path, limits)?;
+    load(&bytes, &Context { resolver: &NoResolver, limits, jobs })
+}
+
+/// Checks the size that a header claims before anything of that size is allocated.
+fn check_size(
+    format: &'static str,
+    width: u64,
+    height: u64,
+    samples: u64,
+    limits: &Limits,
+) -> Result<(), LoadError> {
+    if width == 0 || height == 0 {
+        return Err(LoadError::malformed(format, format!("a picture of {width} x {height} pixels")));
+    }
+    let what = || format!("{format}: {width} x {height} pixels");
+    let pixels = width.saturating_mul(height);
+    Limits::check(what, pixels, limits.texture_pixels, "texture_pixels")?;
+    let bytes = pixels.saturating_mul(samples).saturating_mul(4);
+    Limits::check(what, bytes, limits.decoded_bytes, "decoded_bytes")?;
+    Ok(())
+}

@@ -1,0 +1,200 @@
+//! Where the bytes are: buffers, buffer views and URIs.
+
+use super::FORMAT;
+use super::model::{Index, Root};
+use crate::load::budget::Budget;
+use crate::load::{Context, LoadError};
+use base64::Engine;
+use base64::engine::DecodePaddingMode;
+use base64::engine::general_purpose::{GeneralPurpose, GeneralPurposeConfig};
+use std::borrow::Cow;
+
+/// Longest URI of a file, in bytes.
+const LONGEST_PATH: usize = 4096;
+
+/// The buffers that something needs, each read once.
+pub(super) struct Buffers<'a> {
+    root: &'a Root,
+    binary: Option<&'a [u8]>,
+    /// `None`: not needed so far.
+    loaded: Vec<Option<Cow<'a, [u8]>>>,
+}
+
+impl<'a> Buffers<'a> {
+    /// `binary` is the binary chunk of a GLB file: the first buffer if that has no URI.
+    pub(super) fn new(root: &'a Root, binary: Option<&'a [u8]>) -> Self {
+        Self { root, binary, loaded: (0..root.buffers.len()).map(|_| None).collect() }
+    }
+
+    /// Reads the buffer behind a view, unless that has been done.
+    ///
+    /// # Errors
+    /// [`LoadError`] naming the view or the buffer.
+    pub(super) fn require(
+        &mut self,
+        view: Index,
+        context: &Context<'_>,
+        budget: &mut Budget,
+    ) -> Result<(), LoadError> {
+        let index = self.buffer_of(view)?;
+        if self.loaded[index].is_some() {
+            return Ok(());
+        }
+        let buffer = &self.root.buffers[index];
+        let length = buffer.byte_length.0;
+        let bytes = match &buffer.uri {
+            Some(uri) => Cow::Owned(read_uri(uri, &format!("buffer {index}"), context, budget)?),
+            None => match self.binary {
+                Some(binary) if index == 0 => Cow::Borrowed(binary),
+                _ => return Err(malformed(format!("buffer {index} has neither a URI nor a binary chunk"))),
+            },
+        };
+        if (bytes.len() as u64) < length {
+            return Err(malformed(format!(
+                "buffer {index} has {} bytes where its byteLength says {length}",
+                bytes.len()
+            )));
+        }
+        self.loaded[index] = Some(bytes);
+        Ok(())
+    }
+
+    /// The bytes of a view whose buffer has been required.
+    ///
+    /// # Errors
+    /// [`LoadError::Malformed`] if the view lies outside its buffer.
+    pub(super) fn view(&self, index: Index) -> Result<&[u8], LoadError> {
+        let buffer = self.buffer_of(index)?;
+        let view = &self.root.buffer_views[index.get()];
+        let bytes = self.loaded[buffer].as_deref().unwrap_or(&[]);
+        let (start, length) = (view.byte_offset.0, view.byte_length.0);
+        slice(bytes, start, length).ok_or_else(|| {
+            malformed(format!(
+                "bufferView {index}: {length} bytes from offset {start} lie outside buffer {buffer} of {} bytes",
+                bytes.len()
+            ))
+        })
+    }
+
+    fn buffer_of(&self, view: Index) -> Result<usize, LoadError> {
+        let Some(found) = self.root.buffer_views.get(view.get()) else {
+            return Err(malformed(format!("there is no bufferView {view}")));
+        };
+        match found.buffer {
+            Some(buffer) if buffer.get() < self.root.buffers.len() => Ok(buffer.get()),
+            Some(buffer) => Err(malformed(format!("bufferView {view}: there is no buffer {buffer}"))),
+            None => Err(malformed(format!("bufferView {view} names no buffer"))),
+        }
+    }
+}
+
+/// `length` bytes from `start`, if they are there.
+pub(super) fn slice(bytes: &[u8], start: u64, length: u64) -> Option<&[u8]> {
+    let end = usize::try_from(start.checked_add(length)?).ok()?;
+    bytes.get(usize::try_from(start).ok()?..end)
+}
+
+fn malformed(message: String) -> LoadError {
+    LoadError::malformed(FORMAT, message)
+}
+
+/// The bytes behind a data URI or a relative path, charged to the budget.
+///
+/// # Errors
+/// [`LoadError`] that begins with `what`.
+pub(super) fn read_uri(
+    uri: &str,
+    what: &str,
+    context: &Context<'_>,
+    budget: &mut Budget,
+) -> Result<Vec<u8>, LoadError> {
+    if uri.get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case("data:")) {
+        return data_uri(&uri[5..], what, budget);
+    }
+    if uri.len() > LONGEST_PATH {
+        return Err(malformed(format!("{what}: its URI has {} bytes", uri.len())));
+    }
+    let limit = context.limits.input_bytes.min(budget.left());
+    let name = percent_decode(uri);
+    let bytes = match context.resolver.read(&name, limit) {
+        // Some writers do not encode: then a percent sign is one.
+        Err(error) if name != uri => context.resolver.read(uri, limit).map_err(|_| error)?,
+        result => result?,
+    };
+    budget.charge(|| what.to_owned(), bytes.len() as u64, 1)?;
+    Ok(bytes)
+}
+
+/// The part of a data URI after `data:`.
+fn data_uri(rest: &str, what: &str, budget: &mut Budget) -> Result<Vec<u8>, LoadError> {
+    /// Padding may be missing.
+    const BASE64: GeneralPurpose = GeneralPurpose::new(
+        &base64::alphabet::STANDARD,
+        GeneralPurposeConfig::new()
+            .with_decode_padding_mode(DecodePaddingMode::Indifferent)
+            .with_decode_allow_trailing_bits(true),
+    );
+    let Some((header, data)) = rest.split_once(',') else {
+        return Err(malformed(format!("{what}: its data URI has no comma")));
+    };
+    budget.charge(|| what.to_owned(), data.len() as u64, 1)?;
+    if !header.to_ascii_lowercase().ends_with(";base64") {
+        return Ok(percent_decode_bytes(data));
+    }
+    BASE64.decode(data).map_err(|error| malformed(format!("{what}: its data URI is not base64: {error}")))
+}
+
+/// Replaces `%20` and the like. What is not UTF-8 then stays as it was written.
+fn percent_decode(text: &str) -> String {
+    if !text.contains('%') {
+        return text.to_owned();
+    }
+    String::from_utf8(percent_decode_bytes(text)).unwrap_or_else(|_| text.to_owned())
+}
+
+fn percent_decode_bytes(text: &str) -> Vec<u8> {
+    let bytes = text.as_bytes();
+    let digit = |at: usize| bytes.get(at).and_then(|&b| char::from(b).to_digit(16));
+    let mut out = Vec::with_capacity(bytes.len());
+    let mut at = 0;
+    while let Some(&byte) = bytes.get(at) {
+        match (byte, digit(at + 1), digit(at + 2)) {
+            (b'%', Some(high), Some(low)) => {
+                out.push((high * 16 + low) as u8);
+                at += 3;
+            }
+            _ => {
+                out.push(byte);
+                at += 1;
+            }
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::limits::Limits;
+
+    #[test]
+    fn percent_signs() {
+        assert_eq!(percent_decode("a%20b%2Fc"), "a b/c");
+        assert_eq!(percent_decode("100%"), "100%");
+        assert_eq!(percent_decode("%zz%4"), "%zz%4");
+        assert_eq!(percent_decode("%ff"), "%ff");
+        assert_eq!(percent_decode("%C3%A4"), "ä");
+    }
+
+    #[test]
+    fn data_uris() {
+        let read = |uri: &str| data_uri(uri, "buffer 0", &mut Budget::new(&Limits::default()));
+        assert_eq!(read("application/octet-stream;base64,AAEC/w==").unwrap(), [0, 1, 2, 255]);
+        assert_eq!(read(";base64,AAEC/w").unwrap(), [0, 1, 2, 255]);
+        assert_eq!(read("text/plain,a%20b").unwrap(), b"a b");
+        assert!(
+            read(";base64,A*").unwrap_err().to_string().starts_with("glTF: buffer 0: its data URI is not")
+        );
+        assert!(read("nothing").unwrap_err().to_string().contains("no comma"));
+    }
+}

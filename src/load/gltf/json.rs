@@ -1,0 +1,147 @@
+//! JSON text to [`Root`], with a bound on the memory that it takes.
+
+use super::FORMAT;
+use super::model::{Asset, Root};
+use crate::load::LoadError;
+use crate::load::budget::Budget;
+use serde::Deserialize;
+
+/// Deepest nesting of objects and lists. The parser recurses.
+const DEPTH: u32 = 120;
+/// Bytes charged for an object: the largest structure of the model, and what growing lists hold in reserve.
+const OBJECT_BYTES: u64 = 384;
+/// Bytes charged for a comma: a number in a list, and what growing lists hold in reserve.
+const COMMA_BYTES: u64 = 24;
+
+/// Parses the document and checks that it is glTF 2.
+///
+/// # Errors
+/// [`LoadError::Malformed`] with the element and the place in the text, [`LoadError::Limit`] if the document would
+/// take too much memory, [`LoadError::Unsupported`] for another version of glTF.
+pub(super) fn parse(text: &[u8], budget: &mut Budget) -> Result<Root, LoadError> {
+    let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
+    charge(text, budget)?;
+    let root: Root = serde_json::from_slice(text).map_err(|error| {
+        // glTF 1.0 has objects where 2.0 has lists: say so instead of where the first one is.
+        match serde_json::from_slice::<AssetOnly>(text) {
+            Ok(AssetOnly { asset }) if is_other_version(&asset) => other_version(&asset),
+            _ => LoadError::malformed(FORMAT, error.to_string()),
+        }
+    })?;
+    if is_other_version(&root.asset) {
+        return Err(other_version(&root.asset));
+    }
+    if root.asset.version.is_none() {
+        return Err(LoadError::malformed(FORMAT, "there is no asset.version: is this a glTF file?"));
+    }
+    Ok(root)
+}
+
+#[derive(Deserialize)]
+struct AssetOnly {
+    asset: Asset,
+}
+
+/// True if the file says that it needs something else than glTF 2.0. Later minor versions are compatible unless
+/// minVersion says otherwise.
+fn is_other_version(asset: &Asset) -> bool {
+    let version = asset.version.as_deref().unwrap_or("2.0");
+    let least = asset.min_version.as_deref().unwrap_or("2.0");
+    !(version == "2" || version.starts_with("2.")) || least != "2.0"
+}
+
+fn other_version(asset: &Asset) -> LoadError {
+    let version = asset.min_version.as_ref().or(asset.version.as_ref());
+    let shown: String = version.map_or("", String::as_str).escape_debug().take(16).collect();
+    LoadError::unsupported(FORMAT, format!("the file needs glTF {shown}; only glTF 2.0 can be read"))
+}
+
+/// Charges what the parsed document can take at most, and bounds its nesting.
+fn charge(text: &[u8], budget: &mut Budget) -> Result<(), LoadError> {
+    let (mut objects, mut commas, mut depth) = (0u64, 0u64, 0u32);
+    let mut at = 0;
+    while let Some(&byte) = text.get(at) {
+        at += 1;
+        match byte {
+            b'"' => at += string_length(&text[at..]),
+            b'{' | b'[' => {
+                objects += u64::from(byte == b'{');
+                depth += 1;
+                if depth > DEPTH {
+                    return Err(LoadError::malformed(
+                        FORMAT,
+                        format!("JSON is nested more than {DEPTH} deep at byte {at}"),
+                    ));
+                }
+            }
+            b'}' | b']' => depth = depth.saturating_sub(1),
+            b',' => commas += 1,
+            _ => {}
+        }
+    }
+    let asked = objects * OBJECT_BYTES + commas * COMMA_BYTES + text.len() as u64;
+    budget.charge(|| format!("JSON with {objects} objects and {commas} commas"), asked, 1)?;
+    Ok(())
+}
+
+/// Length of a string from after its first quote to after its last.
+fn string_length(text: &[u8]) -> usize {
+    let mut at = 0;
+    loop {
+        match text[at..].iter().position(|&b| b == b'"' || b == b'\\') {
+            None => return text.len(),
+            Some(k) if text[at + k] == b'"' => return at + k + 1,
+            Some(k) => at = (at + k + 2).min(text.len()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::limits::Limits;
+
+    fn parsed(text: &str) -> Result<Root, LoadError> {
+        parse(text.as_bytes(), &mut Budget::new(&Limits::default()))
+    }
+
+    #[test]
+    fn strings_do_not_count() {
+        let mut budget = Budget::new(&Limits { decoded_bytes: 1000, ..Limits::default() });
+        let text = br#"{"asset":{"version":"2.0","generator":"{{{{[[[[,,,,\"{{{{\\"}}"#;
+        parse(text, &mut budget).unwrap();
+        assert_eq!(budget.left(), 1000 - 2 * OBJECT_BYTES - COMMA_BYTES - text.len() as u64);
+    }
+
+    #[test]
+    fn a_text_of_brackets_is_refused() {
+        let deep = "[".repeat(1 << 20);
+        assert!(parsed(&deep).unwrap_err().to_string().contains("nested more than 120 deep"));
+        let wide =
+            format!("{{\"asset\":{{\"version\":\"2.0\"}},\"nodes\":[{}{{}}]}}", "{},".repeat(5_000_000));
+        let error = parsed(&wide).unwrap_err().to_string();
+        assert!(error.contains("5000003 objects") && error.contains("decoded_bytes"), "{error}");
+    }
+
+    #[test]
+    fn versions() {
+        parsed(r#"{"asset":{"version":"2.1"}}"#).unwrap();
+        for other in [
+            r#"{"asset":{"version":"1.0"},"nodes":{}}"#,
+            r#"{"asset":{"version":"3.0"}}"#,
+            r#"{"asset":{"version":"2.0","minVersion":"2.1"}}"#,
+        ] {
+            assert!(parsed(other).unwrap_err().to_string().contains("only glTF 2.0"), "{other}");
+        }
+        assert!(parsed("{}").unwrap_err().to_string().contains("asset.version"));
+    }
+
+    #[test]
+    fn unfinished_text_is_an_error() {
+        for text in
+            ["", "{", "{\"", "{\"a\\", "{\"asset\":{\"version\":\"2.0\"},\"nodes\":[{\"scale\":[NaN,1,1]}]}"]
+        {
+            parsed(text).unwrap_err();
+        }
+    }
+}

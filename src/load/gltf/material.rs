@@ -1,0 +1,222 @@
+//! Materials of the file as materials of the scene.
+
+use super::model::{self, Root, TextureInfo, label};
+use super::texture::Textures;
+use crate::load::warnings::Warnings;
+use crate::scene::{
+    AlphaMode, AlphaUse, ColorSpace, Material, NormalTexture, TextureId, TextureRef, Workflow,
+};
+
+/// Largest emissive or specular colour of a scene.
+const MAX_FACTOR: f32 = 1e6;
+
+/// What primitives without a material are made of: section 3.9.2 of the specification with its default factors,
+/// which is a rough white metal.
+pub(super) fn default_material() -> Material {
+    Material {
+        workflow: Workflow::MetallicRoughness { metallic: 1.0, roughness: 1.0, texture: None },
+        ..Material::default()
+    }
+}
+
+/// The scene's material for material `index` of the file, with provisional texture ids. Factors outside their range
+/// are clamped with a warning.
+pub(super) fn convert(
+    root: &Root,
+    index: usize,
+    textures: &mut Textures,
+    warnings: &mut Warnings,
+) -> Material {
+    Converter { root, index, textures, warnings }.convert()
+}
+
+/// Replaces provisional texture ids by those of the scene; uses of textures that could not be read are removed.
+pub(super) fn settle_textures(material: &mut Material, ids: &[Option<TextureId>]) {
+    let settle = |slot: &mut Option<TextureRef>| {
+        *slot = slot.and_then(|r| {
+            ids.get(r.texture.index()).copied().flatten().map(|texture| TextureRef { texture, ..r })
+        });
+    };
+    let settle_normal = |slot: &mut Option<NormalTexture>| {
+        *slot = slot.and_then(|n| {
+            let mut texture = Some(n.texture);
+            settle(&mut texture);
+            texture.map(|texture| NormalTexture { texture, ..n })
+        });
+    };
+    match &mut material.workflow {
+        Workflow::MetallicRoughness { texture, .. } | Workflow::SpecularGlossiness { texture, .. } => {
+            settle(texture);
+        }
+    }
+    settle(&mut material.base_color_texture);
+    settle(&mut material.specular_texture);
+    settle(&mut material.specular_color_texture);
+    settle(&mut material.occlusion_texture);
+    settle(&mut material.emissive_texture);
+    settle(&mut material.coat_texture);
+    settle(&mut material.coat_roughness_texture);
+    settle_normal(&mut material.normal_texture);
+    settle_normal(&mut material.coat_normal_texture);
+}
+
+struct Converter<'a> {
+    root: &'a Root,
+    index: usize,
+    textures: &'a mut Textures,
+    warnings: &'a mut Warnings,
+}
+
+impl Converter<'_> {
+    fn convert(&mut self) -> Material {
+        let root = self.root;
+        let given = &root.materials[self.index];
+        let mut material = default_material();
+        material.name = given.name.as_deref().unwrap_or("").chars().take(256).collect();
+        material.double_sided = given.double_sided;
+        material.alpha_mode = match given.alpha_mode.as_deref() {
+            None | Some("OPAQUE") => AlphaMode::Opaque,
+            Some("MASK") => AlphaMode::Mask {
+                cutoff: self.clamped("alphaCutoff", given.alpha_cutoff.unwrap_or(0.5), 0.0, MAX_FACTOR),
+            },
+            Some("BLEND") => AlphaMode::Blend,
+            Some(_) => {
+                let name = self.name();
+                self.warnings.add(|| format!("{name}: unknown alphaMode, drawn opaque"));
+                AlphaMode::Opaque
+            }
+        };
+        let alpha = match material.alpha_mode {
+            AlphaMode::Opaque => AlphaUse::Data,
+            AlphaMode::Mask { .. } | AlphaMode::Blend => AlphaUse::Coverage,
+        };
+        self.base(given, alpha, &mut material);
+        self.surface(given, &mut material);
+        if let Some(extensions) = given.extensions.as_deref() {
+            self.extensions(extensions, alpha, &mut material);
+        }
+        material
+    }
+
+    /// pbrMetallicRoughness.
+    fn base(&mut self, given: &model::Material, alpha: AlphaUse, material: &mut Material) {
+        let Some(base) = given.pbr_metallic_roughness.as_deref() else { return };
+        if let Some(factor) = base.base_color_factor {
+            material.base_color = self.clamped_all("baseColorFactor", factor, 1.0);
+        }
+        material.base_color_texture =
+            self.texture("baseColorTexture", base.base_color_texture.as_ref(), ColorSpace::Srgb, alpha);
+        material.workflow = Workflow::MetallicRoughness {
+            metallic: self.unit("metallicFactor", base.metallic_factor, 1.0),
+            roughness: self.unit("roughnessFactor", base.roughness_factor, 1.0),
+            texture: self.data("metallicRoughnessTexture", base.metallic_roughness_texture.as_ref()),
+        };
+    }
+
+    /// What every material has beside its base.
+    fn surface(&mut self, given: &model::Material, material: &mut Material) {
+        material.normal_texture = self.normal("normalTexture", given.normal_texture.as_deref());
+        material.occlusion_texture = self.data("occlusionTexture", given.occlusion_texture.as_deref());
+        let strength = given.occlusion_texture.as_ref().and_then(|info| info.strength);
+        material.occlusion_strength = self.unit("occlusionTexture.strength", strength, 1.0);
+        if let Some(factor) = given.emissive_factor.as_deref() {
+            material.emissive = self.clamped_all("emissiveFactor", *factor, 1.0);
+        }
+        material.emissive_texture = self.texture(
+            "emissiveTexture",
+            given.emissive_texture.as_deref(),
+            ColorSpace::Srgb,
+            AlphaUse::Data,
+        );
+    }
+
+    fn extensions(&mut self, given: &model::MaterialExtensions, alpha: AlphaUse, material: &mut Material) {
+        material.unlit = given.unlit.is_some();
+        if let Some(strength) = given.emissive_strength.as_ref().and_then(|e| e.emissive_strength) {
+            let strength = self.clamped("emissiveStrength", strength, 0.0, MAX_FACTOR);
+            material.emissive = material.emissive.map(|e| e * strength);
+        }
+        if let Some(ior) = given.ior.as_ref().and_then(|e| e.ior) {
+            // 0 stands for a reflectance of 1.
+            material.ior = if ior == 0.0 { 0.0 } else { self.clamped("ior", ior, 1.0, 1000.0) };
+        }
+        if let Some(specular) = &given.specular {
+            material.specular = self.unit("specularFactor", specular.specular_factor, 1.0);
+            material.specular_texture = self.data("specularTexture", specular.specular_texture.as_ref());
+            if let Some(factor) = specular.specular_color_factor {
+                material.specular_color = self.clamped_all("specularColorFactor", factor, MAX_FACTOR);
+            }
+            let texture = specular.specular_color_texture.as_ref();
+            material.specular_color_texture =
+                self.texture("specularColorTexture", texture, ColorSpace::Srgb, AlphaUse::Data);
+        }
+        if let Some(coat) = &given.clearcoat {
+            material.coat = self.unit("clearcoatFactor", coat.clearcoat_factor, 0.0);
+            material.coat_texture = self.data("clearcoatTexture", coat.clearcoat_texture.as_ref());
+            material.coat_roughness =
+                self.unit("clearcoatRoughnessFactor", coat.clearcoat_roughness_factor, 0.0);
+            material.coat_roughness_texture =
+                self.data("clearcoatRoughnessTexture", coat.clearcoat_roughness_texture.as_ref());
+            material.coat_normal_texture =
+                self.normal("clearcoatNormalTexture", coat.clearcoat_normal_texture.as_ref());
+        }
+        // Where a material is given in both workflows, this one is preferred and the other is the substitute.
+        if let Some(given) = &given.specular_glossiness {
+            material.base_color =
+                self.clamped_all("diffuseFactor", given.diffuse_factor.unwrap_or([1.0; 4]), 1.0);
+            material.base_color_texture =
+                self.texture("diffuseTexture", given.diffuse_texture.as_ref(), ColorSpace::Srgb, alpha);
+            let texture = given.specular_glossiness_texture.as_ref();
+            material.workflow = Workflow::SpecularGlossiness {
+                specular: self.clamped_all("specularFactor", given.specular_factor.unwrap_or([1.0; 3]), 1.0),
+                glossiness: self.unit("glossinessFactor", given.glossiness_factor, 1.0),
+                texture: self.texture("specularGlossinessTexture", texture, ColorSpace::Srgb, AlphaUse::Data),
+            };
+        }
+    }
+
+    fn name(&self) -> String {
+        label::<model::Material>(self.index, self.root.materials[self.index].name.as_deref())
+    }
+
+    fn clamped(&mut self, what: &str, value: f32, low: f32, high: f32) -> f32 {
+        let kept = value.clamp(low, high);
+        if kept != value {
+            let name = self.name();
+            self.warnings.add(|| format!("{name}: {what} {value} is out of range, {kept} is used"));
+        }
+        kept
+    }
+
+    fn clamped_all<const N: usize>(&mut self, what: &str, values: [f32; N], high: f32) -> [f32; N] {
+        values.map(|v| self.clamped(what, v, 0.0, high))
+    }
+
+    /// A factor from 0 to 1.
+    fn unit(&mut self, what: &str, value: Option<f32>, default: f32) -> f32 {
+        self.clamped(what, value.unwrap_or(default), 0.0, 1.0)
+    }
+
+    fn texture(
+        &mut self,
+        what: &str,
+        info: Option<&TextureInfo>,
+        color_space: ColorSpace,
+        alpha: AlphaUse,
+    ) -> Option<TextureRef> {
+        let name = label::<model::Material>(self.index, self.root.materials[self.index].name.as_deref());
+        let name = || format!("{name}: {what}");
+        self.textures.refer(self.root, info?, color_space, alpha, self.warnings, &name)
+    }
+
+    /// A texture of numbers.
+    fn data(&mut self, what: &str, info: Option<&TextureInfo>) -> Option<TextureRef> {
+        self.texture(what, info, ColorSpace::Linear, AlphaUse::Data)
+    }
+
+    fn normal(&mut self, what: &str, info: Option<&TextureInfo>) -> Option<NormalTexture> {
+        let texture = self.data(what, info)?;
+        let scale = info.and_then(|info| info.scale).unwrap_or(1.0);
+        Some(NormalTexture { texture, scale: self.clamped("scale of the normal map", scale, -1e4, 1e4) })
+    }
+}

@@ -1,0 +1,449 @@
+//! Primitives as meshes of the scene.
+
+use super::FORMAT;
+use super::accessor::{self, Component, Elements, Pick};
+use super::buffers::Buffers;
+use super::model::{self, Index, Kind, Root, label};
+use crate::limits::Limits;
+use crate::load::budget::Budget;
+use crate::load::tangents::add_tangents;
+use crate::load::warnings::Warnings;
+use crate::load::{Context, LoadError};
+use crate::scene::{Mesh, MeshData};
+
+/// Largest vertex colour that a scene takes.
+const MAX_COLOR: f32 = 65504.0;
+
+/// How vertices form triangles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Topology {
+    /// Three vertices each.
+    List,
+    /// Each further vertex with the two before.
+    Strip,
+    /// Each further vertex with the one before and the first.
+    Fan,
+}
+
+impl Topology {
+    fn triangles(self, vertices: u64) -> u64 {
+        match self {
+            Self::List => vertices / 3,
+            Self::Strip | Self::Fan => vertices.saturating_sub(2),
+        }
+    }
+}
+
+/// Everything that decides what mesh a primitive becomes. Primitives with equal sources share one.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Source {
+    topology: Topology,
+    indices: Option<Index>,
+    position: Index,
+    normal: Option<Index>,
+    tangent: Option<Index>,
+    uvs: [Option<Index>; 2],
+    color: Option<Index>,
+    /// The texture coordinates for which tangents are made.
+    tangents_for: Option<usize>,
+}
+
+/// A mesh to be read.
+#[derive(Debug)]
+pub(super) struct Geometry {
+    source: Source,
+    /// The first primitive that needs it, for messages.
+    of: (usize, usize),
+    /// Number of triangles.
+    pub triangles: u64,
+    /// Number of vertices as stored.
+    vertices: u64,
+}
+
+/// A primitive's triangles as stored, and the vertices that they need.
+pub(super) struct Topological {
+    triangles: Vec<[u32; 3]>,
+    /// Smallest and largest vertex; (0, 0) without triangles.
+    span: (u32, u32),
+}
+
+/// `mesh 2 'name', primitive 0`.
+pub(super) fn name(root: &Root, mesh: usize, primitive: usize) -> String {
+    format!("{}, primitive {primitive}", label::<model::Mesh>(mesh, root.meshes[mesh].name.as_deref()))
+}
+
+/// What a primitive needs to become a mesh, or `None`, with a warning, if it has no triangles. Reads no data yet, but
+/// makes sure of the buffers.
+///
+/// # Errors
+/// [`LoadError`] naming the primitive.
+pub(super) fn plan(
+    root: &Root,
+    (mesh, primitive): (usize, usize),
+    tangents_for: Option<usize>,
+    buffers: &mut Buffers<'_>,
+    context: &Context<'_>,
+    budget: &mut Budget,
+    warnings: &mut Warnings,
+) -> Result<Option<(Source, Geometry)>, LoadError> {
+    let given = &root.meshes[mesh].primitives[primitive];
+    let name = || name(root, mesh, primitive);
+    let topology = match given.mode.map_or(4, |mode| mode.0) {
+        mode @ 0..=3 => {
+            let what = if mode == 0 { "points" } else { "lines" };
+            warnings.add(|| format!("{}: {what} are not drawn", name()));
+            return Ok(None);
+        }
+        4 => Topology::List,
+        5 => Topology::Strip,
+        6 => Topology::Fan,
+        mode => return Err(LoadError::malformed(FORMAT, format!("{}: unknown mode {mode}", name()))),
+    };
+    let attributes = &given.attributes;
+    let Some(position) = attributes.position else {
+        warnings.add(|| format!("{} has no positions and is not drawn", name()));
+        return Ok(None);
+    };
+    let stored = accessor::get(root, position).map_err(|e| inside(name(), e))?;
+    let compressed = given.extensions.as_deref().is_some_and(|e| e.draco.is_some());
+    if compressed && stored.buffer_view.is_none() {
+        let message = format!("{} is in KHR_draco_mesh_compression only, which cannot be read", name());
+        return Err(LoadError::unsupported(FORMAT, message));
+    }
+    // Without normals there is flat shading, and tangents mean nothing.
+    let tangent = attributes.tangent.filter(|_| attributes.normal.is_some());
+    let source = Source {
+        topology,
+        indices: given.indices,
+        position,
+        normal: attributes.normal,
+        tangent,
+        uvs: [attributes.uv0, attributes.uv1],
+        color: attributes.color,
+        tangents_for: tangents_for
+            .filter(|&set| tangent.is_none() && [attributes.uv0, attributes.uv1][set & 1].is_some()),
+    };
+    let used = [Some(position), source.normal, source.tangent, source.uvs[0], source.uvs[1], source.color];
+    for index in used.into_iter().chain([source.indices]).flatten() {
+        accessor::require(root, index, buffers, context, budget).map_err(|e| inside(name(), e))?;
+    }
+    let vertices = stored.count.0;
+    let corners = match given.indices {
+        Some(indices) => accessor::get(root, indices).map_err(|e| inside(name(), e))?.count.0,
+        None => vertices,
+    };
+    let triangles = topology.triangles(corners);
+    if topology == Topology::List && corners % 3 != 0 {
+        warnings.add(|| format!("{}: {corners} corners are no whole number of triangles", name()));
+    }
+    Ok(Some((source.clone(), Geometry { source, of: (mesh, primitive), triangles, vertices })))
+}
+
+impl Geometry {
+    /// Bytes of its triangles.
+    pub(super) fn charge_triangles(&self, root: &Root, budget: &mut Budget) -> Result<(), LoadError> {
+        Ok(budget.charge(|| format!("{}: triangles", self.name(root)), self.triangles, 12)?)
+    }
+
+    fn name(&self, root: &Root) -> String {
+        name(root, self.of.0, self.of.1)
+    }
+
+    /// Reads the triangles. [`Geometry::charge_triangles`] comes first.
+    ///
+    /// # Errors
+    /// [`LoadError::Malformed`] naming the primitive.
+    pub(super) fn read_triangles(
+        &self,
+        root: &Root,
+        buffers: &Buffers<'_>,
+    ) -> Result<Topological, LoadError> {
+        let fail = |e| inside(self.name(root), e);
+        let count = usize::try_from(self.triangles).unwrap_or(0);
+        // Without triangles the accessors are not looked at.
+        if count == 0 {
+            return Ok(Topological { triangles: Vec::new(), span: (0, 0) });
+        }
+        let corners = self.source.topology;
+        let triangles = match self.source.indices {
+            None => match corners {
+                Topology::List => (0..count as u32).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect(),
+                _ => connect(corners, count, |k| k as u32),
+            },
+            Some(index) => {
+                let elements = accessor::resolve(root, buffers, index).map_err(fail)?;
+                let integer = matches!(elements.component, Component::U8 | Component::U16 | Component::U32);
+                if elements.kind != Kind::Scalar || !integer {
+                    let message = format!("accessor {index} does not hold indices");
+                    return Err(fail(LoadError::malformed(FORMAT, message)));
+                }
+                match corners {
+                    Topology::List => {
+                        let mut list = vec![[0u32; 3]; count];
+                        elements.integers(list.as_flattened_mut());
+                        list
+                    }
+                    _ => {
+                        let mut list = vec![0; count + 2];
+                        elements.integers(&mut list);
+                        connect(corners, count, |k| list[k])
+                    }
+                }
+            }
+        };
+        let span =
+            triangles.as_flattened().iter().fold((u32::MAX, 0), |(low, high), &v| (low.min(v), high.max(v)));
+        if u64::from(span.1) >= self.vertices {
+            let message = format!(
+                "{}: index {} is out of range of {} vertices",
+                self.name(root),
+                span.1,
+                self.vertices
+            );
+            return Err(LoadError::malformed(FORMAT, message));
+        }
+        Ok(Topological { triangles, span })
+    }
+
+    /// Chooses the vertices to read, and charges them. Files share one big list of vertices between many
+    /// primitives; each takes its own part only.
+    ///
+    /// # Errors
+    /// [`LoadError::Limit`] naming the primitive.
+    pub(super) fn pick(
+        &self,
+        root: &Root,
+        topological: &Topological,
+        vertices: &mut u64,
+        limits: &Limits,
+        budget: &mut Budget,
+    ) -> Result<Pick, LoadError> {
+        let (low, high) = topological.span;
+        let corners = topological.triangles.as_flattened();
+        let pick = if corners.is_empty() {
+            Pick::Range(0..0)
+        } else if (high - low) as usize <= corners.len().saturating_mul(2) {
+            Pick::Range(low as usize..high as usize + 1)
+        } else {
+            let mut list = corners.to_vec();
+            list.sort_unstable();
+            list.dedup();
+            Pick::List(list)
+        };
+        let source = &self.source;
+        let count = pick.len() as u64;
+        *vertices += count;
+        let what = || format!("{}: vertices", self.name(root));
+        Limits::check(what, *vertices, limits.vertices, "vertices")?;
+        let mut size = 12;
+        for (present, bytes) in [
+            (source.normal.is_some(), 12),
+            (source.tangent.is_some(), 16),
+            (source.uvs[0].is_some(), 8),
+            (source.uvs[1].is_some(), 8),
+            (source.color.is_some(), 16),
+        ] {
+            size += if present { bytes } else { 0 };
+        }
+        budget.charge(what, count, size)?;
+        if source.tangents_for.is_some() {
+            // In the worst case no two triangles share a vertex afterwards.
+            budget.charge(what, corners.len() as u64, size + 28)?;
+        }
+        Ok(pick)
+    }
+
+    /// Reads the vertices and builds the mesh. Adds what was repaired to `repaired`.
+    ///
+    /// # Errors
+    /// [`LoadError`] naming the primitive.
+    pub(super) fn read(
+        &self,
+        root: &Root,
+        buffers: &Buffers<'_>,
+        topological: Topological,
+        pick: &Pick,
+        repaired: &mut Vec<String>,
+    ) -> Result<Mesh, LoadError> {
+        let mut data =
+            self.read_attributes(root, buffers, pick, repaired).map_err(|e| inside(self.name(root), e))?;
+        let mut triangles = topological.triangles;
+        match pick {
+            Pick::Range(range) if range.start == 0 => {}
+            Pick::Range(range) => {
+                let first = range.start as u32;
+                triangles.as_flattened_mut().iter_mut().for_each(|v| *v -= first);
+            }
+            Pick::List(list) => {
+                for v in triangles.as_flattened_mut() {
+                    // The list was made of these.
+                    *v = list.binary_search(v).unwrap_or(0) as u32;
+                }
+            }
+        }
+        data.triangles = triangles;
+        if let Some(set) = self.source.tangents_for {
+            if data.normals.is_empty() {
+                make_flat(&mut data);
+            }
+            add_tangents(&mut data, set);
+        }
+        Mesh::new(data).map_err(LoadError::scene(self.name(root)))
+    }
+
+    fn read_attributes(
+        &self,
+        root: &Root,
+        buffers: &Buffers<'_>,
+        pick: &Pick,
+        repaired: &mut Vec<String>,
+    ) -> Result<MeshData, LoadError> {
+        let source = &self.source;
+        let attribute = |index: Index, what: &str, kinds: &[Kind]| -> Result<Elements<'_>, LoadError> {
+            let elements = accessor::resolve(root, buffers, index)?;
+            if !kinds.contains(&elements.kind) {
+                let message = format!("{what}: accessor {index} has elements of the wrong type");
+                return Err(LoadError::malformed(FORMAT, message));
+            }
+            if elements.count as u64 != self.vertices {
+                let message =
+                    format!("{what} has {} elements for {} vertices", elements.count, self.vertices);
+                return Err(LoadError::malformed(FORMAT, message));
+            }
+            Ok(elements)
+        };
+        let mut data = MeshData::default();
+        if pick.len() == 0 {
+            return Ok(data);
+        }
+        data.positions = attribute(source.position, "POSITION", &[Kind::Vec3])?.floats(pick);
+        let mut repair = |what: &str, values: &mut [f32]| {
+            if zero_not_finite(values) {
+                repaired.push(format!("{}: {what} that are not finite are taken as 0", self.name(root)));
+            }
+        };
+        if let Some(index) = source.normal {
+            data.normals = attribute(index, "NORMAL", &[Kind::Vec3])?.floats(pick);
+            repair("normals", data.normals.as_flattened_mut());
+        }
+        if let Some(index) = source.tangent {
+            data.tangents = attribute(index, "TANGENT", &[Kind::Vec4])?.floats(pick);
+            repair("tangents", data.tangents.as_flattened_mut());
+        }
+        for (set, what) in ["TEXCOORD_0", "TEXCOORD_1"].into_iter().enumerate() {
+            if let Some(index) = source.uvs[set] {
+                data.uvs[set] = attribute(index, what, &[Kind::Vec2])?.floats(pick);
+                repair("texture coordinates", data.uvs[set].as_flattened_mut());
+            }
+        }
+        if let Some(index) = source.color {
+            let mut elements = attribute(index, "COLOR_0", &[Kind::Vec3, Kind::Vec4])?;
+            // The specification knows normalised integers only, and some writers forget to say so.
+            elements.normalized = true;
+            data.colors = match elements.kind {
+                Kind::Vec4 => elements.floats(pick),
+                _ => elements.floats(pick).into_iter().map(|[r, g, b]| [r, g, b, 1.0]).collect(),
+            };
+            repair("vertex colours", data.colors.as_flattened_mut());
+            for v in data.colors.as_flattened_mut() {
+                *v = v.clamp(0.0, MAX_COLOR);
+            }
+        }
+        Ok(data)
+    }
+}
+
+/// The same error, beginning with the element that it is about.
+fn inside(element: String, error: LoadError) -> LoadError {
+    match error {
+        LoadError::Malformed { format, message } => {
+            LoadError::Malformed { format, message: format!("{element}: {message}") }
+        }
+        other => other,
+    }
+}
+
+/// `count` triangles of a strip or fan with the winding of section 3.7.2.1 of the specification.
+fn connect(topology: Topology, count: usize, vertex: impl Fn(usize) -> u32) -> Vec<[u32; 3]> {
+    let triangle = |k: usize| match topology {
+        Topology::Fan => [vertex(k + 1), vertex(k + 2), vertex(0)],
+        _ => [vertex(k), vertex(k + 1 + k % 2), vertex(k + 2 - k % 2)],
+    };
+    (0..count).map(triangle).collect()
+}
+
+/// Replaces numbers that are not finite by 0; true if there were any.
+fn zero_not_finite(values: &mut [f32]) -> bool {
+    // Without an early exit inside a block the test compiles to vector code.
+    let finite = |block: &[f32]| block.iter().fold(true, |all, v| all & v.is_finite());
+    if values.chunks(1024).all(finite) {
+        return false;
+    }
+    values.iter_mut().filter(|v| !v.is_finite()).for_each(|v| *v = 0.0);
+    true
+}
+
+/// Gives every triangle its own vertices, with its geometric normal.
+fn make_flat(data: &mut MeshData) {
+    let corners: Vec<u32> = data.triangles.as_flattened().to_vec();
+    fn unshare<T: Copy>(values: &mut Vec<T>, corners: &[u32]) {
+        if !values.is_empty() {
+            *values = corners.iter().map(|&v| values[v as usize]).collect();
+        }
+    }
+    unshare(&mut data.positions, &corners);
+    unshare(&mut data.uvs[0], &corners);
+    unshare(&mut data.uvs[1], &corners);
+    unshare(&mut data.colors, &corners);
+    data.triangles = (0..data.triangles.len() as u32).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect();
+    let (positions, _) = data.positions.as_chunks::<3>();
+    data.normals = positions.iter().flat_map(|p| [geometric_normal(p); 3]).collect();
+}
+
+/// The unit normal of a triangle; zero if it has none.
+fn geometric_normal(&[a, b, c]: &[[f32; 3]; 3]) -> [f32; 3] {
+    let edge = |p: [f32; 3]| -> [f64; 3] { std::array::from_fn(|k| f64::from(p[k]) - f64::from(a[k])) };
+    let (u, v) = (edge(b), edge(c));
+    let cross = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+    super::camera::unit(cross).map_or([0.0; 3], |n| n.map(|v| v as f32))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn strips_and_fans_keep_their_winding() {
+        let own = |k: usize| k as u32;
+        assert_eq!(connect(Topology::Strip, 3, own), [[0, 1, 2], [1, 3, 2], [2, 3, 4]]);
+        assert_eq!(connect(Topology::Fan, 2, own), [[1, 2, 0], [2, 3, 0]]);
+        assert_eq!([5, 6].map(|n| Topology::Strip.triangles(n)), [3, 4]);
+        assert_eq!([0, 1, 2].map(|n| Topology::Fan.triangles(n)), [0, 0, 0]);
+        assert_eq!([2, 3, 7].map(|n| Topology::List.triangles(n)), [0, 1, 2]);
+    }
+
+    #[test]
+    fn flat_meshes_get_the_normals_of_their_triangles() {
+        let mut data = MeshData {
+            positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            triangles: vec![[0, 1, 2], [0, 3, 1], [1, 1, 2]],
+            ..MeshData::default()
+        };
+        make_flat(&mut data);
+        assert_eq!(data.triangles, [[0, 1, 2], [3, 4, 5], [6, 7, 8]]);
+        assert_eq!(data.positions[4], [0.0, 0.0, 1.0]);
+        assert_eq!(data.normals[0], [0.0, 0.0, 1.0]);
+        assert_eq!(data.normals[5], [0.0, 1.0, 0.0]);
+        assert_eq!(data.normals[8], [0.0; 3]);
+    }
+
+    #[test]
+    fn what_is_not_finite_becomes_zero() {
+        let mut values = vec![1.0; 5000];
+        assert!(!zero_not_finite(&mut values));
+        values[4999] = f32::NAN;
+        values[0] = f32::INFINITY;
+        assert!(zero_not_finite(&mut values));
+        assert_eq!((values[0], values[4999], values[1]), (0.0, 0.0, 1.0));
+    }
+}

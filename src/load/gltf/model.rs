@@ -1,0 +1,474 @@
+//! The parts of glTF's JSON that become a scene. Anything else is skipped while parsing.
+//!
+//! Structures are kept small: together with the count of `{` and `,` in [`super::json::parse`] that bounds the
+//! memory that a document can take.
+
+use serde::Deserialize;
+use serde::de::{Deserializer, Error, IgnoredAny, SeqAccess, Unexpected, Visitor};
+use std::fmt;
+use std::marker::PhantomData;
+
+/// A whole number of at least 0. Some exporters write `24.0`, which JSON does not tell from `24`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Uint(pub u64);
+
+impl<'de> Deserialize<'de> for Uint {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct V;
+        impl Visitor<'_> for V {
+            type Value = Uint;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a whole number of at least 0")
+            }
+            fn visit_u64<E: Error>(self, v: u64) -> Result<Uint, E> {
+                Ok(Uint(v))
+            }
+            fn visit_i64<E: Error>(self, v: i64) -> Result<Uint, E> {
+                u64::try_from(v).map(Uint).map_err(|_| E::invalid_value(Unexpected::Signed(v), &self))
+            }
+            fn visit_f64<E: Error>(self, v: f64) -> Result<Uint, E> {
+                // Whole numbers up to 2^53 have an exact double.
+                if (0.0..9_007_199_254_740_992.0).contains(&v) && v.floor() == v {
+                    Ok(Uint(v as u64))
+                } else {
+                    Err(E::invalid_value(Unexpected::Float(v), &self))
+                }
+            }
+        }
+        deserializer.deserialize_any(V)
+    }
+}
+
+/// The number of an element in one of the lists. Numbers beyond 32 bits are no element's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Index(pub u32);
+
+impl Index {
+    pub(super) fn get(self) -> usize {
+        self.0 as usize
+    }
+}
+
+impl fmt::Display for Index {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+impl<'de> Deserialize<'de> for Index {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let Uint(v) = Uint::deserialize(deserializer)?;
+        u32::try_from(v).map(Self).map_err(|_| {
+            D::Error::invalid_value(Unexpected::Unsigned(v), &"the number of an element, below 2^32")
+        })
+    }
+}
+
+/// An element of a list, named in messages.
+pub(super) trait Element {
+    /// What one of them is called.
+    const KIND: &'static str;
+}
+
+/// A list whose parse errors name the element.
+#[derive(Debug)]
+pub(super) struct List<T>(pub Vec<T>);
+
+impl<T> Default for List<T> {
+    fn default() -> Self {
+        Self(Vec::new())
+    }
+}
+
+impl<T> std::ops::Deref for List<T> {
+    type Target = [T];
+    fn deref(&self) -> &[T] {
+        &self.0
+    }
+}
+
+impl<'de, T: Deserialize<'de> + Element> Deserialize<'de> for List<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct V<T>(PhantomData<T>);
+        impl<'de, T: Deserialize<'de> + Element> Visitor<'de> for V<T> {
+            type Value = List<T>;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                write!(f, "a list with elements of the kind {}", T::KIND)
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<List<T>, A::Error> {
+                let mut list = Vec::new();
+                loop {
+                    match seq.next_element() {
+                        Ok(Some(element)) => list.push(element),
+                        Ok(None) => return Ok(List(list)),
+                        Err(e) => {
+                            return Err(A::Error::custom(format_args!("{} {}: {e}", T::KIND, list.len())));
+                        }
+                    }
+                }
+            }
+        }
+        deserializer.deserialize_seq(V(PhantomData))
+    }
+}
+
+/// Declares a JSON object: every key optional, unknown keys skipped.
+macro_rules! object {
+    ($(#[$doc:meta])* $name:ident $(as $kind:literal)? { $($(#[$attribute:meta])* $field:ident: $type:ty),* $(,)? }) => {
+        $(#[$doc])*
+        #[derive(Debug, Default, Deserialize)]
+        #[serde(default, rename_all = "camelCase")]
+        pub(super) struct $name { $($(#[$attribute])* pub $field: $type,)* }
+        $(impl Element for $name { const KIND: &'static str = $kind; })?
+    };
+}
+
+object!(/// The document.
+Root {
+    asset: Asset,
+    extensions_used: Vec<String>,
+    extensions_required: Vec<String>,
+    scene: Option<Index>,
+    scenes: List<Scene>,
+    nodes: List<Node>,
+    meshes: List<Mesh>,
+    cameras: List<Camera>,
+    materials: List<Material>,
+    textures: List<Texture>,
+    images: List<Image>,
+    samplers: List<Sampler>,
+    accessors: List<Accessor>,
+    buffer_views: List<BufferView>,
+    buffers: List<Buffer>,
+    animations: Vec<IgnoredAny>,
+    extensions: RootExtensions,
+});
+object!(Asset {
+    version: Option<String>,
+    min_version: Option<String>,
+});
+object!(RootExtensions {
+    #[serde(rename = "KHR_lights_punctual")]
+    lights: Option<Lights>,
+});
+object!(Lights {
+    lights: List<Light>,
+});
+object!(Light as "light" {
+    name: Option<String>,
+    #[serde(rename = "type")]
+    kind: String,
+    color: Option<[f64; 3]>,
+    intensity: Option<f64>,
+    range: Option<f64>,
+    spot: Option<Spot>,
+});
+object!(Spot {
+    inner_cone_angle: Option<f64>,
+    outer_cone_angle: Option<f64>,
+});
+object!(Scene as "scene" {
+    nodes: Vec<Index>,
+});
+object!(Node as "node" {
+    name: Option<String>,
+    children: Vec<Index>,
+    mesh: Option<Index>,
+    camera: Option<Index>,
+    skin: Option<Index>,
+    matrix: Option<Box<[f64; 16]>>,
+    translation: Option<Box<[f64; 3]>>,
+    rotation: Option<Box<[f64; 4]>>,
+    scale: Option<Box<[f64; 3]>>,
+    weights: Vec<f64>,
+    extensions: Option<Box<NodeExtensions>>,
+});
+object!(NodeExtensions {
+    #[serde(rename = "KHR_lights_punctual")]
+    light: Option<LightReference>,
+    #[serde(rename = "EXT_mesh_gpu_instancing")]
+    instancing: Option<Instancing>,
+    #[serde(rename = "KHR_node_visibility")]
+    visibility: Option<Visibility>,
+});
+object!(LightReference {
+    light: Option<Index>,
+});
+object!(Visibility {
+    visible: Option<bool>,
+});
+object!(Instancing { attributes: InstancingAttributes });
+object!(InstancingAttributes {
+    #[serde(rename = "TRANSLATION")]
+    translation: Option<Index>,
+    #[serde(rename = "ROTATION")]
+    rotation: Option<Index>,
+    #[serde(rename = "SCALE")]
+    scale: Option<Index>,
+});
+object!(Camera as "camera" {
+    name: Option<String>,
+    perspective: Option<Perspective>,
+    orthographic: Option<Orthographic>,
+});
+object!(Perspective { yfov: f64, znear: f64 });
+object!(Orthographic { ymag: f64, znear: f64 });
+object!(Mesh as "mesh" {
+    name: Option<String>,
+    primitives: List<Primitive>,
+    weights: Vec<f64>,
+});
+object!(Primitive as "primitive" {
+    attributes: Attributes,
+    indices: Option<Index>,
+    material: Option<Index>,
+    mode: Option<Uint>,
+    targets: Vec<IgnoredAny>,
+    extensions: Option<Box<PrimitiveExtensions>>,
+});
+object!(PrimitiveExtensions {
+    #[serde(rename = "KHR_draco_mesh_compression")]
+    draco: Option<IgnoredAny>,
+});
+object!(Attributes {
+    #[serde(rename = "POSITION")]
+    position: Option<Index>,
+    #[serde(rename = "NORMAL")]
+    normal: Option<Index>,
+    #[serde(rename = "TANGENT")]
+    tangent: Option<Index>,
+    #[serde(rename = "TEXCOORD_0")]
+    uv0: Option<Index>,
+    #[serde(rename = "TEXCOORD_1")]
+    uv1: Option<Index>,
+    #[serde(rename = "COLOR_0")]
+    color: Option<Index>,
+});
+object!(Accessor as "accessor" {
+    buffer_view: Option<Index>,
+    byte_offset: Uint,
+    component_type: Uint,
+    normalized: bool,
+    count: Uint,
+    #[serde(rename = "type")]
+    kind: Kind,
+    sparse: Option<Box<Sparse>>,
+});
+object!(Sparse { count: Uint, indices: SparseIndices, values: SparseValues });
+object!(SparseIndices {
+    buffer_view: Option<Index>,
+    byte_offset: Uint,
+    component_type: Uint,
+});
+object!(SparseValues {
+    buffer_view: Option<Index>,
+    byte_offset: Uint,
+});
+object!(BufferView as "bufferView" {
+    buffer: Option<Index>,
+    byte_offset: Uint,
+    byte_length: Uint,
+    byte_stride: Option<Uint>,
+});
+object!(Buffer as "buffer" {
+    uri: Option<String>,
+    byte_length: Uint,
+});
+object!(Image as "image" {
+    name: Option<String>,
+    uri: Option<String>,
+    buffer_view: Option<Index>,
+});
+object!(Sampler as "sampler" {
+    mag_filter: Option<Uint>,
+    min_filter: Option<Uint>,
+    wrap_s: Option<Uint>,
+    wrap_t: Option<Uint>,
+});
+object!(Texture as "texture" {
+    sampler: Option<Index>,
+    source: Option<Index>,
+    extensions: TextureExtensions,
+});
+object!(TextureExtensions {
+    #[serde(rename = "EXT_texture_webp")]
+    webp: Option<ImageReference>,
+    #[serde(rename = "KHR_texture_basisu")]
+    basisu: Option<ImageReference>,
+});
+object!(ImageReference {
+    source: Option<Index>,
+});
+object!(Material as "material" {
+    name: Option<String>,
+    pbr_metallic_roughness: Option<Box<MetallicRoughness>>,
+    normal_texture: Option<Box<TextureInfo>>,
+    occlusion_texture: Option<Box<TextureInfo>>,
+    emissive_texture: Option<Box<TextureInfo>>,
+    emissive_factor: Option<Box<[f32; 3]>>,
+    alpha_mode: Option<String>,
+    alpha_cutoff: Option<f32>,
+    double_sided: bool,
+    extensions: Option<Box<MaterialExtensions>>,
+});
+object!(MetallicRoughness {
+    base_color_factor: Option<[f32; 4]>,
+    base_color_texture: Option<TextureInfo>,
+    metallic_factor: Option<f32>,
+    roughness_factor: Option<f32>,
+    metallic_roughness_texture: Option<TextureInfo>,
+});
+object!(/// Also glTF's normalTextureInfo and occlusionTextureInfo.
+TextureInfo {
+    index: Option<Index>,
+    tex_coord: Option<Uint>,
+    scale: Option<f32>,
+    strength: Option<f32>,
+    extensions: TextureInfoExtensions,
+});
+object!(TextureInfoExtensions {
+    #[serde(rename = "KHR_texture_transform")]
+    transform: Option<Box<TextureTransform>>,
+});
+object!(TextureTransform {
+    offset: Option<[f64; 2]>,
+    rotation: Option<f64>,
+    scale: Option<[f64; 2]>,
+    tex_coord: Option<Uint>,
+});
+object!(MaterialExtensions {
+    #[serde(rename = "KHR_materials_clearcoat")]
+    clearcoat: Option<Clearcoat>,
+    #[serde(rename = "KHR_materials_ior")]
+    ior: Option<Ior>,
+    #[serde(rename = "KHR_materials_specular")]
+    specular: Option<Specular>,
+    #[serde(rename = "KHR_materials_pbrSpecularGlossiness")]
+    specular_glossiness: Option<SpecularGlossiness>,
+    #[serde(rename = "KHR_materials_emissive_strength")]
+    emissive_strength: Option<EmissiveStrength>,
+    #[serde(rename = "KHR_materials_unlit")]
+    unlit: Option<IgnoredAny>,
+});
+object!(Clearcoat {
+    clearcoat_factor: Option<f32>,
+    clearcoat_texture: Option<TextureInfo>,
+    clearcoat_roughness_factor: Option<f32>,
+    clearcoat_roughness_texture: Option<TextureInfo>,
+    clearcoat_normal_texture: Option<TextureInfo>,
+});
+object!(Ior {
+    ior: Option<f32>,
+});
+object!(Specular {
+    specular_factor: Option<f32>,
+    specular_texture: Option<TextureInfo>,
+    specular_color_factor: Option<[f32; 3]>,
+    specular_color_texture: Option<TextureInfo>,
+});
+object!(SpecularGlossiness {
+    diffuse_factor: Option<[f32; 4]>,
+    diffuse_texture: Option<TextureInfo>,
+    specular_factor: Option<[f32; 3]>,
+    glossiness_factor: Option<f32>,
+    specular_glossiness_texture: Option<TextureInfo>,
+});
+object!(EmissiveStrength {
+    emissive_strength: Option<f32>,
+});
+
+/// Shape of an accessor's elements.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+pub(super) enum Kind {
+    /// One number.
+    #[serde(rename = "SCALAR")]
+    Scalar,
+    /// Two numbers.
+    #[serde(rename = "VEC2")]
+    Vec2,
+    /// Three numbers.
+    #[serde(rename = "VEC3")]
+    Vec3,
+    /// Four numbers.
+    #[serde(rename = "VEC4")]
+    Vec4,
+    /// Matrices, and whatever else is written there: nothing that is drawn has them.
+    #[default]
+    #[serde(other)]
+    Other,
+}
+
+impl Kind {
+    /// Numbers in one element; 0 for kinds that nothing reads.
+    pub(super) fn components(self) -> usize {
+        match self {
+            Self::Scalar => 1,
+            Self::Vec2 => 2,
+            Self::Vec3 => 3,
+            Self::Vec4 => 4,
+            Self::Other => 0,
+        }
+    }
+}
+
+/// `element 3 'name'`, with the name cut short and made fit for one line.
+pub(super) fn label<T: Element>(index: usize, name: Option<&str>) -> String {
+    match name {
+        Some(name) if !name.is_empty() => {
+            let mut short: String =
+                name.chars().take(48).map(|c| if c.is_control() { '?' } else { c }).collect();
+            if short.len() < name.len() {
+                short.push_str("...");
+            }
+            format!("{} {index} '{short}'", T::KIND)
+        }
+        _ => format!("{} {index}", T::KIND),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The charge per object in `json.rs` relies on this.
+    #[test]
+    fn objects_are_small() {
+        let sizes = [
+            size_of::<Node>(),
+            size_of::<Mesh>(),
+            size_of::<Primitive>(),
+            size_of::<Accessor>(),
+            size_of::<BufferView>(),
+            size_of::<Image>(),
+            size_of::<Texture>(),
+            size_of::<Material>(),
+            size_of::<Light>(),
+            size_of::<Camera>(),
+        ];
+        assert!(sizes.iter().all(|&s| s <= 192), "{sizes:?}");
+    }
+
+    #[test]
+    fn errors_in_lists_name_the_element() {
+        let e = serde_json::from_str::<Root>(r#"{"accessors":[{},{"byteOffset":-4}]}"#).unwrap_err();
+        assert_eq!(
+            e.to_string(),
+            "accessor 1: invalid value: integer `-4`, expected a whole number of at least 0 at line 1 column 33"
+        );
+    }
+
+    #[test]
+    fn whole_numbers_may_have_a_decimal_point() {
+        assert_eq!(serde_json::from_str::<Uint>("24.0").unwrap(), Uint(24));
+        serde_json::from_str::<Uint>("24.5").unwrap_err();
+        serde_json::from_str::<Uint>("-1.0").unwrap_err();
+        serde_json::from_str::<Uint>("1e300").unwrap_err();
+    }
+
+    #[test]
+    fn labels_fit_on_one_line() {
+        assert_eq!(label::<Mesh>(2, Some("a\nb")), "mesh 2 'a?b'");
+        assert_eq!(label::<Mesh>(2, None), "mesh 2");
+        assert!(label::<Mesh>(2, Some(&"x".repeat(10_000))).len() < 80);
+    }
+}

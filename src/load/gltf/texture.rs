@@ -1,0 +1,320 @@
+//! Textures: which images the materials need, in which form, and their decoding.
+
+use super::FORMAT;
+use super::angle::sin_cos;
+use super::buffers::{Buffers, read_uri};
+use super::model::{self, Index, Root, TextureInfo, label};
+use crate::limits::Limits;
+use crate::load::budget::Budget;
+use crate::load::image::{self, Header, ImageError};
+use crate::load::warnings::Warnings;
+use crate::load::{Context, LoadError, ResolveError};
+use crate::scene::{
+    AlphaUse, ColorSpace, Filter, MipFilter, Sampler, Texture, TextureId, TextureRef, UvTransform, Wrap,
+};
+use std::borrow::Cow;
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// Largest entry of a texture transform.
+const MAX_TRANSFORM: f32 = 1e9;
+
+/// A form in which an image is needed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+struct Form {
+    color_space: ColorSpace,
+    alpha: AlphaUse,
+    sampler: Sampler,
+}
+
+/// An image that some material needs.
+struct Needed {
+    image: usize,
+    /// The forms, with the provisional id of each.
+    forms: Vec<(Form, u32)>,
+}
+
+/// The textures that materials refer to, before they exist. Ids are provisional: see [`Textures::load`].
+#[derive(Default)]
+pub(super) struct Textures {
+    /// In the order of first use.
+    needed: Vec<Needed>,
+    places: HashMap<usize, usize>,
+    count: u32,
+}
+
+impl Textures {
+    /// A use of a texture. `None`, with a warning, if there is no such texture or it cannot be read.
+    pub(super) fn refer(
+        &mut self,
+        root: &Root,
+        info: &TextureInfo,
+        color_space: ColorSpace,
+        alpha: AlphaUse,
+        warnings: &mut Warnings,
+        what: &dyn Fn() -> String,
+    ) -> Option<TextureRef> {
+        let transform = info.extensions.transform.as_deref();
+        let set = transform.and_then(|t| t.tex_coord).or(info.tex_coord).map_or(0, |set| set.0);
+        let mut dropped = |reason: &dyn Fn() -> String| {
+            warnings.add(|| format!("{}: {}; drawn without the texture", what(), reason()));
+            None
+        };
+        let Some(index) = info.index else {
+            return dropped(&|| "names no texture".to_owned());
+        };
+        let Some(texture) = root.textures.get(index.get()) else {
+            return dropped(&|| format!("there is no texture {index}"));
+        };
+        let webp = texture.extensions.webp.as_ref().and_then(|e| e.source);
+        let Some(source) = webp.or(texture.source) else {
+            return match texture.extensions.basisu {
+                Some(_) => dropped(&|| format!("texture {index} is in KHR_texture_basisu only")),
+                None => dropped(&|| format!("texture {index} has no image that can be read")),
+            };
+        };
+        if source.get() >= root.images.len() {
+            return dropped(&|| format!("texture {index}: there is no image {source}"));
+        }
+        let Some(uv_set) = u8::try_from(set).ok().filter(|&set| set <= 1) else {
+            return dropped(&|| format!("texture coordinate set {set} (only 0 and 1 are read)"));
+        };
+        let transform = match transform.map(uv_transform) {
+            None => UvTransform::IDENTITY,
+            Some(Some(transform)) => transform,
+            Some(None) => {
+                warnings.add(|| format!("{}: texture transform out of range, ignored", what()));
+                UvTransform::IDENTITY
+            }
+        };
+        let sampler = sampler(root, texture, warnings);
+        let id = self.id(source.get(), Form { color_space, alpha, sampler })?;
+        Some(TextureRef { texture: TextureId(id), uv_set, transform })
+    }
+
+    /// The provisional id of an image in a form.
+    fn id(&mut self, image: usize, form: Form) -> Option<u32> {
+        let place = *self.places.entry(image).or_insert_with(|| {
+            self.needed.push(Needed { image, forms: Vec::new() });
+            self.needed.len() - 1
+        });
+        let forms = &mut self.needed[place].forms;
+        if let Some((_, id)) = forms.iter().find(|(known, _)| *known == form) {
+            return Some(*id);
+        }
+        let id = self.count;
+        self.count = self.count.checked_add(1)?;
+        forms.push((form, id));
+        Some(id)
+    }
+
+    /// Finds the bytes of every image that is needed and checks their claims. Images that cannot be read are left
+    /// out with a warning.
+    ///
+    /// # Errors
+    /// [`LoadError::Limit`] naming the image.
+    pub(super) fn fetch(
+        &self,
+        root: &Root,
+        buffers: &mut Buffers<'_>,
+        context: &Context<'_>,
+        budget: &mut Budget,
+        warnings: &mut Warnings,
+    ) -> Result<Vec<Encoded>, LoadError> {
+        Limits::check(|| "textures".to_owned(), self.count.into(), context.limits.textures, "textures")?;
+        let mut encoded = Vec::new();
+        for needed in &self.needed {
+            let image = &root.images[needed.image];
+            let what = label::<model::Image>(needed.image, image.name.as_deref().or(short_uri(image)));
+            let bytes = match bytes_of(image, &what, buffers, context, budget) {
+                Err(error @ (LoadError::Limit(_) | LoadError::Resolve(ResolveError::TooLarge { .. }))) => {
+                    return Err(error);
+                }
+                Err(LoadError::Malformed { message, .. }) => Err(message),
+                Err(error) => Err(error.to_string()),
+                Ok(bytes) => Ok(bytes),
+            };
+            let header = bytes.and_then(|bytes| {
+                let view = match &bytes {
+                    Bytes::Own(bytes) => Cow::Borrowed(bytes.as_slice()),
+                    Bytes::View(view) => {
+                        Cow::Borrowed(buffers.view(*view).map_err(|error| error.to_string())?)
+                    }
+                };
+                Ok((image::probe(&what, &view, context.limits), bytes))
+            });
+            let (header, bytes) = match header {
+                Ok((Ok(header), bytes)) => (header, bytes),
+                Ok((Err(ImageError::Limit(error)), _)) => return Err(error.into()),
+                Ok((Err(ImageError::Damaged(message)), _)) | Err(message) => {
+                    warnings.add(|| format!("{what}: {message}; drawn without it"));
+                    continue;
+                }
+            };
+            // The image, the mip levels of each form (a third more), and what decoding takes for a while.
+            let per_texel = 4 + needed.forms.len() as u64 * 2;
+            budget.charge(|| what.clone(), header.texels(), per_texel)?;
+            Limits::check(
+                || what.clone(),
+                header.texels().saturating_mul(header.transient),
+                budget.left(),
+                "decoded_bytes",
+            )?;
+            encoded.push(Encoded { what, bytes, header, forms: needed.forms.clone() });
+        }
+        Ok(encoded)
+    }
+
+    /// How many provisional ids there are.
+    pub(super) fn count(&self) -> usize {
+        self.count as usize
+    }
+}
+
+/// Where encoded bytes lie.
+enum Bytes {
+    Own(Vec<u8>),
+    View(Index),
+}
+
+/// An image that can be decoded.
+pub(super) struct Encoded {
+    /// The image in messages.
+    pub what: String,
+    bytes: Bytes,
+    header: Header,
+    forms: Vec<(Form, u32)>,
+}
+
+impl Encoded {
+    /// The textures of this image with their provisional ids, or why there are none.
+    pub(super) fn decode(&self, buffers: &Buffers<'_>) -> Result<Vec<(u32, Texture)>, String> {
+        let bytes = match &self.bytes {
+            Bytes::Own(bytes) => bytes,
+            Bytes::View(view) => buffers.view(*view).map_err(|error| error.to_string())?,
+        };
+        let image = match image::decode(bytes, &self.header) {
+            Ok(image) => Arc::new(image),
+            Err(ImageError::Damaged(message)) => return Err(message),
+            Err(ImageError::Limit(limit)) => return Err(limit.to_string()),
+        };
+        let texture =
+            |form: &Form| Texture::new(Arc::clone(&image), form.color_space, form.alpha, form.sampler);
+        Ok(self.forms.iter().map(|(form, id)| (*id, texture(form))).collect())
+    }
+}
+
+fn bytes_of(
+    image: &model::Image,
+    what: &str,
+    buffers: &mut Buffers<'_>,
+    context: &Context<'_>,
+    budget: &mut Budget,
+) -> Result<Bytes, LoadError> {
+    match (&image.uri, image.buffer_view) {
+        (_, Some(view)) => {
+            buffers.require(view, context, budget)?;
+            Ok(Bytes::View(view))
+        }
+        (Some(uri), None) => Ok(Bytes::Own(read_uri(uri, what, context, budget)?)),
+        (None, None) => Err(LoadError::malformed(FORMAT, "it has neither a URI nor a bufferView")),
+    }
+}
+
+/// The URI as a name, unless it holds the data itself.
+fn short_uri(image: &model::Image) -> Option<&str> {
+    image.uri.as_deref().filter(|uri| !uri.get(..5).is_some_and(|s| s.eq_ignore_ascii_case("data:")))
+}
+
+/// KHR_texture_transform: scale, then rotate counter-clockwise as seen in the image (v points down), then offset.
+/// `None` if a number is beyond what a scene takes.
+fn uv_transform(transform: &model::TextureTransform) -> Option<UvTransform> {
+    let [x, y] = transform.offset.unwrap_or([0.0; 2]);
+    let [sx, sy] = transform.scale.unwrap_or([1.0; 2]);
+    let (sin, cos) = sin_cos(transform.rotation.unwrap_or(0.0));
+    let rows = [[cos * sx, sin * sy, x], [-sin * sx, cos * sy, y]].map(|row| row.map(|v| v as f32));
+    rows.as_flattened().iter().all(|v| v.abs() <= MAX_TRANSFORM).then_some(UvTransform { rows })
+}
+
+fn sampler(root: &Root, texture: &model::Texture, warnings: &mut Warnings) -> Sampler {
+    let mut sampler = Sampler::default();
+    let Some(index) = texture.sampler else { return sampler };
+    let Some(given) = root.samplers.get(index.get()) else {
+        warnings.add(|| format!("there is no sampler {index}: the default one is used"));
+        return sampler;
+    };
+    let mut unknown = |what: &str, code: u64| {
+        warnings.add(|| format!("sampler {index}: unknown {what} {code}, the default is used"));
+    };
+    for (what, code, wrap) in
+        [("wrapS", given.wrap_s, &mut sampler.wrap_u), ("wrapT", given.wrap_t, &mut sampler.wrap_v)]
+    {
+        match code.map(|c| c.0) {
+            None | Some(10497) => *wrap = Wrap::Repeat,
+            Some(33648) => *wrap = Wrap::MirroredRepeat,
+            Some(33071) => *wrap = Wrap::ClampToEdge,
+            Some(code) => unknown(what, code),
+        }
+    }
+    match given.mag_filter.map(|c| c.0) {
+        None | Some(9729) => sampler.magnification = Filter::Linear,
+        Some(9728) => sampler.magnification = Filter::Nearest,
+        Some(code) => unknown("magFilter", code),
+    }
+    let minification = match given.min_filter.map(|c| c.0) {
+        None | Some(9987) => Some((Filter::Linear, MipFilter::Linear)),
+        Some(9728) => Some((Filter::Nearest, MipFilter::None)),
+        Some(9729) => Some((Filter::Linear, MipFilter::None)),
+        Some(9984) => Some((Filter::Nearest, MipFilter::Nearest)),
+        Some(9985) => Some((Filter::Linear, MipFilter::Nearest)),
+        Some(9986) => Some((Filter::Nearest, MipFilter::Linear)),
+        Some(code) => {
+            unknown("minFilter", code);
+            None
+        }
+    };
+    if let Some((minification, mip)) = minification {
+        sampler.minification = minification;
+        sampler.mip = mip;
+    }
+    sampler
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn apply(transform: &model::TextureTransform, [u, v]: [f32; 2]) -> [f32; 2] {
+        uv_transform(transform).unwrap().rows.map(|r| r[0] * u + r[1] * v + r[2])
+    }
+
+    /// The atlas example of the extension: offset (0, 1), a quarter turn, half the size. It selects the lower left
+    /// quarter of the image, turned.
+    #[test]
+    fn texture_transforms_turn_as_the_extension_shows() {
+        let example = model::TextureTransform {
+            offset: Some([0.0, 1.0]),
+            rotation: Some(std::f64::consts::FRAC_PI_2),
+            scale: Some([0.5, 0.5]),
+            tex_coord: None,
+        };
+        let near = |a: [f32; 2], b: [f32; 2]| (a[0] - b[0]).abs() < 1e-6 && (a[1] - b[1]).abs() < 1e-6;
+        assert!(near(apply(&example, [0.0, 0.0]), [0.0, 1.0]));
+        assert!(near(apply(&example, [1.0, 0.0]), [0.0, 0.5]));
+        assert!(near(apply(&example, [0.0, 1.0]), [0.5, 1.0]));
+        assert!(near(apply(&example, [1.0, 1.0]), [0.5, 0.5]));
+    }
+
+    /// Scale applies before the rotation.
+    #[test]
+    fn scale_is_along_the_axes_of_the_coordinates() {
+        let t = model::TextureTransform {
+            offset: None,
+            rotation: Some(std::f64::consts::FRAC_PI_2),
+            scale: Some([3.0, 5.0]),
+            tex_coord: None,
+        };
+        let [u, v] = apply(&t, [1.0, 0.0]);
+        assert!(u.abs() < 1e-6 && (v + 3.0).abs() < 1e-6, "{u} {v}");
+    }
+}

@@ -1,0 +1,121 @@
+//! What the formats without a scene graph (OBJ, STL, PLY) have in common.
+
+use super::budget::Budget;
+use super::image::{self, ImageError};
+use super::text::quoted;
+use super::{Context, LoadError, Loaded, ResolveError, Warning};
+use crate::limits::Limits;
+use crate::scene::{
+    Image, Instance, MAX_COORDINATE, Material, MaterialId, Mesh, MeshData, Scene, Transform, Workflow,
+};
+
+/// Edges sharper than this stay sharp when normals are generated, in degrees: keeps the edges of machine parts, and
+/// rounds what is tessellated finely.
+pub(super) const CREASE_ANGLE: f32 = 30.0;
+
+/// What a surface without a material is made of: a light grey satin dielectric. Drawn from both sides, since the
+/// winding of such files cannot be trusted.
+pub(super) fn default_material() -> Material {
+    Material {
+        name: "default".to_owned(),
+        base_color: [0.6, 0.6, 0.6, 1.0],
+        workflow: Workflow::MetallicRoughness { metallic: 0.0, roughness: 0.5, texture: None },
+        double_sided: true,
+        ..Material::default()
+    }
+}
+
+/// The same for meshes with colours of their own, which multiply the base colour.
+pub(super) fn white_material() -> Material {
+    Material { name: "vertex colours".to_owned(), base_color: [1.0; 4], ..default_material() }
+}
+
+/// True if a position can be part of a scene.
+pub(super) fn drawable(position: [f32; 3]) -> bool {
+    position.iter().all(|v| v.abs() <= MAX_COORDINATE)
+}
+
+/// Adds a mesh and its only instance, where it stands.
+pub(super) fn add_object(
+    scene: &mut Scene,
+    element: &str,
+    data: MeshData,
+    material: MaterialId,
+    object: u32,
+) -> Result<(), LoadError> {
+    let mesh = Mesh::new(data).map_err(LoadError::scene(element))?;
+    let mesh = scene.add_mesh(mesh).map_err(LoadError::scene(element))?;
+    let transform = Transform::IDENTITY;
+    scene.add_instance(Instance { mesh, material, transform, object }).map_err(LoadError::scene(element))
+}
+
+/// Checks the sizes of a mesh against the limits, before or while it is built.
+pub(super) fn check_mesh(context: &Context<'_>, triangles: u64, vertices: u64) -> Result<(), LoadError> {
+    let limits = context.limits;
+    Limits::check(|| "the model's triangles".to_owned(), triangles, limits.triangles, "triangles")?;
+    Limits::check(|| "the model's vertices".to_owned(), vertices, limits.vertices, "vertices")?;
+    // Positions and normals; indices and the list of corners that normals are made from.
+    let bytes = vertices.saturating_mul(24).saturating_add(triangles.saturating_mul(24));
+    Limits::check(|| "the model".to_owned(), bytes, limits.decoded_bytes, "decoded_bytes")?;
+    Ok(())
+}
+
+/// Checks the size of the file itself.
+pub(super) fn check_input(context: &Context<'_>, bytes: &[u8]) -> Result<(), LoadError> {
+    Limits::check(|| "the file".to_owned(), bytes.len() as u64, context.limits.input_bytes, "input_bytes")?;
+    Ok(())
+}
+
+/// A finished scene; one without triangles says so.
+pub(super) fn finish(scene: Scene, mut warnings: Vec<Warning>) -> Loaded {
+    if scene.triangle_count() == 0 {
+        warnings.push(Warning::new("the model has no triangles: the picture shows nothing"));
+    }
+    Loaded { scene, warnings }
+}
+
+/// "1 triangle", "2 triangles".
+pub(super) fn counted(count: u64, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+}
+
+/// Reads a file that the model names; one that would lead out of the model's folder, as absolute paths of the
+/// author's machine do, is looked for in that folder itself.
+pub(super) fn read_near(context: &Context<'_>, name: &str, limit: u64) -> Result<Vec<u8>, ResolveError> {
+    let portable = name.replace('\\', "/");
+    let portable = portable.strip_prefix("./").unwrap_or(&portable);
+    match context.resolver.read(portable, limit) {
+        Err(ResolveError::Outside(outside)) => {
+            let last = portable.rsplit('/').next().filter(|last| !last.is_empty() && *last != portable);
+            let nearby = last.map(|last| context.resolver.read(last, limit));
+            nearby.and_then(Result::ok).ok_or(ResolveError::Outside(outside))
+        }
+        other => other,
+    }
+}
+
+/// Reads and decodes one picture that the model names. The inner error says why it cannot be had.
+pub(super) fn read_picture(
+    context: &Context<'_>,
+    file: &str,
+    budget: &mut Budget,
+) -> Result<Result<Image, String>, LoadError> {
+    let what = format!("texture {}", quoted(file.as_bytes()));
+    let left_out = |why: &dyn std::fmt::Display| Ok(Err(format!("{what} is left out: {why}")));
+    let bytes = match read_near(context, file, context.limits.input_bytes) {
+        Ok(bytes) => bytes,
+        Err(error) => return left_out(&error),
+    };
+    let header = match image::probe(&what, &bytes, context.limits) {
+        Ok(header) => header,
+        Err(ImageError::Limit(error)) => return Err(error.into()),
+        Err(ImageError::Damaged(message)) => return left_out(&message),
+    };
+    // Texels, their mip levels and what is made of them.
+    budget.charge(|| what.clone(), header.texels(), 12)?;
+    match image::decode(&bytes, &header) {
+        Ok(image) => Ok(Ok(image)),
+        Err(ImageError::Limit(error)) => Err(error.into()),
+        Err(ImageError::Damaged(message)) => left_out(&message),
+    }
+}

@@ -1,0 +1,134 @@
+//! Vertices of meshes under construction: welding by position and splitting.
+
+use crate::scene::MeshData;
+use xxhash_rust::xxh3::xxh3_64;
+
+/// Numbers distinct positions in the order of their first appearance.
+///
+/// An open-addressing table of vertex numbers, four bytes a slot. The numbering does not depend on the hash; the seed
+/// only keeps a hostile file from choosing positions that collide, since it is taken from the file's own bytes.
+#[derive(Debug)]
+pub(super) struct PositionTable {
+    seed: u64,
+    /// 0: free; otherwise 1 + number of the position.
+    slots: Vec<u32>,
+    positions: Vec<[f32; 3]>,
+}
+
+impl PositionTable {
+    /// An empty table, seeded by [`PositionTable::seed`].
+    pub(super) fn new(seed: u64) -> Self {
+        Self { seed, slots: vec![0; 16], positions: Vec::new() }
+    }
+
+    /// The seed for positions that come from this data: all of it.
+    pub(super) fn seed(content: &[u8]) -> u64 {
+        xxh3_64(content) | 1
+    }
+
+    /// The number of this position: that of an equal one seen before (-0 equals 0), or the next.
+    pub(super) fn insert(&mut self, position: [f32; 3]) -> u32 {
+        if self.positions.len() * 2 >= self.slots.len() {
+            self.grow();
+        }
+        // Adding zero turns -0 into +0 and changes nothing else.
+        let position = position.map(|v| v + 0.0);
+        let mut slot = self.hash(position);
+        loop {
+            match self.slots[slot] {
+                0 => {
+                    let number = self.positions.len() as u32;
+                    self.slots[slot] = number + 1;
+                    self.positions.push(position);
+                    return number;
+                }
+                taken if same_bits(self.positions[taken as usize - 1], position) => return taken - 1,
+                _ => slot = (slot + 1) & (self.slots.len() - 1),
+            }
+        }
+    }
+
+    /// The distinct positions by number.
+    pub(super) fn into_positions(self) -> Vec<[f32; 3]> {
+        self.positions
+    }
+
+    /// How many distinct positions there are.
+    pub(super) fn len(&self) -> usize {
+        self.positions.len()
+    }
+
+    fn grow(&mut self) {
+        let size = self.slots.len() * 2;
+        self.slots = Vec::new();
+        self.slots.resize(size, 0);
+        for number in 0..self.positions.len() {
+            let mut slot = self.hash(self.positions[number]);
+            while self.slots[slot] != 0 {
+                slot = (slot + 1) & (size - 1);
+            }
+            self.slots[slot] = number as u32 + 1;
+        }
+    }
+
+    /// First slot to look at: multiply and fold, as in wyhash.
+    fn hash(&self, position: [f32; 3]) -> usize {
+        let [x, y, z] = position.map(|v| u64::from(v.to_bits()));
+        let fold = |a: u64, b: u64| {
+            let product = u128::from(a) * u128::from(b);
+            (product as u64) ^ (product >> 64) as u64
+        };
+        let a = fold((x << 32 | y) ^ self.seed, 0x9e37_79b9_7f4a_7c15);
+        fold(a ^ z ^ self.seed.rotate_left(32), 0xd6e8_feb8_6659_fd93) as usize & (self.slots.len() - 1)
+    }
+}
+
+fn same_bits(a: [f32; 3], b: [f32; 3]) -> bool {
+    a.map(f32::to_bits) == b.map(f32::to_bits)
+}
+
+/// For each position the number of its class of equal ones, in the order of first appearance, and how many classes
+/// there are.
+pub(super) fn position_classes(positions: &[[f32; 3]]) -> (Vec<u32>, usize) {
+    let mut table = PositionTable::new(PositionTable::seed(bytemuck::cast_slice(positions)));
+    let classes = positions.iter().map(|&p| table.insert(p)).collect();
+    (classes, table.len())
+}
+
+/// Appends a copy of vertex `v` with all the attributes that the mesh has, and returns its number; `None` if numbers
+/// have run out.
+pub(super) fn duplicate_vertex(mesh: &mut MeshData, v: u32) -> Option<u32> {
+    fn again<T: Copy>(list: &mut Vec<T>, v: u32) {
+        if let Some(&value) = list.get(v as usize) {
+            list.push(value);
+        }
+    }
+    let number = u32::try_from(mesh.positions.len()).ok().filter(|&n| n < u32::MAX)?;
+    again(&mut mesh.positions, v);
+    again(&mut mesh.normals, v);
+    again(&mut mesh.tangents, v);
+    again(&mut mesh.uvs[0], v);
+    again(&mut mesh.uvs[1], v);
+    again(&mut mesh.colors, v);
+    Some(number)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn equal_positions_share_a_number_in_order_of_appearance() {
+        let points = [[1.0, 2.0, 3.0], [0.0, 0.0, 0.0], [1.0, 2.0, 3.0], [-0.0, 0.0, -0.0], [3.0, 2.0, 1.0]];
+        assert_eq!(position_classes(&points), (vec![0, 1, 0, 1, 2], 3));
+    }
+
+    #[test]
+    fn numbers_survive_growth() {
+        let points: Vec<[f32; 3]> = (0..5000).map(|k| [k as f32, (k % 7) as f32, -(k as f32)]).collect();
+        let twice: Vec<[f32; 3]> = points.iter().chain(&points).copied().collect();
+        let (classes, count) = position_classes(&twice);
+        assert_eq!(count, 5000);
+        assert!((0..10_000).all(|k| classes[k] as usize == k % 5000));
+    }
+}

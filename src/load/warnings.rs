@@ -1,0 +1,48 @@
+//! Collects warnings, and keeps hostile files from drowning the reader in them.
+
+use super::Warning;
+
+/// Most warnings that one file may give; the rest is counted.
+const MOST: usize = 100;
+
+/// Warnings in the order of finding.
+#[derive(Debug, Default)]
+pub(crate) struct Warnings {
+    list: Vec<Warning>,
+    more: usize,
+}
+
+impl Warnings {
+    /// Adds one. The text is only made if there is room for it.
+    pub(crate) fn add(&mut self, message: impl FnOnce() -> String) {
+        if self.list.len() < MOST {
+            self.list.push(Warning::new(message()));
+        } else {
+            self.more += 1;
+        }
+    }
+
+    /// The list, with a last line that counts those without room.
+    pub(crate) fn finish(mut self) -> Vec<Warning> {
+        if self.more > 0 {
+            self.list.push(Warning::new(format!("and {} more warnings", self.more)));
+        }
+        self.list
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_list_is_bounded_and_says_how_much_is_missing() {
+        let mut warnings = Warnings::default();
+        for k in 0..1000 {
+            warnings.add(|| k.to_string());
+        }
+        let list = warnings.finish();
+        assert_eq!(list.len(), MOST + 1);
+        assert_eq!(list[MOST].message, "and 900 more warnings");
+    }
+}

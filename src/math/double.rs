@@ -1,0 +1,89 @@
+//! Trigonometry in double precision, for cameras and other set-up work that happens once a frame.
+
+use std::f64::consts::FRAC_2_PI;
+
+/// pi / 2 in three parts; the first two have 33 bits, so that products with up to 2^20 are exact.
+const HALF_PI: [f64; 3] = [1.570_796_326_734_125_6, 6.077_100_506_303_966e-11, 2.022_266_248_795_950_6e-21];
+
+/// As [`super::exp_log::ROUNDER`], for f64.
+const ROUNDER: f64 = 6_755_399_441_055_744.0;
+
+/// Sine and cosine of an angle in radians, |x| <= 10^6. Error below 1 ULP; not finite beyond infinity and for NaN.
+#[must_use]
+pub fn sin_cos(x: f64) -> (f64, f64) {
+    let sum = x * FRAC_2_PI + ROUNDER;
+    let n = sum - ROUNDER;
+    let r = x - n * HALF_PI[0] - n * HALF_PI[1] - n * HALF_PI[2];
+    let (s, c) = (sin_kernel(r), cos_kernel(r));
+    match sum.to_bits() & 3 {
+        0 => (s, c),
+        1 => (c, -s),
+        2 => (-s, -c),
+        _ => (-c, s),
+    }
+}
+
+/// Sine of an angle in radians, see [`sin_cos`].
+#[must_use]
+pub fn sin(x: f64) -> f64 {
+    sin_cos(x).0
+}
+
+/// Cosine of an angle in radians, see [`sin_cos`].
+#[must_use]
+pub fn cos(x: f64) -> f64 {
+    sin_cos(x).1
+}
+
+/// Tangent of an angle in radians, |x| <= 10^6. Error below 2.5 ULP.
+#[must_use]
+pub fn tan(x: f64) -> f64 {
+    let (s, c) = sin_cos(x);
+    s / c
+}
+
+/// The angle of the point (x, y), in -pi to pi, for finite arguments; 0 at the origin, and the sign is that of y.
+/// Absolute error below 1e-15.
+#[must_use]
+pub fn atan2(y: f64, x: f64) -> f64 {
+    let magnitude = if x.abs() > y.abs() { x.abs() } else { y.abs() };
+    if magnitude == 0.0 {
+        return y;
+    }
+    // The angle to 24 bits, then one correction by the small angle between the point and that direction.
+    let (y, x) = (y / magnitude, x / magnitude);
+    let coarse = f64::from(super::scalar::atan2(y as f32, x as f32));
+    let (s, c) = sin_cos(coarse);
+    let t = (y * c - x * s) / (x * c + y * s);
+    coarse + (t - t * t * t / 3.0)
+}
+
+/// sin(r) for |r| <= pi / 4, 2^-58.
+fn sin_kernel(r: f64) -> f64 {
+    let z = r * r;
+    let c = [
+        -0.166_666_666_666_666_305,
+        8.333_333_333_322_061_66e-3,
+        -1.984_126_982_954_226_2e-4,
+        2.755_731_360_441_969e-6,
+        -2.505_074_502_232_83e-8,
+        1.589_606_666_068_530_1e-10,
+    ];
+    r + r * z * c.iter().rev().fold(0.0, |sum, c| sum * z + c)
+}
+
+/// cos(r) for |r| <= pi / 4, 2^-64.
+fn cos_kernel(r: f64) -> f64 {
+    let z = r * r;
+    let c = [
+        0.041_666_666_666_666_592_5,
+        -1.388_888_888_887_297_6e-3,
+        2.480_158_728_879_978_6e-5,
+        -2.755_731_416_393_286e-7,
+        2.087_569_870_294_867_8e-9,
+        -1.135_842_324_191_974_6e-11,
+    ];
+    let leading = 1.0 - 0.5 * z;
+    let error = (1.0 - leading) - 0.5 * z;
+    leading + (error + z * z * c.iter().rev().fold(0.0, |sum, c| sum * z + c))
+}

@@ -1,0 +1,202 @@
+//! Linear radiance to 8-bit sRGB.
+
+use crate::color::ToneCurve;
+use crate::color::srgb::{SRGB8_TO_LINEAR, linear_to_srgb8_lanes};
+use crate::dispatch;
+use crate::frame::Frame;
+use crate::math::lanes::{Float, Int, LANES, Lanes, Mask, SimdLevel};
+
+/// How linear light becomes a picture for a screen.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DisplayOptions {
+    /// Exposure compensation in stops (EV): light is multiplied by 2^exposure. A viewer's linear factor f is
+    /// log2(f) stops. Not finite counts as 0, and the factor stays within 2^-64 to 2^64.
+    pub exposure: f32,
+    /// Tone curve.
+    pub tone_curve: ToneCurve,
+    /// Solid colour behind the picture, 8-bit sRGB. It is display light: exposure and tone curve leave it alone,
+    /// and pixels without coverage have exactly this colour. Mixed in linear light. `None` keeps alpha.
+    pub background: Option<[u8; 3]>,
+    /// Instruction set. Never changes the picture.
+    pub simd: SimdLevel,
+}
+
+impl Default for DisplayOptions {
+    fn default() -> Self {
+        Self { exposure: 0.0, tone_curve: ToneCurve::default(), background: None, simd: SimdLevel::best() }
+    }
+}
+
+/// An 8-bit sRGB picture with straight alpha, row by row from the top. Where alpha is 0, so are the colours.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DisplayImage {
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+    /// RGBA, `width * height` of them.
+    pub pixels: Vec<[u8; 4]>,
+}
+
+impl DisplayImage {
+    /// Un-premultiplies, exposes, applies the tone curve, puts the background behind, encodes as sRGB and rounds to
+    /// 8 bits, in this order.
+    #[must_use]
+    pub fn new(frame: &Frame, options: &DisplayOptions) -> Self {
+        let stops = if options.exposure.is_finite() { options.exposure.clamp(-64.0, 64.0) } else { 0.0 };
+        let exposure = crate::math::scalar::exp2(stops);
+        let mut pixels = vec![[0; 4]; frame.pixels.len()];
+        dispatch!(options.simd, l => {
+            let background = options.background.map(|c| c.map(|v| SRGB8_TO_LINEAR[usize::from(v)]));
+            for (out, linear) in pixels.chunks_mut(LANES).zip(frame.pixels.chunks(LANES)) {
+                develop(l, exposure, options.tone_curve, background, linear, out);
+            }
+        });
+        Self { width: frame.width, height: frame.height, pixels }
+    }
+
+    /// True if no pixel lets anything through.
+    #[must_use]
+    pub fn is_opaque(&self) -> bool {
+        self.pixels.iter().all(|p| p[3] == 255)
+    }
+}
+
+/// Up to sixteen pixels of [`DisplayImage::new`].
+#[inline(always)]
+fn develop<L: Lanes>(
+    l: L,
+    exposure: f32,
+    curve: ToneCurve,
+    background: Option<[f32; 3]>,
+    linear: &[[f32; 4]],
+    out: &mut [[u8; 4]],
+) {
+    // Thumbnails are mostly empty.
+    if background.is_none() && linear.iter().all(|p| p[3] == 0.0) {
+        return;
+    }
+    let mut planes = [[0.0; LANES]; 4];
+    for (k, pixel) in linear.iter().enumerate().take(LANES) {
+        for (plane, &value) in planes.iter_mut().zip(pixel) {
+            plane[k] = value;
+        }
+    }
+    let alpha = l.load(&planes[3]).saturate();
+    let visible = alpha.gt(l.zero());
+    // Radiance of the surface itself. Nearly invisible pixels may overflow to infinity, which the curve cuts off.
+    let scale = visible.select(l.splat(exposure) / alpha, l.zero());
+    let rgb = [0, 1, 2].map(|c| l.load(&planes[c]) * scale);
+    let mut rgb = curve.apply(l, rgb);
+    let mut opacity = alpha;
+    if let Some(background) = background {
+        for (color, behind) in rgb.iter_mut().zip(background) {
+            *color = *color * alpha + alpha.one_minus() * behind;
+        }
+        opacity = l.splat(1.0);
+    }
+    let [r, g, b] = rgb.map(|c| linear_to_srgb8_lanes(l, c).to_array());
+    let a = (opacity * 255.0 + 0.5).to_int().to_array();
+    for (k, pixel) in out.iter_mut().enumerate().take(LANES) {
+        *pixel = if a[k] == 0 { [0; 4] } else { [r[k] as u8, g[k] as u8, b[k] as u8, a[k] as u8] };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn frame(pixels: Vec<[f32; 4]>) -> Frame {
+        Frame { width: pixels.len() as u32, height: 1, pixels, aovs: Vec::new() }
+    }
+    fn develop_one(pixel: [f32; 4], options: &DisplayOptions) -> [u8; 4] {
+        DisplayImage::new(&frame(vec![pixel]), options).pixels[0]
+    }
+    fn plain() -> DisplayOptions {
+        DisplayOptions { tone_curve: ToneCurve::None, ..DisplayOptions::default() }
+    }
+
+    /// Every 8-bit value survives the way to linear light and back, opaque and half covered.
+    #[test]
+    fn all_8_bit_colours_come_back() {
+        for v in 0..=255_u8 {
+            let x = SRGB8_TO_LINEAR[usize::from(v)];
+            assert_eq!(develop_one([x, x, x, 1.0], &plain()), [v, v, v, 255]);
+            assert_eq!(develop_one([x * 0.5, x * 0.5, x * 0.5, 0.5], &plain()), [v, v, v, 128]);
+        }
+    }
+
+    #[test]
+    fn alpha_zero_writes_nothing() {
+        // Light without coverage (a glow) cannot be shown with straight alpha, nor can coverage below 1/510.
+        for pixel in [[0.0; 4], [1.0, 2.0, 3.0, 0.0], [1e-4, 1e-4, 1e-4, 1e-3], [-0.0; 4]] {
+            assert_eq!(develop_one(pixel, &plain()), [0; 4]);
+        }
+        assert_eq!(develop_one([0.002, 0.0, 0.0, 0.002], &plain()), [255, 0, 0, 1]);
+    }
+
+    #[test]
+    fn exposure_is_in_stops() {
+        let x = SRGB8_TO_LINEAR[100];
+        for stops in [-3.0, 1.0, 2.5] {
+            let dimmed = x / crate::math::scalar::exp2(stops);
+            let options = DisplayOptions { exposure: stops, ..plain() };
+            assert_eq!(develop_one([dimmed, dimmed, dimmed, 1.0], &options), [100, 100, 100, 255]);
+        }
+    }
+
+    #[test]
+    fn a_background_keeps_its_colour_under_any_curve_and_exposure() {
+        for curve in ToneCurve::ALL {
+            for background in [[255, 255, 255], [18, 52, 86], [0, 0, 0]] {
+                let options = DisplayOptions {
+                    exposure: 3.0,
+                    tone_curve: curve,
+                    background: Some(background),
+                    simd: SimdLevel::best(),
+                };
+                let [r, g, b] = background;
+                assert_eq!(develop_one([0.0; 4], &options), [r, g, b, 255], "{curve}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_half_covered_pixel_mixes_light_not_bytes() {
+        let options = DisplayOptions { background: Some([0, 0, 0]), ..plain() };
+        // Half of white light is sRGB 188.
+        assert_eq!(develop_one([0.5, 0.5, 0.5, 0.5], &options), [188, 188, 188, 255]);
+    }
+
+    #[test]
+    fn any_bits_give_a_picture() {
+        let odd = [f32::NAN, f32::INFINITY, -1.0, 1e-40, 1e30];
+        let all: Vec<[f32; 4]> = odd.iter().flat_map(|&a| odd.iter().map(move |&b| [a, b, a, b])).collect();
+        for curve in ToneCurve::ALL {
+            let options = DisplayOptions { tone_curve: curve, ..plain() };
+            let image = DisplayImage::new(&frame(all.clone()), &options);
+            assert!(image.pixels.iter().all(|p| p[3] != 0 || *p == [0; 4]));
+        }
+    }
+
+    #[test]
+    fn the_instruction_set_and_the_length_of_the_row_change_nothing() {
+        let pixels: Vec<[f32; 4]> = (0..203_u32)
+            .map(|k| {
+                let a = (k % 11) as f32 / 10.0;
+                [k as f32 * 0.013 * a, (k * k % 97) as f32 * 0.02 * a, 0.3 * a, a]
+            })
+            .collect();
+        for background in [None, Some([10, 200, 30])] {
+            let develop = |simd, pixels: &[[f32; 4]]| {
+                let options = DisplayOptions { simd, background, ..DisplayOptions::default() };
+                DisplayImage::new(&frame(pixels.to_vec()), &options).pixels
+            };
+            let expected = develop(SimdLevel::Scalar, &pixels);
+            for level in SimdLevel::available() {
+                assert_eq!(develop(level, &pixels), expected, "{level}");
+                assert_eq!(develop(level, &pixels[..37]), expected[..37], "{level}");
+            }
+        }
+    }
+}

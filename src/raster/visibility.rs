@@ -1,0 +1,321 @@
+//! The visibility buffer of one tile: nearest depth and triangle of every sample.
+
+use super::{BLOCK, EdgeFunctions, SamplePattern, TileOrigin, Triangle};
+use crate::math::lanes::{Float, Int, LANES, Lanes, Mask};
+
+/// The identity of "no surface".
+pub const NO_TRIANGLE: u32 = u32::MAX;
+
+/// Depth and triangle of every sample of a tile, block by block, sample by sample, sixteen pixels a vector.
+#[derive(Clone, Debug, Default)]
+pub struct Visibility {
+    /// Blocks in a row.
+    columns: usize,
+    /// Samples a pixel.
+    samples: usize,
+    depth: Vec<[f32; LANES]>,
+    triangle: Vec<[i32; LANES]>,
+    /// For each block, a depth that every sample of it has reached: what is not nearer is hidden.
+    block_depth: Vec<f32>,
+    /// Pixels of the tile.
+    width: i32,
+    height: i32,
+}
+
+/// The part of a triangle that one sample of one block sees.
+struct BlockSpan {
+    /// Column of the block's first pixel.
+    column: i32,
+    /// Row of the block's first pixel.
+    row: i32,
+    /// No sample of the block lies outside.
+    full: bool,
+}
+
+impl Visibility {
+    /// Forgets everything: `width` x `height` pixels (up to 64 each) of `samples` samples, without a surface.
+    pub fn clear(&mut self, width: usize, height: usize, samples: usize) {
+        self.columns = width.div_ceil(BLOCK);
+        self.samples = samples;
+        (self.width, self.height) = (width as i32, height as i32);
+        let blocks = self.columns * height.div_ceil(BLOCK);
+        self.depth.clear();
+        self.depth.resize(blocks * samples, [f32::NEG_INFINITY; LANES]);
+        self.triangle.clear();
+        self.triangle.resize(blocks * samples, [NO_TRIANGLE as i32; LANES]);
+        self.block_depth.clear();
+        self.block_depth.resize(blocks, f32::NEG_INFINITY);
+    }
+
+    /// Blocks in a row.
+    #[must_use]
+    pub fn block_columns(&self) -> usize {
+        self.columns
+    }
+
+    /// Number of blocks.
+    #[must_use]
+    pub fn block_count(&self) -> usize {
+        self.block_depth.len()
+    }
+
+    /// For each sample of a block, the triangle that its sixteen pixels see, as bits of a `u32` ([`NO_TRIANGLE`]:
+    /// none).
+    #[inline(always)]
+    #[must_use]
+    pub fn block_triangles(&self, block: usize) -> &[[i32; LANES]] {
+        &self.triangle[block * self.samples..(block + 1) * self.samples]
+    }
+
+    /// True if nothing was ever written to the block.
+    #[inline(always)]
+    #[must_use]
+    pub fn block_is_empty(&self, block: usize) -> bool {
+        self.block_triangles(block).iter().all(|s| s.iter().all(|&t| t == NO_TRIANGLE as i32))
+    }
+
+    /// Draws a triangle: samples that it covers and where it is nearer than what is there (greater depth; the earlier
+    /// triangle stays on ties) become `identity`. `keep(column, row, sample, covered)` may take samples away before
+    /// they count (alpha masks); it gets the block's first pixel and the covered lanes, and returns those to keep.
+    #[inline(always)]
+    pub fn draw<L: Lanes>(
+        &mut self,
+        l: L,
+        triangle: &Triangle,
+        identity: u32,
+        origin: TileOrigin,
+        pattern: &SamplePattern,
+        mut keep: Option<&mut dyn FnMut(i32, i32, usize, u16) -> u16>,
+    ) {
+        let plane = DepthPlane::new(l, triangle, origin);
+        let edges = EdgeFunctions::new(triangle, origin, pattern);
+        let lane_edges = lane_offsets(l, &edges);
+        let identity = l.splat_i(identity as i32);
+        for_each_block(
+            triangle,
+            &edges,
+            origin,
+            self.width,
+            self.height,
+            #[inline(always)]
+            |span: BlockSpan| {
+                let block = (span.row as usize / BLOCK) * self.columns + span.column as usize / BLOCK;
+                if plane.largest_value <= self.block_depth[block] {
+                    return;
+                }
+                let corner = lane_edges.at(&edges, &span);
+                let mut all_written = span.full && keep.is_none();
+                for (sample, offset) in pattern.offsets().iter().enumerate() {
+                    let mut covered =
+                        if span.full { l.mask(u16::MAX) } else { corner.inside(&edges.constants[sample]) };
+                    if !span.full && !covered.any() {
+                        continue;
+                    }
+                    let index = block * self.samples + sample;
+                    let depth = plane.at(l, &span, *offset);
+                    let old = l.load(&self.depth[index]);
+                    covered = covered & depth.gt(old);
+                    if !covered.any() {
+                        continue;
+                    }
+                    if let Some(keep) = keep.as_mut() {
+                        covered =
+                            l.mask(keep(span.column, span.row, sample, covered.bits()) & covered.bits());
+                    }
+                    self.depth[index] = covered.select(depth, old).to_array();
+                    let seen = l.load_i(&self.triangle[index]);
+                    self.triangle[index] = covered.select_i(identity, seen).to_array();
+                }
+                // Every sample now holds at least the triangle's smallest depth.
+                all_written &= plane.smallest_value > self.block_depth[block];
+                if all_written {
+                    self.block_depth[block] = plane.smallest_value;
+                }
+            },
+        );
+    }
+
+    /// Visits the samples that a triangle covers in front of everything drawn so far, without drawing it:
+    /// `visit(column, row, masks)` gets a block's first pixel and the sample mask of each of its pixels.
+    #[inline(always)]
+    pub fn visit_visible<L: Lanes>(
+        &self,
+        l: L,
+        triangle: &Triangle,
+        origin: TileOrigin,
+        pattern: &SamplePattern,
+        mut visit: impl FnMut(i32, i32, &[u16; LANES]),
+    ) {
+        let plane = DepthPlane::new(l, triangle, origin);
+        let edges = EdgeFunctions::new(triangle, origin, pattern);
+        let lane_edges = lane_offsets(l, &edges);
+        for_each_block(
+            triangle,
+            &edges,
+            origin,
+            self.width,
+            self.height,
+            #[inline(always)]
+            |span: BlockSpan| {
+                let block = (span.row as usize / BLOCK) * self.columns + span.column as usize / BLOCK;
+                if plane.largest_value <= self.block_depth[block] {
+                    return;
+                }
+                let corner = lane_edges.at(&edges, &span);
+                let mut masks = [0_u16; LANES];
+                for (sample, offset) in pattern.offsets().iter().enumerate() {
+                    let covered =
+                        if span.full { l.mask(u16::MAX) } else { corner.inside(&edges.constants[sample]) };
+                    let old = l.load(&self.depth[block * self.samples + sample]);
+                    let visible = (covered & plane.at(l, &span, *offset).gt(old)).bits();
+                    for (k, mask) in masks.iter_mut().enumerate() {
+                        *mask |= (visible >> k & 1) << sample;
+                    }
+                }
+                if masks.iter().any(|&m| m != 0) {
+                    visit(span.column, span.row, &masks);
+                }
+            },
+        );
+    }
+}
+
+/// Calls `f` for every block of a tile of which a sample may lie inside the triangle, row by row.
+#[inline(always)]
+fn for_each_block(
+    triangle: &Triangle,
+    edges: &EdgeFunctions,
+    origin: TileOrigin,
+    width: i32,
+    height: i32,
+    mut f: impl FnMut(BlockSpan),
+) {
+    const SIDE: i32 = BLOCK as i32;
+    let [first_column, first_row, end_column, end_row] =
+        EdgeFunctions::pixel_box(triangle, origin, width, height);
+    if first_column >= end_column || first_row >= end_row {
+        return;
+    }
+    let (first_column, first_row) = (first_column & !(SIDE - 1), first_row & !(SIDE - 1));
+    let wide = end_column - first_column > 2 * SIDE;
+    // What the edge functions gain and lose at most between the first pixel of a block and its others.
+    let gain: [i32; 3] = std::array::from_fn(
+        #[inline(always)]
+        |k| (SIDE - 1) * (edges.a[k].max(0) + edges.b[k].max(0)),
+    );
+    let loss: [i32; 3] = std::array::from_fn(
+        #[inline(always)]
+        |k| (SIDE - 1) * (edges.a[k].min(0) + edges.b[k].min(0)),
+    );
+    let mut row = first_row;
+    while row < end_row {
+        let reach: [i32; 3] = std::array::from_fn(
+            #[inline(always)]
+            |k| edges.largest[k] + edges.b[k] * row + gain[k],
+        );
+        let (mut from, mut to) = (first_column, end_column);
+        if wide {
+            // The blocks for which `a * column + reach >= 0`, by one division an edge.
+            for k in 0..3 {
+                let a = edges.a[k];
+                if a > 0 && reach[k] < 0 {
+                    let column = -(reach[k].div_euclid(a));
+                    from = from.max((column + SIDE - 1) & !(SIDE - 1));
+                } else if a < 0 && reach[k] >= 0 {
+                    to = to.min(reach[k] / -a + 1);
+                } else if a <= 0 && reach[k] < 0 {
+                    to = from;
+                }
+            }
+        }
+        let mut column = from;
+        while column < to {
+            let outside = (0..3).any(|k| edges.a[k] * column + reach[k] < 0);
+            if !outside {
+                let full =
+                    (0..3).all(|k| edges.smallest[k] + edges.a[k] * column + edges.b[k] * row + loss[k] >= 0);
+                f(BlockSpan { column, row, full });
+            }
+            column += SIDE;
+        }
+        row += SIDE;
+    }
+}
+
+/// What each lane adds to the edge functions at its block's first pixel.
+struct LaneEdges<L: Lanes> {
+    offsets: [L::I; 3],
+}
+
+#[inline(always)]
+fn lane_offsets<L: Lanes>(l: L, edges: &EdgeFunctions) -> LaneEdges<L> {
+    let lane = l.lane_indices();
+    let (column, row) = (lane & 3, lane.shr(2));
+    LaneEdges {
+        offsets: std::array::from_fn(
+            #[inline(always)]
+            |k| column * edges.a[k] + row * edges.b[k],
+        ),
+    }
+}
+
+impl<L: Lanes> LaneEdges<L> {
+    #[inline(always)]
+    fn at(&self, edges: &EdgeFunctions, span: &BlockSpan) -> Self {
+        Self {
+            offsets: std::array::from_fn(
+                #[inline(always)]
+                |k| self.offsets[k] + (edges.a[k] * span.column + edges.b[k] * span.row),
+            ),
+        }
+    }
+
+    /// The lanes on the inner side of all three edges.
+    #[inline(always)]
+    fn inside(&self, constants: &[i32; 3]) -> L::M {
+        let [a, b, c] = self.offsets;
+        ((a + constants[0]) | (b + constants[1]) | (c + constants[2])).non_negative()
+    }
+}
+
+/// Depth over the screen, relative to the triangle's first vertex.
+struct DepthPlane<L: Lanes> {
+    at_vertex: L::F,
+    gradient: [L::F; 2],
+    /// Lane offsets in sub-pixels.
+    lane: [L::F; 2],
+    /// The tile's corner relative to the vertex, in sub-pixels.
+    origin: [i32; 2],
+    smallest: L::F,
+    largest: L::F,
+    smallest_value: f32,
+    largest_value: f32,
+}
+
+impl<L: Lanes> DepthPlane<L> {
+    #[inline(always)]
+    fn new(l: L, triangle: &Triangle, origin: TileOrigin) -> Self {
+        let [smallest, largest] = triangle.depth_range();
+        let lane = l.lane_indices();
+        Self {
+            at_vertex: l.splat(triangle.depth[0]),
+            gradient: triangle.depth_gradient.map(|g| l.splat(g)),
+            lane: [(lane & 3).shl(8).to_float(), lane.shr(2).shl(8).to_float()],
+            origin: [origin.x - triangle.x[0], origin.y - triangle.y[0]],
+            smallest: l.splat(smallest),
+            largest: l.splat(largest),
+            smallest_value: smallest,
+            largest_value: largest,
+        }
+    }
+
+    /// Depth of one sample of each pixel of a block. The distances to the vertex are exact integers below 2^24, so
+    /// neither the tile nor the block shows in the result.
+    #[inline(always)]
+    fn at(&self, l: L, span: &BlockSpan, offset: [i32; 2]) -> L::F {
+        let x = self.lane[0] + l.splat((self.origin[0] + span.column * 256 + offset[0]) as f32);
+        let y = self.lane[1] + l.splat((self.origin[1] + span.row * 256 + offset[1]) as f32);
+        let depth = self.at_vertex + x * self.gradient[0] + y * self.gradient[1];
+        depth.max(self.smallest).min(self.largest)
+    }
+}

@@ -1,0 +1,56 @@
+//! Instances to draws: the matrices of each, rounded once.
+
+use crate::gbuffer::Draw;
+use crate::geometry::{DrawView, View};
+use crate::scene::{AlphaMode, Scene, Transform};
+
+/// What the geometry stage knows of a draw.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct DrawState {
+    /// Object space to the screen.
+    pub view: DrawView,
+    /// First of the draw's vertices in the list of all screen vertices.
+    pub first_vertex: usize,
+    /// The transform mirrors.
+    pub mirrored: bool,
+    /// Triangles seen from behind are not drawn.
+    pub cull_back_faces: bool,
+    /// How the material lets through what is behind.
+    pub alpha_mode: AlphaMode,
+}
+
+/// Prepares all draws of a scene, and counts their vertices.
+pub(super) fn prepare<'a>(scene: &'a Scene, view: &View) -> (Vec<DrawState>, Vec<Draw<'a>>, usize) {
+    let mut vertices = 0;
+    let mut states = Vec::with_capacity(scene.instances().len());
+    let mut draws = Vec::with_capacity(scene.instances().len());
+    for instance in scene.instances() {
+        let mesh = &scene.meshes()[instance.mesh.index()];
+        let material = &scene.materials()[instance.material.index()];
+        let mirrored = instance.transform.determinant() < 0.0;
+        states.push(DrawState {
+            view: view.of_draw(&instance.transform),
+            first_vertex: vertices,
+            mirrored,
+            cull_back_faces: !material.double_sided,
+            alpha_mode: material.alpha_mode,
+        });
+        vertices += mesh.positions().len();
+        draws.push(Draw {
+            mesh,
+            material: instance.material.0,
+            object: instance.object,
+            normal_matrix: instance.transform.normal_matrix(),
+            tangent_matrix: tangent_matrix(&instance.transform),
+            handedness: if mirrored { -1.0 } else { 1.0 },
+        });
+    }
+    (states, draws, vertices)
+}
+
+/// The linear part of a transform, scaled like [`Transform::normal_matrix`], so that normals and tangents of a
+/// uniformly scaled mesh keep their proportion.
+fn tangent_matrix(transform: &Transform) -> [[f32; 3]; 3] {
+    let scale = transform.uniform_scale();
+    transform.rows().map(|r| std::array::from_fn(|k| (r[k] / scale) as f32))
+}

@@ -1,0 +1,36 @@
+//! Filtered environments, kept from one picture to the next.
+
+use crate::jobs::Jobs;
+use crate::light::PrefilteredEnvironment;
+use crate::math::lanes::SimdLevel;
+use crate::scene::{EnvironmentSource, EquirectImage};
+use std::sync::Arc;
+
+/// The environment that was used last.
+#[derive(Debug, Default)]
+pub(super) struct EnvironmentCache {
+    picture: Option<(Arc<EquirectImage>, Arc<PrefilteredEnvironment>)>,
+}
+
+impl EnvironmentCache {
+    /// The filtered form of a source; a picture is filtered once for as long as the scenes share it.
+    pub(super) fn get(
+        &mut self,
+        source: &EnvironmentSource,
+        jobs: &Jobs,
+        level: SimdLevel,
+    ) -> Arc<PrefilteredEnvironment> {
+        match source {
+            EnvironmentSource::Studio => PrefilteredEnvironment::studio(),
+            EnvironmentSource::None => Arc::new(PrefilteredEnvironment::black()),
+            EnvironmentSource::Image(picture) => match &self.picture {
+                Some((key, filtered)) if Arc::ptr_eq(key, picture) => Arc::clone(filtered),
+                _ => {
+                    let filtered = Arc::new(PrefilteredEnvironment::new(picture, jobs, level));
+                    self.picture = Some((Arc::clone(picture), Arc::clone(&filtered)));
+                    filtered
+                }
+            },
+        }
+    }
+}

@@ -1,0 +1,139 @@
+//! Fragments to pixels.
+
+use super::tile_pass::ShadedFragment;
+use crate::gbuffer::Fragment;
+use crate::math::lanes::{Float, Int, LANES, Lanes};
+use crate::raster::TileOrigin;
+use crate::shade::ShadeContext;
+
+/// Working memory of the resolve.
+#[derive(Debug, Default)]
+pub(super) struct ResolveScratch {
+    /// Blended fragments sorted by pixel, farthest first.
+    blended: Vec<u32>,
+}
+
+/// Sums the opaque fragments of each pixel by coverage, in the order of the list (lowest sample first), then blends
+/// the others over them. `rows` are the tile's pixels and are overwritten, premultiplied.
+pub(super) fn resolve_tile(
+    samples: usize,
+    fragments: &[Fragment],
+    shaded: &[ShadedFragment],
+    opaque: usize,
+    scratch: &mut ResolveScratch,
+    rows: &mut [&mut [[f32; 4]]],
+) {
+    for row in rows.iter_mut() {
+        row.fill([0.0; 4]);
+    }
+    // Exact: the number of samples is a power of two.
+    let weight = 1.0 / samples as f32;
+    for (fragment, shaded) in fragments[..opaque].iter().zip(shaded) {
+        let part = fragment.mask.count_ones() as f32 * weight;
+        let pixel = &mut rows[fragment.row() as usize][fragment.column() as usize];
+        for k in 0..3 {
+            pixel[k] += shaded.radiance[k] * part;
+        }
+        pixel[3] += part;
+    }
+    if opaque < fragments.len() {
+        blend(samples, fragments, shaded, opaque, scratch, rows);
+    }
+}
+
+/// Blends fragments over what is behind them, sample by sample, farthest first; of equal depths the one whose triangle
+/// comes first ends up in front. Exact for every sample, because coverage stays a mask until the end.
+fn blend(
+    samples: usize,
+    fragments: &[Fragment],
+    shaded: &[ShadedFragment],
+    opaque: usize,
+    scratch: &mut ResolveScratch,
+    rows: &mut [&mut [[f32; 4]]],
+) {
+    let order = &mut scratch.blended;
+    order.clear();
+    order.extend(opaque as u32..fragments.len() as u32);
+    let of = |k: u32| (&fragments[k as usize], &shaded[k as usize]);
+    order.sort_unstable_by(|&a, &b| {
+        let ((fa, sa), (fb, sb)) = (of(a), of(b));
+        fa.pixel.cmp(&fb.pixel).then(sa.depth.total_cmp(&sb.depth)).then(b.cmp(&a))
+    });
+    // The opaque fragments of a blended pixel, whose samples must be told apart, found by one walk over all.
+    let mut behind: Vec<(u16, u32)> = Vec::new();
+    let blended_pixel = |pixel: u16| order.binary_search_by(|&k| of(k).0.pixel.cmp(&pixel)).is_ok();
+    for (k, fragment) in fragments[..opaque].iter().enumerate() {
+        if blended_pixel(fragment.pixel) {
+            behind.push((fragment.pixel, k as u32));
+        }
+    }
+    behind.sort_unstable();
+    let weight = 1.0 / samples as f32;
+    for run in order.chunk_by(|&a, &b| of(a).0.pixel == of(b).0.pixel) {
+        let first = of(run[0]).0;
+        let mut colors = [[0.0_f32; 4]; 16];
+        let start = behind.partition_point(|b| b.0 < first.pixel);
+        for &(_, k) in behind[start..].iter().take_while(|b| b.0 == first.pixel) {
+            let (fragment, shaded) = of(k);
+            let [r, g, b] = shaded.radiance;
+            for (s, color) in colors.iter_mut().enumerate().take(samples) {
+                if fragment.mask >> s & 1 == 1 {
+                    *color = [r, g, b, 1.0];
+                }
+            }
+        }
+        for &k in run {
+            let (fragment, shaded) = of(k);
+            let [r, g, b] = shaded.radiance;
+            let a = shaded.alpha;
+            let keep = 1.0 - a;
+            for (s, color) in colors.iter_mut().enumerate().take(samples) {
+                if fragment.mask >> s & 1 == 1 {
+                    let under = *color;
+                    *color = [
+                        r * a + under[0] * keep,
+                        g * a + under[1] * keep,
+                        b * a + under[2] * keep,
+                        a + under[3] * keep,
+                    ];
+                }
+            }
+        }
+        let mut sum = [0.0; 4];
+        for color in &colors[..samples] {
+            for k in 0..4 {
+                sum[k] += color[k] * weight;
+            }
+        }
+        rows[first.row() as usize][first.column() as usize] = sum;
+    }
+}
+
+/// Puts the environment behind the pixels of a tile.
+#[inline(always)]
+pub(super) fn composite_environment<L: Lanes>(
+    l: L,
+    context: &ShadeContext<'_>,
+    origin: TileOrigin,
+    rows: &mut [&mut [[f32; 4]]],
+) {
+    for (y, row) in rows.iter_mut().enumerate() {
+        let screen_y = (origin.y + y as i32 * 256 + 128) as f32 * (1.0 / 256.0);
+        for (block, pixels) in row.chunks_mut(LANES).enumerate() {
+            if pixels.iter().all(|p| p[3] >= 1.0) {
+                continue;
+            }
+            let x = (l.lane_indices().to_float() + (block * LANES) as f32)
+                + (origin.x + 128) as f32 * (1.0 / 256.0);
+            let (_, ray) = context.rays.ray(l, [x, l.splat(screen_y)]);
+            let color = context.environment.background(l, ray).map(|c| c.to_array());
+            for (k, pixel) in pixels.iter_mut().enumerate() {
+                let open = 1.0 - pixel[3];
+                for c in 0..3 {
+                    pixel[c] += color[c][k] * open;
+                }
+                pixel[3] = 1.0;
+            }
+        }
+    }
+}

@@ -1,0 +1,255 @@
+//! One tile from triangles to pixels.
+
+use super::draws::DrawState;
+use crate::gbuffer::{Batch, Fragment, TriangleSource, extract_fragments, push_masked_fragments};
+use crate::geometry::Chunk;
+use crate::limits::Limits;
+use crate::math::lanes::{Float, LANES, Lanes, Mask};
+use crate::raster::{NOT_CLIPPED, SamplePattern, TileOrigin, Triangle, Visibility};
+use crate::scene::AlphaMode;
+use crate::shade::{ShadeContext, alpha_passes, evaluate_surface, shade};
+use crate::tile::{Run, TileGrid};
+
+/// What all tiles of a frame share.
+pub(super) struct Pass<'a> {
+    pub grid: TileGrid,
+    pub pattern: &'a SamplePattern,
+    pub chunks: &'a [Chunk],
+    pub states: &'a [DrawState],
+    pub shade: ShadeContext<'a>,
+    pub show_environment: bool,
+}
+
+/// Working memory of one thread, kept from tile to tile and from frame to frame.
+#[derive(Debug, Default)]
+pub(super) struct TileScratch {
+    visibility: Visibility,
+    /// Chunk and triangle of each identity.
+    identities: Vec<(u32, u32)>,
+    /// Identities of blended triangles.
+    blended: Vec<u32>,
+    fragments: Vec<Fragment>,
+    /// Index of the first blended fragment.
+    order: Vec<u32>,
+    shaded: Vec<ShadedFragment>,
+    resolve: super::resolve::ResolveScratch,
+}
+
+/// What the shading pass makes of a fragment.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct ShadedFragment {
+    /// Radiance, not multiplied by opacity.
+    pub radiance: [f32; 3],
+    /// Opacity.
+    pub alpha: f32,
+    /// Depth as the rasterizer compares it.
+    pub depth: f32,
+}
+
+/// Chunks and a tile's identities.
+struct TileTriangles<'a> {
+    chunks: &'a [Chunk],
+    identities: &'a [(u32, u32)],
+}
+
+impl TriangleSource for TileTriangles<'_> {
+    #[inline(always)]
+    fn triangle(&self, identity: u32) -> (&Triangle, u32, Option<&[[f32; 2]; 3]>) {
+        let (chunk, index) = self.identities[identity as usize];
+        let chunk = &self.chunks[chunk as usize];
+        let triangle = &chunk.triangles[index as usize];
+        let clip = (triangle.clip != NOT_CLIPPED).then(|| &chunk.clip_barycentrics[triangle.clip as usize]);
+        (triangle, chunk.draw, clip)
+    }
+}
+
+/// Renders one tile into `rows`, one slice of pixels for each of its rows. Returns the number of fragments.
+#[inline(always)]
+pub(super) fn render_tile<L: Lanes>(
+    l: L,
+    pass: &Pass<'_>,
+    tile: usize,
+    runs: &[Run],
+    scratch: &mut TileScratch,
+    rows: &mut [&mut [[f32; 4]]],
+    aovs: &mut super::aov::TileAovs,
+) -> u64 {
+    let [_, _, width, height] = pass.grid.pixels(tile);
+    let origin = pass.grid.origin(tile);
+    scratch.fragments.clear();
+    if !runs.is_empty() {
+        draw_triangles(l, pass, origin, [width, height], runs, scratch);
+    }
+    let opaque = scratch.fragments.len();
+    if !scratch.blended.is_empty() && !runs.is_empty() {
+        draw_blended(l, pass, origin, [width, height], scratch);
+    }
+    if !scratch.fragments.is_empty() {
+        shade_fragments(l, pass, origin, scratch, opaque, aovs);
+    }
+    super::resolve::resolve_tile(
+        pass.pattern.len(),
+        &scratch.fragments,
+        &scratch.shaded,
+        opaque,
+        &mut scratch.resolve,
+        rows,
+    );
+    if pass.show_environment {
+        super::resolve::composite_environment(l, &pass.shade, origin, rows);
+    }
+    scratch.fragments.len() as u64
+}
+
+/// Visibility of opaque and masked triangles, and their fragments. Leaves blended triangles for later.
+#[inline(always)]
+fn draw_triangles<L: Lanes>(
+    l: L,
+    pass: &Pass<'_>,
+    origin: TileOrigin,
+    [width, height]: [u32; 2],
+    runs: &[Run],
+    scratch: &mut TileScratch,
+) {
+    scratch.identities.clear();
+    scratch.blended.clear();
+    let samples = pass.pattern.len();
+    scratch.visibility.clear(width as usize, height as usize, samples);
+    for run in runs {
+        let chunk = &pass.chunks[run.chunk as usize];
+        let mode = pass.states[chunk.draw as usize].alpha_mode;
+        for &index in chunk.bins.triangles(run) {
+            let identity = scratch.identities.len() as u32;
+            scratch.identities.push((run.chunk, index));
+            let triangle = &chunk.triangles[index as usize];
+            match mode {
+                AlphaMode::Opaque => {
+                    scratch.visibility.draw(l, triangle, identity, origin, pass.pattern, None);
+                }
+                AlphaMode::Blend => scratch.blended.push(identity),
+                AlphaMode::Mask { cutoff } => {
+                    let source = TileTriangles { chunks: pass.chunks, identities: &scratch.identities };
+                    let draws = pass.shade.draws;
+                    let material = &pass.shade.materials[draws[chunk.draw as usize].material as usize];
+                    // A call through a pointer leaves the instruction set: `run` enters it again.
+                    let mut keep = |column, row, sample, _covered| {
+                        l.run(
+                            #[inline(always)]
+                            || {
+                                let batch = Batch::of_block(
+                                    identity,
+                                    &source,
+                                    draws,
+                                    origin,
+                                    column,
+                                    row,
+                                    sample,
+                                    pass.pattern,
+                                );
+                                alpha_passes(l, &pass.shade, material, cutoff, &batch).bits()
+                            },
+                        )
+                    };
+                    scratch.visibility.draw(l, triangle, identity, origin, pass.pattern, Some(&mut keep));
+                }
+            }
+        }
+    }
+    extract_fragments(&scratch.visibility, width, height, samples, &mut scratch.fragments);
+}
+
+/// Fragments of blended triangles, in front of everything opaque.
+#[inline(always)]
+fn draw_blended<L: Lanes>(
+    l: L,
+    pass: &Pass<'_>,
+    origin: TileOrigin,
+    [width, height]: [u32; 2],
+    scratch: &mut TileScratch,
+) {
+    let TileScratch { visibility, identities, blended, fragments, .. } = scratch;
+    for &identity in blended.iter() {
+        let (chunk, index) = identities[identity as usize];
+        let triangle = &pass.chunks[chunk as usize].triangles[index as usize];
+        visibility.visit_visible(
+            l,
+            triangle,
+            origin,
+            pass.pattern,
+            #[inline(always)]
+            |column, row, masks| {
+                push_masked_fragments(identity, column, row, masks, width, height, fragments);
+            },
+        );
+    }
+}
+
+/// Shades all fragments, sixteen of one material at a time, into `scratch.shaded` in the order of the fragments.
+#[inline(always)]
+fn shade_fragments<L: Lanes>(
+    l: L,
+    pass: &Pass<'_>,
+    origin: TileOrigin,
+    scratch: &mut TileScratch,
+    opaque: usize,
+    aovs: &mut super::aov::TileAovs,
+) {
+    let TileScratch { identities, fragments, order, shaded, .. } = scratch;
+    let draws = pass.shade.draws;
+    let source = TileTriangles { chunks: pass.chunks, identities };
+    let material_of = |index: u32| {
+        let (chunk, _) = identities[fragments[index as usize].triangle as usize];
+        draws[pass.chunks[chunk as usize].draw as usize].material
+    };
+    order.clear();
+    order.extend(0..fragments.len() as u32);
+    if !order.is_sorted_by_key(|&k| material_of(k)) {
+        order.sort_unstable_by_key(|&k| (material_of(k), k));
+    }
+    shaded.clear();
+    shaded.resize(fragments.len(), ShadedFragment::default());
+    for run in order.chunk_by(|&a, &b| material_of(a) == material_of(b)) {
+        let number = material_of(run[0]);
+        let material = &pass.shade.materials[number as usize];
+        for indices in run.chunks(LANES) {
+            let batch = Batch::gather(
+                indices.iter().map(|&k| fragments[k as usize]),
+                &source,
+                draws,
+                origin,
+                pass.pattern,
+            );
+            let surface = evaluate_surface(l, &pass.shade, material, &batch);
+            let radiance = shade(l, &pass.shade, material, &surface).map(
+                #[inline(always)]
+                |c| c.to_array(),
+            );
+            let alpha = surface.alpha.to_array();
+            let depth = surface.depth.to_array();
+            for (k, &index) in indices.iter().enumerate() {
+                shaded[index as usize] = ShadedFragment {
+                    radiance: [radiance[0][k], radiance[1][k], radiance[2][k]],
+                    alpha: alpha[k],
+                    depth: depth[k],
+                };
+            }
+            if aovs.is_wanted() {
+                aovs.add(&batch, &surface, number, draws, indices, opaque, pass.pattern.len());
+            }
+        }
+    }
+}
+
+/// The side of a tile that keeps depth and identity in the second-level cache or closer.
+pub(super) fn default_tile_size(samples: u32) -> u32 {
+    match samples {
+        1 => 64,
+        4 | 8 => 32,
+        _ => 16,
+    }
+}
+
+/// Bytes that the bins of a frame may take, as triangles of tiles: a bound on work before it is done.
+pub(super) fn bin_limit(limits: &Limits) -> u64 {
+    limits.fragments.min(1 << 30)
+}

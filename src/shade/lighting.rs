@@ -1,0 +1,92 @@
+//! Light on surfaces: the shading models applied to surface fragments.
+//!
+//! *Reflections into the surface.* A mapped normal can send a reflection below the horizon of the vertex normal,
+//! into the surface. Such a direction is mirrored back above that horizon; it then sees what a neighbouring bump would
+//! reflect, and no light leaks from behind.
+
+use super::surface::Reflectance;
+use super::{ShadeContext, ShadingModel, Surface};
+use crate::coat::urp::{self, UrpVersion};
+use crate::math::lanes::{Float, Lanes, Mask};
+use crate::math::vec3::{self, V3};
+use crate::scene::Material;
+
+/// Radiance that sixteen fragments of one material send to the viewer, linear, not multiplied by opacity.
+#[inline(always)]
+pub fn shade<L: Lanes>(l: L, context: &ShadeContext<'_>, material: &Material, surface: &Surface<L>) -> V3<L> {
+    if material.unlit {
+        return surface.base_color;
+    }
+    // One call with the version as a value: a copy of the kernel for each would be three times the code.
+    let version = match context.model {
+        ShadingModel::UrpDesktop => UrpVersion::Desktop,
+        ShadingModel::UrpMobile => UrpVersion::Mobile,
+        ShadingModel::Urp17 => UrpVersion::Newest,
+    };
+    shade_urp(l, context, material, surface, version)
+}
+
+/// Unity URP. Its BRDF leaves out the division by pi, so lights come as E / pi and the environment's diffuse light
+/// as irradiance / pi.
+#[inline(always)]
+fn shade_urp<L: Lanes>(
+    l: L,
+    context: &ShadeContext<'_>,
+    material: &Material,
+    surface: &Surface<L>,
+    version: UrpVersion,
+) -> V3<L> {
+    let reflectance = match surface.reflectance {
+        Reflectance::Metallic { metallic, dielectric_f0 } => {
+            urp::Reflectance::Metallic { metallic, dielectric_f0 }
+        }
+        Reflectance::Specular { f0 } => urp::Reflectance::Specular { color: f0 },
+    };
+    let coat = (material.coat > 0.0).then_some(urp::Coat {
+        mask: surface.coat,
+        smoothness: surface.coat_roughness.one_minus(),
+        normal: material.needs_tangents().then_some(surface.coat_normal),
+    });
+    let data = urp::SurfaceData {
+        albedo: surface.base_color,
+        reflectance,
+        smoothness: surface.roughness.one_minus(),
+        coat,
+    };
+    let layers = urp::surface(l, version, &data, surface.normal, surface.view);
+    let baked_gi = context.environment.irradiance_over_pi(l, surface.normal);
+    let mut radiance = urp::indirect(
+        l,
+        &layers,
+        baked_gi,
+        #[inline(always)]
+        |query: urp::EnvironmentQuery<L>| {
+            let direction = if material.needs_tangents() {
+                above_horizon(l, query.direction, surface.vertex_normal)
+            } else {
+                query.direction
+            };
+            context.environment.radiance(l, direction, query.perceptual_roughness)
+        },
+        surface.occlusion,
+    );
+    for light in context.lights {
+        let sample = light.sample(l, surface.position);
+        let color = vec3::scale(l, sample.irradiance, l.splat(std::f32::consts::FRAC_1_PI));
+        let direct = urp::direct(l, &layers, sample.direction, color, l.splat(1.0));
+        radiance = vec3::add(l, radiance, direct);
+    }
+    vec3::add(l, radiance, surface.emissive)
+}
+
+/// Mirrors directions below the horizon of a unit normal back above it.
+#[inline(always)]
+fn above_horizon<L: Lanes>(l: L, direction: V3<L>, normal: V3<L>) -> V3<L> {
+    let cosine = vec3::dot(l, direction, normal);
+    let below = cosine.lt(l.zero());
+    if !below.any() {
+        return direction;
+    }
+    let twice = below.select(cosine * 2.0, l.zero());
+    vec3::sub(l, direction, vec3::scale(l, normal, twice))
+}

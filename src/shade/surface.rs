@@ -1,0 +1,491 @@
+//! Material and geometry of sixteen fragments: everything that the shading models read.
+//!
+//! Two rules keep normals honest, here and nowhere else:
+//!
+//! * *Normals that face away.* An interpolated or mapped normal can point away from the viewer although the surface
+//!   is seen (N.V < 0). It is bent to the silhouette: its part along the view is taken out, so that N.V = 0.
+//!   Reflections then leave at grazing angles, without black rims.
+//! * *Reflections into the surface.* See `lighting.rs`.
+
+use super::ShadeContext;
+use crate::gbuffer::texture::{Footprint, sample};
+use crate::gbuffer::{Batch, Location, locate};
+use crate::math::lanes::{Float, Lanes, Mask};
+use crate::math::vec3::{self, V3};
+use crate::scene::{AlphaMode, Material, Mesh, NormalTexture, TextureRef, UvTransform, Workflow};
+
+/// Reflectance of the base in the workflow of its material.
+#[derive(Clone, Copy)]
+pub enum Reflectance<L: Lanes> {
+    /// Metallic 0 to 1 and the F0 of its dielectric part.
+    Metallic {
+        /// 0 dielectric to 1 metal.
+        metallic: L::F,
+        /// Reflectance at normal incidence of the dielectric.
+        dielectric_f0: V3<L>,
+    },
+    /// F0 as a colour.
+    Specular {
+        /// Reflectance at normal incidence.
+        f0: V3<L>,
+    },
+}
+
+/// Sixteen surface fragments. Directions are in world space, colours linear.
+#[derive(Clone, Copy)]
+pub struct Surface<L: Lanes> {
+    /// Where it is.
+    pub position: V3<L>,
+    /// Unit vector towards the viewer.
+    pub view: V3<L>,
+    /// Unit normal of the base, N.V >= 0.
+    pub normal: V3<L>,
+    /// Unit normal of the clear coat, N.V >= 0.
+    pub coat_normal: V3<L>,
+    /// Unit normal before normal maps: the horizon of reflections.
+    pub vertex_normal: V3<L>,
+    /// Base (or diffuse) colour.
+    pub base_color: V3<L>,
+    /// Opacity; 1 for opaque materials.
+    pub alpha: L::F,
+    /// Reflectance of the base.
+    pub reflectance: Reflectance<L>,
+    /// Perceptual roughness of the base, 0 to 1.
+    pub roughness: L::F,
+    /// Ambient occlusion, 1 where nothing occludes.
+    pub occlusion: L::F,
+    /// Emitted radiance.
+    pub emissive: V3<L>,
+    /// Clear coat mask, 0 to 1.
+    pub coat: L::F,
+    /// Perceptual roughness of the coat, 0 to 1.
+    pub coat_roughness: L::F,
+    /// Texture coordinates of set 0.
+    pub uv: [L::F; 2],
+    /// Distance along the view direction.
+    pub distance: L::F,
+    /// The depth that the rasterizer compares.
+    pub depth: L::F,
+}
+
+/// Texture coordinates of a batch and their footprints, for the sets that the material uses.
+struct Coordinates<L: Lanes> {
+    uv: [[L::F; 2]; 2],
+    derivatives: [[[L::F; 2]; 2]; 2],
+}
+
+/// Reads textures for one batch.
+struct Reader<'a, L: Lanes> {
+    l: L,
+    context: &'a ShadeContext<'a>,
+    coordinates: Coordinates<L>,
+    active: L::M,
+}
+
+impl<L: Lanes> Reader<'_, L> {
+    #[inline(always)]
+    fn read(&self, texture: &TextureRef) -> [L::F; 4] {
+        let set = usize::from(texture.uv_set & 1);
+        let mut uv = self.coordinates.uv[set];
+        let [mut dx, mut dy] = self.coordinates.derivatives[set];
+        if texture.transform != UvTransform::IDENTITY {
+            let rows = texture.transform.rows;
+            uv = rows.map(
+                #[inline(always)]
+                |r| uv[0] * r[0] + uv[1] * r[1] + r[2],
+            );
+            dx = rows.map(
+                #[inline(always)]
+                |r| dx[0] * r[0] + dx[1] * r[1],
+            );
+            dy = rows.map(
+                #[inline(always)]
+                |r| dy[0] * r[0] + dy[1] * r[1],
+            );
+        }
+        let footprint = Footprint { dx, dy };
+        let of = &self.context.textures[texture.texture.index()];
+        sample(self.l, of, uv, &footprint, self.context.anisotropy, self.active)
+    }
+
+    /// A texture times its factors, or the factors alone.
+    #[inline(always)]
+    fn factor<const N: usize>(
+        &self,
+        factors: [f32; N],
+        texture: Option<&TextureRef>,
+        channels: [usize; N],
+    ) -> [L::F; N] {
+        match texture {
+            Some(texture) => {
+                let texel = self.read(texture);
+                std::array::from_fn(
+                    #[inline(always)]
+                    |n| texel[channels[n]] * factors[n],
+                )
+            }
+            None => factors.map(
+                #[inline(always)]
+                |f| self.l.splat(f),
+            ),
+        }
+    }
+}
+
+/// Texture coordinates at the fragments; only the sets that the material reads are fetched.
+#[inline(always)]
+fn coordinates<L: Lanes>(
+    l: L,
+    context: &ShadeContext<'_>,
+    material: &Material,
+    batch: &Batch,
+    location: &Location<L>,
+) -> Coordinates<L> {
+    let zero = [l.zero(); 2];
+    let mut out = Coordinates { uv: [zero; 2], derivatives: [[zero; 2]; 2] };
+    for set in 0..2 {
+        if material.textures().any(|t| usize::from(t.uv_set & 1) == set) {
+            let vertices = batch.vertices.attribute(
+                l,
+                context.draws,
+                [0.0; 2],
+                if set == 0 { |m| m.uvs(0) } else { |m| m.uvs(1) },
+            );
+            out.uv[set] = location.interpolate(&vertices);
+            out.derivatives[set] = location.derivatives(&vertices);
+        }
+    }
+    out
+}
+
+/// Opacity of a batch: base colour's alpha, texture and vertex colour.
+#[inline(always)]
+pub(super) fn opacity<L: Lanes>(
+    l: L,
+    context: &ShadeContext<'_>,
+    material: &Material,
+    batch: &Batch,
+) -> L::F {
+    let location = locate(l, batch, context.rays.perspective);
+    let mut alpha = l.splat(material.base_color[3]);
+    if let Some(texture) = &material.base_color_texture {
+        let coordinates = coordinates(l, context, material, batch, &location);
+        let reader = Reader { l, context, coordinates, active: l.mask(batch.active()) };
+        alpha = alpha * reader.read(texture)[3];
+    }
+    if has_colors(context, batch) {
+        let colors = batch.vertices.attribute(l, context.draws, [1.0; 4], Mesh::colors);
+        alpha = alpha * location.interpolate(&colors)[3];
+    }
+    alpha
+}
+
+/// True if some lane's mesh has vertex colours.
+#[inline(always)]
+fn has_colors(context: &ShadeContext<'_>, batch: &Batch) -> bool {
+    let colored = |draw: u32| !context.draws[draw as usize].mesh.colors().is_empty();
+    if batch.vertices.one_draw {
+        colored(batch.vertices.draws[0])
+    } else {
+        batch.vertices.draws.iter().any(|&d| colored(d))
+    }
+}
+
+/// Evaluates sixteen fragments of one material.
+#[inline(always)]
+pub fn evaluate_surface<L: Lanes>(
+    l: L,
+    context: &ShadeContext<'_>,
+    material: &Material,
+    batch: &Batch,
+) -> Surface<L> {
+    let location = locate(l, batch, context.rays.perspective);
+    let distance = context.rays.distance(l, location.depth);
+    let (start, ray) = context.rays.ray(l, location.screen);
+    let position = vec3::add(l, start, vec3::scale(l, ray, distance));
+    let up = [l.zero(), l.zero(), l.splat(1.0)];
+    let view = normalize_or(l, vec3::scale(l, ray, l.splat(-1.0)), up);
+
+    let coordinates = coordinates(l, context, material, batch, &location);
+    let uv = coordinates.uv[0];
+    let reader = Reader { l, context, coordinates, active: l.mask(batch.active()) };
+
+    let mut base_color =
+        reader.factor(material.base_color, material.base_color_texture.as_ref(), [0, 1, 2, 3]);
+    if has_colors(context, batch) {
+        let colors = batch.vertices.attribute(l, context.draws, [1.0; 4], Mesh::colors);
+        let color = location.interpolate(&colors);
+        base_color = std::array::from_fn(
+            #[inline(always)]
+            |n| base_color[n] * color[n],
+        );
+    }
+    let [red, green, blue, alpha] = base_color;
+    let alpha = match material.alpha_mode {
+        AlphaMode::Blend => alpha.saturate(),
+        AlphaMode::Opaque | AlphaMode::Mask { .. } => l.splat(1.0),
+    };
+
+    let (reflectance, roughness, orm) = reflectance(l, material, &reader);
+    let occlusion = match &material.occlusion_texture {
+        Some(texture) => {
+            // Occlusion, roughness and metallic are often one texture: read it once.
+            let texel = match (&material.workflow, orm) {
+                (Workflow::MetallicRoughness { texture: Some(shared), .. }, Some(texel))
+                    if shared == texture =>
+                {
+                    texel
+                }
+                _ => reader.read(texture),
+            };
+            (texel[0] - 1.0) * material.occlusion_strength + 1.0
+        }
+        None => l.splat(1.0),
+    };
+    let emissive = if material.emissive == [0.0; 3] {
+        [l.zero(); 3]
+    } else {
+        reader.factor(material.emissive, material.emissive_texture.as_ref(), [0, 1, 2])
+    };
+    let (coat, coat_roughness) = if material.coat > 0.0 {
+        let [coat] = reader.factor([material.coat], material.coat_texture.as_ref(), [0]);
+        let [rough] = reader.factor([material.coat_roughness], material.coat_roughness_texture.as_ref(), [1]);
+        (coat, rough)
+    } else {
+        (l.zero(), l.splat(material.coat_roughness))
+    };
+
+    let frame = NormalFrame::new(l, context, material, batch, &location, view);
+    let normal = frame.shading_normal(l, material.normal_texture.as_ref(), &reader, view);
+    let coat_normal = if material.coat > 0.0 && material.coat_normal_texture != material.normal_texture {
+        frame.shading_normal(l, material.coat_normal_texture.as_ref(), &reader, view)
+    } else if material.coat > 0.0 {
+        normal
+    } else {
+        face_viewer(l, frame.normal, view)
+    };
+
+    Surface {
+        position,
+        view,
+        normal,
+        coat_normal,
+        vertex_normal: frame.normal,
+        base_color: [red, green, blue],
+        alpha,
+        reflectance,
+        roughness,
+        occlusion,
+        emissive,
+        coat,
+        coat_roughness,
+        uv,
+        distance,
+        depth: location.depth,
+    }
+}
+
+/// Reflectance and perceptual roughness, and the texel of the metallic-roughness texture for who shares it.
+#[inline(always)]
+fn reflectance<L: Lanes>(
+    l: L,
+    material: &Material,
+    reader: &Reader<'_, L>,
+) -> (Reflectance<L>, L::F, Option<[L::F; 4]>) {
+    match &material.workflow {
+        Workflow::MetallicRoughness { metallic, roughness, texture } => {
+            let texel = texture.as_ref().map(
+                #[inline(always)]
+                |t| reader.read(t),
+            );
+            let (metallic, roughness) = match texel {
+                Some(t) => (t[2] * *metallic, t[1] * *roughness),
+                None => (l.splat(*metallic), l.splat(*roughness)),
+            };
+            let dielectric_f0 = dielectric_f0(l, material, reader);
+            (Reflectance::Metallic { metallic, dielectric_f0 }, roughness, texel)
+        }
+        Workflow::SpecularGlossiness { specular, glossiness, texture } => {
+            let factors = [specular[0], specular[1], specular[2], *glossiness];
+            let [r, g, b, gloss] = reader.factor(factors, texture.as_ref(), [0, 1, 2, 3]);
+            (Reflectance::Specular { f0: [r, g, b] }, gloss.one_minus().saturate(), None)
+        }
+    }
+}
+
+/// KHR_materials_specular: `min(f0(ior) * specular colour, 1) * specular`. The defaults give exactly 0.04, the
+/// constant of Unity's `kDielectricSpec`.
+#[inline(always)]
+fn dielectric_f0<L: Lanes>(l: L, material: &Material, reader: &Reader<'_, L>) -> V3<L> {
+    let of_ior = if material.ior == 1.5 {
+        0.04
+    } else if material.ior == 0.0 {
+        1.0
+    } else {
+        let r = (material.ior - 1.0) / (material.ior + 1.0);
+        r * r
+    };
+    let plain = material.specular == 1.0
+        && material.specular_color == [1.0; 3]
+        && material.specular_texture.is_none()
+        && material.specular_color_texture.is_none();
+    if plain {
+        return [l.splat(of_ior); 3];
+    }
+    let color = reader.factor(material.specular_color, material.specular_color_texture.as_ref(), [0, 1, 2]);
+    let [strength] = reader.factor([material.specular], material.specular_texture.as_ref(), [3]);
+    color.map(
+        #[inline(always)]
+        |c| (c * of_ior).at_most(1.0) * strength,
+    )
+}
+
+/// The tangent space of a batch.
+struct NormalFrame<L: Lanes> {
+    /// Unit vertex normal, on the side of the viewer's face.
+    normal: V3<L>,
+    /// Interpolated, not normalised (MikkTSpace): tangent, bitangent, normal.
+    basis: Option<[V3<L>; 3]>,
+}
+
+impl<L: Lanes> NormalFrame<L> {
+    #[inline(always)]
+    fn new(
+        l: L,
+        context: &ShadeContext<'_>,
+        material: &Material,
+        batch: &Batch,
+        location: &Location<L>,
+        view: V3<L>,
+    ) -> Self {
+        let draws = context.draws;
+        let vertices = batch.vertices.attribute(l, draws, [0.0; 3], Mesh::normals);
+        let smooth = location.interpolate(&vertices);
+        let zero = vec3::dot(l, smooth, smooth).eq(l.zero());
+        let object = if zero.any() {
+            let flat = geometric_normal(l, context, batch);
+            std::array::from_fn(
+                #[inline(always)]
+                |k| zero.select(flat[k], smooth[k]),
+            )
+        } else {
+            smooth
+        };
+        let world = batch.vertices.transform(l, draws, |d| d.normal_matrix, object);
+        // Backs of double-sided surfaces turn the whole tangent space around.
+        let side = l.mask(batch.back_facing).select(l.splat(-1.0), l.splat(1.0));
+        let unit = vec3::scale(l, normalize_or(l, world, view), side);
+        if !material.needs_tangents() {
+            return Self { normal: unit, basis: None };
+        }
+        let tangents = batch.vertices.attribute(l, draws, [0.0; 4], Mesh::tangents);
+        let [x, y, z, sign] = location.interpolate(&tangents);
+        let tangent = batch.vertices.transform(l, draws, |d| d.tangent_matrix, [x, y, z]);
+        let mirror = batch.vertices.number(l, draws, |d| d.handedness);
+        let bitangent = vec3::scale(l, vec3::cross(l, world, tangent), sign * mirror);
+        // No texture coordinates, or degenerate ones: any fixed basis around the normal.
+        let lost =
+            vec3::dot(l, tangent, tangent).eq(l.zero()) | vec3::dot(l, bitangent, bitangent).eq(l.zero());
+        let (tangent, bitangent) = if lost.any() {
+            let (t, b) = any_basis(l, unit);
+            let t = vec3::scale(l, t, side);
+            let b = vec3::scale(l, b, side);
+            (
+                std::array::from_fn(
+                    #[inline(always)]
+                    |k| lost.select(t[k], tangent[k]),
+                ),
+                std::array::from_fn(
+                    #[inline(always)]
+                    |k| lost.select(b[k], bitangent[k]),
+                ),
+            )
+        } else {
+            (tangent, bitangent)
+        };
+        let basis =
+            [vec3::scale(l, tangent, side), vec3::scale(l, bitangent, side), vec3::scale(l, world, side)];
+        Self { normal: unit, basis: Some(basis) }
+    }
+
+    /// The normal after a normal map, unit length, facing the viewer.
+    #[inline(always)]
+    fn shading_normal(
+        &self,
+        l: L,
+        texture: Option<&NormalTexture>,
+        reader: &Reader<'_, L>,
+        view: V3<L>,
+    ) -> V3<L> {
+        let (Some(map), Some([tangent, bitangent, normal])) = (texture, &self.basis) else {
+            return face_viewer(l, self.normal, view);
+        };
+        let texel = reader.read(&map.texture);
+        let x = (texel[0] * 2.0 - 1.0) * map.scale;
+        let y = (texel[1] * 2.0 - 1.0) * map.scale;
+        let z = texel[2] * 2.0 - 1.0;
+        let mapped = vec3::add(
+            l,
+            vec3::add(l, vec3::scale(l, *tangent, x), vec3::scale(l, *bitangent, y)),
+            vec3::scale(l, *normal, z),
+        );
+        face_viewer(l, normalize_or(l, mapped, self.normal), view)
+    }
+}
+
+/// Takes the part of a unit normal out that points away from the viewer.
+#[inline(always)]
+fn face_viewer<L: Lanes>(l: L, normal: V3<L>, view: V3<L>) -> V3<L> {
+    let cosine = vec3::dot(l, normal, view);
+    let away = cosine.lt(l.zero());
+    if !away.any() {
+        return normal;
+    }
+    let bent = vec3::add(l, normal, vec3::scale(l, view, -cosine));
+    let bent = normalize_or(l, bent, view);
+    std::array::from_fn(
+        #[inline(always)]
+        |k| away.select(bent[k], normal[k]),
+    )
+}
+
+/// The normal of each lane's triangle in object space, on its front; zero for triangles without area.
+#[inline(always)]
+fn geometric_normal<L: Lanes>(l: L, context: &ShadeContext<'_>, batch: &Batch) -> V3<L> {
+    let [a, b, c] = batch.vertices.attribute(l, context.draws, [0.0; 3], Mesh::positions);
+    let edge = |p: V3<L>| -> V3<L> {
+        std::array::from_fn(
+            #[inline(always)]
+            |k| p[k] - a[k],
+        )
+    };
+    let (e1, e2) = (edge(b), edge(c));
+    // Scaled to the longest component, so that neither huge nor tiny triangles leave the range of f32.
+    let largest = e1.iter().chain(&e2).fold(l.zero(), |m, v| v.abs().max(m));
+    let factor = largest.gt(l.zero()).select(largest, l.splat(1.0)).recip();
+    let sign = l.mask(batch.reversed).select(l.splat(-1.0), l.splat(1.0));
+    vec3::scale(l, vec3::cross(l, vec3::scale(l, e1, factor), vec3::scale(l, e2, factor)), sign)
+}
+
+/// A tangent and bitangent for a unit normal (Duff et al. 2017, "Building an Orthonormal Basis, Revisited").
+#[inline(always)]
+fn any_basis<L: Lanes>(l: L, n: V3<L>) -> (V3<L>, V3<L>) {
+    let sign = n[2].lt(l.zero()).select(l.splat(-1.0), l.splat(1.0));
+    let a = (sign + n[2]).recip() * -1.0;
+    let b = n[0] * n[1] * a;
+    let tangent = [sign * n[0] * n[0] * a + 1.0, sign * b, -sign * n[0]];
+    let bitangent = [b, sign + n[1] * n[1] * a, -n[1]];
+    (tangent, bitangent)
+}
+
+/// A vector at unit length, or `fallback` where it is zero.
+#[inline(always)]
+fn normalize_or<L: Lanes>(l: L, v: V3<L>, fallback: V3<L>) -> V3<L> {
+    let square = vec3::dot(l, v, v);
+    let zero = !square.gt(l.zero());
+    let inverse = zero.select(l.splat(1.0), square).sqrt().recip();
+    std::array::from_fn(
+        #[inline(always)]
+        |k| zero.select(fallback[k], v[k] * inverse),
+    )
+}

@@ -1,0 +1,142 @@
+//! Which triangles each tile may see, in the order of the triangles.
+
+/// The (tile, triangle) pairs of one chunk of triangles, sorted by tile, triangles in order.
+#[derive(Clone, Debug, Default)]
+pub struct ChunkBins {
+    /// Pairs as they were found: triangles in order.
+    found: Vec<(u32, u32)>,
+    /// Triangles of all tiles, tile by tile.
+    triangles: Vec<u32>,
+    /// Each tile that has triangles: tile, first and end index in `triangles`.
+    runs: Vec<(u32, u32, u32)>,
+}
+
+impl ChunkBins {
+    /// Forgets everything.
+    pub fn clear(&mut self) {
+        self.found.clear();
+        self.triangles.clear();
+        self.runs.clear();
+    }
+
+    /// Says that a tile may see a triangle. Triangles must come in order.
+    #[inline(always)]
+    pub fn push(&mut self, tile: u32, triangle: u32) {
+        self.found.push((tile, triangle));
+    }
+
+    /// Number of pairs.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.found.len()
+    }
+
+    /// True if no tile sees a triangle.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.found.is_empty()
+    }
+
+    /// Sorts by tile. The pairs are distinct, so an unstable sort has one result.
+    pub fn sort(&mut self) {
+        if !self.found.is_sorted() {
+            self.found.sort_unstable();
+        }
+        self.triangles.clear();
+        self.runs.clear();
+        for &(tile, triangle) in &self.found {
+            let at = self.triangles.len() as u32;
+            match self.runs.last_mut() {
+                Some(run) if run.0 == tile => run.2 = at + 1,
+                _ => self.runs.push((tile, at, at + 1)),
+            }
+            self.triangles.push(triangle);
+        }
+    }
+
+    /// The triangles of a run.
+    #[inline(always)]
+    #[must_use]
+    pub fn triangles(&self, run: &Run) -> &[u32] {
+        &self.triangles[run.first as usize..run.end as usize]
+    }
+}
+
+/// The triangles of one chunk that one tile may see.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Run {
+    /// Which chunk.
+    pub chunk: u32,
+    first: u32,
+    end: u32,
+}
+
+/// For each tile, its runs in the order of the chunks: triangle order by construction, however many threads made
+/// the chunks.
+#[derive(Clone, Debug, Default)]
+pub struct TileBins {
+    /// First run of each tile, and the end.
+    offsets: Vec<u32>,
+    runs: Vec<Run>,
+}
+
+impl TileBins {
+    /// Collects the runs of all chunks.
+    pub fn build<'a>(&mut self, tiles: usize, chunks: impl Iterator<Item = &'a ChunkBins> + Clone) {
+        self.offsets.clear();
+        self.offsets.resize(tiles + 1, 0);
+        for chunk in chunks.clone() {
+            for &(tile, ..) in &chunk.runs {
+                self.offsets[tile as usize + 1] += 1;
+            }
+        }
+        for tile in 0..tiles {
+            self.offsets[tile + 1] += self.offsets[tile];
+        }
+        self.runs.clear();
+        self.runs.resize(self.offsets[tiles] as usize, Run { chunk: 0, first: 0, end: 0 });
+        for (number, chunk) in chunks.enumerate() {
+            for &(tile, first, end) in &chunk.runs {
+                let slot = &mut self.offsets[tile as usize];
+                self.runs[*slot as usize] = Run { chunk: number as u32, first, end };
+                *slot += 1;
+            }
+        }
+        // Filling moved every offset to the next tile's: move them back.
+        self.offsets.rotate_right(1);
+        self.offsets[0] = 0;
+    }
+
+    /// The runs of a tile.
+    #[must_use]
+    pub fn runs(&self, tile: usize) -> &[Run] {
+        &self.runs[self.offsets[tile] as usize..self.offsets[tile + 1] as usize]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tiles_get_their_triangles_in_order() {
+        let mut chunks = vec![ChunkBins::default(); 3];
+        chunks[0].push(2, 0);
+        chunks[0].push(0, 0);
+        chunks[0].push(2, 1);
+        chunks[2].push(2, 5);
+        chunks.iter_mut().for_each(ChunkBins::sort);
+        let mut bins = TileBins::default();
+        bins.build(4, chunks.iter());
+        let of = |tile: usize| -> Vec<(u32, Vec<u32>)> {
+            bins.runs(tile)
+                .iter()
+                .map(|r| (r.chunk, chunks[r.chunk as usize].triangles(r).to_vec()))
+                .collect()
+        };
+        assert_eq!(of(0), [(0, vec![0])]);
+        assert_eq!(of(1), []);
+        assert_eq!(of(2), [(0, vec![0, 1]), (2, vec![5])]);
+        assert_eq!(of(3), []);
+    }
+}
