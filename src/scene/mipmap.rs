@@ -392,7 +392,7 @@ mod tests {
 
     #[test]
     fn light_is_averaged_and_not_codes() {
-        let stripes = |k: u32| if k % 2 == 0 { [255; 4] } else { [0, 0, 0, 255] };
+        let stripes = |k: u32| if k.is_multiple_of(2) { [255; 4] } else { [0, 0, 0, 255] };
         let last = |color_space| {
             let made = texture(16, 16, color_space, AlphaUse::Data, stripes);
             made.levels().last().map(|level| level.texels[0])
@@ -404,7 +404,7 @@ mod tests {
     #[test]
     fn invisible_texels_do_not_bleed() {
         // Red leaves on an invisible green ground.
-        let leaf = |k: u32| if k % 3 == 0 { [255, 0, 0, 255] } else { [0, 255, 0, 0] };
+        let leaf = |k: u32| if k.is_multiple_of(3) { [255, 0, 0, 255] } else { [0, 255, 0, 0] };
         let made = texture(9, 8, ColorSpace::Srgb, AlphaUse::Coverage, leaf);
         let reduced = || made.levels().skip(1).flat_map(|level| level.texels);
         for texel in reduced().filter(|texel| texel[3] > 0) {
@@ -420,7 +420,7 @@ mod tests {
 
     #[test]
     fn wholly_invisible_texels_have_their_plain_mean() {
-        let texel = |k: u32| if k % 2 == 0 { [100, 0, 40, 0] } else { [200, 0, 40, 0] };
+        let texel = |k: u32| if k.is_multiple_of(2) { [100, 0, 40, 0] } else { [200, 0, 40, 0] };
         let made = texture(8, 8, ColorSpace::Linear, AlphaUse::Coverage, texel);
         assert_eq!(made.levels().last().unwrap().texels[0], [150, 0, 40, 0]);
     }
