@@ -69,20 +69,28 @@ fn decoder<'a>(bytes: &'a [u8], max_bytes: u64) -> Result<impl ImageDecoder + 'a
 /// # Errors
 /// [`ImageError`].
 pub(crate) fn probe(what: &str, bytes: &[u8], limits: &Limits) -> Result<Header, ImageError> {
+    let check = |width: u32, height: u32| {
+        let texels = u64::from(width) * u64::from(height);
+        let what = || format!("{what} of {width} x {height} texels");
+        Limits::check(what, texels, limits.texture_pixels, "texture_pixels").map_err(ImageError::Limit)
+    };
+    if let Some((width, height)) = png_size(bytes) {
+        // The decoder has limits of its own, with other messages.
+        check(width, height)?;
+    }
     let decoder = decoder(bytes, limits.decoded_bytes)?;
     let (width, height) = decoder.dimensions();
-    let header = Header { width, height, transient: decoder.color_type().bytes_per_pixel().into() };
     if width == 0 || height == 0 {
         return Err(ImageError::Damaged(format!("it has {width} x {height} texels")));
     }
-    Limits::check(
-        || format!("{what} of {width} x {height} texels"),
-        header.texels(),
-        limits.texture_pixels,
-        "texture_pixels",
-    )
-    .map_err(ImageError::Limit)?;
-    Ok(header)
+    check(width, height)?;
+    Ok(Header { width, height, transient: decoder.color_type().bytes_per_pixel().into() })
+}
+
+/// Width and height by the first chunk of a PNG file.
+fn png_size(bytes: &[u8]) -> Option<(u32, u32)> {
+    let word = |at: usize| bytes.get(at..)?.first_chunk().map(|&word| u32::from_be_bytes(word));
+    (bytes.get(12..16)? == b"IHDR").then(|| word(16).zip(word(20))).flatten()
 }
 
 /// Decodes a picture whose header has been accepted. 16-bit channels are rounded to 8 bits, grey becomes RGB, what

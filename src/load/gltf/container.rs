@@ -13,7 +13,11 @@ pub(in crate::load) const MAGIC: &[u8; 4] = b"glTF";
 /// its other versions.
 pub(super) fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), LoadError> {
     if !bytes.starts_with(MAGIC) {
-        return Ok((bytes, None));
+        let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
+        return match text.first() {
+            Some(b'{') => Ok((bytes, None)),
+            _ => Err(LoadError::malformed(FORMAT, "this is neither a GLB container nor JSON")),
+        };
     }
     let malformed = |message: String| LoadError::malformed(FORMAT, message);
     let word = |at: usize| -> Option<u32> {
@@ -84,5 +88,7 @@ mod tests {
     #[test]
     fn other_files_are_taken_as_json() {
         assert_eq!(split(b"{}").unwrap(), (&b"{}"[..], None));
+        assert_eq!(split(b"\xef\xbb\xbf\n{}").unwrap().1, None);
+        assert!(split(b"\x89PNG").unwrap_err().to_string().contains("neither a GLB container nor JSON"));
     }
 }

@@ -6,6 +6,7 @@ use super::buffers::Buffers;
 use super::model::{self, Index, Kind, Root, label};
 use crate::limits::Limits;
 use crate::load::budget::Budget;
+use crate::load::tangents::add_tangents;
 use crate::load::warnings::Warnings;
 use crate::load::{Context, LoadError};
 use crate::scene::{Mesh, MeshData};
@@ -405,11 +406,6 @@ fn geometric_normal(&[a, b, c]: &[[f32; 3]; 3]) -> [f32; 3] {
     let (u, v) = (edge(b), edge(c));
     let cross = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
     super::camera::unit(cross).map_or([0.0; 3], |n| n.map(|v| v as f32))
-}
-
-/// Tangents for the texture coordinates of a set.
-fn add_tangents(_mesh: &mut MeshData, _uv_set: usize) {
-    // Until the tangent generator is merged.
 }
 
 #[cfg(test)]
