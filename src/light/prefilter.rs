@@ -16,8 +16,8 @@
 use super::DistantRadiance;
 use super::chain::{Chain, IRRADIANCE, LEVELS, bilinear, seal};
 use super::{harmonics, octahedral, texel};
-use crate::each;
 use crate::dispatch;
+use crate::each;
 use crate::jobs::Jobs;
 use crate::math::lanes::{Float, Int, Lanes, SimdLevel};
 use crate::math::vec3::{self, V3};
@@ -33,13 +33,13 @@ const SAMPLES: [(usize, f64); LEVELS] = [
     (192, 1.0),
     (256, 1.0),
     (256, 1.0),
-    (256, 1.0),
-    (256, 1.0),
-    (512, 1.0),
-    (512, 1.0),
-    (2048, 2.0),
-    (2048, 2.0),
-    (2048, 2.0),
+    (512, 2.0),
+    (512, 2.0),
+    (512, 2.0),
+    (512, 2.0),
+    (2048, 4.0),
+    (2048, 4.0),
+    (2048, 4.0),
 ];
 
 /// Radiance on an octahedral grid, as colour times solid angle and solid angle.
