@@ -33,6 +33,30 @@ use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 /// Number of lanes of every vector: one 4x4 block of pixels.
 pub const LANES: usize = 16;
 
+/// `[f(0), f(1), ...]`, for arrays of lane numbers. Mark the closure `#[inline(always)]`.
+///
+/// `std::array::from_fn` and `array::map` must not hold lane arithmetic: the standard library's functions are not
+/// `#[inline(always)]`, so they are compiled for the least instruction set and every operation in them becomes a
+/// call (URP shading ran five to eight times slower with them).
+#[inline(always)]
+pub fn array_from_fn<T: Copy, const N: usize>(mut f: impl FnMut(usize) -> T) -> [T; N] {
+    let mut out = [f(0); N];
+    for k in 1..N {
+        out[k] = f(k);
+    }
+    out
+}
+
+/// `f` of every element, for arrays of lane numbers; see [`array_from_fn`].
+#[inline(always)]
+pub fn map_array<A: Copy, B: Copy, const N: usize>(a: [A; N], mut f: impl FnMut(A) -> B) -> [B; N] {
+    let mut out = [f(a[0]); N];
+    for k in 1..N {
+        out[k] = f(a[k]);
+    }
+    out
+}
+
 /// An instruction set: a token that makes vectors. Zero-sized and copied freely.
 pub trait Lanes: Copy + Send + Sync + 'static {
     /// Sixteen `f32`.
