@@ -1,5 +1,49 @@
 //! overcoat renders meshes to pictures on machines that have only a processor: no GPU, no display, no driver, no
 //! network; and gives the same bytes on every machine.
+//!
+//! Data flows one way:
+//!
+//! ```text
+//! bytes --load--> Scene --geometry--> triangles --tile--> bins --raster--> visible samples
+//!       --gbuffer--> surface fragments --shade--> radiance --render--> Frame --output--> files
+//! ```
+//!
+//! [`load`] turns files into a [`Scene`], which is valid by construction, so that no later stage can meet malformed
+//! input; all it reads goes through one [`load::Resolver`] and all it counts is held against [`Limits`]. A scene can
+//! be built by hand just as well, see [`scene`].
+//!
+//! [`Renderer::render`] takes a scene, a [`scene::Camera`] (for example from [`scene::Framing`]) and
+//! [`RenderOptions`], and runs the stages over square tiles in parallel: [`geometry`] transforms, clips and snaps
+//! triangles to a fixed-point grid, [`raster`] finds which sample sees which triangle, [`gbuffer`] makes of them
+//! fragments, sixteen at a time, [`shade`] evaluates the material models of [`coat`] under the lights of [`light`]. Out
+//! comes a [`Frame`] of linear light; [`Frame::frame_hash`] names its bits.
+//!
+//! [`output`] makes files of it, [`golden`] compares them, and the `cli` module is the command line.
+//!
+//! The same bits everywhere come from [`math`]: shading is written over [`math::lanes::Lanes`], whose operations IEEE
+//! 754 rounds exactly, and [`jobs`] keeps the order of results independent of threads.
+//!
+//! ```
+//! use overcoat::scene::{Framing, Instance, Material, Mesh, MeshData, Transform};
+//! use overcoat::{RenderOptions, Renderer, Scene};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let mut scene = Scene::new();
+//! let mesh = scene.add_mesh(Mesh::new(MeshData {
+//!     positions: vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+//!     triangles: vec![[0, 1, 2]],
+//!     ..MeshData::default()
+//! })?)?;
+//! let material = scene.add_material(Material { base_color: [0.8, 0.1, 0.1, 1.0], coat: 1.0, ..Material::default() })?;
+//! scene.add_instance(Instance { mesh, material, transform: Transform::IDENTITY, object: 0 })?;
+//!
+//! let camera = Framing::default().camera(&scene);
+//! let options = RenderOptions { width: 64, height: 64, ..RenderOptions::default() };
+//! let rendered = Renderer::new(1).render(&scene, &camera, &options)?;
+//! assert!(rendered.frame.pixels.iter().any(|pixel| pixel[3] == 1.0));
+//! # Ok(())
+//! # }
+//! ```
 
 pub mod brdf;
 pub mod coat;
@@ -22,3 +66,13 @@ pub mod tile;
 
 #[cfg(feature = "cli")]
 pub mod cli;
+
+pub use frame::Frame;
+pub use limits::Limits;
+pub use render::{RenderOptions, Renderer};
+pub use scene::Scene;
+
+/// The example of the README, as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+mod readme {}

@@ -1,13 +1,13 @@
 //! Reads models from files and from standard input.
 
+use super::args::InputArgs;
 use super::failure::Failure;
 use super::picture::is_standard_stream;
-use super::shim::{Format, load_bytes, load_file};
 use crate::jobs::Jobs;
 use crate::limits::{LimitExceeded, Limits};
-use crate::load::{Context, Loaded, NoResolver};
+use crate::load::{Context, Format, Loaded, NoResolver, load_bytes, load_file};
 use std::io::Read;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Where a model comes from.
 #[derive(Clone, Debug)]
@@ -18,17 +18,21 @@ pub struct ModelSource {
     pub format: Option<Format>,
 }
 
-/// A format by the name that `--format` takes.
+/// The format that `--format` names, which is for standard input.
 ///
 /// # Errors
-/// [`Failure`] with the names that exist.
-pub fn format(name: Option<&str>) -> Result<Option<Format>, Failure> {
-    name.map(|name| {
-        Format::from_name(name).ok_or_else(|| {
-            Failure::usage(format!("unknown format '{name}'; known are gltf, glb, obj, stl and ply"))
-        })
-    })
-    .transpose()
+/// [`Failure`] with the names that exist, or if the format of a file is given.
+pub fn format(args: &InputArgs, path: &Path) -> Result<Option<Format>, Failure> {
+    let Some(name) = args.format.as_deref() else { return Ok(None) };
+    let format = Format::from_name(name).ok_or_else(|| {
+        let names: Vec<&str> = Format::ALL.into_iter().map(Format::extension).collect();
+        Failure::usage(format!("unknown format '{name}'; known are {}", names.join(", ")))
+    })?;
+    if is_standard_stream(path) {
+        Ok(Some(format))
+    } else {
+        Err(Failure::usage("--format is for standard input; files are recognised by themselves").at(path))
+    }
 }
 
 /// Loads a model.
@@ -36,15 +40,35 @@ pub fn format(name: Option<&str>) -> Result<Option<Format>, Failure> {
 /// # Errors
 /// [`Failure`] naming the file and the reason.
 pub fn load(source: &ModelSource, limits: &Limits, jobs: &Jobs) -> Result<Loaded, Failure> {
-    let path = &source.path;
-    let loaded = if is_standard_stream(path) {
-        let bytes = read_standard_input(limits).map_err(|failure| failure.at(path))?;
+    if is_standard_stream(&source.path) {
+        return load_with_format(source, limits, jobs).map(|(loaded, _)| loaded);
+    }
+    load_file(&source.path, limits, jobs).map_err(|e| Failure::load(&e).at(&source.path))
+}
+
+/// Loads a model and tells its format.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_with_format(
+    source: &ModelSource,
+    limits: &Limits,
+    jobs: &Jobs,
+) -> Result<(Loaded, Option<Format>), Failure> {
+    let about = |failure: Failure| failure.at(&source.path);
+    if is_standard_stream(&source.path) {
+        let bytes = read_standard_input(limits).map_err(about)?;
+        let format = source.format.or_else(|| Format::detect(&bytes));
         // What comes through a pipe has no folder, so it may not refer to files.
-        load_bytes(&bytes, source.format, &Context { resolver: &NoResolver, limits, jobs })
-    } else {
-        load_file(path, limits, jobs)
-    };
-    loaded.map_err(|e| Failure::load(&e).at(path))
+        let context = Context { resolver: &NoResolver, limits, jobs };
+        let loaded = load_bytes(&bytes, format, &context).map_err(|e| about(Failure::load(&e)))?;
+        return Ok((loaded, format));
+    }
+    let loaded = load(source, limits, jobs)?;
+    let extension = source.path.extension().and_then(|e| e.to_str()).and_then(Format::from_extension);
+    // It has just been read without trouble; what changed since then shows as an unknown format.
+    let bytes = std::fs::read(&source.path).unwrap_or_default();
+    Ok((loaded, Format::detect(&bytes).or(extension)))
 }
 
 /// All of standard input, at most [`Limits::input_bytes`] of it.

@@ -5,7 +5,9 @@
 //! and reports. Errors are one line on standard error and an exit code.
 
 pub mod args;
+mod bench;
 pub mod failure;
+mod info;
 pub mod input;
 mod label;
 pub mod picture;
@@ -13,7 +15,7 @@ mod progress;
 mod render;
 mod report;
 pub mod scene_file;
-mod shim;
+mod sheet;
 mod target;
 pub mod values;
 
@@ -53,7 +55,9 @@ pub fn run() -> ExitCode {
 fn dispatch(command: &Command) -> Result<(), Failure> {
     match command {
         Command::Render(args) => render::run(args),
-        _ => Err(Failure::failed("not built yet")),
+        Command::Info(args) => info::run(args),
+        Command::Sheet(args) => sheet::run(args),
+        Command::Bench(args) => bench::run(args),
     }
 }
 

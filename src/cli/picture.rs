@@ -3,11 +3,10 @@
 use super::failure::Failure;
 use super::input::{self, ModelSource};
 use super::scene_file::{EnvironmentChoice, SceneCamera, SceneFile};
-use super::shim::load_environment_file;
 use super::values::BackgroundChoice;
 use crate::jobs::Jobs;
 use crate::limits::Limits;
-use crate::load::Warning;
+use crate::load::{Warning, load_environment_file};
 use crate::math::lanes::SimdLevel;
 use crate::output::DisplayOptions;
 use crate::render::{Background, RenderOptions};

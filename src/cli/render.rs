@@ -3,7 +3,7 @@
 use super::args::{InputArgs, MachineArgs, RenderArgs};
 use super::failure::{Failure, file_name};
 use super::input::{self, ModelSource};
-use super::picture::{Machine, is_standard_stream};
+use super::picture::Machine;
 use super::progress::Progress;
 use super::report::{self, Reporter, Stages, Versions};
 use super::scene_file::{EnvironmentChoice, SceneFile};
@@ -143,10 +143,7 @@ pub(super) fn describe(scene: Option<&Path>, input: Option<&Path>) -> Result<Sce
 /// Where the described model comes from.
 pub(super) fn model_source(description: &SceneFile, args: &InputArgs) -> Result<ModelSource, Failure> {
     let path = description.model.clone().unwrap_or_else(|| PathBuf::from("-"));
-    let format = input::format(args.format.as_deref())?;
-    if format.is_some() && !is_standard_stream(&path) {
-        return Err(Failure::usage("--format is for standard input; files are recognised by themselves"));
-    }
+    let format = input::format(args, &path)?;
     Ok(ModelSource { path, format })
 }
 

@@ -59,15 +59,15 @@ pub struct SceneFile {
     /// Largest anisotropy of texture filtering, 1 to 16.
     pub anisotropy: Option<u32>,
 
-    /// Descriptive keys, which change nothing.
-    #[serde(rename = "name")]
-    _name: Option<IgnoredValue>,
-    #[serde(rename = "note")]
-    _note: Option<IgnoredValue>,
-    #[serde(rename = "peers")]
-    _peers: Option<IgnoredValue>,
+    /// Descriptive; changes nothing.
+    pub name: Option<Ignored>,
+    /// Descriptive; changes nothing.
+    pub note: Option<Ignored>,
+    /// Descriptive; changes nothing.
+    pub peers: Option<Ignored>,
+    /// Descriptive; changes nothing.
     #[serde(rename = "groundTruth")]
-    _ground_truth: Option<IgnoredValue>,
+    pub ground_truth: Option<Ignored>,
 }
 
 /// The camera of a [`SceneFile`]. Without `eye` the model is framed automatically, seen along `view`.
@@ -96,8 +96,7 @@ pub struct SceneCamera {
     pub from_model: Option<String>,
 
     /// There is no far limit; the key is read for the sake of other programs' files.
-    #[serde(rename = "far")]
-    _far: Option<IgnoredValue>,
+    pub far: Option<Ignored>,
 }
 
 /// What `--env` and a scene file's `env` say.
@@ -123,11 +122,18 @@ impl EnvironmentChoice {
     }
 }
 
-/// Equal to every other, so that files which differ in their notes describe the same picture.
-#[derive(Clone, Copy, Debug, Deserialize)]
-struct IgnoredValue(#[allow(dead_code)] IgnoredAny);
+/// A value that is read over. Equal to every other, so that files which differ in their notes describe the same
+/// picture.
+#[derive(Clone, Copy, Debug)]
+pub struct Ignored;
 
-impl PartialEq for IgnoredValue {
+impl<'de> Deserialize<'de> for Ignored {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        IgnoredAny::deserialize(deserializer).map(|_| Self)
+    }
+}
+
+impl PartialEq for Ignored {
     fn eq(&self, _: &Self) -> bool {
         true
     }
@@ -287,10 +293,10 @@ mod tests {
         let mut json = SceneFile::from_json(JSON).unwrap();
         let mut toml = SceneFile::from_toml(toml).unwrap();
         for scene in [&mut json, &mut toml] {
-            scene._note = None;
-            scene._peers = None;
-            scene._ground_truth = None;
-            scene.camera._far = None;
+            scene.note = None;
+            scene.peers = None;
+            scene.ground_truth = None;
+            scene.camera.far = None;
         }
         assert_eq!(json, toml);
         assert_eq!(json.camera.eye, Some([1.0, 2.0, 3.0]));

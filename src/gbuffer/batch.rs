@@ -73,8 +73,8 @@ const WHOLE: [[[f32; LANES]; 2]; 3] =
     [[[0.0; LANES], [0.0; LANES]], [[1.0; LANES], [0.0; LANES]], [[0.0; LANES], [1.0; LANES]]];
 
 impl Batch {
-    /// Gathers up to sixteen fragments.
-    #[inline(always)]
+    /// Gathers up to sixteen fragments. Scalar loads only, so one copy serves every instruction set.
+    #[inline(never)]
     pub fn gather(
         fragments: impl Iterator<Item = Fragment>,
         source: &impl TriangleSource,
@@ -230,9 +230,30 @@ impl VertexLanes {
         l: L,
         draws: &[Draw<'a>],
         default: [f32; N],
-        of: impl Fn(&'a Mesh) -> &'a [[f32; N]],
+        of: fn(&'a Mesh) -> &'a [[f32; N]],
     ) -> [[L::F; N]; 3] {
         let mut planes = [[[0.0; LANES]; N]; 3];
+        self.gather_attribute(draws, default, of, &mut planes);
+        planes.map(
+            #[inline(always)]
+            |vertex| {
+                vertex.map(
+                    #[inline(always)]
+                    |plane| l.load(&plane),
+                )
+            },
+        )
+    }
+
+    /// Scalar loads only, so one copy serves every instruction set.
+    #[inline(never)]
+    fn gather_attribute<'a, const N: usize>(
+        &self,
+        draws: &[Draw<'a>],
+        default: [f32; N],
+        of: fn(&'a Mesh) -> &'a [[f32; N]],
+        planes: &mut [[[f32; LANES]; N]; 3],
+    ) {
         let mut slice = of(draws[self.draws[0] as usize].mesh);
         for k in 0..LANES {
             if !self.one_draw {
@@ -245,7 +266,6 @@ impl VertexLanes {
                 }
             }
         }
-        planes.map(|vertex| vertex.map(|plane| l.load(&plane)))
     }
 
     /// A number of each lane's draw.
@@ -263,14 +283,31 @@ impl VertexLanes {
         &self,
         l: L,
         draws: &[Draw<'_>],
-        of: impl Fn(&Draw<'_>) -> [[f32; 3]; 3],
+        of: fn(&Draw<'_>) -> [[f32; 3]; 3],
         v: [L::F; 3],
     ) -> [L::F; 3] {
         if self.one_draw {
             let m = of(&draws[self.draws[0] as usize]);
-            return m.map(|r| v[0] * r[0] + v[1] * r[1] + v[2] * r[2]);
+            return m.map(
+                #[inline(always)]
+                |r| v[0] * r[0] + v[1] * r[1] + v[2] * r[2],
+            );
         }
         let mut planes = [[[0.0; LANES]; 3]; 3];
+        self.gather_matrix(draws, of, &mut planes);
+        planes.map(
+            #[inline(always)]
+            |r| v[0] * l.load(&r[0]) + v[1] * l.load(&r[1]) + v[2] * l.load(&r[2]),
+        )
+    }
+
+    #[inline(never)]
+    fn gather_matrix(
+        &self,
+        draws: &[Draw<'_>],
+        of: fn(&Draw<'_>) -> [[f32; 3]; 3],
+        planes: &mut [[[f32; LANES]; 3]; 3],
+    ) {
         for k in 0..LANES {
             let m = of(&draws[self.draws[k] as usize]);
             for r in 0..3 {
@@ -279,18 +316,17 @@ impl VertexLanes {
                 }
             }
         }
-        planes.map(|r| {
-            let [a, b, c] = r.map(|plane| l.load(&plane));
-            v[0] * a + v[1] * b + v[2] * c
-        })
     }
 }
 
 /// `a0 + b1 (a1 - a0) + b2 (a2 - a0)` for each component.
 #[inline(always)]
 pub(super) fn interpolate<F: Float, const N: usize>(vertices: &[[F; N]; 3], b: &[F; 2]) -> [F; N] {
-    std::array::from_fn(|n| {
-        let at_0 = vertices[0][n];
-        at_0 + b[0] * (vertices[1][n] - at_0) + b[1] * (vertices[2][n] - at_0)
-    })
+    std::array::from_fn(
+        #[inline(always)]
+        |n| {
+            let at_0 = vertices[0][n];
+            at_0 + b[0] * (vertices[1][n] - at_0) + b[1] * (vertices[2][n] - at_0)
+        },
+    )
 }

@@ -60,9 +60,10 @@ pub fn locate<L: Lanes>(l: L, batch: &Batch, perspective: bool) -> Location<L> {
         let corners = batch.corners.each_ref().map(|v| v.each_ref().map(|plane| l.load(plane)));
         b = interpolate(&corners, &b);
         let slope = |d: &[L::F; 2]| -> [L::F; 2] {
-            std::array::from_fn(|n| {
-                d[0] * (corners[1][n] - corners[0][n]) + d[1] * (corners[2][n] - corners[0][n])
-            })
+            std::array::from_fn(
+                #[inline(always)]
+                |n| d[0] * (corners[1][n] - corners[0][n]) + d[1] * (corners[2][n] - corners[0][n]),
+            )
         };
         (dx, dy) = (slope(&dx), slope(&dy));
     }
@@ -86,9 +87,10 @@ impl<L: Lanes> Location<L> {
     #[inline(always)]
     pub fn derivatives<const N: usize>(&self, vertices: &[[L::F; N]; 3]) -> [[L::F; N]; 2] {
         [&self.barycentric_dx, &self.barycentric_dy].map(|d| {
-            std::array::from_fn(|n| {
-                d[0] * (vertices[1][n] - vertices[0][n]) + d[1] * (vertices[2][n] - vertices[0][n])
-            })
+            std::array::from_fn(
+                #[inline(always)]
+                |n| d[0] * (vertices[1][n] - vertices[0][n]) + d[1] * (vertices[2][n] - vertices[0][n]),
+            )
         })
     }
 }

@@ -1,94 +1,99 @@
-//! The prefiltered chain: seven octahedral maps of packed radiance in one allocation, and their lookup.
+//! The prefiltered chain: octahedral maps of packed radiance in one allocation, and their lookup.
 
 use super::{octahedral, texel};
 use crate::math::lanes::{Float, Int, Lanes};
 use crate::math::vec3::{self, V3};
 
-/// Number of levels: a mirror, and roughnesses up to 1 (Unity's `UNITY_SPECCUBE_LOD_STEPS` is one less).
-pub(crate) const LEVELS: usize = 7;
+/// Number of roughnesses: two steps for each of the six mip levels of Unity's reflection probes
+/// (`UNITY_SPECCUBE_LOD_STEPS`), and the mirror. A blend of two roughnesses is not the roughness between; with single
+/// steps the error near edges of lights is two to five times as large.
+pub(crate) const LEVELS: usize = 13;
 
-/// Cells along a side of each level at most. Lobes of the level's roughness span two (level 1) to ten cells.
-const CELLS: [usize; LEVELS] = [1024, 256, 128, 64, 64, 32, 32];
+/// All maps: the levels, then diffuse irradiance divided by pi.
+pub(crate) const MAPS: usize = LEVELS + 1;
 
-/// Radiance for seven roughnesses.
+/// Index of the irradiance map.
+pub(crate) const IRRADIANCE: usize = LEVELS;
+
+/// Cells along a side of each map at most.
+const CELLS: [usize; MAPS] = [1024, 256, 256, 128, 128, 128, 64, 64, 64, 64, 32, 32, 32, 32];
+
+/// Cells along the side of the sharpest map at most, and at least.
+pub(crate) const MAX_CELLS: usize = CELLS[0];
+pub(crate) const MIN_CELLS: usize = 2;
+
+/// Radiance for all roughnesses, and irradiance.
 #[derive(Clone, PartialEq)]
 pub(crate) struct Chain {
     texels: Vec<u32>,
-    /// Where each level starts in `texels`. One more entry than levels, because tables of lanes are read in pairs.
-    starts: [u32; LEVELS + 1],
-    /// Samples along a side of each level.
-    sizes: [u32; LEVELS + 1],
+    /// Where each map starts in `texels`.
+    starts: [u32; MAPS],
+    /// Samples along a side of each map.
+    sizes: [u32; MAPS],
 }
 
 impl Chain {
-    /// A dark chain whose mirror level has `size` samples along a side: 2^k + 1, from 3 to 1025.
-    pub(crate) fn empty(size: usize) -> Self {
-        let mut starts = [0; LEVELS + 1];
-        let mut sizes = [0; LEVELS + 1];
-        for k in 0..=LEVELS {
-            let level = k.min(LEVELS - 1);
-            sizes[k] = (CELLS[level].min(size - 1) + 1) as u32;
-            if k > 0 {
-                starts[k] = starts[k - 1] + sizes[k - 1] * sizes[k - 1];
-            }
+    /// A dark chain whose mirror has `size` samples along a side: 2^k + 1, between the limits on cells.
+    pub(crate) fn dark(size: usize) -> Self {
+        let sizes = CELLS.map(|cells| (cells.min(size - 1) + 1) as u32);
+        let mut starts = [0; MAPS];
+        let mut end = 0;
+        for (start, size) in starts.iter_mut().zip(sizes) {
+            *start = end;
+            end += size * size;
         }
-        let texels = vec![0; starts[LEVELS] as usize];
-        // Level 7 does not exist; a lookup that is all level 6 reads it with weight 0.
-        starts[LEVELS] = starts[LEVELS - 1];
-        Self { texels, starts, sizes }
+        Self { texels: vec![0; end as usize], starts, sizes }
     }
 
-    /// Perceptual roughness of a level: the inverse of Unity's `PerceptualRoughnessToMipmapLevel`,
-    /// level = p (1.7 - 0.7 p) 6. GGX's alpha is its square.
+    /// Perceptual roughness of a level: the inverse of Unity's `PerceptualRoughnessToMipmapLevel`, which is
+    /// mip level = p (1.7 - 0.7 p) 6. GGX's alpha is its square.
     pub(crate) fn perceptual_roughness(level: usize) -> f64 {
         let share = level as f64 / (LEVELS - 1) as f64;
         (1.7 - (1.7 * 1.7 - 2.8 * share).sqrt()) / 1.4
     }
 
-    /// Samples along a side.
-    pub(crate) fn size(&self, level: usize) -> usize {
-        self.sizes[level] as usize
+    /// Samples along a side of a map.
+    pub(crate) fn size(&self, map: usize) -> usize {
+        self.sizes[map] as usize
     }
 
-    /// All texels, level by level.
+    /// The texels of all maps.
     pub(crate) fn texels(&self) -> &[u32] {
         &self.texels
     }
 
-    /// All texels, to be filled.
-    pub(crate) fn all_texels_mut(&mut self) -> &mut [u32] {
-        &mut self.texels
-    }
-
-    /// One level's texels, row by row.
-    pub(crate) fn texels_mut(&mut self, level: usize) -> &mut [u32] {
-        let start = self.starts[level] as usize;
-        let size = self.size(level);
+    /// One map's texels, row by row.
+    pub(crate) fn map_mut(&mut self, map: usize) -> &mut [u32] {
+        let start = self.starts[map] as usize;
+        let size = self.size(map);
         &mut self.texels[start..start + size * size]
     }
 
     /// Radiance for a direction of any length and a perceptual roughness, clamped to 0 to 1: trilinear.
     #[inline(always)]
     pub(crate) fn radiance<L: Lanes>(&self, l: L, direction: V3<L>, perceptual_roughness: L::F) -> V3<L> {
+        const LAST: f32 = (LEVELS - 1) as f32;
         let p = perceptual_roughness.saturate();
         // Rounding must not lift the level above the last one.
-        let level = (p * (p * -0.7 + 1.7) * 6.0).clamp_to(0.0, 6.0);
-        let floor = level.floor();
+        let level = (p * (p * -0.7 + 1.7) * LAST).clamp_to(0.0, LAST);
+        // The last level is reached from below, with a fraction of 1.
+        let floor = level.floor().at_most(LAST - 1.0);
         let fraction = level - floor;
         let index = floor.to_int();
         let place = octahedral::encode(l, direction);
-        let table = |k: L::I| (l.gather_u32(&self.starts, k), l.gather_u32(&self.sizes, k));
-        let ((start, size), (next_start, next_size)) = (table(index), table(index + 1));
-        let sharp = bilinear(l, &self.texels, start, size, place);
-        let rough = bilinear(l, &self.texels, next_start, next_size, place);
-        vec3::lerp(l, sharp, rough, fraction)
+        let map = |k: L::I| {
+            let (start, size) = (l.gather_u32(&self.starts, k), l.gather_u32(&self.sizes, k));
+            bilinear(l, &self.texels, start, size, place)
+        };
+        vec3::lerp(l, map(index), map(index + 1), fraction)
     }
 
-    /// The mirror level alone.
+    /// One map alone, for a direction of any length.
     #[inline(always)]
-    pub(crate) fn mirror<L: Lanes>(&self, l: L, direction: V3<L>) -> V3<L> {
+    pub(crate) fn lookup<L: Lanes>(&self, l: L, map: usize, direction: V3<L>) -> V3<L> {
         let place = octahedral::encode(l, direction);
-        bilinear(l, &self.texels, l.zero().to_int(), l.splat_i(self.sizes[0] as i32), place)
+        let (start, size) = (l.splat_i(self.starts[map] as i32), l.splat_i(self.sizes[map] as i32));
+        bilinear(l, &self.texels, start, size, place)
     }
 }
 

@@ -1,23 +1,21 @@
 //! Light from afar: what surrounds the scene, prepared for lookups.
 
 use super::DistantRadiance;
-use super::chain::Chain;
+use super::chain::{Chain, IRRADIANCE, MAX_CELLS, MIN_CELLS};
 use super::equirect;
-use super::harmonics::Harmonics;
 use super::prefilter::{self, Grid};
 use crate::jobs::Jobs;
 use crate::math;
-use crate::math::lanes::{Float, Lanes, SimdLevel};
+use crate::math::lanes::{Lanes, SimdLevel};
 use crate::math::vec3::{self, V3};
 use crate::scene::EquirectImage;
 use std::sync::Arc;
 
-/// An environment that is ready to light surfaces: its mirror image, its reflections in six roughnesses and its
-/// diffuse irradiance. It knows neither rotation nor intensity, see [`EnvironmentLight`].
+/// An environment that is ready to light surfaces: its mirror image, its reflections in twelve roughnesses
+/// and its diffuse irradiance. It knows neither rotation nor intensity, see [`EnvironmentLight`].
 #[derive(Clone)]
 pub struct PrefilteredEnvironment {
     pub(super) chain: Chain,
-    pub(super) harmonics: Harmonics,
     /// The original, where there is one, for visible backgrounds.
     pub(super) picture: Option<Arc<EquirectImage>>,
 }
@@ -42,7 +40,7 @@ impl PrefilteredEnvironment {
         let small = equirect::reduced(picture, 2048, 1024);
         let source = small.as_ref().unwrap_or(picture);
         let cells =
-            (source.width().max(2 * source.height()) as usize / 2).next_power_of_two().clamp(32, 1024);
+            (source.width().max(2 * source.height()) as usize / 2).next_power_of_two().clamp(32, MAX_CELLS);
         let mut environment = Self::from_grid(Grid::paint(source, cells + 1, 2, jobs, level), jobs, level);
         environment.picture = Some(Arc::clone(picture));
         environment
@@ -62,14 +60,13 @@ impl PrefilteredEnvironment {
     }
 
     fn from_grid(grid: Grid, jobs: &Jobs, level: SimdLevel) -> Self {
-        let (chain, half) = prefilter::filter(grid, jobs, level);
-        Self { chain, harmonics: Harmonics::project(&half, jobs), picture: None }
+        Self { chain: prefilter::filter(grid, jobs, level), picture: None }
     }
 
     /// Darkness.
     #[must_use]
     pub fn black() -> Self {
-        Self { chain: Chain::empty(3), harmonics: Harmonics::BLACK, picture: None }
+        Self { chain: Chain::dark(MIN_CELLS + 1), picture: None }
     }
 }
 
@@ -77,8 +74,6 @@ impl PrefilteredEnvironment {
 #[derive(Clone, Copy, Debug)]
 pub struct EnvironmentLight<'a> {
     environment: &'a PrefilteredEnvironment,
-    /// The coefficients, scaled.
-    harmonics: Harmonics,
     /// Cosine and sine of the rotation.
     cos: f32,
     sin: f32,
@@ -93,13 +88,7 @@ impl<'a> EnvironmentLight<'a> {
         let degrees = f64::from(rotation_degrees);
         let turns = degrees / 360.0;
         let (sin, cos) = math::double::sin_cos((turns - turns.floor()) * std::f64::consts::TAU);
-        Self {
-            environment,
-            harmonics: environment.harmonics.scaled(intensity),
-            cos: cos as f32,
-            sin: sin as f32,
-            intensity,
-        }
+        Self { environment, cos: cos as f32, sin: sin as f32, intensity }
     }
 
     /// The direction in the environment's own frame: turned back.
@@ -118,7 +107,7 @@ impl<'a> EnvironmentLight<'a> {
     pub fn radiance<L: Lanes>(&self, l: L, direction: V3<L>, perceptual_roughness: L::F) -> V3<L> {
         let direction = self.turned_back(l, direction);
         let rgb = self.environment.chain.radiance(l, direction, perceptual_roughness);
-        rgb.map(|c| c * self.intensity)
+        vec3::scale(l, rgb, l.splat(self.intensity))
     }
 
     /// Irradiance on a surface with this unit normal, divided by pi: the radiance of a white Lambert surface. Never
@@ -126,7 +115,8 @@ impl<'a> EnvironmentLight<'a> {
     #[inline(always)]
     #[must_use]
     pub fn irradiance_over_pi<L: Lanes>(&self, l: L, normal: V3<L>) -> V3<L> {
-        self.harmonics.irradiance_over_pi(l, self.turned_back(l, normal))
+        let rgb = self.environment.chain.lookup(l, IRRADIANCE, self.turned_back(l, normal));
+        vec3::scale(l, rgb, l.splat(self.intensity))
     }
 
     /// The unfiltered environment in a direction of any length, as a background shows it: from the original picture
@@ -137,7 +127,7 @@ impl<'a> EnvironmentLight<'a> {
         let direction = self.turned_back(l, direction);
         let rgb = match &self.environment.picture {
             Some(picture) => picture.radiance(l, direction),
-            None => self.environment.chain.mirror(l, direction),
+            None => self.environment.chain.lookup(l, 0, direction),
         };
         vec3::scale(l, rgb, l.splat(self.intensity))
     }

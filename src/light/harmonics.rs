@@ -1,128 +1,135 @@
-//! Diffuse irradiance as nine spherical harmonics (Ramamoorthi and Hanrahan 2001, "An efficient representation for
-//! irradiance environment maps").
+//! Diffuse irradiance by spherical harmonics, tabulated over the normals.
+//!
+//! The convolution with the cosine lobe is done on spherical harmonics up to degree 8 (Ramamoorthi and Hanrahan 2001,
+//! "An efficient representation for irradiance environment maps", go to degree 2). Engines evaluate nine
+//! coefficients per fragment; a map of the sum costs about the same and has no reason to stop at degree 2. Measured
+//! on four photographed studios and skies, root mean square error and largest error relative to the mean irradiance:
+//!
+//! | degree | 2 | 4 | 6 | 8 |
+//! |---|---|---|---|---|
+//! | rms | 1.8 to 7.0 % | 0.4 to 3.4 % | 0.4 to 2.1 % | 0.2 to 1.5 % |
+//! | largest | 5 to 24 % | 1.5 to 14 % | 1.3 to 10 % | 0.8 to 7.6 % |
+//!
+//! By the addition theorem, projection, convolution and reconstruction together are one kernel: the truncated
+//! series of the cosine lobe itself. No coefficient ever has to be stored.
 
 use super::octahedral;
 use super::prefilter::Grid;
+use crate::dispatch;
 use crate::jobs::Jobs;
-use crate::math::lanes::{Float, Lanes, Scalar};
-use crate::math::vec3::V3;
+use crate::math::lanes::{Float, LANES, Lanes, SimdLevel};
+use crate::math::vec3::{self, V3};
 
-/// Number of coefficients: the bands 0, 1 and 2.
-pub(crate) const COEFFICIENTS: usize = 9;
-
-/// Irradiance divided by pi as a polynomial in the normal (x, y, z), per colour:
-/// `c0 + c1 x + c2 y + c3 z + c4 xy + c5 yz + c6 zx + c7 (3 z^2 - 1) + c8 (x^2 - y^2)`, clamped at 0.
+/// max(c, 0) / pi in Legendre polynomials of c up to degree 8, normalised to a mean of 1 over the sphere and
+/// written in powers of c: the factors of 1, c, c^2, c^4, c^6, c^8.
 ///
-/// Three bands leave out what the cosine lobe has above: for a light from a single direction, the worst case, up to
-/// 6 percent of the irradiance that faces it; a sky or a room far less. Where the truncated sum would fall
-/// below 0 (the far side of a strong sun), the upper bands are damped just so much that it does not (windowing).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Harmonics(pub(crate) [[f32; 3]; COEFFICIENTS]);
+/// The series is 1 + 2 P1 + 5/4 P2 - 3/8 P4 + 13/64 P6 - 17/128 P8; degrees 3, 5 and 7 vanish.
+const KERNEL: [f32; 6] = [
+    1.0 - 5.0 / 8.0 - 9.0 / 64.0 - 65.0 / 1024.0 - 595.0 / 16384.0,
+    2.0,
+    15.0 / 8.0 + 90.0 / 64.0 + 1365.0 / 1024.0 + 21_420.0 / 16384.0,
+    -105.0 / 64.0 - 4095.0 / 1024.0 - 117_810.0 / 16384.0,
+    3003.0 / 1024.0 + 204_204.0 / 16384.0,
+    -109_395.0 / 16384.0,
+];
 
-/// The nine basis polynomials.
-fn basis([x, y, z]: [f64; 3]) -> [f64; COEFFICIENTS] {
-    [1.0, x, y, z, x * y, y * z, z * x, 3.0 * z * z - 1.0, x * x - y * y]
-}
-
-/// What turns the mean of radiance times a basis polynomial over the sphere into its coefficient: the square of the
-/// polynomial's normalisation, times 4 pi, times the cosine lobe's band factor (1, 2/3, 1/4 after division by pi).
-const FACTORS: [f64; COEFFICIENTS] =
-    [1.0, 2.0, 2.0, 2.0, 15.0 / 4.0, 15.0 / 4.0, 15.0 / 4.0, 5.0 / 16.0, 15.0 / 16.0];
-
-/// The band of each coefficient.
-const BANDS: [i32; COEFFICIENTS] = [0, 1, 1, 1, 2, 2, 2, 2, 2];
-
-impl Harmonics {
-    /// No light.
-    pub(crate) const BLACK: Self = Self([[0.0; 3]; COEFFICIENTS]);
-
-    /// Projects radiance on an octahedral grid.
-    pub(crate) fn project(grid: &Grid, jobs: &Jobs) -> Self {
-        let size = grid.size;
-        let rows = jobs.map(size, |row| {
-            let mut sums = [[0.0_f64; 3]; COEFFICIENTS];
-            let mut total = 0.0_f64;
-            for column in 0..size {
-                let index = row * size + column;
-                let [r, g, b, solid_angle] = grid.values[index].map(f64::from);
-                let share = f64::from(octahedral::cell_share(size, column, row));
-                let basis = basis(direction(size, column, row));
-                for (sum, basis) in sums.iter_mut().zip(basis) {
-                    for (sum, c) in sum.iter_mut().zip([r, g, b]) {
-                        *sum += c * share * basis;
-                    }
-                }
-                total += solid_angle * share;
-            }
-            (sums, total)
-        });
-        let mut coefficients = [[0.0_f64; 3]; COEFFICIENTS];
-        let total: f64 = rows.iter().map(|(_, total)| total).sum();
-        for k in 0..COEFFICIENTS {
-            for c in 0..3 {
-                let sum: f64 = rows.iter().map(|(sums, _)| sums[k][c]).sum();
-                coefficients[k][c] = sum / total * FACTORS[k];
-            }
+/// Irradiance divided by pi for the normals of an octahedral grid of `size` x `size`, row by row. Not negative:
+/// where the series swings below 0 opposite a strong light, everything but its mean is damped by the least factor
+/// that prevents it (a window), the same for all colours so that no tint appears.
+pub(crate) fn irradiance_over_pi(source: &Grid, size: usize, jobs: &Jobs, level: SimdLevel) -> Vec<[f32; 3]> {
+    let lights = directions(source);
+    let mut map = vec![[0.0; 3]; size * size];
+    jobs.for_each_chunk_mut(&mut map, LANES, |chunk, map| {
+        let rgb = dispatch!(level, l => convolve(l, &lights, size, chunk * LANES));
+        for (k, texel) in map.iter_mut().enumerate() {
+            *texel = [rgb[0][k], rgb[1][k], rgb[2][k]];
         }
-        Self(windowed(coefficients).map(|c| c.map(|c| c as f32)))
-    }
-
-    /// The same with every coefficient multiplied.
-    pub(crate) fn scaled(&self, factor: f32) -> Self {
-        Self(self.0.map(|c| c.map(|c| c * factor)))
-    }
-
-    /// Irradiance divided by pi on a surface with the unit normal `n`, never negative.
-    #[inline(always)]
-    pub(crate) fn irradiance_over_pi<L: Lanes>(&self, _: L, n: V3<L>) -> V3<L> {
-        let [x, y, z] = n;
-        let (xy, yz, zx, zz, xx_yy) = (x * y, y * z, z * x, z * z * 3.0 - 1.0, x * x - y * y);
-        std::array::from_fn(|c| {
-            let k = |k: usize| self.0[k][c];
-            let linear = x * k(1) + y * k(2) + z * k(3) + k(0);
-            let quadratic = xy * k(4) + yz * k(5) + zx * k(6) + zz * k(7) + xx_yy * k(8);
-            (linear + quadratic).at_least(0.0)
-        })
-    }
-}
-
-/// Unit direction of a grid sample.
-fn direction(size: usize, column: usize, row: usize) -> [f64; 3] {
-    let step = 2.0 / (size - 1) as f32;
-    let at = |k: usize| Scalar.splat(k as f32 * step - 1.0);
-    octahedral::directions(Scalar, at(column), at(row)).0.map(|c| f64::from(c.to_array()[0]))
-}
-
-/// Multiplies band l by 1 / (1 + s l^2 (l + 1)^2) with the least s that leaves no direction negative (Sloan 2008,
-/// "Stupid spherical harmonics tricks": the filter that minimises the squared Laplacian). One s for all colours, so
-/// that no tint appears.
-fn windowed(coefficients: [[f64; 3]; COEFFICIENTS]) -> [[f64; 3]; COEFFICIENTS] {
-    const SIZE: usize = 33;
-    let bases: Vec<_> = (0..SIZE * SIZE).map(|k| basis(direction(SIZE, k % SIZE, k / SIZE))).collect();
-    let apply = |s: f64| -> [[f64; 3]; COEFFICIENTS] {
-        std::array::from_fn(|k| {
-            let l = f64::from(BANDS[k]);
-            coefficients[k].map(|c| c / (1.0 + s * l * l * (l + 1.0) * (l + 1.0)))
-        })
-    };
-    let non_negative = |s: f64| {
-        let coefficients = apply(s);
-        bases.iter().all(|basis| {
-            (0..3).all(|c| (0..COEFFICIENTS).map(|k| coefficients[k][c] * basis[k]).sum::<f64>() >= 0.0)
-        })
-    };
-    if non_negative(0.0) {
-        return coefficients;
-    }
-    // A single direction needs s = 0.02; 1 is more than any radiance can need.
-    let (mut low, mut high) = (0.0, 1.0);
-    for _ in 0..20 {
-        let middle = (low + high) / 2.0;
-        if non_negative(middle) {
-            high = middle;
-        } else {
-            low = middle;
+    });
+    let mean = mean(&lights);
+    let mut keep = 1.0;
+    for c in 0..3 {
+        let least = map.iter().map(|rgb| rgb[c]).fold(mean[c], |a, b| if b < a { b } else { a });
+        if least < 0.0 {
+            let most = mean[c] / (mean[c] - least);
+            keep = if most < keep { most } else { keep };
         }
     }
-    apply(high)
+    for rgb in &mut map {
+        for c in 0..3 {
+            let damped = mean[c] + (rgb[c] - mean[c]) * keep;
+            rgb[c] = if damped > 0.0 { damped } else { 0.0 };
+        }
+    }
+    map
+}
+
+/// A direction, the radiance from there times its solid angle, and the solid angle.
+struct Light {
+    direction: [f32; 3],
+    radiance: [f32; 3],
+    solid_angle: f32,
+}
+
+fn directions(grid: &Grid) -> Vec<Light> {
+    let size = grid.size;
+    (0..size * size)
+        .map(|index| {
+            let direction = octahedral::direction(size, index);
+            let share = octahedral::cell_share(size, index % size, index / size);
+            let [r, g, b, w] = grid.values[index].map(|v| v * share);
+            Light { direction, radiance: [r, g, b], solid_angle: w }
+        })
+        .collect()
+}
+
+fn mean(lights: &[Light]) -> [f32; 3] {
+    let mut sum = [0.0_f64; 3];
+    let mut total = 0.0_f64;
+    for light in lights {
+        for c in 0..3 {
+            sum[c] += f64::from(light.radiance[c]);
+        }
+        total += f64::from(light.solid_angle);
+    }
+    sum.map(|c| (c / total) as f32)
+}
+
+/// The kernel over sixteen normals from number `first` on.
+#[inline(always)]
+fn convolve<L: Lanes>(l: L, lights: &[Light], size: usize, first: usize) -> [[f32; LANES]; 3] {
+    let (u, v) = octahedral::positions(l, size, first);
+    let (n, _) = octahedral::directions(l, u, v);
+    let mut sum = vec3::splat(l, [0.0; 3]);
+    let mut total = l.zero();
+    for light in lights {
+        let [x, y, z] = light.direction;
+        let c = n[0] * x + n[1] * y + n[2] * z;
+        let c2 = c * c;
+        let even = (((c2 * KERNEL[5] + KERNEL[4]) * c2 + KERNEL[3]) * c2 + KERNEL[2]) * c2 + KERNEL[0];
+        let kernel = even + c * KERNEL[1];
+        sum = std::array::from_fn(|k| sum[k] + kernel * light.radiance[k]);
+        total = total + kernel * light.solid_angle;
+    }
+    // Division by the sum that white light gives makes a uniform environment exact.
+    let rgb: V3<L> = vec3::scale(l, sum, total.recip());
+    rgb.map(|c| c.to_array())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_kernel_is_the_cosine_lobe_up_to_its_degree() {
+        // What degrees above 8 hold is largest at the kink: 0.135 beside a peak of 4.
+        let mut largest: f32 = 0.0;
+        for k in -100..=100 {
+            let c = k as f32 / 100.0;
+            let c2 = c * c;
+            let even = (((c2 * KERNEL[5] + KERNEL[4]) * c2 + KERNEL[3]) * c2 + KERNEL[2]) * c2 + KERNEL[0];
+            let error = even + c * KERNEL[1] - 4.0 * if c > 0.0 { c } else { 0.0 };
+            largest = if error.abs() > largest { error.abs() } else { largest };
+        }
+        assert!((0.134..0.136).contains(&largest), "{largest}");
+    }
 }

@@ -8,7 +8,7 @@
 //! same directions mirrored, so bilinear interpolation between samples is continuous over the whole sphere without
 //! a border, and every second sample of a level is a sample of the next.
 
-use crate::math::lanes::{Float, Int, LANES, Lanes, Mask};
+use crate::math::lanes::{Float, Int, LANES, Lanes, Mask, Scalar};
 use crate::math::vec3::{self, V3};
 
 /// `magnitude` with the sign of `sign`; `magnitude` is not negative.
@@ -65,6 +65,12 @@ pub(crate) fn directions<L: Lanes>(l: L, u: L::F, v: L::F) -> (V3<L>, L::F) {
     (vec3::scale(l, point, inverse), inverse * inverse * inverse)
 }
 
+/// The unit direction of one sample of a grid.
+pub(crate) fn direction(size: usize, index: usize) -> [f32; 3] {
+    let (u, v) = positions(Scalar, size, index);
+    directions(Scalar, u, v).0.map(|c| c.to_array()[0])
+}
+
 /// Share of a grid cell that belongs to the sample in column `x` of row `y`: the edges are shared by two samples
 /// and the corners by four.
 pub(crate) fn cell_share(size: usize, x: usize, y: usize) -> f32 {
@@ -90,7 +96,6 @@ pub(crate) fn wrap(size: usize, x: isize, y: isize) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::lanes::Scalar;
 
     fn encode_one(d: [f32; 3]) -> [f32; 2] {
         encode(Scalar, vec3::splat(Scalar, d)).map(|c| c.to_array()[0])

@@ -1,4 +1,4 @@
-//! Filtering an environment for specular reflection: one octahedral map for each of seven roughnesses.
+//! Filtering an environment for specular reflection: one octahedral map for each roughness.
 //!
 //! What a level holds for the direction r is the radiance that a GGX surface of its roughness reflects when it is
 //! looked at along its normal (N = V = R, Karis 2013, "Real shading in Unreal Engine 4", split sum):
@@ -14,8 +14,8 @@
 //! sampling, Krivanek and Colbert 2008). That makes a small bright sun a smooth lobe and not a spray of fireflies.
 
 use super::DistantRadiance;
-use super::chain::{Chain, LEVELS, bilinear, seal};
-use super::{octahedral, texel};
+use super::chain::{Chain, IRRADIANCE, LEVELS, bilinear, seal};
+use super::{harmonics, octahedral, texel};
 use crate::dispatch;
 use crate::jobs::Jobs;
 use crate::math::lanes::{Float, Int, Lanes, SimdLevel};
@@ -24,7 +24,7 @@ use std::f64::consts::PI;
 
 /// Samples of the filter at each roughness; the first level is not filtered. Sharp lobes need few, because a texel
 /// covers most of them; wide lobes have few texels and can afford many.
-const SAMPLES: [usize; LEVELS] = [0, 48, 96, 256, 256, 512, 512];
+const SAMPLES: [usize; LEVELS] = [0, 64, 96, 192, 256, 256, 256, 256, 256, 256, 512, 512, 512];
 
 /// Solid angle of the reduced copy's texel in units of what a sample stands for. Below 1 samples would leave gaps,
 /// far above the lobe is widened.
@@ -166,38 +166,39 @@ fn square(x: f64) -> f64 {
     x * x
 }
 
-/// Filters the painted environment into the chain of all roughnesses. Also gives the first reduced copy, which is
-/// all that spherical harmonics can see.
-pub(crate) fn filter(grid: Grid, jobs: &Jobs, level: SimdLevel) -> (Chain, Grid) {
-    let sharp_size = grid.size;
+/// Samples along a side of the reduced copy that irradiance is computed from. It sees degree 8 at most.
+const IRRADIANCE_SOURCE: usize = 65;
+
+/// Filters the painted environment into the chain of all roughnesses, and its irradiance.
+pub(crate) fn filter(mut grid: Grid, jobs: &Jobs, level: SimdLevel) -> Chain {
+    let mut chain = Chain::dark(grid.size);
     let mut pyramid = Pyramid { texels: Vec::new(), levels: Vec::new() };
-    let mut half = None;
-    let mut current = grid;
+    let mut irradiance = None;
     loop {
-        pyramid.levels.push((pyramid.texels.len(), current.size));
-        pyramid.texels.extend(current.texels());
-        if current.size <= 3 {
+        pyramid.levels.push((pyramid.texels.len(), grid.size));
+        pyramid.texels.extend(grid.texels());
+        if irradiance.is_none() && grid.size <= IRRADIANCE_SOURCE {
+            irradiance = Some(harmonics::irradiance_over_pi(&grid, chain.size(IRRADIANCE), jobs, level));
+        }
+        if grid.size <= 3 {
             break;
         }
-        let next = current.reduced(jobs);
-        if half.is_none() && pyramid.levels.len() == 2 {
-            half = Some(std::mem::replace(&mut current, next));
-        } else {
-            current = next;
-        }
+        grid = grid.reduced(jobs);
     }
-    let half = half.unwrap_or(current);
-    let mut chain = Chain::empty(sharp_size);
-    chain.texels_mut(0).copy_from_slice(&pyramid.texels[..sharp_size * sharp_size]);
+    for (texel, rgb) in chain.map_mut(IRRADIANCE).iter_mut().zip(irradiance.into_iter().flatten()) {
+        *texel = texel::encode(rgb);
+    }
+    let mirror = chain.map_mut(0);
+    mirror.copy_from_slice(&pyramid.texels[..mirror.len()]);
     for k in 1..LEVELS {
         let size = chain.size(k);
         let (samples, sum) = lobe(SAMPLES[k], Chain::perceptual_roughness(k), &pyramid.levels);
-        jobs.for_each_chunk_mut(chain.texels_mut(k), 256, |chunk, texels| {
+        jobs.for_each_chunk_mut(chain.map_mut(k), 256, |chunk, texels| {
             dispatch!(level, l => filter_run(l, &pyramid, &samples, sum, size, chunk * 256, texels));
         });
-        seal(chain.texels_mut(k), size);
+        seal(chain.map_mut(k), size);
     }
-    (chain, half)
+    chain
 }
 
 /// Filters consecutive texels from number `first` on.

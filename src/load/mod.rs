@@ -78,10 +78,9 @@ pub fn load_bytes(bytes: &[u8], format: Option<Format>, context: &Context<'_>) -
     check_size(bytes.len() as u64, context.limits)?;
     match format.or_else(|| Format::detect(bytes)) {
         Some(Format::Gltf | Format::Glb) => gltf::load(bytes, context),
+        Some(Format::Obj) => obj::load(bytes, context),
         Some(Format::Stl) => stl::load(bytes, context),
-        Some(format @ (Format::Obj | Format::Ply)) => {
-            Err(LoadError::unsupported(format.name(), "this format cannot be read yet"))
-        }
+        Some(Format::Ply) => ply::load(bytes, context),
         None => Err(LoadError::UnknownFormat(
             "the format is not known: it is neither glTF nor OBJ nor STL nor PLY".to_owned(),
         )),

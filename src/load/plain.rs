@@ -1,9 +1,12 @@
 //! What the formats without a scene graph (OBJ, STL, PLY) have in common.
 
-use super::{Context, LoadError, Loaded, Warning};
+use super::budget::Budget;
+use super::image::{self, ImageError};
+use super::text::quoted;
+use super::{Context, LoadError, Loaded, ResolveError, Warning};
 use crate::limits::Limits;
 use crate::scene::{
-    Instance, MAX_COORDINATE, Material, MaterialId, Mesh, MeshData, Scene, Transform, Workflow,
+    Image, Instance, MAX_COORDINATE, Material, MaterialId, Mesh, MeshData, Scene, Transform, Workflow,
 };
 
 /// Edges sharper than this stay sharp when normals are generated, in degrees: keeps the edges of machine parts, and
@@ -74,4 +77,45 @@ pub(super) fn finish(scene: Scene, mut warnings: Vec<Warning>) -> Loaded {
 /// "1 triangle", "2 triangles".
 pub(super) fn counted(count: u64, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+}
+
+/// Reads a file that the model names; one that would lead out of the model's folder, as absolute paths of the
+/// author's machine do, is looked for in that folder itself.
+pub(super) fn read_near(context: &Context<'_>, name: &str, limit: u64) -> Result<Vec<u8>, ResolveError> {
+    let portable = name.replace('\\', "/");
+    let portable = portable.strip_prefix("./").unwrap_or(&portable);
+    match context.resolver.read(portable, limit) {
+        Err(ResolveError::Outside(outside)) => {
+            let last = portable.rsplit('/').next().filter(|last| !last.is_empty() && *last != portable);
+            let nearby = last.map(|last| context.resolver.read(last, limit));
+            nearby.and_then(Result::ok).ok_or(ResolveError::Outside(outside))
+        }
+        other => other,
+    }
+}
+
+/// Reads and decodes one picture that the model names. The inner error says why it cannot be had.
+pub(super) fn read_picture(
+    context: &Context<'_>,
+    file: &str,
+    budget: &mut Budget,
+) -> Result<Result<Image, String>, LoadError> {
+    let what = format!("texture {}", quoted(file.as_bytes()));
+    let left_out = |why: &dyn std::fmt::Display| Ok(Err(format!("{what} is left out: {why}")));
+    let bytes = match read_near(context, file, context.limits.input_bytes) {
+        Ok(bytes) => bytes,
+        Err(error) => return left_out(&error),
+    };
+    let header = match image::probe(&what, &bytes, context.limits) {
+        Ok(header) => header,
+        Err(ImageError::Limit(error)) => return Err(error.into()),
+        Err(ImageError::Damaged(message)) => return left_out(&message),
+    };
+    // Texels, their mip levels and what is made of them.
+    budget.charge(|| what.clone(), header.texels(), 12)?;
+    match image::decode(&bytes, &header) {
+        Ok(image) => Ok(Ok(image)),
+        Err(ImageError::Limit(error)) => Err(error.into()),
+        Err(ImageError::Damaged(message)) => left_out(&message),
+    }
 }

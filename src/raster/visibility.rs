@@ -199,11 +199,20 @@ fn for_each_block(
     let (first_column, first_row) = (first_column & !(SIDE - 1), first_row & !(SIDE - 1));
     let wide = end_column - first_column > 2 * SIDE;
     // What the edge functions gain and lose at most between the first pixel of a block and its others.
-    let gain: [i32; 3] = std::array::from_fn(|k| (SIDE - 1) * (edges.a[k].max(0) + edges.b[k].max(0)));
-    let loss: [i32; 3] = std::array::from_fn(|k| (SIDE - 1) * (edges.a[k].min(0) + edges.b[k].min(0)));
+    let gain: [i32; 3] = std::array::from_fn(
+        #[inline(always)]
+        |k| (SIDE - 1) * (edges.a[k].max(0) + edges.b[k].max(0)),
+    );
+    let loss: [i32; 3] = std::array::from_fn(
+        #[inline(always)]
+        |k| (SIDE - 1) * (edges.a[k].min(0) + edges.b[k].min(0)),
+    );
     let mut row = first_row;
     while row < end_row {
-        let reach: [i32; 3] = std::array::from_fn(|k| edges.largest[k] + edges.b[k] * row + gain[k]);
+        let reach: [i32; 3] = std::array::from_fn(
+            #[inline(always)]
+            |k| edges.largest[k] + edges.b[k] * row + gain[k],
+        );
         let (mut from, mut to) = (first_column, end_column);
         if wide {
             // The blocks for which `a * column + reach >= 0`, by one division an edge.
@@ -242,16 +251,22 @@ struct LaneEdges<L: Lanes> {
 fn lane_offsets<L: Lanes>(l: L, edges: &EdgeFunctions) -> LaneEdges<L> {
     let lane = l.lane_indices();
     let (column, row) = (lane & 3, lane.shr(2));
-    LaneEdges { offsets: std::array::from_fn(|k| column * edges.a[k] + row * edges.b[k]) }
+    LaneEdges {
+        offsets: std::array::from_fn(
+            #[inline(always)]
+            |k| column * edges.a[k] + row * edges.b[k],
+        ),
+    }
 }
 
 impl<L: Lanes> LaneEdges<L> {
     #[inline(always)]
     fn at(&self, edges: &EdgeFunctions, span: &BlockSpan) -> Self {
         Self {
-            offsets: std::array::from_fn(|k| {
-                self.offsets[k] + (edges.a[k] * span.column + edges.b[k] * span.row)
-            }),
+            offsets: std::array::from_fn(
+                #[inline(always)]
+                |k| self.offsets[k] + (edges.a[k] * span.column + edges.b[k] * span.row),
+            ),
         }
     }
 

@@ -107,7 +107,7 @@ impl Default for Framing {
         Self {
             direction: [0.62, 0.42, 1.0],
             up: [0.0, 1.0, 0.0],
-            fov_y: 0.523_598_8,
+            fov_y: std::f32::consts::FRAC_PI_6,
             orthographic: false,
             aspect: 1.0,
             margin: 0.04,

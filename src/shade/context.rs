@@ -58,12 +58,27 @@ impl ViewRays {
     /// The ray of unit depth through a place on the screen: where it starts, and its direction (not normalised).
     #[inline(always)]
     pub fn ray<L: Lanes>(&self, l: L, screen: [L::F; 2]) -> ([L::F; 3], [L::F; 3]) {
-        let across: [L::F; 3] = std::array::from_fn(|k| screen[0] * self.right[k] + screen[1] * self.down[k]);
+        let across: [L::F; 3] = std::array::from_fn(
+            #[inline(always)]
+            |k| screen[0] * self.right[k] + screen[1] * self.down[k],
+        );
         let eye = self.eye.map(|v| l.splat(v));
         if self.perspective {
-            (eye, std::array::from_fn(|k| across[k] + self.forward[k]))
+            (
+                eye,
+                std::array::from_fn(
+                    #[inline(always)]
+                    |k| across[k] + self.forward[k],
+                ),
+            )
         } else {
-            (std::array::from_fn(|k| across[k] + eye[k]), self.forward.map(|v| l.splat(v)))
+            (
+                std::array::from_fn(
+                    #[inline(always)]
+                    |k| across[k] + eye[k],
+                ),
+                self.forward.map(|v| l.splat(v)),
+            )
         }
     }
 

@@ -17,11 +17,13 @@ pub fn shade<L: Lanes>(l: L, context: &ShadeContext<'_>, material: &Material, su
     if material.unlit {
         return surface.base_color;
     }
-    match context.model {
-        ShadingModel::UrpDesktop => shade_urp(l, context, material, surface, UrpVersion::Desktop),
-        ShadingModel::UrpMobile => shade_urp(l, context, material, surface, UrpVersion::Mobile),
-        ShadingModel::Urp17 => shade_urp(l, context, material, surface, UrpVersion::Newest),
-    }
+    // One call with the version as a value: a copy of the kernel for each would be three times the code.
+    let version = match context.model {
+        ShadingModel::UrpDesktop => UrpVersion::Desktop,
+        ShadingModel::UrpMobile => UrpVersion::Mobile,
+        ShadingModel::Urp17 => UrpVersion::Newest,
+    };
+    shade_urp(l, context, material, surface, version)
 }
 
 /// Unity URP. Its BRDF leaves out the division by pi, so lights come as E / pi and the environment's diffuse light

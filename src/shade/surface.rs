@@ -90,9 +90,18 @@ impl<L: Lanes> Reader<'_, L> {
         let [mut dx, mut dy] = self.coordinates.derivatives[set];
         if texture.transform != UvTransform::IDENTITY {
             let rows = texture.transform.rows;
-            uv = rows.map(|r| uv[0] * r[0] + uv[1] * r[1] + r[2]);
-            dx = rows.map(|r| dx[0] * r[0] + dx[1] * r[1]);
-            dy = rows.map(|r| dy[0] * r[0] + dy[1] * r[1]);
+            uv = rows.map(
+                #[inline(always)]
+                |r| uv[0] * r[0] + uv[1] * r[1] + r[2],
+            );
+            dx = rows.map(
+                #[inline(always)]
+                |r| dx[0] * r[0] + dx[1] * r[1],
+            );
+            dy = rows.map(
+                #[inline(always)]
+                |r| dy[0] * r[0] + dy[1] * r[1],
+            );
         }
         let footprint = Footprint { dx, dy };
         let of = &self.context.textures[texture.texture.index()];
@@ -110,9 +119,15 @@ impl<L: Lanes> Reader<'_, L> {
         match texture {
             Some(texture) => {
                 let texel = self.read(texture);
-                std::array::from_fn(|n| texel[channels[n]] * factors[n])
+                std::array::from_fn(
+                    #[inline(always)]
+                    |n| texel[channels[n]] * factors[n],
+                )
             }
-            None => factors.map(|f| self.l.splat(f)),
+            None => factors.map(
+                #[inline(always)]
+                |f| self.l.splat(f),
+            ),
         }
     }
 }
@@ -130,7 +145,12 @@ fn coordinates<L: Lanes>(
     let mut out = Coordinates { uv: [zero; 2], derivatives: [[zero; 2]; 2] };
     for set in 0..2 {
         if material.textures().any(|t| usize::from(t.uv_set & 1) == set) {
-            let vertices = batch.vertices.attribute(l, context.draws, [0.0; 2], |m| m.uvs(set));
+            let vertices = batch.vertices.attribute(
+                l,
+                context.draws,
+                [0.0; 2],
+                if set == 0 { |m| m.uvs(0) } else { |m| m.uvs(1) },
+            );
             out.uv[set] = location.interpolate(&vertices);
             out.derivatives[set] = location.derivatives(&vertices);
         }
@@ -195,7 +215,10 @@ pub fn evaluate_surface<L: Lanes>(
     if has_colors(context, batch) {
         let colors = batch.vertices.attribute(l, context.draws, [1.0; 4], Mesh::colors);
         let color = location.interpolate(&colors);
-        base_color = std::array::from_fn(|n| base_color[n] * color[n]);
+        base_color = std::array::from_fn(
+            #[inline(always)]
+            |n| base_color[n] * color[n],
+        );
     }
     let [red, green, blue, alpha] = base_color;
     let alpha = match material.alpha_mode {
@@ -271,7 +294,10 @@ fn reflectance<L: Lanes>(
 ) -> (Reflectance<L>, L::F, Option<[L::F; 4]>) {
     match &material.workflow {
         Workflow::MetallicRoughness { metallic, roughness, texture } => {
-            let texel = texture.as_ref().map(|t| reader.read(t));
+            let texel = texture.as_ref().map(
+                #[inline(always)]
+                |t| reader.read(t),
+            );
             let (metallic, roughness) = match texel {
                 Some(t) => (t[2] * *metallic, t[1] * *roughness),
                 None => (l.splat(*metallic), l.splat(*roughness)),
@@ -308,7 +334,10 @@ fn dielectric_f0<L: Lanes>(l: L, material: &Material, reader: &Reader<'_, L>) ->
     }
     let color = reader.factor(material.specular_color, material.specular_color_texture.as_ref(), [0, 1, 2]);
     let [strength] = reader.factor([material.specular], material.specular_texture.as_ref(), [3]);
-    color.map(|c| (c * of_ior).at_most(1.0) * strength)
+    color.map(
+        #[inline(always)]
+        |c| (c * of_ior).at_most(1.0) * strength,
+    )
 }
 
 /// The tangent space of a batch.
@@ -335,7 +364,10 @@ impl<L: Lanes> NormalFrame<L> {
         let zero = vec3::dot(l, smooth, smooth).eq(l.zero());
         let object = if zero.any() {
             let flat = geometric_normal(l, context, batch);
-            std::array::from_fn(|k| zero.select(flat[k], smooth[k]))
+            std::array::from_fn(
+                #[inline(always)]
+                |k| zero.select(flat[k], smooth[k]),
+            )
         } else {
             smooth
         };
@@ -359,8 +391,14 @@ impl<L: Lanes> NormalFrame<L> {
             let t = vec3::scale(l, t, side);
             let b = vec3::scale(l, b, side);
             (
-                std::array::from_fn(|k| lost.select(t[k], tangent[k])),
-                std::array::from_fn(|k| lost.select(b[k], bitangent[k])),
+                std::array::from_fn(
+                    #[inline(always)]
+                    |k| lost.select(t[k], tangent[k]),
+                ),
+                std::array::from_fn(
+                    #[inline(always)]
+                    |k| lost.select(b[k], bitangent[k]),
+                ),
             )
         } else {
             (tangent, bitangent)
@@ -405,14 +443,22 @@ fn face_viewer<L: Lanes>(l: L, normal: V3<L>, view: V3<L>) -> V3<L> {
     }
     let bent = vec3::add(l, normal, vec3::scale(l, view, -cosine));
     let bent = normalize_or(l, bent, view);
-    std::array::from_fn(|k| away.select(bent[k], normal[k]))
+    std::array::from_fn(
+        #[inline(always)]
+        |k| away.select(bent[k], normal[k]),
+    )
 }
 
 /// The normal of each lane's triangle in object space, on its front; zero for triangles without area.
 #[inline(always)]
 fn geometric_normal<L: Lanes>(l: L, context: &ShadeContext<'_>, batch: &Batch) -> V3<L> {
     let [a, b, c] = batch.vertices.attribute(l, context.draws, [0.0; 3], Mesh::positions);
-    let edge = |p: V3<L>| -> V3<L> { std::array::from_fn(|k| p[k] - a[k]) };
+    let edge = |p: V3<L>| -> V3<L> {
+        std::array::from_fn(
+            #[inline(always)]
+            |k| p[k] - a[k],
+        )
+    };
     let (e1, e2) = (edge(b), edge(c));
     // Scaled to the longest component, so that neither huge nor tiny triangles leave the range of f32.
     let largest = e1.iter().chain(&e2).fold(l.zero(), |m, v| v.abs().max(m));
@@ -438,5 +484,8 @@ fn normalize_or<L: Lanes>(l: L, v: V3<L>, fallback: V3<L>) -> V3<L> {
     let square = vec3::dot(l, v, v);
     let zero = !square.gt(l.zero());
     let inverse = zero.select(l.splat(1.0), square).sqrt().recip();
-    std::array::from_fn(|k| zero.select(fallback[k], v[k] * inverse))
+    std::array::from_fn(
+        #[inline(always)]
+        |k| zero.select(fallback[k], v[k] * inverse),
+    )
 }

@@ -7,8 +7,6 @@ use super::{Context, LoadError, NoResolver};
 use crate::jobs::Jobs;
 use crate::limits::Limits;
 use crate::scene::EquirectImage;
-use std::fs::File;
-use std::io::Read;
 use std::path::Path;
 
 /// Reads an environment from the bytes of a Radiance `.hdr` or OpenEXR `.exr` file; the first bytes say which.
@@ -37,9 +35,7 @@ pub fn load(bytes: &[u8], context: &Context<'_>) -> Result<EquirectImage, LoadEr
 /// # Errors
 /// [`LoadError`] as there, or if the file cannot be read.
 pub fn load_file(path: &Path, limits: &Limits, jobs: &Jobs) -> Result<EquirectImage, LoadError> {
-    let mut bytes = Vec::new();
-    // One byte more than allowed shows that there is more.
-    File::open(path)?.take(limits.input_bytes.saturating_add(1)).read_to_end(&mut bytes)?;
+    let bytes = super::read_file(path, limits)?;
     load(&bytes, &Context { resolver: &NoResolver, limits, jobs })
 }
 

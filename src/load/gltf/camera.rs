@@ -36,15 +36,18 @@ pub(super) fn add(
     };
     // Far from the origin, a target one metre away would be rounded onto the eye.
     let distance = eye.iter().fold(1.0_f64, |d, v| if v.abs() > d { v.abs() } else { d });
-    let own_name = camera.name.as_deref().unwrap_or("").chars().take(256).collect();
-    let view = Camera {
-        eye: eye.map(|v| v as f32),
-        target: std::array::from_fn(|k| (eye[k] + distance * forward[k]) as f32),
-        up: up.map(|v| v as f32),
-        projection,
-        near: near.clamp(1e-6, f64::from(MAX_COORDINATE)) as f32,
-    };
-    if let Err(error) = scene.add_named_camera(own_name, view) {
+    let own_name = camera.name.clone().unwrap_or_default();
+    let result = scene.add_named_camera(
+        own_name,
+        Camera {
+            eye: eye.map(|v| v as f32),
+            target: std::array::from_fn(|k| (eye[k] + distance * forward[k]) as f32),
+            up: up.map(|v| v as f32),
+            projection,
+            near: near.clamp(f64::from(Camera::MIN_NEAR), f64::from(MAX_COORDINATE)) as f32,
+        },
+    );
+    if let Err(error) = result {
         warnings.add(|| format!("{} is left out: {error}", name(camera, index)));
     }
 }

@@ -1,0 +1,77 @@
+//! What the car is made of.
+
+use super::super::model::{Alpha, Material};
+
+/// Index of a material in [`all`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(usize)]
+pub enum Stuff {
+    /// Coated flake paint.
+    Paint,
+    /// Black trim in gaps and openings.
+    Trim,
+    /// Dark windows.
+    Glass,
+    /// Coated carbon fibre.
+    Carbon,
+    /// Lamp housings.
+    Housing,
+    /// Bright lamp reflectors and badges.
+    Chrome,
+    /// Headlight lamps.
+    Lamp,
+    /// Tail lights.
+    TailLight,
+    /// Clear lamp covers.
+    Cover,
+    /// Tyres.
+    Rubber,
+    /// Rims.
+    Rim,
+    /// Brake discs.
+    Steel,
+    /// Brake calipers.
+    Caliper,
+    /// Number plates.
+    Plate,
+}
+
+/// How many there are.
+pub const COUNT: usize = Stuff::Plate as usize + 1;
+
+/// In the order of [`Stuff`].
+pub fn all() -> Vec<Material> {
+    let plain = Material::plain;
+    vec![
+        Material {
+            normal_map: Some("flakes-normal"),
+            normal_scale: 0.35,
+            ..plain("paint", [0.62, 0.012, 0.018], 0.45, 0.42).coated(0.03)
+        },
+        plain("trim", [0.012, 0.012, 0.013], 0.0, 0.55),
+        plain("glass", [0.006, 0.008, 0.010], 0.0, 0.04).coated(0.0),
+        Material {
+            color_map: Some("carbon-color"),
+            normal_map: Some("carbon-normal"),
+            normal_scale: 0.7,
+            ..plain("carbon", [0.6, 0.6, 0.62], 0.0, 0.4).coated(0.03)
+        },
+        plain("housing", [0.02, 0.021, 0.024], 0.0, 0.3),
+        plain("chrome", [0.82, 0.83, 0.85], 1.0, 0.08),
+        Material { emissive: [1.0, 1.0, 1.0], ..plain("lamp", [0.9, 0.92, 0.95], 0.0, 0.2) },
+        Material {
+            emissive: [0.55, 0.01, 0.008],
+            ..plain("tail-light", [0.45, 0.005, 0.006], 0.0, 0.3).coated(0.02)
+        },
+        Material {
+            color: [0.9, 0.95, 1.0, 0.12],
+            alpha: Alpha::Blend,
+            ..plain("cover", [0.9; 3], 0.0, 0.03)
+        },
+        plain("rubber", [0.016, 0.016, 0.017], 0.0, 0.78),
+        plain("rim", [0.30, 0.31, 0.33], 1.0, 0.28).coated(0.05),
+        Material { roughness_map: Some("brushed-roughness"), ..plain("steel", [0.62, 0.61, 0.6], 1.0, 1.0) },
+        plain("caliper", [0.85, 0.42, 0.01], 0.0, 0.4).coated(0.04),
+        plain("plate", [0.8, 0.8, 0.78], 0.0, 0.4),
+    ]
+}

@@ -1,0 +1,88 @@
+//! The models and textures of `assets/`.
+
+mod angle;
+mod car;
+mod cloth;
+mod cut;
+mod exchange;
+mod glb;
+mod letters;
+mod mesh;
+mod model;
+mod outline;
+mod random;
+mod revolve;
+mod shapes;
+mod solid;
+mod subdivide;
+mod sweep;
+mod textures;
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use model::Model;
+
+/// Writes `models/` and `textures/` below `folder`.
+pub fn write(folder: &Path) -> std::io::Result<()> {
+    for (path, bytes) in files() {
+        let path = folder.join(path);
+        std::fs::create_dir_all(path.parent().unwrap_or(folder))?;
+        std::fs::write(path, bytes)?;
+    }
+    Ok(())
+}
+
+/// The bytes of every file by its path below `assets/`.
+pub fn files() -> BTreeMap<String, Vec<u8>> {
+    let mut files = BTreeMap::new();
+    let textures = textures::all();
+    for (name, image) in &textures {
+        files.insert(format!("textures/{name}.png"), image.png());
+    }
+    for model in models() {
+        files.insert(format!("models/{}.glb", model.name), glb::encode(&model, &textures));
+        match model.name {
+            "torus-knot" => {
+                let (obj, mtl) = exchange::wavefront(&model);
+                files.insert(format!("models/{}.obj", model.name), obj.into_bytes());
+                files.insert(format!("models/{}.mtl", model.name), mtl.into_bytes());
+            }
+            "rounded-cube" => {
+                files.insert("models/rounded-cube.stl".into(), exchange::stl(&joined(&model).0));
+            }
+            "vase" => {
+                let (mesh, colors) = joined(&model);
+                files.insert("models/vase.ply".into(), exchange::ply(&mesh, &colors, true));
+            }
+            _ => {}
+        }
+    }
+    files
+}
+
+/// Every model.
+pub fn models() -> Vec<Model> {
+    vec![
+        shapes::material_ball(),
+        shapes::torus_knot(),
+        shapes::vase(),
+        shapes::cloth(),
+        shapes::rounded_cube(),
+        shapes::text_plate(),
+        car::sports_car(),
+    ]
+}
+
+/// A model as one mesh with a colour per vertex, sRGB approximated by a square root.
+fn joined(model: &Model) -> (mesh::Mesh, Vec<[u8; 3]>) {
+    let mut whole = mesh::Mesh::default();
+    let mut colors = Vec::new();
+    for (material, part) in model.flattened() {
+        let [r, g, b, _] = model.materials[material].color;
+        let color = [r, g, b].map(|c| (c.sqrt() * 255.0 + 0.5).floor() as u8);
+        colors.extend(part.vertices.iter().map(|_| color));
+        whole.append(&part);
+    }
+    (whole, colors)
+}

@@ -1,0 +1,265 @@
+//! `overcoat info`: what a model file contains, for people and as JSON.
+
+use super::args::InfoArgs;
+use super::failure::{Failure, file_name};
+use super::input::{self, ModelSource};
+use super::report::{self, Reporter, Versions};
+use crate::jobs::Jobs;
+use crate::scene::{
+    AlphaMode, Bounds, ColorSpace, Light, LightKind, Material, Projection, Scene, TextureRef, Workflow,
+};
+use serde::Serialize;
+use std::fmt::Write;
+
+/// What `--json` prints. Fields are only ever added.
+#[derive(Debug, Serialize)]
+struct Contents {
+    file: String,
+    format: Option<&'static str>,
+    triangles: u64,
+    vertices: u64,
+    instances: usize,
+    meshes: usize,
+    /// World space, metres; absent if nothing is drawn.
+    bounds: Option<Extent>,
+    materials: Vec<MaterialInfo>,
+    textures: Vec<TextureInfo>,
+    lights: Vec<LightInfo>,
+    cameras: Vec<CameraInfo>,
+    warnings: Vec<String>,
+    versions: Versions,
+}
+
+#[derive(Debug, Serialize)]
+struct Extent {
+    min: [f64; 3],
+    max: [f64; 3],
+}
+
+#[derive(Debug, Serialize)]
+struct MaterialInfo {
+    name: String,
+    workflow: &'static str,
+    base_color: [f32; 4],
+    metallic: Option<f32>,
+    roughness: f32,
+    coat: f32,
+    coat_roughness: f32,
+    alpha_mode: &'static str,
+    double_sided: bool,
+    unlit: bool,
+    maps: Vec<Map>,
+}
+
+#[derive(Debug, Serialize)]
+struct Map {
+    map: &'static str,
+    texture: usize,
+}
+
+#[derive(Debug, Serialize)]
+struct TextureInfo {
+    width: u32,
+    height: u32,
+    color_space: &'static str,
+}
+
+#[derive(Debug, Serialize)]
+struct LightInfo {
+    kind: &'static str,
+    intensity: f32,
+    unit: &'static str,
+    color: [f32; 3],
+}
+
+#[derive(Debug, Serialize)]
+struct CameraInfo {
+    name: String,
+    projection: &'static str,
+    /// Vertical field of view, of perspective cameras.
+    fov_y_degrees: Option<f32>,
+    /// Height of the view in metres, of orthographic cameras.
+    height: Option<f32>,
+}
+
+/// Prints what a model file contains.
+///
+/// # Errors
+/// [`Failure`] if it cannot be loaded.
+pub fn run(args: &InfoArgs) -> Result<(), Failure> {
+    let reporter = Reporter { quiet: args.report.quiet };
+    let limits = args.input_options.limits();
+    let jobs = Jobs::new(usize::from(args.threads));
+    let source =
+        ModelSource { path: args.input.clone(), format: input::format(&args.input_options, &args.input)? };
+    let (loaded, format) = input::load_with_format(&source, &limits, &jobs)?;
+    let scene = &loaded.scene;
+    let bounds = scene.bounds();
+    let contents = Contents {
+        file: file_name(&args.input),
+        format: format.map(|f| f.extension()),
+        triangles: scene.triangle_count(),
+        vertices: scene.meshes().iter().map(|m| m.positions().len() as u64).sum(),
+        instances: scene.instances().len(),
+        meshes: scene.meshes().len(),
+        bounds: (!bounds.is_empty()).then_some(Extent { min: bounds.min, max: bounds.max }),
+        materials: scene.materials().iter().map(describe_material).collect(),
+        textures: describe_textures(scene),
+        lights: scene.lights().iter().map(describe_light).collect(),
+        cameras: describe_cameras(scene),
+        warnings: loaded.warnings.iter().map(ToString::to_string).collect(),
+        versions: Versions::default(),
+    };
+    for warning in &loaded.warnings {
+        reporter.warning(warning);
+    }
+    if args.report.json {
+        return report::print_json(&contents);
+    }
+    report::print(&contents.text(&bounds))
+}
+
+impl Contents {
+    /// One line for each fact.
+    fn text(&self, bounds: &Bounds) -> String {
+        let mut out = String::new();
+        // Writing to a string cannot fail.
+        let _ = writeln!(out, "{}: {}", self.file, self.format.unwrap_or("unknown format"));
+        let _ = writeln!(
+            out,
+            "  {} triangles, {} vertices, {} instances of {} meshes",
+            self.triangles, self.vertices, self.instances, self.meshes
+        );
+        if let Some(Extent { min, max }) = &self.bounds {
+            let [w, h, d] = bounds.size();
+            let point = |p: &[f64; 3]| format!("({})", p.map(|v| format!("{v:.6}")).join(", "));
+            let _ =
+                writeln!(out, "  bounds {} to {}, size {w:.6} x {h:.6} x {d:.6} m", point(min), point(max));
+        }
+        for (k, m) in self.materials.iter().enumerate() {
+            let _ = write!(out, "  material {k} '{}': {}", m.name.escape_debug(), m.workflow);
+            if let Some(metallic) = m.metallic {
+                let _ = write!(out, ", metallic {metallic}");
+            }
+            let _ = write!(out, ", roughness {}, base color {:?}", m.roughness, m.base_color);
+            if m.coat > 0.0 {
+                let _ = write!(out, ", coat {} with roughness {}", m.coat, m.coat_roughness);
+            }
+            for (shown, text) in [
+                (m.alpha_mode != "opaque", m.alpha_mode),
+                (m.double_sided, "double-sided"),
+                (m.unlit, "unlit"),
+            ] {
+                if shown {
+                    let _ = write!(out, ", {text}");
+                }
+            }
+            if !m.maps.is_empty() {
+                let maps: Vec<String> = m.maps.iter().map(|m| format!("{} {}", m.map, m.texture)).collect();
+                let _ = write!(out, "; maps: {}", maps.join(", "));
+            }
+            out.push('\n');
+        }
+        for (k, t) in self.textures.iter().enumerate() {
+            let _ = writeln!(out, "  texture {k}: {} x {}, {}", t.width, t.height, t.color_space);
+        }
+        for (k, l) in self.lights.iter().enumerate() {
+            let _ = writeln!(out, "  light {k}: {}, {} {}, color {:?}", l.kind, l.intensity, l.unit, l.color);
+        }
+        for (k, c) in self.cameras.iter().enumerate() {
+            let _ = write!(out, "  camera {k} '{}': {}", c.name.escape_debug(), c.projection);
+            match (c.fov_y_degrees, c.height) {
+                (Some(degrees), _) => {
+                    let _ = writeln!(out, ", {degrees:.1} degrees");
+                }
+                (_, Some(height)) => {
+                    let _ = writeln!(out, ", {height} m high");
+                }
+                _ => out.push('\n'),
+            }
+        }
+        out
+    }
+}
+
+fn describe_material(material: &Material) -> MaterialInfo {
+    let (workflow, metallic, roughness, workflow_map) = match &material.workflow {
+        Workflow::MetallicRoughness { metallic, roughness, texture } => {
+            ("metallic-roughness", Some(*metallic), *roughness, ("metallic-roughness", texture))
+        }
+        Workflow::SpecularGlossiness { glossiness, texture, .. } => {
+            ("specular-glossiness", None, 1.0 - glossiness, ("specular-glossiness", texture))
+        }
+    };
+    let normal = material.normal_texture.map(|n| n.texture);
+    let coat_normal = material.coat_normal_texture.map(|n| n.texture);
+    let maps: [(&'static str, &Option<TextureRef>); 10] = [
+        ("base-color", &material.base_color_texture),
+        workflow_map,
+        ("normal", &normal),
+        ("occlusion", &material.occlusion_texture),
+        ("emissive", &material.emissive_texture),
+        ("specular", &material.specular_texture),
+        ("specular-color", &material.specular_color_texture),
+        ("coat", &material.coat_texture),
+        ("coat-roughness", &material.coat_roughness_texture),
+        ("coat-normal", &coat_normal),
+    ];
+    MaterialInfo {
+        name: material.name.clone(),
+        workflow,
+        base_color: material.base_color,
+        metallic,
+        roughness,
+        coat: material.coat,
+        coat_roughness: material.coat_roughness,
+        alpha_mode: match material.alpha_mode {
+            AlphaMode::Opaque => "opaque",
+            AlphaMode::Mask { .. } => "mask",
+            AlphaMode::Blend => "blend",
+        },
+        double_sided: material.double_sided,
+        unlit: material.unlit,
+        maps: maps
+            .into_iter()
+            .filter_map(|(map, texture)| {
+                texture.as_ref().map(|texture| Map { map, texture: texture.texture.index() })
+            })
+            .collect(),
+    }
+}
+
+fn describe_textures(scene: &Scene) -> Vec<TextureInfo> {
+    let describe = |texture: &crate::scene::Texture| TextureInfo {
+        width: texture.image().width(),
+        height: texture.image().height(),
+        color_space: match texture.color_space() {
+            ColorSpace::Srgb => "sRGB",
+            ColorSpace::Linear => "linear",
+        },
+    };
+    scene.textures().iter().map(describe).collect()
+}
+
+fn describe_light(light: &Light) -> LightInfo {
+    let (kind, unit) = match light.kind {
+        LightKind::Directional { .. } => ("directional", "lux"),
+        LightKind::Point { .. } => ("point", "candela"),
+        LightKind::Spot { .. } => ("spot", "candela"),
+    };
+    LightInfo { kind, intensity: light.intensity, unit, color: light.color }
+}
+
+fn describe_cameras(scene: &Scene) -> Vec<CameraInfo> {
+    let names = scene.camera_names().iter();
+    names
+        .zip(scene.cameras())
+        .map(|(name, camera)| {
+            let (projection, fov_y_degrees, height) = match camera.projection {
+                Projection::Perspective { fov_y } => ("perspective", Some(fov_y.to_degrees()), None),
+                Projection::Orthographic { height } => ("orthographic", None, Some(height)),
+            };
+            CameraInfo { name: name.clone(), projection, fov_y_degrees, height }
+        })
+        .collect()
+}

@@ -1,0 +1,282 @@
+//! A prefiltered environment as bytes: small to store, quick to read.
+//!
+//! All numbers are little endian.
+//!
+//! | bytes | content |
+//! |---|---|
+//! | 8 | `OVRCTENV` |
+//! | 4 | version, 1 |
+//! | 4 | samples along a side of the mirror map, 2^k + 1 from 3 to 1025; it fixes the sizes of all maps |
+//! | rest | the texels of all maps, row by row, packed as below |
+//!
+//! A texel (see [`texel`](super::texel)) is predicted from its neighbours left, above and above left: left + above -
+//! above left in every mantissa if the three have one exponent, otherwise left. Where a map begins the missing
+//! neighbours count as black; a row's first texel has the last texel of the row above at its left. What follows says
+//! how the texel differs from the prediction, as in the QOI picture format:
+//!
+//! | first byte | more | meaning |
+//! |---|---|---|
+//! | `0nnnnnnn` | | the next n + 1 texels are as predicted |
+//! | `10rrggbb` | | mantissas differ by -2 to 1 each |
+//! | `110ggggg` | `rrrrbbbb` | green differs by g = -16 to 15, red and blue by g - 8 to g + 7 |
+//! | `11100000` | 4 | the texel itself |
+//!
+//! Differences wrap at 9 bits; the exponent is the prediction's.
+
+use super::PrefilteredEnvironment;
+use super::chain::{Chain, MAPS, MAX_CELLS, MIN_CELLS};
+
+const MAGIC: &[u8; 8] = b"OVRCTENV";
+const VERSION: u32 = 1;
+const HEADER: usize = 16;
+const RAW: u8 = 0b1110_0000;
+
+/// Why bytes are not a prefiltered environment.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum EnvironmentFileError {
+    /// The first bytes are not the format's.
+    #[error("not a prefiltered environment")]
+    Magic,
+    /// Another version of the format.
+    #[error("prefiltered environment of version {0}; this program reads version {VERSION}")]
+    Version(u32),
+    /// A size that no environment has.
+    #[error("prefiltered environment with a mirror map of {0} samples; possible are 2^k + 1 from 3 to 1025")]
+    Size(u32),
+    /// The bytes end before the last texel.
+    #[error("prefiltered environment is cut short")]
+    Truncated,
+    /// There are bytes after the last texel, or a code that has no meaning.
+    #[error("prefiltered environment is damaged")]
+    Damaged,
+}
+
+impl PrefilteredEnvironment {
+    /// The prefiltered maps as bytes; the original picture is not part of them.
+    #[must_use]
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let mut out = Vec::new();
+        out.extend_from_slice(MAGIC);
+        out.extend_from_slice(&VERSION.to_le_bytes());
+        out.extend_from_slice(&(self.chain.size(0) as u32).to_le_bytes());
+        let mut rest = self.chain.texels();
+        for map in 0..MAPS {
+            let size = self.chain.size(map);
+            let (texels, after) = rest.split_at(size * size);
+            pack(texels, size, &mut out);
+            rest = after;
+        }
+        out
+    }
+
+    /// Reads what [`PrefilteredEnvironment::to_bytes`] wrote.
+    ///
+    /// # Errors
+    /// [`EnvironmentFileError`] if the bytes are anything else. Allocates no more than the largest environment takes
+    /// (5 MB), whatever they say.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, EnvironmentFileError> {
+        let header = bytes.get(..HEADER).ok_or(EnvironmentFileError::Magic)?;
+        if &header[..8] != MAGIC {
+            return Err(EnvironmentFileError::Magic);
+        }
+        let word =
+            |at: usize| u32::from_le_bytes([header[at], header[at + 1], header[at + 2], header[at + 3]]);
+        if word(8) != VERSION {
+            return Err(EnvironmentFileError::Version(word(8)));
+        }
+        let size = word(12);
+        let cells = size.wrapping_sub(1) as usize;
+        if !(MIN_CELLS..=MAX_CELLS).contains(&cells) || !cells.is_power_of_two() {
+            return Err(EnvironmentFileError::Size(size));
+        }
+        let mut chain = Chain::dark(size as usize);
+        let mut rest = &bytes[HEADER..];
+        for map in 0..MAPS {
+            let size = chain.size(map);
+            rest = unpack(rest, size, chain.map_mut(map))?;
+        }
+        if !rest.is_empty() {
+            return Err(EnvironmentFileError::Damaged);
+        }
+        Ok(Self { chain, picture: None })
+    }
+}
+
+/// The prediction for texel `k` of a map from those before it.
+#[inline(always)]
+fn predict(texels: &[u32], size: usize, k: usize) -> u32 {
+    let before = |distance: usize| if k >= distance { texels[k - distance] } else { 0 };
+    let (left, above, corner) = (before(1), before(size), before(size + 1));
+    if (left ^ above | left ^ corner) >> 27 == 0 {
+        // The three sums at once: mantissas are kept apart by doing every second field alone.
+        combine(left, above, corner)
+    } else {
+        left
+    }
+}
+
+/// left + above - corner in each mantissa, modulo 512, with the exponent of all three.
+#[inline(always)]
+fn combine(left: u32, above: u32, corner: u32) -> u32 {
+    let field = |shift: u32| {
+        (left >> shift & 511).wrapping_add(above >> shift & 511).wrapping_sub(corner >> shift & 511) & 511
+    };
+    (left & 0xf800_0000) | field(18) << 18 | field(9) << 9 | field(0)
+}
+
+/// Adds differences to the mantissas of a texel, modulo 512.
+#[inline(always)]
+fn shifted(texel: u32, differences: [i32; 3]) -> u32 {
+    let field = |k: usize, shift: u32| ((texel >> shift) as i32).wrapping_add(differences[k]) as u32 & 511;
+    (texel & 0xf800_0000) | field(2, 18) << 18 | field(1, 9) << 9 | field(0, 0)
+}
+
+fn pack(texels: &[u32], size: usize, out: &mut Vec<u8>) {
+    let mut run = 0_u8;
+    for (k, &texel) in texels.iter().enumerate() {
+        let prediction = predict(texels, size, k);
+        if texel == prediction {
+            if run == 128 {
+                out.push(127);
+                run = 0;
+            }
+            run += 1;
+            continue;
+        }
+        if run > 0 {
+            out.push(run - 1);
+            run = 0;
+        }
+        // Differences as signed numbers of 9 bits.
+        let [r, g, b] = [0, 9, 18].map(|shift| {
+            let difference = (texel >> shift).wrapping_sub(prediction >> shift) & 511;
+            (difference as i32) << 23 >> 23
+        });
+        let same_exponent = (texel ^ prediction) >> 27 == 0;
+        if same_exponent && [r, g, b].iter().all(|d| (-2..2).contains(d)) {
+            out.push(0x80 | (r + 2) as u8 | ((g + 2) as u8) << 2 | ((b + 2) as u8) << 4);
+        } else if same_exponent
+            && (-16..16).contains(&g)
+            && [r - g, b - g].iter().all(|d| (-8..8).contains(d))
+        {
+            out.push(0xc0 | (g + 16) as u8);
+            out.push((r - g + 8) as u8 | ((b - g + 8) as u8) << 4);
+        } else {
+            out.push(RAW);
+            out.extend_from_slice(&texel.to_le_bytes());
+        }
+    }
+    if run > 0 {
+        out.push(run - 1);
+    }
+}
+
+/// Fills one map and returns the bytes after it.
+fn unpack<'a>(
+    mut bytes: &'a [u8],
+    size: usize,
+    texels: &mut [u32],
+) -> Result<&'a [u8], EnvironmentFileError> {
+    let mut k = 0;
+    while k < texels.len() {
+        let (&code, rest) = bytes.split_first().ok_or(EnvironmentFileError::Truncated)?;
+        bytes = rest;
+        if code < 0x80 {
+            let end = k + usize::from(code) + 1;
+            if end > texels.len() {
+                return Err(EnvironmentFileError::Damaged);
+            }
+            while k < end {
+                texels[k] = predict(texels, size, k);
+                k += 1;
+            }
+            continue;
+        }
+        texels[k] = if code < 0xc0 {
+            let field = |shift: u32| i32::from(code >> shift & 3) - 2;
+            shifted(predict(texels, size, k), [field(0), field(2), field(4)])
+        } else if code < RAW {
+            let (&second, rest) = bytes.split_first().ok_or(EnvironmentFileError::Truncated)?;
+            bytes = rest;
+            let g = i32::from(code & 31) - 16;
+            let (r, b) = (g + i32::from(second & 15) - 8, g + i32::from(second >> 4) - 8);
+            shifted(predict(texels, size, k), [r, g, b])
+        } else if code == RAW {
+            let (raw, rest) = bytes.split_first_chunk::<4>().ok_or(EnvironmentFileError::Truncated)?;
+            bytes = rest;
+            u32::from_le_bytes(*raw)
+        } else {
+            return Err(EnvironmentFileError::Damaged);
+        };
+        k += 1;
+    }
+    Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn packing_keeps_every_bit() {
+        let size = 33;
+        let mut state = 7_u32;
+        let mut next = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            state >> 8
+        };
+        // Flat, a ramp in both directions, small noise, large noise and anything.
+        for kind in 0..5 {
+            let texels: Vec<u32> = (0..size * size)
+                .map(|k| {
+                    let ramp = (k % size * 3 + k / size * 2) as u32 & 511;
+                    let base = 9 << 27;
+                    match kind {
+                        0 => base | 300 << 18 | 200 << 9 | 100,
+                        1 => base | ramp << 18 | (511 - ramp) << 9 | 100,
+                        2 => base | (200 + next() % 4) << 18 | (300 + next() % 4) << 9 | next() % 4,
+                        3 => base | (200 + next() % 30) << 18 | (300 + next() % 30) << 9 | next() % 20,
+                        _ => next() << 16 ^ next(),
+                    }
+                })
+                .collect();
+            let mut packed = Vec::new();
+            pack(&texels, size as usize, &mut packed);
+            let mut found = vec![0; texels.len()];
+            assert_eq!(unpack(&packed, size as usize, &mut found), Ok(&[][..]));
+            assert!(found == texels, "kind {kind}");
+            if kind < 2 {
+                assert!(packed.len() < texels.len(), "{} bytes of kind {kind}", packed.len());
+            }
+        }
+    }
+
+    #[test]
+    fn damage_is_an_error_and_never_a_panic() {
+        let bytes = PrefilteredEnvironment::black().to_bytes();
+        assert!(PrefilteredEnvironment::from_bytes(&bytes).is_ok());
+        for end in 0..bytes.len() {
+            assert!(PrefilteredEnvironment::from_bytes(&bytes[..end]).is_err(), "{end} bytes");
+        }
+        let changed = |at: usize, value: u8| {
+            let mut bytes = bytes.clone();
+            bytes[at] = value;
+            PrefilteredEnvironment::from_bytes(&bytes)
+        };
+        assert_eq!(changed(0, 0).unwrap_err(), EnvironmentFileError::Magic);
+        assert_eq!(changed(8, 2).unwrap_err(), EnvironmentFileError::Version(2));
+        assert_eq!(changed(12, 4).unwrap_err(), EnvironmentFileError::Size(4));
+        assert_eq!(changed(15, 255).unwrap_err(), EnvironmentFileError::Size(0xff00_0003));
+        assert_eq!(changed(HEADER, 0xff).unwrap_err(), EnvironmentFileError::Damaged);
+        let mut longer = bytes.clone();
+        longer.push(0);
+        assert_eq!(PrefilteredEnvironment::from_bytes(&longer).unwrap_err(), EnvironmentFileError::Damaged);
+        // Every value of every byte: whatever comes out, nothing panics.
+        for at in 0..bytes.len() {
+            for value in 0..=255 {
+                let _ = changed(at, value);
+            }
+        }
+    }
+}

@@ -1,0 +1,154 @@
+//! Polygons to triangles over shared vertices.
+
+use super::parse::{Corner, FLAT, NONE, Obj};
+use crate::color::srgb::srgb_to_linear;
+use crate::load::normals::add_missing_normals;
+use crate::load::plain::{CREASE_ANGLE, check_mesh, drawable};
+use crate::load::polygon::Triangulator;
+use crate::load::{Context, LoadError};
+use crate::scene::MeshData;
+
+/// Copies of a position (with other texture coordinates or normals) that are searched for an equal one before
+/// another is made: bounds the work of files that use one position a million times.
+const SEARCHED: usize = 64;
+
+/// What was left out on the way.
+#[derive(Debug, Default)]
+pub(super) struct Losses {
+    /// Polygons whose positions are out of range of the list, or not finite.
+    pub(super) polygons: u64,
+    /// Corners whose texture coordinate or normal is out of range of the list.
+    pub(super) corners: u64,
+    /// Concave polygons too large to be cut well.
+    pub(super) given_up: u64,
+}
+
+/// The whole file as one mesh, and for each triangle the section that it belongs to.
+pub(super) struct Assembled {
+    pub(super) mesh: MeshData,
+    pub(super) section_of: Vec<u32>,
+    pub(super) losses: Losses,
+}
+
+/// Builds vertices and triangles, and normals where the file has none. One mesh for the whole file, since groups and
+/// materials cut through smooth surfaces.
+pub(super) fn assemble(obj: &Obj, context: &Context<'_>) -> Result<Assembled, LoadError> {
+    let corners = obj.corners.len() as u64;
+    let triangles = corners - 2 * obj.sizes.len() as u64;
+    // There are at least as many vertices as positions that are used, and at most as many as corners.
+    check_mesh(context, triangles, 0)?;
+    let mut vertices = Vertices::new(obj);
+    let mut out = Assembled { mesh: MeshData::default(), section_of: Vec::new(), losses: Losses::default() };
+    out.mesh.triangles.reserve_exact(triangles as usize);
+    out.section_of.reserve_exact(triangles as usize);
+
+    let mut triangulator = Triangulator::default();
+    let mut polygon = Vec::new();
+    let mut sections = obj.sections.iter().enumerate().skip(1).peekable();
+    let mut section = 0;
+    let mut rest = &obj.corners[..];
+    for (number, &size) in obj.sizes.iter().enumerate() {
+        while let Some((k, _)) = sections.next_if(|(_, s)| s.first <= number) {
+            section = k as u32;
+        }
+        let (corners, after) = rest.split_at(size as usize);
+        rest = after;
+        let position = |c: &Corner| obj.positions.get(c.position as usize).copied();
+        if !corners.iter().all(|c| position(c).is_some_and(drawable)) {
+            out.losses.polygons += 1;
+            continue;
+        }
+        polygon.clear();
+        polygon.extend(corners.iter().map(|&c| vertices.number(c, &mut out.losses)));
+        triangulator.triangulate(
+            polygon.len(),
+            |k| obj.positions[corners[k].position as usize],
+            |t| {
+                out.mesh.triangles.push(t.map(|k| polygon[k]));
+                out.section_of.push(section);
+            },
+        );
+        if number % 4096 == 0 {
+            check_mesh(context, triangles, vertices.corners.len() as u64)?;
+        }
+    }
+    check_mesh(context, triangles, vertices.corners.len() as u64)?;
+    out.losses.given_up = triangulator.given_up;
+    fill(&mut out.mesh, obj, &vertices.corners);
+    Ok(out)
+}
+
+/// The distinct corners of a file.
+struct Vertices<'a> {
+    obj: &'a Obj,
+    corners: Vec<Corner>,
+    /// First vertex of each position; `NONE` ends a chain.
+    first: Vec<u32>,
+    next: Vec<u32>,
+}
+
+impl<'a> Vertices<'a> {
+    fn new(obj: &'a Obj) -> Self {
+        Self { obj, corners: Vec::new(), first: vec![NONE; obj.positions.len()], next: Vec::new() }
+    }
+
+    /// The number of the vertex for a corner whose position exists.
+    fn number(&mut self, mut corner: Corner, losses: &mut Losses) -> u32 {
+        if corner.uv != NONE && corner.uv as usize >= self.obj.uvs.len() {
+            corner.uv = NONE;
+            losses.corners += 1;
+        }
+        if corner.normal < FLAT && corner.normal as usize >= self.obj.normals.len() {
+            corner.normal = NONE;
+            losses.corners += 1;
+        }
+        let head = self.first[corner.position as usize];
+        let mut at = head;
+        for _ in 0..SEARCHED {
+            if at == NONE {
+                break;
+            }
+            if self.corners[at as usize] == corner {
+                return at;
+            }
+            at = self.next[at as usize];
+        }
+        // Numbers cannot run out: there are fewer corners than 2^32, by the limit of triangles.
+        let number = self.corners.len() as u32;
+        self.corners.push(corner);
+        self.next.push(head);
+        self.first[corner.position as usize] = number;
+        number
+    }
+}
+
+/// Fills in the attributes of the vertices.
+fn fill(mesh: &mut MeshData, obj: &Obj, corners: &[Corner]) {
+    let position = |c: &Corner| obj.positions[c.position as usize];
+    mesh.positions = corners.iter().map(position).collect();
+    if corners.iter().any(|c| c.uv != NONE) {
+        // v runs up in OBJ, down here.
+        let uv = |c: &Corner| obj.uvs.get(c.uv as usize).map_or([0.0; 2], |&[u, v]| [u, 1.0 - v]);
+        mesh.uvs[0] = corners.iter().map(uv).collect();
+    }
+    if !obj.colors.is_empty() {
+        let color = |c: &Corner| {
+            let encoded = obj.colors.get(c.position as usize).copied().unwrap_or([1.0; 3]);
+            let [r, g, b] = encoded.map(linear);
+            [r, g, b, 1.0]
+        };
+        mesh.colors = corners.iter().map(color).collect();
+    }
+    // A zero normal, in the file or for want of one, stands for the triangle's own.
+    let normal = |c: &Corner| obj.normals.get(c.normal as usize).copied().unwrap_or([0.0; 3]);
+    mesh.normals = corners.iter().map(normal).collect();
+    if corners.iter().any(|c| c.normal == NONE) {
+        add_missing_normals(mesh, CREASE_ANGLE, |v| corners[v].normal == NONE);
+    }
+}
+
+/// Colours in `v` lines are sRGB, as three.js and Blender read and write them; clamped to 0 to 1.
+fn linear(encoded: f32) -> f32 {
+    let c = if encoded > 0.0 { if encoded < 1.0 { encoded } else { 1.0 } } else { 0.0 };
+    srgb_to_linear(c)
+}

@@ -1,0 +1,388 @@
+//! Wavefront OBJ with its material libraries.
+//!
+//! The text is parsed here: `tobj`'s own parser refuses a file for one bad line, cuts concave polygons as fans, knows
+//! no line continuations and takes numbers that are not finite. Material libraries do go through `tobj` (see
+//! `mtl.rs`), by buffer: files are only read through the resolver.
+//!
+//! Every `o`, or `g` in files without, is an object; within it each material is a mesh. Smoothing groups do not
+//! count, but `s off` does: where a file has no normals, they are smoothed over edges of up to 30 degrees.
+
+mod assemble;
+mod maps;
+mod material;
+mod mtl;
+mod parse;
+
+use super::plain::{add_object, check_input, counted, default_material, finish, white_material};
+use super::tangents::add_tangents;
+use super::text::quoted;
+use super::warnings::Warnings;
+use super::{Context, LoadError, Loaded};
+use crate::limits::Limits;
+use crate::scene::{MaterialId, MeshData, Scene};
+use assemble::Assembled;
+use material::Library;
+use parse::Obj;
+use std::collections::BTreeMap;
+
+const FORMAT: &str = "OBJ";
+
+/// Reads an OBJ file, the libraries that it names and the pictures that those name.
+pub(crate) fn load(bytes: &[u8], context: &Context<'_>) -> Result<Loaded, LoadError> {
+    check_input(context, bytes)?;
+    let obj = parse::parse(bytes);
+    if !obj.recognised {
+        return Err(LoadError::malformed(FORMAT, "no line of it is a statement of the format"));
+    }
+    let mut warnings = Warnings::default();
+    for (what, tally) in &obj.tallies {
+        let (count, line, word) = (tally.count, tally.line, &tally.word);
+        warnings.add(|| format!("OBJ: {what}: {count} (first on line {line}: {word})"));
+    }
+    let assembled = assemble::assemble(&obj, context)?;
+    let losses = &assembled.losses;
+    if losses.polygons > 0 {
+        let faces = counted(losses.polygons, "face");
+        warnings.add(|| format!("OBJ: {faces} left out: positions missing, not finite or beyond 1e15"));
+    }
+    if losses.corners > 0 {
+        let count = losses.corners;
+        warnings
+            .add(|| format!("OBJ: {count} references to texture coordinates or normals that do not exist"));
+    }
+    if losses.given_up > 0 {
+        let count = counted(losses.given_up, "concave polygon");
+        warnings.add(|| format!("OBJ: {count} with too many corners may be drawn wrongly"));
+    }
+
+    let mut library = Library::read(context, &obj.libraries, &mut warnings)?;
+    let mut scene = Scene::new();
+    let meshes = Meshes::new(&obj, &assembled, context)?;
+    let materials = add_materials(&mut scene, &mut library, &obj, &meshes, &assembled.mesh, &mut warnings)?;
+    meshes.add_to(&mut scene, assembled, &materials)?;
+    Ok(finish(scene, warnings.finish()))
+}
+
+/// The triangles of each pair of object and material.
+struct Meshes {
+    /// Object and material of each mesh, in the order of their first triangle.
+    keys: Vec<(u32, Option<u32>)>,
+    /// Mesh of each triangle.
+    mesh_of: Vec<u32>,
+}
+
+impl Meshes {
+    fn new(obj: &Obj, assembled: &Assembled, context: &Context<'_>) -> Result<Self, LoadError> {
+        let mut numbers = BTreeMap::new();
+        let mut keys = Vec::new();
+        let mut mesh_of = Vec::with_capacity(assembled.section_of.len());
+        let mut current = (u32::MAX, 0);
+        for &section in &assembled.section_of {
+            if current.0 != section {
+                let s = &obj.sections[section as usize];
+                let key = (s.object, s.material);
+                let number = *numbers.entry(key).or_insert(keys.len() as u32);
+                if number as usize == keys.len() {
+                    keys.push(key);
+                }
+                current = (section, number);
+            }
+            mesh_of.push(current.1);
+        }
+        let count = keys.len() as u64;
+        Limits::check(|| "OBJ: the number of objects".to_owned(), count, context.limits.nodes, "nodes")?;
+        Ok(Self { keys, mesh_of })
+    }
+
+    /// Splits the mesh of the whole file and adds the parts.
+    fn add_to(
+        &self,
+        scene: &mut Scene,
+        assembled: Assembled,
+        materials: &[MaterialId],
+    ) -> Result<(), LoadError> {
+        let mut whole = assembled.mesh;
+        // Triangles by mesh, in the order of the file.
+        let mut starts = vec![0_usize; self.keys.len() + 1];
+        for &m in &self.mesh_of {
+            starts[m as usize + 1] += 1;
+        }
+        for k in 0..self.keys.len() {
+            starts[k + 1] += starts[k];
+        }
+        let mut sorted = vec![[0_u32; 3]; whole.triangles.len()];
+        let mut next = starts.clone();
+        for (t, &m) in whole.triangles.iter().zip(&self.mesh_of) {
+            sorted[next[m as usize]] = *t;
+            next[m as usize] += 1;
+        }
+        whole.triangles = Vec::new();
+        // Number of each vertex in the mesh at work: valid where `owner` says so.
+        let mut owner = vec![u32::MAX; whole.positions.len()];
+        let mut local = vec![0_u32; whole.positions.len()];
+        for (m, &(object, _)) in self.keys.iter().enumerate() {
+            let mut part = MeshData::default();
+            for &t in &sorted[starts[m]..starts[m + 1]] {
+                let triangle = t.map(|v| {
+                    let v = v as usize;
+                    if owner[v] != m as u32 {
+                        owner[v] = m as u32;
+                        local[v] = part.positions.len() as u32;
+                        copy_vertex(&whole, v, &mut part);
+                    }
+                    local[v]
+                });
+                part.triangles.push(triangle);
+            }
+            let id = materials[m];
+            if scene.materials()[id.index()].needs_tangents() {
+                add_tangents(&mut part, 0);
+            }
+            add_object(scene, &format!("OBJ: object {object}"), part, id, object)?;
+        }
+        Ok(())
+    }
+}
+
+/// Appends vertex `v` to a part of the mesh.
+fn copy_vertex(whole: &MeshData, v: usize, part: &mut MeshData) {
+    part.positions.push(whole.positions[v]);
+    part.normals.extend(whole.normals.get(v));
+    part.uvs[0].extend(whole.uvs[0].get(v));
+    part.colors.extend(whole.colors.get(v));
+}
+
+/// The material of each mesh.
+fn add_materials(
+    scene: &mut Scene,
+    library: &mut Library<'_>,
+    obj: &Obj,
+    meshes: &Meshes,
+    mesh: &MeshData,
+    warnings: &mut Warnings,
+) -> Result<Vec<MaterialId>, LoadError> {
+    // Each name once, in the order of the meshes.
+    let mut places: BTreeMap<u32, usize> = BTreeMap::new();
+    let mut names = Vec::new();
+    for &(_, material) in &meshes.keys {
+        if let Some(m) = material {
+            places.entry(m).or_insert_with(|| {
+                names.push(obj.materials[m as usize].as_str());
+                names.len() - 1
+            });
+        }
+    }
+    let ids = library.add(scene, &names, warnings)?;
+    let mut plain = None;
+    let mut out = Vec::with_capacity(meshes.keys.len());
+    for &(_, material) in &meshes.keys {
+        let named = material.and_then(|m| places.get(&m)).map(|&place| ids[place]);
+        let id = match (named, plain) {
+            (Some(id), _) | (None, Some(id)) => id,
+            (None, None) => {
+                let material = if mesh.colors.is_empty() { default_material() } else { white_material() };
+                let id = scene.add_material(material).map_err(LoadError::scene("OBJ: default material"))?;
+                *plain.insert(id)
+            }
+        };
+        out.push(id);
+    }
+    Ok(out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::jobs::Jobs;
+    use crate::load::MemoryResolver;
+    use crate::scene::{AlphaMode, Workflow};
+
+    fn load_files(obj: &str, files: &[(&str, &[u8])]) -> Result<Loaded, LoadError> {
+        let files = files.iter().map(|(name, bytes)| ((*name).to_owned(), bytes.to_vec())).collect();
+        let resolver = MemoryResolver { files };
+        load(
+            obj.as_bytes(),
+            &Context { resolver: &resolver, limits: &Limits::default(), jobs: &Jobs::new(1) },
+        )
+    }
+
+    fn png(texels: &[[u8; 4]], width: u32) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, width, texels.len() as u32 / width);
+        encoder.set_color(png::ColorType::Rgba);
+        encoder.write_header().unwrap().write_image_data(texels.as_flattened()).unwrap();
+        bytes
+    }
+
+    const QUAD: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n";
+
+    #[test]
+    fn a_quad_without_anything_is_flat_grey_and_two_sided() {
+        let loaded = load_files(&format!("{QUAD}f 1 2 3 4"), &[]).unwrap();
+        assert!(loaded.warnings.is_empty());
+        let mesh = &loaded.scene.meshes()[0];
+        assert_eq!(mesh.triangles(), [[0, 1, 2], [0, 2, 3]]);
+        assert_eq!(mesh.normals(), [[0.0, 0.0, 1.0]; 4]);
+        assert!(mesh.uvs(0).is_empty());
+        assert!(loaded.scene.materials()[0].double_sided);
+    }
+
+    #[test]
+    fn coordinates_flip_and_colours_become_linear() {
+        let text = "v 0 0 0 1 0.5 0\nv 1 0 0 1 1 1\nv 0 1 0 0 0 0\nvt 0.25 0.75\nf 1/1 2 3";
+        let loaded = load_files(text, &[]).unwrap();
+        let mesh = &loaded.scene.meshes()[0];
+        assert_eq!(mesh.uvs(0), [[0.25, 0.25], [0.0, 0.0], [0.0, 0.0]]);
+        assert!((mesh.colors()[0][1] - 0.214).abs() < 1e-3);
+        assert_eq!(loaded.scene.materials()[0].base_color, [1.0; 4]);
+    }
+
+    #[test]
+    fn objects_and_materials_are_meshes_but_smooth_surfaces_stay_smooth() {
+        // Two faces at 20 degrees, one object and material each.
+        let text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 0 0.36\nv 2 1 0.36\n\
+                    o a\nusemtl x\nf 1 2 3 4\no b\nusemtl y\nf 2 5 6 3\nusemtl x\nf 1 2 3";
+        let loaded = load_files(text, &[]).unwrap();
+        let objects: Vec<u32> = loaded.scene.instances().iter().map(|i| i.object).collect();
+        assert_eq!(objects, [0, 1, 1]);
+        let (a, b) = (&loaded.scene.meshes()[0], &loaded.scene.meshes()[1]);
+        assert_eq!(a.normals()[1], b.normals()[0]);
+        assert!(a.normals()[1][0] < -0.1 && a.normals()[0][0] > -1e-6);
+    }
+
+    #[test]
+    fn normals_of_the_file_and_flat_faces_stay_beside_generated_ones() {
+        let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvn 0 1 0\nf 1//1 2//1 3//1\nf 2 4 3\ns off\nf 1 2 4";
+        let loaded = load_files(text, &[]).unwrap();
+        let mesh = &loaded.scene.meshes()[0];
+        let normals = |t: usize| mesh.triangles()[t].map(|v| mesh.normals()[v as usize]);
+        assert_eq!(normals(0), [[0.0, 1.0, 0.0]; 3]);
+        assert_eq!(normals(1), [[0.0, 0.0, 1.0]; 3]);
+        assert_eq!(normals(2), [[0.0; 3]; 3]);
+    }
+
+    #[test]
+    fn phong_and_physical_materials() {
+        let mtl = b"newmtl phong\nKd 0.5 0.5 0.5\nKs 1 1 1\nNs 98\nd 0.5\nNi 1.4\nnewmtl lambert\nKs 0 0 0\nNs 50\n\
+                    newmtl paint\nKd 0.5 0.25 0.125\nPr 0.3\nPm 0.75\nPc 0.9\nPcr 0.05\nKe 2 0 0\naniso 0.5\nTr 0\n";
+        let text = format!(
+            "mtllib my materials.mtl\n{QUAD}usemtl phong\nf 1 2 3\nusemtl lambert\nf 1 2 3\nusemtl paint\nf 1 2 3\nusemtl lost\nf 1 2 3"
+        );
+        let loaded = load_files(&text, &[("my materials.mtl", mtl)]).unwrap();
+        let [phong, lambert, paint, lost] = loaded.scene.materials() else { panic!() };
+        let roughness = |m: &crate::scene::Material| match m.workflow {
+            Workflow::MetallicRoughness { roughness, .. } => roughness,
+            Workflow::SpecularGlossiness { .. } => panic!(),
+        };
+        assert!((phong.base_color[0] - 0.214).abs() < 1e-3 && phong.base_color[3] == 0.5);
+        assert_eq!((phong.alpha_mode, phong.ior), (AlphaMode::Blend, 1.4));
+        assert!((roughness(phong) - 0.02_f32.sqrt().sqrt()).abs() < 1e-7);
+        assert_eq!(roughness(lambert), 1.0);
+        assert_eq!(paint.base_color, [0.5, 0.25, 0.125, 1.0]);
+        assert_eq!((paint.coat, paint.coat_roughness, paint.emissive), (0.9, 0.05, [2.0, 0.0, 0.0]));
+        assert_eq!(roughness(lost), 0.5);
+        let messages: Vec<String> = loaded.warnings.iter().map(ToString::to_string).collect();
+        assert_eq!(
+            messages,
+            ["OBJ: material 'lost' is not defined", "OBJ: aniso of material 'paint' not drawn"]
+                .iter()
+                .rev()
+                .cloned()
+                .collect::<Vec<_>>()
+        );
+    }
+
+    #[test]
+    fn maps_are_read_packed_and_turned() {
+        let rough = png(&[[51, 0, 0, 255]], 1);
+        let metal = png(&[[204, 0, 0, 255]; 4], 2);
+        let color = png(&[[200, 100, 50, 255]; 4], 2);
+        let mask = png(&[[255; 4], [0, 0, 0, 255], [255; 4], [255; 4]], 2);
+        let height = png(&[[0, 0, 0, 255], [255; 4], [255; 4], [0, 0, 0, 255]], 2);
+        let mtl = br"newmtl m
+Kd 0 0 0
+map_Kd -s 2 2 2 .\tex\color.png
+map_d mask.png
+map_Pr rough.png
+map_Pm metal.png
+map_Bump -bm 0.5 C:\work\height.png
+map_Pc mask.png
+map_Ke nothing.png
+";
+        let files: [(&str, &[u8]); 6] = [
+            ("m.mtl", mtl),
+            ("tex/color.png", &color),
+            ("mask.png", &mask),
+            ("rough.png", &rough),
+            ("metal.png", &metal),
+            ("height.png", &height),
+        ];
+        let text = format!("mtllib m.mtl\n{QUAD}usemtl m\nf 1/1 2/2 3/3 4/4");
+        let folder = tempfile::tempdir().unwrap();
+        for (name, bytes) in files {
+            let path = folder.path().join(name);
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            std::fs::write(path, bytes).unwrap();
+        }
+        let resolver = crate::load::DirectoryResolver::new(folder.path());
+        let context = Context { resolver: &resolver, limits: &Limits::default(), jobs: &Jobs::new(2) };
+        let loaded = load(text.as_bytes(), &context).unwrap();
+        let material = &loaded.scene.materials()[0];
+        let texels = |t: &crate::scene::TextureRef| {
+            loaded.scene.textures()[t.texture.index()].image().texels().to_vec()
+        };
+        let base = material.base_color_texture.unwrap();
+        assert_eq!(texels(&base)[..2], [[200, 100, 50, 255], [200, 100, 50, 0]]);
+        assert_eq!(base.transform.rows, [[2.0, 0.0, 0.0], [0.0, 2.0, -1.0]]);
+        assert_eq!(material.base_color, [1.0; 4]);
+        assert_eq!(material.alpha_mode, AlphaMode::Mask { cutoff: 0.5 });
+        let Workflow::MetallicRoughness { metallic, roughness, texture } = material.workflow else {
+            panic!()
+        };
+        assert_eq!((metallic, roughness), (1.0, 1.0));
+        assert_eq!(texels(&texture.unwrap()), [[255, 51, 204, 255]; 4]);
+        assert_eq!(material.coat, 1.0);
+        assert!(material.normal_texture.is_some());
+        assert!(!loaded.scene.meshes()[0].tangents().is_empty());
+        assert_eq!(loaded.warnings.len(), 1, "{:?}", loaded.warnings);
+        assert!(loaded.warnings[0].message.contains("'nothing.png'"));
+    }
+
+    #[test]
+    fn references_that_lead_away_are_warnings() {
+        let text = format!("mtllib ../../etc/passwd\nmtllib self.obj\n{QUAD}f 1 2 3");
+        let loaded = load_files(&text, &[]).unwrap();
+        assert_eq!(loaded.warnings.len(), 2);
+        assert_eq!(loaded.scene.triangle_count(), 1);
+    }
+
+    #[test]
+    fn bad_faces_cost_only_themselves() {
+        let text = format!("v nan inf 0\n{QUAD}f 1 2 3\nf 2 3 99\nf 2 3 4\nf 2/9/9 3 4\nf x y z\ncurv 0 1");
+        let loaded = load_files(&text, &[]).unwrap();
+        assert_eq!(loaded.scene.triangle_count(), 2);
+        assert_eq!(loaded.warnings.len(), 4, "{:?}", loaded.warnings);
+        assert!(load_files("", &[]).is_err());
+        assert!(load_files("hello\n\0\x01", &[]).unwrap_err().to_string().contains("no line"));
+        assert!(
+            load_files("v 0 0 0\np 1", &[])
+                .unwrap()
+                .warnings
+                .iter()
+                .any(|w| w.message.contains("no triangles"))
+        );
+    }
+
+    #[test]
+    fn limits_hold() {
+        let limits = Limits { triangles: 1, ..Limits::default() };
+        let context = Context { resolver: &crate::load::NoResolver, limits: &limits, jobs: &Jobs::new(1) };
+        let error = load(format!("{QUAD}f 1 2 3 4").as_bytes(), &context).unwrap_err();
+        assert!(matches!(error, LoadError::Limit(_)), "{error}");
+    }
+
+    #[test]
+    fn names_in_messages_stay_on_one_line() {
+        assert_eq!(quoted(b"a\x07b"), "'a\u{fffd}b'");
+    }
+}

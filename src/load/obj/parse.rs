@@ -1,0 +1,424 @@
+//! The text of an OBJ file to lists of numbers, in one pass.
+
+use crate::load::text::{Tokens, float, integer, line_of, quoted};
+use std::collections::BTreeMap;
+
+/// Marks an absent texture coordinate or normal in a corner.
+pub(super) const NONE: u32 = u32::MAX;
+/// In place of a normal: the face is to be flat (`s off`).
+pub(super) const FLAT: u32 = u32::MAX - 1;
+
+/// One corner of a polygon, by numbers from 0. The position is [`NONE`] where the file names one that cannot be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Corner {
+    pub(super) position: u32,
+    pub(super) uv: u32,
+    pub(super) normal: u32,
+}
+
+/// Polygons from number `first` on belong to this object and have this material.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Section {
+    pub(super) first: usize,
+    pub(super) object: u32,
+    /// Place in `materials`; `None` before the first `usemtl`.
+    pub(super) material: Option<u32>,
+}
+
+/// How often something happened, and on which line first.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Tally {
+    pub(super) count: u64,
+    pub(super) line: usize,
+    /// The word that was found there.
+    pub(super) word: String,
+}
+
+/// What a file consists of.
+#[derive(Debug, Default)]
+pub(super) struct Obj {
+    pub(super) positions: Vec<[f32; 3]>,
+    /// As written (sRGB), one per position; empty if no `v` line has any.
+    pub(super) colors: Vec<[f32; 3]>,
+    /// As written: v runs up.
+    pub(super) uvs: Vec<[f32; 2]>,
+    pub(super) normals: Vec<[f32; 3]>,
+    /// The corners of all polygons, one polygon after the other.
+    pub(super) corners: Vec<Corner>,
+    /// Number of corners of each polygon.
+    pub(super) sizes: Vec<u32>,
+    pub(super) sections: Vec<Section>,
+    /// Names after `usemtl` in the order of their first use.
+    pub(super) materials: Vec<String>,
+    /// What follows each `mtllib`, in order, without repetitions.
+    pub(super) libraries: Vec<String>,
+    /// What was not understood or is not drawn, by kind.
+    pub(super) tallies: BTreeMap<&'static str, Tally>,
+    /// True if some line was a statement of the format.
+    pub(super) recognised: bool,
+}
+
+/// Texts of the tallies: "{text}: {count} (first on line {line}: '{word}')".
+pub(super) const BAD_VERTEX: &str = "vertices without three numbers; their faces are left out";
+const BAD_FACE: &str = "faces with an index that is no number left out";
+const SHORT_FACE: &str = "faces with less than three corners left out";
+const LINES: &str = "line elements are not drawn";
+const POINTS: &str = "point elements are not drawn";
+const FREE_FORM: &str = "statements of free-form curves and surfaces are not drawn";
+const UNKNOWN: &str = "unknown statements ignored";
+
+/// Reads a whole file. Lines that make no sense are tallied, never fatal.
+pub(super) fn parse(bytes: &[u8]) -> Obj {
+    let mut parser =
+        Parser { bytes, at: 0, obj: Obj::default(), numbers: BTreeMap::new(), state: State::default() };
+    while parser.at < bytes.len() {
+        parser.statement();
+        parser.skip_line();
+    }
+    parser.obj
+}
+
+#[derive(Default)]
+struct State {
+    objects: u32,
+    /// True once an `o` has been seen: then groups are parts of objects.
+    named: bool,
+    /// True once the current object has a polygon.
+    used: bool,
+    material: Option<u32>,
+    flat: bool,
+}
+
+struct Parser<'a> {
+    bytes: &'a [u8],
+    at: usize,
+    obj: Obj,
+    /// Numbers of material names.
+    numbers: BTreeMap<String, u32>,
+    state: State,
+}
+
+impl<'a> Parser<'a> {
+    /// The next word of the line. A backslash at its end continues it on the next.
+    #[inline]
+    fn word(&mut self) -> Option<&'a [u8]> {
+        let bytes = self.bytes;
+        let mut at = self.at;
+        loop {
+            match bytes.get(at)? {
+                b' ' | b'\t' | 0x0b | 0x0c => at += 1,
+                b'\\' => match bytes.get(at + 1..) {
+                    Some([b'\r', b'\n', ..]) => at += 3,
+                    Some([b'\n' | b'\r', ..]) => at += 2,
+                    _ => break,
+                },
+                b'\n' | b'\r' => {
+                    self.at = at;
+                    return None;
+                }
+                _ => break,
+            }
+        }
+        let start = at;
+        while let Some(b) = bytes.get(at) {
+            match b {
+                b' ' | b'\t' | 0x0b | 0x0c | b'\n' | b'\r' => break,
+                b'\\' if matches!(bytes.get(at + 1), Some(b'\n' | b'\r')) => break,
+                _ => at += 1,
+            }
+        }
+        self.at = at;
+        Some(&bytes[start..at])
+    }
+
+    /// Skips what is left of the line, and its end.
+    fn skip_line(&mut self) {
+        let rest = &self.bytes[self.at..];
+        match rest.iter().position(|b| matches!(b, b'\n' | b'\r')) {
+            // A backslash continues comments and such too.
+            Some(end) if end > 0 && rest[end - 1] == b'\\' => {
+                let pair = rest[end..].starts_with(b"\r\n");
+                self.at += end + 1 + usize::from(pair);
+                self.skip_line_again();
+            }
+            Some(end) => self.at += end + 1,
+            None => self.at = self.bytes.len(),
+        }
+    }
+
+    /// [`Parser::skip_line`] without recursion for the lines that continue.
+    fn skip_line_again(&mut self) {
+        loop {
+            let rest = &self.bytes[self.at..];
+            let Some(end) = rest.iter().position(|b| matches!(b, b'\n' | b'\r')) else {
+                self.at = self.bytes.len();
+                return;
+            };
+            let continued = end > 0 && rest[end - 1] == b'\\';
+            let pair = continued && rest[end..].starts_with(b"\r\n");
+            self.at += end + 1 + usize::from(pair);
+            if !continued {
+                return;
+            }
+        }
+    }
+
+    /// The rest of the line as a name, which may contain spaces.
+    fn name(&mut self) -> String {
+        let name = Tokens::new(&self.bytes[self.at..]).rest_of_line();
+        String::from_utf8_lossy(name).into_owned()
+    }
+
+    #[cold]
+    fn tally(&mut self, what: &'static str, word: &[u8]) {
+        let tally = self.obj.tallies.entry(what).or_default();
+        tally.count += 1;
+        if tally.count == 1 {
+            tally.line = line_of(self.bytes, self.at);
+            tally.word = quoted(word);
+        }
+    }
+
+    fn statement(&mut self) {
+        let Some(keyword) = self.word() else { return };
+        let known = self.obj.recognised;
+        self.obj.recognised = true;
+        match keyword {
+            b"v" => self.vertex(),
+            b"vt" => {
+                let mut next = || self.word().and_then(float).filter(|v| v.is_finite()).unwrap_or(0.0);
+                let uv = [next(), next()];
+                self.obj.uvs.push(uv);
+            }
+            b"vn" => {
+                let mut next = || self.word().and_then(float).filter(|v| v.is_finite()).unwrap_or(0.0);
+                let normal = [next(), next(), next()];
+                self.obj.normals.push(normal);
+            }
+            b"f" | b"fo" => self.face(),
+            b"g" => {
+                if !self.state.named {
+                    self.begin_object();
+                }
+            }
+            b"o" => {
+                self.state.named = true;
+                self.begin_object();
+            }
+            b"s" => self.state.flat = matches!(self.word(), Some(b"off" | b"0")),
+            b"usemtl" => {
+                let name = self.name();
+                let next = self.obj.materials.len() as u32;
+                let number = *self.numbers.entry(name).or_insert_with_key(|name| {
+                    self.obj.materials.push(name.clone());
+                    next
+                });
+                self.state.material = Some(number);
+            }
+            b"mtllib" => {
+                let name = self.name();
+                // A handful in real files; the loader bounds what it follows.
+                if self.obj.libraries.len() < 1024 && !self.obj.libraries.contains(&name) {
+                    self.obj.libraries.push(name);
+                }
+            }
+            b"l" => self.tally(LINES, keyword),
+            b"p" => self.tally(POINTS, keyword),
+            b"vp" | b"cstype" | b"deg" | b"bmat" | b"step" | b"curv" | b"curv2" | b"surf" | b"parm"
+            | b"trim" | b"hole" | b"scrv" | b"sp" | b"end" | b"con" | b"bzp" | b"bsp" | b"cdc" | b"cdp"
+            | b"res" => {
+                self.tally(FREE_FORM, keyword);
+            }
+            // Attributes of display in other programs, and the call of other programs.
+            b"mg" | b"bevel" | b"c_interp" | b"d_interp" | b"lod" | b"usemap" | b"maplib" | b"shadow_obj"
+            | b"trace_obj" | b"ctech" | b"stech" | b"call" | b"csh" => {}
+            _ => {
+                self.obj.recognised = known;
+                if !keyword.starts_with(b"#") {
+                    self.tally(UNKNOWN, keyword);
+                }
+            }
+        }
+    }
+
+    /// `v x y z`, and perhaps `w`, `r g b` or `w r g b`.
+    fn vertex(&mut self) {
+        let mut values = [0.0_f32; 7];
+        let mut count = 0;
+        let mut bad = None;
+        while count < values.len()
+            && let Some(word) = self.word()
+        {
+            match float(word) {
+                Some(value) => values[count] = value,
+                None => {
+                    bad.get_or_insert((count, word));
+                    break;
+                }
+            }
+            count += 1;
+        }
+        let [x, y, z, ..] = values;
+        let position = if count < 3 {
+            self.tally(BAD_VERTEX, bad.map_or(b"v", |b| b.1));
+            [f32::NAN; 3]
+        } else {
+            [x, y, z]
+        };
+        self.obj.positions.push(position);
+        let color = match count {
+            6 => Some([values[3], values[4], values[5]]),
+            7 => Some([values[4], values[5], values[6]]),
+            _ => None,
+        };
+        if let Some(color) = color {
+            // Vertices before the first coloured one are white, as are those with colours that are not numbers.
+            self.obj.colors.resize(self.obj.positions.len() - 1, [1.0; 3]);
+            self.obj.colors.push(if color.iter().all(|v| v.is_finite()) { color } else { [1.0; 3] });
+        }
+    }
+
+    fn face(&mut self) {
+        let first = self.obj.corners.len();
+        let plain = if self.state.flat { FLAT } else { NONE };
+        let counts = [self.obj.positions.len(), self.obj.uvs.len(), self.obj.normals.len()];
+        while let Some(word) = self.word() {
+            // A comment behind the indices.
+            if word[0] == b'#' {
+                break;
+            }
+            match corner(word, counts) {
+                Some(mut corner) => {
+                    if corner.normal == NONE {
+                        corner.normal = plain;
+                    }
+                    self.obj.corners.push(corner);
+                }
+                None => {
+                    self.obj.corners.truncate(first);
+                    self.tally(BAD_FACE, word);
+                    return;
+                }
+            }
+        }
+        let size = self.obj.corners.len() - first;
+        if size < 3 {
+            self.obj.corners.truncate(first);
+            self.tally(SHORT_FACE, b"f");
+            return;
+        }
+        let section = Section {
+            first: self.obj.sizes.len(),
+            object: self.state.objects,
+            material: self.state.material,
+        };
+        let same = |s: &Section| s.object == section.object && s.material == section.material;
+        if !self.obj.sections.last().is_some_and(same) {
+            self.obj.sections.push(section);
+        }
+        self.state.used = true;
+        self.obj.sizes.push(size as u32);
+    }
+
+    fn begin_object(&mut self) {
+        if self.state.used {
+            self.state.objects = self.state.objects.saturating_add(1);
+            self.state.used = false;
+        }
+    }
+}
+
+/// `v`, `v/vt`, `v//vn` or `v/vt/vn`; `counts` are the numbers of each so far, for negative indices. `None` if it is
+/// neither.
+#[inline]
+fn corner(word: &[u8], counts: [usize; 3]) -> Option<Corner> {
+    let mut parts = [NONE; 3];
+    let mut rest = word;
+    for (k, part) in parts.iter_mut().enumerate() {
+        let end = rest.iter().position(|&b| b == b'/').unwrap_or(rest.len());
+        // An empty part is one that is not given.
+        if end > 0 {
+            *part = index(&rest[..end], counts[k])?;
+        } else if k == 0 {
+            return None;
+        }
+        match rest.get(end + 1..) {
+            Some(after) => rest = after,
+            None => break,
+        }
+    }
+    Some(Corner { position: parts[0], uv: parts[1], normal: parts[2] })
+}
+
+/// From 1, or from the end if negative, to from 0. [`NONE`] for what cannot be; whether the file has so many is seen
+/// at its end, since faces may come first.
+#[inline]
+fn index(digits: &[u8], count: usize) -> Option<u32> {
+    let value = integer(digits)?;
+    let from_zero = if value > 0 {
+        value - 1
+    } else if value < 0 {
+        count as i64 + value
+    } else {
+        -1
+    };
+    Some(u32::try_from(from_zero).ok().filter(|&v| v < FLAT).unwrap_or(NONE))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn corners(text: &str) -> Vec<[u32; 3]> {
+        parse(text.as_bytes()).corners.iter().map(|c| [c.position, c.uv, c.normal]).collect()
+    }
+
+    #[test]
+    fn corners_of_every_form() {
+        assert_eq!(
+            corners("f 1 2/3 4//5\nf 6/7/8 9/ 1//"),
+            [[0, NONE, NONE], [1, 2, NONE], [3, NONE, 4], [5, 6, 7], [8, NONE, NONE], [0, NONE, NONE]]
+        );
+        assert_eq!(
+            corners("v 0 0 0\nv 0 0 0\nvt 0 0\nvn 0 0 1\nf -1/-1/-1 -2 -3"),
+            [[1, 0, 0], [0, NONE, NONE], [NONE, NONE, NONE]]
+        );
+        assert_eq!(corners("f 0 99999999999 4294967295"), [[NONE; 3]; 3]);
+        assert_eq!(corners("s off\nf 1 2 3//4")[..2], [[0, NONE, FLAT], [1, NONE, FLAT]]);
+        assert!(corners("f 1 2\nf 1 2 x\nf\nf /1 2 3\nf 1 2 3.5").is_empty());
+    }
+
+    #[test]
+    fn lines_continue_and_end_in_every_way() {
+        assert_eq!(corners("f 1 \\\n 2 \\\r\n3\r\nf 4 5\\\n6 # a comment").len(), 6);
+        let text = "# a comment that goes on \\\nv 9 9 9\nv 1 2 3\\\n\rv 4 5 6\rv 7 8 9";
+        assert_eq!(parse(text.as_bytes()).positions, [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [7.0, 8.0, 9.0]]);
+    }
+
+    #[test]
+    fn vertices_have_weights_or_colours() {
+        let obj =
+            parse(b"v 1 2 3\nv 1 2 3 0.5\nv 1 2 3 .1 .2 .3\nv 1 2 3 1 .4 .5 .6\nv 0 0 0 nan 1 1\nv 0 0 0");
+        assert_eq!(obj.colors, [[1.0; 3], [1.0; 3], [0.1, 0.2, 0.3], [0.4, 0.5, 0.6], [1.0; 3]]);
+        assert_eq!(obj.positions.len(), 6);
+    }
+
+    #[test]
+    fn sections_follow_objects_groups_and_materials() {
+        let obj = parse(b"g a\ng b\nf 1 2 3\ng c\nf 1 2 3\nusemtl  two words \nf 1 2 3\nf 1 2 3\nusemtl x\no d\nf 1 2 3\ng e\nf 1 2 3");
+        let sections: Vec<_> = obj.sections.iter().map(|s| (s.first, s.object, s.material)).collect();
+        assert_eq!(sections, [(0, 0, None), (1, 1, None), (2, 1, Some(0)), (4, 2, Some(1))]);
+        assert_eq!(obj.materials, ["two words", "x"]);
+    }
+
+    #[test]
+    fn what_is_not_drawn_is_counted() {
+        let obj = parse(b"v 1 x 3\nl 1 2\np 1\np 2\nsurf 0 1 0 1 1\nhello world\n\nv 1");
+        let tally = |what: &str| obj.tallies.get(what).map(|t| (t.count, t.line, t.word.as_str()));
+        assert_eq!(tally(POINTS), Some((2, 3, "'p'")));
+        assert_eq!(tally(UNKNOWN), Some((1, 6, "'hello'")));
+        assert_eq!(tally(BAD_VERTEX), Some((2, 1, "'x'")));
+        assert_eq!(obj.positions.len(), 2);
+        assert!(!parse(b"\x00\x01 binary \xff").recognised);
+    }
+}

@@ -1,0 +1,383 @@
+//! Stanford polygon files: text and binary of either byte order.
+//!
+//! Parsed here and not by a crate, which would hand over every value in a map of names: a hundred times the memory of
+//! the file, and no say in what a damaged one gives.
+//!
+//! Colours of whole numbers are sRGB, those of fractions linear. Coloured faces win over coloured vertices unless all
+//! faces have one colour. `comment TextureFile` names the texture of vertex (`s t`, `u v`, `texture_u texture_v`) or
+//! face (`texcoord`) coordinates.
+
+mod body;
+mod header;
+mod values;
+
+use super::budget::Budget;
+use super::normals::add_smooth_normals;
+use super::plain::{
+    CREASE_ANGLE, add_object, check_input, check_mesh, counted, default_material, finish, read_picture,
+    white_material,
+};
+use super::warnings::Warnings;
+use super::{Context, LoadError, Loaded};
+use crate::scene::{
+    AlphaMode, AlphaUse, ColorSpace, Material, MeshData, Sampler, Scene, Texture, TextureRef, UvTransform,
+};
+use body::{Faces, Vertices};
+use header::Header;
+use std::sync::Arc;
+use values::Values;
+
+const FORMAT: &str = "PLY";
+
+/// Reads a PLY file, and the texture that it names.
+///
+/// One that ends within its faces is drawn as far as it goes, with a warning. Faces with vertices that do not exist
+/// or are not finite are left out, with a warning.
+pub(crate) fn load(bytes: &[u8], context: &Context<'_>) -> Result<Loaded, LoadError> {
+    check_input(context, bytes)?;
+    let header = Header::read(bytes)?;
+    let mut warnings = Warnings::default();
+    let (vertices, faces) = read_body(&header, &bytes[header.size..], context, &mut warnings)?;
+    let mut scene = Scene::new();
+    if faces.triangles.is_empty() {
+        if !vertices.positions.is_empty() {
+            let points = counted(vertices.positions.len() as u64, "point");
+            warnings.add(|| format!("PLY: {points} are not drawn"));
+        }
+        return Ok(finish(scene, warnings.finish()));
+    }
+
+    let mut data = build(vertices, faces, context)?;
+    let mut material = default_material();
+    texture(&header, &mut scene, &mut material, &mut data, context, &mut warnings)?;
+    if !data.colors.is_empty() {
+        material = Material { base_color_texture: material.base_color_texture, ..white_material() };
+        let alpha = |a: fn(f32) -> bool| data.colors.iter().any(|c| a(c[3]));
+        if !alpha(|a| a > 0.0) {
+            // All transparent: written by programs that do not know alpha.
+            data.colors.iter_mut().for_each(|c| c[3] = 1.0);
+        } else if alpha(|a| a < 1.0) {
+            material.alpha_mode = AlphaMode::Blend;
+        }
+    }
+    if data.normals.is_empty() {
+        add_smooth_normals(&mut data, CREASE_ANGLE);
+    }
+    let material = scene.add_material(material).map_err(LoadError::scene("PLY: material"))?;
+    add_object(&mut scene, "PLY: mesh", data, material, 0)?;
+    Ok(finish(scene, warnings.finish()))
+}
+
+/// Reads the elements in the order of the header.
+fn read_body(
+    header: &Header,
+    bytes: &[u8],
+    context: &Context<'_>,
+    warnings: &mut Warnings,
+) -> Result<(Vertices, Faces), LoadError> {
+    let mut values = Values::new(header.encoding, bytes);
+    let mut vertices = Vertices::default();
+    let mut faces = Faces::default();
+    for element in &header.elements {
+        match element.name.as_str() {
+            "vertex" if vertices.positions.is_empty() => {
+                check_mesh(context, 0, element.count)?;
+                body::check_count(element, header.encoding, bytes.len())?;
+                vertices = body::vertices(element, &mut values)?;
+            }
+            name @ ("face" | "tristrips") if faces.triangles.is_empty() => {
+                let (read, given_up) = body::faces(element, &mut values, &vertices.positions, context)?;
+                faces = read;
+                if faces.bad > 0 {
+                    let bad = counted(faces.bad, "face");
+                    warnings
+                        .add(|| format!("PLY: {bad} left out: vertices missing, not finite or beyond 1e15"));
+                }
+                if faces.short > 0 {
+                    let short = counted(faces.short, "face");
+                    warnings.add(|| format!("PLY: {short} of less than three vertices left out"));
+                }
+                if given_up > 0 {
+                    let polygons = counted(given_up, "concave polygon");
+                    warnings.add(|| format!("PLY: {polygons} with too many corners may be drawn wrongly"));
+                }
+                if faces.incomplete {
+                    let (read, count) = (faces.read, counted(element.count, name));
+                    warnings.add(|| format!("PLY: the file ends after {read} of {count}"));
+                    break;
+                }
+            }
+            _ => body::skip(element, &mut values)?,
+        }
+    }
+    Ok((vertices, faces))
+}
+
+/// One mesh of vertices and faces: with vertices of their own for each triangle where faces or corners have colours
+/// or texture coordinates.
+fn build(vertices: Vertices, faces: Faces, context: &Context<'_>) -> Result<MeshData, LoadError> {
+    let varies = faces.colors.iter().any(|c| *c != faces.colors[0]);
+    let face_colors = !faces.colors.is_empty() && (varies || vertices.colors.is_empty());
+    let Vertices { positions, normals, uvs, colors } = vertices;
+    if !face_colors && faces.corner_uvs.is_empty() {
+        let triangles = faces.triangles;
+        return Ok(MeshData {
+            positions,
+            normals,
+            uvs: [uvs, Vec::new()],
+            colors,
+            triangles,
+            ..MeshData::default()
+        });
+    }
+    let count = faces.triangles.len() as u64;
+    check_mesh(context, count, count * 3)?;
+    fn spread<T: Copy>(list: &[T], triangles: &[[u32; 3]]) -> Vec<T> {
+        if list.is_empty() {
+            Vec::new()
+        } else {
+            triangles.as_flattened().iter().map(|&v| list[v as usize]).collect()
+        }
+    }
+    let triangles = &faces.triangles;
+    Ok(MeshData {
+        positions: spread(&positions, triangles),
+        normals: spread(&normals, triangles),
+        uvs: [
+            if faces.corner_uvs.is_empty() {
+                spread(&uvs, triangles)
+            } else {
+                faces.corner_uvs.as_flattened().to_vec()
+            },
+            Vec::new(),
+        ],
+        colors: if face_colors {
+            faces.colors.iter().flat_map(|&c| [c; 3]).collect()
+        } else {
+            spread(&colors, triangles)
+        },
+        triangles: (0..triangles.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect(),
+        ..MeshData::default()
+    })
+}
+
+/// Reads the texture that the header names, if the mesh has coordinates for it.
+fn texture(
+    header: &Header,
+    scene: &mut Scene,
+    material: &mut Material,
+    data: &mut MeshData,
+    context: &Context<'_>,
+    warnings: &mut Warnings,
+) -> Result<(), LoadError> {
+    let [name, more @ ..] = &header.textures[..] else { return Ok(()) };
+    if data.uvs[0].is_empty() {
+        return Ok(());
+    }
+    if !more.is_empty() {
+        warnings.add(|| format!("PLY: of {} textures only the first is drawn", header.textures.len()));
+    }
+    let mut budget = Budget::new(context.limits);
+    let image = match read_picture(context, name, &mut budget)? {
+        Ok(image) => image,
+        Err(message) => {
+            warnings.add(|| format!("PLY: {message}"));
+            return Ok(());
+        }
+    };
+    let texture = Texture::new(Arc::new(image), ColorSpace::Srgb, AlphaUse::Data, Sampler::default());
+    let texture = scene.add_texture(texture).map_err(LoadError::scene("PLY: texture"))?;
+    material.base_color_texture = Some(TextureRef { texture, uv_set: 0, transform: UvTransform::IDENTITY });
+    material.base_color = [1.0; 4];
+    // Programs write some colour for every vertex; one that is the same everywhere is not meant to tint a texture.
+    if data.colors.iter().all(|c| *c == data.colors[0]) {
+        data.colors = Vec::new();
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::jobs::Jobs;
+    use crate::limits::Limits;
+    use crate::load::MemoryResolver;
+
+    fn load_with(bytes: &[u8], limits: &Limits) -> Result<Loaded, LoadError> {
+        load(bytes, &Context { resolver: &MemoryResolver::default(), limits, jobs: &Jobs::new(1) })
+    }
+
+    fn load_bytes(bytes: impl AsRef<[u8]>) -> Result<Loaded, LoadError> {
+        load_with(bytes.as_ref(), &Limits::default())
+    }
+
+    const TRIANGLE: &str = "element vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+                            element face 1\nproperty list uchar int vertex_indices\nend_header\n";
+
+    fn binary(header: &str, body: &[&[u8]]) -> Vec<u8> {
+        [header.as_bytes(), &body.concat()].concat()
+    }
+
+    #[test]
+    fn every_encoding_and_type_reads_the_same() {
+        let types = ["char", "uchar", "short", "ushort", "int", "uint", "float", "double"];
+        for scalar in types {
+            let elements = format!(
+                "element vertex 3\nproperty {scalar} x\nproperty {scalar} y\nproperty {scalar} z\n\
+                 element face 1\nproperty list ushort {scalar} vertex_index\nend_header\n"
+            );
+            let values = [0, 0, 0, 2, 0, 0, 0, 3, 0];
+            let encode = |v: i32, big: bool| -> Vec<u8> {
+                let mut bytes = match scalar {
+                    "char" | "uchar" => (v as u8).to_be_bytes().to_vec(),
+                    "short" | "ushort" => (v as u16).to_be_bytes().to_vec(),
+                    "int" | "uint" => v.to_be_bytes().to_vec(),
+                    "float" => (v as f32).to_be_bytes().to_vec(),
+                    _ => f64::from(v).to_be_bytes().to_vec(),
+                };
+                if !big {
+                    bytes.reverse();
+                }
+                bytes
+            };
+            let body = |big: bool| -> Vec<u8> {
+                let count = if big { [0, 3] } else { [3, 0] };
+                let mut bytes: Vec<u8> = values.iter().flat_map(|&v| encode(v, big)).collect();
+                bytes.extend(count);
+                bytes.extend([0, 1, 2].iter().flat_map(|&v| encode(v, big)));
+                bytes
+            };
+            let ascii =
+                format!("ply\nformat ascii 1.0\n{elements}0 0 0\n2 0 0\n0 3 0\n3 0 1 2\n").into_bytes();
+            let little =
+                binary(&format!("ply\nformat binary_little_endian 1.0\n{elements}"), &[&body(false)]);
+            let big = binary(&format!("ply\nformat binary_big_endian 1.0\n{elements}"), &[&body(true)]);
+            for bytes in [ascii, little, big] {
+                let loaded = load_bytes(bytes).unwrap();
+                assert!(loaded.warnings.is_empty(), "{scalar}: {:?}", loaded.warnings);
+                let mesh = &loaded.scene.meshes()[0];
+                assert_eq!(mesh.positions(), [[0.0; 3], [2.0, 0.0, 0.0], [0.0, 3.0, 0.0]], "{scalar}");
+                assert_eq!(mesh.triangles(), [[0, 1, 2]]);
+            }
+        }
+    }
+
+    #[test]
+    fn lines_end_in_three_ways() {
+        for end in ["\n", "\r\n", "\r"] {
+            let header =
+                format!("ply\nformat binary_little_endian 1.0\ncomment\n{TRIANGLE}").replace('\n', end);
+            // The first value looks like an end of line.
+            let positions: Vec<u8> =
+                [f32::from_le_bytes([10, 13, 10, 13]), 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]
+                    .iter()
+                    .flat_map(|v| v.to_le_bytes())
+                    .collect();
+            let loaded =
+                load_bytes(binary(&header, &[&positions, &[3, 0, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0]])).unwrap();
+            assert_eq!(loaded.scene.triangle_count(), 1, "{end:?}");
+        }
+    }
+
+    #[test]
+    fn colours_of_codes_are_srgb_and_those_of_fractions_linear() {
+        let vertex = |scalar: &str, values: [&str; 3]| {
+            let [a, b, c] = values;
+            format!(
+                "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+                 property {scalar} red\nproperty {scalar} green\nproperty {scalar} blue\nelement face 1\n\
+                 property list uchar int vertex_indices\nend_header\n0 0 0 {a}\n1 0 0 {b}\n0 1 0 {c}\n3 0 1 2\n"
+            )
+        };
+        let colors = |text: String| load_bytes(text).unwrap().scene.meshes()[0].colors().to_vec();
+        let codes = colors(vertex("uchar", ["255 0 188", "0 0 0", "0 0 0"]));
+        assert_eq!(codes[0][..2], [1.0, 0.0]);
+        assert!((codes[0][2] - 0.503).abs() < 1e-3 && codes[0][3] == 1.0);
+        assert_eq!(colors(vertex("float", ["0.5 2 nan", "0 0 0", "0 0 0"]))[0], [0.5, 1.0, 0.0, 1.0]);
+        assert_eq!(colors(vertex("ushort", ["65535 0 0", "0 0 0", "0 0 0"]))[0], [1.0, 0.0, 0.0, 1.0]);
+    }
+
+    #[test]
+    fn coloured_faces_have_their_own_vertices_and_shared_normals() {
+        let text = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+                    element face 2\nproperty list uchar int vertex_indices\nproperty uchar red\nproperty uchar green\n\
+                    property uchar blue\nend_header\n0 0 0\n1 0 0\n1 1 0.1\n0 1 0\n3 0 1 2 255 0 0\n3 0 2 3 0 255 0\n";
+        let loaded = load_bytes(text).unwrap();
+        let mesh = &loaded.scene.meshes()[0];
+        assert_eq!(mesh.positions().len(), 6);
+        assert_eq!(mesh.colors()[2], [1.0, 0.0, 0.0, 1.0]);
+        assert_eq!(mesh.colors()[3], [0.0, 1.0, 0.0, 1.0]);
+        assert_eq!(mesh.normals()[0], mesh.normals()[3]);
+    }
+
+    #[test]
+    fn polygons_strips_and_coordinates() {
+        let text = "ply\nformat ascii 1.0\ncomment TextureFile a b.png \nelement vertex 4\nproperty float x\n\
+                    property float y\nproperty float z\nproperty float s\nproperty float t\nelement tristrips 1\n\
+                    property list int int vertex_indices\nelement face 0\nend_header\n\
+                    0 0 0 0 0.25\n1 0 0 1 0\n0 1 0 0 1\n1 1 0 1 1\n8 0 1 2 3 -1 0 1 2\n";
+        let loaded = load_bytes(text).unwrap();
+        let mesh = &loaded.scene.meshes()[0];
+        assert_eq!(mesh.triangles(), [[0, 1, 2], [2, 1, 3], [0, 1, 2]]);
+        assert_eq!(mesh.uvs(0)[0], [0.0, 0.75]);
+        assert_eq!(loaded.warnings.len(), 1);
+        assert!(loaded.warnings[0].message.contains("'a b.png'"), "{:?}", loaded.warnings);
+    }
+
+    #[test]
+    fn damage_is_an_error_that_names_the_element() {
+        let ascii = format!("ply\nformat ascii 1.0\n{TRIANGLE}");
+        for (bytes, message) in [
+            (b"plx\n".to_vec(), "does not begin with 'ply'"),
+            (
+                b"ply\nformat ascii 1.0\nelement vertex 3\n".to_vec(),
+                "line 4: the header ends without 'end_header'",
+            ),
+            (b"ply\nend_header\n".to_vec(), "no 'format' line"),
+            (b"ply\nformat martian 1.0\nend_header\n".to_vec(), "unknown format 'martian'"),
+            (b"ply\nformat ascii 1.0\nproperty float x\n".to_vec(), "'property float x' cannot be"),
+            (b"ply\nformat ascii 1.0\nelement vertex -1\n".to_vec(), "cannot be"),
+            (b"ply\nformat ascii 1.0\nelement vertex 1\nproperty list float int x\n".to_vec(), "cannot be"),
+            (b"ply\nformat ascii 1.0\nelement vertex 0\nend_header\n".to_vec(), "no x, y and z"),
+            (format!("{ascii}0 0 0 1 0 0 0 1").into_bytes(), "within element 'vertex', item 2 of 3"),
+            (format!("{ascii}0 0 0 1 0 0 0 1 0").into_bytes(), "within element 'face', item 0 of 1"),
+            (format!("{ascii}0 0 0 1 0 0 0 1 x 3 0 1 2").into_bytes(), "'vertex', item 2 of 3 has something"),
+            (format!("{ascii}0 0 0 1 0 0 0 1 0 3 0 1 1.5").into_bytes(), "'face', item 0 of 1 has something"),
+            (format!("{ascii}0 0 0 1 0 0 0 1 0 -3 0 1 2").into_bytes(), "'face', item 0 of 1 has something"),
+            (
+                ascii.replace("vertex 3", "vertex 4000000").into_bytes(),
+                "the file ends within element 'vertex'",
+            ),
+            (ascii.replace("vertex 3", "vertex 4000000000").into_bytes(), "exceeds the limit"),
+        ] {
+            let error = load_bytes(&bytes).unwrap_err().to_string();
+            assert!(error.contains(message) && !error.contains('\n'), "{message}: {error}");
+        }
+    }
+
+    #[test]
+    fn what_can_be_drawn_is() {
+        let ascii = format!("ply\nformat ascii 1.0\n{}", TRIANGLE.replace("face 1", "face 5"));
+        let loaded =
+            load_bytes(format!("{ascii}0 0 0 1 0 0 0 1 0 3 0 1 2 3 0 1 7 2 0 1 3 0 -1 2 4 0")).unwrap();
+        assert_eq!(loaded.scene.triangle_count(), 1);
+        assert_eq!(loaded.warnings.len(), 3, "{:?}", loaded.warnings);
+        assert!(loaded.warnings[2].message.contains("ends after 4 of 5 faces"));
+        let points = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n\
+                      element thing 2\nproperty list uchar uint a\nproperty float b\nend_header\n1 2 3\n2 1 1 0.5\n0 1\n";
+        let loaded = load_bytes(points).unwrap();
+        assert_eq!(loaded.scene.triangle_count(), 0);
+        assert!(loaded.warnings[0].message.contains("1 point"));
+    }
+
+    #[test]
+    fn lists_that_claim_too_much_cost_nothing() {
+        let header =
+            format!("ply\nformat binary_little_endian 1.0\n{}", TRIANGLE.replace("uchar int", "uint uint"));
+        let error = load_bytes(binary(&header, &[&[0; 36], &[255; 4], &[0; 12]])).unwrap_err().to_string();
+        assert!(error.contains("ends within element 'face', item 0 of 1"), "{error}");
+        let limits = Limits { vertices: 2, ..Limits::default() };
+        let ascii = format!("ply\nformat ascii 1.0\n{TRIANGLE}0 0 0 1 0 0 0 1 0 3 0 1 2");
+        assert!(matches!(load_with(ascii.as_bytes(), &limits), Err(LoadError::Limit(_))));
+    }
+}

@@ -1,0 +1,94 @@
+//! The values behind the header, one after the other.
+
+use super::header::{Encoding, Scalar};
+use crate::load::text::{Tokens, float, integer};
+
+/// Reads values of either encoding.
+#[derive(Debug)]
+pub(super) enum Values<'a> {
+    Ascii(Tokens<'a>),
+    LittleEndian(&'a [u8]),
+    BigEndian(&'a [u8]),
+}
+
+/// Why there is no value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Missing {
+    /// The file has ended.
+    End,
+    /// There is something that is not a number, or not a whole one where it must be.
+    NotANumber,
+}
+
+impl<'a> Values<'a> {
+    pub(super) fn new(encoding: Encoding, bytes: &'a [u8]) -> Self {
+        match encoding {
+            Encoding::Ascii => Self::Ascii(Tokens::new(bytes)),
+            Encoding::LittleEndian => Self::LittleEndian(bytes),
+            Encoding::BigEndian => Self::BigEndian(bytes),
+        }
+    }
+
+    /// The next value, as a number.
+    #[inline]
+    pub(super) fn number(&mut self, scalar: Scalar) -> Result<f32, Missing> {
+        match self {
+            Self::Ascii(tokens) => float(tokens.next().ok_or(Missing::End)?).ok_or(Missing::NotANumber),
+            Self::LittleEndian(bytes) => binary(bytes, scalar, false).map(|v| v.0),
+            Self::BigEndian(bytes) => binary(bytes, scalar, true).map(|v| v.0),
+        }
+    }
+
+    /// The next value, as a whole number.
+    #[inline]
+    pub(super) fn integer(&mut self, scalar: Scalar) -> Result<i64, Missing> {
+        match self {
+            Self::Ascii(tokens) => {
+                let token = tokens.next().ok_or(Missing::End)?;
+                // Some programs write counts and indices with a fraction of zero.
+                let whole = |v: &f32| *v == v.trunc() && v.abs() < 16_777_216.0;
+                integer(token)
+                    .or_else(|| float(token).filter(whole).map(|v| v as i64))
+                    .ok_or(Missing::NotANumber)
+            }
+            Self::LittleEndian(bytes) => binary(bytes, scalar, false).map(|v| v.1),
+            Self::BigEndian(bytes) => binary(bytes, scalar, true).map(|v| v.1),
+        }
+    }
+
+    /// Skips values of one type.
+    pub(super) fn skip(&mut self, scalar: Scalar, count: u64) -> Result<(), Missing> {
+        match self {
+            Self::Ascii(tokens) => (0..count).try_for_each(|_| tokens.next().map(drop).ok_or(Missing::End)),
+            Self::LittleEndian(bytes) | Self::BigEndian(bytes) => {
+                let size = count.saturating_mul(scalar.size() as u64);
+                let size = usize::try_from(size).map_err(|_| Missing::End)?;
+                *bytes = bytes.get(size..).ok_or(Missing::End)?;
+                Ok(())
+            }
+        }
+    }
+}
+
+/// A binary value, as a number and as a whole number (saturating).
+#[inline]
+fn binary(bytes: &mut &[u8], scalar: Scalar, big: bool) -> Result<(f32, i64), Missing> {
+    macro_rules! read {
+        ($type:ty) => {{
+            let (&value, rest) = bytes.split_first_chunk().ok_or(Missing::End)?;
+            *bytes = rest;
+            let value = if big { <$type>::from_be_bytes(value) } else { <$type>::from_le_bytes(value) };
+            (value as f32, value as i64)
+        }};
+    }
+    Ok(match scalar {
+        Scalar::I8 => read!(i8),
+        Scalar::U8 => read!(u8),
+        Scalar::I16 => read!(i16),
+        Scalar::U16 => read!(u16),
+        Scalar::I32 => read!(i32),
+        Scalar::U32 => read!(u32),
+        Scalar::F32 => read!(f32),
+        Scalar::F64 => read!(f64),
+    })
+}

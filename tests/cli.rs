@@ -1,0 +1,567 @@
+//! Runs the program as a user does: exit codes, messages, what is written and what is not.
+#![cfg(feature = "cli")]
+
+use serde_json::{Value, json};
+use std::fs;
+use std::io::Write;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+use tempfile::TempDir;
+
+/// Runs the program in a folder.
+fn overcoat(folder: &Path, args: &[&str]) -> Output {
+    overcoat_with_input(folder, args, b"")
+}
+
+/// Runs the program in a folder with something on standard input.
+fn overcoat_with_input(folder: &Path, args: &[&str], input: &[u8]) -> Output {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_overcoat"))
+        .args(args)
+        .current_dir(folder)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // A program that does not read its input closes the pipe; that is its right.
+    let _ = child.stdin.take().unwrap().write_all(input);
+    child.wait_with_output().unwrap()
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).unwrap()
+}
+
+/// A folder with a valid model, `quad.glb`.
+fn folder() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("quad.glb"), glb(&quad(), &quad_buffer())).unwrap();
+    folder
+}
+
+/// Names in a folder, sorted.
+fn names(folder: &Path) -> Vec<String> {
+    let mut names: Vec<String> =
+        fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+const QUAD: [[f32; 3]; 4] = [[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]];
+
+/// Positions, then indices.
+fn quad_buffer() -> Vec<u8> {
+    let mut bytes: Vec<u8> = QUAD.iter().flatten().flat_map(|v| v.to_le_bytes()).collect();
+    bytes.extend([0_u16, 1, 2, 0, 2, 3].iter().flat_map(|v| v.to_le_bytes()));
+    bytes
+}
+
+/// A red quad of two triangles that faces +Z, with one camera.
+fn quad() -> Value {
+    json!({
+        "asset": {"version": "2.0"},
+        "scene": 0,
+        "scenes": [{"nodes": [0, 1]}],
+        "nodes": [{"mesh": 0}, {"camera": 0, "translation": [0, 0, 4]}],
+        "cameras": [{"name": "eye", "type": "perspective", "perspective": {"yfov": 0.8, "znear": 0.1}}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1, "material": 0}]}],
+        "materials": [{"name": "paint", "pbrMetallicRoughness": {
+            "baseColorFactor": [0.8, 0.0, 0.0, 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.5}}],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3",
+             "min": [-1, -1, 0], "max": [1, 1, 0]},
+            {"bufferView": 1, "componentType": 5123, "count": 6, "type": "SCALAR"}
+        ],
+        "bufferViews": [
+            {"buffer": 0, "byteOffset": 0, "byteLength": 48},
+            {"buffer": 0, "byteOffset": 48, "byteLength": 12}
+        ],
+        "buffers": [{"byteLength": 60}]
+    })
+}
+
+/// A binary glTF file.
+fn glb(json: &Value, buffer: &[u8]) -> Vec<u8> {
+    let mut text = json.to_string().into_bytes();
+    text.resize(text.len().next_multiple_of(4), b' ');
+    let mut binary = buffer.to_vec();
+    binary.resize(binary.len().next_multiple_of(4), 0);
+    let mut out = b"glTF".to_vec();
+    let word = |out: &mut Vec<u8>, v: usize| out.extend((v as u32).to_le_bytes());
+    word(&mut out, 2);
+    word(&mut out, 12 + 8 + text.len() + 8 + binary.len());
+    word(&mut out, text.len());
+    out.extend(b"JSON");
+    out.extend(text);
+    word(&mut out, binary.len());
+    out.extend(b"BIN\0");
+    out.extend(binary);
+    out
+}
+
+/// A PNG file that claims a size and has hardly any data.
+fn png_header(width: u32, height: u32) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width, height);
+    encoder.set_color(png::ColorType::Rgba);
+    encoder.write_header().unwrap().write_chunk(png::chunk::IDAT, &[0x78, 0x9c]).unwrap();
+    bytes
+}
+
+/// Size and RGBA pixels of a PNG file.
+fn read_png(bytes: &[u8]) -> (u32, u32, Vec<u8>) {
+    let mut decoder = png::Decoder::new(std::io::Cursor::new(bytes));
+    decoder.set_transformations(png::Transformations::ALPHA);
+    let mut reader = decoder.read_info().unwrap();
+    let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+    let info = reader.next_frame(&mut pixels).unwrap();
+    (info.width, info.height, pixels)
+}
+
+#[test]
+fn a_model_becomes_a_picture() {
+    let folder = folder();
+    let output = overcoat(folder.path(), &["render", "quad.glb", "-o", "quad.png", "--size", "64x48"]);
+    assert_eq!((output.status.code(), stderr(&output).as_str()), (Some(0), ""));
+    assert!(output.stdout.is_empty());
+    let (width, height, pixels) = read_png(&fs::read(folder.path().join("quad.png")).unwrap());
+    assert_eq!((width, height), (64, 48));
+    let center = &pixels[4 * (24 * 64 + 32)..][..4];
+    assert!(center[0] > 60 && center[0] / 2 > center[1] && center[3] == 255, "{center:?}");
+    assert_eq!(&pixels[..4], &[0; 4], "the corner is not transparent");
+    assert_eq!(names(folder.path()), ["quad.glb", "quad.png"]);
+}
+
+/// One line on standard error that names the file and the reason, the exit code, and nothing written.
+#[test]
+fn bad_input_ends_in_one_clear_line() {
+    let folder = folder();
+    let at = |name: &str| folder.path().join(name);
+    let valid = glb(&quad(), &quad_buffer());
+
+    fs::write(at("empty.glb"), b"").unwrap();
+    fs::write(at("truncated.glb"), &valid[..valid.len() - 30]).unwrap();
+    fs::write(at("picture.glb"), b"\x89PNG\r\n\x1a\n....").unwrap();
+    fs::write(at("notes.xyz"), b"dear diary").unwrap();
+    fs::write(at("syntax.gltf"), br#"{"asset": {"version": "2.0"}, "nodes": [}"#).unwrap();
+    let mut index_out_of_range = quad();
+    index_out_of_range["meshes"][0]["primitives"][0]["attributes"]["POSITION"] = json!(7);
+    fs::write(at("index.glb"), glb(&index_out_of_range, &quad_buffer())).unwrap();
+    let mut buffer = quad_buffer();
+    buffer[50] = 200;
+    fs::write(at("vertex.glb"), glb(&quad(), &buffer)).unwrap();
+    for (name, value) in [("nan.glb", f32::NAN), ("infinite.glb", f32::INFINITY)] {
+        let mut buffer = quad_buffer();
+        buffer[12..16].copy_from_slice(&value.to_le_bytes());
+        fs::write(at(name), glb(&quad(), &buffer)).unwrap();
+    }
+    let mut outside = quad();
+    outside["buffers"][0]["uri"] = json!("../secret.bin");
+    fs::write(at("outside.gltf"), outside.to_string()).unwrap();
+    fs::create_dir(at("folder.glb")).unwrap();
+    fs::write(at("bad.hdr"), b"#?RADIANCE\n").unwrap();
+
+    let output_side = "16384";
+    let cases: &[(&[&str], i32, &[&str])] = &[
+        (&["render", "missing.glb"], 1, &["missing.glb", "No such file"]),
+        (&["render", "folder.glb"], 1, &["folder.glb", "folder"]),
+        (&["render", "empty.glb"], 1, &["empty.glb", "empty"]),
+        (&["render", "truncated.glb"], 1, &["truncated.glb"]),
+        (&["render", "picture.glb"], 1, &["picture.glb"]),
+        (&["render", "notes.xyz"], 1, &["notes.xyz", "format"]),
+        (&["render", "syntax.gltf"], 1, &["syntax.gltf", "line 1"]),
+        (&["render", "index.glb"], 1, &["index.glb", "7"]),
+        (&["render", "vertex.glb"], 1, &["vertex.glb"]),
+        (&["render", "nan.glb"], 1, &["nan.glb", "position"]),
+        (&["render", "infinite.glb"], 1, &["infinite.glb", "position"]),
+        (&["render", "outside.gltf"], 1, &["outside.gltf", "secret.bin"]),
+        (&["render", "quad.glb", "--env", "missing.hdr"], 1, &["missing.hdr", "No such file"]),
+        (&["render", "quad.glb", "--env", "bad.hdr"], 1, &["bad.hdr"]),
+        (&["render", "quad.glb", "--camera", "3"], 1, &["quad.glb", "camera '3'", "eye"]),
+        (&["render", "quad.glb", "--size", "0"], 2, &["quad.glb", "0x0"]),
+        (&["render", "quad.glb", "--size", "64x0"], 2, &["quad.glb", "64x0"]),
+        (&["render", "quad.glb", "--size", "1000000000"], 3, &["quad.glb", "1000000000", output_side]),
+        (&["render", "quad.glb", "--size", "16384x16384"], 3, &["quad.glb", "output_pixels"]),
+        (&["render", "quad.glb", "--size", "big"], 2, &["--size", "big"]),
+        (&["render", "quad.glb", "--samples", "3"], 2, &["--samples", "1, 4, 8 or 16"]),
+        (&["render", "quad.glb", "--tile", "17"], 2, &["--tile"]),
+        (&["render", "quad.glb", "--simd", "mmx"], 2, &["--simd", "mmx"]),
+        (&["render", "quad.glb", "--shading", "phong"], 2, &["--shading", "urp-desktop"]),
+        (&["render", "quad.glb", "--eye", "0,0"], 2, &["--eye"]),
+        (&["render", "quad.glb", "--eye", "0,0,0", "--target", "0,0,0"], 2, &["quad.glb", "camera"]),
+        (&["render", "quad.glb", "--view", "front", "--eye", "0,0,1"], 2, &["--view", "--eye"]),
+        (&["render", "quad.glb", "--env-intensity", "-1"], 2, &["intensity"]),
+        (&["render", "quad.glb", "--env-rotation", "nan"], 2, &["--env-rotation"]),
+        (&["render", "quad.glb", "--background", "whitish"], 2, &["--background"]),
+        (&["render", "quad.glb", "--aov", "depth,smell"], 2, &["--aov", "smell"]),
+        (&["render", "quad.glb", "--limit", "triangles=1"], 3, &["quad.glb", "triangles"]),
+        (&["render", "quad.glb", "--limit", "input_bytes=100"], 3, &["quad.glb", "input_bytes"]),
+        (&["render", "quad.glb", "--limit", "patience=1"], 2, &["--limit", "patience"]),
+        (&["render", "quad.glb", "--format", "glb"], 2, &["--format"]),
+        (&["render", "quad.glb", "--output-format", "jpg"], 2, &["jpg"]),
+        (&["render", "quad.glb", "--frobnicate"], 2, &["--frobnicate"]),
+        (&["render"], 2, &["<IN>"]),
+        (&["info", "missing.glb"], 1, &["missing.glb", "No such file"]),
+    ];
+    let before = names(folder.path());
+    for (args, code, parts) in cases {
+        let mut args = args.to_vec();
+        if args[0] == "render" {
+            args.extend(["-o", "out.png"]);
+        }
+        let output = overcoat(folder.path(), &args);
+        let message = stderr(&output);
+        assert_eq!(output.status.code(), Some(*code), "{args:?}: {message}");
+        assert_eq!(message.lines().count(), 1, "{args:?}: {message}");
+        assert!(message.starts_with("overcoat: "), "{args:?}: {message}");
+        for part in *parts {
+            assert!(message.contains(part), "{args:?}: '{part}' is missing: {message}");
+        }
+        assert!(output.stdout.is_empty(), "{args:?}");
+        assert_eq!(names(folder.path()), before, "{args:?}");
+    }
+}
+
+#[test]
+fn outputs_that_cannot_be_written_are_found_out_before_the_work() {
+    let folder = folder();
+    fs::create_dir(folder.path().join("folder.png")).unwrap();
+    for (out, code, part) in [
+        ("no-such-folder/out.png", 1, "no-such-folder"),
+        ("folder.png", 1, "folder"),
+        ("quad.glb/out.png", 1, "quad.glb"),
+        ("out.jpg", 2, ".exr"),
+        ("out", 2, ".exr"),
+    ] {
+        // The model is missing too; that the output is the problem shows what is looked at first.
+        let output = overcoat(folder.path(), &["render", "missing.glb", "-o", out]);
+        let message = stderr(&output);
+        assert_eq!(output.status.code(), Some(code), "{message}");
+        assert!(message.contains(out) && message.contains(part) && message.lines().count() == 1, "{message}");
+    }
+    assert_eq!(names(folder.path()), ["folder.png", "quad.glb"]);
+}
+
+#[test]
+fn textures_that_are_no_pictures_are_warned_about_or_refused() {
+    let folder = folder();
+    let textured = |image: &str| {
+        let mut model = quad();
+        model["images"] = json!([{ "uri": image }]);
+        model["textures"] = json!([{"source": 0}]);
+        model["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = json!({"index": 0});
+        model
+    };
+    fs::write(folder.path().join("text.png"), "not a picture").unwrap();
+    fs::write(folder.path().join("huge.png"), png_header(30_000, 30_000)).unwrap();
+    fs::write(folder.path().join("secret.png"), png_header(4, 4)).unwrap();
+    let models = folder.path().join("models");
+    fs::create_dir(&models).unwrap();
+    for (image, code, parts) in [
+        ("../text.png", vec![0, 1], ["../text.png", "folder"]),
+        ("text.png", vec![0, 1], ["text.png", ""]),
+        ("huge.png", vec![3], ["huge.png", "texture_pixels"]),
+        ("nothing.png", vec![0, 1], ["nothing.png", ""]),
+    ] {
+        for name in ["text.png", "huge.png"] {
+            fs::copy(folder.path().join(name), models.join(name)).unwrap();
+        }
+        fs::write(models.join("model.glb"), glb(&textured(image), &quad_buffer())).unwrap();
+        let output = overcoat(&models, &["render", "model.glb", "-o", "out.png", "--size", "16"]);
+        let message = stderr(&output);
+        let status = output.status.code().unwrap();
+        assert!(code.contains(&status), "{image}: {status} {message}");
+        assert!(!message.is_empty() && parts.iter().all(|part| message.contains(part)), "{image}: {message}");
+        assert_eq!(models.join("out.png").exists(), status == 0, "{image}");
+        let _ = fs::remove_file(models.join("out.png"));
+    }
+}
+
+#[test]
+fn a_failure_leaves_an_existing_file_as_it_is() {
+    let folder = folder();
+    let out = folder.path().join("out.png");
+    fs::write(&out, "precious").unwrap();
+    for (args, code) in
+        [(["--limit", "fragments=1"], 3), (["--env", "missing.hdr"], 1), (["--camera", "nobody"], 1)]
+    {
+        let mut all = vec!["render", "quad.glb", "-o", "out.png"];
+        all.extend(args);
+        assert_eq!(overcoat(folder.path(), &all).status.code(), Some(code), "{args:?}");
+        assert_eq!(fs::read(&out).unwrap(), b"precious");
+    }
+    // And an input is never an output.
+    let copy = overcoat(folder.path(), &["render", "quad.glb", "-o", "./quad.glb", "--output-format", "png"]);
+    assert_eq!(copy.status.code(), Some(2), "{}", stderr(&copy));
+    assert!(fs::read(folder.path().join("quad.glb")).unwrap().starts_with(b"glTF"));
+    assert_eq!(names(folder.path()), ["out.png", "quad.glb"]);
+}
+
+#[test]
+fn pipes_carry_models_in_and_pictures_out() {
+    let folder = folder();
+    let model = fs::read(folder.path().join("quad.glb")).unwrap();
+    let to_file = overcoat(folder.path(), &["render", "quad.glb", "-o", "out.png", "--size", "32"]);
+    assert_eq!(to_file.status.code(), Some(0));
+    let file = fs::read(folder.path().join("out.png")).unwrap();
+    for format in [None, Some("glb")] {
+        let mut args = vec!["render", "-", "-o", "-", "--size", "32"];
+        args.extend(format.iter().flat_map(|f| ["--format", f]));
+        let piped = overcoat_with_input(folder.path(), &args, &model);
+        assert_eq!(piped.status.code(), Some(0), "{}", stderr(&piped));
+        assert!(piped.stdout == file, "the pipe's picture differs from the file's");
+    }
+    let exr =
+        overcoat(folder.path(), &["render", "quad.glb", "-o", "-", "--output-format", "exr", "--size", "8"]);
+    assert_eq!(&exr.stdout[..4], &[0x76, 0x2f, 0x31, 0x01]);
+
+    let empty = overcoat_with_input(folder.path(), &["render", "-", "-o", "-"], b"");
+    assert_eq!(empty.status.code(), Some(1));
+    assert!(stderr(&empty).contains("standard input") && empty.stdout.is_empty(), "{}", stderr(&empty));
+    // Who reads from a pipe has no folder to read more from.
+    let mut outside = quad();
+    outside["buffers"][0]["uri"] = json!("quad.bin");
+    let text = outside.to_string();
+    let refused = overcoat_with_input(folder.path(), &["render", "-", "-o", "-"], text.as_bytes());
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(stderr(&refused).contains("quad.bin"), "{}", stderr(&refused));
+    // Two things do not fit into one pipe.
+    let both = overcoat(folder.path(), &["render", "quad.glb", "-o", "-", "--json"]);
+    assert_eq!(both.status.code(), Some(2));
+}
+
+#[test]
+fn json_has_what_it_promises() {
+    let folder = folder();
+    let args = [
+        "render",
+        "quad.glb",
+        "-o",
+        "out.png",
+        "--size",
+        "40x30",
+        "--samples",
+        "4",
+        "--json",
+        "--threads",
+        "2",
+    ];
+    let output = overcoat(folder.path(), &args);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let hash = report["frame_hash"].as_str().unwrap();
+    assert!(hash.len() == 32 && hash.chars().all(|c| c.is_ascii_hexdigit()), "{hash}");
+    assert_eq!(report["width"], 40);
+    assert_eq!(report["height"], 30);
+    assert_eq!(report["samples"], 4);
+    assert_eq!(report["threads"], 2);
+    assert_eq!(report["triangles"], 2);
+    assert_eq!(report["shading"], "urp-desktop");
+    assert!(report["fragments"].as_u64().unwrap() > 100);
+    assert_eq!(report["warnings"], json!([]));
+    assert_eq!(report["versions"]["overcoat"], env!("CARGO_PKG_VERSION"));
+    let stages = report["stages_ms"].as_object().unwrap();
+    assert!(stages.contains_key("load") && stages.contains_key("encode") && stages.len() > 4, "{stages:?}");
+    assert!(stages.values().all(|ms| ms.as_f64().is_some_and(|ms| ms >= 0.0)), "{stages:?}");
+    if cfg!(target_os = "linux") {
+        assert!(report["peak_rss_bytes"].as_u64().unwrap() > 1 << 20);
+    }
+
+    // What never changes the picture does not change it here either.
+    for options in [["--threads", "1"], ["--tile", "16"], ["--simd", "scalar"]] {
+        let mut all = args.to_vec();
+        all.truncate(9);
+        all.extend(options);
+        let other: Value = serde_json::from_slice(&overcoat(folder.path(), &all).stdout).unwrap();
+        assert_eq!(other["frame_hash"], report["frame_hash"], "{options:?}");
+    }
+}
+
+#[test]
+fn what_a_file_asks_for_in_vain_is_a_warning() {
+    let folder = folder();
+    let mut model = quad();
+    model["extensionsUsed"] = json!(["EXT_smell"]);
+    model["animations"] = json!([{"channels": [], "samplers": []}]);
+    fs::write(folder.path().join("asks.glb"), glb(&model, &quad_buffer())).unwrap();
+    let output = overcoat(folder.path(), &["render", "asks.glb", "-o", "out.png", "--size", "16", "--json"]);
+    assert_eq!(output.status.code(), Some(0));
+    let message = stderr(&output);
+    assert!(!message.is_empty() && message.lines().all(|line| line.starts_with("warning: ")), "{message}");
+    let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let warnings = report["warnings"].as_array().unwrap();
+    assert_eq!(warnings.len(), message.lines().count());
+    assert!(warnings.iter().any(|w| w.as_str().unwrap().contains("EXT_smell")), "{warnings:?}");
+    let quiet = overcoat(folder.path(), &["render", "asks.glb", "-o", "out.png", "--size", "16", "--quiet"]);
+    assert_eq!((quiet.status.code(), stderr(&quiet).as_str()), (Some(0), ""));
+}
+
+#[test]
+fn a_scene_file_describes_a_whole_picture() {
+    let folder = folder();
+    let scenes = folder.path().join("scenes");
+    fs::create_dir(&scenes).unwrap();
+    let json = r##"{"name": "x", "model": "../quad.glb", "env": "none", "size": [24, 16], "background": "#00ff00",
+        "camera": {"eye": [0, 0, 9], "target": [0, 0, 0], "up": [0, 1, 0], "fovYDeg": 30, "near": 0.1, "far": 9},
+        "toneMapping": ["linear", "aces"], "samples": 4, "note": "why", "peers": [], "groundTruth": {}}"##;
+    let toml = "model = '../quad.glb'\nenv = 'none'\nsize = [24, 16]\nbackground = '#00ff00'\n\
+        toneMapping = 'none'\nsamples = 4\n[camera]\neye = [0, 0, 9]\ntarget = [0, 0, 0]\nfovYDeg = 30\nnear = 0.1\n";
+    fs::write(scenes.join("scene.json"), json).unwrap();
+    fs::write(scenes.join("scene.toml"), toml).unwrap();
+    let render = |options: &[&str]| {
+        let mut args = vec!["render", "-o", "out.png", "--json"];
+        args.extend(options);
+        let output = overcoat(folder.path(), &args);
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+        (report, fs::read(folder.path().join("out.png")).unwrap())
+    };
+    let (report, picture) = render(&["--scene", "scenes/scene.json"]);
+    assert_eq!(
+        (&report["width"], &report["height"], &report["samples"]),
+        (&json!(24), &json!(16), &json!(4))
+    );
+    assert_eq!(&read_png(&picture).2[..4], &[0, 255, 0, 255]);
+    assert_eq!(render(&["--scene", "scenes/scene.toml"]).1, picture);
+    let options = [
+        "quad.glb",
+        "--env",
+        "none",
+        "--size",
+        "24x16",
+        "--background",
+        "lime",
+        "--tone-map",
+        "none",
+        "--samples",
+        "4",
+        "--eye",
+        "0,0,9",
+        "--target",
+        "0,0,0",
+        "--fov",
+        "30",
+    ];
+    assert_eq!(render(&options).1, picture);
+    // Options win over the file.
+    let (report, _) = render(&["--scene", "scenes/scene.json", "--size", "8"]);
+    assert_eq!((&report["width"], &report["height"]), (&json!(8), &json!(8)));
+
+    for (text, part) in [(r#"{"modle": "x"}"#, "modle"), ("{", "line 1"), (r#"{"size": [4, 4]}"#, "model")] {
+        fs::write(scenes.join("bad.json"), text).unwrap();
+        let output = overcoat(folder.path(), &["render", "--scene", "scenes/bad.json", "-o", "new.png"]);
+        let message = stderr(&output);
+        assert_eq!(output.status.code(), Some(1), "{message}");
+        assert!(message.contains("bad.json") && message.contains(part), "{message}");
+    }
+    assert!(!folder.path().join("new.png").exists());
+}
+
+#[test]
+fn cameras_are_chosen_by_name_number_and_view() {
+    let folder = folder();
+    let hash = |options: &[&str]| {
+        let mut args = vec!["render", "quad.glb", "-o", "out.png", "--size", "32", "--json"];
+        args.extend(options);
+        let output = overcoat(folder.path(), &args);
+        assert_eq!(output.status.code(), Some(0), "{options:?}: {}", stderr(&output));
+        let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+        report["frame_hash"].as_str().unwrap().to_owned()
+    };
+    assert_eq!(hash(&["--camera", "eye"]), hash(&["--camera", "0"]));
+    assert_ne!(hash(&["--camera", "eye"]), hash(&[]));
+    assert_eq!(hash(&["--view", "front"]), hash(&["--view", "0,0,1"]));
+    assert_ne!(hash(&["--view", "front"]), hash(&["--view", "front", "--ortho"]));
+    assert_ne!(hash(&["--view", "front", "--ortho"]), hash(&["--view", "front", "--ortho=8"]));
+}
+
+#[test]
+fn planes_go_beside_a_png_and_into_an_exr() {
+    let folder = folder();
+    let args = ["render", "quad.glb", "-o", "out.png", "--size", "16", "--aov", "depth,normal"];
+    assert_eq!(overcoat(folder.path(), &args).status.code(), Some(0));
+    assert_eq!(names(folder.path()), ["out.depth.png", "out.normal.png", "out.png", "quad.glb"]);
+    let args = ["render", "quad.glb", "-o", "out.exr", "--size", "16", "--aov", "depth,uv"];
+    assert_eq!(overcoat(folder.path(), &args).status.code(), Some(0));
+    let exr = fs::read(folder.path().join("out.exr")).unwrap();
+    let has = |name: &[u8]| exr.windows(name.len()).any(|w| w.eq_ignore_ascii_case(name));
+    assert!(has(b"depth") && has(b"uv"));
+}
+
+#[test]
+fn info_tells_what_is_inside() {
+    let folder = folder();
+    let text = overcoat(folder.path(), &["info", "quad.glb"]);
+    let text = String::from_utf8(text.stdout).unwrap();
+    for part in ["glb", "2 triangles", "'paint'", "camera 0 'eye'"] {
+        assert!(text.contains(part), "'{part}' is missing: {text}");
+    }
+    let output = overcoat(folder.path(), &["info", "quad.glb", "--json"]);
+    let contents: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(contents["triangles"], 2);
+    assert_eq!(contents["format"], "glb");
+    assert_eq!(contents["bounds"]["max"], json!([1.0, 1.0, 0.0]));
+    assert_eq!(contents["materials"][0]["name"], "paint");
+    assert_eq!(contents["cameras"][0]["name"], "eye");
+    let model = fs::read(folder.path().join("quad.glb")).unwrap();
+    let piped = overcoat_with_input(folder.path(), &["info", "-", "--json"], &model);
+    let piped: Value = serde_json::from_slice(&piped.stdout).unwrap();
+    assert_eq!((&piped["format"], &piped["triangles"]), (&json!("glb"), &json!(2)));
+}
+
+#[test]
+fn a_sheet_shows_failures_instead_of_stopping() {
+    let folder = folder();
+    let good = overcoat(
+        folder.path(),
+        &["sheet", "quad.glb", "quad.glb", "-o", "s.png", "--size", "64", "--columns", "2"],
+    );
+    assert_eq!((good.status.code(), stderr(&good).as_str()), (Some(0), ""));
+    let (width, height, pixels) = read_png(&fs::read(folder.path().join("s.png")).unwrap());
+    assert!(width > 128 && height > 64, "{width} x {height}");
+    let red = pixels.chunks(4).filter(|p| p[0] > 60 && p[0] / 2 > p[1]).count();
+    assert!(red > 1000, "{red} red pixels");
+
+    fs::write(folder.path().join("bad.glb"), b"glTFnonsense").unwrap();
+    let mixed =
+        overcoat(folder.path(), &["sheet", "quad.glb", "bad.glb", "-o", "m.png", "--size", "64", "--json"]);
+    assert_eq!(mixed.status.code(), Some(1));
+    assert!(stderr(&mixed).contains("bad.glb") && stderr(&mixed).contains("1 of 2"), "{}", stderr(&mixed));
+    let report: Value = serde_json::from_slice(&mixed.stdout).unwrap();
+    assert!(report["cells"][0]["error"].is_null() && report["cells"][1]["error"].is_string(), "{report}");
+    assert!(folder.path().join("m.png").exists());
+}
+
+#[test]
+fn bench_reports_each_stage_and_a_hash() {
+    let folder = folder();
+    let args = ["bench", "quad.glb", "--frames", "3", "--size", "32", "--json"];
+    let run = || -> Value {
+        let output = overcoat(folder.path(), &args);
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        serde_json::from_slice(&output.stdout).unwrap()
+    };
+    let (a, b) = (run(), run());
+    assert_eq!(a["frames"], 3);
+    assert_eq!(a["frames_hash"], b["frames_hash"]);
+    assert!(a["frame_ms"]["median"].as_f64().unwrap() >= a["frame_ms"]["min"].as_f64().unwrap());
+    assert!(a["stages_ms"].as_object().unwrap().len() >= 3);
+}
+
+#[test]
+fn help_has_examples_and_version_is_a_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let help = overcoat(folder.path(), &["--help"]);
+    assert_eq!(help.status.code(), Some(0));
+    assert!(String::from_utf8(help.stdout).unwrap().contains("overcoat render car.glb -o car.png"));
+    for command in ["render", "info", "sheet", "bench"] {
+        let help = overcoat(folder.path(), &[command, "--help"]);
+        assert_eq!(help.status.code(), Some(0));
+        assert!(String::from_utf8(help.stdout).unwrap().contains("Example"), "{command}");
+    }
+    let version = overcoat(folder.path(), &["--version"]);
+    assert_eq!(
+        String::from_utf8(version.stdout).unwrap(),
+        format!("overcoat {}\n", env!("CARGO_PKG_VERSION"))
+    );
+}

@@ -1,0 +1,82 @@
+//! From a golden's description to a frame, for the tests that go through all of them.
+
+mod images;
+mod scenes;
+mod shapes;
+mod stage;
+
+use overcoat::cli::picture::Machine;
+use overcoat::cli::scene_file::{SceneCamera, SceneFile};
+use overcoat::golden::{Golden, GoldenFolder, Picture};
+use overcoat::jobs::Jobs;
+use overcoat::limits::Limits;
+use overcoat::output::{DisplayImage, DisplayOptions};
+use overcoat::render::RenderOptions;
+use overcoat::scene::{Camera, Scene};
+use std::path::{Path, PathBuf};
+
+/// Where the goldens are.
+pub fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("golden")
+}
+
+/// All goldens, or why they cannot be read.
+pub fn goldens() -> Result<Vec<Golden>, String> {
+    GoldenFolder::open(&folder()).map(|f| f.goldens().to_vec()).map_err(|e| e.to_string())
+}
+
+/// What a golden shows and how.
+pub struct Shot {
+    pub scene: Scene,
+    pub camera: Camera,
+    pub options: RenderOptions,
+    pub display: DisplayOptions,
+}
+
+impl Shot {
+    /// Builds or loads the scene that a golden describes. The keys are those of scene files;
+    /// `model = "builtin:<name>"` names a scene of `tests/common/scenes`, whose own camera and environment count
+    /// where the description gives none.
+    pub fn load(golden: &Golden, machine: Machine, jobs: &Jobs) -> Result<Self, String> {
+        let mut file = SceneFile::from_toml(golden.description()).map_err(|e| e.to_string())?;
+        if file.shading.is_none() {
+            return Err("a golden names its shading model: shading = \"...\"".to_owned());
+        }
+        let limits = Limits::default();
+        let model = file.model.as_ref().and_then(|model| model.to_str()).unwrap_or_default().to_owned();
+        let Some(name) = model.strip_prefix("builtin:") else {
+            file.resolve_paths(&folder());
+            let picture = file.picture(machine, &limits, jobs).map_err(|e| e.to_string())?;
+            return Ok(Self {
+                scene: picture.scene,
+                camera: picture.camera,
+                options: picture.options,
+                display: picture.display,
+            });
+        };
+        let (mut scene, mut camera) = scenes::build(name)?.map_err(|e| e.to_string())?;
+        let (options, display) = file.options(machine, &limits).map_err(|e| e.to_string())?;
+        if file.env.is_some() {
+            file.light(&mut scene, &limits, jobs).map_err(|e| e.to_string())?;
+        } else {
+            let mut environment = scene.environment().clone();
+            environment.rotation_degrees = file.env_rotation_degrees.unwrap_or(environment.rotation_degrees);
+            environment.intensity = file.env_intensity.unwrap_or(environment.intensity);
+            scene.set_environment(environment).map_err(|e| e.to_string())?;
+        }
+        if file.camera != SceneCamera::default() {
+            camera = file.camera(&scene, &options).map_err(|e| e.to_string())?;
+        }
+        Ok(Self { scene, camera, options, display })
+    }
+}
+
+/// The picture that a golden keeps of a frame.
+pub fn picture(image: DisplayImage) -> Picture {
+    Picture { width: image.width, height: image.height, pixels: image.pixels }
+}
+
+/// Names of the built-in scenes.
+pub fn scene_names() -> Vec<&'static str> {
+    scenes::SCENES.iter().flat_map(|group| group.iter().map(|(name, _)| *name)).collect()
+}

@@ -1,0 +1,23 @@
+//! The test scenes by name: what `model = "builtin:<name>"` of a golden refers to.
+
+mod geometry;
+mod lighting;
+mod materials;
+mod texturing;
+
+use super::stage::Built;
+
+/// A scene's name and what makes it.
+pub type Entry = (&'static str, fn() -> Built);
+
+/// All of them.
+pub const SCENES: &[&[Entry]] = &[geometry::SCENES, materials::SCENES, texturing::SCENES, lighting::SCENES];
+
+/// The scene of that name.
+pub fn build(name: &str) -> Result<Built, String> {
+    let known = || SCENES.iter().flat_map(|group| group.iter());
+    known().find(|(n, _)| *n == name).map(|(_, build)| build()).ok_or_else(|| {
+        let names: Vec<&str> = known().map(|(n, _)| *n).collect();
+        format!("no built-in scene '{name}'; there are {}", names.join(", "))
+    })
+}

@@ -1,0 +1,114 @@
+//! Every golden scene has one hash, whatever the number of threads, the side of the tiles and the instruction set.
+//!
+//! Threads {1, 2, 3, 7}, tiles {16, 32, 64} and the instruction sets of this machine are combined so that every pair
+//! of values of two of them occurs (a covering array, not all products). G-buffer planes are compared too, in every
+//! bit. A level that the machine lacks is not tested here: another machine's run is.
+
+mod common;
+
+use common::{Shot, goldens};
+use libtest_mimic::{Arguments, Failed, Trial};
+use overcoat::cli::picture::Machine;
+use overcoat::frame::{Aov, Frame};
+use overcoat::golden::Golden;
+use overcoat::math::lanes::SimdLevel;
+use overcoat::render::Renderer;
+use std::collections::BTreeSet;
+use std::process::ExitCode;
+use std::sync::{Mutex, PoisonError};
+
+const THREADS: [usize; 4] = [1, 2, 3, 7];
+const TILES: [u32; 3] = [16, 32, 64];
+
+/// One renderer for each number of threads, so that environments are filtered once for each (and, by the order of
+/// [`combinations`], at a different instruction set for each).
+static RENDERERS: Mutex<Vec<Renderer>> = Mutex::new(Vec::new());
+
+fn main() -> ExitCode {
+    let mut arguments = Arguments::from_args();
+    // The renderers have threads of their own.
+    arguments.test_threads = Some(1);
+    let mut trials = vec![Trial::test("determinism::all_pairs_are_covered", all_pairs_are_covered)];
+    match goldens() {
+        Ok(goldens) => trials.extend(goldens.into_iter().map(|golden| {
+            let name = format!("determinism::{}", golden.name());
+            Trial::test(name, move || one_hash(&golden).map_err(Failed::from))
+        })),
+        Err(error) => trials.push(Trial::test("determinism::folder", move || Err(Failed::from(error)))),
+    }
+    libtest_mimic::run(&arguments, trials).exit_code()
+}
+
+/// Indices of threads, tile sizes and levels in which every pair of two occurs.
+fn combinations(levels: usize) -> Vec<[usize; 3]> {
+    // Rows of a Latin rectangle: threads and levels in all pairs, diagonal by diagonal; the tile size moves with
+    // both, so that it meets each value of either.
+    let columns = levels.max(TILES.len());
+    (0..columns)
+        .flat_map(|shift| {
+            (0..THREADS.len()).map(move |thread| {
+                let column = (thread + shift) % columns;
+                [thread, (thread + column) % TILES.len(), column % levels]
+            })
+        })
+        .collect()
+}
+
+fn all_pairs_are_covered() -> Result<(), Failed> {
+    for levels in 1..=SimdLevel::ALL.len() {
+        let sizes = [THREADS.len(), TILES.len(), levels];
+        let rows = combinations(levels);
+        for (a, b) in [(0, 1), (0, 2), (1, 2)] {
+            let seen: BTreeSet<_> = rows.iter().map(|row| (row[a], row[b])).collect();
+            if seen.len() != sizes[a] * sizes[b] {
+                return Err(format!("{levels} levels: {} pairs of {a} and {b}", seen.len()).into());
+            }
+        }
+    }
+    Ok(())
+}
+
+fn one_hash(golden: &Golden) -> Result<(), String> {
+    let mut renderers = RENDERERS.lock().unwrap_or_else(PoisonError::into_inner);
+    if renderers.is_empty() {
+        renderers.extend(THREADS.map(Renderer::new));
+    }
+    let levels: Vec<SimdLevel> = SimdLevel::available().collect();
+    let mut shot = Shot::load(golden, Machine::default(), renderers[1].jobs())?;
+    shot.options.aovs = Aov::ALL.to_vec();
+    let mut first: Option<(String, Frame)> = None;
+    for [thread, tile, level] in combinations(levels.len()) {
+        shot.options.tile_size = Some(TILES[tile]);
+        shot.options.simd = levels[level];
+        let setting =
+            format!("{} threads, tiles of {}, {}", THREADS[thread], TILES[tile], levels[level].name());
+        let rendered = renderers[thread]
+            .render(&shot.scene, &shot.camera, &shot.options)
+            .map_err(|error| format!("{setting}: {error}"))?;
+        match &first {
+            None => first = Some((setting, rendered.frame)),
+            Some((reference, frame)) => {
+                if let Some(what) = difference(frame, &rendered.frame) {
+                    return Err(format!("{what} differs between [{reference}] and [{setting}]"));
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The first thing in which two frames differ.
+fn difference(a: &Frame, b: &Frame) -> Option<String> {
+    let bits = |data: &[f32]| -> Vec<u32> { data.iter().map(|v| v.to_bits()).collect() };
+    if a.frame_hash() != b.frame_hash() {
+        let count = a.pixels.iter().zip(&b.pixels).filter(|(a, b)| a != b).count();
+        let at = a.pixels.iter().zip(&b.pixels).position(|(a, b)| a != b).unwrap_or(0);
+        let (x, y) = (at % a.width as usize, at / a.width as usize);
+        return Some(format!("the picture ({count} pixels, first at {x}, {y})"));
+    }
+    a.aovs
+        .iter()
+        .zip(&b.aovs)
+        .find(|(a, b)| a.aov != b.aov || bits(&a.data) != bits(&b.data))
+        .map(|(a, _)| format!("plane {}", a.aov.name()))
+}

@@ -1,0 +1,164 @@
+//! The README tells the truth: its commands run, its options exist, its tables are complete. (Its Rust example is a
+//! documentation test of the library.)
+#![cfg(feature = "cli")]
+
+use std::collections::BTreeSet;
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn readme() -> String {
+    std::fs::read_to_string(root().join("README.md")).unwrap()
+}
+
+fn overcoat(folder: &Path, args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_overcoat")).args(args).current_dir(folder).output().unwrap()
+}
+
+/// The words of a text that look like options: `--` and a letter.
+fn options(text: &str) -> BTreeSet<String> {
+    text.split(|c: char| !(c.is_ascii_alphanumeric() || c == '-'))
+        .filter(|word| {
+            word.strip_prefix("--").is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_lowercase()))
+        })
+        .map(str::to_owned)
+        .collect()
+}
+
+fn help(command: &str) -> String {
+    let output = overcoat(root(), &[command, "--help"]);
+    assert!(output.status.success());
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// The lines of all fenced blocks of one language.
+fn blocks(text: &str, language: &str) -> Vec<String> {
+    let mut lines = Vec::new();
+    let mut inside = None;
+    for line in text.lines() {
+        match (line.strip_prefix("```"), inside) {
+            (Some(_), Some(_)) => inside = None,
+            (Some(opened), None) => inside = Some(opened == language),
+            (None, Some(true)) => lines.push(line.to_owned()),
+            _ => {}
+        }
+    }
+    lines
+}
+
+#[test]
+fn options_in_the_readme_exist_and_all_of_render_are_there() {
+    let known: BTreeSet<String> =
+        ["render", "info", "sheet", "bench"].iter().flat_map(|command| options(&help(command))).collect();
+    // Cargo's own.
+    let cargos = BTreeSet::from(["--release".to_owned(), "--example".to_owned(), "--help".to_owned()]);
+    let mentioned = options(&readme());
+    for option in mentioned.difference(&cargos) {
+        assert!(known.contains(option), "{option} is in the README and not in --help");
+    }
+    for option in ["Camera:", "Light:", "Picture:", "Display:"].iter().flat_map(|heading| {
+        let help = help("render");
+        let section = help.split(&format!("\n{heading}\n")).nth(1).unwrap().to_owned();
+        // Up to the next heading, which is the next line that is not indented.
+        let section: Vec<&str> =
+            section.lines().take_while(|line| line.is_empty() || line.starts_with(' ')).collect();
+        let names: Vec<String> = section
+            .iter()
+            .filter_map(|line| line.trim_start().strip_prefix("--"))
+            .map(|rest| format!("--{}", rest.split([' ', '[']).next().unwrap()))
+            .collect();
+        assert!(!names.is_empty(), "{heading} lists nothing");
+        names
+    }) {
+        assert!(mentioned.contains(&option), "{option} is in --help and not in the README");
+    }
+}
+
+/// Every example of the program is accepted: it fails for want of its files and not for its options.
+#[test]
+fn examples_in_the_readme_and_in_help_are_accepted() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut lines = blocks(&readme(), "sh");
+    for command in ["render", "info", "sheet", "bench"] {
+        lines.extend(help(command).lines().map(|line| line.trim().to_owned()));
+    }
+    let mut tried = 0;
+    for line in lines {
+        // What the shell would do with pipes is not tested here.
+        let Some(arguments) = line.strip_prefix("overcoat ") else { continue };
+        let arguments: Vec<&str> =
+            arguments.split(['<', '>', '|']).next().unwrap().split_whitespace().collect();
+        let output = overcoat(folder.path(), &arguments);
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{line}: {message}");
+        assert!(message.contains("No such file") || message.contains("standard input"), "{line}: {message}");
+        tried += 1;
+    }
+    assert!(tried >= 12, "only {tried} examples found");
+}
+
+#[test]
+fn the_first_command_of_the_readme_makes_a_picture() {
+    let block = blocks(&readme(), "sh");
+    let line = block.iter().find_map(|line| line.strip_prefix("cargo run --release -- ")).unwrap();
+    let (input, output) = line.strip_prefix("render ").unwrap().split_once(" -o ").unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let picture = folder.path().join(output);
+    let done = overcoat(root(), &["render", input, "-o", picture.to_str().unwrap(), "--size", "64"]);
+    assert_eq!((done.status.code(), String::from_utf8(done.stderr).unwrap().as_str()), (Some(0), ""));
+    assert!(std::fs::metadata(picture).unwrap().len() > 500);
+}
+
+#[test]
+fn the_table_of_limits_is_complete_and_right() {
+    // The derived Debug output lists the fields with their defaults.
+    let text = format!("{:?}", overcoat::limits::Limits::default());
+    let fields: Vec<(&str, u64)> = text
+        .trim_start_matches("Limits {")
+        .trim_end_matches('}')
+        .split(',')
+        .filter_map(|part| part.split_once(':'))
+        .map(|(name, value)| (name.trim(), value.trim().parse().unwrap()))
+        .collect();
+    assert!(fields.len() >= 11);
+    let readme = readme();
+    for (name, value) in fields {
+        let row = readme.lines().find(|line| line.starts_with(&format!("| `{name}` |")));
+        let row = row.unwrap_or_else(|| panic!("{name} is not in the table of limits"));
+        let stated = row.split('|').nth(2).unwrap().trim();
+        let stated = if let Some(exponent) = stated.strip_prefix("2^") {
+            1_u64 << exponent.parse::<u32>().unwrap()
+        } else if let Some(gib) = stated.strip_suffix(" GiB") {
+            (gib.parse::<f64>().unwrap() * f64::from(1 << 30)) as u64
+        } else {
+            stated.parse().unwrap()
+        };
+        assert_eq!(stated, value, "{name}");
+    }
+}
+
+#[test]
+fn links_lead_to_files() {
+    let readme = readme();
+    let mut seen = 0;
+    for (at, _) in readme.match_indices("](") {
+        let target = readme[at + 2..].split(')').next().unwrap();
+        if target.starts_with("https://") || target.starts_with('#') {
+            continue;
+        }
+        assert!(root().join(target).exists(), "{target} does not exist");
+        seen += 1;
+    }
+    assert!(seen >= 3);
+}
+
+#[test]
+fn the_scene_file_of_the_readme_is_one() {
+    let text = blocks(&readme(), "toml").join("\n");
+    let scene = overcoat::cli::scene_file::SceneFile::from_toml(&text).unwrap();
+    assert_eq!(scene.size, Some([1920, 1080]));
+    assert_eq!(scene.camera.fov_y_degrees, Some(30.0));
+}
