@@ -86,6 +86,11 @@ fn specular_glossiness() {
     let expected =
         Workflow::SpecularGlossiness { specular: [0.5, 0.6, 0.7], glossiness: 0.25, texture: None };
     assert_eq!((m.workflow, m.alpha_mode), (expected, AlphaMode::Blend));
+    // The substitute's texture is not even looked for.
+    let mut model = Model::textured();
+    model.json["images"][0] = json!({"uri": "gone.png"});
+    model.json["materials"][0]["extensions"] = json!({"KHR_materials_pbrSpecularGlossiness": {}});
+    assert!(model.warnings().is_empty());
 }
 
 #[test]
