@@ -31,23 +31,33 @@ fn fragments() -> Vec<Planes> {
 /// One coated surface under one light and a constant environment.
 #[inline(always)]
 fn shade<L: Lanes>(l: L, version: UrpVersion, planes: &Planes, coated: bool) -> V3<L> {
-    let p = |k: usize| l.load(&planes[k]);
     let data = SurfaceData {
-        albedo: [p(0), p(1), p(2)],
+        albedo: [l.load(&planes[0]), l.load(&planes[1]), l.load(&planes[2])],
         reflectance: Reflectance::Metallic {
-            metallic: p(3),
+            metallic: l.load(&planes[3]),
             dielectric_f0: [l.splat(urp::DIELECTRIC_F0); 3],
         },
-        smoothness: p(4),
-        coat: coated.then(|| Coat { mask: p(5), smoothness: p(6), normal: None }),
+        smoothness: l.load(&planes[4]),
+        coat: if coated {
+            Some(Coat { mask: l.load(&planes[5]), smoothness: l.load(&planes[6]), normal: None })
+        } else {
+            None
+        },
     };
-    let normal = vec3::normalize(l, [p(7), p(8), p(9)]);
-    let view = vec3::normalize(l, [p(10), p(11), p(9)]);
+    let normal = vec3::normalize(l, [l.load(&planes[7]), l.load(&planes[8]), l.load(&planes[9])]);
+    let view = vec3::normalize(l, [l.load(&planes[10]), l.load(&planes[11]), l.load(&planes[9])]);
     let surface = urp::surface(l, version, &data, normal, view);
     let light = vec3::splat(l, [0.6, 0.0, 0.8]);
     let one = l.splat(1.0);
     let direct = urp::direct(l, &surface, light, [one; 3], one);
-    let indirect = urp::indirect(l, &surface, [one; 3], |_| [one; 3], one);
+    let indirect = urp::indirect(
+        l,
+        &surface,
+        [one; 3],
+        #[inline(always)]
+        |_| [one; 3],
+        one,
+    );
     vec3::add(l, direct, indirect)
 }
 

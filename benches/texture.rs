@@ -2,8 +2,11 @@
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use overcoat::color::srgb;
-use overcoat::math::lanes::SimdLevel;
+use overcoat::gbuffer::texture::{Footprint, sample, sample_alpha};
+use overcoat::math::lanes::{Float, LANES, Lanes, SimdLevel};
+use overcoat::scene::{AlphaUse, ColorSpace, Image, Sampler, Texture};
 use std::hint::black_box;
+use std::sync::Arc;
 
 /// Numbers in [0, 1), the same in every run.
 fn noise() -> impl FnMut() -> f32 {
@@ -34,5 +37,75 @@ fn encode(c: &mut Criterion) {
     });
 }
 
-criterion_group!(benches, encode);
+fn picture(side: u32) -> Arc<Image> {
+    let mut next = noise();
+    let texels = (0..side * side).map(|_| std::array::from_fn(|_| (next() * 255.0) as u8)).collect();
+    Arc::new(Image::new(side, side, texels).expect("the size fits"))
+}
+
+fn mips(c: &mut Criterion) {
+    let mut group = c.benchmark_group("mip-chain");
+    group.sample_size(10);
+    for (name, side, color_space, alpha) in [
+        ("2048 sRGB", 2048, ColorSpace::Srgb, AlphaUse::Data),
+        ("2048 linear", 2048, ColorSpace::Linear, AlphaUse::Data),
+        ("2048 sRGB coverage", 2048, ColorSpace::Srgb, AlphaUse::Coverage),
+        ("2048 sRGB mask", 2048, ColorSpace::Srgb, AlphaUse::mask(0.5)),
+        ("2047 sRGB", 2047, ColorSpace::Srgb, AlphaUse::Data),
+    ] {
+        let image = picture(side);
+        group.throughput(Throughput::Elements(u64::from(side * side)));
+        group.bench_function(name, |b| {
+            b.iter(|| Texture::new(black_box(&image).clone(), color_space, alpha, Sampler::default()));
+        });
+    }
+}
+
+/// Reads of neighbouring fragments, sixteen at a time, walking over the texture.
+#[inline(always)]
+fn walk<L: Lanes>(l: L, texture: &Texture, across: f32, down: f32, anisotropy: u32, alpha: bool) -> f32 {
+    let texel = 1.0 / texture.image().width() as f32;
+    let (across, down) = (across * texel, down * texel);
+    let footprint = Footprint { dx: [l.splat(across), l.zero()], dy: [l.zero(), l.splat(down)] };
+    let x: [f32; LANES] = std::array::from_fn(|k| (k % 4) as f32);
+    let y: [f32; LANES] = std::array::from_fn(|k| (k / 4) as f32);
+    let (x, y) = (l.load(&x) * across, l.load(&y) * down);
+    let mut sum = l.zero();
+    for k in 0..BATCHES {
+        let (column, row) = ((k % 64) as f32 * 4.0, (k / 64) as f32 * 4.0);
+        let uv = [x + column * across, y + (row * down + 0.3)];
+        sum = if alpha {
+            sum + sample_alpha(l, texture, uv, &footprint, anisotropy, l.mask(u16::MAX))
+        } else {
+            let [r, g, b, a] = sample(l, texture, uv, &footprint, anisotropy, l.mask(u16::MAX));
+            sum + r + g + b + a
+        };
+    }
+    sum.to_array()[0]
+}
+
+/// Batches of sixteen fragments of one measurement.
+const BATCHES: u32 = 4096;
+
+fn filter(c: &mut Criterion) {
+    for (name, color_space, across, down, anisotropy, alpha) in [
+        ("magnified sRGB", ColorSpace::Srgb, 0.3, 0.3, 8, false),
+        ("trilinear sRGB", ColorSpace::Srgb, 1.5, 1.5, 8, false),
+        ("trilinear linear", ColorSpace::Linear, 1.5, 1.5, 8, false),
+        ("trilinear alpha", ColorSpace::Srgb, 1.5, 1.5, 8, true),
+        ("anisotropic 8x sRGB", ColorSpace::Srgb, 1.5, 12.0, 8, false),
+        ("anisotropic 8x linear", ColorSpace::Linear, 1.5, 12.0, 8, false),
+    ] {
+        let mut group = c.benchmark_group(name);
+        let texture = Texture::new(picture(1024), color_space, AlphaUse::Data, Sampler::default());
+        group.throughput(Throughput::Elements(u64::from(BATCHES) * LANES as u64));
+        for level in SimdLevel::available().filter(|&level| level != SimdLevel::Scalar) {
+            group.bench_function(level.name(), |b| {
+                b.iter(|| overcoat::dispatch!(level, l => walk(l, &texture, black_box(across), down, anisotropy, alpha)));
+            });
+        }
+    }
+}
+
+criterion_group!(benches, encode, mips, filter);
 criterion_main!(benches);

@@ -214,7 +214,9 @@ pub fn initialize_brdf_data<L: Lanes>(
         Reflectance::Specular { color } => {
             let reflectivity = vec3::max_component(l, color);
             let diffuse = match version {
-                UrpVersion::Desktop | UrpVersion::Mobile => vec3::mul(l, albedo, color.map(Float::one_minus)),
+                UrpVersion::Desktop | UrpVersion::Mobile => {
+                    vec3::mul(l, albedo, vec3::map(l, color, Float::one_minus))
+                }
                 UrpVersion::Newest | UrpVersion::NewestHalf => {
                     vec3::scale(l, albedo, reflectivity.one_minus())
                 }
@@ -245,13 +247,18 @@ pub fn initialize_brdf_data_clear_coat<L: Lanes>(
         // Without a coat the way there and back would only add rounding.
         base.set_perceptual_roughness(mask.eq(l.zero()).select(p, rougher));
     }
-    base.specular = base.specular.map(|f0| {
-        let under_coat = match version {
-            UrpVersion::Desktop => f0_under_coat(l, f0),
-            UrpVersion::Mobile | UrpVersion::Newest | UrpVersion::NewestHalf => f0_under_coat_fast(l, f0),
-        };
-        f0.lerp(under_coat, mask)
-    });
+    base.specular = vec3::map(
+        l,
+        base.specular,
+        #[inline(always)]
+        |f0| {
+            let under_coat = match version {
+                UrpVersion::Desktop => f0_under_coat(l, f0),
+                UrpVersion::Mobile | UrpVersion::Newest | UrpVersion::NewestHalf => f0_under_coat_fast(l, f0),
+            };
+            f0.lerp(under_coat, mask)
+        },
+    );
     coat
 }
 
@@ -352,25 +359,25 @@ pub fn surface<L: Lanes>(
 ) -> Surface<L> {
     let mut base = initialize_brdf_data(l, version, data.albedo, data.reflectance, data.smoothness);
     let fresnel = fresnel_term(l, normal, view);
-    let coat = data.coat.as_ref().map(
-        #[inline(always)]
-        |coat| {
+    let coat = match &data.coat {
+        Some(coat) => {
             let layer = initialize_brdf_data_clear_coat(l, version, coat.mask, coat.smoothness, &mut base);
-            let (normal, fresnel) = match coat.normal {
-                Some(normal) => (normal, fresnel_term(l, normal, view)),
+            let (coat_normal, fresnel) = match coat.normal {
+                Some(coat_normal) => (coat_normal, fresnel_term(l, coat_normal, view)),
                 None => (normal, fresnel),
             };
             let reflectance = fresnel * ONE_MINUS_DIELECTRIC_F0 + DIELECTRIC_F0;
-            CoatSurface {
+            Some(CoatSurface {
                 data: layer,
                 mask: coat.mask,
-                normal,
-                separate_normal: data.coat.is_some_and(|coat| coat.normal.is_some()),
+                normal: coat_normal,
+                separate_normal: coat.normal.is_some(),
                 fresnel,
                 transmittance: (coat.mask * reflectance).one_minus(),
-            }
-        },
-    );
+            })
+        }
+        None => None,
+    };
     Surface { version, base, coat, normal, view, fresnel }
 }
 
@@ -390,7 +397,8 @@ pub fn direct<L: Lanes>(
     let mut cosine = vec3::dot(l, surface.normal, direction).saturate();
     let base = &surface.base;
     let term = specular_term(l, surface.version, base, surface.normal, half, l_dot_h);
-    let mut brdf: V3<L> = std::array::from_fn(
+    let mut brdf: V3<L> = vec3::from_fn(
+        l,
         #[inline(always)]
         |k| base.diffuse[k] + base.specular[k] * term,
     );
@@ -413,7 +421,9 @@ pub fn direct<L: Lanes>(
             reflection = reflection * lit.select(coat_cosine / divisor, one);
             cosine = coated.select(larger, cosine);
         }
-        brdf = brdf.map(
+        brdf = vec3::map(
+            l,
+            brdf,
             #[inline(always)]
             |c| c * transmittance + reflection,
         );
@@ -445,13 +455,13 @@ impl<L: Lanes> Surface<L> {
     /// What the coat reflects, if there is one.
     #[inline(always)]
     pub fn coat_query(&self, l: L) -> Option<EnvironmentQuery<L>> {
-        self.coat.as_ref().map(
-            #[inline(always)]
-            |coat| EnvironmentQuery {
+        match &self.coat {
+            Some(coat) => Some(EnvironmentQuery {
                 direction: vec3::reflect(l, vec3::neg(l, self.view), coat.normal),
                 perceptual_roughness: coat.data.perceptual_roughness,
-            },
-        )
+            }),
+            None => None,
+        }
     }
 }
 
@@ -459,7 +469,9 @@ impl<L: Lanes> Surface<L> {
 #[inline(always)]
 fn environment_brdf_specular<L: Lanes>(l: L, data: &BrdfData<L>, fresnel: L::F) -> V3<L> {
     let surface_reduction = (data.roughness2 + 1.0).recip();
-    let color = data.specular.map(
+    let color = vec3::map(
+        l,
+        data.specular,
         #[inline(always)]
         |f0| f0.lerp(data.grazing_term, fresnel),
     );
@@ -481,13 +493,15 @@ pub fn global_illumination<L: Lanes>(
 ) -> V3<L> {
     let base = &surface.base;
     let reflectance = environment_brdf_specular(l, base, surface.fresnel);
-    let mut color: V3<L> = std::array::from_fn(
+    let mut color: V3<L> = vec3::from_fn(
+        l,
         #[inline(always)]
         |k| baked_gi[k] * base.diffuse[k] + base_radiance[k] * reflectance[k],
     );
     if let Some(coat) = &surface.coat {
         let reflectance = environment_brdf_specular(l, &coat.data, coat.fresnel);
-        color = std::array::from_fn(
+        color = vec3::from_fn(
+            l,
             #[inline(always)]
             |k| color[k] * coat.transmittance + coat_radiance[k] * reflectance[k] * coat.mask,
         );

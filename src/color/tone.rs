@@ -1,5 +1,6 @@
 //! Tone curves: scene-referred light to what a display can show.
 
+use crate::each;
 use crate::math::lanes::{Float, Lanes, Mask};
 use std::fmt;
 use std::str::FromStr;
@@ -50,14 +51,14 @@ impl ToneCurve {
     /// Negative numbers and NaN count as 0, numbers above 1e9 as that.
     #[inline(always)]
     pub fn apply<L: Lanes>(self, l: L, rgb: [L::F; 3]) -> [L::F; 3] {
-        let rgb = rgb.map(|c| c.clamp_to(0.0, 1e9));
+        let rgb = each!(c in rgb => c.clamp_to(0.0, 1e9));
         let mapped = match self {
             Self::None => rgb,
             Self::Neutral => neutral(l, rgb),
             Self::Aces => aces(l, rgb),
             Self::Agx => agx(l, rgb),
         };
-        mapped.map(Float::saturate)
+        each!(c in mapped => c.saturate())
     }
 }
 
@@ -82,7 +83,7 @@ impl FromStr for ToneCurve {
 /// Row-major 3x3 matrix times column.
 #[inline(always)]
 fn transform<F: Float>(m: &[[f32; 3]; 3], v: [F; 3]) -> [F; 3] {
-    m.map(|row| v[0] * row[0] + v[1] * row[1] + v[2] * row[2])
+    each!(k => v[0] * m[k][0] + v[1] * m[k][1] + v[2] * m[k][2])
 }
 
 /// Khronos PBR Neutral, in the order of operations of its specification.
@@ -97,7 +98,7 @@ fn neutral<L: Lanes>(l: L, rgb: [L::F; 3]) -> [L::F; 3] {
     let least = rgb[0].min(rgb[1]).min(rgb[2]);
     let toe = least - least.squared() * 6.25;
     let offset = least.lt(l.splat(0.08)).select(toe, l.splat(F90));
-    let rgb = rgb.map(|c| c - offset);
+    let rgb = each!(c in rgb => c - offset);
     let peak = rgb[0].max(rgb[1]).max(rgb[2]);
     let d = 1.0 - KS;
     let new_peak = l.splat(1.0) - l.splat(d * d) / (peak + (d - KS));
@@ -105,7 +106,7 @@ fn neutral<L: Lanes>(l: L, rgb: [L::F; 3]) -> [L::F; 3] {
     let compressed = peak.ge(l.splat(KS));
     // Lanes that are not compressed divide by whatever the peak is, and are not selected.
     let scale = new_peak / peak;
-    rgb.map(|c| compressed.select((c * scale).lerp(new_peak, white), c))
+    each!(c in rgb => compressed.select((c * scale).lerp(new_peak, white), c))
 }
 
 /// Hill's fit of the ACES transforms, with three.js's exposure of 1 / 0.6.
@@ -118,9 +119,9 @@ fn aces<L: Lanes>(l: L, rgb: [L::F; 3]) -> [L::F; 3] {
     const OUTPUT: [[f32; 3]; 3] =
         [[1.60475, -0.53108, -0.07367], [-0.10208, 1.10813, -0.00605], [-0.00327, -0.07276, 1.07602]];
     let _ = l;
-    let working = transform(&INPUT, rgb.map(|c| c * (1.0 / 0.6)));
-    let curved = working
-        .map(|v| (v * (v + 0.024_578_6) - 0.000_090_537) / (v * (v * 0.983_729 + 0.432_951_0) + 0.238_081));
+    let working = transform(&INPUT, each!(c in rgb => c * (1.0 / 0.6)));
+    let curved = each!(v in working =>
+        (v * (v + 0.024_578_6) - 0.000_090_537) / (v * (v * 0.983_729 + 0.432_951_0) + 0.238_081));
     transform(&OUTPUT, curved)
 }
 
@@ -149,14 +150,14 @@ fn agx<L: Lanes>(l: L, rgb: [L::F; 3]) -> [L::F; 3] {
     /// Stops around middle grey: log2(0.18) - 10 and log2(0.18) + 6.5.
     const STOPS: [f32; 2] = [-12.473_93, 4.026_069];
     let working = transform(&INSET, transform(&REC2020_FROM_REC709, rgb));
-    let contrast = working.map(|v| {
+    let contrast = each!(v in working => {
         let x = (crate::math::log2(l, v.at_least(1e-10)) - STOPS[0]) * (1.0 / (STOPS[1] - STOPS[0]));
         let x = x.saturate();
         let x2 = x * x;
         let x4 = x2 * x2;
         x4 * x2 * 15.5 - x4 * x * 40.14 + x4 * 31.96 - x2 * x * 6.868 + x2 * 0.4298 + x * 0.1191 - 0.00232
     });
-    let display = transform(&OUTSET, contrast).map(|v| crate::math::pow(l, v.at_least(0.0), l.splat(2.2)));
+    let display = each!(v in transform(&OUTSET, contrast) => crate::math::pow(l, v.at_least(0.0), l.splat(2.2)));
     transform(&REC709_FROM_REC2020, display)
 }
 

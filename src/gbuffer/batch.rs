@@ -1,6 +1,7 @@
 //! Up to sixteen fragments of one material, their triangles gathered into lanes.
 
 use super::Fragment;
+use crate::each;
 use crate::math::lanes::{Float, LANES, Lanes};
 use crate::raster::{SamplePattern, TileOrigin, Triangle};
 use crate::scene::Mesh;
@@ -234,15 +235,9 @@ impl VertexLanes {
     ) -> [[L::F; N]; 3] {
         let mut planes = [[[0.0; LANES]; N]; 3];
         self.gather_attribute(draws, default, of, &mut planes);
-        planes.map(
-            #[inline(always)]
-            |vertex| {
-                vertex.map(
-                    #[inline(always)]
-                    |plane| l.load(&plane),
-                )
-            },
-        )
+        each!(vertex in planes => {
+                each!(plane in vertex => l.load(&plane))
+            })
     }
 
     /// Scalar loads only, so one copy serves every instruction set.
@@ -274,7 +269,7 @@ impl VertexLanes {
         if self.one_draw {
             return l.splat(of(&draws[self.draws[0] as usize]));
         }
-        l.load(&self.draws.map(|d| of(&draws[d as usize])))
+        l.load(&each!(d in self.draws => of(&draws[d as usize])))
     }
 
     /// A matrix of each lane's draw, applied to a vector.
@@ -288,17 +283,11 @@ impl VertexLanes {
     ) -> [L::F; 3] {
         if self.one_draw {
             let m = of(&draws[self.draws[0] as usize]);
-            return m.map(
-                #[inline(always)]
-                |r| v[0] * r[0] + v[1] * r[1] + v[2] * r[2],
-            );
+            return each!(r in m => v[0] * r[0] + v[1] * r[1] + v[2] * r[2]);
         }
         let mut planes = [[[0.0; LANES]; 3]; 3];
         self.gather_matrix(draws, of, &mut planes);
-        planes.map(
-            #[inline(always)]
-            |r| v[0] * l.load(&r[0]) + v[1] * l.load(&r[1]) + v[2] * l.load(&r[2]),
-        )
+        each!(r in planes => v[0] * l.load(&r[0]) + v[1] * l.load(&r[1]) + v[2] * l.load(&r[2]))
     }
 
     #[inline(never)]
@@ -322,11 +311,8 @@ impl VertexLanes {
 /// `a0 + b1 (a1 - a0) + b2 (a2 - a0)` for each component.
 #[inline(always)]
 pub(super) fn interpolate<F: Float, const N: usize>(vertices: &[[F; N]; 3], b: &[F; 2]) -> [F; N] {
-    std::array::from_fn(
-        #[inline(always)]
-        |n| {
+    each!(n => {
             let at_0 = vertices[0][n];
             at_0 + b[0] * (vertices[1][n] - at_0) + b[1] * (vertices[2][n] - at_0)
-        },
-    )
+        })
 }

@@ -2,6 +2,7 @@
 
 use super::Batch;
 use super::batch::interpolate;
+use crate::each;
 use crate::math::lanes::{Float, Lanes};
 
 /// Where on its triangle each fragment of a batch lies.
@@ -57,13 +58,10 @@ pub fn locate<L: Lanes>(l: L, batch: &Batch, perspective: bool) -> Location<L> {
     }
     let depth = depth.max(d0.min(d1).min(d2)).min(d0.max(d1).max(d2));
     if batch.any_clipped {
-        let corners = batch.corners.each_ref().map(|v| v.each_ref().map(|plane| l.load(plane)));
+        let corners = each!(v => each!(axis => l.load(&batch.corners[v][axis])));
         b = interpolate(&corners, &b);
         let slope = |d: &[L::F; 2]| -> [L::F; 2] {
-            std::array::from_fn(
-                #[inline(always)]
-                |n| d[0] * (corners[1][n] - corners[0][n]) + d[1] * (corners[2][n] - corners[0][n]),
-            )
+            each!(n => d[0] * (corners[1][n] - corners[0][n]) + d[1] * (corners[2][n] - corners[0][n]))
         };
         (dx, dy) = (slope(&dx), slope(&dy));
     }
@@ -86,11 +84,7 @@ impl<L: Lanes> Location<L> {
     /// Change of an attribute per pixel to the right and per pixel down.
     #[inline(always)]
     pub fn derivatives<const N: usize>(&self, vertices: &[[L::F; N]; 3]) -> [[L::F; N]; 2] {
-        [&self.barycentric_dx, &self.barycentric_dy].map(|d| {
-            std::array::from_fn(
-                #[inline(always)]
-                |n| d[0] * (vertices[1][n] - vertices[0][n]) + d[1] * (vertices[2][n] - vertices[0][n]),
-            )
-        })
+        each!(d in [self.barycentric_dx, self.barycentric_dy] =>
+            each!(n => d[0] * (vertices[1][n] - vertices[0][n]) + d[1] * (vertices[2][n] - vertices[0][n])))
     }
 }

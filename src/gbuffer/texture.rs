@@ -12,7 +12,7 @@ mod texels;
 #[cfg(test)]
 mod tests;
 
-use crate::math::lanes::{Float, Lanes, Mask};
+use crate::math::lanes::{Float, Int, Lanes, Mask};
 use crate::scene::{ColorSpace, MipFilter, Texture};
 use footprint::Probes;
 use texels::{Alpha, Format, Rgba, SrgbRgba, sample_level};
@@ -88,66 +88,101 @@ fn filter<L: Lanes, T: Format<N>, const N: usize>(
     active: L::M,
 ) -> [L::F; N] {
     let probes = Probes::new(l, texture, footprint, max_anisotropy, active);
-    if probes.most == 1 {
-        return T::finish(sample_mips::<L, T, N>(l, texture, *uv, probes.lambda, active));
-    }
+    let mips = Mips::new(l, texture, probes.lambda, active);
     let weight = probes.count.recip();
+    let spacing = (probes.count + 1.0).recip();
     let mut sum = [l.zero(); N];
     for k in 0..probes.most {
-        // Probe k of N lies at (k + 1) / (N + 1) - 1/2 of the major axis (EXT_texture_filter_anisotropic).
-        let along = l.splat(k as f32 + 1.0) / (probes.count + 1.0) - 0.5;
         let counts = l.splat(k as f32).lt(probes.count);
-        let along = counts.select(along, l.zero());
-        let at = std::array::from_fn(|axis| uv[axis] + along * probes.major[axis]);
-        let texel = sample_mips::<L, T, N>(l, texture, at, probes.lambda, active & counts);
+        let mut at = *uv;
+        if probes.most > 1 {
+            // Probe k of N lies at (k + 1) / (N + 1) - 1/2 of the major axis (EXT_texture_filter_anisotropic).
+            let along = counts.select(spacing * (k as f32 + 1.0) - 0.5, l.zero());
+            at = [uv[0] + along * probes.major[0], uv[1] + along * probes.major[1]];
+        }
+        let texel = mips.sample::<T, N>(l, texture, at, active & counts);
+        if probes.most == 1 {
+            sum = texel;
+            break;
+        }
         let weight = counts.select(weight, l.zero());
-        for (sum, texel) in sum.iter_mut().zip(texel) {
-            *sum = *sum + texel * weight;
+        for n in 0..N {
+            sum[n] = sum[n] + texel[n] * weight;
         }
     }
     T::finish(sum)
 }
 
-/// One probe: the filters within and between levels.
-#[inline(always)]
-fn sample_mips<L: Lanes, T: Format<N>, const N: usize>(
-    l: L,
-    texture: &Texture,
-    uv: [L::F; 2],
-    lambda: L::F,
-    active: L::M,
-) -> [L::F; N] {
-    let sampler = texture.sampler();
-    let last = (texture.level_count() - 1) as f32;
-    let clamped = lambda.clamp_to(0.0, last);
-    let magnified = lambda.le(l.zero());
-    let (level, fraction) = match sampler.mip {
-        MipFilter::None => (l.zero(), l.zero()),
-        // The nearest level, the finer one in the middle.
-        MipFilter::Nearest => (-(-(clamped + 0.5)).floor() - 1.0, l.zero()),
-        MipFilter::Linear => {
-            let level = clamped.floor();
-            (level, clamped - level)
+/// Which levels a fragment reads, and how.
+struct Mips<L: Lanes> {
+    /// The finest level of each lane.
+    level: L::I,
+    /// How far each lane is from there to the next coarser level.
+    fraction: L::F,
+    /// Lanes that are magnified and need another filter for it.
+    magnified: L::M,
+    /// What is to be read for some lane: the level with the filter of minification, the coarser level, and level 0
+    /// with the filter of magnification.
+    passes: [bool; 3],
+}
+
+impl<L: Lanes> Mips<L> {
+    #[inline(always)]
+    fn new(l: L, texture: &Texture, lambda: L::F, active: L::M) -> Self {
+        let sampler = texture.sampler();
+        let clamped = lambda.clamp_to(0.0, (texture.level_count() - 1) as f32);
+        let (level, fraction) = match sampler.mip {
+            MipFilter::None => (l.splat_i(0), l.zero()),
+            MipFilter::Nearest => {
+                // The nearest level, the finer one in the middle: ceil(lambda + 1/2) - 1.
+                let above = (clamped + 0.5).to_int();
+                let is_middle = above.to_float().eq(clamped + 0.5) & l.zero().lt(clamped);
+                (is_middle.select_i(above + -1, above), l.zero())
+            }
+            MipFilter::Linear => {
+                let level = clamped.to_int();
+                (level, clamped - level.to_float())
+            }
+        };
+        let mut magnified = l.mask(0);
+        if sampler.magnification != sampler.minification {
+            magnified = lambda.le(l.zero());
         }
-    };
-    let one_level =
-        |level: L::F, filter| sample_level::<L, T, N>(l, texture, level.to_int(), uv, filter, active);
-    // Lanes of which filter decides.
-    let differ = sampler.magnification != sampler.minification;
-    let (any_magnified, any_minified) =
-        if differ { ((magnified & active).any(), (!magnified & active).any()) } else { (false, true) };
-    let mut texel = if any_minified {
-        one_level(level, sampler.minification)
-    } else {
-        one_level(level, sampler.magnification)
-    };
-    if any_minified && (l.zero().lt(fraction) & active).any() {
-        let coarser = one_level((level + 1.0).at_most(last), sampler.minification);
-        texel = std::array::from_fn(|n| texel[n].lerp(coarser[n], fraction));
+        let passes =
+            [(!magnified & active).any(), (l.zero().lt(fraction) & active).any(), (magnified & active).any()];
+        Self { level, fraction, magnified, passes }
     }
-    if any_magnified && any_minified {
-        let fine = one_level(l.zero(), sampler.magnification);
-        texel = std::array::from_fn(|n| magnified.select(fine[n], texel[n]));
+
+    #[inline(always)]
+    fn sample<T: Format<N>, const N: usize>(
+        &self,
+        l: L,
+        texture: &Texture,
+        uv: [L::F; 2],
+        active: L::M,
+    ) -> [L::F; N] {
+        let sampler = texture.sampler();
+        let last = (texture.level_count() - 1) as i32;
+        let mut result = [l.zero(); N];
+        // A loop and not three calls, because the callee is large and inlined.
+        for pass in 0..3 {
+            if !self.passes[pass] {
+                continue;
+            }
+            let (level, filter) = match pass {
+                0 => (self.level, sampler.minification),
+                1 => ((self.level + 1).min(l.splat_i(last)), sampler.minification),
+                _ => (l.splat_i(0), sampler.magnification),
+            };
+            let texel = sample_level::<L, T, N>(l, texture, level, uv, filter, active);
+            for n in 0..N {
+                result[n] = match pass {
+                    0 => texel[n],
+                    1 => result[n].lerp(texel[n], self.fraction),
+                    _ => self.magnified.select(texel[n], result[n]),
+                };
+            }
+        }
+        result
     }
-    texel
 }

@@ -1,6 +1,7 @@
 //! The prefiltered chain: octahedral maps of packed radiance in one allocation, and their lookup.
 
 use super::{octahedral, texel};
+use crate::each;
 use crate::math::lanes::{Float, Int, Lanes};
 use crate::math::vec3::{self, V3};
 
@@ -35,7 +36,7 @@ pub(crate) struct Chain {
 impl Chain {
     /// A dark chain whose mirror has `size` samples along a side: 2^k + 1, between the limits on cells.
     pub(crate) fn dark(size: usize) -> Self {
-        let sizes = CELLS.map(|cells| (cells.min(size - 1) + 1) as u32);
+        let sizes = each!(cells in CELLS => (cells.min(size - 1) + 1) as u32);
         let mut starts = [0; MAPS];
         let mut end = 0;
         for (start, size) in starts.iter_mut().zip(sizes) {
@@ -60,11 +61,6 @@ impl Chain {
     /// The texels of all maps.
     pub(crate) fn texels(&self) -> &[u32] {
         &self.texels
-    }
-
-    /// The texels of all maps, to be filled.
-    pub(crate) fn texels_mut(&mut self) -> &mut [u32] {
-        &mut self.texels
     }
 
     /// One map's texels, row by row.
@@ -122,7 +118,7 @@ pub(crate) fn seal<T: Copy>(samples: &mut [T], size: usize) {
 pub(crate) fn bilinear<L: Lanes>(l: L, texels: &[u32], start: L::I, size: L::I, place: [L::F; 2]) -> V3<L> {
     let last = (size - 1).to_float();
     let half = last * 0.5;
-    let [x, y] = place.map(|c| (c * half + half).at_least(0.0).min(last));
+    let [x, y] = each!(c in place => (c * half + half).at_least(0.0).min(last));
     // The last sample belongs to the last cell.
     let cell = last - 1.0;
     let (left, top) = (x.floor().min(cell), y.floor().min(cell));
@@ -135,7 +131,7 @@ pub(crate) fn bilinear<L: Lanes>(l: L, texels: &[u32], start: L::I, size: L::I, 
     for (index, weight) in [(index, gx * gy), (index + 1, fx * gy), (below, gx * fy), (below + 1, fx * fy)] {
         let (mantissas, scale) = texel::unpack(l, l.gather_u32(texels, index));
         let weight = weight * scale;
-        sum = std::array::from_fn(|c| sum[c] + mantissas[c] * weight);
+        sum = each!(c => sum[c] + mantissas[c] * weight);
     }
     sum
 }

@@ -1,6 +1,7 @@
 //! Lookups in an equirectangular picture.
 
 use super::DistantRadiance;
+use crate::each;
 use crate::math;
 use crate::math::lanes::{Float, Int, Lanes, Mask};
 use crate::math::vec3::V3;
@@ -28,9 +29,9 @@ impl DistantRadiance for EquirectImage {
         let (x0, x1) = (wrap(left), wrap(left + 1));
         let (y0, y1) = (top * width, Int::min(top + 1, l.splat_i(height - 1)) * width);
         let values = self.pixels().as_flattened();
-        let corners = [y0 + x0, y0 + x1, y1 + x0, y1 + x1].map(|i| i * 3);
-        std::array::from_fn(|c| {
-            let [a, b, d, e] = corners.map(|i| l.gather(values, i + c as i32));
+        let corners = each!(i in [y0 + x0, y0 + x1, y1 + x0, y1 + x1] => i * 3);
+        each!(c => {
+            let [a, b, d, e] = each!(i in corners => l.gather(values, i + c as i32));
             a.lerp(b, fx).lerp(d.lerp(e, fx), fy)
         })
     }

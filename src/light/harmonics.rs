@@ -15,6 +15,7 @@
 
 use super::octahedral;
 use super::prefilter::Grid;
+use crate::each;
 use crate::dispatch;
 use crate::jobs::Jobs;
 use crate::math::lanes::{Float, LANES, Lanes, SimdLevel};
@@ -91,7 +92,7 @@ fn mean(lights: &[Light]) -> [f32; 3] {
         }
         total += f64::from(light.solid_angle);
     }
-    sum.map(|c| (c / total) as f32)
+    each!(c in sum => (c / total) as f32)
 }
 
 /// The kernel over sixteen normals from number `first` on.
@@ -107,12 +108,12 @@ fn convolve<L: Lanes>(l: L, lights: &[Light], size: usize, first: usize) -> [[f3
         let c2 = c * c;
         let even = (((c2 * KERNEL[5] + KERNEL[4]) * c2 + KERNEL[3]) * c2 + KERNEL[2]) * c2 + KERNEL[0];
         let kernel = even + c * KERNEL[1];
-        sum = std::array::from_fn(|k| sum[k] + kernel * light.radiance[k]);
+        sum = each!(k => sum[k] + kernel * light.radiance[k]);
         total = total + kernel * light.solid_angle;
     }
     // Division by the sum that white light gives makes a uniform environment exact.
     let rgb: V3<L> = vec3::scale(l, sum, total.recip());
-    rgb.map(|c| c.to_array())
+    each!(c in rgb => c.to_array())
 }
 
 #[cfg(test)]

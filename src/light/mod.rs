@@ -8,11 +8,13 @@ mod harmonics;
 mod octahedral;
 mod prefilter;
 pub mod punctual;
+mod studio;
 mod texel;
 
 pub use environment::{EnvironmentLight, PrefilteredEnvironment};
 pub use file::EnvironmentFileError;
 pub use punctual::{LightSample, PunctualLight};
+pub use studio::Studio;
 
 use crate::math::lanes::Lanes;
 use crate::math::vec3::V3;

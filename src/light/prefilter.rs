@@ -16,6 +16,7 @@
 use super::DistantRadiance;
 use super::chain::{Chain, IRRADIANCE, LEVELS, bilinear, seal};
 use super::{harmonics, octahedral, texel};
+use crate::each;
 use crate::dispatch;
 use crate::jobs::Jobs;
 use crate::math::lanes::{Float, Int, Lanes, SimdLevel};
@@ -101,7 +102,7 @@ fn paint_run<L: Lanes>(
         }
         let (_, solid_angle) = octahedral::directions(l, u, v);
         let weight = solid_angle * share;
-        let rgb = vec3::scale(l, sum, weight).map(|c| c.to_array());
+        let rgb = each!(c in vec3::scale(l, sum, weight) => c.to_array());
         let solid_angle = solid_angle.to_array();
         for (k, value) in values.iter_mut().enumerate() {
             *value = [rgb[0][k], rgb[1][k], rgb[2][k], solid_angle[k]];
@@ -219,14 +220,14 @@ fn filter_run<L: Lanes>(
         let mut sum = vec3::splat(l, [0.0; 3]);
         for sample in samples {
             let [x, y, z] = sample.direction;
-            let direction: V3<L> = std::array::from_fn(|c| tangent[c] * x + bitangent[c] * y + normal[c] * z);
+            let direction: V3<L> = each!(c => tangent[c] * x + bitangent[c] * y + normal[c] * z);
             let (start, size) = pyramid.levels[sample.copy];
             let place = octahedral::encode(l, direction);
             let (start, size) = (l.splat_i(start as i32), l.splat_i(size as i32));
             let rgb = bilinear(l, &pyramid.texels, start, size, place);
             sum = vec3::add(l, sum, vec3::scale(l, rgb, l.splat(sample.weight)));
         }
-        let rgb = vec3::scale(l, sum, l.splat(1.0 / sum_of_weights)).map(|c| c.to_array());
+        let rgb = each!(c in vec3::scale(l, sum, l.splat(1.0 / sum_of_weights)) => c.to_array());
         for (k, texel) in texels.iter_mut().enumerate() {
             *texel = texel::encode([rgb[0][k], rgb[1][k], rgb[2][k]]);
         }

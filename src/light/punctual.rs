@@ -8,6 +8,7 @@
 //! sun of 100,000 lux) want an exposure to match, which multiplies the finished radiance: 1 lux becomes white at
 //! exposure pi.
 
+use crate::each;
 use crate::math::lanes::{Float, Lanes, Mask};
 use crate::math::vec3::{self, V3};
 use crate::scene::{Light, LightKind};
@@ -51,7 +52,7 @@ impl PunctualLight {
     /// Prepares a light of a valid scene.
     #[must_use]
     pub fn new(light: &Light) -> Self {
-        let intensity = light.color.map(|c| c * light.intensity);
+        let intensity = each!(c in light.color => c * light.intensity);
         let kind = match light.kind {
             LightKind::Directional { direction } => Kind::Directional { towards: unit_opposite(direction) },
             LightKind::Point { position, range } => {
@@ -117,7 +118,7 @@ fn inverse_square(range: Option<f32>) -> f32 {
 /// The opposite of a nearly unit vector, at unit length.
 fn unit_opposite(d: [f32; 3]) -> [f32; 3] {
     let length = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
-    d.map(|c| -c / length)
+    each!(c in d => -c / length)
 }
 
 #[cfg(test)]

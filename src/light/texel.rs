@@ -7,7 +7,7 @@
 //!
 //! [`EquirectImage`]: crate::scene::EquirectImage
 
-use crate::math::lanes::{Float, Int, Lanes};
+use crate::math::lanes::{Int, Lanes};
 use crate::math::vec3::V3;
 
 /// Largest value that can be stored.
@@ -55,7 +55,7 @@ pub(crate) fn unpack<L: Lanes>(_: L, texel: L::I) -> (V3<L>, L::F) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::lanes::Scalar;
+    use crate::math::lanes::{Float, Scalar};
 
     #[test]
     fn the_error_is_below_a_512th_of_the_brightest_channel() {

@@ -14,7 +14,16 @@ pub struct Warning {
 impl Warning {
     /// A warning with this text.
     pub fn new(message: impl Into<String>) -> Self {
-        Self { message: message.into() }
+        Self { message: one_line(message.into()) }
+    }
+}
+
+/// A message that names what a file contains, with control characters replaced: it is printed on one line.
+fn one_line(message: String) -> String {
+    if message.chars().any(char::is_control) {
+        message.chars().map(|c| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c }).collect()
+    } else {
+        message
     }
 }
 
@@ -69,15 +78,15 @@ pub enum LoadError {
 impl LoadError {
     /// A damaged file.
     pub fn malformed(format: &'static str, message: impl Into<String>) -> Self {
-        Self::Malformed { format, message: message.into() }
+        Self::Malformed { format, message: one_line(message.into()) }
     }
     /// A feature that is not there.
     pub fn unsupported(format: &'static str, message: impl Into<String>) -> Self {
-        Self::Unsupported { format, message: message.into() }
+        Self::Unsupported { format, message: one_line(message.into()) }
     }
     /// A refusal by the scene, with the element that caused it.
     pub fn scene(element: impl Into<String>) -> impl FnOnce(SceneError) -> Self {
-        let element = element.into();
+        let element = one_line(element.into());
         move |source| Self::Scene { element, source }
     }
 }

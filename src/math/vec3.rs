@@ -1,6 +1,6 @@
 //! Vectors of three lane numbers, with a fixed order of operations.
 
-use super::lanes::{Float, Lanes};
+use super::lanes::{Float, Lanes, Mask};
 
 /// Three numbers a lane: a point, a direction or a linear colour.
 pub type V3<L> = [<L as Lanes>::F; 3];
@@ -8,7 +8,22 @@ pub type V3<L> = [<L as Lanes>::F; 3];
 /// The same vector in every lane.
 #[inline(always)]
 pub fn splat<L: Lanes>(l: L, v: [f32; 3]) -> V3<L> {
-    v.map(|c| l.splat(c))
+    [l.splat(v[0]), l.splat(v[1]), l.splat(v[2])]
+}
+
+/// `f` of every component. Mark the closure `#[inline(always)]`.
+///
+/// Not `array::map`: the standard library's is compiled for the least instruction set and called, which makes
+/// lane arithmetic inside several times slower.
+#[inline(always)]
+pub fn map<L: Lanes>(_: L, v: V3<L>, f: impl Fn(L::F) -> L::F) -> V3<L> {
+    [f(v[0]), f(v[1]), f(v[2])]
+}
+
+/// `[f(0), f(1), f(2)]`. Mark the closure `#[inline(always)]`; see [`map`].
+#[inline(always)]
+pub fn from_fn<L: Lanes>(_: L, f: impl Fn(usize) -> L::F) -> V3<L> {
+    [f(0), f(1), f(2)]
 }
 
 /// `a + b`.
@@ -86,8 +101,7 @@ pub fn reflect<L: Lanes>(l: L, i: V3<L>, n: V3<L>) -> V3<L> {
 /// `yes` where the mask is true, `no` elsewhere.
 #[inline(always)]
 pub fn select<L: Lanes>(_: L, condition: L::M, yes: V3<L>, no: V3<L>) -> V3<L> {
-    use super::lanes::Mask;
-    std::array::from_fn(|k| condition.select(yes[k], no[k]))
+    [condition.select(yes[0], no[0]), condition.select(yes[1], no[1]), condition.select(yes[2], no[2])]
 }
 
 /// The largest component.

@@ -1,5 +1,6 @@
 //! Linear radiance to 8-bit sRGB.
 
+use crate::each;
 use crate::color::ToneCurve;
 use crate::color::srgb::{SRGB8_TO_LINEAR, linear_to_srgb8_lanes};
 use crate::dispatch;
@@ -86,7 +87,7 @@ fn develop<L: Lanes>(
     let visible = alpha.gt(l.zero());
     // Radiance of the surface itself. Nearly invisible pixels may overflow to infinity, which the curve cuts off.
     let scale = visible.select(l.splat(exposure) / alpha, l.zero());
-    let rgb = [0, 1, 2].map(|c| l.load(&planes[c]) * scale);
+    let rgb: [L::F; 3] = each!(c => l.load(&planes[c]) * scale);
     let mut rgb = curve.apply(l, rgb);
     let mut opacity = alpha;
     if let Some(background) = background {
@@ -95,7 +96,7 @@ fn develop<L: Lanes>(
         }
         opacity = l.splat(1.0);
     }
-    let [r, g, b] = rgb.map(|c| linear_to_srgb8_lanes(l, c).to_array());
+    let [r, g, b] = each!(c in rgb => linear_to_srgb8_lanes(l, c).to_array());
     let a = (opacity * 255.0 + 0.5).to_int().to_array();
     for (k, pixel) in out.iter_mut().enumerate().take(LANES) {
         *pixel = if a[k] == 0 { [0; 4] } else { [r[k] as u8, g[k] as u8, b[k] as u8, a[k] as u8] };

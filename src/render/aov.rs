@@ -69,20 +69,7 @@ impl TileAovs {
                 Aov::Coat => vec![surface.coat.to_array(), surface.coat_roughness.to_array()],
                 Aov::Uv => surface.uv.map(|c| c.to_array()).to_vec(),
                 Aov::Coverage => vec![[1.0; LANES]],
-                Aov::MaterialId | Aov::ObjectId => {
-                    for &k in &members {
-                        let leader = self.leader[pixel_of(k)];
-                        let candidate = (weight_of(k), depth[k]);
-                        if candidate.0 > leader.0 || (candidate.0 == leader.0 && candidate.1 > leader.1) {
-                            let id = match aov {
-                                Aov::MaterialId => material,
-                                _ => draws[batch.vertices.draws[k] as usize].object,
-                            };
-                            plane[pixel_of(k)] = id as f32 + 1.0;
-                        }
-                    }
-                    continue;
-                }
+                Aov::MaterialId | Aov::ObjectId => continue,
             };
             for &k in &members {
                 for (channel, value) in values.iter().enumerate() {
@@ -94,8 +81,18 @@ impl TileAovs {
             let (pixel, weight) = (pixel_of(k), weight_of(k));
             self.coverage[pixel] += weight;
             let leader = &mut self.leader[pixel];
+            // One after the other: a batch may hold several fragments of a pixel, and how they fall into batches
+            // depends on the tile.
             if weight > leader.0 || (weight == leader.0 && depth[k] > leader.1) {
                 *leader = (weight, depth[k]);
+                for (aov, plane) in self.wanted.iter().zip(&mut self.planes) {
+                    let id = match aov {
+                        Aov::MaterialId => material,
+                        Aov::ObjectId => draws[batch.vertices.draws[k] as usize].object,
+                        _ => continue,
+                    };
+                    plane[pixel] = id as f32 + 1.0;
+                }
             }
         }
     }

@@ -1,6 +1,7 @@
 //! Fragments to pixels.
 
 use super::tile_pass::ShadedFragment;
+use crate::each;
 use crate::gbuffer::Fragment;
 use crate::math::lanes::{Float, Int, LANES, Lanes};
 use crate::raster::TileOrigin;
@@ -126,7 +127,7 @@ pub(super) fn composite_environment<L: Lanes>(
             let x = (l.lane_indices().to_float() + (block * LANES) as f32)
                 + (origin.x + 128) as f32 * (1.0 / 256.0);
             let (_, ray) = context.rays.ray(l, [x, l.splat(screen_y)]);
-            let color = context.environment.background(l, ray).map(|c| c.to_array());
+            let color = each!(c in context.environment.background(l, ray) => c.to_array());
             for (k, pixel) in pixels.iter_mut().enumerate() {
                 let open = 1.0 - pixel[3];
                 for c in 0..3 {

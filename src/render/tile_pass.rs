@@ -1,6 +1,7 @@
 //! One tile from triangles to pixels.
 
 use super::draws::DrawState;
+use crate::each;
 use crate::gbuffer::{Batch, Fragment, TriangleSource, extract_fragments, push_masked_fragments};
 use crate::geometry::Chunk;
 use crate::limits::Limits;
@@ -220,10 +221,8 @@ fn shade_fragments<L: Lanes>(
                 pass.pattern,
             );
             let surface = evaluate_surface(l, &pass.shade, material, &batch);
-            let radiance = shade(l, &pass.shade, material, &surface).map(
-                #[inline(always)]
-                |c| c.to_array(),
-            );
+            let radiance = shade(l, &pass.shade, material, &surface);
+            let radiance = each!(c in radiance => c.to_array());
             let alpha = surface.alpha.to_array();
             let depth = surface.depth.to_array();
             for (k, &index) in indices.iter().enumerate() {

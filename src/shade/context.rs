@@ -1,5 +1,6 @@
 //! What the shading pass knows of the picture as a whole.
 
+use crate::each;
 use crate::gbuffer::Draw;
 use crate::light::{EnvironmentLight, PunctualLight};
 use crate::math::lanes::{Float, Lanes};
@@ -58,26 +59,17 @@ impl ViewRays {
     /// The ray of unit depth through a place on the screen: where it starts, and its direction (not normalised).
     #[inline(always)]
     pub fn ray<L: Lanes>(&self, l: L, screen: [L::F; 2]) -> ([L::F; 3], [L::F; 3]) {
-        let across: [L::F; 3] = std::array::from_fn(
-            #[inline(always)]
-            |k| screen[0] * self.right[k] + screen[1] * self.down[k],
-        );
-        let eye = self.eye.map(|v| l.splat(v));
+        let across: [L::F; 3] = each!(k => screen[0] * self.right[k] + screen[1] * self.down[k]);
+        let eye = each!(v in self.eye => l.splat(v));
         if self.perspective {
             (
                 eye,
-                std::array::from_fn(
-                    #[inline(always)]
-                    |k| across[k] + self.forward[k],
-                ),
+                each!(k => across[k] + self.forward[k]),
             )
         } else {
             (
-                std::array::from_fn(
-                    #[inline(always)]
-                    |k| across[k] + eye[k],
-                ),
-                self.forward.map(|v| l.splat(v)),
+                each!(k => across[k] + eye[k]),
+                each!(v in self.forward => l.splat(v)),
             )
         }
     }

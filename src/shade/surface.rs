@@ -8,6 +8,7 @@
 //! * *Reflections into the surface.* See `lighting.rs`.
 
 use super::ShadeContext;
+use crate::each;
 use crate::gbuffer::texture::{Footprint, sample};
 use crate::gbuffer::{Batch, Location, locate};
 use crate::math::lanes::{Float, Lanes, Mask};
@@ -90,18 +91,9 @@ impl<L: Lanes> Reader<'_, L> {
         let [mut dx, mut dy] = self.coordinates.derivatives[set];
         if texture.transform != UvTransform::IDENTITY {
             let rows = texture.transform.rows;
-            uv = rows.map(
-                #[inline(always)]
-                |r| uv[0] * r[0] + uv[1] * r[1] + r[2],
-            );
-            dx = rows.map(
-                #[inline(always)]
-                |r| dx[0] * r[0] + dx[1] * r[1],
-            );
-            dy = rows.map(
-                #[inline(always)]
-                |r| dy[0] * r[0] + dy[1] * r[1],
-            );
+            uv = each!(r in rows => uv[0] * r[0] + uv[1] * r[1] + r[2]);
+            dx = each!(r in rows => dx[0] * r[0] + dx[1] * r[1]);
+            dy = each!(r in rows => dy[0] * r[0] + dy[1] * r[1]);
         }
         let footprint = Footprint { dx, dy };
         let of = &self.context.textures[texture.texture.index()];
@@ -119,15 +111,9 @@ impl<L: Lanes> Reader<'_, L> {
         match texture {
             Some(texture) => {
                 let texel = self.read(texture);
-                std::array::from_fn(
-                    #[inline(always)]
-                    |n| texel[channels[n]] * factors[n],
-                )
+                each!(n => texel[channels[n]] * factors[n])
             }
-            None => factors.map(
-                #[inline(always)]
-                |f| self.l.splat(f),
-            ),
+            None => each!(f in factors => self.l.splat(f)),
         }
     }
 }
@@ -215,10 +201,7 @@ pub fn evaluate_surface<L: Lanes>(
     if has_colors(context, batch) {
         let colors = batch.vertices.attribute(l, context.draws, [1.0; 4], Mesh::colors);
         let color = location.interpolate(&colors);
-        base_color = std::array::from_fn(
-            #[inline(always)]
-            |n| base_color[n] * color[n],
-        );
+        base_color = each!(n => base_color[n] * color[n]);
     }
     let [red, green, blue, alpha] = base_color;
     let alpha = match material.alpha_mode {
@@ -334,10 +317,7 @@ fn dielectric_f0<L: Lanes>(l: L, material: &Material, reader: &Reader<'_, L>) ->
     }
     let color = reader.factor(material.specular_color, material.specular_color_texture.as_ref(), [0, 1, 2]);
     let [strength] = reader.factor([material.specular], material.specular_texture.as_ref(), [3]);
-    color.map(
-        #[inline(always)]
-        |c| (c * of_ior).at_most(1.0) * strength,
-    )
+    each!(c in color => (c * of_ior).at_most(1.0) * strength)
 }
 
 /// The tangent space of a batch.
@@ -364,10 +344,7 @@ impl<L: Lanes> NormalFrame<L> {
         let zero = vec3::dot(l, smooth, smooth).eq(l.zero());
         let object = if zero.any() {
             let flat = geometric_normal(l, context, batch);
-            std::array::from_fn(
-                #[inline(always)]
-                |k| zero.select(flat[k], smooth[k]),
-            )
+            each!(k => zero.select(flat[k], smooth[k]))
         } else {
             smooth
         };
@@ -391,14 +368,8 @@ impl<L: Lanes> NormalFrame<L> {
             let t = vec3::scale(l, t, side);
             let b = vec3::scale(l, b, side);
             (
-                std::array::from_fn(
-                    #[inline(always)]
-                    |k| lost.select(t[k], tangent[k]),
-                ),
-                std::array::from_fn(
-                    #[inline(always)]
-                    |k| lost.select(b[k], bitangent[k]),
-                ),
+                each!(k => lost.select(t[k], tangent[k])),
+                each!(k => lost.select(b[k], bitangent[k])),
             )
         } else {
             (tangent, bitangent)
@@ -443,10 +414,7 @@ fn face_viewer<L: Lanes>(l: L, normal: V3<L>, view: V3<L>) -> V3<L> {
     }
     let bent = vec3::add(l, normal, vec3::scale(l, view, -cosine));
     let bent = normalize_or(l, bent, view);
-    std::array::from_fn(
-        #[inline(always)]
-        |k| away.select(bent[k], normal[k]),
-    )
+    each!(k => away.select(bent[k], normal[k]))
 }
 
 /// The normal of each lane's triangle in object space, on its front; zero for triangles without area.
@@ -454,10 +422,7 @@ fn face_viewer<L: Lanes>(l: L, normal: V3<L>, view: V3<L>) -> V3<L> {
 fn geometric_normal<L: Lanes>(l: L, context: &ShadeContext<'_>, batch: &Batch) -> V3<L> {
     let [a, b, c] = batch.vertices.attribute(l, context.draws, [0.0; 3], Mesh::positions);
     let edge = |p: V3<L>| -> V3<L> {
-        std::array::from_fn(
-            #[inline(always)]
-            |k| p[k] - a[k],
-        )
+        each!(k => p[k] - a[k])
     };
     let (e1, e2) = (edge(b), edge(c));
     // Scaled to the longest component, so that neither huge nor tiny triangles leave the range of f32.
@@ -484,8 +449,5 @@ fn normalize_or<L: Lanes>(l: L, v: V3<L>, fallback: V3<L>) -> V3<L> {
     let square = vec3::dot(l, v, v);
     let zero = !square.gt(l.zero());
     let inverse = zero.select(l.splat(1.0), square).sqrt().recip();
-    std::array::from_fn(
-        #[inline(always)]
-        |k| zero.select(fallback[k], v[k] * inverse),
-    )
+    each!(k => zero.select(fallback[k], v[k] * inverse))
 }

@@ -4,14 +4,16 @@
 //! own offset, walls join what came apart, and the outer rim of every step is rounded off by one strip whose normals
 //! lean over the edge. The result is closed wherever the surface was.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
 use super::mesh::{Mesh, Vertex};
 
 /// Vertices this close to a curve count as on it, metres.
 const ON_CURVE: f64 = 2e-4;
+/// Vertices closer to a curve than this share of an edge move onto it.
+const SNAP: f64 = 0.4;
 /// Share of the rim's own normal in the normal at its edge; the rest leans out.
 const RIM_UPRIGHT: f64 = 0.35;
 
@@ -37,6 +39,8 @@ pub struct Cut {
     pub half_width: f64,
     /// Width of the rounded rim.
     pub rim: f64,
+    /// Longest edge allowed near the curve; longer ones are halved first, so that small shapes are met.
+    pub detail: f64,
     /// Region of the strip.
     pub gap: usize,
     /// Region of the inside; `None` leaves it as it is.
@@ -63,25 +67,127 @@ pub struct Region {
     pub output: usize,
     /// Which mesh the walls go to that lead from it down into deeper regions.
     pub walls: usize,
+    /// How far its edges round down towards deeper regions; 0 for sharp edges.
+    pub rounding: f64,
     /// An [`Offset::Open`] region whose depth is this region's thickness: gives it a back and outer edges.
     pub back: Option<usize>,
 }
 
 /// Splits and regroups `surface`; returns one mesh per output. Vertices keep their texture coordinates.
 pub fn cut(mut surface: Mesh, cuts: &[Cut], regions: &[Region], outputs: usize) -> Vec<Mesh> {
+    let mut pinned = vec![false; surface.vertices.len()];
     for cut in cuts {
         let (width, rim) = (cut.half_width, cut.rim);
         let mut levels = vec![-width, width];
         if rim > 0.0 {
-            levels.extend([-width - rim, width + rim]);
+            levels.push(width + rim);
+            // What lies inside of its own region is lower, and its edge is hidden.
+            if cut.inside.is_none() {
+                levels.push(-width - rim);
+            }
         }
         levels.dedup();
+        for _ in 0..4 {
+            surface = halved(&surface, &cut.curve, cut.detail, width + rim);
+            pinned.resize(surface.vertices.len(), false);
+        }
         for level in levels {
+            snap(&mut surface, &cut.curve, level, &mut pinned);
             surface = split(&surface, &cut.curve, level);
+            pinned.resize(surface.vertices.len(), true);
         }
     }
     let labels: Vec<usize> = surface.triangles.iter().map(|t| label(&surface, *t, cuts)).collect();
-    assemble(&surface, &labels, cuts, regions, outputs)
+    assemble(&surface, &labels, regions, outputs)
+}
+
+/// Halves the edges longer than `longest` that the curve's neighbourhood of `reach` may meet.
+fn halved(surface: &Mesh, curve: &Curve, longest: f64, reach: f64) -> Mesh {
+    let mut out = Mesh { vertices: surface.vertices.clone(), triangles: Vec::new() };
+    let mut middles: BTreeMap<(u32, u32), Option<u32>> = BTreeMap::new();
+    let values: Vec<f64> = surface.vertices.iter().map(|v| curve(v.position, v.normal).abs()).collect();
+    for triangle in &surface.triangles {
+        let middle = [0, 1, 2].map(|corner| {
+            let (a, b) = (triangle[corner], triangle[(corner + 1) % 3]);
+            *middles.entry(if a < b { (a, b) } else { (b, a) }).or_insert_with(|| {
+                let (va, vb) = (surface.vertices[a as usize], surface.vertices[b as usize]);
+                let length = va.position.distance(vb.position);
+                let near =
+                    values[a as usize] < 0.7 * length + reach || values[b as usize] < 0.7 * length + reach;
+                (length > longest && near).then(|| out.push(middle(va, vb)))
+            })
+        });
+        let [a, b, c] = *triangle;
+        match middle {
+            [None, None, None] => out.triangles.push([a, b, c]),
+            [Some(d), Some(e), Some(f)] => {
+                out.triangles.extend([[a, d, f], [d, b, e], [f, e, c], [d, e, f]]);
+            }
+            // Turned so that the first edge is halved and, with two, the second as well.
+            [Some(d), None, None] => out.triangles.extend([[a, d, c], [d, b, c]]),
+            [None, Some(d), None] => out.triangles.extend([[b, d, a], [d, c, a]]),
+            [None, None, Some(d)] => out.triangles.extend([[c, d, b], [d, a, b]]),
+            [Some(d), Some(e), None] => two_halved(&mut out, [a, b, c], d, e),
+            [None, Some(d), Some(e)] => two_halved(&mut out, [b, c, a], d, e),
+            [Some(e), None, Some(d)] => two_halved(&mut out, [c, a, b], d, e),
+        }
+    }
+    out
+}
+
+/// The triangles of a, b, c with middles `d` of a-b and `e` of b-c.
+fn two_halved(out: &mut Mesh, [a, b, c]: [u32; 3], d: u32, e: u32) {
+    out.triangles.push([d, b, e]);
+    out.quad(a, d, e, c);
+}
+
+/// The middle of an edge, raised to the arc that its normals suggest.
+fn middle(a: Vertex, b: Vertex) -> Vertex {
+    let edge = b.position - a.position;
+    let normal = (a.normal + b.normal).normalize_or_zero();
+    let rise = (b.normal - a.normal).dot(edge) / 8.0;
+    Vertex { position: (a.position + b.position) * 0.5 + normal * rise, normal, uv: (a.uv + b.uv) * 0.5 }
+}
+
+/// Moves vertices that lie close to a level set onto it, along one of their edges, so that splitting leaves few
+/// slivers. Pinned vertices, which lie on earlier curves, and those of the surface's own boundary stay.
+fn snap(surface: &mut Mesh, curve: &Curve, level: f64, pinned: &mut [bool]) {
+    let values: Vec<f64> = surface.vertices.iter().map(|v| curve(v.position, v.normal) - level).collect();
+    let mut edges: BTreeMap<(u32, u32), u32> = BTreeMap::new();
+    for triangle in &surface.triangles {
+        for corner in 0..3 {
+            let (a, b) = (triangle[corner], triangle[(corner + 1) % 3]);
+            *edges.entry(if a < b { (a, b) } else { (b, a) }).or_default() += 1;
+        }
+    }
+    let mut fixed = pinned.to_vec();
+    for (&(a, b), _) in edges.iter().filter(|(_, sides)| **sides == 1) {
+        fixed[a as usize] = true;
+        fixed[b as usize] = true;
+    }
+    let mut nearest: BTreeMap<u32, (f64, Vertex)> = BTreeMap::new();
+    for &(a, b) in edges.keys() {
+        let (at_a, at_b) = (values[a as usize], values[b as usize]);
+        if at_a * at_b >= 0.0 {
+            continue;
+        }
+        let t = at_a / (at_a - at_b);
+        let close = if t < 0.5 { a } else { b };
+        let share = if t < 0.5 { t } else { 1.0 - t };
+        if share > SNAP || fixed[close as usize] {
+            continue;
+        }
+        if nearest.get(&close).is_none_or(|(best, _)| share < *best) {
+            nearest.insert(close, (share, crossing(surface, curve, level, (a, b), &values)));
+        }
+    }
+    for (vertex, (_, place)) in nearest {
+        surface.vertices[vertex as usize] = place;
+        pinned[vertex as usize] = true;
+    }
+    for (pin, value) in pinned.iter_mut().zip(&values) {
+        *pin |= value.abs() < ON_CURVE;
+    }
 }
 
 /// Splits every triangle that the level set of `curve` crosses.
@@ -175,7 +281,7 @@ fn label(surface: &Mesh, triangle: [u32; 3], cuts: &[Cut]) -> usize {
 }
 
 /// Builds the regions, their rims and the walls between them.
-fn assemble(surface: &Mesh, labels: &[usize], cuts: &[Cut], regions: &[Region], outputs: usize) -> Vec<Mesh> {
+fn assemble(surface: &Mesh, labels: &[usize], regions: &[Region], outputs: usize) -> Vec<Mesh> {
     let mut owner: BTreeMap<(u32, u32), usize> = BTreeMap::new();
     for (triangle, &region) in surface.triangles.iter().zip(labels) {
         for corner in 0..3 {
@@ -196,7 +302,6 @@ fn assemble(surface: &Mesh, labels: &[usize], cuts: &[Cut], regions: &[Region], 
         *over_edge.entry((a, upper)).or_default() += out;
         *over_edge.entry((b, upper)).or_default() += out;
     }
-    let rim = cuts.iter().map(|c| c.rim).fold(0.0, |a, b| if a > b { a } else { b });
     let mut meshes = vec![Mesh::default(); outputs];
     let mut placed: BTreeMap<(u32, usize), u32> = BTreeMap::new();
     let mut backs: BTreeMap<(u32, usize), u32> = BTreeMap::new();
@@ -212,8 +317,8 @@ fn assemble(surface: &Mesh, labels: &[usize], cuts: &[Cut], regions: &[Region], 
                 normal[axis] = if vertex.normal[axis] < 0.0 { -1.0 } else { 1.0 };
             }
         }
-        if let Some(out) = over_edge.get(&(v, region)) {
-            position -= vertex.normal * (0.4 * rim);
+        if let (Some(out), true) = (over_edge.get(&(v, region)), regions[region].rounding > 0.0) {
+            position -= vertex.normal * regions[region].rounding;
             normal = (vertex.normal * RIM_UPRIGHT + out.normalize_or_zero()).normalize();
         }
         Vertex { position, normal, uv: vertex.uv }
@@ -236,21 +341,53 @@ fn assemble(surface: &Mesh, labels: &[usize], cuts: &[Cut], regions: &[Region], 
             mesh.triangles.push([a, c, b]);
         }
     }
+    let mut around: BTreeMap<u32, BTreeSet<usize>> = BTreeMap::new();
+    for (triangle, &region) in surface.triangles.iter().zip(labels) {
+        for &v in triangle {
+            around.entry(v).or_default().insert(region);
+        }
+    }
     for (a, b, upper, lower) in steps {
         let mesh = &mut meshes[regions[upper].walls];
-        let facing = |v: u32| over_edge[&(v, upper)].normalize_or_zero();
-        let mut wall = |v: u32, region: usize| {
-            let vertex = place(v, region);
-            mesh.push(Vertex {
-                normal: facing(v),
-                uv: vertex.uv + DVec2::splat(if region == lower { 0.01 } else { 0.0 }),
-                ..vertex
-            })
+        // A wall meets every region between its two ends, so that three regions at a point leave no crack.
+        let mut chain = |v: u32| -> Vec<u32> {
+            let (top, bottom) = (depth(regions[upper].offset), depth(regions[lower].offset));
+            let mut between: Vec<usize> = around[&v]
+                .iter()
+                .copied()
+                .filter(|r| depth(regions[*r].offset) > top && depth(regions[*r].offset) < bottom)
+                .collect();
+            between.sort_by(|a, b| depth(regions[*a].offset).total_cmp(&depth(regions[*b].offset)));
+            between.insert(0, upper);
+            between.push(lower);
+            let normal = over_edge[&(v, upper)].normalize_or_zero();
+            let wall = |region| Vertex { normal, ..place(v, region) };
+            between.into_iter().map(|region| mesh.push(wall(region))).collect()
         };
-        let corners = [wall(b, upper), wall(a, upper), wall(a, lower), wall(b, lower)];
-        mesh.quad(corners[0], corners[1], corners[2], corners[3]);
+        let (left, right) = (chain(a), chain(b));
+        zip(mesh, &left, &right);
     }
     meshes
+}
+
+/// Joins two chains that run down side by side, seen from outside.
+fn zip(mesh: &mut Mesh, left: &[u32], right: &[u32]) {
+    let (mut i, mut j) = (0, 0);
+    let share = |k: usize, chain: &[u32]| (k + 1) as f64 / chain.len() as f64;
+    while i + 1 < left.len() || j + 1 < right.len() {
+        let step_left = j + 1 == right.len() || (i + 1 < left.len() && share(i, left) <= share(j, right));
+        let triangle = if step_left {
+            i += 1;
+            [left[i - 1], left[i], right[j]]
+        } else {
+            j += 1;
+            [left[i], right[j], right[j - 1]]
+        };
+        let [a, b, c] = triangle.map(|k| mesh.vertices[k as usize].position);
+        if a != b && b != c && c != a {
+            mesh.triangles.push(triangle);
+        }
+    }
 }
 
 /// Orders regions from the outside in.

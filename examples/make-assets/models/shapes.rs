@@ -283,13 +283,14 @@ pub fn text_plate() -> Model {
     let cuts = [Cut {
         curve: Box::new(move |p, _| letters::distance(&strokes, STROKE, p.truncate()).value),
         half_width: 0.0,
+        detail: 1.0,
         rim: 0.01,
         gap: 0,
         inside: Some(1),
     }];
     let regions = [
-        Region { offset: Offset::In(0.0), output: 0, walls: 0, back: None },
-        Region { offset: Offset::In(-0.035), output: 1, walls: 1, back: None },
+        Region { offset: Offset::In(0.0), output: 0, walls: 0, rounding: 0.004, back: None },
+        Region { offset: Offset::In(-0.035), output: 1, walls: 1, rounding: 0.004, back: None },
     ];
     let mut parts = cut(face, &cuts, &regions, 2);
     parts[0].append(&backing(HALF, rows, columns, BACK));

@@ -29,7 +29,19 @@ pub(super) struct Probes<L: Lanes> {
     pub major: [L::F; 2],
 }
 
+/// A derivative in texels, limited.
+#[inline(always)]
+fn texels<L: Lanes>(d: &[L::F; 2], size: [f32; 2]) -> [L::F; 2] {
+    [(d[0] * size[0]).clamp_to(-MAX_TEXELS, MAX_TEXELS), (d[1] * size[1]).clamp_to(-MAX_TEXELS, MAX_TEXELS)]
+}
+
 impl<L: Lanes> Probes<L> {
+    /// One probe in the middle.
+    #[inline(always)]
+    fn one(l: L, lambda: L::F) -> Self {
+        Self { lambda, count: l.splat(1.0), most: 1, major: [l.zero(); 2] }
+    }
+
     #[inline(always)]
     pub fn new(l: L, texture: &Texture, footprint: &Footprint<L>, max_anisotropy: u32, active: L::M) -> Self {
         let sampler = texture.sampler();
@@ -37,22 +49,19 @@ impl<L: Lanes> Probes<L> {
             Filter::Nearest => 1,
             Filter::Linear => max_anisotropy.clamp(1, MAX_PROBES),
         };
-        let one_probe = |lambda| Self { lambda, count: l.splat(1.0), most: 1, major: [l.zero(); 2] };
         if max_probes == 1 && sampler.mip == MipFilter::None && sampler.magnification == sampler.minification
         {
-            return one_probe(l.zero());
+            return Self::one(l, l.zero());
         }
         let size = [texture.image().width() as f32, texture.image().height() as f32];
-        let texels = |d: &[L::F; 2]| -> [L::F; 2] {
-            std::array::from_fn(|axis| (d[axis] * size[axis]).clamp_to(-MAX_TEXELS, MAX_TEXELS))
-        };
-        let ([ux, vx], [uy, vy]) = (texels(&footprint.dx), texels(&footprint.dy));
+        let [ux, vx] = texels::<L>(&footprint.dx, size);
+        let [uy, vy] = texels::<L>(&footprint.dy, size);
         let (length_x, length_y) = (ux * ux + vx * vx, uy * uy + vy * vy);
         let longer = length_x.max(length_y);
         let isotropic = log2(longer) * 0.5;
         // The sum of both bounds the major axis from above.
         if max_probes == 1 || (length_x + length_y).le(l.splat(1.0)).all() {
-            return one_probe(isotropic);
+            return Self::one(l, isotropic);
         }
         // Squared major axis: the larger eigenvalue of J * transpose(J).
         let (u, v, mixed) = (ux * ux + uy * uy, vx * vx + vy * vy, ux * vx + uy * vy);
@@ -64,11 +73,12 @@ impl<L: Lanes> Probes<L> {
         let minified = l.splat(1.0).lt(major);
         let eta = (major / area).at_most(max_probes as f32 + 0.25) - 0.25;
         let eta = minified.select(eta.at_least(1.0), l.splat(1.0));
-        let count = -(-eta).floor();
+        let whole = eta.to_int().to_float();
+        let count = whole + whole.lt(eta).select(l.splat(1.0), l.zero());
         let most = largest(count, active);
         let lambda = log2(major / (eta * eta)) * 0.5;
         if most == 1 {
-            return Self { most, ..one_probe(lambda) };
+            return Self::one(l, lambda);
         }
         // An eigenvector, from the row of the matrix that does not cancel.
         let wide = l.zero().le(difference);
@@ -77,7 +87,7 @@ impl<L: Lanes> Probes<L> {
         let length = (direction[0] * direction[0] + direction[1] * direction[1]).sqrt();
         // A circle has no direction; it has one probe in the middle.
         let scale = l.zero().lt(length).select(major.sqrt() / length, l.zero());
-        let major = std::array::from_fn(|axis| direction[axis] * scale * (1.0 / size[axis]));
+        let major = [direction[0] * scale * (1.0 / size[0]), direction[1] * scale * (1.0 / size[1])];
         Self { lambda, count, most, major }
     }
 }

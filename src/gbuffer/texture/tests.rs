@@ -267,3 +267,269 @@ fn lanes_follow_the_definition() {
     }
     assert!(compared > 45_000 && anisotropic > 5_000, "{compared} {anisotropic}");
 }
+
+#[test]
+fn every_level_gives_the_bits_of_the_scalar_reference() {
+    let mut noise = Noise(3);
+    for (k, sampler) in samplers().enumerate() {
+        let (width, height) = SIZES[k % SIZES.len()];
+        let color_space = if k % 2 == 0 { ColorSpace::Srgb } else { ColorSpace::Linear };
+        let texture = noise_texture(width, height, color_space, sampler);
+        for texels_per_pixel in [0.2, 2.0, 30.0] {
+            let places = Places::random(&mut noise, texels_per_pixel, &texture);
+            for (anisotropy, active) in [(1, u16::MAX), (8, u16::MAX), (16, 0x8421)] {
+                let read = |level| {
+                    let planes = places.read_at(level, &texture, anisotropy, active);
+                    let mut bits = planes.map(|plane| plane.map(f32::to_bits));
+                    for plane in &mut bits {
+                        for k in 0..LANES {
+                            plane[k] *= u32::from(active >> k & 1);
+                        }
+                    }
+                    bits
+                };
+                let expected = read(SimdLevel::Scalar);
+                for level in SimdLevel::available() {
+                    assert!(read(level) == expected, "{level} {sampler:?} {places:?}");
+                }
+                assert_eq!(expected[3], expected[4], "alpha alone has the bits of alpha");
+            }
+        }
+    }
+}
+
+#[test]
+fn lanes_do_not_depend_on_their_neighbours() {
+    let mut noise = Noise(11);
+    for (width, height) in SIZES {
+        let texture = noise_texture(width, height, ColorSpace::Srgb, Sampler::default());
+        let places = Places::random(&mut noise, 8.0, &texture);
+        let together = places.read_at(SimdLevel::best(), &texture, 8, u16::MAX);
+        for k in 0..LANES {
+            let [uv, dx, dy] = [places.uv, places.dx, places.dy].map(|v| v.map(|plane| plane[k]));
+            let alone = Places::same(uv, dx, dy).texel(&texture, 8);
+            assert_eq!(alone, std::array::from_fn(|n| together[n][k]), "lane {k}");
+        }
+    }
+}
+
+#[test]
+fn a_constant_texture_is_constant_under_every_filter() {
+    let mut noise = Noise(5);
+    for sampler in samplers() {
+        for (width, height) in SIZES {
+            for color_space in [ColorSpace::Srgb, ColorSpace::Linear] {
+                let texel = [200, 1, 255, 77];
+                let texture =
+                    Texture::new(image(width, height, |_| texel), color_space, AlphaUse::Data, sampler);
+                let color = |code: u8| match color_space {
+                    ColorSpace::Srgb => crate::color::srgb::SRGB8_TO_LINEAR[usize::from(code)],
+                    ColorSpace::Linear => f32::from(code) * (1.0 / 255.0),
+                };
+                let expected = [color(200), color(1), 1.0, 77.0 * (1.0 / 255.0)];
+                for texels_per_pixel in [0.1, 5.0] {
+                    let places = Places::random(&mut noise, texels_per_pixel, &texture);
+                    for anisotropy in [1, 16] {
+                        let planes = places.read_at(SimdLevel::best(), &texture, anisotropy, u16::MAX);
+                        for k in 0..LANES {
+                            for n in 0..4 {
+                                // Exact for one probe; a mean over N probes rounds 2 N times.
+                                let tolerance = if anisotropy == 1 { 0.0 } else { 1e-6 * expected[n] };
+                                assert!((planes[n][k] - expected[n]).abs() <= tolerance, "{sampler:?}");
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Black and white texels in turn.
+fn checkerboard(side: u32, color_space: ColorSpace) -> Texture {
+    let texel = |k: u32| if (k % side + k / side).is_multiple_of(2) { [255; 4] } else { [0, 0, 0, 255] };
+    Texture::new(image(side, side, texel), color_space, AlphaUse::Data, Sampler::default())
+}
+
+#[test]
+fn a_distant_checkerboard_is_half_as_bright_in_linear_light() {
+    let texture = checkerboard(64, ColorSpace::Srgb);
+    for anisotropy in [1, 16] {
+        let [r, g, b, a] = Places::same([0.37, 0.91], [0.2, 0.0], [0.0, 0.2]).texel(&texture, anisotropy);
+        // 188 is the nearest code; averaging codes would give 128, which is 0.216.
+        assert!((r - 0.5).abs() < 3e-3, "{r}");
+        assert_eq!((r, r, 1.0), (g, b, a));
+    }
+}
+
+/// A texture of 4 x 1 grey levels and the value read at u.
+fn row_at(u: f32, wrap: Wrap, filter: Filter) -> f32 {
+    let sampler = Sampler {
+        wrap_u: wrap,
+        wrap_v: wrap,
+        magnification: filter,
+        minification: filter,
+        mip: MipFilter::None,
+    };
+    let image = image(4, 1, |k| [[10, 20, 30, 40][k as usize]; 4]);
+    let texture = Texture::new(image, ColorSpace::Linear, AlphaUse::Data, sampler);
+    Places::same([u, 0.5], [0.01, 0.0], [0.0, 0.01]).texel(&texture, 1)[0] * 255.0
+}
+
+#[test]
+fn wrap_modes_continue_the_texture_beyond_its_edges() {
+    use Filter::{Linear, Nearest};
+    use Wrap::{ClampToEdge, MirroredRepeat, Repeat};
+    for (wrap, filter, u, expected) in [
+        // Half a texel before the first centre, at the edge: the mean of both sides.
+        (Repeat, Linear, 0.0, 25.0),
+        (Repeat, Linear, 1.0, 25.0),
+        (Repeat, Linear, -3.0, 25.0),
+        (MirroredRepeat, Linear, 0.0, 10.0),
+        (MirroredRepeat, Linear, 1.0, 40.0),
+        (ClampToEdge, Linear, 0.0, 10.0),
+        (ClampToEdge, Linear, 1.0, 40.0),
+        // Centres, outside.
+        (Repeat, Linear, 1.125, 10.0),
+        (Repeat, Linear, -0.125, 40.0),
+        (MirroredRepeat, Linear, 1.125, 40.0),
+        (MirroredRepeat, Linear, 1.875, 10.0),
+        (MirroredRepeat, Linear, 2.125, 10.0),
+        (MirroredRepeat, Linear, -0.375, 20.0),
+        (ClampToEdge, Linear, 7.0, 40.0),
+        (ClampToEdge, Linear, -7.0, 10.0),
+        (Repeat, Linear, 0.25, 15.0),
+        (Repeat, Nearest, 0.26, 20.0),
+        (Repeat, Nearest, 0.24, 10.0),
+        (Repeat, Nearest, 1.0, 10.0),
+        (Repeat, Nearest, -1e-9, 40.0),
+        (MirroredRepeat, Nearest, 1.01, 40.0),
+        (MirroredRepeat, Nearest, -0.01, 10.0),
+        (ClampToEdge, Nearest, 1.0, 40.0),
+    ] {
+        let found = row_at(u, wrap, filter);
+        assert!((found - expected).abs() < 1e-4, "{wrap:?} {filter:?} at {u}: {found}, not {expected}");
+    }
+}
+
+#[test]
+fn coordinates_without_bound_read_some_texel() {
+    for wrap in [Wrap::Repeat, Wrap::MirroredRepeat, Wrap::ClampToEdge] {
+        for filter in [Filter::Nearest, Filter::Linear] {
+            for u in [1e9, -1e9, 3e38, -3e38, f32::INFINITY, f32::NEG_INFINITY, f32::NAN, 16_777_215.0] {
+                let found = row_at(u, wrap, filter);
+                assert!((10.0..=40.001).contains(&found), "{wrap:?} {filter:?} {u}: {found}");
+            }
+        }
+    }
+    // Likewise footprints.
+    let texture = noise_texture(30, 100, ColorSpace::Srgb, Sampler::default());
+    for d in [0.0, 1e-30, 1e-44, 1e9, 3e38, f32::INFINITY, f32::NAN] {
+        for dy in [[0.0, d], [d, d], [0.0, 0.0], [-d, d]] {
+            for anisotropy in [1, 16] {
+                let texel = Places::same([0.3, 0.3], [d, 0.0], dy).texel(&texture, anisotropy);
+                assert!(texel.iter().all(|c| (0.0..=1.000_001).contains(c)), "{d} {dy:?}: {texel:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_level_follows_the_larger_derivative() {
+    let sampler = Sampler::default();
+    let texture = noise_texture(64, 64, ColorSpace::Linear, sampler);
+    let mut lambdas = Vec::new();
+    for texels in [0.5_f32, 1.0, 2.0, 3.0, 4.0, 64.0, 1000.0] {
+        let footprint = [texels / 64.0, 0.0];
+        for (dx, dy) in [(footprint, [0.0, 0.001]), ([0.0, 0.001], footprint)] {
+            crate::dispatch!(SimdLevel::best(), l => {
+                let splat = |v: [f32; 2]| [l.splat(v[0]), l.splat(v[1])];
+                let footprint = Footprint { dx: splat(dx), dy: splat(dy) };
+                lambdas.push(Probes::new(l, &texture, &footprint, 1, l.mask(1)).lambda.to_array()[0]);
+            });
+        }
+    }
+    let expected = [-1.0, 0.0, 1.0, definition::log2(3.0) as f32, 2.0, 6.0, definition::log2(1000.0) as f32];
+    for (found, expected) in lambdas.chunks(2).zip(expected) {
+        assert_eq!(found[0], found[1]);
+        assert!((found[0] - expected).abs() < 6e-5, "{} {expected}", found[0]);
+    }
+}
+
+#[test]
+fn the_logarithm_is_increasing_and_exact_for_powers_of_two() {
+    let log2 = |x: f32| crate::dispatch!(SimdLevel::best(), l => footprint::log2(l.splat(x)).to_array()[0]);
+    for k in -126..=127 {
+        assert_eq!(log2(f32::from_bits(((k + 127) as u32) << 23)), k as f32);
+    }
+    let mut last = -1.0;
+    for k in 0..=4096 {
+        let x = 1.0 + k as f32 / 4096.0;
+        let found = log2(x);
+        assert!(found >= last && (f64::from(found) - definition::log2(f64::from(x))).abs() < 6e-5, "{x}");
+        last = found;
+    }
+    assert!(log2(0.0) < -100.0);
+}
+
+/// Bars along u, as a floor seen at a grazing angle shows them: 16 texels a pixel along v, less than one along u.
+#[test]
+fn anisotropic_filtering_keeps_what_the_narrow_side_resolves() {
+    let sampler = Sampler::default();
+    let bars = image(64, 64, |k| if k % 64 / 4 % 2 == 0 { [255; 4] } else { [0; 4] });
+    let texture = Texture::new(bars, ColorSpace::Linear, AlphaUse::Data, sampler);
+    let contrast = |anisotropy| {
+        let at = |u: f32| {
+            Places::same([u, 0.4], [1.0 / 64.0, 0.0], [0.0, 16.0 / 64.0]).texel(&texture, anisotropy)[0]
+        };
+        // The middle of a white and of a black bar.
+        at(2.0 / 64.0) - at(6.0 / 64.0)
+    };
+    let by_anisotropy = [1, 2, 4, 8, 16].map(contrast);
+    assert!(by_anisotropy[0] < 0.05, "trilinear blurs it to grey: {by_anisotropy:?}");
+    assert!(by_anisotropy[4] > 0.95, "sixteen probes see the bars: {by_anisotropy:?}");
+    assert!(by_anisotropy.is_sorted(), "{by_anisotropy:?}");
+}
+
+#[test]
+fn the_filter_does_not_depend_on_the_roll_of_the_view() {
+    let texture = noise_texture(64, 64, ColorSpace::Linear, Sampler::default());
+    // The same ellipse by two conjugate diameters that are turned against each other.
+    let (long, short) = ([6.0 / 64.0, 3.0 / 64.0], [-0.5 / 64.0, 1.0 / 64.0]);
+    let turned = |c: f32, s: f32| {
+        let dx = [c * long[0] + s * short[0], c * long[1] + s * short[1]];
+        let dy = [c * short[0] - s * long[0], c * short[1] - s * long[1]];
+        Places::same([0.4, 0.7], dx, dy).texel(&texture, 16)
+    };
+    let expected = turned(1.0, 0.0);
+    for (c, s) in [(0.8, 0.6), (0.6, -0.8), (0.0, 1.0), (-0.28, 0.96)] {
+        let found = turned(c, s);
+        for n in 0..4 {
+            assert!((found[n] - expected[n]).abs() < 2e-3, "{found:?} {expected:?}");
+        }
+    }
+}
+
+#[test]
+fn surfaces_seen_face_on_cost_one_probe() {
+    let texture = noise_texture(64, 64, ColorSpace::Linear, Sampler::default());
+    let probes = |dx: [f32; 2], dy: [f32; 2], most| {
+        crate::dispatch!(SimdLevel::best(), l => {
+            let splat = |v: [f32; 2]| [l.splat(v[0] / 64.0), l.splat(v[1] / 64.0)];
+            let footprint = Footprint { dx: splat(dx), dy: splat(dy) };
+            let probes = Probes::new(l, &texture, &footprint, most, l.mask(u16::MAX));
+            (probes.most, probes.lambda.to_array()[0])
+        })
+    };
+    assert_eq!(probes([2.0, 0.0], [0.0, 2.0], 16).0, 1);
+    assert_eq!(probes([1.5, 1.5], [-1.5, 1.4], 16).0, 1);
+    assert_eq!(probes([2.0, 0.0], [0.0, 2.4], 16).0, 1);
+    assert_eq!(probes([2.0, 0.0], [0.0, 4.0], 16).0, 2);
+    // Magnified, however long and thin.
+    assert_eq!(probes([0.9, 0.0], [0.0, 0.001], 16).0, 1);
+    assert_eq!(probes([32.0, 0.0], [0.0, 2.0], 8).0, 8);
+    // Where the limit cuts, the level covers the rest: 32 / 8 texels.
+    assert!((probes([32.0, 0.0], [0.0, 2.0], 8).1 - 2.0).abs() < 1e-4);
+    // A degenerate footprint is as long as the limit allows.
+    assert_eq!(probes([32.0, 0.0], [0.0, 0.0], 16).0, 16);
+}

@@ -6,8 +6,8 @@ use crate::scene::{Filter, LevelLayout, Texture, Wrap};
 
 /// What is read of a texel, as N channels.
 pub(super) trait Format<const N: usize> {
-    /// The channels of `texels[index]`, in whatever unit the texture has them cheapest.
-    fn read<L: Lanes>(l: L, texels: &[[u8; 4]], index: L::I) -> [L::F; N];
+    /// The channels of sixteen texels, in whatever unit the texture has them cheapest.
+    fn decode<L: Lanes>(l: L, texels: &[[u8; 4]; LANES]) -> [L::F; N];
     /// Brings filtered channels to 0..1.
     fn finish<F: Float>(channels: [F; N]) -> [F; N];
 }
@@ -22,21 +22,20 @@ pub(super) struct Alpha;
 /// The largest code counts as 1.
 const CODE: f32 = 1.0 / 255.0;
 
-/// `texels[index]` of every lane, each as the bits of a little-endian integer.
+/// Each texel as the bits of a little-endian integer.
 #[inline(always)]
-fn gather<L: Lanes>(l: L, texels: &[[u8; 4]], index: L::I) -> L::I {
-    let index = index.to_array();
+fn pack<L: Lanes>(l: L, texels: &[[u8; 4]; LANES]) -> L::I {
     let mut out = [0; LANES];
     for k in 0..LANES {
-        out[k] = texels.get(index[k] as usize).map_or(0, |&texel| i32::from_le_bytes(texel));
+        out[k] = i32::from_le_bytes(texels[k]);
     }
     l.load_i(&out)
 }
 
 impl Format<4> for Rgba {
     #[inline(always)]
-    fn read<L: Lanes>(l: L, texels: &[[u8; 4]], index: L::I) -> [L::F; 4] {
-        let packed = gather(l, texels, index);
+    fn decode<L: Lanes>(l: L, texels: &[[u8; 4]; LANES]) -> [L::F; 4] {
+        let packed = pack(l, texels);
         [
             (packed & 0xff).to_float(),
             (packed.shr_logical(8) & 0xff).to_float(),
@@ -46,24 +45,21 @@ impl Format<4> for Rgba {
     }
     #[inline(always)]
     fn finish<F: Float>(channels: [F; 4]) -> [F; 4] {
-        channels.map(|c| c * CODE)
+        [channels[0] * CODE, channels[1] * CODE, channels[2] * CODE, channels[3] * CODE]
     }
 }
 
 impl Format<4> for SrgbRgba {
     #[inline(always)]
-    fn read<L: Lanes>(l: L, texels: &[[u8; 4]], index: L::I) -> [L::F; 4] {
-        let index = index.to_array();
-        let mut out = [[0.0; LANES]; 3];
-        let mut alpha = [0; LANES];
+    fn decode<L: Lanes>(l: L, texels: &[[u8; 4]; LANES]) -> [L::F; 4] {
+        let mut color = [[0.0; LANES]; 3];
         for k in 0..LANES {
-            let [r, g, b, a] = texels.get(index[k] as usize).copied().unwrap_or_default();
-            out[0][k] = SRGB8_TO_LINEAR[usize::from(r)];
-            out[1][k] = SRGB8_TO_LINEAR[usize::from(g)];
-            out[2][k] = SRGB8_TO_LINEAR[usize::from(b)];
-            alpha[k] = i32::from(a);
+            for c in 0..3 {
+                color[c][k] = SRGB8_TO_LINEAR[usize::from(texels[k][c])];
+            }
         }
-        [l.load(&out[0]), l.load(&out[1]), l.load(&out[2]), l.load_i(&alpha).to_float()]
+        let alpha = pack(l, texels).shr_logical(24).to_float();
+        [l.load(&color[0]), l.load(&color[1]), l.load(&color[2]), alpha]
     }
     #[inline(always)]
     fn finish<F: Float>([r, g, b, a]: [F; 4]) -> [F; 4] {
@@ -73,8 +69,8 @@ impl Format<4> for SrgbRgba {
 
 impl Format<1> for Alpha {
     #[inline(always)]
-    fn read<L: Lanes>(l: L, texels: &[[u8; 4]], index: L::I) -> [L::F; 1] {
-        [gather(l, texels, index).shr_logical(24).to_float()]
+    fn decode<L: Lanes>(l: L, texels: &[[u8; 4]; LANES]) -> [L::F; 1] {
+        [pack(l, texels).shr_logical(24).to_float()]
     }
     #[inline(always)]
     fn finish<F: Float>([a]: [F; 1]) -> [F; 1] {
@@ -82,12 +78,78 @@ impl Format<1> for Alpha {
     }
 }
 
+/// `texels[index]` of every lane; an index outside reads 0.
+#[inline(always)]
+fn gather<I: Int>(texels: &[[u8; 4]], index: I) -> [[u8; 4]; LANES] {
+    let index = index.to_array();
+    let mut out = [[0; 4]; LANES];
+    for k in 0..LANES {
+        out[k] = texels.get(index[k] as usize).copied().unwrap_or_default();
+    }
+    out
+}
+
+/// The texels at an index, to the right of it, a row below, and to the right of that: one address for four.
+#[inline(always)]
+fn gather_quads<I: Int>(texels: &[[u8; 4]], index: I, row: usize) -> [[[u8; 4]; LANES]; 4] {
+    let index = index.to_array();
+    let mut out = [[[0; 4]; LANES]; 4];
+    for k in 0..LANES {
+        let first = index[k] as usize;
+        let upper = texels.get(first..).and_then(|rest| rest.first_chunk());
+        let lower = texels.get(first + row..).and_then(|rest| rest.first_chunk());
+        if let (Some(&[a, b]), Some(&[c, d])) = (upper, lower) {
+            out[0][k] = a;
+            out[1][k] = b;
+            out[2][k] = c;
+            out[3][k] = d;
+        }
+    }
+    out
+}
+
 /// Size and place of the level of each lane.
 struct Levels<'a, L: Lanes> {
     texels: &'a [[u8; 4]],
+    /// The width, if it is the same for all lanes.
+    row: Option<usize>,
     width: L::I,
     height: L::I,
     offset: L::I,
+}
+
+impl<'a, L: Lanes> Levels<'a, L> {
+    /// One level for all lanes.
+    #[inline(always)]
+    fn uniform(l: L, texture: &'a Texture, level: i32) -> Self {
+        let LevelLayout { width, height, offset } = texture.layout()[level as usize];
+        Self {
+            texels: if level == 0 { texture.image().texels() } else { texture.reduced() },
+            row: Some(width as usize),
+            width: l.splat_i(width as i32),
+            height: l.splat_i(height as i32),
+            offset: l.splat_i(offset as i32),
+        }
+    }
+
+    /// Any levels but 0; lanes at level 0 read something of no meaning.
+    #[inline(always)]
+    fn reduced(l: L, texture: &'a Texture, levels: &[i32; LANES]) -> Self {
+        let mut planes = [[0; LANES]; 3];
+        for k in 0..LANES {
+            let LevelLayout { width, height, offset } = texture.layout()[levels[k] as usize];
+            planes[0][k] = width as i32;
+            planes[1][k] = height as i32;
+            planes[2][k] = offset as i32;
+        }
+        Self {
+            texels: texture.reduced(),
+            row: None,
+            width: l.load_i(&planes[0]),
+            height: l.load_i(&planes[1]),
+            offset: l.load_i(&planes[2]),
+        }
+    }
 }
 
 /// One level per lane, filtered within. `level` must exist.
@@ -101,44 +163,26 @@ pub(super) fn sample_level<L: Lanes, T: Format<N>, const N: usize>(
     active: L::M,
 ) -> [L::F; N] {
     // Neighbouring fragments nearly always lie on one level.
-    let first = level.to_array()[active.bits().trailing_zeros() as usize % LANES];
-    let layout = texture.layout();
-    if (level.eq(l.splat_i(first)) | !active).all() {
-        let LevelLayout { width, height, offset } = layout[first as usize];
-        let texels = if first == 0 { texture.image().texels() } else { texture.reduced() };
-        let levels = Levels {
-            texels,
-            width: l.splat_i(width as i32),
-            height: l.splat_i(height as i32),
-            offset: l.splat_i(offset as i32),
-        };
-        return sample_within::<L, T, N>(l, texture, &levels, uv, filter);
-    }
-    let of = level.to_array();
-    let mut planes = [[0; LANES]; 3];
-    for k in 0..LANES {
-        let LevelLayout { width, height, offset } = layout[of[k] as usize];
-        planes[0][k] = width as i32;
-        planes[1][k] = height as i32;
-        planes[2][k] = offset as i32;
-    }
-    let [width, height, offset] = planes.map(|plane| l.load_i(&plane));
-    let levels = Levels { texels: texture.reduced(), width, height, offset };
-    let texel = sample_within::<L, T, N>(l, texture, &levels, uv, filter);
-    // Level 0 lies in an array of its own.
+    let of_lane = level.to_array();
+    let first = of_lane[active.bits().trailing_zeros() as usize % LANES];
+    let at_first = level.eq(l.splat_i(first)) | !active;
+    let uniform = at_first.all();
     let at_0 = level.eq(l.splat_i(0));
-    if !(at_0 & active).any() {
-        return texel;
+    let mut result = [l.zero(); N];
+    for part in 0..2 {
+        let levels = match (uniform, part) {
+            (true, 0) => Levels::uniform(l, texture, first),
+            (false, 0) => Levels::reduced(l, texture, &of_lane),
+            // Level 0 lies in an array of its own.
+            (false, 1) if (at_0 & active).any() => Levels::uniform(l, texture, 0),
+            _ => break,
+        };
+        let texel = sample_within::<L, T, N>(l, texture, &levels, uv, filter);
+        for n in 0..N {
+            result[n] = if part == 0 { texel[n] } else { at_0.select(texel[n], result[n]) };
+        }
     }
-    let LevelLayout { width, height, .. } = layout[0];
-    let levels = Levels {
-        texels: texture.image().texels(),
-        width: l.splat_i(width as i32),
-        height: l.splat_i(height as i32),
-        offset: l.splat_i(0),
-    };
-    let fine = sample_within::<L, T, N>(l, texture, &levels, uv, filter);
-    std::array::from_fn(|n| at_0.select(fine[n], texel[n]))
+    result
 }
 
 #[inline(always)]
@@ -152,49 +196,66 @@ fn sample_within<L: Lanes, T: Format<N>, const N: usize>(
     let sampler = texture.sampler();
     let u = wrap_coordinate(uv[0], sampler.wrap_u) * levels.width.to_float();
     let v = wrap_coordinate(uv[1], sampler.wrap_v) * levels.height.to_float();
-    let row = |y: L::I| y * levels.width + levels.offset;
     match filter {
         Filter::Nearest => {
             let x = u.to_int().min(levels.width + -1);
             let y = v.to_int().min(levels.height + -1);
-            T::read(l, levels.texels, row(y) + x)
+            T::decode(l, &gather(levels.texels, y * levels.width + levels.offset + x))
         }
         Filter::Linear => {
             let ([x0, x1], s) = neighbours(u, levels.width, sampler.wrap_u);
             let ([y0, y1], t) = neighbours(v, levels.height, sampler.wrap_v);
-            let (row_0, row_1) = (row(y0), row(y1));
-            let upper = pair::<L, T, N>(l, levels.texels, row_0 + x0, row_0 + x1, s);
-            let lower = pair::<L, T, N>(l, levels.texels, row_1 + x0, row_1 + x1, s);
-            std::array::from_fn(|n| upper[n].lerp(lower[n], t))
+            let row_0 = y0 * levels.width + levels.offset;
+            let inside = x1.eq(x0 + 1) & y1.eq(y0 + 1);
+            let quads = match levels.row {
+                Some(row) if inside.all() => gather_quads(levels.texels, row_0 + x0, row),
+                _ => {
+                    let row_1 = y1 * levels.width + levels.offset;
+                    let at = |index| gather(levels.texels, index);
+                    [at(row_0 + x0), at(row_0 + x1), at(row_1 + x0), at(row_1 + x1)]
+                }
+            };
+            let mut result = T::decode(l, &quads[0]);
+            let right = T::decode(l, &quads[1]);
+            let lower_left = T::decode(l, &quads[2]);
+            let lower_right = T::decode(l, &quads[3]);
+            for n in 0..N {
+                let upper = result[n].lerp(right[n], s);
+                let lower = lower_left[n].lerp(lower_right[n], s);
+                result[n] = upper.lerp(lower, t);
+            }
+            result
         }
     }
 }
 
-#[inline(always)]
-fn pair<L: Lanes, T: Format<N>, const N: usize>(
-    l: L,
-    texels: &[[u8; 4]],
-    left: L::I,
-    right: L::I,
-    s: L::F,
-) -> [L::F; N] {
-    let (left, right) = (T::read(l, texels, left), T::read(l, texels, right));
-    std::array::from_fn(|n| left[n].lerp(right[n], s))
-}
+/// Coordinates of this magnitude and more are even integers in single precision, so all read the same texel.
+const EVEN: f32 = 16_777_216.0;
 
 /// A coordinate folded into one copy of the texture, 0 to 1 inclusive. NaN and infinity become 0 or 1.
 #[inline(always)]
 fn wrap_coordinate<F: Float>(u: F, wrap: Wrap) -> F {
     match wrap {
-        Wrap::Repeat => u - u.floor(),
+        Wrap::Repeat => {
+            let u = u.clamp_to(-EVEN, EVEN);
+            u - floor(u)
+        }
         Wrap::MirroredRepeat => {
+            let u = u.clamp_to(-EVEN, EVEN);
             // 0 to 2, then back from 1.
-            let twice = u - (u * 0.5).floor() * 2.0;
+            let twice = u - floor(u * 0.5) * 2.0;
             (twice - 1.0).abs().one_minus()
         }
-        Wrap::ClampToEdge => u,
+        Wrap::ClampToEdge => u.saturate(),
     }
-    .saturate()
+}
+
+/// Largest integer not above, for numbers that fit an integer. Without rounding instructions (SSE2) the general
+/// function is sixteen calls.
+#[inline(always)]
+fn floor<F: Float>(x: F) -> F {
+    let truncated = x.to_int().to_float();
+    truncated - x.lt(truncated).select(x.splat_like(1.0), x.splat_like(0.0))
 }
 
 /// The two texels between whose centres a position (in texels, 0 to `size`) lies, and how far it is from the first
@@ -202,7 +263,7 @@ fn wrap_coordinate<F: Float>(u: F, wrap: Wrap) -> F {
 #[inline(always)]
 fn neighbours<F: Float>(position: F, size: F::I, wrap: Wrap) -> ([F::I; 2], F) {
     let x = position - 0.5;
-    let floor = x.floor();
+    let floor = floor(x);
     let (first, fraction) = (floor.to_int(), x - floor);
     let (second, last) = (first + 1, size + -1);
     let between = match wrap {

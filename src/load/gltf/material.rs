@@ -104,6 +104,13 @@ impl Converter<'_> {
         if let Some(factor) = base.base_color_factor {
             material.base_color = self.clamped_all("baseColorFactor", factor, 1.0);
         }
+        let alpha = match material.alpha_mode {
+            // The cutoff is compared with the product of texture and factor.
+            AlphaMode::Mask { cutoff } if material.base_color[3] > 0.0 => {
+                AlphaUse::mask(cutoff / material.base_color[3])
+            }
+            _ => alpha,
+        };
         material.base_color_texture =
             self.texture("baseColorTexture", base.base_color_texture.as_ref(), ColorSpace::Srgb, alpha);
         material.workflow = Workflow::MetallicRoughness {

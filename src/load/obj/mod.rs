@@ -37,7 +37,7 @@ pub(crate) fn load(bytes: &[u8], context: &Context<'_>) -> Result<Loaded, LoadEr
     let mut warnings = Warnings::default();
     for (what, tally) in &obj.tallies {
         let (count, line, word) = (tally.count, tally.line, &tally.word);
-        warnings.add(|| format!("OBJ: {count} {what} (first on line {line}: {word})"));
+        warnings.add(|| format!("OBJ: {what}: {count} (first on line {line}: {word})"));
     }
     let assembled = assemble::assemble(&obj, context)?;
     let losses = &assembled.losses;

@@ -5,6 +5,7 @@
 
 use crate::load::text::{Tokens, float, quoted};
 use crate::load::warnings::Warnings;
+use std::collections::BTreeSet;
 use std::io::Cursor;
 
 /// The material of a name that does not exist, or of lines before the first `newmtl`.
@@ -39,6 +40,7 @@ pub(super) fn parse(bytes: &[u8], file: &str, warnings: &mut Warnings) -> Vec<to
 /// belong.
 fn clean(bytes: &[u8], file: &str, warnings: &mut Warnings) -> String {
     let mut out = format!("newmtl {NOBODY}\n");
+    let mut unknown = BTreeSet::new();
     let joined = join_lines(bytes);
     for line in joined.split(|b| matches!(b, b'\n' | b'\r')).map(<[u8]>::trim_ascii) {
         let mut tokens = Tokens::new(line);
@@ -70,8 +72,14 @@ fn clean(bytes: &[u8], file: &str, warnings: &mut Warnings) -> String {
                 out.push_str(&format!("{name} {rest}\n"));
             }
         } else if canonical(keyword, &IGNORED).is_none() {
-            warnings.add(|| format!("OBJ: unknown statement {} in {file} ignored", quoted(keyword)));
+            unknown.insert(quoted(keyword));
         }
+    }
+    if !unknown.is_empty() {
+        // A file that is no library at all has many.
+        let some: Vec<&str> = unknown.iter().take(8).map(String::as_str).collect();
+        let more = if unknown.len() > 8 { " and others" } else { "" };
+        warnings.add(|| format!("OBJ: unknown statements in {file} ignored: {}{more}", some.join(", ")));
     }
     out
 }

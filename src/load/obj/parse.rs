@@ -58,7 +58,7 @@ pub(super) struct Obj {
     pub(super) recognised: bool,
 }
 
-/// Texts of the tallies: "{count} {text} (first on line {line}: '{word}')".
+/// Texts of the tallies: "{text}: {count} (first on line {line}: '{word}')".
 pub(super) const BAD_VERTEX: &str = "vertices without three numbers; their faces are left out";
 const BAD_FACE: &str = "faces with an index that is no number left out";
 const SHORT_FACE: &str = "faces with less than three corners left out";

@@ -271,6 +271,50 @@ pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output
     }
 }
 
+/// `[f(0), f(1), ...]`. Lane code uses this instead of `std::array::from_fn`, whose loop may stay a function of its own
+/// that is not compiled for the instruction set; `f` must be an `#[inline(always)]` closure ([`each!`] makes one).
+///
+/// [`each!`]: crate::each
+#[inline(always)]
+pub fn build<T: Copy, const N: usize>(f: impl Fn(usize) -> T) -> [T; N] {
+    const { assert!(N > 0) };
+    let mut out = [f(0); N];
+    for (n, value) in out.iter_mut().enumerate().skip(1) {
+        *value = f(n);
+    }
+    out
+}
+
+/// `[f(v[0]), f(v[1]), ...]`, likewise instead of the array's own `map`.
+#[inline(always)]
+pub fn apply<A: Copy, T: Copy, const N: usize>(v: [A; N], f: impl Fn(A) -> T) -> [T; N] {
+    const { assert!(N > 0) };
+    let mut out = [f(v[0]); N];
+    for (value, &from) in out.iter_mut().zip(&v).skip(1) {
+        *value = f(from);
+    }
+    out
+}
+
+/// `each!(k => a[k] + b[k])`: an array by index; `each!(c in v => c * s)`: an array from an array. Inlined into the
+/// instruction set, see [`build`](crate::math::lanes::build).
+#[macro_export]
+macro_rules! each {
+    ($k:ident => $body:expr) => {
+        $crate::math::lanes::build(
+            #[inline(always)]
+            |$k: usize| $body,
+        )
+    };
+    ($c:ident in $array:expr => $body:expr) => {
+        $crate::math::lanes::apply(
+            $array,
+            #[inline(always)]
+            |$c| $body,
+        )
+    };
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -105,6 +105,15 @@ impl<S: Simd> Float for VectorFloat<S> {
     }
     #[inline(always)]
     fn floor(self) -> Self {
+        #[cfg(target_arch = "x86_64")]
+        if matches!(self.0.token().level(), fearless_simd::Level::Sse2(_)) {
+            // SSE2 has no rounding instruction, and the library's takes one lane at a time. From 2^23 on every float
+            // is an integer; below, truncation is exact. The sign of -0.0 is kept by the last selection.
+            let truncated = Self(SimdInt::to_float::<f32x16<S>>(SimdFloat::to_int::<i32x16<S>>(self.0)));
+            let below = truncated.gt(self).select(truncated - 1.0, truncated);
+            let small = self.abs().lt(self.splat_like(8_388_608.0)) & !self.eq(below);
+            return small.select(below, self);
+        }
         Self(SimdFloat::floor(self.0))
     }
     #[inline(always)]

@@ -160,16 +160,15 @@ fn near_plane() -> Built {
     s.seen(camera)
 }
 
-/// The camera inside a sphere and a cube: triangles in front, beside and behind it.
+/// The camera in the hole of a torus and inside a sphere: triangles in front, beside and behind it.
 fn inside_out() -> Built {
-    let mut s = Stage::dark()?;
-    s.key_light(2.0)?;
-    let inner = s.material(Material { double_sided: true, ..plastic(0.6, 0.3, 0.5, 0.5) })?;
+    let mut s = Stage::new()?;
+    let inner = s.material(plastic(0.6, 0.3, 0.5, 0.5))?;
     let outer = s.material(Material { double_sided: true, ..unlit(0.1, 0.25, 0.3) })?;
     let (ring, ball) = (s.mesh(torus(0.4, 40))?, s.mesh(sphere(16))?);
-    s.place(ring, inner, at([0.0, 0.1, 0.0], 1.0)?)?;
+    s.place(ring, inner, turned([0.0, 0.1, 0.0], [1.0, 0.0, 0.0], [0.1, 0.995], 1.0)?)?;
     s.place(ball, outer, at([0.0; 3], 50.0)?)?;
-    s.seen(look([0.9, 0.15, 0.1], [-0.3, 0.05, -1.0], 100.0))
+    s.seen(look([0.4, 0.15, 0.15], [-0.3, 0.2, -1.0], 110.0))
 }
 
 /// A million metres from the origin.
@@ -239,7 +238,7 @@ fn mirrored_instances() -> Built {
         let q = [0.35, 0.2, 0.0, 0.915];
         s.place(ring, blue, Transform::from_parts([x, -0.8, 0.0], q, scale.map(|c: f64| c * 0.5))?)?;
     }
-    s.seen(look([0.0, 0.0, 7.0], [0.0; 3], 34.0))
+    s.seen(look([0.0, 0.0, 7.0], [0.0; 3], 38.0))
 }
 
 /// Half cylinders from outside and inside; above double-sided, below one-sided. Lit from the front left.

@@ -182,8 +182,8 @@ fn coat_normal_map() -> Built {
     s.seen(look([0.0, 0.0, 9.0], [0.0; 3], 27.0))
 }
 
-/// Bumps lit from the upper left: all must bulge, with texture coordinates as they are, mirrored in u (w = -1),
-/// turned by a quarter, and on the back of a double-sided square.
+/// Bumps lit from the upper left: they bulge with texture coordinates as they are, mirrored in u (w = -1) and turned
+/// by a quarter; on the back of a double-sided square (lower right) they are dents.
 fn normal_map() -> Built {
     let mut s = Stage::dark()?;
     s.key_light(3.0)?;

@@ -37,10 +37,10 @@ const SECTIONS: [Section; 17] = [
         top: [(0.590, 0.0), (0.590, 0.22), (0.592, 0.43), (0.600, 0.58), (0.620, 0.70), (0.648, 0.82), (0.600, 0.905)],
         side: [(0.515, 0.925), (0.415, 0.935), (0.30, 0.935), (0.19, 0.920), (0.125, 0.89)] },
     Section { x: 1.58, sweep: 0.15,
-        top: [(0.662, 0.0), (0.661, 0.22), (0.660, 0.44), (0.667, 0.59), (0.700, 0.715), (0.755, 0.835), (0.695, 0.93)],
+        top: [(0.662, 0.0), (0.661, 0.22), (0.662, 0.44), (0.672, 0.59), (0.712, 0.715), (0.755, 0.835), (0.695, 0.93)],
         side: [(0.585, 0.950), (0.468, 0.957), (0.33, 0.957), (0.20, 0.935), (0.125, 0.90)] },
     Section { x: 1.30, sweep: 0.05,
-        top: [(0.722, 0.0), (0.720, 0.22), (0.715, 0.44), (0.715, 0.59), (0.750, 0.72), (0.822, 0.84), (0.750, 0.945)],
+        top: [(0.722, 0.0), (0.720, 0.22), (0.720, 0.44), (0.728, 0.59), (0.768, 0.72), (0.822, 0.84), (0.750, 0.945)],
         side: [(0.630, 0.964), (0.500, 0.967), (0.35, 0.962), (0.20, 0.940), (0.125, 0.90)] },
     Section { x: 1.05, sweep: 0.0,
         top: [(0.770, 0.0), (0.767, 0.22), (0.760, 0.44), (0.750, 0.60), (0.763, 0.715), (0.823, 0.835), (0.760, 0.942)],
@@ -89,7 +89,7 @@ type Node = (usize, usize, usize);
 
 /// The cage of both halves.
 fn cage() -> Cage {
-    let sections = interpolated();
+    let sections = sharpened();
     let last = sections.len() - 1;
     let mut nodes: BTreeMap<(Node, bool), u32> = BTreeMap::new();
     let mut cage = Cage::default();
@@ -129,29 +129,27 @@ fn cage() -> Cage {
     cage
 }
 
-/// The sections with one more between each two, by Catmull-Rom interpolation.
-fn interpolated() -> Vec<Section> {
-    let at = |i: usize| &SECTIONS[i.min(SECTIONS.len() - 1)];
-    let mut sections = Vec::new();
-    for i in 0..SECTIONS.len() {
-        let blend = |weights: [f64; 4]| {
-            let four = [at(i.saturating_sub(1)), at(i), at(i + 1), at(i + 2)];
+/// The sections moved apart so that the subdivided surface, a cubic B-spline along the car, comes close to them.
+fn sharpened() -> Vec<Section> {
+    // All of the correction would interpolate and show every unevenness of the numbers.
+    const SHARE: f64 = 0.6;
+    let last = SECTIONS.len() - 1;
+    (0..=last)
+        .map(|i| {
+            let (before, own, after) =
+                (&SECTIONS[i.saturating_sub(1)], &SECTIONS[i], &SECTIONS[(i + 1).min(last)]);
             let mix = |value: &dyn Fn(&Section) -> f64| {
-                four.iter().zip(weights).map(|(section, weight)| value(section) * weight).sum::<f64>()
+                let smoothed = (value(before) + 4.0 * value(own) + value(after)) / 6.0;
+                if i == 0 || i == last { value(own) } else { value(own) + SHARE * (value(own) - smoothed) }
             };
             Section {
-                x: mix(&|s| s.x),
+                x: own.x,
                 sweep: mix(&|s| s.sweep),
                 top: std::array::from_fn(|k| (mix(&|s| s.top[k].0), mix(&|s| s.top[k].1))),
                 side: std::array::from_fn(|k| (mix(&|s| s.side[k].0), mix(&|s| s.side[k].1))),
             }
-        };
-        sections.push(blend([0.0, 1.0, 0.0, 0.0]));
-        if i + 1 < SECTIONS.len() {
-            sections.push(blend([-0.0625, 0.5625, 0.5625, -0.0625]));
-        }
-    }
-    sections
+        })
+        .collect()
 }
 
 /// Where a node lies.

@@ -17,16 +17,18 @@ type Parts = Vec<(usize, Mesh)>;
 /// The right headlight: projectors, a light guide and the cover.
 pub fn headlight(probe: &Probe) -> Parts {
     let mut parts = Parts::new();
-    for (x, z, radius) in [(1.915, 0.655, 0.026), (1.835, 0.735, 0.030), (1.745, 0.805, 0.026)] {
+    for (x, z, radius) in
+        [(1.925, 0.685, 0.020), (1.868, 0.738, 0.022), (1.80, 0.787, 0.020), (1.725, 0.828, 0.017)]
+    {
         let place = probe.top(x, z);
         parts.extend(projector(place.inside(0.048), radius));
     }
     let guide: Vec<Place> =
-        [(1.955, 0.645), (1.925, 0.705), (1.875, 0.755), (1.81, 0.80), (1.74, 0.837), (1.66, 0.865)]
+        [(1.968, 0.655), (1.935, 0.715), (1.875, 0.770), (1.80, 0.818), (1.72, 0.853), (1.63, 0.877)]
             .iter()
             .map(|&(x, z)| probe.top(x, z))
             .collect();
-    parts.push((Stuff::Lamp as usize, strip(&smooth(&guide), 0.016, 0.006, 0.004)));
+    parts.push((Stuff::Lamp as usize, strip(&smooth(&guide), 0.014, 0.005, 0.004)));
     parts.push((Stuff::Cover as usize, cover()));
     parts
 }
@@ -41,7 +43,7 @@ fn projector(centre: DVec3, radius: f64) -> Parts {
             .iter()
             .map(|&(r, y, round)| (DVec2::new(r * radius, y * radius), round * radius))
             .collect();
-        revolve(&rounded(&corners, 4), sides).transformed(map).translated(centre)
+        revolve(&rounded(&corners, 2), sides).transformed(map).translated(centre)
     };
     let ring = turned(
         &[
@@ -53,19 +55,20 @@ fn projector(centre: DVec3, radius: f64) -> Parts {
             (0.8, 0.1, 0.0),
             (0.8, -0.6, 0.0),
         ],
-        28,
+        16,
     );
     let lens = turned(
         &[(0.0, -0.4, 0.0), (0.86, -0.4, 0.1), (0.86, 0.25, 0.5), (0.45, 0.62, 0.6), (0.0, 0.66, 0.0)],
-        28,
+        16,
     );
     vec![(Stuff::Chrome as usize, ring), (Stuff::Lamp as usize, lens)]
 }
 
 /// The skin over the lamp, as a thin clear shell.
 fn cover() -> Mesh {
-    let cuts = [Cut { curve: panels::headlight(), half_width: 0.0, rim: 0.0, gap: 0, inside: Some(1) }];
-    let region = |offset, output, back| Region { offset, output, walls: output, back };
+    let cuts =
+        [Cut { curve: panels::headlight(), half_width: 0.0, detail: 1.0, rim: 0.0, gap: 0, inside: Some(1) }];
+    let region = |offset, output, back| Region { offset, output, walls: output, rounding: 0.0, back };
     let regions = [region(Offset::In(0.0), 0, None), region(Offset::In(0.0035), 1, None)];
     let mut meshes = cut(body::right_half(), &cuts, &regions, 2);
     let mut cover = Mesh::default();
@@ -86,7 +89,7 @@ fn cover() -> Mesh {
 
 /// More places between places, by Catmull-Rom interpolation.
 pub fn smooth(places: &[Place]) -> Vec<Place> {
-    const STEPS: usize = 4;
+    const STEPS: usize = 3;
     let at = |i: usize| places[i.min(places.len() - 1)];
     let mut out = Vec::new();
     for i in 0..places.len() - 1 {
@@ -116,7 +119,7 @@ pub fn strip(places: &[Place], depth: f64, half_height: f64, half_thickness: f64
             Station { centre: places[i].inside(depth), across: across * half_height, up: up * half_thickness }
         })
         .collect();
-    sweep(&stations, &section(12, 0.45), Ends::Capped)
+    sweep(&stations, &section(8, 0.45), Ends::Capped)
 }
 
 /// Both tail lights and the bar between them, right across the rear.
@@ -125,10 +128,10 @@ pub fn tail_lights(probe: &Probe) -> Parts {
         (0..=count).map(|i| probe.rear(from + (to - from) * f64::from(i) / f64::from(count), y)).collect()
     };
     let mut parts =
-        vec![(Stuff::TailLight as usize, strip(&line(0.765, -0.74, 0.74, 48), 0.012, 0.010, 0.008))];
+        vec![(Stuff::TailLight as usize, strip(&line(0.765, -0.74, 0.74, 32), 0.010, 0.013, 0.010))];
     for side in [-1.0, 1.0] {
-        let lower = line(0.722, 0.42 * side, 0.735 * side, 12);
-        parts.push((Stuff::TailLight as usize, strip(&lower, 0.012, 0.008, 0.008)));
+        let lower = line(0.722, 0.42 * side, 0.735 * side, 8);
+        parts.push((Stuff::TailLight as usize, strip(&lower, 0.010, 0.010, 0.010)));
     }
     parts
 }

@@ -50,7 +50,7 @@ pub fn sports_car() -> Model {
 }
 
 /// Distance of the wheels' middle planes from the centre line.
-const HUB: f64 = 0.80;
+const HUB: f64 = 0.808;
 
 /// From x forward, z right to glTF's z forward, x left.
 fn to_gltf() -> DMat3 {

@@ -1,18 +1,24 @@
 //! Cuts the skin into panels, windows, lamps and openings.
 
+use std::collections::BTreeMap;
+
 use glam::{DVec2, DVec3};
 
 use super::super::cut::{Curve, Cut, Offset, Region, along_surface, cut};
-use super::super::mesh::Mesh;
+use super::super::mesh::{Mesh, Vertex, key};
 use super::super::outline::Outline;
 use super::body;
 use super::materials::{COUNT, Stuff};
 
 /// Wheels: (x of the axle, tyre radius, radius of the arch).
-pub const FRONT_WHEEL: (f64, f64, f64) = (1.30, 0.345, 0.388);
+pub const FRONT_WHEEL: (f64, f64, f64) = (1.30, 0.345, 0.375);
 /// As [`FRONT_WHEEL`].
-pub const REAR_WHEEL: (f64, f64, f64) = (-1.30, 0.355, 0.398);
+pub const REAR_WHEEL: (f64, f64, f64) = (-1.30, 0.355, 0.388);
 
+/// Longest edges near small, middling and large outlines.
+const FINE: f64 = 0.02;
+const MEDIUM: f64 = 0.028;
+const COARSE: f64 = 0.08;
 /// Width of the rounded rim of every panel.
 const RIM: f64 = 0.005;
 
@@ -37,6 +43,7 @@ fn regions() -> Vec<Region> {
         offset,
         output: output as usize,
         walls: Stuff::Trim as usize,
+        rounding: if matches!(output, Stuff::Paint | Stuff::Carbon) { 0.002 } else { 0.0 },
         back: None,
     };
     vec![
@@ -44,11 +51,11 @@ fn regions() -> Vec<Region> {
         region(Offset::In(0.014), Stuff::Trim),
         region(Offset::In(0.003), Stuff::Glass),
         region(Offset::In(0.006), Stuff::Trim),
-        region(Offset::Flat(2, 0.58), Stuff::Trim),
+        region(Offset::Flat(2, 0.665), Stuff::Trim),
         region(Offset::In(0.12), Stuff::Trim),
         region(Offset::In(0.055), Stuff::Housing),
         region(Offset::In(0.02), Stuff::Trim),
-        region(Offset::In(0.002), Stuff::Carbon),
+        region(Offset::In(0.004), Stuff::Carbon),
         region(Offset::In(0.10), Stuff::Trim),
     ]
 }
@@ -83,7 +90,7 @@ fn projected(outline: Outline, view: View) -> Curve {
             View::Front(_) | View::Rear(_) => DVec3::new(0.0, g.y, g.x),
         };
         let value = along_surface(distance.value, gradient, normal);
-        if seen { value } else { value.abs() + 0.02 }
+        if seen { value } else { value.abs() + 1.0 }
     })
 }
 
@@ -93,7 +100,16 @@ fn arch((x, axle, radius): (f64, f64, f64)) -> Curve {
         let offset = DVec2::new(p.x - x, if p.y > axle { p.y - axle } else { 0.0 });
         let g = offset.normalize_or_zero();
         let value = along_surface(offset.length() - radius, DVec3::new(g.x, g.y, 0.0), normal);
-        if p.z > 0.72 { value } else { value.abs() + 0.02 }
+        if p.z > 0.72 { value } else { value.abs() + 1.0 }
+    })
+}
+
+/// The line below which the body is carbon: along the sill, higher across the rear.
+fn carbon_edge() -> Curve {
+    Box::new(|p: DVec3, normal: DVec3| {
+        let rear = ((-1.72 - p.x) / 0.12).clamp(0.0, 1.0);
+        let height = 0.172 + 0.248 * rear * rear * (3.0 - 2.0 * rear);
+        along_surface(p.y - height, DVec3::Y, normal)
     })
 }
 
@@ -102,6 +118,7 @@ fn seam(outline: Outline, view: View) -> Cut {
     Cut {
         curve: projected(outline, view),
         half_width: 0.0035,
+        detail: COARSE,
         rim: RIM,
         gap: Part::Gap as usize,
         inside: None,
@@ -113,6 +130,7 @@ fn window(outline: Outline, view: View) -> Cut {
     Cut {
         curve: projected(outline, view),
         half_width: 0.011,
+        detail: COARSE,
         rim: RIM,
         gap: Part::Seal as usize,
         inside: Some(Part::Glass as usize),
@@ -121,7 +139,14 @@ fn window(outline: Outline, view: View) -> Cut {
 
 /// A region with a sharp border.
 fn opening(curve: Curve, part: Part) -> Cut {
-    Cut { curve, half_width: 0.0, rim: RIM, gap: Part::Gap as usize, inside: Some(part as usize) }
+    Cut {
+        curve,
+        half_width: 0.0,
+        detail: MEDIUM,
+        rim: RIM,
+        gap: Part::Gap as usize,
+        inside: Some(part as usize),
+    }
 }
 
 /// A curve that is symmetrical about the centre line, from its right half (first coordinate z, or second for tops).
@@ -137,14 +162,14 @@ fn symmetric(half: &[(f64, f64)], across_first: bool) -> Outline {
 pub fn headlight() -> Curve {
     projected(
         Outline::through(&[
-            (2.005, 0.60),
-            (1.955, 0.70),
-            (1.85, 0.79),
-            (1.70, 0.865),
-            (1.56, 0.890),
-            (1.66, 0.825),
-            (1.79, 0.71),
-            (1.90, 0.60),
+            (1.985, 0.635),
+            (1.935, 0.735),
+            (1.83, 0.815),
+            (1.69, 0.873),
+            (1.57, 0.893),
+            (1.67, 0.842),
+            (1.79, 0.755),
+            (1.885, 0.655),
         ]),
         View::Top(0.40),
     )
@@ -153,14 +178,14 @@ pub fn headlight() -> Curve {
 /// The panels of the right half, one mesh for each [`Stuff`].
 pub fn right_half() -> Vec<Mesh> {
     let door = Outline::rounded(&[
-        (0.76, 0.205, 0.10),
+        (0.76, 0.228, 0.10),
         (0.83, 0.50, 0.25),
         (0.80, 0.74, 0.10),
         (0.60, 0.87, 0.02),
         (-0.40, 0.93, 0.02),
         (-0.60, 0.84, 0.05),
         (-0.56, 0.55, 0.3),
-        (-0.42, 0.205, 0.10),
+        (-0.42, 0.228, 0.10),
     ]);
     let handle = Outline::rounded(&[
         (-0.24, 0.742, 0.01),
@@ -169,11 +194,11 @@ pub fn right_half() -> Vec<Mesh> {
         (-0.43, 0.752, 0.01),
     ]);
     let side_window = Outline::rounded(&[
-        (0.76, 0.828, 0.02),
-        (0.42, 0.955, 0.15),
-        (0.12, 1.045, 0.2),
-        (-0.25, 1.075, 0.3),
-        (-0.62, 1.04, 0.2),
+        (0.665, 0.824, 0.02),
+        (0.42, 0.906, 0.15),
+        (0.12, 1.008, 0.2),
+        (-0.25, 1.055, 0.3),
+        (-0.62, 1.028, 0.2),
         (-1.05, 0.935, 0.04),
         (-0.80, 0.908, 0.1),
         (-0.20, 0.875, 0.4),
@@ -183,9 +208,9 @@ pub fn right_half() -> Vec<Mesh> {
         false,
     );
     let vent =
-        Outline::rounded(&[(1.52, 0.36, 0.02), (1.47, 0.52, 0.03), (1.36, 0.545, 0.02), (1.42, 0.36, 0.02)]);
+        Outline::rounded(&[(1.56, 0.28, 0.02), (1.50, 0.45, 0.03), (1.44, 0.465, 0.02), (1.49, 0.29, 0.02)]);
     let windscreen = symmetric(
-        &[(0.91, 0.0), (0.88, 0.30), (0.77, 0.575), (0.40, 0.53), (0.13, 0.43), (0.15, 0.0)],
+        &[(0.91, 0.0), (0.88, 0.30), (0.79, 0.545), (0.40, 0.505), (0.13, 0.415), (0.15, 0.0)],
         false,
     );
     let rear_window =
@@ -204,29 +229,64 @@ pub fn right_half() -> Vec<Mesh> {
         (-0.92, 0.70, 0.03),
         (-0.84, 0.45, 0.1),
     ]);
+    let exhausts = symmetric(&[(0.0, 0.41), (0.26, 0.41), (0.31, 0.385), (0.28, 0.30), (0.0, 0.30)], true);
+    let rear_vent =
+        Outline::rounded(&[(0.56, 0.52, 0.03), (0.80, 0.57, 0.03), (0.80, 0.47, 0.03), (0.60, 0.455, 0.02)]);
+    let rear_bumper = Outline::rounded(&[
+        (-1.74, 0.60, 0.03),
+        (-1.90, 0.645, 0.05),
+        (-2.4, 0.655, 0.0),
+        (-2.4, 0.0, 0.0),
+        (-1.5, 0.0, 0.0),
+        (-1.5, 0.50, 0.0),
+    ]);
     let cuts = vec![
         seam(bonnet, View::Top(0.40)),
         seam(door, View::Side(0.5)),
-        seam(handle, View::Side(0.5)),
-        opening(Box::new(|p, n| along_surface(p.y - 0.185, DVec3::Y, n)), Part::Carbon),
-        opening(
-            Box::new(|p, n| if p.x < -1.8 { along_surface(p.y - 0.42, DVec3::Y, n) } else { 1.0 }),
-            Part::Carbon,
-        ),
+        Cut { detail: FINE, ..seam(handle, View::Side(0.5)) },
+        seam(rear_bumper, View::Side(-1.0)),
+        Cut { detail: COARSE, ..opening(carbon_edge(), Part::Carbon) },
         window(windscreen, View::Top(0.7)),
         window(side_window, View::Side(0.45)),
         window(rear_window, View::Top(0.7)),
-        opening(projected(louvre(-1.44), View::Top(0.7)), Part::Intake),
-        opening(projected(louvre(-1.53), View::Top(0.7)), Part::Intake),
-        opening(projected(louvre(-1.62), View::Top(0.7)), Part::Intake),
-        opening(projected(vent, View::Top(0.5)), Part::Intake),
+        Cut { detail: FINE, ..opening(projected(louvre(-1.44), View::Top(0.7)), Part::Intake) },
+        Cut { detail: FINE, ..opening(projected(louvre(-1.53), View::Top(0.7)), Part::Intake) },
+        Cut { detail: FINE, ..opening(projected(louvre(-1.62), View::Top(0.7)), Part::Intake) },
+        Cut { detail: FINE, ..opening(projected(vent, View::Top(0.5)), Part::Intake) },
         opening(headlight(), Part::Lamp),
-        opening(projected(grille, View::Front(1.7)), Part::Grille),
+        Cut { detail: COARSE, ..opening(projected(grille, View::Front(1.7)), Part::Grille) },
         opening(projected(side_grille, View::Front(1.6)), Part::Grille),
         opening(projected(tail_panel, View::Rear(-1.9)), Part::TailPanel),
+        opening(projected(exhausts, View::Rear(-1.9)), Part::Intake),
+        opening(projected(rear_vent, View::Rear(-1.8)), Part::Intake),
         opening(projected(intake, View::Side(0.5)), Part::Intake),
-        opening(arch(FRONT_WHEEL), Part::Well),
-        opening(arch(REAR_WHEEL), Part::Well),
+        Cut { detail: COARSE, ..opening(arch(FRONT_WHEEL), Part::Well) },
+        Cut { detail: COARSE, ..opening(arch(REAR_WHEEL), Part::Well) },
     ];
-    cut(body::right_half(), &cuts, &regions(), COUNT)
+    let mut parts = cut(body::right_half(), &cuts, &regions(), COUNT);
+    let floor = floor(&parts);
+    parts[Stuff::Trim as usize].append(&floor);
+    parts
+}
+
+/// The right half of the floor: a strip from every open edge to the centre line.
+fn floor(parts: &[Mesh]) -> Mesh {
+    let mut open: BTreeMap<([u64; 3], [u64; 3]), (DVec3, DVec3)> = BTreeMap::new();
+    for mesh in parts {
+        for triangle in &mesh.triangles {
+            for corner in 0..3 {
+                let [a, b] = [corner, (corner + 1) % 3].map(|c| mesh.vertices[triangle[c] as usize].position);
+                if open.remove(&(key(b), key(a))).is_none() {
+                    open.insert((key(a), key(b)), (a, b));
+                }
+            }
+        }
+    }
+    let mut mesh = Mesh::default();
+    for (a, b) in open.into_values().filter(|(a, b)| a.z != 0.0 || b.z != 0.0) {
+        let centre = |p: DVec3| DVec3::new(p.x, p.y, 0.0);
+        let corners = [b, a, centre(a), centre(b)].map(|p| mesh.push(Vertex::new(p, DVec3::NEG_Y)));
+        mesh.quad(corners[0], corners[1], corners[2], corners[3]);
+    }
+    mesh
 }

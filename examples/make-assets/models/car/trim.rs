@@ -24,19 +24,22 @@ pub fn all(probe: &Probe) -> Parts {
     for (stuff, mesh) in mirror(probe) {
         both((stuff, mesh));
     }
-    for z in [0.14, 0.38, 0.60] {
-        let fin = rounded_box(DVec3::new(0.20, 0.055, 0.006), 0.005, 2);
-        both((Stuff::Carbon, fin.translated(DVec3::new(-1.92, 0.165, z))));
+    for z in [0.16, 0.33, 0.50] {
+        let fin = rounded_box(DVec3::new(0.15, 0.05, 0.005), 0.004, 1);
+        both((Stuff::Carbon, fin.translated(DVec3::new(-1.95, 0.195, z))));
     }
-    for (stuff, mesh) in exhaust(DVec3::new(-2.07, 0.345, 0.075)) {
-        both((stuff, mesh));
+    for z in [0.085, 0.205] {
+        let end = probe.rear(z, 0.36).position + DVec3::new(0.005, 0.0, 0.0);
+        for (stuff, mesh) in exhaust(end) {
+            both((stuff, mesh));
+        }
     }
     for y in [0.225, 0.27, 0.315] {
         let side: Vec<Place> = (0..=6).map(|i| probe.front(0.60 + 0.04 * f64::from(i), y)).collect();
         both((Stuff::Housing, strip(&side, 0.03, 0.006, 0.016)));
     }
     for y in [0.215, 0.25, 0.285, 0.32] {
-        let bar: Vec<Place> = (-12..=12).map(|i| probe.front(0.045 * f64::from(i), y)).collect();
+        let bar: Vec<Place> = (-9..=9).map(|i| probe.front(0.06 * f64::from(i), y)).collect();
         parts.push((Stuff::Housing as usize, strip(&bar, 0.03, 0.006, 0.016)));
     }
     parts.push((Stuff::Carbon as usize, splitter(probe)));
@@ -48,7 +51,7 @@ pub fn all(probe: &Probe) -> Parts {
 fn splitter(probe: &Probe) -> Mesh {
     let places: Vec<Place> = (-16..=16)
         .map(|i| {
-            let z = 0.86 * f64::from(i) / 16.0;
+            let z = 0.84 * f64::from(i) / 16.0;
             probe.front(z, 0.145)
         })
         .collect();
@@ -58,10 +61,10 @@ fn splitter(probe: &Probe) -> Mesh {
             let along = places[(i + 1).min(last)].position - places[i.saturating_sub(1)].position;
             let out = along.cross(DVec3::NEG_Y).normalize() * -1.0;
             let mut centre = places[i].position;
-            centre.y = 0.112;
+            centre.y = 0.118;
             let end = f64::from(i as u32) / last as f64 * 2.0 - 1.0;
-            let reach = 0.075 - 0.02 * end * end;
-            Station { centre: centre + out * -0.02, across: out * -reach, up: DVec3::NEG_Y * -0.009 }
+            let reach = 0.062 - 0.05 * end * end * end * end;
+            Station { centre: centre + out * -0.025, across: out * -reach, up: DVec3::NEG_Y * -0.009 }
         })
         .collect();
     outward(sweep(&stations, &section(12, 0.5), Ends::Capped))
@@ -110,7 +113,7 @@ fn exhaust(end: DVec3) -> Vec<(Stuff, Mesh)> {
     let turned = |corners: &[(f64, f64, f64)]| {
         let corners: Vec<_> = corners.iter().map(|&(r, y, round)| (DVec2::new(r, y), round)).collect();
         let backwards = DMat3::from_cols(DVec3::Y, DVec3::NEG_X, DVec3::Z);
-        revolve(&rounded(&corners, 3), 40).transformed(backwards).translated(end)
+        revolve(&rounded(&corners, 1), 20).transformed(backwards).translated(end)
     };
     vec![
         (
@@ -133,33 +136,33 @@ fn exhaust(end: DVec3) -> Vec<(Stuff, Mesh)> {
 
 /// The right door mirror.
 fn mirror(probe: &Probe) -> Vec<(Stuff, Mesh)> {
-    let base = probe.side(0.56, 0.80);
-    let centre = DVec3::new(0.52, 0.945, 1.005);
+    let base = probe.side(0.54, 0.81);
+    let centre = DVec3::new(0.50, 0.905, 0.955);
     // The shell: sections across x, from its rounded nose to the open rear.
     let shape = |t: f64| (1.0 - (1.0 - t) * (1.0 - t) * (1.0 - t)).sqrt();
-    let stations: Vec<Station> = (0..=12)
+    let stations: Vec<Station> = (0..=9)
         .map(|i| {
-            let t = f64::from(i) / 12.0;
+            let t = f64::from(i) / 9.0;
             let round = 0.04 + 0.96 * shape(t);
             Station {
                 centre: centre + DVec3::new(0.075 - 0.145 * t, 0.0, 0.0),
-                across: DVec3::new(0.02, 0.012, 0.105) * round,
-                up: DVec3::Y * (0.062 * round),
+                across: DVec3::new(0.02, 0.012, 0.095) * round,
+                up: DVec3::Y * (0.055 * round),
             }
         })
         .collect();
-    let shell = outward(sweep(&stations, &section(28, 0.62), Ends::Capped));
+    let shell = outward(sweep(&stations, &section(20, 0.62), Ends::Capped));
     let rear = centre + DVec3::new(-0.0715, 0.0, 0.0);
-    let glass = Station { centre: rear, across: DVec3::new(0.02, 0.012, 0.105) * 0.9, up: DVec3::Y * 0.055 };
+    let glass = Station { centre: rear, across: DVec3::new(0.02, 0.012, 0.095) * 0.9, up: DVec3::Y * 0.049 };
     let behind = Station { centre: rear + DVec3::NEG_X * 0.003, ..glass };
-    let glass = outward(sweep(&[glass, behind], &section(28, 0.62), Ends::Capped));
+    let glass = outward(sweep(&[glass, behind], &section(20, 0.62), Ends::Capped));
     let arm: Vec<Station> = (0..=8)
         .map(|i| {
             let t = f64::from(i) / 8.0;
             let foot = base.inside(0.01);
-            let low = DVec3::new(0.53, 0.895, 0.965);
+            let low = DVec3::new(0.50, 0.87, 0.92);
             let centre = foot.lerp(low, t);
-            Station { centre, across: DVec3::X * (0.035 - 0.012 * t), up: DVec3::new(0.0, -0.004, 0.008) }
+            Station { centre, across: DVec3::X * (0.05 - 0.018 * t), up: DVec3::new(0.0, -0.007, 0.012) }
         })
         .collect();
     let arm = outward(sweep(&arm, &section(12, 0.8), Ends::Capped));
@@ -185,14 +188,15 @@ fn number_plate(probe: &Probe) -> Parts {
     let cuts = [Cut {
         curve: Box::new(move |p, _| letters::distance(&strokes, 0.0062, p.truncate()).value),
         half_width: 0.0,
+        detail: 1.0,
         rim: 0.0,
         gap: 0,
         inside: Some(1),
     }];
-    let region = |offset, output| Region { offset, output, walls: output, back: None };
+    let region = |offset, output| Region { offset, output, walls: output, rounding: 0.0, back: None };
     let regions = [region(Offset::In(0.0), 0), region(Offset::In(-0.002), 1)];
     let place = probe.rear(0.0, 0.53);
-    let facing = DMat3::from_cols(DVec3::NEG_Z, DVec3::Y, DVec3::NEG_X);
+    let facing = DMat3::from_cols(DVec3::Z, DVec3::Y, DVec3::NEG_X);
     let tilt = DMat3::from_cols(
         DVec3::new(angle::cos(0.02), angle::sin(0.02), 0.0),
         DVec3::new(-angle::sin(0.02), angle::cos(0.02), 0.0),

@@ -26,14 +26,14 @@ fn axle(mesh: Mesh) -> Mesh {
 /// Turns a closed profile of (radius, distance outwards, corner radius).
 fn turned(corners: &[(f64, f64, f64)], sides: u32) -> Mesh {
     let corners: Vec<_> = corners.iter().map(|&(r, y, round)| (DVec2::new(r, y), round)).collect();
-    axle(revolve(&rounded(&corners, 3), sides))
+    axle(revolve(&rounded(&corners, 2), sides))
 }
 
 /// Tyre and rim of one wheel.
 pub fn wheel(radius: f64) -> Vec<(usize, Mesh)> {
     let mut parts = vec![(Stuff::Rubber as usize, tyre(radius)), (Stuff::Rim as usize, barrel())];
     parts.push((Stuff::Rim as usize, spokes()));
-    let cap = turned(&[(0.0, 0.083, 0.0), (0.030, 0.083, 0.0), (0.030, 0.096, 0.004), (0.0, 0.099, 0.0)], 32);
+    let cap = turned(&[(0.0, 0.083, 0.0), (0.030, 0.083, 0.0), (0.030, 0.096, 0.004), (0.0, 0.099, 0.0)], 20);
     parts.push((Stuff::Chrome as usize, cap));
     for i in 0..SPOKES {
         let place = angle::unit((f64::from(i) + 0.5) / f64::from(SPOKES)) * 0.047;
@@ -55,13 +55,13 @@ fn tyre(radius: f64) -> Mesh {
         (radius - 0.022, -w + 0.004, 0.03),
         (radius - 0.004, -w + 0.026, 0.02),
     ];
-    for groove in [-0.072, -0.026, 0.026, 0.072] {
+    for groove in [-0.055, 0.0, 0.055] {
         let (half, depth) = (0.0055, 0.007);
         corners.extend([
-            (radius, groove - half, 0.001),
-            (radius - depth, groove - half * 0.7, 0.001),
-            (radius - depth, groove + half * 0.7, 0.001),
-            (radius, groove + half, 0.001),
+            (radius, groove - half, 0.0),
+            (radius - depth, groove - half * 0.7, 0.0),
+            (radius - depth, groove + half * 0.7, 0.0),
+            (radius, groove + half, 0.0),
         ]);
     }
     corners.extend([
@@ -74,7 +74,7 @@ fn tyre(radius: f64) -> Mesh {
         (BEAD - 0.004, w - 0.022, 0.0),
         (BEAD - 0.004, 0.0, 0.0),
     ]);
-    turned(&corners, 64)
+    turned(&corners, 44)
 }
 
 /// The barrel of the rim with its outer lip.
@@ -92,14 +92,14 @@ fn barrel() -> Mesh {
             (BEAD, -0.112, 0.0),
             (BEAD, 0.0, 0.0),
         ],
-        64,
+        44,
     )
 }
 
 /// The star of twin spokes, cut out of a dish.
 fn spokes() -> Mesh {
-    const RINGS: usize = 12;
-    const SIDES: usize = 80;
+    const RINGS: usize = 5;
+    const SIDES: usize = 50;
     const OUTER: f64 = BEAD - 0.014;
     let dish = |r: f64| 0.081 + 0.022 * (r / OUTER) * (r / OUTER);
     let disc = Mesh::grid(RINGS + 1, SIDES + 1, |row, column| {
@@ -135,10 +135,11 @@ fn spokes() -> Mesh {
         }
         -value
     };
-    let cuts = [Cut { curve: Box::new(spoke), half_width: 0.0, rim: 0.004, gap: 1, inside: Some(1) }];
+    let cuts =
+        [Cut { curve: Box::new(spoke), half_width: 0.0, detail: 1.0, rim: 0.004, gap: 1, inside: Some(1) }];
     let regions = [
-        Region { offset: Offset::In(0.0), output: 0, walls: 0, back: Some(1) },
-        Region { offset: Offset::Open(0.035), output: 0, walls: 0, back: None },
+        Region { offset: Offset::In(0.0), output: 0, walls: 0, rounding: 0.0016, back: Some(1) },
+        Region { offset: Offset::Open(0.035), output: 0, walls: 0, rounding: 0.0016, back: None },
     ];
     cut(disc, &cuts, &regions, 1).remove(0)
 }
@@ -157,11 +158,11 @@ pub fn brake(side: f64) -> Vec<(usize, Mesh)> {
             (0.092, 0.046, 0.004),
             (0.0, 0.046, 0.0),
         ],
-        48,
+        40,
     );
-    let stations: Vec<Station> = (0..=14)
+    let stations: Vec<Station> = (0..=10)
         .map(|i| {
-            let t = f64::from(i) / 14.0;
+            let t = f64::from(i) / 10.0;
             let out = angle::unit(side + (t - 0.5) * 0.17);
             // Rounded ends.
             let end = (2.0 * t - 1.0) * (2.0 * t - 1.0);
@@ -173,7 +174,7 @@ pub fn brake(side: f64) -> Vec<(usize, Mesh)> {
             }
         })
         .collect();
-    let caliper = sweep(&stations, &section(20, 0.35), Ends::Capped);
+    let caliper = sweep(&stations, &section(16, 0.35), Ends::Capped);
     let pad = rounded_box(DVec3::new(0.012, 0.03, 0.004), 0.003, 2)
         .translated((angle::unit(side) * 0.182).extend(0.057));
     vec![
