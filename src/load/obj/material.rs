@@ -81,7 +81,9 @@ impl Source {
         let physical = ["Pr", "Pm", "Pc", "map_Pr", "map_Pm"].iter().any(|n| extra(n).is_some());
         let convert = |c: f32| if physical { saturate(c) } else { srgb_to_linear(saturate(c)) };
         let [r, g, b] = mtl.diffuse.unwrap_or([1.0; 3]).map(convert);
-        let alpha = mtl.dissolve.or(number("Tr").map(|t| 1.0 - t)).map_or(1.0, saturate);
+        // `Tr` is transparency, but MeshLab writes the opacity there: a surface that nobody could see is not meant.
+        let transparency = number("Tr").filter(|&t| t < 1.0);
+        let alpha = mtl.dissolve.or(transparency.map(|t| 1.0 - t)).map_or(1.0, saturate);
         let emissive = mtl
             .emissive
             .unwrap_or([0.0; 3])
