@@ -11,6 +11,9 @@ pub mod punctual;
 mod studio;
 mod texel;
 
+#[cfg(test)]
+mod tests;
+
 pub use environment::{EnvironmentLight, PrefilteredEnvironment};
 pub use file::EnvironmentFileError;
 pub use punctual::{LightSample, PunctualLight};

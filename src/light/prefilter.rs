@@ -23,13 +23,24 @@ use crate::math::lanes::{Float, Int, Lanes, SimdLevel};
 use crate::math::vec3::{self, V3};
 use std::f64::consts::PI;
 
-/// Samples of the filter at each roughness; the first level is not filtered. Sharp lobes need few, because a texel
-/// covers most of them; wide lobes have few texels and can afford many.
-const SAMPLES: [usize; LEVELS] = [0, 64, 96, 192, 256, 256, 256, 256, 256, 256, 512, 512, 512];
-
-/// Solid angle of the reduced copy's texel in units of what a sample stands for. Below 1 samples would leave gaps,
-/// far above the lobe is widened.
-const FOOTPRINT: f64 = 1.0;
+/// Samples of the filter at each roughness, and the solid angle of what a sample reads in units of the solid angle
+/// that it stands for. The first level is not filtered. Sharp lobes need few samples, because a texel covers most of
+/// them; wide lobes have few texels and can afford many, and many with overlap see a small sun evenly.
+const SAMPLES: [(usize, f64); LEVELS] = [
+    (0, 1.0),
+    (64, 1.0),
+    (96, 1.0),
+    (192, 1.0),
+    (256, 1.0),
+    (256, 1.0),
+    (256, 1.0),
+    (256, 1.0),
+    (512, 1.0),
+    (512, 1.0),
+    (2048, 2.0),
+    (2048, 2.0),
+    (2048, 2.0),
+];
 
 /// Radiance on an octahedral grid, as colour times solid angle and solid angle.
 pub(crate) struct Grid {
@@ -128,7 +139,11 @@ struct LobeSample {
 ///
 /// The spiral of the golden angle, with the polar angle by the inverse of GGX's distribution of normals; only those
 /// are generated whose reflection lies above the surface.
-fn lobe(count: usize, perceptual_roughness: f64, levels: &[(usize, usize)]) -> (Vec<LobeSample>, f32) {
+fn lobe(
+    (count, footprint): (usize, f64),
+    perceptual_roughness: f64,
+    levels: &[(usize, usize)],
+) -> (Vec<LobeSample>, f32) {
     let alpha2 = square(square(perceptual_roughness));
     // The share of the distribution whose reflections lie above the surface, cos^2 >= 1/2.
     let above = 1.0 / (1.0 + alpha2);
@@ -151,7 +166,7 @@ fn lobe(count: usize, perceptual_roughness: f64, levels: &[(usize, usize)]) -> (
                 .iter()
                 .position(|&(_, size)| {
                     let cell = 4.0 * PI / square((size - 1) as f64);
-                    cell * 2.0 >= solid_angle * FOOTPRINT
+                    cell * 2.0 >= solid_angle * footprint
                 })
                 .unwrap_or(levels.len() - 1);
             let weight = n_dot_l as f32;

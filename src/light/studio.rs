@@ -58,7 +58,7 @@ struct SoftBox {
     falloff: f32,
 }
 
-/// A soft box towards a direction, upright. For panels overhead, "up" is away from the camera.
+/// The frame of a soft box that faces the model from a direction: its centre, the vectors of its width and its height.
 const fn facing(azimuth: [f32; 2], elevation: [f32; 2]) -> [[f32; 3]; 3] {
     // Sine and cosine of the angles; azimuth from +Z towards +X.
     let ([sin_a, cos_a], [sin_e, cos_e]) = (azimuth, elevation);
@@ -76,24 +76,24 @@ const fn soft_box(
     SoftBox { centre: frame[0], across: frame[1], along: frame[2], half, corner, edge, radiance, falloff }
 }
 
-/// Sine and cosine of multiples of 5 degrees are not constants of the language; these are what is needed.
+/// Sine and cosine of the angles that are needed, in degrees.
 const DEG_0: [f32; 2] = [0.0, 1.0];
 const DEG_10: [f32; 2] = [0.173_648_18, 0.984_807_75];
 const DEG_20: [f32; 2] = [0.342_020_14, 0.939_692_6];
 const DEG_40: [f32; 2] = [0.642_787_6, 0.766_044_44];
 const DEG_80: [f32; 2] = [0.984_807_75, 0.173_648_18];
-const DEG_MINUS_25: [f32; 2] = [-0.422_618_26, 0.906_307_8];
+const DEG_MINUS_40: [f32; 2] = [-0.642_787_6, 0.766_044_44];
 const DEG_95: [f32; 2] = [0.996_194_7, -0.087_155_74];
 const DEG_160: [f32; 2] = [0.342_020_14, -0.939_692_6];
 const DEG_MINUS_120: [f32; 2] = [-0.866_025_4, -0.5];
 
-/// Key, fill, rims, overhead panel.
+/// Key, fill, two rims, overhead panel.
 const BOXES: [SoftBox; 5] = [
-    soft_box(facing(DEG_MINUS_25, DEG_40), [0.55, 0.42], 0.06, 0.03, [5.4, 5.2, 4.9], 0.75),
-    soft_box(facing(DEG_95, DEG_20), [0.5, 0.75], 0.1, 0.12, [1.25, 1.35, 1.5], 0.6),
+    soft_box(facing(DEG_MINUS_40, DEG_40), [0.55, 0.42], 0.06, 0.03, [5.6, 5.4, 5.05], 0.75),
+    soft_box(facing(DEG_95, DEG_20), [0.5, 0.75], 0.1, 0.12, [0.7, 0.77, 0.88], 0.55),
     soft_box(facing(DEG_160, DEG_20), [0.09, 0.7], 0.05, 0.025, [6.0, 6.0, 6.1], 0.85),
     soft_box(facing(DEG_MINUS_120, DEG_10), [0.11, 0.8], 0.05, 0.025, [6.0, 5.9, 5.8], 0.85),
-    soft_box(facing(DEG_0, DEG_80), [0.8, 0.34], 0.05, 0.03, [3.0, 3.0, 3.0], 0.85),
+    soft_box(facing(DEG_0, DEG_80), [0.8, 0.34], 0.05, 0.03, [2.0, 2.0, 2.0], 0.85),
 ];
 
 /// Smooth step from 0 at or below 0 to 1 at or above 1.
@@ -132,8 +132,8 @@ impl DistantRadiance for Studio {
         let y = d[1];
         // The room: walls that darken towards the ceiling, and a floor that gives back some of the light, most of it
         // near the model's feet and in front.
-        let walls = smooth(y * 0.8 + 0.2).one_minus() * 0.2 + 0.1;
-        let floor = smooth(y * -1.4 - 0.02) * (d[2] * 0.12 + 0.42);
+        let walls = smooth(y * 0.8 + 0.2).one_minus() * 0.13 + 0.07;
+        let floor = smooth(y * -1.4 - 0.02) * (d[2] * 0.08 + 0.26);
         let room = walls + floor;
         let mut sum = [room * 1.0, room * 0.99, room * 0.975];
         for soft_box in &BOXES {
