@@ -7,6 +7,7 @@ mod file;
 mod harmonics;
 mod octahedral;
 mod prefilter;
+mod reference;
 pub mod punctual;
 mod studio;
 mod texel;

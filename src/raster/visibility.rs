@@ -88,7 +88,7 @@ impl Visibility {
         mut keep: Option<&mut dyn FnMut(i32, i32, usize, u16) -> u16>,
     ) {
         let plane = DepthPlane::new(l, triangle, origin);
-        let edges = EdgeFunctions::new(triangle, origin, pattern);
+        let edges = EdgeFunctions::new(l, triangle, origin, pattern);
         let lane_edges = lane_offsets(l, &edges);
         let identity = l.splat_i(identity as i32);
         for_each_block(
@@ -107,7 +107,7 @@ impl Visibility {
                 let mut all_written = span.full && keep.is_none();
                 for (sample, offset) in pattern.offsets().iter().enumerate() {
                     let mut covered =
-                        if span.full { l.mask(u16::MAX) } else { corner.inside(&edges.constants[sample]) };
+                        if span.full { l.mask(u16::MAX) } else { corner.inside(&edges, sample) };
                     if !span.full && !covered.any() {
                         continue;
                     }
@@ -147,7 +147,7 @@ impl Visibility {
         mut visit: impl FnMut(i32, i32, &[u16; LANES]),
     ) {
         let plane = DepthPlane::new(l, triangle, origin);
-        let edges = EdgeFunctions::new(triangle, origin, pattern);
+        let edges = EdgeFunctions::new(l, triangle, origin, pattern);
         let lane_edges = lane_offsets(l, &edges);
         for_each_block(
             triangle,
@@ -164,8 +164,7 @@ impl Visibility {
                 let corner = lane_edges.at(&edges, &span);
                 let mut masks = [0_u16; LANES];
                 for (sample, offset) in pattern.offsets().iter().enumerate() {
-                    let covered =
-                        if span.full { l.mask(u16::MAX) } else { corner.inside(&edges.constants[sample]) };
+                    let covered = if span.full { l.mask(u16::MAX) } else { corner.inside(&edges, sample) };
                     let old = l.load(&self.depth[block * self.samples + sample]);
                     let visible = (covered & plane.at(l, &span, *offset).gt(old)).bits();
                     for (k, mask) in masks.iter_mut().enumerate() {
@@ -272,9 +271,10 @@ impl<L: Lanes> LaneEdges<L> {
 
     /// The lanes on the inner side of all three edges.
     #[inline(always)]
-    fn inside(&self, constants: &[i32; 3]) -> L::M {
+    fn inside(&self, edges: &EdgeFunctions, sample: usize) -> L::M {
         let [a, b, c] = self.offsets;
-        ((a + constants[0]) | (b + constants[1]) | (c + constants[2])).non_negative()
+        let [ca, cb, cc] = &edges.constants;
+        ((a + ca[sample]) | (b + cb[sample]) | (c + cc[sample])).non_negative()
     }
 }
 

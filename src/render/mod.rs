@@ -17,7 +17,7 @@ use crate::geometry::{
     transform_vertices,
 };
 use crate::jobs::Jobs;
-use crate::light::{EnvironmentLight, PunctualLight};
+use crate::light::{EnvironmentLight, PrefilteredEnvironment, PunctualLight};
 use crate::limits::Limits;
 use crate::raster::SamplePattern;
 use crate::scene::{Camera, Scene};
@@ -26,6 +26,7 @@ use crate::tile::{TileBins, TileGrid};
 use aov::TileAovs;
 use draws::DrawState;
 use environment::EnvironmentCache;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 use tile_pass::{Pass, TileScratch};
 
@@ -51,6 +52,12 @@ impl Renderer {
     #[must_use]
     pub fn jobs(&self) -> &Jobs {
         &self.jobs
+    }
+
+    /// Lights the following pictures by an environment that is filtered already, in place of the scene's picture; its
+    /// rotation and intensity stay the scene's. `None` goes back to the scene's own.
+    pub fn use_environment(&mut self, environment: Option<Arc<PrefilteredEnvironment>>) {
+        self.environments.given = environment;
     }
 
     /// Takes one picture.
