@@ -7,8 +7,9 @@
 use overcoat::light::PrefilteredEnvironment;
 use overcoat::render::{RenderOptions, Renderer, ShadingModel};
 use overcoat::scene::{
-    AlphaUse, Camera, ColorSpace, Environment, EnvironmentSource, Image, Instance, Light, LightKind, Material, Mesh,
-    MeshData, Projection, Sampler, Scene, Texture, TextureRef, Transform, UvTransform, Workflow,
+    AlphaUse, Camera, ColorSpace, Environment, EnvironmentSource, Image, Instance, Light, LightKind,
+    Material, Mesh, MeshData, Projection, Sampler, Scene, Texture, TextureRef, Transform, UvTransform,
+    Workflow,
 };
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -18,7 +19,8 @@ type Row = BTreeMap<String, f32>;
 
 /// The rows of a table in the repository.
 fn rows(table: &str) -> Vec<Row> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference/unity").join(table).with_extension("csv");
+    let path =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference/unity").join(table).with_extension("csv");
     let text = std::fs::read_to_string(&path).unwrap();
     let mut lines = text.lines();
     let header: Vec<&str> = lines.next().unwrap().split(',').collect();
@@ -148,7 +150,8 @@ fn direct_light_reproduces_the_tables() {
                 .set_environment(Environment { source: EnvironmentSource::None, ..Environment::default() })
                 .unwrap();
             // URP's light colour is irradiance over pi.
-            let color = vector(row, "in_lightColor").map(|c| c * row["in_attenuation"] * std::f32::consts::PI);
+            let color =
+                vector(row, "in_lightColor").map(|c| c * row["in_attenuation"] * std::f32::consts::PI);
             let direction = vector(row, "in_L").map(|v| -v);
             let kind = LightKind::Directional { direction };
             scene.add_light(Light { kind, color, intensity: 1.0 }).unwrap();

@@ -7,8 +7,8 @@ mod file;
 mod harmonics;
 mod octahedral;
 mod prefilter;
-mod reference;
 pub mod punctual;
+mod reference;
 mod studio;
 mod texel;
 
