@@ -15,8 +15,8 @@
 
 use super::octahedral;
 use super::prefilter::Grid;
-use crate::each;
 use crate::dispatch;
+use crate::each;
 use crate::jobs::Jobs;
 use crate::math::lanes::{Float, LANES, Lanes, SimdLevel};
 use crate::math::vec3::{self, V3};

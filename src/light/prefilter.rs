@@ -16,8 +16,8 @@
 use super::DistantRadiance;
 use super::chain::{Chain, IRRADIANCE, LEVELS, bilinear, seal};
 use super::{harmonics, octahedral, texel};
-use crate::each;
 use crate::dispatch;
+use crate::each;
 use crate::jobs::Jobs;
 use crate::math::lanes::{Float, Int, Lanes, SimdLevel};
 use crate::math::vec3::{self, V3};

@@ -367,10 +367,7 @@ impl<L: Lanes> NormalFrame<L> {
             let (t, b) = any_basis(l, unit);
             let t = vec3::scale(l, t, side);
             let b = vec3::scale(l, b, side);
-            (
-                each!(k => lost.select(t[k], tangent[k])),
-                each!(k => lost.select(b[k], bitangent[k])),
-            )
+            (each!(k => lost.select(t[k], tangent[k])), each!(k => lost.select(b[k], bitangent[k])))
         } else {
             (tangent, bitangent)
         };
