@@ -11,6 +11,7 @@ mod mesh;
 mod model;
 mod outline;
 mod random;
+mod readme;
 mod revolve;
 mod shapes;
 mod solid;
@@ -34,13 +35,16 @@ pub fn write(folder: &Path) -> std::io::Result<()> {
 }
 
 /// The bytes of every file by its path below `assets/`.
-pub fn files() -> BTreeMap<String, Vec<u8>> {
+fn files() -> BTreeMap<String, Vec<u8>> {
     let mut files = BTreeMap::new();
     let textures = textures::all();
     for (name, image) in &textures {
         files.insert(format!("textures/{name}.png"), image.png());
     }
-    for model in models() {
+    let models = models();
+    let names: Vec<&str> = textures.keys().copied().collect();
+    files.insert("README.md".into(), readme::text(&models, &names).into_bytes());
+    for model in models {
         files.insert(format!("models/{}.glb", model.name), glb::encode(&model, &textures));
         match model.name {
             "torus-knot" => {
@@ -62,7 +66,7 @@ pub fn files() -> BTreeMap<String, Vec<u8>> {
 }
 
 /// Every model.
-pub fn models() -> Vec<Model> {
+fn models() -> Vec<Model> {
     vec![
         shapes::material_ball(),
         shapes::torus_knot(),
