@@ -17,6 +17,8 @@ pub struct Visibility {
     triangle: Vec<[i32; LANES]>,
     /// For each block, a depth that every sample of it has reached: what is not nearer is hidden.
     block_depth: Vec<f32>,
+    /// Blocks that triangles were drawn into since it was asked last.
+    visited: u64,
     /// Pixels of the tile.
     width: i32,
     height: i32,
@@ -45,6 +47,12 @@ impl Visibility {
         self.triangle.resize(blocks * samples, [NO_TRIANGLE as i32; LANES]);
         self.block_depth.clear();
         self.block_depth.resize(blocks, f32::NEG_INFINITY);
+    }
+
+    /// How many blocks triangles were drawn into since the last call, hidden ones included: a measure of work that
+    /// depends on nothing but the triangles.
+    pub fn take_visited(&mut self) -> u64 {
+        std::mem::take(&mut self.visited)
     }
 
     /// Blocks in a row.
@@ -100,6 +108,7 @@ impl Visibility {
             #[inline(always)]
             |span: BlockSpan| {
                 let block = (span.row as usize / BLOCK) * self.columns + span.column as usize / BLOCK;
+                self.visited += 1;
                 if plane.largest_value <= self.block_depth[block] {
                     return;
                 }
