@@ -238,7 +238,7 @@ fn missing_and_wrong_tables_fail() {
 
     std::fs::create_dir(scratch.path().join("f64")).expect("writable");
     std::fs::copy(own.join("f64/urp_gi.csv"), scratch.path().join("f64/urp_gi.csv")).expect("writable");
-    assert_eq!(tables_below(scratch.path()), [copy.clone()]);
+    assert_eq!(tables_below(scratch.path()), std::slice::from_ref(&copy));
     let failed = |path: &Path| {
         let scores = score(adapter, path).expect("readable");
         assert_eq!(scores.len(), 9);

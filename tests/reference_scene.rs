@@ -116,10 +116,10 @@ fn compare(table: &str, output: &str, mut prepare: impl FnMut(&mut Renderer, &mu
             continue;
         }
         let shading = match (row.get("in_mobile"), row.get("in_realIsHalf")) {
-            (Some(&mobile), _) if mobile == 1.0 => ShadingModel::UrpMobile,
+            (Some(&1.0), _) => ShadingModel::UrpMobile,
             (Some(_), _) => ShadingModel::UrpDesktop,
             // Half precision is not offered by the renderer.
-            (_, Some(&half)) if half == 1.0 => continue,
+            (_, Some(&1.0)) => continue,
             _ => ShadingModel::Urp17,
         };
         let mut scene = scene(&row);
