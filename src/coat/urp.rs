@@ -21,7 +21,7 @@
 //! the limit); under a white environment a surface shows at most 1 from the front, 2 at the silhouette and
 //! 1.067 in the mean over all views. Only the base alone is reciprocal.
 //!
-//! **Beyond the original**, and without effect on a material that the original could express:
+//! **Beyond the original** (what the original can express changes by rounding at most):
 //! * Lanes with a coat mask of exactly 0 keep the bits of a material without coat. (The original takes the
 //!   base roughness through [`roughness_to_variance`] and back, which returns it up to rounding.) What a
 //!   fragment looks like can therefore not depend on whether its neighbours in the vector have a coat.
