@@ -6,8 +6,8 @@
 use super::real::Real;
 use std::f32::consts::{LN_2, LOG2_E};
 
-/// Adding and subtracting this rounds to the nearest integer, for magnitudes below 2^22: the sum has no room for
-/// fraction bits. The low bits of the sum are the integer.
+/// Adding and subtracting this rounds to the nearest integer, for magnitudes below 2^22: the sum has no room
+/// for fraction bits. The low bits of the sum are the integer.
 pub(super) const ROUNDER: f32 = 12_582_912.0;
 
 /// ln 2 in two parts; the first has 12 bits, so that its product with an exponent is exact.
@@ -112,8 +112,8 @@ fn ln_specials<R: Real>(x: R, y: R) -> R {
 pub(super) fn ln<R: Real>(x: R) -> R {
     let (m, n) = split_exponent(x);
     let f = m - 1.0;
-    // n ln 2 + f - f^2/2 with exact products (the square as h^2 + (f + h)(f - h)); what the sums lose is added
-    // back with the small terms.
+    // n ln 2 + f - f^2/2 with exact products (the square as h^2 + (f + h)(f - h)); what the sums lose is
+    // added back with the small terms.
     let exponent = n * LN2[0];
     let sum = exponent + f;
     let lost = (exponent - sum) + f;
@@ -139,8 +139,8 @@ pub(super) fn log2<R: Real>(x: R) -> R {
     ln_specials(x, low * LOG2_E + high * LOG2_E_LOW + high * LOG2_E_HIGH + n)
 }
 
-/// `log2(x)` of a finite x > 0 as an unevaluated sum with an error of about 2^-33 of it. The first part has 12
-/// bits at most where the exponent of x is 0, and 24 otherwise.
+/// `log2(x)` of a finite x > 0 as an unevaluated sum with an error of about 2^-33 of it. The first part has
+/// 12 bits at most where the exponent of x is 0, and 24 otherwise.
 ///
 /// With s = (m - 1) / (m + 1): log2(m) = 2 / ln(2) * (s + s^3/3 + ...). The quotient is computed to twice the
 /// length: its first 12 bits, and the remainder of the division by the rest.

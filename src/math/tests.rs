@@ -6,7 +6,8 @@
 use super::lanes::{Float, LANES, Lanes, SimdLevel};
 use super::{double, scalar};
 
-/// A function of one number: its lane kernel by number, scalar twin, reference, domain and stated error in ULP.
+/// A function of one number: its lane kernel by number, scalar twin, reference, domain and stated error in
+/// ULP.
 struct Unary {
     name: &'static str,
     twin: fn(f32) -> f32,
@@ -53,7 +54,8 @@ fn all_binary<L: Lanes>(l: L, a: &[f32; LANES], b: &[f32; LANES]) -> [[f32; LANE
     [super::pow(l, a, b).to_array(), super::atan2(l, a, b).to_array()]
 }
 
-/// Distance in units in the last place of the result rounded to f32; 0 where both are the same infinity or NaN.
+/// Distance in units in the last place of the result rounded to f32; 0 where both are the same infinity or
+/// NaN.
 fn ulp_error(found: f32, exact: f64) -> f64 {
     let rounded = exact as f32;
     if found == rounded || (found.is_nan() && exact.is_nan()) {
