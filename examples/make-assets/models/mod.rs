@@ -24,7 +24,8 @@ use std::path::Path;
 
 use model::Model;
 
-/// Writes `models/` and `textures/` below `folder`.
+/// Writes `models/` with its textures below `folder`. A model may refer to files below its own folder only, so the
+/// textures lie there.
 pub fn write(folder: &Path) -> std::io::Result<()> {
     for (path, bytes) in files() {
         let path = folder.join(path);
@@ -39,7 +40,7 @@ fn files() -> BTreeMap<String, Vec<u8>> {
     let mut files = BTreeMap::new();
     let textures = textures::all();
     for (name, image) in &textures {
-        files.insert(format!("textures/{name}.png"), image.png());
+        files.insert(format!("models/textures/{name}.png"), image.png());
     }
     let models = models();
     let names: Vec<&str> = textures.keys().copied().collect();

@@ -42,7 +42,7 @@ pub fn text(models: &[Model], textures: &[&str]) -> String {
          roughness in green.\n\n",
     );
     for name in textures {
-        line(&mut text, format_args!("- textures/{name}.png"));
+        line(&mut text, format_args!("- models/textures/{name}.png"));
     }
     text.push_str(
         "\n## environment\n\n\
