@@ -76,7 +76,14 @@ impl Rasterizer {
         let view = view.of_draw(&Transform::IDENTITY);
         let (mesh, vertices) = (&self.mesh, &mut self.vertices);
         overcoat::dispatch!(level, l => transform_vertices(l, &view, mesh.positions(), vertices));
-        let job = ChunkJob { mesh, vertices, view: &view, cull_back_faces: true, mirrored: false, max_bins: usize::MAX };
+        let job = ChunkJob {
+            mesh,
+            vertices,
+            view: &view,
+            cull_back_faces: true,
+            mirrored: false,
+            max_bins: usize::MAX,
+        };
         process_chunk(&mut self.chunk, &job, &self.grid, &self.pattern);
         self.bins.build(self.grid.len(), std::iter::once(&self.chunk.bins));
         let samples = self.pattern.len();

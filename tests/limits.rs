@@ -3,9 +3,7 @@
 
 use overcoat::limits::Limits;
 use overcoat::render::{RenderError, RenderOptions, Renderer};
-use overcoat::scene::{
-    AlphaMode, Camera, Instance, Material, Mesh, MeshData, Projection, Scene, Transform,
-};
+use overcoat::scene::{AlphaMode, Camera, Instance, Material, Mesh, MeshData, Projection, Scene, Transform};
 
 /// `count` triangles behind each other, each larger than the picture.
 fn stack(count: u32, alpha_mode: AlphaMode) -> (Scene, Camera) {

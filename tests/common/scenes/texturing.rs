@@ -210,7 +210,7 @@ fn mask() -> Built {
 fn mask_far() -> Built {
     let mut s = Stage::new()?;
     let bars = image(64, 64, |x, y| [60, 110, 60, if x % 16 < 5 || y % 32 < 4 { 255 } else { 0 }])?;
-    let texture = s.texture(bars, ColorSpace::Srgb, AlphaUse::Coverage, Sampler::default())?;
+    let texture = s.texture(bars, ColorSpace::Srgb, AlphaUse::mask(0.5), Sampler::default())?;
     let material = s.material(Material {
         base_color_texture: Some(texture),
         alpha_mode: AlphaMode::Mask { cutoff: 0.5 },
