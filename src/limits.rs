@@ -25,8 +25,13 @@ pub struct Limits {
     pub output_side: u32,
     /// Pixels of the output. Default 2^26.
     pub output_pixels: u64,
-    /// Surface fragments that one frame shades. Default 2^32.
+    /// Surface fragments that one frame shades. Default 2^30.
     pub fragments: u64,
+    /// Blocks of 4 x 4 pixels that the triangles of one frame are drawn into, hidden ones included: the rasterizer's
+    /// work. Default 2^28.
+    pub blocks: u64,
+    /// Fragments of blended surfaces in one frame, which are kept until their tile is done. Default 2^25.
+    pub blend_entries: u64,
 }
 
 impl Default for Limits {
@@ -42,7 +47,9 @@ impl Default for Limits {
             texture_pixels: 1 << 26,
             output_side: 16384,
             output_pixels: 1 << 26,
-            fragments: 1 << 32,
+            fragments: 1 << 30,
+            blocks: 1 << 28,
+            blend_entries: 1 << 25,
         }
     }
 }

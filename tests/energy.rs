@@ -1,4 +1,5 @@
-//! Physics of the shading models: what may not happen whatever the tables say, and how far the approximations go.
+//! Physics of the shading models: what may not happen whatever the tables say, and how far the approximations
+//! go.
 
 use overcoat::coat::urp::{self, Coat, Reflectance, Surface, SurfaceData, UrpVersion};
 use overcoat::math::lanes::{Float, LANES, Lanes, Scalar, SimdLevel};
@@ -98,7 +99,8 @@ fn bits(v: &[[f32; 3]; LANES]) -> [[u32; 3]; LANES] {
     v.map(|c| c.map(f32::to_bits))
 }
 
-/// A unit vector at a cosine to +Z, turned by an angle whose cosine and sine are given by a Pythagorean triple.
+/// A unit vector at a cosine to +Z, turned by an angle whose cosine and sine are given by a Pythagorean
+/// triple.
 fn at_cosine(cosine: f32, turn: usize) -> [f32; 3] {
     let [c, s] = [[1.0, 0.0], [0.6, 0.8], [-0.8, 0.6], [-0.28, -0.96]][turn % 4];
     let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
@@ -201,8 +203,8 @@ fn a_coat_normal_equal_to_the_base_normal_changes_no_bit() {
     }
 }
 
-/// The light's part of each layer is its own cosine: a coat turned away from the light adds nothing, and a base
-/// turned away only loses its own light.
+/// The light's part of each layer is its own cosine: a coat turned away from the light adds nothing, and a
+/// base turned away only loses its own light.
 #[test]
 fn layers_with_normals_of_their_own_are_lit_by_their_own_cosine() {
     let coat_normal = [0.0, 0.6, 0.8];
@@ -245,8 +247,8 @@ fn lambert_limit() {
                     let expected = albedo[k] * FRAC_1_PI * irradiance * 0.8;
                     assert!((radiance - expected).abs() <= 1e-6, "{radiance} {expected} {f:?}");
                 }
-                // An environment of radiance 1 has the irradiance pi, which is a baked_gi of 1. Seen from the front no
-                // grazing reflection joins.
+                // An environment of radiance 1 has the irradiance pi, which is a baked_gi of 1. Seen from the
+                // front no grazing reflection joins.
                 let front = Fragment { view: [0.0, 0.0, 1.0], ..f };
                 assert_eq!(front.indirect(1.0), albedo);
             }
@@ -254,8 +256,8 @@ fn lambert_limit() {
     }
 }
 
-/// Without a coat the BRDF is symmetric in light and view; with one it is not, because the coat dims by the view
-/// angle only.
+/// Without a coat the BRDF is symmetric in light and view; with one it is not, because the coat dims by the
+/// view angle only.
 #[test]
 fn reciprocity_of_the_base() {
     for version in VERSIONS {
@@ -318,9 +320,9 @@ fn highlights_sharpen_and_bases_darken_monotonically() {
 
 /// The white furnace: an environment of radiance 1 on all sides. A physical surface reflects at most 1.
 ///
-/// URP keeps that at normal incidence. Towards grazing angles it adds the grazing reflection to a Lambert term that
-/// does not give way: up to 2 at the silhouette, and over all view directions (weighted by the cosine) at most
-/// 1 + 1/15, because the mean of (1 - cos)^4 is 1/15.
+/// URP keeps that at normal incidence. Towards grazing angles it adds the grazing reflection to a Lambert
+/// term that does not give way: up to 2 at the silhouette, and over all view directions (weighted by the
+/// cosine) at most 1 + 1/15, because the mean of (1 - cos)^4 is 1/15.
 #[test]
 fn white_furnace_of_the_environment() {
     let (mut normal, mut grazing, mut mean) = (0.0_f32, 0.0_f32, 0.0_f32);
@@ -361,9 +363,10 @@ fn white_furnace_of_the_environment() {
     assert!(mean <= 1.0 + 1.0 / 15.0 + 2e-3, "{mean}");
 }
 
-/// What a white metal reflects over the hemisphere of lights in the direct path, where a physical one reflects 1 at
-/// most. URP's term loses light on rough surfaces and makes some on smooth ones: towards roughness 0 it is
-/// 1 / (2 (L.H)^2) times the distribution where a mirror has 1 / (4 (N.L) (N.V)), twice as much.
+/// What a white metal reflects over the hemisphere of lights in the direct path, where a physical one
+/// reflects 1 at most. URP's term loses light on rough surfaces and makes some on smooth ones: towards
+/// roughness 0 it is 1 / (2 (L.H)^2) times the distribution where a mirror has 1 / (4 (N.L) (N.V)), twice as
+/// much.
 #[test]
 fn direct_highlights_reflect_at_most_twice_what_falls_in() {
     for version in VERSIONS {
@@ -377,7 +380,8 @@ fn direct_highlights_reflect_at_most_twice_what_falls_in() {
                     view: at_cosine(cosine, 0),
                     ..Fragment::white(version)
                 };
-                // Midpoints in cos^2 and azimuth; each direction stands for the same cosine-weighted solid angle.
+                // Midpoints in cos^2 and azimuth; each direction stands for the same cosine-weighted solid
+                // angle.
                 let (rings, turns) = (200, 25 * LANES);
                 let mut sum = 0.0;
                 for ring in 0..rings {

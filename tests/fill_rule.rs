@@ -190,8 +190,14 @@ fn count_in_picture(data: MeshData, camera: &Camera, size: u32, side: u32, sampl
     let grid = TileGrid::new(size, size, side);
     let pattern = SamplePattern::new(samples).unwrap();
     let mut chunk = Chunk { range: 0..mesh.triangles().len(), ..Chunk::default() };
-    let job =
-        ChunkJob { mesh: &mesh, vertices: &vertices, view: &view, cull_back_faces: false, mirrored: false };
+    let job = ChunkJob {
+        mesh: &mesh,
+        vertices: &vertices,
+        view: &view,
+        cull_back_faces: false,
+        mirrored: false,
+        max_bins: usize::MAX,
+    };
     process_chunk(&mut chunk, &job, &grid, &pattern);
     let mut bins = overcoat::tile::TileBins::default();
     bins.build(grid.len(), std::iter::once(&chunk.bins));

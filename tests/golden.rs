@@ -6,10 +6,10 @@
 
 mod common;
 
-use common::{Shot, goldens, picture, scene_names};
+use common::{Shot, goldens, scene_names};
 use libtest_mimic::{Arguments, Failed, Trial};
 use overcoat::cli::picture::Machine;
-use overcoat::golden::Golden;
+use overcoat::golden::{Golden, Picture};
 use overcoat::output::DisplayImage;
 use overcoat::render::Renderer;
 use std::path::Path;
@@ -20,7 +20,7 @@ fn main() -> ExitCode {
     let arguments = Arguments::from_args();
     let trials = match goldens() {
         Ok(goldens) => {
-            let mut trials = vec![Trial::test("golden::every_scene_has_one", || every_scene_has_one())];
+            let mut trials = vec![Trial::test("golden::every_scene_has_one", every_scene_has_one)];
             trials.extend(goldens.into_iter().map(|golden| {
                 Trial::test(format!("golden::{}", golden.name()), move || {
                     check(&golden).map_err(Failed::from)
@@ -44,7 +44,8 @@ fn check(golden: &Golden) -> Result<(), String> {
         renderer.render(&shot.scene, &shot.camera, &shot.options).map_err(|error| error.to_string())?;
     let hash = rendered.frame.frame_hash();
     idle().push(renderer);
-    let actual = picture(DisplayImage::new(&rendered.frame, &shot.display));
+    let image = DisplayImage::new(&rendered.frame, &shot.display);
+    let actual = Picture { width: image.width, height: image.height, pixels: image.pixels };
     if std::env::var_os("UPDATE_GOLDENS").is_some_and(|value| value == "1") {
         return Err(golden.accept(&hash, &actual).to_string());
     }

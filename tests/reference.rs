@@ -1,8 +1,9 @@
 //! Shading models against tables of the original functions' results.
 //!
-//! The rows go through the same lane functions as the shading pass, sixteen a vector, at every instruction set of
-//! this machine, which must agree in every bit. `OVERCOAT_REFERENCE=FOLDER` scores the tables found anywhere below
-//! that folder instead of the copies in `tests/reference/unity`; `-- --nocapture` shows the scores.
+//! The rows go through the same lane functions as the shading pass, sixteen a vector, at every instruction
+//! set of this machine, which must agree in every bit. `OVERCOAT_REFERENCE=FOLDER` scores the tables found
+//! anywhere below that folder instead of the copies in `tests/reference/unity`; `-- --nocapture` shows the
+//! scores.
 //!
 //! A model joins by a line in [`ADAPTERS`].
 
@@ -149,7 +150,8 @@ fn score(adapter: &Adapter, path: &Path) -> Result<Vec<Score>, String> {
     Ok(scores)
 }
 
-/// All tables below a folder in the order of their paths: CSV files with inputs and outputs, without the twins.
+/// All tables below a folder in the order of their paths: CSV files with inputs and outputs, without the
+/// twins.
 fn tables_below(folder: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();
     let mut folders = vec![folder.to_owned()];
@@ -238,7 +240,7 @@ fn missing_and_wrong_tables_fail() {
 
     std::fs::create_dir(scratch.path().join("f64")).expect("writable");
     std::fs::copy(own.join("f64/urp_gi.csv"), scratch.path().join("f64/urp_gi.csv")).expect("writable");
-    assert_eq!(tables_below(scratch.path()), [copy.clone()]);
+    assert_eq!(tables_below(scratch.path()), std::slice::from_ref(&copy));
     let failed = |path: &Path| {
         let scores = score(adapter, path).expect("readable");
         assert_eq!(scores.len(), 9);

@@ -9,8 +9,8 @@ pub fn pow4<L: Lanes>(_: L, x: L::F) -> L::F {
 }
 
 /// F0 of a surface under a coat of index 1.5, from its F0 in air: the cubic fit of Unity's
-/// `ConvertF0ForAirInterfaceToF0ForClearCoat15` (core/CommonMaterial), 0 to 1; within 0.0037 of the exact value from
-/// 0.04 upwards.
+/// `ConvertF0ForAirInterfaceToF0ForClearCoat15` (core/CommonMaterial), 0 to 1; within 0.0037 of the exact
+/// value from 0.04 upwards.
 #[inline(always)]
 pub fn f0_under_coat<L: Lanes>(_: L, f0: L::F) -> L::F {
     (f0 * ((f0 * -0.283_835 + 0.978_946) * f0 + 0.326_846) + -0.025_686_8).saturate()

@@ -1,8 +1,8 @@
 //! Pieces of reflectance models: pure functions over lanes, each with its source and units.
 //!
-//! Cosines are dimensionless and expected in 0 to 1 unless a function says otherwise; F0 is the reflectance at
-//! normal incidence; *perceptual roughness* is what artists set (glTF's roughness, 1 - smoothness in Unity) and
-//! *roughness* its square, the alpha of GGX.
+//! Cosines are dimensionless and expected in 0 to 1 unless a function says otherwise; F0 is the reflectance
+//! at normal incidence; *perceptual roughness* is what artists set (glTF's roughness, 1 - smoothness in
+//! Unity) and *roughness* its square, the alpha of GGX.
 
 pub mod fresnel;
 pub mod ggx;

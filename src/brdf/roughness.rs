@@ -5,9 +5,9 @@ use crate::math::lanes::{Float, Lanes};
 /// Last level of a prefiltered environment chain (`UNITY_SPECCUBE_LOD_STEPS`).
 pub const LAST_MIP: f32 = 6.0;
 
-/// Variance of the slopes of a GGX surface with roughness (alpha) a: 2 / a^2 - 2. Infinite for 0 (and understood
-/// by [`variance_to_roughness`]); the inverse is exact up to rounding. Unity core/CommonMaterial, where it is the
-/// Blinn-Phong exponent that stands for the lobe.
+/// Variance of the slopes of a GGX surface with roughness (alpha) a: 2 / a^2 - 2. Infinite for 0 (and
+/// understood by [`variance_to_roughness`]); the inverse is exact up to rounding. Unity core/CommonMaterial,
+/// where it is the Blinn-Phong exponent that stands for the lobe.
 #[inline(always)]
 pub fn roughness_to_variance<L: Lanes>(l: L, roughness: L::F) -> L::F {
     l.splat(2.0) / (roughness * roughness) - 2.0

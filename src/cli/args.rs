@@ -117,7 +117,7 @@ pub struct SceneArgs {
 #[command(next_help_heading = "Camera")]
 pub struct CameraArgs {
     /// Direction from which the model is framed: three-quarter, front, back, left, right, top, bottom, or x,y,z from
-    /// the model towards the camera [default: three-quarter]
+    /// the model towards the camera [default: three-quarter, or another one if that shows a flat model edge-on]
     #[arg(long, value_name = "VIEW", value_parser = values::view, allow_hyphen_values = true,
           conflicts_with_all = ["eye", "camera"])]
     pub view: Option<ViewDirection>,

@@ -226,7 +226,7 @@ pub fn limit(text: &str) -> Result<(String, u64), String> {
 }
 
 /// Names of all limits, in the order of [`Limits`].
-pub const LIMIT_NAMES: [&str; 11] = [
+pub const LIMIT_NAMES: [&str; 13] = [
     "input_bytes",
     "decoded_bytes",
     "triangles",
@@ -238,6 +238,8 @@ pub const LIMIT_NAMES: [&str; 11] = [
     "output_side",
     "output_pixels",
     "fragments",
+    "blocks",
+    "blend_entries",
 ];
 
 /// Changes one limit.
@@ -260,6 +262,8 @@ pub fn set_limit(limits: &mut Limits, name: &str, value: u64) -> Result<(), Stri
         }
         "output_pixels" => limits.output_pixels = value,
         "fragments" => limits.fragments = value,
+        "blocks" => limits.blocks = value,
+        "blend_entries" => limits.blend_entries = value,
         _ => return Err(format!("unknown limit '{name}'; known are {}", LIMIT_NAMES.join(", "))),
     }
     Ok(())

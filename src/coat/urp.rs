@@ -1,34 +1,35 @@
 //! Unity URP's Complex Lit with clear coat (`_CLEARCOAT`), formula by formula.
 //!
 //! Source: universal/ShaderLibrary `BRDF`, `Lighting` and `GlobalIllumination` of package 13.0.0
-//! ([`UrpVersion::Desktop`], [`UrpVersion::Mobile`]) and of Unity 6 ([`UrpVersion::Newest`]). The functions carry
-//! the names of the originals and perform their operations in the same order.
+//! ([`UrpVersion::Desktop`], [`UrpVersion::Mobile`]) and of Unity 6 ([`UrpVersion::Newest`]). The functions
+//! carry the names of the originals and perform their operations in the same order.
 //!
-//! **Use.** [`surface`] once for a vector of fragments, then [`direct`] for every light and [`indirect`] for the
-//! environment; the sum is the reflected radiance.
+//! **Use.** [`surface`] once for a vector of fragments, then [`direct`] for every light and [`indirect`] for
+//! the environment; the sum is the reflected radiance.
 //!
-//! **Radiometry.** URP leaves pi out of its BRDF: the Lambert term is `albedo`, not `albedo / pi`. A light that delivers
-//! the irradiance E at normal incidence therefore has the colour [`LIGHT_COLOR_PER_IRRADIANCE`] E = E / pi, and `baked_gi`
-//! is the irradiance of the environment divided by pi (the colour that a white Lambert surface would show). The environment itself is
-//! radiance.
+//! **Radiometry.** URP leaves pi out of its BRDF: the Lambert term is `albedo`, not `albedo / pi`. A light
+//! that delivers the irradiance E at normal incidence therefore has the colour [`LIGHT_COLOR_PER_IRRADIANCE`]
+//! E = E / pi, and `baked_gi` is the irradiance of the environment divided by pi (the colour that a white
+//! Lambert surface would show). The environment itself is radiance.
 //!
-//! **Physics.** A GGX-like base lobe over Lambert under one smooth dielectric layer of F0 0.04. The coat dims what
-//! lies beneath by its Fresnel reflectance on the way out only (Schlick with exponent 4, of the view angle, also for
-//! direct light); it neither absorbs nor refracts. Left out: light lost between microfacets, interreflection
-//! between the layers, the Fresnel increase of the base's direct highlights towards grazing angles. Measured in
-//! `tests/energy.rs`: of the light of one direction, a white metal of smoothness 0, 0.5 and 0.8 reflects 0.2 to 0.33, 1.0
-//! to 1.1 and 1.74 to 1.81 of what falls in (twice as much as a mirror in the limit); under a white environment
-//! a surface shows at most 1 from the front, 2 at the silhouette and 1.067 in the mean over all views. Only the
-//! base alone is reciprocal.
+//! **Physics.** A GGX-like base lobe over Lambert under one smooth dielectric layer of F0 0.04. The coat dims
+//! what lies beneath by its Fresnel reflectance on the way out only (Schlick with exponent 4, of the view
+//! angle, also for direct light); it neither absorbs nor refracts. Left out: light lost between microfacets,
+//! interreflection between the layers, the Fresnel increase of the base's direct highlights towards grazing
+//! angles. Measured in `tests/energy.rs`: of the light of one direction, a white metal of smoothness 0, 0.5
+//! and 0.8 reflects 0.2 to 0.33, 1.0 to 1.1 and 1.74 to 1.81 of what falls in (twice as much as a mirror in
+//! the limit); under a white environment a surface shows at most 1 from the front, 2 at the silhouette and
+//! 1.067 in the mean over all views. Only the base alone is reciprocal.
 //!
-//! **Beyond the original**, each without effect on its inputs:
-//! * Lanes with a coat mask of exactly 0 keep the bits of a material without coat. (The original takes the base
-//!   roughness through [`roughness_to_variance`] and back, which returns it up to rounding.) What a fragment looks like can therefore not
-//!   depend on whether its neighbours in the vector have a coat.
+//! **Beyond the original** (what the original can express changes by rounding at most):
+//! * Lanes with a coat mask of exactly 0 keep the bits of a material without coat. (The original takes the
+//!   base roughness through [`roughness_to_variance`] and back, which returns it up to rounding.) What a
+//!   fragment looks like can therefore not depend on whether its neighbours in the vector have a coat.
 //! * A coat normal apart from the base normal, see [`Coat::normal`].
 //! * Any dielectric F0 in the metallic workflow, see [`Reflectance::Metallic`].
 //!
-//! Every result is finite for finite inputs in range and unit vectors; cosines are saturated, a NaN among them counts as 0.
+//! Every result is finite for finite inputs in range and unit vectors; cosines are saturated, a NaN among
+//! them counts as 0.
 
 use crate::brdf::fresnel::{f0_under_coat, f0_under_coat_fast, pow4};
 use crate::brdf::ggx::minimalist_cook_torrance;
@@ -59,12 +60,14 @@ const CLEAR_COAT_IETA: f32 = 1.0 / 1.5;
 pub enum UrpVersion {
     /// 13.0 on desktop: the base gets rougher under the coat, F0 by the cubic fit.
     Desktop,
-    /// 13.0 on mobile (`SHADER_API_MOBILE`): the base keeps its roughness, F0 by the quadratic fit, highlights end at 100.
+    /// 13.0 on mobile (`SHADER_API_MOBILE`): the base keeps its roughness, F0 by the quadratic fit,
+    /// highlights end at 100.
     Mobile,
-    /// Unity 6, the same on every platform: the base gets rougher, F0 by the quadratic fit; the specular workflow
-    /// darkens diffuse by the largest channel.
+    /// Unity 6, the same on every platform: the base gets rougher, F0 by the quadratic fit; the specular
+    /// workflow darkens diffuse by the largest channel.
     Newest,
-    /// Unity 6 where `real` is half precision (`REAL_IS_HALF`): as [`UrpVersion::Newest`] with highlights that end at 1000.
+    /// Unity 6 where `real` is half precision (`REAL_IS_HALF`): as [`UrpVersion::Newest`] with highlights
+    /// that end at 1000.
     NewestHalf,
 }
 
@@ -92,9 +95,9 @@ pub enum Reflectance<L: Lanes> {
         /// 0 dielectric to 1 metal.
         metallic: L::F,
         /// F0 of the dielectric part; [`DIELECTRIC_F0`] in URP. An extension for KHR_materials_ior and
-        /// KHR_materials_specular: it stands for `kDielectricSpec.rgb`, and
-        /// 1 less its largest channel for `kDielectricSpec.a`, so that 0.04 gives the bits of the original. The
-        /// coat keeps 0.04, and the reflectance at grazing angles is not scaled.
+        /// KHR_materials_specular: it stands for `kDielectricSpec.rgb`, and 1 less its largest channel for
+        /// `kDielectricSpec.a`, so that 0.04 gives the bits of the original. The coat keeps 0.04, and the
+        /// reflectance at grazing angles is not scaled.
         dielectric_f0: V3<L>,
     },
     /// The specular workflow (`_SPECULAR_SETUP`).
@@ -111,9 +114,9 @@ pub struct Coat<L: Lanes> {
     pub mask: L::F,
     /// 1 - perceptual roughness of the coat, 0 to 1.
     pub smoothness: L::F,
-    /// Unit normal of the coat where it differs from the base's (KHR_materials_clearcoat); URP has one normal. The coat's
-    /// highlight, reflection and Fresnel terms use it, the base keeps its own. `None` and a normal with the base's bits give
-    /// the same bits.
+    /// Unit normal of the coat where it differs from the base's (KHR_materials_clearcoat); URP has one
+    /// normal. The coat's highlight, reflection and Fresnel terms use it, the base keeps its own. `None` and
+    /// a normal with the base's bits give the same bits.
     pub normal: Option<V3<L>>,
 }
 
@@ -383,8 +386,8 @@ pub fn surface<L: Lanes>(
 
 /// One light, `LightingPhysicallyBased`: the radiance that the fragments reflect.
 ///
-/// `direction` is the unit vector to the light, `color` the irradiance at normal incidence over pi, `attenuation` the
-/// product of distance, cone and shadow, 0 to 1.
+/// `direction` is the unit vector to the light, `color` the irradiance at normal incidence over pi,
+/// `attenuation` the product of distance, cone and shadow, 0 to 1.
 #[inline(always)]
 pub fn direct<L: Lanes>(
     l: L,
@@ -407,8 +410,8 @@ pub fn direct<L: Lanes>(
         let mut transmittance = coat.transmittance;
         let mut reflection = term * DIELECTRIC_F0 * coat.mask;
         if coat.separate_normal {
-            // Each layer has its own cosine with the light. The larger one is factored out, which leaves weights
-            // of exactly 1 where both agree.
+            // Each layer has its own cosine with the light. The larger one is factored out, which leaves
+            // weights of exactly 1 where both agree.
             let coat_cosine = vec3::dot(l, coat.normal, direction).saturate();
             let larger = cosine.max(coat_cosine);
             let lit = larger.gt(l.zero());
@@ -509,8 +512,8 @@ pub fn global_illumination<L: Lanes>(
     vec3::scale(l, color, occlusion)
 }
 
-/// [`global_illumination`] with the environment as a function of the queries; it is asked once, or twice with a
-/// coat.
+/// [`global_illumination`] with the environment as a function of the queries; it is asked once, or twice with
+/// a coat.
 #[inline(always)]
 pub fn indirect<L: Lanes>(
     l: L,
@@ -532,7 +535,8 @@ mod tests {
     use super::*;
     use crate::math::lanes::Scalar;
 
-    /// A red, nearly metallic base under a coat, lit from the upper left: known answers of the original functions.
+    /// A red, nearly metallic base under a coat, lit from the upper left: known answers of the original
+    /// functions.
     fn example(version: UrpVersion) -> Surface<Scalar> {
         let l = Scalar;
         let data = SurfaceData {

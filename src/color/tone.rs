@@ -157,7 +157,8 @@ fn agx<L: Lanes>(l: L, rgb: [L::F; 3]) -> [L::F; 3] {
         let x4 = x2 * x2;
         x4 * x2 * 15.5 - x4 * x * 40.14 + x4 * 31.96 - x2 * x * 6.868 + x2 * 0.4298 + x * 0.1191 - 0.00232
     });
-    let display = each!(v in transform(&OUTSET, contrast) => crate::math::pow(l, v.at_least(0.0), l.splat(2.2)));
+    let display =
+        each!(v in transform(&OUTSET, contrast) => crate::math::pow(l, v.at_least(0.0), l.splat(2.2)));
     transform(&REC709_FROM_REC2020, display)
 }
 

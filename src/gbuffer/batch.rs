@@ -236,8 +236,8 @@ impl VertexLanes {
         let mut planes = [[[0.0; LANES]; N]; 3];
         self.gather_attribute(draws, default, of, &mut planes);
         each!(vertex in planes => {
-                each!(plane in vertex => l.load(&plane))
-            })
+            each!(plane in vertex => l.load(&plane))
+        })
     }
 
     /// Scalar loads only, so one copy serves every instruction set.
@@ -312,7 +312,7 @@ impl VertexLanes {
 #[inline(always)]
 pub(super) fn interpolate<F: Float, const N: usize>(vertices: &[[F; N]; 3], b: &[F; 2]) -> [F; N] {
     each!(n => {
-            let at_0 = vertices[0][n];
-            at_0 + b[0] * (vertices[1][n] - at_0) + b[1] * (vertices[2][n] - at_0)
-        })
+        let at_0 = vertices[0][n];
+        at_0 + b[0] * (vertices[1][n] - at_0) + b[1] * (vertices[2][n] - at_0)
+    })
 }

@@ -60,10 +60,8 @@ pub fn locate<L: Lanes>(l: L, batch: &Batch, perspective: bool) -> Location<L> {
     if batch.any_clipped {
         let corners = each!(v => each!(axis => l.load(&batch.corners[v][axis])));
         b = interpolate(&corners, &b);
-        let slope = |d: &[L::F; 2]| -> [L::F; 2] {
-            each!(n => d[0] * (corners[1][n] - corners[0][n]) + d[1] * (corners[2][n] - corners[0][n]))
-        };
-        (dx, dy) = (slope(&dx), slope(&dy));
+        [dx, dy] = each!(d in [dx, dy] =>
+            each!(n => d[0] * (corners[1][n] - corners[0][n]) + d[1] * (corners[2][n] - corners[0][n])));
     }
     Location {
         barycentric: b,

@@ -3,7 +3,7 @@
 //! The definitions are Vulkan's (1.3, chapter "Image Operations"), with level-of-detail bias 0 and the switch between
 //! magnification and minification at level 0. Footprints come from analytic derivatives of the coordinates before
 //! wrapping, so there is no seam line where coordinates wrap and no need of neighbouring fragments. Colours are
-//! decoded from sRGB texel by texel, before any interpolation. See [`footprint`](self::footprint) for anisotropy
+//! decoded from sRGB texel by texel, before any interpolation. See `footprint` for anisotropy
 //! and its deviations.
 
 mod footprint;

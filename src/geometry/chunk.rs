@@ -23,6 +23,8 @@ pub struct ChunkJob<'a> {
     pub cull_back_faces: bool,
     /// The draw's transform mirrors: fronts are clockwise in object space.
     pub mirrored: bool,
+    /// Stop soon after this many (tile, triangle) pairs: the picture is too much work and will not be finished.
+    pub max_bins: usize,
 }
 
 /// The screen triangles of one chunk and the tiles that may see them.
@@ -56,6 +58,9 @@ pub fn process_chunk(chunk: &mut Chunk, job: &ChunkJob<'_>, grid: &TileGrid, pat
     for (indices, primitive) in
         job.mesh.triangles()[chunk.range.clone()].iter().zip(chunk.range.start as u32..)
     {
+        if chunk.bins.len() > job.max_bins {
+            break;
+        }
         let corners = indices.map(|v| job.vertices[v as usize]);
         if corners.iter().any(|v| v.x == ScreenVertex::OUTSIDE) {
             process_clipped(chunk, job, *indices, primitive, front_is_clockwise, &screen, grid, pattern);

@@ -56,7 +56,7 @@ impl Jobs {
     /// `f(0), f(1), ... f(count - 1)` in that order, computed in parallel.
     pub fn map<T: Send>(&self, count: usize, f: impl Fn(usize) -> T + Sync) -> Vec<T> {
         match &self.pool {
-            Some(pool) if count > 1 => pool.install(|| (0..count).into_par_iter().map(|k| f(k)).collect()),
+            Some(pool) if count > 1 => pool.install(|| (0..count).into_par_iter().map(&f).collect()),
             _ => (0..count).map(f).collect(),
         }
     }

@@ -82,11 +82,16 @@ impl Chain {
         let fraction = level - floor;
         let index = floor.to_int();
         let place = octahedral::encode(l, direction);
-        let map = |k: L::I| {
-            let (start, size) = (l.gather_u32(&self.starts, k), l.gather_u32(&self.sizes, k));
-            bilinear(l, &self.texels, start, size, place)
-        };
-        vec3::lerp(l, map(index), map(index + 1), fraction)
+        let sharper = self.map_at(l, index, place);
+        let blurrier = self.map_at(l, index + 1, place);
+        vec3::lerp(l, sharper, blurrier, fraction)
+    }
+
+    /// A map for each lane. A method and not a closure: what is called twice must still be inlined.
+    #[inline(always)]
+    fn map_at<L: Lanes>(&self, l: L, map: L::I, place: [L::F; 2]) -> V3<L> {
+        let (start, size) = (l.gather_u32(&self.starts, map), l.gather_u32(&self.sizes, map));
+        bilinear(l, &self.texels, start, size, place)
     }
 
     /// One map alone, for a direction of any length.

@@ -22,11 +22,10 @@ impl DistantRadiance for EquirectImage {
         let (left, top) = (column.floor(), row.floor());
         let (fx, fy) = (column - left, row - top);
         let (left, top) = (left.to_int(), top.to_int());
-        let wrap = |c: L::I| {
+        let [x0, x1] = each!(c in [left, left + 1] => {
             let c = c.non_negative().select_i(c, c + width);
             c.lt(l.splat_i(width)).select_i(c, c - width)
-        };
-        let (x0, x1) = (wrap(left), wrap(left + 1));
+        });
         let (y0, y1) = (top * width, Int::min(top + 1, l.splat_i(height - 1)) * width);
         let values = self.pixels().as_flattened();
         let corners = each!(i in [y0 + x0, y0 + x1, y1 + x0, y1 + x1] => i * 3);

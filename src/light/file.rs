@@ -99,7 +99,7 @@ impl PrefilteredEnvironment {
         if !rest.is_empty() {
             return Err(EnvironmentFileError::Damaged);
         }
-        Ok(Self { chain, picture: None })
+        Ok(Self { chain, picture: None, reference: None })
     }
 }
 
@@ -235,8 +235,8 @@ mod tests {
                     match kind {
                         0 => base | 300 << 18 | 200 << 9 | 100,
                         1 => base | ramp << 18 | (511 - ramp) << 9 | 100,
-                        2 => base | (200 + next() % 4) << 18 | (300 + next() % 4) << 9 | next() % 4,
-                        3 => base | (200 + next() % 30) << 18 | (300 + next() % 30) << 9 | next() % 20,
+                        2 => base | (200 + next() % 4) << 18 | (300 + next() % 4) << 9 | (next() % 4),
+                        3 => base | (200 + next() % 30) << 18 | (300 + next() % 30) << 9 | (next() % 20),
                         _ => next() << 16 ^ next(),
                     }
                 })

@@ -8,6 +8,7 @@ mod harmonics;
 mod octahedral;
 mod prefilter;
 pub mod punctual;
+mod reference;
 mod studio;
 mod texel;
 

@@ -7,6 +7,7 @@
 //!
 //! [`EquirectImage`]: crate::scene::EquirectImage
 
+use crate::each;
 use crate::math::lanes::{Int, Lanes};
 use crate::math::vec3::V3;
 
@@ -47,9 +48,8 @@ pub(crate) fn decode(texel: u32) -> [f32; 3] {
 /// Sixteen texels' mantissas and common scales: a channel is `mantissa * scale`, without rounding.
 #[inline(always)]
 pub(crate) fn unpack<L: Lanes>(_: L, texel: L::I) -> (V3<L>, L::F) {
-    let channel = |shift: u32| (texel.shr_logical(shift) & 511).to_float();
     let scale = (texel.shr_logical(27) + (127 - BIAS)).shl(23).float_from_bits();
-    ([channel(0), channel(9), channel(18)], scale)
+    (each!(c => (texel.shr_logical(9 * c as u32) & 511).to_float()), scale)
 }
 
 #[cfg(test)]

@@ -1,7 +1,8 @@
 //! Smooth normals for meshes without.
 
 use super::vertices::{duplicate_vertex, position_classes};
-use crate::math::double::{atan2, cos};
+use crate::math::double::cos;
+use crate::math::scalar::atan2;
 use crate::scene::MeshData;
 
 /// Corners around one position that are compared each with each. Where more meet (a fan of thousands of triangles),
@@ -89,7 +90,9 @@ impl Corner {
         if area == 0.0 {
             return Self::default();
         }
-        let angle = atan2(area, dot(a, b));
+        // Scaled to 1 for single precision, which is plenty for a weight and three times as fast.
+        let scale = 1.0 / (dot(a, a) * dot(b, b)).sqrt();
+        let angle = f64::from(atan2((area * scale) as f32, (dot(a, b) * scale) as f32));
         Self { unit: normal.map(|v| v / area), weighted: normal.map(|v| v * angle) }
     }
 }

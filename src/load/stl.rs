@@ -11,7 +11,7 @@ use super::normals::add_smooth_normals;
 use super::plain::{
     CREASE_ANGLE, add_object, check_input, check_mesh, counted, default_material, drawable, finish,
 };
-use super::text::{Tokens, quoted};
+use super::text::{Tokens, quoted, without_mark};
 use super::vertices::PositionTable;
 use super::{Context, LoadError, Loaded, Warning};
 use crate::limits::Limits;
@@ -31,7 +31,7 @@ pub(crate) fn load(bytes: &[u8], context: &Context<'_>) -> Result<Loaded, LoadEr
     check_input(context, bytes)?;
     let mut reader = Reader::new(context, bytes);
     if is_text(bytes) {
-        reader.text(bytes)?;
+        reader.text(without_mark(bytes))?;
     } else {
         reader.binary(bytes)?;
     }
@@ -45,7 +45,7 @@ fn is_text(bytes: &[u8]) -> bool {
     {
         return false;
     }
-    let start = bytes.trim_ascii_start();
+    let start = without_mark(bytes).trim_ascii_start();
     let head = &start[..start.len().min(1024)];
     head.len() >= 5 && head[..5].eq_ignore_ascii_case(b"solid") && !head.contains(&0)
 }

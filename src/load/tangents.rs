@@ -222,6 +222,8 @@ mod tests {
             for x in 0..=n {
                 let (fx, fy) = (x as f32 / n as f32, y as f32 / n as f32);
                 mesh.positions.push([fx, fy, (fx * 3.0 - fy * fx) * fy * 0.25]);
+                // The derivatives of the height, and unit length is not needed.
+                mesh.normals.push([(fy - 3.0) * fy * 0.25, (2.0 * fy - 3.0) * fx * 0.25, 1.0]);
                 mesh.uvs[0].push([if fx < 0.5 { fx } else { 1.0 - fx }, 1.0 - fy]);
             }
         }
@@ -232,7 +234,6 @@ mod tests {
                 mesh.triangles.push([v, v + n + 2, v + n + 1]);
             }
         }
-        super::super::normals::add_smooth_normals(&mut mesh, 180.0);
         mesh
     }
 
@@ -279,7 +280,7 @@ mod tests {
     fn the_bits_are_known() {
         let mut mesh = mirrored_grid(16);
         add_tangents(&mut mesh, 0);
-        assert_eq!(xxh3_64(bytemuck::cast_slice(&mesh.tangents)), 17972876135130632399);
+        assert_eq!(xxh3_64(bytemuck::cast_slice(&mesh.tangents)), 13729294795803613814);
     }
 
     #[test]

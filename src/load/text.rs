@@ -43,6 +43,11 @@ impl<'a> Tokens<'a> {
     }
 }
 
+/// Text without the mark that some editors put before UTF-8.
+pub(super) fn without_mark(bytes: &[u8]) -> &[u8] {
+    bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)
+}
+
 /// Number of the line that holds the byte before `at`, from 1. Lines end with `\n`, `\r\n` or `\r`.
 pub(super) fn line_of(bytes: &[u8], at: usize) -> usize {
     let before = &bytes[..at.saturating_sub(1).min(bytes.len())];

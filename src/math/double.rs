@@ -8,7 +8,8 @@ const HALF_PI: [f64; 3] = [1.570_796_326_734_125_6, 6.077_100_506_303_966e-11, 2
 /// As [`super::exp_log::ROUNDER`], for f64.
 const ROUNDER: f64 = 6_755_399_441_055_744.0;
 
-/// Sine and cosine of an angle in radians, |x| <= 10^6. Error below 1 ULP; not finite beyond infinity and for NaN.
+/// Sine and cosine of an angle in radians, |x| <= 10^6. Error below 1 ULP; not finite beyond infinity and for
+/// NaN.
 #[must_use]
 pub fn sin_cos(x: f64) -> (f64, f64) {
     let sum = x * FRAC_2_PI + ROUNDER;
@@ -42,8 +43,8 @@ pub fn tan(x: f64) -> f64 {
     s / c
 }
 
-/// The angle of the point (x, y), in -pi to pi, for finite arguments; 0 at the origin, and the sign is that of y.
-/// Absolute error below 1e-15.
+/// The angle of the point (x, y), in -pi to pi, for finite arguments; 0 at the origin, and the sign is that
+/// of y. Absolute error below 1e-15.
 #[must_use]
 pub fn atan2(y: f64, x: f64) -> f64 {
     let magnitude = if x.abs() > y.abs() { x.abs() } else { y.abs() };

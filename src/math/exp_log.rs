@@ -6,8 +6,8 @@
 use super::real::Real;
 use std::f32::consts::{LN_2, LOG2_E};
 
-/// Adding and subtracting this rounds to the nearest integer, for magnitudes below 2^22: the sum has no room for
-/// fraction bits. The low bits of the sum are the integer.
+/// Adding and subtracting this rounds to the nearest integer, for magnitudes below 2^22: the sum has no room
+/// for fraction bits. The low bits of the sum are the integer.
 pub(super) const ROUNDER: f32 = 12_582_912.0;
 
 /// ln 2 in two parts; the first has 12 bits, so that its product with an exponent is exact.
@@ -81,9 +81,9 @@ fn split_exponent<R: Real>(x: R) -> (R, R) {
     (m, R::select(subnormal, n - 23.0, n))
 }
 
-/// `ln(1 + f) - f` for 1 + f in [sqrt(1/2), sqrt(2)): -f^2/2 + f^3 p(f), 2^-27.3 of the logarithm.
+/// `ln(1 + f) - f + f^2/2` for 1 + f in [sqrt(1/2), sqrt(2)): f^3 p(f), 2^-27.3 of the logarithm.
 #[inline(always)]
-fn ln_tail<R: Real>(f: R) -> R {
+fn ln_cubic<R: Real>(f: R) -> R {
     let c = [
         0.333_333_3,
         -0.250_008_26,
@@ -94,8 +94,7 @@ fn ln_tail<R: Real>(f: R) -> R {
         0.127_653_96,
         -0.076_343_477,
     ];
-    let square = f * f;
-    square * f * f.polynomial(c) - square * 0.5
+    f * f * f * f.polynomial(c)
 }
 
 /// Puts in what a logarithm gives for zero, infinity, negative numbers and NaN.
@@ -113,11 +112,17 @@ fn ln_specials<R: Real>(x: R, y: R) -> R {
 pub(super) fn ln<R: Real>(x: R) -> R {
     let (m, n) = split_exponent(x);
     let f = m - 1.0;
-    // The product is exact; what its sum with f loses (nothing for n = 0) is added back with the small terms.
-    let high = n * LN2[0];
-    let sum = high + f;
-    let lost = (high - sum) + f;
-    ln_specials(x, (ln_tail(f) + n * LN2[1] + lost) + sum)
+    // n ln 2 + f - f^2/2 with exact products (the square as h^2 + (f + h)(f - h)); what the sums lose is
+    // added back with the small terms.
+    let exponent = n * LN2[0];
+    let sum = exponent + f;
+    let lost = (exponent - sum) + f;
+    let h = f.high_half();
+    let half_square = h * h * 0.5;
+    let total = sum - half_square;
+    let lost = ((sum - total) - half_square) + lost;
+    let rest = (f + h) * (f - h) * 0.5;
+    ln_specials(x, (ln_cubic(f) - rest + n * LN2[1] + lost) + total)
 }
 
 #[inline(always)]
@@ -130,12 +135,12 @@ pub(super) fn log2<R: Real>(x: R) -> R {
     let f = m - 1.0;
     // f * log2(e) with an exact leading product.
     let high = f.high_half();
-    let low = (f - high) + ln_tail(f);
+    let low = (f - high) + (ln_cubic(f) - f * f * 0.5);
     ln_specials(x, low * LOG2_E + high * LOG2_E_LOW + high * LOG2_E_HIGH + n)
 }
 
-/// `log2(x)` of a finite x > 0 as an unevaluated sum with an error of about 2^-33 of it. The first part has 12
-/// bits at most where the exponent of x is 0, and 24 otherwise.
+/// `log2(x)` of a finite x > 0 as an unevaluated sum with an error of about 2^-33 of it. The first part has
+/// 12 bits at most where the exponent of x is 0, and 24 otherwise.
 ///
 /// With s = (m - 1) / (m + 1): log2(m) = 2 / ln(2) * (s + s^3/3 + ...). The quotient is computed to twice the
 /// length: its first 12 bits, and the remainder of the division by the rest.

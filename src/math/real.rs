@@ -1,7 +1,7 @@
 //! The one number type of the transcendental functions: a single `f32` or sixteen lanes of it.
 //!
-//! A kernel is written once over [`Real`] and compiled for `f32` and for every [`Float`]; the scalar twin of a
-//! lane function therefore performs the same operations and has the same bits.
+//! A kernel is written once over [`Real`] and compiled for `f32` and for every [`Float`]; the scalar twin of
+//! a lane function therefore performs the same operations and has the same bits.
 
 use super::lanes::{Float, Int, Mask};
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};

@@ -4,8 +4,8 @@ use super::exp_log::nearest;
 use super::real::Real;
 use std::f32::consts::{FRAC_2_PI, FRAC_PI_2, FRAC_PI_4, PI};
 
-/// pi / 2 in four parts; the first three have 11 bits, so that their products with a quadrant number below 2^13
-/// are exact.
+/// pi / 2 in four parts; the first three have 11 bits, so that their products with a quadrant number below
+/// 2^13 are exact.
 const HALF_PI: [f32; 4] = [1.570_312_5, 4.837_513e-4, 7.549_533_6e-8, 2.563_344e-12];
 
 /// pi / 4 in two parts; small multiples of the first are exact.

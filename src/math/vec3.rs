@@ -80,8 +80,8 @@ pub fn length<L: Lanes>(l: L, v: V3<L>) -> L::F {
     dot(l, v, v).sqrt()
 }
 
-/// `v` at length 1; a vector whose squared length is below the smallest normal number (1.2e-38) shrinks towards
-/// zero instead, and zero stays zero. Components beyond 1.8e19 overflow.
+/// `v` at length 1; a vector whose squared length is below the smallest normal number (1.2e-38) shrinks
+/// towards zero instead, and zero stays zero. Components beyond 1.8e19 overflow.
 ///
 /// The rule of Unity's `SafeNormalize`: v / sqrt(max(`FLT_MIN`, v.v)).
 #[inline(always)]
@@ -90,8 +90,8 @@ pub fn normalize<L: Lanes>(l: L, v: V3<L>) -> V3<L> {
     scale(l, v, inverse)
 }
 
-/// The incident direction i mirrored at the plane with normal n: i - 2 (n.i) n, both pointing as in HLSL `reflect`
-/// (i towards the surface, the result away from it).
+/// The incident direction i mirrored at the plane with normal n: i - 2 (n.i) n, both pointing as in HLSL
+/// `reflect` (i towards the surface, the result away from it).
 #[inline(always)]
 pub fn reflect<L: Lanes>(l: L, i: V3<L>, n: V3<L>) -> V3<L> {
     let twice = dot(l, i, n) * 2.0;

@@ -1,9 +1,9 @@
 //! Linear radiance to 8-bit sRGB.
 
-use crate::each;
 use crate::color::ToneCurve;
 use crate::color::srgb::{SRGB8_TO_LINEAR, linear_to_srgb8_lanes};
 use crate::dispatch;
+use crate::each;
 use crate::frame::Frame;
 use crate::math::lanes::{Float, Int, LANES, Lanes, Mask, SimdLevel};
 

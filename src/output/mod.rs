@@ -1,4 +1,4 @@
-//! From a [`Frame`](crate::frame::Frame) to the bytes of a file.
+//! From a [`Frame`] to the bytes of a file.
 //!
 //! A frame is linear, premultiplied radiance. The way to an 8-bit picture is [`DisplayImage::new`]: un-premultiply,
 //! exposure, tone curve, solid background, sRGB, straight alpha. OpenEXR and Radiance files keep the linear light

@@ -77,7 +77,9 @@ mod tests {
     /// Colours and alphas of every value.
     fn picture(opaque: bool) -> DisplayImage {
         let pixels = (0..61 * 47_u32)
-            .map(|k| [k as u8, (k >> 3) as u8, (k * k >> 5) as u8, if opaque { 255 } else { (k * 7) as u8 }])
+            .map(|k| {
+                [k as u8, (k >> 3) as u8, ((k * k) >> 5) as u8, if opaque { 255 } else { (k * 7) as u8 }]
+            })
             .collect();
         DisplayImage { width: 61, height: 47, pixels }
     }

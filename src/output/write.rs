@@ -50,7 +50,7 @@ fn create_beside(target: &Path) -> io::Result<(File, PathBuf)> {
     for _ in 0..100 {
         let mut temporary = std::ffi::OsString::from(".");
         // A long name plus a suffix could exceed what the file system takes.
-        temporary.push(&name.to_string_lossy().chars().take(32).collect::<String>());
+        temporary.push(name.to_string_lossy().chars().take(32).collect::<String>());
         let count = COUNTER.fetch_add(1, Ordering::Relaxed);
         temporary.push(format!(".{}-{count}.tmp", std::process::id()));
         let temporary = target.with_file_name(temporary);

@@ -8,6 +8,8 @@
 pub struct SamplePattern {
     /// Offset of each sample from the pixel's top left corner, in sub-pixels.
     offsets: Vec<[i32; 2]>,
+    /// The offsets along x and y as lanes; zero beyond the last sample.
+    lanes: [[i32; 16]; 2],
     /// For each of two bytes of a sample mask: sums of the offsets of the samples in it.
     sums: [Vec<[i32; 2]>; 2],
 }
@@ -60,7 +62,11 @@ impl SamplePattern {
                 })
                 .collect()
         };
-        Some(Self { sums: [sum_of(0), sum_of(1)], offsets })
+        let mut lanes = [[0; 16]; 2];
+        for (k, offset) in offsets.iter().enumerate() {
+            (lanes[0][k], lanes[1][k]) = (offset[0], offset[1]);
+        }
+        Some(Self { sums: [sum_of(0), sum_of(1)], lanes, offsets })
     }
 
     /// Number of samples.
@@ -79,6 +85,13 @@ impl SamplePattern {
     #[must_use]
     pub fn offsets(&self) -> &[[i32; 2]] {
         &self.offsets
+    }
+
+    /// The offsets along x and along y, one a lane; zero beyond the last sample.
+    #[inline(always)]
+    #[must_use]
+    pub fn offset_lanes(&self) -> [&[i32; 16]; 2] {
+        [&self.lanes[0], &self.lanes[1]]
     }
 
     /// The mask of all samples.

@@ -17,6 +17,8 @@ pub struct Visibility {
     triangle: Vec<[i32; LANES]>,
     /// For each block, a depth that every sample of it has reached: what is not nearer is hidden.
     block_depth: Vec<f32>,
+    /// Blocks that triangles were drawn into since it was asked last.
+    visited: u64,
     /// Pixels of the tile.
     width: i32,
     height: i32,
@@ -45,6 +47,12 @@ impl Visibility {
         self.triangle.resize(blocks * samples, [NO_TRIANGLE as i32; LANES]);
         self.block_depth.clear();
         self.block_depth.resize(blocks, f32::NEG_INFINITY);
+    }
+
+    /// How many blocks triangles were drawn into since the last call, hidden ones included: a measure of work that
+    /// depends on nothing but the triangles.
+    pub fn take_visited(&mut self) -> u64 {
+        std::mem::take(&mut self.visited)
     }
 
     /// Blocks in a row.
@@ -88,7 +96,7 @@ impl Visibility {
         mut keep: Option<&mut dyn FnMut(i32, i32, usize, u16) -> u16>,
     ) {
         let plane = DepthPlane::new(l, triangle, origin);
-        let edges = EdgeFunctions::new(triangle, origin, pattern);
+        let edges = EdgeFunctions::new(l, triangle, origin, pattern);
         let lane_edges = lane_offsets(l, &edges);
         let identity = l.splat_i(identity as i32);
         for_each_block(
@@ -100,6 +108,7 @@ impl Visibility {
             #[inline(always)]
             |span: BlockSpan| {
                 let block = (span.row as usize / BLOCK) * self.columns + span.column as usize / BLOCK;
+                self.visited += 1;
                 if plane.largest_value <= self.block_depth[block] {
                     return;
                 }
@@ -107,7 +116,7 @@ impl Visibility {
                 let mut all_written = span.full && keep.is_none();
                 for (sample, offset) in pattern.offsets().iter().enumerate() {
                     let mut covered =
-                        if span.full { l.mask(u16::MAX) } else { corner.inside(&edges.constants[sample]) };
+                        if span.full { l.mask(u16::MAX) } else { corner.inside(&edges, sample) };
                     if !span.full && !covered.any() {
                         continue;
                     }
@@ -147,7 +156,7 @@ impl Visibility {
         mut visit: impl FnMut(i32, i32, &[u16; LANES]),
     ) {
         let plane = DepthPlane::new(l, triangle, origin);
-        let edges = EdgeFunctions::new(triangle, origin, pattern);
+        let edges = EdgeFunctions::new(l, triangle, origin, pattern);
         let lane_edges = lane_offsets(l, &edges);
         for_each_block(
             triangle,
@@ -164,8 +173,7 @@ impl Visibility {
                 let corner = lane_edges.at(&edges, &span);
                 let mut masks = [0_u16; LANES];
                 for (sample, offset) in pattern.offsets().iter().enumerate() {
-                    let covered =
-                        if span.full { l.mask(u16::MAX) } else { corner.inside(&edges.constants[sample]) };
+                    let covered = if span.full { l.mask(u16::MAX) } else { corner.inside(&edges, sample) };
                     let old = l.load(&self.depth[block * self.samples + sample]);
                     let visible = (covered & plane.at(l, &span, *offset).gt(old)).bits();
                     for (k, mask) in masks.iter_mut().enumerate() {
@@ -272,9 +280,10 @@ impl<L: Lanes> LaneEdges<L> {
 
     /// The lanes on the inner side of all three edges.
     #[inline(always)]
-    fn inside(&self, constants: &[i32; 3]) -> L::M {
+    fn inside(&self, edges: &EdgeFunctions, sample: usize) -> L::M {
         let [a, b, c] = self.offsets;
-        ((a + constants[0]) | (b + constants[1]) | (c + constants[2])).non_negative()
+        let [ca, cb, cc] = &edges.constants;
+        ((a + ca[sample]) | (b + cb[sample]) | (c + cc[sample])).non_negative()
     }
 }
 

@@ -10,6 +10,8 @@ use std::sync::Arc;
 #[derive(Debug, Default)]
 pub(super) struct EnvironmentCache {
     picture: Option<(Arc<EquirectImage>, Arc<PrefilteredEnvironment>)>,
+    /// Used whatever the scene says.
+    pub(super) given: Option<Arc<PrefilteredEnvironment>>,
 }
 
 impl EnvironmentCache {
@@ -20,6 +22,9 @@ impl EnvironmentCache {
         jobs: &Jobs,
         level: SimdLevel,
     ) -> Arc<PrefilteredEnvironment> {
+        if let Some(given) = &self.given {
+            return Arc::clone(given);
+        }
         match source {
             EnvironmentSource::Studio => PrefilteredEnvironment::studio(),
             EnvironmentSource::None => Arc::new(PrefilteredEnvironment::black()),

@@ -17,7 +17,7 @@ use crate::geometry::{
     transform_vertices,
 };
 use crate::jobs::Jobs;
-use crate::light::{EnvironmentLight, PunctualLight};
+use crate::light::{EnvironmentLight, PrefilteredEnvironment, PunctualLight};
 use crate::limits::Limits;
 use crate::raster::SamplePattern;
 use crate::scene::{Camera, Scene};
@@ -26,8 +26,10 @@ use crate::tile::{TileBins, TileGrid};
 use aov::TileAovs;
 use draws::DrawState;
 use environment::EnvironmentCache;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
-use tile_pass::{Pass, TileScratch};
+use tile_pass::{Pass, TileScratch, Work};
 
 /// Renders scenes, keeping threads, buffers and filtered environments from one picture to the next.
 #[derive(Debug, Default)]
@@ -51,6 +53,12 @@ impl Renderer {
     #[must_use]
     pub fn jobs(&self) -> &Jobs {
         &self.jobs
+    }
+
+    /// Lights the following pictures by an environment that is filtered already, in place of the scene's picture; its
+    /// rotation and intensity stay the scene's. `None` goes back to the scene's own.
+    pub fn use_environment(&mut self, environment: Option<Arc<PrefilteredEnvironment>>) {
+        self.environments.given = environment;
     }
 
     /// Takes one picture.
@@ -83,9 +91,9 @@ impl Renderer {
         let (states, draws, vertex_count) = draws::prepare(scene, &view);
         self.transform(&states, &draws, vertex_count, options);
         clock.lap("vertices");
-        self.set_up_triangles(&states, &draws, &grid, &pattern);
-        let binned: u64 = self.chunks.iter().map(|c| c.bins.len() as u64).sum();
-        check("binned triangles", binned, tile_pass::bin_limit(&options.limits), "fragments")?;
+        let bin_limit = tile_pass::bin_limit(&options.limits);
+        let binned = self.set_up_triangles(&states, &draws, &grid, &pattern, bin_limit);
+        check("triangles of tiles", binned.min(bin_limit + 1), bin_limit, "blocks")?;
         self.bins.build(grid.len(), self.chunks.iter().map(|c| &c.bins));
         let rasterized = self.chunks.iter().map(|c| c.triangles.len() as u64).sum();
         clock.lap("triangles");
@@ -105,6 +113,7 @@ impl Renderer {
                 model: options.shading,
                 anisotropy: options.anisotropy,
             },
+            work: Work::new(&options.limits),
             show_environment: options.background == Background::Environment,
         };
         let mut frame = Frame {
@@ -115,6 +124,7 @@ impl Renderer {
         };
         let (fragments, planes) =
             render_tiles(&self.jobs, &pass, &self.bins, &mut self.scratch, &mut frame, options);
+        pass.work.check()?;
         check("frame", fragments, options.limits.fragments, "fragments")?;
         frame.aovs = planes;
         clock.lap("tiles");
@@ -148,14 +158,16 @@ impl Renderer {
         });
     }
 
-    /// All triangles of all draws to chunks of screen triangles, binned. Chunks never straddle draws.
+    /// All triangles of all draws to chunks of screen triangles, binned. Chunks never straddle draws. Returns the
+    /// number of (tile, triangle) pairs; beyond `bin_limit` the rest is left out, and there will be no picture.
     fn set_up_triangles(
         &mut self,
         states: &[DrawState],
         draws: &[crate::gbuffer::Draw<'_>],
         grid: &TileGrid,
         pattern: &SamplePattern,
-    ) {
+        bin_limit: u64,
+    ) -> u64 {
         let mut count = 0;
         for (number, draw) in draws.iter().enumerate() {
             let triangles = draw.mesh.triangles().len();
@@ -171,6 +183,7 @@ impl Renderer {
         }
         self.chunks.truncate(count);
         let vertices = &self.vertices;
+        let binned = AtomicU64::new(0);
         self.jobs.for_each_mut(&mut self.chunks, |_, chunk| {
             let state = &states[chunk.draw as usize];
             let mesh = draws[chunk.draw as usize].mesh;
@@ -180,9 +193,13 @@ impl Renderer {
                 view: &state.view,
                 cull_back_faces: state.cull_back_faces,
                 mirrored: state.mirrored,
+                max_bins: usize::try_from(bin_limit.saturating_sub(binned.load(Ordering::Relaxed)))
+                    .unwrap_or(usize::MAX),
             };
             process_chunk(chunk, &job, grid, pattern);
+            binned.fetch_add(chunk.bins.len() as u64, Ordering::Relaxed);
         });
+        binned.into_inner()
     }
 }
 

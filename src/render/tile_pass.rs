@@ -4,12 +4,13 @@ use super::draws::DrawState;
 use crate::each;
 use crate::gbuffer::{Batch, Fragment, TriangleSource, extract_fragments, push_masked_fragments};
 use crate::geometry::Chunk;
-use crate::limits::Limits;
+use crate::limits::{LimitExceeded, Limits};
 use crate::math::lanes::{Float, LANES, Lanes, Mask};
 use crate::raster::{NOT_CLIPPED, SamplePattern, TileOrigin, Triangle, Visibility};
 use crate::scene::AlphaMode;
 use crate::shade::{ShadeContext, alpha_passes, evaluate_surface, shade};
 use crate::tile::{Run, TileGrid};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// What all tiles of a frame share.
 pub(super) struct Pass<'a> {
@@ -19,6 +20,43 @@ pub(super) struct Pass<'a> {
     pub states: &'a [DrawState],
     pub shade: ShadeContext<'a>,
     pub show_environment: bool,
+    pub work: Work,
+}
+
+/// Work done so far, by all tiles, and how much is allowed. Whether the sum exceeds a limit does not depend on the
+/// order of the tiles; once it does, the rest is skipped and there is no picture.
+pub(super) struct Work {
+    pub blocks: AtomicU64,
+    pub max_blocks: u64,
+    pub blended: AtomicU64,
+    pub max_blended: u64,
+}
+
+impl Work {
+    pub(super) fn new(limits: &Limits) -> Self {
+        Self {
+            blocks: AtomicU64::new(0),
+            max_blocks: limits.blocks,
+            blended: AtomicU64::new(0),
+            max_blended: limits.blend_entries,
+        }
+    }
+
+    /// Adds to a sum; true if it is still within its limit.
+    fn spend(sum: &AtomicU64, amount: u64, limit: u64) -> bool {
+        sum.fetch_add(amount, Ordering::Relaxed).saturating_add(amount) <= limit
+    }
+
+    /// The first limit that was exceeded.
+    pub(super) fn check(&self) -> Result<(), LimitExceeded> {
+        let check = |what: &str, sum: &AtomicU64, limit: u64, field| {
+            // How far the sum got depends on timing; that it is beyond the limit does not.
+            let asked = sum.load(Ordering::Relaxed).min(limit.saturating_add(1));
+            Limits::check(|| what.to_owned(), asked, limit, field)
+        };
+        check("blocks drawn", &self.blocks, self.max_blocks, "blocks")?;
+        check("blended fragments", &self.blended, self.max_blended, "blend_entries")
+    }
 }
 
 /// Working memory of one thread, kept from tile to tile and from frame to frame.
@@ -155,6 +193,11 @@ fn draw_triangles<L: Lanes>(
                 }
             }
         }
+        let visited = scratch.visibility.take_visited();
+        if !Work::spend(&pass.work.blocks, visited, pass.work.max_blocks) {
+            scratch.blended.clear();
+            return;
+        }
     }
     extract_fragments(&scratch.visibility, width, height, samples, &mut scratch.fragments);
 }
@@ -172,6 +215,7 @@ fn draw_blended<L: Lanes>(
     for &identity in blended.iter() {
         let (chunk, index) = identities[identity as usize];
         let triangle = &pass.chunks[chunk as usize].triangles[index as usize];
+        let before = fragments.len();
         visibility.visit_visible(
             l,
             triangle,
@@ -182,6 +226,10 @@ fn draw_blended<L: Lanes>(
                 push_masked_fragments(identity, column, row, masks, width, height, fragments);
             },
         );
+        let added = (fragments.len() - before) as u64;
+        if !Work::spend(&pass.work.blended, added, pass.work.max_blended) {
+            return;
+        }
     }
 }
 
@@ -248,7 +296,7 @@ pub(super) fn default_tile_size(samples: u32) -> u32 {
     }
 }
 
-/// Bytes that the bins of a frame may take, as triangles of tiles: a bound on work before it is done.
+/// How many (tile, triangle) pairs a frame may have: each is at least one block, and takes twelve bytes.
 pub(super) fn bin_limit(limits: &Limits) -> u64 {
-    limits.fragments.min(1 << 30)
+    limits.blocks.min(1 << 26)
 }

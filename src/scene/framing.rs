@@ -116,6 +116,22 @@ impl Default for Framing {
 }
 
 impl Framing {
+    /// The default view, or another one where that one would show hardly anything: a flat model nearly edge-on, or
+    /// from behind where it is one-sided.
+    #[must_use]
+    pub fn automatic(scene: &Scene) -> Self {
+        let facing = Facing::new(scene);
+        let default = Self::default();
+        if facing.visible_from(default.direction) >= ENOUGH {
+            return default;
+        }
+        // The first of the best, so that equal views are no matter of chance.
+        let best = OTHER_VIEWS.into_iter().fold(default.direction, |best, view| {
+            if facing.visible_from(view) > facing.visible_from(best) { view } else { best }
+        });
+        Self { direction: best, ..default }
+    }
+
     /// The camera closest to the scene along [`Framing::direction`] that still has every vertex in the picture,
     /// with the margin. An empty scene is seen as if it were a unit cube, a single point likewise.
     #[must_use]
@@ -188,6 +204,75 @@ impl Framing {
         };
         let axes = camera.axes().unwrap_or([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
         axes.map(DVec3::from)
+    }
+}
+
+/// Views from higher up, from the other sides, and from below for what faces down.
+const OTHER_VIEWS: [[f32; 3]; 6] = [
+    [0.5, 1.2, 0.8],
+    [-0.8, 0.5, 0.8],
+    [1.0, 0.42, -0.8],
+    [-0.62, 0.42, -1.0],
+    [0.5, -1.2, 0.8],
+    [-0.5, -1.2, -0.6],
+];
+
+/// Part of the surface's area that has to be visible, foreshortened: a sphere shows 0.29.
+const ENOUGH: f64 = 0.25;
+
+/// Which way the surface of a scene faces, as moments of its normals weighted by area.
+struct Facing {
+    /// Mean of normal * transposed normal: xx, yy, zz, xy, xz, yz.
+    tensor: [f64; 6],
+    /// Mean normal of one-sided and of double-sided surfaces: zero where they are closed.
+    mean: [DVec3; 2],
+}
+
+impl Facing {
+    fn new(scene: &Scene) -> Self {
+        let mut tensor = [0.0; 6];
+        let mut mean = [DVec3::ZERO; 2];
+        for instance in scene.instances() {
+            let mesh = &scene.meshes()[instance.mesh.index()];
+            let double_sided = scene.materials()[instance.material.index()].double_sided;
+            let sign = if instance.transform.determinant() < 0.0 { -1.0 } else { 1.0 };
+            let point =
+                |v: u32| DVec3::from(instance.transform.point(mesh.positions()[v as usize].map(f64::from)));
+            for &[a, b, c] in mesh.triangles() {
+                let origin = point(a);
+                let n = (point(b) - origin).cross(point(c) - origin) * sign;
+                let length = (n.x * n.x + n.y * n.y + n.z * n.z).sqrt();
+                if length > 0.0 {
+                    mean[usize::from(double_sided)] += n;
+                    let products = [n.x * n.x, n.y * n.y, n.z * n.z, n.x * n.y, n.x * n.z, n.y * n.z];
+                    for (sum, product) in tensor.iter_mut().zip(products) {
+                        *sum += product / length;
+                    }
+                }
+            }
+        }
+        let area = tensor[0] + tensor[1] + tensor[2];
+        if area > 0.0 && area.is_finite() {
+            Self { tensor: tensor.map(|v| v / area), mean: mean.map(|v| v / area) }
+        } else {
+            let third = 1.0 / 3.0;
+            Self { tensor: [third, third, third, 0.0, 0.0, 0.0], mean: [DVec3::ZERO; 2] }
+        }
+    }
+
+    /// About how much of the area is seen from a direction, foreshortened, 0 to 1: of a closed surface one half, of
+    /// an open one all or, if it is one-sided and seen from behind, nothing.
+    fn visible_from(&self, direction: [f32; 3]) -> f64 {
+        let d = DVec3::from(direction.map(f64::from));
+        let [xx, yy, zz, xy, xz, yz] = self.tensor;
+        let square = xx * d.x * d.x
+            + yy * d.y * d.y
+            + zz * d.z * d.z
+            + 2.0 * (xy * d.x * d.y + xz * d.x * d.z + yz * d.y * d.z);
+        // Rounding may leave a little less than nothing.
+        let foreshortened = if square > 0.0 { square.sqrt() } else { 0.0 };
+        let length = (d.x * d.x + d.y * d.y + d.z * d.z).sqrt();
+        0.5 * (foreshortened + self.mean[0].dot(d) + self.mean[1].dot(d).abs()) / length
     }
 }
 
@@ -371,6 +456,25 @@ mod tests {
                 assert!(largest < 0.3 && clearance > 1.0, "{largest} {clearance} {camera:?}");
             }
         }
+    }
+
+    /// Whichever way a sheet faces, its picture is an area and not a line.
+    #[test]
+    fn flat_models_are_not_seen_edge_on() {
+        // Its front faces -Y.
+        let flat = [[-1.0, 0.0, -1.0], [1.0, 0.0, -1.0], [-1.0, 0.0, 1.0]];
+        for k in 0..64_u32 {
+            let [x, y, z] = [k % 4, k / 4 % 4, k / 16].map(|v| f64::from(v) - 1.4);
+            let turned = Transform::from_parts([0.0; 3], [x, y, z, 0.7], [1.0; 3]).unwrap();
+            let normal = turned.direction([0.0, -1.0, 0.0]).map(|v| v as f32);
+            let direction = Framing::automatic(&scene(&flat, turned)).direction;
+            let dot: f32 = (0..3).map(|k| normal[k] * direction[k]).sum();
+            let square: f32 = direction.iter().map(|v| v * v).sum();
+            // The default material is one-sided, so it has to be seen from the front.
+            assert!(dot / square.sqrt() > 0.25, "{normal:?} from {direction:?}");
+        }
+        assert_eq!(Framing::automatic(&scene(&BOX, Transform::IDENTITY)), Framing::default());
+        assert_eq!(Framing::automatic(&Scene::new()), Framing::default());
     }
 
     #[test]

@@ -62,15 +62,9 @@ impl ViewRays {
         let across: [L::F; 3] = each!(k => screen[0] * self.right[k] + screen[1] * self.down[k]);
         let eye = each!(v in self.eye => l.splat(v));
         if self.perspective {
-            (
-                eye,
-                each!(k => across[k] + self.forward[k]),
-            )
+            (eye, each!(k => across[k] + self.forward[k]))
         } else {
-            (
-                each!(k => across[k] + eye[k]),
-                each!(v in self.forward => l.splat(v)),
-            )
+            (each!(k => across[k] + eye[k]), each!(v in self.forward => l.splat(v)))
         }
     }
 

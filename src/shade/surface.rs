@@ -367,10 +367,7 @@ impl<L: Lanes> NormalFrame<L> {
             let (t, b) = any_basis(l, unit);
             let t = vec3::scale(l, t, side);
             let b = vec3::scale(l, b, side);
-            (
-                each!(k => lost.select(t[k], tangent[k])),
-                each!(k => lost.select(b[k], bitangent[k])),
-            )
+            (each!(k => lost.select(t[k], tangent[k])), each!(k => lost.select(b[k], bitangent[k])))
         } else {
             (tangent, bitangent)
         };
@@ -421,12 +418,12 @@ fn face_viewer<L: Lanes>(l: L, normal: V3<L>, view: V3<L>) -> V3<L> {
 #[inline(always)]
 fn geometric_normal<L: Lanes>(l: L, context: &ShadeContext<'_>, batch: &Batch) -> V3<L> {
     let [a, b, c] = batch.vertices.attribute(l, context.draws, [0.0; 3], Mesh::positions);
-    let edge = |p: V3<L>| -> V3<L> {
-        each!(k => p[k] - a[k])
-    };
-    let (e1, e2) = (edge(b), edge(c));
+    let (e1, e2) = (vec3::sub(l, b, a), vec3::sub(l, c, a));
     // Scaled to the longest component, so that neither huge nor tiny triangles leave the range of f32.
-    let largest = e1.iter().chain(&e2).fold(l.zero(), |m, v| v.abs().max(m));
+    let mut largest = l.zero();
+    for v in [e1, e2].as_flattened() {
+        largest = v.abs().max(largest);
+    }
     let factor = largest.gt(l.zero()).select(largest, l.splat(1.0)).recip();
     let sign = l.mask(batch.reversed).select(l.splat(-1.0), l.splat(1.0));
     vec3::scale(l, vec3::cross(l, vec3::scale(l, e1, factor), vec3::scale(l, e2, factor)), sign)

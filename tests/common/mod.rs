@@ -7,10 +7,10 @@ mod stage;
 
 use overcoat::cli::picture::Machine;
 use overcoat::cli::scene_file::{SceneCamera, SceneFile};
-use overcoat::golden::{Golden, GoldenFolder, Picture};
+use overcoat::golden::{Golden, GoldenFolder};
 use overcoat::jobs::Jobs;
 use overcoat::limits::Limits;
-use overcoat::output::{DisplayImage, DisplayOptions};
+use overcoat::output::DisplayOptions;
 use overcoat::render::RenderOptions;
 use overcoat::scene::{Camera, Scene};
 use std::path::{Path, PathBuf};
@@ -30,6 +30,7 @@ pub struct Shot {
     pub scene: Scene,
     pub camera: Camera,
     pub options: RenderOptions,
+    #[allow(dead_code, reason = "only tests that make pictures read it")]
     pub display: DisplayOptions,
 }
 
@@ -47,6 +48,10 @@ impl Shot {
         let Some(name) = model.strip_prefix("builtin:") else {
             file.resolve_paths(&folder());
             let picture = file.picture(machine, &limits, jobs).map_err(|e| e.to_string())?;
+            // What a bundled model asks for must be understood: a warning is a mistake here.
+            if let Some(warning) = picture.warnings.first() {
+                return Err(format!("{model}: {warning}"));
+            }
             return Ok(Self {
                 scene: picture.scene,
                 camera: picture.camera,
@@ -71,12 +76,8 @@ impl Shot {
     }
 }
 
-/// The picture that a golden keeps of a frame.
-pub fn picture(image: DisplayImage) -> Picture {
-    Picture { width: image.width, height: image.height, pixels: image.pixels }
-}
-
 /// Names of the built-in scenes.
+#[allow(dead_code, reason = "not every test asks for them")]
 pub fn scene_names() -> Vec<&'static str> {
     scenes::SCENES.iter().flat_map(|group| group.iter().map(|(name, _)| *name)).collect()
 }

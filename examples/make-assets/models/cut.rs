@@ -113,7 +113,7 @@ fn halved(surface: &Mesh, curve: &Curve, longest: f64, reach: f64) -> Mesh {
                 let (va, vb) = (surface.vertices[a as usize], surface.vertices[b as usize]);
                 let length = va.position.distance(vb.position);
                 let near =
-                    values[a as usize] < 0.7 * length + reach || values[b as usize] < 0.7 * length + reach;
+                    values[a as usize] < 0.5 * length + reach || values[b as usize] < 0.5 * length + reach;
                 (length > longest && near).then(|| out.push(middle(va, vb)))
             })
         });

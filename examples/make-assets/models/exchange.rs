@@ -55,10 +55,10 @@ fn materials(model: &Model) -> String {
             line(&mut mtl, format_args!("d {a:.4}"));
         }
         if let Some(map) = material.color_map {
-            line(&mut mtl, format_args!("map_Kd ../textures/{map}.png"));
+            line(&mut mtl, format_args!("map_Kd textures/{map}.png"));
         }
         if let Some(map) = material.normal_map {
-            line(&mut mtl, format_args!("norm ../textures/{map}.png"));
+            line(&mut mtl, format_args!("norm textures/{map}.png"));
         }
     }
     mtl

@@ -209,7 +209,11 @@ impl Writer {
         }
         if material.coat > 0.0 {
             self.extensions.insert("KHR_materials_clearcoat", ());
-            value["extensions"] = json!({"KHR_materials_clearcoat": coat});
+            value["extensions"]["KHR_materials_clearcoat"] = coat;
+        }
+        if material.specular != 1.0 {
+            self.extensions.insert("KHR_materials_specular", ());
+            value["extensions"]["KHR_materials_specular"] = json!({"specularFactor": material.specular});
         }
         if material.emissive != [0.0; 3] {
             value["emissiveFactor"] = json!(material.emissive);

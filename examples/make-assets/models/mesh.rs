@@ -1,7 +1,5 @@
 //! Triangle meshes under construction: vertices with normals and texture coordinates, counter-clockwise triangles.
 
-use std::collections::BTreeMap;
-
 use glam::{DMat3, DVec2, DVec3};
 
 /// A corner of triangles.
@@ -126,37 +124,16 @@ impl Mesh {
         self
     }
 
-    /// Replaces normals by area-weighted averages over the triangles at a position whose normals lie within the
-    /// angle of `crease_cosine`; vertices split along sharper edges.
-    pub fn with_crease_normals(&self, crease_cosine: f64) -> Self {
-        let faces: Vec<DVec3> = self
-            .triangles
-            .iter()
-            .map(|t| {
-                let [a, b, c] = t.map(|i| self.vertices[i as usize].position);
-                (b - a).cross(c - a)
-            })
-            .collect();
-        let mut around: BTreeMap<[u64; 3], Vec<usize>> = BTreeMap::new();
-        for (face, triangle) in self.triangles.iter().enumerate() {
-            for &i in triangle {
-                around.entry(key(self.vertices[i as usize].position)).or_default().push(face);
-            }
-        }
+    /// Without the vertices that no triangle uses.
+    pub fn compact(self) -> Self {
+        let mut new = vec![u32::MAX; self.vertices.len()];
         let mut mesh = Self::default();
-        let mut known: BTreeMap<(u32, [u64; 3]), u32> = BTreeMap::new();
-        for (face, triangle) in self.triangles.iter().enumerate() {
-            let own = faces[face].normalize_or_zero();
+        for triangle in &self.triangles {
             let corners = triangle.map(|i| {
-                let vertex = self.vertices[i as usize];
-                let mut sum = DVec3::ZERO;
-                for &other in &around[&key(vertex.position)] {
-                    if faces[other].normalize_or_zero().dot(own) >= crease_cosine {
-                        sum += faces[other];
-                    }
+                if new[i as usize] == u32::MAX {
+                    new[i as usize] = mesh.push(self.vertices[i as usize]);
                 }
-                let normal = sum.normalize_or_zero();
-                *known.entry((i, key(normal))).or_insert_with(|| mesh.push(Vertex { normal, ..vertex }))
+                new[i as usize]
             });
             mesh.triangles.push(corners);
         }

@@ -11,6 +11,7 @@ mod mesh;
 mod model;
 mod outline;
 mod random;
+mod readme;
 mod revolve;
 mod shapes;
 mod solid;
@@ -23,7 +24,8 @@ use std::path::Path;
 
 use model::Model;
 
-/// Writes `models/` and `textures/` below `folder`.
+/// Writes `models/` with its textures below `folder`. A model may refer to files below its own folder only, so the
+/// textures lie there.
 pub fn write(folder: &Path) -> std::io::Result<()> {
     for (path, bytes) in files() {
         let path = folder.join(path);
@@ -34,13 +36,16 @@ pub fn write(folder: &Path) -> std::io::Result<()> {
 }
 
 /// The bytes of every file by its path below `assets/`.
-pub fn files() -> BTreeMap<String, Vec<u8>> {
+fn files() -> BTreeMap<String, Vec<u8>> {
     let mut files = BTreeMap::new();
     let textures = textures::all();
     for (name, image) in &textures {
-        files.insert(format!("textures/{name}.png"), image.png());
+        files.insert(format!("models/textures/{name}.png"), image.png());
     }
-    for model in models() {
+    let models = models();
+    let names: Vec<&str> = textures.keys().copied().collect();
+    files.insert("README.md".into(), readme::text(&models, &names).into_bytes());
+    for model in models {
         files.insert(format!("models/{}.glb", model.name), glb::encode(&model, &textures));
         match model.name {
             "torus-knot" => {
@@ -62,7 +67,7 @@ pub fn files() -> BTreeMap<String, Vec<u8>> {
 }
 
 /// Every model.
-pub fn models() -> Vec<Model> {
+fn models() -> Vec<Model> {
     vec![
         shapes::material_ball(),
         shapes::torus_knot(),

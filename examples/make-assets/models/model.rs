@@ -57,6 +57,8 @@ pub struct Material {
     pub metallic: f64,
     /// Perceptual roughness.
     pub roughness: f64,
+    /// Strength of the dielectric reflection, 1 for an ordinary surface.
+    pub specular: f64,
     /// Strength of the clear coat.
     pub coat: f64,
     /// Perceptual roughness of the coat.
@@ -89,6 +91,7 @@ impl Material {
             color: [color[0], color[1], color[2], 1.0],
             metallic,
             roughness,
+            specular: 1.0,
             coat: 0.0,
             coat_roughness: 0.0,
             emissive: [0.0; 3],

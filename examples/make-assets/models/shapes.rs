@@ -48,6 +48,9 @@ pub fn material_ball() -> Model {
     arc(&mut shell, 0.002, 0.128);
     let rim = [(0.1295, 0.001), (0.1308, 0.004), (0.1315, 0.009), (0.1315, 0.05), (0.1315, 0.085)];
     shell.extend(rim.map(|(turns, depth)| on_ball(turns, RADIUS - depth)));
+    // The bowl's bottom lies hidden inside the core and closes the shell.
+    let bottom = shell[shell.len() - 1].y;
+    shell.push(DVec2::new(0.0, bottom));
     shell[0].x = 0.0;
     let mut core: Vec<DVec2> =
         (0..=32).map(|step| on_ball(-0.25 + 0.5 * f64::from(step) / 32.0, RADIUS * 0.86)).collect();
@@ -78,6 +81,7 @@ pub fn material_ball() -> Model {
                 (0.425, 0.10, 0.012),
                 (0.36, 0.115, 0.01),
                 (0.30, 0.11, 0.0),
+                (0.30, 0.09, 0.0),
             ],
             4,
         ),
@@ -244,23 +248,7 @@ pub fn rounded_cube() -> Model {
         ..Material::plain("lacquer", [0.03, 0.09, 0.3], 0.0, 0.5).coated(1.0)
     };
     let steel = Material::plain("steel", [0.78, 0.77, 0.75], 1.0, 0.18);
-    Model::single("rounded-cube", vec![lacquer, steel], vec![(0, compact(faces)), (1, compact(edges))])
-}
-
-/// Leaves out vertices that no triangle uses.
-fn compact(mesh: Mesh) -> Mesh {
-    let mut new = vec![u32::MAX; mesh.vertices.len()];
-    let mut out = Mesh::default();
-    for triangle in &mesh.triangles {
-        let corners = triangle.map(|i| {
-            if new[i as usize] == u32::MAX {
-                new[i as usize] = out.push(mesh.vertices[i as usize]);
-            }
-            new[i as usize]
-        });
-        out.triangles.push(corners);
-    }
-    out
+    Model::single("rounded-cube", vec![lacquer, steel], vec![(0, faces.compact()), (1, edges.compact())])
 }
 
 /// A brushed plate with raised letters.

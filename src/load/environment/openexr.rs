@@ -1,13 +1,17 @@
 //! OpenEXR pictures: the first layer with colours, half, float or integer samples.
+//!
+//! The crate `exr` reads the header and unpacks the chunks. Where they go is decided here: its own image reader trusts
+//! the coordinates in chunks, and ends in an assertion where they lie (1.74: a tile of another level).
 
 use super::check_size;
 use crate::limits::Limits;
 use crate::load::LoadError;
 use crate::load::text::quoted;
-use exr::image::FlatSamples;
-use exr::image::read::image::ReadLayers as _;
-use exr::image::read::layers::ReadChannels as _;
+use exr::block::UncompressedBlock;
+use exr::block::chunk::{Chunk, CompressedBlock};
+use exr::compression::Compression;
 use exr::meta::MetaData;
+use exr::meta::attribute::SampleType;
 use exr::meta::header::Header;
 use std::io::Cursor;
 
@@ -15,50 +19,108 @@ pub(super) const FORMAT: &str = "OpenEXR";
 
 /// Width, height and linear pixels, row by row from the top.
 pub(super) fn read(bytes: &[u8], limits: &Limits) -> Result<(u32, u32, Vec<[f32; 3]>), LoadError> {
+    // The header alone first: opening all allocates tables of the size that it claims.
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(explain)?;
     for header in &meta.headers {
         check_layer(header, bytes.len(), limits)?;
     }
-    let image = exr::prelude::read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .all_channels()
-        .first_valid_layer()
-        .all_attributes()
-        .non_parallel()
-        .from_buffered(Cursor::new(bytes))
-        .map_err(explain)?;
-    let layer = image.layer_data;
-    let (width, height) = (layer.size.width(), layer.size.height());
-    let channels = &layer.channel_data.list;
-    // Layers within a layer carry their names in the channels: `ViewLayer.Combined.R`.
-    let find = |wanted: &str| {
-        let suffix =
-            |name: &str| name.rsplit('.').next().is_some_and(|last| last.eq_ignore_ascii_case(wanted));
-        channels
-            .iter()
-            .find(|c| suffix(&c.name.to_string()) && c.sampling.area() == 1)
-            .map(|c| &c.sample_data)
-    };
-    let (Some(red), Some(green), Some(blue)) =
-        (find("R").or(find("Y")), find("G").or(find("Y")), find("B").or(find("Y")))
-    else {
-        let names: Vec<String> = channels.iter().take(8).map(|c| c.name.to_string()).collect();
-        let message =
-            format!("no colour channels (R, G, B or Y) among {}", quoted(names.join(" ").as_bytes()));
-        return Err(LoadError::unsupported(FORMAT, message));
-    };
+    let layer = Layer::choose(&meta)?;
+    if matches!(layer.header.compression, Compression::B44 | Compression::B44A) {
+        // Rare, and the decoder (exr 1.74) overflows where a file is damaged, which ends debug builds.
+        return Err(LoadError::unsupported(FORMAT, "B44 compression"));
+    }
+    let (width, height) = (layer.header.layer_size.width(), layer.header.layer_size.height());
     let mut pixels = vec![[0.0; 3]; width * height];
-    for (k, samples) in [red, green, blue].into_iter().enumerate() {
-        let targets = pixels.iter_mut().map(|p| &mut p[k]);
-        match samples {
-            FlatSamples::F16(values) => targets.zip(values).for_each(|(t, v)| *t = v.to_f32()),
-            FlatSamples::F32(values) => targets.zip(values).for_each(|(t, v)| *t = *v),
-            FlatSamples::U32(values) => targets.zip(values).for_each(|(t, v)| *t = *v as f32),
+    let reader = exr::block::read(Cursor::new(bytes), false).map_err(explain)?;
+    let chunks = reader.all_chunks(false).map_err(explain)?;
+    for (number, chunk) in chunks.enumerate() {
+        let chunk = chunk.map_err(explain)?;
+        // Smaller levels of the same picture have tiles of their own.
+        let small = matches!(&chunk.compressed_block, CompressedBlock::Tile(t) if t.coordinates.level_index.0 != 0
+            || t.coordinates.level_index.1 != 0);
+        if chunk.layer_index != layer.index || small {
+            continue;
         }
+        check_dwa_chunk(number, &chunk, layer.header)?;
+        let block = UncompressedBlock::decompress_chunk(chunk, &meta, false).map_err(explain)?;
+        layer.copy(&block, &mut pixels).ok_or_else(|| {
+            LoadError::malformed(FORMAT, format!("chunk {number} does not lie within the picture"))
+        })?;
     }
     let side = |v: usize| u32::try_from(v).map_err(|_| LoadError::malformed(FORMAT, "a side of 2^32 pixels"));
     Ok((side(width)?, side(height)?, pixels))
+}
+
+/// The layer that is read, and which of its channels are red, green and blue.
+struct Layer<'a> {
+    index: usize,
+    header: &'a Header,
+    rgb: [usize; 3],
+}
+
+impl<'a> Layer<'a> {
+    fn choose(meta: &'a MetaData) -> Result<Self, LoadError> {
+        for (index, header) in meta.headers.iter().enumerate() {
+            let channels = &header.channels.list;
+            // Layers within a layer carry their names in the channels: `ViewLayer.Combined.R`.
+            let find = |wanted: &str| {
+                channels.iter().position(|c| {
+                    c.name
+                        .to_string()
+                        .rsplit('.')
+                        .next()
+                        .is_some_and(|last| last.eq_ignore_ascii_case(wanted))
+                })
+            };
+            let of = |wanted: &str| find(wanted).or_else(|| find("Y"));
+            let whole = channels.iter().all(|c| c.sampling.0 == 1 && c.sampling.1 == 1);
+            if let (Some(r), Some(g), Some(b), true, false) = (of("R"), of("G"), of("B"), whole, header.deep)
+            {
+                return Ok(Self { index, header, rgb: [r, g, b] });
+            }
+        }
+        let names = meta.headers.iter().flat_map(|h| &h.channels.list).take(8).map(|c| c.name.to_string());
+        let names = quoted(names.collect::<Vec<_>>().join(" ").as_bytes());
+        Err(LoadError::unsupported(
+            FORMAT,
+            format!("no full-size colour channels (R, G, B or Y) among {names}"),
+        ))
+    }
+
+    /// Copies the samples of a block to their places. Rows follow each other, in each the channels one by one.
+    fn copy(&self, block: &UncompressedBlock, pixels: &mut [[f32; 3]]) -> Option<()> {
+        let (width, index) = (self.header.layer_size.width(), &block.index);
+        let (x, columns) = (index.pixel_position.x(), index.pixel_size.width());
+        let mut rest = &block.data[..];
+        for y in 0..index.pixel_size.height() {
+            let start = index.pixel_position.y().checked_add(y)?.checked_mul(width)?.checked_add(x)?;
+            if x.checked_add(columns)? > width {
+                return None;
+            }
+            let row = pixels.get_mut(start..start.checked_add(columns)?)?;
+            for (number, channel) in self.header.channels.list.iter().enumerate() {
+                let (samples, after) =
+                    rest.split_at_checked(columns * channel.sample_type.bytes_per_sample())?;
+                rest = after;
+                for k in (0..3).filter(|&k| self.rgb[k] == number) {
+                    let targets = row.iter_mut().map(|p| &mut p[k]);
+                    // Blocks come in this machine's byte order.
+                    match channel.sample_type {
+                        SampleType::F16 => targets
+                            .zip(samples.as_chunks().0)
+                            .for_each(|(t, &v)| *t = half::f16::from_ne_bytes(v).to_f32()),
+                        SampleType::F32 => {
+                            targets.zip(samples.as_chunks().0).for_each(|(t, &v)| *t = f32::from_ne_bytes(v));
+                        }
+                        SampleType::U32 => targets
+                            .zip(samples.as_chunks().0)
+                            .for_each(|(t, &v)| *t = u32::from_ne_bytes(v) as f32),
+                    }
+                }
+            }
+        }
+        Some(())
+    }
 }
 
 /// Refuses sizes that the limits do not allow, or that this many bytes cannot hold, before they are allocated.
@@ -69,6 +131,32 @@ fn check_layer(header: &Header, file_bytes: usize, limits: &Limits) -> Result<()
     // Every chunk has at least its place in the offset table.
     if header.chunk_count as u64 > file_bytes as u64 / 8 {
         return Err(LoadError::malformed(FORMAT, "the file ends before its table of chunks does"));
+    }
+    Ok(())
+}
+
+/// Refuses a DWA chunk that claims to unpack to more than its whole layer has. The decoder (exr 1.74) allocates what
+/// such a chunk claims, up to 2^63 bytes, and a failed allocation ends the process.
+fn check_dwa_chunk(number: usize, chunk: &Chunk, header: &Header) -> Result<(), LoadError> {
+    let data = match (&chunk.compressed_block, header.compression) {
+        (CompressedBlock::ScanLine(block), Compression::DWAA(_) | Compression::DWAB(_)) => {
+            &block.compressed_pixels_le
+        }
+        (CompressedBlock::Tile(block), Compression::DWAA(_) | Compression::DWAB(_)) => {
+            &block.compressed_pixels_le
+        }
+        _ => return Ok(()),
+    };
+    // Small layers have blocks of 8 x 8 that are larger than they are.
+    let layer = header.layer_size.area().saturating_mul(header.channels.list.len()).saturating_mul(4);
+    let most = layer as u64 + 4096;
+    // Eleven counters: the version, sizes and counts, and the kind of coding.
+    let (counters, _) = data.as_chunks::<8>();
+    if counters.iter().take(11).any(|&c| u64::from_le_bytes(c) > most) {
+        return Err(LoadError::malformed(
+            FORMAT,
+            format!("chunk {number} claims to hold more than its layer"),
+        ));
     }
     Ok(())
 }
@@ -126,11 +214,47 @@ mod tests {
     #[test]
     fn limits_and_damage_are_errors() {
         let bytes = encode(Compression::ZIP16, true);
+        let b44 = read(&encode(Compression::B44, true), &Limits::default());
+        assert!(matches!(b44, Err(LoadError::Unsupported { .. })));
         let limits = Limits { texture_pixels: 199, ..Limits::default() };
         assert!(matches!(read(&bytes, &limits), Err(LoadError::Limit(_))));
         for len in [0, 4, 8, 100, bytes.len() / 2, bytes.len() - 1] {
             let error = read(&bytes[..len], &Limits::default()).unwrap_err().to_string();
             assert!(!error.contains('\n'), "{error}");
+        }
+    }
+
+    #[test]
+    fn damaged_files_of_every_compression_end_in_a_picture_or_an_error() {
+        use Compression::{DWAA, DWAB, PIZ, PXR24, RLE, Uncompressed, ZIP1, ZIP16};
+        let limits = Limits { texture_pixels: 1 << 16, decoded_bytes: 1 << 22, ..Limits::default() };
+        let mut state = 1_u64;
+        let mut next = |below: usize| {
+            // Xorshift: G. Marsaglia, 2003.
+            state ^= state << 13;
+            state ^= state >> 7;
+            state ^= state << 17;
+            (state % below as u64) as usize
+        };
+        for compression in [Uncompressed, RLE, ZIP1, ZIP16, PIZ, PXR24, DWAA(None), DWAB(None)] {
+            for half in [false, true] {
+                let intact = encode(compression, half);
+                assert!(read(&intact, &limits).is_ok(), "{compression:?}");
+                for _ in 0..300 {
+                    let mut bytes = intact.clone();
+                    for _ in 0..1 + next(6) {
+                        let at = next(bytes.len());
+                        match next(3) {
+                            0 => bytes[at] = [0, 1, 127, 128, 255][next(5)],
+                            1 => bytes[at] ^= 1 << next(8),
+                            _ => bytes.truncate(at.max(8)),
+                        }
+                    }
+                    if let Err(error) = read(&bytes, &limits) {
+                        assert!(!error.to_string().contains('\n'));
+                    }
+                }
+            }
         }
     }
 }

@@ -27,7 +27,7 @@ pub(super) fn add(
         warnings.add(|| format!("{}: intensity or colour out of range, clamped", name()));
     }
     let position = transform.point([0.0; 3]).map(|v| v as f32);
-    let range = light.range.map(|r| r as f32).filter(|&r| r >= f32::MIN_POSITIVE && r < f32::INFINITY);
+    let range = light.range.map(|r| r as f32).filter(|r| (f32::MIN_POSITIVE..f32::INFINITY).contains(r));
     let direction = || unit(transform.direction([0.0, 0.0, -1.0])).map(|d| d.map(|v| v as f32));
     let kind = match light.kind.as_str() {
         "directional" => direction().map(|direction| LightKind::Directional { direction }),

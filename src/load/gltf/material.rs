@@ -86,37 +86,47 @@ impl Converter<'_> {
                 AlphaMode::Opaque
             }
         };
-        let alpha = match material.alpha_mode {
-            AlphaMode::Opaque => AlphaUse::Data,
-            AlphaMode::Mask { .. } | AlphaMode::Blend => AlphaUse::Coverage,
-        };
-        self.base(given, alpha, &mut material);
+        // Where a material is given in both workflows, that of the extension is preferred and the other is the
+        // substitute, whose textures are not read.
+        let extensions = given.extensions.as_deref();
+        match extensions.and_then(|e| e.specular_glossiness.as_ref()) {
+            Some(base) => self.specular_glossiness(base, &mut material),
+            None => self.metallic_roughness(given.pbr_metallic_roughness.as_deref(), &mut material),
+        }
         self.surface(given, &mut material);
-        if let Some(extensions) = given.extensions.as_deref() {
-            self.extensions(extensions, alpha, &mut material);
+        if let Some(extensions) = extensions {
+            self.extensions(extensions, &mut material);
         }
         material
     }
 
     /// pbrMetallicRoughness.
-    fn base(&mut self, given: &model::Material, alpha: AlphaUse, material: &mut Material) {
-        let Some(base) = given.pbr_metallic_roughness.as_deref() else { return };
+    fn metallic_roughness(&mut self, given: Option<&model::MetallicRoughness>, material: &mut Material) {
+        let Some(base) = given else { return };
         if let Some(factor) = base.base_color_factor {
             material.base_color = self.clamped_all("baseColorFactor", factor, 1.0);
         }
-        let alpha = match material.alpha_mode {
-            // The cutoff is compared with the product of texture and factor.
-            AlphaMode::Mask { cutoff } if material.base_color[3] > 0.0 => {
-                AlphaUse::mask(cutoff / material.base_color[3])
-            }
-            _ => alpha,
-        };
+        let alpha = alpha_use(material);
         material.base_color_texture =
             self.texture("baseColorTexture", base.base_color_texture.as_ref(), ColorSpace::Srgb, alpha);
         material.workflow = Workflow::MetallicRoughness {
             metallic: self.unit("metallicFactor", base.metallic_factor, 1.0),
             roughness: self.unit("roughnessFactor", base.roughness_factor, 1.0),
             texture: self.data("metallicRoughnessTexture", base.metallic_roughness_texture.as_ref()),
+        };
+    }
+
+    /// KHR_materials_pbrSpecularGlossiness.
+    fn specular_glossiness(&mut self, base: &model::SpecularGlossiness, material: &mut Material) {
+        material.base_color = self.clamped_all("diffuseFactor", base.diffuse_factor.unwrap_or([1.0; 4]), 1.0);
+        let alpha = alpha_use(material);
+        material.base_color_texture =
+            self.texture("diffuseTexture", base.diffuse_texture.as_ref(), ColorSpace::Srgb, alpha);
+        let texture = base.specular_glossiness_texture.as_ref();
+        material.workflow = Workflow::SpecularGlossiness {
+            specular: self.clamped_all("specularFactor", base.specular_factor.unwrap_or([1.0; 3]), 1.0),
+            glossiness: self.unit("glossinessFactor", base.glossiness_factor, 1.0),
+            texture: self.texture("specularGlossinessTexture", texture, ColorSpace::Srgb, AlphaUse::Data),
         };
     }
 
@@ -137,7 +147,7 @@ impl Converter<'_> {
         );
     }
 
-    fn extensions(&mut self, given: &model::MaterialExtensions, alpha: AlphaUse, material: &mut Material) {
+    fn extensions(&mut self, given: &model::MaterialExtensions, material: &mut Material) {
         material.unlit = given.unlit.is_some();
         if let Some(strength) = given.emissive_strength.as_ref().and_then(|e| e.emissive_strength) {
             let strength = self.clamped("emissiveStrength", strength, 0.0, MAX_FACTOR);
@@ -166,19 +176,6 @@ impl Converter<'_> {
                 self.data("clearcoatRoughnessTexture", coat.clearcoat_roughness_texture.as_ref());
             material.coat_normal_texture =
                 self.normal("clearcoatNormalTexture", coat.clearcoat_normal_texture.as_ref());
-        }
-        // Where a material is given in both workflows, this one is preferred and the other is the substitute.
-        if let Some(given) = &given.specular_glossiness {
-            material.base_color =
-                self.clamped_all("diffuseFactor", given.diffuse_factor.unwrap_or([1.0; 4]), 1.0);
-            material.base_color_texture =
-                self.texture("diffuseTexture", given.diffuse_texture.as_ref(), ColorSpace::Srgb, alpha);
-            let texture = given.specular_glossiness_texture.as_ref();
-            material.workflow = Workflow::SpecularGlossiness {
-                specular: self.clamped_all("specularFactor", given.specular_factor.unwrap_or([1.0; 3]), 1.0),
-                glossiness: self.unit("glossinessFactor", given.glossiness_factor, 1.0),
-                texture: self.texture("specularGlossinessTexture", texture, ColorSpace::Srgb, AlphaUse::Data),
-            };
         }
     }
 
@@ -225,5 +222,17 @@ impl Converter<'_> {
         let texture = self.data(what, info)?;
         let scale = info.and_then(|info| info.scale).unwrap_or(1.0);
         Some(NormalTexture { texture, scale: self.clamped("scale of the normal map", scale, -1e4, 1e4) })
+    }
+}
+
+/// What the alpha of a material's base colour texture means.
+fn alpha_use(material: &Material) -> AlphaUse {
+    match material.alpha_mode {
+        AlphaMode::Opaque => AlphaUse::Data,
+        // The cutoff is compared with the product of texture and factor.
+        AlphaMode::Mask { cutoff } if material.base_color[3] > 0.0 => {
+            AlphaUse::mask(cutoff / material.base_color[3])
+        }
+        AlphaMode::Mask { .. } | AlphaMode::Blend => AlphaUse::Coverage,
     }
 }

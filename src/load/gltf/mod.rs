@@ -283,7 +283,7 @@ impl Loader<'_> {
                     }
                     None => Err(LoadError::malformed(FORMAT, "a primitive was read twice")),
                 };
-                Part::Mesh(mesh, repaired)
+                Part::Mesh(Box::new(mesh), repaired)
             }
         });
         self.collect(&encoded, results)
@@ -308,7 +308,7 @@ impl Loader<'_> {
                     self.warnings.add(|| format!("{}: {message}; drawn without it", encoded[k].what));
                 }
                 Part::Mesh(mesh, repaired) => {
-                    meshes.push(mesh?);
+                    meshes.push((*mesh)?);
                     for message in repaired {
                         self.warnings.add(|| message);
                     }
@@ -395,7 +395,7 @@ impl Loader<'_> {
 /// What one parallel job gives.
 enum Part {
     Image(Result<Vec<(u32, Texture)>, String>),
-    Mesh(Result<Mesh, LoadError>, Vec<String>),
+    Mesh(Box<Result<Mesh, LoadError>>, Vec<String>),
 }
 
 /// The texture coordinates for which a material needs tangents.

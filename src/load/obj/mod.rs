@@ -8,6 +8,7 @@
 //! count, but `s off` does: where a file has no normals, they are smoothed over edges of up to 30 degrees.
 
 mod assemble;
+mod library;
 mod maps;
 mod material;
 mod mtl;
@@ -15,13 +16,13 @@ mod parse;
 
 use super::plain::{add_object, check_input, counted, default_material, finish, white_material};
 use super::tangents::add_tangents;
-use super::text::quoted;
+use super::text::without_mark;
 use super::warnings::Warnings;
 use super::{Context, LoadError, Loaded};
 use crate::limits::Limits;
 use crate::scene::{MaterialId, MeshData, Scene};
 use assemble::Assembled;
-use material::Library;
+use library::Library;
 use parse::Obj;
 use std::collections::BTreeMap;
 
@@ -30,7 +31,7 @@ const FORMAT: &str = "OBJ";
 /// Reads an OBJ file, the libraries that it names and the pictures that those name.
 pub(crate) fn load(bytes: &[u8], context: &Context<'_>) -> Result<Loaded, LoadError> {
     check_input(context, bytes)?;
-    let obj = parse::parse(bytes);
+    let obj = parse::parse(without_mark(bytes));
     if !obj.recognised {
         return Err(LoadError::malformed(FORMAT, "no line of it is a statement of the format"));
     }
@@ -382,7 +383,11 @@ map_Ke nothing.png
     }
 
     #[test]
-    fn names_in_messages_stay_on_one_line() {
-        assert_eq!(quoted(b"a\x07b"), "'a\u{fffd}b'");
+    fn a_byte_order_mark_is_no_statement() {
+        let mtl = b"\xef\xbb\xbfnewmtl m\nPc 1\n";
+        let text = format!("\u{feff}mtllib m.mtl\n{QUAD}usemtl m\nf 1 2 3");
+        let loaded = load_files(&text, &[("m.mtl", mtl)]).unwrap();
+        assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
+        assert_eq!(loaded.scene.materials()[0].coat, 1.0);
     }
 }

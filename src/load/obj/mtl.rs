@@ -3,7 +3,7 @@
 //! `tobj` refuses a whole library for one bad number or empty name, and panics where a colour has fewer than three
 //! numbers (`Kd 0.5`, which the format allows: 4.0.5, `parse_float3`). What reaches it has been checked.
 
-use crate::load::text::{Tokens, float, quoted};
+use crate::load::text::{Tokens, float, quoted, without_mark};
 use crate::load::warnings::Warnings;
 use std::collections::BTreeSet;
 use std::io::Cursor;
@@ -26,7 +26,7 @@ const IGNORED: [&str; 6] = ["illum", "Tf", "sharpness", "map_aat", "Km", "Ka"];
 
 /// Parses a library. `file` names it in warnings.
 pub(super) fn parse(bytes: &[u8], file: &str, warnings: &mut Warnings) -> Vec<tobj::Material> {
-    let clean = clean(bytes, file, warnings);
+    let clean = clean(without_mark(bytes), file, warnings);
     match tobj::load_mtl_buf(&mut Cursor::new(clean)) {
         Ok((materials, _)) => materials.into_iter().filter(|m| m.name != NOBODY).collect(),
         Err(error) => {

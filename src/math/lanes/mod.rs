@@ -33,6 +33,30 @@ use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 /// Number of lanes of every vector: one 4x4 block of pixels.
 pub const LANES: usize = 16;
 
+/// `[f(0), f(1), ...]`, for arrays of lane numbers. Mark the closure `#[inline(always)]`.
+///
+/// `std::array::from_fn` and `array::map` must not hold lane arithmetic: the standard library's functions are not
+/// `#[inline(always)]`, so they are compiled for the least instruction set and every operation in them becomes a
+/// call (URP shading ran five to eight times slower with them).
+#[inline(always)]
+pub fn array_from_fn<T: Copy, const N: usize>(mut f: impl FnMut(usize) -> T) -> [T; N] {
+    let mut out = [f(0); N];
+    for k in 1..N {
+        out[k] = f(k);
+    }
+    out
+}
+
+/// `f` of every element, for arrays of lane numbers; see [`array_from_fn`].
+#[inline(always)]
+pub fn map_array<A: Copy, B: Copy, const N: usize>(a: [A; N], mut f: impl FnMut(A) -> B) -> [B; N] {
+    let mut out = [f(a[0]); N];
+    for k in 1..N {
+        out[k] = f(a[k]);
+    }
+    out
+}
+
 /// An instruction set: a token that makes vectors. Zero-sized and copied freely.
 pub trait Lanes: Copy + Send + Sync + 'static {
     /// Sixteen `f32`.
@@ -271,43 +295,18 @@ pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output
     }
 }
 
-/// `[f(0), f(1), ...]`. Lane code uses this instead of `std::array::from_fn`, whose loop may stay a function of its own
-/// that is not compiled for the instruction set; `f` must be an `#[inline(always)]` closure ([`each!`] makes one).
-///
-/// [`each!`]: crate::each
-#[inline(always)]
-pub fn build<T: Copy, const N: usize>(f: impl Fn(usize) -> T) -> [T; N] {
-    const { assert!(N > 0) };
-    let mut out = [f(0); N];
-    for (n, value) in out.iter_mut().enumerate().skip(1) {
-        *value = f(n);
-    }
-    out
-}
-
-/// `[f(v[0]), f(v[1]), ...]`, likewise instead of the array's own `map`.
-#[inline(always)]
-pub fn apply<A: Copy, T: Copy, const N: usize>(v: [A; N], f: impl Fn(A) -> T) -> [T; N] {
-    const { assert!(N > 0) };
-    let mut out = [f(v[0]); N];
-    for (value, &from) in out.iter_mut().zip(&v).skip(1) {
-        *value = f(from);
-    }
-    out
-}
-
 /// `each!(k => a[k] + b[k])`: an array by index; `each!(c in v => c * s)`: an array from an array. Inlined into the
-/// instruction set, see [`build`](crate::math::lanes::build).
+/// instruction set, see [`array_from_fn`](crate::math::lanes::array_from_fn).
 #[macro_export]
 macro_rules! each {
     ($k:ident => $body:expr) => {
-        $crate::math::lanes::build(
+        $crate::math::lanes::array_from_fn(
             #[inline(always)]
             |$k: usize| $body,
         )
     };
     ($c:ident in $array:expr => $body:expr) => {
-        $crate::math::lanes::apply(
+        $crate::math::lanes::map_array(
             $array,
             #[inline(always)]
             |$c| $body,

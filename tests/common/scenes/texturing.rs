@@ -9,7 +9,7 @@ use overcoat::scene::{
     AlphaMode, AlphaUse, ColorSpace, Filter, Material, MipFilter, Sampler, TextureRef, Transform,
     UvTransform, Wrap,
 };
-use std::f64::consts::TAU;
+use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
 pub const SCENES: &[Entry] = &[
     ("grazing", grazing),
@@ -210,7 +210,7 @@ fn mask() -> Built {
 fn mask_far() -> Built {
     let mut s = Stage::new()?;
     let bars = image(64, 64, |x, y| [60, 110, 60, if x % 16 < 5 || y % 32 < 4 { 255 } else { 0 }])?;
-    let texture = s.texture(bars, ColorSpace::Srgb, AlphaUse::Coverage, Sampler::default())?;
+    let texture = s.texture(bars, ColorSpace::Srgb, AlphaUse::mask(0.5), Sampler::default())?;
     let material = s.material(Material {
         base_color_texture: Some(texture),
         alpha_mode: AlphaMode::Mask { cutoff: 0.5 },
@@ -222,8 +222,11 @@ fn mask_far() -> Built {
         *uv = [uv[0] * 40.0, uv[1]];
     }
     let fence = s.mesh(fence)?;
-    let transform =
-        Transform::from_parts([0.9, 0.0, -19.5], [0.0, -0.707_106_8, 0.0, 0.707_106_8], [20.0, 0.7, 1.0])?;
+    let transform = Transform::from_parts(
+        [0.9, 0.0, -19.5],
+        [0.0, -FRAC_1_SQRT_2, 0.0, FRAC_1_SQRT_2],
+        [20.0, 0.7, 1.0],
+    )?;
     s.place(fence, material, transform)?;
     s.seen(look([-0.2, 0.1, 1.0], [0.6, 0.0, -4.0], 50.0))
 }

@@ -43,7 +43,7 @@ fn projector(centre: DVec3, radius: f64) -> Parts {
             .iter()
             .map(|&(r, y, round)| (DVec2::new(r * radius, y * radius), round * radius))
             .collect();
-        revolve(&rounded(&corners, 2), sides).transformed(map).translated(centre)
+        revolve(&rounded(&corners, 1), sides).transformed(map).translated(centre)
     };
     let ring = turned(
         &[
@@ -68,23 +68,9 @@ fn projector(centre: DVec3, radius: f64) -> Parts {
 fn cover() -> Mesh {
     let cuts =
         [Cut { curve: panels::headlight(), half_width: 0.0, detail: 1.0, rim: 0.0, gap: 0, inside: Some(1) }];
-    let region = |offset, output, back| Region { offset, output, walls: output, rounding: 0.0, back };
-    let regions = [region(Offset::In(0.0), 0, None), region(Offset::In(0.0035), 1, None)];
-    let mut meshes = cut(body::right_half(), &cuts, &regions, 2);
-    let mut cover = Mesh::default();
-    let shell = meshes.remove(1);
-    let mut new = vec![u32::MAX; shell.vertices.len()];
-    for triangle in &shell.triangles {
-        // Walls to the rest of the skin are left out: the cover is the skin's own patch.
-        let corners = triangle.map(|i| {
-            if new[i as usize] == u32::MAX {
-                new[i as usize] = cover.push(shell.vertices[i as usize]);
-            }
-            new[i as usize]
-        });
-        cover.triangles.push(corners);
-    }
-    cover
+    let region = |offset, back| Region { offset, output: 0, walls: 0, rounding: 0.0, back };
+    let regions = [region(Offset::Open(0.006), None), region(Offset::In(0.0035), Some(0))];
+    cut(body::right_half(), &cuts, &regions, 1).remove(0).compact()
 }
 
 /// More places between places, by Catmull-Rom interpolation.

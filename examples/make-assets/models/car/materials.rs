@@ -34,10 +34,12 @@ pub enum Stuff {
     Caliper,
     /// Number plates.
     Plate,
+    /// The dark inside gaps, wheel houses and intakes, where no light would reach.
+    Void,
 }
 
 /// How many there are.
-pub const COUNT: usize = Stuff::Plate as usize + 1;
+pub const COUNT: usize = Stuff::Void as usize + 1;
 
 /// In the order of [`Stuff`].
 pub fn all() -> Vec<Material> {
@@ -45,10 +47,10 @@ pub fn all() -> Vec<Material> {
     vec![
         Material {
             normal_map: Some("flakes-normal"),
-            normal_scale: 0.35,
-            ..plain("paint", [0.62, 0.012, 0.018], 0.45, 0.42).coated(0.03)
+            normal_scale: 0.5,
+            ..plain("paint", [0.56, 0.006, 0.010], 0.35, 0.55).coated(0.03)
         },
-        plain("trim", [0.012, 0.012, 0.013], 0.0, 0.55),
+        Material { specular: 0.6, ..plain("trim", [0.008, 0.008, 0.009], 0.0, 0.4) },
         plain("glass", [0.006, 0.008, 0.010], 0.0, 0.04).coated(0.0),
         Material {
             color_map: Some("carbon-color"),
@@ -56,7 +58,7 @@ pub fn all() -> Vec<Material> {
             normal_scale: 0.7,
             ..plain("carbon", [0.6, 0.6, 0.62], 0.0, 0.4).coated(0.03)
         },
-        plain("housing", [0.02, 0.021, 0.024], 0.0, 0.3),
+        Material { specular: 0.4, ..plain("housing", [0.010, 0.010, 0.012], 0.0, 0.3) },
         plain("chrome", [0.82, 0.83, 0.85], 1.0, 0.08),
         Material { emissive: [1.0, 1.0, 1.0], ..plain("lamp", [0.9, 0.92, 0.95], 0.0, 0.2) },
         Material {
@@ -68,10 +70,11 @@ pub fn all() -> Vec<Material> {
             alpha: Alpha::Blend,
             ..plain("cover", [0.9; 3], 0.0, 0.03)
         },
-        plain("rubber", [0.016, 0.016, 0.017], 0.0, 0.78),
+        Material { specular: 0.6, ..plain("rubber", [0.012, 0.012, 0.013], 0.0, 0.7) },
         plain("rim", [0.30, 0.31, 0.33], 1.0, 0.28).coated(0.05),
         Material { roughness_map: Some("brushed-roughness"), ..plain("steel", [0.62, 0.61, 0.6], 1.0, 1.0) },
         plain("caliper", [0.85, 0.42, 0.01], 0.0, 0.4).coated(0.04),
         plain("plate", [0.8, 0.8, 0.78], 0.0, 0.4),
+        Material { specular: 0.05, ..plain("void", [0.003, 0.003, 0.003], 0.0, 0.9) },
     ]
 }

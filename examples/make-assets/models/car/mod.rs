@@ -24,7 +24,6 @@ pub fn sports_car() -> Model {
     body.extend(lights::headlight(&probe).into_iter().map(|(m, mesh)| (m, mesh.with_mirror())));
     body.extend(lights::tail_lights(&probe));
     body.extend(trim::all(&probe));
-    body.extend(trim::wipers(&probe));
     for (axle, side) in [(panels::FRONT_WHEEL, 0.46), (panels::REAR_WHEEL, 0.04)] {
         let hub = DVec3::new(axle.0, axle.1, HUB);
         for (material, mesh) in wheel::brake(side) {

@@ -16,15 +16,16 @@ pub const FRONT_WHEEL: (f64, f64, f64) = (1.30, 0.345, 0.375);
 pub const REAR_WHEEL: (f64, f64, f64) = (-1.30, 0.355, 0.388);
 
 /// Longest edges near small, middling and large outlines.
-const FINE: f64 = 0.02;
-const MEDIUM: f64 = 0.028;
-const COARSE: f64 = 0.08;
+const FINE: f64 = 0.026;
+const MEDIUM: f64 = 0.035;
+const COARSE: f64 = 0.12;
 /// Width of the rounded rim of every panel.
 const RIM: f64 = 0.005;
 
-/// Regions of the skin.
+/// Regions of the skin. What no cut claims is paint, region 0.
 #[derive(Clone, Copy)]
 enum Part {
+    #[allow(dead_code, reason = "the region that everything starts in")]
     Paint,
     Gap,
     Glass,
@@ -42,21 +43,21 @@ fn regions() -> Vec<Region> {
     let region = |offset, output: Stuff| Region {
         offset,
         output: output as usize,
-        walls: Stuff::Trim as usize,
+        walls: Stuff::Void as usize,
         rounding: if matches!(output, Stuff::Paint | Stuff::Carbon) { 0.002 } else { 0.0 },
         back: None,
     };
     vec![
         region(Offset::In(0.0), Stuff::Paint),
-        region(Offset::In(0.014), Stuff::Trim),
+        region(Offset::In(0.014), Stuff::Void),
         region(Offset::In(0.003), Stuff::Glass),
         region(Offset::In(0.006), Stuff::Trim),
-        region(Offset::Flat(2, 0.665), Stuff::Trim),
-        region(Offset::In(0.12), Stuff::Trim),
+        region(Offset::Flat(2, 0.665), Stuff::Void),
+        region(Offset::In(0.12), Stuff::Void),
         region(Offset::In(0.055), Stuff::Housing),
-        region(Offset::In(0.02), Stuff::Trim),
+        region(Offset::In(0.02), Stuff::Void),
         region(Offset::In(0.004), Stuff::Carbon),
-        region(Offset::In(0.10), Stuff::Trim),
+        region(Offset::In(0.10), Stuff::Void),
     ]
 }
 
@@ -130,7 +131,7 @@ fn window(outline: Outline, view: View) -> Cut {
     Cut {
         curve: projected(outline, view),
         half_width: 0.011,
-        detail: COARSE,
+        detail: 0.07,
         rim: RIM,
         gap: Part::Seal as usize,
         inside: Some(Part::Glass as usize),
@@ -150,11 +151,11 @@ fn opening(curve: Curve, part: Part) -> Cut {
 }
 
 /// A curve that is symmetrical about the centre line, from its right half (first coordinate z, or second for tops).
-fn symmetric(half: &[(f64, f64)], across_first: bool) -> Outline {
+fn symmetric(half: &[(f64, f64)], radius: f64, across_first: bool) -> Outline {
     let mut points = half.to_vec();
     let off_centre = half.iter().rev().filter(|&&(a, b)| if across_first { a } else { b } != 0.0);
     points.extend(off_centre.map(|&(a, b)| if across_first { (-a, b) } else { (a, -b) }));
-    let corners: Vec<_> = points.iter().map(|&(a, b)| (a, b, 0.05)).collect();
+    let corners: Vec<_> = points.iter().map(|&(a, b)| (a, b, radius)).collect();
     Outline::rounded(&corners)
 }
 
@@ -163,13 +164,14 @@ pub fn headlight() -> Curve {
     projected(
         Outline::through(&[
             (1.985, 0.635),
-            (1.935, 0.735),
-            (1.83, 0.815),
-            (1.69, 0.873),
-            (1.57, 0.893),
-            (1.67, 0.842),
-            (1.79, 0.755),
-            (1.885, 0.655),
+            (1.940, 0.735),
+            (1.84, 0.812),
+            (1.72, 0.862),
+            (1.635, 0.888),
+            (1.628, 0.872),
+            (1.70, 0.832),
+            (1.80, 0.750),
+            (1.888, 0.655),
         ]),
         View::Top(0.40),
     )
@@ -180,47 +182,46 @@ pub fn right_half() -> Vec<Mesh> {
     let door = Outline::rounded(&[
         (0.76, 0.228, 0.10),
         (0.83, 0.50, 0.25),
-        (0.80, 0.74, 0.10),
-        (0.60, 0.87, 0.02),
+        (0.80, 0.74, 0.14),
+        (0.55, 0.86, 0.02),
         (-0.40, 0.93, 0.02),
         (-0.60, 0.84, 0.05),
         (-0.56, 0.55, 0.3),
         (-0.42, 0.228, 0.10),
     ]);
-    let handle = Outline::rounded(&[
-        (-0.24, 0.742, 0.01),
-        (-0.25, 0.715, 0.012),
-        (-0.44, 0.725, 0.012),
-        (-0.43, 0.752, 0.01),
-    ]);
     let side_window = Outline::rounded(&[
-        (0.665, 0.824, 0.02),
+        (0.655, 0.828, 0.05),
         (0.42, 0.906, 0.15),
         (0.12, 1.008, 0.2),
         (-0.25, 1.055, 0.3),
         (-0.62, 1.028, 0.2),
-        (-1.05, 0.935, 0.04),
+        (-1.03, 0.937, 0.08),
         (-0.80, 0.908, 0.1),
         (-0.20, 0.875, 0.4),
     ]);
     let bonnet = symmetric(
         &[(1.95, 0.0), (1.93, 0.25), (1.84, 0.48), (1.45, 0.62), (1.05, 0.66), (0.80, 0.68), (0.80, 0.0)],
+        0.12,
         false,
     );
     let vent =
         Outline::rounded(&[(1.56, 0.28, 0.02), (1.50, 0.45, 0.03), (1.44, 0.465, 0.02), (1.49, 0.29, 0.02)]);
     let windscreen = symmetric(
         &[(0.91, 0.0), (0.88, 0.30), (0.79, 0.545), (0.40, 0.505), (0.13, 0.415), (0.15, 0.0)],
+        0.05,
         false,
     );
     let rear_window =
-        symmetric(&[(-0.70, 0.0), (-0.70, 0.34), (-1.05, 0.36), (-1.34, 0.35), (-1.36, 0.0)], false);
-    let louvre = |x: f64| symmetric(&[(x, 0.0), (x, 0.33), (x - 0.045, 0.335), (x - 0.045, 0.0)], false);
-    let grille = symmetric(&[(0.0, 0.345), (0.42, 0.345), (0.535, 0.325), (0.47, 0.19), (0.0, 0.19)], true);
+        symmetric(&[(-0.70, 0.0), (-0.70, 0.34), (-1.05, 0.36), (-1.34, 0.35), (-1.36, 0.0)], 0.10, false);
+    let louvre =
+        |x: f64| symmetric(&[(x, 0.0), (x, 0.33), (x - 0.045, 0.335), (x - 0.045, 0.0)], 0.05, false);
+    let grille =
+        symmetric(&[(0.0, 0.345), (0.42, 0.345), (0.535, 0.325), (0.47, 0.19), (0.0, 0.19)], 0.05, true);
     let side_grille =
         Outline::rounded(&[(0.60, 0.335, 0.03), (0.82, 0.35, 0.03), (0.84, 0.25, 0.03), (0.59, 0.195, 0.03)]);
     let tail_panel = symmetric(
         &[(0.0, 0.795), (0.60, 0.79), (0.775, 0.775), (0.765, 0.71), (0.60, 0.685), (0.0, 0.685)],
+        0.05,
         true,
     );
     let intake = Outline::rounded(&[
@@ -229,7 +230,8 @@ pub fn right_half() -> Vec<Mesh> {
         (-0.92, 0.70, 0.03),
         (-0.84, 0.45, 0.1),
     ]);
-    let exhausts = symmetric(&[(0.0, 0.41), (0.26, 0.41), (0.31, 0.385), (0.28, 0.30), (0.0, 0.30)], true);
+    let exhausts =
+        symmetric(&[(0.0, 0.41), (0.26, 0.41), (0.31, 0.385), (0.28, 0.30), (0.0, 0.30)], 0.05, true);
     let rear_vent =
         Outline::rounded(&[(0.56, 0.52, 0.03), (0.80, 0.57, 0.03), (0.80, 0.47, 0.03), (0.60, 0.455, 0.02)]);
     let rear_bumper = Outline::rounded(&[
@@ -241,9 +243,8 @@ pub fn right_half() -> Vec<Mesh> {
         (-1.5, 0.50, 0.0),
     ]);
     let cuts = vec![
-        seam(bonnet, View::Top(0.40)),
+        Cut { detail: 0.07, ..seam(bonnet, View::Top(0.40)) },
         seam(door, View::Side(0.5)),
-        Cut { detail: FINE, ..seam(handle, View::Side(0.5)) },
         seam(rear_bumper, View::Side(-1.0)),
         Cut { detail: COARSE, ..opening(carbon_edge(), Part::Carbon) },
         window(windscreen, View::Top(0.7)),
@@ -253,10 +254,10 @@ pub fn right_half() -> Vec<Mesh> {
         Cut { detail: FINE, ..opening(projected(louvre(-1.53), View::Top(0.7)), Part::Intake) },
         Cut { detail: FINE, ..opening(projected(louvre(-1.62), View::Top(0.7)), Part::Intake) },
         Cut { detail: FINE, ..opening(projected(vent, View::Top(0.5)), Part::Intake) },
-        opening(headlight(), Part::Lamp),
+        Cut { detail: 0.015, ..opening(headlight(), Part::Lamp) },
         Cut { detail: COARSE, ..opening(projected(grille, View::Front(1.7)), Part::Grille) },
         opening(projected(side_grille, View::Front(1.6)), Part::Grille),
-        opening(projected(tail_panel, View::Rear(-1.9)), Part::TailPanel),
+        Cut { detail: FINE, ..opening(projected(tail_panel, View::Rear(-1.9)), Part::TailPanel) },
         opening(projected(exhausts, View::Rear(-1.9)), Part::Intake),
         opening(projected(rear_vent, View::Rear(-1.8)), Part::Intake),
         opening(projected(intake, View::Side(0.5)), Part::Intake),

@@ -26,7 +26,11 @@ pub fn all(probe: &Probe) -> Parts {
     }
     for z in [0.16, 0.33, 0.50] {
         let fin = rounded_box(DVec3::new(0.15, 0.05, 0.005), 0.004, 1);
-        both((Stuff::Carbon, fin.translated(DVec3::new(-1.95, 0.195, z))));
+        both((
+            Stuff::Carbon,
+            fin.mapped(|v| DVec2::new(v.position.x, v.position.y) * 8.0)
+                .translated(DVec3::new(-1.95, 0.195, z)),
+        ));
     }
     for z in [0.085, 0.205] {
         let end = probe.rear(z, 0.36).position + DVec3::new(0.005, 0.0, 0.0);
@@ -34,6 +38,9 @@ pub fn all(probe: &Probe) -> Parts {
             both((stuff, mesh));
         }
     }
+    let handle: Vec<Place> =
+        (0..=5).map(|i| probe.side(-0.25 - 0.04 * f64::from(i), 0.735 + 0.002 * f64::from(i))).collect();
+    both((Stuff::Chrome, strip(&handle, -0.006, 0.009, 0.009)));
     for y in [0.225, 0.27, 0.315] {
         let side: Vec<Place> = (0..=6).map(|i| probe.front(0.60 + 0.04 * f64::from(i), y)).collect();
         both((Stuff::Housing, strip(&side, 0.03, 0.006, 0.016)));
@@ -44,6 +51,7 @@ pub fn all(probe: &Probe) -> Parts {
     }
     parts.push((Stuff::Carbon as usize, splitter(probe)));
     parts.extend(number_plate(probe));
+    parts.extend(wipers(probe));
     parts
 }
 
@@ -51,7 +59,7 @@ pub fn all(probe: &Probe) -> Parts {
 fn splitter(probe: &Probe) -> Mesh {
     let places: Vec<Place> = (-16..=16)
         .map(|i| {
-            let z = 0.84 * f64::from(i) / 16.0;
+            let z = 0.80 * f64::from(i) / 16.0;
             probe.front(z, 0.145)
         })
         .collect();
@@ -59,15 +67,15 @@ fn splitter(probe: &Probe) -> Mesh {
     let stations: Vec<Station> = (0..=last)
         .map(|i| {
             let along = places[(i + 1).min(last)].position - places[i.saturating_sub(1)].position;
-            let out = along.cross(DVec3::NEG_Y).normalize() * -1.0;
+            let out = along.cross(DVec3::NEG_Y).normalize();
             let mut centre = places[i].position;
-            centre.y = 0.118;
+            centre.y = 0.130;
             let end = f64::from(i as u32) / last as f64 * 2.0 - 1.0;
-            let reach = 0.062 - 0.05 * end * end * end * end;
-            Station { centre: centre + out * -0.025, across: out * -reach, up: DVec3::NEG_Y * -0.009 }
+            let reach = 0.058 - 0.035 * end * end * end * end;
+            Station { centre: centre + out * -0.03, across: out * -reach, up: DVec3::NEG_Y * -0.009 }
         })
         .collect();
-    outward(sweep(&stations, &section(12, 0.5), Ends::Capped))
+    outward(sweep(&stations, &section(12, 0.5), Ends::Capped)).mapped(from_above)
 }
 
 /// Turns a sweep over if its path ran against its frames.
@@ -91,6 +99,11 @@ fn outward(mut mesh: Mesh) -> Mesh {
     mesh
 }
 
+/// Texture coordinates of flat parts.
+fn from_above(vertex: &Vertex) -> DVec2 {
+    DVec2::new(vertex.position.x, vertex.position.z) * 8.0
+}
+
 /// A blade along the sill.
 fn skirt() -> Mesh {
     let stations: Vec<Station> = (0..=24)
@@ -105,7 +118,7 @@ fn skirt() -> Mesh {
             }
         })
         .collect();
-    outward(sweep(&stations, &section(12, 0.5), Ends::Capped))
+    outward(sweep(&stations, &section(12, 0.5), Ends::Capped)).mapped(from_above)
 }
 
 /// An exhaust pipe that ends at `end`.
@@ -193,8 +206,12 @@ fn number_plate(probe: &Probe) -> Parts {
         gap: 0,
         inside: Some(1),
     }];
-    let region = |offset, output| Region { offset, output, walls: output, rounding: 0.0, back: None };
-    let regions = [region(Offset::In(0.0), 0), region(Offset::In(-0.002), 1)];
+    let region = |offset, output, back| Region { offset, output, walls: output, rounding: 0.0, back };
+    let regions = [
+        region(Offset::In(0.0), 0, Some(2)),
+        region(Offset::In(-0.002), 1, Some(2)),
+        region(Offset::Open(0.001), 0, None),
+    ];
     let place = probe.rear(0.0, 0.53);
     let facing = DMat3::from_cols(DVec3::Z, DVec3::Y, DVec3::NEG_X);
     let tilt = DMat3::from_cols(
@@ -217,7 +234,7 @@ fn number_plate(probe: &Probe) -> Parts {
 }
 
 /// Wipers at the foot of the windscreen.
-pub fn wipers(probe: &Probe) -> Parts {
+fn wipers(probe: &Probe) -> Parts {
     let blade = |points: &[(f64, f64)]| {
         let places: Vec<Place> = points
             .iter()

@@ -55,7 +55,7 @@ fn tyre(radius: f64) -> Mesh {
         (radius - 0.022, -w + 0.004, 0.03),
         (radius - 0.004, -w + 0.026, 0.02),
     ];
-    for groove in [-0.055, 0.0, 0.055] {
+    for groove in [-0.04, 0.04] {
         let (half, depth) = (0.0055, 0.007);
         corners.extend([
             (radius, groove - half, 0.0),
@@ -74,7 +74,7 @@ fn tyre(radius: f64) -> Mesh {
         (BEAD - 0.004, w - 0.022, 0.0),
         (BEAD - 0.004, 0.0, 0.0),
     ]);
-    turned(&corners, 44)
+    turned(&corners, 36)
 }
 
 /// The barrel of the rim with its outer lip.
@@ -92,7 +92,7 @@ fn barrel() -> Mesh {
             (BEAD, -0.112, 0.0),
             (BEAD, 0.0, 0.0),
         ],
-        44,
+        36,
     )
 }
 
@@ -158,7 +158,7 @@ pub fn brake(side: f64) -> Vec<(usize, Mesh)> {
             (0.092, 0.046, 0.004),
             (0.0, 0.046, 0.0),
         ],
-        40,
+        32,
     );
     let stations: Vec<Station> = (0..=10)
         .map(|i| {

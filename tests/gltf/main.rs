@@ -1,0 +1,9 @@
+//! glTF loading through the public interface: small files made in memory, and the corpus where there is one.
+
+mod corpus;
+mod damaged;
+mod files;
+mod geometry;
+mod graph;
+mod materials;
+mod model;

@@ -1,0 +1,424 @@
+//! Materials, textures and extensions.
+
+use crate::model::{Model, messages, picture, push};
+use overcoat::limits::Limits;
+use overcoat::load::LoadError;
+use overcoat::scene::{
+    AlphaMode, ColorSpace, Filter, Material, MipFilter, Sampler, UvTransform, Workflow, Wrap,
+};
+use serde_json::{Value, json};
+
+/// The scene's material for this one of the file, which must give no warning.
+fn material(given: Value) -> Material {
+    let mut model = Model::textured();
+    model.json["materials"] = json!([given]);
+    let loaded = model.load().unwrap();
+    assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
+    loaded.scene.materials()[0].clone()
+}
+
+#[test]
+fn defaults_are_those_of_the_specification() {
+    let expected = Material {
+        workflow: Workflow::MetallicRoughness { metallic: 1.0, roughness: 1.0, texture: None },
+        ..Material::default()
+    };
+    assert_eq!(material(json!({})), expected);
+    assert_eq!(material(json!({"pbrMetallicRoughness": {}})), expected);
+    assert_eq!(Model::triangle().load().unwrap().scene.materials(), [expected]);
+    assert_eq!(material(json!({"alphaMode": "MASK"})).alpha_mode, AlphaMode::Mask { cutoff: 0.5 });
+    let coat = material(json!({"extensions": {"KHR_materials_clearcoat": {}}}));
+    assert_eq!((coat.coat, coat.coat_roughness), (0.0, 0.0));
+    let glossy = material(json!({"extensions": {"KHR_materials_pbrSpecularGlossiness": {}}}));
+    let expected = Workflow::SpecularGlossiness { specular: [1.0; 3], glossiness: 1.0, texture: None };
+    assert_eq!((glossy.workflow, glossy.base_color), (expected, [1.0; 4]));
+}
+
+#[test]
+fn every_factor_arrives() {
+    let m = material(json!({
+        "name": "everything",
+        "doubleSided": true,
+        "alphaMode": "MASK",
+        "alphaCutoff": 0.25,
+        "pbrMetallicRoughness": {
+            "baseColorFactor": [0.1, 0.2, 0.3, 0.4], "metallicFactor": 0.5, "roughnessFactor": 0.6,
+        },
+        "emissiveFactor": [0.5, 0.25, 1.0],
+        "extensions": {
+            "KHR_materials_clearcoat": {"clearcoatFactor": 0.7, "clearcoatRoughnessFactor": 0.8},
+            "KHR_materials_ior": {"ior": 1.8},
+            "KHR_materials_specular": {"specularFactor": 0.9, "specularColorFactor": [2.0, 0.5, 0.25]},
+            "KHR_materials_emissive_strength": {"emissiveStrength": 8},
+            "KHR_materials_unlit": {},
+        },
+    }));
+    let expected = Material {
+        name: "everything".to_owned(),
+        double_sided: true,
+        alpha_mode: AlphaMode::Mask { cutoff: 0.25 },
+        base_color: [0.1, 0.2, 0.3, 0.4],
+        workflow: Workflow::MetallicRoughness { metallic: 0.5, roughness: 0.6, texture: None },
+        emissive: [4.0, 2.0, 8.0],
+        coat: 0.7,
+        coat_roughness: 0.8,
+        ior: 1.8,
+        specular: 0.9,
+        specular_color: [2.0, 0.5, 0.25],
+        unlit: true,
+        ..Material::default()
+    };
+    assert_eq!(m, expected);
+    assert_eq!(material(json!({"extensions": {"KHR_materials_ior": {"ior": 0}}})).ior, 0.0);
+}
+
+/// Both workflows in one material: the one of the extension is drawn.
+#[test]
+fn specular_glossiness() {
+    let m = material(json!({
+        "pbrMetallicRoughness": {"baseColorFactor": [1, 0, 0, 1], "baseColorTexture": {"index": 0}},
+        "alphaMode": "BLEND",
+        "extensions": {"KHR_materials_pbrSpecularGlossiness": {
+            "diffuseFactor": [0.1, 0.2, 0.3, 0.4], "specularFactor": [0.5, 0.6, 0.7], "glossinessFactor": 0.25,
+        }},
+    }));
+    assert_eq!((m.base_color, m.base_color_texture), ([0.1, 0.2, 0.3, 0.4], None));
+    let expected =
+        Workflow::SpecularGlossiness { specular: [0.5, 0.6, 0.7], glossiness: 0.25, texture: None };
+    assert_eq!((m.workflow, m.alpha_mode), (expected, AlphaMode::Blend));
+    // The substitute's texture is not even looked for.
+    let mut model = Model::textured();
+    model.json["images"][0] = json!({"uri": "gone.png"});
+    model.json["materials"][0]["extensions"] = json!({"KHR_materials_pbrSpecularGlossiness": {}});
+    assert!(model.warnings().is_empty());
+}
+
+#[test]
+fn every_texture_slot_has_its_colour_space() {
+    let t = json!({"index": 0});
+    let mut model = Model::textured();
+    model.json["materials"] = json!([{
+        "pbrMetallicRoughness": {"baseColorTexture": t, "metallicRoughnessTexture": t},
+        "normalTexture": {"index": 0, "scale": -0.5},
+        "occlusionTexture": {"index": 0, "strength": 0.75},
+        "emissiveTexture": t,
+        "extensions": {
+            "KHR_materials_clearcoat": {
+                "clearcoatTexture": t, "clearcoatRoughnessTexture": t,
+                "clearcoatNormalTexture": {"index": 0, "scale": 2},
+            },
+            "KHR_materials_specular": {"specularTexture": t, "specularColorTexture": t},
+        },
+    }]);
+    let scene = model.load().unwrap().scene;
+    let m = &scene.materials()[0];
+    assert_eq!(m.textures().count(), 10);
+    // One image in two forms.
+    assert_eq!(scene.textures().len(), 2);
+    let space = |t: &overcoat::scene::TextureRef| scene.textures()[t.texture.index()].color_space();
+    let Workflow::MetallicRoughness { texture: Some(metallic_roughness), .. } = &m.workflow else { panic!() };
+    for (slot, expected) in [
+        (m.base_color_texture.as_ref(), ColorSpace::Srgb),
+        (m.emissive_texture.as_ref(), ColorSpace::Srgb),
+        (m.specular_color_texture.as_ref(), ColorSpace::Srgb),
+        (Some(metallic_roughness), ColorSpace::Linear),
+        (m.occlusion_texture.as_ref(), ColorSpace::Linear),
+        (m.specular_texture.as_ref(), ColorSpace::Linear),
+        (m.coat_texture.as_ref(), ColorSpace::Linear),
+        (m.coat_roughness_texture.as_ref(), ColorSpace::Linear),
+        (m.normal_texture.as_ref().map(|n| &n.texture), ColorSpace::Linear),
+        (m.coat_normal_texture.as_ref().map(|n| &n.texture), ColorSpace::Linear),
+    ] {
+        assert_eq!(space(slot.unwrap()), expected);
+    }
+    assert_eq!((m.normal_texture.unwrap().scale, m.coat_normal_texture.unwrap().scale), (-0.5, 2.0));
+    assert_eq!(m.occlusion_strength, 0.75);
+    let texels: Vec<[u8; 4]> = scene.textures()[0].levels().next().unwrap().texels.to_vec();
+    assert_eq!(texels, [[255, 0, 0, 128], [0, 255, 0, 255]]);
+}
+
+/// Where alpha is coverage, the transparent red counts half in the average; elsewhere it counts whole.
+#[test]
+fn alpha_weighs_colours_where_it_is_coverage() {
+    let smallest = |mode: &str| {
+        let mut model = Model::textured();
+        model.json["materials"][0]["alphaMode"] = mode.into();
+        let scene = model.load().unwrap().scene;
+        scene.textures()[0].levels().last().unwrap().texels[0]
+    };
+    let opaque = smallest("OPAQUE");
+    assert_eq!(opaque[0], opaque[1]);
+    for mode in ["MASK", "BLEND"] {
+        let covered = smallest(mode);
+        assert!(covered[1] > covered[0], "{covered:?}");
+    }
+}
+
+#[test]
+fn samplers() {
+    let read = |sampler: Value| {
+        let mut model = Model::textured();
+        model.json["samplers"] = json!([sampler]);
+        model.json["textures"] = json!([{"source": 0, "sampler": 0}]);
+        let loaded = model.load().unwrap();
+        (*loaded.scene.textures()[0].sampler(), messages(&loaded))
+    };
+    assert_eq!(read(json!({})), (Sampler::default(), vec![]));
+    let (sampler, _) = read(json!({"wrapS": 33071, "wrapT": 33648, "magFilter": 9728, "minFilter": 9985}));
+    let expected = Sampler {
+        wrap_u: Wrap::ClampToEdge,
+        wrap_v: Wrap::MirroredRepeat,
+        magnification: Filter::Nearest,
+        minification: Filter::Linear,
+        mip: MipFilter::Nearest,
+    };
+    assert_eq!(sampler, expected);
+    for (code, minification, mip) in [
+        (9728, Filter::Nearest, MipFilter::None),
+        (9729, Filter::Linear, MipFilter::None),
+        (9984, Filter::Nearest, MipFilter::Nearest),
+        (9985, Filter::Linear, MipFilter::Nearest),
+        (9986, Filter::Nearest, MipFilter::Linear),
+        (9987, Filter::Linear, MipFilter::Linear),
+    ] {
+        let (sampler, _) = read(json!({"minFilter": code}));
+        assert_eq!((sampler.minification, sampler.mip), (minification, mip), "{code}");
+    }
+    let (sampler, warnings) = read(json!({"wrapS": 1, "magFilter": 2, "minFilter": 3}));
+    assert_eq!(sampler, Sampler::default());
+    assert_eq!(
+        warnings,
+        ["wrapS 1", "magFilter 2", "minFilter 3"]
+            .map(|w| format!("sampler 0: unknown {w}, the default is used"))
+    );
+}
+
+#[test]
+fn texture_transforms_and_coordinate_sets() {
+    let read = |info: Value| {
+        let mut model = Model::textured();
+        model.json["materials"] = json!([{"pbrMetallicRoughness": {"baseColorTexture": info}}]);
+        let loaded = model.load().unwrap();
+        (loaded.scene.materials()[0].base_color_texture, messages(&loaded))
+    };
+    let transform = |t: Value| json!({"index": 0, "texCoord": 1, "extensions": {"KHR_texture_transform": t}});
+    let texture = read(json!({"index": 0, "texCoord": 1})).0.unwrap();
+    assert_eq!((texture.uv_set, texture.transform), (1, UvTransform::IDENTITY));
+    let texture = read(transform(json!({"offset": [0.5, 0.25], "scale": [2, 3]}))).0.unwrap();
+    assert_eq!((texture.uv_set, texture.transform.rows), (1, [[2.0, 0.0, 0.5], [0.0, 3.0, 0.25]]));
+    assert_eq!(read(transform(json!({"texCoord": 0}))).0.unwrap().uv_set, 0);
+    let (texture, warnings) = read(transform(json!({"scale": [1e30, 1]})));
+    assert_eq!(texture.unwrap().transform, UvTransform::IDENTITY);
+    assert_eq!(warnings, ["material 0: baseColorTexture: texture transform out of range, ignored"]);
+    let (texture, warnings) = read(json!({"index": 0, "texCoord": 2}));
+    assert_eq!(texture, None);
+    assert_eq!(
+        warnings,
+        [
+            "material 0: baseColorTexture: texture coordinate set 2 (only 0 and 1 are read); drawn without the texture"
+        ]
+    );
+}
+
+#[test]
+fn image_formats_are_told_by_content() {
+    use image::ImageFormat::{Jpeg, Png, WebP};
+    for format in [Png, WebP] {
+        let mut model = Model::textured();
+        let view = model.view(&picture(format));
+        model.json["images"] = json!([{"bufferView": view, "mimeType": "image/jpeg"}]);
+        let loaded = model.load().unwrap();
+        assert!(loaded.warnings.is_empty());
+        let level = loaded.scene.textures()[0].levels().next().unwrap();
+        assert_eq!((level.width, level.height, level.texels[1]), (2, 1, [0, 255, 0, 255]), "{format:?}");
+    }
+    let grey = image::GrayImage::from_pixel(16, 8, image::Luma([77]));
+    let mut jpeg = std::io::Cursor::new(Vec::new());
+    grey.write_to(&mut jpeg, Jpeg).unwrap();
+    let mut model = Model::textured();
+    let view = model.view(&jpeg.into_inner());
+    model.json["images"] = json!([{"bufferView": view}]);
+    let scene = model.load().unwrap().scene;
+    let level = scene.textures()[0].levels().next().unwrap();
+    let [r, g, b, a] = level.texels[50];
+    assert!(r.abs_diff(77) <= 1 && r == g && g == b && a == 255);
+}
+
+/// EXT_texture_webp and KHR_texture_basisu name another image beside, or instead of, the plain one.
+#[test]
+fn textures_by_extension() {
+    let mut model = Model::textured();
+    model.json["extensionsUsed"] = json!(["EXT_texture_webp", "KHR_texture_basisu"]);
+    let webp = model.view(&picture(image::ImageFormat::WebP));
+    push(&mut model.json["images"], json!({"bufferView": webp}));
+    let basisu = "KHR_texture_basisu is not supported: the substitute images are used";
+    for (texture, drawn, warning) in [
+        (json!({"source": 9, "extensions": {"EXT_texture_webp": {"source": 1}}}), true, None),
+        (json!({"extensions": {"EXT_texture_webp": {"source": 1}}}), true, None),
+        (json!({"source": 0, "extensions": {"KHR_texture_basisu": {"source": 9}}}), true, None),
+        (
+            json!({"extensions": {"KHR_texture_basisu": {"source": 0}}}),
+            false,
+            Some("texture 0 is in KHR_texture_basisu only"),
+        ),
+        (json!({}), false, Some("texture 0 has no image that can be read")),
+        (json!({"source": 7}), false, Some("texture 0: there is no image 7")),
+    ] {
+        model.json["textures"] = json!([texture]);
+        let loaded = model.load().unwrap();
+        assert_eq!(loaded.scene.materials()[0].base_color_texture.is_some(), drawn, "{texture}");
+        let mut expected = vec![basisu.to_owned()];
+        expected
+            .extend(warning.map(|w| format!("material 0: baseColorTexture: {w}; drawn without the texture")));
+        assert_eq!(messages(&loaded), expected);
+    }
+}
+
+/// A picture that cannot be read is named; the factor alone is drawn.
+#[test]
+fn broken_images_are_left_out() {
+    let truncated = {
+        let mut png = picture(image::ImageFormat::Png);
+        png.truncate(50);
+        png
+    };
+    for (bytes, reason) in [
+        (b"<svg/>".to_vec(), "it is neither PNG nor JPEG nor WebP"),
+        (vec![], "it is empty"),
+        (truncated, "nexpected end"),
+    ] {
+        let mut model = Model::textured();
+        let view = model.view(&bytes);
+        model.json["images"][0]["bufferView"] = view.into();
+        model.json["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"] = json!([0.5, 0.5, 0.5, 1.0]);
+        let loaded = model.load().unwrap();
+        let m = &loaded.scene.materials()[0];
+        assert_eq!((m.base_color, m.base_color_texture), ([0.5, 0.5, 0.5, 1.0], None));
+        let [warning] = &messages(&loaded)[..] else { panic!("{:?}", loaded.warnings) };
+        assert!(warning.starts_with("image 0 'picture': ") && warning.contains(reason), "{warning}");
+        assert!(warning.ends_with("; drawn without it"));
+        assert!(loaded.scene.textures().is_empty());
+    }
+    let mut model = Model::textured();
+    for (image, expected) in [
+        (
+            json!({"uri": "gone.png"}),
+            "image 0 'gone.png': 'gone.png' cannot be read: no such file; drawn without it",
+        ),
+        (json!({}), "image 0: it has neither a URI nor a bufferView; drawn without it"),
+        (json!({"bufferView": 99}), "image 0: there is no bufferView 99; drawn without it"),
+        (json!({"uri": "data:image/png;base64,%%"}), "image 0: its data URI is not base64"),
+    ] {
+        model.json["images"] = json!([image]);
+        let warnings = model.warnings();
+        assert!(
+            warnings.len() == 1 && warnings[0].contains(expected.trim_start_matches("image 0: ")),
+            "{warnings:?}"
+        );
+    }
+}
+
+/// The other textures keep their places when one is missing.
+#[test]
+fn ids_settle_after_a_loss() {
+    let mut model = Model::textured();
+    push(&mut model.json["images"], json!({"uri": "gone.png"}));
+    model.json["textures"] = json!([{"source": 1}, {"source": 0}]);
+    model.json["materials"] = json!([{"emissiveTexture": {"index": 0}, "occlusionTexture": {"index": 1}}]);
+    let scene = model.load().unwrap().scene;
+    let m = &scene.materials()[0];
+    assert_eq!(m.emissive_texture, None);
+    assert_eq!(m.occlusion_texture.unwrap().texture.index(), 0);
+    assert_eq!(scene.textures().len(), 1);
+}
+
+#[test]
+fn claims_of_images_are_limited() {
+    let model = Model::textured();
+    model.load_within(&Limits { texture_pixels: 2, textures: 1, ..Limits::default() }).unwrap();
+    let limit = |limits: Limits| match model.load_within(&limits) {
+        Err(LoadError::Limit(e)) => e.to_string(),
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(
+        limit(Limits { texture_pixels: 1, ..Limits::default() }),
+        "image 0 'picture' of 2 x 1 texels: 2 exceeds the limit of 1 (texture_pixels)"
+    );
+    assert_eq!(
+        limit(Limits { textures: 0, ..Limits::default() }),
+        "textures: 1 exceeds the limit of 0 (textures)"
+    );
+}
+
+#[test]
+fn factors_out_of_range_are_clamped_and_named() {
+    let mut model = Model::textured();
+    model.json["materials"] = json!([{
+        "name": "loud",
+        "alphaMode": "GLASS",
+        "pbrMetallicRoughness": {"metallicFactor": 2, "roughnessFactor": -1},
+        "extensions": {"KHR_materials_ior": {"ior": 0.5}},
+    }]);
+    let loaded = model.load().unwrap();
+    let m = &loaded.scene.materials()[0];
+    assert_eq!(m.workflow, Workflow::MetallicRoughness { metallic: 1.0, roughness: 0.0, texture: None });
+    assert_eq!((m.ior, m.alpha_mode), (1.0, AlphaMode::Opaque));
+    assert_eq!(
+        messages(&loaded),
+        [
+            "material 0 'loud': unknown alphaMode, drawn opaque",
+            "material 0 'loud': metallicFactor 2 is out of range, 1 is used",
+            "material 0 'loud': roughnessFactor -1 is out of range, 0 is used",
+            "material 0 'loud': ior 0.5 is out of range, 1 is used",
+        ]
+    );
+}
+
+#[test]
+fn extensions_are_named_once() {
+    let mut model = Model::triangle();
+    model.json["extensionsUsed"] = json!([
+        "KHR_materials_sheen",
+        "EXT_new",
+        "EXT_new",
+        "KHR_materials_unlit",
+        "KHR_draco_mesh_compression"
+    ]);
+    assert_eq!(
+        model.warnings(),
+        [
+            "KHR_materials_sheen is not supported: drawn without sheen",
+            "EXT_new is not known and has no effect",
+            "KHR_draco_mesh_compression is not supported: the uncompressed accessors are used",
+        ]
+    );
+}
+
+#[test]
+fn required_extensions() {
+    let mut model = Model::triangle();
+    // What changes the look only is drawn with a warning.
+    model.json["extensionsRequired"] =
+        json!(["KHR_materials_transmission", "KHR_texture_transform", "ABC_materials_wool"]);
+    assert_eq!(
+        model.warnings(),
+        [
+            "KHR_materials_transmission is not supported: drawn without light passing through",
+            "ABC_materials_wool is not known and has no effect",
+        ]
+    );
+    model.json["extensionsRequired"] =
+        json!(["KHR_draco_mesh_compression", "KHR_texture_transform", "EXT_new\n"]);
+    let error = model.load().unwrap_err();
+    assert!(matches!(error, LoadError::Unsupported { .. }));
+    assert_eq!(
+        error.to_string(),
+        "glTF: the file requires KHR_draco_mesh_compression, EXT_new?, which cannot be read"
+    );
+    // A compressed primitive without a substitute cannot pass for an empty one.
+    let mut model = Model::triangle();
+    model.json["accessors"][0].as_object_mut().unwrap().remove("bufferView");
+    model.primitive()["extensions"] =
+        json!({"KHR_draco_mesh_compression": {"bufferView": 0, "attributes": {}}});
+    assert!(model.error().contains("mesh 0, primitive 0 is in KHR_draco_mesh_compression only"));
+}
