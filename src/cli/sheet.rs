@@ -27,7 +27,8 @@ const LABEL: u32 = 36;
 const UNIT: f32 = 1.4;
 
 const PAPER: [u8; 3] = [246, 246, 246];
-const CELL: [u8; 3] = [255, 255, 255];
+/// Neither black nor white, so that models of both stand out.
+const CELL: [u8; 3] = [214, 215, 218];
 const INK: [u8; 3] = [32, 32, 32];
 const FAINT: [u8; 3] = [112, 112, 112];
 const ALARM: [u8; 3] = [176, 32, 32];

@@ -61,6 +61,14 @@ impl Jobs {
         }
     }
 
+    /// `f()` once on every worker, for questions about the threads themselves.
+    pub fn on_every_worker<T: Send>(&self, f: impl Fn() -> T + Sync) -> Vec<T> {
+        match &self.pool {
+            Some(pool) => pool.broadcast(|_| f()),
+            None => vec![f()],
+        }
+    }
+
     /// Calls `f(k, &mut items[k])` for every item, in parallel.
     pub fn for_each_mut<T: Send>(&self, items: &mut [T], f: impl Fn(usize, &mut T) + Sync) {
         match &self.pool {

@@ -72,6 +72,9 @@ impl Renderer {
         options: &RenderOptions,
     ) -> Result<Rendered, RenderError> {
         let pattern = options.validate()?;
+        if !subnormals_are_kept() || self.jobs.on_every_worker(subnormals_are_kept).contains(&false) {
+            return Err(RenderError::FlushToZero);
+        }
         camera.validate()?;
         let mut stats = RenderStats { triangles: scene.triangle_count(), ..RenderStats::default() };
         let check = |what: &str, asked, limit, field| Limits::check(|| what.to_owned(), asked, limit, field);
@@ -263,6 +266,13 @@ fn render_tiles(
         }
     }
     (fragments, planes)
+}
+
+/// False if this thread's processor state flushes subnormal results or operands to zero.
+fn subnormals_are_kept() -> bool {
+    let smallest = std::hint::black_box(f32::MIN_POSITIVE);
+    let half = std::hint::black_box(smallest * 0.5);
+    half > 0.0 && half * 2.0 == smallest
 }
 
 /// The view's rays, rounded once.

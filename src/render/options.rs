@@ -109,6 +109,10 @@ pub enum RenderError {
     /// The camera is not usable.
     #[error("camera: {0}")]
     Camera(#[from] SceneError),
+    /// The calling program has told the processor to flush subnormal numbers to zero (as `-ffast-math` libraries do
+    /// when they are loaded): the picture would not be the same as on other machines.
+    #[error("this process flushes subnormal numbers to zero; pictures would differ from other machines")]
+    FlushToZero,
     /// The picture costs more than allowed.
     #[error(transparent)]
     Limit(#[from] LimitExceeded),
