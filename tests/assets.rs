@@ -215,7 +215,8 @@ fn normals_face_the_way_their_triangles_do() {
                     all += area;
                     good += if facing > 0.0 { area } else { 0.0 };
                 }
-                assert!(good > 0.99 * all, "{name} {}: {} of the area", mesh["name"], good / all);
+                // Rounded rims lean over their edges, beyond the plane of a few narrow triangles.
+                assert!(good > 0.96 * all, "{name} {}: {} of the area", mesh["name"], good / all);
             }
         }
     }

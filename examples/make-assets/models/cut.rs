@@ -181,9 +181,32 @@ fn snap(surface: &mut Mesh, curve: &Curve, level: f64, pinned: &mut [bool]) {
             nearest.insert(close, (share, crossing(surface, curve, level, (a, b), &values)));
         }
     }
+    let mut around: BTreeMap<u32, Vec<[u32; 3]>> = BTreeMap::new();
+    for triangle in &surface.triangles {
+        for v in triangle.iter().filter(|v| nearest.contains_key(v)) {
+            around.entry(*v).or_default().push(*triangle);
+        }
+    }
     for (vertex, (_, place)) in nearest {
+        let old = surface.vertices[vertex as usize];
+        let faces = |surface: &Mesh| -> Vec<DVec3> {
+            let corner = |i: u32| surface.vertices[i as usize].position;
+            around[&vertex]
+                .iter()
+                .map(|&[a, b, c]| (corner(b) - corner(a)).cross(corner(c) - corner(a)))
+                .collect()
+        };
+        let before = faces(surface);
         surface.vertices[vertex as usize] = place;
-        pinned[vertex as usize] = true;
+        // A move that would fold or flatten a triangle is taken back.
+        let sound = |(a, b): (&DVec3, &DVec3)| {
+            a.dot(*b) > 0.15 * a.length_squared() && a.dot(*b) > 0.9 * a.length() * b.length()
+        };
+        if before.iter().zip(&faces(surface)).all(sound) {
+            pinned[vertex as usize] = true;
+        } else {
+            surface.vertices[vertex as usize] = old;
+        }
     }
     for (pin, value) in pinned.iter_mut().zip(&values) {
         *pin |= value.abs() < ON_CURVE;
@@ -203,6 +226,10 @@ pub fn split(surface: &Mesh, curve: &Curve, level: f64) -> Mesh {
         .collect();
     let mut crossings: BTreeMap<(u32, u32), u32> = BTreeMap::new();
     for triangle in &surface.triangles {
+        if triangle.iter().all(|v| values[*v as usize] == 0.0) {
+            out.triangles.push(*triangle);
+            continue;
+        }
         let mut polygon: [Vec<u32>; 2] = [Vec::new(), Vec::new()];
         for corner in 0..3 {
             let (a, b) = (triangle[corner], triangle[(corner + 1) % 3]);
@@ -360,7 +387,7 @@ fn assemble(surface: &Mesh, labels: &[usize], regions: &[Region], outputs: usize
             between.sort_by(|a, b| depth(regions[*a].offset).total_cmp(&depth(regions[*b].offset)));
             between.insert(0, upper);
             between.push(lower);
-            let normal = over_edge[&(v, upper)].normalize_or_zero();
+            let normal = over_edge[&(v, upper)].normalize_or(surface.vertices[v as usize].normal);
             let wall = |region| Vertex { normal, ..place(v, region) };
             between.into_iter().map(|region| mesh.push(wall(region))).collect()
         };

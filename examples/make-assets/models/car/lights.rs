@@ -18,13 +18,13 @@ type Parts = Vec<(usize, Mesh)>;
 pub fn headlight(probe: &Probe) -> Parts {
     let mut parts = Parts::new();
     for (x, z, radius) in
-        [(1.925, 0.685, 0.020), (1.868, 0.738, 0.022), (1.80, 0.787, 0.020), (1.725, 0.828, 0.017)]
+        [(1.915, 0.672, 0.020), (1.858, 0.722, 0.022), (1.795, 0.766, 0.020), (1.728, 0.806, 0.017)]
     {
         let place = probe.top(x, z);
         parts.extend(projector(place.inside(0.048), radius));
     }
     let guide: Vec<Place> =
-        [(1.968, 0.655), (1.935, 0.715), (1.875, 0.770), (1.80, 0.818), (1.72, 0.853), (1.63, 0.877)]
+        [(1.955, 0.640), (1.920, 0.692), (1.865, 0.742), (1.795, 0.788), (1.72, 0.826), (1.655, 0.853)]
             .iter()
             .map(|&(x, z)| probe.top(x, z))
             .collect();
@@ -105,7 +105,7 @@ pub fn strip(places: &[Place], depth: f64, half_height: f64, half_thickness: f64
             Station { centre: places[i].inside(depth), across: across * half_height, up: up * half_thickness }
         })
         .collect();
-    sweep(&stations, &section(8, 0.45), Ends::Capped)
+    sweep(&stations, &section(6, 0.45), Ends::Capped)
 }
 
 /// Both tail lights and the bar between them, right across the rear.

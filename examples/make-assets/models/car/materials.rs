@@ -47,8 +47,8 @@ pub fn all() -> Vec<Material> {
     vec![
         Material {
             normal_map: Some("flakes-normal"),
-            normal_scale: 0.5,
-            ..plain("paint", [0.56, 0.006, 0.010], 0.35, 0.55).coated(0.03)
+            normal_scale: 0.25,
+            ..plain("paint", [0.48, 0.004, 0.007], 0.1, 0.55).coated(0.03)
         },
         Material { specular: 0.6, ..plain("trim", [0.008, 0.008, 0.009], 0.0, 0.4) },
         plain("glass", [0.006, 0.008, 0.010], 0.0, 0.04).coated(0.0),

@@ -163,15 +163,15 @@ fn symmetric(half: &[(f64, f64)], radius: f64, across_first: bool) -> Outline {
 pub fn headlight() -> Curve {
     projected(
         Outline::through(&[
-            (1.985, 0.635),
-            (1.940, 0.735),
-            (1.84, 0.812),
-            (1.72, 0.862),
-            (1.635, 0.888),
-            (1.628, 0.872),
-            (1.70, 0.832),
-            (1.80, 0.750),
-            (1.888, 0.655),
+            (1.978, 0.615),
+            (1.930, 0.707),
+            (1.835, 0.785),
+            (1.725, 0.842),
+            (1.640, 0.872),
+            (1.632, 0.856),
+            (1.70, 0.812),
+            (1.795, 0.735),
+            (1.885, 0.640),
         ]),
         View::Top(0.40),
     )
@@ -266,7 +266,11 @@ pub fn right_half() -> Vec<Mesh> {
     ];
     let mut parts = cut(body::right_half(), &cuts, &regions(), COUNT);
     let floor = floor(&parts);
-    parts[Stuff::Trim as usize].append(&floor);
+    parts[Stuff::Void as usize].append(&floor);
+    // A finer weave than the paint's flakes ask for.
+    for vertex in &mut parts[Stuff::Carbon as usize].vertices {
+        vertex.uv *= 1.75;
+    }
     parts
 }
 

@@ -28,7 +28,7 @@ pub fn all(probe: &Probe) -> Parts {
         let fin = rounded_box(DVec3::new(0.15, 0.05, 0.005), 0.004, 1);
         both((
             Stuff::Carbon,
-            fin.mapped(|v| DVec2::new(v.position.x, v.position.y) * 8.0)
+            fin.mapped(|v| DVec2::new(v.position.x, v.position.y) * 14.0)
                 .translated(DVec3::new(-1.95, 0.195, z)),
         ));
     }
@@ -75,7 +75,7 @@ fn splitter(probe: &Probe) -> Mesh {
             Station { centre: centre + out * -0.03, across: out * -reach, up: DVec3::NEG_Y * -0.009 }
         })
         .collect();
-    outward(sweep(&stations, &section(12, 0.5), Ends::Capped)).mapped(from_above)
+    outward(sweep(&stations, &section(8, 0.5), Ends::Capped)).mapped(from_above)
 }
 
 /// Turns a sweep over if its path ran against its frames.
@@ -101,14 +101,14 @@ fn outward(mut mesh: Mesh) -> Mesh {
 
 /// Texture coordinates of flat parts.
 fn from_above(vertex: &Vertex) -> DVec2 {
-    DVec2::new(vertex.position.x, vertex.position.z) * 8.0
+    DVec2::new(vertex.position.x, vertex.position.z) * 14.0
 }
 
 /// A blade along the sill.
 fn skirt() -> Mesh {
-    let stations: Vec<Station> = (0..=24)
+    let stations: Vec<Station> = (0..=14)
         .map(|i| {
-            let t = f64::from(i) / 24.0;
+            let t = f64::from(i) / 14.0;
             let x = 0.865 - 1.72 * t;
             let bow = 4.0 * t * (1.0 - t);
             Station {
@@ -118,7 +118,7 @@ fn skirt() -> Mesh {
             }
         })
         .collect();
-    outward(sweep(&stations, &section(12, 0.5), Ends::Capped)).mapped(from_above)
+    outward(sweep(&stations, &section(8, 0.5), Ends::Capped)).mapped(from_above)
 }
 
 /// An exhaust pipe that ends at `end`.
@@ -180,7 +180,7 @@ fn mirror(probe: &Probe) -> Vec<(Stuff, Mesh)> {
         .collect();
     let arm = outward(sweep(&arm, &section(12, 0.8), Ends::Capped));
     vec![
-        (Stuff::Carbon, shell.mapped(|v| DVec2::new(v.position.z, v.position.y) * 8.0)),
+        (Stuff::Carbon, shell.mapped(|v| DVec2::new(v.position.z, v.position.y) * 14.0)),
         (Stuff::Chrome, glass),
         (Stuff::Trim, arm),
     ]
@@ -194,8 +194,8 @@ fn number_plate(probe: &Probe) -> Parts {
         .iter()
         .map(|stroke| stroke.iter().map(|p| *p * SIZE - DVec2::new(0.0, 0.55 * SIZE)).collect())
         .collect();
-    let face = Mesh::grid(13, 53, |row, column| {
-        let p = DVec2::new(column as f64 / 26.0 - 1.0, 1.0 - row as f64 / 6.0) * HALF;
+    let face = Mesh::grid(11, 49, |row, column| {
+        let p = DVec2::new(column as f64 / 24.0 - 1.0, 1.0 - row as f64 / 5.0) * HALF;
         Vertex { position: p.extend(0.0), normal: DVec3::Z, uv: DVec2::ZERO }
     });
     let cuts = [Cut {

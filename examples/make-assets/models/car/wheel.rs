@@ -104,7 +104,7 @@ fn spokes() -> Mesh {
     let dish = |r: f64| 0.081 + 0.022 * (r / OUTER) * (r / OUTER);
     let disc = Mesh::grid(RINGS + 1, SIDES + 1, |row, column| {
         let r = OUTER * (1.0 - row as f64 / RINGS as f64);
-        let direction = angle::unit((column % SIDES) as f64 / SIDES as f64);
+        let direction = angle::unit((SIDES - column) as f64 / SIDES as f64);
         let slope = 0.044 * r / (OUTER * OUTER);
         Vertex {
             position: (direction * r).extend(dish(r)),
