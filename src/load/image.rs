@@ -31,8 +31,24 @@ impl Header {
 pub(crate) enum ImageError {
     /// It is damaged or of an unknown kind: one line that says so.
     Damaged(String),
+    /// It is no picture of any kind that the formats of models allow.
+    NotAnImage,
     /// It is larger than allowed.
     Limit(LimitExceeded),
+}
+
+/// What is said of [`ImageError::NotAnImage`].
+pub(crate) const NOT_AN_IMAGE: &str = "it is neither PNG nor JPEG nor WebP";
+
+impl ImageError {
+    /// For formats that can do without the picture: one line that says why it is lost, or the limit.
+    pub(crate) fn loss(self) -> Result<String, LimitExceeded> {
+        match self {
+            Self::Damaged(message) => Ok(message),
+            Self::NotAnImage => Ok(NOT_AN_IMAGE.to_owned()),
+            Self::Limit(error) => Err(error),
+        }
+    }
 }
 
 fn damaged(error: impl std::fmt::Display) -> ImageError {
@@ -50,7 +66,7 @@ fn format(bytes: &[u8]) -> Result<ImageFormat, ImageError> {
         [0xab, b'K', b'T', b'X', ..] => {
             return Err(ImageError::Damaged("KTX textures cannot be read yet".to_owned()));
         }
-        _ => return Err(ImageError::Damaged("it is neither PNG nor JPEG nor WebP".to_owned())),
+        _ => return Err(ImageError::NotAnImage),
     };
     Ok(known)
 }
@@ -192,7 +208,7 @@ mod tests {
             other => panic!("{other:?}"),
         };
         assert_eq!(message(b""), "it is empty");
-        assert_eq!(message(b"<svg></svg>"), "it is neither PNG nor JPEG nor WebP");
+        assert!(matches!(probe("image 0", b"<svg></svg>", &Limits::default()), Err(ImageError::NotAnImage)));
         assert_eq!(message(b"\xabKTX 20\xbb"), "KTX textures cannot be read yet");
         let mut bytes = png(ImageBuffer::from_pixel(40, 40, ::image::Luma([7u8])).into());
         assert!(!message(&bytes[..20]).contains('\n'));

@@ -1,7 +1,7 @@
 //! What the formats without a scene graph (OBJ, STL, PLY) have in common.
 
 use super::budget::Budget;
-use super::image::{self, ImageError};
+use super::image;
 use super::text::quoted;
 use super::{Context, LoadError, Loaded, ResolveError, Warning};
 use crate::limits::Limits;
@@ -108,14 +108,12 @@ pub(super) fn read_picture(
     };
     let header = match image::probe(&what, &bytes, context.limits) {
         Ok(header) => header,
-        Err(ImageError::Limit(error)) => return Err(error.into()),
-        Err(ImageError::Damaged(message)) => return left_out(&message),
+        Err(error) => return left_out(&error.loss()?),
     };
     // Texels, their mip levels and what is made of them.
     budget.charge(|| what.clone(), header.texels(), 12)?;
     match image::decode(&bytes, &header) {
         Ok(image) => Ok(Ok(image)),
-        Err(ImageError::Limit(error)) => Err(error.into()),
-        Err(ImageError::Damaged(message)) => left_out(&message),
+        Err(error) => left_out(&error.loss()?),
     }
 }

@@ -248,7 +248,7 @@ fn threads_do_not_show() {
         })
         .collect();
     model.json["meshes"] = meshes.into();
-    model.json["images"] = json!([{"bufferView": 2}, {"bufferView": 0}, {"uri": "none.png"}]);
+    model.json["images"] = json!([{"bufferView": 2}, {"uri": "lost.png"}, {"uri": "none.png"}]);
     model.json["textures"] = json!([{"source": 0}, {"source": 1}, {"source": 2}]);
     let material = |k: u32| json!({"name": k.to_string(), "emissiveTexture": {"index": k}, "normalTexture": {"index": 0}});
     model.json["materials"] = json!([material(0), material(1), material(2)]);

@@ -282,11 +282,7 @@ fn broken_images_are_left_out() {
         png.truncate(50);
         png
     };
-    for (bytes, reason) in [
-        (b"<svg/>".to_vec(), "it is neither PNG nor JPEG nor WebP"),
-        (vec![], "it is empty"),
-        (truncated, "nexpected end"),
-    ] {
+    for (bytes, reason) in [(vec![], "it is empty"), (truncated, "nexpected end")] {
         let mut model = Model::textured();
         let view = model.view(&bytes);
         model.json["images"][0]["bufferView"] = view.into();
@@ -316,6 +312,16 @@ fn broken_images_are_left_out() {
             "{warnings:?}"
         );
     }
+}
+
+/// What was never a picture breaks the rules of the format.
+#[test]
+fn what_is_no_image_is_an_error() {
+    let mut model = Model::textured();
+    let view = model.view(b"<svg/>");
+    model.json["images"][0]["bufferView"] = view.into();
+    let message = model.load().unwrap_err().to_string();
+    assert_eq!(message, "glTF: image 0 'picture': it is neither PNG nor JPEG nor WebP");
 }
 
 /// The other textures keep their places when one is missing.

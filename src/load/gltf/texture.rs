@@ -146,6 +146,10 @@ impl Textures {
             let (header, bytes) = match header {
                 Ok((Ok(header), bytes)) => (header, bytes),
                 Ok((Err(ImageError::Limit(error)), _)) => return Err(error.into()),
+                // A missing or damaged picture is a loss; what was never one breaks the rules of the format.
+                Ok((Err(ImageError::NotAnImage), _)) => {
+                    return Err(LoadError::malformed("glTF", format!("{what}: {}", image::NOT_AN_IMAGE)));
+                }
                 Ok((Err(ImageError::Damaged(message)), _)) | Err(message) => {
                     warnings.add(|| format!("{what}: {message}; drawn without it"));
                     continue;
@@ -195,8 +199,7 @@ impl Encoded {
         };
         let image = match image::decode(bytes, &self.header) {
             Ok(image) => Arc::new(image),
-            Err(ImageError::Damaged(message)) => return Err(message),
-            Err(ImageError::Limit(limit)) => return Err(limit.to_string()),
+            Err(error) => return Err(error.loss().unwrap_or_else(|limit| limit.to_string())),
         };
         let texture =
             |form: &Form| Texture::new(Arc::clone(&image), form.color_space, form.alpha, form.sampler);

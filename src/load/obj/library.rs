@@ -5,7 +5,7 @@ use super::material::Source;
 use super::mtl;
 use crate::limits::Limits;
 use crate::load::budget::Budget;
-use crate::load::image::{self, Header, ImageError};
+use crate::load::image::{self, Header};
 use crate::load::plain::{default_material, read_near};
 use crate::load::text::quoted;
 use crate::load::warnings::Warnings;
@@ -141,8 +141,8 @@ impl<'a> Library<'a> {
                     )?;
                     found.push((file, bytes, header));
                 }
-                Err(ImageError::Limit(error)) => return Err(error.into()),
-                Err(ImageError::Damaged(message)) => {
+                Err(error) => {
+                    let message = error.loss()?;
                     warnings.add(|| format!("OBJ: {what} is left out: {message}"));
                 }
             }
@@ -153,8 +153,8 @@ impl<'a> Library<'a> {
                 Ok(image) => {
                     self.images.insert((*file).to_owned(), Some(Arc::new(image)));
                 }
-                Err(ImageError::Limit(error)) => return Err(error.into()),
-                Err(ImageError::Damaged(message)) => {
+                Err(error) => {
+                    let message = error.loss()?;
                     let file = quoted(file.as_bytes());
                     warnings.add(|| format!("OBJ: texture {file} is left out: {message}"));
                 }
