@@ -22,7 +22,6 @@ const SEARCHED: usize = 64;
 /// without that set of coordinates is left without.
 ///
 /// Where more than 512 triangles meet at one position, they are averaged in runs of 512.
-#[allow(dead_code, reason = "the loaders that call it are being built")]
 pub(crate) fn add_tangents(mesh: &mut MeshData, uv_set: usize) {
     mesh.tangents = Vec::new();
     let vertices = mesh.positions.len();
