@@ -4,6 +4,17 @@
 //! at normal incidence; *perceptual roughness* is what artists set (glTF's roughness, 1 - smoothness in
 //! Unity) and *roughness* its square, the alpha of GGX.
 
+pub mod diffuse;
 pub mod fresnel;
 pub mod ggx;
+pub mod integrate;
+pub mod iridescence;
+pub mod linearly_transformed_cosine;
+pub mod microfacet;
+pub mod occlusion;
+pub mod reflection;
 pub mod roughness;
+pub mod sheen;
+pub mod table;
+pub mod thin_film;
+pub mod velvet;

@@ -1,8 +1,19 @@
 //! A table of inputs and outputs, and its twin in double precision.
 
-use overcoat::math::lanes::LANES;
+use overcoat::math::lanes::{LANES, SimdLevel};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+
+/// How a table is evaluated.
+pub struct Adapter {
+    /// File name without `.csv`.
+    pub table: &'static str,
+    /// Columns that choose code and are therefore the same in all rows of a vector.
+    pub uniform: &'static [&'static str],
+    pub run: fn(SimdLevel, &Batch<'_>) -> Found,
+    /// Outputs that are not reproduced, without `out_`, and why.
+    pub skipped: &'static [(&'static str, &'static str)],
+}
 
 /// Columns of numbers by name.
 pub struct Table {

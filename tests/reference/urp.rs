@@ -1,31 +1,41 @@
 //! Unity URP: the functions of the shading pass on the rows of its tables.
 
-use crate::table::{Batch, Found};
+use super::stub;
+use super::table::{Adapter, Batch, Found};
 use overcoat::coat::urp::{self, BrdfData, Coat, Reflectance, Surface, SurfaceData, UrpVersion};
 use overcoat::math::lanes::{Float, Lanes, SimdLevel};
-use overcoat::math::vec3::{self, V3};
+use overcoat::math::vec3::V3;
+
+pub const ADAPTERS: &[Adapter] = &[
+    Adapter { table: "urp_brdf", uniform: UNIFORM, run: brdf, skipped: &[] },
+    Adapter { table: "urp_direct", uniform: UNIFORM, run: direct, skipped: &[] },
+    Adapter { table: "urp_gi", uniform: UNIFORM, run: gi, skipped: &[] },
+    Adapter { table: "urp17_brdf", uniform: UNIFORM_17, run: brdf_17, skipped: &[] },
+    Adapter { table: "urp17_direct", uniform: UNIFORM_17, run: direct_17, skipped: &[] },
+    Adapter { table: "urp17_gi", uniform: UNIFORM_17, run: gi_17, skipped: &[] },
+];
 
 /// Columns that all rows of a vector must share.
-pub const UNIFORM: &[&str] = &["in_mobile", "in_specularWorkflow"];
+const UNIFORM: &[&str] = &["in_mobile", "in_specularWorkflow"];
 /// As [`UNIFORM`], of the tables of the newest version.
-pub const UNIFORM_17: &[&str] = &["in_realIsHalf", "in_specularWorkflow"];
+const UNIFORM_17: &[&str] = &["in_realIsHalf", "in_specularWorkflow"];
 
-pub fn brdf(level: SimdLevel, batch: &Batch<'_>) -> Found {
+fn brdf(level: SimdLevel, batch: &Batch<'_>) -> Found {
     overcoat::dispatch!(level, l => brdf_on(l, version_13(batch), batch))
 }
-pub fn brdf_17(level: SimdLevel, batch: &Batch<'_>) -> Found {
+fn brdf_17(level: SimdLevel, batch: &Batch<'_>) -> Found {
     overcoat::dispatch!(level, l => brdf_on(l, version_17(batch), batch))
 }
-pub fn direct(level: SimdLevel, batch: &Batch<'_>) -> Found {
+fn direct(level: SimdLevel, batch: &Batch<'_>) -> Found {
     overcoat::dispatch!(level, l => direct_on(l, version_13(batch), batch))
 }
-pub fn direct_17(level: SimdLevel, batch: &Batch<'_>) -> Found {
+fn direct_17(level: SimdLevel, batch: &Batch<'_>) -> Found {
     overcoat::dispatch!(level, l => direct_on(l, version_17(batch), batch))
 }
-pub fn gi(level: SimdLevel, batch: &Batch<'_>) -> Found {
+fn gi(level: SimdLevel, batch: &Batch<'_>) -> Found {
     overcoat::dispatch!(level, l => gi_on(l, version_13(batch), batch))
 }
-pub fn gi_17(level: SimdLevel, batch: &Batch<'_>) -> Found {
+fn gi_17(level: SimdLevel, batch: &Batch<'_>) -> Found {
     overcoat::dispatch!(level, l => gi_on(l, version_17(batch), batch))
 }
 
@@ -128,29 +138,22 @@ fn direct_on<L: Lanes>(l: L, version: UrpVersion, batch: &Batch<'_>) -> Found {
     found
 }
 
-/// The stub environment of the tables, see their README.
 #[inline(always)]
-fn stub_environment<L: Lanes>(l: L, query: urp::EnvironmentQuery<L>) -> V3<L> {
-    let d = vec3::normalize(l, query.direction);
-    let p = query.perceptual_roughness;
-    let u = d[1] * 0.5 + 0.5;
-    let sky = (p * 0.5).one_minus() * u * u;
-    let (ground, lobe) = (p + 1.0, p.one_minus() * 0.25);
-    let (sky_color, ground_color) = ([1.0, 0.8, 0.6], [0.1, 0.2, 0.3]);
-    std::array::from_fn(|k| sky * sky_color[k] + ground * ground_color[k] + lobe * (d[k] * d[k]))
+fn stub_query<L: Lanes>(l: L, query: urp::EnvironmentQuery<L>) -> V3<L> {
+    stub::environment(l, query.direction, query.perceptual_roughness)
 }
 
 #[inline(always)]
 fn gi_on<L: Lanes>(l: L, version: UrpVersion, batch: &Batch<'_>) -> Found {
     let mut found = Found::default();
     let surface = surface(l, version, batch);
-    found.set3("envBase", store3::<L>(stub_environment(l, surface.base_query(l))));
+    found.set3("envBase", store3::<L>(stub_query(l, surface.base_query(l))));
     if let Some(query) = surface.coat_query(l) {
-        found.set3("envCoat", store3::<L>(stub_environment(l, query)));
+        found.set3("envCoat", store3::<L>(stub_query(l, query)));
     }
     let baked_gi = load3(l, batch, "bakedGI");
     let occlusion = l.load(&batch.get("occlusion"));
-    let gi = urp::indirect(l, &surface, baked_gi, |query| stub_environment(l, query), occlusion);
+    let gi = urp::indirect(l, &surface, baked_gi, |query| stub_query(l, query), occlusion);
     found.set3("gi", store3::<L>(gi));
     found
 }

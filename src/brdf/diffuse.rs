@@ -1,0 +1,1 @@
+//! Diffuse reflectance: Lambert, Disney, and the wrapped cosine of transmitted light.

@@ -1,0 +1,1 @@
+//! Thin-film interference as Unity HDRP evaluates it.

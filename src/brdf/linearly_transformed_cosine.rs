@@ -1,0 +1,1 @@
+//! Light from polygons and lines by linearly transformed cosines.

@@ -1,0 +1,1 @@
+//! Ambient and specular occlusion.

@@ -1,0 +1,1 @@
+//! Directions in which environments are looked up.

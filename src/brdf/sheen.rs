@@ -1,0 +1,1 @@
+//! Distributions and visibility of cloth: Charlie and Neubelt.

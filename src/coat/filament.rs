@@ -1,0 +1,1 @@
+//! Filament's standard and cloth models with clear coat, as its shaders are today.

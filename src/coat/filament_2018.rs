@@ -1,0 +1,1 @@
+//! Filament's clear coat as its documentation printed it in 2018.

@@ -1,0 +1,1 @@
+//! The Khronos glTF Sample Renderer's composition with clear coat.

@@ -1,0 +1,1 @@
+//! Unity HDRP Lit with clear coat.

@@ -1,0 +1,1 @@
+//! The OpenPBR surface: coat over a metallic or glossy-diffuse base.

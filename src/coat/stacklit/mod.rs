@@ -1,0 +1,1 @@
+//! Unity HDRP StackLit: two lobes and diffuse under a coat, combined by the adding operator.

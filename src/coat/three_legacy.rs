@@ -1,0 +1,1 @@
+//! three.js before the composition of today: r119 and r131.

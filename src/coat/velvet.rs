@@ -1,0 +1,1 @@
+//! Velvet after Ashikhmin and Premoze with anisotropic GGX.

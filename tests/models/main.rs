@@ -1,0 +1,9 @@
+//! Physics of every shading model: energy, reciprocity, limit cases, and no NaN anywhere. One file a model.
+
+mod filament;
+mod gltf;
+mod hdrp_lit;
+mod openpbr;
+mod stacklit;
+mod three;
+mod velvet;

@@ -1,0 +1,5 @@
+//! The Khronos renderer: `gltf_khronos_*`.
+
+use super::table::Adapter;
+
+pub const ADAPTERS: &[Adapter] = &[];

@@ -1,0 +1,5 @@
+//! OpenPBR: `openpbr_coat`.
+
+use super::table::Adapter;
+
+pub const ADAPTERS: &[Adapter] = &[];

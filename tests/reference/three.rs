@@ -1,0 +1,5 @@
+//! three.js: `threejs_*`.
+
+use super::table::Adapter;
+
+pub const ADAPTERS: &[Adapter] = &[];

@@ -1,0 +1,5 @@
+//! Velvet and anisotropic GGX: `velvet_aniso`.
+
+use super::table::Adapter;
+
+pub const ADAPTERS: &[Adapter] = &[];
