@@ -21,7 +21,7 @@ pub const LEAST_SINE_SQUARED: f32 = super::sheen::LEAST_SINE_SQUARED;
 /// Velvet distribution, 1/sr: (1 + 4 exp(-cot^2 / s^2) / sin^4) / (pi (1 + 4 s^2)) for the angle of the half vector and
 /// a roughness s in (0, 1].
 ///
-/// Ashikhmin and Premoze, "Distribution-based BRDFs" (2007), section 4.3 as normalised there. The integral of D cos over
+/// Ashikhmin and Premoze, "Distribution-based BRDFs" (2007), normalised. The integral of D cos over
 /// the hemisphere is 1. Exponentials below e^-25 count as 0.
 #[inline(always)]
 pub fn distribution_velvet<L: Lanes>(l: L, n_dot_h: L::F, roughness: L::F) -> L::F {
@@ -33,8 +33,7 @@ pub fn distribution_velvet<L: Lanes>(l: L, n_dot_h: L::F, roughness: L::F) -> L:
 }
 
 /// [`distribution_velvet`] as it is used in real time: sin^2 at least 2^-7, (4 exp(-cos^2 / (s^2 sin^2)) + sin^4) /
-/// (pi (1 + 4 s^2) sin^4). For s up to 0.7 the same function up to rounding; above, the floor cuts the lobe where it is
-/// below e^-25 of the peak anyway.
+/// (pi (1 + 4 s^2) sin^4). The same function up to rounding: where the floor acts, the exponential is e^-127 or less.
 #[inline(always)]
 pub fn distribution_velvet_real_time<L: Lanes>(l: L, n_dot_h: L::F, roughness: L::F) -> L::F {
     let s2 = roughness * roughness;
@@ -78,8 +77,7 @@ mod tests {
     fn both_forms_are_normalised() {
         let l = Scalar;
         for s in [1.0_f32, 0.7, 0.3, 0.1, 0.03] {
-            let offline =
-                integral(|c| distribution_velvet(l, l.splat(c), l.splat(s)).to_array()[0]);
+            let offline = integral(|c| distribution_velvet(l, l.splat(c), l.splat(s)).to_array()[0]);
             let real_time =
                 integral(|c| distribution_velvet_real_time(l, l.splat(c), l.splat(s)).to_array()[0]);
             assert!((offline - 1.0).abs() < 2e-3, "{s}: {offline}");

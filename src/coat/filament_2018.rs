@@ -16,9 +16,7 @@
 //!
 //! Lanes with a coat mask of exactly 0 keep the bits of a material without coat, provided that F0 is not replaced.
 
-use crate::brdf::microfacet::{
-    distribution_ggx, schlick, schlick_color, visibility_kelemen, visibility_smith,
-};
+use crate::brdf::microfacet::{schlick, schlick_color, visibility_kelemen, visibility_smith};
 use crate::coat::filament::standard::EnvironmentQuery;
 use crate::coat::filament::{Half, mix};
 use crate::math::lanes::{Float, Lanes, Mask};
@@ -59,6 +57,14 @@ pub fn f0_under_coat_by_index<L: Lanes>(_: L, f0: L::F) -> L::F {
 pub fn f0_under_coat_combined<L: Lanes>(l: L, f0: L::F) -> L::F {
     let root = f0.sqrt();
     ((root * 5.0).one_minus() / (l.splat(5.0) - root)).squared()
+}
+
+/// `D_GGX` of the document: a^2 / (pi f^2), f = (N.H a^2 - N.H) N.H + 1, which rounds otherwise than
+/// [`crate::brdf::microfacet::distribution_ggx`] near the mirror direction.
+#[inline(always)]
+fn d_ggx<L: Lanes>(_: L, n_dot_h: L::F, alpha2: L::F) -> L::F {
+    let f = (n_dot_h * alpha2 - n_dot_h) * n_dot_h + 1.0;
+    alpha2 * FRAC_1_PI / (f * f)
 }
 
 /// The clear coat of a material.
@@ -210,12 +216,12 @@ pub fn lobes<L: Lanes>(l: L, surface: &Surface<L>, light: V3<L>) -> Lobes<L> {
     let n_dot_h = vec3::dot(l, surface.normal, half.vector).saturate();
     let alpha2 = surface.roughness * surface.roughness;
     let one = l.splat(1.0);
-    let d = half.defined.select(distribution_ggx(l, n_dot_h, alpha2), l.zero());
+    let d = half.defined.select(d_ggx(l, n_dot_h, alpha2), l.zero());
     let v = visibility_smith(l, n_dot_l, surface.n_dot_v, alpha2, 0.0);
     let f = schlick_color(l, surface.f0_used, one, half.l_dot_h);
     let coat = match &surface.coat {
         Some(coat) => {
-            let d = distribution_ggx(l, n_dot_h, coat.roughness * coat.roughness);
+            let d = d_ggx(l, n_dot_h, coat.roughness * coat.roughness);
             let d = half.defined.select(d, l.zero());
             let v = visibility_kelemen(l, half.l_dot_h, LEAST_KELEMEN);
             let f = schlick(l, l.splat(0.04), one, half.l_dot_h) * coat.mask;

@@ -172,9 +172,9 @@ fn standard_ibl_on<L: Lanes>(l: L, batch: &Batch<'_>) -> Found {
     let sheen_radiance = surface.sheen_query(l).map_or([zero; 3], |query| stub_query(l, query));
     // The original looks nothing up for a coat of mask 0.
     let coated = !load(l, batch, "clearCoat").eq(zero);
-    let coat_radiance = surface.coat_query(l).map_or([zero; 3], |query| {
-        vec3::select(l, coated, stub_query(l, query), [zero; 3])
-    });
+    let coat_radiance = surface
+        .coat_query(l)
+        .map_or([zero; 3], |query| vec3::select(l, coated, stub_query(l, query), [zero; 3]));
     let below = standard::base_indirect(l, &surface, irradiance, radiance, sheen_radiance);
     found.three(l, "FdBeforeCoat", below.diffuse);
     found.three(l, "FrBeforeCoat", below.specular);

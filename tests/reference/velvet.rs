@@ -9,8 +9,7 @@ use overcoat::brdf::velvet::{
 use overcoat::math::lanes::{Float, Lanes, SimdLevel};
 use overcoat::math::vec3::{self, V3};
 
-pub const ADAPTERS: &[Adapter] =
-    &[Adapter { table: "velvet_aniso", uniform: &[], run: lobes, skipped: &[] }];
+pub const ADAPTERS: &[Adapter] = &[Adapter { table: "velvet_aniso", uniform: &[], run: lobes, skipped: &[] }];
 
 /// Least alpha of the clamped columns: Filament's on desktop.
 const LEAST_ALPHA: f32 = 0.002_025;
@@ -32,7 +31,7 @@ fn lobes_on<L: Lanes>(l: L, batch: &Batch<'_>) -> Found {
     let (normal, tangent) = (load3(l, batch, "N"), load3(l, batch, "T"));
     let (view, light) = (load3(l, batch, "V"), load3(l, batch, "L"));
     let bitangent = vec3::cross(l, normal, tangent);
-    let half = vec3::normalize(l, vec3::add(l, view, light));
+    let half = vec3::divide_by_length(l, vec3::add(l, view, light));
     let in_frame = |v: V3<L>| [tangent, bitangent, normal].map(|axis| vec3::dot(l, axis, v));
     let (half, view, light) = (in_frame(half), in_frame(view), in_frame(light));
     for (name, value) in ["ToH", "BoH", "NoH"].into_iter().zip(half) {

@@ -140,11 +140,7 @@ pub(super) struct Half<L: Lanes> {
 impl<L: Lanes> Half<L> {
     #[inline(always)]
     pub(super) fn new(l: L, view: V3<L>, light: V3<L>) -> Self {
-        let sum = vec3::add(l, view, light);
-        // Divided by the length rather than multiplied by its reciprocal, as GLSL defines it: 1 - (N.H)^2 magnifies
-        // the last bit near the mirror direction.
-        let length = vec3::dot(l, sum, sum).at_least(f32::MIN_POSITIVE).sqrt();
-        let vector: V3<L> = [sum[0] / length, sum[1] / length, sum[2] / length];
+        let vector = vec3::divide_by_length(l, vec3::add(l, view, light));
         // A sum of unit vectors is zero or at least the rounding of a component.
         let defined = vec3::dot(l, vector, vector).gt(l.splat(0.5));
         Self { vector, defined, l_dot_h: vec3::dot(l, light, vector).saturate() }
@@ -178,7 +174,9 @@ fn sine_squared<L: Lanes>(l: L, quality: Quality, normal: V3<L>, half: V3<L>, n_
 #[inline(always)]
 fn visibility<L: Lanes>(l: L, quality: Quality, roughness: L::F, n_dot_v: L::F, n_dot_l: L::F) -> L::F {
     match quality {
-        Quality::Desktop => visibility_smith(l, n_dot_l, n_dot_v, roughness * roughness, quality.least_smith()),
+        Quality::Desktop => {
+            visibility_smith(l, n_dot_l, n_dot_v, roughness * roughness, quality.least_smith())
+        }
         Quality::Mobile => {
             let denominator = mix(l, n_dot_l * n_dot_v * 2.0, n_dot_l + n_dot_v, roughness);
             l.splat(0.5) / denominator.at_least(quality.least_smith())
