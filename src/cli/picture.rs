@@ -99,7 +99,7 @@ impl SceneFile {
             samples: self.samples.unwrap_or(defaults.samples),
             tile_size: machine.tile_size,
             simd: machine.simd,
-            shading: self.shading.unwrap_or(defaults.shading),
+            shading: self.shading,
             background,
             anisotropy: self.anisotropy.unwrap_or(defaults.anisotropy),
             aovs: Vec::new(),

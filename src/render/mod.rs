@@ -7,7 +7,7 @@ mod options;
 mod resolve;
 mod tile_pass;
 
-pub use crate::shade::ShadingModel;
+pub use crate::scene::ShadingModel;
 pub use options::{Background, RenderError, RenderOptions, RenderStats, Rendered};
 
 use crate::dispatch;
