@@ -5,6 +5,7 @@
 //! Unity) and *roughness* its square, the alpha of GGX.
 
 pub mod diffuse;
+pub mod fgd;
 pub mod fresnel;
 pub mod ggx;
 pub mod integrate;
