@@ -13,7 +13,7 @@
 //! **Layers.** E(u) is the directional albedo of the velvet lobe, c the largest channel of its colour, a(u) = 1 - c E(u)
 //! what it leaves. The Lambert part becomes colour / pi a(N.L) a(N.V) / mean(a): reciprocal, and exactly what the lobe
 //! leaves when lit from all sides. The GGX lobe is scaled by a(N.L) a(N.V), which loses a little but never gains, and
-//! dims the Lambert part by 1 - F(L.H) for lights and 1 minus its albedo for the environment. Light lost between the
+//! dims the Lambert part by 1 minus its albedo, for lights the larger one of N.L and N.V. Light lost between the
 //! microfacets of GGX is not given back.
 //!
 //! **Environment.** The lobe has its least value about the mirror direction and gathers light from nearly the whole
@@ -26,7 +26,7 @@
 
 use super::filament::standard::EnvironmentQuery;
 use super::filament::{
-    Half, LEAST_ANISOTROPIC, Quality, bent_mirror, clamp_n_dot_v, dominant_direction, fresnel, mix,
+    Half, LEAST_ANISOTROPIC, Quality, bent_mirror, clamp_n_dot_v, dominant_direction, f90_of, fresnel,
 };
 use crate::brdf::microfacet::{distribution_ggx_anisotropic, visibility_smith_anisotropic};
 use crate::brdf::table::Table;
@@ -71,21 +71,35 @@ pub struct SurfaceData<L: Lanes> {
 
 /// The GGX lobe as it is lit.
 #[derive(Clone, Copy)]
-struct SpecularSurface<L: Lanes> {
+struct SpecularSurface<'a, L: Lanes> {
     f0: V3<L>,
     perceptual_roughness: L::F,
     anisotropy: L::F,
     tangent: V3<L>,
     bitangent: V3<L>,
     alpha: [L::F; 2],
-    /// Share of uniform light that the lobe reflects.
+    dfg: &'a Table<3>,
+    /// [`Self::albedo_at`] N.V.
     albedo: V3<L>,
 }
 
-impl<L: Lanes> SpecularSurface<L> {
+impl<L: Lanes> SpecularSurface<'_, L> {
     #[inline(always)]
     fn in_frame(&self, l: L, v: V3<L>, n_dot: L::F) -> V3<L> {
         [vec3::dot(l, self.tangent, v), vec3::dot(l, self.bitangent, v), n_dot]
+    }
+
+    /// Share of uniform light that the lobe reflects towards a direction at this cosine.
+    #[inline(always)]
+    fn albedo_at(&self, l: L, cosine: L::F) -> V3<L> {
+        let read = self.dfg.fetch(l, cosine, self.perceptual_roughness);
+        let f90 = f90_of(l, Quality::Desktop, self.f0);
+        vec3::map(
+            l,
+            self.f0,
+            #[inline(always)]
+            |f0| (f90 - f0) * read[0] + f0 * read[1],
+        )
     }
 }
 
@@ -107,7 +121,7 @@ pub struct Surface<'a, L: Lanes> {
     velvet_direction: V3<L>,
     /// Scale of the Lambert part for the view: a(N.V) / mean(a).
     diffuse_scale: L::F,
-    specular: Option<SpecularSurface<L>>,
+    specular: Option<SpecularSurface<'a, L>>,
 }
 
 /// Prepares sixteen fragments. `normal` and `view` are unit vectors in one space; `view` points to the eye. `table` is
@@ -119,7 +133,7 @@ pub fn surface<'a, L: Lanes>(
     normal: V3<L>,
     view: V3<L>,
     table: &'a VelvetAlbedo,
-    dfg: &Table<3>,
+    dfg: &'a Table<3>,
 ) -> Surface<'a, L> {
     let n_dot_v = clamp_n_dot_v(l, normal, view);
     let roughness = data.velvet_roughness.clamp_to(LEAST_ROUGHNESS, 1.0);
@@ -135,21 +149,18 @@ pub fn surface<'a, L: Lanes>(
         Some(it) => {
             let p = it.perceptual_roughness.clamp_to(LEAST_PERCEPTUAL_ROUGHNESS, 1.0);
             let tangent = vec3::normalize(l, it.direction);
-            let read = dfg.fetch(l, n_dot_v, p);
-            Some(SpecularSurface {
+            let mut specular = SpecularSurface {
                 f0: it.f0,
                 perceptual_roughness: p,
                 anisotropy: it.anisotropy,
                 tangent,
                 bitangent: vec3::normalize(l, vec3::cross(l, normal, tangent)),
                 alpha: anisotropic_roughness(l, p * p, it.anisotropy, LEAST_ALPHA),
-                albedo: vec3::map(
-                    l,
-                    it.f0,
-                    #[inline(always)]
-                    |f0| mix(l, read[0], read[1], f0),
-                ),
-            })
+                dfg,
+                albedo: it.f0,
+            };
+            specular.albedo = specular.albedo_at(l, n_dot_v);
+            Some(specular)
         }
         None => None,
     };
@@ -205,10 +216,11 @@ pub fn direct<L: Lanes>(
         let f = fresnel(l, Quality::Desktop, it.f0, half.l_dot_h);
         let leaving = (surface.strength * surface.velvet_albedo).one_minus();
         let scale = dv * entering * leaving;
+        let albedo = it.albedo_at(l, n_dot_l);
         below = vec3::from_fn(
             l,
             #[inline(always)]
-            |k| below[k] * f[k].one_minus() + f[k] * scale,
+            |k| below[k] * albedo[k].max(it.albedo[k]).one_minus() + f[k] * scale,
         );
     }
     let weight = attenuation * n_dot_l;
@@ -267,7 +279,11 @@ pub fn indirect<L: Lanes>(
 
 /// What the GGX lobe reflects.
 #[inline(always)]
-fn specular_query<L: Lanes>(l: L, surface: &Surface<'_, L>, it: &SpecularSurface<L>) -> EnvironmentQuery<L> {
+fn specular_query<L: Lanes>(
+    l: L,
+    surface: &Surface<'_, L>,
+    it: &SpecularSurface<'_, L>,
+) -> EnvironmentQuery<L> {
     let frame = [it.tangent, it.bitangent];
     let p = it.perceptual_roughness;
     let mirrored = bent_mirror(l, surface.normal, surface.view, frame, it.anisotropy, p);

@@ -198,15 +198,20 @@ fn visibility<L: Lanes>(l: L, quality: Quality, roughness: L::F, n_dot_v: L::F, 
     }
 }
 
-/// `fresnel`: Schlick; on desktop the reflectance at grazing angles falls below 1 with an F0 sum below 0.0606 (less
-/// than any real material's), on mobile it is 1.
+/// Reflectance at grazing angles for an F0: on desktop it falls below 1 with an F0 sum below 0.0606 (less than any real
+/// material's), on mobile it is 1.
 #[inline(always)]
-pub(super) fn fresnel<L: Lanes>(l: L, quality: Quality, f0: V3<L>, l_dot_h: L::F) -> V3<L> {
-    let f90 = match quality {
+pub(super) fn f90_of<L: Lanes>(l: L, quality: Quality, f0: V3<L>) -> L::F {
+    match quality {
         Quality::Desktop => ((f0[0] + f0[1] + f0[2]) * (50.0 * 0.33)).saturate(),
         Quality::Mobile => l.splat(1.0),
-    };
-    schlick_color(l, f0, f90, l_dot_h)
+    }
+}
+
+/// `fresnel`: Schlick with [`f90_of`].
+#[inline(always)]
+pub(super) fn fresnel<L: Lanes>(l: L, quality: Quality, f0: V3<L>, l_dot_h: L::F) -> V3<L> {
+    schlick_color(l, f0, f90_of(l, quality, f0), l_dot_h)
 }
 
 /// `getReflectedVector` of an anisotropic lobe: the view mirrored at the normal bent towards the plane of view and
