@@ -40,17 +40,26 @@ pub fn visibility_smith<L: Lanes>(l: L, n_dot_l: L::F, n_dot_v: L::F, alpha2: L:
     l.splat(0.5) / smith_denominator(l, n_dot_l, n_dot_v, alpha2).at_least(least)
 }
 
+/// What the anisotropic GGX divides by: (ab T.H)^2 + (at B.H)^2 + (at ab N.H)^2; with `half` = (T.H, B.H, N.H), T.H and
+/// B.H with their signs, and `alpha` = `[at, ab]`. For unit vectors in an orthonormal frame at least (at ab)^2 if
+/// neither alpha is above 1.
+#[inline(always)]
+pub fn ggx_anisotropic_denominator<L: Lanes>(l: L, half: V3<L>, alpha: [L::F; 2]) -> L::F {
+    let [along_t, along_b] = alpha;
+    let v = [along_b * half[0], along_t * half[1], along_t * along_b * half[2]];
+    vec3::dot(l, v, v)
+}
+
 /// Anisotropic GGX, 1/sr: 1 / (pi at ab ((T.H / at)^2 + (B.H / ab)^2 + (N.H)^2)^2) for `alpha` = `[at, ab]`, both
-/// above 0. `half` is the half vector in the frame: (T.H, B.H, N.H), T.H and B.H with their signs.
+/// above 0, with the arguments of [`ggx_anisotropic_denominator`], which is kept from falling below `least` (0: no
+/// guard).
 ///
 /// Burley, "Physically Based Shading at Disney" (2012), appendix B.2, exponent 2, in the arrangement of engines:
 /// everything times at ab, so that a small alpha does not overflow.
 #[inline(always)]
-pub fn distribution_ggx_anisotropic<L: Lanes>(l: L, half: V3<L>, alpha: [L::F; 2]) -> L::F {
-    let [along_t, along_b] = alpha;
-    let a2 = along_t * along_b;
-    let v = [along_b * half[0], along_t * half[1], a2 * half[2]];
-    let w2 = a2 / vec3::dot(l, v, v);
+pub fn distribution_ggx_anisotropic<L: Lanes>(l: L, half: V3<L>, alpha: [L::F; 2], least: f32) -> L::F {
+    let a2 = alpha[0] * alpha[1];
+    let w2 = a2 / ggx_anisotropic_denominator(l, half, alpha).at_least(least);
     a2 * w2 * w2 * FRAC_1_PI
 }
 
@@ -139,8 +148,9 @@ mod tests {
                     let phi = (sector as f32 + 0.5) * std::f32::consts::TAU / sectors as f32;
                     let (c, s) = (crate::math::scalar::cos(phi), crate::math::scalar::sin(phi));
                     let half = vec3::splat(Scalar, [sine * c, sine * s, cosine]);
-                    anisotropic += first(distribution_ggx_anisotropic(Scalar, half, [splat(at), splat(ab)]))
-                        / f64::from(rings * sectors);
+                    anisotropic +=
+                        first(distribution_ggx_anisotropic(Scalar, half, [splat(at), splat(ab)], 0.0))
+                            / f64::from(rings * sectors);
                 }
             }
             let pi = std::f64::consts::PI;
@@ -162,7 +172,7 @@ mod tests {
                 let (x, y) = (first(x), first(y));
                 assert!((x - y).abs() <= 1e-4 * y.abs(), "{alpha}: {x} not {y}");
             };
-            near(distribution_ggx_anisotropic(l, half, [a; 2]), distribution_ggx(l, half[2], a2));
+            near(distribution_ggx_anisotropic(l, half, [a; 2], 0.0), distribution_ggx(l, half[2], a2));
             near(
                 visibility_smith_anisotropic(l, light, view, [a; 2], 0.0),
                 visibility_smith(l, light[2], view[2], a2, 0.0),
