@@ -1,7 +1,8 @@
 //! The environment: `RE_IndirectDiffuse_Physical` and `RE_IndirectSpecular_Physical`.
 
-use super::lobes::{bent_reflection, mix, multiple_scattering, normalize_or, pow4, specular_occlusion};
+use super::lobes::{bent_reflection, multiple_scattering, pow4, specular_occlusion};
 use super::{COAT_F0, EnvironmentQuery, Surface, Terms, outgoing_light};
+use crate::coat::glsl::{mix, normalize_or};
 use crate::each;
 use crate::math::lanes::{Float, Lanes, Mask};
 use crate::math::vec3::{self, V3};

@@ -1,6 +1,7 @@
 //! What the versions of three.js have in common.
 
 use crate::brdf::microfacet::{distribution_ggx, visibility_smith};
+use crate::coat::glsl::{mix, normalize_or};
 use crate::each;
 use crate::math::lanes::{Float, Lanes, Mask};
 use crate::math::vec3::{self, V3};
@@ -17,21 +18,6 @@ const MEAN_SCHLICK_WEIGHT: f32 = 0.047619;
 pub(in crate::coat) fn pow4<L: Lanes>(_: L, x: L::F) -> L::F {
     let x2 = x * x;
     x2 * x2
-}
-
-/// `v` at length 1, or `otherwise` where it has no direction (so that no lookup is ever asked for none).
-#[inline(always)]
-pub(in crate::coat) fn normalize_or<L: Lanes>(l: L, v: V3<L>, otherwise: V3<L>) -> V3<L> {
-    let has_direction = vec3::dot(l, v, v).gt(l.splat(1e-30));
-    vec3::select(l, has_direction, vec3::normalize(l, v), otherwise)
-}
-
-/// The unit half vector, and its cosine with the view. Where light and view oppose each other it does not exist (and
-/// the original is undefined); the normal stands for it.
-#[inline(always)]
-pub(in crate::coat) fn half_vector<L: Lanes>(l: L, light: V3<L>, view: V3<L>, normal: V3<L>) -> (V3<L>, L::F) {
-    let half = normalize_or(l, vec3::add(l, light, view), normal);
-    (half, vec3::dot(l, view, half).saturate())
 }
 
 /// D V of GGX for one layer. `roughness` is perceptual and above 0.04, so nothing vanishes.
@@ -69,13 +55,6 @@ pub(in crate::coat) fn multiple_scattering<L: Lanes>(l: L, single: V3<L>, f0: V3
 pub(in crate::coat) fn bent_reflection<L: Lanes>(l: L, view: V3<L>, normal: V3<L>, bend: L::F) -> V3<L> {
     let mirrored = vec3::reflect(l, vec3::neg(l, view), normal);
     normalize_or(l, mix(l, mirrored, normal, bend), normal)
-}
-
-/// GLSL's `mix`: a (1 - t) + b t.
-#[inline(always)]
-pub(in crate::coat) fn mix<L: Lanes>(_: L, a: V3<L>, b: V3<L>, t: L::F) -> V3<L> {
-    let rest = t.one_minus();
-    each!(k => a[k] * rest + b[k] * t)
 }
 
 /// `computeSpecularOcclusion`: how much of its reflection a surface sees whose ambient occlusion is `occlusion`.

@@ -28,6 +28,7 @@ mod direct;
 mod indirect;
 pub(super) mod lobes;
 
+use super::glsl::mix;
 pub use super::urp::EnvironmentQuery;
 pub use direct::{direct, direct_terms};
 pub use indirect::{Indirect, ambient_occlusion, environment_queries, indirect, indirect_terms};
@@ -39,7 +40,7 @@ use crate::each;
 use crate::math::exp;
 use crate::math::lanes::{Float, Lanes, Mask};
 use crate::math::vec3::{self, V3};
-use lobes::{EPSILON, mix};
+use lobes::EPSILON;
 
 /// Irradiance is what a light's colour means.
 pub const LIGHT_COLOR_PER_IRRADIANCE: f32 = 1.0;
@@ -152,7 +153,7 @@ pub struct SheenSurface<L: Lanes> {
     pub albedo: L::F,
 }
 
-/// A thin film as [`surface`] prepares it.
+/// A thin film as [`surface`] prepares it; all 0 where the factor is.
 #[derive(Clone, Copy)]
 pub struct FilmSurface<L: Lanes> {
     /// 0 none to 1 full; 0 for a thickness of 0.
@@ -411,11 +412,14 @@ fn film_surface<L: Lanes>(
     // `Schlick_to_F0`, with the power.
     let weight = schlick_weight(l, n_dot_v).clamp_to(0.0, 0.9999);
     let f0: [V3<L>; 2] = each!(f in fresnel => each!(c in f => (c - weight) / weight.one_minus()));
+    let factor = iridescence.thickness.eq(l.zero()).select(l.zero(), iridescence.factor.saturate());
+    let present = factor.gt(l.zero());
+    let none = [l.zero(); 3];
     FilmSurface {
-        factor: iridescence.thickness.eq(l.zero()).select(l.zero(), iridescence.factor.saturate()),
-        fresnel: mix(l, fresnel[0], fresnel[1], metalness),
-        f0_dielectric: f0[0],
-        f0_metallic: f0[1],
+        factor,
+        fresnel: vec3::select(l, present, mix(l, fresnel[0], fresnel[1], metalness), none),
+        f0_dielectric: vec3::select(l, present, f0[0], none),
+        f0_metallic: vec3::select(l, present, f0[1], none),
     }
 }
 
