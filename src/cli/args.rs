@@ -58,8 +58,9 @@ pub struct RenderArgs {
 
     /// Also write planes of the G-buffer: layers of an .exr, files beside a .png (OUT.depth.png)
     ///
-    /// Comma-separated: depth, normal, coat-normal, base-color, roughness, metallic, coat, material-id, object-id,
-    /// uv, coverage.
+    /// Comma-separated: depth, position, normal, coat-normal, tangent, base-color, roughness, metallic, specular-color,
+    /// occlusion, emissive, coat, coat-thickness, coat-color, sheen-color, sheen-roughness, anisotropy, iridescence,
+    /// second-lobe, subsurface, material-id, object-id, uv, coverage.
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = values::aov)]
     pub aov: Vec<Aov>,
 
@@ -183,7 +184,10 @@ pub struct PictureArgs {
     #[arg(long, value_name = "N", value_parser = values::samples)]
     pub samples: Option<u32>,
 
-    /// Formulas of the clear coat: urp-desktop, urp-mobile (Unity URP 13) or urp17 (Unity 6) [default: urp-desktop]
+    /// Formulas that shade every surface [default: what each material names, else urp-desktop]
+    ///
+    /// urp-desktop, urp-mobile (Unity URP 13), urp17 (Unity 6), hdrp-lit, stacklit (Unity HDRP), filament,
+    /// filament-mobile, filament-cloth, filament-2018, three, three-legacy, gltf (Khronos), openpbr, velvet.
     #[arg(long, value_name = "MODEL", value_parser = values::shading)]
     pub shading: Option<ShadingModel>,
 
