@@ -15,6 +15,7 @@ mod progress;
 mod render;
 mod report;
 pub mod scene_file;
+pub mod scene_light;
 mod sheet;
 mod target;
 pub mod values;

@@ -1,15 +1,12 @@
 //! Light on surfaces: the shading models applied to surface fragments.
-//!
-//! *Reflections into the surface.* A mapped normal can send a reflection below the horizon of the vertex normal,
-//! into the surface. Such a direction is mirrored back above that horizon; it then sees what a neighbouring bump would
-//! reflect, and no light leaks from behind.
 
 use super::surface::Reflectance;
-use super::{ShadeContext, ShadingModel, Surface};
+use super::incident::reflected_radiance;
+use super::{ShadeContext, Surface};
 use crate::coat::urp::{self, UrpVersion};
-use crate::math::lanes::{Float, Lanes, Mask};
+use crate::math::lanes::{Float, Lanes};
 use crate::math::vec3::{self, V3};
-use crate::scene::Material;
+use crate::scene::{Material, ShadingModel};
 
 /// Radiance that sixteen fragments of one material send to the viewer, linear, not multiplied by opacity.
 #[inline(always)]
@@ -18,10 +15,10 @@ pub fn shade<L: Lanes>(l: L, context: &ShadeContext<'_>, material: &Material, su
         return surface.base_color;
     }
     // One call with the version as a value: a copy of the kernel for each would be three times the code.
-    let version = match context.model {
-        ShadingModel::UrpDesktop => UrpVersion::Desktop,
+    let version = match context.model_of(material) {
         ShadingModel::UrpMobile => UrpVersion::Mobile,
         ShadingModel::Urp17 => UrpVersion::Newest,
+        _ => UrpVersion::Desktop,
     };
     shade_urp(l, context, material, surface, version)
 }
@@ -37,15 +34,15 @@ fn shade_urp<L: Lanes>(
     version: UrpVersion,
 ) -> V3<L> {
     let reflectance = match surface.reflectance {
-        Reflectance::Metallic { metallic, dielectric_f0 } => {
-            urp::Reflectance::Metallic { metallic, dielectric_f0 }
+        Reflectance::Metallic { metallic, dielectric } => {
+            urp::Reflectance::Metallic { metallic, dielectric_f0: dielectric.weighted_f0(l) }
         }
         Reflectance::Specular { f0 } => urp::Reflectance::Specular { color: f0 },
     };
     let coat = (material.coat > 0.0).then_some(urp::Coat {
         mask: surface.coat,
         smoothness: surface.coat_roughness.one_minus(),
-        normal: material.needs_tangents().then_some(surface.coat_normal),
+        normal: material.has_normal_maps().then_some(surface.coat_normal),
     });
     let data = urp::SurfaceData {
         albedo: surface.base_color,
@@ -61,12 +58,7 @@ fn shade_urp<L: Lanes>(
         baked_gi,
         #[inline(always)]
         |query: urp::EnvironmentQuery<L>| {
-            let direction = if material.needs_tangents() {
-                above_horizon(l, query.direction, surface.vertex_normal)
-            } else {
-                query.direction
-            };
-            context.environment.radiance(l, direction, query.perceptual_roughness)
+            reflected_radiance(l, context, material, surface, query.direction, query.perceptual_roughness)
         },
         surface.occlusion,
     );
@@ -77,16 +69,4 @@ fn shade_urp<L: Lanes>(
         radiance = vec3::add(l, radiance, direct);
     }
     vec3::add(l, radiance, surface.emissive)
-}
-
-/// Mirrors directions below the horizon of a unit normal back above it.
-#[inline(always)]
-fn above_horizon<L: Lanes>(l: L, direction: V3<L>, normal: V3<L>) -> V3<L> {
-    let cosine = vec3::dot(l, direction, normal);
-    let below = cosine.lt(l.zero());
-    if !below.any() {
-        return direction;
-    }
-    let twice = below.select(cosine * 2.0, l.zero());
-    vec3::sub(l, direction, vec3::scale(l, normal, twice))
 }

@@ -2,10 +2,13 @@
 
 mod alpha;
 mod context;
+mod incident;
 mod lighting;
+mod lobes;
 mod surface;
 
 pub use alpha::alpha_passes;
-pub use context::{ShadeContext, ShadingModel, ViewRays};
+pub use context::{ShadeContext, ViewRays};
 pub use lighting::shade;
-pub use surface::{Reflectance, Surface, evaluate_surface};
+pub use lobes::LobeValues;
+pub use surface::{Dielectric, Reflectance, Surface, evaluate_surface};
