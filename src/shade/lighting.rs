@@ -1,8 +1,7 @@
 //! Light on surfaces: the shading models applied to surface fragments.
 
-use super::surface::Reflectance;
 use super::incident::reflected_radiance;
-use super::{ShadeContext, Surface};
+use super::{Reflectance, ShadeContext, Surface, models};
 use crate::coat::urp::{self, UrpVersion};
 use crate::gbuffer::layout::SurfacePlanes;
 use crate::math::lanes::{Float, Lanes};
@@ -22,6 +21,19 @@ pub fn shade<L: Lanes>(
 ) -> V3<L> {
     if material.unlit {
         return Surface::load(l, material, false, surface).base_color;
+    }
+    match model {
+        ShadingModel::UrpDesktop | ShadingModel::UrpMobile | ShadingModel::Urp17 => {}
+        ShadingModel::HdrpLit => return models::hdrp_lit::shade(l, context, material, surface),
+        ShadingModel::StackLit => return models::stacklit::shade(l, context, material, surface),
+        ShadingModel::Filament
+        | ShadingModel::FilamentMobile
+        | ShadingModel::FilamentCloth
+        | ShadingModel::Filament2018 => return models::filament::shade(l, context, model, material, surface),
+        ShadingModel::Three | ShadingModel::ThreeLegacy => {
+            return models::three::shade(l, context, model, material, surface);
+        }
+        _ => {}
     }
     // Versions of one engine are values: a copy of the kernel for each would be that many times the code.
     let version = match model {

@@ -5,6 +5,7 @@ mod context;
 mod incident;
 mod lighting;
 mod lobes;
+mod models;
 mod record;
 mod surface;
 
