@@ -41,7 +41,7 @@ fn base_lobe<L: Lanes>(l: L, surface: &Surface<L>, light: V3<L>, half: V3<L>, n_
     // In an orthonormal frame the peak is the largest value; a half vector at right angles to all of a degenerate
     // frame would divide by 0.
     let peak = (alpha[0] * alpha[1]).recip() * (FRAC_1_PI * 1.00001);
-    let d = distribution_ggx_anisotropic(l, in_frame[0], alpha).min(peak);
+    let d = distribution_ggx_anisotropic(l, in_frame[0], alpha, 0.0).min(peak);
     visibility_smith_anisotropic(l, in_frame[1], in_frame[2], alpha, EPSILON) * d
 }
 
