@@ -75,6 +75,12 @@ impl ShadingModel {
         }
     }
 
+    /// True if the model reads more of a material than base, coat and emission.
+    #[must_use]
+    pub fn reads_lobes(self) -> bool {
+        !matches!(self, Self::UrpDesktop | Self::UrpMobile | Self::Urp17)
+    }
+
     /// The model of that name.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
