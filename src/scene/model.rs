@@ -133,4 +133,7 @@ pub struct ModelOptions {
     pub filament_2018_single_attenuation: bool,
     /// three.js, older composition: r119 instead of r131.
     pub three_r119: bool,
+    /// glTF: the coat's F0 is 0.04, as KHR_materials_clearcoat has it, instead of that of the base's index of refraction,
+    /// as the Sample Renderer computes it. They differ where KHR_materials_ior is not 1.5.
+    pub gltf_fixed_coat_f0: bool,
 }

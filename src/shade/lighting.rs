@@ -33,7 +33,9 @@ pub fn shade<L: Lanes>(
         ShadingModel::Three | ShadingModel::ThreeLegacy => {
             return models::three::shade(l, context, model, material, surface);
         }
-        _ => {}
+        ShadingModel::Gltf => return models::gltf::shade(l, context, material, surface),
+        ShadingModel::OpenPbr => return models::openpbr::shade(l, context, material, surface),
+        ShadingModel::Velvet => {}
     }
     // Versions of one engine are values: a copy of the kernel for each would be that many times the code.
     let version = match model {

@@ -5,7 +5,9 @@
 //! E / pi in every model.
 
 pub(super) mod filament;
+pub(super) mod gltf;
 pub(super) mod hdrp_lit;
+pub(super) mod openpbr;
 pub(super) mod stacklit;
 pub(super) mod three;
 
@@ -59,6 +61,16 @@ impl<L: Lanes> MetallicBase<L> {
     fn weighted_f0(&self) -> V3<L> {
         each!(c in self.f0 => c * self.weight)
     }
+}
+
+/// Strength (0 to 1), tangent and bitangent of the anisotropy for models that know highlights along the tangent only:
+/// those across it are turned by a right angle.
+#[inline(always)]
+fn stretched<L: Lanes>(l: L, surface: &Surface<L>) -> (L::F, V3<L>, V3<L>) {
+    let across = surface.lobes.anisotropy.lt(l.zero());
+    let tangent = vec3::select(l, across, surface.bitangent, surface.tangent);
+    let bitangent = vec3::select(l, across, vec3::neg(l, surface.tangent), surface.bitangent);
+    (surface.lobes.anisotropy.abs(), tangent, bitangent)
 }
 
 /// True if coat and base have normals of their own.

@@ -2,7 +2,7 @@
 
 use super::super::incident::reflected_radiance;
 use super::super::{ShadeContext, Surface};
-use super::MetallicBase;
+use super::{MetallicBase, stretched};
 use crate::brdf::tables;
 use crate::coat::three::{self, Anisotropy, Coat, EnvironmentQuery, Iridescence, Sheen, SurfaceData};
 use crate::coat::three_legacy::{self, LightUnits, ThreeVersion};
@@ -54,6 +54,7 @@ fn radiance<L: Lanes>(l: L, context: &ShadeContext<'_>, material: &Material, sur
     let base = MetallicBase::new(l, surface);
     let (lobes, values) = (&material.lobes, &surface.lobes);
     let (ior, specular_color) = index_and_color(l, &base);
+    let (strength, tangent, bitangent) = stretched(l, surface);
     let data = SurfaceData {
         color: base.color,
         metalness: base.metallic,
@@ -76,9 +77,9 @@ fn radiance<L: Lanes>(l: L, context: &ShadeContext<'_>, material: &Material, sur
         }),
         // The tangent is turned already.
         anisotropy: (lobes.anisotropy.strength != 0.0).then_some(Anisotropy {
-            vector: [values.anisotropy, l.zero()],
-            tangent: surface.tangent,
-            bitangent: surface.bitangent,
+            vector: [strength, l.zero()],
+            tangent,
+            bitangent,
         }),
     };
     let layers = three::surface(l, &data, surface.normal, surface.view, tables::three_dfg());
