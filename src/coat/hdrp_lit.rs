@@ -21,8 +21,8 @@
 //! which is meant for the base but scales the coat's highlight as well: a coated white metal can reflect more than it
 //! receives. Disney diffuse carries its normalisation 1 / 1.03571, so a rough white surface under perpendicular light
 //! is 3.4 percent darker than Lambert's; at grazing angles it is brighter. Diffuse light is not dimmed by the base's own
-//! specular reflection. `tests/models/hdrp_lit.rs` measures all this. Specular terms are reciprocal where the lobe is
-//! isotropic and lights do not raise the roughness; iridescence and the environment depend on the view alone.
+//! specular reflection. `tests/models/hdrp_lit.rs` measures all this. The light of lamps is reciprocal before the
+//! energy compensation, which depends on the view, unless lights raise the roughness or there is iridescence.
 //!
 //! **Quirks that are kept.** The mask dims the diffuse light twice (1 - mask^2 F). The dominant direction of an
 //! anisotropic surface starts from the unbent normal. The environment is mirrored in the coat without any roughness.
@@ -461,7 +461,7 @@ pub fn direct<L: Lanes>(
 /// A look-up in the prefiltered environment.
 #[derive(Clone, Copy)]
 pub struct EnvironmentQuery<L: Lanes> {
-    /// In which direction the radiance is asked for; of any length up to 1.
+    /// In which direction the radiance is asked for; not of unit length, at most 1.1.
     pub direction: V3<L>,
     /// What the environment is to be filtered for, 0 to 1; see
     /// [`crate::brdf::roughness::mip_of_perceptual_roughness`].
@@ -550,9 +550,7 @@ impl<L: Lanes> Occlusion<L> {
 /// pi. The coat does not dim it.
 #[inline(always)]
 pub fn baked_diffuse<L: Lanes>(l: L, surface: &Surface<L>, baked_gi: V3<L>) -> V3<L> {
-    let color = surface.bsdf.diffuse_color;
-    let _ = l;
-    each!(k => baked_gi[k] * surface.pre.diffuse_fgd * color[k])
+    vec3::mul(l, vec3::scale(l, baked_gi, surface.pre.diffuse_fgd), surface.bsdf.diffuse_color)
 }
 
 /// What HDRP calls `LightLoopOutput`: reflected radiance in two parts.
