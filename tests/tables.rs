@@ -131,6 +131,7 @@ fn stored_tables_hold_the_integrals() {
     check(&tables::THREE_DFG, tables::three_dfg());
     check(&tables::KHRONOS, tables::khronos());
     check(&tables::SHEEN_ALBEDO, tables::sheen_albedo());
+    check(&tables::GGX_ALBEDO, tables::ggx_albedo());
 }
 
 /// A white furnace: GGX that only loses light between its facets reflects at most what falls in, smooth surfaces all.
@@ -157,6 +158,21 @@ fn a_white_surface_reflects_at_most_everything() {
     for (x, y) in texels(tables::three_dfg().size()) {
         let [scale, bias] = tables::three_dfg().texel(x, y);
         check("three", scale + bias, 0.002);
+    }
+}
+
+/// Two ways to sample one integral.
+#[test]
+fn albedos_of_ggx_agree() {
+    for p in [0.3, 0.6, 1.0] {
+        let cosines = [0.1, 0.3, 0.6, 1.0];
+        for (ours, unitys) in integrate::ggx_albedo(p, &cosines).iter().zip(integrate::unity_fgd(p, &cosines)) {
+            assert!((ours[0] - unitys[0]).abs() < 2e-3 && (ours[1] - unitys[1]).abs() < 7e-3, "{ours:?} {unitys:?}");
+            assert!(ours[2] > 0.0 && ours[2] < ours[0]);
+        }
+    }
+    for k in 0..32 * 32 {
+        assert!((0.2..=1.0).contains(&tables::ggx_albedo().texel(k % 32, k / 32)[1]));
     }
 }
 

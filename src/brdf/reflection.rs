@@ -56,3 +56,21 @@ pub fn anisotropic_normal_and_roughness<L: Lanes>(
     let roughness = perceptual_roughness * (l.splat(1.2) - anisotropy.abs()).saturate();
     (bent, roughness)
 }
+
+/// The direction `x` (unit, away from the surface) inside a medium of higher index behind the surface of normal `n`,
+/// again as it points outwards. `ieta` is the ratio of the indices outside and inside, 0 to 1. Unity hd/StackLit,
+/// `CoatRefract`.
+///
+/// No total reflection can occur; ratios above 1, where the original takes the root of a negative number, are
+/// refracted along the surface.
+#[inline(always)]
+pub fn coat_refract<L: Lanes>(l: L, x: V3<L>, n: V3<L>, ieta: L::F) -> V3<L> {
+    let cosine = vec3::dot(l, n, x).saturate();
+    let inside2 = ieta.squared() * (cosine.squared() - 1.0) + 1.0;
+    let along_normal = inside2.at_least(0.0).sqrt() - ieta * cosine;
+    vec3::from_fn(
+        l,
+        #[inline(always)]
+        |k| ieta * x[k] + along_normal * n[k],
+    )
+}

@@ -44,17 +44,23 @@ fn centers(size: usize) -> Vec<f64> {
     (0..size).map(|k| (k as f64 + 0.5) / size as f64).collect()
 }
 
+/// Place k of `size` from 0 to 1.
+fn corner(k: usize, size: usize) -> f64 {
+    k as f64 / (size - 1) as f64
+}
+
+/// The squares of all places from 0 to 1: cosines, denser at grazing angles.
+fn squared_corners(size: usize) -> Vec<f64> {
+    (0..size).map(|k| corner(k, size) * corner(k, size)).collect()
+}
+
 /// See [`unity_fgd`].
 pub const UNITY_FGD: Definition<3> = Definition {
     file: "unity-fgd.bin",
     size: [64, 64],
     grid: TexelGrid::Corners,
     format: TexelFormat::Single,
-    row: |[width, height], y| {
-        let place = |k: usize, size: usize| k as f64 / (size - 1) as f64;
-        let cosines: Vec<f64> = (0..width).map(|x| place(x, width) * place(x, width)).collect();
-        integrate::unity_fgd(place(y, height), &cosines)
-    },
+    row: |[width, height], y| integrate::unity_fgd(corner(y, height), &squared_corners(width)),
 };
 
 /// See [`filament_dfg`].
@@ -100,6 +106,15 @@ pub const SHEEN_ALBEDO: Definition<1> = Definition {
     },
 };
 
+/// See [`ggx_albedo`].
+pub const GGX_ALBEDO: Definition<3> = Definition {
+    file: "ggx-albedo.bin",
+    size: [32, 32],
+    grid: TexelGrid::Corners,
+    format: TexelFormat::Single,
+    row: |[width, height], y| integrate::ggx_albedo(corner(y, height), &squared_corners(width)),
+};
+
 /// The table in a file of `assets/tables`, unpacked once. The files are made by this crate and compared by a test; zero
 /// stands in for what cannot happen.
 fn unpacked<const N: usize>(table: &'static OnceLock<Table<N>>, bytes: &[u8]) -> &'static Table<N> {
@@ -143,4 +158,12 @@ pub fn khronos() -> &'static Table<3> {
 pub fn sheen_albedo() -> &'static Table<1> {
     static TABLE: OnceLock<Table<1>> = OnceLock::new();
     unpacked(&TABLE, include_bytes!("../../assets/tables/sheen-albedo.bin"))
+}
+
+/// Albedos of GGX, read at (sqrt(N.V), perceptual roughness): x weighted with (1 - V.H)^5, y without weight, z weighted
+/// with V.H (1 - V.H)^6. As the first two of [`unity_fgd`], without the noise of its samples.
+#[must_use]
+pub fn ggx_albedo() -> &'static Table<3> {
+    static TABLE: OnceLock<Table<3>> = OnceLock::new();
+    unpacked(&TABLE, include_bytes!("../../assets/tables/ggx-albedo.bin"))
 }

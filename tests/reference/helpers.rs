@@ -146,7 +146,7 @@ fn ibl_on<L: Lanes>(l: L, batch: &Batch<'_>) -> Found {
     let (bent, roughness) = reflection::anisotropic_normal_and_roughness(l, b, t, n, v, k, p);
     found.set3("anisoN", store3::<L>(bent));
     found.set("anisoPerceptualRoughness", roughness.to_array());
-    found.set3("CoatRefract", store3::<L>(fresnel::coat_refract(l, v, h, get("ieta"))));
+    found.set3("CoatRefract", store3::<L>(reflection::coat_refract(l, v, h, get("ieta"))));
     found.set3("EnvStub", store3::<L>(stub::environment(l, r, p)));
     found
 }

@@ -56,7 +56,8 @@ pub fn text(models: &[Model], textures: &[&str]) -> String {
          | tables/filament-dfg.bin | 128 x 128 x 3 | N.V, perceptual roughness |\n\
          | tables/three-dfg.bin | 16 x 16 x 2 | perceptual roughness, N.V |\n\
          | tables/khronos.bin | 64 x 64 x 3 | N.V, perceptual roughness |\n\
-         | tables/sheen-albedo.bin | 32 x 32 x 1 | N.V, sheen roughness |\n",
+         | tables/sheen-albedo.bin | 32 x 32 x 1 | N.V, sheen roughness |\n\
+         | tables/ggx-albedo.bin | 32 x 32 x 3 | square root of N.V, perceptual roughness |\n",
     );
     text
 }

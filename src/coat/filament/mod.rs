@@ -110,7 +110,7 @@ pub fn f0_clear_coat_to_surface<L: Lanes>(l: L, quality: Quality, f0: L::F) -> L
 
 /// GLSL `mix`: a (1 - t) + b t, exactly a at 0 and b at 1.
 #[inline(always)]
-fn mix<L: Lanes>(_: L, a: L::F, b: L::F, t: L::F) -> L::F {
+pub(super) fn mix<L: Lanes>(_: L, a: L::F, b: L::F, t: L::F) -> L::F {
     a * t.one_minus() + b * t
 }
 
@@ -129,19 +129,18 @@ fn clamp_n_dot_v<L: Lanes>(l: L, normal: V3<L>, view: V3<L>) -> L::F {
 
 /// The half vector of a light and the view.
 #[derive(Clone, Copy)]
-struct Half<L: Lanes> {
-    vector: V3<L>,
+pub(super) struct Half<L: Lanes> {
+    pub(super) vector: V3<L>,
     /// False where the light comes exactly from behind, so that there is none. The original is undefined there; ours
     /// has no specular reflection.
-    defined: L::M,
-    l_dot_h: L::F,
+    pub(super) defined: L::M,
+    pub(super) l_dot_h: L::F,
 }
 
 impl<L: Lanes> Half<L> {
     #[inline(always)]
-    fn new(l: L, view: V3<L>, light: V3<L>) -> Self {
-        let sum = vec3::add(l, view, light);
-        let vector = vec3::normalize(l, sum);
+    pub(super) fn new(l: L, view: V3<L>, light: V3<L>) -> Self {
+        let vector = vec3::divide_by_length(l, vec3::add(l, view, light));
         // A sum of unit vectors is zero or at least the rounding of a component.
         let defined = vec3::dot(l, vector, vector).gt(l.splat(0.5));
         Self { vector, defined, l_dot_h: vec3::dot(l, light, vector).saturate() }
@@ -175,7 +174,9 @@ fn sine_squared<L: Lanes>(l: L, quality: Quality, normal: V3<L>, half: V3<L>, n_
 #[inline(always)]
 fn visibility<L: Lanes>(l: L, quality: Quality, roughness: L::F, n_dot_v: L::F, n_dot_l: L::F) -> L::F {
     match quality {
-        Quality::Desktop => visibility_smith(l, n_dot_l, n_dot_v, roughness * roughness, quality.least_smith()),
+        Quality::Desktop => {
+            visibility_smith(l, n_dot_l, n_dot_v, roughness * roughness, quality.least_smith())
+        }
         Quality::Mobile => {
             let denominator = mix(l, n_dot_l * n_dot_v * 2.0, n_dot_l + n_dot_v, roughness);
             l.splat(0.5) / denominator.at_least(quality.least_smith())
@@ -196,6 +197,6 @@ fn fresnel<L: Lanes>(l: L, quality: Quality, f0: V3<L>, l_dot_h: L::F) -> V3<L> 
 
 /// `getSpecularDominantDirection`: from the mirror direction towards the normal by alpha^2. Not of unit length.
 #[inline(always)]
-fn dominant_direction<L: Lanes>(l: L, normal: V3<L>, mirrored: V3<L>, roughness: L::F) -> V3<L> {
+pub(super) fn dominant_direction<L: Lanes>(l: L, normal: V3<L>, mirrored: V3<L>, roughness: L::F) -> V3<L> {
     mix3(l, mirrored, normal, roughness * roughness)
 }

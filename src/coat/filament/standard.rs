@@ -607,9 +607,7 @@ pub fn base_indirect<L: Lanes>(
         specular = vec3::from_fn(
             l,
             #[inline(always)]
-            |k| {
-                specular[k] * surface.sheen_scaling + surface.sheen_dfg * sheen.color[k] * sheen_radiance[k]
-            },
+            |k| specular[k] * surface.sheen_scaling + surface.sheen_dfg * sheen.color[k] * sheen_radiance[k],
         );
     }
     Indirect { diffuse, specular }
