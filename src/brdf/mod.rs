@@ -17,5 +17,6 @@ pub mod reflection;
 pub mod roughness;
 pub mod sheen;
 pub mod table;
+pub mod tables;
 pub mod thin_film;
 pub mod velvet;

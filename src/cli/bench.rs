@@ -119,7 +119,7 @@ pub fn run(args: &BenchArgs) -> Result<(), Failure> {
         width: options.width,
         height: options.height,
         samples: options.samples,
-        shading: options.shading.name(),
+        shading: options.shading.map_or("by material", |model| model.name()),
         simd: options.simd.name(),
         threads: renderer.jobs().threads(),
         triangles: totals.triangles,

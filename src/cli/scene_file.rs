@@ -11,6 +11,7 @@
 //! description whichever way it was asked for.
 
 use super::failure::Failure;
+use super::scene_light::SceneLight;
 use super::values::{self, BackgroundChoice, ViewDirection};
 use crate::color::ToneCurve;
 use crate::render::ShadingModel;
@@ -38,6 +39,9 @@ pub struct SceneFile {
     pub env_intensity: Option<f32>,
     /// False leaves out the lights of the model file.
     pub lights: Option<bool>,
+    /// Lights beside those of the model file.
+    #[serde(rename = "light")]
+    pub lights_to_add: Vec<SceneLight>,
     /// The camera.
     pub camera: SceneCamera,
     /// Width and height in pixels.

@@ -4,8 +4,7 @@ use crate::frame::{Aov, Frame};
 use crate::limits::{LimitExceeded, Limits};
 use crate::math::lanes::SimdLevel;
 use crate::raster::SamplePattern;
-use crate::scene::SceneError;
-use crate::shade::ShadingModel;
+use crate::scene::{SceneError, ShadingModel};
 use std::time::Duration;
 
 /// What is seen where no surface is.
@@ -31,8 +30,9 @@ pub struct RenderOptions {
     pub tile_size: Option<u32>,
     /// Instruction set. Never changes the picture.
     pub simd: SimdLevel,
-    /// Formulas that shade the surfaces.
-    pub shading: ShadingModel,
+    /// Formulas that shade every surface; `None` leaves them to the materials, and to the default where a material
+    /// names none.
+    pub shading: Option<ShadingModel>,
     /// What is seen where no surface is.
     pub background: Background,
     /// Largest number of texture probes along a stretched footprint: 1 (trilinear) to 16.
@@ -51,7 +51,7 @@ impl Default for RenderOptions {
             samples: 8,
             tile_size: None,
             simd: SimdLevel::best(),
-            shading: ShadingModel::default(),
+            shading: None,
             background: Background::default(),
             anisotropy: 8,
             aovs: Vec::new(),

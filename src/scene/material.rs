@@ -1,10 +1,12 @@
 //! What surfaces are made of, in the terms of glTF, for every shading model to read in its own way.
 
 use super::error::within;
+use super::lobes::Lobes;
+use super::model::{ModelOptions, ShadingModel};
 use super::{SceneError, TextureId};
 
 /// Largest factor of an emissive or specular colour.
-const MAX_FACTOR: f32 = 1e6;
+pub(super) const MAX_FACTOR: f32 = 1e6;
 
 /// How base colour and reflectance are given.
 #[derive(Clone, Debug, PartialEq)]
@@ -123,6 +125,12 @@ pub struct Material {
     pub double_sided: bool,
     /// Base colour as it is, without any light (KHR_materials_unlit).
     pub unlit: bool,
+    /// Sheen, anisotropy, iridescence, the coat's medium, a second lobe, subsurface.
+    pub lobes: Lobes,
+    /// The formulas that shade it; those of the picture if `None`.
+    pub model: Option<ShadingModel>,
+    /// Switches of those formulas.
+    pub options: ModelOptions,
 }
 
 impl Default for Material {
@@ -151,6 +159,9 @@ impl Default for Material {
             alpha_mode: AlphaMode::Opaque,
             double_sided: false,
             unlit: false,
+            lobes: Lobes::default(),
+            model: None,
+            options: ModelOptions::default(),
         }
     }
 }
@@ -176,12 +187,41 @@ impl Material {
         .into_iter()
         .flatten()
         .chain([&self.normal_texture, &self.coat_normal_texture].into_iter().flatten().map(|n| &n.texture))
+        .chain(self.lobes.textures())
     }
 
-    /// True if some texture perturbs normals, so that the mesh needs tangents.
+    /// F0 of the index of refraction, ((n - 1) / (n + 1))^2: exactly 0.04 for 1.5, the constant of Unity's
+    /// `kDielectricSpec`, and 1 where the index is 0.
+    #[must_use]
+    pub fn dielectric_f0(&self) -> f32 {
+        if self.ior == 1.5 {
+            0.04
+        } else if self.ior == 0.0 {
+            1.0
+        } else {
+            let r = (self.ior - 1.0) / (self.ior + 1.0);
+            r * r
+        }
+    }
+
+    /// True if some texture perturbs normals.
+    #[must_use]
+    pub fn has_normal_maps(&self) -> bool {
+        self.normal_texture.is_some() || self.coat_normal_texture.is_some()
+    }
+
+    /// True if some highlight is longer one way.
+    #[must_use]
+    pub fn is_anisotropic(&self) -> bool {
+        self.lobes.anisotropy.strength != 0.0
+            || self.lobes.coat.anisotropy != 0.0
+            || self.lobes.second.anisotropy != 0.0
+    }
+
+    /// True if normals are perturbed or highlights are longer one way, so that the mesh needs tangents.
     #[must_use]
     pub fn needs_tangents(&self) -> bool {
-        self.normal_texture.is_some() || self.coat_normal_texture.is_some()
+        self.has_normal_maps() || self.is_anisotropic()
     }
 
     /// Checks every factor against its documented range, and that textures exist.
@@ -212,6 +252,7 @@ impl Material {
         if let AlphaMode::Mask { cutoff } = self.alpha_mode {
             within("alpha cutoff", &[cutoff], 0.0, MAX_FACTOR)?;
         }
+        self.lobes.validate()?;
         for texture in self.textures() {
             if texture.texture.index() >= textures {
                 return Err(SceneError::NoSuch { what: "texture", index: texture.texture.0 });

@@ -9,9 +9,11 @@ mod environment;
 mod error;
 mod framing;
 mod light;
+mod lobes;
 mod material;
 mod mesh;
 mod mipmap;
+mod model;
 mod texture;
 mod transform;
 
@@ -20,8 +22,12 @@ pub use environment::{Environment, EnvironmentSource, EquirectImage};
 pub use error::SceneError;
 pub use framing::{Bounds, Framing};
 pub use light::{Light, LightKind};
+pub use lobes::{
+    Anisotropy, CoatMedium, ColorParameter, Iridescence, Lobes, ScalarParameter, SecondLobe, Sheen, Subsurface,
+};
 pub use material::{AlphaMode, Material, NormalTexture, TextureRef, UvTransform, Workflow};
 pub use mesh::{Mesh, MeshData};
+pub use model::{DualNormalFix, ModelOptions, ShadingModel, SpecularOcclusionMethod};
 pub(crate) use texture::LevelLayout;
 pub use texture::{AlphaUse, ColorSpace, Filter, Image, MipFilter, MipLevel, Sampler, Texture, Wrap};
 pub use transform::Transform;

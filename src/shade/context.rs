@@ -2,43 +2,9 @@
 
 use crate::each;
 use crate::gbuffer::Draw;
-use crate::light::{EnvironmentLight, PunctualLight};
+use crate::light::{AreaLight, EnvironmentLight, PunctualLight};
 use crate::math::lanes::{Float, Lanes};
-use crate::scene::{Material, Texture};
-
-/// Which engine's formulas shade the surfaces.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub enum ShadingModel {
-    /// Unity URP 13.0 Complex Lit on desktop platforms.
-    #[default]
-    UrpDesktop,
-    /// Unity URP 13.0 Complex Lit where `SHADER_API_MOBILE` is defined.
-    UrpMobile,
-    /// Unity URP 17 (Unity 6), which has no such split.
-    Urp17,
-}
-
-impl ShadingModel {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::UrpDesktop, Self::UrpMobile, Self::Urp17];
-
-    /// Name as `--shading` takes it.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::UrpDesktop => "urp-desktop",
-            Self::UrpMobile => "urp-mobile",
-            Self::Urp17 => "urp17",
-        }
-    }
-
-    /// The model of that name.
-    #[must_use]
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|model| model.name() == name)
-    }
-}
+use crate::scene::{Material, ShadingModel, Texture};
 
 /// From places on the screen to rays, in single precision.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -88,10 +54,20 @@ pub struct ShadeContext<'a> {
     pub rays: ViewRays,
     /// Light from afar.
     pub environment: &'a EnvironmentLight<'a>,
-    /// The other lights.
+    /// Lights without extent.
     pub lights: &'a [PunctualLight],
-    /// Formulas.
-    pub model: ShadingModel,
+    /// Rectangles and tubes.
+    pub area_lights: &'a [AreaLight],
+    /// Formulas of every surface, whatever its material names.
+    pub model: Option<ShadingModel>,
     /// Largest number of texture probes along a stretched footprint.
     pub anisotropy: u32,
+}
+
+impl ShadeContext<'_> {
+    /// The formulas for a material.
+    #[must_use]
+    pub fn model_of(&self, material: &Material) -> ShadingModel {
+        self.model.or(material.model).unwrap_or_default()
+    }
 }

@@ -1,29 +1,49 @@
 //! Light on surfaces: the shading models applied to surface fragments.
-//!
-//! *Reflections into the surface.* A mapped normal can send a reflection below the horizon of the vertex normal,
-//! into the surface. Such a direction is mirrored back above that horizon; it then sees what a neighbouring bump would
-//! reflect, and no light leaks from behind.
 
-use super::surface::Reflectance;
-use super::{ShadeContext, ShadingModel, Surface};
+use super::incident::reflected_radiance;
+use super::{Reflectance, ShadeContext, Surface, models};
 use crate::coat::urp::{self, UrpVersion};
-use crate::math::lanes::{Float, Lanes, Mask};
+use crate::gbuffer::layout::SurfacePlanes;
+use crate::math::lanes::{Float, Lanes};
 use crate::math::vec3::{self, V3};
-use crate::scene::Material;
+use crate::scene::{Material, ShadingModel};
 
 /// Radiance that sixteen fragments of one material send to the viewer, linear, not multiplied by opacity.
+///
+/// `surface` holds what [`super::store_surface`] wrote, with the lobes if the model reads them.
 #[inline(always)]
-pub fn shade<L: Lanes>(l: L, context: &ShadeContext<'_>, material: &Material, surface: &Surface<L>) -> V3<L> {
+pub fn shade<L: Lanes>(
+    l: L,
+    context: &ShadeContext<'_>,
+    model: ShadingModel,
+    material: &Material,
+    surface: &SurfacePlanes,
+) -> V3<L> {
     if material.unlit {
-        return surface.base_color;
+        return Surface::load(l, material, false, surface).base_color;
     }
-    // One call with the version as a value: a copy of the kernel for each would be three times the code.
-    let version = match context.model {
-        ShadingModel::UrpDesktop => UrpVersion::Desktop,
+    match model {
+        ShadingModel::UrpDesktop | ShadingModel::UrpMobile | ShadingModel::Urp17 => {}
+        ShadingModel::HdrpLit => return models::hdrp_lit::shade(l, context, material, surface),
+        ShadingModel::StackLit => return models::stacklit::shade(l, context, material, surface),
+        ShadingModel::Filament
+        | ShadingModel::FilamentMobile
+        | ShadingModel::FilamentCloth
+        | ShadingModel::Filament2018 => return models::filament::shade(l, context, model, material, surface),
+        ShadingModel::Three | ShadingModel::ThreeLegacy => {
+            return models::three::shade(l, context, model, material, surface);
+        }
+        ShadingModel::Gltf => return models::gltf::shade(l, context, material, surface),
+        ShadingModel::OpenPbr => return models::openpbr::shade(l, context, material, surface),
+        ShadingModel::Velvet => {}
+    }
+    // Versions of one engine are values: a copy of the kernel for each would be that many times the code.
+    let version = match model {
         ShadingModel::UrpMobile => UrpVersion::Mobile,
         ShadingModel::Urp17 => UrpVersion::Newest,
+        _ => UrpVersion::Desktop,
     };
-    shade_urp(l, context, material, surface, version)
+    shade_urp(l, context, material, &Surface::load(l, material, false, surface), version)
 }
 
 /// Unity URP. Its BRDF leaves out the division by pi, so lights come as E / pi and the environment's diffuse light
@@ -37,15 +57,15 @@ fn shade_urp<L: Lanes>(
     version: UrpVersion,
 ) -> V3<L> {
     let reflectance = match surface.reflectance {
-        Reflectance::Metallic { metallic, dielectric_f0 } => {
-            urp::Reflectance::Metallic { metallic, dielectric_f0 }
+        Reflectance::Metallic { metallic, dielectric } => {
+            urp::Reflectance::Metallic { metallic, dielectric_f0: dielectric.weighted_f0(l) }
         }
         Reflectance::Specular { f0 } => urp::Reflectance::Specular { color: f0 },
     };
     let coat = (material.coat > 0.0).then_some(urp::Coat {
         mask: surface.coat,
         smoothness: surface.coat_roughness.one_minus(),
-        normal: material.needs_tangents().then_some(surface.coat_normal),
+        normal: material.has_normal_maps().then_some(surface.coat_normal),
     });
     let data = urp::SurfaceData {
         albedo: surface.base_color,
@@ -61,12 +81,7 @@ fn shade_urp<L: Lanes>(
         baked_gi,
         #[inline(always)]
         |query: urp::EnvironmentQuery<L>| {
-            let direction = if material.needs_tangents() {
-                above_horizon(l, query.direction, surface.vertex_normal)
-            } else {
-                query.direction
-            };
-            context.environment.radiance(l, direction, query.perceptual_roughness)
+            reflected_radiance(l, context, material, surface, query.direction, query.perceptual_roughness)
         },
         surface.occlusion,
     );
@@ -77,16 +92,4 @@ fn shade_urp<L: Lanes>(
         radiance = vec3::add(l, radiance, direct);
     }
     vec3::add(l, radiance, surface.emissive)
-}
-
-/// Mirrors directions below the horizon of a unit normal back above it.
-#[inline(always)]
-fn above_horizon<L: Lanes>(l: L, direction: V3<L>, normal: V3<L>) -> V3<L> {
-    let cosine = vec3::dot(l, direction, normal);
-    let below = cosine.lt(l.zero());
-    if !below.any() {
-        return direction;
-    }
-    let twice = below.select(cosine * 2.0, l.zero());
-    vec3::sub(l, direction, vec3::scale(l, normal, twice))
 }

@@ -2,10 +2,16 @@
 
 mod alpha;
 mod context;
+mod incident;
 mod lighting;
+mod lobes;
+mod models;
+mod record;
 mod surface;
 
 pub use alpha::alpha_passes;
-pub use context::{ShadeContext, ShadingModel, ViewRays};
+pub use context::{ShadeContext, ViewRays};
 pub use lighting::shade;
-pub use surface::{Reflectance, Surface, evaluate_surface};
+pub use record::store_surface;
+pub use lobes::LobeValues;
+pub use surface::{Dielectric, Reflectance, Surface};

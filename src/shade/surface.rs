@@ -8,6 +8,7 @@
 //! * *Reflections into the surface.* See `lighting.rs`.
 
 use super::ShadeContext;
+use super::lobes::LobeValues;
 use crate::each;
 use crate::gbuffer::texture::{Footprint, sample};
 use crate::gbuffer::{Batch, Location, locate};
@@ -22,14 +23,41 @@ pub enum Reflectance<L: Lanes> {
     Metallic {
         /// 0 dielectric to 1 metal.
         metallic: L::F,
-        /// Reflectance at normal incidence of the dielectric.
-        dielectric_f0: V3<L>,
+        /// Its dielectric part.
+        dielectric: Dielectric<L>,
     },
     /// F0 as a colour.
     Specular {
         /// Reflectance at normal incidence.
         f0: V3<L>,
     },
+}
+
+/// The dielectric part of a base in the terms of KHR_materials_ior and KHR_materials_specular.
+#[derive(Clone, Copy)]
+pub struct Dielectric<L: Lanes> {
+    /// F0 of the index of refraction, ((n - 1) / (n + 1))^2; exactly 0.04 for 1.5, the constant of Unity's
+    /// `kDielectricSpec`.
+    pub f0_of_ior: f32,
+    /// Linear colour that multiplies it.
+    pub color: V3<L>,
+    /// Weight of the reflection, 0 to 1.
+    pub weight: L::F,
+}
+
+impl<L: Lanes> Dielectric<L> {
+    /// `min(f0 * colour, 1)`, before the weight.
+    #[inline(always)]
+    pub fn f0(&self, _: L) -> V3<L> {
+        each!(c in self.color => (c * self.f0_of_ior).at_most(1.0))
+    }
+
+    /// `min(f0 * colour, 1) * weight`.
+    #[inline(always)]
+    pub fn weighted_f0(&self, l: L) -> V3<L> {
+        let f0 = self.f0(l);
+        each!(c in f0 => c * self.weight)
+    }
 }
 
 /// Sixteen surface fragments. Directions are in world space, colours linear.
@@ -61,6 +89,12 @@ pub struct Surface<L: Lanes> {
     pub coat: L::F,
     /// Perceptual roughness of the coat, 0 to 1.
     pub coat_roughness: L::F,
+    /// Unit vector in the surface along which highlights are stretched or squeezed, perpendicular to the normal.
+    pub tangent: V3<L>,
+    /// Normal x tangent, with the sign of the texture coordinates.
+    pub bitangent: V3<L>,
+    /// What there is beyond base, coat and emission.
+    pub lobes: LobeValues<L>,
     /// Texture coordinates of set 0.
     pub uv: [L::F; 2],
     /// Distance along the view direction.
@@ -76,7 +110,7 @@ struct Coordinates<L: Lanes> {
 }
 
 /// Reads textures for one batch.
-struct Reader<'a, L: Lanes> {
+pub(super) struct Reader<'a, L: Lanes> {
     l: L,
     context: &'a ShadeContext<'a>,
     coordinates: Coordinates<L>,
@@ -85,7 +119,7 @@ struct Reader<'a, L: Lanes> {
 
 impl<L: Lanes> Reader<'_, L> {
     #[inline(always)]
-    fn read(&self, texture: &TextureRef) -> [L::F; 4] {
+    pub(super) fn read(&self, texture: &TextureRef) -> [L::F; 4] {
         let set = usize::from(texture.uv_set & 1);
         let mut uv = self.coordinates.uv[set];
         let [mut dx, mut dy] = self.coordinates.derivatives[set];
@@ -102,7 +136,7 @@ impl<L: Lanes> Reader<'_, L> {
 
     /// A texture times its factors, or the factors alone.
     #[inline(always)]
-    fn factor<const N: usize>(
+    pub(super) fn factor<const N: usize>(
         &self,
         factors: [f32; N],
         texture: Option<&TextureRef>,
@@ -177,13 +211,14 @@ fn has_colors(context: &ShadeContext<'_>, batch: &Batch) -> bool {
     }
 }
 
-/// Evaluates sixteen fragments of one material.
+/// Evaluates sixteen fragments of one material. Without `wants_lobes` the material's lobes and tangents are left out.
 #[inline(always)]
-pub fn evaluate_surface<L: Lanes>(
+pub(super) fn evaluate_surface<L: Lanes>(
     l: L,
     context: &ShadeContext<'_>,
     material: &Material,
     batch: &Batch,
+    wants_lobes: bool,
 ) -> Surface<L> {
     let location = locate(l, batch, context.rays.perspective);
     let distance = context.rays.distance(l, location.depth);
@@ -248,6 +283,14 @@ pub fn evaluate_surface<L: Lanes>(
         face_viewer(l, frame.normal, view)
     };
 
+    let (mut lobes, mut tangent, mut bitangent) =
+        (LobeValues::none(l), [l.splat(1.0), l.zero(), l.zero()], [l.zero(), l.splat(1.0), l.zero()]);
+    if wants_lobes {
+        let direction;
+        (lobes, direction) = LobeValues::new(l, material, &reader);
+        (tangent, bitangent) = frame.tangents(l, direction, normal);
+    }
+
     Surface {
         position,
         view,
@@ -262,6 +305,9 @@ pub fn evaluate_surface<L: Lanes>(
         emissive,
         coat,
         coat_roughness,
+        tangent,
+        bitangent,
+        lobes,
         uv,
         distance,
         depth: location.depth,
@@ -285,8 +331,8 @@ fn reflectance<L: Lanes>(
                 Some(t) => (t[2] * *metallic, t[1] * *roughness),
                 None => (l.splat(*metallic), l.splat(*roughness)),
             };
-            let dielectric_f0 = dielectric_f0(l, material, reader);
-            (Reflectance::Metallic { metallic, dielectric_f0 }, roughness, texel)
+            let dielectric = dielectric(material, reader);
+            (Reflectance::Metallic { metallic, dielectric }, roughness, texel)
         }
         Workflow::SpecularGlossiness { specular, glossiness, texture } => {
             let factors = [specular[0], specular[1], specular[2], *glossiness];
@@ -296,28 +342,12 @@ fn reflectance<L: Lanes>(
     }
 }
 
-/// KHR_materials_specular: `min(f0(ior) * specular colour, 1) * specular`. The defaults give exactly 0.04, the
-/// constant of Unity's `kDielectricSpec`.
+/// Index of refraction and KHR_materials_specular.
 #[inline(always)]
-fn dielectric_f0<L: Lanes>(l: L, material: &Material, reader: &Reader<'_, L>) -> V3<L> {
-    let of_ior = if material.ior == 1.5 {
-        0.04
-    } else if material.ior == 0.0 {
-        1.0
-    } else {
-        let r = (material.ior - 1.0) / (material.ior + 1.0);
-        r * r
-    };
-    let plain = material.specular == 1.0
-        && material.specular_color == [1.0; 3]
-        && material.specular_texture.is_none()
-        && material.specular_color_texture.is_none();
-    if plain {
-        return [l.splat(of_ior); 3];
-    }
+fn dielectric<L: Lanes>(material: &Material, reader: &Reader<'_, L>) -> Dielectric<L> {
     let color = reader.factor(material.specular_color, material.specular_color_texture.as_ref(), [0, 1, 2]);
-    let [strength] = reader.factor([material.specular], material.specular_texture.as_ref(), [3]);
-    each!(c in color => (c * of_ior).at_most(1.0) * strength)
+    let [weight] = reader.factor([material.specular], material.specular_texture.as_ref(), [3]);
+    Dielectric { f0_of_ior: material.dielectric_f0(), color, weight }
 }
 
 /// The tangent space of a batch.
@@ -374,6 +404,26 @@ impl<L: Lanes> NormalFrame<L> {
         let basis =
             [vec3::scale(l, tangent, side), vec3::scale(l, bitangent, side), vec3::scale(l, world, side)];
         Self { normal: unit, basis: Some(basis) }
+    }
+
+    /// Unit tangent and bitangent about a shading normal, turned by the direction of the anisotropy. Some basis where the
+    /// surface has no tangents.
+    #[inline(always)]
+    fn tangents(&self, l: L, direction: [L::F; 2], normal: V3<L>) -> (V3<L>, V3<L>) {
+        let Some([tangent, bitangent, _]) = &self.basis else {
+            return any_basis(l, normal);
+        };
+        let flat = vec3::sub(l, *tangent, vec3::scale(l, normal, vec3::dot(l, *tangent, normal)));
+        let (any, _) = any_basis(l, normal);
+        let t = normalize_or(l, flat, any);
+        let b = vec3::cross(l, normal, t);
+        // The side on which texture coordinates put the bitangent.
+        let mirrored = vec3::dot(l, b, *bitangent).lt(l.zero());
+        let b = each!(c in b => mirrored.select(-c, c));
+        let [x, y] = direction;
+        let turned = each!(k => t[k] * x + b[k] * y);
+        let across = each!(k => b[k] * x - t[k] * y);
+        (turned, across)
     }
 
     /// The normal after a normal map, unit length, facing the viewer.

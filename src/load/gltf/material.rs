@@ -4,7 +4,8 @@ use super::model::{self, Root, TextureInfo, label};
 use super::texture::Textures;
 use crate::load::warnings::Warnings;
 use crate::scene::{
-    AlphaMode, AlphaUse, ColorSpace, Material, NormalTexture, TextureId, TextureRef, Workflow,
+    AlphaMode, AlphaUse, Anisotropy, ColorParameter, ColorSpace, Iridescence, Lobes, Material, NormalTexture,
+    ScalarParameter, Sheen, TextureId, TextureRef, Workflow,
 };
 
 /// Largest emissive or specular colour of a scene.
@@ -56,6 +57,7 @@ pub(super) fn settle_textures(material: &mut Material, ids: &[Option<TextureId>]
     settle(&mut material.emissive_texture);
     settle(&mut material.coat_texture);
     settle(&mut material.coat_roughness_texture);
+    material.lobes.texture_slots_mut().into_iter().for_each(settle);
     settle_normal(&mut material.normal_texture);
     settle_normal(&mut material.coat_normal_texture);
 }
@@ -176,6 +178,53 @@ impl Converter<'_> {
                 self.data("clearcoatRoughnessTexture", coat.clearcoat_roughness_texture.as_ref());
             material.coat_normal_texture =
                 self.normal("clearcoatNormalTexture", coat.clearcoat_normal_texture.as_ref());
+        }
+        self.lobes(given, &mut material.lobes);
+    }
+
+    /// KHR_materials_sheen, KHR_materials_anisotropy and KHR_materials_iridescence.
+    fn lobes(&mut self, given: &model::MaterialExtensions, lobes: &mut Lobes) {
+        if let Some(sheen) = &given.sheen {
+            let color = sheen.sheen_color_factor.unwrap_or([0.0; 3]);
+            let texture = sheen.sheen_color_texture.as_ref();
+            lobes.sheen = Sheen {
+                color: ColorParameter {
+                    factor: self.clamped_all("sheenColorFactor", color, 1.0),
+                    texture: self.texture("sheenColorTexture", texture, ColorSpace::Srgb, AlphaUse::Data),
+                },
+                roughness: ScalarParameter {
+                    factor: self.unit("sheenRoughnessFactor", sheen.sheen_roughness_factor, 0.0),
+                    texture: self.data("sheenRoughnessTexture", sheen.sheen_roughness_texture.as_ref()),
+                    channel: 3,
+                },
+            };
+        }
+        if let Some(anisotropy) = &given.anisotropy {
+            lobes.anisotropy = Anisotropy {
+                strength: self.unit("anisotropyStrength", anisotropy.anisotropy_strength, 0.0),
+                rotation: self.clamped(
+                    "anisotropyRotation",
+                    anisotropy.anisotropy_rotation.unwrap_or(0.0),
+                    -1e4,
+                    1e4,
+                ),
+                texture: self.data("anisotropyTexture", anisotropy.anisotropy_texture.as_ref()),
+            };
+        }
+        if let Some(film) = &given.iridescence {
+            let thickness =
+                [film.iridescence_thickness_minimum.unwrap_or(100.0), film.iridescence_thickness_maximum.unwrap_or(400.0)];
+            lobes.iridescence = Iridescence {
+                mask: ScalarParameter {
+                    factor: self.unit("iridescenceFactor", film.iridescence_factor, 0.0),
+                    texture: self.data("iridescenceTexture", film.iridescence_texture.as_ref()),
+                    channel: 0,
+                },
+                ior: self.clamped("iridescenceIor", film.iridescence_ior.unwrap_or(1.3), 1.0, 5.0),
+                thickness: thickness.map(|nm| self.clamped("iridescenceThickness", nm, 0.0, 1e5)),
+                thickness_texture: self
+                    .data("iridescenceThicknessTexture", film.iridescence_thickness_texture.as_ref()),
+            };
         }
     }
 

@@ -403,6 +403,13 @@ fn tangent_set(material: &Material) -> Option<usize> {
     if material.unlit {
         return None;
     }
-    let normal = material.normal_texture.as_ref().or(material.coat_normal_texture.as_ref())?;
-    Some(normal.texture.uv_set.into())
+    let map = material.normal_texture.as_ref().or(material.coat_normal_texture.as_ref());
+    // Without any map the tangents that anisotropy follows are those of set 0.
+    let set = match (map, &material.lobes.anisotropy.texture) {
+        (Some(normal), _) => normal.texture.uv_set,
+        (None, Some(anisotropy)) => anisotropy.uv_set,
+        (None, None) if material.is_anisotropic() => 0,
+        (None, None) => return None,
+    };
+    Some(set.into())
 }

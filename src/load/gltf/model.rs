@@ -349,6 +349,31 @@ object!(MaterialExtensions {
     emissive_strength: Option<EmissiveStrength>,
     #[serde(rename = "KHR_materials_unlit")]
     unlit: Option<IgnoredAny>,
+    #[serde(rename = "KHR_materials_sheen")]
+    sheen: Option<Box<Sheen>>,
+    #[serde(rename = "KHR_materials_anisotropy")]
+    anisotropy: Option<Box<Anisotropy>>,
+    #[serde(rename = "KHR_materials_iridescence")]
+    iridescence: Option<Box<Iridescence>>,
+});
+object!(Sheen {
+    sheen_color_factor: Option<[f32; 3]>,
+    sheen_color_texture: Option<TextureInfo>,
+    sheen_roughness_factor: Option<f32>,
+    sheen_roughness_texture: Option<TextureInfo>,
+});
+object!(Anisotropy {
+    anisotropy_strength: Option<f32>,
+    anisotropy_rotation: Option<f32>,
+    anisotropy_texture: Option<TextureInfo>,
+});
+object!(Iridescence {
+    iridescence_factor: Option<f32>,
+    iridescence_texture: Option<TextureInfo>,
+    iridescence_ior: Option<f32>,
+    iridescence_thickness_minimum: Option<f32>,
+    iridescence_thickness_maximum: Option<f32>,
+    iridescence_thickness_texture: Option<TextureInfo>,
 });
 object!(Clearcoat {
     clearcoat_factor: Option<f32>,

@@ -1,0 +1,261 @@
+//! What materials may have beyond base, coat and emission: parameters with textures, in groups.
+//!
+//! Every group's default is "none of it", and costs nothing.
+
+use super::error::within;
+use super::material::TextureRef;
+use super::{SceneError, material::MAX_FACTOR};
+
+/// A number, and a channel of a texture that multiplies it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ScalarParameter {
+    /// The number.
+    pub factor: f32,
+    /// Linear data.
+    pub texture: Option<TextureRef>,
+    /// Which of the texture's channels: 0 red to 3 alpha.
+    pub channel: u8,
+}
+
+impl From<f32> for ScalarParameter {
+    fn from(factor: f32) -> Self {
+        Self { factor, texture: None, channel: 0 }
+    }
+}
+
+/// A linear colour, and an sRGB texture that multiplies it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ColorParameter {
+    /// The colour.
+    pub factor: [f32; 3],
+    /// sRGB.
+    pub texture: Option<TextureRef>,
+}
+
+impl From<[f32; 3]> for ColorParameter {
+    fn from(factor: [f32; 3]) -> Self {
+        Self { factor, texture: None }
+    }
+}
+
+/// Fibres at grazing angles: KHR_materials_sheen. Velvet and cloth models take their fibres from here as well.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Sheen {
+    /// Reflectance, 0 to 1; black is no sheen.
+    pub color: ColorParameter,
+    /// Perceptual roughness, 0 to 1.
+    pub roughness: ScalarParameter,
+}
+
+/// Highlights that are longer one way: KHR_materials_anisotropy.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Anisotropy {
+    /// -1 to 1: 0 round; above, rougher along the tangent. glTF's are 0 to 1.
+    pub strength: f32,
+    /// Turns the tangent towards the bitangent, in radians.
+    pub rotation: f32,
+    /// Linear data: direction in red and green (0.5 is 0), strength in blue.
+    pub texture: Option<TextureRef>,
+}
+
+/// A thin film: KHR_materials_iridescence.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Iridescence {
+    /// 0 none to 1 full; the texture's red by glTF.
+    pub mask: ScalarParameter,
+    /// Index of refraction of the film, 1 to 5. HDRP ties it to the thickness and does not read it.
+    pub ior: f32,
+    /// Thickness in nanometres where the texture is 0 and where it is 1 (or there is none). HDRP takes 3000 nm as 1.
+    pub thickness: [f32; 2],
+    /// Linear data, thickness in green.
+    pub thickness_texture: Option<TextureRef>,
+}
+
+impl Default for Iridescence {
+    fn default() -> Self {
+        Self { mask: ScalarParameter::default(), ior: 1.3, thickness: [100.0, 400.0], thickness_texture: None }
+    }
+}
+
+/// What the coat is made of. glTF's coat has index 1.5 and no colour.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CoatMedium {
+    /// Index of refraction, 1 to 3. HDRP Lit, URP, Filament, three.js and glTF have 1.5 whatever is written here.
+    pub ior: f32,
+    /// Thickness in units of length, 0 or more (StackLit).
+    pub thickness: ScalarParameter,
+    /// Extinction of red, green and blue per unit of length, 0 or more (StackLit).
+    pub extinction: [f32; 3],
+    /// What a coat looked at from above lets through, 0 to 1 (OpenPBR).
+    pub color: ColorParameter,
+    /// How much of the darkening by inner reflection is applied, 0 to 1 (OpenPBR).
+    pub darkening: f32,
+    /// As [`Anisotropy::strength`], of the coat, 0 to 1 (OpenPBR).
+    pub anisotropy: f32,
+}
+
+impl Default for CoatMedium {
+    fn default() -> Self {
+        Self {
+            ior: 1.5,
+            thickness: ScalarParameter::default(),
+            extinction: [1.0; 3],
+            color: ColorParameter::from([1.0; 3]),
+            darkening: 1.0,
+            anisotropy: 0.0,
+        }
+    }
+}
+
+/// StackLit's second lobe of the base, given directly or as haze around the first.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SecondLobe {
+    /// Perceptual roughness of lobe B, 0 to 1.
+    pub roughness: ScalarParameter,
+    /// As [`Anisotropy::strength`], of lobe B, -1 to 1.
+    pub anisotropy: f32,
+    /// Share of lobe B, 0 to 1.
+    pub mix: ScalarParameter,
+    /// How hazy, 0 to 1: with haze, roughness, anisotropy and mix of lobe B follow from it.
+    pub haziness: ScalarParameter,
+    /// How far haze extends, 0 or more.
+    pub haze_extent: f32,
+    /// Most F0 that haze may give a dielectric, 0 to 1.
+    pub haze_max_dielectric_f0: f32,
+}
+
+impl Default for SecondLobe {
+    /// No second lobe and no haze; the rest as in Unity's shader graph.
+    fn default() -> Self {
+        Self {
+            roughness: ScalarParameter::from(0.5),
+            anisotropy: 0.0,
+            mix: ScalarParameter::default(),
+            haziness: ScalarParameter::default(),
+            haze_extent: 3.0,
+            haze_max_dielectric_f0: 0.25,
+        }
+    }
+}
+
+/// Light in and through the base: HDRP's diffusion profile as StackLit reads it. Light is not spread over the surface;
+/// what remains is the profile's F0, its texturing mode and transmission.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Subsurface {
+    /// 0 none to 1 full.
+    pub mask: ScalarParameter,
+    /// Colour of the scattering distance: the larger, the farther red, green and blue go (mm).
+    pub scattering_distance: [f32; 3],
+    /// Colour of transmitted light, 0 to 1; black transmits nothing.
+    pub transmission: [f32; 3],
+    /// Thickness in millimetres that light crosses, 0 or more.
+    pub thickness: ScalarParameter,
+    /// Index of refraction of the profile, 1 to 2.
+    pub ior: f32,
+    /// Albedo is applied after scattering only, instead of half before and half after.
+    pub post_scatter: bool,
+}
+
+impl Default for Subsurface {
+    fn default() -> Self {
+        Self {
+            mask: ScalarParameter::default(),
+            scattering_distance: [1.0, 0.4, 0.25],
+            transmission: [0.0; 3],
+            thickness: ScalarParameter::from(1.0),
+            ior: 1.4,
+            post_scatter: false,
+        }
+    }
+}
+
+/// All groups of one material.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Lobes {
+    /// Fibres.
+    pub sheen: Sheen,
+    /// Long highlights.
+    pub anisotropy: Anisotropy,
+    /// Thin film.
+    pub iridescence: Iridescence,
+    /// What the coat is made of.
+    pub coat: CoatMedium,
+    /// Second lobe or haze.
+    pub second: SecondLobe,
+    /// Subsurface scattering and transmission.
+    pub subsurface: Subsurface,
+}
+
+impl Lobes {
+    /// Every texture slot of the groups.
+    pub fn textures(&self) -> impl Iterator<Item = &TextureRef> {
+        [
+            &self.sheen.color.texture,
+            &self.sheen.roughness.texture,
+            &self.anisotropy.texture,
+            &self.iridescence.mask.texture,
+            &self.iridescence.thickness_texture,
+            &self.coat.thickness.texture,
+            &self.coat.color.texture,
+            &self.second.roughness.texture,
+            &self.second.mix.texture,
+            &self.second.haziness.texture,
+            &self.subsurface.mask.texture,
+            &self.subsurface.thickness.texture,
+        ]
+        .into_iter()
+        .flatten()
+    }
+
+    /// The same slots, for loaders to fill in.
+    pub(crate) fn texture_slots_mut(&mut self) -> [&mut Option<TextureRef>; 12] {
+        [
+            &mut self.sheen.color.texture,
+            &mut self.sheen.roughness.texture,
+            &mut self.anisotropy.texture,
+            &mut self.iridescence.mask.texture,
+            &mut self.iridescence.thickness_texture,
+            &mut self.coat.thickness.texture,
+            &mut self.coat.color.texture,
+            &mut self.second.roughness.texture,
+            &mut self.second.mix.texture,
+            &mut self.second.haziness.texture,
+            &mut self.subsurface.mask.texture,
+            &mut self.subsurface.thickness.texture,
+        ]
+    }
+
+    /// Checks every number against its documented range.
+    pub(super) fn validate(&self) -> Result<(), SceneError> {
+        let scalar = |what, parameter: &ScalarParameter, low, high| {
+            if parameter.channel > 3 {
+                return Err(SceneError::OutOfRange { what: "texture channel", limit: 3.0 });
+            }
+            within(what, &[parameter.factor], low, high)
+        };
+        within("sheen colour", &self.sheen.color.factor, 0.0, 1.0)?;
+        scalar("sheen roughness", &self.sheen.roughness, 0.0, 1.0)?;
+        within("anisotropy", &[self.anisotropy.strength], -1.0, 1.0)?;
+        within("anisotropy rotation", &[self.anisotropy.rotation], -1e4, 1e4)?;
+        scalar("iridescence mask", &self.iridescence.mask, 0.0, 1.0)?;
+        within("iridescence index of refraction", &[self.iridescence.ior], 1.0, 5.0)?;
+        within("iridescence thickness", &self.iridescence.thickness, 0.0, 1e5)?;
+        within("clear coat index of refraction", &[self.coat.ior], 1.0, 3.0)?;
+        scalar("clear coat thickness", &self.coat.thickness, 0.0, MAX_FACTOR)?;
+        within("clear coat extinction", &self.coat.extinction, 0.0, MAX_FACTOR)?;
+        within("clear coat colour", &self.coat.color.factor, 0.0, 1.0)?;
+        within("clear coat darkening", &[self.coat.darkening], 0.0, 1.0)?;
+        within("clear coat anisotropy", &[self.coat.anisotropy], 0.0, 1.0)?;
+        scalar("second lobe's roughness", &self.second.roughness, 0.0, 1.0)?;
+        within("second lobe's anisotropy", &[self.second.anisotropy], -1.0, 1.0)?;
+        scalar("lobe mix", &self.second.mix, 0.0, 1.0)?;
+        scalar("haziness", &self.second.haziness, 0.0, 1.0)?;
+        within("haze extent", &[self.second.haze_extent], 0.0, 1e3)?;
+        within("haze's largest dielectric F0", &[self.second.haze_max_dielectric_f0], 0.0, 1.0)?;
+        scalar("subsurface mask", &self.subsurface.mask, 0.0, 1.0)?;
+        within("scattering distance", &self.subsurface.scattering_distance, 1e-3, MAX_FACTOR)?;
+        within("transmission", &self.subsurface.transmission, 0.0, 1.0)?;
+        scalar("subsurface thickness", &self.subsurface.thickness, 0.0, MAX_FACTOR)?;
+        within("subsurface index of refraction", &[self.subsurface.ior], 1.0, 2.0)
+    }
+}

@@ -1,0 +1,139 @@
+//! Which engine's formulas shade a surface, and the switches that those engines have.
+
+/// A published shading model.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum ShadingModel {
+    /// Unity URP 13.0 Complex Lit on desktop platforms.
+    #[default]
+    UrpDesktop,
+    /// Unity URP 13.0 Complex Lit where `SHADER_API_MOBILE` is defined.
+    UrpMobile,
+    /// Unity URP 17 (Unity 6), which has no such split.
+    Urp17,
+    /// Unity HDRP Lit 13.0.
+    HdrpLit,
+    /// Unity HDRP StackLit: the full adding path.
+    StackLit,
+    /// Filament's standard model (and, where a material has sheen and no metal, still that model) on desktop.
+    Filament,
+    /// The same where `TARGET_MOBILE` is defined, in low quality.
+    FilamentMobile,
+    /// Filament's cloth model.
+    FilamentCloth,
+    /// Filament's clear coat as its documentation printed it in 2018.
+    Filament2018,
+    /// three.js r187, `MeshPhysicalMaterial`.
+    Three,
+    /// three.js r131 or, by [`ModelOptions::three_r119`], r119.
+    ThreeLegacy,
+    /// The Khronos glTF Sample Renderer.
+    Gltf,
+    /// OpenPBR 1.1: coat over a metallic or glossy-diffuse base.
+    OpenPbr,
+    /// Velvet (Ashikhmin and Premoze 2007) over Lambert.
+    Velvet,
+}
+
+impl ShadingModel {
+    /// All of them.
+    pub const ALL: [Self; 14] = [
+        Self::UrpDesktop,
+        Self::UrpMobile,
+        Self::Urp17,
+        Self::HdrpLit,
+        Self::StackLit,
+        Self::Filament,
+        Self::FilamentMobile,
+        Self::FilamentCloth,
+        Self::Filament2018,
+        Self::Three,
+        Self::ThreeLegacy,
+        Self::Gltf,
+        Self::OpenPbr,
+        Self::Velvet,
+    ];
+
+    /// Name as `--shading` and material files take it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::UrpDesktop => "urp-desktop",
+            Self::UrpMobile => "urp-mobile",
+            Self::Urp17 => "urp17",
+            Self::HdrpLit => "hdrp-lit",
+            Self::StackLit => "stacklit",
+            Self::Filament => "filament",
+            Self::FilamentMobile => "filament-mobile",
+            Self::FilamentCloth => "filament-cloth",
+            Self::Filament2018 => "filament-2018",
+            Self::Three => "three",
+            Self::ThreeLegacy => "three-legacy",
+            Self::Gltf => "gltf",
+            Self::OpenPbr => "openpbr",
+            Self::Velvet => "velvet",
+        }
+    }
+
+    /// True if the model reads more of a material than base, coat and emission.
+    #[must_use]
+    pub fn reads_lobes(self) -> bool {
+        !matches!(self, Self::UrpDesktop | Self::UrpMobile | Self::Urp17)
+    }
+
+    /// The model of that name.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|model| model.name() == name)
+    }
+}
+
+/// How StackLit bends the coat's cosine where coat and base have normals of their own
+/// (`_VLAYERED_DUAL_NORMALS_TOP_FIX_*`).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum DualNormalFix {
+    /// The smaller of |coat normal . V| and geometric normal . V; Unity's default.
+    #[default]
+    Flip,
+    /// The geometric normal's cosine.
+    Geometric,
+    /// The coat normal's cosine as it is.
+    None,
+}
+
+/// Where StackLit takes the occlusion of reflections from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum SpecularOcclusionMethod {
+    /// Nowhere.
+    Off,
+    /// From ambient occlusion, view angle and roughness (Lagarde and de Rousiers 2014).
+    #[default]
+    FromAmbientOcclusion,
+    /// The intersection of the cone of visibility with the cone of the lobe.
+    ConeCone,
+}
+
+/// Switches of the models: what the engines decide when a shader is compiled.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ModelOptions {
+    /// StackLit: the layers are added up for every light, from its half vector (`VLAYERED_RECOMPUTE_PERLIGHT`).
+    pub stacklit_recompute_per_light: bool,
+    /// StackLit: the base sees light and viewer refracted (`VLAYERED_USE_REFRACTED_ANGLES_FOR_BASE`).
+    pub stacklit_refracted_angles: bool,
+    /// StackLit: the cosine at the coat with two normals.
+    pub stacklit_dual_normal_fix: DualNormalFix,
+    /// StackLit: a light's own least roughness instead of 1/1024 (`_STACK_LIT_HONORS_LIGHT_MIN_ROUGHNESS`).
+    pub stacklit_honor_light_minimum_roughness: bool,
+    /// StackLit: occlusion of reflections.
+    pub stacklit_specular_occlusion: SpecularOcclusionMethod,
+    /// StackLit: the newest text of the conversion instead of 13.0's.
+    pub stacklit_newest: bool,
+    /// Filament 2018: the later document's attenuation instead of the one of its code, which darkens the base's
+    /// specular twice.
+    pub filament_2018_single_attenuation: bool,
+    /// three.js, older composition: r119 instead of r131.
+    pub three_r119: bool,
+    /// glTF: the coat's F0 is 0.04, as KHR_materials_clearcoat has it, instead of that of the base's index of refraction,
+    /// as the Sample Renderer computes it. They differ where KHR_materials_ior is not 1.5.
+    pub gltf_fixed_coat_f0: bool,
+}
