@@ -8,7 +8,7 @@ use super::subsurface;
 use crate::brdf::fresnel::f0_under_ior;
 use crate::brdf::roughness::{anisotropic_roughness, clamp_roughness_for_analytical_lights};
 use crate::each;
-use crate::math::lanes::{Float, Lanes, Mask};
+use crate::math::lanes::{Float, Lanes};
 use crate::math::vec3::{self, V3};
 
 /// A base lobe without the coat's influence.

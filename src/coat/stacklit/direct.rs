@@ -1,6 +1,6 @@
 //! Lights without extent (`EvaluateBSDF` and `ShadeSurface_Infinitesimal`).
 
-use super::adding::{Call, Layers, layers};
+use super::adding::{Call, Layers, layers_once};
 use super::prelight::{COAT_LOBE, PreLight, bare_iridescence, lobe_lambda};
 use super::statistics::MIN_N_DOT_V;
 use crate::brdf::diffuse::{LAMBERT, TRANSMISSION_WRAP_LIGHT, wrapped_cosine};
@@ -75,7 +75,7 @@ pub fn layers_for_light<L: Lanes>(
                 min_roughness,
                 per_light: true,
             };
-            return layers(l, options, &pre.bsdf, coat, &call);
+            return layers_once(l, options, &pre.bsdf, coat, &call);
         }
         (None, true) => found.iridescent = bare_iridescence(l, &pre.bsdf, l_dot_h),
         (_, false) => {
@@ -133,10 +133,11 @@ pub fn evaluate_bsdf<L: Lanes>(l: L, pre: &PreLight<L>, light: &Light<L>) -> Cbs
     }
 
     let along = if bsdf.anisotropic {
-        let cosines = |v: V3<L>, n: L::F| {
-            [vec3::dot(l, frame.tangent, v), vec3::dot(l, frame.bitangent, v), n]
-        };
-        [cosines(half, angles.n_dot_h), cosines(direction, n_dot_l)]
+        let [t, b] = [frame.tangent, frame.bitangent];
+        [
+            [vec3::dot(l, t, half), vec3::dot(l, b, half), angles.n_dot_h],
+            [vec3::dot(l, t, direction), vec3::dot(l, b, direction), n_dot_l],
+        ]
     } else {
         [[zero; 3]; 2]
     };
@@ -198,14 +199,9 @@ pub fn evaluate_bsdf<L: Lanes>(l: L, pre: &PreLight<L>, light: &Light<L>) -> Cbs
         None => each!(k => lit * fresnel[k] * base[k]),
     };
 
-    let transmitted = match &bsdf.transmittance {
-        Some(_) => {
-            let larger = n_dot_l_given.max(n_dot_l_coat);
-            let behind = larger.lt(zero).select(n_dot_l_given, larger);
-            wrapped_cosine(l, -behind, TRANSMISSION_WRAP_LIGHT)
-        }
-        None => zero,
-    };
+    let larger = n_dot_l_given.max(n_dot_l_coat);
+    let behind = larger.lt(zero).select(n_dot_l_given, larger);
+    let transmitted = wrapped_cosine(l, -behind, TRANSMISSION_WRAP_LIGHT);
     let reflected = n_dot_l.saturate();
     Cbsdf {
         diffuse_reflected: vec3::scale(l, diffuse, reflected),
