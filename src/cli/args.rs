@@ -189,7 +189,8 @@ pub struct PictureArgs {
     /// Formulas that shade every surface [default: what each material names, else urp-desktop]
     ///
     /// urp-desktop, urp-mobile (Unity URP 13), urp17 (Unity 6), hdrp-lit, stacklit (Unity HDRP), filament,
-    /// filament-mobile, filament-cloth, filament-2018, three, three-legacy, gltf (Khronos), openpbr, velvet.
+    /// filament-mobile, filament-cloth, filament-2018, three, three-legacy, gltf (Khronos), gltf-sampled
+    /// (the same by sixteen lookups a lobe), openpbr, velvet.
     #[arg(long, value_name = "MODEL", value_parser = values::shading)]
     pub shading: Option<ShadingModel>,
 
