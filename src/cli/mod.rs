@@ -10,6 +10,9 @@ pub mod failure;
 mod info;
 pub mod input;
 mod label;
+pub mod materials;
+mod materials_command;
+mod ball;
 pub mod picture;
 mod progress;
 mod render;
@@ -58,6 +61,7 @@ fn dispatch(command: &Command) -> Result<(), Failure> {
         Command::Info(args) => info::run(args),
         Command::Sheet(args) => sheet::run(args),
         Command::Bench(args) => bench::run(args),
+        Command::Materials(args) => materials_command::run(args),
     }
 }
 

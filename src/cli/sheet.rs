@@ -4,6 +4,7 @@ use super::args::SheetArgs;
 use super::failure::{Failure, file_name};
 use super::input::{self, ModelSource};
 use super::label::{Sheet, fit, wrap};
+use super::materials::Materials;
 use super::picture::{Machine, is_standard_stream};
 use super::progress::Progress;
 use super::render::{machine, nothing_to_see};
@@ -34,9 +35,9 @@ const FAINT: [u8; 3] = [112, 112, 112];
 const ALARM: [u8; 3] = [176, 32, 32];
 
 /// One model on the sheet.
-enum Cell {
-    /// It was rendered.
-    Picture { image: DisplayImage, triangles: u64 },
+pub(super) enum Cell {
+    /// It was rendered, and what the second line of its label says.
+    Picture { image: DisplayImage, note: String },
     /// It was not.
     Failed(Failure),
 }
@@ -61,10 +62,11 @@ struct CellReport {
 }
 
 /// Where things are on the sheet, in pixels.
-struct Layout {
+pub(super) struct Layout {
     columns: u32,
     cell: [u32; 2],
-    size: [u32; 2],
+    /// Of the whole sheet.
+    pub(super) size: [u32; 2],
 }
 
 /// Renders many models to one sheet.
@@ -94,14 +96,13 @@ pub fn run(args: &SheetArgs) -> Result<(), Failure> {
     let layout = Layout::new(args.inputs.len(), args.columns, [options.width, options.height], &limits)?;
 
     let mut renderer = Renderer::new(usize::from(args.machine.threads));
-    // The environment is the same for all cells; it is loaded once.
+    // Environment and materials are the same for all cells; they are loaded once.
+    let materials = Materials::load(&description, &limits, renderer.jobs())?;
     let mut surroundings = Scene::new();
     description.light(&mut surroundings, &limits, renderer.jobs())?;
 
     let [width, height] = layout.size;
-    let mut sheet = Sheet::new(width, height, PAPER).ok_or_else(|| {
-        Failure::failed(format!("a sheet of {width} x {height} pixels does not fit into memory"))
-    })?;
+    let mut sheet = layout.sheet()?;
     let mut reports = Vec::new();
     let mut failed = 0;
     for (k, path) in args.inputs.iter().enumerate() {
@@ -114,6 +115,7 @@ pub fn run(args: &SheetArgs) -> Result<(), Failure> {
             .and_then(|source| {
                 render_cell(
                     &description,
+                    &materials,
                     &source,
                     &surroundings,
                     machine,
@@ -161,6 +163,7 @@ pub fn run(args: &SheetArgs) -> Result<(), Failure> {
 /// Renders one model as the description says.
 fn render_cell(
     description: &SceneFile,
+    materials: &Materials,
     source: &ModelSource,
     surroundings: &Scene,
     machine: Machine,
@@ -175,6 +178,7 @@ fn render_cell(
         scene.clear_lights();
     }
     let about = |failure: Failure| failure.at(&source.path);
+    materials.assign(&mut scene, limits).map_err(about)?;
     scene.set_environment(surroundings.environment().clone()).map_err(|e| about(Failure::scene(&e)))?;
     let camera = description.camera(&scene, &options).map_err(about)?;
     let rendered = renderer.render(&scene, &camera, &options).map_err(|e| about(Failure::render(&e)))?;
@@ -183,12 +187,17 @@ fn render_cell(
     report.frame_hash = Some(rendered.frame.frame_hash());
     report.triangles = Some(rendered.stats.triangles);
     let image = DisplayImage::new(&rendered.frame, &display);
-    Ok(Cell::Picture { image, triangles: rendered.stats.triangles })
+    Ok(Cell::Picture { image, note: format!("{} triangles", with_separators(rendered.stats.triangles)) })
 }
 
 impl Layout {
     /// Refuses sheets beyond the limits of a picture.
-    fn new(cells: usize, columns: Option<u32>, cell: [u32; 2], limits: &Limits) -> Result<Self, Failure> {
+    pub(super) fn new(
+        cells: usize,
+        columns: Option<u32>,
+        cell: [u32; 2],
+        limits: &Limits,
+    ) -> Result<Self, Failure> {
         let cells = u32::try_from(cells).unwrap_or(u32::MAX).max(1);
         let columns = columns.unwrap_or_else(|| {
             let full = |c: u32| u64::from(c) * u64::from(cell[0] + GAP);
@@ -208,8 +217,16 @@ impl Layout {
         Ok(Self { columns, cell, size: [width as u32, height as u32] })
     }
 
+    /// Paper of that size.
+    pub(super) fn sheet(&self) -> Result<Sheet, Failure> {
+        let [width, height] = self.size;
+        Sheet::new(width, height, PAPER).ok_or_else(|| {
+            Failure::failed(format!("a sheet of {width} x {height} pixels does not fit into memory"))
+        })
+    }
+
     /// Draws one cell with its label.
-    fn draw(&self, sheet: &mut Sheet, k: usize, path: &Path, cell: &Cell) {
+    pub(super) fn draw(&self, sheet: &mut Sheet, k: usize, path: &Path, cell: &Cell) {
         let [width, height] = self.cell;
         let (column, row) = (k as u32 % self.columns, k as u32 / self.columns);
         let x = GAP + column * (width + GAP);
@@ -218,9 +235,9 @@ impl Layout {
         let room = width as f32 - 8.0;
         sheet.fill(left, top, width as f32, height as f32, CELL);
         let second_line = match cell {
-            Cell::Picture { image, triangles } => {
+            Cell::Picture { image, note } => {
                 sheet.picture(x as i32, y as i32, image.width, image.height, &image.pixels);
-                format!("{} triangles", with_separators(*triangles))
+                note.clone()
             }
             Cell::Failed(failure) => {
                 let line_height = 11.0 * UNIT;
