@@ -12,6 +12,7 @@ mod reference {
     pub mod gltf;
     pub mod hdrp_lit;
     pub mod helpers;
+    pub mod helpers_layers;
     pub mod openpbr;
     pub mod stacklit;
     pub mod stub;
@@ -23,13 +24,14 @@ mod reference {
 
 use overcoat::math::lanes::SimdLevel;
 use reference::table::{Adapter, Table};
-use reference::{filament, gltf, hdrp_lit, helpers, openpbr, stacklit, three, urp, velvet};
+use reference::{filament, gltf, hdrp_lit, helpers, helpers_layers, openpbr, stacklit, three, urp, velvet};
 use std::path::{Path, PathBuf};
 
 /// The models, each with its tables.
 const ADAPTERS: &[&[Adapter]] = &[
     urp::ADAPTERS,
     helpers::ADAPTERS,
+    helpers_layers::ADAPTERS,
     hdrp_lit::ADAPTERS,
     stacklit::ADAPTERS,
     filament::ADAPTERS,

@@ -5,6 +5,7 @@
 //! Unity) and *roughness* its square, the alpha of GGX.
 
 pub mod diffuse;
+pub mod fgd;
 pub mod fresnel;
 pub mod ggx;
 pub mod integrate;
@@ -16,5 +17,6 @@ pub mod reflection;
 pub mod roughness;
 pub mod sheen;
 pub mod table;
+pub mod tables;
 pub mod thin_film;
 pub mod velvet;

@@ -22,7 +22,79 @@ pub struct Table<const N: usize> {
     planes: [Vec<f32>; N],
 }
 
+/// How numbers are stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum TexelFormat {
+    /// `f32`.
+    Single,
+    /// IEEE half precision, rounded to nearest even.
+    Half,
+}
+
+/// First bytes of a stored table. After it: width and height as `u16`, then one byte each for the number of channels,
+/// the format (0 single, 1 half), the grid (0 corners, 1 centers) and 0; then the texels, row by row, channels together.
+/// Everything is little endian.
+const MAGIC: [u8; 8] = *b"ovctable";
+
+/// Bytes before the texels.
+const HEADER: usize = 16;
+
 impl<const N: usize> Table<N> {
+    /// A table of one texel, which it gives everywhere.
+    #[must_use]
+    pub fn constant(texel: [f32; N]) -> Self {
+        Self { width: 1, height: 1, grid: TexelGrid::Corners, planes: texel.map(|v| vec![v]) }
+    }
+
+    /// Reads what [`Table::to_bytes`] writes. `None` for anything else.
+    #[must_use]
+    pub fn from_bytes(bytes: &[u8]) -> Option<Self> {
+        let header = bytes.get(..HEADER)?;
+        let size = |at: usize| usize::from(u16::from_le_bytes([header[at], header[at + 1]]));
+        if header[..8] != MAGIC || usize::from(header[12]) != N || header[15] != 0 {
+            return None;
+        }
+        let grid = match header[14] {
+            0 => TexelGrid::Corners,
+            1 => TexelGrid::Centers,
+            _ => return None,
+        };
+        let texels = &bytes[HEADER..];
+        let numbers: Vec<f32> = match header[13] {
+            0 if texels.len() % 4 == 0 => {
+                texels.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect()
+            }
+            1 if texels.len() % 2 == 0 => {
+                texels.chunks_exact(2).map(|b| half_to_single(u16::from_le_bytes([b[0], b[1]]))).collect()
+            }
+            _ => return None,
+        };
+        let (texels, rest) = numbers.as_chunks::<N>();
+        if rest.is_empty() { Self::new(size(8), size(10), grid, texels) } else { None }
+    }
+
+    /// The table as bytes, each number rounded to the format. `None` if a side exceeds 65535 or there are more than 255
+    /// channels.
+    #[must_use]
+    pub fn to_bytes(&self, format: TexelFormat) -> Option<Vec<u8>> {
+        let mut bytes = MAGIC.to_vec();
+        bytes.extend(u16::try_from(self.width).ok()?.to_le_bytes());
+        bytes.extend(u16::try_from(self.height).ok()?.to_le_bytes());
+        bytes.push(u8::try_from(N).ok()?);
+        bytes.push(u8::from(format == TexelFormat::Half));
+        bytes.push(u8::from(self.grid == TexelGrid::Centers));
+        bytes.push(0);
+        for k in 0..self.width * self.height {
+            for plane in &self.planes {
+                match format {
+                    TexelFormat::Single => bytes.extend(plane[k].to_le_bytes()),
+                    TexelFormat::Half => bytes.extend(single_to_half(plane[k]).to_le_bytes()),
+                }
+            }
+        }
+        Some(bytes)
+    }
+
     /// A table of texels in rows. `None` if the texels are not `width * height`, there are none, or more than 2^20.
     #[must_use]
     pub fn new(width: usize, height: usize, grid: TexelGrid, texels: &[[f32; N]]) -> Option<Self> {
@@ -97,6 +169,31 @@ fn gather<const N: usize>(
     }
 }
 
+/// The exact value of a finite half-precision number.
+fn half_to_single(half: u16) -> f32 {
+    let (exponent, fraction) = (i32::from(half >> 10 & 31), f32::from(half & 1023));
+    let power = |n: i32| f32::from_bits(((n + 127) as u32) << 23);
+    let magnitude = match exponent {
+        0 => fraction * power(-24),
+        n => (fraction + 1024.0) * power(n - 25),
+    };
+    if half & 0x8000 == 0 { magnitude } else { -magnitude }
+}
+
+/// The nearest half-precision number, ties to even; 65504 is the largest magnitude.
+fn single_to_half(x: f32) -> u16 {
+    let sign = ((x.to_bits() >> 16) & 0x8000) as u16;
+    let magnitude = x.abs().min(65_504.0);
+    // The spacing of half-precision numbers about this one, at least that of subnormal ones.
+    let exponent = ((magnitude.to_bits() >> 23) as i32 - 127).max(-14);
+    let power = |n: i32| f32::from_bits(((n + 127) as u32) << 23);
+    // Adding 2^23 leaves no room for fraction bits: it rounds to a whole number of spacings, 0 to 2048. The product is
+    // exact, and a carry into the next exponent falls out of the sum.
+    let spacings = (magnitude * power(10 - exponent) + 8_388_608.0) - 8_388_608.0;
+    let code = (exponent + 14) * 1024 + spacings as i32;
+    sign | code as u16
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -116,6 +213,43 @@ mod tests {
             for outside in [-1.0, 2.0, f32::NAN, f32::INFINITY] {
                 let [x, y] = table.fetch(Scalar, Scalar.splat(outside), Scalar.splat(outside));
                 assert!((0.0..=3.0).contains(&x.to_array()[0]) && (0.0..=2.0).contains(&y.to_array()[0]));
+            }
+        }
+    }
+
+    #[test]
+    fn halves_return_and_round_to_the_nearest() {
+        for code in 0..=u16::MAX {
+            if code >> 10 & 31 != 31 {
+                let x = half_to_single(code);
+                assert_eq!(single_to_half(x), code, "{x}");
+                // Half way to the next magnitude goes to the even one.
+                if code & 0x7fff < 0x7bff {
+                    let next = half_to_single(code + 1);
+                    assert_eq!(single_to_half(x + (next - x) * 0.5), code + (code & 1), "{x}");
+                    assert_eq!(single_to_half(x + (next - x) * 0.501), code + 1, "{x}");
+                }
+            }
+        }
+        assert_eq!(half_to_single(0x3c00), 1.0);
+        assert_eq!([single_to_half(1e9), single_to_half(-1e-9)], [0x7bff, 0x8000]);
+    }
+
+    #[test]
+    fn stored_tables_return_and_damaged_ones_are_refused() {
+        let texels: Vec<[f32; 2]> = (0..6).map(|k| [k as f32 * 0.25, -1.0 - k as f32]).collect();
+        let table = Table::new(3, 2, TexelGrid::Centers, &texels).expect("six texels");
+        for format in [TexelFormat::Single, TexelFormat::Half] {
+            let bytes = table.to_bytes(format).expect("small");
+            assert_eq!(Table::from_bytes(&bytes).as_ref(), Some(&table));
+            assert!(Table::<3>::from_bytes(&bytes).is_none());
+            for length in 0..bytes.len() {
+                assert!(Table::<2>::from_bytes(&bytes[..length]).is_none());
+            }
+            for (at, value) in [(0, 0), (8, 4), (13, 2), (14, 2), (15, 1)] {
+                let mut damaged = bytes.clone();
+                damaged[at] = value;
+                assert!(Table::<2>::from_bytes(&damaged).is_none(), "{at}");
             }
         }
     }

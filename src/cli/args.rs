@@ -37,6 +37,8 @@ pub enum Command {
     Sheet(Box<SheetArgs>),
     /// Measure frames with an orbiting camera
     Bench(Box<BenchArgs>),
+    /// Render one model with every engine's shading model, side by side
+    CompareModels(Box<CompareModelsArgs>),
     /// List the built-in materials, print one, or show all on a contact sheet
     Materials(Box<MaterialsArgs>),
 }
@@ -61,8 +63,9 @@ pub struct RenderArgs {
 
     /// Also write planes of the G-buffer: layers of an .exr, files beside a .png (OUT.depth.png)
     ///
-    /// Comma-separated: depth, normal, coat-normal, base-color, roughness, metallic, coat, material-id, object-id,
-    /// uv, coverage.
+    /// Comma-separated: depth, position, normal, coat-normal, tangent, base-color, roughness, metallic, specular-color,
+    /// occlusion, emissive, coat, coat-thickness, coat-color, sheen-color, sheen-roughness, anisotropy, iridescence,
+    /// second-lobe, subsurface, material-id, object-id, uv, coverage.
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = values::aov)]
     pub aov: Vec<Aov>,
 
@@ -186,9 +189,10 @@ pub struct PictureArgs {
     #[arg(long, value_name = "N", value_parser = values::samples)]
     pub samples: Option<u32>,
 
-    /// Engine whose formulas shade every surface, whatever its material says: urp-desktop, urp-mobile, urp17, hdrp-lit,
-    /// stacklit, filament, filament-mobile, filament-cloth, filament-2018, three, three-legacy, gltf, openpbr, velvet
-    /// [default: by material; urp-desktop where it names none]
+    /// Formulas that shade every surface [default: what each material names, else urp-desktop]
+    ///
+    /// urp-desktop, urp-mobile (Unity URP 13), urp17 (Unity 6), hdrp-lit, stacklit (Unity HDRP), filament,
+    /// filament-mobile, filament-cloth, filament-2018, three, three-legacy, gltf (Khronos), openpbr, velvet.
     #[arg(long, value_name = "MODEL", value_parser = values::shading)]
     pub shading: Option<ShadingModel>,
 
@@ -304,6 +308,59 @@ pub struct SheetArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub columns: Option<u32>,
 
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub camera: CameraArgs,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub light: LightArgs,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub picture: PictureArgs,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub display: DisplayArgs,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub machine: MachineArgs,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub input_options: InputArgs,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub report: ReportArgs,
+}
+
+/// `overcoat compare-models`
+#[derive(Debug, Args)]
+#[command(after_help = "Example:
+  overcoat compare-models car.glb -o models.png --against gltf --models urp17,hdrp-lit,stacklit,filament,three,gltf
+
+Below each picture is its difference to that of --against, four times as strong: black where both agree.")]
+pub struct CompareModelsArgs {
+    /// Model file (.glb, .gltf, .obj, .stl, .ply), or - for standard input
+    #[arg(value_name = "IN", required_unless_present = "scene")]
+    pub input: Option<PathBuf>,
+
+    /// Labelled sheet to write (.png), or - for standard output
+    #[arg(short, long, value_name = "OUT")]
+    pub output: PathBuf,
+
+    /// Shading models to show, comma-separated [default: all]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = values::shading)]
+    pub models: Vec<ShadingModel>,
+
+    /// Shading model that the others are compared with
+    #[arg(long, value_name = "MODEL", value_parser = values::shading, default_value = "gltf")]
+    pub against: ShadingModel,
+
+    /// Cells in a row [default: as many as make the sheet about square]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub columns: Option<u32>,
+
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub scene: SceneArgs,
     #[command(flatten)]
     #[allow(missing_docs)]
     pub camera: CameraArgs,

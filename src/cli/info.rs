@@ -246,6 +246,8 @@ fn describe_light(light: &Light) -> LightInfo {
         LightKind::Directional { .. } => ("directional", "lux"),
         LightKind::Point { .. } => ("point", "candela"),
         LightKind::Spot { .. } => ("spot", "candela"),
+        LightKind::Rect { .. } => ("rect", "candela per square metre"),
+        LightKind::Tube { .. } => ("tube", "candela per square metre"),
     };
     LightInfo { kind, intensity: light.intensity, unit, color: light.color }
 }

@@ -3,13 +3,14 @@
 use super::args::MaterialsArgs;
 use super::ball;
 use super::failure::Failure;
+use super::label::Sheet;
 use super::materials::builtin;
 use super::picture::Machine;
 use super::progress::Progress;
 use super::render::machine;
 use super::report::{self, Versions};
 use super::scene_file::SceneFile;
-use super::sheet::{Cell, Layout};
+use super::sheet::{DEFAULT_CELL, Layout, PAPER};
 use super::target::{Encoded, Target};
 use crate::limits::Limits;
 use crate::load::{BuiltinMaterial, MaterialFile, material_keys};
@@ -19,9 +20,6 @@ use crate::scene::Scene;
 use serde::Serialize;
 use std::fmt::Write;
 use std::path::Path;
-
-/// Side of a cell's picture in pixels where none is given.
-const DEFAULT_CELL: u64 = 256;
 
 /// What `--json` prints. Fields are only ever added.
 #[derive(Debug, Serialize)]
@@ -156,17 +154,20 @@ fn sheet(
     let layout = Layout::new(loaded.len(), args.columns, [options.width, options.height], limits)?;
     let mut surroundings = ball::scene().map_err(|e| Failure::scene(&e))?;
     description.light(&mut surroundings, limits, renderer.jobs())?;
-    let mut sheet = layout.sheet()?;
+    let [width, height] = layout.size;
+    let mut sheet = Sheet::new(width, height, PAPER).ok_or_else(|| {
+        Failure::failed(format!("a sheet of {width} x {height} pixels does not fit into memory"))
+    })?;
     let count = loaded.len();
     for (k, (entry, file)) in loaded.iter_mut().enumerate() {
         progress.stage(format!("{} of {count}: {}", k + 1, entry.name));
-        let (cell, hash) = picture(&description, &surroundings, file, machine, limits, renderer)
+        let (image, hash) = picture(&description, &surroundings, file, machine, limits, renderer)
             .map_err(|failure| failure.at(Path::new(entry.name)))?;
         entry.frame_hash = Some(hash);
-        layout.draw(&mut sheet, k, Path::new(entry.name), &cell);
+        let [x, y] = layout.label(&mut sheet, k, [entry.name, entry.model.unwrap_or("any model")]);
+        sheet.picture(x as i32, y as i32, image.width, image.height, &image.pixels);
     }
     progress.stage("encoding");
-    let [width, height] = layout.size;
     let bytes =
         encode_png_rgb(width, height, &sheet.into_rgb(), true).map_err(|e| Failure::failed(e).at(output))?;
     Encoded::new(output.to_owned(), bytes).write()
@@ -180,13 +181,11 @@ fn picture(
     machine: Machine,
     limits: &Limits,
     renderer: &mut Renderer,
-) -> Result<(Cell, String), Failure> {
+) -> Result<(DisplayImage, String), Failure> {
     let (options, display) = description.options(machine, limits)?;
     let mut scene = surroundings.clone();
     file.assign(&mut scene, None, limits).map_err(|e| Failure::assign(&e))?;
     let camera = description.camera(&scene, &options)?;
     let rendered = renderer.render(&scene, &camera, &options).map_err(|e| Failure::render(&e))?;
-    let image = DisplayImage::new(&rendered.frame, &display);
-    let note = file.model().map_or("any", |model| model.name()).to_owned();
-    Ok((Cell::Picture { image, note }, rendered.frame.frame_hash()))
+    Ok((DisplayImage::new(&rendered.frame, &display), rendered.frame.frame_hash()))
 }

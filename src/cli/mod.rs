@@ -6,6 +6,7 @@
 
 pub mod args;
 mod bench;
+mod compare;
 pub mod failure;
 mod info;
 pub mod input;
@@ -18,6 +19,7 @@ mod progress;
 mod render;
 mod report;
 pub mod scene_file;
+pub mod scene_light;
 mod sheet;
 mod target;
 pub mod values;
@@ -61,6 +63,7 @@ fn dispatch(command: &Command) -> Result<(), Failure> {
         Command::Info(args) => info::run(args),
         Command::Sheet(args) => sheet::run(args),
         Command::Bench(args) => bench::run(args),
+        Command::CompareModels(args) => compare::run(args),
         Command::Materials(args) => materials_command::run(args),
     }
 }

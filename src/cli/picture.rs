@@ -117,13 +117,16 @@ impl SceneFile {
         Ok((options, display))
     }
 
-    /// Puts the environment into the scene and takes out lights that are not wanted.
+    /// Puts environment and lights into the scene and takes out lights that are not wanted.
     ///
     /// # Errors
     /// [`Failure`] naming the environment's file and the reason.
     pub fn light(&self, scene: &mut Scene, limits: &Limits, jobs: &Jobs) -> Result<(), Failure> {
         if self.lights == Some(false) {
             scene.clear_lights();
+        }
+        for (number, light) in self.lights_to_add.iter().enumerate() {
+            light.add_to(scene, number)?;
         }
         let source = match self.env.as_ref().unwrap_or(&EnvironmentChoice::Studio) {
             EnvironmentChoice::Studio => EnvironmentSource::Studio,

@@ -12,6 +12,7 @@
 
 use super::failure::Failure;
 use super::materials::{MaterialChoice, MaterialSource};
+use super::scene_light::SceneLight;
 use super::values::{self, BackgroundChoice, ViewDirection};
 use crate::color::ToneCurve;
 use crate::render::ShadingModel;
@@ -40,6 +41,9 @@ pub struct SceneFile {
     pub env_intensity: Option<f32>,
     /// False leaves out the lights of the model file.
     pub lights: Option<bool>,
+    /// Lights beside those of the model file.
+    #[serde(rename = "light")]
+    pub lights_to_add: Vec<SceneLight>,
     /// The camera.
     pub camera: SceneCamera,
     /// Width and height in pixels.

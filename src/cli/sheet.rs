@@ -19,7 +19,7 @@ use serde::Serialize;
 use std::path::Path;
 
 /// Side of a cell's picture in pixels where none is given.
-const DEFAULT_CELL: u64 = 256;
+pub(super) const DEFAULT_CELL: u64 = 256;
 /// Pixels between cells.
 const GAP: u32 = 8;
 /// Pixels below a picture for two lines of text.
@@ -27,7 +27,7 @@ const LABEL: u32 = 36;
 /// Pixels of one grid unit of the font.
 const UNIT: f32 = 1.4;
 
-const PAPER: [u8; 3] = [246, 246, 246];
+pub(super) const PAPER: [u8; 3] = [246, 246, 246];
 /// Neither black nor white, so that models of both stand out.
 const CELL: [u8; 3] = [214, 215, 218];
 const INK: [u8; 3] = [32, 32, 32];
@@ -35,9 +35,9 @@ const FAINT: [u8; 3] = [112, 112, 112];
 const ALARM: [u8; 3] = [176, 32, 32];
 
 /// One model on the sheet.
-pub(super) enum Cell {
-    /// It was rendered, and what the second line of its label says.
-    Picture { image: DisplayImage, note: String },
+enum Cell {
+    /// It was rendered.
+    Picture { image: DisplayImage, triangles: u64 },
     /// It was not.
     Failed(Failure),
 }
@@ -65,7 +65,7 @@ struct CellReport {
 pub(super) struct Layout {
     columns: u32,
     cell: [u32; 2],
-    /// Of the whole sheet.
+    /// Width and height of the sheet.
     pub(super) size: [u32; 2],
 }
 
@@ -102,7 +102,9 @@ pub fn run(args: &SheetArgs) -> Result<(), Failure> {
     description.light(&mut surroundings, &limits, renderer.jobs())?;
 
     let [width, height] = layout.size;
-    let mut sheet = layout.sheet()?;
+    let mut sheet = Sheet::new(width, height, PAPER).ok_or_else(|| {
+        Failure::failed(format!("a sheet of {width} x {height} pixels does not fit into memory"))
+    })?;
     let mut reports = Vec::new();
     let mut failed = 0;
     for (k, path) in args.inputs.iter().enumerate() {
@@ -187,7 +189,7 @@ fn render_cell(
     report.frame_hash = Some(rendered.frame.frame_hash());
     report.triangles = Some(rendered.stats.triangles);
     let image = DisplayImage::new(&rendered.frame, &display);
-    Ok(Cell::Picture { image, note: format!("{} triangles", with_separators(rendered.stats.triangles)) })
+    Ok(Cell::Picture { image, triangles: rendered.stats.triangles })
 }
 
 impl Layout {
@@ -217,48 +219,46 @@ impl Layout {
         Ok(Self { columns, cell, size: [width as u32, height as u32] })
     }
 
-    /// Paper of that size.
-    pub(super) fn sheet(&self) -> Result<Sheet, Failure> {
-        let [width, height] = self.size;
-        Sheet::new(width, height, PAPER).ok_or_else(|| {
-            Failure::failed(format!("a sheet of {width} x {height} pixels does not fit into memory"))
-        })
-    }
-
-    /// Draws one cell with its label.
-    pub(super) fn draw(&self, sheet: &mut Sheet, k: usize, path: &Path, cell: &Cell) {
+    /// Fills the background of cell `k` and writes two lines below it. Returns its left upper corner.
+    pub(super) fn label(&self, sheet: &mut Sheet, k: usize, [first, second]: [&str; 2]) -> [u32; 2] {
         let [width, height] = self.cell;
         let (column, row) = (k as u32 % self.columns, k as u32 / self.columns);
         let x = GAP + column * (width + GAP);
         let y = GAP + row * (height + GAP + LABEL);
-        let (left, top) = (x as f32, y as f32);
+        let (left, below) = (x as f32, (y + height) as f32);
         let room = width as f32 - 8.0;
-        sheet.fill(left, top, width as f32, height as f32, CELL);
-        let second_line = match cell {
-            Cell::Picture { image, note } => {
-                sheet.picture(x as i32, y as i32, image.width, image.height, &image.pixels);
-                note.clone()
-            }
-            Cell::Failed(failure) => {
-                let line_height = 11.0 * UNIT;
-                let lines = (((height as f32 - 16.0) / line_height) as usize).max(1);
-                // The name is below the cell.
-                let text = failure.to_string();
-                let reason = text.strip_prefix(&format!("{}: ", file_name(path))).unwrap_or(&text);
-                for (n, line) in wrap(reason, room, UNIT, lines).iter().enumerate() {
-                    sheet.text(line, left + 4.0, top + 10.0 + n as f32 * line_height, UNIT, ALARM);
-                }
-                "failed".to_owned()
-            }
-        };
+        sheet.fill(left, y as f32, width as f32, height as f32, CELL);
+        sheet.text(&fit(first, room, UNIT), left + 4.0, below + 4.0, UNIT, INK);
+        sheet.text(&fit(second, room, UNIT), left + 4.0, below + 20.0, UNIT, FAINT);
+        [x, y]
+    }
+
+    /// Draws one cell with its label.
+    fn draw(&self, sheet: &mut Sheet, k: usize, path: &Path, cell: &Cell) {
         let name = if is_standard_stream(path) {
             file_name(path)
         } else {
             path.file_name().unwrap_or_default().to_string_lossy().into_owned()
         };
-        let below = top + height as f32;
-        sheet.text(&fit(&name, room, UNIT), left + 4.0, below + 4.0, UNIT, INK);
-        sheet.text(&fit(&second_line, room, UNIT), left + 4.0, below + 20.0, UNIT, FAINT);
+        match cell {
+            Cell::Picture { image, triangles } => {
+                let second = format!("{} triangles", with_separators(*triangles));
+                let [x, y] = self.label(sheet, k, [&name, &second]);
+                sheet.picture(x as i32, y as i32, image.width, image.height, &image.pixels);
+            }
+            Cell::Failed(failure) => {
+                let [x, y] = self.label(sheet, k, [&name, "failed"]);
+                let [width, height] = self.cell.map(|v| v as f32);
+                let line_height = 11.0 * UNIT;
+                let lines = (((height - 16.0) / line_height) as usize).max(1);
+                // The name is below the cell.
+                let text = failure.to_string();
+                let reason = text.strip_prefix(&format!("{}: ", file_name(path))).unwrap_or(&text);
+                for (n, line) in wrap(reason, width - 8.0, UNIT, lines).iter().enumerate() {
+                    sheet.text(line, x as f32 + 4.0, y as f32 + 10.0 + n as f32 * line_height, UNIT, ALARM);
+                }
+            }
+        }
     }
 }
 

@@ -1,5 +1,6 @@
-//! Light: environments prepared for lookups, and punctual lights.
+//! Light: environments prepared for lookups, punctual lights, and lights with an extent.
 
+mod area;
 mod chain;
 mod environment;
 mod equirect;
@@ -15,6 +16,7 @@ mod texel;
 #[cfg(test)]
 mod tests;
 
+pub use area::{AreaLight, AreaShape};
 pub use environment::{EnvironmentLight, PrefilteredEnvironment};
 pub use file::EnvironmentFileError;
 pub use punctual::{LightSample, PunctualLight};

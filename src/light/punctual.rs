@@ -49,9 +49,9 @@ pub struct LightSample<L: Lanes> {
 }
 
 impl PunctualLight {
-    /// Prepares a light of a valid scene.
+    /// Prepares a light of a valid scene; `None` for lights with an extent, see [`super::AreaLight`].
     #[must_use]
-    pub fn new(light: &Light) -> Self {
+    pub fn new(light: &Light) -> Option<Self> {
         let intensity = each!(c in light.color => c * light.intensity);
         let kind = match light.kind {
             LightKind::Directional { direction } => Kind::Directional { towards: unit_opposite(direction) },
@@ -71,8 +71,9 @@ impl PunctualLight {
                     }),
                 }
             }
+            LightKind::Rect { .. } | LightKind::Tube { .. } => return None,
         };
-        Self { intensity, kind }
+        Some(Self { intensity, kind })
     }
 
     /// Direction and irradiance at world-space points.
@@ -127,7 +128,7 @@ mod tests {
     use crate::math::lanes::{LANES, Scalar, SimdLevel};
 
     fn light(kind: LightKind) -> PunctualLight {
-        PunctualLight::new(&Light { kind, color: [1.0, 0.5, 0.0], intensity: 8.0 })
+        PunctualLight::new(&Light { kind, color: [1.0, 0.5, 0.0], intensity: 8.0 }).expect("a punctual light")
     }
 
     fn at(light: &PunctualLight, position: [f32; 3]) -> ([f32; 3], [f32; 3]) {

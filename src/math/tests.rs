@@ -349,6 +349,19 @@ fn double_precision_agrees_with_the_platform() {
         let y = (f64::from(next()) / 4_294_967_296.0 - 0.5) * [1.0, 1e-6, 1e6][round / 3 % 3];
         assert!((double::atan2(y, x) - y.atan2(x)).abs() <= 1e-15, "{y} {x}");
     }
+    for k in -4000..=4000 {
+        let x = f64::from(k) * 0.177;
+        assert!((double::exp(x) / x.exp() - 1.0).abs() <= 4e-16 || x < -708.0, "{x}");
+        let y = x.exp();
+        assert!(y < 1e-307 || (double::ln(y) - y.ln()).abs() <= 3e-16 * (1.0 + x.abs()), "{y}");
+        let (base, power) = (f64::from(k + 4001) / 8002.0, 0.3 + f64::from(k & 63));
+        let expected = base.powf(power);
+        let bound = 3e-16 * (1.0 + power * (1.0 - base.ln())) * expected;
+        assert!((double::pow(base, power) - expected).abs() <= bound, "{base} {power}");
+    }
+    assert_eq!([double::exp(0.0), double::exp(-800.0), double::pow(0.0, 2.0)], [1.0, 0.0, 0.0]);
+    assert_eq!([double::ln(1.0), double::ln(0.0)], [0.0, f64::NEG_INFINITY]);
+    assert_eq!(double::exp(1000.0), f64::INFINITY);
     assert_eq!(double::atan2(0.0, 0.0), 0.0);
     assert_eq!(double::atan2(0.0, -2.0), std::f64::consts::PI);
     assert_eq!(double::sin(0.0), 0.0);

@@ -17,7 +17,7 @@ use crate::geometry::{
     transform_vertices,
 };
 use crate::jobs::Jobs;
-use crate::light::{EnvironmentLight, PrefilteredEnvironment, PunctualLight};
+use crate::light::{AreaLight, EnvironmentLight, PrefilteredEnvironment, PunctualLight};
 use crate::limits::Limits;
 use crate::raster::SamplePattern;
 use crate::scene::{Camera, Scene};
@@ -88,7 +88,8 @@ impl Renderer {
         let filtered = self.environments.get(&surroundings.source, &self.jobs, options.simd);
         let environment =
             EnvironmentLight::new(&filtered, surroundings.rotation_degrees, surroundings.intensity);
-        let lights: Vec<PunctualLight> = scene.lights().iter().map(PunctualLight::new).collect();
+        let lights: Vec<PunctualLight> = scene.lights().iter().filter_map(PunctualLight::new).collect();
+        let area_lights: Vec<AreaLight> = scene.lights().iter().filter_map(AreaLight::new).collect();
         clock.lap("environment");
 
         let (states, draws, vertex_count) = draws::prepare(scene, &view);
@@ -113,6 +114,7 @@ impl Renderer {
                 rays: view_rays(&view),
                 environment: &environment,
                 lights: &lights,
+                area_lights: &area_lights,
                 model: options.shading,
                 anisotropy: options.anisotropy,
             },

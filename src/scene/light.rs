@@ -1,7 +1,18 @@
-//! Punctual lights in the units of KHR_lights_punctual.
+//! Lights: punctual ones in the units of KHR_lights_punctual, rectangles and tubes by their luminance.
 
 use super::SceneError;
 use super::error::{finite, within};
+
+/// Least and largest extent of an area light in metres: squares and products of edges stay far from the limits of f32.
+const MIN_EXTENT: f32 = 1e-6;
+const MAX_EXTENT: f32 = 1e6;
+
+/// Checks the length of an edge.
+fn extent(what: &'static str, edge: &[f32; 3]) -> Result<(), SceneError> {
+    within(what, edge, -MAX_EXTENT, MAX_EXTENT)?;
+    let length = (edge[0] * edge[0] + edge[1] * edge[1] + edge[2] * edge[2]).sqrt();
+    within(what, &[length], MIN_EXTENT, MAX_EXTENT)
+}
 
 /// What kind of light.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,17 +42,46 @@ pub enum LightKind {
         /// Cosine of the half angle outside which it is dark; below the inner cosine.
         outer_cone_cosine: f32,
     },
+    /// A rectangle that shines from its front, equally in all directions; intensity is luminance in candela per square
+    /// metre. It casts no shadows and is not seen itself.
+    Rect {
+        /// World-space centre in metres.
+        position: [f32; 3],
+        /// From the centre to the middle of its right edge, in metres.
+        half_width: [f32; 3],
+        /// From the centre to the middle of its upper edge, in metres. The front faces along half width x half height:
+        /// who looks at it sees right on the right and up above.
+        half_height: [f32; 3],
+        /// Shines from its back as well.
+        two_sided: bool,
+    },
+    /// A thin tube with round cross-section and dark ends; intensity is luminance in candela per square metre. It
+    /// casts no shadows and is not seen itself.
+    Tube {
+        /// World-space ends of its axis in metres.
+        ends: [[f32; 3]; 2],
+        /// Radius in metres; small against its distance from what it shines on.
+        radius: f32,
+    },
 }
 
-/// A light without extent.
+/// A light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Light {
     /// Kind and placement.
     pub kind: LightKind,
     /// Linear colour that multiplies the intensity.
     pub color: [f32; 3],
-    /// Lux or candela, 0 to 1e9.
+    /// Lux, candela or candela per square metre, 0 to 1e9.
     pub intensity: f32,
+}
+
+impl Light {
+    /// True if it has an extent: the shading of surfaces is an integral over it.
+    #[must_use]
+    pub fn has_area(&self) -> bool {
+        matches!(self.kind, LightKind::Rect { .. } | LightKind::Tube { .. })
+    }
 }
 
 impl Light {
@@ -66,6 +106,18 @@ impl Light {
                 position_range(position, range)?;
                 within("inner cone cosine", &[*inner_cone_cosine], -1.0, 1.0)?;
                 within("outer cone cosine", &[*outer_cone_cosine], -1.0, *inner_cone_cosine)
+            }
+            LightKind::Rect { position, half_width, half_height, .. } => {
+                position_range(position, &None)?;
+                extent("light's half width", half_width)?;
+                extent("light's half height", half_height)
+            }
+            LightKind::Tube { ends, radius } => {
+                position_range(&ends[0], &None)?;
+                position_range(&ends[1], &None)?;
+                let axis = std::array::from_fn(|k| ends[1][k] - ends[0][k]);
+                extent("length of the light", &axis)?;
+                within("radius of the light", &[*radius], MIN_EXTENT, MAX_EXTENT)
             }
         }
     }

@@ -75,6 +75,12 @@ impl ShadingModel {
         }
     }
 
+    /// True if the model reads more of a material than base, coat and emission.
+    #[must_use]
+    pub fn reads_lobes(self) -> bool {
+        !matches!(self, Self::UrpDesktop | Self::UrpMobile | Self::Urp17)
+    }
+
     /// The model of that name.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
@@ -127,4 +133,7 @@ pub struct ModelOptions {
     pub filament_2018_single_attenuation: bool,
     /// three.js, older composition: r119 instead of r131.
     pub three_r119: bool,
+    /// glTF: the coat's F0 is 0.04, as KHR_materials_clearcoat has it, instead of that of the base's index of refraction,
+    /// as the Sample Renderer computes it. They differ where KHR_materials_ior is not 1.5.
+    pub gltf_fixed_coat_f0: bool,
 }

@@ -2,7 +2,7 @@
 
 use crate::each;
 use crate::gbuffer::Draw;
-use crate::light::{EnvironmentLight, PunctualLight};
+use crate::light::{AreaLight, EnvironmentLight, PunctualLight};
 use crate::math::lanes::{Float, Lanes};
 use crate::scene::{Material, ShadingModel, Texture};
 
@@ -54,8 +54,10 @@ pub struct ShadeContext<'a> {
     pub rays: ViewRays,
     /// Light from afar.
     pub environment: &'a EnvironmentLight<'a>,
-    /// The other lights.
+    /// Lights without extent.
     pub lights: &'a [PunctualLight],
+    /// Rectangles and tubes.
+    pub area_lights: &'a [AreaLight],
     /// Formulas of every surface, whatever its material names.
     pub model: Option<ShadingModel>,
     /// Largest number of texture probes along a stretched footprint.

@@ -64,6 +64,9 @@ impl Shot {
         if file.env.is_some() {
             file.light(&mut scene, &limits, jobs).map_err(|e| e.to_string())?;
         } else {
+            for (number, light) in file.lights_to_add.iter().enumerate() {
+                light.add_to(&mut scene, number).map_err(|e| e.to_string())?;
+            }
             let mut environment = scene.environment().clone();
             environment.rotation_degrees = file.env_rotation_degrees.unwrap_or(environment.rotation_degrees);
             environment.intensity = file.env_intensity.unwrap_or(environment.intensity);

@@ -55,7 +55,17 @@ pub fn text(models: &[Model], textures: &[&str], material_textures: &[&str]) -> 
     text.push_str(
         "\n## environment\n\n\
          `environment/studio.env`: the built-in studio light, painted and prefiltered by\n\
-         `examples/make-assets/environment.rs`.\n",
+         `examples/make-assets/environment.rs`.\n\
+         \n## tables\n\n\
+         What each engine integrates before it renders: `src/brdf/tables.rs` says what the columns mean, `src/brdf/integrate.rs`\n\
+         integrates.\n\n\
+         | file | texels | read at |\n|---|---:|---|\n\
+         | tables/unity-fgd.bin | 64 x 64 x 3 | square root of N.V, perceptual roughness |\n\
+         | tables/filament-dfg.bin | 128 x 128 x 3 | N.V, perceptual roughness |\n\
+         | tables/three-dfg.bin | 16 x 16 x 2 | perceptual roughness, N.V |\n\
+         | tables/khronos.bin | 64 x 64 x 3 | N.V, perceptual roughness |\n\
+         | tables/sheen-albedo.bin | 32 x 32 x 1 | N.V, sheen roughness |\n\
+         | tables/ggx-albedo.bin | 32 x 32 x 3 | square root of N.V, perceptual roughness |\n",
     );
     text
 }

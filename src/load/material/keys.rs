@@ -687,6 +687,11 @@ pub(super) static KEYS: &[Key] = &[
         "The later document's attenuation, which darkens the base's specular once."
     ),
     switch!("options.three_r119", m => m.options.three_r119, "r119 instead of r131."),
+    switch!(
+        "options.gltf_fixed_coat_f0",
+        m => m.options.gltf_fixed_coat_f0,
+        "The coat's F0 is 0.04 instead of that of the base's index of refraction."
+    ),
 ];
 
 /// Metallic, roughness and their texture, of a material that is turned to that workflow if it has the other.

@@ -1,1 +1,0 @@
-//! Filament's standard and cloth models with clear coat, as its shaders are today.
