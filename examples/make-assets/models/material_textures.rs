@@ -109,10 +109,11 @@ fn oak() -> Image {
         // Early wood begins abruptly and fades into late wood.
         let late = ring * ring;
         let streak = stretched_noise(u, v, [128, 6], 33);
-        let pore = stretched_noise(u + 0.004 * sway, v, [128, 20], 34);
-        let porous = if ring < 0.35 { 0.66 } else { 0.84 };
+        // Vessels: short dark lines, most of them in early wood.
+        let pore = stretched_noise(u, v, [256, 36], 34);
+        let porous = if ring < 0.35 { 0.72 } else { 0.90 };
         let tone = 0.86 - 0.42 * late + 0.22 * (streak - 0.5);
-        let tone = if pore > porous { tone - 0.42 } else { tone };
+        let tone = if pore > porous { tone - 0.3 } else { tone };
         between([88.0, 54.0, 28.0], [206.0, 162.0, 108.0], tone, 22.0)
     })
 }
@@ -135,7 +136,7 @@ fn stone() -> Image {
 /// How wet the stone is: puddles fill what lies low.
 fn stone_wet() -> Image {
     Image::draw(128, |u, v| {
-        let low = (0.56 - fractal(u, v, 6, 21)) * 7.0;
+        let low = (0.50 - fractal(u, v, 6, 21)) * 7.0;
         let wet = (low.clamp(0.0, 1.0) * 15.0 + 0.5).floor() / 15.0;
         [byte(wet); 3]
     })
