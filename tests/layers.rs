@@ -26,7 +26,8 @@ const MAY_USE: [(&str, &[&str]); 20] = [
     // Texels are decoded where they are filtered (color).
     ("gbuffer", &["raster", "scene", "math", "color"]),
     // Surfaces are evaluated from the scene's materials as they are (scene).
-    ("shade", &["gbuffer", "coat", "light", "math", "scene"]),
+    // Pre-integrated tables are handed to the models here (brdf).
+    ("shade", &["gbuffer", "coat", "brdf", "light", "math", "scene"]),
     // What comes out can be stored and compared without the renderer.
     ("frame", &["math", "color"]),
     ("output", &["frame", "color", "math"]),

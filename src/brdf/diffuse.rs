@@ -1,5 +1,6 @@
 //! Diffuse reflectance: Lambert, Disney, and the wrapped cosine of transmitted light.
 
+use super::fresnel::schlick;
 use crate::math::lanes::{Float, Lanes};
 use std::f32::consts::FRAC_1_PI;
 
@@ -9,14 +10,6 @@ pub const LAMBERT: f32 = FRAC_1_PI;
 /// sin 15 degrees: how far Unity lets transmitted light wrap around (core/BSDF and hd/Material,
 /// `TRANSMISSION_WRAP_LIGHT` = cos(pi/2 - pi/12)).
 pub const TRANSMISSION_WRAP_LIGHT: f32 = 0.258_819_04;
-
-/// 1 + (`grazing` - 1) (1 - u)^5: Schlick's curve from 1 at the normal.
-#[inline(always)]
-fn scatter<L: Lanes>(_: L, grazing: L::F, u: L::F) -> L::F {
-    let x = u.one_minus();
-    let x2 = x * x;
-    (grazing - 1.0) * (x * x2 * x2) + 1.0
-}
 
 /// Disney diffuse times pi, per unit of albedo (Burley, SIGGRAPH 2012), scaled by 1 / 1.03571 so that no roughness
 /// reflects more than comes in. Unity core/BSDF, `DisneyDiffuseNoPI`.
@@ -31,8 +24,9 @@ pub fn disney_no_pi<L: Lanes>(
     perceptual_roughness: L::F,
 ) -> L::F {
     let grazing = (perceptual_roughness + perceptual_roughness * l_dot_v) + 0.5;
-    let light = scatter(l, grazing, n_dot_l);
-    let view = scatter(l, grazing, n_dot_v);
+    let one = l.splat(1.0);
+    let light = schlick(l, one, grazing, n_dot_l);
+    let view = schlick(l, one, grazing, n_dot_v);
     (light * view) * (1.0 / 1.03571)
 }
 

@@ -2,7 +2,7 @@
 
 use crate::each;
 use crate::math::lanes::{Float, Lanes, Mask};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::V3;
 
 /// `x^4` as the square of a square.
 #[inline(always)]
@@ -117,20 +117,6 @@ pub fn fresnel_dielectric<L: Lanes>(_: L, ior: L::F, cosine: L::F) -> L::F {
     (first * (second + 1.0)).one_minus().saturate().one_minus()
 }
 
-/// The direction `incident` (pointing away from the surface, on the side of the normal) continued into a
-/// medium of relative inverse index `ieta` = 1 / n: again pointing away from the surface, closer to the
-/// normal for n > 1. Unity StackLit, `CoatRefract`.
-///
-/// There is no test for total reflection, as in the original; the root is held at 0, where the original would
-/// give NaN for n < 1.
-#[inline(always)]
-pub fn coat_refract<L: Lanes>(l: L, incident: V3<L>, normal: V3<L>, ieta: L::F) -> V3<L> {
-    let cosine = vec3::dot(l, normal, incident).saturate();
-    let root = (ieta * ieta * (cosine * cosine - 1.0) + 1.0).at_least(0.0).sqrt();
-    let along = root - ieta * cosine;
-    each!(k => incident[k] * ieta + normal[k] * along)
-}
-
 /// Factor by which a GGX lobe of F0 is scaled to return the light lost between microfacets, 1 + f0 (1/E - 1),
 /// where `reflectivity` E > 0 is the directional albedo of the lobe for F0 = 1 (the second channel of
 /// HDRP's pre-integrated table). Unity core/BSDF, `GetEnergyCompensationFactor`; Turquin, "Practical
@@ -205,15 +191,5 @@ mod tests {
         assert_eq!(fresnel_unpolarized(Scalar, one(0.3), one(1.5), one(1.5)).to_array()[0], 0.0);
         assert_eq!(fresnel_unpolarized(Scalar, one(0.3), one(1.0), one(1.5)).to_array()[0], 0.0);
         assert_eq!(fresnel_dielectric(Scalar, one(0.5), one(0.3)).to_array()[0], 1.0);
-    }
-
-    #[test]
-    fn refraction_follows_snell() {
-        let (sine, ieta) = (0.6_f32, 1.0 / 1.5_f32);
-        let incident = vec3::splat(Scalar, [sine, 0.0, 0.8]);
-        let up = vec3::splat(Scalar, [0.0, 0.0, 1.0]);
-        let refracted = coat_refract(Scalar, incident, up, one(ieta)).map(|c| c.to_array()[0]);
-        assert!((refracted[0] - sine * ieta).abs() < 1e-6);
-        assert!((refracted[2] - (1.0 - (sine * ieta) * (sine * ieta)).sqrt()).abs() < 1e-6);
     }
 }

@@ -1,5 +1,6 @@
 //! The command line: every option, its help and its default.
 
+use super::materials::MaterialChoice;
 use super::scene_file::{EnvironmentChoice, SceneFile};
 use super::values::{self, BackgroundChoice, ViewDirection};
 use crate::color::ToneCurve;
@@ -36,6 +37,10 @@ pub enum Command {
     Sheet(Box<SheetArgs>),
     /// Measure frames with an orbiting camera
     Bench(Box<BenchArgs>),
+    /// Render one model with every engine's shading model, side by side
+    CompareModels(Box<CompareModelsArgs>),
+    /// List the built-in materials, print one, or show all on a contact sheet
+    Materials(Box<MaterialsArgs>),
 }
 
 const EXIT_CODES: &str = "Exit codes: 0 done, 1 failed, 2 wrong usage, 3 limit exceeded";
@@ -58,8 +63,9 @@ pub struct RenderArgs {
 
     /// Also write planes of the G-buffer: layers of an .exr, files beside a .png (OUT.depth.png)
     ///
-    /// Comma-separated: depth, normal, coat-normal, base-color, roughness, metallic, coat, material-id, object-id,
-    /// uv, coverage.
+    /// Comma-separated: depth, position, normal, coat-normal, tangent, base-color, roughness, metallic, specular-color,
+    /// occlusion, emissive, coat, coat-thickness, coat-color, sheen-color, sheen-roughness, anisotropy, iridescence,
+    /// second-lobe, subsurface, material-id, object-id, uv, coverage.
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = values::aov)]
     pub aov: Vec<Aov>,
 
@@ -183,9 +189,18 @@ pub struct PictureArgs {
     #[arg(long, value_name = "N", value_parser = values::samples)]
     pub samples: Option<u32>,
 
-    /// Formulas of the clear coat: urp-desktop, urp-mobile (Unity URP 13) or urp17 (Unity 6) [default: urp-desktop]
+    /// Formulas that shade every surface [default: what each material names, else urp-desktop]
+    ///
+    /// urp-desktop, urp-mobile (Unity URP 13), urp17 (Unity 6), hdrp-lit, stacklit (Unity HDRP), filament,
+    /// filament-mobile, filament-cloth, filament-2018, three, three-legacy, gltf (Khronos), gltf-sampled
+    /// (the same by sixteen lookups a lobe), openpbr, velvet.
     #[arg(long, value_name = "MODEL", value_parser = values::shading)]
     pub shading: Option<ShadingModel>,
+
+    /// Make the model of a material: a .toml file or the name of a built-in one, for every mesh or for the
+    /// materials of one name in the model; may be repeated, later ones lie over earlier ones
+    #[arg(long = "material", value_name = "[NAME=]FILE|BUILT-IN", value_parser = values::material)]
+    pub materials: Vec<MaterialChoice>,
 
     /// Largest anisotropy of texture filtering, 1 to 16 [default: 8]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=16))]
@@ -317,6 +332,59 @@ pub struct SheetArgs {
     pub report: ReportArgs,
 }
 
+/// `overcoat compare-models`
+#[derive(Debug, Args)]
+#[command(after_help = "Example:
+  overcoat compare-models car.glb -o models.png --against gltf --models urp17,hdrp-lit,stacklit,filament,three,gltf
+
+Below each picture is its difference to that of --against, four times as strong: black where both agree.")]
+pub struct CompareModelsArgs {
+    /// Model file (.glb, .gltf, .obj, .stl, .ply), or - for standard input
+    #[arg(value_name = "IN", required_unless_present = "scene")]
+    pub input: Option<PathBuf>,
+
+    /// Labelled sheet to write (.png), or - for standard output
+    #[arg(short, long, value_name = "OUT")]
+    pub output: PathBuf,
+
+    /// Shading models to show, comma-separated [default: all]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = values::shading)]
+    pub models: Vec<ShadingModel>,
+
+    /// Shading model that the others are compared with
+    #[arg(long, value_name = "MODEL", value_parser = values::shading, default_value = "gltf")]
+    pub against: ShadingModel,
+
+    /// Cells in a row [default: as many as make the sheet about square]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub columns: Option<u32>,
+
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub scene: SceneArgs,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub camera: CameraArgs,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub light: LightArgs,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub picture: PictureArgs,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub display: DisplayArgs,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub machine: MachineArgs,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub input_options: InputArgs,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub report: ReportArgs,
+}
+
 /// `overcoat bench`
 #[derive(Debug, Args)]
 #[command(after_help = "Example:
@@ -354,6 +422,47 @@ pub struct BenchArgs {
     #[command(flatten)]
     #[allow(missing_docs)]
     pub input_options: InputArgs,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub report: ReportArgs,
+}
+
+/// `overcoat materials`
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  overcoat materials
+  overcoat materials candy-red > mine.toml
+  overcoat materials --keys
+  overcoat materials -o materials.png --size 192
+
+A file that is printed names its textures by their paths in assets/materials of the sources.")]
+pub struct MaterialsArgs {
+    /// Print the file of this one, to start from
+    #[arg(value_name = "NAME", conflicts_with_all = ["output", "keys"])]
+    pub name: Option<String>,
+
+    /// Contact sheet to write (.png), or - for standard output
+    #[arg(short, long, value_name = "OUT")]
+    pub output: Option<PathBuf>,
+
+    /// List the keys of material files instead, with what they take and their defaults
+    #[arg(long, conflicts_with = "output")]
+    pub keys: bool,
+
+    /// Width and height of a cell in pixels [default: 256]
+    #[arg(long, value_name = "WxH", value_parser = values::size, requires = "output")]
+    pub size: Option<[u64; 2]>,
+
+    /// Cells in a row [default: as many as make the sheet about square]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000), requires = "output")]
+    pub columns: Option<u32>,
+
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub light: LightArgs,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub machine: MachineArgs,
     #[command(flatten)]
     #[allow(missing_docs)]
     pub report: ReportArgs,
@@ -408,6 +517,7 @@ impl PictureArgs {
         override_with(&mut scene.size, self.size);
         override_with(&mut scene.samples, self.samples);
         override_with(&mut scene.shading, self.shading);
+        scene.more_materials.extend_from_slice(&self.materials);
         override_with(&mut scene.anisotropy, self.anisotropy);
     }
 }

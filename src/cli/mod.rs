@@ -6,10 +6,14 @@
 
 pub mod args;
 mod bench;
+mod compare;
 pub mod failure;
 mod info;
 pub mod input;
 mod label;
+pub mod materials;
+mod materials_command;
+mod ball;
 pub mod picture;
 mod progress;
 mod render;
@@ -59,6 +63,8 @@ fn dispatch(command: &Command) -> Result<(), Failure> {
         Command::Info(args) => info::run(args),
         Command::Sheet(args) => sheet::run(args),
         Command::Bench(args) => bench::run(args),
+        Command::CompareModels(args) => compare::run(args),
+        Command::Materials(args) => materials_command::run(args),
     }
 }
 

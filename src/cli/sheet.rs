@@ -4,6 +4,7 @@ use super::args::SheetArgs;
 use super::failure::{Failure, file_name};
 use super::input::{self, ModelSource};
 use super::label::{Sheet, fit, wrap};
+use super::materials::Materials;
 use super::picture::{Machine, is_standard_stream};
 use super::progress::Progress;
 use super::render::{machine, nothing_to_see};
@@ -18,7 +19,7 @@ use serde::Serialize;
 use std::path::Path;
 
 /// Side of a cell's picture in pixels where none is given.
-const DEFAULT_CELL: u64 = 256;
+pub(super) const DEFAULT_CELL: u64 = 256;
 /// Pixels between cells.
 const GAP: u32 = 8;
 /// Pixels below a picture for two lines of text.
@@ -26,7 +27,7 @@ const LABEL: u32 = 36;
 /// Pixels of one grid unit of the font.
 const UNIT: f32 = 1.4;
 
-const PAPER: [u8; 3] = [246, 246, 246];
+pub(super) const PAPER: [u8; 3] = [246, 246, 246];
 /// Neither black nor white, so that models of both stand out.
 const CELL: [u8; 3] = [214, 215, 218];
 const INK: [u8; 3] = [32, 32, 32];
@@ -61,10 +62,11 @@ struct CellReport {
 }
 
 /// Where things are on the sheet, in pixels.
-struct Layout {
+pub(super) struct Layout {
     columns: u32,
     cell: [u32; 2],
-    size: [u32; 2],
+    /// Width and height of the sheet.
+    pub(super) size: [u32; 2],
 }
 
 /// Renders many models to one sheet.
@@ -94,7 +96,8 @@ pub fn run(args: &SheetArgs) -> Result<(), Failure> {
     let layout = Layout::new(args.inputs.len(), args.columns, [options.width, options.height], &limits)?;
 
     let mut renderer = Renderer::new(usize::from(args.machine.threads));
-    // The environment is the same for all cells; it is loaded once.
+    // Environment and materials are the same for all cells; they are loaded once.
+    let materials = Materials::load(&description, &limits, renderer.jobs())?;
     let mut surroundings = Scene::new();
     description.light(&mut surroundings, &limits, renderer.jobs())?;
 
@@ -114,6 +117,7 @@ pub fn run(args: &SheetArgs) -> Result<(), Failure> {
             .and_then(|source| {
                 render_cell(
                     &description,
+                    &materials,
                     &source,
                     &surroundings,
                     machine,
@@ -161,6 +165,7 @@ pub fn run(args: &SheetArgs) -> Result<(), Failure> {
 /// Renders one model as the description says.
 fn render_cell(
     description: &SceneFile,
+    materials: &Materials,
     source: &ModelSource,
     surroundings: &Scene,
     machine: Machine,
@@ -175,6 +180,7 @@ fn render_cell(
         scene.clear_lights();
     }
     let about = |failure: Failure| failure.at(&source.path);
+    materials.assign(&mut scene, limits).map_err(about)?;
     scene.set_environment(surroundings.environment().clone()).map_err(|e| about(Failure::scene(&e)))?;
     let camera = description.camera(&scene, &options).map_err(about)?;
     let rendered = renderer.render(&scene, &camera, &options).map_err(|e| about(Failure::render(&e)))?;
@@ -188,7 +194,12 @@ fn render_cell(
 
 impl Layout {
     /// Refuses sheets beyond the limits of a picture.
-    fn new(cells: usize, columns: Option<u32>, cell: [u32; 2], limits: &Limits) -> Result<Self, Failure> {
+    pub(super) fn new(
+        cells: usize,
+        columns: Option<u32>,
+        cell: [u32; 2],
+        limits: &Limits,
+    ) -> Result<Self, Failure> {
         let cells = u32::try_from(cells).unwrap_or(u32::MAX).max(1);
         let columns = columns.unwrap_or_else(|| {
             let full = |c: u32| u64::from(c) * u64::from(cell[0] + GAP);
@@ -208,40 +219,46 @@ impl Layout {
         Ok(Self { columns, cell, size: [width as u32, height as u32] })
     }
 
-    /// Draws one cell with its label.
-    fn draw(&self, sheet: &mut Sheet, k: usize, path: &Path, cell: &Cell) {
+    /// Fills the background of cell `k` and writes two lines below it. Returns its left upper corner.
+    pub(super) fn label(&self, sheet: &mut Sheet, k: usize, [first, second]: [&str; 2]) -> [u32; 2] {
         let [width, height] = self.cell;
         let (column, row) = (k as u32 % self.columns, k as u32 / self.columns);
         let x = GAP + column * (width + GAP);
         let y = GAP + row * (height + GAP + LABEL);
-        let (left, top) = (x as f32, y as f32);
+        let (left, below) = (x as f32, (y + height) as f32);
         let room = width as f32 - 8.0;
-        sheet.fill(left, top, width as f32, height as f32, CELL);
-        let second_line = match cell {
-            Cell::Picture { image, triangles } => {
-                sheet.picture(x as i32, y as i32, image.width, image.height, &image.pixels);
-                format!("{} triangles", with_separators(*triangles))
-            }
-            Cell::Failed(failure) => {
-                let line_height = 11.0 * UNIT;
-                let lines = (((height as f32 - 16.0) / line_height) as usize).max(1);
-                // The name is below the cell.
-                let text = failure.to_string();
-                let reason = text.strip_prefix(&format!("{}: ", file_name(path))).unwrap_or(&text);
-                for (n, line) in wrap(reason, room, UNIT, lines).iter().enumerate() {
-                    sheet.text(line, left + 4.0, top + 10.0 + n as f32 * line_height, UNIT, ALARM);
-                }
-                "failed".to_owned()
-            }
-        };
+        sheet.fill(left, y as f32, width as f32, height as f32, CELL);
+        sheet.text(&fit(first, room, UNIT), left + 4.0, below + 4.0, UNIT, INK);
+        sheet.text(&fit(second, room, UNIT), left + 4.0, below + 20.0, UNIT, FAINT);
+        [x, y]
+    }
+
+    /// Draws one cell with its label.
+    fn draw(&self, sheet: &mut Sheet, k: usize, path: &Path, cell: &Cell) {
         let name = if is_standard_stream(path) {
             file_name(path)
         } else {
             path.file_name().unwrap_or_default().to_string_lossy().into_owned()
         };
-        let below = top + height as f32;
-        sheet.text(&fit(&name, room, UNIT), left + 4.0, below + 4.0, UNIT, INK);
-        sheet.text(&fit(&second_line, room, UNIT), left + 4.0, below + 20.0, UNIT, FAINT);
+        match cell {
+            Cell::Picture { image, triangles } => {
+                let second = format!("{} triangles", with_separators(*triangles));
+                let [x, y] = self.label(sheet, k, [&name, &second]);
+                sheet.picture(x as i32, y as i32, image.width, image.height, &image.pixels);
+            }
+            Cell::Failed(failure) => {
+                let [x, y] = self.label(sheet, k, [&name, "failed"]);
+                let [width, height] = self.cell.map(|v| v as f32);
+                let line_height = 11.0 * UNIT;
+                let lines = (((height - 16.0) / line_height) as usize).max(1);
+                // The name is below the cell.
+                let text = failure.to_string();
+                let reason = text.strip_prefix(&format!("{}: ", file_name(path))).unwrap_or(&text);
+                for (n, line) in wrap(reason, width - 8.0, UNIT, lines).iter().enumerate() {
+                    sheet.text(line, x as f32 + 4.0, y as f32 + 10.0 + n as f32 * line_height, UNIT, ALARM);
+                }
+            }
+        }
     }
 }
 

@@ -6,6 +6,7 @@
 
 pub mod filament;
 pub mod filament_2018;
+mod glsl;
 pub mod gltf;
 pub mod hdrp_lit;
 pub mod openpbr;

@@ -26,21 +26,48 @@ pub struct AovPlane {
 
 /// A quantity of the G-buffer ("arbitrary output variable").
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Aov {
     /// Distance along the view direction in metres; 0 where no surface is.
     Depth,
+    /// World-space position in metres.
+    Position,
     /// World-space shading normal, unit length.
     Normal,
     /// World-space normal of the clear coat, unit length.
     CoatNormal,
+    /// World-space direction along which highlights are stretched, unit length.
+    Tangent,
     /// Linear base colour.
     BaseColor,
     /// Perceptual roughness of the base.
     Roughness,
     /// Metallic, 0 to 1.
     Metallic,
+    /// Linear colour of the dielectric's F0; F0 itself in the specular workflow.
+    SpecularColor,
+    /// Ambient occlusion, 1 where nothing occludes.
+    Occlusion,
+    /// Emitted radiance.
+    Emissive,
     /// Clear coat mask and perceptual roughness of the coat.
     Coat,
+    /// Thickness of the coat in units of length.
+    CoatThickness,
+    /// What the coat lets through at normal incidence, linear.
+    CoatColor,
+    /// Linear sheen colour.
+    SheenColor,
+    /// Perceptual roughness of the sheen.
+    SheenRoughness,
+    /// Strength of the anisotropy, -1 to 1.
+    Anisotropy,
+    /// Iridescence mask, and thickness of the film in nanometres.
+    Iridescence,
+    /// Second lobe: perceptual roughness, lobe mix, haziness.
+    SecondLobe,
+    /// Subsurface mask, and thickness that transmitted light crosses in millimetres.
+    Subsurface,
     /// Number of the material plus 1, of the nearest surface with the largest coverage; 0 where none is.
     MaterialId,
     /// Number of the object plus 1, likewise.
@@ -53,14 +80,27 @@ pub enum Aov {
 
 impl Aov {
     /// All of them, in the order of the documentation.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 24] = [
         Self::Depth,
+        Self::Position,
         Self::Normal,
         Self::CoatNormal,
+        Self::Tangent,
         Self::BaseColor,
         Self::Roughness,
         Self::Metallic,
+        Self::SpecularColor,
+        Self::Occlusion,
+        Self::Emissive,
         Self::Coat,
+        Self::CoatThickness,
+        Self::CoatColor,
+        Self::SheenColor,
+        Self::SheenRoughness,
+        Self::Anisotropy,
+        Self::Iridescence,
+        Self::SecondLobe,
+        Self::Subsurface,
         Self::MaterialId,
         Self::ObjectId,
         Self::Uv,
@@ -72,12 +112,25 @@ impl Aov {
     pub fn name(self) -> &'static str {
         match self {
             Self::Depth => "depth",
+            Self::Position => "position",
             Self::Normal => "normal",
             Self::CoatNormal => "coat-normal",
+            Self::Tangent => "tangent",
             Self::BaseColor => "base-color",
             Self::Roughness => "roughness",
             Self::Metallic => "metallic",
+            Self::SpecularColor => "specular-color",
+            Self::Occlusion => "occlusion",
+            Self::Emissive => "emissive",
             Self::Coat => "coat",
+            Self::CoatThickness => "coat-thickness",
+            Self::CoatColor => "coat-color",
+            Self::SheenColor => "sheen-color",
+            Self::SheenRoughness => "sheen-roughness",
+            Self::Anisotropy => "anisotropy",
+            Self::Iridescence => "iridescence",
+            Self::SecondLobe => "second-lobe",
+            Self::Subsurface => "subsurface",
             Self::MaterialId => "material-id",
             Self::ObjectId => "object-id",
             Self::Uv => "uv",
@@ -95,8 +148,17 @@ impl Aov {
     #[must_use]
     pub fn channels(self) -> usize {
         match self {
-            Self::Normal | Self::CoatNormal | Self::BaseColor => 3,
-            Self::Coat | Self::Uv => 2,
+            Self::Position
+            | Self::Normal
+            | Self::CoatNormal
+            | Self::Tangent
+            | Self::BaseColor
+            | Self::SpecularColor
+            | Self::Emissive
+            | Self::CoatColor
+            | Self::SheenColor
+            | Self::SecondLobe => 3,
+            Self::Coat | Self::Iridescence | Self::Subsurface | Self::Uv => 2,
             _ => 1,
         }
     }

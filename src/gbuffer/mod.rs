@@ -7,6 +7,7 @@ mod batch;
 mod fragments;
 mod interpolate;
 
+pub mod layout;
 pub mod texture;
 
 pub use batch::{Batch, Draw, TriangleSource, VertexLanes};

@@ -90,6 +90,14 @@ pub fn normalize<L: Lanes>(l: L, v: V3<L>) -> V3<L> {
     scale(l, v, inverse)
 }
 
+/// [`normalize`] by three divisions, as GLSL defines it: v / length(v), components rounded once less. Half vectors of
+/// models whose original is GLSL need the bits, because 1 - (N.H)^2 magnifies the last one near the mirror direction.
+#[inline(always)]
+pub fn divide_by_length<L: Lanes>(l: L, v: V3<L>) -> V3<L> {
+    let length = dot(l, v, v).at_least(f32::MIN_POSITIVE).sqrt();
+    [v[0] / length, v[1] / length, v[2] / length]
+}
+
 /// The incident direction i mirrored at the plane with normal n: i - 2 (n.i) n, both pointing as in HLSL
 /// `reflect` (i towards the surface, the result away from it).
 #[inline(always)]
@@ -133,6 +141,8 @@ mod tests {
         assert_eq!(first(normalize(Scalar, v(0.0, 0.0, 0.0))), [0.0; 3]);
         assert_eq!(first(normalize(Scalar, v(3e-19, 0.0, 4e-19))), [0.6, 0.0, 0.8]);
         assert_eq!(first(normalize(Scalar, v(0.0, -7.0, 0.0))), [0.0, -1.0, 0.0]);
+        assert_eq!(first(divide_by_length(Scalar, v(0.0, 0.0, 0.0))), [0.0; 3]);
+        assert_eq!(first(divide_by_length(Scalar, v(0.0, 3.0, -4.0))), [0.0, 3.0 / 5.0, -4.0 / 5.0]);
         let tiny = first(normalize(Scalar, v(1e-25, 0.0, 0.0)));
         assert!(tiny[0] > 0.0 && tiny[0] < 1.0);
     }

@@ -9,10 +9,15 @@ use crate::frame::{Aov, AovPlane, Frame};
 /// | plane | picture |
 /// |---|---|
 /// | depth | 1 (nearest) to 0.1 (farthest surface of the picture), linear in depth, grey |
-/// | normal, coat-normal | xyz * 0.5 + 0.5 as RGB |
-/// | base-color | sRGB, tagged as such |
-/// | roughness, metallic, coverage | 0 to 1, grey |
+/// | normal, coat-normal, tangent | xyz * 0.5 + 0.5 as RGB |
+/// | anisotropy | -1 black to 1 white |
+/// | base-color, specular-color, emissive, coat-color, sheen-color | sRGB, tagged as such |
+/// | roughness, metallic, occlusion, sheen-roughness, coverage | 0 to 1, grey |
 /// | coat | mask in red, roughness in green |
+/// | second-lobe | roughness, mix and haziness in red, green and blue |
+/// | iridescence, subsurface | mask in red, thickness t in green as t / (t + 500 nm) or t / (t + 1 mm) |
+/// | coat-thickness | thickness t as t / (1 + t), grey |
+/// | position | the fractions of x, y, z in metres as RGB |
 /// | material-id, object-id | a colour for each number, neighbours far apart |
 /// | uv | u - floor(u) in red, v - floor(v) in green |
 ///
@@ -24,7 +29,12 @@ pub fn encode_aov_png(frame: &Frame, aov: Aov) -> Result<Vec<u8>, OutputError> {
         format: OutputFormat::Png,
         reason: format!("the frame has no plane {}", aov.name()),
     })?;
-    encode_png_rgb(frame.width, frame.height, &picture(plane), aov == Aov::BaseColor)
+    encode_png_rgb(frame.width, frame.height, &picture(plane), is_color(aov))
+}
+
+/// True for linear colours.
+fn is_color(aov: Aov) -> bool {
+    matches!(aov, Aov::BaseColor | Aov::SpecularColor | Aov::Emissive | Aov::CoatColor | Aov::SheenColor)
 }
 
 /// The table of [`encode_aov_png`].
@@ -39,8 +49,16 @@ fn picture(plane: &AovPlane) -> Vec<[u8; 3]> {
             (Aov::Depth, &[z]) => {
                 [byte(if far > near { 1.0 - 0.9 * ((z - near) / (far - near)) } else { 1.0 }); 3]
             }
-            (Aov::Normal | Aov::CoatNormal, &[x, y, z]) => [x, y, z].map(|v| byte(v * 0.5 + 0.5)),
-            (Aov::BaseColor, &[r, g, b]) => [r, g, b].map(linear_to_srgb8),
+            (Aov::Normal | Aov::CoatNormal | Aov::Tangent, &[x, y, z]) => {
+                [x, y, z].map(|v| byte(v * 0.5 + 0.5))
+            }
+            (aov, &[r, g, b]) if is_color(aov) => [r, g, b].map(linear_to_srgb8),
+            (Aov::SecondLobe, &[roughness, mix, haziness]) => [roughness, mix, haziness].map(byte),
+            (Aov::Position, &[x, y, z]) => [x, y, z].map(|v| byte(v - v.floor())),
+            (Aov::Anisotropy, &[strength]) => [byte(strength * 0.5 + 0.5); 3],
+            (Aov::Iridescence, &[mask, nm]) => [byte(mask), byte(nm / (nm + 500.0)), 0],
+            (Aov::Subsurface, &[mask, mm]) => [byte(mask), byte(mm / (mm + 1.0)), 0],
+            (Aov::CoatThickness, &[t]) => [byte(t / (t + 1.0)); 3],
             (Aov::Coat, &[mask, roughness]) => [byte(mask), byte(roughness), 0],
             (Aov::Uv, &[u, v]) => [byte(u - u.floor()), byte(v - v.floor()), 0],
             (Aov::MaterialId | Aov::ObjectId, &[id]) => id_color(id as u32),

@@ -85,11 +85,13 @@ fn component(plane: &AovPlane, c: usize) -> Vec<f32> {
 fn channel_names(aov: Aov) -> &'static [&'static str] {
     match aov {
         Aov::Depth => &["Z"],
-        Aov::Normal | Aov::CoatNormal => &["X", "Y", "Z"],
-        Aov::BaseColor => &["R", "G", "B"],
+        Aov::Position | Aov::Normal | Aov::CoatNormal | Aov::Tangent => &["X", "Y", "Z"],
+        Aov::BaseColor | Aov::SpecularColor | Aov::Emissive | Aov::CoatColor | Aov::SheenColor => &["R", "G", "B"],
         Aov::Coat => &["mask", "roughness"],
+        Aov::Iridescence | Aov::Subsurface => &["mask", "thickness"],
+        Aov::SecondLobe => &["roughness", "mix", "haziness"],
         Aov::Uv => &["U", "V"],
-        Aov::Roughness | Aov::Metallic | Aov::MaterialId | Aov::ObjectId | Aov::Coverage => &["Y"],
+        _ => &["Y"],
     }
 }
 

@@ -1,10 +1,39 @@
 //! G-buffer planes for users to see.
 
 use crate::frame::Aov;
+use crate::gbuffer::layout::{self, SurfacePlanes};
 use crate::gbuffer::{Batch, Draw};
-use crate::math::lanes::{Float, LANES, Lanes};
-use crate::math::vec3::V3;
-use crate::shade::{Reflectance, Surface};
+use crate::math::lanes::LANES;
+
+/// The rows of the G-buffer that a quantity shows; `None` where it is not of the surface.
+fn rows(aov: Aov) -> Option<std::ops::Range<usize>> {
+    let first = match aov {
+        Aov::Depth => layout::DISTANCE,
+        Aov::Position => layout::POSITION,
+        Aov::Normal => layout::NORMAL,
+        Aov::CoatNormal => layout::COAT_NORMAL,
+        Aov::Tangent => layout::TANGENT,
+        Aov::BaseColor => layout::BASE_COLOR,
+        Aov::Roughness => layout::ROUGHNESS,
+        Aov::Metallic => layout::METALLIC,
+        Aov::SpecularColor => layout::SPECULAR_COLOR,
+        Aov::Occlusion => layout::OCCLUSION,
+        Aov::Emissive => layout::EMISSIVE,
+        // These show neighbouring planes.
+        Aov::Coat => layout::COAT,
+        Aov::Iridescence => layout::IRIDESCENCE,
+        Aov::SecondLobe => layout::SECOND_ROUGHNESS,
+        Aov::Subsurface => layout::SUBSURFACE,
+        Aov::CoatThickness => layout::COAT_THICKNESS,
+        Aov::CoatColor => layout::COAT_COLOR,
+        Aov::SheenColor => layout::SHEEN_COLOR,
+        Aov::SheenRoughness => layout::SHEEN_ROUGHNESS,
+        Aov::Anisotropy => layout::ANISOTROPY,
+        Aov::Uv => layout::UV,
+        Aov::MaterialId | Aov::ObjectId | Aov::Coverage => return None,
+    };
+    Some(first.first..first.first + aov.channels())
+}
 
 /// The planes of one tile: sums over the opaque fragments of each pixel, weighted by coverage.
 #[derive(Clone, Debug, Default)]
@@ -34,24 +63,23 @@ impl TileAovs {
         !self.wanted.is_empty()
     }
 
+    /// True if some plane is one of the material's lobes.
+    pub(super) fn wants_lobes(&self) -> bool {
+        self.wanted.iter().any(|&aov| rows(aov).is_some_and(|rows| rows.end > layout::LOBES.start))
+    }
+
     /// Adds a batch of fragments. Blended fragments (index `opaque` and above) are not part of the G-buffer.
-    #[inline(always)]
-    pub(super) fn add<L: Lanes>(
+    pub(super) fn add(
         &mut self,
         batch: &Batch,
-        surface: &Surface<L>,
+        surface: &SurfacePlanes,
         material: u32,
         draws: &[Draw<'_>],
         indices: &[u32],
         opaque: usize,
         samples: usize,
     ) {
-        let arrays = |v: V3<L>| v.map(|c| c.to_array());
-        let depth = surface.depth.to_array();
-        let metallic = match surface.reflectance {
-            Reflectance::Metallic { metallic, .. } => metallic.to_array(),
-            Reflectance::Specular { .. } => [0.0; LANES],
-        };
+        let depth = &surface.rows[layout::DEPTH.first];
         let pixel_of = |k: usize| {
             let fragment = &batch.fragments[k];
             fragment.row() as usize * self.width + fragment.column() as usize
@@ -59,17 +87,11 @@ impl TileAovs {
         let weight_of = |k: usize| batch.fragments[k].mask.count_ones() as f32 / samples as f32;
         let members: Vec<usize> = (0..batch.len).filter(|&k| (indices[k] as usize) < opaque).collect();
         for (aov, plane) in self.wanted.iter().zip(&mut self.planes) {
-            let values: Vec<[f32; LANES]> = match aov {
-                Aov::Depth => vec![surface.distance.to_array()],
-                Aov::Normal => arrays(surface.normal).to_vec(),
-                Aov::CoatNormal => arrays(surface.coat_normal).to_vec(),
-                Aov::BaseColor => arrays(surface.base_color).to_vec(),
-                Aov::Roughness => vec![surface.roughness.to_array()],
-                Aov::Metallic => vec![metallic],
-                Aov::Coat => vec![surface.coat.to_array(), surface.coat_roughness.to_array()],
-                Aov::Uv => surface.uv.map(|c| c.to_array()).to_vec(),
-                Aov::Coverage => vec![[1.0; LANES]],
-                Aov::MaterialId | Aov::ObjectId => continue,
+            let whole = [[1.0; LANES]];
+            let values: &[[f32; LANES]] = match rows(*aov) {
+                Some(rows) => &surface.rows[rows],
+                None if *aov == Aov::Coverage => &whole,
+                None => continue,
             };
             for &k in &members {
                 for (channel, value) in values.iter().enumerate() {
@@ -105,7 +127,7 @@ impl TileAovs {
             }
             for (values, &coverage) in plane.chunks_exact_mut(aov.channels()).zip(&self.coverage) {
                 let divisor = match aov {
-                    Aov::Normal | Aov::CoatNormal => {
+                    Aov::Normal | Aov::CoatNormal | Aov::Tangent => {
                         (values[0] * values[0] + values[1] * values[1] + values[2] * values[2]).sqrt()
                     }
                     _ => coverage,
@@ -116,5 +138,29 @@ impl TileAovs {
             }
         }
         self.planes
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Quantities of several numbers are neighbouring planes of the layout, in the order of the documentation.
+    #[test]
+    fn quantities_are_whole_planes() {
+        for aov in Aov::ALL {
+            let Some(rows) = rows(aov) else { continue };
+            let planes: Vec<_> =
+                layout::PLANES.iter().filter(|p| rows.contains(&p.first)).map(|p| (p.name, p.channels)).collect();
+            assert_eq!(planes.iter().map(|p| p.1).sum::<usize>(), aov.channels(), "{}", aov.name());
+            let expected: &[&str] = match aov {
+                Aov::Coat => &["coat", "coat-roughness"],
+                Aov::Iridescence => &["iridescence", "iridescence-thickness"],
+                Aov::SecondLobe => &["second-roughness", "lobe-mix", "haziness"],
+                Aov::Subsurface => &["subsurface", "subsurface-thickness"],
+                _ => &[aov.name()],
+            };
+            assert_eq!(planes.iter().map(|p| p.0).collect::<Vec<_>>(), expected);
+        }
     }
 }

@@ -2,13 +2,14 @@
 
 use super::draws::DrawState;
 use crate::each;
+use crate::gbuffer::layout::{self, SurfacePlanes};
 use crate::gbuffer::{Batch, Fragment, TriangleSource, extract_fragments, push_masked_fragments};
 use crate::geometry::Chunk;
 use crate::limits::{LimitExceeded, Limits};
 use crate::math::lanes::{Float, LANES, Lanes, Mask};
 use crate::raster::{NOT_CLIPPED, SamplePattern, TileOrigin, Triangle, Visibility};
 use crate::scene::AlphaMode;
-use crate::shade::{ShadeContext, alpha_passes, evaluate_surface, shade};
+use crate::shade::{ShadeContext, alpha_passes, shade, store_surface};
 use crate::tile::{Run, TileGrid};
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -71,6 +72,8 @@ pub(super) struct TileScratch {
     /// Index of the first blended fragment.
     order: Vec<u32>,
     shaded: Vec<ShadedFragment>,
+    /// The G-buffer of the batch that is being shaded.
+    surface: SurfacePlanes,
     resolve: super::resolve::ResolveScratch,
 }
 
@@ -243,7 +246,7 @@ fn shade_fragments<L: Lanes>(
     opaque: usize,
     aovs: &mut super::aov::TileAovs,
 ) {
-    let TileScratch { identities, fragments, order, shaded, .. } = scratch;
+    let TileScratch { identities, fragments, order, shaded, surface, .. } = scratch;
     let draws = pass.shade.draws;
     let source = TileTriangles { chunks: pass.chunks, identities };
     let material_of = |index: u32| {
@@ -260,6 +263,8 @@ fn shade_fragments<L: Lanes>(
     for run in order.chunk_by(|&a, &b| material_of(a) == material_of(b)) {
         let number = material_of(run[0]);
         let material = &pass.shade.materials[number as usize];
+        let model = pass.shade.model_of(material);
+        let lobes = model.reads_lobes() || aovs.wants_lobes();
         for indices in run.chunks(LANES) {
             let batch = Batch::gather(
                 indices.iter().map(|&k| fragments[k as usize]),
@@ -268,11 +273,11 @@ fn shade_fragments<L: Lanes>(
                 origin,
                 pass.pattern,
             );
-            let surface = evaluate_surface(l, &pass.shade, material, &batch);
-            let radiance = shade(l, &pass.shade, material, &surface);
+            store_surface(l, &pass.shade, material, &batch, lobes, surface);
+            let radiance = shade(l, &pass.shade, model, material, surface);
             let radiance = each!(c in radiance => c.to_array());
-            let alpha = surface.alpha.to_array();
-            let depth = surface.depth.to_array();
+            let alpha = &surface.rows[layout::ALPHA.first];
+            let depth = &surface.rows[layout::DEPTH.first];
             for (k, &index) in indices.iter().enumerate() {
                 shaded[index as usize] = ShadedFragment {
                     radiance: [radiance[0][k], radiance[1][k], radiance[2][k]],
@@ -281,7 +286,7 @@ fn shade_fragments<L: Lanes>(
                 };
             }
             if aovs.is_wanted() {
-                aovs.add(&batch, &surface, number, draws, indices, opaque, pass.pattern.len());
+                aovs.add(&batch, surface, number, draws, indices, opaque, pass.pattern.len());
             }
         }
     }

@@ -190,6 +190,20 @@ impl Material {
         .chain(self.lobes.textures())
     }
 
+    /// F0 of the index of refraction, ((n - 1) / (n + 1))^2: exactly 0.04 for 1.5, the constant of Unity's
+    /// `kDielectricSpec`, and 1 where the index is 0.
+    #[must_use]
+    pub fn dielectric_f0(&self) -> f32 {
+        if self.ior == 1.5 {
+            0.04
+        } else if self.ior == 0.0 {
+            1.0
+        } else {
+            let r = (self.ior - 1.0) / (self.ior + 1.0);
+            r * r
+        }
+    }
+
     /// True if some texture perturbs normals.
     #[must_use]
     pub fn has_normal_maps(&self) -> bool {

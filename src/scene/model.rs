@@ -29,6 +29,9 @@ pub enum ShadingModel {
     ThreeLegacy,
     /// The Khronos glTF Sample Renderer.
     Gltf,
+    /// The same BRDF with sixteen filtered lookups a lobe in place of one, and no compensation for multiple scattering: the
+    /// nearest to the integral that the appendix of glTF describes.
+    GltfSampled,
     /// OpenPBR 1.1: coat over a metallic or glossy-diffuse base.
     OpenPbr,
     /// Velvet (Ashikhmin and Premoze 2007) over Lambert.
@@ -37,7 +40,7 @@ pub enum ShadingModel {
 
 impl ShadingModel {
     /// All of them.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 15] = [
         Self::UrpDesktop,
         Self::UrpMobile,
         Self::Urp17,
@@ -50,6 +53,7 @@ impl ShadingModel {
         Self::Three,
         Self::ThreeLegacy,
         Self::Gltf,
+        Self::GltfSampled,
         Self::OpenPbr,
         Self::Velvet,
     ];
@@ -70,9 +74,16 @@ impl ShadingModel {
             Self::Three => "three",
             Self::ThreeLegacy => "three-legacy",
             Self::Gltf => "gltf",
+            Self::GltfSampled => "gltf-sampled",
             Self::OpenPbr => "openpbr",
             Self::Velvet => "velvet",
         }
+    }
+
+    /// True if the model reads more of a material than base, coat and emission.
+    #[must_use]
+    pub fn reads_lobes(self) -> bool {
+        !matches!(self, Self::UrpDesktop | Self::UrpMobile | Self::Urp17)
     }
 
     /// The model of that name.
@@ -127,4 +138,7 @@ pub struct ModelOptions {
     pub filament_2018_single_attenuation: bool,
     /// three.js, older composition: r119 instead of r131.
     pub three_r119: bool,
+    /// glTF: the coat's F0 is 0.04, as KHR_materials_clearcoat has it, instead of that of the base's index of refraction,
+    /// as the Sample Renderer computes it. They differ where KHR_materials_ior is not 1.5.
+    pub gltf_fixed_coat_f0: bool,
 }

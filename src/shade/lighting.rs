@@ -1,26 +1,51 @@
 //! Light on surfaces: the shading models applied to surface fragments.
 
-use super::surface::Reflectance;
-use super::incident::reflected_radiance;
-use super::{ShadeContext, Surface};
+use super::incident::Surroundings;
+use super::{Reflectance, ShadeContext, Surface, models};
 use crate::coat::urp::{self, UrpVersion};
+use crate::gbuffer::layout::SurfacePlanes;
 use crate::math::lanes::{Float, Lanes};
 use crate::math::vec3::{self, V3};
 use crate::scene::{Material, ShadingModel};
 
 /// Radiance that sixteen fragments of one material send to the viewer, linear, not multiplied by opacity.
+///
+/// `surface` holds what [`super::store_surface`] wrote, with the lobes if the model reads them.
 #[inline(always)]
-pub fn shade<L: Lanes>(l: L, context: &ShadeContext<'_>, material: &Material, surface: &Surface<L>) -> V3<L> {
+pub fn shade<L: Lanes>(
+    l: L,
+    context: &ShadeContext<'_>,
+    model: ShadingModel,
+    material: &Material,
+    surface: &SurfacePlanes,
+) -> V3<L> {
     if material.unlit {
-        return surface.base_color;
+        return Surface::load(l, material, false, surface).base_color;
     }
-    // One call with the version as a value: a copy of the kernel for each would be three times the code.
-    let version = match context.model_of(material) {
+    match model {
+        ShadingModel::UrpDesktop | ShadingModel::UrpMobile | ShadingModel::Urp17 => {}
+        ShadingModel::HdrpLit => return models::hdrp_lit::shade(l, context, material, surface),
+        ShadingModel::StackLit => return models::stacklit::shade(l, context, material, surface),
+        ShadingModel::Filament
+        | ShadingModel::FilamentMobile
+        | ShadingModel::FilamentCloth
+        | ShadingModel::Filament2018 => return models::filament::shade(l, context, model, material, surface),
+        ShadingModel::Three | ShadingModel::ThreeLegacy => {
+            return models::three::shade(l, context, model, material, surface);
+        }
+        ShadingModel::Gltf | ShadingModel::GltfSampled => {
+            return models::gltf::shade(l, context, model, material, surface);
+        }
+        ShadingModel::OpenPbr => return models::openpbr::shade(l, context, material, surface),
+        ShadingModel::Velvet => {}
+    }
+    // Versions of one engine are values: a copy of the kernel for each would be that many times the code.
+    let version = match model {
         ShadingModel::UrpMobile => UrpVersion::Mobile,
         ShadingModel::Urp17 => UrpVersion::Newest,
         _ => UrpVersion::Desktop,
     };
-    shade_urp(l, context, material, surface, version)
+    shade_urp(l, context, material, &Surface::load(l, material, false, surface), version)
 }
 
 /// Unity URP. Its BRDF leaves out the division by pi, so lights come as E / pi and the environment's diffuse light
@@ -51,17 +76,21 @@ fn shade_urp<L: Lanes>(
         coat,
     };
     let layers = urp::surface(l, version, &data, surface.normal, surface.view);
-    let baked_gi = context.environment.irradiance_over_pi(l, surface.normal);
-    let mut radiance = urp::indirect(
-        l,
-        &layers,
-        baked_gi,
-        #[inline(always)]
-        |query: urp::EnvironmentQuery<L>| {
-            reflected_radiance(l, context, material, surface, query.direction, query.perceptual_roughness)
-        },
-        surface.occlusion,
-    );
+    let mut radiance = [l.zero(); 3];
+    for &source in Surroundings::of(context) {
+        let reflected = urp::indirect(
+            l,
+            &layers,
+            source.irradiance_over_pi(l, context, surface, surface.normal),
+            #[inline(always)]
+            |query: urp::EnvironmentQuery<L>| {
+                let (direction, p) = (query.direction, query.perceptual_roughness);
+                source.radiance(l, context, material, surface, direction, p)
+            },
+            source.occlusion(l, surface),
+        );
+        radiance = vec3::add(l, radiance, reflected);
+    }
     for light in context.lights {
         let sample = light.sample(l, surface.position);
         let color = vec3::scale(l, sample.irradiance, l.splat(std::f32::consts::FRAC_1_PI));

@@ -36,6 +36,26 @@ pub struct LobeValues<L: Lanes> {
 }
 
 impl<L: Lanes> LobeValues<L> {
+    /// No lobes.
+    #[inline(always)]
+    pub fn none(l: L) -> Self {
+        let (zero, one) = (l.zero(), l.splat(1.0));
+        Self {
+            sheen_color: [zero; 3],
+            sheen_roughness: zero,
+            anisotropy: zero,
+            iridescence: zero,
+            iridescence_thickness: zero,
+            coat_thickness: zero,
+            coat_color: [one; 3],
+            second_roughness: zero,
+            lobe_mix: zero,
+            haziness: zero,
+            subsurface: zero,
+            subsurface_thickness: zero,
+        }
+    }
+
     /// Evaluates the lobes of a material, and the direction of its anisotropy in tangent space (a unit vector).
     #[inline(always)]
     pub(super) fn new(l: L, material: &Material, reader: &Reader<'_, L>) -> (Self, [L::F; 2]) {

@@ -1,14 +1,18 @@
 //! The deferred pass: surface fragments, sixteen at a time, to linear radiance.
 
 mod alpha;
+mod area;
 mod context;
 mod incident;
 mod lighting;
 mod lobes;
+mod models;
+mod record;
 mod surface;
 
 pub use alpha::alpha_passes;
 pub use context::{ShadeContext, ViewRays};
 pub use lighting::shade;
+pub use record::store_surface;
 pub use lobes::LobeValues;
-pub use surface::{Dielectric, Reflectance, Surface, evaluate_surface};
+pub use surface::{Dielectric, Reflectance, Surface};

@@ -211,13 +211,14 @@ fn has_colors(context: &ShadeContext<'_>, batch: &Batch) -> bool {
     }
 }
 
-/// Evaluates sixteen fragments of one material.
+/// Evaluates sixteen fragments of one material. Without `wants_lobes` the material's lobes and tangents are left out.
 #[inline(always)]
-pub fn evaluate_surface<L: Lanes>(
+pub(super) fn evaluate_surface<L: Lanes>(
     l: L,
     context: &ShadeContext<'_>,
     material: &Material,
     batch: &Batch,
+    wants_lobes: bool,
 ) -> Surface<L> {
     let location = locate(l, batch, context.rays.perspective);
     let distance = context.rays.distance(l, location.depth);
@@ -272,7 +273,6 @@ pub fn evaluate_surface<L: Lanes>(
         (l.zero(), l.splat(material.coat_roughness))
     };
 
-    let (lobes, direction) = LobeValues::new(l, material, &reader);
     let frame = NormalFrame::new(l, context, material, batch, &location, view);
     let normal = frame.shading_normal(l, material.normal_texture.as_ref(), &reader, view);
     let coat_normal = if material.coat > 0.0 && material.coat_normal_texture != material.normal_texture {
@@ -283,7 +283,13 @@ pub fn evaluate_surface<L: Lanes>(
         face_viewer(l, frame.normal, view)
     };
 
-    let (tangent, bitangent) = frame.tangents(l, material, direction, normal);
+    let (mut lobes, mut tangent, mut bitangent) =
+        (LobeValues::none(l), [l.splat(1.0), l.zero(), l.zero()], [l.zero(), l.splat(1.0), l.zero()]);
+    if wants_lobes {
+        let direction;
+        (lobes, direction) = LobeValues::new(l, material, &reader);
+        (tangent, bitangent) = frame.tangents(l, direction, normal);
+    }
 
     Surface {
         position,
@@ -339,17 +345,9 @@ fn reflectance<L: Lanes>(
 /// Index of refraction and KHR_materials_specular.
 #[inline(always)]
 fn dielectric<L: Lanes>(material: &Material, reader: &Reader<'_, L>) -> Dielectric<L> {
-    let f0_of_ior = if material.ior == 1.5 {
-        0.04
-    } else if material.ior == 0.0 {
-        1.0
-    } else {
-        let r = (material.ior - 1.0) / (material.ior + 1.0);
-        r * r
-    };
     let color = reader.factor(material.specular_color, material.specular_color_texture.as_ref(), [0, 1, 2]);
     let [weight] = reader.factor([material.specular], material.specular_texture.as_ref(), [3]);
-    Dielectric { f0_of_ior, color, weight }
+    Dielectric { f0_of_ior: material.dielectric_f0(), color, weight }
 }
 
 /// The tangent space of a batch.
@@ -408,19 +406,12 @@ impl<L: Lanes> NormalFrame<L> {
         Self { normal: unit, basis: Some(basis) }
     }
 
-    /// Unit tangent and bitangent about a shading normal, turned by the direction of the anisotropy. Materials without
-    /// anisotropy get some unit vectors.
+    /// Unit tangent and bitangent about a shading normal, turned by the direction of the anisotropy. Some basis where the
+    /// surface has no tangents.
     #[inline(always)]
-    fn tangents(
-        &self,
-        l: L,
-        material: &Material,
-        direction: [L::F; 2],
-        normal: V3<L>,
-    ) -> (V3<L>, V3<L>) {
-        let (Some([tangent, bitangent, _]), true) = (&self.basis, material.is_anisotropic()) else {
-            let (one, zero) = (l.splat(1.0), l.zero());
-            return ([one, zero, zero], [zero, one, zero]);
+    fn tangents(&self, l: L, direction: [L::F; 2], normal: V3<L>) -> (V3<L>, V3<L>) {
+        let Some([tangent, bitangent, _]) = &self.basis else {
+            return any_basis(l, normal);
         };
         let flat = vec3::sub(l, *tangent, vec3::scale(l, normal, vec3::dot(l, *tangent, normal)));
         let (any, _) = any_basis(l, normal);

@@ -3,7 +3,8 @@
 use super::stub;
 use super::table::{Adapter, Batch, Found};
 use overcoat::coat::filament::standard::{Anisotropy, Coat, EnvironmentQuery, Sheen, Surface, SurfaceData};
-use overcoat::coat::filament::{Quality, cloth, dielectric_f0, standard};
+use overcoat::coat::filament::{Quality, cloth, dielectric_f0, f0_clear_coat_to_surface, standard};
+use overcoat::coat::filament_2018::{self, Attenuation};
 use overcoat::math::lanes::{Float, Lanes, Mask, SimdLevel};
 use overcoat::math::vec3::{self, V3};
 
@@ -12,6 +13,7 @@ pub const ADAPTERS: &[Adapter] = &[
     Adapter { table: "filament_ibl", uniform: SWITCHES, run: standard_ibl, skipped: &[] },
     Adapter { table: "filament_cloth", uniform: CLOTH_SWITCHES, run: cloth_direct, skipped: &[] },
     Adapter { table: "filament_cloth_ibl", uniform: CLOTH_SWITCHES, run: cloth_ibl, skipped: &[] },
+    Adapter { table: "filament2018", uniform: &["in_modifyF0"], run: document, skipped: &[] },
 ];
 
 /// Columns that all rows of a vector must share.
@@ -38,6 +40,10 @@ fn cloth_direct(level: SimdLevel, batch: &Batch<'_>) -> Found {
 }
 fn cloth_ibl(level: SimdLevel, batch: &Batch<'_>) -> Found {
     overcoat::dispatch!(level, l => cloth_ibl_on(l, batch))
+}
+
+fn document(level: SimdLevel, batch: &Batch<'_>) -> Found {
+    overcoat::dispatch!(level, l => document_on(l, batch))
 }
 
 fn quality(batch: &Batch<'_>) -> Quality {
@@ -166,9 +172,9 @@ fn standard_ibl_on<L: Lanes>(l: L, batch: &Batch<'_>) -> Found {
     let sheen_radiance = surface.sheen_query(l).map_or([zero; 3], |query| stub_query(l, query));
     // The original looks nothing up for a coat of mask 0.
     let coated = !load(l, batch, "clearCoat").eq(zero);
-    let coat_radiance = surface.coat_query(l).map_or([zero; 3], |query| {
-        vec3::select(l, coated, stub_query(l, query), [zero; 3])
-    });
+    let coat_radiance = surface
+        .coat_query(l)
+        .map_or([zero; 3], |query| vec3::select(l, coated, stub_query(l, query), [zero; 3]));
     let below = standard::base_indirect(l, &surface, irradiance, radiance, sheen_radiance);
     found.three(l, "FdBeforeCoat", below.diffuse);
     found.three(l, "FrBeforeCoat", below.specular);
@@ -254,5 +260,71 @@ fn cloth_ibl_on<L: Lanes>(l: L, batch: &Batch<'_>) -> Found {
     found.three(l, "ccRadiance", [zero; 3]);
     let color = cloth::indirect(l, &surface, irradiance, |query| stub_query(l, query), one);
     found.three(l, "color", color);
+    found.0
+}
+
+/// The document's surface in one of its editions.
+#[inline(always)]
+fn document_surface<L: Lanes>(
+    l: L,
+    batch: &Batch<'_>,
+    attenuation: Attenuation,
+) -> filament_2018::Surface<L> {
+    let data = filament_2018::SurfaceData {
+        base_color: load3(l, batch, "baseColor"),
+        metallic: load(l, batch, "metallic"),
+        perceptual_roughness: load(l, batch, "perceptualRoughness"),
+        dielectric_f0: [dielectric_f0(l, load(l, batch, "reflectance")); 3],
+        coat: Some(filament_2018::Coat {
+            mask: load(l, batch, "clearCoat"),
+            perceptual_roughness: load(l, batch, "clearCoatPerceptualRoughness"),
+            modify_f0: batch.is_on("modifyF0"),
+            attenuation,
+        }),
+    };
+    filament_2018::surface(l, &data, load3(l, batch, "N"), load3(l, batch, "V"))
+}
+
+#[inline(always)]
+fn document_on<L: Lanes>(l: L, batch: &Batch<'_>) -> Found {
+    let mut found = Columns(Found::default());
+    let light = load3(l, batch, "L");
+    let color = load3(l, batch, "lightColor");
+    for (form, attenuation) in [("FormA", Attenuation::Code), ("FormB", Attenuation::Later)] {
+        let surface = document_surface(l, batch, attenuation);
+        let lobes = filament_2018::lobes(l, &surface, light);
+        let brdf = filament_2018::brdf(l, &surface, &lobes);
+        found.three(l, &format!("brdf{form}"), vec3::mul(l, color, brdf));
+        let lit = filament_2018::direct(l, &surface, light, color, l.splat(1.0));
+        found.three(l, &format!("lit{form}"), lit);
+        if attenuation == Attenuation::Later {
+            continue;
+        }
+        let f0 = surface.f0;
+        found.three(l, "f0", f0);
+        found.three(l, "f0ThreeSteps", f0.map(|f0| filament_2018::f0_under_coat_by_index(l, f0)));
+        found.three(l, "f0Combined", f0.map(|f0| filament_2018::f0_under_coat_combined(l, f0)));
+        let fit = |quality| f0.map(|f0| f0_clear_coat_to_surface(l, quality, f0));
+        found.three(l, "f0PolyDesktop", fit(Quality::Desktop));
+        found.three(l, "f0PolyMobile", fit(Quality::Mobile));
+        found.three(l, "f0Used", surface.f0_used);
+        found.one(l, "roughness", surface.roughness);
+        found.one(l, "NoV", surface.n_dot_v);
+        found.one(l, "NoL", lobes.n_dot_l);
+        found.one(l, "NoH", lobes.n_dot_h);
+        found.one(l, "LoH", lobes.l_dot_h);
+        found.one(l, "D", lobes.d);
+        found.one(l, "V", lobes.v);
+        found.three(l, "F", lobes.f);
+        found.three(l, "Fd", lobes.diffuse);
+        found.three(l, "Fr", lobes.specular);
+        if let (Some(coat), Some(lobe)) = (surface.coat, lobes.coat) {
+            found.one(l, "ccRoughness", coat.roughness);
+            found.one(l, "Dc", lobe.d);
+            found.one(l, "Vc", lobe.v);
+            found.one(l, "Fc", lobe.f);
+            found.one(l, "Frc", lobe.value);
+        }
+    }
     found.0
 }

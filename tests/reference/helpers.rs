@@ -5,7 +5,7 @@ use super::table::{Adapter, Batch, Found, Table as Csv};
 use overcoat::brdf::fgd::pre_integrated_fgd;
 use overcoat::brdf::occlusion::{self, BentNormalTilt, VisibilityCone};
 use overcoat::brdf::table::{Table, TexelGrid};
-use overcoat::brdf::{diffuse, ggx, reflection};
+use overcoat::brdf::{diffuse, ggx, integrate, reflection};
 use overcoat::math::lanes::{Float, LANES, Lanes, SimdLevel};
 use overcoat::math::vec3::{self, V3};
 use std::path::Path;
@@ -160,5 +160,16 @@ fn fgd_on<L: Lanes>(l: L, batch: &Batch<'_>) -> Found {
     found.set3("LUT_specularFGD", store3::<L>(fgd.specular));
     found.set("LUT_diffuseFGD", fgd.diffuse.to_array());
     found.set("LUT_reflectivity", fgd.reflectivity.to_array());
+
+    let mut integral = [[0.0; LANES]; 3];
+    let cosines = batch.get("NdotV");
+    for (lane, p) in batch.get("perceptualRoughness").into_iter().enumerate().take(batch.rows.len()) {
+        for value in integrate::unity_fgd(f64::from(p), &[f64::from(cosines[lane])]) {
+            for (channel, value) in integral.iter_mut().zip(value) {
+                channel[lane] = value as f32;
+            }
+        }
+    }
+    found.set3("direct", integral);
     found
 }

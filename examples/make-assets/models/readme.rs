@@ -19,7 +19,7 @@ fn purpose(name: &str) -> &'static str {
 }
 
 /// The text of `assets/README.md`.
-pub fn text(models: &[Model], textures: &[&str]) -> String {
+pub fn text(models: &[Model], textures: &[&str], material_textures: &[&str]) -> String {
     let mut text = String::from(
         "# Bundled assets\n\n\
          Every file here is made by `cargo run --release --example make-assets`, the same bytes on every machine;\n\
@@ -43,6 +43,14 @@ pub fn text(models: &[Model], textures: &[&str]) -> String {
     );
     for name in textures {
         line(&mut text, format_args!("- models/textures/{name}.png"));
+    }
+    text.push_str(
+        "\n## materials\n\n\
+         Material files for any model, written by hand; the program has them built in (`overcoat materials`). Their\n\
+         textures are made like the others, small, since they are part of the program:\n\n",
+    );
+    for name in material_textures {
+        line(&mut text, format_args!("- materials/textures/{name}.png"));
     }
     text.push_str(
         "\n## environment\n\n\

@@ -1,0 +1,27 @@
+//! Vectors as the models written in GLSL use them, with a direction where the originals leave it undefined.
+
+use crate::each;
+use crate::math::lanes::{Float, Lanes};
+use crate::math::vec3::{self, V3};
+
+/// GLSL's `mix`: a (1 - t) + b t.
+#[inline(always)]
+pub(super) fn mix<L: Lanes>(_: L, a: V3<L>, b: V3<L>, t: L::F) -> V3<L> {
+    let rest = t.one_minus();
+    each!(k => a[k] * rest + b[k] * t)
+}
+
+/// `v` at length 1, or `otherwise` where it has no direction (so that no lookup is ever asked for none).
+#[inline(always)]
+pub(super) fn normalize_or<L: Lanes>(l: L, v: V3<L>, otherwise: V3<L>) -> V3<L> {
+    let has_direction = vec3::dot(l, v, v).gt(l.splat(1e-30));
+    vec3::select(l, has_direction, vec3::normalize(l, v), otherwise)
+}
+
+/// The unit half vector, and its cosine with the view. Where light and view oppose each other it does not exist (and
+/// the original is undefined); the normal stands for it.
+#[inline(always)]
+pub(super) fn half_vector<L: Lanes>(l: L, light: V3<L>, view: V3<L>, normal: V3<L>) -> (V3<L>, L::F) {
+    let half = normalize_or(l, vec3::add(l, light, view), normal);
+    (half, vec3::dot(l, view, half).saturate())
+}

@@ -1,1 +1,0 @@
-//! The Khronos glTF Sample Renderer's composition with clear coat.

@@ -1,0 +1,232 @@
+//! Lights without extent (`EvaluateBSDF` and `ShadeSurface_Infinitesimal`).
+
+use super::adding::{Call, Layers, layers_once};
+use super::prelight::{COAT_LOBE, PreLight, bare_iridescence, lobe_lambda};
+use super::statistics::MIN_N_DOT_V;
+use crate::brdf::diffuse::{LAMBERT, TRANSMISSION_WRAP_LIGHT, wrapped_cosine};
+use crate::brdf::fresnel::schlick_color;
+use crate::brdf::ggx::{
+    anisotropic_distribution_visibility, bsdf_angles, part_lambda, smith_distribution_visibility,
+};
+use crate::brdf::reflection::coat_refract;
+use crate::each;
+use crate::math::lanes::{Float, Lanes, Mask};
+use crate::math::vec3::{self, V3};
+
+/// A light as it reaches the fragments.
+#[derive(Clone, Copy)]
+pub struct Light<L: Lanes> {
+    /// Unit vector to the light.
+    pub direction: V3<L>,
+    /// Irradiance at normal incidence, with shadow, linear.
+    pub color: V3<L>,
+    /// Least roughness (alpha) that stands for the light's extent; read with
+    /// [`super::Options::honor_light_min_roughness`].
+    pub min_roughness: L::F,
+    /// Factors for diffuse and specular light.
+    pub dimmers: [f32; 2],
+}
+
+impl<L: Lanes> Light<L> {
+    /// A point-like light.
+    #[inline(always)]
+    pub fn new(l: L, direction: V3<L>, color: V3<L>) -> Self {
+        Self { direction, color, min_roughness: l.zero(), dimmers: [1.0; 2] }
+    }
+}
+
+/// Light that leaves towards the viewer, in two parts.
+#[derive(Clone, Copy)]
+pub struct Lighting<L: Lanes> {
+    /// Per unit of diffuse colour until [`super::compose`] multiplies it.
+    pub diffuse: V3<L>,
+    /// All of it.
+    pub specular: V3<L>,
+}
+
+/// What StackLit calls `CBSDF`: reflected and transmitted shares per unit of irradiance, cosines included.
+#[derive(Clone, Copy)]
+pub struct Cbsdf<L: Lanes> {
+    /// Diffuse reflection per unit of diffuse colour.
+    pub diffuse_reflected: V3<L>,
+    /// Specular reflection.
+    pub specular_reflected: V3<L>,
+    /// Diffuse transmission per unit of diffuse colour and transmittance.
+    pub diffuse_transmitted: V3<L>,
+}
+
+/// The stack as one light finds it. With [`super::Options::recompute_per_light`] off, that of the view but for the
+/// light's least roughness.
+#[inline(always)]
+pub fn layers_for_light<L: Lanes>(
+    l: L,
+    pre: &PreLight<L>,
+    l_dot_h: L::F,
+    min_roughness: L::F,
+) -> Layers<L> {
+    let options = &pre.options;
+    let mut found = pre.layers;
+    match (&pre.bsdf.coat, options.recompute_per_light) {
+        (Some(coat), true) => {
+            let call = Call {
+                cosine: l_dot_h,
+                path: None,
+                uncoated_cosine: l_dot_h,
+                min_roughness,
+                per_light: true,
+            };
+            return layers_once(l, options, &pre.bsdf, coat, &call);
+        }
+        (None, true) => found.iridescent = bare_iridescence(l, &pre.bsdf, l_dot_h),
+        (_, false) => {
+            if options.honor_light_min_roughness {
+                for lobe in &mut found.lobes {
+                    lobe.roughness = each!(a in lobe.roughness => a.max(min_roughness));
+                }
+                if pre.bsdf.coat.is_some() {
+                    found.coat_roughness = found.coat_roughness.max(min_roughness);
+                }
+            }
+        }
+    }
+    found
+}
+
+/// `IsNonZeroBSDF`: lanes in which the light can show.
+#[inline(always)]
+pub fn is_non_zero<L: Lanes>(l: L, pre: &PreLight<L>, direction: V3<L>) -> L::M {
+    if pre.bsdf.transmittance.is_some() {
+        return l.mask(u16::MAX);
+    }
+    larger_cosine(l, pre, direction).gt(l.zero())
+}
+
+/// The larger of the cosines of a light with base and coat.
+#[inline(always)]
+fn larger_cosine<L: Lanes>(l: L, pre: &PreLight<L>, direction: V3<L>) -> L::F {
+    vec3::dot(l, pre.frame.normal, direction).max(vec3::dot(l, pre.coat_normal, direction))
+}
+
+/// `EvaluateBSDF` of a light direction.
+#[inline(always)]
+pub fn evaluate_bsdf<L: Lanes>(l: L, pre: &PreLight<L>, light: &Light<L>) -> Cbsdf<L> {
+    let (options, bsdf, frame) = (&pre.options, &pre.bsdf, &pre.frame);
+    let (zero, one) = (l.zero(), l.splat(1.0));
+    let [n_dot_v, n_dot_v_coat] = pre.n_dot_v;
+    let n_dot_l_given = vec3::dot(l, frame.normal, light.direction);
+    let n_dot_l_coat = vec3::dot(l, pre.coat_normal, light.direction);
+    let angles = bsdf_angles(l, light.direction, frame.view, n_dot_l_given, n_dot_v);
+    let l_dot_h = angles.l_dot_h;
+    let half =
+        vec3::scale(l, vec3::add(l, light.direction, frame.view), angles.inverse_length);
+    let layers = layers_for_light(l, pre, l_dot_h, light.min_roughness);
+
+    let (mut view, mut direction) = (frame.view, light.direction);
+    let (mut n_dot_l, mut n_dot_v_base) = (n_dot_l_given, n_dot_v.at_least(MIN_N_DOT_V));
+    if let (Some(coat), true) = (&bsdf.coat, options.refracted_angles_for_base) {
+        let refracted = coat_refract(l, frame.view, half, coat.ieta);
+        let mirrored = vec3::reflect(l, vec3::neg(l, refracted), half);
+        view = vec3::select(l, coat.uncoated, frame.view, refracted);
+        direction = vec3::select(l, coat.uncoated, light.direction, mirrored);
+        n_dot_l = vec3::dot(l, frame.normal, direction);
+        n_dot_v_base = vec3::dot(l, frame.normal, view).at_least(MIN_N_DOT_V);
+    }
+
+    let along = if bsdf.anisotropic {
+        let [t, b] = [frame.tangent, frame.bitangent];
+        [
+            [vec3::dot(l, t, half), vec3::dot(l, b, half), angles.n_dot_h],
+            [vec3::dot(l, t, direction), vec3::dot(l, b, direction), n_dot_l],
+        ]
+    } else {
+        [[zero; 3]; 2]
+    };
+    let per_light_lambda = options.recompute_per_light && bsdf.coat.is_some();
+    // D V times energy compensation, both lobes mixed.
+    let mut base: V3<L> = [zero; 3];
+    for x in 0..bsdf.lobe_count {
+        let lobe = &pre.lobes[1 + x];
+        let layered = &layers.lobes[x];
+        let lambda = if per_light_lambda {
+            lobe_lambda(l, bsdf, frame, view, n_dot_v_base, layered)
+        } else {
+            lobe.part_lambda_v
+        };
+        let dv = if bsdf.anisotropic {
+            anisotropic_distribution_visibility(l, along[0], along[1], n_dot_v_base, layered.roughness, lambda)
+        } else {
+            smith_distribution_visibility(l, angles.n_dot_h, n_dot_l, n_dot_v_base, layered.roughness[0], lambda)
+        };
+        base = each!(k => {
+            let term = dv * lobe.energy_compensation[k];
+            if x == 0 { term } else { base[k].lerp(term, bsdf.lobe_mix) }
+        });
+    }
+
+    let mut fresnel = schlick_color(l, bsdf.fresnel0, one, l_dot_h);
+    if let Some(film) = &bsdf.iridescence {
+        fresnel = vec3::lerp(l, fresnel, layers.iridescent, film.mask);
+    }
+    let lit = n_dot_l.at_least(0.0);
+    let mut diffuse = [l.splat(LAMBERT); 3];
+    let specular = match &bsdf.coat {
+        Some(coat) => {
+            if options.recompute_per_light {
+                fresnel = vec3::select(l, coat.uncoated, fresnel, layers.bottom);
+            }
+            fresnel = vec3::lerp(l, fresnel, layers.bottom, coat.mask);
+            diffuse = vec3::scale(l, layers.diffuse_energy, l.splat(LAMBERT));
+            let n_dot_v_coat_clamped = n_dot_v_coat.at_least(MIN_N_DOT_V);
+            let n_dot_h = ((n_dot_l_coat + n_dot_v_coat) * angles.inverse_length).saturate();
+            let lobe = &pre.lobes[COAT_LOBE];
+            let lambda = if options.recompute_per_light {
+                part_lambda(l, n_dot_v_coat_clamped, layers.coat_roughness)
+            } else {
+                lobe.part_lambda_v
+            };
+            let dv = smith_distribution_visibility(
+                l,
+                n_dot_h,
+                n_dot_l_coat,
+                n_dot_v_coat_clamped,
+                layers.coat_roughness,
+                lambda,
+            );
+            // The cosine first: the other factors may be as large as 1e37 where it is 0.
+            let top = n_dot_l_coat.at_least(0.0) * layers.top;
+            each!(k => lit * fresnel[k] * base[k] + top * lobe.energy_compensation[k] * dv)
+        }
+        None => each!(k => lit * fresnel[k] * base[k]),
+    };
+
+    let larger = n_dot_l_given.max(n_dot_l_coat);
+    let behind = larger.lt(zero).select(n_dot_l_given, larger);
+    let transmitted = wrapped_cosine(l, -behind, TRANSMISSION_WRAP_LIGHT);
+    let reflected = n_dot_l.saturate();
+    Cbsdf {
+        diffuse_reflected: vec3::scale(l, diffuse, reflected),
+        specular_reflected: specular,
+        diffuse_transmitted: vec3::scale(l, diffuse, transmitted),
+    }
+}
+
+/// One light: what of it leaves towards the viewer. Zero in lanes that it cannot reach.
+#[inline(always)]
+pub fn direct<L: Lanes>(l: L, pre: &PreLight<L>, light: &Light<L>) -> Lighting<L> {
+    let zero = l.zero();
+    let shows =
+        is_non_zero(l, pre, light.direction) & vec3::max_component(l, light.color).gt(zero);
+    if !shows.any() {
+        return Lighting { diffuse: [zero; 3], specular: [zero; 3] };
+    }
+    let found = evaluate_bsdf(l, pre, light);
+    let [diffuse_dimmer, specular_dimmer] = light.dimmers;
+    let diffuse: V3<L> = match &pre.bsdf.transmittance {
+        Some(t) => each!(k => found.diffuse_reflected[k] + found.diffuse_transmitted[k] * t[k]),
+        None => found.diffuse_reflected,
+    };
+    Lighting {
+        diffuse: each!(k => shows.select(diffuse[k] * light.color[k] * diffuse_dimmer, zero)),
+        specular: each!(k => shows.select(found.specular_reflected[k] * light.color[k] * specular_dimmer, zero)),
+    }
+}

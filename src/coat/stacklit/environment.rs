@@ -1,0 +1,106 @@
+//! The environment (`EvaluateBSDF_Env`) and the composition (`ModifyBakedDiffuseLighting`, `PostEvaluateBSDF`).
+
+use super::direct::Lighting;
+use super::occlusion::diffuse_occlusion;
+use super::prelight::{COAT_LOBE, PreLight};
+use crate::brdf::reflection::{environment_direction, specular_dominant_direction};
+use crate::each;
+use crate::math::lanes::{Float, Lanes};
+use crate::math::vec3::{self, V3};
+
+/// A look-up in the prefiltered environment.
+#[derive(Clone, Copy)]
+pub struct EnvironmentQuery<L: Lanes> {
+    /// Direction in which the radiance is asked for; not a unit vector.
+    pub direction: V3<L>,
+    /// What the environment is to be filtered for, 0 to 1; see
+    /// [`crate::brdf::roughness::mip_of_perceptual_roughness`].
+    pub perceptual_roughness: L::F,
+}
+
+/// What is asked for a lobe: coat (0), A (1), B (2).
+#[inline(always)]
+fn query<L: Lanes>(l: L, pre: &PreLight<L>, lobe: usize) -> EnvironmentQuery<L> {
+    let own_normal = match &pre.bsdf.coat {
+        Some(coat) => lobe == COAT_LOBE && coat.normal.is_some(),
+        None => false,
+    };
+    // Without a normal of its own the coat, too, is blended at the refracted cosine.
+    let (normal, n_dot_v) = if own_normal {
+        (pre.coat_normal, pre.n_dot_v[1].at_least(super::statistics::MIN_N_DOT_V))
+    } else {
+        (pre.frame.normal, pre.base_layer_n_dot_v)
+    };
+    let p = pre.lobes[lobe].perceptual_roughness;
+    let mirror = pre.lobes[lobe].reflection;
+    let dominant = specular_dominant_direction(l, normal, mirror, p, n_dot_v);
+    EnvironmentQuery { direction: environment_direction(l, dominant, mirror, p), perceptual_roughness: p }
+}
+
+/// Light from the environment by all lobes, occluded: `radiance` is asked once for each lobe that the material has, at
+/// most three times.
+///
+/// The original weighs the probes of a scene's hierarchy, 13.0 by lobe A for all and the newest version by lobe; with
+/// one environment all weights are 1. Screen-space reflections are not part of this.
+#[inline(always)]
+pub fn environment<L: Lanes>(
+    l: L,
+    pre: &PreLight<L>,
+    mut radiance: impl FnMut(EnvironmentQuery<L>) -> V3<L>,
+) -> V3<L> {
+    let first = if pre.bsdf.coat.is_some() { COAT_LOBE } else { 1 };
+    let mut sum = [l.zero(); 3];
+    for lobe in first..=pre.bsdf.lobe_count {
+        let found = radiance(query(l, pre, lobe));
+        let lobe = &pre.lobes[lobe];
+        sum = each!(k => {
+            let share = found[k] * lobe.specular_fgd[k] * lobe.energy_compensation[k];
+            sum[k] + share * lobe.specular_occlusion[k]
+        });
+    }
+    sum
+}
+
+/// Diffuse light of the environment as it leaves the surface, without occlusion (`ModifyBakedDiffuseLighting`).
+///
+/// `baked` is the irradiance at the base's normal over pi, `baked_from_behind` the same at its opposite, which is read
+/// if the material transmits light.
+#[inline(always)]
+pub fn baked_diffuse<L: Lanes>(l: L, pre: &PreLight<L>, baked: V3<L>, baked_from_behind: V3<L>) -> V3<L> {
+    let bsdf = &pre.bsdf;
+    let incoming = match &bsdf.transmittance {
+        Some(t) => each!(k => baked[k] + baked_from_behind[k] * t[k]),
+        None => baked,
+    };
+    let mut color = bsdf.modified_diffuse_color;
+    if pre.options.replace_diffuse_for_indirect > 0.0 {
+        let weight = ((vec3::max_component(l, bsdf.fresnel0) - 0.2) / 0.25).saturate();
+        let weight = weight * pre.options.replace_diffuse_for_indirect;
+        color = vec3::lerp(l, bsdf.diffuse_color, bsdf.fresnel0, weight);
+    }
+    let energy = pre.layers.diffuse_energy;
+    each!(k => incoming[k] * energy[k] * color[k])
+}
+
+/// `PostEvaluateBSDF`: the sum of all lights, the environment ([`environment`]) and the baked light
+/// ([`baked_diffuse`]) with occlusion, in two parts: the diffuse one with its colour, as a blur would take it.
+#[inline(always)]
+pub fn compose<L: Lanes>(
+    l: L,
+    pre: &PreLight<L>,
+    lights: &Lighting<L>,
+    environment: V3<L>,
+    baked: V3<L>,
+    emissive: V3<L>,
+) -> Lighting<L> {
+    let bsdf = &pre.bsdf;
+    let tint = vec3::mul(l, bsdf.diffuse_color, pre.layers.diffuse_energy);
+    let [direct, ambient] = diffuse_occlusion(l, &bsdf.occlusion, tint);
+    Lighting {
+        diffuse: each!(k => {
+            let lit = bsdf.modified_diffuse_color[k] * (lights.diffuse[k] * direct[k]);
+            lit + baked[k] * ambient[k] + emissive[k]
+        }),
+        specular: vec3::add(l, lights.specular, environment),
+    }
+}

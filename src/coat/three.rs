@@ -1,1 +1,0 @@
-//! three.js r187: MeshPhysicalMaterial.

@@ -1,0 +1,169 @@
+//! The G-buffer: which planes a batch of sixteen fragments has between surface evaluation and shading.
+//!
+//! | group | planes | bytes a fragment | read by |
+//! |---|---|---|---|
+//! | [`CORE`] | place, normals, base, coat, emission | 140 | every shading model |
+//! | [`LOBES`] | tangent frame, sheen, anisotropy, film, the coat's medium, second lobe, subsurface | 88 | every model but URP's |
+//!
+//! Planes are `f32`, sixteen fragments to a row of 64 bytes, so that a vector is one cache line. They are not packed
+//! more tightly: a batch is written once and read once, 4 KB in the first-level cache, and what half as many bytes
+//! would save is less than what packing costs; in return the tables of the engines' functions are met through the
+//! whole pipeline, which eight or sixteen bits would not allow. What is uniform over a material (indices of
+//! refraction, extinction, switches) is not in the G-buffer; shading reads it from the material.
+//!
+//! The contract of each plane is in [`PLANES`]: unit and range, which hold for every fragment, whatever the textures say.
+
+use crate::math::lanes::LANES;
+
+/// One quantity: a few neighbouring rows of [`SurfacePlanes`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plane {
+    /// Name, as `--aov` has it where users can ask for it.
+    pub name: &'static str,
+    /// First of its rows.
+    pub first: usize,
+    /// Number of rows.
+    pub channels: usize,
+    /// Least value.
+    pub low: f32,
+    /// Largest value.
+    pub high: f32,
+}
+
+/// Anything finite.
+const ANY: f32 = f32::MAX;
+
+macro_rules! planes {
+    (@step $first:expr;) => {
+        /// Rows of a batch.
+        pub const ROWS: usize = $first;
+    };
+    (@step $first:expr; $(#[$doc:meta])* $id:ident $name:literal $channels:literal $low:expr, $high:expr; $($rest:tt)*) => {
+        $(#[$doc])*
+        pub const $id: Plane =
+            Plane { name: $name, first: $first, channels: $channels, low: $low, high: $high };
+        planes!(@step $first + $channels; $($rest)*);
+    };
+    ($($(#[$doc:meta])* $id:ident $name:literal $channels:literal $low:expr, $high:expr;)*) => {
+        planes!(@step 0; $($(#[$doc])* $id $name $channels $low, $high;)*);
+        /// Every plane, in the order of the rows.
+        pub const PLANES: &[Plane] = &[$($id),*];
+    };
+}
+
+planes! {
+    /// World-space position in metres.
+    POSITION "position" 3 -ANY, ANY;
+    /// Unit vector towards the viewer.
+    VIEW "view" 3 -1.000_001, 1.000_001;
+    /// Unit normal of the base, N.V >= 0 up to rounding.
+    NORMAL "normal" 3 -1.000_001, 1.000_001;
+    /// Unit normal of the clear coat, likewise.
+    COAT_NORMAL "coat-normal" 3 -1.000_001, 1.000_001;
+    /// Unit normal before normal maps.
+    VERTEX_NORMAL "vertex-normal" 3 -1.000_001, 1.000_001;
+    /// Linear base (or diffuse) colour; above 1 by vertex colours only.
+    BASE_COLOR "base-color" 3 0.0, 65504.0;
+    /// Opacity.
+    ALPHA "alpha" 1 0.0, 1.0;
+    /// 0 dielectric to 1 metal; 0 in the specular workflow.
+    METALLIC "metallic" 1 0.0, 1.0;
+    /// KHR_materials_specular's colour; F0 in the specular workflow.
+    SPECULAR_COLOR "specular-color" 3 0.0, 1e6;
+    /// KHR_materials_specular's weight.
+    SPECULAR_WEIGHT "specular" 1 0.0, 1.0;
+    /// Perceptual roughness of the base.
+    ROUGHNESS "roughness" 1 0.0, 1.0;
+    /// Ambient occlusion, 1 where nothing occludes.
+    OCCLUSION "occlusion" 1 0.0, 1.0;
+    /// Emitted radiance.
+    EMISSIVE "emissive" 3 0.0, 1e6;
+    /// Clear coat mask.
+    COAT "coat" 1 0.0, 1.0;
+    /// Perceptual roughness of the coat.
+    COAT_ROUGHNESS "coat-roughness" 1 0.0, 1.0;
+    /// Texture coordinates of set 0.
+    UV "uv" 2 -ANY, ANY;
+    /// Distance along the view direction in metres.
+    DISTANCE "depth" 1 -ANY, ANY;
+    /// The depth that the rasterizer compares, greater is nearer.
+    DEPTH "raster-depth" 1 -ANY, ANY;
+    /// Unit vector along which highlights are stretched, perpendicular to the normal.
+    TANGENT "tangent" 3 -1.000_001, 1.000_001;
+    /// Perpendicular to both.
+    BITANGENT "bitangent" 3 -1.000_001, 1.000_001;
+    /// Linear sheen colour.
+    SHEEN_COLOR "sheen-color" 3 0.0, 1.0;
+    /// Perceptual roughness of the sheen.
+    SHEEN_ROUGHNESS "sheen-roughness" 1 0.0, 1.0;
+    /// Strength of the anisotropy.
+    ANISOTROPY "anisotropy" 1 -1.0, 1.0;
+    /// Iridescence mask.
+    IRIDESCENCE "iridescence" 1 0.0, 1.0;
+    /// Thickness of the film in nanometres.
+    IRIDESCENCE_THICKNESS "iridescence-thickness" 1 0.0, 1e5;
+    /// Thickness of the coat in units of length.
+    COAT_THICKNESS "coat-thickness" 1 0.0, 1e6;
+    /// What the coat lets through at normal incidence, linear.
+    COAT_COLOR "coat-color" 3 0.0, 1.0;
+    /// Perceptual roughness of lobe B.
+    SECOND_ROUGHNESS "second-roughness" 1 0.0, 1.0;
+    /// Share of lobe B.
+    LOBE_MIX "lobe-mix" 1 0.0, 1.0;
+    /// How hazy the base is.
+    HAZINESS "haziness" 1 0.0, 1.0;
+    /// Subsurface mask.
+    SUBSURFACE "subsurface" 1 0.0, 1.0;
+    /// Thickness that transmitted light crosses, in millimetres.
+    SUBSURFACE_THICKNESS "subsurface-thickness" 1 0.0, 1e6;
+}
+
+/// Rows that every shading model reads.
+pub const CORE: std::ops::Range<usize> = 0..TANGENT.first;
+
+/// Rows that every model but URP's reads.
+pub const LOBES: std::ops::Range<usize> = TANGENT.first..ROWS;
+
+/// The G-buffer of sixteen fragments.
+#[derive(Clone, Debug)]
+#[repr(align(64))]
+pub struct SurfacePlanes {
+    /// One row for each channel of each plane.
+    pub rows: [[f32; LANES]; ROWS],
+}
+
+impl Default for SurfacePlanes {
+    fn default() -> Self {
+        Self { rows: [[0.0; LANES]; ROWS] }
+    }
+}
+
+impl SurfacePlanes {
+    /// The rows of a plane.
+    #[must_use]
+    pub fn plane(&self, plane: Plane) -> &[[f32; LANES]] {
+        &self.rows[plane.first..plane.first + plane.channels]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn planes_follow_each_other_without_gaps() {
+        let mut next = 0;
+        for plane in PLANES {
+            assert_eq!(plane.first, next, "{}", plane.name);
+            assert!(plane.channels > 0 && plane.low < plane.high);
+            next += plane.channels;
+        }
+        assert_eq!(next, ROWS);
+        // What the table of the module says.
+        assert_eq!((CORE.len() * 4, LOBES.len() * 4), (140, 88));
+        let mut names: Vec<&str> = PLANES.iter().map(|p| p.name).collect();
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), PLANES.len());
+    }
+}

@@ -1,0 +1,100 @@
+//! OpenPBR on surface fragments.
+
+use super::super::incident::Surroundings;
+use super::super::{Reflectance, ShadeContext, Surface};
+use super::stretched;
+use crate::brdf::tables;
+use crate::coat::openpbr::{self, AlbedoSource, Coat, EnvironmentQuery, SurfaceData};
+use crate::each;
+use crate::gbuffer::layout::SurfacePlanes;
+use crate::math::lanes::{Float, Lanes, Mask};
+use crate::math::vec3::{self, V3};
+use crate::scene::Material;
+
+/// Largest index of refraction of the base.
+const LARGEST_IOR: f32 = 3.0;
+
+/// The radiance of sixteen fragments.
+#[inline(never)]
+pub(in super::super) fn shade<L: Lanes>(
+    l: L,
+    context: &ShadeContext<'_>,
+    material: &Material,
+    planes: &SurfacePlanes,
+) -> V3<L> {
+    l.run(
+        #[inline(always)]
+        || radiance(l, context, material, &Surface::load(l, material, true, planes)),
+    )
+}
+
+/// Metalness, specular weight, specular colour and index of refraction. The specular workflow becomes a dielectric with
+/// the index of the largest channel of F0.
+#[inline(always)]
+fn reflectance<L: Lanes>(l: L, material: &Material, surface: &Surface<L>) -> (L::F, L::F, V3<L>, L::F) {
+    match surface.reflectance {
+        Reflectance::Metallic { metallic, dielectric } => {
+            let ior = if material.ior == 0.0 || material.ior > LARGEST_IOR { LARGEST_IOR } else { material.ior };
+            let color: V3<L> = each!(c in dielectric.color => c.at_most(1.0));
+            (metallic, dielectric.weight, color, l.splat(ior))
+        }
+        Reflectance::Specular { f0 } => {
+            let largest = vec3::max_component(l, f0);
+            let root = largest.clamp_to(0.0, 0.25).sqrt();
+            let ior = (root + 1.0) / root.one_minus();
+            let black = largest.eq(l.zero());
+            let divisor = black.select(l.splat(1.0), largest);
+            (l.zero(), l.splat(1.0), each!(c in f0 => c / divisor), ior)
+        }
+    }
+}
+
+#[inline(always)]
+fn radiance<L: Lanes>(l: L, context: &ShadeContext<'_>, material: &Material, surface: &Surface<L>) -> V3<L> {
+    let (metalness, specular_weight, specular_color, ior) = reflectance(l, material, surface);
+    let (given, values) = (&material.lobes, &surface.lobes);
+    let (strength, tangent, _) = stretched(l, surface);
+    let data = SurfaceData {
+        base_weight: l.splat(1.0),
+        base_color: each!(c in surface.base_color => c.at_most(1.0)),
+        metalness,
+        specular_weight,
+        specular_color,
+        roughness: surface.roughness,
+        anisotropy: strength,
+        ior,
+        coat: (material.coat > 0.0).then_some(Coat {
+            weight: surface.coat,
+            color: values.coat_color,
+            roughness: surface.coat_roughness,
+            anisotropy: l.splat(given.coat.anisotropy),
+            ior: l.splat(given.coat.ior),
+            darkening: l.splat(given.coat.darkening),
+            normal: material.has_normal_maps().then_some(surface.coat_normal),
+        }),
+        invert_ratio: true,
+    };
+    let albedos = AlbedoSource::Table(tables::ggx_albedo());
+    let layers = openpbr::surface(l, &data, surface.normal, tangent, surface.view, albedos);
+    let mut radiance = surface.emissive;
+    for &source in Surroundings::of(context) {
+        let reflected = openpbr::indirect(
+            l,
+            &layers,
+            source.irradiance_over_pi(l, context, surface, surface.normal),
+            #[inline(always)]
+            |query: EnvironmentQuery<L>| {
+                let (direction, p) = (query.direction, query.perceptual_roughness);
+                source.radiance(l, context, material, surface, direction, p)
+            },
+            source.occlusion(l, surface),
+        );
+        radiance = vec3::add(l, radiance, reflected);
+    }
+    for light in context.lights {
+        let sample = light.sample(l, surface.position);
+        let lit = openpbr::direct(l, &layers, sample.direction, sample.irradiance, l.splat(1.0));
+        radiance = vec3::add(l, radiance, lit);
+    }
+    radiance
+}

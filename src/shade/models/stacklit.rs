@@ -1,0 +1,189 @@
+//! Unity HDRP StackLit on surface fragments.
+
+use super::super::incident::Surroundings;
+use super::super::{Reflectance, ShadeContext, Surface};
+use super::{has_coat_normal, hdrp_film_thickness};
+use crate::brdf::occlusion::VisibilityCone;
+use crate::brdf::tables;
+use crate::coat::stacklit::{
+    self, Anisotropy, Coat, DataOcclusion, DiffusionProfile, EnvironmentQuery, Frame, HazyGloss, Iridescence,
+    Light, Lighting, Occlusion, Options, PreLight, Scattering, ScreenSpaceOcclusion, SecondLobe, SpecularOcclusion,
+    SurfaceData, TopNormalFix, Transmission, Version,
+};
+use crate::each;
+use crate::gbuffer::layout::SurfacePlanes;
+use crate::math::lanes::{Float, Lanes};
+use crate::math::vec3::{self, V3};
+use crate::scene::{DualNormalFix, Material, ModelOptions, SpecularOcclusionMethod};
+
+/// The radiance of sixteen fragments.
+#[inline(never)]
+pub(in super::super) fn shade<L: Lanes>(
+    l: L,
+    context: &ShadeContext<'_>,
+    material: &Material,
+    planes: &SurfacePlanes,
+) -> V3<L> {
+    l.run(
+        #[inline(always)]
+        || radiance(l, context, material, &Surface::load(l, material, true, planes)),
+    )
+}
+
+/// The switches of the shader.
+fn options(given: &ModelOptions) -> Options {
+    let data = match given.stacklit_specular_occlusion {
+        SpecularOcclusionMethod::Off => DataOcclusion::Off,
+        SpecularOcclusionMethod::FromAmbientOcclusion => DataOcclusion::FromAmbientOcclusion,
+        SpecularOcclusionMethod::ConeCone => {
+            DataOcclusion::ConeCone { cone: VisibilityCone::Cosine, tilt_bent_normal: false }
+        }
+    };
+    Options {
+        version: if given.stacklit_newest { Version::Newest } else { Version::V13 },
+        recompute_per_light: given.stacklit_recompute_per_light,
+        refracted_angles_for_base: given.stacklit_refracted_angles,
+        honor_light_min_roughness: given.stacklit_honor_light_minimum_roughness,
+        top_normal_fix: match given.stacklit_dual_normal_fix {
+            DualNormalFix::Flip => TopNormalFix::Flip,
+            DualNormalFix::Geometric => TopNormalFix::Geometric,
+            DualNormalFix::None => TopNormalFix::None,
+        },
+        // There is no occlusion from the screen.
+        specular_occlusion: (data != DataOcclusion::Off)
+            .then_some(SpecularOcclusion { screen_space: ScreenSpaceOcclusion::Off, data }),
+        ..Options::default()
+    }
+}
+
+/// The diffusion profile that a material states.
+fn profile(material: &Material) -> DiffusionProfile {
+    let given = &material.lobes.subsurface;
+    let r = (given.ior - 1.0) / (given.ior + 1.0);
+    DiffusionProfile {
+        transmission_tint: each!(c in given.transmission => 0.25 * c),
+        fresnel0: r * r,
+        shape: each!(d in given.scattering_distance => 1.0 / d),
+        // Materials state millimetres.
+        thickness_remap_min: 0.0,
+        thickness_remap_scale: 1.0,
+        thin: true,
+        post_scatter: given.post_scatter,
+    }
+}
+
+/// The material in StackLit's terms.
+#[inline(always)]
+fn surface_data<L: Lanes>(l: L, material: &Material, surface: &Surface<L>) -> SurfaceData<L> {
+    let (given, lobes) = (&material.lobes, &surface.lobes);
+    let (metallic, reflectance) = match surface.reflectance {
+        Reflectance::Metallic { metallic, dielectric } => {
+            (metallic, stacklit::Reflectance::Metallic { dielectric_f0: dielectric.weighted_f0(l) })
+        }
+        Reflectance::Specular { f0 } => (l.zero(), stacklit::Reflectance::Specular { color: f0 }),
+    };
+    let transmits = given.subsurface.transmission != [0.0; 3];
+    let scatters = given.subsurface.mask.factor > 0.0;
+    let zero = l.zero();
+    SurfaceData {
+        base_color: surface.base_color,
+        metallic,
+        reflectance,
+        smoothness: surface.roughness.one_minus(),
+        second_lobe: (given.second.mix.factor > 0.0)
+            .then_some(SecondLobe { smoothness: lobes.second_roughness.one_minus(), mix: lobes.lobe_mix }),
+        anisotropy: (given.anisotropy.strength != 0.0 || given.second.anisotropy != 0.0)
+            .then_some(Anisotropy { a: lobes.anisotropy, b: l.splat(given.second.anisotropy) }),
+        haze: (given.second.haziness.factor > 0.0).then_some(HazyGloss {
+            haziness: lobes.haziness,
+            extent: l.splat(given.second.haze_extent),
+            max_dielectric_f0: l.splat(given.second.haze_max_dielectric_f0),
+        }),
+        iridescence: (given.iridescence.mask.factor > 0.0).then_some(Iridescence {
+            mask: lobes.iridescence,
+            thickness: hdrp_film_thickness(surface),
+            coat_fixup_tir: zero,
+            coat_fixup_tir_clamp: zero,
+        }),
+        coat: (material.coat > 0.0).then_some(Coat {
+            mask: surface.coat,
+            smoothness: surface.coat_roughness.one_minus(),
+            ior: l.splat(given.coat.ior),
+            thickness: lobes.coat_thickness,
+            extinction: vec3::splat(l, given.coat.extinction),
+            normal: has_coat_normal(material).then_some(surface.coat_normal),
+        }),
+        scattering: (scatters || transmits).then_some(Scattering {
+            profile: profile(material),
+            use_profile_ior: true,
+            subsurface_mask: scatters.then_some(lobes.subsurface),
+            transmission: transmits
+                .then_some(Transmission { thickness: lobes.subsurface_thickness, mask: [l.splat(1.0); 3] }),
+        }),
+        occlusion: Occlusion { ambient: surface.occlusion, ..Occlusion::none(l, surface.normal) },
+    }
+}
+
+#[inline(always)]
+fn radiance<L: Lanes>(l: L, context: &ShadeContext<'_>, material: &Material, surface: &Surface<L>) -> V3<L> {
+    let frame = Frame {
+        normal: surface.normal,
+        geometric_normal: surface.vertex_normal,
+        tangent: surface.tangent,
+        bitangent: surface.bitangent,
+        view: surface.view,
+    };
+    let data = surface_data(l, material, surface);
+    let pre = stacklit::surface(l, &options(&material.options), &data, &frame, tables::unity_fgd());
+    let zero = [l.zero(); 3];
+    let mut lights = Lighting { diffuse: zero, specular: zero };
+    for light in context.lights {
+        let sample = light.sample(l, surface.position);
+        let lit = stacklit::direct(l, &pre, &Light::new(l, sample.direction, sample.irradiance));
+        lights.diffuse = vec3::add(l, lights.diffuse, lit.diffuse);
+        lights.specular = vec3::add(l, lights.specular, lit.specular);
+    }
+    let transmits = material.lobes.subsurface.transmission != [0.0; 3];
+    let mut sum = zero;
+    for &source in Surroundings::of(context) {
+        let far = source == Surroundings::Environment;
+        let asked = if far { pre } else { near_lobes(l, &pre) };
+        let reflected = stacklit::environment(
+            l,
+            &asked,
+            #[inline(always)]
+            |query: EnvironmentQuery<L>| {
+                let (direction, p) = (query.direction, query.perceptual_roughness);
+                source.radiance(l, context, material, surface, direction, p)
+            },
+        );
+        // One call from one place: the normal, and its opposite for light from behind.
+        let mut baked = [zero; 2];
+        for side in 0..if transmits { 2 } else { 1 } {
+            let normal = if side == 0 { surface.normal } else { vec3::neg(l, surface.normal) };
+            baked[side] = source.irradiance_over_pi(l, context, surface, normal);
+        }
+        let baked = stacklit::baked_diffuse(l, &pre, baked[0], baked[1]);
+        let emissive = if far { surface.emissive } else { zero };
+        let lights = if far { lights } else { Lighting { diffuse: zero, specular: zero } };
+        let out = stacklit::compose(l, &asked, &lights, reflected, baked, emissive);
+        sum = vec3::add(l, sum, vec3::add(l, out.diffuse, out.specular));
+    }
+    sum
+}
+
+/// What area lights see of the lobes: isotropic ones are as rough as the material states them and not as they are seen
+/// through the coat, as in the original; nothing of ambient occlusion.
+#[inline(always)]
+fn near_lobes<L: Lanes>(l: L, pre: &PreLight<L>) -> PreLight<L> {
+    let one = l.splat(1.0);
+    let mut near = *pre;
+    near.bsdf.occlusion.ambient = one;
+    for k in 0..3 {
+        near.lobes[k].specular_occlusion = [one; 3];
+        if k > 0 && !pre.bsdf.anisotropic {
+            near.lobes[k].perceptual_roughness = pre.bsdf.lobes[k - 1].perceptual_roughness;
+        }
+    }
+    near
+}
