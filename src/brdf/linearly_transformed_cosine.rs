@@ -24,7 +24,7 @@ pub mod fit;
 use super::table::Table;
 use crate::each;
 use crate::math::atan2;
-use crate::math::lanes::{Float, Lanes, Mask};
+use crate::math::lanes::{Float, Lanes};
 use crate::math::vec3::{self, V3};
 use std::f32::consts::FRAC_1_PI;
 
