@@ -80,10 +80,8 @@ pub(super) struct SheenVisibility<L: Lanes> {
 }
 
 /// Coefficients for alpha of 0 and of 1.
-const SHEEN_FIT: [[f32; 5]; 2] = [
-    [25.3245, 3.32435, 0.16801, -1.27393, -4.85967],
-    [21.5473, 3.82987, 0.19823, -1.97760, -4.32054],
-];
+const SHEEN_FIT: [[f32; 5]; 2] =
+    [[25.3245, 3.32435, 0.16801, -1.27393, -4.85967], [21.5473, 3.82987, 0.19823, -1.97760, -4.32054]];
 
 /// Least sheen roughness: Charlie divides by its square.
 const LEAST_SHEEN_ROUGHNESS: f32 = 1e-6;
