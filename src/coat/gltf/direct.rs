@@ -152,6 +152,8 @@ pub fn direct_terms<L: Lanes>(
     light_color: V3<L>,
     sheen_albedo: L::F,
 ) -> Direct<L> {
+    // As the original does; sharp highlights need the last bit.
+    let direction = vec3::divide_by_length(l, direction);
     let n_dot_l = cosine(l, surface.normal, direction);
     let (half, v_dot_h) = half_vector(l, direction, surface.view, surface.normal);
     let weight = schlick_weight(l, v_dot_h);

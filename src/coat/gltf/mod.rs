@@ -348,6 +348,8 @@ pub fn surface_with_lookups<L: Lanes>(
     view: V3<L>,
     lookups: &Lookups<L>,
 ) -> Surface<L> {
+    // As the original does; sharp highlights need the last bit.
+    let view = vec3::divide_by_length(l, view);
     let n_dot_v = cosine(l, normal, view);
     let roughness = data.roughness.saturate();
     let f0 = ((data.ior - 1.0) / (data.ior + 1.0)).squared();
