@@ -132,6 +132,7 @@ fn stored_tables_hold_the_integrals() {
     check(&tables::KHRONOS, tables::khronos());
     check(&tables::SHEEN_ALBEDO, tables::sheen_albedo());
     check(&tables::GGX_ALBEDO, tables::ggx_albedo());
+    check(&tables::LINEARLY_TRANSFORMED_GGX, tables::linearly_transformed_ggx());
 }
 
 /// A white furnace: GGX that only loses light between its facets reflects at most what falls in, smooth surfaces all.
