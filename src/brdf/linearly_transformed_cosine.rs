@@ -24,7 +24,7 @@ pub mod fit;
 use super::table::Table;
 use crate::each;
 use crate::math::atan2;
-use crate::math::lanes::{Float, Lanes, Mask};
+use crate::math::lanes::{Float, Lanes};
 use crate::math::vec3::{self, V3};
 use std::f32::consts::FRAC_1_PI;
 
@@ -116,7 +116,7 @@ impl<L: Lanes> Lobe<L> {
 /// An edge of a polygon on the sphere of directions, from one point to the other. Zero vectors are no edge.
 pub(super) type Edge<L> = [V3<L>; 2];
 
-/// Cuts a closed convex polygon of edges at z = 0. The last edge of the result lies on the horizon.
+/// Cuts a closed convex polygon of edges at z = 0: what is left of each, and the edge on the horizon that closes it.
 #[inline(always)]
 fn clip<L: Lanes, const N: usize>(l: L, edges: [Edge<L>; N]) -> ([Edge<L>; N], Edge<L>) {
     let zero = l.zero();
@@ -174,8 +174,8 @@ pub fn rectangle<L: Lanes>(l: L, frame: &LightFrame<L>, lobe: &Lobe<L>, vertices
     ]);
     let (above, closing) = clip(l, moved);
     let mut sum = edge_integral(l, closing)[2];
-    for edge in above {
-        sum = sum + edge_integral(l, edge)[2];
+    for k in 0..5 {
+        sum = sum + edge_integral(l, above[k])[2];
     }
     (sum.abs() * lobe.normalization * (0.5 * FRAC_1_PI)).at_most(1.0)
 }
