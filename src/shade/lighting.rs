@@ -37,7 +37,7 @@ pub fn shade<L: Lanes>(
             return models::gltf::shade(l, context, model, material, surface);
         }
         ShadingModel::OpenPbr => return models::openpbr::shade(l, context, material, surface),
-        ShadingModel::Velvet => {}
+        ShadingModel::Velvet => return models::velvet::shade(l, context, material, surface),
     }
     // Versions of one engine are values: a copy of the kernel for each would be that many times the code.
     let version = match model {

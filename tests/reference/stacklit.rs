@@ -6,8 +6,8 @@ use super::table::{Adapter, Batch, Found};
 use overcoat::brdf::fresnel::ior_to_fresnel0;
 use overcoat::brdf::occlusion::VisibilityCone;
 use overcoat::coat::stacklit::{
-    self, Adding, Anisotropy, BsdfData, COAT_LOBE, Cbsdf, Coat, DataOcclusion, DiffusionProfile, Frame, HazyGloss,
-    Iridescence, Layers, Light, Lighting, Occlusion, Options, PreLight, Reflectance, Scattering,
+    self, Adding, Anisotropy, BsdfData, COAT_LOBE, Cbsdf, Coat, DataOcclusion, DiffusionProfile, Frame,
+    HazyGloss, Iridescence, Layers, Light, Lighting, Occlusion, Options, PreLight, Reflectance, Scattering,
     ScreenSpaceOcclusion, SecondLobe, SpecularOcclusion, SurfaceData, Transmission, Version,
 };
 use overcoat::math::lanes::{Float, LANES, Lanes, Mask, SimdLevel};
@@ -141,10 +141,7 @@ fn material<L: Lanes>(l: L, batch: &Batch<'_>, version: Version) -> SurfaceData<
             Reflectance::Metallic { dielectric_f0: [ior_to_fresnel0(l, number("dielectricIor"), one); 3] }
         },
         smoothness: number("perceptualSmoothnessA"),
-        second_lobe: Some(SecondLobe {
-            smoothness: number("perceptualSmoothnessB"),
-            mix: number("lobeMix"),
-        }),
+        second_lobe: Some(SecondLobe { smoothness: number("perceptualSmoothnessB"), mix: number("lobeMix") }),
         anisotropy: has(ANISOTROPY)
             .then(|| Anisotropy { a: number("anisotropyA"), b: number("anisotropyB") }),
         haze: has(HAZY_GLOSS).then(|| HazyGloss {
@@ -255,7 +252,8 @@ fn adding_on<L: Lanes>(l: L, batch: &Batch<'_>) -> Found {
             found.set3(&format!("L{layer}_{name}"), store3::<L>(color));
         }
         let numbers = ["cti", "ctt"].into_iter().zip(statistics.cosines);
-        let numbers = numbers.chain(["s_r12", "s_t12", "s_r21", "s_t21"].into_iter().zip(statistics.variances));
+        let numbers =
+            numbers.chain(["s_r12", "s_t12", "s_r21", "s_t21"].into_iter().zip(statistics.variances));
         let numbers = numbers.chain(["j12", "j21"].into_iter().zip(statistics.jacobians));
         let numbers = numbers.chain(["s_r0i", "s_t0i", "s_ti0"].into_iter().zip(state.variances));
         for (name, number) in numbers.chain([("m_rr", state.mean_rr)]) {
@@ -499,10 +497,30 @@ mod examples {
     #[test]
     fn lights_of_the_example() {
         let cases = [
-            (false, false, [0.290_720_6, 0.007_890_372, 0.006_334_092], [0.111_998_5, 0.197_838_3, 0.174_081]),
-            (true, false, [0.282_735_8, 0.007_185_524, 0.005_209_793], [0.111_874_4, 0.196_886_8, 0.172_680_9]),
-            (false, true, [0.282_844_6, 0.007_680_519, 0.006_168_461], [0.129_243_7, 0.228_300_8, 0.200_885_5]),
-            (true, true, [0.266_184_9, 0.006_782_685, 0.004_926_577], [0.129_100_5, 0.227_202_8, 0.199_269_9]),
+            (
+                false,
+                false,
+                [0.290_720_6, 0.007_890_372, 0.006_334_092],
+                [0.111_998_5, 0.197_838_3, 0.174_081],
+            ),
+            (
+                true,
+                false,
+                [0.282_735_8, 0.007_185_524, 0.005_209_793],
+                [0.111_874_4, 0.196_886_8, 0.172_680_9],
+            ),
+            (
+                false,
+                true,
+                [0.282_844_6, 0.007_680_519, 0.006_168_461],
+                [0.129_243_7, 0.228_300_8, 0.200_885_5],
+            ),
+            (
+                true,
+                true,
+                [0.266_184_9, 0.006_782_685, 0.004_926_577],
+                [0.129_100_5, 0.227_202_8, 0.199_269_9],
+            ),
         ];
         for (recompute_per_light, refracted_angles_for_base, specular, diffuse) in cases {
             let options = Options { recompute_per_light, refracted_angles_for_base, ..original() };

@@ -149,7 +149,8 @@ pub fn compute_adding<L: Lanes>(
     let face = coat_interface(l, coat, call.cosine, entering, coat_alpha);
     let medium_cosine = face.transmitted_cosine.at_least(MIN_N_DOT_V);
     let absorbed = medium(l, coat, medium_cosine);
-    let base = base_interface(l, bsdf, coat, medium_cosine, call.path.as_ref(), call.uncoated_cosine, coat_alpha);
+    let base =
+        base_interface(l, bsdf, coat, medium_cosine, call.path.as_ref(), call.uncoated_cosine, coat_alpha);
 
     let reflectance = face.reflectance;
     let passing = reflectance.one_minus();

@@ -72,11 +72,12 @@ pub struct BsdfData<L: Lanes> {
     pub occlusion: Occlusion<L>,
 }
 
-/// Roughness (alpha) as lights without extent need it: at least 1/1024, unless the lights set their own limit.
+/// Roughness (alpha) as lights without extent need it: at least 1/1024, unless the lights set their own limit. Then
+/// it is still not negative: an anisotropy of 1 that rounding raises would turn a highlight into a hole.
 #[inline(always)]
 pub(super) fn lights_roughness<L: Lanes>(l: L, options: &Options, roughness: L::F) -> L::F {
     if options.honor_light_min_roughness {
-        roughness
+        roughness.at_least(0.0)
     } else {
         clamp_roughness_for_analytical_lights(l, roughness)
     }
@@ -95,9 +96,7 @@ fn colors<L: Lanes>(l: L, options: &Options, data: &SurfaceData<L>) -> (V3<L>, V
         Version::Newest => metallic,
     };
     let mut fresnel0 = match data.reflectance {
-        Reflectance::Metallic { dielectric_f0 } => {
-            vec3::lerp(l, dielectric_f0, base_color, metallic_for_f0)
-        }
+        Reflectance::Metallic { dielectric_f0 } => vec3::lerp(l, dielectric_f0, base_color, metallic_for_f0),
         Reflectance::Specular { color } => {
             metallic = l.zero();
             if options.energy_conserving_specular {
@@ -124,8 +123,11 @@ pub fn convert<L: Lanes>(l: L, options: &Options, data: &SurfaceData<L>, normal:
         None => (l.zero(), l.zero()),
     };
     let p_a = data.perceptual_roughness();
-    let lobe_a =
-        BaseLobe { perceptual_roughness: p_a, roughness: anisotropic_roughness(l, p_a * p_a, k_a), anisotropy: k_a };
+    let lobe_a = BaseLobe {
+        perceptual_roughness: p_a,
+        roughness: anisotropic_roughness(l, p_a * p_a, k_a),
+        anisotropy: k_a,
+    };
     let (mut lobe_b, mut lobe_mix) = match &data.second_lobe {
         Some(second) => {
             let p = second.smoothness.one_minus();
@@ -161,8 +163,7 @@ pub fn convert<L: Lanes>(l: L, options: &Options, data: &SurfaceData<L>, normal:
 
     let coat = match &data.coat {
         Some(coat) => {
-            let uncoated =
-                if options.zero_mask_is_uncoated { coat.mask.eq(l.zero()) } else { l.mask(0) };
+            let uncoated = if options.zero_mask_is_uncoated { coat.mask.eq(l.zero()) } else { l.mask(0) };
             let ior = l.splat(1.0).lerp(coat.ior, coat.mask);
             let under_coat = f0_under_ior(l, fresnel0, ior);
             fresnel0 = vec3::select(l, uncoated, fresnel0, under_coat);

@@ -58,12 +58,7 @@ pub struct Cbsdf<L: Lanes> {
 /// The stack as one light finds it. With [`super::Options::recompute_per_light`] off, that of the view but for the
 /// light's least roughness.
 #[inline(always)]
-pub fn layers_for_light<L: Lanes>(
-    l: L,
-    pre: &PreLight<L>,
-    l_dot_h: L::F,
-    min_roughness: L::F,
-) -> Layers<L> {
+pub fn layers_for_light<L: Lanes>(l: L, pre: &PreLight<L>, l_dot_h: L::F, min_roughness: L::F) -> Layers<L> {
     let options = &pre.options;
     let mut found = pre.layers;
     match (&pre.bsdf.coat, options.recompute_per_light) {
@@ -117,8 +112,7 @@ pub fn evaluate_bsdf<L: Lanes>(l: L, pre: &PreLight<L>, light: &Light<L>) -> Cbs
     let n_dot_l_coat = vec3::dot(l, pre.coat_normal, light.direction);
     let angles = bsdf_angles(l, light.direction, frame.view, n_dot_l_given, n_dot_v);
     let l_dot_h = angles.l_dot_h;
-    let half =
-        vec3::scale(l, vec3::add(l, light.direction, frame.view), angles.inverse_length);
+    let half = vec3::scale(l, vec3::add(l, light.direction, frame.view), angles.inverse_length);
     let layers = layers_for_light(l, pre, l_dot_h, light.min_roughness);
 
     let (mut view, mut direction) = (frame.view, light.direction);
@@ -153,9 +147,23 @@ pub fn evaluate_bsdf<L: Lanes>(l: L, pre: &PreLight<L>, light: &Light<L>) -> Cbs
             lobe.part_lambda_v
         };
         let dv = if bsdf.anisotropic {
-            anisotropic_distribution_visibility(l, along[0], along[1], n_dot_v_base, layered.roughness, lambda)
+            anisotropic_distribution_visibility(
+                l,
+                along[0],
+                along[1],
+                n_dot_v_base,
+                layered.roughness,
+                lambda,
+            )
         } else {
-            smith_distribution_visibility(l, angles.n_dot_h, n_dot_l, n_dot_v_base, layered.roughness[0], lambda)
+            smith_distribution_visibility(
+                l,
+                angles.n_dot_h,
+                n_dot_l,
+                n_dot_v_base,
+                layered.roughness[0],
+                lambda,
+            )
         };
         base = each!(k => {
             let term = dv * lobe.energy_compensation[k];
@@ -214,8 +222,7 @@ pub fn evaluate_bsdf<L: Lanes>(l: L, pre: &PreLight<L>, light: &Light<L>) -> Cbs
 #[inline(always)]
 pub fn direct<L: Lanes>(l: L, pre: &PreLight<L>, light: &Light<L>) -> Lighting<L> {
     let zero = l.zero();
-    let shows =
-        is_non_zero(l, pre, light.direction) & vec3::max_component(l, light.color).gt(zero);
+    let shows = is_non_zero(l, pre, light.direction) & vec3::max_component(l, light.color).gt(zero);
     if !shows.any() {
         return Lighting { diffuse: [zero; 3], specular: [zero; 3] };
     }

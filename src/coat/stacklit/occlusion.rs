@@ -49,7 +49,9 @@ pub(super) fn hemisphere_occlusion<L: Lanes>(
     for (method, ambient) in [(from_screen, occlusion.screen_space), (data, occlusion.ambient)] {
         let found = match method {
             DataOcclusion::Off => l.splat(1.0),
-            DataOcclusion::FromAmbientOcclusion => specular_occlusion_from_ao(l, lobe.n_dot_v, ambient, alpha),
+            DataOcclusion::FromAmbientOcclusion => {
+                specular_occlusion_from_ao(l, lobe.n_dot_v, ambient, alpha)
+            }
             DataOcclusion::ConeCone { cone, tilt_bent_normal } => {
                 cones(l, ambient, occlusion, frame, lobe, cone, tilt_bent_normal)
             }

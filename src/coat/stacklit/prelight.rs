@@ -293,7 +293,16 @@ pub fn prelight<L: Lanes>(
             };
         }
     }
-    PreLight { options: *options, bsdf, frame: *frame, coat_normal, n_dot_v, base_layer_n_dot_v, layers, lobes }
+    PreLight {
+        options: *options,
+        bsdf,
+        frame: *frame,
+        coat_normal,
+        n_dot_v,
+        base_layer_n_dot_v,
+        layers,
+        lobes,
+    }
 }
 
 /// Smith's term of a base lobe for a view direction (of the base) with cosine `n_dot_v`.
