@@ -95,7 +95,7 @@ impl<L: Lanes> Lobe<L> {
 
     /// A vector where the lobe is a cosine.
     #[inline(always)]
-    fn to_cosine(&self, v: V3<L>) -> V3<L> {
+    fn in_cosine_space(&self, v: V3<L>) -> V3<L> {
         [self.a * v[0] + self.b * v[2], v[1], self.c * v[0] + self.d * v[2]]
     }
 
@@ -116,7 +116,7 @@ impl<L: Lanes> Lobe<L> {
 /// An edge of a polygon on the sphere of directions, from one point to the other. Zero vectors are no edge.
 pub(super) type Edge<L> = [V3<L>; 2];
 
-/// Cuts a closed convex polygon of edges at z = 0. The last edge of the result lies on the horizon.
+/// Cuts a closed convex polygon of edges at z = 0: what is left of each, and the edge on the horizon that closes it.
 #[inline(always)]
 fn clip<L: Lanes, const N: usize>(l: L, edges: [Edge<L>; N]) -> ([Edge<L>; N], Edge<L>) {
     let zero = l.zero();
@@ -169,13 +169,13 @@ pub(super) fn visible_outline<L: Lanes>(l: L, vertices: [V3<L>; 4]) -> [Edge<L>;
 pub fn rectangle<L: Lanes>(l: L, frame: &LightFrame<L>, lobe: &Lobe<L>, vertices: [V3<L>; 4]) -> L::F {
     let visible = visible_outline(l, each!(v in vertices => frame.local(l, v)));
     let moved: [Edge<L>; 5] = each!(edge in visible => [
-        vec3::normalize(l, lobe.to_cosine(edge[0])),
-        vec3::normalize(l, lobe.to_cosine(edge[1])),
+        vec3::normalize(l, lobe.in_cosine_space(edge[0])),
+        vec3::normalize(l, lobe.in_cosine_space(edge[1])),
     ]);
     let (above, closing) = clip(l, moved);
     let mut sum = edge_integral(l, closing)[2];
-    for edge in above {
-        sum = sum + edge_integral(l, edge)[2];
+    for k in 0..5 {
+        sum = sum + edge_integral(l, above[k])[2];
     }
     (sum.abs() * lobe.normalization * (0.5 * FRAC_1_PI)).at_most(1.0)
 }
@@ -194,7 +194,7 @@ pub fn tube<L: Lanes>(l: L, frame: &LightFrame<L>, lobe: &Lobe<L>, ends: [V3<L>;
     let visible = clip_segment(l, scaled);
     let plane = vec3::normalize(l, vec3::cross(l, visible[0], visible[1]));
     let width = lobe.strip_width(l, plane) * (radius / size) * 2.0;
-    let [p, q] = clip_segment(l, each!(v in visible => lobe.to_cosine(v)));
+    let [p, q] = clip_segment(l, each!(v in visible => lobe.in_cosine_space(v)));
     let step = vec3::sub(l, q, p);
     let along = vec3::normalize(l, step);
     let (lp, lq) = (vec3::dot(l, p, along), vec3::dot(l, q, along));

@@ -91,7 +91,9 @@ impl<L: Lanes> Facets<L> {
         let (zero, one) = (l.zero(), l.splat(1.0));
         let mut form_factor = [zero; 3];
         let (mut corners, mut weights, mut densities) = (zero, zero, zero);
-        for [a, b] in visible_outline(l, vertices) {
+        let outline = visible_outline(l, vertices);
+        for k in 0..5 {
+            let [a, b] = outline[k];
             let there = vec3::dot(l, a, a).gt(l.splat(0.5));
             let middle = self.half(l, vec3::normalize(l, vec3::add(l, a, b)));
             let (start, end) = (self.half(l, a), self.half(l, b));

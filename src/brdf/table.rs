@@ -61,10 +61,10 @@ impl<const N: usize> Table<N> {
         };
         let texels = &bytes[HEADER..];
         let numbers: Vec<f32> = match header[13] {
-            0 if texels.len() % 4 == 0 => {
+            0 if texels.len().is_multiple_of(4) => {
                 texels.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect()
             }
-            1 if texels.len() % 2 == 0 => {
+            1 if texels.len().is_multiple_of(2) => {
                 texels.chunks_exact(2).map(|b| half_to_single(u16::from_le_bytes([b[0], b[1]]))).collect()
             }
             _ => return None,
