@@ -52,7 +52,7 @@ fn blocks(text: &str, language: &str) -> Vec<String> {
 #[test]
 fn options_in_the_readme_exist_and_all_of_render_are_there() {
     let known: BTreeSet<String> =
-        ["render", "info", "sheet", "bench"].iter().flat_map(|command| options(&help(command))).collect();
+        ["render", "info", "sheet", "bench", "materials"].iter().flat_map(|c| options(&help(c))).collect();
     // Cargo's own.
     let cargos = BTreeSet::from(["--release".to_owned(), "--example".to_owned(), "--help".to_owned()]);
     let mentioned = options(&readme());
@@ -82,7 +82,7 @@ fn options_in_the_readme_exist_and_all_of_render_are_there() {
 fn examples_in_the_readme_and_in_help_are_accepted() {
     let folder = tempfile::tempdir().unwrap();
     let mut lines = blocks(&readme(), "sh");
-    for command in ["render", "info", "sheet", "bench"] {
+    for command in ["render", "info", "sheet", "bench", "materials"] {
         lines.extend(help(command).lines().map(|line| line.trim().to_owned()));
     }
     let mut tried = 0;
@@ -93,6 +93,11 @@ fn examples_in_the_readme_and_in_help_are_accepted() {
             arguments.split(['<', '>', '|']).next().unwrap().split_whitespace().collect();
         let output = overcoat(folder.path(), &arguments);
         let message = String::from_utf8(output.stderr).unwrap();
+        if arguments[0] == "materials" {
+            // It needs no file.
+            assert_eq!((output.status.code(), message.as_str()), (Some(0), ""), "{line}");
+            continue;
+        }
         assert_eq!(output.status.code(), Some(1), "{line}: {message}");
         assert!(message.contains("No such file") || message.contains("standard input"), "{line}: {message}");
         tried += 1;
@@ -161,4 +166,16 @@ fn the_scene_file_of_the_readme_is_one() {
     let scene = overcoat::cli::scene_file::SceneFile::from_toml(&text).unwrap();
     assert_eq!(scene.size, Some([1920, 1080]));
     assert_eq!(scene.camera.fov_y_degrees, Some(30.0));
+}
+
+#[test]
+fn the_material_of_the_readme_is_one() {
+    use overcoat::load::{Context, MaterialFile, MemoryResolver};
+    let text = blocks(&readme(), "toml paint.toml").join("\n");
+    let flakes = std::fs::read(root().join("assets/materials/textures/flakes-normal.png")).unwrap();
+    let resolver = MemoryResolver { files: [("flakes.png".to_owned(), flakes)].into() };
+    let (limits, jobs) = (overcoat::Limits::default(), overcoat::jobs::Jobs::new(1));
+    let context = Context { resolver: &resolver, limits: &limits, jobs: &jobs };
+    let file = MaterialFile::from_bytes(text.as_bytes(), &context).unwrap();
+    assert_eq!(file.model(), Some(overcoat::scene::ShadingModel::StackLit));
 }

@@ -1,5 +1,6 @@
 //! The command line: every option, its help and its default.
 
+use super::materials::MaterialChoice;
 use super::scene_file::{EnvironmentChoice, SceneFile};
 use super::values::{self, BackgroundChoice, ViewDirection};
 use crate::color::ToneCurve;
@@ -38,6 +39,8 @@ pub enum Command {
     Bench(Box<BenchArgs>),
     /// Render one model with every engine's shading model, side by side
     CompareModels(Box<CompareModelsArgs>),
+    /// List the built-in materials, print one, or show all on a contact sheet
+    Materials(Box<MaterialsArgs>),
 }
 
 const EXIT_CODES: &str = "Exit codes: 0 done, 1 failed, 2 wrong usage, 3 limit exceeded";
@@ -189,9 +192,15 @@ pub struct PictureArgs {
     /// Formulas that shade every surface [default: what each material names, else urp-desktop]
     ///
     /// urp-desktop, urp-mobile (Unity URP 13), urp17 (Unity 6), hdrp-lit, stacklit (Unity HDRP), filament,
-    /// filament-mobile, filament-cloth, filament-2018, three, three-legacy, gltf (Khronos), openpbr, velvet.
+    /// filament-mobile, filament-cloth, filament-2018, three, three-legacy, gltf (Khronos), gltf-sampled
+    /// (the same by sixteen lookups a lobe), openpbr, velvet.
     #[arg(long, value_name = "MODEL", value_parser = values::shading)]
     pub shading: Option<ShadingModel>,
+
+    /// Make the model of a material: a .toml file or the name of a built-in one, for every mesh or for the
+    /// materials of one name in the model; may be repeated, later ones lie over earlier ones
+    #[arg(long = "material", value_name = "[NAME=]FILE|BUILT-IN", value_parser = values::material)]
+    pub materials: Vec<MaterialChoice>,
 
     /// Largest anisotropy of texture filtering, 1 to 16 [default: 8]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=16))]
@@ -418,6 +427,47 @@ pub struct BenchArgs {
     pub report: ReportArgs,
 }
 
+/// `overcoat materials`
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  overcoat materials
+  overcoat materials candy-red > mine.toml
+  overcoat materials --keys
+  overcoat materials -o materials.png --size 192
+
+A file that is printed names its textures by their paths in assets/materials of the sources.")]
+pub struct MaterialsArgs {
+    /// Print the file of this one, to start from
+    #[arg(value_name = "NAME", conflicts_with_all = ["output", "keys"])]
+    pub name: Option<String>,
+
+    /// Contact sheet to write (.png), or - for standard output
+    #[arg(short, long, value_name = "OUT")]
+    pub output: Option<PathBuf>,
+
+    /// List the keys of material files instead, with what they take and their defaults
+    #[arg(long, conflicts_with = "output")]
+    pub keys: bool,
+
+    /// Width and height of a cell in pixels [default: 256]
+    #[arg(long, value_name = "WxH", value_parser = values::size, requires = "output")]
+    pub size: Option<[u64; 2]>,
+
+    /// Cells in a row [default: as many as make the sheet about square]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000), requires = "output")]
+    pub columns: Option<u32>,
+
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub light: LightArgs,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub machine: MachineArgs,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub report: ReportArgs,
+}
+
 impl InputArgs {
     /// The limits, with what the options change.
     #[must_use]
@@ -467,6 +517,7 @@ impl PictureArgs {
         override_with(&mut scene.size, self.size);
         override_with(&mut scene.samples, self.samples);
         override_with(&mut scene.shading, self.shading);
+        scene.more_materials.extend_from_slice(&self.materials);
         override_with(&mut scene.anisotropy, self.anisotropy);
     }
 }

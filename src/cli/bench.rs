@@ -3,6 +3,7 @@
 use super::args::BenchArgs;
 use super::failure::Failure;
 use super::input;
+use super::materials::Materials;
 use super::progress::Progress;
 use super::render::{describe, machine, model_source};
 use super::report::{self, Reporter, Versions, milliseconds};
@@ -75,8 +76,10 @@ pub fn run(args: &BenchArgs) -> Result<(), Failure> {
 
     progress.stage("loading");
     let mut renderer = Renderer::new(usize::from(args.machine.threads));
+    let materials = Materials::load(&description, &limits, renderer.jobs())?;
     let loaded = input::load(&source, &limits, renderer.jobs())?;
     let mut scene = loaded.scene;
+    materials.assign(&mut scene, &limits).map_err(about)?;
     description.light(&mut scene, &limits, renderer.jobs())?;
     let camera = description.camera(&scene, &options).map_err(about)?;
     let center = scene.bounds().center();

@@ -4,6 +4,7 @@ use super::args::CompareModelsArgs;
 use super::failure::{Failure, file_name};
 use super::input;
 use super::label::Sheet;
+use super::materials::{MaterialChoice, Materials};
 use super::progress::Progress;
 use super::render::{describe, machine, model_source, nothing_to_see};
 use super::report::{self, Reporter, Versions};
@@ -86,6 +87,8 @@ pub fn run(args: &CompareModelsArgs) -> Result<(), Failure> {
     let about_model = |failure: Failure| failure.at(&source.path);
     let mut inputs = vec![source.path.as_path()];
     inputs.extend(args.scene.scene.as_deref());
+    let choices: Vec<MaterialChoice> = description.material_choices().collect();
+    inputs.extend(choices.iter().filter_map(|choice| choice.source.file()));
     let target = Target::new(&args.output, None, &[], &inputs)?;
     if target.format() != OutputFormat::Png {
         return Err(Failure::usage("a sheet of models is a .png").at(&args.output));
@@ -98,7 +101,12 @@ pub fn run(args: &CompareModelsArgs) -> Result<(), Failure> {
         models = ShadingModel::ALL.to_vec();
     }
     let mut seen = Vec::new();
-    models.retain(|model| !seen.contains(model) && { seen.push(*model); true });
+    models.retain(|model| {
+        !seen.contains(model) && {
+            seen.push(*model);
+            true
+        }
+    });
 
     let (mut options, display) = description.options(machine(&args.machine), &limits).map_err(about_model)?;
     let cell = [options.width, options.height.saturating_mul(2)];
@@ -110,8 +118,10 @@ pub fn run(args: &CompareModelsArgs) -> Result<(), Failure> {
 
     progress.stage(format!("loading {}", file_name(&source.path)));
     let mut renderer = Renderer::new(usize::from(args.machine.threads));
+    let materials = Materials::load(&description, &limits, renderer.jobs())?;
     let loaded = input::load(&source, &limits, renderer.jobs())?;
     let mut scene = loaded.scene;
+    materials.assign(&mut scene, &limits).map_err(about_model)?;
     let mut warnings: Vec<String> = loaded.warnings.iter().map(ToString::to_string).collect();
     description.light(&mut scene, &limits, renderer.jobs())?;
     let camera = description.camera(&scene, &options).map_err(about_model)?;
@@ -132,9 +142,9 @@ pub fn run(args: &CompareModelsArgs) -> Result<(), Failure> {
         let (image, rendered) = render(model)?;
         let difference = Difference::new(&image, &reference);
         let second = if model == args.against {
-            "the others are compared with it".to_owned()
+            "compared with".to_owned()
         } else {
-            format!("differs by {:.1} in the mean, {} at most, of 255", difference.mean, difference.max)
+            format!("mean {:.1}, largest {} of 255", difference.mean, difference.max)
         };
         let [x, y] = layout.label(&mut sheet, k, [model.name(), &second]);
         sheet.picture(x as i32, y as i32, image.width, image.height, &image.pixels);

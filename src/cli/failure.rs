@@ -1,7 +1,7 @@
 //! What ends a command early: one line for the user and an exit code for scripts.
 
 use crate::limits::LimitExceeded;
-use crate::load::{LoadError, ResolveError};
+use crate::load::{AssignError, LoadError, MaterialError, ResolveError};
 use crate::render::RenderError;
 use crate::scene::SceneError;
 use std::fmt;
@@ -49,6 +49,22 @@ impl Failure {
             LoadError::Resolve(e @ ResolveError::TooLarge { .. }) => {
                 Self { kind: Kind::Limit, message: one_line(&e.to_string()) }
             }
+            other => Self::failed(other),
+        }
+    }
+
+    /// Exit code 3 if a limit stopped the loader, 1 otherwise.
+    #[must_use]
+    pub fn material(error: &MaterialError) -> Self {
+        let kind = if error.is_limit() { Kind::Limit } else { Kind::Failed };
+        Self { kind, message: one_line(&error.to_string()) }
+    }
+
+    /// Exit code 3 if a limit is in the way, 1 otherwise.
+    #[must_use]
+    pub fn assign(error: &AssignError) -> Self {
+        match error {
+            AssignError::Limit(limit) => Self::limit(limit),
             other => Self::failed(other),
         }
     }

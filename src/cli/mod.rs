@@ -11,6 +11,9 @@ pub mod failure;
 mod info;
 pub mod input;
 mod label;
+pub mod materials;
+mod materials_command;
+mod ball;
 pub mod picture;
 mod progress;
 mod render;
@@ -61,6 +64,7 @@ fn dispatch(command: &Command) -> Result<(), Failure> {
         Command::Sheet(args) => sheet::run(args),
         Command::Bench(args) => bench::run(args),
         Command::CompareModels(args) => compare::run(args),
+        Command::Materials(args) => materials_command::run(args),
     }
 }
 

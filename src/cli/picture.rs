@@ -2,6 +2,7 @@
 
 use super::failure::Failure;
 use super::input::{self, ModelSource};
+use super::materials::Materials;
 use super::scene_file::{EnvironmentChoice, SceneCamera, SceneFile};
 use super::values::BackgroundChoice;
 use crate::jobs::Jobs;
@@ -55,8 +56,10 @@ impl SceneFile {
     pub fn picture(&self, machine: Machine, limits: &Limits, jobs: &Jobs) -> Result<Picture, Failure> {
         let model = self.model.as_deref().ok_or_else(|| Failure::failed("no model is given"))?;
         let (options, display) = self.options(machine, limits).map_err(|failure| failure.at(model))?;
+        let materials = Materials::load(self, limits, jobs)?;
         let loaded = input::load(&ModelSource { path: model.to_owned(), format: None }, limits, jobs)?;
         let mut scene = loaded.scene;
+        materials.assign(&mut scene, limits).map_err(|failure| failure.at(model))?;
         self.light(&mut scene, limits, jobs)?;
         let camera = self.camera(&scene, &options).map_err(|failure| failure.at(model))?;
         Ok(Picture { scene, camera, options, display, warnings: loaded.warnings })

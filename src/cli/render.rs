@@ -3,6 +3,7 @@
 use super::args::{InputArgs, MachineArgs, RenderArgs};
 use super::failure::{Failure, file_name};
 use super::input::{self, ModelSource};
+use super::materials::{MaterialChoice, Materials};
 use super::picture::Machine;
 use super::progress::Progress;
 use super::report::{self, Reporter, Stages, Versions};
@@ -60,6 +61,8 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     if let Some(EnvironmentChoice::File(file)) = &description.env {
         inputs.push(file);
     }
+    let materials: Vec<MaterialChoice> = description.material_choices().collect();
+    inputs.extend(materials.iter().filter_map(|choice| choice.source.file()));
     let target = Target::new(&args.output, args.output_format.as_deref(), &args.aov, &inputs)?;
     if target.is_standard_output() && args.report.json {
         return Err(Failure::usage("--json and the picture cannot both go to standard output"));
@@ -80,8 +83,11 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
 
     progress.stage(format!("loading {}", file_name(&source.path)));
     let mut renderer = Renderer::new(usize::from(args.machine.threads));
+    let materials =
+        stages.time("load_materials", || Materials::load(&description, &limits, renderer.jobs()))?;
     let loaded = stages.time("load", || input::load(&source, &limits, renderer.jobs()))?;
     let (mut scene, mut warnings) = (loaded.scene, loaded.warnings);
+    stages.time("load_materials", || materials.assign(&mut scene, &limits)).map_err(about_model)?;
     stages.time("load_environment", || description.light(&mut scene, &limits, renderer.jobs()))?;
     let camera = description.camera(&scene, &options).map_err(about_model)?;
 

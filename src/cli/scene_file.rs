@@ -11,12 +11,14 @@
 //! description whichever way it was asked for.
 
 use super::failure::Failure;
+use super::materials::{MaterialChoice, MaterialSource};
 use super::scene_light::SceneLight;
 use super::values::{self, BackgroundChoice, ViewDirection};
 use crate::color::ToneCurve;
 use crate::render::ShadingModel;
 use serde::Deserialize;
 use serde::de::{Deserializer, Error as _, IgnoredAny};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Bytes of a scene file at most: it holds names and numbers only.
@@ -60,6 +62,15 @@ pub struct SceneFile {
     /// Shading model by name.
     #[serde(deserialize_with = "shading")]
     pub shading: Option<ShadingModel>,
+    /// A material for every mesh: the path of a material file, or the name of a built-in one.
+    #[serde(deserialize_with = "material")]
+    pub material: Option<MaterialSource>,
+    /// Materials by the names of those in the model that they take the place of.
+    #[serde(deserialize_with = "materials")]
+    pub materials: BTreeMap<String, MaterialSource>,
+    /// Laid over these, in this order; not part of the file.
+    #[serde(skip)]
+    pub more_materials: Vec<MaterialChoice>,
     /// Largest anisotropy of texture filtering, 1 to 16.
     pub anisotropy: Option<u32>,
 
@@ -188,6 +199,21 @@ impl SceneFile {
         if let Some(EnvironmentChoice::File(file)) = &mut self.env {
             *file = folder.join(&*file);
         }
+        for material in self.material.iter_mut().chain(self.materials.values_mut()) {
+            if let MaterialSource::File(file) = material {
+                *file = folder.join(&*file);
+            }
+        }
+    }
+
+    /// All materials that are laid over those of the model, in order.
+    pub fn material_choices(&self) -> impl Iterator<Item = MaterialChoice> {
+        let every = self.material.iter().map(|source| MaterialChoice { name: None, source: source.clone() });
+        let named = self
+            .materials
+            .iter()
+            .map(|(name, source)| MaterialChoice { name: Some(name.clone()), source: source.clone() });
+        every.chain(named).chain(self.more_materials.iter().cloned())
     }
 }
 
@@ -221,6 +247,20 @@ fn samples<'de, D: Deserializer<'de>>(d: D) -> Result<Option<u32>, D::Error> {
 fn shading<'de, D: Deserializer<'de>>(d: D) -> Result<Option<ShadingModel>, D::Error> {
     let text = String::deserialize(d)?;
     values::shading(&text).map(Some).map_err(|e| D::Error::custom(format!("shading '{text}': {e}")))
+}
+
+fn material<'de, D: Deserializer<'de>>(d: D) -> Result<Option<MaterialSource>, D::Error> {
+    let text = String::deserialize(d)?;
+    MaterialSource::new(&text).map(Some).map_err(|e| D::Error::custom(format!("material '{text}': {e}")))
+}
+
+fn materials<'de, D: Deserializer<'de>>(d: D) -> Result<BTreeMap<String, MaterialSource>, D::Error> {
+    let texts = BTreeMap::<String, String>::deserialize(d)?;
+    let source = |(name, text): (String, String)| {
+        let source = MaterialSource::new(&text);
+        source.map(|s| (name, s)).map_err(|e| D::Error::custom(format!("materials '{text}': {e}")))
+    };
+    texts.into_iter().map(source).collect()
 }
 
 fn view<'de, D: Deserializer<'de>>(d: D) -> Result<Option<ViewDirection>, D::Error> {
@@ -264,6 +304,27 @@ fn name_or_number<'de, D: Deserializer<'de>>(d: D) -> Result<Option<String>, D::
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn materials_are_files_beside_it_or_built_in() {
+        let text = r#"{"material": "paint.toml", "materials": {"body": "candy-red", "a": "x/y.toml"}}"#;
+        let mut scene = SceneFile::from_json(text).unwrap();
+        let toml = "material = 'paint.toml'\n[materials]\nbody = 'candy-red'\na = 'x/y.toml'\n";
+        assert_eq!(SceneFile::from_toml(toml).unwrap(), scene);
+        scene.resolve_paths(Path::new("f"));
+        scene.more_materials.push(values::material("body=velvet").unwrap());
+        let choices: Vec<String> = scene.material_choices().map(|c| format!("{:?}", c)).collect();
+        let expected = [
+            (None, MaterialSource::File("f/paint.toml".into())),
+            (Some("a"), MaterialSource::File("f/x/y.toml".into())),
+            (Some("body"), MaterialSource::Builtin("candy-red")),
+            (Some("body"), MaterialSource::Builtin("velvet")),
+        ]
+        .map(|(name, source)| format!("{:?}", MaterialChoice { name: name.map(str::to_owned), source }));
+        assert_eq!(choices, expected);
+        let failure = SceneFile::from_json(r#"{"material": "candy-rad"}"#).unwrap_err().to_string();
+        assert!(failure.contains("did you mean 'candy-red'"), "{failure}");
+    }
 
     const JSON: &str = r##"{
         "name": "x", "note": "why", "peers": ["a"], "groundTruth": {"p": "c.exr"},

@@ -4,6 +4,7 @@ use super::args::SheetArgs;
 use super::failure::{Failure, file_name};
 use super::input::{self, ModelSource};
 use super::label::{Sheet, fit, wrap};
+use super::materials::Materials;
 use super::picture::{Machine, is_standard_stream};
 use super::progress::Progress;
 use super::render::{machine, nothing_to_see};
@@ -95,7 +96,8 @@ pub fn run(args: &SheetArgs) -> Result<(), Failure> {
     let layout = Layout::new(args.inputs.len(), args.columns, [options.width, options.height], &limits)?;
 
     let mut renderer = Renderer::new(usize::from(args.machine.threads));
-    // The environment is the same for all cells; it is loaded once.
+    // Environment and materials are the same for all cells; they are loaded once.
+    let materials = Materials::load(&description, &limits, renderer.jobs())?;
     let mut surroundings = Scene::new();
     description.light(&mut surroundings, &limits, renderer.jobs())?;
 
@@ -115,6 +117,7 @@ pub fn run(args: &SheetArgs) -> Result<(), Failure> {
             .and_then(|source| {
                 render_cell(
                     &description,
+                    &materials,
                     &source,
                     &surroundings,
                     machine,
@@ -162,6 +165,7 @@ pub fn run(args: &SheetArgs) -> Result<(), Failure> {
 /// Renders one model as the description says.
 fn render_cell(
     description: &SceneFile,
+    materials: &Materials,
     source: &ModelSource,
     surroundings: &Scene,
     machine: Machine,
@@ -176,6 +180,7 @@ fn render_cell(
         scene.clear_lights();
     }
     let about = |failure: Failure| failure.at(&source.path);
+    materials.assign(&mut scene, limits).map_err(about)?;
     scene.set_environment(surroundings.environment().clone()).map_err(|e| about(Failure::scene(&e)))?;
     let camera = description.camera(&scene, &options).map_err(about)?;
     let rendered = renderer.render(&scene, &camera, &options).map_err(|e| about(Failure::render(&e)))?;

@@ -1,8 +1,10 @@
 //! The values of options: how each is written and what it means.
 
+use super::materials::{MaterialChoice, MaterialSource};
 use crate::color::ToneCurve;
 use crate::frame::Aov;
 use crate::limits::Limits;
+use crate::load::{nearest_name, suggestion};
 use crate::math::lanes::SimdLevel;
 use crate::render::ShadingModel;
 
@@ -142,8 +144,22 @@ pub fn simd(text: &str) -> Result<SimdLevel, String> {
 pub fn shading(text: &str) -> Result<ShadingModel, String> {
     ShadingModel::from_name(text).ok_or_else(|| {
         let names: Vec<&str> = ShadingModel::ALL.into_iter().map(ShadingModel::name).collect();
-        format!("expected one of {}", names.join(", "))
+        let nearest = nearest_name(text, names.iter().copied());
+        format!("expected one of {}{}", names.join(", "), suggestion(nearest))
     })
+}
+
+/// `FILE`, `NAME=FILE` or the same with the name of a built-in material. A file's name ends in `.toml` or has a slash.
+pub fn material(text: &str) -> Result<MaterialChoice, String> {
+    // The name is that of a model's material, which may have any character; that of the file is up to the user.
+    let (name, source) = match text.rsplit_once('=') {
+        Some((name, source)) => (Some(name.to_owned()), source),
+        None => (None, text),
+    };
+    if name.as_deref() == Some("") {
+        return Err("expected NAME=FILE".to_owned());
+    }
+    MaterialSource::new(source).map(|source| MaterialChoice { name, source })
 }
 
 /// A tone curve by name; `linear` is another word for `none`.
@@ -282,6 +298,29 @@ mod tests {
         assert_eq!(background("#0A141e"), Ok(BackgroundChoice::Color([10, 20, 30])));
         for bad in ["", "#", "#12", "#12345", "#gggggg", "#1234567", "whitish", "é", "#éé"] {
             assert!(background(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn a_misspelt_model_is_recognised() {
+        assert_eq!(shading("urp17"), Ok(ShadingModel::Urp17));
+        let message = shading("stack-lit").unwrap_err();
+        assert!(message.contains("openpbr") && message.ends_with("did you mean 'stacklit'?"), "{message}");
+        assert!(!shading("phong").unwrap_err().contains("did you mean"));
+    }
+
+    #[test]
+    fn materials() {
+        let file = |path: &str| MaterialSource::File(path.into());
+        assert_eq!(material("a/b"), Ok(MaterialChoice { name: None, source: file("a/b") }));
+        let named = MaterialChoice { name: Some("body=1".to_owned()), source: file("x.TOML") };
+        assert_eq!(material("body=1=x.TOML"), Ok(named));
+        let red = MaterialChoice { name: None, source: MaterialSource::Builtin("candy-red") };
+        assert_eq!(material("candy-red"), Ok(red));
+        let message = material("candy-rod").unwrap_err();
+        assert!(message.contains("velvet") && message.ends_with("did you mean 'candy-red'?"), "{message}");
+        for bad in ["", "=", "=a.toml", "body="] {
+            assert!(material(bad).is_err(), "{bad}");
         }
     }
 

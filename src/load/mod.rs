@@ -10,6 +10,7 @@ mod error;
 mod format;
 mod gltf;
 mod image;
+mod material;
 mod normals;
 mod obj;
 mod plain;
@@ -25,6 +26,11 @@ mod warnings;
 pub use environment::{load as load_environment, load_file as load_environment_file};
 pub use error::{LoadError, Warning};
 pub use format::Format;
+pub(crate) use material::suggestion;
+pub use material::{
+    AssignError, BuiltinMaterial, MaterialError, MaterialErrorReason, MaterialFile, MaterialKey, material_keys,
+    nearest_name,
+};
 pub use resolver::{DirectoryResolver, MemoryResolver, NoResolver, ResolveError, Resolver};
 
 use crate::jobs::Jobs;

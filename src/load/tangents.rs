@@ -2,7 +2,7 @@
 
 use super::vertices::{duplicate_vertex, position_classes};
 use crate::math::double::atan2;
-use crate::scene::MeshData;
+use crate::scene::{Material, MeshData};
 use bevy_mikktspace::{Geometry, Ops, TangentSpace, generate_tangents};
 
 /// Largest number of triangles around one position that are handed over together: the algorithm recurses from
@@ -39,6 +39,22 @@ pub(crate) fn add_tangents(mesh: &mut MeshData, uv_set: usize) {
         let _ = generate_tangents::<_, ExactOps>(&mut batch);
     }
     write_back(mesh, tangents);
+}
+
+/// The texture coordinates for which a material needs tangents.
+pub(crate) fn tangent_set(material: &Material) -> Option<usize> {
+    if material.unlit {
+        return None;
+    }
+    let map = material.normal_texture.as_ref().or(material.coat_normal_texture.as_ref());
+    // Without any map the tangents that anisotropy follows are those of set 0.
+    let set = match (map, &material.lobes.anisotropy.texture) {
+        (Some(normal), _) => normal.texture.uv_set,
+        (None, Some(anisotropy)) => anisotropy.uv_set,
+        (None, None) if material.is_anisotropic() => 0,
+        (None, None) => return None,
+    };
+    Some(set.into())
 }
 
 /// The triangles in runs that are handed over together. Those with two corners at one position cover nothing and

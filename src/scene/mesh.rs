@@ -69,6 +69,11 @@ impl Mesh {
         Ok(Self { data, bounds })
     }
 
+    /// All attributes.
+    #[must_use]
+    pub fn data(&self) -> &MeshData {
+        &self.data
+    }
     /// Object-space positions.
     #[must_use]
     pub fn positions(&self) -> &[[f32; 3]] {

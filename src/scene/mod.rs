@@ -131,10 +131,7 @@ impl Scene {
         if instance.material.index() >= self.materials.len() {
             return Err(SceneError::NoSuch { what: "material", index: instance.material.0 });
         }
-        let bounds = mesh.bounds().transformed(&instance.transform);
-        if !bounds.is_empty() && !bounds.within(f64::from(MAX_COORDINATE)) {
-            return Err(SceneError::OutOfRange { what: "world position", limit: MAX_COORDINATE });
-        }
+        check_placed(mesh.bounds(), &instance.transform)?;
         next_id(self.instances.len(), "instances")?;
         self.instances.push(instance);
         Ok(())
@@ -176,6 +173,49 @@ impl Scene {
     pub fn set_environment(&mut self, environment: Environment) -> Result<(), SceneError> {
         environment.validate()?;
         self.environment = environment;
+        Ok(())
+    }
+
+    /// Puts another material in the place of one, in every draw that is made of it.
+    ///
+    /// # Errors
+    /// As [`Scene::add_material`]; [`SceneError::NoSuch`] if there is no such material.
+    pub fn replace_material(&mut self, id: MaterialId, material: Material) -> Result<(), SceneError> {
+        material.validate(self.textures.len())?;
+        let place = self.materials.get_mut(id.index());
+        *place.ok_or(SceneError::NoSuch { what: "material", index: id.0 })? = material;
+        Ok(())
+    }
+
+    /// Puts another mesh in the place of one, in every draw of it.
+    ///
+    /// # Errors
+    /// [`SceneError`] if there is no such mesh or a draw of it would reach beyond [`MAX_COORDINATE`].
+    pub fn replace_mesh(&mut self, id: MeshId, mesh: Mesh) -> Result<(), SceneError> {
+        let place = self.meshes.get_mut(id.index());
+        let place = place.ok_or(SceneError::NoSuch { what: "mesh", index: id.0 })?;
+        for instance in self.instances.iter().filter(|instance| instance.mesh == id) {
+            check_placed(mesh.bounds(), &instance.transform)?;
+        }
+        *place = mesh;
+        Ok(())
+    }
+
+    /// Makes a draw one of another mesh.
+    ///
+    /// # Errors
+    /// As [`Scene::add_instance`]; [`SceneError::NoSuch`] if there is no such draw.
+    pub fn set_instance_mesh(&mut self, instance: usize, mesh: MeshId) -> Result<(), SceneError> {
+        let bounds = self
+            .meshes
+            .get(mesh.index())
+            .ok_or(SceneError::NoSuch { what: "mesh", index: mesh.0 })?
+            .bounds();
+        let what = u32::try_from(instance).unwrap_or(u32::MAX);
+        let place = self.instances.get_mut(instance);
+        let place = place.ok_or(SceneError::NoSuch { what: "instance", index: what })?;
+        check_placed(bounds, &place.transform)?;
+        place.mesh = mesh;
         Ok(())
     }
 
@@ -236,6 +276,15 @@ impl Scene {
             all.union(&self.meshes[i.mesh.index()].bounds().transformed(&i.transform))
         })
     }
+}
+
+/// `Ok` if a mesh stays within [`MAX_COORDINATE`] where it is placed.
+fn check_placed(bounds: &Bounds, transform: &Transform) -> Result<(), SceneError> {
+    let bounds = bounds.transformed(transform);
+    if !bounds.is_empty() && !bounds.within(f64::from(MAX_COORDINATE)) {
+        return Err(SceneError::OutOfRange { what: "world position", limit: MAX_COORDINATE });
+    }
+    Ok(())
 }
 
 /// The id of the next element of a list.

@@ -1,6 +1,6 @@
 //! Light on surfaces: the shading models applied to surface fragments.
 
-use super::incident::reflected_radiance;
+use super::incident::Surroundings;
 use super::{Reflectance, ShadeContext, Surface, models};
 use crate::coat::urp::{self, UrpVersion};
 use crate::gbuffer::layout::SurfacePlanes;
@@ -33,9 +33,11 @@ pub fn shade<L: Lanes>(
         ShadingModel::Three | ShadingModel::ThreeLegacy => {
             return models::three::shade(l, context, model, material, surface);
         }
-        ShadingModel::Gltf => return models::gltf::shade(l, context, material, surface),
+        ShadingModel::Gltf | ShadingModel::GltfSampled => {
+            return models::gltf::shade(l, context, model, material, surface);
+        }
         ShadingModel::OpenPbr => return models::openpbr::shade(l, context, material, surface),
-        ShadingModel::Velvet => {}
+        ShadingModel::Velvet => return models::velvet::shade(l, context, material, surface),
     }
     // Versions of one engine are values: a copy of the kernel for each would be that many times the code.
     let version = match model {
@@ -74,17 +76,21 @@ fn shade_urp<L: Lanes>(
         coat,
     };
     let layers = urp::surface(l, version, &data, surface.normal, surface.view);
-    let baked_gi = context.environment.irradiance_over_pi(l, surface.normal);
-    let mut radiance = urp::indirect(
-        l,
-        &layers,
-        baked_gi,
-        #[inline(always)]
-        |query: urp::EnvironmentQuery<L>| {
-            reflected_radiance(l, context, material, surface, query.direction, query.perceptual_roughness)
-        },
-        surface.occlusion,
-    );
+    let mut radiance = [l.zero(); 3];
+    for &source in Surroundings::of(context) {
+        let reflected = urp::indirect(
+            l,
+            &layers,
+            source.irradiance_over_pi(l, context, surface, surface.normal),
+            #[inline(always)]
+            |query: urp::EnvironmentQuery<L>| {
+                let (direction, p) = (query.direction, query.perceptual_roughness);
+                source.radiance(l, context, material, surface, direction, p)
+            },
+            source.occlusion(l, surface),
+        );
+        radiance = vec3::add(l, radiance, reflected);
+    }
     for light in context.lights {
         let sample = light.sample(l, surface.position);
         let color = vec3::scale(l, sample.irradiance, l.splat(std::f32::consts::FRAC_1_PI));

@@ -112,3 +112,25 @@ pub fn tilted(cosine: f32) -> V3<Scalar> {
 
 /// How many sets of random inputs a test takes: ten million where the build is optimised for it.
 pub const SETS: usize = if cfg!(debug_assertions) { 200_000 } else { 10_000_000 };
+
+const COSINES: [f32; 6] = [1.0, 0.8, 0.5, 0.25, 0.1, 0.02];
+const ROUGHNESSES: [f32; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
+
+/// What is found at most, over views, roughness and metalness.
+pub fn most(mut of: impl FnMut(f32, f32, f32) -> f64) -> f64 {
+    let mut most = 0.0_f64;
+    for cosine in COSINES {
+        for roughness in ROUGHNESSES {
+            for metalness in [0.0, 1.0] {
+                most = most.max(of(cosine, roughness, metalness));
+            }
+        }
+    }
+    most
+}
+
+/// Asserts a measured extreme to half a percent: more is a change of the model, less too.
+pub fn measured(what: &str, found: f64, expected: f64) {
+    println!("{what}: {found:.4}");
+    assert!((found - expected).abs() <= 0.005, "{what}: {found:.4}, not {expected}");
+}

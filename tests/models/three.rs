@@ -1,7 +1,7 @@
 //! Physics of `overcoat::coat::three` and `overcoat::coat::three_legacy`.
 
-use super::draws::{Draws, SETS, lane, not_finite, reflectance, tilted};
-use overcoat::brdf::table::{Table, TexelGrid};
+use super::draws::{Draws, SETS, lane, measured, most, not_finite, reflectance, tilted};
+use overcoat::brdf::table::Table;
 use overcoat::brdf::tables::three_dfg;
 use overcoat::coat::three::{self, Anisotropy, Coat, Iridescence, Sheen, Surface, SurfaceData};
 use overcoat::coat::three_legacy::{self as legacy, LightUnits, ThreeVersion};
@@ -83,28 +83,6 @@ fn lit(surface: &Surface<Scalar>, direction: V3<Scalar>) -> V3<Scalar> {
 
 fn legacy_lit(surface: &legacy::Surface<Scalar>, direction: V3<Scalar>) -> V3<Scalar> {
     legacy::direct(L, LightUnits::Physical, surface, direction, grey(1.0), f(1.0))
-}
-
-const COSINES: [f32; 6] = [1.0, 0.8, 0.5, 0.25, 0.1, 0.02];
-const ROUGHNESSES: [f32; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
-
-/// What is found at most, over views, roughness and metalness.
-fn most(mut of: impl FnMut(f32, f32, f32) -> f64) -> f64 {
-    let mut most = 0.0_f64;
-    for cosine in COSINES {
-        for roughness in ROUGHNESSES {
-            for metalness in [0.0, 1.0] {
-                most = most.max(of(cosine, roughness, metalness));
-            }
-        }
-    }
-    most
-}
-
-/// Asserts a measured extreme to half a percent: more is a change of the model, less too.
-fn measured(what: &str, found: f64, expected: f64) {
-    println!("{what}: {found:.4}");
-    assert!((found - expected).abs() <= 0.005, "{what}: {found:.4}, not {expected}");
 }
 
 /// A white surface under a white environment.
@@ -296,6 +274,37 @@ fn grazing_views_are_continuous() {
     }
 }
 
+/// The environment answers to whoever asked: base and coat, each at its own roughness.
+#[test]
+fn answers_reach_who_asked() {
+    let answer =
+        |roughness: F| -> V3<Scalar> { [roughness, roughness + 1.0, roughness * roughness] };
+    let data = SurfaceData { coat: coat(0.8, 0.2), ..plain(0.5, 0.5, 0.4) };
+    let surface = seen(&data, 0.6);
+    let light = three::Indirect {
+        ambient: grey(0.5),
+        irradiance: grey(2.0),
+        radiance: answer(f(0.4)),
+        coat_radiance: answer(f(0.2)),
+    };
+    let expected = three::outgoing_light(L, &surface, &three::indirect_terms(L, &surface, &light));
+    let ask = |query: three::EnvironmentQuery<Scalar>| answer(query.perceptual_roughness);
+    let found = three::indirect(L, &surface, grey(0.5), |_| grey(2.0), ask, f(1.0));
+    assert_eq!(bits(found), bits(expected));
+
+    let data = legacy::SurfaceData { coat: legacy_coat(0.8, 0.2), ..plain_legacy(0.5, 0.5, 0.4) };
+    let surface = legacy_seen(&data, 0.6);
+    let light = legacy::Indirect {
+        ambient: grey(0.5),
+        irradiance: grey(2.0),
+        radiance: answer(f(0.4)),
+        coat_radiance: answer(f(0.2)),
+    };
+    let terms = legacy::indirect_terms(L, &surface, &light);
+    let found = legacy::indirect(L, &surface, grey(0.5), |_| grey(2.0), ask, f(1.0));
+    assert_eq!(bits(found), bits(vec3::add(L, terms.diffuse, terms.specular)));
+}
+
 /// Random surfaces of today's material.
 #[inline(always)]
 fn draw<M: Lanes>(l: M, draws: &mut Draws<M>) -> SurfaceData<M> {
@@ -324,7 +333,7 @@ fn draw<M: Lanes>(l: M, draws: &mut Draws<M>) -> SurfaceData<M> {
     }
 }
 
-/// How many of the sets give anything but numbers, and the largest amount found.
+/// How many of the sets give anything but numbers.
 #[inline(always)]
 fn wrong_sets<M: Lanes>(l: M, sets: usize, dfg: &Table<2>) -> usize {
     let mut draws = Draws::new(l, 3);
@@ -400,6 +409,6 @@ fn any_input_in_range_gives_numbers() {
     assert_eq!(overcoat::dispatch!(SimdLevel::best(), l => wrong_sets(l, SETS, table)), 0);
     assert_eq!(overcoat::dispatch!(SimdLevel::best(), l => wrong_legacy_sets(l, SETS)), 0);
     // Tables that say nothing is reflected.
-    let black = Table::new(1, 1, TexelGrid::Centers, &[[0.0; 2]]).expect("one texel");
+    let black = Table::constant([0.0; 2]);
     assert_eq!(wrong_sets(L, 4096, &black), 0);
 }

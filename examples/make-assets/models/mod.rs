@@ -7,6 +7,7 @@ mod cut;
 mod exchange;
 mod glb;
 mod letters;
+mod material_textures;
 mod mesh;
 mod model;
 mod outline;
@@ -24,7 +25,7 @@ use std::path::Path;
 
 use model::Model;
 
-/// Writes `models/` with its textures below `folder`. A model may refer to files below its own folder only, so the
+/// Writes `models/` and `materials/textures/` below `folder`. A model may refer to files below its own folder only, so the
 /// textures lie there.
 pub fn write(folder: &Path) -> std::io::Result<()> {
     for (path, bytes) in files() {
@@ -42,9 +43,14 @@ fn files() -> BTreeMap<String, Vec<u8>> {
     for (name, image) in &textures {
         files.insert(format!("models/textures/{name}.png"), image.png());
     }
+    let of_materials = material_textures::all();
+    for (name, image) in &of_materials {
+        files.insert(format!("materials/textures/{name}.png"), image.png());
+    }
     let models = models();
     let names: Vec<&str> = textures.keys().copied().collect();
-    files.insert("README.md".into(), readme::text(&models, &names).into_bytes());
+    let material_names: Vec<&str> = of_materials.keys().copied().collect();
+    files.insert("README.md".into(), readme::text(&models, &names, &material_names).into_bytes());
     for model in models {
         files.insert(format!("models/{}.glb", model.name), glb::encode(&model, &textures));
         match model.name {

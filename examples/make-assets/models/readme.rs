@@ -19,7 +19,7 @@ fn purpose(name: &str) -> &'static str {
 }
 
 /// The text of `assets/README.md`.
-pub fn text(models: &[Model], textures: &[&str]) -> String {
+pub fn text(models: &[Model], textures: &[&str], material_textures: &[&str]) -> String {
     let mut text = String::from(
         "# Bundled assets\n\n\
          Every file here is made by `cargo run --release --example make-assets`, the same bytes on every machine;\n\
@@ -45,6 +45,14 @@ pub fn text(models: &[Model], textures: &[&str]) -> String {
         line(&mut text, format_args!("- models/textures/{name}.png"));
     }
     text.push_str(
+        "\n## materials\n\n\
+         Material files for any model, written by hand; the program has them built in (`overcoat materials`). Their\n\
+         textures are made like the others, small, since they are part of the program:\n\n",
+    );
+    for name in material_textures {
+        line(&mut text, format_args!("- materials/textures/{name}.png"));
+    }
+    text.push_str(
         "\n## environment\n\n\
          `environment/studio.env`: the built-in studio light, painted and prefiltered by\n\
          `examples/make-assets/environment.rs`.\n\
@@ -57,7 +65,8 @@ pub fn text(models: &[Model], textures: &[&str]) -> String {
          | tables/three-dfg.bin | 16 x 16 x 2 | perceptual roughness, N.V |\n\
          | tables/khronos.bin | 64 x 64 x 3 | N.V, perceptual roughness |\n\
          | tables/sheen-albedo.bin | 32 x 32 x 1 | N.V, sheen roughness |\n\
-         | tables/ggx-albedo.bin | 32 x 32 x 3 | square root of N.V, perceptual roughness |\n",
+         | tables/ggx-albedo.bin | 32 x 32 x 3 | square root of N.V, perceptual roughness |\n\
+         | tables/ltc-ggx.bin | 64 x 64 x 4 | perceptual roughness, square root of 1 - N.V |\n",
     );
     text
 }

@@ -12,7 +12,7 @@ use super::random::{Random, hash};
 pub fn all() -> BTreeMap<&'static str, Image> {
     BTreeMap::from([
         ("checker", checker()),
-        ("flakes-normal", flakes()),
+        ("flakes-normal", flakes(256, 64)),
         ("carbon-color", carbon_color()),
         ("carbon-normal", carbon_normal()),
         ("brushed-roughness", brushed()),
@@ -22,7 +22,7 @@ pub fn all() -> BTreeMap<&'static str, Image> {
 }
 
 /// 0 to 1 as a byte.
-fn byte(value: f64) -> u8 {
+pub fn byte(value: f64) -> u8 {
     (value.clamp(0.0, 1.0) * 255.0 + 0.5).floor() as u8
 }
 
@@ -32,7 +32,7 @@ fn grey(value: f64) -> [u8; 3] {
 }
 
 /// A tangent-space normal.
-fn normal(direction: DVec3) -> [u8; 3] {
+pub fn normal(direction: DVec3) -> [u8; 3] {
     direction.normalize().to_array().map(|c| byte(c * 0.5 + 0.5))
 }
 
@@ -56,15 +56,14 @@ fn checker() -> Image {
 }
 
 /// Metal flakes: Voronoi cells on a torus, each with one random tilt.
-fn flakes() -> Image {
-    const CELLS: i64 = 64;
+pub fn flakes(size: u32, cells: i64) -> Image {
     let site = |column: i64, row: i64| {
-        let cell = (row.rem_euclid(CELLS) * CELLS + column.rem_euclid(CELLS)) as u64;
+        let cell = (row.rem_euclid(cells) * cells + column.rem_euclid(cells)) as u64;
         let mut random = Random::new(hash(cell, 1));
         (DVec2::new(column as f64 + random.unit(), row as f64 + random.unit()), cell)
     };
-    Image::draw(256, |u, v| {
-        let point = DVec2::new(u, v) * CELLS as f64;
+    Image::draw(size, |u, v| {
+        let point = DVec2::new(u, v) * cells as f64;
         let (column, row) = (point.x.floor() as i64, point.y.floor() as i64);
         let mut best = (f64::MAX, 0);
         for dy in -1..=1 {
@@ -84,7 +83,7 @@ fn flakes() -> Image {
 }
 
 /// A point of a 2 x 2 twill: (place across the tow from -1 to 1, place along its float from -1 to 1, warp or weft).
-fn twill(u: f64, v: f64) -> (f64, f64, bool) {
+pub fn twill(u: f64, v: f64) -> (f64, f64, bool) {
     const TOWS: f64 = 8.0;
     let (x, y) = (u * TOWS, v * TOWS);
     let (column, row) = (x.floor(), y.floor());
@@ -99,7 +98,7 @@ fn twill(u: f64, v: f64) -> (f64, f64, bool) {
 }
 
 /// Carbon weave, sRGB: tows of two tones, darker where they dive.
-fn carbon_color() -> Image {
+pub fn carbon_color() -> Image {
     Image::draw(256, |u, v| {
         let (across, along, warp) = twill(u, v);
         let fibre =
@@ -111,7 +110,7 @@ fn carbon_color() -> Image {
 }
 
 /// Carbon weave, normals of bulging tows.
-fn carbon_normal() -> Image {
+pub fn carbon_normal() -> Image {
     Image::draw(256, |u, v| {
         let (across, along, warp) = twill(u, v);
         let (a, b) = (across * 0.45, along * along * along * 0.5);

@@ -27,9 +27,11 @@
 
 mod direct;
 mod indirect;
+mod sampled;
 
 pub use super::urp::EnvironmentQuery;
 pub use direct::{Direct, direct, direct_terms};
+pub use sampled::{indirect_sampled, mean_schlick_weight};
 pub use indirect::{EnvironmentQueries, Environment, Indirect, environment_queries, indirect, indirect_terms};
 
 use super::glsl::mix;

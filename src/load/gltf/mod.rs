@@ -23,8 +23,10 @@ mod model;
 mod texture;
 
 pub(super) use container::MAGIC;
+pub(super) use texture::transform_of;
 
 use super::budget::Budget;
+use super::tangents::tangent_set;
 use super::warnings::Warnings;
 use super::{Context, LoadError, Loaded};
 use crate::limits::Limits;
@@ -396,20 +398,4 @@ impl Loader<'_> {
 enum Part {
     Image(Result<Vec<(u32, Texture)>, String>),
     Mesh(Box<Result<Mesh, LoadError>>, Vec<String>),
-}
-
-/// The texture coordinates for which a material needs tangents.
-fn tangent_set(material: &Material) -> Option<usize> {
-    if material.unlit {
-        return None;
-    }
-    let map = material.normal_texture.as_ref().or(material.coat_normal_texture.as_ref());
-    // Without any map the tangents that anisotropy follows are those of set 0.
-    let set = match (map, &material.lobes.anisotropy.texture) {
-        (Some(normal), _) => normal.texture.uv_set,
-        (None, Some(anisotropy)) => anisotropy.uv_set,
-        (None, None) if material.is_anisotropic() => 0,
-        (None, None) => return None,
-    };
-    Some(set.into())
 }

@@ -232,9 +232,16 @@ fn short_uri(image: &model::Image) -> Option<&str> {
 /// KHR_texture_transform: scale, then rotate counter-clockwise as seen in the image (v points down), then offset.
 /// `None` if a number is beyond what a scene takes.
 fn uv_transform(transform: &model::TextureTransform) -> Option<UvTransform> {
-    let [x, y] = transform.offset.unwrap_or([0.0; 2]);
-    let [sx, sy] = transform.scale.unwrap_or([1.0; 2]);
-    let (sin, cos) = sin_cos(transform.rotation.unwrap_or(0.0));
+    transform_of(
+        transform.offset.unwrap_or([0.0; 2]),
+        transform.rotation.unwrap_or(0.0),
+        transform.scale.unwrap_or([1.0; 2]),
+    )
+}
+
+/// The same of its numbers; the rotation is in radians.
+pub(in crate::load) fn transform_of([x, y]: [f64; 2], rotation: f64, [sx, sy]: [f64; 2]) -> Option<UvTransform> {
+    let (sin, cos) = sin_cos(rotation);
     let rows = [[cos * sx, sin * sy, x], [-sin * sx, cos * sy, y]].map(|row| row.map(|v| v as f32));
     rows.as_flattened().iter().all(|v| v.abs() <= MAX_TRANSFORM).then_some(UvTransform { rows })
 }

@@ -1,0 +1,102 @@
+//! Materials that a user lays over those of a model.
+
+use super::failure::Failure;
+use super::scene_file::SceneFile;
+use crate::jobs::Jobs;
+use crate::limits::Limits;
+use crate::load::{BuiltinMaterial, MaterialFile, nearest_name, suggestion};
+use crate::scene::Scene;
+use std::path::{Path, PathBuf};
+
+/// Where a material comes from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum MaterialSource {
+    /// A material file.
+    File(PathBuf),
+    /// One that is built in, by name.
+    Builtin(&'static str),
+}
+
+impl MaterialSource {
+    /// What ends in `.toml` or has a slash is a path; everything else the name of a built-in material.
+    ///
+    /// # Errors
+    /// One line with the names that there are.
+    pub fn new(text: &str) -> Result<Self, String> {
+        let is_toml = Path::new(text).extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
+        if is_toml || text.contains(['/', '\\']) {
+            return Ok(Self::File(PathBuf::from(text)));
+        }
+        builtin(text).map(|material| Self::Builtin(material.name))
+    }
+
+    /// The path of a file.
+    #[must_use]
+    pub fn file(&self) -> Option<&Path> {
+        match self {
+            Self::File(path) => Some(path),
+            Self::Builtin(_) => None,
+        }
+    }
+
+    fn load(&self, limits: &Limits, jobs: &Jobs) -> Result<MaterialFile, Failure> {
+        let (path, loaded) = match self {
+            Self::File(path) => (path.as_path(), MaterialFile::open(path, limits, jobs)),
+            Self::Builtin(name) => {
+                let builtin = builtin(name).map_err(Failure::failed)?;
+                (Path::new(name), builtin.load(limits, jobs))
+            }
+        };
+        loaded.map_err(|e| Failure::material(&e).at(path))
+    }
+}
+
+/// A built-in material.
+///
+/// # Errors
+/// One line with the names that there are.
+pub fn builtin(name: &str) -> Result<&'static BuiltinMaterial, String> {
+    BuiltinMaterial::named(name).ok_or_else(|| {
+        let names: Vec<&str> = BuiltinMaterial::all().iter().map(|material| material.name).collect();
+        let nearest = nearest_name(name, names.iter().copied());
+        format!(
+            "neither a file (.toml) nor a built-in material, which are {}{}",
+            names.join(", "),
+            suggestion(nearest)
+        )
+    })
+}
+
+/// A material, and which of the model's it takes the place of.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MaterialChoice {
+    /// Those of this name; all if there is none.
+    pub name: Option<String>,
+    /// Where it comes from.
+    pub source: MaterialSource,
+}
+
+/// The materials of a description, loaded.
+#[derive(Debug)]
+pub struct Materials(Vec<(MaterialChoice, MaterialFile)>);
+
+impl Materials {
+    /// Reads every file that a description names.
+    ///
+    /// # Errors
+    /// [`Failure`] naming the file, the line and the key.
+    pub fn load(description: &SceneFile, limits: &Limits, jobs: &Jobs) -> Result<Self, Failure> {
+        let load = |choice: MaterialChoice| choice.source.load(limits, jobs).map(|file| (choice, file));
+        description.material_choices().map(load).collect::<Result<_, _>>().map(Self)
+    }
+
+    /// Lays them over a scene, in order.
+    ///
+    /// # Errors
+    /// [`Failure`] if the model has no material of a name that is asked for.
+    pub fn assign(&self, scene: &mut Scene, limits: &Limits) -> Result<(), Failure> {
+        self.0.iter().try_for_each(|(choice, file)| {
+            file.assign(scene, choice.name.as_deref(), limits).map_err(|e| Failure::assign(&e))
+        })
+    }
+}

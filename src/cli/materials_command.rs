@@ -1,0 +1,191 @@
+//! `overcoat materials`: what materials are built in.
+
+use super::args::MaterialsArgs;
+use super::ball;
+use super::failure::Failure;
+use super::label::Sheet;
+use super::materials::builtin;
+use super::picture::Machine;
+use super::progress::Progress;
+use super::render::machine;
+use super::report::{self, Versions};
+use super::scene_file::SceneFile;
+use super::sheet::{DEFAULT_CELL, Layout, PAPER};
+use super::target::{Encoded, Target};
+use crate::limits::Limits;
+use crate::load::{BuiltinMaterial, MaterialFile, material_keys};
+use crate::output::{DisplayImage, OutputFormat, encode_png_rgb};
+use crate::render::Renderer;
+use crate::scene::Scene;
+use serde::Serialize;
+use std::fmt::Write;
+use std::path::Path;
+
+/// What `--json` prints. Fields are only ever added.
+#[derive(Debug, Serialize)]
+struct Report {
+    materials: Vec<Entry>,
+    versions: Versions,
+}
+
+#[derive(Debug, Serialize)]
+struct Entry {
+    name: &'static str,
+    model: Option<&'static str>,
+    description: String,
+    /// Of the picture, where a sheet is made.
+    frame_hash: Option<String>,
+}
+
+/// What `--keys --json` prints. Fields are only ever added.
+#[derive(Debug, Serialize)]
+struct KeyReport {
+    keys: Vec<KeyEntry>,
+    versions: Versions,
+}
+
+#[derive(Debug, Serialize)]
+struct KeyEntry {
+    key: &'static str,
+    takes: String,
+    default: Option<String>,
+    about: &'static str,
+}
+
+/// Lists the built-in materials, prints one, or renders all of them.
+///
+/// # Errors
+/// [`Failure`] if there is no such material or the sheet cannot be made.
+pub fn run(args: &MaterialsArgs) -> Result<(), Failure> {
+    if let Some(name) = &args.name {
+        return print_one(name, args.report.json);
+    }
+    if args.keys {
+        return print_keys(args.report.json);
+    }
+    let mut renderer = Renderer::new(usize::from(args.machine.threads));
+    let limits = Limits::default();
+    let mut loaded: Vec<(Entry, MaterialFile)> = Vec::new();
+    for material in BuiltinMaterial::all() {
+        let file = load(material, &limits, &renderer)?;
+        loaded.push((entry(material, &file), file));
+    }
+    if let Some(output) = &args.output {
+        sheet(args, output, &mut loaded, &limits, &mut renderer)?;
+        if !args.report.json {
+            return Ok(());
+        }
+    }
+    let entries: Vec<Entry> = loaded.into_iter().map(|(entry, _)| entry).collect();
+    if args.report.json {
+        return report::print_json(&Report { materials: entries, versions: Versions::default() });
+    }
+    let width = entries.iter().map(|e| e.name.len()).max().unwrap_or(0);
+    let mut text = String::new();
+    for Entry { name, model, description, .. } in &entries {
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "{name:<width$}  {:<15}  {description}", model.unwrap_or("any"));
+    }
+    report::print(&text)
+}
+
+fn load(material: &BuiltinMaterial, limits: &Limits, renderer: &Renderer) -> Result<MaterialFile, Failure> {
+    material.load(limits, renderer.jobs()).map_err(|e| Failure::material(&e).at(Path::new(material.name)))
+}
+
+fn entry(material: &BuiltinMaterial, file: &MaterialFile) -> Entry {
+    Entry {
+        name: material.name,
+        model: file.model().map(|model| model.name()),
+        description: file.description().to_owned(),
+        frame_hash: None,
+    }
+}
+
+/// Prints the file of one material.
+fn print_one(name: &str, json: bool) -> Result<(), Failure> {
+    let material = builtin(name).map_err(|e| Failure::usage(format!("'{name}' is {e}")))?;
+    if json {
+        let file = load(material, &Limits::default(), &Renderer::new(1))?;
+        let materials = vec![entry(material, &file)];
+        return report::print_json(&Report { materials, versions: Versions::default() });
+    }
+    report::print(material.text)
+}
+
+/// Prints the keys of material files.
+fn print_keys(json: bool) -> Result<(), Failure> {
+    if json {
+        let keys = material_keys()
+            .map(|k| KeyEntry { key: k.name, takes: k.takes, default: k.default, about: k.about })
+            .collect();
+        return report::print_json(&KeyReport { keys, versions: Versions::default() });
+    }
+    let mut text = String::new();
+    for key in material_keys() {
+        let default = key.default.map_or_else(String::new, |default| format!(" [default: {default}]"));
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "{}\n    {}\n    {}{default}", key.name, key.about, key.takes);
+    }
+    report::print(&text)
+}
+
+/// Renders a ball of each material to one sheet.
+fn sheet(
+    args: &MaterialsArgs,
+    output: &Path,
+    loaded: &mut [(Entry, MaterialFile)],
+    limits: &Limits,
+    renderer: &mut Renderer,
+) -> Result<(), Failure> {
+    let progress = Progress::new(args.report.quiet);
+    let target = Target::new(output, None, &[], &[])?;
+    if target.format() != OutputFormat::Png {
+        return Err(Failure::usage("a contact sheet is a .png").at(output));
+    }
+    if target.is_standard_output() && args.report.json {
+        return Err(Failure::usage("--json and the sheet cannot both go to standard output"));
+    }
+    let mut description = SceneFile { size: Some([DEFAULT_CELL; 2]), ..SceneFile::default() };
+    description.size = args.size.or(description.size);
+    args.light.apply(&mut description);
+    let machine = machine(&args.machine);
+    let (options, _) = description.options(machine, limits)?;
+    let layout = Layout::new(loaded.len(), args.columns, [options.width, options.height], limits)?;
+    let mut surroundings = ball::scene().map_err(|e| Failure::scene(&e))?;
+    description.light(&mut surroundings, limits, renderer.jobs())?;
+    let [width, height] = layout.size;
+    let mut sheet = Sheet::new(width, height, PAPER).ok_or_else(|| {
+        Failure::failed(format!("a sheet of {width} x {height} pixels does not fit into memory"))
+    })?;
+    let count = loaded.len();
+    for (k, (entry, file)) in loaded.iter_mut().enumerate() {
+        progress.stage(format!("{} of {count}: {}", k + 1, entry.name));
+        let (image, hash) = picture(&description, &surroundings, file, machine, limits, renderer)
+            .map_err(|failure| failure.at(Path::new(entry.name)))?;
+        entry.frame_hash = Some(hash);
+        let [x, y] = layout.label(&mut sheet, k, [entry.name, entry.model.unwrap_or("any model")]);
+        sheet.picture(x as i32, y as i32, image.width, image.height, &image.pixels);
+    }
+    progress.stage("encoding");
+    let bytes =
+        encode_png_rgb(width, height, &sheet.into_rgb(), true).map_err(|e| Failure::failed(e).at(output))?;
+    Encoded::new(output.to_owned(), bytes).write()
+}
+
+/// The ball of one material, and the hash of its picture.
+fn picture(
+    description: &SceneFile,
+    surroundings: &Scene,
+    file: &MaterialFile,
+    machine: Machine,
+    limits: &Limits,
+    renderer: &mut Renderer,
+) -> Result<(DisplayImage, String), Failure> {
+    let (options, display) = description.options(machine, limits)?;
+    let mut scene = surroundings.clone();
+    file.assign(&mut scene, None, limits).map_err(|e| Failure::assign(&e))?;
+    let camera = description.camera(&scene, &options)?;
+    let rendered = renderer.render(&scene, &camera, &options).map_err(|e| Failure::render(&e))?;
+    Ok((DisplayImage::new(&rendered.frame, &display), rendered.frame.frame_hash()))
+}

@@ -1,0 +1,344 @@
+//! Lays material files over the materials of a scene.
+
+use super::MaterialFile;
+use super::error::AssignError;
+use super::keys::{Key, Kind, Slot, metallic_workflow};
+use super::nearest::nearest_name;
+use super::parse::{Setting, Value};
+use super::texture::{TextureUse, metallic_roughness, one_channel};
+use crate::limits::Limits;
+use crate::load::budget::Budget;
+use crate::load::tangents::{add_tangents, tangent_set};
+use crate::scene::{
+    AlphaMode, AlphaUse, ColorSpace, Image, Material, MaterialId, Mesh, MeshData, MeshId, NormalTexture,
+    Sampler, Scene, SceneError, Texture, TextureId, TextureRef,
+};
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+impl MaterialFile {
+    /// Lays the material over every material of a scene, or over those of one name. Meshes get the tangents that it
+    /// needs.
+    ///
+    /// # Errors
+    /// [`AssignError`] if there is no material of that name, or the textures and tangents exceed the limits. The scene
+    /// may then be changed in part.
+    pub fn assign(&self, scene: &mut Scene, name: Option<&str>, limits: &Limits) -> Result<(), AssignError> {
+        let chosen = chosen(scene, name)?;
+        let mut builder =
+            Builder { file: self, scene, made: Vec::new(), limits, budget: Budget::new(limits) };
+        for &id in &chosen {
+            let material = builder.material(id)?;
+            builder.scene.replace_material(id, material)?;
+        }
+        let Builder { mut budget, .. } = builder;
+        fit_meshes(scene, &chosen, !self.is_over(), limits, &mut budget)
+    }
+}
+
+/// The materials of that name, or all.
+fn chosen(scene: &Scene, name: Option<&str>) -> Result<BTreeSet<MaterialId>, AssignError> {
+    let materials = scene.materials();
+    let ids = (0..materials.len()).map(|k| MaterialId(k as u32));
+    let Some(name) = name else { return Ok(ids.collect()) };
+    let chosen: BTreeSet<MaterialId> = ids.filter(|id| materials[id.index()].name == name).collect();
+    if !chosen.is_empty() {
+        return Ok(chosen);
+    }
+    let names: BTreeSet<&str> = materials.iter().map(|m| m.name.as_str()).filter(|n| !n.is_empty()).collect();
+    Err(AssignError::NoSuchMaterial {
+        name: name.to_owned(),
+        nearest: nearest_name(name, names.iter().copied()).map(str::to_owned),
+        names: names.into_iter().map(str::to_owned).collect(),
+    })
+}
+
+/// What decides that two uses are one texture.
+#[derive(Clone, Debug, PartialEq)]
+struct Form {
+    /// Files and channels; channel 4 stands for all.
+    files: [Option<(String, u8)>; 2],
+    /// Metallic and roughness in one.
+    packed: bool,
+    color_space: ColorSpace,
+    alpha: AlphaUse,
+    sampler: Sampler,
+}
+
+/// Makes materials and their textures.
+struct Builder<'a> {
+    file: &'a MaterialFile,
+    scene: &'a mut Scene,
+    made: Vec<(Form, TextureId)>,
+    limits: &'a Limits,
+    budget: Budget,
+}
+
+impl Builder<'_> {
+    /// What material `id` becomes.
+    fn material(&mut self, id: MaterialId) -> Result<Material, AssignError> {
+        let own = &self.scene.materials()[id.index()];
+        let mut material = if self.file.is_over() {
+            own.clone()
+        } else {
+            Material { name: own.name.clone(), double_sided: own.double_sided, ..Material::default() }
+        };
+        let file = self.file;
+        for setting in &file.settings {
+            self.set(setting, &mut material)?;
+        }
+        Ok(material)
+    }
+
+    fn set(&mut self, setting: &Setting, material: &mut Material) -> Result<(), AssignError> {
+        match (&setting.key.kind, &setting.value) {
+            (Kind::Number { set, .. }, Value::Number(value)) => set(material, *value),
+            (Kind::Triple { set, .. } | Kind::Color { set, .. }, Value::Triple(value)) => {
+                set(material, *value)
+            }
+            (Kind::Switch { set, .. }, Value::Switch(value)) => set(material, *value),
+            (Kind::Name { set, .. }, Value::Text(name)) => set(material, name),
+            (Kind::BaseColor, Value::BaseColor([r, g, b], alpha)) => {
+                material.base_color = [*r, *g, *b, alpha.unwrap_or(material.base_color[3])];
+            }
+            (Kind::FilmThickness, Value::Film(thickness)) => {
+                material.lobes.iridescence.thickness = *thickness
+            }
+            (Kind::Texture { slot, factor }, Value::Texture(texture)) => {
+                if let (Some(factor), true) = (factor, texture.is_some()) {
+                    self.lift(factor, material);
+                }
+                self.texture(*slot, texture.as_deref(), material)?;
+            }
+            // The rest is about the file and not about the material.
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// A texture multiplies; where the file gives no number and there is 0, it would show nothing.
+    fn lift(&self, factor: &str, material: &mut Material) {
+        if self.file.value(factor).is_some() {
+            return;
+        }
+        match Key::named(factor).map(|key| &key.kind) {
+            Some(Kind::Number { get, set, .. }) if get(material) == 0.0 => set(material, 1.0),
+            Some(Kind::Color { get, set, .. }) if get(material) == [0.0; 3] => set(material, [1.0; 3]),
+            _ => {}
+        }
+    }
+
+    /// Fills or empties a slot.
+    fn texture(
+        &mut self,
+        slot: Slot,
+        texture: Option<&TextureUse>,
+        material: &mut Material,
+    ) -> Result<(), AssignError> {
+        let Some(texture) = texture else {
+            match slot {
+                Slot::BaseColor => material.base_color_texture = None,
+                Slot::Color(place) | Slot::Data(place) | Slot::Channel(_, place) => *place(material) = None,
+                Slot::Scalar(_, place) => place(material).texture = None,
+                Slot::Normal(place) => *place(material) = None,
+                Slot::MetallicRoughness | Slot::Metallic | Slot::Roughness => {
+                    *metallic_workflow(material).2 = None;
+                }
+            }
+            return Ok(());
+        };
+        match slot {
+            Slot::BaseColor => {
+                let alpha = alpha_use(material);
+                material.base_color_texture = Some(self.whole(texture, ColorSpace::Srgb, alpha)?);
+            }
+            Slot::Color(place) => {
+                *place(material) = Some(self.whole(texture, ColorSpace::Srgb, AlphaUse::Data)?);
+            }
+            Slot::Data(place) => {
+                *place(material) = Some(self.whole(texture, ColorSpace::Linear, AlphaUse::Data)?)
+            }
+            Slot::Normal(place) => {
+                let texture = self.whole(texture, ColorSpace::Linear, AlphaUse::Data)?;
+                let scale = place(material).map_or(1.0, |normal| normal.scale);
+                *place(material) = Some(NormalTexture { texture, scale });
+            }
+            Slot::Channel(native, place) => {
+                let channel = texture.channel.unwrap_or(if native == 3 { 0 } else { native });
+                *place(material) = Some(if channel == native {
+                    self.whole(texture, ColorSpace::Linear, AlphaUse::Data)?
+                } else {
+                    self.one_channel(texture, channel)?
+                });
+            }
+            Slot::Scalar(default, place) => {
+                let reference = self.whole(texture, ColorSpace::Linear, AlphaUse::Data)?;
+                let parameter = place(material);
+                parameter.texture = Some(reference);
+                parameter.channel = texture.channel.unwrap_or(default);
+            }
+            Slot::MetallicRoughness => {
+                let reference = self.whole(texture, ColorSpace::Linear, AlphaUse::Data)?;
+                *metallic_workflow(material).2 = Some(reference);
+            }
+            Slot::Metallic | Slot::Roughness => {
+                let reference = self.packed()?;
+                *metallic_workflow(material).2 = reference;
+            }
+        }
+        Ok(())
+    }
+
+    /// A file's picture as it is.
+    fn whole(
+        &mut self,
+        texture: &TextureUse,
+        color_space: ColorSpace,
+        alpha: AlphaUse,
+    ) -> Result<TextureRef, AssignError> {
+        let files = [Some((texture.file.clone(), 4)), None];
+        let form = Form { files, packed: false, color_space, alpha, sampler: texture.sampler };
+        let image = self.file.pictures.get(&texture.file).cloned();
+        self.reference(texture, form, |_| image)
+    }
+
+    /// One channel of a file's picture in all channels.
+    fn one_channel(&mut self, texture: &TextureUse, channel: u8) -> Result<TextureRef, AssignError> {
+        let files = [Some((texture.file.clone(), channel)), None];
+        let form = Form {
+            files,
+            packed: false,
+            color_space: ColorSpace::Linear,
+            alpha: AlphaUse::Data,
+            sampler: texture.sampler,
+        };
+        self.reference(texture, form, |file| {
+            file.pictures.get(&texture.file).map(|image| Arc::new(one_channel(image, channel)))
+        })
+    }
+
+    /// metallic_texture and roughness_texture as the one that the renderer reads.
+    fn packed(&mut self) -> Result<Option<TextureRef>, AssignError> {
+        let file = self.file;
+        let given = |name: &str, default: u8| match file.value(name) {
+            Some(Value::Texture(Some(texture))) => Some((texture, texture.channel.unwrap_or(default))),
+            _ => None,
+        };
+        let (metallic, roughness) = (given("metallic_texture", 2), given("roughness_texture", 1));
+        let Some((texture, _)) = metallic.or(roughness) else { return Ok(None) };
+        let name =
+            |given: Option<(&Box<TextureUse>, u8)>| given.map(|(t, channel)| (t.file.clone(), channel));
+        let form = Form {
+            files: [name(metallic), name(roughness)],
+            packed: true,
+            color_space: ColorSpace::Linear,
+            alpha: AlphaUse::Data,
+            sampler: texture.sampler,
+        };
+        self.reference(texture, form, |file| {
+            let picture = |given: Option<(&Box<TextureUse>, u8)>| {
+                given.and_then(|(t, channel)| file.pictures.get(&t.file).map(|image| (&**image, channel)))
+            };
+            metallic_roughness(picture(metallic), picture(roughness)).map(Arc::new)
+        })
+        .map(Some)
+    }
+
+    /// The texture of that form, made if there is none yet.
+    fn reference(
+        &mut self,
+        texture: &TextureUse,
+        form: Form,
+        image: impl FnOnce(&MaterialFile) -> Option<Arc<Image>>,
+    ) -> Result<TextureRef, AssignError> {
+        let known = self.made.iter().find(|(made, _)| *made == form).map(|(_, id)| *id);
+        let id = match known {
+            Some(id) => id,
+            None => {
+                let count = self.scene.textures().len() as u64 + 1;
+                Limits::check(|| "textures".to_owned(), count, self.limits.textures, "textures")?;
+                // Every file that is named has been loaded.
+                let image = image(self.file).ok_or(SceneError::NoSuch { what: "texture", index: 0 })?;
+                let texels = u64::from(image.width()) * u64::from(image.height());
+                self.budget.charge(|| texture.file.clone(), texels, 6)?;
+                let made = Texture::new(image, form.color_space, form.alpha, form.sampler);
+                let id = self.scene.add_texture(made)?;
+                self.made.push((form, id));
+                id
+            }
+        };
+        Ok(TextureRef { texture: id, uv_set: texture.uv_set, transform: texture.transform })
+    }
+}
+
+/// What the alpha of a material's base colour texture means.
+fn alpha_use(material: &Material) -> AlphaUse {
+    match material.alpha_mode {
+        AlphaMode::Opaque => AlphaUse::Data,
+        // The cutoff is compared with the product of texture and factor.
+        AlphaMode::Mask { cutoff } if material.base_color[3] > 0.0 => {
+            AlphaUse::mask(cutoff / material.base_color[3])
+        }
+        AlphaMode::Mask { .. } | AlphaMode::Blend => AlphaUse::Coverage,
+    }
+}
+
+/// Gives meshes the tangents that the chosen materials need, and takes vertex colours from those whose material has
+/// been replaced. A mesh that other materials use as well is copied for that.
+fn fit_meshes(
+    scene: &mut Scene,
+    chosen: &BTreeSet<MaterialId>,
+    replaced: bool,
+    limits: &Limits,
+    budget: &mut Budget,
+) -> Result<(), AssignError> {
+    let mut draws_of: Vec<Vec<usize>> = vec![Vec::new(); scene.meshes().len()];
+    for (k, instance) in scene.instances().iter().enumerate() {
+        draws_of[instance.mesh.index()].push(k);
+    }
+    let mut vertices = scene.meshes().iter().map(|m| m.positions().len() as u64).sum::<u64>();
+    for (k, draws) in draws_of.into_iter().enumerate() {
+        let id = MeshId(k as u32);
+        let (these, others): (Vec<usize>, Vec<usize>) =
+            draws.into_iter().partition(|&i| chosen.contains(&scene.instances()[i].material));
+        let mesh = &scene.meshes()[k];
+        let set = these
+            .iter()
+            .find_map(|&i| tangent_set(&scene.materials()[scene.instances()[i].material.index()]))
+            // Without normals there is flat shading, and tangents mean nothing.
+            .filter(|&set| {
+                mesh.tangents().is_empty() && !mesh.normals().is_empty() && !mesh.uvs(set).is_empty()
+            });
+        let without_colors = replaced && !these.is_empty() && !mesh.colors().is_empty();
+        if set.is_none() && !without_colors {
+            continue;
+        }
+        budget.charge(|| format!("mesh {k}"), mesh.positions().len() as u64, BYTES_A_VERTEX)?;
+        budget.charge(|| format!("mesh {k}"), mesh.triangles().len() as u64, 12)?;
+        let mut data: MeshData = mesh.data().clone();
+        if without_colors {
+            data.colors = Vec::new();
+        }
+        if let Some(set) = set {
+            add_tangents(&mut data, set);
+        }
+        vertices += data.positions.len() as u64;
+        if others.is_empty() {
+            vertices -= mesh.positions().len() as u64;
+        }
+        Limits::check(|| format!("mesh {k} with tangents"), vertices, limits.vertices, "vertices")?;
+        let mesh = Mesh::new(data)?;
+        if others.is_empty() {
+            scene.replace_mesh(id, mesh)?;
+        } else {
+            let copy = scene.add_mesh(mesh)?;
+            for instance in these {
+                scene.set_instance_mesh(instance, copy)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Bytes of all attributes of a vertex.
+const BYTES_A_VERTEX: u64 = 12 + 12 + 16 + 16 + 16;

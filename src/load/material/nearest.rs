@@ -1,0 +1,55 @@
+//! Which known name somebody may have meant.
+
+/// The name that is fewest edits away from `name`, if it is near enough to be a misspelling; the first of several.
+///
+/// Letters count alike in upper and lower case, and `-` as `_`.
+pub fn nearest_name<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    // Names of hostile files can be long, and the distance takes the product of two lengths.
+    let plain = |text: &str| -> Vec<char> {
+        text.chars().take(64).map(|c| if c == '-' { '_' } else { c.to_ascii_lowercase() }).collect()
+    };
+    let name = plain(name);
+    let nearest = known.into_iter().map(|k| (distance(&name, &plain(k)), k)).min_by_key(|(d, _)| *d)?;
+    (nearest.0 <= name.len() / 2 + 1).then_some(nearest.1)
+}
+
+/// Levenshtein's distance: insertions, deletions and replacements.
+fn distance(a: &[char], b: &[char]) -> usize {
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, x) in a.iter().enumerate() {
+        let mut diagonal = std::mem::replace(&mut row[0], i + 1);
+        for (j, y) in b.iter().enumerate() {
+            let replaced = diagonal + usize::from(x != y);
+            diagonal = row[j + 1];
+            row[j + 1] = replaced.min(diagonal + 1).min(row[j] + 1);
+        }
+    }
+    row[b.len()]
+}
+
+/// `; did you mean 'x'?`, or nothing.
+pub(crate) fn suggestion(nearest: Option<&str>) -> String {
+    nearest.map_or_else(String::new, |name| format!("; did you mean '{name}'?"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn misspellings_are_recognised_and_other_words_are_not() {
+        let known = ["roughness", "coat", "coat_roughness", "normal_texture"];
+        assert_eq!(nearest_name("rougness", known), Some("roughness"));
+        assert_eq!(nearest_name("Coat-Roughness", known), Some("coat_roughness"));
+        assert_eq!(nearest_name("normal_map", known), Some("normal_texture"));
+        assert_eq!(nearest_name("cot", known), Some("coat"));
+        assert_eq!(nearest_name("xyzzy", known), None);
+        assert_eq!(nearest_name("x", []), None);
+    }
+
+    #[test]
+    fn distances() {
+        let d = |a: &str, b: &str| distance(&a.chars().collect::<Vec<_>>(), &b.chars().collect::<Vec<_>>());
+        assert_eq!((d("", ""), d("", "ab"), d("ab", ""), d("kitten", "sitting")), (0, 2, 2, 3));
+    }
+}
