@@ -189,7 +189,7 @@ pub struct PictureArgs {
     #[arg(long, value_name = "N", value_parser = values::samples)]
     pub samples: Option<u32>,
 
-    /// Formulas that shade every surface [default: what each material names, else urp-desktop]
+    /// Formulas that shade every surface [default: what each material names, else gltf]
     ///
     /// urp-desktop, urp-mobile (Unity URP 13), urp17 (Unity 6), hdrp-lit, stacklit (Unity HDRP), filament,
     /// filament-mobile, filament-cloth, filament-2018, three, three-legacy, gltf (Khronos), gltf-sampled

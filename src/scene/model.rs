@@ -5,7 +5,6 @@
 #[non_exhaustive]
 pub enum ShadingModel {
     /// Unity URP 13.0 Complex Lit on desktop platforms.
-    #[default]
     UrpDesktop,
     /// Unity URP 13.0 Complex Lit where `SHADER_API_MOBILE` is defined.
     UrpMobile,
@@ -27,7 +26,8 @@ pub enum ShadingModel {
     Three,
     /// three.js r131 or, by [`ModelOptions::three_r119`], r119.
     ThreeLegacy,
-    /// The Khronos glTF Sample Renderer.
+    /// The Khronos glTF Sample Renderer: what materials mean that name no model.
+    #[default]
     Gltf,
     /// The same BRDF with sixteen filtered lookups a lobe in place of one, and no compensation for multiple scattering: the
     /// nearest to the integral that the appendix of glTF describes.

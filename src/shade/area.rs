@@ -76,7 +76,7 @@ fn sum<L: Lanes>(
     for AreaLight { radiance, shape } in context.area_lights {
         let share = match shape {
             AreaShape::Rect { corners, two_sided } => {
-                let outline: [V3<L>; 4] = each!(c in corners => {
+                let outline: [V3<L>; 4] = each!(c in *corners => {
                     vec3::sub(l, vec3::splat(l, c), surface.position)
                 });
                 let share = rectangle(l, frame, lobe, outline);
@@ -93,7 +93,7 @@ fn sum<L: Lanes>(
             }
             AreaShape::Tube { ends, radius } => {
                 let ends: [V3<L>; 2] =
-                    each!(c in ends => vec3::sub(l, vec3::splat(l, c), surface.position));
+                    each!(c in *ends => vec3::sub(l, vec3::splat(l, c), surface.position));
                 tube(l, frame, lobe, ends, l.splat(*radius))
             }
         };

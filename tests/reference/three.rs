@@ -3,7 +3,9 @@
 use super::stub;
 use super::table::{Adapter, Batch, Found, Table as Rows};
 use overcoat::brdf::table::{Table, TexelGrid};
-use overcoat::coat::three::{self, Anisotropy, Coat, Indirect, Iridescence, Sheen, Surface, SurfaceData, Terms};
+use overcoat::coat::three::{
+    self, Anisotropy, Coat, Indirect, Iridescence, Sheen, Surface, SurfaceData, Terms,
+};
 use overcoat::coat::three_legacy::{self as legacy, LightUnits, ThreeVersion};
 use overcoat::math::lanes::{Float, LANES, Lanes, SimdLevel};
 use overcoat::math::vec3::{self, V3};

@@ -13,6 +13,10 @@ use crate::each;
 use crate::math::lanes::{Float, Lanes, Mask};
 use crate::math::vec3::{self, V3};
 
+/// Where D V ends. No highlight comes near it: it is reached where the guards of the quotient take over (light behind the
+/// surface, or exactly opposite to the view), and keeps the products with colours finite.
+const GREATEST_DV: f32 = 1e30;
+
 /// A light as it reaches the fragments.
 #[derive(Clone, Copy)]
 pub struct Light<L: Lanes> {
@@ -165,9 +169,11 @@ pub fn evaluate_bsdf<L: Lanes>(l: L, pre: &PreLight<L>, light: &Light<L>) -> Cbs
                 lambda,
             )
         };
+        let dv = dv.at_most(GREATEST_DV);
         base = each!(k => {
             let term = dv * lobe.energy_compensation[k];
-            if x == 0 { term } else { base[k].lerp(term, bsdf.lobe_mix) }
+            // Not base + mix (term - base), which rounding makes negative where one lobe is a spike.
+            if x == 0 { term } else { base[k] * bsdf.lobe_mix.one_minus() + term * bsdf.lobe_mix }
         });
     }
 
@@ -200,7 +206,7 @@ pub fn evaluate_bsdf<L: Lanes>(l: L, pre: &PreLight<L>, light: &Light<L>) -> Cbs
                 layers.coat_roughness,
                 lambda,
             );
-            // The cosine first: the other factors may be as large as 1e37 where it is 0.
+            let dv = dv.at_most(GREATEST_DV);
             let top = n_dot_l_coat.at_least(0.0) * layers.top;
             each!(k => lit * fresnel[k] * base[k] + top * lobe.energy_compensation[k] * dv)
         }

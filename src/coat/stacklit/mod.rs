@@ -35,8 +35,8 @@
 //! reciprocal. Without a coat, the Lambert part is not dimmed by what the lobes reflect. The coat's lobe takes Fresnel's
 //! reflectance at the view for an F0, which grows once more towards grazing angles. Measured in
 //! `tests/models/stacklit.rs` under a white sky: a bare white metal returns 1; a bare white dielectric at most 1.86
-//! (N.V = 1/32) and FURNACE_D in the mean over all views; a white base under a coat of index 1.5 at most 1.25 and
-//! FURNACE_C in the mean. More extinction or thickness never brightens.
+//! (N.V = 1/32) and 1.09 in the mean over all views; a white base under a coat of index 1.5 at most 1.25 and
+//! 1.03 in the mean. More extinction or thickness never brightens.
 //!
 //! **Quirks that are kept.** Energy compensation knows the base's F0 under the coat, not what the coat lets through.
 //! Without a normal of its own the coat's reflection is bent at the base's refracted cosine. The cones of specular

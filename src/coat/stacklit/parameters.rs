@@ -39,7 +39,8 @@ pub struct Anisotropy<L: Lanes> {
     pub b: L::F,
 }
 
-/// Hazy gloss: lobe B becomes a halo about lobe A.
+/// Hazy gloss: lobe B becomes a halo about lobe A. Full haziness without extent makes the halo's share a little more than
+/// 1, and the core's negative, as in the original.
 #[derive(Clone, Copy)]
 pub struct HazyGloss<L: Lanes> {
     /// Strength, 0 to 1.

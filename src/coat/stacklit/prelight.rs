@@ -6,7 +6,7 @@ use super::occlusion::{OccludedLobe, hemisphere_occlusion};
 use super::options::{Options, TopNormalFix};
 use super::parameters::{Frame, SurfaceData};
 use super::statistics::{GeometricPath, MIN_N_DOT_V, film_reflectance};
-use crate::brdf::fgd::pre_integrated_fgd;
+use crate::brdf::fgd::pre_integrated_specular;
 use crate::brdf::fresnel::{energy_compensation_factor, ior_to_fresnel0};
 use crate::brdf::ggx::{anisotropic_part_lambda, part_lambda};
 use crate::brdf::reflection::anisotropic_normal_and_roughness;
@@ -59,7 +59,7 @@ pub struct PreLight<L: Lanes> {
 }
 
 /// Prepares sixteen fragments: conversion, adding operator, pre-integrated reflectances, occlusion. `fgd` is the
-/// table of [`pre_integrated_fgd`].
+/// table of [`pre_integrated_specular`].
 #[inline(always)]
 pub fn surface<L: Lanes>(
     l: L,
@@ -257,7 +257,8 @@ pub fn prelight<L: Lanes>(
     for k in first..=bsdf.lobe_count {
         let input = &inputs[k];
         let p = input.perceptual_roughness;
-        let albedo = pre_integrated_fgd(l, fgd, input.fgd_n_dot_v, p, input.fgd_fresnel0);
+        let (specular, reflectivity) =
+            pre_integrated_specular(l, fgd, input.fgd_n_dot_v, p, input.fgd_fresnel0);
         let occluded = OccludedLobe {
             normal: input.normal,
             n_dot_v: input.n_dot_v,
@@ -265,10 +266,10 @@ pub fn prelight<L: Lanes>(
             tint: input.tint,
         };
         let lobe = &mut lobes[k];
-        lobe.specular_fgd = vec3::scale(l, albedo.specular, input.share);
+        lobe.specular_fgd = vec3::scale(l, specular, input.share);
         if options.energy_compensation {
             lobe.energy_compensation =
-                energy_compensation_factor(l, albedo.reflectivity, input.compensated_fresnel0);
+                energy_compensation_factor(l, reflectivity, input.compensated_fresnel0);
         }
         lobe.specular_occlusion = hemisphere_occlusion(l, options, &bsdf.occlusion, frame, &occluded);
         let (mut normal, mut ibl_roughness) = (input.normal, p);

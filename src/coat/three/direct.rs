@@ -1,7 +1,9 @@
 //! Direct light: `RE_Direct_Physical`.
 
 use super::lobes::{EPSILON, ggx};
-use super::{COAT_F0, SheenSurface, Surface, Terms, cosine, f_schlick, fresnel_weight, outgoing_light, sheen_albedo};
+use super::{
+    COAT_F0, SheenSurface, Surface, Terms, cosine, f_schlick, fresnel_weight, outgoing_light, sheen_albedo,
+};
 use crate::brdf::microfacet::{distribution_ggx_anisotropic, visibility_smith_anisotropic};
 use crate::brdf::sheen::{LEAST_SINE_SQUARED, distribution_charlie, visibility_neubelt};
 use crate::coat::glsl::{half_vector, mix};
