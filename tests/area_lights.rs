@@ -239,7 +239,7 @@ fn far_lights_are_points() {
         let surface = Surface::new(p, 0.6);
         let centre = [-70.0, 20.0, 60.0];
         let [u, v] = [[2.0, 1.0, 0.0], [0.0, 1.0, 2.0]];
-        let light = Light::Rectangle { corner: centre, sides: [u, v] };
+        let light = Light::Rectangle { corner: add(add(centre, u, -0.5), v, -0.5), sides: [u, v] };
         let direction = unit(centre);
         let expected = surface.lobe(direction) * dot(direction, cross(u, v)).abs() / dot(centre, centre);
         let found = surface.facets(&light, 1);
