@@ -6,6 +6,7 @@
 
 use super::area::{area_irradiance_over_pi, area_radiance};
 use super::{ShadeContext, Surface};
+use crate::light::{LightSample, PunctualLight};
 use crate::math::lanes::{Float, Lanes, Mask};
 use crate::math::vec3::{self, V3};
 use crate::scene::Material;
@@ -52,7 +53,7 @@ impl Surroundings {
         normal: V3<L>,
     ) -> V3<L> {
         match self {
-            Self::Environment => context.environment.irradiance_over_pi(l, normal),
+            Self::Environment => environment_irradiance_over_pi(l, context, normal),
             Self::AreaLights => area_irradiance_over_pi(l, context, surface, normal),
         }
     }
@@ -81,8 +82,11 @@ impl Surroundings {
 }
 
 /// Prefiltered radiance of the environment in a direction of any length, for a perceptual roughness of 0 to 1.
-#[inline(always)]
-pub(super) fn reflected_radiance<L: Lanes>(
+///
+/// This and the next two are functions of their own for each instruction set: every model asks, and copies in each would
+/// be a third of the program.
+#[inline(never)]
+fn reflected_radiance<L: Lanes>(
     l: L,
     context: &ShadeContext<'_>,
     material: &Material,
@@ -90,12 +94,35 @@ pub(super) fn reflected_radiance<L: Lanes>(
     direction: V3<L>,
     perceptual_roughness: L::F,
 ) -> V3<L> {
-    let direction = if material.has_normal_maps() {
-        above_horizon(l, direction, surface.vertex_normal)
-    } else {
-        direction
-    };
-    context.environment.radiance(l, direction, perceptual_roughness)
+    l.run(
+        #[inline(always)]
+        || {
+            let direction = if material.has_normal_maps() {
+                above_horizon(l, direction, surface.vertex_normal)
+            } else {
+                direction
+            };
+            context.environment.radiance(l, direction, perceptual_roughness)
+        },
+    )
+}
+
+/// Irradiance of the environment over pi.
+#[inline(never)]
+fn environment_irradiance_over_pi<L: Lanes>(l: L, context: &ShadeContext<'_>, normal: V3<L>) -> V3<L> {
+    l.run(
+        #[inline(always)]
+        || context.environment.irradiance_over_pi(l, normal),
+    )
+}
+
+/// What arrives from a light without extent.
+#[inline(never)]
+pub(super) fn sample_light<L: Lanes>(l: L, light: &PunctualLight, surface: &Surface<L>) -> LightSample<L> {
+    l.run(
+        #[inline(always)]
+        || light.sample(l, surface.position),
+    )
 }
 
 /// Mirrors directions below the horizon of a unit normal back above it.

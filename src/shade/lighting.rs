@@ -1,6 +1,6 @@
 //! Light on surfaces: the shading models applied to surface fragments.
 
-use super::incident::Surroundings;
+use super::incident::{Surroundings, sample_light};
 use super::{Reflectance, ShadeContext, Surface, models};
 use crate::coat::urp::{self, UrpVersion};
 use crate::gbuffer::layout::SurfacePlanes;
@@ -92,7 +92,7 @@ fn shade_urp<L: Lanes>(
         radiance = vec3::add(l, radiance, reflected);
     }
     for light in context.lights {
-        let sample = light.sample(l, surface.position);
+        let sample = sample_light(l, light, surface);
         let color = vec3::scale(l, sample.irradiance, l.splat(std::f32::consts::FRAC_1_PI));
         let direct = urp::direct(l, &layers, sample.direction, color, l.splat(1.0));
         radiance = vec3::add(l, radiance, direct);

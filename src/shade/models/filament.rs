@@ -1,6 +1,6 @@
 //! Filament's models on surface fragments: standard, cloth, and the document of 2018.
 
-use super::super::incident::Surroundings;
+use super::super::incident::{Surroundings, sample_light};
 use super::super::{ShadeContext, Surface};
 use super::MetallicBase;
 use crate::brdf::tables;
@@ -89,7 +89,7 @@ fn standard_radiance<L: Lanes>(
         radiance = vec3::add(l, radiance, reflected);
     }
     for light in context.lights {
-        let sample = light.sample(l, surface.position);
+        let sample = sample_light(l, light, surface);
         let lit = standard::direct(l, &layers, sample.direction, sample.irradiance, l.splat(1.0));
         radiance = vec3::add(l, radiance, lit);
     }
@@ -134,7 +134,7 @@ fn cloth_radiance<L: Lanes>(
         radiance = vec3::add(l, radiance, reflected);
     }
     for light in context.lights {
-        let sample = light.sample(l, surface.position);
+        let sample = sample_light(l, light, surface);
         let lit = cloth::direct(l, &layers, sample.direction, sample.irradiance, l.splat(1.0));
         radiance = vec3::add(l, radiance, lit);
     }
@@ -185,7 +185,7 @@ fn radiance_2018<L: Lanes>(
         radiance = vec3::add(l, radiance, reflected);
     }
     for light in context.lights {
-        let sample = light.sample(l, surface.position);
+        let sample = sample_light(l, light, surface);
         let lit = filament_2018::direct(l, &layers, sample.direction, sample.irradiance, l.splat(1.0));
         radiance = vec3::add(l, radiance, lit);
     }

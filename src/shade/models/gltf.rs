@@ -1,6 +1,6 @@
 //! The Khronos glTF Sample Renderer's material on surface fragments.
 
-use super::super::incident::Surroundings;
+use super::super::incident::{Surroundings, sample_light};
 use super::super::{ShadeContext, Surface};
 use super::{MetallicBase, stretched};
 use crate::brdf::tables;
@@ -103,7 +103,7 @@ fn radiance<L: Lanes>(
         radiance = vec3::add(l, radiance, reflected);
     }
     for light in context.lights {
-        let sample = light.sample(l, surface.position);
+        let sample = sample_light(l, light, surface);
         let lit =
             gltf::direct(l, &layers, tables.sheen_albedo, sample.direction, sample.irradiance, l.splat(1.0));
         radiance = vec3::add(l, radiance, lit);

@@ -1,6 +1,6 @@
 //! Unity HDRP Lit on surface fragments.
 
-use super::super::incident::Surroundings;
+use super::super::incident::{Surroundings, sample_light};
 use super::super::{Reflectance, ShadeContext, Surface};
 use super::hdrp_film_thickness;
 use crate::brdf::tables;
@@ -58,7 +58,7 @@ fn radiance<L: Lanes>(l: L, context: &ShadeContext<'_>, material: &Material, sur
     let layers = hdrp_lit::surface(l, tables::unity_fgd(), &data, surface.normal, surface.view);
     let mut lamps = DirectLighting::none(l);
     for light in context.lights {
-        let sample = light.sample(l, surface.position);
+        let sample = sample_light(l, light, surface);
         let lit = hdrp_lit::direct(
             l,
             &layers,

@@ -1,6 +1,6 @@
 //! OpenPBR on surface fragments.
 
-use super::super::incident::Surroundings;
+use super::super::incident::{Surroundings, sample_light};
 use super::super::{Reflectance, ShadeContext, Surface};
 use super::stretched;
 use crate::brdf::tables;
@@ -92,7 +92,7 @@ fn radiance<L: Lanes>(l: L, context: &ShadeContext<'_>, material: &Material, sur
         radiance = vec3::add(l, radiance, reflected);
     }
     for light in context.lights {
-        let sample = light.sample(l, surface.position);
+        let sample = sample_light(l, light, surface);
         let lit = openpbr::direct(l, &layers, sample.direction, sample.irradiance, l.splat(1.0));
         radiance = vec3::add(l, radiance, lit);
     }

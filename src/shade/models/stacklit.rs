@@ -1,6 +1,6 @@
 //! Unity HDRP StackLit on surface fragments.
 
-use super::super::incident::Surroundings;
+use super::super::incident::{Surroundings, sample_light};
 use super::super::{Reflectance, ShadeContext, Surface};
 use super::{has_coat_normal, hdrp_film_thickness};
 use crate::brdf::occlusion::VisibilityCone;
@@ -138,7 +138,7 @@ fn radiance<L: Lanes>(l: L, context: &ShadeContext<'_>, material: &Material, sur
     let zero = [l.zero(); 3];
     let mut lights = Lighting { diffuse: zero, specular: zero };
     for light in context.lights {
-        let sample = light.sample(l, surface.position);
+        let sample = sample_light(l, light, surface);
         let lit = stacklit::direct(l, &pre, &Light::new(l, sample.direction, sample.irradiance));
         lights.diffuse = vec3::add(l, lights.diffuse, lit.diffuse);
         lights.specular = vec3::add(l, lights.specular, lit.specular);

@@ -1,6 +1,6 @@
 //! three.js on surface fragments: the physical material of today, and that of older releases.
 
-use super::super::incident::Surroundings;
+use super::super::incident::{Surroundings, sample_light};
 use super::super::{ShadeContext, Surface};
 use super::{MetallicBase, stretched};
 use crate::brdf::tables;
@@ -104,7 +104,7 @@ fn radiance<L: Lanes>(l: L, context: &ShadeContext<'_>, material: &Material, sur
         radiance = vec3::add(l, radiance, reflected);
     }
     for light in context.lights {
-        let sample = light.sample(l, surface.position);
+        let sample = sample_light(l, light, surface);
         let lit = three::direct(l, &layers, sample.direction, sample.irradiance, l.splat(1.0));
         radiance = vec3::add(l, radiance, lit);
     }
@@ -162,7 +162,7 @@ fn legacy_radiance<L: Lanes>(
         radiance = vec3::add(l, radiance, reflected);
     }
     for light in context.lights {
-        let sample = light.sample(l, surface.position);
+        let sample = sample_light(l, light, surface);
         let lit = three_legacy::direct(l, units, &layers, sample.direction, sample.irradiance, l.splat(1.0));
         radiance = vec3::add(l, radiance, lit);
     }
