@@ -236,7 +236,8 @@ pub struct MachineArgs {
     #[arg(long, value_name = "N", value_parser = values::tile)]
     pub tile: Option<u32>,
 
-    /// Instruction set: auto, scalar, sse2, avx2, avx512 or neon; one that the machine lacks is an error
+    /// Instruction set: auto, sse2, avx2, avx512, neon or (where it is compiled in) scalar; one that is not there is an
+    /// error
     #[arg(long, value_name = "LEVEL", default_value = "auto", value_parser = values::simd)]
     pub simd: SimdLevel,
 }

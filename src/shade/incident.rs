@@ -20,8 +20,10 @@ use crate::scene::Material;
 pub(super) enum Surroundings {
     /// Light from afar.
     Environment,
-    /// Rectangles and tubes.
+    /// Rectangles and tubes, by linearly transformed cosines.
     AreaLights,
+    /// The same, reflections integrated over the lobe's facets.
+    AreaLightsByFacets,
 }
 
 impl Surroundings {
@@ -39,7 +41,7 @@ impl Surroundings {
     pub(super) fn occlusion<L: Lanes>(self, l: L, surface: &Surface<L>) -> L::F {
         match self {
             Self::Environment => surface.occlusion,
-            Self::AreaLights => l.splat(1.0),
+            Self::AreaLights | Self::AreaLightsByFacets => l.splat(1.0),
         }
     }
 
@@ -54,7 +56,9 @@ impl Surroundings {
     ) -> V3<L> {
         match self {
             Self::Environment => environment_irradiance_over_pi(l, context, normal),
-            Self::AreaLights => area_irradiance_over_pi(l, context, surface, normal),
+            Self::AreaLights | Self::AreaLightsByFacets => {
+                area_irradiance_over_pi(l, context, surface, normal)
+            }
         }
     }
 
@@ -74,8 +78,9 @@ impl Surroundings {
             Self::Environment => {
                 reflected_radiance(l, context, material, surface, direction, perceptual_roughness)
             }
-            Self::AreaLights => {
-                area_radiance(l, context, material, surface, direction, perceptual_roughness)
+            Self::AreaLights | Self::AreaLightsByFacets => {
+                let by_facets = self == Self::AreaLightsByFacets;
+                area_radiance(l, context, material, surface, direction, perceptual_roughness, by_facets)
             }
         }
     }

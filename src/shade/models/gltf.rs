@@ -82,9 +82,11 @@ fn radiance<L: Lanes>(
         radiance = vec3::add(l, radiance, sampled_environment(l, context, material, surface, &layers));
     }
     for &source in Surroundings::of(context) {
-        if sampled && source == Surroundings::Environment {
-            continue;
-        }
+        let source = match (sampled, source) {
+            (true, Surroundings::Environment) => continue,
+            (true, _) => Surroundings::AreaLightsByFacets,
+            (false, source) => source,
+        };
         let reflected = gltf::indirect(
             l,
             &layers,
