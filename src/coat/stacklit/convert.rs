@@ -105,10 +105,10 @@ fn colors<L: Lanes>(l: L, options: &Options, data: &SurfaceData<L>) -> (V3<L>, V
             color
         }
     };
-    if let Some(scattering) = &data.scattering {
-        if options.version == Version::V13 || scattering.use_profile_ior {
-            fresnel0 = [l.splat(scattering.profile.fresnel0); 3];
-        }
+    if let Some(scattering) = &data.scattering
+        && (options.version == Version::V13 || scattering.use_profile_ior)
+    {
+        fresnel0 = [l.splat(scattering.profile.fresnel0); 3];
     }
     (vec3::scale(l, base_color, metallic.one_minus()), fresnel0)
 }
@@ -168,6 +168,11 @@ pub fn convert<L: Lanes>(l: L, options: &Options, data: &SurfaceData<L>, normal:
             let under_coat = f0_under_ior(l, fresnel0, ior);
             fresnel0 = vec3::select(l, uncoated, fresnel0, under_coat);
             let p = coat.smoothness.one_minus();
+            #[expect(clippy::manual_map, reason = "Option::map would leave the instruction set")]
+            let normal = match coat.normal {
+                Some(coat_normal) => Some(vec3::select(l, uncoated, normal, coat_normal)),
+                None => None,
+            };
             Some(CoatData {
                 mask: coat.mask,
                 ior,
@@ -176,10 +181,7 @@ pub fn convert<L: Lanes>(l: L, options: &Options, data: &SurfaceData<L>, normal:
                 extinction: coat.extinction,
                 perceptual_roughness: p,
                 roughness: p * p,
-                normal: match coat.normal {
-                    Some(coat_normal) => Some(vec3::select(l, uncoated, normal, coat_normal)),
-                    None => None,
-                },
+                normal,
                 uncoated,
             })
         }
