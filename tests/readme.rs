@@ -52,7 +52,7 @@ fn blocks(text: &str, language: &str) -> Vec<String> {
 #[test]
 fn options_in_the_readme_exist_and_all_of_render_are_there() {
     let known: BTreeSet<String> =
-        ["render", "info", "sheet", "bench", "materials"].iter().flat_map(|c| options(&help(c))).collect();
+        ["render", "info", "sheet", "bench", "compare-models", "materials"].iter().flat_map(|c| options(&help(c))).collect();
     // Cargo's own.
     let cargos = BTreeSet::from(["--release".to_owned(), "--example".to_owned(), "--help".to_owned()]);
     let mentioned = options(&readme());
@@ -82,7 +82,7 @@ fn options_in_the_readme_exist_and_all_of_render_are_there() {
 fn examples_in_the_readme_and_in_help_are_accepted() {
     let folder = tempfile::tempdir().unwrap();
     let mut lines = blocks(&readme(), "sh");
-    for command in ["render", "info", "sheet", "bench", "materials"] {
+    for command in ["render", "info", "sheet", "bench", "compare-models", "materials"] {
         lines.extend(help(command).lines().map(|line| line.trim().to_owned()));
     }
     let mut tried = 0;

@@ -14,7 +14,8 @@ pub fn write(folder: &Path) -> std::io::Result<()> {
     one(&folder, &jobs, &tables::THREE_DFG)?;
     one(&folder, &jobs, &tables::KHRONOS)?;
     one(&folder, &jobs, &tables::SHEEN_ALBEDO)?;
-    one(&folder, &jobs, &tables::GGX_ALBEDO)
+    one(&folder, &jobs, &tables::GGX_ALBEDO)?;
+    one(&folder, &jobs, &tables::LINEARLY_TRANSFORMED_GGX)
 }
 
 fn one<const N: usize>(folder: &Path, jobs: &Jobs, table: &Definition<N>) -> std::io::Result<()> {

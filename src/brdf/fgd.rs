@@ -36,3 +36,23 @@ pub fn pre_integrated_fgd<L: Lanes>(
     );
     PreIntegratedFgd { specular, diffuse: z + 0.5, reflectivity: y }
 }
+
+/// [`pre_integrated_fgd`] for Lambert bases, without the diffuse term: the specular albedo for the given F0, and the one
+/// for F0 = 1.
+#[inline(always)]
+pub fn pre_integrated_specular<L: Lanes>(
+    l: L,
+    table: &Table<3>,
+    n_dot_v: L::F,
+    perceptual_roughness: L::F,
+    f0: V3<L>,
+) -> (V3<L>, L::F) {
+    let [x, y] = table.fetch_first(l, n_dot_v.at_least(0.0).sqrt(), perceptual_roughness);
+    let specular = vec3::map(
+        l,
+        f0,
+        #[inline(always)]
+        |f0| x.lerp(y, f0),
+    );
+    (specular, y)
+}

@@ -12,6 +12,7 @@ pub mod integrate;
 pub mod iridescence;
 pub mod linearly_transformed_cosine;
 pub mod microfacet;
+pub mod microfacet_light;
 pub mod occlusion;
 pub mod reflection;
 pub mod roughness;

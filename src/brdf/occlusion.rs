@@ -14,6 +14,7 @@ const LOG2_10: f32 = std::f32::consts::LN_10 / std::f32::consts::LN_2;
 /// Arc cosine of |x| to 0.00015 radians, `FastACosPos` (Unity core/Common; Lagarde 2014). |x| above 1 by rounding
 /// counts as 1.
 #[inline(always)]
+#[expect(clippy::approx_constant, reason = "the original's coefficient, three bits from pi / 2")]
 pub fn fast_acos_positive<L: Lanes>(_: L, x: L::F) -> L::F {
     let x = x.abs();
     let polynomial = (x * 0.046_887_8 - 0.203_471) * x + 1.570_796;

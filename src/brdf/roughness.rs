@@ -79,10 +79,10 @@ pub fn roughness_to_linear_variance<L: Lanes>(l: L, roughness: L::F) -> L::F {
 }
 
 /// Roughness (alpha) of a variance, the inverse of [`roughness_to_linear_variance`]; negative variances and
-/// NaN count as 0. Unity StackLit, `LinearVarianceToRoughness`.
+/// NaN count as 0, infinite ones give 1 (where the original divides infinity by itself). Unity StackLit, `LinearVarianceToRoughness`.
 #[inline(always)]
 pub fn linear_variance_to_roughness<L: Lanes>(l: L, variance: L::F) -> L::F {
-    let variance = variance.at_least(0.0);
+    let variance = variance.clamp_to(0.0, 1e30);
     math::pow(l, variance / (variance + 1.0), l.splat(LINEAR_VARIANCE_ROOT))
 }
 
@@ -152,7 +152,7 @@ mod tests {
             assert!((back - a).abs() <= 1e-6, "{a} {back}");
         }
         let of = |v: f32| linear_variance_to_roughness(Scalar, Scalar.splat(v)).to_array()[0];
-        assert_eq!((of(-1.0), of(f32::NAN)), (0.0, 0.0));
+        assert_eq!((of(-1.0), of(f32::NAN), of(f32::INFINITY)), (0.0, 0.0, 1.0));
     }
 
     #[test]

@@ -61,10 +61,10 @@ impl<const N: usize> Table<N> {
         };
         let texels = &bytes[HEADER..];
         let numbers: Vec<f32> = match header[13] {
-            0 if texels.len() % 4 == 0 => {
+            0 if texels.len().is_multiple_of(4) => {
                 texels.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect()
             }
-            1 if texels.len() % 2 == 0 => {
+            1 if texels.len().is_multiple_of(2) => {
                 texels.chunks_exact(2).map(|b| half_to_single(u16::from_le_bytes([b[0], b[1]]))).collect()
             }
             _ => return None,
@@ -122,11 +122,17 @@ impl<const N: usize> Table<N> {
     /// All channels at (u, v), clamped to the edge; a NaN reads 0.
     #[inline(always)]
     pub fn fetch<L: Lanes>(&self, l: L, u: L::F, v: L::F) -> [L::F; N] {
+        self.fetch_first(l, u, v)
+    }
+
+    /// The first M channels at (u, v), as [`Table::fetch`] finds them. M is at most N; channels beyond are 0.
+    #[inline(always)]
+    pub fn fetch_first<L: Lanes, const M: usize>(&self, l: L, u: L::F, v: L::F) -> [L::F; M] {
         let (x0, x1, fx) = self.position(l, u, self.width);
         let (y0, y1, fy) = self.position(l, v, self.height);
         let width = l.splat_i(self.width as i32);
         let (upper, lower) = (y0 * width, y1 * width);
-        let mut corners = [[[0.0; 16]; 4]; N];
+        let mut corners = [[[0.0; 16]; 4]; M];
         gather(
             &self.planes,
             [upper + x0, upper + x1, lower + x0, lower + x1].map(Int::to_array),
@@ -155,11 +161,7 @@ impl<const N: usize> Table<N> {
 
 /// Scalar loads only, so one copy serves every instruction set.
 #[inline(never)]
-fn gather<const N: usize>(
-    planes: &[Vec<f32>; N],
-    indices: [[i32; 16]; 4],
-    corners: &mut [[[f32; 16]; 4]; N],
-) {
+fn gather<const M: usize>(planes: &[Vec<f32>], indices: [[i32; 16]; 4], corners: &mut [[[f32; 16]; 4]; M]) {
     for (plane, corners) in planes.iter().zip(corners) {
         for (indices, out) in indices.iter().zip(corners) {
             for (index, out) in indices.iter().zip(out) {

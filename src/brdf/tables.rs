@@ -10,6 +10,7 @@
 //! of its texture and no part of the model, so the integral itself is stored.
 
 use super::integrate;
+use super::linearly_transformed_cosine::fit;
 use super::table::{Table, TexelFormat, TexelGrid};
 use std::sync::OnceLock;
 
@@ -115,6 +116,19 @@ pub const GGX_ALBEDO: Definition<3> = Definition {
     row: |[width, height], y| integrate::ggx_albedo(corner(y, height), &squared_corners(width)),
 };
 
+/// See [`linearly_transformed_ggx`].
+pub const LINEARLY_TRANSFORMED_GGX: Definition<4> = Definition {
+    file: "ltc-ggx.bin",
+    size: [64, 64],
+    grid: TexelGrid::Corners,
+    format: TexelFormat::Half,
+    row: |[width, height], y| {
+        let cosine = 1.0 - corner(y, height) * corner(y, height);
+        let roughnesses: Vec<f64> = (0..width).map(|x| corner(x, width)).collect();
+        fit::ggx(cosine, &roughnesses)
+    },
+};
+
 /// The table in a file of `assets/tables`, unpacked once. The files are made by this crate and compared by a test; zero
 /// stands in for what cannot happen.
 fn unpacked<const N: usize>(table: &'static OnceLock<Table<N>>, bytes: &[u8]) -> &'static Table<N> {
@@ -166,4 +180,12 @@ pub fn sheen_albedo() -> &'static Table<1> {
 pub fn ggx_albedo() -> &'static Table<3> {
     static TABLE: OnceLock<Table<3>> = OnceLock::new();
     unpacked(&TABLE, include_bytes!("../../assets/tables/ggx-albedo.bin"))
+}
+
+/// Matrices of linearly transformed cosines for GGX, read at (perceptual roughness, sqrt(1 - N.V)): see
+/// [`super::linearly_transformed_cosine::Lobe::ggx`].
+#[must_use]
+pub fn linearly_transformed_ggx() -> &'static Table<4> {
+    static TABLE: OnceLock<Table<4>> = OnceLock::new();
+    unpacked(&TABLE, include_bytes!("../../assets/tables/ltc-ggx.bin"))
 }

@@ -61,7 +61,7 @@ const PEAKS: [Peak; 4] = [
     Peak { amplitude: 0.846_59, position: 1.6810e6, variance: 4.3278e9 },
     Peak { amplitude: 1.000_221_9, position: 1.7953e6, variance: 9.3046e9 },
     Peak { amplitude: 1.001_122_5, position: 2.2084e6, variance: 6.6121e9 },
-    Peak { amplitude: 0.153_868_31, position: 2.2399e6, variance: 4.5282e9 },
+    Peak { amplitude: 0.153_868_3, position: 2.2399e6, variance: 4.5282e9 },
 ];
 
 /// CIE XYZ to linear Rec. 709, by rows.

@@ -189,10 +189,11 @@ pub struct PictureArgs {
     #[arg(long, value_name = "N", value_parser = values::samples)]
     pub samples: Option<u32>,
 
-    /// Formulas that shade every surface [default: what each material names, else urp-desktop]
+    /// Formulas that shade every surface [default: what each material names, else gltf]
     ///
     /// urp-desktop, urp-mobile (Unity URP 13), urp17 (Unity 6), hdrp-lit, stacklit (Unity HDRP), filament,
-    /// filament-mobile, filament-cloth, filament-2018, three, three-legacy, gltf (Khronos), openpbr, velvet.
+    /// filament-mobile, filament-cloth, filament-2018, three, three-legacy, gltf (Khronos), gltf-sampled
+    /// (the same by sixteen lookups a lobe), openpbr, velvet.
     #[arg(long, value_name = "MODEL", value_parser = values::shading)]
     pub shading: Option<ShadingModel>,
 
@@ -235,7 +236,8 @@ pub struct MachineArgs {
     #[arg(long, value_name = "N", value_parser = values::tile)]
     pub tile: Option<u32>,
 
-    /// Instruction set: auto, scalar, sse2, avx2, avx512 or neon; one that the machine lacks is an error
+    /// Instruction set: auto, sse2, avx2, avx512, neon or (where it is compiled in) scalar; one that is not there is an
+    /// error
     #[arg(long, value_name = "LEVEL", default_value = "auto", value_parser = values::simd)]
     pub simd: SimdLevel,
 }

@@ -122,7 +122,7 @@ pub fn run(args: &BenchArgs) -> Result<(), Failure> {
         width: options.width,
         height: options.height,
         samples: options.samples,
-        shading: options.shading.map_or("by material", |model| model.name()),
+        shading: report::shading_name(options.shading, &scene),
         simd: options.simd.name(),
         threads: renderer.jobs().threads(),
         triangles: totals.triangles,

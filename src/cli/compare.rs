@@ -142,9 +142,9 @@ pub fn run(args: &CompareModelsArgs) -> Result<(), Failure> {
         let (image, rendered) = render(model)?;
         let difference = Difference::new(&image, &reference);
         let second = if model == args.against {
-            "the others are compared with it".to_owned()
+            "compared with".to_owned()
         } else {
-            format!("differs by {:.1} in the mean, {} at most, of 255", difference.mean, difference.max)
+            format!("mean {:.1}, largest {} of 255", difference.mean, difference.max)
         };
         let [x, y] = layout.label(&mut sheet, k, [model.name(), &second]);
         sheet.picture(x as i32, y as i32, image.width, image.height, &image.pixels);

@@ -115,7 +115,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         width: options.width,
         height: options.height,
         samples: options.samples,
-        shading: options.shading.map_or("by material", |model| model.name()),
+        shading: report::shading_name(options.shading, &scene),
         simd: options.simd.name(),
         threads: renderer.jobs().threads(),
         triangles: rendered.stats.triangles,

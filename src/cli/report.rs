@@ -1,6 +1,7 @@
 //! What the commands print beside the picture: warnings, JSON, times and memory.
 
 use super::failure::{Failure, one_line};
+use crate::scene::{Scene, ShadingModel};
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 use std::fmt::Display;
@@ -113,6 +114,16 @@ pub fn peak_rss_bytes() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
     line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?.checked_mul(1024)
+}
+
+/// What shades a scene: the name of the model, or `by material` where materials name their own.
+#[must_use]
+pub fn shading_name(chosen: Option<ShadingModel>, scene: &Scene) -> &'static str {
+    match chosen {
+        Some(model) => model.name(),
+        None if scene.materials().iter().any(|material| material.model.is_some()) => "by material",
+        None => ShadingModel::default().name(),
+    }
 }
 
 /// Processor time of all living threads of this process; `None` where the system does not say (Linux does).

@@ -14,7 +14,8 @@
 //! those of L.H, so that the model is reciprocal. Left out of the table's forms and added from the same document: the
 //! environment.
 //!
-//! Lanes with a coat mask of exactly 0 keep the bits of a material without coat, provided that F0 is not replaced.
+//! Lanes with a coat mask of exactly 0 keep the bits of a material without coat (but -0 may become 0),
+//! provided that F0 is not replaced.
 
 use crate::brdf::microfacet::{schlick, schlick_color, visibility_kelemen, visibility_smith};
 use crate::coat::filament::standard::EnvironmentQuery;

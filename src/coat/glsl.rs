@@ -11,11 +11,12 @@ pub(super) fn mix<L: Lanes>(_: L, a: V3<L>, b: V3<L>, t: L::F) -> V3<L> {
     each!(k => a[k] * rest + b[k] * t)
 }
 
-/// `v` at length 1, or `otherwise` where it has no direction (so that no lookup is ever asked for none).
+/// `v` / |v|, divided as in GLSL (a product with the reciprocal moves sharp highlights by more than they are wide), or
+/// `otherwise` where it has no direction (so that no lookup is ever asked for none).
 #[inline(always)]
 pub(super) fn normalize_or<L: Lanes>(l: L, v: V3<L>, otherwise: V3<L>) -> V3<L> {
     let has_direction = vec3::dot(l, v, v).gt(l.splat(1e-30));
-    vec3::select(l, has_direction, vec3::normalize(l, v), otherwise)
+    vec3::select(l, has_direction, vec3::divide_by_length(l, v), otherwise)
 }
 
 /// The unit half vector, and its cosine with the view. Where light and view oppose each other it does not exist (and

@@ -33,7 +33,8 @@
 //!   if there is iridescence). What a fragment looks like can therefore not depend on whether its neighbours in the
 //!   vector have a coat.
 //! * Any dielectric F0 in the metallic workflow, see [`Reflectance::Metallic`].
-//! * A view along an anisotropic grain is no 0 / 0, see [`anisotropic_normal_and_roughness`].
+//! * A view along an anisotropic grain is no 0 / 0, see [`anisotropic_normal_and_roughness`], and an anisotropic lobe
+//!   ends at 1e18 where light and view are opposite.
 //!
 //! Lit has one normal: a coat normal of its own is no part of this model (StackLit has one).
 //!
@@ -71,6 +72,11 @@ const COAT_IOR: f32 = 1.5;
 
 /// Least cosine with the view (`ClampNdotV`). There is no upper limit: rounding may leave a little more than 1.
 const LEAST_N_DOT_V: f32 = 1e-4;
+
+/// Most that distribution times visibility may be. Lobes of roughness 1/1024 peak below 2e12. Where light and view are
+/// opposite an anisotropic lobe has no half vector, and the original divides by `REAL_MIN`; a lamp of irradiance 100
+/// would make that infinite.
+const GREATEST_LOBE: f32 = 1e18;
 
 /// How a material states its F0. The workflow is one for all lanes.
 #[derive(Clone, Copy)]
@@ -381,7 +387,7 @@ pub fn evaluate_bsdf<L: Lanes>(
             pre.part_lambda_v,
         ),
     };
-    let mut specular = vec3::scale(l, fresnel, distribution_visibility);
+    let mut specular = vec3::scale(l, fresnel, distribution_visibility.at_most(GREATEST_LOBE));
     let mut diffuse = disney(l, n_dot_v, abs_n_dot_l, angles.l_dot_v, bsdf.perceptual_roughness);
 
     if let (Some(coat), Some(coat_pre)) = (&bsdf.coat, &pre.coat) {

@@ -10,7 +10,7 @@ mod tile_pass;
 pub use crate::scene::ShadingModel;
 pub use options::{Background, RenderError, RenderOptions, RenderStats, Rendered};
 
-use crate::dispatch;
+use crate::{dispatch, dispatch_available};
 use crate::frame::{AovPlane, Frame};
 use crate::geometry::{
     Chunk, ChunkJob, ScreenVertex, TRIANGLES_PER_CHUNK, VERTICES_PER_CHUNK, View, process_chunk,
@@ -243,7 +243,7 @@ fn render_tiles(
     }
     jobs.for_each_with_scratch(scratch, &mut tiles, |scratch, tile, job| {
         let runs = bins.runs(tile);
-        job.fragments = dispatch!(
+        job.fragments = dispatch_available!(
             options.simd,
             l => tile_pass::render_tile(l, pass, tile, runs, scratch, &mut job.rows, &mut job.aovs)
         );

@@ -5,7 +5,6 @@
 #[non_exhaustive]
 pub enum ShadingModel {
     /// Unity URP 13.0 Complex Lit on desktop platforms.
-    #[default]
     UrpDesktop,
     /// Unity URP 13.0 Complex Lit where `SHADER_API_MOBILE` is defined.
     UrpMobile,
@@ -27,8 +26,12 @@ pub enum ShadingModel {
     Three,
     /// three.js r131 or, by [`ModelOptions::three_r119`], r119.
     ThreeLegacy,
-    /// The Khronos glTF Sample Renderer.
+    /// The Khronos glTF Sample Renderer: what materials mean that name no model.
+    #[default]
     Gltf,
+    /// The same BRDF with sixteen filtered lookups a lobe in place of one, and no compensation for multiple scattering: the
+    /// nearest to the integral that the appendix of glTF describes.
+    GltfSampled,
     /// OpenPBR 1.1: coat over a metallic or glossy-diffuse base.
     OpenPbr,
     /// Velvet (Ashikhmin and Premoze 2007) over Lambert.
@@ -37,7 +40,7 @@ pub enum ShadingModel {
 
 impl ShadingModel {
     /// All of them.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 15] = [
         Self::UrpDesktop,
         Self::UrpMobile,
         Self::Urp17,
@@ -50,6 +53,7 @@ impl ShadingModel {
         Self::Three,
         Self::ThreeLegacy,
         Self::Gltf,
+        Self::GltfSampled,
         Self::OpenPbr,
         Self::Velvet,
     ];
@@ -70,6 +74,7 @@ impl ShadingModel {
             Self::Three => "three",
             Self::ThreeLegacy => "three-legacy",
             Self::Gltf => "gltf",
+            Self::GltfSampled => "gltf-sampled",
             Self::OpenPbr => "openpbr",
             Self::Velvet => "velvet",
         }

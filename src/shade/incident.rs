@@ -4,14 +4,94 @@
 //! into the surface. Such a direction is mirrored back above that horizon; it then sees what a neighbouring bump would
 //! reflect, and no light leaks from behind.
 
+use super::area::{area_irradiance_over_pi, area_radiance};
 use super::{ShadeContext, Surface};
+use crate::light::{LightSample, PunctualLight};
 use crate::math::lanes::{Float, Lanes, Mask};
 use crate::math::vec3::{self, V3};
 use crate::scene::Material;
 
+/// What surrounds a surface at a distance or near: sources that are known by their average over a lobe.
+///
+/// The sum of environment and area lights under a lobe is one integral; models see both through the same two questions,
+/// so every model has both, with the weights of its split sum (`EvaluateBSDF_Rect` of HDRP has the same shape: the
+/// pre-integrated reflectance times the lobe's average of the light). Ambient occlusion is about the environment only.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Surroundings {
+    /// Light from afar.
+    Environment,
+    /// Rectangles and tubes, by linearly transformed cosines.
+    AreaLights,
+    /// The same, reflections integrated over the lobe's facets.
+    AreaLightsByFacets,
+}
+
+impl Surroundings {
+    /// Those that there are. Models ask each in turn, in a loop, so that their code is compiled once.
+    pub(super) fn of(context: &ShadeContext<'_>) -> &'static [Self] {
+        if context.area_lights.is_empty() {
+            &[Self::Environment]
+        } else {
+            &[Self::Environment, Self::AreaLights]
+        }
+    }
+
+    /// How much of it reaches the surface.
+    #[inline(always)]
+    pub(super) fn occlusion<L: Lanes>(self, l: L, surface: &Surface<L>) -> L::F {
+        match self {
+            Self::Environment => surface.occlusion,
+            Self::AreaLights | Self::AreaLightsByFacets => l.splat(1.0),
+        }
+    }
+
+    /// Irradiance over pi on a surface of this unit normal.
+    #[inline(always)]
+    pub(super) fn irradiance_over_pi<L: Lanes>(
+        self,
+        l: L,
+        context: &ShadeContext<'_>,
+        surface: &Surface<L>,
+        normal: V3<L>,
+    ) -> V3<L> {
+        match self {
+            Self::Environment => environment_irradiance_over_pi(l, context, normal),
+            Self::AreaLights | Self::AreaLightsByFacets => {
+                area_irradiance_over_pi(l, context, surface, normal)
+            }
+        }
+    }
+
+    /// The average of radiance over the lobe about a mirror direction of any length, for a perceptual roughness of 0 to
+    /// 1.
+    #[inline(always)]
+    pub(super) fn radiance<L: Lanes>(
+        self,
+        l: L,
+        context: &ShadeContext<'_>,
+        material: &Material,
+        surface: &Surface<L>,
+        direction: V3<L>,
+        perceptual_roughness: L::F,
+    ) -> V3<L> {
+        match self {
+            Self::Environment => {
+                reflected_radiance(l, context, material, surface, direction, perceptual_roughness)
+            }
+            Self::AreaLights | Self::AreaLightsByFacets => {
+                let by_facets = self == Self::AreaLightsByFacets;
+                area_radiance(l, context, material, surface, direction, perceptual_roughness, by_facets)
+            }
+        }
+    }
+}
+
 /// Prefiltered radiance of the environment in a direction of any length, for a perceptual roughness of 0 to 1.
-#[inline(always)]
-pub(super) fn reflected_radiance<L: Lanes>(
+///
+/// This and the next two are functions of their own for each instruction set: every model asks, and copies in each would
+/// be a third of the program.
+#[inline(never)]
+fn reflected_radiance<L: Lanes>(
     l: L,
     context: &ShadeContext<'_>,
     material: &Material,
@@ -19,12 +99,35 @@ pub(super) fn reflected_radiance<L: Lanes>(
     direction: V3<L>,
     perceptual_roughness: L::F,
 ) -> V3<L> {
-    let direction = if material.has_normal_maps() {
-        above_horizon(l, direction, surface.vertex_normal)
-    } else {
-        direction
-    };
-    context.environment.radiance(l, direction, perceptual_roughness)
+    l.run(
+        #[inline(always)]
+        || {
+            let direction = if material.has_normal_maps() {
+                above_horizon(l, direction, surface.vertex_normal)
+            } else {
+                direction
+            };
+            context.environment.radiance(l, direction, perceptual_roughness)
+        },
+    )
+}
+
+/// Irradiance of the environment over pi.
+#[inline(never)]
+fn environment_irradiance_over_pi<L: Lanes>(l: L, context: &ShadeContext<'_>, normal: V3<L>) -> V3<L> {
+    l.run(
+        #[inline(always)]
+        || context.environment.irradiance_over_pi(l, normal),
+    )
+}
+
+/// What arrives from a light without extent.
+#[inline(never)]
+pub(super) fn sample_light<L: Lanes>(l: L, light: &PunctualLight, surface: &Surface<L>) -> LightSample<L> {
+    l.run(
+        #[inline(always)]
+        || light.sample(l, surface.position),
+    )
 }
 
 /// Mirrors directions below the horizon of a unit normal back above it.

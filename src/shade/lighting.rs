@@ -1,12 +1,16 @@
 //! Light on surfaces: the shading models applied to surface fragments.
 
-use super::incident::reflected_radiance;
+use super::incident::{Surroundings, sample_light};
 use super::{Reflectance, ShadeContext, Surface, models};
 use crate::coat::urp::{self, UrpVersion};
+use crate::each;
 use crate::gbuffer::layout::SurfacePlanes;
 use crate::math::lanes::{Float, Lanes};
 use crate::math::vec3::{self, V3};
 use crate::scene::{Material, ShadingModel};
+
+/// Largest radiance of a fragment; the sun's disc has 2e9 candela per square metre.
+const MAX_RADIANCE: f32 = 1e12;
 
 /// Radiance that sixteen fragments of one material send to the viewer, linear, not multiplied by opacity.
 ///
@@ -22,28 +26,34 @@ pub fn shade<L: Lanes>(
     if material.unlit {
         return Surface::load(l, material, false, surface).base_color;
     }
-    match model {
-        ShadingModel::UrpDesktop | ShadingModel::UrpMobile | ShadingModel::Urp17 => {}
-        ShadingModel::HdrpLit => return models::hdrp_lit::shade(l, context, material, surface),
-        ShadingModel::StackLit => return models::stacklit::shade(l, context, material, surface),
+    let radiance = match model {
+        ShadingModel::UrpDesktop | ShadingModel::UrpMobile | ShadingModel::Urp17 => {
+            // Versions of one engine are values: a copy of the kernel for each would be that many times the code.
+            let version = match model {
+                ShadingModel::UrpMobile => UrpVersion::Mobile,
+                ShadingModel::Urp17 => UrpVersion::Newest,
+                _ => UrpVersion::Desktop,
+            };
+            return shade_urp(l, context, material, &Surface::load(l, material, false, surface), version);
+        }
+        ShadingModel::HdrpLit => models::hdrp_lit::shade(l, context, material, surface),
+        ShadingModel::StackLit => models::stacklit::shade(l, context, material, surface),
         ShadingModel::Filament
         | ShadingModel::FilamentMobile
         | ShadingModel::FilamentCloth
-        | ShadingModel::Filament2018 => return models::filament::shade(l, context, model, material, surface),
+        | ShadingModel::Filament2018 => models::filament::shade(l, context, model, material, surface),
         ShadingModel::Three | ShadingModel::ThreeLegacy => {
-            return models::three::shade(l, context, model, material, surface);
+            models::three::shade(l, context, model, material, surface)
         }
-        ShadingModel::Gltf => return models::gltf::shade(l, context, material, surface),
-        ShadingModel::OpenPbr => return models::openpbr::shade(l, context, material, surface),
-        ShadingModel::Velvet => {}
-    }
-    // Versions of one engine are values: a copy of the kernel for each would be that many times the code.
-    let version = match model {
-        ShadingModel::UrpMobile => UrpVersion::Mobile,
-        ShadingModel::Urp17 => UrpVersion::Newest,
-        _ => UrpVersion::Desktop,
+        ShadingModel::Gltf | ShadingModel::GltfSampled => {
+            models::gltf::shade(l, context, model, material, surface)
+        }
+        ShadingModel::OpenPbr => models::openpbr::shade(l, context, material, surface),
+        ShadingModel::Velvet => models::velvet::shade(l, context, material, surface),
     };
-    shade_urp(l, context, material, &Surface::load(l, material, false, surface), version)
+    // Thin films and sheen can make light negative in the engines, whose frame buffers cut it off; and highlights of
+    // mirrors under lights without extent know no bound.
+    each!(c in radiance => c.clamp_to(0.0, MAX_RADIANCE))
 }
 
 /// Unity URP. Its BRDF leaves out the division by pi, so lights come as E / pi and the environment's diffuse light
@@ -74,19 +84,23 @@ fn shade_urp<L: Lanes>(
         coat,
     };
     let layers = urp::surface(l, version, &data, surface.normal, surface.view);
-    let baked_gi = context.environment.irradiance_over_pi(l, surface.normal);
-    let mut radiance = urp::indirect(
-        l,
-        &layers,
-        baked_gi,
-        #[inline(always)]
-        |query: urp::EnvironmentQuery<L>| {
-            reflected_radiance(l, context, material, surface, query.direction, query.perceptual_roughness)
-        },
-        surface.occlusion,
-    );
+    let mut radiance = [l.zero(); 3];
+    for &source in Surroundings::of(context) {
+        let reflected = urp::indirect(
+            l,
+            &layers,
+            source.irradiance_over_pi(l, context, surface, surface.normal),
+            #[inline(always)]
+            |query: urp::EnvironmentQuery<L>| {
+                let (direction, p) = (query.direction, query.perceptual_roughness);
+                source.radiance(l, context, material, surface, direction, p)
+            },
+            source.occlusion(l, surface),
+        );
+        radiance = vec3::add(l, radiance, reflected);
+    }
     for light in context.lights {
-        let sample = light.sample(l, surface.position);
+        let sample = sample_light(l, light, surface);
         let color = vec3::scale(l, sample.irradiance, l.splat(std::f32::consts::FRAC_1_PI));
         let direct = urp::direct(l, &layers, sample.direction, color, l.splat(1.0));
         radiance = vec3::add(l, radiance, direct);

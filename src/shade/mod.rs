@@ -1,6 +1,7 @@
 //! The deferred pass: surface fragments, sixteen at a time, to linear radiance.
 
 mod alpha;
+mod area;
 mod context;
 mod incident;
 mod lighting;

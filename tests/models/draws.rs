@@ -1,75 +1,67 @@
 //! Random inputs for the tests of the models: a fixed sequence, sixteen at a time, with the edges of every range in it.
 
-use overcoat::math::lanes::{Float, Int, LANES, Lanes, Mask, Scalar};
+use overcoat::math::lanes::{Float, LANES, Lanes, Scalar};
 use overcoat::math::vec3::{self, V3};
 
 /// Vectors of sixteen random numbers.
-pub struct Draws<L: Lanes> {
-    l: L,
-    state: L::I,
+pub struct Draws {
+    state: u64,
 }
 
-impl<L: Lanes> Draws<L> {
-    #[inline(always)]
-    pub fn new(l: L, seed: i32) -> Self {
-        Self { l, state: (l.lane_indices() + seed) * 0x6c07_8965 + 1 }
+type F = <Scalar as Lanes>::F;
+
+impl Draws {
+    pub fn new(seed: u64) -> Self {
+        Self { state: seed }
     }
 
-    /// 32 bits a lane, the upper ones the better.
-    #[inline(always)]
-    fn bits(&mut self) -> L::I {
-        self.state = self.state * 1_664_525 + 1_013_904_223;
-        // Lanes of one generator are shifted copies of each other: the product tells them apart.
-        (self.state ^ self.state.shr_logical(15)) * 0x2c1b_3c6d
-    }
-
-    /// 0 to 1, evenly.
-    #[inline(always)]
-    pub fn even(&mut self) -> L::F {
-        self.bits().shr_logical(8).to_float() * (1.0 / 16_777_215.0)
+    /// SplitMix64.
+    fn bits(&mut self) -> u64 {
+        self.state = self.state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (self.state ^ (self.state >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
     }
 
     /// 0 to 1: evenly in half of the lanes, elsewhere 0, 1, a tiny number, or one next to 1.
-    #[inline(always)]
-    pub fn unit(&mut self) -> L::F {
-        let l = self.l;
-        let (even, which) = (self.even(), self.bits().shr_logical(29));
-        let is = |k: i32| which.eq(l.splat_i(k));
-        let x = is(0).select(l.zero(), even);
-        let x = is(1).select(l.splat(1.0), x);
-        let x = is(2).select(l.splat(1e-20), x);
-        is(3).select(l.splat(0.999_999_94), x)
+    pub fn unit(&mut self) -> F {
+        let mut numbers = [0.0; LANES];
+        for x in &mut numbers {
+            let bits = self.bits();
+            *x = match bits & 7 {
+                0 => 0.0,
+                1 => 1.0,
+                2 => 1e-20,
+                3 => 0.999_999_94,
+                _ => (bits >> 40) as f32 * (1.0 / 16_777_215.0),
+            };
+        }
+        Scalar.load(&numbers)
     }
 
     /// Three of [`Draws::unit`].
-    #[inline(always)]
-    pub fn color(&mut self) -> V3<L> {
+    pub fn color(&mut self) -> V3<Scalar> {
         [self.unit(), self.unit(), self.unit()]
     }
 
-    /// A unit vector in the hemisphere of +Z or close beneath it, on its pole and its rim too.
-    #[inline(always)]
-    pub fn direction(&mut self) -> V3<L> {
-        let l = self.l;
+    /// Unit vectors in the hemisphere of +Z or close beneath it, on its pole and its rim too.
+    pub fn direction(&mut self) -> V3<Scalar> {
         let z = self.unit() * 1.05 - 0.05;
         let (x, y) = (self.unit() * 2.0 - 1.0, self.unit() * 2.0 - 1.0);
         let planar = (x * x + y * y).at_least(1e-6).sqrt();
         let radius = (z * z).one_minus().at_least(0.0).sqrt() / planar;
-        vec3::normalize(l, [x * radius, y * radius, z])
+        vec3::normalize(Scalar, [x * radius, y * radius, z])
     }
 
     /// True once in two.
-    #[inline(always)]
     pub fn coin(&mut self) -> bool {
-        self.bits().to_array()[0] < 0
+        self.bits() & 1 == 1
     }
 }
 
-/// Lanes that are not finite numbers.
-#[inline(always)]
-pub fn not_finite<L: Lanes>(l: L, v: V3<L>) -> L::M {
-    let wrong = |x: L::F| !x.abs().le(l.splat(f32::MAX));
-    wrong(v[0]) | wrong(v[1]) | wrong(v[2])
+/// Whether all lanes are finite numbers.
+pub fn all_finite(v: V3<Scalar>) -> bool {
+    v.iter().all(|c| c.to_array().iter().all(|x| x.is_finite()))
 }
 
 /// A vector of one lane.
@@ -110,5 +102,31 @@ pub fn tilted(cosine: f32) -> V3<Scalar> {
     vec3::splat(Scalar, [(1.0 - cosine * cosine).sqrt(), 0.0, cosine])
 }
 
-/// How many sets of random inputs a test takes: ten million where the build is optimised for it.
-pub const SETS: usize = if cfg!(debug_assertions) { 200_000 } else { 10_000_000 };
+/// How many sets of random inputs a test takes of each model. (Ten million of each were run once.)
+pub const SETS: usize = if cfg!(debug_assertions) { 100_000 } else { 500_000 };
+
+const COSINES: [f32; 6] = [1.0, 0.8, 0.5, 0.25, 0.1, 0.02];
+const ROUGHNESSES: [f32; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
+
+/// What is found at most, over views, roughness and metalness.
+pub fn most(mut of: impl FnMut(f32, f32, f32) -> f64) -> f64 {
+    let mut most = 0.0_f64;
+    for cosine in COSINES {
+        for roughness in ROUGHNESSES {
+            for metalness in [0.0, 1.0] {
+                most = most.max(of(cosine, roughness, metalness));
+            }
+        }
+    }
+    most
+}
+
+/// Asserts measured extremes, (what, found, expected), to half a percent: more is a change of the model, less too.
+pub fn measured(extremes: &[(&str, f64, f64)]) {
+    for (what, found, expected) in extremes {
+        println!("{what}: {found:.4}, expected {expected}");
+    }
+    for (what, found, expected) in extremes {
+        assert!((found - expected).abs() <= 0.005 * expected, "{what}: {found:.4}, not {expected}");
+    }
+}

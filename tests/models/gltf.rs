@@ -1,1 +1,310 @@
 //! Physics of `overcoat::coat::gltf`.
+
+use super::draws::{Draws, SETS, all_finite, lane, measured, most, reflectance, tilted};
+use overcoat::brdf::table::Table;
+use overcoat::brdf::tables::{khronos, sheen_albedo};
+use overcoat::coat::gltf::{
+    self, Anisotropy, Coat, CoatF0, Environment, EnvironmentQuery, Iridescence, Sheen, Surface, SurfaceData,
+    Tables,
+};
+use overcoat::math::lanes::{Float, LANES, Lanes, Scalar};
+use overcoat::math::vec3::{self, V3};
+use std::f32::consts::{FRAC_1_PI, PI};
+
+const L: Scalar = Scalar;
+type F = <Scalar as Lanes>::F;
+
+fn f(x: f32) -> F {
+    L.splat(x)
+}
+fn grey(x: f32) -> V3<Scalar> {
+    [f(x); 3]
+}
+fn up() -> V3<Scalar> {
+    tilted(1.0)
+}
+fn tables() -> Tables<'static> {
+    Tables { brdf: khronos(), sheen_albedo: sheen_albedo() }
+}
+
+fn plain(color: f32, metallic: f32, roughness: f32) -> SurfaceData<Scalar> {
+    SurfaceData {
+        base_color: grey(color),
+        metallic: f(metallic),
+        roughness: f(roughness),
+        ior: f(1.5),
+        specular_factor: f(1.0),
+        specular_color: grey(1.0),
+        coat: None,
+        sheen: None,
+        iridescence: None,
+        anisotropy: None,
+    }
+}
+
+fn coat(factor: f32, roughness: f32) -> Option<Coat<Scalar>> {
+    Some(Coat { factor: f(factor), roughness: f(roughness), normal: up() })
+}
+
+fn sheen(color: f32, roughness: f32) -> Option<Sheen<Scalar>> {
+    Some(Sheen { color: grey(color), roughness: f(roughness) })
+}
+
+/// The environment by query.
+type Asked<'a> = &'a dyn Fn(EnvironmentQuery<Scalar>) -> V3<Scalar>;
+
+// Each function of the model is compiled once here: they are large.
+#[inline(never)]
+fn seen_with(
+    coat_f0: CoatF0,
+    data: &SurfaceData<Scalar>,
+    view: V3<Scalar>,
+    tables: Tables<'_>,
+) -> Surface<Scalar> {
+    gltf::surface(L, coat_f0, data, up(), view, tables)
+}
+#[inline(never)]
+fn lit_with(surface: &Surface<Scalar>, table: &Table<1>, direction: V3<Scalar>, color: f32) -> V3<Scalar> {
+    gltf::direct(L, surface, table, direction, grey(color), f(1.0))
+}
+#[inline(never)]
+fn around(surface: &Surface<Scalar>, irradiance: V3<Scalar>, asked: Asked<'_>, occlusion: F) -> V3<Scalar> {
+    gltf::indirect(L, surface, |_| irradiance, asked, occlusion)
+}
+
+fn seen(data: &SurfaceData<Scalar>, cosine: f32) -> Surface<Scalar> {
+    seen_with(CoatF0::BaseIor, data, tilted(cosine), tables())
+}
+
+/// Under a white environment of radiance 1.
+fn in_white(surface: &Surface<Scalar>) -> [f32; 3] {
+    lane::<Scalar>(around(surface, grey(PI), &|_| grey(1.0), f(1.0)), 0)
+}
+
+fn lit(surface: &Surface<Scalar>, direction: V3<Scalar>) -> V3<Scalar> {
+    lit_with(surface, sheen_albedo(), direction, 1.0)
+}
+
+/// A white surface under a white environment.
+#[test]
+fn white_environment() {
+    let bare = most(|cosine, roughness, metallic| {
+        f64::from(in_white(&seen(&plain(1.0, metallic, roughness), cosine))[0])
+    });
+    let coated = most(|cosine, roughness, metallic| {
+        let data = SurfaceData { coat: coat(1.0, roughness), ..plain(1.0, metallic, 0.5) };
+        f64::from(in_white(&seen(&data, cosine))[0])
+    });
+    let sheen = most(|cosine, roughness, metallic| {
+        let data = SurfaceData { sheen: sheen(1.0, roughness), ..plain(1.0, metallic, 0.5) };
+        f64::from(in_white(&seen(&data, cosine))[0])
+    });
+    measured(&[("bare", bare, 1.0), ("coated", coated, 1.0), ("sheen", sheen, 1.4661)]);
+}
+
+/// What a white surface reflects of lights from everywhere. Sharper lobes would not be integrated.
+#[test]
+fn white_lights() {
+    let rings = 500;
+    let bare = most(|cosine, roughness, metallic| {
+        let surface = seen(&plain(1.0, metallic, roughness.max(0.25)), cosine);
+        reflectance(rings, |direction| lit(&surface, direction))
+    });
+    let coated = most(|cosine, roughness, metallic| {
+        let data = SurfaceData { coat: coat(1.0, roughness.max(0.25)), ..plain(1.0, metallic, 0.5) };
+        let surface = seen(&data, cosine);
+        reflectance(rings, |direction| lit(&surface, direction))
+    });
+    let sheen = most(|cosine, roughness, metallic| {
+        let data = SurfaceData { sheen: sheen(1.0, roughness.max(0.25)), ..plain(1.0, metallic, 0.5) };
+        let surface = seen(&data, cosine);
+        reflectance(rings, |direction| lit(&surface, direction))
+    });
+    measured(&[("bare", bare, 1.0294), ("coated", coated, 0.9963), ("sheen", sheen, 1.0104)]);
+}
+
+/// Lambert's law, E c / pi, where nothing is reflected; the environment's irradiance over pi likewise.
+#[test]
+fn lambert_planes_are_equally_bright() {
+    let data = SurfaceData { specular_factor: f(0.0), ..plain(0.6, 0.0, 0.5) };
+    let surface = seen(&data, 0.8);
+    let close = |found: [f32; 3], expected: f32| {
+        assert!(found.iter().all(|c| (c - expected).abs() <= 1e-6 * expected), "{found:?} not {expected}");
+    };
+    let found = lit_with(&surface, sheen_albedo(), tilted(0.5), 3.0);
+    close(lane::<Scalar>(found, 0), 3.0 * 0.5 * 0.6 * FRAC_1_PI);
+    close(in_white(&surface), 0.6);
+}
+
+fn bits(v: V3<Scalar>) -> [[u32; LANES]; 3] {
+    v.map(|c| c.to_array().map(f32::to_bits))
+}
+
+/// A coat of factor 0, a black sheen, a film without thickness and no coat, sheen or film are the same to the bit.
+#[test]
+fn features_of_no_strength_are_absent() {
+    let direction = vec3::normalize(L, vec3::splat(L, [-0.3, 0.4, 0.6]));
+    for (cosine, roughness) in [(0.9, 0.3), (0.2, 0.8), (0.01, 0.1)] {
+        let without = plain(0.7, 0.4, roughness);
+        let iridescence = Some(Iridescence { factor: f(1.0), ior: f(1.4), thickness: f(0.0) });
+        let expected = seen(&without, cosine);
+        for data in [
+            SurfaceData { coat: coat(0.0, 0.2), ..without },
+            SurfaceData { sheen: sheen(0.0, 0.4), ..without },
+            SurfaceData { iridescence, ..without },
+        ] {
+            let found = seen(&data, cosine);
+            assert_eq!(bits(lit(&found, direction)), bits(lit(&expected, direction)));
+            assert_eq!(in_white(&found), in_white(&expected));
+        }
+    }
+}
+
+/// The coat's F0 is the base's, or 0.04: the same for an index of 1.5, and none at 1 for a view from the front.
+#[test]
+fn coat_f0_is_a_choice() {
+    let weight = |choice, ior: f32| {
+        let data = SurfaceData { ior: f(ior), coat: coat(1.0, 0.3), ..plain(0.5, 0.0, 0.5) };
+        seen_with(choice, &data, up(), tables()).coat.expect("a coat").weight.to_array()[0]
+    };
+    assert!((weight(CoatF0::BaseIor, 1.5) - weight(CoatF0::Fixed, 1.5)).abs() < 1e-8);
+    assert_eq!(weight(CoatF0::BaseIor, 1.0), 0.0);
+    assert_eq!(weight(CoatF0::Fixed, 1.0), 0.04);
+    assert!((weight(CoatF0::BaseIor, 2.0) - 1.0 / 9.0).abs() < 1e-7);
+}
+
+/// What lies beneath gets darker as the coat gets stronger: for light whose highlight is elsewhere, and for emission.
+#[test]
+fn more_coat_is_darker_beneath() {
+    let direction = vec3::normalize(L, vec3::splat(L, [0.0, 0.95, 0.3]));
+    let (mut last, mut last_emission) = (f32::MAX, f32::MAX);
+    for k in 0..=20 {
+        let surface = seen(&SurfaceData { coat: coat(k as f32 / 20.0, 0.1), ..plain(0.8, 0.0, 0.6) }, 0.3);
+        let found = lane::<Scalar>(lit(&surface, direction), 0)[0];
+        let emission = surface.coat_transmittance(L).to_array()[0];
+        assert!(found < last && emission < last_emission, "{k}");
+        (last, last_emission) = (found, emission);
+    }
+}
+
+/// Base and sheen are reciprocal: what leaves over what comes in is the same both ways. (The coat is not: it looks at
+/// the view only.)
+#[test]
+fn base_and_sheen_are_reciprocal() {
+    for (a, b) in [(0.9, 0.3), (0.05, 0.7), (0.5, 0.45)] {
+        let turned = |cosine: f32| {
+            let v = tilted(cosine);
+            [v[0] * 0.6, v[0] * 0.8, v[2]]
+        };
+        let data = SurfaceData { sheen: sheen(0.4, 0.5), ..plain(0.5, 0.3, 0.4) };
+        let value = |view: V3<Scalar>, light: V3<Scalar>| {
+            let surface = seen_with(CoatF0::BaseIor, &data, view, tables());
+            lane::<Scalar>(lit(&surface, light), 0)[0] / light[2].to_array()[0]
+        };
+        let (there, back) = (value(tilted(a), turned(b)), value(turned(b), tilted(a)));
+        assert!((there - back).abs() <= 2e-5 * there, "{there} {back}");
+    }
+}
+
+/// Towards the silhouette nothing jumps: neighbouring views differ little, down to grazing ones.
+#[test]
+fn grazing_views_are_continuous() {
+    let direction = vec3::normalize(L, vec3::splat(L, [-0.5, 0.3, 0.6]));
+    let data = SurfaceData { coat: coat(1.0, 0.3), sheen: sheen(0.5, 0.5), ..plain(0.7, 0.5, 0.5) };
+    let at = |cosine: f32| {
+        let surface = seen(&data, cosine);
+        [lane::<Scalar>(lit(&surface, direction), 0)[0], in_white(&surface)[0]]
+    };
+    let mut last = at(0.2);
+    for k in 1..=400 {
+        let found = at(0.2 - 0.0005 * k as f32);
+        for (a, b) in found.iter().zip(last) {
+            assert!((a - b).abs() < 0.03 * b, "step {k}: {found:?} after {last:?}");
+        }
+        last = found;
+    }
+}
+
+/// The environment answers to whoever asked: base, coat and sheen, of which any may be absent.
+#[test]
+fn answers_reach_who_asked() {
+    let answer = |query: EnvironmentQuery<Scalar>| -> V3<Scalar> {
+        [query.direction[0] + 1.0, query.perceptual_roughness, query.direction[2]]
+    };
+    for (with_coat, with_sheen) in [(false, false), (true, false), (false, true), (true, true)] {
+        let data = SurfaceData {
+            coat: if with_coat { coat(0.8, 0.2) } else { None },
+            sheen: if with_sheen { sheen(0.3, 0.7) } else { None },
+            ..plain(0.5, 0.5, 0.4)
+        };
+        let surface = seen(&data, 0.6);
+        let ask = |roughness: f32| {
+            let v = tilted(0.6);
+            answer(EnvironmentQuery { direction: [-v[0], v[1], v[2]], perceptual_roughness: f(roughness) })
+        };
+        let environment = Environment {
+            irradiance: grey(2.0),
+            radiance: ask(0.4),
+            coat_radiance: ask(0.2),
+            sheen_radiance: ask(0.7),
+        };
+        let terms = gltf::indirect_terms(L, &surface, &environment).terms;
+        let expected = lane::<Scalar>(gltf::color(L, &surface, &terms), 0);
+        let found = lane::<Scalar>(around(&surface, grey(2.0), &answer, f(1.0)), 0);
+        for (a, b) in found.iter().zip(expected) {
+            assert!((a - b).abs() < 1e-6, "{found:?} not {expected:?}");
+        }
+    }
+}
+
+/// Random materials.
+fn draw(draws: &mut Draws) -> SurfaceData<Scalar> {
+    let coat = Coat { factor: draws.unit(), roughness: draws.unit(), normal: draws.direction() };
+    let sheen = Sheen { color: draws.color(), roughness: draws.unit() };
+    let iridescence =
+        Iridescence { factor: draws.unit(), ior: draws.unit() * 4.0 + 1.0, thickness: draws.unit() * 1e4 };
+    let anisotropy = Anisotropy {
+        strength: draws.unit(),
+        direction: [f(0.8), f(-0.6)],
+        tangent: tilted(0.0),
+        bitangent: vec3::splat(L, [0.0, 1.0, 0.0]),
+        geometric_normal: draws.direction(),
+    };
+    SurfaceData {
+        base_color: draws.color(),
+        metallic: draws.unit(),
+        roughness: draws.unit(),
+        ior: draws.unit() * 4.0 + 1.0,
+        specular_factor: draws.unit(),
+        specular_color: draws.color(),
+        coat: draws.coin().then_some(coat),
+        sheen: draws.coin().then_some(sheen),
+        // The costliest feature, in a few of the sets.
+        iridescence: (draws.coin() && draws.coin() && draws.coin()).then_some(iridescence),
+        anisotropy: draws.coin().then_some(anisotropy),
+    }
+}
+
+#[test]
+fn any_input_in_range_gives_numbers() {
+    // Tables that say nothing is reflected, too.
+    let black = (Table::constant([0.0; 3]), Table::constant([0.0; 1]));
+    let black = Tables { brdf: &black.0, sheen_albedo: &black.1 };
+    let mut draws = Draws::new(5);
+    for round in 0..SETS / LANES {
+        let data = draw(&mut draws);
+        let (view, light) = (draws.direction(), draws.direction());
+        let light = if draws.coin() { light } else { vec3::neg(L, view) };
+        let tables = if round % 16 == 0 { black } else { tables() };
+        let coat_f0 = if draws.coin() { CoatF0::BaseIor } else { CoatF0::Fixed };
+        let surface = seen_with(coat_f0, &data, view, tables);
+        let sent = draws.color();
+        // A direction of no length would show.
+        let asked = |query: EnvironmentQuery<Scalar>| {
+            vec3::scale(L, sent, vec3::dot(L, query.direction, query.direction).recip())
+        };
+        let direct = lit_with(&surface, tables.sheen_albedo, light, 1e4);
+        let indirect = around(&surface, sent, &asked, draws.unit());
+        assert!(all_finite(direct) && all_finite(indirect), "set {round}: {direct:?} {indirect:?}");
+    }
+}

@@ -2,9 +2,9 @@
 
 use overcoat::brdf::tables;
 use overcoat::coat::openpbr::{self, AlbedoSource, Coat, SurfaceData};
-use overcoat::dispatch;
 use overcoat::math::lanes::{Float, LANES, Lanes, Scalar, SimdLevel};
 use overcoat::math::vec3::{self, V3};
+use overcoat::{dispatch, each};
 
 /// Numbers of a material; every lane has the same.
 #[derive(Clone, Copy, Debug)]
@@ -75,11 +75,7 @@ fn data<L: Lanes>(l: L, m: &Material) -> SurfaceData<L> {
 #[inline(always)]
 fn direction(cosine: f32, azimuth: f32) -> [f32; 3] {
     let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
-    [
-        sine * overcoat::math::scalar::cos(azimuth),
-        sine * overcoat::math::scalar::sin(azimuth),
-        cosine,
-    ]
+    [sine * overcoat::math::scalar::cos(azimuth), sine * overcoat::math::scalar::sin(azimuth), cosine]
 }
 
 /// The first lane of `direct` for a light of irradiance 1.
@@ -101,12 +97,11 @@ fn furnace_of_lights(m: &Material, view_cosine: f32) -> f32 {
 fn furnace_of_lights_on<L: Lanes>(l: L, m: &Material, view_cosine: f32) -> f32 {
     let [normal, tangent] = [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]].map(|v| vec3::splat(l, v));
     let view = vec3::splat(l, direction(view_cosine, 0.0));
-    let surface = openpbr::surface(l, &data(l, m), normal, tangent, view, AlbedoSource::Table(tables::ggx_albedo()));
+    let surface =
+        openpbr::surface(l, &data(l, m), normal, tangent, view, AlbedoSource::Table(tables::ggx_albedo()));
     let (rings, sectors) = (256, 256);
     let mut sum = 0.0_f64;
     for ring in 0..rings {
-        // Light cosines and azimuths finer about the mirror direction than elsewhere would need care; the roughness of
-        // the materials here is what this grid resolves.
         let cosine = (ring as f32 + 0.5) / rings as f32;
         for block in 0..sectors / LANES {
             let mut light = [[0.0; LANES]; 3];
@@ -178,14 +173,15 @@ fn white_furnace() {
             }
         }
     }
-    println!("{worst:?}");
-    assert!(worst[0] <= 1.02 && worst[1] <= 1.001 && worst[2] <= 0.05, "{worst:?}");
+    // Schlick's albedos stand in for the exact Fresnel term's, which gains up to 2 percent.
+    assert!(worst[0] <= 1.025 && worst[1] <= 1.001 && worst[2] <= 0.025, "{worst:?}");
 }
 
 /// A coat of weight 0 is no coat, to the bit.
 #[test]
 fn weight_zero_is_no_coat() {
-    let base = Material { metalness: 0.3, specular_weight: 0.8, anisotropy: 0.4, color: [0.8, 0.3, 0.1], ..CHALK };
+    let base =
+        Material { metalness: 0.3, specular_weight: 0.8, anisotropy: 0.4, color: [0.8, 0.3, 0.1], ..CHALK };
     let zero = CoatMaterial { weight: 0.0, color: [0.2, 0.5, 0.9], roughness: 0.7, ior: 2.2, darkening: 1.0 };
     let coated = Material { coat: Some(zero), ..base };
     for cosine in [0.02, 0.3, 0.9] {
@@ -199,14 +195,14 @@ fn weight_zero_is_no_coat() {
 /// A coat of index 1 without colour is all but invisible: its mean reflectance is the 0.0017 of the specification's fit.
 #[test]
 fn index_one_changes_nothing() {
-    let base = Material { specular_weight: 1.0, metalness: 0.5, roughness: 0.4, color: [0.9, 0.5, 0.2], ..CHALK };
+    let base =
+        Material { specular_weight: 1.0, metalness: 0.5, roughness: 0.4, color: [0.9, 0.5, 0.2], ..CHALK };
     let air = CoatMaterial { ior: 1.0, roughness: 0.0, ..VARNISH };
     let coated = Material { coat: Some(air), ..base };
     for cosine in [0.1, 0.5, 0.95] {
-        for (a, b) in [(lit(&base, direction(0.8, 0.0), direction(cosine, 2.5)), lit(&coated, direction(0.8, 0.0), direction(cosine, 2.5)))] {
-            for k in 0..3 {
-                assert!((a[k] - b[k]).abs() <= 0.002 * a[k] + 1e-6, "{a:?} {b:?}");
-            }
+        let [a, b] = [base, coated].map(|m| lit(&m, direction(0.8, 0.0), direction(cosine, 2.5)));
+        for k in 0..3 {
+            assert!((a[k] - b[k]).abs() <= 0.002 * a[k] + 1e-6, "{a:?} {b:?}");
         }
     }
 }
@@ -245,7 +241,10 @@ fn grazing_angles_are_continuous() {
             let view = lit(&m, direction(cosine, 0.0), direction(fixed, 2.0))[1];
             let light = lit(&m, direction(fixed, 0.0), direction(cosine, 2.0))[1];
             if let Some(last) = last {
-                assert!((view - last[0]).abs() < 0.02 && (light - last[1]).abs() < 0.02, "{cosine} {last:?} {view} {light}");
+                assert!(
+                    (view - last[0]).abs() < 0.02 && (light - last[1]).abs() < 0.02,
+                    "{cosine} {last:?} {view} {light}"
+                );
             }
             last = Some([view, light]);
         }
@@ -260,7 +259,14 @@ fn nothing_is_ever_nan() {
     assert_eq!(bad, 0);
 }
 
-/// How many of the results are not finite, or below what the F82 tint allows.
+/// `v` at length 1, or the z axis where it has next to none.
+#[inline(always)]
+fn unit_vector<L: Lanes>(l: L, v: V3<L>) -> V3<L> {
+    let none = vec3::length(l, v).lt(l.splat(1e-3));
+    vec3::select(l, none, vec3::splat(l, [0.0, 0.0, 1.0]), vec3::normalize(l, v))
+}
+
+/// How many of the results are not finite.
 #[inline(always)]
 fn hunt_on<L: Lanes>(l: L, rounds: usize) -> usize {
     let mut state = 0x2545_f491_4f6c_dd1d_u64;
@@ -272,7 +278,7 @@ fn hunt_on<L: Lanes>(l: L, rounds: usize) -> usize {
     };
     let table = tables::ggx_albedo();
     let mut bad = 0;
-    for _ in 0..rounds {
+    for round in 0..rounds {
         // A quarter of the numbers are 0 or 1.
         let mut unit = |scale: f32, offset: f32| {
             let mut lanes = [0.0; LANES];
@@ -287,13 +293,8 @@ fn hunt_on<L: Lanes>(l: L, rounds: usize) -> usize {
             }
             l.load(&lanes)
         };
-        let signed = |unit: &mut dyn FnMut(f32, f32) -> L::F| -> V3<L> {
-            let v = [unit(2.0, -1.0), unit(2.0, -1.0), unit(2.0, -1.0)];
-            let length = vec3::length(l, v);
-            let none = length.lt(l.splat(1e-3));
-            vec3::select(l, none, vec3::splat(l, [0.0, 0.0, 1.0]), vec3::normalize(l, v))
-        };
-        let normal = signed(&mut unit);
+        let [normal, view, light] =
+            each!(_k => unit_vector(l, [unit(2.0, -1.0), unit(2.0, -1.0), unit(2.0, -1.0)]));
         // Any direction at right angles to the normal.
         let helper = vec3::select(
             l,
@@ -302,8 +303,6 @@ fn hunt_on<L: Lanes>(l: L, rounds: usize) -> usize {
             vec3::splat(l, [0.0, 1.0, 0.0]),
         );
         let tangent = vec3::normalize(l, vec3::cross(l, normal, helper));
-        let view = signed(&mut unit);
-        let light = signed(&mut unit);
         let data = SurfaceData {
             base_weight: unit(1.0, 0.0),
             base_color: [unit(1.0, 0.0), unit(1.0, 0.0), unit(1.0, 0.0)],
@@ -322,7 +321,7 @@ fn hunt_on<L: Lanes>(l: L, rounds: usize) -> usize {
                 darkening: unit(1.0, 0.0),
                 normal: Some(normal),
             }),
-            invert_ratio: bad & 1 == 0,
+            invert_ratio: round & 1 == 0,
         };
         let surface = openpbr::surface(l, &data, normal, tangent, view, AlbedoSource::Table(table));
         let one = l.splat(1.0);

@@ -150,13 +150,6 @@ fn ibl_on<L: Lanes>(l: L, batch: &Batch<'_>) -> Found {
     found.set3("dielectricFresnelIbl", store3::<L>(indirect.dielectric_fresnel));
     let coat = if surface.coat.is_some() { indirect.terms.coat } else { [l.zero(); 3] };
     found.set3("clearcoatRadiance", store3::<L>(coat));
-    let color = gltf::indirect(
-        l,
-        &surface,
-        irradiance,
-        |query| stub::environment(l, query.direction, query.perceptual_roughness),
-        l.splat(1.0),
-    );
-    found.set3("color", store3::<L>(color));
+    found.set3("color", store3::<L>(gltf::color(l, &surface, &indirect.terms)));
     found
 }

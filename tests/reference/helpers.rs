@@ -5,7 +5,7 @@ use super::table::{Adapter, Batch, Found, Table as Csv};
 use overcoat::brdf::fgd::pre_integrated_fgd;
 use overcoat::brdf::occlusion::{self, BentNormalTilt, VisibilityCone};
 use overcoat::brdf::table::{Table, TexelGrid};
-use overcoat::brdf::{diffuse, fresnel, ggx, integrate, reflection};
+use overcoat::brdf::{diffuse, ggx, integrate, reflection};
 use overcoat::math::lanes::{Float, LANES, Lanes, SimdLevel};
 use overcoat::math::vec3::{self, V3};
 use std::path::Path;

@@ -45,8 +45,7 @@ fn coat_on<L: Lanes>(l: L, batch: &Batch<'_>) -> Found {
         invert_ratio: batch.is_on("tirFix"),
     };
     let [normal, tangent, view, light] = ["N", "T", "V", "L"].map(|name| load3(l, batch, name));
-    let albedos =
-        AlbedoSource::Given { coat: load(l, batch, "Ecoat"), specular: load(l, batch, "Espec") };
+    let albedos = AlbedoSource::Given { coat: load(l, batch, "Ecoat"), specular: load(l, batch, "Espec") };
     let surface = openpbr::surface(l, &data, normal, tangent, view, albedos);
     let lobes = openpbr::lobes(l, &surface, light);
     let mut found = Found::default();

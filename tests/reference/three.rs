@@ -3,7 +3,9 @@
 use super::stub;
 use super::table::{Adapter, Batch, Found, Table as Rows};
 use overcoat::brdf::table::{Table, TexelGrid};
-use overcoat::coat::three::{self, Anisotropy, Coat, Indirect, Iridescence, Sheen, Surface, SurfaceData, Terms};
+use overcoat::coat::three::{
+    self, Anisotropy, Coat, Indirect, Iridescence, Sheen, Surface, SurfaceData, Terms,
+};
 use overcoat::coat::three_legacy::{self as legacy, LightUnits, ThreeVersion};
 use overcoat::math::lanes::{Float, LANES, Lanes, SimdLevel};
 use overcoat::math::vec3::{self, V3};
@@ -140,7 +142,7 @@ fn legacy_direct_on<L: Lanes>(l: L, version: ThreeVersion, batch: &Batch<'_>) ->
     let terms = legacy::direct_terms(l, units(batch), &surface, light, color);
     found.set3("directDiffuse", store3::<L>(terms.diffuse));
     found.set3("directSpecular", store3::<L>(terms.specular));
-    let outgoing = legacy::direct(l, units(batch), &surface, light, color, l.splat(1.0));
+    let outgoing = vec3::add(l, terms.diffuse, terms.specular);
     found.set3("outgoing", store3::<L>(outgoing));
     found
 }
@@ -182,14 +184,7 @@ fn legacy_indirect_on<L: Lanes>(l: L, version: ThreeVersion, batch: &Batch<'_>) 
     let terms = legacy::indirect_terms(l, &surface, &light);
     found.set3("indirectDiffuse", store3::<L>(terms.diffuse));
     found.set3("indirectSpecular", store3::<L>(terms.specular));
-    let outgoing = legacy::indirect(
-        l,
-        &surface,
-        ambient,
-        |normal| stub_irradiance(l, normal),
-        |query| stub::environment(l, query.direction, query.perceptual_roughness),
-        l.splat(1.0),
-    );
+    let outgoing = vec3::add(l, terms.diffuse, terms.specular);
     found.set3("outgoing", store3::<L>(outgoing));
     found
 }
@@ -263,12 +258,14 @@ fn current_surface<L: Lanes>(l: L, dfg: &Table<2>, batch: &Batch<'_>, found: &mu
     surface
 }
 
-fn store_terms<L: Lanes>(found: &mut Found, kind: &str, terms: &Terms<L>) {
+#[inline(always)]
+fn store_terms<L: Lanes>(l: L, found: &mut Found, kind: &str, surface: &Surface<L>, terms: &Terms<L>) {
     let lower = kind.to_lowercase();
     found.set3(&format!("{lower}Diffuse"), store3::<L>(terms.diffuse));
     found.set3(&format!("{lower}Specular"), store3::<L>(terms.specular));
     found.set3(&format!("sheenSpecular{kind}"), store3::<L>(terms.sheen));
     found.set3(&format!("clearcoatSpecular{kind}"), store3::<L>(terms.coat));
+    found.set3("outgoing", store3::<L>(three::outgoing_light(l, surface, terms)));
 }
 
 #[inline(always)]
@@ -277,9 +274,7 @@ fn current_direct_on<L: Lanes>(l: L, dfg: &Table<2>, batch: &Batch<'_>) -> Found
     let surface = current_surface(l, dfg, batch, &mut found);
     let light = load3(l, batch, "L");
     let color = load3(l, batch, "lightColor");
-    store_terms(&mut found, "Direct", &three::direct_terms(l, &surface, light, color));
-    let outgoing = three::direct(l, &surface, light, color, l.splat(1.0));
-    found.set3("outgoing", store3::<L>(outgoing));
+    store_terms(l, &mut found, "Direct", &surface, &three::direct_terms(l, &surface, light, color));
     found
 }
 
@@ -298,15 +293,6 @@ fn current_indirect_on<L: Lanes>(l: L, dfg: &Table<2>, batch: &Batch<'_>) -> Fou
     found.set3("radiance", store3::<L>(radiance[0]));
     found.set3("clearcoatRadiance", store3::<L>(radiance[1]));
     let light = Indirect { ambient, irradiance, radiance: radiance[0], coat_radiance: radiance[1] };
-    store_terms(&mut found, "Indirect", &three::indirect_terms(l, &surface, &light));
-    let outgoing = three::indirect(
-        l,
-        &surface,
-        ambient,
-        |normal| stub_irradiance(l, normal),
-        |query| stub::environment(l, query.direction, query.perceptual_roughness),
-        l.splat(1.0),
-    );
-    found.set3("outgoing", store3::<L>(outgoing));
+    store_terms(l, &mut found, "Indirect", &surface, &three::indirect_terms(l, &surface, &light));
     found
 }

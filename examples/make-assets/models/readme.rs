@@ -65,7 +65,8 @@ pub fn text(models: &[Model], textures: &[&str], material_textures: &[&str]) -> 
          | tables/three-dfg.bin | 16 x 16 x 2 | perceptual roughness, N.V |\n\
          | tables/khronos.bin | 64 x 64 x 3 | N.V, perceptual roughness |\n\
          | tables/sheen-albedo.bin | 32 x 32 x 1 | N.V, sheen roughness |\n\
-         | tables/ggx-albedo.bin | 32 x 32 x 3 | square root of N.V, perceptual roughness |\n",
+         | tables/ggx-albedo.bin | 32 x 32 x 3 | square root of N.V, perceptual roughness |\n\
+         | tables/ltc-ggx.bin | 64 x 64 x 4 | perceptual roughness, square root of 1 - N.V |\n",
     );
     text
 }

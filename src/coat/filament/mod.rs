@@ -67,6 +67,16 @@ impl Quality {
         }
     }
 
+    /// The same of the anisotropic lobe. On desktop unguarded in the original too, but there a light across tangent,
+    /// bitangent and normal (where the normal lies across the geometric one) gives 0; an orthonormal frame stays above
+    /// 2e-7.
+    pub(super) fn least_smith_anisotropic(self) -> f32 {
+        match self {
+            Self::Desktop => 1e-7,
+            Self::Mobile => self.least_smith(),
+        }
+    }
+
     /// Least denominator of Neubelt's visibility.
     fn least_neubelt(self) -> f32 {
         match self {
@@ -87,6 +97,10 @@ impl Quality {
 
 /// Least N.V (`MIN_N_DOT_V`); also what a surface seen from behind counts as.
 const LEAST_N_DOT_V: f32 = 1e-4;
+
+/// Least square of the anisotropic GGX's denominator; an orthonormal frame stays above 1.6e-11. Reached only where the
+/// shading normal lies across the geometric one or there is no half vector.
+pub(super) const LEAST_ANISOTROPIC: f32 = 1e-12;
 
 /// F0 of the dielectric part, 0 to 0.16, from the artists' reflectance of 0 to 1: 0.16 r^2 (`computeDielectricF0`);
 /// 0.5 gives 0.04.
@@ -123,7 +137,7 @@ fn mix3<L: Lanes>(_: L, a: V3<L>, b: V3<L>, t: L::F) -> V3<L> {
 
 /// N.V as Filament shades with it: at least 1e-4.
 #[inline(always)]
-fn clamp_n_dot_v<L: Lanes>(l: L, normal: V3<L>, view: V3<L>) -> L::F {
+pub(super) fn clamp_n_dot_v<L: Lanes>(l: L, normal: V3<L>, view: V3<L>) -> L::F {
     vec3::dot(l, normal, view).at_least(LEAST_N_DOT_V)
 }
 
@@ -184,15 +198,37 @@ fn visibility<L: Lanes>(l: L, quality: Quality, roughness: L::F, n_dot_v: L::F, 
     }
 }
 
-/// `fresnel`: Schlick; on desktop the reflectance at grazing angles falls below 1 with an F0 sum below 0.0606 (less
-/// than any real material's), on mobile it is 1.
+/// Reflectance at grazing angles for an F0: on desktop it falls below 1 with an F0 sum below 0.0606 (less than any real
+/// material's), on mobile it is 1.
 #[inline(always)]
-fn fresnel<L: Lanes>(l: L, quality: Quality, f0: V3<L>, l_dot_h: L::F) -> V3<L> {
-    let f90 = match quality {
+pub(super) fn f90_of<L: Lanes>(l: L, quality: Quality, f0: V3<L>) -> L::F {
+    match quality {
         Quality::Desktop => ((f0[0] + f0[1] + f0[2]) * (50.0 * 0.33)).saturate(),
         Quality::Mobile => l.splat(1.0),
-    };
-    schlick_color(l, f0, f90, l_dot_h)
+    }
+}
+
+/// `fresnel`: Schlick with [`f90_of`].
+#[inline(always)]
+pub(super) fn fresnel<L: Lanes>(l: L, quality: Quality, f0: V3<L>, l_dot_h: L::F) -> V3<L> {
+    schlick_color(l, f0, f90_of(l, quality, f0), l_dot_h)
+}
+
+/// `getReflectedVector` of an anisotropic lobe: the view mirrored at the normal bent towards the plane of view and
+/// grooves. `frame` is tangent and bitangent.
+#[inline(always)]
+pub(super) fn bent_mirror<L: Lanes>(
+    l: L,
+    normal: V3<L>,
+    view: V3<L>,
+    frame: [V3<L>; 2],
+    anisotropy: L::F,
+    perceptual_roughness: L::F,
+) -> V3<L> {
+    let axis = vec3::select(l, anisotropy.ge(l.zero()), frame[1], frame[0]);
+    let bent = vec3::cross(l, vec3::cross(l, axis, view), axis);
+    let bend = anisotropy.abs() * (perceptual_roughness * 5.0).saturate();
+    vec3::reflect(l, vec3::neg(l, view), vec3::normalize(l, mix3(l, normal, bent, bend)))
 }
 
 /// `getSpecularDominantDirection`: from the mirror direction towards the normal by alpha^2. Not of unit length.

@@ -6,15 +6,19 @@
 //! on it; on top one dielectric layer of F0 0.04. Under the coat the base's F0 is that of the new interface, and the
 //! base is at least as rough as the coat. The coat dims diffuse and specular by one factor, 1 - clearCoat F; F is of
 //! the half vector for lights and of the view for the environment. It neither absorbs nor refracts, and its reflection
-//! of the environment is F alone, without the table. Neither Lambert nor the Fresnel term knows of the other: white
-//! dielectrics reflect more than they receive. `sheenScaling` falls below 0 where the albedo of the cloth lobe exceeds
-//! 1 (smooth cloth, seen at grazing angles): the base then counts negative, as in the original.
+//! of the environment is F alone, without the table. Lambert and the specular lobe do not know of each other under
+//! lights. Measured (`tests/models/filament.rs`): of light from all directions, white plastic of roughness 0.5 sends back
+//! 1.04 of what falls in seen from the front, 1.17 at N.V = 0.1 and 1.21 at 0.01; the same under a coat of roughness 0.3
+//! 1.00, 1.23 and 1.16; a white metal 0.99 to 1.01, coated 1.00, 1.09, 1.01. A white environment shows white within 0.02.
+//! `sheenScaling` falls below 0 where the albedo of the cloth lobe exceeds 1 (smooth cloth at grazing angles): the base
+//! then counts negative, as in the original. For fixed table values the lobes are reciprocal; energy compensation and
+//! `sheenScaling`, read for the view alone, are not.
 //!
-//! Lanes with a coat mask of exactly 0 keep the bits of a material without coat.
+//! Lanes with a coat mask of exactly 0 keep the bits of a material without coat (but -0 may become 0).
 
 use super::{
-    Half, Quality, clamp_n_dot_v, d_ggx, dominant_direction, f0_clear_coat_to_surface, fresnel, mix, mix3,
-    sine_squared, visibility,
+    Half, LEAST_ANISOTROPIC, Quality, bent_mirror, clamp_n_dot_v, d_ggx, dominant_direction,
+    f0_clear_coat_to_surface, fresnel, mix, sine_squared, visibility,
 };
 use crate::brdf::microfacet::{
     distribution_ggx_anisotropic, schlick, visibility_kelemen, visibility_smith_anisotropic,
@@ -27,10 +31,6 @@ use std::f32::consts::FRAC_1_PI;
 
 /// F0 of the coat.
 const COAT_F0: f32 = 0.04;
-
-/// Least square of the anisotropic GGX's denominator; an orthonormal frame stays above 1.6e-11. Reached only where the
-/// shading normal lies across the geometric one or there is no half vector.
-const LEAST_ANISOTROPIC: f32 = 1e-12;
 
 /// Least y of the DFG table; what is read for real roughness is above 0.27.
 const LEAST_DFG: f32 = 1e-3;
@@ -377,7 +377,7 @@ pub fn lobes<L: Lanes>(l: L, surface: &Surface<L>, light: V3<L>) -> Lobes<L> {
                 a.in_frame(l, light, n_dot_l),
                 a.in_frame(l, it.view, it.n_dot_v),
                 a.roughness,
-                it.quality.least_smith(),
+                it.quality.least_smith_anisotropic(),
             );
             (d, v)
         }
@@ -511,13 +511,14 @@ impl<L: Lanes> Surface<L> {
     pub fn base_query(&self, l: L) -> EnvironmentQuery<L> {
         let it = &self.parameters;
         let mirrored = match &it.anisotropy {
-            Some(a) => {
-                let across = a.strength.ge(l.zero());
-                let axis = vec3::select(l, across, a.bitangent, a.tangent);
-                let bent = vec3::cross(l, vec3::cross(l, axis, it.view), axis);
-                let bend = a.strength.abs() * (it.perceptual_roughness * 5.0).saturate();
-                self.mirrored(l, vec3::normalize(l, mix3(l, it.normal, bent, bend)))
-            }
+            Some(a) => bent_mirror(
+                l,
+                it.normal,
+                it.view,
+                [a.tangent, a.bitangent],
+                a.strength,
+                it.perceptual_roughness,
+            ),
             None => self.mirrored(l, it.normal),
         };
         EnvironmentQuery {

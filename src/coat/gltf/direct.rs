@@ -80,10 +80,8 @@ pub(super) struct SheenVisibility<L: Lanes> {
 }
 
 /// Coefficients for alpha of 0 and of 1.
-const SHEEN_FIT: [[f32; 5]; 2] = [
-    [25.3245, 3.32435, 0.16801, -1.27393, -4.85967],
-    [21.5473, 3.82987, 0.19823, -1.97760, -4.32054],
-];
+const SHEEN_FIT: [[f32; 5]; 2] =
+    [[25.3245, 3.32435, 0.16801, -1.27393, -4.85967], [21.5473, 3.82987, 0.19823, -1.97760, -4.32054]];
 
 /// Least sheen roughness: Charlie divides by its square.
 const LEAST_SHEEN_ROUGHNESS: f32 = 1e-6;
@@ -154,6 +152,8 @@ pub fn direct_terms<L: Lanes>(
     light_color: V3<L>,
     sheen_albedo: L::F,
 ) -> Direct<L> {
+    // As the original does; sharp highlights need the last bit.
+    let direction = vec3::divide_by_length(l, direction);
     let n_dot_l = cosine(l, surface.normal, direction);
     let (half, v_dot_h) = half_vector(l, direction, surface.view, surface.normal);
     let weight = schlick_weight(l, v_dot_h);

@@ -17,7 +17,10 @@
 //! all, mixed in by its Fresnel reflectance for the *view*, which therefore also weighs its highlight: the coat's lobe
 //! has no Fresnel term of its own. Under an environment the base's multiple scattering is compensated (Fdez-Aguera
 //! 2019), under lights it is not. The coat neither absorbs nor refracts nor changes the base.
-//! Measured in `tests/models/gltf.rs`.
+//! Measured in `tests/models/gltf.rs` over views, roughness and metalness: under a white environment a white surface
+//! shows at most 1, with or without coat, and with white sheen 1.47 (the table of the sheen's lobe samples one roughness
+//! and evaluates another); of the light of lights from everywhere it reflects at most 1.03, with a coat 1, with sheen
+//! 1.01. Base and sheen are reciprocal, the coat is not: it looks at the view only.
 //!
 //! **Deviations.** The Sample Renderer takes the coat's F0 from the *base's* index of refraction, the extension's text
 //! says 0.04; both are a value ([`CoatF0`]). Distributions of roughness 0, which the original divides by zero, give no
@@ -27,10 +30,14 @@
 
 mod direct;
 mod indirect;
+mod sampled;
 
 pub use super::urp::EnvironmentQuery;
 pub use direct::{Direct, direct, direct_terms};
-pub use indirect::{EnvironmentQueries, Environment, Indirect, environment_queries, indirect, indirect_terms};
+pub use indirect::{
+    Environment, EnvironmentQueries, Indirect, environment_queries, indirect, indirect_terms,
+};
+pub use sampled::{indirect_sampled, mean_schlick_weight};
 
 use super::glsl::mix;
 use crate::brdf::microfacet::schlick;
@@ -341,6 +348,8 @@ pub fn surface_with_lookups<L: Lanes>(
     view: V3<L>,
     lookups: &Lookups<L>,
 ) -> Surface<L> {
+    // As the original does; sharp highlights need the last bit.
+    let view = vec3::divide_by_length(l, view);
     let n_dot_v = cosine(l, normal, view);
     let roughness = data.roughness.saturate();
     let f0 = ((data.ior - 1.0) / (data.ior + 1.0)).squared();
@@ -350,8 +359,7 @@ pub fn surface_with_lookups<L: Lanes>(
             let film = ThinFilm { ior: iridescence.ior, thickness: iridescence.thickness };
             let bases = [f0_dielectric, data.base_color];
             let [dielectric, metallic] = eval_iridescence(l, SchlickWeight::Power, &film, n_dot_v, &bases);
-            let factor =
-                iridescence.thickness.eq(l.zero()).select(l.zero(), iridescence.factor.saturate());
+            let factor = iridescence.thickness.eq(l.zero()).select(l.zero(), iridescence.factor.saturate());
             Some(FilmSurface { factor, dielectric, metallic })
         }
         None => None,

@@ -32,12 +32,12 @@ fn mean<L: Lanes>(_: L, v: V3<L>) -> L::F {
 
 /// For whom the layers are combined.
 #[derive(Clone, Copy)]
-pub struct Call<'a, L: Lanes> {
+pub struct Call<L: Lanes> {
     /// Cosine with which light enters: of the view, or L.H.
     pub cosine: L::F,
     /// Where the coat has a normal of its own, for the view: the path about the geometric normal and the base's
     /// normal.
-    pub path: Option<(&'a GeometricPath<L>, V3<L>)>,
+    pub path: Option<(GeometricPath<L>, V3<L>)>,
     /// The cosine that lanes without a coat take for their film.
     pub uncoated_cosine: L::F,
     /// The light's least roughness, 0 for the view.
@@ -138,18 +138,19 @@ pub fn compute_adding<L: Lanes>(
     options: &Options,
     bsdf: &BsdfData<L>,
     coat: &CoatData<L>,
-    call: &Call<'_, L>,
+    call: &Call<L>,
 ) -> Adding<L> {
     let zero = l.zero();
     let coat_alpha = raised::<L>(options, coat.roughness, call.min_roughness);
-    let path = match &call.path {
-        Some((path, _)) => Some(*path),
-        None => None,
+    let entering = match &call.path {
+        Some((path, _)) => path.cosine,
+        None => call.cosine,
     };
-    let face = coat_interface(l, coat, call.cosine, path, coat_alpha);
+    let face = coat_interface(l, coat, call.cosine, entering, coat_alpha);
     let medium_cosine = face.transmitted_cosine.at_least(MIN_N_DOT_V);
     let absorbed = medium(l, coat, medium_cosine);
-    let base = base_interface(l, bsdf, coat, medium_cosine, call.path, call.uncoated_cosine, coat_alpha);
+    let base =
+        base_interface(l, bsdf, coat, medium_cosine, call.path.as_ref(), call.uncoated_cosine, coat_alpha);
 
     let reflectance = face.reflectance;
     let passing = reflectance.one_minus();
@@ -219,12 +220,12 @@ pub fn compute_adding<L: Lanes>(
 /// [`compute_adding`] without its by-products, as one function for each instruction set: the view asks for it, and so
 /// does every light if the material wants it.
 #[inline(never)]
-pub(super) fn layers<L: Lanes>(
+pub(super) fn layers_once<L: Lanes>(
     l: L,
     options: &Options,
     bsdf: &BsdfData<L>,
     coat: &CoatData<L>,
-    call: &Call<'_, L>,
+    call: &Call<L>,
 ) -> Layers<L> {
     l.run(
         #[inline(always)]

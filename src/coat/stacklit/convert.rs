@@ -8,7 +8,7 @@ use super::subsurface;
 use crate::brdf::fresnel::f0_under_ior;
 use crate::brdf::roughness::{anisotropic_roughness, clamp_roughness_for_analytical_lights};
 use crate::each;
-use crate::math::lanes::{Float, Lanes, Mask};
+use crate::math::lanes::{Float, Lanes};
 use crate::math::vec3::{self, V3};
 
 /// A base lobe without the coat's influence.
@@ -72,11 +72,12 @@ pub struct BsdfData<L: Lanes> {
     pub occlusion: Occlusion<L>,
 }
 
-/// Roughness (alpha) as lights without extent need it: at least 1/1024, unless the lights set their own limit.
+/// Roughness (alpha) as lights without extent need it: at least 1/1024, unless the lights set their own limit. Then
+/// it is still not negative: an anisotropy of 1 that rounding raises would turn a highlight into a hole.
 #[inline(always)]
 pub(super) fn lights_roughness<L: Lanes>(l: L, options: &Options, roughness: L::F) -> L::F {
     if options.honor_light_min_roughness {
-        roughness
+        roughness.at_least(0.0)
     } else {
         clamp_roughness_for_analytical_lights(l, roughness)
     }
@@ -95,9 +96,7 @@ fn colors<L: Lanes>(l: L, options: &Options, data: &SurfaceData<L>) -> (V3<L>, V
         Version::Newest => metallic,
     };
     let mut fresnel0 = match data.reflectance {
-        Reflectance::Metallic { dielectric_f0 } => {
-            vec3::lerp(l, dielectric_f0, base_color, metallic_for_f0)
-        }
+        Reflectance::Metallic { dielectric_f0 } => vec3::lerp(l, dielectric_f0, base_color, metallic_for_f0),
         Reflectance::Specular { color } => {
             metallic = l.zero();
             if options.energy_conserving_specular {
@@ -106,10 +105,10 @@ fn colors<L: Lanes>(l: L, options: &Options, data: &SurfaceData<L>) -> (V3<L>, V
             color
         }
     };
-    if let Some(scattering) = &data.scattering {
-        if options.version == Version::V13 || scattering.use_profile_ior {
-            fresnel0 = [l.splat(scattering.profile.fresnel0); 3];
-        }
+    if let Some(scattering) = &data.scattering
+        && (options.version == Version::V13 || scattering.use_profile_ior)
+    {
+        fresnel0 = [l.splat(scattering.profile.fresnel0); 3];
     }
     (vec3::scale(l, base_color, metallic.one_minus()), fresnel0)
 }
@@ -124,8 +123,11 @@ pub fn convert<L: Lanes>(l: L, options: &Options, data: &SurfaceData<L>, normal:
         None => (l.zero(), l.zero()),
     };
     let p_a = data.perceptual_roughness();
-    let lobe_a =
-        BaseLobe { perceptual_roughness: p_a, roughness: anisotropic_roughness(l, p_a * p_a, k_a), anisotropy: k_a };
+    let lobe_a = BaseLobe {
+        perceptual_roughness: p_a,
+        roughness: anisotropic_roughness(l, p_a * p_a, k_a),
+        anisotropy: k_a,
+    };
     let (mut lobe_b, mut lobe_mix) = match &data.second_lobe {
         Some(second) => {
             let p = second.smoothness.one_minus();
@@ -161,12 +163,16 @@ pub fn convert<L: Lanes>(l: L, options: &Options, data: &SurfaceData<L>, normal:
 
     let coat = match &data.coat {
         Some(coat) => {
-            let uncoated =
-                if options.zero_mask_is_uncoated { coat.mask.eq(l.zero()) } else { l.mask(0) };
+            let uncoated = if options.zero_mask_is_uncoated { coat.mask.eq(l.zero()) } else { l.mask(0) };
             let ior = l.splat(1.0).lerp(coat.ior, coat.mask);
             let under_coat = f0_under_ior(l, fresnel0, ior);
             fresnel0 = vec3::select(l, uncoated, fresnel0, under_coat);
             let p = coat.smoothness.one_minus();
+            #[expect(clippy::manual_map, reason = "Option::map would leave the instruction set")]
+            let normal = match coat.normal {
+                Some(coat_normal) => Some(vec3::select(l, uncoated, normal, coat_normal)),
+                None => None,
+            };
             Some(CoatData {
                 mask: coat.mask,
                 ior,
@@ -175,10 +181,7 @@ pub fn convert<L: Lanes>(l: L, options: &Options, data: &SurfaceData<L>, normal:
                 extinction: coat.extinction,
                 perceptual_roughness: p,
                 roughness: p * p,
-                normal: match coat.normal {
-                    Some(coat_normal) => Some(vec3::select(l, uncoated, normal, coat_normal)),
-                    None => None,
-                },
+                normal,
                 uncoated,
             })
         }

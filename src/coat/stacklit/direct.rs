@@ -1,6 +1,6 @@
 //! Lights without extent (`EvaluateBSDF` and `ShadeSurface_Infinitesimal`).
 
-use super::adding::{Call, Layers, layers};
+use super::adding::{Call, Layers, layers_once};
 use super::prelight::{COAT_LOBE, PreLight, bare_iridescence, lobe_lambda};
 use super::statistics::MIN_N_DOT_V;
 use crate::brdf::diffuse::{LAMBERT, TRANSMISSION_WRAP_LIGHT, wrapped_cosine};
@@ -12,6 +12,10 @@ use crate::brdf::reflection::coat_refract;
 use crate::each;
 use crate::math::lanes::{Float, Lanes, Mask};
 use crate::math::vec3::{self, V3};
+
+/// Where D V ends. No highlight comes near it: it is reached where the guards of the quotient take over (light behind the
+/// surface, or exactly opposite to the view), and keeps the products with colours finite.
+const GREATEST_DV: f32 = 1e30;
 
 /// A light as it reaches the fragments.
 #[derive(Clone, Copy)]
@@ -58,12 +62,7 @@ pub struct Cbsdf<L: Lanes> {
 /// The stack as one light finds it. With [`super::Options::recompute_per_light`] off, that of the view but for the
 /// light's least roughness.
 #[inline(always)]
-pub fn layers_for_light<L: Lanes>(
-    l: L,
-    pre: &PreLight<L>,
-    l_dot_h: L::F,
-    min_roughness: L::F,
-) -> Layers<L> {
+pub fn layers_for_light<L: Lanes>(l: L, pre: &PreLight<L>, l_dot_h: L::F, min_roughness: L::F) -> Layers<L> {
     let options = &pre.options;
     let mut found = pre.layers;
     match (&pre.bsdf.coat, options.recompute_per_light) {
@@ -75,7 +74,7 @@ pub fn layers_for_light<L: Lanes>(
                 min_roughness,
                 per_light: true,
             };
-            return layers(l, options, &pre.bsdf, coat, &call);
+            return layers_once(l, options, &pre.bsdf, coat, &call);
         }
         (None, true) => found.iridescent = bare_iridescence(l, &pre.bsdf, l_dot_h),
         (_, false) => {
@@ -117,8 +116,7 @@ pub fn evaluate_bsdf<L: Lanes>(l: L, pre: &PreLight<L>, light: &Light<L>) -> Cbs
     let n_dot_l_coat = vec3::dot(l, pre.coat_normal, light.direction);
     let angles = bsdf_angles(l, light.direction, frame.view, n_dot_l_given, n_dot_v);
     let l_dot_h = angles.l_dot_h;
-    let half =
-        vec3::scale(l, vec3::add(l, light.direction, frame.view), angles.inverse_length);
+    let half = vec3::scale(l, vec3::add(l, light.direction, frame.view), angles.inverse_length);
     let layers = layers_for_light(l, pre, l_dot_h, light.min_roughness);
 
     let (mut view, mut direction) = (frame.view, light.direction);
@@ -133,10 +131,11 @@ pub fn evaluate_bsdf<L: Lanes>(l: L, pre: &PreLight<L>, light: &Light<L>) -> Cbs
     }
 
     let along = if bsdf.anisotropic {
-        let cosines = |v: V3<L>, n: L::F| {
-            [vec3::dot(l, frame.tangent, v), vec3::dot(l, frame.bitangent, v), n]
-        };
-        [cosines(half, angles.n_dot_h), cosines(direction, n_dot_l)]
+        let [t, b] = [frame.tangent, frame.bitangent];
+        [
+            [vec3::dot(l, t, half), vec3::dot(l, b, half), angles.n_dot_h],
+            [vec3::dot(l, t, direction), vec3::dot(l, b, direction), n_dot_l],
+        ]
     } else {
         [[zero; 3]; 2]
     };
@@ -152,13 +151,29 @@ pub fn evaluate_bsdf<L: Lanes>(l: L, pre: &PreLight<L>, light: &Light<L>) -> Cbs
             lobe.part_lambda_v
         };
         let dv = if bsdf.anisotropic {
-            anisotropic_distribution_visibility(l, along[0], along[1], n_dot_v_base, layered.roughness, lambda)
+            anisotropic_distribution_visibility(
+                l,
+                along[0],
+                along[1],
+                n_dot_v_base,
+                layered.roughness,
+                lambda,
+            )
         } else {
-            smith_distribution_visibility(l, angles.n_dot_h, n_dot_l, n_dot_v_base, layered.roughness[0], lambda)
+            smith_distribution_visibility(
+                l,
+                angles.n_dot_h,
+                n_dot_l,
+                n_dot_v_base,
+                layered.roughness[0],
+                lambda,
+            )
         };
+        let dv = dv.at_most(GREATEST_DV);
         base = each!(k => {
             let term = dv * lobe.energy_compensation[k];
-            if x == 0 { term } else { base[k].lerp(term, bsdf.lobe_mix) }
+            // Not base + mix (term - base), which rounding makes negative where one lobe is a spike.
+            if x == 0 { term } else { base[k] * bsdf.lobe_mix.one_minus() + term * bsdf.lobe_mix }
         });
     }
 
@@ -191,21 +206,16 @@ pub fn evaluate_bsdf<L: Lanes>(l: L, pre: &PreLight<L>, light: &Light<L>) -> Cbs
                 layers.coat_roughness,
                 lambda,
             );
-            // The cosine first: the other factors may be as large as 1e37 where it is 0.
+            let dv = dv.at_most(GREATEST_DV);
             let top = n_dot_l_coat.at_least(0.0) * layers.top;
             each!(k => lit * fresnel[k] * base[k] + top * lobe.energy_compensation[k] * dv)
         }
         None => each!(k => lit * fresnel[k] * base[k]),
     };
 
-    let transmitted = match &bsdf.transmittance {
-        Some(_) => {
-            let larger = n_dot_l_given.max(n_dot_l_coat);
-            let behind = larger.lt(zero).select(n_dot_l_given, larger);
-            wrapped_cosine(l, -behind, TRANSMISSION_WRAP_LIGHT)
-        }
-        None => zero,
-    };
+    let larger = n_dot_l_given.max(n_dot_l_coat);
+    let behind = larger.lt(zero).select(n_dot_l_given, larger);
+    let transmitted = wrapped_cosine(l, -behind, TRANSMISSION_WRAP_LIGHT);
     let reflected = n_dot_l.saturate();
     Cbsdf {
         diffuse_reflected: vec3::scale(l, diffuse, reflected),
@@ -218,8 +228,7 @@ pub fn evaluate_bsdf<L: Lanes>(l: L, pre: &PreLight<L>, light: &Light<L>) -> Cbs
 #[inline(always)]
 pub fn direct<L: Lanes>(l: L, pre: &PreLight<L>, light: &Light<L>) -> Lighting<L> {
     let zero = l.zero();
-    let shows =
-        is_non_zero(l, pre, light.direction) & vec3::max_component(l, light.color).gt(zero);
+    let shows = is_non_zero(l, pre, light.direction) & vec3::max_component(l, light.color).gt(zero);
     if !shows.any() {
         return Lighting { diffuse: [zero; 3], specular: [zero; 3] };
     }

@@ -39,27 +39,27 @@ pub(super) fn hemisphere_occlusion<L: Lanes>(
         return [l.splat(1.0); 3];
     };
     let alpha = lobe.perceptual_roughness.squared();
-    let one = l.splat(1.0);
-    let screen_space = match screen_space {
-        ScreenSpaceOcclusion::Off => one,
-        ScreenSpaceOcclusion::FromAmbientOcclusion => {
-            specular_occlusion_from_ao(l, lobe.n_dot_v, occlusion.screen_space, alpha)
-        }
-        ScreenSpaceOcclusion::ConeCone(cone) => {
-            cones(l, occlusion.screen_space, occlusion, frame, lobe, cone, false)
-        }
+    // One loop over both kinds, so that the code of a method is there once.
+    let from_screen = match screen_space {
+        ScreenSpaceOcclusion::Off => DataOcclusion::Off,
+        ScreenSpaceOcclusion::FromAmbientOcclusion => DataOcclusion::FromAmbientOcclusion,
+        ScreenSpaceOcclusion::ConeCone(cone) => DataOcclusion::ConeCone { cone, tilt_bent_normal: false },
     };
-    let data = match data {
-        DataOcclusion::Off => one,
-        DataOcclusion::FromAmbientOcclusion => {
-            specular_occlusion_from_ao(l, lobe.n_dot_v, occlusion.ambient, alpha)
-        }
-        DataOcclusion::ConeCone { cone, tilt_bent_normal } => {
-            cones(l, occlusion.ambient, occlusion, frame, lobe, cone, tilt_bent_normal)
-        }
-        DataOcclusion::Custom => occlusion.custom,
-    };
-    gtao_multi_bounce(l, data.min(screen_space), lobe.tint)
+    let mut darker = l.splat(1.0);
+    for (method, ambient) in [(from_screen, occlusion.screen_space), (data, occlusion.ambient)] {
+        let found = match method {
+            DataOcclusion::Off => l.splat(1.0),
+            DataOcclusion::FromAmbientOcclusion => {
+                specular_occlusion_from_ao(l, lobe.n_dot_v, ambient, alpha)
+            }
+            DataOcclusion::ConeCone { cone, tilt_bent_normal } => {
+                cones(l, ambient, occlusion, frame, lobe, cone, tilt_bent_normal)
+            }
+            DataOcclusion::Custom => occlusion.custom,
+        };
+        darker = found.min(darker);
+    }
+    gtao_multi_bounce(l, darker, lobe.tint)
 }
 
 /// The intersection of cones, with the quirk of [`hemisphere_occlusion`].
@@ -97,7 +97,7 @@ fn cones<L: Lanes>(
 /// Factors for diffuse light: of lights, and of the environment.
 #[inline(always)]
 pub(super) fn diffuse_occlusion<L: Lanes>(l: L, occlusion: &Occlusion<L>, tint: V3<L>) -> [V3<L>; 2] {
-    let direct = l.splat(1.0).lerp(occlusion.screen_space, l.splat(occlusion.direct_strength));
+    let direct = l.splat(1.0).lerp(occlusion.screen_space, occlusion.direct_strength);
     let ambient = occlusion.ambient.min(occlusion.screen_space);
     each!(visibility in [direct, ambient] => gtao_multi_bounce(l, visibility, tint))
 }

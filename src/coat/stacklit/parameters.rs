@@ -39,7 +39,8 @@ pub struct Anisotropy<L: Lanes> {
     pub b: L::F,
 }
 
-/// Hazy gloss: lobe B becomes a halo about lobe A.
+/// Hazy gloss: lobe B becomes a halo about lobe A. Full haziness without extent makes the halo's share a little more than
+/// 1, and the core's negative, as in the original.
 #[derive(Clone, Copy)]
 pub struct HazyGloss<L: Lanes> {
     /// Strength, 0 to 1.
@@ -130,7 +131,7 @@ pub struct Occlusion<L: Lanes> {
     /// Ambient occlusion found in screen space, 1 where there is none.
     pub screen_space: L::F,
     /// How much of the latter dims direct light (`_AmbientOcclusionParam.w`), 0 to 1.
-    pub direct_strength: f32,
+    pub direct_strength: L::F,
     /// Unit vector to the middle of what is visible; the normal if unknown.
     pub bent_normal: V3<L>,
     /// Specular occlusion for [`super::DataOcclusion::Custom`], 0 to 1.
@@ -149,7 +150,7 @@ impl<L: Lanes> Occlusion<L> {
         Self {
             ambient: one,
             screen_space: one,
-            direct_strength: 0.0,
+            direct_strength: l.zero(),
             bent_normal: normal,
             custom: one,
             tilt_threshold: l.splat(0.2),

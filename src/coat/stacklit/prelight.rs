@@ -1,12 +1,12 @@
 //! What depends on the view only (`GetPreLightData`).
 
-use super::adding::{Call, LayeredLobe, Layers, layers};
+use super::adding::{Adding, Call, LayeredLobe, Layers, compute_adding, layers_once};
 use super::convert::{BsdfData, CoatData, convert};
 use super::occlusion::{OccludedLobe, hemisphere_occlusion};
 use super::options::{Options, TopNormalFix};
 use super::parameters::{Frame, SurfaceData};
 use super::statistics::{GeometricPath, MIN_N_DOT_V, film_reflectance};
-use crate::brdf::fgd::pre_integrated_fgd;
+use crate::brdf::fgd::pre_integrated_specular;
 use crate::brdf::fresnel::{energy_compensation_factor, ior_to_fresnel0};
 use crate::brdf::ggx::{anisotropic_part_lambda, part_lambda};
 use crate::brdf::reflection::anisotropic_normal_and_roughness;
@@ -59,7 +59,7 @@ pub struct PreLight<L: Lanes> {
 }
 
 /// Prepares sixteen fragments: conversion, adding operator, pre-integrated reflectances, occlusion. `fgd` is the
-/// table of [`pre_integrated_fgd`].
+/// table of [`pre_integrated_specular`].
 #[inline(always)]
 pub fn surface<L: Lanes>(
     l: L,
@@ -106,30 +106,59 @@ pub(super) fn bare_iridescence<L: Lanes>(l: L, bsdf: &BsdfData<L>, cosine: L::F)
 
 /// The call of the adding operator for the view, with the cosine that the coat's normal leaves.
 #[inline(always)]
-fn view_layers<L: Lanes>(
+fn view_call<L: Lanes>(
     l: L,
     options: &Options,
-    bsdf: &BsdfData<L>,
     coat: &CoatData<L>,
     frame: &Frame<L>,
     n_dot_v: [L::F; 2],
-) -> Layers<L> {
-    let path = GeometricPath::new(l, frame.geometric_normal, frame.view);
+) -> Call<L> {
     let clamped = n_dot_v[0].at_least(MIN_N_DOT_V);
     let (cosine, path) = match coat.normal {
         Some(_) => {
+            let path = GeometricPath::new(l, frame.geometric_normal, frame.view);
             let cosine = match options.top_normal_fix {
                 TopNormalFix::Flip => n_dot_v[1].abs().at_least(LEAST_FLIPPED_COSINE).min(path.cosine),
                 TopNormalFix::Geometric => path.cosine,
                 TopNormalFix::None => n_dot_v[1].at_least(MIN_N_DOT_V),
             };
-            (cosine, Some((&path, frame.normal)))
+            (cosine, Some((path, frame.normal)))
         }
         None => (clamped, None),
     };
-    let call =
-        Call { cosine, path, uncoated_cosine: clamped, min_roughness: l.zero(), per_light: false };
-    layers(l, options, bsdf, coat, &call)
+    Call { cosine, path, uncoated_cosine: clamped, min_roughness: l.zero(), per_light: false }
+}
+
+impl<L: Lanes> PreLight<L> {
+    /// The adding operator for the view with all that it finds on its way, layer by layer; `None` without a coat.
+    #[inline(always)]
+    pub fn adding(&self, l: L) -> Option<Adding<L>> {
+        match &self.bsdf.coat {
+            Some(coat) => {
+                let call = view_call(l, &self.options, coat, &self.frame, self.n_dot_v);
+                Some(compute_adding(l, &self.options, &self.bsdf, coat, &call))
+            }
+            None => None,
+        }
+    }
+}
+
+/// What tells the lobes apart.
+#[derive(Clone, Copy)]
+struct LobeInput<L: Lanes> {
+    normal: V3<L>,
+    /// normal . V, at least 1e-4.
+    n_dot_v: L::F,
+    /// The cosine and the F0 of the pre-integrated reflectance.
+    fgd_n_dot_v: L::F,
+    fgd_fresnel0: V3<L>,
+    /// F0 that light loses between microfacets.
+    compensated_fresnel0: V3<L>,
+    /// Reflectance between the folds of the surface.
+    tint: V3<L>,
+    perceptual_roughness: L::F,
+    /// Share of the lobe: the coat's mask, the lobe mix.
+    share: L::F,
 }
 
 /// `GetPreLightData`.
@@ -150,16 +179,6 @@ pub fn prelight<L: Lanes>(
     let n_dot_v = [n_dot_v_base, vec3::dot(l, coat_normal, frame.view)];
     let clamped = [n_dot_v[0].at_least(MIN_N_DOT_V), n_dot_v[1].at_least(MIN_N_DOT_V)];
 
-    let empty = Lobe {
-        specular_fgd: [zero; 3],
-        energy_compensation: [one; 3],
-        specular_occlusion: [one; 3],
-        reflection: frame.normal,
-        perceptual_roughness: zero,
-        part_lambda_v: zero,
-    };
-    let mut lobes = [empty; 3];
-
     // The bare base's F0, or the film's.
     let film_mask = match &bsdf.iridescence {
         Some(film) => film.mask,
@@ -167,11 +186,11 @@ pub fn prelight<L: Lanes>(
     };
     let layers;
     let base_layer_n_dot_v;
-    let mut fgd_fresnel0;
     let mut tint;
+    let mut fgd_fresnel0;
     match &bsdf.coat {
         Some(coat) => {
-            layers = view_layers(l, options, &bsdf, coat, frame, n_dot_v);
+            layers = layers_once(l, options, &bsdf, coat, &view_call(l, options, coat, frame, n_dot_v));
             let seen = match coat.normal {
                 Some(_) => layers.bottom_cosine,
                 // Snell without the fade that the operator gives rough coats.
@@ -183,37 +202,8 @@ pub fn prelight<L: Lanes>(
             base_layer_n_dot_v = coat.uncoated.select(clamped[0], seen.at_least(MIN_N_DOT_V));
             fgd_fresnel0 = vec3::lerp(l, bsdf.fresnel0, layers.iridescent, film_mask);
             fgd_fresnel0 = vec3::lerp(l, fgd_fresnel0, layers.bottom, coat.mask);
-            tint = vec3::select(l, coat.uncoated, bsdf.fresnel0, layers.bottom);
-            if bsdf.iridescence.is_some() {
-                tint = vec3::select(l, coat.uncoated, layers.iridescent, tint);
-            }
-
-            let lobe = &mut lobes[COAT_LOBE];
-            let p = coat.perceptual_roughness;
-            let coat_fresnel0 = ior_to_fresnel0(l, coat.ior, one);
-            let albedo = pre_integrated_fgd(l, fgd, clamped[1], p, [layers.top; 3]);
-            lobe.specular_fgd = vec3::scale(l, albedo.specular, coat.mask);
-            if options.energy_compensation {
-                lobe.energy_compensation =
-                    energy_compensation_factor(l, albedo.reflectivity, [coat_fresnel0; 3]);
-            }
-            lobe.specular_occlusion = hemisphere_occlusion(
-                l,
-                options,
-                &bsdf.occlusion,
-                frame,
-                &OccludedLobe {
-                    normal: coat_normal,
-                    n_dot_v: clamped[1],
-                    perceptual_roughness: p,
-                    tint: [coat_fresnel0; 3],
-                },
-            );
-            if !options.recompute_per_light {
-                lobe.part_lambda_v = part_lambda(l, clamped[1], layers.coat_roughness);
-            }
-            lobe.reflection = vec3::reflect(l, vec3::neg(l, frame.view), coat_normal);
-            lobe.perceptual_roughness = p;
+            tint = if bsdf.iridescence.is_some() { layers.iridescent } else { bsdf.fresnel0 };
+            tint = vec3::select(l, coat.uncoated, tint, layers.bottom);
         }
         None => {
             layers = bare_layers(l, &bsdf, clamped[0]);
@@ -224,50 +214,96 @@ pub fn prelight<L: Lanes>(
         }
     }
 
-    for x in 0..bsdf.lobe_count {
-        let layered = &layers.lobes[x];
-        let p = layered.perceptual_roughness;
-        let albedo = pre_integrated_fgd(l, fgd, base_layer_n_dot_v, p, fgd_fresnel0);
-        let specular_occlusion = hemisphere_occlusion(
-            l,
-            options,
-            &bsdf.occlusion,
-            frame,
-            &OccludedLobe { normal: frame.normal, n_dot_v: clamped[0], perceptual_roughness: p, tint },
-        );
-        let part_lambda_v = if options.recompute_per_light && bsdf.coat.is_some() {
-            zero
-        } else {
-            lobe_lambda(l, &bsdf, frame, frame.view, clamped[0], layered)
+    // One loop over coat, A and B, so that the code of a lobe is there once.
+    let base: LobeInput<L> = LobeInput {
+        normal: frame.normal,
+        n_dot_v: clamped[0],
+        fgd_n_dot_v: base_layer_n_dot_v,
+        fgd_fresnel0,
+        compensated_fresnel0: bsdf.fresnel0,
+        tint,
+        perceptual_roughness: zero,
+        share: zero,
+    };
+    let mut inputs: [LobeInput<L>; 3] = [base; 3];
+    if let Some(coat) = &bsdf.coat {
+        let fresnel0 = [ior_to_fresnel0(l, coat.ior, one); 3];
+        inputs[COAT_LOBE] = LobeInput {
+            normal: coat_normal,
+            n_dot_v: clamped[1],
+            fgd_n_dot_v: clamped[1],
+            fgd_fresnel0: [layers.top; 3],
+            compensated_fresnel0: fresnel0,
+            tint: fresnel0,
+            perceptual_roughness: coat.perceptual_roughness,
+            share: coat.mask,
         };
-        let (normal, ibl_roughness) = if bsdf.anisotropic {
-            anisotropic_normal_and_roughness(
+    }
+    for x in 0..2 {
+        inputs[1 + x].perceptual_roughness = layers.lobes[x].perceptual_roughness;
+    }
+    inputs[1].share = bsdf.lobe_mix.one_minus();
+    inputs[2].share = bsdf.lobe_mix;
+
+    let mut lobes = [Lobe {
+        specular_fgd: [zero; 3],
+        energy_compensation: [one; 3],
+        specular_occlusion: [one; 3],
+        reflection: frame.normal,
+        perceptual_roughness: zero,
+        part_lambda_v: zero,
+    }; 3];
+    let first = if bsdf.coat.is_some() { COAT_LOBE } else { 1 };
+    for k in first..=bsdf.lobe_count {
+        let input = &inputs[k];
+        let p = input.perceptual_roughness;
+        let (specular, reflectivity) =
+            pre_integrated_specular(l, fgd, input.fgd_n_dot_v, p, input.fgd_fresnel0);
+        let occluded = OccludedLobe {
+            normal: input.normal,
+            n_dot_v: input.n_dot_v,
+            perceptual_roughness: p,
+            tint: input.tint,
+        };
+        let lobe = &mut lobes[k];
+        lobe.specular_fgd = vec3::scale(l, specular, input.share);
+        if options.energy_compensation {
+            lobe.energy_compensation =
+                energy_compensation_factor(l, reflectivity, input.compensated_fresnel0);
+        }
+        lobe.specular_occlusion = hemisphere_occlusion(l, options, &bsdf.occlusion, frame, &occluded);
+        let (mut normal, mut ibl_roughness) = (input.normal, p);
+        if bsdf.anisotropic && k != COAT_LOBE {
+            (normal, ibl_roughness) = anisotropic_normal_and_roughness(
                 l,
                 frame.bitangent,
                 frame.tangent,
                 frame.normal,
                 frame.view,
-                layered.anisotropy,
+                layers.lobes[k - 1].anisotropy,
                 p,
-            )
-        } else {
-            (frame.normal, p)
-        };
-        let share = if x == 0 { bsdf.lobe_mix.one_minus() } else { bsdf.lobe_mix };
-        lobes[1 + x] = Lobe {
-            specular_fgd: vec3::scale(l, albedo.specular, share),
-            energy_compensation: if options.energy_compensation {
-                energy_compensation_factor(l, albedo.reflectivity, bsdf.fresnel0)
+            );
+        }
+        lobe.reflection = vec3::reflect(l, vec3::neg(l, frame.view), normal);
+        lobe.perceptual_roughness = ibl_roughness;
+        if !(options.recompute_per_light && bsdf.coat.is_some()) {
+            lobe.part_lambda_v = if k == COAT_LOBE {
+                part_lambda(l, clamped[1], layers.coat_roughness)
             } else {
-                [one; 3]
-            },
-            specular_occlusion,
-            reflection: vec3::reflect(l, vec3::neg(l, frame.view), normal),
-            perceptual_roughness: ibl_roughness,
-            part_lambda_v,
-        };
+                lobe_lambda(l, &bsdf, frame, frame.view, clamped[0], &layers.lobes[k - 1])
+            };
+        }
     }
-    PreLight { options: *options, bsdf, frame: *frame, coat_normal, n_dot_v, base_layer_n_dot_v, layers, lobes }
+    PreLight {
+        options: *options,
+        bsdf,
+        frame: *frame,
+        coat_normal,
+        n_dot_v,
+        base_layer_n_dot_v,
+        layers,
+        lobes,
+    }
 }
 
 /// Smith's term of a base lobe for a view direction (of the base) with cosine `n_dot_v`.

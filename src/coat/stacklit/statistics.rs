@@ -65,24 +65,20 @@ impl<L: Lanes> GeometricPath<L> {
     }
 }
 
-/// Layer 0 at a cosine of 1e-4 and more. `roughness` is the coat's alpha, raised to the light's limit where lights
+/// Layer 0 at cosines of 1e-4 and more: `cosine` with the coat's normal, for which it reflects, and `entering`, at
+/// which the light goes on, with the geometric one (the same unless the coat has a normal of its own). `roughness` is the coat's alpha, raised to the light's limit where lights
 /// have one.
 #[inline(always)]
 pub fn coat_interface<L: Lanes>(
     l: L,
     coat: &CoatData<L>,
     cosine: L::F,
-    path: Option<&GeometricPath<L>>,
+    entering: L::F,
     roughness: L::F,
 ) -> CoatInterface<L> {
     let one = l.splat(1.0);
     let n = coat.ior;
     let reflectance = fresnel_unpolarized(l, cosine, n, one);
-    // From here on the light travels at the geometric cosine.
-    let entering = match path {
-        Some(path) => path.cosine,
-        None => cosine,
-    };
     let sine = (entering * entering).one_minus().at_least(0.0).sqrt();
     let smooth_sine = sine / n;
     let refracts = smooth_sine.le(one);
@@ -138,7 +134,7 @@ pub fn base_interface<L: Lanes>(
     bsdf: &BsdfData<L>,
     coat: &CoatData<L>,
     cosine: L::F,
-    path: Option<(&GeometricPath<L>, V3<L>)>,
+    path: Option<&(GeometricPath<L>, V3<L>)>,
     uncoated_cosine: L::F,
     roughness: L::F,
 ) -> BaseInterface<L> {
@@ -146,7 +142,7 @@ pub fn base_interface<L: Lanes>(
         Some((path, normal)) => {
             let sine = (cosine * cosine).one_minus().at_least(0.0).sqrt();
             let direction: V3<L> = each!(k => path.normal[k] * cosine + path.across[k] * sine);
-            vec3::dot(l, normal, direction).at_least(MIN_N_DOT_V)
+            vec3::dot(l, *normal, direction).at_least(MIN_N_DOT_V)
         }
         None => cosine,
     };

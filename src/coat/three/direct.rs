@@ -1,7 +1,9 @@
 //! Direct light: `RE_Direct_Physical`.
 
 use super::lobes::{EPSILON, ggx};
-use super::{COAT_F0, SheenSurface, Surface, Terms, cosine, f_schlick, fresnel_weight, outgoing_light, sheen_albedo};
+use super::{
+    COAT_F0, SheenSurface, Surface, Terms, cosine, f_schlick, fresnel_weight, outgoing_light, sheen_albedo,
+};
 use crate::brdf::microfacet::{distribution_ggx_anisotropic, visibility_smith_anisotropic};
 use crate::brdf::sheen::{LEAST_SINE_SQUARED, distribution_charlie, visibility_neubelt};
 use crate::coat::glsl::{half_vector, mix};
@@ -9,6 +11,9 @@ use crate::each;
 use crate::math::lanes::{Float, Lanes};
 use crate::math::vec3::{self, V3};
 use std::f32::consts::FRAC_1_PI;
+
+/// No distribution exceeds this, so that nothing overflows; the sharpest peak is 8e4.
+const LARGEST_DISTRIBUTION: f32 = 1e12;
 
 /// `BRDF_Sheen` without its colour. The perceptual roughness is squared into Charlie's alpha; the visibility ends
 /// at 1.
@@ -39,10 +44,8 @@ fn base_lobe<L: Lanes>(l: L, surface: &Surface<L>, light: V3<L>, half: V3<L>, n_
         [vec3::dot(l, t, light), vec3::dot(l, b, light), n_dot_l],
         [vec3::dot(l, t, surface.view), vec3::dot(l, b, surface.view), surface.n_dot_v],
     ];
-    // In an orthonormal frame the peak is the largest value; a half vector at right angles to all of a degenerate
-    // frame would divide by 0.
-    let peak = (alpha[0] * alpha[1]).recip() * (FRAC_1_PI * 1.00001);
-    let d = distribution_ggx_anisotropic(l, in_frame[0], alpha, 0.0).min(peak);
+    // A half vector at right angles to all of a degenerate frame would divide by 0.
+    let d = distribution_ggx_anisotropic(l, in_frame[0], alpha, 0.0).at_most(LARGEST_DISTRIBUTION);
     visibility_smith_anisotropic(l, in_frame[1], in_frame[2], alpha, EPSILON) * d
 }
 

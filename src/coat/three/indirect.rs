@@ -101,7 +101,12 @@ pub fn indirect_terms<L: Lanes>(l: L, surface: &Surface<L>, light: &Indirect<L>)
 
 /// `aomap_fragment`: the terms where ambient occlusion (0 hidden to 1) takes its share. 1 changes no bit.
 #[inline(always)]
-pub fn ambient_occlusion<L: Lanes>(l: L, surface: &Surface<L>, terms: &Terms<L>, occlusion: L::F) -> Terms<L> {
+pub fn ambient_occlusion<L: Lanes>(
+    l: L,
+    surface: &Surface<L>,
+    terms: &Terms<L>,
+    occlusion: L::F,
+) -> Terms<L> {
     if occlusion.eq(l.splat(1.0)).all() {
         return *terms;
     }

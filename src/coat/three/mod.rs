@@ -17,8 +17,9 @@
 //! Fresnel reflectance at the angle of view, once, also for direct light and for emission; it neither absorbs nor
 //! refracts nor changes the base. All Fresnel terms use Schlick's approximation with a spherical Gaussian in place of
 //! the power. Left out: retroreflection, diffuse roughness, transmission, dispersion.
-//! Measured in `tests/models/three.rs`: a white furnace shows at most 1.06 from the front and 1.2 at grazing angles,
-//! where the highlight of the coat is not compensated by its own transmittance.
+//! Measured in `tests/models/three.rs` over views, roughness and metalness: under a white environment a white surface
+//! shows at most 1, with a coat 1.007; of the light of lights from everywhere it reflects at most 1.03, with a coat
+//! 1.004. Nothing is reciprocal: compensation and coat look at the view only.
 //!
 //! **Beyond the original:** cosines and vectors that the original leaves undefined (light and view opposite, view
 //! along the bitangent) have a direction here. Every result is finite for inputs in range and unit vectors. A thin

@@ -9,7 +9,8 @@ use std::str::FromStr;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum SimdLevel {
-    /// Plain arrays, the definition of all others. For tests; slow.
+    /// Plain arrays, the definition of all others; slow. The renderer offers it on processors without other lanes, and
+    /// with the feature `scalar-lanes`: it would be a third of the program.
     Scalar,
     /// x86-64 baseline, 128 bits.
     Sse2,
@@ -31,7 +32,7 @@ impl SimdLevel {
         Self::ALL.into_iter().rev().find(|level| level.is_available()).unwrap_or(Self::Scalar)
     }
 
-    /// All levels that this machine can run, weakest first. `Scalar` is always among them.
+    /// All levels that this machine can run, weakest first.
     pub fn available() -> impl Iterator<Item = Self> {
         Self::ALL.into_iter().filter(|level| level.is_available())
     }
@@ -41,7 +42,9 @@ impl SimdLevel {
     pub fn is_available(self) -> bool {
         let machine = Level::new();
         match self {
-            Self::Scalar => true,
+            Self::Scalar => {
+                cfg!(any(feature = "scalar-lanes", not(any(target_arch = "x86_64", target_arch = "aarch64"))))
+            }
             #[cfg(target_arch = "x86_64")]
             Self::Sse2 => machine.as_sse2().is_some(),
             #[cfg(target_arch = "x86_64")]
@@ -132,6 +135,55 @@ macro_rules! dispatch {
                 #[inline(always)]
                 || $body,
             )
+        }
+    }};
+}
+
+/// [`dispatch!`](crate::dispatch) without the scalar lanes where the renderer has none: for kernels so large that a copy
+/// which nobody runs counts. The level must be available.
+#[macro_export]
+#[doc(hidden)]
+macro_rules! dispatch_available {
+    ($level:expr, $l:ident => $body:expr) => {{
+        #[cfg(any(feature = "scalar-lanes", not(any(target_arch = "x86_64", target_arch = "aarch64"))))]
+        {
+            $crate::dispatch!($level, $l => $body)
+        }
+        #[cfg(all(not(feature = "scalar-lanes"), any(target_arch = "x86_64", target_arch = "aarch64")))]
+        {
+            use $crate::math::lanes::Lanes as _;
+            let level: $crate::math::lanes::SimdLevel = $level;
+            'done: {
+                #[cfg(target_arch = "x86_64")]
+                {
+                    if let Some($l) = $crate::math::lanes::avx512(level) {
+                        break 'done $l.run(
+                            #[inline(always)]
+                            || $body,
+                        );
+                    }
+                    if let Some($l) = $crate::math::lanes::avx2(level) {
+                        break 'done $l.run(
+                            #[inline(always)]
+                            || $body,
+                        );
+                    }
+                    if let Some($l) = $crate::math::lanes::sse2(level) {
+                        break 'done $l.run(
+                            #[inline(always)]
+                            || $body,
+                        );
+                    }
+                }
+                #[cfg(target_arch = "aarch64")]
+                if let Some($l) = $crate::math::lanes::neon(level) {
+                    break 'done $l.run(
+                        #[inline(always)]
+                        || $body,
+                    );
+                }
+                unreachable!("the instruction set was checked before")
+            }
         }
     }};
 }

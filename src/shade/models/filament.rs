@@ -1,6 +1,6 @@
 //! Filament's models on surface fragments: standard, cloth, and the document of 2018.
 
-use super::super::incident::reflected_radiance;
+use super::super::incident::{Surroundings, sample_light};
 use super::super::{ShadeContext, Surface};
 use super::MetallicBase;
 use crate::brdf::tables;
@@ -73,23 +73,27 @@ fn standard_radiance<L: Lanes>(
     };
     let table = tables::filament_dfg();
     let layers = standard::surface_with_table(l, quality, &data, surface.normal, surface.view, table);
-    let irradiance = context.environment.irradiance_over_pi(l, surface.normal);
-    let mut radiance = standard::indirect(
-        l,
-        &layers,
-        irradiance,
-        #[inline(always)]
-        |query: EnvironmentQuery<L>| {
-            reflected_radiance(l, context, material, surface, query.direction, query.perceptual_roughness)
-        },
-        surface.occlusion,
-    );
+    let mut radiance = surface.emissive;
+    for &source in Surroundings::of(context) {
+        let reflected = standard::indirect(
+            l,
+            &layers,
+            source.irradiance_over_pi(l, context, surface, surface.normal),
+            #[inline(always)]
+            |query: EnvironmentQuery<L>| {
+                let (direction, p) = (query.direction, query.perceptual_roughness);
+                source.radiance(l, context, material, surface, direction, p)
+            },
+            source.occlusion(l, surface),
+        );
+        radiance = vec3::add(l, radiance, reflected);
+    }
     for light in context.lights {
-        let sample = light.sample(l, surface.position);
+        let sample = sample_light(l, light, surface);
         let lit = standard::direct(l, &layers, sample.direction, sample.irradiance, l.splat(1.0));
         radiance = vec3::add(l, radiance, lit);
     }
-    vec3::add(l, radiance, surface.emissive)
+    radiance
 }
 
 /// The cloth model reads base colour, sheen colour and the base's roughness.
@@ -114,23 +118,27 @@ fn cloth_radiance<L: Lanes>(
     };
     let (quality, table) = (Quality::Desktop, tables::filament_dfg());
     let layers = cloth::surface_with_table(l, quality, &data, surface.normal, surface.view, table);
-    let irradiance = context.environment.irradiance_over_pi(l, surface.normal);
-    let mut radiance = cloth::indirect(
-        l,
-        &layers,
-        irradiance,
-        #[inline(always)]
-        |query: EnvironmentQuery<L>| {
-            reflected_radiance(l, context, material, surface, query.direction, query.perceptual_roughness)
-        },
-        surface.occlusion,
-    );
+    let mut radiance = surface.emissive;
+    for &source in Surroundings::of(context) {
+        let reflected = cloth::indirect(
+            l,
+            &layers,
+            source.irradiance_over_pi(l, context, surface, surface.normal),
+            #[inline(always)]
+            |query: EnvironmentQuery<L>| {
+                let (direction, p) = (query.direction, query.perceptual_roughness);
+                source.radiance(l, context, material, surface, direction, p)
+            },
+            source.occlusion(l, surface),
+        );
+        radiance = vec3::add(l, radiance, reflected);
+    }
     for light in context.lights {
-        let sample = light.sample(l, surface.position);
+        let sample = sample_light(l, light, surface);
         let lit = cloth::direct(l, &layers, sample.direction, sample.irradiance, l.splat(1.0));
         radiance = vec3::add(l, radiance, lit);
     }
-    vec3::add(l, radiance, surface.emissive)
+    radiance
 }
 
 #[inline(always)]
@@ -160,22 +168,26 @@ fn radiance_2018<L: Lanes>(
     };
     let layers = filament_2018::surface(l, &data, surface.normal, surface.view);
     let dfg = tables::filament_dfg().fetch(l, layers.n_dot_v, layers.perceptual_roughness);
-    let irradiance = context.environment.irradiance_over_pi(l, surface.normal);
-    let mut radiance = filament_2018::indirect(
-        l,
-        &layers,
-        dfg,
-        irradiance,
-        #[inline(always)]
-        |query: EnvironmentQuery<L>| {
-            reflected_radiance(l, context, material, surface, query.direction, query.perceptual_roughness)
-        },
-        surface.occlusion,
-    );
+    let mut radiance = surface.emissive;
+    for &source in Surroundings::of(context) {
+        let reflected = filament_2018::indirect(
+            l,
+            &layers,
+            dfg,
+            source.irradiance_over_pi(l, context, surface, surface.normal),
+            #[inline(always)]
+            |query: EnvironmentQuery<L>| {
+                let (direction, p) = (query.direction, query.perceptual_roughness);
+                source.radiance(l, context, material, surface, direction, p)
+            },
+            source.occlusion(l, surface),
+        );
+        radiance = vec3::add(l, radiance, reflected);
+    }
     for light in context.lights {
-        let sample = light.sample(l, surface.position);
+        let sample = sample_light(l, light, surface);
         let lit = filament_2018::direct(l, &layers, sample.direction, sample.irradiance, l.splat(1.0));
         radiance = vec3::add(l, radiance, lit);
     }
-    vec3::add(l, radiance, surface.emissive)
+    radiance
 }

@@ -1,6 +1,6 @@
 //! The Khronos glTF Sample Renderer's material on surface fragments.
 
-use super::super::incident::reflected_radiance;
+use super::super::incident::{Surroundings, sample_light};
 use super::super::{ShadeContext, Surface};
 use super::{MetallicBase, stretched};
 use crate::brdf::tables;
@@ -10,7 +10,7 @@ use crate::coat::gltf::{
 use crate::gbuffer::layout::SurfacePlanes;
 use crate::math::lanes::Lanes;
 use crate::math::vec3::{self, V3};
-use crate::scene::{Material, Workflow};
+use crate::scene::{Material, ShadingModel, Workflow};
 use std::f32::consts::PI;
 
 /// The radiance of sixteen fragments.
@@ -18,17 +18,24 @@ use std::f32::consts::PI;
 pub(in super::super) fn shade<L: Lanes>(
     l: L,
     context: &ShadeContext<'_>,
+    model: ShadingModel,
     material: &Material,
     planes: &SurfacePlanes,
 ) -> V3<L> {
     l.run(
         #[inline(always)]
-        || radiance(l, context, material, &Surface::load(l, material, true, planes)),
+        || radiance(l, context, model, material, &Surface::load(l, material, true, planes)),
     )
 }
 
 #[inline(always)]
-fn radiance<L: Lanes>(l: L, context: &ShadeContext<'_>, material: &Material, surface: &Surface<L>) -> V3<L> {
+fn radiance<L: Lanes>(
+    l: L,
+    context: &ShadeContext<'_>,
+    model: ShadingModel,
+    material: &Material,
+    surface: &Surface<L>,
+) -> V3<L> {
     let base = MetallicBase::new(l, surface);
     let (lobes, values) = (&material.lobes, &surface.lobes);
     // Index 0 makes F0 that of the specular colour.
@@ -69,26 +76,71 @@ fn radiance<L: Lanes>(l: L, context: &ShadeContext<'_>, material: &Material, sur
         if material.options.gltf_fixed_coat_f0 || ior == 0.0 { CoatF0::Fixed } else { CoatF0::BaseIor };
     let tables = Tables { brdf: tables::khronos(), sheen_albedo: tables::sheen_albedo() };
     let layers = gltf::surface(l, coat_f0, &data, surface.normal, surface.view, tables);
-    let mut radiance = gltf::indirect(
-        l,
-        &layers,
-        #[inline(always)]
-        |normal: V3<L>| {
-            let over_pi = context.environment.irradiance_over_pi(l, normal);
-            vec3::scale(l, over_pi, l.splat(PI))
-        },
-        #[inline(always)]
-        |query: EnvironmentQuery<L>| {
-            reflected_radiance(l, context, material, surface, query.direction, query.perceptual_roughness)
-        },
-        surface.occlusion,
-    );
+    let mut radiance = vec3::scale(l, surface.emissive, layers.coat_transmittance(l));
+    let sampled = model == ShadingModel::GltfSampled;
+    if sampled {
+        radiance = vec3::add(l, radiance, sampled_environment(l, context, material, surface, &layers));
+    }
+    for &source in Surroundings::of(context) {
+        let source = match (sampled, source) {
+            (true, Surroundings::Environment) => continue,
+            (true, _) => Surroundings::AreaLightsByFacets,
+            (false, source) => source,
+        };
+        let reflected = gltf::indirect(
+            l,
+            &layers,
+            #[inline(always)]
+            |normal: V3<L>| {
+                let over_pi = source.irradiance_over_pi(l, context, surface, normal);
+                vec3::scale(l, over_pi, l.splat(PI))
+            },
+            #[inline(always)]
+            |query: EnvironmentQuery<L>| {
+                let (direction, p) = (query.direction, query.perceptual_roughness);
+                source.radiance(l, context, material, surface, direction, p)
+            },
+            source.occlusion(l, surface),
+        );
+        radiance = vec3::add(l, radiance, reflected);
+    }
     for light in context.lights {
-        let sample = light.sample(l, surface.position);
+        let sample = sample_light(l, light, surface);
         let lit =
             gltf::direct(l, &layers, tables.sheen_albedo, sample.direction, sample.irradiance, l.splat(1.0));
         radiance = vec3::add(l, radiance, lit);
     }
-    let emissive = vec3::scale(l, surface.emissive, layers.coat_transmittance(l));
-    vec3::add(l, radiance, emissive)
+    radiance
+}
+
+/// What is reflected of the environment, by samples.
+#[inline(never)]
+fn sampled_environment<L: Lanes>(
+    l: L,
+    context: &ShadeContext<'_>,
+    material: &Material,
+    surface: &Surface<L>,
+    layers: &gltf::Surface<L>,
+) -> V3<L> {
+    let source = Surroundings::Environment;
+    l.run(
+        #[inline(always)]
+        || {
+            gltf::indirect_sampled(
+                l,
+                layers,
+                #[inline(always)]
+                |normal: V3<L>| {
+                    let over_pi = source.irradiance_over_pi(l, context, surface, normal);
+                    vec3::scale(l, over_pi, l.splat(PI))
+                },
+                #[inline(always)]
+                |query: EnvironmentQuery<L>| {
+                    let (direction, p) = (query.direction, query.perceptual_roughness);
+                    source.radiance(l, context, material, surface, direction, p)
+                },
+                surface.occlusion,
+            )
+        },
+    )
 }

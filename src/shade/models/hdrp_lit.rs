@@ -1,6 +1,6 @@
 //! Unity HDRP Lit on surface fragments.
 
-use super::super::incident::reflected_radiance;
+use super::super::incident::{Surroundings, sample_light};
 use super::super::{Reflectance, ShadeContext, Surface};
 use super::hdrp_film_thickness;
 use crate::brdf::tables;
@@ -14,6 +14,9 @@ use crate::scene::Material;
 
 /// Least roughness (alpha) of lights without extent, with which polished surfaces still show a highlight.
 const LEAST_LIGHT_ROUGHNESS: f32 = 1.0 / 1024.0;
+
+/// Perceptual roughness of the coat (`CLEAR_COAT_PERCEPTUAL_ROUGHNESS`).
+const COAT_PERCEPTUAL_ROUGHNESS: f32 = 0.1;
 
 /// The radiance of sixteen fragments.
 #[inline(never)]
@@ -53,17 +56,9 @@ fn radiance<L: Lanes>(l: L, context: &ShadeContext<'_>, material: &Material, sur
         transmittance: None,
     };
     let layers = hdrp_lit::surface(l, tables::unity_fgd(), &data, surface.normal, surface.view);
-    let environment = hdrp_lit::environment(
-        l,
-        &layers,
-        #[inline(always)]
-        |query: EnvironmentQuery<L>| {
-            reflected_radiance(l, context, material, surface, query.direction, query.perceptual_roughness)
-        },
-    );
     let mut lamps = DirectLighting::none(l);
     for light in context.lights {
-        let sample = light.sample(l, surface.position);
+        let sample = sample_light(l, light, surface);
         let lit = hdrp_lit::direct(
             l,
             &layers,
@@ -73,9 +68,30 @@ fn radiance<L: Lanes>(l: L, context: &ShadeContext<'_>, material: &Material, sur
         );
         lamps = lamps.plus(l, lit);
     }
-    let baked_gi = context.environment.irradiance_over_pi(l, surface.normal);
-    let occlusion = Occlusion::of_material(l, &layers, smoothness, surface.occlusion);
-    let out =
-        hdrp_lit::compose(l, &layers, &lamps, environment, baked_gi, surface.emissive, &occlusion);
-    vec3::add(l, out.diffuse, out.specular)
+    let mut sum = [l.zero(); 3];
+    for &source in Surroundings::of(context) {
+        let far = source == Surroundings::Environment;
+        let reflected = hdrp_lit::environment(
+            l,
+            &layers,
+            #[inline(always)]
+            |query: EnvironmentQuery<L>| {
+                // The environment is mirrored as it is, area lights by the coat's roughness (`ltcTransformCoat`).
+                let p = query.perceptual_roughness;
+                let p = if far { p } else { p.at_least(COAT_PERCEPTUAL_ROUGHNESS) };
+                source.radiance(l, context, material, surface, query.direction, p)
+            },
+        );
+        let mut baked = source.irradiance_over_pi(l, context, surface, surface.normal);
+        if let (Some(coat), false) = (&layers.pre.coat, far) {
+            // `EvaluateBSDF_Rect` dims diffuse light under the coat, which baked light is not.
+            baked = vec3::scale(l, baked, coat.ibl_f.one_minus());
+        }
+        let emissive = if far { surface.emissive } else { [l.zero(); 3] };
+        let lamps = if far { lamps } else { DirectLighting::none(l) };
+        let occlusion = Occlusion::of_material(l, &layers, smoothness, source.occlusion(l, surface));
+        let out = hdrp_lit::compose(l, &layers, &lamps, reflected, baked, emissive, &occlusion);
+        sum = vec3::add(l, sum, vec3::add(l, out.diffuse, out.specular));
+    }
+    sum
 }

@@ -10,6 +10,7 @@ pub(super) mod hdrp_lit;
 pub(super) mod openpbr;
 pub(super) mod stacklit;
 pub(super) mod three;
+pub(super) mod velvet;
 
 use super::{Reflectance, Surface};
 use crate::each;

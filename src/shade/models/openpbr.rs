@@ -1,6 +1,6 @@
 //! OpenPBR on surface fragments.
 
-use super::super::incident::reflected_radiance;
+use super::super::incident::{Surroundings, sample_light};
 use super::super::{Reflectance, ShadeContext, Surface};
 use super::stretched;
 use crate::brdf::tables;
@@ -76,21 +76,25 @@ fn radiance<L: Lanes>(l: L, context: &ShadeContext<'_>, material: &Material, sur
     };
     let albedos = AlbedoSource::Table(tables::ggx_albedo());
     let layers = openpbr::surface(l, &data, surface.normal, tangent, surface.view, albedos);
-    let irradiance = context.environment.irradiance_over_pi(l, surface.normal);
-    let mut radiance = openpbr::indirect(
-        l,
-        &layers,
-        irradiance,
-        #[inline(always)]
-        |query: EnvironmentQuery<L>| {
-            reflected_radiance(l, context, material, surface, query.direction, query.perceptual_roughness)
-        },
-        surface.occlusion,
-    );
+    let mut radiance = surface.emissive;
+    for &source in Surroundings::of(context) {
+        let reflected = openpbr::indirect(
+            l,
+            &layers,
+            source.irradiance_over_pi(l, context, surface, surface.normal),
+            #[inline(always)]
+            |query: EnvironmentQuery<L>| {
+                let (direction, p) = (query.direction, query.perceptual_roughness);
+                source.radiance(l, context, material, surface, direction, p)
+            },
+            source.occlusion(l, surface),
+        );
+        radiance = vec3::add(l, radiance, reflected);
+    }
     for light in context.lights {
-        let sample = light.sample(l, surface.position);
+        let sample = sample_light(l, light, surface);
         let lit = openpbr::direct(l, &layers, sample.direction, sample.irradiance, l.splat(1.0));
         radiance = vec3::add(l, radiance, lit);
     }
-    vec3::add(l, radiance, surface.emissive)
+    radiance
 }

@@ -1,13 +1,13 @@
 //! Unity HDRP StackLit on surface fragments.
 
-use super::super::incident::reflected_radiance;
+use super::super::incident::{Surroundings, sample_light};
 use super::super::{Reflectance, ShadeContext, Surface};
 use super::{has_coat_normal, hdrp_film_thickness};
 use crate::brdf::occlusion::VisibilityCone;
 use crate::brdf::tables;
 use crate::coat::stacklit::{
     self, Anisotropy, Coat, DataOcclusion, DiffusionProfile, EnvironmentQuery, Frame, HazyGloss, Iridescence,
-    Light, Lighting, Occlusion, Options, Scattering, ScreenSpaceOcclusion, SecondLobe, SpecularOcclusion,
+    Light, Lighting, Occlusion, Options, PreLight, Scattering, ScreenSpaceOcclusion, SecondLobe, SpecularOcclusion,
     SurfaceData, TopNormalFix, Transmission, Version,
 };
 use crate::each;
@@ -135,29 +135,55 @@ fn radiance<L: Lanes>(l: L, context: &ShadeContext<'_>, material: &Material, sur
     };
     let data = surface_data(l, material, surface);
     let pre = stacklit::surface(l, &options(&material.options), &data, &frame, tables::unity_fgd());
-    let environment = stacklit::environment(
-        l,
-        &pre,
-        #[inline(always)]
-        |query: EnvironmentQuery<L>| {
-            reflected_radiance(l, context, material, surface, query.direction, query.perceptual_roughness)
-        },
-    );
     let zero = [l.zero(); 3];
     let mut lights = Lighting { diffuse: zero, specular: zero };
     for light in context.lights {
-        let sample = light.sample(l, surface.position);
+        let sample = sample_light(l, light, surface);
         let lit = stacklit::direct(l, &pre, &Light::new(l, sample.direction, sample.irradiance));
         lights.diffuse = vec3::add(l, lights.diffuse, lit.diffuse);
         lights.specular = vec3::add(l, lights.specular, lit.specular);
     }
-    let baked = context.environment.irradiance_over_pi(l, surface.normal);
-    let from_behind = if material.lobes.subsurface.transmission == [0.0; 3] {
-        zero
-    } else {
-        context.environment.irradiance_over_pi(l, vec3::neg(l, surface.normal))
-    };
-    let baked = stacklit::baked_diffuse(l, &pre, baked, from_behind);
-    let out = stacklit::compose(l, &pre, &lights, environment, baked, surface.emissive);
-    vec3::add(l, out.diffuse, out.specular)
+    let transmits = material.lobes.subsurface.transmission != [0.0; 3];
+    let mut sum = zero;
+    for &source in Surroundings::of(context) {
+        let far = source == Surroundings::Environment;
+        let asked = if far { pre } else { near_lobes(l, &pre) };
+        let reflected = stacklit::environment(
+            l,
+            &asked,
+            #[inline(always)]
+            |query: EnvironmentQuery<L>| {
+                let (direction, p) = (query.direction, query.perceptual_roughness);
+                source.radiance(l, context, material, surface, direction, p)
+            },
+        );
+        // One call from one place: the normal, and its opposite for light from behind.
+        let mut baked = [zero; 2];
+        for side in 0..if transmits { 2 } else { 1 } {
+            let normal = if side == 0 { surface.normal } else { vec3::neg(l, surface.normal) };
+            baked[side] = source.irradiance_over_pi(l, context, surface, normal);
+        }
+        let baked = stacklit::baked_diffuse(l, &pre, baked[0], baked[1]);
+        let emissive = if far { surface.emissive } else { zero };
+        let lights = if far { lights } else { Lighting { diffuse: zero, specular: zero } };
+        let out = stacklit::compose(l, &asked, &lights, reflected, baked, emissive);
+        sum = vec3::add(l, sum, vec3::add(l, out.diffuse, out.specular));
+    }
+    sum
+}
+
+/// What area lights see of the lobes: isotropic ones are as rough as the material states them and not as they are seen
+/// through the coat, as in the original; nothing of ambient occlusion.
+#[inline(always)]
+fn near_lobes<L: Lanes>(l: L, pre: &PreLight<L>) -> PreLight<L> {
+    let one = l.splat(1.0);
+    let mut near = *pre;
+    near.bsdf.occlusion.ambient = one;
+    for k in 0..3 {
+        near.lobes[k].specular_occlusion = [one; 3];
+        if k > 0 && !pre.bsdf.anisotropic {
+            near.lobes[k].perceptual_roughness = pre.bsdf.lobes[k - 1].perceptual_roughness;
+        }
+    }
+    near
 }

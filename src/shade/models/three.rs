@@ -1,6 +1,6 @@
 //! three.js on surface fragments: the physical material of today, and that of older releases.
 
-use super::super::incident::reflected_radiance;
+use super::super::incident::{Surroundings, sample_light};
 use super::super::{ShadeContext, Surface};
 use super::{MetallicBase, stretched};
 use crate::brdf::tables;
@@ -83,28 +83,32 @@ fn radiance<L: Lanes>(l: L, context: &ShadeContext<'_>, material: &Material, sur
         }),
     };
     let layers = three::surface(l, &data, surface.normal, surface.view, tables::three_dfg());
-    let mut radiance = three::indirect(
-        l,
-        &layers,
-        [l.zero(); 3],
-        #[inline(always)]
-        |normal: V3<L>| {
-            let over_pi = context.environment.irradiance_over_pi(l, normal);
-            vec3::scale(l, over_pi, l.splat(PI))
-        },
-        #[inline(always)]
-        |query: EnvironmentQuery<L>| {
-            reflected_radiance(l, context, material, surface, query.direction, query.perceptual_roughness)
-        },
-        surface.occlusion,
-    );
+    let mut radiance = vec3::scale(l, surface.emissive, layers.coat_transmittance(l));
+    for &source in Surroundings::of(context) {
+        let reflected = three::indirect(
+            l,
+            &layers,
+            [l.zero(); 3],
+            #[inline(always)]
+            |normal: V3<L>| {
+                let over_pi = source.irradiance_over_pi(l, context, surface, normal);
+                vec3::scale(l, over_pi, l.splat(PI))
+            },
+            #[inline(always)]
+            |query: EnvironmentQuery<L>| {
+                let (direction, p) = (query.direction, query.perceptual_roughness);
+                source.radiance(l, context, material, surface, direction, p)
+            },
+            source.occlusion(l, surface),
+        );
+        radiance = vec3::add(l, radiance, reflected);
+    }
     for light in context.lights {
-        let sample = light.sample(l, surface.position);
+        let sample = sample_light(l, light, surface);
         let lit = three::direct(l, &layers, sample.direction, sample.irradiance, l.splat(1.0));
         radiance = vec3::add(l, radiance, lit);
     }
-    let emissive = vec3::scale(l, surface.emissive, layers.coat_transmittance(l));
-    vec3::add(l, radiance, emissive)
+    radiance
 }
 
 #[inline(always)]
@@ -137,25 +141,30 @@ fn legacy_radiance<L: Lanes>(
     };
     let units = LightUnits::Physical;
     let layers = three_legacy::surface(l, version, &data, surface.normal, surface.view);
-    let mut radiance = three_legacy::indirect(
-        l,
-        &layers,
-        [l.zero(); 3],
-        #[inline(always)]
-        |normal: V3<L>| {
-            let over_pi = context.environment.irradiance_over_pi(l, normal);
-            vec3::scale(l, over_pi, l.splat(PI))
-        },
-        #[inline(always)]
-        |query: EnvironmentQuery<L>| {
-            reflected_radiance(l, context, material, surface, query.direction, query.perceptual_roughness)
-        },
-        surface.occlusion,
-    );
+    let mut radiance = surface.emissive;
+    for &source in Surroundings::of(context) {
+        let reflected = three_legacy::indirect(
+            l,
+            &layers,
+            [l.zero(); 3],
+            #[inline(always)]
+            |normal: V3<L>| {
+                let over_pi = source.irradiance_over_pi(l, context, surface, normal);
+                vec3::scale(l, over_pi, l.splat(PI))
+            },
+            #[inline(always)]
+            |query: EnvironmentQuery<L>| {
+                let (direction, p) = (query.direction, query.perceptual_roughness);
+                source.radiance(l, context, material, surface, direction, p)
+            },
+            source.occlusion(l, surface),
+        );
+        radiance = vec3::add(l, radiance, reflected);
+    }
     for light in context.lights {
-        let sample = light.sample(l, surface.position);
+        let sample = sample_light(l, light, surface);
         let lit = three_legacy::direct(l, units, &layers, sample.direction, sample.irradiance, l.splat(1.0));
         radiance = vec3::add(l, radiance, lit);
     }
-    vec3::add(l, radiance, surface.emissive)
+    radiance
 }

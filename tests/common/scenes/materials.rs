@@ -27,7 +27,7 @@ pub const SCENES: &[Entry] = &[
 ];
 
 /// A grid of spheres on which `material(column, row)` is seen, each 0 to 1.
-fn grid(
+pub fn grid(
     columns: u32,
     rows: u32,
     material: impl Fn(&mut Stage, f32, f32) -> Result<Material, SceneError>,

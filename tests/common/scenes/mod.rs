@@ -3,6 +3,7 @@
 mod geometry;
 mod lighting;
 mod materials;
+mod models;
 mod texturing;
 
 use super::stage::Built;
@@ -11,7 +12,7 @@ use super::stage::Built;
 pub type Entry = (&'static str, fn() -> Built);
 
 /// All of them.
-pub const SCENES: &[&[Entry]] = &[geometry::SCENES, materials::SCENES, texturing::SCENES, lighting::SCENES];
+pub const SCENES: &[&[Entry]] = &[geometry::SCENES, materials::SCENES, models::SCENES, texturing::SCENES, lighting::SCENES];
 
 /// The scene of that name.
 pub fn build(name: &str) -> Result<Built, String> {

@@ -1,0 +1,116 @@
+//! Radiometry: a Lambert plane without reflections is equally bright in every model, whatever its engine means by the
+//! colour of a light, and black without light.
+
+use overcoat::render::{RenderOptions, Renderer, ShadingModel};
+use overcoat::scene::{
+    Camera, Environment, EnvironmentSource, EquirectImage, Instance, Light, LightKind, Material, Mesh, MeshData,
+    Projection, Scene, Transform, Workflow,
+};
+use std::f32::consts::PI;
+use std::sync::Arc;
+
+const ALBEDO: [f32; 3] = [0.8, 0.5, 0.2];
+
+/// A plane that faces the camera, rough, with F0 = 0.
+fn plane() -> Scene {
+    let mut scene = Scene::new();
+    let mesh = MeshData {
+        positions: vec![[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]],
+        normals: vec![[0.0, 0.0, 1.0]; 4],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        ..MeshData::default()
+    };
+    let mesh = scene.add_mesh(Mesh::new(mesh).unwrap()).unwrap();
+    let material = Material {
+        base_color: [ALBEDO[0], ALBEDO[1], ALBEDO[2], 1.0],
+        workflow: Workflow::MetallicRoughness { metallic: 0.0, roughness: 1.0, texture: None },
+        specular: 0.0,
+        ..Material::default()
+    };
+    let material = scene.add_material(material).unwrap();
+    scene.add_instance(Instance { mesh, material, transform: Transform::IDENTITY, object: 0 }).unwrap();
+    scene
+}
+
+fn under(scene: &mut Scene, source: EnvironmentSource) {
+    scene.set_environment(Environment { source, ..Environment::default() }).unwrap();
+}
+
+fn seen(renderer: &mut Renderer, scene: &Scene, model: ShadingModel) -> [f32; 3] {
+    let camera = Camera {
+        eye: [0.0, 0.0, 4.0],
+        target: [0.0; 3],
+        up: [0.0, 1.0, 0.0],
+        projection: Projection::Orthographic { height: 1.0 },
+        near: 0.01,
+    };
+    let options =
+        RenderOptions { width: 3, height: 3, samples: 1, shading: Some(model), ..RenderOptions::default() };
+    let [r, g, b, _] = renderer.render(scene, &camera, &options).unwrap().frame.pixels[4];
+    [r, g, b]
+}
+
+/// What a model's diffuse term has over Lambert when seen and lit from the front: Disney's normalisation in HDRP Lit.
+fn from_the_front(model: ShadingModel) -> f32 {
+    if model == ShadingModel::HdrpLit { 1.0 / 1.035_71 } else { 1.0 }
+}
+
+#[test]
+fn lamps_light_a_lambert_plane_alike() {
+    let mut renderer = Renderer::new(1);
+    let mut scene = plane();
+    under(&mut scene, EnvironmentSource::None);
+    for model in ShadingModel::ALL {
+        assert_eq!(seen(&mut renderer, &scene, model), [0.0; 3], "{} without light", model.name());
+    }
+    let kind = LightKind::Directional { direction: [0.0, 0.0, -1.0] };
+    scene.add_light(Light { kind, color: [1.0, 2.0, 0.5], intensity: PI }).unwrap();
+    for model in ShadingModel::ALL {
+        let found = seen(&mut renderer, &scene, model);
+        for (k, color) in [1.0, 2.0, 0.5].into_iter().enumerate() {
+            let expected = ALBEDO[k] * color * from_the_front(model);
+            assert!((found[k] - expected).abs() < 1e-5 * expected.max(1.0), "{}: {found:?}", model.name());
+        }
+    }
+}
+
+#[test]
+fn area_lights_light_a_lambert_plane_alike() {
+    let mut renderer = Renderer::new(1);
+    let mut scene = plane();
+    under(&mut scene, EnvironmentSource::None);
+    // A square of side 2 at distance 1 fills this share of a cosine lobe: 4 / pi * atan(1 / sqrt 2) / sqrt 2.
+    let kind = LightKind::Rect {
+        position: [0.0, 0.0, 1.0],
+        half_width: [-1.0, 0.0, 0.0],
+        half_height: [0.0, 1.0, 0.0],
+        two_sided: false,
+    };
+    scene.add_light(Light { kind, color: [1.0; 3], intensity: 3.0 }).unwrap();
+    let share = 0.554_126;
+    for model in ShadingModel::ALL {
+        let found = seen(&mut renderer, &scene, model);
+        for k in 0..3 {
+            let expected = 3.0 * share * ALBEDO[k];
+            // HDRP's diffuse lobe is Disney's (its table), and a reflectance at grazing angles of 1 adds a little to some.
+            let (low, high) = (0.95 * expected, 1.03 * expected + 0.02);
+            assert!((low..=high).contains(&found[k]), "{}: {found:?} for {expected}", model.name());
+        }
+    }
+}
+
+#[test]
+fn a_white_environment_lights_a_lambert_plane_alike() {
+    let mut renderer = Renderer::new(1);
+    let mut scene = plane();
+    let white = EquirectImage::new(64, 32, vec![[1.0; 3]; 64 * 32]).unwrap();
+    under(&mut scene, EnvironmentSource::Image(Arc::new(white)));
+    for model in ShadingModel::ALL {
+        let found = seen(&mut renderer, &scene, model);
+        for k in 0..3 {
+            // What is reflected beside it: some models let F90 be 1 where F0 is 0.
+            let (low, high) = (0.95 * ALBEDO[k], 1.03 * ALBEDO[k] + 0.03);
+            assert!((low..=high).contains(&found[k]), "{}: {found:?}", model.name());
+        }
+    }
+}
