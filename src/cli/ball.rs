@@ -10,7 +10,7 @@ const AROUND: u32 = 96;
 const ALONG: u32 = 48;
 
 /// A scene with a ball of radius 1 about the origin. Its texture coordinates run twice around the equator and once
-/// from pole to pole, so that texels are square on the equator; its poles lie at the sides, out of sight.
+/// from pole to pole, so that texels are square on the equator. Its poles lie on the X axis.
 pub(super) fn scene() -> Result<Scene, SceneError> {
     let mut data = MeshData::default();
     for row in 0..=ALONG {
@@ -18,7 +18,7 @@ pub(super) fn scene() -> Result<Scene, SceneError> {
         for column in 0..=AROUND {
             // The last column is the first again, with other texture coordinates.
             let (y, z) = sin_cos(TAU * f64::from(column % AROUND) / f64::from(AROUND));
-            let point = [axis as f32, (ring * y) as f32, (ring * z) as f32];
+            let point = [-axis as f32, (ring * y) as f32, (ring * z) as f32];
             data.positions.push(point);
             data.normals.push(point);
             data.uvs[0].push([2.0 * column as f32 / AROUND as f32, row as f32 / ALONG as f32]);

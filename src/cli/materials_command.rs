@@ -12,6 +12,7 @@ use super::report::{self, Versions};
 use super::scene_file::SceneFile;
 use super::sheet::{DEFAULT_CELL, Layout, PAPER};
 use super::target::{Encoded, Target};
+use super::values::ViewDirection;
 use crate::limits::Limits;
 use crate::load::{BuiltinMaterial, MaterialFile, material_keys};
 use crate::output::{DisplayImage, OutputFormat, encode_png_rgb};
@@ -148,6 +149,8 @@ fn sheet(
     }
     let mut description = SceneFile { size: Some([DEFAULT_CELL; 2]), ..SceneFile::default() };
     description.size = args.size.or(description.size);
+    // A little from above, with the poles at the sides.
+    description.camera.view = Some(ViewDirection { direction: [0.0, 0.35, 1.0], up: [0.0, 1.0, 0.0] });
     args.light.apply(&mut description);
     let machine = machine(&args.machine);
     let (options, _) = description.options(machine, limits)?;

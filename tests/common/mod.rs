@@ -5,6 +5,7 @@ mod scenes;
 mod shapes;
 mod stage;
 
+use overcoat::cli::materials::Materials;
 use overcoat::cli::picture::Machine;
 use overcoat::cli::scene_file::{SceneCamera, SceneFile};
 use overcoat::golden::{Golden, GoldenFolder};
@@ -63,6 +64,8 @@ impl Shot {
         };
         let (mut scene, mut camera) = scenes::build(name)?.map_err(|e| e.to_string())?;
         let (options, display) = file.options(machine, &limits).map_err(|e| e.to_string())?;
+        let materials = Materials::load(&file, &limits, jobs).map_err(|e| e.to_string())?;
+        materials.assign(&mut scene, &limits).map_err(|e| e.to_string())?;
         if file.env.is_some() {
             file.light(&mut scene, &limits, jobs).map_err(|e| e.to_string())?;
         } else {

@@ -48,7 +48,8 @@ fn chosen(scene: &Scene, name: Option<&str>) -> Result<BTreeSet<MaterialId>, Ass
     let names: BTreeSet<&str> = materials.iter().map(|m| m.name.as_str()).filter(|n| !n.is_empty()).collect();
     Err(AssignError::NoSuchMaterial {
         name: name.to_owned(),
-        nearest: nearest_name(name, names.iter().copied()).map(str::to_owned),
+        // Of hostile files, which may have a million names, the first few thousand will do.
+        nearest: nearest_name(name, names.iter().copied().take(4096)).map(str::to_owned),
         names: names.into_iter().map(str::to_owned).collect(),
     })
 }
