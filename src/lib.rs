@@ -18,6 +18,8 @@
 //! fragments, sixteen at a time, [`shade`] evaluates the material models of [`coat`] under the lights of [`light`]. Out
 //! comes a [`Frame`] of linear light; [`Frame::frame_hash`] names its bits.
 //!
+//! What the models compute, and where engines differ, is on a page of its own: [`guide::clear_coat`].
+//!
 //! [`output`] makes files of it, [`golden`] compares them, and the `cli` module is the command line.
 //!
 //! The same bits everywhere come from [`math`]: shading is written over [`math::lanes::Lanes`], whose operations IEEE
@@ -52,6 +54,7 @@ pub mod frame;
 pub mod gbuffer;
 pub mod geometry;
 pub mod golden;
+pub mod guide;
 pub mod jobs;
 pub mod light;
 pub mod limits;

@@ -3,8 +3,8 @@
 
 use overcoat::render::{RenderOptions, Renderer, ShadingModel};
 use overcoat::scene::{
-    Camera, Environment, EnvironmentSource, EquirectImage, Instance, Light, LightKind, Material, Mesh, MeshData,
-    Projection, Scene, Transform, Workflow,
+    Camera, Environment, EnvironmentSource, EquirectImage, Instance, Light, LightKind, Material, Mesh,
+    MeshData, Projection, Scene, Transform, Workflow,
 };
 use std::f32::consts::PI;
 use std::sync::Arc;

@@ -51,8 +51,10 @@ fn blocks(text: &str, language: &str) -> Vec<String> {
 
 #[test]
 fn options_in_the_readme_exist_and_all_of_render_are_there() {
-    let known: BTreeSet<String> =
-        ["render", "info", "sheet", "bench", "compare-models", "materials"].iter().flat_map(|c| options(&help(c))).collect();
+    let known: BTreeSet<String> = ["render", "info", "sheet", "bench", "compare-models", "materials"]
+        .iter()
+        .flat_map(|c| options(&help(c)))
+        .collect();
     // Cargo's own.
     let cargos = BTreeSet::from(["--release".to_owned(), "--example".to_owned(), "--help".to_owned()]);
     let mentioned = options(&readme());

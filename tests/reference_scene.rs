@@ -20,7 +20,8 @@ type Row = BTreeMap<String, f32>;
 
 /// The rows of a table in the repository, `unity/<name>` or `web/<name>`.
 fn rows(table: &str) -> Vec<Row> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference").join(table).with_extension("csv");
+    let path =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference").join(table).with_extension("csv");
     let text = std::fs::read_to_string(&path).unwrap();
     let mut lines = text.lines();
     let header: Vec<&str> = lines.next().unwrap().split(',').collect();
@@ -109,7 +110,8 @@ fn render(renderer: &mut Renderer, scene: &Scene, row: &Row, shading: ShadingMod
         projection: Projection::Orthographic { height: 0.1 },
         near: 0.01,
     };
-    let options = RenderOptions { width: 5, height: 5, samples: 4, shading: Some(shading), ..RenderOptions::default() };
+    let options =
+        RenderOptions { width: 5, height: 5, samples: 4, shading: Some(shading), ..RenderOptions::default() };
     let rendered = renderer.render(scene, &camera, &options).unwrap();
     let [r, g, b, a] = rendered.frame.pixels[12];
     assert_eq!(a, 1.0, "the quad fills the picture");
@@ -441,7 +443,13 @@ const CASES: &[Case] = &[
         least: 60,
     },
     Case { table: "web/filament2018", told: filament_2018, irradiance: |_| 1.0, relative: 0.0, least: 40 },
-    Case { table: "web/threejs_current_direct", told: three, irradiance: |_| 1.0, relative: 2e-3, least: 100 },
+    Case {
+        table: "web/threejs_current_direct",
+        told: three,
+        irradiance: |_| 1.0,
+        relative: 2e-3,
+        least: 100,
+    },
     Case {
         table: "web/threejs_legacy_direct",
         told: |row| three_legacy(row, true),
@@ -483,7 +491,9 @@ fn every_engine_reproduces_its_tables() {
             // Numbers that a scene does not admit are no row of its.
             let Ok(material) = scene.add_material(material) else { continue };
             let mesh = scene.add_mesh(Mesh::new(quad(&row)).unwrap()).unwrap();
-            scene.add_instance(Instance { mesh, material, transform: Transform::IDENTITY, object: 0 }).unwrap();
+            scene
+                .add_instance(Instance { mesh, material, transform: Transform::IDENTITY, object: 0 })
+                .unwrap();
             let color = vector(&row, "in_lightColor").map(|c| c * (case.irradiance)(&row));
             let direction = vector(&row, "in_L").map(|v| -v);
             scene

@@ -281,7 +281,7 @@ mod tests {
     fn along_the_normal_only_the_constant_is_left() {
         let l = Scalar;
         for s in [1.0_f32, 0.5, 1e-3] {
-            let expected = std::f32::consts::FRAC_1_PI / (1.0 + 4.0 * s * s);
+            let expected = FRAC_1_PI / (1.0 + 4.0 * s * s);
             for d in [
                 distribution_velvet(l, l.splat(1.0), l.splat(s)),
                 distribution_velvet_real_time(l, l.splat(1.0), l.splat(s)),

@@ -5,6 +5,7 @@
 //! and reports. Errors are one line on standard error and an exit code.
 
 pub mod args;
+mod ball;
 mod bench;
 mod compare;
 pub mod failure;
@@ -13,7 +14,6 @@ pub mod input;
 mod label;
 pub mod materials;
 mod materials_command;
-mod ball;
 pub mod picture;
 mod progress;
 mod render;

@@ -84,9 +84,7 @@ impl SceneLight {
     /// [`Failure`] naming the light by its number and what is wrong with it.
     pub fn add_to(&self, scene: &mut Scene, number: usize) -> Result<(), Failure> {
         let wrong = |reason: &str| Failure::failed(format!("light {number}: {reason}"));
-        scene
-            .add_light(self.light().map_err(|reason| wrong(&reason))?)
-            .map_err(|e| wrong(&e.to_string()))
+        scene.add_light(self.light().map_err(|reason| wrong(&reason))?).map_err(|e| wrong(&e.to_string()))
     }
 
     fn light(&self) -> Result<Light, String> {
@@ -186,10 +184,19 @@ mod tests {
             assert!(failure.to_string().contains(word), "{text}: {failure}");
         }
         for (text, word) in [
-            (r#"{"type": "rect", "position": [0,0,0], "target": [0,1,0], "size": [1,1], "intensity": 1}"#, "up"),
-            (r#"{"type": "rect", "position": [0,0,0], "target": [0,0,1], "size": [1,0], "intensity": 1}"#, "height"),
+            (
+                r#"{"type": "rect", "position": [0,0,0], "target": [0,1,0], "size": [1,1], "intensity": 1}"#,
+                "up",
+            ),
+            (
+                r#"{"type": "rect", "position": [0,0,0], "target": [0,0,1], "size": [1,0], "intensity": 1}"#,
+                "height",
+            ),
             (r#"{"type": "tube", "from": [0,0,0], "to": [0,0,0], "radius": 1, "intensity": 1}"#, "length"),
-            (r#"{"type": "spot", "position": [0,0,0], "target": [0,1,0], "innerConeDeg": 60, "intensity": 1}"#, "cone"),
+            (
+                r#"{"type": "spot", "position": [0,0,0], "target": [0,1,0], "innerConeDeg": 60, "intensity": 1}"#,
+                "cone",
+            ),
             (r#"{"type": "directional", "direction": [0,0,0], "intensity": 1}"#, "direction"),
         ] {
             let file = SceneFile::from_json(&format!(r#"{{"light": [{text}]}}"#)).expect("parses");

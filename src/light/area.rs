@@ -37,7 +37,8 @@ impl AreaLight {
     pub fn new(light: &Light) -> Option<Self> {
         let shape = match light.kind {
             LightKind::Rect { position, half_width, half_height, two_sided } => {
-                let corner = |x: f32, y: f32| each!(k => position[k] + x * half_width[k] + y * half_height[k]);
+                let corner =
+                    |x: f32, y: f32| each!(k => position[k] + x * half_width[k] + y * half_height[k]);
                 let corners = [corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0), corner(-1.0, -1.0)];
                 AreaShape::Rect { corners, two_sided }
             }

@@ -28,8 +28,8 @@ pub use error::{LoadError, Warning};
 pub use format::Format;
 pub(crate) use material::suggestion;
 pub use material::{
-    AssignError, BuiltinMaterial, MaterialError, MaterialErrorReason, MaterialFile, MaterialKey, material_keys,
-    nearest_name,
+    AssignError, BuiltinMaterial, MaterialError, MaterialErrorReason, MaterialFile, MaterialKey,
+    material_keys, nearest_name,
 };
 pub use resolver::{DirectoryResolver, MemoryResolver, NoResolver, ResolveError, Resolver};
 

@@ -150,8 +150,11 @@ mod tests {
     fn quantities_are_whole_planes() {
         for aov in Aov::ALL {
             let Some(rows) = rows(aov) else { continue };
-            let planes: Vec<_> =
-                layout::PLANES.iter().filter(|p| rows.contains(&p.first)).map(|p| (p.name, p.channels)).collect();
+            let planes: Vec<_> = layout::PLANES
+                .iter()
+                .filter(|p| rows.contains(&p.first))
+                .map(|p| (p.name, p.channels))
+                .collect();
             assert_eq!(planes.iter().map(|p| p.1).sum::<usize>(), aov.channels(), "{}", aov.name());
             let expected: &[&str] = match aov {
                 Aov::Coat => &["coat", "coat-roughness"],

@@ -10,7 +10,6 @@ mod tile_pass;
 pub use crate::scene::ShadingModel;
 pub use options::{Background, RenderError, RenderOptions, RenderStats, Rendered};
 
-use crate::{dispatch, dispatch_available};
 use crate::frame::{AovPlane, Frame};
 use crate::geometry::{
     Chunk, ChunkJob, ScreenVertex, TRIANGLES_PER_CHUNK, VERTICES_PER_CHUNK, View, process_chunk,
@@ -23,6 +22,7 @@ use crate::raster::SamplePattern;
 use crate::scene::{Camera, Scene};
 use crate::shade::{ShadeContext, ViewRays};
 use crate::tile::{TileBins, TileGrid};
+use crate::{dispatch, dispatch_available};
 use aov::TileAovs;
 use draws::DrawState;
 use environment::EnvironmentCache;

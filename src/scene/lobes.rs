@@ -73,7 +73,12 @@ pub struct Iridescence {
 
 impl Default for Iridescence {
     fn default() -> Self {
-        Self { mask: ScalarParameter::default(), ior: 1.3, thickness: [100.0, 400.0], thickness_texture: None }
+        Self {
+            mask: ScalarParameter::default(),
+            ior: 1.3,
+            thickness: [100.0, 400.0],
+            thickness_texture: None,
+        }
     }
 }
 

@@ -23,7 +23,8 @@ pub use error::SceneError;
 pub use framing::{Bounds, Framing};
 pub use light::{Light, LightKind};
 pub use lobes::{
-    Anisotropy, CoatMedium, ColorParameter, Iridescence, Lobes, ScalarParameter, SecondLobe, Sheen, Subsurface,
+    Anisotropy, CoatMedium, ColorParameter, Iridescence, Lobes, ScalarParameter, SecondLobe, Sheen,
+    Subsurface,
 };
 pub use material::{AlphaMode, Material, NormalTexture, TextureRef, UvTransform, Workflow};
 pub use mesh::{Mesh, MeshData};
@@ -206,11 +207,8 @@ impl Scene {
     /// # Errors
     /// As [`Scene::add_instance`]; [`SceneError::NoSuch`] if there is no such draw.
     pub fn set_instance_mesh(&mut self, instance: usize, mesh: MeshId) -> Result<(), SceneError> {
-        let bounds = self
-            .meshes
-            .get(mesh.index())
-            .ok_or(SceneError::NoSuch { what: "mesh", index: mesh.0 })?
-            .bounds();
+        let bounds =
+            self.meshes.get(mesh.index()).ok_or(SceneError::NoSuch { what: "mesh", index: mesh.0 })?.bounds();
         let what = u32::try_from(instance).unwrap_or(u32::MAX);
         let place = self.instances.get_mut(instance);
         let place = place.ok_or(SceneError::NoSuch { what: "instance", index: what })?;

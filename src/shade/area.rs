@@ -111,8 +111,7 @@ fn sum<L: Lanes>(
                 behind.select(l.zero(), rectangle(l, frame, lobe, outline))
             }
             AreaShape::Tube { ends, radius } => {
-                let ends: [V3<L>; 2] =
-                    each!(c in *ends => vec3::sub(l, vec3::splat(l, c), surface.position));
+                let ends: [V3<L>; 2] = each!(c in *ends => vec3::sub(l, vec3::splat(l, c), surface.position));
                 tube(l, frame, lobe, ends, l.splat(*radius))
             }
         };
@@ -138,8 +137,7 @@ fn sum_of_facets<L: Lanes>(
                 behind.select(l.zero(), facets.rectangle(l, outline, [8, 8]))
             }
             AreaShape::Tube { ends, radius } => {
-                let ends: [V3<L>; 2] =
-                    each!(c in *ends => vec3::sub(l, vec3::splat(l, c), surface.position));
+                let ends: [V3<L>; 2] = each!(c in *ends => vec3::sub(l, vec3::splat(l, c), surface.position));
                 facets.tube(l, ends, l.splat(*radius), 16)
             }
         };

@@ -13,6 +13,6 @@ mod surface;
 pub use alpha::alpha_passes;
 pub use context::{ShadeContext, ViewRays};
 pub use lighting::shade;
-pub use record::store_surface;
 pub use lobes::LobeValues;
+pub use record::store_surface;
 pub use surface::{Dielectric, Reflectance, Surface};

@@ -202,7 +202,8 @@ mod tests {
             workflow: Workflow::SpecularGlossiness { specular: [1.0; 3], glossiness: 0.5, texture: None },
             ..Material::default()
         };
-        let Reflectance::Specular { f0 } = Surface::load(Scalar, &material, false, &planes).reflectance else {
+        let Reflectance::Specular { f0 } = Surface::load(Scalar, &material, false, &planes).reflectance
+        else {
             panic!("not the specular workflow")
         };
         assert_eq!(f0[0].to_array(), [0.25; LANES]);

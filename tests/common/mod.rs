@@ -42,7 +42,8 @@ impl Shot {
     pub fn load(golden: &Golden, machine: Machine, jobs: &Jobs) -> Result<Self, String> {
         let mut file = SceneFile::from_toml(golden.description()).map_err(|e| e.to_string())?;
         // So that another default changes no golden; scenes of several models name them in their materials.
-        let of_materials = file.model.as_ref().is_some_and(|model| model.as_os_str() == "builtin:mixed-models");
+        let of_materials =
+            file.model.as_ref().is_some_and(|model| model.as_os_str() == "builtin:mixed-models");
         if file.shading.is_none() && !of_materials {
             return Err("a golden names its shading model: shading = \"...\"".to_owned());
         }

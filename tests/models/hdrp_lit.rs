@@ -5,6 +5,7 @@ use overcoat::coat::hdrp_lit::{
     self as lit, Anisotropy, EnvironmentQuery, Iridescence, Occlusion, Reflectance, SurfaceData,
 };
 use overcoat::math::lanes::{Float, LANES, Lanes, SimdLevel};
+use overcoat::math::scalar;
 use overcoat::math::vec3::{self, V3};
 use std::f32::consts::{PI, TAU};
 
@@ -423,13 +424,17 @@ fn directional_albedo(fragment: &Fragment) -> f32 {
     assert!(side || y.abs() > 0.9);
     let mut sum = 0.0_f64;
     for ring in 0..rings {
-        let edge = |k: i32| PI * (k as f32 / rings as f32).powi(3);
+        let edge = |k: i32| {
+            let part = k as f32 / rings as f32;
+            PI * (part * part * part)
+        };
         let middle = 0.5 * (edge(ring) + edge(ring + 1));
-        let solid_angle = (edge(ring).cos() - edge(ring + 1).cos()) * TAU / turns as f32;
-        let (sine, cosine) = middle.sin_cos();
+        let solid_angle = (scalar::cos(edge(ring)) - scalar::cos(edge(ring + 1))) * TAU / turns as f32;
+        let (sine, cosine) = (scalar::sin(middle), scalar::cos(middle));
         for turn in (0..turns).step_by(LANES) {
             let lights = std::array::from_fn(|lane| {
-                let (s, c) = ((turn + lane) as f32 * TAU / turns as f32).sin_cos();
+                let angle = (turn + lane) as f32 * TAU / turns as f32;
+                let (s, c) = (scalar::sin(angle), scalar::cos(angle));
                 std::array::from_fn(|k| mirror[k] * cosine + (u[k] * c + v[k] * s) * sine)
             });
             let [diffuse, specular] = fragment.all(&lights, 1.0, 0.0);

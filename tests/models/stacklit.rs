@@ -259,7 +259,7 @@ impl Draw {
         (self.0 >> 32) as u32
     }
     fn below(&mut self, end: u32) -> u32 {
-        (u64::from(self.bits()) * u64::from(end) >> 32) as u32
+        ((u64::from(self.bits()) * u64::from(end)) >> 32) as u32
     }
     /// 0 to 1, its ends one time in eight each.
     fn unit(&mut self) -> f32 {

@@ -222,9 +222,7 @@ pub fn indirect_sampled<L: Lanes>(
         None => [dielectric, metal],
     };
     let (sheen, sheen_scaling) = match &surface.sheen {
-        Some(sheen) => {
-            (each!(k => sheen_radiance[k] * (sheen.color[k] * sheen.charlie)), sheen.scaling)
-        }
+        Some(sheen) => (each!(k => sheen_radiance[k] * (sheen.color[k] * sheen.charlie)), sheen.scaling),
         None => (zero, one),
     };
     let terms = Terms { diffuse, specular, metal, dielectric, sheen, sheen_scaling, coat };

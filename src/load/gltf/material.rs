@@ -212,8 +212,10 @@ impl Converter<'_> {
             };
         }
         if let Some(film) = &given.iridescence {
-            let thickness =
-                [film.iridescence_thickness_minimum.unwrap_or(100.0), film.iridescence_thickness_maximum.unwrap_or(400.0)];
+            let thickness = [
+                film.iridescence_thickness_minimum.unwrap_or(100.0),
+                film.iridescence_thickness_maximum.unwrap_or(400.0),
+            ];
             lobes.iridescence = Iridescence {
                 mask: ScalarParameter {
                     factor: self.unit("iridescenceFactor", film.iridescence_factor, 0.0),

@@ -240,7 +240,11 @@ fn uv_transform(transform: &model::TextureTransform) -> Option<UvTransform> {
 }
 
 /// The same of its numbers; the rotation is in radians.
-pub(in crate::load) fn transform_of([x, y]: [f64; 2], rotation: f64, [sx, sy]: [f64; 2]) -> Option<UvTransform> {
+pub(in crate::load) fn transform_of(
+    [x, y]: [f64; 2],
+    rotation: f64,
+    [sx, sy]: [f64; 2],
+) -> Option<UvTransform> {
     let (sin, cos) = sin_cos(rotation);
     let rows = [[cos * sx, sin * sy, x], [-sin * sx, cos * sy, y]].map(|row| row.map(|v| v as f32));
     rows.as_flattened().iter().all(|v| v.abs() <= MAX_TRANSFORM).then_some(UvTransform { rows })

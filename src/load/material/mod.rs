@@ -82,7 +82,8 @@ impl MaterialFile {
     /// # Errors
     /// [`MaterialError`] with line and key.
     pub fn from_bytes(bytes: &[u8], context: &Context<'_>) -> Result<Self, MaterialError> {
-        let most = if context.limits.input_bytes < MAX_BYTES { context.limits.input_bytes } else { MAX_BYTES };
+        let most =
+            if context.limits.input_bytes < MAX_BYTES { context.limits.input_bytes } else { MAX_BYTES };
         if bytes.len() as u64 > most {
             return Err(MaterialError::whole(MaterialErrorReason::TooLarge { limit: most }));
         }

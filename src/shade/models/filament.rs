@@ -105,11 +105,8 @@ fn cloth_radiance<L: Lanes>(
     surface: &Surface<L>,
 ) -> V3<L> {
     let scatters = material.lobes.subsurface.mask.factor > 0.0;
-    let subsurface = vec3::scale(
-        l,
-        vec3::splat(l, material.lobes.subsurface.transmission),
-        surface.lobes.subsurface,
-    );
+    let subsurface =
+        vec3::scale(l, vec3::splat(l, material.lobes.subsurface.transmission), surface.lobes.subsurface);
     let data = cloth::SurfaceData {
         base_color: surface.base_color,
         sheen_color: surface.lobes.sheen_color,

@@ -59,13 +59,8 @@ fn radiance<L: Lanes>(l: L, context: &ShadeContext<'_>, material: &Material, sur
     let mut lamps = DirectLighting::none(l);
     for light in context.lights {
         let sample = sample_light(l, light, surface);
-        let lit = hdrp_lit::direct(
-            l,
-            &layers,
-            sample.direction,
-            sample.irradiance,
-            l.splat(LEAST_LIGHT_ROUGHNESS),
-        );
+        let lit =
+            hdrp_lit::direct(l, &layers, sample.direction, sample.irradiance, l.splat(LEAST_LIGHT_ROUGHNESS));
         lamps = lamps.plus(l, lit);
     }
     let mut sum = [l.zero(); 3];

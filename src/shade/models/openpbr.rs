@@ -34,7 +34,8 @@ pub(in super::super) fn shade<L: Lanes>(
 fn reflectance<L: Lanes>(l: L, material: &Material, surface: &Surface<L>) -> (L::F, L::F, V3<L>, L::F) {
     match surface.reflectance {
         Reflectance::Metallic { metallic, dielectric } => {
-            let ior = if material.ior == 0.0 || material.ior > LARGEST_IOR { LARGEST_IOR } else { material.ior };
+            let ior =
+                if material.ior == 0.0 || material.ior > LARGEST_IOR { LARGEST_IOR } else { material.ior };
             let color: V3<L> = each!(c in dielectric.color => c.at_most(1.0));
             (metallic, dielectric.weight, color, l.splat(ior))
         }

@@ -7,8 +7,8 @@ use crate::brdf::occlusion::VisibilityCone;
 use crate::brdf::tables;
 use crate::coat::stacklit::{
     self, Anisotropy, Coat, DataOcclusion, DiffusionProfile, EnvironmentQuery, Frame, HazyGloss, Iridescence,
-    Light, Lighting, Occlusion, Options, PreLight, Scattering, ScreenSpaceOcclusion, SecondLobe, SpecularOcclusion,
-    SurfaceData, TopNormalFix, Transmission, Version,
+    Light, Lighting, Occlusion, Options, PreLight, Scattering, ScreenSpaceOcclusion, SecondLobe,
+    SpecularOcclusion, SurfaceData, TopNormalFix, Transmission, Version,
 };
 use crate::each;
 use crate::gbuffer::layout::SurfacePlanes;

@@ -41,7 +41,8 @@ pub(in super::super) fn shade<L: Lanes>(
 /// diamonds) goes into the colour.
 #[inline(always)]
 fn index_and_color<L: Lanes>(l: L, base: &MetallicBase<L>) -> (f32, V3<L>) {
-    let largest_f0 = ((LARGEST_IOR - 1.0) / (LARGEST_IOR + 1.0)) * ((LARGEST_IOR - 1.0) / (LARGEST_IOR + 1.0));
+    let largest_f0 =
+        ((LARGEST_IOR - 1.0) / (LARGEST_IOR + 1.0)) * ((LARGEST_IOR - 1.0) / (LARGEST_IOR + 1.0));
     if base.f0_of_ior <= largest_f0 {
         let root = base.f0_of_ior.sqrt();
         return ((1.0 + root) / (1.0 - root), base.specular_color);

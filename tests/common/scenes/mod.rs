@@ -12,7 +12,8 @@ use super::stage::Built;
 pub type Entry = (&'static str, fn() -> Built);
 
 /// All of them.
-pub const SCENES: &[&[Entry]] = &[geometry::SCENES, materials::SCENES, models::SCENES, texturing::SCENES, lighting::SCENES];
+pub const SCENES: &[&[Entry]] =
+    &[geometry::SCENES, materials::SCENES, models::SCENES, texturing::SCENES, lighting::SCENES];
 
 /// The scene of that name.
 pub fn build(name: &str) -> Result<Built, String> {

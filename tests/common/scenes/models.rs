@@ -6,8 +6,8 @@ use super::materials::grid;
 use crate::common::shapes::{ground, sphere};
 use crate::common::stage::{Built, Stage, at, look, metal, plastic};
 use overcoat::scene::{
-    Anisotropy, CoatMedium, Iridescence, Light, LightKind, Lobes, Material, SceneError, SecondLobe, ShadingModel,
-    Sheen, Subsurface,
+    Anisotropy, CoatMedium, Iridescence, Light, LightKind, Lobes, Material, SceneError, SecondLobe,
+    ShadingModel, Sheen, Subsurface,
 };
 
 pub const SCENES: &[Entry] = &[
@@ -45,11 +45,7 @@ fn coat_extinction_grid() -> Built {
             color: [1.0 - 0.1 * x * y, 1.0 - 0.7 * x * y, 1.0 - 0.9 * x * y].into(),
             ..CoatMedium::default()
         };
-        Ok(Material {
-            coat: 1.0,
-            lobes: Lobes { coat, ..Lobes::default() },
-            ..metal(0.9, 0.88, 0.85, 0.35)
-        })
+        Ok(Material { coat: 1.0, lobes: Lobes { coat, ..Lobes::default() }, ..metal(0.9, 0.88, 0.85, 0.35) })
     })
 }
 
@@ -171,9 +167,8 @@ fn area_lights() -> Built {
         let made = s.material(made)?;
         s.place(ball, made, at([f64::from(k) * 1.2 - 2.4, 0.5, 0.0], 0.5)?)?;
     }
-    let mut lamp = |kind, color| -> Result<(), SceneError> {
-        s.scene.add_light(Light { kind, color, intensity: 4.0 })
-    };
+    let mut lamp =
+        |kind, color| -> Result<(), SceneError> { s.scene.add_light(Light { kind, color, intensity: 4.0 }) };
     lamp(
         LightKind::Rect {
             position: [0.0, 2.5, -0.5],
