@@ -52,7 +52,7 @@ fn coat_extinction_grid() -> Built {
 /// Anisotropy from -1 to 1 to the right, roughness downwards; the last row is turned by 45 degrees.
 fn anisotropy_grid() -> Built {
     grid(5, 4, |_, x, y| {
-        let rotation = if y == 1.0 { 0.785_398_2 } else { 0.0 };
+        let rotation = if y == 1.0 { std::f32::consts::FRAC_PI_4 } else { 0.0 };
         let anisotropy = Anisotropy { strength: 2.0 * x - 1.0, rotation, texture: None };
         Ok(Material {
             coat: if x > 0.9 { 1.0 } else { 0.0 },
