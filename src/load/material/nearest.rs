@@ -41,7 +41,7 @@ mod tests {
         let known = ["roughness", "coat", "coat_roughness", "normal_texture"];
         assert_eq!(nearest_name("rougness", known), Some("roughness"));
         assert_eq!(nearest_name("Coat-Roughness", known), Some("coat_roughness"));
-        assert_eq!(nearest_name("normal_map", known), Some("normal_texture"));
+        assert_eq!(nearest_name("normal_texure", known), Some("normal_texture"));
         assert_eq!(nearest_name("cot", known), Some("coat"));
         assert_eq!(nearest_name("xyzzy", known), None);
         assert_eq!(nearest_name("x", []), None);
