@@ -56,7 +56,8 @@ fn options_in_the_readme_exist_and_all_of_render_are_there() {
         .flat_map(|c| options(&help(c)))
         .collect();
     // Cargo's own.
-    let cargos = BTreeSet::from(["--release".to_owned(), "--example".to_owned(), "--help".to_owned()]);
+    let cargos: BTreeSet<String> =
+        ["--release", "--example", "--help", "--open"].map(str::to_owned).into_iter().collect();
     let mentioned = options(&readme());
     for option in mentioned.difference(&cargos) {
         assert!(known.contains(option), "{option} is in the README and not in --help");

@@ -2,6 +2,12 @@
 
 /// Clear coat in every engine.
 #[doc = include_str!("clear_coat.md")]
-#[doc = concat!("\n[models]: data:image/png;base64,", include_str!("models.png.base64"))]
-#[doc = concat!("\n[extinction]: data:image/png;base64,", include_str!("extinction.png.base64"))]
+/// The material ball in six models, and four times its difference to glTF's
+/// (`overcoat compare-models assets/models/material-ball.glb --models urp17,hdrp-lit,stacklit,filament,gltf,openpbr`):
+///
+#[doc = concat!("<img alt=\"six models\" src=\"data:image/png;base64,", include_str!("models.png.base64"), "\">")]
+///
+/// StackLit's coat over silver, thickness to the right, extinction downwards (`golden/coat-extinction-grid-stacklit.toml`):
+///
+#[doc = concat!("<img alt=\"extinction\" src=\"data:image/png;base64,", include_str!("extinction.png.base64"), "\">")]
 pub mod clear_coat {}

@@ -16,7 +16,7 @@ use crate::math::vec3::{self, V3};
 pub struct BaseLobe<L: Lanes> {
     /// Perceptual roughness.
     pub perceptual_roughness: L::F,
-    /// Roughness (alpha) along tangent and bitangent. Without a coat at least 1/1024, see [`lights_roughness`].
+    /// Roughness (alpha) along tangent and bitangent. Without a coat at least 1/1024, see `lights_roughness`.
     pub roughness: [L::F; 2],
     /// -1 to 1.
     pub anisotropy: L::F,
