@@ -674,7 +674,8 @@ pub(super) static KEYS: &[Key] = &[
                 }
             },
         },
-        about: "Where the occlusion of reflections comes from.",
+        about: "Where the occlusion of reflections comes from. Unity's pivot method is not offered: its table is in no \
+                public text.",
     },
     switch!(
         "options.stacklit_newest",
