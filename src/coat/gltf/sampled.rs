@@ -39,6 +39,9 @@ const DISK: [[f32; 2]; SAMPLES] = [
     [-0.126_487, -0.976_090],
 ];
 
+/// Solid angle that a sample is blurred over, in shares: neighbours overlap, or bright lamps would show as a pattern.
+const OVERLAP: f32 = 2.0;
+
 /// Least alpha of a lobe: below, its samples are one.
 const LEAST_ALPHA: f32 = 1e-4;
 
@@ -107,7 +110,7 @@ impl<L: Lanes> Lobe<L> {
         let distribution = (at * ab * e2 * e2 * PI).recip();
         let density = distribution / ((n_dot_v + self.lambda) * 2.0);
         // A lobe of alpha a, seen from above, has the solid angle 4 pi a^2.
-        let alpha2 = (density * (4.0 * PI * SAMPLES as f32)).recip().at_most(1.0);
+        let alpha2 = (density * (4.0 * PI * SAMPLES as f32 / OVERLAP)).recip().at_most(1.0);
         let direction = each!(i => {
             light[0] * self.tangent[i] + light[1] * self.bitangent[i] + light[2] * self.normal[i]
         });
