@@ -26,6 +26,7 @@ mod warnings;
 pub use environment::{load as load_environment, load_file as load_environment_file};
 pub use error::{LoadError, Warning};
 pub use format::Format;
+#[cfg(feature = "cli")]
 pub(crate) use material::suggestion;
 pub use material::{
     AssignError, BuiltinMaterial, MaterialError, MaterialErrorReason, MaterialFile, MaterialKey,

@@ -38,6 +38,7 @@ pub use builtin::BuiltinMaterial;
 pub use error::{AssignError, MaterialError, MaterialErrorReason};
 pub use keys::{MaterialKey, material_keys};
 pub use nearest::nearest_name;
+#[cfg(feature = "cli")]
 pub(crate) use nearest::suggestion;
 
 use super::{Context, DirectoryResolver, LoadError};
