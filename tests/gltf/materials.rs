@@ -393,7 +393,6 @@ fn extensions_are_named_once() {
     assert_eq!(
         model.warnings(),
         [
-            "KHR_materials_sheen is not supported: drawn without sheen",
             "EXT_new is not known and has no effect",
             "KHR_draco_mesh_compression is not supported: the uncompressed accessors are used",
         ]
