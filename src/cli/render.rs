@@ -12,7 +12,7 @@ use super::target::Target;
 use crate::load::Warning;
 use crate::output::OutputFormat;
 use crate::render::{RenderStats, Renderer};
-use crate::scene::Scene;
+use crate::scene::{Scene, ShadingModel};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -97,6 +97,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     for &(name, time) in &rendered.stats.stages {
         stages.add(name, time);
     }
+    warnings.extend(left_out(&scene, options.shading));
     warnings.extend(nothing_to_see(&scene, &rendered.stats));
 
     progress.stage("encoding");
@@ -156,6 +157,22 @@ pub(super) fn model_source(description: &SceneFile, args: &InputArgs) -> Result<
 /// What the picture needs from the machine.
 pub(super) fn machine(args: &MachineArgs) -> Machine {
     Machine { simd: args.simd, tile_size: args.tile }
+}
+
+/// What materials have and the formulas that shade them do not know: one line for each model.
+pub(super) fn left_out(scene: &Scene, chosen: Option<ShadingModel>) -> impl Iterator<Item = Warning> {
+    ShadingModel::ALL.into_iter().filter_map(move |model| {
+        let mut names: Vec<&str> = Vec::new();
+        for material in scene.materials() {
+            if material.shading(chosen) == model && !material.unlit {
+                names.extend(model.leaves_out(material));
+            }
+        }
+        names.sort_unstable();
+        names.dedup();
+        let list = names.join(", ");
+        (!names.is_empty()).then(|| Warning::new(format!("{} has no {list}: left out", model.name())))
+    })
 }
 
 /// Why a picture is empty, where it is.

@@ -7,7 +7,7 @@ use super::label::{Sheet, fit, wrap};
 use super::materials::Materials;
 use super::picture::{Machine, is_standard_stream};
 use super::progress::Progress;
-use super::render::{machine, nothing_to_see};
+use super::render::{left_out, machine, nothing_to_see};
 use super::report::{self, Reporter, Versions};
 use super::scene_file::SceneFile;
 use super::target::{Encoded, Target};
@@ -185,6 +185,7 @@ fn render_cell(
     let camera = description.camera(&scene, &options).map_err(about)?;
     let rendered = renderer.render(&scene, &camera, &options).map_err(|e| about(Failure::render(&e)))?;
     report.warnings = loaded.warnings.iter().map(ToString::to_string).collect();
+    report.warnings.extend(left_out(&scene, options.shading).map(|w| w.to_string()));
     report.warnings.extend(nothing_to_see(&scene, &rendered.stats).map(|w| w.to_string()));
     report.frame_hash = Some(rendered.frame.frame_hash());
     report.triangles = Some(rendered.stats.triangles);

@@ -263,7 +263,7 @@ fn shade_fragments<L: Lanes>(
     for run in order.chunk_by(|&a, &b| material_of(a) == material_of(b)) {
         let number = material_of(run[0]);
         let material = &pass.shade.materials[number as usize];
-        let model = pass.shade.model_of(material);
+        let model = material.shading(pass.shade.model);
         let lobes = model.reads_lobes() || aovs.wants_lobes();
         for indices in run.chunks(LANES) {
             let batch = Batch::gather(

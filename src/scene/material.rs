@@ -190,6 +190,12 @@ impl Material {
         .chain(self.lobes.textures())
     }
 
+    /// The formulas that shade it: those chosen for the whole picture, else those that it names, else the default.
+    #[must_use]
+    pub fn shading(&self, chosen: Option<ShadingModel>) -> ShadingModel {
+        chosen.or(self.model).unwrap_or_default()
+    }
+
     /// F0 of the index of refraction, ((n - 1) / (n + 1))^2: exactly 0.04 for 1.5, the constant of Unity's
     /// `kDielectricSpec`, and 1 where the index is 0.
     #[must_use]

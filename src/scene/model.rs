@@ -1,5 +1,7 @@
 //! Which engine's formulas shade a surface, and the switches that those engines have.
 
+use super::Material;
+
 /// A published shading model.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
@@ -93,6 +95,60 @@ impl ShadingModel {
     }
 }
 
+impl ShadingModel {
+    /// What a material has and this model does not know, for a warning.
+    pub fn leaves_out(self, material: &Material) -> impl Iterator<Item = &'static str> {
+        use ShadingModel as M;
+        let lobes = &material.lobes;
+        let urp = matches!(self, M::UrpDesktop | M::UrpMobile | M::Urp17);
+        let filament = matches!(self, M::Filament | M::FilamentMobile);
+        let gltf = matches!(self, M::Gltf | M::GltfSampled);
+        let stacklit = self == M::StackLit;
+        let coated = material.coat > 0.0;
+        let coat = !matches!(self, M::FilamentCloth | M::Velvet);
+        let medium = &lobes.coat;
+        [
+            (
+                "sheen",
+                lobes.sheen.color.factor != [0.0; 3],
+                filament || gltf || matches!(self, M::FilamentCloth | M::Three | M::ThreeLegacy | M::Velvet),
+            ),
+            (
+                "anisotropy",
+                lobes.anisotropy.strength != 0.0,
+                !urp && !matches!(self, M::FilamentCloth | M::Filament2018 | M::ThreeLegacy),
+            ),
+            (
+                "iridescence",
+                lobes.iridescence.mask.factor > 0.0,
+                stacklit || gltf || matches!(self, M::HdrpLit | M::Three),
+            ),
+            ("clear coat", coated, coat),
+            (
+                "coat normals",
+                coated && coat && material.coat_normal_texture != material.normal_texture,
+                !matches!(self, M::HdrpLit | M::Filament2018),
+            ),
+            (
+                "coat absorption",
+                coated && medium.thickness.factor > 0.0 && medium.extinction != [0.0; 3],
+                stacklit,
+            ),
+            ("coat colour", coated && medium.color.factor != [1.0; 3], self == M::OpenPbr),
+            ("coat index of refraction", coated && medium.ior != 1.5, stacklit || self == M::OpenPbr),
+            ("second lobe", lobes.second.mix.factor > 0.0 || lobes.second.haziness.factor > 0.0, stacklit),
+            (
+                "subsurface",
+                lobes.subsurface.mask.factor > 0.0 || lobes.subsurface.transmission != [0.0; 3],
+                stacklit || self == M::FilamentCloth,
+            ),
+        ]
+        .into_iter()
+        .filter(|&(_, present, known)| present && !known)
+        .map(|(what, _, _)| what)
+    }
+}
+
 /// How StackLit bends the coat's cosine where coat and base have normals of their own
 /// (`_VLAYERED_DUAL_NORMALS_TOP_FIX_*`).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -141,4 +197,31 @@ pub struct ModelOptions {
     /// glTF: the coat's F0 is 0.04, as KHR_materials_clearcoat has it, instead of that of the base's index of refraction,
     /// as the Sample Renderer computes it. They differ where KHR_materials_ior is not 1.5.
     pub gltf_fixed_coat_f0: bool,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Lobes, Sheen};
+
+    #[test]
+    fn what_a_model_does_not_know_is_named() {
+        let names = |model: ShadingModel, material: &Material| model.leaves_out(material).collect::<Vec<_>>();
+        let plain = Material { coat: 1.0, ..Material::default() };
+        let sheen = Sheen { color: [0.5; 3].into(), roughness: 0.3.into() };
+        let mut rich = Material { lobes: Lobes { sheen, ..Lobes::default() }, ..plain.clone() };
+        rich.lobes.anisotropy.strength = 0.5;
+        rich.lobes.iridescence.mask = 1.0.into();
+        rich.lobes.coat.thickness = 1.0.into();
+        for model in ShadingModel::ALL {
+            let uncoated = matches!(model, ShadingModel::FilamentCloth | ShadingModel::Velvet);
+            assert_eq!(names(model, &plain), if uncoated { vec!["clear coat"] } else { Vec::new() });
+            assert!(names(model, &Material::default()).is_empty());
+        }
+        let all = ["sheen", "anisotropy", "iridescence", "coat absorption"];
+        assert_eq!(names(ShadingModel::Urp17, &rich), all);
+        assert_eq!(names(ShadingModel::Gltf, &rich), ["coat absorption"]);
+        assert_eq!(names(ShadingModel::StackLit, &rich), ["sheen"]);
+        assert_eq!(names(ShadingModel::HdrpLit, &rich), ["sheen", "coat absorption"]);
+    }
 }

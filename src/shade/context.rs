@@ -63,11 +63,3 @@ pub struct ShadeContext<'a> {
     /// Largest number of texture probes along a stretched footprint.
     pub anisotropy: u32,
 }
-
-impl ShadeContext<'_> {
-    /// The formulas for a material.
-    #[must_use]
-    pub fn model_of(&self, material: &Material) -> ShadingModel {
-        self.model.or(material.model).unwrap_or_default()
-    }
-}
