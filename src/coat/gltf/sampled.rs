@@ -3,7 +3,7 @@
 //! One prefiltered lookup stands for a lobe that is round, not cut off by the horizon, and seen from above (the split
 //! sum of Karis 2013). Real GGX lobes lean and stretch at grazing angles, which is what most of the difference between
 //! real-time pictures and the integral of the same BRDF consists of. Here the lobe is sampled at fixed places by
-//! its visible normals (Heitz, "Sampling the GGX Distribution of Visible Normals", JCGT 2018); each sample
+//! its visible normals (Dupuy and Benyoub, "Sampling Visible GGX Normals with Spherical Caps", 2023); each sample
 //! looks the environment up in the roughness whose lobe has its share of the solid angle (filtered importance sampling,
 //! Krivanek and Colbert 2008) and has its own Fresnel weight. There is no compensation for multiple scattering, since the
 //! appendix of glTF has none, and the Lambert lobe is dimmed by the mean of 1 - F over its own directions.
@@ -19,24 +19,25 @@ use std::f32::consts::{FRAC_1_PI, PI};
 /// Samples of a lobe.
 const SAMPLES: usize = 16;
 
-/// Places on the unit disk of equal shares: r = sqrt((k + 1/2) / 16), turned by the golden angle each time (Vogel 1979).
-const DISK: [[f32; 2]; SAMPLES] = [
-    [0.176_777, 0.0],
-    [-0.225_772, 0.206_826],
-    [0.034_558, -0.393_771],
-    [0.284_571, 0.371_173],
-    [-0.522_223, -0.092_374],
-    [0.494_695, -0.314_685],
-    [-0.165_466, 0.615_525],
-    [-0.315_561, -0.607_594],
-    [0.684_642, 0.250_030],
-    [-0.712_256, 0.294_009],
-    [0.343_354, -0.733_729],
-    [0.253_730, 0.808_932],
-    [-0.764_746, -0.443_186],
-    [0.897_134, -0.197_232],
-    [-0.547_507, 0.778_772],
-    [-0.126_487, -0.976_090],
+/// Places on a spherical cap in equal shares: height from the rim (k + 1/2) / 16, and cosine and sine of an angle that is
+/// turned by the golden angle each time (Vogel 1979).
+const CAP: [[f32; 3]; SAMPLES] = [
+    [0.03125, 1.000000, 0.000000],
+    [0.09375, -0.737369, 0.675490],
+    [0.15625, 0.087426, -0.996171],
+    [0.21875, 0.608439, 0.793601],
+    [0.28125, -0.984713, -0.174182],
+    [0.34375, 0.843755, -0.536728],
+    [0.40625, -0.259604, 0.965715],
+    [0.46875, -0.460907, -0.887448],
+    [0.53125, 0.939321, 0.343039],
+    [0.59375, -0.924346, 0.381556],
+    [0.65625, 0.423846, -0.905734],
+    [0.71875, 0.299284, 0.954164],
+    [0.78125, -0.865211, -0.501408],
+    [0.84375, 0.976676, -0.214719],
+    [0.90625, -0.575129, 0.818062],
+    [0.96875, -0.128511, -0.991708],
 ];
 
 /// Solid angle that a sample is blurred over, in shares: neighbours overlap, or bright lamps would show as a pattern.
@@ -63,8 +64,8 @@ struct Lobe<L: Lanes> {
     /// The view in the frame.
     view: V3<L>,
     alpha: [L::F; 2],
-    /// Visible normal of the stretched view, and two axes across it.
-    axes: [V3<L>; 3],
+    /// Unit view where the lobe is that of a hemisphere: (at V.t, ab V.b, V.n), normalised.
+    stretched: V3<L>,
     /// |(at V.t, ab V.b, V.n)|.
     lambda: L::F,
 }
@@ -77,25 +78,22 @@ impl<L: Lanes> Lobe<L> {
         let local = [vec3::dot(l, tangent, view), vec3::dot(l, bitangent, view), cosine];
         let stretched = [alpha[0] * local[0], alpha[1] * local[1], local[2]];
         let lambda = vec3::length(l, stretched);
-        let (zero, one) = (l.zero(), l.splat(1.0));
-        let up = normalize_or(l, stretched, [zero, zero, one]);
-        let across = normalize_or(l, [-up[1], up[0], zero], [one, zero, zero]);
-        let axes = [across, vec3::cross(l, up, across), up];
-        Self { normal, tangent, bitangent, view: local, alpha, axes, lambda }
+        let stretched = vec3::scale(l, stretched, lambda.recip());
+        Self { normal, tangent, bitangent, view: local, alpha, stretched, lambda }
     }
 
     /// Sample k: where it looks and how blurred, the cosine of view and half vector, and its weight, G2 / G1.
     #[inline(always)]
     fn sample(&self, l: L, k: usize) -> (EnvironmentQuery<L>, L::F, L::F) {
         let zero = l.zero();
-        let [x, y] = DISK[k];
-        let x = l.splat(x);
-        // The disk is seen tilted: its lower half shrinks with the part of the hemisphere that faces away.
-        let facing = (self.axes[2][2] + 1.0) * 0.5;
-        let y = facing.one_minus() * (x * x).one_minus().sqrt() + facing * y;
-        let z = (x * x + y * y).one_minus().at_least(0.0).sqrt();
-        let on_sphere: V3<L> = each!(i => x * self.axes[0][i] + y * self.axes[1][i] + z * self.axes[2][i]);
-        let half = [self.alpha[0] * on_sphere[0], self.alpha[1] * on_sphere[1], on_sphere[2].at_least(1e-6)];
+        // On the cap above the stretched view's horizon; no axes of its own, so nothing turns from pixel to pixel.
+        let [share, cos, sin] = CAP[k];
+        let rim = self.stretched[2];
+        let height = (rim + 1.0) * (1.0 - share) - rim;
+        let radius = (height * height).one_minus().at_least(0.0).sqrt();
+        let cap = [radius * cos, radius * sin, height];
+        let sum = vec3::add(l, cap, self.stretched);
+        let half = [self.alpha[0] * sum[0], self.alpha[1] * sum[1], sum[2].at_least(1e-6)];
         let half = vec3::normalize(l, half);
         let v_dot_h = vec3::dot(l, self.view, half).saturate();
         let light: V3<L> = each!(i => half[i] * (v_dot_h * 2.0) - self.view[i]);
@@ -119,15 +117,19 @@ impl<L: Lanes> Lobe<L> {
     }
 }
 
-/// A unit vector in the surface on the side of the view, so that isotropic lobes are sampled evenly about their plane.
+/// A unit vector in the surface for isotropic lobes. It changes smoothly wherever the surface is seen: a fixed frame about
+/// the view, turned with the view into the normal. (Axes that follow the view would turn about the point that is seen
+/// straight on, and the pattern of samples with them.)
 #[inline(always)]
-fn towards_view<L: Lanes>(l: L, normal: V3<L>, view: V3<L>) -> V3<L> {
-    let flat = vec3::sub(l, view, vec3::scale(l, normal, vec3::dot(l, normal, view)));
-    // Seen from straight above any direction will do: one across the normal's smallest part.
+fn smooth_tangent<L: Lanes>(l: L, normal: V3<L>, view: V3<L>) -> V3<L> {
+    // Perpendicular to the view; singular from straight below (Frisvad 2012, "Building an Orthonormal Basis").
+    let [x, y, z] = view;
+    let a = (y + 1.0).at_least(1e-6).recip();
+    let across = [(x * x * a).one_minus(), -x, -x * z * a];
+    let bend = vec3::dot(l, across, normal) / (vec3::dot(l, view, normal) + 1.0).at_least(1e-3);
     let (zero, one) = (l.zero(), l.splat(1.0));
-    let steep = normal[0].abs().gt(l.splat(0.7));
-    let other = vec3::select(l, steep, [zero, one, zero], [one, zero, zero]);
-    normalize_or(l, flat, normalize_or(l, vec3::cross(l, normal, other), [one, zero, zero]))
+    let turned = each!(k => across[k] - (view[k] + normal[k]) * bend);
+    normalize_or(l, turned, [one, zero, zero])
 }
 
 /// The radiance that the fragments reflect of the environment, by samples. Arguments as of [`super::indirect`];
@@ -155,18 +157,18 @@ pub fn indirect_sampled<L: Lanes>(
                         Lobe::new(l, surface.normal, anisotropy.tangent, surface.view, [along, alpha])
                     }
                     None => {
-                        let tangent = towards_view(l, surface.normal, surface.view);
+                        let tangent = smooth_tangent(l, surface.normal, surface.view);
                         Lobe::new(l, surface.normal, tangent, surface.view, [alpha; 2])
                     }
                 }
             }
             (1, Some(coat), _) => {
                 let alpha = (coat.roughness * coat.roughness).at_least(LEAST_ALPHA);
-                let tangent = towards_view(l, coat.normal, surface.view);
+                let tangent = smooth_tangent(l, coat.normal, surface.view);
                 Lobe::new(l, coat.normal, tangent, surface.view, [alpha; 2])
             }
             (2, _, Some(_)) => {
-                let tangent = towards_view(l, surface.normal, surface.view);
+                let tangent = smooth_tangent(l, surface.normal, surface.view);
                 Lobe::new(l, surface.normal, tangent, surface.view, [one; 2])
             }
             _ => continue,

@@ -49,15 +49,16 @@ fn coat_extinction_grid() -> Built {
     })
 }
 
-/// Anisotropy from -1 to 1 to the right, roughness downwards; the last row is turned by 45 degrees.
+/// Anisotropy from -0.75 to 0.75 to the right, roughness downwards; the last row is turned by 45 degrees. Beyond, highlights
+/// of the lamp are thinner than a pixel and show as dots.
 fn anisotropy_grid() -> Built {
     grid(5, 4, |_, x, y| {
         let rotation = if y == 1.0 { std::f32::consts::FRAC_PI_4 } else { 0.0 };
-        let anisotropy = Anisotropy { strength: 2.0 * x - 1.0, rotation, texture: None };
+        let anisotropy = Anisotropy { strength: 1.5 * x - 0.75, rotation, texture: None };
         Ok(Material {
             coat: if x > 0.9 { 1.0 } else { 0.0 },
             lobes: Lobes { anisotropy, ..Lobes::default() },
-            ..metal(0.9, 0.75, 0.5, 0.15 + 0.5 * y)
+            ..metal(0.9, 0.75, 0.5, 0.35 + 0.45 * y)
         })
     })
 }
