@@ -18,7 +18,7 @@
 //! provided that F0 is not replaced.
 
 use crate::brdf::microfacet::{schlick, schlick_color, visibility_kelemen, visibility_smith};
-use crate::coat::filament::standard::EnvironmentQuery;
+use crate::coat::EnvironmentQuery;
 use crate::coat::filament::{Half, mix};
 use crate::math::lanes::{Float, Lanes, Mask};
 use crate::math::vec3::{self, V3};

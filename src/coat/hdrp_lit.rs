@@ -40,6 +40,8 @@
 //!
 //! Every result is finite for finite inputs in range and unit vectors.
 
+pub use super::EnvironmentQuery;
+
 use crate::brdf::diffuse::{TRANSMISSION_WRAP_LIGHT, disney, wrapped_cosine};
 use crate::brdf::fgd::pre_integrated_fgd;
 use crate::brdf::fresnel::{f0_under_coat, schlick, schlick_color};
@@ -462,16 +464,6 @@ pub fn direct<L: Lanes>(
         diffuse = each!(k => diffuse[k] + irradiance[k] * (through * transmittance[k]));
     }
     DirectLighting { diffuse, specular: vec3::mul(l, bsdf.specular_reflected, irradiance) }
-}
-
-/// A look-up in the prefiltered environment.
-#[derive(Clone, Copy)]
-pub struct EnvironmentQuery<L: Lanes> {
-    /// In which direction the radiance is asked for; not of unit length, at most 1.1.
-    pub direction: V3<L>,
-    /// What the environment is to be filtered for, 0 to 1; see
-    /// [`crate::brdf::roughness::mip_of_perceptual_roughness`].
-    pub perceptual_roughness: L::F,
 }
 
 impl<L: Lanes> Surface<L> {

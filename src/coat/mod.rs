@@ -15,3 +15,17 @@ pub mod three;
 pub mod three_legacy;
 pub mod urp;
 pub mod velvet;
+
+use crate::math::lanes::Lanes;
+use crate::math::vec3::V3;
+
+/// A look-up in the prefiltered environment, as every model asks for it.
+#[derive(Clone, Copy)]
+pub struct EnvironmentQuery<L: Lanes> {
+    /// Direction in which the radiance is asked for. Not a unit vector in every model: engines bend reflections and do not
+    /// normalise them.
+    pub direction: V3<L>,
+    /// What the environment is to be filtered for, 0 to 1; see
+    /// [`crate::brdf::roughness::mip_of_perceptual_roughness`].
+    pub perceptual_roughness: L::F,
+}

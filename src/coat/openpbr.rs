@@ -43,6 +43,8 @@
 //!
 //! Lanes with a coat weight of exactly 0 keep the bits of a material without coat.
 
+pub use super::EnvironmentQuery;
+
 use crate::brdf::fresnel::fresnel_dielectric;
 use crate::brdf::microfacet::{distribution_ggx_anisotropic, schlick_color, visibility_smith_anisotropic};
 use crate::brdf::table::Table;
@@ -673,15 +675,6 @@ pub fn direct<L: Lanes>(
         );
     }
     vec3::mul(l, reflected, vec3::scale(l, color, attenuation))
-}
-
-/// A look-up in the prefiltered environment.
-#[derive(Clone, Copy)]
-pub struct EnvironmentQuery<L: Lanes> {
-    /// Unit vector in which the radiance is asked for.
-    pub direction: V3<L>,
-    /// What the environment is to be filtered for, 0 to 1.
-    pub perceptual_roughness: L::F,
 }
 
 /// The environment: the radiance that the fragments reflect.

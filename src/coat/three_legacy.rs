@@ -25,9 +25,9 @@
 //! **Beyond the original:** directions where the original leaves them undefined (light and view opposite). Every
 //! result is finite for inputs in range and unit vectors.
 
+use super::EnvironmentQuery;
 use super::glsl::{half_vector, mix};
 use super::three::lobes::{bent_reflection, ggx, multiple_scattering, specular_occlusion};
-use super::urp::EnvironmentQuery;
 use crate::brdf::microfacet::schlick_weight;
 use crate::brdf::sheen::{LEAST_SINE_SQUARED, distribution_charlie, neubelt_denominator};
 use crate::brdf::thin_film::SchlickWeight;

@@ -31,6 +31,8 @@
 //! Every result is finite for finite inputs in range and unit vectors; cosines are saturated, a NaN among
 //! them counts as 0.
 
+pub use super::EnvironmentQuery;
+
 use crate::brdf::fresnel::{f0_under_coat, f0_under_coat_fast, pow4};
 use crate::brdf::ggx::minimalist_cook_torrance;
 use crate::brdf::roughness::{roughness_to_variance, variance_to_roughness};
@@ -433,16 +435,6 @@ pub fn direct<L: Lanes>(
     }
     let radiance = vec3::scale(l, color, attenuation * cosine);
     vec3::mul(l, brdf, radiance)
-}
-
-/// A look-up in the prefiltered environment.
-#[derive(Clone, Copy)]
-pub struct EnvironmentQuery<L: Lanes> {
-    /// Unit vector in which the radiance is asked for.
-    pub direction: V3<L>,
-    /// What the environment is to be filtered for, 0 to 1; see
-    /// [`crate::brdf::roughness::mip_of_perceptual_roughness`].
-    pub perceptual_roughness: L::F,
 }
 
 impl<L: Lanes> Surface<L> {

@@ -24,7 +24,7 @@
 //! **Physics.** White velvet on white reflects 1 under a white environment, and never more than 1 of any light beyond
 //! the tables' error of 0.005 (`tests/models/velvet.rs`). The model is reciprocal as long as N.V is above 1e-4.
 
-use super::filament::standard::EnvironmentQuery;
+use super::EnvironmentQuery;
 use super::filament::{
     Half, LEAST_ANISOTROPIC, Quality, bent_mirror, clamp_n_dot_v, dominant_direction, f90_of, fresnel,
 };

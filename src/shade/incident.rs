@@ -6,6 +6,7 @@
 
 use super::area::{area_irradiance_over_pi, area_radiance};
 use super::{ShadeContext, Surface};
+use crate::coat::EnvironmentQuery;
 use crate::light::{LightSample, PunctualLight};
 use crate::math::lanes::{Float, Lanes, Mask};
 use crate::math::vec3::{self, V3};
@@ -62,8 +63,7 @@ impl Surroundings {
         }
     }
 
-    /// The average of radiance over the lobe about a mirror direction of any length, for a perceptual roughness of 0 to
-    /// 1.
+    /// The average of radiance over the lobe that a model asks for.
     #[inline(always)]
     pub(super) fn radiance<L: Lanes>(
         self,
@@ -71,9 +71,9 @@ impl Surroundings {
         context: &ShadeContext<'_>,
         material: &Material,
         surface: &Surface<L>,
-        direction: V3<L>,
-        perceptual_roughness: L::F,
+        query: EnvironmentQuery<L>,
     ) -> V3<L> {
+        let EnvironmentQuery { direction, perceptual_roughness } = query;
         match self {
             Self::Environment => {
                 reflected_radiance(l, context, material, surface, direction, perceptual_roughness)
@@ -119,6 +119,21 @@ fn environment_irradiance_over_pi<L: Lanes>(l: L, context: &ShadeContext<'_>, no
         #[inline(always)]
         || context.environment.irradiance_over_pi(l, normal),
     )
+}
+
+/// `radiance` and what `reflected` makes of each light without extent, in their order.
+#[inline(always)]
+pub(super) fn add_lights<L: Lanes>(
+    l: L,
+    context: &ShadeContext<'_>,
+    surface: &Surface<L>,
+    mut radiance: V3<L>,
+    reflected: impl Fn(LightSample<L>) -> V3<L>,
+) -> V3<L> {
+    for light in context.lights {
+        radiance = vec3::add(l, radiance, reflected(sample_light(l, light, surface)));
+    }
+    radiance
 }
 
 /// What arrives from a light without extent.

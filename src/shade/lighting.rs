@@ -2,6 +2,7 @@
 
 use super::incident::{Surroundings, sample_light};
 use super::{Reflectance, ShadeContext, Surface, models};
+use crate::coat::EnvironmentQuery;
 use crate::coat::urp::{self, UrpVersion};
 use crate::each;
 use crate::gbuffer::layout::SurfacePlanes;
@@ -91,10 +92,7 @@ fn shade_urp<L: Lanes>(
             &layers,
             source.irradiance_over_pi(l, context, surface, surface.normal),
             #[inline(always)]
-            |query: urp::EnvironmentQuery<L>| {
-                let (direction, p) = (query.direction, query.perceptual_roughness);
-                source.radiance(l, context, material, surface, direction, p)
-            },
+            |query: EnvironmentQuery<L>| source.radiance(l, context, material, surface, query),
             source.occlusion(l, surface),
         );
         radiance = vec3::add(l, radiance, reflected);

@@ -8,10 +8,11 @@
 //! part is scaled by what the cloth lobe leaves, which is negative where that lobe's albedo exceeds 1 (smooth cloth at
 //! grazing angles).
 
-use super::standard::{EnvironmentQuery, Indirect};
+use super::standard::Indirect;
 use super::{Half, Quality, clamp_n_dot_v, dominant_direction};
 use crate::brdf::sheen::{LEAST_SINE_SQUARED, distribution_charlie, visibility_neubelt};
 use crate::brdf::table::Table;
+use crate::coat::EnvironmentQuery;
 use crate::math::lanes::{Float, Lanes, Mask};
 use crate::math::vec3::{self, V3};
 use std::f32::consts::FRAC_1_PI;

@@ -16,6 +16,8 @@
 //!
 //! Lanes with a coat mask of exactly 0 keep the bits of a material without coat (but -0 may become 0).
 
+pub use crate::coat::EnvironmentQuery;
+
 use super::{
     Half, LEAST_ANISOTROPIC, Quality, bent_mirror, clamp_n_dot_v, d_ggx, dominant_direction,
     f0_clear_coat_to_surface, fresnel, mix, sine_squared, visibility,
@@ -487,15 +489,6 @@ pub fn direct<L: Lanes>(
         #[inline(always)]
         |k| value[k] * color[k] * weight,
     )
-}
-
-/// A look-up in the prefiltered environment.
-#[derive(Clone, Copy)]
-pub struct EnvironmentQuery<L: Lanes> {
-    /// Direction in which the radiance is asked for, not of unit length.
-    pub direction: V3<L>,
-    /// What the environment is to be filtered for, 0 to 1.
-    pub perceptual_roughness: L::F,
 }
 
 impl<L: Lanes> Surface<L> {

@@ -32,7 +32,7 @@ mod direct;
 mod indirect;
 mod sampled;
 
-pub use super::urp::EnvironmentQuery;
+pub use super::EnvironmentQuery;
 pub use direct::{Direct, direct, direct_terms};
 pub use indirect::{
     Environment, EnvironmentQueries, Indirect, environment_queries, indirect, indirect_terms,

@@ -4,19 +4,10 @@ use super::direct::Lighting;
 use super::occlusion::diffuse_occlusion;
 use super::prelight::{COAT_LOBE, PreLight};
 use crate::brdf::reflection::{environment_direction, specular_dominant_direction};
+use crate::coat::EnvironmentQuery;
 use crate::each;
 use crate::math::lanes::{Float, Lanes};
 use crate::math::vec3::{self, V3};
-
-/// A look-up in the prefiltered environment.
-#[derive(Clone, Copy)]
-pub struct EnvironmentQuery<L: Lanes> {
-    /// Direction in which the radiance is asked for; not a unit vector.
-    pub direction: V3<L>,
-    /// What the environment is to be filtered for, 0 to 1; see
-    /// [`crate::brdf::roughness::mip_of_perceptual_roughness`].
-    pub perceptual_roughness: L::F,
-}
 
 /// What is asked for a lobe: coat (0), A (1), B (2).
 #[inline(always)]

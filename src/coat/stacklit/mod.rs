@@ -70,10 +70,11 @@ mod prelight;
 mod statistics;
 mod subsurface;
 
+pub use super::EnvironmentQuery;
 pub use adding::{Adding, Call, LayeredLobe, Layers, State, Statistics, compute_adding};
 pub use convert::{BaseLobe, BsdfData, CoatData, convert};
 pub use direct::{Cbsdf, Light, Lighting, direct, evaluate_bsdf, is_non_zero, layers_for_light};
-pub use environment::{EnvironmentQuery, baked_diffuse, compose, environment};
+pub use environment::{baked_diffuse, compose, environment};
 pub use options::{DataOcclusion, Options, ScreenSpaceOcclusion, SpecularOcclusion, TopNormalFix, Version};
 pub use parameters::{
     Anisotropy, Coat, DiffusionProfile, Frame, HazyGloss, Iridescence, Occlusion, Reflectance, Scattering,

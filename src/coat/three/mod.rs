@@ -29,8 +29,8 @@ mod direct;
 mod indirect;
 pub(super) mod lobes;
 
+pub use super::EnvironmentQuery;
 use super::glsl::mix;
-pub use super::urp::EnvironmentQuery;
 pub use direct::{direct, direct_terms};
 pub use indirect::{Indirect, ambient_occlusion, environment_queries, indirect, indirect_terms};
 

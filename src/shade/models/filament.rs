@@ -1,6 +1,6 @@
 //! Filament's models on surface fragments: standard, cloth, and the document of 2018.
 
-use super::super::incident::{Surroundings, sample_light};
+use super::super::incident::{Surroundings, add_lights};
 use super::super::{ShadeContext, Surface};
 use super::MetallicBase;
 use crate::brdf::tables;
@@ -8,6 +8,7 @@ use crate::coat::filament::standard::{Anisotropy, Coat, EnvironmentQuery, Sheen,
 use crate::coat::filament::{Quality, cloth, standard};
 use crate::coat::filament_2018::{self, Attenuation};
 use crate::gbuffer::layout::SurfacePlanes;
+use crate::light::LightSample;
 use crate::math::lanes::Lanes;
 use crate::math::vec3::{self, V3};
 use crate::scene::{Material, ShadingModel};
@@ -80,20 +81,21 @@ fn standard_radiance<L: Lanes>(
             &layers,
             source.irradiance_over_pi(l, context, surface, surface.normal),
             #[inline(always)]
-            |query: EnvironmentQuery<L>| {
-                let (direction, p) = (query.direction, query.perceptual_roughness);
-                source.radiance(l, context, material, surface, direction, p)
-            },
+            |query: EnvironmentQuery<L>| source.radiance(l, context, material, surface, query),
             source.occlusion(l, surface),
         );
         radiance = vec3::add(l, radiance, reflected);
     }
-    for light in context.lights {
-        let sample = sample_light(l, light, surface);
-        let lit = standard::direct(l, &layers, sample.direction, sample.irradiance, l.splat(1.0));
-        radiance = vec3::add(l, radiance, lit);
-    }
-    radiance
+    add_lights(
+        l,
+        context,
+        surface,
+        radiance,
+        #[inline(always)]
+        |sample: LightSample<L>| {
+            standard::direct(l, &layers, sample.direction, sample.irradiance, l.splat(1.0))
+        },
+    )
 }
 
 /// The cloth model reads base colour, sheen colour and the base's roughness.
@@ -122,20 +124,19 @@ fn cloth_radiance<L: Lanes>(
             &layers,
             source.irradiance_over_pi(l, context, surface, surface.normal),
             #[inline(always)]
-            |query: EnvironmentQuery<L>| {
-                let (direction, p) = (query.direction, query.perceptual_roughness);
-                source.radiance(l, context, material, surface, direction, p)
-            },
+            |query: EnvironmentQuery<L>| source.radiance(l, context, material, surface, query),
             source.occlusion(l, surface),
         );
         radiance = vec3::add(l, radiance, reflected);
     }
-    for light in context.lights {
-        let sample = sample_light(l, light, surface);
-        let lit = cloth::direct(l, &layers, sample.direction, sample.irradiance, l.splat(1.0));
-        radiance = vec3::add(l, radiance, lit);
-    }
-    radiance
+    add_lights(
+        l,
+        context,
+        surface,
+        radiance,
+        #[inline(always)]
+        |sample: LightSample<L>| cloth::direct(l, &layers, sample.direction, sample.irradiance, l.splat(1.0)),
+    )
 }
 
 #[inline(always)]
@@ -173,18 +174,19 @@ fn radiance_2018<L: Lanes>(
             dfg,
             source.irradiance_over_pi(l, context, surface, surface.normal),
             #[inline(always)]
-            |query: EnvironmentQuery<L>| {
-                let (direction, p) = (query.direction, query.perceptual_roughness);
-                source.radiance(l, context, material, surface, direction, p)
-            },
+            |query: EnvironmentQuery<L>| source.radiance(l, context, material, surface, query),
             source.occlusion(l, surface),
         );
         radiance = vec3::add(l, radiance, reflected);
     }
-    for light in context.lights {
-        let sample = sample_light(l, light, surface);
-        let lit = filament_2018::direct(l, &layers, sample.direction, sample.irradiance, l.splat(1.0));
-        radiance = vec3::add(l, radiance, lit);
-    }
-    radiance
+    add_lights(
+        l,
+        context,
+        surface,
+        radiance,
+        #[inline(always)]
+        |sample: LightSample<L>| {
+            filament_2018::direct(l, &layers, sample.direction, sample.irradiance, l.splat(1.0))
+        },
+    )
 }

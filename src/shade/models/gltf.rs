@@ -1,6 +1,6 @@
 //! The Khronos glTF Sample Renderer's material on surface fragments.
 
-use super::super::incident::{Surroundings, sample_light};
+use super::super::incident::{Surroundings, add_lights};
 use super::super::{ShadeContext, Surface};
 use super::{MetallicBase, stretched};
 use crate::brdf::tables;
@@ -8,6 +8,7 @@ use crate::coat::gltf::{
     self, Anisotropy, Coat, CoatF0, EnvironmentQuery, Iridescence, Sheen, SurfaceData, Tables,
 };
 use crate::gbuffer::layout::SurfacePlanes;
+use crate::light::LightSample;
 use crate::math::lanes::Lanes;
 use crate::math::vec3::{self, V3};
 use crate::scene::{Material, ShadingModel, Workflow};
@@ -96,21 +97,21 @@ fn radiance<L: Lanes>(
                 vec3::scale(l, over_pi, l.splat(PI))
             },
             #[inline(always)]
-            |query: EnvironmentQuery<L>| {
-                let (direction, p) = (query.direction, query.perceptual_roughness);
-                source.radiance(l, context, material, surface, direction, p)
-            },
+            |query: EnvironmentQuery<L>| source.radiance(l, context, material, surface, query),
             source.occlusion(l, surface),
         );
         radiance = vec3::add(l, radiance, reflected);
     }
-    for light in context.lights {
-        let sample = sample_light(l, light, surface);
-        let lit =
-            gltf::direct(l, &layers, tables.sheen_albedo, sample.direction, sample.irradiance, l.splat(1.0));
-        radiance = vec3::add(l, radiance, lit);
-    }
-    radiance
+    add_lights(
+        l,
+        context,
+        surface,
+        radiance,
+        #[inline(always)]
+        |sample: LightSample<L>| {
+            gltf::direct(l, &layers, tables.sheen_albedo, sample.direction, sample.irradiance, l.splat(1.0))
+        },
+    )
 }
 
 /// What is reflected of the environment, by samples.
@@ -135,10 +136,7 @@ fn sampled_environment<L: Lanes>(
                     vec3::scale(l, over_pi, l.splat(PI))
                 },
                 #[inline(always)]
-                |query: EnvironmentQuery<L>| {
-                    let (direction, p) = (query.direction, query.perceptual_roughness);
-                    source.radiance(l, context, material, surface, direction, p)
-                },
+                |query: EnvironmentQuery<L>| source.radiance(l, context, material, surface, query),
                 surface.occlusion,
             )
         },

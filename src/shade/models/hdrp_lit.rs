@@ -73,8 +73,9 @@ fn radiance<L: Lanes>(l: L, context: &ShadeContext<'_>, material: &Material, sur
             |query: EnvironmentQuery<L>| {
                 // The environment is mirrored as it is, area lights by the coat's roughness (`ltcTransformCoat`).
                 let p = query.perceptual_roughness;
-                let p = if far { p } else { p.at_least(COAT_PERCEPTUAL_ROUGHNESS) };
-                source.radiance(l, context, material, surface, query.direction, p)
+                let perceptual_roughness = if far { p } else { p.at_least(COAT_PERCEPTUAL_ROUGHNESS) };
+                let query = EnvironmentQuery { perceptual_roughness, ..query };
+                source.radiance(l, context, material, surface, query)
             },
         );
         let mut baked = source.irradiance_over_pi(l, context, surface, surface.normal);

@@ -1,12 +1,13 @@
 //! OpenPBR on surface fragments.
 
-use super::super::incident::{Surroundings, sample_light};
+use super::super::incident::{Surroundings, add_lights};
 use super::super::{Reflectance, ShadeContext, Surface};
 use super::stretched;
 use crate::brdf::tables;
 use crate::coat::openpbr::{self, AlbedoSource, Coat, EnvironmentQuery, SurfaceData};
 use crate::each;
 use crate::gbuffer::layout::SurfacePlanes;
+use crate::light::LightSample;
 use crate::math::lanes::{Float, Lanes, Mask};
 use crate::math::vec3::{self, V3};
 use crate::scene::Material;
@@ -84,18 +85,19 @@ fn radiance<L: Lanes>(l: L, context: &ShadeContext<'_>, material: &Material, sur
             &layers,
             source.irradiance_over_pi(l, context, surface, surface.normal),
             #[inline(always)]
-            |query: EnvironmentQuery<L>| {
-                let (direction, p) = (query.direction, query.perceptual_roughness);
-                source.radiance(l, context, material, surface, direction, p)
-            },
+            |query: EnvironmentQuery<L>| source.radiance(l, context, material, surface, query),
             source.occlusion(l, surface),
         );
         radiance = vec3::add(l, radiance, reflected);
     }
-    for light in context.lights {
-        let sample = sample_light(l, light, surface);
-        let lit = openpbr::direct(l, &layers, sample.direction, sample.irradiance, l.splat(1.0));
-        radiance = vec3::add(l, radiance, lit);
-    }
-    radiance
+    add_lights(
+        l,
+        context,
+        surface,
+        radiance,
+        #[inline(always)]
+        |sample: LightSample<L>| {
+            openpbr::direct(l, &layers, sample.direction, sample.irradiance, l.splat(1.0))
+        },
+    )
 }

@@ -147,15 +147,19 @@ fn radiance<L: Lanes>(l: L, context: &ShadeContext<'_>, material: &Material, sur
     let mut sum = zero;
     for &source in Surroundings::of(context) {
         let far = source == Surroundings::Environment;
-        let asked = if far { pre } else { near_lobes(l, &pre) };
+        // A large structure: it is copied for area lights only.
+        let near;
+        let asked = if far {
+            &pre
+        } else {
+            near = near_lobes(l, &pre);
+            &near
+        };
         let reflected = stacklit::environment(
             l,
-            &asked,
+            asked,
             #[inline(always)]
-            |query: EnvironmentQuery<L>| {
-                let (direction, p) = (query.direction, query.perceptual_roughness);
-                source.radiance(l, context, material, surface, direction, p)
-            },
+            |query: EnvironmentQuery<L>| source.radiance(l, context, material, surface, query),
         );
         // One call from one place: the normal, and its opposite for light from behind.
         let mut baked = [zero; 2];
@@ -166,7 +170,7 @@ fn radiance<L: Lanes>(l: L, context: &ShadeContext<'_>, material: &Material, sur
         let baked = stacklit::baked_diffuse(l, &pre, baked[0], baked[1]);
         let emissive = if far { surface.emissive } else { zero };
         let lights = if far { lights } else { Lighting { diffuse: zero, specular: zero } };
-        let out = stacklit::compose(l, &asked, &lights, reflected, baked, emissive);
+        let out = stacklit::compose(l, asked, &lights, reflected, baked, emissive);
         sum = vec3::add(l, sum, vec3::add(l, out.diffuse, out.specular));
     }
     sum

@@ -1,12 +1,13 @@
 //! three.js on surface fragments: the physical material of today, and that of older releases.
 
-use super::super::incident::{Surroundings, sample_light};
+use super::super::incident::{Surroundings, add_lights};
 use super::super::{ShadeContext, Surface};
 use super::{MetallicBase, stretched};
 use crate::brdf::tables;
 use crate::coat::three::{self, Anisotropy, Coat, EnvironmentQuery, Iridescence, Sheen, SurfaceData};
 use crate::coat::three_legacy::{self, LightUnits, ThreeVersion};
 use crate::gbuffer::layout::SurfacePlanes;
+use crate::light::LightSample;
 use crate::math::lanes::Lanes;
 use crate::math::vec3::{self, V3};
 use crate::scene::{Material, ShadingModel};
@@ -96,20 +97,19 @@ fn radiance<L: Lanes>(l: L, context: &ShadeContext<'_>, material: &Material, sur
                 vec3::scale(l, over_pi, l.splat(PI))
             },
             #[inline(always)]
-            |query: EnvironmentQuery<L>| {
-                let (direction, p) = (query.direction, query.perceptual_roughness);
-                source.radiance(l, context, material, surface, direction, p)
-            },
+            |query: EnvironmentQuery<L>| source.radiance(l, context, material, surface, query),
             source.occlusion(l, surface),
         );
         radiance = vec3::add(l, radiance, reflected);
     }
-    for light in context.lights {
-        let sample = sample_light(l, light, surface);
-        let lit = three::direct(l, &layers, sample.direction, sample.irradiance, l.splat(1.0));
-        radiance = vec3::add(l, radiance, lit);
-    }
-    radiance
+    add_lights(
+        l,
+        context,
+        surface,
+        radiance,
+        #[inline(always)]
+        |sample: LightSample<L>| three::direct(l, &layers, sample.direction, sample.irradiance, l.splat(1.0)),
+    )
 }
 
 #[inline(always)]
@@ -154,18 +154,19 @@ fn legacy_radiance<L: Lanes>(
                 vec3::scale(l, over_pi, l.splat(PI))
             },
             #[inline(always)]
-            |query: EnvironmentQuery<L>| {
-                let (direction, p) = (query.direction, query.perceptual_roughness);
-                source.radiance(l, context, material, surface, direction, p)
-            },
+            |query: EnvironmentQuery<L>| source.radiance(l, context, material, surface, query),
             source.occlusion(l, surface),
         );
         radiance = vec3::add(l, radiance, reflected);
     }
-    for light in context.lights {
-        let sample = sample_light(l, light, surface);
-        let lit = three_legacy::direct(l, units, &layers, sample.direction, sample.irradiance, l.splat(1.0));
-        radiance = vec3::add(l, radiance, lit);
-    }
-    radiance
+    add_lights(
+        l,
+        context,
+        surface,
+        radiance,
+        #[inline(always)]
+        |sample: LightSample<L>| {
+            three_legacy::direct(l, units, &layers, sample.direction, sample.irradiance, l.splat(1.0))
+        },
+    )
 }

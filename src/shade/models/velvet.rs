@@ -1,14 +1,15 @@
 //! Velvet on surface fragments: fibres from the sheen of the material, over its base.
 
-use super::super::incident::{Surroundings, sample_light};
+use super::super::incident::{Surroundings, add_lights};
 use super::super::{ShadeContext, Surface};
 use super::MetallicBase;
 use crate::brdf::tables;
 use crate::brdf::velvet::VelvetAlbedo;
-use crate::coat::filament::standard::EnvironmentQuery;
+use crate::coat::EnvironmentQuery;
 use crate::coat::velvet::{self, Specular, SurfaceData};
 use crate::each;
 use crate::gbuffer::layout::SurfacePlanes;
+use crate::light::LightSample;
 use crate::math::lanes::{Float, Lanes};
 use crate::math::vec3::{self, V3};
 use crate::scene::Material;
@@ -52,18 +53,19 @@ fn radiance<L: Lanes>(l: L, context: &ShadeContext<'_>, material: &Material, sur
             &layers,
             source.irradiance_over_pi(l, context, surface, surface.normal),
             #[inline(always)]
-            |query: EnvironmentQuery<L>| {
-                let (direction, p) = (query.direction, query.perceptual_roughness);
-                source.radiance(l, context, material, surface, direction, p)
-            },
+            |query: EnvironmentQuery<L>| source.radiance(l, context, material, surface, query),
             source.occlusion(l, surface),
         );
         radiance = vec3::add(l, radiance, reflected);
     }
-    for light in context.lights {
-        let sample = sample_light(l, light, surface);
-        let lit = velvet::direct(l, &layers, sample.direction, sample.irradiance, l.splat(1.0));
-        radiance = vec3::add(l, radiance, lit);
-    }
-    radiance
+    add_lights(
+        l,
+        context,
+        surface,
+        radiance,
+        #[inline(always)]
+        |sample: LightSample<L>| {
+            velvet::direct(l, &layers, sample.direction, sample.irradiance, l.splat(1.0))
+        },
+    )
 }
