@@ -64,7 +64,7 @@ fn models(criterion: &mut Criterion) {
     let filtered = PrefilteredEnvironment::studio();
     let environment = EnvironmentLight::new(&filtered, 0.0, 1.0);
     let direction = [0.6, -0.64, -0.48];
-    let sun = Light { kind: LightKind::Directional { direction }, color: [1.0; 3], intensity: 2.0 };
+    let sun = Light { intensity: 2.0, ..Light::new(LightKind::Directional { direction }) };
     let lights: Vec<PunctualLight> = PunctualLight::new(&sun).into_iter().collect();
     let context = ShadeContext {
         draws: &[],

@@ -64,7 +64,7 @@ fn lamps_light_a_lambert_plane_alike() {
         assert_eq!(seen(&mut renderer, &scene, model), [0.0; 3], "{} without light", model.name());
     }
     let kind = LightKind::Directional { direction: [0.0, 0.0, -1.0] };
-    scene.add_light(Light { kind, color: [1.0, 2.0, 0.5], intensity: PI }).unwrap();
+    scene.add_light(Light { color: [1.0, 2.0, 0.5], intensity: PI, ..Light::new(kind) }).unwrap();
     for model in ShadingModel::ALL {
         let found = seen(&mut renderer, &scene, model);
         for (k, color) in [1.0, 2.0, 0.5].into_iter().enumerate() {
@@ -86,7 +86,7 @@ fn area_lights_light_a_lambert_plane_alike() {
         half_height: [0.0, 1.0, 0.0],
         two_sided: false,
     };
-    scene.add_light(Light { kind, color: [1.0; 3], intensity: 3.0 }).unwrap();
+    scene.add_light(Light { intensity: 3.0, ..Light::new(kind) }).unwrap();
     let share = 0.554_126;
     for model in ShadingModel::ALL {
         let found = seen(&mut renderer, &scene, model);

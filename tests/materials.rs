@@ -6,23 +6,29 @@ use overcoat::load::{
     MemoryResolver, ResolveError, material_keys,
 };
 use overcoat::scene::{
-    AlphaMode, ColorSpace, Framing, Instance, Material, Mesh, MeshData, Scene, ShadingModel, Transform,
-    Workflow, Wrap,
+    AlphaMode, ColorSpace, Framing, Instance, Light, LightKind, Material, Mesh, MeshData, Scene,
+    ShadingModel, Transform, Workflow, Wrap,
 };
 use overcoat::{Limits, RenderOptions, Renderer};
 use std::collections::BTreeSet;
 
-/// A PNG file of 2 x 2 texels: red 10, green 20, blue 30, alpha 40.
-fn png() -> Vec<u8> {
+/// A PNG file of 2 x 2 equal texels.
+fn png(texel: [u8; 4]) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, 2, 2);
     encoder.set_color(png::ColorType::Rgba);
-    encoder.write_header().unwrap().write_image_data(&[10, 20, 30, 40].repeat(4)).unwrap();
+    encoder.write_header().unwrap().write_image_data(&texel.repeat(4)).unwrap();
     bytes
 }
 
 fn read_within(text: &str, limits: &Limits) -> Result<MaterialFile, MaterialError> {
-    let files = [("x.png", png()), ("text.png", b"<svg/>".to_vec()), ("cut.png", png()[..40].to_vec())];
+    let plain = png([10, 20, 30, 40]);
+    let files = [
+        ("x.png", plain.clone()),
+        ("text.png", b"<svg/>".to_vec()),
+        ("cut.png", plain[..40].to_vec()),
+        ("tilted.png", png([180, 128, 240, 255])),
+    ];
     let resolver =
         MemoryResolver { files: files.into_iter().map(|(name, bytes)| (name.to_owned(), bytes)).collect() };
     let jobs = Jobs::new(1);
@@ -383,8 +389,8 @@ fn textures_come_from_the_files_folder_only() {
     let folder = tempfile::tempdir().unwrap();
     let inner = folder.path().join("inner");
     std::fs::create_dir(&inner).unwrap();
-    std::fs::write(folder.path().join("secret.png"), png()).unwrap();
-    std::fs::write(inner.join("x.png"), png()).unwrap();
+    std::fs::write(folder.path().join("secret.png"), png([10, 20, 30, 40])).unwrap();
+    std::fs::write(inner.join("x.png"), png([10, 20, 30, 40])).unwrap();
     let (limits, jobs) = (Limits::default(), Jobs::new(1));
     let path = inner.join("m.toml");
     let open = |name: &str| {
@@ -437,4 +443,54 @@ fn every_built_in_material_is_good() {
         assert!(hashes.insert(frame.frame_hash()), "{name} looks like another one");
     }
     assert!(models.len() >= 6, "{models:?}");
+}
+
+/// What StackLit has of its own reaches the picture through a file: each line changes the middle of a quad under the
+/// studio and a lamp, and changes nothing without the switch that makes StackLit read it.
+#[test]
+fn stacklit_reads_its_own_inputs() {
+    let middle = |lines: &str, minimum_roughness: f32| -> [f32; 4] {
+        let text = format!("model = \"stacklit\"\nmetallic = 1\nroughness = 0.6\n{lines}");
+        let mut scene = assigned(&text, Material::default());
+        let kind = LightKind::Directional { direction: [0.0, 0.6, -0.8] };
+        scene.add_light(Light { minimum_roughness, ..Light::new(kind) }).unwrap();
+        let camera = Framing { direction: [0.0, 0.5, 0.86], ..Framing::default() }.camera(&scene);
+        let options = RenderOptions { width: 3, height: 3, samples: 1, ..RenderOptions::default() };
+        Renderer::new(1).render(&scene, &camera, &options).unwrap().frame.pixels[4]
+    };
+    let occluded = "occlusion_texture = \"x.png\"\nocclusion_strength = 0.5\n";
+    let film = "coat = 1\niridescence = 1\n";
+    let cones = "[options]\nstacklit_specular_occlusion = \"cone-cone\"\n";
+    for (common, line, switch) in [
+        ("", "specular_occlusion = 0.25\n", "[options]\nstacklit_specular_occlusion = \"custom\"\n"),
+        (
+            "",
+            "specular_occlusion_texture = \"x.png\"\n",
+            "[options]\nstacklit_specular_occlusion = \"custom\"\n",
+        ),
+        (occluded, "bent_normal_texture = \"tilted.png\"\n", cones),
+        (film, "iridescence_coat_fixup_tir = 1\n", ""),
+    ] {
+        let with = |line: &str, switch: &str| middle(&format!("{common}{line}{switch}"), 0.0);
+        assert_ne!(with(line, switch), with("", switch), "{line}");
+        if !switch.is_empty() {
+            assert_eq!(with(line, ""), with("", ""), "{line} is read without its switch");
+        }
+    }
+    let clamp = "iridescence_coat_fixup_tir = 1\niridescence_coat_fixup_tir_clamp = 1\n";
+    assert_ne!(
+        middle(&format!("{film}{clamp}"), 0.0),
+        middle(&format!("{film}iridescence_coat_fixup_tir = 1\n"), 0.0)
+    );
+    let methods = ["uniform", "cosine", "cosine-with-bent-correction"].map(|cone| {
+        format!(
+            "{occluded}bent_normal_texture = \"tilted.png\"\n{cones}stacklit_occlusion_cone = \"{cone}\"\n"
+        )
+    });
+    let [uniform, cosine, corrected] = methods.each_ref().map(|text| middle(text, 0.0));
+    assert!(uniform != cosine && cosine != corrected && corrected != uniform);
+    let honor = "[options]\nstacklit_honor_light_minimum_roughness = true\n";
+    assert_ne!(middle(honor, 0.5), middle(honor, 0.0));
+    assert_eq!(middle("", 0.5), middle("", 0.0));
+    assert_ne!(middle("[options]\nstacklit_no_energy_compensation = true\n", 0.0), middle("", 0.0));
 }

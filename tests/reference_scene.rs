@@ -167,7 +167,7 @@ fn direct_light_reproduces_the_tables() {
                 vector(row, "in_lightColor").map(|c| c * row["in_attenuation"] * std::f32::consts::PI);
             let direction = vector(row, "in_L").map(|v| -v);
             let kind = LightKind::Directional { direction };
-            scene.add_light(Light { kind, color, intensity: 1.0 }).unwrap();
+            scene.add_light(Light { color, intensity: 1.0, ..Light::new(kind) }).unwrap();
         });
         assert!(compared >= least, "{table}: only {compared} rows");
     }
@@ -499,7 +499,11 @@ fn every_engine_reproduces_its_tables() {
             let color = vector(&row, "in_lightColor").map(|c| c * (case.irradiance)(&row));
             let direction = vector(&row, "in_L").map(|v| -v);
             scene
-                .add_light(Light { kind: LightKind::Directional { direction }, color, intensity: 1.0 })
+                .add_light(Light {
+                    color,
+                    intensity: 1.0,
+                    ..Light::new(LightKind::Directional { direction })
+                })
                 .unwrap();
             let found = render(&mut renderer, &scene, &row, model);
             for k in 0..3 {

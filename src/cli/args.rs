@@ -65,7 +65,7 @@ pub struct RenderArgs {
     ///
     /// Comma-separated: depth, position, normal, coat-normal, tangent, base-color, roughness, metallic, specular-color,
     /// occlusion, emissive, coat, coat-thickness, coat-color, sheen-color, sheen-roughness, anisotropy, iridescence,
-    /// second-lobe, subsurface, material-id, object-id, uv, coverage.
+    /// second-lobe, subsurface, specular-occlusion, bent-normal, material-id, object-id, uv, coverage.
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = values::aov)]
     pub aov: Vec<Aov>,
 

@@ -16,6 +16,8 @@ pub enum SceneLight {
         color: Option<[f32; 3]>,
         /// Lux on a surface that faces it.
         intensity: f32,
+        /// Least roughness (alpha, 0 to 1) of what it shines on, where a material honours it; 0 if absent.
+        min_roughness: Option<f32>,
     },
     /// A point.
     Point {
@@ -27,6 +29,8 @@ pub enum SceneLight {
         color: Option<[f32; 3]>,
         /// Candela.
         intensity: f32,
+        /// Least roughness (alpha, 0 to 1) of what it shines on, where a material honours it; 0 if absent.
+        min_roughness: Option<f32>,
     },
     /// A cone.
     Spot {
@@ -44,6 +48,8 @@ pub enum SceneLight {
         color: Option<[f32; 3]>,
         /// Candela on its axis.
         intensity: f32,
+        /// Least roughness (alpha, 0 to 1) of what it shines on, where a material honours it; 0 if absent.
+        min_roughness: Option<f32>,
     },
     /// A rectangle.
     Rect {
@@ -88,15 +94,28 @@ impl SceneLight {
     }
 
     fn light(&self) -> Result<Light, String> {
+        let mut minimum_roughness = None;
         let (kind, color, intensity) = match *self {
-            Self::Directional { direction, color, intensity } => {
+            Self::Directional { direction, color, intensity, min_roughness } => {
+                minimum_roughness = min_roughness;
                 let direction = unit(direction).ok_or("its direction has no length")?;
                 (LightKind::Directional { direction }, color, intensity)
             }
-            Self::Point { position, range, color, intensity } => {
+            Self::Point { position, range, color, intensity, min_roughness } => {
+                minimum_roughness = min_roughness;
                 (LightKind::Point { position, range }, color, intensity)
             }
-            Self::Spot { position, target, range, inner_cone_deg, outer_cone_deg, color, intensity } => {
+            Self::Spot {
+                position,
+                target,
+                range,
+                inner_cone_deg,
+                outer_cone_deg,
+                color,
+                intensity,
+                min_roughness,
+            } => {
+                minimum_roughness = min_roughness;
                 let direction = unit(difference(target, position)).ok_or("its target is where it is")?;
                 let cosine = |degrees: f32| {
                     if (0.0..=90.0).contains(&degrees) {
@@ -134,7 +153,12 @@ impl SceneLight {
                 (LightKind::Tube { ends: [from, to], radius }, color, intensity)
             }
         };
-        Ok(Light { kind, color: color.unwrap_or([1.0; 3]), intensity })
+        Ok(Light {
+            kind,
+            color: color.unwrap_or([1.0; 3]),
+            intensity,
+            minimum_roughness: minimum_roughness.unwrap_or(0.0),
+        })
     }
 }
 

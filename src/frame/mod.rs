@@ -68,6 +68,10 @@ pub enum Aov {
     SecondLobe,
     /// Subsurface mask, and thickness that transmitted light crosses in millimetres.
     Subsurface,
+    /// Visibility of reflections as the material states it, 0 to 1.
+    SpecularOcclusion,
+    /// World-space mean of the directions that are not occluded, unit length.
+    BentNormal,
     /// Number of the material plus 1, of the nearest surface with the largest coverage; 0 where none is.
     MaterialId,
     /// Number of the object plus 1, likewise.
@@ -80,7 +84,7 @@ pub enum Aov {
 
 impl Aov {
     /// All of them, in the order of the documentation.
-    pub const ALL: [Self; 24] = [
+    pub const ALL: [Self; 26] = [
         Self::Depth,
         Self::Position,
         Self::Normal,
@@ -101,6 +105,8 @@ impl Aov {
         Self::Iridescence,
         Self::SecondLobe,
         Self::Subsurface,
+        Self::SpecularOcclusion,
+        Self::BentNormal,
         Self::MaterialId,
         Self::ObjectId,
         Self::Uv,
@@ -131,6 +137,8 @@ impl Aov {
             Self::Iridescence => "iridescence",
             Self::SecondLobe => "second-lobe",
             Self::Subsurface => "subsurface",
+            Self::SpecularOcclusion => "specular-occlusion",
+            Self::BentNormal => "bent-normal",
             Self::MaterialId => "material-id",
             Self::ObjectId => "object-id",
             Self::Uv => "uv",
@@ -151,6 +159,7 @@ impl Aov {
             Self::Position
             | Self::Normal
             | Self::CoatNormal
+            | Self::BentNormal
             | Self::Tangent
             | Self::BaseColor
             | Self::SpecularColor

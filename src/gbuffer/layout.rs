@@ -3,7 +3,7 @@
 //! | group | planes | bytes a fragment | read by |
 //! |---|---|---|---|
 //! | [`CORE`] | place, normals, base, coat, emission | 140 | every shading model |
-//! | [`LOBES`] | tangent frame, sheen, anisotropy, film, the coat's medium, second lobe, subsurface | 88 | every model but URP's |
+//! | [`LOBES`] | tangent frame, sheen, anisotropy, film, the coat's medium, second lobe, subsurface, occlusion of reflections | 104 | every model but URP's |
 //!
 //! Planes are `f32`, sixteen fragments to a row of 64 bytes, so that a vector is one cache line. They are not packed
 //! more tightly: a batch is written once and read once, 4 KB in the first-level cache, and what half as many bytes
@@ -116,6 +116,10 @@ planes! {
     SUBSURFACE "subsurface" 1 0.0, 1.0;
     /// Thickness that transmitted light crosses, in millimetres.
     SUBSURFACE_THICKNESS "subsurface-thickness" 1 0.0, 1e6;
+    /// Visibility of reflections as the material states it.
+    SPECULAR_OCCLUSION "specular-occlusion" 1 0.0, 1.0;
+    /// Unit mean of the directions that are not occluded; the normal where the material has no map of it.
+    BENT_NORMAL "bent-normal" 3 -1.000_001, 1.000_001;
 }
 
 /// Rows that every shading model reads.
@@ -160,7 +164,7 @@ mod tests {
         }
         assert_eq!(next, ROWS);
         // What the table of the module says.
-        assert_eq!((CORE.len() * 4, LOBES.len() * 4), (140, 88));
+        assert_eq!((CORE.len() * 4, LOBES.len() * 4), (140, 104));
         let mut names: Vec<&str> = PLANES.iter().map(|p| p.name).collect();
         names.sort_unstable();
         names.dedup();

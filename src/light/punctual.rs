@@ -21,6 +21,8 @@ const MIN_DISTANCE_SQUARED: f32 = 1e-6;
 pub struct PunctualLight {
     /// Colour times intensity: lux or candela.
     intensity: [f32; 3],
+    /// Least alpha of what it shines on, 0 to 1.
+    pub minimum_roughness: f32,
     kind: Kind,
 }
 
@@ -73,7 +75,7 @@ impl PunctualLight {
             }
             LightKind::Rect { .. } | LightKind::Tube { .. } => return None,
         };
-        Some(Self { intensity, kind })
+        Some(Self { intensity, minimum_roughness: light.minimum_roughness, kind })
     }
 
     /// Direction and irradiance at world-space points.
@@ -128,7 +130,8 @@ mod tests {
     use crate::math::lanes::{LANES, Scalar, SimdLevel};
 
     fn light(kind: LightKind) -> PunctualLight {
-        PunctualLight::new(&Light { kind, color: [1.0, 0.5, 0.0], intensity: 8.0 }).expect("a punctual light")
+        PunctualLight::new(&Light { color: [1.0, 0.5, 0.0], intensity: 8.0, ..Light::new(kind) })
+            .expect("a punctual light")
     }
 
     fn at(light: &PunctualLight, position: [f32; 3]) -> ([f32; 3], [f32; 3]) {

@@ -9,10 +9,10 @@ use crate::frame::{Aov, AovPlane, Frame};
 /// | plane | picture |
 /// |---|---|
 /// | depth | 1 (nearest) to 0.1 (farthest surface of the picture), linear in depth, grey |
-/// | normal, coat-normal, tangent | xyz * 0.5 + 0.5 as RGB |
+/// | normal, coat-normal, bent-normal, tangent | xyz * 0.5 + 0.5 as RGB |
 /// | anisotropy | -1 black to 1 white |
 /// | base-color, specular-color, emissive, coat-color, sheen-color | sRGB, tagged as such |
-/// | roughness, metallic, occlusion, sheen-roughness, coverage | 0 to 1, grey |
+/// | roughness, metallic, occlusion, sheen-roughness, specular-occlusion, coverage | 0 to 1, grey |
 /// | coat | mask in red, roughness in green |
 /// | second-lobe | roughness, mix and haziness in red, green and blue |
 /// | iridescence, subsurface | mask in red, thickness t in green as t / (t + 500 nm) or t / (t + 1 mm) |
@@ -49,7 +49,7 @@ fn picture(plane: &AovPlane) -> Vec<[u8; 3]> {
             (Aov::Depth, &[z]) => {
                 [byte(if far > near { 1.0 - 0.9 * ((z - near) / (far - near)) } else { 1.0 }); 3]
             }
-            (Aov::Normal | Aov::CoatNormal | Aov::Tangent, &[x, y, z]) => {
+            (Aov::Normal | Aov::CoatNormal | Aov::BentNormal | Aov::Tangent, &[x, y, z]) => {
                 [x, y, z].map(|v| byte(v * 0.5 + 0.5))
             }
             (aov, &[r, g, b]) if is_color(aov) => [r, g, b].map(linear_to_srgb8),

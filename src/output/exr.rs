@@ -85,7 +85,7 @@ fn component(plane: &AovPlane, c: usize) -> Vec<f32> {
 fn channel_names(aov: Aov) -> &'static [&'static str] {
     match aov {
         Aov::Depth => &["Z"],
-        Aov::Position | Aov::Normal | Aov::CoatNormal | Aov::Tangent => &["X", "Y", "Z"],
+        Aov::Position | Aov::Normal | Aov::CoatNormal | Aov::BentNormal | Aov::Tangent => &["X", "Y", "Z"],
         Aov::BaseColor | Aov::SpecularColor | Aov::Emissive | Aov::CoatColor | Aov::SheenColor => {
             &["R", "G", "B"]
         }

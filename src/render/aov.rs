@@ -29,6 +29,8 @@ fn rows(aov: Aov) -> Option<std::ops::Range<usize>> {
         Aov::SheenColor => layout::SHEEN_COLOR,
         Aov::SheenRoughness => layout::SHEEN_ROUGHNESS,
         Aov::Anisotropy => layout::ANISOTROPY,
+        Aov::SpecularOcclusion => layout::SPECULAR_OCCLUSION,
+        Aov::BentNormal => layout::BENT_NORMAL,
         Aov::Uv => layout::UV,
         Aov::MaterialId | Aov::ObjectId | Aov::Coverage => return None,
     };
@@ -127,7 +129,7 @@ impl TileAovs {
             }
             for (values, &coverage) in plane.chunks_exact_mut(aov.channels()).zip(&self.coverage) {
                 let divisor = match aov {
-                    Aov::Normal | Aov::CoatNormal | Aov::Tangent => {
+                    Aov::Normal | Aov::CoatNormal | Aov::BentNormal | Aov::Tangent => {
                         (values[0] * values[0] + values[1] * values[1] + values[2] * values[2]).sqrt()
                     }
                     _ => coverage,

@@ -74,6 +74,18 @@ pub struct Light {
     pub color: [f32; 3],
     /// Lux, candela or candela per square metre, 0 to 1e9.
     pub intensity: f32,
+    /// Surfaces are at least as rough as this under it (alpha, the square of perceptual roughness, 0 to 1), so that a
+    /// light without extent has a highlight with one: Unity's `minRoughness`. StackLit reads it where the material says
+    /// so, [`super::ModelOptions::stacklit_honor_light_minimum_roughness`].
+    pub minimum_roughness: f32,
+}
+
+impl Light {
+    /// A white light of intensity 1.
+    #[must_use]
+    pub fn new(kind: LightKind) -> Self {
+        Self { kind, color: [1.0; 3], intensity: 1.0, minimum_roughness: 0.0 }
+    }
 }
 
 impl Light {
@@ -89,6 +101,7 @@ impl Light {
     pub(crate) fn validate(&self) -> Result<(), SceneError> {
         within("light colour", &self.color, 0.0, 1e6)?;
         within("light intensity", &[self.intensity], 0.0, 1e9)?;
+        within("light's minimum roughness", &[self.minimum_roughness], 0.0, 1.0)?;
         let unit = |d: &[f32; 3]| {
             finite("light direction", d)?;
             let square = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];

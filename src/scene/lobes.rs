@@ -2,9 +2,9 @@
 //!
 //! Every group's default is "none of it", and costs nothing.
 
+use super::SceneError;
 use super::error::within;
-use super::material::TextureRef;
-use super::{SceneError, material::MAX_FACTOR};
+use super::material::{MAX_FACTOR, NormalTexture, TextureRef};
 
 /// A number, and a channel of a texture that multiplies it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -69,6 +69,11 @@ pub struct Iridescence {
     pub thickness: [f32; 2],
     /// Linear data, thickness in green.
     pub thickness_texture: Option<TextureRef>,
+    /// StackLit under a coat: how much of the film's total reflection of light on its way out is made up for, 0 to 1
+    /// (`_IridescenceCoatFixupTIR`).
+    pub coat_fixup_tir: f32,
+    /// How far that may go, 0 to 1 (`_IridescenceCoatFixupTIRClamp`).
+    pub coat_fixup_tir_clamp: f32,
 }
 
 impl Default for Iridescence {
@@ -78,6 +83,8 @@ impl Default for Iridescence {
             ior: 1.3,
             thickness: [100.0, 400.0],
             thickness_texture: None,
+            coat_fixup_tir: 0.0,
+            coat_fixup_tir_clamp: 0.0,
         }
     }
 }
@@ -174,6 +181,22 @@ impl Default for Subsurface {
     }
 }
 
+/// What a material knows of the occlusion of its reflections beyond ambient occlusion. Which of it is read, if any, is
+/// decided by [`super::ModelOptions::stacklit_specular_occlusion`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ReflectionOcclusion {
+    /// Visibility of reflections, 0 none to 1 all, for [`super::SpecularOcclusionMethod::Custom`].
+    pub specular: ScalarParameter,
+    /// Tangent-space mean of the directions that are not occluded, for the cones; the base's normal if `None`.
+    pub bent_normal: Option<NormalTexture>,
+}
+
+impl Default for ReflectionOcclusion {
+    fn default() -> Self {
+        Self { specular: ScalarParameter::from(1.0), bent_normal: None }
+    }
+}
+
 /// All groups of one material.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Lobes {
@@ -189,6 +212,8 @@ pub struct Lobes {
     pub second: SecondLobe,
     /// Subsurface scattering and transmission.
     pub subsurface: Subsurface,
+    /// Occlusion of reflections.
+    pub occlusion: ReflectionOcclusion,
 }
 
 impl Lobes {
@@ -207,13 +232,15 @@ impl Lobes {
             &self.second.haziness.texture,
             &self.subsurface.mask.texture,
             &self.subsurface.thickness.texture,
+            &self.occlusion.specular.texture,
         ]
         .into_iter()
         .flatten()
+        .chain(self.occlusion.bent_normal.as_ref().map(|normal| &normal.texture))
     }
 
     /// The same slots, for loaders to fill in.
-    pub(crate) fn texture_slots_mut(&mut self) -> [&mut Option<TextureRef>; 12] {
+    pub(crate) fn texture_slots_mut(&mut self) -> [&mut Option<TextureRef>; 13] {
         [
             &mut self.sheen.color.texture,
             &mut self.sheen.roughness.texture,
@@ -227,6 +254,7 @@ impl Lobes {
             &mut self.second.haziness.texture,
             &mut self.subsurface.mask.texture,
             &mut self.subsurface.thickness.texture,
+            &mut self.occlusion.specular.texture,
         ]
     }
 
@@ -245,6 +273,8 @@ impl Lobes {
         scalar("iridescence mask", &self.iridescence.mask, 0.0, 1.0)?;
         within("iridescence index of refraction", &[self.iridescence.ior], 1.0, 5.0)?;
         within("iridescence thickness", &self.iridescence.thickness, 0.0, 1e5)?;
+        within("iridescence fix-up", &[self.iridescence.coat_fixup_tir], 0.0, 1.0)?;
+        within("iridescence fix-up clamp", &[self.iridescence.coat_fixup_tir_clamp], 0.0, 1.0)?;
         within("clear coat index of refraction", &[self.coat.ior], 1.0, 3.0)?;
         scalar("clear coat thickness", &self.coat.thickness, 0.0, MAX_FACTOR)?;
         within("clear coat extinction", &self.coat.extinction, 0.0, MAX_FACTOR)?;
@@ -261,6 +291,7 @@ impl Lobes {
         within("scattering distance", &self.subsurface.scattering_distance, 1e-3, MAX_FACTOR)?;
         within("transmission", &self.subsurface.transmission, 0.0, 1.0)?;
         scalar("subsurface thickness", &self.subsurface.thickness, 0.0, MAX_FACTOR)?;
-        within("subsurface index of refraction", &[self.subsurface.ior], 1.0, 2.0)
+        within("subsurface index of refraction", &[self.subsurface.ior], 1.0, 2.0)?;
+        scalar("specular occlusion", &self.occlusion.specular, 0.0, 1.0)
     }
 }

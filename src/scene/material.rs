@@ -227,7 +227,7 @@ impl Material {
     /// True if normals are perturbed or highlights are longer one way, so that the mesh needs tangents.
     #[must_use]
     pub fn needs_tangents(&self) -> bool {
-        self.has_normal_maps() || self.is_anisotropic()
+        self.has_normal_maps() || self.is_anisotropic() || self.lobes.occlusion.bent_normal.is_some()
     }
 
     /// Checks every factor against its documented range, and that textures exist.
@@ -252,7 +252,10 @@ impl Material {
         within("emissive", &self.emissive, 0.0, MAX_FACTOR)?;
         within("clear coat mask", &[self.coat], 0.0, 1.0)?;
         within("clear coat roughness", &[self.coat_roughness], 0.0, 1.0)?;
-        for normal in [&self.normal_texture, &self.coat_normal_texture].into_iter().flatten() {
+        for normal in [&self.normal_texture, &self.coat_normal_texture, &self.lobes.occlusion.bent_normal]
+            .into_iter()
+            .flatten()
+        {
             within("normal scale", &[normal.scale], -1e4, 1e4)?;
         }
         if let AlphaMode::Mask { cutoff } = self.alpha_mode {

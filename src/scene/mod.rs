@@ -23,12 +23,12 @@ pub use error::SceneError;
 pub use framing::{Bounds, Framing};
 pub use light::{Light, LightKind};
 pub use lobes::{
-    Anisotropy, CoatMedium, ColorParameter, Iridescence, Lobes, ScalarParameter, SecondLobe, Sheen,
-    Subsurface,
+    Anisotropy, CoatMedium, ColorParameter, Iridescence, Lobes, ReflectionOcclusion, ScalarParameter,
+    SecondLobe, Sheen, Subsurface,
 };
 pub use material::{AlphaMode, Material, NormalTexture, TextureRef, UvTransform, Workflow};
 pub use mesh::{Mesh, MeshData};
-pub use model::{DualNormalFix, ModelOptions, ShadingModel, SpecularOcclusionMethod};
+pub use model::{DualNormalFix, ModelOptions, OcclusionCone, ShadingModel, SpecularOcclusionMethod};
 pub(crate) use texture::LevelLayout;
 pub use texture::{AlphaUse, ColorSpace, Filter, Image, MipFilter, MipLevel, Sampler, Texture, Wrap};
 pub use transform::Transform;

@@ -142,6 +142,11 @@ impl ShadingModel {
                 lobes.subsurface.mask.factor > 0.0 || lobes.subsurface.transmission != [0.0; 3],
                 stacklit || self == M::FilamentCloth,
             ),
+            (
+                "occlusion of reflections of its own",
+                lobes.occlusion.specular != 1.0.into() || lobes.occlusion.bent_normal.is_some(),
+                stacklit,
+            ),
         ]
         .into_iter()
         .filter(|&(_, present, known)| present && !known)
@@ -170,8 +175,25 @@ pub enum SpecularOcclusionMethod {
     /// From ambient occlusion, view angle and roughness (Lagarde and de Rousiers 2014).
     #[default]
     FromAmbientOcclusion,
-    /// The intersection of the cone of visibility with the cone of the lobe.
+    /// The intersection of the cone of visible directions, about the bent normal, with the cone of the lobe.
     ConeCone,
+    /// The same with the bent normal of strongly occluded places turned towards the geometric normal.
+    ConeConeTilted,
+    /// What the material states: [`super::ReflectionOcclusion::specular`].
+    Custom,
+}
+
+/// How ambient occlusion was weighted when it was baked, for the cone of visible directions
+/// (`BENT_VISIBILITY_FROM_AO_*`).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum OcclusionCone {
+    /// Every direction of the hemisphere alike.
+    Uniform,
+    /// By the cosine with the cone's axis.
+    #[default]
+    Cosine,
+    /// By the cosine with the normal, from which the axis deviates.
+    CosineWithBentCorrection,
 }
 
 /// Switches of the models: what the engines decide when a shader is compiled.
@@ -187,6 +209,12 @@ pub struct ModelOptions {
     pub stacklit_honor_light_minimum_roughness: bool,
     /// StackLit: occlusion of reflections.
     pub stacklit_specular_occlusion: SpecularOcclusionMethod,
+    /// StackLit: the cone of visible directions, where occlusion goes by cones.
+    pub stacklit_occlusion_cone: OcclusionCone,
+    /// StackLit: the light that is lost between microfacets stays lost (`STACK_LIT_USE_GGX_ENERGY_COMPENSATION` off).
+    pub stacklit_no_energy_compensation: bool,
+    /// StackLit, specular workflow: the base colour is not dimmed by the specular colour.
+    pub stacklit_no_specular_energy_conservation: bool,
     /// StackLit: the newest text of the conversion instead of 13.0's.
     pub stacklit_newest: bool,
     /// Filament 2018: the later document's attenuation instead of the one of its code, which darkens the base's

@@ -33,6 +33,8 @@ pub struct LobeValues<L: Lanes> {
     pub subsurface: L::F,
     /// Thickness that transmitted light crosses, in millimetres.
     pub subsurface_thickness: L::F,
+    /// Visibility of reflections as the material states it.
+    pub specular_occlusion: L::F,
 }
 
 impl<L: Lanes> LobeValues<L> {
@@ -53,6 +55,7 @@ impl<L: Lanes> LobeValues<L> {
             haziness: zero,
             subsurface: zero,
             subsurface_thickness: zero,
+            specular_occlusion: one,
         }
     }
 
@@ -80,6 +83,7 @@ impl<L: Lanes> LobeValues<L> {
             haziness: scalar(&lobes.second.haziness, reader),
             subsurface: scalar(&lobes.subsurface.mask, reader),
             subsurface_thickness: scalar(&lobes.subsurface.thickness, reader),
+            specular_occlusion: scalar(&lobes.occlusion.specular, reader),
         };
         (values, direction)
     }

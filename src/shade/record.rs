@@ -88,6 +88,8 @@ impl<L: Lanes> Surface<L> {
         put(planes, HAZINESS, [v.haziness]);
         put(planes, SUBSURFACE, [v.subsurface]);
         put(planes, SUBSURFACE_THICKNESS, [v.subsurface_thickness]);
+        put(planes, SPECULAR_OCCLUSION, [v.specular_occlusion]);
+        put(planes, BENT_NORMAL, self.bent_normal);
     }
 
     /// Reads what [`Surface::store`] wrote. Without `lobes`, those planes are not read and there are none.
@@ -129,6 +131,7 @@ impl<L: Lanes> Surface<L> {
             coat_roughness,
             tangent: [one, zero, zero],
             bitangent: [zero, one, zero],
+            bent_normal: [zero, zero, one],
             lobes: LobeValues::none(l),
             uv: get(l, planes, UV),
             distance,
@@ -147,6 +150,8 @@ impl<L: Lanes> Surface<L> {
             let [haziness] = get(l, planes, HAZINESS);
             let [subsurface] = get(l, planes, SUBSURFACE);
             let [subsurface_thickness] = get(l, planes, SUBSURFACE_THICKNESS);
+            let [specular_occlusion] = get(l, planes, SPECULAR_OCCLUSION);
+            surface.bent_normal = get(l, planes, BENT_NORMAL);
             surface.lobes = LobeValues {
                 sheen_color: get(l, planes, SHEEN_COLOR),
                 sheen_roughness,
@@ -160,6 +165,7 @@ impl<L: Lanes> Surface<L> {
                 haziness,
                 subsurface,
                 subsurface_thickness,
+                specular_occlusion,
             };
         }
         surface

@@ -93,6 +93,8 @@ pub struct Surface<L: Lanes> {
     pub tangent: V3<L>,
     /// Normal x tangent, with the sign of the texture coordinates.
     pub bitangent: V3<L>,
+    /// Unit mean of the directions that are not occluded; [`Surface::normal`] where the material has no map of it.
+    pub bent_normal: V3<L>,
     /// What there is beyond base, coat and emission.
     pub lobes: LobeValues<L>,
     /// Texture coordinates of set 0.
@@ -285,10 +287,14 @@ pub(super) fn evaluate_surface<L: Lanes>(
 
     let (mut lobes, mut tangent, mut bitangent) =
         (LobeValues::none(l), [l.splat(1.0), l.zero(), l.zero()], [l.zero(), l.splat(1.0), l.zero()]);
+    let mut bent_normal = normal;
     if wants_lobes {
         let direction;
         (lobes, direction) = LobeValues::new(l, material, &reader);
         (tangent, bitangent) = frame.tangents(l, direction, normal);
+        if let Some(map) = &material.lobes.occlusion.bent_normal {
+            bent_normal = frame.mapped_normal(l, map, &reader);
+        }
     }
 
     Surface {
@@ -307,6 +313,7 @@ pub(super) fn evaluate_surface<L: Lanes>(
         coat_roughness,
         tangent,
         bitangent,
+        bent_normal,
         lobes,
         uv,
         distance,
@@ -435,8 +442,17 @@ impl<L: Lanes> NormalFrame<L> {
         reader: &Reader<'_, L>,
         view: V3<L>,
     ) -> V3<L> {
-        let (Some(map), Some([tangent, bitangent, normal])) = (texture, &self.basis) else {
-            return face_viewer(l, self.normal, view);
+        match texture {
+            Some(map) => face_viewer(l, self.mapped_normal(l, map, reader), view),
+            None => face_viewer(l, self.normal, view),
+        }
+    }
+
+    /// The vector of a map of normals, unit length.
+    #[inline(always)]
+    fn mapped_normal(&self, l: L, map: &NormalTexture, reader: &Reader<'_, L>) -> V3<L> {
+        let Some([tangent, bitangent, normal]) = &self.basis else {
+            return self.normal;
         };
         let texel = reader.read(&map.texture);
         let x = (texel[0] * 2.0 - 1.0) * map.scale;
@@ -447,7 +463,7 @@ impl<L: Lanes> NormalFrame<L> {
             vec3::add(l, vec3::scale(l, *tangent, x), vec3::scale(l, *bitangent, y)),
             vec3::scale(l, *normal, z),
         );
-        face_viewer(l, normalize_or(l, mapped, self.normal), view)
+        normalize_or(l, mapped, self.normal)
     }
 }
 

@@ -81,7 +81,11 @@ impl Stage {
     /// A directional light from the upper left front, in lux.
     pub fn key_light(&mut self, intensity: f32) -> Result<(), SceneError> {
         let direction = [0.6, -0.64, -0.48];
-        self.scene.add_light(Light { kind: LightKind::Directional { direction }, color: [1.0; 3], intensity })
+        self.scene.add_light(Light {
+            color: [1.0; 3],
+            intensity,
+            ..Light::new(LightKind::Directional { direction })
+        })
     }
 
     pub fn seen(self, camera: Camera) -> Built {

@@ -57,9 +57,9 @@ pub(super) fn add(
         return;
     };
     let result = scene.add_light(Light {
-        kind,
         color: color.map(|c| c.clamp(0.0, MAX_COLOR) as f32),
         intensity: intensity.clamp(0.0, MAX_INTENSITY) as f32,
+        ..Light::new(kind)
     });
     if let Err(error) = result {
         warnings.add(|| format!("{} is left out: {error}", name()));

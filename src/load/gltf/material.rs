@@ -226,6 +226,7 @@ impl Converter<'_> {
                 thickness: thickness.map(|nm| self.clamped("iridescenceThickness", nm, 0.0, 1e5)),
                 thickness_texture: self
                     .data("iridescenceThicknessTexture", film.iridescence_thickness_texture.as_ref()),
+                ..Iridescence::default()
             };
         }
     }

@@ -1,7 +1,7 @@
 //! The keys of material files: one table says what each takes, where it goes and what it means.
 
 use crate::scene::{
-    AlphaMode, DualNormalFix, Material, NormalTexture, ScalarParameter, ShadingModel,
+    AlphaMode, DualNormalFix, Material, NormalTexture, OcclusionCone, ScalarParameter, ShadingModel,
     SpecularOcclusionMethod, TextureRef, Workflow,
 };
 
@@ -537,6 +537,18 @@ pub(super) static KEYS: &[Key] = &[
         "From the least to the largest thickness (channel g)."
     ),
     number!(
+        "iridescence_coat_fixup_tir",
+        0.0..=1.0,
+        m => m.lobes.iridescence.coat_fixup_tir,
+        "How much of the film's total reflection under a coat is made up for (StackLit)."
+    ),
+    number!(
+        "iridescence_coat_fixup_tir_clamp",
+        0.0..=1.0,
+        m => m.lobes.iridescence.coat_fixup_tir_clamp,
+        "How far that may go (StackLit)."
+    ),
+    number!(
         "second_roughness",
         0.0..=1.0,
         m => m.lobes.second.roughness.factor,
@@ -622,6 +634,24 @@ pub(super) static KEYS: &[Key] = &[
         m => m.lobes.subsurface.post_scatter,
         "The base colour applies after scattering only, instead of half before and half after."
     ),
+    number!(
+        "specular_occlusion",
+        0.0..=1.0,
+        m => m.lobes.occlusion.specular.factor,
+        "Visibility of reflections, for options.stacklit_specular_occlusion = \"custom\"."
+    ),
+    texture!(
+        "specular_occlusion_texture",
+        Slot::Scalar(0, |m| &mut m.lobes.occlusion.specular),
+        Some("specular_occlusion"),
+        "Multiplies specular_occlusion (channel r)."
+    ),
+    texture!(
+        "bent_normal_texture",
+        Slot::Normal(|m| &mut m.lobes.occlusion.bent_normal),
+        None,
+        "Mean of the directions that are not occluded, for the cones of options.stacklit_specular_occlusion."
+    ),
     // Switches of the models.
     switch!(
         "options.stacklit_recompute_per_light",
@@ -660,16 +690,20 @@ pub(super) static KEYS: &[Key] = &[
     Key {
         name: "options.stacklit_specular_occlusion",
         kind: Kind::Name {
-            names: || vec!["off", "from-ambient-occlusion", "cone-cone"],
+            names: || vec!["off", "from-ambient-occlusion", "cone-cone", "cone-cone-tilted", "custom"],
             get: |m| match m.options.stacklit_specular_occlusion {
                 SpecularOcclusionMethod::Off => "off",
                 SpecularOcclusionMethod::FromAmbientOcclusion => "from-ambient-occlusion",
                 SpecularOcclusionMethod::ConeCone => "cone-cone",
+                SpecularOcclusionMethod::ConeConeTilted => "cone-cone-tilted",
+                SpecularOcclusionMethod::Custom => "custom",
             },
             set: |m, name| {
                 m.options.stacklit_specular_occlusion = match name {
                     "off" => SpecularOcclusionMethod::Off,
                     "cone-cone" => SpecularOcclusionMethod::ConeCone,
+                    "cone-cone-tilted" => SpecularOcclusionMethod::ConeConeTilted,
+                    "custom" => SpecularOcclusionMethod::Custom,
                     _ => SpecularOcclusionMethod::FromAmbientOcclusion,
                 }
             },
@@ -677,6 +711,35 @@ pub(super) static KEYS: &[Key] = &[
         about: "Where the occlusion of reflections comes from. Unity's pivot method is not offered: its table is in no \
                 public text.",
     },
+    Key {
+        name: "options.stacklit_occlusion_cone",
+        kind: Kind::Name {
+            names: || vec!["uniform", "cosine", "cosine-with-bent-correction"],
+            get: |m| match m.options.stacklit_occlusion_cone {
+                OcclusionCone::Uniform => "uniform",
+                OcclusionCone::Cosine => "cosine",
+                OcclusionCone::CosineWithBentCorrection => "cosine-with-bent-correction",
+            },
+            set: |m, name| {
+                m.options.stacklit_occlusion_cone = match name {
+                    "uniform" => OcclusionCone::Uniform,
+                    "cosine-with-bent-correction" => OcclusionCone::CosineWithBentCorrection,
+                    _ => OcclusionCone::Cosine,
+                }
+            },
+        },
+        about: "How the ambient occlusion was weighted when it was baked, for the cones.",
+    },
+    switch!(
+        "options.stacklit_no_energy_compensation",
+        m => m.options.stacklit_no_energy_compensation,
+        "Light that is lost between microfacets stays lost."
+    ),
+    switch!(
+        "options.stacklit_no_specular_energy_conservation",
+        m => m.options.stacklit_no_specular_energy_conservation,
+        "In the specular workflow, the base colour is not dimmed by the specular colour."
+    ),
     switch!(
         "options.stacklit_newest",
         m => m.options.stacklit_newest,

@@ -14,7 +14,7 @@ use crate::each;
 use crate::gbuffer::layout::SurfacePlanes;
 use crate::math::lanes::{Float, Lanes};
 use crate::math::vec3::{self, V3};
-use crate::scene::{DualNormalFix, Material, ModelOptions, SpecularOcclusionMethod};
+use crate::scene::{DualNormalFix, Material, ModelOptions, OcclusionCone, SpecularOcclusionMethod};
 
 /// The radiance of sixteen fragments.
 #[inline(never)]
@@ -32,12 +32,17 @@ pub(in super::super) fn shade<L: Lanes>(
 
 /// The switches of the shader.
 fn options(given: &ModelOptions) -> Options {
+    let cone = match given.stacklit_occlusion_cone {
+        OcclusionCone::Uniform => VisibilityCone::Uniform,
+        OcclusionCone::Cosine => VisibilityCone::Cosine,
+        OcclusionCone::CosineWithBentCorrection => VisibilityCone::CosineWithBentCorrection,
+    };
     let data = match given.stacklit_specular_occlusion {
         SpecularOcclusionMethod::Off => DataOcclusion::Off,
         SpecularOcclusionMethod::FromAmbientOcclusion => DataOcclusion::FromAmbientOcclusion,
-        SpecularOcclusionMethod::ConeCone => {
-            DataOcclusion::ConeCone { cone: VisibilityCone::Cosine, tilt_bent_normal: false }
-        }
+        SpecularOcclusionMethod::ConeCone => DataOcclusion::ConeCone { cone, tilt_bent_normal: false },
+        SpecularOcclusionMethod::ConeConeTilted => DataOcclusion::ConeCone { cone, tilt_bent_normal: true },
+        SpecularOcclusionMethod::Custom => DataOcclusion::Custom,
     };
     Options {
         version: if given.stacklit_newest { Version::Newest } else { Version::V13 },
@@ -52,6 +57,8 @@ fn options(given: &ModelOptions) -> Options {
         // There is no occlusion from the screen.
         specular_occlusion: (data != DataOcclusion::Off)
             .then_some(SpecularOcclusion { screen_space: ScreenSpaceOcclusion::Off, data }),
+        energy_compensation: !given.stacklit_no_energy_compensation,
+        energy_conserving_specular: !given.stacklit_no_specular_energy_conservation,
         ..Options::default()
     }
 }
@@ -84,7 +91,6 @@ fn surface_data<L: Lanes>(l: L, material: &Material, surface: &Surface<L>) -> Su
     };
     let transmits = given.subsurface.transmission != [0.0; 3];
     let scatters = given.subsurface.mask.factor > 0.0;
-    let zero = l.zero();
     SurfaceData {
         base_color: surface.base_color,
         metallic,
@@ -102,8 +108,8 @@ fn surface_data<L: Lanes>(l: L, material: &Material, surface: &Surface<L>) -> Su
         iridescence: (given.iridescence.mask.factor > 0.0).then_some(Iridescence {
             mask: lobes.iridescence,
             thickness: hdrp_film_thickness(surface),
-            coat_fixup_tir: zero,
-            coat_fixup_tir_clamp: zero,
+            coat_fixup_tir: l.splat(given.iridescence.coat_fixup_tir),
+            coat_fixup_tir_clamp: l.splat(given.iridescence.coat_fixup_tir_clamp),
         }),
         coat: (material.coat > 0.0).then_some(Coat {
             mask: surface.coat,
@@ -120,7 +126,12 @@ fn surface_data<L: Lanes>(l: L, material: &Material, surface: &Surface<L>) -> Su
             transmission: transmits
                 .then_some(Transmission { thickness: lobes.subsurface_thickness, mask: [l.splat(1.0); 3] }),
         }),
-        occlusion: Occlusion { ambient: surface.occlusion, ..Occlusion::none(l, surface.normal) },
+        occlusion: Occlusion {
+            ambient: surface.occlusion,
+            bent_normal: surface.bent_normal,
+            custom: lobes.specular_occlusion,
+            ..Occlusion::none(l, surface.normal)
+        },
     }
 }
 
@@ -139,7 +150,11 @@ fn radiance<L: Lanes>(l: L, context: &ShadeContext<'_>, material: &Material, sur
     let mut lights = Lighting { diffuse: zero, specular: zero };
     for light in context.lights {
         let sample = sample_light(l, light, surface);
-        let lit = stacklit::direct(l, &pre, &Light::new(l, sample.direction, sample.irradiance));
+        let light = Light {
+            min_roughness: l.splat(light.minimum_roughness),
+            ..Light::new(l, sample.direction, sample.irradiance)
+        };
+        let lit = stacklit::direct(l, &pre, &light);
         lights.diffuse = vec3::add(l, lights.diffuse, lit.diffuse);
         lights.specular = vec3::add(l, lights.specular, lit.specular);
     }

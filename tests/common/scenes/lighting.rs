@@ -41,7 +41,7 @@ fn directional_lights() -> Built {
         ([-0.8, -0.6, 0.0], [0.1, 0.2, 1.0], 2.0),
         ([0.0, -0.6, 0.8], [1.0, 1.0, 1.0], 1.0),
     ] {
-        s.scene.add_light(Light { kind: LightKind::Directional { direction }, color, intensity })?;
+        s.scene.add_light(Light { color, intensity, ..Light::new(LightKind::Directional { direction }) })?;
     }
     s.seen(camera())
 }
@@ -53,7 +53,11 @@ fn point_lights() -> Built {
     for (position, range, color) in
         [([-1.6, 1.8, 1.4], None, [1.0, 0.8, 0.5]), ([1.6, 0.5, 1.3], Some(2.0), [0.4, 0.7, 1.0])]
     {
-        s.scene.add_light(Light { kind: LightKind::Point { position, range }, color, intensity: 4.0 })?;
+        s.scene.add_light(Light {
+            color,
+            intensity: 4.0,
+            ..Light::new(LightKind::Point { position, range })
+        })?;
     }
     s.seen(camera())
 }
@@ -69,7 +73,7 @@ fn spot_lights() -> Built {
     ] {
         let [inner_cone_cosine, outer_cone_cosine] = cosines;
         let kind = LightKind::Spot { position, direction, range: None, inner_cone_cosine, outer_cone_cosine };
-        s.scene.add_light(Light { kind, color, intensity: 20.0 })?;
+        s.scene.add_light(Light { color, intensity: 20.0, ..Light::new(kind) })?;
     }
     s.seen(camera())
 }
@@ -103,7 +107,7 @@ fn environment_irradiance() -> Built {
 fn lambert() -> Built {
     let mut s = Stage::dark()?;
     let kind = LightKind::Directional { direction: [0.0, 0.0, -1.0] };
-    s.scene.add_light(Light { kind, color: [1.0; 3], intensity: std::f32::consts::PI })?;
+    s.scene.add_light(Light { intensity: std::f32::consts::PI, ..Light::new(kind) })?;
     let pane = s.mesh(square(1))?;
     for (k, albedo) in [0.2, 0.5, 1.0].into_iter().enumerate() {
         let material =

@@ -123,11 +123,8 @@ fn subsurface_grid() -> Built {
         };
         Ok(Material { lobes: Lobes { subsurface, ..Lobes::default() }, ..plastic(0.8, 0.5, 0.4, 0.5) })
     })?;
-    scene.add_light(Light {
-        kind: LightKind::Directional { direction: [0.0, 0.0, 1.0] },
-        color: [1.0; 3],
-        intensity: 3.0,
-    })?;
+    let kind = LightKind::Directional { direction: [0.0, 0.0, 1.0] };
+    scene.add_light(Light { intensity: 3.0, ..Light::new(kind) })?;
     Ok((scene, camera))
 }
 
@@ -168,8 +165,9 @@ fn area_lights() -> Built {
         let made = s.material(made)?;
         s.place(ball, made, at([f64::from(k) * 1.2 - 2.4, 0.5, 0.0], 0.5)?)?;
     }
-    let mut lamp =
-        |kind, color| -> Result<(), SceneError> { s.scene.add_light(Light { kind, color, intensity: 4.0 }) };
+    let mut lamp = |kind, color| -> Result<(), SceneError> {
+        s.scene.add_light(Light { color, intensity: 4.0, ..Light::new(kind) })
+    };
     lamp(
         LightKind::Rect {
             position: [0.0, 2.5, -0.5],
