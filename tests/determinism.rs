@@ -2,7 +2,7 @@
 //!
 //! Threads {1, 2, 3, 7}, tiles {16, 32, 64} and the instruction sets of this machine are combined so that every pair
 //! of values of two of them occurs (a covering array, not all products). G-buffer planes are compared too, in every
-//! bit. A level that the machine lacks is not tested here: another machine's run is.
+//! bit, and what each stage hands to the next, so that a failure names the stage. A level that the machine lacks is not tested here: another machine's run is.
 
 mod common;
 
@@ -12,7 +12,7 @@ use overcoat::cli::picture::Machine;
 use overcoat::frame::{Aov, Frame};
 use overcoat::golden::Golden;
 use overcoat::math::lanes::SimdLevel;
-use overcoat::render::Renderer;
+use overcoat::render::{Rendered, Renderer};
 use std::collections::BTreeSet;
 use std::process::ExitCode;
 use std::sync::{Mutex, PoisonError};
@@ -76,7 +76,8 @@ fn one_hash(golden: &Golden) -> Result<(), String> {
     let levels: Vec<SimdLevel> = SimdLevel::available().collect();
     let mut shot = Shot::load(golden, Machine::default(), renderers[1].jobs())?;
     shot.options.aovs = Aov::ALL.to_vec();
-    let mut first: Option<(String, Frame)> = None;
+    shot.options.stage_hashes = true;
+    let mut first: Option<(String, Rendered)> = None;
     for [thread, tile, level] in combinations(levels.len()) {
         shot.options.tile_size = Some(TILES[tile]);
         shot.options.simd = levels[level];
@@ -86,9 +87,9 @@ fn one_hash(golden: &Golden) -> Result<(), String> {
             .render(&shot.scene, &shot.camera, &shot.options)
             .map_err(|error| format!("{setting}: {error}"))?;
         match &first {
-            None => first = Some((setting, rendered.frame)),
-            Some((reference, frame)) => {
-                if let Some(what) = difference(frame, &rendered.frame) {
+            None => first = Some((setting, rendered)),
+            Some((reference, expected)) => {
+                if let Some(what) = difference(expected, &rendered) {
                     return Err(format!("{what} differs between [{reference}] and [{setting}]"));
                 }
             }
@@ -97,8 +98,19 @@ fn one_hash(golden: &Golden) -> Result<(), String> {
     Ok(())
 }
 
+/// The first thing in which two renders differ.
+fn difference(a: &Rendered, b: &Rendered) -> Option<String> {
+    let stage = a.stats.stage_hashes.zip(b.stats.stage_hashes).and_then(|(a, b)| a.first_difference(&b));
+    let what = frame_difference(&a.frame, &b.frame);
+    match (stage, what) {
+        (None, what) => what,
+        (Some(stage), None) => Some(format!("stage {stage}")),
+        (Some(stage), Some(what)) => Some(format!("stage {stage}, then {what}")),
+    }
+}
+
 /// The first thing in which two frames differ.
-fn difference(a: &Frame, b: &Frame) -> Option<String> {
+fn frame_difference(a: &Frame, b: &Frame) -> Option<String> {
     let bits = |data: &[f32]| -> Vec<u32> { data.iter().map(|v| v.to_bits()).collect() };
     if a.frame_hash() != b.frame_hash() {
         let count = a.pixels.iter().zip(&b.pixels).filter(|(a, b)| a != b).count();

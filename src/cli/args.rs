@@ -69,6 +69,11 @@ pub struct RenderArgs {
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = values::aov)]
     pub aov: Vec<Aov>,
 
+    /// Add to --json a hash of what each stage handed to the next: where two machines differ, the first that differs
+    /// names the stage to look into
+    #[arg(long, requires = "json")]
+    pub stage_hashes: bool,
+
     #[command(flatten)]
     #[allow(missing_docs)]
     pub scene: SceneArgs,

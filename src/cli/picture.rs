@@ -96,6 +96,7 @@ impl SceneFile {
             BackgroundChoice::Color(color) => (Background::Transparent, Some(color)),
         };
         let options = RenderOptions {
+            stage_hashes: false,
             // Within output_side, which is a u32.
             width: width as u32,
             height: height as u32,

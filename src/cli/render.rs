@@ -13,7 +13,7 @@ use crate::load::Warning;
 use crate::output::OutputFormat;
 use crate::render::{RenderStats, Renderer};
 use crate::scene::{Scene, ShadingModel};
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -30,11 +30,25 @@ struct Report<'a> {
     triangles: u64,
     triangles_rasterized: u64,
     fragments: u64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    stage_hashes: Option<StageHashesReport>,
     stages_ms: Stages,
     total_ms: f64,
     peak_rss_bytes: Option<u64>,
     warnings: Vec<String>,
     versions: Versions,
+}
+
+/// Stages and their hashes, as an object of hexadecimal numbers in the order of the stages.
+#[derive(Debug)]
+struct StageHashesReport {
+    stages: Vec<(&'static str, u128)>,
+}
+
+impl Serialize for StageHashesReport {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(self.stages.iter().map(|(name, hash)| (name, format!("{hash:032x}"))))
+    }
 }
 
 /// Renders one model to one picture.
@@ -70,6 +84,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let (mut options, display) = description.options(machine(&args.machine), &limits).map_err(about_model)?;
     options.aovs.clone_from(&args.aov);
     options.aovs.dedup();
+    options.stage_hashes = args.stage_hashes;
     if target.format() != OutputFormat::Png {
         let display_only = [
             (args.display.tone_map.is_some(), "--tone-map"),
@@ -122,6 +137,9 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         triangles: rendered.stats.triangles,
         triangles_rasterized: rendered.stats.triangles_rasterized,
         fragments: rendered.stats.fragments,
+        stage_hashes: rendered.stats.stage_hashes.map(|hashes| StageHashesReport {
+            stages: hashes.stages().into_iter().chain([("encode", encoded.digest())]).collect(),
+        }),
         stages_ms: stages,
         total_ms: report::milliseconds(start.elapsed()),
         peak_rss_bytes: report::peak_rss_bytes(),

@@ -9,6 +9,7 @@ use crate::output::{
 };
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
+use xxhash_rust::xxh3::Xxh3;
 
 /// A place for a picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -105,6 +106,14 @@ impl Encoded {
     #[must_use]
     pub fn new(path: PathBuf, bytes: Vec<u8>) -> Self {
         Self { files: vec![(path, bytes)] }
+    }
+
+    /// XXH3-128 over the bytes of all files, in the order in which they are written.
+    #[must_use]
+    pub fn digest(&self) -> u128 {
+        let mut hasher = Xxh3::new();
+        self.files.iter().for_each(|(_, bytes)| hasher.update(bytes));
+        hasher.digest128()
     }
 
     /// Writes everything, or nothing.

@@ -178,6 +178,11 @@ impl Frame {
     /// the top, with -0 written as +0: 32 hexadecimal digits. Equal on every machine for equal input and options.
     #[must_use]
     pub fn frame_hash(&self) -> String {
+        format!("{:032x}", self.digest())
+    }
+
+    /// The number of [`Frame::frame_hash`].
+    pub(crate) fn digest(&self) -> u128 {
         let mut hasher = Xxh3::new();
         hasher.update(&self.width.to_le_bytes());
         hasher.update(&self.height.to_le_bytes());
@@ -188,6 +193,6 @@ impl Frame {
             bytes.extend(run.as_flattened().iter().flat_map(|v| (v + 0.0).to_le_bytes()));
             hasher.update(&bytes);
         }
-        format!("{:032x}", hasher.digest128())
+        hasher.digest128()
     }
 }

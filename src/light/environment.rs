@@ -32,6 +32,11 @@ impl std::fmt::Debug for PrefilteredEnvironment {
 }
 
 impl PrefilteredEnvironment {
+    /// All texels of the filtered maps, for a hash of them.
+    pub(crate) fn texels(&self) -> &[u32] {
+        self.chain.texels()
+    }
+
     /// Filters a picture. The result depends on the picture alone, not on the number of threads nor the
     /// instruction set.
     ///

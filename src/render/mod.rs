@@ -6,9 +6,11 @@ mod environment;
 mod options;
 mod resolve;
 mod tile_pass;
+mod trace;
 
 pub use crate::scene::ShadingModel;
 pub use options::{Background, RenderError, RenderOptions, RenderStats, Rendered};
+pub use trace::StageHashes;
 
 use crate::frame::{AovPlane, Frame};
 use crate::geometry::{
@@ -29,7 +31,8 @@ use environment::EnvironmentCache;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
-use tile_pass::{Pass, TileScratch, Work};
+use tile_pass::{Pass, TileJob, TileScratch, Work};
+use trace::FragmentHashes;
 
 /// Renders scenes, keeping threads, buffers and filtered environments from one picture to the next.
 #[derive(Debug, Default)]
@@ -102,6 +105,12 @@ impl Renderer {
         let rasterized = self.chunks.iter().map(|c| c.triangles.len() as u64).sum();
         clock.lap("triangles");
 
+        let hashes = options.stage_hashes.then(|| StageHashes {
+            scene: trace::scene(scene),
+            environment: trace::environment(&filtered),
+            geometry: trace::geometry(&self.vertices, &self.chunks),
+            ..StageHashes::default()
+        });
         let pass = Pass {
             grid,
             pattern: &pattern,
@@ -127,7 +136,7 @@ impl Renderer {
             pixels: vec![[0.0; 4]; options.width as usize * options.height as usize],
             aovs: Vec::new(),
         };
-        let (fragments, planes) =
+        let (fragments, planes, found) =
             render_tiles(&self.jobs, &pass, &self.bins, &mut self.scratch, &mut frame, options);
         pass.work.check()?;
         check("frame", fragments, options.limits.fragments, "fragments")?;
@@ -136,6 +145,7 @@ impl Renderer {
         stats.triangles_rasterized = rasterized;
         stats.fragments = fragments;
         stats.stages = clock.laps;
+        stats.stage_hashes = hashes.zip(found).map(|(hashes, found)| hashes.finish(&found, &frame));
         Ok(Rendered { frame, stats })
     }
 
@@ -208,14 +218,8 @@ impl Renderer {
     }
 }
 
-/// The rows of one tile, and what the tile adds to the frame.
-struct TileJob<'a> {
-    rows: Vec<&'a mut [[f32; 4]]>,
-    aovs: TileAovs,
-    fragments: u64,
-}
-
-/// All tiles, each into its own rows of the frame. Returns the number of fragments and the G-buffer planes.
+/// All tiles, each into its own rows of the frame. Returns the number of fragments, the G-buffer planes and the hashes
+/// that were asked for.
 fn render_tiles(
     jobs: &Jobs,
     pass: &Pass<'_>,
@@ -223,7 +227,7 @@ fn render_tiles(
     scratch: &mut Vec<TileScratch>,
     frame: &mut Frame,
     options: &RenderOptions,
-) -> (u64, Vec<AovPlane>) {
+) -> (u64, Vec<AovPlane>, Option<FragmentHashes>) {
     let grid = &pass.grid;
     let mut tiles: Vec<TileJob<'_>> = (0..grid.len())
         .map(|tile| {
@@ -232,6 +236,7 @@ fn render_tiles(
                 rows: Vec::with_capacity(height as usize),
                 aovs: TileAovs::new(&options.aovs, width as usize, height as usize),
                 fragments: 0,
+                hashes: options.stage_hashes.then(FragmentHashes::default),
             }
         })
         .collect();
@@ -243,12 +248,17 @@ fn render_tiles(
     }
     jobs.for_each_with_scratch(scratch, &mut tiles, |scratch, tile, job| {
         let runs = bins.runs(tile);
-        job.fragments = dispatch_available!(
+        dispatch_available!(
             options.simd,
-            l => tile_pass::render_tile(l, pass, tile, runs, scratch, &mut job.rows, &mut job.aovs)
+            l => tile_pass::render_tile(l, pass, tile, runs, scratch, job)
         );
     });
     let fragments = tiles.iter().map(|t| t.fragments).sum();
+    let hashes = options.stage_hashes.then(|| {
+        let mut sum = FragmentHashes::default();
+        tiles.iter().filter_map(|t| t.hashes.as_ref()).for_each(|hashes| sum.add(hashes));
+        sum
+    });
     let width = options.width as usize;
     let mut planes: Vec<AovPlane> = options
         .aovs
@@ -267,7 +277,7 @@ fn render_tiles(
             }
         }
     }
-    (fragments, planes)
+    (fragments, planes, hashes)
 }
 
 /// False if this thread's processor state flushes subnormal results or operands to zero.

@@ -1,5 +1,6 @@
 //! What a user can ask of a picture.
 
+use super::trace::StageHashes;
 use crate::frame::{Aov, Frame};
 use crate::limits::{LimitExceeded, Limits};
 use crate::math::lanes::SimdLevel;
@@ -39,6 +40,8 @@ pub struct RenderOptions {
     pub anisotropy: u32,
     /// G-buffer planes to keep.
     pub aovs: Vec<Aov>,
+    /// Whether to find [`RenderStats::stage_hashes`], which takes longer than the picture.
+    pub stage_hashes: bool,
     /// Bounds on the work.
     pub limits: Limits,
 }
@@ -55,6 +58,7 @@ impl Default for RenderOptions {
             background: Background::default(),
             anisotropy: 8,
             aovs: Vec::new(),
+            stage_hashes: false,
             limits: Limits::default(),
         }
     }
@@ -138,4 +142,6 @@ pub struct RenderStats {
     pub fragments: u64,
     /// Wall time of each stage, in the order of the stages.
     pub stages: Vec<(&'static str, Duration)>,
+    /// What each stage handed to the next, if [`RenderOptions::stage_hashes`] asks for it.
+    pub stage_hashes: Option<StageHashes>,
 }

@@ -1,6 +1,8 @@
 //! One tile from triangles to pixels.
 
+use super::aov::TileAovs;
 use super::draws::DrawState;
+use super::trace::FragmentHashes;
 use crate::each;
 use crate::gbuffer::layout::{self, SurfacePlanes};
 use crate::gbuffer::{Batch, Fragment, TriangleSource, extract_fragments, push_masked_fragments};
@@ -88,6 +90,18 @@ pub(super) struct ShadedFragment {
     pub depth: f32,
 }
 
+/// The rows of one tile, and what the tile adds to the frame.
+pub(super) struct TileJob<'a> {
+    /// One slice of pixels for each of its rows.
+    pub rows: Vec<&'a mut [[f32; 4]]>,
+    /// Planes of the G-buffer that were asked for.
+    pub aovs: TileAovs,
+    /// Number of fragments.
+    pub fragments: u64,
+    /// Hashes of the fragments, if they were asked for.
+    pub hashes: Option<FragmentHashes>,
+}
+
 /// Chunks and a tile's identities.
 struct TileTriangles<'a> {
     chunks: &'a [Chunk],
@@ -105,7 +119,7 @@ impl TriangleSource for TileTriangles<'_> {
     }
 }
 
-/// Renders one tile into `rows`, one slice of pixels for each of its rows. Returns the number of fragments.
+/// Renders one tile.
 #[inline(always)]
 pub(super) fn render_tile<L: Lanes>(
     l: L,
@@ -113,10 +127,9 @@ pub(super) fn render_tile<L: Lanes>(
     tile: usize,
     runs: &[Run],
     scratch: &mut TileScratch,
-    rows: &mut [&mut [[f32; 4]]],
-    aovs: &mut super::aov::TileAovs,
-) -> u64 {
-    let [_, _, width, height] = pass.grid.pixels(tile);
+    job: &mut TileJob<'_>,
+) {
+    let [left, top, width, height] = pass.grid.pixels(tile);
     let origin = pass.grid.origin(tile);
     scratch.fragments.clear();
     if !runs.is_empty() {
@@ -127,7 +140,7 @@ pub(super) fn render_tile<L: Lanes>(
         draw_blended(l, pass, origin, [width, height], scratch);
     }
     if !scratch.fragments.is_empty() {
-        shade_fragments(l, pass, origin, scratch, opaque, aovs);
+        shade_fragments(l, pass, origin, [left, top], scratch, opaque, job);
     }
     super::resolve::resolve_tile(
         pass.pattern.len(),
@@ -135,12 +148,12 @@ pub(super) fn render_tile<L: Lanes>(
         &scratch.shaded,
         opaque,
         &mut scratch.resolve,
-        rows,
+        &mut job.rows,
     );
     if pass.show_environment {
-        super::resolve::composite_environment(l, &pass.shade, origin, rows);
+        super::resolve::composite_environment(l, &pass.shade, origin, &mut job.rows);
     }
-    scratch.fragments.len() as u64
+    job.fragments = scratch.fragments.len() as u64;
 }
 
 /// Visibility of opaque and masked triangles, and their fragments. Leaves blended triangles for later.
@@ -242,10 +255,12 @@ fn shade_fragments<L: Lanes>(
     l: L,
     pass: &Pass<'_>,
     origin: TileOrigin,
+    corner: [u32; 2],
     scratch: &mut TileScratch,
     opaque: usize,
-    aovs: &mut super::aov::TileAovs,
+    job: &mut TileJob<'_>,
 ) {
+    let TileJob { aovs, hashes, .. } = job;
     let TileScratch { identities, fragments, order, shaded, surface, .. } = scratch;
     let draws = pass.shade.draws;
     let source = TileTriangles { chunks: pass.chunks, identities };
@@ -284,6 +299,17 @@ fn shade_fragments<L: Lanes>(
                     alpha: alpha[k],
                     depth: depth[k],
                 };
+            }
+            if let Some(hashes) = hashes {
+                for (lane, &index) in indices.iter().enumerate() {
+                    let fragment = &fragments[index as usize];
+                    let (chunk, triangle) = identities[fragment.triangle as usize];
+                    let key = [corner[0] + fragment.column(), corner[1] + fragment.row(), chunk, triangle];
+                    let rows = if model.reads_lobes() { 0..layout::ROWS } else { layout::CORE };
+                    hashes.add_samples(key, fragment.mask);
+                    hashes.add_surface(key, surface, rows, lane);
+                    hashes.add_shaded(key, &shaded[index as usize]);
+                }
             }
             if aovs.is_wanted() {
                 aovs.add(&batch, surface, number, draws, indices, opaque, pass.pattern.len());

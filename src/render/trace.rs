@@ -1,0 +1,216 @@
+//! What each stage hands to the next, as hashes: the first that differs between two machines names the stage to look
+//! into.
+//!
+//! A stage's hash is the sum, modulo 2^128, of the hashes of its items (a triangle, a fragment's samples, a fragment's
+//! surface), each with a key that says where it belongs. A sum, because the order of items depends on threads and
+//! tiles and their bits must not.
+
+use super::tile_pass::ShadedFragment;
+use crate::frame::Frame;
+use crate::gbuffer::layout::SurfacePlanes;
+use crate::geometry::{Chunk, ScreenVertex};
+use crate::light::PrefilteredEnvironment;
+use crate::scene::Scene;
+use std::ops::Range;
+use xxhash_rust::xxh3::{Xxh3, xxh3_128};
+
+/// Hashes of the stages of one picture, in the order of the stages. Equal for equal input and options on every machine,
+/// whatever the number of threads, the size of tiles and the instruction set.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct StageHashes {
+    /// Meshes and textures as they were loaded.
+    pub scene: u128,
+    /// The filtered environment.
+    pub environment: u128,
+    /// Vertices on the screen, and triangles that are clipped, culled and set up.
+    pub geometry: u128,
+    /// Which sample sees which triangle.
+    pub raster: u128,
+    /// Surfaces of the fragments, every plane of the G-buffer that their models read.
+    pub gbuffer: u128,
+    /// Radiance and opacity of the fragments.
+    pub shading: u128,
+    /// The frame: see [`Frame::frame_hash`], which is this number.
+    pub resolve: u128,
+}
+
+impl StageHashes {
+    /// Names and hashes, in the order of the stages.
+    #[must_use]
+    pub fn stages(&self) -> [(&'static str, u128); 7] {
+        [
+            ("scene", self.scene),
+            ("environment", self.environment),
+            ("geometry", self.geometry),
+            ("raster", self.raster),
+            ("gbuffer", self.gbuffer),
+            ("shading", self.shading),
+            ("resolve", self.resolve),
+        ]
+    }
+
+    /// Name of the first stage whose hash is another one.
+    #[must_use]
+    pub fn first_difference(&self, other: &Self) -> Option<&'static str> {
+        self.stages().into_iter().zip(other.stages()).find(|(a, b)| a != b).map(|((name, _), _)| name)
+    }
+}
+
+/// Where a fragment belongs, in terms that no tile decides: column and row in the picture, chunk, triangle in the chunk.
+pub(super) type FragmentKey = [u32; 4];
+
+/// Sums over the fragments of one tile, or of all.
+#[derive(Clone, Debug, Default)]
+pub(super) struct FragmentHashes {
+    raster: u128,
+    gbuffer: u128,
+    shading: u128,
+    bytes: Vec<u8>,
+}
+
+impl FragmentHashes {
+    /// Adds the samples of a fragment.
+    pub(super) fn add_samples(&mut self, key: FragmentKey, mask: u16) {
+        self.start(key).extend(mask.to_le_bytes());
+        self.raster = self.raster.wrapping_add(xxh3_128(&self.bytes));
+    }
+
+    /// Adds what lane `lane` has in some rows of the G-buffer.
+    pub(super) fn add_surface(
+        &mut self,
+        key: FragmentKey,
+        planes: &SurfacePlanes,
+        rows: Range<usize>,
+        lane: usize,
+    ) {
+        let rows = planes.rows[rows].iter();
+        self.start(key).extend(rows.flat_map(|row| row[lane].to_le_bytes()));
+        self.gbuffer = self.gbuffer.wrapping_add(xxh3_128(&self.bytes));
+    }
+
+    /// Adds what shading made of a fragment.
+    pub(super) fn add_shaded(&mut self, key: FragmentKey, shaded: &ShadedFragment) {
+        let ShadedFragment { radiance: [r, g, b], alpha, depth } = *shaded;
+        self.start(key).extend([r, g, b, alpha, depth].into_iter().flat_map(f32::to_le_bytes));
+        self.shading = self.shading.wrapping_add(xxh3_128(&self.bytes));
+    }
+
+    /// Adds another tile's sums.
+    pub(super) fn add(&mut self, other: &Self) {
+        self.raster = self.raster.wrapping_add(other.raster);
+        self.gbuffer = self.gbuffer.wrapping_add(other.gbuffer);
+        self.shading = self.shading.wrapping_add(other.shading);
+    }
+
+    fn start(&mut self, key: FragmentKey) -> &mut Vec<u8> {
+        self.bytes.clear();
+        self.bytes.extend(key.into_iter().flat_map(u32::to_le_bytes));
+        &mut self.bytes
+    }
+}
+
+/// Feeds numbers to a hash as little-endian bytes.
+fn feed<const N: usize>(hasher: &mut Xxh3, numbers: impl IntoIterator<Item = [u8; N]>) {
+    let mut bytes = Vec::with_capacity(1 << 12);
+    for number in numbers {
+        if bytes.len() + N > bytes.capacity() {
+            hasher.update(&bytes);
+            bytes.clear();
+        }
+        bytes.extend_from_slice(&number);
+    }
+    hasher.update(&bytes);
+}
+
+/// The hash of meshes and textures.
+pub(super) fn scene(scene: &Scene) -> u128 {
+    let mut hasher = Xxh3::new();
+    for mesh in scene.meshes() {
+        let floats = |values: &[f32]| values.iter().map(|v| v.to_le_bytes()).collect::<Vec<_>>();
+        feed(&mut hasher, floats(mesh.positions().as_flattened()));
+        feed(&mut hasher, floats(mesh.normals().as_flattened()));
+        feed(&mut hasher, floats(mesh.tangents().as_flattened()));
+        for set in 0..2 {
+            feed(&mut hasher, floats(mesh.uvs(set).as_flattened()));
+        }
+        feed(&mut hasher, floats(mesh.colors().as_flattened()));
+        feed(&mut hasher, mesh.triangles().as_flattened().iter().map(|v| v.to_le_bytes()));
+    }
+    for texture in scene.textures() {
+        hasher.update(texture.image().texels().as_flattened());
+    }
+    hasher.digest128()
+}
+
+/// The hash of a filtered environment.
+pub(super) fn environment(filtered: &PrefilteredEnvironment) -> u128 {
+    let mut hasher = Xxh3::new();
+    feed(&mut hasher, filtered.texels().iter().map(|v| v.to_le_bytes()));
+    hasher.digest128()
+}
+
+/// The hash of vertices and triangles on the screen.
+pub(super) fn geometry(vertices: &[ScreenVertex], chunks: &[Chunk]) -> u128 {
+    let mut hasher = Xxh3::new();
+    let words = vertices.iter().flat_map(|v| [v.x as u32, v.y as u32, v.depth.to_bits()]);
+    feed(&mut hasher, words.map(u32::to_le_bytes));
+    for chunk in chunks {
+        let words = chunk.triangles.iter().flat_map(|t| {
+            let flags = u32::from(t.back_facing) | u32::from(t.swapped) << 1;
+            let places = [t.x, t.y].into_iter().flatten().map(|v| v as u32);
+            let depths = t.depth.into_iter().chain(t.depth_gradient).map(f32::to_bits);
+            places.chain(depths).chain([t.primitive, t.clip, flags])
+        });
+        feed(&mut hasher, words.map(u32::to_le_bytes));
+        let corners = chunk.clip_barycentrics.as_flattened().as_flattened();
+        feed(&mut hasher, corners.iter().map(|v| v.to_le_bytes()));
+    }
+    hasher.digest128()
+}
+
+impl StageHashes {
+    /// Fills in what the tiles found and what became of it.
+    pub(super) fn finish(mut self, fragments: &FragmentHashes, frame: &Frame) -> Self {
+        self.raster = fragments.raster;
+        self.gbuffer = fragments.gbuffer;
+        self.shading = fragments.shading;
+        self.resolve = frame.digest();
+        self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_stage_that_differs_is_named() {
+        let a = StageHashes { scene: 1, geometry: 5, shading: 7, resolve: 9, ..StageHashes::default() };
+        assert_eq!(a.first_difference(&a), None);
+        assert_eq!(StageHashes { resolve: 8, ..a }.first_difference(&a), Some("resolve"));
+        assert_eq!(StageHashes { resolve: 8, shading: 1, ..a }.first_difference(&a), Some("shading"));
+        assert_eq!(StageHashes::default().first_difference(&a), Some("scene"));
+    }
+
+    #[test]
+    fn sums_do_not_depend_on_order_and_see_every_bit() {
+        let keys = [[0, 0, 0, 0], [1, 0, 0, 0], [0, 1, 2, 3]];
+        let sum = |order: &[usize], mask: u16| {
+            let mut hashes = FragmentHashes::default();
+            order.iter().for_each(|&k| hashes.add_samples(keys[k], mask));
+            hashes.raster
+        };
+        assert_eq!(sum(&[0, 1, 2], 3), sum(&[2, 0, 1], 3));
+        assert_ne!(sum(&[0, 1, 2], 3), sum(&[0, 1, 2], 2));
+        assert_ne!(sum(&[0, 1], 3), sum(&[0, 2], 3));
+        let one = ShadedFragment { radiance: [1.0, 2.0, 3.0], alpha: 1.0, depth: 0.5 };
+        let next = ShadedFragment { radiance: [1.0, 2.0, f32::from_bits(3.0_f32.to_bits() + 1)], ..one };
+        let hash = |shaded| {
+            let mut hashes = FragmentHashes::default();
+            hashes.add_shaded(keys[2], &shaded);
+            hashes.shading
+        };
+        assert_ne!(hash(one), hash(next));
+    }
+}
