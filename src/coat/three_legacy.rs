@@ -23,7 +23,9 @@
 //! reciprocal.
 //!
 //! **Beyond the original:** directions where the original leaves them undefined (light and view opposite). Every
-//! result is finite for inputs in range and unit vectors.
+//! result is finite for inputs in range and unit vectors. The fit of the environment's bias
+//! ([`integrate_specular_brdf`]) goes down to -0.0024 where rough surfaces are seen from the front, so that an F0 next
+//! to 0 reflects as much of the environment, negatively: the original's, whose frame buffer cuts it off.
 
 use super::EnvironmentQuery;
 use super::glsl::{half_vector, mix};
