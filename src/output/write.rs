@@ -43,6 +43,11 @@ fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
     done
 }
 
+/// The number of this process; 0 where processes have none.
+fn process_number() -> u32 {
+    if cfg!(target_family = "wasm") { 0 } else { std::process::id() }
+}
+
 /// A new file in the folder of `target` that no other writer has.
 fn create_beside(target: &Path) -> io::Result<(File, PathBuf)> {
     static COUNTER: AtomicU64 = AtomicU64::new(0);
@@ -52,7 +57,7 @@ fn create_beside(target: &Path) -> io::Result<(File, PathBuf)> {
         // A long name plus a suffix could exceed what the file system takes.
         temporary.push(name.to_string_lossy().chars().take(32).collect::<String>());
         let count = COUNTER.fetch_add(1, Ordering::Relaxed);
-        temporary.push(format!(".{}-{count}.tmp", std::process::id()));
+        temporary.push(format!(".{}-{count}.tmp", process_number()));
         let temporary = target.with_file_name(temporary);
         match OpenOptions::new().write(true).create_new(true).open(&temporary) {
             Ok(file) => return Ok((file, temporary)),

@@ -7,4 +7,5 @@ mod hdrp_lit;
 mod openpbr;
 mod stacklit;
 mod three;
+mod urp;
 mod velvet;
