@@ -7,7 +7,9 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use overcoat::gbuffer::layout::{self, Plane, SurfacePlanes};
 use overcoat::light::{EnvironmentLight, PrefilteredEnvironment, PunctualLight};
 use overcoat::math::lanes::{Float, LANES, SimdLevel};
-use overcoat::scene::{CoatMedium, Light, LightKind, Lobes, Material, SecondLobe, ShadingModel, Workflow};
+use overcoat::scene::{
+    AreaLightMethod, CoatMedium, Light, LightKind, Lobes, Material, SecondLobe, ShadingModel, Workflow,
+};
 use overcoat::shade::{ShadeContext, ViewRays, shade};
 use std::hint::black_box;
 
@@ -81,6 +83,7 @@ fn models(criterion: &mut Criterion) {
         lights: &lights,
         area_lights: &[],
         model: None,
+        area_light_method: AreaLightMethod::default(),
         anisotropy: 1,
     };
     for level in SimdLevel::available() {

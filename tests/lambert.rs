@@ -114,3 +114,44 @@ fn a_white_environment_lights_a_lambert_plane_alike() {
         }
     }
 }
+
+/// By facets or by transformed cosines, a rectangle above a rough metal is nearly as bright; and by facets, glTF's is what
+/// its sampled variant always has, bit for bit.
+#[test]
+fn facets_are_a_choice_of_every_model() {
+    let mut scene = plane();
+    let metal = Material {
+        workflow: Workflow::MetallicRoughness { metallic: 1.0, roughness: 0.4, texture: None },
+        ..Material::default()
+    };
+    scene.replace_material(MaterialId(0), metal).unwrap();
+    under(&mut scene, EnvironmentSource::None);
+    let kind = LightKind::Rect {
+        position: [0.0, 0.0, 2.0],
+        half_width: [-0.6, 0.0, 0.0],
+        half_height: [0.0, 0.6, 0.0],
+        two_sided: false,
+    };
+    scene.add_light(Light { intensity: 3.0, ..Light::new(kind) }).unwrap();
+    let mut renderer = Renderer::new(1);
+    let mut by = |model, area_lights| {
+        let camera = Camera {
+            eye: [0.0, 0.0, 4.0],
+            target: [0.0; 3],
+            up: [0.0, 1.0, 0.0],
+            projection: Projection::Orthographic { height: 1.0 },
+            near: 0.01,
+        };
+        let (width, height, shading) = (3, 3, Some(model));
+        let options = RenderOptions { width, height, shading, area_lights, ..RenderOptions::default() };
+        renderer.render(&scene, &camera, &options).unwrap().frame.pixels[4]
+    };
+    for model in ShadingModel::ALL {
+        let cosines = by(model, AreaLightMethod::LinearlyTransformedCosines);
+        let facets = by(model, AreaLightMethod::Facets);
+        assert!(facets[1] > 0.0 && (facets[1] / cosines[1] - 1.0).abs() < 0.03, "{}", model.name());
+    }
+    let [gltf, sampled] = [ShadingModel::Gltf, ShadingModel::GltfSampled];
+    assert_eq!(by(gltf, AreaLightMethod::Facets), by(sampled, AreaLightMethod::Facets));
+    assert_ne!(by(gltf, AreaLightMethod::Facets), by(gltf, AreaLightMethod::LinearlyTransformedCosines));
+}

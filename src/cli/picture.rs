@@ -96,7 +96,6 @@ impl SceneFile {
             BackgroundChoice::Color(color) => (Background::Transparent, Some(color)),
         };
         let options = RenderOptions {
-            stage_hashes: false,
             // Within output_side, which is a u32.
             width: width as u32,
             height: height as u32,
@@ -106,7 +105,9 @@ impl SceneFile {
             shading: self.shading,
             background,
             anisotropy: self.anisotropy.unwrap_or(defaults.anisotropy),
+            area_lights: self.area_lights.unwrap_or_default(),
             aovs: Vec::new(),
+            stage_hashes: false,
             limits: limits.clone(),
         };
         let display = DisplayOptions {

@@ -15,7 +15,7 @@ use super::materials::{MaterialChoice, MaterialSource};
 use super::scene_light::SceneLight;
 use super::values::{self, BackgroundChoice, ViewDirection};
 use crate::color::ToneCurve;
-use crate::render::ShadingModel;
+use crate::render::{AreaLightMethod, ShadingModel};
 use serde::Deserialize;
 use serde::de::{Deserializer, Error as _, IgnoredAny};
 use std::collections::BTreeMap;
@@ -73,6 +73,9 @@ pub struct SceneFile {
     pub more_materials: Vec<MaterialChoice>,
     /// Largest anisotropy of texture filtering, 1 to 16.
     pub anisotropy: Option<u32>,
+    /// How reflections of rectangles and tubes are integrated: `ltc` or `facets`.
+    #[serde(rename = "areaLights", deserialize_with = "area_lights")]
+    pub area_lights: Option<AreaLightMethod>,
 
     /// Descriptive; changes nothing.
     pub name: Option<Ignored>,
@@ -247,6 +250,11 @@ fn samples<'de, D: Deserializer<'de>>(d: D) -> Result<Option<u32>, D::Error> {
 fn shading<'de, D: Deserializer<'de>>(d: D) -> Result<Option<ShadingModel>, D::Error> {
     let text = String::deserialize(d)?;
     values::shading(&text).map(Some).map_err(|e| D::Error::custom(format!("shading '{text}': {e}")))
+}
+
+fn area_lights<'de, D: Deserializer<'de>>(d: D) -> Result<Option<AreaLightMethod>, D::Error> {
+    let text = String::deserialize(d)?;
+    values::area_lights(&text).map(Some).map_err(|e| D::Error::custom(format!("areaLights '{text}': {e}")))
 }
 
 fn material<'de, D: Deserializer<'de>>(d: D) -> Result<Option<MaterialSource>, D::Error> {

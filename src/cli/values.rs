@@ -6,7 +6,7 @@ use crate::frame::Aov;
 use crate::limits::Limits;
 use crate::load::{nearest_name, suggestion};
 use crate::math::lanes::SimdLevel;
-use crate::render::ShadingModel;
+use crate::render::{AreaLightMethod, ShadingModel};
 
 /// What `--background` and a scene file's `background` say.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -166,6 +166,11 @@ pub fn material(text: &str) -> Result<MaterialChoice, String> {
 pub fn tone_curve(text: &str) -> Result<ToneCurve, String> {
     let name = if text == "linear" { "none" } else { text };
     ToneCurve::from_name(name).ok_or_else(|| "expected none, neutral, aces or agx".to_owned())
+}
+
+/// How area lights are integrated, by name.
+pub fn area_lights(text: &str) -> Result<AreaLightMethod, String> {
+    AreaLightMethod::from_name(text).ok_or_else(|| "expected ltc or facets".to_owned())
 }
 
 /// A plane of the G-buffer by name.

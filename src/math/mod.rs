@@ -11,6 +11,9 @@
 //! `errors_over_every_f32` takes all. [`double`] has what cameras need in `f64`, [`vec3`] vectors of three
 //! lane numbers.
 
+#[cfg(all(target_arch = "x86", not(target_feature = "sse2")))]
+compile_error!("the x87 unit rounds twice, so pictures would differ from other machines: compile with SSE2");
+
 pub mod double;
 mod exp_log;
 pub mod lanes;

@@ -8,7 +8,7 @@ mod resolve;
 mod tile_pass;
 mod trace;
 
-pub use crate::scene::ShadingModel;
+pub use crate::scene::{AreaLightMethod, ShadingModel};
 pub use options::{Background, RenderError, RenderOptions, RenderStats, Rendered};
 pub use trace::StageHashes;
 
@@ -125,6 +125,7 @@ impl Renderer {
                 lights: &lights,
                 area_lights: &area_lights,
                 model: options.shading,
+                area_light_method: options.area_lights,
                 anisotropy: options.anisotropy,
             },
             work: Work::new(&options.limits),

@@ -5,7 +5,7 @@ use crate::frame::{Aov, Frame};
 use crate::limits::{LimitExceeded, Limits};
 use crate::math::lanes::SimdLevel;
 use crate::raster::SamplePattern;
-use crate::scene::{SceneError, ShadingModel};
+use crate::scene::{AreaLightMethod, SceneError, ShadingModel};
 use std::time::Duration;
 
 /// What is seen where no surface is.
@@ -38,6 +38,8 @@ pub struct RenderOptions {
     pub background: Background,
     /// Largest number of texture probes along a stretched footprint: 1 (trilinear) to 16.
     pub anisotropy: u32,
+    /// How reflections of area lights are integrated. [`ShadingModel::GltfSampled`] always goes by facets.
+    pub area_lights: AreaLightMethod,
     /// G-buffer planes to keep.
     pub aovs: Vec<Aov>,
     /// Whether to find [`RenderStats::stage_hashes`], which takes longer than the picture.
@@ -57,6 +59,7 @@ impl Default for RenderOptions {
             shading: None,
             background: Background::default(),
             anisotropy: 8,
+            area_lights: AreaLightMethod::default(),
             aovs: Vec::new(),
             stage_hashes: false,
             limits: Limits::default(),

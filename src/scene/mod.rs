@@ -21,7 +21,7 @@ pub use camera::{Camera, Projection};
 pub use environment::{Environment, EnvironmentSource, EquirectImage};
 pub use error::SceneError;
 pub use framing::{Bounds, Framing};
-pub use light::{Light, LightKind};
+pub use light::{AreaLightMethod, Light, LightKind};
 pub use lobes::{
     Anisotropy, CoatMedium, ColorParameter, Iridescence, Lobes, ReflectionOcclusion, ScalarParameter,
     SecondLobe, Sheen, Subsurface,

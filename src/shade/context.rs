@@ -4,7 +4,7 @@ use crate::each;
 use crate::gbuffer::Draw;
 use crate::light::{AreaLight, EnvironmentLight, PunctualLight};
 use crate::math::lanes::{Float, Lanes};
-use crate::scene::{Material, ShadingModel, Texture};
+use crate::scene::{AreaLightMethod, Material, ShadingModel, Texture};
 
 /// From places on the screen to rays, in single precision.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,6 +60,8 @@ pub struct ShadeContext<'a> {
     pub area_lights: &'a [AreaLight],
     /// Formulas of every surface, whatever its material names.
     pub model: Option<ShadingModel>,
+    /// How reflections of area lights are integrated.
+    pub area_light_method: AreaLightMethod,
     /// Largest number of texture probes along a stretched footprint.
     pub anisotropy: u32,
 }

@@ -10,7 +10,7 @@ use crate::coat::EnvironmentQuery;
 use crate::light::{LightSample, PunctualLight};
 use crate::math::lanes::{Float, Lanes, Mask};
 use crate::math::vec3::{self, V3};
-use crate::scene::Material;
+use crate::scene::{AreaLightMethod, Material};
 
 /// What surrounds a surface at a distance or near: sources that are known by their average over a lobe.
 ///
@@ -33,7 +33,10 @@ impl Surroundings {
         if context.area_lights.is_empty() {
             &[Self::Environment]
         } else {
-            &[Self::Environment, Self::AreaLights]
+            match context.area_light_method {
+                AreaLightMethod::LinearlyTransformedCosines => &[Self::Environment, Self::AreaLights],
+                AreaLightMethod::Facets => &[Self::Environment, Self::AreaLightsByFacets],
+            }
         }
     }
 

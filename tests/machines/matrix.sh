@@ -1,0 +1,214 @@
+#!/usr/bin/env bash
+# The machine matrix: builds the program for other processors and other compiler settings, lets each draw the scenes of
+# tests/machines (emulated where need be), and compares every hash with tests/machines/hashes.tsv. Tolerance 0.
+#
+# Needs the project's Rust toolchain; what else a leg needs is taken from Debian and unpacked below target/machines:
+# nothing is installed and no root is needed. A leg that cannot run says why.
+#
+# Usage: tests/machines/matrix.sh [LEG...]
+# Legs:  x86-64 x86-64-v3 x86-64-v4 debug aarch64 wasm32 i686 s390x   (default: all)
+set -euo pipefail
+cd "$(dirname "$0")/../.."
+export CARGO_INCREMENTAL=0 CARGO_TERM_COLOR=never
+legs=("$@")
+[ ${#legs[@]} -gt 0 ] || legs=(x86-64 x86-64-v3 x86-64-v4 debug aarch64 wasm32 i686 s390x)
+work=$PWD/target/machines
+root=$work/root
+log=$work/log
+mkdir -p "$work"
+: >"$log"
+
+declare -a machines=() skipped=() times=()
+machine() { machines+=("$1=$2"); }
+skip() {
+    skipped+=("$(printf '%-14s skipped: %s' "$1" "$2")")
+    printf '%-14s skipped: %s\n' "$1" "$2"
+}
+
+# build LEG ARGUMENTS...: the program, without debug information (it would triple the time to link).
+build() {
+    local leg=$1 start=$SECONDS
+    shift
+    if ! CARGO_PROFILE_RELEASE_DEBUG=0 cargo build --locked --bin overcoat "$@" >>"$log" 2>&1; then
+        tail -n 40 "$log" >&2
+        printf '%s does not build\n' "$leg" >&2
+        exit 1
+    fi
+    times+=("$(printf '%5d s  build %s' $((SECONDS - start)) "$leg")")
+}
+
+# The x86-64 level that this processor has: 1 to 4.
+x86_level() {
+    [ "$(uname -m)" = x86_64 ] || { echo 0; return; }
+    local flags level=1
+    flags=$(grep -m1 '^flags' /proc/cpuinfo)
+    has() { for f in "$@"; do case " $flags " in *" $f "*) ;; *) return 1 ;; esac; done; }
+    if has avx2 fma bmi1 bmi2 f16c movbe; then level=3; fi
+    if [ $level = 3 ] && has avx512f avx512bw avx512cd avx512dq avx512vl; then level=4; fi
+    echo $level
+}
+
+# Debian's packages, with lists of our own, so that neither root nor the machine's settings are touched.
+declare -A packages=(
+    [compiler]='rustc-web libstd-rust-web-dev rust-web-src libz3-4 libedit2'
+    [aarch64]='libstd-rust-web-dev:arm64 gcc-12-aarch64-linux-gnu cpp-12-aarch64-linux-gnu binutils-aarch64-linux-gnu
+        libgcc-12-dev-arm64-cross libgcc-s1-arm64-cross libc6-dev-arm64-cross libc6-arm64-cross
+        linux-libc-dev-arm64-cross qemu-user-static'
+    [s390x]='gcc-12-s390x-linux-gnu cpp-12-s390x-linux-gnu binutils-s390x-linux-gnu libgcc-12-dev-s390x-cross
+        libgcc-s1-s390x-cross libc6-dev-s390x-cross libc6-s390x-cross linux-libc-dev-s390x-cross qemu-user-static'
+    [i686]='lib32gcc-12-dev lib32gcc-s1 libc6-dev-i386 libc6-i386 qemu-user-static'
+    [wasm32]='wasi-libc'
+)
+apt() { APT_CONFIG=$work/apt.conf command "$@"; }
+prepare_apt() {
+    [ -e "$work/apt.conf" ] && return
+    mkdir -p "$work/lists/partial" "$work/cache/archives/partial" "$work/debs" "$root"
+    cat >"$work/apt.conf.new" <<EOF
+Dir::State::lists "$work/lists";
+Dir::Cache "$work/cache";
+APT::Architecture "amd64";
+APT::Architectures { "amd64"; "arm64"; };
+APT::Sandbox::User "";
+Acquire::Languages "none";
+Acquire::Retries "3";
+EOF
+    APT_CONFIG=$work/apt.conf.new apt-get -qq update >>"$log" 2>&1 && mv "$work/apt.conf.new" "$work/apt.conf"
+}
+
+# fetch GROUP: downloads and unpacks a group of packages; fails with a reason in $why.
+fetch() {
+    local group=$1 names name deb
+    [ -e "$work/have-$group" ] && return
+    if [ "$(dpkg --print-architecture 2>/dev/null)" != amd64 ]; then
+        why='needs packages of Debian on amd64'
+        return 1
+    fi
+    prepare_apt || { why='the lists of Debian packages cannot be read'; return 1; }
+    names=${packages[$group]}
+    # The compiler's library and the LLVM that it uses carry their version in their names.
+    if [ "$group" = compiler ]; then
+        local library
+        library=$(apt apt-cache depends libstd-rust-web-dev | sed -n 's/.*Depends: \(libstd-rust-web-[0-9.]*\)$/\1/p' | head -1)
+        names+=" $library $(apt apt-cache depends "$library" | sed -n 's/.*Depends: \(libllvm[0-9]*\)$/\1/p' | head -1)"
+    elif [ "$group" = aarch64 ]; then
+        names+=" $(apt apt-cache depends libstd-rust-web-dev:arm64 | sed -n 's/.*Depends: \(libstd-rust-web-[0-9.]*:arm64\)$/\1/p' | head -1)"
+    fi
+    mkdir -p "$work/debs/$group"
+    # shellcheck disable=SC2086
+    if ! (cd "$work/debs/$group" && apt apt-get -qq download $names >>"$log" 2>&1); then
+        why="Debian has not all of: $(echo $names)"
+        return 1
+    fi
+    for deb in "$work/debs/$group"/*.deb; do
+        name=$(basename "$deb")
+        case $name in
+            # One emulator each is enough of 380 MB.
+            qemu-user-static*) dpkg --fsys-tarfile "$deb" | tar -x -C "$root" --wildcards './usr/bin/qemu-*' \
+                --exclude='*mips*' --exclude='*ppc*' --exclude='*sparc*' --exclude='*riscv*' --exclude='*sh4*' ;;
+            *) dpkg -x "$deb" "$root" ;;
+        esac
+    done
+    touch "$work/have-$group"
+}
+
+# wrapper NAME COMMAND: a program that runs a command with the unpacked libraries.
+wrapper() {
+    printf '#!/bin/sh\nexport LD_LIBRARY_PATH=%s/usr/lib/x86_64-linux-gnu\nexec %s "$@"\n' "$root" "$2" >"$work/$1"
+    chmod +x "$work/$1"
+}
+
+# The second compiler: rustup has no libraries for these targets on a machine without its servers, Debian has.
+second_compiler() {
+    fetch compiler || return 1
+    wrapper rustc "$root/usr/bin/rustc"
+    export RUSTC=$work/rustc
+}
+
+# cross LEG TARGET ARGUMENTS...: builds with the second compiler.
+cross() {
+    local leg=$1 target=$2
+    shift 2
+    build "$leg" --release --target "$target" --target-dir "$work/cross" "$@"
+    program=$work/cross/$target/release/overcoat
+}
+
+level=$(x86_level)
+for leg in "${legs[@]}"; do
+    why=
+    case $leg in
+        x86-64)
+            # Run-time dispatch, forced level by level.
+            build "$leg" --release --target-dir "$work/x86-64"
+            for simd in sse2 avx2 avx512; do
+                case $simd-$level in
+                    sse2-[1-4] | avx2-[34] | avx512-4)
+                        machine "x86-64 $simd" "$work/x86-64/release/overcoat --simd $simd" ;;
+                    *) skip "x86-64 $simd" 'this processor does not have it' ;;
+                esac
+            done ;;
+        x86-64-v[34])
+            if [ "$level" -lt "${leg#x86-64-v}" ]; then
+                skip "$leg" 'this processor does not have it'
+            else
+                # The compiler is free to use FMA everywhere, and must not.
+                RUSTFLAGS="-C target-cpu=$leg" build "$leg" --release --target-dir "$work/$leg"
+                machine "$leg" "$work/$leg/release/overcoat"
+            fi ;;
+        debug)
+            # Without optimisation of whole loops, and with the lanes that are the definition.
+            build "$leg" --features scalar-lanes --target-dir "$work/debug"
+            machine "debug scalar" "$work/debug/debug/overcoat --simd scalar" ;;
+        aarch64)
+            if second_compiler && fetch aarch64; then
+                wrapper aarch64-cc "$root/usr/bin/aarch64-linux-gnu-gcc-12 -B$root/usr/aarch64-linux-gnu/lib --sysroot=$root"
+                CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_LINKER=$work/aarch64-cc cross "$leg" aarch64-unknown-linux-gnu
+                machine "$leg neon" "$root/usr/bin/qemu-aarch64-static -L $root/usr/aarch64-linux-gnu $program"
+            else
+                skip "$leg" "$why"
+            fi ;;
+        s390x)
+            # Big-endian.
+            if second_compiler && fetch s390x; then
+                wrapper s390x-cc "$root/usr/bin/s390x-linux-gnu-gcc-12 -B$root/usr/s390x-linux-gnu/lib --sysroot=$root"
+                RUSTC_BOOTSTRAP=1 CARGO_TARGET_S390X_UNKNOWN_LINUX_GNU_LINKER=$work/s390x-cc \
+                    cross "$leg" s390x-unknown-linux-gnu -Z build-std=std,panic_unwind
+                machine "$leg" "$root/usr/bin/qemu-s390x-static -L $root/usr/s390x-linux-gnu $program"
+            else
+                skip "$leg" "$why"
+            fi ;;
+        i686)
+            # 32-bit, with SSE2: the x87 is not reproducible, and the library refuses to compile for it.
+            if second_compiler && fetch i686; then
+                gcc32=$root/usr/lib/gcc/x86_64-linux-gnu/12/32
+                wrapper i686-cc "cc -m32 -B$root/usr/lib32 -B$gcc32 -L$root/usr/lib32 -L$root/lib32 -L$gcc32"
+                RUSTC_BOOTSTRAP=1 CARGO_TARGET_I686_UNKNOWN_LINUX_GNU_LINKER=$work/i686-cc \
+                    cross "$leg" i686-unknown-linux-gnu -Z build-std=std,panic_unwind
+                machine "$leg" "$root/usr/bin/qemu-i386-static -L $root $program"
+            else
+                skip "$leg" "$why"
+            fi ;;
+        wasm32)
+            node=$(command -v node || true)
+            if [ -z "$node" ]; then
+                skip "$leg" 'there is no node to run it'
+            elif second_compiler && fetch wasm32; then
+                linker=$(env -u RUSTC rustc --print sysroot)/lib/rustlib/x86_64-unknown-linux-gnu/bin/rust-lld
+                RUSTC_BOOTSTRAP=1 CARGO_TARGET_WASM32_WASIP1_LINKER=$linker \
+                    RUSTFLAGS="-C target-feature=+simd128 -L $root/usr/lib/wasm32-wasi" \
+                    cross "$leg" wasm32-wasip1 -Z build-std=std,panic_abort
+                machine "$leg" "$node --no-warnings $PWD/tests/machines/wasi.mjs $program.wasm"
+            else
+                skip "$leg" "$why"
+            fi ;;
+        *)
+            printf 'unknown leg %s\n' "$leg" >&2
+            exit 2 ;;
+    esac
+    unset RUSTC
+done
+
+start=$SECONDS
+OVERCOAT_MACHINES=$(printf '%s\n' "${machines[@]}") \
+    cargo test --locked --release --test machines -- --nocapture other_machines
+times+=("$(printf '%5d s  draw and compare' $((SECONDS - start)))")
+printf '%s\n' "${skipped[@]-}" "${times[@]}"
