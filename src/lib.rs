@@ -23,7 +23,8 @@
 //! [`output`] makes files of it, [`golden`] compares them, and the `cli` module is the command line.
 //!
 //! The same bits everywhere come from [`math`]: shading is written over [`math::lanes::Lanes`], whose operations IEEE
-//! 754 rounds exactly, and [`jobs`] keeps the order of results independent of threads.
+//! 754 rounds exactly, and [`jobs`] keeps the order of results independent of threads. How each layer keeps them, how a
+//! change breaks them, and which releases may change pictures is on a page: [`guide::bit_identity`].
 //!
 //! ```
 //! use overcoat::scene::{Framing, Instance, Material, Mesh, MeshData, Transform};

@@ -1,4 +1,8 @@
-//! Pages to read: what the shading models compute and why they differ.
+//! Pages to read: what the shading models compute and why they differ; how pictures stay the same bits everywhere.
+
+/// How the same bits are kept on every machine.
+#[doc = include_str!("bit_identity.md")]
+pub mod bit_identity {}
 
 /// Clear coat in every engine.
 #[doc = include_str!("clear_coat.md")]
