@@ -1,7 +1,7 @@
 //! Radiometry: a Lambert plane without reflections is equally bright in every model, whatever its engine means by the
 //! colour of a light, and black without light.
 
-use overcoat::render::{RenderOptions, Renderer, ShadingModel};
+use overcoat::render::{AreaLightMethod, RenderOptions, Renderer, ShadingModel};
 use overcoat::scene::{
     Camera, Environment, EnvironmentSource, EquirectImage, Instance, Light, LightKind, Material, Mesh,
     MeshData, Projection, Scene, Transform, Workflow,
@@ -13,6 +13,16 @@ const ALBEDO: [f32; 3] = [0.8, 0.5, 0.2];
 
 /// A plane that faces the camera, rough, with F0 = 0.
 fn plane() -> Scene {
+    plane_of(Material {
+        base_color: [ALBEDO[0], ALBEDO[1], ALBEDO[2], 1.0],
+        workflow: Workflow::MetallicRoughness { metallic: 0.0, roughness: 1.0, texture: None },
+        specular: 0.0,
+        ..Material::default()
+    })
+}
+
+/// A plane that faces the camera.
+fn plane_of(material: Material) -> Scene {
     let mut scene = Scene::new();
     let mesh = MeshData {
         positions: vec![[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]],
@@ -21,12 +31,6 @@ fn plane() -> Scene {
         ..MeshData::default()
     };
     let mesh = scene.add_mesh(Mesh::new(mesh).unwrap()).unwrap();
-    let material = Material {
-        base_color: [ALBEDO[0], ALBEDO[1], ALBEDO[2], 1.0],
-        workflow: Workflow::MetallicRoughness { metallic: 0.0, roughness: 1.0, texture: None },
-        specular: 0.0,
-        ..Material::default()
-    };
     let material = scene.add_material(material).unwrap();
     scene.add_instance(Instance { mesh, material, transform: Transform::IDENTITY, object: 0 }).unwrap();
     scene
@@ -119,12 +123,10 @@ fn a_white_environment_lights_a_lambert_plane_alike() {
 /// its sampled variant always has, bit for bit.
 #[test]
 fn facets_are_a_choice_of_every_model() {
-    let mut scene = plane();
-    let metal = Material {
+    let mut scene = plane_of(Material {
         workflow: Workflow::MetallicRoughness { metallic: 1.0, roughness: 0.4, texture: None },
         ..Material::default()
-    };
-    scene.replace_material(MaterialId(0), metal).unwrap();
+    });
     under(&mut scene, EnvironmentSource::None);
     let kind = LightKind::Rect {
         position: [0.0, 0.0, 2.0],

@@ -1,7 +1,8 @@
 //! Arithmetic that gives the same bits everywhere: lanes, transcendental functions, small vectors.
 //!
 //! **Invariant:** no function here or anywhere in the crate calls a float function of the platform other than
-//! `+ - * / sqrt floor abs` and conversions, which IEEE 754 rounds exactly.
+//! `+ - * / sqrt floor abs` and conversions, which IEEE 754 rounds exactly; and, in set-up code, `min`, `max` and `clamp`
+//! against constants of numbers that are neither NaN nor a zero whose sign counts.
 //!
 //! Every transcendental function exists over sixteen lanes, `exp(l, x)`, and for one `f32` in [`scalar`],
 //! with the same operations and therefore the same bits; a NaN argument gives NaN. The errors stated bound

@@ -75,8 +75,8 @@ impl Renderer {
         options: &RenderOptions,
     ) -> Result<Rendered, RenderError> {
         let pattern = options.validate()?;
-        if !subnormals_are_kept() || self.jobs.on_every_worker(subnormals_are_kept).contains(&false) {
-            return Err(RenderError::FlushToZero);
+        if !arithmetic_is_default() || self.jobs.on_every_worker(arithmetic_is_default).contains(&false) {
+            return Err(RenderError::FloatingPointMode);
         }
         camera.validate()?;
         let mut stats = RenderStats { triangles: scene.triangle_count(), ..RenderStats::default() };
@@ -281,11 +281,16 @@ fn render_tiles(
     (fragments, planes, hashes)
 }
 
-/// False if this thread's processor state flushes subnormal results or operands to zero.
-fn subnormals_are_kept() -> bool {
+/// False if this thread's processor state flushes subnormal results or operands to zero, or rounds otherwise than to the
+/// nearest number.
+fn arithmetic_is_default() -> bool {
     let smallest = std::hint::black_box(f32::MIN_POSITIVE);
     let half = std::hint::black_box(smallest * 0.5);
-    half > 0.0 && half * 2.0 == smallest
+    let one = std::hint::black_box(1.0_f32);
+    let quarter_step = std::hint::black_box(f32::EPSILON * 0.25);
+    // Upwards, the sum would be more than 1; downwards or towards zero, the difference would be less.
+    let to_nearest = one + quarter_step == 1.0 && one - quarter_step == 1.0 && -one - quarter_step == -1.0;
+    half > 0.0 && half * 2.0 == smallest && to_nearest
 }
 
 /// The view's rays, rounded once.

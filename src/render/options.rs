@@ -117,9 +117,13 @@ pub enum RenderError {
     #[error("camera: {0}")]
     Camera(#[from] SceneError),
     /// The calling program has told the processor to flush subnormal numbers to zero (as `-ffast-math` libraries do
-    /// when they are loaded): the picture would not be the same as on other machines.
-    #[error("this process flushes subnormal numbers to zero; pictures would differ from other machines")]
-    FlushToZero,
+    /// when they are loaded) or to round otherwise than to the nearest number: the picture would not be the same as on
+    /// other machines.
+    #[error(
+        "this process flushes subnormal numbers to zero or does not round to nearest; pictures would differ from other \
+         machines"
+    )]
+    FloatingPointMode,
     /// The picture costs more than allowed.
     #[error(transparent)]
     Limit(#[from] LimitExceeded),
