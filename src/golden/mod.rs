@@ -25,9 +25,18 @@
 //! # Ok::<(), overcoat::golden::GoldenError>(())
 //! ```
 
+pub mod accept;
+pub mod check;
 mod compare;
+pub mod compress;
+pub mod decode;
 mod folder;
+pub mod junit;
+pub mod metrics;
 mod picture;
+pub mod report;
+pub mod thresholds;
+pub mod walk;
 
 pub use compare::{Comparison, PixelDifference};
 pub use folder::{Golden, GoldenFolder};
