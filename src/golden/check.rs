@@ -209,15 +209,14 @@ fn oversize(stored: &[u8], thresholds: &Thresholds, limits: &Limits) -> Option<S
     if stored.len() < OVERSIZE_FROM || !stored.starts_with(b"\x89PNG") {
         return None;
     }
+    let small = |effort| match compress_png(stored, effort, limits) {
+        Ok(bytes) => Some(bytes.len()),
+        Err(CompressError::Animated | CompressError::Decode(_)) => None,
+    };
+    let quick = small(Effort::Quick)?;
     let too_large = |best: usize| stored.len() as f64 > OVERSIZE * best as f64;
-    // The quick search is enough for most files that were never compressed with care.
-    [Effort::Quick, Effort::Strongest].into_iter().find_map(|effort| {
-        let best = match compress_png(stored, effort, limits) {
-            Ok(bytes) => bytes.len(),
-            Err(CompressError::Animated | CompressError::Decode(_)) => return None,
-        };
-        too_large(best).then(|| {
-            format!("{} bytes are stored, {best} would do: accept it again to compress it", stored.len())
-        })
-    })
+    // Zopfli takes seconds, and gains less than the margin: it is only asked about files that the quick search beats.
+    let best = if too_large(quick) || stored.len() <= quick { quick } else { small(Effort::Strongest)? };
+    too_large(best)
+        .then(|| format!("{} bytes are stored, {best} would do: accept it again to compress it", stored.len()))
 }

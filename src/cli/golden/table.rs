@@ -113,6 +113,7 @@ pub(super) fn to_text(results: &[FileResult]) -> String {
         let count = results.iter().filter(|r| r.verdict == *verdict).count();
         (count > 0).then(|| format!("{count} {}", verdict.name()))
     });
-    let _ = writeln!(out, "{} files: {}", results.len(), counts.collect::<Vec<_>>().join(", "));
+    let files = if results.len() == 1 { "1 file".to_owned() } else { format!("{} files", results.len()) };
+    let _ = writeln!(out, "{files}: {}", counts.collect::<Vec<_>>().join(", "));
     out
 }

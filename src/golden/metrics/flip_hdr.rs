@@ -29,6 +29,13 @@ pub(super) fn tone_map<F: Float>(x: F) -> F {
     (x * x * a + x * b) / (x * x * c + x * d + e)
 }
 
+/// The tone curve for one number.
+#[cfg(test)]
+pub(super) fn tone_map_value(x: f64) -> f64 {
+    let [a, b, c, d, e] = ACES;
+    (x * x * a + x * b) / (x * x * c + x * d + e)
+}
+
 /// HDR-FLIP of every pixel, 0 to 1. Both pictures have the same size.
 #[must_use]
 pub fn flip_hdr(expected: &LinearImage, actual: &LinearImage, settings: &MetricSettings) -> Vec<f32> {

@@ -42,9 +42,9 @@
   const drawList = () => {
     const entries = visible();
     $('rows').replaceChildren(...entries.map((entry) => {
-      const first = make('td', {},
+      const first = make('td', { colspan: entry.numbers ? 1 : 6 },
         make('span', { class: `verdict ${entry.verdict}`, text: entry.verdict }), entry.name);
-      const cells = [4, 0, 1, 2, 3].map((k) => make('td', { text: entry.numbers ? entry.numbers[k][1] : '' }));
+      const cells = entry.numbers ? [4, 0, 1, 2, 3].map((k) => make('td', { text: entry.numbers[k][1] })) : [];
       const row = make('tr', { 'aria-selected': entry === state.entry }, first, ...cells);
       row.addEventListener('click', () => open(entry));
       return row;
@@ -122,18 +122,30 @@
 
   const picture = (source, alt, className = '') => make('img', { src: source, alt, class: className, draggable: 'false' });
 
+  /** The width at which a picture fits the stage beside `others`; small ones are enlarged by whole numbers up to 8. */
+  const fittingWidth = (v, others) => {
+    const stage = $('stage');
+    const narrow = matchMedia('(max-width: 760px)').matches;
+    const room = (stage.clientWidth - 28) / (narrow ? 1 : 1 + others) - (others && !narrow ? 7 : 0);
+    const high = narrow ? Infinity : Math.max(220, stage.clientHeight - 60) * v.width / v.height;
+    const fit = Math.min(room, high);
+    return fit < v.width ? fit : v.width * Math.min(8, Math.floor(fit / v.width));
+  };
+
   /** A box for pictures on top of each other, in the chosen size; a click chooses the place to enlarge. */
-  const frame = (v, ...images) => {
+  const frame = (v, ...images) => framed(v, 0, images);
+  const framed = (v, others, images) => {
     const box = make('div', { class: `frame ${BACKGROUNDS[state.background]}` }, ...images);
     if (state.scale) {
       box.classList.add('scaled');
       box.style.width = `${v.width * state.scale}px`;
     } else {
-      // Small pictures are not blown up to the width of the window by more than eight times.
-      box.style.width = `${v.width * Math.max(1, Math.min(8, Math.floor(480 / v.width)))}px`;
-      box.classList.toggle('smooth', v.width > 480);
+      const width = fittingWidth(v, others);
+      box.style.width = `${width}px`;
+      box.classList.toggle('smooth', width < v.width);
     }
     box.addEventListener('click', (event) => {
+      if (box.classList.contains('swipe')) return;
       const bounds = box.getBoundingClientRect();
       const size = v.block;
       const at = (place, extent) => Math.max(0, Math.min(extent - size, Math.round(place * extent - size / 2)));
@@ -157,16 +169,16 @@
     return box;
   };
 
-  const figure = (caption, content) => {
-    const node = make('figure', { class: state.scale ? 'fixed' : '' }, make('figcaption', { text: caption }), content);
-    return node;
-  };
+  const figure = (caption, content) =>
+    make('figure', { class: 'fixed' }, make('figcaption', { text: caption }), content);
 
   const three = (v) => {
     const panels = make('div', { class: 'panels' });
-    if (v.expected) panels.append(figure('Expected', frame(v, picture(v.expected, 'Expected'))));
-    if (v.difference) panels.append(figure('Difference: red is little, white is much', frame(v, picture(v.difference, 'Difference'), marked(v))));
-    if (v.actual) panels.append(figure('Actual', frame(v, picture(v.actual, 'Actual'))));
+    const others = [v.expected, v.difference, v.actual].filter(Boolean).length - 1;
+    const add = (caption, ...images) => panels.append(figure(caption, framed(v, others, images)));
+    if (v.expected) add('Expected', picture(v.expected, 'Expected'));
+    if (v.difference) add('Difference: red little, white much', picture(v.difference, 'Difference'), marked(v));
+    if (v.actual) add('Actual', picture(v.actual, 'Actual'));
     $('stage').append(panels);
   };
 
@@ -357,6 +369,9 @@
     else used = false;
     if (used) event.preventDefault();
   });
+
+  let resizing = 0;
+  addEventListener('resize', () => { clearTimeout(resizing); resizing = setTimeout(drawViewer, 150); });
 
   // The beginning.
 
