@@ -213,8 +213,7 @@ fn accepting_takes_what_is_named_and_nothing_else() {
     assert!(named.stderr.contains("nobody.png: no picture of that name"), "{}", named.stderr);
     assert_eq!(std::fs::read(folders.path("expected/a.png")).unwrap(), old);
     for name in ["b.png", "cars/c.png"] {
-        let [stored, actual] =
-            ["expected", "actual"].map(|side| folders.path(&format!("{side}/{name}")));
+        let [stored, actual] = ["expected", "actual"].map(|side| folders.path(&format!("{side}/{name}")));
         assert_eq!(decode(&stored), decode(&actual));
         assert!(stored.metadata().unwrap().len() <= actual.metadata().unwrap().len());
     }

@@ -69,7 +69,8 @@ pub fn prepare(
         // An expected picture that nobody makes any more: not for this command to judge.
         return if only_bad { Ok(Accepted::Unchanged) } else { Err(AcceptError::NoActual) };
     };
-    if only_bad && pair.expected.is_some() && compare(pair, thresholds, true, limits).result.verdict.is_good() {
+    if only_bad && pair.expected.is_some() && compare(pair, thresholds, true, limits).result.verdict.is_good()
+    {
         return Ok(Accepted::Unchanged);
     }
     let bytes = read_file(actual, limits)?;

@@ -1,11 +1,11 @@
 //! Goldens for tests of any project: a folder of pictures, and one line in a test.
 
+use super::GoldenError;
 use super::accept::{Accepted, prepare, store};
 use super::check::{FileResult, Verdict, compare};
 use super::picture::Picture;
 use super::thresholds::{ThresholdFile, Thresholds};
 use super::walk::{NEW, Pair};
-use super::GoldenError;
 use crate::limits::Limits;
 use crate::output::write_atomically;
 use std::path::{Path, PathBuf};
@@ -114,11 +114,12 @@ impl Golden {
     /// As [`Golden::check`].
     pub fn check_file(&self, file_name: &str, actual: &[u8]) -> Result<(), GoldenError> {
         let expected = self.folder.join(file_name);
-        let new = new_path(self.failures.as_deref().unwrap_or(&self.folder), file_name)
-            .ok_or_else(|| GoldenError::Malformed {
+        let new = new_path(self.failures.as_deref().unwrap_or(&self.folder), file_name).ok_or_else(|| {
+            GoldenError::Malformed {
                 path: expected.clone(),
                 reason: "the name of a golden is a relative path with an extension".to_owned(),
-            })?;
+            }
+        })?;
         let thresholds = self.read_thresholds(file_name)?;
         write_in_folder(&new, actual)?;
         let pair = Pair {
@@ -179,7 +180,8 @@ impl Golden {
 fn new_path(folder: &Path, name: &str) -> Option<PathBuf> {
     let plain = Path::new(name).components().all(|c| matches!(c, std::path::Component::Normal(_)));
     let (stem, extension) = name.rsplit_once('.')?;
-    (plain && !stem.is_empty() && !extension.contains('/')).then(|| folder.join(format!("{stem}{NEW}.{extension}")))
+    (plain && !stem.is_empty() && !extension.contains('/'))
+        .then(|| folder.join(format!("{stem}{NEW}.{extension}")))
 }
 
 fn write_in_folder(path: &Path, bytes: &[u8]) -> Result<(), GoldenError> {
@@ -187,10 +189,8 @@ fn write_in_folder(path: &Path, bytes: &[u8]) -> Result<(), GoldenError> {
     if let Some(folder) = path.parent() {
         std::fs::create_dir_all(folder).map_err(io)?;
     }
-    write_atomically(path, bytes).map_err(|error| GoldenError::Io {
-        path: path.to_owned(),
-        source: std::io::Error::other(error),
-    })
+    write_atomically(path, bytes)
+        .map_err(|error| GoldenError::Io { path: path.to_owned(), source: std::io::Error::other(error) })
 }
 
 fn summary(result: &FileResult) -> String {
@@ -253,7 +253,10 @@ mod tests {
         let failures = root.path().join("failures");
         let elsewhere = golden.failures_in(&failures);
         assert!(elsewhere.check("knot", &picture(6)).is_err());
-        assert_eq!((names(&folder), names(&failures)), (vec!["knot.png".into()], vec!["knot.new.png".into()]));
+        assert_eq!(
+            (names(&folder), names(&failures)),
+            (vec!["knot.png".into()], vec!["knot.new.png".into()])
+        );
     }
 
     #[test]

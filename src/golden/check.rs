@@ -120,7 +120,8 @@ pub fn compare(pair: &Pair, thresholds: &Thresholds, strict: bool, limits: &Limi
     let mut failures = Vec::new();
     let mut read = |path: &Option<std::path::PathBuf>, what: &str| {
         let path = path.as_deref()?;
-        let bytes = read_file(path, limits).map_err(|e| failures.push(format!("{what} picture: {e}"))).ok()?;
+        let bytes =
+            read_file(path, limits).map_err(|e| failures.push(format!("{what} picture: {e}"))).ok()?;
         match DecodedPicture::from_bytes(&bytes, limits) {
             Ok(picture) => Some((bytes, picture)),
             Err(e) => {
@@ -217,6 +218,7 @@ fn oversize(stored: &[u8], thresholds: &Thresholds, limits: &Limits) -> Option<S
     let too_large = |best: usize| stored.len() as f64 > OVERSIZE * best as f64;
     // Zopfli takes seconds, and gains less than the margin: it is only asked about files that the quick search beats.
     let best = if too_large(quick) || stored.len() <= quick { quick } else { small(Effort::Strongest)? };
-    too_large(best)
-        .then(|| format!("{} bytes are stored, {best} would do: accept it again to compress it", stored.len()))
+    too_large(best).then(|| {
+        format!("{} bytes are stored, {best} would do: accept it again to compress it", stored.len())
+    })
 }

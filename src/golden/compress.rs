@@ -61,7 +61,8 @@ pub fn compress_png(bytes: &[u8], effort: Effort, limits: &Limits) -> Result<Vec
         for strategy in Strategy::ALL {
             let filtered = strategy.apply(&rows, layout.bytes_between());
             let level = if effort == Effort::Quick { 6 } else { 9 };
-            let size = miniz_oxide::deflate::compress_to_vec_zlib(&filtered, level).len() + layout.palette_bytes();
+            let size =
+                miniz_oxide::deflate::compress_to_vec_zlib(&filtered, level).len() + layout.palette_bytes();
             if best.as_ref().is_none_or(|(least, ..)| size < *least) {
                 best = Some((size, filtered, layout));
             }
@@ -88,8 +89,10 @@ fn zopfli(data: &[u8]) -> Vec<u8> {
     } else {
         1
     };
-    let options =
-        zopfli::Options { iteration_count: NonZeroU64::new(tries).unwrap_or(NonZeroU64::MIN), ..Default::default() };
+    let options = zopfli::Options {
+        iteration_count: NonZeroU64::new(tries).unwrap_or(NonZeroU64::MIN),
+        ..Default::default()
+    };
     let mut out = Vec::new();
     match zopfli::compress(options, zopfli::Format::Zlib, data, &mut out) {
         Ok(()) => out,
@@ -474,16 +477,14 @@ mod tests {
                 "grey and alpha",
                 ColorType::Rgba,
                 BitDepth::Eight,
-                noise(2 * count).collect::<Vec<_>>().chunks(2).flat_map(|p| [p[0], p[0], p[0], p[1]]).collect(),
+                noise(2 * count)
+                    .collect::<Vec<_>>()
+                    .chunks(2)
+                    .flat_map(|p| [p[0], p[0], p[0], p[1]])
+                    .collect(),
                 (8, 4),
             ),
-            (
-                "grey",
-                ColorType::Rgb,
-                BitDepth::Eight,
-                noise(count).flat_map(|v| [v, v, v]).collect(),
-                (8, 0),
-            ),
+            ("grey", ColorType::Rgb, BitDepth::Eight, noise(count).flat_map(|v| [v, v, v]).collect(), (8, 0)),
             (
                 "two greys",
                 ColorType::Rgb,

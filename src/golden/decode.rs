@@ -209,8 +209,7 @@ fn from_planes(width: u32, height: u32, mut planes: Vec<ExrPlane>) -> DecodedPic
     }
     let mut place = 0;
     planes.retain(|plane| {
-        let is_colour =
-            chosen.contains(&Some(place)) && !matches!(plane.samples, ExrSamples::Unsigned(_));
+        let is_colour = chosen.contains(&Some(place)) && !matches!(plane.samples, ExrSamples::Unsigned(_));
         place += 1;
         !is_colour
     });
@@ -289,8 +288,7 @@ mod tests {
             assert_eq!(picture.planes.len(), 1);
             assert_eq!(picture.planes[0].samples, ExrSamples::Float(vec![1.0, 2.0, 3.0, 4.0]));
         }
-        let picture =
-            DecodedPicture::from_bytes(&encode_hdr(&frame).unwrap(), &Limits::default()).unwrap();
+        let picture = DecodedPicture::from_bytes(&encode_hdr(&frame).unwrap(), &Limits::default()).unwrap();
         assert_eq!((picture.kind, picture.pixels[0][3]), (SampleKind::Rgbe, 1.0));
     }
 

@@ -21,7 +21,8 @@ pub fn to_junit(suite: &str, results: &[FileResult]) -> String {
         } else {
             let element = if is_failure(result) { "failure" } else { "error" };
             let kind = result.verdict.name();
-            let _ = writeln!(out, ">\n      <{element} type=\"{kind}\" message=\"{reasons}\"/>\n    </testcase>");
+            let _ =
+                writeln!(out, ">\n      <{element} type=\"{kind}\" message=\"{reasons}\"/>\n    </testcase>");
         }
     }
     out.push_str("  </testsuite>\n</testsuites>\n");

@@ -374,7 +374,8 @@ impl ThresholdFile {
 /// A colour written as `#rrggbb`.
 #[must_use]
 pub fn colour(text: &str) -> Option<[u8; 3]> {
-    let digits = text.strip_prefix('#').filter(|d| d.len() == 6 && d.bytes().all(|b| b.is_ascii_hexdigit()))?;
+    let digits =
+        text.strip_prefix('#').filter(|d| d.len() == 6 && d.bytes().all(|b| b.is_ascii_hexdigit()))?;
     let code = u32::from_str_radix(digits, 16).ok()?;
     Some([(code >> 16) as u8, (code >> 8) as u8, code as u8])
 }

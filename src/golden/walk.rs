@@ -150,7 +150,8 @@ fn list(root: &Path, limits: &Limits) -> Result<Vec<Found>, WalkError> {
                 folders.push((path, format!("{name}/")));
                 continue;
             }
-            let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+            let extension =
+                path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
             if !EXTENSIONS.contains(&extension.as_str()) {
                 continue;
             }

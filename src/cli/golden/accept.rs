@@ -48,9 +48,10 @@ pub(super) fn run(args: &AcceptArgs) -> Result<(), Failure> {
             Err(error) => failures.push(format!("{name}: {error}")),
         }
     }
-    let unknown = args.names.iter().filter(|pattern| {
-        !session.folders.pairs.iter().any(|pair| matches(pattern, &pair.name))
-    });
+    let unknown = args
+        .names
+        .iter()
+        .filter(|pattern| !session.folders.pairs.iter().any(|pair| matches(pattern, &pair.name)));
     failures.extend(unknown.map(|pattern| format!("{pattern}: no picture of that name")));
     let word = if args.dry_run { "to accept" } else { "accepted" };
     let _ = writeln!(out, "{accepted} {word}, {unchanged} as they were");

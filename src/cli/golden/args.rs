@@ -8,13 +8,16 @@ use std::path::PathBuf;
 
 /// `overcoat golden`
 #[derive(Debug, Args)]
-#[command(arg_required_else_help = true, after_help = "Examples:
+#[command(
+    arg_required_else_help = true,
+    after_help = "Examples:
   overcoat golden check tests/golden out
   overcoat golden report tests/golden out -o report.html
   overcoat golden accept tests/golden out car.png
 
 Pictures are .png (8 and 16 bits), .exr (half and float, every channel) and .hdr, in folders and the folders in them,
-paired by name. Which renderer made them does not matter.")]
+paired by name. Which renderer made them does not matter."
+)]
 pub struct GoldenArgs {
     /// What to do.
     #[command(subcommand)]
@@ -32,10 +35,12 @@ pub enum GoldenCommand {
     Accept(AcceptArgs),
 }
 
-const EXIT_CODES: &str = "Exit codes: 0 equal within thresholds, 4 differ, 1 something could not be compared (this wins over 4),
+const EXIT_CODES: &str =
+    "Exit codes: 0 equal within thresholds, 4 differ, 1 something could not be compared (this wins over 4),
 2 wrong usage, 3 limit exceeded";
 
-const THRESHOLDS: &str = "Without thresholds pictures must be equal in every sample. A threshold file is TOML:
+const THRESHOLDS: &str =
+    "Without thresholds pictures must be equal in every sample. A threshold file is TOML:
 
   max_abs = 2                # for all files: codes of 255 (or 65535), linear light in .exr and .hdr
   pixels = 20                # so many may differ by more than max_abs

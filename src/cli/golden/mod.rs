@@ -41,9 +41,8 @@ fn report(args: &ReportArgs) -> Result<(), Failure> {
     check_outputs(&args.results, Some(&args.output))?;
     let session = Session::open(&args.folders)?;
     let show_equal = args.include_equal;
-    let compared = session.compare(args.results.strict, |compared| {
-        (ReportEntry::new(&compared, show_equal), compared.result)
-    });
+    let compared = session
+        .compare(args.results.strict, |compared| (ReportEntry::new(&compared, show_equal), compared.result));
     let (mut entries, results): (Vec<ReportEntry>, Vec<FileResult>) = compared.into_iter().unzip();
     let results = session.with_problems(results, args.results.strict);
     entries.extend(results[entries.len()..].iter().map(ReportEntry::without_pictures));

@@ -34,11 +34,12 @@ impl Session {
     /// [`Failure`] if a folder or the threshold file cannot be read, or there is nothing to compare.
     pub(super) fn open(args: &FolderArgs) -> Result<Self, Failure> {
         let limits = args.limits();
-        let folders = FolderPair::open(&args.expected, &args.actual, &limits).map_err(|error| match &error {
-            WalkError::Mixed { .. } => Failure::usage(&error),
-            WalkError::Limit(limit) => Failure::limit(limit),
-            _ => Failure::failed(&error),
-        })?;
+        let folders =
+            FolderPair::open(&args.expected, &args.actual, &limits).map_err(|error| match &error {
+                WalkError::Mixed { .. } => Failure::usage(&error),
+                WalkError::Limit(limit) => Failure::limit(limit),
+                _ => Failure::failed(&error),
+            })?;
         if folders.pairs.is_empty() {
             // A check that compares nothing must not pass: the folder is likely the wrong one.
             return Err(Failure::failed("no .png, .exr or .hdr file in either folder").at(&args.expected));
@@ -81,14 +82,8 @@ impl Session {
     }
 
     /// Compares every pair and keeps of each comparison what `keep` makes of it, so that not all pictures are in memory.
-    pub(super) fn compare<T: Send>(
-        &self,
-        strict: bool,
-        keep: impl Fn(Compared) -> T + Sync,
-    ) -> Vec<T> {
-        self.map("comparing", |pair| {
-            keep(compare(pair, &self.thresholds(&pair.name), strict, &self.limits))
-        })
+    pub(super) fn compare<T: Send>(&self, strict: bool, keep: impl Fn(Compared) -> T + Sync) -> Vec<T> {
+        self.map("comparing", |pair| keep(compare(pair, &self.thresholds(&pair.name), strict, &self.limits)))
     }
 
     /// Adds what is wrong with the threshold file; in strict checks also its tables that are for no picture.

@@ -6,9 +6,9 @@
 //! filters (J. Nilsson, T. Akenine-Möller, in the authors' repository NVlabs/flip). Agrees with the authors'
 //! `flip-evaluator` 1.7 to 1e-3; a test records values of theirs.
 
-use crate::math::{double, pow};
 use crate::dispatch;
 use crate::math::lanes::{Float, LANES, Lanes, Mask, SimdLevel};
+use crate::math::{double, pow};
 
 /// The authors' default: a display of 3840 pixels and 0.7 m, seen from 0.7 m.
 pub const DEFAULT_PIXELS_PER_DEGREE: f32 = 67.020_64;
@@ -137,7 +137,8 @@ pub(super) fn map<L: Lanes>(
     let halo = if spatial_radius > feature_radius { spatial_radius } else { feature_radius };
     let colour_scale = ColourScale::new(l);
     let band_rows = BAND + 2 * halo;
-    let mut bands: [Vec<f32>; 2] = [const { Vec::new() }; 2].map(|_: Vec<f32>| vec![0.0; PLANES * band_rows * stride]);
+    let mut bands: [Vec<f32>; 2] =
+        [const { Vec::new() }; 2].map(|_: Vec<f32>| vec![0.0; PLANES * band_rows * stride]);
     let mut opponent = [const { Vec::new() }; 3].map(|_: Vec<f32>| vec![0.0; stride + 2 * halo + LANES]);
     let mut out = vec![0.0; width * height];
     let mut top = 0;
@@ -173,12 +174,18 @@ pub(super) fn map<L: Lanes>(
                     let start = (plane * band_rows + first) * stride + x;
                     convolve_column(l, &band[start..], stride, taps)
                 };
-                let colour = colour_difference(l, &colour_scale, &bands, #[inline(always)] |band, plane| {
-                    column(band, plane, &filters.spatial[plane])
-                });
-                let feature = feature_difference(&bands, #[inline(always)] |band, plane, taps| {
-                    column(band, 4 + plane, &filters.feature[taps])
-                });
+                let colour = colour_difference(
+                    l,
+                    &colour_scale,
+                    &bands,
+                    #[inline(always)]
+                    |band, plane| column(band, plane, &filters.spatial[plane]),
+                );
+                let feature = feature_difference(
+                    &bands,
+                    #[inline(always)]
+                    |band, plane, taps| column(band, 4 + plane, &filters.feature[taps]),
+                );
                 // c^(1 - f), where 0 stays 0 whatever the exponent.
                 let error = pow(l, colour, feature.one_minus());
                 let error = colour.gt(l.zero()).select(error, l.zero()).to_array();
@@ -341,10 +348,7 @@ fn colour_difference<L: Lanes>(
 
 /// Difference of edges and points, 0 to 1. `column` filters a plane in y by the Gaussian (0) or its derivatives.
 #[inline(always)]
-fn feature_difference<F: Float>(
-    bands: &[Vec<f32>; 2],
-    column: impl Fn(&[f32], usize, usize) -> F,
-) -> F {
+fn feature_difference<F: Float>(bands: &[Vec<f32>; 2], column: impl Fn(&[f32], usize, usize) -> F) -> F {
     let strength = |band: &[f32], derivative: usize| {
         let (dx, dy) = (column(band, derivative, 0), column(band, 0, derivative));
         // The achromatic channel runs from -16 to 100.

@@ -60,11 +60,8 @@ pub fn flip_hdr(expected: &LinearImage, actual: &LinearImage, settings: &MetricS
 /// black takes its place; a black picture has exposure 0.
 #[must_use]
 pub fn exposures(expected: &LinearImage, start: Option<f32>, stop: Option<f32>) -> Vec<f64> {
-    let mut luminances: Vec<f32> = expected
-        .pixels
-        .iter()
-        .map(|&[r, g, b]| 0.2126 * r + 0.7152 * g + 0.0722 * b)
-        .collect();
+    let mut luminances: Vec<f32> =
+        expected.pixels.iter().map(|&[r, g, b]| 0.2126 * r + 0.7152 * g + 0.0722 * b).collect();
     luminances.sort_by(f32::total_cmp);
     let brightest = luminances.last().copied().unwrap_or(0.0);
     let mut median = luminances.get(luminances.len() / 2).copied().unwrap_or(0.0);

@@ -143,20 +143,15 @@ impl Seen {
     fn new(picture: &DecodedPicture, background: [u8; 3]) -> Self {
         let scale = 1.0 / picture.kind.white();
         let linear = picture.kind.is_linear();
-        let behind = background.map(|code| {
-            if linear { SRGB8_TO_LINEAR[usize::from(code)] } else { f32::from(code) / 255.0 }
-        });
+        let behind = background
+            .map(|code| if linear { SRGB8_TO_LINEAR[usize::from(code)] } else { f32::from(code) / 255.0 });
         let pixels = picture.pixels.iter().map(|&[r, g, b, a]| {
             let alpha = finite(a * scale);
             let rest = 1.0 - alpha;
             // Linear pictures are premultiplied.
             let weight = if linear { 1.0 } else { alpha };
             let colour = [r, g, b].map(|v| finite(if linear { v } else { v * scale }) * weight);
-            if rest == 0.0 {
-                colour
-            } else {
-                [0, 1, 2].map(|k| colour[k] + rest * behind[k])
-            }
+            if rest == 0.0 { colour } else { [0, 1, 2].map(|k| colour[k] + rest * behind[k]) }
         });
         Self(pixels.collect())
     }

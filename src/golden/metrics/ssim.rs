@@ -19,7 +19,8 @@ pub fn ssim(width: usize, height: usize, expected: &[[f32; 3]], actual: &[[f32; 
     let window = window();
     let mut sum = 0.0;
     for channel in 0..3 {
-        let plane = |picture: &[[f32; 3]]| -> Vec<f64> { picture.iter().map(|p| f64::from(p[channel])).collect() };
+        let plane =
+            |picture: &[[f32; 3]]| -> Vec<f64> { picture.iter().map(|p| f64::from(p[channel])).collect() };
         sum += channel_ssim(width, height, &plane(expected), &plane(actual), &window);
     }
     sum / 3.0

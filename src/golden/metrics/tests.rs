@@ -29,7 +29,8 @@ fn codes(f: impl Fn(usize, usize) -> [u8; 3]) -> Codes {
 /// The pairs by name.
 fn pairs() -> [(&'static str, Codes, Codes); 4] {
     let gradient = codes(|x, y| [(x * 4) as u8, (y * 5) as u8, ((x + y) * 2) as u8]);
-    let checker = |x: usize, y: usize| if (x / 8 + y / 8).is_multiple_of(2) { [220, 40, 60] } else { [30, 90, 200] };
+    let checker =
+        |x: usize, y: usize| if (x / 8 + y / 8).is_multiple_of(2) { [220, 40, 60] } else { [30, 90, 200] };
     let brighter = gradient.iter().map(|p| p.map(|v| v.saturating_add(10))).collect();
     let faint = gradient
         .iter()

@@ -50,7 +50,8 @@ impl Views {
             let distances = distances(e, a);
             difference = png_uri(e.width, e.height, &distances.iter().map(|d| alarm(*d)).collect::<Vec<_>>());
             if measured.flip.iter().any(|v| *v > 0.0) {
-                heat = png_uri(e.width, e.height, &measured.flip.iter().map(|v| magma(*v)).collect::<Vec<_>>());
+                heat =
+                    png_uri(e.width, e.height, &measured.flip.iter().map(|v| magma(*v)).collect::<Vec<_>>());
                 worst = Some(worst_block(width, height, &measured.flip));
             } else if exact.pixels > 0 {
                 worst = Some(worst_block(width, height, &distances));
@@ -59,7 +60,8 @@ impl Views {
                 histogram = Some((exact.histogram(BINS), exact.max_abs.is_finite().then_some(exact.max_abs)));
             }
         }
-        let shown_as = if picture.kind.is_linear() { ", shown by Khronos PBR Neutral at exposure 0" } else { "" };
+        let shown_as =
+            if picture.kind.is_linear() { ", shown by Khronos PBR Neutral at exposure 0" } else { "" };
         Some(Self {
             width: picture.width,
             height: picture.height,

@@ -65,9 +65,12 @@ pub fn read_exr_planes(bytes: &[u8], limits: &Limits) -> Result<ExrPicture, Load
     Limits::check(|| format!("{FORMAT}: all layers"), decoded_bytes, limits.decoded_bytes, "decoded_bytes")?;
 
     let mut layers: Vec<Vec<ExrPlane>> = meta.headers.iter().map(empty_planes).collect();
-    for_each_block(bytes, &meta, |_| true, |index, block| {
-        copy(&meta.headers[index], block, &mut layers[index])
-    })?;
+    for_each_block(
+        bytes,
+        &meta,
+        |_| true,
+        |index, block| copy(&meta.headers[index], block, &mut layers[index]),
+    )?;
     let planes = layers.into_iter().flatten().collect();
     Ok(ExrPicture { width: side(size.width())?, height: side(size.height())?, planes })
 }
@@ -77,7 +80,8 @@ fn empty_planes(header: &Header) -> Vec<ExrPlane> {
     let layer = header.own_attributes.layer_name.as_ref().map(ToString::to_string).unwrap_or_default();
     let area = header.layer_size.area();
     let plane = |channel: &exr::meta::attribute::ChannelDescription| {
-        let name = if layer.is_empty() { channel.name.to_string() } else { format!("{layer}.{}", channel.name) };
+        let name =
+            if layer.is_empty() { channel.name.to_string() } else { format!("{layer}.{}", channel.name) };
         let samples = match channel.sample_type {
             SampleType::F16 => ExrSamples::Half(vec![0.0; area]),
             SampleType::F32 => ExrSamples::Float(vec![0.0; area]),
@@ -136,7 +140,8 @@ mod tests {
         let depth: Vec<f32> = (0..35).map(|k| 1.0 / (1.0 + k as f32)).collect();
         let aovs = vec![AovPlane { aov: Aov::Depth, data: depth.clone() }];
         let frame = Frame { width: 7, height: 5, pixels, aovs };
-        let picture = read_exr_planes(&encode_exr(&frame, ExrPrecision::Float).unwrap(), &Limits::default()).unwrap();
+        let picture =
+            read_exr_planes(&encode_exr(&frame, ExrPrecision::Float).unwrap(), &Limits::default()).unwrap();
         assert_eq!((picture.width, picture.height), (7, 5));
         let plane = |name: &str| {
             let found = picture.planes.iter().find(|p| p.name.rsplit('.').next() == Some(name));
