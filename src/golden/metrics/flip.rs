@@ -137,9 +137,10 @@ pub(super) fn map<L: Lanes>(
     let halo = if spatial_radius > feature_radius { spatial_radius } else { feature_radius };
     let colour_scale = ColourScale::new(l);
     let band_rows = BAND + 2 * halo;
-    let mut bands: [Vec<f32>; 2] =
-        [const { Vec::new() }; 2].map(|_: Vec<f32>| vec![0.0; PLANES * band_rows * stride]);
-    let mut opponent = [const { Vec::new() }; 3].map(|_: Vec<f32>| vec![0.0; stride + 2 * halo + LANES]);
+    let band = vec![0.0; PLANES * band_rows * stride];
+    let mut bands = [band.clone(), band];
+    let line = vec![0.0; stride + 2 * halo + LANES];
+    let mut opponent = [line.clone(), line.clone(), line];
     let mut out = vec![0.0; width * height];
     let mut top = 0;
     while top < height {

@@ -217,7 +217,7 @@ mod tests {
     #[test]
     fn the_worst_block_is_found_and_lies_within_the_picture() {
         for (x, y) in [(0, 0), (70, 40), (99, 59), (50, 30)] {
-            let mut map = vec![0.01; 100 * 60];
+            let mut map = vec![0.0001; 100 * 60];
             map[y * 100 + x] = 1.0;
             let [bx, by] = worst_block(100, 60, &map);
             assert!((bx..bx + BLOCK).contains(&x) && (by..by + BLOCK).contains(&y), "{x} {y}: {bx} {by}");
