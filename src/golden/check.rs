@@ -89,7 +89,8 @@ impl FileResult {
     pub fn badness_order(&self, other: &Self) -> std::cmp::Ordering {
         let key = |r: &Self| {
             let m = r.metrics.as_ref();
-            (m.map_or(0.0, |m| m.flip_mean), m.map_or(0.0, |m| m.exact.max_abs))
+            // What has no measures because the sizes differ is worse than what has.
+            m.map_or((f64::INFINITY, 0.0), |m| (m.flip_mean, m.exact.max_abs))
         };
         let ((flip_a, abs_a), (flip_b, abs_b)) = (key(self), key(other));
         (!other.verdict.is_good())

@@ -457,7 +457,8 @@ mod tests {
     fn pixels_stay_and_colour_types_shrink() {
         let (w, h) = (37_u32, 23_u32);
         let count = (w * h) as usize;
-        let cases: [(&str, ColorType, BitDepth, Vec<u8>, (u8, u8)); 10] = [
+        type Case = (&'static str, ColorType, BitDepth, Vec<u8>, (u8, u8));
+        let cases: [Case; 10] = [
             ("translucent noise", ColorType::Rgba, BitDepth::Eight, noise(4 * count).collect(), (8, 6)),
             (
                 "opaque",

@@ -81,10 +81,9 @@ impl Thresholds {
                 out.push(text);
             }
         }
-        // Written so that a NaN fails.
         let mut at_least = |name: &str, value: f64, limit: Option<f64>| {
             if let Some(limit) = limit
-                && !(value >= limit)
+                && (value.is_nan() || value < limit)
             {
                 out.push(format!("{name} is {}, at least {} is asked for", short(value), short(limit)));
             }
@@ -93,7 +92,7 @@ impl Thresholds {
         at_least("ssim", metrics.ssim, self.ssim);
         let mut at_most = |name: &str, value: f64, limit: Option<f64>| {
             if let Some(limit) = limit
-                && !(value <= limit)
+                && (value.is_nan() || value > limit)
             {
                 out.push(format!("{name} is {}, at most {} is allowed", short(value), short(limit)));
             }
@@ -114,7 +113,7 @@ pub(super) fn short(value: f64) -> String {
         return if value.is_nan() { "not a number".to_owned() } else { format!("{value}") };
     }
     let magnitude = value.abs();
-    if magnitude < 1e-4 || magnitude >= 1e7 {
+    if !(1e-4..1e7).contains(&magnitude) {
         return format!("{value:.3e}");
     }
     let mut decimals = 4;
@@ -162,11 +161,14 @@ pub struct ThresholdFile {
     problems: Vec<ThresholdProblem>,
 }
 
+/// The numbers that a key takes, in words and as a test.
+type NumberRange = (&'static str, fn(f64) -> bool);
+
 /// A key with what it takes.
 struct Key {
     name: &'static str,
-    /// Range of its number, in words and as a test; `None`: a colour.
-    range: Option<(&'static str, fn(f64) -> bool)>,
+    /// Range of its number; `None`: a colour.
+    range: Option<NumberRange>,
     set: fn(&mut Thresholds, Value),
 }
 

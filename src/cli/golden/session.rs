@@ -8,7 +8,7 @@ use crate::golden::thresholds::{ThresholdFile, Thresholds};
 use crate::golden::walk::{FolderPair, Pair, WalkError};
 use crate::jobs::Jobs;
 use crate::limits::Limits;
-use std::path::PathBuf;
+use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// The threshold file that counts where none is named.
@@ -103,7 +103,7 @@ impl Session {
     }
 }
 
-fn read_thresholds(path: &PathBuf, limits: &Limits) -> Result<ThresholdFile, Failure> {
+fn read_thresholds(path: &Path, limits: &Limits) -> Result<ThresholdFile, Failure> {
     let bytes = crate::load::read_file(path, limits).map_err(|e| Failure::load(&e).at(path))?;
     let text = String::from_utf8(bytes).map_err(|_| Failure::failed("it is not UTF-8").at(path))?;
     Ok(ThresholdFile::parse(&text))

@@ -174,7 +174,7 @@ impl Seen {
 /// sRGB to linear; 8-bit codes come from the table, which holds the same numbers and is fast.
 fn decode(encoded: f32) -> f32 {
     let code = encoded * 255.0;
-    if code >= 0.0 && code <= 255.0 && code == code.floor() {
+    if (0.0..=255.0).contains(&code) && code == code.floor() {
         SRGB8_TO_LINEAR[code as usize]
     } else {
         srgb_to_linear(encoded)

@@ -82,9 +82,9 @@
       case 'three': return true;
       case 'heat': return Boolean(v.heat);
       case 'difference': return Boolean(v.difference);
-      case 'zoom': return Boolean(v.expected && v.actual);
       case 'histogram': return Boolean(v.histogram);
-      default: return Boolean(v.expected && v.actual);
+      // Pictures of different sizes have no place in common.
+      default: return Boolean(v.expected && v.actual && !v.actual_size);
     }
   };
 
@@ -178,7 +178,11 @@
     const add = (caption, ...images) => panels.append(figure(caption, framed(v, others, images)));
     if (v.expected) add('Expected', picture(v.expected, 'Expected'));
     if (v.difference) add('Difference: red little, white much', picture(v.difference, 'Difference'), marked(v));
-    if (v.actual) add('Actual', picture(v.actual, 'Actual'));
+    if (v.actual) {
+      const [width, height] = v.actual_size || [v.width, v.height];
+      const caption = v.actual_size ? `Actual, ${width} × ${height}` : 'Actual';
+      panels.append(figure(caption, framed({ ...v, width, height }, others, [picture(v.actual, 'Actual')])));
+    }
     $('stage').append(panels);
   };
 

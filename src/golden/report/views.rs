@@ -21,6 +21,8 @@ pub(super) struct Views {
     height: u32,
     /// How samples are stored, and what is done to show them.
     kind: String,
+    /// Width and height of the actual picture, where they are not those of the expected one.
+    actual_size: Option<[u32; 2]>,
     /// Pictures as data URIs.
     expected: Option<String>,
     actual: Option<String>,
@@ -62,7 +64,13 @@ impl Views {
         }
         let shown_as =
             if picture.kind.is_linear() { ", shown by Khronos PBR Neutral at exposure 0" } else { "" };
+        let actual_size = compared
+            .actual
+            .as_ref()
+            .map(|(_, actual)| [actual.width, actual.height])
+            .filter(|size| *size != [picture.width, picture.height]);
         Some(Self {
+            actual_size,
             width: picture.width,
             height: picture.height,
             kind: format!("{}{shown_as}", picture.kind),
@@ -135,10 +143,12 @@ fn distances(expected: &DecodedPicture, actual: &DecodedPicture) -> Vec<f32> {
         for k in 0..4 {
             let d = (e[k] / e_white - a[k] / a_white).abs();
             let same = e[k] == a[k] && e_white == a_white || e[k].is_nan() && a[k].is_nan();
-            // Written so that a distance that is no number counts as full.
-            if !same && !(d <= most) {
-                most = if d < full { d } else { full };
+            if same {
+                continue;
             }
+            // A distance that is no number counts as full.
+            let d = if d < full { d } else { full };
+            most = if d > most { d } else { most };
         }
         most / full
     };
