@@ -68,7 +68,7 @@ pub struct FolderArgs {
     #[arg(long, value_name = "N", value_parser = pixels_per_degree)]
     pub pixels_per_degree: Option<f32>,
 
-    /// What is behind translucent pixels for PSNR, SSIM and FLIP, an sRGB colour [default: #808080]
+    /// What is behind translucent pixels for PSNR, SSIM and FLIP, an sRGB colour; #808080 by default
     #[arg(long, value_name = "COLOUR", value_parser = background)]
     pub background: Option<[u8; 3]>,
 
