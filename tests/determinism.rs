@@ -10,7 +10,7 @@ use common::{Shot, goldens};
 use libtest_mimic::{Arguments, Failed, Trial};
 use overcoat::cli::picture::Machine;
 use overcoat::frame::{Aov, Frame};
-use overcoat::golden::Golden;
+use overcoat::golden::DescribedGolden;
 use overcoat::math::lanes::SimdLevel;
 use overcoat::render::{Rendered, Renderer};
 use std::collections::BTreeSet;
@@ -68,7 +68,7 @@ fn all_pairs_are_covered() -> Result<(), Failed> {
     Ok(())
 }
 
-fn one_hash(golden: &Golden) -> Result<(), String> {
+fn one_hash(golden: &DescribedGolden) -> Result<(), String> {
     let mut renderers = RENDERERS.lock().unwrap_or_else(PoisonError::into_inner);
     if renderers.is_empty() {
         renderers.extend(THREADS.map(Renderer::new));

@@ -9,7 +9,7 @@ mod common;
 use common::{Shot, goldens, scene_names};
 use libtest_mimic::{Arguments, Failed, Trial};
 use overcoat::cli::picture::Machine;
-use overcoat::golden::{Golden, Picture};
+use overcoat::golden::{DescribedGolden, Picture};
 use overcoat::math::lanes::SimdLevel;
 use overcoat::output::DisplayImage;
 use overcoat::render::Renderer;
@@ -35,7 +35,7 @@ fn main() -> ExitCode {
 }
 
 /// Renders one golden and compares or records it.
-fn check(golden: &Golden) -> Result<(), String> {
+fn check(golden: &DescribedGolden) -> Result<(), String> {
     // Filtered environments stay with the renderer, so each is used again.
     static IDLE: Mutex<Vec<Renderer>> = Mutex::new(Vec::new());
     let idle = || IDLE.lock().unwrap_or_else(PoisonError::into_inner);

@@ -6,6 +6,20 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::{Command, Output};
 
+/// Every command that has a help of its own.
+const COMMANDS: [&str; 10] = [
+    "render",
+    "info",
+    "sheet",
+    "bench",
+    "compare-models",
+    "materials",
+    "golden",
+    "golden check",
+    "golden report",
+    "golden accept",
+];
+
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
@@ -29,7 +43,8 @@ fn options(text: &str) -> BTreeSet<String> {
 }
 
 fn help(command: &str) -> String {
-    let output = overcoat(root(), &[command, "--help"]);
+    let words: Vec<&str> = command.split(' ').chain(["--help"]).collect();
+    let output = overcoat(root(), &words);
     assert!(output.status.success());
     String::from_utf8(output.stdout).unwrap()
 }
@@ -51,10 +66,7 @@ fn blocks(text: &str, language: &str) -> Vec<String> {
 
 #[test]
 fn options_in_the_readme_exist_and_all_of_render_are_there() {
-    let known: BTreeSet<String> = ["render", "info", "sheet", "bench", "compare-models", "materials"]
-        .iter()
-        .flat_map(|c| options(&help(c)))
-        .collect();
+    let known: BTreeSet<String> = COMMANDS.iter().flat_map(|c| options(&help(c))).collect();
     // Cargo's own.
     let cargos: BTreeSet<String> =
         ["--release", "--example", "--help", "--open"].map(str::to_owned).into_iter().collect();
@@ -85,7 +97,7 @@ fn options_in_the_readme_exist_and_all_of_render_are_there() {
 fn examples_in_the_readme_and_in_help_are_accepted() {
     let folder = tempfile::tempdir().unwrap();
     let mut lines = blocks(&readme(), "sh");
-    for command in ["render", "info", "sheet", "bench", "compare-models", "materials"] {
+    for command in COMMANDS {
         lines.extend(help(command).lines().map(|line| line.trim().to_owned()));
     }
     let mut tried = 0;

@@ -1,5 +1,6 @@
 //! The command line: every option, its help and its default.
 
+use super::golden::GoldenArgs;
 use super::materials::MaterialChoice;
 use super::scene_file::{EnvironmentChoice, SceneFile};
 use super::values::{self, BackgroundChoice, ViewDirection};
@@ -41,6 +42,8 @@ pub enum Command {
     CompareModels(Box<CompareModelsArgs>),
     /// List the built-in materials, print one, or show all on a contact sheet
     Materials(Box<MaterialsArgs>),
+    /// Compare pictures of any renderer with expected ones; report, accept
+    Golden(Box<GoldenArgs>),
 }
 
 const EXIT_CODES: &str = "Exit codes: 0 done, 1 failed, 2 wrong usage, 3 limit exceeded";

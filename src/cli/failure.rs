@@ -23,6 +23,8 @@ enum Kind {
     Usage = 2,
     /// It would cost more than [`crate::limits::Limits`] allow.
     Limit = 3,
+    /// Pictures are not what they are expected to be.
+    Differ = 4,
 }
 
 impl Failure {
@@ -39,6 +41,11 @@ impl Failure {
     /// Exit code 3.
     pub fn limit(error: &LimitExceeded) -> Self {
         Self { kind: Kind::Limit, message: one_line(&error.to_string()) }
+    }
+
+    /// Exit code 4.
+    pub fn differ(message: impl fmt::Display) -> Self {
+        Self { kind: Kind::Differ, message: one_line(&message.to_string()) }
     }
 
     /// Exit code 3 if a limit stopped the loader, 1 otherwise.
@@ -146,5 +153,6 @@ mod tests {
         assert_eq!(Failure::render(&RenderError::Limit(exceeded)).exit_code(), 3);
         assert_eq!(Failure::failed("x").exit_code(), 1);
         assert_eq!(Failure::usage("x").exit_code(), 2);
+        assert_eq!(Failure::differ("x").exit_code(), 4);
     }
 }

@@ -9,6 +9,7 @@ mod ball;
 mod bench;
 mod compare;
 pub mod failure;
+pub mod golden;
 mod info;
 pub mod input;
 mod label;
@@ -65,6 +66,7 @@ fn dispatch(command: &Command) -> Result<(), Failure> {
         Command::Bench(args) => bench::run(args),
         Command::CompareModels(args) => compare::run(args),
         Command::Materials(args) => materials_command::run(args),
+        Command::Golden(args) => golden::run(args),
     }
 }
 

@@ -152,7 +152,7 @@ fn output_failure(error: &OutputError, path: &Path) -> Failure {
 }
 
 /// Finds out before the work what would fail after it.
-fn check_writable(path: &Path) -> Result<(), Failure> {
+pub(super) fn check_writable(path: &Path) -> Result<(), Failure> {
     let cannot = |reason: String| Err(Failure::failed(format!("cannot be written: {reason}")).at(path));
     if path.is_dir() {
         return cannot("it is a folder".to_owned());

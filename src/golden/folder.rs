@@ -1,4 +1,4 @@
-//! A folder of goldens.
+//! A folder of goldens, each with a description of what it shows.
 
 use super::{Comparison, GoldenError, Picture};
 use std::collections::BTreeSet;
@@ -8,12 +8,12 @@ use std::path::{Path, PathBuf};
 /// Every golden of a folder.
 #[derive(Clone, Debug)]
 pub struct GoldenFolder {
-    goldens: Vec<Golden>,
+    goldens: Vec<DescribedGolden>,
 }
 
 /// One golden: the files `<name>.toml` and `<name>.png`.
 #[derive(Clone, Debug)]
-pub struct Golden {
+pub struct DescribedGolden {
     name: String,
     folder: PathBuf,
     text: String,
@@ -53,7 +53,7 @@ impl GoldenFolder {
             .into_iter()
             .map(|name| {
                 let has_picture = pictures.contains(&name);
-                Golden::read(folder, name, has_picture)
+                DescribedGolden::read(folder, name, has_picture)
             })
             .collect::<Result<_, _>>()?;
         Ok(Self { goldens })
@@ -61,12 +61,12 @@ impl GoldenFolder {
 
     /// The goldens by name.
     #[must_use]
-    pub fn goldens(&self) -> &[Golden] {
+    pub fn goldens(&self) -> &[DescribedGolden] {
         &self.goldens
     }
 }
 
-impl Golden {
+impl DescribedGolden {
     fn read(folder: &Path, name: String, has_picture: bool) -> Result<Self, GoldenError> {
         let path = folder.join(format!("{name}.toml"));
         let text =
@@ -232,7 +232,7 @@ mod tests {
         Picture { width: 2, height: 1, pixels: vec![[v, 0, 0, 255]; 2] }
     }
 
-    fn only(folder: &Path) -> Golden {
+    fn only(folder: &Path) -> DescribedGolden {
         GoldenFolder::open(folder).unwrap().goldens()[0].clone()
     }
 

@@ -1,14 +1,15 @@
-//! Golden pictures: what a renderer drew once, was looked at, and must draw again.
+//! Golden pictures: what a renderer drew once, was looked at, and must draw again. For any project: nothing here knows
+//! how pictures are made.
 //!
-//! A golden is two files beside each other: `<name>.toml` describes the picture, says in one sentence what would be
-//! wrong if it changed, and holds the hash of the linear frame; `<name>.png` shows it. A test renders the
-//! description and calls [`Golden::check`]. Where the hash or a pixel differs, the error names a picture
-//! (expected, difference, actual) and a list of the pixels that differ, written for whoever has to find out why.
+//! * [`Golden`] is one line in a test: a folder of pictures, compared by name.
+//! * The command `overcoat golden` compares folders ([`walk`], [`check`]), writes a page that shows where pictures differ
+//!   ([`report`]) and takes new ones ([`accept`]). It compares by [`metrics`], from equality to FLIP, against
+//!   [`thresholds`] by file name.
+//! * [`GoldenFolder`] holds goldens that describe themselves, as this crate's own do: `<name>.toml` says what is drawn
+//!   and, in one sentence, what would be wrong if it changed, and holds the hash of the linear frame; `<name>.png` shows it.
 //!
-//! [`Golden::accept`] records the present picture and **always returns an error**: whoever accepts a golden has
-//! looked at it, and runs the tests again.
-//!
-//! Nothing here knows how pictures are made: a test of any renderer can use it.
+//! Accepting never passes the same run: [`Golden`] with `UPDATE_GOLDENS=1` and [`DescribedGolden::accept`] record the
+//! present picture and give an error all the same. Whoever accepts a golden has looked at it, and runs the tests again.
 //!
 //! ```no_run
 //! use overcoat::golden::{GoldenFolder, Picture};
@@ -25,12 +26,23 @@
 //! # Ok::<(), overcoat::golden::GoldenError>(())
 //! ```
 
+pub mod accept;
+mod assertion;
+pub mod check;
 mod compare;
+pub mod compress;
+pub mod decode;
 mod folder;
+pub mod junit;
+pub mod metrics;
 mod picture;
+pub mod report;
+pub mod thresholds;
+pub mod walk;
 
+pub use assertion::Golden;
 pub use compare::{Comparison, PixelDifference};
-pub use folder::{Golden, GoldenFolder};
+pub use folder::{DescribedGolden, GoldenFolder};
 pub use picture::Picture;
 
 use std::path::PathBuf;
@@ -76,6 +88,26 @@ pub enum GoldenError {
         triptych: PathBuf,
         /// Every pixel that differs.
         report: PathBuf,
+    },
+    /// A picture is not as expected.
+    #[error("{summary}{}\n    actual:   {}\nlook at them with `overcoat golden report`; record with UPDATE_GOLDENS=1 or `overcoat golden accept`",
+        match expected { Some(path) => format!("\n    expected: {}", path.display()), None => String::new() }, actual.display())]
+    Differs {
+        /// The name of the picture, and in what it differs.
+        summary: String,
+        /// The expected picture, if there is one.
+        expected: Option<PathBuf>,
+        /// The actual picture, which was written for looking at.
+        actual: PathBuf,
+    },
+    /// A picture was recorded, or would have been if it had changed. Not a success: look at it, then run again.
+    #[error("{} {}, then run the tests again without UPDATE_GOLDENS", path.display(),
+        if *changed { "was recorded: look at it" } else { "is as it was recorded" })]
+    Recorded {
+        /// The expected picture.
+        path: PathBuf,
+        /// True if it was written, false if it was the same before.
+        changed: bool,
     },
     /// The picture was recorded. Not a success: look at it, then run again.
     #[error("{name} recorded as {hash}: look at {}, then run the tests again", picture.display())]

@@ -1,5 +1,6 @@
 //! The pictures of goldens.
 
+use crate::output::DisplayImage;
 use std::io::Cursor;
 
 /// An 8-bit sRGB picture with straight alpha, row by row from the top.
@@ -11,6 +12,12 @@ pub struct Picture {
     pub height: u32,
     /// RGBA, `width * height` of them.
     pub pixels: Vec<[u8; 4]>,
+}
+
+impl From<DisplayImage> for Picture {
+    fn from(image: DisplayImage) -> Self {
+        Self { width: image.width, height: image.height, pixels: image.pixels }
+    }
 }
 
 impl Picture {

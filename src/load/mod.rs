@@ -23,7 +23,10 @@ mod text;
 mod vertices;
 mod warnings;
 
-pub use environment::{load as load_environment, load_file as load_environment_file};
+pub use environment::{
+    ExrPicture, ExrPlane, ExrSamples, load as load_environment, load_file as load_environment_file,
+    read_exr_planes, read_radiance,
+};
 pub use error::{LoadError, Warning};
 pub use format::Format;
 #[cfg(feature = "cli")]

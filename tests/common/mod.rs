@@ -8,7 +8,7 @@ mod stage;
 use overcoat::cli::materials::Materials;
 use overcoat::cli::picture::Machine;
 use overcoat::cli::scene_file::{SceneCamera, SceneFile};
-use overcoat::golden::{Golden, GoldenFolder};
+use overcoat::golden::{DescribedGolden, GoldenFolder};
 use overcoat::jobs::Jobs;
 use overcoat::limits::Limits;
 use overcoat::output::DisplayOptions;
@@ -22,7 +22,7 @@ pub fn folder() -> PathBuf {
 }
 
 /// All goldens, or why they cannot be read.
-pub fn goldens() -> Result<Vec<Golden>, String> {
+pub fn goldens() -> Result<Vec<DescribedGolden>, String> {
     GoldenFolder::open(&folder()).map(|f| f.goldens().to_vec()).map_err(|e| e.to_string())
 }
 
@@ -39,7 +39,7 @@ impl Shot {
     /// Builds or loads the scene that a golden describes. The keys are those of scene files;
     /// `model = "builtin:<name>"` names a scene of `tests/common/scenes`, whose own camera and environment count
     /// where the description gives none.
-    pub fn load(golden: &Golden, machine: Machine, jobs: &Jobs) -> Result<Self, String> {
+    pub fn load(golden: &DescribedGolden, machine: Machine, jobs: &Jobs) -> Result<Self, String> {
         let mut file = SceneFile::from_toml(golden.description()).map_err(|e| e.to_string())?;
         // So that another default changes no golden; scenes of several models name them in their materials.
         let of_materials =

@@ -1,7 +1,10 @@
-//! Equirectangular environments: Radiance HDR and OpenEXR.
+//! Radiance HDR and OpenEXR: equirectangular environments, and pictures to compare.
 
 mod openexr;
+mod planes;
 mod radiance;
+
+pub use planes::{ExrPicture, ExrPlane, ExrSamples, read_exr_planes};
 
 use super::{Context, LoadError, NoResolver};
 use crate::jobs::Jobs;
@@ -37,6 +40,14 @@ pub fn load(bytes: &[u8], context: &Context<'_>) -> Result<EquirectImage, LoadEr
 pub fn load_file(path: &Path, limits: &Limits, jobs: &Jobs) -> Result<EquirectImage, LoadError> {
     let bytes = super::read_file(path, limits)?;
     load(&bytes, &Context { resolver: &NoResolver, limits, jobs })
+}
+
+/// Width, height and linear pixels of a Radiance `.hdr` file, row by row from the top.
+///
+/// # Errors
+/// [`LoadError`] if it is damaged or incomplete, or asks for more than the limits allow.
+pub fn read_radiance(bytes: &[u8], limits: &Limits) -> Result<(u32, u32, Vec<[f32; 3]>), LoadError> {
+    radiance::read(bytes, limits)
 }
 
 /// Checks the size that a header claims before anything of that size is allocated.

@@ -19,28 +19,46 @@ pub(super) const FORMAT: &str = "OpenEXR";
 
 /// Width, height and linear pixels, row by row from the top.
 pub(super) fn read(bytes: &[u8], limits: &Limits) -> Result<(u32, u32, Vec<[f32; 3]>), LoadError> {
-    // The header alone first: opening all allocates tables of the size that it claims.
+    let meta = read_meta(bytes, limits)?;
+    let layer = Layer::choose(&meta)?;
+    check_compression(layer.header)?;
+    let (width, height) = (layer.header.layer_size.width(), layer.header.layer_size.height());
+    let mut pixels = vec![[0.0; 3]; width * height];
+    for_each_block(bytes, &meta, |index| index == layer.index, |_, block| layer.copy(block, &mut pixels))?;
+    Ok((side(width)?, side(height)?, pixels))
+}
+
+/// The headers alone first: opening all allocates tables of the size that they claim.
+pub(super) fn read_meta(bytes: &[u8], limits: &Limits) -> Result<MetaData, LoadError> {
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(explain)?;
     for header in &meta.headers {
         check_layer(header, bytes.len(), limits)?;
     }
-    let layer = Layer::choose(&meta)?;
-    match layer.header.compression {
-        // Rare, and the decoder (exr 1.74) overflows where a file is damaged, which ends debug builds.
-        Compression::B44 | Compression::B44A => {
-            return Err(LoadError::unsupported(FORMAT, "B44 compression"));
-        }
-        // The decoder (exr 1.74) has a transform for each instruction set, "not bit-identical to each other", and a
-        // table by the platform's `powf`.
-        Compression::DWAA(_) | Compression::DWAB(_) => {
-            let what =
-                "DWA compression, whose decoder gives other bits on other processors (ZIP and PIZ do not)";
-            return Err(LoadError::unsupported(FORMAT, what));
-        }
-        _ => {}
+    Ok(meta)
+}
+
+/// Refuses what the decoder (exr 1.74) does not do well enough.
+pub(super) fn check_compression(header: &Header) -> Result<(), LoadError> {
+    match header.compression {
+        // Rare, and overflows where a file is damaged, which ends debug builds.
+        Compression::B44 | Compression::B44A => Err(LoadError::unsupported(FORMAT, "B44 compression")),
+        // A transform for each instruction set, "not bit-identical to each other", and a table by the platform's `powf`.
+        Compression::DWAA(_) | Compression::DWAB(_) => Err(LoadError::unsupported(
+            FORMAT,
+            "DWA compression, whose decoder gives other bits on other processors (ZIP and PIZ do not)",
+        )),
+        _ => Ok(()),
     }
-    let (width, height) = (layer.header.layer_size.width(), layer.header.layer_size.height());
-    let mut pixels = vec![[0.0; 3]; width * height];
+}
+
+/// Unpacks the blocks of the layers that are wanted, of their largest level, and hands each with the number of its
+/// layer to `copy`, which returns `None` for a block that does not lie within the picture.
+pub(super) fn for_each_block(
+    bytes: &[u8],
+    meta: &MetaData,
+    wanted: impl Fn(usize) -> bool,
+    mut copy: impl FnMut(usize, &UncompressedBlock) -> Option<()>,
+) -> Result<(), LoadError> {
     let reader = exr::block::read(Cursor::new(bytes), false).map_err(explain)?;
     let chunks = reader.all_chunks(false).map_err(explain)?;
     for (number, chunk) in chunks.enumerate() {
@@ -48,16 +66,21 @@ pub(super) fn read(bytes: &[u8], limits: &Limits) -> Result<(u32, u32, Vec<[f32;
         // Smaller levels of the same picture have tiles of their own.
         let small = matches!(&chunk.compressed_block, CompressedBlock::Tile(t) if t.coordinates.level_index.0 != 0
             || t.coordinates.level_index.1 != 0);
-        if chunk.layer_index != layer.index || small {
+        let index = chunk.layer_index;
+        if small || index >= meta.headers.len() || !wanted(index) {
             continue;
         }
-        let block = UncompressedBlock::decompress_chunk(chunk, &meta, false).map_err(explain)?;
-        layer.copy(&block, &mut pixels).ok_or_else(|| {
+        let block = UncompressedBlock::decompress_chunk(chunk, meta, false).map_err(explain)?;
+        copy(index, &block).ok_or_else(|| {
             LoadError::malformed(FORMAT, format!("chunk {number} does not lie within the picture"))
         })?;
     }
-    let side = |v: usize| u32::try_from(v).map_err(|_| LoadError::malformed(FORMAT, "a side of 2^32 pixels"));
-    Ok((side(width)?, side(height)?, pixels))
+    Ok(())
+}
+
+/// A width or height as other pictures have it.
+pub(super) fn side(pixels: usize) -> Result<u32, LoadError> {
+    u32::try_from(pixels).map_err(|_| LoadError::malformed(FORMAT, "a side of 2^32 pixels"))
 }
 
 /// The layer that is read, and which of its channels are red, green and blue.

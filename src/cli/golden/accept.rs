@@ -1,0 +1,67 @@
+//! `overcoat golden accept`: actual pictures become expected ones.
+
+use super::AcceptArgs;
+use super::session::Session;
+use crate::cli::failure::{Failure, one_line};
+use crate::cli::report::{Reporter, print};
+use crate::golden::accept::{Accepted, prepare, store};
+use crate::golden::thresholds::matches;
+use std::fmt::Write as _;
+
+/// Prepares everything, then writes.
+///
+/// # Errors
+/// [`Failure`] if a picture could not be accepted; the others are.
+pub(super) fn run(args: &AcceptArgs) -> Result<(), Failure> {
+    let session = Session::open(&args.folders)?;
+    let chosen = |name: &str| args.all || args.names.iter().any(|pattern| matches(pattern, name));
+    let results = session.map("compressing", |pair| {
+        if !chosen(&pair.name) {
+            return None;
+        }
+        let thresholds = session.thresholds(&pair.name);
+        let prepared = prepare(pair, &session.folders.expected, &thresholds, args.all, &session.limits);
+        let done = prepared.and_then(|accepted| {
+            if !args.dry_run {
+                store(&accepted, pair)?;
+            }
+            Ok(accepted)
+        });
+        Some((pair.name.clone(), done))
+    });
+
+    let mut out = String::new();
+    let mut failures = Vec::new();
+    let (mut accepted, mut unchanged) = (0, 0);
+    for (name, result) in results.iter().flatten() {
+        match result {
+            Ok(Accepted::Unchanged) => unchanged += 1,
+            Ok(Accepted::Written { bytes, before, .. }) => {
+                accepted += 1;
+                let word = if args.dry_run { "would accept" } else { "accepted" };
+                let _ = write!(out, "{word} {}: {} bytes", one_line(name), bytes.len());
+                let _ = match before {
+                    Some(before) => writeln!(out, ", was {before}"),
+                    None => writeln!(out, ", new"),
+                };
+            }
+            Err(error) => failures.push(format!("{name}: {error}")),
+        }
+    }
+    let unknown = args
+        .names
+        .iter()
+        .filter(|pattern| !session.folders.pairs.iter().any(|pair| matches(pattern, &pair.name)));
+    failures.extend(unknown.map(|pattern| format!("{pattern}: no picture of that name")));
+    let word = if args.dry_run { "to accept" } else { "accepted" };
+    let _ = writeln!(out, "{accepted} {word}, {unchanged} as they were");
+    if !args.folders.quiet {
+        print(&out)?;
+    }
+    let reporter = Reporter { quiet: false };
+    failures.iter().for_each(|failure| reporter.warning(failure));
+    match failures.len() {
+        0 => Ok(()),
+        count => Err(Failure::failed(format!("{count} could not be accepted"))),
+    }
+}

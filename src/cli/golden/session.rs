@@ -1,0 +1,110 @@
+//! What all golden commands begin with: the pairs of pictures and their thresholds.
+
+use super::FolderArgs;
+use crate::cli::failure::{Failure, file_name};
+use crate::cli::progress::Progress;
+use crate::golden::check::{Compared, FileResult, Verdict, compare};
+use crate::golden::thresholds::{ThresholdFile, Thresholds};
+use crate::golden::walk::{FolderPair, Pair, WalkError};
+use crate::jobs::Jobs;
+use crate::limits::Limits;
+use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// The threshold file that counts where none is named.
+const DEFAULT_THRESHOLDS: &str = "thresholds.toml";
+
+/// The work of one command.
+pub(super) struct Session {
+    pub(super) folders: FolderPair,
+    pub(super) limits: Limits,
+    thresholds: ThresholdFile,
+    /// Name of the threshold file in messages.
+    thresholds_name: String,
+    /// What counts where the threshold file says nothing.
+    base: Thresholds,
+    jobs: Jobs,
+    quiet: bool,
+}
+
+impl Session {
+    /// Lists the pictures and reads the thresholds.
+    ///
+    /// # Errors
+    /// [`Failure`] if a folder or the threshold file cannot be read, or there is nothing to compare.
+    pub(super) fn open(args: &FolderArgs) -> Result<Self, Failure> {
+        let limits = args.limits();
+        let folders =
+            FolderPair::open(&args.expected, &args.actual, &limits).map_err(|error| match &error {
+                WalkError::Mixed { .. } => Failure::usage(&error),
+                WalkError::Limit(limit) => Failure::limit(limit),
+                _ => Failure::failed(&error),
+            })?;
+        if folders.pairs.is_empty() {
+            // A check that compares nothing must not pass: the folder is likely the wrong one.
+            return Err(Failure::failed("no .png, .exr or .hdr file in either folder").at(&args.expected));
+        }
+        let path = args.thresholds.clone().or_else(|| {
+            let path = args.expected.join(DEFAULT_THRESHOLDS);
+            path.is_file().then_some(path)
+        });
+        let (thresholds, thresholds_name) = match &path {
+            None => (ThresholdFile::default(), String::new()),
+            Some(path) => (read_thresholds(path, &limits)?, file_name(path)),
+        };
+        let mut base = Thresholds::default();
+        if let Some(pixels_per_degree) = args.pixels_per_degree {
+            base.metrics.pixels_per_degree = pixels_per_degree;
+        }
+        if let Some(background) = args.background {
+            base.metrics.background = background;
+        }
+        let jobs = Jobs::new(usize::from(args.threads));
+        Ok(Self { folders, limits, thresholds, thresholds_name, base, jobs, quiet: args.quiet })
+    }
+
+    /// What a file has to meet.
+    pub(super) fn thresholds(&self, name: &str) -> Thresholds {
+        self.thresholds.of(name, &self.base)
+    }
+
+    /// Calls `f` for every pair, in parallel; results come in the order of names.
+    pub(super) fn map<T: Send>(&self, what: &str, f: impl Fn(&Pair) -> T + Sync) -> Vec<T> {
+        let progress = Progress::new(self.quiet);
+        let (count, done) = (self.folders.pairs.len(), AtomicUsize::new(0));
+        progress.stage(what);
+        self.jobs.map(count, |k| {
+            let result = f(&self.folders.pairs[k]);
+            let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+            progress.stage(format!("{what}: {done} of {count}"));
+            result
+        })
+    }
+
+    /// Compares every pair and keeps of each comparison what `keep` makes of it, so that not all pictures are in memory.
+    pub(super) fn compare<T: Send>(&self, strict: bool, keep: impl Fn(Compared) -> T + Sync) -> Vec<T> {
+        self.map("comparing", |pair| keep(compare(pair, &self.thresholds(&pair.name), strict, &self.limits)))
+    }
+
+    /// Adds what is wrong with the threshold file; in strict checks also its tables that are for no picture.
+    pub(super) fn with_problems(&self, mut results: Vec<FileResult>, strict: bool) -> Vec<FileResult> {
+        let at = |line: usize| format!("{}:{line}", self.thresholds_name);
+        for problem in self.thresholds.problems() {
+            results.push(FileResult::new(&at(problem.line), Verdict::Failed, problem.message.clone()));
+        }
+        if strict {
+            let names = self.folders.pairs.iter().map(|pair| pair.name.as_str());
+            for (line, pattern) in self.thresholds.unused(names) {
+                let reason = format!("thresholds for '{pattern}', and no picture of that name");
+                results.push(FileResult::new(&at(line), Verdict::Dead, reason));
+            }
+        }
+        results
+    }
+}
+
+fn read_thresholds(path: &Path, limits: &Limits) -> Result<ThresholdFile, Failure> {
+    let bytes = crate::load::read_file(path, limits).map_err(|e| Failure::load(&e).at(path))?;
+    let text = String::from_utf8(bytes).map_err(|_| Failure::failed("it is not UTF-8").at(path))?;
+    Ok(ThresholdFile::parse(&text))
+}

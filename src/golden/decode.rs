@@ -1,0 +1,314 @@
+//! Picture files of any renderer, decoded without loss.
+
+use crate::limits::{LimitExceeded, Limits};
+use crate::load::{self, ExrPlane, ExrSamples, LoadError};
+use std::fmt;
+use std::io::Cursor;
+use std::path::Path;
+
+/// Extensions of the files that are compared, in lower case.
+pub const EXTENSIONS: [&str; 3] = ["png", "exr", "hdr"];
+
+/// How the samples of a picture are stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum SampleKind {
+    /// 8-bit codes of PNG (fewer bits are widened), taken as sRGB.
+    Unsigned8,
+    /// 16-bit codes of PNG, taken as sRGB.
+    Unsigned16,
+    /// 16-bit floats of OpenEXR, linear.
+    Half,
+    /// 32-bit floats of OpenEXR, linear.
+    Float,
+    /// Mantissas with a common exponent of Radiance files, linear.
+    Rgbe,
+}
+
+impl SampleKind {
+    /// The number that stands for white: 255, 65535, or 1 for linear light.
+    #[must_use]
+    pub fn white(self) -> f32 {
+        match self {
+            Self::Unsigned8 => 255.0,
+            Self::Unsigned16 => 65535.0,
+            Self::Half | Self::Float | Self::Rgbe => 1.0,
+        }
+    }
+
+    /// True for linear light without an upper end; false for display codes.
+    #[must_use]
+    pub fn is_linear(self) -> bool {
+        matches!(self, Self::Half | Self::Float | Self::Rgbe)
+    }
+}
+
+impl fmt::Display for SampleKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Unsigned8 => "8 bits",
+            Self::Unsigned16 => "16 bits",
+            Self::Half => "half floats",
+            Self::Float => "floats",
+            Self::Rgbe => "RGBE",
+        })
+    }
+}
+
+/// A picture with all that its file stores.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DecodedPicture {
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+    /// How samples are stored.
+    pub kind: SampleKind,
+    /// RGBA row by row from the top, 0 to [`SampleKind::white`] (colours of linear pictures have no upper end).
+    /// Straight alpha in PNG, premultiplied in OpenEXR, always 1 in Radiance files.
+    pub pixels: Vec<[f32; 4]>,
+    /// Channels of OpenEXR that are not part of `pixels`, by name.
+    pub planes: Vec<ExrPlane>,
+}
+
+/// Why a file cannot be compared.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum DecodeError {
+    /// The file cannot be read, or is damaged, or asks for more than the limits allow.
+    #[error(transparent)]
+    Load(#[from] LoadError),
+    /// A PNG file is damaged.
+    #[error("PNG: {0}")]
+    Png(String),
+}
+
+impl From<LimitExceeded> for DecodeError {
+    fn from(error: LimitExceeded) -> Self {
+        Self::Load(LoadError::Limit(error))
+    }
+}
+
+impl DecodedPicture {
+    /// Reads and decodes a file.
+    ///
+    /// # Errors
+    /// [`DecodeError`] if that is not possible within the limits.
+    pub fn open(path: &Path, limits: &Limits) -> Result<Self, DecodeError> {
+        Self::from_bytes(&load::read_file(path, limits)?, limits)
+    }
+
+    /// Decodes a PNG, OpenEXR or Radiance file; its first bytes say which it is.
+    ///
+    /// # Errors
+    /// [`DecodeError`] if it is none of them, is damaged, or asks for more than the limits allow.
+    pub fn from_bytes(bytes: &[u8], limits: &Limits) -> Result<Self, DecodeError> {
+        if bytes.starts_with(b"\x89PNG") {
+            decode_png(bytes, limits)
+        } else if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
+            let picture = load::read_exr_planes(bytes, limits)?;
+            Ok(from_planes(picture.width, picture.height, picture.planes))
+        } else if bytes.starts_with(b"#?") {
+            let (width, height, pixels) = load::read_radiance(bytes, limits)?;
+            let pixels = pixels.into_iter().map(|[r, g, b]| [r, g, b, 1.0]).collect();
+            Ok(Self { width, height, kind: SampleKind::Rgbe, pixels, planes: Vec::new() })
+        } else {
+            let message = "neither a PNG nor an OpenEXR nor a Radiance HDR file (by its first bytes)";
+            Err(LoadError::UnknownFormat(message.to_owned()).into())
+        }
+    }
+
+    /// True if some pixel is not opaque.
+    #[must_use]
+    pub fn is_translucent(&self) -> bool {
+        let opaque = self.kind.white();
+        self.pixels.iter().any(|pixel| pixel[3] != opaque)
+    }
+}
+
+/// What a PNG decoder may allocate for its own purposes beside the pixels: profiles and texts.
+const PNG_OVERHEAD: u64 = 1 << 24;
+
+/// A PNG file's samples, from the decoder's rows: colours and alpha, 8 or 16 bits, no palette.
+pub(super) struct PngSamples {
+    pub(super) width: u32,
+    pub(super) height: u32,
+    pub(super) is_16_bit: bool,
+    /// RGBA, 4 numbers a pixel; 8-bit codes as they are.
+    pub(super) samples: Vec<[u16; 4]>,
+}
+
+/// Reads the pixels of a PNG file of any kind.
+pub(super) fn read_png(bytes: &[u8], limits: &Limits) -> Result<PngSamples, DecodeError> {
+    let damaged = |e: png::DecodingError| DecodeError::Png(e.to_string());
+    let memory = usize::try_from(limits.decoded_bytes.min(PNG_OVERHEAD)).unwrap_or(usize::MAX);
+    let mut decoder = png::Decoder::new_with_limits(Cursor::new(bytes), png::Limits { bytes: memory });
+    decoder.set_transformations(png::Transformations::EXPAND | png::Transformations::ALPHA);
+    let info = decoder.read_header_info().map_err(damaged)?;
+    let (width, height) = (info.width, info.height);
+    let pixels = u64::from(width) * u64::from(height);
+    let what = || format!("PNG of {width} x {height} pixels");
+    Limits::check(what, pixels, limits.texture_pixels, "texture_pixels")?;
+    // The decoder's buffer and what is made of it.
+    Limits::check(what, pixels.saturating_mul(8 + 16), limits.decoded_bytes, "decoded_bytes")?;
+    let mut reader = decoder.read_info().map_err(damaged)?;
+    let size = reader.output_buffer_size().ok_or_else(|| DecodeError::Png("too large".to_owned()))?;
+    let mut data = vec![0; size];
+    let info = reader.next_frame(&mut data).map_err(damaged)?;
+    // The whole file counts: what follows the pixels may be cut off.
+    reader.finish().map_err(damaged)?;
+    let data = &data[..info.buffer_size()];
+    let is_16_bit = info.bit_depth == png::BitDepth::Sixteen;
+    let channels = match info.color_type {
+        png::ColorType::GrayscaleAlpha => 2,
+        png::ColorType::Rgba => 4,
+        other => return Err(DecodeError::Png(format!("{other:?} was not expanded"))),
+    };
+    let codes: Vec<u16> = if is_16_bit {
+        data.as_chunks::<2>().0.iter().map(|&v| u16::from_be_bytes(v)).collect()
+    } else {
+        data.iter().map(|&v| u16::from(v)).collect()
+    };
+    let samples = match channels {
+        2 => codes.as_chunks::<2>().0.iter().map(|&[v, a]| [v, v, v, a]).collect(),
+        _ => codes.as_chunks::<4>().0.to_vec(),
+    };
+    Ok(PngSamples { width: info.width, height: info.height, is_16_bit, samples })
+}
+
+fn decode_png(bytes: &[u8], limits: &Limits) -> Result<DecodedPicture, DecodeError> {
+    let png = read_png(bytes, limits)?;
+    Ok(DecodedPicture {
+        width: png.width,
+        height: png.height,
+        kind: if png.is_16_bit { SampleKind::Unsigned16 } else { SampleKind::Unsigned8 },
+        pixels: png.samples.iter().map(|p| p.map(f32::from)).collect(),
+        planes: Vec::new(),
+    })
+}
+
+/// Takes the colours out of the channels of an OpenEXR file.
+fn from_planes(width: u32, height: u32, mut planes: Vec<ExrPlane>) -> DecodedPicture {
+    let chosen = colour_planes(&planes);
+    let count = width as usize * height as usize;
+    let mut pixels = vec![[0.0, 0.0, 0.0, 1.0]; count];
+    let mut kind = SampleKind::Half;
+    for (k, place) in chosen.iter().enumerate() {
+        let Some(place) = place else { continue };
+        match &planes[*place].samples {
+            ExrSamples::Half(samples) => pixels.iter_mut().zip(samples).for_each(|(p, &v)| p[k] = v),
+            ExrSamples::Float(samples) => {
+                kind = SampleKind::Float;
+                pixels.iter_mut().zip(samples).for_each(|(p, &v)| p[k] = v);
+            }
+            // Integers are compared exactly among the planes; here they are only looked at.
+            ExrSamples::Unsigned(samples) => {
+                pixels.iter_mut().zip(samples).for_each(|(p, &v)| p[k] = v as f32);
+            }
+        }
+    }
+    let mut place = 0;
+    planes.retain(|plane| {
+        let is_colour = chosen.contains(&Some(place)) && !matches!(plane.samples, ExrSamples::Unsigned(_));
+        place += 1;
+        !is_colour
+    });
+    planes.sort_by(|a, b| a.name.cmp(&b.name));
+    DecodedPicture { width, height, kind, pixels, planes }
+}
+
+/// Which planes are red, green, blue and alpha: those of the first layer that has colours, of the unnamed layer
+/// before others; else its luminance; else the first plane of all.
+fn colour_planes(planes: &[ExrPlane]) -> [Option<usize>; 4] {
+    let parts = |plane: &'_ ExrPlane| -> (String, String) {
+        let (layer, channel) = plane.name.rsplit_once('.').unwrap_or(("", &plane.name));
+        (layer.to_owned(), channel.to_ascii_uppercase())
+    };
+    let mut layers: Vec<String> = vec![String::new()];
+    layers.extend(planes.iter().map(|p| parts(p).0));
+    layers.dedup();
+    for wanted in [["R", "G", "B", "A"], ["Y", "Y", "Y", "A"]] {
+        for layer in &layers {
+            let find = |channel: &str| {
+                planes.iter().position(|plane| {
+                    let (l, c) = parts(plane);
+                    l == *layer && c == channel
+                })
+            };
+            let found = wanted.map(find);
+            if found[..3].iter().all(Option::is_some) {
+                return found;
+            }
+        }
+    }
+    let first = (!planes.is_empty()).then_some(0);
+    [first, first, first, None]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frame::{Aov, AovPlane, Frame};
+    use crate::output::{ExrPrecision, encode_exr, encode_hdr};
+
+    fn png(color: png::ColorType, depth: png::BitDepth, data: &[u8]) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, 2, 1);
+        encoder.set_color(color);
+        encoder.set_depth(depth);
+        encoder.write_header().unwrap().write_image_data(data).unwrap();
+        bytes
+    }
+
+    #[test]
+    fn png_of_8_and_16_bits() {
+        use png::{BitDepth, ColorType};
+        let read = |bytes: &[u8]| DecodedPicture::from_bytes(bytes, &Limits::default()).unwrap();
+        let grey = read(&png(ColorType::Grayscale, BitDepth::Eight, &[7, 255]));
+        assert_eq!(grey.pixels, [[7.0, 7.0, 7.0, 255.0], [255.0; 4]]);
+        assert!(!grey.is_translucent());
+        let deep = [0x12, 0x34, 0, 1, 0xff, 0xff, 0x80, 0, 0, 0, 0, 0, 0, 0, 0xff, 0xff];
+        let deep = read(&png(ColorType::Rgba, BitDepth::Sixteen, &deep));
+        assert_eq!(deep.kind, SampleKind::Unsigned16);
+        assert_eq!(deep.pixels[0], [4660.0, 1.0, 65535.0, 32768.0]);
+        assert!(deep.is_translucent());
+    }
+
+    #[test]
+    fn linear_pictures_with_their_other_channels() {
+        let pixels = vec![[0.25, 3.0, -1.0, 0.5]; 4];
+        let aovs = vec![AovPlane { aov: Aov::Depth, data: vec![1.0, 2.0, 3.0, 4.0] }];
+        let frame = Frame { width: 2, height: 2, pixels, aovs };
+        for (precision, kind) in
+            [(ExrPrecision::Half, SampleKind::Half), (ExrPrecision::Float, SampleKind::Float)]
+        {
+            let bytes = encode_exr(&frame, precision).unwrap();
+            let picture = DecodedPicture::from_bytes(&bytes, &Limits::default()).unwrap();
+            assert_eq!((picture.kind, picture.pixels[3]), (kind, [0.25, 3.0, -1.0, 0.5]));
+            assert_eq!(picture.planes.len(), 1);
+            assert_eq!(picture.planes[0].samples, ExrSamples::Float(vec![1.0, 2.0, 3.0, 4.0]));
+        }
+        let picture = DecodedPicture::from_bytes(&encode_hdr(&frame).unwrap(), &Limits::default()).unwrap();
+        assert_eq!((picture.kind, picture.pixels[0][3]), (SampleKind::Rgbe, 1.0));
+    }
+
+    #[test]
+    fn what_a_header_claims_costs_nothing() {
+        let mut bytes = png(png::ColorType::Grayscale, png::BitDepth::Eight, &[0, 0]);
+        bytes[16..24].copy_from_slice(&[0x7f, 0xff, 0xff, 0xff, 0x7f, 0xff, 0xff, 0xff]);
+        // The header's checksum must fit, or it is not believed in the first place.
+        let checksum = crc32(&bytes[12..29]);
+        bytes[29..33].copy_from_slice(&checksum.to_be_bytes());
+        let error = DecodedPicture::from_bytes(&bytes, &Limits::default()).unwrap_err();
+        assert!(matches!(error, DecodeError::Load(LoadError::Limit(_))), "{error}");
+        for bytes in [&b""[..], b"\x89PNG", b"#?", b"GIF89a", &[0x76, 0x2f, 0x31, 0x01]] {
+            assert!(DecodedPicture::from_bytes(bytes, &Limits::default()).is_err());
+        }
+    }
+
+    fn crc32(bytes: &[u8]) -> u32 {
+        !bytes.iter().fold(u32::MAX, |crc, &byte| {
+            (0..8).fold(crc ^ u32::from(byte), |c, _| if c & 1 == 1 { c >> 1 ^ 0xedb8_8320 } else { c >> 1 })
+        })
+    }
+}

@@ -1,0 +1,233 @@
+//! Which pictures of two folders belong together.
+
+use super::decode::EXTENSIONS;
+use crate::limits::{LimitExceeded, Limits};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// What stands before the extension of a picture that a failed test leaves: `x.new.png` beside `x.png`.
+pub const NEW: &str = ".new";
+
+/// Why two folders cannot be walked.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum WalkError {
+    /// A folder or file is not there or cannot be read.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The folder or file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// One is a folder and the other a file.
+    #[error("{} is a folder and {} is not", folder.display(), file.display())]
+    Mixed {
+        /// The folder.
+        folder: PathBuf,
+        /// The other.
+        file: PathBuf,
+    },
+    /// There are more pictures than the limits allow.
+    #[error(transparent)]
+    Limit(#[from] LimitExceeded),
+}
+
+/// A name with the files that have it.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Pair {
+    /// Path below the folders, with `/` between its parts.
+    pub name: String,
+    /// The expected picture, if there is one.
+    pub expected: Option<PathBuf>,
+    /// The actual picture, if there is one.
+    pub actual: Option<PathBuf>,
+    /// True if the actual picture is called `x.new.png` for the expected `x.png`.
+    pub is_new: bool,
+    /// Why a file of this name was not looked at, if so: it is a link that leads out of its folder, or cannot be read.
+    pub problem: Option<String>,
+}
+
+/// Two folders whose pictures are compared by name, or two files.
+#[derive(Clone, Debug)]
+pub struct FolderPair {
+    /// Folder of the expected pictures.
+    pub expected: PathBuf,
+    /// Folder of the actual pictures.
+    pub actual: PathBuf,
+    /// The pictures of both, by name.
+    pub pairs: Vec<Pair>,
+}
+
+impl FolderPair {
+    /// Lists the pictures (`.png`, `.exr`, `.hdr`) of two folders and of the folders in them. In the actual folder,
+    /// `x.new.png` stands for `x.png` and comes before a file of that name; in the expected folder it is left out. So
+    /// both may be one folder, in which tests leave what failed.
+    ///
+    /// A symbolic link to a file is followed if it leads to a place within its folder; links to folders are not.
+    ///
+    /// # Errors
+    /// [`WalkError`] if one of the folders cannot be read or there are too many pictures.
+    pub fn open(expected: &Path, actual: &Path, limits: &Limits) -> Result<Self, WalkError> {
+        let is_folder = |path: &Path| {
+            std::fs::metadata(path)
+                .map(|m| m.is_dir())
+                .map_err(|source| WalkError::Io { path: path.to_owned(), source })
+        };
+        let (expected, actual) = (expected.to_owned(), actual.to_owned());
+        match (is_folder(&expected)?, is_folder(&actual)?) {
+            (true, true) => {}
+            (false, false) => {
+                let name = expected.file_name().unwrap_or_default().to_string_lossy().into_owned();
+                let pair = Pair {
+                    name,
+                    expected: Some(expected.clone()),
+                    actual: Some(actual.clone()),
+                    ..Pair::default()
+                };
+                return Ok(Self { expected, actual, pairs: vec![pair] });
+            }
+            (true, false) => return Err(WalkError::Mixed { folder: expected, file: actual }),
+            (false, true) => return Err(WalkError::Mixed { folder: actual, file: expected }),
+        }
+        let mut pairs: BTreeMap<String, Pair> = BTreeMap::new();
+        for found in list(&expected, limits)? {
+            if split_new(&found.name).is_some() {
+                continue;
+            }
+            let pair = pairs.entry(found.name).or_default();
+            pair.expected = found.problem.is_none().then_some(found.path);
+            pair.problem = found.problem;
+        }
+        for found in list(&actual, limits)? {
+            let (name, is_new) = match split_new(&found.name) {
+                Some(name) => (name, true),
+                None => (found.name, false),
+            };
+            let pair = pairs.entry(name).or_default();
+            if pair.is_new && !is_new {
+                continue;
+            }
+            pair.is_new = is_new;
+            pair.actual = found.problem.is_none().then_some(found.path);
+            if found.problem.is_some() {
+                pair.problem = found.problem;
+            }
+        }
+        let pairs = pairs.into_iter().map(|(name, pair)| Pair { name, ..pair }).collect();
+        Ok(Self { expected, actual, pairs })
+    }
+}
+
+/// `a/x.png` for `a/x.new.png`.
+fn split_new(name: &str) -> Option<String> {
+    let (stem, extension) = name.rsplit_once('.')?;
+    let stem = stem.strip_suffix(NEW).filter(|stem| !stem.is_empty() && !stem.ends_with('/'))?;
+    Some(format!("{stem}.{extension}"))
+}
+
+struct Found {
+    name: String,
+    path: PathBuf,
+    problem: Option<String>,
+}
+
+/// The pictures in a folder and the folders in it.
+fn list(root: &Path, limits: &Limits) -> Result<Vec<Found>, WalkError> {
+    let io = |path: &Path| {
+        let path = path.to_owned();
+        move |source| WalkError::Io { path, source }
+    };
+    let real_root = root.canonicalize().map_err(io(root))?;
+    let mut found = Vec::new();
+    let mut folders = vec![(root.to_owned(), String::new())];
+    while let Some((folder, prefix)) = folders.pop() {
+        for entry in std::fs::read_dir(&folder).map_err(io(&folder))? {
+            let entry = entry.map_err(io(&folder))?;
+            let (path, kind) = (entry.path(), entry.file_type().map_err(io(&entry.path()))?);
+            let name = format!("{prefix}{}", entry.file_name().to_string_lossy());
+            if kind.is_dir() {
+                folders.push((path, format!("{name}/")));
+                continue;
+            }
+            let extension =
+                path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+            if !EXTENSIONS.contains(&extension.as_str()) {
+                continue;
+            }
+            let problem = kind.is_symlink().then(|| link_problem(&path, &real_root)).flatten();
+            found.push(Found { name, path, problem });
+            let count = (found.len() + folders.len()) as u64;
+            Limits::check(|| format!("pictures in {}", root.display()), count, limits.nodes, "nodes")?;
+        }
+    }
+    Ok(found)
+}
+
+/// Why a link is not followed.
+fn link_problem(path: &Path, real_root: &Path) -> Option<String> {
+    match path.canonicalize() {
+        Ok(target) if target.starts_with(real_root) => None,
+        Ok(_) => Some("a symbolic link that leads out of its folder is not followed".to_owned()),
+        Err(error) => Some(format!("a symbolic link that cannot be followed: {error}")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    #[test]
+    fn names_pair_through_folders_and_new_files_stand_for_old_ones() {
+        let root = tempfile::tempdir().unwrap();
+        let (expected, actual) = (root.path().join("e"), root.path().join("a"));
+        for (folder, name) in [
+            (&expected, "x.png"),
+            (&expected, "x.new.png"),
+            (&expected, "deep/er/y.EXR"),
+            (&expected, "notes.txt"),
+            (&actual, "x.png"),
+            (&actual, "x.new.png"),
+            (&actual, "z.hdr"),
+        ] {
+            let path = folder.join(name);
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(path, name).unwrap();
+        }
+        let pair = FolderPair::open(&expected, &actual, &Limits::default()).unwrap();
+        let names: Vec<_> =
+            pair.pairs.iter().map(|p| (p.name.as_str(), p.expected.is_some(), p.actual.is_some())).collect();
+        assert_eq!(names, [("deep/er/y.EXR", true, false), ("x.png", true, true), ("z.hdr", false, true)]);
+        assert!(pair.pairs[1].is_new);
+        assert_eq!(pair.pairs[1].actual.as_deref(), Some(actual.join("x.new.png").as_path()));
+
+        let one = FolderPair::open(&expected, &expected, &Limits::default()).unwrap();
+        assert!(one.pairs.iter().any(|p| p.name == "x.png" && p.is_new));
+        let limits = Limits { nodes: 1, ..Limits::default() };
+        assert!(matches!(FolderPair::open(&expected, &actual, &limits), Err(WalkError::Limit(_))));
+        let file = expected.join("x.png");
+        assert!(matches!(FolderPair::open(&file, &actual, &limits), Err(WalkError::Mixed { .. })));
+        assert!(FolderPair::open(&root.path().join("none"), &actual, &limits).is_err());
+        assert_eq!(FolderPair::open(&file, &actual.join("z.hdr"), &limits).unwrap().pairs[0].name, "x.png");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_do_not_lead_out() {
+        use std::os::unix::fs::symlink;
+        let root = tempfile::tempdir().unwrap();
+        let folder = root.path().join("e");
+        fs::create_dir_all(folder.join("in")).unwrap();
+        fs::write(root.path().join("secret.png"), "x").unwrap();
+        fs::write(folder.join("in/a.png"), "x").unwrap();
+        symlink(root.path().join("secret.png"), folder.join("out.png")).unwrap();
+        symlink(folder.join("in/a.png"), folder.join("b.png")).unwrap();
+        symlink(folder.join("none"), folder.join("broken.png")).unwrap();
+        symlink(&folder, folder.join("in/loop")).unwrap();
+        let pairs = FolderPair::open(&folder, &folder, &Limits::default()).unwrap().pairs;
+        let names: Vec<_> = pairs.iter().map(|p| (p.name.as_str(), p.problem.is_some())).collect();
+        assert_eq!(names, [("b.png", false), ("broken.png", true), ("in/a.png", false), ("out.png", true)]);
+        assert!(pairs.iter().all(|p| p.problem.is_none() || p.expected.is_none()));
+    }
+}
