@@ -100,7 +100,9 @@ macro_rules! dispatch {
     ($level:expr, $l:ident => $body:expr) => {{
         use $crate::math::lanes::Lanes as _;
         let level: $crate::math::lanes::SimdLevel = $level;
-        'done: {
+        // Without instruction sets to choose from, nothing leaves the block early.
+        #[allow(unused_labels, clippy::let_and_return)]
+        let done = 'done: {
             #[cfg(target_arch = "x86_64")]
             {
                 if let Some($l) = $crate::math::lanes::avx512(level) {
@@ -135,7 +137,8 @@ macro_rules! dispatch {
                 #[inline(always)]
                 || $body,
             )
-        }
+        };
+        done
     }};
 }
 
