@@ -120,7 +120,9 @@ fn emit(
         return;
     }
     let bounds = triangle.bounds();
-    if bounds[0] > screen[2] || bounds[1] > screen[3] || bounds[2] < screen[0] || bounds[3] < screen[1] {
+    // Samples on the right and lower border belong to pixels beyond it. Tiles may reach further than the picture, so
+    // they must not decide what is kept.
+    if bounds[0] >= screen[2] || bounds[1] >= screen[3] || bounds[2] < screen[0] || bounds[3] < screen[1] {
         return;
     }
     if misses_all_samples(bounds, grid, pattern) {
@@ -128,9 +130,6 @@ fn emit(
     }
     let number = chunk.triangles.len() as u32;
     let [first_column, first_row, end_column, end_row] = grid.tiles_of_box(bounds);
-    if first_column >= end_column || first_row >= end_row {
-        return;
-    }
     let columns = grid.columns();
     if end_column - first_column <= 2 && end_row - first_row <= 2 {
         for row in first_row..end_row {
@@ -180,6 +179,58 @@ fn bin_large(bins: &mut ChunkBins, triangle: &Triangle, number: u32, tiles: [u32
             });
             if !misses {
                 bins.push(tile, number);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::View;
+    use crate::scene::{Camera, MeshData, Projection, Transform};
+
+    /// What is kept of a triangle whose left corner, or upper one, is that many sub-pixels before the border.
+    fn kept(side: u32, before: i32, below: bool) -> usize {
+        let (width, height) = (32, 43);
+        let grid = TileGrid::new(width, height, side);
+        let near = |n: u32| n as i32 * 128 - before;
+        let (x, y) = if below { (0, near(height)) } else { (near(width), 0) };
+        let vertices: Vec<ScreenVertex> = [(x, y), (x + 600, y + 300), (x + 300, y + 900)]
+            .map(|(x, y)| ScreenVertex { x, y, depth: 0.5 })
+            .into();
+        let data = MeshData {
+            positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+            triangles: vec![[0, 1, 2]],
+            ..MeshData::default()
+        };
+        let camera = Camera {
+            eye: [0.0, 0.0, 1.0],
+            target: [0.0; 3],
+            up: [0.0, 1.0, 0.0],
+            projection: Projection::Orthographic { height: 1.0 },
+            near: 0.1,
+        };
+        let view = View::new(&camera, width, height).expect("valid");
+        let mut chunk = Chunk { range: 0..1, ..Chunk::default() };
+        let job = ChunkJob {
+            mesh: &Mesh::new(data).expect("valid"),
+            vertices: &vertices,
+            view: &view.of_draw(&Transform::IDENTITY),
+            cull_back_faces: false,
+            mirrored: false,
+            max_bins: usize::MAX,
+        };
+        process_chunk(&mut chunk, &job, &grid, &SamplePattern::new(1).expect("valid"));
+        chunk.triangles.len()
+    }
+
+    #[test]
+    fn what_touches_the_picture_from_outside_is_dropped_by_tiles_of_every_size() {
+        for side in [16, 32, 64] {
+            for below in [false, true] {
+                assert_eq!(kept(side, 0, below), 0, "tiles of {side}, below: {below}");
+                assert_eq!(kept(side, 200, below), 1, "tiles of {side}, below: {below}");
             }
         }
     }
