@@ -19,7 +19,7 @@ mkdir -p "$work"
 : >"$log"
 
 declare -a machines=() skipped=() times=()
-machine() { machines+=("$1=$2"); }
+machine() { machines+=("$1 = $2"); }
 skip() {
     skipped+=("$(printf '%-14s skipped: %s' "$1" "$2")")
     printf '%-14s skipped: %s\n' "$1" "$2"
@@ -138,11 +138,11 @@ for leg in "${legs[@]}"; do
     case $leg in
         x86-64)
             # Run-time dispatch, forced level by level.
-            build "$leg" --release --target-dir "$work/x86-64"
+            cargo build --locked --release --bin overcoat >>"$log" 2>&1
             for simd in sse2 avx2 avx512; do
                 case $simd-$level in
                     sse2-[1-4] | avx2-[34] | avx512-4)
-                        machine "x86-64 $simd" "$work/x86-64/release/overcoat --simd $simd" ;;
+                        machine "x86-64 $simd" "$PWD/target/release/overcoat -- --simd $simd" ;;
                     *) skip "x86-64 $simd" 'this processor does not have it' ;;
                 esac
             done ;;
@@ -157,7 +157,7 @@ for leg in "${legs[@]}"; do
         debug)
             # Without optimisation of whole loops, and with the lanes that are the definition.
             build "$leg" --features scalar-lanes --target-dir "$work/debug"
-            machine "debug scalar" "$work/debug/debug/overcoat --simd scalar" ;;
+            machine "debug scalar" "$work/debug/debug/overcoat -- --simd scalar" ;;
         aarch64)
             if second_compiler && fetch aarch64; then
                 wrapper aarch64-cc "$root/usr/bin/aarch64-linux-gnu-gcc-12 -B$root/usr/aarch64-linux-gnu/lib --sysroot=$root"
@@ -180,7 +180,7 @@ for leg in "${legs[@]}"; do
             # 32-bit, with SSE2: the x87 is not reproducible, and the library refuses to compile for it.
             if second_compiler && fetch i686; then
                 gcc32=$root/usr/lib/gcc/x86_64-linux-gnu/12/32
-                wrapper i686-cc "cc -m32 -B$root/usr/lib32 -B$gcc32 -L$root/usr/lib32 -L$root/lib32 -L$gcc32"
+                wrapper i686-cc "cc -m32 --sysroot=$root -B$root/usr/lib32 -B$gcc32 -L$root/usr/lib32 -L$root/lib32 -L$gcc32"
                 RUSTC_BOOTSTRAP=1 CARGO_TARGET_I686_UNKNOWN_LINUX_GNU_LINKER=$work/i686-cc \
                     cross "$leg" i686-unknown-linux-gnu -Z build-std=std,panic_unwind
                 machine "$leg" "$root/usr/bin/qemu-i386-static -L $root $program"
