@@ -1,8 +1,9 @@
 //! The curated scenes have the recorded hashes: here at every instruction set, and on every other machine whose
 //! program is named.
 //!
-//! `OVERCOAT_MACHINES` has a line `name = command [-- options]` for each. The command is split at spaces and may be an
-//! emulator with the program behind it; it is called as `command render --scene ... -o ... --json --stage-hashes
+//! `OVERCOAT_MACHINES` has a line `name[/n] = command [-- options]` for each; with `/n` only every n-th scene is drawn,
+//! which is for machines that are emulated slowly. The command is split at spaces and may be an emulator with the program
+//! behind it; it is called as `command render --scene ... -o ... --json --stage-hashes
 //! options`. Scenes are files that this machine has written, pictures are files that it reads: a program that renders
 //! somewhere else has to see the same folder. `UPDATE_MACHINES=1` records the hashes of this machine, and fails.
 
@@ -106,11 +107,13 @@ fn this_machine_gives_the_recorded_hashes() {
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Machine {
     name: String,
+    /// Draws every one of this many scenes.
+    every: usize,
     command: Vec<String>,
     options: Vec<String>,
 }
 
-/// Reads lines `name = command [-- options]`.
+/// Reads lines `name[/n] = command [-- options]`.
 fn machines(text: &str) -> Result<Vec<Machine>, String> {
     let words = |text: &str| text.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
     let lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
@@ -119,8 +122,15 @@ fn machines(text: &str) -> Result<Vec<Machine>, String> {
             let (name, rest) =
                 line.split_once('=').ok_or_else(|| format!("'{line}' is not name = command"))?;
             let (command, options) = rest.split_once(" -- ").unwrap_or((rest, ""));
-            let machine =
-                Machine { name: name.trim().to_owned(), command: words(command), options: words(options) };
+            let (name, every) = match name.trim().rsplit_once('/') {
+                Some((name, n)) => {
+                    let every = n.parse().ok().filter(|&n| n > 0);
+                    (name, every.ok_or_else(|| format!("'{line}': /{n} is no number of scenes"))?)
+                }
+                None => (name.trim(), 1),
+            };
+            let (name, command, options) = (name.to_owned(), words(command), words(options));
+            let machine = Machine { name, every, command, options };
             if machine.command.is_empty() { Err(format!("'{line}' has no command")) } else { Ok(machine) }
         })
         .collect()
@@ -141,16 +151,17 @@ fn other_machines_give_the_recorded_hashes() {
         files.write(&place).unwrap();
         scenes.push(Scene { name, recipe, files, folder: place });
     }
-    let recorded = record::read();
+    let (recorded, all) = (record::read(), scenes.len());
     let mut wrong = Vec::new();
     for machine in &machines {
         let start = Instant::now();
+        let scenes: Vec<&Scene> = scenes.iter().step_by(machine.every).collect();
         let problems = on_machine(machine, &scenes, &|scene| {
             let expected = recorded.get(&scene.name).ok_or("no hash is recorded")?;
             compare(machine, scene, expected)
         });
         println!(
-            "{}: {} scenes, {} hashes equal, {} differ, {:.0} s",
+            "{:<14} {} of {all} scenes, {} hashes equal, {} differ, {:.0} s",
             machine.name,
             scenes.len(),
             scenes.len() - problems.len(),
@@ -173,7 +184,7 @@ struct Scene {
 /// What is wrong with the scenes on a machine, in their order.
 fn on_machine(
     machine: &Machine,
-    scenes: &[Scene],
+    scenes: &[&Scene],
     check: &(dyn Fn(&Scene) -> Result<(), String> + Sync),
 ) -> Vec<String> {
     let next = AtomicUsize::new(0);
@@ -273,13 +284,18 @@ fn run(machine: &Machine, scene: &Scene, out: &Path) -> Result<String, String> {
 
 #[test]
 fn machines_are_read() {
-    let text = "arm = emulator -L /root program\n\n x86 = program -- --simd sse2 --tile 16\n";
+    let text = "arm = emulator -L /root program\n\n big endian/5 = program -- --simd sse2 --tile 16\n";
     let words = |text: &str| text.split(' ').map(str::to_owned).collect::<Vec<_>>();
-    let machine = |name: &str, command, options| Machine { name: name.to_owned(), command, options };
+    let machine = |name: &str, every, command, options| {
+        let name = name.to_owned();
+        Machine { name, every, command, options }
+    };
     let expected = vec![
-        machine("arm", words("emulator -L /root program"), Vec::new()),
-        machine("x86", words("program"), words("--simd sse2 --tile 16")),
+        machine("arm", 1, words("emulator -L /root program"), Vec::new()),
+        machine("big endian", 5, words("program"), words("--simd sse2 --tile 16")),
     ];
     assert_eq!(machines(text), Ok(expected));
-    assert!(machines("x86").is_err() && machines("x86 =").is_err());
+    for wrong in ["x86", "x86 =", "x86/0 = program", "x86/five = program"] {
+        assert!(machines(wrong).is_err(), "{wrong}");
+    }
 }
