@@ -188,7 +188,10 @@ for leg in "${legs[@]}"; do
                 wrapper i686-cc "cc -m32 --sysroot=$root -B$root/usr/lib32 -B$gcc32 -L$root/usr/lib32 -L$root/lib32 -L$gcc32"
                 RUSTC_BOOTSTRAP=1 CARGO_TARGET_I686_UNKNOWN_LINUX_GNU_LINKER=$work/i686-cc \
                     cross "$leg" i686-unknown-linux-gnu -Z build-std=std,panic_unwind
-                machine "$leg" "$root/usr/bin/qemu-i386-static -L $root $program"
+                loader="$root/lib32/ld-linux.so.2 --library-path $root/lib32:$root/usr/lib32"
+                # Most x86-64 systems run such programs themselves.
+                $loader --version >/dev/null 2>&1 || loader="$root/usr/bin/qemu-i386-static $loader"
+                machine "$leg" "$loader $program"
             else
                 skip "$leg" "$why"
             fi ;;
