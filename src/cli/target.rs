@@ -166,7 +166,8 @@ pub(super) fn check_writable(path: &Path) -> Result<(), Failure> {
         Ok(_) => return cannot(format!("{} is not a folder", folder.display())),
         Err(e) => return cannot(format!("{}: {e}", folder.display())),
     }
-    if std::fs::metadata(path).is_ok_and(|m| m.permissions().readonly()) {
+    // WASI's files have no permissions, which looks like none.
+    if !cfg!(target_family = "wasm") && std::fs::metadata(path).is_ok_and(|m| m.permissions().readonly()) {
         return cannot("it is read-only".to_owned());
     }
     Ok(())

@@ -1,4 +1,4 @@
-// Runs a program for WASI under Node.js, with this machine's files and working folder as they are.
+// Runs a program for WASI under Node.js, with the files of this machine; paths must be absolute.
 //
 // Usage: node wasi.mjs PROGRAM.wasm ARGUMENTS...
 import { realpathSync } from "node:fs";
@@ -11,7 +11,7 @@ const wasi = new WASI({
   version: "preview1",
   args: ["overcoat", ...args],
   env: {},
-  preopens: { "/": "/", ".": process.cwd() },
+  preopens: { "/": "/" },
   returnOnExit: true,
 });
 // Debian's wasi-libc is older than the standard library: what it lacks is imported from here. There are no threads.
