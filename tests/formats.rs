@@ -164,9 +164,9 @@ fn environments_are_told_by_their_content() {
     let jobs = Jobs::new(1);
     let limits = limits();
     let context = Context { resolver: &overcoat::load::NoResolver, limits: &limits, jobs: &jobs };
-    let picture = load_environment(&hdr(), &context).unwrap();
+    let picture = load_environment(&hdr(), &context).unwrap().image;
     assert_eq!((picture.width(), picture.height()), (9, 3));
-    let picture = load_environment(&exr(), &context).unwrap();
+    let picture = load_environment(&exr(), &context).unwrap().image;
     assert_eq!(picture.pixels()[16 * 2 + 5], [5.0, 2.0, 1.0]);
     assert!(matches!(load_environment(b"GIF89a", &context), Err(LoadError::UnknownFormat(_))));
     assert!(matches!(
@@ -320,7 +320,7 @@ fn every_environment_of_the_corpus_loads() {
     let mut files = Vec::new();
     files_below(&corpus.join("hdr"), &mut files);
     for path in &files {
-        let picture = load_environment_file(path, &Limits::default(), &Jobs::new(1)).unwrap();
+        let picture = load_environment_file(path, &Limits::default(), &Jobs::new(1)).unwrap().image;
         let mean: f64 = picture.pixels().as_flattened().iter().map(|&v| f64::from(v)).sum::<f64>()
             / (picture.pixels().len() * 3) as f64;
         println!("{}: {} x {}, mean {mean}", path.display(), picture.width(), picture.height());

@@ -80,7 +80,9 @@ pub fn run(args: &BenchArgs) -> Result<(), Failure> {
     let loaded = input::load(&source, &limits, renderer.jobs())?;
     let mut scene = loaded.scene;
     materials.assign(&mut scene, &limits).map_err(about)?;
-    description.light(&mut scene, &limits, renderer.jobs())?;
+    for warning in description.light(&mut scene, &limits, renderer.jobs())? {
+        reporter.warning(warning);
+    }
     let camera = description.camera(&scene, &options).map_err(about)?;
     let center = scene.bounds().center();
     let mut render = |angle: f64| {

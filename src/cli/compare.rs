@@ -123,7 +123,8 @@ pub fn run(args: &CompareModelsArgs) -> Result<(), Failure> {
     let mut scene = loaded.scene;
     materials.assign(&mut scene, &limits).map_err(about_model)?;
     let mut warnings: Vec<String> = loaded.warnings.iter().map(ToString::to_string).collect();
-    description.light(&mut scene, &limits, renderer.jobs())?;
+    let doubts = description.light(&mut scene, &limits, renderer.jobs())?;
+    warnings.extend(doubts.iter().map(ToString::to_string));
     let camera = description.camera(&scene, &options).map_err(about_model)?;
 
     let mut render = |model: ShadingModel| {

@@ -8,7 +8,7 @@ use super::materials::builtin;
 use super::picture::Machine;
 use super::progress::Progress;
 use super::render::machine;
-use super::report::{self, Versions};
+use super::report::{self, Reporter, Versions};
 use super::scene_file::SceneFile;
 use super::sheet::{DEFAULT_CELL, Layout, PAPER};
 use super::target::{Encoded, Target};
@@ -156,7 +156,9 @@ fn sheet(
     let (options, _) = description.options(machine, limits)?;
     let layout = Layout::new(loaded.len(), args.columns, [options.width, options.height], limits)?;
     let mut surroundings = ball::scene().map_err(|e| Failure::scene(&e))?;
-    description.light(&mut surroundings, limits, renderer.jobs())?;
+    for warning in description.light(&mut surroundings, limits, renderer.jobs())? {
+        Reporter { quiet: args.report.quiet }.warning(warning);
+    }
     let [width, height] = layout.size;
     let mut sheet = Sheet::new(width, height, PAPER).ok_or_else(|| {
         Failure::failed(format!("a sheet of {width} x {height} pixels does not fit into memory"))

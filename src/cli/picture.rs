@@ -1,6 +1,6 @@
 //! From the description of a picture to what the renderer takes.
 
-use super::failure::Failure;
+use super::failure::{Failure, file_name};
 use super::input::{self, ModelSource};
 use super::materials::Materials;
 use super::scene_file::{EnvironmentChoice, SceneCamera, SceneFile};
@@ -60,9 +60,10 @@ impl SceneFile {
         let loaded = input::load(&ModelSource { path: model.to_owned(), format: None }, limits, jobs)?;
         let mut scene = loaded.scene;
         materials.assign(&mut scene, limits).map_err(|failure| failure.at(model))?;
-        self.light(&mut scene, limits, jobs)?;
+        let mut warnings = loaded.warnings;
+        warnings.extend(self.light(&mut scene, limits, jobs)?);
         let camera = self.camera(&scene, &options).map_err(|failure| failure.at(model))?;
-        Ok(Picture { scene, camera, options, display, warnings: loaded.warnings })
+        Ok(Picture { scene, camera, options, display, warnings })
     }
 
     /// The renderer's options and the way to 8 bits. Sizes beyond the limits end here, before any work.
@@ -119,11 +120,13 @@ impl SceneFile {
         Ok((options, display))
     }
 
-    /// Puts environment and lights into the scene and takes out lights that are not wanted.
+    /// Puts environment and lights into the scene and takes out lights that are not wanted. Returns what is doubtful
+    /// about the environment.
     ///
     /// # Errors
     /// [`Failure`] naming the environment's file and the reason.
-    pub fn light(&self, scene: &mut Scene, limits: &Limits, jobs: &Jobs) -> Result<(), Failure> {
+    pub fn light(&self, scene: &mut Scene, limits: &Limits, jobs: &Jobs) -> Result<Vec<Warning>, Failure> {
+        let mut warnings = Vec::new();
         if self.lights == Some(false) {
             scene.clear_lights();
         }
@@ -134,9 +137,11 @@ impl SceneFile {
             EnvironmentChoice::Studio => EnvironmentSource::Studio,
             EnvironmentChoice::None => EnvironmentSource::None,
             EnvironmentChoice::File(path) => {
-                let image =
+                let loaded =
                     load_environment_file(path, limits, jobs).map_err(|e| Failure::load(&e).at(path))?;
-                EnvironmentSource::Image(Arc::new(image))
+                let named = |w: &Warning| Warning::new(format!("{}: {w}", file_name(path)));
+                warnings.extend(loaded.warnings.iter().map(named));
+                EnvironmentSource::Image(Arc::new(loaded.image))
             }
         };
         scene
@@ -145,7 +150,8 @@ impl SceneFile {
                 rotation_degrees: self.env_rotation_degrees.unwrap_or(0.0),
                 intensity: self.env_intensity.unwrap_or(1.0),
             })
-            .map_err(|e| Failure::scene(&e))
+            .map_err(|e| Failure::scene(&e))?;
+        Ok(warnings)
     }
 
     /// The camera: the one that is described, one of the file, or one that frames the model.

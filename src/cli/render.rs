@@ -103,7 +103,8 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let loaded = stages.time("load", || input::load(&source, &limits, renderer.jobs()))?;
     let (mut scene, mut warnings) = (loaded.scene, loaded.warnings);
     stages.time("load_materials", || materials.assign(&mut scene, &limits)).map_err(about_model)?;
-    stages.time("load_environment", || description.light(&mut scene, &limits, renderer.jobs()))?;
+    warnings
+        .extend(stages.time("load_environment", || description.light(&mut scene, &limits, renderer.jobs()))?);
     let camera = description.camera(&scene, &options).map_err(about_model)?;
 
     progress.stage(format!("rendering {} triangles", scene.triangle_count()));

@@ -99,7 +99,9 @@ pub fn run(args: &SheetArgs) -> Result<(), Failure> {
     // Environment and materials are the same for all cells; they are loaded once.
     let materials = Materials::load(&description, &limits, renderer.jobs())?;
     let mut surroundings = Scene::new();
-    description.light(&mut surroundings, &limits, renderer.jobs())?;
+    for warning in description.light(&mut surroundings, &limits, renderer.jobs())? {
+        reporter.warning(warning);
+    }
 
     let [width, height] = layout.size;
     let mut sheet = Sheet::new(width, height, PAPER).ok_or_else(|| {

@@ -24,8 +24,8 @@ mod vertices;
 mod warnings;
 
 pub use environment::{
-    ExrPicture, ExrPlane, ExrSamples, load as load_environment, load_file as load_environment_file,
-    read_exr_planes, read_radiance,
+    ExrPicture, ExrPlane, ExrSamples, LoadedEnvironment, load as load_environment,
+    load_file as load_environment_file, read_exr_planes, read_radiance,
 };
 pub use error::{LoadError, Warning};
 pub use format::Format;

@@ -82,7 +82,7 @@ impl Shot {
 fn picture(bytes: &[u8], jobs: &Jobs) -> Result<Arc<EquirectImage>, String> {
     let resolver = MemoryResolver::default();
     let context = Context { resolver: &resolver, limits: &Limits::default(), jobs };
-    load_environment(bytes, &context).map(Arc::new).map_err(|e| e.to_string())
+    load_environment(bytes, &context).map(|loaded| Arc::new(loaded.image)).map_err(|e| e.to_string())
 }
 
 /// A picture, and what filtering makes of it.

@@ -6,11 +6,20 @@ mod radiance;
 
 pub use planes::{ExrPicture, ExrPlane, ExrSamples, read_exr_planes};
 
-use super::{Context, LoadError, NoResolver};
+use super::{Context, LoadError, NoResolver, Warning};
 use crate::jobs::Jobs;
 use crate::limits::Limits;
 use crate::scene::EquirectImage;
 use std::path::Path;
+
+/// An environment and what is doubtful about it.
+#[derive(Clone, Debug)]
+pub struct LoadedEnvironment {
+    /// The picture.
+    pub image: EquirectImage,
+    /// One line each.
+    pub warnings: Vec<Warning>,
+}
 
 /// Reads an environment from the bytes of a Radiance `.hdr` or OpenEXR `.exr` file; the first bytes say which.
 ///
@@ -19,25 +28,26 @@ use std::path::Path;
 ///
 /// # Errors
 /// [`LoadError`] if it is neither, is damaged or incomplete, or asks for more than the limits allow.
-pub fn load(bytes: &[u8], context: &Context<'_>) -> Result<EquirectImage, LoadError> {
+pub fn load(bytes: &[u8], context: &Context<'_>) -> Result<LoadedEnvironment, LoadError> {
     let limits = context.limits;
     Limits::check(|| "the file".to_owned(), bytes.len() as u64, limits.input_bytes, "input_bytes")?;
-    let (format, (width, height, pixels)) = if bytes.starts_with(b"#?") {
-        (radiance::FORMAT, radiance::read(bytes, limits)?)
+    let (format, ((width, height, pixels), warning)) = if bytes.starts_with(b"#?") {
+        (radiance::FORMAT, (radiance::read(bytes, limits)?, None))
     } else if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
         (openexr::FORMAT, openexr::read(bytes, limits)?)
     } else {
         let message = "neither a Radiance HDR nor an OpenEXR file (by its first bytes)";
         return Err(LoadError::UnknownFormat(message.to_owned()));
     };
-    EquirectImage::new(width, height, pixels).map_err(LoadError::scene(format))
+    let image = EquirectImage::new(width, height, pixels).map_err(LoadError::scene(format))?;
+    Ok(LoadedEnvironment { image, warnings: warning.into_iter().collect() })
 }
 
 /// Reads an environment file: see [`load_environment`](super::load_environment).
 ///
 /// # Errors
 /// [`LoadError`] as there, or if the file cannot be read.
-pub fn load_file(path: &Path, limits: &Limits, jobs: &Jobs) -> Result<EquirectImage, LoadError> {
+pub fn load_file(path: &Path, limits: &Limits, jobs: &Jobs) -> Result<LoadedEnvironment, LoadError> {
     let bytes = super::read_file(path, limits)?;
     load(&bytes, &Context { resolver: &NoResolver, limits, jobs })
 }

@@ -5,10 +5,10 @@
 
 use super::check_size;
 use crate::limits::Limits;
-use crate::load::LoadError;
 use crate::load::text::quoted;
+use crate::load::{LoadError, Warning};
 use exr::block::UncompressedBlock;
-use exr::block::chunk::CompressedBlock;
+use exr::block::chunk::{Chunk, CompressedBlock};
 use exr::compression::Compression;
 use exr::meta::MetaData;
 use exr::meta::attribute::SampleType;
@@ -18,14 +18,17 @@ use std::io::Cursor;
 pub(super) const FORMAT: &str = "OpenEXR";
 
 /// Width, height and linear pixels, row by row from the top.
-pub(super) fn read(bytes: &[u8], limits: &Limits) -> Result<(u32, u32, Vec<[f32; 3]>), LoadError> {
+type Pixels = (u32, u32, Vec<[f32; 3]>);
+
+/// The picture, and what is doubtful about it.
+pub(super) fn read(bytes: &[u8], limits: &Limits) -> Result<(Pixels, Option<Warning>), LoadError> {
     let meta = read_meta(bytes, limits)?;
     let layer = Layer::choose(&meta)?;
     check_compression(layer.header)?;
     let (width, height) = (layer.header.layer_size.width(), layer.header.layer_size.height());
     let mut pixels = vec![[0.0; 3]; width * height];
     for_each_block(bytes, &meta, |index| index == layer.index, |_, block| layer.copy(block, &mut pixels))?;
-    Ok((side(width)?, side(height)?, pixels))
+    Ok(((side(width)?, side(height)?, pixels), differs_between_machines(layer.header)))
 }
 
 /// The headers alone first: opening all allocates tables of the size that they claim.
@@ -37,18 +40,23 @@ pub(super) fn read_meta(bytes: &[u8], limits: &Limits) -> Result<MetaData, LoadE
     Ok(meta)
 }
 
-/// Refuses what the decoder (exr 1.74) does not do well enough.
+/// B44 is rare, and the decoder (exr 1.74) overflows where a file is damaged, which ends debug builds.
 pub(super) fn check_compression(header: &Header) -> Result<(), LoadError> {
     match header.compression {
-        // Rare, and overflows where a file is damaged, which ends debug builds.
         Compression::B44 | Compression::B44A => Err(LoadError::unsupported(FORMAT, "B44 compression")),
-        // A transform for each instruction set, "not bit-identical to each other", and a table by the platform's `powf`.
-        Compression::DWAA(_) | Compression::DWAB(_) => Err(LoadError::unsupported(
-            FORMAT,
-            "DWA compression, whose decoder gives other bits on other processors (ZIP and PIZ do not)",
-        )),
         _ => Ok(()),
     }
+}
+
+/// What makes the pixels of a layer differ between machines: the decoder of DWA (exr 1.74) has a transform for each
+/// instruction set, "not bit-identical to each other", and a table by the platform's `powf`.
+fn differs_between_machines(header: &Header) -> Option<Warning> {
+    matches!(header.compression, Compression::DWAA(_) | Compression::DWAB(_)).then(|| {
+        Warning::new(format!(
+            "{FORMAT}: DWA compression is decoded with other last bits on other processors, so the picture may differ \
+             there (ZIP and PIZ do not)"
+        ))
+    })
 }
 
 /// Unpacks the blocks of the layers that are wanted, of their largest level, and hands each with the number of its
@@ -67,9 +75,8 @@ pub(super) fn for_each_block(
         let small = matches!(&chunk.compressed_block, CompressedBlock::Tile(t) if t.coordinates.level_index.0 != 0
             || t.coordinates.level_index.1 != 0);
         let index = chunk.layer_index;
-        if small || index >= meta.headers.len() || !wanted(index) {
-            continue;
-        }
+        let Some(header) = meta.headers.get(index).filter(|_| wanted(index) && !small) else { continue };
+        check_dwa_chunk(number, &chunk, header)?;
         let block = UncompressedBlock::decompress_chunk(chunk, meta, false).map_err(explain)?;
         copy(index, &block).ok_or_else(|| {
             LoadError::malformed(FORMAT, format!("chunk {number} does not lie within the picture"))
@@ -167,6 +174,32 @@ fn check_layer(header: &Header, file_bytes: usize, limits: &Limits) -> Result<()
     Ok(())
 }
 
+/// Refuses a DWA chunk that claims to unpack to more than its whole layer has. The decoder (exr 1.74) allocates what
+/// such a chunk claims, up to 2^63 bytes, and a failed allocation ends the process.
+fn check_dwa_chunk(number: usize, chunk: &Chunk, header: &Header) -> Result<(), LoadError> {
+    let data = match (&chunk.compressed_block, header.compression) {
+        (CompressedBlock::ScanLine(block), Compression::DWAA(_) | Compression::DWAB(_)) => {
+            &block.compressed_pixels_le
+        }
+        (CompressedBlock::Tile(block), Compression::DWAA(_) | Compression::DWAB(_)) => {
+            &block.compressed_pixels_le
+        }
+        _ => return Ok(()),
+    };
+    // Small layers have blocks of 8 x 8 that are larger than they are.
+    let layer = header.layer_size.area().saturating_mul(header.channels.list.len()).saturating_mul(4);
+    let most = layer as u64 + 4096;
+    // Eleven counters: the version, sizes and counts, and the kind of coding.
+    let (counters, _) = data.as_chunks::<8>();
+    if counters.iter().take(11).any(|&c| u64::from_le_bytes(c) > most) {
+        return Err(LoadError::malformed(
+            FORMAT,
+            format!("chunk {number} claims to hold more than its layer"),
+        ));
+    }
+    Ok(())
+}
+
 fn explain(error: exr::error::Error) -> LoadError {
     match error {
         exr::error::Error::NotSupported(what) => LoadError::unsupported(FORMAT, what.to_string()),
@@ -207,7 +240,9 @@ mod tests {
         use Compression::{PIZ, RLE, Uncompressed, ZIP1, ZIP16};
         for compression in [Uncompressed, RLE, ZIP1, ZIP16, PIZ] {
             for half in [false, true] {
-                let (width, height, pixels) = read(&encode(compression, half), &Limits::default()).unwrap();
+                let ((width, height, pixels), warning) =
+                    read(&encode(compression, half), &Limits::default()).unwrap();
+                assert!(warning.is_none());
                 assert_eq!((width, height), (20, 10));
                 for (k, p) in pixels.iter().enumerate() {
                     let v = (k % 20) as f32 * 0.5 - (k / 20) as f32 * 0.25 + 1.0;
@@ -220,9 +255,11 @@ mod tests {
     #[test]
     fn limits_and_damage_are_errors() {
         let bytes = encode(Compression::ZIP16, true);
-        for refused in [Compression::B44, Compression::DWAA(None), Compression::DWAB(None)] {
-            let found = read(&encode(refused, true), &Limits::default());
-            assert!(matches!(found, Err(LoadError::Unsupported { .. })), "{refused:?}");
+        let b44 = read(&encode(Compression::B44, true), &Limits::default());
+        assert!(matches!(b44, Err(LoadError::Unsupported { .. })));
+        for (compression, warned) in [(Compression::DWAA(None), true), (Compression::PIZ, false)] {
+            let (_, warning) = read(&encode(compression, true), &Limits::default()).unwrap();
+            assert_eq!(warning.is_some(), warned, "{compression:?}");
         }
         let limits = Limits { texture_pixels: 199, ..Limits::default() };
         assert!(matches!(read(&bytes, &limits), Err(LoadError::Limit(_))));
@@ -234,7 +271,7 @@ mod tests {
 
     #[test]
     fn damaged_files_of_every_compression_end_in_a_picture_or_an_error() {
-        use Compression::{PIZ, PXR24, RLE, Uncompressed, ZIP1, ZIP16};
+        use Compression::{DWAA, DWAB, PIZ, PXR24, RLE, Uncompressed, ZIP1, ZIP16};
         let limits = Limits { texture_pixels: 1 << 16, decoded_bytes: 1 << 22, ..Limits::default() };
         let mut state = 1_u64;
         let mut next = |below: usize| {
@@ -244,7 +281,7 @@ mod tests {
             state ^= state << 17;
             (state % below as u64) as usize
         };
-        for compression in [Uncompressed, RLE, ZIP1, ZIP16, PIZ, PXR24] {
+        for compression in [Uncompressed, RLE, ZIP1, ZIP16, PIZ, PXR24, DWAA(None), DWAB(None)] {
             for half in [false, true] {
                 let intact = encode(compression, half);
                 assert!(read(&intact, &limits).is_ok(), "{compression:?}");
