@@ -53,11 +53,12 @@ declare -A packages=(
     [compiler]='rustc-web libstd-rust-web-dev rust-web-src libz3-4 libedit2'
     [aarch64]='libstd-rust-web-dev:arm64 gcc-12-aarch64-linux-gnu cpp-12-aarch64-linux-gnu binutils-aarch64-linux-gnu
         libgcc-12-dev-arm64-cross libgcc-s1-arm64-cross libc6-dev-arm64-cross libc6-arm64-cross
-        linux-libc-dev-arm64-cross qemu-user-static'
+        linux-libc-dev-arm64-cross'
     [s390x]='gcc-12-s390x-linux-gnu cpp-12-s390x-linux-gnu binutils-s390x-linux-gnu libgcc-12-dev-s390x-cross
-        libgcc-s1-s390x-cross libc6-dev-s390x-cross libc6-s390x-cross linux-libc-dev-s390x-cross qemu-user-static'
-    [i686]='lib32gcc-12-dev lib32gcc-s1 libc6-dev-i386 libc6-i386 qemu-user-static'
+        libgcc-s1-s390x-cross libc6-dev-s390x-cross libc6-s390x-cross linux-libc-dev-s390x-cross'
+    [i686]='lib32gcc-12-dev lib32gcc-s1 libc6-dev-i386 libc6-i386'
     [wasm32]='wasi-libc'
+    [emulators]='qemu-user-static'
 )
 apt() { APT_CONFIG=$work/apt.conf command "$@"; }
 prepare_apt() {
@@ -163,7 +164,7 @@ for leg in "${legs[@]}"; do
             build "$leg" --features scalar-lanes --target-dir "$work/debug"
             machine "debug scalar" "$work/debug/debug/overcoat -- --simd scalar" ;;
         aarch64)
-            if second_compiler && fetch aarch64; then
+            if second_compiler && fetch emulators && fetch aarch64; then
                 wrapper aarch64-cc "$root/usr/bin/aarch64-linux-gnu-gcc-12 -B$root/usr/aarch64-linux-gnu/lib --sysroot=$root"
                 CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_LINKER=$work/aarch64-cc cross "$leg" aarch64-unknown-linux-gnu
                 machine "$leg neon" "$root/usr/bin/qemu-aarch64-static -L $root/usr/aarch64-linux-gnu $program"
@@ -172,7 +173,7 @@ for leg in "${legs[@]}"; do
             fi ;;
         s390x)
             # Big-endian.
-            if second_compiler && fetch s390x; then
+            if second_compiler && fetch emulators && fetch s390x; then
                 wrapper s390x-cc "$root/usr/bin/s390x-linux-gnu-gcc-12 -B$root/usr/s390x-linux-gnu/lib --sysroot=$root"
                 RUSTC_BOOTSTRAP=1 CARGO_TARGET_S390X_UNKNOWN_LINUX_GNU_LINKER=$work/s390x-cc \
                     cross "$leg" s390x-unknown-linux-gnu -Z build-std=std,panic_unwind
@@ -183,7 +184,7 @@ for leg in "${legs[@]}"; do
             fi ;;
         i686)
             # 32-bit, with SSE2: the x87 is not reproducible, and the library refuses to compile for it.
-            if second_compiler && fetch i686; then
+            if second_compiler && fetch emulators && fetch i686; then
                 gcc32=$root/usr/lib/gcc/x86_64-linux-gnu/12/32
                 wrapper i686-cc "cc -m32 --sysroot=$root -B$root/usr/lib32 -B$gcc32 -L$root/usr/lib32 -L$root/lib32 -L$gcc32"
                 RUSTC_BOOTSTRAP=1 CARGO_TARGET_I686_UNKNOWN_LINUX_GNU_LINKER=$work/i686-cc \
