@@ -142,8 +142,7 @@ for leg in "${legs[@]}"; do
     why=
     case $leg in
         x86-64)
-            # Run-time dispatch, forced level by level.
-            cargo build --locked --release --bin overcoat >>"$log" 2>&1
+            # Run-time dispatch, forced level by level. Cargo builds this program with the test that runs it.
             for simd in sse2 avx2 avx512; do
                 case $simd-$level in
                     sse2-[1-4] | avx2-[34] | avx512-4)
