@@ -154,6 +154,30 @@ impl ShadingModel {
     }
 }
 
+/// `ALL`, `name` and `from_name` for an enum of choices that files name.
+macro_rules! named {
+    ($of:ident { $($variant:ident $name:literal),+ $(,)? }) => {
+        impl $of {
+            /// All of them.
+            pub const ALL: &'static [Self] = &[$(Self::$variant),+];
+
+            /// Name as files have it.
+            #[must_use]
+            pub fn name(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $name),+
+                }
+            }
+
+            /// The choice of that name.
+            #[must_use]
+            pub fn from_name(name: &str) -> Option<Self> {
+                Self::ALL.iter().copied().find(|choice| choice.name() == name)
+            }
+        }
+    };
+}
+
 /// How StackLit bends the coat's cosine where coat and base have normals of their own
 /// (`_VLAYERED_DUAL_NORMALS_TOP_FIX_*`).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -166,6 +190,8 @@ pub enum DualNormalFix {
     /// The coat normal's cosine as it is.
     None,
 }
+
+named!(DualNormalFix { Flip "flip", Geometric "geometric", None "none" });
 
 /// Where StackLit takes the occlusion of reflections from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -183,6 +209,8 @@ pub enum SpecularOcclusionMethod {
     Custom,
 }
 
+named!(SpecularOcclusionMethod { Off "off", FromAmbientOcclusion "from-ambient-occlusion", ConeCone "cone-cone", ConeConeTilted "cone-cone-tilted", Custom "custom" });
+
 /// How ambient occlusion was weighted when it was baked, for the cone of visible directions
 /// (`BENT_VISIBILITY_FROM_AO_*`).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -195,6 +223,8 @@ pub enum OcclusionCone {
     /// By the cosine with the normal, from which the axis deviates.
     CosineWithBentCorrection,
 }
+
+named!(OcclusionCone { Uniform "uniform", Cosine "cosine", CosineWithBentCorrection "cosine-with-bent-correction" });
 
 /// Switches of the models: what the engines decide when a shader is compiled.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

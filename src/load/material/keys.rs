@@ -189,6 +189,26 @@ macro_rules! switch {
     };
 }
 
+/// A key for one of a few choices that have names.
+macro_rules! choice {
+    ($name:literal, $of:ident, $m:ident => $place:expr, $about:literal) => {
+        Key {
+            name: $name,
+            kind: Kind::Name {
+                names: || $of::ALL.iter().map(|choice| choice.name()).collect(),
+                get: |$m| $place.name(),
+                set: |$m, name| {
+                    // The parser has looked the name up among them.
+                    if let Some(choice) = $of::from_name(name) {
+                        $place = choice;
+                    }
+                },
+            },
+            about: $about,
+        }
+    };
+}
+
 /// A key for a texture: name, kind of slot, place, the key that it multiplies, documentation.
 macro_rules! texture {
     ($name:literal, $slot:expr, $factor:expr, $about:literal) => {
@@ -663,73 +683,30 @@ pub(super) static KEYS: &[Key] = &[
         m => m.options.stacklit_refracted_angles,
         "The base sees light and viewer refracted."
     ),
-    Key {
-        name: "options.stacklit_dual_normal_fix",
-        kind: Kind::Name {
-            names: || vec!["flip", "geometric", "none"],
-            get: |m| match m.options.stacklit_dual_normal_fix {
-                DualNormalFix::Flip => "flip",
-                DualNormalFix::Geometric => "geometric",
-                DualNormalFix::None => "none",
-            },
-            set: |m, name| {
-                m.options.stacklit_dual_normal_fix = match name {
-                    "geometric" => DualNormalFix::Geometric,
-                    "none" => DualNormalFix::None,
-                    _ => DualNormalFix::Flip,
-                }
-            },
-        },
-        about: "The cosine at the coat where coat and base have normals of their own.",
-    },
+    choice!(
+        "options.stacklit_dual_normal_fix",
+        DualNormalFix,
+        m => m.options.stacklit_dual_normal_fix,
+        "The cosine at the coat where coat and base have normals of their own."
+    ),
     switch!(
         "options.stacklit_honor_light_minimum_roughness",
         m => m.options.stacklit_honor_light_minimum_roughness,
         "A light's own least roughness."
     ),
-    Key {
-        name: "options.stacklit_specular_occlusion",
-        kind: Kind::Name {
-            names: || vec!["off", "from-ambient-occlusion", "cone-cone", "cone-cone-tilted", "custom"],
-            get: |m| match m.options.stacklit_specular_occlusion {
-                SpecularOcclusionMethod::Off => "off",
-                SpecularOcclusionMethod::FromAmbientOcclusion => "from-ambient-occlusion",
-                SpecularOcclusionMethod::ConeCone => "cone-cone",
-                SpecularOcclusionMethod::ConeConeTilted => "cone-cone-tilted",
-                SpecularOcclusionMethod::Custom => "custom",
-            },
-            set: |m, name| {
-                m.options.stacklit_specular_occlusion = match name {
-                    "off" => SpecularOcclusionMethod::Off,
-                    "cone-cone" => SpecularOcclusionMethod::ConeCone,
-                    "cone-cone-tilted" => SpecularOcclusionMethod::ConeConeTilted,
-                    "custom" => SpecularOcclusionMethod::Custom,
-                    _ => SpecularOcclusionMethod::FromAmbientOcclusion,
-                }
-            },
-        },
-        about: "Where the occlusion of reflections comes from. Unity's pivot method is not offered: its table is in no \
-                public text.",
-    },
-    Key {
-        name: "options.stacklit_occlusion_cone",
-        kind: Kind::Name {
-            names: || vec!["uniform", "cosine", "cosine-with-bent-correction"],
-            get: |m| match m.options.stacklit_occlusion_cone {
-                OcclusionCone::Uniform => "uniform",
-                OcclusionCone::Cosine => "cosine",
-                OcclusionCone::CosineWithBentCorrection => "cosine-with-bent-correction",
-            },
-            set: |m, name| {
-                m.options.stacklit_occlusion_cone = match name {
-                    "uniform" => OcclusionCone::Uniform,
-                    "cosine-with-bent-correction" => OcclusionCone::CosineWithBentCorrection,
-                    _ => OcclusionCone::Cosine,
-                }
-            },
-        },
-        about: "How the ambient occlusion was weighted when it was baked, for the cones.",
-    },
+    choice!(
+        "options.stacklit_specular_occlusion",
+        SpecularOcclusionMethod,
+        m => m.options.stacklit_specular_occlusion,
+        "Where the occlusion of reflections comes from. Unity's pivot method is not offered: its table is in no \
+                public text."
+    ),
+    choice!(
+        "options.stacklit_occlusion_cone",
+        OcclusionCone,
+        m => m.options.stacklit_occlusion_cone,
+        "How the ambient occlusion was weighted when it was baked, for the cones."
+    ),
     switch!(
         "options.stacklit_no_energy_compensation",
         m => m.options.stacklit_no_energy_compensation,
