@@ -94,16 +94,13 @@ impl SceneLight {
     }
 
     fn light(&self) -> Result<Light, String> {
-        let mut minimum_roughness = None;
-        let (kind, color, intensity) = match *self {
+        let (kind, color, intensity, minimum_roughness) = match *self {
             Self::Directional { direction, color, intensity, min_roughness } => {
-                minimum_roughness = min_roughness;
                 let direction = unit(direction).ok_or("its direction has no length")?;
-                (LightKind::Directional { direction }, color, intensity)
+                (LightKind::Directional { direction }, color, intensity, min_roughness)
             }
             Self::Point { position, range, color, intensity, min_roughness } => {
-                minimum_roughness = min_roughness;
-                (LightKind::Point { position, range }, color, intensity)
+                (LightKind::Point { position, range }, color, intensity, min_roughness)
             }
             Self::Spot {
                 position,
@@ -115,7 +112,6 @@ impl SceneLight {
                 intensity,
                 min_roughness,
             } => {
-                minimum_roughness = min_roughness;
                 let direction = unit(difference(target, position)).ok_or("its target is where it is")?;
                 let cosine = |degrees: f32| {
                     if (0.0..=90.0).contains(&degrees) {
@@ -133,6 +129,7 @@ impl SceneLight {
                     LightKind::Spot { position, direction, range, inner_cone_cosine, outer_cone_cosine },
                     color,
                     intensity,
+                    min_roughness,
                 )
             }
             Self::Rect { position, target, up, size, two_sided, color, intensity } => {
@@ -147,10 +144,10 @@ impl SceneLight {
                     half_height: half(above, size[1]),
                     two_sided: two_sided.unwrap_or(false),
                 };
-                (kind, color, intensity)
+                (kind, color, intensity, None)
             }
             Self::Tube { from, to, radius, color, intensity } => {
-                (LightKind::Tube { ends: [from, to], radius }, color, intensity)
+                (LightKind::Tube { ends: [from, to], radius }, color, intensity, None)
             }
         };
         Ok(Light {

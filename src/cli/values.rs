@@ -263,6 +263,17 @@ pub const LIMIT_NAMES: [&str; 13] = [
     "blend_entries",
 ];
 
+/// The default limits with some of them changed, as [`limit`] has parsed them.
+#[must_use]
+pub fn limits(changes: &[(String, u64)]) -> Limits {
+    let mut limits = Limits::default();
+    for (name, value) in changes {
+        // The parser has tried the same on a copy.
+        let _ = set_limit(&mut limits, name, *value);
+    }
+    limits
+}
+
 /// Changes one limit.
 pub fn set_limit(limits: &mut Limits, name: &str, value: u64) -> Result<(), String> {
     match name {

@@ -177,12 +177,7 @@ impl FolderArgs {
     /// The limits, with what the options change.
     #[must_use]
     pub fn limits(&self) -> Limits {
-        let mut limits = Limits::default();
-        for (name, value) in &self.limits {
-            // The parser has tried the same on a copy.
-            let _ = values::set_limit(&mut limits, name, *value);
-        }
-        limits
+        values::limits(&self.limits)
     }
 }
 
