@@ -127,14 +127,16 @@ fn feed<const N: usize>(hasher: &mut Xxh3, numbers: impl IntoIterator<Item = [u8
 pub(super) fn scene(scene: &Scene) -> u128 {
     let mut hasher = Xxh3::new();
     for mesh in scene.meshes() {
-        let floats = |values: &[f32]| values.iter().map(|v| v.to_le_bytes()).collect::<Vec<_>>();
-        feed(&mut hasher, floats(mesh.positions().as_flattened()));
-        feed(&mut hasher, floats(mesh.normals().as_flattened()));
-        feed(&mut hasher, floats(mesh.tangents().as_flattened()));
-        for set in 0..2 {
-            feed(&mut hasher, floats(mesh.uvs(set).as_flattened()));
+        for attribute in [
+            mesh.positions().as_flattened(),
+            mesh.normals().as_flattened(),
+            mesh.tangents().as_flattened(),
+            mesh.uvs(0).as_flattened(),
+            mesh.uvs(1).as_flattened(),
+            mesh.colors().as_flattened(),
+        ] {
+            feed(&mut hasher, attribute.iter().map(|v| v.to_le_bytes()));
         }
-        feed(&mut hasher, floats(mesh.colors().as_flattened()));
         feed(&mut hasher, mesh.triangles().as_flattened().iter().map(|v| v.to_le_bytes()));
     }
     for texture in scene.textures() {
