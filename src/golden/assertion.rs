@@ -2,11 +2,12 @@
 
 use super::GoldenError;
 use super::accept::{Accepted, prepare, store};
-use super::check::{FileResult, Verdict, compare};
+use super::check::{FileResult, Verdict, compare_files};
 use super::picture::Picture;
 use super::thresholds::{ThresholdFile, Thresholds};
 use super::walk::{NEW, Pair};
 use crate::limits::Limits;
+use crate::load::read_file;
 use crate::output::write_atomically;
 use std::path::{Path, PathBuf};
 
@@ -121,29 +122,34 @@ impl Golden {
             }
         })?;
         let thresholds = self.read_thresholds(file_name)?;
-        write_in_folder(&new, actual)?;
-        let pair = Pair {
-            name: file_name.to_owned(),
-            expected: expected.is_file().then(|| expected.clone()),
-            actual: Some(new.clone()),
-            is_new: true,
-            problem: None,
-        };
         if self.update {
+            write_in_folder(&new, actual)?;
+            let pair = Pair {
+                name: file_name.to_owned(),
+                expected: expected.is_file().then(|| expected.clone()),
+                actual: Some(new),
+                is_new: true,
+                problem: None,
+            };
             return Err(self.record(&pair, &thresholds, expected));
         }
-        let result = compare(&pair, &thresholds, false, &self.limits).result;
+        let stored = expected.is_file().then(|| read_file(&expected, &self.limits));
+        let files = [stored, Some(Ok(actual.to_vec()))];
+        let result = compare_files(file_name, files, None, &thresholds, false, &self.limits).result;
         match result.verdict {
             Verdict::Equal | Verdict::Within => {
-                // It was written to be compared; that it still lies there would be untidy and no failure.
+                // What an earlier failure left. That it still lies there would be untidy and no failure.
                 let _ = std::fs::remove_file(&new);
                 Ok(())
             }
-            verdict => Err(GoldenError::Differs {
-                summary: summary(&result),
-                expected: (verdict != Verdict::Missing).then_some(expected),
-                actual: new,
-            }),
+            verdict => {
+                write_in_folder(&new, actual)?;
+                Err(GoldenError::Differs {
+                    summary: summary(&result),
+                    expected: (verdict != Verdict::Missing).then_some(expected),
+                    actual: new,
+                })
+            }
         }
     }
 

@@ -1,14 +1,15 @@
 //! One pair of files compared, or a folder of them.
 
 use super::compress::{CompressError, Effort, compress_png};
-use super::decode::{DecodedPicture, SampleKind};
+use super::decode::{DecodeError, DecodedPicture, SampleKind};
 use super::metrics::exact::unmatched_planes;
 use super::metrics::{Measured, MetricError, Metrics, measure};
 use super::thresholds::{DEFAULT_MAX_BYTES, Thresholds, short};
 use super::walk::Pair;
 use crate::limits::Limits;
-use crate::load::read_file;
+use crate::load::{LoadError, read_file};
 use serde::Serialize;
+use std::path::PathBuf;
 
 /// A stored PNG may be larger by this factor than what the strongest compression makes of it.
 const OVERSIZE: f64 = 1.1;
@@ -118,30 +119,40 @@ pub struct Compared {
 /// Compares the two files of a name. `strict` also looks at how the expected file is stored.
 #[must_use]
 pub fn compare(pair: &Pair, thresholds: &Thresholds, strict: bool, limits: &Limits) -> Compared {
+    let read = |path: &Option<PathBuf>| path.as_deref().map(|path| read_file(path, limits));
+    let files = [read(&pair.expected), read(&pair.actual)];
+    compare_files(&pair.name, files, pair.problem.clone(), thresholds, strict, limits)
+}
+
+/// Compares what an expected and an actual file hold, where there are such files and they could be read.
+pub(super) fn compare_files(
+    name: &str,
+    files: [Option<Result<Vec<u8>, LoadError>>; 2],
+    problem: Option<String>,
+    thresholds: &Thresholds,
+    strict: bool,
+    limits: &Limits,
+) -> Compared {
     let mut failures = Vec::new();
-    let mut read = |path: &Option<std::path::PathBuf>, what: &str| {
-        let path = path.as_deref()?;
-        let bytes =
-            read_file(path, limits).map_err(|e| failures.push(format!("{what} picture: {e}"))).ok()?;
-        match DecodedPicture::from_bytes(&bytes, limits) {
-            Ok(picture) => Some((bytes, picture)),
-            Err(e) => {
-                failures.push(format!("{what} picture: {e}"));
-                None
-            }
-        }
+    let mut decode = |file: Option<Result<Vec<u8>, LoadError>>, what: &str| {
+        let decoded = file?.map_err(DecodeError::from).and_then(|bytes| {
+            let picture = DecodedPicture::from_bytes(&bytes, limits)?;
+            Ok((bytes, picture))
+        });
+        decoded.map_err(|e| failures.push(format!("{what} picture: {e}"))).ok()
     };
-    let expected = read(&pair.expected, "expected");
-    let actual = read(&pair.actual, "actual");
-    failures.extend(pair.problem.clone());
+    let [expected, actual] = files;
+    let expected = decode(expected, "expected");
+    let actual = decode(actual, "actual");
+    failures.extend(problem);
 
     let mut measured = None;
     let result = if !failures.is_empty() {
-        FileResult { name: pair.name.clone(), verdict: Verdict::Failed, reasons: failures, metrics: None }
+        FileResult { name: name.to_owned(), verdict: Verdict::Failed, reasons: failures, metrics: None }
     } else {
         match (&expected, &actual) {
             (Some((stored, e)), Some((_, a))) => {
-                let (mut result, m) = compare_pictures(&pair.name, e, a, thresholds);
+                let (mut result, m) = compare_pictures(name, e, a, thresholds);
                 measured = m;
                 if strict && let Some(reason) = oversize(stored, thresholds, limits) {
                     result.reasons.push(reason);
@@ -151,8 +162,8 @@ pub fn compare(pair: &Pair, thresholds: &Thresholds, strict: bool, limits: &Limi
                 }
                 result
             }
-            (Some(_), None) => FileResult::new(&pair.name, Verdict::Dead, "no actual picture"),
-            (None, _) => FileResult::new(&pair.name, Verdict::Missing, "no expected picture"),
+            (Some(_), None) => FileResult::new(name, Verdict::Dead, "no actual picture"),
+            (None, _) => FileResult::new(name, Verdict::Missing, "no expected picture"),
         }
     };
     Compared { result, expected, actual, measured }

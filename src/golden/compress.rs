@@ -9,7 +9,7 @@
 
 use super::decode::{DecodeError, read_png};
 use crate::limits::Limits;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::num::NonZeroU64;
 
 /// How long compression may take.
@@ -71,17 +71,14 @@ pub fn compress_png(bytes: &[u8], effort: Effort, limits: &Limits) -> Result<Vec
     let Some((_, filtered, layout)) = best else { return Ok(bytes.to_vec()) };
     let mut packed = miniz_oxide::deflate::compress_to_vec_zlib(&filtered, 9);
     if effort == Effort::Strongest && filtered.len() <= MOST_FOR_ZOPFLI {
-        let squeezed = zopfli(&filtered);
-        if squeezed.len() < packed.len() {
-            packed = squeezed;
-        }
+        packed = zopfli(&filtered).filter(|squeezed| squeezed.len() < packed.len()).unwrap_or(packed);
     }
     let out = layout.file(picture.width, picture.height, &chunks, &packed);
     Ok(if out.len() < bytes.len() { out } else { bytes.to_vec() })
 }
 
-/// A zlib stream by zopfli; with fewer tries for more data.
-fn zopfli(data: &[u8]) -> Vec<u8> {
+/// A zlib stream by zopfli; with fewer tries for more data. `None` if writing to memory fails, which it does not.
+fn zopfli(data: &[u8]) -> Option<Vec<u8>> {
     let tries = if data.len() < 1 << 18 {
         15
     } else if data.len() < 1 << 21 {
@@ -94,11 +91,7 @@ fn zopfli(data: &[u8]) -> Vec<u8> {
         ..Default::default()
     };
     let mut out = Vec::new();
-    match zopfli::compress(options, zopfli::Format::Zlib, data, &mut out) {
-        Ok(()) => out,
-        // Writing to memory does not fail; if it did, the ordinary encoder's result would stand.
-        Err(_) => vec![0; data.len() + 1],
-    }
+    zopfli::compress(options, zopfli::Format::Zlib, data, &mut out).ok().map(|()| out)
 }
 
 /// The chunks before the pixels that are looked at or kept. The file has been decoded, so they lie within it.
@@ -155,14 +148,14 @@ fn layouts(samples: &[[u16; 4]], is_16_bit: bool, profile: Option<bool>) -> Vec<
         out.extend(fitting.map(|&(bits, _)| Layout::ShallowGrey { bits }));
     }
     if profile != Some(true) {
-        let mut colours: BTreeMap<[u16; 4], ()> = BTreeMap::new();
+        let mut colours: BTreeSet<[u16; 4]> = BTreeSet::new();
         for pixel in samples {
-            colours.insert(*pixel, ());
+            colours.insert(*pixel);
             if colours.len() > 256 {
                 return out;
             }
         }
-        let mut colours: Vec<[u8; 4]> = colours.into_keys().map(|c| c.map(|v| v as u8)).collect();
+        let mut colours: Vec<[u8; 4]> = colours.into_iter().map(|c| c.map(|v| v as u8)).collect();
         // Near colours get near places, which filters can make use of.
         colours.sort_by_key(|&[r, g, b, a]| {
             (a == 255, 299 * u32::from(r) + 587 * u32::from(g) + 114 * u32::from(b), a)
@@ -287,28 +280,8 @@ fn push_chunk(out: &mut Vec<u8>, name: &[u8; 4], data: &[u8]) {
     let start = out.len();
     out.extend(name);
     out.extend(data);
-    let checksum = checksum(&out[start..]);
+    let checksum = crc32fast::hash(&out[start..]);
     out.extend(checksum.to_be_bytes());
-}
-
-/// CRC-32 as PNG has it (ISO 3309).
-fn checksum(bytes: &[u8]) -> u32 {
-    static TABLE: [u32; 256] = {
-        let mut table = [0; 256];
-        let mut k = 0;
-        while k < 256 {
-            let mut c = k as u32;
-            let mut bit = 0;
-            while bit < 8 {
-                c = if c & 1 == 1 { c >> 1 ^ 0xedb8_8320 } else { c >> 1 };
-                bit += 1;
-            }
-            table[k] = c;
-            k += 1;
-        }
-        table
-    };
-    !bytes.iter().fold(u32::MAX, |c, &byte| TABLE[usize::from(c as u8 ^ byte)] ^ (c >> 8))
 }
 
 /// How the filter of each row is chosen.
@@ -575,7 +548,7 @@ mod tests {
 
     #[test]
     fn checksums_are_those_of_the_standard() {
-        assert_eq!(checksum(b"123456789"), 0xcbf4_3926);
-        assert_eq!(checksum(b"IEND"), 0xae42_6082);
+        assert_eq!(crc32fast::hash(b"123456789"), 0xcbf4_3926);
+        assert_eq!(crc32fast::hash(b"IEND"), 0xae42_6082);
     }
 }
