@@ -41,6 +41,15 @@ fn under(scene: &mut Scene, source: EnvironmentSource) {
 }
 
 fn seen(renderer: &mut Renderer, scene: &Scene, model: ShadingModel) -> [f32; 3] {
+    seen_by(renderer, scene, model, AreaLightMethod::default())
+}
+
+fn seen_by(
+    renderer: &mut Renderer,
+    scene: &Scene,
+    model: ShadingModel,
+    area_lights: AreaLightMethod,
+) -> [f32; 3] {
     let camera = Camera {
         eye: [0.0, 0.0, 4.0],
         target: [0.0; 3],
@@ -48,8 +57,14 @@ fn seen(renderer: &mut Renderer, scene: &Scene, model: ShadingModel) -> [f32; 3]
         projection: Projection::Orthographic { height: 1.0 },
         near: 0.01,
     };
-    let options =
-        RenderOptions { width: 3, height: 3, samples: 1, shading: Some(model), ..RenderOptions::default() };
+    let options = RenderOptions {
+        width: 3,
+        height: 3,
+        samples: 1,
+        shading: Some(model),
+        area_lights,
+        ..RenderOptions::default()
+    };
     let [r, g, b, _] = renderer.render(scene, &camera, &options).unwrap().frame.pixels[4];
     [r, g, b]
 }
@@ -136,18 +151,7 @@ fn facets_are_a_choice_of_every_model() {
     };
     scene.add_light(Light { intensity: 3.0, ..Light::new(kind) }).unwrap();
     let mut renderer = Renderer::new(1);
-    let mut by = |model, area_lights| {
-        let camera = Camera {
-            eye: [0.0, 0.0, 4.0],
-            target: [0.0; 3],
-            up: [0.0, 1.0, 0.0],
-            projection: Projection::Orthographic { height: 1.0 },
-            near: 0.01,
-        };
-        let (width, height, shading) = (3, 3, Some(model));
-        let options = RenderOptions { width, height, shading, area_lights, ..RenderOptions::default() };
-        renderer.render(&scene, &camera, &options).unwrap().frame.pixels[4]
-    };
+    let mut by = |model, method| seen_by(&mut renderer, &scene, model, method);
     for model in ShadingModel::ALL {
         let cosines = by(model, AreaLightMethod::LinearlyTransformedCosines);
         let facets = by(model, AreaLightMethod::Facets);

@@ -57,6 +57,7 @@ fn anisotropy_grid() -> Built {
         let anisotropy = Anisotropy { strength: 1.5 * x - 0.75, rotation, texture: None };
         Ok(Material {
             coat: if x > 0.9 { 1.0 } else { 0.0 },
+            coat_roughness: 0.2,
             lobes: Lobes { anisotropy, ..Lobes::default() },
             ..metal(0.9, 0.75, 0.5, 0.35 + 0.45 * y)
         })
@@ -141,7 +142,7 @@ fn mixed_models() -> Built {
         Ok(Material {
             model: models.get(index).copied(),
             coat: 1.0,
-            coat_roughness: 0.1,
+            coat_roughness: 0.2,
             lobes,
             ..plastic(0.5, 0.05, 0.04, 0.4)
         })
