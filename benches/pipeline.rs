@@ -84,7 +84,8 @@ impl Rasterizer {
             mirrored: false,
             max_bins: usize::MAX,
         };
-        process_chunk(&mut self.chunk, &job, &self.grid, &self.pattern);
+        let (job, chunk) = (&job, &mut self.chunk);
+        overcoat::dispatch!(SimdLevel::best(), l => process_chunk(l, chunk, job, &self.grid, &self.pattern));
         self.bins.build(self.grid.len(), std::iter::once(&self.chunk.bins));
         let samples = self.pattern.len();
         for tile in 0..self.grid.len() {
@@ -150,6 +151,7 @@ fn gbuffer(c: &mut Criterion) {
     visibility.clear(32, 32, 8);
     overcoat::dispatch!(SimdLevel::best(), l => visibility.draw(l, &source.0, 0, origin, &pattern, None));
     let mut fragments: Vec<Fragment> = Vec::new();
+    let mut batch = Batch::default();
     group.throughput(Throughput::Elements(32 * 32));
     group.bench_function("extract fragments", |b| {
         b.iter(|| {
@@ -163,7 +165,7 @@ fn gbuffer(c: &mut Criterion) {
             b.iter(|| {
                 let mut sum = 0.0;
                 for run in fragments.chunks(16) {
-                    let batch = Batch::gather(run.iter().copied(), &source, &draws, origin, &pattern);
+                    batch.gather(run.iter().copied(), &source, &draws, origin, &pattern);
                     sum += overcoat::dispatch!(level, l => {
                         let location = locate(l, &batch, true);
                         let normals = batch.vertices.attribute(l, &draws, [0.0; 3], Mesh::normals);

@@ -198,7 +198,7 @@ fn count_in_picture(data: MeshData, camera: &Camera, size: u32, side: u32, sampl
         mirrored: false,
         max_bins: usize::MAX,
     };
-    process_chunk(&mut chunk, &job, &grid, &pattern);
+    overcoat::dispatch!(SimdLevel::best(), l => process_chunk(l, &mut chunk, &job, &grid, &pattern));
     let mut bins = overcoat::tile::TileBins::default();
     bins.build(grid.len(), std::iter::once(&chunk.bins));
     let mut counts = vec![0; (size * size * samples) as usize];

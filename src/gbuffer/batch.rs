@@ -38,6 +38,8 @@ pub struct VertexLanes {
     pub draws: [u32; LANES],
     /// All lanes have the draw of lane 0.
     pub one_draw: bool,
+    /// All lanes have the triangle of lane 0.
+    pub one_triangle: bool,
 }
 
 /// The screen triangles of sixteen fragments as structure of arrays.
@@ -53,6 +55,8 @@ pub struct Batch {
     pub back_facing: u16,
     /// Lanes whose vertices are in the opposite order of the mesh's, by bits.
     pub reversed: u16,
+    /// The tile's corner relative to vertex 0 of the last lane gathered, in sub-pixels.
+    corner: [i32; 2],
     /// Centroid of the covered samples relative to vertex 0, in sub-pixels.
     pub(super) x: [f32; LANES],
     pub(super) y: [f32; LANES],
@@ -73,23 +77,21 @@ pub struct Batch {
 const WHOLE: [[[f32; LANES]; 2]; 3] =
     [[[0.0; LANES], [0.0; LANES]], [[1.0; LANES], [0.0; LANES]], [[0.0; LANES], [1.0; LANES]]];
 
-impl Batch {
-    /// Gathers up to sixteen fragments. Scalar loads only, so one copy serves every instruction set.
-    #[inline(never)]
-    pub fn gather(
-        fragments: impl Iterator<Item = Fragment>,
-        source: &impl TriangleSource,
-        draws: &[Draw<'_>],
-        origin: TileOrigin,
-        pattern: &SamplePattern,
-    ) -> Self {
+impl Default for Batch {
+    fn default() -> Self {
         let none = Fragment { triangle: 0, pixel: 0, mask: 0 };
-        let mut batch = Self {
+        Self {
             len: 0,
             fragments: [none; LANES],
-            vertices: VertexLanes { vertices: [[0; 3]; LANES], draws: [0; LANES], one_draw: true },
+            vertices: VertexLanes {
+                vertices: [[0; 3]; LANES],
+                draws: [0; LANES],
+                one_draw: true,
+                one_triangle: true,
+            },
             back_facing: 0,
             reversed: 0,
+            corner: [0; 2],
             x: [0.0; LANES],
             y: [0.0; LANES],
             screen_x: [0.0; LANES],
@@ -99,21 +101,50 @@ impl Batch {
             depth: [[0.0; LANES]; 3],
             any_clipped: false,
             corners: WHOLE,
-        };
+        }
+    }
+}
+
+impl Batch {
+    /// Gathers up to sixteen fragments, in place of what was there. Scalar loads only, so one copy serves every
+    /// instruction set.
+    #[inline(never)]
+    pub fn gather(
+        &mut self,
+        fragments: impl Iterator<Item = Fragment>,
+        source: &impl TriangleSource,
+        draws: &[Draw<'_>],
+        origin: TileOrigin,
+        pattern: &SamplePattern,
+    ) {
+        self.len = 0;
+        (self.back_facing, self.reversed) = (0, 0);
+        (self.vertices.one_draw, self.vertices.one_triangle) = (true, true);
+        if self.any_clipped {
+            self.any_clipped = false;
+            self.corners = WHOLE;
+        }
         for fragment in fragments.take(LANES) {
-            batch.fragments[batch.len] = fragment;
-            batch.len += 1;
-        }
-        for k in 0..LANES {
-            if k >= batch.len {
-                batch.repeat(k);
-                continue;
+            let k = self.len;
+            self.fragments[k] = fragment;
+            self.len += 1;
+            // Neighbours often see the same triangle.
+            if k > 0 && fragment.triangle == self.fragments[k - 1].triangle {
+                self.repeat_triangle(k);
+            } else {
+                self.vertices.one_triangle = k == 0;
+                let (triangle, draw, clip) = source.triangle(fragment.triangle);
+                self.gather_triangle(k, triangle, draw, clip, draws, origin);
             }
-            let fragment = batch.fragments[k];
-            let (triangle, draw, clip) = source.triangle(fragment.triangle);
-            batch.gather_lane(k, fragment, triangle, draw, clip, draws, origin, pattern);
+            self.gather_position(k, origin, pattern);
         }
-        batch
+        for k in self.len.max(1)..LANES {
+            self.fragments[k] = self.fragments[k - 1];
+            self.repeat_triangle(k);
+            for plane in [&mut self.x, &mut self.y, &mut self.screen_x, &mut self.screen_y] {
+                plane[k] = plane[k - 1];
+            }
+        }
     }
 
     /// One sample of each of the sixteen pixels of a block, all of one triangle: for alpha masks, before fragments
@@ -131,7 +162,8 @@ impl Batch {
     ) -> Self {
         let fragment =
             Fragment { triangle: identity, pixel: Fragment::pixel_at(column as u32, row as u32), mask: 1 };
-        let mut batch = Self::gather(std::iter::once(fragment), source, draws, origin, pattern);
+        let mut batch = Self::default();
+        batch.gather(std::iter::once(fragment), source, draws, origin, pattern);
         batch.len = LANES;
         for k in 0..LANES {
             // The gathered fragment was the first sample of the block's first pixel.
@@ -145,27 +177,18 @@ impl Batch {
         batch
     }
 
+    /// Lane k's triangle.
     #[inline(always)]
-    fn gather_lane(
+    fn gather_triangle(
         &mut self,
         k: usize,
-        fragment: Fragment,
         triangle: &Triangle,
         draw: u32,
         clip: Option<&[[f32; 2]; 3]>,
         draws: &[Draw<'_>],
         origin: TileOrigin,
-        pattern: &SamplePattern,
     ) {
-        let [sum_x, sum_y] = pattern.offset_sum(fragment.mask);
-        let count = fragment.mask.count_ones().max(1) as f32;
-        let (pixel_x, pixel_y) =
-            (origin.x + fragment.column() as i32 * 256, origin.y + fragment.row() as i32 * 256);
-        let (offset_x, offset_y) = (sum_x as f32 / count, sum_y as f32 / count);
-        self.x[k] = (pixel_x - triangle.x[0]) as f32 + offset_x;
-        self.y[k] = (pixel_y - triangle.y[0]) as f32 + offset_y;
-        self.screen_x[k] = (pixel_x as f32 + offset_x) * (1.0 / 256.0);
-        self.screen_y[k] = (pixel_y as f32 + offset_y) * (1.0 / 256.0);
+        self.corner = [origin.x - triangle.x[0], origin.y - triangle.y[0]];
         for v in 0..2 {
             self.edge_x[v][k] = (triangle.x[v + 1] - triangle.x[0]) as f32;
             self.edge_y[v][k] = (triangle.y[v + 1] - triangle.y[0]) as f32;
@@ -193,18 +216,14 @@ impl Batch {
         }
     }
 
-    /// Lane k becomes what the lane before it is.
+    /// Lane k sees the triangle of the lane before it.
     #[inline(always)]
-    fn repeat(&mut self, k: usize) {
+    fn repeat_triangle(&mut self, k: usize) {
         let from = k - 1;
-        self.fragments[k] = self.fragments[from];
         self.vertices.vertices[k] = self.vertices.vertices[from];
         self.vertices.draws[k] = self.vertices.draws[from];
         self.back_facing |= (self.back_facing >> from & 1) << k;
         self.reversed |= (self.reversed >> from & 1) << k;
-        for plane in [&mut self.x, &mut self.y, &mut self.screen_x, &mut self.screen_y] {
-            plane[k] = plane[from];
-        }
         for plane in self.edge_x.iter_mut().chain(&mut self.edge_y).chain(&mut self.depth) {
             plane[k] = plane[from];
         }
@@ -213,6 +232,18 @@ impl Batch {
                 plane[k] = plane[from];
             }
         }
+    }
+
+    /// The centroid of lane k's samples.
+    #[inline(always)]
+    fn gather_position(&mut self, k: usize, origin: TileOrigin, pattern: &SamplePattern) {
+        let fragment = self.fragments[k];
+        let [x, y] = pattern.centroid(fragment.mask);
+        let (column, row) = (fragment.column() as i32 * 256, fragment.row() as i32 * 256);
+        self.x[k] = (self.corner[0] + column) as f32 + x;
+        self.y[k] = (self.corner[1] + row) as f32 + y;
+        self.screen_x[k] = ((origin.x + column) as f32 + x) * (1.0 / 256.0);
+        self.screen_y[k] = ((origin.y + row) as f32 + y) * (1.0 / 256.0);
     }
 
     /// The lanes that hold a fragment of their own, by bits.
@@ -233,6 +264,13 @@ impl VertexLanes {
         default: [f32; N],
         of: fn(&'a Mesh) -> &'a [[f32; N]],
     ) -> [[L::F; N]; 3] {
+        if self.one_triangle {
+            let slice = of(draws[self.draws[0] as usize].mesh);
+            return each!(vertex in self.vertices[0] => {
+                let value = *slice.get(vertex as usize).unwrap_or(&default);
+                each!(n => l.splat(value[n]))
+            });
+        }
         let mut planes = [[[0.0; LANES]; N]; 3];
         self.gather_attribute(draws, default, of, &mut planes);
         each!(vertex in planes => {

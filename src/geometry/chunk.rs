@@ -2,7 +2,9 @@
 
 use super::clip::clip;
 use super::{DrawView, ScreenVertex};
-use crate::raster::{NOT_CLIPPED, SamplePattern, Triangle};
+use crate::each;
+use crate::math::lanes::{Lanes, Scalar};
+use crate::raster::{NOT_CLIPPED, Outline, SamplePattern, SmallTriangle, TileOrigin, Triangle};
 use crate::scene::Mesh;
 use crate::tile::{ChunkBins, TileGrid};
 use std::ops::Range;
@@ -43,7 +45,14 @@ pub struct Chunk {
 }
 
 /// Fills a chunk from its range of a draw's triangles.
-pub fn process_chunk(chunk: &mut Chunk, job: &ChunkJob<'_>, grid: &TileGrid, pattern: &SamplePattern) {
+#[inline(always)]
+pub fn process_chunk<L: Lanes>(
+    l: L,
+    chunk: &mut Chunk,
+    job: &ChunkJob<'_>,
+    grid: &TileGrid,
+    pattern: &SamplePattern,
+) {
     chunk.triangles.clear();
     chunk.clip_barycentrics.clear();
     chunk.bins.clear();
@@ -55,21 +64,34 @@ pub fn process_chunk(chunk: &mut Chunk, job: &ChunkJob<'_>, grid: &TileGrid, pat
         grid.width() as i32 * 128,
         grid.height() as i32 * 128,
     ];
+    let corner = TileOrigin { x: screen[0], y: screen[1] };
     for (indices, primitive) in
         job.mesh.triangles()[chunk.range.clone()].iter().zip(chunk.range.start as u32..)
     {
         if chunk.bins.len() > job.max_bins {
             break;
         }
-        let corners = indices.map(|v| job.vertices[v as usize]);
-        if corners.iter().any(|v| v.x == ScreenVertex::OUTSIDE) {
+        let [a, b, c] = each!(v in *indices => job.vertices[v as usize]);
+        if a.x == ScreenVertex::OUTSIDE || b.x == ScreenVertex::OUTSIDE || c.x == ScreenVertex::OUTSIDE {
             process_clipped(chunk, job, *indices, primitive, front_is_clockwise, &screen, grid, pattern);
             continue;
         }
-        let corners = corners.map(|v| (v.x, v.y, v.depth));
-        if let Some(triangle) = Triangle::new(corners, primitive, NOT_CLIPPED, front_is_clockwise) {
-            emit(chunk, job, triangle, &screen, grid, pattern);
+        let corners = [(a.x, a.y, a.depth), (b.x, b.y, b.depth), (c.x, c.y, c.depth)];
+        let Some(outline) = Outline::new(corners) else { continue };
+        if job.cull_back_faces && outline.swapped == front_is_clockwise {
+            continue;
         }
+        let bounds = outline.bounds();
+        if is_outside(bounds, &screen) {
+            continue;
+        }
+        if let Some(small) = SmallTriangle::new(outline.x, outline.y, bounds, corner, pattern)
+            && small.misses_all_samples(l, pattern)
+        {
+            continue;
+        }
+        let triangle = outline.triangle(corners, primitive, NOT_CLIPPED, front_is_clockwise);
+        emit(chunk, triangle, bounds, grid);
     }
     chunk.bins.sort();
 }
@@ -96,38 +118,33 @@ fn process_clipped(
             (s.x, s.y, s.depth)
         });
         let clip = chunk.clip_barycentrics.len() as u32;
-        if let Some(triangle) = Triangle::new(corners, primitive, clip, front_is_clockwise) {
-            let before = chunk.triangles.len();
-            emit(chunk, job, triangle, screen, grid, pattern);
-            if chunk.triangles.len() > before {
-                chunk.clip_barycentrics.push(piece.map(|v| v.barycentric));
-            }
+        let Some(triangle) = Triangle::new(corners, primitive, clip, front_is_clockwise) else { continue };
+        let bounds = triangle.bounds();
+        if job.cull_back_faces && triangle.back_facing || is_outside(bounds, screen) {
+            continue;
         }
+        let corner = TileOrigin { x: screen[0], y: screen[1] };
+        // Rare enough for the lanes of every processor.
+        if let Some(small) = SmallTriangle::new(triangle.x, triangle.y, bounds, corner, pattern)
+            && small.misses_all_samples(Scalar, pattern)
+        {
+            continue;
+        }
+        emit(chunk, triangle, bounds, grid);
+        chunk.clip_barycentrics.push(piece.map(|v| v.barycentric));
     }
 }
 
-/// Keeps a triangle if it faces the right way and may hit a sample, and bins it.
+/// True if a box lies beyond the picture. Samples on the right and lower border belong to pixels beyond it. Tiles may
+/// reach further than the picture, so they must not decide what is kept.
 #[inline(always)]
-fn emit(
-    chunk: &mut Chunk,
-    job: &ChunkJob<'_>,
-    triangle: Triangle,
-    screen: &[i32; 4],
-    grid: &TileGrid,
-    pattern: &SamplePattern,
-) {
-    if job.cull_back_faces && triangle.back_facing {
-        return;
-    }
-    let bounds = triangle.bounds();
-    // Samples on the right and lower border belong to pixels beyond it. Tiles may reach further than the picture, so
-    // they must not decide what is kept.
-    if bounds[0] >= screen[2] || bounds[1] >= screen[3] || bounds[2] < screen[0] || bounds[3] < screen[1] {
-        return;
-    }
-    if misses_all_samples(bounds, grid, pattern) {
-        return;
-    }
+fn is_outside(bounds: [i32; 4], screen: &[i32; 4]) -> bool {
+    bounds[0] >= screen[2] || bounds[1] >= screen[3] || bounds[2] < screen[0] || bounds[3] < screen[1]
+}
+
+/// Keeps a triangle and bins it.
+#[inline(always)]
+fn emit(chunk: &mut Chunk, triangle: Triangle, bounds: [i32; 4], grid: &TileGrid) {
     let number = chunk.triangles.len() as u32;
     let [first_column, first_row, end_column, end_row] = grid.tiles_of_box(bounds);
     let columns = grid.columns();
@@ -141,23 +158,6 @@ fn emit(
         bin_large(&mut chunk.bins, &triangle, number, [first_column, first_row, end_column, end_row], grid);
     }
     chunk.triangles.push(triangle);
-}
-
-/// True if no sample lies in a box smaller than a pixel: most triangles of dense meshes.
-#[inline(always)]
-fn misses_all_samples(bounds: [i32; 4], grid: &TileGrid, pattern: &SamplePattern) -> bool {
-    let half = [grid.width() as i32 * 128, grid.height() as i32 * 128];
-    let (x0, y0) = (bounds[0] + half[0], bounds[1] + half[1]);
-    let (x1, y1) = (bounds[2] + half[0], bounds[3] + half[1]);
-    if x1 - x0 >= 256 || y1 - y0 >= 256 {
-        return false;
-    }
-    // The box touches at most 2 x 2 pixels; a sample is in it if its offset is, in one of them.
-    let inside = |offset: i32, low: i32, high: i32| {
-        let first = low & !255;
-        (first + offset >= low && first + offset <= high) || first + 256 + offset <= high
-    };
-    !pattern.offsets().iter().any(|o| inside(o[0], x0, x1) && inside(o[1], y0, y1))
 }
 
 /// Bins a triangle that spans many tiles, leaving out those that lie beyond one of its edges.
@@ -221,7 +221,7 @@ mod tests {
             mirrored: false,
             max_bins: usize::MAX,
         };
-        process_chunk(&mut chunk, &job, &grid, &SamplePattern::new(1).expect("valid"));
+        process_chunk(Scalar, &mut chunk, &job, &grid, &SamplePattern::new(1).expect("valid"));
         chunk.triangles.len()
     }
 

@@ -2,7 +2,7 @@
 
 use super::{octahedral, texel};
 use crate::each;
-use crate::math::lanes::{Float, Int, Lanes};
+use crate::math::lanes::{Float, Int, Lanes, Mask};
 use crate::math::vec3::{self, V3};
 
 /// Number of roughnesses: two steps for each of the six mip levels of Unity's reflection probes
@@ -90,7 +90,14 @@ impl Chain {
     /// A map for each lane. A method and not a closure: what is called twice must still be inlined.
     #[inline(always)]
     fn map_at<L: Lanes>(&self, l: L, map: L::I, place: [L::F; 2]) -> V3<L> {
-        let (start, size) = (l.gather_u32(&self.starts, map), l.gather_u32(&self.sizes, map));
+        // Most materials have one roughness.
+        let first = map.to_array()[0];
+        let (start, size) = if map.eq(l.splat_i(first)).all() {
+            let map = (first as usize).min(MAPS - 1);
+            (l.splat_i(self.starts[map] as i32), l.splat_i(self.sizes[map] as i32))
+        } else {
+            (l.gather_u32(&self.starts, map), l.gather_u32(&self.sizes, map))
+        };
         bilinear(l, &self.texels, start, size, place)
     }
 
@@ -133,10 +140,13 @@ pub(crate) fn bilinear<L: Lanes>(l: L, texels: &[u32], start: L::I, size: L::I, 
     let below = index + size;
     let (gx, gy) = (fx.one_minus(), fy.one_minus());
     let mut sum = vec3::splat(l, [0.0; 3]);
-    for (index, weight) in [(index, gx * gy), (index + 1, fx * gy), (below, gx * fy), (below + 1, fx * fy)] {
-        let (mantissas, scale) = texel::unpack(l, l.gather_u32(texels, index));
-        let weight = weight * scale;
-        sum = each!(c => sum[c] + mantissas[c] * weight);
+    for (index, across) in [(index, gy), (below, fy)] {
+        let pair = l.gather_pairs_u32(texels, index);
+        for (texel, along) in [(pair[0], gx), (pair[1], fx)] {
+            let (mantissas, scale) = texel::unpack(l, texel);
+            let weight = along * across * scale;
+            sum = each!(c => sum[c] + mantissas[c] * weight);
+        }
     }
     sum
 }

@@ -9,12 +9,14 @@
 
 mod edges;
 mod samples;
+mod small;
 mod triangle;
 mod visibility;
 
 pub use edges::{EdgeFunctions, TileOrigin};
 pub use samples::SamplePattern;
-pub use triangle::{NOT_CLIPPED, Triangle};
+pub use small::SmallTriangle;
+pub use triangle::{NOT_CLIPPED, Outline, Triangle};
 pub use visibility::{NO_TRIANGLE, Visibility};
 
 /// Sub-pixel bits of a screen position.

@@ -12,6 +12,8 @@ pub struct SamplePattern {
     lanes: [[i32; 16]; 2],
     /// For each of two bytes of a sample mask: sums of the offsets of the samples in it.
     sums: [Vec<[i32; 2]>; 2],
+    /// The centroid of all samples.
+    center: [f32; 2],
 }
 
 /// Sixteenths of a pixel from the centre.
@@ -66,10 +68,23 @@ impl SamplePattern {
         for (k, offset) in offsets.iter().enumerate() {
             (lanes[0][k], lanes[1][k]) = (offset[0], offset[1]);
         }
-        Some(Self { sums: [sum_of(0), sum_of(1)], lanes, offsets })
+        let mut pattern = Self { sums: [sum_of(0), sum_of(1)], lanes, offsets, center: [0.0; 2] };
+        pattern.center = pattern.mean(pattern.full_mask());
+        Some(pattern)
+    }
+
+    /// The offset of the only sample, where a pixel has one.
+    #[inline(always)]
+    #[must_use]
+    pub fn single(&self) -> Option<[i32; 2]> {
+        match self.offsets[..] {
+            [only] => Some(only),
+            _ => None,
+        }
     }
 
     /// Number of samples.
+    #[inline(always)]
     #[must_use]
     pub fn len(&self) -> usize {
         self.offsets.len()
@@ -82,6 +97,7 @@ impl SamplePattern {
     }
 
     /// Offset of each sample from the pixel's top left corner, in sub-pixels, each 0 to 255.
+    #[inline(always)]
     #[must_use]
     pub fn offsets(&self) -> &[[i32; 2]] {
         &self.offsets
@@ -94,10 +110,32 @@ impl SamplePattern {
         [&self.lanes[0], &self.lanes[1]]
     }
 
+    /// The lanes of a [`SmallTriangle`](super::SmallTriangle) that stand for a sample.
+    #[inline(always)]
+    #[must_use]
+    pub(super) fn lane_mask(&self) -> u16 {
+        if self.offsets.len() == 1 { u16::MAX } else { self.full_mask() }
+    }
+
     /// The mask of all samples.
+    #[inline(always)]
     #[must_use]
     pub fn full_mask(&self) -> u16 {
         ((1_u32 << self.offsets.len()) - 1) as u16
+    }
+
+    /// Centroid of the samples in a mask: its distance from the pixel's top left corner, in sub-pixels.
+    #[inline(always)]
+    #[must_use]
+    pub fn centroid(&self, mask: u16) -> [f32; 2] {
+        if mask == self.full_mask() { self.center } else { self.mean(mask) }
+    }
+
+    #[inline(always)]
+    fn mean(&self, mask: u16) -> [f32; 2] {
+        let count = mask.count_ones().max(1) as f32;
+        let [x, y] = self.offset_sum(mask);
+        [x as f32 / count, y as f32 / count]
     }
 
     /// Sum of the offsets of the samples in a mask, in sub-pixels: an exact integer, so the centroid does not depend

@@ -35,44 +35,25 @@ impl Triangle {
         clip: u32,
         front_is_clockwise: bool,
     ) -> Option<Self> {
-        let [a, mut b, mut c] = vertices;
-        let cross = |p: (i32, i32, f32), q: (i32, i32, f32)| {
-            i64::from(p.0 - a.0) * i64::from(q.1 - a.1) - i64::from(q.0 - a.0) * i64::from(p.1 - a.1)
-        };
-        let area = cross(b, c);
-        if area == 0 {
-            return None;
-        }
-        let swapped = area < 0;
-        if swapped {
-            (b, c) = (c, b);
-        }
-        let (x1, y1, z1) = ((b.0 - a.0) as f32, (b.1 - a.1) as f32, b.2 - a.2);
-        let (x2, y2, z2) = ((c.0 - a.0) as f32, (c.1 - a.1) as f32, c.2 - a.2);
-        let inverse_area = 1.0 / area.unsigned_abs() as f32;
-        Some(Self {
-            x: [a.0, b.0, c.0],
-            y: [a.1, b.1, c.1],
-            depth: [a.2, b.2, c.2],
-            depth_gradient: [(z1 * y2 - z2 * y1) * inverse_area, (z2 * x1 - z1 * x2) * inverse_area],
-            primitive,
-            clip,
-            back_facing: swapped == front_is_clockwise,
-            swapped,
-        })
+        let outline = Outline::new(vertices)?;
+        Some(outline.triangle(vertices, primitive, clip, front_is_clockwise))
     }
 
     /// Smallest and largest x and y: `[min x, min y, max x, max y]` in sub-pixels.
     #[inline(always)]
     #[must_use]
     pub fn bounds(&self) -> [i32; 4] {
-        let [x, y] = [self.x, self.y];
-        [
-            x[0].min(x[1]).min(x[2]),
-            y[0].min(y[1]).min(y[2]),
-            x[0].max(x[1]).max(x[2]),
-            y[0].max(y[1]).max(y[2]),
-        ]
+        bounds(self.x, self.y)
+    }
+
+    /// Depth at a point relative to vertex 0, in sub-pixels: the operations of the lanes, in their order.
+    #[inline(always)]
+    #[must_use]
+    pub fn depth_at(&self, [x, y]: [f32; 2]) -> f32 {
+        let [smallest, largest] = self.depth_range();
+        let depth = self.depth[0] + x * self.depth_gradient[0] + y * self.depth_gradient[1];
+        let depth = if depth > smallest { depth } else { smallest };
+        if depth < largest { depth } else { largest }
     }
 
     /// Smallest and largest depth of the vertices. Interpolated depths are clamped to it, so that slivers whose
@@ -84,5 +65,72 @@ impl Triangle {
         let low = |p: f32, q: f32| if p < q { p } else { q };
         let high = |p: f32, q: f32| if p > q { p } else { q };
         [low(low(a, b), c), high(high(a, b), c)]
+    }
+}
+
+#[inline(always)]
+fn bounds(x: [i32; 3], y: [i32; 3]) -> [i32; 4] {
+    [x[0].min(x[1]).min(x[2]), y[0].min(y[1]).min(y[2]), x[0].max(x[1]).max(x[2]), y[0].max(y[1]).max(y[2])]
+}
+
+/// What culling needs of a triangle, in integers: most triangles of dense meshes get no further.
+#[derive(Clone, Copy, Debug)]
+pub struct Outline {
+    /// As [`Triangle::x`].
+    pub x: [i32; 3],
+    /// As [`Triangle::y`].
+    pub y: [i32; 3],
+    /// As [`Triangle::swapped`].
+    pub swapped: bool,
+    /// Twice the area in square sub-pixels, positive.
+    area: u64,
+}
+
+impl Outline {
+    /// The outline of snapped vertices in the mesh's order; `None` if it has no area.
+    #[inline(always)]
+    #[must_use]
+    pub fn new([a, b, c]: [(i32, i32, f32); 3]) -> Option<Self> {
+        let area = i64::from(b.0 - a.0) * i64::from(c.1 - a.1) - i64::from(c.0 - a.0) * i64::from(b.1 - a.1);
+        if area == 0 {
+            return None;
+        }
+        let swapped = area < 0;
+        let (b, c) = if swapped { (c, b) } else { (b, c) };
+        Some(Self { x: [a.0, b.0, c.0], y: [a.1, b.1, c.1], swapped, area: area.unsigned_abs() })
+    }
+
+    /// As [`Triangle::bounds`].
+    #[inline(always)]
+    #[must_use]
+    pub fn bounds(&self) -> [i32; 4] {
+        bounds(self.x, self.y)
+    }
+
+    /// The whole triangle of the same vertices.
+    #[inline(always)]
+    #[must_use]
+    pub fn triangle(
+        &self,
+        [a, b, c]: [(i32, i32, f32); 3],
+        primitive: u32,
+        clip: u32,
+        front_is_clockwise: bool,
+    ) -> Triangle {
+        let Self { x, y, swapped, .. } = *self;
+        let depth = if swapped { [a.2, c.2, b.2] } else { [a.2, b.2, c.2] };
+        let (x1, y1, z1) = ((x[1] - x[0]) as f32, (y[1] - y[0]) as f32, depth[1] - depth[0]);
+        let (x2, y2, z2) = ((x[2] - x[0]) as f32, (y[2] - y[0]) as f32, depth[2] - depth[0]);
+        let inverse_area = 1.0 / self.area as f32;
+        Triangle {
+            x,
+            y,
+            depth,
+            depth_gradient: [(z1 * y2 - z2 * y1) * inverse_area, (z2 * x1 - z1 * x2) * inverse_area],
+            primitive,
+            clip,
+            back_facing: swapped == front_is_clockwise,
+            swapped,
+        }
     }
 }

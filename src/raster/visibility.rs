@@ -1,6 +1,7 @@
 //! The visibility buffer of one tile: nearest depth and triangle of every sample.
 
-use super::{BLOCK, EdgeFunctions, SamplePattern, TileOrigin, Triangle};
+use super::small::depth_at;
+use super::{BLOCK, EdgeFunctions, SUBPIXEL_BITS, SamplePattern, SmallTriangle, TileOrigin, Triangle};
 use crate::math::lanes::{Float, Int, LANES, Lanes, Mask};
 
 /// The identity of "no surface".
@@ -95,6 +96,14 @@ impl Visibility {
         pattern: &SamplePattern,
         mut keep: Option<&mut dyn FnMut(i32, i32, usize, u16) -> u16>,
     ) {
+        if keep.is_none() {
+            let bounds = triangle.bounds();
+            let small = SmallTriangle::new(triangle.x, triangle.y, bounds, origin, pattern);
+            if let Some(small) = small {
+                self.draw_small(l, triangle, &small, identity, origin, pattern);
+                return;
+            }
+        }
         let plane = DepthPlane::new(l, triangle, origin);
         let edges = EdgeFunctions::new(l, triangle, origin, pattern);
         let lane_edges = lane_offsets(l, &edges);
@@ -142,6 +151,60 @@ impl Visibility {
                 }
             },
         );
+    }
+
+    /// Draws a small triangle, with the same result as [`Visibility::draw`].
+    #[inline(always)]
+    fn draw_small<L: Lanes>(
+        &mut self,
+        l: L,
+        triangle: &Triangle,
+        small: &SmallTriangle,
+        identity: u32,
+        origin: TileOrigin,
+        pattern: &SamplePattern,
+    ) {
+        // It counts as one block: what it costs is less.
+        self.visited += 1;
+        let to_vertex = [origin.x - triangle.x[0], origin.y - triangle.y[0]];
+        if let Some(([x, y], covered)) = small.only_sample(pattern) {
+            if covered {
+                let at = [(x + to_vertex[0]) as f32, (y + to_vertex[1]) as f32];
+                self.put(0, [x, y], triangle.depth_at(at), identity);
+            }
+            return;
+        }
+        let ([x, y], inside) = small.samples(l, pattern);
+        let mut left = inside.bits();
+        if left == 0 {
+            return;
+        }
+        let depth = depth_at(triangle, [(x + to_vertex[0]).to_float(), (y + to_vertex[1]).to_float()]);
+        let (x, y, depth) = (x.to_array(), y.to_array(), depth.to_array());
+        let single = pattern.single().is_some();
+        while left != 0 {
+            let lane = left.trailing_zeros() as usize;
+            left &= left - 1;
+            self.put(if single { 0 } else { lane }, [x[lane], y[lane]], depth[lane], identity);
+        }
+    }
+
+    /// Draws one sample, at a place relative to the tile's corner in sub-pixels, if it is in the tile.
+    #[inline(always)]
+    fn put(&mut self, sample: usize, [x, y]: [i32; 2], depth: f32, identity: u32) {
+        let (column, row) = (x >> SUBPIXEL_BITS, y >> SUBPIXEL_BITS);
+        if column < 0 || row < 0 || column >= self.width || row >= self.height {
+            return;
+        }
+        let (column, row) = (column as usize, row as usize);
+        let block = row / BLOCK * self.columns + column / BLOCK;
+        let lane = row % BLOCK * BLOCK + column % BLOCK;
+        let index = block * self.samples + sample;
+        let nearest = &mut self.depth[index][lane];
+        if depth > *nearest {
+            *nearest = depth;
+            self.triangle[index][lane] = identity as i32;
+        }
     }
 
     /// Visits the samples that a triangle covers in front of everything drawn so far, without drawing it:

@@ -99,7 +99,7 @@ impl Renderer {
         self.transform(&states, &draws, vertex_count, options);
         clock.lap("vertices");
         let bin_limit = tile_pass::bin_limit(&options.limits);
-        let binned = self.set_up_triangles(&states, &draws, &grid, &pattern, bin_limit);
+        let binned = self.set_up_triangles(&states, &draws, &grid, &pattern, options, bin_limit);
         check("triangles of tiles", binned.min(bin_limit + 1), bin_limit, "blocks")?;
         self.bins.build(grid.len(), self.chunks.iter().map(|c| &c.bins));
         let rasterized = self.chunks.iter().map(|c| c.triangles.len() as u64).sum();
@@ -182,6 +182,7 @@ impl Renderer {
         draws: &[crate::gbuffer::Draw<'_>],
         grid: &TileGrid,
         pattern: &SamplePattern,
+        options: &RenderOptions,
         bin_limit: u64,
     ) -> u64 {
         let mut count = 0;
@@ -212,7 +213,7 @@ impl Renderer {
                 max_bins: usize::try_from(bin_limit.saturating_sub(binned.load(Ordering::Relaxed)))
                     .unwrap_or(usize::MAX),
             };
-            process_chunk(chunk, &job, grid, pattern);
+            dispatch_available!(options.simd, l => process_chunk(l, chunk, &job, grid, pattern));
             binned.fetch_add(chunk.bins.len() as u64, Ordering::Relaxed);
         });
         binned.into_inner()

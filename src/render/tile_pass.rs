@@ -71,10 +71,12 @@ pub(super) struct TileScratch {
     /// Identities of blended triangles.
     blended: Vec<u32>,
     fragments: Vec<Fragment>,
-    /// Index of the first blended fragment.
-    order: Vec<u32>,
+    /// Where a tile has several materials: material and index of each fragment, sorted.
+    order: Vec<u64>,
     shaded: Vec<ShadedFragment>,
-    /// The G-buffer of the batch that is being shaded.
+    /// The fragments that are being shaded.
+    batch: Batch,
+    /// Their G-buffer.
     surface: SurfacePlanes,
     resolve: super::resolve::ResolveScratch,
 }
@@ -135,12 +137,13 @@ pub(super) fn render_tile<L: Lanes>(
     if !runs.is_empty() {
         draw_triangles(l, pass, origin, [width, height], runs, scratch);
     }
+    let one_material = one_material(pass, runs);
     let opaque = scratch.fragments.len();
     if !scratch.blended.is_empty() && !runs.is_empty() {
         draw_blended(l, pass, origin, [width, height], scratch);
     }
     if !scratch.fragments.is_empty() {
-        shade_fragments(l, pass, origin, [left, top], scratch, opaque, job);
+        shade_fragments(l, pass, origin, [left, top], one_material, scratch, opaque, job);
     }
     super::resolve::resolve_tile(
         pass.pattern.len(),
@@ -249,6 +252,13 @@ fn draw_blended<L: Lanes>(
     }
 }
 
+/// The material of all triangles of a tile, if it is one.
+fn one_material(pass: &Pass<'_>, runs: &[Run]) -> Option<u32> {
+    let of = |run: &Run| pass.shade.draws[pass.chunks[run.chunk as usize].draw as usize].material;
+    let first = of(runs.first()?);
+    runs.iter().all(|run| of(run) == first).then_some(first)
+}
+
 /// Shades all fragments, sixteen of one material at a time, into `scratch.shaded` in the order of the fragments.
 #[inline(always)]
 fn shade_fragments<L: Lanes>(
@@ -256,39 +266,57 @@ fn shade_fragments<L: Lanes>(
     pass: &Pass<'_>,
     origin: TileOrigin,
     corner: [u32; 2],
+    one_material: Option<u32>,
     scratch: &mut TileScratch,
     opaque: usize,
     job: &mut TileJob<'_>,
 ) {
     let TileJob { aovs, hashes, .. } = job;
-    let TileScratch { identities, fragments, order, shaded, surface, .. } = scratch;
+    let TileScratch { identities, fragments, order, shaded, batch, surface, .. } = scratch;
     let draws = pass.shade.draws;
     let source = TileTriangles { chunks: pass.chunks, identities };
-    let material_of = |index: u32| {
-        let (chunk, _) = identities[fragments[index as usize].triangle as usize];
-        draws[pass.chunks[chunk as usize].draw as usize].material
-    };
-    order.clear();
-    order.extend(0..fragments.len() as u32);
-    if !order.is_sorted_by_key(|&k| material_of(k)) {
-        order.sort_unstable_by_key(|&k| (material_of(k), k));
-    }
-    shaded.clear();
+    // Resized but not cleared: every element is written below.
     shaded.resize(fragments.len(), ShadedFragment::default());
-    for run in order.chunk_by(|&a, &b| material_of(a) == material_of(b)) {
-        let number = material_of(run[0]);
+    order.clear();
+    if one_material.is_none() {
+        order.extend(fragments.iter().zip(0_u64..).map(|(fragment, index)| {
+            let (chunk, _) = identities[fragment.triangle as usize];
+            u64::from(draws[pass.chunks[chunk as usize].draw as usize].material) << 32 | index
+        }));
+        if !order.is_sorted_by_key(|entry| entry >> 32) {
+            order.sort_unstable();
+        }
+    }
+    let mut start = 0;
+    while start < fragments.len() {
+        let (number, end) = match one_material {
+            Some(number) => (number, fragments.len()),
+            None => {
+                let number = order[start] >> 32;
+                let run = order[start..].iter().take_while(|&&entry| entry >> 32 == number).count();
+                (number as u32, start + run)
+            }
+        };
+        let run = start..end;
+        start = end;
         let material = &pass.shade.materials[number as usize];
         let model = material.shading(pass.shade.model);
         let lobes = model.reads_lobes() || aovs.wants_lobes();
-        for indices in run.chunks(LANES) {
-            let batch = Batch::gather(
+        for first in run.clone().step_by(LANES) {
+            let len = LANES.min(run.end - first);
+            let mut indices = [0; LANES];
+            for (index, at) in indices.iter_mut().zip(first..first + len) {
+                *index = if one_material.is_some() { at as u32 } else { order[at] as u32 };
+            }
+            let indices = &indices[..len];
+            batch.gather(
                 indices.iter().map(|&k| fragments[k as usize]),
                 &source,
                 draws,
                 origin,
                 pass.pattern,
             );
-            store_surface(l, &pass.shade, material, &batch, lobes, surface);
+            store_surface(l, &pass.shade, material, batch, lobes, surface);
             let radiance = shade(l, &pass.shade, model, material, surface);
             let radiance = each!(c in radiance => c.to_array());
             let alpha = &surface.rows[layout::ALPHA.first];
@@ -312,7 +340,7 @@ fn shade_fragments<L: Lanes>(
                 }
             }
             if aovs.is_wanted() {
-                aovs.add(&batch, surface, number, draws, indices, opaque, pass.pattern.len());
+                aovs.add(batch, surface, number, draws, indices, opaque, pass.pattern.len());
             }
         }
     }

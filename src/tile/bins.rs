@@ -9,6 +9,8 @@ pub struct ChunkBins {
     triangles: Vec<u32>,
     /// Each tile that has triangles: tile, first and end index in `triangles`.
     runs: Vec<(u32, u32, u32)>,
+    /// Working memory of the sort: how many triangles each tile has.
+    counts: Vec<u32>,
 }
 
 impl ChunkBins {
@@ -37,13 +39,42 @@ impl ChunkBins {
         self.found.is_empty()
     }
 
-    /// Sorts by tile. The pairs are distinct, so an unstable sort has one result.
+    /// Sorts by tile; triangles stay in order.
     pub fn sort(&mut self) {
-        if !self.found.is_sorted() {
-            self.found.sort_unstable();
-        }
         self.triangles.clear();
         self.runs.clear();
+        let tiles = || self.found.iter().map(|&(tile, _)| tile);
+        let (Some(first), Some(last)) = (tiles().min(), tiles().max()) else { return };
+        let span = (last - first) as usize + 1;
+        // A chunk's triangles are neighbours, so counting is almost always less work than comparing.
+        if span > 4 * self.found.len() + 256 {
+            self.sort_by_comparison();
+            return;
+        }
+        self.counts.clear();
+        self.counts.resize(span, 0);
+        for &(tile, _) in &self.found {
+            self.counts[(tile - first) as usize] += 1;
+        }
+        let mut next = 0;
+        for (count, tile) in self.counts.iter_mut().zip(first..) {
+            if *count > 0 {
+                self.runs.push((tile, next, next + *count));
+            }
+            // From here on, where the tile's next triangle goes.
+            (*count, next) = (next, next + *count);
+        }
+        self.triangles.resize(self.found.len(), 0);
+        for &(tile, triangle) in &self.found {
+            let place = &mut self.counts[(tile - first) as usize];
+            self.triangles[*place as usize] = triangle;
+            *place += 1;
+        }
+    }
+
+    /// The pairs are distinct, so an unstable sort has one result.
+    fn sort_by_comparison(&mut self) {
+        self.found.sort_unstable();
         for &(tile, triangle) in &self.found {
             let at = self.triangles.len() as u32;
             match self.runs.last_mut() {
@@ -138,5 +169,23 @@ mod tests {
         assert_eq!(of(1), []);
         assert_eq!(of(2), [(0, vec![0, 1]), (2, vec![5])]);
         assert_eq!(of(3), []);
+    }
+
+    #[test]
+    fn counting_and_comparing_sort_alike() {
+        let mut state = 7_u32;
+        for spread in [1, 3, 50, 900, 100_000] {
+            let mut counted = ChunkBins::default();
+            for triangle in 0..200 {
+                state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                let tile = 5 + (state >> 8) % spread;
+                counted.push(tile, triangle);
+                counted.push(tile + 1, triangle);
+            }
+            let mut compared = counted.clone();
+            counted.sort();
+            compared.sort_by_comparison();
+            assert_eq!((counted.triangles, counted.runs), (compared.triangles, compared.runs), "{spread}");
+        }
     }
 }

@@ -109,6 +109,29 @@ pub trait Lanes: Copy + Send + Sync + 'static {
         }
         self.load_i(&out)
     }
+    /// `table[index]` and `table[index + 1]` per lane, as integers' bits: half the loads and half the checks of two
+    /// gathers. Both are 0 where either lies outside the table.
+    #[inline(always)]
+    fn gather_pairs_u32(self, table: &[u32], index: Self::I) -> [Self::I; 2] {
+        let (mut first, mut second) = ([0; LANES], [0; LANES]);
+        for (k, [a, b]) in pairs(table, &index.to_array()).into_iter().enumerate() {
+            (first[k], second[k]) = (a as i32, b as i32);
+        }
+        [self.load_i(&first), self.load_i(&second)]
+    }
+}
+
+/// Neighbours of a table, for each lane.
+#[inline(always)]
+fn pairs(table: &[u32], index: &[i32; LANES]) -> [[u32; 2]; LANES] {
+    let mut out = [[0; 2]; LANES];
+    for k in 0..LANES {
+        let first = index[k] as usize;
+        if let Some(&[a, b]) = table.get(first..first.wrapping_add(2)) {
+            out[k] = [a, b];
+        }
+    }
+    out
 }
 
 /// Sixteen `f32`. Arithmetic is IEEE 754 round-to-nearest per lane, without contraction.

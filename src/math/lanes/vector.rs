@@ -1,6 +1,6 @@
 //! The fast lanes: the 512-bit vectors of `fearless_simd`, in one, two or four registers as the processor has it.
 
-use super::{Float, Int, LANES, Lanes, Mask};
+use super::{Float, Int, LANES, Lanes, Mask, pairs};
 use fearless_simd::{Bytes, ExtractToken};
 use fearless_simd::{
     Select, Simd, SimdBase, SimdFloat, SimdInt, SimdMask, f32x16, i32x16, mask32x16, u32x16,
@@ -88,6 +88,17 @@ impl<S: Simd> Lanes for Vector<S> {
     #[inline(always)]
     fn run<R>(self, f: impl FnOnce() -> R) -> R {
         self.0.vectorize(f)
+    }
+    #[inline(always)]
+    fn gather_pairs_u32(self, table: &[u32], index: VectorInt<S>) -> [VectorInt<S>; 2] {
+        let mut halves = [[0_u32; LANES]; 2];
+        let pairs = pairs(table, &index.to_array());
+        halves.as_flattened_mut().copy_from_slice(pairs.as_flattened());
+        let [low, high] = halves;
+        let low = u32x16::load_array_ref(self.0, &low).bitcast();
+        let high = u32x16::load_array_ref(self.0, &high).bitcast();
+        let (first, second) = self.0.deinterleave_i32x16(low, high);
+        [VectorInt(first), VectorInt(second)]
     }
 }
 
