@@ -107,6 +107,7 @@ impl SceneFile {
             background,
             anisotropy: self.anisotropy.unwrap_or(defaults.anisotropy),
             area_lights: self.area_lights.unwrap_or_default(),
+            merge_angle: self.merge_angle_degrees.unwrap_or(defaults.merge_angle),
             aovs: Vec::new(),
             stage_hashes: false,
             limits: limits.clone(),

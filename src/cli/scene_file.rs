@@ -76,6 +76,9 @@ pub struct SceneFile {
     /// How reflections of rectangles and tubes are integrated: `ltc` or `facets`.
     #[serde(rename = "areaLights", deserialize_with = "area_lights")]
     pub area_lights: Option<AreaLightMethod>,
+    /// Triangles smaller than a pixel are shaded as one where their normals differ by less than this, 0 to 45 degrees.
+    #[serde(rename = "mergeAngleDeg")]
+    pub merge_angle_degrees: Option<f32>,
 
     /// Descriptive; changes nothing.
     pub name: Option<Ignored>,

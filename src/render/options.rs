@@ -40,6 +40,11 @@ pub struct RenderOptions {
     pub anisotropy: u32,
     /// How reflections of area lights are integrated. [`ShadingModel::GltfSampled`] always goes by facets.
     pub area_lights: AreaLightMethod,
+    /// Neighbouring triangles smaller than a pixel, of one object, are shaded as one in each pixel where their normals
+    /// differ by less than this many degrees, 0 to 45. With 0 every triangle that a pixel sees is shaded, which on meshes
+    /// with more triangles than the picture has pixels costs as much as the samples do. Reflections sharper than the angle
+    /// lose some of their smoothing.
+    pub merge_angle: f32,
     /// G-buffer planes to keep.
     pub aovs: Vec<Aov>,
     /// Whether to find [`RenderStats::stage_hashes`], which takes longer than the picture.
@@ -60,6 +65,7 @@ impl Default for RenderOptions {
             background: Background::default(),
             anisotropy: 8,
             area_lights: AreaLightMethod::default(),
+            merge_angle: 0.0,
             aovs: Vec::new(),
             stage_hashes: false,
             limits: Limits::default(),
@@ -90,6 +96,9 @@ impl RenderOptions {
         }
         if !(1..=16).contains(&self.anisotropy) {
             return Err(option("anisotropy", self.anisotropy.to_string(), "1 to 16"));
+        }
+        if !(0.0..=45.0).contains(&self.merge_angle) {
+            return Err(option("merge angle", self.merge_angle.to_string(), "0 to 45 degrees"));
         }
         if !self.simd.is_available() {
             return Err(option("simd", self.simd.to_string(), "an instruction set of this machine"));

@@ -1,0 +1,61 @@
+//! Meshes with more triangles than the picture has pixels.
+
+#[path = "common/shapes.rs"]
+#[allow(dead_code, reason = "other tests use the rest")]
+mod shapes;
+
+use overcoat::render::{RenderOptions, Rendered, Renderer};
+use overcoat::scene::{Framing, Instance, Material, Mesh, Scene, Transform};
+
+/// A matte ball of 160,000 triangles on 48 x 48 pixels.
+fn ball(merge_angle: f32, tile_size: u32) -> Rendered {
+    let mut scene = Scene::new();
+    let mesh = scene.add_mesh(Mesh::new(shapes::sphere(400)).unwrap()).unwrap();
+    let material = scene.add_material(Material::default()).unwrap();
+    scene.add_instance(Instance { mesh, material, transform: Transform::IDENTITY, object: 0 }).unwrap();
+    let options = RenderOptions {
+        width: 48,
+        height: 48,
+        merge_angle,
+        tile_size: Some(tile_size),
+        ..RenderOptions::default()
+    };
+    Renderer::new(2).render(&scene, &Framing::default().camera(&scene), &options).unwrap()
+}
+
+#[test]
+fn merging_shades_pixels_and_hardly_changes_the_picture() {
+    let (each, merged) = (ball(0.0, 32), ball(12.0, 32));
+    let pixels = each.frame.pixels.iter().filter(|p| p[3] > 0.0).count() as u64;
+    assert!(each.stats.fragments > 3 * pixels, "{} fragments of {pixels} pixels", each.stats.fragments);
+    assert!(
+        merged.stats.fragments < pixels * 3 / 2,
+        "{} fragments of {pixels} pixels",
+        merged.stats.fragments
+    );
+    for (a, b) in each.frame.pixels.iter().zip(&merged.frame.pixels) {
+        assert_eq!(a[3], b[3], "coverage stays");
+        for k in 0..3 {
+            assert!((a[k] - b[k]).abs() < 0.03, "{a:?} became {b:?}");
+        }
+    }
+}
+
+#[test]
+fn tiles_do_not_show_in_what_is_merged() {
+    let expected = ball(12.0, 16).frame.frame_hash();
+    for side in [32, 64] {
+        assert_eq!(ball(12.0, side).frame.frame_hash(), expected, "tiles of {side}");
+    }
+}
+
+#[test]
+fn an_angle_out_of_range_is_refused() {
+    for merge_angle in [-1.0, 46.0, f32::NAN] {
+        let options = RenderOptions { merge_angle, ..RenderOptions::default() };
+        let scene = Scene::new();
+        let camera = Framing::default().camera(&scene);
+        let message = Renderer::new(1).render(&scene, &camera, &options).unwrap_err().to_string();
+        assert!(message.starts_with("merge angle: "), "{message}");
+    }
+}
