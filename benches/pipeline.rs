@@ -156,7 +156,7 @@ fn gbuffer(c: &mut Criterion) {
     group.bench_function("extract fragments", |b| {
         b.iter(|| {
             fragments.clear();
-            extract_fragments(&visibility, 32, 32, 8, &mut fragments);
+            extract_fragments(&visibility, 32, 32, 8, None::<(&Single, _, _)>, &mut fragments);
             fragments.len()
         });
     });

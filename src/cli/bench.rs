@@ -85,7 +85,7 @@ pub fn run(args: &BenchArgs) -> Result<(), Failure> {
     }
     let camera = description.camera(&scene, &options).map_err(about)?;
     let center = scene.bounds().center();
-    let mut render = |angle: f64| {
+    let render = |renderer: &mut Renderer, angle: f64| {
         let camera = orbit(&camera, center, angle);
         let start = Instant::now();
         let rendered = renderer.render(&scene, &camera, &options).map_err(|e| about(Failure::render(&e)))?;
@@ -93,7 +93,8 @@ pub fn run(args: &BenchArgs) -> Result<(), Failure> {
     };
 
     // The first frame fills caches and grows buffers.
-    render(0.0)?;
+    let first = render(&mut renderer, 0.0)?.1;
+    renderer.recycle(first.frame);
     progress.stage(format!("{} frames", args.frames));
     let mut walls = Vec::new();
     let mut stages: Vec<(&'static str, Vec<Duration>)> = Vec::new();
@@ -102,7 +103,8 @@ pub fn run(args: &BenchArgs) -> Result<(), Failure> {
     let mut processor = Some(Duration::ZERO);
     for k in 0..args.frames {
         let before = report::processor_time();
-        let (wall, rendered) = render(f64::from(k) * std::f64::consts::TAU / f64::from(args.frames))?;
+        let (wall, rendered) =
+            render(&mut renderer, f64::from(k) * std::f64::consts::TAU / f64::from(args.frames))?;
         let after = report::processor_time();
         processor = match (processor, before, after) {
             (Some(sum), Some(before), Some(after)) => Some(sum + after.saturating_sub(before)),
@@ -118,6 +120,7 @@ pub fn run(args: &BenchArgs) -> Result<(), Failure> {
             }
         }
         hashes.push_str(&rendered.frame.frame_hash());
+        renderer.recycle(rendered.frame);
     }
     let report = Report {
         frames: args.frames,

@@ -5,6 +5,7 @@ use crate::each;
 use crate::math::lanes::{Float, LANES, Lanes};
 use crate::raster::{SamplePattern, TileOrigin, Triangle};
 use crate::scene::Mesh;
+use std::ops::Range;
 
 /// One draw as the G-buffer sees it.
 #[derive(Clone, Copy, Debug)]
@@ -55,17 +56,18 @@ pub struct Batch {
     pub back_facing: u16,
     /// Lanes whose vertices are in the opposite order of the mesh's, by bits.
     pub reversed: u16,
-    /// The tile's corner relative to vertex 0 of the last lane gathered, in sub-pixels.
-    corner: [i32; 2],
-    /// Centroid of the covered samples relative to vertex 0, in sub-pixels.
-    pub(super) x: [f32; LANES],
-    pub(super) y: [f32; LANES],
-    /// The same relative to the viewport's centre, in pixels.
-    pub(super) screen_x: [f32; LANES],
-    pub(super) screen_y: [f32; LANES],
-    /// Vertices 1 and 2 relative to vertex 0, in sub-pixels.
-    pub(super) edge_x: [[f32; LANES]; 2],
-    pub(super) edge_y: [[f32; LANES]; 2],
+    /// Column and row of each pixel's corner in the tile, in sub-pixels.
+    pub(super) pixel: [[i32; LANES]; 2],
+    /// Centroid of the covered samples relative to that corner, in sub-pixels; of all samples, if not `partial`.
+    pub(super) centroid: [[f32; LANES]; 2],
+    pub(super) whole_centroid: [f32; 2],
+    /// Some lane's pixel is not covered by all of its samples.
+    pub(super) partial: bool,
+    /// The tile's corner relative to the viewport's centre, in sub-pixels.
+    pub(super) origin: [i32; 2],
+    /// Vertices on the screen, relative to the viewport's centre, in sub-pixels.
+    pub(super) x: [[i32; LANES]; 3],
+    pub(super) y: [[i32; LANES]; 3],
     pub(super) depth: [[f32; LANES]; 3],
     /// Some lane is a clipped piece.
     pub(super) any_clipped: bool,
@@ -91,13 +93,13 @@ impl Default for Batch {
             },
             back_facing: 0,
             reversed: 0,
-            corner: [0; 2],
-            x: [0.0; LANES],
-            y: [0.0; LANES],
-            screen_x: [0.0; LANES],
-            screen_y: [0.0; LANES],
-            edge_x: [[0.0; LANES]; 2],
-            edge_y: [[0.0; LANES]; 2],
+            pixel: [[0; LANES]; 2],
+            centroid: [[0.0; LANES]; 2],
+            whole_centroid: [0.0; 2],
+            partial: false,
+            origin: [0; 2],
+            x: [[0; LANES]; 3],
+            y: [[0; LANES]; 3],
             depth: [[0.0; LANES]; 3],
             any_clipped: false,
             corners: WHOLE,
@@ -124,26 +126,40 @@ impl Batch {
             self.any_clipped = false;
             self.corners = WHOLE;
         }
-        for fragment in fragments.take(LANES) {
-            let k = self.len;
+        let full = pattern.full_mask();
+        (self.origin, self.whole_centroid, self.partial) =
+            ([origin.x, origin.y], pattern.centroid(full), false);
+        for (fragment, k) in fragments.zip(0..LANES) {
             self.fragments[k] = fragment;
-            self.len += 1;
-            // Neighbours often see the same triangle.
-            if k > 0 && fragment.triangle == self.fragments[k - 1].triangle {
-                self.repeat_triangle(k);
-            } else {
-                self.vertices.one_triangle = k == 0;
-                let (triangle, draw, clip) = source.triangle(fragment.triangle);
-                self.gather_triangle(k, triangle, draw, clip, draws, origin);
-            }
-            self.gather_position(k, origin, pattern);
+            self.len = k + 1;
+            self.pixel[0][k] = fragment.column() as i32 * 256;
+            self.pixel[1][k] = fragment.row() as i32 * 256;
+            self.partial |= fragment.mask != full;
         }
-        for k in self.len.max(1)..LANES {
-            self.fragments[k] = self.fragments[k - 1];
-            self.repeat_triangle(k);
-            for plane in [&mut self.x, &mut self.y, &mut self.screen_x, &mut self.screen_y] {
-                plane[k] = plane[k - 1];
+        let Some(last) = self.len.checked_sub(1) else { return };
+        for k in last + 1..LANES {
+            self.fragments[k] = self.fragments[last];
+            for plane in &mut self.pixel {
+                plane[k] = plane[last];
             }
+        }
+        if self.partial {
+            for k in 0..LANES {
+                [self.centroid[0][k], self.centroid[1][k]] = pattern.centroid(self.fragments[k].mask);
+            }
+        }
+        // Neighbours often see the same triangle.
+        let mut first = 0;
+        while first < LANES {
+            let identity = self.fragments[first].triangle;
+            let mut end = first + 1;
+            while end < LANES && self.fragments[end].triangle == identity {
+                end += 1;
+            }
+            let (triangle, draw, clip) = source.triangle(identity);
+            self.gather_triangle(first..end, triangle, draw, clip, draws);
+            self.vertices.one_triangle = first == 0;
+            first = end;
         }
     }
 
@@ -165,85 +181,52 @@ impl Batch {
         let mut batch = Self::default();
         batch.gather(std::iter::once(fragment), source, draws, origin, pattern);
         batch.len = LANES;
+        batch.partial = true;
         for k in 0..LANES {
-            // The gathered fragment was the first sample of the block's first pixel.
-            let x = (k % 4) as i32 * 256 + pattern.offsets()[sample][0] - pattern.offsets()[0][0];
-            let y = (k / 4) as i32 * 256 + pattern.offsets()[sample][1] - pattern.offsets()[0][1];
-            batch.x[k] += x as f32;
-            batch.y[k] += y as f32;
-            batch.screen_x[k] += x as f32 * (1.0 / 256.0);
-            batch.screen_y[k] += y as f32 * (1.0 / 256.0);
+            batch.pixel[0][k] += (k % 4) as i32 * 256;
+            batch.pixel[1][k] += (k / 4) as i32 * 256;
+            for axis in 0..2 {
+                batch.centroid[axis][k] = pattern.offsets()[sample][axis] as f32;
+            }
         }
         batch
     }
 
-    /// Lane k's triangle.
+    /// The triangle of a run of lanes.
     #[inline(always)]
     fn gather_triangle(
         &mut self,
-        k: usize,
+        lanes: Range<usize>,
         triangle: &Triangle,
         draw: u32,
         clip: Option<&[[f32; 2]; 3]>,
         draws: &[Draw<'_>],
-        origin: TileOrigin,
     ) {
-        self.corner = [origin.x - triangle.x[0], origin.y - triangle.y[0]];
-        for v in 0..2 {
-            self.edge_x[v][k] = (triangle.x[v + 1] - triangle.x[0]) as f32;
-            self.edge_y[v][k] = (triangle.y[v + 1] - triangle.y[0]) as f32;
-        }
-        for v in 0..3 {
-            self.depth[v][k] = triangle.depth[v];
-        }
         let [a, b, c] = draws[draw as usize].mesh.triangles()[triangle.primitive as usize];
         // Attributes are taken in the order of the screen triangle, but clipped pieces know their place in the
         // mesh's own order.
         let swapped = triangle.swapped && clip.is_none();
-        self.vertices.vertices[k] = if swapped { [a, c, b] } else { [a, b, c] };
-        self.reversed |= u16::from(swapped) << k;
-        self.vertices.draws[k] = draw;
+        let vertices = if swapped { [a, c, b] } else { [a, b, c] };
+        let bits = (((1_u32 << lanes.len()) - 1) << lanes.start) as u16;
+        self.reversed |= if swapped { bits } else { 0 };
+        self.back_facing |= if triangle.back_facing { bits } else { 0 };
+        for v in 0..3 {
+            self.x[v][lanes.clone()].fill(triangle.x[v]);
+            self.y[v][lanes.clone()].fill(triangle.y[v]);
+            self.depth[v][lanes.clone()].fill(triangle.depth[v]);
+        }
+        self.vertices.vertices[lanes.clone()].fill(vertices);
+        self.vertices.draws[lanes.clone()].fill(draw);
         self.vertices.one_draw &= draw == self.vertices.draws[0];
-        self.back_facing |= u16::from(triangle.back_facing) << k;
         if let Some(piece) = clip {
             self.any_clipped = true;
             let order = if triangle.swapped { [0, 2, 1] } else { [0, 1, 2] };
             for v in 0..3 {
                 for axis in 0..2 {
-                    self.corners[v][axis][k] = piece[order[v]][axis];
+                    self.corners[v][axis][lanes.clone()].fill(piece[order[v]][axis]);
                 }
             }
         }
-    }
-
-    /// Lane k sees the triangle of the lane before it.
-    #[inline(always)]
-    fn repeat_triangle(&mut self, k: usize) {
-        let from = k - 1;
-        self.vertices.vertices[k] = self.vertices.vertices[from];
-        self.vertices.draws[k] = self.vertices.draws[from];
-        self.back_facing |= (self.back_facing >> from & 1) << k;
-        self.reversed |= (self.reversed >> from & 1) << k;
-        for plane in self.edge_x.iter_mut().chain(&mut self.edge_y).chain(&mut self.depth) {
-            plane[k] = plane[from];
-        }
-        if self.any_clipped {
-            for plane in self.corners.iter_mut().flatten() {
-                plane[k] = plane[from];
-            }
-        }
-    }
-
-    /// The centroid of lane k's samples.
-    #[inline(always)]
-    fn gather_position(&mut self, k: usize, origin: TileOrigin, pattern: &SamplePattern) {
-        let fragment = self.fragments[k];
-        let [x, y] = pattern.centroid(fragment.mask);
-        let (column, row) = (fragment.column() as i32 * 256, fragment.row() as i32 * 256);
-        self.x[k] = (self.corner[0] + column) as f32 + x;
-        self.y[k] = (self.corner[1] + row) as f32 + y;
-        self.screen_x[k] = ((origin.x + column) as f32 + x) * (1.0 / 256.0);
-        self.screen_y[k] = ((origin.y + row) as f32 + y) * (1.0 / 256.0);
     }
 
     /// The lanes that hold a fragment of their own, by bits.

@@ -3,7 +3,7 @@
 use super::Batch;
 use super::batch::interpolate;
 use crate::each;
-use crate::math::lanes::{Float, Lanes};
+use crate::math::lanes::{Float, Int, Lanes};
 
 /// Where on its triangle each fragment of a batch lies.
 #[derive(Clone, Copy)]
@@ -24,9 +24,20 @@ pub struct Location<L: Lanes> {
 /// weights are clamped to 0..1 against rounding, depth to the range of the vertices.
 #[inline(always)]
 pub fn locate<L: Lanes>(l: L, batch: &Batch, perspective: bool) -> Location<L> {
-    let (x, y) = (l.load(&batch.x), l.load(&batch.y));
-    let [x1, x2] = [l.load(&batch.edge_x[0]), l.load(&batch.edge_x[1])];
-    let [y1, y2] = [l.load(&batch.edge_y[0]), l.load(&batch.edge_y[1])];
+    // Distances in sub-pixels are integers that floats hold exactly, so it does not show where the tile begins.
+    let centroid = if batch.partial {
+        each!(plane in batch.centroid => l.load(&plane))
+    } else {
+        each!(c in batch.whole_centroid => l.splat(c))
+    };
+    let corner: [L::I; 2] = each!(k => l.load_i(&batch.pixel[k]) + batch.origin[k]);
+    let [vx, vy] = [&batch.x, &batch.y];
+    let (x0, y0) = (l.load_i(&vx[0]), l.load_i(&vy[0]));
+    let x = (corner[0] - x0).to_float() + centroid[0];
+    let y = (corner[1] - y0).to_float() + centroid[1];
+    let screen: [L::F; 2] = each!(k => (corner[k].to_float() + centroid[k]) * (1.0 / 256.0));
+    let [x1, x2]: [L::F; 2] = each!(v => (l.load_i(&vx[v + 1]) - x0).to_float());
+    let [y1, y2]: [L::F; 2] = each!(v => (l.load_i(&vy[v + 1]) - y0).to_float());
     let [d0, d1, d2] = [l.load(&batch.depth[0]), l.load(&batch.depth[1]), l.load(&batch.depth[2])];
     // Screen-space barycentric coordinates; the area is positive by construction of the triangle.
     let inverse_area = (x1 * y2 - x2 * y1).recip();
@@ -63,13 +74,7 @@ pub fn locate<L: Lanes>(l: L, batch: &Batch, perspective: bool) -> Location<L> {
         [dx, dy] = each!(d in [dx, dy] =>
             each!(n => d[0] * (corners[1][n] - corners[0][n]) + d[1] * (corners[2][n] - corners[0][n])));
     }
-    Location {
-        barycentric: b,
-        barycentric_dx: dx,
-        barycentric_dy: dy,
-        depth,
-        screen: [l.load(&batch.screen_x), l.load(&batch.screen_y)],
-    }
+    Location { barycentric: b, barycentric_dx: dx, barycentric_dy: dy, depth, screen }
 }
 
 impl<L: Lanes> Location<L> {

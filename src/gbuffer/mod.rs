@@ -6,6 +6,7 @@
 mod batch;
 mod fragments;
 mod interpolate;
+mod merge;
 
 pub mod layout;
 pub mod texture;

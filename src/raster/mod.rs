@@ -15,7 +15,7 @@ mod visibility;
 
 pub use edges::{EdgeFunctions, TileOrigin};
 pub use samples::SamplePattern;
-pub use small::SmallTriangle;
+pub use small::{FewPixels, SmallTriangle};
 pub use triangle::{NOT_CLIPPED, Outline, Triangle};
 pub use visibility::{NO_TRIANGLE, Visibility};
 

@@ -59,12 +59,7 @@ impl SmallTriangle {
         };
         let mut edges = [[0; 3]; 3];
         for k in 0..3 {
-            let next = if k == 2 { 0 } else { k + 1 };
-            let (a, b) = (y[k] - y[next], x[next] - x[k]);
-            let bias = if a > 0 || (a == 0 && b > 0) { 0 } else { -1 };
-            // Below 2^10 * 2^11 * 2.
-            let (to_x, to_y) = (corner[0] + origin.x - x[k], corner[1] + origin.y - y[k]);
-            edges[k] = [a, b, a * to_x + b * to_y + bias];
+            edges[k] = edge(x, y, k, corner, origin);
         }
         Some(Self { corner, extent, edges })
     }
@@ -126,6 +121,75 @@ impl SmallTriangle {
             None => !self.samples(l, pattern).1.any(),
         }
     }
+}
+
+/// A triangle that touches few pixels of several samples: pixel by pixel, lanes are samples.
+#[derive(Clone, Copy, Debug)]
+pub struct FewPixels<L: Lanes> {
+    /// Corner of the first pixel relative to the origin, in sub-pixels.
+    corner: [i32; 2],
+    /// Columns and rows of pixels.
+    count: [i32; 2],
+    /// For each edge, its change per pixel to the right and down, and its values at the samples of the first pixel.
+    steps: [[i32; 2]; 3],
+    values: [L::I; 3],
+}
+
+impl<L: Lanes> FewPixels<L> {
+    /// The pixels of a triangle whose box is below three pixels; `None` if it is not.
+    #[inline(always)]
+    #[must_use]
+    pub fn new(l: L, triangle: &Triangle, origin: TileOrigin, pattern: &SamplePattern) -> Option<Self> {
+        const SIDE: i32 = 3 * SUBPIXELS;
+        let bounds = triangle.bounds();
+        if bounds[2] - bounds[0] >= SIDE || bounds[3] - bounds[1] >= SIDE || pattern.single().is_some() {
+            return None;
+        }
+        let corner = [(bounds[0] - origin.x) & !(SUBPIXELS - 1), (bounds[1] - origin.y) & !(SUBPIXELS - 1)];
+        let count = [
+            ((bounds[2] - origin.x - corner[0]) >> super::SUBPIXEL_BITS) + 1,
+            ((bounds[3] - origin.y - corner[1]) >> super::SUBPIXEL_BITS) + 1,
+        ];
+        let [x, y] = pattern.offset_lanes();
+        let (x, y) = (l.load_i(x), l.load_i(y));
+        let (mut steps, mut values) = ([[0; 2]; 3], [x; 3]);
+        for k in 0..3 {
+            let [a, b, c] = edge(triangle.x, triangle.y, k, corner, origin);
+            steps[k] = [a * SUBPIXELS, b * SUBPIXELS];
+            values[k] = x * a + y * b + c;
+        }
+        Some(Self { corner, count, steps, values })
+    }
+
+    /// Calls `f` with the corner of each pixel of which samples are covered, relative to the origin in sub-pixels, and
+    /// those samples.
+    #[inline(always)]
+    pub fn for_each(&self, l: L, pattern: &SamplePattern, mut f: impl FnMut([i32; 2], u16)) {
+        let samples = l.mask(pattern.lane_mask());
+        for row in 0..self.count[1] {
+            for column in 0..self.count[0] {
+                let [e, f0, g] = self.steps;
+                let e = self.values[0] + (e[0] * column + e[1] * row);
+                let h = self.values[1] + (f0[0] * column + f0[1] * row);
+                let g = self.values[2] + (g[0] * column + g[1] * row);
+                let inside = ((e | h | g).non_negative() & samples).bits();
+                if inside != 0 {
+                    f([self.corner[0] + column * SUBPIXELS, self.corner[1] + row * SUBPIXELS], inside);
+                }
+            }
+        }
+    }
+}
+
+/// A, B and the constant at `corner` of edge k, biased by the fill rule.
+#[inline(always)]
+fn edge(x: [i32; 3], y: [i32; 3], k: usize, corner: [i32; 2], origin: TileOrigin) -> [i32; 3] {
+    let next = if k == 2 { 0 } else { k + 1 };
+    let (a, b) = (y[k] - y[next], x[next] - x[k]);
+    let bias = if a > 0 || (a == 0 && b > 0) { 0 } else { -1 };
+    // Below 2^10 * 2^11 * 2.
+    let (to_x, to_y) = (corner[0] + origin.x - x[k], corner[1] + origin.y - y[k]);
+    [a, b, a * to_x + b * to_y + bias]
 }
 
 /// Depth of points relative to a triangle's vertex 0, in sub-pixels: the operations of the lanes of a block, in their

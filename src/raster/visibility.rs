@@ -1,7 +1,9 @@
 //! The visibility buffer of one tile: nearest depth and triangle of every sample.
 
 use super::small::depth_at;
-use super::{BLOCK, EdgeFunctions, SUBPIXEL_BITS, SamplePattern, SmallTriangle, TileOrigin, Triangle};
+use super::{
+    BLOCK, EdgeFunctions, FewPixels, SUBPIXEL_BITS, SamplePattern, SmallTriangle, TileOrigin, Triangle,
+};
 use crate::math::lanes::{Float, Int, LANES, Lanes, Mask};
 
 /// The identity of "no surface".
@@ -103,6 +105,10 @@ impl Visibility {
                 self.draw_small(l, triangle, &small, identity, origin, pattern);
                 return;
             }
+            if let Some(pixels) = FewPixels::new(l, triangle, origin, pattern) {
+                self.draw_pixels(l, triangle, &pixels, identity, origin, pattern);
+                return;
+            }
         }
         let plane = DepthPlane::new(l, triangle, origin);
         let edges = EdgeFunctions::new(l, triangle, origin, pattern);
@@ -187,6 +193,37 @@ impl Visibility {
             left &= left - 1;
             self.put(if single { 0 } else { lane }, [x[lane], y[lane]], depth[lane], identity);
         }
+    }
+
+    /// Draws a triangle of few pixels, with the same result as [`Visibility::draw`].
+    #[inline(always)]
+    fn draw_pixels<L: Lanes>(
+        &mut self,
+        l: L,
+        triangle: &Triangle,
+        pixels: &FewPixels<L>,
+        identity: u32,
+        origin: TileOrigin,
+        pattern: &SamplePattern,
+    ) {
+        self.visited += 1;
+        let to_vertex = [origin.x - triangle.x[0], origin.y - triangle.y[0]];
+        pixels.for_each(
+            l,
+            pattern,
+            #[inline(always)]
+            |corner, inside| {
+                let mut left = inside;
+                while left != 0 {
+                    let sample = left.trailing_zeros() as usize;
+                    left &= left - 1;
+                    let offset = pattern.offsets()[sample];
+                    let (x, y) = (corner[0] + offset[0], corner[1] + offset[1]);
+                    let at = [(x + to_vertex[0]) as f32, (y + to_vertex[1]) as f32];
+                    self.put(sample, [x, y], triangle.depth_at(at), identity);
+                }
+            },
+        );
     }
 
     /// Draws one sample, at a place relative to the tile's corner in sub-pixels, if it is in the tile.

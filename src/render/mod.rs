@@ -43,6 +43,8 @@ pub struct Renderer {
     bins: TileBins,
     scratch: Vec<TileScratch>,
     environments: EnvironmentCache,
+    /// Pixels of a frame that was given back.
+    pixels: Vec<[f32; 4]>,
 }
 
 impl Renderer {
@@ -62,6 +64,12 @@ impl Renderer {
     /// rotation and intensity stay the scene's. `None` goes back to the scene's own.
     pub fn use_environment(&mut self, environment: Option<Arc<PrefilteredEnvironment>>) {
         self.environments.given = environment;
+    }
+
+    /// Gives back a frame that is not needed any more: the next picture takes its memory in place of new memory, which
+    /// the system would have to clear.
+    pub fn recycle(&mut self, frame: Frame) {
+        self.pixels = frame.pixels;
     }
 
     /// Takes one picture.
@@ -129,14 +137,13 @@ impl Renderer {
                 anisotropy: options.anisotropy,
             },
             work: Work::new(&options.limits),
+            merge: merge_cosine(options.merge_angle),
             show_environment: options.background == Background::Environment,
         };
-        let mut frame = Frame {
-            width: options.width,
-            height: options.height,
-            pixels: vec![[0.0; 4]; options.width as usize * options.height as usize],
-            aovs: Vec::new(),
-        };
+        // Every tile writes all of its pixels.
+        let mut pixels = std::mem::take(&mut self.pixels);
+        pixels.resize(options.width as usize * options.height as usize, [0.0; 4]);
+        let mut frame = Frame { width: options.width, height: options.height, pixels, aovs: Vec::new() };
         let (fragments, planes, found) =
             render_tiles(&self.jobs, &pass, &self.bins, &mut self.scratch, &mut frame, options);
         pass.work.check()?;
@@ -231,23 +238,30 @@ fn render_tiles(
     options: &RenderOptions,
 ) -> (u64, Vec<AovPlane>, Option<FragmentHashes>) {
     let grid = &pass.grid;
-    let mut tiles: Vec<TileJob<'_>> = (0..grid.len())
+    // The rows of all tiles, tile by tile.
+    let mut parts: Vec<&mut [[f32; 4]]> = Vec::with_capacity(grid.columns() as usize * frame.height as usize);
+    let side = grid.side() as usize;
+    for band in frame.pixels.chunks_mut(frame.width as usize * side) {
+        let mut rows: Vec<_> =
+            band.chunks_mut(frame.width as usize).map(|row| row.chunks_mut(side)).collect();
+        for _ in 0..grid.columns() {
+            parts.extend(rows.iter_mut().filter_map(Iterator::next));
+        }
+    }
+    let mut rest = parts.as_mut_slice();
+    let mut tiles: Vec<TileJob<'_, '_>> = (0..grid.len())
         .map(|tile| {
             let [_, _, width, height] = grid.pixels(tile);
+            let rows;
+            (rows, rest) = std::mem::take(&mut rest).split_at_mut(height as usize);
             TileJob {
-                rows: Vec::with_capacity(height as usize),
+                rows,
                 aovs: TileAovs::new(&options.aovs, width as usize, height as usize),
                 fragments: 0,
                 hashes: options.stage_hashes.then(FragmentHashes::default),
             }
         })
         .collect();
-    for (y, row) in frame.pixels.chunks_mut(frame.width as usize).enumerate() {
-        let first = y / grid.side() as usize * grid.columns() as usize;
-        for (column, part) in row.chunks_mut(grid.side() as usize).enumerate() {
-            tiles[first + column].rows.push(part);
-        }
-    }
     jobs.for_each_with_scratch(scratch, &mut tiles, |scratch, tile, job| {
         let runs = bins.runs(tile);
         dispatch_available!(
@@ -292,6 +306,12 @@ fn arithmetic_is_default() -> bool {
     // Upwards, the sum would be more than 1; downwards or towards zero, the difference would be less.
     let to_nearest = one + quarter_step == 1.0 && one - quarter_step == 1.0 && -one - quarter_step == -1.0;
     half > 0.0 && half * 2.0 == smallest && to_nearest
+}
+
+/// The square of the cosine of an angle in degrees; `None` for 0.
+fn merge_cosine(degrees: f32) -> Option<f32> {
+    let (_, cosine) = crate::math::double::sin_cos(f64::from(degrees) * (std::f64::consts::PI / 180.0));
+    (degrees > 0.0).then_some((cosine * cosine) as f32)
 }
 
 /// The view's rays, rounded once.

@@ -15,21 +15,24 @@ pub(super) struct ResolveScratch {
 }
 
 /// Sums the opaque fragments of each pixel by coverage, in the order of the list (lowest sample first), then blends
-/// the others over them. `rows` are the tile's pixels and are overwritten, premultiplied.
+/// the others over them. `rows` are the tile's pixels, premultiplied: zero, or where a tile has no blended fragments and
+/// one covers the whole pixel, what [`whole_pixel`] makes of it.
 pub(super) fn resolve_tile(
     samples: usize,
+    full_mask: u16,
     fragments: &[Fragment],
     shaded: &[ShadedFragment],
     opaque: usize,
     scratch: &mut ResolveScratch,
     rows: &mut [&mut [[f32; 4]]],
 ) {
-    for row in rows.iter_mut() {
-        row.fill([0.0; 4]);
-    }
     // Exact: the number of samples is a power of two.
     let weight = 1.0 / samples as f32;
+    let skip = if opaque == fragments.len() { full_mask } else { 0 };
     for (fragment, shaded) in fragments[..opaque].iter().zip(shaded) {
+        if fragment.mask == skip {
+            continue;
+        }
         let part = fragment.mask.count_ones() as f32 * weight;
         let pixel = &mut rows[fragment.row() as usize][fragment.column() as usize];
         for k in 0..3 {
@@ -40,6 +43,13 @@ pub(super) fn resolve_tile(
     if opaque < fragments.len() {
         blend(samples, fragments, shaded, opaque, scratch, rows);
     }
+}
+
+/// The pixel that one opaque fragment covers: what the sum over fragments comes to, in every bit.
+#[inline(always)]
+pub(super) fn whole_pixel([r, g, b]: [f32; 3]) -> [f32; 4] {
+    // Adding to zero turns -0 into +0.
+    [0.0 + r, 0.0 + g, 0.0 + b, 1.0]
 }
 
 /// Blends fragments over what is behind them, sample by sample, farthest first; of equal depths the one whose triangle

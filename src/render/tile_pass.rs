@@ -2,6 +2,7 @@
 
 use super::aov::TileAovs;
 use super::draws::DrawState;
+use super::resolve::whole_pixel;
 use super::trace::FragmentHashes;
 use crate::each;
 use crate::gbuffer::layout::{self, SurfacePlanes};
@@ -23,6 +24,8 @@ pub(super) struct Pass<'a> {
     pub states: &'a [DrawState],
     pub shade: ShadeContext<'a>,
     pub show_environment: bool,
+    /// Least square of the cosine between the normals of small triangles that are shaded as one, if any are.
+    pub merge: Option<f32>,
     pub work: Work,
 }
 
@@ -93,9 +96,9 @@ pub(super) struct ShadedFragment {
 }
 
 /// The rows of one tile, and what the tile adds to the frame.
-pub(super) struct TileJob<'a> {
+pub(super) struct TileJob<'r, 'a> {
     /// One slice of pixels for each of its rows.
-    pub rows: Vec<&'a mut [[f32; 4]]>,
+    pub rows: &'r mut [&'a mut [[f32; 4]]],
     /// Planes of the G-buffer that were asked for.
     pub aovs: TileAovs,
     /// Number of fragments.
@@ -129,11 +132,14 @@ pub(super) fn render_tile<L: Lanes>(
     tile: usize,
     runs: &[Run],
     scratch: &mut TileScratch,
-    job: &mut TileJob<'_>,
+    job: &mut TileJob<'_, '_>,
 ) {
     let [left, top, width, height] = pass.grid.pixels(tile);
     let origin = pass.grid.origin(tile);
     scratch.fragments.clear();
+    for row in job.rows.iter_mut() {
+        row.fill([0.0; 4]);
+    }
     if !runs.is_empty() {
         draw_triangles(l, pass, origin, [width, height], runs, scratch);
     }
@@ -147,14 +153,15 @@ pub(super) fn render_tile<L: Lanes>(
     }
     super::resolve::resolve_tile(
         pass.pattern.len(),
+        if job.hashes.is_some() { 0 } else { pass.pattern.full_mask() },
         &scratch.fragments,
         &scratch.shaded,
         opaque,
         &mut scratch.resolve,
-        &mut job.rows,
+        job.rows,
     );
     if pass.show_environment {
-        super::resolve::composite_environment(l, &pass.shade, origin, &mut job.rows);
+        super::resolve::composite_environment(l, &pass.shade, origin, job.rows);
     }
     job.fragments = scratch.fragments.len() as u64;
 }
@@ -218,7 +225,12 @@ fn draw_triangles<L: Lanes>(
             return;
         }
     }
-    extract_fragments(&scratch.visibility, width, height, samples, &mut scratch.fragments);
+    let source = TileTriangles { chunks: pass.chunks, identities: &scratch.identities };
+    let merge = match pass.merge {
+        Some(least_squared_cosine) => Some((&source, pass.shade.draws, least_squared_cosine)),
+        None => None,
+    };
+    extract_fragments(&scratch.visibility, width, height, samples, merge, &mut scratch.fragments);
 }
 
 /// Fragments of blended triangles, in front of everything opaque.
@@ -269,9 +281,12 @@ fn shade_fragments<L: Lanes>(
     one_material: Option<u32>,
     scratch: &mut TileScratch,
     opaque: usize,
-    job: &mut TileJob<'_>,
+    job: &mut TileJob<'_, '_>,
 ) {
-    let TileJob { aovs, hashes, .. } = job;
+    let TileJob { rows, aovs, hashes, .. } = job;
+    // Without blending, a fragment that covers its pixel is the pixel.
+    let blends = opaque < scratch.fragments.len();
+    let whole = if blends || hashes.is_some() { 0 } else { pass.pattern.full_mask() };
     let TileScratch { identities, fragments, order, shaded, batch, surface, .. } = scratch;
     let draws = pass.shade.draws;
     let source = TileTriangles { chunks: pass.chunks, identities };
@@ -322,11 +337,13 @@ fn shade_fragments<L: Lanes>(
             let alpha = &surface.rows[layout::ALPHA.first];
             let depth = &surface.rows[layout::DEPTH.first];
             for (k, &index) in indices.iter().enumerate() {
-                shaded[index as usize] = ShadedFragment {
-                    radiance: [radiance[0][k], radiance[1][k], radiance[2][k]],
-                    alpha: alpha[k],
-                    depth: depth[k],
-                };
+                let radiance = [radiance[0][k], radiance[1][k], radiance[2][k]];
+                let fragment = &batch.fragments[k];
+                if fragment.mask == whole {
+                    rows[fragment.row() as usize][fragment.column() as usize] = whole_pixel(radiance);
+                } else {
+                    shaded[index as usize] = ShadedFragment { radiance, alpha: alpha[k], depth: depth[k] };
+                }
             }
             if let Some(hashes) = hashes {
                 for (lane, &index) in indices.iter().enumerate() {
