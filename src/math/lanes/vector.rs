@@ -1,9 +1,10 @@
 //! The fast lanes: the 512-bit vectors of `fearless_simd`, in one, two or four registers as the processor has it.
 
 use super::{Float, Int, LANES, Lanes, Mask, pairs};
+use crate::each;
 use fearless_simd::{Bytes, ExtractToken};
 use fearless_simd::{
-    Select, Simd, SimdBase, SimdFloat, SimdInt, SimdMask, f32x16, i32x16, mask32x16, u32x16,
+    Select, Simd, SimdBase, SimdFloat, SimdInt, SimdMask, f32x16, i32x4, i32x8, i32x16, mask32x16, u32x16,
 };
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
@@ -91,12 +92,15 @@ impl<S: Simd> Lanes for Vector<S> {
     }
     #[inline(always)]
     fn gather_pairs_u32(self, table: &[u32], index: VectorInt<S>) -> [VectorInt<S>; 2] {
-        let mut halves = [[0_u32; LANES]; 2];
         let pairs = pairs(table, &index.to_array());
-        halves.as_flattened_mut().copy_from_slice(pairs.as_flattened());
-        let [low, high] = halves;
-        let low = u32x16::load_array_ref(self.0, &low).bitcast();
-        let high = u32x16::load_array_ref(self.0, &high).bitcast();
+        // Put together by halves: from one array of all, AVX-512 code inserts pair by pair, each waiting for the last.
+        let quarter: [i32x4<S>; 8] = each!(k => {
+            let ([a, b], [c, d]) = (pairs[2 * k], pairs[2 * k + 1]);
+            i32x4::load_array(self.0, [a as i32, b as i32, c as i32, d as i32])
+        });
+        let [a, b, c, d]: [i32x8<S>; 4] =
+            each!(k => self.0.combine_i32x4(quarter[2 * k], quarter[2 * k + 1]));
+        let (low, high) = (self.0.combine_i32x8(a, b), self.0.combine_i32x8(c, d));
         let (first, second) = self.0.deinterleave_i32x16(low, high);
         [VectorInt(first), VectorInt(second)]
     }
