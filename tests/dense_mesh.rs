@@ -4,23 +4,22 @@
 #[allow(dead_code, reason = "other tests use the rest")]
 mod shapes;
 
-use overcoat::render::{RenderOptions, Rendered, Renderer};
+use overcoat::limits::Limits;
+use overcoat::render::{RenderError, RenderOptions, Rendered, Renderer};
 use overcoat::scene::{Framing, Instance, Material, Mesh, Scene, Transform};
 
 /// A matte ball of 160,000 triangles on 48 x 48 pixels.
-fn ball(merge_angle: f32, tile_size: u32) -> Rendered {
+fn try_ball(options: RenderOptions) -> Result<Rendered, RenderError> {
     let mut scene = Scene::new();
     let mesh = scene.add_mesh(Mesh::new(shapes::sphere(400)).unwrap()).unwrap();
     let material = scene.add_material(Material::default()).unwrap();
     scene.add_instance(Instance { mesh, material, transform: Transform::IDENTITY, object: 0 }).unwrap();
-    let options = RenderOptions {
-        width: 48,
-        height: 48,
-        merge_angle,
-        tile_size: Some(tile_size),
-        ..RenderOptions::default()
-    };
-    Renderer::new(2).render(&scene, &Framing::default().camera(&scene), &options).unwrap()
+    let options = RenderOptions { width: 48, height: 48, ..options };
+    Renderer::new(2).render(&scene, &Framing::default().camera(&scene), &options)
+}
+
+fn ball(merge_angle: f32, tile_size: u32) -> Rendered {
+    try_ball(RenderOptions { merge_angle, tile_size: Some(tile_size), ..RenderOptions::default() }).unwrap()
 }
 
 #[test]
@@ -57,5 +56,23 @@ fn an_angle_out_of_range_is_refused() {
         let camera = Framing::default().camera(&scene);
         let message = Renderer::new(1).render(&scene, &camera, &options).unwrap_err().to_string();
         assert!(message.starts_with("merge angle: "), "{message}");
+    }
+}
+
+#[test]
+fn tiles_do_not_show_in_what_the_limit_on_blocks_lets_through() {
+    let passes = |blocks: u64, tile_size: u32| {
+        let limits = Limits { blocks, ..Limits::default() };
+        try_ball(RenderOptions { limits, samples: 4, tile_size: Some(tile_size), ..RenderOptions::default() })
+            .is_ok()
+    };
+    let (mut fails, mut enough) = (1, 1 << 20);
+    assert!(!passes(fails, 32) && passes(enough, 32));
+    while enough - fails > 1 {
+        let middle = (fails + enough) / 2;
+        if passes(middle, 32) { enough = middle } else { fails = middle }
+    }
+    for side in [16, 64] {
+        assert!(passes(enough, side) && !passes(fails, side), "tiles of {side}, limit {enough}");
     }
 }
