@@ -1,6 +1,6 @@
 //! Which surfaces each pixel of a tile sees.
 
-use super::merge::PixelTriangles;
+use super::merge::merge;
 use super::{Draw, TriangleSource};
 use crate::math::lanes::LANES;
 use crate::raster::{BLOCK, NO_TRIANGLE, Visibility};
@@ -39,13 +39,13 @@ impl Fragment {
 
 /// Lists what the pixels of a tile of `width` x `height` pixels see: block by block, within a block pixel by pixel,
 /// within a pixel in the order of the lowest sample. This is the order in which fragments are summed. With
-/// `merge`, which holds the least square of a cosine between normals, small triangles of one surface share a fragment.
+/// `merge_by`, which holds the least square of a cosine between normals, small triangles of one surface share a fragment.
 pub fn extract_fragments(
     visibility: &Visibility,
     width: u32,
     height: u32,
     samples: usize,
-    merge: Option<(&impl TriangleSource, &[Draw<'_>], f32)>,
+    merge_by: Option<(&impl TriangleSource, &[Draw<'_>], f32)>,
     out: &mut Vec<Fragment>,
 ) {
     const NONE: i32 = NO_TRIANGLE as i32;
@@ -79,7 +79,7 @@ pub fn extract_fragments(
                 }
                 continue;
             }
-            let mut found = PixelTriangles::new();
+            let first_found = out.len();
             let mut left = full;
             while left != 0 {
                 let triangle = seen[left.trailing_zeros() as usize][k];
@@ -89,13 +89,12 @@ pub fn extract_fragments(
                 }
                 left &= !mask;
                 if triangle != NONE {
-                    found.push(triangle as u32, mask);
+                    out.push(Fragment { triangle: triangle as u32, pixel, mask });
                 }
             }
-            if let Some((source, draws, least_squared_cosine)) = merge {
-                found.merge(source, draws, least_squared_cosine);
+            if let Some((source, draws, least_squared_cosine)) = merge_by {
+                merge(out, first_found, source, draws, least_squared_cosine);
             }
-            out.extend(found.entries().iter().map(|&(triangle, mask)| Fragment { triangle, pixel, mask }));
         }
     }
 }

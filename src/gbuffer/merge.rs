@@ -12,7 +12,7 @@
 //! curvature, not triangles. It is off by default, because the picture changes where a reflection is sharper than the
 //! angle. The result depends on nothing but the pixel's own triangles.
 
-use super::{Draw, TriangleSource};
+use super::{Draw, Fragment, TriangleSource};
 use crate::raster::{SUBPIXELS, Triangle};
 
 /// Twice the area of a pixel in square sub-pixels.
@@ -21,75 +21,40 @@ const TWICE_A_PIXEL: i64 = 2 * (SUBPIXELS as i64) * (SUBPIXELS as i64);
 /// The most samples of a pixel.
 const MOST: usize = 16;
 
-/// The triangles of one pixel and their samples, in the order of their lowest sample.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct PixelTriangles {
-    len: usize,
-    entries: [(u32, u16); MOST],
-}
-
-impl PixelTriangles {
-    pub(super) fn new() -> Self {
-        Self { len: 0, entries: [(0, 0); MOST] }
+/// Merges fragments of one pixel, from `first` on, that show the same surface: normals whose cosine has at least this
+/// square. They are in the order of their lowest sample, before and after.
+pub(super) fn merge(
+    fragments: &mut Vec<Fragment>,
+    first: usize,
+    source: &impl TriangleSource,
+    draws: &[Draw<'_>],
+    least_squared_cosine: f32,
+) {
+    let found = &mut fragments[first..];
+    if found.len() < 2 {
+        return;
     }
-
-    #[inline(always)]
-    pub(super) fn push(&mut self, triangle: u32, mask: u16) {
-        if let Some(entry) = self.entries.get_mut(self.len) {
-            *entry = (triangle, mask);
-            self.len += 1;
-        }
+    let mut candidates = [None; MOST];
+    for (candidate, fragment) in candidates.iter_mut().zip(&*found) {
+        *candidate = Candidate::new(fragment.triangle, source, draws);
     }
-
-    /// Triangle and samples of each.
-    pub(super) fn entries(&self) -> &[(u32, u16)] {
-        &self.entries[..self.len]
-    }
-
-    /// Merges what shows the same surface: normals whose cosine has at least this square.
-    pub(super) fn merge(
-        &mut self,
-        source: &impl TriangleSource,
-        draws: &[Draw<'_>],
-        least_squared_cosine: f32,
-    ) {
-        if self.len < 2 {
-            return;
-        }
-        let mut candidates = [None; MOST];
-        for (candidate, &(identity, _)) in candidates.iter_mut().zip(self.entries()) {
-            *candidate = Candidate::new(identity, source, draws);
-        }
-        let mut merged = *self;
-        merged.len = 0;
-        let mut left: u16 = ((1_u32 << self.len) - 1) as u16;
-        while left != 0 {
-            // The one with the most samples; of those the first.
-            let mut best = left.trailing_zeros() as usize;
-            for k in best + 1..self.len {
-                if left >> k & 1 == 1 && self.entries[k].1.count_ones() > self.entries[best].1.count_ones() {
-                    best = k;
-                }
+    // By number of samples; of equal ones the first comes first.
+    let mut order: [usize; MOST] = std::array::from_fn(|k| k);
+    let order = &mut order[..found.len()];
+    order.sort_by_key(|&k| std::cmp::Reverse(found[k].mask.count_ones()));
+    for (place, &k) in order.iter().enumerate() {
+        let Some(representative) = candidates[k] else { continue };
+        for &other in &order[place + 1..] {
+            if candidates[other].is_some_and(|c| representative.continues(&c, least_squared_cosine)) {
+                candidates[other] = None;
+                found[k].mask |= std::mem::take(&mut found[other].mask);
             }
-            left &= !(1 << best);
-            let (identity, mut mask) = self.entries[best];
-            if let Some(representative) = &candidates[best] {
-                for (k, candidate) in candidates.iter().enumerate().take(self.len) {
-                    if left >> k & 1 == 1
-                        && candidate
-                            .as_ref()
-                            .is_some_and(|c| representative.continues(c, least_squared_cosine))
-                    {
-                        mask |= self.entries[k].1;
-                        left &= !(1 << k);
-                    }
-                }
-            }
-            merged.push(identity, mask);
         }
-        merged.entries[..merged.len].sort_unstable_by_key(|&(_, mask)| mask.trailing_zeros());
-        *self = merged;
     }
+    found.sort_unstable_by_key(|fragment| fragment.mask.trailing_zeros());
+    // Those that were merged into others are left without samples, and have come last.
+    let kept = found.iter().take_while(|fragment| fragment.mask != 0).count();
+    fragments.truncate(first + kept);
 }
 
 /// A triangle that may be merged.
@@ -188,11 +153,12 @@ mod tests {
             Triangle::new(corners, k as u32, NOT_CLIPPED, true).expect("it has an area")
         };
         let source = Listed(surfaces.iter().enumerate().map(triangle).collect());
-        let mut pixel = PixelTriangles::new();
-        (0..surfaces.len()).for_each(|k| pixel.push(k as u32, if k == 1 { 3 << 14 } else { 1 << k }));
+        let mask = |k: usize| if k == 1 { 3 << 14 } else { 1 << k };
+        let mut fragments: Vec<Fragment> =
+            (0..surfaces.len()).map(|k| Fragment { triangle: k as u32, pixel: 0, mask: mask(k) }).collect();
         // 2 degrees.
-        pixel.merge(&source, &draws, 0.998_782);
-        pixel.entries().to_vec()
+        merge(&mut fragments, 0, &source, &draws, 0.998_782);
+        fragments.iter().map(|f| (f.triangle, f.mask)).collect()
     }
 
     const UP: [f32; 3] = [0.0, 0.0, 1.0];

@@ -64,7 +64,6 @@ pub fn process_chunk<L: Lanes>(
         grid.width() as i32 * 128,
         grid.height() as i32 * 128,
     ];
-    let corner = TileOrigin { x: screen[0], y: screen[1] };
     for (indices, primitive) in
         job.mesh.triangles()[chunk.range.clone()].iter().zip(chunk.range.start as u32..)
     {
@@ -78,18 +77,7 @@ pub fn process_chunk<L: Lanes>(
         }
         let corners = [(a.x, a.y, a.depth), (b.x, b.y, b.depth), (c.x, c.y, c.depth)];
         let Some(outline) = Outline::new(corners) else { continue };
-        if job.cull_back_faces && outline.swapped == front_is_clockwise {
-            continue;
-        }
-        let bounds = outline.bounds();
-        if is_outside(bounds, &screen) {
-            continue;
-        }
-        if let Some(small) = SmallTriangle::new(outline.x, outline.y, bounds, corner, pattern)
-            && small.misses_all_samples(l, pattern)
-        {
-            continue;
-        }
+        let Some(bounds) = visible_bounds(l, &outline, job, &screen, pattern) else { continue };
         let triangle = outline.triangle(corners, primitive, NOT_CLIPPED, front_is_clockwise);
         emit(chunk, triangle, bounds, grid);
     }
@@ -118,28 +106,39 @@ fn process_clipped(
             (s.x, s.y, s.depth)
         });
         let clip = chunk.clip_barycentrics.len() as u32;
-        let Some(triangle) = Triangle::new(corners, primitive, clip, front_is_clockwise) else { continue };
-        let bounds = triangle.bounds();
-        if job.cull_back_faces && triangle.back_facing || is_outside(bounds, screen) {
-            continue;
-        }
-        let corner = TileOrigin { x: screen[0], y: screen[1] };
+        let Some(outline) = Outline::new(corners) else { continue };
         // Rare enough for the lanes of every processor.
-        if let Some(small) = SmallTriangle::new(triangle.x, triangle.y, bounds, corner, pattern)
-            && small.misses_all_samples(Scalar, pattern)
-        {
-            continue;
-        }
+        let Some(bounds) = visible_bounds(Scalar, &outline, job, screen, pattern) else { continue };
+        let triangle = outline.triangle(corners, primitive, clip, front_is_clockwise);
         emit(chunk, triangle, bounds, grid);
         chunk.clip_barycentrics.push(piece.map(|v| v.barycentric));
     }
 }
 
-/// True if a box lies beyond the picture. Samples on the right and lower border belong to pixels beyond it. Tiles may
-/// reach further than the picture, so they must not decide what is kept.
+/// The box of a triangle that faces the right way and may hit a sample.
 #[inline(always)]
-fn is_outside(bounds: [i32; 4], screen: &[i32; 4]) -> bool {
-    bounds[0] >= screen[2] || bounds[1] >= screen[3] || bounds[2] < screen[0] || bounds[3] < screen[1]
+fn visible_bounds<L: Lanes>(
+    l: L,
+    outline: &Outline,
+    job: &ChunkJob<'_>,
+    screen: &[i32; 4],
+    pattern: &SamplePattern,
+) -> Option<[i32; 4]> {
+    // The screen's y points down: fronts, counter-clockwise in object space, have negative area there.
+    if job.cull_back_faces && outline.swapped == job.mirrored {
+        return None;
+    }
+    let bounds = outline.bounds();
+    // Samples on the right and lower border belong to pixels beyond it. Tiles may reach further than the picture, so
+    // they must not decide what is kept.
+    if bounds[0] >= screen[2] || bounds[1] >= screen[3] || bounds[2] < screen[0] || bounds[3] < screen[1] {
+        return None;
+    }
+    let corner = TileOrigin { x: screen[0], y: screen[1] };
+    match SmallTriangle::new(outline.x, outline.y, bounds, corner, pattern) {
+        Some(small) if small.misses_all_samples(l, pattern) => None,
+        _ => Some(bounds),
+    }
 }
 
 /// Keeps a triangle and bins it.

@@ -1,7 +1,8 @@
 //! Triangles so small that one vector holds every sample that they may cover: most triangles of dense meshes.
 
 use super::{SUBPIXELS, SamplePattern, TileOrigin, Triangle};
-use crate::math::lanes::{Float, Int, Lanes, Mask};
+use crate::each;
+use crate::math::lanes::{Int, Lanes, Mask};
 
 /// The edge functions of a small triangle, and the places of samples that may lie in it.
 ///
@@ -76,11 +77,8 @@ impl SmallTriangle {
             let [x, y] = pattern.offset_lanes();
             (self.place(l, l.load_i(x), 0), self.place(l, l.load_i(y), 1))
         };
-        let [e, f, g] = self.edges;
-        let e = x * e[0] + y * e[1] + e[2];
-        let f = x * f[0] + y * f[1] + f[2];
-        let g = x * g[0] + y * g[1] + g[2];
-        let inside = (e | f | g).non_negative() & l.mask(pattern.lane_mask());
+        let values: [L::I; 3] = each!(edge in self.edges => x * edge[0] + y * edge[1] + edge[2]);
+        let inside = all_inside(values) & l.mask(pattern.lane_mask());
         ([x + self.corner[0], y + self.corner[1]], inside)
     }
 
@@ -168,17 +166,21 @@ impl<L: Lanes> FewPixels<L> {
         let samples = l.mask(pattern.lane_mask());
         for row in 0..self.count[1] {
             for column in 0..self.count[0] {
-                let [e, f0, g] = self.steps;
-                let e = self.values[0] + (e[0] * column + e[1] * row);
-                let h = self.values[1] + (f0[0] * column + f0[1] * row);
-                let g = self.values[2] + (g[0] * column + g[1] * row);
-                let inside = ((e | h | g).non_negative() & samples).bits();
+                let values: [L::I; 3] =
+                    each!(k => self.values[k] + (self.steps[k][0] * column + self.steps[k][1] * row));
+                let inside = (all_inside(values) & samples).bits();
                 if inside != 0 {
                     f([self.corner[0] + column * SUBPIXELS, self.corner[1] + row * SUBPIXELS], inside);
                 }
             }
         }
     }
+}
+
+/// The lanes in which the values of all edges are on the inner side.
+#[inline(always)]
+fn all_inside<I: Int>([e, f, g]: [I; 3]) -> I::M {
+    (e | f | g).non_negative()
 }
 
 /// A, B and the constant at `corner` of edge k, biased by the fill rule.
@@ -190,13 +192,4 @@ fn edge(x: [i32; 3], y: [i32; 3], k: usize, corner: [i32; 2], origin: TileOrigin
     // Below 2^10 * 2^11 * 2.
     let (to_x, to_y) = (corner[0] + origin.x - x[k], corner[1] + origin.y - y[k]);
     [a, b, a * to_x + b * to_y + bias]
-}
-
-/// Depth of points relative to a triangle's vertex 0, in sub-pixels: the operations of the lanes of a block, in their
-/// order, so that it does not show which path a triangle took.
-#[inline(always)]
-pub(super) fn depth_at<F: Float>(triangle: &Triangle, [x, y]: [F; 2]) -> F {
-    let [smallest, largest] = triangle.depth_range();
-    let depth = x * triangle.depth_gradient[0] + triangle.depth[0] + y * triangle.depth_gradient[1];
-    depth.at_least(smallest).at_most(largest)
 }

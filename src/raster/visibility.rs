@@ -1,6 +1,5 @@
 //! The visibility buffer of one tile: nearest depth and triangle of every sample.
 
-use super::small::depth_at;
 use super::{
     BLOCK, EdgeFunctions, FewPixels, SUBPIXEL_BITS, SamplePattern, SmallTriangle, TileOrigin, Triangle,
 };
@@ -171,26 +170,19 @@ impl Visibility {
         pattern: &SamplePattern,
     ) {
         self.visited += self.blocks_of_box(triangle, origin);
-        let to_vertex = [origin.x - triangle.x[0], origin.y - triangle.y[0]];
-        if let Some(([x, y], covered)) = small.only_sample(pattern) {
+        if let Some((place, covered)) = small.only_sample(pattern) {
             if covered {
-                let at = [(x + to_vertex[0]) as f32, (y + to_vertex[1]) as f32];
-                self.put(0, [x, y], triangle.depth_at(at), identity);
+                self.put(triangle, 0, place, identity, origin);
             }
             return;
         }
         let ([x, y], inside) = small.samples(l, pattern);
-        let mut left = inside.bits();
-        if left == 0 {
-            return;
-        }
-        let depth = depth_at(triangle, [(x + to_vertex[0]).to_float(), (y + to_vertex[1]).to_float()]);
-        let (x, y, depth) = (x.to_array(), y.to_array(), depth.to_array());
+        let (x, y, mut left) = (x.to_array(), y.to_array(), inside.bits());
         let single = pattern.single().is_some();
         while left != 0 {
             let lane = left.trailing_zeros() as usize;
             left &= left - 1;
-            self.put(if single { 0 } else { lane }, [x[lane], y[lane]], depth[lane], identity);
+            self.put(triangle, if single { 0 } else { lane }, [x[lane], y[lane]], identity, origin);
         }
     }
 
@@ -206,7 +198,6 @@ impl Visibility {
         pattern: &SamplePattern,
     ) {
         self.visited += self.blocks_of_box(triangle, origin);
-        let to_vertex = [origin.x - triangle.x[0], origin.y - triangle.y[0]];
         pixels.for_each(
             l,
             pattern,
@@ -216,10 +207,8 @@ impl Visibility {
                 while left != 0 {
                     let sample = left.trailing_zeros() as usize;
                     left &= left - 1;
-                    let offset = pattern.offsets()[sample];
-                    let (x, y) = (corner[0] + offset[0], corner[1] + offset[1]);
-                    let at = [(x + to_vertex[0]) as f32, (y + to_vertex[1]) as f32];
-                    self.put(sample, [x, y], triangle.depth_at(at), identity);
+                    let [x, y] = pattern.offsets()[sample];
+                    self.put(triangle, sample, [corner[0] + x, corner[1] + y], identity, origin);
                 }
             },
         );
@@ -238,13 +227,22 @@ impl Visibility {
         (columns * rows) as u64
     }
 
-    /// Draws one sample, at a place relative to the tile's corner in sub-pixels, if it is in the tile.
+    /// Draws one sample of a triangle, at a place relative to the tile's corner in sub-pixels, if it is in the tile.
     #[inline(always)]
-    fn put(&mut self, sample: usize, [x, y]: [i32; 2], depth: f32, identity: u32) {
+    fn put(
+        &mut self,
+        triangle: &Triangle,
+        sample: usize,
+        [x, y]: [i32; 2],
+        identity: u32,
+        origin: TileOrigin,
+    ) {
         let (column, row) = (x >> SUBPIXEL_BITS, y >> SUBPIXEL_BITS);
         if column < 0 || row < 0 || column >= self.width || row >= self.height {
             return;
         }
+        let depth =
+            triangle.depth_at([(x + origin.x - triangle.x[0]) as f32, (y + origin.y - triangle.y[0]) as f32]);
         let (column, row) = (column as usize, row as usize);
         let block = row / BLOCK * self.columns + column / BLOCK;
         let lane = row % BLOCK * BLOCK + column % BLOCK;

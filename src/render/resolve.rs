@@ -15,11 +15,11 @@ pub(super) struct ResolveScratch {
 }
 
 /// Sums the opaque fragments of each pixel by coverage, in the order of the list (lowest sample first), then blends
-/// the others over them. `rows` are the tile's pixels, premultiplied: zero, or where a tile has no blended fragments and
-/// one covers the whole pixel, what [`whole_pixel`] makes of it.
+/// the others over them. `rows` are the tile's pixels, premultiplied: zero, or what [`whole_pixel`] has made of a fragment
+/// with the mask `whole`.
 pub(super) fn resolve_tile(
     samples: usize,
-    full_mask: u16,
+    whole: Option<u16>,
     fragments: &[Fragment],
     shaded: &[ShadedFragment],
     opaque: usize,
@@ -28,9 +28,8 @@ pub(super) fn resolve_tile(
 ) {
     // Exact: the number of samples is a power of two.
     let weight = 1.0 / samples as f32;
-    let skip = if opaque == fragments.len() { full_mask } else { 0 };
     for (fragment, shaded) in fragments[..opaque].iter().zip(shaded) {
-        if fragment.mask == skip {
+        if Some(fragment.mask) == whole {
             continue;
         }
         let part = fragment.mask.count_ones() as f32 * weight;

@@ -148,12 +148,15 @@ pub(super) fn render_tile<L: Lanes>(
     if !scratch.blended.is_empty() && !runs.is_empty() {
         draw_blended(l, pass, origin, [width, height], scratch);
     }
+    // Without blending, a fragment that covers its pixel is the pixel: these are written when they are shaded.
+    let blends = opaque < scratch.fragments.len();
+    let whole = if blends || job.hashes.is_some() { None } else { Some(pass.pattern.full_mask()) };
     if !scratch.fragments.is_empty() {
-        shade_fragments(l, pass, origin, [left, top], one_material, scratch, opaque, job);
+        shade_fragments(l, pass, origin, [left, top], one_material, whole, scratch, opaque, job);
     }
     super::resolve::resolve_tile(
         pass.pattern.len(),
-        if job.hashes.is_some() { 0 } else { pass.pattern.full_mask() },
+        whole,
         &scratch.fragments,
         &scratch.shaded,
         opaque,
@@ -271,7 +274,8 @@ fn one_material(pass: &Pass<'_>, runs: &[Run]) -> Option<u32> {
     runs.iter().all(|run| of(run) == first).then_some(first)
 }
 
-/// Shades all fragments, sixteen of one material at a time, into `scratch.shaded` in the order of the fragments.
+/// Shades all fragments, sixteen of one material at a time: those with the mask `whole` into their pixels, the others into
+/// `scratch.shaded` in the order of the fragments.
 #[inline(always)]
 fn shade_fragments<L: Lanes>(
     l: L,
@@ -279,18 +283,16 @@ fn shade_fragments<L: Lanes>(
     origin: TileOrigin,
     corner: [u32; 2],
     one_material: Option<u32>,
+    whole: Option<u16>,
     scratch: &mut TileScratch,
     opaque: usize,
     job: &mut TileJob<'_, '_>,
 ) {
     let TileJob { rows, aovs, hashes, .. } = job;
-    // Without blending, a fragment that covers its pixel is the pixel.
-    let blends = opaque < scratch.fragments.len();
-    let whole = if blends || hashes.is_some() { 0 } else { pass.pattern.full_mask() };
     let TileScratch { identities, fragments, order, shaded, batch, surface, .. } = scratch;
     let draws = pass.shade.draws;
     let source = TileTriangles { chunks: pass.chunks, identities };
-    // Resized but not cleared: every element is written below.
+    // Resized but not cleared: what the resolve reads is written below.
     shaded.resize(fragments.len(), ShadedFragment::default());
     order.clear();
     if one_material.is_none() {
@@ -339,7 +341,7 @@ fn shade_fragments<L: Lanes>(
             for (k, &index) in indices.iter().enumerate() {
                 let radiance = [radiance[0][k], radiance[1][k], radiance[2][k]];
                 let fragment = &batch.fragments[k];
-                if fragment.mask == whole {
+                if Some(fragment.mask) == whole {
                     rows[fragment.row() as usize][fragment.column() as usize] = whole_pixel(radiance);
                 } else {
                     shaded[index as usize] = ShadedFragment { radiance, alpha: alpha[k], depth: depth[k] };

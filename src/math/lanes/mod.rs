@@ -365,7 +365,15 @@ mod tests {
             i.to_float(),
             (x.le(y) & !x.eq(y)).select(y, x),
         ];
+        // Some indices lie outside of the table, one pair across its end.
+        let table: [u32; 20] = std::array::from_fn(|k| a[k % LANES].to_bits() ^ k as u32);
+        let index = (i & 15) + (l.lane_indices() - 3);
+        let [first, second] = l.gather_pairs_u32(&table, index);
         let ints = [
+            l.gather_u32(&table, index),
+            first,
+            second,
+            l.gather_pairs_u32(&table, l.lane_indices() + 4)[1],
             i + j,
             i - j,
             i * j,
