@@ -406,19 +406,30 @@ pub struct CompareModelsArgs {
 
 /// `overcoat bench`
 #[derive(Debug, Args)]
-#[command(after_help = "Example:
+#[command(after_help = "Examples:
   overcoat bench car.glb --frames 100 --size 1920x1080 --samples 4
+  overcoat bench a.glb b.glb c.glb --rounds 5 --png
 
-Loading, the environment and one frame come first and are not counted. Times are wall-clock milliseconds; processor
-time is user and system time of the whole process over the counted frames.")]
+One model: loading, the environment and one frame come first and are not counted. Several models, or --rounds or
+--png: each frame loads the next model, renders it and lets it go; the environment, the materials of --material and the
+renderer stay, and one pass over all models comes first and is not counted. Times are wall-clock milliseconds;
+processor time is user and system time of the whole process over the counted frames.")]
 pub struct BenchArgs {
-    /// Model file (.glb, .gltf, .obj, .stl, .ply), or - for standard input
+    /// Model files (.glb, .gltf, .obj, .stl, .ply), or - for standard input; of several, a new one each frame
     #[arg(value_name = "IN", required_unless_present = "scene")]
-    pub input: Option<PathBuf>,
+    pub inputs: Vec<PathBuf>,
 
     /// Frames that are counted, evenly spaced over one turn of the camera
     #[arg(long, value_name = "N", default_value_t = 60, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub frames: u32,
+
+    /// A new model each frame: passes over all models that are counted [default: 1]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000), conflicts_with = "frames")]
+    pub rounds: Option<u32>,
+
+    /// A new model each frame: also encode each picture as a PNG in memory
+    #[arg(long, conflicts_with = "frames")]
+    pub png: bool,
 
     #[command(flatten)]
     #[allow(missing_docs)]
@@ -492,6 +503,16 @@ impl InputArgs {
     #[must_use]
     pub fn limits(&self) -> Limits {
         values::limits(&self.limits)
+    }
+}
+
+impl BenchArgs {
+    /// Lays the options of the picture over a scene file.
+    pub fn apply(&self, scene: &mut SceneFile) {
+        self.camera.apply(scene);
+        self.light.apply(scene);
+        self.picture.apply(scene);
+        self.display.apply(scene);
     }
 }
 

@@ -127,13 +127,18 @@ impl SceneFile {
     /// # Errors
     /// [`Failure`] naming the environment's file and the reason.
     pub fn light(&self, scene: &mut Scene, limits: &Limits, jobs: &Jobs) -> Result<Vec<Warning>, Failure> {
+        let (environment, warnings) = self.environment(limits, jobs)?;
+        self.light_by(scene, environment)?;
+        Ok(warnings)
+    }
+
+    /// The environment, read from its file if it has one, and what is doubtful about it. Scenes that share it share its
+    /// filtered form.
+    ///
+    /// # Errors
+    /// [`Failure`] naming the environment's file and the reason.
+    pub fn environment(&self, limits: &Limits, jobs: &Jobs) -> Result<(Environment, Vec<Warning>), Failure> {
         let mut warnings = Vec::new();
-        if self.lights == Some(false) {
-            scene.clear_lights();
-        }
-        for (number, light) in self.lights_to_add.iter().enumerate() {
-            light.add_to(scene, number)?;
-        }
         let source = match self.env.as_ref().unwrap_or(&EnvironmentChoice::Studio) {
             EnvironmentChoice::Studio => EnvironmentSource::Studio,
             EnvironmentChoice::None => EnvironmentSource::None,
@@ -145,14 +150,26 @@ impl SceneFile {
                 EnvironmentSource::Image(Arc::new(loaded.image))
             }
         };
-        scene
-            .set_environment(Environment {
-                source,
-                rotation_degrees: self.env_rotation_degrees.unwrap_or(0.0),
-                intensity: self.env_intensity.unwrap_or(1.0),
-            })
-            .map_err(|e| Failure::scene(&e))?;
-        Ok(warnings)
+        let environment = Environment {
+            source,
+            rotation_degrees: self.env_rotation_degrees.unwrap_or(0.0),
+            intensity: self.env_intensity.unwrap_or(1.0),
+        };
+        Ok((environment, warnings))
+    }
+
+    /// Puts an environment and the description's lights into the scene and takes out lights that are not wanted.
+    ///
+    /// # Errors
+    /// [`Failure`] naming the light.
+    pub fn light_by(&self, scene: &mut Scene, environment: Environment) -> Result<(), Failure> {
+        if self.lights == Some(false) {
+            scene.clear_lights();
+        }
+        for (number, light) in self.lights_to_add.iter().enumerate() {
+            light.add_to(scene, number)?;
+        }
+        scene.set_environment(environment).map_err(|e| Failure::scene(&e))
     }
 
     /// The camera: the one that is described, one of the file, or one that frames the model.
