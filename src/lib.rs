@@ -68,6 +68,8 @@ pub mod scene;
 pub mod shade;
 pub mod tile;
 
+mod reuse;
+
 #[cfg(feature = "cli")]
 pub mod cli;
 

@@ -4,11 +4,12 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// Which module may use which, and why no more.
-const MAY_USE: [(&str, &[&str]); 21] = [
+const MAY_USE: [(&str, &[&str]); 22] = [
     // The foundations: whoever wants to know what the bits of a sum are reads these and nothing else.
     ("math", &[]),
     ("jobs", &[]),
     ("limits", &[]),
+    ("reuse", &[]),
     // Pure functions over lanes.
     ("color", &["math"]),
     ("brdf", &["math"]),
@@ -22,7 +23,7 @@ const MAY_USE: [(&str, &[&str]); 21] = [
     // Triangles flow one way: geometry fills tiles, tiles are rasterized.
     ("geometry", &["scene", "math", "limits", "jobs", "tile", "raster"]),
     ("tile", &["scene", "math", "limits", "raster"]),
-    ("raster", &["scene", "math", "limits"]),
+    ("raster", &["scene", "math", "limits", "reuse"]),
     // Texels are decoded where they are filtered (color).
     ("gbuffer", &["raster", "scene", "math", "color"]),
     // Surfaces are evaluated from the scene's materials as they are (scene).
@@ -39,7 +40,7 @@ const MAY_USE: [(&str, &[&str]); 21] = [
         "render",
         &[
             "geometry", "tile", "raster", "gbuffer", "shade", "coat", "light", "brdf", "scene", "color",
-            "math", "frame", "jobs", "limits",
+            "math", "frame", "jobs", "limits", "reuse",
         ],
     ),
     // Pages to read.

@@ -61,6 +61,19 @@ impl Jobs {
         }
     }
 
+    /// Runs `f` on one of the workers, where the other methods begin at once: from any other thread, each of them hands
+    /// its work over, sleeps and is woken.
+    ///
+    /// Handing over takes a place in the pool's queue, which allocates a block of 63 places at a time: about 1.5 KB for
+    /// every 63 calls. Nothing else here takes memory, but for the results of [`Jobs::map`] and
+    /// [`Jobs::on_every_worker`].
+    pub fn on_worker<T: Send>(&self, f: impl FnOnce() -> T + Send) -> T {
+        match &self.pool {
+            Some(pool) => pool.install(f),
+            None => f(),
+        }
+    }
+
     /// `f()` once on every worker, for questions about the threads themselves.
     pub fn on_every_worker<T: Send>(&self, f: impl Fn() -> T + Sync) -> Vec<T> {
         match &self.pool {
@@ -97,14 +110,17 @@ impl Jobs {
     }
 
     /// Calls `f(scratch, k, &mut items[k])` for every item, in parallel, where each call has one of the `scratch`
-    /// values to itself. Which one it gets depends on timing, so `f` must not let it show in its result. More
-    /// scratch values are made when needed and stay for the next call.
+    /// values to itself. Which one it gets depends on timing, so `f` must not let it show in its result. There is one
+    /// for each worker; they stay for the next call.
     pub fn for_each_with_scratch<T: Send, S: Send + Default>(
         &self,
         scratch: &mut Vec<S>,
         items: &mut [T],
         f: impl Fn(&mut S, usize, &mut T) + Sync,
     ) {
+        if scratch.len() < self.threads {
+            scratch.resize_with(self.threads, S::default);
+        }
         match &self.pool {
             Some(pool) if items.len() > 1 => {
                 let free = Mutex::new(std::mem::take(scratch));
@@ -118,9 +134,6 @@ impl Jobs {
                 *scratch = free.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
             }
             _ => {
-                if scratch.is_empty() {
-                    scratch.push(S::default());
-                }
                 for (k, item) in items.iter_mut().enumerate() {
                     f(&mut scratch[0], k, item);
                 }
@@ -143,6 +156,22 @@ mod tests {
         let expected: Vec<usize> = (0..1000).map(|k| k * k).collect();
         for threads in [1, 2, 3, 7] {
             assert_eq!(Jobs::new(threads).map(1000, |k| k * k), expected);
+        }
+    }
+
+    #[test]
+    fn work_of_a_worker_is_done_in_order_too() {
+        for threads in [1, 3] {
+            let jobs = Jobs::new(threads);
+            let inside = jobs.on_worker(|| jobs.map(100, |k| k + 1));
+            assert_eq!(inside, (1..=100).collect::<Vec<_>>());
+            let (mut scratch, mut items) = (Vec::<u64>::new(), [0_usize; 50]);
+            jobs.for_each_with_scratch(&mut scratch, &mut items, |sum, k, item| {
+                *sum += 1;
+                *item = k;
+            });
+            assert_eq!((scratch.len(), scratch.iter().sum::<u64>()), (threads, 50));
+            assert!(items.iter().enumerate().all(|(k, &item)| item == k));
         }
     }
 

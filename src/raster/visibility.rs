@@ -4,6 +4,7 @@ use super::{
     BLOCK, EdgeFunctions, FewPixels, SUBPIXEL_BITS, SamplePattern, SmallTriangle, TileOrigin, Triangle,
 };
 use crate::math::lanes::{Float, Int, LANES, Lanes, Mask};
+use crate::reuse::reserve_like;
 
 /// The identity of "no surface".
 pub const NO_TRIANGLE: u32 = u32::MAX;
@@ -49,6 +50,13 @@ impl Visibility {
         self.triangle.resize(blocks * samples, [NO_TRIANGLE as i32; LANES]);
         self.block_depth.clear();
         self.block_depth.resize(blocks, f32::NEG_INFINITY);
+    }
+
+    /// Takes as much memory as `other` has.
+    pub fn reserve_like(&mut self, other: &Self) {
+        reserve_like(&mut self.depth, &other.depth);
+        reserve_like(&mut self.triangle, &other.triangle);
+        reserve_like(&mut self.block_depth, &other.block_depth);
     }
 
     /// How many blocks triangles were drawn into since the last call, hidden ones included: a measure of work that

@@ -19,11 +19,14 @@ pub(super) struct DrawState {
     pub alpha_mode: AlphaMode,
 }
 
-/// Prepares all draws of a scene, and counts their vertices.
-pub(super) fn prepare<'a>(scene: &'a Scene, view: &View) -> (Vec<DrawState>, Vec<Draw<'a>>, usize) {
+/// Prepares all draws of a scene in two lists that are empty, and counts their vertices.
+pub(super) fn prepare<'a>(
+    scene: &'a Scene,
+    view: &View,
+    states: &mut Vec<DrawState>,
+    draws: &mut Vec<Draw<'a>>,
+) -> usize {
     let mut vertices = 0;
-    let mut states = Vec::with_capacity(scene.instances().len());
-    let mut draws = Vec::with_capacity(scene.instances().len());
     for instance in scene.instances() {
         let mesh = &scene.meshes()[instance.mesh.index()];
         let material = &scene.materials()[instance.material.index()];
@@ -45,7 +48,7 @@ pub(super) fn prepare<'a>(scene: &'a Scene, view: &View) -> (Vec<DrawState>, Vec
             handedness: if mirrored { -1.0 } else { 1.0 },
         });
     }
-    (states, draws, vertices)
+    vertices
 }
 
 /// The linear part of a transform, scaled like [`Transform::normal_matrix`], so that normals and tangents of a

@@ -10,11 +10,18 @@ use std::sync::Arc;
 #[derive(Debug, Default)]
 pub(super) struct EnvironmentCache {
     picture: Option<(Arc<EquirectImage>, Arc<PrefilteredEnvironment>)>,
+    dark: Option<Arc<PrefilteredEnvironment>>,
     /// Used whatever the scene says.
     pub(super) given: Option<Arc<PrefilteredEnvironment>>,
 }
 
 impl EnvironmentCache {
+    /// True if [`EnvironmentCache::get`] would filter a picture.
+    pub(super) fn would_filter(&self, source: &EnvironmentSource) -> bool {
+        let EnvironmentSource::Image(picture) = source else { return false };
+        self.given.is_none() && !self.picture.as_ref().is_some_and(|(key, _)| Arc::ptr_eq(key, picture))
+    }
+
     /// The filtered form of a source; a picture is filtered once for as long as the scenes share it.
     pub(super) fn get(
         &mut self,
@@ -27,7 +34,9 @@ impl EnvironmentCache {
         }
         match source {
             EnvironmentSource::Studio => PrefilteredEnvironment::studio(),
-            EnvironmentSource::None => Arc::new(PrefilteredEnvironment::black()),
+            EnvironmentSource::None => {
+                Arc::clone(self.dark.get_or_insert_with(|| Arc::new(PrefilteredEnvironment::black())))
+            }
             EnvironmentSource::Image(picture) => match &self.picture {
                 Some((key, filtered)) if Arc::ptr_eq(key, picture) => Arc::clone(filtered),
                 _ => {

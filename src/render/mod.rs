@@ -1,50 +1,83 @@
 //! The renderer: scene and options in, frame out. The only place that knows the order of the stages.
+//!
+//! **Memory.** Every list of a picture is kept for the next: a picture like the last one takes no new memory, see
+//! [`Renderer::recycle`].
 
 mod aov;
+mod crew;
 mod draws;
 mod environment;
 mod options;
 mod resolve;
 mod tile_pass;
+mod tiles;
 mod trace;
 
 pub use crate::scene::{AreaLightMethod, ShadingModel};
 pub use options::{Background, RenderError, RenderOptions, RenderStats, Rendered};
 pub use trace::StageHashes;
 
-use crate::frame::{AovPlane, Frame};
+use crate::frame::Frame;
+use crate::gbuffer::Draw;
 use crate::geometry::{
-    Chunk, ChunkJob, ScreenVertex, TRIANGLES_PER_CHUNK, VERTICES_PER_CHUNK, View, process_chunk,
+    Chunk, ChunkJob, DrawView, ScreenVertex, TRIANGLES_PER_CHUNK, VERTICES_PER_CHUNK, View, process_chunk,
     transform_vertices,
 };
 use crate::jobs::Jobs;
 use crate::light::{AreaLight, EnvironmentLight, PrefilteredEnvironment, PunctualLight};
 use crate::limits::Limits;
 use crate::raster::SamplePattern;
+use crate::reuse::emptied;
 use crate::scene::{Camera, Scene};
 use crate::shade::{ShadeContext, ViewRays};
 use crate::tile::{TileBins, TileGrid};
 use crate::{dispatch, dispatch_available};
-use aov::TileAovs;
+use crew::{Crew, arithmetic_is_default};
 use draws::DrawState;
 use environment::EnvironmentCache;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::{Duration, Instant};
-use tile_pass::{Pass, TileJob, TileScratch, Work};
-use trace::FragmentHashes;
+use std::time::Duration;
+use tile_pass::{Pass, Work};
+use tiles::{TileMemory, render_tiles};
+
+/// Chunks that are kept after a picture that needs fewer: a quarter of a million triangles, some 25 MB.
+const SPARE_CHUNKS: usize = 64;
 
 /// Renders scenes, keeping threads, buffers and filtered environments from one picture to the next.
 #[derive(Debug, Default)]
 pub struct Renderer {
     jobs: Jobs,
+    memory: Memory,
+}
+
+/// What is kept from one picture to the next.
+#[derive(Debug, Default)]
+struct Memory {
+    pattern: Option<SamplePattern>,
+    environments: EnvironmentCache,
+    lights: Vec<PunctualLight>,
+    area_lights: Vec<AreaLight>,
+    states: Vec<DrawState>,
+    /// Empty between pictures.
+    draws: Vec<Draw<'static>>,
     vertices: Vec<ScreenVertex>,
+    /// Empty between pictures.
+    vertex_jobs: Vec<VertexJob<'static>>,
+    /// Those of the picture, and spare ones.
     chunks: Vec<Chunk>,
     bins: TileBins,
-    scratch: Vec<TileScratch>,
-    environments: EnvironmentCache,
+    tiles: TileMemory,
     /// Pixels of a frame that was given back.
     pixels: Vec<[f32; 4]>,
+}
+
+/// Vertices of one draw that are transformed in one go.
+#[derive(Debug)]
+struct VertexJob<'a> {
+    view: &'a DrawView,
+    positions: &'a [[f32; 3]],
+    out: &'a mut [ScreenVertex],
 }
 
 impl Renderer {
@@ -63,13 +96,17 @@ impl Renderer {
     /// Lights the following pictures by an environment that is filtered already, in place of the scene's picture; its
     /// rotation and intensity stay the scene's. `None` goes back to the scene's own.
     pub fn use_environment(&mut self, environment: Option<Arc<PrefilteredEnvironment>>) {
-        self.environments.given = environment;
+        self.memory.environments.given = environment;
     }
 
     /// Gives back a frame that is not needed any more: the next picture takes its memory in place of new memory, which
     /// the system would have to clear.
+    ///
+    /// If every frame is given back, a picture like an earlier one allocates nothing, but for one block of about 1.5 KB
+    /// in the queue of the worker threads every 63 pictures, if there are several. G-buffer planes and
+    /// [`RenderOptions::stage_hashes`] take new memory each time.
     pub fn recycle(&mut self, frame: Frame) {
-        self.pixels = frame.pixels;
+        self.memory.pixels = frame.pixels;
     }
 
     /// Takes one picture.
@@ -82,56 +119,81 @@ impl Renderer {
         camera: &Camera,
         options: &RenderOptions,
     ) -> Result<Rendered, RenderError> {
-        let pattern = options.validate()?;
-        if !arithmetic_is_default() || self.jobs.on_every_worker(arithmetic_is_default).contains(&false) {
+        if !arithmetic_is_default() {
             return Err(RenderError::FloatingPointMode);
         }
+        let Self { jobs, memory } = self;
+        // All of it on a worker, so that work is handed over once and not in every loop.
+        jobs.on_worker(|| memory.render(jobs, scene, camera, options))
+    }
+}
+
+impl Memory {
+    /// [`Renderer::render`] on a worker.
+    fn render(
+        &mut self,
+        jobs: &Jobs,
+        scene: &Scene,
+        camera: &Camera,
+        options: &RenderOptions,
+    ) -> Result<Rendered, RenderError> {
+        let pattern = options.validate(self.pattern.take())?;
         camera.validate()?;
-        let mut stats = RenderStats { triangles: scene.triangle_count(), ..RenderStats::default() };
+        let triangles = scene.triangle_count();
         let check = |what: &str, asked, limit, field| Limits::check(|| what.to_owned(), asked, limit, field);
-        check("scene", stats.triangles, options.limits.triangles, "triangles")?;
-        let mut clock = Clock::start();
+        check("scene", triangles, options.limits.triangles, "triangles")?;
+        let mut crew = Crew::new(jobs);
 
         let view = View::new(camera, options.width, options.height)?;
         let side = options.tile_size.unwrap_or_else(|| tile_pass::default_tile_size(options.samples));
         let grid = TileGrid::new(options.width, options.height, side);
         let surroundings = scene.environment();
-        let filtered = self.environments.get(&surroundings.source, &self.jobs, options.simd);
+        // What is filtered now is used for many pictures.
+        let filters = self.environments.would_filter(&surroundings.source);
+        if filters && jobs.on_every_worker(arithmetic_is_default).contains(&false) {
+            return Err(RenderError::FloatingPointMode);
+        }
+        let filtered = self.environments.get(&surroundings.source, jobs, options.simd);
         let environment =
             EnvironmentLight::new(&filtered, surroundings.rotation_degrees, surroundings.intensity);
-        let lights: Vec<PunctualLight> = scene.lights().iter().filter_map(PunctualLight::new).collect();
-        let area_lights: Vec<AreaLight> = scene.lights().iter().filter_map(AreaLight::new).collect();
-        clock.lap("environment");
+        self.lights.clear();
+        self.lights.extend(scene.lights().iter().filter_map(PunctualLight::new));
+        self.area_lights.clear();
+        self.area_lights.extend(scene.lights().iter().filter_map(AreaLight::new));
+        let environment_time = crew.lap();
 
-        let (states, draws, vertex_count) = draws::prepare(scene, &view);
-        self.transform(&states, &draws, vertex_count, options);
-        clock.lap("vertices");
+        let mut draws = emptied(std::mem::take(&mut self.draws));
+        self.states.clear();
+        let vertex_count = draws::prepare(scene, &view, &mut self.states, &mut draws);
+        self.transform(&mut crew, &draws, vertex_count, options);
+        let vertices_time = crew.lap();
         let bin_limit = tile_pass::bin_limit(&options.limits);
-        let binned = self.set_up_triangles(&states, &draws, &grid, &pattern, options, bin_limit);
+        let (chunks, binned) = self.set_up_triangles(&mut crew, &draws, &grid, &pattern, options, bin_limit);
         check("triangles of tiles", binned.min(bin_limit + 1), bin_limit, "blocks")?;
-        self.bins.build(grid.len(), self.chunks.iter().map(|c| &c.bins));
-        let rasterized = self.chunks.iter().map(|c| c.triangles.len() as u64).sum();
-        clock.lap("triangles");
+        let chunks = &self.chunks[..chunks];
+        self.bins.build(grid.len(), chunks.iter().map(|c| &c.bins));
+        let rasterized = chunks.iter().map(|c| c.triangles.len() as u64).sum();
+        let triangles_time = crew.lap();
 
         let hashes = options.stage_hashes.then(|| StageHashes {
             scene: trace::scene(scene),
             environment: trace::environment(&filtered),
-            geometry: trace::geometry(&self.vertices, &self.chunks),
+            geometry: trace::geometry(&self.vertices, chunks),
             ..StageHashes::default()
         });
         let pass = Pass {
             grid,
             pattern: &pattern,
-            chunks: &self.chunks,
-            states: &states,
+            chunks,
+            states: &self.states,
             shade: ShadeContext {
                 draws: &draws,
                 materials: scene.materials(),
                 textures: scene.textures(),
                 rays: view_rays(&view),
                 environment: &environment,
-                lights: &lights,
-                area_lights: &area_lights,
+                lights: &self.lights,
+                area_lights: &self.area_lights,
                 model: options.shading,
                 area_light_method: options.area_lights,
                 anisotropy: options.anisotropy,
@@ -144,54 +206,64 @@ impl Renderer {
         let mut pixels = std::mem::take(&mut self.pixels);
         pixels.resize(options.width as usize * options.height as usize, [0.0; 4]);
         let mut frame = Frame { width: options.width, height: options.height, pixels, aovs: Vec::new() };
-        let (fragments, planes, found) =
-            render_tiles(&self.jobs, &pass, &self.bins, &mut self.scratch, &mut frame, options);
+        let found = render_tiles(&mut crew, &pass, &self.bins, &mut self.tiles, &mut frame, options);
         pass.work.check()?;
-        check("frame", fragments, options.limits.fragments, "fragments")?;
-        frame.aovs = planes;
-        clock.lap("tiles");
-        stats.triangles_rasterized = rasterized;
-        stats.fragments = fragments;
-        stats.stages = clock.laps;
-        stats.stage_hashes = hashes.zip(found).map(|(hashes, found)| hashes.finish(&found, &frame));
+        check("frame", found.fragments, options.limits.fragments, "fragments")?;
+        if !crew.arithmetic_is_default() {
+            return Err(RenderError::FloatingPointMode);
+        }
+        frame.aovs = found.planes;
+        self.draws = emptied(draws);
+        self.pattern = Some(pattern);
+        let tiles_time = crew.lap();
+        let stages = [
+            ("environment", environment_time),
+            ("vertices", vertices_time),
+            ("triangles", triangles_time),
+            ("tiles", tiles_time),
+        ];
+        let stats = RenderStats {
+            triangles,
+            triangles_rasterized: rasterized,
+            fragments: found.fragments,
+            stages,
+            serial: stages.iter().map(|(_, time)| *time).sum::<Duration>().saturating_sub(crew.parallel()),
+            stage_hashes: hashes.zip(found.hashes).map(|(hashes, found)| hashes.finish(&found, &frame)),
+        };
         Ok(Rendered { frame, stats })
     }
 
     /// All vertices of all draws to the screen.
-    fn transform(
-        &mut self,
-        states: &[DrawState],
-        draws: &[crate::gbuffer::Draw<'_>],
-        count: usize,
-        options: &RenderOptions,
-    ) {
-        self.vertices.clear();
+    fn transform(&mut self, crew: &mut Crew<'_>, draws: &[Draw<'_>], count: usize, options: &RenderOptions) {
+        // Every one is written below.
         self.vertices.resize(count, ScreenVertex::default());
-        let mut work = Vec::new();
+        let mut work = emptied(std::mem::take(&mut self.vertex_jobs));
         let mut rest = self.vertices.as_mut_slice();
-        for (state, draw) in states.iter().zip(draws) {
+        for (state, draw) in self.states.iter().zip(draws) {
             let positions = draw.mesh.positions();
             let (own, after) = rest.split_at_mut(positions.len());
             rest = after;
             let chunks = positions.chunks(VERTICES_PER_CHUNK).zip(own.chunks_mut(VERTICES_PER_CHUNK));
-            work.extend(chunks.map(|(positions, out)| (&state.view, positions, out)));
+            work.extend(chunks.map(|(positions, out)| VertexJob { view: &state.view, positions, out }));
         }
-        self.jobs.for_each_mut(&mut work, |_, (view, positions, out)| {
+        crew.for_each_mut(&mut work, |_, VertexJob { view, positions, out }| {
             dispatch!(options.simd, l => transform_vertices(l, view, positions, out));
         });
+        self.vertex_jobs = emptied(work);
     }
 
     /// All triangles of all draws to chunks of screen triangles, binned. Chunks never straddle draws. Returns the
-    /// number of (tile, triangle) pairs; beyond `bin_limit` the rest is left out, and there will be no picture.
+    /// number of chunks and of (tile, triangle) pairs; beyond `bin_limit` the rest is left out, and there will be no
+    /// picture.
     fn set_up_triangles(
         &mut self,
-        states: &[DrawState],
-        draws: &[crate::gbuffer::Draw<'_>],
+        crew: &mut Crew<'_>,
+        draws: &[Draw<'_>],
         grid: &TileGrid,
         pattern: &SamplePattern,
         options: &RenderOptions,
         bin_limit: u64,
-    ) -> u64 {
+    ) -> (usize, u64) {
         let mut count = 0;
         for (number, draw) in draws.iter().enumerate() {
             let triangles = draw.mesh.triangles().len();
@@ -205,10 +277,10 @@ impl Renderer {
                 count += 1;
             }
         }
-        self.chunks.truncate(count);
-        let vertices = &self.vertices;
+        self.chunks.truncate(count.max(SPARE_CHUNKS));
+        let (vertices, states) = (&self.vertices, &self.states);
         let binned = AtomicU64::new(0);
-        self.jobs.for_each_mut(&mut self.chunks, |_, chunk| {
+        crew.for_each_mut(&mut self.chunks[..count], |_, chunk| {
             let state = &states[chunk.draw as usize];
             let mesh = draws[chunk.draw as usize].mesh;
             let job = ChunkJob {
@@ -223,89 +295,8 @@ impl Renderer {
             dispatch_available!(options.simd, l => process_chunk(l, chunk, &job, grid, pattern));
             binned.fetch_add(chunk.bins.len() as u64, Ordering::Relaxed);
         });
-        binned.into_inner()
+        (count, binned.into_inner())
     }
-}
-
-/// All tiles, each into its own rows of the frame. Returns the number of fragments, the G-buffer planes and the hashes
-/// that were asked for.
-fn render_tiles(
-    jobs: &Jobs,
-    pass: &Pass<'_>,
-    bins: &TileBins,
-    scratch: &mut Vec<TileScratch>,
-    frame: &mut Frame,
-    options: &RenderOptions,
-) -> (u64, Vec<AovPlane>, Option<FragmentHashes>) {
-    let grid = &pass.grid;
-    // The rows of all tiles, tile by tile.
-    let mut parts: Vec<&mut [[f32; 4]]> = Vec::with_capacity(grid.columns() as usize * frame.height as usize);
-    let side = grid.side() as usize;
-    for band in frame.pixels.chunks_mut(frame.width as usize * side) {
-        let mut rows: Vec<_> =
-            band.chunks_mut(frame.width as usize).map(|row| row.chunks_mut(side)).collect();
-        for _ in 0..grid.columns() {
-            parts.extend(rows.iter_mut().filter_map(Iterator::next));
-        }
-    }
-    let mut rest = parts.as_mut_slice();
-    let mut tiles: Vec<TileJob<'_, '_>> = (0..grid.len())
-        .map(|tile| {
-            let [_, _, width, height] = grid.pixels(tile);
-            let rows;
-            (rows, rest) = std::mem::take(&mut rest).split_at_mut(height as usize);
-            TileJob {
-                rows,
-                aovs: TileAovs::new(&options.aovs, width as usize, height as usize),
-                fragments: 0,
-                hashes: options.stage_hashes.then(FragmentHashes::default),
-            }
-        })
-        .collect();
-    jobs.for_each_with_scratch(scratch, &mut tiles, |scratch, tile, job| {
-        let runs = bins.runs(tile);
-        dispatch_available!(
-            options.simd,
-            l => tile_pass::render_tile(l, pass, tile, runs, scratch, job)
-        );
-    });
-    let fragments = tiles.iter().map(|t| t.fragments).sum();
-    let hashes = options.stage_hashes.then(|| {
-        let mut sum = FragmentHashes::default();
-        tiles.iter().filter_map(|t| t.hashes.as_ref()).for_each(|hashes| sum.add(hashes));
-        sum
-    });
-    let width = options.width as usize;
-    let mut planes: Vec<AovPlane> = options
-        .aovs
-        .iter()
-        .map(|&aov| AovPlane { aov, data: vec![0.0; aov.channels() * width * options.height as usize] })
-        .collect();
-    if !planes.is_empty() {
-        for (tile, job) in tiles.into_iter().enumerate() {
-            let [x, y, tile_width, _] = grid.pixels(tile).map(|v| v as usize);
-            for (plane, part) in planes.iter_mut().zip(job.aovs.finish()) {
-                let channels = plane.aov.channels();
-                for (row, values) in part.chunks(tile_width * channels).enumerate() {
-                    let at = ((y + row) * width + x) * channels;
-                    plane.data[at..at + values.len()].copy_from_slice(values);
-                }
-            }
-        }
-    }
-    (fragments, planes, hashes)
-}
-
-/// False if this thread's processor state flushes subnormal results or operands to zero, or rounds otherwise than to the
-/// nearest number.
-fn arithmetic_is_default() -> bool {
-    let smallest = std::hint::black_box(f32::MIN_POSITIVE);
-    let half = std::hint::black_box(smallest * 0.5);
-    let one = std::hint::black_box(1.0_f32);
-    let quarter_step = std::hint::black_box(f32::EPSILON * 0.25);
-    // Upwards, the sum would be more than 1; downwards or towards zero, the difference would be less.
-    let to_nearest = one + quarter_step == 1.0 && one - quarter_step == 1.0 && -one - quarter_step == -1.0;
-    half > 0.0 && half * 2.0 == smallest && to_nearest
 }
 
 /// The square of the cosine of an angle in degrees; `None` for 0.
@@ -324,23 +315,5 @@ fn view_rays(view: &View) -> ViewRays {
         down: per_pixel(up, -1.0),
         forward: back.map(|v| -v as f32),
         perspective: view.perspective,
-    }
-}
-
-/// Writes down how long each stage takes. Only for the user to read: no result depends on it.
-struct Clock {
-    last: Instant,
-    laps: Vec<(&'static str, Duration)>,
-}
-
-impl Clock {
-    fn start() -> Self {
-        Self { last: Instant::now(), laps: Vec::new() }
-    }
-
-    fn lap(&mut self, stage: &'static str) {
-        let now = Instant::now();
-        self.laps.push((stage, now - self.last));
-        self.last = now;
     }
 }

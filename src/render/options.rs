@@ -74,8 +74,8 @@ impl Default for RenderOptions {
 }
 
 impl RenderOptions {
-    /// Checks every option against its range.
-    pub(super) fn validate(&self) -> Result<SamplePattern, RenderError> {
+    /// Checks every option against its range. Returns the pattern of samples: `kept`, if it is the right one.
+    pub(super) fn validate(&self, kept: Option<SamplePattern>) -> Result<SamplePattern, RenderError> {
         let option = |option, value: String, allowed| RenderError::Option { option, value, allowed };
         for (name, side) in [("width", self.width), ("height", self.height)] {
             if side == 0 {
@@ -103,7 +103,8 @@ impl RenderOptions {
         if !self.simd.is_available() {
             return Err(option("simd", self.simd.to_string(), "an instruction set of this machine"));
         }
-        SamplePattern::new(self.samples)
+        kept.filter(|pattern| pattern.len() == self.samples as usize)
+            .or_else(|| SamplePattern::new(self.samples))
             .ok_or_else(|| option("samples", self.samples.to_string(), "1, 4, 8 or 16"))
     }
 }
@@ -157,7 +158,10 @@ pub struct RenderStats {
     /// Surface fragments that were shaded.
     pub fragments: u64,
     /// Wall time of each stage, in the order of the stages.
-    pub stages: Vec<(&'static str, Duration)>,
+    pub stages: [(&'static str, Duration); 4],
+    /// Wall time of these stages in which one thread worked alone, however many there are: all but the loops over
+    /// vertices, triangles and tiles. Filtering a new environment counts as such.
+    pub serial: Duration,
     /// What each stage handed to the next, if [`RenderOptions::stage_hashes`] asks for it.
     pub stage_hashes: Option<StageHashes>,
 }

@@ -11,7 +11,9 @@ use crate::shade::ShadeContext;
 #[derive(Debug, Default)]
 pub(super) struct ResolveScratch {
     /// Blended fragments sorted by pixel, farthest first.
-    blended: Vec<u32>,
+    pub blended: Vec<u32>,
+    /// Opaque fragments of blended pixels: pixel and index.
+    pub behind: Vec<(u16, u32)>,
 }
 
 /// Sums the opaque fragments of each pixel by coverage, in the order of the list (lowest sample first), then blends
@@ -61,8 +63,9 @@ fn blend(
     scratch: &mut ResolveScratch,
     rows: &mut [&mut [[f32; 4]]],
 ) {
-    let order = &mut scratch.blended;
+    let ResolveScratch { blended: order, behind } = scratch;
     order.clear();
+    behind.clear();
     order.extend(opaque as u32..fragments.len() as u32);
     let of = |k: u32| (&fragments[k as usize], &shaded[k as usize]);
     order.sort_unstable_by(|&a, &b| {
@@ -70,7 +73,6 @@ fn blend(
         fa.pixel.cmp(&fb.pixel).then(sa.depth.total_cmp(&sb.depth)).then(b.cmp(&a))
     });
     // The opaque fragments of a blended pixel, whose samples must be told apart, found by one walk over all.
-    let mut behind: Vec<(u16, u32)> = Vec::new();
     let blended_pixel = |pixel: u16| order.binary_search_by(|&k| of(k).0.pixel.cmp(&pixel)).is_ok();
     for (k, fragment) in fragments[..opaque].iter().enumerate() {
         if blended_pixel(fragment.pixel) {

@@ -11,6 +11,7 @@ use crate::geometry::Chunk;
 use crate::limits::{LimitExceeded, Limits};
 use crate::math::lanes::{Float, LANES, Lanes, Mask};
 use crate::raster::{NOT_CLIPPED, SamplePattern, TileOrigin, Triangle, Visibility};
+use crate::reuse::reserve_like;
 use crate::scene::AlphaMode;
 use crate::shade::{ShadeContext, alpha_passes, shade, store_surface};
 use crate::tile::{Run, TileGrid};
@@ -84,6 +85,29 @@ pub(super) struct TileScratch {
     resolve: super::resolve::ResolveScratch,
 }
 
+impl TileScratch {
+    /// Takes as much memory as `other` has.
+    fn reserve_like(&mut self, other: &Self) {
+        self.visibility.reserve_like(&other.visibility);
+        reserve_like(&mut self.identities, &other.identities);
+        reserve_like(&mut self.blended, &other.blended);
+        reserve_like(&mut self.fragments, &other.fragments);
+        reserve_like(&mut self.order, &other.order);
+        reserve_like(&mut self.shaded, &other.shaded);
+        reserve_like(&mut self.resolve.blended, &other.resolve.blended);
+        reserve_like(&mut self.resolve.behind, &other.resolve.behind);
+    }
+
+    /// Gives all the memory of the largest: which tiles a value gets depends on timing, and the next picture's tiles
+    /// shall fit into any.
+    pub(super) fn level(all: &mut [Self]) {
+        if let [first, others @ ..] = all {
+            others.iter().for_each(|other| first.reserve_like(other));
+            others.iter_mut().for_each(|other| other.reserve_like(first));
+        }
+    }
+}
+
 /// What the shading pass makes of a fragment.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct ShadedFragment {
@@ -96,6 +120,7 @@ pub(super) struct ShadedFragment {
 }
 
 /// The rows of one tile, and what the tile adds to the frame.
+#[derive(Debug)]
 pub(super) struct TileJob<'r, 'a> {
     /// One slice of pixels for each of its rows.
     pub rows: &'r mut [&'a mut [[f32; 4]]],

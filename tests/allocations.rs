@@ -1,0 +1,143 @@
+//! Pictures like earlier ones take no new memory.
+//!
+//! Heap allocations of all threads are counted, so this file has one test: another one beside it would be counted too.
+
+#[path = "common/shapes.rs"]
+#[allow(dead_code, reason = "other tests use the rest")]
+mod shapes;
+
+use overcoat::render::{Background, RenderOptions, Renderer, ShadingModel};
+use overcoat::scene::{
+    AlphaMode, AlphaUse, Camera, ColorSpace, Environment, EnvironmentSource, EquirectImage, Image, Instance,
+    Light, LightKind, Material, Mesh, NormalTexture, Projection, Sampler, Scene, Texture, TextureRef,
+    Transform, UvTransform, Workflow,
+};
+use stats_alloc::{INSTRUMENTED_SYSTEM, Region, Stats, StatsAlloc};
+use std::alloc::System;
+use std::sync::Arc;
+
+#[global_allocator]
+static COUNTED: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
+
+/// Places in a block of the queue through which the pool of threads takes work, one for each picture.
+const PLACES: usize = 63;
+/// No block is larger: the next block's address and, for each place, a pointer, a function and a state.
+const BLOCK_BYTES: usize = 8 + PLACES * 24;
+
+/// Everything at once: meshes of several materials and models, opaque, masked, blended and clipped; textures, lights of
+/// every kind, an environment from a picture.
+fn scene() -> Scene {
+    let mut scene = Scene::new();
+    let texels = |f: fn(u32, u32) -> [u8; 4]| (0..64 * 64).map(|k| f(k % 64, k / 64)).collect();
+    let texture = |scene: &mut Scene, space, texels: Vec<[u8; 4]>| {
+        let image = Arc::new(Image::new(64, 64, texels).unwrap());
+        let id = scene.add_texture(Texture::new(image, space, AlphaUse::Data, Sampler::default())).unwrap();
+        TextureRef { texture: id, uv_set: 0, transform: UvTransform::IDENTITY }
+    };
+    let checks =
+        texels(|x, y| if (x / 8 + y / 8) % 2 == 0 { [220, 40, 30, 255] } else { [240, 240, 240, 40] });
+    let colors = texture(&mut scene, ColorSpace::Srgb, checks);
+    let bumps = texels(|x, y| [(120 + x % 16) as u8, (120 + y % 16) as u8, 250, 255]);
+    let bumps = NormalTexture { texture: texture(&mut scene, ColorSpace::Linear, bumps), scale: 1.0 };
+
+    let rough = |roughness| Workflow::MetallicRoughness { metallic: 0.2, roughness, texture: None };
+    let paint = Material { coat: 1.0, coat_roughness: 0.05, workflow: rough(0.5), ..Material::default() };
+    let materials = [
+        Material { base_color_texture: Some(colors), normal_texture: Some(bumps), ..paint.clone() },
+        Material { model: Some(ShadingModel::OpenPbr), ..paint.clone() },
+        Material { model: Some(ShadingModel::Velvet), ..paint.clone() },
+        Material {
+            alpha_mode: AlphaMode::Mask { cutoff: 0.5 },
+            base_color_texture: Some(colors),
+            double_sided: true,
+            ..paint.clone()
+        },
+        Material { alpha_mode: AlphaMode::Blend, base_color: [0.1, 0.3, 0.8, 0.4], ..paint },
+    ];
+    let shapes = [shapes::torus(0.3, 40), shapes::sphere(40), shapes::cube(), shapes::square(4)];
+    let meshes = shapes.map(|data| scene.add_mesh(Mesh::new(data).unwrap()).unwrap());
+    for (number, material) in materials.into_iter().enumerate() {
+        let material = scene.add_material(material).unwrap();
+        for (k, mesh) in meshes.into_iter().enumerate() {
+            let place = [k as f64 * 1.5 - 2.2, number as f64 * 0.9 - 1.8, number as f64 * 0.6 - 1.2];
+            let transform = Transform::translation(place).unwrap();
+            scene.add_instance(Instance { mesh, material, transform, object: number as u32 }).unwrap();
+        }
+    }
+    for kind in [
+        LightKind::Directional { direction: [0.6, -0.64, -0.48] },
+        LightKind::Point { position: [2.0, 3.0, 2.0], range: Some(20.0) },
+        LightKind::Rect {
+            position: [0.0, 4.0, 2.0],
+            half_width: [1.0, 0.0, 0.0],
+            half_height: [0.0, 0.0, 1.0],
+            two_sided: true,
+        },
+        LightKind::Tube { ends: [[-2.0, 2.0, 3.0], [2.0, 2.0, 3.0]], radius: 0.05 },
+    ] {
+        scene.add_light(Light { intensity: 2.0, ..Light::new(kind) }).unwrap();
+    }
+    let sky =
+        (0..64 * 32).map(|k| [0.2 + (k % 64) as f32 / 64.0, 0.5, 0.3 + (k / 64) as f32 / 32.0]).collect();
+    let source = EnvironmentSource::Image(Arc::new(EquirectImage::new(64, 32, sky).unwrap()));
+    scene.set_environment(Environment { source, rotation_degrees: 30.0, intensity: 1.0 }).unwrap();
+    scene
+}
+
+/// Four places from which the scene is seen; the last is inside it, so that triangles are clipped.
+fn cameras() -> [Camera; 4] {
+    [[0.0, 1.0, 9.0], [7.0, 2.0, 5.0], [-5.0, 3.0, -6.0], [0.3, 0.2, 1.0]].map(|eye| Camera {
+        eye,
+        target: [0.0; 3],
+        up: [0.0, 1.0, 0.0],
+        projection: Projection::Perspective { fov_y: 0.7 },
+        near: 0.01,
+    })
+}
+
+/// What `frames` frames allocate, after three turns through all cameras.
+fn count(scene: &Scene, options: &RenderOptions, threads: usize, frames: usize) -> Stats {
+    let mut renderer = Renderer::new(threads);
+    let mut frame = |camera: &Camera| {
+        let rendered = renderer.render(scene, camera, options).unwrap();
+        assert!(rendered.stats.fragments > 0);
+        renderer.recycle(rendered.frame);
+    };
+    let cameras = cameras();
+    let first = Region::new(COUNTED);
+    frame(&cameras[0]);
+    assert!(first.change().bytes_allocated > 10_000, "the first frame makes its buffers");
+    (0..3).flat_map(|_| &cameras).for_each(&mut frame);
+    let region = Region::new(COUNTED);
+    cameras.iter().cycle().take(frames).for_each(&mut frame);
+    region.change()
+}
+
+#[test]
+fn warm_frames_allocate_nothing() {
+    let scene = scene();
+    for threads in [1, 2] {
+        for (samples, merge_angle, background) in [
+            (1, 0.0, Background::Transparent),
+            (8, 0.0, Background::Environment),
+            (8, 10.0, Background::Transparent),
+        ] {
+            let options = RenderOptions {
+                width: 100,
+                height: 70,
+                samples,
+                merge_angle,
+                background,
+                ..RenderOptions::default()
+            };
+            // One thread needs no queue. Several get each frame through one place of it, which nothing can avoid: the
+            // pool has no other way in that takes borrowed work.
+            let (frames, blocks) = if threads == 1 { (8, 0) } else { (2 * PLACES, 2) };
+            let found = count(&scene, &options, threads, frames);
+            let what = format!("{threads} threads, {samples} samples, {frames} frames: {found:?}");
+            assert!(found.allocations <= blocks && found.deallocations <= blocks, "{what}");
+            assert!(found.bytes_allocated <= blocks * BLOCK_BYTES, "{what}");
+            assert_eq!(found.reallocations, 0, "{what}");
+        }
+    }
+}
