@@ -123,8 +123,8 @@ fn warm_frames_allocate_nothing() {
             (8, 10.0, Background::Transparent),
         ] {
             let options = RenderOptions {
-                width: 100,
-                height: 70,
+                width: 80,
+                height: 56,
                 samples,
                 merge_angle,
                 background,
@@ -132,7 +132,7 @@ fn warm_frames_allocate_nothing() {
             };
             // One thread needs no queue. Several get each frame through one place of it, which nothing can avoid: the
             // pool has no other way in that takes borrowed work.
-            let (frames, blocks) = if threads == 1 { (8, 0) } else { (2 * PLACES, 2) };
+            let (frames, blocks) = if threads == 1 { (8, 0) } else { (PLACES, 1) };
             let found = count(&scene, &options, threads, frames);
             let what = format!("{threads} threads, {samples} samples, {frames} frames: {found:?}");
             assert!(found.allocations <= blocks && found.deallocations <= blocks, "{what}");
