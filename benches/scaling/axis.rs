@@ -105,7 +105,7 @@ pub struct Axis {
     pub name: &'static str,
     /// What stays, for the table.
     pub scene: String,
-    /// More of it is more work. Threads only share it: there the interest is in a few percent, which takes more rounds.
+    /// More of it is more work. Threads only share it.
     pub is_work: bool,
     /// Its values.
     pub points: Vec<Point>,
@@ -114,7 +114,6 @@ pub struct Axis {
 impl Axis {
     /// Visits all points in turn, that many times, so that a machine whose speed drifts treats them alike.
     pub fn measure(&mut self, rounds: usize) {
-        let rounds = if self.is_work { rounds } else { 10 * rounds };
         for _ in 0..rounds {
             self.points.iter_mut().for_each(Point::visit);
         }

@@ -18,12 +18,15 @@ use std::sync::Arc;
 /// How often each point is visited.
 const ROUNDS: usize = 7;
 
+/// Makes one quantity's scenes.
+type Maker = fn() -> Axis;
+
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     // Cargo says so, and says nothing where benchmarks are only to be tried.
     let measures = arguments.iter().any(|a| a == "--bench");
     let wanted: Vec<&String> = arguments.iter().filter(|a| !a.starts_with("--")).collect();
-    let makers: [(&str, fn() -> Axis); 6] = [
+    let makers: [(&str, Maker); 6] = [
         ("pixels", pixels),
         ("samples", samples),
         ("fragments", fragments),
@@ -37,10 +40,16 @@ fn main() -> Result<(), Box<dyn Error>> {
             continue;
         }
         let mut axis = make();
-        if !measures {
-            axis.points.truncate(2);
-        }
-        axis.measure(if measures { ROUNDS } else { 1 });
+        let rounds = match (measures, axis.is_work) {
+            (true, true) => ROUNDS,
+            // Here the interest is in a few percent.
+            (true, false) => 10 * ROUNDS,
+            (false, _) => {
+                axis.points.truncate(2);
+                1
+            }
+        };
+        axis.measure(rounds);
         let rows = rows(&axis);
         print!("{name}: {}\n{rows}", axis.scene);
         table += &rows;
