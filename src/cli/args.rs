@@ -36,7 +36,7 @@ pub enum Command {
     Info(InfoArgs),
     /// Render many models to one labelled contact sheet
     Sheet(Box<SheetArgs>),
-    /// Measure frames with an orbiting camera
+    /// Measure frames of one model with an orbiting camera, or of a new model each
     Bench(Box<BenchArgs>),
     /// Render one model with every engine's shading model, side by side
     CompareModels(Box<CompareModelsArgs>),
