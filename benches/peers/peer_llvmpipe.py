@@ -42,7 +42,7 @@ void main() {
 }
 """
 
-# `vec4(a, b)` terms of the two lobes come from Python: roughness squared less one, normalization, and so on.
+# What depends on roughness alone comes from Python; see `lobe` below.
 FRAGMENT = """
 uniform vec3 eye;
 uniform vec3 light;
@@ -67,7 +67,7 @@ vec3 irradiance(vec3 n) {
         + harmonics[7] * (n.x * n.z) + harmonics[8] * (n.x * n.x - n.y * n.y);
 }
 
-// The sphere unfolded on a square: the cheapest lookup that llvmpipe was measured to have.
+// The sphere unfolded on a square: no dearer than a lookup by angles, and without poles.
 vec2 unfolded(vec3 d) {
     d /= abs(d.x) + abs(d.y) + abs(d.z);
     vec2 low = (1.0 - abs(d.zx)) * vec2(d.x < 0.0 ? -1.0 : 1.0, d.z < 0.0 ? -1.0 : 1.0);
@@ -118,7 +118,7 @@ void main() {
 }
 """
 
-# Ten levels would be one texel; below eight texels an unfolded sphere has seams.
+# Pixels of a side; its smallest mip levels are not used, in which the sphere would be a few texels.
 UNFOLDED = 256
 
 
