@@ -116,5 +116,5 @@ FRAMES = (
     "vtk",
     "three",
 )
-# Half a minute a frame and more: nobody would.
+# They would tell nothing new, or take minutes.
 LARGE_LEFT_OUT = ("llvmpipe-light", "three", "overcoat-1-light")
