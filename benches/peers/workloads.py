@@ -90,7 +90,7 @@ SETTINGS = {
     )
 }
 
-# From start to PNG everything is told against overcoat as a user starts it, at 8 samples.
+# Each is told against overcoat at 8 samples, as a user starts it.
 COLD = (
     "overcoat-8",
     "overcoat-8-studio",
@@ -103,7 +103,13 @@ COLD = (
     "vtk",
     "three",
 )
-COLD_AGAINST = "overcoat-8"
+
+
+def cold_against(setting):
+    """Who reads no picture of the environment is told against overcoat with its built-in one."""
+    return "overcoat-8" if setting.environment else "overcoat-8-studio"
+
+
 FRAMES = (
     "overcoat-1-light",
     "overcoat-1",
