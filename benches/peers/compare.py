@@ -171,7 +171,11 @@ class Comparison:
         command += ["--eye=" + ",".join(map(str, common.eye())), "--target", "0,0,0"]
         command += ["--fov", str(common.FIELD_OF_VIEW), "--env", light]
         command += ["--size", size, "--samples", str(setting.samples)]
-        return command + (["-o", str(picture)] if picture else ["--frames", str(frames), "--json", "--quiet"])
+        if picture:
+            return command + ["-o", str(picture)]
+        # One pass that is not counted comes before, as with the peers.
+        count = ["--rounds", "1"] if mode == "models" else ["--frames", str(frames)]
+        return command + [*count, "--json", "--quiet"]
 
     # Preparation
 
@@ -235,9 +239,7 @@ class Comparison:
             keys = [key for key in FRAMES if key not in LARGE_LEFT_OUT]
             yield "large", keys, lambda s: self.command(s, "warm", model(knot), size, frames)
         if "models" in self.args.what:
-            # overcoat takes a frame for each model; its peers go over the models by themselves.
-            count = len(self.paths["models"])
-            yield "models", FRAMES, lambda s: self.command(s, "models", self.paths["models"], frames=count)
+            yield "models", FRAMES, lambda s: self.command(s, "models", self.paths["models"])
 
     def measure(self):
         """All rounds; what stands is written after each."""
