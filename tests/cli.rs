@@ -194,7 +194,11 @@ fn bad_input_ends_in_one_clear_line() {
         (&["render", "quad.glb", "--env-rotation", "nan"], 2, &["--env-rotation"]),
         (&["render", "quad.glb", "--background", "whitish"], 2, &["--background"]),
         (&["render", "quad.glb", "--aov", "depth,smell"], 2, &["--aov", "smell"]),
-        (&["render", "quad.glb", "--limit", "triangles=1"], 3, &["quad.glb", "triangles"]),
+        (
+            &["render", "quad.glb", "--limit", "triangles=1"],
+            3,
+            &["quad.glb", "--limit triangles=N raises it"],
+        ),
         (&["render", "quad.glb", "--limit", "input_bytes=100"], 3, &["quad.glb", "input_bytes"]),
         (&["render", "quad.glb", "--limit", "patience=1"], 2, &["--limit", "patience"]),
         (&["render", "quad.glb", "--format", "glb"], 2, &["--format"]),

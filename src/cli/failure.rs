@@ -52,7 +52,9 @@ impl Failure {
     #[must_use]
     pub fn load(error: &LoadError) -> Self {
         match error {
-            LoadError::Limit(limit) => Self::limit(limit),
+            LoadError::Limit(limit) => {
+                Self::limit(limit).followed_by(&format!("--limit {}=N raises it", limit.field))
+            }
             LoadError::Resolve(e @ ResolveError::TooLarge { .. }) => {
                 Self { kind: Kind::Limit, message: one_line(&e.to_string()) }
             }
@@ -90,6 +92,12 @@ impl Failure {
     #[must_use]
     pub fn scene(error: &SceneError) -> Self {
         Self::usage(error)
+    }
+
+    /// The same with what can be done about it.
+    fn followed_by(mut self, advice: &str) -> Self {
+        self.message = format!("{}; {advice}", self.message);
+        self
     }
 
     /// The same with the name of the file that it is about in front.

@@ -5,7 +5,7 @@ use super::failure::Failure;
 use super::picture::is_standard_stream;
 use crate::jobs::Jobs;
 use crate::limits::{LimitExceeded, Limits};
-use crate::load::{Context, Format, Loaded, NoResolver, load_bytes, load_file};
+use crate::load::{Context, Format, Loaded, NoResolver, load_bytes, load_file_with_format};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
@@ -40,10 +40,7 @@ pub fn format(args: &InputArgs, path: &Path) -> Result<Option<Format>, Failure> 
 /// # Errors
 /// [`Failure`] naming the file and the reason.
 pub fn load(source: &ModelSource, limits: &Limits, jobs: &Jobs) -> Result<Loaded, Failure> {
-    if is_standard_stream(&source.path) {
-        return load_with_format(source, limits, jobs).map(|(loaded, _)| loaded);
-    }
-    load_file(&source.path, limits, jobs).map_err(|e| Failure::load(&e).at(&source.path))
+    load_with_format(source, limits, jobs).map(|(loaded, _)| loaded)
 }
 
 /// Loads a model and tells its format.
@@ -64,11 +61,7 @@ pub fn load_with_format(
         let loaded = load_bytes(&bytes, format, &context).map_err(|e| about(Failure::load(&e)))?;
         return Ok((loaded, format));
     }
-    let loaded = load(source, limits, jobs)?;
-    let extension = source.path.extension().and_then(|e| e.to_str()).and_then(Format::from_extension);
-    // It has just been read without trouble; what changed since then shows as an unknown format.
-    let bytes = std::fs::read(&source.path).unwrap_or_default();
-    Ok((loaded, Format::detect(&bytes).or(extension)))
+    load_file_with_format(&source.path, limits, jobs).map_err(|e| about(Failure::load(&e)))
 }
 
 /// All of standard input, at most [`Limits::input_bytes`] of it.

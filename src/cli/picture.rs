@@ -222,7 +222,8 @@ fn explicit_camera(description: &SceneCamera, eye: [f32; 3], scene: &Scene) -> R
 
 /// A camera that fits the model.
 fn framed_camera(description: &SceneCamera, scene: &Scene, aspect: f32) -> Camera {
-    let defaults = Framing::automatic(scene);
+    // Which view shows something is looked for only where none is given.
+    let defaults = if description.view.is_some() { Framing::default() } else { Framing::automatic(scene) };
     let framing = Framing {
         direction: description.view.map_or(defaults.direction, |v| v.direction),
         up: description.up.or(description.view.map(|v| v.up)).unwrap_or(defaults.up),

@@ -41,7 +41,7 @@ use crate::jobs::Jobs;
 use crate::limits::{LimitExceeded, Limits};
 use crate::scene::Scene;
 use std::fs::File;
-use std::io::{Error, ErrorKind, Read};
+use std::io::{Error, ErrorKind, Read, Seek};
 use std::path::Path;
 
 /// A scene and what was lost on the way.
@@ -70,12 +70,35 @@ pub struct Context<'a> {
 /// # Errors
 /// [`LoadError`]; its message does not contain the path.
 pub fn load_file(path: &Path, limits: &Limits, jobs: &Jobs) -> Result<Loaded, LoadError> {
-    let bytes = read_file(path, limits)?;
+    load_file_with_format(path, limits, jobs).map(|(loaded, _)| loaded)
+}
+
+/// [`load_file`], and the format that the file was found to have.
+///
+/// # Errors
+/// As [`load_file`].
+pub(crate) fn load_file_with_format(
+    path: &Path,
+    limits: &Limits,
+    jobs: &Jobs,
+) -> Result<(Loaded, Option<Format>), LoadError> {
+    let resolver = DirectoryResolver::new(path.parent().unwrap_or(Path::new("")));
+    let context = Context { resolver: &resolver, limits, jobs };
+    let file = open_file(path, limits)?;
+    let size = file.metadata()?.len();
+    if (READ_IN_PARTS..=limits.input_bytes).contains(&size)
+        && let Some(loaded) = gltf::load_file(&file, size, &context)?
+    {
+        return Ok((loaded, Some(Format::Glb)));
+    }
+    let bytes = read_opened(file, limits)?;
     let extension = path.extension().and_then(|e| e.to_str()).and_then(Format::from_extension);
     let format = Format::detect(&bytes).or(extension);
-    let resolver = DirectoryResolver::new(path.parent().unwrap_or(Path::new("")));
-    load_bytes(&bytes, format, &Context { resolver: &resolver, limits, jobs })
+    Ok((load_bytes(&bytes, format, &context)?, format))
 }
+
+/// Bytes from which on a file that allows it is read in parts: below, having it in memory twice is no matter.
+const READ_IN_PARTS: u64 = 1 << 20;
 
 /// Loads a model from memory. Without a format, its content tells.
 ///
@@ -102,6 +125,11 @@ pub fn load_bytes(bytes: &[u8], format: Option<Format>, context: &Context<'_>) -
 /// # Errors
 /// [`LoadError::Io`] if it is missing, a folder, a device or cannot be read; [`LoadError::Limit`] if it is too long.
 pub(crate) fn read_file(path: &Path, limits: &Limits) -> Result<Vec<u8>, LoadError> {
+    read_opened(open_file(path, limits)?, limits)
+}
+
+/// A regular file of at most `limits.input_bytes` bytes.
+fn open_file(path: &Path, limits: &Limits) -> Result<File, LoadError> {
     // Asked before opening, which would wait for a writer if it were a pipe.
     let metadata = std::fs::metadata(path)?;
     if metadata.is_dir() {
@@ -111,9 +139,16 @@ pub(crate) fn read_file(path: &Path, limits: &Limits) -> Result<Vec<u8>, LoadErr
         return Err(Error::new(ErrorKind::InvalidInput, "it is not a regular file").into());
     }
     check_size(metadata.len(), limits)?;
-    let mut bytes = Vec::with_capacity(usize::try_from(metadata.len()).unwrap_or(0).saturating_add(1));
+    Ok(File::open(path)?)
+}
+
+/// All that is in a file, from its first byte.
+fn read_opened(mut file: File, limits: &Limits) -> Result<Vec<u8>, LoadError> {
+    let size = file.metadata()?.len().min(limits.input_bytes);
+    file.rewind()?;
+    let mut bytes = Vec::with_capacity(usize::try_from(size).unwrap_or(0).saturating_add(1));
     // It may grow while it is read.
-    File::open(path)?.take(limits.input_bytes.saturating_add(1)).read_to_end(&mut bytes)?;
+    file.take(limits.input_bytes.saturating_add(1)).read_to_end(&mut bytes)?;
     check_size(bytes.len() as u64, limits)?;
     Ok(bytes)
 }

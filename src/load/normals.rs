@@ -27,6 +27,13 @@ pub(crate) fn add_smooth_normals(mesh: &mut MeshData, crease_angle_degrees: f32)
     add_missing_normals(mesh, crease_angle_degrees, |_| true);
 }
 
+/// As [`add_smooth_normals`], for a mesh no two vertices of which have equal positions.
+pub(super) fn add_smooth_normals_to_welded(mesh: &mut MeshData, crease_angle_degrees: f32) {
+    mesh.normals = vec![[0.0; 3]; mesh.positions.len()];
+    let classes = mesh.positions.len();
+    add_to_classes(mesh, crease_angle_degrees, |v| v, classes, |_| true);
+}
+
 /// As [`add_smooth_normals`], for the vertices that are `missing` a normal, where it must be zero; the others keep
 /// theirs.
 pub(super) fn add_missing_normals(
@@ -35,6 +42,17 @@ pub(super) fn add_missing_normals(
     missing: impl Fn(usize) -> bool,
 ) {
     let (class_of, classes) = position_classes(&mesh.positions);
+    add_to_classes(mesh, crease_angle_degrees, |v| class_of[v as usize], classes, missing);
+}
+
+/// The same for classes of equal positions that are known.
+fn add_to_classes(
+    mesh: &mut MeshData,
+    crease_angle_degrees: f32,
+    class_of: impl Fn(u32) -> u32,
+    classes: usize,
+    missing: impl Fn(usize) -> bool,
+) {
     mesh.tangents = Vec::new();
     let original = mesh.positions.len();
     let valid = |t: &[u32; 3]| t.iter().all(|&v| (v as usize) < original);
@@ -42,7 +60,7 @@ pub(super) fn add_missing_normals(
         // `Mesh::new` reports the index; there is nothing to compute here.
         return;
     }
-    let (starts, corners) = corners_by_class(&mesh.triangles, &class_of, classes);
+    let (starts, corners) = corners_by_class(&mesh.triangles, class_of, classes);
     let crease = cos(f64::from(crease_angle_degrees).to_radians());
 
     let mut around = Vec::new();
@@ -216,10 +234,14 @@ fn assign(mesh: &mut MeshData, corner: u32, normal: [f32; 3], copies: &mut Vec<(
 
 /// The corners of all triangles grouped by the position class of their vertex, in mesh order within a class: group k
 /// is `corners[starts[k]..starts[k + 1]]`.
-fn corners_by_class(triangles: &[[u32; 3]], class_of: &[u32], classes: usize) -> (Vec<u32>, Vec<u32>) {
+fn corners_by_class(
+    triangles: &[[u32; 3]],
+    class_of: impl Fn(u32) -> u32,
+    classes: usize,
+) -> (Vec<u32>, Vec<u32>) {
     let mut starts = vec![0_u32; classes + 1];
     for &v in triangles.as_flattened() {
-        starts[class_of[v as usize] as usize + 1] += 1;
+        starts[class_of(v) as usize + 1] += 1;
     }
     for k in 0..classes {
         starts[k + 1] += starts[k];
@@ -227,7 +249,7 @@ fn corners_by_class(triangles: &[[u32; 3]], class_of: &[u32], classes: usize) ->
     let mut next = starts.clone();
     let mut corners = vec![0; triangles.len() * 3];
     for (c, &v) in triangles.as_flattened().iter().enumerate() {
-        let slot = &mut next[class_of[v as usize] as usize];
+        let slot = &mut next[class_of(v) as usize];
         corners[*slot as usize] = c as u32;
         *slot += 1;
     }

@@ -7,12 +7,12 @@
 //! Facet normals of the file are not used: they add nothing to the winding where they are right, and often are not.
 //! Vertices at equal positions are joined, normals smoothed over edges of up to 30 degrees.
 
-use super::normals::add_smooth_normals;
+use super::normals::add_smooth_normals_to_welded;
 use super::plain::{
     CREASE_ANGLE, add_object, check_input, check_mesh, counted, default_material, drawable, finish,
 };
 use super::text::{Tokens, quoted, without_mark};
-use super::vertices::PositionTable;
+use super::vertices::{PositionTable, SOON};
 use super::{Context, LoadError, Loaded, Warning};
 use crate::limits::Limits;
 use crate::scene::{MeshData, Scene};
@@ -67,6 +67,9 @@ struct Reader<'a> {
     /// For the tables of positions.
     seed: u64,
     solids: Vec<Solid>,
+    /// Corners of triangles that are not in the last solid yet: some are put in together, see
+    /// [`PositionTable::prepare`].
+    waiting: Vec<[f32; 3]>,
     /// Triangles so far, over all solids.
     triangles: u64,
     /// Triangles left out because of their coordinates.
@@ -80,6 +83,7 @@ impl<'a> Reader<'a> {
             context,
             seed: PositionTable::seed(bytes),
             solids: Vec::new(),
+            waiting: Vec::with_capacity(SOON),
             triangles: 0,
             skipped: 0,
             warnings: Vec::new(),
@@ -90,24 +94,47 @@ impl<'a> Reader<'a> {
         self.warnings.push(Warning::new(message));
     }
 
-    fn begin_solid(&mut self, name: String) -> Result<(), LoadError> {
+    /// Begins a solid of about as many `triangles`.
+    fn begin_solid(&mut self, name: String, triangles: usize) -> Result<(), LoadError> {
+        self.add_waiting()?;
         // One without triangles leaves nothing behind.
         if self.solids.last().is_some_and(|s| s.triangles.is_empty()) {
             self.solids.pop();
         }
         let count = self.solids.len() as u64 + 1;
         Limits::check(|| "STL: the number of solids".to_owned(), count, self.context.limits.nodes, "nodes")?;
-        self.solids.push(Solid { name, positions: PositionTable::new(self.seed), triangles: Vec::new() });
+        // A closed surface has half as many vertices as triangles.
+        let positions = PositionTable::with_capacity(self.seed, triangles / 2);
+        self.solids.push(Solid { name, positions, triangles: Vec::new() });
         Ok(())
     }
 
     fn add(&mut self, corners: [[f32; 3]; 3]) -> Result<(), LoadError> {
+        self.waiting.extend(corners);
+        if self.waiting.len() < SOON { Ok(()) } else { self.add_waiting() }
+    }
+
+    /// Puts the triangles that wait into the last solid.
+    fn add_waiting(&mut self) -> Result<(), LoadError> {
+        let waiting = std::mem::take(&mut self.waiting);
+        if let Some(solid) = self.solids.last() {
+            solid.positions.prepare(&waiting);
+        }
+        for corners in waiting.as_chunks::<3>().0 {
+            self.put(*corners)?;
+        }
+        self.waiting = waiting;
+        self.waiting.clear();
+        Ok(())
+    }
+
+    fn put(&mut self, corners: [[f32; 3]; 3]) -> Result<(), LoadError> {
         if !corners.iter().all(|&p| drawable(p)) {
             self.skipped += 1;
             return Ok(());
         }
         if self.solids.is_empty() {
-            self.begin_solid(String::new())?;
+            self.begin_solid(String::new(), 0)?;
         }
         self.triangles += 1;
         if let Some(solid) = self.solids.last_mut() {
@@ -138,7 +165,7 @@ impl<'a> Reader<'a> {
         }
         let count = present.min(claimed);
         check_mesh(self.context, count, count / 2)?;
-        self.begin_solid("solid".to_owned())?;
+        self.begin_solid("solid".to_owned(), count as usize)?;
         let mut colored = bytes[..80].windows(6).any(|w| w == b"COLOR=");
         for facet in &facets[..count as usize] {
             let value = |k: usize| {
@@ -147,6 +174,7 @@ impl<'a> Reader<'a> {
             self.add([3, 6, 9].map(|k| [value(k), value(k + 1), value(k + 2)]))?;
             colored |= facet[49] & 0x80 != 0;
         }
+        self.add_waiting()?;
         if colored {
             self.warn("STL: the colours of its facets are not read".to_owned());
         }
@@ -160,11 +188,16 @@ impl<'a> Reader<'a> {
         let mut count = 0_usize;
         let mut incomplete = 0_u64;
         while let Some(token) = tokens.next() {
+            // Most are numbers.
+            if !matches!(token[0] | 0x20, b'v' | b'e' | b's') {
+                continue;
+            }
             // The most frequent word first; everything else (normals, `outer loop`) says nothing.
             if token.eq_ignore_ascii_case(b"vertex") {
                 let position = match (tokens.float(), tokens.float(), tokens.float()) {
                     (Some(x), Some(y), Some(z)) => [x, y, z],
                     _ => {
+                        self.add_waiting()?;
                         let message = format!("line {}: a vertex needs three numbers", tokens.line());
                         return Err(LoadError::malformed(FORMAT, message));
                     }
@@ -187,11 +220,12 @@ impl<'a> Reader<'a> {
                 count = 0;
             } else if token.eq_ignore_ascii_case(b"solid") {
                 let name = String::from_utf8_lossy(tokens.rest_of_line()).into_owned();
-                self.begin_solid(name)?;
+                self.begin_solid(name, 0)?;
             } else if token.eq_ignore_ascii_case(b"endsolid") {
                 tokens.rest_of_line();
             }
         }
+        self.add_waiting()?;
         if count > 0 {
             self.warn(format!(
                 "STL: the file ends within a facet, after {}",
@@ -219,7 +253,7 @@ impl<'a> Reader<'a> {
                 triangles: solid.triangles,
                 ..MeshData::default()
             };
-            add_smooth_normals(&mut data, CREASE_ANGLE);
+            add_smooth_normals_to_welded(&mut data, CREASE_ANGLE);
             let element = format!("STL: solid {}", quoted(solid.name.as_bytes()));
             add_object(&mut scene, &element, data, material, k as u32)?;
         }

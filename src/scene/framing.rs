@@ -1,6 +1,8 @@
 //! Boxes, and cameras that fit what is in them.
 
-use super::{Camera, Mesh, Projection, Scene, Transform};
+use super::extent::{self, Extent};
+use super::facing::{Estimate, Facing};
+use super::{Camera, Mesh, MeshId, Projection, Scene, Transform};
 use glam::DVec3;
 
 /// An axis-aligned box in double precision; empty where `min > max`.
@@ -120,8 +122,11 @@ impl Framing {
     /// from behind where it is one-sided.
     #[must_use]
     pub fn automatic(scene: &Scene) -> Self {
-        let facing = Facing::new(scene);
         let default = Self::default();
+        if Estimate::new(scene).surely_shows(default.direction, ENOUGH) {
+            return default;
+        }
+        let facing = Facing::new(scene);
         if facing.visible_from(default.direction) >= ENOUGH {
             return default;
         }
@@ -153,16 +158,26 @@ impl Framing {
         let mut reach = Reach::new(axes, center, [tan_y * aspect, tan_y]);
         if degenerate {
             let half = 0.5 * (magnitude * 1e-3).max(1.0);
-            let corner =
-                |k: usize| std::array::from_fn(|a| center[a] + if k >> a & 1 == 1 { half } else { -half });
-            reach.visit(&Transform::IDENTITY, (0..8).map(corner));
+            let measures = reach.measures(&Transform::IDENTITY);
+            for k in 0..8 {
+                let corner = |a: usize| center[a] + if k >> a & 1 == 1 { half } else { -half };
+                reach.include(&measures, [corner(0), corner(1), corner(2)]);
+            }
         } else {
-            let mut used = Vec::new();
+            let mut used: Option<(MeshId, Option<Vec<bool>>)> = None;
             for instance in scene.instances() {
                 let mesh = &scene.meshes()[instance.mesh.index()];
-                mark_used(mesh, &mut used);
-                let positions = mesh.positions().iter().zip(&used).filter(|(_, used)| **used);
-                reach.visit(&instance.transform, positions.map(|(p, _)| p.map(f64::from)));
+                let measures = reach.measures(&instance.transform);
+                let bounds = mesh.bounds();
+                if bounds.is_empty() || !reach.grows(&measures, bounds) {
+                    continue;
+                }
+                // Copies of a mesh often follow each other.
+                if used.as_ref().is_none_or(|(id, _)| *id != instance.mesh) {
+                    used = Some((instance.mesh, mesh.used_vertices()));
+                }
+                let used = used.as_ref().and_then(|(_, used)| used.as_deref());
+                reach.visit(&measures, mesh, used);
             }
         }
 
@@ -220,62 +235,6 @@ const OTHER_VIEWS: [[f32; 3]; 6] = [
 /// Part of the surface's area that has to be visible, foreshortened: a sphere shows 0.29.
 const ENOUGH: f64 = 0.25;
 
-/// Which way the surface of a scene faces, as moments of its normals weighted by area.
-struct Facing {
-    /// Mean of normal * transposed normal: xx, yy, zz, xy, xz, yz.
-    tensor: [f64; 6],
-    /// Mean normal of one-sided and of double-sided surfaces: zero where they are closed.
-    mean: [DVec3; 2],
-}
-
-impl Facing {
-    fn new(scene: &Scene) -> Self {
-        let mut tensor = [0.0; 6];
-        let mut mean = [DVec3::ZERO; 2];
-        for instance in scene.instances() {
-            let mesh = &scene.meshes()[instance.mesh.index()];
-            let double_sided = scene.materials()[instance.material.index()].double_sided;
-            let sign = if instance.transform.determinant() < 0.0 { -1.0 } else { 1.0 };
-            let point =
-                |v: u32| DVec3::from(instance.transform.point(mesh.positions()[v as usize].map(f64::from)));
-            for &[a, b, c] in mesh.triangles() {
-                let origin = point(a);
-                let n = (point(b) - origin).cross(point(c) - origin) * sign;
-                let length = (n.x * n.x + n.y * n.y + n.z * n.z).sqrt();
-                if length > 0.0 {
-                    mean[usize::from(double_sided)] += n;
-                    let products = [n.x * n.x, n.y * n.y, n.z * n.z, n.x * n.y, n.x * n.z, n.y * n.z];
-                    for (sum, product) in tensor.iter_mut().zip(products) {
-                        *sum += product / length;
-                    }
-                }
-            }
-        }
-        let area = tensor[0] + tensor[1] + tensor[2];
-        if area > 0.0 && area.is_finite() {
-            Self { tensor: tensor.map(|v| v / area), mean: mean.map(|v| v / area) }
-        } else {
-            let third = 1.0 / 3.0;
-            Self { tensor: [third, third, third, 0.0, 0.0, 0.0], mean: [DVec3::ZERO; 2] }
-        }
-    }
-
-    /// About how much of the area is seen from a direction, foreshortened, 0 to 1: of a closed surface one half, of
-    /// an open one all or, if it is one-sided and seen from behind, nothing.
-    fn visible_from(&self, direction: [f32; 3]) -> f64 {
-        let d = DVec3::from(direction.map(f64::from));
-        let [xx, yy, zz, xy, xz, yz] = self.tensor;
-        let square = xx * d.x * d.x
-            + yy * d.y * d.y
-            + zz * d.z * d.z
-            + 2.0 * (xy * d.x * d.y + xz * d.x * d.z + yz * d.y * d.z);
-        // Rounding may leave a little less than nothing.
-        let foreshortened = if square > 0.0 { square.sqrt() } else { 0.0 };
-        let length = (d.x * d.x + d.y * d.y + d.z * d.z).sqrt();
-        0.5 * (foreshortened + self.mean[0].dot(d) + self.mean[1].dot(d).abs()) / length
-    }
-}
-
 /// Smallest extent in metres of a model that is framed as it is.
 const SMALLEST: f64 = 1e-12;
 
@@ -302,33 +261,65 @@ impl Reach {
         }
     }
 
-    /// Takes in points of an instance.
-    fn visit(&mut self, transform: &Transform, points: impl Iterator<Item = [f64; 3]>) {
-        // The measures of the transformed point, as measures of the point.
+    /// The measures of an instance's transformed point, as measures of the point.
+    fn measures(&self, transform: &Transform) -> Measures {
         let rows = transform.rows();
-        let measures = self.measures.map(|(d, offset)| {
+        Measures(self.measures.map(|(d, offset)| {
             let along = |k: usize| d.x * rows[0][k] + d.y * rows[1][k] + d.z * rows[2][k];
             ([along(0), along(1), along(2)], along(3) + offset)
-        });
-        for p in points {
-            let m = measures.map(|(d, offset)| d[0] * p[0] + d[1] * p[1] + d[2] * p[2] + offset);
-            for (reach, m) in self.planes.iter_mut().zip(m) {
-                *reach = if m > *reach { m } else { *reach };
+        }))
+    }
+
+    /// Takes in the vertices of an instance; `used` says which of them count, unless all do.
+    fn visit(&mut self, measures: &Measures, mesh: &Mesh, used: Option<&[bool]>) {
+        for (block, points) in mesh.positions().chunks(extent::BLOCK).enumerate() {
+            let Extent { low, high } = Extent::of(points);
+            let bounds = Bounds { min: low.map(f64::from), max: high.map(f64::from) };
+            if !self.grows(measures, &bounds) {
+                continue;
             }
-            self.depth[0] = if m[4] < self.depth[0] { m[4] } else { self.depth[0] };
-            self.depth[1] = if m[4] > self.depth[1] { m[4] } else { self.depth[1] };
+            for (k, p) in points.iter().enumerate() {
+                if used.is_none_or(|used| used[block * extent::BLOCK + k]) {
+                    self.include(measures, p.map(f64::from));
+                }
+            }
         }
+    }
+
+    /// False if no point of a box can change anything. Rounding keeps the order of numbers, so what is computed for
+    /// the corner that lies farthest along a measure is at least what is computed for any point of the box.
+    fn grows(&self, measures: &Measures, bounds: &Bounds) -> bool {
+        let farthest = |k: usize, sign: f64| {
+            let d = measures.0[k].0;
+            let corner = |a: usize| if d[a] * sign > 0.0 { bounds.max[a] } else { bounds.min[a] };
+            measures.of(k, [corner(0), corner(1), corner(2)])
+        };
+        // What is no number decides nothing.
+        let within = |k: usize| farthest(k, 1.0) <= self.planes[k];
+        let between = farthest(4, 1.0) <= self.depth[1] && farthest(4, -1.0) >= self.depth[0];
+        !(within(0) && within(1) && within(2) && within(3) && between)
+    }
+
+    /// Takes in a point.
+    fn include(&mut self, measures: &Measures, p: [f64; 3]) {
+        for (k, reach) in self.planes.iter_mut().enumerate() {
+            let m = measures.of(k, p);
+            *reach = if m > *reach { m } else { *reach };
+        }
+        let depth = measures.of(4, p);
+        self.depth[0] = if depth < self.depth[0] { depth } else { self.depth[0] };
+        self.depth[1] = if depth > self.depth[1] { depth } else { self.depth[1] };
     }
 }
 
-/// Marks the vertices that triangles use.
-fn mark_used(mesh: &Mesh, used: &mut Vec<bool>) {
-    used.clear();
-    used.resize(mesh.positions().len(), false);
-    for triangle in mesh.triangles() {
-        for &v in triangle {
-            used[v as usize] = true;
-        }
+/// What the five measures are for points of an instance, as (direction, offset).
+struct Measures([([f64; 3], f64); 5]);
+
+impl Measures {
+    /// Measure `k` of a point.
+    fn of(&self, k: usize, p: [f64; 3]) -> f64 {
+        let (d, offset) = &self.0[k];
+        d[0] * p[0] + d[1] * p[1] + d[2] * p[2] + offset
     }
 }
 

@@ -1,7 +1,7 @@
 //! Triangle meshes.
 
 use super::error::{finite, within};
-use super::{Bounds, MAX_COORDINATE, SceneError};
+use super::{Bounds, MAX_COORDINATE, SceneError, extent};
 
 /// The attributes of a mesh before they are checked. Every list but `positions` and `triangles` may be empty.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -26,6 +26,8 @@ pub struct MeshData {
 pub struct Mesh {
     data: MeshData,
     bounds: Bounds,
+    /// Every vertex belongs to a triangle.
+    all_used: bool,
 }
 
 impl Mesh {
@@ -54,19 +56,13 @@ impl Mesh {
         finite("texture coordinate", data.uvs[0].as_flattened())?;
         finite("texture coordinate", data.uvs[1].as_flattened())?;
         within("vertex colour", data.colors.as_flattened(), 0.0, 65504.0)?;
-        let outside = |t: &[u32; 3]| t.iter().any(|&v| v as usize >= vertices);
-        if let Some(triangle) = data.triangles.iter().position(outside) {
+        let used = extent::used_vertices(vertices, &data.triangles).map_err(|triangle| {
             let vertex = data.triangles[triangle].iter().copied().fold(0, u32::max);
-            return Err(SceneError::IndexOutOfRange { triangle, vertex, vertices });
-        }
+            SceneError::IndexOutOfRange { triangle, vertex, vertices }
+        })?;
         // The box is of what is drawn: vertices without a triangle do not count.
-        let mut bounds = Bounds::EMPTY;
-        for t in &data.triangles {
-            for &v in t {
-                bounds.include(data.positions[v as usize]);
-            }
-        }
-        Ok(Self { data, bounds })
+        let bounds = extent::bounds(&data.positions, &data.triangles, &used);
+        Ok(Self { data, bounds, all_used: extent::all(&used) })
     }
 
     /// All attributes.
@@ -108,5 +104,13 @@ impl Mesh {
     #[must_use]
     pub fn bounds(&self) -> &Bounds {
         &self.bounds
+    }
+    /// For each vertex whether a triangle uses it; `None` if each one is used.
+    pub(super) fn used_vertices(&self) -> Option<Vec<bool>> {
+        if self.all_used {
+            return None;
+        }
+        // The indices have been checked.
+        extent::used_vertices(self.data.positions.len(), &self.data.triangles).ok()
     }
 }

@@ -7,6 +7,8 @@
 mod camera;
 mod environment;
 mod error;
+mod extent;
+mod facing;
 mod framing;
 mod light;
 mod lobes;

@@ -1,6 +1,6 @@
 //! Files that break the rules: each ends in a line that names the element, none in a panic.
 
-use crate::model::{Model, U8, U16, load_text, messages};
+use crate::model::{Model, U8, U16, load_in_parts, load_text, messages, outcome};
 use overcoat::limits::Limits;
 use overcoat::load::LoadError;
 use proptest::prelude::*;
@@ -224,6 +224,15 @@ proptest! {
         match overcoat::load::load_bytes(&file, None, &context) {
             Ok(loaded) => prop_assert!(loaded.warnings.iter().all(|w| !w.message.contains('\n'))),
             Err(error) => prop_assert!(!error.to_string().contains('\n'), "{}", error),
+        }
+        // The same file with zeros behind it, from memory and in parts.
+        if file.starts_with(b"glTF") {
+            let in_parts = load_in_parts(&file, &limits);
+            file.resize(3 << 20, 0);
+            let whole = overcoat::load::load_bytes(&file, None, &context);
+            if let Some(in_parts) = in_parts && !String::from_utf8_lossy(&file[..4096]).contains("\"uri\"") {
+                prop_assert_eq!(outcome(&in_parts), outcome(&whole));
+            }
         }
     }
 

@@ -2,7 +2,7 @@
 
 use overcoat::jobs::Jobs;
 use overcoat::limits::Limits;
-use overcoat::load::{Context, Format, LoadError, Loaded, MemoryResolver, NoResolver, load_bytes};
+use overcoat::load::{Context, Format, LoadError, Loaded, MemoryResolver, NoResolver, load_bytes, load_file};
 use serde_json::{Value, json};
 
 /// Component types of accessors.
@@ -121,7 +121,15 @@ impl Model {
 
     pub fn load_within(&self, limits: &Limits) -> Result<Loaded, LoadError> {
         let jobs = Jobs::new(1);
-        load_bytes(&self.glb(), None, &Context { resolver: &self.files, limits, jobs: &jobs })
+        let bytes = self.glb();
+        let loaded = load_bytes(&bytes, None, &Context { resolver: &self.files, limits, jobs: &jobs });
+        if !self.json.to_string().contains("\"uri\"") {
+            let from_file = load_in_parts(&bytes, limits);
+            if let Some(from_file) = from_file {
+                assert_eq!(outcome(&from_file), outcome(&loaded));
+            }
+        }
+        loaded
     }
 
     /// The message of the error that it must end in.
@@ -132,6 +140,28 @@ impl Model {
     /// The warnings of a file that must load.
     pub fn warnings(&self) -> Vec<String> {
         messages(&self.load().unwrap())
+    }
+}
+
+/// Loads a container from a file that is large enough to be read in parts: what follows a container is no part of
+/// it. `None` if the limits do not allow such files.
+pub fn load_in_parts(bytes: &[u8], limits: &Limits) -> Option<Result<Loaded, LoadError>> {
+    const SIZE: u64 = 3 << 20;
+    if limits.input_bytes < SIZE {
+        return None;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("model.glb");
+    std::fs::write(&path, bytes).unwrap();
+    std::fs::OpenOptions::new().write(true).open(&path).unwrap().set_len(SIZE).unwrap();
+    Some(load_file(&path, limits, &Jobs::new(2)))
+}
+
+/// Everything that can be seen of a loaded file.
+pub fn outcome(loaded: &Result<Loaded, LoadError>) -> String {
+    match loaded {
+        Ok(loaded) => format!("{:?} {:?}", loaded.scene, loaded.warnings),
+        Err(error) => error.to_string(),
     }
 }
 

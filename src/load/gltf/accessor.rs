@@ -3,11 +3,20 @@
 //! Everything is checked once when an accessor is resolved; the copy loops then cannot fail.
 
 use super::FORMAT;
-use super::buffers::{Buffers, slice};
+use super::buffers::Buffers;
 use super::model::{Accessor, Index, Kind, Root};
+use super::source::{Part, Source};
 use crate::load::budget::Budget;
 use crate::load::{Context, LoadError};
+use std::borrow::Cow;
 use std::ops::Range;
+
+/// Bytes that are read from a file at a time where they cannot be read to where they stay: few enough for the cache,
+/// and many for one call.
+const PIECE: usize = 1 << 17;
+
+/// The same for single elements: what lies between two that are this close is read with them.
+const GAP: usize = 1 << 12;
 
 /// Which elements are read.
 #[derive(Clone, Debug)]
@@ -70,14 +79,15 @@ impl Component {
 /// Elements at a fixed distance. `bytes` holds them all.
 #[derive(Clone, Copy)]
 struct Strided<'a> {
-    bytes: &'a [u8],
+    bytes: Source<'a>,
     stride: usize,
 }
 
 /// Elements that replace others.
 struct Replacement<'a> {
     indices: Vec<u32>,
-    values: Strided<'a>,
+    values: Cow<'a, [u8]>,
+    stride: usize,
 }
 
 /// An accessor whose bytes have been found and whose bounds have been checked.
@@ -132,7 +142,7 @@ pub(super) fn get(root: &Root, index: Index) -> Result<&Accessor, LoadError> {
 /// Finds the bytes of an accessor and checks that every element lies inside them.
 ///
 /// # Errors
-/// [`LoadError::Malformed`] naming the accessor.
+/// [`LoadError::Malformed`] naming the accessor; [`LoadError::Io`].
 pub(super) fn resolve<'a>(
     root: &Root,
     buffers: &'a Buffers<'_>,
@@ -164,11 +174,11 @@ pub(super) fn resolve<'a>(
                 )));
             }
             if count == 0 {
-                return Ok(Some(Strided { bytes: &[], stride: size }));
+                return Ok(Some(Strided { bytes: Source::Memory(&[]), stride: size }));
             }
             // The last element need not fill its stride.
             let length = (count as u64 - 1).saturating_mul(stride).saturating_add(size as u64);
-            match slice(bytes, offset, length) {
+            match bytes.slice(offset, length) {
                 Some(bytes) => Ok(Some(Strided { bytes, stride: usize::try_from(stride).unwrap_or(size) })),
                 None => Err(malformed(format!(
                     "{count} {part} from byte {offset} lie outside bufferView {view} of {} bytes",
@@ -195,11 +205,11 @@ pub(super) fn resolve<'a>(
             let values = strided(at.0, at.1, replaced, element, false, "sparse values")?
                 .ok_or_else(|| malformed("its sparse values have no bufferView".to_owned()))?;
             let mut list = vec![0u32; replaced];
-            read_integers(index_type, indices, 0, &mut list);
+            read_integers(index_type, &indices.bytes.bytes()?, indices.stride, &mut list);
             if let Some(outside) = list.iter().find(|&&k| k as usize >= count) {
                 return Err(malformed(format!("sparse index {outside} of {count} elements")));
             }
-            Some(Replacement { indices: list, values })
+            Some(Replacement { indices: list, values: values.bytes.bytes()?, stride: values.stride })
         }
     };
     Ok(Elements { count, kind: accessor.kind, component, normalized: accessor.normalized, base, sparse })
@@ -207,50 +217,124 @@ pub(super) fn resolve<'a>(
 
 impl Elements<'_> {
     /// Picked elements as floats. `N` must be the number of components.
-    pub(super) fn floats<const N: usize>(&self, pick: &Pick) -> Vec<[f32; N]> {
+    ///
+    /// # Errors
+    /// [`LoadError::Io`].
+    pub(super) fn floats<const N: usize>(&self, pick: &Pick) -> Result<Vec<[f32; N]>, LoadError> {
         debug_assert_eq!(N, self.kind.components());
         let mut out = vec![[0.0; N]; pick.len()];
-        if let Some(base) = self.base {
-            match pick {
-                Pick::Range(range) => self.read(base, range.start, &mut out),
-                Pick::List(list) => {
+        if let Some(Strided { bytes, stride }) = self.base {
+            match (bytes, pick) {
+                (Source::Memory(bytes), Pick::Range(range)) => {
+                    self.convert(from_element(bytes, range.start, stride), stride, &mut out);
+                }
+                (Source::Memory(bytes), Pick::List(list)) => {
                     for (out, &k) in out.iter_mut().zip(list) {
-                        self.read(base, k as usize, std::slice::from_mut(out));
+                        self.convert(
+                            from_element(bytes, k as usize, stride),
+                            stride,
+                            std::slice::from_mut(out),
+                        );
                     }
                 }
+                (Source::File(part), Pick::Range(range)) => {
+                    self.read(&part, range.start, stride, &mut out)?;
+                }
+                (Source::File(part), Pick::List(list)) => self.read_list(&part, list, stride, &mut out)?,
             }
         }
         if let Some(sparse) = &self.sparse {
             for (k, &index) in sparse.indices.iter().enumerate() {
                 if let Some(place) = pick.place(index as usize) {
-                    self.read(sparse.values, k, &mut out[place..=place]);
+                    let value = from_element(&sparse.values, k, sparse.stride);
+                    self.convert(value, sparse.stride, &mut out[place..=place]);
                 }
             }
         }
-        out
+        Ok(out)
     }
 
     /// All elements as integers, for indices: `out` has at most as many numbers as there are elements.
-    pub(super) fn integers(&self, out: &mut [u32]) {
+    ///
+    /// # Errors
+    /// [`LoadError::Io`].
+    pub(super) fn integers(&self, out: &mut [u32]) -> Result<(), LoadError> {
         debug_assert_eq!(self.kind, Kind::Scalar);
-        if let Some(base) = self.base {
-            read_integers(self.component, base, 0, out);
+        if let Some(Strided { bytes, stride }) = self.base {
+            let (component, size) = (self.component, self.component.size());
+            match bytes {
+                Source::Memory(bytes) => read_integers(component, bytes, stride, out),
+                Source::File(part) if is_plain(component == Component::U32, stride, 4) => {
+                    part.read(0, bytemuck::cast_slice_mut(out))?;
+                }
+                Source::File(part) => pieces(&part, 0, stride, size, out, |bytes, out| {
+                    read_integers(component, bytes, stride, out);
+                })?,
+            }
         }
         if let Some(sparse) = &self.sparse {
             for (k, &index) in sparse.indices.iter().enumerate() {
                 if let Some(out) = out.get_mut(index as usize) {
-                    read_integers(self.component, sparse.values, k, std::slice::from_mut(out));
+                    let value = from_element(&sparse.values, k, sparse.stride);
+                    read_integers(self.component, value, sparse.stride, std::slice::from_mut(out));
                 }
             }
         }
+        Ok(())
     }
 
-    /// Consecutive elements from number `first`.
-    fn read<const N: usize>(&self, from: Strided<'_>, first: usize, out: &mut [[f32; N]]) {
-        let bytes = from.bytes.get(first * from.stride..).unwrap_or(&[]);
-        let stride = from.stride;
+    /// Consecutive elements from number `first` of a file.
+    fn read<const N: usize>(
+        &self,
+        part: &Part<'_>,
+        first: usize,
+        stride: usize,
+        out: &mut [[f32; N]],
+    ) -> Result<(), LoadError> {
+        if is_plain(self.component == Component::F32, stride, 4 * N) {
+            let start = first as u64 * stride as u64;
+            return part.read(start, bytemuck::cast_slice_mut(out.as_flattened_mut()));
+        }
+        let size = N * self.component.size();
+        pieces(part, first, stride, size, out, |bytes, out| self.convert(bytes, stride, out))
+    }
+
+    /// Single elements of a file; those that lie close to each other at once.
+    fn read_list<const N: usize>(
+        &self,
+        part: &Part<'_>,
+        list: &[u32],
+        stride: usize,
+        out: &mut [[f32; N]],
+    ) -> Result<(), LoadError> {
+        let size = N * self.component.size();
+        let mut bytes = Vec::new();
+        let mut rest = (list, out);
+        while let Some(&first) = rest.0.first() {
+            let place = |k: u32| (k - first) as usize * stride;
+            let mut count = 1;
+            while let Some(&[before, next]) = rest.0.get(count - 1..=count)
+                && place(next) - place(before) <= GAP
+                && place(next) + size <= PIECE
+            {
+                count += 1;
+            }
+            let (list, others) = rest.0.split_at(count);
+            let (out, others_out) = rest.1.split_at_mut(count);
+            bytes.resize(place(list[count - 1]) + size, 0);
+            part.read(u64::from(first) * stride as u64, &mut bytes)?;
+            for (out, &k) in out.iter_mut().zip(list) {
+                self.convert(&bytes[place(k)..], stride, std::slice::from_mut(out));
+            }
+            rest = (others, others_out);
+        }
+        Ok(())
+    }
+
+    /// Consecutive elements, from the first byte of the first one.
+    fn convert<const N: usize>(&self, bytes: &[u8], stride: usize, out: &mut [[f32; N]]) {
         match (self.component, self.normalized) {
-            (Component::F32, _) if stride == 4 * N && cfg!(target_endian = "little") => {
+            (Component::F32, _) if is_plain(true, stride, 4 * N) => {
                 let out: &mut [u8] = bytemuck::cast_slice_mut(out.as_flattened_mut());
                 let length = out.len().min(bytes.len());
                 out[..length].copy_from_slice(&bytes[..length]);
@@ -273,6 +357,36 @@ impl Elements<'_> {
     }
 }
 
+/// True if elements lie in the file as they do in memory.
+fn is_plain(same_type: bool, stride: usize, size: usize) -> bool {
+    same_type && stride == size && cfg!(target_endian = "little")
+}
+
+/// The bytes from element number `first` on.
+fn from_element(bytes: &[u8], first: usize, stride: usize) -> &[u8] {
+    bytes.get(first * stride..).unwrap_or(&[])
+}
+
+/// Reads consecutive elements of `size` bytes from number `first` on, some at a time, and has them converted.
+fn pieces<T>(
+    part: &Part<'_>,
+    first: usize,
+    stride: usize,
+    size: usize,
+    out: &mut [T],
+    convert: impl Fn(&[u8], &mut [T]),
+) -> Result<(), LoadError> {
+    let count = (PIECE / stride).max(1);
+    let mut bytes = Vec::new();
+    for (k, out) in out.chunks_mut(count).enumerate() {
+        // The last element need not fill its stride.
+        bytes.resize((out.len() - 1) * stride + size, 0);
+        part.read((first + k * count) as u64 * stride as u64, &mut bytes)?;
+        convert(&bytes, out);
+    }
+    Ok(())
+}
+
 /// The most negative integer stands for -1 too.
 fn signed(value: f32, scale: f32) -> f32 {
     let v = value / scale;
@@ -293,9 +407,7 @@ fn copy<const N: usize, const S: usize>(
     }
 }
 
-fn read_integers(component: Component, from: Strided<'_>, first: usize, out: &mut [u32]) {
-    let bytes = from.bytes.get(first * from.stride..).unwrap_or(&[]);
-    let stride = from.stride;
+fn read_integers(component: Component, bytes: &[u8], stride: usize, out: &mut [u32]) {
     match component {
         Component::U32 if stride == 4 && cfg!(target_endian = "little") => {
             let out: &mut [u8] = bytemuck::cast_slice_mut(out);
@@ -342,7 +454,7 @@ mod tests {
             kind,
             component,
             normalized,
-            base: Some(Strided { bytes, stride }),
+            base: Some(Strided { bytes: Source::Memory(bytes), stride }),
             sparse: None,
         }
     }
@@ -352,17 +464,17 @@ mod tests {
     fn integers_become_floats() {
         let all = Pick::Range(0..2);
         let i8s = [127u8, 0x80, 0x81, 1];
-        let as_i8 = |n| elements(&i8s, 2, Component::I8, n, Kind::Vec2).floats::<2>(&all);
+        let as_i8 = |n| elements(&i8s, 2, Component::I8, n, Kind::Vec2).floats::<2>(&all).unwrap();
         assert_eq!(as_i8(true), [[1.0, -1.0], [-1.0, 1.0 / 127.0]]);
         assert_eq!(as_i8(false), [[127.0, -128.0], [-127.0, 1.0]]);
-        let as_u8 = |n| elements(&i8s, 2, Component::U8, n, Kind::Vec2).floats::<2>(&all);
+        let as_u8 = |n| elements(&i8s, 2, Component::U8, n, Kind::Vec2).floats::<2>(&all).unwrap();
         assert_eq!(as_u8(true), [[127.0 / 255.0, 128.0 / 255.0], [129.0 / 255.0, 1.0 / 255.0]]);
         assert_eq!(as_u8(false), [[127.0, 128.0], [129.0, 1.0]]);
         let shorts = [0xff, 0x7f, 0x00, 0x80, 0xff, 0xff, 0x00, 0x00];
-        let as_i16 = |n| elements(&shorts, 4, Component::I16, n, Kind::Vec2).floats::<2>(&all);
+        let as_i16 = |n| elements(&shorts, 4, Component::I16, n, Kind::Vec2).floats::<2>(&all).unwrap();
         assert_eq!(as_i16(true), [[1.0, -1.0], [-1.0 / 32767.0, 0.0]]);
         assert_eq!(as_i16(false), [[32767.0, -32768.0], [-1.0, 0.0]]);
-        let as_u16 = |n| elements(&shorts, 4, Component::U16, n, Kind::Vec2).floats::<2>(&all);
+        let as_u16 = |n| elements(&shorts, 4, Component::U16, n, Kind::Vec2).floats::<2>(&all).unwrap();
         assert_eq!(as_u16(true), [[32767.0 / 65535.0, 32768.0 / 65535.0], [1.0, 0.0]]);
         assert_eq!(as_u16(false), [[32767.0, 32768.0], [65535.0, 0.0]]);
     }
@@ -380,8 +492,8 @@ mod tests {
         let tight = elements(&tight, 12, Component::F32, false, Kind::Vec3);
         let loose = elements(&loose[1..loose.len() - 4], 16, Component::F32, false, Kind::Vec3);
         for pick in [Pick::Range(0..50), Pick::Range(7..50), Pick::Range(3..3), Pick::List(vec![0, 4, 49])] {
-            let picked = tight.floats::<3>(&pick);
-            assert_eq!(picked, loose.floats::<3>(&pick));
+            let picked = tight.floats::<3>(&pick).unwrap();
+            assert_eq!(picked, loose.floats::<3>(&pick).unwrap());
             assert_eq!(picked.len(), pick.len());
             for (k, n) in numbers.iter().enumerate() {
                 if let Some(place) = pick.place(k) {
@@ -389,5 +501,59 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn a_file_reads_as_memory_does() {
+        use crate::load::gltf::source::Shared;
+        let bytes: Vec<u8> =
+            (0..400_000_u32).map(|k| (k.wrapping_mul(0x9e37_79b1) >> 13 ^ k >> 3) as u8).collect();
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("bytes");
+        // The elements begin at some place of the file.
+        std::fs::write(&path, [&[1; 77], bytes.as_slice()].concat()).unwrap();
+        let file = std::fs::File::open(&path).unwrap();
+        let shared = Shared::new(&file);
+        let part = Part::new(&shared, 77, bytes.len() as u64);
+        let all =
+            [Component::I8, Component::U8, Component::I16, Component::U16, Component::U32, Component::F32];
+        for component in all {
+            for gap in [0, 3, 4000] {
+                let stride = 3 * component.size() + gap;
+                let memory = elements(&bytes, stride, component, true, Kind::Vec3);
+                let base = Some(Strided { bytes: Source::File(part), stride });
+                let from_file = Elements { base, sparse: None, ..memory };
+                let count = (bytes.len() - 3 * component.size()) / stride + 1;
+                let last = count as u32 - 1;
+                let close = (0..last.min(3000)).filter(|k| k % 7 < 3);
+                let list: Vec<u32> = close.chain([last.max(3001) - 1, last]).filter(|&k| k <= last).collect();
+                for pick in [Pick::Range(0..count), Pick::Range(5..count - 2), Pick::List(list)] {
+                    let bits = |elements: &Elements<'_>| -> Vec<[u32; 3]> {
+                        elements.floats::<3>(&pick).unwrap().iter().map(|e| e.map(f32::to_bits)).collect()
+                    };
+                    assert_eq!(bits(&from_file), bits(&memory), "{component:?} {stride}");
+                }
+                let scalar = |of: Source<'_>| {
+                    let stride = component.size() + gap;
+                    let base = Some(Strided { bytes: of, stride });
+                    let elements = Elements {
+                        count: 0,
+                        kind: Kind::Scalar,
+                        component,
+                        normalized: false,
+                        base,
+                        sparse: None,
+                    };
+                    let mut out = vec![0; (bytes.len() - component.size()) / stride];
+                    elements.integers(&mut out).unwrap();
+                    out
+                };
+                assert_eq!(scalar(Source::File(part)), scalar(Source::Memory(&bytes)));
+            }
+        }
+        // What is no longer there is an error.
+        let base = Some(Strided { bytes: Source::File(Part::new(&shared, 399_000, 3000)), stride: 12 });
+        let cut = Elements { base, ..elements(&[], 12, Component::F32, false, Kind::Vec3) };
+        assert!(matches!(cut.floats::<3>(&Pick::Range(0..250)), Err(LoadError::Io(_))));
     }
 }

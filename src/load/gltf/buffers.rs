@@ -2,12 +2,12 @@
 
 use super::FORMAT;
 use super::model::{Index, Root};
+use super::source::Source;
 use crate::load::budget::Budget;
 use crate::load::{Context, LoadError};
 use base64::Engine;
 use base64::engine::DecodePaddingMode;
 use base64::engine::general_purpose::{GeneralPurpose, GeneralPurposeConfig};
-use std::borrow::Cow;
 
 /// Longest URI of a file, in bytes.
 const LONGEST_PATH: usize = 4096;
@@ -15,15 +15,23 @@ const LONGEST_PATH: usize = 4096;
 /// The buffers that something needs, each read once.
 pub(super) struct Buffers<'a> {
     root: &'a Root,
-    binary: Option<&'a [u8]>,
-    /// `None`: not needed so far.
-    loaded: Vec<Option<Cow<'a, [u8]>>>,
+    binary: Option<Source<'a>>,
+    loaded: Vec<Loaded<'a>>,
+    /// Runs of the binary chunk that have been read from the file, with their first bytes' places, in order.
+    held: Vec<(u64, Vec<u8>)>,
+}
+
+enum Loaded<'a> {
+    /// Not needed so far.
+    Not,
+    Own(Vec<u8>),
+    Binary(Source<'a>),
 }
 
 impl<'a> Buffers<'a> {
     /// `binary` is the binary chunk of a GLB file: the first buffer if that has no URI.
-    pub(super) fn new(root: &'a Root, binary: Option<&'a [u8]>) -> Self {
-        Self { root, binary, loaded: (0..root.buffers.len()).map(|_| None).collect() }
+    pub(super) fn new(root: &'a Root, binary: Option<Source<'a>>) -> Self {
+        Self { root, binary, loaded: root.buffers.iter().map(|_| Loaded::Not).collect(), held: Vec::new() }
     }
 
     /// Reads the buffer behind a view, unless that has been done.
@@ -37,25 +45,60 @@ impl<'a> Buffers<'a> {
         budget: &mut Budget,
     ) -> Result<(), LoadError> {
         let index = self.buffer_of(view)?;
-        if self.loaded[index].is_some() {
+        if !matches!(self.loaded[index], Loaded::Not) {
             return Ok(());
         }
         let buffer = &self.root.buffers[index];
         let length = buffer.byte_length.0;
         let bytes = match &buffer.uri {
-            Some(uri) => Cow::Owned(read_uri(uri, &format!("buffer {index}"), context, budget)?),
+            Some(uri) => Loaded::Own(read_uri(uri, &format!("buffer {index}"), context, budget)?),
             None => match self.binary {
-                Some(binary) if index == 0 => Cow::Borrowed(binary),
+                Some(binary) if index == 0 => Loaded::Binary(binary),
                 _ => return Err(malformed(format!("buffer {index} has neither a URI nor a binary chunk"))),
             },
         };
-        if (bytes.len() as u64) < length {
+        let found = bytes.source().len();
+        if found < length {
             return Err(malformed(format!(
-                "buffer {index} has {} bytes where its byteLength says {length}",
-                bytes.len()
+                "buffer {index} has {found} bytes where its byteLength says {length}"
             )));
         }
-        self.loaded[index] = Some(bytes);
+        self.loaded[index] = bytes;
+        Ok(())
+    }
+
+    /// Reads views of the binary chunk into memory, each byte of it once at most; what is not a view of it is passed
+    /// over. For bytes that are looked at more than once, as those of images are.
+    ///
+    /// # Errors
+    /// [`LoadError::Io`].
+    pub(super) fn hold(&mut self, views: impl Iterator<Item = Index>) -> Result<(), LoadError> {
+        let Some(binary @ Source::File(_)) = self.binary else { return Ok(()) };
+        let mut runs = Vec::new();
+        for view in views {
+            let own = self.root.buffers.first().is_some_and(|buffer| buffer.uri.is_none());
+            if !own || self.buffer_of(view).ok() != Some(0) {
+                continue;
+            }
+            let view = &self.root.buffer_views[view.get()];
+            let (start, length) = (view.byte_offset.0, view.byte_length.0);
+            if length > 0 && binary.slice(start, length).is_some() {
+                runs.push((start, start + length));
+            }
+        }
+        runs.sort_unstable();
+        let mut merged: Vec<(u64, u64)> = Vec::new();
+        for (start, end) in runs {
+            match merged.last_mut() {
+                Some(last) if start <= last.1 => last.1 = last.1.max(end),
+                _ => merged.push((start, end)),
+            }
+        }
+        for (start, end) in merged {
+            if let Some(run) = binary.slice(start, end - start) {
+                self.held.push((start, run.bytes()?.into_owned()));
+            }
+        }
         Ok(())
     }
 
@@ -63,17 +106,28 @@ impl<'a> Buffers<'a> {
     ///
     /// # Errors
     /// [`LoadError::Malformed`] if the view lies outside its buffer.
-    pub(super) fn view(&self, index: Index) -> Result<&[u8], LoadError> {
+    pub(super) fn view(&self, index: Index) -> Result<Source<'_>, LoadError> {
         let buffer = self.buffer_of(index)?;
         let view = &self.root.buffer_views[index.get()];
-        let bytes = self.loaded[buffer].as_deref().unwrap_or(&[]);
+        let bytes = self.loaded[buffer].source();
         let (start, length) = (view.byte_offset.0, view.byte_length.0);
-        slice(bytes, start, length).ok_or_else(|| {
-            malformed(format!(
+        let Some(found) = bytes.slice(start, length) else {
+            return Err(malformed(format!(
                 "bufferView {index}: {length} bytes from offset {start} lie outside buffer {buffer} of {} bytes",
                 bytes.len()
-            ))
-        })
+            )));
+        };
+        match found {
+            Source::File(_) => Ok(self.held(start, length).unwrap_or(found)),
+            Source::Memory(_) => Ok(found),
+        }
+    }
+
+    /// A part of the binary chunk that has been read already.
+    fn held(&self, start: u64, length: u64) -> Option<Source<'_>> {
+        let after = self.held.partition_point(|(first, _)| *first <= start);
+        let (first, bytes) = self.held.get(after.checked_sub(1)?)?;
+        Source::Memory(bytes).slice(start - first, length)
     }
 
     fn buffer_of(&self, view: Index) -> Result<usize, LoadError> {
@@ -88,10 +142,14 @@ impl<'a> Buffers<'a> {
     }
 }
 
-/// `length` bytes from `start`, if they are there.
-pub(super) fn slice(bytes: &[u8], start: u64, length: u64) -> Option<&[u8]> {
-    let end = usize::try_from(start.checked_add(length)?).ok()?;
-    bytes.get(usize::try_from(start).ok()?..end)
+impl Loaded<'_> {
+    fn source(&self) -> Source<'_> {
+        match self {
+            Self::Not => Source::Memory(&[]),
+            Self::Own(bytes) => Source::Memory(bytes),
+            Self::Binary(source) => *source,
+        }
+    }
 }
 
 fn malformed(message: String) -> LoadError {

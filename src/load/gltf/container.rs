@@ -1,6 +1,7 @@
 //! The GLB container: a header and two chunks.
 
 use super::FORMAT;
+use super::source::Shared;
 use crate::load::LoadError;
 
 /// First bytes of a GLB file.
@@ -56,9 +57,38 @@ pub(super) fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), LoadError> {
         .ok_or_else(|| malformed("the first chunk of the container is not JSON".to_owned()))?;
     // Chunks are padded to four bytes.
     let binary = chunk(20 + json.len().next_multiple_of(4), b"BIN\0", "BIN")?;
-    // Padding is of spaces; some writers use zeros.
-    let end = json.iter().rposition(|&b| b != 0).map_or(0, |k| k + 1);
-    Ok((&json[..end], binary))
+    Ok((without_padding(json), binary))
+}
+
+/// Padding is of spaces; some writers use zeros.
+fn without_padding(json: &[u8]) -> &[u8] {
+    &json[..json.iter().rposition(|&b| b != 0).map_or(0, |k| k + 1)]
+}
+
+/// The JSON text of a container of `size` bytes, and where its binary chunk begins and how long that is. `None` for
+/// everything that is not a container as it should be, with both chunks: [`split`] knows what to say about it.
+pub(super) fn locate(file: &Shared<'_>, size: u64) -> Option<(Vec<u8>, (u64, u64))> {
+    let chunk = |at: u64, end: u64, kind: &[u8; 4]| -> Option<(u64, u64)> {
+        let start = at.checked_add(8).filter(|&start| start <= end)?;
+        let mut header = [0; 8];
+        file.read(at, &mut header).ok()?;
+        let [a, b, c, d, found @ ..] = header;
+        let length = u64::from(u32::from_le_bytes([a, b, c, d]));
+        (found == *kind && length <= end - start).then_some((start, length))
+    };
+    let mut header = [0; 12];
+    file.read(0, &mut header).ok()?;
+    let [m0, m1, m2, m3, v0, v1, v2, v3, l0, l1, l2, l3] = header;
+    let end = u64::from(u32::from_le_bytes([l0, l1, l2, l3]));
+    if [m0, m1, m2, m3] != *MAGIC || u32::from_le_bytes([v0, v1, v2, v3]) != 2 || end > size {
+        return None;
+    }
+    let (start, length) = chunk(12, end, b"JSON")?;
+    let binary = chunk(start + length.next_multiple_of(4), end, b"BIN\0")?;
+    let mut json = vec![0; usize::try_from(length).ok()?];
+    file.read(start, &mut json).ok()?;
+    json.truncate(without_padding(&json).len());
+    Some((json, binary))
 }
 
 #[cfg(test)]

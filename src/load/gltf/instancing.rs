@@ -68,5 +68,5 @@ fn attribute<const N: usize>(
         let message = format!("accessor {index} has elements of the wrong type for instances");
         return Err(LoadError::malformed(FORMAT, message));
     }
-    Ok(elements.floats(&Pick::Range(0..count)))
+    elements.floats(&Pick::Range(0..count))
 }

@@ -180,12 +180,12 @@ impl Geometry {
                 match corners {
                     Topology::List => {
                         let mut list = vec![[0u32; 3]; count];
-                        elements.integers(list.as_flattened_mut());
+                        elements.integers(list.as_flattened_mut())?;
                         list
                     }
                     _ => {
                         let mut list = vec![0; count + 2];
-                        elements.integers(&mut list);
+                        elements.integers(&mut list)?;
                         connect(corners, count, |k| list[k])
                     }
                 }
@@ -316,23 +316,23 @@ impl Geometry {
         if pick.len() == 0 {
             return Ok(data);
         }
-        data.positions = attribute(source.position, "POSITION", &[Kind::Vec3])?.floats(pick);
+        data.positions = attribute(source.position, "POSITION", &[Kind::Vec3])?.floats(pick)?;
         let mut repair = |what: &str, values: &mut [f32]| {
             if zero_not_finite(values) {
                 repaired.push(format!("{}: {what} that are not finite are taken as 0", self.name(root)));
             }
         };
         if let Some(index) = source.normal {
-            data.normals = attribute(index, "NORMAL", &[Kind::Vec3])?.floats(pick);
+            data.normals = attribute(index, "NORMAL", &[Kind::Vec3])?.floats(pick)?;
             repair("normals", data.normals.as_flattened_mut());
         }
         if let Some(index) = source.tangent {
-            data.tangents = attribute(index, "TANGENT", &[Kind::Vec4])?.floats(pick);
+            data.tangents = attribute(index, "TANGENT", &[Kind::Vec4])?.floats(pick)?;
             repair("tangents", data.tangents.as_flattened_mut());
         }
         for (set, what) in ["TEXCOORD_0", "TEXCOORD_1"].into_iter().enumerate() {
             if let Some(index) = source.uvs[set] {
-                data.uvs[set] = attribute(index, what, &[Kind::Vec2])?.floats(pick);
+                data.uvs[set] = attribute(index, what, &[Kind::Vec2])?.floats(pick)?;
                 repair("texture coordinates", data.uvs[set].as_flattened_mut());
             }
         }
@@ -341,8 +341,8 @@ impl Geometry {
             // The specification knows normalised integers only, and some writers forget to say so.
             elements.normalized = true;
             data.colors = match elements.kind {
-                Kind::Vec4 => elements.floats(pick),
-                _ => elements.floats(pick).into_iter().map(|[r, g, b]| [r, g, b, 1.0]).collect(),
+                Kind::Vec4 => elements.floats(pick)?,
+                _ => elements.floats(pick)?.into_iter().map(|[r, g, b]| [r, g, b, 1.0]).collect(),
             };
             repair("vertex colours", data.colors.as_flattened_mut());
             for v in data.colors.as_flattened_mut() {

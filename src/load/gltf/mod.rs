@@ -20,6 +20,7 @@ mod light;
 mod material;
 mod mesh;
 mod model;
+mod source;
 mod texture;
 
 pub(super) use container::MAGIC;
@@ -35,7 +36,9 @@ use buffers::Buffers;
 use hierarchy::Placed;
 use mesh::Geometry;
 use model::{Index, Root};
+use source::{Shared, Source};
 use std::collections::BTreeMap;
+use std::fs::File;
 use std::sync::Mutex;
 use texture::{Encoded, Textures};
 
@@ -50,9 +53,26 @@ const INSTANCE_BYTES: u64 = 256;
 /// # Errors
 /// [`LoadError`] naming the element.
 pub(crate) fn load(bytes: &[u8], context: &Context<'_>) -> Result<Loaded, LoadError> {
+    let (text, binary) = container::split(bytes)?;
+    load_parts(text, binary.map(Source::Memory), context)
+}
+
+/// Loads a `.glb` file of `size` bytes without reading all of it into memory first. `None` for every other file, and
+/// for containers that are not as they should be.
+///
+/// # Errors
+/// [`LoadError`] as [`load`], and [`LoadError::Io`].
+pub(crate) fn load_file(file: &File, size: u64, context: &Context<'_>) -> Result<Option<Loaded>, LoadError> {
+    let file = Shared::new(file);
+    let Some((text, (start, length))) = container::locate(&file, size) else { return Ok(None) };
+    let binary = Source::File(source::Part::new(&file, start, length));
+    load_parts(&text, Some(binary), context).map(Some)
+}
+
+/// Loads the JSON text and the binary chunk of a file.
+fn load_parts(text: &[u8], binary: Option<Source<'_>>, context: &Context<'_>) -> Result<Loaded, LoadError> {
     let mut budget = Budget::new(context.limits);
     let mut warnings = Warnings::default();
-    let (text, binary) = container::split(bytes)?;
     let root = json::parse(text, &mut budget)?;
     check_counts(&root, context.limits)?;
     extensions::check(&root, &mut warnings)?;

@@ -122,6 +122,8 @@ impl Textures {
         warnings: &mut Warnings,
     ) -> Result<Vec<Encoded>, LoadError> {
         Limits::check(|| "textures".to_owned(), self.count.into(), context.limits.textures, "textures")?;
+        // The headers now, the pictures later.
+        buffers.hold(self.needed.iter().filter_map(|needed| root.images[needed.image].buffer_view))?;
         let mut encoded = Vec::new();
         for needed in &self.needed {
             let image = &root.images[needed.image];
@@ -137,9 +139,10 @@ impl Textures {
             let header = bytes.and_then(|bytes| {
                 let view = match &bytes {
                     Bytes::Own(bytes) => Cow::Borrowed(bytes.as_slice()),
-                    Bytes::View(view) => {
-                        Cow::Borrowed(buffers.view(*view).map_err(|error| error.to_string())?)
-                    }
+                    Bytes::View(view) => buffers
+                        .view(*view)
+                        .and_then(|view| view.bytes())
+                        .map_err(|error| error.to_string())?,
                 };
                 Ok((image::probe(&what, &view, context.limits), bytes))
             });
@@ -194,10 +197,12 @@ impl Encoded {
     /// The textures of this image with their provisional ids, or why there are none.
     pub(super) fn decode(&self, buffers: &Buffers<'_>) -> Result<Vec<(u32, Texture)>, String> {
         let bytes = match &self.bytes {
-            Bytes::Own(bytes) => bytes,
-            Bytes::View(view) => buffers.view(*view).map_err(|error| error.to_string())?,
+            Bytes::Own(bytes) => Cow::Borrowed(bytes.as_slice()),
+            Bytes::View(view) => {
+                buffers.view(*view).and_then(|view| view.bytes()).map_err(|error| error.to_string())?
+            }
         };
-        let image = match image::decode(bytes, &self.header) {
+        let image = match image::decode(&bytes, &self.header) {
             Ok(image) => Arc::new(image),
             Err(error) => return Err(error.loss().unwrap_or_else(|limit| limit.to_string())),
         };

@@ -103,6 +103,11 @@ impl Meshes {
         materials: &[MaterialId],
     ) -> Result<(), LoadError> {
         let mut whole = assembled.mesh;
+        if let (&[(object, _)], &[id]) = (self.keys.as_slice(), materials)
+            && in_order_of_use(&whole)
+        {
+            return add_part(scene, whole, id, object);
+        }
         // Triangles by mesh, in the order of the file.
         let mut starts = vec![0_usize; self.keys.len() + 1];
         for &m in &self.mesh_of {
@@ -135,14 +140,29 @@ impl Meshes {
                 });
                 part.triangles.push(triangle);
             }
-            let id = materials[m];
-            if scene.materials()[id.index()].needs_tangents() {
-                add_tangents(&mut part, 0);
-            }
-            add_object(scene, &format!("OBJ: object {object}"), part, id, object)?;
+            add_part(scene, part, materials[m], object)?;
         }
         Ok(())
     }
+}
+
+/// Adds the mesh of an object and material.
+fn add_part(scene: &mut Scene, mut part: MeshData, id: MaterialId, object: u32) -> Result<(), LoadError> {
+    if scene.materials()[id.index()].needs_tangents() {
+        add_tangents(&mut part, 0);
+    }
+    add_object(scene, &format!("OBJ: object {object}"), part, id, object)
+}
+
+/// True if every vertex is used, the first time in the order of their numbers: a mesh of all triangles would then be
+/// the same again.
+fn in_order_of_use(mesh: &MeshData) -> bool {
+    let mut next = 0;
+    let in_order = mesh.triangles.as_flattened().iter().all(|&v| {
+        next += u32::from(v == next);
+        v < next
+    });
+    in_order && next as usize == mesh.positions.len()
 }
 
 /// Appends vertex `v` to a part of the mesh.

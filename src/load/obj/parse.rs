@@ -1,6 +1,6 @@
 //! The text of an OBJ file to lists of numbers, in one pass.
 
-use crate::load::text::{Tokens, float, integer, line_of, quoted};
+use crate::load::text::{Tokens, digits, float, integer, leading_float, line_of, quoted};
 use std::collections::BTreeMap;
 
 /// Marks an absent texture coordinate or normal in a corner.
@@ -72,7 +72,9 @@ pub(super) fn parse(bytes: &[u8]) -> Obj {
     let mut parser =
         Parser { bytes, at: 0, obj: Obj::default(), numbers: BTreeMap::new(), state: State::default() };
     while parser.at < bytes.len() {
-        parser.statement();
+        if !parser.plain_statement() {
+            parser.statement();
+        }
         parser.skip_line();
     }
     parser.obj
@@ -179,6 +181,68 @@ impl<'a> Parser<'a> {
         }
     }
 
+    /// A vertex, a normal, texture coordinates or a face in the form in which nearly all are written, read without
+    /// cutting the line into words. False if it is none: then nothing has been read.
+    #[inline(always)]
+    fn plain_statement(&mut self) -> bool {
+        let bytes = self.bytes;
+        let read = match &bytes[self.at..] {
+            [b'v', b' ', ..] => plain_floats(bytes, self.at + 1).and_then(|(position, at)| {
+                if is_end(bytes, at) {
+                    self.obj.positions.push(position);
+                    return Some(at);
+                }
+                let (color, at) = plain_floats(bytes, at).filter(|&(_, at)| is_end(bytes, at))?;
+                self.obj.positions.push(position);
+                self.color(color);
+                Some(at)
+            }),
+            [b'v', b'n', b' ', ..] => plain_floats(bytes, self.at + 2).map(|(normal, at)| {
+                self.obj.normals.push(normal);
+                at
+            }),
+            [b'v', b't', b' ', ..] => plain_floats(bytes, self.at + 2).map(|(uv, at)| {
+                self.obj.uvs.push(uv);
+                at
+            }),
+            [b'f', b' ', ..] => self.plain_face(self.at + 1),
+            _ => None,
+        };
+        let Some(at) = read else { return false };
+        self.at = at;
+        self.obj.recognised = true;
+        true
+    }
+
+    /// A face of whole numbers above 0 up to the end of the line; where that is.
+    #[inline(always)]
+    fn plain_face(&mut self, at: usize) -> Option<usize> {
+        let first = self.obj.corners.len();
+        let plain = if self.state.flat { FLAT } else { NONE };
+        let mut at = spaces(self.bytes, at);
+        let done = loop {
+            if is_end(self.bytes, at) {
+                break true;
+            }
+            let Some((mut corner, end)) = plain_corner(self.bytes, at) else { break false };
+            if corner.normal == NONE {
+                corner.normal = plain;
+            }
+            self.obj.corners.push(corner);
+            at = spaces(self.bytes, end);
+            // Between corners there is a space.
+            if at == end && !is_end(self.bytes, at) {
+                break false;
+            }
+        };
+        if !done || self.obj.corners.len() - first < 3 {
+            self.obj.corners.truncate(first);
+            return None;
+        }
+        self.polygon(first);
+        Some(at)
+    }
+
     fn statement(&mut self) {
         let Some(keyword) = self.word() else { return };
         let known = self.obj.recognised;
@@ -272,10 +336,15 @@ impl<'a> Parser<'a> {
             _ => None,
         };
         if let Some(color) = color {
-            // Vertices before the first coloured one are white, as are those with colours that are not numbers.
-            self.obj.colors.resize(self.obj.positions.len() - 1, [1.0; 3]);
-            self.obj.colors.push(if color.iter().all(|v| v.is_finite()) { color } else { [1.0; 3] });
+            self.color(color);
         }
+    }
+
+    /// The colour of the last vertex. Vertices before the first coloured one are white, as are those with colours
+    /// that are not numbers.
+    fn color(&mut self, color: [f32; 3]) {
+        self.obj.colors.resize(self.obj.positions.len() - 1, [1.0; 3]);
+        self.obj.colors.push(if color.iter().all(|v| v.is_finite()) { color } else { [1.0; 3] });
     }
 
     fn face(&mut self) {
@@ -307,6 +376,13 @@ impl<'a> Parser<'a> {
             self.tally(SHORT_FACE, b"f");
             return;
         }
+        self.polygon(first);
+    }
+
+    /// Makes a polygon of the corners from number `first` on.
+    #[inline]
+    fn polygon(&mut self, first: usize) {
+        let size = self.obj.corners.len() - first;
         let section = Section {
             first: self.obj.sizes.len(),
             object: self.state.objects,
@@ -326,6 +402,68 @@ impl<'a> Parser<'a> {
             self.state.used = false;
         }
     }
+}
+
+/// True at the end of a line; not at that of the file.
+#[inline(always)]
+fn is_end(bytes: &[u8], at: usize) -> bool {
+    matches!(bytes.get(at), Some(b'\n' | b'\r'))
+}
+
+/// Where what follows spaces begins.
+#[inline(always)]
+fn spaces(bytes: &[u8], mut at: usize) -> usize {
+    while bytes.get(at) == Some(&b' ') {
+        at += 1;
+    }
+    at
+}
+
+/// Numbers with spaces before each and behind the last one, and where what follows begins.
+#[inline(always)]
+fn plain_floats<const N: usize>(bytes: &[u8], mut at: usize) -> Option<([f32; N], usize)> {
+    let mut values = [0.0; N];
+    for value in &mut values {
+        let start = spaces(bytes, at);
+        if start == at {
+            return None;
+        }
+        let (number, length) = leading_float(bytes.get(start..)?)?;
+        *value = number;
+        at = start + length;
+    }
+    // What else begins right here is a part of the last word.
+    let end = spaces(bytes, at);
+    if end > at || is_end(bytes, at) {
+        Some((values, if is_end(bytes, end) { end } else { at }))
+    } else {
+        None
+    }
+}
+
+/// As [`corner`], for numbers above 0 without a sign; where it ends.
+#[inline(always)]
+fn plain_corner(bytes: &[u8], at: usize) -> Option<(Corner, usize)> {
+    let number = |at: usize| -> Option<(u32, usize)> {
+        let mut value = 0;
+        let end = digits(bytes, at, &mut value);
+        if end == at || end - at > 18 || value == 0 {
+            return None;
+        }
+        Some((u32::try_from(value - 1).ok().filter(|&v| v < FLAT).unwrap_or(NONE), end))
+    };
+    let (position, mut at) = number(at)?;
+    let mut out = Corner { position, uv: NONE, normal: NONE };
+    if bytes.get(at) == Some(&b'/') {
+        at += 1;
+        if bytes.get(at) != Some(&b'/') {
+            (out.uv, at) = number(at)?;
+        }
+        if bytes.get(at) == Some(&b'/') {
+            (out.normal, at) = number(at + 1)?;
+        }
+    }
+    Some((out, at))
 }
 
 /// `v`, `v/vt`, `v//vn` or `v/vt/vn`; `counts` are the numbers of each so far, for negative indices. `None` if it is
@@ -368,6 +506,7 @@ fn index(digits: &[u8], count: usize) -> Option<u32> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
 
     fn corners(text: &str) -> Vec<[u32; 3]> {
         parse(text.as_bytes()).corners.iter().map(|c| [c.position, c.uv, c.normal]).collect()
@@ -386,6 +525,33 @@ mod tests {
         assert_eq!(corners("f 0 99999999999 4294967295"), [[NONE; 3]; 3]);
         assert_eq!(corners("s off\nf 1 2 3//4")[..2], [[0, NONE, FLAT], [1, NONE, FLAT]]);
         assert!(corners("f 1 2\nf 1 2 x\nf\nf /1 2 3\nf 1 2 3.5").is_empty());
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, ..ProptestConfig::default() })]
+
+        /// The short way and the long way read the same, whatever the lines are.
+        #[test]
+        fn plain_statements_are_statements(lines in prop::collection::vec((
+            prop_oneof![Just("v"), Just("vn"), Just("vt"), Just("f"), Just("s"), Just(" v"), Just("x")],
+            prop::collection::vec(prop_oneof![
+                Just("1"), Just("2/3"), Just("4//5"), Just("6/7/8"), Just("9/"), Just("1//"), Just("0"), Just("-1"),
+                Just("99999999999999999999"), Just("4294967295"), Just("0.25"), Just("-1.5e3"), Just("1e400"),
+                Just("nan"), Just("off"), Just("1x"), Just("#"), Just("\\\n"), Just("\\"), Just("1/2/3/4"),
+            ], 0..8),
+            prop_oneof![Just(" "), Just(" "), Just("  "), Just("\t")],
+            prop_oneof![Just("\n"), Just("\n"), Just("\r\n"), Just(" \n"), Just("\r"), Just(" # y\n"), Just("")],
+        ), 0..12)) {
+            let text: String =
+                lines.iter().map(|(keyword, words, gap, end)| format!("{keyword}{gap}{}{end}", words.join(gap))).collect();
+            let bytes = text.as_bytes();
+            let mut long = Parser { bytes, at: 0, obj: Obj::default(), numbers: BTreeMap::new(), state: State::default() };
+            while long.at < bytes.len() {
+                long.statement();
+                long.skip_line();
+            }
+            prop_assert_eq!(format!("{:?}", parse(bytes)), format!("{:?}", long.obj));
+        }
     }
 
     #[test]
