@@ -6,13 +6,13 @@
 # nothing is installed and no root is needed. A leg that cannot run says why.
 #
 # Usage: tests/machines/matrix.sh [LEG...]
-# Legs:  x86-64 x86-64-v3 aarch64 wasm32 s390x x86-64-v4 debug i686   (default: all)
+# Legs:  x86-64 x86-64-v3 aarch64 wasm32 i686 x86-64-v4 debug s390x   (default: all)
 # MATRIX_SECONDS, if set: no leg is begun later than that; those left out say so.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 export CARGO_INCREMENTAL=0 CARGO_TERM_COLOR=never
 legs=("$@")
-[ ${#legs[@]} -gt 0 ] || legs=(x86-64 x86-64-v3 aarch64 wasm32 s390x x86-64-v4 debug i686)
+[ ${#legs[@]} -gt 0 ] || legs=(x86-64 x86-64-v3 aarch64 wasm32 i686 x86-64-v4 debug s390x)
 work=$PWD/target/machines
 root=$work/root
 log=$work/log
@@ -31,7 +31,7 @@ skip() {
 build() {
     local leg=$1 start=$SECONDS
     shift
-    if ! CARGO_PROFILE_RELEASE_DEBUG=0 CARGO_PROFILE_RELEASE_LTO=off cargo rustc --locked --bin overcoat "$@" >>"$log" 2>&1; then
+    if ! CARGO_PROFILE_DEV_DEBUG=0 CARGO_PROFILE_RELEASE_DEBUG=0 CARGO_PROFILE_RELEASE_LTO=off cargo rustc --locked --bin overcoat "$@" >>"$log" 2>&1; then
         tail -n 40 "$log" >&2
         printf '%s does not build\n' "$leg" >&2
         exit 1
@@ -167,7 +167,7 @@ for leg in "${legs[@]}"; do
         debug)
             # Without optimisation of whole loops, and with the lanes that are the definition.
             build "$leg" --features scalar-lanes --target-dir "$work/debug"
-            machine "debug scalar" "$work/debug/debug/overcoat -- --simd scalar" ;;
+            machine "debug scalar/3" "$work/debug/debug/overcoat -- --simd scalar" ;;
         aarch64)
             if second_compiler && fetch emulators && fetch aarch64; then
                 wrapper aarch64-cc "$root/usr/bin/aarch64-linux-gnu-gcc-12 -B$root/usr/aarch64-linux-gnu/lib --sysroot=$root"
