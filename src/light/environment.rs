@@ -18,6 +18,8 @@ pub struct PrefilteredEnvironment {
     pub(super) chain: Chain,
     /// The original, where there is one, for visible backgrounds.
     pub(super) picture: Option<Arc<EquirectImage>>,
+    /// Nothing shines; the maps hold zeros.
+    pub(super) dark: bool,
     /// Instead of all that: the formula of the reference tables, and irradiance over pi from everywhere.
     pub(super) reference: Option<[f32; 3]>,
 }
@@ -67,20 +69,20 @@ impl PrefilteredEnvironment {
     }
 
     fn from_grid(grid: Grid, jobs: &Jobs, level: SimdLevel) -> Self {
-        Self { chain: prefilter::filter(grid, jobs, level), picture: None, reference: None }
+        Self { chain: prefilter::filter(grid, jobs, level), picture: None, dark: false, reference: None }
     }
 
     /// The analytic environment `E(d, p)` of the reference tables of shading models, with the same irradiance over pi
     /// for every normal. For tests of models through whole pictures.
     #[must_use]
     pub fn reference(irradiance_over_pi: [f32; 3]) -> Self {
-        Self { reference: Some(irradiance_over_pi), ..Self::black() }
+        Self { reference: Some(irradiance_over_pi), dark: false, ..Self::black() }
     }
 
     /// Darkness.
     #[must_use]
     pub fn black() -> Self {
-        Self { chain: Chain::dark(MIN_CELLS + 1), picture: None, reference: None }
+        Self { chain: Chain::dark(MIN_CELLS + 1), picture: None, dark: true, reference: None }
     }
 }
 
@@ -119,6 +121,10 @@ impl<'a> EnvironmentLight<'a> {
     #[inline(always)]
     #[must_use]
     pub fn radiance<L: Lanes>(&self, l: L, direction: V3<L>, perceptual_roughness: L::F) -> V3<L> {
+        // What the lookup would find.
+        if self.environment.dark {
+            return vec3::splat(l, [0.0; 3]);
+        }
         let direction = self.turned_back(l, direction);
         let rgb = match self.environment.reference {
             Some(_) => super::reference::radiance(l, direction, perceptual_roughness),
@@ -132,6 +138,9 @@ impl<'a> EnvironmentLight<'a> {
     #[inline(always)]
     #[must_use]
     pub fn irradiance_over_pi<L: Lanes>(&self, l: L, normal: V3<L>) -> V3<L> {
+        if self.environment.dark {
+            return vec3::splat(l, [0.0; 3]);
+        }
         let rgb = match self.environment.reference {
             Some(constant) => vec3::splat(l, constant),
             None => self.environment.chain.lookup(l, IRRADIANCE, self.turned_back(l, normal)),

@@ -99,7 +99,7 @@ impl PrefilteredEnvironment {
         if !rest.is_empty() {
             return Err(EnvironmentFileError::Damaged);
         }
-        Ok(Self { chain, picture: None, reference: None })
+        Ok(Self { chain, picture: None, dark: false, reference: None })
     }
 }
 

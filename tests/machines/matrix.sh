@@ -167,7 +167,7 @@ for leg in "${legs[@]}"; do
         debug)
             # Without optimisation of whole loops, and with the lanes that are the definition.
             build "$leg" --features scalar-lanes --target-dir "$work/debug"
-            machine "debug scalar/3" "$work/debug/debug/overcoat -- --simd scalar" ;;
+            machine "debug scalar" "$work/debug/debug/overcoat -- --simd scalar" ;;
         aarch64)
             if second_compiler && fetch emulators && fetch aarch64; then
                 wrapper aarch64-cc "$root/usr/bin/aarch64-linux-gnu-gcc-12 -B$root/usr/aarch64-linux-gnu/lib --sysroot=$root"
