@@ -146,14 +146,14 @@ impl Model {
 /// Loads a container from a file that is large enough to be read in parts: what follows a container is no part of
 /// it. `None` if the limits do not allow such files.
 pub fn load_in_parts(bytes: &[u8], limits: &Limits) -> Option<Result<Loaded, LoadError>> {
-    const SIZE: u64 = 3 << 20;
-    if limits.input_bytes < SIZE {
+    let size = bytes.len().max(3 << 20) as u64;
+    if limits.input_bytes < size {
         return None;
     }
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("model.glb");
     std::fs::write(&path, bytes).unwrap();
-    std::fs::OpenOptions::new().write(true).open(&path).unwrap().set_len(SIZE).unwrap();
+    std::fs::OpenOptions::new().write(true).open(&path).unwrap().set_len(size).unwrap();
     Some(load_file(&path, limits, &Jobs::new(2)))
 }
 
