@@ -259,7 +259,7 @@ mod tests {
                     let bound = estimate.error;
                     let near = |a: f64, b: f64| {
                         assert!(
-                            !((a - b).abs() > bound),
+                            bound.is_nan() || (a - b).abs() <= bound,
                             "{a} {b} +- {bound}: {transform:?} {stretch} {count}"
                         );
                     };
