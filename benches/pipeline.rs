@@ -143,6 +143,7 @@ fn gbuffer(c: &mut Criterion) {
         normal_matrix: Transform::IDENTITY.normal_matrix(),
         tangent_matrix: Transform::IDENTITY.normal_matrix(),
         handedness: 1.0,
+        scale: 1.0,
     }];
     let corners = [(-9000, -9000, 1.0), (30_000, -9000, 1.1), (-9000, 30_000, 0.9)];
     let source = Single(Triangle::new(corners, 0, NOT_CLIPPED, true).expect("it has an area"));

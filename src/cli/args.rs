@@ -223,6 +223,14 @@ pub struct PictureArgs {
     /// faster on dense meshes, with less smoothing of sharp reflections [default: 0]
     #[arg(long, value_name = "DEGREES")]
     pub merge_angle: Option<f32>,
+
+    /// Width of lines in pixels, 0.1 to 64 [default: 1.5]
+    #[arg(long, value_name = "PIXELS")]
+    pub line_width: Option<f32>,
+
+    /// Size of points in pixels, 0.1 to 64 [default: 3]
+    #[arg(long, value_name = "PIXELS")]
+    pub point_size: Option<f32>,
 }
 
 /// Options of the way from linear light to 8 bits.
@@ -556,6 +564,8 @@ impl PictureArgs {
         override_with(&mut scene.anisotropy, self.anisotropy);
         override_with(&mut scene.area_lights, self.area_lights);
         override_with(&mut scene.merge_angle_degrees, self.merge_angle);
+        override_with(&mut scene.line_width, self.line_width);
+        override_with(&mut scene.point_size, self.point_size);
     }
 }
 

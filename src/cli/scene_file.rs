@@ -79,6 +79,12 @@ pub struct SceneFile {
     /// Triangles smaller than a pixel are shaded as one where their normals differ by less than this, 0 to 45 degrees.
     #[serde(rename = "mergeAngleDeg")]
     pub merge_angle_degrees: Option<f32>,
+    /// Width of lines in pixels, 0.1 to 64.
+    #[serde(rename = "lineWidth")]
+    pub line_width: Option<f32>,
+    /// Size of points in pixels, 0.1 to 64.
+    #[serde(rename = "pointSize")]
+    pub point_size: Option<f32>,
 
     /// Descriptive; changes nothing.
     pub name: Option<Ignored>,

@@ -22,6 +22,8 @@ pub struct Draw<'a> {
     pub tangent_matrix: [[f32; 3]; 3],
     /// -1 where the transform mirrors, else 1: the sign of bitangents.
     pub handedness: f32,
+    /// By how much the transform scales lengths.
+    pub scale: f32,
 }
 
 /// What a tile's identities stand for.

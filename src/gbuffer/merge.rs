@@ -146,6 +146,7 @@ mod tests {
             normal_matrix: identity,
             tangent_matrix: identity,
             handedness: 1.0,
+            scale: 1.0,
         }];
         let triangle = |(k, s): (usize, &([f32; 3], f32))| {
             let x = 20 * k as i32;

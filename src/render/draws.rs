@@ -1,7 +1,7 @@
 //! Instances to draws: the matrices of each, rounded once.
 
 use crate::gbuffer::Draw;
-use crate::geometry::{DrawView, View};
+use crate::geometry::{DrawView, Strokes, View};
 use crate::scene::{AlphaMode, Scene, Transform};
 
 /// What the geometry stage knows of a draw.
@@ -15,37 +15,51 @@ pub(super) struct DrawState {
     pub mirrored: bool,
     /// Triangles seen from behind are not drawn.
     pub cull_back_faces: bool,
-    /// How the material lets through what is behind.
+    /// How the material covers what is behind.
     pub alpha_mode: AlphaMode,
+    /// The material lets light straight through.
+    pub transmissive: bool,
+    /// What is behind is seen refracted or blurred.
+    pub refracts: bool,
 }
 
-/// Prepares all draws of a scene in two lists that are empty, and counts their vertices.
+/// Prepares all draws of a scene in two lists that are empty, and counts their vertices. `strokes` stand for the instances
+/// of points and lines.
 pub(super) fn prepare<'a>(
     scene: &'a Scene,
+    strokes: &'a [Strokes],
     view: &View,
     states: &mut Vec<DrawState>,
     draws: &mut Vec<Draw<'a>>,
 ) -> usize {
     let mut vertices = 0;
-    for instance in scene.instances() {
+    let mut strokes = strokes.iter().peekable();
+    for (number, instance) in scene.instances().iter().enumerate() {
         let mesh = &scene.meshes()[instance.mesh.index()];
+        let (mesh, transform) = match strokes.next_if(|strokes| strokes.instance == number) {
+            Some(strokes) => (&strokes.mesh, &strokes.transform),
+            None => (mesh, &instance.transform),
+        };
         let material = &scene.materials()[instance.material.index()];
-        let mirrored = instance.transform.determinant() < 0.0;
+        let mirrored = transform.determinant() < 0.0;
         states.push(DrawState {
-            view: view.of_draw(&instance.transform),
+            view: view.of_draw(transform),
             first_vertex: vertices,
             mirrored,
             cull_back_faces: !material.double_sided,
             alpha_mode: material.alpha_mode,
+            transmissive: material.is_transmissive(),
+            refracts: material.refracts(),
         });
         vertices += mesh.positions().len();
         draws.push(Draw {
             mesh,
             material: instance.material.0,
             object: instance.object,
-            normal_matrix: instance.transform.normal_matrix(),
-            tangent_matrix: tangent_matrix(&instance.transform),
+            normal_matrix: transform.normal_matrix(),
+            tangent_matrix: tangent_matrix(transform),
             handedness: if mirrored { -1.0 } else { 1.0 },
+            scale: transform.uniform_scale() as f32,
         });
     }
     vertices

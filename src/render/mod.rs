@@ -21,7 +21,7 @@ use crate::frame::Frame;
 use crate::gbuffer::Draw;
 use crate::geometry::{
     Chunk, ChunkJob, DrawView, ScreenVertex, TRIANGLES_PER_CHUNK, VERTICES_PER_CHUNK, View, process_chunk,
-    transform_vertices,
+    strokes, transform_vertices,
 };
 use crate::jobs::Jobs;
 use crate::light::{AreaLight, EnvironmentLight, PrefilteredEnvironment, PunctualLight};
@@ -29,7 +29,7 @@ use crate::limits::Limits;
 use crate::raster::SamplePattern;
 use crate::reuse::emptied;
 use crate::scene::{Camera, Scene};
-use crate::shade::{ShadeContext, ViewRays};
+use crate::shade::{Backdrop, ShadeContext, ViewRays};
 use crate::tile::{TileBins, TileGrid};
 use crate::{dispatch, dispatch_available};
 use crew::{Crew, arithmetic_is_default};
@@ -68,6 +68,7 @@ struct Memory {
     chunks: Vec<Chunk>,
     bins: TileBins,
     tiles: TileMemory,
+    backdrop: Backdrop,
     /// Pixels of a frame that was given back.
     pixels: Vec<[f32; 4]>,
 }
@@ -162,9 +163,10 @@ impl Memory {
         self.area_lights.extend(scene.lights().iter().filter_map(AreaLight::new));
         let environment_time = crew.lap();
 
+        let strokes = strokes(scene, &view, options.line_width, options.point_size);
         let mut draws = emptied(std::mem::take(&mut self.draws));
         self.states.clear();
-        let vertex_count = draws::prepare(scene, &view, &mut self.states, &mut draws);
+        let vertex_count = draws::prepare(scene, &strokes, &view, &mut self.states, &mut draws);
         self.transform(&mut crew, &draws, vertex_count, options);
         let vertices_time = crew.lap();
         let bin_limit = tile_pass::bin_limit(&options.limits);
@@ -181,7 +183,7 @@ impl Memory {
             geometry: trace::geometry(&self.vertices, chunks),
             ..StageHashes::default()
         });
-        let pass = Pass {
+        let mut pass = Pass {
             grid,
             pattern: &pattern,
             chunks,
@@ -201,14 +203,26 @@ impl Memory {
             work: Work::new(&options.limits),
             merge: merge_cosine(options.merge_angle),
             show_environment: options.background == Background::Environment,
+            backdrop: None,
+            redraws: false,
         };
         // Every tile writes all of its pixels.
         let mut pixels = std::mem::take(&mut self.pixels);
         pixels.resize(options.width as usize * options.height as usize, [0.0; 4]);
         let mut frame = Frame { width: options.width, height: options.height, pixels, aovs: Vec::new() };
+        let mut fragments = 0;
+        if self.states.iter().any(|state| state.refracts) {
+            let plain = RenderOptions { aovs: Vec::new(), stage_hashes: false, ..options.clone() };
+            fragments =
+                render_tiles(&mut crew, &pass, &self.bins, &mut self.tiles, &mut frame, &plain).fragments;
+            blur_backdrop(&mut crew, &mut self.backdrop, &frame);
+            pass.redraws = true;
+        }
+        pass.backdrop = Some(&self.backdrop);
         let found = render_tiles(&mut crew, &pass, &self.bins, &mut self.tiles, &mut frame, options);
+        fragments += found.fragments;
         pass.work.check()?;
-        check("frame", found.fragments, options.limits.fragments, "fragments")?;
+        check("frame", fragments, options.limits.fragments, "fragments")?;
         if !crew.arithmetic_is_default() {
             return Err(RenderError::FloatingPointMode);
         }
@@ -225,7 +239,7 @@ impl Memory {
         let stats = RenderStats {
             triangles,
             triangles_rasterized: rasterized,
-            fragments: found.fragments,
+            fragments,
             stages,
             serial: stages.iter().map(|(_, time)| *time).sum::<Duration>().saturating_sub(crew.parallel()),
             stage_hashes: hashes.zip(found.hashes).map(|(hashes, found)| hashes.finish(&found, &frame)),
@@ -296,6 +310,14 @@ impl Memory {
             binned.fetch_add(chunk.bins.len() as u64, Ordering::Relaxed);
         });
         (count, binned.into_inner())
+    }
+}
+
+/// Takes a picture as the backdrop of refracting surfaces, with all of its blurred levels.
+fn blur_backdrop(crew: &mut Crew<'_>, backdrop: &mut Backdrop, frame: &Frame) {
+    backdrop.start(frame.width as usize, frame.height as usize, &frame.pixels);
+    while let Some((last, mut rows)) = backdrop.halve() {
+        crew.for_each_mut(&mut rows, |y, row| last.halved_row(y, row));
     }
 }
 

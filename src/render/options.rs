@@ -45,6 +45,10 @@ pub struct RenderOptions {
     /// with more triangles than the picture has pixels costs as much as the samples do. Reflections sharper than the angle
     /// lose some of their smoothing.
     pub merge_angle: f32,
+    /// Width of lines in pixels, 0.1 to 64.
+    pub line_width: f32,
+    /// Width and height of points in pixels, 0.1 to 64.
+    pub point_size: f32,
     /// G-buffer planes to keep.
     pub aovs: Vec<Aov>,
     /// Whether to find [`RenderStats::stage_hashes`], which takes longer than the picture.
@@ -66,6 +70,8 @@ impl Default for RenderOptions {
             anisotropy: 8,
             area_lights: AreaLightMethod::default(),
             merge_angle: 0.0,
+            line_width: 1.5,
+            point_size: 3.0,
             aovs: Vec::new(),
             stage_hashes: false,
             limits: Limits::default(),
@@ -99,6 +105,11 @@ impl RenderOptions {
         }
         if !(0.0..=45.0).contains(&self.merge_angle) {
             return Err(option("merge angle", self.merge_angle.to_string(), "0 to 45 degrees"));
+        }
+        for (name, width) in [("line width", self.line_width), ("point size", self.point_size)] {
+            if !(0.1..=64.0).contains(&width) {
+                return Err(option(name, width.to_string(), "0.1 to 64 pixels"));
+            }
         }
         if !self.simd.is_available() {
             return Err(option("simd", self.simd.to_string(), "an instruction set of this machine"));

@@ -7,6 +7,16 @@ use crate::math::lanes::{Float, Int, LANES, Lanes};
 use crate::raster::TileOrigin;
 use crate::shade::ShadeContext;
 
+/// What lies behind blended fragments in tiles with transmissive surfaces; both lists are empty in others.
+pub(super) struct Behind<'a> {
+    /// What each fragment keeps of premultiplied colour and opacity behind it; `None` for blended ones.
+    pub kept: &'a [Option<[f32; 4]>],
+    /// The environment behind each pixel of the tile, if it shows.
+    pub environment: &'a [[f32; 4]],
+    /// Pixels in a row of it.
+    pub width: usize,
+}
+
 /// Working memory of the resolve.
 #[derive(Debug, Default)]
 pub(super) struct ResolveScratch {
@@ -25,6 +35,7 @@ pub(super) fn resolve_tile(
     fragments: &[Fragment],
     shaded: &[ShadedFragment],
     opaque: usize,
+    behind: &Behind<'_>,
     scratch: &mut ResolveScratch,
     rows: &mut [&mut [[f32; 4]]],
 ) {
@@ -42,7 +53,7 @@ pub(super) fn resolve_tile(
         pixel[3] += part;
     }
     if opaque < fragments.len() {
-        blend(samples, fragments, shaded, opaque, scratch, rows);
+        blend(samples, fragments, shaded, opaque, behind, scratch, rows);
     }
 }
 
@@ -60,6 +71,7 @@ fn blend(
     fragments: &[Fragment],
     shaded: &[ShadedFragment],
     opaque: usize,
+    background: &Behind<'_>,
     scratch: &mut ResolveScratch,
     rows: &mut [&mut [[f32; 4]]],
 ) {
@@ -83,7 +95,8 @@ fn blend(
     let weight = 1.0 / samples as f32;
     for run in order.chunk_by(|&a, &b| of(a).0.pixel == of(b).0.pixel) {
         let first = of(run[0]).0;
-        let mut colors = [[0.0_f32; 4]; 16];
+        let place = first.row() as usize * background.width + first.column() as usize;
+        let mut colors = [background.environment.get(place).copied().unwrap_or([0.0; 4]); 16];
         let start = behind.partition_point(|b| b.0 < first.pixel);
         for &(_, k) in behind[start..].iter().take_while(|b| b.0 == first.pixel) {
             let (fragment, shaded) = of(k);
@@ -98,6 +111,17 @@ fn blend(
             let (fragment, shaded) = of(k);
             let [r, g, b] = shaded.radiance;
             let a = shaded.alpha;
+            if let Some(&Some(keep)) = background.kept.get(k as usize) {
+                let own = [r, g, b, a];
+                for (s, color) in colors.iter_mut().enumerate().take(samples) {
+                    if fragment.mask >> s & 1 == 1 {
+                        for c in 0..4 {
+                            color[c] = own[c] + color[c] * keep[c];
+                        }
+                    }
+                }
+                continue;
+            }
             let keep = 1.0 - a;
             for (s, color) in colors.iter_mut().enumerate().take(samples) {
                 if fragment.mask >> s & 1 == 1 {
@@ -121,6 +145,42 @@ fn blend(
     }
 }
 
+/// The environment behind each pixel of a tile of that width and height, row by row.
+#[inline(always)]
+pub(super) fn environment_behind<L: Lanes>(
+    l: L,
+    context: &ShadeContext<'_>,
+    origin: TileOrigin,
+    [width, height]: [u32; 2],
+    out: &mut Vec<[f32; 4]>,
+) {
+    let width = width as usize;
+    out.resize(width * height as usize, [0.0; 4]);
+    for (y, row) in out.chunks_mut(width).enumerate() {
+        for (block, pixels) in row.chunks_mut(LANES).enumerate() {
+            let color = environment_pixels(l, context, origin, block, y);
+            for (k, pixel) in pixels.iter_mut().enumerate() {
+                *pixel = [color[0][k], color[1][k], color[2][k], 1.0];
+            }
+        }
+    }
+}
+
+/// The environment behind sixteen neighbouring pixels of a row.
+#[inline(always)]
+fn environment_pixels<L: Lanes>(
+    l: L,
+    context: &ShadeContext<'_>,
+    origin: TileOrigin,
+    block: usize,
+    row: usize,
+) -> [[f32; LANES]; 3] {
+    let y = (origin.y + row as i32 * 256 + 128) as f32 * (1.0 / 256.0);
+    let x = (l.lane_indices().to_float() + (block * LANES) as f32) + (origin.x + 128) as f32 * (1.0 / 256.0);
+    let (_, ray) = context.rays.ray(l, [x, l.splat(y)]);
+    each!(c in context.environment.background(l, ray) => c.to_array())
+}
+
 /// Puts the environment behind the pixels of a tile.
 #[inline(always)]
 pub(super) fn composite_environment<L: Lanes>(
@@ -130,15 +190,11 @@ pub(super) fn composite_environment<L: Lanes>(
     rows: &mut [&mut [[f32; 4]]],
 ) {
     for (y, row) in rows.iter_mut().enumerate() {
-        let screen_y = (origin.y + y as i32 * 256 + 128) as f32 * (1.0 / 256.0);
         for (block, pixels) in row.chunks_mut(LANES).enumerate() {
             if pixels.iter().all(|p| p[3] >= 1.0) {
                 continue;
             }
-            let x = (l.lane_indices().to_float() + (block * LANES) as f32)
-                + (origin.x + 128) as f32 * (1.0 / 256.0);
-            let (_, ray) = context.rays.ray(l, [x, l.splat(screen_y)]);
-            let color = each!(c in context.environment.background(l, ray) => c.to_array());
+            let color = environment_pixels(l, context, origin, block, y);
             for (k, pixel) in pixels.iter_mut().enumerate() {
                 let open = 1.0 - pixel[3];
                 for c in 0..3 {

@@ -2,7 +2,7 @@
 
 use super::aov::TileAovs;
 use super::draws::DrawState;
-use super::resolve::whole_pixel;
+use super::resolve::{Behind, whole_pixel};
 use super::trace::FragmentHashes;
 use crate::each;
 use crate::gbuffer::layout::{self, SurfacePlanes};
@@ -13,7 +13,7 @@ use crate::math::lanes::{Float, LANES, Lanes, Mask};
 use crate::raster::{NOT_CLIPPED, SamplePattern, TileOrigin, Triangle, Visibility};
 use crate::reuse::reserve_like;
 use crate::scene::AlphaMode;
-use crate::shade::{ShadeContext, alpha_passes, shade, store_surface};
+use crate::shade::{Backdrop, ShadeContext, alpha_passes, hold_back, pass_through, shade, store_surface};
 use crate::tile::{Run, TileGrid};
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -25,6 +25,11 @@ pub(super) struct Pass<'a> {
     pub states: &'a [DrawState],
     pub shade: ShadeContext<'a>,
     pub show_environment: bool,
+    /// What refracting surfaces see behind them; `None` while it is being drawn: without blended and transmissive
+    /// surfaces.
+    pub backdrop: Option<&'a Backdrop>,
+    /// The tiles' pixels hold the backdrop already: where no surface is blended or transmissive, they stay.
+    pub redraws: bool,
     /// Least square of the cosine between the normals of small triangles that are shaded as one, if any are.
     pub merge: Option<f32>,
     pub work: Work,
@@ -72,8 +77,12 @@ pub(super) struct TileScratch {
     visibility: Visibility,
     /// Chunk and triangle of each identity.
     identities: Vec<(u32, u32)>,
-    /// Identities of blended triangles.
+    /// Identities of blended and transmissive triangles.
     blended: Vec<u32>,
+    /// What each fragment keeps of the colour and opacity behind it, where the tile has transmissive ones.
+    kept: Vec<Option<[f32; 4]>>,
+    /// The environment behind each pixel of such tiles, where it shows.
+    environment: Vec<[f32; 4]>,
     fragments: Vec<Fragment>,
     /// Where a tile has several materials: material and index of each fragment, sorted.
     order: Vec<u64>,
@@ -91,6 +100,8 @@ impl TileScratch {
         self.visibility.reserve_like(&other.visibility);
         reserve_like(&mut self.identities, &other.identities);
         reserve_like(&mut self.blended, &other.blended);
+        reserve_like(&mut self.kept, &other.kept);
+        reserve_like(&mut self.environment, &other.environment);
         reserve_like(&mut self.fragments, &other.fragments);
         reserve_like(&mut self.order, &other.order);
         reserve_like(&mut self.shaded, &other.shaded);
@@ -111,12 +122,21 @@ impl TileScratch {
 /// What the shading pass makes of a fragment.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct ShadedFragment {
-    /// Radiance, not multiplied by opacity.
+    /// Radiance, not multiplied by opacity, but for transmissive surfaces.
     pub radiance: [f32; 3],
     /// Opacity.
     pub alpha: f32,
     /// Depth as the rasterizer compares it.
     pub depth: f32,
+}
+
+/// Work of one tile.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct TileCost {
+    /// Number of fragments.
+    pub fragments: u64,
+    /// Blocks that its triangles were drawn into.
+    pub blocks: u64,
 }
 
 /// The rows of one tile, and what the tile adds to the frame.
@@ -126,8 +146,8 @@ pub(super) struct TileJob<'r, 'a> {
     pub rows: &'r mut [&'a mut [[f32; 4]]],
     /// Planes of the G-buffer that were asked for.
     pub aovs: TileAovs,
-    /// Number of fragments.
-    pub fragments: u64,
+    /// What the tile took; before it is drawn again, what it took then.
+    pub cost: TileCost,
     /// Hashes of the fragments, if they were asked for.
     pub hashes: Option<FragmentHashes>,
 }
@@ -161,12 +181,27 @@ pub(super) fn render_tile<L: Lanes>(
 ) {
     let [left, top, width, height] = pass.grid.pixels(tile);
     let origin = pass.grid.origin(tile);
+    let state = |run: &Run| &pass.states[pass.chunks[run.chunk as usize].draw as usize];
+    let transmissive = pass.backdrop.is_some() && runs.iter().any(|run| state(run).transmissive);
+    if pass.redraws
+        && job.hashes.is_none()
+        && !job.aovs.is_wanted()
+        && !transmissive
+        && !runs.iter().any(|run| state(run).alpha_mode == AlphaMode::Blend)
+    {
+        // Counted as if it were: what a limit lets through must not depend on the tiles.
+        Work::spend(&pass.work.blocks, job.cost.blocks, pass.work.max_blocks);
+        return;
+    }
+    job.cost = TileCost::default();
     scratch.fragments.clear();
+    scratch.kept.clear();
+    scratch.environment.clear();
     for row in job.rows.iter_mut() {
         row.fill([0.0; 4]);
     }
     if !runs.is_empty() {
-        draw_triangles(l, pass, origin, [width, height], runs, scratch);
+        job.cost.blocks = draw_triangles(l, pass, origin, [width, height], runs, scratch);
     }
     let one_material = one_material(pass, runs);
     let opaque = scratch.fragments.len();
@@ -176,25 +211,40 @@ pub(super) fn render_tile<L: Lanes>(
     // Without blending, a fragment that covers its pixel is the pixel: these are written when they are shaded.
     let blends = opaque < scratch.fragments.len();
     let whole = if blends || job.hashes.is_some() { None } else { Some(pass.pattern.full_mask()) };
+    if transmissive {
+        scratch.kept.resize(scratch.fragments.len(), None);
+        if pass.show_environment {
+            super::resolve::environment_behind(
+                l,
+                &pass.shade,
+                origin,
+                [width, height],
+                &mut scratch.environment,
+            );
+        }
+    }
     if !scratch.fragments.is_empty() {
         shade_fragments(l, pass, origin, [left, top], one_material, whole, scratch, opaque, job);
     }
+    let behind = Behind { kept: &scratch.kept, environment: &scratch.environment, width: width as usize };
     super::resolve::resolve_tile(
         pass.pattern.len(),
         whole,
         &scratch.fragments,
         &scratch.shaded,
         opaque,
+        &behind,
         &mut scratch.resolve,
         job.rows,
     );
     if pass.show_environment {
         super::resolve::composite_environment(l, &pass.shade, origin, job.rows);
     }
-    job.fragments = scratch.fragments.len() as u64;
+    job.cost.fragments = scratch.fragments.len() as u64;
 }
 
-/// Visibility of opaque and masked triangles, and their fragments. Leaves blended triangles for later.
+/// Visibility of opaque and masked triangles, and their fragments. Leaves blended triangles for later. Returns the number
+/// of blocks that were drawn into.
 #[inline(always)]
 fn draw_triangles<L: Lanes>(
     l: L,
@@ -203,14 +253,19 @@ fn draw_triangles<L: Lanes>(
     [width, height]: [u32; 2],
     runs: &[Run],
     scratch: &mut TileScratch,
-) {
+) -> u64 {
+    let mut blocks = 0;
     scratch.identities.clear();
     scratch.blended.clear();
     let samples = pass.pattern.len();
     scratch.visibility.clear(width as usize, height as usize, samples);
     for run in runs {
         let chunk = &pass.chunks[run.chunk as usize];
-        let mode = pass.states[chunk.draw as usize].alpha_mode;
+        let state = &pass.states[chunk.draw as usize];
+        let mode = if state.transmissive { AlphaMode::Blend } else { state.alpha_mode };
+        if mode == AlphaMode::Blend && pass.backdrop.is_none() {
+            continue;
+        }
         for &index in chunk.bins.triangles(run) {
             let identity = scratch.identities.len() as u32;
             scratch.identities.push((run.chunk, index));
@@ -248,9 +303,10 @@ fn draw_triangles<L: Lanes>(
             }
         }
         let visited = scratch.visibility.take_visited();
+        blocks += visited;
         if !Work::spend(&pass.work.blocks, visited, pass.work.max_blocks) {
             scratch.blended.clear();
-            return;
+            return blocks;
         }
     }
     let source = TileTriangles { chunks: pass.chunks, identities: &scratch.identities };
@@ -259,6 +315,7 @@ fn draw_triangles<L: Lanes>(
         None => None,
     };
     extract_fragments(&scratch.visibility, width, height, samples, merge, &mut scratch.fragments);
+    blocks
 }
 
 /// Fragments of blended triangles, in front of everything opaque.
@@ -314,7 +371,7 @@ fn shade_fragments<L: Lanes>(
     job: &mut TileJob<'_, '_>,
 ) {
     let TileJob { rows, aovs, hashes, .. } = job;
-    let TileScratch { identities, fragments, order, shaded, batch, surface, .. } = scratch;
+    let TileScratch { identities, fragments, order, shaded, batch, surface, kept, .. } = scratch;
     let draws = pass.shade.draws;
     let source = TileTriangles { chunks: pass.chunks, identities };
     // Resized but not cleared: what the resolve reads is written below.
@@ -359,9 +416,25 @@ fn shade_fragments<L: Lanes>(
                 pass.pattern,
             );
             store_surface(l, &pass.shade, material, batch, lobes, surface);
-            let radiance = shade(l, &pass.shade, model, material, surface);
+            let mut alpha = surface.rows[layout::ALPHA.first];
+            let radiance = if material.transmits() {
+                let held = hold_back(l, &pass.shade, material, batch, surface);
+                let radiance = shade(l, &pass.shade, model, material, surface);
+                let no_backdrop = Backdrop::default();
+                let backdrop = pass.backdrop.unwrap_or(&no_backdrop);
+                let passed = pass_through(l, &pass.shade, backdrop, material, surface, &held, radiance);
+                if material.is_transmissive() && !kept.is_empty() {
+                    alpha = passed.alpha.to_array();
+                    let keep = each!(c in passed.keep => c.to_array());
+                    for (k, &index) in indices.iter().enumerate() {
+                        kept[index as usize] = Some([keep[0][k], keep[1][k], keep[2][k], keep[3][k]]);
+                    }
+                }
+                passed.radiance
+            } else {
+                shade(l, &pass.shade, model, material, surface)
+            };
             let radiance = each!(c in radiance => c.to_array());
-            let alpha = &surface.rows[layout::ALPHA.first];
             let depth = &surface.rows[layout::DEPTH.first];
             for (k, &index) in indices.iter().enumerate() {
                 let radiance = [radiance[0][k], radiance[1][k], radiance[2][k]];

@@ -3,7 +3,7 @@
 use super::aov::TileAovs;
 use super::crew::Crew;
 use super::options::RenderOptions;
-use super::tile_pass::{self, Pass, TileJob, TileScratch};
+use super::tile_pass::{self, Pass, TileCost, TileJob, TileScratch};
 use super::trace::FragmentHashes;
 use crate::dispatch_available;
 use crate::frame::{AovPlane, Frame};
@@ -18,6 +18,8 @@ pub(super) struct TileMemory {
     rows: Vec<&'static mut [[f32; 4]]>,
     /// Empty between frames.
     tiles: Vec<TileJob<'static, 'static>>,
+    /// What each tile of the last pass took.
+    costs: Vec<TileCost>,
 }
 
 /// What the tiles find beside the picture.
@@ -51,7 +53,7 @@ pub(super) fn render_tiles(
         TileJob {
             rows,
             aovs: TileAovs::new(&options.aovs, width as usize, height as usize),
-            fragments: 0,
+            cost: memory.costs.get(tile).copied().filter(|_| pass.redraws).unwrap_or_default(),
             hashes: options.stage_hashes.then(FragmentHashes::default),
         }
     }));
@@ -63,7 +65,9 @@ pub(super) fn render_tiles(
         );
     });
     TileScratch::level(&mut memory.scratch);
-    let fragments = tiles.iter().map(|t| t.fragments).sum();
+    memory.costs.clear();
+    memory.costs.extend(tiles.iter().map(|t| t.cost));
+    let fragments = tiles.iter().map(|t| t.cost.fragments).sum();
     let hashes = options.stage_hashes.then(|| {
         let mut sum = FragmentHashes::default();
         tiles.iter().filter_map(|t| t.hashes.as_ref()).for_each(|hashes| sum.add(hashes));

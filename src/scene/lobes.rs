@@ -5,6 +5,7 @@
 use super::SceneError;
 use super::error::within;
 use super::material::{MAX_FACTOR, NormalTexture, TextureRef};
+use super::transmission::Transmission;
 
 /// A number, and a channel of a texture that multiplies it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -212,6 +213,8 @@ pub struct Lobes {
     pub second: SecondLobe,
     /// Subsurface scattering and transmission.
     pub subsurface: Subsurface,
+    /// Light that passes through.
+    pub transmission: Transmission,
     /// Occlusion of reflections.
     pub occlusion: ReflectionOcclusion,
 }
@@ -233,6 +236,10 @@ impl Lobes {
             &self.subsurface.mask.texture,
             &self.subsurface.thickness.texture,
             &self.occlusion.specular.texture,
+            &self.transmission.factor.texture,
+            &self.transmission.diffuse.texture,
+            &self.transmission.diffuse_color.texture,
+            &self.transmission.thickness.texture,
         ]
         .into_iter()
         .flatten()
@@ -240,7 +247,7 @@ impl Lobes {
     }
 
     /// The same slots, for loaders to fill in.
-    pub(crate) fn texture_slots_mut(&mut self) -> [&mut Option<TextureRef>; 13] {
+    pub(crate) fn texture_slots_mut(&mut self) -> [&mut Option<TextureRef>; 17] {
         [
             &mut self.sheen.color.texture,
             &mut self.sheen.roughness.texture,
@@ -255,6 +262,10 @@ impl Lobes {
             &mut self.subsurface.mask.texture,
             &mut self.subsurface.thickness.texture,
             &mut self.occlusion.specular.texture,
+            &mut self.transmission.factor.texture,
+            &mut self.transmission.diffuse.texture,
+            &mut self.transmission.diffuse_color.texture,
+            &mut self.transmission.thickness.texture,
         ]
     }
 
@@ -292,6 +303,7 @@ impl Lobes {
         within("transmission", &self.subsurface.transmission, 0.0, 1.0)?;
         scalar("subsurface thickness", &self.subsurface.thickness, 0.0, MAX_FACTOR)?;
         within("subsurface index of refraction", &[self.subsurface.ior], 1.0, 2.0)?;
-        scalar("specular occlusion", &self.occlusion.specular, 0.0, 1.0)
+        scalar("specular occlusion", &self.occlusion.specular, 0.0, 1.0)?;
+        self.transmission.validate()
     }
 }

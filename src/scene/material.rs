@@ -125,7 +125,7 @@ pub struct Material {
     pub double_sided: bool,
     /// Base colour as it is, without any light (KHR_materials_unlit).
     pub unlit: bool,
-    /// Sheen, anisotropy, iridescence, the coat's medium, a second lobe, subsurface.
+    /// Sheen, anisotropy, iridescence, the coat's medium, a second lobe, subsurface, transmission.
     pub lobes: Lobes,
     /// The formulas that shade it; those of the picture if `None`.
     pub model: Option<ShadingModel>,
@@ -208,6 +208,31 @@ impl Material {
             let r = (self.ior - 1.0) / (self.ior + 1.0);
             r * r
         }
+    }
+
+    /// True if light passes straight through the surface: it is drawn after all others, and what is behind it shows.
+    #[must_use]
+    pub fn is_transmissive(&self) -> bool {
+        !self.unlit && self.lobes.transmission.factor.factor > 0.0
+    }
+
+    /// True if what is behind it is seen refracted or blurred, and not just dimmed.
+    #[must_use]
+    pub fn refracts(&self) -> bool {
+        let smooth = match self.workflow {
+            Workflow::MetallicRoughness { roughness, .. } => roughness == 0.0,
+            Workflow::SpecularGlossiness { glossiness, texture, .. } => {
+                glossiness == 1.0 && texture.is_none()
+            }
+        };
+        self.is_transmissive() && (self.lobes.transmission.has_volume() || !smooth)
+    }
+
+    /// True if light leaves the surface on the side where it did not come from, straight or in all directions.
+    #[must_use]
+    pub fn transmits(&self) -> bool {
+        !self.unlit
+            && (self.lobes.transmission.factor.factor > 0.0 || self.lobes.transmission.diffuse.factor > 0.0)
     }
 
     /// True if some texture perturbs normals.

@@ -1,7 +1,21 @@
-//! Triangle meshes.
+//! Meshes of triangles, lines or points.
 
 use super::error::{finite, within};
 use super::{Bounds, MAX_COORDINATE, SceneError, extent};
+
+/// What a mesh is made of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum PrimitiveKind {
+    /// Triangles.
+    #[default]
+    Triangles,
+    /// Line segments, from the first to the second vertex of each of [`MeshData::triangles`]; the third is to be one of the
+    /// two. Drawn as wide as [`crate::RenderOptions::line_width`].
+    Lines,
+    /// The first vertex of each of [`MeshData::triangles`]; the others are to be the same. Drawn as large as
+    /// [`crate::RenderOptions::point_size`].
+    Points,
+}
 
 /// The attributes of a mesh before they are checked. Every list but `positions` and `triangles` may be empty.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -19,6 +33,8 @@ pub struct MeshData {
     pub colors: Vec<[f32; 4]>,
     /// Three vertices each, counter-clockwise seen from the front.
     pub triangles: Vec<[u32; 3]>,
+    /// Whether these are triangles.
+    pub kind: PrimitiveKind,
 }
 
 /// A triangle mesh with consistent lengths, finite attributes and indices in range.
@@ -99,6 +115,11 @@ impl Mesh {
     #[must_use]
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.data.triangles
+    }
+    /// What it is made of.
+    #[must_use]
+    pub fn kind(&self) -> PrimitiveKind {
+        self.data.kind
     }
     /// Object-space box around the vertices that triangles use.
     #[must_use]

@@ -18,6 +18,7 @@ mod mipmap;
 mod model;
 mod texture;
 mod transform;
+mod transmission;
 
 pub use camera::{Camera, Projection};
 pub use environment::{Environment, EnvironmentSource, EquirectImage};
@@ -29,11 +30,12 @@ pub use lobes::{
     SecondLobe, Sheen, Subsurface,
 };
 pub use material::{AlphaMode, Material, NormalTexture, TextureRef, UvTransform, Workflow};
-pub use mesh::{Mesh, MeshData};
+pub use mesh::{Mesh, MeshData, PrimitiveKind};
 pub use model::{DualNormalFix, ModelOptions, OcclusionCone, ShadingModel, SpecularOcclusionMethod};
 pub(crate) use texture::LevelLayout;
 pub use texture::{AlphaUse, ColorSpace, Filter, Image, MipFilter, MipLevel, Sampler, Texture, Wrap};
 pub use transform::Transform;
+pub use transmission::Transmission;
 
 /// Largest magnitude of a coordinate, in object and in world space. Keeps squares and products of differences
 /// finite in single precision.
@@ -264,10 +266,14 @@ impl Scene {
     pub fn environment(&self) -> &Environment {
         &self.environment
     }
-    /// Triangles, every instance counted.
+    /// Triangles, every instance counted; points and lines are drawn as two each.
     #[must_use]
     pub fn triangle_count(&self) -> u64 {
-        self.instances.iter().map(|i| self.meshes[i.mesh.index()].triangles().len() as u64).sum()
+        let count = |mesh: &Mesh| {
+            let each = if mesh.kind() == PrimitiveKind::Triangles { 1 } else { 2 };
+            mesh.triangles().len() as u64 * each
+        };
+        self.instances.iter().map(|i| count(&self.meshes[i.mesh.index()])).sum()
     }
     /// World-space box around all instances; empty for an empty scene.
     #[must_use]

@@ -34,6 +34,19 @@ impl ViewRays {
         }
     }
 
+    /// Where a point is seen: pixels right of and below the viewport's centre. Points behind the eye are seen far away.
+    #[inline(always)]
+    pub fn project<L: Lanes>(&self, l: L, point: [L::F; 3]) -> [L::F; 2] {
+        let from_eye: [L::F; 3] = each!(k => point[k] - self.eye[k]);
+        let [x, y, depth] = each!(axis in [self.right, self.down, self.forward] =>
+            from_eye[0] * axis[0] + from_eye[1] * axis[1] + from_eye[2] * axis[2]);
+        // The axes are as long as a pixel is wide.
+        let [a, b, c] = self.right;
+        let pixel = l.splat(a * a + b * b + c * c);
+        let depth = if self.perspective { depth.at_least(1e-18) } else { l.splat(1.0) };
+        [x / pixel / depth, y / pixel / depth]
+    }
+
     /// Distance along the view direction from the depth that the rasterizer compares.
     #[inline(always)]
     pub fn distance<L: Lanes>(&self, _l: L, depth: L::F) -> L::F {

@@ -90,14 +90,14 @@ impl<L: Lanes> LobeValues<L> {
 }
 
 #[inline(always)]
-fn scalar<L: Lanes>(parameter: &ScalarParameter, reader: &Reader<'_, L>) -> L::F {
+pub(super) fn scalar<L: Lanes>(parameter: &ScalarParameter, reader: &Reader<'_, L>) -> L::F {
     let [value] =
         reader.factor([parameter.factor], parameter.texture.as_ref(), [usize::from(parameter.channel & 3)]);
     value
 }
 
 #[inline(always)]
-fn color<L: Lanes>(parameter: &ColorParameter, reader: &Reader<'_, L>) -> V3<L> {
+pub(super) fn color<L: Lanes>(parameter: &ColorParameter, reader: &Reader<'_, L>) -> V3<L> {
     reader.factor(parameter.factor, parameter.texture.as_ref(), [0, 1, 2])
 }
 

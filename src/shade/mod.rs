@@ -2,6 +2,7 @@
 
 mod alpha;
 mod area;
+mod backdrop;
 mod context;
 mod incident;
 mod lighting;
@@ -9,10 +10,13 @@ mod lobes;
 mod models;
 mod record;
 mod surface;
+mod transmission;
 
 pub use alpha::alpha_passes;
+pub use backdrop::{Backdrop, Level};
 pub use context::{ShadeContext, ViewRays};
 pub use lighting::shade;
 pub use lobes::LobeValues;
 pub use record::store_surface;
 pub use surface::{Dielectric, Reflectance, Surface};
+pub use transmission::{HeldBack, Passed, hold_back, pass_through};

@@ -106,7 +106,7 @@ pub struct Surface<L: Lanes> {
 }
 
 /// Texture coordinates of a batch and their footprints, for the sets that the material uses.
-struct Coordinates<L: Lanes> {
+pub(super) struct Coordinates<L: Lanes> {
     uv: [[L::F; 2]; 2],
     derivatives: [[[L::F; 2]; 2]; 2],
 }
@@ -119,7 +119,17 @@ pub(super) struct Reader<'a, L: Lanes> {
     active: L::M,
 }
 
-impl<L: Lanes> Reader<'_, L> {
+impl<'a, L: Lanes> Reader<'a, L> {
+    #[inline(always)]
+    pub(super) fn new(
+        l: L,
+        context: &'a ShadeContext<'a>,
+        coordinates: Coordinates<L>,
+        batch: &Batch,
+    ) -> Self {
+        Self { l, context, coordinates, active: l.mask(batch.active()) }
+    }
+
     #[inline(always)]
     pub(super) fn read(&self, texture: &TextureRef) -> [L::F; 4] {
         let set = usize::from(texture.uv_set & 1);
@@ -156,7 +166,7 @@ impl<L: Lanes> Reader<'_, L> {
 
 /// Texture coordinates at the fragments; only the sets that the material reads are fetched.
 #[inline(always)]
-fn coordinates<L: Lanes>(
+pub(super) fn coordinates<L: Lanes>(
     l: L,
     context: &ShadeContext<'_>,
     material: &Material,
@@ -192,7 +202,7 @@ pub(super) fn opacity<L: Lanes>(
     let mut alpha = l.splat(material.base_color[3]);
     if let Some(texture) = &material.base_color_texture {
         let coordinates = coordinates(l, context, material, batch, &location);
-        let reader = Reader { l, context, coordinates, active: l.mask(batch.active()) };
+        let reader = Reader::new(l, context, coordinates, batch);
         alpha = alpha * reader.read(texture)[3];
     }
     if has_colors(context, batch) {
@@ -231,7 +241,7 @@ pub(super) fn evaluate_surface<L: Lanes>(
 
     let coordinates = coordinates(l, context, material, batch, &location);
     let uv = coordinates.uv[0];
-    let reader = Reader { l, context, coordinates, active: l.mask(batch.active()) };
+    let reader = Reader::new(l, context, coordinates, batch);
 
     let mut base_color =
         reader.factor(material.base_color, material.base_color_texture.as_ref(), [0, 1, 2, 3]);

@@ -4,7 +4,8 @@ use crate::model::{Model, messages, picture, push};
 use overcoat::limits::Limits;
 use overcoat::load::LoadError;
 use overcoat::scene::{
-    AlphaMode, ColorSpace, Filter, Material, MipFilter, Sampler, UvTransform, Workflow, Wrap,
+    AlphaMode, ColorSpace, Filter, Material, MipFilter, Sampler, ScalarParameter, Transmission, UvTransform,
+    Workflow, Wrap,
 };
 use serde_json::{Value, json};
 
@@ -70,6 +71,53 @@ fn every_factor_arrives() {
     };
     assert_eq!(m, expected);
     assert_eq!(material(json!({"extensions": {"KHR_materials_ior": {"ior": 0}}})).ior, 0.0);
+}
+
+/// What passes through: defaults of the specification, factors, and channels of the textures.
+#[test]
+fn transmission_and_volume() {
+    let through = |extensions: Value| material(json!({"extensions": extensions})).lobes.transmission;
+    let none = Transmission::default();
+    assert_eq!(
+        through(json!({
+            "KHR_materials_transmission": {}, "KHR_materials_volume": {}, "KHR_materials_dispersion": {},
+            "KHR_materials_diffuse_transmission": {},
+        })),
+        none
+    );
+    let all = through(json!({
+        "KHR_materials_transmission": {"transmissionFactor": 0.9},
+        "KHR_materials_volume": {
+            "thicknessFactor": 2.5, "attenuationDistance": 0.5, "attenuationColor": [0.1, 0.2, 0.3],
+        },
+        "KHR_materials_dispersion": {"dispersion": 0.4},
+        "KHR_materials_diffuse_transmission": {
+            "diffuseTransmissionFactor": 0.6, "diffuseTransmissionColorFactor": [0.5, 0.6, 0.7],
+        },
+    }));
+    let scalar = |factor: f32, channel: u8| ScalarParameter { factor, texture: None, channel };
+    let expected = Transmission {
+        factor: scalar(0.9, 0),
+        diffuse: scalar(0.6, 3),
+        diffuse_color: [0.5, 0.6, 0.7].into(),
+        thickness: scalar(2.5, 1),
+        attenuation_color: [0.1, 0.2, 0.3],
+        attenuation_distance: 0.5,
+        dispersion: 0.4,
+    };
+    assert_eq!(all, expected);
+    let texture = json!({"index": 0});
+    let textured = through(json!({
+        "KHR_materials_transmission": {"transmissionTexture": texture},
+        "KHR_materials_volume": {"thicknessTexture": texture},
+        "KHR_materials_diffuse_transmission": {
+            "diffuseTransmissionTexture": texture, "diffuseTransmissionColorTexture": texture,
+        },
+    }));
+    assert!(textured.factor.texture.is_some() && textured.thickness.texture.is_some());
+    assert!(textured.diffuse.texture.is_some() && textured.diffuse_color.texture.is_some());
+    // Colours are sRGB, numbers are not.
+    assert_ne!(textured.diffuse.texture.unwrap().texture, textured.diffuse_color.texture.unwrap().texture);
 }
 
 /// Both workflows in one material: the one of the extension is drawn.
@@ -404,11 +452,11 @@ fn required_extensions() {
     let mut model = Model::triangle();
     // What changes the look only is drawn with a warning.
     model.json["extensionsRequired"] =
-        json!(["KHR_materials_transmission", "KHR_texture_transform", "ABC_materials_wool"]);
+        json!(["EXT_lights_image_based", "KHR_texture_transform", "ABC_materials_wool"]);
     assert_eq!(
         model.warnings(),
         [
-            "KHR_materials_transmission is not supported: drawn without light passing through",
+            "EXT_lights_image_based is not supported: the chosen environment is used instead",
             "ABC_materials_wool is not known and has no effect",
         ]
     );

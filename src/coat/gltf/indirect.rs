@@ -66,13 +66,19 @@ pub struct Environment<L: Lanes> {
     pub sheen_radiance: V3<L>,
 }
 
-/// `getIBLGGXFresnel`: reflectance for prefiltered radiance, with what bounces more than once between the microfacets.
+/// `getIBLGGXFresnel`: reflectance for prefiltered radiance (`ggx`: scale and bias of [`super::Tables::brdf`]), with what bounces more than once between the microfacets.
 /// Fdez-Aguera, "A Multiple-Scattering Microfacet Model for Real-Time Image-based Lighting" (JCGT 2019).
 #[inline(always)]
-fn ibl_ggx_fresnel<L: Lanes>(l: L, surface: &Surface<L>, f0: V3<L>, specular_weight: L::F) -> V3<L> {
-    let [scale, bias] = surface.ggx;
-    let weight = schlick_weight(l, surface.n_dot_v);
-    let smooth = surface.roughness.one_minus();
+pub fn ibl_ggx_fresnel<L: Lanes>(
+    l: L,
+    [scale, bias]: [L::F; 2],
+    n_dot_v: L::F,
+    roughness: L::F,
+    f0: V3<L>,
+    specular_weight: L::F,
+) -> V3<L> {
+    let weight = schlick_weight(l, n_dot_v);
+    let smooth = roughness.one_minus();
     let missing = (scale + bias).one_minus();
     each!(f0 in f0 => {
         let fresnel = f0 + (smooth.max(f0) - f0) * weight;
@@ -102,8 +108,10 @@ pub fn indirect_terms<L: Lanes>(l: L, surface: &Surface<L>, environment: &Enviro
     let one = l.splat(1.0);
     let diffuse: V3<L> = each!(k => environment.irradiance[k] * FRAC_1_PI * surface.base_color[k]);
     let specular = environment.radiance;
-    let dielectric_fresnel = ibl_ggx_fresnel(l, surface, surface.f0_dielectric, surface.specular_weight);
-    let metal_fresnel = ibl_ggx_fresnel(l, surface, surface.base_color, one);
+    let (ggx, n_dot_v, roughness) = (surface.ggx, surface.n_dot_v, surface.roughness);
+    let dielectric_fresnel =
+        ibl_ggx_fresnel(l, ggx, n_dot_v, roughness, surface.f0_dielectric, surface.specular_weight);
+    let metal_fresnel = ibl_ggx_fresnel(l, ggx, n_dot_v, roughness, surface.base_color, one);
     let [dielectric, metal] =
         dielectric_and_metal(l, surface, [diffuse, specular], [dielectric_fresnel, metal_fresnel]);
     let (sheen, sheen_scaling) = match &surface.sheen {

@@ -35,7 +35,7 @@ mod sampled;
 pub use super::EnvironmentQuery;
 pub use direct::{Direct, direct, direct_terms};
 pub use indirect::{
-    Environment, EnvironmentQueries, Indirect, environment_queries, indirect, indirect_terms,
+    Environment, EnvironmentQueries, Indirect, environment_queries, ibl_ggx_fresnel, indirect, indirect_terms,
 };
 pub use sampled::{indirect_sampled, mean_schlick_weight};
 

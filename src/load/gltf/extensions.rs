@@ -12,13 +12,17 @@ const DRAWN: &[&str] = &[
     "KHR_lights_punctual",
     "KHR_materials_anisotropy",
     "KHR_materials_clearcoat",
+    "KHR_materials_diffuse_transmission",
+    "KHR_materials_dispersion",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
     "KHR_materials_iridescence",
     "KHR_materials_pbrSpecularGlossiness",
     "KHR_materials_sheen",
     "KHR_materials_specular",
+    "KHR_materials_transmission",
     "KHR_materials_unlit",
+    "KHR_materials_volume",
     "KHR_mesh_quantization",
     "KHR_node_visibility",
     "KHR_texture_transform",
@@ -31,11 +35,7 @@ const DRAWN: &[&str] = &[
 const LOOK: &[(&str, &str)] = &[
     ("EXT_lights_image_based", "the chosen environment is used instead"),
     ("KHR_animation_pointer", "animations are not played"),
-    ("KHR_materials_diffuse_transmission", "drawn without light from behind"),
-    ("KHR_materials_dispersion", "drawn without dispersion"),
-    ("KHR_materials_transmission", "drawn without light passing through"),
     ("KHR_materials_variants", "the default variant is drawn"),
-    ("KHR_materials_volume", "drawn without absorption"),
 ];
 
 /// Extensions that hold the data itself. A file that requires one is refused; one that merely uses it has a

@@ -5,7 +5,7 @@ use super::texture::Textures;
 use crate::load::warnings::Warnings;
 use crate::scene::{
     AlphaMode, AlphaUse, Anisotropy, ColorParameter, ColorSpace, Iridescence, Lobes, Material, NormalTexture,
-    ScalarParameter, Sheen, TextureId, TextureRef, Workflow,
+    ScalarParameter, Sheen, TextureId, TextureRef, Transmission, Workflow,
 };
 
 /// Largest emissive or specular colour of a scene.
@@ -180,6 +180,7 @@ impl Converter<'_> {
                 self.normal("clearcoatNormalTexture", coat.clearcoat_normal_texture.as_ref());
         }
         self.lobes(given, &mut material.lobes);
+        self.transmission(given, &mut material.lobes.transmission);
     }
 
     /// KHR_materials_sheen, KHR_materials_anisotropy and KHR_materials_iridescence.
@@ -228,6 +229,55 @@ impl Converter<'_> {
                     .data("iridescenceThicknessTexture", film.iridescence_thickness_texture.as_ref()),
                 ..Iridescence::default()
             };
+        }
+    }
+
+    /// KHR_materials_transmission, _diffuse_transmission, _volume and _dispersion.
+    fn transmission(&mut self, given: &model::MaterialExtensions, transmission: &mut Transmission) {
+        if let Some(straight) = &given.transmission {
+            transmission.factor = ScalarParameter {
+                factor: self.unit("transmissionFactor", straight.transmission_factor, 0.0),
+                texture: self.data("transmissionTexture", straight.transmission_texture.as_ref()),
+                channel: 0,
+            };
+        }
+        if let Some(diffuse) = &given.diffuse_transmission {
+            transmission.diffuse = ScalarParameter {
+                factor: self.unit("diffuseTransmissionFactor", diffuse.diffuse_transmission_factor, 0.0),
+                texture: self
+                    .data("diffuseTransmissionTexture", diffuse.diffuse_transmission_texture.as_ref()),
+                channel: 3,
+            };
+            let color = diffuse.diffuse_transmission_color_factor.unwrap_or([1.0; 3]);
+            let texture = diffuse.diffuse_transmission_color_texture.as_ref();
+            transmission.diffuse_color = ColorParameter {
+                factor: self.clamped_all("diffuseTransmissionColorFactor", color, 1.0),
+                texture: self.texture(
+                    "diffuseTransmissionColorTexture",
+                    texture,
+                    ColorSpace::Srgb,
+                    AlphaUse::Data,
+                ),
+            };
+        }
+        if let Some(volume) = &given.volume {
+            let thickness = volume.thickness_factor.unwrap_or(0.0);
+            transmission.thickness = ScalarParameter {
+                factor: self.clamped("thicknessFactor", thickness, 0.0, MAX_FACTOR),
+                texture: self.data("thicknessTexture", volume.thickness_texture.as_ref()),
+                channel: 1,
+            };
+            if let Some(color) = volume.attenuation_color {
+                transmission.attenuation_color = self.clamped_all("attenuationColor", color, 1.0);
+            }
+            if let Some(distance) = volume.attenuation_distance {
+                let least = f32::MIN_POSITIVE;
+                transmission.attenuation_distance =
+                    self.clamped("attenuationDistance", distance, least, f32::INFINITY);
+            }
+        }
+        if let Some(dispersion) = given.dispersion.as_ref().and_then(|d| d.dispersion) {
+            transmission.dispersion = self.clamped("dispersion", dispersion, 0.0, 1e3);
         }
     }
 

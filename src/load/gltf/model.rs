@@ -355,6 +355,33 @@ object!(MaterialExtensions {
     anisotropy: Option<Box<Anisotropy>>,
     #[serde(rename = "KHR_materials_iridescence")]
     iridescence: Option<Box<Iridescence>>,
+    #[serde(rename = "KHR_materials_transmission")]
+    transmission: Option<Box<Transmission>>,
+    #[serde(rename = "KHR_materials_diffuse_transmission")]
+    diffuse_transmission: Option<Box<DiffuseTransmission>>,
+    #[serde(rename = "KHR_materials_volume")]
+    volume: Option<Box<Volume>>,
+    #[serde(rename = "KHR_materials_dispersion")]
+    dispersion: Option<Dispersion>,
+});
+object!(Transmission {
+    transmission_factor: Option<f32>,
+    transmission_texture: Option<TextureInfo>,
+});
+object!(DiffuseTransmission {
+    diffuse_transmission_factor: Option<f32>,
+    diffuse_transmission_texture: Option<TextureInfo>,
+    diffuse_transmission_color_factor: Option<[f32; 3]>,
+    diffuse_transmission_color_texture: Option<TextureInfo>,
+});
+object!(Volume {
+    thickness_factor: Option<f32>,
+    thickness_texture: Option<TextureInfo>,
+    attenuation_distance: Option<f32>,
+    attenuation_color: Option<[f32; 3]>,
+});
+object!(Dispersion {
+    dispersion: Option<f32>,
 });
 object!(Sheen {
     sheen_color_factor: Option<[f32; 3]>,

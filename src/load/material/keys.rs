@@ -630,18 +630,23 @@ pub(super) static KEYS: &[Key] = &[
         m => m.lobes.subsurface.scattering_distance,
         "How far red, green and blue go, in millimetres."
     ),
-    color!("transmission", ..=1.0, m => m.lobes.subsurface.transmission, "Colour of transmitted light."),
+    color!(
+        "subsurface_transmission",
+        ..=1.0,
+        m => m.lobes.subsurface.transmission,
+        "Colour of light that the subsurface lets through (StackLit, Filament's cloth)."
+    ),
     number!(
-        "thickness",
+        "subsurface_thickness",
         0.0..=1e6,
         m => m.lobes.subsurface.thickness.factor,
-        "Millimetres that transmitted light crosses."
+        "Millimetres that this light crosses."
     ),
     texture!(
-        "thickness_texture",
+        "subsurface_thickness_texture",
         Slot::Scalar(0, |m| &mut m.lobes.subsurface.thickness),
-        Some("thickness"),
-        "Multiplies thickness (channel r)."
+        Some("subsurface_thickness"),
+        "Multiplies subsurface_thickness (channel r)."
     ),
     number!(
         "subsurface_ior",
@@ -653,6 +658,83 @@ pub(super) static KEYS: &[Key] = &[
         "subsurface_post_scatter",
         m => m.lobes.subsurface.post_scatter,
         "The base colour applies after scattering only, instead of half before and half after."
+    ),
+    // Light that passes through, in every model.
+    number!(
+        "transmission",
+        0.0..=1.0,
+        m => m.lobes.transmission.factor.factor,
+        "Share of the light that is not reflected that passes straight through; what is behind shows."
+    ),
+    texture!(
+        "transmission_texture",
+        Slot::Scalar(0, |m| &mut m.lobes.transmission.factor),
+        Some("transmission"),
+        "Multiplies transmission (channel r)."
+    ),
+    number!(
+        "diffuse_transmission",
+        0.0..=1.0,
+        m => m.lobes.transmission.diffuse.factor,
+        "Share of the rest that leaves on the other side in all directions."
+    ),
+    texture!(
+        "diffuse_transmission_texture",
+        Slot::Scalar(0, |m| &mut m.lobes.transmission.diffuse),
+        Some("diffuse_transmission"),
+        "Multiplies diffuse_transmission (channel r; glTF's maps have it in a)."
+    ),
+    color!(
+        "diffuse_transmission_color",
+        ..=1.0,
+        m => m.lobes.transmission.diffuse_color.factor,
+        "Colour of that diffuse light."
+    ),
+    texture!(
+        "diffuse_transmission_color_texture",
+        Slot::Color(|m| &mut m.lobes.transmission.diffuse_color.texture),
+        Some("diffuse_transmission_color"),
+        "Multiplies diffuse_transmission_color."
+    ),
+    number!(
+        "thickness",
+        0.0..=1e6,
+        m => m.lobes.transmission.thickness.factor,
+        "Thickness of the volume beneath in units of the mesh; a surface with 0 is a thin wall and does not refract."
+    ),
+    texture!(
+        "thickness_texture",
+        Slot::Scalar(1, |m| &mut m.lobes.transmission.thickness),
+        Some("thickness"),
+        "Multiplies thickness (channel g)."
+    ),
+    color!(
+        "attenuation_color",
+        ..=1.0,
+        m => m.lobes.transmission.attenuation_color,
+        "What white light becomes on its way of attenuation_distance through the volume."
+    ),
+    Key {
+        name: "attenuation_distance",
+        kind: Kind::Number {
+            low: 1e-6,
+            high: 1e9,
+            or_zero: true,
+            get: |m| {
+                let distance = m.lobes.transmission.attenuation_distance;
+                if distance.is_finite() { distance } else { 0.0 }
+            },
+            set: |m, value| {
+                m.lobes.transmission.attenuation_distance = if value > 0.0 { value } else { f32::INFINITY };
+            },
+        },
+        about: "In units of the scene; with 0 nothing is absorbed.",
+    },
+    number!(
+        "dispersion",
+        0.0..=1e3,
+        m => m.lobes.transmission.dispersion,
+        "20 over the Abbe number: how far apart the volume refracts red and blue."
     ),
     number!(
         "specular_occlusion",

@@ -4,7 +4,7 @@ use super::Entry;
 use crate::common::shapes::{cube, gutter, letter, noise, repeat_uv, sphere, square, surface, torus};
 use crate::common::stage::{Built, Stage, at, flat_view, look, metal, plastic, turned, unlit};
 use overcoat::math::double;
-use overcoat::scene::{AlphaMode, Camera, Material, MeshData, Projection, Transform};
+use overcoat::scene::{AlphaMode, Camera, Material, MeshData, PrimitiveKind, Projection, Transform};
 use std::f64::consts::TAU;
 
 pub const SCENES: &[Entry] = &[
@@ -26,6 +26,7 @@ pub const SCENES: &[Entry] = &[
     ("orthographic", orthographic),
     ("many-instances", many_instances),
     ("empty", empty),
+    ("points-and-lines", points_and_lines),
 ];
 
 /// Sphere, cube, torus and half a cylinder.
@@ -323,4 +324,42 @@ fn many_instances() -> Built {
 /// Nothing but the environment.
 fn empty() -> Built {
     Stage::new()?.seen(look([0.0; 3], [1.0, 0.0, 1.0], 90.0))
+}
+
+/// A coloured spiral of lines around a ball that hides half of it, a cloud of points, and a line through the near plane.
+fn points_and_lines() -> Built {
+    let mut s = Stage::new()?;
+    let white = s.material(unlit(1.0, 1.0, 1.0))?;
+    let ball = s.mesh(sphere(24))?;
+    let grey = s.material(plastic(0.3, 0.3, 0.3, 0.6))?;
+    s.place(ball, grey, at([0.0; 3], 0.8)?)?;
+    let mut spiral = MeshData { kind: PrimitiveKind::Lines, ..MeshData::default() };
+    const TURNS: u32 = 200;
+    for k in 0..=TURNS {
+        let t = f64::from(k) / f64::from(TURNS);
+        let (sin, cos) = double::sin_cos(TAU * 5.0 * t);
+        spiral.positions.push([cos as f32, (2.0 * t - 1.0) as f32, sin as f32]);
+        spiral.colors.push([t as f32, 0.3, 1.0 - t as f32, 1.0]);
+    }
+    spiral.triangles = (0..TURNS).map(|k| [k, k + 1, k + 1]).collect();
+    let spiral = s.mesh(spiral)?;
+    s.place(spiral, white, Transform::IDENTITY)?;
+    let mut cloud = MeshData { kind: PrimitiveKind::Points, ..MeshData::default() };
+    for k in 0..120 {
+        let place = [noise(3 * k), noise(3 * k + 1), noise(3 * k + 2)];
+        cloud.positions.push(place.map(|v| 3.2 * v - 1.6));
+        cloud.colors.push([place[0], place[1], 0.2, 1.0]);
+    }
+    cloud.triangles = (0..120).map(|k| [k; 3]).collect();
+    let cloud = s.mesh(cloud)?;
+    s.place(cloud, white, Transform::IDENTITY)?;
+    let through = MeshData {
+        positions: vec![[-2.0, -1.3, -1.0], [1.2, 0.6, 9.0]],
+        triangles: vec![[0, 1, 1]],
+        kind: PrimitiveKind::Lines,
+        ..MeshData::default()
+    };
+    let through = s.mesh(through)?;
+    s.place(through, white, Transform::IDENTITY)?;
+    s.seen(look([0.0, 1.0, 5.5], [0.0; 3], 34.0))
 }

@@ -5,6 +5,7 @@ mod lighting;
 mod materials;
 mod models;
 mod texturing;
+mod transmission;
 
 use super::stage::Built;
 
@@ -12,8 +13,14 @@ use super::stage::Built;
 pub type Entry = (&'static str, fn() -> Built);
 
 /// All of them.
-pub const SCENES: &[&[Entry]] =
-    &[geometry::SCENES, materials::SCENES, models::SCENES, texturing::SCENES, lighting::SCENES];
+pub const SCENES: &[&[Entry]] = &[
+    geometry::SCENES,
+    materials::SCENES,
+    models::SCENES,
+    texturing::SCENES,
+    lighting::SCENES,
+    transmission::SCENES,
+];
 
 /// The scene of that name.
 pub fn build(name: &str) -> Result<Built, String> {

@@ -1,0 +1,303 @@
+//! Light that passes through surfaces, the same for every shading model.
+//!
+//! Source: KHR_materials_transmission, _volume, _ior, _dispersion and _diffuse_transmission with the functions of the
+//! Khronos glTF Sample Renderer 1.1 (`getIBLVolumeRefraction`, `getVolumeTransmissionRay`, `applyIorToRoughness`,
+//! `applyVolumeAttenuation`, `getPunctualRadianceTransmission`): of the dielectric's light that is not reflected at the
+//! surface, a share passes straight through, refracted and tinted by the base colour, in place of being reflected
+//! diffusely.
+//!
+//! The diffuse part is held back before a model shades the surface ([`hold_back`]), by dimming its base colour, and what
+//! passes is added afterwards ([`pass_through`]): no model needs to know. Deviations:
+//!
+//! - A smooth thin wall (no volume, roughness 0) multiplies what is behind it exactly, sample by sample and layer by layer, in
+//!   place of looking it up; everything else sees the opaque surfaces behind it, not blended and other transmissive ones.
+//! - The layers on top are the dielectric's own reflection (`getIBLGGXFresnel`) and the coat; sheen and thin films do not
+//!   dim what passes.
+//! - Blur is a share of the picture: that of the original's buffer of 1024 pixels, whatever the picture's size.
+//! - Punctual light that a rough surface scatters forward is multiplied by its cosine, which the original leaves out.
+//! - A picture without background stays transparent behind the surface: opacity is 1 less the mean of what passes. A tint
+//!   cannot be told to what is put behind it later.
+
+use super::incident::{Surroundings, sample_light};
+use super::lobes::{color, scalar};
+use super::surface::{Reader, coordinates, opacity};
+use super::{Backdrop, Reflectance, ShadeContext, Surface};
+use crate::brdf::{fresnel, ggx, tables};
+use crate::coat::gltf::ibl_ggx_fresnel;
+use crate::each;
+use crate::gbuffer::layout::{self, SurfacePlanes};
+use crate::gbuffer::{Batch, locate};
+use crate::math::lanes::{Float, Lanes, Mask};
+use crate::math::vec3::{self, V3};
+use crate::math::{exp_transmittance, log2};
+use crate::scene::{AlphaMode, Material, Workflow};
+use std::f32::consts::FRAC_1_PI;
+
+/// Least GGX alpha at which lights are scattered forward; below, their images are too small to be seen.
+const LEAST_ALPHA: f32 = 0.002;
+
+/// Largest radiance of a fragment.
+const MAX_RADIANCE: f32 = 1e12;
+
+/// What was held back of sixteen fragments.
+#[derive(Clone, Copy)]
+pub struct HeldBack<L: Lanes> {
+    /// The base colour as it was.
+    base_color: V3<L>,
+    /// Share of the light that is not reflected that passes straight through.
+    straight: L::F,
+    /// Share that leaves on the other side in all directions.
+    diffuse: L::F,
+    diffuse_color: V3<L>,
+    /// Thickness of the volume in units of the world.
+    thickness: L::F,
+    /// Whether the surface is there at all.
+    opacity: L::F,
+}
+
+/// What fragments that let light through add to a sample, and what they leave of what is behind them.
+#[derive(Clone, Copy)]
+pub struct Passed<L: Lanes> {
+    /// Radiance, multiplied by opacity.
+    pub radiance: V3<L>,
+    /// Opacity.
+    pub alpha: L::F,
+    /// What premultiplied colour and opacity of what is behind are multiplied by.
+    pub keep: [L::F; 4],
+}
+
+/// Dims the base colour in `planes` by what will pass through. `batch` is the one that `planes` was made of.
+#[inline(never)]
+pub fn hold_back<L: Lanes>(
+    l: L,
+    context: &ShadeContext<'_>,
+    material: &Material,
+    batch: &Batch,
+    planes: &mut SurfacePlanes,
+) -> HeldBack<L> {
+    l.run(
+        #[inline(always)]
+        || {
+            let location = locate(l, batch, context.rays.perspective);
+            let coordinates = coordinates(l, context, material, batch, &location);
+            let reader = Reader::new(l, context, coordinates, batch);
+            let given = &material.lobes.transmission;
+            let straight = scalar(&given.factor, &reader);
+            let diffuse = scalar(&given.diffuse, &reader);
+            let unit = batch.vertices.number(l, context.draws, |draw| draw.scale);
+            let metallic = match material.workflow {
+                Workflow::MetallicRoughness { .. } => l.load(&planes.rows[layout::METALLIC.first]),
+                Workflow::SpecularGlossiness { .. } => l.zero(),
+            };
+            let dielectric = metallic.one_minus();
+            let straight = straight * dielectric;
+            let diffuse = diffuse * dielectric * straight.one_minus();
+            let kept = (straight + diffuse).one_minus();
+            let rows = &mut planes.rows[layout::BASE_COLOR.first..layout::BASE_COLOR.first + 3];
+            let base_color = each!(k => l.load(&rows[k]));
+            for k in 0..3 {
+                rows[k] = (base_color[k] * kept).to_array();
+            }
+            let opacity = match material.alpha_mode {
+                AlphaMode::Opaque => l.splat(1.0),
+                AlphaMode::Blend => l.load(&planes.rows[layout::ALPHA.first]),
+                AlphaMode::Mask { cutoff } => {
+                    let alpha = opacity(l, context, material, batch);
+                    alpha.ge(l.splat(cutoff)).select(l.splat(1.0), l.zero())
+                }
+            };
+            let thickness = scalar(&given.thickness, &reader) * unit;
+            HeldBack {
+                base_color,
+                straight,
+                diffuse,
+                diffuse_color: color(&given.diffuse_color, &reader),
+                thickness,
+                opacity,
+            }
+        },
+    )
+}
+
+/// Adds what passes through to `radiance`, which a model made of the surface that [`hold_back`] has dimmed, and gives the
+/// surface its base colour back. `backdrop` is asked where [`Material::refracts`].
+#[inline(never)]
+pub fn pass_through<L: Lanes>(
+    l: L,
+    context: &ShadeContext<'_>,
+    backdrop: &Backdrop,
+    material: &Material,
+    planes: &mut SurfacePlanes,
+    held: &HeldBack<L>,
+    radiance: V3<L>,
+) -> Passed<L> {
+    l.run(
+        #[inline(always)]
+        || {
+            for k in 0..3 {
+                planes.rows[layout::BASE_COLOR.first + k] = held.base_color[k].to_array();
+            }
+            let surface = Surface::load(l, material, false, planes);
+            let open = not_reflected(l, &surface);
+            let extinction = material.lobes.transmission.extinction();
+            let volume: V3<L> = each!(s in extinction => {
+                exp_transmittance(l, held.thickness * -s)
+            });
+            let scattered: V3<L> = each!(k => {
+                open[k] * held.diffuse_color[k] * volume[k] * held.diffuse
+            });
+            let tint: V3<L> = each!(k => open[k] * held.base_color[k] * volume[k] * held.straight);
+            let mut sum = radiance;
+            if material.lobes.transmission.diffuse.factor > 0.0 {
+                let behind = light_from_behind(l, context, &surface);
+                sum = each!(k => sum[k] + scattered[k] * behind[k]);
+            }
+            let mut keep = tint;
+            let mut hole = mean(tint);
+            if material.is_transmissive() {
+                let lights = lights_through(l, context, material, &surface);
+                sum = each!(k => sum[k] + tint[k] * lights[k]);
+            }
+            if material.refracts() {
+                let seen = refracted(l, context, backdrop, material, &surface, held.thickness);
+                sum = each!(k => sum[k] + tint[k] * seen[k]);
+                hole = hole * seen[3].one_minus();
+                keep = [l.zero(); 3];
+            }
+            let opacity = held.opacity;
+            let hidden = opacity.one_minus();
+            let kept = if material.refracts() { l.zero() } else { hole };
+            Passed {
+                radiance: each!(c in sum => c.clamp_to(0.0, MAX_RADIANCE) * opacity),
+                alpha: hole.one_minus() * opacity,
+                keep: [
+                    hidden + opacity * keep[0],
+                    hidden + opacity * keep[1],
+                    hidden + opacity * keep[2],
+                    hidden + opacity * kept,
+                ],
+            }
+        },
+    )
+}
+
+#[inline(always)]
+fn mean<F: Float>(v: [F; 3]) -> F {
+    (v[0] + v[1] + v[2]) * (1.0 / 3.0)
+}
+
+/// What base and coat do not reflect, 0 to 1.
+#[inline(always)]
+fn not_reflected<L: Lanes>(l: L, surface: &Surface<L>) -> V3<L> {
+    let n_dot_v = vec3::dot(l, surface.normal, surface.view).saturate();
+    let (f0, weight) = match surface.reflectance {
+        Reflectance::Metallic { dielectric, .. } => (dielectric.f0(l), dielectric.weight),
+        Reflectance::Specular { f0 } => (f0, l.splat(1.0)),
+    };
+    let [scale, bias, _] = tables::khronos().fetch(l, n_dot_v, surface.roughness);
+    let base = ibl_ggx_fresnel(l, [scale, bias], n_dot_v, surface.roughness, f0, weight);
+    let coat_cosine = vec3::dot(l, surface.coat_normal, surface.view).saturate();
+    let coat = fresnel::schlick(l, l.splat(0.04), l.splat(1.0), coat_cosine) * surface.coat;
+    each!(f in base => (f.one_minus() * coat.one_minus()).saturate())
+}
+
+/// Radiance of a white diffuse surface, lit from the other side.
+#[inline(always)]
+fn light_from_behind<L: Lanes>(l: L, context: &ShadeContext<'_>, surface: &Surface<L>) -> V3<L> {
+    let back = vec3::neg(l, surface.normal);
+    let mut sum = [l.zero(); 3];
+    for &source in Surroundings::of(context) {
+        sum = vec3::add(l, sum, source.irradiance_over_pi(l, context, surface, back));
+    }
+    for light in context.lights {
+        let sample = sample_light(l, light, surface);
+        let cosine = vec3::dot(l, back, sample.direction).saturate() * FRAC_1_PI;
+        sum = each!(k => sum[k] + sample.irradiance[k] * cosine);
+    }
+    sum
+}
+
+/// What a rough white surface scatters forward of the lights behind it: the lobe of the mirrored light
+/// (`getPunctualRadianceTransmission`).
+#[inline(always)]
+fn lights_through<L: Lanes>(
+    l: L,
+    context: &ShadeContext<'_>,
+    material: &Material,
+    surface: &Surface<L>,
+) -> V3<L> {
+    let alpha = refracted_roughness(material, surface.roughness.squared()).at_least(LEAST_ALPHA);
+    let n_dot_v = vec3::dot(l, surface.normal, surface.view).saturate();
+    let lambda = ggx::part_lambda(l, n_dot_v, alpha);
+    let mut sum = [l.zero(); 3];
+    for light in context.lights {
+        let sample = sample_light(l, light, surface);
+        let side = vec3::dot(l, surface.normal, sample.direction);
+        let behind = side.lt(l.zero());
+        if !behind.any() {
+            continue;
+        }
+        let mirrored: V3<L> = each!(k => sample.direction[k] - surface.normal[k] * (side * 2.0));
+        let half = vec3::add(l, mirrored, surface.view);
+        let length = vec3::length(l, half).at_least(1e-6);
+        let n_dot_h = (vec3::dot(l, surface.normal, half) / length).saturate();
+        let n_dot_l = side.abs().saturate();
+        let lobe = ggx::smith_distribution_visibility(l, n_dot_h, n_dot_l, n_dot_v, alpha, lambda);
+        let lobe = behind.select(lobe * n_dot_l, l.zero());
+        sum = each!(k => sum[k] + sample.irradiance[k] * lobe);
+    }
+    sum
+}
+
+/// `applyIorToRoughness`: an index of 1 does not scatter, one of 1.5 and more as the roughness has it.
+#[inline(always)]
+fn refracted_roughness<F: Float>(material: &Material, roughness: F) -> F {
+    let share = material.ior * 2.0 - 2.0;
+    roughness * if share > 0.0 { if share < 1.0 { share } else { 1.0 } } else { 0.0 }
+}
+
+/// Premultiplied colour and opacity of what is seen through the surface (`getIBLVolumeRefraction`).
+#[inline(always)]
+fn refracted<L: Lanes>(
+    l: L,
+    context: &ShadeContext<'_>,
+    backdrop: &Backdrop,
+    material: &Material,
+    surface: &Surface<L>,
+    thickness: L::F,
+) -> [L::F; 4] {
+    let level = blur(l, backdrop, refracted_roughness(material, surface.roughness)).to_array();
+    let transmission = &material.lobes.transmission;
+    let ior = if material.ior > 1.0 { material.ior } else { 1.0 };
+    // Half of what red and blue lie apart: KHR_materials_dispersion.
+    let spread = (ior - 1.0) * 0.025 * transmission.dispersion;
+    let n_dot_v = vec3::dot(l, surface.normal, surface.view).saturate();
+    let mut seen = [l.zero(); 4];
+    let count = if spread > 0.0 { 3 } else { 1 };
+    for k in 0..count {
+        let ior = if count == 1 { ior } else { ior + spread * (k as f32 - 1.0) };
+        // GLSL's refract; no index is below 1, so there is no total reflection.
+        let eta = 1.0 / if ior > 1.0 { ior } else { 1.0 };
+        let inside = (n_dot_v.squared().one_minus() * (eta * eta)).one_minus().at_least(0.0).sqrt();
+        let along_normal = n_dot_v * eta - inside;
+        let exit: V3<L> = each!(c => surface.position[c]
+            + (surface.normal[c] * along_normal - surface.view[c] * eta) * thickness);
+        let screen = context.rays.project(l, exit);
+        let color = backdrop.sample([screen[0].to_array(), screen[1].to_array()], level);
+        if count == 1 {
+            return each!(c => l.load(&color[c]));
+        }
+        seen[k] = l.load(&color[k]);
+        seen[3] = seen[3] + l.load(&color[3]) * (1.0 / 3.0);
+    }
+    seen
+}
+
+/// The level of the backdrop for a perceptual roughness: as wide a share of the picture as that of a buffer of 1024 pixels
+/// (`log2(framebufferSize) * roughness`), but sharp where the surface is smooth.
+#[inline(always)]
+fn blur<L: Lanes>(l: L, backdrop: &Backdrop, roughness: L::F) -> L::F {
+    const LEVELS: f32 = 10.0;
+    let larger = log2(l, l.splat(backdrop.side() as f32)) - LEVELS;
+    roughness * LEVELS + larger * (roughness * LEVELS).saturate()
+}
