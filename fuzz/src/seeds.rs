@@ -7,7 +7,9 @@ use std::io::Cursor;
 /// Target, file name and bytes of every seed.
 pub fn all() -> Vec<(&'static str, String, Vec<u8>)> {
     let mut seeds = Vec::new();
-    let mut add = |target: &'static str, name: &str, bytes: Vec<u8>| seeds.push((target, format!("seed-{name}"), bytes));
+    let mut add = |target: &'static str, name: &str, bytes: Vec<u8>| {
+        seeds.push((target, format!("seed-{name}"), bytes))
+    };
     for (name, bytes) in gltf() {
         add("glb", name, super::targets::container(&bytes));
         add("pipeline", name, bytes.clone());
@@ -56,7 +58,12 @@ fn gltf() -> Vec<(&'static str, Vec<u8>)> {
     let normals = floats(&[0.0, 0.0, 1.0].repeat(4));
     let uvs = floats(&[0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 1.0]);
     let indices: Vec<u8> = [0_u16, 1, 2, 2, 1, 3].iter().flat_map(|v| v.to_le_bytes()).collect();
-    let png = picture(ImageFormat::Png, DynamicImage::ImageRgb8(ImageBuffer::from_fn(2, 2, |x, y| image::Rgb([x as u8 * 200, y as u8 * 90, 40]))));
+    let png = picture(
+        ImageFormat::Png,
+        DynamicImage::ImageRgb8(ImageBuffer::from_fn(2, 2, |x, y| {
+            image::Rgb([x as u8 * 200, y as u8 * 90, 40])
+        })),
+    );
     let parts = [&positions, &normals, &uvs, &indices, &png];
     let (mut binary, mut views) = (Vec::new(), Vec::new());
     for part in parts {
@@ -84,20 +91,41 @@ fn gltf() -> Vec<(&'static str, Vec<u8>)> {
     vec![
         ("rich", with(&rich, &binary)),
         ("plain", with(plain, &[])),
-        ("quantized", with(quantized, &[0, 0, 0, 0, 0, 0, 0, 0, 255, 127, 0, 0, 0, 0, 0, 0, 0, 0, 255, 127, 0, 0, 0, 0])),
+        (
+            "quantized",
+            with(
+                quantized,
+                &[0, 0, 0, 0, 0, 0, 0, 0, 255, 127, 0, 0, 0, 0, 0, 0, 0, 0, 255, 127, 0, 0, 0, 0],
+            ),
+        ),
     ]
 }
 
 const OBJ: [(&str, &str); 4] = [
-    ("quad", "mtllib m.mtl\no q\nv 0 0 0\nv 1 0 0 1\nv 1 1 0 0.5 0.2 1\nv 0 1 0\nvt 0 0\nvt 1 0 0\nvt 1 1\nvn 0 0 1\ns 1\nusemtl a\nf 1/1/1 2/2/1 3/3/1 4/1/1\nusemtl b\nf -1 -2 -3\n"),
-    ("concave", "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 1 0.5 0\nv 0 2 0\ng a b\nf 1 2 3 4 5\nf 1//1 2//1 3//1\nvn 0 0 1\nl 1 2 3\np 1\n"),
-    ("lines", "# comment\r\nv 1e3 -1.5E-2 .5\r\nv 0 \\\n0 1\nv 1 1 1\nf 1 2 3 \\\n 1\nvp 0 0\ncurv 0 1 1 2\n"),
+    (
+        "quad",
+        "mtllib m.mtl\no q\nv 0 0 0\nv 1 0 0 1\nv 1 1 0 0.5 0.2 1\nv 0 1 0\nvt 0 0\nvt 1 0 0\nvt 1 1\nvn 0 0 1\ns 1\nusemtl a\nf 1/1/1 2/2/1 3/3/1 4/1/1\nusemtl b\nf -1 -2 -3\n",
+    ),
+    (
+        "concave",
+        "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 1 0.5 0\nv 0 2 0\ng a b\nf 1 2 3 4 5\nf 1//1 2//1 3//1\nvn 0 0 1\nl 1 2 3\np 1\n",
+    ),
+    (
+        "lines",
+        "# comment\r\nv 1e3 -1.5E-2 .5\r\nv 0 \\\n0 1\nv 1 1 1\nf 1 2 3 \\\n 1\nvp 0 0\ncurv 0 1 1 2\n",
+    ),
     ("colors", "v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 0 1 0 0 0 1\nf 1 2 3\nf 3 2 1\n"),
 ];
 
 const MTL: [(&str, &str); 2] = [
-    ("maps", "newmtl a\nKa 0 0 0\nKd 0.8 0.1 0.1\nKs 1 1 1\nKe 0.1 0 0\nNs 96\nd 0.5\nTr 0.5\nillum 2\nNi 1.5\nmap_Kd -s 2 2 1 -o 0.1 0 0 -clamp on t.png\nmap_Bump -bm 0.3 t.png\nmap_d -imfchan m t.png\nnewmtl b\nPr 0.3\nPm 1\nPs 0.2\nPc 1\nPcr 0.1\naniso 0.5\nanisor 0.25\nnorm t.png\nmap_Pr t.png\nmap_Pm t.png\nmap_Ke t.png\n"),
-    ("plain", "newmtl a\r\nKd spectral x.rfl\r\nKs xyz 1 2 3\r\nd -halo 0.3\r\nnewmtl a\r\nTf 1 1 1\r\nsharpness 60\r\ndisp t.png\r\ndecal t.png\r\nrefl -type sphere t.png\r\n"),
+    (
+        "maps",
+        "newmtl a\nKa 0 0 0\nKd 0.8 0.1 0.1\nKs 1 1 1\nKe 0.1 0 0\nNs 96\nd 0.5\nTr 0.5\nillum 2\nNi 1.5\nmap_Kd -s 2 2 1 -o 0.1 0 0 -clamp on t.png\nmap_Bump -bm 0.3 t.png\nmap_d -imfchan m t.png\nnewmtl b\nPr 0.3\nPm 1\nPs 0.2\nPc 1\nPcr 0.1\naniso 0.5\nanisor 0.25\nnorm t.png\nmap_Pr t.png\nmap_Pm t.png\nmap_Ke t.png\n",
+    ),
+    (
+        "plain",
+        "newmtl a\r\nKd spectral x.rfl\r\nKs xyz 1 2 3\r\nd -halo 0.3\r\nnewmtl a\r\nTf 1 1 1\r\nsharpness 60\r\ndisp t.png\r\ndecal t.png\r\nrefl -type sphere t.png\r\n",
+    ),
 ];
 
 fn stl() -> Vec<(&'static str, Vec<u8>)> {
@@ -119,7 +147,9 @@ fn ply() -> Vec<(&'static str, Vec<u8>)> {
         )
     };
     let mut files = vec![("ascii", ascii.as_bytes().to_vec())];
-    for (name, format, little) in [("little", "binary_little_endian", true), ("big", "binary_big_endian", false)] {
+    for (name, format, little) in
+        [("little", "binary_little_endian", true), ("big", "binary_big_endian", false)]
+    {
         let mut bytes = header(format).into_bytes();
         let mut put = |value: &[u8]| {
             let mut value = value.to_vec();
@@ -156,7 +186,8 @@ fn picture(format: ImageFormat, image: DynamicImage) -> Vec<u8> {
 
 fn pictures() -> Vec<(&'static str, &'static str, Vec<u8>)> {
     let rgb = ImageBuffer::from_fn(5, 3, |x, y| image::Rgb([x as u8 * 50, y as u8 * 80, 7]));
-    let rgba = ImageBuffer::from_fn(9, 9, |x, y| image::Rgba([x as u8 * 25, y as u8 * 25, 7, (x * y) as u8 * 3]));
+    let rgba =
+        ImageBuffer::from_fn(9, 9, |x, y| image::Rgba([x as u8 * 25, y as u8 * 25, 7, (x * y) as u8 * 3]));
     let grey = ImageBuffer::from_fn(4, 4, |x, y| image::Luma([(x * y) as u8 * 16]));
     let deep = ImageBuffer::from_fn(3, 3, |x, y| image::LumaA([(x * y) as u16 * 4000, 60_000]));
     let rgb = DynamicImage::ImageRgb8(rgb);
@@ -195,10 +226,10 @@ fn openexr() -> Vec<(&'static str, Vec<u8>)> {
         ("zip", Encoding::SMALL_LOSSLESS),
         ("piz", Encoding { compression: exr::prelude::Compression::PIZ, ..Encoding::SMALL_LOSSLESS }),
         ("pxr24", Encoding { compression: exr::prelude::Compression::PXR24, ..Encoding::SMALL_LOSSLESS }),
-        ("tiles", Encoding {
-            blocks: exr::image::Blocks::Tiles(exr::math::Vec2(4, 2)),
-            ..Encoding::SMALL_LOSSLESS
-        }),
+        (
+            "tiles",
+            Encoding { blocks: exr::image::Blocks::Tiles(exr::math::Vec2(4, 2)), ..Encoding::SMALL_LOSSLESS },
+        ),
     ];
     let mut files = Vec::new();
     for (name, encoding) in encodings {
@@ -207,18 +238,34 @@ fn openexr() -> Vec<(&'static str, Vec<u8>)> {
         });
         let layer = Layer::new((8, 4), LayerAttributes::named("x"), encoding, channels);
         let mut bytes = Cursor::new(Vec::new());
-        Image::from_layer(layer).write().non_parallel().to_buffered(&mut bytes).expect("pictures can be encoded");
+        Image::from_layer(layer)
+            .write()
+            .non_parallel()
+            .to_buffered(&mut bytes)
+            .expect("pictures can be encoded");
         files.push((name, bytes.into_inner()));
     }
     files
 }
 
 const MATERIAL: [(&str, &str); 2] = [
-    ("paint", "description = \"x\"\nmodel = \"stacklit\"\nbase_color = \"#dcdce0\"\nmetallic = 1\nroughness = 0.3\nnormal_texture = { file = \"t.png\", scale = 8, wrap = \"clamp\", filter = \"nearest\", offset = [0.5, 1], rotation = 30 }\ncoat = 1\ncoat_thickness = 1\ncoat_extinction = [0.1, 2, 2]\n\n[options]\nstacklit_refracted_angles = true\n"),
-    ("over", "over = true\nemissive = [1, 0.5, 0]\nalpha_mode = \"mask\"\nalpha_cutoff = 0.4\nbase_color_texture = \"t.png\"\ndouble_sided = true\nior = 1.4\nanisotropy = -0.5\niridescence = 1\n"),
+    (
+        "paint",
+        "description = \"x\"\nmodel = \"stacklit\"\nbase_color = \"#dcdce0\"\nmetallic = 1\nroughness = 0.3\nnormal_texture = { file = \"t.png\", scale = 8, wrap = \"clamp\", filter = \"nearest\", offset = [0.5, 1], rotation = 30 }\ncoat = 1\ncoat_thickness = 1\ncoat_extinction = [0.1, 2, 2]\n\n[options]\nstacklit_refracted_angles = true\n",
+    ),
+    (
+        "over",
+        "over = true\nemissive = [1, 0.5, 0]\nalpha_mode = \"mask\"\nalpha_cutoff = 0.4\nbase_color_texture = \"t.png\"\ndouble_sided = true\nior = 1.4\nanisotropy = -0.5\niridescence = 1\n",
+    ),
 ];
 
 const SCENE: [(&str, &str); 2] = [
-    ("json", "{\"model\":\"x.glb\",\"env\":\"studio\",\"envRotationDeg\":90,\"size\":[32,16],\"camera\":{\"eye\":[1,2,3],\"target\":[0,0,0],\"up\":[0,1,0],\"fovYDeg\":30,\"near\":0.01},\"background\":\"#102030\",\"toneMapping\":[\"linear\",\"aces\"],\"samples\":4,\"shading\":\"urp-mobile\",\"exposure\":-1,\"light\":[{\"type\":\"rect\",\"position\":[0,3,2],\"target\":[0,0,0],\"size\":[2,0.5],\"intensity\":20}]}"),
-    ("toml", "model = \"x.glb\"\nenv = \"none\"\nmaterial = \"candy-red\"\nareaLights = \"facets\"\nmergeAngleDeg = 2\nsize = [64, 64]\n[camera]\nview = \"1,0.3,1\"\northoHeight = 2\n[[light]]\ntype = \"tube\"\nfrom = [-2,1,1]\nto = [-2,2,1]\nradius = 0.03\nintensity = 50\n[[light]]\ntype = \"spot\"\nposition = [0,1,0]\ntarget = [0,0,0]\nouterConeDeg = 30\nintensity = 3\n[materials]\nx = \"pearl-white\"\n"),
+    (
+        "json",
+        "{\"model\":\"x.glb\",\"env\":\"studio\",\"envRotationDeg\":90,\"size\":[32,16],\"camera\":{\"eye\":[1,2,3],\"target\":[0,0,0],\"up\":[0,1,0],\"fovYDeg\":30,\"near\":0.01},\"background\":\"#102030\",\"toneMapping\":[\"linear\",\"aces\"],\"samples\":4,\"shading\":\"urp-mobile\",\"exposure\":-1,\"light\":[{\"type\":\"rect\",\"position\":[0,3,2],\"target\":[0,0,0],\"size\":[2,0.5],\"intensity\":20}]}",
+    ),
+    (
+        "toml",
+        "model = \"x.glb\"\nenv = \"none\"\nmaterial = \"candy-red\"\nareaLights = \"facets\"\nmergeAngleDeg = 2\nsize = [64, 64]\n[camera]\nview = \"1,0.3,1\"\northoHeight = 2\n[[light]]\ntype = \"tube\"\nfrom = [-2,1,1]\nto = [-2,2,1]\nradius = 0.03\nintensity = 50\n[[light]]\ntype = \"spot\"\nposition = [0,1,0]\ntarget = [0,0,0]\nouterConeDeg = 30\nintensity = 3\n[materials]\nx = \"pearl-white\"\n",
+    ),
 ];

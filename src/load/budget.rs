@@ -16,12 +16,7 @@ pub(crate) struct Budget {
 impl Budget {
     /// Nothing used yet.
     pub(crate) fn new(limits: &Limits) -> Self {
-        Self {
-            used: 0,
-            limit: limits.decoded_bytes,
-            pixels: 0,
-            pixel_limit: limits.total_texture_pixels,
-        }
+        Self { used: 0, limit: limits.decoded_bytes, pixels: 0, pixel_limit: limits.total_texture_pixels }
     }
 
     /// Grants `count` elements of `size` bytes.

@@ -136,7 +136,10 @@ fn allowed() -> Result<Calls, BackendError> {
     let not_executable = argument(2, MaskedEq(libc::PROT_EXEC as u64), 0)?;
     calls.insert(libc::SYS_mmap, vec![not_executable.clone()]);
     calls.insert(libc::SYS_mprotect, vec![not_executable]);
-    calls.insert(libc::SYS_clone, vec![argument(0, MaskedEq(THREAD_OR_SPACE), i64::from(libc::CLONE_THREAD))?]);
+    calls.insert(
+        libc::SYS_clone,
+        vec![argument(0, MaskedEq(THREAD_OR_SPACE), i64::from(libc::CLONE_THREAD))?],
+    );
     // Aborting the process: a signal to itself.
     calls.insert(libc::SYS_tgkill, vec![argument(0, Eq, i64::from(std::process::id()))?]);
     let prctl = [libc::PR_SET_NAME, libc::PR_SET_NO_NEW_PRIVS, libc::PR_GET_NO_NEW_PRIVS];

@@ -76,8 +76,9 @@ fn carry_out(attack: &Attack, folder: &Path) -> Result<Vec<String>, Failure> {
     let mut renderer = Renderer::new(2);
     let picture = description.picture(Machine::default(), &limits, renderer.jobs())?;
     let mut warnings: Vec<String> = picture.warnings.iter().map(ToString::to_string).collect();
-    let rendered =
-        renderer.render(&picture.scene, &picture.camera, &picture.options).map_err(|e| Failure::render(&e))?;
+    let rendered = renderer
+        .render(&picture.scene, &picture.camera, &picture.options)
+        .map_err(|e| Failure::render(&e))?;
     if rendered.stats.fragments == 0 {
         warnings.push("nothing to see".to_owned());
     }
@@ -95,7 +96,11 @@ fn judge(must: Must, outcome: &Result<Vec<String>, Failure>) -> Option<String> {
         Err(failure) => vec![failure.to_string()],
     };
     if let Some(bad) = texts.iter().find(|t| t.len() > 2000 || t.chars().any(char::is_control)) {
-        return Some(format!("a message of {} bytes: {}", bad.len(), bad.chars().take(200).collect::<String>()));
+        return Some(format!(
+            "a message of {} bytes: {}",
+            bad.len(),
+            bad.chars().take(200).collect::<String>()
+        ));
     }
     let code = match must {
         Must::Draw | Must::Warn(_) => 0,

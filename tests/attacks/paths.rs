@@ -55,7 +55,12 @@ pub fn attacks() -> Vec<Attack> {
         buffer("path-parent-twice-encoded", "decoding twice", "%252e%252e%252fsecret", gone),
         buffer("path-overlong", "the same in overlong UTF-8", "%c0%ae%c0%ae%c0%afsecret", gone),
         buffer("path-absolute", "a file of the system", "/etc/passwd", outside),
-        buffer("path-absolute-double", "an absolute path that does not look like it", "//etc/passwd", outside),
+        buffer(
+            "path-absolute-double",
+            "an absolute path that does not look like it",
+            "//etc/passwd",
+            outside,
+        ),
         buffer("path-windows-drive", "a drive", "C:\\Windows\\win.ini", outside),
         buffer("path-windows-share", "a server", "\\\\server\\share\\x", outside),
         buffer("path-windows-device", "a device namespace", "\\\\?\\C:\\x", outside),
@@ -74,10 +79,22 @@ pub fn attacks() -> Vec<Attack> {
         buffer("path-long-component", "a name longer than file systems take", &"a".repeat(4000), gone),
         map("map-parent", "a picture beside the folder", "../secret.png", Warn("left out")),
         map("map-absolute", "a picture from anywhere", "/etc/passwd", Warn("left out")),
-        map("map-backslash", "a picture beside the folder, as Windows writes it", "..\\secret.png", Warn("left out")),
+        map(
+            "map-backslash",
+            "a picture beside the folder, as Windows writes it",
+            "..\\secret.png",
+            Warn("left out"),
+        ),
         map("map-http", "a request to a server", "http://127.0.0.1:9/x.png", Warn("left out")),
-        Attack::model("library-parent", "a library beside the folder", "x.obj", "mtllib ../secret.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\n", Warn("secret.mtl")),
-        buffer("sparse-file", "reading a hole of terabytes", "huge.bin", Must::Exceed("huge.bin")).prepared(sparse_file),
+        Attack::model(
+            "library-parent",
+            "a library beside the folder",
+            "x.obj",
+            "mtllib ../secret.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\n",
+            Warn("secret.mtl"),
+        ),
+        buffer("sparse-file", "reading a hole of terabytes", "huge.bin", Must::Exceed("huge.bin"))
+            .prepared(sparse_file),
     ];
     if cfg!(unix) {
         attacks.extend([
@@ -89,7 +106,8 @@ pub fn attacks() -> Vec<Attack> {
                 .prepared(|folder| link("/etc/passwd", &folder.join("link"))),
             buffer("link-folder-out", "a folder that is a link", "link/passwd", outside)
                 .prepared(|folder| link("/etc", &folder.join("link"))),
-            buffer("link-loop", "a link to itself", "link", gone).prepared(|folder| link("link", &folder.join("link"))),
+            buffer("link-loop", "a link to itself", "link", gone)
+                .prepared(|folder| link("link", &folder.join("link"))),
             buffer("link-two-loop", "two links to each other", "a", gone).prepared(|folder| {
                 link("b", &folder.join("a"));
                 link("a", &folder.join("b"));
@@ -103,15 +121,48 @@ pub fn attacks() -> Vec<Attack> {
                 .prepared(|folder| link("/proc/self/mem", &folder.join("link"))),
             buffer("link-to-device", "a file without an end", "link", outside)
                 .prepared(|folder| link("/dev/zero", &folder.join("link"))),
-            buffer("link-within", "nothing: a link within the folder is fine", "link", Warn("nothing to see")).prepared(|folder| {
+            buffer(
+                "link-within",
+                "nothing: a link within the folder is fine",
+                "link",
+                Warn("nothing to see"),
+            )
+            .prepared(|folder| {
                 std::fs::write(folder.join("data"), [0; 36]).unwrap();
                 link("data", &folder.join("link"));
             }),
             buffer("pipe", "waiting for a writer", "pipe", Fail("not a regular file")).prepared(pipe),
-            Attack { ask: super::attack::Ask::Model("pipe"), ..Attack::model("model-is-pipe", "waiting for a writer", "y", "", Fail("it is")).prepared(pipe) },
-            Attack { ask: super::attack::Ask::Model("/dev/zero"), ..Attack::model("model-is-device", "a file without an end", "y", "", Fail("not a regular file")) },
-            Attack { ask: super::attack::Ask::Model("huge.bin"), ..Attack::model("model-is-hole", "reading a hole of terabytes", "y", "", Must::Exceed("input_bytes")).prepared(sparse_file) },
-            Attack { ask: super::attack::Ask::Environment("pipe"), ..Attack::model("environment-is-pipe", "waiting for a writer", "y", "", Fail("it is")).prepared(pipe) },
+            Attack {
+                ask: super::attack::Ask::Model("pipe"),
+                ..Attack::model("model-is-pipe", "waiting for a writer", "y", "", Fail("it is"))
+                    .prepared(pipe)
+            },
+            Attack {
+                ask: super::attack::Ask::Model("/dev/zero"),
+                ..Attack::model(
+                    "model-is-device",
+                    "a file without an end",
+                    "y",
+                    "",
+                    Fail("not a regular file"),
+                )
+            },
+            Attack {
+                ask: super::attack::Ask::Model("huge.bin"),
+                ..Attack::model(
+                    "model-is-hole",
+                    "reading a hole of terabytes",
+                    "y",
+                    "",
+                    Must::Exceed("input_bytes"),
+                )
+                .prepared(sparse_file)
+            },
+            Attack {
+                ask: super::attack::Ask::Environment("pipe"),
+                ..Attack::model("environment-is-pipe", "waiting for a writer", "y", "", Fail("it is"))
+                    .prepared(pipe)
+            },
         ]);
     }
     attacks
