@@ -22,6 +22,8 @@
 //!
 //! [`output`] makes files of it, [`golden`] compares them, and the `cli` module is the command line.
 //!
+//! [`sandbox`] gives up what none of this needs from the system, before the first byte of input is read.
+//!
 //! The same bits everywhere come from [`math`]: shading is written over [`math::lanes::Lanes`], whose operations IEEE
 //! 754 rounds exactly, and [`jobs`] keeps the order of results independent of threads. How each layer keeps them, how a
 //! change breaks them, and which releases may change pictures is on a page: [`guide::bit_identity`].
@@ -67,6 +69,9 @@ pub mod render;
 pub mod scene;
 pub mod shade;
 pub mod tile;
+
+#[cfg(feature = "sandbox")]
+pub mod sandbox;
 
 mod reuse;
 

@@ -21,6 +21,10 @@ pub struct Limits {
     pub textures: u64,
     /// Pixels of one texture or environment. Default 2^26 (8192 x 8192).
     pub texture_pixels: u64,
+    /// Pixels of all textures of a scene together. Default 2^27.
+    pub total_texture_pixels: u64,
+    /// Lights of a scene: each of them shines on every fragment. Default 256.
+    pub lights: u64,
     /// Width and height of the output in pixels. Default 16384.
     pub output_side: u32,
     /// Pixels of the output. Default 2^26.
@@ -45,6 +49,8 @@ impl Default for Limits {
             depth: 1024,
             textures: 4096,
             texture_pixels: 1 << 26,
+            total_texture_pixels: 1 << 27,
+            lights: 256,
             output_side: 16384,
             output_pixels: 1 << 26,
             fragments: 1 << 30,

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// Which module may use which, and why no more.
-const MAY_USE: [(&str, &[&str]); 22] = [
+const MAY_USE: [(&str, &[&str]); 23] = [
     // The foundations: whoever wants to know what the bits of a sum are reads these and nothing else.
     ("math", &[]),
     ("jobs", &[]),
@@ -43,6 +43,8 @@ const MAY_USE: [(&str, &[&str]); 22] = [
             "math", "frame", "jobs", "limits", "reuse",
         ],
     ),
+    // Rights of the process; knows nothing of what they are for.
+    ("sandbox", &[]),
     // Pages to read.
     ("guide", &[]),
     // Arguments in, library calls out.
@@ -50,14 +52,18 @@ const MAY_USE: [(&str, &[&str]); 22] = [
         "cli",
         &[
             "brdf", "coat", "color", "frame", "gbuffer", "geometry", "golden", "jobs", "light", "limits",
-            "load", "math", "output", "raster", "render", "scene", "shade", "tile",
+            "load", "math", "output", "raster", "render", "sandbox", "scene", "shade", "tile",
         ],
     ),
     ("main", &["cli"]),
 ];
 
 /// Packages that one module hides from all others: that is where their rules are kept.
-const ONLY_IN: [(&str, &str); 4] = [
+const ONLY_IN: [(&str, &str); 7] = [
+    // What the process may do is decided in one place.
+    ("landlock", "sandbox"),
+    ("seccompiler", "sandbox"),
+    ("libc", "sandbox"),
     // The order of results does not depend on threads because nobody else starts any work.
     ("rayon", "jobs"),
     // Instruction sets agree in bits because nobody else speaks to them.

@@ -85,3 +85,162 @@ fn fragments_pixels_and_triangles_are_counted() {
         assert_eq!(stopped_by(&scene, &camera, limits, 2), expected);
     }
 }
+
+/// Every limit by its option, on files that need exactly so much: the least that is enough is known, one less is exit
+/// code 3 with its name, and 10^18 overflows nothing.
+#[cfg(feature = "cli")]
+mod by_option {
+    use serde_json::{Value, json};
+    use std::path::Path;
+    use std::process::{Command, Output};
+
+    fn render(folder: &Path, model: &str, limit: &str, more: &[&str]) -> Output {
+        let mut args = vec!["render", model, "-o", "p.png", "--env", "none", "--limit", limit];
+        if !more.contains(&"--size") {
+            args.extend(["--size", "64"]);
+        }
+        args.extend(more);
+        Command::new(env!("CARGO_BIN_EXE_overcoat")).args(args).current_dir(folder).output().unwrap()
+    }
+
+    /// Three nodes below each other, two textures of 6 and 4 pixels, two lights, five vertices, three triangles that
+    /// cover the picture.
+    fn document() -> Value {
+        let png = |width: u32, height: u32| {
+            use base64::Engine;
+            let mut bytes = Vec::new();
+            let mut encoder = png::Encoder::new(&mut bytes, width, height);
+            encoder.set_color(png::ColorType::Grayscale);
+            let pixels = vec![200; (width * height) as usize];
+            encoder.write_header().unwrap().write_image_data(&pixels).unwrap();
+            let text = base64::engine::general_purpose::STANDARD.encode(&bytes);
+            json!({"uri": format!("data:image/png;base64,{text}")})
+        };
+        let corners: [[f32; 3]; 5] =
+            [[-9.0, -9.0, 0.0], [9.0, -9.0, 0.0], [9.0, 9.0, 0.0], [-9.0, 9.0, 0.0], [0.0, 30.0, 0.0]];
+        let mut bytes: Vec<u8> = corners.iter().flatten().flat_map(|v| v.to_le_bytes()).collect();
+        bytes.extend([0_u8, 1, 2, 0, 2, 3, 3, 2, 4, 0, 0, 0]);
+        let data = {
+            use base64::Engine;
+            base64::engine::general_purpose::STANDARD.encode(&bytes)
+        };
+        json!({
+            "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0, 3, 4]}],
+            "nodes": [{"children": [1]}, {"children": [2]}, {"mesh": 0},
+                {"extensions": {"KHR_lights_punctual": {"light": 0}}},
+                {"extensions": {"KHR_lights_punctual": {"light": 0}}},
+                {}, {}],
+            "extensionsUsed": ["KHR_lights_punctual"],
+            "extensions": {"KHR_lights_punctual": {"lights": [{"type": "directional"}]}},
+            "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1, "material": 0}]}],
+            "materials": [{"alphaMode": "BLEND", "emissiveTexture": {"index": 0},
+                "occlusionTexture": {"index": 1},
+                "pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 0.5]}}],
+            "textures": [{"source": 0}, {"source": 1}],
+            "images": [png(3, 2), png(2, 2)],
+            "accessors": [{"bufferView": 0, "componentType": 5126, "count": 5, "type": "VEC3"},
+                {"bufferView": 1, "componentType": 5121, "count": 9, "type": "SCALAR"}],
+            "bufferViews": [{"buffer": 0, "byteLength": 60}, {"buffer": 0, "byteOffset": 60, "byteLength": 9}],
+            "buffers": [{"byteLength": 72, "uri": format!("data:;base64,{data}")}]
+        })
+    }
+
+    #[test]
+    fn each_is_exact() {
+        let folder = tempfile::tempdir().unwrap();
+        let text = document().to_string();
+        std::fs::write(folder.path().join("x.gltf"), &text).unwrap();
+        let mut tangled = document();
+        tangled["materials"][0]["alphaMode"] = "OPAQUE".into();
+        std::fs::write(folder.path().join("opaque.gltf"), tangled.to_string()).unwrap();
+        let small = ["--eye", "0,0,5", "--target", "0,0,0", "--ortho=2", "--samples", "1"];
+        let wide = ["--size", "80x20"];
+        // With one sample a pixel is in one triangle; the diagonal's blocks are drawn into by two.
+        let (pixels, blocks) = (64 * 64, 16 * 16 + 16);
+        let cases: [(&str, &str, Option<u64>, &[&str]); 15] = [
+            ("input_bytes", "x.gltf", Some(text.len() as u64), &[]),
+            ("decoded_bytes", "x.gltf", None, &[]),
+            ("triangles", "x.gltf", Some(3), &[]),
+            ("vertices", "x.gltf", None, &[]),
+            ("nodes", "x.gltf", Some(7), &[]),
+            ("depth", "x.gltf", Some(3), &[]),
+            ("textures", "x.gltf", Some(2), &[]),
+            ("texture_pixels", "x.gltf", Some(6), &[]),
+            ("total_texture_pixels", "x.gltf", Some(10), &[]),
+            ("lights", "x.gltf", Some(2), &[]),
+            ("output_side", "x.gltf", Some(80), &wide),
+            ("output_pixels", "x.gltf", Some(1600), &wide),
+            ("fragments", "opaque.gltf", Some(pixels), &small),
+            ("blocks", "x.gltf", Some(blocks), &small),
+            ("blend_entries", "x.gltf", Some(pixels), &small),
+        ];
+        assert_eq!(cases.map(|case| case.0), overcoat::cli::values::LIMIT_NAMES);
+        for (name, model, expected, more) in cases {
+            let code = |limit: u64| {
+                let done = render(folder.path(), model, &format!("{name}={limit}"), more);
+                let message = String::from_utf8(done.stderr).unwrap();
+                match done.status.code() {
+                    Some(0) => true,
+                    Some(3) if message.contains(&format!("({name})")) => false,
+                    code => panic!("{name}={limit}: {code:?} {message}"),
+                }
+            };
+            // The least that is enough.
+            let (mut too_little, mut enough) = (0, expected.map_or(1 << 20, |n| 2 * n));
+            while enough - too_little > 1 {
+                let middle = u64::midpoint(too_little, enough);
+                if code(middle) { enough = middle } else { too_little = middle }
+            }
+            if let Some(expected) = expected {
+                assert_eq!(enough, expected, "{name}");
+            }
+            assert!(code(enough) && !code(enough - 1) && !code(0), "{name}: {enough}");
+            if name != "output_side" {
+                assert!(code(1_000_000_000_000_000_000), "{name}");
+            }
+        }
+    }
+
+    /// Ten to the power of eighteen of everything that a few bytes can ask for.
+    #[test]
+    fn nothing_is_made_for_a_claim() {
+        let folder = tempfile::tempdir().unwrap();
+        let huge = 1_000_000_000_000_000_000_u64;
+        let claims: [(fn(&mut Value, u64), &str); 5] = [
+            (|d, n| d["accessors"][0]["count"] = n.into(), "lie outside"),
+            (
+                |d, n| {
+                    d["accessors"][0]["count"] = n.into();
+                    d["accessors"][0].as_object_mut().unwrap().remove("bufferView");
+                },
+                "(vertices)",
+            ),
+            (|d, n| d["buffers"][0]["byteLength"] = n.into(), "byteLength says"),
+            (|d, n| d["bufferViews"][0]["byteLength"] = n.into(), "lie outside"),
+            (
+                |d, n| {
+                    d["accessors"]
+                        .as_array_mut()
+                        .unwrap()
+                        .push(json!({"componentType": 5126, "count": n, "type": "VEC3"}));
+                    d["nodes"][2]["extensions"] =
+                        json!({"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 2}}});
+                },
+                "(decoded_bytes)",
+            ),
+        ];
+        for (claim, expected) in claims {
+            let mut document = document();
+            claim(&mut document, huge);
+            std::fs::write(folder.path().join("x.gltf"), document.to_string()).unwrap();
+            let done = render(folder.path(), "x.gltf", "depth=1000", &["--json"]);
+            let message = String::from_utf8(done.stderr).unwrap();
+            assert!(message.contains(expected), "{message}");
+            assert!(matches!(done.status.code(), Some(1 | 3)), "{message}");
+        }
+        let size = format!("{huge}x{huge}");
+        std::fs::write(folder.path().join("x.gltf"), document().to_string()).unwrap();
+        let done = render(folder.path(), "x.gltf", "depth=1000", &["--size", &size]);
+        assert_eq!(done.status.code(), Some(3), "{}", String::from_utf8_lossy(&done.stderr));
+    }
+}

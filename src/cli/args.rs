@@ -25,6 +25,13 @@ pub struct Cli {
     /// What to do.
     #[command(subcommand)]
     pub command: Command,
+
+    /// Before any file is read, give up every right that the work does not need: other files, network, programs (Linux)
+    ///
+    /// Landlock leaves the folders of the inputs to read and the folder of the output to write; seccomp leaves memory,
+    /// threads and open files. An error on systems without them (Linux 5.13 on x86-64 or 64-bit ARM has them).
+    #[arg(long, global = true, help_heading = "Machine (these never change the picture)")]
+    pub sandbox: bool,
 }
 
 /// The commands.
@@ -44,6 +51,9 @@ pub enum Command {
     Materials(Box<MaterialsArgs>),
     /// Compare pictures of any renderer with expected ones; report, accept
     Golden(Box<GoldenArgs>),
+    /// Try what a program that was taken over would try, to see that --sandbox holds on this machine
+    #[command(hide = true)]
+    Attempt(AttemptArgs),
 }
 
 const EXIT_CODES: &str = "Exit codes: 0 done, 1 failed, 2 wrong usage, 3 limit exceeded";
@@ -101,6 +111,57 @@ pub struct RenderArgs {
     #[command(flatten)]
     #[allow(missing_docs)]
     pub report: ReportArgs,
+}
+
+/// `overcoat attempt`
+#[derive(Debug, Args)]
+pub struct AttemptArgs {
+    /// What to try
+    #[arg(value_name = "WHAT", value_enum)]
+    pub what: Attempt,
+
+    /// The file that is read, written or removed, or the program that is run
+    #[arg(value_name = "PATH")]
+    pub path: Option<PathBuf>,
+
+    /// Stands for the folder of a model
+    #[arg(long, value_name = "FOLDER")]
+    pub input: Option<PathBuf>,
+
+    /// Stands for the folder of a picture
+    #[arg(long, value_name = "FOLDER")]
+    pub output: Option<PathBuf>,
+}
+
+/// What a program that was taken over would try.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Attempt {
+    /// Read a file.
+    Read,
+    /// List a folder.
+    List,
+    /// Make a file.
+    Write,
+    /// Empty a file that may be read.
+    Truncate,
+    /// Remove a file.
+    Remove,
+    /// Give a file another name, beside it.
+    Link,
+    /// Speak to a server.
+    Connect,
+    /// Be a server.
+    Listen,
+    /// Send a datagram.
+    Send,
+    /// Open a socket of this machine.
+    Local,
+    /// Become another program.
+    Execute,
+    /// Start another program.
+    Spawn,
+    /// Start a thread and read a file in it.
+    Thread,
 }
 
 /// The examples below `overcoat render --help`.

@@ -5,6 +5,7 @@
 //! and reports. Errors are one line on standard error and an exit code.
 
 pub mod args;
+mod attempt;
 mod ball;
 mod bench;
 mod compare;
@@ -19,6 +20,7 @@ pub mod picture;
 mod progress;
 mod render;
 mod report;
+mod sandbox;
 pub mod scene_file;
 pub mod scene_light;
 mod sheet;
@@ -36,7 +38,10 @@ use std::process::ExitCode;
 #[must_use]
 pub fn run() -> ExitCode {
     let done = match Cli::try_parse() {
-        Ok(cli) => dispatch(&cli.command),
+        Ok(mut cli) => {
+            let confined = if cli.sandbox { sandbox::enter(&mut cli.command) } else { Ok(()) };
+            confined.and_then(|()| dispatch(&cli.command))
+        }
         Err(error) => match error.kind() {
             ErrorKind::DisplayHelp
             | ErrorKind::DisplayVersion
@@ -67,6 +72,7 @@ fn dispatch(command: &Command) -> Result<(), Failure> {
         Command::CompareModels(args) => compare::run(args),
         Command::Materials(args) => materials_command::run(args),
         Command::Golden(args) => golden::run(args),
+        Command::Attempt(args) => attempt::run(args),
     }
 }
 

@@ -5,7 +5,9 @@ use crate::scene::{Scene, ShadingModel};
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 use std::fmt::Display;
-use std::io::Write;
+use std::fs::File;
+use std::io::{Read, Seek, Write};
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 /// Prints warnings to standard error, one line each.
@@ -108,10 +110,29 @@ pub fn milliseconds(time: Duration) -> f64 {
     (time.as_secs_f64() * 1e6).round() / 1e3
 }
 
+/// Where the system says how much memory this process has, opened before a sandbox closes the way to it.
+static STATUS: OnceLock<File> = OnceLock::new();
+
+/// Keeps open what [`peak_rss_bytes`] reads.
+pub fn keep_status_open() {
+    if let Ok(file) = File::open("/proc/self/status") {
+        // A second time changes nothing.
+        let _ = STATUS.set(file);
+    }
+}
+
 /// Largest resident memory of this process so far in bytes; `None` where the system does not say (Linux does).
 #[must_use]
 pub fn peak_rss_bytes() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let mut status = String::new();
+    match STATUS.get() {
+        // Each reading from the beginning is a new answer.
+        Some(mut file) => {
+            file.rewind().ok()?;
+            file.read_to_string(&mut status).ok()?
+        }
+        None => File::open("/proc/self/status").ok()?.read_to_string(&mut status).ok()?,
+    };
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
     line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?.checked_mul(1024)
 }

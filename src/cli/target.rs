@@ -27,7 +27,7 @@ impl Target {
     /// [`Failure`] naming the path if its format is unknown, its folder does not exist, it is a folder, or it is one
     /// of `inputs`.
     pub fn new(path: &Path, format: Option<&str>, aovs: &[Aov], inputs: &[&Path]) -> Result<Self, Failure> {
-        let standard_output = is_standard_stream(path);
+        let standard_output = is_standard_output(path);
         let format = match format {
             Some(name) => {
                 OutputFormat::ALL.into_iter().find(|f| f.extension().eq_ignore_ascii_case(name)).ok_or_else(
@@ -75,7 +75,7 @@ impl Target {
     /// True if the picture goes to standard output.
     #[must_use]
     pub fn is_standard_output(&self) -> bool {
-        is_standard_stream(&self.path)
+        is_standard_output(&self.path)
     }
 
     /// Encodes the frame and its planes.
@@ -122,7 +122,7 @@ impl Encoded {
     /// [`Failure`] naming the file.
     pub fn write(&self) -> Result<(), Failure> {
         for (k, (path, bytes)) in self.files.iter().enumerate() {
-            let written = if is_standard_stream(path) {
+            let written = if is_standard_output(path) {
                 let mut out = std::io::stdout().lock();
                 out.write_all(bytes)
                     .and_then(|()| out.flush())
@@ -140,6 +140,12 @@ impl Encoded {
         }
         Ok(())
     }
+}
+
+/// True if a path stands for standard output. `/dev/stdout` may lead to a regular file, which whoever started the program
+/// has open: replacing it would write to a file that nobody looks at.
+fn is_standard_output(path: &Path) -> bool {
+    is_standard_stream(path) || (cfg!(unix) && path == Path::new("/dev/stdout"))
 }
 
 /// Messages name the file once.

@@ -247,7 +247,7 @@ pub fn limit(text: &str) -> Result<(String, u64), String> {
 }
 
 /// Names of all limits, in the order of [`Limits`].
-pub const LIMIT_NAMES: [&str; 13] = [
+pub const LIMIT_NAMES: [&str; 15] = [
     "input_bytes",
     "decoded_bytes",
     "triangles",
@@ -256,6 +256,8 @@ pub const LIMIT_NAMES: [&str; 13] = [
     "depth",
     "textures",
     "texture_pixels",
+    "total_texture_pixels",
+    "lights",
     "output_side",
     "output_pixels",
     "fragments",
@@ -295,6 +297,8 @@ pub fn set_limit(limits: &mut Limits, name: &str, value: u64) -> Result<(), Stri
         "output_pixels" => limits.output_pixels = value,
         "fragments" => limits.fragments = value,
         "blocks" => limits.blocks = value,
+        "total_texture_pixels" => limits.total_texture_pixels = value,
+        "lights" => limits.lights = value,
         "blend_entries" => limits.blend_entries = value,
         _ => return Err(format!("unknown limit '{name}'; known are {}", LIMIT_NAMES.join(", "))),
     }

@@ -8,12 +8,15 @@ use crate::limits::{LimitExceeded, Limits};
 pub(crate) struct Budget {
     used: u64,
     limit: u64,
+    /// Pixels of textures, against [`Limits::total_texture_pixels`].
+    pixels: u64,
+    pixel_limit: u64,
 }
 
 impl Budget {
     /// Nothing used yet.
     pub(crate) fn new(limits: &Limits) -> Self {
-        Self { used: 0, limit: limits.decoded_bytes }
+        Self { used: 0, limit: limits.decoded_bytes, pixels: 0, pixel_limit: limits.total_texture_pixels }
     }
 
     /// Grants `count` elements of `size` bytes.
@@ -29,6 +32,23 @@ impl Budget {
         let asked = self.used.saturating_add(count.saturating_mul(size));
         Limits::check(what, asked, self.limit, "decoded_bytes")?;
         self.used = asked;
+        Ok(())
+    }
+
+    /// Grants a texture of so many pixels, each of which takes `size` bytes.
+    ///
+    /// # Errors
+    /// [`LimitExceeded`] naming `what` if those are too many together with the textures before.
+    pub(crate) fn charge_texture(
+        &mut self,
+        what: impl Fn() -> String,
+        pixels: u64,
+        size: u64,
+    ) -> Result<(), LimitExceeded> {
+        let asked = self.pixels.saturating_add(pixels);
+        Limits::check(&what, asked, self.pixel_limit, "total_texture_pixels")?;
+        self.charge(what, pixels, size)?;
+        self.pixels = asked;
         Ok(())
     }
 
@@ -53,5 +73,15 @@ mod tests {
         budget.charge(|| "b".into(), 40, 1).unwrap();
         assert_eq!(budget.left(), 0);
         budget.charge(|| "c".into(), u64::MAX, u64::MAX).unwrap_err();
+    }
+
+    #[test]
+    fn textures_are_counted_in_pixels_too() {
+        let mut budget = Budget::new(&Limits { total_texture_pixels: 100, ..Limits::default() });
+        budget.charge_texture(|| "a".into(), 60, 4).unwrap();
+        let error = budget.charge_texture(|| "image 1".into(), 41, 4).unwrap_err();
+        assert_eq!(error.to_string(), "image 1: 101 exceeds the limit of 100 (total_texture_pixels)");
+        budget.charge_texture(|| "b".into(), 40, 4).unwrap();
+        budget.charge_texture(|| "c".into(), u64::MAX, u64::MAX).unwrap_err();
     }
 }

@@ -111,7 +111,7 @@ pub(super) fn read_picture(
         Err(error) => return left_out(&error.loss()?),
     };
     // Texels, their mip levels and what is made of them.
-    budget.charge(|| what.clone(), header.texels(), 12)?;
+    budget.charge_texture(|| what.clone(), header.texels(), 12)?;
     match image::decode(&bytes, &header) {
         Ok(image) => Ok(Ok(image)),
         Err(error) => left_out(&error.loss()?),

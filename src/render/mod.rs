@@ -143,6 +143,8 @@ impl Memory {
         let triangles = scene.triangle_count();
         let check = |what: &str, asked, limit, field| Limits::check(|| what.to_owned(), asked, limit, field);
         check("scene", triangles, options.limits.triangles, "triangles")?;
+        // Each shines on every fragment, so that the one limit on fragments bounds no work without this one.
+        check("scene", scene.lights().len() as u64, options.limits.lights, "lights")?;
         let mut crew = Crew::new(jobs);
 
         let view = View::new(camera, options.width, options.height)?;

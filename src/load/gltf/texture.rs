@@ -160,7 +160,7 @@ impl Textures {
             };
             // The image, the mip levels of each form (a third more), and what decoding takes for a while.
             let per_texel = 4 + needed.forms.len() as u64 * 2;
-            budget.charge(|| what.clone(), header.texels(), per_texel)?;
+            budget.charge_texture(|| what.clone(), header.texels(), per_texel)?;
             Limits::check(
                 || what.clone(),
                 header.texels().saturating_mul(header.transient),

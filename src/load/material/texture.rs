@@ -64,7 +64,7 @@ impl Pictures {
                 .map_err(|e| error(picture_reason(want.file, e)))?;
             // The picture, its mip levels, those of a copy for one channel, and what decoding takes for a while.
             budget
-                .charge(|| want.file.to_owned(), header.texels(), 10)
+                .charge_texture(|| want.file.to_owned(), header.texels(), 10)
                 .and_then(|()| {
                     let transient = header.texels().saturating_mul(header.transient);
                     Limits::check(|| want.file.to_owned(), transient, budget.left(), "decoded_bytes")

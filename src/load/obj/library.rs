@@ -133,7 +133,7 @@ impl<'a> Library<'a> {
             match image::probe(&what, &bytes, context.limits) {
                 Ok(header) => {
                     // The file, its texels and a mip chain, and what is made of them.
-                    self.budget.charge(|| what, header.texels(), 12)?;
+                    self.budget.charge_texture(|| what.clone(), header.texels(), 12)?;
                     self.budget.charge(
                         || format!("texture {}", quoted(file.as_bytes())),
                         bytes.len() as u64,

@@ -1,0 +1,225 @@
+//! What each target does with its bytes. `tests/fuzz_corpus.rs` of the program runs the same functions over the corpus.
+//!
+//! A target passes if it comes back: no panic, no overflow, no hang, no more memory than the limits allow.
+
+use overcoat::jobs::Jobs;
+use overcoat::limits::Limits;
+use overcoat::load::{
+    Context, Format, LoadError, Loaded, MaterialFile, MemoryResolver, load_bytes, load_environment,
+};
+
+/// Small, so that reaching them is common and quick.
+pub fn limits() -> Limits {
+    Limits {
+        input_bytes: 1 << 20,
+        decoded_bytes: 32 << 20,
+        triangles: 1 << 18,
+        vertices: 1 << 18,
+        nodes: 1 << 12,
+        depth: 64,
+        textures: 64,
+        texture_pixels: 1 << 20,
+        total_texture_pixels: 1 << 21,
+        lights: 16,
+        output_side: 64,
+        output_pixels: 64 * 64,
+        fragments: 1 << 18,
+        blocks: 1 << 18,
+        blend_entries: 1 << 16,
+    }
+}
+
+/// A red picture of 2 x 2 texels, which models may refer to as `t.png`.
+const PNG: [u8; 73] = [
+    0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a, 0x00, 0x00, 0x00, 0x0d, 0x49, 0x48, 0x44, 0x52, 0x00,
+    0x00, 0x00, 0x02, 0x00, 0x00, 0x00, 0x02, 0x08, 0x02, 0x00, 0x00, 0x00, 0xfd, 0xd4, 0x9a, 0x73, 0x00,
+    0x00, 0x00, 0x10, 0x49, 0x44, 0x41, 0x54, 0x78, 0xda, 0x63, 0xf8, 0xcf, 0xc0, 0x00, 0x44, 0x0c, 0x10,
+    0x0a, 0x00, 0x1f, 0xee, 0x03, 0xfd, 0x63, 0x5e, 0xbb, 0x5b, 0x00, 0x00, 0x00, 0x00, 0x49, 0x45, 0x4e,
+    0x44, 0xae, 0x42, 0x60, 0x82,
+];
+
+fn load(bytes: &[u8], format: Option<Format>, files: &[(&str, &[u8])]) -> Result<Loaded, LoadError> {
+    let limits = limits();
+    let mut resolver = MemoryResolver::default();
+    resolver.files.insert("t.png".to_owned(), PNG.to_vec());
+    resolver.files.extend(files.iter().map(|(name, bytes)| ((*name).to_owned(), bytes.to_vec())));
+    let jobs = Jobs::new(1);
+    let loaded = load_bytes(bytes, format, &Context { resolver: &resolver, limits: &limits, jobs: &jobs });
+    match &loaded {
+        Ok(loaded) => {
+            let vertices: usize = loaded.scene.meshes().iter().map(|mesh| mesh.positions().len()).sum();
+            assert!(vertices as u64 <= limits.vertices, "{vertices} vertices");
+            assert!(loaded.scene.triangle_count() <= limits.triangles);
+            for warning in &loaded.warnings {
+                assert!(!warning.message.chars().any(char::is_control), "{warning}");
+            }
+        }
+        Err(error) => assert!(!error.to_string().is_empty()),
+    }
+    loaded
+}
+
+/// glTF JSON, then (after a zero byte) the binary part: in a container whose lengths are right.
+pub fn gltf(data: &[u8]) {
+    let _ = load(&container(data), Some(Format::Glb), &[]);
+}
+
+/// A `.glb` file of JSON and, after a zero byte, binary data.
+pub fn container(data: &[u8]) -> Vec<u8> {
+    let end = data.iter().position(|&byte| byte == 0).unwrap_or(data.len());
+    let mut json = data[..end].to_vec();
+    json.resize(json.len().next_multiple_of(4), b' ');
+    let mut binary = data.get(end + 1..).unwrap_or_default().to_vec();
+    binary.resize(binary.len().next_multiple_of(4), 0);
+    let word = |v: usize| (v as u32).to_le_bytes();
+    let mut file = b"glTF\x02\0\0\0".to_vec();
+    file.extend(word(12 + 8 + json.len() + 8 + binary.len()));
+    file.extend(word(json.len()));
+    file.extend(b"JSON");
+    file.extend(json);
+    file.extend(word(binary.len()));
+    file.extend(b"BIN\0");
+    file.extend(binary);
+    file
+}
+
+/// A file that is taken for glTF, text or binary.
+pub fn glb(data: &[u8]) {
+    let _ = load(data, Some(Format::Glb), &[]);
+}
+
+/// Wavefront OBJ.
+pub fn obj(data: &[u8]) {
+    let mtl = b"newmtl a\nKd 1 0 0\nmap_Kd t.png\nnewmtl b\nmap_d t.png\nnorm t.png\nPr 0.5\nPc 1\n";
+    let _ = load(data, Some(Format::Obj), &[("m.mtl", mtl)]);
+}
+
+/// A material library of OBJ.
+pub fn mtl(data: &[u8]) {
+    let obj = b"mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\n\
+                usemtl a\nf 1/1 2/2 3/3\nusemtl b\nf 1/1 2/2 3/3\n";
+    let _ = load(obj, Some(Format::Obj), &[("m.mtl", data)]);
+}
+
+/// STL, ascii or binary.
+pub fn stl(data: &[u8]) {
+    let _ = load(data, Some(Format::Stl), &[]);
+}
+
+/// PLY.
+pub fn ply(data: &[u8]) {
+    let _ = load(data, Some(Format::Ply), &[]);
+}
+
+/// A model whose only picture has these bytes.
+fn picture(data: &[u8]) {
+    let gltf = br#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
+        "meshes":[{"primitives":[{"attributes":{"POSITION":0,"TEXCOORD_0":1},"material":0}]}],
+        "materials":[{"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}}],
+        "textures":[{"source":0,"extensions":{"EXT_texture_webp":{"source":0}}}],"images":[{"uri":"p"}],
+        "extensionsUsed":["EXT_texture_webp"],
+        "accessors":[{"componentType":5126,"count":3,"type":"VEC3"},{"componentType":5126,"count":3,"type":"VEC2"}]}"#;
+    let _ = load(gltf, Some(Format::Gltf), &[("p", data)]);
+}
+
+/// A texture that begins as PNG files do.
+pub fn png(data: &[u8]) {
+    picture(data);
+}
+
+/// A texture that begins as JPEG files do.
+pub fn jpeg(data: &[u8]) {
+    picture(data);
+}
+
+/// A texture that begins as WebP files do.
+pub fn webp(data: &[u8]) {
+    picture(data);
+}
+
+fn environment(data: &[u8]) {
+    let (limits, jobs) = (limits(), Jobs::new(1));
+    let _ = load_environment(
+        data,
+        &Context { resolver: &MemoryResolver::default(), limits: &limits, jobs: &jobs },
+    );
+}
+
+/// Radiance HDR.
+pub fn hdr(data: &[u8]) {
+    environment(data);
+}
+
+/// OpenEXR, as an environment and as a picture to compare.
+pub fn exr(data: &[u8]) {
+    environment(data);
+    let _ = overcoat::load::read_exr_planes(data, &limits());
+}
+
+/// A material file.
+pub fn material(data: &[u8]) {
+    let (limits, jobs) = (limits(), Jobs::new(1));
+    let mut resolver = MemoryResolver::default();
+    resolver.files.insert("t.png".to_owned(), PNG.to_vec());
+    let _ = MaterialFile::from_bytes(data, &Context { resolver: &resolver, limits: &limits, jobs: &jobs });
+}
+
+/// A scene file, JSON if it begins with a brace and TOML otherwise.
+#[cfg(any(feature = "pipeline", feature = "cli"))]
+pub fn scene(data: &[u8]) {
+    use overcoat::cli::scene_file::SceneFile;
+    let Ok(text) = std::str::from_utf8(data) else { return };
+    let parsed = if text.trim_start().starts_with('{') {
+        SceneFile::from_json(text)
+    } else {
+        SceneFile::from_toml(text)
+    };
+    if let Ok(file) = parsed {
+        let mut scene = overcoat::Scene::new();
+        let options = file.options(overcoat::cli::picture::Machine::default(), &limits());
+        let _ = file.light_by(&mut scene, overcoat::scene::Environment::default());
+        if let Ok((options, _)) = options {
+            let _ = file.camera(&scene, &options);
+        }
+    }
+}
+
+/// A model of any format, drawn and encoded. The binary part of glTF follows a zero byte.
+#[cfg(any(feature = "pipeline", feature = "cli"))]
+pub fn pipeline(data: &[u8]) {
+    use overcoat::output::{OutputFormat, OutputOptions, encode};
+    use overcoat::{RenderOptions, Renderer};
+    let loaded = if data.first() == Some(&b'{') {
+        load(&container(data), Some(Format::Glb), &[])
+    } else {
+        load(data, None, &[])
+    };
+    let Ok(loaded) = loaded else { return };
+    let limits = limits();
+    let options = RenderOptions { width: 64, height: 64, samples: 4, limits, ..RenderOptions::default() };
+    let camera = overcoat::scene::Framing::automatic(&loaded.scene).camera(&loaded.scene);
+    if let Ok(rendered) = Renderer::new(1).render(&loaded.scene, &camera, &options) {
+        assert!(rendered.frame.pixels.iter().flatten().all(|v| v.is_finite()), "a pixel is not finite");
+        encode(&rendered.frame, OutputFormat::Png, &OutputOptions::default()).expect("frames can be encoded");
+    }
+}
+
+/// Every target by name.
+pub const TARGETS: &[(&str, fn(&[u8]))] = &[
+    ("gltf", gltf),
+    ("glb", glb),
+    ("obj", obj),
+    ("mtl", mtl),
+    ("stl", stl),
+    ("ply", ply),
+    ("png", png),
+    ("jpeg", jpeg),
+    ("webp", webp),
+    ("hdr", hdr),
+    ("exr", exr),
+    ("material", material),
+    #[cfg(any(feature = "pipeline", feature = "cli"))]
+    ("scene", scene),
+    #[cfg(any(feature = "pipeline", feature = "cli"))]
+    ("pipeline", pipeline),
+];

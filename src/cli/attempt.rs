@@ -1,0 +1,67 @@
+//! `overcoat attempt`: tries what a program that was taken over would try. With `--sandbox` all of it must fail, but for
+//! reading and writing where the work is; without, it shows that the attempts are real.
+
+use super::args::{Attempt, AttemptArgs};
+use super::failure::Failure;
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Read, Write};
+use std::net::{TcpListener, TcpStream, UdpSocket};
+use std::path::Path;
+use std::process::Command;
+
+/// Tries one thing.
+///
+/// # Errors
+/// [`Failure`] with what the system says if it is refused.
+pub(super) fn run(args: &AttemptArgs) -> Result<(), Failure> {
+    let path = args.path.as_deref().unwrap_or(Path::new("."));
+    try_it(args.what, path).map_err(|e| Failure::failed(format!("refused: {e}")).at(path))
+}
+
+fn try_it(what: Attempt, path: &Path) -> io::Result<()> {
+    // Nobody listens there; being refused by the other side is success here.
+    let nobody = ("127.0.0.1", 9);
+    match what {
+        Attempt::Read => File::open(path)?.read(&mut [0; 16]).map(drop),
+        Attempt::List => fs::read_dir(path).map(drop),
+        Attempt::Write => OpenOptions::new().write(true).create_new(true).open(path)?.write_all(b"x"),
+        Attempt::Truncate => OpenOptions::new().write(true).truncate(true).open(path).map(drop),
+        Attempt::Remove => fs::remove_file(path),
+        Attempt::Link => fs::hard_link(path, path.with_extension("link")),
+        Attempt::Connect => match TcpStream::connect(nobody) {
+            Err(e) if e.kind() != io::ErrorKind::ConnectionRefused => Err(e),
+            _ => Ok(()),
+        },
+        Attempt::Listen => TcpListener::bind(("127.0.0.1", 0)).map(drop),
+        Attempt::Send => UdpSocket::bind(("127.0.0.1", 0))?.send_to(b"x", nobody).map(drop),
+        Attempt::Local => local(),
+        Attempt::Execute => execute(path),
+        Attempt::Spawn => Command::new(path).status().map(drop),
+        Attempt::Thread => {
+            let path = path.to_owned();
+            let thread = std::thread::Builder::new().spawn(move || try_it(Attempt::Read, &path))?;
+            thread.join().unwrap_or_else(|_| Err(io::Error::other("the thread panicked")))
+        }
+    }
+}
+
+#[cfg(unix)]
+fn local() -> io::Result<()> {
+    std::os::unix::net::UnixDatagram::unbound().map(drop)
+}
+
+#[cfg(not(unix))]
+fn local() -> io::Result<()> {
+    Err(io::Error::from(io::ErrorKind::Unsupported))
+}
+
+#[cfg(unix)]
+fn execute(path: &Path) -> io::Result<()> {
+    // Comes back only if it fails.
+    Err(std::os::unix::process::CommandExt::exec(&mut Command::new(path)))
+}
+
+#[cfg(not(unix))]
+fn execute(_: &Path) -> io::Result<()> {
+    Err(io::Error::from(io::ErrorKind::Unsupported))
+}

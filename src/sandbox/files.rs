@@ -1,0 +1,68 @@
+//! Which files a process can reach: landlock, an unprivileged restriction of Linux.
+
+use super::{Grants, SandboxError};
+use landlock::{
+    ABI, Access, AccessFs, AccessNet, BitFlags, CompatLevel, Compatible, PathBeneath, PathFd, Ruleset,
+    RulesetAttr, RulesetCreated, RulesetCreatedAttr, RulesetStatus, Scope,
+};
+use std::fmt::Display;
+use std::path::PathBuf;
+
+/// The oldest form of landlock that restricts files.
+const NEEDED: ABI = ABI::V1;
+/// The newest that this was written for: what a kernel has of it is used.
+const WANTED: ABI = ABI::V7;
+
+/// What users read who have none.
+const MISSING: &str = "this kernel has no landlock, which Linux has from 5.13 on, or was started without it";
+
+/// Restricts this thread and all that it starts.
+pub(super) fn restrict(grants: &Grants) -> Result<(), SandboxError> {
+    // What is not handled stays allowed, so every right that there is is handled; opening a file to execute it as well.
+    // Ports, signals and abstract sockets are closed by seccomp too: here it is a second lock.
+    let rules = Ruleset::default()
+        .set_compatibility(CompatLevel::HardRequirement)
+        .handle_access(AccessFs::from_all(NEEDED))
+        .map_err(|e| SandboxError::Unsupported(format!("{MISSING} ({e})")))?;
+    let rules = rules
+        .set_compatibility(CompatLevel::BestEffort)
+        .handle_access(AccessFs::from_all(WANTED))
+        .and_then(|rules| rules.handle_access(AccessNet::from_all(WANTED)))
+        .and_then(|rules| rules.scope(Scope::from_all(WANTED)))
+        .and_then(Ruleset::create)
+        .map_err(system)?;
+    let make = AccessFs::WriteFile | AccessFs::MakeReg | AccessFs::MakeDir | AccessFs::RemoveFile;
+    let rules = grant(rules, &grants.read_files, AccessFs::ReadFile.into())?;
+    let rules = grant(rules, &grants.read_folders, AccessFs::ReadFile | AccessFs::ReadDir)?;
+    let rules = grant(rules, &grants.write_files, AccessFs::WriteFile.into())?;
+    let rules = grant(rules, &grants.write_folders, make)?;
+    let status = rules.restrict_self().map_err(system)?;
+    // Partly enforced: a kernel that is older than what was asked for, but has what is needed.
+    if status.ruleset == RulesetStatus::NotEnforced || !status.no_new_privs {
+        return Err(SandboxError::System("landlock was not enforced".to_owned()));
+    }
+    Ok(())
+}
+
+/// Allows something beneath each of the paths that exist.
+fn grant(
+    mut rules: RulesetCreated,
+    paths: &[PathBuf],
+    access: BitFlags<AccessFs>,
+) -> Result<RulesetCreated, SandboxError> {
+    for path in paths {
+        // A folder where a file was named would open all that is in it.
+        let folder_expected = access.intersects(AccessFs::ReadDir | AccessFs::MakeReg);
+        match path.metadata() {
+            Ok(metadata) if metadata.is_dir() == folder_expected => {}
+            _ => continue,
+        }
+        let opened = PathFd::new(path).map_err(system)?;
+        rules = rules.add_rule(PathBeneath::new(opened, access)).map_err(system)?;
+    }
+    Ok(rules)
+}
+
+fn system(error: impl Display) -> SandboxError {
+    SandboxError::System(error.to_string())
+}
