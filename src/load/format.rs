@@ -1,6 +1,7 @@
 //! Which format a file has.
 
 use super::gltf;
+use super::threemf::archive;
 
 /// Formats of model files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -15,11 +16,13 @@ pub enum Format {
     Stl,
     /// Stanford polygon file, ascii or binary.
     Ply,
+    /// 3D Manufacturing Format.
+    ThreeMf,
 }
 
 impl Format {
     /// Every format.
-    pub const ALL: [Self; 5] = [Self::Gltf, Self::Glb, Self::Obj, Self::Stl, Self::Ply];
+    pub const ALL: [Self; 6] = [Self::Gltf, Self::Glb, Self::Obj, Self::Stl, Self::Ply, Self::ThreeMf];
 
     /// Its name in messages.
     #[must_use]
@@ -29,6 +32,7 @@ impl Format {
             Self::Obj => "OBJ",
             Self::Stl => "STL",
             Self::Ply => "PLY",
+            Self::ThreeMf => "3MF",
         }
     }
 
@@ -41,6 +45,7 @@ impl Format {
             Self::Obj => "obj",
             Self::Stl => "stl",
             Self::Ply => "ply",
+            Self::ThreeMf => "3mf",
         }
     }
 
@@ -73,6 +78,10 @@ impl Format {
             if triangles > 0 && bytes.len() as u64 == 84 + 50 * triangles {
                 return Some(Self::Stl);
             }
+        }
+        if bytes.starts_with(archive::MAGIC) {
+            let is_model = |name: &String| name.ends_with(".model");
+            return archive::names(bytes, 4096).iter().any(is_model).then_some(Self::ThreeMf);
         }
         let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
         let text = text.trim_ascii_start();

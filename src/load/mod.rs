@@ -7,6 +7,7 @@
 mod budget;
 mod environment;
 mod error;
+mod foreign;
 mod format;
 mod gltf;
 mod image;
@@ -20,6 +21,7 @@ mod resolver;
 mod stl;
 mod tangents;
 mod text;
+mod threemf;
 mod vertices;
 mod warnings;
 
@@ -100,6 +102,9 @@ pub(crate) fn load_file_with_format(
 /// Bytes from which on a file that allows it is read in parts: below, having it in memory twice is no matter.
 const READ_IN_PARTS: u64 = 1 << 20;
 
+/// The end of the message for all others.
+const READ: &str = "models are read from glTF, OBJ, STL, PLY and 3MF";
+
 /// Loads a model from memory. Without a format, its content tells.
 ///
 /// # Errors
@@ -109,14 +114,20 @@ pub fn load_bytes(bytes: &[u8], format: Option<Format>, context: &Context<'_>) -
         return Err(LoadError::UnknownFormat("the file is empty".to_owned()));
     }
     check_size(bytes.len() as u64, context.limits)?;
-    match format.or_else(|| Format::detect(bytes)) {
+    let detected = Format::detect(bytes);
+    // What somebody says of a file, or its name, counts for less than what it begins with.
+    if detected.is_none()
+        && let Some(what) = foreign::what_it_is(bytes)
+    {
+        return Err(LoadError::UnknownFormat(format!("it is {what}; {READ}")));
+    }
+    match format.or(detected) {
         Some(Format::Gltf | Format::Glb) => gltf::load(bytes, context),
         Some(Format::Obj) => obj::load(bytes, context),
         Some(Format::Stl) => stl::load(bytes, context),
         Some(Format::Ply) => ply::load(bytes, context),
-        None => Err(LoadError::UnknownFormat(
-            "the format is not known: it is neither glTF nor OBJ nor STL nor PLY".to_owned(),
-        )),
+        Some(Format::ThreeMf) => threemf::load(bytes, context),
+        None => Err(LoadError::UnknownFormat(format!("its content is of no known format; {READ}"))),
     }
 }
 

@@ -6,7 +6,7 @@ use super::text::quoted;
 use super::{Context, LoadError, Loaded, ResolveError, Warning};
 use crate::limits::Limits;
 use crate::scene::{
-    Image, Instance, MAX_COORDINATE, Material, MaterialId, Mesh, MeshData, Scene, Transform, Workflow,
+    Image, Instance, MAX_COORDINATE, Material, MaterialId, Mesh, MeshData, MeshId, Scene, Transform, Workflow,
 };
 
 /// Edges sharper than this stay sharp when normals are generated, in degrees: keeps the edges of machine parts, and
@@ -45,7 +45,18 @@ pub(super) fn add_object(
 ) -> Result<(), LoadError> {
     let mesh = Mesh::new(data).map_err(LoadError::scene(element))?;
     let mesh = scene.add_mesh(mesh).map_err(LoadError::scene(element))?;
-    let transform = Transform::IDENTITY;
+    add_placed(scene, element, mesh, material, Transform::IDENTITY, object)
+}
+
+/// Places a mesh that the scene has.
+pub(super) fn add_placed(
+    scene: &mut Scene,
+    element: &str,
+    mesh: MeshId,
+    material: MaterialId,
+    transform: Transform,
+    object: u32,
+) -> Result<(), LoadError> {
     scene.add_instance(Instance { mesh, material, transform, object }).map_err(LoadError::scene(element))
 }
 
@@ -106,14 +117,25 @@ pub(super) fn read_picture(
         Ok(bytes) => bytes,
         Err(error) => return left_out(&error),
     };
-    let header = match image::probe(&what, &bytes, context.limits) {
+    picture_of(&what, &bytes, context, budget)
+        .map(|picture| picture.map_err(|why| format!("{what} is left out: {why}")))
+}
+
+/// Decodes one picture. The inner error says why it cannot be had.
+pub(super) fn picture_of(
+    what: &str,
+    bytes: &[u8],
+    context: &Context<'_>,
+    budget: &mut Budget,
+) -> Result<Result<Image, String>, LoadError> {
+    let header = match image::probe(what, bytes, context.limits) {
         Ok(header) => header,
-        Err(error) => return left_out(&error.loss()?),
+        Err(error) => return Ok(Err(error.loss()?)),
     };
     // Texels, their mip levels and what is made of them.
-    budget.charge_texture(|| what.clone(), header.texels(), 12)?;
-    match image::decode(&bytes, &header) {
+    budget.charge_texture(|| what.to_owned(), header.texels(), 12)?;
+    match image::decode(bytes, &header) {
         Ok(image) => Ok(Ok(image)),
-        Err(error) => left_out(&error.loss()?),
+        Err(error) => Ok(Err(error.loss()?)),
     }
 }

@@ -1,0 +1,284 @@
+//! 3MF: the 3D Manufacturing Format (3MF Consortium, core specification 1.4, materials and properties extension 1.2,
+//! production extension 1.2).
+//!
+//! What is built is drawn, each item where it stands: Z is up in the file, Y in the scene, and units become metres.
+//! Supports are drawn, objects of the type "other" are not. Textures and colours are opaque unless they are layers;
+//! colours vary linearly over a triangle, where the specification asks for a variation of their sRGB codes.
+//!
+//! Slicers write what they print into files of their own beside the model: which parts only change the settings of
+//! others, and the colours of the filaments (`slicer.rs`).
+
+pub(super) mod archive;
+mod look;
+mod model;
+mod parts;
+mod property;
+mod slicer;
+mod xml;
+
+use super::budget::Budget;
+use super::plain::{add_placed, check_input, counted, finish};
+use super::warnings::Warnings;
+use super::{Context, LoadError, Loaded};
+use crate::limits::Limits;
+use crate::scene::{MaterialId, MeshId, Scene, Transform};
+use archive::Archive;
+use look::Looks;
+use model::{Model, Purpose, Totals};
+use slicer::{Part, Settings};
+use std::collections::BTreeMap;
+use xml::{Xml, text_of};
+
+const FORMAT: &str = "3MF";
+/// How a package names the part that its model begins with (core specification, C.2).
+const START: &str = "/3dmanufacturing/2013/01/3dmodel";
+/// Where nearly all files have it, related or not.
+const USUAL_START: &str = "3D/3dmodel.model";
+/// Objects may nest this deep, whatever the limits say.
+const DEEPEST: u64 = 1024;
+
+/// Reads a package: the model part that it begins with, and what that refers to.
+pub(crate) fn load(bytes: &[u8], context: &Context<'_>) -> Result<Loaded, LoadError> {
+    check_input(context, bytes)?;
+    let mut warnings = Warnings::default();
+    let archive = Archive::open(bytes, context.limits, &mut warnings)?;
+    let mut budget = Budget::new(context.limits);
+    let start = start_part(&archive, &mut budget)?;
+    let settings = Settings::read(&archive, &mut budget, &mut warnings);
+    let mut package = Package {
+        archive: &archive,
+        models: Vec::new(),
+        numbers: BTreeMap::new(),
+        vertices: 0,
+        triangles: 0,
+        elements: 0,
+    };
+    package.model(&start, context, &mut budget, &mut warnings)?;
+    let mut builder = Builder {
+        context,
+        package,
+        settings,
+        looks: Looks::default(),
+        meshes: BTreeMap::new(),
+        scene: Scene::new(),
+        budget,
+        warnings,
+        visits: 0,
+        triangles: 0,
+        left_out: BTreeMap::new(),
+    };
+    builder.build()?;
+    for (what, count) in std::mem::take(&mut builder.left_out) {
+        let objects = counted(count, "object");
+        builder.warnings.add(|| format!("3MF: {objects} left out: {what}"));
+    }
+    if builder.package.models[0].build.is_empty() && !builder.package.models[0].objects.is_empty() {
+        let objects = counted(builder.package.models[0].objects.len() as u64, "object");
+        builder.warnings.add(|| format!("3MF: {objects} not drawn: nothing is to be built of them"));
+    }
+    Ok(finish(builder.scene, builder.warnings.finish()))
+}
+
+/// The name of the part that the model begins with.
+fn start_part(archive: &Archive<'_>, budget: &mut Budget) -> Result<String, LoadError> {
+    let mut found = None;
+    if archive.has("_rels/.rels") {
+        let bytes = archive.read("_rels/.rels", budget)?;
+        let text = text_of(&bytes, "_rels/.rels", budget)?;
+        let mut xml = Xml::new("_rels/.rels", &text);
+        xml.root(|xml, _| {
+            xml.children(|_, tag| {
+                if found.is_none() && tag.attribute("Type").is_some_and(|kind| kind.ends_with(START)) {
+                    found = tag.attribute("Target");
+                }
+                Ok(())
+            })
+        })?;
+    }
+    match found {
+        Some(found) => Ok(found),
+        None if archive.has(USUAL_START) => Ok(USUAL_START.to_owned()),
+        None => match archive.find(".model") {
+            Some(name) => Ok(name.to_owned()),
+            None => Err(LoadError::malformed(FORMAT, "the archive has no 3D model in it")),
+        },
+    }
+}
+
+/// The model parts that have been read.
+struct Package<'a> {
+    archive: &'a Archive<'a>,
+    models: Vec<Model>,
+    /// By part name, as it is referred to.
+    numbers: BTreeMap<String, usize>,
+    vertices: u64,
+    triangles: u64,
+    elements: u64,
+}
+
+impl Package<'_> {
+    /// The number of a model part, which is read if it has not been.
+    fn model(
+        &mut self,
+        part: &str,
+        context: &Context<'_>,
+        budget: &mut Budget,
+        warnings: &mut Warnings,
+    ) -> Result<usize, LoadError> {
+        if let Some(&number) = self.numbers.get(part) {
+            return Ok(number);
+        }
+        let bytes = self.archive.read(part, budget)?;
+        let text = text_of(&bytes, part, budget)?;
+        let mut totals = Totals {
+            context,
+            budget,
+            warnings,
+            vertices: self.vertices,
+            triangles: self.triangles,
+            elements: self.elements,
+        };
+        let model = Model::read(part, &text, &mut totals)?;
+        (self.vertices, self.triangles, self.elements) = (totals.vertices, totals.triangles, totals.elements);
+        self.models.push(model);
+        self.numbers.insert(part.to_owned(), self.models.len() - 1);
+        Ok(self.models.len() - 1)
+    }
+}
+
+/// An object that is to be placed.
+#[derive(Clone)]
+struct Visit {
+    model: usize,
+    object: u32,
+    /// From the object's units to the scene.
+    transform: Transform,
+    depth: u64,
+    /// The item that it belongs to.
+    item: u32,
+    /// What the slicer says of it.
+    part: Part,
+}
+
+/// The meshes of an object, and what they are made of.
+type Drawn = Vec<(MeshId, MaterialId)>;
+
+/// Puts what is built into a scene.
+struct Builder<'a> {
+    context: &'a Context<'a>,
+    package: Package<'a>,
+    settings: Settings,
+    looks: Looks,
+    /// By model part, object, and extruder where the slicer's settings colour it.
+    meshes: BTreeMap<(usize, u32, Option<u32>), Drawn>,
+    scene: Scene,
+    budget: Budget,
+    warnings: Warnings,
+    visits: u64,
+    /// Every instance counted.
+    triangles: u64,
+    /// Objects that are not drawn, by the reason.
+    left_out: BTreeMap<&'static str, u64>,
+}
+
+impl Builder<'_> {
+    fn build(&mut self) -> Result<(), LoadError> {
+        let unit = self.package.models[0].unit;
+        // (x, y, z) with Z up is (x, z, -y) with Y up.
+        let upright =
+            Transform::from_rows([[unit, 0.0, 0.0, 0.0], [0.0, 0.0, unit, 0.0], [0.0, -unit, 0.0, 0.0]])
+                .map_err(LoadError::scene("3MF: unit"))?;
+        for item in 0..self.package.models[0].build.len() {
+            let reference = self.package.models[0].build[item].clone();
+            let part = self.settings.object(reference.object);
+            let visit = self.refer(&reference, 0, &upright, item as u32, 0, part)?;
+            self.place(visit)?;
+        }
+        Ok(())
+    }
+
+    /// What a component or an item refers to.
+    fn refer(
+        &mut self,
+        reference: &model::Reference,
+        from: usize,
+        parent: &Transform,
+        item: u32,
+        depth: u64,
+        part: Part,
+    ) -> Result<Visit, LoadError> {
+        let element = || format!("3MF: object {}", reference.object);
+        let mut model = from;
+        let mut transform = parent.after(&reference.transform).map_err(LoadError::scene(element()))?;
+        if let Some(path) = &reference.path {
+            model = self.package.model(path, self.context, &mut self.budget, &mut self.warnings)?;
+            let scale = self.package.models[model].unit / self.package.models[from].unit;
+            if scale != 1.0 {
+                let scale = Transform::from_parts([0.0; 3], [0.0, 0.0, 0.0, 1.0], [scale; 3]);
+                let scale = scale.map_err(LoadError::scene(element()))?;
+                transform = transform.after(&scale).map_err(LoadError::scene(element()))?;
+            }
+        }
+        self.visits += 1;
+        let what = || "3MF: the number of placed objects".to_owned();
+        Limits::check(what, self.visits, self.context.limits.nodes, "nodes")?;
+        Ok(Visit { model, object: reference.object, transform, depth, item, part })
+    }
+
+    /// Places an object and its components, in the order of the file.
+    fn place(&mut self, first: Visit) -> Result<(), LoadError> {
+        let mut stack = vec![first];
+        while let Some(visit) = stack.pop() {
+            let Some(object) = self.package.models[visit.model].objects.get(&visit.object) else {
+                let message = format!("object {} is referred to and does not exist", visit.object);
+                return Err(LoadError::malformed(FORMAT, message));
+            };
+            let reason = match object.purpose {
+                Purpose::Made => visit.part.left_out,
+                Purpose::Other => Some("of the type 'other', which is not built"),
+                Purpose::Modifier => Some("they only change how others are printed"),
+            };
+            if let Some(reason) = reason {
+                *self.left_out.entry(reason).or_default() += 1;
+                continue;
+            }
+            let what = || format!("3MF: object {} (or does it contain itself?)", visit.object);
+            Limits::check(what, visit.depth, self.context.limits.depth.min(DEEPEST), "depth")?;
+            let extruder = object.extruder.or(visit.part.extruder);
+            let components = object.components.clone();
+            if object.mesh.is_some() {
+                self.draw(&visit, extruder)?;
+            }
+            let first = stack.len();
+            for component in components {
+                let part = self.settings.part(&visit.part, extruder, component.object);
+                let below =
+                    self.refer(&component, visit.model, &visit.transform, visit.item, visit.depth + 1, part)?;
+                stack.push(below);
+            }
+            stack[first..].reverse();
+        }
+        Ok(())
+    }
+
+    /// Adds the draws of an object with a mesh.
+    fn draw(&mut self, visit: &Visit, extruder: Option<u32>) -> Result<(), LoadError> {
+        let extruder = extruder.filter(|&e| self.settings.filament(Some(e)).is_some());
+        let key = (visit.model, visit.object, extruder);
+        if !self.meshes.contains_key(&key) {
+            let drawn = self.meshes_of(visit.model, visit.object, extruder)?;
+            self.meshes.insert(key, drawn);
+        }
+        for &(mesh, material) in &self.meshes[&key] {
+            self.triangles += self.scene.meshes()[mesh.index()].triangles().len() as u64;
+            let what = || "3MF: the triangles of all placed objects".to_owned();
+            Limits::check(what, self.triangles, self.context.limits.triangles, "triangles")?;
+            let element = format!("3MF: object {}", visit.object);
+            add_placed(&mut self.scene, &element, mesh, material, visit.transform, visit.item)?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests;
