@@ -19,6 +19,7 @@ mod json;
 mod light;
 mod material;
 mod mesh;
+mod meshopt;
 mod model;
 mod source;
 mod texture;
@@ -294,6 +295,7 @@ impl Loader<'_> {
             &mut self.budget,
             &mut self.warnings,
         )?;
+        self.buffers.decompress(jobs)?;
         let (geometries, buffers) = (&self.geometries, &self.buffers);
 
         let connected = jobs.map(geometries.len(), |k| geometries[k].read_triangles(root, buffers));

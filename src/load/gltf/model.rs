@@ -3,6 +3,7 @@
 //! Structures are kept small: together with the count of `{` and `,` in [`super::json::parse`] that bounds the
 //! memory that a document can take.
 
+use super::meshopt;
 use serde::Deserialize;
 use serde::de::{Deserializer, Error, IgnoredAny, SeqAccess, Unexpected, Visitor};
 use std::fmt;
@@ -286,6 +287,23 @@ object!(BufferView as "bufferView" {
     byte_offset: Uint,
     byte_length: Uint,
     byte_stride: Option<Uint>,
+    extensions: Option<Box<ViewExtensions>>,
+});
+object!(ViewExtensions {
+    #[serde(rename = "EXT_meshopt_compression")]
+    ext_meshopt: Option<Compressed>,
+    #[serde(rename = "KHR_meshopt_compression")]
+    khr_meshopt: Option<Compressed>,
+});
+object!(/// Both of the extensions above.
+Compressed {
+    buffer: Option<Index>,
+    byte_offset: Uint,
+    byte_length: Uint,
+    byte_stride: Uint,
+    count: Uint,
+    mode: meshopt::Mode,
+    filter: meshopt::Filter,
 });
 object!(Buffer as "buffer" {
     uri: Option<String>,
