@@ -1,13 +1,17 @@
 //! Where the bytes are: buffers, buffer views and URIs.
 
 use super::FORMAT;
-use super::model::{Index, Root};
+use super::meshopt;
+use super::model::{Compressed, Index, Root};
 use super::source::Source;
+use crate::jobs::Jobs;
 use crate::load::budget::Budget;
 use crate::load::{Context, LoadError};
 use base64::Engine;
 use base64::engine::DecodePaddingMode;
 use base64::engine::general_purpose::{GeneralPurpose, GeneralPurposeConfig};
+use std::collections::BTreeMap;
+use std::fmt;
 
 /// Longest URI of a file, in bytes.
 const LONGEST_PATH: usize = 4096;
@@ -19,6 +23,17 @@ pub(super) struct Buffers<'a> {
     loaded: Vec<Loaded<'a>>,
     /// Runs of the binary chunk that have been read from the file, with their first bytes' places, in order.
     held: Vec<(u64, Vec<u8>)>,
+    /// Compressed views that something needs.
+    compressed: BTreeMap<Index, Decompressed>,
+    /// Those of them that have not been decompressed so far.
+    pending: Vec<Index>,
+}
+
+/// A view that is stored compressed.
+struct Decompressed {
+    layout: meshopt::Layout,
+    /// Empty until [`Buffers::decompress`].
+    bytes: Vec<u8>,
 }
 
 enum Loaded<'a> {
@@ -31,10 +46,18 @@ enum Loaded<'a> {
 impl<'a> Buffers<'a> {
     /// `binary` is the binary chunk of a GLB file: the first buffer if that has no URI.
     pub(super) fn new(root: &'a Root, binary: Option<Source<'a>>) -> Self {
-        Self { root, binary, loaded: root.buffers.iter().map(|_| Loaded::Not).collect(), held: Vec::new() }
+        Self {
+            root,
+            binary,
+            loaded: root.buffers.iter().map(|_| Loaded::Not).collect(),
+            held: Vec::new(),
+            compressed: BTreeMap::new(),
+            pending: Vec::new(),
+        }
     }
 
-    /// Reads the buffer behind a view, unless that has been done.
+    /// Reads the buffer behind a view, unless that has been done. What a compressed view holds is there only after
+    /// [`Buffers::decompress`]; its memory is charged here.
     ///
     /// # Errors
     /// [`LoadError`] naming the view or the buffer.
@@ -44,7 +67,88 @@ impl<'a> Buffers<'a> {
         context: &Context<'_>,
         budget: &mut Budget,
     ) -> Result<(), LoadError> {
-        let index = self.buffer_of(view)?;
+        let Some(given) = self.compression(view) else {
+            let index = self.buffer_of(view)?;
+            return self.require_buffer(index, context, budget);
+        };
+        if self.compressed.contains_key(&view) {
+            return Ok(());
+        }
+        let fail = |message: &dyn fmt::Display| malformed(format!("bufferView {view}: {message}"));
+        let layout = meshopt::Layout::new(given.mode, given.filter, given.count.0, given.byte_stride.0)
+            .map_err(|message| fail(&message))?;
+        let length = self.root.buffer_views[view.get()].byte_length.0;
+        if length > layout.decoded() {
+            return Err(fail(&format_args!("its {length} bytes are more than its compressed data holds")));
+        }
+        if given.byte_length.0 > layout.longest() {
+            return Err(fail(&"its compressed data is longer than its elements can be"));
+        }
+        let index = self.compressed_buffer(view, given)?;
+        self.require_buffer(index, context, budget)?;
+        self.compressed_source(view, given)?;
+        budget.charge(|| format!("bufferView {view}"), layout.decoded(), 1)?;
+        self.compressed.insert(view, Decompressed { layout, bytes: Vec::new() });
+        self.pending.push(view);
+        Ok(())
+    }
+
+    /// How a view is compressed, if it is. The fallback that such a view has in its place is not read.
+    fn compression(&self, view: Index) -> Option<&'a Compressed> {
+        let extensions = self.root.buffer_views.get(view.get())?.extensions.as_deref()?;
+        extensions.khr_meshopt.as_ref().or(extensions.ext_meshopt.as_ref())
+    }
+
+    fn compressed_buffer(&self, view: Index, given: &Compressed) -> Result<usize, LoadError> {
+        let found = given.buffer.filter(|buffer| buffer.get() < self.root.buffers.len());
+        found.map(Index::get).ok_or_else(|| {
+            malformed(format!("bufferView {view}: there is no such buffer with its compressed data"))
+        })
+    }
+
+    /// The compressed bytes of a view.
+    fn compressed_source(&self, view: Index, given: &Compressed) -> Result<Source<'_>, LoadError> {
+        let buffer = self.compressed_buffer(view, given)?;
+        let (start, length) = (given.byte_offset.0, given.byte_length.0);
+        let bytes = self.loaded[buffer].source();
+        bytes.slice(start, length).ok_or_else(|| {
+            malformed(format!(
+                "bufferView {view}: {length} compressed bytes from offset {start} lie outside buffer {buffer} of {} \
+                 bytes",
+                bytes.len()
+            ))
+        })
+    }
+
+    /// Decompresses all views that have been required since the last time.
+    ///
+    /// # Errors
+    /// [`LoadError`] naming the first view that is damaged.
+    pub(super) fn decompress(&mut self, jobs: &Jobs) -> Result<(), LoadError> {
+        let pending = std::mem::take(&mut self.pending);
+        let decode = |view: Index| -> Result<Vec<u8>, LoadError> {
+            let (Some(given), Some(known)) = (self.compression(view), self.compressed.get(&view)) else {
+                return Ok(Vec::new());
+            };
+            let stream = self.compressed_source(view, given)?.bytes()?;
+            let decoded = known.layout.decode(&stream);
+            decoded.map_err(|message| malformed(format!("bufferView {view}: {message}")))
+        };
+        let results = jobs.map(pending.len(), |k| decode(pending[k]));
+        for (view, bytes) in pending.into_iter().zip(results) {
+            if let Some(known) = self.compressed.get_mut(&view) {
+                known.bytes = bytes?;
+            }
+        }
+        Ok(())
+    }
+
+    fn require_buffer(
+        &mut self,
+        index: usize,
+        context: &Context<'_>,
+        budget: &mut Budget,
+    ) -> Result<(), LoadError> {
         if !matches!(self.loaded[index], Loaded::Not) {
             return Ok(());
         }
@@ -77,7 +181,7 @@ impl<'a> Buffers<'a> {
         let mut runs = Vec::new();
         for view in views {
             let own = self.root.buffers.first().is_some_and(|buffer| buffer.uri.is_none());
-            if !own || self.buffer_of(view).ok() != Some(0) {
+            if !own || self.compression(view).is_some() || self.buffer_of(view).ok() != Some(0) {
                 continue;
             }
             let view = &self.root.buffer_views[view.get()];
@@ -102,11 +206,16 @@ impl<'a> Buffers<'a> {
         Ok(())
     }
 
-    /// The bytes of a view whose buffer has been required.
+    /// The bytes of a view whose buffer has been required, and which has been decompressed if it needs it.
     ///
     /// # Errors
     /// [`LoadError::Malformed`] if the view lies outside its buffer.
     pub(super) fn view(&self, index: Index) -> Result<Source<'_>, LoadError> {
+        if let Some(known) = self.compressed.get(&index) {
+            let length = self.root.buffer_views[index.get()].byte_length.0;
+            let bytes = Source::Memory(&known.bytes).slice(0, length);
+            return bytes.ok_or_else(|| malformed(format!("bufferView {index} has not been decompressed")));
+        }
         let buffer = self.buffer_of(index)?;
         let view = &self.root.buffer_views[index.get()];
         let bytes = self.loaded[buffer].source();

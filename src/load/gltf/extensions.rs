@@ -8,6 +8,7 @@ use crate::load::warnings::Warnings;
 /// Extensions that are drawn as meant, or that do not concern the picture.
 const DRAWN: &[&str] = &[
     "EXT_mesh_gpu_instancing",
+    "EXT_meshopt_compression",
     "EXT_texture_webp",
     "KHR_lights_punctual",
     "KHR_materials_anisotropy",
@@ -22,8 +23,10 @@ const DRAWN: &[&str] = &[
     "KHR_materials_specular",
     "KHR_materials_transmission",
     "KHR_materials_unlit",
+    "KHR_materials_variants",
     "KHR_materials_volume",
     "KHR_mesh_quantization",
+    "KHR_meshopt_compression",
     "KHR_node_visibility",
     "KHR_texture_transform",
     "KHR_xmp",
@@ -35,16 +38,13 @@ const DRAWN: &[&str] = &[
 const LOOK: &[(&str, &str)] = &[
     ("EXT_lights_image_based", "the chosen environment is used instead"),
     ("KHR_animation_pointer", "animations are not played"),
-    ("KHR_materials_variants", "the default variant is drawn"),
 ];
 
 /// Extensions that hold the data itself. A file that requires one is refused; one that merely uses it has a
 /// substitute.
 const DATA: &[(&str, &str)] = &[
-    ("EXT_meshopt_compression", "the uncompressed buffers are used"),
     ("EXT_texture_avif", "the substitute images are used"),
     ("KHR_draco_mesh_compression", "the uncompressed accessors are used"),
-    ("KHR_meshopt_compression", "the uncompressed buffers are used"),
     ("KHR_texture_basisu", "the substitute images are used"),
     ("MSFT_lod", "the most detailed level is drawn"),
     ("MSFT_texture_dds", "the substitute images are used"),

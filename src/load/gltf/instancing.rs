@@ -33,6 +33,7 @@ pub(super) fn read(
             return Err(malformed("its attributes differ in length".to_owned()));
         }
     }
+    buffers.decompress(context.jobs)?;
     let count = count.unwrap_or(0);
     // Three attributes and the transform.
     budget.charge(|| format!("node {node}: {count} instances"), count, 40 + 96)?;

@@ -3,6 +3,7 @@
 //! Structures are kept small: together with the count of `{` and `,` in [`super::json::parse`] that bounds the
 //! memory that a document can take.
 
+use super::meshopt;
 use serde::Deserialize;
 use serde::de::{Deserializer, Error, IgnoredAny, SeqAccess, Unexpected, Visitor};
 use std::fmt;
@@ -150,6 +151,14 @@ object!(Asset {
 object!(RootExtensions {
     #[serde(rename = "KHR_lights_punctual")]
     lights: Option<Lights>,
+    #[serde(rename = "KHR_materials_variants")]
+    variants: Option<Variants>,
+});
+object!(Variants {
+    variants: List<Variant>,
+});
+object!(Variant as "variant" {
+    name: String,
 });
 object!(Lights {
     lights: List<Light>,
@@ -229,6 +238,15 @@ object!(Primitive as "primitive" {
 object!(PrimitiveExtensions {
     #[serde(rename = "KHR_draco_mesh_compression")]
     draco: Option<IgnoredAny>,
+    #[serde(rename = "KHR_materials_variants")]
+    variants: Option<VariantMappings>,
+});
+object!(VariantMappings {
+    mappings: Vec<VariantMapping>,
+});
+object!(VariantMapping {
+    material: Option<Index>,
+    variants: Vec<Index>,
 });
 object!(Attributes {
     #[serde(rename = "POSITION")]
@@ -269,6 +287,23 @@ object!(BufferView as "bufferView" {
     byte_offset: Uint,
     byte_length: Uint,
     byte_stride: Option<Uint>,
+    extensions: Option<Box<ViewExtensions>>,
+});
+object!(ViewExtensions {
+    #[serde(rename = "EXT_meshopt_compression")]
+    ext_meshopt: Option<Compressed>,
+    #[serde(rename = "KHR_meshopt_compression")]
+    khr_meshopt: Option<Compressed>,
+});
+object!(/// Both of the extensions above.
+Compressed {
+    buffer: Option<Index>,
+    byte_offset: Uint,
+    byte_length: Uint,
+    byte_stride: Uint,
+    count: Uint,
+    mode: meshopt::Mode,
+    filter: meshopt::Filter,
 });
 object!(Buffer as "buffer" {
     uri: Option<String>,

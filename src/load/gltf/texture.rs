@@ -222,6 +222,7 @@ fn bytes_of(
     match (&image.uri, image.buffer_view) {
         (_, Some(view)) => {
             buffers.require(view, context, budget)?;
+            buffers.decompress(context.jobs)?;
             Ok(Bytes::View(view))
         }
         (Some(uri), None) => Ok(Bytes::Own(read_uri(uri, what, context, budget)?)),
