@@ -234,7 +234,7 @@ pub fn attacks() -> Vec<Attack> {
             "webp-canvas",
             "a canvas larger than its picture",
             riff(&[(b"VP8X", [vec![0, 0, 0, 0], vec![0xff; 6]].concat())]),
-            Must::Warn("drawn without it"),
+            Warn("drawn without it"),
         ),
         texture(
             "webp-riff-length",

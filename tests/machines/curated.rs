@@ -46,7 +46,7 @@ pub fn curated() -> Vec<(String, Recipe)> {
         let kind = ["directional", "point", "spot", "rect", "tube"][number];
         all.push((format!("light-{kind}"), one_light(number)));
     }
-    for format in [Format::Glb, Format::Obj, Format::Stl, Format::Ply] {
+    for format in [Format::Glb, Format::Obj, Format::Stl, Format::Ply, Format::ThreeMf] {
         all.push((format!("model-{}", format.extension()), of_format(format)));
     }
     all.push(("planes".to_owned(), planes()));

@@ -53,6 +53,7 @@ impl Files {
             }
             Format::Stl => plain::stl(recipe),
             Format::Ply => plain::ply(recipe),
+            Format::ThreeMf => plain::three_mf(recipe),
         };
         files.insert(model.clone(), bytes);
         for (k, texture) in recipe.textures.iter().enumerate() {

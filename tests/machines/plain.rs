@@ -1,5 +1,5 @@
-//! OBJ, STL and PLY files of recipes: triangles in their places, and for OBJ texture coordinates and the names of
-//! materials.
+//! OBJ, STL, PLY and 3MF files of recipes: triangles in their places, for OBJ texture coordinates, and for OBJ and 3MF the
+//! names of materials.
 
 use super::files;
 use super::recipe::{InstanceRecipe, Recipe};
@@ -86,5 +86,60 @@ pub fn ply(recipe: &Recipe) -> Vec<u8> {
         bytes.push(3);
         bytes.extend((0..3).flat_map(|j| (3 * k + j).to_be_bytes()));
     }
+    bytes
+}
+
+/// A 3MF package of one part that is not compressed.
+pub fn three_mf(recipe: &Recipe) -> Vec<u8> {
+    let mut text = "<?xml version=\"1.0\"?><model unit=\"meter\" \
+                    xmlns=\"http://schemas.microsoft.com/3dmanufacturing/core/2015/02\"><resources><basematerials id=\"1\">"
+        .to_owned();
+    for (k, material) in recipe.materials.iter().enumerate() {
+        let [r, g, b, a] = material.base_color.map(|v| (v.clamp(0.0, 1.0) * 255.0) as u8);
+        let name = files::material_name(k);
+        let _ = write!(text, "<base name=\"{name}\" displaycolor=\"#{r:02x}{g:02x}{b:02x}{a:02x}\"/>");
+    }
+    text += "</basematerials>";
+    for (k, instance) in recipe.instances.iter().enumerate() {
+        let mesh = &recipe.meshes[instance.mesh];
+        let (id, index) = (k + 2, instance.material);
+        let _ = write!(text, "<object id=\"{id}\" pid=\"1\" pindex=\"{index}\"><mesh><vertices>");
+        for &point in &mesh.positions {
+            let [x, y, z] = place(instance, point);
+            let _ = write!(text, "<vertex x=\"{x:?}\" y=\"{y:?}\" z=\"{z:?}\"/>");
+        }
+        text += "</vertices><triangles>";
+        for [a, b, c] in &mesh.triangles {
+            let _ = write!(text, "<triangle v1=\"{a}\" v2=\"{b}\" v3=\"{c}\"/>");
+        }
+        text += "</triangles></mesh></object>";
+    }
+    text += "</resources><build>";
+    for k in 0..recipe.instances.len() {
+        let _ = write!(text, "<item objectid=\"{}\"/>", k + 2);
+    }
+    text += "</build></model>";
+    stored_zip("3D/3dmodel.model", text.as_bytes())
+}
+
+/// A zip archive of one entry as it is (APPNOTE.TXT of PKWARE, sections 4.3.7, 4.3.12 and 4.3.16).
+fn stored_zip(name: &str, content: &[u8]) -> Vec<u8> {
+    let (length, size) = (name.len() as u16, content.len() as u32);
+    // Version, flags, method, time and date; checksum and both sizes; lengths of the name and of what is extra.
+    let mut about = [20_u16, 0, 0, 0, 0x21].into_iter().flat_map(u16::to_le_bytes).collect::<Vec<u8>>();
+    about.extend([crc32fast::hash(content), size, size].into_iter().flat_map(u32::to_le_bytes));
+    about.extend([length, 0].into_iter().flat_map(u16::to_le_bytes));
+    let mut bytes = [b"PK\x03\x04", about.as_slice(), name.as_bytes(), content].concat();
+    let directory = bytes.len() as u32;
+    bytes.extend(b"PK\x01\x02\x14\0");
+    bytes.extend(about);
+    // No comment, disk 0, no attributes, at the beginning.
+    bytes.extend([0; 2 + 2 + 2 + 4 + 4]);
+    bytes.extend(name.as_bytes());
+    let end = bytes.len() as u32;
+    bytes.extend(b"PK\x05\x06");
+    bytes.extend([0_u16, 0, 1, 1].into_iter().flat_map(u16::to_le_bytes));
+    bytes.extend([end - directory, directory].into_iter().flat_map(u32::to_le_bytes));
+    bytes.extend([0; 2]);
     bytes
 }
