@@ -128,7 +128,9 @@ impl Resolver for DirectoryResolver {
         if metadata.len() > limit {
             return Err(ResolveError::TooLarge { name: name.to_owned(), limit });
         }
-        let mut bytes = Vec::new();
+        // A vector that grows by itself takes up to twice what it holds.
+        let size = usize::try_from(metadata.len()).unwrap_or(0);
+        let mut bytes = Vec::with_capacity(size.saturating_add(1));
         File::open(&path)
             .and_then(|file| file.take(limit.saturating_add(1)).read_to_end(&mut bytes))
             .map_err(unreadable)?;

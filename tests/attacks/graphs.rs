@@ -56,7 +56,7 @@ pub fn attacks() -> Vec<Attack> {
         attack(
             "node-chain",
             "a stack overflow by depth",
-            |m| m.json["nodes"] = chain(100_000),
+            |m| m.json["nodes"] = chain(60_000),
             Exceed("depth"),
         ),
         attack(
@@ -108,13 +108,13 @@ pub fn attacks() -> Vec<Attack> {
             "rotation-zero",
             "a rotation without a length",
             |m| m.json["nodes"][0]["rotation"] = json!([0, 0, 0, 0]),
-            Fail("node 0"),
+            Draw,
         ),
         attack(
             "rotation-huge",
             "a rotation whose square is infinite",
             |m| m.json["nodes"][0]["rotation"] = json!([3e38, 3e38, 3e38, 3e38]),
-            Fail("node 0"),
+            Draw,
         ),
         attack(
             "instances-billion",
@@ -172,7 +172,7 @@ pub fn attacks() -> Vec<Attack> {
                 m.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["ROTATION"] =
                     other.into();
             },
-            Fail("node 0"),
+            Draw,
         ),
         attack(
             "cover-everything",
@@ -214,10 +214,10 @@ pub fn attacks() -> Vec<Attack> {
                 m.json["extensions"] = json!({"KHR_lights_punctual": {"lights": [{"type": "point"}]}});
                 let light = json!({"extensions": {"KHR_lights_punctual": {"light": 0}}});
                 m.json["nodes"] =
-                    std::iter::once(json!({"mesh": 0})).chain(std::iter::repeat_n(light, 100_000)).collect();
-                m.json["scenes"][0]["nodes"] = (0..100_001).collect();
+                    std::iter::once(json!({"mesh": 0})).chain(std::iter::repeat_n(light, 60_000)).collect();
+                m.json["scenes"][0]["nodes"] = (0..60_001).collect();
             },
-            Fail("light"),
+            Exceed("lights"),
         ),
         attack(
             "names-of-cameras",

@@ -74,7 +74,7 @@ pub fn attacks() -> Vec<Attack> {
         buffer("path-stream", "an alternative data stream", "x.gltf::$DATA", outside),
         buffer("path-empty", "a name of nothing", "", Fail("cannot be read")),
         buffer("path-dot", "the folder itself", ".", Fail("not a regular file")),
-        buffer("path-itself", "the model as its own buffer", "x.gltf", Warn("")),
+        buffer("path-itself", "the model as its own buffer", "x.gltf", Fail("position")),
         buffer("path-long", "a name of a megabyte", &"a/".repeat(1 << 19), Fail("URI has")),
         buffer("path-long-component", "a name longer than file systems take", &"a".repeat(4000), gone),
         map("map-parent", "a picture beside the folder", "../secret.png", Warn("left out")),

@@ -61,7 +61,7 @@ fn jpeg() -> Vec<u8> {
     bytes.into_inner()
 }
 
-/// A lossless WebP file that claims a size of up to 16384 x 16384.
+/// A lossless WebP file that claims a size of up to 16383 x 16383.
 fn webp(width: u32, height: u32, data: &[u8]) -> Vec<u8> {
     let bits = (width - 1) | ((height - 1) << 14);
     let mut body = vec![0x2f];
@@ -225,8 +225,8 @@ pub fn attacks() -> Vec<Attack> {
         ),
         texture(
             "webp-maximum",
-            "an allocation of 16384 x 16384",
-            webp(16_384, 16_384, &[0; 8]),
+            "an allocation of 16383 x 16383",
+            webp(16_383, 16_383, &[0; 8]),
             Exceed("texture_pixels"),
         ),
         texture("webp-no-data", "an end after the header", webp(64, 64, &[]), Warn("drawn without it")),

@@ -52,6 +52,10 @@ pub(super) fn flatten(root: &Root, limits: &Limits) -> Result<Vec<Placed>, LoadE
         if extensions.and_then(|e| e.visibility.as_ref()).is_some_and(|v| v.visible == Some(false)) {
             continue;
         }
+        if node.matrix.as_deref().is_some_and(is_projective) {
+            let message = format!("{}: its matrix is a projection, which no node can have", name(k));
+            return Err(LoadError::malformed(FORMAT, message));
+        }
         let transform =
             local(node).and_then(|t| parent.after(&t)).map_err(|e| LoadError::scene(name(k))(e))?;
         push(&mut open, &node.children, depth + 1, &transform, &|| name(k))?;
@@ -82,6 +86,11 @@ fn parentless(root: &Root) -> Vec<Index> {
     }
     // The number of nodes has been checked against the limits, which are far below 2^32.
     (0..u32::MAX).zip(child).filter(|(_, child)| !child).map(|(k, _)| Index(k)).collect()
+}
+
+/// True if the last row of a matrix, given by columns, is not that of an affine one: 0, 0, 0, 1 but for rounding.
+fn is_projective(m: &[f64; 16]) -> bool {
+    [m[3], m[7], m[11], m[15] - 1.0].into_iter().any(|v| v.abs() > 1e-3)
 }
 
 /// Node to parent.

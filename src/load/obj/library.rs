@@ -25,6 +25,8 @@ pub(super) struct Library<'a> {
     context: &'a Context<'a>,
     /// By name; the last definition counts.
     materials: BTreeMap<String, tobj::Material>,
+    /// A library could be read; what it lacks has not been said.
+    found: bool,
     /// Decoded pictures by file name; `None` for those that cannot be had.
     images: BTreeMap<String, Option<Arc<Image>>>,
     /// Pictures made of those, by what they are made of.
@@ -50,7 +52,7 @@ impl<'a> Library<'a> {
         warnings: &mut Warnings,
     ) -> Result<Self, LoadError> {
         let mut materials = BTreeMap::new();
-        let mut left = context.limits.input_bytes;
+        let (mut left, mut found) = (context.limits.input_bytes, false);
         for (k, name) in names.iter().enumerate() {
             if k == LIBRARIES {
                 warnings.add(|| format!("OBJ: material libraries beyond the first {LIBRARIES} are ignored"));
@@ -58,6 +60,7 @@ impl<'a> Library<'a> {
             }
             for (file, bytes) in read_library(context, name, left, warnings) {
                 left = left.saturating_sub(bytes.len() as u64);
+                found = true;
                 for material in mtl::parse(&bytes, &file, warnings) {
                     materials.insert(material.name.clone(), material);
                 }
@@ -68,6 +71,7 @@ impl<'a> Library<'a> {
         Ok(Self {
             context,
             materials,
+            found,
             images: BTreeMap::new(),
             derived: BTreeMap::new(),
             textures: BTreeMap::new(),
@@ -87,7 +91,7 @@ impl<'a> Library<'a> {
             .map(|name| {
                 let Some(material) = self.materials.get(*name) else {
                     // Without any library that has been said already.
-                    if !self.materials.is_empty() {
+                    if self.found {
                         warnings.add(|| format!("OBJ: material {} is not defined", quoted(name.as_bytes())));
                     }
                     return None;

@@ -1,4 +1,4 @@
-//! Writes the seeds of every target below a folder, the same bytes each time: `cargo run --release --bin seeds -- corpus`.
+//! Writes the seeds of every target below a folder, the same bytes each time: `cargo run --release --example seeds -- corpus`.
 
 use std::path::PathBuf;
 
