@@ -1,6 +1,7 @@
 //! Smooth normals for meshes without.
 
 use super::vertices::{duplicate_vertex, position_classes};
+use crate::jobs::Jobs;
 use crate::math::double::cos;
 use crate::math::scalar::atan2;
 use crate::scene::MeshData;
@@ -22,16 +23,16 @@ const CELLS: usize = 8;
 /// and tangents, which would no longer fit, removed.
 ///
 /// Weights: G. Thürmer, C. Wüthrich, *Computing vertex normals from polygonal facets*, 1998 (angle), times area.
-pub(crate) fn add_smooth_normals(mesh: &mut MeshData, crease_angle_degrees: f32) {
+pub(crate) fn add_smooth_normals(mesh: &mut MeshData, crease_angle_degrees: f32, jobs: &Jobs) {
     mesh.normals = vec![[0.0; 3]; mesh.positions.len()];
-    add_missing_normals(mesh, crease_angle_degrees, |_| true);
+    add_missing_normals(mesh, crease_angle_degrees, |_| true, jobs);
 }
 
 /// As [`add_smooth_normals`], for a mesh no two vertices of which have equal positions.
-pub(super) fn add_smooth_normals_to_welded(mesh: &mut MeshData, crease_angle_degrees: f32) {
+pub(super) fn add_smooth_normals_to_welded(mesh: &mut MeshData, crease_angle_degrees: f32, jobs: &Jobs) {
     mesh.normals = vec![[0.0; 3]; mesh.positions.len()];
     let classes = mesh.positions.len();
-    add_to_classes(mesh, crease_angle_degrees, |v| v, classes, |_| true);
+    add_to_classes(mesh, crease_angle_degrees, |v| v, classes, |_| true, jobs);
 }
 
 /// As [`add_smooth_normals`], for the vertices that are `missing` a normal, where it must be zero; the others keep
@@ -40,10 +41,16 @@ pub(super) fn add_missing_normals(
     mesh: &mut MeshData,
     crease_angle_degrees: f32,
     missing: impl Fn(usize) -> bool,
+    jobs: &Jobs,
 ) {
     let (class_of, classes) = position_classes(&mesh.positions);
-    add_to_classes(mesh, crease_angle_degrees, |v| class_of[v as usize], classes, missing);
+    add_to_classes(mesh, crease_angle_degrees, |v| class_of[v as usize], classes, missing, jobs);
 }
+
+/// Classes that one thread looks at in one go.
+const AT_ONCE: usize = 4096;
+/// Such runs before their results are put into the mesh: bounds the memory that these take.
+const RUNS: usize = 64;
 
 /// The same for classes of equal positions that are known.
 fn add_to_classes(
@@ -52,6 +59,7 @@ fn add_to_classes(
     class_of: impl Fn(u32) -> u32,
     classes: usize,
     missing: impl Fn(usize) -> bool,
+    jobs: &Jobs,
 ) {
     mesh.tangents = Vec::new();
     let original = mesh.positions.len();
@@ -62,26 +70,62 @@ fn add_to_classes(
     }
     let (starts, corners) = corners_by_class(&mesh.triangles, class_of, classes);
     let crease = cos(f64::from(crease_angle_degrees).to_radians());
+    let around = |class: usize| &corners[starts[class] as usize..starts[class + 1] as usize];
 
-    let mut around = Vec::new();
-    let mut normals = Vec::new();
     let mut copies = Vec::new();
-    for range in starts.windows(2) {
-        let corners = &corners[range[0] as usize..range[1] as usize];
-        around.clear();
-        around.extend(corners.iter().map(|&c| Corner::of(mesh, c)));
-        if around.len() <= FEW {
-            compare_all(&around, crease, &mut normals);
-        } else {
-            compare_by_direction(&around, crease, &mut normals);
-        }
-        copies.clear();
-        for (&corner, &normal) in corners.iter().zip(&normals) {
-            let vertex = mesh.triangles[corner as usize / 3][corner as usize % 3];
-            if missing(vertex as usize) {
-                assign(mesh, corner, normal, &mut copies);
+    for first in (0..classes).step_by(AT_ONCE * RUNS) {
+        let runs = (classes - first).min(AT_ONCE * RUNS).div_ceil(AT_ONCE);
+        // Vertices that are split meanwhile have copies at the same place: what is computed does not change.
+        let found = jobs.map(runs, |run| {
+            let start = first + run * AT_ONCE;
+            Normals::of(mesh, (start..classes.min(start + AT_ONCE)).map(around), crease)
+        });
+        for (run, found) in found.into_iter().enumerate() {
+            let mut differing = found.differing.into_iter();
+            for (k, common) in found.common.into_iter().enumerate() {
+                let corners = around(first + run * AT_ONCE + k);
+                copies.clear();
+                for &corner in corners {
+                    let Some(normal) = common.or_else(|| differing.next()) else { break };
+                    let vertex = mesh.triangles[corner as usize / 3][corner as usize % 3];
+                    if missing(vertex as usize) {
+                        assign(mesh, corner, normal, &mut copies);
+                    }
+                }
             }
         }
+    }
+}
+
+/// The normals of the corners of some classes.
+#[derive(Default)]
+struct Normals {
+    /// Of each class the normal of all its corners, where they have the same.
+    common: Vec<Option<[f32; 3]>>,
+    /// One for each corner of the other classes.
+    differing: Vec<[f32; 3]>,
+}
+
+impl Normals {
+    fn of<'a>(mesh: &MeshData, classes: impl Iterator<Item = &'a [u32]>, crease: f64) -> Self {
+        let mut out = Self::default();
+        let (mut around, mut normals) = (Vec::new(), Vec::new());
+        let mut known = [(0, [0.0; 3]); FEW];
+        for corners in classes {
+            around.clear();
+            around.extend(corners.iter().map(|&c| Corner::of(mesh, c)));
+            if around.len() <= FEW {
+                compare_all(&around, crease, &mut known, &mut normals);
+            } else {
+                compare_by_direction(&around, crease, &mut normals);
+            }
+            let common = normals.first().copied().filter(|first| normals.iter().all(|n| n == first));
+            out.common.push(common);
+            if common.is_none() {
+                out.differing.extend_from_slice(&normals);
+            }
+        }
+        out
     }
 }
 
@@ -116,10 +160,15 @@ impl Corner {
 }
 
 /// For each corner the normalised sum over those within the crease angle.
-fn compare_all(around: &[Corner], crease: f64, normals: &mut Vec<[f32; 3]>) {
+/// `known` is memory to work in.
+fn compare_all(
+    around: &[Corner],
+    crease: f64,
+    known: &mut [(u64, [f32; 3]); FEW],
+    normals: &mut Vec<[f32; 3]>,
+) {
     normals.clear();
     // Corners with the same set of neighbours have the same sum: one set that covers all is the usual case.
-    let mut known: [(u64, [f32; 3]); FEW] = [(0, [0.0; 3]); FEW];
     let mut count = 0;
     for corner in around {
         let mut set = 0_u64;
@@ -304,13 +353,13 @@ mod tests {
     fn a_cube_keeps_its_edges_below_and_loses_them_above_90_degrees() {
         for scale in [1.0, 1e15, 1e-15, 1e-30] {
             let mut sharp = cube(scale);
-            add_smooth_normals(&mut sharp, 89.0);
+            add_smooth_normals(&mut sharp, 89.0, &Jobs::new(2));
             assert_eq!(sharp.positions.len(), 24, "at scale {scale}");
             for n in &sharp.normals {
                 assert_eq!(n.iter().filter(|v| v.abs() == 1.0).count(), 1, "{n:?} at scale {scale}");
             }
             let mut round = cube(scale);
-            add_smooth_normals(&mut round, 91.0);
+            add_smooth_normals(&mut round, 91.0, &Jobs::new(2));
             assert_eq!(round.positions.len(), 8);
             // Area times angle makes all three faces count alike, however they are cut.
             let third = 1.0 / 3.0_f32.sqrt();
@@ -327,8 +376,8 @@ mod tests {
     fn vertices_that_are_not_shared_are_welded() {
         let mut soup = unshared(&cube(1.0));
         let mut indexed = cube(1.0);
-        add_smooth_normals(&mut soup, 120.0);
-        add_smooth_normals(&mut indexed, 120.0);
+        add_smooth_normals(&mut soup, 120.0, &Jobs::new(2));
+        add_smooth_normals(&mut indexed, 120.0, &Jobs::new(2));
         assert_eq!(corner_normals(&soup), corner_normals(&indexed));
         assert_eq!(soup.triangles.len(), 12);
     }
@@ -355,7 +404,7 @@ mod tests {
                 mesh.triangles.push([at(r, s), at(r + 1, s + 1), at(r + 1, s)]);
             }
         }
-        add_smooth_normals(&mut mesh, 30.0);
+        add_smooth_normals(&mut mesh, 30.0, &Jobs::new(2));
         // More corners than FEW meet at the poles, where half of them belong to triangles without area.
         for &v in mesh.triangles.as_flattened() {
             let (p, n) = (mesh.positions[v as usize], mesh.normals[v as usize]);
@@ -372,8 +421,8 @@ mod tests {
         mesh.positions.push([5.0; 3]);
         mesh.triangles.push([8, 8, 8]);
         let mut plain = cube(1.0);
-        add_smooth_normals(&mut mesh, 120.0);
-        add_smooth_normals(&mut plain, 120.0);
+        add_smooth_normals(&mut mesh, 120.0, &Jobs::new(2));
+        add_smooth_normals(&mut plain, 120.0, &Jobs::new(2));
         assert_eq!(corner_normals(&mesh)[3..39], corner_normals(&plain));
         assert_eq!(mesh.normals[8], [0.0; 3]);
     }
@@ -388,7 +437,7 @@ mod tests {
                 .push([(1.0 - t * t) / (1.0 + t * t), 2.0 * t / (1.0 + t * t), 0.0].map(|v| v as f32));
         }
         mesh.triangles = (1..count).map(|k| [0, k, k + 1]).collect();
-        add_smooth_normals(&mut mesh, 30.0);
+        add_smooth_normals(&mut mesh, 30.0, &Jobs::new(2));
         assert!(mesh.normals.iter().all(|n| n.iter().all(|v| v.is_finite())));
         assert!(mesh.positions.len() < 3 * count as usize);
     }
