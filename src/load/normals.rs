@@ -3,7 +3,8 @@
 use super::vertices::{duplicate_vertex, position_classes};
 use crate::jobs::Jobs;
 use crate::math::double::cos;
-use crate::math::scalar::atan2;
+use crate::math::lanes::{Float, LANES, Lanes, SimdLevel};
+use crate::math::{atan2, scalar};
 use crate::scene::MeshData;
 
 /// Corners around one position that are compared each with each. Where more meet (a fan of thousands of triangles),
@@ -78,7 +79,7 @@ fn add_to_classes(
         // Vertices that are split meanwhile have copies at the same place: what is computed does not change.
         let found = jobs.map(runs, |run| {
             let start = first + run * AT_ONCE;
-            Normals::of(mesh, (start..classes.min(start + AT_ONCE)).map(around), crease)
+            Normals::of(mesh, &starts[start..=classes.min(start + AT_ONCE)], &corners, crease)
         });
         for (run, found) in found.into_iter().enumerate() {
             let mut differing = found.differing.into_iter();
@@ -107,25 +108,77 @@ struct Normals {
 }
 
 impl Normals {
-    fn of<'a>(mesh: &MeshData, classes: impl Iterator<Item = &'a [u32]>, crease: f64) -> Self {
+    /// `starts` has the place of the first corner of each class, and of the one after the last.
+    fn of(mesh: &MeshData, starts: &[u32], corners: &[u32], crease: f64) -> Self {
         let mut out = Self::default();
-        let (mut around, mut normals) = (Vec::new(), Vec::new());
+        let (mut block, mut normals) = (Block::default(), Vec::new());
         let mut known = [(0, [0.0; 3]); FEW];
-        for corners in classes {
-            around.clear();
-            around.extend(corners.iter().map(|&c| Corner::of(mesh, c)));
-            if around.len() <= FEW {
-                compare_all(&around, crease, &mut known, &mut normals);
-            } else {
-                compare_by_direction(&around, crease, &mut normals);
-            }
-            let common = normals.first().copied().filter(|first| normals.iter().all(|n| n == first));
-            out.common.push(common);
-            if common.is_none() {
-                out.differing.extend_from_slice(&normals);
+        for starts in starts.windows(BLOCK + 1).step_by(BLOCK).chain(rest_of(starts)) {
+            block.fill(mesh, &corners[starts[0] as usize..starts[starts.len() - 1] as usize]);
+            for range in starts.windows(2) {
+                let around = &block.corners[(range[0] - starts[0]) as usize..(range[1] - starts[0]) as usize];
+                if around.len() <= FEW {
+                    compare_all(around, crease, &mut known, &mut normals);
+                } else {
+                    compare_by_direction(around, crease, &mut normals);
+                }
+                let common = normals.first().copied().filter(|first| normals.iter().all(|n| n == first));
+                out.common.push(common);
+                if common.is_none() {
+                    out.differing.extend_from_slice(&normals);
+                }
             }
         }
         out
+    }
+}
+
+/// Classes the corners of which are computed side by side: few enough to stay in a processor's own cache.
+const BLOCK: usize = 256;
+
+/// What the blocks of [`BLOCK`] classes leave over.
+fn rest_of(starts: &[u32]) -> impl Iterator<Item = &[u32]> {
+    let rest = &starts[(starts.len() - 1) / BLOCK * BLOCK..];
+    (rest.len() > 1).then_some(rest).into_iter()
+}
+
+/// Corners of some classes.
+#[derive(Default)]
+struct Block {
+    corners: Vec<Corner>,
+    /// Sine and cosine of the angle at each corner; sines become angles.
+    angles: Vec<f32>,
+    cosines: Vec<f32>,
+}
+
+impl Block {
+    fn fill(&mut self, mesh: &MeshData, corners: &[u32]) {
+        self.corners.clear();
+        self.angles.clear();
+        self.cosines.clear();
+        for &c in corners {
+            let (corner, [sine, cosine]) = Corner::of(mesh, c);
+            self.corners.push(corner);
+            self.angles.push(sine);
+            self.cosines.push(cosine);
+        }
+        crate::dispatch!(SimdLevel::best(), l => angles(l, &mut self.angles, &self.cosines));
+        for (corner, &angle) in self.corners.iter_mut().zip(&self.angles) {
+            corner.weighted = corner.weighted.map(|v| v * f64::from(angle));
+        }
+    }
+}
+
+/// Angles of points, in the place of the first coordinates.
+#[inline(always)]
+fn angles<L: Lanes>(l: L, y: &mut [f32], x: &[f32]) {
+    let (blocks, rest) = y.as_chunks_mut::<LANES>();
+    let (x_blocks, x_rest) = x.as_chunks::<LANES>();
+    for (y, x) in blocks.iter_mut().zip(x_blocks) {
+        *y = atan2(l, l.load(y), l.load(x)).to_array();
+    }
+    for (y, &x) in rest.iter_mut().zip(x_rest) {
+        *y = scalar::atan2(*y, x);
     }
 }
 
@@ -139,8 +192,9 @@ struct Corner {
 }
 
 impl Corner {
-    /// Corner number `c` (three per triangle) of a mesh.
-    fn of(mesh: &MeshData, c: u32) -> Self {
+    /// Corner number `c` (three per triangle) of a mesh, not weighted by its angle yet, and a multiple of the angle's
+    /// sine and cosine.
+    fn of(mesh: &MeshData, c: u32) -> (Self, [f32; 2]) {
         let triangle = mesh.triangles[c as usize / 3];
         let k = c as usize % 3;
         let at = |k: usize| mesh.positions[triangle[k % 3] as usize].map(f64::from);
@@ -150,17 +204,16 @@ impl Corner {
         let normal = cross(a, b);
         let area = dot(normal, normal).sqrt();
         if area == 0.0 {
-            return Self::default();
+            return (Self::default(), [0.0; 2]);
         }
         // Scaled to 1 for single precision, which is plenty for a weight and three times as fast.
         let scale = 1.0 / (dot(a, a) * dot(b, b)).sqrt();
-        let angle = f64::from(atan2((area * scale) as f32, (dot(a, b) * scale) as f32));
-        Self { unit: normal.map(|v| v / area), weighted: normal.map(|v| v * angle) }
+        let corner = Self { unit: normal.map(|v| v / area), weighted: normal };
+        (corner, [(area * scale) as f32, (dot(a, b) * scale) as f32])
     }
 }
 
-/// For each corner the normalised sum over those within the crease angle.
-/// `known` is memory to work in.
+/// For each corner the normalised sum over those within the crease angle. `known` is memory to work in.
 fn compare_all(
     around: &[Corner],
     crease: f64,
@@ -168,15 +221,20 @@ fn compare_all(
     normals: &mut Vec<[f32; 3]>,
 ) {
     normals.clear();
+    // Which others are near each corner: that goes both ways, but nothing is near a corner without direction.
+    let mut sets = [0_u64; FEW];
+    let has_direction = |corner: &Corner| corner.unit != [0.0; 3];
+    for (k, corner) in around.iter().enumerate() {
+        for (other, j) in around[k..].iter().zip(k..) {
+            let near = u64::from(dot(corner.unit, other.unit) >= crease);
+            sets[k] |= near << j;
+            sets[j] |= near << k;
+        }
+    }
     // Corners with the same set of neighbours have the same sum: one set that covers all is the usual case.
     let mut count = 0;
-    for corner in around {
-        let mut set = 0_u64;
-        if corner.unit != [0.0; 3] {
-            for (k, other) in around.iter().enumerate() {
-                set |= u64::from(dot(corner.unit, other.unit) >= crease) << k;
-            }
-        }
+    for (corner, &set) in around.iter().zip(&sets) {
+        let set = if has_direction(corner) { set } else { 0 };
         let normal = match known[..count].iter().find(|(s, _)| *s == set) {
             Some(&(_, normal)) => normal,
             None => {
