@@ -1,4 +1,4 @@
-//! OBJ, STL, PLY, Radiance HDR and OpenEXR as a user of the library meets them: one shape in every format, files that
+//! OBJ, STL, PLY, 3MF, Radiance HDR and OpenEXR as a user of the library meets them: one shape in every format, files that
 //! lie, and, where `OVERCOAT_CORPUS` names a folder of models, every file of these formats in it.
 
 use overcoat::jobs::Jobs;
@@ -92,6 +92,43 @@ fn ply_binary() -> Vec<u8> {
     bytes
 }
 
+/// The model part of a 3MF file.
+fn threemf_model() -> String {
+    let mut text = "<?xml version=\"1.0\"?>\n<model unit=\"inch\" \
+        xmlns=\"http://schemas.microsoft.com/3dmanufacturing/core/2015/02\" \
+        xmlns:m=\"http://schemas.microsoft.com/3dmanufacturing/material/2015/02\"><resources>\
+        <basematerials id=\"1\"><base name=\"red\" displaycolor=\"#FF0000\"/></basematerials>\
+        <m:colorgroup id=\"2\"><m:color color=\"#00FF00\"/><m:color color=\"#0000FF\"/></m:colorgroup>\
+        <object id=\"5\" pid=\"1\" pindex=\"0\"><mesh><vertices>\n"
+        .to_owned();
+    VERTICES.iter().for_each(|[x, y, z]| writeln!(text, "<vertex x=\"{x}\" y=\"{y}\" z=\"{z}\"/>").unwrap());
+    text += "</vertices><triangles>\n";
+    for [a, b, c] in TRIANGLES {
+        writeln!(text, "<triangle v1=\"{a}\" v2=\"{b}\" v3=\"{c}\"/>").unwrap();
+    }
+    text + "</triangles></mesh></object><object id=\"6\"><components><component objectid=\"5\" \
+        transform=\"1 0 0 0 1 0 0 0 1 5 0 0\"/></components></object></resources><build><item objectid=\"6\"/></build>\
+        </model>\n"
+}
+
+/// An archive with one part, not compressed, so that a changed byte is one of the part.
+fn threemf_of(model: &[u8]) -> Vec<u8> {
+    let name = b"3D/3dmodel.model";
+    let mut fields = vec![20, 0, 0, 0, 0, 0, 0, 0, 0, 0];
+    fields.extend(crc32fast::hash(model).to_le_bytes());
+    fields.extend([(model.len() as u32).to_le_bytes(); 2].concat());
+    fields.extend((name.len() as u16).to_le_bytes());
+    fields.extend([0, 0]);
+    let mut bytes = [b"PK\x03\x04", &fields[..], name, model].concat();
+    let start = bytes.len() as u32;
+    bytes.extend([b"PK\x01\x02\x14\0", &fields[..], &[0; 14], name].concat());
+    let length = bytes.len() as u32 - start;
+    bytes.extend(b"PK\x05\x06\0\0\0\0\x01\0\x01\0");
+    bytes.extend([length.to_le_bytes(), start.to_le_bytes()].concat());
+    bytes.extend([0, 0]);
+    bytes
+}
+
 fn hdr() -> Vec<u8> {
     let mut bytes = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 3 +X 9\n".to_vec();
     for y in 0..3 {
@@ -138,6 +175,7 @@ fn one_shape_is_the_same_in_every_format() {
         (stl_binary(), Format::Stl),
         (ply_text(), Format::Ply),
         (ply_binary(), Format::Ply),
+        (threemf_of(threemf_model().as_bytes()), Format::ThreeMf),
     ] {
         assert_eq!(Format::detect(&bytes), Some(format));
         let loaded = load(&bytes, format).unwrap();
@@ -148,7 +186,12 @@ fn one_shape_is_the_same_in_every_format() {
 
 #[test]
 fn loading_does_not_depend_on_threads() {
-    for (bytes, format) in [(obj(), Format::Obj), (stl_binary(), Format::Stl), (ply_text(), Format::Ply)] {
+    for (bytes, format) in [
+        (obj(), Format::Obj),
+        (stl_binary(), Format::Stl),
+        (ply_text(), Format::Ply),
+        (threemf_of(threemf_model().as_bytes()), Format::ThreeMf),
+    ] {
         let corners_with = |threads| {
             let resolver = MemoryResolver::default();
             let jobs = Jobs::new(threads);
@@ -214,9 +257,36 @@ fn seeds() -> Vec<(Vec<u8>, Option<Format>)> {
         (stl_binary(), Some(Format::Stl)),
         (ply_text(), Some(Format::Ply)),
         (ply_binary(), Some(Format::Ply)),
+        (threemf_of(threemf_model().as_bytes()), Some(Format::ThreeMf)),
         (hdr(), None),
         (exr(), None),
     ]
+}
+
+#[test]
+fn content_counts_for_more_than_what_is_said() {
+    let gzip = b"\x1f\x8b\x08\0\0\0\0\0";
+    for (bytes, message) in [
+        (&b"BLENDER-v300RENDH"[..], "it is a Blender file; models are read from glTF, OBJ, STL, PLY and 3MF"),
+        (gzip, "it is compressed by gzip: unpack it first; models are read from glTF, OBJ, STL, PLY and 3MF"),
+        (b"ISO-10303-21;\n", "it is a STEP file; models are read from glTF, OBJ, STL, PLY and 3MF"),
+    ] {
+        for format in Format::ALL {
+            match load(bytes, format) {
+                Err(error @ LoadError::UnknownFormat(_)) => assert_eq!(error.to_string(), message),
+                other => panic!("{format:?}: {other:?}"),
+            }
+        }
+    }
+    // A name that lies does not matter.
+    let folder = tempfile::tempdir().unwrap();
+    for (bytes, triangles) in
+        [(stl_binary(), 8), (ply_binary(), 8), (threemf_of(threemf_model().as_bytes()), 8)]
+    {
+        let path = folder.path().join("model.obj");
+        std::fs::write(&path, bytes).unwrap();
+        assert_eq!(load_file(&path, &limits(), &Jobs::new(1)).unwrap().scene.triangle_count(), triangles);
+    }
 }
 
 proptest! {
@@ -224,7 +294,7 @@ proptest! {
 
     #[test]
     fn mutations_end_in_a_scene_or_a_message(
-        seed in 0_usize..8,
+        seed in 0_usize..9,
         edits in prop::collection::vec((any::<prop::sample::Index>(), 0_u8..4, any::<u8>()), 1..8),
     ) {
         let (mut bytes, format) = seeds().swap_remove(seed);
@@ -241,6 +311,58 @@ proptest! {
             }
         }
         assert_survives(&bytes, format);
+    }
+}
+
+/// Words that a model part consists of, to be put in each other's place.
+const WORDS: [&str; 30] = [
+    "<vertex ",
+    "<triangle ",
+    "<object id=\"5\">",
+    "</object>",
+    "<component objectid=\"6\"/>",
+    "<item objectid=\"5\"/>",
+    "x=\"1e9\"",
+    "v1=\"99\"",
+    "pid=\"2\" p1=\"0\" p2=\"1\" p3=\"0\"",
+    "p1=\"7\"",
+    "/>",
+    "<mesh>",
+    "</mesh>",
+    "<!DOCTYPE a>",
+    "<!--",
+    "-->",
+    "&lt;",
+    "&x;",
+    "<![CDATA[",
+    "]]>",
+    "transform=\"0 0 0 0 0 0 0 0 0 0 0 0\"",
+    "type=\"other\"",
+    "id=\"5\"",
+    "<m:multiproperties id=\"9\" pids=\"1 2\"><m:multi pindices=\"0 1\"/></m:multiproperties>",
+    "unit=\"x\"",
+    "requiredextensions=\"m\"",
+    "\u{e9}",
+    "\"",
+    "<m:compositematerials id=\"8\" matid=\"1\" matindices=\"0 0\">",
+    "pid=\"9\"",
+];
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 1500, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn models_of_mixed_up_words_end_in_a_scene_or_a_message(
+        edits in prop::collection::vec((any::<prop::sample::Index>(), 0_usize..40, 0_usize..WORDS.len()), 1..6),
+    ) {
+        let mut text = threemf_model();
+        for (at, cut, word) in edits {
+            let boundary = |at: usize| (at..=text.len()).find(|&at| text.is_char_boundary(at)).unwrap();
+            let at = boundary(at.index(text.len()));
+            let end = boundary((at + cut).min(text.len()));
+            text.replace_range(at..end, WORDS[word]);
+        }
+        assert_survives(&threemf_of(text.as_bytes()), Some(Format::ThreeMf));
     }
 }
 
@@ -282,7 +404,7 @@ fn every_model_of_the_corpus_loads_as_expected() {
     let jobs = Jobs::new(2);
     let mut seen = 0;
     for expected in expectations(&corpus) {
-        if !["obj/", "stl/", "ply/"].iter().any(|folder| expected.file.starts_with(folder)) {
+        if !["obj/", "stl/", "ply/", "3mf/"].iter().any(|folder| expected.file.starts_with(folder)) {
             continue;
         }
         seen += 1;
@@ -339,7 +461,7 @@ fn every_hostile_file_of_the_corpus_ends_in_a_scene_or_a_message() {
     for path in files {
         let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
         let outcome = match extension.as_str() {
-            "obj" | "stl" | "ply" => load_file(&path, &Limits::default(), &jobs).map(|loaded| {
+            "obj" | "stl" | "ply" | "3mf" => load_file(&path, &Limits::default(), &jobs).map(|loaded| {
                 loaded.warnings.iter().for_each(|w| assert_presentable(&w.message));
                 format!("{} triangles {:?}", loaded.scene.triangle_count(), loaded.warnings)
             }),

@@ -25,6 +25,7 @@ mod text;
 mod threemf;
 mod vertices;
 mod warnings;
+mod weld;
 
 pub use environment::{
     ExrPicture, ExrPlane, ExrSamples, LoadedEnvironment, load as load_environment,

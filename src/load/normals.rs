@@ -1,8 +1,10 @@
 //! Smooth normals for meshes without.
 
 use super::vertices::{duplicate_vertex, position_classes};
+use crate::jobs::Jobs;
 use crate::math::double::cos;
-use crate::math::scalar::atan2;
+use crate::math::lanes::{Float, LANES, Lanes, SimdLevel};
+use crate::math::{atan2, scalar};
 use crate::scene::MeshData;
 
 /// Corners around one position that are compared each with each. Where more meet (a fan of thousands of triangles),
@@ -22,16 +24,16 @@ const CELLS: usize = 8;
 /// and tangents, which would no longer fit, removed.
 ///
 /// Weights: G. Thürmer, C. Wüthrich, *Computing vertex normals from polygonal facets*, 1998 (angle), times area.
-pub(crate) fn add_smooth_normals(mesh: &mut MeshData, crease_angle_degrees: f32) {
+pub(crate) fn add_smooth_normals(mesh: &mut MeshData, crease_angle_degrees: f32, jobs: &Jobs) {
     mesh.normals = vec![[0.0; 3]; mesh.positions.len()];
-    add_missing_normals(mesh, crease_angle_degrees, |_| true);
+    add_missing_normals(mesh, crease_angle_degrees, |_| true, jobs);
 }
 
 /// As [`add_smooth_normals`], for a mesh no two vertices of which have equal positions.
-pub(super) fn add_smooth_normals_to_welded(mesh: &mut MeshData, crease_angle_degrees: f32) {
+pub(super) fn add_smooth_normals_to_welded(mesh: &mut MeshData, crease_angle_degrees: f32, jobs: &Jobs) {
     mesh.normals = vec![[0.0; 3]; mesh.positions.len()];
     let classes = mesh.positions.len();
-    add_to_classes(mesh, crease_angle_degrees, |v| v, classes, |_| true);
+    add_to_classes(mesh, crease_angle_degrees, |v| v, classes, |_| true, jobs);
 }
 
 /// As [`add_smooth_normals`], for the vertices that are `missing` a normal, where it must be zero; the others keep
@@ -40,10 +42,16 @@ pub(super) fn add_missing_normals(
     mesh: &mut MeshData,
     crease_angle_degrees: f32,
     missing: impl Fn(usize) -> bool,
+    jobs: &Jobs,
 ) {
     let (class_of, classes) = position_classes(&mesh.positions);
-    add_to_classes(mesh, crease_angle_degrees, |v| class_of[v as usize], classes, missing);
+    add_to_classes(mesh, crease_angle_degrees, |v| class_of[v as usize], classes, missing, jobs);
 }
+
+/// Classes that one thread looks at in one go.
+const AT_ONCE: usize = 4096;
+/// Such runs before their results are put into the mesh: bounds the memory that these take.
+const RUNS: usize = 64;
 
 /// The same for classes of equal positions that are known.
 fn add_to_classes(
@@ -52,6 +60,7 @@ fn add_to_classes(
     class_of: impl Fn(u32) -> u32,
     classes: usize,
     missing: impl Fn(usize) -> bool,
+    jobs: &Jobs,
 ) {
     mesh.tangents = Vec::new();
     let original = mesh.positions.len();
@@ -62,26 +71,114 @@ fn add_to_classes(
     }
     let (starts, corners) = corners_by_class(&mesh.triangles, class_of, classes);
     let crease = cos(f64::from(crease_angle_degrees).to_radians());
+    let around = |class: usize| &corners[starts[class] as usize..starts[class + 1] as usize];
 
-    let mut around = Vec::new();
-    let mut normals = Vec::new();
     let mut copies = Vec::new();
-    for range in starts.windows(2) {
-        let corners = &corners[range[0] as usize..range[1] as usize];
-        around.clear();
-        around.extend(corners.iter().map(|&c| Corner::of(mesh, c)));
-        if around.len() <= FEW {
-            compare_all(&around, crease, &mut normals);
-        } else {
-            compare_by_direction(&around, crease, &mut normals);
-        }
-        copies.clear();
-        for (&corner, &normal) in corners.iter().zip(&normals) {
-            let vertex = mesh.triangles[corner as usize / 3][corner as usize % 3];
-            if missing(vertex as usize) {
-                assign(mesh, corner, normal, &mut copies);
+    for first in (0..classes).step_by(AT_ONCE * RUNS) {
+        let runs = (classes - first).min(AT_ONCE * RUNS).div_ceil(AT_ONCE);
+        // Vertices that are split meanwhile have copies at the same place: what is computed does not change.
+        let found = jobs.map(runs, |run| {
+            let start = first + run * AT_ONCE;
+            Normals::of(mesh, &starts[start..=classes.min(start + AT_ONCE)], &corners, crease)
+        });
+        for (run, found) in found.into_iter().enumerate() {
+            let mut differing = found.differing.into_iter();
+            for (k, common) in found.common.into_iter().enumerate() {
+                let corners = around(first + run * AT_ONCE + k);
+                copies.clear();
+                for &corner in corners {
+                    let Some(normal) = common.or_else(|| differing.next()) else { break };
+                    let vertex = mesh.triangles[corner as usize / 3][corner as usize % 3];
+                    if missing(vertex as usize) {
+                        assign(mesh, corner, normal, &mut copies);
+                    }
+                }
             }
         }
+    }
+}
+
+/// The normals of the corners of some classes.
+#[derive(Default)]
+struct Normals {
+    /// Of each class the normal of all its corners, where they have the same.
+    common: Vec<Option<[f32; 3]>>,
+    /// One for each corner of the other classes.
+    differing: Vec<[f32; 3]>,
+}
+
+impl Normals {
+    /// `starts` has the place of the first corner of each class, and of the one after the last.
+    fn of(mesh: &MeshData, starts: &[u32], corners: &[u32], crease: f64) -> Self {
+        let mut out = Self::default();
+        let (mut block, mut normals) = (Block::default(), Vec::new());
+        let mut known = [(0, [0.0; 3]); FEW];
+        for starts in starts.windows(BLOCK + 1).step_by(BLOCK).chain(rest_of(starts)) {
+            block.fill(mesh, &corners[starts[0] as usize..starts[starts.len() - 1] as usize]);
+            for range in starts.windows(2) {
+                let around = &block.corners[(range[0] - starts[0]) as usize..(range[1] - starts[0]) as usize];
+                if around.len() <= FEW {
+                    compare_all(around, crease, &mut known, &mut normals);
+                } else {
+                    compare_by_direction(around, crease, &mut normals);
+                }
+                let common = normals.first().copied().filter(|first| normals.iter().all(|n| n == first));
+                out.common.push(common);
+                if common.is_none() {
+                    out.differing.extend_from_slice(&normals);
+                }
+            }
+        }
+        out
+    }
+}
+
+/// Classes the corners of which are computed side by side: few enough to stay in a processor's own cache.
+const BLOCK: usize = 256;
+
+/// What the blocks of [`BLOCK`] classes leave over.
+fn rest_of(starts: &[u32]) -> impl Iterator<Item = &[u32]> {
+    let rest = &starts[(starts.len() - 1) / BLOCK * BLOCK..];
+    (rest.len() > 1).then_some(rest).into_iter()
+}
+
+/// Corners of some classes.
+#[derive(Default)]
+struct Block {
+    corners: Vec<Corner>,
+    /// Sine and cosine of the angle at each corner; sines become angles.
+    angles: Vec<f32>,
+    cosines: Vec<f32>,
+}
+
+impl Block {
+    fn fill(&mut self, mesh: &MeshData, corners: &[u32]) {
+        self.corners.clear();
+        self.angles.clear();
+        self.cosines.clear();
+        for &c in corners {
+            let (corner, [sine, cosine]) = Corner::of(mesh, c);
+            self.corners.push(corner);
+            self.angles.push(sine);
+            self.cosines.push(cosine);
+        }
+        crate::dispatch!(SimdLevel::best(), l => angles(l, &mut self.angles, &self.cosines));
+        for (corner, &angle) in self.corners.iter_mut().zip(&self.angles) {
+            corner.weighted = corner.weighted.map(|v| v * f64::from(angle));
+        }
+    }
+}
+
+/// Angles of points, in the place of the first coordinates.
+#[inline(always)]
+fn angles<L: Lanes>(l: L, y: &mut [f32], x: &[f32]) {
+    let (blocks, rest) = y.as_chunks_mut::<LANES>();
+    let (x_blocks, x_rest) = x.as_chunks::<LANES>();
+    for (y, x) in blocks.iter_mut().zip(x_blocks) {
+        *y = atan2(l, l.load(y), l.load(x)).to_array();
+    }
+    for (y, &x) in rest.iter_mut().zip(x_rest) {
+        *y = scalar::atan2(*y, x);
     }
 }
 
@@ -95,8 +192,9 @@ struct Corner {
 }
 
 impl Corner {
-    /// Corner number `c` (three per triangle) of a mesh.
-    fn of(mesh: &MeshData, c: u32) -> Self {
+    /// Corner number `c` (three per triangle) of a mesh, not weighted by its angle yet, and a multiple of the angle's
+    /// sine and cosine.
+    fn of(mesh: &MeshData, c: u32) -> (Self, [f32; 2]) {
         let triangle = mesh.triangles[c as usize / 3];
         let k = c as usize % 3;
         let at = |k: usize| mesh.positions[triangle[k % 3] as usize].map(f64::from);
@@ -106,28 +204,37 @@ impl Corner {
         let normal = cross(a, b);
         let area = dot(normal, normal).sqrt();
         if area == 0.0 {
-            return Self::default();
+            return (Self::default(), [0.0; 2]);
         }
         // Scaled to 1 for single precision, which is plenty for a weight and three times as fast.
         let scale = 1.0 / (dot(a, a) * dot(b, b)).sqrt();
-        let angle = f64::from(atan2((area * scale) as f32, (dot(a, b) * scale) as f32));
-        Self { unit: normal.map(|v| v / area), weighted: normal.map(|v| v * angle) }
+        let corner = Self { unit: normal.map(|v| v / area), weighted: normal };
+        (corner, [(area * scale) as f32, (dot(a, b) * scale) as f32])
     }
 }
 
-/// For each corner the normalised sum over those within the crease angle.
-fn compare_all(around: &[Corner], crease: f64, normals: &mut Vec<[f32; 3]>) {
+/// For each corner the normalised sum over those within the crease angle. `known` is memory to work in.
+fn compare_all(
+    around: &[Corner],
+    crease: f64,
+    known: &mut [(u64, [f32; 3]); FEW],
+    normals: &mut Vec<[f32; 3]>,
+) {
     normals.clear();
-    // Corners with the same set of neighbours have the same sum: one set that covers all is the usual case.
-    let mut known: [(u64, [f32; 3]); FEW] = [(0, [0.0; 3]); FEW];
-    let mut count = 0;
-    for corner in around {
-        let mut set = 0_u64;
-        if corner.unit != [0.0; 3] {
-            for (k, other) in around.iter().enumerate() {
-                set |= u64::from(dot(corner.unit, other.unit) >= crease) << k;
-            }
+    // Which others are near each corner: that goes both ways, but nothing is near a corner without direction.
+    let mut sets = [0_u64; FEW];
+    let has_direction = |corner: &Corner| corner.unit != [0.0; 3];
+    for (k, corner) in around.iter().enumerate() {
+        for (other, j) in around[k..].iter().zip(k..) {
+            let near = u64::from(dot(corner.unit, other.unit) >= crease);
+            sets[k] |= near << j;
+            sets[j] |= near << k;
         }
+    }
+    // Corners with the same set of neighbours have the same sum: one set that covers all is the usual case.
+    let mut count = 0;
+    for (corner, &set) in around.iter().zip(&sets) {
+        let set = if has_direction(corner) { set } else { 0 };
         let normal = match known[..count].iter().find(|(s, _)| *s == set) {
             Some(&(_, normal)) => normal,
             None => {
@@ -304,13 +411,13 @@ mod tests {
     fn a_cube_keeps_its_edges_below_and_loses_them_above_90_degrees() {
         for scale in [1.0, 1e15, 1e-15, 1e-30] {
             let mut sharp = cube(scale);
-            add_smooth_normals(&mut sharp, 89.0);
+            add_smooth_normals(&mut sharp, 89.0, &Jobs::new(2));
             assert_eq!(sharp.positions.len(), 24, "at scale {scale}");
             for n in &sharp.normals {
                 assert_eq!(n.iter().filter(|v| v.abs() == 1.0).count(), 1, "{n:?} at scale {scale}");
             }
             let mut round = cube(scale);
-            add_smooth_normals(&mut round, 91.0);
+            add_smooth_normals(&mut round, 91.0, &Jobs::new(2));
             assert_eq!(round.positions.len(), 8);
             // Area times angle makes all three faces count alike, however they are cut.
             let third = 1.0 / 3.0_f32.sqrt();
@@ -327,8 +434,8 @@ mod tests {
     fn vertices_that_are_not_shared_are_welded() {
         let mut soup = unshared(&cube(1.0));
         let mut indexed = cube(1.0);
-        add_smooth_normals(&mut soup, 120.0);
-        add_smooth_normals(&mut indexed, 120.0);
+        add_smooth_normals(&mut soup, 120.0, &Jobs::new(2));
+        add_smooth_normals(&mut indexed, 120.0, &Jobs::new(2));
         assert_eq!(corner_normals(&soup), corner_normals(&indexed));
         assert_eq!(soup.triangles.len(), 12);
     }
@@ -355,7 +462,7 @@ mod tests {
                 mesh.triangles.push([at(r, s), at(r + 1, s + 1), at(r + 1, s)]);
             }
         }
-        add_smooth_normals(&mut mesh, 30.0);
+        add_smooth_normals(&mut mesh, 30.0, &Jobs::new(2));
         // More corners than FEW meet at the poles, where half of them belong to triangles without area.
         for &v in mesh.triangles.as_flattened() {
             let (p, n) = (mesh.positions[v as usize], mesh.normals[v as usize]);
@@ -372,8 +479,8 @@ mod tests {
         mesh.positions.push([5.0; 3]);
         mesh.triangles.push([8, 8, 8]);
         let mut plain = cube(1.0);
-        add_smooth_normals(&mut mesh, 120.0);
-        add_smooth_normals(&mut plain, 120.0);
+        add_smooth_normals(&mut mesh, 120.0, &Jobs::new(2));
+        add_smooth_normals(&mut plain, 120.0, &Jobs::new(2));
         assert_eq!(corner_normals(&mesh)[3..39], corner_normals(&plain));
         assert_eq!(mesh.normals[8], [0.0; 3]);
     }
@@ -388,7 +495,7 @@ mod tests {
                 .push([(1.0 - t * t) / (1.0 + t * t), 2.0 * t / (1.0 + t * t), 0.0].map(|v| v as f32));
         }
         mesh.triangles = (1..count).map(|k| [0, k, k + 1]).collect();
-        add_smooth_normals(&mut mesh, 30.0);
+        add_smooth_normals(&mut mesh, 30.0, &Jobs::new(2));
         assert!(mesh.normals.iter().all(|n| n.iter().all(|v| v.is_finite())));
         assert!(mesh.positions.len() < 3 * count as usize);
     }

@@ -67,6 +67,16 @@ impl PositionTable {
         }
     }
 
+    /// Which of `groups` parts a position belongs to, by other bits of its hash than the table uses.
+    pub(super) fn group(&self, position: [f32; 3], groups: usize) -> usize {
+        (self.hash_bits(position.map(|v| v + 0.0)) >> 40) as usize % groups
+    }
+
+    /// The distinct positions by number.
+    pub(super) fn positions(&self) -> &[[f32; 3]] {
+        &self.positions
+    }
+
     /// The distinct positions by number.
     pub(super) fn into_positions(self) -> Vec<[f32; 3]> {
         self.positions
@@ -90,15 +100,20 @@ impl PositionTable {
         }
     }
 
-    /// First slot to look at: multiply and fold, as in wyhash.
+    /// First slot to look at.
     fn hash(&self, position: [f32; 3]) -> usize {
+        self.hash_bits(position) as usize & (self.slots.len() - 1)
+    }
+
+    /// Multiply and fold, as in wyhash.
+    fn hash_bits(&self, position: [f32; 3]) -> u64 {
         let [x, y, z] = position.map(|v| u64::from(v.to_bits()));
         let fold = |a: u64, b: u64| {
             let product = u128::from(a) * u128::from(b);
             (product as u64) ^ (product >> 64) as u64
         };
         let a = fold((x << 32 | y) ^ self.seed, 0x9e37_79b9_7f4a_7c15);
-        fold(a ^ z ^ self.seed.rotate_left(32), 0xd6e8_feb8_6659_fd93) as usize & (self.slots.len() - 1)
+        fold(a ^ z ^ self.seed.rotate_left(32), 0xd6e8_feb8_6659_fd93)
     }
 }
 

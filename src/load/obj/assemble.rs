@@ -74,7 +74,7 @@ pub(super) fn assemble(obj: &Obj, context: &Context<'_>) -> Result<Assembled, Lo
     }
     check_mesh(context, triangles, vertices.corners.len() as u64)?;
     out.losses.given_up = triangulator.given_up;
-    fill(&mut out.mesh, obj, &vertices.corners);
+    fill(&mut out.mesh, obj, &vertices.corners, context);
     Ok(out)
 }
 
@@ -123,7 +123,7 @@ impl<'a> Vertices<'a> {
 }
 
 /// Fills in the attributes of the vertices.
-fn fill(mesh: &mut MeshData, obj: &Obj, corners: &[Corner]) {
+fn fill(mesh: &mut MeshData, obj: &Obj, corners: &[Corner], context: &Context<'_>) {
     let position = |c: &Corner| obj.positions[c.position as usize];
     mesh.positions = corners.iter().map(position).collect();
     if corners.iter().any(|c| c.uv != NONE) {
@@ -143,7 +143,7 @@ fn fill(mesh: &mut MeshData, obj: &Obj, corners: &[Corner]) {
     let normal = |c: &Corner| obj.normals.get(c.normal as usize).copied().unwrap_or([0.0; 3]);
     mesh.normals = corners.iter().map(normal).collect();
     if corners.iter().any(|c| c.normal == NONE) {
-        add_missing_normals(mesh, CREASE_ANGLE, |v| corners[v].normal == NONE);
+        add_missing_normals(mesh, CREASE_ANGLE, |v| corners[v].normal == NONE, context.jobs);
     }
 }
 

@@ -61,7 +61,7 @@ pub(crate) fn load(bytes: &[u8], context: &Context<'_>) -> Result<Loaded, LoadEr
         }
     }
     if data.normals.is_empty() {
-        add_smooth_normals(&mut data, CREASE_ANGLE);
+        add_smooth_normals(&mut data, CREASE_ANGLE, context.jobs);
     }
     let material = scene.add_material(material).map_err(LoadError::scene("PLY: material"))?;
     add_object(&mut scene, "PLY: mesh", data, material, 0)?;

@@ -82,7 +82,7 @@ impl Builder<'_> {
             ..MeshData::default()
         };
         // Before it is cut: a surface may be smooth across a change of colour.
-        add_smooth_normals(&mut whole, CREASE_ANGLE);
+        add_smooth_normals(&mut whole, CREASE_ANGLE, self.context.jobs);
 
         let mut numbers: BTreeMap<Key, usize> = BTreeMap::new();
         let mut parts: Vec<(Key, Part)> = Vec::new();

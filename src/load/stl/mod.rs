@@ -5,17 +5,22 @@
 //! the speed of memory.
 //!
 //! Facet normals of the file are not used: they add nothing to the winding where they are right, and often are not.
-//! Vertices at equal positions are joined, normals smoothed over edges of up to 30 degrees.
+//! Vertices at equal positions are joined, normals smoothed over edges of up to 30 degrees. Colours of facets are drawn
+//! (`color.rs`).
+
+mod color;
 
 use super::normals::add_smooth_normals_to_welded;
 use super::plain::{
     CREASE_ANGLE, add_object, check_input, check_mesh, counted, default_material, drawable, finish,
 };
 use super::text::{Tokens, quoted, without_mark};
-use super::vertices::{PositionTable, SOON};
+use super::vertices::PositionTable;
+use super::weld::weld;
 use super::{Context, LoadError, Loaded, Warning};
 use crate::limits::Limits;
 use crate::scene::{MeshData, Scene};
+use color::Colors;
 
 const FORMAT: &str = "STL";
 /// Bytes before the first facet of a binary file: an 80-byte comment and the number of facets.
@@ -58,8 +63,8 @@ fn facet_count(bytes: &[u8]) -> Option<u32> {
 /// One solid under construction.
 struct Solid {
     name: String,
-    positions: PositionTable,
-    triangles: Vec<[u32; 3]>,
+    mesh: MeshData,
+    colors: Colors,
 }
 
 struct Reader<'a> {
@@ -67,14 +72,25 @@ struct Reader<'a> {
     /// For the tables of positions.
     seed: u64,
     solids: Vec<Solid>,
-    /// Corners of triangles that are not in the last solid yet: some are put in together, see
-    /// [`PositionTable::prepare`].
-    waiting: Vec<[f32; 3]>,
+    /// Name and corners of the solid that is read: three for each triangle.
+    open: Option<String>,
+    corners: Vec<[f32; 3]>,
     /// Triangles so far, over all solids.
     triangles: u64,
     /// Triangles left out because of their coordinates.
     skipped: u64,
     warnings: Vec<Warning>,
+}
+
+/// Facets that one thread looks at in one go.
+const AT_ONCE: usize = 1 << 16;
+
+/// The position of corner `k` of a facet.
+#[inline(always)]
+fn corner(facet: &[u8; FACET], k: usize) -> [f32; 3] {
+    let value = |at: usize| f32::from_le_bytes([facet[at], facet[at + 1], facet[at + 2], facet[at + 3]]);
+    let at = 12 + 12 * k;
+    [value(at), value(at + 4), value(at + 8)]
 }
 
 impl<'a> Reader<'a> {
@@ -83,7 +99,8 @@ impl<'a> Reader<'a> {
             context,
             seed: PositionTable::seed(bytes),
             solids: Vec::new(),
-            waiting: Vec::with_capacity(SOON),
+            open: None,
+            corners: Vec::new(),
             triangles: 0,
             skipped: 0,
             warnings: Vec::new(),
@@ -94,52 +111,44 @@ impl<'a> Reader<'a> {
         self.warnings.push(Warning::new(message));
     }
 
-    /// Begins a solid of about as many `triangles`.
-    fn begin_solid(&mut self, name: String, triangles: usize) -> Result<(), LoadError> {
-        self.add_waiting()?;
-        // One without triangles leaves nothing behind.
-        if self.solids.last().is_some_and(|s| s.triangles.is_empty()) {
-            self.solids.pop();
+    /// Ends the solid that is read. One without triangles leaves nothing behind.
+    fn end_solid(&mut self) -> Result<(), LoadError> {
+        let corners = std::mem::take(&mut self.corners);
+        let name = self.open.take().unwrap_or_default();
+        self.add_solid(name, corners.len() / 3, |k| corners[k], Colors::default())
+    }
+
+    /// Adds a solid of so many triangles.
+    fn add_solid(
+        &mut self,
+        name: String,
+        triangles: usize,
+        corner: impl Fn(usize) -> [f32; 3] + Sync,
+        colors: Colors,
+    ) -> Result<(), LoadError> {
+        if triangles == 0 {
+            return Ok(());
         }
         let count = self.solids.len() as u64 + 1;
         Limits::check(|| "STL: the number of solids".to_owned(), count, self.context.limits.nodes, "nodes")?;
-        // A closed surface has half as many vertices as triangles.
-        let positions = PositionTable::with_capacity(self.seed, triangles / 2);
-        self.solids.push(Solid { name, positions, triangles: Vec::new() });
-        Ok(())
+        if u32::try_from(triangles).is_ok_and(|count| count <= u32::MAX / 4) {
+            let mut mesh = MeshData { triangles: vec![[0; 3]; triangles], ..MeshData::default() };
+            let numbers = mesh.triangles.as_flattened_mut();
+            mesh.positions = weld(numbers, corner, self.seed, self.context.jobs);
+            self.solids.push(Solid { name, mesh, colors });
+            return Ok(());
+        }
+        Err(LoadError::malformed(FORMAT, "there are more triangles than can be numbered"))
     }
 
+    /// Adds a triangle to the solid that is read.
     fn add(&mut self, corners: [[f32; 3]; 3]) -> Result<(), LoadError> {
-        self.waiting.extend(corners);
-        if self.waiting.len() < SOON { Ok(()) } else { self.add_waiting() }
-    }
-
-    /// Puts the triangles that wait into the last solid.
-    fn add_waiting(&mut self) -> Result<(), LoadError> {
-        let waiting = std::mem::take(&mut self.waiting);
-        if let Some(solid) = self.solids.last() {
-            solid.positions.prepare(&waiting);
-        }
-        for corners in waiting.as_chunks::<3>().0 {
-            self.put(*corners)?;
-        }
-        self.waiting = waiting;
-        self.waiting.clear();
-        Ok(())
-    }
-
-    fn put(&mut self, corners: [[f32; 3]; 3]) -> Result<(), LoadError> {
         if !corners.iter().all(|&p| drawable(p)) {
             self.skipped += 1;
             return Ok(());
         }
-        if self.solids.is_empty() {
-            self.begin_solid(String::new(), 0)?;
-        }
+        self.corners.extend(corners);
         self.triangles += 1;
-        if let Some(solid) = self.solids.last_mut() {
-            solid.triangles.push(corners.map(|p| solid.positions.insert(p)));
-        }
         // The limits need not be exact to the triangle while reading.
         if self.triangles.is_multiple_of(4096) {
             check_mesh(self.context, self.triangles, self.triangles / 2)?;
@@ -165,20 +174,23 @@ impl<'a> Reader<'a> {
         }
         let count = present.min(claimed);
         check_mesh(self.context, count, count / 2)?;
-        self.begin_solid("solid".to_owned(), count as usize)?;
-        let mut colored = bytes[..80].windows(6).any(|w| w == b"COLOR=");
-        for facet in &facets[..count as usize] {
-            let value = |k: usize| {
-                f32::from_le_bytes([facet[4 * k], facet[4 * k + 1], facet[4 * k + 2], facet[4 * k + 3]])
-            };
-            self.add([3, 6, 9].map(|k| [value(k), value(k + 1), value(k + 2)]))?;
-            colored |= facet[49] & 0x80 != 0;
+        let facets = &facets[..count as usize];
+        let mut colors =
+            Colors::read(&bytes[..80], facets.iter().map(|facet| u16::from_le_bytes([facet[48], facet[49]])));
+        let is_drawn = |facet: &[u8; FACET]| (0..3).all(|k| drawable(corner(facet, k)));
+        let runs = facets.len().div_ceil(AT_ONCE);
+        let run = |k: usize| &facets[k * AT_ONCE..facets.len().min((k + 1) * AT_ONCE)];
+        let all_drawn = self.context.jobs.map(runs, |k| run(k).iter().all(is_drawn));
+        let name = "solid".to_owned();
+        if all_drawn.into_iter().all(|drawn| drawn) {
+            self.triangles = count;
+            return self.add_solid(name, facets.len(), |k| corner(&facets[k / 3], k % 3), colors);
         }
-        self.add_waiting()?;
-        if colored {
-            self.warn("STL: the colours of its facets are not read".to_owned());
-        }
-        Ok(())
+        let kept: Vec<u32> = (0..count as u32).filter(|&k| is_drawn(&facets[k as usize])).collect();
+        self.triangles = kept.len() as u64;
+        self.skipped = count - self.triangles;
+        colors.keep(&kept);
+        self.add_solid(name, kept.len(), |k| corner(&facets[kept[k / 3] as usize], k % 3), colors)
     }
 
     fn text(&mut self, bytes: &[u8]) -> Result<(), LoadError> {
@@ -197,7 +209,6 @@ impl<'a> Reader<'a> {
                 let position = match (tokens.float(), tokens.float(), tokens.float()) {
                     (Some(x), Some(y), Some(z)) => [x, y, z],
                     _ => {
-                        self.add_waiting()?;
                         let message = format!("line {}: a vertex needs three numbers", tokens.line());
                         return Err(LoadError::malformed(FORMAT, message));
                     }
@@ -219,13 +230,13 @@ impl<'a> Reader<'a> {
                 }
                 count = 0;
             } else if token.eq_ignore_ascii_case(b"solid") {
-                let name = String::from_utf8_lossy(tokens.rest_of_line()).into_owned();
-                self.begin_solid(name, 0)?;
+                self.end_solid()?;
+                self.open = Some(String::from_utf8_lossy(tokens.rest_of_line()).into_owned());
             } else if token.eq_ignore_ascii_case(b"endsolid") {
                 tokens.rest_of_line();
             }
         }
-        self.add_waiting()?;
+        self.end_solid()?;
         if count > 0 {
             self.warn(format!(
                 "STL: the file ends within a facet, after {}",
@@ -243,19 +254,25 @@ impl<'a> Reader<'a> {
             let skipped = counted(self.skipped, "triangle");
             self.warn(format!("STL: {skipped} left out: coordinates not finite or beyond 1e15"));
         }
-        let vertices = self.solids.iter().map(|s| s.positions.len() as u64).sum();
+        let mut vertices = self.solids.iter().map(|s| s.mesh.positions.len() as u64).sum::<u64>();
         check_mesh(self.context, self.triangles, vertices)?;
         let mut scene = Scene::new();
-        let material = scene.add_material(default_material()).map_err(LoadError::scene("material"))?;
-        for (k, solid) in self.solids.into_iter().filter(|s| !s.triangles.is_empty()).enumerate() {
-            let mut data = MeshData {
-                positions: solid.positions.into_positions(),
-                triangles: solid.triangles,
-                ..MeshData::default()
-            };
-            add_smooth_normals_to_welded(&mut data, CREASE_ANGLE);
+        // One for all solids without colours.
+        let mut plain = None;
+        for (k, mut solid) in self.solids.into_iter().enumerate() {
+            add_smooth_normals_to_welded(&mut solid.mesh, CREASE_ANGLE, self.context.jobs);
+            let before = solid.mesh.positions.len() as u64;
+            let material = solid.colors.paint(&mut solid.mesh);
+            vertices += solid.mesh.positions.len() as u64 - before;
+            check_mesh(self.context, self.triangles, vertices)?;
             let element = format!("STL: solid {}", quoted(solid.name.as_bytes()));
-            add_object(&mut scene, &element, data, material, k as u32)?;
+            let shared = material == default_material();
+            let id = match plain.filter(|_| shared) {
+                Some(id) => id,
+                None => scene.add_material(material).map_err(LoadError::scene("material"))?,
+            };
+            plain = plain.or(shared.then_some(id));
+            add_object(&mut scene, &element, solid.mesh, id, k as u32)?;
         }
         Ok(finish(scene, self.warnings))
     }
@@ -357,6 +374,28 @@ mod tests {
         let empty = load_bytes(b"solid Empty\nendsolid Empty\n").unwrap();
         assert_eq!(empty.scene.triangle_count(), 0);
         assert!(empty.warnings[0].message.contains("no triangles"));
+    }
+
+    #[test]
+    fn facets_have_colours() {
+        let mut bytes = binary("", 2, &[A, B]);
+        bytes[84 + 48..84 + 50].copy_from_slice(&0xfc00_u16.to_le_bytes());
+        let mut bad = bytes.clone();
+        bad.extend_from_within(84..134);
+        bad[80] = 3;
+        bad[84 + 12..84 + 16].copy_from_slice(&f32::NAN.to_le_bytes());
+        for (bytes, skipped) in [(bytes, 0), (bad, 1)] {
+            let loaded = load_bytes(&bytes).unwrap();
+            assert_eq!(loaded.warnings.len(), skipped);
+            let mesh = &loaded.scene.meshes()[0];
+            assert_eq!((mesh.positions().len(), mesh.triangles().len()), (6, 2));
+            let color = |t: usize| mesh.colors()[mesh.triangles()[t][0] as usize];
+            // Where the first facet is left out, its copy at the end is red.
+            assert_eq!(color(skipped), [1.0, 0.0, 0.0, 1.0]);
+            assert_eq!(color(1 - skipped)[0], 0.6);
+            // Smooth over the change of colour.
+            assert!(mesh.normals().iter().all(|n| *n == [0.0, 0.0, 1.0]));
+        }
     }
 
     #[test]
