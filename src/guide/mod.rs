@@ -1,8 +1,13 @@
-//! Pages to read: what the shading models compute and why they differ; how pictures stay the same bits everywhere.
+//! Pages to read: what the shading models compute and why they differ; how pictures stay the same bits everywhere;
+//! what of glTF is drawn.
 
 /// How the same bits are kept on every machine.
 #[doc = include_str!("bit_identity.md")]
 pub mod bit_identity {}
+
+/// What of a glTF file is drawn.
+#[doc = include_str!("formats.md")]
+pub mod formats {}
 
 /// Clear coat in every engine.
 #[doc = include_str!("clear_coat.md")]

@@ -8,7 +8,7 @@ use overcoat::load::{LoadError, load_file};
 use std::path::{Path, PathBuf};
 
 /// What a file requires and this loader refuses.
-const REFUSED: [&str; 3] = ["KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_texture_basisu"];
+const REFUSED: [&str; 1] = ["KHR_texture_basisu"];
 
 /// All `.gltf` and `.glb` files below a folder, in order of their names.
 fn models(folder: &Path, list: &mut Vec<PathBuf>) {

@@ -1,5 +1,6 @@
 //! glTF loading through the public interface: small files made in memory, and the corpus where there is one.
 
+mod compressed;
 mod corpus;
 mod damaged;
 mod files;
@@ -7,3 +8,4 @@ mod geometry;
 mod graph;
 mod materials;
 mod model;
+mod variants;

@@ -431,18 +431,13 @@ fn factors_out_of_range_are_clamped_and_named() {
 #[test]
 fn extensions_are_named_once() {
     let mut model = Model::triangle();
-    model.json["extensionsUsed"] = json!([
-        "KHR_materials_sheen",
-        "EXT_new",
-        "EXT_new",
-        "KHR_materials_unlit",
-        "KHR_draco_mesh_compression"
-    ]);
+    model.json["extensionsUsed"] =
+        json!(["KHR_materials_sheen", "EXT_new", "EXT_new", "KHR_materials_unlit", "MSFT_texture_dds"]);
     assert_eq!(
         model.warnings(),
         [
             "EXT_new is not known and has no effect",
-            "KHR_draco_mesh_compression is not supported: the uncompressed accessors are used",
+            "MSFT_texture_dds is not supported: the substitute images are used",
         ]
     );
 }
@@ -460,18 +455,8 @@ fn required_extensions() {
             "ABC_materials_wool is not known and has no effect",
         ]
     );
-    model.json["extensionsRequired"] =
-        json!(["KHR_draco_mesh_compression", "KHR_texture_transform", "EXT_new\n"]);
+    model.json["extensionsRequired"] = json!(["MSFT_texture_dds", "KHR_texture_transform", "EXT_new\n"]);
     let error = model.load().unwrap_err();
     assert!(matches!(error, LoadError::Unsupported { .. }));
-    assert_eq!(
-        error.to_string(),
-        "glTF: the file requires KHR_draco_mesh_compression, EXT_new?, which cannot be read"
-    );
-    // A compressed primitive without a substitute cannot pass for an empty one.
-    let mut model = Model::triangle();
-    model.json["accessors"][0].as_object_mut().unwrap().remove("bufferView");
-    model.primitive()["extensions"] =
-        json!({"KHR_draco_mesh_compression": {"bufferView": 0, "attributes": {}}});
-    assert!(model.error().contains("mesh 0, primitive 0 is in KHR_draco_mesh_compression only"));
+    assert_eq!(error.to_string(), "glTF: the file requires MSFT_texture_dds, EXT_new?, which cannot be read");
 }

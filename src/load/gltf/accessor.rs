@@ -67,7 +67,8 @@ impl Component {
             _ => return None,
         })
     }
-    fn size(self) -> usize {
+    /// Bytes of one number.
+    pub(super) fn size(self) -> usize {
         match self {
             Self::I8 | Self::U8 => 1,
             Self::I16 | Self::U16 => 2,
@@ -215,7 +216,20 @@ pub(super) fn resolve<'a>(
     Ok(Elements { count, kind: accessor.kind, component, normalized: accessor.normalized, base, sparse })
 }
 
-impl Elements<'_> {
+impl<'a> Elements<'a> {
+    /// Elements that lie one after the other. `bytes` holds all of them.
+    pub(super) fn of_array(
+        bytes: &'a [u8],
+        count: usize,
+        kind: Kind,
+        component: Component,
+        normalized: bool,
+    ) -> Self {
+        let base =
+            Some(Strided { bytes: Source::Memory(bytes), stride: kind.components() * component.size() });
+        Self { count, kind, component, normalized, base, sparse: None }
+    }
+
     /// Picked elements as floats. `N` must be the number of components.
     ///
     /// # Errors

@@ -7,9 +7,14 @@ use crate::load::warnings::Warnings;
 
 /// Extensions that are drawn as meant, or that do not concern the picture.
 const DRAWN: &[&str] = &[
+    "EXT_instance_features",
+    "EXT_mesh_features",
     "EXT_mesh_gpu_instancing",
+    "EXT_mesh_manifold",
     "EXT_meshopt_compression",
+    "EXT_structural_metadata",
     "EXT_texture_webp",
+    "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
     "KHR_materials_anisotropy",
     "KHR_materials_clearcoat",
@@ -27,6 +32,8 @@ const DRAWN: &[&str] = &[
     "KHR_materials_volume",
     "KHR_mesh_quantization",
     "KHR_meshopt_compression",
+    "KHR_node_hoverability",
+    "KHR_node_selectability",
     "KHR_node_visibility",
     "KHR_texture_transform",
     "KHR_xmp",
@@ -36,15 +43,16 @@ const DRAWN: &[&str] = &[
 /// Extensions whose absence changes how surfaces look or move, but not what is there. Files may require them and
 /// are drawn all the same, with a warning.
 const LOOK: &[(&str, &str)] = &[
+    ("EXT_lights_ies", "such lights shine evenly"),
     ("EXT_lights_image_based", "the chosen environment is used instead"),
     ("KHR_animation_pointer", "animations are not played"),
+    ("KHR_materials_volume_scatter", "drawn without scattering"),
 ];
 
 /// Extensions that hold the data itself. A file that requires one is refused; one that merely uses it has a
 /// substitute.
 const DATA: &[(&str, &str)] = &[
     ("EXT_texture_avif", "the substitute images are used"),
-    ("KHR_draco_mesh_compression", "the uncompressed accessors are used"),
     ("KHR_texture_basisu", "the substitute images are used"),
     ("MSFT_lod", "the most detailed level is drawn"),
     ("MSFT_texture_dds", "the substitute images are used"),
@@ -94,4 +102,46 @@ fn is_look(name: &str) -> bool {
 /// Fit for a line of text.
 fn printable(name: &str) -> String {
     name.chars().take(64).map(|c| if c.is_control() { '?' } else { c }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The guide's table has a row for each extension of the lists above, and no other says that something is done.
+    #[test]
+    fn the_guide_says_the_same() {
+        let guide = include_str!("../../guide/formats.md");
+        let rows: Vec<(&str, &str)> = guide
+            .lines()
+            .filter_map(|line| {
+                let mut cells = line.strip_prefix("| `")?.split('|').map(str::trim);
+                Some((cells.next()?.trim_end_matches('`'), cells.next()?))
+            })
+            .filter(|(name, _)| name.split('_').next().is_some_and(|p| ["KHR", "EXT", "MSFT"].contains(&p)))
+            .collect();
+        let names = |list: &[(&'static str, &str)]| list.iter().map(|(name, _)| *name).collect::<Vec<_>>();
+        for (list, state) in [
+            (DRAWN.to_vec(), &["drawn", "no part of the picture"][..]),
+            (names(LOOK), &["left out, with a warning"]),
+            (names(DATA), &["refused if required"]),
+        ] {
+            let mut sorted = list.clone();
+            sorted.sort_unstable();
+            assert_eq!(list, sorted);
+            for name in list {
+                let found: Vec<&str> = rows.iter().filter(|row| row.0 == name).map(|row| row.1).collect();
+                assert!(found.len() == 1 && state.contains(&found[0]), "{name} is {found:?} in the guide");
+            }
+        }
+        for (name, state) in &rows {
+            let listed = DRAWN.contains(name) || LOOK.iter().chain(DATA).any(|(known, _)| known == name);
+            assert!(listed, "{name}: the guide says '{state}', the loader does not know it");
+        }
+        // Every substitute of the loader's warnings is in the row.
+        for (name, instead) in LOOK.iter().chain(DATA) {
+            let row = guide.lines().find(|line| line.starts_with(&format!("| `{name}`"))).unwrap_or("");
+            assert!(row.contains(instead), "{name}: '{instead}' is not in '{row}'");
+        }
+    }
 }

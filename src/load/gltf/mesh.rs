@@ -3,6 +3,7 @@
 use super::FORMAT;
 use super::accessor::{self, Component, Elements, Pick};
 use super::buffers::Buffers;
+use super::draco;
 use super::model::{self, Index, Kind, Root, label};
 use crate::limits::Limits;
 use crate::load::budget::Budget;
@@ -44,6 +45,8 @@ pub(super) struct Source {
     tangent: Option<Index>,
     uvs: [Option<Index>; 2],
     color: Option<Index>,
+    /// Mesh and primitive, of one that is compressed: each is decompressed for itself.
+    draco: Option<(usize, usize)>,
     /// The texture coordinates for which tangents are made.
     tangents_for: Option<usize>,
 }
@@ -65,6 +68,8 @@ pub(super) struct Topological {
     triangles: Vec<[u32; 3]>,
     /// Smallest and largest vertex; (0, 0) without triangles.
     span: (u32, u32),
+    /// The vertices, of a primitive that was compressed.
+    decoded: Option<draco::Decoded>,
 }
 
 /// `mesh 2 'name', primitive 0`.
@@ -105,10 +110,17 @@ pub(super) fn plan(
         return Ok(None);
     };
     let stored = accessor::get(root, position).map_err(|e| inside(name(), e))?;
-    let compressed = given.extensions.as_deref().is_some_and(|e| e.draco.is_some());
-    if compressed && stored.buffer_view.is_none() {
-        let message = format!("{} is in KHR_draco_mesh_compression only, which cannot be read", name());
-        return Err(LoadError::unsupported(FORMAT, message));
+    let compression = given.extensions.as_deref().and_then(|e| e.draco.as_ref());
+    if let Some(compression) = compression {
+        if topology != Topology::List {
+            let message = format!("{}: KHR_draco_mesh_compression of strips and fans cannot be read", name());
+            return Err(LoadError::unsupported(FORMAT, message));
+        }
+        let (Some(view), Some(_)) = (compression.buffer_view, given.indices) else {
+            let what = format!("{}: KHR_draco_mesh_compression without a bufferView or indices", name());
+            return Err(LoadError::malformed(FORMAT, what));
+        };
+        buffers.require(view, context, budget).map_err(|e| inside(name(), e))?;
     }
     // Without normals there is flat shading, and tangents mean nothing.
     let tangent = attributes.tangent.filter(|_| attributes.normal.is_some());
@@ -120,11 +132,22 @@ pub(super) fn plan(
         tangent,
         uvs: [attributes.uv0, attributes.uv1],
         color: attributes.color,
+        draco: compression.map(|_| (mesh, primitive)),
         tangents_for: tangents_for
             .filter(|&set| tangent.is_none() && [attributes.uv0, attributes.uv1][set & 1].is_some()),
     };
-    let used = [Some(position), source.normal, source.tangent, source.uvs[0], source.uvs[1], source.color];
-    for index in used.into_iter().chain([source.indices]).flatten() {
+    let used = [
+        ("POSITION", Some(position)),
+        ("NORMAL", source.normal),
+        ("TANGENT", source.tangent),
+        ("TEXCOORD_0", source.uvs[0]),
+        ("TEXCOORD_1", source.uvs[1]),
+        ("COLOR_0", source.color),
+        ("indices", source.indices),
+    ];
+    for (what, index) in used {
+        let compressed = compression.is_some_and(|c| what == "indices" || c.attributes.named(what).is_some());
+        let Some(index) = index.filter(|_| !compressed) else { continue };
         accessor::require(root, index, buffers, context, budget).map_err(|e| inside(name(), e))?;
     }
     let vertices = stored.count.0;
@@ -142,7 +165,64 @@ pub(super) fn plan(
 impl Geometry {
     /// Bytes of its triangles.
     pub(super) fn charge_triangles(&self, root: &Root, budget: &mut Budget) -> Result<(), LoadError> {
-        Ok(budget.charge(|| format!("{}: triangles", self.name(root)), self.triangles, 12)?)
+        budget.charge(|| format!("{}: triangles", self.name(root)), self.triangles, 12)?;
+        if self.source.draco.is_some() {
+            let what = || format!("{}: compressed vertices", self.name(root));
+            budget.charge(what, self.most_points(), draco::POINT_BYTES / 2)?;
+            Limits::check(what, self.transient_bytes(), budget.left(), "decoded_bytes")?;
+        }
+        Ok(())
+    }
+
+    /// Most vertices that a compressed primitive may have. Decoding can make more of them than its accessors say, but
+    /// not more than there are corners.
+    fn most_points(&self) -> u64 {
+        let corners = self.triangles.saturating_mul(3);
+        self.vertices.saturating_mul(2).min(corners).max(self.vertices)
+    }
+
+    /// Bytes that reading the triangles takes for a while.
+    pub(super) fn transient_bytes(&self) -> u64 {
+        match self.source.draco {
+            None => 0,
+            Some(_) => self
+                .triangles
+                .saturating_mul(draco::TRIANGLE_BYTES)
+                .saturating_add(self.most_points().saturating_mul(draco::POINT_BYTES)),
+        }
+    }
+
+    /// How a primitive is compressed, if it is.
+    fn compression<'a>(&self, root: &'a Root) -> Option<&'a model::Draco> {
+        let (mesh, primitive) = self.source.draco?;
+        root.meshes[mesh].primitives[primitive].extensions.as_deref()?.draco.as_ref()
+    }
+
+    /// Decodes the triangles and vertices of a compressed primitive.
+    fn decompress(
+        &self,
+        buffers: &Buffers<'_>,
+        compression: &model::Draco,
+    ) -> Result<(Vec<[u32; 3]>, draco::Decoded), LoadError> {
+        let malformed = |message: String| LoadError::malformed(FORMAT, message);
+        let view = compression.buffer_view.ok_or_else(|| malformed("it has no bufferView".to_owned()))?;
+        let stream = buffers.view(view)?.bytes()?;
+        let source = &self.source;
+        let used = [
+            ("POSITION", true),
+            ("NORMAL", source.normal.is_some()),
+            ("TANGENT", source.tangent.is_some()),
+            ("TEXCOORD_0", source.uvs[0].is_some()),
+            ("TEXCOORD_1", source.uvs[1].is_some()),
+            ("COLOR_0", source.color.is_some()),
+        ];
+        let ids: Vec<Index> = used
+            .into_iter()
+            .filter(|(_, used)| *used)
+            .filter_map(|(what, _)| compression.attributes.named(what))
+            .collect();
+        let most = draco::Most { triangles: self.triangles, points: self.most_points() };
+        draco::decode(&stream, most, &ids).map_err(malformed)
     }
 
     fn name(&self, root: &Root) -> String {
@@ -162,15 +242,21 @@ impl Geometry {
         let count = usize::try_from(self.triangles).unwrap_or(0);
         // Without triangles the accessors are not looked at.
         if count == 0 {
-            return Ok(Topological { triangles: Vec::new(), span: (0, 0) });
+            return Ok(Topological { triangles: Vec::new(), span: (0, 0), decoded: None });
         }
         let corners = self.source.topology;
-        let triangles = match self.source.indices {
-            None => match corners {
+        let mut decoded = None;
+        let triangles = match (self.compression(root), self.source.indices) {
+            (Some(compression), _) => {
+                let (triangles, vertices) = self.decompress(buffers, compression).map_err(fail)?;
+                decoded = Some(vertices);
+                triangles
+            }
+            (None, None) => match corners {
                 Topology::List => (0..count as u32).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect(),
                 _ => connect(corners, count, |k| k as u32),
             },
-            Some(index) => {
+            (None, Some(index)) => {
                 let elements = accessor::resolve(root, buffers, index).map_err(fail)?;
                 let integer = matches!(elements.component, Component::U8 | Component::U16 | Component::U32);
                 if elements.kind != Kind::Scalar || !integer {
@@ -191,18 +277,18 @@ impl Geometry {
                 }
             }
         };
+        if triangles.is_empty() {
+            return Ok(Topological { triangles, span: (0, 0), decoded: None });
+        }
         let span =
             triangles.as_flattened().iter().fold((u32::MAX, 0), |(low, high), &v| (low.min(v), high.max(v)));
-        if u64::from(span.1) >= self.vertices {
-            let message = format!(
-                "{}: index {} is out of range of {} vertices",
-                self.name(root),
-                span.1,
-                self.vertices
-            );
+        let vertices = decoded.as_ref().map_or(self.vertices, |decoded| decoded.points as u64);
+        if u64::from(span.1) >= vertices {
+            let message =
+                format!("{}: index {} is out of range of {vertices} vertices", self.name(root), span.1);
             return Err(LoadError::malformed(FORMAT, message));
         }
-        Ok(Topological { triangles, span })
+        Ok(Topological { triangles, span, decoded })
     }
 
     /// Chooses the vertices to read, and charges them. Files share one big list of vertices between many
@@ -265,8 +351,9 @@ impl Geometry {
         pick: &Pick,
         repaired: &mut Vec<String>,
     ) -> Result<Mesh, LoadError> {
-        let mut data =
-            self.read_attributes(root, buffers, pick, repaired).map_err(|e| inside(self.name(root), e))?;
+        let mut data = self
+            .read_attributes(root, buffers, topological.decoded.as_ref(), pick, repaired)
+            .map_err(|e| inside(self.name(root), e))?;
         let mut triangles = topological.triangles;
         match pick {
             Pick::Range(range) if range.start == 0 => {}
@@ -295,19 +382,31 @@ impl Geometry {
         &self,
         root: &Root,
         buffers: &Buffers<'_>,
+        decoded: Option<&draco::Decoded>,
         pick: &Pick,
         repaired: &mut Vec<String>,
     ) -> Result<MeshData, LoadError> {
         let source = &self.source;
+        let vertices = decoded.map_or(self.vertices, |decoded| decoded.points as u64);
+        let compressed = decoded.zip(self.compression(root));
         let attribute = |index: Index, what: &str, kinds: &[Kind]| -> Result<Elements<'_>, LoadError> {
-            let elements = accessor::resolve(root, buffers, index)?;
+            let id = compressed.and_then(|(decoded, by)| Some((decoded, by.attributes.named(what)?)));
+            let elements = match id {
+                Some((decoded, id)) => {
+                    let normalized = accessor::get(root, index)?.normalized;
+                    decoded.elements(id, normalized)
+                }
+                None => Some(accessor::resolve(root, buffers, index)?),
+            };
+            let Some(elements) = elements else {
+                return Err(LoadError::malformed(FORMAT, format!("{what} is not in its Draco data")));
+            };
             if !kinds.contains(&elements.kind) {
                 let message = format!("{what}: accessor {index} has elements of the wrong type");
                 return Err(LoadError::malformed(FORMAT, message));
             }
-            if elements.count as u64 != self.vertices {
-                let message =
-                    format!("{what} has {} elements for {} vertices", elements.count, self.vertices);
+            if elements.count as u64 != vertices {
+                let message = format!("{what} has {} elements for {vertices} vertices", elements.count);
                 return Err(LoadError::malformed(FORMAT, message));
             }
             Ok(elements)

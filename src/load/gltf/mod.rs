@@ -12,6 +12,7 @@ mod angle;
 mod buffers;
 mod camera;
 mod container;
+mod draco;
 mod extensions;
 mod hierarchy;
 mod instancing;
@@ -298,7 +299,17 @@ impl Loader<'_> {
         self.buffers.decompress(jobs)?;
         let (geometries, buffers) = (&self.geometries, &self.buffers);
 
-        let connected = jobs.map(geometries.len(), |k| geometries[k].read_triangles(root, buffers));
+        // As many at a time as what they take for a while fits into what is left.
+        let mut connected = Vec::with_capacity(geometries.len());
+        while connected.len() < geometries.len() {
+            let (start, mut transient) = (connected.len(), 0u64);
+            let fits = geometries[start..].iter().take_while(|geometry| {
+                transient = transient.saturating_add(geometry.transient_bytes());
+                transient <= self.budget.left()
+            });
+            let count = fits.count().max(1);
+            connected.extend(jobs.map(count, |k| geometries[start + k].read_triangles(root, buffers)));
+        }
         let mut vertices = 0;
         let mut picked = Vec::with_capacity(geometries.len());
         for (geometry, topological) in geometries.iter().zip(connected) {

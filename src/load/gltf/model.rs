@@ -237,9 +237,14 @@ object!(Primitive as "primitive" {
 });
 object!(PrimitiveExtensions {
     #[serde(rename = "KHR_draco_mesh_compression")]
-    draco: Option<IgnoredAny>,
+    draco: Option<Draco>,
     #[serde(rename = "KHR_materials_variants")]
     variants: Option<VariantMappings>,
+});
+object!(Draco {
+    buffer_view: Option<Index>,
+    /// The numbers of the attributes in the stream.
+    attributes: Attributes,
 });
 object!(VariantMappings {
     mappings: Vec<VariantMapping>,
@@ -262,6 +267,20 @@ object!(Attributes {
     #[serde(rename = "COLOR_0")]
     color: Option<Index>,
 });
+impl Attributes {
+    /// By the name that the specification gives them.
+    pub(super) fn named(&self, name: &str) -> Option<Index> {
+        match name {
+            "POSITION" => self.position,
+            "NORMAL" => self.normal,
+            "TANGENT" => self.tangent,
+            "TEXCOORD_0" => self.uv0,
+            "TEXCOORD_1" => self.uv1,
+            "COLOR_0" => self.color,
+            _ => None,
+        }
+    }
+}
 object!(Accessor as "accessor" {
     buffer_view: Option<Index>,
     byte_offset: Uint,
