@@ -268,6 +268,10 @@ pub struct InputArgs {
     #[arg(long, value_name = "FORMAT")]
     pub format: Option<String>,
 
+    /// Material variant of the model (glTF), by name or by number from 0 [default: the model's own materials]
+    #[arg(long, value_name = "NAME|INDEX")]
+    pub variant: Option<String>,
+
     /// Change a bound on what a file may ask for, e.g. triangles=10M; may be repeated
     ///
     /// Suffixes k, M, G are powers of 1000, Ki, Mi, Gi powers of 1024. Exceeding a limit is exit code 3.

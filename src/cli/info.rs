@@ -2,7 +2,7 @@
 
 use super::args::InfoArgs;
 use super::failure::{Failure, file_name};
-use super::input::{self, ModelSource};
+use super::input;
 use super::report::{self, Reporter, Versions};
 use crate::jobs::Jobs;
 use crate::scene::{
@@ -90,8 +90,7 @@ pub fn run(args: &InfoArgs) -> Result<(), Failure> {
     let reporter = Reporter { quiet: args.report.quiet };
     let limits = args.input_options.limits();
     let jobs = Jobs::new(usize::from(args.threads));
-    let source =
-        ModelSource { path: args.input.clone(), format: input::format(&args.input_options, &args.input)? };
+    let source = input::source(&args.input_options, &args.input)?;
     let (loaded, format) = input::load_with_format(&source, &limits, &jobs)?;
     let scene = &loaded.scene;
     let bounds = scene.bounds();

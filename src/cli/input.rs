@@ -5,7 +5,7 @@ use super::failure::Failure;
 use super::picture::is_standard_stream;
 use crate::jobs::Jobs;
 use crate::limits::{LimitExceeded, Limits};
-use crate::load::{Context, Format, Loaded, NoResolver, load_bytes, load_file_with_format};
+use crate::load::{Context, Format, LoadOptions, Loaded, NoResolver, load_bytes_with, load_file_with_format};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
@@ -16,13 +16,24 @@ pub struct ModelSource {
     pub path: PathBuf,
     /// Its format; found by content and name if absent.
     pub format: Option<Format>,
+    /// What of it is loaded.
+    pub options: LoadOptions,
+}
+
+/// A model with what the options of the command line say about it.
+///
+/// # Errors
+/// [`Failure`] if they name an unknown format.
+pub fn source(args: &InputArgs, path: &Path) -> Result<ModelSource, Failure> {
+    let options = LoadOptions { variant: args.variant.clone() };
+    Ok(ModelSource { path: path.to_owned(), format: format(args, path)?, options })
 }
 
 /// The format that `--format` names, which is for standard input.
 ///
 /// # Errors
 /// [`Failure`] with the names that exist, or if the format of a file is given.
-pub fn format(args: &InputArgs, path: &Path) -> Result<Option<Format>, Failure> {
+fn format(args: &InputArgs, path: &Path) -> Result<Option<Format>, Failure> {
     let Some(name) = args.format.as_deref() else { return Ok(None) };
     let format = Format::from_name(name).ok_or_else(|| {
         let names: Vec<&str> = Format::ALL.into_iter().map(Format::extension).collect();
@@ -58,10 +69,11 @@ pub fn load_with_format(
         let format = source.format.or_else(|| Format::detect(&bytes));
         // What comes through a pipe has no folder, so it may not refer to files.
         let context = Context { resolver: &NoResolver, limits, jobs };
-        let loaded = load_bytes(&bytes, format, &context).map_err(|e| about(Failure::load(&e)))?;
+        let loaded = load_bytes_with(&bytes, format, &source.options, &context)
+            .map_err(|e| about(Failure::load(&e)))?;
         return Ok((loaded, format));
     }
-    load_file_with_format(&source.path, limits, jobs).map_err(|e| about(Failure::load(&e)))
+    load_file_with_format(&source.path, &source.options, limits, jobs).map_err(|e| about(Failure::load(&e)))
 }
 
 /// All of standard input, at most [`Limits::input_bytes`] of it.

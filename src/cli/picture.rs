@@ -7,7 +7,7 @@ use super::scene_file::{EnvironmentChoice, SceneCamera, SceneFile};
 use super::values::BackgroundChoice;
 use crate::jobs::Jobs;
 use crate::limits::Limits;
-use crate::load::{Warning, load_environment_file};
+use crate::load::{LoadOptions, Warning, load_environment_file};
 use crate::math::lanes::SimdLevel;
 use crate::output::DisplayOptions;
 use crate::render::{Background, RenderOptions};
@@ -57,7 +57,8 @@ impl SceneFile {
         let model = self.model.as_deref().ok_or_else(|| Failure::failed("no model is given"))?;
         let (options, display) = self.options(machine, limits).map_err(|failure| failure.at(model))?;
         let materials = Materials::load(self, limits, jobs)?;
-        let loaded = input::load(&ModelSource { path: model.to_owned(), format: None }, limits, jobs)?;
+        let source = ModelSource { path: model.to_owned(), format: None, options: LoadOptions::default() };
+        let loaded = input::load(&source, limits, jobs)?;
         let mut scene = loaded.scene;
         materials.assign(&mut scene, limits).map_err(|failure| failure.at(model))?;
         let mut warnings = loaded.warnings;

@@ -169,8 +169,7 @@ pub(super) fn describe(scene: Option<&Path>, input: Option<&Path>) -> Result<Sce
 /// Where the described model comes from.
 pub(super) fn model_source(description: &SceneFile, args: &InputArgs) -> Result<ModelSource, Failure> {
     let path = description.model.clone().unwrap_or_else(|| PathBuf::from("-"));
-    let format = input::format(args, &path)?;
-    Ok(ModelSource { path, format })
+    input::source(args, &path)
 }
 
 /// What the picture needs from the machine.

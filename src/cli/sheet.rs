@@ -113,8 +113,7 @@ pub fn run(args: &SheetArgs) -> Result<(), Failure> {
         progress.stage(format!("{} of {}: {}", k + 1, args.inputs.len(), file_name(path)));
         let mut report = CellReport { file: file_name(path), ..CellReport::default() };
         description.model = Some(path.clone());
-        let source =
-            input::format(&args.input_options, path).map(|format| ModelSource { path: path.clone(), format });
+        let source = input::source(&args.input_options, path);
         let cell = source
             .and_then(|source| {
                 render_cell(

@@ -65,6 +65,9 @@ pub enum LoadError {
     /// It asks for more than the limits allow.
     #[error(transparent)]
     Limit(#[from] LimitExceeded),
+    /// It does not have what [`LoadOptions`](super::LoadOptions) choose.
+    #[error("{0}")]
+    NoSuch(String),
     /// What it describes cannot be part of a scene.
     #[error("{element}: {source}")]
     Scene {
@@ -83,6 +86,10 @@ impl LoadError {
     /// A feature that is not there.
     pub fn unsupported(format: &'static str, message: impl Into<String>) -> Self {
         Self::Unsupported { format, message: one_line(message.into()) }
+    }
+    /// A choice that the file does not offer.
+    pub fn no_such(message: impl Into<String>) -> Self {
+        Self::NoSuch(one_line(message.into()))
     }
     /// A refusal by the scene, with the element that caused it.
     pub fn scene(element: impl Into<String>) -> impl FnOnce(SceneError) -> Self {

@@ -13,6 +13,7 @@ mod image;
 mod material;
 mod normals;
 mod obj;
+mod options;
 mod plain;
 mod ply;
 mod polygon;
@@ -35,6 +36,7 @@ pub use material::{
     AssignError, BuiltinMaterial, MaterialError, MaterialErrorReason, MaterialFile, MaterialKey,
     material_keys, nearest_name,
 };
+pub use options::LoadOptions;
 pub use resolver::{DirectoryResolver, MemoryResolver, NoResolver, ResolveError, Resolver};
 
 use crate::jobs::Jobs;
@@ -70,15 +72,29 @@ pub struct Context<'a> {
 /// # Errors
 /// [`LoadError`]; its message does not contain the path.
 pub fn load_file(path: &Path, limits: &Limits, jobs: &Jobs) -> Result<Loaded, LoadError> {
-    load_file_with_format(path, limits, jobs).map(|(loaded, _)| loaded)
+    load_file_with(path, &LoadOptions::default(), limits, jobs)
 }
 
-/// [`load_file`], and the format that the file was found to have.
+/// [`load_file`] with a choice of what is loaded.
 ///
 /// # Errors
-/// As [`load_file`].
+/// As [`load_file`], and [`LoadError::NoSuch`] if the file does not have what is chosen.
+pub fn load_file_with(
+    path: &Path,
+    options: &LoadOptions,
+    limits: &Limits,
+    jobs: &Jobs,
+) -> Result<Loaded, LoadError> {
+    load_file_with_format(path, options, limits, jobs).map(|(loaded, _)| loaded)
+}
+
+/// [`load_file_with`], and the format that the file was found to have.
+///
+/// # Errors
+/// As [`load_file_with`].
 pub(crate) fn load_file_with_format(
     path: &Path,
+    options: &LoadOptions,
     limits: &Limits,
     jobs: &Jobs,
 ) -> Result<(Loaded, Option<Format>), LoadError> {
@@ -87,14 +103,14 @@ pub(crate) fn load_file_with_format(
     let file = open_file(path, limits)?;
     let size = file.metadata()?.len();
     if (READ_IN_PARTS..=limits.input_bytes).contains(&size)
-        && let Some(loaded) = gltf::load_file(&file, size, &context)?
+        && let Some(loaded) = gltf::load_file(&file, size, options, &context)?
     {
         return Ok((loaded, Some(Format::Glb)));
     }
     let bytes = read_opened(file, limits)?;
     let extension = path.extension().and_then(|e| e.to_str()).and_then(Format::from_extension);
     let format = Format::detect(&bytes).or(extension);
-    Ok((load_bytes(&bytes, format, &context)?, format))
+    Ok((load_bytes_with(&bytes, format, options, &context)?, format))
 }
 
 /// Bytes from which on a file that allows it is read in parts: below, having it in memory twice is no matter.
@@ -105,12 +121,29 @@ const READ_IN_PARTS: u64 = 1 << 20;
 /// # Errors
 /// [`LoadError`].
 pub fn load_bytes(bytes: &[u8], format: Option<Format>, context: &Context<'_>) -> Result<Loaded, LoadError> {
+    load_bytes_with(bytes, format, &LoadOptions::default(), context)
+}
+
+/// [`load_bytes`] with a choice of what is loaded.
+///
+/// # Errors
+/// As [`load_bytes`], and [`LoadError::NoSuch`] if the file does not have what is chosen.
+pub fn load_bytes_with(
+    bytes: &[u8],
+    format: Option<Format>,
+    options: &LoadOptions,
+    context: &Context<'_>,
+) -> Result<Loaded, LoadError> {
     if bytes.is_empty() {
         return Err(LoadError::UnknownFormat("the file is empty".to_owned()));
     }
     check_size(bytes.len() as u64, context.limits)?;
-    match format.or_else(|| Format::detect(bytes)) {
-        Some(Format::Gltf | Format::Glb) => gltf::load(bytes, context),
+    let format = format.or_else(|| Format::detect(bytes));
+    if !matches!(format, Some(Format::Gltf | Format::Glb) | None) {
+        options.refuse()?;
+    }
+    match format {
+        Some(Format::Gltf | Format::Glb) => gltf::load(bytes, options, context),
         Some(Format::Obj) => obj::load(bytes, context),
         Some(Format::Stl) => stl::load(bytes, context),
         Some(Format::Ply) => ply::load(bytes, context),

@@ -19,6 +19,7 @@ const DRAWN: &[&str] = &[
     "KHR_materials_sheen",
     "KHR_materials_specular",
     "KHR_materials_unlit",
+    "KHR_materials_variants",
     "KHR_mesh_quantization",
     "KHR_node_visibility",
     "KHR_texture_transform",
@@ -34,7 +35,6 @@ const LOOK: &[(&str, &str)] = &[
     ("KHR_materials_diffuse_transmission", "drawn without light from behind"),
     ("KHR_materials_dispersion", "drawn without dispersion"),
     ("KHR_materials_transmission", "drawn without light passing through"),
-    ("KHR_materials_variants", "the default variant is drawn"),
     ("KHR_materials_volume", "drawn without absorption"),
 ];
 

@@ -22,6 +22,7 @@ mod mesh;
 mod model;
 mod source;
 mod texture;
+mod variant;
 
 pub(super) use container::MAGIC;
 pub(super) use texture::transform_of;
@@ -29,7 +30,7 @@ pub(super) use texture::transform_of;
 use super::budget::Budget;
 use super::tangents::tangent_set;
 use super::warnings::Warnings;
-use super::{Context, LoadError, Loaded};
+use super::{Context, LoadError, LoadOptions, Loaded};
 use crate::limits::Limits;
 use crate::scene::{Instance, Material, MaterialId, Mesh, MeshId, Scene, Texture, TextureId};
 use buffers::Buffers;
@@ -52,9 +53,9 @@ const INSTANCE_BYTES: u64 = 256;
 ///
 /// # Errors
 /// [`LoadError`] naming the element.
-pub(crate) fn load(bytes: &[u8], context: &Context<'_>) -> Result<Loaded, LoadError> {
+pub(crate) fn load(bytes: &[u8], options: &LoadOptions, context: &Context<'_>) -> Result<Loaded, LoadError> {
     let (text, binary) = container::split(bytes)?;
-    load_parts(text, binary.map(Source::Memory), context)
+    load_parts(text, binary.map(Source::Memory), options, context)
 }
 
 /// Loads a `.glb` file of `size` bytes without reading all of it into memory first. `None` for every other file, and
@@ -62,25 +63,37 @@ pub(crate) fn load(bytes: &[u8], context: &Context<'_>) -> Result<Loaded, LoadEr
 ///
 /// # Errors
 /// [`LoadError`] as [`load`], and [`LoadError::Io`].
-pub(crate) fn load_file(file: &File, size: u64, context: &Context<'_>) -> Result<Option<Loaded>, LoadError> {
+pub(crate) fn load_file(
+    file: &File,
+    size: u64,
+    options: &LoadOptions,
+    context: &Context<'_>,
+) -> Result<Option<Loaded>, LoadError> {
     let file = Shared::new(file);
     let Some((text, (start, length))) = container::locate(&file, size) else { return Ok(None) };
     let binary = Source::File(source::Part::new(&file, start, length));
-    load_parts(&text, Some(binary), context).map(Some)
+    load_parts(&text, Some(binary), options, context).map(Some)
 }
 
 /// Loads the JSON text and the binary chunk of a file.
-fn load_parts(text: &[u8], binary: Option<Source<'_>>, context: &Context<'_>) -> Result<Loaded, LoadError> {
+fn load_parts(
+    text: &[u8],
+    binary: Option<Source<'_>>,
+    options: &LoadOptions,
+    context: &Context<'_>,
+) -> Result<Loaded, LoadError> {
     let mut budget = Budget::new(context.limits);
     let mut warnings = Warnings::default();
     let root = json::parse(text, &mut budget)?;
     check_counts(&root, context.limits)?;
     extensions::check(&root, &mut warnings)?;
+    let variant = variant::chosen(&root, options.variant.as_deref())?;
     let placed = hierarchy::flatten(&root, context.limits)?;
 
     let mut loader = Loader {
         root: &root,
         context,
+        variant,
         budget,
         warnings,
         buffers: Buffers::new(&root, binary),
@@ -141,6 +154,8 @@ struct Draws {
 struct Loader<'a> {
     root: &'a Root,
     context: &'a Context<'a>,
+    /// The chosen material variant.
+    variant: Option<Index>,
     budget: Budget,
     warnings: Warnings,
     buffers: Buffers<'a>,
@@ -225,7 +240,7 @@ impl Loader<'_> {
         let root = self.root;
         let mut draws = Vec::new();
         for (k, primitive) in root.meshes[mesh].primitives.iter().enumerate() {
-            let material = primitive.material.map(Index::get);
+            let material = variant::material(primitive, self.variant).map(Index::get);
             if let Some(missing) = material.filter(|&m| m >= root.materials.len()) {
                 let name = mesh::name(root, mesh, k);
                 return Err(LoadError::malformed(FORMAT, format!("{name}: there is no material {missing}")));

@@ -150,6 +150,14 @@ object!(Asset {
 object!(RootExtensions {
     #[serde(rename = "KHR_lights_punctual")]
     lights: Option<Lights>,
+    #[serde(rename = "KHR_materials_variants")]
+    variants: Option<Variants>,
+});
+object!(Variants {
+    variants: List<Variant>,
+});
+object!(Variant as "variant" {
+    name: String,
 });
 object!(Lights {
     lights: List<Light>,
@@ -229,6 +237,15 @@ object!(Primitive as "primitive" {
 object!(PrimitiveExtensions {
     #[serde(rename = "KHR_draco_mesh_compression")]
     draco: Option<IgnoredAny>,
+    #[serde(rename = "KHR_materials_variants")]
+    variants: Option<VariantMappings>,
+});
+object!(VariantMappings {
+    mappings: Vec<VariantMapping>,
+});
+object!(VariantMapping {
+    material: Option<Index>,
+    variants: Vec<Index>,
 });
 object!(Attributes {
     #[serde(rename = "POSITION")]
