@@ -2,6 +2,7 @@
 
 use super::error::{finite, within};
 use super::{Bounds, MAX_COORDINATE, SceneError, extent};
+use std::sync::Arc;
 
 /// The attributes of a mesh before they are checked. Every list but `positions` and `triangles` may be empty.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -21,10 +22,10 @@ pub struct MeshData {
     pub triangles: Vec<[u32; 3]>,
 }
 
-/// A triangle mesh with consistent lengths, finite attributes and indices in range.
+/// A triangle mesh with consistent lengths, finite attributes and indices in range. Copies share their attributes.
 #[derive(Clone, Debug)]
 pub struct Mesh {
-    data: MeshData,
+    data: Arc<MeshData>,
     bounds: Bounds,
     /// Every vertex belongs to a triangle.
     all_used: bool,
@@ -62,7 +63,7 @@ impl Mesh {
         })?;
         // The box is of what is drawn: vertices without a triangle do not count.
         let bounds = extent::bounds(&data.positions, &data.triangles, &used);
-        Ok(Self { data, bounds, all_used: extent::all(&used) })
+        Ok(Self { data: Arc::new(data), bounds, all_used: extent::all(&used) })
     }
 
     /// All attributes.

@@ -3,6 +3,7 @@
 use super::FORMAT;
 use super::accessor::{self, Component, Elements, Pick};
 use super::buffers::Buffers;
+use super::deform::{self, Deform, Stored, Usage};
 use super::model::{self, Index, Kind, Root, label};
 use crate::limits::Limits;
 use crate::load::budget::Budget;
@@ -46,6 +47,8 @@ pub(super) struct Source {
     color: Option<Index>,
     /// The texture coordinates for which tangents are made.
     tangents_for: Option<usize>,
+    /// What moves its vertices.
+    deform: deform::Source,
 }
 
 /// A mesh to be read.
@@ -58,6 +61,16 @@ pub(super) struct Geometry {
     pub triangles: u64,
     /// Number of vertices as stored.
     vertices: u64,
+}
+
+/// A mesh that has been read.
+pub(super) struct Shape {
+    /// As it is stored.
+    pub mesh: Mesh,
+    /// What moves its vertices.
+    pub deform: Option<Deform>,
+    /// The first primitive that needs it, for messages.
+    pub of: (usize, usize),
 }
 
 /// A primitive's triangles as stored, and the vertices that they need.
@@ -81,6 +94,7 @@ pub(super) fn plan(
     root: &Root,
     (mesh, primitive): (usize, usize),
     tangents_for: Option<usize>,
+    usage: &Usage,
     buffers: &mut Buffers<'_>,
     context: &Context<'_>,
     budget: &mut Budget,
@@ -122,9 +136,11 @@ pub(super) fn plan(
         color: attributes.color,
         tangents_for: tangents_for
             .filter(|&set| tangent.is_none() && [attributes.uv0, attributes.uv1][set & 1].is_some()),
+        deform: deform::Source::new(given, usage, &name, warnings),
     };
     let used = [Some(position), source.normal, source.tangent, source.uvs[0], source.uvs[1], source.color];
-    for index in used.into_iter().chain([source.indices]).flatten() {
+    let moves = source.deform.accessors();
+    for index in used.into_iter().chain([source.indices]).flatten().chain(moves) {
         accessor::require(root, index, buffers, context, budget).map_err(|e| inside(name(), e))?;
     }
     let vertices = stored.count.0;
@@ -235,6 +251,19 @@ impl Geometry {
         *vertices += count;
         let what = || format!("{}: vertices", self.name(root));
         Limits::check(what, *vertices, limits.vertices, "vertices")?;
+        let size = self.vertex_bytes();
+        let moves = source.deform.bytes();
+        budget.charge(what, count, size.saturating_add(moves))?;
+        if source.tangents_for.is_some() {
+            // In the worst case no two triangles share a vertex afterwards.
+            budget.charge(what, corners.len() as u64, (size + 28).saturating_add(moves))?;
+        }
+        Ok(pick)
+    }
+
+    /// Bytes of a vertex as stored.
+    fn vertex_bytes(&self) -> u64 {
+        let source = &self.source;
         let mut size = 12;
         for (present, bytes) in [
             (source.normal.is_some(), 12),
@@ -245,12 +274,41 @@ impl Geometry {
         ] {
             size += if present { bytes } else { 0 };
         }
+        size
+    }
+
+    /// True if a skin moves it.
+    pub(super) fn has_joints(&self) -> bool {
+        self.source.deform.has_joints()
+    }
+
+    /// True if morph targets move it.
+    pub(super) fn has_targets(&self) -> bool {
+        self.source.deform.has_targets()
+    }
+
+    /// Charges a copy of the mesh in a pose of its own.
+    ///
+    /// # Errors
+    /// [`LoadError::Limit`] naming the primitive.
+    pub(super) fn charge_pose(
+        &self,
+        root: &Root,
+        pick: &Pick,
+        vertices: &mut u64,
+        limits: &Limits,
+        budget: &mut Budget,
+    ) -> Result<(), LoadError> {
+        let corners = self.triangles.saturating_mul(3);
+        let split = self.source.tangents_for.is_some();
+        let count = if split { corners.max(pick.len() as u64) } else { pick.len() as u64 };
+        *vertices = vertices.saturating_add(count.max(1).saturating_mul(self.source.deform.work()));
+        let what = || format!("{}: vertices in poses", self.name(root));
+        Limits::check(what, *vertices, limits.vertices, "vertices")?;
+        // With made normals and tangents, and the determinants of the vertices' maps.
+        let size = self.vertex_bytes() + if split { 28 } else { 0 } + 4;
         budget.charge(what, count, size)?;
-        if source.tangents_for.is_some() {
-            // In the worst case no two triangles share a vertex afterwards.
-            budget.charge(what, corners.len() as u64, size + 28)?;
-        }
-        Ok(pick)
+        self.charge_triangles(root, budget)
     }
 
     /// Reads the vertices and builds the mesh. Adds what was repaired to `repaired`.
@@ -264,7 +322,7 @@ impl Geometry {
         topological: Topological,
         pick: &Pick,
         repaired: &mut Vec<String>,
-    ) -> Result<Mesh, LoadError> {
+    ) -> Result<Shape, LoadError> {
         let mut data =
             self.read_attributes(root, buffers, pick, repaired).map_err(|e| inside(self.name(root), e))?;
         let mut triangles = topological.triangles;
@@ -282,13 +340,32 @@ impl Geometry {
             }
         }
         data.triangles = triangles;
+        let mut flat = false;
+        let mut origins: Option<Vec<u32>> = None;
         if let Some(set) = self.source.tangents_for {
             if data.normals.is_empty() {
-                make_flat(&mut data);
+                flat = true;
+                origins = Some(make_flat(&mut data));
             }
-            add_tangents(&mut data, set);
+            let before = data.positions.len() as u32;
+            let copies = add_tangents(&mut data, set);
+            if !self.source.deform.is_still() {
+                let origins = origins.get_or_insert_with(|| (0..before).collect());
+                for copy in copies {
+                    origins.push(origins[copy as usize]);
+                }
+            }
         }
-        Mesh::new(data).map_err(LoadError::scene(self.name(root)))
+        let mesh = Mesh::new(data).map_err(LoadError::scene(self.name(root)))?;
+        let deform = if self.source.deform.is_still() || pick.len() == 0 {
+            None
+        } else {
+            let from = Stored { root, buffers, vertices: self.vertices, pick };
+            let mut note = |text: &str| repaired.push(format!("{}: {text}", self.name(root)));
+            let read = Deform::read(&self.source.deform, &from, origins.as_deref(), flat, &mut note);
+            Some(read.map_err(|e| inside(self.name(root), e))?)
+        };
+        Ok(Shape { mesh, deform, of: self.of })
     }
 
     fn read_attributes(
@@ -373,7 +450,7 @@ fn connect(topology: Topology, count: usize, vertex: impl Fn(usize) -> u32) -> V
 }
 
 /// Replaces numbers that are not finite by 0; true if there were any.
-fn zero_not_finite(values: &mut [f32]) -> bool {
+pub(super) fn zero_not_finite(values: &mut [f32]) -> bool {
     // Without an early exit inside a block the test compiles to vector code.
     let finite = |block: &[f32]| block.iter().fold(true, |all, v| all & v.is_finite());
     if values.chunks(1024).all(finite) {
@@ -383,8 +460,8 @@ fn zero_not_finite(values: &mut [f32]) -> bool {
     true
 }
 
-/// Gives every triangle its own vertices, with its geometric normal.
-fn make_flat(data: &mut MeshData) {
+/// Gives every triangle its own vertices, with its geometric normal. Returns what each vertex was before.
+fn make_flat(data: &mut MeshData) -> Vec<u32> {
     let corners: Vec<u32> = data.triangles.as_flattened().to_vec();
     fn unshare<T: Copy>(values: &mut Vec<T>, corners: &[u32]) {
         if !values.is_empty() {
@@ -398,10 +475,11 @@ fn make_flat(data: &mut MeshData) {
     data.triangles = (0..data.triangles.len() as u32).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect();
     let (positions, _) = data.positions.as_chunks::<3>();
     data.normals = positions.iter().flat_map(|p| [geometric_normal(p); 3]).collect();
+    corners
 }
 
 /// The unit normal of a triangle; zero if it has none.
-fn geometric_normal(&[a, b, c]: &[[f32; 3]; 3]) -> [f32; 3] {
+pub(super) fn geometric_normal(&[a, b, c]: &[[f32; 3]; 3]) -> [f32; 3] {
     let edge = |p: [f32; 3]| -> [f64; 3] { std::array::from_fn(|k| f64::from(p[k]) - f64::from(a[k])) };
     let (u, v) = (edge(b), edge(c));
     let cross = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
