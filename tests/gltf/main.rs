@@ -7,3 +7,4 @@ mod geometry;
 mod graph;
 mod materials;
 mod model;
+mod motion;

@@ -9,6 +9,7 @@ use crate::load::warnings::Warnings;
 const DRAWN: &[&str] = &[
     "EXT_mesh_gpu_instancing",
     "EXT_texture_webp",
+    "KHR_animation_pointer",
     "KHR_lights_punctual",
     "KHR_materials_anisotropy",
     "KHR_materials_clearcoat",
@@ -31,7 +32,6 @@ const DRAWN: &[&str] = &[
 /// are drawn all the same, with a warning.
 const LOOK: &[(&str, &str)] = &[
     ("EXT_lights_image_based", "the chosen environment is used instead"),
-    ("KHR_animation_pointer", "animations are not played"),
     ("KHR_materials_diffuse_transmission", "drawn without light from behind"),
     ("KHR_materials_dispersion", "drawn without dispersion"),
     ("KHR_materials_transmission", "drawn without light passing through"),

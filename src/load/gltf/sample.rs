@@ -204,7 +204,9 @@ mod tests {
             values.extend(about_z(to).map(|v| flip * v));
             let curve = Curve::new(vec![0.0, 1.0], values, 4, Interpolation::Linear, true).0.unwrap();
             let q = curve.at(u);
-            (2.0 * atan2(q[2], q[3])).to_degrees()
+            // Both signs of a quaternion are the same rotation.
+            let sign = if q[3] < 0.0 { -1.0 } else { 1.0 };
+            (2.0 * atan2(sign * q[2], sign * q[3])).to_degrees()
         };
         for flip in [1.0, -1.0] {
             for u in [0.0, 0.1, 0.5, 0.75, 1.0] {
