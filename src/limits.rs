@@ -11,7 +11,8 @@ pub struct Limits {
     pub decoded_bytes: u64,
     /// Triangles, every instance counted. Default 2^26.
     pub triangles: u64,
-    /// Vertices over all meshes. Default 2^26.
+    /// Vertices over all meshes. A pose that a skin or morph targets make is a mesh of its own, and each target counts as its
+    /// vertices once more. Default 2^26.
     pub vertices: u64,
     /// Nodes of the scene graph, and any other array of small objects in a file (materials, accessors...). Default 2^20.
     pub nodes: u64,
@@ -36,6 +37,8 @@ pub struct Limits {
     pub blocks: u64,
     /// Fragments of blended surfaces in one frame, which are kept until their tile is done. Default 2^25.
     pub blend_entries: u64,
+    /// Frames of one moving picture. Default 3600.
+    pub frames: u64,
 }
 
 impl Default for Limits {
@@ -56,6 +59,7 @@ impl Default for Limits {
             fragments: 1 << 30,
             blocks: 1 << 28,
             blend_entries: 1 << 25,
+            frames: 3600,
         }
     }
 }

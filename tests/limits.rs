@@ -95,7 +95,8 @@ mod by_option {
     use std::process::{Command, Output};
 
     fn render(folder: &Path, model: &str, limit: &str, more: &[&str]) -> Output {
-        let mut args = vec!["render", model, "-o", "p.png", "--env", "none", "--limit", limit];
+        let command = if more.contains(&"--frames") { "turntable" } else { "render" };
+        let mut args = vec![command, model, "-o", "p.png", "--env", "none", "--limit", limit];
         if !more.contains(&"--size") {
             args.extend(["--size", "64"]);
         }
@@ -158,7 +159,7 @@ mod by_option {
         let wide = ["--size", "80x20"];
         // With one sample a pixel is in one triangle.
         let pixels = 64 * 64;
-        let cases: [(&str, &str, Option<u64>, &[&str]); 15] = [
+        let cases: [(&str, &str, Option<u64>, &[&str]); 16] = [
             ("input_bytes", "x.gltf", Some(text.len() as u64), &[]),
             ("decoded_bytes", "x.gltf", None, &[]),
             ("triangles", "x.gltf", Some(3), &[]),
@@ -174,6 +175,7 @@ mod by_option {
             ("fragments", "opaque.gltf", Some(pixels), &small),
             ("blocks", "x.gltf", None, &small),
             ("blend_entries", "x.gltf", Some(pixels), &small),
+            ("frames", "x.gltf", Some(3), &["--frames", "3"]),
         ];
         assert_eq!(cases.map(|case| case.0), overcoat::cli::values::LIMIT_NAMES);
         for (name, model, expected, more) in cases {

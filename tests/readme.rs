@@ -7,8 +7,10 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 /// Every command that has a help of its own.
-const COMMANDS: [&str; 10] = [
+const COMMANDS: [&str; 12] = [
     "render",
+    "turntable",
+    "animate",
     "info",
     "sheet",
     "bench",
@@ -74,7 +76,7 @@ fn options_in_the_readme_exist_and_all_of_render_are_there() {
     for option in mentioned.difference(&cargos) {
         assert!(known.contains(option), "{option} is in the README and not in --help");
     }
-    for option in ["Camera:", "Light:", "Picture:", "Display:"].iter().flat_map(|heading| {
+    for option in ["Animation:", "Camera:", "Light:", "Picture:", "Display:"].iter().flat_map(|heading| {
         let help = help("render");
         let section = help.split(&format!("\n{heading}\n")).nth(1).unwrap().to_owned();
         // Up to the next heading, which is the next line that is not indented.

@@ -5,6 +5,7 @@ use super::failure::{Failure, file_name};
 use super::input;
 use super::report::{self, Reporter, Versions};
 use crate::jobs::Jobs;
+use crate::load::{AnimatedModel, AnimationInfo, Format};
 use crate::scene::{
     AlphaMode, Bounds, ColorSpace, Light, LightKind, Material, Projection, Scene, TextureRef, Workflow,
 };
@@ -26,6 +27,7 @@ struct Contents {
     textures: Vec<TextureInfo>,
     lights: Vec<LightInfo>,
     cameras: Vec<CameraInfo>,
+    animations: Vec<Animation>,
     warnings: Vec<String>,
     versions: Versions,
 }
@@ -82,6 +84,14 @@ struct CameraInfo {
     height: Option<f32>,
 }
 
+#[derive(Debug, Serialize)]
+struct Animation {
+    name: String,
+    /// To the last key frame; absent if the file does not tell.
+    seconds: Option<f64>,
+    channels: usize,
+}
+
 /// Prints what a model file contains.
 ///
 /// # Errors
@@ -91,12 +101,13 @@ pub fn run(args: &InfoArgs) -> Result<(), Failure> {
     let limits = args.input_options.limits();
     let jobs = Jobs::new(usize::from(args.threads));
     let source = input::source(&args.input_options, &args.input)?;
-    let (loaded, format) = input::load_with_format(&source, &limits, &jobs)?;
+    let model = input::open_animated(&source, &limits, &jobs)?;
+    let loaded = model.at(0.0, &jobs).map_err(|e| Failure::load(&e).at(&source.path))?;
     let scene = &loaded.scene;
     let bounds = scene.bounds();
     let contents = Contents {
         file: file_name(&args.input),
-        format: format.map(|f| f.extension()),
+        format: model.format().map(Format::extension),
         triangles: scene.triangle_count(),
         vertices: scene.meshes().iter().map(|m| m.positions().len() as u64).sum(),
         instances: scene.instances().len(),
@@ -106,6 +117,7 @@ pub fn run(args: &InfoArgs) -> Result<(), Failure> {
         textures: describe_textures(scene),
         lights: scene.lights().iter().map(describe_light).collect(),
         cameras: describe_cameras(scene),
+        animations: describe_animations(&model),
         warnings: loaded.warnings.iter().map(ToString::to_string).collect(),
         versions: Versions::default(),
     };
@@ -177,8 +189,21 @@ impl Contents {
                 _ => out.push('\n'),
             }
         }
+        for (k, a) in self.animations.iter().enumerate() {
+            let _ = write!(out, "  animation {k} '{}': ", a.name.escape_debug());
+            let _ = match a.seconds {
+                Some(seconds) => writeln!(out, "{seconds:.3} s, {} channels", a.channels),
+                None => writeln!(out, "{} channels", a.channels),
+            };
+        }
         out
     }
+}
+
+fn describe_animations(model: &AnimatedModel) -> Vec<Animation> {
+    let describe =
+        |a: &AnimationInfo| Animation { name: a.name.clone(), seconds: a.length, channels: a.channels };
+    model.animations().iter().map(describe).collect()
 }
 
 fn describe_material(material: &Material) -> MaterialInfo {

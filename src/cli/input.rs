@@ -5,7 +5,9 @@ use super::failure::Failure;
 use super::picture::is_standard_stream;
 use crate::jobs::Jobs;
 use crate::limits::{LimitExceeded, Limits};
-use crate::load::{Context, Format, LoadOptions, Loaded, NoResolver, load_bytes_with, load_file_with_format};
+use crate::load::{
+    AnimatedModel, Context, Format, LoadOptions, Loaded, NoResolver, load_bytes_with, load_file_with_format,
+};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
@@ -25,7 +27,7 @@ pub struct ModelSource {
 /// # Errors
 /// [`Failure`] if they name an unknown format.
 pub fn source(args: &InputArgs, path: &Path) -> Result<ModelSource, Failure> {
-    let options = LoadOptions { variant: args.variant.clone() };
+    let options = LoadOptions { variant: args.variant.clone(), ..LoadOptions::default() };
     Ok(ModelSource { path: path.to_owned(), format: format(args, path)?, options })
 }
 
@@ -74,6 +76,22 @@ pub fn load_with_format(
         return Ok((loaded, format));
     }
     load_file_with_format(&source.path, &source.options, limits, jobs).map_err(|e| about(Failure::load(&e)))
+}
+
+/// Reads a model whose scene is needed at several times, and the list of its animations.
+///
+/// # Errors
+/// As [`load`].
+pub fn open_animated(source: &ModelSource, limits: &Limits, jobs: &Jobs) -> Result<AnimatedModel, Failure> {
+    let about = |failure: Failure| failure.at(&source.path);
+    let opened = if is_standard_stream(&source.path) {
+        let bytes = read_standard_input(limits).map_err(about)?;
+        let context = Context { resolver: &NoResolver, limits, jobs };
+        AnimatedModel::from_bytes(&bytes, source.format, &source.options, &context)
+    } else {
+        AnimatedModel::open(&source.path, &source.options, limits, jobs)
+    };
+    opened.map_err(|e| about(Failure::load(&e)))
 }
 
 /// All of standard input, at most [`Limits::input_bytes`] of it.

@@ -4,6 +4,7 @@
 //! [`picture`] turns the description into what the renderer takes; each command is a module that puts these together
 //! and reports. Errors are one line on standard error and an exit code.
 
+mod animate;
 pub mod args;
 mod attempt;
 mod ball;
@@ -16,6 +17,7 @@ pub mod input;
 mod label;
 pub mod materials;
 mod materials_command;
+mod movie;
 pub mod picture;
 mod progress;
 mod render;
@@ -25,6 +27,7 @@ pub mod scene_file;
 pub mod scene_light;
 mod sheet;
 mod target;
+mod turntable;
 pub mod values;
 
 use args::{Cli, Command};
@@ -66,6 +69,8 @@ pub fn run() -> ExitCode {
 fn dispatch(command: &Command) -> Result<(), Failure> {
     match command {
         Command::Render(args) => render::run(args),
+        Command::Turntable(args) => turntable::run(args),
+        Command::Animate(args) => animate::run(args),
         Command::Info(args) => info::run(args),
         Command::Sheet(args) => sheet::run(args),
         Command::Bench(args) => bench::run(args),

@@ -57,7 +57,11 @@ impl SceneFile {
         let model = self.model.as_deref().ok_or_else(|| Failure::failed("no model is given"))?;
         let (options, display) = self.options(machine, limits).map_err(|failure| failure.at(model))?;
         let materials = Materials::load(self, limits, jobs)?;
-        let source = ModelSource { path: model.to_owned(), format: None, options: LoadOptions::default() };
+        let source = ModelSource {
+            path: model.to_owned(),
+            format: None,
+            options: LoadOptions { animation: self.animation_choice()?, ..LoadOptions::default() },
+        };
         let loaded = input::load(&source, limits, jobs)?;
         let mut scene = loaded.scene;
         materials.assign(&mut scene, limits).map_err(|failure| failure.at(model))?;
@@ -180,11 +184,52 @@ impl SceneFile {
     /// # Errors
     /// [`Failure`] if there is no such camera or it spans no view.
     pub fn camera(&self, scene: &Scene, options: &RenderOptions) -> Result<Camera, Failure> {
-        let aspect = options.width as f32 / options.height as f32;
+        match self.framing(scene, options) {
+            Some(framing) => self.fitted(framing.camera(scene)),
+            None => self.placed_camera(scene),
+        }
+    }
+
+    /// How a camera is found that fits the model, unless the description or the file has one.
+    #[must_use]
+    pub fn framing(&self, scene: &Scene, options: &RenderOptions) -> Option<Framing> {
+        let description = &self.camera;
+        if description.from_model.is_some() || description.eye.is_some() {
+            return None;
+        }
+        // Which view shows something is looked for only where none is given.
+        let defaults =
+            if description.view.is_some() { Framing::default() } else { Framing::automatic(scene) };
+        Some(Framing {
+            direction: description.view.map_or(defaults.direction, |v| v.direction),
+            up: description.up.or(description.view.map(|v| v.up)).unwrap_or(defaults.up),
+            fov_y: description.fov_y_degrees.map_or(defaults.fov_y, f32::to_radians),
+            orthographic: description.orthographic_height.is_some(),
+            aspect: options.width as f32 / options.height as f32,
+            margin: defaults.margin,
+        })
+    }
+
+    /// A camera that fits the model, with what the description says of it.
+    ///
+    /// # Errors
+    /// [`Failure`] if it spans no view.
+    pub fn fitted(&self, mut camera: Camera) -> Result<Camera, Failure> {
+        if let Some(height) = self.camera.orthographic_height.filter(|&h| h > 0.0) {
+            camera.projection = Projection::Orthographic { height };
+        }
+        if let Some(near) = self.camera.near {
+            camera.near = near;
+        }
+        camera.validate().map_err(|e| Failure::scene(&e))?;
+        Ok(camera)
+    }
+
+    /// The camera that is described, or one of the file.
+    fn placed_camera(&self, scene: &Scene) -> Result<Camera, Failure> {
         let camera = match &self.camera {
             SceneCamera { from_model: Some(name), .. } => camera_of_model(scene, name)?,
-            SceneCamera { eye: Some(eye), .. } => explicit_camera(&self.camera, *eye, scene)?,
-            automatic => framed_camera(automatic, scene, aspect),
+            described => explicit_camera(described, described.eye.unwrap_or_default(), scene)?,
         };
         camera.validate().map_err(|e| Failure::scene(&e))?;
         Ok(camera)
@@ -221,28 +266,6 @@ fn explicit_camera(description: &SceneCamera, eye: [f32; 3], scene: &Scene) -> R
     let near = description.near.unwrap_or((distance * 1e-3) as f32);
     let near = if near > Camera::MIN_NEAR { near } else { Camera::MIN_NEAR };
     Ok(Camera { eye, target, up: description.up.unwrap_or([0.0, 1.0, 0.0]), projection, near })
-}
-
-/// A camera that fits the model.
-fn framed_camera(description: &SceneCamera, scene: &Scene, aspect: f32) -> Camera {
-    // Which view shows something is looked for only where none is given.
-    let defaults = if description.view.is_some() { Framing::default() } else { Framing::automatic(scene) };
-    let framing = Framing {
-        direction: description.view.map_or(defaults.direction, |v| v.direction),
-        up: description.up.or(description.view.map(|v| v.up)).unwrap_or(defaults.up),
-        fov_y: description.fov_y_degrees.map_or(defaults.fov_y, f32::to_radians),
-        orthographic: description.orthographic_height.is_some(),
-        aspect,
-        margin: defaults.margin,
-    };
-    let mut camera = framing.camera(scene);
-    if let Some(height) = description.orthographic_height.filter(|&h| h > 0.0) {
-        camera.projection = Projection::Orthographic { height };
-    }
-    if let Some(near) = description.near {
-        camera.near = near;
-    }
-    camera
 }
 
 /// A path that stands for standard input or output.

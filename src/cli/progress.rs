@@ -1,4 +1,4 @@
-//! A spinner on standard error for work that takes long, when someone is watching.
+//! A spinner or a bar on standard error for work that takes long, when someone is watching.
 
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::IsTerminal;
@@ -12,7 +12,15 @@ const PATIENCE: Duration = Duration::from_millis(500);
 /// Shows what is being done from half a second on, and cleans up after itself when dropped.
 #[derive(Debug)]
 pub struct Progress {
-    watcher: Option<(Sender<String>, JoinHandle<()>)>,
+    watcher: Option<(Sender<Stage>, JoinHandle<()>)>,
+}
+
+/// What is being done.
+#[derive(Debug, Default)]
+struct Stage {
+    message: String,
+    /// How many parts are done, and of how many, if that is known.
+    part: Option<(u32, u32)>,
 }
 
 impl Progress {
@@ -22,10 +30,10 @@ impl Progress {
         if quiet || !std::io::stderr().is_terminal() {
             return Self { watcher: None };
         }
-        let (sender, receiver) = mpsc::channel::<String>();
+        let (sender, receiver) = mpsc::channel::<Stage>();
         let watch = move || {
             let start = Instant::now();
-            let mut message = String::new();
+            let mut stage = Stage::default();
             let mut bar: Option<ProgressBar> = None;
             loop {
                 let wait = if bar.is_some() {
@@ -34,17 +42,23 @@ impl Progress {
                     PATIENCE.saturating_sub(start.elapsed())
                 };
                 match receiver.recv_timeout(wait) {
-                    Ok(next) => message = next,
+                    Ok(next) => stage = next,
                     Err(RecvTimeoutError::Timeout) => {}
                     Err(RecvTimeoutError::Disconnected) => break,
                 }
                 if start.elapsed() >= PATIENCE {
-                    let bar = bar.get_or_insert_with(|| {
-                        let style = ProgressStyle::with_template("{spinner} {msg} {elapsed}");
-                        ProgressBar::new_spinner()
-                            .with_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()))
-                    });
-                    bar.set_message(message.clone());
+                    let bar = bar.get_or_insert_with(ProgressBar::new_spinner);
+                    let template = match stage.part {
+                        Some((done, of)) => {
+                            bar.set_length(of.into());
+                            bar.set_position(done.into());
+                            "{bar:40} {msg} {elapsed}"
+                        }
+                        None => "{spinner} {msg} {elapsed}",
+                    };
+                    let style = ProgressStyle::with_template(template);
+                    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()));
+                    bar.set_message(stage.message.clone());
                     bar.tick();
                 }
             }
@@ -59,8 +73,17 @@ impl Progress {
 
     /// Says what is being done now.
     pub fn stage(&self, message: impl Into<String>) {
+        self.send(Stage { message: message.into(), part: None });
+    }
+
+    /// Says what is being done now, and how many of equal parts are done.
+    pub fn step(&self, message: impl Into<String>, done: u32, of: u32) {
+        self.send(Stage { message: message.into(), part: Some((done, of)) });
+    }
+
+    fn send(&self, stage: Stage) {
         if let Some((sender, _)) = &self.watcher {
-            let _ = sender.send(message.into());
+            let _ = sender.send(stage);
         }
     }
 }

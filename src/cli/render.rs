@@ -3,7 +3,7 @@
 use super::args::{InputArgs, MachineArgs, RenderArgs};
 use super::failure::{Failure, file_name};
 use super::input::{self, ModelSource};
-use super::materials::{MaterialChoice, Materials};
+use super::materials::Materials;
 use super::picture::Machine;
 use super::progress::Progress;
 use super::report::{self, Reporter, Stages, Versions};
@@ -64,19 +64,15 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
 
     // Everything that can be wrong without reading the model.
     let mut description = describe(args.scene.scene.as_deref(), args.input.as_deref())?;
+    args.animation.apply(&mut description);
     args.camera.apply(&mut description);
     args.light.apply(&mut description);
     args.picture.apply(&mut description);
     args.display.apply(&mut description);
     let source = model_source(&description, &args.input_options)?;
     let about_model = |failure: Failure| failure.at(&source.path);
-    let mut inputs = vec![source.path.as_path()];
-    inputs.extend(args.scene.scene.as_deref());
-    if let Some(EnvironmentChoice::File(file)) = &description.env {
-        inputs.push(file);
-    }
-    let materials: Vec<MaterialChoice> = description.material_choices().collect();
-    inputs.extend(materials.iter().filter_map(|choice| choice.source.file()));
+    let inputs = input_paths(&description, args.scene.scene.as_deref(), &source.path);
+    let inputs: Vec<&Path> = inputs.iter().map(AsRef::as_ref).collect();
     let target = Target::new(&args.output, args.output_format.as_deref(), &args.aov, &inputs)?;
     if target.is_standard_output() && args.report.json {
         return Err(Failure::usage("--json and the picture cannot both go to standard output"));
@@ -169,7 +165,21 @@ pub(super) fn describe(scene: Option<&Path>, input: Option<&Path>) -> Result<Sce
 /// Where the described model comes from.
 pub(super) fn model_source(description: &SceneFile, args: &InputArgs) -> Result<ModelSource, Failure> {
     let path = description.model.clone().unwrap_or_else(|| PathBuf::from("-"));
-    input::source(args, &path)
+    let mut source = input::source(args, &path)?;
+    source.options.animation = description.animation_choice()?;
+    Ok(source)
+}
+
+/// All files that a picture is made of and that must not be overwritten by it.
+pub(super) fn input_paths(description: &SceneFile, scene: Option<&Path>, model: &Path) -> Vec<PathBuf> {
+    let mut inputs = vec![model.to_owned()];
+    inputs.extend(scene.map(Path::to_owned));
+    if let Some(EnvironmentChoice::File(file)) = &description.env {
+        inputs.push(file.clone());
+    }
+    inputs
+        .extend(description.material_choices().filter_map(|choice| choice.source.file().map(Path::to_owned)));
+    inputs
 }
 
 /// What the picture needs from the machine.

@@ -1,6 +1,8 @@
 //! What the commands print beside the picture: warnings, JSON, times and memory.
 
 use super::failure::{Failure, one_line};
+use crate::load::Warning;
+use crate::render::RenderOptions;
 use crate::scene::{Scene, ShadingModel};
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
@@ -144,6 +146,59 @@ pub fn shading_name(chosen: Option<ShadingModel>, scene: &Scene) -> &'static str
         Some(model) => model.name(),
         None if scene.materials().iter().any(|material| material.model.is_some()) => "by material",
         None => ShadingModel::default().name(),
+    }
+}
+
+/// What `--json` prints of a moving picture. Fields are only ever added.
+#[derive(Debug, Serialize)]
+pub struct MovieReport {
+    frames: u32,
+    frames_a_second: f64,
+    /// XXH3-128 of the frames' hashes, equal on every machine.
+    frames_hash: String,
+    bytes: u64,
+    width: u32,
+    height: u32,
+    samples: u32,
+    shading: &'static str,
+    peak_rss_bytes: Option<u64>,
+    warnings: Vec<String>,
+    versions: Versions,
+}
+
+impl MovieReport {
+    /// Of a moving picture that has been written.
+    #[must_use]
+    pub fn new(
+        frames: u32,
+        frames_a_second: f64,
+        frames_hash: String,
+        bytes: u64,
+        options: &RenderOptions,
+        shading: &'static str,
+        warnings: &[Warning],
+    ) -> Self {
+        Self {
+            frames,
+            frames_a_second,
+            frames_hash,
+            bytes,
+            width: options.width,
+            height: options.height,
+            samples: options.samples,
+            shading,
+            peak_rss_bytes: peak_rss_bytes(),
+            warnings: warnings.iter().map(ToString::to_string).collect(),
+            versions: Versions::default(),
+        }
+    }
+
+    /// Prints it.
+    ///
+    /// # Errors
+    /// As [`print`].
+    pub fn print(&self) -> Result<(), Failure> {
+        print_json(self)
     }
 }
 

@@ -1,6 +1,8 @@
 //! `--sandbox`: what each command needs from the system, so that everything else can be given up before it reads.
 
-use super::args::{AttemptArgs, BenchArgs, Command, CompareModelsArgs, LightArgs, RenderArgs};
+use super::args::{
+    AnimateArgs, AttemptArgs, BenchArgs, Command, CompareModelsArgs, LightArgs, RenderArgs, TurntableArgs,
+};
 use super::failure::Failure;
 use super::golden::{AcceptArgs, FolderArgs, GoldenArgs, GoldenCommand, ResultArgs};
 use super::picture::is_standard_stream;
@@ -40,6 +42,8 @@ fn failure(error: &SandboxError) -> Failure {
 fn count_threads(command: &mut Command) {
     let threads = match command {
         Command::Render(args) => &mut args.machine.threads,
+        Command::Turntable(args) => &mut args.machine.threads,
+        Command::Animate(args) => &mut args.machine.threads,
         Command::Info(args) => &mut args.threads,
         Command::Sheet(args) => &mut args.machine.threads,
         Command::Bench(args) => &mut args.machine.threads,
@@ -61,6 +65,8 @@ fn count_threads(command: &mut Command) {
 fn scene_file(command: &Command) -> Option<&Path> {
     match command {
         Command::Render(args) => args.scene.scene.as_deref(),
+        Command::Turntable(args) => args.scene.scene.as_deref(),
+        Command::Animate(args) => args.scene.scene.as_deref(),
         Command::Bench(args) => args.scene.scene.as_deref(),
         Command::CompareModels(args) => args.scene.scene.as_deref(),
         _ => None,
@@ -77,6 +83,8 @@ fn writes(command: &Command) -> Grants {
     };
     match command {
         Command::Render(args) => write(&args.output),
+        Command::Turntable(args) => write(&args.output),
+        Command::Animate(args) => write(&args.output),
         Command::Sheet(args) => write(&args.output),
         Command::CompareModels(args) => write(&args.output),
         Command::Materials(args) => args.output.iter().for_each(|path| write(path)),
@@ -111,6 +119,18 @@ fn reads(command: &Command, description: &SceneFile, grants: &mut Grants) {
     match command {
         Command::Render(args) => {
             let RenderArgs { input, light, picture, .. } = &**args;
+            light.apply(&mut description);
+            picture.apply(&mut description);
+            read_models(input.as_slice(), &description, grants);
+        }
+        Command::Turntable(args) => {
+            let TurntableArgs { input, light, picture, .. } = &**args;
+            light.apply(&mut description);
+            picture.apply(&mut description);
+            read_models(input.as_slice(), &description, grants);
+        }
+        Command::Animate(args) => {
+            let AnimateArgs { input, light, picture, .. } = &**args;
             light.apply(&mut description);
             picture.apply(&mut description);
             read_models(input.as_slice(), &description, grants);

@@ -15,6 +15,7 @@ use super::materials::{MaterialChoice, MaterialSource};
 use super::scene_light::SceneLight;
 use super::values::{self, BackgroundChoice, ViewDirection};
 use crate::color::ToneCurve;
+use crate::load::AnimationChoice;
 use crate::render::{AreaLightMethod, ShadingModel};
 use serde::Deserialize;
 use serde::de::{Deserializer, Error as _, IgnoredAny};
@@ -46,6 +47,14 @@ pub struct SceneFile {
     pub lights_to_add: Vec<SceneLight>,
     /// The camera.
     pub camera: SceneCamera,
+    /// An animation of the model file, by its name or number.
+    #[serde(deserialize_with = "name_or_number")]
+    pub animation: Option<String>,
+    /// Seconds in the animation.
+    pub time: Option<f64>,
+    /// After its end the animation begins again.
+    #[serde(rename = "loop")]
+    pub repeat: Option<bool>,
     /// Width and height in pixels.
     pub size: Option<[u64; 2]>,
     /// `transparent`, `env`, a colour name or `#rrggbb`.
@@ -218,6 +227,27 @@ impl SceneFile {
         }
     }
 
+    /// The animation and the time in it, if there is one.
+    ///
+    /// # Errors
+    /// [`Failure`] if there is a time and no animation, or a time that is none.
+    pub fn animation_choice(&self) -> Result<Option<AnimationChoice>, Failure> {
+        let time = self.time.unwrap_or(0.0);
+        if !(time.is_finite() && time >= 0.0) {
+            return Err(Failure::usage(format!("time {time}: expected seconds, at least 0")));
+        }
+        match &self.animation {
+            Some(name) => {
+                let repeat = self.repeat.unwrap_or(false);
+                Ok(Some(AnimationChoice { name: name.clone(), time, repeat }))
+            }
+            None if self.time.is_some() || self.repeat == Some(true) => {
+                Err(Failure::usage("a time without an animation: --animation names one"))
+            }
+            None => Ok(None),
+        }
+    }
+
     /// All materials that are laid over those of the model, in order.
     pub fn material_choices(&self) -> impl Iterator<Item = MaterialChoice> {
         let every = self.material.iter().map(|source| MaterialChoice { name: None, source: source.clone() });
@@ -314,7 +344,7 @@ fn name_or_number<'de, D: Deserializer<'de>>(d: D) -> Result<Option<String>, D::
     match Either::deserialize(d) {
         Ok(Either::Number(number)) => Ok(Some(number.to_string())),
         Ok(Either::Name(name)) => Ok(Some(name)),
-        Err(_) => Err(D::Error::custom("camera: expected a name or a number")),
+        Err(_) => Err(D::Error::custom("expected a name or a number")),
     }
 }
 
@@ -350,6 +380,19 @@ mod tests {
         "size": [512, 256], "background": "#102030", "toneMapping": ["linear", "neutral", "aces"],
         "samples": 16, "shading": "urp-mobile", "exposure": -1
     }"##;
+
+    #[test]
+    fn a_time_belongs_to_an_animation() {
+        let choice = |text: &str| SceneFile::from_toml(text).unwrap().animation_choice();
+        assert_eq!(choice("").unwrap(), None);
+        let walk = AnimationChoice { name: "Walk".to_owned(), time: 0.5, repeat: true };
+        assert_eq!(choice("animation = 'Walk'\ntime = 0.5\nloop = true").unwrap(), Some(walk));
+        let first = AnimationChoice { name: "0".to_owned(), ..AnimationChoice::default() };
+        assert_eq!(choice("animation = 0").unwrap(), Some(first));
+        for bad in ["time = 1.0", "loop = true", "animation = 0\ntime = nan", "animation = 0\ntime = -1.0"] {
+            assert_eq!(choice(bad).unwrap_err().exit_code(), 2, "{bad}");
+        }
+    }
 
     #[test]
     fn json_and_toml_mean_the_same() {

@@ -108,6 +108,18 @@ impl Encoded {
         Self { files: vec![(path, bytes)] }
     }
 
+    /// Several files.
+    #[must_use]
+    pub fn of(files: Vec<(PathBuf, Vec<u8>)>) -> Self {
+        Self { files }
+    }
+
+    /// Bytes of all files.
+    #[must_use]
+    pub fn size(&self) -> u64 {
+        self.files.iter().map(|(_, bytes)| bytes.len() as u64).sum()
+    }
+
     /// XXH3-128 over the bytes of all files, in the order in which they are written.
     #[must_use]
     pub fn digest(&self) -> u128 {
@@ -149,7 +161,7 @@ fn is_standard_output(path: &Path) -> bool {
 }
 
 /// Messages name the file once.
-fn output_failure(error: &OutputError, path: &Path) -> Failure {
+pub(super) fn output_failure(error: &OutputError, path: &Path) -> Failure {
     match error {
         OutputError::Write { source, .. } => Failure::failed(format!("cannot be written: {source}")).at(path),
         OutputError::UnknownExtension { .. } => Failure::usage(error),
@@ -180,7 +192,7 @@ pub(super) fn check_writable(path: &Path) -> Result<(), Failure> {
 }
 
 /// True if both paths lead to one file.
-fn is_same_file(a: &Path, b: &Path) -> bool {
+pub(super) fn is_same_file(a: &Path, b: &Path) -> bool {
     match (a.canonicalize(), b.canonicalize()) {
         (Ok(a), Ok(b)) => a == b && a.is_file(),
         _ => false,

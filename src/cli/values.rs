@@ -98,6 +98,18 @@ pub fn not_negative(text: &str) -> Result<f32, String> {
     finite(text).ok().filter(|&v| v >= 0.0).ok_or_else(|| "expected a number, at least 0".to_owned())
 }
 
+/// Seconds: a finite number that is not negative.
+pub fn seconds(text: &str) -> Result<f64, String> {
+    let number = text.parse::<f64>().ok().filter(|v| v.is_finite() && *v >= 0.0);
+    number.ok_or_else(|| "expected seconds, at least 0".to_owned())
+}
+
+/// Frames a second, 0.1 to 1000.
+pub fn frame_rate(text: &str) -> Result<f64, String> {
+    let number = text.parse::<f64>().ok().filter(|v| (0.1..=1000.0).contains(v));
+    number.ok_or_else(|| "expected frames a second, 0.1 to 1000".to_owned())
+}
+
 /// Degrees, 0.1 to 179.
 pub fn field_of_view(text: &str) -> Result<f32, String> {
     finite(text)
@@ -247,7 +259,7 @@ pub fn limit(text: &str) -> Result<(String, u64), String> {
 }
 
 /// Names of all limits, in the order of [`Limits`].
-pub const LIMIT_NAMES: [&str; 15] = [
+pub const LIMIT_NAMES: [&str; 16] = [
     "input_bytes",
     "decoded_bytes",
     "triangles",
@@ -263,6 +275,7 @@ pub const LIMIT_NAMES: [&str; 15] = [
     "fragments",
     "blocks",
     "blend_entries",
+    "frames",
 ];
 
 /// The default limits with some of them changed, as [`limit`] has parsed them.
@@ -300,6 +313,7 @@ pub fn set_limit(limits: &mut Limits, name: &str, value: u64) -> Result<(), Stri
         "total_texture_pixels" => limits.total_texture_pixels = value,
         "lights" => limits.lights = value,
         "blend_entries" => limits.blend_entries = value,
+        "frames" => limits.frames = value,
         _ => return Err(format!("unknown limit '{name}'; known are {}", LIMIT_NAMES.join(", "))),
     }
     Ok(())

@@ -4,6 +4,7 @@
 //! Partial loss (an extension that is not known, a texture that cannot be read) is a [`Warning`] that names what was
 //! dropped; a file that cannot be drawn as meant is a [`LoadError`].
 
+mod animated;
 mod budget;
 mod environment;
 mod error;
@@ -27,6 +28,7 @@ mod vertices;
 mod warnings;
 mod weld;
 
+pub use animated::{AnimatedModel, AnimationInfo};
 pub use environment::{
     ExrPicture, ExrPlane, ExrSamples, LoadedEnvironment, load as load_environment,
     load_file as load_environment_file, read_exr_planes, read_radiance,
@@ -39,12 +41,13 @@ pub use material::{
     AssignError, BuiltinMaterial, MaterialError, MaterialErrorReason, MaterialFile, MaterialKey,
     material_keys, nearest_name,
 };
-pub use options::LoadOptions;
+pub use options::{AnimationChoice, LoadOptions};
 pub use resolver::{DirectoryResolver, MemoryResolver, NoResolver, ResolveError, Resolver};
 
 use crate::jobs::Jobs;
 use crate::limits::{LimitExceeded, Limits};
 use crate::scene::Scene;
+use gltf::Purpose;
 use std::fs::File;
 use std::io::{Error, ErrorKind, Read, Seek};
 use std::path::Path;
@@ -101,19 +104,52 @@ pub(crate) fn load_file_with_format(
     limits: &Limits,
     jobs: &Jobs,
 ) -> Result<(Loaded, Option<Format>), LoadError> {
+    let (model, format) = read_path(path, options, Purpose::Pictures, limits, jobs)?;
+    Ok((model.finish(options, jobs)?, format))
+}
+
+/// What reading a file gives.
+enum Model {
+    /// A scene that never changes.
+    Still(Box<Loaded>),
+    /// A scene for any time.
+    Rig(Box<gltf::Rig>),
+}
+
+impl Model {
+    /// The scene that the options choose.
+    fn finish(self, options: &LoadOptions, jobs: &Jobs) -> Result<Loaded, LoadError> {
+        match self {
+            Self::Still(loaded) => Ok(*loaded),
+            Self::Rig(rig) => {
+                let (time, repeat) = options.animation.as_ref().map_or((0.0, false), |a| (a.time, a.repeat));
+                rig.at(time, repeat, jobs)
+            }
+        }
+    }
+}
+
+/// Reads a file, and tells its format.
+fn read_path(
+    path: &Path,
+    options: &LoadOptions,
+    purpose: Purpose,
+    limits: &Limits,
+    jobs: &Jobs,
+) -> Result<(Model, Option<Format>), LoadError> {
     let resolver = DirectoryResolver::new(path.parent().unwrap_or(Path::new("")));
     let context = Context { resolver: &resolver, limits, jobs };
     let file = open_file(path, limits)?;
     let size = file.metadata()?.len();
     if (READ_IN_PARTS..=limits.input_bytes).contains(&size)
-        && let Some(loaded) = gltf::load_file(&file, size, options, &context)?
+        && let Some(rig) = gltf::read_file(&file, size, options, purpose, &context)?
     {
-        return Ok((loaded, Some(Format::Glb)));
+        return Ok((Model::Rig(Box::new(rig)), Some(Format::Glb)));
     }
     let bytes = read_opened(file, limits)?;
     let extension = path.extension().and_then(|e| e.to_str()).and_then(Format::from_extension);
     let format = Format::detect(&bytes).or(extension);
-    Ok((load_bytes_with(&bytes, format, options, &context)?, format))
+    Ok((read_bytes(&bytes, format, options, purpose, &context)?, format))
 }
 
 /// Bytes from which on a file that allows it is read in parts: below, having it in memory twice is no matter.
@@ -140,6 +176,17 @@ pub fn load_bytes_with(
     options: &LoadOptions,
     context: &Context<'_>,
 ) -> Result<Loaded, LoadError> {
+    read_bytes(bytes, format, options, Purpose::Pictures, context)?.finish(options, context.jobs)
+}
+
+/// Reads a file in memory.
+fn read_bytes(
+    bytes: &[u8],
+    format: Option<Format>,
+    options: &LoadOptions,
+    purpose: Purpose,
+    context: &Context<'_>,
+) -> Result<Model, LoadError> {
     if bytes.is_empty() {
         return Err(LoadError::UnknownFormat("the file is empty".to_owned()));
     }
@@ -155,14 +202,18 @@ pub fn load_bytes_with(
     if !matches!(format, Some(Format::Gltf | Format::Glb) | None) {
         options.refuse()?;
     }
-    match format {
-        Some(Format::Gltf | Format::Glb) => gltf::load(bytes, options, context),
+    let loaded = match format {
+        Some(Format::Gltf | Format::Glb) => {
+            let rig = gltf::read(bytes, options, purpose, context)?;
+            return Ok(Model::Rig(Box::new(rig)));
+        }
         Some(Format::Obj) => obj::load(bytes, context),
         Some(Format::Stl) => stl::load(bytes, context),
         Some(Format::Ply) => ply::load(bytes, context),
         Some(Format::ThreeMf) => threemf::load(bytes, context),
         None => Err(LoadError::UnknownFormat(format!("its content is of no known format; {READ}"))),
-    }
+    };
+    Ok(Model::Still(Box::new(loaded?)))
 }
 
 /// The content of a regular file, of at most `limits.input_bytes` bytes.

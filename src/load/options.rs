@@ -3,11 +3,24 @@
 use super::LoadError;
 
 /// Choices among what a file offers. The default is what the file shows by itself.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct LoadOptions {
     /// Material variant of a glTF file (KHR_materials_variants), by its name or, where none is called so, by its number
     /// from 0. Default: the materials that the primitives name themselves.
     pub variant: Option<String>,
+    /// Animation of a glTF file. Default: none, which is the pose in which the file stores its nodes.
+    pub animation: Option<AnimationChoice>,
+}
+
+/// An animation, and a time in it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct AnimationChoice {
+    /// Its name or, where none is called so, its number from 0.
+    pub name: String,
+    /// Seconds. Before the first key frame and after the last, that one's values hold.
+    pub time: f64,
+    /// After the last key frame the animation begins again at second 0.
+    pub repeat: bool,
 }
 
 impl LoadOptions {
@@ -16,10 +29,16 @@ impl LoadOptions {
     /// # Errors
     /// [`LoadError::NoSuch`] if something is chosen.
     pub(super) fn refuse(&self) -> Result<(), LoadError> {
-        match &self.variant {
-            Some(variant) => Err(LoadError::no_such(format!(
-                "there is no material variant '{variant}': files of this format have none"
-            ))),
+        let chosen = [
+            ("material variant", self.variant.as_deref()),
+            ("animation", self.animation.as_ref().map(|animation| animation.name.as_str())),
+        ];
+        match chosen.into_iter().find_map(|(what, name)| Some((what, name?))) {
+            Some((what, name)) => {
+                let shown: String = name.escape_debug().take(64).collect();
+                let message = format!("there is no {what} '{shown}': files of this format have none");
+                Err(LoadError::no_such(message))
+            }
             None => Ok(()),
         }
     }
@@ -32,7 +51,14 @@ mod tests {
     #[test]
     fn formats_without_choices_refuse_one() {
         LoadOptions::default().refuse().unwrap();
-        let error = LoadOptions { variant: Some("a\nb".into()) }.refuse().unwrap_err().to_string();
-        assert!(error.starts_with("there is no material variant 'a\u{fffd}b'"), "{error}");
+        let error = LoadOptions { variant: Some("a\nb".into()), ..LoadOptions::default() }
+            .refuse()
+            .unwrap_err()
+            .to_string();
+        assert!(error.starts_with("there is no material variant 'a\\nb'"), "{error}");
+        let animation = AnimationChoice { name: "Walk".to_owned(), ..AnimationChoice::default() };
+        let error =
+            LoadOptions { animation: Some(animation), ..LoadOptions::default() }.refuse().unwrap_err();
+        assert!(error.to_string().starts_with("there is no animation 'Walk'"), "{error}");
     }
 }

@@ -22,13 +22,15 @@ const SEARCHED: usize = 64;
 /// without that set of coordinates is left without.
 ///
 /// Where more than 512 triangles meet at one position, they are averaged in runs of 512.
-pub(crate) fn add_tangents(mesh: &mut MeshData, uv_set: usize) {
+///
+/// Returns which vertex each added one is a copy of.
+pub(crate) fn add_tangents(mesh: &mut MeshData, uv_set: usize) -> Vec<u32> {
     mesh.tangents = Vec::new();
     let vertices = mesh.positions.len();
     let lists_fit = mesh.uvs.get(uv_set).is_some_and(|uvs| uvs.len() == vertices)
         && (mesh.normals.is_empty() || mesh.normals.len() == vertices);
     if vertices == 0 || !lists_fit || mesh.triangles.as_flattened().iter().any(|&v| v as usize >= vertices) {
-        return;
+        return Vec::new();
     }
 
     let mut tangents = vec![[0.0; 4]; mesh.triangles.len() * 3];
@@ -38,7 +40,7 @@ pub(crate) fn add_tangents(mesh: &mut MeshData, uv_set: usize) {
         // Its error type has no values.
         let _ = generate_tangents::<_, ExactOps>(&mut batch);
     }
-    write_back(mesh, tangents);
+    write_back(mesh, tangents)
 }
 
 /// The texture coordinates for which a material needs tangents.
@@ -167,9 +169,11 @@ fn perpendicular([x, y, z]: [f32; 3]) -> [f32; 3] {
     [1.0 + sign * x * x * a, sign * x * y * a, -sign * x]
 }
 
-/// Stores one tangent per corner in the vertices, splitting them where needed.
-fn write_back(mesh: &mut MeshData, corner_tangents: Vec<[f32; 4]>) {
+/// Stores one tangent per corner in the vertices, splitting them where needed. Returns which vertex each added one is a
+/// copy of.
+fn write_back(mesh: &mut MeshData, corner_tangents: Vec<[f32; 4]>) -> Vec<u32> {
     let vertices = mesh.positions.len();
+    let mut origins: Vec<u32> = Vec::new();
     // A w of zero marks vertices that no corner has claimed yet.
     mesh.tangents = vec![[0.0; 4]; vertices];
     // Copies of each vertex as chains; u32::MAX ends one.
@@ -184,7 +188,8 @@ fn write_back(mesh: &mut MeshData, corner_tangents: Vec<[f32; 4]>) {
             let [x, y, z] = perpendicular(normal_at(mesh, t, k));
             [x, y, z, 1.0]
         };
-        let mut vertex = mesh.triangles[t][k];
+        let original = mesh.triangles[t][k];
+        let mut vertex = original;
         if mesh.tangents[vertex as usize][3] == 0.0 {
             mesh.tangents[vertex as usize] = tangent;
             continue;
@@ -199,6 +204,7 @@ fn write_back(mesh: &mut MeshData, corner_tangents: Vec<[f32; 4]>) {
             }
             let Some(copy) = duplicate_vertex(mesh, vertex) else { break };
             next_copy.push(next);
+            origins.push(original);
             next_copy[vertex as usize] = copy;
             mesh.tangents[copy as usize] = tangent;
             vertex = copy;
@@ -212,6 +218,7 @@ fn write_back(mesh: &mut MeshData, corner_tangents: Vec<[f32; 4]>) {
             *tangent = [x, y, z, 1.0];
         }
     }
+    origins
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use super::Warning;
 const MOST: usize = 100;
 
 /// Warnings in the order of finding.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Warnings {
     list: Vec<Warning>,
     more: usize,

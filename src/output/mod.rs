@@ -11,6 +11,7 @@ mod aov;
 mod display;
 mod exr;
 mod hdr;
+mod movie;
 mod png;
 mod write;
 
@@ -18,6 +19,7 @@ pub use aov::encode_aov_png;
 pub use display::{DisplayImage, DisplayOptions};
 pub use exr::{ExrPrecision, encode_exr};
 pub use hdr::encode_hdr;
+pub use movie::{MovieFormat, MovieFrame, durations, encode_movie};
 pub use png::{encode_png, encode_png_rgb};
 pub use write::write_atomically;
 
@@ -104,6 +106,14 @@ pub enum OutputError {
     Encode {
         /// The format.
         format: OutputFormat,
+        /// What is wrong.
+        reason: String,
+    },
+    /// The frames do not fit the format of moving pictures.
+    #[error("cannot encode {format}: {reason}")]
+    Movie {
+        /// The format.
+        format: MovieFormat,
         /// What is wrong.
         reason: String,
     },

@@ -13,7 +13,12 @@ const FILTER: Filter = Filter::Paeth;
 /// # Errors
 /// [`OutputError::Encode`] if a side is 0.
 pub fn encode_png(image: &DisplayImage) -> Result<Vec<u8>, OutputError> {
-    if image.is_opaque() {
+    encode_png_layout(image, !image.is_opaque())
+}
+
+/// The same with an alpha channel or without, as it is asked for.
+pub(super) fn encode_png_layout(image: &DisplayImage, alpha: bool) -> Result<Vec<u8>, OutputError> {
+    if !alpha {
         let rgb: Vec<u8> = image.pixels.iter().flat_map(|&[r, g, b, _]| [r, g, b]).collect();
         encode(image.width, image.height, ColorType::Rgb, true, &rgb)
     } else {

@@ -141,43 +141,119 @@ impl Framing {
     /// with the margin. An empty scene is seen as if it were a unit cube, a single point likewise.
     #[must_use]
     pub fn camera(&self, scene: &Scene) -> Camera {
-        let bounds = scene.bounds();
+        let mut fit = Fit::new(*self);
+        fit.include(scene);
+        fit.camera()
+    }
+
+    /// Width and height of the picture's half, seen from one metre, without the margin; 0 for parallel views.
+    fn tangents(&self) -> [f64; 2] {
+        let fov_y = f64::from(self.fov_y).clamp(1e-3, std::f64::consts::PI - 1e-3);
+        let tan_y = if self.orthographic { 0.0 } else { crate::math::tan_half(fov_y) * self.keep() };
+        [tan_y * self.clamped_aspect(), tan_y]
+    }
+
+    /// Part of the picture that is not margin.
+    fn keep(&self) -> f64 {
+        1.0 - 2.0 * f64::from(self.margin.clamp(0.0, 0.45))
+    }
+
+    fn clamped_aspect(&self) -> f64 {
+        f64::from(self.aspect).clamp(1e-4, 1e4)
+    }
+
+    /// Right, up and back of the view, of unit length.
+    fn axes(&self) -> [DVec3; 3] {
+        let camera = Camera {
+            eye: self.direction,
+            target: [0.0; 3],
+            up: self.up,
+            projection: Projection::Perspective { fov_y: 1.0 },
+            near: 1.0,
+        };
+        let axes = camera.axes().unwrap_or([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
+        axes.map(DVec3::from)
+    }
+}
+
+/// Finds the camera that fits several scenes, for pictures that follow each other: poses of one model, or a model that
+/// turns.
+#[derive(Debug)]
+pub struct Fit {
+    framing: Framing,
+    bounds: Bounds,
+    /// Centre of the first scene that is not empty: what everything is measured from.
+    center: [f64; 3],
+    reach: Reach,
+}
+
+impl Fit {
+    /// Nothing to fit yet.
+    #[must_use]
+    pub fn new(framing: Framing) -> Self {
+        let center = [0.0; 3];
+        let reach = Reach::new(framing.axes(), center, framing.tangents());
+        Self { framing, bounds: Bounds::EMPTY, center, reach }
+    }
+
+    /// Takes in a scene.
+    pub fn include(&mut self, scene: &Scene) {
+        self.include_moved(scene, &Transform::IDENTITY);
+    }
+
+    /// Takes in a scene that stands elsewhere.
+    pub fn include_moved(&mut self, scene: &Scene, by: &Transform) {
+        // What overflows there cannot be drawn either.
+        let placed = |transform: &Transform| by.after(transform).unwrap_or(*transform);
+        let bounds = scene.instances().iter().fold(Bounds::EMPTY, |all, instance| {
+            let mesh = &scene.meshes()[instance.mesh.index()];
+            all.union(&mesh.bounds().transformed(&placed(&instance.transform)))
+        });
+        if bounds.is_empty() {
+            return;
+        }
+        if self.bounds.is_empty() {
+            self.center = bounds.center();
+            self.reach = Reach::new(self.framing.axes(), self.center, self.framing.tangents());
+        }
+        self.bounds = self.bounds.union(&bounds);
+        let mut used: Option<(MeshId, Option<Vec<bool>>)> = None;
+        for instance in scene.instances() {
+            let mesh = &scene.meshes()[instance.mesh.index()];
+            let measures = self.reach.measures(&placed(&instance.transform));
+            let bounds = mesh.bounds();
+            if bounds.is_empty() || !self.reach.grows(&measures, bounds) {
+                continue;
+            }
+            // Copies of a mesh often follow each other.
+            if used.as_ref().is_none_or(|(id, _)| *id != instance.mesh) {
+                used = Some((instance.mesh, mesh.used_vertices()));
+            }
+            let used = used.as_ref().and_then(|(_, used)| used.as_deref());
+            self.reach.visit(&measures, mesh, used);
+        }
+    }
+
+    /// The camera closest to the scenes that has every vertex of each in the picture, as [`Framing::camera`].
+    #[must_use]
+    pub fn camera(self) -> Camera {
+        let Self { framing, bounds, center, mut reach } = self;
         let size = bounds.size();
         let diagonal = (size[0] * size[0] + size[1] * size[1] + size[2] * size[2]).sqrt();
-        let center = if bounds.is_empty() { [0.0; 3] } else { bounds.center() };
         let magnitude = center.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+        let axes = framing.axes();
+        let [_, tan_y] = framing.tangents();
+        let (keep, aspect) = (framing.keep(), framing.clamped_aspect());
         // A model without extent, or with less than its coordinates resolve, is framed as a cube around it: of
         // 1 m, or larger where single precision could not hold the camera apart from the model.
         let degenerate = bounds.is_empty() || diagonal < magnitude * 3e-7 || diagonal < SMALLEST;
-        let axes = self.axes();
-
-        let keep = 1.0 - 2.0 * f64::from(self.margin.clamp(0.0, 0.45));
-        let aspect = f64::from(self.aspect).clamp(1e-4, 1e4);
-        let fov_y = f64::from(self.fov_y).clamp(1e-3, std::f64::consts::PI - 1e-3);
-        let tan_y = if self.orthographic { 0.0 } else { crate::math::tan_half(fov_y) * keep };
-        let mut reach = Reach::new(axes, center, [tan_y * aspect, tan_y]);
         if degenerate {
+            reach = Reach::new(axes, center, framing.tangents());
             let half = 0.5 * (magnitude * 1e-3).max(1.0);
             let measures = reach.measures(&Transform::IDENTITY);
             for k in 0..8 {
                 let corner = |a: usize| center[a] + if k >> a & 1 == 1 { half } else { -half };
                 reach.include(&measures, [corner(0), corner(1), corner(2)]);
-            }
-        } else {
-            let mut used: Option<(MeshId, Option<Vec<bool>>)> = None;
-            for instance in scene.instances() {
-                let mesh = &scene.meshes()[instance.mesh.index()];
-                let measures = reach.measures(&instance.transform);
-                let bounds = mesh.bounds();
-                if bounds.is_empty() || !reach.grows(&measures, bounds) {
-                    continue;
-                }
-                // Copies of a mesh often follow each other.
-                if used.as_ref().is_none_or(|(id, _)| *id != instance.mesh) {
-                    used = Some((instance.mesh, mesh.used_vertices()));
-                }
-                let used = used.as_ref().and_then(|(_, used)| used.as_deref());
-                reach.visit(&measures, mesh, used);
             }
         }
 
@@ -188,10 +264,11 @@ impl Framing {
         let (width, height) = (right + left + slack, top + bottom + slack);
         let x = 0.5 * (right - left);
         let y = 0.5 * (top - bottom);
-        let (distance, projection) = if self.orthographic {
+        let (distance, projection) = if framing.orthographic {
             let height = (width / aspect).max(height) / keep;
             (near + extent, Projection::Orthographic { height: height as f32 })
         } else {
+            let fov_y = f64::from(framing.fov_y).clamp(1e-3, std::f64::consts::PI - 1e-3);
             // Each pair of opposite planes fixes the eye's place across the view and a least distance.
             let distance = 0.5 * (width / (tan_y * aspect)).max(height / tan_y);
             (distance.max(near + extent * 1e-3), Projection::Perspective { fov_y: fov_y as f32 })
@@ -206,19 +283,6 @@ impl Framing {
             projection,
             near: ((distance - near) * 0.5).max(extent * 1e-4) as f32,
         }
-    }
-
-    /// Right, up and back of the view, of unit length.
-    fn axes(&self) -> [DVec3; 3] {
-        let camera = Camera {
-            eye: self.direction,
-            target: [0.0; 3],
-            up: self.up,
-            projection: Projection::Perspective { fov_y: 1.0 },
-            near: 1.0,
-        };
-        let axes = camera.axes().unwrap_or([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
-        axes.map(DVec3::from)
     }
 }
 
@@ -239,6 +303,7 @@ const ENOUGH: f64 = 0.25;
 const SMALLEST: f64 = 1e-12;
 
 /// How far points reach beyond the four side planes of a view pyramid that stands at the centre of the scene.
+#[derive(Debug)]
 struct Reach {
     /// For the right, left, upper and lower plane and for the depth: what it measures, as (direction, offset).
     measures: [(DVec3, f64); 5],

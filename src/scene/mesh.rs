@@ -2,6 +2,7 @@
 
 use super::error::{finite, within};
 use super::{Bounds, MAX_COORDINATE, SceneError, extent};
+use std::sync::Arc;
 
 /// What a mesh is made of.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -37,10 +38,10 @@ pub struct MeshData {
     pub kind: PrimitiveKind,
 }
 
-/// A triangle mesh with consistent lengths, finite attributes and indices in range.
+/// A triangle mesh with consistent lengths, finite attributes and indices in range. Copies share their attributes.
 #[derive(Clone, Debug)]
 pub struct Mesh {
-    data: MeshData,
+    data: Arc<MeshData>,
     bounds: Bounds,
     /// Every vertex belongs to a triangle.
     all_used: bool,
@@ -78,7 +79,7 @@ impl Mesh {
         })?;
         // The box is of what is drawn: vertices without a triangle do not count.
         let bounds = extent::bounds(&data.positions, &data.triangles, &used);
-        Ok(Self { data, bounds, all_used: extent::all(&used) })
+        Ok(Self { data: Arc::new(data), bounds, all_used: extent::all(&used) })
     }
 
     /// All attributes.

@@ -23,7 +23,7 @@ mod transmission;
 pub use camera::{Camera, Projection};
 pub use environment::{Environment, EnvironmentSource, EquirectImage};
 pub use error::SceneError;
-pub use framing::{Bounds, Framing};
+pub use framing::{Bounds, Fit, Framing};
 pub use light::{AreaLightMethod, Light, LightKind};
 pub use lobes::{
     Anisotropy, CoatMedium, ColorParameter, Iridescence, Lobes, ReflectionOcclusion, ScalarParameter,

@@ -149,13 +149,14 @@ pub(crate) struct LevelLayout {
     pub offset: u32,
 }
 
-/// An image with its mip levels, colour space and sampler, ready to be read by the shading pass.
+/// An image with its mip levels, colour space and sampler, ready to be read by the shading pass. Copies share
+/// their texels.
 #[derive(Clone, Debug)]
 pub struct Texture {
     /// Level 0.
     image: Arc<Image>,
     /// All further levels in one array, so that lanes of different levels can read from one base.
-    reduced: Vec<[u8; 4]>,
+    reduced: Arc<Vec<[u8; 4]>>,
     /// Each level half the size of the one before it (rounded down, at least 1) down to 1 x 1; level 0 alone where
     /// the sampler uses no mip levels. Never empty.
     layout: Vec<LevelLayout>,
@@ -176,7 +177,7 @@ impl Texture {
                 mipmap::reduce(&image, &layout[1..], color_space, alpha)
             }
         };
-        Self { image, reduced, layout, color_space, sampler }
+        Self { image, reduced: Arc::new(reduced), layout, color_space, sampler }
     }
     /// Number of mip levels, at least 1.
     #[must_use]

@@ -246,7 +246,7 @@ pub fn attacks() -> Vec<Attack> {
             "sparse-descending",
             "replacements in the wrong order",
             |m| sparse(m, 2, &[2, 1]),
-            Must::Warn("nothing to see"),
+            Warn("nothing to see"),
         ),
         attack(
             "sparse-view-short",

@@ -49,6 +49,7 @@ fn limits() -> Limits {
         fragments: 1 << 20,
         blocks: 1 << 18,
         blend_entries: 1 << 20,
+        frames: 16,
     }
 }
 

@@ -210,30 +210,6 @@ fn lights_in_world_space() {
     );
 }
 
-/// Poses that are not drawn are named once, whatever the number of nodes.
-#[test]
-fn skins_morph_targets_and_animations_are_named() {
-    let mut model = Model::triangle();
-    model.primitive()["targets"] = json!([{"POSITION": 0}]);
-    model.json["nodes"] = json!([{"mesh": 0, "skin": 0, "children": [1]}, {"mesh": 0, "skin": 0}]);
-    model.json["animations"] = json!([{}]);
-    assert_eq!(
-        model.warnings(),
-        [
-            "skins are not applied: the bind pose is drawn",
-            "animations are not played: the pose of the file is drawn"
-        ]
-    );
-    // Weights of zero change nothing, others do.
-    model.json["meshes"][0]["weights"] = json!([0.0]);
-    assert_eq!(model.warnings().len(), 2);
-    model.json["meshes"][0]["weights"] = json!([0.5]);
-    assert_eq!(model.warnings()[1], "morph targets are not applied: the base shape is drawn");
-    model.json["nodes"][0]["weights"] = json!([0.0]);
-    model.json["nodes"][1]["weights"] = json!([0.0]);
-    assert_eq!(model.warnings().len(), 2);
-}
-
 /// The same scene and the same warnings for any number of threads.
 #[test]
 fn threads_do_not_show() {

@@ -8,4 +8,5 @@ mod geometry;
 mod graph;
 mod materials;
 mod model;
+mod motion;
 mod variants;

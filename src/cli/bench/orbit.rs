@@ -8,9 +8,8 @@ use crate::cli::materials::Materials;
 use crate::cli::progress::Progress;
 use crate::cli::render::{describe, machine, model_source};
 use crate::cli::report::{self, Reporter};
-use crate::math::double::sin_cos;
+use crate::cli::turntable::orbit;
 use crate::render::Renderer;
-use crate::scene::Camera;
 use std::time::Instant;
 
 /// Measures frames.
@@ -64,40 +63,4 @@ pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
     }
     let shading = report::shading_name(options.shading, &scene);
     measurement.print(args, &options, shading, renderer.jobs().threads())
-}
-
-/// The camera turned about the vertical axis through a point.
-fn orbit(camera: &Camera, center: [f64; 3], angle: f64) -> Camera {
-    let (sin, cos) = sin_cos(angle);
-    let center = if center.iter().all(|v| v.is_finite()) { center } else { [0.0; 3] };
-    let turn = |p: [f32; 3], about: [f64; 3]| {
-        let [x, z] = [f64::from(p[0]) - about[0], f64::from(p[2]) - about[2]];
-        [(about[0] + cos * x + sin * z) as f32, p[1], (about[2] - sin * x + cos * z) as f32]
-    };
-    Camera {
-        eye: turn(camera.eye, center),
-        target: turn(camera.target, center),
-        up: turn(camera.up, [0.0; 3]),
-        ..*camera
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::scene::Projection;
-
-    #[test]
-    fn the_camera_keeps_its_distance() {
-        let camera = Camera {
-            eye: [3.0, 2.0, 5.0],
-            target: [1.0, 0.5, 0.0],
-            up: [0.0, 1.0, 0.0],
-            projection: Projection::Perspective { fov_y: 0.5 },
-            near: 0.1,
-        };
-        let quarter = orbit(&camera, [1.0, 0.0, 1.0], std::f64::consts::FRAC_PI_2);
-        assert_eq!(quarter.eye, [5.0, 2.0, -1.0]);
-        assert_eq!(orbit(&camera, [1.0, 0.0, 1.0], 0.0), camera);
-    }
 }

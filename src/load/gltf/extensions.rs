@@ -14,6 +14,7 @@ const DRAWN: &[&str] = &[
     "EXT_meshopt_compression",
     "EXT_structural_metadata",
     "EXT_texture_webp",
+    "KHR_animation_pointer",
     "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
     "KHR_materials_anisotropy",
@@ -45,7 +46,6 @@ const DRAWN: &[&str] = &[
 const LOOK: &[(&str, &str)] = &[
     ("EXT_lights_ies", "such lights shine evenly"),
     ("EXT_lights_image_based", "the chosen environment is used instead"),
-    ("KHR_animation_pointer", "animations are not played"),
     ("KHR_materials_volume_scatter", "drawn without scattering"),
 ];
 

@@ -3,6 +3,7 @@
 use super::FORMAT;
 use super::accessor::{self, Component, Elements, Pick};
 use super::buffers::Buffers;
+use super::deform::{self, Deform, Stored, Usage};
 use super::draco;
 use super::model::{self, Index, Kind, Root, label};
 use crate::limits::Limits;
@@ -49,6 +50,8 @@ pub(super) struct Source {
     draco: Option<(usize, usize)>,
     /// The texture coordinates for which tangents are made.
     tangents_for: Option<usize>,
+    /// What moves its vertices.
+    deform: deform::Source,
 }
 
 /// A mesh to be read.
@@ -61,6 +64,16 @@ pub(super) struct Geometry {
     pub triangles: u64,
     /// Number of vertices as stored.
     vertices: u64,
+}
+
+/// A mesh that has been read.
+pub(super) struct Shape {
+    /// As it is stored.
+    pub mesh: Mesh,
+    /// What moves its vertices.
+    pub deform: Option<Deform>,
+    /// The first primitive that needs it, for messages.
+    pub of: (usize, usize),
 }
 
 /// A primitive's triangles as stored, and the vertices that they need.
@@ -86,6 +99,7 @@ pub(super) fn plan(
     root: &Root,
     (mesh, primitive): (usize, usize),
     tangents_for: Option<usize>,
+    usage: &Usage,
     buffers: &mut Buffers<'_>,
     context: &Context<'_>,
     budget: &mut Budget,
@@ -135,6 +149,7 @@ pub(super) fn plan(
         draco: compression.map(|_| (mesh, primitive)),
         tangents_for: tangents_for
             .filter(|&set| tangent.is_none() && [attributes.uv0, attributes.uv1][set & 1].is_some()),
+        deform: deform::Source::new(given, usage, &name, warnings),
     };
     let used = [
         ("POSITION", Some(position)),
@@ -148,6 +163,12 @@ pub(super) fn plan(
     for (what, index) in used {
         let compressed = compression.is_some_and(|c| what == "indices" || c.attributes.named(what).is_some());
         let Some(index) = index.filter(|_| !compressed) else { continue };
+        accessor::require(root, index, buffers, context, budget).map_err(|e| inside(name(), e))?;
+    }
+    let compressed: Vec<(Index, Index)> =
+        compression.map_or(Vec::new(), |c| attributes.influences_in(&c.attributes).collect());
+    for index in source.deform.accessors().filter(|index| compressed.iter().all(|(known, _)| known != index))
+    {
         accessor::require(root, index, buffers, context, budget).map_err(|e| inside(name(), e))?;
     }
     let vertices = stored.count.0;
@@ -216,11 +237,15 @@ impl Geometry {
             ("TEXCOORD_1", source.uvs[1].is_some()),
             ("COLOR_0", source.color.is_some()),
         ];
-        let ids: Vec<Index> = used
+        let attributes = &compression.attributes;
+        let mut ids: Vec<Index> = used
             .into_iter()
             .filter(|(_, used)| *used)
-            .filter_map(|(what, _)| compression.attributes.named(what))
+            .filter_map(|(what, _)| attributes.named(what))
             .collect();
+        if source.deform.has_joints() {
+            ids.extend(attributes.joints.iter().chain(&attributes.weights).map(|(_, id)| *id));
+        }
         let most = draco::Most { triangles: self.triangles, points: self.most_points() };
         draco::decode(&stream, most, &ids).map_err(malformed)
     }
@@ -321,6 +346,19 @@ impl Geometry {
         *vertices += count;
         let what = || format!("{}: vertices", self.name(root));
         Limits::check(what, *vertices, limits.vertices, "vertices")?;
+        let size = self.vertex_bytes();
+        let moves = source.deform.bytes();
+        budget.charge(what, count, size.saturating_add(moves))?;
+        if source.tangents_for.is_some() {
+            // In the worst case no two triangles share a vertex afterwards.
+            budget.charge(what, corners.len() as u64, (size + 28).saturating_add(moves))?;
+        }
+        Ok(pick)
+    }
+
+    /// Bytes of a vertex as stored.
+    fn vertex_bytes(&self) -> u64 {
+        let source = &self.source;
         let mut size = 12;
         for (present, bytes) in [
             (source.normal.is_some(), 12),
@@ -331,12 +369,42 @@ impl Geometry {
         ] {
             size += if present { bytes } else { 0 };
         }
+        size
+    }
+
+    /// True if a skin moves it.
+    pub(super) fn has_joints(&self) -> bool {
+        self.source.deform.has_joints()
+    }
+
+    /// True if morph targets move it.
+    pub(super) fn has_targets(&self) -> bool {
+        self.source.deform.has_targets()
+    }
+
+    /// Charges a copy of the mesh in a pose of its own.
+    ///
+    /// # Errors
+    /// [`LoadError::Limit`] naming the primitive.
+    pub(super) fn charge_pose(
+        &self,
+        root: &Root,
+        pick: &Pick,
+        vertices: &mut u64,
+        limits: &Limits,
+        budget: &mut Budget,
+    ) -> Result<(), LoadError> {
+        let corners = self.triangles.saturating_mul(3);
+        let split = self.source.tangents_for.is_some();
+        let count = if split { corners.max(pick.len() as u64) } else { pick.len() as u64 };
+        *vertices = vertices.saturating_add(count.max(1).saturating_mul(self.source.deform.work()));
+        let what = || format!("{}: vertices in poses", self.name(root));
+        Limits::check(what, *vertices, limits.vertices, "vertices")?;
+        // With made normals and tangents, and the determinants of the vertices' maps.
+        let size = self.vertex_bytes() + if split { 28 } else { 0 } + 4;
         budget.charge(what, count, size)?;
-        if source.tangents_for.is_some() {
-            // In the worst case no two triangles share a vertex afterwards.
-            budget.charge(what, corners.len() as u64, size + 28)?;
-        }
-        Ok(pick)
+        budget.charge(what, self.triangles, 12)?;
+        Ok(())
     }
 
     /// Reads the vertices and builds the mesh. Adds what was repaired to `repaired`.
@@ -350,7 +418,7 @@ impl Geometry {
         topological: Topological,
         pick: &Pick,
         repaired: &mut Vec<String>,
-    ) -> Result<Mesh, LoadError> {
+    ) -> Result<Shape, LoadError> {
         let mut data = self
             .read_attributes(root, buffers, topological.decoded.as_ref(), pick, repaired)
             .map_err(|e| inside(self.name(root), e))?;
@@ -369,13 +437,39 @@ impl Geometry {
             }
         }
         data.triangles = triangles;
+        let mut flat = false;
+        let mut origins: Option<Vec<u32>> = None;
         if let Some(set) = self.source.tangents_for {
             if data.normals.is_empty() {
-                make_flat(&mut data);
+                flat = true;
+                origins = Some(make_flat(&mut data));
             }
-            add_tangents(&mut data, set);
+            let before = data.positions.len() as u32;
+            let copies = add_tangents(&mut data, set);
+            if !self.source.deform.is_still() {
+                let origins = origins.get_or_insert_with(|| (0..before).collect());
+                for copy in copies {
+                    origins.push(origins[copy as usize]);
+                }
+            }
         }
-        Mesh::new(data).map_err(LoadError::scene(self.name(root)))
+        let mesh = Mesh::new(data).map_err(LoadError::scene(self.name(root)))?;
+        let deform = if self.source.deform.is_still() || pick.len() == 0 {
+            None
+        } else {
+            let decoded = topological.decoded.as_ref();
+            let (mesh, primitive) = self.of;
+            let given = &root.meshes[mesh].primitives[primitive].attributes;
+            let compressed = decoded.zip(self.compression(root)).map(|(decoded, compression)| {
+                (decoded, given.influences_in(&compression.attributes).collect::<Vec<_>>())
+            });
+            let vertices = decoded.map_or(self.vertices, |decoded| decoded.points as u64);
+            let from = Stored { root, buffers, compressed, vertices, pick };
+            let mut note = |text: &str| repaired.push(format!("{}: {text}", self.name(root)));
+            let read = Deform::read(&self.source.deform, &from, origins.as_deref(), flat, &mut note);
+            Some(read.map_err(|e| inside(self.name(root), e))?)
+        };
+        Ok(Shape { mesh, deform, of: self.of })
     }
 
     fn read_attributes(
@@ -472,7 +566,7 @@ fn connect(topology: Topology, count: usize, vertex: impl Fn(usize) -> u32) -> V
 }
 
 /// Replaces numbers that are not finite by 0; true if there were any.
-fn zero_not_finite(values: &mut [f32]) -> bool {
+pub(super) fn zero_not_finite(values: &mut [f32]) -> bool {
     // Without an early exit inside a block the test compiles to vector code.
     let finite = |block: &[f32]| block.iter().fold(true, |all, v| all & v.is_finite());
     if values.chunks(1024).all(finite) {
@@ -482,8 +576,8 @@ fn zero_not_finite(values: &mut [f32]) -> bool {
     true
 }
 
-/// Gives every triangle its own vertices, with its geometric normal.
-fn make_flat(data: &mut MeshData) {
+/// Gives every triangle its own vertices, with its geometric normal. Returns what each vertex was before.
+fn make_flat(data: &mut MeshData) -> Vec<u32> {
     let corners: Vec<u32> = data.triangles.as_flattened().to_vec();
     fn unshare<T: Copy>(values: &mut Vec<T>, corners: &[u32]) {
         if !values.is_empty() {
@@ -497,10 +591,11 @@ fn make_flat(data: &mut MeshData) {
     data.triangles = (0..data.triangles.len() as u32).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect();
     let (positions, _) = data.positions.as_chunks::<3>();
     data.normals = positions.iter().flat_map(|p| [geometric_normal(p); 3]).collect();
+    corners
 }
 
 /// The unit normal of a triangle; zero if it has none.
-fn geometric_normal(&[a, b, c]: &[[f32; 3]; 3]) -> [f32; 3] {
+pub(super) fn geometric_normal(&[a, b, c]: &[[f32; 3]; 3]) -> [f32; 3] {
     let edge = |p: [f32; 3]| -> [f64; 3] { std::array::from_fn(|k| f64::from(p[k]) - f64::from(a[k])) };
     let (u, v) = (edge(b), edge(c));
     let cross = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];

@@ -5,13 +5,16 @@
 //! and charge every allocation in the order of the file, so that a limit is met at the same element whatever the
 //! number of threads.
 //!
-//! Skins, morph targets and animations are not applied: the picture shows the bind pose.
+//! What comes out of that is a [`Rig`]: it makes the scene in the pose of the file or at a time of one animation, with
+//! vertices moved by morph targets and skins. Nothing is read or decoded again for another time.
 
 mod accessor;
 mod angle;
+mod animation;
 mod buffers;
 mod camera;
 mod container;
+mod deform;
 mod draco;
 mod extensions;
 mod hierarchy;
@@ -22,25 +25,38 @@ mod material;
 mod mesh;
 mod meshopt;
 mod model;
+mod morph;
+mod pointer;
+mod pose;
+mod rig;
+mod sample;
+mod skin;
 mod source;
+mod surface;
 mod texture;
 mod variant;
 
 pub(super) use container::MAGIC;
+pub(crate) use rig::Rig;
 pub(super) use texture::transform_of;
 
 use super::budget::Budget;
 use super::tangents::tangent_set;
 use super::warnings::Warnings;
-use super::{Context, LoadError, LoadOptions, Loaded};
+use super::{AnimationInfo, Context, LoadError, LoadOptions};
 use crate::limits::Limits;
-use crate::scene::{Instance, Material, MaterialId, Mesh, MeshId, Scene, Texture, TextureId};
+use crate::scene::{Material, Scene, Texture, TextureId};
+use animation::{Animation, Channels};
 use buffers::Buffers;
-use hierarchy::Placed;
-use mesh::Geometry;
+use deform::Usage;
+use hierarchy::Tree;
+use mesh::{Geometry, Shape};
 use model::{Index, Root};
+use pointer::Target;
+use rig::{Draw, Drawn, Draws, PoseKey, Weights};
+use skin::Skin;
 use source::{Shared, Source};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::sync::Mutex;
 use texture::{Encoded, Textures};
@@ -51,46 +67,70 @@ const FORMAT: &str = "glTF";
 /// Bytes charged for an instance: the scene's and what the renderer keeps for it.
 const INSTANCE_BYTES: u64 = 256;
 
-/// Loads a `.gltf` or `.glb` file.
+/// What is read of a file beside what its pictures need.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Purpose {
+    /// Pictures only.
+    Pictures,
+    /// Also a list of all animations.
+    Contents,
+}
+
+/// Reads a `.gltf` or `.glb` file.
 ///
 /// # Errors
 /// [`LoadError`] naming the element.
-pub(crate) fn load(bytes: &[u8], options: &LoadOptions, context: &Context<'_>) -> Result<Loaded, LoadError> {
+pub(crate) fn read(
+    bytes: &[u8],
+    options: &LoadOptions,
+    purpose: Purpose,
+    context: &Context<'_>,
+) -> Result<Rig, LoadError> {
     let (text, binary) = container::split(bytes)?;
-    load_parts(text, binary.map(Source::Memory), options, context)
+    read_parts(text, binary.map(Source::Memory), options, purpose, context)
 }
 
-/// Loads a `.glb` file of `size` bytes without reading all of it into memory first. `None` for every other file, and
+/// Reads a `.glb` file of `size` bytes without reading all of it into memory first. `None` for every other file, and
 /// for containers that are not as they should be.
 ///
 /// # Errors
-/// [`LoadError`] as [`load`], and [`LoadError::Io`].
-pub(crate) fn load_file(
+/// [`LoadError`] as [`read`], and [`LoadError::Io`].
+pub(crate) fn read_file(
     file: &File,
     size: u64,
     options: &LoadOptions,
+    purpose: Purpose,
     context: &Context<'_>,
-) -> Result<Option<Loaded>, LoadError> {
+) -> Result<Option<Rig>, LoadError> {
     let file = Shared::new(file);
     let Some((text, (start, length))) = container::locate(&file, size) else { return Ok(None) };
     let binary = Source::File(source::Part::new(&file, start, length));
-    load_parts(&text, Some(binary), options, context).map(Some)
+    read_parts(&text, Some(binary), options, purpose, context).map(Some)
 }
 
-/// Loads the JSON text and the binary chunk of a file.
-fn load_parts(
+/// Reads the JSON text and the binary chunk of a file.
+fn read_parts(
     text: &[u8],
     binary: Option<Source<'_>>,
     options: &LoadOptions,
+    purpose: Purpose,
     context: &Context<'_>,
-) -> Result<Loaded, LoadError> {
+) -> Result<Rig, LoadError> {
     let mut budget = Budget::new(context.limits);
     let mut warnings = Warnings::default();
     let root = json::parse(text, &mut budget)?;
     check_counts(&root, context.limits)?;
     extensions::check(&root, &mut warnings)?;
     let variant = variant::chosen(&root, options.variant.as_deref())?;
-    let placed = hierarchy::flatten(&root, context.limits)?;
+    let mut tree = Tree::new(&root, context.limits)?;
+    let chosen = match &options.animation {
+        None => None,
+        Some(choice) => {
+            let index = animation::choose(&root, &choice.name)?;
+            Some((index, animation::channels(&root, index, context.limits, &mut warnings)?))
+        }
+    };
+    let channels = chosen.as_ref().map(|(_, channels)| channels);
 
     let mut loader = Loader {
         root: &root,
@@ -104,10 +144,18 @@ fn load_parts(
         material_places: BTreeMap::new(),
         geometries: Vec::new(),
         sources: BTreeMap::new(),
+        skins: BTreeMap::new(),
     };
-    let draws = loader.plan(&placed)?;
-    let (textures, meshes) = loader.read()?;
-    loader.assemble(&placed, draws, textures, meshes)
+    let (draws, contents) = loader.plan(&mut tree, channels)?;
+    let (animation, animations) = loader.read_animations(channels, purpose)?;
+    let (textures, shapes) = loader.read(&draws)?;
+    let (stage, materials) = loader.dress(textures)?;
+    let (skins, warnings) = (loader.skins, loader.warnings);
+    let animation = chosen.as_ref().map(|(index, _)| *index).zip(animation);
+    let rig =
+        Rig { root, tree, stage, materials, shapes, skins, draws, contents, animation, animations, warnings };
+    rig.check_joints()?;
+    Ok(rig)
 }
 
 /// Every list of small objects against one limit.
@@ -124,33 +172,13 @@ fn check_counts(root: &Root, limits: &Limits) -> Result<(), LoadError> {
         ("accessors", root.accessors.len()),
         ("bufferViews", root.buffer_views.len()),
         ("buffers", root.buffers.len()),
+        ("skins", root.skins.len()),
+        ("animations", root.animations.len()),
     ];
     for (name, count) in lists {
         Limits::check(|| name.to_owned(), count as u64, limits.nodes, "nodes")?;
     }
     Ok(())
-}
-
-/// A primitive of a mesh that is in the scene: which geometry and which material, by their places in the loader.
-#[derive(Clone, Copy)]
-struct Draw {
-    geometry: usize,
-    material: usize,
-}
-
-/// What a node draws.
-struct Drawn {
-    /// Place in the list of placed nodes.
-    place: usize,
-    /// Place in the list of the meshes' draws.
-    mesh: usize,
-    /// Transforms relative to the node, of EXT_mesh_gpu_instancing.
-    copies: Option<Vec<crate::scene::Transform>>,
-}
-
-struct Draws {
-    nodes: Vec<Drawn>,
-    meshes: Vec<Vec<Draw>>,
 }
 
 struct Loader<'a> {
@@ -169,76 +197,147 @@ struct Loader<'a> {
     /// Used geometries in the order of first use.
     geometries: Vec<Geometry>,
     sources: BTreeMap<mesh::Source, usize>,
+    /// Used skins by their numbers in the file.
+    skins: BTreeMap<usize, Skin>,
 }
 
 impl Loader<'_> {
-    /// Finds what the nodes draw, and makes sure that it is within the limits.
-    fn plan(&mut self, placed: &[Placed]) -> Result<Draws, LoadError> {
-        let mut draws = Draws { nodes: Vec::new(), meshes: Vec::new() };
+    /// Finds what the nodes draw, and makes sure that it is within the limits. Also gives the places of all nodes that
+    /// show something.
+    fn plan(
+        &mut self,
+        tree: &mut Tree,
+        channels: Option<&Channels>,
+    ) -> Result<(Draws, Vec<usize>), LoadError> {
+        let targets: BTreeSet<Target> = channels.into_iter().flat_map(Channels::targets).collect();
+        let contents = tree.contents(self.root, |node| targets.contains(&Target::Visible(node)));
+        let usages = self.usages(tree, &contents, &targets);
+        let mut draws = Draws::default();
         let mut known: Vec<Option<usize>> = vec![None; self.root.meshes.len()];
         let (mut triangles, mut instances) = (0u64, 0u64);
-        let (mut skinned, mut morphed) = (false, false);
-        for (place, at) in placed.iter().enumerate() {
-            let node = &self.root.nodes[at.node];
+        for &place in &contents {
+            let k = tree.node(place);
+            let node = &self.root.nodes[k];
+            let name = || model::label::<model::Node>(k, node.name.as_deref());
             let Some(mesh) = node.mesh else { continue };
             let mesh = mesh.get();
             let Some(slot) = known.get(mesh) else {
-                let name = model::label::<model::Node>(at.node, node.name.as_deref());
-                return Err(LoadError::malformed(FORMAT, format!("{name}: there is no mesh {mesh}")));
+                return Err(LoadError::malformed(FORMAT, format!("{}: there is no mesh {mesh}", name())));
             };
             let drawn = match slot {
                 Some(drawn) => *drawn,
                 None => {
-                    let planned = self.plan_mesh(mesh)?;
+                    let planned = self.plan_mesh(mesh, &usages[mesh])?;
                     draws.meshes.push(planned);
                     known[mesh] = Some(draws.meshes.len() - 1);
                     draws.meshes.len() - 1
                 }
             };
-            skinned |= node.skin.is_some();
-            let weights =
-                if node.weights.is_empty() { &self.root.meshes[mesh].weights } else { &node.weights };
-            morphed |= weights.iter().any(|&w| w != 0.0)
-                && self.root.meshes[mesh].primitives.iter().any(|p| !p.targets.is_empty());
-            let copies = match node.extensions.as_deref().and_then(|e| e.instancing.as_ref()) {
+            let list = &draws.meshes[drawn];
+            let mut copies = match node.extensions.as_deref().and_then(|e| e.instancing.as_ref()) {
                 None => None,
                 Some(given) => Some(instancing::read(
                     self.root,
-                    at.node,
+                    k,
                     given,
                     &mut self.buffers,
                     self.context,
                     &mut self.budget,
                 )?),
             };
+            let mut skin = None;
+            if let Some(index) = node.skin {
+                let index = index.get();
+                if index >= self.root.skins.len() {
+                    return Err(LoadError::malformed(
+                        FORMAT,
+                        format!("{}: there is no skin {index}", name()),
+                    ));
+                }
+                if list.iter().any(|draw| self.geometries[draw.geometry].has_joints()) {
+                    skin = Some(index);
+                    self.read_skin(index, tree)?;
+                    if copies.as_ref().is_some_and(|copies| copies.len() > 1) {
+                        self.warnings.add(|| format!("{}: a mesh with a skin is drawn once", name()));
+                    }
+                    copies = None;
+                }
+            }
+            let own = !node.weights.is_empty() || targets.contains(&Target::Weights(k));
+            let weights = if own { Weights::Node(k, mesh) } else { Weights::Mesh(mesh) };
             let count = copies.as_ref().map_or(1, |copies| copies.len() as u64);
-            let list = &draws.meshes[drawn];
             let each: u64 = list.iter().map(|draw| self.geometries[draw.geometry].triangles).sum();
             triangles = triangles.saturating_add(each.saturating_mul(count));
             instances = instances.saturating_add(count.saturating_mul(list.len() as u64));
-            let name = || model::label::<model::Node>(at.node, node.name.as_deref());
             Limits::check(
                 || format!("triangles up to {}", name()),
                 triangles,
                 self.context.limits.triangles,
                 "triangles",
             )?;
-            draws.nodes.push(Drawn { place, mesh: drawn, copies });
+            draws.nodes.push(Drawn { place, mesh: drawn, copies, skin, weights });
         }
         self.budget.charge(|| "instances".to_owned(), instances, INSTANCE_BYTES)?;
-        if skinned {
-            self.warnings.add(|| "skins are not applied: the bind pose is drawn".to_owned());
-        }
-        if morphed {
-            self.warnings.add(|| "morph targets are not applied: the base shape is drawn".to_owned());
-        }
-        if !self.root.animations.is_empty() {
-            self.warnings.add(|| "animations are not played: the pose of the file is drawn".to_owned());
-        }
-        Ok(draws)
+        Ok((draws, contents))
     }
 
-    fn plan_mesh(&mut self, mesh: usize) -> Result<Vec<Draw>, LoadError> {
+    /// How the nodes of the scene use each mesh.
+    fn usages(&self, tree: &Tree, contents: &[usize], targets: &BTreeSet<Target>) -> Vec<Usage> {
+        let root = self.root;
+        let mut usages: Vec<Usage> = root.meshes.iter().map(|_| Usage::default()).collect();
+        // Weights that many nodes share are looked at once.
+        let mut whole = vec![false; usages.len()];
+        let mut own = vec![false; usages.len()];
+        let nonzero = |weights: &[f64]| -> Vec<usize> {
+            (0..weights.len()).filter(|&k| pose::stored(weights, k) != 0.0).collect()
+        };
+        for &place in contents {
+            let k = tree.node(place);
+            let node = &root.nodes[k];
+            let Some(mesh) = node.mesh.map(Index::get).filter(|&mesh| mesh < usages.len()) else { continue };
+            let usage = &mut usages[mesh];
+            usage.skinned |= node.skin.is_some();
+            let animated = targets.contains(&Target::Weights(k))
+                || node.weights.is_empty() && targets.contains(&Target::MeshWeights(mesh));
+            if animated {
+                if !std::mem::replace(&mut whole[mesh], true) {
+                    usage.targets.extend(0..Target::MeshWeights(mesh).width(root));
+                }
+            } else if !node.weights.is_empty() {
+                usage.targets.extend(nonzero(&node.weights));
+            } else if !std::mem::replace(&mut own[mesh], true) {
+                usage.targets.extend(nonzero(&root.meshes[mesh].weights));
+            }
+        }
+        usages
+    }
+
+    fn read_skin(&mut self, index: usize, tree: &mut Tree) -> Result<(), LoadError> {
+        if !self.skins.contains_key(&index) {
+            let skin = skin::read(self.root, index, tree, &mut self.buffers, self.context, &mut self.budget)?;
+            self.skins.insert(index, skin);
+        }
+        Ok(())
+    }
+
+    /// The animation that is played, and a list of all if that is the purpose.
+    fn read_animations(
+        &mut self,
+        channels: Option<&Channels>,
+        purpose: Purpose,
+    ) -> Result<(Option<Animation>, Vec<AnimationInfo>), LoadError> {
+        let (buffers, budget) = (&mut self.buffers, &mut self.budget);
+        let animation = channels
+            .map(|channels| channels.read(self.root, buffers, self.context, budget, &mut self.warnings))
+            .transpose()?;
+        let animations = match purpose {
+            Purpose::Pictures => Vec::new(),
+            Purpose::Contents => animation::list(self.root, buffers, self.context, budget)?,
+        };
+        Ok((animation, animations))
+    }
+
+    fn plan_mesh(&mut self, mesh: usize, usage: &Usage) -> Result<Vec<Draw>, LoadError> {
         let root = self.root;
         let mut draws = Vec::new();
         for (k, primitive) in root.meshes[mesh].primitives.iter().enumerate() {
@@ -253,6 +352,7 @@ impl Loader<'_> {
                 root,
                 (mesh, k),
                 tangents_for,
+                usage,
                 &mut self.buffers,
                 self.context,
                 &mut self.budget,
@@ -287,7 +387,7 @@ impl Loader<'_> {
 
     /// Decodes images and reads primitives.
     #[allow(clippy::type_complexity)]
-    fn read(&mut self) -> Result<(Vec<Option<Texture>>, Vec<Mesh>), LoadError> {
+    fn read(&mut self, draws: &Draws) -> Result<(Vec<Option<Texture>>, Vec<Shape>), LoadError> {
         let (root, jobs) = (self.root, self.context.jobs);
         let encoded = self.textures.fetch(
             root,
@@ -311,14 +411,27 @@ impl Loader<'_> {
             connected.extend(jobs.map(count, |k| geometries[start + k].read_triangles(root, buffers)));
         }
         let mut vertices = 0;
-        let mut picked = Vec::with_capacity(geometries.len());
+        let mut picks = Vec::with_capacity(geometries.len());
         for (geometry, topological) in geometries.iter().zip(connected) {
             let topological = topological?;
             let pick =
                 geometry.pick(root, &topological, &mut vertices, self.context.limits, &mut self.budget)?;
-            // Each is taken out by the one job that reads it.
-            picked.push(Mutex::new(Some((topological, pick))));
+            picks.push((topological, pick));
         }
+        let mut posed: BTreeSet<PoseKey> = BTreeSet::new();
+        for drawn in &draws.nodes {
+            for draw in &draws.meshes[drawn.mesh] {
+                let geometry = &geometries[draw.geometry];
+                let skin = drawn.skin.filter(|_| geometry.has_joints());
+                let weights = geometry.has_targets().then_some(drawn.weights);
+                if (skin.is_some() || weights.is_some()) && posed.insert((draw.geometry, skin, weights)) {
+                    let pick = &picks[draw.geometry].1;
+                    geometry.charge_pose(root, pick, &mut vertices, self.context.limits, &mut self.budget)?;
+                }
+            }
+        }
+        // Each is taken out by the one job that reads it.
+        let picked: Vec<_> = picks.into_iter().map(|both| Mutex::new(Some(both))).collect();
 
         // Images first: they take longest.
         let results = jobs.map(encoded.len() + geometries.len(), |k| match encoded.get(k) {
@@ -344,7 +457,7 @@ impl Loader<'_> {
         &mut self,
         encoded: &[Encoded],
         results: Vec<Part>,
-    ) -> Result<(Vec<Option<Texture>>, Vec<Mesh>), LoadError> {
+    ) -> Result<(Vec<Option<Texture>>, Vec<Shape>), LoadError> {
         let mut textures: Vec<Option<Texture>> = (0..self.textures.count()).map(|_| None).collect();
         let mut meshes = Vec::with_capacity(self.geometries.len());
         for (k, result) in results.into_iter().enumerate() {
@@ -368,82 +481,30 @@ impl Loader<'_> {
         Ok((textures, meshes))
     }
 
-    /// Puts the scene together.
-    fn assemble(
-        mut self,
-        placed: &[Placed],
-        draws: Draws,
+    /// A scene with the textures, and the materials that use them, with their numbers in the file.
+    #[allow(clippy::type_complexity)]
+    fn dress(
+        &mut self,
         textures: Vec<Option<Texture>>,
-        meshes: Vec<Mesh>,
-    ) -> Result<Loaded, LoadError> {
-        let root = self.root;
+    ) -> Result<(Scene, Vec<(Option<usize>, Material)>), LoadError> {
         let mut scene = Scene::new();
         let mut ids: Vec<Option<TextureId>> = Vec::with_capacity(textures.len());
         for texture in textures {
             let id = texture.map(|texture| scene.add_texture(texture)).transpose();
             ids.push(id.map_err(LoadError::scene("textures"))?);
         }
-        let mut material_ids: Vec<MaterialId> = Vec::with_capacity(self.materials.len());
-        for mut material in std::mem::take(&mut self.materials) {
-            material::settle_textures(&mut material, &ids);
-            let name = material.name.escape_debug().take(64).collect::<String>();
-            let id = scene.add_material(material);
-            material_ids.push(id.map_err(LoadError::scene(format!("material '{name}'")))?);
+        let mut numbers = vec![None; self.materials.len()];
+        for (number, place) in &self.material_places {
+            numbers[*place] = *number;
         }
-        let mut mesh_ids: Vec<MeshId> = Vec::with_capacity(meshes.len());
-        for mesh in meshes {
-            mesh_ids.push(scene.add_mesh(mesh).map_err(LoadError::scene("meshes"))?);
-        }
-        for drawn in &draws.nodes {
-            let at = &placed[drawn.place];
-            let name = || model::label::<model::Node>(at.node, root.nodes[at.node].name.as_deref());
-            let fail = |error| LoadError::scene(name())(error);
-            let copies = drawn.copies.as_deref().unwrap_or(&[crate::scene::Transform::IDENTITY]);
-            for copy in copies {
-                let transform = at.transform.after(copy).map_err(fail)?;
-                for draw in &draws.meshes[drawn.mesh] {
-                    let instance = Instance {
-                        mesh: mesh_ids[draw.geometry],
-                        material: material_ids[draw.material],
-                        transform,
-                        object: at.node as u32,
-                    };
-                    scene.add_instance(instance).map_err(fail)?;
-                }
-            }
-        }
-        self.add_cameras_and_lights(placed, &mut scene);
-        if scene.triangle_count() == 0 {
-            self.warnings.add(|| "no triangles".to_owned());
-        }
-        Ok(Loaded { scene, warnings: self.warnings.finish() })
-    }
-
-    fn add_cameras_and_lights(&mut self, placed: &[Placed], scene: &mut Scene) {
-        let root = self.root;
-        let lights = root.extensions.lights.as_ref().map_or(&[][..], |l| &l.lights);
-        for at in placed {
-            let node = &root.nodes[at.node];
-            let name = || model::label::<model::Node>(at.node, node.name.as_deref());
-            if let Some(index) = node.camera {
-                match root.cameras.get(index.get()) {
-                    Some(given) => camera::add(scene, given, index.get(), &at.transform, &mut self.warnings),
-                    None => self.warnings.add(|| format!("{}: there is no camera {index}", name())),
-                }
-            }
-            let light = node.extensions.as_deref().and_then(|e| e.light.as_ref()).and_then(|l| l.light);
-            if let Some(index) = light {
-                match lights.get(index.get()) {
-                    Some(given) => light::add(scene, given, index.get(), &at.transform, &mut self.warnings),
-                    None => self.warnings.add(|| format!("{}: there is no light {index}", name())),
-                }
-            }
-        }
+        let mut materials = std::mem::take(&mut self.materials);
+        materials.iter_mut().for_each(|material| material::settle_textures(material, &ids));
+        Ok((scene, numbers.into_iter().zip(materials).collect()))
     }
 }
 
 /// What one parallel job gives.
 enum Part {
     Image(Result<Vec<(u32, Texture)>, String>),
-    Mesh(Box<Result<Mesh, LoadError>>, Vec<String>),
+    Mesh(Box<Result<Shape, LoadError>>, Vec<String>),
 }

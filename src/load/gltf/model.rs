@@ -5,7 +5,8 @@
 
 use super::meshopt;
 use serde::Deserialize;
-use serde::de::{Deserializer, Error, IgnoredAny, SeqAccess, Unexpected, Visitor};
+use serde::de::{Deserializer, Error, IgnoredAny, MapAccess, SeqAccess, Unexpected, Visitor};
+use std::borrow::Cow;
 use std::fmt;
 use std::marker::PhantomData;
 
@@ -72,7 +73,7 @@ pub(super) trait Element {
 }
 
 /// A list whose parse errors name the element.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct List<T>(pub Vec<T>);
 
 impl<T> Default for List<T> {
@@ -117,7 +118,7 @@ impl<'de, T: Deserialize<'de> + Element> Deserialize<'de> for List<T> {
 macro_rules! object {
     ($(#[$doc:meta])* $name:ident $(as $kind:literal)? { $($(#[$attribute:meta])* $field:ident: $type:ty),* $(,)? }) => {
         $(#[$doc])*
-        #[derive(Debug, Default, Deserialize)]
+        #[derive(Clone, Debug, Default, Deserialize)]
         #[serde(default, rename_all = "camelCase")]
         pub(super) struct $name { $($(#[$attribute])* pub $field: $type,)* }
         $(impl Element for $name { const KIND: &'static str = $kind; })?
@@ -141,7 +142,8 @@ Root {
     accessors: List<Accessor>,
     buffer_views: List<BufferView>,
     buffers: List<Buffer>,
-    animations: Vec<IgnoredAny>,
+    skins: List<Skin>,
+    animations: List<Animation>,
     extensions: RootExtensions,
 });
 object!(Asset {
@@ -232,7 +234,7 @@ object!(Primitive as "primitive" {
     indices: Option<Index>,
     material: Option<Index>,
     mode: Option<Uint>,
-    targets: Vec<IgnoredAny>,
+    targets: Vec<Attributes>,
     extensions: Option<Box<PrimitiveExtensions>>,
 });
 object!(PrimitiveExtensions {
@@ -253,19 +255,94 @@ object!(VariantMapping {
     material: Option<Index>,
     variants: Vec<Index>,
 });
-object!(Attributes {
-    #[serde(rename = "POSITION")]
-    position: Option<Index>,
-    #[serde(rename = "NORMAL")]
-    normal: Option<Index>,
-    #[serde(rename = "TANGENT")]
-    tangent: Option<Index>,
-    #[serde(rename = "TEXCOORD_0")]
-    uv0: Option<Index>,
-    #[serde(rename = "TEXCOORD_1")]
-    uv1: Option<Index>,
-    #[serde(rename = "COLOR_0")]
-    color: Option<Index>,
+/// Accessors by the names of what they hold, of a primitive or of one of its morph targets.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Attributes {
+    pub position: Option<Index>,
+    pub normal: Option<Index>,
+    pub tangent: Option<Index>,
+    pub uv0: Option<Index>,
+    pub uv1: Option<Index>,
+    pub color: Option<Index>,
+    /// JOINTS_n with their numbers, in ascending order.
+    pub joints: Vec<(u32, Index)>,
+    /// WEIGHTS_n with their numbers, in ascending order.
+    pub weights: Vec<(u32, Index)>,
+}
+
+impl<'de> Deserialize<'de> for Attributes {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct V;
+        impl<'de> Visitor<'de> for V {
+            type Value = Attributes;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("an object of attributes")
+            }
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Attributes, A::Error> {
+                let mut out = Attributes::default();
+                while let Some(key) = map.next_key::<Cow<'de, str>>()? {
+                    let numbered = |prefix: &str| key.strip_prefix(prefix).and_then(|n| n.parse().ok());
+                    let place = match key.as_ref() {
+                        "POSITION" => &mut out.position,
+                        "NORMAL" => &mut out.normal,
+                        "TANGENT" => &mut out.tangent,
+                        "TEXCOORD_0" => &mut out.uv0,
+                        "TEXCOORD_1" => &mut out.uv1,
+                        "COLOR_0" => &mut out.color,
+                        _ => {
+                            let (list, number) = match (numbered("JOINTS_"), numbered("WEIGHTS_")) {
+                                (Some(number), _) => (&mut out.joints, number),
+                                (_, Some(number)) => (&mut out.weights, number),
+                                _ => {
+                                    map.next_value::<IgnoredAny>()?;
+                                    continue;
+                                }
+                            };
+                            list.extend(map.next_value::<Option<Index>>()?.map(|index| (number, index)));
+                            continue;
+                        }
+                    };
+                    *place = map.next_value()?;
+                }
+                for list in [&mut out.joints, &mut out.weights] {
+                    list.sort_unstable();
+                    list.dedup_by_key(|(number, _)| *number);
+                }
+                Ok(out)
+            }
+        }
+        deserializer.deserialize_map(V)
+    }
+}
+
+object!(Skin as "skin" {
+    name: Option<String>,
+    inverse_bind_matrices: Option<Index>,
+    joints: Vec<Index>,
+});
+object!(Animation as "animation" {
+    name: Option<String>,
+    channels: List<Channel>,
+    samplers: List<AnimationSampler>,
+});
+object!(Channel as "channel" {
+    sampler: Option<Index>,
+    target: ChannelTarget,
+});
+object!(ChannelTarget {
+    node: Option<Index>,
+    path: String,
+    extensions: Option<Box<ChannelTargetExtensions>>,
+});
+object!(ChannelTargetExtensions {
+    #[serde(rename = "KHR_animation_pointer")]
+    pointer: Option<Pointer>,
+});
+object!(Pointer { pointer: String });
+object!(AnimationSampler as "sampler" {
+    input: Option<Index>,
+    output: Option<Index>,
+    interpolation: Option<String>,
 });
 impl Attributes {
     /// By the name that the specification gives them.
@@ -280,7 +357,21 @@ impl Attributes {
             _ => None,
         }
     }
+
+    /// Joints and weights of a primitive (`self`), and what its Draco data calls them.
+    pub(super) fn influences_in<'a>(
+        &'a self,
+        compressed: &'a Self,
+    ) -> impl Iterator<Item = (Index, Index)> + 'a {
+        let pairs = |own: &'a [(u32, Index)], other: &'a [(u32, Index)]| {
+            own.iter().filter_map(move |&(set, accessor)| {
+                Some((accessor, other.iter().find(|&&(number, _)| number == set)?.1))
+            })
+        };
+        pairs(&self.joints, &compressed.joints).chain(pairs(&self.weights, &compressed.weights))
+    }
 }
+
 object!(Accessor as "accessor" {
     buffer_view: Option<Index>,
     byte_offset: Uint,
@@ -483,6 +574,14 @@ object!(EmissiveStrength {
     emissive_strength: Option<f32>,
 });
 
+impl Node {
+    /// False if it hides itself and its children.
+    pub(super) fn is_visible(&self) -> bool {
+        let visibility = self.extensions.as_deref().and_then(|e| e.visibility.as_ref());
+        visibility.and_then(|v| v.visible) != Some(false)
+    }
+}
+
 /// Shape of an accessor's elements.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 pub(super) enum Kind {
@@ -498,7 +597,10 @@ pub(super) enum Kind {
     /// Four numbers.
     #[serde(rename = "VEC4")]
     Vec4,
-    /// Matrices, and whatever else is written there: nothing that is drawn has them.
+    /// Sixteen numbers, column by column.
+    #[serde(rename = "MAT4")]
+    Mat4,
+    /// Other matrices, and whatever else is written there: nothing that is drawn has them.
     #[default]
     #[serde(other)]
     Other,
@@ -512,6 +614,7 @@ impl Kind {
             Self::Vec2 => 2,
             Self::Vec3 => 3,
             Self::Vec4 => 4,
+            Self::Mat4 => 16,
             Self::Other => 0,
         }
     }
@@ -550,6 +653,11 @@ mod tests {
             size_of::<Material>(),
             size_of::<Light>(),
             size_of::<Camera>(),
+            size_of::<Attributes>(),
+            size_of::<Skin>(),
+            size_of::<Animation>(),
+            size_of::<Channel>(),
+            size_of::<AnimationSampler>(),
         ];
         assert!(sizes.iter().all(|&s| s <= 192), "{sizes:?}");
     }
@@ -561,6 +669,19 @@ mod tests {
             e.to_string(),
             "accessor 1: invalid value: integer `-4`, expected a whole number of at least 0 at line 1 column 33"
         );
+    }
+
+    #[test]
+    fn attributes_by_name_and_number() {
+        let text = r#"{"POSITION": 4, "_ID": {"a": [1]}, "JOINTS_1": 2, "JOINTS_0": 1, "WEIGHTS_0": 3.0, "JOINTS_x": 9,
+            "TEXCOORD_7": 5, "NORMAL": null, "JOINTS_1": 8}"#;
+        let found: Attributes = serde_json::from_str(text).unwrap();
+        assert_eq!(found.position, Some(Index(4)));
+        assert_eq!((found.normal, found.uv0), (None, None));
+        assert_eq!(found.joints, [(0, Index(1)), (1, Index(2))]);
+        assert_eq!(found.weights, [(0, Index(3))]);
+        serde_json::from_str::<Attributes>(r#"{"JOINTS_0": -1}"#).unwrap_err();
+        serde_json::from_str::<Attributes>("[]").unwrap_err();
     }
 
     #[test]

@@ -1,0 +1,175 @@
+//! Where moving pictures go: one file, or a picture each frame. Checked before any work, written after all of it.
+
+use super::failure::Failure;
+use super::picture::is_standard_stream;
+use super::target::{Encoded, check_writable, is_same_file, output_failure};
+use crate::frame::Frame;
+use crate::limits::Limits;
+use crate::output::{
+    DisplayImage, DisplayOptions, MovieFormat, MovieFrame, durations, encode_movie, encode_png,
+};
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+
+/// A place for frames.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct MovieTarget {
+    path: PathBuf,
+    /// `None`: numbered pictures.
+    format: Option<MovieFormat>,
+}
+
+impl MovieTarget {
+    /// Checks that a moving picture could be written to `path` (`-`: standard output).
+    ///
+    /// # Errors
+    /// [`Failure`] naming the path.
+    pub(super) fn new(path: &Path, inputs: &[&Path]) -> Result<Self, Failure> {
+        let about = |failure: Failure| failure.at(path);
+        if is_standard_stream(path) {
+            if std::io::stdout().is_terminal() {
+                return Err(Failure::usage("standard output is a terminal, which cannot show a picture"));
+            }
+            return Ok(Self { path: path.to_owned(), format: Some(MovieFormat::Apng) });
+        }
+        let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+        let numbered = path.file_name().is_some_and(|name| name.to_string_lossy().contains('#'));
+        let format = match (extension.as_str(), numbered) {
+            ("png", true) => None,
+            ("png" | "apng", false) => Some(MovieFormat::Apng),
+            ("webp", false) => Some(MovieFormat::WebP),
+            (_, true) => return Err(about(Failure::usage("numbered pictures are .png"))),
+            _ => {
+                let known = ".png and .apng (animated PNG), .webp, and .png with # in its name";
+                return Err(about(Failure::usage(format!("unknown format; known are {known}"))));
+            }
+        };
+        let target = Self { path: path.to_owned(), format };
+        target.check(1, inputs)?;
+        Ok(target)
+    }
+
+    /// True if it goes to standard output.
+    pub(super) fn is_standard_output(&self) -> bool {
+        is_standard_stream(&self.path)
+    }
+
+    /// The files that so many frames make.
+    fn paths(&self, frames: usize) -> Vec<PathBuf> {
+        if self.format.is_some() {
+            return vec![self.path.clone()];
+        }
+        let name = self.path.file_name().unwrap_or_default().to_string_lossy();
+        let start = name.find('#').unwrap_or(name.len());
+        let digits = name[start..].chars().take_while(|&c| c == '#').count();
+        let (before, after) = (&name[..start], &name[start + digits..]);
+        (0..frames).map(|k| self.path.with_file_name(format!("{before}{k:0digits$}{after}"))).collect()
+    }
+
+    /// Checks that so many frames could be written.
+    ///
+    /// # Errors
+    /// [`Failure`] naming the file.
+    pub(super) fn check(&self, frames: usize, inputs: &[&Path]) -> Result<(), Failure> {
+        if self.is_standard_output() {
+            return Ok(());
+        }
+        for path in self.paths(frames) {
+            check_writable(&path)?;
+            if inputs.iter().any(|input| is_same_file(&path, input)) {
+                return Err(Failure::usage("this is an input; it would be overwritten").at(&path));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Frames on their way to a [`MovieTarget`], encoded.
+pub(super) struct Movie<'a> {
+    target: &'a MovieTarget,
+    display: &'a DisplayOptions,
+    limits: &'a Limits,
+    frames: Vec<MovieFrame>,
+    pictures: Vec<Vec<u8>>,
+    bytes: u64,
+    hashes: String,
+}
+
+impl<'a> Movie<'a> {
+    /// No frames yet.
+    pub(super) fn new(target: &'a MovieTarget, display: &'a DisplayOptions, limits: &'a Limits) -> Self {
+        let (frames, pictures) = (Vec::new(), Vec::new());
+        Self { target, display, limits, frames, pictures, bytes: 0, hashes: String::new() }
+    }
+
+    /// Adds a frame.
+    ///
+    /// # Errors
+    /// [`Failure`] if it cannot be encoded, or if all frames take more memory than the limits allow.
+    pub(super) fn push(&mut self, frame: &Frame) -> Result<(), Failure> {
+        let failed = |error| output_failure(&error, &self.target.path);
+        self.hashes.push_str(&frame.frame_hash());
+        let image = DisplayImage::new(frame, self.display);
+        let size = match self.target.format {
+            Some(format) => {
+                // A colour behind everything leaves no transparency.
+                let alpha = self.display.background.is_none();
+                let frame = MovieFrame::new(&image, format, alpha).map_err(failed)?;
+                let size = frame.size();
+                self.frames.push(frame);
+                size
+            }
+            None => {
+                let bytes = encode_png(&image).map_err(failed)?;
+                let size = bytes.len();
+                self.pictures.push(bytes);
+                size
+            }
+        };
+        self.bytes += size as u64;
+        let what = || format!("frames up to {}", self.frames.len() + self.pictures.len());
+        Limits::check(what, self.bytes, self.limits.decoded_bytes, "decoded_bytes")
+            .map_err(|e| Failure::limit(&e))
+    }
+
+    /// The bytes of all files, and the hash of all frames: XXH3-128 of their hashes, equal on every machine.
+    ///
+    /// # Errors
+    /// [`Failure`] if there is no such file.
+    pub(super) fn finish(self, frames_a_second: f64) -> Result<(Encoded, String), Failure> {
+        let hash = format!("{:032x}", xxhash_rust::xxh3::xxh3_128(self.hashes.as_bytes()));
+        let path = &self.target.path;
+        if self.target.format.is_none() {
+            let paths = self.target.paths(self.pictures.len());
+            return Ok((Encoded::of(paths.into_iter().zip(self.pictures).collect()), hash));
+        }
+        let times = durations(self.frames.len(), frames_a_second);
+        let bytes = encode_movie(&self.frames, &times).map_err(|e| output_failure(&e, path))?;
+        Ok((Encoded::new(path.clone(), bytes), hash))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_name_tells_the_format() {
+        let format = |name: &str| MovieTarget::new(Path::new(name), &[]).map(|target| target.format);
+        assert_eq!(format("a.png"), Ok(Some(MovieFormat::Apng)));
+        assert_eq!(format("a.APNG"), Ok(Some(MovieFormat::Apng)));
+        assert_eq!(format("a.webp"), Ok(Some(MovieFormat::WebP)));
+        assert_eq!(format("a-###.png"), Ok(None));
+        for bad in ["a", "a.gif", "a-##.webp", "#"] {
+            assert_eq!(format(bad).unwrap_err().exit_code(), 2, "{bad}");
+        }
+        assert_eq!(format("no-such-folder/a.png").unwrap_err().exit_code(), 1);
+    }
+
+    #[test]
+    fn pictures_are_numbered_from_0_in_their_folder() {
+        let paths = |name: &str, frames| MovieTarget { path: name.into(), format: None }.paths(frames);
+        assert_eq!(paths("f/a-##.png", 2), [Path::new("f/a-00.png"), Path::new("f/a-01.png")]);
+        assert_eq!(paths("#b#.png", 11)[10], Path::new("10b#.png"));
+    }
+}

@@ -1,0 +1,295 @@
+//! What a channel of an animation changes: properties of nodes, and with KHR_animation_pointer whatever else the loader
+//! reads.
+
+use super::model::Root;
+
+/// A property that changes over time, of an element that exists.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Target {
+    /// Of a node.
+    Translation(usize),
+    /// Of a node.
+    Rotation(usize),
+    /// Of a node.
+    Scale(usize),
+    /// Of a node: those of its mesh's morph targets.
+    Weights(usize),
+    /// Whether a node shows itself and its children.
+    Visible(usize),
+    /// Of a mesh's morph targets, where a node gives none.
+    MeshWeights(usize),
+    /// Of a material.
+    Surface(usize, Surface),
+    /// Of a light.
+    Light(usize, Light),
+    /// Of a camera.
+    Camera(usize, Camera),
+}
+
+/// Properties of materials.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Surface {
+    BaseColor,
+    Metallic,
+    Roughness,
+    Emissive,
+    EmissiveStrength,
+    NormalScale,
+    OcclusionStrength,
+    AlphaCutoff,
+    Ior,
+    Specular,
+    SpecularColor,
+    Coat,
+    CoatRoughness,
+    CoatNormalScale,
+    SheenColor,
+    SheenRoughness,
+    AnisotropyStrength,
+    AnisotropyRotation,
+    Iridescence,
+    IridescenceIor,
+    FilmMinimum,
+    FilmMaximum,
+    Diffuse,
+    SpecularGlossinessColor,
+    Glossiness,
+    /// Of KHR_texture_transform.
+    Offset(Slot),
+    /// Of KHR_texture_transform.
+    Turn(Slot),
+    /// Of KHR_texture_transform.
+    Scale(Slot),
+}
+
+/// Textures of materials.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Slot {
+    BaseColor,
+    MetallicRoughness,
+    Normal,
+    Occlusion,
+    Emissive,
+    Specular,
+    SpecularColor,
+    Coat,
+    CoatRoughness,
+    CoatNormal,
+    SheenColor,
+    SheenRoughness,
+    Anisotropy,
+    Iridescence,
+    FilmThickness,
+    Diffuse,
+    SpecularGlossiness,
+}
+
+/// Properties of KHR_lights_punctual.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Light {
+    Color,
+    Intensity,
+    Range,
+    InnerCone,
+    OuterCone,
+}
+
+/// Properties of cameras.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Camera {
+    FieldOfView,
+    PerspectiveNear,
+    Height,
+    OrthographicNear,
+}
+
+const FACTORS: [(&str, Surface); 25] = [
+    ("pbrMetallicRoughness/baseColorFactor", Surface::BaseColor),
+    ("pbrMetallicRoughness/metallicFactor", Surface::Metallic),
+    ("pbrMetallicRoughness/roughnessFactor", Surface::Roughness),
+    ("emissiveFactor", Surface::Emissive),
+    ("extensions/KHR_materials_emissive_strength/emissiveStrength", Surface::EmissiveStrength),
+    ("normalTexture/scale", Surface::NormalScale),
+    ("occlusionTexture/strength", Surface::OcclusionStrength),
+    ("alphaCutoff", Surface::AlphaCutoff),
+    ("extensions/KHR_materials_ior/ior", Surface::Ior),
+    ("extensions/KHR_materials_specular/specularFactor", Surface::Specular),
+    ("extensions/KHR_materials_specular/specularColorFactor", Surface::SpecularColor),
+    ("extensions/KHR_materials_clearcoat/clearcoatFactor", Surface::Coat),
+    ("extensions/KHR_materials_clearcoat/clearcoatRoughnessFactor", Surface::CoatRoughness),
+    ("extensions/KHR_materials_clearcoat/clearcoatNormalTexture/scale", Surface::CoatNormalScale),
+    ("extensions/KHR_materials_sheen/sheenColorFactor", Surface::SheenColor),
+    ("extensions/KHR_materials_sheen/sheenRoughnessFactor", Surface::SheenRoughness),
+    ("extensions/KHR_materials_anisotropy/anisotropyStrength", Surface::AnisotropyStrength),
+    ("extensions/KHR_materials_anisotropy/anisotropyRotation", Surface::AnisotropyRotation),
+    ("extensions/KHR_materials_iridescence/iridescenceFactor", Surface::Iridescence),
+    ("extensions/KHR_materials_iridescence/iridescenceIor", Surface::IridescenceIor),
+    ("extensions/KHR_materials_iridescence/iridescenceThicknessMinimum", Surface::FilmMinimum),
+    ("extensions/KHR_materials_iridescence/iridescenceThicknessMaximum", Surface::FilmMaximum),
+    ("extensions/KHR_materials_pbrSpecularGlossiness/diffuseFactor", Surface::Diffuse),
+    ("extensions/KHR_materials_pbrSpecularGlossiness/specularFactor", Surface::SpecularGlossinessColor),
+    ("extensions/KHR_materials_pbrSpecularGlossiness/glossinessFactor", Surface::Glossiness),
+];
+
+const SLOTS: [(&str, Slot); 17] = [
+    ("pbrMetallicRoughness/baseColorTexture", Slot::BaseColor),
+    ("pbrMetallicRoughness/metallicRoughnessTexture", Slot::MetallicRoughness),
+    ("normalTexture", Slot::Normal),
+    ("occlusionTexture", Slot::Occlusion),
+    ("emissiveTexture", Slot::Emissive),
+    ("extensions/KHR_materials_specular/specularTexture", Slot::Specular),
+    ("extensions/KHR_materials_specular/specularColorTexture", Slot::SpecularColor),
+    ("extensions/KHR_materials_clearcoat/clearcoatTexture", Slot::Coat),
+    ("extensions/KHR_materials_clearcoat/clearcoatRoughnessTexture", Slot::CoatRoughness),
+    ("extensions/KHR_materials_clearcoat/clearcoatNormalTexture", Slot::CoatNormal),
+    ("extensions/KHR_materials_sheen/sheenColorTexture", Slot::SheenColor),
+    ("extensions/KHR_materials_sheen/sheenRoughnessTexture", Slot::SheenRoughness),
+    ("extensions/KHR_materials_anisotropy/anisotropyTexture", Slot::Anisotropy),
+    ("extensions/KHR_materials_iridescence/iridescenceTexture", Slot::Iridescence),
+    ("extensions/KHR_materials_iridescence/iridescenceThicknessTexture", Slot::FilmThickness),
+    ("extensions/KHR_materials_pbrSpecularGlossiness/diffuseTexture", Slot::Diffuse),
+    ("extensions/KHR_materials_pbrSpecularGlossiness/specularGlossinessTexture", Slot::SpecularGlossiness),
+];
+
+impl Target {
+    /// What a node's channel changes; `None` for paths that mean nothing.
+    pub(super) fn of_node(node: usize, path: &str) -> Option<Self> {
+        Some(match path {
+            "translation" => Self::Translation(node),
+            "rotation" => Self::Rotation(node),
+            "scale" => Self::Scale(node),
+            "weights" => Self::Weights(node),
+            _ => return None,
+        })
+    }
+
+    /// What the pointer of a channel leads to; `None` if that is nothing that the loader reads.
+    pub(super) fn of_pointer(root: &Root, pointer: &str) -> Option<Self> {
+        let below = |list: &str| -> Option<(usize, &str)> {
+            let (index, rest) = pointer.strip_prefix(list)?.split_once('/')?;
+            // No sign, no leading zero: RFC 6901, section 4.
+            let canonical = index == "0" || index.starts_with(|c: char| ('1'..='9').contains(&c));
+            if canonical { Some((index.parse().ok()?, rest)) } else { None }
+        };
+        if let Some((node, rest)) = below("/nodes/") {
+            let node = Some(node).filter(|&k| k < root.nodes.len())?;
+            return match rest {
+                "extensions/KHR_node_visibility/visible" => Some(Self::Visible(node)),
+                path => Self::of_node(node, path),
+            };
+        }
+        if let Some((mesh, rest)) = below("/meshes/") {
+            return (mesh < root.meshes.len() && rest == "weights").then_some(Self::MeshWeights(mesh));
+        }
+        if let Some((material, rest)) = below("/materials/") {
+            let surface = Surface::named(rest).filter(|_| material < root.materials.len())?;
+            return Some(Self::Surface(material, surface));
+        }
+        if let Some((light, rest)) = below("/extensions/KHR_lights_punctual/lights/") {
+            let count = root.extensions.lights.as_ref().map_or(0, |lights| lights.lights.len());
+            let property = match rest {
+                "color" => Light::Color,
+                "intensity" => Light::Intensity,
+                "range" => Light::Range,
+                "spot/innerConeAngle" => Light::InnerCone,
+                "spot/outerConeAngle" => Light::OuterCone,
+                _ => return None,
+            };
+            return (light < count).then_some(Self::Light(light, property));
+        }
+        let (camera, rest) = below("/cameras/")?;
+        let property = match rest {
+            "perspective/yfov" => Camera::FieldOfView,
+            "perspective/znear" => Camera::PerspectiveNear,
+            "orthographic/ymag" => Camera::Height,
+            "orthographic/znear" => Camera::OrthographicNear,
+            _ => return None,
+        };
+        (camera < root.cameras.len()).then_some(Self::Camera(camera, property))
+    }
+
+    /// How many numbers it has.
+    pub(super) fn width(self, root: &Root) -> usize {
+        let targets = |mesh: usize| {
+            let primitives = root.meshes.get(mesh).map_or(&[][..], |mesh| &mesh.primitives);
+            primitives.iter().map(|p| p.targets.len()).fold(0, usize::max)
+        };
+        match self {
+            Self::Translation(_) | Self::Scale(_) | Self::Light(_, Light::Color) => 3,
+            Self::Rotation(_) => 4,
+            Self::Weights(node) => root.nodes[node].mesh.map_or(0, |mesh| targets(mesh.get())),
+            Self::MeshWeights(mesh) => targets(mesh),
+            Self::Surface(_, surface) => surface.width(),
+            Self::Visible(_) | Self::Light(..) | Self::Camera(..) => 1,
+        }
+    }
+}
+
+impl Surface {
+    fn named(path: &str) -> Option<Self> {
+        if let Some((_, surface)) = FACTORS.iter().find(|(name, _)| *name == path) {
+            return Some(*surface);
+        }
+        let (texture, property) = path.split_once("/extensions/KHR_texture_transform/")?;
+        let (_, slot) = SLOTS.iter().find(|(name, _)| *name == texture)?;
+        match property {
+            "offset" => Some(Self::Offset(*slot)),
+            "rotation" => Some(Self::Turn(*slot)),
+            "scale" => Some(Self::Scale(*slot)),
+            _ => None,
+        }
+    }
+
+    fn width(self) -> usize {
+        match self {
+            Self::BaseColor | Self::Diffuse => 4,
+            Self::Emissive | Self::SpecularColor | Self::SheenColor | Self::SpecularGlossinessColor => 3,
+            Self::Offset(_) | Self::Scale(_) => 2,
+            _ => 1,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pointers_lead_to_what_exists() {
+        let text = r#"{"nodes": [{}, {"mesh": 0}], "meshes": [{"primitives": [{"targets": [{}, {}]}]}],
+            "materials": [{}], "cameras": [{}], "extensions": {"KHR_lights_punctual": {"lights": [{}]}}}"#;
+        let root: Root = serde_json::from_str(text).unwrap();
+        let cases = [
+            ("/nodes/1/weights", Some(Target::Weights(1)), 2),
+            ("/nodes/0/rotation", Some(Target::Rotation(0)), 4),
+            ("/nodes/1/extensions/KHR_node_visibility/visible", Some(Target::Visible(1)), 1),
+            ("/meshes/0/weights", Some(Target::MeshWeights(0)), 2),
+            (
+                "/materials/0/pbrMetallicRoughness/baseColorFactor",
+                Some(Target::Surface(0, Surface::BaseColor)),
+                4,
+            ),
+            (
+                "/materials/0/normalTexture/extensions/KHR_texture_transform/offset",
+                Some(Target::Surface(0, Surface::Offset(Slot::Normal))),
+                2,
+            ),
+            ("/cameras/0/perspective/yfov", Some(Target::Camera(0, Camera::FieldOfView)), 1),
+            ("/extensions/KHR_lights_punctual/lights/0/color", Some(Target::Light(0, Light::Color)), 3),
+            ("/nodes/2/rotation", None, 0),
+            ("/nodes/01/rotation", None, 0),
+            ("/nodes/+1/rotation", None, 0),
+            ("/nodes/1/matrix", None, 0),
+            ("/materials/1/alphaCutoff", None, 0),
+            ("/materials/0/extensions/KHR_materials_transmission/transmissionFactor", None, 0),
+            ("/extensions/KHR_lights_punctual/lights/1/color", None, 0),
+            ("", None, 0),
+            ("/", None, 0),
+        ];
+        for (pointer, expected, width) in cases {
+            let target = Target::of_pointer(&root, pointer);
+            assert_eq!(target, expected, "{pointer}");
+            assert_eq!(target.map_or(0, |t| t.width(&root)), width, "{pointer}");
+        }
+    }
+}

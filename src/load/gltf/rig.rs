@@ -1,0 +1,317 @@
+//! A file that has been read: everything that is needed to make its scene at any time of its animation.
+
+use super::animation::{self, Animation};
+use super::deform::{self, Wanted};
+use super::hierarchy::{Places, Tree};
+use super::mesh::{self, Shape};
+use super::model::{self, Root, label};
+use super::pose::Pose;
+use super::skin::{Matrix, Skin};
+use super::{FORMAT, camera, light, surface};
+use crate::jobs::Jobs;
+use crate::load::warnings::Warnings;
+use crate::load::{AnimationInfo, LoadError, Loaded};
+use crate::scene::{Instance, Material, MaterialId, MeshId, Scene, Transform};
+use std::collections::BTreeMap;
+
+/// A primitive of a mesh that is in the scene: which geometry and which material, by their places in the lists.
+#[derive(Clone, Copy)]
+pub(super) struct Draw {
+    pub geometry: usize,
+    pub material: usize,
+}
+
+/// What a node draws.
+pub(super) struct Drawn {
+    /// Place in the tree.
+    pub place: usize,
+    /// Place in the list of the meshes' draws.
+    pub mesh: usize,
+    /// Transforms relative to the node, of EXT_mesh_gpu_instancing.
+    pub copies: Option<Vec<Transform>>,
+    /// Number of its skin.
+    pub skin: Option<usize>,
+    /// Where the weights of its morph targets come from.
+    pub weights: Weights,
+}
+
+/// Where the weights of morph targets come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Weights {
+    /// From this mesh of the file.
+    Mesh(usize),
+    /// From this node of the file, which shows the mesh.
+    Node(usize, usize),
+}
+
+/// Draws of nodes and meshes.
+#[derive(Default)]
+pub(super) struct Draws {
+    /// In the order of the tree.
+    pub nodes: Vec<Drawn>,
+    /// The draws of each mesh.
+    pub meshes: Vec<Vec<Draw>>,
+}
+
+/// What makes a mesh another one than the stored: the geometry, the skin, the weights.
+pub(super) type PoseKey = (usize, Option<usize>, Option<Weights>);
+
+/// A file that has been read.
+pub(crate) struct Rig {
+    pub(super) root: Root,
+    pub(super) tree: Tree,
+    /// A scene with the textures and nothing else.
+    pub(super) stage: Scene,
+    /// With their numbers in the file.
+    pub(super) materials: Vec<(Option<usize>, Material)>,
+    pub(super) shapes: Vec<Shape>,
+    pub(super) skins: BTreeMap<usize, Skin>,
+    pub(super) draws: Draws,
+    /// Places in the tree of what is or may become visible.
+    pub(super) contents: Vec<usize>,
+    /// The animation that is played, with its number.
+    pub(super) animation: Option<(usize, Animation)>,
+    /// Every animation of the file, if that was asked for.
+    pub(super) animations: Vec<AnimationInfo>,
+    /// Of reading the file.
+    pub(super) warnings: Warnings,
+}
+
+impl Rig {
+    /// All animations of the file.
+    pub(crate) fn animations(&self) -> &[AnimationInfo] {
+        &self.animations
+    }
+
+    /// Seconds to the last key frame of the animation that is played.
+    pub(crate) fn length(&self) -> Option<f64> {
+        self.animation.as_ref().map(|(_, animation)| animation.length())
+    }
+
+    /// Makes sure that vertices follow joints that there are.
+    ///
+    /// # Errors
+    /// [`LoadError::Malformed`] naming the primitive.
+    pub(super) fn check_joints(&self) -> Result<(), LoadError> {
+        for drawn in &self.draws.nodes {
+            let Some((skin, joints)) = drawn.skin.and_then(|k| Some((k, self.skins.get(&k)?.len()))) else {
+                continue;
+            };
+            for draw in &self.draws.meshes[drawn.mesh] {
+                let shape = &self.shapes[draw.geometry];
+                let last = shape.deform.as_ref().map_or(0, deform::Deform::last_joint);
+                if last >= joints {
+                    let name = mesh::name(&self.root, shape.of.0, shape.of.1);
+                    let skin = label::<model::Skin>(skin, self.root.skins[skin].name.as_deref());
+                    let message =
+                        format!("{name}: joint {last} is out of range of {joints} joints of {skin}");
+                    return Err(LoadError::malformed(FORMAT, message));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The scene at a time of the animation; in the pose of the file if none is played. Time beyond the end is the end,
+    /// with a warning, or goes on from the beginning if it is to `repeat`.
+    ///
+    /// # Errors
+    /// [`LoadError::Scene`] naming what cannot be part of a scene.
+    pub(crate) fn at(&self, time: f64, repeat: bool, jobs: &Jobs) -> Result<Loaded, LoadError> {
+        let mut warnings = self.warnings.clone();
+        let pose = self.animation.as_ref().map_or_else(Pose::default, |(index, animation)| {
+            let length = animation.length();
+            let mut time = if time.is_finite() { time } else { 0.0 };
+            if repeat && length > 0.0 {
+                time -= (time / length).floor() * length;
+            } else if time > length {
+                let name = || animation::name(&self.root, *index);
+                warnings.add(|| format!("{} ends at {length} s: its last pose is drawn", name()));
+            }
+            animation.pose(time)
+        });
+        let places = self.tree.places(&self.root, &pose)?;
+        let mut scene = self.stage.clone();
+        let materials = self.add_materials(&pose, &mut scene)?;
+        self.add_meshes(&pose, &places, &materials, &mut scene, jobs)?;
+        self.add_cameras_and_lights(&pose, &places, &mut scene, &mut warnings);
+        if scene.triangle_count() == 0 {
+            warnings.add(|| "no triangles".to_owned());
+        }
+        Ok(Loaded { scene, warnings: warnings.finish() })
+    }
+
+    fn add_materials(&self, pose: &Pose, scene: &mut Scene) -> Result<Vec<MaterialId>, LoadError> {
+        let mut ids = Vec::with_capacity(self.materials.len());
+        for (index, material) in &self.materials {
+            let mut material = material.clone();
+            if let Some((index, changes)) = index.and_then(|k| Some((k, pose.surfaces.get(&k)?))) {
+                surface::change(&mut material, &self.root.materials[index], changes);
+            }
+            let name = material.name.escape_debug().take(64).collect::<String>();
+            let id = scene.add_material(material);
+            ids.push(id.map_err(LoadError::scene(format!("material '{name}'")))?);
+        }
+        Ok(ids)
+    }
+
+    /// Adds what is drawn of meshes: as they are stored, and in poses of their own.
+    fn add_meshes(
+        &self,
+        pose: &Pose,
+        places: &Places,
+        materials: &[MaterialId],
+        scene: &mut Scene,
+        jobs: &Jobs,
+    ) -> Result<(), LoadError> {
+        let mut stored = vec![false; self.shapes.len()];
+        let mut weights: BTreeMap<(usize, Weights), Option<Vec<f32>>> = BTreeMap::new();
+        let mut posed: BTreeMap<PoseKey, usize> = BTreeMap::new();
+        let mut order: Vec<PoseKey> = Vec::new();
+        let mut matrices: BTreeMap<usize, Vec<Matrix>> = BTreeMap::new();
+        // For each draw of each node that is shown, its mesh in a pose or none.
+        let mut keys: Vec<Option<usize>> = Vec::new();
+        for drawn in &self.draws.nodes {
+            if places.shown(drawn.place).is_none() {
+                continue;
+            }
+            for draw in &self.draws.meshes[drawn.mesh] {
+                let key = self.key(draw.geometry, drawn, pose, &mut weights);
+                if key.1.is_none() && key.2.is_none() {
+                    stored[draw.geometry] = true;
+                    keys.push(None);
+                    continue;
+                }
+                if let Some(k) = key.1
+                    && !matrices.contains_key(&k)
+                {
+                    matrices.insert(k, self.skins[&k].matrices(&self.root, &self.tree, places)?);
+                }
+                let next = order.len();
+                let place = *posed.entry(key).or_insert(next);
+                if place == next {
+                    order.push(key);
+                }
+                keys.push(Some(place));
+            }
+        }
+        let mut wanted = Vec::with_capacity(order.len());
+        for (geometry, skin, source) in &order {
+            let shape = &self.shapes[*geometry];
+            // Only what moves has a key.
+            let Some(deform) = &shape.deform else { continue };
+            let weights = source.and_then(|source| weights.get(&(*geometry, source)).cloned().flatten());
+            wanted.push(Wanted {
+                base: shape.mesh.data(),
+                deform,
+                weights: weights.unwrap_or_default(),
+                matrices: skin.and_then(|k| matrices.get(&k)).map(Vec::as_slice),
+            });
+        }
+        let meshes = deform::pose(&wanted, jobs);
+
+        let mut stored_ids: Vec<Option<MeshId>> = vec![None; self.shapes.len()];
+        for (k, shape) in self.shapes.iter().enumerate().filter(|(k, _)| stored[*k]) {
+            let id = scene.add_mesh(shape.mesh.clone()).map_err(LoadError::scene("meshes"))?;
+            stored_ids[k] = Some(id);
+        }
+        let mut posed_ids: Vec<MeshId> = Vec::with_capacity(meshes.len());
+        for (mesh, (geometry, _, _)) in meshes.into_iter().zip(&order) {
+            let of = self.shapes[*geometry].of;
+            let name = || mesh::name(&self.root, of.0, of.1);
+            let mesh = mesh.map_err(|e| LoadError::scene(name())(e))?;
+            posed_ids.push(scene.add_mesh(mesh).map_err(LoadError::scene("meshes"))?);
+        }
+
+        let mut keys = keys.into_iter();
+        for drawn in &self.draws.nodes {
+            let Some(transform) = places.shown(drawn.place) else { continue };
+            let node = self.tree.node(drawn.place);
+            let fail = |error| {
+                LoadError::scene(label::<model::Node>(node, self.root.nodes[node].name.as_deref()))(error)
+            };
+            let draws = &self.draws.meshes[drawn.mesh];
+            let meshes: Vec<Option<usize>> = keys.by_ref().take(draws.len()).collect();
+            let copies = drawn.copies.as_deref().unwrap_or(&[Transform::IDENTITY]);
+            for copy in copies {
+                let placed = transform.after(copy).map_err(fail)?;
+                for (draw, posed) in draws.iter().zip(&meshes) {
+                    let skinned = posed.is_some_and(|k| order[k].1.is_some());
+                    let mesh = match posed {
+                        Some(k) => posed_ids.get(*k).copied(),
+                        None => stored_ids[draw.geometry],
+                    };
+                    let Some(mesh) = mesh else { continue };
+                    let instance = Instance {
+                        mesh,
+                        material: materials[draw.material],
+                        // Its vertices are in world space.
+                        transform: if skinned { Transform::IDENTITY } else { placed },
+                        object: node as u32,
+                    };
+                    scene.add_instance(instance).map_err(fail)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// What a node makes of a geometry. `known`: weights that have been looked up, `None` where all are 0.
+    fn key(
+        &self,
+        geometry: usize,
+        drawn: &Drawn,
+        pose: &Pose,
+        known: &mut BTreeMap<(usize, Weights), Option<Vec<f32>>>,
+    ) -> PoseKey {
+        let Some(deform) = &self.shapes[geometry].deform else { return (geometry, None, None) };
+        let skin = drawn.skin.filter(|k| deform.has_joints() && self.skins.contains_key(k));
+        let weights = known.entry((geometry, drawn.weights)).or_insert_with(|| {
+            let weight = |target| match drawn.weights {
+                Weights::Mesh(mesh) => pose.weight(&self.root, None, mesh, target),
+                Weights::Node(node, mesh) => pose.weight(&self.root, Some(node), mesh, target),
+            };
+            let list: Vec<f32> = deform.targets().map(weight).collect();
+            list.iter().any(|&w| w != 0.0).then_some(list)
+        });
+        (geometry, skin, weights.is_some().then_some(drawn.weights))
+    }
+
+    fn add_cameras_and_lights(
+        &self,
+        pose: &Pose,
+        places: &Places,
+        scene: &mut Scene,
+        warnings: &mut Warnings,
+    ) {
+        let root = &self.root;
+        let lights = root.extensions.lights.as_ref().map_or(&[][..], |l| &l.lights);
+        for &place in &self.contents {
+            let Some(transform) = places.shown(place) else { continue };
+            let k = self.tree.node(place);
+            let node = &root.nodes[k];
+            let name = || label::<model::Node>(k, node.name.as_deref());
+            if let Some(index) = node.camera {
+                match (root.cameras.get(index.get()), pose.cameras.get(&index.get())) {
+                    (Some(given), None) => camera::add(scene, given, index.get(), transform, warnings),
+                    (Some(given), Some(changes)) => {
+                        let changed = surface::changed_camera(given, changes);
+                        camera::add(scene, &changed, index.get(), transform, warnings);
+                    }
+                    (None, _) => warnings.add(|| format!("{}: there is no camera {index}", name())),
+                }
+            }
+            let light = node.extensions.as_deref().and_then(|e| e.light.as_ref()).and_then(|l| l.light);
+            if let Some(index) = light {
+                match (lights.get(index.get()), pose.lights.get(&index.get())) {
+                    (Some(given), None) => light::add(scene, given, index.get(), transform, warnings),
+                    (Some(given), Some(changes)) => {
+                        let changed = surface::changed_light(given, changes);
+                        light::add(scene, &changed, index.get(), transform, warnings);
+                    }
+                    (None, _) => warnings.add(|| format!("{}: there is no light {index}", name())),
+                }
+            }
+        }
+    }
+}

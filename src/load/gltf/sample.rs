@@ -1,0 +1,243 @@
+//! Values between key frames: appendix C of the specification.
+
+use crate::math::double::{atan2, sin};
+
+/// How values follow from key frames.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Interpolation {
+    /// The value of the key frame before.
+    Step,
+    /// Along a line; rotations along the shorter arc.
+    Linear,
+    /// Along a Hermite spline; each key frame has an in-tangent, a value and an out-tangent.
+    CubicSpline,
+}
+
+/// Values over time.
+#[derive(Clone, Debug)]
+pub(super) struct Curve {
+    /// Ascending, finite; at least one.
+    times: Vec<f32>,
+    /// `width` numbers for each time, or three times as many.
+    values: Vec<f32>,
+    width: usize,
+    interpolation: Interpolation,
+    /// Values are unit quaternions.
+    rotation: bool,
+}
+
+impl Curve {
+    /// A curve of the key frames whose times are ascending: one that is not later than all before, or no finite number,
+    /// is left out. Also gives how many were. `None` if none is left. There are as many values as there have to be.
+    pub(super) fn new(
+        mut times: Vec<f32>,
+        mut values: Vec<f32>,
+        width: usize,
+        interpolation: Interpolation,
+        rotation: bool,
+    ) -> (Option<Self>, usize) {
+        let each = width * if interpolation == Interpolation::CubicSpline { 3 } else { 1 };
+        let count = times.len();
+        let (mut kept, mut last) = (0, f32::NEG_INFINITY);
+        for k in 0..count {
+            if times[k].is_finite() && times[k] > last {
+                last = times[k];
+                times[kept] = last;
+                if kept != k {
+                    values.copy_within(k * each..(k + 1) * each, kept * each);
+                }
+                kept += 1;
+            }
+        }
+        times.truncate(kept);
+        values.truncate(kept * each);
+        let curve = Self { times, values, width, interpolation, rotation };
+        ((kept > 0).then_some(curve), count - kept)
+    }
+
+    /// The time of the last key frame.
+    pub(super) fn end(&self) -> f64 {
+        self.times.last().copied().map_or(0.0, f64::from)
+    }
+
+    /// The values at a time. Before the first key frame they are that one's, after the last that one's.
+    pub(super) fn at(&self, time: f64) -> Vec<f64> {
+        // The first key frame that is later.
+        let next = self.times.partition_point(|&t| f64::from(t) <= time);
+        if next == 0 || next == self.times.len() {
+            return self.finished(self.value(if next == 0 { 0 } else { next - 1 }));
+        }
+        let before = next - 1;
+        let (t0, t1) = (f64::from(self.times[before]), f64::from(self.times[next]));
+        let step = t1 - t0;
+        let u = (time - t0) / step;
+        match self.interpolation {
+            Interpolation::Step => self.finished(self.value(before)),
+            Interpolation::Linear if self.rotation => {
+                let quaternion = |k| std::array::from_fn(|c| self.number(k, 0, c));
+                slerp(quaternion(before), quaternion(next), u).to_vec()
+            }
+            Interpolation::Linear => {
+                let mix = |c| {
+                    let (a, b) = (self.number(before, 0, c), self.number(next, 0, c));
+                    a + (b - a) * u
+                };
+                (0..self.width).map(mix).collect()
+            }
+            Interpolation::CubicSpline => {
+                let (square, cube) = (u * u, u * u * u);
+                let mix = |c| {
+                    let (p0, m0) = (self.number(before, 1, c), step * self.number(before, 2, c));
+                    let (p1, m1) = (self.number(next, 1, c), step * self.number(next, 0, c));
+                    (2.0 * cube - 3.0 * square + 1.0) * p0
+                        + (cube - 2.0 * square + u) * m0
+                        + (3.0 * square - 2.0 * cube) * p1
+                        + (cube - square) * m1
+                };
+                self.finished((0..self.width).map(mix).collect())
+            }
+        }
+    }
+
+    /// The value of a key frame.
+    fn value(&self, key: usize) -> Vec<f64> {
+        let part = usize::from(self.interpolation == Interpolation::CubicSpline);
+        (0..self.width).map(|c| self.number(key, part, c)).collect()
+    }
+
+    /// Number `c` of a key frame's in-tangent, value or out-tangent (0, 1, 2), or of its value (0).
+    fn number(&self, key: usize, part: usize, c: usize) -> f64 {
+        let parts = if self.interpolation == Interpolation::CubicSpline { 3 } else { 1 };
+        f64::from(self.values[(key * parts + part) * self.width + c])
+    }
+
+    /// A rotation at length 1, other values as they are.
+    fn finished(&self, mut values: Vec<f64>) -> Vec<f64> {
+        if self.rotation
+            && let Some(four) = values.first_chunk_mut::<4>()
+        {
+            *four = normalized(*four);
+        }
+        values
+    }
+}
+
+fn dot(a: [f64; 4], b: [f64; 4]) -> f64 {
+    (a[0] * b[0] + a[1] * b[1]) + (a[2] * b[2] + a[3] * b[3])
+}
+
+/// A quaternion at length 1; the identity in place of one without a direction.
+fn normalized(q: [f64; 4]) -> [f64; 4] {
+    let length = dot(q, q).sqrt();
+    if length > 1e-150 && length.is_finite() { q.map(|v| v / length) } else { [0.0, 0.0, 0.0, 1.0] }
+}
+
+/// Spherical linear interpolation along the shorter arc.
+fn slerp(a: [f64; 4], b: [f64; 4], u: f64) -> [f64; 4] {
+    let (a, b) = (normalized(a), normalized(b));
+    let b = if dot(a, b) < 0.0 { b.map(|v| -v) } else { b };
+    let norm = |q: [f64; 4]| dot(q, q).sqrt();
+    let difference = norm(std::array::from_fn(|k| b[k] - a[k]));
+    let sum = norm(std::array::from_fn(|k| b[k] + a[k]));
+    // Well-conditioned for every angle, unlike the arc cosine (W. Kahan).
+    let angle = 2.0 * atan2(difference, sum);
+    let whole = sin(angle);
+    // The line deviates from the arc by less than the rounding of double precision.
+    let (from, to) =
+        if angle < 1e-7 { (1.0 - u, u) } else { (sin((1.0 - u) * angle) / whole, sin(u * angle) / whole) };
+    normalized(std::array::from_fn(|k| from * a[k] + to * b[k]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn curve(times: &[f32], values: &[f32], width: usize, interpolation: Interpolation) -> Curve {
+        Curve::new(times.to_vec(), values.to_vec(), width, interpolation, false).0.unwrap()
+    }
+
+    #[test]
+    fn steps_lines_and_ends() {
+        let values = [1.0, 10.0, 3.0, 20.0, 7.0, -20.0];
+        let step = curve(&[1.0, 2.0, 4.0], &values, 2, Interpolation::Step);
+        let line = curve(&[1.0, 2.0, 4.0], &values, 2, Interpolation::Linear);
+        for (time, stepped, linear) in [
+            (-5.0, [1.0, 10.0], [1.0, 10.0]),
+            (1.0, [1.0, 10.0], [1.0, 10.0]),
+            (1.5, [1.0, 10.0], [2.0, 15.0]),
+            (2.0, [3.0, 20.0], [3.0, 20.0]),
+            (3.5, [3.0, 20.0], [6.0, -10.0]),
+            (4.0, [7.0, -20.0], [7.0, -20.0]),
+            (1e300, [7.0, -20.0], [7.0, -20.0]),
+        ] {
+            assert_eq!(step.at(time), stepped, "{time}");
+            assert_eq!(line.at(time), linear, "{time}");
+        }
+        assert_eq!((step.end(), line.end()), (4.0, 4.0));
+    }
+
+    /// A cubic polynomial is its own spline: p(t) = t^3 - 2 t, with tangents 3 t^2 - 2.
+    #[test]
+    fn splines_reproduce_cubics() {
+        let p = |t: f64| t * t * t - 2.0 * t;
+        let d = |t: f64| 3.0 * t * t - 2.0;
+        let times = [0.0, 1.5, 2.0_f32];
+        let keys: Vec<f32> =
+            times.iter().flat_map(|&t| [d(t.into()), p(t.into()), d(t.into())].map(|v| v as f32)).collect();
+        let spline = curve(&times, &keys, 1, Interpolation::CubicSpline);
+        for k in 0..=40 {
+            let t = f64::from(k) * 0.05;
+            assert!((spline.at(t)[0] - p(t)).abs() < 1e-6, "{t}");
+        }
+        assert_eq!(spline.at(9.0), [4.0]);
+    }
+
+    fn about_z(degrees: f64) -> [f32; 4] {
+        let (s, c) = crate::math::double::sin_cos(degrees.to_radians() * 0.5);
+        [0.0, 0.0, s as f32, c as f32]
+    }
+
+    #[test]
+    fn rotations_turn_evenly_the_short_way() {
+        let turn = |from: f64, to: f64, flip: f32, u: f64| {
+            let mut values = about_z(from).to_vec();
+            values.extend(about_z(to).map(|v| flip * v));
+            let curve = Curve::new(vec![0.0, 1.0], values, 4, Interpolation::Linear, true).0.unwrap();
+            let q = curve.at(u);
+            // Both signs of a quaternion are the same rotation.
+            let sign = if q[3] < 0.0 { -1.0 } else { 1.0 };
+            (2.0 * atan2(sign * q[2], sign * q[3])).to_degrees()
+        };
+        for flip in [1.0, -1.0] {
+            for u in [0.0, 0.1, 0.5, 0.75, 1.0] {
+                assert!((turn(0.0, 120.0, flip, u) - 120.0 * u).abs() < 1e-4, "{flip} {u}");
+            }
+            // 350 degrees forwards are 10 backwards.
+            assert!((turn(0.0, 350.0, flip, 0.5) + 5.0).abs() < 1e-4);
+            assert!((turn(10.0, 10.0 + 1e-6, flip, 0.5) - 10.0).abs() < 1e-4);
+        }
+    }
+
+    #[test]
+    fn rotations_are_normalised_and_zero_is_none() {
+        let values = vec![0.0, 0.0, 3.0, 4.0, 0.0, 0.0, 0.0, 0.0];
+        let curve = Curve::new(vec![0.0, 1.0], values, 4, Interpolation::Step, true).0.unwrap();
+        assert_eq!(curve.at(0.5), [0.0, 0.0, 0.6, 0.8]);
+        assert_eq!(curve.at(1.5), [0.0, 0.0, 0.0, 1.0]);
+    }
+
+    #[test]
+    fn key_frames_that_go_back_are_left_out() {
+        let times = vec![f32::NAN, 1.0, 0.5, 1.0, f32::INFINITY, 2.0, 1.5];
+        let values = (0..7).map(|v| v as f32).collect();
+        let (curve, lost) = Curve::new(times, values, 1, Interpolation::Linear, false);
+        let curve = curve.unwrap();
+        assert_eq!(
+            (curve.times.as_slice(), curve.values.as_slice(), lost),
+            (&[1.0, 2.0][..], &[1.0, 5.0][..], 5)
+        );
+        let (none, lost) = Curve::new(vec![f32::NAN], vec![0.0], 1, Interpolation::Step, false);
+        assert!(none.is_none() && lost == 1);
+        assert!(Curve::new(Vec::new(), Vec::new(), 1, Interpolation::Step, false).0.is_none());
+    }
+}
