@@ -33,7 +33,7 @@ pub(crate) fn add_smooth_normals(mesh: &mut MeshData, crease_angle_degrees: f32,
 pub(super) fn add_smooth_normals_to_welded(mesh: &mut MeshData, crease_angle_degrees: f32, jobs: &Jobs) {
     mesh.normals = vec![[0.0; 3]; mesh.positions.len()];
     let classes = mesh.positions.len();
-    add_to_classes(mesh, crease_angle_degrees, |v| v, classes, |_| true, jobs);
+    add_to_classes(mesh, crease_angle_degrees, |v| v, classes, None::<fn(usize) -> bool>, jobs);
 }
 
 /// As [`add_smooth_normals`], for the vertices that are `missing` a normal, where it must be zero; the others keep
@@ -45,7 +45,7 @@ pub(super) fn add_missing_normals(
     jobs: &Jobs,
 ) {
     let (class_of, classes) = position_classes(&mesh.positions);
-    add_to_classes(mesh, crease_angle_degrees, |v| class_of[v as usize], classes, missing, jobs);
+    add_to_classes(mesh, crease_angle_degrees, |v| class_of[v as usize], classes, Some(missing), jobs);
 }
 
 /// Classes that one thread looks at in one go.
@@ -53,13 +53,14 @@ const AT_ONCE: usize = 4096;
 /// Such runs before their results are put into the mesh: bounds the memory that these take.
 const RUNS: usize = 64;
 
-/// The same for classes of equal positions that are known.
+/// The same for classes of equal positions that are known. Where it is not said which vertices are missing a normal,
+/// each is, and is a class of its own.
 fn add_to_classes(
     mesh: &mut MeshData,
     crease_angle_degrees: f32,
     class_of: impl Fn(u32) -> u32,
     classes: usize,
-    missing: impl Fn(usize) -> bool,
+    missing: Option<impl Fn(usize) -> bool>,
     jobs: &Jobs,
 ) {
     mesh.tangents = Vec::new();
@@ -84,12 +85,17 @@ fn add_to_classes(
         for (run, found) in found.into_iter().enumerate() {
             let mut differing = found.differing.into_iter();
             for (k, common) in found.common.into_iter().enumerate() {
-                let corners = around(first + run * AT_ONCE + k);
+                let class = first + run * AT_ONCE + k;
+                if let (Some(normal), None) = (common, &missing) {
+                    mesh.normals[class] = normal;
+                    continue;
+                }
+                let corners = around(class);
                 copies.clear();
                 for &corner in corners {
                     let Some(normal) = common.or_else(|| differing.next()) else { break };
                     let vertex = mesh.triangles[corner as usize / 3][corner as usize % 3];
-                    if missing(vertex as usize) {
+                    if missing.as_ref().is_none_or(|missing| missing(vertex as usize)) {
                         assign(mesh, corner, normal, &mut copies);
                     }
                 }

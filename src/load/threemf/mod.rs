@@ -6,11 +6,12 @@
 //! colours vary linearly over a triangle, where the specification asks for a variation of their sRGB codes.
 //!
 //! Slicers write what they print into files of their own beside the model: which parts only change the settings of
-//! others, and the colours of the filaments (`slicer.rs`).
+//! others, and the colours of the filaments (`slicer.rs`). They also paint triangles with them (`paint.rs`).
 
 pub(super) mod archive;
 mod look;
 mod model;
+mod paint;
 mod parts;
 mod property;
 mod slicer;

@@ -45,8 +45,9 @@ pub(super) struct Mesh {
     pub(super) triangles: Vec<[u32; 3]>,
     /// One for each triangle; empty if no triangle has any.
     pub(super) properties: Vec<Properties>,
-    /// For each triangle that has one, the code with which slicers paint it, by the triangle's number.
-    pub(super) painted: u64,
+    /// Triangles that slicers paint, and where their codes end in `codes`; they begin where the last one ends.
+    pub(super) painted: Vec<(u32, usize)>,
+    pub(super) codes: String,
 }
 
 /// What an object is for.
@@ -387,7 +388,7 @@ impl Mesh {
         let mut vertices = [NONE; 3];
         let mut corners = [None; 3];
         let mut group = None;
-        let mut painted = false;
+        let first = self.codes.len();
         let read = tag.raw_attributes(|name, value| {
             match name {
                 "v1" => vertices[0] = index(value).unwrap_or(NONE),
@@ -398,7 +399,7 @@ impl Mesh {
                 "p3" => corners[2] = index(value),
                 "pid" => group = index(value),
                 // Of PrusaSlicer, and of Bambu Studio and OrcaSlicer.
-                "slic3rpe:mmu_segmentation" | "paint_color" => painted |= !value.is_empty(),
+                "slic3rpe:mmu_segmentation" | "paint_color" => self.codes.push_str(value),
                 _ => {}
             }
         });
@@ -419,8 +420,14 @@ impl Mesh {
             self.properties.resize(self.triangles.len(), Properties::NONE);
             self.properties.push(properties);
         }
+        if self.codes.len() > first {
+            // The code, and the vertices and triangles that are made by it: one for each digit at most.
+            let digits = self.codes.len() - first;
+            totals.budget.charge(|| "3MF: the paint of a slicer".to_owned(), digits as u64, 128)?;
+            totals.triangles += digits as u64 - 1;
+            self.painted.push((self.triangles.len() as u32, self.codes.len()));
+        }
         self.triangles.push(vertices);
-        self.painted += u64::from(painted);
         totals.triangles += 1;
         Ok(())
     }

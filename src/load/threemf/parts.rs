@@ -2,6 +2,7 @@
 
 use super::look::{Corner, Key, Look, look};
 use super::model::{Mesh as Source, Model, NONE};
+use super::paint::Painter;
 use super::slicer::{Settings, Volume};
 use super::{Builder, Drawn};
 use crate::load::LoadError;
@@ -35,7 +36,10 @@ impl Looking<'_> {
         volume_of(self.volumes, triangle).is_none_or(|volume| !volume.left_out)
     }
 
-    fn of(&self, triangle: usize) -> Look {
+    fn of(&self, triangle: usize, painted: u32) -> Look {
+        if painted > 0 {
+            return Look::of(Key::Filament(painted));
+        }
         if let Some(&properties) = self.source.properties.get(triangle)
             && properties.group != NONE
         {
@@ -47,6 +51,44 @@ impl Looking<'_> {
             None => Look::of(Key::Plain),
         }
     }
+}
+
+/// Cuts the triangles that a slicer has painted. `drawn` has, for each triangle of the mesh, its number in the file and
+/// the extruder of its paint: none at first. What the slicer does not say the colours of, and what has properties of
+/// its own, stays as it is: how much that is, is returned.
+fn paint(mesh: &mut MeshData, drawn: &mut Vec<(u32, u32)>, looking: &Looking<'_>) -> u64 {
+    let source = looking.source;
+    if source.painted.is_empty() {
+        return 0;
+    }
+    let (mut triangles, mut cut) = (Vec::new(), Vec::new());
+    let mut lost = 0;
+    let (mut next, mut start) = (0, 0);
+    let mut painter = Painter::new(mesh);
+    for (k, &(t, _)) in drawn.iter().enumerate() {
+        let triangle = painter.mesh.triangles[k];
+        let whole = [(triangle, 0)];
+        let mut is_cut = false;
+        while let Some(&(number, end)) = source.painted.get(next)
+            && number <= t
+        {
+            let code = &source.codes[start..end];
+            let plain = source.properties.get(t as usize).is_none_or(|properties| properties.group == NONE);
+            if number == t {
+                let known =
+                    |&(_, e): &([u32; 3], u32)| e == 0 || looking.settings.filament(Some(e)).is_some();
+                is_cut = plain && painter.paint(triangle, code) && painter.parts.iter().all(known);
+                lost += u64::from(!is_cut);
+            }
+            (next, start) = (next + 1, end);
+        }
+        let parts = if is_cut { &painter.parts[..] } else { &whole };
+        triangles.extend(parts.iter().map(|part| part.0));
+        cut.extend(parts.iter().map(|part| (t, part.1)));
+    }
+    mesh.triangles = triangles;
+    *drawn = cut;
+    lost
 }
 
 /// Triangles with one look, over the vertices of all.
@@ -73,22 +115,23 @@ impl Builder<'_> {
         // Slicers list the objects of the first part.
         let volumes = if model == 0 { self.settings.volumes(object) } else { &[] };
         let looking = Looking { model: of, source, volumes, settings: &self.settings, extruder };
-        let drawn: Vec<u32> =
-            (0..source.triangles.len()).filter(|&t| looking.is_drawn(t)).map(|t| t as u32).collect();
+        let mut drawn: Vec<(u32, u32)> =
+            (0..source.triangles.len()).filter(|&t| looking.is_drawn(t)).map(|t| (t as u32, 0)).collect();
         let lost = source.triangles.len() - drawn.len();
         let mut whole = MeshData {
             positions: source.positions.clone(),
-            triangles: drawn.iter().map(|&t| source.triangles[t as usize]).collect(),
+            triangles: drawn.iter().map(|&(t, _)| source.triangles[t as usize]).collect(),
             ..MeshData::default()
         };
         // Before it is cut: a surface may be smooth across a change of colour.
         add_smooth_normals(&mut whole, CREASE_ANGLE, self.context.jobs);
+        let unpainted = paint(&mut whole, &mut drawn, &looking);
 
         let mut numbers: BTreeMap<Key, usize> = BTreeMap::new();
         let mut parts: Vec<(Key, Part)> = Vec::new();
         let (mut missing, mut approximate) = (0_u64, false);
-        for (k, &t) in drawn.iter().enumerate() {
-            let look = looking.of(t as usize);
+        for (k, &(t, painted)) in drawn.iter().enumerate() {
+            let look = looking.of(t as usize, painted);
             let number = *numbers.entry(look.key).or_insert_with(|| {
                 parts.push((look.key, Part::default()));
                 parts.len() - 1
@@ -108,10 +151,9 @@ impl Builder<'_> {
             if textured || part.colored {
                 self.budget.charge(|| format!("3MF: the colours of object {object}"), corners, 48)?;
             }
-            cut.push((*key, cutter.cut(part, textured, |t| looking.of(t as usize).corners)));
+            cut.push((*key, cutter.cut(part, textured, |t| looking.of(t as usize, 0).corners)));
         }
-        let painted = source.painted;
-        self.report(object, lost, missing, approximate, painted);
+        self.report(object, lost, missing, approximate, unpainted);
 
         let mut meshes = Vec::with_capacity(cut.len());
         for (key, data) in cut {
@@ -123,7 +165,7 @@ impl Builder<'_> {
         Ok(meshes)
     }
 
-    fn report(&mut self, object: u32, lost: usize, missing: u64, approximate: bool, painted: u64) {
+    fn report(&mut self, object: u32, lost: usize, missing: u64, approximate: bool, unpainted: u64) {
         if lost > 0 {
             self.warnings.add(|| {
                 format!(
@@ -136,10 +178,10 @@ impl Builder<'_> {
                 format!("3MF: of object {object} {missing} triangles have properties that do not exist")
             });
         }
-        if painted > 0 {
+        if unpainted > 0 {
             self.warnings.add(|| {
                 format!(
-                    "3MF: of object {object} {painted} triangles are painted by a slicer, which is not drawn"
+                    "3MF: of object {object} {unpainted} triangles are painted by a slicer, which is not drawn"
                 )
             });
         }

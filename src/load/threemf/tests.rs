@@ -311,6 +311,8 @@ fn slicers_mark_what_is_no_object() {
                 <triangle v1=\"0\" v2=\"2\" v3=\"3\"/><triangle v1=\"3\" v2=\"2\" v3=\"1\"/>";
     let root =
         model(&format!("<object id=\"1\">{}</object>", mesh(four)), "<item objectid=\"1\" printable=\"1\"/>");
+    let root =
+        model(&format!("<object id=\"1\">{}</object>", mesh(four)), "<item objectid=\"1\" printable=\"1\"/>");
     let config = "<?xml version=\"1.0\"?><config><object id=\"1\" instances_count=\"1\"><metadata type=\"object\" \
         key=\"extruder\" value=\"2\"/><volume firstid=\"0\" lastid=\"0\"><metadata type=\"volume\" key=\"extruder\" \
         value=\"0\"/></volume><volume firstid=\"1\" lastid=\"2\"><metadata key=\"volume_type\" \
@@ -336,6 +338,47 @@ fn slicers_mark_what_is_no_object() {
     let loaded = load_with(&zip(&parts, true), &Limits::default()).unwrap();
     assert_eq!(loaded.scene.triangle_count(), 4);
     assert!(messages(&loaded)[0].contains("settings in Metadata/Slic3r_PE_model.config are ignored"));
+}
+
+#[test]
+fn paint_cuts_triangles() {
+    let text = model(
+        &format!(
+            "<object id=\"1\">{}</object>",
+            mesh(
+                "<triangle v1=\"0\" v2=\"1\" v3=\"2\" paint_color=\"40483\"/><triangle v1=\"0\" v2=\"3\" v3=\"1\"/>\
+                  <triangle v1=\"0\" v2=\"2\" v3=\"3\" paint_color=\"8\"/><triangle v1=\"1\" v2=\"3\" v3=\"2\" \
+                  paint_color=\"1C\"/>"
+            )
+        ),
+        "<item objectid=\"1\"/>",
+    );
+    let config = "<config><object id=\"1\"><metadata key=\"extruder\" value=\"2\"/></object></config>";
+    let colors = "{\"filament_colour\": [\"#FF0000\", \"#00FF00\"]}";
+    let parts: [(&str, &[u8]); 3] = [
+        ("3D/3dmodel.model", text.as_bytes()),
+        ("Metadata/model_settings.config", config.as_bytes()),
+        ("Metadata/project_settings.config", colors.as_bytes()),
+    ];
+    let loaded = load_with(&zip(&parts, true), &Limits::default()).unwrap();
+    let count = |name: &str| -> usize {
+        let of =
+            |k: &usize| loaded.scene.materials()[loaded.scene.instances()[*k].material.index()].name == name;
+        (0..loaded.scene.instances().len())
+            .filter(of)
+            .map(|k| loaded.scene.meshes()[k].triangles().len())
+            .sum()
+    };
+    // Of the four parts of the first triangle two are the first extruder's; the fourth triangle's has no colour.
+    assert_eq!((count("filament 1"), count("filament 2")), (2, 5));
+    assert_eq!(
+        messages(&loaded),
+        ["3MF: of object 1 1 triangles are painted by a slicer, which is not drawn"]
+    );
+    // Without colours there is nothing to paint with.
+    let plain = load_with(&zip(&parts[..1], true), &Limits::default()).unwrap();
+    assert_eq!(plain.scene.triangle_count(), 4);
+    assert!(messages(&plain)[0].contains("3 triangles are painted"));
 }
 
 #[test]
