@@ -26,6 +26,7 @@ pub fn limits() -> Limits {
         fragments: 1 << 18,
         blocks: 1 << 18,
         blend_entries: 1 << 16,
+        frames: 4,
     }
 }
 
@@ -165,7 +166,7 @@ pub fn material(data: &[u8]) {
 }
 
 /// A scene file, JSON if it begins with a brace and TOML otherwise.
-#[cfg(any(feature = "pipeline", feature = "cli"))]
+#[cfg(feature = "cli")]
 pub fn scene(data: &[u8]) {
     use overcoat::cli::scene_file::SceneFile;
     let Ok(text) = std::str::from_utf8(data) else { return };
@@ -185,7 +186,7 @@ pub fn scene(data: &[u8]) {
 }
 
 /// A model of any format, drawn and encoded. The binary part of glTF follows a zero byte.
-#[cfg(any(feature = "pipeline", feature = "cli"))]
+#[cfg(feature = "cli")]
 pub fn pipeline(data: &[u8]) {
     use overcoat::output::{OutputFormat, OutputOptions, encode};
     use overcoat::{RenderOptions, Renderer};
@@ -204,8 +205,11 @@ pub fn pipeline(data: &[u8]) {
     }
 }
 
+/// A name, and what is done with an input.
+pub type Target = (&'static str, fn(&[u8]));
+
 /// Every target by name.
-pub const TARGETS: &[(&str, fn(&[u8]))] = &[
+pub const TARGETS: &[Target] = &[
     ("gltf", gltf),
     ("glb", glb),
     ("obj", obj),
@@ -218,8 +222,8 @@ pub const TARGETS: &[(&str, fn(&[u8]))] = &[
     ("hdr", hdr),
     ("exr", exr),
     ("material", material),
-    #[cfg(any(feature = "pipeline", feature = "cli"))]
+    #[cfg(feature = "cli")]
     ("scene", scene),
-    #[cfg(any(feature = "pipeline", feature = "cli"))]
+    #[cfg(feature = "cli")]
     ("pipeline", pipeline),
 ];

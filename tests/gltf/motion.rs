@@ -50,7 +50,7 @@ fn strip() -> Model {
     let weights = [[1.0, 0.0, 0.0, 0.0], [0.5, 0.5, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0_f32]];
     let weights = model.floats("VEC4", &weights.iter().flat_map(|w| [*w, *w]).flatten().collect::<Vec<_>>());
     let indices = model.accessor("SCALAR", U8, 12, &[0, 1, 3, 0, 3, 2, 2, 3, 5, 2, 5, 4]);
-    let mut inverse = vec![0.0_f32; 32];
+    let mut inverse = [0.0_f32; 32];
     for k in 0..4 {
         inverse[5 * k] = 1.0;
         inverse[16 + 5 * k] = 1.0;

@@ -11,12 +11,12 @@ use crate::load::budget::Budget;
 use crate::load::tangents::add_tangents;
 use crate::load::warnings::Warnings;
 use crate::load::{Context, LoadError};
-use crate::scene::{Mesh, MeshData};
+use crate::scene::{Mesh, MeshData, PrimitiveKind};
 
 /// Largest vertex colour that a scene takes.
 const MAX_COLOR: f32 = 65504.0;
 
-/// How vertices form triangles.
+/// How vertices form points, lines or triangles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Topology {
     /// Three vertices each.
@@ -25,13 +25,53 @@ pub(super) enum Topology {
     Strip,
     /// Each further vertex with the one before and the first.
     Fan,
+    /// Points, one vertex each.
+    Points,
+    /// Lines of two vertices each.
+    Lines,
+    /// Each further vertex with the one before, and the last with the first.
+    LineLoop,
+    /// Each further vertex with the one before.
+    LineStrip,
 }
 
 impl Topology {
+    /// The `mode` of a primitive; `None` for a number that is none.
+    fn of_mode(mode: u32) -> Option<Self> {
+        let all =
+            [Self::Points, Self::Lines, Self::LineLoop, Self::LineStrip, Self::List, Self::Strip, Self::Fan];
+        all.get(mode as usize).copied()
+    }
+
+    fn kind(self) -> PrimitiveKind {
+        match self {
+            Self::List | Self::Strip | Self::Fan => PrimitiveKind::Triangles,
+            Self::Points => PrimitiveKind::Points,
+            Self::Lines | Self::LineLoop | Self::LineStrip => PrimitiveKind::Lines,
+        }
+    }
+
+    /// How many triangles, lines or points so many vertices form.
     fn triangles(self, vertices: u64) -> u64 {
         match self {
             Self::List => vertices / 3,
             Self::Strip | Self::Fan => vertices.saturating_sub(2),
+            Self::Points => vertices,
+            Self::Lines => vertices / 2,
+            Self::LineLoop if vertices < 2 => 0,
+            Self::LineLoop => vertices,
+            Self::LineStrip => vertices.saturating_sub(1),
+        }
+    }
+
+    /// How many vertices form so many of them, at least one.
+    fn vertices(self, count: usize) -> usize {
+        match self {
+            Self::List => 3 * count,
+            Self::Strip | Self::Fan => count + 2,
+            Self::Points | Self::LineLoop => count,
+            Self::Lines => 2 * count,
+            Self::LineStrip => count + 1,
         }
     }
 }
@@ -107,17 +147,11 @@ pub(super) fn plan(
 ) -> Result<Option<(Source, Geometry)>, LoadError> {
     let given = &root.meshes[mesh].primitives[primitive];
     let name = || name(root, mesh, primitive);
-    let topology = match given.mode.map_or(4, |mode| mode.0) {
-        mode @ 0..=3 => {
-            let what = if mode == 0 { "points" } else { "lines" };
-            warnings.add(|| format!("{}: {what} are not drawn", name()));
-            return Ok(None);
-        }
-        4 => Topology::List,
-        5 => Topology::Strip,
-        6 => Topology::Fan,
-        mode => return Err(LoadError::malformed(FORMAT, format!("{}: unknown mode {mode}", name()))),
+    let mode = given.mode.map_or(4, |mode| mode.0);
+    let Some(topology) = u32::try_from(mode).ok().and_then(Topology::of_mode) else {
+        return Err(LoadError::malformed(FORMAT, format!("{}: unknown mode {mode}", name())));
     };
+    let kind = topology.kind();
     let attributes = &given.attributes;
     let Some(position) = attributes.position else {
         warnings.add(|| format!("{} has no positions and is not drawn", name()));
@@ -127,7 +161,10 @@ pub(super) fn plan(
     let compression = given.extensions.as_deref().and_then(|e| e.draco.as_ref());
     if let Some(compression) = compression {
         if topology != Topology::List {
-            let message = format!("{}: KHR_draco_mesh_compression of strips and fans cannot be read", name());
+            let message = format!(
+                "{}: KHR_draco_mesh_compression of anything but lists of triangles cannot be read",
+                name()
+            );
             return Err(LoadError::unsupported(FORMAT, message));
         }
         let (Some(view), Some(_)) = (compression.buffer_view, given.indices) else {
@@ -136,8 +173,10 @@ pub(super) fn plan(
         };
         buffers.require(view, context, budget).map_err(|e| inside(name(), e))?;
     }
-    // Without normals there is flat shading, and tangents mean nothing.
-    let tangent = attributes.tangent.filter(|_| attributes.normal.is_some());
+    // Without normals there is flat shading, and tangents mean nothing; nor do they on points and lines.
+    let flat = attributes.normal.is_none() || kind != PrimitiveKind::Triangles;
+    let tangent = attributes.tangent.filter(|_| !flat);
+    let tangents_for = tangents_for.filter(|_| kind == PrimitiveKind::Triangles);
     let source = Source {
         topology,
         indices: given.indices,
@@ -179,6 +218,9 @@ pub(super) fn plan(
     let triangles = topology.triangles(corners);
     if topology == Topology::List && corners % 3 != 0 {
         warnings.add(|| format!("{}: {corners} corners are no whole number of triangles", name()));
+    }
+    if topology == Topology::Lines && corners % 2 != 0 {
+        warnings.add(|| format!("{}: {corners} vertices are no whole number of lines", name()));
     }
     Ok(Some((source.clone(), Geometry { source, of: (mesh, primitive), triangles, vertices })))
 }
@@ -295,7 +337,7 @@ impl Geometry {
                         list
                     }
                     _ => {
-                        let mut list = vec![0; count + 2];
+                        let mut list = vec![0; corners.vertices(count)];
                         elements.integers(&mut list)?;
                         connect(corners, count, |k| list[k])
                     }
@@ -437,6 +479,7 @@ impl Geometry {
             }
         }
         data.triangles = triangles;
+        data.kind = self.source.topology.kind();
         let mut flat = false;
         let mut origins: Option<Vec<u32>> = None;
         if let Some(set) = self.source.tangents_for {
@@ -556,10 +599,24 @@ fn inside(element: String, error: LoadError) -> LoadError {
     }
 }
 
-/// `count` triangles of a strip or fan with the winding of section 3.7.2.1 of the specification.
+/// True for points and lines without normals, which are to be drawn without light (section 3.7.2.1 of the
+/// specification).
+pub(super) fn is_unlit(primitive: &model::Primitive) -> bool {
+    primitive.mode.is_some_and(|mode| mode.0 < 4) && primitive.attributes.normal.is_none()
+}
+
+/// `count` triangles, lines or points of anything but a list of triangles, with the winding of section 3.7.2.1 of the
+/// specification.
 fn connect(topology: Topology, count: usize, vertex: impl Fn(usize) -> u32) -> Vec<[u32; 3]> {
     let triangle = |k: usize| match topology {
         Topology::Fan => [vertex(k + 1), vertex(k + 2), vertex(0)],
+        Topology::Points => [vertex(k); 3],
+        Topology::Lines => [vertex(2 * k), vertex(2 * k + 1), vertex(2 * k + 1)],
+        Topology::LineStrip => [vertex(k), vertex(k + 1), vertex(k + 1)],
+        Topology::LineLoop => {
+            let next = vertex(if k + 1 < count { k + 1 } else { 0 });
+            [vertex(k), next, next]
+        }
         _ => [vertex(k), vertex(k + 1 + k % 2), vertex(k + 2 - k % 2)],
     };
     (0..count).map(triangle).collect()
@@ -611,6 +668,16 @@ mod tests {
         let own = |k: usize| k as u32;
         assert_eq!(connect(Topology::Strip, 3, own), [[0, 1, 2], [1, 3, 2], [2, 3, 4]]);
         assert_eq!(connect(Topology::Fan, 2, own), [[1, 2, 0], [2, 3, 0]]);
+        assert_eq!(connect(Topology::Points, 2, own), [[0; 3], [1; 3]]);
+        assert_eq!(connect(Topology::Lines, 2, own), [[0, 1, 1], [2, 3, 3]]);
+        assert_eq!(connect(Topology::LineStrip, 2, own), [[0, 1, 1], [1, 2, 2]]);
+        assert_eq!(connect(Topology::LineLoop, 3, own), [[0, 1, 1], [1, 2, 2], [2, 0, 0]]);
+        for mode in 0..7 {
+            let topology = Topology::of_mode(mode).unwrap();
+            assert_eq!(topology.triangles(topology.vertices(5) as u64), 5, "{topology:?}");
+            assert_eq!(topology.triangles(0), 0);
+        }
+        assert_eq!(Topology::of_mode(7), None);
         assert_eq!([5, 6].map(|n| Topology::Strip.triangles(n)), [3, 4]);
         assert_eq!([0, 1, 2].map(|n| Topology::Fan.triangles(n)), [0, 0, 0]);
         assert_eq!([2, 3, 7].map(|n| Topology::List.triangles(n)), [0, 1, 2]);

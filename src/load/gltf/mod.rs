@@ -193,7 +193,7 @@ struct Loader<'a> {
     /// Used materials in the order of first use, with provisional texture ids.
     materials: Vec<Material>,
     /// Number in the file (`None`: the default material) to place.
-    material_places: BTreeMap<Option<usize>, usize>,
+    material_places: BTreeMap<(Option<usize>, bool), usize>,
     /// Used geometries in the order of first use.
     geometries: Vec<Geometry>,
     sources: BTreeMap<mesh::Source, usize>,
@@ -346,7 +346,7 @@ impl Loader<'_> {
                 let name = mesh::name(root, mesh, k);
                 return Err(LoadError::malformed(FORMAT, format!("{name}: there is no material {missing}")));
             }
-            let material = self.plan_material(material);
+            let material = self.plan_material(material, mesh::is_unlit(primitive));
             let tangents_for = tangent_set(&self.materials[material]);
             let planned = mesh::plan(
                 root,
@@ -373,15 +373,18 @@ impl Loader<'_> {
         Ok(draws)
     }
 
-    fn plan_material(&mut self, index: Option<usize>) -> usize {
-        if let Some(&place) = self.material_places.get(&index) {
+    /// The place of a material, or of the same one without light.
+    fn plan_material(&mut self, index: Option<usize>, unlit: bool) -> usize {
+        if let Some(&place) = self.material_places.get(&(index, unlit)) {
             return place;
         }
-        self.materials.push(match index {
+        let mut material = match index {
             None => material::default_material(),
             Some(index) => material::convert(self.root, index, &mut self.textures, &mut self.warnings),
-        });
-        self.material_places.insert(index, self.materials.len() - 1);
+        };
+        material.unlit |= unlit;
+        self.materials.push(material);
+        self.material_places.insert((index, unlit), self.materials.len() - 1);
         self.materials.len() - 1
     }
 
@@ -494,7 +497,7 @@ impl Loader<'_> {
             ids.push(id.map_err(LoadError::scene("textures"))?);
         }
         let mut numbers = vec![None; self.materials.len()];
-        for (number, place) in &self.material_places {
+        for ((number, _), place) in &self.material_places {
             numbers[*place] = *number;
         }
         let mut materials = std::mem::take(&mut self.materials);

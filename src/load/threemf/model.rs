@@ -189,10 +189,10 @@ impl Model {
                     "cura:infill_mesh"
                     | "cura:cutting_mesh"
                     | "cura:anti_overhang_mesh"
-                    | "cura:support_mesh" => {
-                        if xml.content()?.trim().eq_ignore_ascii_case("true") {
-                            object.purpose = Purpose::Modifier;
-                        }
+                    | "cura:support_mesh"
+                        if xml.content()?.trim().eq_ignore_ascii_case("true") =>
+                    {
+                        object.purpose = Purpose::Modifier;
                     }
                     "cura:extruder_nr" => {
                         object.extruder = index(&xml.content()?).and_then(|k| k.checked_add(1));

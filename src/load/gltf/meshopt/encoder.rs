@@ -76,9 +76,9 @@ pub(super) fn attributes(elements: &[u8], stride: usize, version: u8, random: &m
     let mut stream = vec![0xa0 | version];
     let baseline: Vec<u8> = (0..stride).map(|_| random.next() as u8).collect();
     let modes: Vec<u8> = (0..if version == 0 { 0 } else { stride / 4 })
-        .map(|_| [0, 1, 2, (random.next() as u8) << 4 | 2][random.below(4)])
+        .map(|_| [0, 1, 2, ((random.next() as u8) << 4) | 2][random.below(4)])
         .collect();
-    let most = (8192 / stride & !15).min(256);
+    let most = ((8192 / stride) & !15).min(256);
     for start in (0..count).step_by(most) {
         let block = start..(start + most).min(count);
         let mut control = Vec::new();

@@ -75,7 +75,7 @@ impl Layout {
     /// The rule that is broken.
     pub(super) fn new(mode: Mode, filter: Filter, count: u64, stride: u64) -> Result<Self, Damage> {
         let stride = match (mode, stride) {
-            (Mode::Attributes, 4..=256) if stride % 4 == 0 => stride as usize,
+            (Mode::Attributes, 4..=256) if stride.is_multiple_of(4) => stride as usize,
             (Mode::Triangles | Mode::Indices, 2 | 4) => stride as usize,
             (Mode::Unknown, _) => return Err("its compression mode is not known"),
             _ => return Err("its compression mode does not allow this byteStride"),
@@ -88,7 +88,7 @@ impl Layout {
             | (Filter::Exponential, Mode::Attributes, _) => {}
             _ => return Err("its compression filter does not allow this mode or byteStride"),
         }
-        if mode == Mode::Triangles && count % 3 != 0 {
+        if mode == Mode::Triangles && !count.is_multiple_of(3) {
             return Err("its count is no whole number of triangles");
         }
         let count = usize::try_from(count).ok().filter(|count| count.checked_mul(stride * 2).is_some());
