@@ -206,12 +206,15 @@ mod by_option {
         }
     }
 
+    /// What makes a claim, and a part of the message.
+    type Claim = (fn(&mut Value, u64), &'static str);
+
     /// Ten to the power of eighteen of everything that a few bytes can ask for.
     #[test]
     fn nothing_is_made_for_a_claim() {
         let folder = tempfile::tempdir().unwrap();
         let huge = 1_000_000_000_000_000_000_u64;
-        let claims: [(fn(&mut Value, u64), &str); 5] = [
+        let claims: [Claim; 5] = [
             (|d, n| d["accessors"][0]["count"] = n.into(), "lie outside"),
             (
                 |d, n| {
