@@ -10,6 +10,7 @@ mod error;
 mod format;
 mod gltf;
 mod image;
+mod ktx2;
 mod material;
 mod normals;
 mod obj;
