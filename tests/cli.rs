@@ -523,6 +523,31 @@ fn info_tells_what_is_inside() {
 }
 
 #[test]
+fn variants_are_chosen_by_name_and_number() {
+    let folder = folder();
+    let mut model = quad();
+    let paint = model["materials"][0].clone();
+    let mut blue = paint.clone();
+    blue["name"] = "blue".into();
+    model["materials"] = json!([paint, blue]);
+    model["extensions"] = json!({"KHR_materials_variants": {"variants": [{"name": "winter"}]}});
+    model["meshes"][0]["primitives"][0]["extensions"] =
+        json!({"KHR_materials_variants": {"mappings": [{"material": 1, "variants": [0]}]}});
+    fs::write(folder.path().join("shoe.glb"), glb(&model, &quad_buffer())).unwrap();
+    let info =
+        |options: &[&str]| overcoat(folder.path(), &[&["info", "shoe.glb", "--json"], options].concat());
+    for (options, name) in
+        [(&[][..], "paint"), (&["--variant", "winter"], "blue"), (&["--variant", "0"], "blue")]
+    {
+        let contents: Value = serde_json::from_slice(&info(options).stdout).unwrap();
+        assert_eq!(contents["materials"][0]["name"], name, "{options:?}");
+    }
+    let wrong = info(&["--variant", "summer"]);
+    assert_eq!(wrong.status.code(), Some(1));
+    assert!(stderr(&wrong).contains("there is no material variant 'summer'; the file has 'winter'"));
+}
+
+#[test]
 fn a_sheet_shows_failures_instead_of_stopping() {
     let folder = folder();
     let good = overcoat(

@@ -1,5 +1,6 @@
-//! Encoded pictures (PNG, JPEG, WebP) to 8-bit RGBA, with their claims checked before anything is allocated.
+//! Encoded pictures (PNG, JPEG, WebP, KTX2) to 8-bit RGBA, with their claims checked before anything is allocated.
 
+use super::ktx2;
 use crate::limits::{LimitExceeded, Limits};
 use crate::scene::Image;
 use ::image::{ColorType, ImageDecoder, ImageFormat, ImageReader};
@@ -38,7 +39,7 @@ pub(crate) enum ImageError {
 }
 
 /// What is said of [`ImageError::NotAnImage`].
-pub(crate) const NOT_AN_IMAGE: &str = "it is neither PNG nor JPEG nor WebP";
+pub(crate) const NOT_AN_IMAGE: &str = "it is neither PNG nor JPEG nor WebP nor KTX2";
 
 impl ImageError {
     /// For formats that can do without the picture: one line that says why it is lost, or the limit.
@@ -64,7 +65,7 @@ fn format(bytes: &[u8]) -> Result<ImageFormat, ImageError> {
         [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P', ..] => ImageFormat::WebP,
         [] => return Err(ImageError::Damaged("it is empty".to_owned())),
         [0xab, b'K', b'T', b'X', ..] => {
-            return Err(ImageError::Damaged("KTX textures cannot be read yet".to_owned()));
+            return Err(ImageError::Damaged("KTX textures before KTX2 cannot be read".to_owned()));
         }
         _ => return Err(ImageError::NotAnImage),
     };
@@ -94,6 +95,11 @@ pub(crate) fn probe(what: &str, bytes: &[u8], limits: &Limits) -> Result<Header,
         // The decoder has limits of its own, with other messages.
         check(width, height)?;
     }
+    if bytes.starts_with(&ktx2::MAGIC) {
+        let ktx2::Ktx2 { width, height, .. } = ktx2::open(bytes).map_err(ImageError::Damaged)?;
+        check(width, height)?;
+        return Ok(Header { width, height, transient: ktx2::TRANSIENT });
+    }
     let decoder = decoder(bytes, limits.decoded_bytes)?;
     let (width, height) = decoder.dimensions();
     if width == 0 || height == 0 {
@@ -115,6 +121,11 @@ fn png_size(bytes: &[u8]) -> Option<(u32, u32)> {
 /// # Errors
 /// [`ImageError::Damaged`].
 pub(crate) fn decode(bytes: &[u8], header: &Header) -> Result<Image, ImageError> {
+    if bytes.starts_with(&ktx2::MAGIC) {
+        let texture = ktx2::open(bytes).map_err(ImageError::Damaged)?;
+        let texels = texture.decode().map_err(ImageError::Damaged)?;
+        return Image::new(header.width, header.height, texels).map_err(damaged);
+    }
     let decoder = decoder(bytes, header.texels().saturating_mul(header.transient + 4))?;
     if decoder.dimensions() != (header.width, header.height) {
         return Err(ImageError::Damaged("its header changed while it was read".to_owned()));
@@ -209,7 +220,7 @@ mod tests {
         };
         assert_eq!(message(b""), "it is empty");
         assert!(matches!(probe("image 0", b"<svg></svg>", &Limits::default()), Err(ImageError::NotAnImage)));
-        assert_eq!(message(b"\xabKTX 20\xbb"), "KTX textures cannot be read yet");
+        assert_eq!(message(b"\xabKTX 11\xbb"), "KTX textures before KTX2 cannot be read");
         let mut bytes = png(ImageBuffer::from_pixel(40, 40, ::image::Luma([7u8])).into());
         assert!(!message(&bytes[..20]).contains('\n'));
         let header = probe("image 0", &bytes, &Limits::default()).unwrap();

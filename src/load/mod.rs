@@ -12,6 +12,7 @@ mod foreign;
 mod format;
 mod gltf;
 mod image;
+mod ktx2;
 mod material;
 mod normals;
 mod obj;

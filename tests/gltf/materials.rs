@@ -299,15 +299,14 @@ fn textures_by_extension() {
     model.json["extensionsUsed"] = json!(["EXT_texture_webp", "KHR_texture_basisu"]);
     let webp = model.view(&picture(image::ImageFormat::WebP));
     push(&mut model.json["images"], json!({"bufferView": webp}));
-    let basisu = "KHR_texture_basisu is not supported: the substitute images are used";
     for (texture, drawn, warning) in [
         (json!({"source": 9, "extensions": {"EXT_texture_webp": {"source": 1}}}), true, None),
         (json!({"extensions": {"EXT_texture_webp": {"source": 1}}}), true, None),
         (json!({"source": 0, "extensions": {"KHR_texture_basisu": {"source": 9}}}), true, None),
         (
-            json!({"extensions": {"KHR_texture_basisu": {"source": 0}}}),
+            json!({"extensions": {"KHR_texture_basisu": {"source": 9}}}),
             false,
-            Some("texture 0 is in KHR_texture_basisu only"),
+            Some("texture 0: there is no image 9"),
         ),
         (json!({}), false, Some("texture 0 has no image that can be read")),
         (json!({"source": 7}), false, Some("texture 0: there is no image 7")),
@@ -315,11 +314,42 @@ fn textures_by_extension() {
         model.json["textures"] = json!([texture]);
         let loaded = model.load().unwrap();
         assert_eq!(loaded.scene.materials()[0].base_color_texture.is_some(), drawn, "{texture}");
-        let mut expected = vec![basisu.to_owned()];
-        expected
-            .extend(warning.map(|w| format!("material 0: baseColorTexture: {w}; drawn without the texture")));
+        let expected: Vec<String> = warning
+            .map(|w| format!("material 0: baseColorTexture: {w}; drawn without the texture"))
+            .into_iter()
+            .collect();
         assert_eq!(messages(&loaded), expected);
     }
+}
+
+/// KTX2 textures, here one of 2 x 1 uncompressed texels.
+#[test]
+fn ktx2_textures() {
+    let mut bytes = b"\xabKTX 20\xbb\r\n\x1a\n".to_vec();
+    for word in [43u32, 1, 2, 1, 0, 0, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 104, 0, 8, 0, 8, 0] {
+        bytes.extend(word.to_le_bytes());
+    }
+    bytes.extend([10, 20, 30, 255, 40, 50, 60, 255]);
+    let mut model = Model::textured();
+    let view = model.view(&bytes);
+    push(&mut model.json["images"], json!({"name": "k", "bufferView": view}));
+    model.json["textures"] = json!([{"source": 0, "extensions": {"KHR_texture_basisu": {"source": 1}}}]);
+    model.json["extensionsUsed"] = json!(["KHR_texture_basisu"]);
+    model.json["extensionsRequired"] = json!(["KHR_texture_basisu"]);
+    let loaded = model.load().unwrap();
+    assert_eq!(messages(&loaded), [""; 0]);
+    let level = loaded.scene.textures()[0].levels().next().unwrap();
+    assert_eq!(level.texels[..], [[10, 20, 30, 255], [40, 50, 60, 255]]);
+    // Its size is looked at before it is decoded, and damage is a loss with a name.
+    let limits = Limits { texture_pixels: 1, ..Limits::default() };
+    let error = model.load_within(&limits).unwrap_err().to_string();
+    assert!(
+        error.contains("image 1 'k' of 2 x 1 texels: 2 exceeds the limit of 1 (texture_pixels)"),
+        "{error}"
+    );
+    let place = model.json["bufferViews"][view]["byteOffset"].as_u64().unwrap() as usize;
+    model.bytes[place + 88] = 4;
+    assert_eq!(model.warnings(), ["image 1 'k': the KTX2 texture is cut off; drawn without it"]);
 }
 
 /// A picture that cannot be read is named; the factor alone is drawn.
@@ -369,7 +399,7 @@ fn what_is_no_image_is_an_error() {
     let view = model.view(b"<svg/>");
     model.json["images"][0]["bufferView"] = view.into();
     let message = model.load().unwrap_err().to_string();
-    assert_eq!(message, "glTF: image 0 'picture': it is neither PNG nor JPEG nor WebP");
+    assert_eq!(message, "glTF: image 0 'picture': it is neither PNG nor JPEG nor WebP nor KTX2");
 }
 
 /// The other textures keep their places when one is missing.

@@ -36,6 +36,7 @@ const DRAWN: &[&str] = &[
     "KHR_node_hoverability",
     "KHR_node_selectability",
     "KHR_node_visibility",
+    "KHR_texture_basisu",
     "KHR_texture_transform",
     "KHR_xmp",
     "KHR_xmp_json_ld",
@@ -53,7 +54,6 @@ const LOOK: &[(&str, &str)] = &[
 /// substitute.
 const DATA: &[(&str, &str)] = &[
     ("EXT_texture_avif", "the substitute images are used"),
-    ("KHR_texture_basisu", "the substitute images are used"),
     ("MSFT_lod", "the most detailed level is drawn"),
     ("MSFT_texture_dds", "the substitute images are used"),
 ];

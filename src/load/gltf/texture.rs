@@ -67,11 +67,11 @@ impl Textures {
             return dropped(&|| format!("there is no texture {index}"));
         };
         let webp = texture.extensions.webp.as_ref().and_then(|e| e.source);
-        let Some(source) = webp.or(texture.source) else {
-            return match texture.extensions.basisu {
-                Some(_) => dropped(&|| format!("texture {index} is in KHR_texture_basisu only")),
-                None => dropped(&|| format!("texture {index} has no image that can be read")),
-            };
+        // A reference to nothing is no reason to leave the substitute out.
+        let basisu = texture.extensions.basisu.as_ref().and_then(|e| e.source);
+        let basisu = basisu.filter(|source| texture.source.is_none() || source.get() < root.images.len());
+        let Some(source) = basisu.or(webp).or(texture.source) else {
+            return dropped(&|| format!("texture {index} has no image that can be read"));
         };
         if source.get() >= root.images.len() {
             return dropped(&|| format!("texture {index}: there is no image {source}"));

@@ -1,0 +1,404 @@
+//! KTX2 textures: those of KHR_texture_basisu (ETC1S and UASTC), and uncompressed ones of 8 bits.
+//!
+//! Only the first level is read; the smaller ones are made anew like those of every picture. The container is read and
+//! checked here. What the transcoder gets is a container with that one picture, written here, so that it meets no
+//! place or length that has not been checked.
+
+use basisu::{DecodeFlags, TargetFormat, Transcoder};
+use ruzstd::decoding::StreamingDecoder;
+use std::io::Read;
+
+/// First bytes of every file.
+pub(super) const MAGIC: [u8; 12] = *b"\xabKTX 20\xbb\r\n\x1a\n";
+
+/// Bytes that are taken for each texel while decoding.
+pub(super) const TRANSIENT: u64 = 8;
+
+/// Largest window of supercompressed data, in bytes: as much as other decoders of pictures may use beside the picture.
+const MAX_WINDOW: u64 = 64 << 20;
+
+/// Most texels of a texture.
+const MAX_TEXELS: u64 = 1 << 28;
+
+/// Colour models of the Khronos data format specification.
+const ETC1S: u8 = 163;
+const UASTC: u8 = 166;
+
+/// What the texels are stored as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Storage {
+    /// Blocks of 4 x 4 with shared tables; a second slice holds alpha, or green of those with two channels.
+    Etc1s { second: Option<u8> },
+    /// Blocks of 4 x 4 of 16 bytes; the channels by their number.
+    Uastc { channels: u8 },
+    /// So many bytes a texel.
+    Plain(usize),
+}
+
+/// A texture whose container has been checked.
+#[derive(Debug)]
+pub(super) struct Ktx2<'a> {
+    /// In texels, at least 1.
+    pub width: u32,
+    /// In texels, at least 1.
+    pub height: u32,
+    storage: Storage,
+    /// The first level is compressed with Zstandard.
+    zstd: bool,
+    level: &'a [u8],
+    /// The tables of ETC1S.
+    global: &'a [u8],
+    levels: u32,
+}
+
+/// Reads the container.
+///
+/// # Errors
+/// One line that says what is wrong, or what is there that cannot be read.
+pub(super) fn open(bytes: &[u8]) -> Result<Ktx2<'_>, String> {
+    let cut_off = || "the KTX2 texture is cut off".to_owned();
+    let part = |start: u64, length: u64| {
+        let range = usize::try_from(start).ok()?..usize::try_from(start.checked_add(length)?).ok()?;
+        bytes.get(range)
+    };
+    let long = |at: u64| Some(u64::from_le_bytes(*part(at, 8)?.first_chunk()?));
+    let word = |at: u64| Some(u32::from_le_bytes(*part(at, 4)?.first_chunk()?));
+    if !bytes.starts_with(&MAGIC) {
+        return Err("it is no KTX2 texture".to_owned());
+    }
+    let header = || {
+        let words = [12, 20, 24, 28, 32, 36, 40, 44, 48, 52].map(word);
+        let longs = [64, 72, 80, 88].map(long);
+        Some((words.into_iter().collect::<Option<Vec<_>>>()?, longs.into_iter().collect::<Option<Vec<_>>>()?))
+    };
+    let (words, longs) = header().ok_or_else(cut_off)?;
+    let (
+        [format, width, height, depth, layers, faces, levels, scheme, dfd, dfd_length],
+        [global, global_length, level, length],
+    ) = (words.as_slice(), longs.as_slice())
+    else {
+        return Err(cut_off());
+    };
+    if *width == 0 || *height == 0 || *depth > 0 || *layers > 1 || *faces != 1 {
+        return Err("the KTX2 texture is not one two-dimensional picture".to_owned());
+    }
+    // The transcoder counts in 32 bits.
+    if u64::from(*width) * u64::from(*height) > MAX_TEXELS {
+        return Err(format!("a KTX2 texture of {width} x {height} texels cannot be read"));
+    }
+    let descriptor = part((*dfd).into(), (*dfd_length).into()).ok_or_else(cut_off)?;
+    let level = part(*level, *length).ok_or_else(cut_off)?;
+    // Byte 3 of a sample, of which the first is at byte 28 and each has 16.
+    let channel = |sample: usize| descriptor.get(28 + 16 * sample + 3).map(|byte| byte & 15);
+    let storage = match (format, descriptor.get(12)) {
+        (0, Some(&ETC1S)) if *scheme == 1 => Storage::Etc1s { second: channel(1) },
+        (0, Some(&UASTC)) => Storage::Uastc { channels: channel(0).ok_or_else(cut_off)? },
+        (37 | 43, _) => Storage::Plain(4),
+        (23 | 29, _) => Storage::Plain(3),
+        _ => return Err(format!("KTX2 textures of the format {format} cannot be read")),
+    };
+    let zstd = match (scheme, storage) {
+        (0, _) | (1, Storage::Etc1s { .. }) => false,
+        (2, Storage::Uastc { .. } | Storage::Plain(_)) => true,
+        _ => return Err(format!("KTX2 textures with supercompression {scheme} cannot be read")),
+    };
+    let global = match storage {
+        Storage::Etc1s { .. } => part(*global, *global_length).ok_or_else(cut_off)?,
+        _ => &[],
+    };
+    Ok(Ktx2 { width: *width, height: *height, storage, zstd, level, global, levels: *levels })
+}
+
+impl Ktx2<'_> {
+    /// Decodes the texels, which have been charged.
+    ///
+    /// # Errors
+    /// One line that says what is wrong.
+    pub(super) fn decode(&self) -> Result<Vec<[u8; 4]>, String> {
+        let damaged = || "the KTX2 texture is damaged".to_owned();
+        let texels = u64::from(self.width) * u64::from(self.height);
+        let count = usize::try_from(texels).map_err(|_| damaged())?;
+        let blocks = u64::from(self.width.div_ceil(4)) * u64::from(self.height.div_ceil(4));
+        let stored = match self.storage {
+            Storage::Etc1s { .. } => self.level.len() as u64,
+            Storage::Uastc { .. } => blocks * 16,
+            Storage::Plain(size) => texels * size as u64,
+        };
+        let inflated;
+        let level = if self.zstd {
+            inflated = inflate(self.level, usize::try_from(stored).map_err(|_| damaged())?)?;
+            inflated.as_slice()
+        } else {
+            self.level
+        };
+        if (level.len() as u64) < stored {
+            return Err("the KTX2 texture is cut off".to_owned());
+        }
+        let mut out = vec![[255; 4]; count];
+        let container = match self.storage {
+            Storage::Plain(size) => {
+                for (texel, from) in out.iter_mut().zip(level.chunks_exact(size)) {
+                    texel[..size].copy_from_slice(from);
+                }
+                return Ok(out);
+            }
+            Storage::Uastc { channels } => self.container(
+                UASTC,
+                0,
+                &[channels],
+                &[],
+                &level[..usize::try_from(stored).map_err(|_| damaged())?],
+            ),
+            Storage::Etc1s { second } => {
+                let channels = [0, second.unwrap_or(0)];
+                let used = if second.is_some() { 2 } else { 1 };
+                self.container(ETC1S, 1, &channels[..used], &self.tables().ok_or_else(damaged)?, level)
+            }
+        };
+        let refused = |error: basisu::Error| {
+            let reason: String = format!("{error:?}").chars().filter(|c| !c.is_control()).collect();
+            format!("the KTX2 texture is damaged: {reason}")
+        };
+        let transcoder = Transcoder::new(&container).map_err(refused)?;
+        let size = transcoder.output_size(0, TargetFormat::Rgba32).map_err(refused)?;
+        if size != count * 4 {
+            return Err(damaged());
+        }
+        let flat = out.as_flattened_mut();
+        transcoder.transcode_into(0, TargetFormat::Rgba32, DecodeFlags::NONE, flat).map_err(refused)?;
+        // Green in the place of alpha.
+        if self.storage == (Storage::Etc1s { second: Some(4) }) {
+            out.iter_mut().for_each(|texel| *texel = [texel[0], texel[3], 0, 255]);
+        }
+        Ok(out)
+    }
+
+    /// The tables of ETC1S with the description of the first picture only.
+    fn tables(&self) -> Option<Vec<u8>> {
+        let word = |at: usize| Some(u32::from_le_bytes(*self.global.get(at..)?.first_chunk()?));
+        let lengths = [word(4)?, word(8)?, word(12)?];
+        let total = lengths.iter().map(|&length| u64::from(length)).sum::<u64>();
+        // A description of 20 bytes for each level lies between the header and the tables.
+        let start = 20 + 20 * usize::try_from(self.levels.max(1)).ok()?;
+        // Pictures that are differences to another one have a bit set.
+        if word(20)? & 2 != 0 {
+            return None;
+        }
+        let mut tables = self.global.get(..16)?.to_vec();
+        tables.extend([0; 8]);
+        tables.extend(self.global.get(24..40)?);
+        tables.extend(self.global.get(start..start.checked_add(usize::try_from(total).ok()?)?)?);
+        Some(tables)
+    }
+
+    /// A container of one level.
+    fn container(&self, model: u8, scheme: u32, channels: &[u8], global: &[u8], level: &[u8]) -> Vec<u8> {
+        let samples: Vec<u8> = channels
+            .iter()
+            .flat_map(|channel| [0, 0, 0, *channel, 0, 0, 0, 0, 0, 0, 0, 0, 255, 255, 255, 255])
+            .collect();
+        let descriptor = 28 + samples.len();
+        let tables = (104 + descriptor).next_multiple_of(8);
+        let place = tables + global.len().next_multiple_of(16);
+        let mut out = Vec::with_capacity(place + level.len());
+        out.extend(MAGIC);
+        let words = [0, 1, self.width, self.height, 0, 0, 1, 1, scheme, 104, descriptor as u32, 0, 0];
+        out.extend(words.iter().flat_map(|word| word.to_le_bytes()));
+        let whole = if scheme == 0 { level.len() } else { 0 };
+        for long in [if global.is_empty() { 0 } else { tables }, global.len(), place, level.len(), whole] {
+            out.extend((long as u64).to_le_bytes());
+        }
+        out.extend((descriptor as u32).to_le_bytes());
+        out.extend([
+            0,
+            0,
+            0,
+            0,
+            2,
+            0,
+            (descriptor - 4) as u8,
+            0,
+            model,
+            1,
+            2,
+            0,
+            3,
+            3,
+            0,
+            0,
+            16,
+            0,
+            0,
+            0,
+            0,
+            0,
+            0,
+            0,
+        ]);
+        out.extend(samples);
+        out.resize(tables, 0);
+        out.extend(global);
+        out.resize(place, 0);
+        out.extend(level);
+        out
+    }
+}
+
+/// Undoes Zstandard, to so many bytes.
+fn inflate(bytes: &[u8], length: usize) -> Result<Vec<u8>, String> {
+    let wrong = |what: &str| format!("the Zstandard data of the KTX2 texture {what}");
+    let mut decoder =
+        StreamingDecoder::new_with_max_window_size(bytes, MAX_WINDOW).map_err(|_| wrong("is damaged"))?;
+    let mut out = vec![0; length];
+    decoder.read_exact(&mut out).map_err(|_| wrong("is damaged or too short"))?;
+    match decoder.read(&mut [0]) {
+        Ok(0) => Ok(out),
+        _ => Err(wrong("is damaged or too long")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ruzstd::encoding::{CompressionLevel, compress_to_vec};
+
+    /// A container with one level, written field by field.
+    fn file(
+        format: u32,
+        [width, height]: [u32; 2],
+        scheme: u32,
+        descriptor: &[u8],
+        level: &[u8],
+        whole: usize,
+    ) -> Vec<u8> {
+        let mut out = MAGIC.to_vec();
+        let place = 104 + descriptor.len();
+        for word in [format, 1, width, height, 0, 0, 1, 1, scheme, 104, descriptor.len() as u32, 0, 0] {
+            out.extend(word.to_le_bytes());
+        }
+        for long in [0, 0, place, level.len(), whole] {
+            out.extend((long as u64).to_le_bytes());
+        }
+        out.extend(descriptor);
+        out.extend(level);
+        out
+    }
+
+    /// The descriptor of a UASTC texture with alpha.
+    fn uastc_descriptor() -> Vec<u8> {
+        let mut descriptor = vec![0; 44];
+        descriptor[0] = 44;
+        descriptor[12] = UASTC;
+        descriptor[31] = 3;
+        descriptor
+    }
+
+    /// A block of one colour: mode 8, whose code is 10111, and four channels of 8 bits, from the lowest bit on.
+    fn solid([r, g, b, a]: [u8; 4]) -> [u8; 16] {
+        let bits = 23 | u128::from(u32::from_le_bytes([r, g, b, a])) << 5;
+        bits.to_le_bytes()
+    }
+
+    fn read(bytes: &[u8]) -> Result<Vec<[u8; 4]>, String> {
+        open(bytes)?.decode()
+    }
+
+    fn zstd(bytes: &[u8]) -> Vec<u8> {
+        compress_to_vec(bytes, CompressionLevel::Fastest)
+    }
+
+    /// 7 x 5 texels in four blocks, and the texels that they stand for.
+    fn blocks() -> (Vec<u8>, Vec<[u8; 4]>) {
+        let colors = [[255, 0, 0, 255], [0, 255, 0, 128], [1, 2, 3, 4], [200, 100, 50, 0]];
+        let texels = (0..35).map(|k| colors[k % 7 / 4 + k / 7 / 4 * 2]).collect();
+        (colors.map(solid).concat(), texels)
+    }
+
+    #[test]
+    fn blocks_of_one_colour() {
+        let (level, texels) = blocks();
+        let plain = file(0, [7, 5], 0, &uastc_descriptor(), &level, 64);
+        assert_eq!(read(&plain).unwrap(), texels);
+        let packed = file(0, [7, 5], 2, &uastc_descriptor(), &zstd(&level), 64);
+        assert_eq!(read(&packed).unwrap(), texels);
+        assert_eq!((open(&plain).unwrap().width, open(&plain).unwrap().height), (7, 5));
+    }
+
+    #[test]
+    fn bytes_for_each_channel() {
+        let rgba = [1, 2, 3, 4, 5, 6, 7, 8];
+        for format in [37, 43] {
+            assert_eq!(read(&file(format, [2, 1], 0, &[], &rgba, 8)).unwrap(), [[1, 2, 3, 4], [5, 6, 7, 8]]);
+            let packed = file(format, [2, 1], 2, &[], &zstd(&rgba), 8);
+            assert_eq!(read(&packed).unwrap(), [[1, 2, 3, 4], [5, 6, 7, 8]]);
+        }
+        for format in [23, 29] {
+            assert_eq!(
+                read(&file(format, [1, 2], 0, &[], &rgba[..6], 6)).unwrap(),
+                [[1, 2, 3, 255], [4, 5, 6, 255]]
+            );
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_read_says_so() {
+        let message = |change: &dyn Fn(&mut Vec<u8>)| {
+            let mut bytes = file(37, [2, 1], 0, &[], &[0; 8], 8);
+            change(&mut bytes);
+            read(&bytes).unwrap_err()
+        };
+        let shape = "the KTX2 texture is not one two-dimensional picture";
+        for (place, value) in [(20, 0), (24, 0), (28, 1), (32, 2), (36, 6)] {
+            assert_eq!(message(&|bytes| bytes[place] = value), shape);
+        }
+        assert_eq!(message(&|bytes| bytes[12] = 97), "KTX2 textures of the format 97 cannot be read");
+        assert_eq!(message(&|bytes| bytes[44] = 3), "KTX2 textures with supercompression 3 cannot be read");
+        assert_eq!(message(&|bytes| bytes[24] = 2), "the KTX2 texture is cut off");
+        assert!(message(&|bytes| bytes[20..28].fill(255)).ends_with("texels cannot be read"));
+        assert!(message(&|bytes| bytes[44] = 2).contains("Zstandard"));
+        let long = file(37, [2, 1], 2, &[], &zstd(&[0; 9]), 8);
+        assert_eq!(read(&long).unwrap_err(), "the Zstandard data of the KTX2 texture is damaged or too long");
+        let short = file(37, [2, 1], 2, &[], &zstd(&[0; 7]), 8);
+        assert_eq!(
+            read(&short).unwrap_err(),
+            "the Zstandard data of the KTX2 texture is damaged or too short"
+        );
+        // A frame that asks for a window of a gigabyte.
+        let window = file(37, [2, 1], 2, &[], &[0x28, 0xb5, 0x2f, 0xfd, 0, 0xa0, 1, 0, 0], 8);
+        assert_eq!(read(&window).unwrap_err(), "the Zstandard data of the KTX2 texture is damaged");
+    }
+
+    #[test]
+    fn every_truncation_is_an_error_and_no_damage_a_panic() {
+        let (level, _) = blocks();
+        let mut seed = 5u64;
+        let mut random = |below: usize| {
+            seed ^= seed << 13;
+            seed ^= seed >> 7;
+            seed ^= seed << 17;
+            (seed >> 20) as usize % below
+        };
+        for whole in [
+            file(0, [7, 5], 0, &uastc_descriptor(), &level, 64),
+            file(0, [7, 5], 2, &uastc_descriptor(), &zstd(&level), 64),
+            file(37, [2, 1], 2, &[], &zstd(&[9; 8]), 8),
+        ] {
+            for length in 0..whole.len() {
+                read(&whole[..length]).unwrap_err();
+            }
+            for _ in 0..5000 {
+                let mut damaged = whole.clone();
+                for _ in 0..1 + random(4) {
+                    // Sizes stay small: who reads them looks at them before.
+                    let at = if random(3) == 0 {
+                        28 + random(damaged.len() - 28)
+                    } else {
+                        104 + random(damaged.len() - 104)
+                    };
+                    damaged[at] = random(256) as u8;
+                }
+                let _ = read(&damaged);
+            }
+        }
+    }
+}
