@@ -148,9 +148,11 @@ mod tests {
     #[test]
     fn a_fan_of_many_colours_takes_linear_time() {
         let count = 100_000_u32;
-        let mut mesh = MeshData::default();
-        mesh.positions = (0..count + 2).map(|k| [k as f32, 1.0, 0.0]).collect();
-        mesh.triangles = (0..count).map(|k| [0, k + 1, k + 2]).collect();
+        let mut mesh = MeshData {
+            positions: (0..count + 2).map(|k| [k as f32, 1.0, 0.0]).collect(),
+            triangles: (0..count).map(|k| [0, k + 1, k + 2]).collect(),
+            ..MeshData::default()
+        };
         let codes = (0..count).map(|k| 0x8000 | k as u16);
         Colors::read(b"", codes).paint(&mut mesh);
         assert_eq!(mesh.colors.len(), mesh.positions.len());
