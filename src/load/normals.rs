@@ -227,9 +227,16 @@ fn compare_all(
     normals: &mut Vec<[f32; 3]>,
 ) {
     normals.clear();
+    let has_direction = |corner: &Corner| corner.unit != [0.0; 3];
+    // In a smooth surface each is near each other, and one sum is that of all.
+    let is_near = |k: usize| around[k..].iter().all(|other| dot(around[k].unit, other.unit) >= crease);
+    if (0..around.len()).all(is_near) && around.iter().all(has_direction) {
+        let sum = normalized(around.iter().fold([0.0; 3], |sum, corner| add(sum, corner.weighted)));
+        normals.extend(around.iter().map(|corner| fallback(sum, corner)));
+        return;
+    }
     // Which others are near each corner: that goes both ways, but nothing is near a corner without direction.
     let mut sets = [0_u64; FEW];
-    let has_direction = |corner: &Corner| corner.unit != [0.0; 3];
     for (k, corner) in around.iter().enumerate() {
         for (other, j) in around[k..].iter().zip(k..) {
             let near = u64::from(dot(corner.unit, other.unit) >= crease);

@@ -185,17 +185,18 @@ impl Model {
             }),
             "metadatagroup" => xml.children(|xml, tag| {
                 let Some(name) = tag.attribute("name") else { return Ok(()) };
+                let content = xml.content()?;
                 match name.as_str() {
                     "cura:infill_mesh"
                     | "cura:cutting_mesh"
                     | "cura:anti_overhang_mesh"
                     | "cura:support_mesh"
-                        if xml.content()?.trim().eq_ignore_ascii_case("true") =>
+                        if content.trim().eq_ignore_ascii_case("true") =>
                     {
                         object.purpose = Purpose::Modifier;
                     }
                     "cura:extruder_nr" => {
-                        object.extruder = index(&xml.content()?).and_then(|k| k.checked_add(1));
+                        object.extruder = index(&content).and_then(|k| k.checked_add(1));
                     }
                     _ => {}
                 }
