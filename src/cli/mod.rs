@@ -17,6 +17,7 @@ pub mod input;
 mod label;
 pub mod materials;
 mod materials_command;
+mod motion_args;
 mod movie;
 pub mod picture;
 mod progress;
