@@ -2,6 +2,7 @@
 
 use crate::model::{F32, I8, I16, Model, U8, U16, U32, messages, push};
 use overcoat::limits::Limits;
+use overcoat::scene::PrimitiveKind;
 use serde_json::json;
 
 /// The three vertices of the triangle in the form of a component type, at a stride of four bytes or more.
@@ -292,4 +293,28 @@ fn limits_name_the_primitive() {
         "{error}"
     );
     model.load_within(&limits(5 << 20)).unwrap();
+}
+
+#[test]
+fn points_and_lines_are_drawn_without_light_unless_they_have_normals() {
+    let vertices = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+    let shape = |mode: u32, normals: bool| {
+        let mut model = Model::triangle();
+        if normals {
+            let normals = model.floats("VEC3", &vertices);
+            model.primitive()["attributes"]["NORMAL"] = normals.into();
+        }
+        model.primitive()["mode"] = mode.into();
+        let loaded = model.load().unwrap();
+        let mesh = loaded.scene.meshes().first().unwrap();
+        let warned = loaded.warnings.len();
+        (mesh.kind(), mesh.triangles().to_vec(), loaded.scene.materials()[0].unlit, warned)
+    };
+    use PrimitiveKind::{Lines, Points, Triangles};
+    assert_eq!(shape(0, false), (Points, vec![[0; 3], [1; 3], [2; 3]], true, 0));
+    // The third vertex has no other.
+    assert_eq!(shape(1, false), (Lines, vec![[0, 1, 1]], true, 1));
+    assert_eq!(shape(2, false), (Lines, vec![[0, 1, 1], [1, 2, 2], [2, 0, 0]], true, 0));
+    assert_eq!(shape(3, true), (Lines, vec![[0, 1, 1], [1, 2, 2]], false, 0));
+    assert_eq!(shape(4, false), (Triangles, vec![[0, 1, 2]], false, 0));
 }

@@ -34,6 +34,7 @@ mod skin;
 mod source;
 mod surface;
 mod texture;
+mod topology;
 mod variant;
 
 pub(super) use container::MAGIC;

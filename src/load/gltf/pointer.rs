@@ -51,6 +51,13 @@ pub(super) enum Surface {
     IridescenceIor,
     FilmMinimum,
     FilmMaximum,
+    Transmission,
+    DiffuseTransmission,
+    DiffuseTransmissionColor,
+    Thickness,
+    AttenuationDistance,
+    AttenuationColor,
+    Dispersion,
     Diffuse,
     SpecularGlossinessColor,
     Glossiness,
@@ -82,6 +89,10 @@ pub(super) enum Slot {
     FilmThickness,
     Diffuse,
     SpecularGlossiness,
+    Transmission,
+    DiffuseTransmission,
+    DiffuseTransmissionColor,
+    Thickness,
 }
 
 /// Properties of KHR_lights_punctual.
@@ -103,7 +114,7 @@ pub(super) enum Camera {
     OrthographicNear,
 }
 
-const FACTORS: [(&str, Surface); 25] = [
+const FACTORS: [(&str, Surface); 32] = [
     ("pbrMetallicRoughness/baseColorFactor", Surface::BaseColor),
     ("pbrMetallicRoughness/metallicFactor", Surface::Metallic),
     ("pbrMetallicRoughness/roughnessFactor", Surface::Roughness),
@@ -126,12 +137,22 @@ const FACTORS: [(&str, Surface); 25] = [
     ("extensions/KHR_materials_iridescence/iridescenceIor", Surface::IridescenceIor),
     ("extensions/KHR_materials_iridescence/iridescenceThicknessMinimum", Surface::FilmMinimum),
     ("extensions/KHR_materials_iridescence/iridescenceThicknessMaximum", Surface::FilmMaximum),
+    ("extensions/KHR_materials_transmission/transmissionFactor", Surface::Transmission),
+    ("extensions/KHR_materials_diffuse_transmission/diffuseTransmissionFactor", Surface::DiffuseTransmission),
+    (
+        "extensions/KHR_materials_diffuse_transmission/diffuseTransmissionColorFactor",
+        Surface::DiffuseTransmissionColor,
+    ),
+    ("extensions/KHR_materials_volume/thicknessFactor", Surface::Thickness),
+    ("extensions/KHR_materials_volume/attenuationDistance", Surface::AttenuationDistance),
+    ("extensions/KHR_materials_volume/attenuationColor", Surface::AttenuationColor),
+    ("extensions/KHR_materials_dispersion/dispersion", Surface::Dispersion),
     ("extensions/KHR_materials_pbrSpecularGlossiness/diffuseFactor", Surface::Diffuse),
     ("extensions/KHR_materials_pbrSpecularGlossiness/specularFactor", Surface::SpecularGlossinessColor),
     ("extensions/KHR_materials_pbrSpecularGlossiness/glossinessFactor", Surface::Glossiness),
 ];
 
-const SLOTS: [(&str, Slot); 17] = [
+const SLOTS: [(&str, Slot); 21] = [
     ("pbrMetallicRoughness/baseColorTexture", Slot::BaseColor),
     ("pbrMetallicRoughness/metallicRoughnessTexture", Slot::MetallicRoughness),
     ("normalTexture", Slot::Normal),
@@ -147,6 +168,13 @@ const SLOTS: [(&str, Slot); 17] = [
     ("extensions/KHR_materials_anisotropy/anisotropyTexture", Slot::Anisotropy),
     ("extensions/KHR_materials_iridescence/iridescenceTexture", Slot::Iridescence),
     ("extensions/KHR_materials_iridescence/iridescenceThicknessTexture", Slot::FilmThickness),
+    ("extensions/KHR_materials_transmission/transmissionTexture", Slot::Transmission),
+    ("extensions/KHR_materials_diffuse_transmission/diffuseTransmissionTexture", Slot::DiffuseTransmission),
+    (
+        "extensions/KHR_materials_diffuse_transmission/diffuseTransmissionColorTexture",
+        Slot::DiffuseTransmissionColor,
+    ),
+    ("extensions/KHR_materials_volume/thicknessTexture", Slot::Thickness),
     ("extensions/KHR_materials_pbrSpecularGlossiness/diffuseTexture", Slot::Diffuse),
     ("extensions/KHR_materials_pbrSpecularGlossiness/specularGlossinessTexture", Slot::SpecularGlossiness),
 ];
@@ -243,7 +271,12 @@ impl Surface {
     fn width(self) -> usize {
         match self {
             Self::BaseColor | Self::Diffuse => 4,
-            Self::Emissive | Self::SpecularColor | Self::SheenColor | Self::SpecularGlossinessColor => 3,
+            Self::Emissive
+            | Self::SpecularColor
+            | Self::SheenColor
+            | Self::DiffuseTransmissionColor
+            | Self::AttenuationColor
+            | Self::SpecularGlossinessColor => 3,
             Self::Offset(_) | Self::Scale(_) => 2,
             _ => 1,
         }

@@ -80,6 +80,24 @@ pub(super) fn change(material: &mut Material, given: &model::Material, changes: 
             Surface::FilmMaximum => {
                 material.lobes.iridescence.thickness[1] = first.clamp(0.0, 1e5) as f32;
             }
+            Surface::Transmission => material.lobes.transmission.factor.factor = unit,
+            Surface::DiffuseTransmission => material.lobes.transmission.diffuse.factor = unit,
+            Surface::DiffuseTransmissionColor => {
+                material.lobes.transmission.diffuse_color.factor =
+                    three(values).map(|v| v.clamp(0.0, 1.0) as f32);
+            }
+            Surface::Thickness => {
+                material.lobes.transmission.thickness.factor = first.clamp(0.0, MAX_FACTOR) as f32
+            }
+            Surface::AttenuationDistance => {
+                material.lobes.transmission.attenuation_distance =
+                    (first as f32).clamp(f32::MIN_POSITIVE, f32::INFINITY);
+            }
+            Surface::AttenuationColor => {
+                material.lobes.transmission.attenuation_color =
+                    three(values).map(|v| v.clamp(0.0, 1.0) as f32);
+            }
+            Surface::Dispersion => material.lobes.transmission.dispersion = first.clamp(0.0, 1e3) as f32,
             // Below, since the three of a texture belong together.
             Surface::Offset(_) | Surface::Turn(_) | Surface::Scale(_) => {}
         }
@@ -136,6 +154,7 @@ fn info(given: &model::Material, slot: Slot) -> Option<&TextureInfo> {
     let sheen = extensions.and_then(|e| e.sheen.as_deref());
     let film = extensions.and_then(|e| e.iridescence.as_deref());
     let glossy = extensions.and_then(|e| e.specular_glossiness.as_ref());
+    let diffuse = extensions.and_then(|e| e.diffuse_transmission.as_deref());
     match slot {
         Slot::BaseColor => base?.base_color_texture.as_ref(),
         Slot::MetallicRoughness => base?.metallic_roughness_texture.as_ref(),
@@ -152,6 +171,10 @@ fn info(given: &model::Material, slot: Slot) -> Option<&TextureInfo> {
         Slot::Anisotropy => extensions?.anisotropy.as_deref()?.anisotropy_texture.as_ref(),
         Slot::Iridescence => film?.iridescence_texture.as_ref(),
         Slot::FilmThickness => film?.iridescence_thickness_texture.as_ref(),
+        Slot::Transmission => extensions?.transmission.as_deref()?.transmission_texture.as_ref(),
+        Slot::DiffuseTransmission => diffuse?.diffuse_transmission_texture.as_ref(),
+        Slot::DiffuseTransmissionColor => diffuse?.diffuse_transmission_color_texture.as_ref(),
+        Slot::Thickness => extensions?.volume.as_deref()?.thickness_texture.as_ref(),
         Slot::Diffuse => glossy?.diffuse_texture.as_ref(),
         Slot::SpecularGlossiness => glossy?.specular_glossiness_texture.as_ref(),
     }
@@ -185,6 +208,10 @@ fn reference(material: &mut Material, slot: Slot) -> Option<&mut TextureRef> {
         Slot::Anisotropy => lobes.anisotropy.texture.as_mut(),
         Slot::Iridescence => lobes.iridescence.mask.texture.as_mut(),
         Slot::FilmThickness => lobes.iridescence.thickness_texture.as_mut(),
+        Slot::Transmission => lobes.transmission.factor.texture.as_mut(),
+        Slot::DiffuseTransmission => lobes.transmission.diffuse.texture.as_mut(),
+        Slot::DiffuseTransmissionColor => lobes.transmission.diffuse_color.texture.as_mut(),
+        Slot::Thickness => lobes.transmission.thickness.texture.as_mut(),
     }
 }
 
