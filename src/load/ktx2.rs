@@ -324,6 +324,77 @@ mod tests {
         assert_eq!((open(&plain).unwrap().width, open(&plain).unwrap().height), (7, 5));
     }
 
+    /// Bits from the lowest of each byte on.
+    #[derive(Default)]
+    struct Bits(Vec<bool>);
+
+    impl Bits {
+        fn put(&mut self, value: u32, count: usize) {
+            self.0.extend((0..count).map(|k| value >> k & 1 == 1));
+        }
+
+        /// A Huffman table of two symbols, `first` and the next: their codes are the bits 0 and 1.
+        fn table(&mut self, first: usize) {
+            self.put(first as u32 + 2, 14);
+            // Lengths of codes are 0 or 1. Their own codes are one bit; in the order that is prescribed the length 0
+            // has place 4 and the length 1 place 18.
+            self.put(19, 5);
+            (0..19).for_each(|place| self.put(u32::from(place == 4 || place == 18), 3));
+            (0..first).for_each(|_| self.put(0, 1));
+            self.put(0b11, 2);
+        }
+
+        fn bytes(&self) -> Vec<u8> {
+            self.0
+                .chunks(8)
+                .map(|bits| bits.iter().rev().fold(0, |byte, &bit| byte << 1 | u8::from(bit)))
+                .collect()
+        }
+    }
+
+    /// One block of ETC1S (section "BasisLZ" of the KTX2 specification): one endpoint, grey 20 of 31 with the
+    /// modifiers 3, and one selector whose rows go from the darkest to the brightest.
+    fn etc1s() -> Vec<u8> {
+        let mut endpoints = Bits::default();
+        for first in [0, 4, 0, 3] {
+            endpoints.table(first);
+        }
+        // Grey; the symbol 3 for the modifiers, the symbol 4 more than 16 for the colour.
+        endpoints.put(1, 1);
+        endpoints.put(0, 2);
+        let mut selectors = Bits::default();
+        // As they are.
+        selectors.put(0b100, 3);
+        (0..4).for_each(|_| selectors.put(0b11_10_01_00, 8));
+        let mut tables = Bits::default();
+        for first in [3, 0, 0, 0] {
+            tables.table(first);
+        }
+        tables.put(1, 13);
+        let parts = [endpoints, selectors, tables].map(|bits| bits.bytes());
+        let mut global = vec![1, 0, 1, 0];
+        for length in [parts[0].len(), parts[1].len(), parts[2].len(), 0, 0, 0, 1, 0, 0] {
+            global.extend((length as u32).to_le_bytes());
+        }
+        global.extend(parts.concat());
+        let mut descriptor = vec![0; 44];
+        descriptor[12] = ETC1S;
+        // The first symbols of the tables: the endpoint is none of a neighbour's but number 0, and so is the selector.
+        let mut whole = file(0, [4, 4], 1, &descriptor, &[0], 0);
+        let place = whole.len() as u64;
+        whole[64..72].copy_from_slice(&place.to_le_bytes());
+        whole[72..80].copy_from_slice(&(global.len() as u64).to_le_bytes());
+        whole.extend(global);
+        whole
+    }
+
+    #[test]
+    fn a_block_of_shared_tables() {
+        // 20 of 31 is 165 of 255; the modifiers are 42 and 13 to both sides.
+        let row = [123, 152, 178, 207].map(|v| [v, v, v, 255]);
+        assert_eq!(read(&etc1s()).unwrap(), [row; 4].concat());
+    }
+
     #[test]
     fn bytes_for_each_channel() {
         let rgba = [1, 2, 3, 4, 5, 6, 7, 8];
@@ -382,6 +453,7 @@ mod tests {
             file(0, [7, 5], 0, &uastc_descriptor(), &level, 64),
             file(0, [7, 5], 2, &uastc_descriptor(), &zstd(&level), 64),
             file(37, [2, 1], 2, &[], &zstd(&[9; 8]), 8),
+            etc1s(),
         ] {
             for length in 0..whole.len() {
                 read(&whole[..length]).unwrap_err();

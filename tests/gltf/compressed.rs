@@ -351,6 +351,21 @@ fn mistakes_in_draco_primitives_name_the_primitive() {
     assert!(matches!(error, LoadError::Limit(_)), "{error}");
 }
 
+/// Each primitive reads its stream for itself, so a long one cannot be named by many.
+#[test]
+fn streams_that_many_primitives_name_add_up() {
+    let sheet = sheet(4);
+    let mut stream = draco_stream(&sheet, 1, 5, 11);
+    stream.resize(1 << 20, 0);
+    let mut model = draco(&sheet, &stream);
+    let primitive = model.primitive().clone();
+    model.json["meshes"][0]["primitives"] = vec![primitive; 100].into();
+    assert_eq!(model.load().unwrap().scene.instances().len(), 100);
+    let error = load(&model.glb()).unwrap_err();
+    assert!(matches!(error, LoadError::Limit(_)), "{error}");
+    assert!(error.to_string().starts_with("mesh 0, primitive 6"), "{error}");
+}
+
 fn load(file: &[u8]) -> Result<Loaded, LoadError> {
     let limits = Limits { decoded_bytes: 64 << 20, triangles: 1 << 20, ..Limits::default() };
     let jobs = Jobs::new(1);

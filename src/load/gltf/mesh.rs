@@ -170,7 +170,11 @@ impl Geometry {
     /// Bytes of its triangles.
     pub(super) fn charge_triangles(&self, root: &Root, budget: &mut Budget) -> Result<(), LoadError> {
         budget.charge(|| format!("{}: triangles", self.name(root)), self.triangles, 12)?;
-        if self.source.draco.is_some() {
+        if let Some(compression) = self.compression(root) {
+            // The stream too: many primitives may name one long stream, and each reads it for itself.
+            let view = compression.buffer_view.and_then(|view| root.buffer_views.get(view.get()));
+            let length = view.map_or(0, |view| view.byte_length.0);
+            budget.charge(|| format!("{}: compressed data", self.name(root)), length, 1)?;
             let what = || format!("{}: compressed vertices", self.name(root));
             budget.charge(what, self.most_points(), draco::POINT_BYTES / 2)?;
             Limits::check(what, self.transient_bytes(), budget.left(), "decoded_bytes")?;

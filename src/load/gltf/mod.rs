@@ -1,7 +1,8 @@
 //! glTF 2.0, as `.gltf` with its files beside it or embedded, and as `.glb`.
 //!
 //! The order is: container, JSON, extensions, scene graph, materials and primitives that are in the scene, and then,
-//! in parallel, images and primitives. What is not in the default scene is never read. Serial steps find every byte
+//! in parallel, images and primitives. Compressed views are decompressed when all that are needed are known, compressed
+//! primitives when their triangles are read. What is not in the default scene is never read. Serial steps find every byte
 //! and charge every allocation in the order of the file, so that a limit is met at the same element whatever the
 //! number of threads.
 //!
