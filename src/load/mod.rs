@@ -128,7 +128,7 @@ pub fn load_bytes(bytes: &[u8], format: Option<Format>, context: &Context<'_>) -
         Some(Format::Stl) => stl::load(bytes, context),
         Some(Format::Ply) => ply::load(bytes, context),
         Some(Format::ThreeMf) => threemf::load(bytes, context),
-        None => Err(LoadError::UnknownFormat(format!("its content is of no known format; {READ}"))),
+        None => Err(LoadError::UnknownFormat(format!("the format is not known; {READ}"))),
     }
 }
 
