@@ -212,7 +212,7 @@ fn read_bytes(
         Some(Format::Stl) => stl::load(bytes, context),
         Some(Format::Ply) => ply::load(bytes, context),
         Some(Format::ThreeMf) => threemf::load(bytes, context),
-        None => Err(LoadError::UnknownFormat(format!("its content is of no known format; {READ}"))),
+        None => Err(LoadError::UnknownFormat(format!("the format is not known; {READ}"))),
     };
     Ok(Model::Still(Box::new(loaded?)))
 }

@@ -1,6 +1,7 @@
 //! Smooth normals for meshes without.
 
-use super::vertices::{duplicate_vertex, position_classes};
+use super::vertices::{PositionTable, duplicate_vertex};
+use super::weld::weld;
 use crate::jobs::Jobs;
 use crate::math::double::cos;
 use crate::math::lanes::{Float, LANES, Lanes, SimdLevel};
@@ -44,7 +45,9 @@ pub(super) fn add_missing_normals(
     missing: impl Fn(usize) -> bool,
     jobs: &Jobs,
 ) {
-    let (class_of, classes) = position_classes(&mesh.positions);
+    let seed = PositionTable::seed(bytemuck::cast_slice(&mesh.positions));
+    let mut class_of = vec![0; mesh.positions.len()];
+    let classes = weld(&mut class_of, |v| mesh.positions[v], seed, jobs).len();
     add_to_classes(mesh, crease_angle_degrees, |v| class_of[v as usize], classes, Some(missing), jobs);
 }
 

@@ -75,9 +75,9 @@ impl<'a> Run<'a> {
     }
 }
 
-/// For each of `count` positions, of which there are less than 2^32, the number of its kind in the order of first
-/// appearance, and the kinds: equal positions are of one kind, and -0 equals 0. `seed` keeps a hostile file from choosing positions that collide,
-/// see [`PositionTable::seed`]. The numbers fill `numbers`.
+/// Fills `numbers` with, for each position, of which there are less than 2^32, the number of its kind in the order of
+/// first appearance, and returns the kinds: equal positions are of one kind, and -0 equals 0. `seed` keeps a hostile file
+/// from choosing positions that collide, see [`PositionTable::seed`].
 pub(super) fn weld(
     numbers: &mut [u32],
     position: impl Fn(usize) -> [f32; 3] + Sync,

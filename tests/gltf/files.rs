@@ -107,14 +107,14 @@ fn files_that_cannot_be_models() {
         path
     };
     assert_eq!(error(&write("empty.glb", b"")), "the file is empty");
-    assert_eq!(
-        error(&write("picture.glb", &picture(image::ImageFormat::Png))),
-        "glTF: this is neither a GLB container nor JSON"
-    );
-    assert!(
-        error(&write("picture.png", &picture(image::ImageFormat::Png)))
-            .starts_with("the format is not known")
-    );
+    assert_eq!(error(&write("words.glb", b"hello")), "glTF: this is neither a GLB container nor JSON");
+    for name in ["picture.glb", "picture.png"] {
+        assert_eq!(
+            error(&write(name, &picture(image::ImageFormat::Png))),
+            "it is a PNG picture; models are read from glTF, OBJ, STL, PLY and 3MF"
+        );
+    }
+    assert!(error(&write("words.txt", b"hello")).starts_with("the format is not known"));
     // Content beats the extension.
     let path = write("box.obj", &Model::triangle().glb());
     assert_eq!(load_file(&path, &Limits::default(), &Jobs::new(1)).unwrap().scene.triangle_count(), 1);
