@@ -235,6 +235,7 @@ impl Sampled<'_> {
         for index in [input, output] {
             accessor::require(root, index, buffers, context, budget)?;
         }
+        buffers.decompress(context.jobs)?;
         let times = accessor::resolve(root, buffers, input)?;
         if times.kind != Kind::Scalar {
             return Err(malformed(format!("accessor {input} does not hold times")));
@@ -348,6 +349,7 @@ fn end_of(
     budget: &mut Budget,
 ) -> Result<f64, LoadError> {
     accessor::require(root, input, buffers, context, budget)?;
+    buffers.decompress(context.jobs)?;
     let times = accessor::resolve(root, buffers, input)?;
     match times.count.checked_sub(1) {
         Some(last) if times.kind == Kind::Scalar => {

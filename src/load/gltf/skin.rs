@@ -54,6 +54,7 @@ pub(super) fn read(
     }
     let Some(matrices) = given.inverse_bind_matrices else { return Ok(Skin { joints, inverse: Vec::new() }) };
     accessor::require(root, matrices, buffers, context, budget)?;
+    buffers.decompress(context.jobs)?;
     let elements = accessor::resolve(root, buffers, matrices)?;
     if elements.kind != Kind::Mat4 || elements.component != Component::F32 {
         return Err(malformed(format!("accessor {matrices} does not hold inverse bind matrices")));
