@@ -1,6 +1,8 @@
 //! Cameras in world space.
 
 use super::model::{self, label};
+use crate::limits::LimitExceeded;
+use crate::load::budget::Budget;
 use crate::load::warnings::Warnings;
 use crate::scene::{Camera, MAX_COORDINATE, Projection, Scene, Transform};
 
@@ -9,13 +11,19 @@ const FIELD: (f64, f64) = (1e-3, std::f64::consts::PI - 1e-3);
 
 /// Adds a camera that stands at `transform` and looks along its -Z. One that cannot see anything is left out with a
 /// warning.
+///
+/// # Errors
+/// [`LimitExceeded`] naming the camera: each node that holds it makes a copy, with its name.
 pub(super) fn add(
     scene: &mut Scene,
     camera: &model::Camera,
     index: usize,
     transform: &Transform,
+    budget: &mut Budget,
     warnings: &mut Warnings,
-) {
+) -> Result<(), LimitExceeded> {
+    let size = size_of::<Camera>() + size_of::<String>() + camera.name.as_ref().map_or(0, String::len);
+    budget.charge(|| name(camera, index), size as u64, 1)?;
     let (projection, near) = match (&camera.perspective, &camera.orthographic) {
         (Some(p), _) => {
             let fov_y = p.yfov.clamp(FIELD.0, FIELD.1) as f32;
@@ -24,7 +32,7 @@ pub(super) fn add(
         (None, Some(o)) => (Projection::Orthographic { height: (2.0 * o.ymag.abs()) as f32 }, o.znear),
         (None, None) => {
             warnings.add(|| format!("{} has no projection and is left out", name(camera, index)));
-            return;
+            return Ok(());
         }
     };
     let eye = transform.point([0.0; 3]);
@@ -32,7 +40,7 @@ pub(super) fn add(
         (unit(transform.direction([0.0, 0.0, -1.0])), unit(transform.direction([0.0, 1.0, 0.0])))
     else {
         warnings.add(|| format!("{} is scaled to nothing and is left out", name(camera, index)));
-        return;
+        return Ok(());
     };
     // Far from the origin, a target one metre away would be rounded onto the eye.
     let distance = eye.iter().fold(1.0_f64, |d, v| if v.abs() > d { v.abs() } else { d });
@@ -50,6 +58,7 @@ pub(super) fn add(
     if let Err(error) = result {
         warnings.add(|| format!("{} is left out: {error}", name(camera, index)));
     }
+    Ok(())
 }
 
 fn name(camera: &model::Camera, index: usize) -> String {

@@ -230,7 +230,7 @@ impl Loader<'_> {
                 let name = mesh::name(root, mesh, k);
                 return Err(LoadError::malformed(FORMAT, format!("{name}: there is no material {missing}")));
             }
-            let material = self.plan_material(material);
+            let material = self.plan_material(material)?;
             let tangents_for = tangent_set(&self.materials[material]);
             let planned = mesh::plan(
                 root,
@@ -256,16 +256,18 @@ impl Loader<'_> {
         Ok(draws)
     }
 
-    fn plan_material(&mut self, index: Option<usize>) -> usize {
+    fn plan_material(&mut self, index: Option<usize>) -> Result<usize, LoadError> {
         if let Some(&place) = self.material_places.get(&index) {
-            return place;
+            return Ok(place);
         }
+        // Far larger than what the file says of it; twice, for a list that grows.
+        self.budget.charge(|| "materials".to_owned(), 2, size_of::<Material>() as u64)?;
         self.materials.push(match index {
             None => material::default_material(),
             Some(index) => material::convert(self.root, index, &mut self.textures, &mut self.warnings),
         });
         self.material_places.insert(index, self.materials.len() - 1);
-        self.materials.len() - 1
+        Ok(self.materials.len() - 1)
     }
 
     /// Decodes images and reads primitives.
@@ -384,14 +386,14 @@ impl Loader<'_> {
                 }
             }
         }
-        self.add_cameras_and_lights(placed, &mut scene);
+        self.add_cameras_and_lights(placed, &mut scene)?;
         if scene.triangle_count() == 0 {
             self.warnings.add(|| "no triangles".to_owned());
         }
         Ok(Loaded { scene, warnings: self.warnings.finish() })
     }
 
-    fn add_cameras_and_lights(&mut self, placed: &[Placed], scene: &mut Scene) {
+    fn add_cameras_and_lights(&mut self, placed: &[Placed], scene: &mut Scene) -> Result<(), LoadError> {
         let root = self.root;
         let lights = root.extensions.lights.as_ref().map_or(&[][..], |l| &l.lights);
         for at in placed {
@@ -399,7 +401,10 @@ impl Loader<'_> {
             let name = || model::label::<model::Node>(at.node, node.name.as_deref());
             if let Some(index) = node.camera {
                 match root.cameras.get(index.get()) {
-                    Some(given) => camera::add(scene, given, index.get(), &at.transform, &mut self.warnings),
+                    Some(given) => {
+                        let (budget, warnings) = (&mut self.budget, &mut self.warnings);
+                        camera::add(scene, given, index.get(), &at.transform, budget, warnings)?;
+                    }
                     None => self.warnings.add(|| format!("{}: there is no camera {index}", name())),
                 }
             }
@@ -411,6 +416,7 @@ impl Loader<'_> {
                 }
             }
         }
+        Ok(())
     }
 }
 
