@@ -1,11 +1,22 @@
 //! Cameras in world space.
 
 use super::model::{self, label};
+use crate::limits::LimitExceeded;
+use crate::load::budget::Budget;
 use crate::load::warnings::Warnings;
 use crate::scene::{Camera, MAX_COORDINATE, Projection, Scene, Transform};
 
 /// Smallest and largest vertical field of view in radians.
 const FIELD: (f64, f64) = (1e-3, std::f64::consts::PI - 1e-3);
+
+/// Charges the copy of a camera that a node makes, with its name.
+///
+/// # Errors
+/// [`LimitExceeded`] naming the camera.
+pub(super) fn charge(camera: &model::Camera, index: usize, budget: &mut Budget) -> Result<(), LimitExceeded> {
+    let size = size_of::<Camera>() + size_of::<String>() + camera.name.as_ref().map_or(0, String::len);
+    budget.charge(|| name(camera, index), size as u64, 1)
+}
 
 /// Adds a camera that stands at `transform` and looks along its -Z. One that cannot see anything is left out with a
 /// warning.

@@ -221,6 +221,11 @@ impl Loader<'_> {
             let k = tree.node(place);
             let node = &self.root.nodes[k];
             let name = || model::label::<model::Node>(k, node.name.as_deref());
+            if let Some((index, camera)) =
+                node.camera.and_then(|k| Some((k.get(), self.root.cameras.get(k.get())?)))
+            {
+                camera::charge(camera, index, &mut self.budget)?;
+            }
             let Some(mesh) = node.mesh else { continue };
             let mesh = mesh.get();
             let Some(slot) = known.get(mesh) else {
@@ -348,7 +353,7 @@ impl Loader<'_> {
                 let name = mesh::name(root, mesh, k);
                 return Err(LoadError::malformed(FORMAT, format!("{name}: there is no material {missing}")));
             }
-            let material = self.plan_material(material, mesh::is_unlit(primitive));
+            let material = self.plan_material(material, mesh::is_unlit(primitive))?;
             let tangents_for = tangent_set(&self.materials[material]);
             let planned = mesh::plan(
                 root,
@@ -376,10 +381,12 @@ impl Loader<'_> {
     }
 
     /// The place of a material, or of the same one without light.
-    fn plan_material(&mut self, index: Option<usize>, unlit: bool) -> usize {
+    fn plan_material(&mut self, index: Option<usize>, unlit: bool) -> Result<usize, LoadError> {
         if let Some(&place) = self.material_places.get(&(index, unlit)) {
-            return place;
+            return Ok(place);
         }
+        // Far larger than what the file says of it; twice, for a list that grows.
+        self.budget.charge(|| "materials".to_owned(), 2, size_of::<Material>() as u64)?;
         let mut material = match index {
             None => material::default_material(),
             Some(index) => material::convert(self.root, index, &mut self.textures, &mut self.warnings),
@@ -387,7 +394,7 @@ impl Loader<'_> {
         material.unlit |= unlit;
         self.materials.push(material);
         self.material_places.insert((index, unlit), self.materials.len() - 1);
-        self.materials.len() - 1
+        Ok(self.materials.len() - 1)
     }
 
     /// Decodes images and reads primitives.

@@ -2,6 +2,7 @@
 
 use super::parse::{Corner, FLAT, NONE, Obj};
 use crate::color::srgb::srgb_to_linear;
+use crate::limits::Limits;
 use crate::load::normals::add_missing_normals;
 use crate::load::plain::{CREASE_ANGLE, check_mesh, drawable};
 use crate::load::polygon::Triangulator;
@@ -11,6 +12,10 @@ use crate::scene::MeshData;
 /// Copies of a position (with other texture coordinates or normals) that are searched for an equal one before
 /// another is made: bounds the work of files that use one position a million times.
 const SEARCHED: usize = 64;
+
+/// What a triangle takes while meshes are made, measured: corners of polygons as they are read, corners that normals are
+/// made from, the mesh of the whole file and the parts that it is cut into.
+const BYTES_A_TRIANGLE: u64 = 144;
 
 /// What was left out on the way.
 #[derive(Debug, Default)]
@@ -37,6 +42,8 @@ pub(super) fn assemble(obj: &Obj, context: &Context<'_>) -> Result<Assembled, Lo
     let triangles = corners - 2 * obj.sizes.len() as u64;
     // There are at least as many vertices as positions that are used, and at most as many as corners.
     check_mesh(context, triangles, 0)?;
+    let bytes = triangles.saturating_mul(BYTES_A_TRIANGLE);
+    Limits::check(|| "OBJ: triangles".to_owned(), bytes, context.limits.decoded_bytes, "decoded_bytes")?;
     let mut vertices = Vertices::new(obj);
     let mut out = Assembled { mesh: MeshData::default(), section_of: Vec::new(), losses: Losses::default() };
     out.mesh.triangles.reserve_exact(triangles as usize);

@@ -86,6 +86,9 @@ impl<'a> Library<'a> {
         names: &[&str],
         warnings: &mut Warnings,
     ) -> Result<Vec<MaterialId>, LoadError> {
+        // A material as it is read and as it is drawn, the latter twice for a list that grows.
+        let size = (size_of::<Option<Source>>() + 2 * size_of::<Material>()) as u64;
+        self.budget.charge(|| "OBJ: materials".to_owned(), names.len() as u64, size)?;
         let sources: Vec<Option<Source>> = names
             .iter()
             .map(|name| {

@@ -64,6 +64,9 @@ pub(crate) fn load(bytes: &[u8], context: &Context<'_>) -> Result<Loaded, LoadEr
     Ok(finish(scene, warnings.finish()))
 }
 
+/// What a mesh takes beside its vertices and triangles, with its instance.
+const MESH_BYTES: u64 = 640;
+
 /// The triangles of each pair of object and material.
 struct Meshes {
     /// Object and material of each mesh, in the order of their first triangle.
@@ -92,6 +95,8 @@ impl Meshes {
         }
         let count = keys.len() as u64;
         Limits::check(|| "OBJ: the number of objects".to_owned(), count, context.limits.nodes, "nodes")?;
+        let bytes = count.saturating_mul(MESH_BYTES);
+        Limits::check(|| "OBJ: objects".to_owned(), bytes, context.limits.decoded_bytes, "decoded_bytes")?;
         Ok(Self { keys, mesh_of })
     }
 
