@@ -165,7 +165,7 @@ pub fn material(data: &[u8]) {
 }
 
 /// A scene file, JSON if it begins with a brace and TOML otherwise.
-#[cfg(any(feature = "pipeline", feature = "cli"))]
+#[cfg(feature = "cli")]
 pub fn scene(data: &[u8]) {
     use overcoat::cli::scene_file::SceneFile;
     let Ok(text) = std::str::from_utf8(data) else { return };
@@ -185,7 +185,7 @@ pub fn scene(data: &[u8]) {
 }
 
 /// A model of any format, drawn and encoded. The binary part of glTF follows a zero byte.
-#[cfg(any(feature = "pipeline", feature = "cli"))]
+#[cfg(feature = "cli")]
 pub fn pipeline(data: &[u8]) {
     use overcoat::output::{OutputFormat, OutputOptions, encode};
     use overcoat::{RenderOptions, Renderer};
@@ -218,8 +218,8 @@ pub const TARGETS: &[(&str, fn(&[u8]))] = &[
     ("hdr", hdr),
     ("exr", exr),
     ("material", material),
-    #[cfg(any(feature = "pipeline", feature = "cli"))]
+    #[cfg(feature = "cli")]
     ("scene", scene),
-    #[cfg(any(feature = "pipeline", feature = "cli"))]
+    #[cfg(feature = "cli")]
     ("pipeline", pipeline),
 ];
