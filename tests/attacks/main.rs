@@ -47,8 +47,8 @@ fn limits() -> Limits {
         output_side: 4096,
         output_pixels: 1 << 20,
         fragments: 1 << 20,
-        blocks: 1 << 18,
-        blend_entries: 1 << 20,
+        blocks: 1 << 14,
+        blend_entries: 1 << 16,
         frames: 16,
     }
 }
@@ -96,7 +96,7 @@ fn judge(must: Must, outcome: &Result<Vec<String>, Failure>) -> Option<String> {
         Ok(warnings) => warnings.clone(),
         Err(failure) => vec![failure.to_string()],
     };
-    if let Some(bad) = texts.iter().find(|t| t.len() > 2000 || t.chars().any(char::is_control)) {
+    if let Some(bad) = texts.iter().find(|t| t.len() > 5000 || t.chars().any(char::is_control)) {
         return Some(format!(
             "a message of {} bytes: {}",
             bad.len(),

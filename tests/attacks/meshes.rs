@@ -64,7 +64,7 @@ pub fn attacks() -> Vec<Attack> {
         obj("obj-uv-beyond", "a read past the texture coordinates", text("f 1/9 2/9 3/9"), Warn("texture")),
         obj("obj-normal-beyond", "a read past the normals", text("f 1//1 2//1 3//1"), Warn("normal")),
         obj("obj-forward", "vertices that come later", format!("f 1 2 3\n{TRIANGLE}"), Draw),
-        obj("obj-polygon-crossed", "quadratic work on one polygon", &star, Warn("concave")),
+        obj("obj-polygon-crossed", "quadratic work on one polygon", &star, Exceed("blocks")),
         obj("obj-not-a-number", "coordinates that are none", "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", Warn("left out")),
         obj("obj-infinite", "coordinates without end", "v 1e39 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", Warn("left out")),
         obj("obj-long-number", "a number of a million digits", format!("v 0.{} 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "1".repeat(1 << 20)), Draw),
