@@ -172,7 +172,7 @@ fn what_cannot_be_played_leaves_no_file() {
         (&["turntable", "walk.gltf", "-o", "a.png", "--frames", "9999"], 3, "(frames)"),
         // The frame that is too much comes after others.
         (
-            &["turntable", "walk.gltf", "-o", "a#.png", "--frames", "9", "--limit", "decoded_bytes=12k"],
+            &["turntable", "walk.gltf", "-o", "a#.png", "--frames", "9", "--limit", "decoded_bytes=24k"],
             3,
             "frames up to",
         ),

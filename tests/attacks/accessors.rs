@@ -110,7 +110,7 @@ pub fn attacks() -> Vec<Attack> {
             "positions-of-bytes",
             "another size than is read",
             |m| set(m, "accessors", "componentType", U8),
-            Must::Warn("nothing to see"),
+            Warn("nothing to see"),
         ),
         attack(
             "matrix-accessor",

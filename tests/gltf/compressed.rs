@@ -333,7 +333,7 @@ fn mistakes_in_draco_primitives_name_the_primitive() {
             |p| p["extensions"]["KHR_draco_mesh_compression"]["attributes"]["NORMAL"] = 2.into(),
             "NORMAL: accessor 1 has elements of the wrong type",
         ),
-        (|p| p["mode"] = 5.into(), "of strips and fans cannot be read"),
+        (|p| p["mode"] = 5.into(), "of anything but lists of triangles cannot be read"),
         // Three corners are one triangle.
         (|p| p["indices"] = 4.into(), "its Draco data holds more than its accessors say"),
         (|p| p["attributes"]["POSITION"] = 4.into(), "its Draco data holds more than its accessors say"),

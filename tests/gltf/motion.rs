@@ -428,7 +428,7 @@ fn pointers_change_materials_lights_cameras_and_visibility() {
         ("/extensions/KHR_lights_punctual/lights/0/intensity", "SCALAR", &[7.0]),
         ("/cameras/0/perspective/yfov", "SCALAR", &[1.0]),
         ("/nodes/3/extensions/KHR_node_visibility/visible", "SCALAR", &[1.0]),
-        ("/materials/0/extensions/KHR_materials_transmission/transmissionFactor", "SCALAR", &[1.0]),
+        ("/materials/0/extensions/KHR_materials_volume_scatter/transmissionFactor", "SCALAR", &[1.0]),
     ];
     let input = model.floats("SCALAR", &[0.0]);
     let (mut channels, mut samplers) = (Vec::new(), Vec::new());
@@ -452,7 +452,7 @@ fn pointers_change_materials_lights_cameras_and_visibility() {
     assert_eq!(scene.cameras()[0].projection, Projection::Perspective { fov_y: 1.0 });
     let said = messages(&loaded);
     assert_eq!(said.len(), 1, "{said:?}");
-    assert!(said[0].contains("channel 6: the pointer '/materials/0/extensions/KHR_materials_transmission"));
+    assert!(said[0].contains("channel 6: the pointer '/materials/0/extensions/KHR_materials_volume_scatter"));
 }
 
 #[test]

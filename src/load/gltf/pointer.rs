@@ -314,7 +314,12 @@ mod tests {
             ("/nodes/+1/rotation", None, 0),
             ("/nodes/1/matrix", None, 0),
             ("/materials/1/alphaCutoff", None, 0),
-            ("/materials/0/extensions/KHR_materials_transmission/transmissionFactor", None, 0),
+            (
+                "/materials/0/extensions/KHR_materials_volume/attenuationColor",
+                Some(Target::Surface(0, Surface::AttenuationColor)),
+                3,
+            ),
+            ("/materials/0/extensions/KHR_materials_volume_scatter/multiscatterColor", None, 0),
             ("/extensions/KHR_lights_punctual/lights/1/color", None, 0),
             ("", None, 0),
             ("/", None, 0),
