@@ -96,7 +96,10 @@ fn blend(
     for run in order.chunk_by(|&a, &b| of(a).0.pixel == of(b).0.pixel) {
         let first = of(run[0]).0;
         let place = first.row() as usize * background.width + first.column() as usize;
-        let mut colors = [background.environment.get(place).copied().unwrap_or([0.0; 4]); 16];
+        // Only where something transmits: the pixel must not know what else is in its tile.
+        let through = run.iter().any(|&k| background.kept.get(k as usize).is_some_and(Option::is_some));
+        let environment = background.environment.get(place).filter(|_| through);
+        let mut colors = [environment.copied().unwrap_or([0.0; 4]); 16];
         let start = behind.partition_point(|b| b.0 < first.pixel);
         for &(_, k) in behind[start..].iter().take_while(|b| b.0 == first.pixel) {
             let (fragment, shaded) = of(k);
