@@ -2,11 +2,12 @@
 
 use super::Entry;
 use super::materials::grid;
-use crate::common::images::{checker, letter_f};
+use crate::common::images::{checker, letter_f, soft_disc};
 use crate::common::shapes::{cube, sphere, square};
 use crate::common::stage::{Built, Stage, at, flat_view, look, plastic, turned, unlit};
 use overcoat::scene::{
-    AlphaMode, ColorParameter, Light, LightKind, Material, Sampler, SceneError, Transmission,
+    AlphaMode, AlphaUse, ColorParameter, ColorSpace, Light, LightKind, Material, Sampler, SceneError,
+    Transmission,
 };
 
 pub const SCENES: &[Entry] = &[
@@ -92,7 +93,7 @@ fn attenuation() -> Built {
 /// Dispersion 0, 1 and 8 in balls before a wall of black and white.
 fn dispersion() -> Built {
     let mut s = Stage::new()?;
-    let texture = s.colors(checker(64, 24, [[255; 3], [0; 3]])?, Sampler::default())?;
+    let texture = s.colors(checker(96, 24, [[255; 3], [0; 3]])?, Sampler::default())?;
     let material = s.material(Material { base_color_texture: Some(texture), ..unlit(1.0, 1.0, 1.0) })?;
     let (back, ball) = (s.mesh(square(1))?, s.mesh(sphere(48))?);
     s.place(back, material, at([0.0, 0.0, -2.5], 4.0)?)?;
@@ -137,14 +138,17 @@ fn transmission_under_blend() -> Built {
     let smoke = s.material(smoke)?;
     let frosted = s.material(glass(0.35, 0.0))?;
     let texture = s.colors(letter_f()?, Sampler::default())?;
-    let half = |alpha_mode| Material {
+    let half_there = Material {
         base_color: [0.7, 1.0, 0.8, 0.6],
         base_color_texture: Some(texture),
-        alpha_mode,
+        alpha_mode: AlphaMode::Blend,
         ..glass(0.2, 0.3)
     };
-    let (half_there, cut) =
-        (s.material(half(AlphaMode::Blend))?, s.material(half(AlphaMode::Mask { cutoff: 0.5 }))?);
+    let half_there = s.material(half_there)?;
+    let disc = s.texture(soft_disc(64)?, ColorSpace::Srgb, AlphaUse::mask(0.5), Sampler::default())?;
+    let alpha_mode = AlphaMode::Mask { cutoff: 0.5 };
+    let cut = Material { base_color_texture: Some(disc), alpha_mode, ..glass(0.2, 0.3) };
+    let cut = s.material(cut)?;
     s.place(pane, frosted, at([-0.9, 0.6, 0.0], 0.7)?)?;
     s.place(pane, smoke, at([-1.2, 0.6, 0.6], 0.4)?)?;
     s.place(pane, smoke, at([-0.5, 0.6, -0.6], 0.4)?)?;
