@@ -5,7 +5,8 @@
 use overcoat::jobs::Jobs;
 use overcoat::limits::Limits;
 use overcoat::load::{
-    Context, Format, LoadError, Loaded, MaterialFile, MemoryResolver, load_bytes, load_environment,
+    AnimatedModel, AnimationChoice, Context, Format, LoadError, LoadOptions, Loaded, MaterialFile,
+    MemoryResolver, load_bytes, load_environment,
 };
 
 /// Small, so that reaching them is common and quick.
@@ -26,6 +27,7 @@ pub fn limits() -> Limits {
         fragments: 1 << 18,
         blocks: 1 << 18,
         blend_entries: 1 << 16,
+        frame_bytes: 32 << 20,
         frames: 4,
     }
 }
@@ -112,6 +114,50 @@ pub fn ply(data: &[u8]) {
     let _ = load(data, Some(Format::Ply), &[]);
 }
 
+/// glTF as [`gltf`] takes it, at three times of its first animation.
+pub fn motion(data: &[u8]) {
+    let (limits, jobs) = (limits(), Jobs::new(1));
+    let options = LoadOptions {
+        animation: Some(AnimationChoice { name: "0".to_owned(), time: 0.0, repeat: true }),
+        ..LoadOptions::default()
+    };
+    let context = Context { resolver: &MemoryResolver::default(), limits: &limits, jobs: &jobs };
+    let model = AnimatedModel::from_bytes(&container(data), Some(Format::Glb), &options, &context);
+    if let Ok(model) = model {
+        for time in [0.0, 0.3, 1e30] {
+            let _ = model.at(time, &jobs);
+        }
+    }
+}
+
+/// 3MF: a whole archive, or the model part of one.
+pub fn threemf(data: &[u8]) {
+    let whole = if data.starts_with(b"PK") { data.to_vec() } else { package(data) };
+    let _ = load(&whole, Some(Format::ThreeMf), &[]);
+}
+
+/// An archive with this model part and a texture, neither compressed, so that what is changed is content.
+pub fn package(model: &[u8]) -> Vec<u8> {
+    let (mut out, mut directory) = (Vec::new(), Vec::new());
+    let parts = [("3D/3dmodel.model", model), ("t.png", PNG.as_slice())];
+    for (name, content) in parts {
+        let mut fields = vec![20, 0, 0, 0, 0, 0, 0, 0, 0, 0];
+        fields.extend(crc32fast::hash(content).to_le_bytes());
+        fields.extend([(content.len() as u32).to_le_bytes(); 2].concat());
+        fields.extend([name.len() as u8, 0, 0, 0]);
+        directory.extend([b"PK\x01\x02\x14\0", &fields[..], &[0; 10]].concat());
+        directory.extend((out.len() as u32).to_le_bytes());
+        directory.extend(name.bytes());
+        out.extend([b"PK\x03\x04", &fields[..], name.as_bytes(), content].concat());
+    }
+    let start = out.len() as u32;
+    out.extend(&directory);
+    out.extend(b"PK\x05\x06\0\0\0\0\x02\0\x02\0");
+    out.extend([(directory.len() as u32).to_le_bytes(), start.to_le_bytes()].concat());
+    out.extend([0, 0]);
+    out
+}
+
 /// A model whose only picture has these bytes.
 fn picture(data: &[u8]) {
     let gltf = br#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
@@ -135,6 +181,11 @@ pub fn jpeg(data: &[u8]) {
 
 /// A texture that begins as WebP files do.
 pub fn webp(data: &[u8]) {
+    picture(data);
+}
+
+/// A texture that begins as KTX2 files do.
+pub fn ktx2(data: &[u8]) {
     picture(data);
 }
 
@@ -211,14 +262,17 @@ pub type Target = (&'static str, fn(&[u8]));
 /// Every target by name.
 pub const TARGETS: &[Target] = &[
     ("gltf", gltf),
+    ("motion", motion),
     ("glb", glb),
     ("obj", obj),
     ("mtl", mtl),
     ("stl", stl),
     ("ply", ply),
+    ("threemf", threemf),
     ("png", png),
     ("jpeg", jpeg),
     ("webp", webp),
+    ("ktx2", ktx2),
     ("hdr", hdr),
     ("exr", exr),
     ("material", material),

@@ -1,5 +1,8 @@
 //! Small valid files of every format, each with as many of its features as fit: where fuzzing starts from.
 
+mod models;
+mod packages;
+
 use exr::prelude::{Encoding, SpecificChannels, WritableImage, f16};
 use image::{DynamicImage, ImageBuffer, ImageFormat};
 use std::io::Cursor;
@@ -10,7 +13,17 @@ pub fn all() -> Vec<(&'static str, String, Vec<u8>)> {
     let mut add = |target: &'static str, name: &str, bytes: Vec<u8>| {
         seeds.push((target, format!("seed-{name}"), bytes))
     };
-    for (name, bytes) in gltf() {
+    for (name, bytes) in models::all() {
+        add("motion", name, bytes);
+    }
+    for (name, text) in packages::THREEMF {
+        add("pipeline", name, super::targets::package(text.as_bytes()));
+        add("threemf", name, text.into());
+    }
+    for (name, bytes) in packages::ktx2() {
+        add("ktx2", name, bytes);
+    }
+    for (name, bytes) in gltf().into_iter().chain(models::all()) {
         add("glb", name, super::targets::container(&bytes));
         add("pipeline", name, bytes.clone());
         add("gltf", name, bytes);
