@@ -103,39 +103,60 @@ impl PrefilteredEnvironment {
     }
 }
 
-/// The prediction for texel `k` of a map from those before it.
+/// The exponent of a texel, its mantissas of red and blue, and that of green: sums of mantissas that are not neighbours do
+/// not run into each other, so that two can be done at once.
+const EXPONENT: u32 = 0xf800_0000;
+const RED_AND_BLUE: u32 = 511 | 511 << 18;
+const GREEN: u32 = 511 << 9;
+
+/// The prediction for a texel from its neighbours: left + above - corner in each mantissa, modulo 512, if all three have one
+/// exponent, otherwise left.
 #[inline(always)]
-fn predict(texels: &[u32], size: usize, k: usize) -> u32 {
-    let before = |distance: usize| if k >= distance { texels[k - distance] } else { 0 };
-    let (left, above, corner) = (before(1), before(size), before(size + 1));
-    if (left ^ above | left ^ corner) >> 27 == 0 {
-        // The three sums at once: mantissas are kept apart by doing every second field alone.
-        combine(left, above, corner)
-    } else {
-        left
+fn predict(left: u32, above: u32, corner: u32) -> u32 {
+    if (left ^ above | left ^ corner) & EXPONENT != 0 {
+        return left;
     }
+    // What is subtracted is taken from 512, so that no difference is negative.
+    let sum = |mask: u32| ((left & mask) + (above & mask) + ((mask ^ corner) & mask)) & !EXPONENT;
+    let (red_and_blue, green) = (sum(RED_AND_BLUE) + (1 | 1 << 18), sum(GREEN) + (1 << 9));
+    (left & EXPONENT) | red_and_blue & RED_AND_BLUE | green & GREEN
 }
 
-/// left + above - corner in each mantissa, modulo 512, with the exponent of all three.
-#[inline(always)]
-fn combine(left: u32, above: u32, corner: u32) -> u32 {
-    let field = |shift: u32| {
-        (left >> shift & 511).wrapping_add(above >> shift & 511).wrapping_sub(corner >> shift & 511) & 511
-    };
-    (left & 0xf800_0000) | field(18) << 18 | field(9) << 9 | field(0)
+/// The neighbours of texel `k` of a map: left, above, and above left. Those before the first are black.
+fn neighbours(texels: &[u32], size: usize, k: usize) -> [u32; 3] {
+    [1, size, size + 1].map(|distance| if k >= distance { texels[k - distance] } else { 0 })
 }
 
-/// Adds differences to the mantissas of a texel, modulo 512.
+/// Adds differences, as mantissas modulo 512, to those of a texel.
 #[inline(always)]
-fn shifted(texel: u32, differences: [i32; 3]) -> u32 {
-    let field = |k: usize, shift: u32| ((texel >> shift) as i32).wrapping_add(differences[k]) as u32 & 511;
-    (texel & 0xf800_0000) | field(2, 18) << 18 | field(1, 9) << 9 | field(0, 0)
+fn shifted(texel: u32, differences: u32) -> u32 {
+    let sum = |mask: u32| ((texel & mask) + (differences & mask)) & mask;
+    (texel & EXPONENT) | sum(RED_AND_BLUE) | sum(GREEN)
 }
+
+/// Differences of red, green and blue as mantissas modulo 512.
+#[inline(always)]
+const fn differences(r: i32, g: i32, b: i32) -> u32 {
+    (r & 511 | (g & 511) << 9 | (b & 511) << 18) as u32
+}
+
+/// Those of the codes of one byte.
+const SMALL_DIFFERENCES: [u32; 64] = {
+    let mut table = [0; 64];
+    let mut code = 0;
+    while code < 64 {
+        let (r, g, b) = (code & 3, code >> 2 & 3, code >> 4);
+        table[code] = differences(r as i32 - 2, g as i32 - 2, b as i32 - 2);
+        code += 1;
+    }
+    table
+};
 
 fn pack(texels: &[u32], size: usize, out: &mut Vec<u8>) {
     let mut run = 0_u8;
     for (k, &texel) in texels.iter().enumerate() {
-        let prediction = predict(texels, size, k);
+        let [left, above, corner] = neighbours(texels, size, k);
+        let prediction = predict(left, above, corner);
         if texel == prediction {
             if run == 128 {
                 out.push(127);
@@ -178,38 +199,42 @@ fn unpack<'a>(
     size: usize,
     texels: &mut [u32],
 ) -> Result<&'a [u8], EnvironmentFileError> {
-    let mut k = 0;
-    while k < texels.len() {
-        let (&code, rest) = bytes.split_first().ok_or(EnvironmentFileError::Truncated)?;
-        bytes = rest;
-        if code < 0x80 {
-            let end = k + usize::from(code) + 1;
-            if end > texels.len() {
+    // Texels that are yet to be as predicted.
+    let mut run = 0;
+    let (mut left, mut corner) = (0, 0);
+    for k in 0..texels.len() {
+        let above = if k >= size { texels[k - size] } else { 0 };
+        let prediction = predict(left, above, corner);
+        let texel = if run > 0 {
+            run -= 1;
+            prediction
+        } else {
+            let (&code, rest) = bytes.split_first().ok_or(EnvironmentFileError::Truncated)?;
+            bytes = rest;
+            if code < 0x80 {
+                run = usize::from(code);
+                if run >= texels.len() - k {
+                    return Err(EnvironmentFileError::Damaged);
+                }
+                prediction
+            } else if code < 0xc0 {
+                shifted(prediction, SMALL_DIFFERENCES[usize::from(code & 63)])
+            } else if code < RAW {
+                let (&second, rest) = bytes.split_first().ok_or(EnvironmentFileError::Truncated)?;
+                bytes = rest;
+                let g = i32::from(code & 31) - 16;
+                let (r, b) = (g + i32::from(second & 15) - 8, g + i32::from(second >> 4) - 8);
+                shifted(prediction, differences(r, g, b))
+            } else if code == RAW {
+                let (raw, rest) = bytes.split_first_chunk::<4>().ok_or(EnvironmentFileError::Truncated)?;
+                bytes = rest;
+                u32::from_le_bytes(*raw)
+            } else {
                 return Err(EnvironmentFileError::Damaged);
             }
-            while k < end {
-                texels[k] = predict(texels, size, k);
-                k += 1;
-            }
-            continue;
-        }
-        texels[k] = if code < 0xc0 {
-            let field = |shift: u32| i32::from(code >> shift & 3) - 2;
-            shifted(predict(texels, size, k), [field(0), field(2), field(4)])
-        } else if code < RAW {
-            let (&second, rest) = bytes.split_first().ok_or(EnvironmentFileError::Truncated)?;
-            bytes = rest;
-            let g = i32::from(code & 31) - 16;
-            let (r, b) = (g + i32::from(second & 15) - 8, g + i32::from(second >> 4) - 8);
-            shifted(predict(texels, size, k), [r, g, b])
-        } else if code == RAW {
-            let (raw, rest) = bytes.split_first_chunk::<4>().ok_or(EnvironmentFileError::Truncated)?;
-            bytes = rest;
-            u32::from_le_bytes(*raw)
-        } else {
-            return Err(EnvironmentFileError::Damaged);
         };
-        k += 1;
+        texels[k] = texel;
+        (left, corner) = (texel, above);
     }
     Ok(bytes)
 }
