@@ -3,7 +3,6 @@
 //! **Invariant:** results come back in the order of their inputs, and chunk borders never depend on the number of
 //! threads. Whatever is computed with this module is the same for one thread as for sixty-four.
 
-use rayon::prelude::*;
 use std::sync::Mutex;
 
 /// A pool of worker threads.
@@ -55,10 +54,13 @@ impl Jobs {
 
     /// `f(0), f(1), ... f(count - 1)` in that order, computed in parallel.
     pub fn map<T: Send>(&self, count: usize, f: impl Fn(usize) -> T + Sync) -> Vec<T> {
-        match &self.pool {
-            Some(pool) if count > 1 => pool.install(|| (0..count).into_par_iter().map(&f).collect()),
-            _ => (0..count).map(f).collect(),
+        if self.pool.is_none() || count < 2 {
+            return (0..count).map(f).collect();
         }
+        let mut results: Vec<Option<T>> = Vec::new();
+        results.resize_with(count, || None);
+        self.for_each_mut(&mut results, |k, result| *result = Some(f(k)));
+        results.into_iter().flatten().collect()
     }
 
     /// Runs `f` on one of the workers, where the other methods begin at once: from any other thread, each of them hands
@@ -84,12 +86,8 @@ impl Jobs {
 
     /// Calls `f(k, &mut items[k])` for every item, in parallel.
     pub fn for_each_mut<T: Send>(&self, items: &mut [T], f: impl Fn(usize, &mut T) + Sync) {
-        match &self.pool {
-            Some(pool) if items.len() > 1 => {
-                pool.install(|| items.par_iter_mut().enumerate().with_max_len(1).for_each(|(k, t)| f(k, t)));
-            }
-            _ => items.iter_mut().enumerate().for_each(|(k, t)| f(k, t)),
-        }
+        let count = items.len();
+        self.share(count, items.iter_mut(), &f);
     }
 
     /// Calls `f(k, chunk)` for every run of `size` items (the last may be shorter), in parallel. `size` of 0 counts
@@ -100,13 +98,8 @@ impl Jobs {
         size: usize,
         f: impl Fn(usize, &mut [T]) + Sync,
     ) {
-        let size = size.max(1);
-        match &self.pool {
-            Some(pool) if items.len() > size => {
-                pool.install(|| items.par_chunks_mut(size).enumerate().for_each(|(k, c)| f(k, c)));
-            }
-            _ => items.chunks_mut(size).enumerate().for_each(|(k, c)| f(k, c)),
-        }
+        let chunks = items.chunks_mut(size.max(1));
+        self.share(chunks.len(), chunks, &f);
     }
 
     /// Calls `f(scratch, k, &mut items[k])` for every item, in parallel, where each call has one of the `scratch`
@@ -121,25 +114,55 @@ impl Jobs {
         if scratch.len() < self.threads {
             scratch.resize_with(self.threads, S::default);
         }
+        let free = Mutex::new(std::mem::take(scratch));
+        let count = items.len();
+        self.share(count, items.iter_mut(), &|k, item| {
+            let mut own = lock(&free).pop().unwrap_or_default();
+            f(&mut own, k, item);
+            lock(&free).push(own);
+        });
+        *scratch = free.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+    }
+
+    /// Calls `f(k, item)` for each of `count` items, in parallel: whoever is free takes the next one.
+    fn share<I: Send>(
+        &self,
+        count: usize,
+        items: impl Iterator<Item = I> + Send,
+        f: &(impl Fn(usize, I) + Sync + ?Sized),
+    ) {
         match &self.pool {
-            Some(pool) if items.len() > 1 => {
-                let free = Mutex::new(std::mem::take(scratch));
-                pool.install(|| {
-                    items.par_iter_mut().enumerate().with_max_len(1).for_each(|(k, item)| {
-                        let mut own = lock(&free).pop().unwrap_or_default();
-                        f(&mut own, k, item);
-                        lock(&free).push(own);
-                    });
-                });
-                *scratch = free.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+            Some(pool) if count > 1 => {
+                let next = Mutex::new(items.enumerate());
+                let work = || {
+                    while let Some((k, item)) = take(&next) {
+                        f(k, item);
+                    }
+                };
+                install(pool, count.min(self.threads), &work);
             }
-            _ => {
-                for (k, item) in items.iter_mut().enumerate() {
-                    f(&mut scratch[0], k, item);
-                }
-            }
+            _ => items.enumerate().for_each(|(k, item)| f(k, item)),
         }
     }
+}
+
+/// The next item; the lock is free again when this comes back.
+fn take<T>(items: &Mutex<impl Iterator<Item = T>>) -> Option<T> {
+    lock(items).next()
+}
+
+/// Runs `work` so many times, on as many workers of the pool as are free. Not generic: the pool's machinery is compiled
+/// once, not for every loop of the program.
+fn install(pool: &rayon::ThreadPool, count: usize, work: &(dyn Fn() + Sync)) {
+    pool.install(|| on_workers(count, work));
+}
+
+fn on_workers(count: usize, work: &(dyn Fn() + Sync)) {
+    if count < 2 {
+        return work();
+    }
+    let half = count / 2;
+    rayon::join(|| on_workers(count - half, work), || on_workers(half, work));
 }
 
 /// The guarded value, also after a worker has panicked: the panic itself is passed on by the pool.
