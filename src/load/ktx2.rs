@@ -1,10 +1,11 @@
 //! KTX2 textures: those of KHR_texture_basisu (ETC1S and UASTC), and uncompressed ones of 8 bits.
 //!
 //! Only the first level is read; the smaller ones are made anew like those of every picture. The container is read and
-//! checked here. What the transcoder gets is a container with that one picture, written here, so that it meets no
-//! place or length that has not been checked.
+//! checked here; what decodes blocks gets slices of a size that has been checked. Its own reader of containers is not
+//! used: it overflows on damaged files, and brings the tables of two dozen formats for graphics cards.
 
-use basisu::{DecodeFlags, TargetFormat, Transcoder};
+use basisu::basislz::etc1s::Etc1sTranscoder;
+use basisu::uastc::unpack::unpack_uastc;
 use ruzstd::decoding::StreamingDecoder;
 use std::io::Read;
 
@@ -23,6 +24,13 @@ const MAX_TEXELS: u64 = 1 << 28;
 /// Colour models of the Khronos data format specification.
 const ETC1S: u8 = 163;
 const UASTC: u8 = 166;
+
+/// Channels of the same specification: the second slice of ETC1S is green; the alpha of UASTC is green.
+const ETC1S_GREEN: u8 = 4;
+const UASTC_GREEN_IN_ALPHA: u8 = 5;
+
+/// Of a picture's flags in ETC1S.
+const IS_DIFFERENCE: u32 = 2;
 
 /// What the texels are stored as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -135,113 +143,83 @@ impl Ktx2<'_> {
             return Err("the KTX2 texture is cut off".to_owned());
         }
         let mut out = vec![[255; 4]; count];
-        let container = match self.storage {
+        match self.storage {
             Storage::Plain(size) => {
                 for (texel, from) in out.iter_mut().zip(level.chunks_exact(size)) {
-                    texel[..size].copy_from_slice(from);
+                    texel.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
                 }
-                return Ok(out);
             }
-            Storage::Uastc { channels } => self.container(
-                UASTC,
-                0,
-                &[channels],
-                &[],
-                &level[..usize::try_from(stored).map_err(|_| damaged())?],
-            ),
+            Storage::Uastc { channels } => {
+                self.uastc(level, &mut out).ok_or_else(damaged)?;
+                if channels == UASTC_GREEN_IN_ALPHA {
+                    out.iter_mut().for_each(green_from_alpha);
+                }
+            }
             Storage::Etc1s { second } => {
-                let channels = [0, second.unwrap_or(0)];
-                let used = if second.is_some() { 2 } else { 1 };
-                self.container(ETC1S, 1, &channels[..used], &self.tables().ok_or_else(damaged)?, level)
+                self.etc1s(second.is_some(), out.as_flattened_mut()).ok_or_else(damaged)?;
+                if second == Some(ETC1S_GREEN) {
+                    out.iter_mut().for_each(green_from_alpha);
+                }
             }
-        };
-        let refused = |error: basisu::Error| {
-            let reason: String = format!("{error:?}").chars().filter(|c| !c.is_control()).collect();
-            format!("the KTX2 texture is damaged: {reason}")
-        };
-        let transcoder = Transcoder::new(&container).map_err(refused)?;
-        let size = transcoder.output_size(0, TargetFormat::Rgba32).map_err(refused)?;
-        if size != count * 4 {
-            return Err(damaged());
-        }
-        let flat = out.as_flattened_mut();
-        transcoder.transcode_into(0, TargetFormat::Rgba32, DecodeFlags::NONE, flat).map_err(refused)?;
-        // Green in the place of alpha.
-        if self.storage == (Storage::Etc1s { second: Some(4) }) {
-            out.iter_mut().for_each(|texel| *texel = [texel[0], texel[3], 0, 255]);
         }
         Ok(out)
     }
 
-    /// The tables of ETC1S with the description of the first picture only.
-    fn tables(&self) -> Option<Vec<u8>> {
-        let word = |at: usize| Some(u32::from_le_bytes(*self.global.get(at..)?.first_chunk()?));
-        let lengths = [word(4)?, word(8)?, word(12)?];
-        let total = lengths.iter().map(|&length| u64::from(length)).sum::<u64>();
-        // A description of 20 bytes for each level lies between the header and the tables.
-        let start = 20 + 20 * usize::try_from(self.levels.max(1)).ok()?;
-        // Pictures that are differences to another one have a bit set.
-        if word(20)? & 2 != 0 {
-            return None;
+    /// Decodes blocks of UASTC, row by row. `None` where one is damaged.
+    fn uastc(&self, level: &[u8], out: &mut [[u8; 4]]) -> Option<()> {
+        let width = usize::try_from(self.width).ok()?;
+        let (blocks, _) = level.as_chunks::<16>();
+        let rows = blocks.chunks(width.div_ceil(4));
+        for (row, texels) in rows.zip(out.chunks_mut(width.checked_mul(4)?)) {
+            for (x, block) in row.iter().enumerate() {
+                let colors = unpack_uastc(block, false)?;
+                let (lines, _) = colors.as_chunks::<4>();
+                for (line, texels) in lines.iter().zip(texels.chunks_mut(width)) {
+                    let texels = texels.chunks_mut(4).nth(x)?;
+                    texels.iter_mut().zip(line).for_each(|(texel, color)| *texel = color.c);
+                }
+            }
         }
-        let mut tables = self.global.get(..16)?.to_vec();
-        tables.extend([0; 8]);
-        tables.extend(self.global.get(24..40)?);
-        tables.extend(self.global.get(start..start.checked_add(usize::try_from(total).ok()?)?)?);
-        Some(tables)
+        Some(())
     }
 
-    /// A container of one level.
-    fn container(&self, model: u8, scheme: u32, channels: &[u8], global: &[u8], level: &[u8]) -> Vec<u8> {
-        let samples: Vec<u8> = channels
-            .iter()
-            .flat_map(|channel| [0, 0, 0, *channel, 0, 0, 0, 0, 0, 0, 0, 0, 255, 255, 255, 255])
-            .collect();
-        let descriptor = 28 + samples.len();
-        let tables = (104 + descriptor).next_multiple_of(8);
-        let place = tables + global.len().next_multiple_of(16);
-        let mut out = Vec::with_capacity(place + level.len());
-        out.extend(MAGIC);
-        let words = [0, 1, self.width, self.height, 0, 0, 1, 1, scheme, 104, descriptor as u32, 0, 0];
-        out.extend(words.iter().flat_map(|word| word.to_le_bytes()));
-        let whole = if scheme == 0 { level.len() } else { 0 };
-        for long in [if global.is_empty() { 0 } else { tables }, global.len(), place, level.len(), whole] {
-            out.extend((long as u64).to_le_bytes());
+    /// Decodes one or two slices of ETC1S to four bytes a texel. `None` where something is damaged, or where the picture
+    /// is a difference to another one.
+    fn etc1s(&self, two_slices: bool, out: &mut [u8]) -> Option<()> {
+        // The global data (KTX file format 2.0, section "BasisLZ"): counts, lengths, a description of 20 bytes for each
+        // level, and the tables.
+        let short = |at: usize| Some(u16::from_le_bytes(*self.global.get(at..)?.first_chunk()?));
+        let word = |at: usize| Some(u32::from_le_bytes(*self.global.get(at..)?.first_chunk()?));
+        let length = |at: usize| usize::try_from(word(at)?).ok();
+        let levels = usize::try_from(self.levels.max(1)).ok()?;
+        let tables = self.global.get(levels.checked_mul(20)?.checked_add(20)?..)?;
+        let (endpoints, tables) = tables.split_at_checked(length(4)?)?;
+        let (selectors, tables) = tables.split_at_checked(length(8)?)?;
+        let tables = tables.get(..length(12)?)?;
+        if word(20)? & IS_DIFFERENCE != 0 {
+            return None;
         }
-        out.extend((descriptor as u32).to_le_bytes());
-        out.extend([
-            0,
-            0,
-            0,
-            0,
-            2,
-            0,
-            (descriptor - 4) as u8,
-            0,
-            model,
-            1,
-            2,
-            0,
-            3,
-            3,
-            0,
-            0,
-            16,
-            0,
-            0,
-            0,
-            0,
-            0,
-            0,
-            0,
-        ]);
-        out.extend(samples);
-        out.resize(tables, 0);
-        out.extend(global);
-        out.resize(place, 0);
-        out.extend(level);
-        out
+        let slice = |at: usize| self.level.get(length(at)?..)?.get(..length(at.checked_add(4)?)?);
+        let mut decoder = Etc1sTranscoder::new();
+        let read = decoder.decode_palettes(short(0)?.into(), endpoints, short(2)?.into(), selectors)
+            && decoder.decode_tables(tables);
+        if !read {
+            return None;
+        }
+        let [width, height] = [self.width, self.height];
+        let [columns, rows] = [width.div_ceil(4), height.div_ceil(4)];
+        if two_slices {
+            decoder.transcode_image_rgba32(slice(24)?, slice(32)?, columns, rows, width, height, None, out)
+        } else {
+            decoder.transcode_slice_rgba32(slice(24)?, columns, rows, width, height, None, out)
+        }
     }
+}
+
+/// Two channels whose second is kept where alpha is with others.
+fn green_from_alpha(texel: &mut [u8; 4]) {
+    let [red, .., alpha] = *texel;
+    *texel = [red, alpha, 0, 255];
 }
 
 /// Undoes Zstandard, to so many bytes.
