@@ -166,7 +166,7 @@ fn gbuffer(c: &mut Criterion) {
             b.iter(|| {
                 let mut sum = 0.0;
                 for run in fragments.chunks(16) {
-                    batch.gather(run.iter().copied(), &source, &draws, origin, &pattern);
+                    batch.gather(run, &source, &draws, origin, &pattern);
                     sum += overcoat::dispatch!(level, l => {
                         let location = locate(l, &batch, true);
                         let normals = batch.vertices.attribute(l, &draws, [0.0; 3], Mesh::normals);

@@ -7,7 +7,7 @@
 pub struct Limits {
     /// Bytes of any one input file or buffer. Default 1 GiB.
     pub input_bytes: u64,
-    /// Bytes that all buffers, images and meshes of a scene take once decoded. Default 1.5 GiB.
+    /// Bytes that all buffers, images and meshes of a scene take once decoded. Default 1 GiB.
     pub decoded_bytes: u64,
     /// Triangles, every instance counted. Default 2^26.
     pub triangles: u64,
@@ -37,6 +37,9 @@ pub struct Limits {
     pub blocks: u64,
     /// Fragments of blended surfaces in one frame, which are kept until their tile is done. Default 2^25.
     pub blend_entries: u64,
+    /// Bytes that drawing one frame takes beside the scene and the picture: objects, vertices and triangles on the screen,
+    /// the tiles' lists of them. Default 512 MiB.
+    pub frame_bytes: u64,
     /// Frames of one moving picture. Default 3600.
     pub frames: u64,
 }
@@ -45,7 +48,7 @@ impl Default for Limits {
     fn default() -> Self {
         Self {
             input_bytes: 1 << 30,
-            decoded_bytes: 3 << 29,
+            decoded_bytes: 1 << 30,
             triangles: 1 << 26,
             vertices: 1 << 26,
             nodes: 1 << 20,
@@ -59,6 +62,7 @@ impl Default for Limits {
             fragments: 1 << 30,
             blocks: 1 << 28,
             blend_entries: 1 << 25,
+            frame_bytes: 1 << 29,
             frames: 3600,
         }
     }

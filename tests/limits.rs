@@ -66,6 +66,36 @@ fn blending_stops_at_its_limit() {
     }
 }
 
+/// A tile keeps 2^18 blended fragments: beyond that its parts are blended one after the other, down to single pixels.
+#[test]
+fn more_layers_than_a_tile_keeps_are_blended_all_the_same() {
+    let draw = |scene: &Scene, camera: &Camera, [width, height]: [u32; 2], samples, tile_size| {
+        let tile_size = Some(tile_size);
+        let options = RenderOptions { width, height, samples, tile_size, ..RenderOptions::default() };
+        let rendered = Renderer::new(1).render(scene, camera, &options).unwrap();
+        (rendered.frame.pixels, rendered.stats.fragments)
+    };
+    let (mut scene, camera) = stack(150, AlphaMode::Blend);
+    let wall = scene.add_mesh(stack(1, AlphaMode::Opaque).0.meshes()[0].clone()).unwrap();
+    let material = scene.add_material(Material { unlit: true, ..Material::default() }).unwrap();
+    // It covers the left half.
+    let transform = Transform::from_parts([0.0, 0.0, -1.0], [0.0, 0.0, 1.0, 0.0], [1.0; 3]).unwrap();
+    scene.add_instance(Instance { mesh: wall, material, transform, object: 1 }).unwrap();
+    for samples in [1, 4] {
+        // 150 layers of a tile of 16 x 16 are kept at once.
+        let small = draw(&scene, &camera, [64, 64], samples, 16);
+        assert!(small.1 >= 150 * 64 * 64);
+        assert_eq!(draw(&scene, &camera, [64, 64], samples, 32), small);
+        assert_eq!(draw(&scene, &camera, [64, 64], samples, 64), small);
+    }
+    for (layers, size) in [(60_000, [5, 1]), (300_000, [1, 2])] {
+        let (scene, camera) = stack(layers, AlphaMode::Blend);
+        let (pixels, fragments) = draw(&scene, &camera, size, 1, 16);
+        assert_eq!(fragments, u64::from(layers * size[0] * size[1]));
+        assert!(pixels.iter().all(|pixel| *pixel == pixels[0] && pixel[3] == 1.0), "{pixels:?}");
+    }
+}
+
 #[test]
 fn fragments_pixels_and_triangles_are_counted() {
     let (scene, camera) = stack(20, AlphaMode::Opaque);
@@ -159,7 +189,7 @@ mod by_option {
         let wide = ["--size", "80x20"];
         // With one sample a pixel is in one triangle.
         let pixels = 64 * 64;
-        let cases: [(&str, &str, Option<u64>, &[&str]); 16] = [
+        let cases: [(&str, &str, Option<u64>, &[&str]); 17] = [
             ("input_bytes", "x.gltf", Some(text.len() as u64), &[]),
             ("decoded_bytes", "x.gltf", None, &[]),
             ("triangles", "x.gltf", Some(3), &[]),
@@ -175,6 +205,7 @@ mod by_option {
             ("fragments", "opaque.gltf", Some(pixels), &small),
             ("blocks", "opaque.gltf", None, &small),
             ("blend_entries", "x.gltf", Some(pixels), &small),
+            ("frame_bytes", "x.gltf", None, &small),
             ("frames", "x.gltf", Some(3), &["--frames", "3"]),
         ];
         assert_eq!(cases.map(|case| case.0), overcoat::cli::values::LIMIT_NAMES);

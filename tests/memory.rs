@@ -11,10 +11,10 @@ const CONSTANT: u64 = 192 << 20;
 
 /// Exit code and messages of a process that may have so many bytes of address space and no more: an allocation beyond
 /// them fails, which ends it by a signal. Address space is at least what is resident.
-fn within(folder: &Path, model: &str, decoded: u64, bytes: u64) -> (Option<i32>, String) {
+fn within(folder: &Path, model: &str, [decoded, frame]: [u64; 2], bytes: u64) -> (Option<i32>, String) {
     let script = format!(
         "ulimit -v {}; exec '{}' render {model} -o p.png --size 64 --threads 1 --env none --limit decoded_bytes={decoded} \
-         --limit vertices=1G --limit triangles=1G --json",
+         --limit frame_bytes={frame} --limit vertices=1G --limit triangles=1G --json",
         bytes / 1024,
         env!("CARGO_BIN_EXE_overcoat"),
     );
@@ -51,6 +51,22 @@ fn hostile_files_stay_within_what_they_are_granted() {
         "empty.gltf",
         format!("{{\"asset\":{{\"version\":\"2.0\"}},\"nodes\":[{}{{}}]}}", "{},".repeat(900_000)).as_bytes(),
     );
+    // A hundred triangles, or points, that each fill the picture, 10,000 times.
+    let crowd = |mode: u32| {
+        let corners = [[-9.0_f32, -9.0, 0.0], [27.0, -9.0, 0.0], [-9.0, 27.0, 0.0]];
+        let bytes: Vec<u8> =
+            corners.repeat(100).as_flattened().iter().flat_map(|v| v.to_le_bytes()).collect();
+        write("corners.bin", &bytes);
+        json!({"asset": {"version": "2.0"}, "scenes": [{"nodes": (0..10_000).collect::<Vec<_>>()}],
+            "nodes": vec![json!({"mesh": 0}); 10_000],
+            "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "mode": mode}]}],
+            "accessors": [{"bufferView": 0, "componentType": 5126, "count": 300, "type": "VEC3"}],
+            "bufferViews": [{"buffer": 0, "byteLength": 3600}],
+            "buffers": [{"byteLength": 3600, "uri": "corners.bin"}]})
+        .to_string()
+    };
+    write("crowd.gltf", crowd(4).as_bytes());
+    write("points.gltf", crowd(0).as_bytes());
     write("nested.gltf", format!("{{\"extras\":{}", "[1,{\"a\":".repeat(60)).as_bytes());
     write("faces.obj", (obj.to_owned() + &"f 1/1 2/2 3/3\n".repeat(500_000)).as_bytes());
     write("objects.obj", (obj.to_owned() + &"o a\nf 1 2 3\n".repeat(50_000)).as_bytes());
@@ -79,9 +95,13 @@ fn hostile_files_stay_within_what_they_are_granted() {
         ("bomb.obj", 1 << 20),
         ("bytes.ply", 3 << 20),
         ("facets.stl", 10 << 20),
+        ("crowd.gltf", 1 << 20),
+        ("points.gltf", 1 << 20),
     ] {
         for decoded in [16 << 20, 128 << 20] {
-            let (code, message) = within(folder.path(), model, decoded, decoded + 12 * input + CONSTANT);
+            let frame = 64 << 20;
+            let bytes = decoded + 2 * frame + 12 * input + CONSTANT;
+            let (code, message) = within(folder.path(), model, [decoded, frame], bytes);
             // Drawn or refused; a process that ran out of memory is ended by a signal or panics.
             if !matches!(code, Some(0 | 1 | 3)) {
                 wrong.push(format!("{model} with {} MiB: {code:?} {message}", decoded >> 20));

@@ -259,7 +259,7 @@ pub fn limit(text: &str) -> Result<(String, u64), String> {
 }
 
 /// Names of all limits, in the order of [`Limits`].
-pub const LIMIT_NAMES: [&str; 16] = [
+pub const LIMIT_NAMES: [&str; 17] = [
     "input_bytes",
     "decoded_bytes",
     "triangles",
@@ -275,6 +275,7 @@ pub const LIMIT_NAMES: [&str; 16] = [
     "fragments",
     "blocks",
     "blend_entries",
+    "frame_bytes",
     "frames",
 ];
 
@@ -313,6 +314,7 @@ pub fn set_limit(limits: &mut Limits, name: &str, value: u64) -> Result<(), Stri
         "total_texture_pixels" => limits.total_texture_pixels = value,
         "lights" => limits.lights = value,
         "blend_entries" => limits.blend_entries = value,
+        "frame_bytes" => limits.frame_bytes = value,
         "frames" => limits.frames = value,
         _ => return Err(format!("unknown limit '{name}'; known are {}", LIMIT_NAMES.join(", "))),
     }

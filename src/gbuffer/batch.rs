@@ -110,18 +110,18 @@ impl Default for Batch {
 }
 
 impl Batch {
-    /// Gathers up to sixteen fragments, in place of what was there. Scalar loads only, so one copy serves every
+    /// Gathers the fragments of a list, 1 to 16, in place of what was there. Scalar loads only, so one copy serves every
     /// instruction set.
     #[inline(never)]
     pub fn gather(
         &mut self,
-        fragments: impl Iterator<Item = Fragment>,
+        fragments: &[Fragment],
         source: &impl TriangleSource,
         draws: &[Draw<'_>],
         origin: TileOrigin,
         pattern: &SamplePattern,
     ) {
-        self.len = 0;
+        self.len = fragments.len().min(LANES);
         (self.back_facing, self.reversed) = (0, 0);
         (self.vertices.one_draw, self.vertices.one_triangle) = (true, true);
         if self.any_clipped {
@@ -129,22 +129,18 @@ impl Batch {
             self.corners = WHOLE;
         }
         let full = pattern.full_mask();
-        (self.origin, self.whole_centroid, self.partial) =
-            ([origin.x, origin.y], pattern.centroid(full), false);
-        for (fragment, k) in fragments.zip(0..LANES) {
-            self.fragments[k] = fragment;
-            self.len = k + 1;
+        (self.origin, self.whole_centroid) = ([origin.x, origin.y], pattern.centroid(full));
+        let Some(&last) = fragments.last() else { return };
+        let (own, repeated) = self.fragments.split_at_mut(self.len);
+        own.copy_from_slice(&fragments[..self.len]);
+        repeated.fill(last);
+        let mut missing = 0;
+        for (k, fragment) in self.fragments.iter().enumerate() {
             self.pixel[0][k] = fragment.column() as i32 * 256;
             self.pixel[1][k] = fragment.row() as i32 * 256;
-            self.partial |= fragment.mask != full;
+            missing |= fragment.mask ^ full;
         }
-        let Some(last) = self.len.checked_sub(1) else { return };
-        for k in last + 1..LANES {
-            self.fragments[k] = self.fragments[last];
-            for plane in &mut self.pixel {
-                plane[k] = plane[last];
-            }
-        }
+        self.partial = missing != 0;
         if self.partial {
             for k in 0..LANES {
                 [self.centroid[0][k], self.centroid[1][k]] = pattern.centroid(self.fragments[k].mask);
@@ -181,7 +177,7 @@ impl Batch {
         let fragment =
             Fragment { triangle: identity, pixel: Fragment::pixel_at(column as u32, row as u32), mask: 1 };
         let mut batch = Self::default();
-        batch.gather(std::iter::once(fragment), source, draws, origin, pattern);
+        batch.gather(&[fragment], source, draws, origin, pattern);
         batch.len = LANES;
         batch.partial = true;
         for k in 0..LANES {
@@ -212,13 +208,27 @@ impl Batch {
         let bits = (((1_u32 << lanes.len()) - 1) << lanes.start) as u16;
         self.reversed |= if swapped { bits } else { 0 };
         self.back_facing |= if triangle.back_facing { bits } else { 0 };
-        for v in 0..3 {
-            self.x[v][lanes.clone()].fill(triangle.x[v]);
-            self.y[v][lanes.clone()].fill(triangle.y[v]);
-            self.depth[v][lanes.clone()].fill(triangle.depth[v]);
+        if lanes.len() == LANES {
+            // A loop of known length for each plane.
+            for v in 0..3 {
+                self.x[v].fill(triangle.x[v]);
+                self.y[v].fill(triangle.y[v]);
+                self.depth[v].fill(triangle.depth[v]);
+            }
+            self.vertices.vertices.fill(vertices);
+            self.vertices.draws.fill(draw);
+        } else {
+            // One loop for all planes: most runs are short.
+            for k in lanes.start..lanes.end.min(LANES) {
+                for v in 0..3 {
+                    self.x[v][k] = triangle.x[v];
+                    self.y[v][k] = triangle.y[v];
+                    self.depth[v][k] = triangle.depth[v];
+                }
+                self.vertices.vertices[k] = vertices;
+                self.vertices.draws[k] = draw;
+            }
         }
-        self.vertices.vertices[lanes.clone()].fill(vertices);
-        self.vertices.draws[lanes.clone()].fill(draw);
         self.vertices.one_draw &= draw == self.vertices.draws[0];
         if let Some(piece) = clip {
             self.any_clipped = true;

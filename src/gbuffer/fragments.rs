@@ -99,20 +99,20 @@ pub fn extract_fragments(
     }
 }
 
-/// Lists the pixels of one block that see a triangle, given their sample masks.
+/// Lists the pixels of one block that see a triangle, given their sample masks, within a rectangle of the tile: left, top,
+/// and the ends.
 #[inline(always)]
 pub fn push_masked_fragments(
     triangle: u32,
     column: i32,
     row: i32,
     masks: &[u16; LANES],
-    width: u32,
-    height: u32,
+    [left, top, right, bottom]: [u32; 4],
     out: &mut Vec<Fragment>,
 ) {
     for (k, &mask) in masks.iter().enumerate() {
         let (x, y) = (column as u32 + (k % BLOCK) as u32, row as u32 + (k / BLOCK) as u32);
-        if mask != 0 && x < width && y < height {
+        if mask != 0 && x >= left && x < right && y >= top && y < bottom {
             out.push(Fragment { triangle, pixel: Fragment::pixel_at(x, y), mask });
         }
     }

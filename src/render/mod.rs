@@ -4,12 +4,14 @@
 //! [`Renderer::recycle`].
 
 mod aov;
+mod budget;
 mod crew;
 mod draws;
 mod environment;
 mod options;
 mod resolve;
 mod tile_pass;
+mod tile_shading;
 mod tiles;
 mod trace;
 
@@ -32,11 +34,11 @@ use crate::scene::{Camera, Scene};
 use crate::shade::{Backdrop, ShadeContext, ViewRays};
 use crate::tile::{TileBins, TileGrid};
 use crate::{dispatch, dispatch_available};
+use budget::FrameBudget;
 use crew::{Crew, arithmetic_is_default};
 use draws::DrawState;
 use environment::EnvironmentCache;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 use tile_pass::{Pass, Work};
 use tiles::{TileMemory, render_tiles};
@@ -145,6 +147,7 @@ impl Memory {
         check("scene", triangles, options.limits.triangles, "triangles")?;
         // Each shines on every fragment, so that the one limit on fragments bounds no work without this one.
         check("scene", scene.lights().len() as u64, options.limits.lights, "lights")?;
+        let budget = FrameBudget::new(scene, &options.limits)?;
         let mut crew = Crew::new(jobs);
 
         let view = View::new(camera, options.width, options.height)?;
@@ -171,9 +174,8 @@ impl Memory {
         let vertex_count = draws::prepare(scene, &strokes, &view, &mut self.states, &mut draws);
         self.transform(&mut crew, &draws, vertex_count, options);
         let vertices_time = crew.lap();
-        let bin_limit = tile_pass::bin_limit(&options.limits);
-        let (chunks, binned) = self.set_up_triangles(&mut crew, &draws, &grid, &pattern, options, bin_limit);
-        check("triangles of tiles", binned.min(bin_limit + 1), bin_limit, "blocks")?;
+        let chunks = self.set_up_triangles(&mut crew, &draws, &grid, &pattern, options, &budget);
+        budget.check()?;
         let chunks = &self.chunks[..chunks];
         self.bins.build(grid.len(), chunks.iter().map(|c| &c.bins));
         let rasterized = chunks.iter().map(|c| c.triangles.len() as u64).sum();
@@ -269,8 +271,7 @@ impl Memory {
     }
 
     /// All triangles of all draws to chunks of screen triangles, binned. Chunks never straddle draws. Returns the
-    /// number of chunks and of (tile, triangle) pairs; beyond `bin_limit` the rest is left out, and there will be no
-    /// picture.
+    /// number of chunks. Once the budget is spent the rest is left out, and there will be no picture.
     fn set_up_triangles(
         &mut self,
         crew: &mut Crew<'_>,
@@ -278,8 +279,8 @@ impl Memory {
         grid: &TileGrid,
         pattern: &SamplePattern,
         options: &RenderOptions,
-        bin_limit: u64,
-    ) -> (usize, u64) {
+        budget: &FrameBudget,
+    ) -> usize {
         let mut count = 0;
         for (number, draw) in draws.iter().enumerate() {
             let triangles = draw.mesh.triangles().len();
@@ -295,8 +296,10 @@ impl Memory {
         }
         self.chunks.truncate(count.max(SPARE_CHUNKS));
         let (vertices, states) = (&self.vertices, &self.states);
-        let binned = AtomicU64::new(0);
         crew.for_each_mut(&mut self.chunks[..count], |_, chunk| {
+            if budget.is_spent() {
+                return;
+            }
             let state = &states[chunk.draw as usize];
             let mesh = draws[chunk.draw as usize].mesh;
             let job = ChunkJob {
@@ -305,13 +308,12 @@ impl Memory {
                 view: &state.view,
                 cull_back_faces: state.cull_back_faces,
                 mirrored: state.mirrored,
-                max_bins: usize::try_from(bin_limit.saturating_sub(binned.load(Ordering::Relaxed)))
-                    .unwrap_or(usize::MAX),
+                max_bins: usize::try_from(budget.references()).unwrap_or(usize::MAX),
             };
             dispatch_available!(options.simd, l => process_chunk(l, chunk, &job, grid, pattern));
-            binned.fetch_add(chunk.bins.len() as u64, Ordering::Relaxed);
+            budget.charge(chunk);
         });
-        (count, binned.into_inner())
+        count
     }
 }
 

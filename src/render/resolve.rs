@@ -1,6 +1,6 @@
 //! Fragments to pixels.
 
-use super::tile_pass::ShadedFragment;
+use super::tile_shading::ShadedFragment;
 use crate::each;
 use crate::gbuffer::Fragment;
 use crate::math::lanes::{Float, Int, LANES, Lanes};
@@ -26,22 +26,18 @@ pub(super) struct ResolveScratch {
     pub behind: Vec<(u16, u32)>,
 }
 
-/// Sums the opaque fragments of each pixel by coverage, in the order of the list (lowest sample first), then blends
-/// the others over them. `rows` are the tile's pixels, premultiplied: zero, or what [`whole_pixel`] has made of a fragment
-/// with the mask `whole`.
-pub(super) fn resolve_tile(
+/// Sums the opaque fragments of each pixel by coverage, in the order of the list (lowest sample first). `rows` are the
+/// tile's pixels, premultiplied: zero, or what [`whole_pixel`] has made of a fragment with the mask `whole`.
+pub(super) fn sum_opaque(
     samples: usize,
     whole: Option<u16>,
     fragments: &[Fragment],
     shaded: &[ShadedFragment],
-    opaque: usize,
-    behind: &Behind<'_>,
-    scratch: &mut ResolveScratch,
     rows: &mut [&mut [[f32; 4]]],
 ) {
     // Exact: the number of samples is a power of two.
     let weight = 1.0 / samples as f32;
-    for (fragment, shaded) in fragments[..opaque].iter().zip(shaded) {
+    for (fragment, shaded) in fragments.iter().zip(shaded) {
         if Some(fragment.mask) == whole {
             continue;
         }
@@ -52,9 +48,6 @@ pub(super) fn resolve_tile(
         }
         pixel[3] += part;
     }
-    if opaque < fragments.len() {
-        blend(samples, fragments, shaded, opaque, behind, scratch, rows);
-    }
 }
 
 /// The pixel that one opaque fragment covers: what the sum over fragments comes to, in every bit.
@@ -64,9 +57,9 @@ pub(super) fn whole_pixel([r, g, b]: [f32; 3]) -> [f32; 4] {
     [0.0 + r, 0.0 + g, 0.0 + b, 1.0]
 }
 
-/// Blends fragments over what is behind them, sample by sample, farthest first; of equal depths the one whose triangle
+/// Blends the fragments after the first `opaque` over what is behind them, sample by sample, farthest first; of equal depths the one whose triangle
 /// comes first ends up in front. Exact for every sample, because coverage stays a mask until the end.
-fn blend(
+pub(super) fn blend(
     samples: usize,
     fragments: &[Fragment],
     shaded: &[ShadedFragment],

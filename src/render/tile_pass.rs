@@ -2,18 +2,18 @@
 
 use super::aov::TileAovs;
 use super::draws::DrawState;
-use super::resolve::{Behind, whole_pixel};
+use super::resolve::Behind;
+use super::tile_shading::{ShadedFragment, TileShading, TileTriangles, one_material, shade_fragments};
 use super::trace::FragmentHashes;
-use crate::each;
-use crate::gbuffer::layout::{self, SurfacePlanes};
-use crate::gbuffer::{Batch, Fragment, TriangleSource, extract_fragments, push_masked_fragments};
+use crate::gbuffer::layout::SurfacePlanes;
+use crate::gbuffer::{Batch, Fragment, extract_fragments, push_masked_fragments};
 use crate::geometry::Chunk;
 use crate::limits::{LimitExceeded, Limits};
-use crate::math::lanes::{Float, LANES, Lanes, Mask};
-use crate::raster::{NOT_CLIPPED, SamplePattern, TileOrigin, Triangle, Visibility};
+use crate::math::lanes::{Lanes, Mask};
+use crate::raster::{SamplePattern, TileOrigin, Visibility};
 use crate::reuse::reserve_like;
 use crate::scene::AlphaMode;
-use crate::shade::{Backdrop, ShadeContext, alpha_passes, hold_back, pass_through, shade, store_surface};
+use crate::shade::{Backdrop, ShadeContext, alpha_passes};
 use crate::tile::{Run, TileGrid};
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -34,6 +34,10 @@ pub(super) struct Pass<'a> {
     pub merge: Option<f32>,
     pub work: Work,
 }
+
+/// Blended fragments that one thread keeps at a time: 64 layers of a tile of 64 x 64 pixels, and some 16 MB. Of tiles with
+/// more, parts are drawn one after the other.
+const MAX_KEPT: usize = 1 << 18;
 
 /// Work done so far, by all tiles, and how much is allowed. Whether the sum exceeds a limit does not depend on the
 /// order of the tiles; once it does, the rest is skipped and there is no picture.
@@ -76,21 +80,23 @@ impl Work {
 pub(super) struct TileScratch {
     visibility: Visibility,
     /// Chunk and triangle of each identity.
-    identities: Vec<(u32, u32)>,
+    pub identities: Vec<(u32, u32)>,
     /// Identities of blended and transmissive triangles.
     blended: Vec<u32>,
     /// What each fragment keeps of the colour and opacity behind it, where the tile has transmissive ones.
-    kept: Vec<Option<[f32; 4]>>,
+    pub kept: Vec<Option<[f32; 4]>>,
     /// The environment behind each pixel of such tiles, where it shows.
     environment: Vec<[f32; 4]>,
-    fragments: Vec<Fragment>,
+    /// Parts of the tile that are yet to be blended.
+    parts: Vec<[u32; 4]>,
+    pub fragments: Vec<Fragment>,
     /// Where a tile has several materials: material and index of each fragment, sorted.
-    order: Vec<u64>,
-    shaded: Vec<ShadedFragment>,
+    pub order: Vec<u64>,
+    pub shaded: Vec<ShadedFragment>,
     /// The fragments that are being shaded.
-    batch: Batch,
+    pub batch: Batch,
     /// Their G-buffer.
-    surface: SurfacePlanes,
+    pub surface: SurfacePlanes,
     resolve: super::resolve::ResolveScratch,
 }
 
@@ -102,6 +108,7 @@ impl TileScratch {
         reserve_like(&mut self.blended, &other.blended);
         reserve_like(&mut self.kept, &other.kept);
         reserve_like(&mut self.environment, &other.environment);
+        reserve_like(&mut self.parts, &other.parts);
         reserve_like(&mut self.fragments, &other.fragments);
         reserve_like(&mut self.order, &other.order);
         reserve_like(&mut self.shaded, &other.shaded);
@@ -117,17 +124,6 @@ impl TileScratch {
             others.iter_mut().for_each(|other| other.reserve_like(first));
         }
     }
-}
-
-/// What the shading pass makes of a fragment.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct ShadedFragment {
-    /// Radiance, not multiplied by opacity, but for transmissive surfaces.
-    pub radiance: [f32; 3],
-    /// Opacity.
-    pub alpha: f32,
-    /// Depth as the rasterizer compares it.
-    pub depth: f32,
 }
 
 /// Work of one tile.
@@ -150,23 +146,6 @@ pub(super) struct TileJob<'r, 'a> {
     pub cost: TileCost,
     /// Hashes of the fragments, if they were asked for.
     pub hashes: Option<FragmentHashes>,
-}
-
-/// Chunks and a tile's identities.
-struct TileTriangles<'a> {
-    chunks: &'a [Chunk],
-    identities: &'a [(u32, u32)],
-}
-
-impl TriangleSource for TileTriangles<'_> {
-    #[inline(always)]
-    fn triangle(&self, identity: u32) -> (&Triangle, u32, Option<&[[f32; 2]; 3]>) {
-        let (chunk, index) = self.identities[identity as usize];
-        let chunk = &self.chunks[chunk as usize];
-        let triangle = &chunk.triangles[index as usize];
-        let clip = (triangle.clip != NOT_CLIPPED).then(|| &chunk.clip_barycentrics[triangle.clip as usize]);
-        (triangle, chunk.draw, clip)
-    }
 }
 
 /// Renders one tile.
@@ -205,42 +184,83 @@ pub(super) fn render_tile<L: Lanes>(
     }
     let one_material = one_material(pass, runs);
     let opaque = scratch.fragments.len();
-    if !scratch.blended.is_empty() && !runs.is_empty() {
-        draw_blended(l, pass, origin, [width, height], scratch);
+    if transmissive && pass.show_environment {
+        super::resolve::environment_behind(l, &pass.shade, origin, [width, height], &mut scratch.environment);
     }
-    // Without blending, a fragment that covers its pixel is the pixel: these are written when they are shaded.
-    let blends = opaque < scratch.fragments.len();
-    let whole = if blends || job.hashes.is_some() { None } else { Some(pass.pattern.full_mask()) };
-    if transmissive {
-        scratch.kept.resize(scratch.fragments.len(), None);
-        if pass.show_environment {
-            super::resolve::environment_behind(
-                l,
-                &pass.shade,
-                origin,
-                [width, height],
-                &mut scratch.environment,
-            );
+    let mut of_tile = TileShading {
+        origin,
+        corner: [left, top],
+        size: [width, height],
+        one_material,
+        whole: None,
+        opaque,
+        transmissive,
+    };
+    // Pixels are independent of each other. Where there are more blended fragments than are kept, the opaque ones are
+    // shaded alone, and parts of the tile are blended one after the other, halved until one fits.
+    scratch.parts.clear();
+    scratch.parts.push([0, 0, width, height]);
+    let mut start = 0;
+    while let Some(part) = scratch.parts.pop() {
+        let blends = !scratch.blended.is_empty() && !runs.is_empty();
+        let fits = !blends || draw_blended(l, pass, origin, part, scratch);
+        // Without blending, a fragment that covers its pixel is the pixel: these are written when they are shaded.
+        let blends = opaque < scratch.fragments.len();
+        of_tile.whole = if blends || job.hashes.is_some() { None } else { Some(pass.pattern.full_mask()) };
+        if !fits {
+            scratch.parts.extend(halves(part));
+            scratch.fragments.truncate(opaque);
+        }
+        job.cost.fragments += (scratch.fragments.len() - start) as u64;
+        shade_and_resolve(l, pass, &of_tile, start, scratch, job);
+        scratch.fragments.truncate(opaque);
+        start = opaque;
+        if !fits && pass.work.check().is_err() {
+            break;
         }
     }
-    if !scratch.fragments.is_empty() {
-        shade_fragments(l, pass, origin, [left, top], one_material, whole, scratch, opaque, job);
-    }
-    let behind = Behind { kept: &scratch.kept, environment: &scratch.environment, width: width as usize };
-    super::resolve::resolve_tile(
-        pass.pattern.len(),
-        whole,
-        &scratch.fragments,
-        &scratch.shaded,
-        opaque,
-        &behind,
-        &mut scratch.resolve,
-        job.rows,
-    );
     if pass.show_environment {
         super::resolve::composite_environment(l, &pass.shade, origin, job.rows);
     }
-    job.cost.fragments = scratch.fragments.len() as u64;
+}
+
+/// Two halves of a rectangle of more than one pixel: left, top, and the ends.
+fn halves([left, top, right, bottom]: [u32; 4]) -> [[u32; 4]; 2] {
+    if bottom - top > 1 {
+        let middle = top.midpoint(bottom);
+        [[left, middle, right, bottom], [left, top, right, middle]]
+    } else {
+        let middle = left.midpoint(right);
+        [[middle, top, right, bottom], [left, top, middle, bottom]]
+    }
+}
+
+/// Shades the fragments from `start` on and puts them into the pixels.
+#[inline(always)]
+fn shade_and_resolve<L: Lanes>(
+    l: L,
+    pass: &Pass<'_>,
+    of_tile: &TileShading,
+    start: usize,
+    scratch: &mut TileScratch,
+    job: &mut TileJob<'_, '_>,
+) {
+    if of_tile.transmissive {
+        scratch.kept.truncate(start);
+        scratch.kept.resize(scratch.fragments.len(), None);
+    }
+    if start < scratch.fragments.len() {
+        shade_fragments(l, pass, of_tile, start, scratch, job);
+    }
+    let TileScratch { fragments, shaded, kept, environment, resolve, .. } = scratch;
+    let behind = Behind { kept, environment, width: of_tile.size[0] as usize };
+    let samples = pass.pattern.len();
+    if start == 0 {
+        super::resolve::sum_opaque(samples, of_tile.whole, &fragments[..of_tile.opaque], shaded, job.rows);
+    }
+    if of_tile.opaque < fragments.len() {
+        super::resolve::blend(samples, fragments, shaded, of_tile.opaque, &behind, resolve, job.rows);
+    }
 }
 
 /// Visibility of opaque and masked triangles, and their fragments. Leaves blended triangles for later. Returns the number
@@ -318,20 +338,22 @@ fn draw_triangles<L: Lanes>(
     blocks
 }
 
-/// Fragments of blended triangles, in front of everything opaque.
+/// Fragments of blended triangles in front of everything opaque, in a rectangle of the tile: left, top, and the ends.
+/// `false`, with some of them drawn, if they are too many to be kept.
 #[inline(always)]
 fn draw_blended<L: Lanes>(
     l: L,
     pass: &Pass<'_>,
     origin: TileOrigin,
-    [width, height]: [u32; 2],
+    [left, top, right, bottom]: [u32; 4],
     scratch: &mut TileScratch,
-) {
+) -> bool {
     let TileScratch { visibility, identities, blended, fragments, .. } = scratch;
+    let opaque = fragments.len();
+    let divisible = right - left > 1 || bottom - top > 1;
     for &identity in blended.iter() {
         let (chunk, index) = identities[identity as usize];
         let triangle = &pass.chunks[chunk as usize].triangles[index as usize];
-        let before = fragments.len();
         visibility.visit_visible(
             l,
             triangle,
@@ -339,128 +361,19 @@ fn draw_blended<L: Lanes>(
             pass.pattern,
             #[inline(always)]
             |column, row, masks| {
-                push_masked_fragments(identity, column, row, masks, width, height, fragments);
+                push_masked_fragments(identity, column, row, masks, [left, top, right, bottom], fragments);
             },
         );
-        let added = (fragments.len() - before) as u64;
-        if !Work::spend(&pass.work.blended, added, pass.work.max_blended) {
-            return;
+        let count = fragments.len() - opaque;
+        if divisible && count > MAX_KEPT {
+            return false;
+        }
+        if count as u64 > pass.work.max_blended {
+            break;
         }
     }
-}
-
-/// The material of all triangles of a tile, if it is one.
-fn one_material(pass: &Pass<'_>, runs: &[Run]) -> Option<u32> {
-    let of = |run: &Run| pass.shade.draws[pass.chunks[run.chunk as usize].draw as usize].material;
-    let first = of(runs.first()?);
-    runs.iter().all(|run| of(run) == first).then_some(first)
-}
-
-/// Shades all fragments, sixteen of one material at a time: those with the mask `whole` into their pixels, the others into
-/// `scratch.shaded` in the order of the fragments.
-#[inline(always)]
-fn shade_fragments<L: Lanes>(
-    l: L,
-    pass: &Pass<'_>,
-    origin: TileOrigin,
-    corner: [u32; 2],
-    one_material: Option<u32>,
-    whole: Option<u16>,
-    scratch: &mut TileScratch,
-    opaque: usize,
-    job: &mut TileJob<'_, '_>,
-) {
-    let TileJob { rows, aovs, hashes, .. } = job;
-    let TileScratch { identities, fragments, order, shaded, batch, surface, kept, .. } = scratch;
-    let draws = pass.shade.draws;
-    let source = TileTriangles { chunks: pass.chunks, identities };
-    // Resized but not cleared: what the resolve reads is written below.
-    shaded.resize(fragments.len(), ShadedFragment::default());
-    order.clear();
-    if one_material.is_none() {
-        order.extend(fragments.iter().zip(0_u64..).map(|(fragment, index)| {
-            let (chunk, _) = identities[fragment.triangle as usize];
-            u64::from(draws[pass.chunks[chunk as usize].draw as usize].material) << 32 | index
-        }));
-        if !order.is_sorted_by_key(|entry| entry >> 32) {
-            order.sort_unstable();
-        }
-    }
-    let mut start = 0;
-    while start < fragments.len() {
-        let (number, end) = match one_material {
-            Some(number) => (number, fragments.len()),
-            None => {
-                let number = order[start] >> 32;
-                let run = order[start..].iter().take_while(|&&entry| entry >> 32 == number).count();
-                (number as u32, start + run)
-            }
-        };
-        let run = start..end;
-        start = end;
-        let material = &pass.shade.materials[number as usize];
-        let model = material.shading(pass.shade.model);
-        let lobes = model.reads_lobes() || aovs.wants_lobes();
-        for first in run.clone().step_by(LANES) {
-            let len = LANES.min(run.end - first);
-            let mut indices = [0; LANES];
-            for (index, at) in indices.iter_mut().zip(first..first + len) {
-                *index = if one_material.is_some() { at as u32 } else { order[at] as u32 };
-            }
-            let indices = &indices[..len];
-            batch.gather(
-                indices.iter().map(|&k| fragments[k as usize]),
-                &source,
-                draws,
-                origin,
-                pass.pattern,
-            );
-            store_surface(l, &pass.shade, material, batch, lobes, surface);
-            let mut alpha = surface.rows[layout::ALPHA.first];
-            let radiance = if material.transmits() {
-                let held = hold_back(l, &pass.shade, material, batch, surface);
-                let radiance = shade(l, &pass.shade, model, material, surface);
-                let no_backdrop = Backdrop::default();
-                let backdrop = pass.backdrop.unwrap_or(&no_backdrop);
-                let passed = pass_through(l, &pass.shade, backdrop, material, surface, &held, radiance);
-                if material.is_transmissive() && !kept.is_empty() {
-                    alpha = passed.alpha.to_array();
-                    let keep = each!(c in passed.keep => c.to_array());
-                    for (k, &index) in indices.iter().enumerate() {
-                        kept[index as usize] = Some([keep[0][k], keep[1][k], keep[2][k], keep[3][k]]);
-                    }
-                }
-                passed.radiance
-            } else {
-                shade(l, &pass.shade, model, material, surface)
-            };
-            let radiance = each!(c in radiance => c.to_array());
-            let depth = &surface.rows[layout::DEPTH.first];
-            for (k, &index) in indices.iter().enumerate() {
-                let radiance = [radiance[0][k], radiance[1][k], radiance[2][k]];
-                let fragment = &batch.fragments[k];
-                if Some(fragment.mask) == whole {
-                    rows[fragment.row() as usize][fragment.column() as usize] = whole_pixel(radiance);
-                } else {
-                    shaded[index as usize] = ShadedFragment { radiance, alpha: alpha[k], depth: depth[k] };
-                }
-            }
-            if let Some(hashes) = hashes {
-                for (lane, &index) in indices.iter().enumerate() {
-                    let fragment = &fragments[index as usize];
-                    let (chunk, triangle) = identities[fragment.triangle as usize];
-                    let key = [corner[0] + fragment.column(), corner[1] + fragment.row(), chunk, triangle];
-                    let rows = if model.reads_lobes() { 0..layout::ROWS } else { layout::CORE };
-                    hashes.add_samples(key, fragment.mask);
-                    hashes.add_surface(key, surface, rows, lane);
-                    hashes.add_shaded(key, &shaded[index as usize]);
-                }
-            }
-            if aovs.is_wanted() {
-                aovs.add(batch, surface, number, draws, indices, opaque, pass.pattern.len());
-            }
-        }
-    }
+    Work::spend(&pass.work.blended, (fragments.len() - opaque) as u64, pass.work.max_blended);
+    true
 }
 
 /// The side of a tile that keeps depth and identity in the second-level cache or closer.
@@ -470,9 +383,4 @@ pub(super) fn default_tile_size(samples: u32) -> u32 {
         4 | 8 => 32,
         _ => 16,
     }
-}
-
-/// How many (tile, triangle) pairs a frame may have: each is at least one block, and takes twelve bytes.
-pub(super) fn bin_limit(limits: &Limits) -> u64 {
-    limits.blocks.min(1 << 26)
 }

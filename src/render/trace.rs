@@ -5,7 +5,7 @@
 //! surface), each with a key that says where it belongs. A sum, because the order of items depends on threads and
 //! tiles and their bits must not.
 
-use super::tile_pass::ShadedFragment;
+use super::tile_shading::ShadedFragment;
 use crate::frame::Frame;
 use crate::gbuffer::layout::SurfacePlanes;
 use crate::geometry::{Chunk, ScreenVertex};

@@ -1,0 +1,69 @@
+//! What the working memory of one frame may take.
+
+use crate::geometry::{Chunk, ScreenVertex};
+use crate::limits::{LimitExceeded, Limits};
+use crate::scene::{PrimitiveKind, Scene};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// An instance: its matrices, a chunk, and the smallest lists.
+const BYTES_PER_INSTANCE: u64 = 1024;
+
+/// A point or a line: four vertices with all attributes and two triangles, in lists that may be half empty.
+const BYTES_PER_STROKE: u64 = 512;
+
+/// A tile's reference to a triangle: as it is found, sorted, and the run that it may be alone in.
+const BYTES_PER_REFERENCE: u64 = 24;
+
+/// Bytes that a frame takes so far, on all threads. Whether the sum exceeds the limit does not depend on the order of what
+/// is added; once it does, the rest is skipped and there is no picture.
+pub(super) struct FrameBudget {
+    spent: AtomicU64,
+    limit: u64,
+}
+
+impl FrameBudget {
+    /// Charges what is known before anything is made: instances, their vertices, points and lines.
+    ///
+    /// # Errors
+    /// [`LimitExceeded`] if that is more than is allowed.
+    pub(super) fn new(scene: &Scene, limits: &Limits) -> Result<Self, LimitExceeded> {
+        let vertex = size_of::<ScreenVertex>() as u64;
+        let bytes = scene.instances().iter().fold(0_u64, |sum, instance| {
+            let mesh = &scene.meshes()[instance.mesh.index()];
+            let own = match mesh.kind() {
+                PrimitiveKind::Triangles => mesh.positions().len() as u64 * vertex,
+                PrimitiveKind::Lines | PrimitiveKind::Points => {
+                    mesh.triangles().len() as u64 * (BYTES_PER_STROKE + 4 * vertex)
+                }
+            };
+            sum.saturating_add(own + BYTES_PER_INSTANCE)
+        });
+        let budget = Self { spent: AtomicU64::new(bytes), limit: limits.frame_bytes };
+        budget.check()?;
+        Ok(budget)
+    }
+
+    /// True if nothing more may be added.
+    pub(super) fn is_spent(&self) -> bool {
+        self.spent.load(Ordering::Relaxed) > self.limit
+    }
+
+    /// How many references of tiles to triangles may be added.
+    pub(super) fn references(&self) -> u64 {
+        self.limit.saturating_sub(self.spent.load(Ordering::Relaxed)) / BYTES_PER_REFERENCE
+    }
+
+    /// Adds a chunk that is set up.
+    pub(super) fn charge(&self, chunk: &Chunk) {
+        let bytes = size_of_val(chunk.triangles.as_slice()) + size_of_val(chunk.clip_barycentrics.as_slice());
+        let references = chunk.bins.len() as u64 * BYTES_PER_REFERENCE;
+        self.spent.fetch_add(bytes as u64 + references, Ordering::Relaxed);
+    }
+
+    /// An error once too much was charged.
+    pub(super) fn check(&self) -> Result<(), LimitExceeded> {
+        // How far the sum got depends on timing; that it is beyond the limit does not.
+        let asked = self.spent.load(Ordering::Relaxed).min(self.limit.saturating_add(1));
+        Limits::check(|| "memory of one frame".to_owned(), asked, self.limit, "frame_bytes")
+    }
+}

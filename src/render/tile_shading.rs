@@ -1,0 +1,172 @@
+//! The fragments of a tile from the triangles that they belong to, to their radiance.
+
+use super::resolve::whole_pixel;
+use super::tile_pass::{Pass, TileJob, TileScratch};
+use crate::each;
+use crate::gbuffer::{Fragment, TriangleSource, layout};
+use crate::geometry::Chunk;
+use crate::math::lanes::{Float, LANES, Lanes};
+use crate::raster::{NOT_CLIPPED, TileOrigin, Triangle};
+use crate::shade::{Backdrop, hold_back, pass_through, shade, store_surface};
+use crate::tile::Run;
+
+/// What the parts of a tile have in common.
+pub(super) struct TileShading {
+    pub origin: TileOrigin,
+    /// Left and top pixel.
+    pub corner: [u32; 2],
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// The material of all triangles, if it is one.
+    pub one_material: Option<u32>,
+    /// The mask of fragments that are their pixel, unless something is blended.
+    pub whole: Option<u16>,
+    /// Number of opaque fragments: the first in the list.
+    pub opaque: usize,
+    /// Something is transmissive.
+    pub transmissive: bool,
+}
+
+/// What the shading pass makes of a fragment.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct ShadedFragment {
+    /// Radiance, not multiplied by opacity, but for transmissive surfaces.
+    pub radiance: [f32; 3],
+    /// Opacity.
+    pub alpha: f32,
+    /// Depth as the rasterizer compares it.
+    pub depth: f32,
+}
+
+/// Chunks and a tile's identities.
+pub(super) struct TileTriangles<'a> {
+    pub chunks: &'a [Chunk],
+    /// Chunk and triangle of each.
+    pub identities: &'a [(u32, u32)],
+}
+
+impl TriangleSource for TileTriangles<'_> {
+    #[inline(always)]
+    fn triangle(&self, identity: u32) -> (&Triangle, u32, Option<&[[f32; 2]; 3]>) {
+        let (chunk, index) = self.identities[identity as usize];
+        let chunk = &self.chunks[chunk as usize];
+        let triangle = &chunk.triangles[index as usize];
+        let clip = (triangle.clip != NOT_CLIPPED).then(|| &chunk.clip_barycentrics[triangle.clip as usize]);
+        (triangle, chunk.draw, clip)
+    }
+}
+
+/// The material of all triangles of a tile, if it is one.
+pub(super) fn one_material(pass: &Pass<'_>, runs: &[Run]) -> Option<u32> {
+    let of = |run: &Run| pass.shade.draws[pass.chunks[run.chunk as usize].draw as usize].material;
+    let first = of(runs.first()?);
+    runs.iter().all(|run| of(run) == first).then_some(first)
+}
+
+/// Shades the fragments from `start` on, sixteen of one material at a time: those with the mask `whole` into their pixels,
+/// the others into `scratch.shaded` in the order of the fragments.
+#[inline(always)]
+pub(super) fn shade_fragments<L: Lanes>(
+    l: L,
+    pass: &Pass<'_>,
+    of_tile: &TileShading,
+    start: usize,
+    scratch: &mut TileScratch,
+    job: &mut TileJob<'_, '_>,
+) {
+    let &TileShading { origin, corner, one_material, whole, opaque, .. } = of_tile;
+    let TileJob { rows, aovs, hashes, .. } = job;
+    let TileScratch { identities, fragments, order, shaded, batch, surface, kept, .. } = scratch;
+    let draws = pass.shade.draws;
+    let source = TileTriangles { chunks: pass.chunks, identities };
+    // Resized but not cleared: what the resolve reads is written below.
+    shaded.resize(fragments.len(), ShadedFragment::default());
+    order.clear();
+    if one_material.is_none() {
+        order.extend(fragments.iter().zip(0_u64..).skip(start).map(|(fragment, index)| {
+            let (chunk, _) = identities[fragment.triangle as usize];
+            u64::from(draws[pass.chunks[chunk as usize].draw as usize].material) << 32 | index
+        }));
+        if !order.is_sorted_by_key(|entry| entry >> 32) {
+            order.sort_unstable();
+        }
+    }
+    let mut gathered = [Fragment { triangle: 0, pixel: 0, mask: 0 }; LANES];
+    // Places in the list, or in its order by material.
+    let (mut place, end) = if one_material.is_some() { (start, fragments.len()) } else { (0, order.len()) };
+    while place < end {
+        let (number, run) = match one_material {
+            Some(number) => (number, place..end),
+            None => {
+                let number = order[place] >> 32;
+                let run = order[place..].iter().take_while(|&&entry| entry >> 32 == number).count();
+                (number as u32, place..place + run)
+            }
+        };
+        place = run.end;
+        let material = &pass.shade.materials[number as usize];
+        let model = material.shading(pass.shade.model);
+        let lobes = model.reads_lobes() || aovs.wants_lobes();
+        for first in run.clone().step_by(LANES) {
+            let len = LANES.min(run.end - first);
+            let mut indices = [0; LANES];
+            for (index, at) in indices.iter_mut().zip(first..first + len) {
+                *index = if one_material.is_some() { at as u32 } else { order[at] as u32 };
+            }
+            let indices = &indices[..len];
+            if one_material.is_some() {
+                batch.gather(&fragments[first..first + len], &source, draws, origin, pass.pattern);
+            } else {
+                let listed = indices.iter().map(|&k| fragments[k as usize]);
+                gathered.iter_mut().zip(listed).for_each(|(to, fragment)| *to = fragment);
+                batch.gather(&gathered[..len], &source, draws, origin, pass.pattern);
+            }
+            store_surface(l, &pass.shade, material, batch, lobes, surface);
+            let mut alpha = surface.rows[layout::ALPHA.first];
+            let held = if material.transmits() {
+                Some(hold_back(l, &pass.shade, material, batch, surface))
+            } else {
+                None
+            };
+            let mut radiance = shade(l, &pass.shade, model, material, surface);
+            if let Some(held) = &held {
+                let no_backdrop = Backdrop::default();
+                let backdrop = pass.backdrop.unwrap_or(&no_backdrop);
+                let passed = pass_through(l, &pass.shade, backdrop, material, surface, held, radiance);
+                if material.is_transmissive() && !kept.is_empty() {
+                    alpha = passed.alpha.to_array();
+                    let keep = each!(c in passed.keep => c.to_array());
+                    for (k, &index) in indices.iter().enumerate() {
+                        kept[index as usize] = Some([keep[0][k], keep[1][k], keep[2][k], keep[3][k]]);
+                    }
+                }
+                radiance = passed.radiance;
+            }
+            let radiance = each!(c in radiance => c.to_array());
+            let depth = &surface.rows[layout::DEPTH.first];
+            for (k, &index) in indices.iter().enumerate() {
+                let radiance = [radiance[0][k], radiance[1][k], radiance[2][k]];
+                let fragment = &batch.fragments[k];
+                if Some(fragment.mask) == whole {
+                    rows[fragment.row() as usize][fragment.column() as usize] = whole_pixel(radiance);
+                } else {
+                    shaded[index as usize] = ShadedFragment { radiance, alpha: alpha[k], depth: depth[k] };
+                }
+            }
+            if let Some(hashes) = hashes {
+                for (lane, &index) in indices.iter().enumerate() {
+                    let fragment = &fragments[index as usize];
+                    let (chunk, triangle) = identities[fragment.triangle as usize];
+                    let key = [corner[0] + fragment.column(), corner[1] + fragment.row(), chunk, triangle];
+                    let rows = if model.reads_lobes() { 0..layout::ROWS } else { layout::CORE };
+                    hashes.add_samples(key, fragment.mask);
+                    hashes.add_surface(key, surface, rows, lane);
+                    hashes.add_shaded(key, &shaded[index as usize]);
+                }
+            }
+            if aovs.is_wanted() {
+                aovs.add(batch, surface, number, draws, indices, opaque, pass.pattern.len());
+            }
+        }
+    }
+}
