@@ -1,8 +1,8 @@
 //! The command line of `overcoat golden`.
 
+use crate::cli::args::{LimitArgs, ThreadArgs};
 use crate::cli::values;
 use crate::golden::thresholds;
-use crate::limits::Limits;
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
 
@@ -64,21 +64,20 @@ pub struct FolderArgs {
     #[arg(long, value_name = "FILE")]
     pub thresholds: Option<PathBuf>,
 
-    /// Pixels in one degree of the observer's view, for FLIP [default: 67.02, 3840 pixels on 0.7 m seen from 0.7 m]
-    #[arg(long, value_name = "N", value_parser = pixels_per_degree)]
+    /// Pixels in one degree of the observer's view, 1 to 1000, for FLIP [default: 67.02, 3840 pixels on 0.7 m seen from 0.7 m]
+    #[arg(long, value_name = "N", value_parser = values::within(1.0, 1000.0), allow_negative_numbers = true)]
     pub pixels_per_degree: Option<f32>,
 
-    /// What is behind translucent pixels for PSNR, SSIM and FLIP, an sRGB colour; #808080 by default
-    #[arg(long, value_name = "COLOUR", value_parser = background)]
+    /// What is behind translucent pixels for PSNR, SSIM and FLIP, an sRGB colour [default: #808080]
+    #[arg(long, value_name = "COLOR", value_parser = background)]
     pub background: Option<[u8; 3]>,
 
-    /// Worker threads; 0 stands for one per processor
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=1024))]
-    pub threads: u16,
-
-    /// Change a bound on what a file may ask for, e.g. texture_pixels=100M; may be repeated
-    #[arg(long = "limit", value_name = "NAME=VALUE", value_parser = values::limit)]
-    pub limits: Vec<(String, u64)>,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub workers: ThreadArgs,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub limits: LimitArgs,
 
     /// Print no table and no progress
     #[arg(short, long)]
@@ -173,19 +172,6 @@ pub struct AcceptArgs {
     pub dry_run: bool,
 }
 
-impl FolderArgs {
-    /// The limits, with what the options change.
-    #[must_use]
-    pub fn limits(&self) -> Limits {
-        values::limits(&self.limits)
-    }
-}
-
-fn pixels_per_degree(text: &str) -> Result<f32, String> {
-    let wrong = || "a number from 1 to 1000 is expected".to_owned();
-    text.parse().ok().filter(|v| (1.0..=1000.0).contains(v)).ok_or_else(wrong)
-}
-
 fn background(text: &str) -> Result<[u8; 3], String> {
-    thresholds::colour(text).ok_or_else(|| "a colour such as #808080 is expected".to_owned())
+    thresholds::colour(text).ok_or_else(|| "expected a colour such as #808080".to_owned())
 }
