@@ -23,7 +23,7 @@ pub fn run(args: &AnimateArgs) -> Result<(), Failure> {
     // The first one of the file; what time it is, the frames say.
     description.animation.get_or_insert_with(|| "0".to_owned());
     (description.time, description.repeat) = (None, None);
-    let mut drawing = Drawing::new(draw, description, models)?;
+    let drawing = Drawing::new(draw, description, models)?;
     let target = MovieTarget::new(&args.movie.output, &drawing.inputs, drawing.json)?;
 
     drawing.progress.stage(format!("loading {}", file_name(&drawing.source.path)));
@@ -45,7 +45,7 @@ pub fn run(args: &AnimateArgs) -> Result<(), Failure> {
         .at(&drawing.source.path));
     }
     let frames = frame_count(to - args.from, args.movie.fps);
-    let mut film = Film::new(&mut drawing, target, &args.movie, frames)?;
+    let mut film = Film::new(drawing, target, &args.movie, frames)?;
     let camera = steady_camera(film.drawing(), frames, &mut poses, renderer.jobs())?;
     for k in 0..frames {
         let drawing = film.drawing();

@@ -93,9 +93,8 @@ impl Drawing {
     }
 
     /// All models.
-    pub(super) fn sources(&self) -> impl ExactSizeIterator<Item = &ModelSource> {
-        let count = 1 + self.more.len();
-        (0..count).map(|k| if k == 0 { &self.source } else { &self.more[k - 1] })
+    pub(super) fn sources(&self) -> impl Iterator<Item = &ModelSource> {
+        std::iter::once(&self.source).chain(&self.more)
     }
 
     /// What is the same for all models.

@@ -18,8 +18,8 @@ pub(super) fn frame_count(seconds: f64, frames_a_second: f64) -> u32 {
 }
 
 /// The frames of one command.
-pub(super) struct Film<'a> {
-    drawing: &'a mut Drawing,
+pub(super) struct Film {
+    drawing: Drawing,
     movie: Movie,
     frames: u32,
     frames_a_second: f64,
@@ -32,13 +32,13 @@ pub(super) struct Film<'a> {
     shading: &'static str,
 }
 
-impl<'a> Film<'a> {
+impl Film {
     /// Checks that so many frames may be made and could be written.
     ///
     /// # Errors
     /// [`Failure`] naming the limit or the file.
     pub(super) fn new(
-        drawing: &'a mut Drawing,
+        drawing: Drawing,
         target: MovieTarget,
         args: &MovieArgs,
         frames: u32,
@@ -53,7 +53,7 @@ impl<'a> Film<'a> {
 
     /// What the frames show.
     pub(super) fn drawing(&self) -> &Drawing {
-        self.drawing
+        &self.drawing
     }
 
     /// Takes frame `k`.
@@ -92,7 +92,7 @@ impl<'a> Film<'a> {
     /// # Errors
     /// [`Failure`] if they cannot be encoded or written; no file is left then.
     pub(super) fn finish(self, mut warnings: Vec<Warning>) -> Result<(), Failure> {
-        let Self { drawing, movie, frames, frames_a_second, shading, .. } = self;
+        let Self { mut drawing, movie, frames, frames_a_second, shading, .. } = self;
         warnings.extend(self.warnings);
         warnings.extend(self.nothing);
         warnings.extend(self.tint);

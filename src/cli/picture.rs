@@ -54,7 +54,7 @@ impl Default for Machine {
 pub struct Setting {
     materials: Materials,
     /// Scenes that share it share its filtered form.
-    pub environment: Environment,
+    environment: Environment,
     /// What is doubtful about the environment.
     pub warnings: Vec<Warning>,
 }

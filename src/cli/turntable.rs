@@ -4,8 +4,8 @@ use super::args::{Turn, TurntableArgs};
 use super::drawing::Drawing;
 use super::failure::{Failure, file_name};
 use super::film::{Film, frame_count};
-use super::input;
 use super::movie::MovieTarget;
+use super::report::Stages;
 use crate::load::Loaded;
 use crate::math::double::sin_cos;
 use crate::scene::{Camera, Environment, Fit, Light, LightKind, Scene, Transform};
@@ -23,20 +23,18 @@ pub fn run(args: &TurntableArgs) -> Result<(), Failure> {
     let (draw, models) = (&args.model.draw, args.model.input.as_slice());
     let mut description = draw.describe(models)?;
     args.animation.apply(&mut description);
-    let mut drawing = Drawing::new(draw, description, models)?;
+    let drawing = Drawing::new(draw, description, models)?;
     let target = MovieTarget::new(&args.movie.output, &drawing.inputs, drawing.json)?;
     let seconds = args.seconds.unwrap_or(3.0);
     let frames = args.frames.unwrap_or_else(|| frame_count(seconds, args.movie.fps));
-    let mut film = Film::new(&mut drawing, target, &args.movie, frames)?;
+    let mut film = Film::new(drawing, target, &args.movie, frames)?;
 
-    let Drawing { source, description, options, limits, progress, .. } = film.drawing();
+    let Drawing { source, description, options, progress, .. } = film.drawing();
     let about = |failure: Failure| failure.at(&source.path);
     progress.stage(format!("loading {}", file_name(&source.path)));
     let mut renderer = draw.machine.renderer();
-    let setting = film.drawing().setting(renderer.jobs())?;
-    let Loaded { mut scene, mut warnings } = input::load(source, limits, renderer.jobs())?;
-    setting.apply(description, &mut scene, limits).map_err(about)?;
-    warnings.extend(setting.warnings);
+    let Loaded { mut scene, warnings } = film.drawing().load(renderer.jobs(), &mut Stages::default())?;
+    let environment = scene.environment().clone();
     let lights = scene.lights().to_vec();
     // Those of the scene file come after those of the model.
     let own_lights = lights.len() - description.lights_to_add.len();
@@ -63,7 +61,7 @@ pub fn run(args: &TurntableArgs) -> Result<(), Failure> {
             Turn::Camera => orbit(&camera, center, angle),
             // What stays while the model turns goes around it the other way.
             Turn::Model => {
-                turn_light(&mut scene, &setting.environment, &lights, own_lights, center, -angle)
+                turn_light(&mut scene, &environment, &lights, own_lights, center, -angle)
                     .map_err(|failure| failure.at(&film.drawing().source.path))?;
                 orbit(&camera, center, -angle)
             }

@@ -44,10 +44,8 @@ pub struct RenderArgs {
     pub stage_hashes: bool,
 
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub animation: AnimationArgs,
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub model: ModelArgs,
 }
 
@@ -75,7 +73,6 @@ pub struct MovieArgs {
 The model is loaded once; the camera's distance fits it from all sides. The first frame follows the last.")]
 pub struct TurntableArgs {
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub movie: MovieArgs,
 
     /// Frames of the turn [default: as many as --seconds and --fps make]
@@ -92,10 +89,8 @@ pub struct TurntableArgs {
     pub turn: Turn,
 
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub animation: AnimationArgs,
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub model: ModelArgs,
 }
 
@@ -118,7 +113,6 @@ pub enum Turn {
 The file is read once; a camera that is not given fits all frames and stays. overcoat info lists the animations.")]
 pub struct AnimateArgs {
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub movie: MovieArgs,
 
     /// Animation of the model file, by name or by number from 0 [default: that of the scene file, else 0]
@@ -135,7 +129,6 @@ pub struct AnimateArgs {
     pub to: Option<f64>,
 
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub model: ModelArgs,
 }
 
@@ -148,13 +141,10 @@ pub struct InfoArgs {
     pub input: PathBuf,
 
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub workers: ThreadArgs,
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub input_options: InputArgs,
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub report: ReportArgs,
 }
 
@@ -186,10 +176,8 @@ pub struct SheetArgs {
     pub output: PathBuf,
 
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub cells: CellArgs,
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub draw: DrawArgs,
 }
 
@@ -200,9 +188,10 @@ pub struct SheetArgs {
     // A mistake that is explained, not an option.
     mut_arg("shading", |shading| shading.hide(true)),
     after_help = "Example:
-  overcoat compare-models car.glb -o models.png --against gltf --models urp17,stacklit,filament,three,gltf
+  overcoat compare-models car.glb -o models.png --models urp17,stacklit,filament,three
 
-Below each picture is its difference to that of --against, four times as strong: black where both agree."
+Below each picture is its difference to that of --against, four times as strong: black where both \
+                  agree."
 )]
 pub struct CompareModelsArgs {
     /// Labelled sheet to write (.png), or - for standard output
@@ -222,10 +211,8 @@ pub struct CompareModelsArgs {
     pub against: ShadingModel,
 
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub cells: CellArgs,
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub model: ModelArgs,
 }
 
@@ -235,10 +222,11 @@ pub struct CompareModelsArgs {
   overcoat bench car.glb --frames 100 --size 1920x1080 --samples 4
   overcoat bench a.glb b.glb c.glb --rounds 5 --png
 
-One model: loading, the environment and one frame come first and are not counted. Several models, or --rounds or
---png: each frame loads the next model, renders it and lets it go; the environment, the materials of --material and the
-renderer stay, and one pass over all models comes first and is not counted. Times are wall-clock milliseconds;
-processor time is user and system time of the whole process over the counted frames.")]
+One model: loading, the environment and one frame come first and are not counted. Several models, or \
+--rounds or --png: each frame loads the next model, renders it and lets it go; the environment, the \
+materials of --material and the renderer stay, and one pass over all models comes first and is not \
+counted. Times are wall-clock milliseconds; processor time is user and system time of the whole process \
+over the counted frames.")]
 pub struct BenchArgs {
     /// Model files (.glb, .gltf, .obj, .stl, .ply, .3mf), or - for standard input; of several, a new one each frame
     #[arg(value_name = "IN", required_unless_present = "scene")]
@@ -259,7 +247,6 @@ pub struct BenchArgs {
     pub png: bool,
 
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub draw: DrawArgs,
 }
 
@@ -287,19 +274,14 @@ pub struct MaterialsArgs {
 
     #[arg(long, value_name = "WxH", value_parser = values::size, allow_hyphen_values = true, requires = "output",
           help = CELL_SIZE)]
-    #[allow(missing_docs)]
     pub size: Option<[u64; 2]>,
 
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub cells: CellArgs,
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub light: LightArgs,
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub machine: MachineArgs,
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub report: ReportArgs,
 }

@@ -22,7 +22,6 @@ pub struct ModelArgs {
     pub input: Option<PathBuf>,
 
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub draw: DrawArgs,
 }
 
@@ -34,25 +33,18 @@ pub struct DrawArgs {
     pub scene: Option<PathBuf>,
 
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub camera: CameraArgs,
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub light: LightArgs,
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub picture: PictureArgs,
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub display: DisplayArgs,
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub machine: MachineArgs,
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub input: InputArgs,
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub report: ReportArgs,
 }
 
@@ -212,7 +204,6 @@ pub struct ThreadArgs {
 #[command(next_help_heading = MACHINE)]
 pub struct MachineArgs {
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub workers: ThreadArgs,
 
     /// Side of a tile in pixels: 16, 32 or 64 [default: by the number of samples]
@@ -238,7 +229,6 @@ pub struct InputArgs {
     pub variant: Option<String>,
 
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub limits: LimitArgs,
 }
 

@@ -1,6 +1,9 @@
 //! The command line: every option, its help and its default.
 
+// Groups that are flattened into others cannot have a comment; a test looks for options without one.
+#[allow(missing_docs)]
 mod commands;
+#[allow(missing_docs)]
 mod groups;
 
 pub use commands::{
@@ -82,6 +85,17 @@ mod tests {
     #[test]
     fn the_definition_is_consistent() {
         Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn every_option_has_help() {
+        fn check(command: &clap::Command) {
+            for argument in command.get_arguments() {
+                assert!(argument.get_help().is_some(), "{} of {}", argument.get_id(), command.get_name());
+            }
+            command.get_subcommands().for_each(check);
+        }
+        check(&Cli::command());
     }
 
     /// Lists in help are complete.

@@ -18,17 +18,17 @@ use std::time::{Duration, Instant};
 /// # Errors
 /// [`Failure`] if a model cannot be loaded or rendered.
 pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
-    if args.inputs.iter().any(|path| is_standard_stream(path)) {
+    let mut drawing = Drawing::new(&args.draw, args.draw.describe(&args.inputs)?, &args.inputs)?;
+    if drawing.sources().any(|source| is_standard_stream(&source.path)) {
         return Err(Failure::usage("standard input can be read only once; a model each frame is a file"));
     }
-    let mut drawing = Drawing::new(&args.draw, args.draw.describe(&args.inputs)?, &args.inputs)?;
     drawing.progress.stage("loading");
     let mut renderer = args.draw.machine.renderer();
     let setting = drawing.setting(renderer.jobs())?;
     setting.warnings.iter().for_each(|warning| drawing.reporter.warning(warning));
     let output = OutputOptions { display: drawing.display.clone(), exr_precision: ExrPrecision::default() };
     let service = Service { drawing: &drawing, setting, png: args.png.then_some(&output) };
-    let models = drawing.sources().len();
+    let models = drawing.sources().count();
 
     // The first pass fills caches and grows buffers.
     for (k, source) in drawing.sources().enumerate() {

@@ -15,8 +15,8 @@ use std::path::PathBuf;
   overcoat golden report tests/golden out -o report.html
   overcoat golden accept tests/golden out car.png
 
-Pictures are .png (8 and 16 bits), .exr (half and float, every channel) and .hdr, in folders and the folders in them,
-paired by name. Which renderer made them does not matter."
+Pictures are .png (8 and 16 bits), .exr (half and float, every channel) and .hdr, in folders and the \
+folders in them, paired by name. Which renderer made them does not matter."
 )]
 pub struct GoldenArgs {
     /// What to do.
@@ -35,19 +35,18 @@ pub enum GoldenCommand {
     Accept(AcceptArgs),
 }
 
-const EXIT_CODES: &str =
-    "Exit codes: 0 equal within thresholds, 4 differ, 1 something could not be compared (this wins over 4),
-2 wrong usage, 3 limit exceeded";
+const EXIT_CODES: &str = "Exit codes: 0 equal within thresholds, 4 differ, 1 something could not be compared (this wins \
+     over 4), 2 wrong usage, 3 limit exceeded";
 
 const THRESHOLDS: &str =
     "Without thresholds pictures must be equal in every sample. A threshold file is TOML:
 
-  max_abs = 2                # for all files: codes of 255 (or 65535), linear light in .exr and .hdr
-  pixels = 20                # so many may differ by more than max_abs
+  max_abs = 2          # for all files: codes of 255 (or 65535), linear light in .exr and .hdr
+  pixels = 20          # so many may differ by more than max_abs
 
-  [\"cars/*.exr\"]             # later tables win; * ends at /, ** does not
-  flip_mean = 0.01           # also: flip_max, psnr (at least, dB), ssim (at least)
-  start_exposure = -2        # also: stop_exposure, pixels_per_degree, background = \"#808080\", max_bytes";
+  [\"cars/*.exr\"]       # later tables win; * ends at /, ** does not
+  flip_mean = 0.01     # also: flip_max, psnr (at least, dB), ssim (at least)
+  start_exposure = -2  # also: stop_exposure, pixels_per_degree, max_bytes, background = \"#808080\"";
 
 /// What is compared, and how.
 #[derive(Debug, Args)]
@@ -73,10 +72,8 @@ pub struct FolderArgs {
     pub background: Option<[u8; 3]>,
 
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub workers: ThreadArgs,
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub limits: LimitArgs,
 
     /// Print no table and no progress
@@ -111,10 +108,8 @@ pub struct ResultArgs {
 {EXIT_CODES}"))]
 pub struct CheckArgs {
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub folders: FolderArgs,
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub results: ResultArgs,
 }
 
@@ -128,7 +123,6 @@ The page needs no network and no other file. It is also written when all is well
 {EXIT_CODES}"))]
 pub struct ReportArgs {
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub folders: FolderArgs,
 
     /// Page to write (.html), or - for standard output
@@ -140,7 +134,6 @@ pub struct ReportArgs {
     pub include_equal: bool,
 
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub results: ResultArgs,
 }
 
@@ -150,13 +143,13 @@ pub struct ReportArgs {
   overcoat golden accept tests/golden out car.png 'wheels/*.exr'
   overcoat golden accept tests/golden out --all --dry-run
 
-PNG files are compressed as far as they go; every pixel, its depth and the chunks that say what it means (sRGB, gAMA,
-cHRM, iCCP, cICP) stay. Other files are copied. Actual pictures called x.new.png are removed once they are accepted.
+PNG files are compressed as far as they go; every pixel, its depth and the chunks that say what it means \
+(sRGB, gAMA, cHRM, iCCP, cICP) stay. Other files are copied. Actual pictures called x.new.png are removed \
+once they are accepted.
 
 Exit codes: 0 done, 1 something could not be accepted, 2 wrong usage, 3 limit exceeded")]
 pub struct AcceptArgs {
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub folders: FolderArgs,
 
     /// Names of pictures below the folders, with * and ** as in threshold files
