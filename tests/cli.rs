@@ -204,6 +204,20 @@ fn bad_input_ends_in_one_clear_line() {
         (&["render", "quad.glb", "--format", "glb"], 2, &["--format"]),
         (&["render", "quad.glb", "--output-format", "jpg"], 2, &["jpg"]),
         (&["render", "quad.glb", "--frobnicate"], 2, &["--frobnicate"]),
+        (&["render", "quad.glb", "--sizes", "8"], 2, &["'--sizes'", "did you mean '--size'?"]),
+        (&["render", "quad.glb", "--fov", "-10"], 2, &["'-10'", "--fov", "expected 0.1 to 179"]),
+        (&["render", "quad.glb", "--samples", "-4"], 2, &["'-4'", "--samples", "1, 4, 8 or 16"]),
+        (&["render", "quad.glb", "--anisotropy", "x"], 2, &["--anisotropy", "expected 1 to 16"]),
+        (&["render", "quad.glb", "--merge-angle", "nan"], 2, &["--merge-angle", "expected 0 to 45"]),
+        (&["render", "quad.glb", "--line-width", "-1"], 2, &["--line-width", "expected 0.1 to 64"]),
+        (&["render", "quad.glb", "--exposure", "100"], 2, &["--exposure", "expected -64 to 64"]),
+        (&["render", "quad.glb", "--threads", "-1"], 2, &["--threads", "expected 0 to 1024"]),
+        (&["render", "quad.glb", "--time", "-1"], 2, &["--time", "at least 0"]),
+        (&["render", "quad.glb", "--up", "0,0,0"], 2, &["--up", "direction"]),
+        (&["turntable", "quad.glb", "-o", "x.png", "--fps", "-1"], 2, &["--fps", "0.1 to 1000"]),
+        (&["sheet", "quad.glb", "-o", "x.png", "--format", "glb"], 2, &["--format is for standard input"]),
+        (&["sheet", "quad.glb", "-o", "x.png", "--columns", "0"], 2, &["--columns", "1 to 1000"]),
+        (&["rendr"], 2, &["'rendr'", "did you mean 'render'?"]),
         (&["render"], 2, &["<IN>"]),
         (&["info", "missing.glb"], 1, &["missing.glb", "No such file"]),
     ];
@@ -542,6 +556,10 @@ fn variants_are_chosen_by_name_and_number() {
         let contents: Value = serde_json::from_slice(&info(options).stdout).unwrap();
         assert_eq!(contents["materials"][0]["name"], name, "{options:?}");
     }
+    let contents: Value = serde_json::from_slice(&info(&[]).stdout).unwrap();
+    assert_eq!(contents["variants"], json!(["winter"]));
+    let text = overcoat(folder.path(), &["info", "shoe.glb"]);
+    assert!(String::from_utf8(text.stdout).unwrap().contains("\n  variant 0 'winter'\n"));
     let wrong = info(&["--variant", "summer"]);
     assert_eq!(wrong.status.code(), Some(1));
     assert!(stderr(&wrong).contains("there is no material variant 'summer'; the file has 'winter'"));
@@ -568,6 +586,81 @@ fn a_sheet_shows_failures_instead_of_stopping() {
     let report: Value = serde_json::from_slice(&mixed.stdout).unwrap();
     assert!(report["cells"][0]["error"].is_null() && report["cells"][1]["error"].is_string(), "{report}");
     assert!(folder.path().join("m.png").exists());
+}
+
+/// What each picture of many has in common may come from a scene file.
+#[test]
+fn a_sheet_takes_lights_and_options_from_a_scene_file() {
+    let folder = folder();
+    let scene = "model = 'none.glb'\nenv = 'none'\nsize = [24, 16]\ntoneMapping = 'none'\n\
+                 [[light]]\ntype = 'directional'\ndirection = [0, 0, -1]\nintensity = 3\n";
+    fs::write(folder.path().join("scene.toml"), scene).unwrap();
+    let json = |args: &[&str]| -> Value {
+        let output = overcoat(folder.path(), &[args, &["--json", "--scene", "scene.toml"]].concat());
+        assert_eq!((output.status.code(), stderr(&output).as_str()), (Some(0), ""), "{args:?}");
+        serde_json::from_slice(&output.stdout).unwrap()
+    };
+    let sheet = json(&["sheet", "quad.glb", "quad.glb", "-o", "sheet.png"]);
+    let single = json(&["render", "quad.glb", "-o", "out.png"]);
+    assert_eq!(sheet["cells"][1]["frame_hash"], single["frame_hash"]);
+    let unlit = json(&["render", "quad.glb", "-o", "out.png", "--no-lights"]);
+    assert_eq!(unlit["frame_hash"], single["frame_hash"], "--no-lights is about the model's lights");
+    let dark = "env = 'none'\nsize = [24, 16]\n";
+    fs::write(folder.path().join("scene.toml"), dark).unwrap();
+    assert_ne!(json(&["render", "quad.glb", "-o", "out.png"])["frame_hash"], single["frame_hash"]);
+}
+
+/// Coloured glass before nothing looks grey, which is said; before something it does not, and nothing is said.
+#[test]
+fn a_tint_that_a_background_cannot_carry_is_a_warning() {
+    let folder = folder();
+    let mut pane = quad();
+    pane["materials"][0]["pbrMetallicRoughness"] =
+        json!({"baseColorFactor": [1.0, 0.1, 0.1, 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.0});
+    pane["materials"][0]["extensions"] = json!({"KHR_materials_transmission": {"transmissionFactor": 1.0}});
+    pane["extensionsUsed"] = json!(["KHR_materials_transmission"]);
+    let write = |name: &str, model: &Value| {
+        fs::write(folder.path().join(name), glb(model, &quad_buffer())).unwrap();
+    };
+    write("pane.glb", &pane);
+    let mut gray = pane.clone();
+    gray["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"] = json!([0.5, 0.5, 0.5, 1.0]);
+    write("gray.glb", &gray);
+    // Half as large, before a wall.
+    let mut before = pane.clone();
+    before["materials"].as_array_mut().unwrap().push(json!({"name": "wall"}));
+    let mut wall = before["meshes"][0].clone();
+    wall["primitives"][0]["material"] = json!(1);
+    before["meshes"].as_array_mut().unwrap().push(wall);
+    before["nodes"][0] = json!({"mesh": 0, "scale": [0.5, 0.5, 1.0], "translation": [0, 0, 0.1]});
+    before["nodes"].as_array_mut().unwrap().push(json!({"mesh": 1}));
+    before["scenes"][0]["nodes"] = json!([0, 1, 2]);
+    write("before.glb", &before);
+
+    let draw = |options: &[&str]| {
+        let args = ["render", "-o", "out.png", "--size", "16", "--view", "front"];
+        let output = overcoat(folder.path(), &[&args, options].concat());
+        assert_eq!(output.status.code(), Some(0), "{options:?}: {}", stderr(&output));
+        (stderr(&output), middle(folder.path(), "out.png"))
+    };
+    for background in ["transparent", "white"] {
+        let (warnings, _) = draw(&["pane.glb", "--background", background]);
+        assert!(warnings.starts_with("warning: glass") && warnings.lines().count() == 1, "{warnings}");
+        assert!(warnings.contains("--background env"), "{warnings}");
+        for model in ["gray.glb", "before.glb", "quad.glb"] {
+            assert_eq!(draw(&[model, "--background", background]).0, "", "{model} {background}");
+        }
+    }
+    let (_, [r, g, b]) = draw(&["pane.glb", "--background", "white"]);
+    assert!(r.abs_diff(g) < 8 && r.abs_diff(b) < 8, "not grey: {r} {g} {b}");
+    let (warnings, [r, g, b]) = draw(&["pane.glb", "--background", "env"]);
+    assert!(warnings.is_empty() && r / 2 > g && r / 2 > b, "{warnings} {r} {g} {b}");
+    let (_, [r, g, b]) = draw(&["before.glb"]);
+    assert!(r / 2 > g && r / 2 > b, "{r} {g} {b}");
+    // One line, however many frames.
+    let turn = ["turntable", "pane.glb", "-o", "turn.png", "--frames", "3", "--size", "16"];
+    let output = overcoat(folder.path(), &turn);
+    assert_eq!((output.status.code(), stderr(&output).lines().count()), (Some(0), 1), "{}", stderr(&output));
 }
 
 #[test]

@@ -1,13 +1,64 @@
 //! `overcoat attempt`: tries what a program that was taken over would try. With `--sandbox` all of it must fail, but for
 //! reading and writing where the work is; without, it shows that the attempts are real.
 
-use super::args::{Attempt, AttemptArgs};
 use super::failure::Failure;
+use clap::Args;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read, Write};
 use std::net::{TcpListener, TcpStream, UdpSocket};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
+
+/// `overcoat attempt`
+#[derive(Debug, Args)]
+pub struct AttemptArgs {
+    /// What to try
+    #[arg(value_name = "WHAT", value_enum)]
+    pub what: Attempt,
+
+    /// The file that is read, written or removed, or the program that is run
+    #[arg(value_name = "PATH")]
+    pub path: Option<PathBuf>,
+
+    /// Stands for the folder of a model
+    #[arg(long, value_name = "FOLDER")]
+    pub input: Option<PathBuf>,
+
+    /// Stands for the folder of a picture
+    #[arg(long, value_name = "FOLDER")]
+    pub output: Option<PathBuf>,
+}
+
+/// What a program that was taken over would try.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Attempt {
+    /// Read a file.
+    Read,
+    /// List a folder.
+    List,
+    /// Make a file.
+    Write,
+    /// Empty a file that may be read.
+    Truncate,
+    /// Remove a file.
+    Remove,
+    /// Give a file another name, beside it.
+    Link,
+    /// Speak to a server.
+    Connect,
+    /// Be a server.
+    Listen,
+    /// Send a datagram.
+    Send,
+    /// Open a socket of this machine.
+    Local,
+    /// Become another program.
+    Execute,
+    /// Start another program.
+    Spawn,
+    /// Start a thread and read a file in it.
+    Thread,
+}
 
 /// Tries one thing.
 ///

@@ -1,17 +1,13 @@
 //! `overcoat compare-models`: one scene as every engine would shade it, and how far each is from a chosen one.
 
 use super::args::CompareModelsArgs;
+use super::contact::{ContactSheet, DEFAULT_CELL};
+use super::drawing::Drawing;
 use super::failure::{Failure, file_name};
-use super::input;
-use super::label::Sheet;
-use super::materials::{MaterialChoice, Materials};
-use super::progress::Progress;
-use super::render::{describe, machine, model_source, nothing_to_see};
-use super::report::{self, Reporter, Versions};
-use super::sheet::{DEFAULT_CELL, Layout, PAPER};
-use super::target::{Encoded, Target};
-use crate::output::{DisplayImage, OutputFormat, encode_png_rgb};
-use crate::render::Renderer;
+use super::losses::{lost_tint, nothing_to_see};
+use super::report::{self, Stages, Versions};
+use crate::load::Loaded;
+use crate::output::DisplayImage;
 use crate::scene::ShadingModel;
 use serde::Serialize;
 
@@ -41,7 +37,7 @@ struct ModelReport {
 
 /// How two pictures differ.
 struct Difference {
-    pixels: Vec<[u8; 4]>,
+    image: DisplayImage,
     mean: f64,
     max: u8,
 }
@@ -62,7 +58,7 @@ impl Difference {
             pixels.push([r, g, b, p[3]]);
         }
         let mean = if covered == 0 { 0.0 } else { sum as f64 / covered as f64 };
-        Self { pixels, mean, max }
+        Self { image: DisplayImage { width: a.width, height: a.height, pixels }, mean, max }
     }
 }
 
@@ -71,75 +67,46 @@ impl Difference {
 /// # Errors
 /// [`Failure`]; nothing is written then.
 pub fn run(args: &CompareModelsArgs) -> Result<(), Failure> {
-    let reporter = Reporter { quiet: args.report.quiet };
-    let progress = Progress::new(args.report.quiet);
-    let limits = args.input_options.limits();
-    if args.picture.shading.is_some() {
+    let (draw, inputs) = (&args.model.draw, args.model.input.as_slice());
+    if draw.picture.shading.is_some() {
         return Err(Failure::usage("--shading has no meaning here; --models chooses"));
     }
-    let mut description = describe(args.scene.scene.as_deref(), args.input.as_deref())?;
-    description.size = description.size.or(Some([DEFAULT_CELL; 2]));
-    args.camera.apply(&mut description);
-    args.light.apply(&mut description);
-    args.picture.apply(&mut description);
-    args.display.apply(&mut description);
-    let source = model_source(&description, &args.input_options)?;
-    let about_model = |failure: Failure| failure.at(&source.path);
-    let mut inputs = vec![source.path.as_path()];
-    inputs.extend(args.scene.scene.as_deref());
-    let choices: Vec<MaterialChoice> = description.material_choices().collect();
-    inputs.extend(choices.iter().filter_map(|choice| choice.source.file()));
-    let target = Target::new(&args.output, None, &[], &inputs)?;
-    if target.format() != OutputFormat::Png {
-        return Err(Failure::usage("a sheet of models is a .png").at(&args.output));
-    }
-    if target.is_standard_output() && args.report.json {
-        return Err(Failure::usage("--json and the sheet cannot both go to standard output"));
-    }
-    let mut models = args.models.clone();
-    if models.is_empty() {
-        models = ShadingModel::ALL.to_vec();
-    }
-    let mut seen = Vec::new();
-    models.retain(|model| {
-        !seen.contains(model) && {
-            seen.push(*model);
-            true
+    let mut models: Vec<ShadingModel> = Vec::new();
+    let wanted = if args.models.is_empty() { &ShadingModel::ALL[..] } else { &args.models };
+    for model in wanted {
+        if !models.contains(model) {
+            models.push(*model);
         }
-    });
+    }
+    let mut description = draw.describe(inputs)?;
+    description.size.get_or_insert(DEFAULT_CELL);
+    let mut drawing = Drawing::new(draw, description, inputs)?;
+    let cell = [drawing.options.width, drawing.options.height.saturating_mul(2)];
+    let mut sheet = ContactSheet::new(
+        &args.output,
+        &drawing.inputs,
+        drawing.json,
+        models.len(),
+        &args.cells,
+        cell,
+        &drawing.limits,
+    )?;
 
-    let (mut options, display) = description.options(machine(&args.machine), &limits).map_err(about_model)?;
-    let cell = [options.width, options.height.saturating_mul(2)];
-    let layout = Layout::new(models.len(), args.columns, cell, &limits)?;
-    let [width, height] = layout.size;
-    let mut sheet = Sheet::new(width, height, PAPER).ok_or_else(|| {
-        Failure::failed(format!("a sheet of {width} x {height} pixels does not fit into memory"))
-    })?;
-
-    progress.stage(format!("loading {}", file_name(&source.path)));
-    let mut renderer = Renderer::new(usize::from(args.machine.threads));
-    let materials = Materials::load(&description, &limits, renderer.jobs())?;
-    let loaded = input::load(&source, &limits, renderer.jobs())?;
-    let mut scene = loaded.scene;
-    materials.assign(&mut scene, &limits).map_err(about_model)?;
-    let mut warnings: Vec<String> = loaded.warnings.iter().map(ToString::to_string).collect();
-    let doubts = description.light(&mut scene, &limits, renderer.jobs())?;
-    warnings.extend(doubts.iter().map(ToString::to_string));
-    let camera = description.camera(&scene, &options).map_err(about_model)?;
-
+    drawing.progress.stage(format!("loading {}", file_name(&drawing.source.path)));
+    let mut renderer = draw.machine.renderer();
+    let Loaded { scene, mut warnings } = drawing.load(renderer.jobs(), &mut Stages::default())?;
+    let camera = drawing.camera(&drawing.source, &scene)?;
+    let mut done = 0;
     let mut render = |model: ShadingModel| {
-        options.shading = Some(model);
-        let rendered =
-            renderer.render(&scene, &camera, &options).map_err(|e| about_model(Failure::render(&e)))?;
-        let image = DisplayImage::new(&rendered.frame, &display);
-        Ok((image, rendered))
+        drawing.progress.step(format!("rendering {}", model.name()), done, 1 + models.len() as u32);
+        done += 1;
+        drawing.options.shading = Some(model);
+        let rendered = drawing.render(&drawing.source, &mut renderer, &scene, &camera)?;
+        Ok::<_, Failure>((DisplayImage::new(&rendered.frame, &drawing.display), rendered))
     };
-    progress.stage(format!("rendering {}", args.against.name()));
     let (reference, rendered) = render(args.against)?;
-    warnings.extend(nothing_to_see(&scene, &rendered.stats).map(|w| w.to_string()));
     let mut reports = Vec::new();
-    for (k, &model) in models.iter().enumerate() {
-        progress.stage(format!("{} of {}: {}", k + 1, models.len(), model.name()));
+    for &model in &models {
         let (image, rendered) = render(model)?;
         let difference = Difference::new(&image, &reference);
         let second = if model == args.against {
@@ -147,10 +114,7 @@ pub fn run(args: &CompareModelsArgs) -> Result<(), Failure> {
         } else {
             format!("mean {:.1}, largest {} of 255", difference.mean, difference.max)
         };
-        let [x, y] = layout.label(&mut sheet, k, [model.name(), &second]);
-        sheet.picture(x as i32, y as i32, image.width, image.height, &image.pixels);
-        let below = (y + image.height) as i32;
-        sheet.picture(x as i32, below, image.width, image.height, &difference.pixels);
+        sheet.add(&[&image, &difference.image], [model.name(), &second]);
         reports.push(ModelReport {
             model: model.name(),
             frame_hash: rendered.frame.frame_hash(),
@@ -158,23 +122,20 @@ pub fn run(args: &CompareModelsArgs) -> Result<(), Failure> {
             max_difference: difference.max,
         });
     }
+    warnings.extend(nothing_to_see(&scene, &rendered.stats));
+    warnings.extend(lost_tint(&scene, &drawing.options, &rendered.frame));
 
-    progress.stage("encoding");
-    let bytes = encode_png_rgb(width, height, &sheet.into_rgb(), true)
-        .map_err(|e| Failure::failed(e).at(&args.output))?;
-    Encoded::new(args.output.clone(), bytes).write()?;
-    drop(progress);
-    for warning in &warnings {
-        reporter.warning(warning);
-    }
-    if args.report.json {
-        let against = args.against.name();
+    drawing.progress.stage("encoding");
+    let [width, height] = sheet.size();
+    sheet.write()?;
+    drawing.finish(&warnings);
+    if drawing.json {
         report::print_json(&Report {
             width,
             height,
-            against,
+            against: args.against.name(),
             models: reports,
-            warnings,
+            warnings: warnings.iter().map(ToString::to_string).collect(),
             versions: Versions::default(),
         })?;
     }
@@ -191,7 +152,7 @@ mod tests {
         let a = image(vec![[10, 20, 30, 255], [0, 0, 0, 0]]);
         let b = image(vec![[13, 20, 130, 255], [0, 0, 0, 0]]);
         let difference = Difference::new(&a, &b);
-        assert_eq!(difference.pixels, [[12, 0, 255, 255], [0; 4]]);
+        assert_eq!(difference.image.pixels, [[12, 0, 255, 255], [0; 4]]);
         assert_eq!((difference.mean, difference.max), (103.0 / 3.0, 100));
         assert_eq!(Difference::new(&image(Vec::new()), &image(Vec::new())).mean, 0.0);
     }

@@ -28,6 +28,8 @@ struct Contents {
     lights: Vec<LightInfo>,
     cameras: Vec<CameraInfo>,
     animations: Vec<Animation>,
+    /// Names of the material variants.
+    variants: Vec<String>,
     warnings: Vec<String>,
     versions: Versions,
 }
@@ -98,8 +100,8 @@ struct Animation {
 /// [`Failure`] if it cannot be loaded.
 pub fn run(args: &InfoArgs) -> Result<(), Failure> {
     let reporter = Reporter { quiet: args.report.quiet };
-    let limits = args.input_options.limits();
-    let jobs = Jobs::new(usize::from(args.threads));
+    let limits = args.input_options.limits.limits();
+    let jobs = Jobs::new(args.workers.count());
     let source = input::source(&args.input_options, &args.input)?;
     let model = input::open_animated(&source, &limits, &jobs)?;
     let loaded = model.at(0.0, &jobs).map_err(|e| Failure::load(&e).at(&source.path))?;
@@ -118,6 +120,7 @@ pub fn run(args: &InfoArgs) -> Result<(), Failure> {
         lights: scene.lights().iter().map(describe_light).collect(),
         cameras: describe_cameras(scene),
         animations: describe_animations(&model),
+        variants: model.variants().map(str::to_owned).collect(),
         warnings: loaded.warnings.iter().map(ToString::to_string).collect(),
         versions: Versions::default(),
     };
@@ -195,6 +198,9 @@ impl Contents {
                 Some(seconds) => writeln!(out, "{seconds:.3} s, {} channels", a.channels),
                 None => writeln!(out, "{} channels", a.channels),
             };
+        }
+        for (k, name) in self.variants.iter().enumerate() {
+            let _ = writeln!(out, "  variant {k} '{}'", name.escape_debug());
         }
         out
     }

@@ -2,21 +2,17 @@
 
 use super::args::MaterialsArgs;
 use super::ball;
+use super::contact::{ContactSheet, DEFAULT_CELL};
 use super::failure::Failure;
-use super::label::Sheet;
 use super::materials::builtin;
-use super::picture::Machine;
 use super::progress::Progress;
-use super::render::machine;
 use super::report::{self, Reporter, Versions};
 use super::scene_file::SceneFile;
-use super::sheet::{DEFAULT_CELL, Layout, PAPER};
-use super::target::{Encoded, Target};
 use super::values::ViewDirection;
 use crate::limits::Limits;
 use crate::load::{BuiltinMaterial, MaterialFile, material_keys};
-use crate::output::{DisplayImage, OutputFormat, encode_png_rgb};
-use crate::render::Renderer;
+use crate::output::{DisplayImage, DisplayOptions};
+use crate::render::{RenderOptions, Renderer};
 use crate::scene::Scene;
 use serde::Serialize;
 use std::fmt::Write;
@@ -64,7 +60,7 @@ pub fn run(args: &MaterialsArgs) -> Result<(), Failure> {
     if args.keys {
         return print_keys(args.report.json);
     }
-    let mut renderer = Renderer::new(usize::from(args.machine.threads));
+    let mut renderer = args.machine.renderer();
     let limits = Limits::default();
     let mut loaded: Vec<(Entry, MaterialFile)> = Vec::new();
     for material in BuiltinMaterial::all() {
@@ -140,57 +136,40 @@ fn sheet(
     renderer: &mut Renderer,
 ) -> Result<(), Failure> {
     let progress = Progress::new(args.report.quiet);
-    let target = Target::new(output, None, &[], &[])?;
-    if target.format() != OutputFormat::Png {
-        return Err(Failure::usage("a contact sheet is a .png").at(output));
-    }
-    if target.is_standard_output() && args.report.json {
-        return Err(Failure::usage("--json and the sheet cannot both go to standard output"));
-    }
-    let mut description = SceneFile { size: Some([DEFAULT_CELL; 2]), ..SceneFile::default() };
-    description.size = args.size.or(description.size);
+    let mut description = SceneFile { size: Some(args.size.unwrap_or(DEFAULT_CELL)), ..SceneFile::default() };
     // A little from above, with the poles at the sides.
     description.camera.view = Some(ViewDirection { direction: [0.0, 0.35, 1.0], up: [0.0, 1.0, 0.0] });
     args.light.apply(&mut description);
-    let machine = machine(&args.machine);
-    let (options, _) = description.options(machine, limits)?;
-    let layout = Layout::new(loaded.len(), args.columns, [options.width, options.height], limits)?;
+    let (options, display) = description.options(args.machine.machine(), limits)?;
+    let (count, cell) = (loaded.len(), [options.width, options.height]);
+    let mut sheet = ContactSheet::new(output, &[], args.report.json, count, &args.cells, cell, limits)?;
     let mut surroundings = ball::scene().map_err(|e| Failure::scene(&e))?;
     for warning in description.light(&mut surroundings, limits, renderer.jobs())? {
         Reporter { quiet: args.report.quiet }.warning(warning);
     }
-    let [width, height] = layout.size;
-    let mut sheet = Sheet::new(width, height, PAPER).ok_or_else(|| {
-        Failure::failed(format!("a sheet of {width} x {height} pixels does not fit into memory"))
-    })?;
-    let count = loaded.len();
     for (k, (entry, file)) in loaded.iter_mut().enumerate() {
         progress.stage(format!("{} of {count}: {}", k + 1, entry.name));
-        let (image, hash) = picture(&description, &surroundings, file, machine, limits, renderer)
+        let mut scene = surroundings.clone();
+        let (image, hash) = picture(&description, &mut scene, file, &options, &display, renderer)
             .map_err(|failure| failure.at(Path::new(entry.name)))?;
         entry.frame_hash = Some(hash);
-        let [x, y] = layout.label(&mut sheet, k, [entry.name, entry.model.unwrap_or("any model")]);
-        sheet.picture(x as i32, y as i32, image.width, image.height, &image.pixels);
+        sheet.add(&[&image], [entry.name, entry.model.unwrap_or("any model")]);
     }
     progress.stage("encoding");
-    let bytes =
-        encode_png_rgb(width, height, &sheet.into_rgb(), true).map_err(|e| Failure::failed(e).at(output))?;
-    Encoded::new(output.to_owned(), bytes).write()
+    sheet.write()
 }
 
-/// The ball of one material, and the hash of its picture.
+/// The ball with one material, and the hash of its picture.
 fn picture(
     description: &SceneFile,
-    surroundings: &Scene,
+    ball: &mut Scene,
     file: &MaterialFile,
-    machine: Machine,
-    limits: &Limits,
+    options: &RenderOptions,
+    display: &DisplayOptions,
     renderer: &mut Renderer,
 ) -> Result<(DisplayImage, String), Failure> {
-    let (options, display) = description.options(machine, limits)?;
-    let mut scene = surroundings.clone();
-    file.assign(&mut scene, None, limits).map_err(|e| Failure::assign(&e))?;
-    let camera = description.camera(&scene, &options)?;
-    let rendered = renderer.render(&scene, &camera, &options).map_err(|e| Failure::render(&e))?;
-    Ok((DisplayImage::new(&rendered.frame, &display), rendered.frame.frame_hash()))
+    file.assign(ball, None, &options.limits).map_err(|e| Failure::assign(&e))?;
+    let camera = description.camera(ball, options)?;
+    let rendered = renderer.render(ball, &camera, options).map_err(|e| Failure::render(&e))?;
+    Ok((DisplayImage::new(&rendered.frame, display), rendered.frame.frame_hash()))
 }

@@ -6,18 +6,22 @@
 
 mod animate;
 pub mod args;
-mod attempt;
+pub mod attempt;
 mod ball;
 mod bench;
 mod compare;
+mod contact;
+mod drawing;
 pub mod failure;
+mod film;
 pub mod golden;
 mod info;
 pub mod input;
 mod label;
+pub mod limit_values;
+mod losses;
 pub mod materials;
 mod materials_command;
-mod motion_args;
 mod movie;
 pub mod picture;
 mod progress;
@@ -26,14 +30,16 @@ mod report;
 mod sandbox;
 pub mod scene_file;
 pub mod scene_light;
+mod scene_values;
 mod sheet;
 mod target;
 mod turntable;
 pub mod values;
 
+use crate::load::suggestion;
 use args::{Cli, Command};
 use clap::Parser;
-use clap::error::ErrorKind;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use failure::{Failure, one_line};
 use std::io::Write;
 use std::process::ExitCode;
@@ -89,5 +95,11 @@ fn usage(error: &clap::Error) -> Failure {
     // Paragraphs after the first are the usage and a hint that is repeated here in short.
     let what = text.split("\n\n").next().unwrap_or(text);
     let what: Vec<&str> = what.lines().map(str::trim).collect();
-    Failure::usage(format!("{} (see --help)", one_line(&what.join(" "))))
+    let kinds = [ContextKind::SuggestedArg, ContextKind::SuggestedSubcommand, ContextKind::SuggestedValue];
+    let nearest = kinds.into_iter().find_map(|kind| match error.get(kind)? {
+        ContextValue::String(name) => Some(name.as_str()),
+        ContextValue::Strings(names) => names.first().map(String::as_str),
+        _ => None,
+    });
+    Failure::usage(format!("{}{} (see --help)", one_line(&what.join(" ")), suggestion(nearest)))
 }

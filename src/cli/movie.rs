@@ -2,13 +2,12 @@
 
 use super::failure::Failure;
 use super::picture::is_standard_stream;
-use super::target::{Encoded, check_writable, is_same_file, output_failure};
+use super::target::{Encoded, check_file, check_standard_output, output_failure};
 use crate::frame::Frame;
 use crate::limits::Limits;
 use crate::output::{
     DisplayImage, DisplayOptions, MovieFormat, MovieFrame, durations, encode_movie, encode_png,
 };
-use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 /// A place for frames.
@@ -20,16 +19,14 @@ pub(super) struct MovieTarget {
 }
 
 impl MovieTarget {
-    /// Checks that a moving picture could be written to `path` (`-`: standard output).
+    /// Checks that a moving picture could be written to `path` (`-`: standard output, unless a report goes there).
     ///
     /// # Errors
     /// [`Failure`] naming the path.
-    pub(super) fn new(path: &Path, inputs: &[&Path]) -> Result<Self, Failure> {
+    pub(super) fn new(path: &Path, inputs: &[PathBuf], json: bool) -> Result<Self, Failure> {
         let about = |failure: Failure| failure.at(path);
         if is_standard_stream(path) {
-            if std::io::stdout().is_terminal() {
-                return Err(Failure::usage("standard output is a terminal, which cannot show a picture"));
-            }
+            check_standard_output(json)?;
             return Ok(Self { path: path.to_owned(), format: Some(MovieFormat::Apng) });
         }
         let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
@@ -49,11 +46,6 @@ impl MovieTarget {
         Ok(target)
     }
 
-    /// True if it goes to standard output.
-    pub(super) fn is_standard_output(&self) -> bool {
-        is_standard_stream(&self.path)
-    }
-
     /// The files that so many frames make.
     fn paths(&self, frames: usize) -> Vec<PathBuf> {
         if self.format.is_some() {
@@ -70,34 +62,28 @@ impl MovieTarget {
     ///
     /// # Errors
     /// [`Failure`] naming the file.
-    pub(super) fn check(&self, frames: usize, inputs: &[&Path]) -> Result<(), Failure> {
-        if self.is_standard_output() {
+    pub(super) fn check(&self, frames: usize, inputs: &[PathBuf]) -> Result<(), Failure> {
+        if is_standard_stream(&self.path) {
             return Ok(());
         }
-        for path in self.paths(frames) {
-            check_writable(&path)?;
-            if inputs.iter().any(|input| is_same_file(&path, input)) {
-                return Err(Failure::usage("this is an input; it would be overwritten").at(&path));
-            }
-        }
-        Ok(())
+        self.paths(frames).iter().try_for_each(|path| check_file(path, inputs))
     }
 }
 
 /// Frames on their way to a [`MovieTarget`], encoded.
-pub(super) struct Movie<'a> {
-    target: &'a MovieTarget,
-    display: &'a DisplayOptions,
-    limits: &'a Limits,
+pub(super) struct Movie {
+    target: MovieTarget,
+    display: DisplayOptions,
+    limits: Limits,
     frames: Vec<MovieFrame>,
     pictures: Vec<Vec<u8>>,
     bytes: u64,
     hashes: String,
 }
 
-impl<'a> Movie<'a> {
+impl Movie {
     /// No frames yet.
-    pub(super) fn new(target: &'a MovieTarget, display: &'a DisplayOptions, limits: &'a Limits) -> Self {
+    pub(super) fn new(target: MovieTarget, display: DisplayOptions, limits: Limits) -> Self {
         let (frames, pictures) = (Vec::new(), Vec::new());
         Self { target, display, limits, frames, pictures, bytes: 0, hashes: String::new() }
     }
@@ -109,7 +95,7 @@ impl<'a> Movie<'a> {
     pub(super) fn push(&mut self, frame: &Frame) -> Result<(), Failure> {
         let failed = |error| output_failure(&error, &self.target.path);
         self.hashes.push_str(&frame.frame_hash());
-        let image = DisplayImage::new(frame, self.display);
+        let image = DisplayImage::new(frame, &self.display);
         let size = match self.target.format {
             Some(format) => {
                 // A colour behind everything leaves no transparency.
@@ -155,7 +141,7 @@ mod tests {
 
     #[test]
     fn the_name_tells_the_format() {
-        let format = |name: &str| MovieTarget::new(Path::new(name), &[]).map(|target| target.format);
+        let format = |name: &str| MovieTarget::new(Path::new(name), &[], false).map(|target| target.format);
         assert_eq!(format("a.png"), Ok(Some(MovieFormat::Apng)));
         assert_eq!(format("a.APNG"), Ok(Some(MovieFormat::Apng)));
         assert_eq!(format("a.webp"), Ok(Some(MovieFormat::WebP)));

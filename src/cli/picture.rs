@@ -3,11 +3,12 @@
 use super::failure::{Failure, file_name};
 use super::input::{self, ModelSource};
 use super::materials::Materials;
+use super::report::Stages;
 use super::scene_file::{EnvironmentChoice, SceneCamera, SceneFile};
 use super::values::BackgroundChoice;
 use crate::jobs::Jobs;
 use crate::limits::Limits;
-use crate::load::{LoadOptions, Warning, load_environment_file};
+use crate::load::{LoadOptions, Loaded, Warning, load_environment_file};
 use crate::math::lanes::SimdLevel;
 use crate::output::DisplayOptions;
 use crate::render::{Background, RenderOptions};
@@ -48,6 +49,43 @@ impl Default for Machine {
     }
 }
 
+/// What is the same for all models and poses that one description shows.
+#[derive(Debug)]
+pub struct Setting {
+    materials: Materials,
+    /// Scenes that share it share its filtered form.
+    environment: Environment,
+    /// What is doubtful about the environment.
+    pub warnings: Vec<Warning>,
+}
+
+impl Setting {
+    /// Reads the materials and the environment of a description.
+    ///
+    /// # Errors
+    /// [`Failure`] naming the file and the reason.
+    pub fn load(
+        description: &SceneFile,
+        limits: &Limits,
+        jobs: &Jobs,
+        stages: &mut Stages,
+    ) -> Result<Self, Failure> {
+        let materials = stages.time("load_materials", || Materials::load(description, limits, jobs))?;
+        let (environment, warnings) =
+            stages.time("load_environment", || description.environment(limits, jobs))?;
+        Ok(Self { materials, environment, warnings })
+    }
+
+    /// Lays the materials over a model and lights it as described.
+    ///
+    /// # Errors
+    /// [`Failure`] if the model has no material of a name that is asked for, or a light is wrong.
+    pub fn apply(&self, description: &SceneFile, scene: &mut Scene, limits: &Limits) -> Result<(), Failure> {
+        self.materials.assign(scene, limits)?;
+        description.light_by(scene, self.environment.clone())
+    }
+}
+
 impl SceneFile {
     /// Loads what the description names and makes everything ready for the renderer.
     ///
@@ -56,17 +94,15 @@ impl SceneFile {
     pub fn picture(&self, machine: Machine, limits: &Limits, jobs: &Jobs) -> Result<Picture, Failure> {
         let model = self.model.as_deref().ok_or_else(|| Failure::failed("no model is given"))?;
         let (options, display) = self.options(machine, limits).map_err(|failure| failure.at(model))?;
-        let materials = Materials::load(self, limits, jobs)?;
         let source = ModelSource {
             path: model.to_owned(),
             format: None,
             options: LoadOptions { animation: self.animation_choice()?, ..LoadOptions::default() },
         };
-        let loaded = input::load(&source, limits, jobs)?;
-        let mut scene = loaded.scene;
-        materials.assign(&mut scene, limits).map_err(|failure| failure.at(model))?;
-        let mut warnings = loaded.warnings;
-        warnings.extend(self.light(&mut scene, limits, jobs)?);
+        let setting = Setting::load(self, limits, jobs, &mut Stages::default())?;
+        let Loaded { mut scene, mut warnings } = input::load(&source, limits, jobs)?;
+        setting.apply(self, &mut scene, limits).map_err(|failure| failure.at(model))?;
+        warnings.extend(setting.warnings);
         let camera = self.camera(&scene, &options).map_err(|failure| failure.at(model))?;
         Ok(Picture { scene, camera, options, display, warnings })
     }

@@ -81,6 +81,14 @@ impl Progress {
         self.send(Stage { message: message.into(), part: Some((done, of)) });
     }
 
+    /// Shows nothing from now on.
+    pub fn finish(&mut self) {
+        if let Some((sender, thread)) = self.watcher.take() {
+            drop(sender);
+            let _ = thread.join();
+        }
+    }
+
     fn send(&self, stage: Stage) {
         if let Some((sender, _)) = &self.watcher {
             let _ = sender.send(stage);
@@ -90,9 +98,6 @@ impl Progress {
 
 impl Drop for Progress {
     fn drop(&mut self) {
-        if let Some((sender, thread)) = self.watcher.take() {
-            drop(sender);
-            let _ = thread.join();
-        }
+        self.finish();
     }
 }

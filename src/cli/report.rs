@@ -79,7 +79,7 @@ impl Default for Versions {
 
 /// Milliseconds by stage, in the order of the stages.
 #[derive(Clone, Debug, Default)]
-pub struct Stages(Vec<(&'static str, f64)>);
+pub struct Stages(Vec<(&'static str, Duration)>);
 
 impl Stages {
     /// Runs one stage and notes how long it took.
@@ -90,9 +90,12 @@ impl Stages {
         result
     }
 
-    /// Notes how long a stage took.
+    /// Notes how long a stage took; parts of it add up.
     pub fn add(&mut self, name: &'static str, time: Duration) {
-        self.0.push((name, milliseconds(time)));
+        match self.0.iter_mut().find(|(known, _)| *known == name) {
+            Some((_, sum)) => *sum += time,
+            None => self.0.push((name, time)),
+        }
     }
 }
 
@@ -100,7 +103,7 @@ impl Serialize for Stages {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut map = serializer.serialize_map(Some(self.0.len()))?;
         for (name, time) in &self.0 {
-            map.serialize_entry(name, time)?;
+            map.serialize_entry(name, &milliseconds(*time))?;
         }
         map.end()
     }
@@ -220,11 +223,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn stages_keep_their_order() {
+    fn stages_keep_their_order_and_add_up() {
         let mut stages = Stages::default();
         stages.add("raster", Duration::from_micros(1500));
         stages.add("binning", Duration::from_millis(2));
-        assert_eq!(serde_json::to_string(&stages).unwrap(), r#"{"raster":1.5,"binning":2.0}"#);
+        stages.add("raster", Duration::from_millis(1));
+        assert_eq!(serde_json::to_string(&stages).unwrap(), r#"{"raster":2.5,"binning":2.0}"#);
     }
 
     #[test]

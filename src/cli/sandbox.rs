@@ -1,8 +1,6 @@
 //! `--sandbox`: what each command needs from the system, so that everything else can be given up before it reads.
 
-use super::args::{
-    AnimateArgs, AttemptArgs, BenchArgs, Command, CompareModelsArgs, LightArgs, RenderArgs, TurntableArgs,
-};
+use super::args::{Command, DrawArgs};
 use super::failure::Failure;
 use super::golden::{AcceptArgs, FolderArgs, GoldenArgs, GoldenCommand, ResultArgs};
 use super::picture::is_standard_stream;
@@ -10,6 +8,7 @@ use super::report;
 use super::scene_file::{EnvironmentChoice, SceneFile};
 use crate::sandbox::{self, Grants, SandboxError};
 use std::path::{Path, PathBuf};
+use std::slice::from_ref;
 
 /// Gives up every right that a command does not need.
 ///
@@ -20,8 +19,8 @@ pub(super) fn enter(command: &mut Command) -> Result<(), Failure> {
     report::keep_status_open();
     count_threads(command);
     let mut grants = writes(command);
-    let Some(scene) = scene_file(command).map(Path::to_owned) else {
-        reads(command, &SceneFile::default(), &mut grants);
+    let Some(scene) = Files::of(command).draw.and_then(|draw| draw.scene.clone()) else {
+        reads(command, SceneFile::default(), &mut grants);
         return sandbox::enter(&grants).map(drop).map_err(|e| failure(&e));
     };
     // What a scene file names is known once it has been read, and it may name any file. So while it is read, every file
@@ -30,7 +29,7 @@ pub(super) fn enter(command: &mut Command) -> Result<(), Failure> {
     let confined = sandbox::enter(&everything).map_err(|e| failure(&e))?;
     let description = SceneFile::open(&scene)?;
     grants.read_files.push(scene);
-    reads(command, &description, &mut grants);
+    reads(command, description, &mut grants);
     confined.narrow(&grants).map_err(|e| failure(&e))
 }
 
@@ -38,38 +37,51 @@ fn failure(error: &SandboxError) -> Failure {
     Failure::failed(error)
 }
 
-/// Puts the number of processors in place of 0. Where a group of processes has a share of them only, that is in files.
-fn count_threads(command: &mut Command) {
-    let threads = match command {
-        Command::Render(args) => &mut args.machine.threads,
-        Command::Turntable(args) => &mut args.machine.threads,
-        Command::Animate(args) => &mut args.machine.threads,
-        Command::Info(args) => &mut args.threads,
-        Command::Sheet(args) => &mut args.machine.threads,
-        Command::Bench(args) => &mut args.machine.threads,
-        Command::CompareModels(args) => &mut args.machine.threads,
-        Command::Materials(args) => &mut args.machine.threads,
-        Command::Golden(args) => match &mut args.command {
-            GoldenCommand::Check(args) => &mut args.folders.threads,
-            GoldenCommand::Report(args) => &mut args.folders.threads,
-            GoldenCommand::Accept(args) => &mut args.folders.threads,
-        },
-        Command::Attempt(_) => return,
-    };
-    if *threads == 0 {
-        *threads = std::thread::available_parallelism().map_or(1, |n| u16::try_from(n.get()).unwrap_or(1024));
+/// What a command that reads models was told of files.
+struct Files<'a> {
+    draw: Option<&'a DrawArgs>,
+    models: &'a [PathBuf],
+    output: Option<&'a Path>,
+}
+
+impl<'a> Files<'a> {
+    fn of(command: &'a Command) -> Self {
+        let (draw, models, output) = match command {
+            Command::Render(a) => (Some(&a.model.draw), a.model.input.as_slice(), Some(&a.output)),
+            Command::Turntable(a) => (Some(&a.model.draw), a.model.input.as_slice(), Some(&a.movie.output)),
+            Command::Animate(a) => (Some(&a.model.draw), a.model.input.as_slice(), Some(&a.movie.output)),
+            Command::CompareModels(a) => (Some(&a.model.draw), a.model.input.as_slice(), Some(&a.output)),
+            Command::Sheet(a) => (Some(&a.draw), a.inputs.as_slice(), Some(&a.output)),
+            Command::Bench(a) => (Some(&a.draw), a.inputs.as_slice(), None),
+            Command::Info(a) => (None, from_ref(&a.input), None),
+            Command::Materials(a) => (None, [].as_slice(), a.output.as_ref()),
+            Command::Golden(_) | Command::Attempt(_) => (None, [].as_slice(), None),
+        };
+        Self { draw, models, output: output.map(PathBuf::as_path) }
     }
 }
 
-/// The scene file of a command.
-fn scene_file(command: &Command) -> Option<&Path> {
-    match command {
-        Command::Render(args) => args.scene.scene.as_deref(),
-        Command::Turntable(args) => args.scene.scene.as_deref(),
-        Command::Animate(args) => args.scene.scene.as_deref(),
-        Command::Bench(args) => args.scene.scene.as_deref(),
-        Command::CompareModels(args) => args.scene.scene.as_deref(),
-        _ => None,
+/// Puts the number of processors in place of 0. Where a group of processes has a share of them only, that is in files.
+fn count_threads(command: &mut Command) {
+    let workers = match command {
+        Command::Render(args) => &mut args.model.draw.machine.workers,
+        Command::Turntable(args) => &mut args.model.draw.machine.workers,
+        Command::Animate(args) => &mut args.model.draw.machine.workers,
+        Command::CompareModels(args) => &mut args.model.draw.machine.workers,
+        Command::Sheet(args) => &mut args.draw.machine.workers,
+        Command::Bench(args) => &mut args.draw.machine.workers,
+        Command::Info(args) => &mut args.workers,
+        Command::Materials(args) => &mut args.machine.workers,
+        Command::Golden(args) => match &mut args.command {
+            GoldenCommand::Check(args) => &mut args.folders.workers,
+            GoldenCommand::Report(args) => &mut args.folders.workers,
+            GoldenCommand::Accept(args) => &mut args.folders.workers,
+        },
+        Command::Attempt(_) => return,
+    };
+    if workers.threads == 0 {
+        let processors = std::thread::available_parallelism();
+        workers.threads = processors.map_or(1, |n| u16::try_from(n.get()).unwrap_or(1024));
     }
 }
 
@@ -81,13 +93,8 @@ fn writes(command: &Command) -> Grants {
             grants.write(path);
         }
     };
+    Files::of(command).output.into_iter().for_each(&mut write);
     match command {
-        Command::Render(args) => write(&args.output),
-        Command::Turntable(args) => write(&args.output),
-        Command::Animate(args) => write(&args.output),
-        Command::Sheet(args) => write(&args.output),
-        Command::CompareModels(args) => write(&args.output),
-        Command::Materials(args) => args.output.iter().for_each(|path| write(path)),
         Command::Golden(args) => {
             let ResultArgs { json, junit, .. } = match &args.command {
                 GoldenCommand::Check(args) => &args.results,
@@ -105,61 +112,25 @@ fn writes(command: &Command) -> Grants {
             };
             json.iter().chain(junit).for_each(|path| write(path));
         }
-        Command::Attempt(AttemptArgs { output, .. }) => {
-            output.iter().for_each(|folder| write(&folder.join("x")));
-        }
-        Command::Info(_) | Command::Bench(_) => {}
+        Command::Attempt(args) => args.output.iter().for_each(|folder| write(&folder.join("x"))),
+        _ => {}
     }
     grants
 }
 
 /// The inputs of a command, with those of its scene file.
-fn reads(command: &Command, description: &SceneFile, grants: &mut Grants) {
-    let mut description = description.clone();
+fn reads(command: &Command, mut description: SceneFile, grants: &mut Grants) {
+    let Files { draw, models, .. } = Files::of(command);
+    if let Some(draw) = draw {
+        draw.apply(&mut description);
+    }
     match command {
-        Command::Render(args) => {
-            let RenderArgs { input, light, picture, .. } = &**args;
-            light.apply(&mut description);
-            picture.apply(&mut description);
-            read_models(input.as_slice(), &description, grants);
-        }
-        Command::Turntable(args) => {
-            let TurntableArgs { input, light, picture, .. } = &**args;
-            light.apply(&mut description);
-            picture.apply(&mut description);
-            read_models(input.as_slice(), &description, grants);
-        }
-        Command::Animate(args) => {
-            let AnimateArgs { input, light, picture, .. } = &**args;
-            light.apply(&mut description);
-            picture.apply(&mut description);
-            read_models(input.as_slice(), &description, grants);
-        }
-        Command::Bench(args) => {
-            let BenchArgs { inputs, light, picture, .. } = &**args;
-            light.apply(&mut description);
-            picture.apply(&mut description);
-            read_models(inputs, &description, grants);
-        }
-        Command::CompareModels(args) => {
-            let CompareModelsArgs { input, light, picture, .. } = &**args;
-            light.apply(&mut description);
-            picture.apply(&mut description);
-            read_models(input.as_slice(), &description, grants);
-        }
-        Command::Sheet(args) => {
-            args.light.apply(&mut description);
-            args.picture.apply(&mut description);
-            read_models(&args.inputs, &description, grants);
-        }
-        Command::Info(args) => read_models(std::slice::from_ref(&args.input), &description, grants),
-        Command::Materials(args) => {
-            LightArgs::apply(&args.light, &mut description);
-            read_models(&[], &description, grants);
-        }
+        Command::Materials(args) => args.light.apply(&mut description),
         Command::Golden(args) => read_pictures(args, grants),
         Command::Attempt(args) => grants.read_folders.extend(args.input.clone()),
+        _ => {}
     }
+    read_models(models, &description, grants);
 }
 
 /// Models and what lights and covers them.

@@ -13,12 +13,13 @@
 use super::failure::Failure;
 use super::materials::{MaterialChoice, MaterialSource};
 use super::scene_light::SceneLight;
-use super::values::{self, BackgroundChoice, ViewDirection};
+use super::scene_values;
+use super::values::{BackgroundChoice, ViewDirection};
 use crate::color::ToneCurve;
 use crate::load::AnimationChoice;
 use crate::render::{AreaLightMethod, ShadingModel};
 use serde::Deserialize;
-use serde::de::{Deserializer, Error as _, IgnoredAny};
+use serde::de::{Deserializer, IgnoredAny};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -32,7 +33,7 @@ pub struct SceneFile {
     /// The model file.
     pub model: Option<PathBuf>,
     /// Where the light from afar comes from: `studio`, `none` or the path of an equirectangular picture.
-    #[serde(deserialize_with = "environment")]
+    #[serde(deserialize_with = "scene_values::environment")]
     pub env: Option<EnvironmentChoice>,
     /// Turns the environment about +Y, in degrees, counter-clockwise seen from above.
     #[serde(rename = "envRotationDeg")]
@@ -48,7 +49,7 @@ pub struct SceneFile {
     /// The camera.
     pub camera: SceneCamera,
     /// An animation of the model file, by its name or number.
-    #[serde(deserialize_with = "name_or_number")]
+    #[serde(deserialize_with = "scene_values::name_or_number")]
     pub animation: Option<String>,
     /// Seconds in the animation.
     pub time: Option<f64>,
@@ -58,24 +59,24 @@ pub struct SceneFile {
     /// Width and height in pixels.
     pub size: Option<[u64; 2]>,
     /// `transparent`, `env`, a colour name or `#rrggbb`.
-    #[serde(deserialize_with = "background")]
+    #[serde(deserialize_with = "scene_values::background")]
     pub background: Option<BackgroundChoice>,
     /// Tone curve of 8-bit output: one name or a list of names, of which the first counts.
-    #[serde(rename = "toneMapping", deserialize_with = "tone_mapping")]
+    #[serde(rename = "toneMapping", deserialize_with = "scene_values::tone_mapping")]
     pub tone_curve: Option<ToneCurve>,
     /// Exposure of 8-bit output in stops: the picture is multiplied by 2 to this power before the tone curve.
     pub exposure: Option<f32>,
     /// Coverage samples a pixel: 1, 4, 8 or 16.
-    #[serde(deserialize_with = "samples")]
+    #[serde(deserialize_with = "scene_values::samples")]
     pub samples: Option<u32>,
     /// Shading model by name.
-    #[serde(deserialize_with = "shading")]
+    #[serde(deserialize_with = "scene_values::shading")]
     pub shading: Option<ShadingModel>,
     /// A material for every mesh: the path of a material file, or the name of a built-in one.
-    #[serde(deserialize_with = "material")]
+    #[serde(deserialize_with = "scene_values::material")]
     pub material: Option<MaterialSource>,
     /// Materials by the names of those in the model that they take the place of.
-    #[serde(deserialize_with = "materials")]
+    #[serde(deserialize_with = "scene_values::materials")]
     pub materials: BTreeMap<String, MaterialSource>,
     /// Laid over these, in this order; not part of the file.
     #[serde(skip)]
@@ -83,7 +84,7 @@ pub struct SceneFile {
     /// Largest anisotropy of texture filtering, 1 to 16.
     pub anisotropy: Option<u32>,
     /// How reflections of rectangles and tubes are integrated: `ltc` or `facets`.
-    #[serde(rename = "areaLights", deserialize_with = "area_lights")]
+    #[serde(rename = "areaLights", deserialize_with = "scene_values::area_lights")]
     pub area_lights: Option<AreaLightMethod>,
     /// Triangles smaller than a pixel are shaded as one where their normals differ by less than this, 0 to 45 degrees.
     #[serde(rename = "mergeAngleDeg")]
@@ -125,10 +126,10 @@ pub struct SceneCamera {
     #[serde(rename = "orthoHeight")]
     pub orthographic_height: Option<f32>,
     /// Where an automatic camera stands: a name such as `front`, or `x,y,z`.
-    #[serde(deserialize_with = "view")]
+    #[serde(deserialize_with = "scene_values::view")]
     pub view: Option<ViewDirection>,
     /// A camera of the model file, by its name or number.
-    #[serde(rename = "camera", deserialize_with = "name_or_number")]
+    #[serde(rename = "camera", deserialize_with = "scene_values::name_or_number")]
     pub from_model: Option<String>,
 
     /// There is no far limit; the key is read for the sake of other programs' files.
@@ -272,85 +273,10 @@ fn read_text(path: &Path) -> Result<String, Failure> {
     String::from_utf8(bytes).map_err(|_| Failure::failed("not a text file"))
 }
 
-fn environment<'de, D: Deserializer<'de>>(d: D) -> Result<Option<EnvironmentChoice>, D::Error> {
-    Ok(Some(EnvironmentChoice::new(&String::deserialize(d)?)))
-}
-
-fn background<'de, D: Deserializer<'de>>(d: D) -> Result<Option<BackgroundChoice>, D::Error> {
-    let text = String::deserialize(d)?;
-    values::background(&text).map(Some).map_err(|e| D::Error::custom(format!("background '{text}': {e}")))
-}
-
-fn samples<'de, D: Deserializer<'de>>(d: D) -> Result<Option<u32>, D::Error> {
-    let number = u32::deserialize(d)?;
-    values::samples(&number.to_string()).map(Some).map_err(|e| D::Error::custom(format!("samples: {e}")))
-}
-
-fn shading<'de, D: Deserializer<'de>>(d: D) -> Result<Option<ShadingModel>, D::Error> {
-    let text = String::deserialize(d)?;
-    values::shading(&text).map(Some).map_err(|e| D::Error::custom(format!("shading '{text}': {e}")))
-}
-
-fn area_lights<'de, D: Deserializer<'de>>(d: D) -> Result<Option<AreaLightMethod>, D::Error> {
-    let text = String::deserialize(d)?;
-    values::area_lights(&text).map(Some).map_err(|e| D::Error::custom(format!("areaLights '{text}': {e}")))
-}
-
-fn material<'de, D: Deserializer<'de>>(d: D) -> Result<Option<MaterialSource>, D::Error> {
-    let text = String::deserialize(d)?;
-    MaterialSource::new(&text).map(Some).map_err(|e| D::Error::custom(format!("material '{text}': {e}")))
-}
-
-fn materials<'de, D: Deserializer<'de>>(d: D) -> Result<BTreeMap<String, MaterialSource>, D::Error> {
-    let texts = BTreeMap::<String, String>::deserialize(d)?;
-    let source = |(name, text): (String, String)| {
-        let source = MaterialSource::new(&text);
-        source.map(|s| (name, s)).map_err(|e| D::Error::custom(format!("materials '{text}': {e}")))
-    };
-    texts.into_iter().map(source).collect()
-}
-
-fn view<'de, D: Deserializer<'de>>(d: D) -> Result<Option<ViewDirection>, D::Error> {
-    let text = String::deserialize(d)?;
-    values::view(&text).map(Some).map_err(|e| D::Error::custom(format!("view '{text}': {e}")))
-}
-
-fn tone_mapping<'de, D: Deserializer<'de>>(d: D) -> Result<Option<ToneCurve>, D::Error> {
-    #[derive(Deserialize)]
-    #[serde(untagged)]
-    enum Names {
-        One(String),
-        Many(Vec<String>),
-    }
-    let names = match Names::deserialize(d) {
-        Ok(Names::One(name)) => vec![name],
-        Ok(Names::Many(names)) => names,
-        Err(_) => return Err(D::Error::custom("toneMapping: expected a name or a list of names")),
-    };
-    let curve = |name: &String| {
-        values::tone_curve(name).map_err(|e| D::Error::custom(format!("toneMapping '{name}': {e}")))
-    };
-    let curves = names.iter().map(curve).collect::<Result<Vec<_>, _>>()?;
-    Ok(curves.first().copied())
-}
-
-fn name_or_number<'de, D: Deserializer<'de>>(d: D) -> Result<Option<String>, D::Error> {
-    #[derive(Deserialize)]
-    #[serde(untagged)]
-    enum Either {
-        Number(u32),
-        Name(String),
-    }
-    match Either::deserialize(d) {
-        Ok(Either::Number(number)) => Ok(Some(number.to_string())),
-        Ok(Either::Name(name)) => Ok(Some(name)),
-        Err(_) => Err(D::Error::custom("expected a name or a number")),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cli::values;
 
     #[test]
     fn materials_are_files_beside_it_or_built_in() {

@@ -25,8 +25,14 @@ impl Target {
     ///
     /// # Errors
     /// [`Failure`] naming the path if its format is unknown, its folder does not exist, it is a folder, or it is one
-    /// of `inputs`.
-    pub fn new(path: &Path, format: Option<&str>, aovs: &[Aov], inputs: &[&Path]) -> Result<Self, Failure> {
+    /// of `inputs`; also if it is standard output, to which a report (`json`) goes.
+    pub fn new(
+        path: &Path,
+        format: Option<&str>,
+        aovs: &[Aov],
+        inputs: &[PathBuf],
+        json: bool,
+    ) -> Result<Self, Failure> {
         let standard_output = is_standard_output(path);
         let format = match format {
             Some(name) => {
@@ -50,18 +56,11 @@ impl Target {
         }
         let target = Self { path: path.to_owned(), format, planes };
         if standard_output {
-            if std::io::stdout().is_terminal() {
-                return Err(Failure::usage("standard output is a terminal, which cannot show a picture"));
-            }
+            check_standard_output(json)?;
             return Ok(target);
         }
         for file in std::iter::once(path).chain(target.planes.iter().map(|(_, file)| file.as_path())) {
-            check_writable(file)?;
-            for input in inputs {
-                if is_same_file(file, input) {
-                    return Err(Failure::usage("this is an input; it would be overwritten").at(file));
-                }
-            }
+            check_file(file, inputs)?;
         }
         Ok(target)
     }
@@ -70,12 +69,6 @@ impl Target {
     #[must_use]
     pub fn format(&self) -> OutputFormat {
         self.format
-    }
-
-    /// True if the picture goes to standard output.
-    #[must_use]
-    pub fn is_standard_output(&self) -> bool {
-        is_standard_output(&self.path)
     }
 
     /// Encodes the frame and its planes.
@@ -169,6 +162,26 @@ pub(super) fn output_failure(error: &OutputError, path: &Path) -> Failure {
     }
 }
 
+/// Checks that standard output can take a picture.
+pub(super) fn check_standard_output(json: bool) -> Result<(), Failure> {
+    if json {
+        return Err(Failure::usage("--json and the picture cannot both go to standard output"));
+    }
+    if std::io::stdout().is_terminal() {
+        return Err(Failure::usage("standard output is a terminal, which cannot show a picture"));
+    }
+    Ok(())
+}
+
+/// Checks that a file can be written and is none of the inputs.
+pub(super) fn check_file(path: &Path, inputs: &[PathBuf]) -> Result<(), Failure> {
+    check_writable(path)?;
+    match inputs.iter().any(|input| is_same_file(path, input)) {
+        true => Err(Failure::usage("this is an input; it would be overwritten").at(path)),
+        false => Ok(()),
+    }
+}
+
 /// Finds out before the work what would fail after it.
 pub(super) fn check_writable(path: &Path) -> Result<(), Failure> {
     let cannot = |reason: String| Err(Failure::failed(format!("cannot be written: {reason}")).at(path));
@@ -192,7 +205,7 @@ pub(super) fn check_writable(path: &Path) -> Result<(), Failure> {
 }
 
 /// True if both paths lead to one file.
-pub(super) fn is_same_file(a: &Path, b: &Path) -> bool {
+fn is_same_file(a: &Path, b: &Path) -> bool {
     match (a.canonicalize(), b.canonicalize()) {
         (Ok(a), Ok(b)) => a == b && a.is_file(),
         _ => false,

@@ -1,16 +1,13 @@
 //! `overcoat turntable`: a model once around.
 
 use super::args::{Turn, TurntableArgs};
+use super::drawing::Drawing;
 use super::failure::{Failure, file_name};
-use super::input;
-use super::materials::Materials;
-use super::movie::{Movie, MovieTarget};
-use super::progress::Progress;
-use super::render::{describe, input_paths, left_out, machine, model_source, nothing_to_see};
-use super::report::{self, MovieReport, Reporter};
-use crate::limits::Limits;
+use super::film::{Film, frame_count};
+use super::movie::MovieTarget;
+use super::report::Stages;
+use crate::load::Loaded;
 use crate::math::double::sin_cos;
-use crate::render::Renderer;
 use crate::scene::{Camera, Environment, Fit, Light, LightKind, Scene, Transform};
 use std::f64::consts::TAU;
 
@@ -23,48 +20,29 @@ const DIRECTIONS: u32 = 72;
 /// # Errors
 /// [`Failure`]; nothing is written then.
 pub fn run(args: &TurntableArgs) -> Result<(), Failure> {
-    let reporter = Reporter { quiet: args.report.quiet };
-    let progress = Progress::new(args.report.quiet);
-    let limits = args.input_options.limits();
-    let mut description = describe(args.scene.scene.as_deref(), args.input.as_deref())?;
+    let (draw, models) = (&args.model.draw, args.model.input.as_slice());
+    let mut description = draw.describe(models)?;
     args.animation.apply(&mut description);
-    args.camera.apply(&mut description);
-    args.light.apply(&mut description);
-    args.picture.apply(&mut description);
-    args.display.apply(&mut description);
-    let source = model_source(&description, &args.input_options)?;
-    let about = |failure: Failure| failure.at(&source.path);
-    let paths = input_paths(&description, args.scene.scene.as_deref(), &source.path);
-    let inputs: Vec<&std::path::Path> = paths.iter().map(AsRef::as_ref).collect();
-    let target = MovieTarget::new(&args.output, &inputs)?;
-    if target.is_standard_output() && args.report.json {
-        return Err(Failure::usage("--json and the picture cannot both go to standard output"));
-    }
-    let frames = match args.frames {
-        Some(frames) => frames,
-        None => frame_count(args.seconds.unwrap_or(3.0), args.fps),
-    };
-    Limits::check(|| "turntable".to_owned(), frames.into(), limits.frames, "frames")
-        .map_err(|e| Failure::limit(&e))?;
-    target.check(frames as usize, &inputs)?;
-    let (options, display) = description.options(machine(&args.machine), &limits).map_err(about)?;
+    let drawing = Drawing::new(draw, description, models)?;
+    let target = MovieTarget::new(&args.movie.output, &drawing.inputs, drawing.json)?;
+    let seconds = args.seconds.unwrap_or(3.0);
+    let frames = args.frames.unwrap_or_else(|| frame_count(seconds, args.movie.fps));
+    let mut film = Film::new(drawing, target, &args.movie, frames)?;
 
+    let Drawing { source, description, options, progress, .. } = film.drawing();
+    let about = |failure: Failure| failure.at(&source.path);
     progress.stage(format!("loading {}", file_name(&source.path)));
-    let mut renderer = Renderer::new(usize::from(args.machine.threads));
-    let materials = Materials::load(&description, &limits, renderer.jobs())?;
-    let loaded = input::load(&source, &limits, renderer.jobs())?;
-    let (mut scene, mut warnings) = (loaded.scene, loaded.warnings);
-    materials.assign(&mut scene, &limits).map_err(about)?;
-    let (environment, doubtful) = description.environment(&limits, renderer.jobs())?;
-    warnings.extend(doubtful);
-    let own_lights = if description.lights == Some(false) { 0 } else { scene.lights().len() };
-    description.light_by(&mut scene, environment.clone()).map_err(about)?;
+    let mut renderer = draw.machine.renderer();
+    let Loaded { mut scene, warnings } = film.drawing().load(renderer.jobs(), &mut Stages::default())?;
+    let environment = scene.environment().clone();
     let lights = scene.lights().to_vec();
+    // Those of the scene file come after those of the model.
+    let own_lights = lights.len() - description.lights_to_add.len();
 
     let bounds = scene.bounds();
     let center = if bounds.is_empty() { [0.0; 3] } else { bounds.center() };
-    let camera = match description.framing(&scene, &options) {
-        None => description.camera(&scene, &options),
+    let camera = match description.framing(&scene, options) {
+        None => description.camera(&scene, options),
         Some(framing) => {
             let mut fit = Fit::new(framing);
             let directions = frames.min(DIRECTIONS);
@@ -77,45 +55,20 @@ pub fn run(args: &TurntableArgs) -> Result<(), Failure> {
     }
     .map_err(about)?;
 
-    let mut movie = Movie::new(&target, &display, &limits);
-    let mut empty = None;
     for k in 0..frames {
-        progress.step(format!("frame {} of {frames}", k + 1), k, frames);
         let angle = TAU * f64::from(k) / f64::from(frames);
         let eye = match args.turn {
             Turn::Camera => orbit(&camera, center, angle),
             // What stays while the model turns goes around it the other way.
             Turn::Model => {
-                turn_light(&mut scene, &environment, &lights, own_lights, center, -angle).map_err(about)?;
+                turn_light(&mut scene, &environment, &lights, own_lights, center, -angle)
+                    .map_err(|failure| failure.at(&film.drawing().source.path))?;
                 orbit(&camera, center, -angle)
             }
         };
-        let rendered = renderer.render(&scene, &eye, &options).map_err(|e| about(Failure::render(&e)))?;
-        movie.push(&rendered.frame)?;
-        // One frame that shows something is enough.
-        let nothing = nothing_to_see(&scene, &rendered.stats);
-        empty = if k == 0 { nothing } else { empty.and(nothing) };
-        renderer.recycle(rendered.frame);
+        film.take(k, &mut renderer, &scene, &eye)?;
     }
-    warnings.extend(left_out(&scene, options.shading));
-    warnings.extend(empty);
-
-    progress.stage("encoding");
-    let (encoded, frames_hash) = movie.finish(args.fps)?;
-    encoded.write()?;
-    drop(progress);
-    warnings.iter().for_each(|warning| reporter.warning(warning));
-    if !args.report.json {
-        return Ok(());
-    }
-    let shading = report::shading_name(options.shading, &scene);
-    MovieReport::new(frames, args.fps, frames_hash, encoded.size(), &options, shading, &warnings).print()
-}
-
-/// As many frames as fit best, at least one.
-pub(super) fn frame_count(seconds: f64, frames_a_second: f64) -> u32 {
-    // Beyond u32 the conversion stops at its end, which no limit allows.
-    ((seconds * frames_a_second).round() as u32).max(1)
+    film.finish(warnings)
 }
 
 /// A turn about the vertical axis through a point.
@@ -237,11 +190,5 @@ mod tests {
         };
         assert_eq!(position, [5.0, 2.0, -1.0]);
         assert!((direction[0] - 1.0).abs() < 1e-6 && direction[2].abs() < 1e-6);
-    }
-
-    #[test]
-    fn frames_of_a_time() {
-        assert_eq!([(3.0, 24.0), (0.0, 24.0), (0.7, 30.0)].map(|(s, f)| frame_count(s, f)), [72, 1, 21]);
-        assert_eq!(frame_count(1e300, 1000.0), u32::MAX);
     }
 }

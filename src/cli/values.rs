@@ -1,12 +1,14 @@
 //! The values of options: how each is written and what it means.
 
+pub use super::limit_values::{LIMIT_NAMES, limit, limits, set_limit};
 use super::materials::{MaterialChoice, MaterialSource};
 use crate::color::ToneCurve;
 use crate::frame::Aov;
-use crate::limits::Limits;
 use crate::load::{nearest_name, suggestion};
 use crate::math::lanes::SimdLevel;
 use crate::render::{AreaLightMethod, ShadingModel};
+use std::fmt::Display;
+use std::str::FromStr;
 
 /// What `--background` and a scene file's `background` say.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,6 +90,12 @@ pub fn vector(text: &str) -> Result<[f32; 3], String> {
     <[f32; 3]>::try_from(parts).map_err(|_| "expected three numbers x,y,z".to_owned())
 }
 
+/// `x,y,z`, of any length but zero.
+pub fn direction(text: &str) -> Result<[f32; 3], String> {
+    let given = vector(text).ok().filter(|v| *v != [0.0; 3]);
+    given.ok_or_else(|| "expected a direction x,y,z other than 0,0,0".to_owned())
+}
+
 /// A number that is finite.
 pub fn finite(text: &str) -> Result<f32, String> {
     text.parse::<f32>().ok().filter(|v| v.is_finite()).ok_or_else(|| "expected a number".to_owned())
@@ -104,18 +112,15 @@ pub fn seconds(text: &str) -> Result<f64, String> {
     number.ok_or_else(|| "expected seconds, at least 0".to_owned())
 }
 
-/// Frames a second, 0.1 to 1000.
-pub fn frame_rate(text: &str) -> Result<f64, String> {
-    let number = text.parse::<f64>().ok().filter(|v| (0.1..=1000.0).contains(v));
-    number.ok_or_else(|| "expected frames a second, 0.1 to 1000".to_owned())
-}
-
-/// Degrees, 0.1 to 179.
-pub fn field_of_view(text: &str) -> Result<f32, String> {
-    finite(text)
-        .ok()
-        .filter(|&v| (0.1..=179.0).contains(&v))
-        .ok_or_else(|| "expected degrees, 0.1 to 179".to_owned())
+/// A number between two others, which are allowed as well.
+pub fn within<T>(low: T, high: T) -> impl Fn(&str) -> Result<T, String> + Clone
+where
+    T: FromStr + PartialOrd + Display + Copy,
+{
+    move |text| {
+        let number = text.parse::<T>().ok().filter(|v| (low..=high).contains(v));
+        number.ok_or_else(|| format!("expected {low} to {high}"))
+    }
 }
 
 /// Samples a pixel.
@@ -232,95 +237,6 @@ pub fn view(text: &str) -> Result<ViewDirection, String> {
     }
 }
 
-/// `name=value`, a field of [`Limits`] and a whole number; k, M and G stand for powers of 1000, Ki, Mi and Gi for
-/// powers of 1024.
-pub fn limit(text: &str) -> Result<(String, u64), String> {
-    let (name, value) = text.split_once('=').ok_or_else(|| "expected name=value".to_owned())?;
-    let value = value.trim();
-    let digits = value.trim_end_matches(|c: char| c.is_ascii_alphabetic());
-    let factor: u64 = match &value[digits.len()..] {
-        "" => 1,
-        "k" => 1000,
-        "M" => 1_000_000,
-        "G" => 1_000_000_000,
-        "Ki" => 1 << 10,
-        "Mi" => 1 << 20,
-        "Gi" => 1 << 30,
-        other => return Err(format!("unknown suffix '{other}'; known are k, M, G, Ki, Mi and Gi")),
-    };
-    let number = digits
-        .parse::<u64>()
-        .ok()
-        .and_then(|n| n.checked_mul(factor))
-        .ok_or_else(|| format!("'{value}' is not a whole number below 2^64"))?;
-    // Checked here, so that a misspelt name is a usage error.
-    set_limit(&mut Limits::default(), name, number)?;
-    Ok((name.to_owned(), number))
-}
-
-/// Names of all limits, in the order of [`Limits`].
-pub const LIMIT_NAMES: [&str; 17] = [
-    "input_bytes",
-    "decoded_bytes",
-    "triangles",
-    "vertices",
-    "nodes",
-    "depth",
-    "textures",
-    "texture_pixels",
-    "total_texture_pixels",
-    "lights",
-    "output_side",
-    "output_pixels",
-    "fragments",
-    "blocks",
-    "blend_entries",
-    "frame_bytes",
-    "frames",
-];
-
-/// The default limits with some of them changed, as [`limit`] has parsed them.
-#[must_use]
-pub fn limits(changes: &[(String, u64)]) -> Limits {
-    let mut limits = Limits::default();
-    for (name, value) in changes {
-        // The parser has tried the same on a copy.
-        let _ = set_limit(&mut limits, name, *value);
-    }
-    limits
-}
-
-/// Changes one limit.
-pub fn set_limit(limits: &mut Limits, name: &str, value: u64) -> Result<(), String> {
-    match name {
-        "input_bytes" => limits.input_bytes = value,
-        "decoded_bytes" => limits.decoded_bytes = value,
-        "triangles" => limits.triangles = value,
-        "vertices" => limits.vertices = value,
-        "nodes" => limits.nodes = value,
-        "depth" => limits.depth = value,
-        "textures" => limits.textures = value,
-        "texture_pixels" => limits.texture_pixels = value,
-        "output_side" => {
-            // The rasterizer's fixed-point positions reach no further.
-            limits.output_side = u32::try_from(value)
-                .ok()
-                .filter(|&v| v <= 16384)
-                .ok_or_else(|| "output_side cannot be raised above 16384".to_owned())?;
-        }
-        "output_pixels" => limits.output_pixels = value,
-        "fragments" => limits.fragments = value,
-        "blocks" => limits.blocks = value,
-        "total_texture_pixels" => limits.total_texture_pixels = value,
-        "lights" => limits.lights = value,
-        "blend_entries" => limits.blend_entries = value,
-        "frame_bytes" => limits.frame_bytes = value,
-        "frames" => limits.frames = value,
-        _ => return Err(format!("unknown limit '{name}'; known are {}", LIMIT_NAMES.join(", "))),
-    }
-    Ok(())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -376,34 +292,17 @@ mod tests {
         for bad in ["", "1,2", "1,2,3,4", "nan,0,0", "inf,0,0", "a,b,c"] {
             assert!(vector(bad).is_err(), "{bad}");
         }
+        assert_eq!(direction("0,-1,0"), Ok([0.0, -1.0, 0.0]));
+        assert!(direction("0,-0,0").is_err());
     }
 
     #[test]
-    fn every_field_of_limits_has_a_name() {
-        // The derived Debug output lists the fields, so that a new one cannot be forgotten here.
-        let text = format!("{:?}", Limits::default());
-        let fields: Vec<&str> = text
-            .trim_start_matches("Limits {")
-            .trim_end_matches('}')
-            .split(',')
-            .filter_map(|part| part.split_once(':').map(|(name, _)| name.trim()))
-            .collect();
-        assert_eq!(fields, LIMIT_NAMES);
-        for name in LIMIT_NAMES {
-            let mut limits = Limits::default();
-            set_limit(&mut limits, name, 7).unwrap();
-            assert_ne!(limits, Limits::default(), "{name}");
+    fn numbers_within_bounds() {
+        assert_eq!((within(0.1, 179.0)("179"), within(1_u32, 16)("1")), (Ok(179.0), Ok(1)));
+        for bad in ["0", "179.5", "nan", "inf", "", "x"] {
+            assert_eq!(within(0.1, 179.0)(bad), Err("expected 0.1 to 179".to_owned()), "{bad}");
         }
-    }
-
-    #[test]
-    fn limits_take_suffixes_and_refuse_nonsense() {
-        assert_eq!(limit("triangles=2M"), Ok(("triangles".to_owned(), 2_000_000)));
-        assert_eq!(limit("input_bytes=3Ki"), Ok(("input_bytes".to_owned(), 3072)));
-        for bad in ["triangles", "triangle=1", "triangles=", "triangles=-1", "nodes=1T", "nodes=99999999999G"]
-        {
-            assert!(limit(bad).is_err(), "{bad}");
-        }
+        assert_eq!(within(0_u16, 1024)("-1"), Err("expected 0 to 1024".to_owned()));
     }
 
     #[test]

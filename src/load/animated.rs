@@ -69,6 +69,11 @@ impl AnimatedModel {
         self.rig().map_or(&[], Rig::animations)
     }
 
+    /// Names of all material variants of the file, in its order; they may be empty.
+    pub fn variants(&self) -> impl Iterator<Item = &str> {
+        self.rig().into_iter().flat_map(Rig::variants)
+    }
+
     /// Seconds to the last key frame of the animation that was chosen; `None` if none was.
     #[must_use]
     pub fn length(&self) -> Option<f64> {

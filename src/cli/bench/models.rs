@@ -2,20 +2,14 @@
 
 use super::report::{Measurement, Model, Times};
 use crate::cli::args::BenchArgs;
+use crate::cli::drawing::Drawing;
 use crate::cli::failure::{Failure, file_name};
 use crate::cli::input::{self, ModelSource};
-use crate::cli::materials::Materials;
-use crate::cli::picture::is_standard_stream;
-use crate::cli::progress::Progress;
-use crate::cli::render::{describe, machine, model_source};
-use crate::cli::report::{self, Reporter};
-use crate::cli::scene_file::SceneFile;
-use crate::limits::Limits;
-use crate::load::Warning;
+use crate::cli::picture::{Setting, is_standard_stream};
+use crate::cli::report;
+use crate::load::{Loaded, Warning};
 use crate::output::{ExrPrecision, OutputFormat, OutputOptions, encode};
-use crate::render::{RenderOptions, Rendered, Renderer};
-use crate::scene::Environment;
-use std::path::PathBuf;
+use crate::render::{Rendered, Renderer};
 use std::time::{Duration, Instant};
 
 /// Measures frames that load a model each. What does not depend on the model (environment, materials, the renderer) is
@@ -24,56 +18,34 @@ use std::time::{Duration, Instant};
 /// # Errors
 /// [`Failure`] if a model cannot be loaded or rendered.
 pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
-    let reporter = Reporter { quiet: args.report.quiet };
-    let progress = Progress::new(args.report.quiet);
-    let limits = args.input_options.limits();
-    let mut description = describe(args.scene.scene.as_deref(), args.inputs.first().map(AsRef::as_ref))?;
-    args.apply(&mut description);
-    let paths: Vec<PathBuf> = match args.inputs.as_slice() {
-        [] => description.model.iter().cloned().collect(),
-        inputs => inputs.to_vec(),
-    };
-    let mut sources = Vec::new();
-    for path in paths {
-        if is_standard_stream(&path) {
-            return Err(Failure::usage("standard input can be read only once; a model each frame is a file"));
-        }
-        description.model = Some(path);
-        sources.push(model_source(&description, &args.input_options)?);
+    let mut drawing = Drawing::new(&args.draw, args.draw.describe(&args.inputs)?, &args.inputs)?;
+    if drawing.sources().any(|source| is_standard_stream(&source.path)) {
+        return Err(Failure::usage("standard input can be read only once; a model each frame is a file"));
     }
-    let (options, display) = description.options(machine(&args.machine), &limits)?;
-
-    progress.stage("loading");
-    let mut renderer = Renderer::new(usize::from(args.machine.threads));
-    let materials = Materials::load(&description, &limits, renderer.jobs())?;
-    let (environment, warnings) = description.environment(&limits, renderer.jobs())?;
-    warnings.iter().for_each(|warning| reporter.warning(warning));
-    let output = OutputOptions { display, exr_precision: ExrPrecision::default() };
-    let service = Service {
-        description: &description,
-        materials,
-        environment,
-        limits: &limits,
-        options: &options,
-        png: args.png.then_some(&output),
-    };
+    drawing.progress.stage("loading");
+    let mut renderer = args.draw.machine.renderer();
+    let setting = drawing.setting(renderer.jobs())?;
+    setting.warnings.iter().for_each(|warning| drawing.reporter.warning(warning));
+    let output = OutputOptions { display: drawing.display.clone(), exr_precision: ExrPrecision::default() };
+    let service = Service { drawing: &drawing, setting, png: args.png.then_some(&output) };
+    let models = drawing.sources().count();
 
     // The first pass fills caches and grows buffers.
-    for (k, source) in sources.iter().enumerate() {
-        progress.stage(format!("warming up: {} of {}", k + 1, sources.len()));
+    for (k, source) in drawing.sources().enumerate() {
+        drawing.progress.stage(format!("warming up: {} of {models}", k + 1));
         let (_, made) = service.picture(source, &mut renderer)?;
         for warning in &made.warnings {
-            reporter.warning(format_args!("{}: {warning}", file_name(&source.path)));
+            drawing.warn_of(&file_name(&source.path), warning);
         }
         renderer.recycle(made.rendered.frame);
     }
     let mut measurement = Measurement::default();
-    let mut walls = vec![Vec::new(); sources.len()];
+    let mut walls = vec![Vec::new(); models];
     let mut shading = None;
     let rounds = args.rounds.unwrap_or(1);
     for round in 1..=rounds {
-        for (k, source) in sources.iter().enumerate() {
-            progress.stage(format!("round {round} of {rounds}: {} of {}", k + 1, sources.len()));
+        for (k, source) in drawing.sources().enumerate() {
+            drawing.progress.stage(format!("round {round} of {rounds}: {} of {models}", k + 1));
             let before = report::processor_time();
             let (wall, made) = service.picture(source, &mut renderer)?;
             measurement.add_frame(wall, [before, report::processor_time()]);
@@ -101,17 +73,15 @@ pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
             renderer.recycle(made.rendered.frame);
         }
     }
-    drop(progress);
-    measurement.print(args, &options, shading.unwrap_or_default(), renderer.jobs().threads())
+    drawing.finish(&[]);
+    let shading = shading.unwrap_or_default();
+    measurement.print(drawing.json, &drawing.options, shading, renderer.jobs().threads())
 }
 
 /// What is kept from one model to the next, beside the renderer.
 struct Service<'a> {
-    description: &'a SceneFile,
-    materials: Materials,
-    environment: Environment,
-    limits: &'a Limits,
-    options: &'a RenderOptions,
+    drawing: &'a Drawing,
+    setting: Setting,
     /// How pictures are encoded, if they are.
     png: Option<&'a OutputOptions>,
 }
@@ -134,20 +104,18 @@ struct Made {
 impl Service<'_> {
     /// From a file to a frame and, if it is asked for, a PNG in memory. Returns how long all of it took.
     fn picture(&self, source: &ModelSource, renderer: &mut Renderer) -> Result<(Duration, Made), Failure> {
+        let Drawing { description, options, limits, .. } = self.drawing;
         let about = |failure: Failure| failure.at(&source.path);
         let start = Instant::now();
-        let loaded = input::load(source, self.limits, renderer.jobs())?;
+        let Loaded { mut scene, warnings } = input::load(source, limits, renderer.jobs())?;
         let load = start.elapsed();
 
-        let (mut scene, warnings) = (loaded.scene, loaded.warnings);
-        self.materials.assign(&mut scene, self.limits).map_err(about)?;
-        self.description.light_by(&mut scene, self.environment.clone()).map_err(about)?;
-        let camera = self.description.camera(&scene, self.options).map_err(about)?;
-        let shading = report::shading_name(self.options.shading, &scene);
+        self.setting.apply(description, &mut scene, limits).map_err(about)?;
+        let camera = self.drawing.camera(source, &scene)?;
+        let shading = report::shading_name(options.shading, &scene);
         let prepare = start.elapsed() - load;
 
-        let rendered =
-            renderer.render(&scene, &camera, self.options).map_err(|e| about(Failure::render(&e)))?;
+        let rendered = self.drawing.render(source, renderer, &scene, &camera)?;
         let mut encoding = None;
         if let Some(options) = self.png {
             let begin = Instant::now();

@@ -1,6 +1,5 @@
 //! What was measured, and how it is printed.
 
-use crate::cli::args::BenchArgs;
 use crate::cli::failure::Failure;
 use crate::cli::report::{self, Versions, milliseconds};
 use crate::render::{RenderOptions, Rendered};
@@ -133,7 +132,7 @@ impl Measurement {
     /// [`Failure`] if standard output cannot be written.
     pub(super) fn print(
         mut self,
-        args: &BenchArgs,
+        json: bool,
         options: &RenderOptions,
         shading: &'static str,
         threads: usize,
@@ -158,7 +157,7 @@ impl Measurement {
             peak_rss_bytes: report::peak_rss_bytes(),
             versions: Versions::default(),
         };
-        if args.report.json { report::print_json(&report) } else { report::print(&report.text(&order)) }
+        if json { report::print_json(&report) } else { report::print(&report.text(&order)) }
     }
 }
 

@@ -1,8 +1,8 @@
 //! The command line of `overcoat golden`.
 
+use crate::cli::args::{LimitArgs, ThreadArgs};
 use crate::cli::values;
 use crate::golden::thresholds;
-use crate::limits::Limits;
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
 
@@ -15,8 +15,8 @@ use std::path::PathBuf;
   overcoat golden report tests/golden out -o report.html
   overcoat golden accept tests/golden out car.png
 
-Pictures are .png (8 and 16 bits), .exr (half and float, every channel) and .hdr, in folders and the folders in them,
-paired by name. Which renderer made them does not matter."
+Pictures are .png (8 and 16 bits), .exr (half and float, every channel) and .hdr, in folders and the \
+folders in them, paired by name. Which renderer made them does not matter."
 )]
 pub struct GoldenArgs {
     /// What to do.
@@ -35,19 +35,18 @@ pub enum GoldenCommand {
     Accept(AcceptArgs),
 }
 
-const EXIT_CODES: &str =
-    "Exit codes: 0 equal within thresholds, 4 differ, 1 something could not be compared (this wins over 4),
-2 wrong usage, 3 limit exceeded";
+const EXIT_CODES: &str = "Exit codes: 0 equal within thresholds, 4 differ, 1 something could not be compared (this wins \
+     over 4), 2 wrong usage, 3 limit exceeded";
 
 const THRESHOLDS: &str =
     "Without thresholds pictures must be equal in every sample. A threshold file is TOML:
 
-  max_abs = 2                # for all files: codes of 255 (or 65535), linear light in .exr and .hdr
-  pixels = 20                # so many may differ by more than max_abs
+  max_abs = 2          # for all files: codes of 255 (or 65535), linear light in .exr and .hdr
+  pixels = 20          # so many may differ by more than max_abs
 
-  [\"cars/*.exr\"]             # later tables win; * ends at /, ** does not
-  flip_mean = 0.01           # also: flip_max, psnr (at least, dB), ssim (at least)
-  start_exposure = -2        # also: stop_exposure, pixels_per_degree, background = \"#808080\", max_bytes";
+  [\"cars/*.exr\"]       # later tables win; * ends at /, ** does not
+  flip_mean = 0.01     # also: flip_max, psnr (at least, dB), ssim (at least)
+  start_exposure = -2  # also: stop_exposure, pixels_per_degree, max_bytes, background = \"#808080\"";
 
 /// What is compared, and how.
 #[derive(Debug, Args)]
@@ -64,21 +63,18 @@ pub struct FolderArgs {
     #[arg(long, value_name = "FILE")]
     pub thresholds: Option<PathBuf>,
 
-    /// Pixels in one degree of the observer's view, for FLIP [default: 67.02, 3840 pixels on 0.7 m seen from 0.7 m]
-    #[arg(long, value_name = "N", value_parser = pixels_per_degree)]
+    /// Pixels in one degree of the observer's view, 1 to 1000, for FLIP [default: 67.02, 3840 pixels on 0.7 m seen from 0.7 m]
+    #[arg(long, value_name = "N", value_parser = values::within(1.0, 1000.0), allow_negative_numbers = true)]
     pub pixels_per_degree: Option<f32>,
 
-    /// What is behind translucent pixels for PSNR, SSIM and FLIP, an sRGB colour; #808080 by default
-    #[arg(long, value_name = "COLOUR", value_parser = background)]
+    /// What is behind translucent pixels for PSNR, SSIM and FLIP, an sRGB colour [default: #808080]
+    #[arg(long, value_name = "COLOR", value_parser = background)]
     pub background: Option<[u8; 3]>,
 
-    /// Worker threads; 0 stands for one per processor
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=1024))]
-    pub threads: u16,
-
-    /// Change a bound on what a file may ask for, e.g. texture_pixels=100M; may be repeated
-    #[arg(long = "limit", value_name = "NAME=VALUE", value_parser = values::limit)]
-    pub limits: Vec<(String, u64)>,
+    #[command(flatten)]
+    pub workers: ThreadArgs,
+    #[command(flatten)]
+    pub limits: LimitArgs,
 
     /// Print no table and no progress
     #[arg(short, long)]
@@ -112,10 +108,8 @@ pub struct ResultArgs {
 {EXIT_CODES}"))]
 pub struct CheckArgs {
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub folders: FolderArgs,
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub results: ResultArgs,
 }
 
@@ -129,7 +123,6 @@ The page needs no network and no other file. It is also written when all is well
 {EXIT_CODES}"))]
 pub struct ReportArgs {
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub folders: FolderArgs,
 
     /// Page to write (.html), or - for standard output
@@ -141,7 +134,6 @@ pub struct ReportArgs {
     pub include_equal: bool,
 
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub results: ResultArgs,
 }
 
@@ -151,13 +143,13 @@ pub struct ReportArgs {
   overcoat golden accept tests/golden out car.png 'wheels/*.exr'
   overcoat golden accept tests/golden out --all --dry-run
 
-PNG files are compressed as far as they go; every pixel, its depth and the chunks that say what it means (sRGB, gAMA,
-cHRM, iCCP, cICP) stay. Other files are copied. Actual pictures called x.new.png are removed once they are accepted.
+PNG files are compressed as far as they go; every pixel, its depth and the chunks that say what it means \
+(sRGB, gAMA, cHRM, iCCP, cICP) stay. Other files are copied. Actual pictures called x.new.png are removed \
+once they are accepted.
 
 Exit codes: 0 done, 1 something could not be accepted, 2 wrong usage, 3 limit exceeded")]
 pub struct AcceptArgs {
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub folders: FolderArgs,
 
     /// Names of pictures below the folders, with * and ** as in threshold files
@@ -173,19 +165,6 @@ pub struct AcceptArgs {
     pub dry_run: bool,
 }
 
-impl FolderArgs {
-    /// The limits, with what the options change.
-    #[must_use]
-    pub fn limits(&self) -> Limits {
-        values::limits(&self.limits)
-    }
-}
-
-fn pixels_per_degree(text: &str) -> Result<f32, String> {
-    let wrong = || "a number from 1 to 1000 is expected".to_owned();
-    text.parse().ok().filter(|v| (1.0..=1000.0).contains(v)).ok_or_else(wrong)
-}
-
 fn background(text: &str) -> Result<[u8; 3], String> {
-    thresholds::colour(text).ok_or_else(|| "a colour such as #808080 is expected".to_owned())
+    thresholds::colour(text).ok_or_else(|| "expected a colour such as #808080".to_owned())
 }

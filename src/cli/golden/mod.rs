@@ -1,6 +1,8 @@
 //! `overcoat golden`: pictures of any renderer against those that were accepted.
 
 mod accept;
+// As in `cli::args`.
+#[allow(missing_docs)]
 mod args;
 mod session;
 mod table;

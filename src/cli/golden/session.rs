@@ -33,7 +33,7 @@ impl Session {
     /// # Errors
     /// [`Failure`] if a folder or the threshold file cannot be read, or there is nothing to compare.
     pub(super) fn open(args: &FolderArgs) -> Result<Self, Failure> {
-        let limits = args.limits();
+        let limits = args.limits.limits();
         let folders =
             FolderPair::open(&args.expected, &args.actual, &limits).map_err(|error| match &error {
                 WalkError::Mixed { .. } => Failure::usage(&error),
@@ -59,7 +59,7 @@ impl Session {
         if let Some(background) = args.background {
             base.metrics.background = background;
         }
-        let jobs = Jobs::new(usize::from(args.threads));
+        let jobs = Jobs::new(args.workers.count());
         Ok(Self { folders, limits, thresholds, thresholds_name, base, jobs, quiet: args.quiet })
     }
 

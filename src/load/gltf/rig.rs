@@ -7,7 +7,7 @@ use super::mesh::{self, Shape};
 use super::model::{self, Root, label};
 use super::pose::Pose;
 use super::skin::{Matrix, Skin};
-use super::{FORMAT, camera, light, surface};
+use super::{FORMAT, camera, light, surface, variant};
 use crate::jobs::Jobs;
 use crate::load::warnings::Warnings;
 use crate::load::{AnimationInfo, LoadError, Loaded};
@@ -81,6 +81,11 @@ impl Rig {
     /// All animations of the file.
     pub(crate) fn animations(&self) -> &[AnimationInfo] {
         &self.animations
+    }
+
+    /// Names of all material variants of the file.
+    pub(crate) fn variants(&self) -> impl Iterator<Item = &str> {
+        variant::names(&self.root)
     }
 
     /// Seconds to the last key frame of the animation that is played.

@@ -6,6 +6,12 @@ use crate::load::LoadError;
 /// Most names that a message lists.
 const LISTED: usize = 20;
 
+/// The names of all variants.
+pub(super) fn names(root: &Root) -> impl Iterator<Item = &str> {
+    let variants = root.extensions.variants.iter().flat_map(|given| given.variants.iter());
+    variants.map(|variant| variant.name.as_str())
+}
+
 /// The number of the variant with this name; where none is called so, a number from 0 stands for itself.
 ///
 /// # Errors

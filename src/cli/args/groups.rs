@@ -1,0 +1,371 @@
+//! Groups of options that commands have in common, each defined once.
+
+use crate::cli::materials::MaterialChoice;
+use crate::cli::picture::Machine;
+use crate::cli::scene_file::{EnvironmentChoice, SceneFile};
+use crate::cli::values::{self, BackgroundChoice, ViewDirection};
+use crate::color::ToneCurve;
+use crate::limits::Limits;
+use crate::math::lanes::SimdLevel;
+use crate::render::{AreaLightMethod, Renderer, ShadingModel};
+use clap::Args;
+use std::path::PathBuf;
+
+/// Heading of the options that never change the picture.
+pub const MACHINE: &str = "Machine (these never change the picture)";
+
+/// One model, and how it is drawn.
+#[derive(Debug, Args)]
+pub struct ModelArgs {
+    /// Model file (.glb, .gltf, .obj, .stl, .ply, .3mf), or - for standard input
+    #[arg(value_name = "IN", required_unless_present = "scene", help_heading = None::<&str>)]
+    pub input: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub draw: DrawArgs,
+}
+
+/// What every command takes that draws models.
+#[derive(Debug, Args)]
+pub struct DrawArgs {
+    /// Read model, environment, camera, size and the rest from a JSON or TOML file; options override it
+    #[arg(long, value_name = "FILE", help_heading = None::<&str>)]
+    pub scene: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub camera: CameraArgs,
+    #[command(flatten)]
+    pub light: LightArgs,
+    #[command(flatten)]
+    pub picture: PictureArgs,
+    #[command(flatten)]
+    pub display: DisplayArgs,
+    #[command(flatten)]
+    pub machine: MachineArgs,
+    #[command(flatten)]
+    pub input: InputArgs,
+    #[command(flatten)]
+    pub report: ReportArgs,
+}
+
+/// Which pose of the model is drawn.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Animation")]
+pub struct AnimationArgs {
+    /// Animation of the model file (glTF), by name or by number from 0 [default: none, the pose of the file]
+    #[arg(long, value_name = "NAME|INDEX")]
+    pub animation: Option<String>,
+
+    /// Seconds in the animation; beyond its end it stays as it is there [default: 0]
+    #[arg(long, value_name = "SECONDS", value_parser = values::seconds, allow_negative_numbers = true)]
+    pub time: Option<f64>,
+
+    /// Begin the animation again after its end
+    #[arg(long = "loop")]
+    pub repeat: bool,
+}
+
+/// Camera options.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Camera")]
+pub struct CameraArgs {
+    /// Direction from which the model is framed: three-quarter, front, back, left, right, top, bottom, or x,y,z from
+    /// the model towards the camera [default: three-quarter, or another one if that shows a flat model edge-on]
+    #[arg(long, value_name = "VIEW", value_parser = values::view, allow_hyphen_values = true,
+          conflicts_with_all = ["eye", "camera"])]
+    pub view: Option<ViewDirection>,
+
+    /// Camera of the model file, by name or by number from 0
+    #[arg(long, value_name = "NAME|INDEX", conflicts_with = "eye")]
+    pub camera: Option<String>,
+
+    /// Position of the camera in metres; +Y is up
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
+    pub eye: Option<[f32; 3]>,
+
+    /// What the camera looks at [default: the middle of the model]
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true, requires = "eye")]
+    pub target: Option<[f32; 3]>,
+
+    /// Which way is up [default: 0,1,0]
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::direction, allow_hyphen_values = true,
+          conflicts_with = "camera")]
+    pub up: Option<[f32; 3]>,
+
+    /// Vertical field of view in degrees, 0.1 to 179 [default: 30]
+    #[arg(long, value_name = "DEGREES", value_parser = values::within(0.1, 179.0), allow_negative_numbers = true,
+          conflicts_with_all = ["camera", "ortho"])]
+    pub fov: Option<f32>,
+
+    /// Parallel projection, HEIGHT metres from the top of the picture to its bottom [default: fits the model]
+    #[arg(long, value_name = "HEIGHT", value_parser = values::not_negative, num_args = 0..=1, require_equals = true,
+          default_missing_value = "0", conflicts_with = "camera")]
+    pub ortho: Option<f32>,
+}
+
+/// Light options.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Light")]
+pub struct LightArgs {
+    /// Equirectangular picture (.hdr, .exr) that lights the scene, studio for the built-in one, or none
+    /// [default: studio]
+    #[arg(long, value_name = "FILE|studio|none")]
+    pub env: Option<String>,
+
+    /// Turn the environment about the vertical axis, counter-clockwise seen from above [default: 0]
+    #[arg(long, value_name = "DEGREES", value_parser = values::finite, allow_negative_numbers = true)]
+    pub env_rotation: Option<f32>,
+
+    /// Multiply the light of the environment [default: 1]
+    #[arg(long, value_name = "FACTOR", value_parser = values::not_negative, allow_negative_numbers = true)]
+    pub env_intensity: Option<f32>,
+
+    /// Leave out the lights of the model file
+    #[arg(long)]
+    pub no_lights: bool,
+}
+
+/// Options that change the linear picture.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Picture")]
+pub struct PictureArgs {
+    /// Width and height in pixels; one number makes a square [default: 512x512]
+    #[arg(long, value_name = "WxH", value_parser = values::size, allow_hyphen_values = true)]
+    pub size: Option<[u64; 2]>,
+
+    /// Samples a pixel for smooth edges: 1, 4, 8 or 16 [default: 8]
+    #[arg(long, value_name = "N", value_parser = values::samples, allow_negative_numbers = true)]
+    pub samples: Option<u32>,
+
+    /// Formulas that shade every surface [default: what each material names, else gltf]
+    ///
+    /// urp-desktop, urp-mobile (Unity URP 13), urp17 (Unity 6), hdrp-lit, stacklit (Unity HDRP), filament,
+    /// filament-mobile, filament-cloth, filament-2018, three, three-legacy, gltf (Khronos), gltf-sampled
+    /// (the same by sixteen lookups a lobe), openpbr, velvet.
+    #[arg(long, value_name = "MODEL", value_parser = values::shading)]
+    pub shading: Option<ShadingModel>,
+
+    /// Make the model of a material: a .toml file or the name of a built-in one, for every mesh or for the
+    /// materials of one name in the model; may be repeated, later ones lie over earlier ones
+    #[arg(long = "material", value_name = "[NAME=]FILE|BUILT-IN", value_parser = values::material)]
+    pub materials: Vec<MaterialChoice>,
+
+    /// How reflections of rectangles and tubes are integrated: ltc, as engines do, or facets, slower and within 1 percent
+    /// [default: ltc]
+    #[arg(long, value_name = "METHOD", value_parser = values::area_lights)]
+    pub area_lights: Option<AreaLightMethod>,
+
+    /// Largest anisotropy of texture filtering, 1 to 16 [default: 8]
+    #[arg(long, value_name = "N", value_parser = values::within(1, 16), allow_negative_numbers = true)]
+    pub anisotropy: Option<u32>,
+
+    /// Shade triangles smaller than a pixel as one where their normals differ by less than this many degrees, 0 to 45:
+    /// faster on dense meshes, with less smoothing of sharp reflections [default: 0]
+    #[arg(long, value_name = "DEGREES", value_parser = values::within(0.0, 45.0), allow_negative_numbers = true)]
+    pub merge_angle: Option<f32>,
+
+    /// Width of lines in pixels, 0.1 to 64 [default: 1.5]
+    #[arg(long, value_name = "PIXELS", value_parser = values::within(0.1, 64.0), allow_negative_numbers = true)]
+    pub line_width: Option<f32>,
+
+    /// Size of points in pixels, 0.1 to 64 [default: 3]
+    #[arg(long, value_name = "PIXELS", value_parser = values::within(0.1, 64.0), allow_negative_numbers = true)]
+    pub point_size: Option<f32>,
+}
+
+/// Options of the way from linear light to 8 bits.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Display")]
+pub struct DisplayArgs {
+    /// What is behind the model: transparent, env, #rrggbb or a colour name [default: transparent]
+    #[arg(long, value_name = "COLOR", value_parser = values::background)]
+    pub background: Option<BackgroundChoice>,
+
+    /// Tone curve of 8-bit pictures: none (or linear), neutral, aces, agx [default: neutral]
+    #[arg(long, value_name = "CURVE", value_parser = values::tone_curve)]
+    pub tone_map: Option<ToneCurve>,
+
+    /// Exposure of 8-bit pictures in stops, -64 to 64: +1 doubles the light [default: 0]
+    #[arg(long, value_name = "STOPS", value_parser = values::within(-64.0, 64.0), allow_negative_numbers = true)]
+    pub exposure: Option<f32>,
+}
+
+/// How many threads work.
+#[derive(Debug, Args)]
+pub struct ThreadArgs {
+    /// Worker threads, 0 to 1024; 0 stands for one per processor
+    #[arg(long, value_name = "N", value_parser = values::within(0, 1024), allow_negative_numbers = true,
+          default_value_t = 0, help_heading = MACHINE)]
+    pub threads: u16,
+}
+
+/// Options that never change the picture.
+#[derive(Debug, Args)]
+#[command(next_help_heading = MACHINE)]
+pub struct MachineArgs {
+    #[command(flatten)]
+    pub workers: ThreadArgs,
+
+    /// Side of a tile in pixels: 16, 32 or 64 [default: by the number of samples]
+    #[arg(long, value_name = "N", value_parser = values::tile, allow_negative_numbers = true)]
+    pub tile: Option<u32>,
+
+    /// Instruction set: auto, sse2, avx2, avx512, neon or (where it is compiled in) scalar; one that is not there is an
+    /// error
+    #[arg(long, value_name = "LEVEL", default_value = "auto", value_parser = values::simd)]
+    pub simd: SimdLevel,
+}
+
+/// Options of reading files.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Input")]
+pub struct InputArgs {
+    /// Format of a model from standard input: gltf, glb, obj, stl, ply or 3mf [default: by its content]
+    #[arg(long, value_name = "FORMAT")]
+    pub format: Option<String>,
+
+    /// Material variant of the model (glTF), by name or by number from 0 [default: the model's own materials]
+    #[arg(long, value_name = "NAME|INDEX")]
+    pub variant: Option<String>,
+
+    #[command(flatten)]
+    pub limits: LimitArgs,
+}
+
+/// Bounds that are changed.
+#[derive(Debug, Args)]
+pub struct LimitArgs {
+    /// Change a bound on what a file may ask for, e.g. texture_pixels=100M; may be repeated
+    ///
+    /// input_bytes, decoded_bytes, triangles, vertices, nodes, depth, textures, texture_pixels, total_texture_pixels,
+    /// lights, output_side, output_pixels, fragments, blocks, blend_entries, frames. Suffixes k, M, G are powers of 1000,
+    /// Ki, Mi, Gi powers of 1024. Exceeding a limit is exit code 3.
+    #[arg(long = "limit", value_name = "NAME=VALUE", value_parser = values::limit)]
+    pub limits: Vec<(String, u64)>,
+}
+
+/// Options of what is printed.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Report")]
+pub struct ReportArgs {
+    /// Print results and warnings as JSON to standard output
+    #[arg(long)]
+    pub json: bool,
+
+    /// Print no warnings and no progress
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+impl MachineArgs {
+    /// What the picture needs from the machine.
+    #[must_use]
+    pub fn machine(&self) -> Machine {
+        Machine { simd: self.simd, tile_size: self.tile }
+    }
+
+    /// A renderer with as many threads as are wanted.
+    #[must_use]
+    pub fn renderer(&self) -> Renderer {
+        Renderer::new(self.workers.count())
+    }
+}
+
+impl ThreadArgs {
+    /// Worker threads; 0 stands for one per processor.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.threads.into()
+    }
+}
+
+impl LimitArgs {
+    /// The limits, with what the options change.
+    #[must_use]
+    pub fn limits(&self) -> Limits {
+        values::limits(&self.limits)
+    }
+}
+
+impl DrawArgs {
+    /// Lays the options over a scene file.
+    pub fn apply(&self, scene: &mut SceneFile) {
+        self.camera.apply(scene);
+        self.light.apply(scene);
+        self.picture.apply(scene);
+        self.display.apply(scene);
+    }
+}
+
+impl AnimationArgs {
+    /// Lays the options over a scene file. Another animation begins at its own time.
+    pub fn apply(&self, scene: &mut SceneFile) {
+        if self.animation.is_some() {
+            scene.animation.clone_from(&self.animation);
+            scene.time = None;
+        }
+        override_with(&mut scene.time, self.time);
+        override_with(&mut scene.repeat, self.repeat.then_some(true));
+    }
+}
+
+impl CameraArgs {
+    /// Lays the options over a scene file's camera. Choosing a place for the camera in one way drops the other ways.
+    pub fn apply(&self, scene: &mut SceneFile) {
+        let camera = &mut scene.camera;
+        if self.eye.is_some() || self.view.is_some() || self.camera.is_some() {
+            camera.eye = self.eye;
+            camera.view = self.view;
+            camera.from_model.clone_from(&self.camera);
+            (camera.target, camera.up, camera.near) = (None, None, None);
+        }
+        override_with(&mut camera.target, self.target);
+        override_with(&mut camera.up, self.up);
+        if self.fov.is_some() {
+            camera.fov_y_degrees = self.fov;
+            camera.orthographic_height = None;
+        }
+        override_with(&mut camera.orthographic_height, self.ortho);
+    }
+}
+
+impl LightArgs {
+    /// Lays the options over a scene file.
+    pub fn apply(&self, scene: &mut SceneFile) {
+        override_with(&mut scene.env, self.env.as_deref().map(EnvironmentChoice::new));
+        override_with(&mut scene.env_rotation_degrees, self.env_rotation);
+        override_with(&mut scene.env_intensity, self.env_intensity);
+        override_with(&mut scene.lights, self.no_lights.then_some(false));
+    }
+}
+
+impl PictureArgs {
+    /// Lays the options over a scene file.
+    pub fn apply(&self, scene: &mut SceneFile) {
+        override_with(&mut scene.size, self.size);
+        override_with(&mut scene.samples, self.samples);
+        override_with(&mut scene.shading, self.shading);
+        scene.more_materials.extend_from_slice(&self.materials);
+        override_with(&mut scene.anisotropy, self.anisotropy);
+        override_with(&mut scene.area_lights, self.area_lights);
+        override_with(&mut scene.merge_angle_degrees, self.merge_angle);
+        override_with(&mut scene.line_width, self.line_width);
+        override_with(&mut scene.point_size, self.point_size);
+    }
+}
+
+impl DisplayArgs {
+    /// Lays the options over a scene file.
+    pub fn apply(&self, scene: &mut SceneFile) {
+        override_with(&mut scene.background, self.background);
+        override_with(&mut scene.tone_curve, self.tone_map);
+        override_with(&mut scene.exposure, self.exposure);
+    }
+}
+
+/// Replaces a value by one that was given.
+fn override_with<T>(value: &mut Option<T>, given: Option<T>) {
+    if given.is_some() {
+        *value = given;
+    }
+}

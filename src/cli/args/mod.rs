@@ -1,0 +1,167 @@
+//! The command line: every option, its help and its default.
+
+// Groups that are flattened into others cannot have a comment; a test looks for options without one.
+#[allow(missing_docs)]
+mod commands;
+#[allow(missing_docs)]
+mod groups;
+
+pub use commands::{
+    AnimateArgs, BenchArgs, CellArgs, CompareModelsArgs, InfoArgs, MaterialsArgs, MovieArgs, RenderArgs,
+    SheetArgs, Turn, TurntableArgs,
+};
+pub use groups::{
+    AnimationArgs, CameraArgs, DisplayArgs, DrawArgs, InputArgs, LightArgs, LimitArgs, MachineArgs,
+    ModelArgs, PictureArgs, ReportArgs, ThreadArgs,
+};
+
+use super::attempt::AttemptArgs;
+use super::golden::GoldenArgs;
+use clap::{Parser, Subcommand};
+
+/// Renders 3D models to pictures on machines that have only a processor; the same bytes on every machine.
+#[derive(Debug, Parser)]
+#[command(
+    name = "overcoat",
+    version,
+    max_term_width = 100,
+    arg_required_else_help = true,
+    after_help = "Example:
+  overcoat render car.glb -o car.png
+  overcoat render --help
+
+Exit codes: 0 done, 1 failed, 2 wrong usage, 3 limit exceeded, 4 pictures differ (golden)"
+)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+
+    /// Before any file is read, give up every right that the work does not need: other files, network, programs (Linux)
+    ///
+    /// Landlock leaves the folders of the inputs to read and the folder of the output to write; seccomp leaves memory,
+    /// threads and open files. An error on systems without them (Linux 5.13 on x86-64 or 64-bit ARM has them).
+    #[arg(long, global = true, help_heading = groups::MACHINE, display_order = 999)]
+    pub sandbox: bool,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Render one model to a picture
+    Render(Box<RenderArgs>),
+    /// Turn a model once around: an animated PNG or WebP, or numbered pictures
+    Turntable(Box<TurntableArgs>),
+    /// Play an animation of a model: an animated PNG or WebP, or numbered pictures
+    Animate(Box<AnimateArgs>),
+    /// Print what a model file contains
+    Info(InfoArgs),
+    /// Render many models to one labelled contact sheet
+    Sheet(Box<SheetArgs>),
+    /// Measure frames of one model with an orbiting camera, or of a new model each
+    Bench(Box<BenchArgs>),
+    /// Render one model with every engine's shading model, side by side
+    CompareModels(Box<CompareModelsArgs>),
+    /// List the built-in materials, print one, or show all on a contact sheet
+    Materials(Box<MaterialsArgs>),
+    /// Compare pictures of any renderer with expected ones; report, accept
+    Golden(Box<GoldenArgs>),
+    /// Try what a program that was taken over would try, to see that --sandbox holds on this machine
+    #[command(hide = true)]
+    Attempt(AttemptArgs),
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cli::scene_file::{EnvironmentChoice, SceneFile};
+    use crate::cli::values::LIMIT_NAMES;
+    use crate::color::ToneCurve;
+    use crate::frame::Aov;
+    use crate::load::Format;
+    use crate::scene::ShadingModel;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_definition_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn every_option_has_help() {
+        fn check(command: &clap::Command) {
+            for argument in command.get_arguments() {
+                assert!(argument.get_help().is_some(), "{} of {}", argument.get_id(), command.get_name());
+            }
+            command.get_subcommands().for_each(check);
+        }
+        check(&Cli::command());
+    }
+
+    /// Lists in help are complete.
+    #[test]
+    fn help_names_every_value() {
+        let help = |command: &str| {
+            let mut cli = Cli::command();
+            let text = cli.find_subcommand_mut(command).unwrap().render_long_help().to_string();
+            // Names may stand at the end of a sentence or of a line.
+            let words = text.split(|c: char| !(c.is_ascii_alphanumeric() || "-_.".contains(c)));
+            words.map(|word| word.trim_end_matches('.').to_owned()).collect::<Vec<_>>()
+        };
+        let shading = || ShadingModel::ALL.into_iter().map(ShadingModel::name).map(str::to_owned);
+        let extensions = || Format::ALL.into_iter().map(|format| format!(".{}", format.extension()));
+        let render = help("render");
+        for name in (Aov::ALL.into_iter().map(Aov::name).map(str::to_owned))
+            .chain(shading())
+            .chain(extensions())
+            .chain(Format::ALL.into_iter().map(|format| format.extension().to_owned()))
+            .chain(LIMIT_NAMES.map(str::to_owned))
+        {
+            assert!(render.contains(&name), "render --help does not name {name}");
+        }
+        for command in ["turntable", "animate", "info", "sheet", "bench", "compare-models"] {
+            let words = help(command);
+            assert!(extensions().all(|name| words.contains(&name)), "{command} --help lacks a format");
+        }
+        let compare = help("compare-models");
+        assert!(shading().all(|name| compare.contains(&name)));
+        assert!(!compare.contains(&"--shading".to_owned()));
+    }
+
+    #[test]
+    fn options_override_the_scene_file() {
+        let Command::Render(args) = Cli::parse_from([
+            "overcoat",
+            "render",
+            "x.glb",
+            "-o",
+            "x.png",
+            "--size",
+            "64",
+            "--view",
+            "front",
+            "--env",
+            "none",
+            "--exposure",
+            "-1.5",
+            "--tone-map",
+            "linear",
+        ])
+        .command
+        else {
+            panic!("not a render")
+        };
+        let mut scene = SceneFile::from_json(
+            r#"{"size": [1, 2], "camera": {"eye": [1, 2, 3], "fovYDeg": 20, "near": 1}, "samples": 4}"#,
+        )
+        .unwrap();
+        args.model.draw.apply(&mut scene);
+        assert_eq!(scene.size, Some([64, 64]));
+        assert_eq!(scene.samples, Some(4));
+        assert_eq!((scene.camera.eye, scene.camera.near), (None, None));
+        assert_eq!(scene.camera.fov_y_degrees, Some(20.0));
+        assert_eq!(scene.env, Some(EnvironmentChoice::None));
+        assert_eq!(scene.exposure, Some(-1.5));
+        assert_eq!(scene.tone_curve, Some(ToneCurve::None));
+    }
+}

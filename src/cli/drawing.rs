@@ -1,0 +1,169 @@
+//! What commands that draw models have in common: from their options to scenes that are ready for the renderer.
+
+use super::args::DrawArgs;
+use super::failure::Failure;
+use super::input::{self, ModelSource};
+use super::picture::Setting;
+use super::progress::Progress;
+use super::report::{Reporter, Stages};
+use super::scene_file::{EnvironmentChoice, SceneFile};
+use crate::jobs::Jobs;
+use crate::limits::Limits;
+use crate::load::{Loaded, Warning};
+use crate::output::DisplayOptions;
+use crate::render::{RenderOptions, Rendered, Renderer};
+use crate::scene::{Camera, Scene};
+use std::fmt::Display;
+use std::path::PathBuf;
+
+impl DrawArgs {
+    /// The scene file, if there is one, with the options laid over it and the first of the models in place of its own.
+    ///
+    /// # Errors
+    /// [`Failure`] if the scene file is wrong, or no model is named anywhere.
+    pub(super) fn describe(&self, models: &[PathBuf]) -> Result<SceneFile, Failure> {
+        let mut description = match &self.scene {
+            Some(path) => SceneFile::open(path)?,
+            None => SceneFile::default(),
+        };
+        if let Some(model) = models.first() {
+            description.model = Some(model.clone());
+        }
+        if let (None, Some(scene)) = (&description.model, &self.scene) {
+            return Err(Failure::failed("names no model, and neither does the command line").at(scene));
+        }
+        self.apply(&mut description);
+        Ok(description)
+    }
+}
+
+/// One command's work: everything that can be found out and can be wrong before a model is read.
+#[derive(Debug)]
+pub(super) struct Drawing {
+    pub(super) reporter: Reporter,
+    pub(super) progress: Progress,
+    /// Whether a report goes to standard output.
+    pub(super) json: bool,
+    pub(super) limits: Limits,
+    /// What the picture shows.
+    pub(super) description: SceneFile,
+    /// The first model.
+    pub(super) source: ModelSource,
+    /// The others.
+    pub(super) more: Vec<ModelSource>,
+    /// All files that pictures are made of, and that must not be overwritten by them.
+    pub(super) inputs: Vec<PathBuf>,
+    pub(super) options: RenderOptions,
+    pub(super) display: DisplayOptions,
+}
+
+impl Drawing {
+    /// Checks what [`DrawArgs::describe`] has made of these options and models.
+    ///
+    /// # Errors
+    /// [`Failure`] naming what is wrong.
+    pub(super) fn new(args: &DrawArgs, description: SceneFile, models: &[PathBuf]) -> Result<Self, Failure> {
+        let progress = Progress::new(args.report.quiet);
+        let limits = args.input.limits.limits();
+        let paths = if models.is_empty() { description.model.as_slice() } else { models };
+        let animation = description.animation_choice()?;
+        let source = |path: &PathBuf| {
+            let mut source = input::source(&args.input, path)?;
+            source.options.animation.clone_from(&animation);
+            Ok(source)
+        };
+        let mut sources = paths.iter().map(source).collect::<Result<Vec<_>, Failure>>()?.into_iter();
+        let source = sources.next().ok_or_else(|| Failure::usage("no model is given"))?;
+        let more: Vec<ModelSource> = sources.collect();
+        let (options, display) =
+            description.options(args.machine.machine(), &limits).map_err(|failure| match more.len() {
+                0 => failure.at(&source.path),
+                // It is about none of them.
+                _ => failure,
+            })?;
+        let mut inputs = paths.to_vec();
+        inputs.extend(args.scene.clone());
+        if let Some(EnvironmentChoice::File(file)) = &description.env {
+            inputs.push(file.clone());
+        }
+        let materials = description.material_choices();
+        inputs.extend(materials.filter_map(|choice| Some(choice.source.file()?.to_owned())));
+        let (reporter, json) = (Reporter { quiet: args.report.quiet }, args.report.json);
+        Ok(Self { reporter, progress, json, limits, description, source, more, inputs, options, display })
+    }
+
+    /// All models.
+    pub(super) fn sources(&self) -> impl Iterator<Item = &ModelSource> {
+        std::iter::once(&self.source).chain(&self.more)
+    }
+
+    /// What is the same for all models.
+    ///
+    /// # Errors
+    /// [`Failure`] naming the file and the reason.
+    pub(super) fn setting(&self, jobs: &Jobs) -> Result<Setting, Failure> {
+        Setting::load(&self.description, &self.limits, jobs, &mut Stages::default())
+    }
+
+    /// Loads the first model and puts it into its setting.
+    ///
+    /// # Errors
+    /// [`Failure`] naming the file and the reason.
+    pub(super) fn load(&self, jobs: &Jobs, stages: &mut Stages) -> Result<Loaded, Failure> {
+        let setting = Setting::load(&self.description, &self.limits, jobs, stages)?;
+        self.load_into(&setting, &self.source, jobs, stages)
+    }
+
+    /// Loads a model and puts it into its setting. The warnings are those of the model and of the setting.
+    ///
+    /// # Errors
+    /// [`Failure`] naming the file and the reason.
+    pub(super) fn load_into(
+        &self,
+        setting: &Setting,
+        source: &ModelSource,
+        jobs: &Jobs,
+        stages: &mut Stages,
+    ) -> Result<Loaded, Failure> {
+        let mut loaded = stages.time("load", || input::load(source, &self.limits, jobs))?;
+        let dressed = stages
+            .time("load_materials", || setting.apply(&self.description, &mut loaded.scene, &self.limits));
+        dressed.map_err(|failure| failure.at(&source.path))?;
+        loaded.warnings.extend(setting.warnings.iter().cloned());
+        Ok(loaded)
+    }
+
+    /// The camera for a model's scene.
+    ///
+    /// # Errors
+    /// [`Failure`] if there is no such camera or it spans no view.
+    pub(super) fn camera(&self, source: &ModelSource, scene: &Scene) -> Result<Camera, Failure> {
+        self.description.camera(scene, &self.options).map_err(|failure| failure.at(&source.path))
+    }
+
+    /// Takes a picture of a model's scene.
+    ///
+    /// # Errors
+    /// [`Failure`] naming the model and the reason.
+    pub(super) fn render(
+        &self,
+        source: &ModelSource,
+        renderer: &mut Renderer,
+        scene: &Scene,
+        camera: &Camera,
+    ) -> Result<Rendered, Failure> {
+        let rendered = renderer.render(scene, camera, &self.options);
+        rendered.map_err(|e| Failure::render(&e).at(&source.path))
+    }
+
+    /// Ends the work: no more progress, then the warnings.
+    pub(super) fn finish(&mut self, warnings: &[Warning]) {
+        self.progress.finish();
+        warnings.iter().for_each(|warning| self.reporter.warning(warning));
+    }
+
+    /// A warning that is about one of several models.
+    pub(super) fn warn_of(&self, name: &str, warning: impl Display) {
+        self.reporter.warning(format_args!("{name}: {warning}"));
+    }
+}

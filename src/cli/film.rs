@@ -1,0 +1,121 @@
+//! What commands that make moving pictures have in common: frame after frame, then everything is written.
+
+use super::args::MovieArgs;
+use super::drawing::Drawing;
+use super::failure::Failure;
+use super::losses::{left_out, lost_tint, nothing_to_see};
+use super::movie::{Movie, MovieTarget};
+use super::report::{self, MovieReport};
+use crate::limits::Limits;
+use crate::load::Warning;
+use crate::render::Renderer;
+use crate::scene::{Camera, Scene};
+
+/// As many frames as fit best, at least one.
+pub(super) fn frame_count(seconds: f64, frames_a_second: f64) -> u32 {
+    // Beyond u32 the conversion stops at its end, which no limit allows.
+    ((seconds * frames_a_second).round() as u32).max(1)
+}
+
+/// The frames of one command.
+pub(super) struct Film {
+    drawing: Drawing,
+    movie: Movie,
+    frames: u32,
+    frames_a_second: f64,
+    /// What the first frame lacks.
+    warnings: Vec<Warning>,
+    /// Why no frame so far shows anything.
+    nothing: Option<Warning>,
+    /// What some frame so far cannot show.
+    tint: Option<Warning>,
+    shading: &'static str,
+}
+
+impl Film {
+    /// Checks that so many frames may be made and could be written.
+    ///
+    /// # Errors
+    /// [`Failure`] naming the limit or the file.
+    pub(super) fn new(
+        drawing: Drawing,
+        target: MovieTarget,
+        args: &MovieArgs,
+        frames: u32,
+    ) -> Result<Self, Failure> {
+        Limits::check(|| "moving picture".to_owned(), frames.into(), drawing.limits.frames, "frames")
+            .map_err(|e| Failure::limit(&e))?;
+        target.check(frames as usize, &drawing.inputs)?;
+        let movie = Movie::new(target, drawing.display.clone(), drawing.limits.clone());
+        let (warnings, nothing, tint) = (Vec::new(), None, None);
+        Ok(Self { drawing, movie, frames, frames_a_second: args.fps, warnings, nothing, tint, shading: "" })
+    }
+
+    /// What the frames show.
+    pub(super) fn drawing(&self) -> &Drawing {
+        &self.drawing
+    }
+
+    /// Takes frame `k`.
+    ///
+    /// # Errors
+    /// [`Failure`] if it cannot be rendered or encoded.
+    pub(super) fn take(
+        &mut self,
+        k: u32,
+        renderer: &mut Renderer,
+        scene: &Scene,
+        camera: &Camera,
+    ) -> Result<(), Failure> {
+        self.drawing.progress.step(format!("frame {} of {}", k + 1, self.frames), k, self.frames);
+        let rendered = self.drawing.render(&self.drawing.source, renderer, scene, camera)?;
+        self.movie.push(&rendered.frame)?;
+        let options = &self.drawing.options;
+        // One frame that shows something is enough.
+        let nothing = nothing_to_see(scene, &rendered.stats);
+        if k == 0 {
+            self.nothing = nothing;
+            self.warnings.extend(left_out(scene, options.shading));
+            self.shading = report::shading_name(options.shading, scene);
+        } else if nothing.is_none() {
+            self.nothing = None;
+        }
+        if self.tint.is_none() {
+            self.tint = lost_tint(scene, options, &rendered.frame);
+        }
+        renderer.recycle(rendered.frame);
+        Ok(())
+    }
+
+    /// Writes the frames, and prints warnings, those of the model first, and the report.
+    ///
+    /// # Errors
+    /// [`Failure`] if they cannot be encoded or written; no file is left then.
+    pub(super) fn finish(self, mut warnings: Vec<Warning>) -> Result<(), Failure> {
+        let Self { mut drawing, movie, frames, frames_a_second, shading, .. } = self;
+        warnings.extend(self.warnings);
+        warnings.extend(self.nothing);
+        warnings.extend(self.tint);
+        drawing.progress.stage("encoding");
+        let (encoded, frames_hash) = movie.finish(frames_a_second)?;
+        encoded.write()?;
+        drawing.finish(&warnings);
+        if !drawing.json {
+            return Ok(());
+        }
+        let bytes = encoded.size();
+        MovieReport::new(frames, frames_a_second, frames_hash, bytes, &drawing.options, shading, &warnings)
+            .print()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_of_a_time() {
+        assert_eq!([(3.0, 24.0), (0.0, 24.0), (0.7, 30.0)].map(|(s, f)| frame_count(s, f)), [72, 1, 21]);
+        assert_eq!(frame_count(1e300, 1000.0), u32::MAX);
+    }
+}
