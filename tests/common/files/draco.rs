@@ -6,8 +6,8 @@ use draco_core::{
 };
 use overcoat::scene::MeshData;
 
-/// A mesh as a stream: positions, normals and texture coordinates have the numbers 0, 1 and 2. Method 0 is sequential, 1
-/// edgebreaker; `bits` of 0 leaves floats as they are.
+/// A mesh as a stream: positions, normals and texture coordinates have the numbers 0, 1 and 2. Method 0 is sequential,
+/// 1 edgebreaker; `bits` of 0 leaves floats as they are.
 pub fn stream(mesh: &MeshData, method: i32, speed: i32, bits: i32) -> Vec<u8> {
     let count = mesh.positions.len();
     let bytes = |values: &[f32]| values.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>();

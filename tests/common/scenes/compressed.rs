@@ -23,9 +23,9 @@ fn ring() -> MeshData {
     mesh
 }
 
-/// Rings: plain; EXT_meshopt_compression; KHR_meshopt_compression in its newer form and with filters; Draco as it is, and cut in
-/// precision. Below: KHR_mesh_quantization; sparse over another array, and over nothing; whole numbers for texture coordinates
-/// and colours; instances that are compressed.
+/// Rings. Above: plain; EXT_meshopt_compression; KHR_meshopt_compression in its newer form, and with filters; a sequential
+/// Draco stream with all bits. Below: an edgebreaker one of twelve bits; KHR_mesh_quantization; sparse over an array that is
+/// half wrong, and over nothing; a copy whose place and size are compressed.
 fn geometry() -> Built {
     let mut model = document();
     let mesh = ring();
@@ -56,12 +56,11 @@ fn geometry() -> Built {
         let node = model.show(primitive, material, place(k), 0.32);
         turn(&mut model, node);
     }
-    // A quantized position is a whole number of 8192ths.
+    // Quantized positions are a quarter of what they were.
     let node = &mut model.json["nodes"][6];
     node["scale"] = json!([1.28, 1.28, 1.28]);
     let node = model.show(&plain, material, [0.0; 3], 1.0);
-    let places = bytes(&[place(9).map(|v| v as f32)]);
-    let sizes = bytes(&[[0.32_f32; 3]]);
+    let (places, sizes) = (bytes(&[place(9).map(|v| v as f32)]), bytes(&[[0.32_f32; 3]]));
     let mut accessor = |model: &mut Model, data: &[u8]| {
         let view = old.attributes(model, data, 12, "NONE");
         push(&mut model.json["accessors"], float_accessor(view, 3, 1))
@@ -69,7 +68,8 @@ fn geometry() -> Built {
     let (places, sizes) = (accessor(&mut model, &places), accessor(&mut model, &sizes));
     let turns = model.vectors(&[[0.422_618_26_f32, 0.0, 0.0, 0.906_307_8]]);
     let attributes = json!({"TRANSLATION": places, "SCALE": sizes, "ROTATION": turns});
-    model.json["nodes"][node] = json!({"mesh": model.json["nodes"][node]["mesh"], "extensions": {"EXT_mesh_gpu_instancing": {"attributes": attributes}}});
+    let instancing = json!({"EXT_mesh_gpu_instancing": {"attributes": attributes}});
+    model.json["nodes"][node] = json!({"mesh": model.json["nodes"][node]["mesh"], "extensions": instancing});
     model.json["buffers"] = json!([{"byteLength": model.bytes.len()}, old.fallback(), new.fallback()]);
     model.json["extensionsRequired"] = json!(["KHR_mesh_quantization"]);
     let mut s = Stage::new()?;
@@ -97,7 +97,9 @@ fn meshopt(model: &mut Model, mesh: &MeshData, views: &mut Views) -> Value {
             "NORMAL": add(float_accessor(normals, 3, count)),
             "TEXCOORD_0": add(float_accessor(uvs, 2, count)),
         },
-        "indices": add(json!({"bufferView": indices, "componentType": U32, "count": 3 * mesh.triangles.len(), "type": "SCALAR"})),
+        "indices": add(json!({
+            "bufferView": indices, "componentType": U32, "count": 3 * mesh.triangles.len(), "type": "SCALAR",
+        })),
     })
 }
 
@@ -121,7 +123,9 @@ fn filtered(model: &mut Model, mesh: &MeshData, views: &mut Views) -> Value {
     let mut primitive = meshopt(model, mesh, views);
     let mut add = |accessor: Value| push(&mut model.json["accessors"], accessor);
     primitive["attributes"]["POSITION"] = add(float_accessor(positions, 3, count)).into();
-    let normals = json!({"bufferView": normals, "componentType": I8, "normalized": true, "count": count, "type": "VEC3"});
+    let normals = json!({
+        "bufferView": normals, "componentType": I8, "normalized": true, "count": count, "type": "VEC3",
+    });
     primitive["attributes"]["NORMAL"] = add(normals).into();
     primitive
 }
@@ -134,7 +138,10 @@ fn with_draco(model: &mut Model, mesh: &MeshData, [method, speed, bits]: [i32; 3
         push(&mut model.json["accessors"], json!({"componentType": component, "count": count, "type": kind}))
     };
     json!({
-        "attributes": {"POSITION": add("VEC3", F32, count), "NORMAL": add("VEC3", F32, count), "TEXCOORD_0": add("VEC2", F32, count)},
+        "attributes": {
+            "POSITION": add("VEC3", F32, count), "NORMAL": add("VEC3", F32, count),
+            "TEXCOORD_0": add("VEC2", F32, count),
+        },
         "indices": add("SCALAR", U16, 3 * mesh.triangles.len()),
         "extensions": {"KHR_draco_mesh_compression": {
             "bufferView": view, "attributes": {"POSITION": 0, "NORMAL": 1, "TEXCOORD_0": 2},
@@ -211,8 +218,8 @@ fn letter_of_blocks(hole: bool) -> Result<Image, SceneError> {
     })
 }
 
-/// Upper row, opaque: PNG, KTX2 of plain texels, the same in Zstandard, ETC1S, UASTC, UASTC in Zstandard. Middle row: the same with
-/// a letter that is cut out. Lower row: WebP; then the upper row from the second on, small and often.
+/// Upper row, opaque: PNG, KTX2 of plain texels, the same in Zstandard, ETC1S, UASTC, UASTC in Zstandard. Middle row: the
+/// same with a letter that is cut out. Lower row: WebP; then the upper row from the second on, small and often.
 fn basis_textures() -> Built {
     let mut model = document();
     let mut mesh = square(1);

@@ -7,7 +7,7 @@ use crate::common::images::{bumps, image, letter_f, soft_disc};
 use crate::common::shapes::{gutter, sphere, square};
 use crate::common::stage::{Built, Stage, flat_view};
 use overcoat::load::{Format, LoadOptions, MemoryResolver};
-use overcoat::scene::{MeshData, Scene, Transform};
+use overcoat::scene::{Camera, MeshData, Projection, Scene, Transform};
 use std::error::Error;
 use std::fmt::Write as _;
 
@@ -26,7 +26,7 @@ struct Obj {
 }
 
 impl Obj {
-    /// An object of one material, with texture coordinates whose v runs up.
+    /// Adds an object of one material, with texture coordinates whose v runs up.
     fn shape(&mut self, mesh: &MeshData, material: &str, at: [f32; 2], scale: f32) {
         let _ = writeln!(self.text, "o {material}\nusemtl {material}");
         for (p, [u, v]) in mesh.positions.iter().zip(&mesh.uvs[0]) {
@@ -109,10 +109,7 @@ fn obj() -> Built {
     s.scene.set_environment(sky)?;
     s.key_light(2.0)?;
     s.add(&read(plain.as_bytes(), Format::Obj, &beside)?, Transform::translation([0.0; 3])?)?;
-    let camera = overcoat::scene::Camera {
-        projection: overcoat::scene::Projection::Orthographic { height: 3.0 },
-        ..flat_view()
-    };
+    let camera = Camera { projection: Projection::Orthographic { height: 3.0 }, ..flat_view() };
     s.seen(camera)
 }
 
@@ -129,8 +126,8 @@ fn binary_stl(header: &[u8], mesh: &MeshData, attribute: impl Fn(usize) -> u16) 
     bytes
 }
 
-/// A ball as text, without colours, in the colours of VisCAM (every fourth facet has none), the same codes as Magics reads
-/// them, and in one colour for the whole.
+/// A ball as text, without colours, in the colours of VisCAM (every fourth facet has none), the same codes as Magics
+/// reads them, and in one colour for the whole.
 fn stl() -> Built {
     let ball = sphere(16);
     let mut text = "solid ball\n".to_owned();
@@ -223,8 +220,8 @@ const PLACES: &str = "property float x\nproperty float y\nproperty float z\n";
 const BYTES: &str = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
 const FACES: &str = "property list uchar int vertex_indices\n";
 
-/// Half a tube of quads: in text with colours of bytes; little-endian with colours of floats and normals; big-endian with colours
-/// of faces; little-endian with a texture of vertices; in text with a texture of face corners; big-endian as strips.
+/// Half a tube of quads: in text with colours of bytes; little-endian with colours of floats and normals; big-endian with
+/// colours of faces; little-endian with a texture of vertices; in text with a texture of face corners; big-endian as strips.
 fn ply() -> Built {
     let mesh = gutter(8);
     let mesh = MeshData { triangles: Vec::new(), ..mesh };
@@ -253,7 +250,8 @@ fn ply() -> Built {
     }
     files.push(file.bytes);
 
-    let linear = "property float nx\nproperty float ny\nproperty float nz\nproperty float red\nproperty float green\nproperty float blue\n";
+    let linear = "property float nx\nproperty float ny\nproperty float nz\n\
+        property float red\nproperty float green\nproperty float blue\n";
     let mut file = Ply::new(Encoding::Little, &(element(linear) + &faces("")));
     for (k, (p, n)) in mesh.positions.iter().zip(&mesh.normals).enumerate() {
         p.iter().chain(n).for_each(|&v| file.float(v));
@@ -348,18 +346,22 @@ fn turned(x: f64, z: f64, scale: f64) -> String {
     format!("{c} {} {} {} {} {} 0 {} {} {x} 0 {z}", s * d, 0.6 * t, -s, c * d, 0.8 * t, -t, d * scale)
 }
 
-/// Upper row: base materials, a colour group whose corners differ, a texture, a mixture of materials, layers. Lower row: an object of
-/// another part, smaller by its unit; two components of one object, the upper turned over; a triangle painted in a slicer,
-/// and one by a filament.
+/// Upper row: base materials, a colour group whose corners differ, a texture, a mixture of materials, layers. Lower row: an
+/// object of another part in another unit; two components of one object, the upper turned over; triangles painted in a
+/// slicer; an object that a filament prints.
 fn three_mf() -> Built {
     let groups = "<m:texture2d id=\"20\" path=\"/3D/f.png\" contenttype=\"image/png\" filter=\"nearest\"/>\
-        <basematerials id=\"1\"><base name=\"red\" displaycolor=\"#C02010\"/><base name=\"blue\" displaycolor=\"#2040C0\"/></basematerials>\
-        <m:colorgroup id=\"2\"><m:color color=\"#FF0000\"/><m:color color=\"#00FF00\"/><m:color color=\"#FFFFFF\"/></m:colorgroup>\
-        <m:texture2dgroup id=\"3\" texid=\"20\"><m:tex2coord u=\"0\" v=\"0\"/><m:tex2coord u=\"1\" v=\"0\"/><m:tex2coord u=\"0.5\" v=\"1\"/>\
+        <basematerials id=\"1\"><base name=\"red\" displaycolor=\"#C02010\"/>\
+        <base name=\"blue\" displaycolor=\"#2040C0\"/></basematerials>\
+        <m:colorgroup id=\"2\"><m:color color=\"#FF0000\"/><m:color color=\"#00FF00\"/><m:color color=\"#FFFFFF\"/>\
+        </m:colorgroup><m:texture2dgroup id=\"3\" texid=\"20\">\
+        <m:tex2coord u=\"0\" v=\"0\"/><m:tex2coord u=\"1\" v=\"0\"/><m:tex2coord u=\"0.5\" v=\"1\"/>\
         </m:texture2dgroup>\
-        <m:compositematerials id=\"4\" matid=\"1\" matindices=\"0 1\"><m:composite values=\"1 0\"/><m:composite values=\"0.5 0.5\"/>\
+        <m:compositematerials id=\"4\" matid=\"1\" matindices=\"0 1\"><m:composite values=\"1 0\"/>\
+        <m:composite values=\"0.5 0.5\"/>\
         <m:composite values=\"0 1\"/></m:compositematerials>\
-        <m:multiproperties id=\"5\" pids=\"2 3\" blendmethods=\"multiply\"><m:multi pindices=\"0 0\"/><m:multi pindices=\"1 1\"/>\
+        <m:multiproperties id=\"5\" pids=\"2 3\" blendmethods=\"multiply\">\
+        <m:multi pindices=\"0 0\"/><m:multi pindices=\"1 1\"/>\
         <m:multi pindices=\"2 2\"/></m:multiproperties>";
     let base = pyramid(|k| if k % 2 == 0 { "p1=\"1\"" } else { "" });
     let corners = |group: &'static str| pyramid(move |k| if k < 2 { "pid=\"1\" p1=\"0\"" } else { group });
@@ -379,18 +381,20 @@ fn three_mf() -> Built {
     let other = turned(-30.0, -7.0, 1.0);
     let pair = turned(-10.0, -7.0, 0.6);
     let root = format!(
-        "{HEAD}<resources>{groups}<object id=\"10\" pid=\"1\" pindex=\"0\">{base}</object><object id=\"11\">{colors}</object>\
+        "{HEAD}<resources>{groups}<object id=\"10\" pid=\"1\" pindex=\"0\">{base}</object>\
+         <object id=\"11\">{colors}</object>\
          <object id=\"12\">{textured}</object><object id=\"13\">{mixed}</object><object id=\"14\">{layered}</object>\
          <object id=\"16\"><components><component objectid=\"10\" transform=\"1 0 0 0 1 0 0 0 1 0 0 -5\"/>\
          <component objectid=\"10\" transform=\"1 0 0 0 -1 0 0 0 -1 0 0 5\"/></components></object></resources>\
          <build>{build}<item objectid=\"5\" p:path=\"/3D/other.model\" transform=\"{other}\"/>\
          <item objectid=\"16\" transform=\"{pair}\"/></build></model>"
     );
-    let half = HEAD.replace("millimeter", "micron");
+    let microns = HEAD.replace("millimeter", "micron");
     let thousand = "<component objectid=\"4\" transform=\"800 0 0 0 800 0 0 0 800 0 0 0\"/>";
     let second = format!(
-        "{half}<resources><basematerials id=\"1\"><base name=\"green\" displaycolor=\"#20A040\"/></basematerials>\
-         <object id=\"4\" pid=\"1\" pindex=\"0\">{}</object><object id=\"5\"><components>{thousand}</components></object>\
+        "{microns}<resources><basematerials id=\"1\"><base name=\"green\" displaycolor=\"#20A040\"/></basematerials>\
+         <object id=\"4\" pid=\"1\" pindex=\"0\">{}</object>\
+         <object id=\"5\"><components>{thousand}</components></object>\
          </resources><build/></model>",
         pyramid(|_| "")
     );

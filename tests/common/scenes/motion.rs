@@ -239,11 +239,15 @@ fn animation_pointer() -> Built {
     let picture = || {
         json!({
             "extensions": {"KHR_materials_unlit": {}},
-            "pbrMetallicRoughness": {"baseColorTexture": {"index": texture, "extensions": {"KHR_texture_transform": {}}}},
+            "pbrMetallicRoughness": {
+                "baseColorTexture": {"index": texture, "extensions": {"KHR_texture_transform": {}}},
+            },
         })
     };
     let dull = json!({"pbrMetallicRoughness": {"metallicFactor": 0, "baseColorFactor": [0.2, 0.2, 0.2, 1]}});
-    let shiny = json!({"pbrMetallicRoughness": {"metallicFactor": 1, "roughnessFactor": 0, "baseColorFactor": [0.9, 0.7, 0.4, 1]}});
+    let shiny = json!({"pbrMetallicRoughness": {
+        "metallicFactor": 1, "roughnessFactor": 0, "baseColorFactor": [0.9, 0.7, 0.4, 1],
+    }});
     let glowing = json!({
         "emissiveFactor": [0, 0, 0], "pbrMetallicRoughness": {"baseColorFactor": [0, 0, 0, 1]},
         "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": 0.5}},

@@ -1,4 +1,4 @@
-//! What glTF files say about their nodes: copies, visibility, variants, lights, cameras, and what primitives are made of.
+//! What glTF files say about nodes: copies, visibility, variants, lights, cameras, and what primitives are made of.
 
 use super::Entry;
 use crate::common::files::document::document;
@@ -114,8 +114,8 @@ fn variants() -> Built {
     s.seen(flat_view())
 }
 
-/// A wall with two balls before it, in the light of a directional lamp (white, from the left), a point (red, lower right, faded
-/// out at its range) and two cones (green with a soft rim, blue with a hard one) that point as their nodes are turned.
+/// A wall with two balls before it, in the light of a directional lamp (white, from the left), a point (red, lower right,
+/// faded out at its range) and two cones (green with a soft rim, blue with a hard one) that point as their nodes are turned.
 fn lit() -> Model {
     let mut model = document();
     let (wall, ball) = (model.shape(&bare(square(1))), model.shape(&bare(sphere(24))));
@@ -127,7 +127,10 @@ fn lit() -> Model {
         json!({"type": "directional", "color": [1, 1, 1], "intensity": 0.4}),
         json!({"type": "point", "color": [1, 0.1, 0.05], "intensity": 0.8, "range": 1.5}),
         json!({"type": "spot", "color": [0.1, 1, 0.1], "intensity": 3, "spot": {"outerConeAngle": 0.4}}),
-        json!({"type": "spot", "color": [0.1, 0.2, 1], "intensity": 6, "spot": {"innerConeAngle": 0.24, "outerConeAngle": 0.25}}),
+        json!({
+            "type": "spot", "color": [0.1, 0.2, 1], "intensity": 6,
+            "spot": {"innerConeAngle": 0.24, "outerConeAngle": 0.25},
+        }),
     ];
     model.json["extensions"] = json!({"KHR_lights_punctual": {"lights": lamps}});
     // Lamps shine along -Z of their nodes.
@@ -177,8 +180,8 @@ fn camera_orthographic() -> Built {
     seen_by(1)
 }
 
-/// Modes 0 to 6 of the same seven coloured vertices, without indices above and in another order below: points, lines, a closed
-/// line, a line, triangles, a strip, a fan.
+/// Modes 0 to 6 of the same seven coloured vertices, without indices above and in another order below: points, lines, a
+/// closed line, a line, triangles, a strip, a fan.
 fn topologies() -> Built {
     let mut model = document();
     let zigzag =

@@ -56,7 +56,8 @@ fn materials() -> Built {
         }})
     };
     let film = json!({"KHR_materials_iridescence": {
-        "iridescenceFactor": 1, "iridescenceIor": 1.4, "iridescenceThicknessMinimum": 100, "iridescenceThicknessMaximum": 350,
+        "iridescenceFactor": 1, "iridescenceIor": 1.4,
+        "iridescenceThicknessMinimum": 100, "iridescenceThicknessMaximum": 350,
     }});
     let mut list = vec![
         material(red, 0.0, 0.3, json!({})),
@@ -195,11 +196,11 @@ fn dome() -> MeshData {
     })
 }
 
-/// Every place for a texture. Textures of numbers have another pattern in each channel: red is the left half, green the upper
-/// half, blue one of the diagonal halves, alpha a disc; so each place shows what it reads. Row by row: metallic and
+/// Every place for a texture. Textures of numbers have another pattern in each channel: red is the left half, green the
+/// upper half, blue one of the diagonal halves, alpha a disc; so each place shows what it reads. Row by row: metallic and
 /// roughness, occlusion, coat, roughness of the coat, normals of the coat; normals, colour and roughness of the sheen,
-/// anisotropy, iridescence; thickness of its film, specular, its colour, transmission, thickness; diffuse transmission and its
-/// colour, emission, diffuse and specular-glossiness.
+/// anisotropy, iridescence; thickness of its film, specular, its colour, transmission, thickness; diffuse transmission and
+/// its colour, emission, diffuse and specular-glossiness.
 fn channels() -> Built {
     let mut model = document();
     let dome = model.shape(&dome());
@@ -226,12 +227,15 @@ fn channels() -> Built {
     let b = &info(&bumps(32, 2)?)?;
     let (red, gold, dark, white) = ([0.6, 0.05, 0.03], [0.9, 0.7, 0.35], [0.02, 0.02, 0.03], [1.0; 3]);
     let coat = |key: &str, texture: &Value| {
-        let mut coat = json!({"clearcoatFactor": 1, "clearcoatRoughnessFactor": if key == "clearcoatRoughnessTexture" { 1.0 } else { 0.1 }});
+        let roughness = if key == "clearcoatRoughnessTexture" { 1.0 } else { 0.1 };
+        let mut coat = json!({"clearcoatFactor": 1, "clearcoatRoughnessFactor": roughness});
         coat[key] = texture.clone();
         material(red, 0.0, 0.9, json!({"KHR_materials_clearcoat": coat}))
     };
     let film = |key: &str| {
-        let mut film = json!({"iridescenceFactor": 1, "iridescenceThicknessMinimum": 200, "iridescenceThicknessMaximum": 500});
+        let mut film = json!({
+            "iridescenceFactor": 1, "iridescenceThicknessMinimum": 200, "iridescenceThicknessMaximum": 500,
+        });
         film[key] = n.clone();
         material([0.6; 3], 1.0, 0.2, json!({"KHR_materials_iridescence": film}))
     };
@@ -268,13 +272,17 @@ fn channels() -> Built {
             dark,
             0.0,
             0.9,
-            json!({"KHR_materials_sheen": {"sheenColorFactor": white, "sheenRoughnessFactor": 0.5, "sheenColorTexture": c}}),
+            json!({"KHR_materials_sheen": {
+                "sheenColorFactor": white, "sheenRoughnessFactor": 0.5, "sheenColorTexture": c,
+            }}),
         ),
         material(
             dark,
             0.0,
             0.9,
-            json!({"KHR_materials_sheen": {"sheenColorFactor": white, "sheenRoughnessFactor": 1, "sheenRoughnessTexture": n}}),
+            json!({"KHR_materials_sheen": {
+                "sheenColorFactor": white, "sheenRoughnessFactor": 1, "sheenRoughnessTexture": n,
+            }}),
         ),
         material(
             gold,
@@ -300,7 +308,10 @@ fn channels() -> Built {
         clear(
             white,
             json!({"transmissionFactor": 1}),
-            json!({"thicknessFactor": 1, "thicknessTexture": n, "attenuationDistance": 0.3, "attenuationColor": [0.2, 0.5, 0.9]}),
+            json!({
+                "thicknessFactor": 1, "thicknessTexture": n,
+                "attenuationDistance": 0.3, "attenuationColor": [0.2, 0.5, 0.9],
+            }),
         ),
         paper("diffuseTransmissionTexture", n),
         paper("diffuseTransmissionColorTexture", c),
@@ -309,18 +320,25 @@ fn channels() -> Built {
             dark,
             0.0,
             1.0,
-            json!({"KHR_materials_pbrSpecularGlossiness": {"diffuseTexture": c, "specularFactor": [0.04, 0.04, 0.04], "glossinessFactor": 0.3}}),
+            json!({"KHR_materials_pbrSpecularGlossiness": {
+                "diffuseTexture": c, "specularFactor": [0.04, 0.04, 0.04], "glossinessFactor": 0.3,
+            }}),
         ),
         material(
             dark,
             0.0,
             1.0,
-            json!({"KHR_materials_pbrSpecularGlossiness": {"diffuseFactor": [0.02, 0.02, 0.02, 1], "specularGlossinessTexture": n}}),
+            json!({"KHR_materials_pbrSpecularGlossiness": {
+                "diffuseFactor": [0.02, 0.02, 0.02, 1], "specularGlossinessTexture": n,
+            }}),
         ),
     ];
     let wall = square(1);
     let wall = model.shape(&MeshData { tangents: Vec::new(), ..wall });
-    let behind = model.material(json!({"extensions": {"KHR_materials_unlit": {}}, "pbrMetallicRoughness": {"baseColorFactor": [0.5, 0.5, 0.45, 1]}}));
+    let behind = model.material(json!({
+        "extensions": {"KHR_materials_unlit": {}},
+        "pbrMetallicRoughness": {"baseColorFactor": [0.5, 0.5, 0.45, 1]},
+    }));
     model.show(&wall, behind, [0.0, 0.0, -2.0], 2.0);
     for (k, material) in list.into_iter().enumerate() {
         let material = model.material(material);
@@ -336,8 +354,8 @@ fn channels() -> Built {
 }
 
 /// Upper row: a letter as it is, moved by a quarter, turned by 30 degrees, doubled, all of these, in the second set of
-/// coordinates. Middle row: the second set by the transform, whole numbers as coordinates, WebP, clamped, mirrored, nearest
-/// texel. Lower row: vertex colours as floats, as bytes, with alpha, times a texture, times a factor, and none.
+/// coordinates. Middle row: the second set by the transform, whole numbers as coordinates, WebP, clamped, mirrored,
+/// nearest texel. Lower row: vertex colours as floats, as bytes, with alpha, times a texture, times a factor, and none.
 fn coordinates() -> Built {
     let mut model = document();
     let mut mesh = square(2);
@@ -372,7 +390,8 @@ fn coordinates() -> Built {
     let nearest = sampled(json!({"magFilter": 9728, "minFilter": 9728}));
     let moved =
         |transform: Value| json!({"index": texture, "extensions": {"KHR_texture_transform": transform}});
-    let scaled = |index: usize, scale: f32| json!({"index": index, "extensions": {"KHR_texture_transform": {"scale": [scale, scale], "offset": [-0.5, -0.5]}}});
+    let beyond = json!({"KHR_texture_transform": {"scale": [2, 2], "offset": [-0.5, -0.5]}});
+    let doubled = |index: usize| json!({"index": index, "extensions": beyond});
     let turn = std::f32::consts::FRAC_PI_6;
     let textured = [
         (&plain, json!({"index": texture})),
@@ -384,12 +403,13 @@ fn coordinates() -> Built {
         (&two_sets, moved(json!({"texCoord": 1, "offset": [0, 0.5]}))),
         (&whole, json!({"index": texture})),
         (&plain, json!({"index": webp})),
-        (&plain, scaled(clamped, 2.0)),
-        (&plain, scaled(mirrored, 2.0)),
+        (&plain, doubled(clamped)),
+        (&plain, doubled(mirrored)),
         (&plain, json!({"index": nearest})),
     ];
     let unlit = |color: [f32; 4], texture: Option<Value>| {
-        let mut material = json!({"extensions": {"KHR_materials_unlit": {}}, "pbrMetallicRoughness": {"baseColorFactor": color}});
+        let factor = json!({"baseColorFactor": color});
+        let mut material = json!({"extensions": {"KHR_materials_unlit": {}}, "pbrMetallicRoughness": factor});
         if let Some(texture) = texture {
             material["pbrMetallicRoughness"]["baseColorTexture"] = texture;
         }
