@@ -1,5 +1,6 @@
 //! From a golden's description to a frame, for the tests that go through all of them.
 
+mod files;
 mod images;
 mod scenes;
 mod shapes;

@@ -4,12 +4,13 @@ use super::images;
 use overcoat::scene::{
     AlphaUse, Camera, ColorSpace, Environment, EnvironmentSource, EquirectImage, Image, Instance, Light,
     LightKind, Material, MaterialId, Mesh, MeshData, MeshId, Projection, Sampler, Scene, SceneError, Texture,
-    TextureRef, Transform, UvTransform, Workflow,
+    TextureId, TextureRef, Transform, UvTransform, Workflow,
 };
+use std::error::Error;
 use std::sync::{Arc, OnceLock};
 
 /// What a scene function returns.
-pub type Built = Result<(Scene, Camera), SceneError>;
+pub type Built = Result<(Scene, Camera), Box<dyn Error>>;
 
 /// A scene that is being filled.
 pub struct Stage {
@@ -55,6 +56,31 @@ impl Stage {
     ) -> Result<(), SceneError> {
         let object = self.scene.instances().len() as u32;
         self.scene.add_instance(Instance { mesh, material, transform, object })
+    }
+
+    /// Puts the meshes of another scene into this one.
+    pub fn add(&mut self, other: &Scene, place: Transform) -> Result<(), Box<dyn Error>> {
+        let textures = other.textures().iter().map(|texture| self.scene.add_texture(texture.clone()));
+        let textures: Vec<TextureId> = textures.collect::<Result<_, _>>()?;
+        let mut materials = Vec::new();
+        for material in other.materials() {
+            let mut material = material.clone();
+            let count = material.textures().count();
+            if let Some(texture) = &mut material.base_color_texture {
+                texture.texture = textures[texture.texture.index()];
+            }
+            if count > usize::from(material.base_color_texture.is_some()) {
+                return Err("only textures of the base colour can be put into another scene".into());
+            }
+            materials.push(self.material(material)?);
+        }
+        let meshes = other.meshes().iter().map(|mesh| self.scene.add_mesh(mesh.clone()));
+        let meshes: Vec<MeshId> = meshes.collect::<Result<_, _>>()?;
+        for instance in other.instances() {
+            let transform = place.after(&instance.transform)?;
+            self.place(meshes[instance.mesh.index()], materials[instance.material.index()], transform)?;
+        }
+        Ok(())
     }
 
     /// A texture of colours, opaque.

@@ -1,9 +1,14 @@
 //! The test scenes by name: what `model = "builtin:<name>"` of a golden refers to.
 
+mod compressed;
+mod formats;
 mod geometry;
 mod lighting;
 mod materials;
 mod models;
+mod motion;
+mod nodes;
+mod surfaces;
 mod texturing;
 mod transmission;
 
@@ -20,6 +25,11 @@ pub const SCENES: &[&[Entry]] = &[
     texturing::SCENES,
     lighting::SCENES,
     transmission::SCENES,
+    motion::SCENES,
+    nodes::SCENES,
+    compressed::SCENES,
+    surfaces::SCENES,
+    formats::SCENES,
 ];
 
 /// The scene of that name.
