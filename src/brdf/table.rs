@@ -18,8 +18,8 @@ pub struct Table<const N: usize> {
     width: usize,
     height: usize,
     grid: TexelGrid,
-    /// One plane after the other, so that a lookup of some channels touches only those.
-    planes: [Vec<f32>; N],
+    /// Channels together: one index, and most often one cache line, for all of them.
+    texels: Vec<[f32; N]>,
 }
 
 /// How numbers are stored.
@@ -43,7 +43,7 @@ impl<const N: usize> Table<N> {
     /// A table of one texel, which it gives everywhere.
     #[must_use]
     pub fn constant(texel: [f32; N]) -> Self {
-        Self { width: 1, height: 1, grid: TexelGrid::Corners, planes: texel.map(|v| vec![v]) }
+        Self { width: 1, height: 1, grid: TexelGrid::Corners, texels: vec![texel] }
     }
 
     /// Reads what [`Table::to_bytes`] writes. `None` for anything else.
@@ -84,12 +84,10 @@ impl<const N: usize> Table<N> {
         bytes.push(u8::from(format == TexelFormat::Half));
         bytes.push(u8::from(self.grid == TexelGrid::Centers));
         bytes.push(0);
-        for k in 0..self.width * self.height {
-            for plane in &self.planes {
-                match format {
-                    TexelFormat::Single => bytes.extend(plane[k].to_le_bytes()),
-                    TexelFormat::Half => bytes.extend(single_to_half(plane[k]).to_le_bytes()),
-                }
+        for number in self.texels.as_flattened() {
+            match format {
+                TexelFormat::Single => bytes.extend(number.to_le_bytes()),
+                TexelFormat::Half => bytes.extend(single_to_half(*number).to_le_bytes()),
             }
         }
         Some(bytes)
@@ -102,8 +100,7 @@ impl<const N: usize> Table<N> {
         if count == 0 || count > 1 << 20 || texels.len() != count {
             return None;
         }
-        let planes = std::array::from_fn(|n| texels.iter().map(|t| t[n]).collect());
-        Some(Self { width, height, grid, planes })
+        Some(Self { width, height, grid, texels: texels.to_vec() })
     }
 
     /// Number of texels along each parameter.
@@ -116,7 +113,7 @@ impl<const N: usize> Table<N> {
     #[must_use]
     pub fn texel(&self, x: usize, y: usize) -> [f32; N] {
         let index = y.min(self.height - 1) * self.width + x.min(self.width - 1);
-        std::array::from_fn(|n| self.planes[n][index])
+        self.texels[index]
     }
 
     /// All channels at (u, v), clamped to the edge; a NaN reads 0.
@@ -134,7 +131,7 @@ impl<const N: usize> Table<N> {
         let (upper, lower) = (y0 * width, y1 * width);
         let mut corners = [[[0.0; 16]; 4]; M];
         gather(
-            &self.planes,
+            &self.texels,
             [upper + x0, upper + x1, lower + x0, lower + x1].map(Int::to_array),
             &mut corners,
         );
@@ -159,13 +156,18 @@ impl<const N: usize> Table<N> {
     }
 }
 
-/// Scalar loads only, so one copy serves every instruction set.
+/// The first M channels at the corners, for each lane. Scalar loads only, so one copy serves every instruction set.
 #[inline(never)]
-fn gather<const M: usize>(planes: &[Vec<f32>], indices: [[i32; 16]; 4], corners: &mut [[[f32; 16]; 4]; M]) {
-    for (plane, corners) in planes.iter().zip(corners) {
-        for (indices, out) in indices.iter().zip(corners) {
-            for (index, out) in indices.iter().zip(out) {
-                *out = plane.get(*index as usize).copied().unwrap_or(0.0);
+fn gather<const N: usize, const M: usize>(
+    texels: &[[f32; N]],
+    indices: [[i32; 16]; 4],
+    corners: &mut [[[f32; 16]; 4]; M],
+) {
+    for corner in 0..4 {
+        for lane in 0..16 {
+            let texel = texels.get(indices[corner][lane] as usize).unwrap_or(&[0.0; N]);
+            for channel in 0..M.min(N) {
+                corners[channel][corner][lane] = texel[channel];
             }
         }
     }

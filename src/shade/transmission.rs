@@ -194,7 +194,7 @@ fn not_reflected<L: Lanes>(l: L, surface: &Surface<L>) -> V3<L> {
         Reflectance::Metallic { dielectric, .. } => (dielectric.f0(l), dielectric.weight),
         Reflectance::Specular { f0 } => (f0, l.splat(1.0)),
     };
-    let [scale, bias, _] = tables::khronos().fetch(l, n_dot_v, surface.roughness);
+    let [scale, bias] = tables::khronos().fetch_first(l, n_dot_v, surface.roughness);
     let base = ibl_ggx_fresnel(l, [scale, bias], n_dot_v, surface.roughness, f0, weight);
     let coat_cosine = vec3::dot(l, surface.coat_normal, surface.view).saturate();
     let coat = fresnel::schlick(l, l.splat(0.04), l.splat(1.0), coat_cosine) * surface.coat;

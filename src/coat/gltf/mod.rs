@@ -325,7 +325,7 @@ pub fn surface<L: Lanes>(
     tables: Tables<'_>,
 ) -> Surface<L> {
     let n_dot_v = cosine(l, normal, view);
-    let [scale, bias, _] = tables.brdf.fetch(l, n_dot_v, data.roughness);
+    let [scale, bias] = tables.brdf.fetch_first(l, n_dot_v, data.roughness);
     let (charlie, sheen_albedo) = match &data.sheen {
         Some(sheen) => {
             let [_, _, charlie] = tables.brdf.fetch(l, n_dot_v, sheen.roughness);
