@@ -61,6 +61,14 @@ impl Jobs {
         }
     }
 
+    /// `f` of each item, in their order, computed in parallel.
+    pub fn map_each<I: Sync, T: Send>(&self, items: &[I], f: impl Fn(&I) -> T + Sync) -> Vec<T> {
+        match &self.pool {
+            Some(pool) if items.len() > 1 => pool.install(|| items.par_iter().map(&f).collect()),
+            _ => items.iter().map(f).collect(),
+        }
+    }
+
     /// Runs `f` on one of the workers, where the other methods begin at once: from any other thread, each of them hands
     /// its work over, sleeps and is woken.
     ///

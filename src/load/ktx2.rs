@@ -3,7 +3,17 @@
 //! Only the first level is read; the smaller ones are made anew like those of every picture. The container is read and
 //! checked here. What the transcoder gets is a container with that one picture, written here, so that it meets no
 //! place or length that has not been checked.
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::indexing_slicing,
+        clippy::arithmetic_side_effects,
+        clippy::unwrap_used,
+        clippy::expect_used
+    )
+)]
 
+use super::image::area;
 use basisu::{DecodeFlags, TargetFormat, Transcoder};
 use ruzstd::decoding::StreamingDecoder;
 use std::io::Read;
@@ -83,13 +93,14 @@ pub(super) fn open(bytes: &[u8]) -> Result<Ktx2<'_>, String> {
         return Err("the KTX2 texture is not one two-dimensional picture".to_owned());
     }
     // The transcoder counts in 32 bits.
-    if u64::from(*width) * u64::from(*height) > MAX_TEXELS {
+    if area(*width, *height) > MAX_TEXELS {
         return Err(format!("a KTX2 texture of {width} x {height} texels cannot be read"));
     }
     let descriptor = part((*dfd).into(), (*dfd_length).into()).ok_or_else(cut_off)?;
     let level = part(*level, *length).ok_or_else(cut_off)?;
-    // Byte 3 of a sample, of which the first is at byte 28 and each has 16.
-    let channel = |sample: usize| descriptor.get(28 + 16 * sample + 3).map(|byte| byte & 15);
+    // Byte 3 of a sample.
+    let samples = descriptor.get(28..).unwrap_or_default();
+    let channel = |sample: usize| Some(samples.chunks(16).nth(sample)?.get(3)? & 15);
     let storage = match (format, descriptor.get(12)) {
         (0, Some(&ETC1S)) if *scheme == 1 => Storage::Etc1s { second: channel(1) },
         (0, Some(&UASTC)) => Storage::Uastc { channels: channel(0).ok_or_else(cut_off)? },
@@ -116,13 +127,13 @@ impl Ktx2<'_> {
     /// One line that says what is wrong.
     pub(super) fn decode(&self) -> Result<Vec<[u8; 4]>, String> {
         let damaged = || "the KTX2 texture is damaged".to_owned();
-        let texels = u64::from(self.width) * u64::from(self.height);
+        let texels = area(self.width, self.height);
         let count = usize::try_from(texels).map_err(|_| damaged())?;
-        let blocks = u64::from(self.width.div_ceil(4)) * u64::from(self.height.div_ceil(4));
+        let blocks = area(self.width.div_ceil(4), self.height.div_ceil(4));
         let stored = match self.storage {
             Storage::Etc1s { .. } => self.level.len() as u64,
-            Storage::Uastc { .. } => blocks * 16,
-            Storage::Plain(size) => texels * size as u64,
+            Storage::Uastc { .. } => blocks.saturating_mul(16),
+            Storage::Plain(size) => texels.saturating_mul(size as u64),
         };
         let inflated;
         let level = if self.zstd {
@@ -131,28 +142,23 @@ impl Ktx2<'_> {
         } else {
             self.level
         };
-        if (level.len() as u64) < stored {
-            return Err("the KTX2 texture is cut off".to_owned());
-        }
+        let used = usize::try_from(stored).ok().and_then(|stored| level.get(..stored));
+        let Some(used) = used else { return Err("the KTX2 texture is cut off".to_owned()) };
         let mut out = vec![[255; 4]; count];
         let container = match self.storage {
             Storage::Plain(size) => {
                 for (texel, from) in out.iter_mut().zip(level.chunks_exact(size)) {
-                    texel[..size].copy_from_slice(from);
+                    texel.iter_mut().zip(from).for_each(|(channel, &code)| *channel = code);
                 }
                 return Ok(out);
             }
-            Storage::Uastc { channels } => self.container(
-                UASTC,
-                0,
-                &[channels],
-                &[],
-                &level[..usize::try_from(stored).map_err(|_| damaged())?],
-            ),
+            Storage::Uastc { channels } => self.container(UASTC, 0, &[channels], &[], used),
             Storage::Etc1s { second } => {
-                let channels = [0, second.unwrap_or(0)];
-                let used = if second.is_some() { 2 } else { 1 };
-                self.container(ETC1S, 1, &channels[..used], &self.tables().ok_or_else(damaged)?, level)
+                let tables = self.tables().ok_or_else(damaged)?;
+                match second {
+                    Some(second) => self.container(ETC1S, 1, &[0, second], &tables, level),
+                    None => self.container(ETC1S, 1, &[0], &tables, level),
+                }
             }
         };
         let refused = |error: basisu::Error| {
@@ -161,10 +167,10 @@ impl Ktx2<'_> {
         };
         let transcoder = Transcoder::new(&container).map_err(refused)?;
         let size = transcoder.output_size(0, TargetFormat::Rgba32).map_err(refused)?;
-        if size != count * 4 {
+        let flat = out.as_flattened_mut();
+        if size != flat.len() {
             return Err(damaged());
         }
-        let flat = out.as_flattened_mut();
         transcoder.transcode_into(0, TargetFormat::Rgba32, DecodeFlags::NONE, flat).map_err(refused)?;
         // Green in the place of alpha.
         if self.storage == (Storage::Etc1s { second: Some(4) }) {
@@ -179,7 +185,7 @@ impl Ktx2<'_> {
         let lengths = [word(4)?, word(8)?, word(12)?];
         let total = lengths.iter().map(|&length| u64::from(length)).sum::<u64>();
         // A description of 20 bytes for each level lies between the header and the tables.
-        let start = 20 + 20 * usize::try_from(self.levels.max(1)).ok()?;
+        let start = usize::try_from(self.levels.max(1)).ok()?.checked_mul(20)?.checked_add(20)?;
         // Pictures that are differences to another one have a bit set.
         if word(20)? & 2 != 0 {
             return None;
@@ -191,52 +197,38 @@ impl Ktx2<'_> {
         Some(tables)
     }
 
-    /// A container of one level.
-    fn container(&self, model: u8, scheme: u32, channels: &[u8], global: &[u8], level: &[u8]) -> Vec<u8> {
-        let samples: Vec<u8> = channels
-            .iter()
-            .flat_map(|channel| [0, 0, 0, *channel, 0, 0, 0, 0, 0, 0, 0, 0, 255, 255, 255, 255])
-            .collect();
-        let descriptor = 28 + samples.len();
-        let tables = (104 + descriptor).next_multiple_of(8);
-        let place = tables + global.len().next_multiple_of(16);
-        let mut out = Vec::with_capacity(place + level.len());
+    /// A container of one level, with a sample for each of one or two channels.
+    fn container<const CHANNELS: usize>(
+        &self,
+        model: u8,
+        scheme: u32,
+        channels: &[u8; CHANNELS],
+        global: &[u8],
+        level: &[u8],
+    ) -> Vec<u8> {
+        const BEFORE: u32 = 104;
+        let length = const { 28 + 16 * CHANNELS as u32 };
+        let tables = const { (BEFORE + 28 + 16 * CHANNELS as u32).next_multiple_of(8) };
+        // Of two parts of a file in memory: their lengths do not add up to what a number cannot hold.
+        let place = global.len().next_multiple_of(16).saturating_add(tables as usize);
+        let mut out = Vec::with_capacity(place.saturating_add(level.len()));
         out.extend(MAGIC);
-        let words = [0, 1, self.width, self.height, 0, 0, 1, 1, scheme, 104, descriptor as u32, 0, 0];
+        let words = [0, 1, self.width, self.height, 0, 0, 1, 1, scheme, BEFORE, length, 0, 0];
         out.extend(words.iter().flat_map(|word| word.to_le_bytes()));
         let whole = if scheme == 0 { level.len() } else { 0 };
-        for long in [if global.is_empty() { 0 } else { tables }, global.len(), place, level.len(), whole] {
+        let global_place = if global.is_empty() { 0 } else { tables as usize };
+        for long in [global_place, global.len(), place, level.len(), whole] {
             out.extend((long as u64).to_le_bytes());
         }
-        out.extend((descriptor as u32).to_le_bytes());
-        out.extend([
-            0,
-            0,
-            0,
-            0,
-            2,
-            0,
-            (descriptor - 4) as u8,
-            0,
-            model,
-            1,
-            2,
-            0,
-            3,
-            3,
-            0,
-            0,
-            16,
-            0,
-            0,
-            0,
-            0,
-            0,
-            0,
-            0,
-        ]);
-        out.extend(samples);
-        out.resize(tables, 0);
+        out.extend(length.to_le_bytes());
+        // The one block of the descriptor: its version and length, then the model, linear primaries and so on, blocks of
+        // 4 x 4 and 16 bytes.
+        out.extend([0, 0, 0, 0, 2, 0, const { 24 + 16 * CHANNELS as u8 }, 0]);
+        out.extend([model, 1, 2, 0, 3, 3, 0, 0, 16, 0, 0, 0, 0, 0, 0, 0]);
+        for &channel in channels {
+            out.extend([0, 0, 0, channel, 0, 0, 0, 0, 0, 0, 0, 0, 255, 255, 255, 255]);
+        }
+        out.resize(tables as usize, 0);
         out.extend(global);
         out.resize(place, 0);
         out.extend(level);
