@@ -73,7 +73,7 @@ impl Jobs {
     /// its work over, sleeps and is woken.
     ///
     /// Handing over takes a place in the pool's queue, which allocates a block of 63 places at a time: about 1.5 KB for
-    /// every 63 calls. Nothing else here takes memory, but for the results of [`Jobs::map`] and
+    /// every 63 calls. Nothing else here takes memory, but for the results of [`Jobs::map`], [`Jobs::map_each`] and
     /// [`Jobs::on_every_worker`].
     pub fn on_worker<T: Send>(&self, f: impl FnOnce() -> T + Send) -> T {
         match &self.pool {

@@ -5,6 +5,10 @@
 //! Supports are drawn, objects of the type "other" are not. Textures and colours are opaque unless they are layers;
 //! colours vary linearly over a triangle, where the specification asks for a variation of their sRGB codes.
 //!
+//! The specification has no attribute `printable` of items, which PrusaSlicer and those made from it write. An item with
+//! `printable="0"` is drawn like the others: it stands on the plate, and these programs draw it too in the pictures that
+//! they put into such files.
+//!
 //! Slicers write what they print into files of their own beside the model: which parts only change the settings of
 //! others, and the colours of the filaments (`slicer.rs`). They also paint triangles with them (`paint.rs`).
 #![cfg_attr(
