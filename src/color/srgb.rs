@@ -18,6 +18,12 @@ pub static SRGB8_TO_LINEAR: [f32; 256] = {
     table
 };
 
+/// Linear value of an 8-bit sRGB code.
+#[must_use]
+pub fn srgb8_to_linear(code: u8) -> f32 {
+    SRGB8_TO_LINEAR[usize::from(code)]
+}
+
 /// `THRESHOLDS[k]` is the least `f32` that encodes to at least `k`; one that nothing reaches ends the table.
 static THRESHOLDS: [f32; 257] = {
     let mut table = [0.0; 257];

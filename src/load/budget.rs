@@ -1,4 +1,13 @@
 //! How much memory a file has been granted so far.
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::indexing_slicing,
+        clippy::arithmetic_side_effects,
+        clippy::unwrap_used,
+        clippy::expect_used
+    )
+)]
 
 use crate::limits::{LimitExceeded, Limits};
 
@@ -54,7 +63,7 @@ impl Budget {
 
     /// Bytes that can still be granted.
     pub(crate) fn left(&self) -> u64 {
-        self.limit - self.used
+        self.limit.saturating_sub(self.used)
     }
 }
 

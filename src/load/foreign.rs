@@ -1,4 +1,13 @@
 //! What a file is that is none of the formats read here: for messages.
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::indexing_slicing,
+        clippy::arithmetic_side_effects,
+        clippy::unwrap_used,
+        clippy::expect_used
+    )
+)]
 
 use super::threemf::archive;
 
@@ -72,7 +81,7 @@ const HEAD: usize = 4096;
 
 /// What a file is, as it is said in "it is ...", if it is something well known.
 pub(super) fn what_it_is(bytes: &[u8]) -> Option<&'static str> {
-    let head = &bytes[..bytes.len().min(HEAD)];
+    let head = bytes.get(..HEAD).unwrap_or(bytes);
     if head.starts_with(archive::MAGIC) || head.starts_with(b"PK\x05\x06") {
         return Some(packed(bytes));
     }
@@ -115,13 +124,11 @@ pub(super) fn what_it_is(bytes: &[u8]) -> Option<&'static str> {
 fn packed(bytes: &[u8]) -> &'static str {
     let names = archive::names(bytes, 4096);
     let ends = |end: &str| names.iter().any(|name| name.ends_with(end));
-    if names.is_empty() {
-        return "a ZIP archive that is damaged or not complete";
-    }
-    if names[0].ends_with(".usdc") || names[0].ends_with(".usda") || names[0].ends_with(".usd") {
+    let Some(first) = names.first() else { return "a ZIP archive that is damaged or not complete" };
+    if first.ends_with(".usdc") || first.ends_with(".usda") || first.ends_with(".usd") {
         return "a USDZ file";
     }
-    if names[0].ends_with(".amf") {
+    if first.ends_with(".amf") {
         return "an AMF file";
     }
     if ends("document.xml") && ends(".brp") {

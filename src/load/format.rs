@@ -1,4 +1,13 @@
 //! Which format a file has.
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::indexing_slicing,
+        clippy::arithmetic_side_effects,
+        clippy::unwrap_used,
+        clippy::expect_used
+    )
+)]
 
 use super::gltf;
 use super::threemf::archive;
@@ -75,7 +84,7 @@ impl Format {
         }
         if let Some(&[a, b, c, d]) = bytes.get(80..84).and_then(|b| b.first_chunk()) {
             let triangles = u64::from(u32::from_le_bytes([a, b, c, d]));
-            if triangles > 0 && bytes.len() as u64 == 84 + 50 * triangles {
+            if triangles > 0 && bytes.len() as u64 == triangles.saturating_mul(50).saturating_add(84) {
                 return Some(Self::Stl);
             }
         }
@@ -100,7 +109,7 @@ impl Format {
 /// True if the first line that is not a comment begins with a keyword of OBJ.
 fn starts_like_obj(text: &[u8]) -> bool {
     const KEYWORDS: [&[u8]; 10] = [b"v", b"vt", b"vn", b"f", b"l", b"o", b"g", b"s", b"mtllib", b"usemtl"];
-    let head = &text[..text.len().min(1 << 16)];
+    let head = text.get(..1 << 16).unwrap_or(text);
     let mut lines = head.split(|&b| b == b'\n' || b == b'\r').map(<[u8]>::trim_ascii_start);
     let Some(line) = lines.find(|line| !line.is_empty() && !line.starts_with(b"#")) else { return false };
     let word = line.split(|b| b.is_ascii_whitespace()).next().unwrap_or(&[]);

@@ -1,4 +1,13 @@
 //! Encoded pictures (PNG, JPEG, WebP, KTX2) to 8-bit RGBA, with their claims checked before anything is allocated.
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::indexing_slicing,
+        clippy::arithmetic_side_effects,
+        clippy::unwrap_used,
+        clippy::expect_used
+    )
+)]
 
 use super::ktx2;
 use crate::limits::{LimitExceeded, Limits};
@@ -23,7 +32,7 @@ pub(crate) struct Header {
 impl Header {
     /// Number of texels.
     pub(crate) fn texels(&self) -> u64 {
-        u64::from(self.width) * u64::from(self.height)
+        area(self.width, self.height)
     }
 }
 
@@ -87,7 +96,7 @@ fn decoder<'a>(bytes: &'a [u8], max_bytes: u64) -> Result<impl ImageDecoder + 'a
 /// [`ImageError`].
 pub(crate) fn probe(what: &str, bytes: &[u8], limits: &Limits) -> Result<Header, ImageError> {
     let check = |width: u32, height: u32| {
-        let texels = u64::from(width) * u64::from(height);
+        let texels = area(width, height);
         let what = || format!("{what} of {width} x {height} texels");
         Limits::check(what, texels, limits.texture_pixels, "texture_pixels").map_err(ImageError::Limit)
     };
@@ -126,7 +135,7 @@ pub(crate) fn decode(bytes: &[u8], header: &Header) -> Result<Image, ImageError>
         let texels = texture.decode().map_err(ImageError::Damaged)?;
         return Image::new(header.width, header.height, texels).map_err(damaged);
     }
-    let decoder = decoder(bytes, header.texels().saturating_mul(header.transient + 4))?;
+    let decoder = decoder(bytes, header.texels().saturating_mul(header.transient.saturating_add(4)))?;
     if decoder.dimensions() != (header.width, header.height) {
         return Err(ImageError::Damaged("its header changed while it was read".to_owned()));
     }
@@ -142,22 +151,20 @@ pub(crate) fn decode(bytes: &[u8], header: &Header) -> Result<Image, ImageError>
             ColorType::L8 => expand(&raw, &mut texels, |[l]: [u8; 1]| [l, l, l, 255]),
             ColorType::La8 => expand(&raw, &mut texels, |[l, a]: [u8; 2]| [l, l, l, a]),
             ColorType::Rgb8 => expand(&raw, &mut texels, |[r, g, b]: [u8; 3]| [r, g, b, 255]),
-            ColorType::L16 => expand(&raw, &mut texels, |p: [u8; 2]| {
-                let l = narrow(p, 0);
+            ColorType::L16 => expand(&raw, &mut texels, |[a, b]: [u8; 2]| {
+                let l = narrow([a, b]);
                 [l, l, l, 255]
             }),
-            ColorType::La16 => expand(&raw, &mut texels, |p: [u8; 4]| {
-                let l = narrow(p, 0);
-                [l, l, l, narrow(p, 1)]
+            ColorType::La16 => expand(&raw, &mut texels, |[a, b, c, d]: [u8; 4]| {
+                let l = narrow([a, b]);
+                [l, l, l, narrow([c, d])]
             }),
-            ColorType::Rgb16 => {
-                expand(&raw, &mut texels, |p: [u8; 6]| [narrow(p, 0), narrow(p, 1), narrow(p, 2), 255]);
-            }
-            ColorType::Rgba16 => {
-                expand(&raw, &mut texels, |p: [u8; 8]| {
-                    [narrow(p, 0), narrow(p, 1), narrow(p, 2), narrow(p, 3)]
-                });
-            }
+            ColorType::Rgb16 => expand(&raw, &mut texels, |[a, b, c, d, e, f]: [u8; 6]| {
+                [narrow([a, b]), narrow([c, d]), narrow([e, f]), 255]
+            }),
+            ColorType::Rgba16 => expand(&raw, &mut texels, |[a, b, c, d, e, f, g, h]: [u8; 8]| {
+                [[a, b], [c, d], [e, f], [g, h]].map(narrow)
+            }),
             other => return Err(ImageError::Damaged(format!("texels of the kind {other:?} are not known"))),
         }
     }
@@ -170,10 +177,24 @@ fn expand<const S: usize>(raw: &[u8], texels: &mut [[u8; 4]], convert: impl Fn([
     }
 }
 
-/// Channel `k` of a texel with 16-bit channels in this machine's byte order, rounded to 8 bits.
-fn narrow<const S: usize>(texel: [u8; S], k: usize) -> u8 {
-    let v = u32::from(u16::from_ne_bytes([texel[2 * k], texel[2 * k + 1]]));
-    ((v * 255 + 32767) / 65535) as u8
+/// A channel of 16 bits in this machine's byte order, rounded to 8 bits.
+fn narrow(channel: [u8; 2]) -> u8 {
+    let v = u32::from(u16::from_ne_bytes(channel));
+    (v.saturating_mul(255).saturating_add(32767) / 65535) as u8
+}
+
+/// Texels of a picture. Two numbers of 32 bits have a product of 64: it does not saturate.
+pub(super) fn area(width: u32, height: u32) -> u64 {
+    u64::from(width).saturating_mul(height.into())
+}
+
+/// The texel of a picture at the place of another one's texel: its column and row, and the width and height of that one.
+pub(super) fn scaled_texel(image: &Image, [x, y]: [u32; 2], [width, height]: [u32; 2]) -> [u8; 4] {
+    let place =
+        |k: u32, of: u32, n: u32| area(k, n).checked_div(of.into()).and_then(|k| u32::try_from(k).ok());
+    // Within the picture, since the other place is within the other one.
+    let texel = || image.texel(place(x, width, image.width())?, place(y, height, image.height())?);
+    texel().unwrap_or_default()
 }
 
 #[cfg(test)]

@@ -4,6 +4,17 @@
 //! checked here; what decodes blocks gets slices of a size that has been checked. Its own reader of containers is not
 //! used: it overflows on damaged files, and brings the tables of two dozen formats for graphics cards.
 
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::indexing_slicing,
+        clippy::arithmetic_side_effects,
+        clippy::unwrap_used,
+        clippy::expect_used
+    )
+)]
+
+use super::image::area;
 use basisu::basislz::etc1s::Etc1sTranscoder;
 use basisu::uastc::unpack::unpack_uastc;
 use ruzstd::decoding::StreamingDecoder;
@@ -91,13 +102,14 @@ pub(super) fn open(bytes: &[u8]) -> Result<Ktx2<'_>, String> {
         return Err("the KTX2 texture is not one two-dimensional picture".to_owned());
     }
     // The transcoder counts in 32 bits.
-    if u64::from(*width) * u64::from(*height) > MAX_TEXELS {
+    if area(*width, *height) > MAX_TEXELS {
         return Err(format!("a KTX2 texture of {width} x {height} texels cannot be read"));
     }
     let descriptor = part((*dfd).into(), (*dfd_length).into()).ok_or_else(cut_off)?;
     let level = part(*level, *length).ok_or_else(cut_off)?;
-    // Byte 3 of a sample, of which the first is at byte 28 and each has 16.
-    let channel = |sample: usize| descriptor.get(28 + 16 * sample + 3).map(|byte| byte & 15);
+    // Byte 3 of a sample.
+    let samples = descriptor.get(28..).unwrap_or_default();
+    let channel = |sample: usize| Some(samples.chunks(16).nth(sample)?.get(3)? & 15);
     let storage = match (format, descriptor.get(12)) {
         (0, Some(&ETC1S)) if *scheme == 1 => Storage::Etc1s { second: channel(1) },
         (0, Some(&UASTC)) => Storage::Uastc { channels: channel(0).ok_or_else(cut_off)? },
@@ -124,13 +136,13 @@ impl Ktx2<'_> {
     /// One line that says what is wrong.
     pub(super) fn decode(&self) -> Result<Vec<[u8; 4]>, String> {
         let damaged = || "the KTX2 texture is damaged".to_owned();
-        let texels = u64::from(self.width) * u64::from(self.height);
+        let texels = area(self.width, self.height);
         let count = usize::try_from(texels).map_err(|_| damaged())?;
-        let blocks = u64::from(self.width.div_ceil(4)) * u64::from(self.height.div_ceil(4));
+        let blocks = area(self.width.div_ceil(4), self.height.div_ceil(4));
         let stored = match self.storage {
             Storage::Etc1s { .. } => self.level.len() as u64,
-            Storage::Uastc { .. } => blocks * 16,
-            Storage::Plain(size) => texels * size as u64,
+            Storage::Uastc { .. } => blocks.saturating_mul(16),
+            Storage::Plain(size) => texels.saturating_mul(size as u64),
         };
         let inflated;
         let level = if self.zstd {
@@ -139,18 +151,17 @@ impl Ktx2<'_> {
         } else {
             self.level
         };
-        if (level.len() as u64) < stored {
-            return Err("the KTX2 texture is cut off".to_owned());
-        }
+        let used = usize::try_from(stored).ok().and_then(|stored| level.get(..stored));
+        let Some(used) = used else { return Err("the KTX2 texture is cut off".to_owned()) };
         let mut out = vec![[255; 4]; count];
         match self.storage {
             Storage::Plain(size) => {
-                for (texel, from) in out.iter_mut().zip(level.chunks_exact(size)) {
+                for (texel, from) in out.iter_mut().zip(used.chunks_exact(size)) {
                     texel.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
                 }
             }
             Storage::Uastc { channels } => {
-                self.uastc(level, &mut out).ok_or_else(damaged)?;
+                self.uastc(used, &mut out).ok_or_else(damaged)?;
                 if channels == UASTC_GREEN_IN_ALPHA {
                     out.iter_mut().for_each(green_from_alpha);
                 }

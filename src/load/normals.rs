@@ -1,5 +1,15 @@
 //! Smooth normals for meshes without.
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::indexing_slicing,
+        clippy::arithmetic_side_effects,
+        clippy::unwrap_used,
+        clippy::expect_used
+    )
+)]
 
+use super::grouped::Grouped;
 use super::vertices::{PositionTable, duplicate_vertex};
 use super::weld::weld;
 use crate::jobs::Jobs;
@@ -7,13 +17,15 @@ use crate::math::double::cos;
 use crate::math::lanes::{Float, LANES, Lanes, SimdLevel};
 use crate::math::{atan2, scalar};
 use crate::scene::MeshData;
+use std::ops::Range;
 
 /// Corners around one position that are compared each with each. Where more meet (a fan of thousands of triangles),
 /// they are first gathered by direction, so that the work stays linear.
 const FEW: usize = 64;
 
 /// Cells along an edge of the direction cube, for positions where more than [`FEW`] corners meet: 11 degrees each.
-const CELLS: usize = 8;
+const CELLS: usize = 1 << CELL_BITS;
+const CELL_BITS: u32 = 3;
 
 /// Gives every triangle corner the sum of the normals of those triangles around its position that deviate from its
 /// own by at most `crease_angle_degrees` (0 to 180), each weighted by its area and its angle at that position; so a
@@ -34,7 +46,7 @@ pub(crate) fn add_smooth_normals(mesh: &mut MeshData, crease_angle_degrees: f32,
 pub(super) fn add_smooth_normals_to_welded(mesh: &mut MeshData, crease_angle_degrees: f32, jobs: &Jobs) {
     mesh.normals = vec![[0.0; 3]; mesh.positions.len()];
     let classes = mesh.positions.len();
-    add_to_classes(mesh, crease_angle_degrees, |v| v, classes, None::<fn(usize) -> bool>, jobs);
+    add_to_classes(mesh, crease_angle_degrees, |v| v as usize, classes, None::<fn(usize) -> bool>, jobs);
 }
 
 /// As [`add_smooth_normals`], for the vertices that are `missing` a normal, where it must be zero; the others keep
@@ -47,8 +59,11 @@ pub(super) fn add_missing_normals(
 ) {
     let seed = PositionTable::seed(bytemuck::cast_slice(&mesh.positions));
     let mut class_of = vec![0; mesh.positions.len()];
-    let classes = weld(&mut class_of, |v| mesh.positions[v], seed, jobs).len();
-    add_to_classes(mesh, crease_angle_degrees, |v| class_of[v as usize], classes, Some(missing), jobs);
+    let from = |start: usize| mesh.positions.get(start..).unwrap_or_default().iter().copied();
+    let classes = weld(&mut class_of, from, seed, jobs).len();
+    // `Mesh::new` reports vertices that do not exist; they have no class here.
+    let class_of = |v: u32| class_of.get(v as usize).map_or(usize::MAX, |&class| class as usize);
+    add_to_classes(mesh, crease_angle_degrees, class_of, classes, Some(missing), jobs);
 }
 
 /// Classes that one thread looks at in one go.
@@ -61,7 +76,7 @@ const RUNS: usize = 64;
 fn add_to_classes(
     mesh: &mut MeshData,
     crease_angle_degrees: f32,
-    class_of: impl Fn(u32) -> u32,
+    class_of: impl Fn(u32) -> usize,
     classes: usize,
     missing: Option<impl Fn(usize) -> bool>,
     jobs: &Jobs,
@@ -73,31 +88,28 @@ fn add_to_classes(
         // `Mesh::new` reports the index; there is nothing to compute here.
         return;
     }
-    let (starts, corners) = corners_by_class(&mesh.triangles, class_of, classes);
+    // The corners of all triangles by the class of their vertex, in mesh order within a class.
+    let corners = Grouped::new(classes, mesh.triangles.as_flattened().iter().map(|&vertex| class_of(vertex)));
     let crease = cos(f64::from(crease_angle_degrees).to_radians());
-    let around = |class: usize| &corners[starts[class] as usize..starts[class + 1] as usize];
 
     let mut copies = Vec::new();
-    for first in (0..classes).step_by(AT_ONCE * RUNS) {
-        let runs = (classes - first).min(AT_ONCE * RUNS).div_ceil(AT_ONCE);
+    for round in runs(0..classes, AT_ONCE * RUNS) {
+        let runs: Vec<_> = runs(round, AT_ONCE).collect();
         // Vertices that are split meanwhile have copies at the same place: what is computed does not change.
-        let found = jobs.map(runs, |run| {
-            let start = first + run * AT_ONCE;
-            Normals::of(mesh, &starts[start..=classes.min(start + AT_ONCE)], &corners, crease)
-        });
-        for (run, found) in found.into_iter().enumerate() {
+        let found = jobs.map_each(&runs, |run| Normals::of(mesh, run.clone(), &corners, crease));
+        for (run, found) in runs.into_iter().zip(found) {
             let mut differing = found.differing.into_iter();
-            for (k, common) in found.common.into_iter().enumerate() {
-                let class = first + run * AT_ONCE + k;
+            for (class, common) in run.zip(found.common) {
                 if let (Some(normal), None) = (common, &missing) {
-                    mesh.normals[class] = normal;
+                    if let Some(own) = mesh.normals.get_mut(class) {
+                        *own = normal;
+                    }
                     continue;
                 }
-                let corners = around(class);
                 copies.clear();
-                for &corner in corners {
+                for &corner in corners.group(class) {
                     let Some(normal) = common.or_else(|| differing.next()) else { break };
-                    let vertex = mesh.triangles[corner as usize / 3][corner as usize % 3];
+                    let Some(&vertex) = mesh.triangles.as_flattened().get(corner as usize) else { break };
                     if missing.as_ref().is_none_or(|missing| missing(vertex as usize)) {
                         assign(mesh, corner, normal, &mut copies);
                     }
@@ -105,6 +117,12 @@ fn add_to_classes(
             }
         }
     }
+}
+
+/// A range in parts of so many.
+fn runs(whole: Range<usize>, size: usize) -> impl Iterator<Item = Range<usize>> {
+    let end = whole.end;
+    whole.step_by(size).map(move |start| start..end.min(start.saturating_add(size)))
 }
 
 /// The normals of the corners of some classes.
@@ -117,15 +135,15 @@ struct Normals {
 }
 
 impl Normals {
-    /// `starts` has the place of the first corner of each class, and of the one after the last.
-    fn of(mesh: &MeshData, starts: &[u32], corners: &[u32], crease: f64) -> Self {
+    fn of(mesh: &MeshData, classes: Range<usize>, corners: &Grouped, crease: f64) -> Self {
         let mut out = Self::default();
         let (mut block, mut normals) = (Block::default(), Vec::new());
-        let mut known = [(0, [0.0; 3]); FEW];
-        for starts in starts.windows(BLOCK + 1).step_by(BLOCK).chain(rest_of(starts)) {
-            block.fill(mesh, &corners[starts[0] as usize..starts[starts.len() - 1] as usize]);
-            for range in starts.windows(2) {
-                let around = &block.corners[(range[0] - starts[0]) as usize..(range[1] - starts[0]) as usize];
+        let mut known = Vec::with_capacity(FEW);
+        for classes in runs(classes, BLOCK) {
+            block.fill(mesh, corners.groups(classes.clone()));
+            let mut rest = &block.corners[..];
+            for class in classes {
+                let around = rest.split_off(..corners.group(class).len()).unwrap_or_default();
                 if around.len() <= FEW {
                     compare_all(around, crease, &mut known, &mut normals);
                 } else {
@@ -145,12 +163,6 @@ impl Normals {
 /// Classes the corners of which are computed side by side: few enough to stay in a processor's own cache.
 const BLOCK: usize = 256;
 
-/// What the blocks of [`BLOCK`] classes leave over.
-fn rest_of(starts: &[u32]) -> impl Iterator<Item = &[u32]> {
-    let rest = &starts[(starts.len() - 1) / BLOCK * BLOCK..];
-    (rest.len() > 1).then_some(rest).into_iter()
-}
-
 /// Corners of some classes.
 #[derive(Default)]
 struct Block {
@@ -166,7 +178,7 @@ impl Block {
         self.angles.clear();
         self.cosines.clear();
         for &c in corners {
-            let (corner, [sine, cosine]) = Corner::of(mesh, c);
+            let (corner, [sine, cosine]) = Corner::of(mesh, c).unwrap_or_default();
             self.corners.push(corner);
             self.angles.push(sine);
             self.cosines.push(cosine);
@@ -202,23 +214,27 @@ struct Corner {
 
 impl Corner {
     /// Corner number `c` (three per triangle) of a mesh, not weighted by its angle yet, and a multiple of the angle's
-    /// sine and cosine.
-    fn of(mesh: &MeshData, c: u32) -> (Self, [f32; 2]) {
-        let triangle = mesh.triangles[c as usize / 3];
-        let k = c as usize % 3;
-        let at = |k: usize| mesh.positions[triangle[k % 3] as usize].map(f64::from);
-        let (p, q, r) = (at(k), at(k + 1), at(k + 2));
+    /// sine and cosine; `None` if there is no such corner.
+    fn of(mesh: &MeshData, c: u32) -> Option<(Self, [f32; 2])> {
+        let &[v0, v1, v2] = mesh.triangles.get(c as usize / 3)?;
+        let [p, q, r] = match c % 3 {
+            0 => [v0, v1, v2],
+            1 => [v1, v2, v0],
+            _ => [v2, v0, v1],
+        };
+        let at = |v: u32| mesh.positions.get(v as usize).map(|p| p.map(f64::from));
+        let (p, q, r) = (at(p)?, at(q)?, at(r)?);
         let (a, b) = (subtract(q, p), subtract(r, p));
         // In double precision neither coordinates of 1e15 overflow nor triangles of 1e-15 vanish.
         let normal = cross(a, b);
         let area = dot(normal, normal).sqrt();
         if area == 0.0 {
-            return (Self::default(), [0.0; 2]);
+            return Some((Self::default(), [0.0; 2]));
         }
         // Scaled to 1 for single precision, which is plenty for a weight and three times as fast.
         let scale = 1.0 / (dot(a, a) * dot(b, b)).sqrt();
         let corner = Self { unit: normal.map(|v| v / area), weighted: normal };
-        (corner, [(area * scale) as f32, (dot(a, b) * scale) as f32])
+        Some((corner, [(area * scale) as f32, (dot(a, b) * scale) as f32]))
     }
 }
 
@@ -226,43 +242,54 @@ impl Corner {
 fn compare_all(
     around: &[Corner],
     crease: f64,
-    known: &mut [(u64, [f32; 3]); FEW],
+    known: &mut Vec<(u64, [f32; 3])>,
     normals: &mut Vec<[f32; 3]>,
 ) {
     normals.clear();
     let has_direction = |corner: &Corner| corner.unit != [0.0; 3];
     // In a smooth surface each is near each other, and one sum is that of all.
-    let is_near = |k: usize| around[k..].iter().all(|other| dot(around[k].unit, other.unit) >= crease);
-    if (0..around.len()).all(is_near) && around.iter().all(has_direction) {
+    let is_near = |(k, corner): (usize, &Corner)| {
+        around.iter().skip(k).all(|other| dot(corner.unit, other.unit) >= crease)
+    };
+    if around.iter().enumerate().all(is_near) && around.iter().all(has_direction) {
         let sum = normalized(around.iter().fold([0.0; 3], |sum, corner| add(sum, corner.weighted)));
         normals.extend(around.iter().map(|corner| fallback(sum, corner)));
         return;
     }
-    // Which others are near each corner: that goes both ways, but nothing is near a corner without direction.
+    // Which others are near each corner, a bit for each: that goes both ways, but nothing is near a corner without
+    // direction.
     let mut sets = [0_u64; FEW];
-    for (k, corner) in around.iter().enumerate() {
-        for (other, j) in around[k..].iter().zip(k..) {
-            let near = u64::from(dot(corner.unit, other.unit) >= crease);
-            sets[k] |= near << j;
-            sets[j] |= near << k;
+    let (mut corners, mut rest, mut own) = (around, &mut sets[..], 1_u64);
+    while let ([corner, others @ ..], [set, sets @ ..]) = (corners, rest) {
+        if dot(corner.unit, corner.unit) >= crease {
+            *set |= own;
         }
+        let mut bit = own << 1;
+        for (other, its) in others.iter().zip(&mut *sets) {
+            let near = if dot(corner.unit, other.unit) >= crease { u64::MAX } else { 0 };
+            *set |= near & bit;
+            *its |= near & own;
+            bit <<= 1;
+        }
+        (corners, rest) = (others, sets);
+        own <<= 1;
     }
     // Corners with the same set of neighbours have the same sum: one set that covers all is the usual case.
-    let mut count = 0;
+    known.clear();
     for (corner, &set) in around.iter().zip(&sets) {
         let set = if has_direction(corner) { set } else { 0 };
-        let normal = match known[..count].iter().find(|(s, _)| *s == set) {
+        let normal = match known.iter().find(|(s, _)| *s == set) {
             Some(&(_, normal)) => normal,
             None => {
-                let mut sum = [0.0; 3];
-                for (k, other) in around.iter().enumerate() {
-                    if set >> k & 1 == 1 {
+                let (mut sum, mut bits) = ([0.0; 3], set);
+                for other in around {
+                    if bits & 1 == 1 {
                         sum = add(sum, other.weighted);
                     }
+                    bits >>= 1;
                 }
                 let normal = fallback(normalized(sum), corner);
-                known[count] = (set, normal);
-                count += 1;
+                known.push((set, normal));
                 normal
             }
         };
@@ -275,8 +302,9 @@ fn compare_by_direction(around: &[Corner], crease: f64, normals: &mut Vec<[f32; 
     normals.clear();
     let mut cells = [Corner::default(); 6 * CELLS * CELLS];
     for corner in around {
-        if corner.unit != [0.0; 3] {
-            let cell = &mut cells[cell_of(corner.unit)];
+        if corner.unit != [0.0; 3]
+            && let Some(cell) = cells.get_mut(cell_of(corner.unit))
+        {
             cell.unit = add(cell.unit, corner.unit);
             cell.weighted = add(cell.weighted, corner.weighted);
         }
@@ -287,39 +315,38 @@ fn compare_by_direction(around: &[Corner], crease: f64, normals: &mut Vec<[f32; 
             cell.unit = cell.unit.map(|v| v / length);
         }
     }
-    let mut of_cell: Vec<Option<[f32; 3]>> = vec![None; cells.len()];
+    let mut of_cell = [None; 6 * CELLS * CELLS];
     for corner in around {
-        if corner.unit == [0.0; 3] {
-            normals.push([0.0; 3]);
-            continue;
-        }
         let cell = cell_of(corner.unit);
-        let normal = *of_cell[cell].get_or_insert_with(|| {
-            let unit = cells[cell].unit;
-            let near = cells.iter().filter(|c| dot(unit, c.unit) >= crease);
-            normalized(near.fold([0.0; 3], |sum, c| add(sum, c.weighted)))
-        });
+        let normal = match (cells.get(cell), of_cell.get_mut(cell)) {
+            (Some(cell), Some(normal)) if corner.unit != [0.0; 3] => *normal.get_or_insert_with(|| {
+                let near = cells.iter().filter(|c| dot(cell.unit, c.unit) >= crease);
+                normalized(near.fold([0.0; 3], |sum, c| add(sum, c.weighted)))
+            }),
+            // One without direction, whose own normal is zero too.
+            _ => [0.0; 3],
+        };
         normals.push(fallback(normal, corner));
     }
 }
 
 /// The cell of the direction cube that a unit vector points into.
 fn cell_of(d: [f64; 3]) -> usize {
-    let [x, y, z] = d.map(f64::abs);
-    let axis = if x >= y && x >= z {
-        0
-    } else if y >= z {
-        1
+    let [x, y, z] = d;
+    let [along_x, along_y, along_z] = d.map(f64::abs);
+    let (axis, main, [u, v]) = if along_x >= along_y && along_x >= along_z {
+        (0, x, [y, z])
+    } else if along_y >= along_z {
+        (1, y, [z, x])
     } else {
-        2
+        (2, z, [x, y])
     };
-    let side = usize::from(d[axis] < 0.0);
-    let along = |k: usize| {
-        let t = (d[(axis + k) % 3] / d[axis].abs() + 1.0) * 0.5 * CELLS as f64;
+    let [u, v] = [u, v].map(|t| {
+        let t = (t / main.abs() + 1.0) * 0.5 * CELLS as f64;
         // A saturating conversion: t lies within 0 and CELLS up to rounding.
         (t as usize).min(CELLS - 1)
-    };
-    ((axis * 2 + side) * CELLS + along(1)) * CELLS + along(2)
+    });
+    (axis << 1 | usize::from(main < 0.0)) << (2 * CELL_BITS) | u << CELL_BITS | v
 }
 
 /// A triangle's own normal where opposite ones cancel (with a crease angle above 90 degrees).
@@ -333,50 +360,30 @@ fn assign(mesh: &mut MeshData, corner: u32, normal: [f32; 3], copies: &mut Vec<(
     if normal == [0.0; 3] {
         return;
     }
-    let (t, k) = (corner as usize / 3, corner as usize % 3);
-    let vertex = mesh.triangles[t][k];
+    let Some(&vertex) = mesh.triangles.as_flattened().get(corner as usize) else { return };
     // A fan of thousands of distinct vertices or normals is not searched to the end, to keep the work linear.
     let mut of_vertex = copies.iter().rev().take(FEW).filter(|c| c.0 == vertex);
-    if let Some(&(_, found)) = of_vertex.find(|c| mesh.normals[c.1 as usize] == normal) {
-        mesh.triangles[t][k] = found;
-        return;
-    }
-    let used = if mesh.normals[vertex as usize] == [0.0; 3] {
-        Some(vertex)
-    } else if mesh.normals[vertex as usize] == normal {
-        return;
-    } else {
-        duplicate_vertex(mesh, vertex)
+    let used = match of_vertex.find(|c| mesh.normals.get(c.1 as usize) == Some(&normal)) {
+        Some(&(_, found)) => found,
+        None => {
+            let used = match mesh.normals.get(vertex as usize) {
+                Some(own) if *own == [0.0; 3] => vertex,
+                Some(own) if *own == normal => return,
+                _ => {
+                    let Some(copy) = duplicate_vertex(mesh, vertex) else { return };
+                    copy
+                }
+            };
+            if let Some(own) = mesh.normals.get_mut(used as usize) {
+                *own = normal;
+            }
+            copies.push((vertex, used));
+            used
+        }
     };
-    if let Some(used) = used {
-        mesh.normals[used as usize] = normal;
-        mesh.triangles[t][k] = used;
-        copies.push((vertex, used));
+    if let Some(corner) = mesh.triangles.as_flattened_mut().get_mut(corner as usize) {
+        *corner = used;
     }
-}
-
-/// The corners of all triangles grouped by the position class of their vertex, in mesh order within a class: group k
-/// is `corners[starts[k]..starts[k + 1]]`.
-fn corners_by_class(
-    triangles: &[[u32; 3]],
-    class_of: impl Fn(u32) -> u32,
-    classes: usize,
-) -> (Vec<u32>, Vec<u32>) {
-    let mut starts = vec![0_u32; classes + 1];
-    for &v in triangles.as_flattened() {
-        starts[class_of(v) as usize + 1] += 1;
-    }
-    for k in 0..classes {
-        starts[k + 1] += starts[k];
-    }
-    let mut next = starts.clone();
-    let mut corners = vec![0; triangles.len() * 3];
-    for (c, &v) in triangles.as_flattened().iter().enumerate() {
-        let slot = &mut next[class_of(v) as usize];
-        corners[*slot as usize] = c as u32;
-        *slot += 1;
-    }
-    (starts, corners)
 }
 
 fn add(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {

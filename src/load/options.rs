@@ -1,4 +1,13 @@
 //! What of a file is loaded, where it offers a choice.
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::indexing_slicing,
+        clippy::arithmetic_side_effects,
+        clippy::unwrap_used,
+        clippy::expect_used
+    )
+)]
 
 use super::LoadError;
 

@@ -1,4 +1,13 @@
 //! Polygons to triangles.
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::indexing_slicing,
+        clippy::arithmetic_side_effects,
+        clippy::unwrap_used,
+        clippy::expect_used
+    )
+)]
 
 /// Point-in-triangle tests that one file may spend on concave polygons: some seconds. What exceeds it is cut as a fan.
 const BUDGET: u64 = 1 << 30;
@@ -12,175 +21,201 @@ pub(super) struct Triangulator {
     /// Concave polygons that were cut as fans because the work would have been too much.
     pub(super) given_up: u64,
     points: Vec<[f64; 2]>,
-    next: Vec<u32>,
-    previous: Vec<u32>,
-    reflex: Vec<u32>,
+    ring: Vec<Node>,
+    /// Corners with a turn to the right, and their places.
+    reflex: Vec<(usize, [f64; 2])>,
+}
+
+/// A corner that is left, and its neighbours.
+#[derive(Clone, Copy, Debug)]
+struct Node {
+    point: [f64; 2],
+    previous: usize,
+    next: usize,
 }
 
 impl Default for Triangulator {
     fn default() -> Self {
-        Self {
-            budget: BUDGET,
-            given_up: 0,
-            points: Vec::new(),
-            next: Vec::new(),
-            previous: Vec::new(),
-            reflex: Vec::new(),
-        }
+        Self { budget: BUDGET, given_up: 0, points: Vec::new(), ring: Vec::new(), reflex: Vec::new() }
     }
 }
 
 impl Triangulator {
-    /// Calls `emit` with the corners, by number, of the triangles of a polygon of `n` corners at finite positions.
-    pub(super) fn triangulate(
+    /// Calls `emit` with the corners of the triangles of a polygon, all at finite positions.
+    pub(super) fn triangulate<T: Copy>(
         &mut self,
-        n: usize,
-        position: impl Fn(usize) -> [f32; 3],
-        mut emit: impl FnMut([usize; 3]),
+        polygon: &[T],
+        position: impl Fn(T) -> [f32; 3],
+        mut emit: impl FnMut([T; 3]),
     ) {
-        if n == 3 {
-            emit([0, 1, 2]);
-            return;
-        }
-        if n < 3 {
-            return;
-        }
-        if self.project(n, position) {
-            (1..n - 1).for_each(|k| emit([0, k, k + 1]));
-        } else {
-            self.clip_ears(emit);
+        match *polygon {
+            [] | [_] | [_, _] => {}
+            [a, b, c] => emit([a, b, c]),
+            [first, ref others @ .., last] => {
+                if self.project(polygon, first, last, position) {
+                    let after = others.iter().skip(1).chain([&last]);
+                    others.iter().zip(after).for_each(|(&b, &c)| emit([first, b, c]));
+                } else {
+                    self.clip_ears(polygon, emit);
+                }
+            }
         }
     }
 
     /// Fills `points` with the polygon seen so that it runs counter-clockwise; true if it is convex or has no area.
-    fn project(&mut self, n: usize, position: impl Fn(usize) -> [f32; 3]) -> bool {
-        let origin = position(0).map(f64::from);
-        let relative = |k: usize| {
-            let p = position(k);
+    fn project<T: Copy>(
+        &mut self,
+        polygon: &[T],
+        first: T,
+        last: T,
+        position: impl Fn(T) -> [f32; 3],
+    ) -> bool {
+        let origin = position(first).map(f64::from);
+        let relative = |corner: T| {
+            let p = position(corner);
             [f64::from(p[0]) - origin[0], f64::from(p[1]) - origin[1], f64::from(p[2]) - origin[2]]
         };
         // Newell's normal, twice the area long.
         let mut normal = [0.0_f64; 3];
-        let mut last = relative(n - 1);
-        for k in 0..n {
-            let p = relative(k);
-            normal[0] += last[1] * p[2] - last[2] * p[1];
-            normal[1] += last[2] * p[0] - last[0] * p[2];
-            normal[2] += last[0] * p[1] - last[1] * p[0];
-            last = p;
+        let mut before = relative(last);
+        for &corner in polygon {
+            let p = relative(corner);
+            normal[0] += before[1] * p[2] - before[2] * p[1];
+            normal[1] += before[2] * p[0] - before[0] * p[2];
+            normal[2] += before[0] * p[1] - before[1] * p[0];
+            before = p;
         }
         let [x, y, z] = normal.map(f64::abs);
-        let axis = if x > y && x > z {
-            0
+        let (axis, facing) = if x > y && x > z {
+            (Axis::X, normal[0])
         } else if y > z {
-            1
+            (Axis::Y, normal[1])
         } else {
-            2
+            (Axis::Z, normal[2])
         };
-        if normal[axis] == 0.0 {
+        if facing == 0.0 {
             return true;
         }
-        let (u, v) = if normal[axis] > 0.0 {
-            ((axis + 1) % 3, (axis + 2) % 3)
-        } else {
-            ((axis + 2) % 3, (axis + 1) % 3)
+        let seen = |corner: T| {
+            let [x, y, z] = relative(corner);
+            let [u, v] = match axis {
+                Axis::X => [y, z],
+                Axis::Y => [z, x],
+                Axis::Z => [x, y],
+            };
+            if facing > 0.0 { [u, v] } else { [v, u] }
         };
         self.points.clear();
-        self.points.extend((0..n).map(|k| {
-            let p = relative(k);
-            [p[u], p[v]]
-        }));
+        self.points.extend(polygon.iter().map(|&corner| seen(corner)));
         // Convex: no turn to the right, and not more than one turn around (the edges change their side once).
-        let mut sides = 0;
-        let mut before = self.points[n - 1];
+        let mut sides = 0_u32;
+        let mut before = seen(last);
         let mut side = None;
-        for k in 0..n {
-            let (p, q) = (self.points[k], self.points[(k + 1) % n]);
+        let after = self.points.iter().skip(1).chain(self.points.first());
+        for (&p, &q) in self.points.iter().zip(after) {
             if turn(before, p, q) < 0.0 {
                 return false;
             }
             let up = q[1] > p[1] || q[1] == p[1] && q[0] < p[0];
-            sides += u32::from(side.is_some_and(|s| s != up));
+            sides = sides.saturating_add(u32::from(side.is_some_and(|s| s != up)));
             side = Some(up);
             before = p;
         }
         sides <= 2
     }
 
-    fn clip_ears(&mut self, mut emit: impl FnMut([usize; 3])) {
-        let n = self.points.len();
-        self.next.clear();
-        self.next.extend((1..n as u32).chain([0]));
-        self.previous.clear();
-        self.previous.extend((0..n as u32).map(|k| (k + n as u32 - 1) % n as u32));
+    /// Cuts the polygon that `points` shows. All that `None` could come of is a link that leads nowhere, and there is
+    /// none.
+    fn clip_ears<T: Copy>(&mut self, polygon: &[T], mut emit: impl FnMut([T; 3])) -> Option<()> {
+        let last = self.points.len().checked_sub(1)?;
+        let links = std::iter::once(last).chain(0..last).zip((1..=last).chain([0]));
+        let node = |(&point, (previous, next))| Node { point, previous, next };
+        self.ring.clear();
+        self.ring.extend(self.points.iter().zip(links).map(node));
         self.reflex.clear();
-        for k in 0..n {
-            if self.turn_at(k) < 0.0 {
-                self.reflex.push(k as u32);
+        for (k, &point) in self.points.iter().enumerate() {
+            if turn_at(&self.ring, k)? < 0.0 {
+                self.reflex.push((k, point));
             }
         }
-        let mut left = n;
+        let mut left = polygon.len();
         let mut corner = 0;
-        // Corners looked at since the last ear, and how small an ear may be after a round without one.
-        let mut misses = 0;
-        while left > 3 {
-            let (before, after) = (self.previous[corner] as usize, self.next[corner] as usize);
-            let work = self.reflex.len() as u64 + 1;
-            if self.budget < work {
-                self.given_up += 1;
-                break;
-            }
-            self.budget -= work;
+        'ears: while left > 3 {
+            let corners = left;
             // After a round without a true ear one without area will do, and after another one any corner.
-            let area = self.turn_at(corner);
-            let accepted = match misses / left {
-                0 => area > 0.0 && self.is_empty(before, corner, after),
-                1 => area >= 0.0 && self.is_empty(before, corner, after),
-                _ => true,
-            };
-            if !accepted {
-                misses += 1;
-                corner = after;
-                continue;
+            for round in 0..3 {
+                for _ in 0..corners {
+                    let work = (self.reflex.len() as u64).saturating_add(1);
+                    let Some(budget) = self.budget.checked_sub(work) else {
+                        self.given_up = self.given_up.saturating_add(1);
+                        break 'ears;
+                    };
+                    self.budget = budget;
+                    let Node { previous: before, next: after, .. } = *self.ring.get(corner)?;
+                    let area = turn_at(&self.ring, corner)?;
+                    let accepted = match round {
+                        0 => area > 0.0 && self.is_empty(corner)?,
+                        1 => area >= 0.0 && self.is_empty(corner)?,
+                        _ => true,
+                    };
+                    if !accepted {
+                        corner = after;
+                        continue;
+                    }
+                    emit([*polygon.get(before)?, *polygon.get(corner)?, *polygon.get(after)?]);
+                    self.ring.get_mut(before)?.next = after;
+                    self.ring.get_mut(after)?.previous = before;
+                    // Clipping makes angles smaller: corners can leave the list, and none enters.
+                    let ring = &self.ring;
+                    self.reflex.retain(|&(k, _)| {
+                        let near = k == before || k == after;
+                        let turns = || turn_at(ring, k).is_some_and(|turn| turn >= 0.0);
+                        k != corner && !(near && turns())
+                    });
+                    left = left.saturating_sub(1);
+                    // Skipping one corner gives better shaped triangles than a fan.
+                    corner = self.ring.get(after)?.next;
+                    continue 'ears;
+                }
             }
-            emit([before, corner, after]);
-            self.next[before] = after as u32;
-            self.previous[after] = before as u32;
-            // Clipping makes angles smaller: corners can leave the list, and none enters.
-            let (points, next, previous) = (&self.points, &self.next, &self.previous);
-            self.reflex.retain(|&k| {
-                let k = k as usize;
-                let near = k == before || k == after;
-                let turns = || turn(points[previous[k] as usize], points[k], points[next[k] as usize]);
-                k != corner && !(near && turns() >= 0.0)
-            });
-            left -= 1;
-            misses = 0;
-            // Skipping one corner gives better shaped triangles than a fan.
-            corner = self.next[after] as usize;
         }
         // What is left is a triangle, or a fan where the budget has run out.
-        let mut b = self.next[corner] as usize;
+        let first = *polygon.get(corner)?;
+        let mut b = self.ring.get(corner)?.next;
         for _ in 2..left {
-            let c = self.next[b] as usize;
-            emit([corner, b, c]);
+            let c = self.ring.get(b)?.next;
+            emit([first, *polygon.get(b)?, *polygon.get(c)?]);
             b = c;
         }
+        Some(())
     }
 
-    fn turn_at(&self, k: usize) -> f64 {
-        turn(self.points[self.previous[k] as usize], self.points[k], self.points[self.next[k] as usize])
-    }
-
-    /// True if no other corner lies within the triangle. Only reflex ones can; those at a corner's own place do not
-    /// count (a hole is connected by an edge that is walked twice).
-    fn is_empty(&self, a: usize, b: usize, c: usize) -> bool {
-        let (p, q, r) = (self.points[a], self.points[b], self.points[c]);
-        self.reflex.iter().all(|&k| {
-            let s = self.points[k as usize];
+    /// True if no other corner lies within the triangle of a corner and its neighbours. Only reflex ones can; those at a
+    /// corner's own place do not count (a hole is connected by an edge that is walked twice).
+    fn is_empty(&self, corner: usize) -> Option<bool> {
+        let [p, q, r] = around(&self.ring, corner)?;
+        Some(self.reflex.iter().all(|&(_, s)| {
             s == p || s == q || s == r || turn(p, q, s) < 0.0 || turn(q, r, s) < 0.0 || turn(r, p, s) < 0.0
-        })
+        }))
     }
+}
+
+/// The axis that a polygon faces most.
+#[derive(Clone, Copy)]
+enum Axis {
+    X,
+    Y,
+    Z,
+}
+
+/// A corner between its neighbours.
+fn around(ring: &[Node], corner: usize) -> Option<[[f64; 2]; 3]> {
+    let node = ring.get(corner)?;
+    Some([ring.get(node.previous)?.point, node.point, ring.get(node.next)?.point])
+}
+
+fn turn_at(ring: &[Node], corner: usize) -> Option<f64> {
+    around(ring, corner).map(|[p, q, r]| turn(p, q, r))
 }
 
 /// Twice the signed area of a triangle: positive for a turn to the left at `b`.
@@ -194,7 +229,8 @@ mod tests {
 
     fn cut(points: &[[f32; 3]]) -> Vec<[usize; 3]> {
         let mut triangles = Vec::new();
-        Triangulator::default().triangulate(points.len(), |k| points[k], |t| triangles.push(t));
+        let polygon: Vec<usize> = (0..points.len()).collect();
+        Triangulator::default().triangulate(&polygon, |k| points[k], |t| triangles.push(t));
         triangles
     }
 
@@ -300,7 +336,7 @@ mod tests {
         let comb: Vec<[f32; 3]> =
             (0..1000).map(|k| [k as f32, (k % 2) as f32 * 3.0, 0.0]).chain([[500.0, -9.0, 0.0]]).collect();
         let mut count = 0;
-        small.triangulate(comb.len(), |k| comb[k], |_| count += 1);
+        small.triangulate(&comb, |corner| corner, |_| count += 1);
         assert_eq!(count, comb.len() - 2);
         assert_eq!(small.given_up, 1);
     }

@@ -1,6 +1,16 @@
 //! Tangents for normal maps.
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::indexing_slicing,
+        clippy::arithmetic_side_effects,
+        clippy::unwrap_used,
+        clippy::expect_used
+    )
+)]
 
-use super::vertices::{duplicate_vertex, position_classes};
+use super::splitting::Copies;
+use super::vertices::position_classes;
 use crate::math::double::atan2;
 use crate::scene::{Material, MeshData};
 use bevy_mikktspace::{Geometry, Ops, TangentSpace, generate_tangents};
@@ -27,16 +37,16 @@ const SEARCHED: usize = 64;
 pub(crate) fn add_tangents(mesh: &mut MeshData, uv_set: usize) -> Vec<u32> {
     mesh.tangents = Vec::new();
     let vertices = mesh.positions.len();
-    let lists_fit = mesh.uvs.get(uv_set).is_some_and(|uvs| uvs.len() == vertices)
-        && (mesh.normals.is_empty() || mesh.normals.len() == vertices);
-    if vertices == 0 || !lists_fit || mesh.triangles.as_flattened().iter().any(|&v| v as usize >= vertices) {
+    let Some(uvs) = mesh.uvs.get(uv_set).filter(|uvs| uvs.len() == vertices) else { return Vec::new() };
+    let normals_fit = mesh.normals.is_empty() || mesh.normals.len() == vertices;
+    if vertices == 0 || !normals_fit || mesh.triangles.as_flattened().iter().any(|&v| v as usize >= vertices)
+    {
         return Vec::new();
     }
 
-    let mut tangents = vec![[0.0; 4]; mesh.triangles.len() * 3];
+    let mut tangents = vec![[[0.0; 4]; 3]; mesh.triangles.len()];
     for triangles in batches(mesh) {
-        let mut batch =
-            Batch { mesh, uvs: &mesh.uvs[uv_set], triangles: &triangles, tangents: &mut tangents };
+        let mut batch = Batch { mesh, uvs, triangles: &triangles, tangents: &mut tangents };
         // Its error type has no values.
         let _ = generate_tangents::<_, ExactOps>(&mut batch);
     }
@@ -63,23 +73,25 @@ pub(crate) fn tangent_set(material: &Material) -> Option<usize> {
 /// are left out: the algorithm's time grows with the square of their number.
 fn batches(mesh: &MeshData) -> Vec<Vec<u32>> {
     let (class_of, classes) = position_classes(&mesh.positions);
-    let at = |t: &[u32; 3]| t.map(|v| class_of[v as usize]);
-    let covers = |[a, b, c]: [u32; 3]| a != b && b != c && c != a;
+    // Those that cover something, and the classes of their corners.
+    let covering = || {
+        mesh.triangles.iter().enumerate().filter_map(|(t, corners)| {
+            let [a, b, c] = corners.map(|v| class_of.get(v as usize));
+            let (&a, &b, &c) = (a?, b?, c?);
+            (a != b && b != c && c != a).then_some((t as u32, [a, b, c]))
+        })
+    };
     let mut around = vec![0_u32; classes];
-    for [a, b, c] in mesh.triangles.iter().map(at) {
-        if covers([a, b, c]) {
-            around[a as usize] += 1;
-            around[b as usize] += 1;
-            around[c as usize] += 1;
+    for class in covering().flat_map(|(_, classes)| classes) {
+        if let Some(count) = around.get_mut(class as usize) {
+            *count = count.saturating_add(1);
         }
     }
+    let is_crowded = |class: &u32| around.get(*class as usize).is_some_and(|&count| count as usize > CROWD);
     let mut usual = Vec::with_capacity(mesh.triangles.len());
     let mut crowded = Vec::new();
-    for (t, corners) in mesh.triangles.iter().map(at).enumerate() {
-        if covers(corners) {
-            let many = corners.iter().any(|&c| around[c as usize] as usize > CROWD);
-            if many { crowded.push(t as u32) } else { usual.push(t as u32) }
-        }
+    for (t, classes) in covering() {
+        if classes.iter().any(is_crowded) { crowded.push(t) } else { usual.push(t) }
     }
     std::iter::once(usual)
         .chain(crowded.chunks(CROWD).map(<[u32]>::to_vec))
@@ -93,13 +105,18 @@ struct Batch<'a> {
     uvs: &'a [[f32; 2]],
     /// Numbers of the triangles that are its faces.
     triangles: &'a [u32],
-    /// Results, three per triangle of the mesh.
-    tangents: &'a mut [[f32; 4]],
+    /// Results for all triangles of the mesh.
+    tangents: &'a mut [[[f32; 4]; 3]],
 }
 
 impl Batch<'_> {
-    fn vertex(&self, face: usize, corner: usize) -> usize {
-        self.mesh.triangles[self.triangles[face] as usize][corner] as usize
+    /// What a list has for a corner. The algorithm asks for no corner that does not exist, which would get zeros.
+    fn of_corner<const N: usize>(&self, list: &[[f32; N]], face: usize, corner: usize) -> [f32; N] {
+        let vertex = || {
+            let triangle = self.mesh.triangles.get(*self.triangles.get(face)? as usize)?;
+            list.get(*triangle.get(corner)? as usize).copied()
+        };
+        vertex().unwrap_or([0.0; N])
     }
 }
 
@@ -112,19 +129,24 @@ impl Geometry<ExactOps> for Batch<'_> {
         3
     }
     fn position(&self, face: usize, corner: usize) -> [f32; 3] {
-        self.mesh.positions[self.vertex(face, corner)].map(|v| v + 0.0)
+        self.of_corner(&self.mesh.positions, face, corner).map(|v| v + 0.0)
     }
     fn normal(&self, face: usize, corner: usize) -> [f32; 3] {
-        normal_at(self.mesh, self.triangles[face] as usize, corner).map(|v| v + 0.0)
+        let triangle = self.triangles.get(face).and_then(|&t| self.mesh.triangles.get(t as usize));
+        normal_at(self.mesh, triangle.copied().unwrap_or_default(), corner).map(|v| v + 0.0)
     }
     fn tex_coord(&self, face: usize, corner: usize) -> [f32; 2] {
         // Upwards, since the bitangent of a normal map points up in its image. Only differences matter.
-        let [u, v] = self.uvs[self.vertex(face, corner)];
+        let [u, v] = self.of_corner(self.uvs, face, corner);
         [u + 0.0, 0.0 - v]
     }
     fn set_tangent(&mut self, space: Option<TangentSpace>, face: usize, corner: usize) {
-        if let Some(space) = space {
-            self.tangents[self.triangles[face] as usize * 3 + corner] = space.tangent_encoded();
+        if let Some(space) = space
+            && let Some(&triangle) = self.triangles.get(face)
+            && let Some(tangents) = self.tangents.get_mut(triangle as usize)
+            && let Some(tangent) = tangents.get_mut(corner)
+        {
+            *tangent = space.tangent_encoded();
         }
     }
 }
@@ -144,14 +166,14 @@ impl Ops for ExactOps {
 }
 
 /// Unit normal of a corner: its vertex's, or its triangle's where that has none.
-fn normal_at(mesh: &MeshData, triangle: usize, corner: usize) -> [f32; 3] {
-    let t = mesh.triangles[triangle];
-    if let Some(unit) = mesh.normals.get(t[corner] as usize).and_then(|&n| unit(n.map(f64::from))) {
+fn normal_at(mesh: &MeshData, triangle: [u32; 3], corner: usize) -> [f32; 3] {
+    let own = triangle.get(corner).and_then(|&v| mesh.normals.get(v as usize));
+    if let Some(unit) = own.and_then(|&n| unit(n.map(f64::from))) {
         return unit;
     }
-    let [p, q, r] = t.map(|v| mesh.positions[v as usize].map(f64::from));
-    let a: [f64; 3] = std::array::from_fn(|k| q[k] - p[k]);
-    let b: [f64; 3] = std::array::from_fn(|k| r[k] - p[k]);
+    let at = |v: u32| mesh.positions.get(v as usize).copied().unwrap_or_default().map(f64::from);
+    let [p, q, r] = triangle.map(at);
+    let (a, b) = ([q[0] - p[0], q[1] - p[1], q[2] - p[2]], [r[0] - p[0], r[1] - p[1], r[2] - p[2]]);
     unit([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
         .unwrap_or([0.0, 0.0, 1.0])
 }
@@ -171,46 +193,35 @@ fn perpendicular([x, y, z]: [f32; 3]) -> [f32; 3] {
 
 /// Stores one tangent per corner in the vertices, splitting them where needed. Returns which vertex each added one is a
 /// copy of.
-fn write_back(mesh: &mut MeshData, corner_tangents: Vec<[f32; 4]>) -> Vec<u32> {
-    let vertices = mesh.positions.len();
+fn write_back(mesh: &mut MeshData, corner_tangents: Vec<[[f32; 4]; 3]>) -> Vec<u32> {
     let mut origins: Vec<u32> = Vec::new();
     // A w of zero marks vertices that no corner has claimed yet.
-    mesh.tangents = vec![[0.0; 4]; vertices];
-    // Copies of each vertex as chains; u32::MAX ends one.
-    let mut next_copy = vec![u32::MAX; vertices];
-    for (corner, &found) in corner_tangents.iter().enumerate() {
-        let (t, k) = (corner / 3, corner % 3);
-        let usable =
-            found.iter().all(|v| v.is_finite()) && (found[0] != 0.0 || found[1] != 0.0 || found[2] != 0.0);
-        let tangent = if usable {
-            found
-        } else {
-            let [x, y, z] = perpendicular(normal_at(mesh, t, k));
-            [x, y, z, 1.0]
-        };
-        let original = mesh.triangles[t][k];
-        let mut vertex = original;
-        if mesh.tangents[vertex as usize][3] == 0.0 {
-            mesh.tangents[vertex as usize] = tangent;
-            continue;
-        }
-        let mut steps = 0;
-        while mesh.tangents[vertex as usize] != tangent {
-            let next = next_copy[vertex as usize];
-            if next != u32::MAX && steps < SEARCHED {
-                vertex = next;
-                steps += 1;
-                continue;
+    let mut copies = Copies::new(mesh.positions.len(), [0.0; 4], SEARCHED);
+    for (t, tangents) in corner_tangents.iter().enumerate() {
+        let Some(&triangle) = mesh.triangles.get(t) else { break };
+        let mut split = triangle;
+        for (corner, (vertex, &found)) in split.iter_mut().zip(tangents).enumerate() {
+            let usable = found.iter().all(|v| v.is_finite())
+                && (found[0] != 0.0 || found[1] != 0.0 || found[2] != 0.0);
+            let tangent = if usable {
+                found
+            } else {
+                let [x, y, z] = perpendicular(normal_at(mesh, triangle, corner));
+                [x, y, z, 1.0]
+            };
+            // Where numbers have run out the vertex keeps the tangent that it has.
+            if let Some((used, is_new)) = copies.vertex(mesh, *vertex, tangent) {
+                if is_new {
+                    origins.push(*vertex);
+                }
+                *vertex = used;
             }
-            let Some(copy) = duplicate_vertex(mesh, vertex) else { break };
-            next_copy.push(next);
-            origins.push(original);
-            next_copy[vertex as usize] = copy;
-            mesh.tangents[copy as usize] = tangent;
-            vertex = copy;
         }
-        mesh.triangles[t][k] = vertex;
+        if let Some(triangle) = mesh.triangles.get_mut(t) {
+            *triangle = split;
+        }
     }
+    mesh.tangents = copies.into_values();
     for (vertex, tangent) in mesh.tangents.iter_mut().enumerate() {
         if tangent[3] == 0.0 {
             let normal = mesh.normals.get(vertex).and_then(|&n| unit(n.map(f64::from)));

@@ -1,46 +1,53 @@
 //! Tokens and numbers of text formats, from bytes of any encoding.
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::indexing_slicing,
+        clippy::arithmetic_side_effects,
+        clippy::unwrap_used,
+        clippy::expect_used
+    )
+)]
 
 /// Splits bytes at white space.
 #[derive(Clone, Debug)]
 pub(super) struct Tokens<'a> {
     bytes: &'a [u8],
-    at: usize,
+    /// What has not been read of them.
+    rest: &'a [u8],
 }
 
 impl<'a> Tokens<'a> {
     pub(super) fn new(bytes: &'a [u8]) -> Self {
-        Self { bytes, at: 0 }
+        Self { bytes, rest: bytes }
     }
 
     /// The next run of bytes without white space.
     #[inline(always)]
     pub(super) fn next(&mut self) -> Option<&'a [u8]> {
-        let rest = &self.bytes[self.at..];
-        let start = rest.iter().position(|b| !b.is_ascii_whitespace())?;
-        let token = &rest[start..];
-        let token = &token[..token_length(token)];
-        self.at += start + token.len();
+        let start = self.rest.iter().position(|b| !b.is_ascii_whitespace())?;
+        let rest = self.rest.get(start..)?;
+        let (token, rest) = rest.split_at_checked(token_length(rest))?;
+        self.rest = rest;
         Some(token)
     }
 
     /// The rest of the line, without white space at its ends; the next token is on the next line.
     pub(super) fn rest_of_line(&mut self) -> &'a [u8] {
-        let rest = &self.bytes[self.at..];
-        let line = &rest[..rest.iter().position(|b| matches!(b, b'\n' | b'\r')).unwrap_or(rest.len())];
-        self.at += line.len();
-        line.trim_ascii()
+        let end = self.rest.iter().position(|b| matches!(b, b'\n' | b'\r'));
+        let line = end.and_then(|end| self.rest.split_off(..end));
+        line.unwrap_or_else(|| std::mem::take(&mut self.rest)).trim_ascii()
     }
 
     /// The next token as a number; `None` if it is not one, or there is no token.
     #[inline(always)]
     pub(super) fn float(&mut self) -> Option<f32> {
-        let rest = &self.bytes[self.at..];
-        let start = rest.iter().position(|b| !b.is_ascii_whitespace())?;
+        let start = self.rest.iter().position(|b| !b.is_ascii_whitespace())?;
         // Usually the number ends where the token does, and has not to be looked for twice.
-        if let Some((value, length)) = leading_float(&rest[start..])
-            && rest.get(start + length).is_none_or(u8::is_ascii_whitespace)
+        if let Some((value, rest)) = leading_float(self.rest.get(start..)?)
+            && rest.first().is_none_or(u8::is_ascii_whitespace)
         {
-            self.at += start + length;
+            self.rest = rest;
             return Some(value);
         }
         float(self.next()?)
@@ -48,53 +55,62 @@ impl<'a> Tokens<'a> {
 
     /// Number of the line that the last token stands on, from 1.
     pub(super) fn line(&self) -> usize {
-        line_of(self.bytes, self.at)
+        line_of(self.bytes, self.rest)
     }
 }
 
 /// How many bytes there are before white space.
 #[inline(always)]
 fn token_length(bytes: &[u8]) -> usize {
-    let mut at = 0;
-    while let Some(word) = word_at(bytes, at) {
+    let mut rest = bytes;
+    while let Some((&word, after)) = rest.split_first_chunk() {
+        let word = u64::from_le_bytes(word);
         // The lowest byte that is marked is one up to a space: those above it may be marked wrongly.
         let low = word.wrapping_sub(0x2121_2121_2121_2121) & !word & HIGH_BITS;
         if low == 0 {
-            at += 8;
+            rest = after;
             continue;
         }
-        at += (low.trailing_zeros() / 8) as usize;
-        if bytes[at].is_ascii_whitespace() {
-            return at;
+        rest = rest.get((low.trailing_zeros() / 8) as usize..).unwrap_or_default();
+        let Some((first, after)) = rest.split_first() else { break };
+        if first.is_ascii_whitespace() {
+            return length_before(bytes, rest);
         }
-        at += 1;
+        rest = after;
     }
-    at + bytes[at..].iter().position(u8::is_ascii_whitespace).unwrap_or(bytes.len() - at)
+    let length = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
+    length_before(bytes, rest).saturating_add(length)
+}
+
+/// How many bytes of a text there are before its last part.
+#[inline(always)]
+pub(super) fn length_before(text: &[u8], last: &[u8]) -> usize {
+    text.len().saturating_sub(last.len())
 }
 
 const HIGH_BITS: u64 = 0x8080_8080_8080_8080;
-
-/// Eight bytes as a number, the first one lowest; `None` near the end.
-#[inline(always)]
-fn word_at(bytes: &[u8], at: usize) -> Option<u64> {
-    Some(u64::from_le_bytes(*bytes.get(at..)?.first_chunk()?))
-}
 
 /// Text without the mark that some editors put before UTF-8.
 pub(super) fn without_mark(bytes: &[u8]) -> &[u8] {
     bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)
 }
 
-/// Number of the line that holds the byte before `at`, from 1. Lines end with `\n`, `\r\n` or `\r`.
-pub(super) fn line_of(bytes: &[u8], at: usize) -> usize {
-    let before = &bytes[..at.saturating_sub(1).min(bytes.len())];
-    let pairs = before.windows(2).filter(|w| w == b"\r\n").count();
-    1 + before.iter().filter(|b| matches!(b, b'\n' | b'\r')).count() - pairs
+/// Number of the line that holds the byte before `rest`, the last part of a text, from 1. Lines end with `\n`, `\r\n` or
+/// `\r`.
+pub(super) fn line_of(text: &[u8], rest: &[u8]) -> usize {
+    let before = text.iter().take(length_before(text, rest).saturating_sub(1));
+    // A `\n` behind a `\r` ends no line of its own.
+    let ends = before.scan(0, |last, &b| {
+        let ends = b == b'\r' || b == b'\n' && *last != b'\r';
+        *last = b;
+        Some(usize::from(ends))
+    });
+    ends.sum::<usize>().saturating_add(1)
 }
 
 /// A token as it may appear in a message: short, printable, quoted.
 pub(super) fn quoted(token: &[u8]) -> String {
-    let text: String = String::from_utf8_lossy(&token[..token.len().min(64)])
+    let text: String = String::from_utf8_lossy(token.get(..64).unwrap_or(token))
         .chars()
         .map(|c| if c.is_control() { '\u{fffd}' } else { c })
         .collect();
@@ -110,92 +126,101 @@ const POWERS: [f64; 23] = [
 #[inline]
 pub(super) fn float(token: &[u8]) -> Option<f32> {
     match leading_float(token) {
-        Some((value, length)) if length == token.len() => Some(value),
+        Some((value, [])) => Some(value),
         _ => general_float(token),
     }
 }
 
-/// The decimal number at the beginning, correctly rounded, and how many bytes it has; `None` if there is none, or it
-/// needs a closer look than it gets here.
+/// The decimal number at the beginning, correctly rounded, and what follows it; `None` if there is none, or it needs a
+/// closer look than it gets here.
 ///
 /// Most numbers of model files have at most 15 digits and a small exponent: then digits and power of ten are exact in
 /// double precision, so that their product or quotient is the nearest double (W. Clinger, *How to Read Floating
 /// Point Numbers Accurately*, 1990). Rounding that once more is right unless it lies half-way between two singles;
 /// such cases, and all others, are for the standard library.
 #[inline(always)]
-pub(super) fn leading_float(bytes: &[u8]) -> Option<(f32, usize)> {
-    let (negative, start) = match bytes.first()? {
-        b'-' => (true, 1),
-        b'+' => (false, 1),
-        _ => (false, 0),
-    };
+pub(super) fn leading_float(bytes: &[u8]) -> Option<(f32, &[u8])> {
+    let (negative, whole) = signed(bytes);
     let mut mantissa = 0_u64;
-    let mut at = digits(bytes, start, &mut mantissa);
-    let mut count = at - start;
+    let mut rest = digits(whole, &mut mantissa);
+    let mut count = length_before(whole, rest);
     let mut scale = 0_i32;
-    if bytes.get(at) == Some(&b'.') {
-        let end = digits(bytes, at + 1, &mut mantissa);
-        let fraction = end - at - 1;
-        count += fraction;
-        scale = -(fraction.min(100) as i32);
-        at = end;
+    if let [b'.', fraction @ ..] = rest {
+        rest = digits(fraction, &mut mantissa);
+        let length = length_before(fraction, rest);
+        count = count.saturating_add(length);
+        scale = 0_i32.saturating_sub_unsigned(length.min(100) as u32);
     }
-    if matches!(bytes.get(at), Some(b'e' | b'E')) {
-        let sign = bytes.get(at + 1);
-        let start = at + 1 + usize::from(matches!(sign, Some(b'-' | b'+')));
-        let mut exponent = 0_i32;
-        at = start;
-        while let Some(digit) = bytes.get(at).map(|b| b.wrapping_sub(b'0')).filter(|&d| d < 10) {
-            exponent = exponent.wrapping_mul(10).wrapping_add(i32::from(digit));
-            at += 1;
-        }
-        if at == start || at > start + 3 {
+    if let [b'e' | b'E', exponent @ ..] = rest {
+        let (negative, exponent) = signed(exponent);
+        let mut value = 0_u64;
+        rest = digits(exponent, &mut value);
+        if !(1..=3).contains(&length_before(exponent, rest)) {
             return None;
         }
-        scale += if sign == Some(&b'-') { -exponent } else { exponent };
+        // Of three digits.
+        let value = value as u32;
+        scale = if negative {
+            scale.saturating_sub_unsigned(value)
+        } else {
+            scale.saturating_add_unsigned(value)
+        };
     }
     // 15 digits and up to 19 with leading zeros: the product did not wrap, and is exact below 2^53.
-    if count == 0 || count > 19 || mantissa >> 53 != 0 || scale.unsigned_abs() > 22 {
+    if count == 0 || count > 19 || mantissa >> 53 != 0 {
         return None;
     }
-    let power = POWERS[scale.unsigned_abs() as usize];
+    let power = *POWERS.get(scale.unsigned_abs() as usize)?;
     let double = if scale < 0 { mantissa as f64 / power } else { mantissa as f64 * power };
     let half_way = double.to_bits() & 0x1fff_ffff == 0x1000_0000;
     let subnormal = double < 1.2e-38 && double != 0.0;
     if half_way || subnormal {
         return None;
     }
-    Some((if negative { -(double as f32) } else { double as f32 }, at))
+    Some((if negative { -(double as f32) } else { double as f32 }, rest))
 }
 
-/// Appends the digits from byte `at` on to a number, which may overflow, and returns where they end. Eight at a time
-/// (D. Lemire, *Number Parsing at a Gigabyte per Second*, 2021): how many there are is then no question for the
+/// True for what begins with a minus sign, and what follows a sign of either kind.
+#[inline(always)]
+fn signed(bytes: &[u8]) -> (bool, &[u8]) {
+    match bytes {
+        [b'-', rest @ ..] => (true, rest),
+        [b'+', rest @ ..] => (false, rest),
+        _ => (false, bytes),
+    }
+}
+
+/// Appends the leading digits to a number, which may overflow, and returns what follows them. Eight at a time (D. Lemire, *Number Parsing at a Gigabyte per Second*, 2021): how many there are is then no question for the
 /// branch predictor, which could not know.
 #[inline(always)]
-pub(super) fn digits(bytes: &[u8], mut at: usize, number: &mut u64) -> usize {
+pub(super) fn digits<'a>(mut rest: &'a [u8], number: &mut u64) -> &'a [u8] {
     const POWERS_OF_TEN: [u64; 8] = [1, 10, 100, 1_000, 10_000, 100_000, 1_000_000, 10_000_000];
-    while let Some(word) = word_at(bytes, at) {
-        let values = word ^ 0x3030_3030_3030_3030;
+    while let Some((&word, after)) = rest.split_first_chunk() {
+        let values = u64::from_le_bytes(word) ^ 0x3030_3030_3030_3030;
         // The lowest byte that is marked is no digit: those above it may be marked wrongly.
         let other = (values.wrapping_add(0x7676_7676_7676_7676) | values) & HIGH_BITS;
         if other == 0 {
             *number = number.wrapping_mul(100_000_000).wrapping_add(eight_digits(values));
-            at += 8;
+            rest = after;
             continue;
         }
-        let count = (other.trailing_zeros() / 8) as usize;
-        if count > 0 {
-            // Zeros in front of the digits instead of what follows them.
-            let value = eight_digits(values << (64 - 8 * count));
-            *number = number.wrapping_mul(POWERS_OF_TEN[count & 7]).wrapping_add(value);
+        // Zeros in front of the digits instead of what follows them: all is shifted out where there is no digit.
+        let bits = other.trailing_zeros() & !7;
+        let value = eight_digits(values.unbounded_shl(u64::BITS.saturating_sub(bits)));
+        let count = (bits / 8) as usize;
+        if let (Some(&power), Some(after)) = (POWERS_OF_TEN.get(count), rest.get(count..)) {
+            *number = number.wrapping_mul(power).wrapping_add(value);
+            rest = after;
         }
-        return at + count;
+        return rest;
     }
-    while let Some(digit) = bytes.get(at).map(|b| b.wrapping_sub(b'0')).filter(|&d| d < 10) {
+    while let [first, after @ ..] = rest
+        && let digit @ 0..10 = first.wrapping_sub(b'0')
+    {
         *number = number.wrapping_mul(10).wrapping_add(u64::from(digit));
-        at += 1;
+        rest = after;
     }
-    at
+    rest
 }
 
 /// The number of eight decimal digits, the first one in the lowest byte.
@@ -217,11 +242,7 @@ fn general_float(token: &[u8]) -> Option<f32> {
 /// A whole number with an optional sign.
 #[inline]
 pub(super) fn integer(token: &[u8]) -> Option<i64> {
-    let (negative, digits) = match token.first()? {
-        b'-' => (true, &token[1..]),
-        b'+' => (false, &token[1..]),
-        _ => (false, token),
-    };
+    let (negative, digits) = signed(token);
     if digits.is_empty() || digits.len() > 18 {
         return None;
     }
@@ -231,9 +252,9 @@ pub(super) fn integer(token: &[u8]) -> Option<i64> {
         if digit > 9 {
             return None;
         }
-        value = value * 10 + i64::from(digit);
+        value = value.checked_mul(10)?.checked_add(digit.into())?;
     }
-    Some(if negative { -value } else { value })
+    if negative { value.checked_neg() } else { Some(value) }
 }
 
 #[cfg(test)]
@@ -308,8 +329,8 @@ mod tests {
             exponent in "([eE][-+]?[0-9]{1,2})?", after in "([ \\n/x-][ -~]{0,12})?") {
             let number = format!("{whole}{fraction}{exponent}");
             let text = format!("{number}{after}");
-            if let Some((value, length)) = leading_float(text.as_bytes()) {
-                prop_assert_eq!(length, number.len());
+            if let Some((value, rest)) = leading_float(text.as_bytes()) {
+                prop_assert_eq!(rest, after.as_bytes());
                 prop_assert_eq!(value.to_bits(), number.parse::<f32>().unwrap().to_bits());
             }
             let mut tokens = Tokens::new(text.as_bytes());

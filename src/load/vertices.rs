@@ -1,4 +1,13 @@
 //! Vertices of meshes under construction: welding by position and splitting.
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::indexing_slicing,
+        clippy::arithmetic_side_effects,
+        clippy::unwrap_used,
+        clippy::expect_used
+    )
+)]
 
 use crate::scene::MeshData;
 use xxhash_rust::xxh3::xxh3_64;
@@ -35,7 +44,7 @@ impl PositionTable {
     pub(super) fn prepare(&self, positions: &[[f32; 3]]) {
         let mut found = 0;
         for &position in positions {
-            found ^= self.slots[self.hash(position.map(|v| v + 0.0))];
+            found ^= self.slots.get(self.hash(position.map(|v| v + 0.0))).copied().unwrap_or_default();
         }
         std::hint::black_box(found);
     }
@@ -47,29 +56,31 @@ impl PositionTable {
 
     /// The number of this position: that of an equal one seen before (-0 equals 0), or the next.
     pub(super) fn insert(&mut self, position: [f32; 3]) -> u32 {
-        if self.positions.len() * 2 >= self.slots.len() {
+        if self.positions.len() >= self.slots.len() / 2 {
             self.grow();
         }
         // Adding zero turns -0 into +0 and changes nothing else.
         let position = position.map(|v| v + 0.0);
-        let mut slot = self.hash(position);
-        loop {
-            match self.slots[slot] {
-                0 => {
-                    let number = self.positions.len() as u32;
-                    self.slots[slot] = number + 1;
-                    self.positions.push(position);
-                    return number;
-                }
-                taken if same_bits(self.positions[taken as usize - 1], position) => return taken - 1,
-                _ => slot = (slot + 1) & (self.slots.len() - 1),
+        let number = self.positions.len() as u32;
+        let mut at = self.hash(position);
+        // Ends at a free slot: there are twice as many as positions.
+        while let Some(slot) = self.slots.get_mut(at) {
+            let Some(taken) = slot.checked_sub(1) else {
+                *slot = number.saturating_add(1);
+                break;
+            };
+            if self.positions.get(taken as usize).is_some_and(|&known| same_bits(known, position)) {
+                return taken;
             }
+            at = self.slot_after(at);
         }
+        self.positions.push(position);
+        number
     }
 
-    /// Which of `groups` parts a position belongs to, by other bits of its hash than the table uses.
-    pub(super) fn group(&self, position: [f32; 3], groups: usize) -> usize {
-        (self.hash_bits(position.map(|v| v + 0.0)) >> 40) as usize % groups
+    /// Bits of a position's hash that the table does not use.
+    pub(super) fn other_bits(&self, position: [f32; 3]) -> u32 {
+        (self.hash_bits(position.map(|v| v + 0.0)) >> 40) as u32
     }
 
     /// The distinct positions by number.
@@ -88,28 +99,42 @@ impl PositionTable {
     }
 
     fn grow(&mut self) {
-        let size = self.slots.len() * 2;
+        let size = self.slots.len().saturating_mul(2);
         self.slots = Vec::new();
         self.slots.resize(size, 0);
-        for number in 0..self.positions.len() {
-            let mut slot = self.hash(self.positions[number]);
-            while self.slots[slot] != 0 {
-                slot = (slot + 1) & (size - 1);
+        for (number, &position) in self.positions.iter().enumerate() {
+            let mut at = self.hash(position);
+            while let Some(slot) = self.slots.get_mut(at) {
+                if *slot == 0 {
+                    *slot = (number as u32).saturating_add(1);
+                    break;
+                }
+                at = self.slot_after(at);
             }
-            self.slots[slot] = number as u32 + 1;
         }
+    }
+
+    /// Where to look behind a slot that is taken: in the next one, behind the last in the first.
+    fn slot_after(&self, slot: usize) -> usize {
+        slot.wrapping_add(1) & self.last_slot()
+    }
+
+    /// All bits of the number of a slot: there are a power of two.
+    fn last_slot(&self) -> usize {
+        self.slots.len().wrapping_sub(1)
     }
 
     /// First slot to look at.
     fn hash(&self, position: [f32; 3]) -> usize {
-        self.hash_bits(position) as usize & (self.slots.len() - 1)
+        self.hash_bits(position) as usize & self.last_slot()
     }
 
     /// Multiply and fold, as in wyhash.
     fn hash_bits(&self, position: [f32; 3]) -> u64 {
         let [x, y, z] = position.map(|v| u64::from(v.to_bits()));
         let fold = |a: u64, b: u64| {
-            let product = u128::from(a) * u128::from(b);
+            // Two numbers of 64 bits have a product of 128.
+            let product = u128::from(a).wrapping_mul(u128::from(b));
             (product as u64) ^ (product >> 64) as u64
         };
         let a = fold((x << 32 | y) ^ self.seed, 0x9e37_79b9_7f4a_7c15);

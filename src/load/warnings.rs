@@ -1,4 +1,13 @@
 //! Collects warnings, and keeps hostile files from drowning the reader in them.
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::indexing_slicing,
+        clippy::arithmetic_side_effects,
+        clippy::unwrap_used,
+        clippy::expect_used
+    )
+)]
 
 use super::Warning;
 
@@ -18,7 +27,7 @@ impl Warnings {
         if self.list.len() < MOST {
             self.list.push(Warning::new(message()));
         } else {
-            self.more += 1;
+            self.more = self.more.saturating_add(1);
         }
     }
 

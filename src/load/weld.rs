@@ -5,7 +5,17 @@
 //! other. What is left is divided into [`GROUPS`] by hash, so that equal positions meet in one group, and each group is
 //! welded in the order of the runs. Then the first of each kind are numbered in the order of the list, and all others
 //! look up their first. The result is that of [`PositionTable`] alone.
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::indexing_slicing,
+        clippy::arithmetic_side_effects,
+        clippy::unwrap_used,
+        clippy::expect_used
+    )
+)]
 
+use super::grouped::Grouped;
 use super::vertices::PositionTable;
 use crate::jobs::Jobs;
 
@@ -20,15 +30,15 @@ struct Run<'a> {
     numbers: &'a mut [u32],
     /// The kinds of the run in the order of first appearance.
     kinds: Vec<[f32; 3]>,
-    /// The kinds by group, those of group k from `starts[k]` on.
-    by_group: Vec<u32>,
-    starts: Vec<u32>,
+    /// The numbers of the kinds by group.
+    by_group: Grouped,
     /// For each kind the first equal one of all runs: run times [`RUN`] plus number.
     first: Vec<u32>,
     /// For each kind that is itself the first, its final number.
     final_numbers: Vec<u32>,
-    /// Kinds of the run that are the first of all.
+    /// Kinds of the run that are the first of all, and those of the runs before it.
     new: u32,
+    before: u32,
 }
 
 impl<'a> Run<'a> {
@@ -36,11 +46,11 @@ impl<'a> Run<'a> {
         Self {
             numbers,
             kinds: Vec::new(),
-            by_group: Vec::new(),
-            starts: Vec::new(),
+            by_group: Grouped::default(),
             first: Vec::new(),
             final_numbers: Vec::new(),
             new: 0,
+            before: 0,
         }
     }
 
@@ -50,116 +60,113 @@ impl<'a> Run<'a> {
         for (number, position) in self.numbers.iter_mut().zip(positions) {
             *number = table.insert(position);
         }
-        let group = |k: &[f32; 3]| table.group(*k, GROUPS);
-        let groups: Vec<u8> = table.positions().iter().map(|k| group(k) as u8).collect();
-        self.starts = vec![0; GROUPS + 1];
-        for &group in &groups {
-            self.starts[usize::from(group) + 1] += 1;
-        }
-        for k in 0..GROUPS {
-            self.starts[k + 1] += self.starts[k];
-        }
-        let mut next = self.starts.clone();
-        self.by_group = vec![0; groups.len()];
-        for (kind, &group) in groups.iter().enumerate() {
-            let place = &mut next[usize::from(group)];
-            self.by_group[*place as usize] = kind as u32;
-            *place += 1;
-        }
+        let group = |kind: &[f32; 3]| (table.other_bits(*kind) as usize % GROUPS) as u8;
+        let groups: Vec<u8> = table.positions().iter().map(group).collect();
+        self.by_group = Grouped::new(GROUPS, groups.iter().copied().map(usize::from));
         self.kinds = table.into_positions();
     }
 
-    /// The kinds of a group.
-    fn group(&self, group: usize) -> &[u32] {
-        &self.by_group[self.starts[group] as usize..self.starts[group + 1] as usize]
+    /// For each kind, its number if it is itself the first of all equal ones. `run` is the number of this run.
+    fn is_first(&self, run: usize) -> impl Iterator<Item = bool> {
+        let numbers = run.saturating_mul(RUN)..;
+        self.first.iter().zip(numbers).map(|(&first, number)| first as usize == number)
     }
 }
 
 /// Fills `numbers` with, for each position, of which there are less than 2^32, the number of its kind in the order of
 /// first appearance, and returns the kinds: equal positions are of one kind, and -0 equals 0. `seed` keeps a hostile file
-/// from choosing positions that collide, see [`PositionTable::seed`].
-pub(super) fn weld(
+/// from choosing positions that collide, see [`PositionTable::seed`]. `positions_from(k)` are those from number k on.
+pub(super) fn weld<P: Iterator<Item = [f32; 3]>>(
     numbers: &mut [u32],
-    position: impl Fn(usize) -> [f32; 3] + Sync,
+    positions_from: impl Fn(usize) -> P + Sync,
     seed: u64,
     jobs: &Jobs,
 ) -> Vec<[f32; 3]> {
     let mut runs: Vec<Run<'_>> = numbers.chunks_mut(RUN).map(Run::new).collect();
     jobs.for_each_mut(&mut runs, |k, run| {
-        let start = k * RUN;
-        run.weld(seed, (start..start + run.numbers.len()).map(&position));
+        run.weld(seed, positions_from(k.saturating_mul(RUN)));
     });
     if let [run] = &mut runs[..] {
         return std::mem::take(&mut run.kinds);
     }
     let firsts = jobs.map(GROUPS, |group| weld_group(&runs, group, seed));
 
-    // Where the results of each run begin in those of its groups.
-    let mut at = vec![0_u32; GROUPS];
-    let places: Vec<Vec<u32>> = runs
-        .iter()
-        .map(|run| {
-            let before = at.clone();
-            (0..GROUPS).for_each(|group| at[group] += run.group(group).len() as u32);
-            before
-        })
-        .collect();
-    jobs.for_each_mut(&mut runs, |k, run| {
-        let mut first = vec![0; run.kinds.len()];
-        for (group, firsts) in firsts.iter().enumerate() {
-            let firsts = &firsts[places[k][group] as usize..];
-            run.group(group).iter().zip(firsts).for_each(|(&kind, &found)| first[kind as usize] = found);
-        }
-        run.new = first.iter().enumerate().map(|(kind, &f)| u32::from(f as usize == k * RUN + kind)).sum();
-        run.first = first;
-    });
-    drop((firsts, places));
-
-    let mut before = Vec::with_capacity(runs.len());
-    let mut count = 0;
+    // What was found for each run: in a group its results follow those of the runs before it.
+    let mut rest: Vec<&[u32]> = firsts.iter().map(Vec::as_slice).collect();
+    let mut found: Vec<Vec<&[u32]>> = Vec::with_capacity(runs.len());
     for run in &runs {
-        before.push(count);
-        count += run.new;
+        let of_run = rest.iter_mut().enumerate();
+        let of_run = of_run.map(|(group, rest)| rest.split_off(..run.by_group.group(group).len()));
+        found.push(of_run.map(Option::unwrap_or_default).collect());
+    }
+    let mut runs_with_found: Vec<_> = runs.iter_mut().zip(found).collect();
+    jobs.for_each_mut(&mut runs_with_found, |k, (run, found)| {
+        let mut first = vec![0; run.kinds.len()];
+        for (group, found) in found.iter().enumerate() {
+            for (&kind, &found) in run.by_group.group(group).iter().zip(*found) {
+                if let Some(first) = first.get_mut(kind as usize) {
+                    *first = found;
+                }
+            }
+        }
+        run.first = first;
+        run.new = run.is_first(k).map(u32::from).sum();
+    });
+    drop(runs_with_found);
+    drop(firsts);
+
+    let mut count = 0_u32;
+    for run in &mut runs {
+        run.before = count;
+        count = count.saturating_add(run.new);
     }
     jobs.for_each_mut(&mut runs, |k, run| {
-        let mut next = before[k];
-        let number = |(kind, &first): (usize, &u32)| {
+        let mut next = run.before;
+        let number = |is_first: bool| {
             let number = next;
             // What is no first is looked up where its first is.
-            next += u32::from(first as usize == k * RUN + kind);
+            next = next.saturating_add(u32::from(is_first));
             number
         };
-        run.final_numbers = run.first.iter().enumerate().map(number).collect();
+        run.final_numbers = run.is_first(k).map(number).collect();
     });
     let final_numbers: Vec<Vec<u32>> =
         runs.iter_mut().map(|run| std::mem::take(&mut run.final_numbers)).collect();
     jobs.for_each_mut(&mut runs, |_, run| {
-        let number = |&first: &u32| final_numbers[first as usize / RUN][first as usize % RUN];
+        let number = |&first: &u32| {
+            let of_run = final_numbers.get(first as usize / RUN);
+            of_run.and_then(|numbers| numbers.get(first as usize % RUN)).copied().unwrap_or_default()
+        };
         let of_kind: Vec<u32> = run.first.iter().map(number).collect();
-        run.numbers.iter_mut().for_each(|number| *number = of_kind[*number as usize]);
+        for number in run.numbers.iter_mut() {
+            *number = of_kind.get(*number as usize).copied().unwrap_or_default();
+        }
     });
     let mut positions = Vec::with_capacity(count as usize);
     for (k, run) in runs.iter().enumerate() {
-        let firsts = run.kinds.iter().zip(&run.first).enumerate();
-        let new = firsts.filter(|(kind, (_, first))| **first as usize == k * RUN + kind);
-        positions.extend(new.map(|(_, (position, _))| *position));
+        let new = run.kinds.iter().zip(run.is_first(k)).filter(|(_, is_first)| *is_first);
+        positions.extend(new.map(|(position, _)| *position));
     }
     positions
 }
 
 /// For each kind of one group, in the order of the runs, the first that is equal.
 fn weld_group(runs: &[Run<'_>], group: usize, seed: u64) -> Vec<u32> {
-    let count: usize = runs.iter().map(|run| run.group(group).len()).sum();
+    let count: usize = runs.iter().map(|run| run.by_group.group(group).len()).sum();
     let mut table = PositionTable::with_capacity(seed, count / 2);
     let mut firsts: Vec<u32> = Vec::new();
     let mut out = Vec::with_capacity(count);
     for (k, run) in runs.iter().enumerate() {
-        for &kind in run.group(group) {
-            let number = table.insert(run.kinds[kind as usize]) as usize;
+        let start = k.saturating_mul(RUN) as u32;
+        for &kind in run.by_group.group(group) {
+            let Some(&position) = run.kinds.get(kind as usize) else { continue };
+            let number = table.insert(position) as usize;
             if number == firsts.len() {
-                firsts.push((k * RUN) as u32 + kind);
+                firsts.push(start.saturating_add(kind));
             }
-            out.push(firsts[number]);
+            if let Some(&first) = firsts.get(number) {
+                out.push(first);
+            }
         }
     }
     out
@@ -191,7 +198,8 @@ mod tests {
             let (expected, different) = position_classes(&list);
             for threads in [1, 3] {
                 let mut numbers = vec![9; count];
-                let positions = weld(&mut numbers, at, 1, &Jobs::new(threads));
+                let from = |start| list[start..].iter().copied();
+                let positions = weld(&mut numbers, from, 1, &Jobs::new(threads));
                 assert_eq!(numbers, expected, "{count} of {kinds}");
                 assert_eq!(positions.len(), if count == 0 { 0 } else { different });
                 assert!(list.iter().zip(&numbers).all(|(p, &n)| *p == positions[n as usize]));

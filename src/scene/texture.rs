@@ -38,6 +38,12 @@ impl Image {
     pub fn height(&self) -> u32 {
         self.height
     }
+    /// The texel of a column and a row, from 0 on at the top left.
+    #[must_use]
+    pub fn texel(&self, column: u32, row: u32) -> Option<[u8; 4]> {
+        let start = (row as usize).checked_mul(self.width as usize)?;
+        (column < self.width).then(|| self.texels.get(start.checked_add(column as usize)?).copied())?
+    }
     /// RGBA, row by row from the top.
     #[must_use]
     pub fn texels(&self) -> &[[u8; 4]] {

@@ -26,7 +26,7 @@ pub(super) fn read(bytes: &[u8], limits: &Limits) -> Result<(Pixels, Option<Warn
     let layer = Layer::choose(&meta)?;
     check_compression(layer.header)?;
     let (width, height) = (layer.header.layer_size.width(), layer.header.layer_size.height());
-    let mut pixels = vec![[0.0; 3]; width * height];
+    let mut pixels = vec![[0.0; 3]; layer.header.layer_size.area()];
     for_each_block(bytes, &meta, |index| index == layer.index, |_, block| layer.copy(block, &mut pixels))?;
     Ok(((side(width)?, side(height)?, pixels), differs_between_machines(layer.header)))
 }
@@ -138,11 +138,11 @@ impl<'a> Layer<'a> {
             }
             let row = pixels.get_mut(start..start.checked_add(columns)?)?;
             for (number, channel) in self.header.channels.list.iter().enumerate() {
-                let (samples, after) =
-                    rest.split_at_checked(columns * channel.sample_type.bytes_per_sample())?;
-                rest = after;
-                for k in (0..3).filter(|&k| self.rgb[k] == number) {
-                    let targets = row.iter_mut().map(|p| &mut p[k]);
+                let samples =
+                    rest.split_off(..columns.checked_mul(channel.sample_type.bytes_per_sample())?)?;
+                // One channel may stand for several: grey for all three.
+                for k in self.rgb.iter().enumerate().filter(|(_, c)| **c == number).map(|(k, _)| k) {
+                    let targets = row.iter_mut().filter_map(|pixel| pixel.get_mut(k));
                     // Blocks come in this machine's byte order.
                     match channel.sample_type {
                         SampleType::F16 => targets
@@ -188,7 +188,7 @@ fn check_dwa_chunk(number: usize, chunk: &Chunk, header: &Header) -> Result<(), 
     };
     // Small layers have blocks of 8 x 8 that are larger than they are.
     let layer = header.layer_size.area().saturating_mul(header.channels.list.len()).saturating_mul(4);
-    let most = layer as u64 + 4096;
+    let most = (layer as u64).saturating_add(4096);
     // Eleven counters: the version, sizes and counts, and the kind of coding.
     let (counters, _) = data.as_chunks::<8>();
     if counters.iter().take(11).any(|&c| u64::from_le_bytes(c) > most) {

@@ -59,7 +59,8 @@ pub fn read_exr_planes(bytes: &[u8], limits: &Limits) -> Result<ExrPicture, Load
         if header.layer_size != size {
             return Err(LoadError::unsupported(FORMAT, "layers of different sizes"));
         }
-        let layer_bytes = (size.area() as u64).saturating_mul(header.channels.list.len() as u64 * 4);
+        let layer_bytes =
+            (size.area() as u64).saturating_mul(header.channels.list.len() as u64).saturating_mul(4);
         decoded_bytes = decoded_bytes.saturating_add(layer_bytes);
     }
     Limits::check(|| format!("{FORMAT}: all layers"), decoded_bytes, limits.decoded_bytes, "decoded_bytes")?;
@@ -69,7 +70,7 @@ pub fn read_exr_planes(bytes: &[u8], limits: &Limits) -> Result<ExrPicture, Load
         bytes,
         &meta,
         |_| true,
-        |index, block| copy(&meta.headers[index], block, &mut layers[index]),
+        |index, block| copy(meta.headers.get(index)?, block, layers.get_mut(index)?),
     )?;
     let planes = layers.into_iter().flatten().collect();
     Ok(ExrPicture { width: side(size.width())?, height: side(size.height())?, planes })
@@ -104,8 +105,7 @@ fn copy(header: &Header, block: &UncompressedBlock, planes: &mut [ExrPlane]) -> 
         let start = index.pixel_position.y().checked_add(y)?.checked_mul(width)?.checked_add(x)?;
         let row = start..start.checked_add(columns)?;
         for (channel, plane) in header.channels.list.iter().zip(planes.iter_mut()) {
-            let (from, after) = rest.split_at_checked(columns * channel.sample_type.bytes_per_sample())?;
-            rest = after;
+            let from = rest.split_off(..columns.checked_mul(channel.sample_type.bytes_per_sample())?)?;
             // Blocks come in this machine's byte order.
             match &mut plane.samples {
                 ExrSamples::Half(to) => {

@@ -19,7 +19,7 @@ pub(super) fn read(bytes: &[u8], limits: &Limits) -> Result<(u32, u32, Vec<[f32;
     let header = Header::read(bytes)?;
     check_size(FORMAT, header.width.into(), header.height.into(), 3, limits)?;
     let (width, height) = (header.width as usize, header.height as usize);
-    let mut rest = &bytes[header.size..];
+    let mut rest = header.body;
     let mut scanline = vec![[0_u8; 4]; width];
     // Grows with what is really there: an incomplete file costs no more than its part.
     let mut pixels = Vec::new();
@@ -27,16 +27,14 @@ pub(super) fn read(bytes: &[u8], limits: &Limits) -> Result<(u32, u32, Vec<[f32;
         let cut =
             || LoadError::malformed(FORMAT, format!("scanline {y} of {height} is incomplete or damaged"));
         rest = read_scanline(rest, &mut scanline).ok_or_else(cut)?;
-        let start = pixels.len();
-        pixels.extend(scanline.iter().map(|&texel| radiance(texel)));
-        if header.right_to_left {
-            pixels[start..].reverse();
-        }
+        let texels = scanline.iter().map(|&texel| radiance(texel));
+        if header.right_to_left { pixels.extend(texels.rev()) } else { pixels.extend(texels) }
     }
     if header.bottom_to_top {
-        for y in 0..height / 2 {
-            let (top, bottom) = pixels.split_at_mut((height - 1 - y) * width);
-            top[y * width..][..width].swap_with_slice(&mut bottom[..width]);
+        // Rows have at least one pixel.
+        let mut rows = pixels.chunks_mut(width.max(1));
+        while let (Some(above), Some(below)) = (rows.next(), rows.next_back()) {
+            above.swap_with_slice(below);
         }
     }
     Ok((header.width, header.height, pixels))
@@ -46,33 +44,33 @@ pub(super) fn read(bytes: &[u8], limits: &Limits) -> Result<(u32, u32, Vec<[f32;
 /// mantissas; stb_image, three.js and others do not, and the pictures of those are what users compare with.)
 fn radiance([r, g, b, e]: [u8; 4]) -> [f32; 3] {
     // 2^(e - 136) as bits; below 2^-126 it is 0, far below what a picture can show.
-    let scale = if e > 9 { f32::from_bits((u32::from(e) - 9) << 23) } else { 0.0 };
+    let scale = f32::from_bits(u32::from(e).saturating_sub(9) << 23);
     [r, g, b].map(|m| f32::from(m) * scale)
 }
 
-struct Header {
+struct Header<'a> {
     width: u32,
     height: u32,
     bottom_to_top: bool,
     right_to_left: bool,
-    /// Bytes before the first scanline.
-    size: usize,
+    /// The scanlines.
+    body: &'a [u8],
 }
 
-impl Header {
-    fn read(bytes: &[u8]) -> Result<Self, LoadError> {
-        let mut at = 0;
+impl<'a> Header<'a> {
+    fn read(bytes: &'a [u8]) -> Result<Self, LoadError> {
+        let mut rest = bytes;
         let mut blank = false;
         loop {
             // A header is text of reasonable size; in something else the search for line ends would never stop.
-            let rest = &bytes[at..bytes.len().min(at + 4096)];
-            let Some(end) = rest.iter().position(|&b| b == b'\n') else {
+            let end = rest.iter().take(4096).position(|&b| b == b'\n');
+            let Some((line, [_, after @ ..])) = end.and_then(|end| rest.split_at_checked(end)) else {
                 return Err(LoadError::malformed(FORMAT, "the header has no end"));
             };
-            let line = rest[..end].trim_ascii();
-            at += end + 1;
+            let line = line.trim_ascii();
+            rest = after;
             if blank {
-                return Self::resolution(line, at);
+                return Self::resolution(line, rest);
             }
             if let Some(format) = line.strip_prefix(b"FORMAT=")
                 && format.trim_ascii() != b"32-bit_rle_rgbe"
@@ -84,7 +82,7 @@ impl Header {
     }
 
     /// From the line that gives the size, usually `-Y 512 +X 1024`.
-    fn resolution(line: &[u8], size: usize) -> Result<Self, LoadError> {
+    fn resolution(line: &[u8], body: &'a [u8]) -> Result<Self, LoadError> {
         let parts: Vec<&[u8]> = line.split(u8::is_ascii_whitespace).filter(|p| !p.is_empty()).collect();
         let side = |part: &[u8]| integer(part).and_then(|v| u32::try_from(v).ok());
         let (vertical, height, horizontal, width) = match parts[..] {
@@ -104,7 +102,7 @@ impl Header {
             b"-X" => true,
             _ => return Err(LoadError::unsupported(FORMAT, format!("the orientation {}", quoted(line)))),
         };
-        Ok(Self { width, height, bottom_to_top, right_to_left, size })
+        Ok(Self { width, height, bottom_to_top, right_to_left, body })
     }
 }
 
@@ -122,22 +120,19 @@ fn read_scanline<'a>(bytes: &'a [u8], scanline: &mut [[u8; 4]]) -> Option<&'a [u
 /// Each channel by itself: a count above 128 repeats the next byte count - 128 times, another copies that many bytes.
 fn new_runs<'a>(mut bytes: &'a [u8], scanline: &mut [[u8; 4]]) -> Option<&'a [u8]> {
     for channel in 0..4 {
-        let mut x = 0;
-        while x < scanline.len() {
-            let (&count, rest) = bytes.split_first()?;
-            if count > 128 {
-                let (&value, rest) = rest.split_first()?;
-                let run = scanline.get_mut(x..x + usize::from(count - 128))?;
-                run.iter_mut().for_each(|texel| texel[channel] = value);
-                x += run.len();
-                bytes = rest;
+        let mut texels = &mut *scanline;
+        while !texels.is_empty() {
+            let &count = bytes.split_off_first()?;
+            if let Some(count @ 1..) = count.checked_sub(128) {
+                let &value = bytes.split_off_first()?;
+                let run = texels.split_off_mut(..count.into())?;
+                run.iter_mut().flat_map(|texel| texel.get_mut(channel)).for_each(|v| *v = value);
             } else {
-                let count = usize::from(count);
-                let run = scanline.get_mut(x..x + count)?;
-                let values = rest.get(..count).filter(|v| !v.is_empty())?;
-                run.iter_mut().zip(values).for_each(|(texel, &value)| texel[channel] = value);
-                x += count;
-                bytes = &rest[count..];
+                let run = texels.split_off_mut(..count.into()).filter(|run| !run.is_empty())?;
+                let values = bytes.split_off(..count.into())?;
+                for (texel, &value) in run.iter_mut().zip(values) {
+                    texel.get_mut(channel).into_iter().for_each(|v| *v = value);
+                }
             }
         }
     }
@@ -147,22 +142,21 @@ fn new_runs<'a>(mut bytes: &'a [u8], scanline: &mut [[u8; 4]]) -> Option<&'a [u8
 /// Texels one after the other, where (1, 1, 1, n) repeats the last one n times; directly repeated, the counts are
 /// digits of base 256, lowest first.
 fn old_runs<'a>(mut bytes: &'a [u8], scanline: &mut [[u8; 4]]) -> Option<&'a [u8]> {
-    let mut x = 0;
-    let mut shift = 0_u32;
-    while x < scanline.len() {
+    /// What the digits of a count stand for. More than three would be more texels than a line has.
+    const DIGITS: [usize; 3] = [1, 1 << 8, 1 << 16];
+    let mut texels = scanline;
+    let mut last = None;
+    let mut digits = DIGITS.iter();
+    while !texels.is_empty() {
         let (&texel, rest) = bytes.split_first_chunk::<4>()?;
         bytes = rest;
         if let [1, 1, 1, count] = texel {
-            // More than three digits would be more texels than a line has.
-            let count = if shift > 16 { return None } else { usize::from(count) << shift };
-            let last = x.checked_sub(1).map(|k| scanline[k])?;
-            scanline.get_mut(x..x + count)?.fill(last);
-            x += count;
-            shift += 8;
+            let count = usize::from(count).checked_mul(*digits.next()?)?;
+            texels.split_off_mut(..count)?.fill(last?);
         } else {
-            scanline[x] = texel;
-            x += 1;
-            shift = 0;
+            *texels.split_off_first_mut()? = texel;
+            last = Some(texel);
+            digits = DIGITS.iter();
         }
     }
     Some(bytes)

@@ -8,6 +8,7 @@ use super::parse::{Setting, Value};
 use super::texture::{TextureUse, metallic_roughness, one_channel};
 use crate::limits::Limits;
 use crate::load::budget::Budget;
+use crate::load::grouped::Grouped;
 use crate::load::tangents::{add_tangents, tangent_set};
 use crate::scene::{
     AlphaMode, AlphaUse, ColorSpace, Image, Material, MaterialId, Mesh, MeshData, MeshId, NormalTexture,
@@ -41,7 +42,8 @@ fn chosen(scene: &Scene, name: Option<&str>) -> Result<BTreeSet<MaterialId>, Ass
     let materials = scene.materials();
     let ids = (0..materials.len()).map(|k| MaterialId(k as u32));
     let Some(name) = name else { return Ok(ids.collect()) };
-    let chosen: BTreeSet<MaterialId> = ids.filter(|id| materials[id.index()].name == name).collect();
+    let named = ids.zip(materials).filter(|(_, material)| material.name == name);
+    let chosen: BTreeSet<MaterialId> = named.map(|(id, _)| id).collect();
     if !chosen.is_empty() {
         return Ok(chosen);
     }
@@ -78,7 +80,8 @@ struct Builder<'a> {
 impl Builder<'_> {
     /// What material `id` becomes.
     fn material(&mut self, id: MaterialId) -> Result<Material, AssignError> {
-        let own = &self.scene.materials()[id.index()];
+        let no_such = SceneError::NoSuch { what: "material", index: id.0 };
+        let own = self.scene.materials().get(id.index()).ok_or(no_such)?;
         let mut material = if self.file.is_over() {
             own.clone()
         } else {
@@ -256,11 +259,11 @@ impl Builder<'_> {
         let id = match known {
             Some(id) => id,
             None => {
-                let count = self.scene.textures().len() as u64 + 1;
+                let count = (self.scene.textures().len() as u64).saturating_add(1);
                 Limits::check(|| "textures".to_owned(), count, self.limits.textures, "textures")?;
                 // Every file that is named has been loaded.
                 let image = image(self.file).ok_or(SceneError::NoSuch { what: "texture", index: 0 })?;
-                let texels = u64::from(image.width()) * u64::from(image.height());
+                let texels = image.texels().len() as u64;
                 self.budget.charge(|| texture.file.clone(), texels, 6)?;
                 let made = Texture::new(image, form.color_space, form.alpha, form.sampler);
                 let id = self.scene.add_texture(made)?;
@@ -293,19 +296,18 @@ fn fit_meshes(
     limits: &Limits,
     budget: &mut Budget,
 ) -> Result<(), AssignError> {
-    let mut draws_of: Vec<Vec<usize>> = vec![Vec::new(); scene.meshes().len()];
-    for (k, instance) in scene.instances().iter().enumerate() {
-        draws_of[instance.mesh.index()].push(k);
-    }
+    let count = scene.meshes().len();
+    let draws = Grouped::new(count, scene.instances().iter().map(|instance| instance.mesh.index()));
     let mut vertices = scene.meshes().iter().map(|m| m.positions().len() as u64).sum::<u64>();
-    for (k, draws) in draws_of.into_iter().enumerate() {
+    for k in 0..count {
         let id = MeshId(k as u32);
-        let (these, others): (Vec<usize>, Vec<usize>) =
-            draws.into_iter().partition(|&i| chosen.contains(&scene.instances()[i].material));
-        let mesh = &scene.meshes()[k];
+        let Some(mesh) = scene.meshes().get(k) else { break };
+        let material = |draw: u32| scene.instances().get(draw as usize).map(|instance| instance.material);
+        let is_chosen = |draw: &u32| material(*draw).is_some_and(|id| chosen.contains(&id));
+        let (these, others): (Vec<u32>, Vec<u32>) = draws.group(k).iter().partition(|&draw| is_chosen(draw));
         let set = these
             .iter()
-            .find_map(|&i| tangent_set(&scene.materials()[scene.instances()[i].material.index()]))
+            .find_map(|&draw| tangent_set(scene.materials().get(material(draw)?.index())?))
             // Without normals there is flat shading, and tangents mean nothing.
             .filter(|&set| {
                 mesh.tangents().is_empty() && !mesh.normals().is_empty() && !mesh.uvs(set).is_empty()
@@ -323,9 +325,9 @@ fn fit_meshes(
         if let Some(set) = set {
             add_tangents(&mut data, set);
         }
-        vertices += data.positions.len() as u64;
+        vertices = vertices.saturating_add(data.positions.len() as u64);
         if others.is_empty() {
-            vertices -= mesh.positions().len() as u64;
+            vertices = vertices.saturating_sub(mesh.positions().len() as u64);
         }
         Limits::check(|| format!("mesh {k} with tangents"), vertices, limits.vertices, "vertices")?;
         let mesh = Mesh::new(data)?;
@@ -333,8 +335,8 @@ fn fit_meshes(
             scene.replace_mesh(id, mesh)?;
         } else {
             let copy = scene.add_mesh(mesh)?;
-            for instance in these {
-                scene.set_instance_mesh(instance, copy)?;
+            for draw in these {
+                scene.set_instance_mesh(draw as usize, copy)?;
             }
         }
     }

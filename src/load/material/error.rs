@@ -186,7 +186,7 @@ fn has(names: &[String]) -> String {
         return "none of its materials has a name".to_owned();
     }
     let listed: Vec<String> = names.iter().take(LISTED).map(|name| format!("'{name}'")).collect();
-    let more = names.len() - listed.len();
+    let more = names.iter().skip(LISTED).len();
     let more = if more > 0 { format!(" and {more} more") } else { String::new() };
     format!("it has {}{more}", listed.join(", "))
 }

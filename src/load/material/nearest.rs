@@ -10,21 +10,25 @@ pub fn nearest_name<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) ->
     };
     let name = plain(name);
     let nearest = known.into_iter().map(|k| (distance(&name, &plain(k)), k)).min_by_key(|(d, _)| *d)?;
-    (nearest.0 <= name.len() / 2 + 1).then_some(nearest.1)
+    (nearest.0 <= (name.len() / 2).saturating_add(1)).then_some(nearest.1)
 }
 
 /// Levenshtein's distance: insertions, deletions and replacements.
 fn distance(a: &[char], b: &[char]) -> usize {
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, x) in a.iter().enumerate() {
-        let mut diagonal = std::mem::replace(&mut row[0], i + 1);
-        for (j, y) in b.iter().enumerate() {
-            let replaced = diagonal + usize::from(x != y);
-            diagonal = row[j + 1];
-            row[j + 1] = replaced.min(diagonal + 1).min(row[j] + 1);
+    // From what has been seen of `a` to nothing, and to as many letters of `b` as there are numbers before.
+    let mut to_nothing = 0_usize;
+    let mut row: Vec<usize> = (1..=b.len()).collect();
+    for x in a {
+        let (mut above, mut left) = (to_nothing, to_nothing.saturating_add(1));
+        to_nothing = left;
+        for (y, distance) in b.iter().zip(&mut row) {
+            let replaced = above.saturating_add(usize::from(x != y));
+            above = *distance;
+            left = replaced.min(above.saturating_add(1)).min(left.saturating_add(1));
+            *distance = left;
         }
     }
-    row[b.len()]
+    row.last().copied().unwrap_or(to_nothing)
 }
 
 /// `; did you mean 'x'?`, or nothing.

@@ -140,7 +140,7 @@ struct Place<'a> {
 impl Place<'_> {
     fn line(&self, span: &Range<usize>) -> usize {
         let before = self.text.as_bytes().get(..span.start).unwrap_or(self.text.as_bytes());
-        1 + before.iter().filter(|&&b| b == b'\n').count()
+        before.iter().filter(|&&b| b == b'\n').count().saturating_add(1)
     }
 
     /// One key and its value.
@@ -279,9 +279,9 @@ impl Place<'_> {
                             _ => Wrap::Repeat,
                         })
                     };
-                    let [u, v] = match value {
-                        DeValue::Array(both) if both.len() == 2 => [both[0].get_ref(), both[1].get_ref()],
-                        one => [one, one],
+                    let [u, v] = match value.as_array().map(|list| &list[..]) {
+                        Some([u, v]) => [u.get_ref(), v.get_ref()],
+                        _ => [value, value],
                     };
                     (texture.sampler.wrap_u, texture.sampler.wrap_v) = (wrap(u)?, wrap(v)?);
                 }
@@ -454,7 +454,8 @@ fn film(line: usize, key: &str, value: &DeValue<'_>) -> Result<Value, MaterialEr
 fn hex(text: &str) -> Option<([f32; 3], Option<f32>)> {
     let digits = text.strip_prefix('#')?;
     let digits: Vec<u8> = digits.chars().map(|c| c.to_digit(16).map(|d| d as u8)).collect::<Option<_>>()?;
-    let bytes: Vec<f32> = digits.chunks_exact(2).map(|d| f32::from(d[0] * 16 + d[1]) / 255.0).collect();
+    let bytes: Vec<f32> =
+        digits.as_chunks().0.iter().map(|&[high, low]| f32::from(high << 4 | low) / 255.0).collect();
     let color = |r, g, b| [r, g, b].map(srgb_to_linear);
     match (digits.len(), bytes.as_slice()) {
         (6, &[r, g, b]) => Some((color(r, g, b), None)),

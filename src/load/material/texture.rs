@@ -4,7 +4,7 @@ use super::error::{MaterialError, MaterialErrorReason};
 use crate::jobs::Jobs;
 use crate::limits::Limits;
 use crate::load::budget::Budget;
-use crate::load::image::{self, Header, ImageError, NOT_AN_IMAGE};
+use crate::load::image::{self, Header, ImageError, NOT_AN_IMAGE, scaled_texel};
 use crate::load::{Context, ResolveError};
 use crate::scene::{Image, Sampler, UvTransform};
 use std::sync::Arc;
@@ -89,8 +89,7 @@ fn decode(
     jobs: &Jobs,
     encoded: Vec<(&Wanted<'_>, Vec<u8>, Header)>,
 ) -> Result<Vec<(String, Arc<Image>)>, MaterialError> {
-    let decoded = jobs.map(encoded.len(), |k| {
-        let (want, bytes, header) = &encoded[k];
+    let decoded = jobs.map_each(&encoded, |(want, bytes, header)| {
         image::decode(bytes, header).map(|image| (want.file.to_owned(), Arc::new(image))).map_err(|e| {
             MaterialError {
                 line: Some(want.line),
@@ -115,9 +114,19 @@ fn picture_reason(name: &str, error: ImageError) -> MaterialErrorReason {
     }
 }
 
+/// A channel of a texel, by the lower two bits of its number.
+fn channel_of([r, g, b, a]: [u8; 4], channel: u8) -> u8 {
+    match channel & 3 {
+        0 => r,
+        1 => g,
+        2 => b,
+        _ => a,
+    }
+}
+
 /// A picture that has one channel of another in all of its own.
 pub(super) fn one_channel(image: &Image, channel: u8) -> Image {
-    let texels = image.texels().iter().map(|t| [t[usize::from(channel & 3)]; 4]).collect();
+    let texels = image.texels().iter().map(|&texel| [channel_of(texel, channel); 4]).collect();
     same_size(image, texels)
 }
 
@@ -132,10 +141,7 @@ pub(super) fn metallic_roughness(
     let height = given.iter().flatten().map(|(i, _)| i.height()).max()?;
     let value = |given: Option<(&Image, u8)>, x: u32, y: u32| {
         let Some((image, channel)) = given else { return 255 };
-        // Below the size of the picture by construction.
-        let place = |k: u32, of: u32, n: u32| (u64::from(k) * u64::from(n) / u64::from(of)) as usize;
-        let at = place(y, height, image.height()) * image.width() as usize + place(x, width, image.width());
-        image.texels()[at][usize::from(channel & 3)]
+        channel_of(scaled_texel(image, [x, y], [width, height]), channel)
     };
     let texels = (0..height)
         .flat_map(|y| (0..width).map(move |x| (x, y)))

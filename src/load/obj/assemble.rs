@@ -1,11 +1,13 @@
 //! Polygons to triangles over shared vertices.
 
+use super::FORMAT;
 use super::parse::{Corner, FLAT, NONE, Obj};
 use crate::color::srgb::srgb_to_linear;
 use crate::limits::Limits;
 use crate::load::normals::add_missing_normals;
 use crate::load::plain::{CREASE_ANGLE, check_mesh, drawable};
 use crate::load::polygon::Triangulator;
+use crate::load::splitting::Variants;
 use crate::load::{Context, LoadError};
 use crate::scene::MeshData;
 
@@ -39,7 +41,8 @@ pub(super) struct Assembled {
 /// materials cut through smooth surfaces.
 pub(super) fn assemble(obj: &Obj, context: &Context<'_>) -> Result<Assembled, LoadError> {
     let corners = obj.corners.len() as u64;
-    let triangles = corners - 2 * obj.sizes.len() as u64;
+    // Each polygon has at least three.
+    let triangles = corners.saturating_sub((obj.sizes.len() as u64).saturating_mul(2));
     // There are at least as many vertices as positions that are used, and at most as many as corners.
     check_mesh(context, triangles, 0)?;
     let bytes = triangles.saturating_mul(BYTES_A_TRIANGLE);
@@ -58,20 +61,22 @@ pub(super) fn assemble(obj: &Obj, context: &Context<'_>) -> Result<Assembled, Lo
         while let Some((k, _)) = sections.next_if(|(_, s)| s.first <= number) {
             section = k as u32;
         }
-        let (corners, after) = rest.split_at(size as usize);
-        rest = after;
-        let position = |c: &Corner| obj.positions.get(c.position as usize).copied();
-        if !corners.iter().all(|c| position(c).is_some_and(drawable)) {
-            out.losses.polygons += 1;
+        let corners = rest.split_off(..size as usize).unwrap_or_default();
+        let position = |c: &Corner| obj.positions.get(c.position as usize).copied().filter(|&p| drawable(p));
+        polygon.clear();
+        polygon.extend(corners.iter().map_while(position).map(|position| (NONE, position)));
+        if polygon.len() < corners.len() {
+            out.losses.polygons = out.losses.polygons.saturating_add(1);
             continue;
         }
-        polygon.clear();
-        polygon.extend(corners.iter().map(|&c| vertices.number(c, &mut out.losses)));
+        for ((number, _), &corner) in polygon.iter_mut().zip(corners) {
+            *number = vertices.number(corner, &mut out.losses)?;
+        }
         triangulator.triangulate(
-            polygon.len(),
-            |k| obj.positions[corners[k].position as usize],
+            &polygon,
+            |(_, position)| position,
             |t| {
-                out.mesh.triangles.push(t.map(|k| polygon[k]));
+                out.mesh.triangles.push(t.map(|(number, _)| number));
                 out.section_of.push(section);
             },
         );
@@ -81,57 +86,44 @@ pub(super) fn assemble(obj: &Obj, context: &Context<'_>) -> Result<Assembled, Lo
     }
     check_mesh(context, triangles, vertices.corners.len() as u64)?;
     out.losses.given_up = triangulator.given_up;
-    fill(&mut out.mesh, obj, &vertices.corners, context);
+    let corners: Vec<Corner> = vertices.corners.values().copied().collect();
+    drop(vertices);
+    fill(&mut out.mesh, obj, &corners, context);
     Ok(out)
 }
 
 /// The distinct corners of a file.
 struct Vertices<'a> {
     obj: &'a Obj,
-    corners: Vec<Corner>,
-    /// First vertex of each position; `NONE` ends a chain.
-    first: Vec<u32>,
-    next: Vec<u32>,
+    /// By position.
+    corners: Variants<Corner>,
 }
 
 impl<'a> Vertices<'a> {
     fn new(obj: &'a Obj) -> Self {
-        Self { obj, corners: Vec::new(), first: vec![NONE; obj.positions.len()], next: Vec::new() }
+        Self { obj, corners: Variants::new(obj.positions.len(), SEARCHED) }
     }
 
     /// The number of the vertex for a corner whose position exists.
-    fn number(&mut self, mut corner: Corner, losses: &mut Losses) -> u32 {
+    fn number(&mut self, mut corner: Corner, losses: &mut Losses) -> Result<u32, LoadError> {
         if corner.uv != NONE && corner.uv as usize >= self.obj.uvs.len() {
             corner.uv = NONE;
-            losses.corners += 1;
+            losses.corners = losses.corners.saturating_add(1);
         }
         if corner.normal < FLAT && corner.normal as usize >= self.obj.normals.len() {
             corner.normal = NONE;
-            losses.corners += 1;
+            losses.corners = losses.corners.saturating_add(1);
         }
-        let head = self.first[corner.position as usize];
-        let mut at = head;
-        for _ in 0..SEARCHED {
-            if at == NONE {
-                break;
-            }
-            if self.corners[at as usize] == corner {
-                return at;
-            }
-            at = self.next[at as usize];
-        }
-        // Numbers cannot run out: there are fewer corners than 2^32, by the limit of triangles.
-        let number = self.corners.len() as u32;
-        self.corners.push(corner);
-        self.next.push(head);
-        self.first[corner.position as usize] = number;
+        let number = self.corners.number(corner.position as usize, corner);
         number
+            .map(|(number, _)| number)
+            .ok_or_else(|| LoadError::malformed(FORMAT, "there are more vertices than can be numbered"))
     }
 }
 
 /// Fills in the attributes of the vertices.
 fn fill(mesh: &mut MeshData, obj: &Obj, corners: &[Corner], context: &Context<'_>) {
-    let position = |c: &Corner| obj.positions[c.position as usize];
+    let position = |c: &Corner| obj.positions.get(c.position as usize).copied().unwrap_or_default();
     mesh.positions = corners.iter().map(position).collect();
     if corners.iter().any(|c| c.uv != NONE) {
         // v runs up in OBJ, down here.
@@ -150,7 +142,8 @@ fn fill(mesh: &mut MeshData, obj: &Obj, corners: &[Corner], context: &Context<'_
     let normal = |c: &Corner| obj.normals.get(c.normal as usize).copied().unwrap_or([0.0; 3]);
     mesh.normals = corners.iter().map(normal).collect();
     if corners.iter().any(|c| c.normal == NONE) {
-        add_missing_normals(mesh, CREASE_ANGLE, |v| corners[v].normal == NONE, context.jobs);
+        let is_missing = |v: usize| corners.get(v).is_some_and(|corner| corner.normal == NONE);
+        add_missing_normals(mesh, CREASE_ANGLE, is_missing, context.jobs);
     }
 }
 

@@ -5,7 +5,7 @@ use super::material::Source;
 use super::mtl;
 use crate::limits::Limits;
 use crate::load::budget::Budget;
-use crate::load::image::{self, Header};
+use crate::load::image::{self, Header, area};
 use crate::load::plain::{default_material, read_near};
 use crate::load::text::quoted;
 use crate::load::warnings::Warnings;
@@ -87,8 +87,8 @@ impl<'a> Library<'a> {
         warnings: &mut Warnings,
     ) -> Result<Vec<MaterialId>, LoadError> {
         // A material as it is read and as it is drawn, the latter twice for a list that grows.
-        let size = (size_of::<Option<Source>>() + 2 * size_of::<Material>()) as u64;
-        self.budget.charge(|| "OBJ: materials".to_owned(), names.len() as u64, size)?;
+        const SIZE: usize = size_of::<Option<Source>>() + 2 * size_of::<Material>();
+        self.budget.charge(|| "OBJ: materials".to_owned(), names.len() as u64, SIZE as u64)?;
         let sources: Vec<Option<Source>> = names
             .iter()
             .map(|name| {
@@ -154,7 +154,7 @@ impl<'a> Library<'a> {
                 }
             }
         }
-        let decoded = context.jobs.map(found.len(), |k| image::decode(&found[k].1, &found[k].2));
+        let decoded = context.jobs.map_each(&found, |(_, bytes, header)| image::decode(bytes, header));
         for ((file, ..), decoded) in found.iter().zip(decoded) {
             match decoded {
                 Ok(image) => {
@@ -209,7 +209,8 @@ impl<'a> Library<'a> {
             Some(&id) => id,
             None => {
                 let what = || format!("OBJ: texture {}", quoted(parts.join(" ").as_bytes()));
-                let (count, limit) = (self.textures.len() as u64 + 1, self.context.limits.textures);
+                let (count, limit) =
+                    ((self.textures.len() as u64).saturating_add(1), self.context.limits.textures);
                 Limits::check(|| "OBJ: the number of textures".to_owned(), count, limit, "textures")?;
                 // Mip levels: a third of the picture.
                 self.budget.charge(what, texels(&image), 2)?;
@@ -313,7 +314,7 @@ impl<'a> Library<'a> {
         // Each side is the larger one of the two.
         let side =
             |f: fn(&Image) -> u32| [&metal_image, &rough_image].into_iter().flatten().map(|i| f(i)).max();
-        let size = u64::from(side(Image::width).unwrap_or(1)) * u64::from(side(Image::height).unwrap_or(1));
+        let size = area(side(Image::width).unwrap_or(1), side(Image::height).unwrap_or(1));
         let (packed, _) = self.derive(
             &parts,
             size,
@@ -372,7 +373,7 @@ fn key(parts: &[&str]) -> String {
 }
 
 fn texels(image: &Image) -> u64 {
-    u64::from(image.width()) * u64::from(image.height())
+    area(image.width(), image.height())
 }
 
 /// The files behind one `mtllib`: a name that may contain spaces, or several names.

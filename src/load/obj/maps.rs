@@ -1,8 +1,10 @@
 //! Texture statements of material libraries, and the pictures that are made of them.
 
+use crate::load::image::scaled_texel;
 use crate::load::text::{Tokens, quoted};
 use crate::load::warnings::Warnings;
 use crate::scene::{Image, Sampler, SceneError, UvTransform, Wrap};
+use std::num::NonZeroU64;
 
 /// A texture statement: options and file name.
 #[derive(Clone, Debug, PartialEq)]
@@ -63,25 +65,19 @@ impl Map {
 
 /// `u [v [w]]`, as far as there are numbers.
 fn vector(tokens: &mut Tokens<'_>, default: [f32; 2]) -> [f32; 2] {
-    let mut out = default;
-    for k in 0..3 {
+    let [mut u, mut v] = default;
+    // A third number means nothing to pictures.
+    for value in [&mut u, &mut v, &mut 0.0] {
         let before = tokens.clone();
         match tokens.float().filter(|v| v.abs() <= 1e6) {
-            Some(value) if k < 2 => out[k] = value,
-            Some(_) => {}
+            Some(number) => *value = number,
             None => {
                 *tokens = before;
                 break;
             }
         }
     }
-    out
-}
-
-/// The texel of another picture at the place of texel (x, y) of a `width` x `height` one.
-fn at(image: &Image, x: u32, y: u32, width: u32, height: u32) -> [u8; 4] {
-    let place = |k: u32, of: u32, n: u32| (u64::from(k) * u64::from(n) / u64::from(of)) as usize;
-    image.texels()[place(y, height, image.height()) * image.width() as usize + place(x, width, image.width())]
+    [u, v]
 }
 
 /// Makes a picture texel by texel.
@@ -98,7 +94,7 @@ pub(super) fn metallic_roughness(
     let side = |f: fn(&Image) -> u32| [metallic, roughness].into_iter().flatten().map(f).max().unwrap_or(1);
     let (width, height) = (side(Image::width), side(Image::height));
     picture(width, height, |x, y| {
-        let red = |image: Option<&Image>| image.map_or(255, |i| at(i, x, y, width, height)[0]);
+        let red = |image: Option<&Image>| image.map_or(255, |i| scaled_texel(i, [x, y], [width, height])[0]);
         [255, red(roughness), red(metallic), 255]
     })
 }
@@ -108,27 +104,29 @@ pub(super) fn metallic_roughness(
 pub(super) fn with_opacity(color: Option<&Image>, opacity: &Image) -> Result<Image, SceneError> {
     let size = color.unwrap_or(opacity);
     let (width, height) = (size.width(), size.height());
-    let channel = if opacity.texels().iter().any(|t| t[3] != 255) { 3 } else { 0 };
+    let has_alpha = opacity.texels().iter().any(|t| t[3] != 255);
     picture(width, height, |x, y| {
-        let [r, g, b, _] = color.map_or([255; 4], |c| at(c, x, y, width, height));
-        [r, g, b, at(opacity, x, y, width, height)[channel]]
+        let texel = |image: &Image| scaled_texel(image, [x, y], [width, height]);
+        let [r, g, b, _] = color.map_or([255; 4], texel);
+        let [red, _, _, alpha] = texel(opacity);
+        [r, g, b, if has_alpha { alpha } else { red }]
     })
 }
 
 /// True if a picture has alpha between nothing and all, in more than a narrow seam.
 pub(super) fn is_translucent(image: &Image) -> bool {
     let between = image.texels().iter().filter(|t| (16..240).contains(&t[3])).count();
-    between * 10 > image.texels().len()
+    between > image.texels().len() / 10
 }
 
 /// True if a picture looks like tangent-space normals: blue, with red and green around the middle. Many programs
 /// write those to `map_Bump`.
 pub(super) fn is_normal_map(image: &Image) -> bool {
-    let mut sums = [0_u64; 3];
-    for t in image.texels() {
-        (0..3).for_each(|k| sums[k] += u64::from(t[k]));
-    }
-    let [r, g, b] = sums.map(|s| s / image.texels().len() as u64);
+    let Some(count) = NonZeroU64::new(image.texels().len() as u64) else { return false };
+    let mean = |channel: fn(&[u8; 4]) -> u8| {
+        image.texels().iter().map(|texel| u64::from(channel(texel))).sum::<u64>() / count
+    };
+    let (r, g, b) = (mean(|t| t[0]), mean(|t| t[1]), mean(|t| t[2]));
     b > 170 && (96..160).contains(&r) && (96..160).contains(&g)
 }
 
@@ -142,23 +140,22 @@ pub(super) fn normals_of_heights(
     sampler: &Sampler,
 ) -> Result<Image, SceneError> {
     let (width, height) = (heights.width(), heights.height());
-    let texels = heights.texels();
     let beyond = |k: i64, n: u32, wrap: Wrap| match wrap {
         Wrap::Repeat => k.rem_euclid(i64::from(n)),
-        _ => k.clamp(0, i64::from(n) - 1),
+        _ => k.clamp(0, i64::from(n).saturating_sub(1)),
     };
     let value = |x: i64, y: i64| {
-        let x = beyond(x, width, sampler.wrap_u) as usize;
-        let y = beyond(y, height, sampler.wrap_v) as usize;
-        let [r, g, b, _] = texels[y * width as usize + x];
+        let x = beyond(x, width, sampler.wrap_u) as u32;
+        let y = beyond(y, height, sampler.wrap_v) as u32;
+        let [r, g, b, _] = heights.texel(x, y).unwrap_or_default();
         (f32::from(r) + f32::from(g) + f32::from(b)) / 765.0
     };
     // Central differences; both directions measure in texels of equal size.
     let slope = scale * width as f32 / 128.0 * 0.5;
     picture(width, height, |x, y| {
         let (x, y) = (i64::from(x), i64::from(y));
-        let right = (value(x - 1, y) - value(x + 1, y)) * slope;
-        let up = (value(x, y + 1) - value(x, y - 1)) * slope;
+        let right = (value(x.saturating_sub(1), y) - value(x.saturating_add(1), y)) * slope;
+        let up = (value(x, y.saturating_add(1)) - value(x, y.saturating_sub(1))) * slope;
         let length = (right * right + up * up + 1.0).sqrt();
         // The conversion saturates.
         let encode = |v: f32| (v / length * 127.5 + 128.0) as u8;

@@ -6,6 +6,15 @@
 //!
 //! Every `o`, or `g` in files without, is an object; within it each material is a mesh. Smoothing groups do not
 //! count, but `s off` does: where a file has no normals, they are smoothed over edges of up to 30 degrees.
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::indexing_slicing,
+        clippy::arithmetic_side_effects,
+        clippy::unwrap_used,
+        clippy::expect_used
+    )
+)]
 
 mod assemble;
 mod library;
@@ -14,17 +23,19 @@ mod material;
 mod mtl;
 mod parse;
 
+use super::grouped::Grouped;
 use super::plain::{add_object, check_input, counted, default_material, finish, white_material};
+use super::splitting::Variants;
 use super::tangents::add_tangents;
 use super::text::without_mark;
 use super::warnings::Warnings;
 use super::{Context, LoadError, Loaded};
 use crate::limits::Limits;
-use crate::scene::{MaterialId, MeshData, Scene};
+use crate::scene::{Material, MaterialId, MeshData, Scene};
 use assemble::Assembled;
 use library::Library;
 use parse::Obj;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 const FORMAT: &str = "OBJ";
 
@@ -82,8 +93,9 @@ impl Meshes {
         let mut mesh_of = Vec::with_capacity(assembled.section_of.len());
         let mut current = (u32::MAX, 0);
         for &section in &assembled.section_of {
-            if current.0 != section {
-                let s = &obj.sections[section as usize];
+            if current.0 != section
+                && let Some(s) = obj.sections.get(section as usize)
+            {
                 let key = (s.object, s.material);
                 let number = *numbers.entry(key).or_insert(keys.len() as u32);
                 if number as usize == keys.len() {
@@ -107,45 +119,31 @@ impl Meshes {
         assembled: Assembled,
         materials: &[MaterialId],
     ) -> Result<(), LoadError> {
-        let mut whole = assembled.mesh;
+        let whole = assembled.mesh;
         if let (&[(object, _)], &[id]) = (self.keys.as_slice(), materials)
             && in_order_of_use(&whole)
         {
             return add_part(scene, whole, id, object);
         }
         // Triangles by mesh, in the order of the file.
-        let mut starts = vec![0_usize; self.keys.len() + 1];
-        for &m in &self.mesh_of {
-            starts[m as usize + 1] += 1;
-        }
-        for k in 0..self.keys.len() {
-            starts[k + 1] += starts[k];
-        }
-        let mut sorted = vec![[0_u32; 3]; whole.triangles.len()];
-        let mut next = starts.clone();
-        for (t, &m) in whole.triangles.iter().zip(&self.mesh_of) {
-            sorted[next[m as usize]] = *t;
-            next[m as usize] += 1;
-        }
-        whole.triangles = Vec::new();
-        // Number of each vertex in the mesh at work: valid where `owner` says so.
-        let mut owner = vec![u32::MAX; whole.positions.len()];
-        let mut local = vec![0_u32; whole.positions.len()];
-        for (m, &(object, _)) in self.keys.iter().enumerate() {
+        let by_mesh = Grouped::new(self.keys.len(), self.mesh_of.iter().map(|&mesh| mesh as usize));
+        // Numbers of the vertices in the mesh at work.
+        let mut local = Variants::new(whole.positions.len(), 1);
+        for (m, (&(object, _), &material)) in self.keys.iter().zip(materials).enumerate() {
+            local.clear();
             let mut part = MeshData::default();
-            for &t in &sorted[starts[m]..starts[m + 1]] {
-                let triangle = t.map(|v| {
-                    let v = v as usize;
-                    if owner[v] != m as u32 {
-                        owner[v] = m as u32;
-                        local[v] = part.positions.len() as u32;
-                        copy_vertex(&whole, v, &mut part);
+            for &t in by_mesh.group(m) {
+                let Some(&(mut triangle)) = whole.triangles.get(t as usize) else { break };
+                for vertex in &mut triangle {
+                    let Some((number, is_new)) = local.number(*vertex as usize, ()) else { break };
+                    if is_new {
+                        copy_vertex(&whole, *vertex as usize, &mut part);
                     }
-                    local[v]
-                });
+                    *vertex = number;
+                }
                 part.triangles.push(triangle);
             }
-            add_part(scene, part, materials[m], object)?;
+            add_part(scene, part, material, object)?;
         }
         Ok(())
     }
@@ -153,7 +151,7 @@ impl Meshes {
 
 /// Adds the mesh of an object and material.
 fn add_part(scene: &mut Scene, mut part: MeshData, id: MaterialId, object: u32) -> Result<(), LoadError> {
-    if scene.materials()[id.index()].needs_tangents() {
+    if scene.materials().get(id.index()).is_some_and(Material::needs_tangents) {
         add_tangents(&mut part, 0);
     }
     add_object(scene, &format!("OBJ: object {object}"), part, id, object)
@@ -162,9 +160,9 @@ fn add_part(scene: &mut Scene, mut part: MeshData, id: MaterialId, object: u32) 
 /// True if every vertex is used, the first time in the order of their numbers: a mesh of all triangles would then be
 /// the same again.
 fn in_order_of_use(mesh: &MeshData) -> bool {
-    let mut next = 0;
+    let mut next = 0_u32;
     let in_order = mesh.triangles.as_flattened().iter().all(|&v| {
-        next += u32::from(v == next);
+        next = next.saturating_add(u32::from(v == next));
         v < next
     });
     in_order && next as usize == mesh.positions.len()
@@ -172,7 +170,7 @@ fn in_order_of_use(mesh: &MeshData) -> bool {
 
 /// Appends vertex `v` to a part of the mesh.
 fn copy_vertex(whole: &MeshData, v: usize, part: &mut MeshData) {
-    part.positions.push(whole.positions[v]);
+    part.positions.extend(whole.positions.get(v));
     part.normals.extend(whole.normals.get(v));
     part.uvs[0].extend(whole.uvs[0].get(v));
     part.colors.extend(whole.colors.get(v));
@@ -188,21 +186,17 @@ fn add_materials(
     warnings: &mut Warnings,
 ) -> Result<Vec<MaterialId>, LoadError> {
     // Each name once, in the order of the meshes.
-    let mut places: BTreeMap<u32, usize> = BTreeMap::new();
-    let mut names = Vec::new();
-    for &(_, material) in &meshes.keys {
-        if let Some(m) = material {
-            places.entry(m).or_insert_with(|| {
-                names.push(obj.materials[m as usize].as_str());
-                names.len() - 1
-            });
-        }
-    }
+    let mut numbers: Vec<u32> = Vec::new();
+    let mut known = BTreeSet::new();
+    numbers.extend(meshes.keys.iter().filter_map(|key| key.1).filter(|&number| known.insert(number)));
+    let name = |number: &u32| obj.materials.get(*number as usize).map_or("", String::as_str);
+    let names: Vec<&str> = numbers.iter().map(name).collect();
     let ids = library.add(scene, &names, warnings)?;
+    let ids: BTreeMap<u32, MaterialId> = numbers.into_iter().zip(ids).collect();
     let mut plain = None;
     let mut out = Vec::with_capacity(meshes.keys.len());
     for &(_, material) in &meshes.keys {
-        let named = material.and_then(|m| places.get(&m)).map(|&place| ids[place]);
+        let named = material.and_then(|number| ids.get(&number).copied());
         let id = match (named, plain) {
             (Some(id), _) | (None, Some(id)) => id,
             (None, None) => {
@@ -296,7 +290,7 @@ mod tests {
         );
         let loaded = load_files(&text, &[("my materials.mtl", mtl)]).unwrap();
         let [phong, lambert, paint, lost] = loaded.scene.materials() else { panic!() };
-        let roughness = |m: &crate::scene::Material| match m.workflow {
+        let roughness = |m: &Material| match m.workflow {
             Workflow::MetallicRoughness { roughness, .. } => roughness,
             Workflow::SpecularGlossiness { .. } => panic!(),
         };

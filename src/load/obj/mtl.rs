@@ -105,18 +105,16 @@ fn join_lines(bytes: &[u8]) -> Vec<u8> {
     let mut out = Vec::with_capacity(bytes.len());
     let mut rest = bytes;
     while let Some((&b, after)) = rest.split_first() {
-        rest = after;
-        let end = match after {
-            [b'\r', b'\n', ..] => 2,
-            [b'\n' | b'\r', ..] => 1,
-            _ => 0,
+        rest = match after {
+            [b'\r', b'\n', next @ ..] | [b'\n' | b'\r', next @ ..] if b == b'\\' => {
+                out.push(b' ');
+                next
+            }
+            _ => {
+                out.push(b);
+                after
+            }
         };
-        if b == b'\\' && end > 0 {
-            out.push(b' ');
-            rest = &after[end..];
-        } else {
-            out.push(b);
-        }
     }
     out
 }

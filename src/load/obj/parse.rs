@@ -1,6 +1,6 @@
 //! The text of an OBJ file to lists of numbers, in one pass.
 
-use crate::load::text::{Tokens, digits, float, integer, leading_float, line_of, quoted};
+use crate::load::text::{Tokens, digits, float, integer, leading_float, length_before, line_of, quoted};
 use std::collections::BTreeMap;
 
 /// Marks an absent texture coordinate or normal in a corner.
@@ -70,8 +70,8 @@ const UNKNOWN: &str = "unknown statements ignored";
 /// Reads a whole file. Lines that make no sense are tallied, never fatal.
 pub(super) fn parse(bytes: &[u8]) -> Obj {
     let mut parser =
-        Parser { bytes, at: 0, obj: Obj::default(), numbers: BTreeMap::new(), state: State::default() };
-    while parser.at < bytes.len() {
+        Parser { bytes, rest: bytes, obj: Obj::default(), numbers: BTreeMap::new(), state: State::default() };
+    while !parser.rest.is_empty() {
         if !parser.plain_statement() {
             parser.statement();
         }
@@ -93,7 +93,8 @@ struct State {
 
 struct Parser<'a> {
     bytes: &'a [u8],
-    at: usize,
+    /// What has not been read of them.
+    rest: &'a [u8],
     obj: Obj,
     /// Numbers of material names.
     numbers: BTreeMap<String, u32>,
@@ -104,61 +105,47 @@ impl<'a> Parser<'a> {
     /// The next word of the line. A backslash at its end continues it on the next.
     #[inline]
     fn word(&mut self) -> Option<&'a [u8]> {
-        let bytes = self.bytes;
-        let mut at = self.at;
-        loop {
-            match bytes.get(at)? {
-                b' ' | b'\t' | 0x0b | 0x0c => at += 1,
-                b'\\' => match bytes.get(at + 1..) {
-                    Some([b'\r', b'\n', ..]) => at += 3,
-                    Some([b'\n' | b'\r', ..]) => at += 2,
-                    _ => break,
-                },
-                b'\n' | b'\r' => {
-                    self.at = at;
+        let mut rest = self.rest;
+        let start = loop {
+            rest = match rest {
+                [b' ' | b'\t' | 0x0b | 0x0c, rest @ ..]
+                | [b'\\', b'\r', b'\n', rest @ ..]
+                | [b'\\', b'\n' | b'\r', rest @ ..] => rest,
+                [] => return None,
+                [b'\n' | b'\r', ..] => {
+                    self.rest = rest;
                     return None;
                 }
-                _ => break,
-            }
-        }
-        let start = at;
-        while let Some(b) = bytes.get(at) {
-            match b {
-                b' ' | b'\t' | 0x0b | 0x0c | b'\n' | b'\r' => break,
-                b'\\' if matches!(bytes.get(at + 1), Some(b'\n' | b'\r')) => break,
-                _ => at += 1,
-            }
-        }
-        self.at = at;
-        Some(&bytes[start..at])
+                _ => break rest,
+            };
+        };
+        rest = loop {
+            rest = match rest {
+                [] | [b' ' | b'\t' | 0x0b | 0x0c | b'\n' | b'\r', ..] | [b'\\', b'\n' | b'\r', ..] => {
+                    break rest;
+                }
+                [_, rest @ ..] => rest,
+            };
+        };
+        self.rest = rest;
+        start.get(..length_before(start, rest))
     }
 
     /// Skips what is left of the line, and its end.
     fn skip_line(&mut self) {
-        let rest = &self.bytes[self.at..];
-        match rest.iter().position(|b| matches!(b, b'\n' | b'\r')) {
-            // A backslash continues comments and such too.
-            Some(end) if end > 0 && rest[end - 1] == b'\\' => {
-                let pair = rest[end..].starts_with(b"\r\n");
-                self.at += end + 1 + usize::from(pair);
-                self.skip_line_again();
-            }
-            Some(end) => self.at += end + 1,
-            None => self.at = self.bytes.len(),
-        }
-    }
-
-    /// [`Parser::skip_line`] without recursion for the lines that continue.
-    fn skip_line_again(&mut self) {
         loop {
-            let rest = &self.bytes[self.at..];
-            let Some(end) = rest.iter().position(|b| matches!(b, b'\n' | b'\r')) else {
-                self.at = self.bytes.len();
+            let end = self.rest.iter().position(|b| matches!(b, b'\n' | b'\r'));
+            let Some((line, rest)) = end.and_then(|end| self.rest.split_at_checked(end)) else {
+                self.rest = &[];
                 return;
             };
-            let continued = end > 0 && rest[end - 1] == b'\\';
-            let pair = continued && rest[end..].starts_with(b"\r\n");
-            self.at += end + 1 + usize::from(pair);
+            // A backslash continues comments and such too.
+            let continued = line.ends_with(b"\\");
+            self.rest = match rest {
+                [b'\r', b'\n', rest @ ..] if continued => rest,
+                [_, rest @ ..] => rest,
+                [] => rest,
+            };
             if !continued {
                 return;
             }
@@ -167,16 +154,16 @@ impl<'a> Parser<'a> {
 
     /// The rest of the line as a name, which may contain spaces.
     fn name(&mut self) -> String {
-        let name = Tokens::new(&self.bytes[self.at..]).rest_of_line();
+        let name = Tokens::new(self.rest).rest_of_line();
         String::from_utf8_lossy(name).into_owned()
     }
 
     #[cold]
     fn tally(&mut self, what: &'static str, word: &[u8]) {
         let tally = self.obj.tallies.entry(what).or_default();
-        tally.count += 1;
+        tally.count = tally.count.saturating_add(1);
         if tally.count == 1 {
-            tally.line = line_of(self.bytes, self.at);
+            tally.line = line_of(self.bytes, self.rest);
             tally.word = quoted(word);
         }
     }
@@ -185,62 +172,63 @@ impl<'a> Parser<'a> {
     /// cutting the line into words. False if it is none: then nothing has been read.
     #[inline(always)]
     fn plain_statement(&mut self) -> bool {
-        let bytes = self.bytes;
-        let read = match &bytes[self.at..] {
-            [b'v', b' ', ..] => plain_floats(bytes, self.at + 1).and_then(|(position, at)| {
-                if is_end(bytes, at) {
+        let read = match self.rest {
+            [b'v', b'n', rest @ ..] => plain_floats(rest).map(|(normal, rest)| {
+                self.obj.normals.push(normal);
+                rest
+            }),
+            [b'v', b't', rest @ ..] => plain_floats(rest).map(|(uv, rest)| {
+                self.obj.uvs.push(uv);
+                rest
+            }),
+            [b'v', rest @ ..] => plain_floats(rest).and_then(|(position, rest)| {
+                if is_end(rest) {
                     self.obj.positions.push(position);
-                    return Some(at);
+                    return Some(rest);
                 }
-                let (color, at) = plain_floats(bytes, at).filter(|&(_, at)| is_end(bytes, at))?;
+                let (color, rest) = plain_floats(rest).filter(|&(_, rest)| is_end(rest))?;
                 self.obj.positions.push(position);
                 self.color(color);
-                Some(at)
+                Some(rest)
             }),
-            [b'v', b'n', b' ', ..] => plain_floats(bytes, self.at + 2).map(|(normal, at)| {
-                self.obj.normals.push(normal);
-                at
-            }),
-            [b'v', b't', b' ', ..] => plain_floats(bytes, self.at + 2).map(|(uv, at)| {
-                self.obj.uvs.push(uv);
-                at
-            }),
-            [b'f', b' ', ..] => self.plain_face(self.at + 1),
+            [b'f', rest @ ..] if rest.starts_with(b" ") => self.plain_face(rest),
             _ => None,
         };
-        let Some(at) = read else { return false };
-        self.at = at;
+        let Some(rest) = read else { return false };
+        self.rest = rest;
         self.obj.recognised = true;
         true
     }
 
-    /// A face of whole numbers above 0 up to the end of the line; where that is.
+    /// A face of whole numbers above 0 up to the end of the line; what begins there.
     #[inline(always)]
-    fn plain_face(&mut self, at: usize) -> Option<usize> {
+    fn plain_face(&mut self, rest: &'a [u8]) -> Option<&'a [u8]> {
         let first = self.obj.corners.len();
         let plain = if self.state.flat { FLAT } else { NONE };
-        let mut at = spaces(self.bytes, at);
+        let mut rest = after_spaces(rest);
+        let mut size = 0_u32;
         let done = loop {
-            if is_end(self.bytes, at) {
+            if is_end(rest) {
                 break true;
             }
-            let Some((mut corner, end)) = plain_corner(self.bytes, at) else { break false };
+            let Some((mut corner, after)) = plain_corner(rest) else { break false };
             if corner.normal == NONE {
                 corner.normal = plain;
             }
             self.obj.corners.push(corner);
-            at = spaces(self.bytes, end);
+            size = size.saturating_add(1);
+            rest = after_spaces(after);
             // Between corners there is a space.
-            if at == end && !is_end(self.bytes, at) {
+            if rest.len() == after.len() && !is_end(rest) {
                 break false;
             }
         };
-        if !done || self.obj.corners.len() - first < 3 {
+        if !done || size < 3 {
             self.obj.corners.truncate(first);
             return None;
         }
-        self.polygon(first);
-        Some(at)
+        self.polygon(size);
+        Some(rest)
     }
 
     fn statement(&mut self) {
@@ -307,34 +295,26 @@ impl<'a> Parser<'a> {
 
     /// `v x y z`, and perhaps `w`, `r g b` or `w r g b`.
     fn vertex(&mut self) {
-        let mut values = [0.0_f32; 7];
-        let mut count = 0;
-        let mut bad = None;
-        while count < values.len()
-            && let Some(word) = self.word()
-        {
-            match float(word) {
-                Some(value) => values[count] = value,
-                None => {
-                    bad.get_or_insert((count, word));
-                    break;
-                }
+        let mut numbers = [None; 7];
+        let mut bad = b"v".as_slice();
+        for number in &mut numbers {
+            let Some(word) = self.word() else { break };
+            *number = float(word);
+            if number.is_none() {
+                bad = word;
+                break;
             }
-            count += 1;
         }
-        let [x, y, z, ..] = values;
-        let position = if count < 3 {
-            self.tally(BAD_VERTEX, bad.map_or(b"v", |b| b.1));
-            [f32::NAN; 3]
-        } else {
-            [x, y, z]
+        let (position, color) = match numbers {
+            [Some(x), Some(y), Some(z), Some(r), Some(g), Some(b), None]
+            | [Some(x), Some(y), Some(z), Some(_), Some(r), Some(g), Some(b)] => ([x, y, z], Some([r, g, b])),
+            [Some(x), Some(y), Some(z), ..] => ([x, y, z], None),
+            _ => {
+                self.tally(BAD_VERTEX, bad);
+                ([f32::NAN; 3], None)
+            }
         };
         self.obj.positions.push(position);
-        let color = match count {
-            6 => Some([values[3], values[4], values[5]]),
-            7 => Some([values[4], values[5], values[6]]),
-            _ => None,
-        };
         if let Some(color) = color {
             self.color(color);
         }
@@ -343,7 +323,7 @@ impl<'a> Parser<'a> {
     /// The colour of the last vertex. Vertices before the first coloured one are white, as are those with colours
     /// that are not numbers.
     fn color(&mut self, color: [f32; 3]) {
-        self.obj.colors.resize(self.obj.positions.len() - 1, [1.0; 3]);
+        self.obj.colors.resize(self.obj.positions.len().saturating_sub(1), [1.0; 3]);
         self.obj.colors.push(if color.iter().all(|v| v.is_finite()) { color } else { [1.0; 3] });
     }
 
@@ -351,9 +331,10 @@ impl<'a> Parser<'a> {
         let first = self.obj.corners.len();
         let plain = if self.state.flat { FLAT } else { NONE };
         let counts = [self.obj.positions.len(), self.obj.uvs.len(), self.obj.normals.len()];
+        let mut size = 0_u32;
         while let Some(word) = self.word() {
             // A comment behind the indices.
-            if word[0] == b'#' {
+            if word.starts_with(b"#") {
                 break;
             }
             match corner(word, counts) {
@@ -362,6 +343,7 @@ impl<'a> Parser<'a> {
                         corner.normal = plain;
                     }
                     self.obj.corners.push(corner);
+                    size = size.saturating_add(1);
                 }
                 None => {
                     self.obj.corners.truncate(first);
@@ -370,19 +352,17 @@ impl<'a> Parser<'a> {
                 }
             }
         }
-        let size = self.obj.corners.len() - first;
         if size < 3 {
             self.obj.corners.truncate(first);
             self.tally(SHORT_FACE, b"f");
             return;
         }
-        self.polygon(first);
+        self.polygon(size);
     }
 
-    /// Makes a polygon of the corners from number `first` on.
+    /// Makes a polygon of the last corners.
     #[inline]
-    fn polygon(&mut self, first: usize) {
-        let size = self.obj.corners.len() - first;
+    fn polygon(&mut self, size: u32) {
         let section = Section {
             first: self.obj.sizes.len(),
             object: self.state.objects,
@@ -393,7 +373,7 @@ impl<'a> Parser<'a> {
             self.obj.sections.push(section);
         }
         self.state.used = true;
-        self.obj.sizes.push(size as u32);
+        self.obj.sizes.push(size);
     }
 
     fn begin_object(&mut self) {
@@ -406,64 +386,61 @@ impl<'a> Parser<'a> {
 
 /// True at the end of a line; not at that of the file.
 #[inline(always)]
-fn is_end(bytes: &[u8], at: usize) -> bool {
-    matches!(bytes.get(at), Some(b'\n' | b'\r'))
+fn is_end(rest: &[u8]) -> bool {
+    matches!(rest, [b'\n' | b'\r', ..])
 }
 
-/// Where what follows spaces begins.
+/// What follows spaces.
 #[inline(always)]
-fn spaces(bytes: &[u8], mut at: usize) -> usize {
-    while bytes.get(at) == Some(&b' ') {
-        at += 1;
+fn after_spaces(mut rest: &[u8]) -> &[u8] {
+    while let [b' ', after @ ..] = rest {
+        rest = after;
     }
-    at
+    rest
 }
 
-/// Numbers with spaces before each and behind the last one, and where what follows begins.
+/// Numbers with spaces before each and behind the last one, and what follows them.
 #[inline(always)]
-fn plain_floats<const N: usize>(bytes: &[u8], mut at: usize) -> Option<([f32; N], usize)> {
+fn plain_floats<const N: usize>(mut rest: &[u8]) -> Option<([f32; N], &[u8])> {
     let mut values = [0.0; N];
     for value in &mut values {
-        let start = spaces(bytes, at);
-        if start == at {
-            return None;
-        }
-        let (number, length) = leading_float(bytes.get(start..)?)?;
-        *value = number;
-        at = start + length;
+        let [b' ', start @ ..] = rest else { return None };
+        (*value, rest) = leading_float(after_spaces(start))?;
     }
     // What else begins right here is a part of the last word.
-    let end = spaces(bytes, at);
-    if end > at || is_end(bytes, at) {
-        Some((values, if is_end(bytes, end) { end } else { at }))
-    } else {
-        None
+    match rest {
+        [b' ', after @ ..] => {
+            let end = after_spaces(after);
+            Some((values, if is_end(end) { end } else { rest }))
+        }
+        _ => is_end(rest).then_some((values, rest)),
     }
 }
 
-/// As [`corner`], for numbers above 0 without a sign; where it ends.
+/// As [`corner`], for numbers above 0 without a sign; what follows it.
 #[inline(always)]
-fn plain_corner(bytes: &[u8], at: usize) -> Option<(Corner, usize)> {
-    let number = |at: usize| -> Option<(u32, usize)> {
+fn plain_corner(start: &[u8]) -> Option<(Corner, &[u8])> {
+    fn number(start: &[u8]) -> Option<(u32, &[u8])> {
         let mut value = 0;
-        let end = digits(bytes, at, &mut value);
-        if end == at || end - at > 18 || value == 0 {
+        let rest = digits(start, &mut value);
+        if !(1..=18).contains(&length_before(start, rest)) {
             return None;
         }
-        Some((u32::try_from(value - 1).ok().filter(|&v| v < FLAT).unwrap_or(NONE), end))
-    };
-    let (position, mut at) = number(at)?;
+        let from_0 = value.checked_sub(1)?;
+        Some((u32::try_from(from_0).ok().filter(|&v| v < FLAT).unwrap_or(NONE), rest))
+    }
+    let (position, mut rest) = number(start)?;
     let mut out = Corner { position, uv: NONE, normal: NONE };
-    if bytes.get(at) == Some(&b'/') {
-        at += 1;
-        if bytes.get(at) != Some(&b'/') {
-            (out.uv, at) = number(at)?;
+    if let [b'/', after @ ..] = rest {
+        rest = after;
+        if !rest.starts_with(b"/") {
+            (out.uv, rest) = number(rest)?;
         }
-        if bytes.get(at) == Some(&b'/') {
-            (out.normal, at) = number(at + 1)?;
+        if let [b'/', after @ ..] = rest {
+            (out.normal, rest) = number(after)?;
         }
     }
-    Some((out, at))
+    Some((out, rest))
 }
 
 /// `v`, `v/vt`, `v//vn` or `v/vt/vn`; `counts` are the numbers of each so far, for negative indices. `None` if it is
@@ -471,18 +448,13 @@ fn plain_corner(bytes: &[u8], at: usize) -> Option<(Corner, usize)> {
 #[inline]
 fn corner(word: &[u8], counts: [usize; 3]) -> Option<Corner> {
     let mut parts = [NONE; 3];
-    let mut rest = word;
-    for (k, part) in parts.iter_mut().enumerate() {
-        let end = rest.iter().position(|&b| b == b'/').unwrap_or(rest.len());
+    let written = word.split(|&b| b == b'/').zip(counts);
+    for (k, (part, (digits, count))) in parts.iter_mut().zip(written).enumerate() {
         // An empty part is one that is not given.
-        if end > 0 {
-            *part = index(&rest[..end], counts[k])?;
+        if !digits.is_empty() {
+            *part = index(digits, count)?;
         } else if k == 0 {
             return None;
-        }
-        match rest.get(end + 1..) {
-            Some(after) => rest = after,
-            None => break,
         }
     }
     Some(Corner { position: parts[0], uv: parts[1], normal: parts[2] })
@@ -493,14 +465,12 @@ fn corner(word: &[u8], counts: [usize; 3]) -> Option<Corner> {
 #[inline]
 fn index(digits: &[u8], count: usize) -> Option<u32> {
     let value = integer(digits)?;
-    let from_zero = if value > 0 {
-        value - 1
-    } else if value < 0 {
-        count as i64 + value
-    } else {
-        -1
+    let from_zero = match value {
+        0 => None,
+        1.. => value.checked_sub(1),
+        _ => value.checked_add_unsigned(count as u64),
     };
-    Some(u32::try_from(from_zero).ok().filter(|&v| v < FLAT).unwrap_or(NONE))
+    Some(from_zero.and_then(|v| u32::try_from(v).ok()).filter(|&v| v < FLAT).unwrap_or(NONE))
 }
 
 #[cfg(test)]
@@ -545,8 +515,8 @@ mod tests {
             let text: String =
                 lines.iter().map(|(keyword, words, gap, end)| format!("{keyword}{gap}{}{end}", words.join(gap))).collect();
             let bytes = text.as_bytes();
-            let mut long = Parser { bytes, at: 0, obj: Obj::default(), numbers: BTreeMap::new(), state: State::default() };
-            while long.at < bytes.len() {
+            let mut long = Parser { bytes, rest: bytes, obj: Obj::default(), numbers: BTreeMap::new(), state: State::default() };
+            while !long.rest.is_empty() {
                 long.statement();
                 long.skip_line();
             }

@@ -3,7 +3,7 @@
 use super::FORMAT;
 use super::header::{Element, Encoding, Kind, Property, Scalar};
 use super::values::{Missing, Values};
-use crate::color::srgb::{SRGB8_TO_LINEAR, srgb_to_linear};
+use crate::color::srgb::{srgb_to_linear, srgb8_to_linear};
 use crate::load::plain::{check_mesh, drawable};
 use crate::load::polygon::Triangulator;
 use crate::load::{Context, LoadError};
@@ -35,28 +35,26 @@ fn slot(property: &Property) -> Option<(usize, Scalar)> {
     NAMES.iter().position(|names| names.contains(&name)).map(|slot| (slot, scalar))
 }
 
-/// The slots that the properties of an element fill, and whether all of `range` are.
-struct Slots {
-    of_property: Vec<Option<(usize, Scalar)>>,
-    present: [bool; NAMES.len()],
-}
+/// The slots that the properties of an element fill.
+struct Slots(Vec<Option<(usize, Scalar)>>);
 
 impl Slots {
     fn new(element: &Element) -> Self {
-        let of_property: Vec<_> = element.properties.iter().map(slot).collect();
-        let mut present = [false; NAMES.len()];
-        of_property.iter().flatten().for_each(|&(slot, _)| present[slot] = true);
-        Self { of_property, present }
+        Self(element.properties.iter().map(slot).collect())
     }
 
-    fn has(&self, slots: std::ops::Range<usize>) -> bool {
-        self.present[slots].iter().all(|&p| p)
+    /// Whether all of these are filled.
+    fn has(&self, mut slots: std::ops::Range<usize>) -> bool {
+        slots.all(|slot| self.0.iter().flatten().any(|&(filled, _)| filled == slot))
     }
+}
 
-    /// Stores a value in its slot: colours as linear numbers, the rest as it is.
-    fn store(&self, item: &mut [f32; NAMES.len()], property: usize, value: f32) {
-        let Some((slot, scalar)) = self.of_property[property] else { return };
-        item[slot] = if slot < COLOR { value } else { color(slot, scalar, value) };
+/// Stores a value in its slot: colours as linear numbers, the rest as it is.
+fn store(item: &mut [f32; NAMES.len()], slot: Option<(usize, Scalar)>, value: f32) {
+    if let Some((slot, scalar)) = slot
+        && let Some(place) = item.get_mut(slot)
+    {
+        *place = if slot < COLOR { value } else { color(slot, scalar, value) };
     }
 }
 
@@ -73,7 +71,7 @@ fn color(slot: usize, scalar: Scalar, value: f32) -> f32 {
         _ if slot == ALPHA => v,
         Scalar::F32 | Scalar::F64 => v,
         Scalar::U16 => srgb_to_linear(v),
-        _ => SRGB8_TO_LINEAR[(v * 255.0 + 0.5) as usize],
+        _ => srgb8_to_linear((v * 255.0 + 0.5) as u8),
     }
 }
 
@@ -122,12 +120,9 @@ fn damaged(element: &Element, number: u64, missing: Missing) -> LoadError {
 pub(super) fn check_count(element: &Element, encoding: Encoding, bytes: usize) -> Result<(), LoadError> {
     let least = element.count.saturating_mul(element.min_size(encoding));
     // The last value of a text file need not be separated from anything.
-    if least > bytes as u64 + 1 {
-        return Err(damaged(
-            element,
-            (bytes as u64 / element.min_size(encoding).max(1)).min(element.count),
-            Missing::End,
-        ));
+    if least > (bytes as u64).saturating_add(1) {
+        let fitting = (bytes as u64).checked_div(element.min_size(encoding)).unwrap_or(0);
+        return Err(damaged(element, fitting.min(element.count), Missing::End));
     }
     Ok(())
 }
@@ -168,9 +163,9 @@ pub(super) fn vertices(element: &Element, values: &mut Values<'_>) -> Result<Ver
     for number in 0..element.count {
         let mut item = [0.0; NAMES.len()];
         item[ALPHA] = 1.0;
-        for (k, property) in element.properties.iter().enumerate() {
+        for (property, &slot) in element.properties.iter().zip(&slots.0) {
             let read = match property.kind {
-                Kind::One(scalar) => values.number(scalar).map(|value| slots.store(&mut item, k, value)),
+                Kind::One(scalar) => values.number(scalar).map(|value| store(&mut item, slot, value)),
                 list @ Kind::List(..) => skip_property(list, values),
             };
             read.map_err(|m| damaged(element, number, m))?;
@@ -219,15 +214,17 @@ pub(super) fn faces(
 
     let mut triangulator = Triangulator::default();
     let (mut indices, mut uvs) = (Vec::<i64>::new(), Vec::<f32>::new());
+    // Number, position and texture coordinates of each corner.
+    let mut polygon: Vec<(u32, [f32; 3], [f32; 2])> = Vec::new();
     let mut item = [0.0; NAMES.len()];
     for number in 0..element.count {
         indices.clear();
         uvs.clear();
         item[ALPHA] = 1.0;
         let mut read = || -> Result<(), Missing> {
-            for (k, property) in element.properties.iter().enumerate() {
+            for (k, (property, &slot)) in element.properties.iter().zip(&slots.0).enumerate() {
                 match property.kind {
-                    Kind::One(scalar) => slots.store(&mut item, k, values.number(scalar)?),
+                    Kind::One(scalar) => store(&mut item, slot, values.number(scalar)?),
                     Kind::List(count, scalar) if Some(k) == indices_at => {
                         let count = values.integer(count)?;
                         if count < 0 {
@@ -256,27 +253,34 @@ pub(super) fn faces(
             }
             Err(missing) => return Err(damaged(element, number, missing)),
         }
-        out.read += 1;
+        out.read = out.read.saturating_add(1);
         let first = out.triangles.len();
+        polygon.clear();
         if strips {
             strip(&indices, positions, &mut out);
         } else if indices.len() < 3 {
-            out.short += 1;
-        } else if !indices.iter().all(|&i| exists(i, positions)) {
-            out.bad += 1;
+            out.short = out.short.saturating_add(1);
         } else {
-            let whole = uvs.len() == indices.len() * 2;
-            let (triangles, corner_uvs) = (&mut out.triangles, &mut out.corner_uvs);
+            polygon.extend(
+                indices
+                    .iter()
+                    .map_while(|&index| Some((index as u32, existing(index, positions)?, [0.0; 2]))),
+            );
+            let (pairs, odd) = uvs.as_chunks();
+            if odd.is_empty() && pairs.len() == polygon.len() {
+                polygon.iter_mut().zip(pairs).for_each(|((_, _, own), &uv)| *own = upside_down(uv));
+            }
+            if polygon.len() < indices.len() {
+                out.bad = out.bad.saturating_add(1);
+                polygon.clear();
+            }
             triangulator.triangulate(
-                indices.len(),
-                |k| positions[indices[k] as usize],
+                &polygon,
+                |(_, position, _)| position,
                 |t| {
-                    triangles.push(t.map(|k| indices[k] as u32));
+                    out.triangles.push(t.map(|(index, ..)| index));
                     if uvs_at.is_some() {
-                        let uv = |k: usize| {
-                            if whole { upside_down([uvs[2 * k], uvs[2 * k + 1]]) } else { [0.0; 2] }
-                        };
-                        corner_uvs.push(t.map(uv));
+                        out.corner_uvs.push(t.map(|(_, _, uv)| uv));
                     }
                 },
             );
@@ -285,7 +289,7 @@ pub(super) fn faces(
             let color = [item[COLOR], item[COLOR + 1], item[COLOR + 2], item[ALPHA]];
             out.colors.resize(out.triangles.len(), color);
         }
-        if number % 1024 == 0 || out.triangles.len() - first > 1024 {
+        if number % 1024 == 0 || out.triangles.len().saturating_sub(first) > 1024 {
             check_mesh(context, out.triangles.len() as u64, positions.len() as u64)?;
         }
     }
@@ -293,19 +297,21 @@ pub(super) fn faces(
     Ok((out, triangulator.given_up))
 }
 
-fn exists(index: i64, positions: &[[f32; 3]]) -> bool {
-    usize::try_from(index).ok().and_then(|i| positions.get(i)).is_some_and(|&p| drawable(p))
+/// The position of an index, if there is one that can be drawn.
+fn existing(index: i64, positions: &[[f32; 3]]) -> Option<[f32; 3]> {
+    positions.get(usize::try_from(index).ok()?).copied().filter(|&position| drawable(position))
 }
 
 /// Adds the triangles of strips that -1 separates; every other triangle of a strip runs the other way round.
 fn strip(indices: &[i64], positions: &[[f32; 3]], out: &mut Faces) {
     for run in indices.split(|&i| i == -1) {
-        for (k, w) in run.windows(3).enumerate() {
-            if w.iter().all(|&i| exists(i, positions)) {
-                let [a, b, c] = [w[0], w[1], w[2]].map(|i| i as u32);
+        let (second, third) = (run.iter().skip(1), run.iter().skip(2));
+        for (k, ((&a, &b), &c)) in run.iter().zip(second).zip(third).enumerate() {
+            if [a, b, c].iter().all(|&index| existing(index, positions).is_some()) {
+                let [a, b, c] = [a, b, c].map(|index| index as u32);
                 out.triangles.push(if k % 2 == 0 { [a, b, c] } else { [b, a, c] });
             } else {
-                out.bad += 1;
+                out.bad = out.bad.saturating_add(1);
             }
         }
     }

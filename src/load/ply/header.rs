@@ -91,38 +91,40 @@ impl Element {
 }
 
 #[derive(Debug)]
-pub(super) struct Header {
+pub(super) struct Header<'a> {
     pub(super) encoding: Encoding,
     pub(super) elements: Vec<Element>,
     /// Names after `comment TextureFile`.
     pub(super) textures: Vec<String>,
-    /// Bytes before the first value.
-    pub(super) size: usize,
+    /// The values.
+    pub(super) body: &'a [u8],
 }
 
-impl Header {
-    pub(super) fn read(bytes: &[u8]) -> Result<Self, LoadError> {
+impl<'a> Header<'a> {
+    pub(super) fn read(bytes: &'a [u8]) -> Result<Self, LoadError> {
         let malformed = |message: String| LoadError::malformed(FORMAT, message);
-        if !bytes.starts_with(b"ply") {
+        let Some(after_magic) = bytes.strip_prefix(b"ply") else {
             return Err(malformed("the file does not begin with 'ply'".to_owned()));
-        }
+        };
         // All lines end like the first: after a lone \r, a \n may be the first binary value.
-        let end_of_line: &[u8] = match &bytes[3..] {
+        let end_of_line: &[u8] = match after_magic {
             [b'\r', b'\n', ..] => b"\r\n",
             [b'\r', ..] => b"\r",
             _ => b"\n",
         };
         let mut header =
-            Self { encoding: Encoding::Ascii, elements: Vec::new(), textures: Vec::new(), size: 0 };
+            Self { encoding: Encoding::Ascii, elements: Vec::new(), textures: Vec::new(), body: &[] };
         let mut encoding = None;
-        let mut at = 0;
-        for number in 1.. {
-            let rest = &bytes[at..bytes.len().min(at + 4096)];
-            let Some(end) = rest.windows(end_of_line.len()).position(|w| w == end_of_line) else {
+        let mut rest = bytes;
+        for number in 1_u64.. {
+            // Lines are short; in something else the search for their ends would never stop.
+            let head = rest.get(..4096).unwrap_or(rest);
+            let end = head.windows(end_of_line.len()).position(|w| w == end_of_line);
+            let Some(line) = end.and_then(|end| rest.split_off(..end)) else {
                 return Err(malformed(format!("line {number}: the header ends without 'end_header'")));
             };
-            let line = rest[..end].trim_ascii();
-            at += end + end_of_line.len();
+            rest = rest.strip_prefix(end_of_line).unwrap_or(rest);
+            let line = line.trim_ascii();
             let words: Vec<&[u8]> =
                 line.split(u8::is_ascii_whitespace).filter(|w| !w.is_empty()).take(8).collect();
             match words[..] {
@@ -130,7 +132,7 @@ impl Header {
                 [b"ply"] if number == 1 => {}
                 [b"comment", b"TextureFile", ..] => {
                     let name = line.splitn(2, |b| b.is_ascii_whitespace()).nth(1).unwrap_or(&[]).trim_ascii();
-                    let name = name[b"TextureFile".len()..].trim_ascii();
+                    let name = name.strip_prefix(b"TextureFile").unwrap_or(name).trim_ascii();
                     if header.textures.len() < MOST && !name.is_empty() {
                         header.textures.push(String::from_utf8_lossy(name).into_owned());
                     }
@@ -170,7 +172,7 @@ impl Header {
             return Err(malformed("the header has no 'format' line".to_owned()));
         };
         header.encoding = encoding;
-        header.size = at;
+        header.body = rest;
         Ok(header)
     }
 

@@ -6,6 +6,15 @@
 //! Colours of whole numbers are sRGB, those of fractions linear. Coloured faces win over coloured vertices unless all
 //! faces have one colour. `comment TextureFile` names the texture of vertex (`s t`, `u v`, `texture_u texture_v`) or
 //! face (`texcoord`) coordinates.
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::indexing_slicing,
+        clippy::arithmetic_side_effects,
+        clippy::unwrap_used,
+        clippy::expect_used
+    )
+)]
 
 mod body;
 mod header;
@@ -37,7 +46,7 @@ pub(crate) fn load(bytes: &[u8], context: &Context<'_>) -> Result<Loaded, LoadEr
     check_input(context, bytes)?;
     let header = Header::read(bytes)?;
     let mut warnings = Warnings::default();
-    let (vertices, faces) = read_body(&header, &bytes[header.size..], context, &mut warnings)?;
+    let (vertices, faces) = read_body(&header, context, &mut warnings)?;
     let mut scene = Scene::new();
     if faces.triangles.is_empty() {
         if !vertices.positions.is_empty() {
@@ -70,19 +79,18 @@ pub(crate) fn load(bytes: &[u8], context: &Context<'_>) -> Result<Loaded, LoadEr
 
 /// Reads the elements in the order of the header.
 fn read_body(
-    header: &Header,
-    bytes: &[u8],
+    header: &Header<'_>,
     context: &Context<'_>,
     warnings: &mut Warnings,
 ) -> Result<(Vertices, Faces), LoadError> {
-    let mut values = Values::new(header.encoding, bytes);
+    let mut values = Values::new(header.encoding, header.body);
     let mut vertices = Vertices::default();
     let mut faces = Faces::default();
     for element in &header.elements {
         match element.name.as_str() {
             "vertex" if vertices.positions.is_empty() => {
                 check_mesh(context, 0, element.count)?;
-                body::check_count(element, header.encoding, bytes.len())?;
+                body::check_count(element, header.encoding, header.body.len())?;
                 vertices = body::vertices(element, &mut values)?;
             }
             name @ ("face" | "tristrips") if faces.triangles.is_empty() => {
@@ -116,7 +124,7 @@ fn read_body(
 /// One mesh of vertices and faces: with vertices of their own for each triangle where faces or corners have colours
 /// or texture coordinates.
 fn build(vertices: Vertices, faces: Faces, context: &Context<'_>) -> Result<MeshData, LoadError> {
-    let varies = faces.colors.iter().any(|c| *c != faces.colors[0]);
+    let varies = faces.colors.iter().any(|c| Some(c) != faces.colors.first());
     let face_colors = !faces.colors.is_empty() && (varies || vertices.colors.is_empty());
     let Vertices { positions, normals, uvs, colors } = vertices;
     if !face_colors && faces.corner_uvs.is_empty() {
@@ -131,12 +139,12 @@ fn build(vertices: Vertices, faces: Faces, context: &Context<'_>) -> Result<Mesh
         });
     }
     let count = faces.triangles.len() as u64;
-    check_mesh(context, count, count * 3)?;
+    check_mesh(context, count, count.saturating_mul(3))?;
     fn spread<T: Copy>(list: &[T], triangles: &[[u32; 3]]) -> Vec<T> {
         if list.is_empty() {
             Vec::new()
         } else {
-            triangles.as_flattened().iter().map(|&v| list[v as usize]).collect()
+            triangles.as_flattened().iter().filter_map(|&v| list.get(v as usize).copied()).collect()
         }
     }
     let triangles = &faces.triangles;
@@ -156,14 +164,17 @@ fn build(vertices: Vertices, faces: Faces, context: &Context<'_>) -> Result<Mesh
         } else {
             spread(&colors, triangles)
         },
-        triangles: (0..triangles.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect(),
+        triangles: (0..triangles.len() as u32)
+            .map(|t| t.saturating_mul(3))
+            .map(|first| [first, first.saturating_add(1), first.saturating_add(2)])
+            .collect(),
         ..MeshData::default()
     })
 }
 
 /// Reads the texture that the header names, if the mesh has coordinates for it.
 fn texture(
-    header: &Header,
+    header: &Header<'_>,
     scene: &mut Scene,
     material: &mut Material,
     data: &mut MeshData,
@@ -190,7 +201,7 @@ fn texture(
     material.base_color_texture = Some(TextureRef { texture, uv_set: 0, transform: UvTransform::IDENTITY });
     material.base_color = [1.0; 4];
     // Programs write some colour for every vertex; one that is the same everywhere is not meant to tint a texture.
-    if data.colors.iter().all(|c| *c == data.colors[0]) {
+    if data.colors.iter().all(|c| Some(c) == data.colors.first()) {
         data.colors = Vec::new();
     }
     Ok(())

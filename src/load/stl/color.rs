@@ -5,9 +5,9 @@
 //! facet has the colour of the whole, which stands in the header after `COLOR=`, and only files with that are read so.
 //! Codes are sRGB. Transparency, which only the colour of the whole can have, is not drawn.
 
-use crate::color::srgb::{SRGB8_TO_LINEAR, srgb_to_linear};
+use crate::color::srgb::{srgb_to_linear, srgb8_to_linear};
 use crate::load::plain::{default_material, white_material};
-use crate::load::vertices::duplicate_vertex;
+use crate::load::splitting::Copies;
 use crate::scene::{Material, MeshData};
 
 /// Copies of a vertex (of other colours) that are searched before another is made: bounds the work.
@@ -30,10 +30,11 @@ impl Colors {
     /// Reads the header and the attributes of the facets.
     pub(super) fn read(header: &[u8], attributes: impl Iterator<Item = u16> + Clone) -> Self {
         if let Some(at) = header.windows(6).position(|word| word == b"COLOR=")
-            && let Some(&[r, g, b, _]) = header.get(at + 6..).and_then(|color| color.first_chunk())
+            && let Some(&[_, _, _, _, _, _, r, g, b, _]) =
+                header.get(at..).and_then(|word| word.first_chunk())
         {
-            let channel = |code: u8| SRGB8_TO_LINEAR[usize::from(code)];
-            let whole = Some([channel(r), channel(g), channel(b), 1.0]);
+            let [r, g, b] = [r, g, b].map(srgb8_to_linear);
+            let whole = Some([r, g, b, 1.0]);
             // Zeros all over are what programs write that know no colours, and not black.
             if attributes.clone().all(|word| word == 0 || word & 0x8000 != 0) {
                 return Self { whole, codes: Vec::new() };
@@ -50,10 +51,9 @@ impl Colors {
     }
 
     /// Forgets the facets that are not kept.
-    pub(super) fn keep(&mut self, kept: &[u32]) {
-        if !self.codes.is_empty() {
-            self.codes = kept.iter().map(|&facet| self.codes[facet as usize]).collect();
-        }
+    pub(super) fn keep(&mut self, kept: impl Iterator<Item = bool>) {
+        let codes = std::mem::take(&mut self.codes);
+        self.codes = codes.into_iter().zip(kept).filter(|(_, kept)| *kept).map(|(code, _)| code).collect();
     }
 
     /// The material of a mesh whose triangles are the facets, and its colours, where it has more than one: then
@@ -68,31 +68,18 @@ impl Colors {
         if self.codes.iter().all(|&code| code == first) {
             return Material { base_color: of_code(first), ..default_material() };
         }
-        let mut codes = vec![NONE; mesh.positions.len()];
-        // Copies of each vertex as chains.
-        let mut next = codes.clone();
-        for (t, &code) in self.codes.iter().enumerate().take(mesh.triangles.len()) {
-            let code = u32::from(code);
-            for k in 0..3 {
-                let mut at = mesh.triangles[t][k] as usize;
-                let mut steps = 0;
-                while codes[at] != NONE && codes[at] != code {
-                    if next[at] != NONE && steps < SEARCHED {
-                        at = next[at] as usize;
-                        steps += 1;
-                        continue;
-                    }
-                    let Some(copy) = duplicate_vertex(mesh, at as u32) else { break };
-                    codes.push(NONE);
-                    next.push(next[at]);
-                    next[at] = copy;
-                    at = copy as usize;
+        let mut copies = Copies::new(mesh.positions.len(), NONE, SEARCHED);
+        let mut triangles = std::mem::take(&mut mesh.triangles);
+        for (triangle, &code) in triangles.iter_mut().zip(&self.codes) {
+            for vertex in triangle {
+                // Where numbers have run out the vertex keeps the colour that it has.
+                if let Some((used, _)) = copies.vertex(mesh, *vertex, code.into()) {
+                    *vertex = used;
                 }
-                codes[at] = code;
-                mesh.triangles[t][k] = at as u32;
             }
         }
-        mesh.colors = codes.into_iter().map(|code| of_code(code as u16)).collect();
+        mesh.triangles = triangles;
+        mesh.colors = copies.into_values().into_iter().map(|code| of_code(code as u16)).collect();
         white_material()
     }
 }

@@ -7,6 +7,15 @@
 //! Facet normals of the file are not used: they add nothing to the winding where they are right, and often are not.
 //! Vertices at equal positions are joined, normals smoothed over edges of up to 30 degrees. Colours of facets are drawn
 //! (`color.rs`).
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::indexing_slicing,
+        clippy::arithmetic_side_effects,
+        clippy::unwrap_used,
+        clippy::expect_used
+    )
+)]
 
 mod color;
 
@@ -23,8 +32,8 @@ use crate::scene::{MeshData, Scene};
 use color::Colors;
 
 const FORMAT: &str = "STL";
-/// Bytes before the first facet of a binary file: an 80-byte comment and the number of facets.
-const HEADER: usize = 84;
+/// Bytes of the comment that a binary file begins with. The number of facets follows.
+const HEADER: usize = 80;
 /// Bytes of a facet: a normal, three positions, and two bytes that some programs fill with a colour.
 const FACET: usize = 50;
 
@@ -45,19 +54,26 @@ pub(crate) fn load(bytes: &[u8], context: &Context<'_>) -> Result<Loaded, LoadEr
 
 /// True for the text format. Binary files may begin with `solid` too, so their size decides first.
 fn is_text(bytes: &[u8]) -> bool {
-    if let Some(count) = facet_count(bytes)
-        && bytes.len() as u64 == HEADER as u64 + u64::from(count) * FACET as u64
+    if let Some((_, count, facets)) = binary_parts(bytes)
+        && facets.len() as u64 == size_of_facets(count)
     {
         return false;
     }
     let start = without_mark(bytes).trim_ascii_start();
-    let head = &start[..start.len().min(1024)];
-    head.len() >= 5 && head[..5].eq_ignore_ascii_case(b"solid") && !head.contains(&0)
+    let begins = start.first_chunk::<5>().is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
+    begins && !start.iter().take(1024).any(|&b| b == 0)
 }
 
-/// The number of facets that a binary file claims.
-fn facet_count(bytes: &[u8]) -> Option<u32> {
-    bytes.get(80..HEADER).and_then(|b| b.try_into().ok()).map(u32::from_le_bytes)
+/// Bytes that so many facets take.
+fn size_of_facets(count: u32) -> u64 {
+    u64::from(count).saturating_mul(FACET as u64)
+}
+
+/// The header of a binary file, the number of facets that it claims, and what follows.
+fn binary_parts(bytes: &[u8]) -> Option<(&[u8; HEADER], u32, &[u8])> {
+    let (header, rest) = bytes.split_first_chunk()?;
+    let (count, facets) = rest.split_first_chunk()?;
+    Some((header, u32::from_le_bytes(*count), facets))
 }
 
 /// One solid under construction.
@@ -65,6 +81,15 @@ struct Solid {
     name: String,
     mesh: MeshData,
     colors: Colors,
+}
+
+/// The corners of the loop that is open.
+enum Loop {
+    Empty,
+    One([f32; 3]),
+    Two([f32; 3], [f32; 3]),
+    /// Of a loop of more, the last triangle.
+    Triangle([[f32; 3]; 3]),
 }
 
 struct Reader<'a> {
@@ -85,12 +110,23 @@ struct Reader<'a> {
 /// Facets that one thread looks at in one go.
 const AT_ONCE: usize = 1 << 16;
 
-/// The position of corner `k` of a facet.
+/// The positions of the corners of a facet.
 #[inline(always)]
-fn corner(facet: &[u8; FACET], k: usize) -> [f32; 3] {
-    let value = |at: usize| f32::from_le_bytes([facet[at], facet[at + 1], facet[at + 2], facet[at + 3]]);
-    let at = 12 + 12 * k;
-    [value(at), value(at + 4), value(at + 8)]
+fn corners(facet: &[u8; FACET]) -> [[f32; 3]; 3] {
+    let mut numbers = [0.0; 12];
+    for (number, &bytes) in numbers.iter_mut().zip(facet.as_chunks::<4>().0) {
+        *number = f32::from_le_bytes(bytes);
+    }
+    let [_, _, _, a, b, c, d, e, f, g, h, i] = numbers;
+    [[a, b, c], [d, e, f], [g, h, i]]
+}
+
+/// The corners of facets from number `start` on.
+fn corners_from<'a>(
+    facets: impl Iterator<Item = &'a [u8; FACET]>,
+    start: usize,
+) -> impl Iterator<Item = [f32; 3]> {
+    facets.flat_map(corners).skip(start % 3)
 }
 
 impl<'a> Reader<'a> {
@@ -115,26 +151,27 @@ impl<'a> Reader<'a> {
     fn end_solid(&mut self) -> Result<(), LoadError> {
         let corners = std::mem::take(&mut self.corners);
         let name = self.open.take().unwrap_or_default();
-        self.add_solid(name, corners.len() / 3, |k| corners[k], Colors::default())
+        let from = |start: usize| corners.get(start..).unwrap_or_default().iter().copied();
+        self.add_solid(name, corners.len() / 3, from, Colors::default())
     }
 
-    /// Adds a solid of so many triangles.
-    fn add_solid(
+    /// Adds a solid of so many triangles. `corners_from(k)` are their corners from number k on.
+    fn add_solid<C: Iterator<Item = [f32; 3]>>(
         &mut self,
         name: String,
         triangles: usize,
-        corner: impl Fn(usize) -> [f32; 3] + Sync,
+        corners_from: impl Fn(usize) -> C + Sync,
         colors: Colors,
     ) -> Result<(), LoadError> {
         if triangles == 0 {
             return Ok(());
         }
-        let count = self.solids.len() as u64 + 1;
+        let count = (self.solids.len() as u64).saturating_add(1);
         Limits::check(|| "STL: the number of solids".to_owned(), count, self.context.limits.nodes, "nodes")?;
         if u32::try_from(triangles).is_ok_and(|count| count <= u32::MAX / 4) {
             let mut mesh = MeshData { triangles: vec![[0; 3]; triangles], ..MeshData::default() };
             let numbers = mesh.triangles.as_flattened_mut();
-            mesh.positions = weld(numbers, corner, self.seed, self.context.jobs);
+            mesh.positions = weld(numbers, corners_from, self.seed, self.context.jobs);
             self.solids.push(Solid { name, mesh, colors });
             return Ok(());
         }
@@ -144,11 +181,11 @@ impl<'a> Reader<'a> {
     /// Adds a triangle to the solid that is read.
     fn add(&mut self, corners: [[f32; 3]; 3]) -> Result<(), LoadError> {
         if !corners.iter().all(|&p| drawable(p)) {
-            self.skipped += 1;
+            self.skipped = self.skipped.saturating_add(1);
             return Ok(());
         }
         self.corners.extend(corners);
-        self.triangles += 1;
+        self.triangles = self.triangles.saturating_add(1);
         // The limits need not be exact to the triangle while reading.
         if self.triangles.is_multiple_of(4096) {
             check_mesh(self.context, self.triangles, self.triangles / 2)?;
@@ -157,51 +194,52 @@ impl<'a> Reader<'a> {
     }
 
     fn binary(&mut self, bytes: &[u8]) -> Result<(), LoadError> {
-        let Some(claimed) = facet_count(bytes) else {
+        let Some((header, claimed, facets_and_rest)) = binary_parts(bytes) else {
             return Err(LoadError::malformed(
                 FORMAT,
                 format!("neither text nor binary: it has {}", counted(bytes.len() as u64, "byte")),
             ));
         };
-        let (facets, rest) = bytes[HEADER..].as_chunks::<FACET>();
-        let present = facets.len() as u64;
-        let claimed = u64::from(claimed);
-        if present < claimed {
-            self.warn(format!("STL: the file ends after {present} of {}", counted(claimed, "facet")));
-        } else if present > claimed || !rest.is_empty() {
-            let beyond = bytes.len() as u64 - HEADER as u64 - claimed * FACET as u64;
+        let (present, _) = facets_and_rest.as_chunks::<FACET>();
+        let facets = usize::try_from(claimed).ok().and_then(|claimed| present.get(..claimed));
+        if facets.is_none() {
+            let claimed = counted(claimed.into(), "facet");
+            self.warn(format!("STL: the file ends after {} of {claimed}", present.len()));
+        }
+        let facets = facets.unwrap_or(present);
+        let beyond = (facets_and_rest.len() as u64).saturating_sub(size_of_facets(claimed));
+        if beyond > 0 {
             self.warn(format!("STL: {} after the last facet were ignored", counted(beyond, "byte")));
         }
-        let count = present.min(claimed);
-        check_mesh(self.context, count, count / 2)?;
-        let facets = &facets[..count as usize];
-        let mut colors =
-            Colors::read(&bytes[..80], facets.iter().map(|facet| u16::from_le_bytes([facet[48], facet[49]])));
-        let is_drawn = |facet: &[u8; FACET]| (0..3).all(|k| drawable(corner(facet, k)));
-        let runs = facets.len().div_ceil(AT_ONCE);
-        let run = |k: usize| &facets[k * AT_ONCE..facets.len().min((k + 1) * AT_ONCE)];
-        let all_drawn = self.context.jobs.map(runs, |k| run(k).iter().all(is_drawn));
+        check_mesh(self.context, facets.len() as u64, facets.len() as u64 / 2)?;
+        let attribute = |facet: &[u8; FACET]| u16::from_le_bytes([facet[48], facet[49]]);
+        let mut colors = Colors::read(header, facets.iter().map(attribute));
+        let is_drawn = |facet: &[u8; FACET]| corners(facet).into_iter().all(drawable);
+        let runs: Vec<_> = facets.chunks(AT_ONCE).collect();
+        let all_drawn = self.context.jobs.map_each(&runs, |run| run.iter().all(is_drawn));
         let name = "solid".to_owned();
         if all_drawn.into_iter().all(|drawn| drawn) {
-            self.triangles = count;
-            return self.add_solid(name, facets.len(), |k| corner(&facets[k / 3], k % 3), colors);
+            self.triangles = facets.len() as u64;
+            let from = |k: usize| corners_from(facets.get(k / 3..).unwrap_or_default().iter(), k);
+            return self.add_solid(name, facets.len(), from, colors);
         }
-        let kept: Vec<u32> = (0..count as u32).filter(|&k| is_drawn(&facets[k as usize])).collect();
+        let drawn = facets.iter().map(is_drawn);
+        colors.keep(drawn.clone());
+        let kept: Vec<_> =
+            facets.iter().zip(drawn).filter(|(_, drawn)| *drawn).map(|(facet, _)| facet).collect();
         self.triangles = kept.len() as u64;
-        self.skipped = count - self.triangles;
-        colors.keep(&kept);
-        self.add_solid(name, kept.len(), |k| corner(&facets[kept[k / 3] as usize], k % 3), colors)
+        self.skipped = (facets.len() as u64).saturating_sub(self.triangles);
+        let from = |k: usize| corners_from(kept.get(k / 3..).unwrap_or_default().iter().copied(), k);
+        self.add_solid(name, kept.len(), from, colors)
     }
 
     fn text(&mut self, bytes: &[u8]) -> Result<(), LoadError> {
         let mut tokens = Tokens::new(bytes);
-        // The corners of the loop that is open, and how many there were.
-        let mut corners = [[0.0; 3]; 3];
-        let mut count = 0_usize;
+        let mut open = Loop::Empty;
         let mut incomplete = 0_u64;
         while let Some(token) = tokens.next() {
             // Most are numbers.
-            if !matches!(token[0] | 0x20, b'v' | b'e' | b's') {
+            if !token.first().is_some_and(|first| matches!(first | 0x20, b'v' | b'e' | b's')) {
                 continue;
             }
             // The most frequent word first; everything else (normals, `outer loop`) says nothing.
@@ -213,22 +251,22 @@ impl<'a> Reader<'a> {
                         return Err(LoadError::malformed(FORMAT, message));
                     }
                 };
-                match count {
-                    0..=2 => corners[count] = position,
+                open = match open {
+                    Loop::Empty => Loop::One(position),
+                    Loop::One(a) => Loop::Two(a, position),
+                    Loop::Two(a, b) => Loop::Triangle([a, b, position]),
                     // A loop of more corners is a fan.
-                    _ => {
-                        self.add(corners)?;
-                        corners = [corners[0], corners[2], position];
+                    Loop::Triangle([a, b, c]) => {
+                        self.add([a, b, c])?;
+                        Loop::Triangle([a, c, position])
                     }
-                }
-                count += 1;
+                };
             } else if token.eq_ignore_ascii_case(b"endloop") || token.eq_ignore_ascii_case(b"endfacet") {
-                match count {
-                    0 => {}
-                    1 | 2 => incomplete += 1,
-                    _ => self.add(corners)?,
+                match std::mem::replace(&mut open, Loop::Empty) {
+                    Loop::Empty => {}
+                    Loop::One(_) | Loop::Two(..) => incomplete = incomplete.saturating_add(1),
+                    Loop::Triangle(corners) => self.add(corners)?,
                 }
-                count = 0;
             } else if token.eq_ignore_ascii_case(b"solid") {
                 self.end_solid()?;
                 self.open = Some(String::from_utf8_lossy(tokens.rest_of_line()).into_owned());
@@ -237,7 +275,7 @@ impl<'a> Reader<'a> {
             }
         }
         self.end_solid()?;
-        if count > 0 {
+        if !matches!(open, Loop::Empty) {
             self.warn(format!(
                 "STL: the file ends within a facet, after {}",
                 counted(self.triangles, "triangle")
@@ -263,7 +301,8 @@ impl<'a> Reader<'a> {
             add_smooth_normals_to_welded(&mut solid.mesh, CREASE_ANGLE, self.context.jobs);
             let before = solid.mesh.positions.len() as u64;
             let material = solid.colors.paint(&mut solid.mesh);
-            vertices += solid.mesh.positions.len() as u64 - before;
+            let added = (solid.mesh.positions.len() as u64).saturating_sub(before);
+            vertices = vertices.saturating_add(added);
             check_mesh(self.context, self.triangles, vertices)?;
             let element = format!("STL: solid {}", quoted(solid.name.as_bytes()));
             let shared = material == default_material();

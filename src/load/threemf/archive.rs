@@ -78,30 +78,31 @@ fn quad_word(bytes: &[u8], at: usize) -> Option<u64> {
 
 /// Where the directory begins and how many entries it claims.
 fn directory(bytes: &[u8]) -> Option<(u64, u64)> {
-    let first = bytes.len().saturating_sub(END_SIZE + usize::from(u16::MAX));
-    let last = bytes.len().checked_sub(END_SIZE)?;
-    let end = (first..=last).rev().find(|&at| bytes[at..].starts_with(END))?;
-    let (count, start) = (word(bytes, end + 10)?, double_word(bytes, end + 16)?);
+    // A record, and a comment of any length behind it.
+    let records = bytes.windows(END_SIZE).rev().take(usize::from(u16::MAX).saturating_add(1));
+    let (behind, record) = records.enumerate().find(|(_, record)| record.starts_with(END))?;
+    let (count, start) = (word(record, 10)?, double_word(record, 16)?);
     if count != u16::MAX && start != u32::MAX {
         return Some((start.into(), count.into()));
     }
     // Of an archive with 64-bit sizes: its end record is found through the locator before this one.
-    let locator = end.checked_sub(20).filter(|&at| bytes[at..].starts_with(LOCATOR_64));
+    let before = bytes.len().checked_sub(END_SIZE)?.checked_sub(behind).and_then(|end| bytes.get(..end))?;
+    let locator = before.last_chunk::<20>().filter(|locator| locator.starts_with(LOCATOR_64));
     let Some(locator) = locator else { return Some((start.into(), count.into())) };
-    let end_64 = usize::try_from(quad_word(bytes, locator + 8)?).ok()?;
+    let end_64 = usize::try_from(quad_word(locator, 8)?).ok()?;
     let record = bytes.get(end_64..).filter(|record| record.starts_with(END_64))?;
     Some((quad_word(record, 48)?, quad_word(record, 32)?))
 }
 
-/// The next entry of a directory, its name, and how many bytes it takes; `None` if there is none.
-fn entry(directory: &[u8]) -> Option<(&[u8], Entry, usize)> {
+/// The next entry of a directory, its name, and what follows it; `None` if there is none.
+fn entry(directory: &[u8]) -> Option<(&[u8], Entry, &[u8])> {
     if !directory.starts_with(ENTRY) {
         return None;
     }
-    let name_end = 46 + usize::from(word(directory, 28)?);
-    let extra_end = name_end + usize::from(word(directory, 30)?);
-    let end = extra_end + usize::from(word(directory, 32)?);
-    let (name, mut extra) = (directory.get(46..name_end)?, directory.get(name_end..extra_end)?);
+    let mut rest = directory.get(46..)?;
+    let name = rest.split_off(..word(directory, 28)?.into())?;
+    let mut extra = rest.split_off(..word(directory, 30)?.into())?;
+    rest.split_off(..word(directory, 32)?.into())?;
     let mut entry = Entry {
         encrypted: word(directory, 8)? & 1 != 0,
         method: word(directory, 10)?,
@@ -112,21 +113,22 @@ fn entry(directory: &[u8]) -> Option<(&[u8], Entry, usize)> {
     };
     // Of the 64-bit sizes those are there that do not fit above (APPNOTE 4.5.3).
     while let (Some(kind), Some(length)) = (word(extra, 0), word(extra, 2)) {
-        let Some(data) = extra.get(4..4 + usize::from(length)) else { break };
+        let Some((data, after)) = extra.get(4..).and_then(|data| data.split_at_checked(length.into())) else {
+            break;
+        };
         if kind == 1 {
-            let mut at = 0;
+            let mut values = data.as_chunks().0.iter();
             for field in [&mut entry.size, &mut entry.packed, &mut entry.at] {
                 if *field == u64::from(u32::MAX)
-                    && let Some(value) = quad_word(data, at)
+                    && let Some(&value) = values.next()
                 {
-                    *field = value;
-                    at += 8;
+                    *field = u64::from_le_bytes(value);
                 }
             }
         }
-        extra = &extra[4 + data.len()..];
+        extra = after;
     }
-    (end <= directory.len()).then_some((name, entry, end))
+    Some((name, entry, rest))
 }
 
 /// The names of the first `most` parts; empty for what is no archive.
@@ -135,10 +137,10 @@ pub(in crate::load) fn names(bytes: &[u8], most: usize) -> Vec<String> {
     let start = directory(bytes).and_then(|(start, _)| usize::try_from(start).ok());
     let mut rest = start.and_then(|start| bytes.get(start..)).unwrap_or(&[]);
     while found.len() < most
-        && let Some((name, _, end)) = entry(rest)
+        && let Some((name, _, after)) = entry(rest)
     {
         found.push(part_name(&String::from_utf8_lossy(name)));
-        rest = &rest[end..];
+        rest = after;
     }
     found
 }
@@ -156,12 +158,12 @@ impl<'a> Archive<'a> {
         };
         let mut entries = BTreeMap::new();
         for number in 0..count {
-            let Some((name, entry, end)) = entry(rest) else {
+            let Some((name, entry, after)) = entry(rest) else {
                 return Err(malformed(format!(
                     "the archive's directory ends after {number} of {count} parts"
                 )));
             };
-            rest = &rest[end..];
+            rest = after;
             let name = part_name(&String::from_utf8_lossy(name));
             if entries.insert(name.clone(), entry).is_some() {
                 let name = quoted(name.as_bytes());
@@ -194,8 +196,9 @@ impl<'a> Archive<'a> {
         let content = match entry.method {
             0 => Cow::Borrowed(data),
             8 => {
-                let most = if entry.size > LARGE { LARGE_RATIO } else { MOST_RATIO };
-                if entry.size / most > entry.packed {
+                let large = entry.size > LARGE;
+                let least = if large { entry.size / LARGE_RATIO } else { entry.size / MOST_RATIO };
+                if least > entry.packed {
                     let (packed, size) = (entry.packed, entry.size);
                     let message = format!("{} claims to inflate from {packed} to {size} bytes", part());
                     return Err(malformed(message));
@@ -224,7 +227,8 @@ impl<'a> Archive<'a> {
         if !header.starts_with(MAGIC) {
             return None;
         }
-        let start = 30 + usize::from(word(header, 26)?) + usize::from(word(header, 28)?);
-        header.get(start..)?.get(..usize::try_from(entry.packed).ok()?)
+        let (name, extra) = (word(header, 26)?, word(header, 28)?);
+        let behind_name = header.get(30..)?.get(name.into()..)?;
+        behind_name.get(extra.into()..)?.get(..usize::try_from(entry.packed).ok()?)
     }
 }

@@ -131,16 +131,17 @@ fn layers(
     places: &[Vec<u32>],
     corners: [u32; 3],
 ) -> Option<Look> {
-    let first = model.group(*groups.first()?)?;
-    let first_is_material = matches!(first.members, Members::Bases(_) | Members::Mixtures(_));
+    let &lowest = groups.first()?;
+    let first_is_material = matches!(model.group(lowest)?.members, Members::Bases(_) | Members::Mixtures(_));
     let place_of = |corner: u32, layer: usize| {
         // Those that are not given are 0 (materials extension, 5.1).
         places.get(corner as usize).map(|places| places.get(layer).copied().unwrap_or(0))
     };
-    let finish = finish_of(model, groups[0], place_of(corners[0], 0)?);
+    let finish = finish_of(model, lowest, place_of(corners[0], 0)?);
     let mut look = Look::of(Key::Painted { texture: None, finish });
     let mut textures = [None; 3];
-    for (k, &corner) in corners.iter().enumerate() {
+    let of_corners = look.corners.iter_mut().zip(&mut textures);
+    for ((own, texture), corner) in of_corners.zip(corners) {
         let mut colors = Vec::with_capacity(groups.len());
         let mut uvs = Vec::with_capacity(groups.len());
         for (layer, &group) in groups.iter().enumerate() {
@@ -153,16 +154,16 @@ fn layers(
         }
         let seen = layered(&colors, blends, first_is_material);
         look.approximate |= seen.approximate;
-        look.corners[k].color = seen.color;
+        own.color = seen.color;
         if let Some(layer) = seen.texture {
-            textures[k] = Some(layer);
-            look.corners[k].uv = uvs[layer];
+            *texture = Some(layer);
+            own.uv = *uvs.get(layer)?;
         }
     }
     // Layers are the same at all corners; only a colour's alpha may hide a texture at some of them.
     let layer = textures.iter().flatten().max().copied();
     look.approximate |= textures.iter().any(|&texture| texture != layer);
-    let texture = layer.and_then(|layer| match model.group(groups[layer])?.members {
+    let texture = layer.and_then(|layer| match model.group(*groups.get(layer)?)?.members {
         Members::Coordinates { texture, .. } => Some(texture),
         _ => None,
     });
@@ -185,7 +186,7 @@ impl Builder<'_> {
         if let Some(&id) = self.looks.materials.get(&(model, key)) {
             return Ok(id);
         }
-        let count = self.looks.materials.len() as u64 + 1;
+        let count = (self.looks.materials.len() as u64).saturating_add(1);
         let limit = self.context.limits.nodes;
         Limits::check(|| "3MF: the number of materials".to_owned(), count, limit, "nodes")?;
         let material = match key {
@@ -211,10 +212,10 @@ impl Builder<'_> {
     }
 
     fn base(&mut self, model: usize, group: u32, place: u32) -> Material {
-        let of = &self.package.models[model];
-        let finish = finish_of(of, group, place);
+        let of = self.package.models.get(model);
+        let finish = of.and_then(|of| finish_of(of, group, place));
         let mut material = default_material();
-        if let Some(Members::Bases(bases)) = of.group(group).map(|group| &group.members)
+        if let Some(Members::Bases(bases)) = of.and_then(|of| of.group(group)).map(|group| &group.members)
             && let Some(base) = bases.get(place as usize)
         {
             material.name.clone_from(&base.name);
@@ -233,7 +234,8 @@ impl Builder<'_> {
     /// Applies display properties.
     fn finish(&mut self, model: usize, finish: Option<(u32, u32)>, material: &mut Material) {
         let Some((display, place)) = finish else { return };
-        let unknown = match self.package.models[model].groups.displays.get(&display) {
+        let of = self.package.models.get(model);
+        let unknown = match of.and_then(|of| of.groups.displays.get(&display)) {
             Some(Display::Finishes(finishes)) => match finishes.get(place as usize) {
                 Some(&Finish::Metallic { metallic, roughness }) => {
                     material.workflow = Workflow::MetallicRoughness { metallic, roughness, texture: None };
@@ -261,9 +263,11 @@ impl Builder<'_> {
     }
 
     fn read_texture(&mut self, model: usize, id: u32) -> Result<Option<TextureId>, LoadError> {
-        let (count, limit) = (self.looks.textures.len() as u64 + 1, self.context.limits.textures);
+        let (count, limit) =
+            ((self.looks.textures.len() as u64).saturating_add(1), self.context.limits.textures);
         Limits::check(|| "3MF: the number of textures".to_owned(), count, limit, "textures")?;
-        let Some(picture) = self.package.models[model].groups.pictures.get(&id) else {
+        let of = self.package.models.get(model);
+        let Some(picture) = of.and_then(|of| of.groups.pictures.get(&id)) else {
             self.warnings.add(|| format!("3MF: texture {id} does not exist"));
             return Ok(None);
         };

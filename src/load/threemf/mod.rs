@@ -5,8 +5,21 @@
 //! Supports are drawn, objects of the type "other" are not. Textures and colours are opaque unless they are layers;
 //! colours vary linearly over a triangle, where the specification asks for a variation of their sRGB codes.
 //!
+//! The specification has no attribute `printable` of items, which PrusaSlicer and those made from it write. An item with
+//! `printable="0"` is drawn like the others: it stands on the plate, and these programs draw it too in the pictures that
+//! they put into such files.
+//!
 //! Slicers write what they print into files of their own beside the model: which parts only change the settings of
 //! others, and the colours of the filaments (`slicer.rs`). They also paint triangles with them (`paint.rs`).
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::indexing_slicing,
+        clippy::arithmetic_side_effects,
+        clippy::unwrap_used,
+        clippy::expect_used
+    )
+)]
 
 pub(super) mod archive;
 mod look;
@@ -73,8 +86,11 @@ pub(crate) fn load(bytes: &[u8], context: &Context<'_>) -> Result<Loaded, LoadEr
         let objects = counted(count, "object");
         builder.warnings.add(|| format!("3MF: {objects} left out: {what}"));
     }
-    if builder.package.models[0].build.is_empty() && !builder.package.models[0].objects.is_empty() {
-        let objects = counted(builder.package.models[0].objects.len() as u64, "object");
+    if let Some(first) = builder.package.models.first()
+        && first.build.is_empty()
+        && !first.objects.is_empty()
+    {
+        let objects = counted(first.objects.len() as u64, "object");
         builder.warnings.add(|| format!("3MF: {objects} not drawn: nothing is to be built of them"));
     }
     Ok(finish(builder.scene, builder.warnings.finish()))
@@ -141,9 +157,10 @@ impl Package<'_> {
         };
         let model = Model::read(part, &text, &mut totals)?;
         (self.vertices, self.triangles, self.elements) = (totals.vertices, totals.triangles, totals.elements);
+        let number = self.models.len();
         self.models.push(model);
-        self.numbers.insert(part.to_owned(), self.models.len() - 1);
-        Ok(self.models.len() - 1)
+        self.numbers.insert(part.to_owned(), number);
+        Ok(number)
     }
 }
 
@@ -184,13 +201,13 @@ struct Builder<'a> {
 
 impl Builder<'_> {
     fn build(&mut self) -> Result<(), LoadError> {
-        let unit = self.package.models[0].unit;
+        let Some(first) = self.package.models.first() else { return Ok(()) };
+        let (unit, build) = (first.unit, first.build.clone());
         // (x, y, z) with Z up is (x, z, -y) with Y up.
         let upright =
             Transform::from_rows([[unit, 0.0, 0.0, 0.0], [0.0, 0.0, unit, 0.0], [0.0, -unit, 0.0, 0.0]])
                 .map_err(LoadError::scene("3MF: unit"))?;
-        for item in 0..self.package.models[0].build.len() {
-            let reference = self.package.models[0].build[item].clone();
+        for (item, reference) in build.into_iter().enumerate() {
             let part = self.settings.object(reference.object);
             let visit = self.refer(&reference, 0, &upright, item as u32, 0, part)?;
             self.place(visit)?;
@@ -213,14 +230,15 @@ impl Builder<'_> {
         let mut transform = parent.after(&reference.transform).map_err(LoadError::scene(element()))?;
         if let Some(path) = &reference.path {
             model = self.package.model(path, self.context, &mut self.budget, &mut self.warnings)?;
-            let scale = self.package.models[model].unit / self.package.models[from].unit;
+            let unit = |number: usize| self.package.models.get(number).map_or(1.0, |model| model.unit);
+            let scale = unit(model) / unit(from);
             if scale != 1.0 {
                 let scale = Transform::from_parts([0.0; 3], [0.0, 0.0, 0.0, 1.0], [scale; 3]);
                 let scale = scale.map_err(LoadError::scene(element()))?;
                 transform = transform.after(&scale).map_err(LoadError::scene(element()))?;
             }
         }
-        self.visits += 1;
+        self.visits = self.visits.saturating_add(1);
         let what = || "3MF: the number of placed objects".to_owned();
         Limits::check(what, self.visits, self.context.limits.nodes, "nodes")?;
         Ok(Visit { model, object: reference.object, transform, depth, item, part })
@@ -230,7 +248,8 @@ impl Builder<'_> {
     fn place(&mut self, first: Visit) -> Result<(), LoadError> {
         let mut stack = vec![first];
         while let Some(visit) = stack.pop() {
-            let Some(object) = self.package.models[visit.model].objects.get(&visit.object) else {
+            let model = self.package.models.get(visit.model);
+            let Some(object) = model.and_then(|model| model.objects.get(&visit.object)) else {
                 let message = format!("object {} is referred to and does not exist", visit.object);
                 return Err(LoadError::malformed(FORMAT, message));
             };
@@ -240,7 +259,8 @@ impl Builder<'_> {
                 Purpose::Modifier => Some("they only change how others are printed"),
             };
             if let Some(reason) = reason {
-                *self.left_out.entry(reason).or_default() += 1;
+                let count = self.left_out.entry(reason).or_default();
+                *count = count.saturating_add(1);
                 continue;
             }
             let what = || format!("3MF: object {} (or does it contain itself?)", visit.object);
@@ -250,14 +270,13 @@ impl Builder<'_> {
             if object.mesh.is_some() {
                 self.draw(&visit, extruder)?;
             }
-            let first = stack.len();
+            let mut below = Vec::with_capacity(components.len());
             for component in components {
                 let part = self.settings.part(&visit.part, extruder, component.object);
-                let below =
-                    self.refer(&component, visit.model, &visit.transform, visit.item, visit.depth + 1, part)?;
-                stack.push(below);
+                let depth = visit.depth.saturating_add(1);
+                below.push(self.refer(&component, visit.model, &visit.transform, visit.item, depth, part)?);
             }
-            stack[first..].reverse();
+            stack.extend(below.into_iter().rev());
         }
         Ok(())
     }
@@ -270,8 +289,9 @@ impl Builder<'_> {
             let drawn = self.meshes_of(visit.model, visit.object, extruder)?;
             self.meshes.insert(key, drawn);
         }
-        for &(mesh, material) in &self.meshes[&key] {
-            self.triangles += self.scene.meshes()[mesh.index()].triangles().len() as u64;
+        for &(mesh, material) in self.meshes.get(&key).into_iter().flatten() {
+            let triangles = self.scene.meshes().get(mesh.index()).map_or(0, |mesh| mesh.triangles().len());
+            self.triangles = self.triangles.saturating_add(triangles as u64);
             let what = || "3MF: the triangles of all placed objects".to_owned();
             Limits::check(what, self.triangles, self.context.limits.triangles, "triangles")?;
             let element = format!("3MF: object {}", visit.object);

@@ -105,7 +105,7 @@ pub(super) struct Totals<'a> {
 
 impl Totals<'_> {
     fn element(&mut self) -> Result<(), LoadError> {
-        self.elements += 1;
+        self.elements = self.elements.saturating_add(1);
         let what = || "3MF: the number of objects and components".to_owned();
         Ok(Limits::check(what, self.elements, self.context.limits.nodes, "nodes")?)
     }
@@ -240,8 +240,8 @@ fn matrix(text: &str) -> Option<Transform> {
     if words.next().is_some() {
         return None;
     }
-    let rows = std::array::from_fn(|row| std::array::from_fn(|column| values[3 * column + row]));
-    Transform::from_rows(rows).ok()
+    let [xx, xy, xz, yx, yy, yz, zx, zy, zz, x, y, z] = values;
+    Transform::from_rows([[xx, yx, zx, x], [xy, yy, zy, y], [xz, yz, zz, z]]).ok()
 }
 
 fn unit_in_metres(name: &str) -> Option<f64> {
@@ -356,21 +356,19 @@ impl Mesh {
             totals.budget.charge(|| "3MF: the vertices".to_owned(), CHARGED as u64, 36)?;
         }
         let mut position = [f32::NAN; 3];
-        let read = tag.raw_attributes(|name, value| {
-            let axis = match name {
-                "x" => 0,
-                "y" => 1,
-                "z" => 2,
-                _ => return,
-            };
-            position[axis] = float(value.trim_ascii().as_bytes()).unwrap_or(f32::NAN);
+        let number = |text: &str| float(text.trim_ascii().as_bytes()).unwrap_or(f32::NAN);
+        let read = tag.raw_attributes(|name, value| match name {
+            "x" => position[0] = number(value),
+            "y" => position[1] = number(value),
+            "z" => position[2] = number(value),
+            _ => {}
         });
         read.map_err(|message| xml.error(message))?;
         if !drawable(position) {
             return Err(xml.error("a vertex needs x, y and z of at most 1e15"));
         }
         self.positions.push(position);
-        totals.vertices += 1;
+        totals.vertices = totals.vertices.saturating_add(1);
         Ok(())
     }
 
@@ -421,15 +419,14 @@ impl Mesh {
             self.properties.resize(self.triangles.len(), Properties::NONE);
             self.properties.push(properties);
         }
-        if self.codes.len() > first {
-            // The code, and the vertices and triangles that are made by it: one for each digit at most.
-            let digits = self.codes.len() - first;
-            totals.budget.charge(|| "3MF: the paint of a slicer".to_owned(), digits as u64, 128)?;
-            totals.triangles += digits as u64 - 1;
+        // The code, and the vertices and triangles that are made by it: one for each digit at most.
+        let digits = self.codes.len().saturating_sub(first) as u64;
+        if digits > 0 {
+            totals.budget.charge(|| "3MF: the paint of a slicer".to_owned(), digits, 128)?;
             self.painted.push((self.triangles.len() as u32, self.codes.len()));
         }
         self.triangles.push(vertices);
-        totals.triangles += 1;
+        totals.triangles = totals.triangles.saturating_add(digits.max(1));
         Ok(())
     }
 }

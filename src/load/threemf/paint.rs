@@ -30,7 +30,7 @@ impl<'a> Painter<'a> {
     pub(super) fn paint(&mut self, triangle: [u32; 3], code: &str) -> bool {
         self.parts.clear();
         let mut digits = code.bytes().rev().map(|b| char::from(b).to_digit(16));
-        self.read(triangle, &mut || digits.next().flatten(), 0).is_some()
+        self.read(triangle, &mut || digits.next().flatten(), DEEPEST).is_some()
     }
 
     fn read(
@@ -40,49 +40,58 @@ impl<'a> Painter<'a> {
         depth: usize,
     ) -> Option<()> {
         let digit = next()?;
-        let start = (digit >> 2) as usize;
+        let start = digit >> 2;
         let sides = digit & 3;
         if sides == 0 {
-            let extruder = if start == 3 { 3 + next()? } else { start as u32 };
+            let extruder = if start == 3 { next()?.saturating_add(3) } else { start };
             self.parts.push((triangle, extruder));
             return Some(());
         }
-        if depth == DEEPEST || start == 3 {
-            return None;
-        }
-        let [a, b, c] = [0, 1, 2].map(|k| triangle[(start + k) % 3]);
-        let whole = [a, b, c];
-        let mut middle = |p: usize, q: usize| self.middle(whole[p], whole[q]);
+        let depth = depth.checked_sub(1)?;
+        let [first, second, third] = triangle;
+        let [a, b, c] = match start {
+            0 => [first, second, third],
+            1 => [second, third, first],
+            2 => [third, first, second],
+            _ => return None,
+        };
         let parts = match sides {
             1 => {
-                let bc = middle(1, 2);
+                let bc = self.middle(b, c)?;
                 [Some([a, b, bc]), Some([bc, c, a]), None, None]
             }
             2 => {
-                let (ab, ca) = (middle(0, 1), middle(2, 0));
+                let (ab, ca) = (self.middle(a, b)?, self.middle(c, a)?);
                 [Some([a, ab, ca]), Some([ab, b, ca]), Some([b, c, ca]), None]
             }
             _ => {
-                let (ab, bc, ca) = (middle(0, 1), middle(1, 2), middle(2, 0));
+                let (ab, bc, ca) = (self.middle(a, b)?, self.middle(b, c)?, self.middle(c, a)?);
                 [Some([a, ab, ca]), Some([ab, b, bc]), Some([bc, c, ca]), Some([ab, bc, ca])]
             }
         };
-        parts.into_iter().rev().flatten().try_for_each(|part| self.read(part, next, depth + 1))
+        parts.into_iter().rev().flatten().try_for_each(|part| self.read(part, next, depth))
     }
 
-    /// The vertex between two others, one for neighbours too.
-    fn middle(&mut self, p: u32, q: u32) -> u32 {
+    /// The vertex between two others, one for neighbours too; `None` if there are no such vertices.
+    fn middle(&mut self, p: u32, q: u32) -> Option<u32> {
+        let edge = (p.min(q), p.max(q));
+        if let Some(&middle) = self.middles.get(&edge) {
+            return Some(middle);
+        }
         let mesh = &mut *self.mesh;
-        *self.middles.entry((p.min(q), p.max(q))).or_insert_with(|| {
-            let (p, q) = (p as usize, q as usize);
-            let half = |a: [f32; 3], b: [f32; 3]| std::array::from_fn(|k| a[k] * 0.5 + b[k] * 0.5);
-            mesh.positions.push(half(mesh.positions[p], mesh.positions[q]));
-            // Those of the vertices, so that paint does not change how round a surface looks.
-            if let (Some(&a), Some(&b)) = (mesh.normals.get(p), mesh.normals.get(q)) {
-                mesh.normals.push(half(a, b));
-            }
-            mesh.positions.len() as u32 - 1
-        })
+        let (p, q) = (p as usize, q as usize);
+        let half = |a: [f32; 3], b: [f32; 3]| {
+            let ([a, b, c], [d, e, f]) = (a.map(|v| v * 0.5), b.map(|v| v * 0.5));
+            [a + d, b + e, c + f]
+        };
+        let middle = u32::try_from(mesh.positions.len()).ok()?;
+        mesh.positions.push(half(*mesh.positions.get(p)?, *mesh.positions.get(q)?));
+        // Those of the vertices, so that paint does not change how round a surface looks.
+        if let (Some(&a), Some(&b)) = (mesh.normals.get(p), mesh.normals.get(q)) {
+            mesh.normals.push(half(a, b));
+        }
+        self.middles.insert(edge, middle);
+        Some(middle)
     }
 }
 

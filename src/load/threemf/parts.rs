@@ -1,24 +1,25 @@
 //! The mesh of an object to meshes of the scene: one for each thing that it is made of.
 
 use super::look::{Corner, Key, Look, look};
-use super::model::{Mesh as Source, Model, NONE};
+use super::model::{Mesh as Source, Model, NONE, Object};
 use super::paint::Painter;
 use super::slicer::{Settings, Volume};
 use super::{Builder, Drawn};
 use crate::load::LoadError;
 use crate::load::normals::add_smooth_normals;
 use crate::load::plain::{CREASE_ANGLE, check_mesh};
+use crate::load::splitting::Variants;
 use crate::scene::{Mesh, MeshData};
 use std::collections::BTreeMap;
 
 /// Copies of a vertex (of other colours or places in a texture) that are searched for an equal one before another is
 /// made: bounds the work.
-const SEARCHED: usize = 64;
+const SEARCHED: usize = 65;
 
 /// The volume of a slicer that a triangle belongs to, where their list is in the order of their triangles.
 fn volume_of(volumes: &[Volume], triangle: usize) -> Option<&Volume> {
     let after = volumes.partition_point(|volume| volume.first as usize <= triangle);
-    volumes[..after].last().filter(|volume| volume.last as usize >= triangle)
+    volumes.get(..after)?.last().filter(|volume| volume.last as usize >= triangle)
 }
 
 /// What the triangles of an object look like.
@@ -62,27 +63,28 @@ fn paint(mesh: &mut MeshData, drawn: &mut Vec<(u32, u32)>, looking: &Looking<'_>
         return 0;
     }
     let (mut triangles, mut cut) = (Vec::new(), Vec::new());
-    let mut lost = 0;
-    let (mut next, mut start) = (0, 0);
+    let mut lost = 0_u64;
+    let (mut painted, mut start) = (source.painted.iter().peekable(), 0);
     let mut painter = Painter::new(mesh);
     for (k, &(t, _)) in drawn.iter().enumerate() {
-        let triangle = painter.mesh.triangles[k];
+        let Some(&triangle) = painter.mesh.triangles.get(k) else { break };
         let whole = [(triangle, 0)];
         let mut is_cut = false;
-        while let Some(&(number, end)) = source.painted.get(next)
+        while let Some(&&(number, end)) = painted.peek()
             && number <= t
         {
-            let code = &source.codes[start..end];
+            let code = source.codes.get(start..end).unwrap_or_default();
             let plain = source.properties.get(t as usize).is_none_or(|properties| properties.group == NONE);
             if number == t {
                 let known =
                     |&(_, e): &([u32; 3], u32)| e == 0 || looking.settings.filament(Some(e)).is_some();
                 is_cut = plain && painter.paint(triangle, code) && painter.parts.iter().all(known);
-                lost += u64::from(!is_cut);
+                lost = lost.saturating_add(u64::from(!is_cut));
             }
-            (next, start) = (next + 1, end);
+            start = end;
+            painted.next();
         }
-        let parts = if is_cut { &painter.parts[..] } else { &whole };
+        let parts = if is_cut { painter.parts.as_slice() } else { &whole };
         triangles.extend(parts.iter().map(|part| part.0));
         cut.extend(parts.iter().map(|part| (t, part.1)));
     }
@@ -108,21 +110,16 @@ impl Builder<'_> {
         object: u32,
         extruder: Option<u32>,
     ) -> Result<Drawn, LoadError> {
-        let of = &self.package.models[model];
-        let Some(source) = of.objects.get(&object).and_then(|object| object.mesh.as_ref()) else {
-            return Ok(Vec::new());
-        };
+        let of = self.package.models.get(model).map(|of| (of, of.objects.get(&object)));
+        let Some((of, Some(Object { mesh: Some(source), .. }))) = of else { return Ok(Vec::new()) };
         // Slicers list the objects of the first part.
         let volumes = if model == 0 { self.settings.volumes(object) } else { &[] };
         let looking = Looking { model: of, source, volumes, settings: &self.settings, extruder };
-        let mut drawn: Vec<(u32, u32)> =
-            (0..source.triangles.len()).filter(|&t| looking.is_drawn(t)).map(|t| (t as u32, 0)).collect();
-        let lost = source.triangles.len() - drawn.len();
-        let mut whole = MeshData {
-            positions: source.positions.clone(),
-            triangles: drawn.iter().map(|&(t, _)| source.triangles[t as usize]).collect(),
-            ..MeshData::default()
-        };
+        let is_drawn = |(t, triangle): (usize, &_)| looking.is_drawn(t).then_some(((t as u32, 0), *triangle));
+        let (mut drawn, triangles): (Vec<(u32, u32)>, Vec<[u32; 3]>) =
+            source.triangles.iter().enumerate().filter_map(is_drawn).unzip();
+        let lost = source.triangles.len().saturating_sub(drawn.len());
+        let mut whole = MeshData { positions: source.positions.clone(), triangles, ..MeshData::default() };
         // Before it is cut: a surface may be smooth across a change of colour.
         add_smooth_normals(&mut whole, CREASE_ANGLE, self.context.jobs);
         let unpainted = paint(&mut whole, &mut drawn, &looking);
@@ -132,21 +129,22 @@ impl Builder<'_> {
         let (mut missing, mut approximate) = (0_u64, false);
         for (k, &(t, painted)) in drawn.iter().enumerate() {
             let look = looking.of(t as usize, painted);
-            let number = *numbers.entry(look.key).or_insert_with(|| {
+            let number = *numbers.entry(look.key).or_insert(parts.len());
+            if number == parts.len() {
                 parts.push((look.key, Part::default()));
-                parts.len() - 1
-            });
-            let part = &mut parts[number].1;
-            part.triangles.push([t, k as u32]);
-            part.colored |= look.corners.iter().any(|corner| corner.color != [1.0; 4]);
-            missing += u64::from(look.missing);
+            }
+            if let Some((_, part)) = parts.get_mut(number) {
+                part.triangles.push([t, k as u32]);
+                part.colored |= look.corners.iter().any(|corner| corner.color != [1.0; 4]);
+            }
+            missing = missing.saturating_add(look.missing.into());
             approximate |= look.approximate;
         }
         let mut cutter = Cutter::new(&whole);
         let mut cut = Vec::with_capacity(parts.len());
         for (key, part) in &parts {
             let textured = matches!(key, Key::Painted { texture: Some(_), .. });
-            let corners = 3 * part.triangles.len() as u64;
+            let corners = (part.triangles.len() as u64).saturating_mul(3);
             check_mesh(self.context, self.package.triangles, self.package.vertices)?;
             if textured || part.colored {
                 self.budget.charge(|| format!("3MF: the colours of object {object}"), corners, 48)?;
@@ -194,61 +192,40 @@ impl Builder<'_> {
 /// Cuts a mesh into parts.
 struct Cutter<'a> {
     whole: &'a MeshData,
-    /// For each vertex the part that used it last, and its first copy in that.
-    owner: Vec<u32>,
-    first: Vec<u32>,
-    parts: u32,
+    /// The vertices of the part at work: those of all with what they have of their own.
+    own: Variants<Corner>,
 }
 
 impl<'a> Cutter<'a> {
     fn new(whole: &'a MeshData) -> Self {
-        let vertices = whole.positions.len();
-        Self { whole, owner: vec![NONE; vertices], first: vec![NONE; vertices], parts: 0 }
+        Self { whole, own: Variants::new(whole.positions.len(), SEARCHED) }
     }
 
     /// The triangles of a part over vertices of their own.
     fn cut(&mut self, part: &Part, textured: bool, corners: impl Fn(u32) -> [Corner; 3]) -> MeshData {
-        let number = self.parts;
-        self.parts += 1;
+        self.own.clear();
         let mut out = MeshData::default();
         out.triangles.reserve_exact(part.triangles.len());
         let varied = textured || part.colored;
-        // Of each vertex of the part, what it has of its own, and the next copy of the same vertex.
-        let mut own: Vec<(Corner, u32)> = Vec::new();
         for &[t, k] in &part.triangles {
             let looks = if varied { corners(t) } else { Look::of(Key::Plain).corners };
-            let mut triangle = [0; 3];
-            for ((out_vertex, &vertex), corner) in
-                triangle.iter_mut().zip(&self.whole.triangles[k as usize]).zip(looks)
-            {
-                let v = vertex as usize;
-                if self.owner[v] != number {
-                    self.owner[v] = number;
-                    self.first[v] = NONE;
-                }
-                let mut at = self.first[v];
-                for _ in 0..SEARCHED {
-                    if at == NONE || own[at as usize].0 == corner {
-                        break;
-                    }
-                    at = own[at as usize].1;
-                }
-                if at == NONE || own[at as usize].0 != corner {
-                    at = own.len() as u32;
-                    own.push((corner, self.first[v]));
-                    self.first[v] = at;
-                    out.positions.push(self.whole.positions[v]);
+            let Some(&(mut triangle)) = self.whole.triangles.get(k as usize) else { break };
+            for (vertex, corner) in triangle.iter_mut().zip(looks) {
+                let v = *vertex as usize;
+                let Some((number, is_new)) = self.own.number(v, corner) else { break };
+                if is_new {
+                    out.positions.extend(self.whole.positions.get(v));
                     out.normals.extend(self.whole.normals.get(v));
                 }
-                *out_vertex = at;
+                *vertex = number;
             }
             out.triangles.push(triangle);
         }
         if part.colored {
-            out.colors = own.iter().map(|(corner, _)| corner.color).collect();
+            out.colors = self.own.values().map(|corner| corner.color).collect();
         }
         if textured {
-            out.uvs[0] = own.iter().map(|(corner, _)| corner.uv).collect();
+            out.uvs[0] = self.own.values().map(|corner| corner.uv).collect();
         }
         out
     }

@@ -1,7 +1,7 @@
 //! Property groups: base materials of the core, and colours, textures, mixtures and layers of the materials extension.
 
 use super::xml::{Tag, Xml, index};
-use crate::color::srgb::SRGB8_TO_LINEAR;
+use crate::color::srgb::srgb8_to_linear;
 use crate::load::LoadError;
 use crate::load::budget::Budget;
 use crate::load::text::float;
@@ -95,9 +95,12 @@ pub(super) fn color(text: &str) -> Option<[f32; 4]> {
     if !matches!(digits.len(), 6 | 8) || !digits.bytes().all(|b| b.is_ascii_hexdigit()) {
         return None;
     }
-    let code = |k: usize| u8::from_str_radix(digits.get(2 * k..2 * k + 2)?, 16).ok();
-    let channel = |k: usize| code(k).map(|code| SRGB8_TO_LINEAR[usize::from(code)]);
-    Some([channel(0)?, channel(1)?, channel(2)?, code(3).map_or(1.0, |code| f32::from(code) / 255.0)])
+    let pairs = digits.as_bytes().chunks_exact(2);
+    let mut codes =
+        pairs.map(|pair| std::str::from_utf8(pair).ok().and_then(|pair| u8::from_str_radix(pair, 16).ok()));
+    let mut next = || codes.next().flatten();
+    let [r, g, b] = [next()?, next()?, next()?].map(srgb8_to_linear);
+    Some([r, g, b, next().map_or(1.0, |code| f32::from(code) / 255.0)])
 }
 
 /// White, for what names no colour that can be read.
@@ -120,8 +123,10 @@ impl Groups {
         budget: &mut Budget,
     ) -> Result<(), LoadError> {
         let Some(id) = tag.number("id") else { return Ok(()) };
-        let mut charge =
-            |bytes: usize| budget.charge(|| format!("3MF: property group {id}"), bytes as u64 + MEMBER, 1);
+        let mut charge = |bytes: usize| {
+            let bytes = MEMBER.saturating_add(bytes as u64);
+            budget.charge(|| format!("3MF: property group {id}"), bytes, 1)
+        };
         let color_of = |tag: &Tag<'_>, name| tag.attribute(name).and_then(|text| color(&text));
         let members = match tag.name() {
             "basematerials" => {
@@ -155,7 +160,7 @@ impl Groups {
             }
             "compositematerials" => {
                 let text = tag.attribute("matindices").unwrap_or_default();
-                charge(20 * text.len())?;
+                charge(text.len().saturating_mul(20))?;
                 // The group of the constituents comes first (core specification, 3.4).
                 let bases = match tag.number("matid").and_then(|id| self.groups.get(&id)) {
                     Some(Group { members: Members::Bases(bases), .. }) => &bases[..],
@@ -177,7 +182,7 @@ impl Groups {
             }
             "multiproperties" => {
                 let groups = tag.attribute("pids").unwrap_or_default();
-                charge(4 * groups.len())?;
+                charge(groups.len().saturating_mul(4))?;
                 let mut groups = indices(&groups);
                 groups.truncate(LAYERS);
                 let blends = tag.attribute("blendmethods").unwrap_or_default();
@@ -186,7 +191,7 @@ impl Groups {
                 let mut places = Vec::new();
                 xml.children(|_, tag| {
                     let text = tag.attribute("pindices").unwrap_or_default();
-                    charge(4 * text.len())?;
+                    charge(text.len().saturating_mul(4))?;
                     let mut place = indices(&text);
                     place.truncate(groups.len());
                     places.push(place);
@@ -300,13 +305,10 @@ pub(super) struct Layered {
 /// taken to be opaque.
 pub(super) fn layered(layers: &[Option<[f32; 4]>], blends: &[Blend], first_is_material: bool) -> Layered {
     let mut out = Layered { color: WHITE, texture: None, approximate: false };
-    for (k, layer) in layers.iter().enumerate() {
-        // The method beside the first layer is left out, and a material has none either.
-        let blend = match k {
-            0 => Blend::Mix,
-            1 if first_is_material => Blend::Mix,
-            _ => blends.get(k - 1).copied().unwrap_or(Blend::Mix),
-        };
+    // There is no method beside the first layer, and that beside a material does not count.
+    let blends = std::iter::once(&Blend::Mix).chain(blends).chain(std::iter::repeat(&Blend::Mix));
+    for (k, (layer, &blend)) in layers.iter().zip(blends).enumerate() {
+        let blend = if k == 1 && first_is_material { Blend::Mix } else { blend };
         match (layer, blend) {
             (None, Blend::Mix) => {
                 out.color = WHITE;
@@ -319,7 +321,9 @@ pub(super) fn layered(layers: &[Option<[f32; 4]>], blends: &[Blend], first_is_ma
             (Some(color), Blend::Multiply) => {
                 // Upon a material the alpha of what was blended so far counts too.
                 out.approximate |= first_is_material;
-                (0..3).for_each(|c| out.color[c] *= color[c]);
+                for (seen, channel) in out.color.iter_mut().zip(color).take(3) {
+                    *seen *= channel;
+                }
             }
             (Some(color), Blend::Mix) => {
                 let alpha = if k == 0 { 1.0 } else { color[3] };
@@ -328,7 +332,9 @@ pub(super) fn layered(layers: &[Option<[f32; 4]>], blends: &[Blend], first_is_ma
                     out.color = [color[0], color[1], color[2], 1.0];
                 } else {
                     out.approximate |= out.texture.is_some() && alpha > 0.0;
-                    (0..3).for_each(|c| out.color[c] = color[c] * alpha + out.color[c] * (1.0 - alpha));
+                    for (seen, channel) in out.color.iter_mut().zip(color).take(3) {
+                        *seen = channel * alpha + *seen * (1.0 - alpha);
+                    }
                 }
             }
         }

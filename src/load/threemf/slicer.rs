@@ -199,18 +199,17 @@ fn volume<'a>(xml: &mut Xml<'a>, tag: &Tag<'a>) -> Result<Option<Volume>, LoadEr
 
 /// `; filament_colour = #FF8000;#DB5182`. `extruder_colour`, where it is set, is how the printer shows it.
 fn filaments_of_lines(text: &str) -> Vec<[f32; 4]> {
-    let mut found: [Vec<Option<[f32; 4]>>; 2] = Default::default();
+    let (mut extruders, mut filaments) = (Vec::new(), Vec::new());
     for line in text.lines() {
         let Some((key, values)) = line.trim_start_matches([';', ' ']).split_once('=') else { continue };
-        let place = match key.trim() {
-            "extruder_colour" => 0,
-            "filament_colour" => 1,
+        let found = match key.trim() {
+            "extruder_colour" => &mut extruders,
+            "filament_colour" => &mut filaments,
             _ => continue,
         };
         let of_text = |value: &str| color(value.trim().trim_matches('"'));
-        found[place] = values.split(';').take(FILAMENTS).map(of_text).collect();
+        *found = values.split(';').take(FILAMENTS).map(of_text).collect();
     }
-    let [extruders, filaments] = found;
     let count = extruders.len().max(filaments.len());
     let at = |list: &[Option<[f32; 4]>], k: usize| list.get(k).copied().flatten();
     let colors = (0..count).map(|k| at(&extruders, k).or_else(|| at(&filaments, k)));

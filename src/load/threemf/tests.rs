@@ -310,7 +310,7 @@ fn slicers_mark_what_is_no_object() {
     let four = "<triangle v1=\"0\" v2=\"1\" v3=\"2\"/><triangle v1=\"0\" v2=\"3\" v3=\"1\"/>\
                 <triangle v1=\"0\" v2=\"2\" v3=\"3\"/><triangle v1=\"3\" v2=\"2\" v3=\"1\"/>";
     let root =
-        model(&format!("<object id=\"1\">{}</object>", mesh(four)), "<item objectid=\"1\" printable=\"1\"/>");
+        model(&format!("<object id=\"1\">{}</object>", mesh(four)), "<item objectid=\"1\" printable=\"0\"/>");
     let config = "<?xml version=\"1.0\"?><config><object id=\"1\" instances_count=\"1\"><metadata type=\"object\" \
         key=\"extruder\" value=\"2\"/><volume firstid=\"0\" lastid=\"0\"><metadata type=\"volume\" key=\"extruder\" \
         value=\"0\"/></volume><volume firstid=\"1\" lastid=\"2\"><metadata key=\"volume_type\" \

@@ -22,10 +22,9 @@ pub(super) fn text_of<'a>(
     budget: &mut Budget,
 ) -> Result<Cow<'a, str>, LoadError> {
     let what = || format!("part {}", quoted(part.as_bytes()));
-    let units = |from: fn([u8; 2]) -> u16| bytes[2..].as_chunks::<2>().0.iter().map(move |&b| from(b));
-    let from = match bytes {
-        [0xff, 0xfe, ..] => u16::from_le_bytes,
-        [0xfe, 0xff, ..] => u16::from_be_bytes,
+    let (units, from): (_, fn([u8; 2]) -> u16) = match bytes {
+        [0xff, 0xfe, units @ ..] => (units, u16::from_le_bytes),
+        [0xfe, 0xff, units @ ..] => (units, u16::from_be_bytes),
         _ => {
             let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
             return match std::str::from_utf8(bytes) {
@@ -38,7 +37,8 @@ pub(super) fn text_of<'a>(
         }
     };
     budget.charge(what, bytes.len() as u64, 2)?;
-    Ok(char::decode_utf16(units(from)).map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER)).collect())
+    let units = units.as_chunks().0.iter().map(|&unit| from(unit));
+    Ok(char::decode_utf16(units).map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER)).collect())
 }
 
 /// An opening tag.
@@ -105,7 +105,7 @@ pub(super) fn index(text: &str) -> Option<u32> {
         if digit > 9 {
             return None;
         }
-        value = value * 10 + u64::from(digit);
+        value = value.checked_mul(10)?.checked_add(digit.into())?;
     }
     u32::try_from(value).ok().filter(|&v| v <= i32::MAX as u32)
 }
@@ -132,7 +132,8 @@ impl<'a> Xml<'a> {
     /// An error at the place that has been reached.
     pub(super) fn error(&self, message: impl std::fmt::Display) -> LoadError {
         let at = usize::try_from(self.reader.buffer_position()).unwrap_or(usize::MAX);
-        let (part, line) = (quoted(self.part.as_bytes()), line_of(self.text.as_bytes(), at));
+        let text = self.text.as_bytes();
+        let (part, line) = (quoted(self.part.as_bytes()), line_of(text, text.get(at..).unwrap_or_default()));
         LoadError::malformed(FORMAT, format!("part {part}, line {line}: {message}"))
     }
 
@@ -140,7 +141,7 @@ impl<'a> Xml<'a> {
         match self.reader.read_event() {
             Ok(Event::DocType(_)) => Err(self.error("document type definitions are not allowed")),
             Ok(Event::Start(tag)) => {
-                self.depth += 1;
+                self.depth = self.depth.saturating_add(1);
                 self.empty = false;
                 if self.depth > DEEPEST {
                     return Err(self.error(format!("elements nest deeper than {DEEPEST}")));
