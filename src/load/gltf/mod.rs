@@ -9,19 +9,35 @@
 //! What comes out of that is a [`Rig`]: it makes the scene in the pose of the file or at a time of one animation, with
 //! vertices moved by morph targets and skins. Nothing is read or decoded again for another time.
 
+// Whatever a file says, nothing here panics: there is no operation that could.
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::indexing_slicing,
+        clippy::arithmetic_side_effects,
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::unreachable
+    )
+)]
+
 mod accessor;
 mod angle;
 mod animation;
+mod attributes;
 mod buffers;
 mod camera;
 mod container;
 mod deform;
 mod draco;
 mod extensions;
+mod flat;
 mod hierarchy;
 mod instancing;
 mod json;
 mod light;
+mod list;
 mod material;
 mod mesh;
 mod meshopt;
@@ -31,6 +47,7 @@ mod pointer;
 mod pose;
 mod rig;
 mod sample;
+mod shape;
 mod skin;
 mod source;
 mod surface;
@@ -48,19 +65,22 @@ use super::warnings::Warnings;
 use super::{AnimationInfo, Context, LoadError, LoadOptions};
 use crate::limits::Limits;
 use crate::scene::{Material, Scene, Texture, TextureId};
+use accessor::Pick;
 use animation::{Animation, Channels};
 use buffers::Buffers;
 use deform::Usage;
-use hierarchy::Tree;
-use mesh::{Geometry, Shape};
-use model::{Index, Root};
+use hierarchy::{Content, Tree};
+use list::Index;
+use mesh::Geometry;
+use model::Root;
 use pointer::Target;
-use rig::{Draw, Drawn, Draws, PoseKey, Weights};
+use rig::{Draw, Drawn, PoseKey, Weights};
+use shape::{Shape, Topological};
 use skin::Skin;
 use source::{Shared, Source};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex};
 use texture::{Encoded, Textures};
 
 /// The format in messages.
@@ -192,8 +212,8 @@ struct Loader<'a> {
     warnings: Warnings,
     buffers: Buffers<'a>,
     textures: Textures,
-    /// Used materials in the order of first use, with provisional texture ids.
-    materials: Vec<Material>,
+    /// Used materials in the order of first use, with their numbers in the file and provisional texture ids.
+    materials: Vec<(Option<usize>, Material)>,
     /// Number in the file (`None`: the default material) to place.
     material_places: BTreeMap<(Option<usize>, bool), usize>,
     /// Used geometries in the order of first use.
@@ -204,64 +224,59 @@ struct Loader<'a> {
 }
 
 impl Loader<'_> {
-    /// Finds what the nodes draw, and makes sure that it is within the limits. Also gives the places of all nodes that
-    /// show something.
+    /// Finds what the nodes draw, and makes sure that it is within the limits. Also gives all nodes that show something.
     fn plan(
         &mut self,
         tree: &mut Tree,
         channels: Option<&Channels>,
-    ) -> Result<(Draws, Vec<usize>), LoadError> {
+    ) -> Result<(Vec<Drawn>, Vec<Content>), LoadError> {
+        let root = self.root;
         let targets: BTreeSet<Target> = channels.into_iter().flat_map(Channels::targets).collect();
-        let contents = tree.contents(self.root, |node| targets.contains(&Target::Visible(node)));
-        let usages = self.usages(tree, &contents, &targets);
-        let mut draws = Draws::default();
-        let mut known: Vec<Option<usize>> = vec![None; self.root.meshes.len()];
+        let contents = tree.contents(root, |node| targets.contains(&Target::Visible(node)))?;
+        let usages = usages(root, &contents, &targets)?;
+        let mut draws = Vec::new();
+        // The draws of meshes, by their numbers in the file.
+        let mut known: BTreeMap<usize, Arc<[Draw]>> = BTreeMap::new();
         let (mut triangles, mut instances) = (0u64, 0u64);
-        for &place in &contents {
-            let k = tree.node(place);
-            let node = &self.root.nodes[k];
-            let name = || model::label::<model::Node>(k, node.name.as_deref());
+        for &content in &contents {
+            let k = content.node;
+            let node = root.nodes.at(k)?;
+            let name = || root.nodes.label(k);
             if let Some((index, camera)) =
-                node.camera.and_then(|k| Some((k.get(), self.root.cameras.get(k.get())?)))
+                node.camera.and_then(|k| Some((k.get(), root.cameras.get(k.get())?)))
             {
                 camera::charge(camera, index, &mut self.budget)?;
             }
             let Some(mesh) = node.mesh else { continue };
             let mesh = mesh.get();
-            let Some(slot) = known.get(mesh) else {
+            let Some(usage) = usages.get(mesh) else {
                 return Err(LoadError::malformed(FORMAT, format!("{}: there is no mesh {mesh}", name())));
             };
-            let drawn = match slot {
-                Some(drawn) => *drawn,
+            let list = match known.get(&mesh) {
+                Some(list) => Arc::clone(list),
                 None => {
-                    let planned = self.plan_mesh(mesh, &usages[mesh])?;
-                    draws.meshes.push(planned);
-                    known[mesh] = Some(draws.meshes.len() - 1);
-                    draws.meshes.len() - 1
+                    let list: Arc<[Draw]> = self.plan_mesh(mesh, usage)?.into();
+                    known.insert(mesh, Arc::clone(&list));
+                    list
                 }
             };
-            let list = &draws.meshes[drawn];
             let mut copies = match node.extensions.as_deref().and_then(|e| e.instancing.as_ref()) {
                 None => None,
-                Some(given) => Some(instancing::read(
-                    self.root,
-                    k,
-                    given,
-                    &mut self.buffers,
-                    self.context,
-                    &mut self.budget,
-                )?),
+                Some(given) => {
+                    Some(instancing::read(root, k, given, &mut self.buffers, self.context, &mut self.budget)?)
+                }
             };
             let mut skin = None;
             if let Some(index) = node.skin {
                 let index = index.get();
-                if index >= self.root.skins.len() {
+                if index >= root.skins.len() {
                     return Err(LoadError::malformed(
                         FORMAT,
                         format!("{}: there is no skin {index}", name()),
                     ));
                 }
-                if list.iter().any(|draw| self.geometries[draw.geometry].has_joints()) {
+                let mut geometries = list.iter().filter_map(|draw| self.geometries.get(draw.geometry));
+                if geometries.any(Geometry::has_joints) {
                     skin = Some(index);
                     self.read_skin(index, tree)?;
                     if copies.as_ref().is_some_and(|copies| copies.len() > 1) {
@@ -273,7 +288,8 @@ impl Loader<'_> {
             let own = !node.weights.is_empty() || targets.contains(&Target::Weights(k));
             let weights = if own { Weights::Node(k, mesh) } else { Weights::Mesh(mesh) };
             let count = copies.as_ref().map_or(1, |copies| copies.len() as u64);
-            let each: u64 = list.iter().map(|draw| self.geometries[draw.geometry].triangles).sum();
+            let geometries = list.iter().filter_map(|draw| self.geometries.get(draw.geometry));
+            let each = geometries.map(|geometry| geometry.triangles).fold(0, u64::saturating_add);
             triangles = triangles.saturating_add(each.saturating_mul(count));
             instances = instances.saturating_add(count.saturating_mul(list.len() as u64));
             Limits::check(
@@ -282,41 +298,10 @@ impl Loader<'_> {
                 self.context.limits.triangles,
                 "triangles",
             )?;
-            draws.nodes.push(Drawn { place, mesh: drawn, copies, skin, weights });
+            draws.push(Drawn { node: content, mesh: list, copies, skin, weights });
         }
         self.budget.charge(|| "instances".to_owned(), instances, INSTANCE_BYTES)?;
         Ok((draws, contents))
-    }
-
-    /// How the nodes of the scene use each mesh.
-    fn usages(&self, tree: &Tree, contents: &[usize], targets: &BTreeSet<Target>) -> Vec<Usage> {
-        let root = self.root;
-        let mut usages: Vec<Usage> = root.meshes.iter().map(|_| Usage::default()).collect();
-        // Weights that many nodes share are looked at once.
-        let mut whole = vec![false; usages.len()];
-        let mut own = vec![false; usages.len()];
-        let nonzero = |weights: &[f64]| -> Vec<usize> {
-            (0..weights.len()).filter(|&k| pose::stored(weights, k) != 0.0).collect()
-        };
-        for &place in contents {
-            let k = tree.node(place);
-            let node = &root.nodes[k];
-            let Some(mesh) = node.mesh.map(Index::get).filter(|&mesh| mesh < usages.len()) else { continue };
-            let usage = &mut usages[mesh];
-            usage.skinned |= node.skin.is_some();
-            let animated = targets.contains(&Target::Weights(k))
-                || node.weights.is_empty() && targets.contains(&Target::MeshWeights(mesh));
-            if animated {
-                if !std::mem::replace(&mut whole[mesh], true) {
-                    usage.targets.extend(0..Target::MeshWeights(mesh).width(root));
-                }
-            } else if !node.weights.is_empty() {
-                usage.targets.extend(nonzero(&node.weights));
-            } else if !std::mem::replace(&mut own[mesh], true) {
-                usage.targets.extend(nonzero(&root.meshes[mesh].weights));
-            }
-        }
-        usages
     }
 
     fn read_skin(&mut self, index: usize, tree: &mut Tree) -> Result<(), LoadError> {
@@ -347,14 +332,14 @@ impl Loader<'_> {
     fn plan_mesh(&mut self, mesh: usize, usage: &Usage) -> Result<Vec<Draw>, LoadError> {
         let root = self.root;
         let mut draws = Vec::new();
-        for (k, primitive) in root.meshes[mesh].primitives.iter().enumerate() {
+        for (k, primitive) in root.meshes.at(mesh)?.primitives.iter().enumerate() {
             let material = variant::material(primitive, self.variant).map(Index::get);
             if let Some(missing) = material.filter(|&m| m >= root.materials.len()) {
                 let name = mesh::name(root, mesh, k);
                 return Err(LoadError::malformed(FORMAT, format!("{name}: there is no material {missing}")));
             }
             let material = self.plan_material(material, mesh::is_unlit(primitive))?;
-            let tangents_for = tangent_set(&self.materials[material]);
+            let tangents_for = self.materials.get(material).and_then(|(_, material)| tangent_set(material));
             let planned = mesh::plan(
                 root,
                 (mesh, k),
@@ -370,9 +355,10 @@ impl Loader<'_> {
                 Some(&known) => known,
                 None => {
                     geometry.charge_triangles(root, &mut self.budget)?;
+                    let place = self.geometries.len();
                     self.geometries.push(geometry);
-                    self.sources.insert(source, self.geometries.len() - 1);
-                    self.geometries.len() - 1
+                    self.sources.insert(source, place);
+                    place
                 }
             };
             draws.push(Draw { geometry, material });
@@ -389,17 +375,18 @@ impl Loader<'_> {
         self.budget.charge(|| "materials".to_owned(), 2, size_of::<Material>() as u64)?;
         let mut material = match index {
             None => material::default_material(),
-            Some(index) => material::convert(self.root, index, &mut self.textures, &mut self.warnings),
+            Some(index) => material::convert(self.root, index, &mut self.textures, &mut self.warnings)?,
         };
         material.unlit |= unlit;
-        self.materials.push(material);
-        self.material_places.insert((index, unlit), self.materials.len() - 1);
-        Ok(self.materials.len() - 1)
+        let place = self.materials.len();
+        self.materials.push((index, material));
+        self.material_places.insert((index, unlit), place);
+        Ok(place)
     }
 
     /// Decodes images and reads primitives.
     #[allow(clippy::type_complexity)]
-    fn read(&mut self, draws: &Draws) -> Result<(Vec<Option<Texture>>, Vec<Shape>), LoadError> {
+    fn read(&mut self, draws: &[Drawn]) -> Result<(Vec<Option<Texture>>, Vec<Shape>), LoadError> {
         let (root, jobs) = (self.root, self.context.jobs);
         let encoded = self.textures.fetch(
             root,
@@ -413,14 +400,16 @@ impl Loader<'_> {
 
         // As many at a time as what they take for a while fits into what is left.
         let mut connected = Vec::with_capacity(geometries.len());
-        while connected.len() < geometries.len() {
-            let (start, mut transient) = (connected.len(), 0u64);
-            let fits = geometries[start..].iter().take_while(|geometry| {
+        let mut rest = geometries.as_slice();
+        while !rest.is_empty() {
+            let mut transient = 0u64;
+            let fits = rest.iter().take_while(|geometry| {
                 transient = transient.saturating_add(geometry.transient_bytes());
                 transient <= self.budget.left()
             });
-            let count = fits.count().max(1);
-            connected.extend(jobs.map(count, |k| geometries[start + k].read_triangles(root, buffers)));
+            let (now, later) = rest.split_at_checked(fits.count().max(1)).unwrap_or((rest, &[]));
+            connected.extend(jobs.map_each(now, |geometry| geometry.read_triangles(root, buffers)));
+            rest = later;
         }
         let mut vertices = 0;
         let mut picks = Vec::with_capacity(geometries.len());
@@ -431,57 +420,60 @@ impl Loader<'_> {
             picks.push((topological, pick));
         }
         let mut posed: BTreeSet<PoseKey> = BTreeSet::new();
-        for drawn in &draws.nodes {
-            for draw in &draws.meshes[drawn.mesh] {
-                let geometry = &geometries[draw.geometry];
+        for drawn in draws {
+            for draw in drawn.mesh.iter() {
+                let (Some(geometry), Some((_, pick))) =
+                    (geometries.get(draw.geometry), picks.get(draw.geometry))
+                else {
+                    continue;
+                };
                 let skin = drawn.skin.filter(|_| geometry.has_joints());
                 let weights = geometry.has_targets().then_some(drawn.weights);
                 if (skin.is_some() || weights.is_some()) && posed.insert((draw.geometry, skin, weights)) {
-                    let pick = &picks[draw.geometry].1;
                     geometry.charge_pose(root, pick, &mut vertices, self.context.limits, &mut self.budget)?;
                 }
             }
         }
-        // Each is taken out by the one job that reads it.
-        let picked: Vec<_> = picks.into_iter().map(|both| Mutex::new(Some(both))).collect();
-
         // Images first: they take longest.
-        let results = jobs.map(encoded.len() + geometries.len(), |k| match encoded.get(k) {
-            Some(encoded) => Part::Image(encoded.decode(buffers)),
-            None => {
-                let k = k - encoded.len();
-                let taken = picked[k].lock().map_or(None, |mut slot| slot.take());
+        let images = encoded.iter().map(Work::Image);
+        let picked = geometries.iter().zip(picks);
+        let meshes = picked.map(|(geometry, picked)| Work::Mesh(geometry, Mutex::new(Some(picked))));
+        let work: Vec<Work<'_>> = images.chain(meshes).collect();
+        let results = jobs.map_each(&work, |work| match work {
+            Work::Image(encoded) => Part::Image(
+                encoded
+                    .decode(buffers)
+                    .map_err(|message| format!("{}: {message}; drawn without it", encoded.what)),
+            ),
+            Work::Mesh(geometry, picked) => {
+                let taken = picked.lock().map_or(None, |mut slot| slot.take());
                 let mut repaired = Vec::new();
                 let mesh = match taken {
                     Some((topological, pick)) => {
-                        geometries[k].read(root, buffers, topological, &pick, &mut repaired)
+                        geometry.read(root, buffers, topological, &pick, &mut repaired)
                     }
                     None => Err(LoadError::malformed(FORMAT, "a primitive was read twice")),
                 };
                 Part::Mesh(Box::new(mesh), repaired)
             }
         });
-        self.collect(&encoded, results)
+        self.collect(results)
     }
 
     #[allow(clippy::type_complexity)]
-    fn collect(
-        &mut self,
-        encoded: &[Encoded],
-        results: Vec<Part>,
-    ) -> Result<(Vec<Option<Texture>>, Vec<Shape>), LoadError> {
+    fn collect(&mut self, results: Vec<Part>) -> Result<(Vec<Option<Texture>>, Vec<Shape>), LoadError> {
         let mut textures: Vec<Option<Texture>> = (0..self.textures.count()).map(|_| None).collect();
         let mut meshes = Vec::with_capacity(self.geometries.len());
-        for (k, result) in results.into_iter().enumerate() {
+        for result in results {
             match result {
                 Part::Image(Ok(list)) => {
                     for (id, texture) in list {
-                        textures[id as usize] = Some(texture);
+                        if let Some(place) = textures.get_mut(id as usize) {
+                            *place = Some(texture);
+                        }
                     }
                 }
-                Part::Image(Err(message)) => {
-                    self.warnings.add(|| format!("{}: {message}; drawn without it", encoded[k].what));
-                }
+                Part::Image(Err(message)) => self.warnings.add(|| message),
                 Part::Mesh(mesh, repaired) => {
                     meshes.push((*mesh)?);
                     for message in repaired {
@@ -505,18 +497,56 @@ impl Loader<'_> {
             let id = texture.map(|texture| scene.add_texture(texture)).transpose();
             ids.push(id.map_err(LoadError::scene("textures"))?);
         }
-        let mut numbers = vec![None; self.materials.len()];
-        for ((number, _), place) in &self.material_places {
-            numbers[*place] = *number;
-        }
         let mut materials = std::mem::take(&mut self.materials);
-        materials.iter_mut().for_each(|material| material::settle_textures(material, &ids));
-        Ok((scene, numbers.into_iter().zip(materials).collect()))
+        materials.iter_mut().for_each(|(_, material)| material::settle_textures(material, &ids));
+        Ok((scene, materials))
     }
+}
+
+/// How the nodes of the scene use each mesh.
+fn usages(root: &Root, contents: &[Content], targets: &BTreeSet<Target>) -> Result<Vec<Usage>, LoadError> {
+    /// Weights that many nodes share are looked at once.
+    #[derive(Default)]
+    struct Seen {
+        usage: Usage,
+        whole: bool,
+        own: bool,
+    }
+    let mut all: Vec<Seen> = root.meshes.iter().map(|_| Seen::default()).collect();
+    let nonzero = |weights: &[f64]| -> Vec<usize> {
+        (0..weights.len()).filter(|&k| pose::stored(weights, k) != 0.0).collect()
+    };
+    for content in contents {
+        let k = content.node;
+        let node = root.nodes.at(k)?;
+        let Some(mesh) = node.mesh.map(Index::get) else { continue };
+        let (Some(given), Some(seen)) = (root.meshes.get(mesh), all.get_mut(mesh)) else { continue };
+        seen.usage.skinned |= node.skin.is_some();
+        let animated = targets.contains(&Target::Weights(k))
+            || node.weights.is_empty() && targets.contains(&Target::MeshWeights(mesh));
+        if animated {
+            if !std::mem::replace(&mut seen.whole, true) {
+                seen.usage.targets.extend(0..Target::MeshWeights(mesh).width(root));
+            }
+        } else if !node.weights.is_empty() {
+            seen.usage.targets.extend(nonzero(&node.weights));
+        } else if !std::mem::replace(&mut seen.own, true) {
+            seen.usage.targets.extend(nonzero(&given.weights));
+        }
+    }
+    Ok(all.into_iter().map(|seen| seen.usage).collect())
+}
+
+/// What one parallel job does.
+enum Work<'a> {
+    Image(&'a Encoded),
+    /// Its triangles and vertices are taken out by the job that reads it.
+    Mesh(&'a Geometry, Mutex<Option<(Topological, Pick)>>),
 }
 
 /// What one parallel job gives.
 enum Part {
+    /// Or a warning.
     Image(Result<Vec<(u32, Texture)>, String>),
     Mesh(Box<Result<Shape, LoadError>>, Vec<String>),
 }
