@@ -27,15 +27,12 @@ pub(super) fn make_flat(data: &mut MeshData) -> Result<Vec<u32>, LoadError> {
 /// # Errors
 /// [`LoadError::Malformed`] if there was no such vertex.
 pub(super) fn spread<T: Copy>(values: &mut Vec<T>, origins: &[u32]) -> Result<(), LoadError> {
-    if values.is_empty() {
-        return Ok(());
+    let Some(&first) = values.first() else { return Ok(()) };
+    if let Some(missing) = origins.iter().copied().max().filter(|&last| last as usize >= values.len()) {
+        return Err(LoadError::malformed(FORMAT, format!("there is no vertex {missing}")));
     }
-    let mut out = Vec::with_capacity(origins.len());
-    for &origin in origins {
-        let missing = || LoadError::malformed(FORMAT, format!("there is no vertex {origin}"));
-        out.push(*values.get(origin as usize).ok_or_else(missing)?);
-    }
-    *values = out;
+    // All of them are there.
+    *values = origins.iter().map(|&k| values.get(k as usize).copied().unwrap_or(first)).collect();
     Ok(())
 }
 
