@@ -273,6 +273,11 @@ mod tests {
             (curve.times.as_slice(), curve.values.as_slice(), lost),
             (&[1.0, 2.0][..], &[1.0, 5.0][..], 5)
         );
+        // All numbers of a key frame go with it: tangents too.
+        let values = (0..18).map(|v| v as f32).collect();
+        let (spline, lost) = Curve::new(vec![1.0, 0.0, 3.0], values, 2, Interpolation::CubicSpline, false);
+        let spline = spline.unwrap();
+        assert_eq!((spline.at(1.0), spline.at(3.0), lost), (vec![2.0, 3.0], vec![14.0, 15.0], 1));
         let (none, lost) = Curve::new(vec![f32::NAN], vec![0.0], 1, Interpolation::Step, false);
         assert!(none.is_none() && lost == 1);
         assert!(Curve::new(Vec::new(), Vec::new(), 1, Interpolation::Step, false).0.is_none());
