@@ -75,6 +75,14 @@ impl Jobs {
         results.into_iter().flatten().collect()
     }
 
+    /// `f` of every item in their order, computed in parallel.
+    pub fn map_each<'a, I: Sync, T: Send>(&self, items: &'a [I], f: impl Fn(&'a I) -> T + Sync) -> Vec<T> {
+        match &self.pool {
+            Some(pool) if items.len() > 1 => pool.install(|| items.par_iter().map(&f).collect()),
+            _ => items.iter().map(f).collect(),
+        }
+    }
+
     /// Runs `f` on one of the workers, where the other methods begin at once: from any other thread, each of them hands
     /// its work over, sleeps and is woken.
     ///
@@ -191,6 +199,8 @@ mod tests {
         let expected: Vec<usize> = (0..1000).map(|k| k * k).collect();
         for threads in [1, 2, 3, 7] {
             assert_eq!(Jobs::new(threads).map(1000, |k| k * k), expected);
+            let items: Vec<usize> = (0..1000).collect();
+            assert_eq!(Jobs::new(threads).map_each(&items, |k| k * k), expected);
         }
     }
 

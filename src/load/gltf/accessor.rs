@@ -4,11 +4,13 @@
 
 use super::FORMAT;
 use super::buffers::Buffers;
-use super::model::{Accessor, Index, Kind, Root};
+use super::list::Index;
+use super::model::{Accessor, Kind, Root};
 use super::source::{Part, Source};
 use crate::load::budget::Budget;
 use crate::load::{Context, LoadError};
 use std::borrow::Cow;
+use std::num::NonZeroUsize;
 use std::ops::Range;
 
 /// Bytes that are read from a file at a time where they cannot be read to where they stay: few enough for the cache,
@@ -38,7 +40,7 @@ impl Pick {
     /// The place in the picked order of element `index`.
     fn place(&self, index: usize) -> Option<usize> {
         match self {
-            Self::Range(range) => range.contains(&index).then(|| index - range.start),
+            Self::Range(range) => index.checked_sub(range.start).filter(|&place| place < range.len()),
             Self::List(list) => u32::try_from(index).ok().and_then(|index| list.binary_search(&index).ok()),
         }
     }
@@ -75,20 +77,24 @@ impl Component {
             Self::U32 | Self::F32 => 4,
         }
     }
+    /// Bytes of an element of so many numbers; `None` of one without numbers.
+    pub(super) fn element(self, numbers: usize) -> Option<NonZeroUsize> {
+        NonZeroUsize::new(self.size().checked_mul(numbers)?)
+    }
 }
 
 /// Elements at a fixed distance. `bytes` holds them all.
 #[derive(Clone, Copy)]
 struct Strided<'a> {
     bytes: Source<'a>,
-    stride: usize,
+    stride: NonZeroUsize,
 }
 
 /// Elements that replace others.
 struct Replacement<'a> {
     indices: Vec<u32>,
     values: Cow<'a, [u8]>,
-    stride: usize,
+    stride: NonZeroUsize,
 }
 
 /// An accessor whose bytes have been found and whose bounds have been checked.
@@ -135,9 +141,7 @@ pub(super) fn require(
 /// # Errors
 /// [`LoadError::Malformed`] if there is none.
 pub(super) fn get(root: &Root, index: Index) -> Result<&Accessor, LoadError> {
-    root.accessors
-        .get(index.get())
-        .ok_or_else(|| LoadError::malformed(FORMAT, format!("there is no accessor {index}")))
+    root.accessors.at(index.get())
 }
 
 /// Finds the bytes of an accessor and checks that every element lies inside them.
@@ -157,30 +161,31 @@ pub(super) fn resolve<'a>(
         .ok()
         .filter(|&count| u32::try_from(count).is_ok())
         .ok_or_else(|| malformed(format!("a count of {}", accessor.count.0)))?;
-    let element = accessor.kind.components() * component.size();
-    if element == 0 {
-        return Err(malformed("neither scalars nor vectors".to_owned()));
-    }
+    let element = component
+        .element(accessor.kind.components())
+        .ok_or_else(|| malformed("neither scalars nor vectors".to_owned()))?;
     let strided =
-        |view: Option<Index>, offset: u64, count: usize, size: usize, declared: bool, part: &str| {
+        |view: Option<Index>, offset: u64, count: usize, size: NonZeroUsize, declared: bool, part: &str| {
             let Some(view) = view else { return Ok(None) };
             let bytes = buffers.view(view)?;
-            let stride = match root.buffer_views[view.get()].byte_stride {
+            let least = size.get() as u64;
+            let stride = match root.buffer_views.at(view.get())?.byte_stride {
                 Some(stride) if declared && stride.0 != 0 => stride.0,
-                _ => size as u64,
+                _ => least,
             };
-            if stride < size as u64 {
+            if stride < least {
                 return Err(malformed(format!(
                     "byteStride {stride} of bufferView {view} is less than the {size} bytes of an element"
                 )));
             }
-            if count == 0 {
+            let Some(others) = (count as u64).checked_sub(1) else {
                 return Ok(Some(Strided { bytes: Source::Memory(&[]), stride: size }));
-            }
+            };
             // The last element need not fill its stride.
-            let length = (count as u64 - 1).saturating_mul(stride).saturating_add(size as u64);
+            let length = others.saturating_mul(stride).saturating_add(least);
+            let stride = usize::try_from(stride).ok().and_then(NonZeroUsize::new).unwrap_or(size);
             match bytes.slice(offset, length) {
-                Some(bytes) => Ok(Some(Strided { bytes, stride: usize::try_from(stride).unwrap_or(size) })),
+                Some(bytes) => Ok(Some(Strided { bytes, stride })),
                 None => Err(malformed(format!(
                     "{count} {part} from byte {offset} lie outside bufferView {view} of {} bytes",
                     bytes.len()
@@ -196,11 +201,12 @@ pub(super) fn resolve<'a>(
             }
             let replaced = sparse.count.0 as usize;
             let code = sparse.indices.component_type.0;
-            let index_type = Component::new(code)
+            let (index_type, size) = Component::new(code)
                 .filter(|c| matches!(c, Component::U8 | Component::U16 | Component::U32))
+                .and_then(|c| Some((c, c.element(1)?)))
                 .ok_or_else(|| malformed(format!("componentType {code} for sparse indices")))?;
             let at = (sparse.indices.buffer_view, sparse.indices.byte_offset.0);
-            let indices = strided(at.0, at.1, replaced, index_type.size(), false, "sparse indices")?
+            let indices = strided(at.0, at.1, replaced, size, false, "sparse indices")?
                 .ok_or_else(|| malformed("its sparse indices have no bufferView".to_owned()))?;
             let at = (sparse.values.buffer_view, sparse.values.byte_offset.0);
             let values = strided(at.0, at.1, replaced, element, false, "sparse values")?
@@ -217,17 +223,17 @@ pub(super) fn resolve<'a>(
 }
 
 impl<'a> Elements<'a> {
-    /// Elements that lie one after the other. `bytes` holds all of them.
+    /// Elements that lie one after the other. `bytes` holds all of them. `None` of a kind that nothing reads.
     pub(super) fn of_array(
         bytes: &'a [u8],
         count: usize,
         kind: Kind,
         component: Component,
         normalized: bool,
-    ) -> Self {
-        let base =
-            Some(Strided { bytes: Source::Memory(bytes), stride: kind.components() * component.size() });
-        Self { count, kind, component, normalized, base, sparse: None }
+    ) -> Option<Self> {
+        let stride = component.element(kind.components())?;
+        let base = Some(Strided { bytes: Source::Memory(bytes), stride });
+        Some(Self { count, kind, component, normalized, base, sparse: None })
     }
 
     /// Picked elements as floats. `N` must be the number of components.
@@ -259,9 +265,9 @@ impl<'a> Elements<'a> {
         }
         if let Some(sparse) = &self.sparse {
             for (k, &index) in sparse.indices.iter().enumerate() {
-                if let Some(place) = pick.place(index as usize) {
+                if let Some(out) = pick.place(index as usize).and_then(|place| out.get_mut(place)) {
                     let value = from_element(&sparse.values, k, sparse.stride);
-                    self.convert(value, sparse.stride, &mut out[place..=place]);
+                    self.convert(value, sparse.stride, std::slice::from_mut(out));
                 }
             }
         }
@@ -274,8 +280,8 @@ impl<'a> Elements<'a> {
     /// [`LoadError::Io`].
     pub(super) fn integers(&self, out: &mut [u32]) -> Result<(), LoadError> {
         debug_assert_eq!(self.kind, Kind::Scalar);
-        if let Some(Strided { bytes, stride }) = self.base {
-            let (component, size) = (self.component, self.component.size());
+        let component = self.component;
+        if let (Some(Strided { bytes, stride }), Some(size)) = (self.base, component.element(1)) {
             match bytes {
                 Source::Memory(bytes) => read_integers(component, bytes, stride, out),
                 Source::File(part) if is_plain(component == Component::U32, stride, 4) => {
@@ -290,7 +296,7 @@ impl<'a> Elements<'a> {
             for (k, &index) in sparse.indices.iter().enumerate() {
                 if let Some(out) = out.get_mut(index as usize) {
                     let value = from_element(&sparse.values, k, sparse.stride);
-                    read_integers(self.component, value, sparse.stride, std::slice::from_mut(out));
+                    read_integers(component, value, sparse.stride, std::slice::from_mut(out));
                 }
             }
         }
@@ -302,14 +308,13 @@ impl<'a> Elements<'a> {
         &self,
         part: &Part<'_>,
         first: usize,
-        stride: usize,
+        stride: NonZeroUsize,
         out: &mut [[f32; N]],
     ) -> Result<(), LoadError> {
-        if is_plain(self.component == Component::F32, stride, 4 * N) {
-            let start = first as u64 * stride as u64;
-            return part.read(start, bytemuck::cast_slice_mut(out.as_flattened_mut()));
+        if is_plain(self.component == Component::F32, stride, size_of::<[f32; N]>()) {
+            return part.read(place(first, stride), bytemuck::cast_slice_mut(out.as_flattened_mut()));
         }
-        let size = N * self.component.size();
+        let Some(size) = self.component.element(N) else { return Ok(()) };
         pieces(part, first, stride, size, out, |bytes, out| self.convert(bytes, stride, out))
     }
 
@@ -318,40 +323,40 @@ impl<'a> Elements<'a> {
         &self,
         part: &Part<'_>,
         list: &[u32],
-        stride: usize,
+        stride: NonZeroUsize,
         out: &mut [[f32; N]],
     ) -> Result<(), LoadError> {
-        let size = N * self.component.size();
+        let (Some(size), Some(mut first)) = (self.component.element(N), list.first().copied()) else {
+            return Ok(());
+        };
+        let distance = |a: u32, b: u32| (a.abs_diff(b) as usize).saturating_mul(stride.get());
+        let end = |first: u32, last: u32| distance(first, last).saturating_add(size.get());
+        let runs = list.chunk_by(|&before, &next| {
+            let together = distance(before, next) <= GAP && end(first, next) <= PIECE;
+            if !together {
+                first = next;
+            }
+            together
+        });
         let mut bytes = Vec::new();
-        let mut rest = (list, out);
-        while let Some(&first) = rest.0.first() {
-            let place = |k: u32| (k - first) as usize * stride;
-            let mut count = 1;
-            while let Some(&[before, next]) = rest.0.get(count - 1..=count)
-                && place(next) - place(before) <= GAP
-                && place(next) + size <= PIECE
-            {
-                count += 1;
+        let mut out = out.iter_mut();
+        for run in runs {
+            let (Some(&first), Some(&last)) = (run.first(), run.last()) else { continue };
+            bytes.resize(end(first, last), 0);
+            part.read(place(first as usize, stride), &mut bytes)?;
+            for (&k, out) in run.iter().zip(out.by_ref()) {
+                let element = from_element(&bytes, first.abs_diff(k) as usize, stride);
+                self.convert(element, stride, std::slice::from_mut(out));
             }
-            let (list, others) = rest.0.split_at(count);
-            let (out, others_out) = rest.1.split_at_mut(count);
-            bytes.resize(place(list[count - 1]) + size, 0);
-            part.read(u64::from(first) * stride as u64, &mut bytes)?;
-            for (out, &k) in out.iter_mut().zip(list) {
-                self.convert(&bytes[place(k)..], stride, std::slice::from_mut(out));
-            }
-            rest = (others, others_out);
         }
         Ok(())
     }
 
     /// Consecutive elements, from the first byte of the first one.
-    fn convert<const N: usize>(&self, bytes: &[u8], stride: usize, out: &mut [[f32; N]]) {
+    fn convert<const N: usize>(&self, bytes: &[u8], stride: NonZeroUsize, out: &mut [[f32; N]]) {
         match (self.component, self.normalized) {
-            (Component::F32, _) if is_plain(true, stride, 4 * N) => {
-                let out: &mut [u8] = bytemuck::cast_slice_mut(out.as_flattened_mut());
-                let length = out.len().min(bytes.len());
-                out[..length].copy_from_slice(&bytes[..length]);
+            (Component::F32, _) if is_plain(true, stride, size_of::<[f32; N]>()) => {
+                copy_bytes(bytes, bytemuck::cast_slice_mut(out.as_flattened_mut()));
             }
             (Component::F32, _) => copy(bytes, stride, out, f32::from_le_bytes),
             (Component::U8, false) => copy(bytes, stride, out, |[b]: [u8; 1]| f32::from(b)),
@@ -372,31 +377,44 @@ impl<'a> Elements<'a> {
 }
 
 /// True if elements lie in the file as they do in memory.
-fn is_plain(same_type: bool, stride: usize, size: usize) -> bool {
-    same_type && stride == size && cfg!(target_endian = "little")
+fn is_plain(same_type: bool, stride: NonZeroUsize, size: usize) -> bool {
+    same_type && stride.get() == size && cfg!(target_endian = "little")
 }
 
-/// The bytes from element number `first` on.
-fn from_element(bytes: &[u8], first: usize, stride: usize) -> &[u8] {
-    bytes.get(first * stride..).unwrap_or(&[])
+/// Where element number `first` of a file begins. A place that has no number is behind the end of every file.
+fn place(first: usize, stride: NonZeroUsize) -> u64 {
+    (first as u64).saturating_mul(stride.get() as u64)
+}
+
+/// The bytes from element number `first` on; none behind the last element.
+fn from_element(bytes: &[u8], first: usize, stride: NonZeroUsize) -> &[u8] {
+    first.checked_mul(stride.get()).and_then(|start| bytes.get(start..)).unwrap_or(&[])
+}
+
+/// Fills `out` with bytes that are as they stay.
+fn copy_bytes(bytes: &[u8], out: &mut [u8]) {
+    out.iter_mut().zip(bytes).for_each(|(out, byte)| *out = *byte);
 }
 
 /// Reads consecutive elements of `size` bytes from number `first` on, some at a time, and has them converted.
 fn pieces<T>(
     part: &Part<'_>,
     first: usize,
-    stride: usize,
-    size: usize,
+    stride: NonZeroUsize,
+    size: NonZeroUsize,
     out: &mut [T],
     convert: impl Fn(&[u8], &mut [T]),
 ) -> Result<(), LoadError> {
     let count = (PIECE / stride).max(1);
     let mut bytes = Vec::new();
-    for (k, out) in out.chunks_mut(count).enumerate() {
+    let mut start = place(first, stride);
+    for out in out.chunks_mut(count) {
         // The last element need not fill its stride.
-        bytes.resize((out.len() - 1) * stride + size, 0);
-        part.read((first + k * count) as u64 * stride as u64, &mut bytes)?;
+        let others = out.len().saturating_sub(1).saturating_mul(stride.get());
+        bytes.resize(others.saturating_add(size.get()), 0);
+        part.read(start, &mut bytes)?;
         convert(&bytes, out);
+        start = start.saturating_add(place(out.len(), stride));
     }
     Ok(())
 }
@@ -409,11 +427,11 @@ fn signed(value: f32, scale: f32) -> f32 {
 
 fn copy<const N: usize, const S: usize>(
     bytes: &[u8],
-    stride: usize,
+    stride: NonZeroUsize,
     out: &mut [[f32; N]],
     convert: impl Fn([u8; S]) -> f32,
 ) {
-    for (out, element) in out.iter_mut().zip(bytes.chunks(stride)) {
+    for (out, element) in out.iter_mut().zip(bytes.chunks(stride.get())) {
         let (numbers, _) = element.as_chunks::<S>();
         for (out, number) in out.iter_mut().zip(numbers) {
             *out = convert(*number);
@@ -421,33 +439,32 @@ fn copy<const N: usize, const S: usize>(
     }
 }
 
-fn read_integers(component: Component, bytes: &[u8], stride: usize, out: &mut [u32]) {
+fn read_integers(component: Component, bytes: &[u8], stride: NonZeroUsize, out: &mut [u32]) {
     match component {
-        Component::U32 if stride == 4 && cfg!(target_endian = "little") => {
-            let out: &mut [u8] = bytemuck::cast_slice_mut(out);
-            let length = out.len().min(bytes.len());
-            out[..length].copy_from_slice(&bytes[..length]);
-        }
-        Component::U16 if stride == 2 => {
+        Component::U32 if is_plain(true, stride, 4) => copy_bytes(bytes, bytemuck::cast_slice_mut(out)),
+        Component::U16 if stride.get() == 2 => {
             let (numbers, _) = bytes.as_chunks::<2>();
             for (out, number) in out.iter_mut().zip(numbers) {
                 *out = u16::from_le_bytes(*number).into();
             }
         }
-        Component::U8 | Component::I8 => {
-            for (out, element) in out.iter_mut().zip(bytes.chunks(stride)) {
-                *out = element[0].into();
-            }
-        }
+        Component::U8 | Component::I8 => copy_integers(bytes, stride, out, |[byte]| byte.into()),
         Component::U16 | Component::I16 => {
-            for (out, element) in out.iter_mut().zip(bytes.chunks(stride)) {
-                *out = u16::from_le_bytes([element[0], element[1]]).into();
-            }
+            copy_integers(bytes, stride, out, |number| u16::from_le_bytes(number).into());
         }
-        Component::U32 | Component::F32 => {
-            for (out, element) in out.iter_mut().zip(bytes.chunks(stride)) {
-                *out = u32::from_le_bytes([element[0], element[1], element[2], element[3]]);
-            }
+        Component::U32 | Component::F32 => copy_integers(bytes, stride, out, u32::from_le_bytes),
+    }
+}
+
+fn copy_integers<const S: usize>(
+    bytes: &[u8],
+    stride: NonZeroUsize,
+    out: &mut [u32],
+    convert: impl Fn([u8; S]) -> u32,
+) {
+    for (out, element) in out.iter_mut().zip(bytes.chunks(stride.get())) {
+        if let Some(number) = element.first_chunk() {
+            *out = convert(*number);
         }
     }
 }
@@ -455,6 +472,10 @@ fn read_integers(component: Component, bytes: &[u8], stride: usize, out: &mut [u
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn strided(bytes: Source<'_>, stride: usize) -> Option<Strided<'_>> {
+        Some(Strided { bytes, stride: NonZeroUsize::new(stride)? })
+    }
 
     fn elements<'a>(
         bytes: &'a [u8],
@@ -468,7 +489,7 @@ mod tests {
             kind,
             component,
             normalized,
-            base: Some(Strided { bytes: Source::Memory(bytes), stride }),
+            base: strided(Source::Memory(bytes), stride),
             sparse: None,
         }
     }
@@ -535,7 +556,7 @@ mod tests {
             for gap in [0, 3, 4000] {
                 let stride = 3 * component.size() + gap;
                 let memory = elements(&bytes, stride, component, true, Kind::Vec3);
-                let base = Some(Strided { bytes: Source::File(part), stride });
+                let base = strided(Source::File(part), stride);
                 let from_file = Elements { base, sparse: None, ..memory };
                 let count = (bytes.len() - 3 * component.size()) / stride + 1;
                 let last = count as u32 - 1;
@@ -549,7 +570,7 @@ mod tests {
                 }
                 let scalar = |of: Source<'_>| {
                     let stride = component.size() + gap;
-                    let base = Some(Strided { bytes: of, stride });
+                    let base = strided(of, stride);
                     let elements = Elements {
                         count: 0,
                         kind: Kind::Scalar,
@@ -566,7 +587,7 @@ mod tests {
             }
         }
         // What is no longer there is an error.
-        let base = Some(Strided { bytes: Source::File(Part::new(&shared, 399_000, 3000)), stride: 12 });
+        let base = strided(Source::File(Part::new(&shared, 399_000, 3000)), 12);
         let cut = Elements { base, ..elements(&[], 12, Component::F32, false, Kind::Vec3) };
         assert!(matches!(cut.floats::<3>(&Pick::Range(0..250)), Err(LoadError::Io(_))));
     }

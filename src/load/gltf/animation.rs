@@ -6,7 +6,8 @@
 use super::FORMAT;
 use super::accessor::{self, Component, Pick};
 use super::buffers::Buffers;
-use super::model::{self, Index, Kind, Root, label};
+use super::list::{Element, Index, label};
+use super::model::{self, Kind, Root};
 use super::pointer::Target;
 use super::pose::Pose;
 use super::sample::{Curve, Interpolation};
@@ -15,6 +16,7 @@ use crate::load::budget::Budget;
 use crate::load::warnings::Warnings;
 use crate::load::{AnimationInfo, Context, LoadError};
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// What an animation is about to change.
 pub(super) struct Channels {
@@ -26,8 +28,7 @@ pub(super) struct Channels {
 
 /// An animation that can be played.
 pub(super) struct Animation {
-    tracks: Vec<(Target, usize)>,
-    curves: Vec<Curve>,
+    tracks: Vec<(Target, Arc<Curve>)>,
 }
 
 /// The animation with a name, else with a number.
@@ -42,8 +43,9 @@ pub(super) fn choose(root: &Root, chosen: &str) -> Result<usize, LoadError> {
     }
     let names = root.animations.iter().enumerate().take(20);
     let mut known: Vec<String> = names.map(|(k, a)| label::<Named>(k, a.name.as_deref())).collect();
-    if root.animations.len() > known.len() {
-        known.push(format!("and {} more", root.animations.len() - known.len()));
+    let unlisted = root.animations.len().saturating_sub(known.len());
+    if unlisted > 0 {
+        known.push(format!("and {unlisted} more"));
     }
     let known = if known.is_empty() { " none".to_owned() } else { known.join(",") };
     let shown: String = chosen.escape_debug().take(64).collect();
@@ -52,7 +54,7 @@ pub(super) fn choose(root: &Root, chosen: &str) -> Result<usize, LoadError> {
 
 /// For lists of what there is: only the number before the name.
 struct Named;
-impl model::Element for Named {
+impl Element for Named {
     const KIND: &'static str = "";
 }
 
@@ -66,7 +68,7 @@ pub(super) fn channels(
     limits: &Limits,
     warnings: &mut Warnings,
 ) -> Result<Channels, LoadError> {
-    let given = &root.animations[index];
+    let given = root.animations.at(index)?;
     let count = given.channels.len() as u64;
     Limits::check(|| format!("{}: channels", name(root, index)), count, limits.nodes, "nodes")?;
     let mut list: Vec<(usize, Target, Index)> = Vec::new();
@@ -117,7 +119,7 @@ fn target(root: &Root, channel: &model::Channel) -> Result<Option<Target>, Strin
     };
     match target {
         Target::Translation(node) | Target::Rotation(node) | Target::Scale(node)
-            if root.nodes[node].matrix.is_some() =>
+            if root.nodes.get(node).is_some_and(|node| node.matrix.is_some()) =>
         {
             Err(format!("node {node} has a matrix, which cannot be animated"))
         }
@@ -146,16 +148,16 @@ impl Channels {
         budget: &mut Budget,
         warnings: &mut Warnings,
     ) -> Result<Animation, LoadError> {
-        let mut animation = Animation { tracks: Vec::new(), curves: Vec::new() };
+        let mut tracks = Vec::new();
         // What a sampler means depends on what it is for.
-        let mut known: BTreeMap<(Index, usize, bool), Option<usize>> = BTreeMap::new();
+        let mut known: BTreeMap<(Index, usize, bool), Option<Arc<Curve>>> = BTreeMap::new();
         for &(k, target, sampler) in &self.list {
             let width = target.width(root);
             let rotation = matches!(target, Target::Rotation(_));
             // What the channel changes in a pose.
             budget.charge(|| channel_name(root, self.index, k), width as u64, 16)?;
-            let place = match known.get(&(sampler, width, rotation)) {
-                Some(place) => *place,
+            let curve = match known.get(&(sampler, width, rotation)) {
+                Some(curve) => curve.clone(),
                 None => {
                     let channel =
                         Sampled { root, animation: self.index, channel: k, sampler, width, rotation };
@@ -168,20 +170,17 @@ impl Channels {
                         }
                         Err(other) => return Err(other),
                     };
-                    let place = read.map(|curve| {
-                        animation.curves.push(curve);
-                        animation.curves.len() - 1
-                    });
-                    known.insert((sampler, width, rotation), place);
-                    place
+                    let curve = read.map(Arc::new);
+                    known.insert((sampler, width, rotation), curve.clone());
+                    curve
                 }
             };
-            animation.tracks.extend(place.map(|place| (target, place)));
+            tracks.extend(curve.map(|curve| (target, curve)));
         }
-        if animation.tracks.is_empty() {
+        if tracks.is_empty() {
             warnings.add(|| format!("{} changes nothing", name(root, self.index)));
         }
-        Ok(animation)
+        Ok(Animation { tracks })
     }
 }
 
@@ -207,7 +206,7 @@ impl Sampled<'_> {
         let (root, width) = (self.root, self.width);
         let what = || channel_name(root, self.animation, self.channel);
         let malformed = |message: String| LoadError::malformed(FORMAT, message);
-        let given = &root.animations[self.animation].samplers[self.sampler.get()];
+        let given = root.animations.at(self.animation)?.samplers.at(self.sampler.get())?;
         let interpolation = match given.interpolation.as_deref() {
             None | Some("LINEAR") => Interpolation::Linear,
             Some("STEP") => Interpolation::Step,
@@ -221,7 +220,7 @@ impl Sampled<'_> {
             return Err(malformed("its sampler lacks input or output".to_owned()));
         };
         let keys = accessor::get(root, input)?.count.0;
-        let each = width as u64 * if interpolation == Interpolation::CubicSpline { 3 } else { 1 };
+        let each = (width as u64).saturating_mul(interpolation.parts() as u64);
         let stored = accessor::get(root, output)?;
         let numbers = stored.count.0.saturating_mul(stored.kind.components() as u64);
         if numbers != keys.saturating_mul(each) {
@@ -231,7 +230,7 @@ impl Sampled<'_> {
             return Err(malformed("it has no key frames".to_owned()));
         }
         // Read as they are, then as numbers in a row.
-        budget.charge(what, keys.saturating_mul(each + 1), 8)?;
+        budget.charge(what, keys.saturating_mul(each.saturating_add(1)), 8)?;
         for index in [input, output] {
             accessor::require(root, index, buffers, context, budget)?;
         }
@@ -269,14 +268,14 @@ impl Sampled<'_> {
 impl Animation {
     /// The time of the last key frame in seconds.
     pub(super) fn length(&self) -> f64 {
-        self.tracks.iter().map(|(_, k)| self.curves[*k].end()).fold(0.0, |a, b| if b > a { b } else { a })
+        self.tracks.iter().map(|(_, curve)| curve.end()).fold(0.0, |a, b| if b > a { b } else { a })
     }
 
     /// What it has changed at a time.
     pub(super) fn pose(&self, time: f64) -> Pose {
         let mut pose = Pose::default();
         for (target, curve) in &self.tracks {
-            let values = self.curves[*curve].at(time);
+            let values = curve.at(time);
             let three = || values.first_chunk::<3>().copied();
             let weights = || values.iter().map(|&v| v as f32).collect::<Vec<_>>();
             match *target {
@@ -364,7 +363,7 @@ fn end_of(
 
 /// `animation 2 'name'`.
 pub(super) fn name(root: &Root, index: usize) -> String {
-    label::<model::Animation>(index, root.animations[index].name.as_deref())
+    root.animations.label(index)
 }
 
 fn channel_name(root: &Root, index: usize, channel: usize) -> String {

@@ -1,8 +1,9 @@
 //! Where the bytes are: buffers, buffer views and URIs.
 
 use super::FORMAT;
+use super::list::Index;
 use super::meshopt;
-use super::model::{Compressed, Index, Root};
+use super::model::{BufferView, Compressed, Root};
 use super::source::Source;
 use crate::jobs::Jobs;
 use crate::load::budget::Budget;
@@ -68,7 +69,7 @@ impl<'a> Buffers<'a> {
         budget: &mut Budget,
     ) -> Result<(), LoadError> {
         let Some(given) = self.compression(view) else {
-            let index = self.buffer_of(view)?;
+            let (_, index) = self.plain(view)?;
             return self.require_buffer(index, context, budget);
         };
         if self.compressed.contains_key(&view) {
@@ -77,7 +78,7 @@ impl<'a> Buffers<'a> {
         let fail = |message: &dyn fmt::Display| malformed(format!("bufferView {view}: {message}"));
         let layout = meshopt::Layout::new(given.mode, given.filter, given.count.0, given.byte_stride.0)
             .map_err(|message| fail(&message))?;
-        let length = self.root.buffer_views[view.get()].byte_length.0;
+        let length = self.root.buffer_views.at(view.get())?.byte_length.0;
         if length > layout.decoded() {
             return Err(fail(&format_args!("its {length} bytes are more than its compressed data holds")));
         }
@@ -110,7 +111,7 @@ impl<'a> Buffers<'a> {
     fn compressed_source(&self, view: Index, given: &Compressed) -> Result<Source<'_>, LoadError> {
         let buffer = self.compressed_buffer(view, given)?;
         let (start, length) = (given.byte_offset.0, given.byte_length.0);
-        let bytes = self.loaded[buffer].source();
+        let bytes = self.source(buffer);
         bytes.slice(start, length).ok_or_else(|| {
             malformed(format!(
                 "bufferView {view}: {length} compressed bytes from offset {start} lie outside buffer {buffer} of {} \
@@ -134,7 +135,7 @@ impl<'a> Buffers<'a> {
             let decoded = known.layout.decode(&stream);
             decoded.map_err(|message| malformed(format!("bufferView {view}: {message}")))
         };
-        let results = jobs.map(pending.len(), |k| decode(pending[k]));
+        let results = jobs.map_each(&pending, |view| decode(*view));
         for (view, bytes) in pending.into_iter().zip(results) {
             if let Some(known) = self.compressed.get_mut(&view) {
                 known.bytes = bytes?;
@@ -149,10 +150,8 @@ impl<'a> Buffers<'a> {
         context: &Context<'_>,
         budget: &mut Budget,
     ) -> Result<(), LoadError> {
-        if !matches!(self.loaded[index], Loaded::Not) {
-            return Ok(());
-        }
-        let buffer = &self.root.buffers[index];
+        let buffer = self.root.buffers.at(index)?;
+        let Some(loaded @ &mut Loaded::Not) = self.loaded.get_mut(index) else { return Ok(()) };
         let length = buffer.byte_length.0;
         let bytes = match &buffer.uri {
             Some(uri) => Loaded::Own(read_uri(uri, &format!("buffer {index}"), context, budget)?),
@@ -167,7 +166,7 @@ impl<'a> Buffers<'a> {
                 "buffer {index} has {found} bytes where its byteLength says {length}"
             )));
         }
-        self.loaded[index] = bytes;
+        *loaded = bytes;
         Ok(())
     }
 
@@ -181,13 +180,13 @@ impl<'a> Buffers<'a> {
         let mut runs = Vec::new();
         for view in views {
             let own = self.root.buffers.first().is_some_and(|buffer| buffer.uri.is_none());
-            if !own || self.compression(view).is_some() || self.buffer_of(view).ok() != Some(0) {
+            let Ok((found, 0)) = self.plain(view) else { continue };
+            if !own || self.compression(view).is_some() {
                 continue;
             }
-            let view = &self.root.buffer_views[view.get()];
-            let (start, length) = (view.byte_offset.0, view.byte_length.0);
+            let (start, length) = (found.byte_offset.0, found.byte_length.0);
             if length > 0 && binary.slice(start, length).is_some() {
-                runs.push((start, start + length));
+                runs.extend(start.checked_add(length).map(|end| (start, end)));
             }
         }
         runs.sort_unstable();
@@ -199,7 +198,7 @@ impl<'a> Buffers<'a> {
             }
         }
         for (start, end) in merged {
-            if let Some(run) = binary.slice(start, end - start) {
+            if let Some(run) = end.checked_sub(start).and_then(|length| binary.slice(start, length)) {
                 self.held.push((start, run.bytes()?.into_owned()));
             }
         }
@@ -212,13 +211,12 @@ impl<'a> Buffers<'a> {
     /// [`LoadError::Malformed`] if the view lies outside its buffer.
     pub(super) fn view(&self, index: Index) -> Result<Source<'_>, LoadError> {
         if let Some(known) = self.compressed.get(&index) {
-            let length = self.root.buffer_views[index.get()].byte_length.0;
+            let length = self.root.buffer_views.at(index.get())?.byte_length.0;
             let bytes = Source::Memory(&known.bytes).slice(0, length);
             return bytes.ok_or_else(|| malformed(format!("bufferView {index} has not been decompressed")));
         }
-        let buffer = self.buffer_of(index)?;
-        let view = &self.root.buffer_views[index.get()];
-        let bytes = self.loaded[buffer].source();
+        let (view, buffer) = self.plain(index)?;
+        let bytes = self.source(buffer);
         let (start, length) = (view.byte_offset.0, view.byte_length.0);
         let Some(found) = bytes.slice(start, length) else {
             return Err(malformed(format!(
@@ -236,18 +234,22 @@ impl<'a> Buffers<'a> {
     fn held(&self, start: u64, length: u64) -> Option<Source<'_>> {
         let after = self.held.partition_point(|(first, _)| *first <= start);
         let (first, bytes) = self.held.get(after.checked_sub(1)?)?;
-        Source::Memory(bytes).slice(start - first, length)
+        Source::Memory(bytes).slice(start.checked_sub(*first)?, length)
     }
 
-    fn buffer_of(&self, view: Index) -> Result<usize, LoadError> {
-        let Some(found) = self.root.buffer_views.get(view.get()) else {
-            return Err(malformed(format!("there is no bufferView {view}")));
-        };
+    /// A view that is not compressed, and the number of its buffer.
+    fn plain(&self, view: Index) -> Result<(&'a BufferView, usize), LoadError> {
+        let found = self.root.buffer_views.at(view.get())?;
         match found.buffer {
-            Some(buffer) if buffer.get() < self.root.buffers.len() => Ok(buffer.get()),
+            Some(buffer) if buffer.get() < self.root.buffers.len() => Ok((found, buffer.get())),
             Some(buffer) => Err(malformed(format!("bufferView {view}: there is no buffer {buffer}"))),
             None => Err(malformed(format!("bufferView {view} names no buffer"))),
         }
+    }
+
+    /// The bytes of a buffer; none of one that has not been needed so far.
+    fn source(&self, buffer: usize) -> Source<'_> {
+        self.loaded.get(buffer).map_or(Source::Memory(&[]), Loaded::source)
     }
 }
 
@@ -275,8 +277,10 @@ pub(super) fn read_uri(
     context: &Context<'_>,
     budget: &mut Budget,
 ) -> Result<Vec<u8>, LoadError> {
-    if uri.get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case("data:")) {
-        return data_uri(&uri[5..], what, budget);
+    if let Some((scheme, rest)) = uri.split_at_checked(5)
+        && scheme.eq_ignore_ascii_case("data:")
+    {
+        return data_uri(rest, what, budget);
     }
     if uri.len() > LONGEST_PATH {
         return Err(malformed(format!("{what}: its URI has {} bytes", uri.len())));
@@ -320,21 +324,24 @@ fn percent_decode(text: &str) -> String {
 }
 
 fn percent_decode_bytes(text: &str) -> Vec<u8> {
-    let bytes = text.as_bytes();
-    let digit = |at: usize| bytes.get(at).and_then(|&b| char::from(b).to_digit(16));
-    let mut out = Vec::with_capacity(bytes.len());
-    let mut at = 0;
-    while let Some(&byte) = bytes.get(at) {
-        match (byte, digit(at + 1), digit(at + 2)) {
-            (b'%', Some(high), Some(low)) => {
-                out.push((high * 16 + low) as u8);
-                at += 3;
+    let digit = |b: u8| char::from(b).to_digit(16).map(|digit| digit as u8);
+    let mut rest = text.as_bytes();
+    let mut out = Vec::with_capacity(rest.len());
+    while let Some((&byte, others)) = rest.split_first() {
+        rest = others;
+        let decoded = match others {
+            [high, low, behind @ ..] if byte == b'%' => {
+                digit(*high).zip(digit(*low)).map(|(high, low)| (high << 4 | low, behind))
             }
-            _ => {
-                out.push(byte);
-                at += 1;
+            _ => None,
+        };
+        out.push(match decoded {
+            Some((decoded, behind)) => {
+                rest = behind;
+                decoded
             }
-        }
+            None => byte,
+        });
     }
     out
 }

@@ -1,6 +1,7 @@
 //! Cameras in world space.
 
-use super::model::{self, label};
+use super::list::label;
+use super::model;
 use crate::limits::LimitExceeded;
 use crate::load::budget::Budget;
 use crate::load::warnings::Warnings;
@@ -14,7 +15,8 @@ const FIELD: (f64, f64) = (1e-3, std::f64::consts::PI - 1e-3);
 /// # Errors
 /// [`LimitExceeded`] naming the camera.
 pub(super) fn charge(camera: &model::Camera, index: usize, budget: &mut Budget) -> Result<(), LimitExceeded> {
-    let size = size_of::<Camera>() + size_of::<String>() + camera.name.as_ref().map_or(0, String::len);
+    const BYTES: usize = size_of::<Camera>() + size_of::<String>();
+    let size = camera.name.as_ref().map_or(0, String::len).saturating_add(BYTES);
     budget.charge(|| name(camera, index), size as u64, 1)
 }
 
@@ -47,12 +49,13 @@ pub(super) fn add(
     };
     // Far from the origin, a target one metre away would be rounded onto the eye.
     let distance = eye.iter().fold(1.0_f64, |d, v| if v.abs() > d { v.abs() } else { d });
+    let ([x, y, z], [dx, dy, dz]) = (eye, forward);
     let own_name = camera.name.clone().unwrap_or_default();
     let result = scene.add_named_camera(
         own_name,
         Camera {
             eye: eye.map(|v| v as f32),
-            target: std::array::from_fn(|k| (eye[k] + distance * forward[k]) as f32),
+            target: [x + distance * dx, y + distance * dy, z + distance * dz].map(|v| v as f32),
             up: up.map(|v| v as f32),
             projection,
             near: near.clamp(f64::from(Camera::MIN_NEAR), f64::from(MAX_COORDINATE)) as f32,

@@ -21,11 +21,7 @@ pub(super) fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), LoadError> {
         };
     }
     let malformed = |message: String| LoadError::malformed(FORMAT, message);
-    let word = |at: usize| -> Option<u32> {
-        let word = bytes.get(at..at + 4)?;
-        Some(u32::from_le_bytes([word[0], word[1], word[2], word[3]]))
-    };
-    let (Some(version), Some(length)) = (word(4), word(8)) else {
+    let Some(([_, version, length], _)) = words(bytes) else {
         return Err(malformed(format!("the file ends in its header, after {} bytes", bytes.len())));
     };
     if version != 2 {
@@ -34,35 +30,49 @@ pub(super) fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), LoadError> {
             format!("GLB version {version}; only version 2 can be read"),
         ));
     }
-    if u64::from(length) > bytes.len() as u64 {
+    let Some(whole) = usize::try_from(length).ok().and_then(|length| bytes.get(..length)) else {
         return Err(malformed(format!("the file is cut off: {} of {length} bytes are there", bytes.len())));
-    }
-    let bytes = &bytes[..length as usize];
-    let chunk = |at: usize, kind: &[u8; 4], name: &str| -> Result<Option<&[u8]>, LoadError> {
-        let (Some(length), Some(found)) = (word(at), bytes.get(at + 4..at + 8)) else { return Ok(None) };
-        if found != kind {
-            return Ok(None);
-        }
-        let start = at + 8;
-        let end = start as u64 + u64::from(length);
-        match usize::try_from(end).ok().and_then(|end| bytes.get(start..end)) {
-            Some(chunk) => Ok(Some(chunk)),
-            None => Err(malformed(format!(
-                "the {name} chunk claims {length} bytes; {} are left",
-                bytes.len().saturating_sub(start)
-            ))),
-        }
     };
-    let json = chunk(12, b"JSON", "JSON")?
+    let chunks = words::<3>(whole).map_or(&[][..], |(_, chunks)| chunks);
+    let (json, rest) = chunk(chunks, b"JSON", "JSON")?
         .ok_or_else(|| malformed("the first chunk of the container is not JSON".to_owned()))?;
     // Chunks are padded to four bytes.
-    let binary = chunk(20 + json.len().next_multiple_of(4), b"BIN\0", "BIN")?;
-    Ok((without_padding(json), binary))
+    let binary =
+        rest.get(padding(json.len() as u64)..).map(|rest| chunk(rest, b"BIN\0", "BIN")).transpose()?;
+    Ok((without_padding(json), binary.flatten().map(|(binary, _)| binary)))
+}
+
+/// A chunk and what follows it.
+type Parts<'a> = (&'a [u8], &'a [u8]);
+
+/// The chunk at the front; `None` if that is of another kind.
+fn chunk<'a>(bytes: &'a [u8], kind: &[u8; 4], name: &str) -> Result<Option<Parts<'a>>, LoadError> {
+    let Some(([length, found], rest)) = words(bytes) else { return Ok(None) };
+    if found.to_le_bytes() != *kind {
+        return Ok(None);
+    }
+    let parts = usize::try_from(length).ok().and_then(|length| rest.split_at_checked(length));
+    let cut_off = || format!("the {name} chunk claims {length} bytes; {} are left", rest.len());
+    parts.map(Some).ok_or_else(|| LoadError::malformed(FORMAT, cut_off()))
+}
+
+/// Whole numbers of four bytes at the front, and what follows them.
+fn words<const N: usize>(bytes: &[u8]) -> Option<([u32; N], &[u8])> {
+    let (words, rest) = (bytes.as_chunks::<4>().0.first_chunk::<N>()?, bytes.get(size_of::<[u32; N]>()..)?);
+    Some((words.map(u32::from_le_bytes), rest))
+}
+
+/// Bytes between a chunk of so many bytes and the next one.
+fn padding(length: u64) -> usize {
+    (length.wrapping_neg() & 3) as usize
 }
 
 /// Padding is of spaces; some writers use zeros.
-fn without_padding(json: &[u8]) -> &[u8] {
-    &json[..json.iter().rposition(|&b| b != 0).map_or(0, |k| k + 1)]
+fn without_padding(mut json: &[u8]) -> &[u8] {
+    while let [others @ .., 0] = json {
+        json = others;
+    }
+    json
 }
 
 /// The JSON text of a container of `size` bytes, and where its binary chunk begins and how long that is. `None` for
@@ -72,19 +82,20 @@ pub(super) fn locate(file: &Shared<'_>, size: u64) -> Option<(Vec<u8>, (u64, u64
         let start = at.checked_add(8).filter(|&start| start <= end)?;
         let mut header = [0; 8];
         file.read(at, &mut header).ok()?;
-        let [a, b, c, d, found @ ..] = header;
-        let length = u64::from(u32::from_le_bytes([a, b, c, d]));
-        (found == *kind && length <= end - start).then_some((start, length))
+        let ([length, found], _) = words(&header)?;
+        let fits = start.checked_add(length.into()).is_some_and(|chunk_end| chunk_end <= end);
+        (found.to_le_bytes() == *kind && fits).then_some((start, length.into()))
     };
     let mut header = [0; 12];
     file.read(0, &mut header).ok()?;
-    let [m0, m1, m2, m3, v0, v1, v2, v3, l0, l1, l2, l3] = header;
-    let end = u64::from(u32::from_le_bytes([l0, l1, l2, l3]));
-    if [m0, m1, m2, m3] != *MAGIC || u32::from_le_bytes([v0, v1, v2, v3]) != 2 || end > size {
+    let ([magic, version, end], _) = words(&header)?;
+    let end = u64::from(end);
+    if magic.to_le_bytes() != *MAGIC || version != 2 || end > size {
         return None;
     }
     let (start, length) = chunk(12, end, b"JSON")?;
-    let binary = chunk(start + length.next_multiple_of(4), end, b"BIN\0")?;
+    let behind = start.checked_add(length)?.checked_add(padding(length) as u64)?;
+    let binary = chunk(behind, end, b"BIN\0")?;
     let mut json = vec![0; usize::try_from(length).ok()?];
     file.read(start, &mut json).ok()?;
     json.truncate(without_padding(&json).len());

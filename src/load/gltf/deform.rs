@@ -6,8 +6,9 @@ use super::FORMAT;
 use super::accessor::{self, Component, Pick};
 use super::buffers::Buffers;
 use super::draco::Decoded;
-use super::mesh::geometric_normal;
-use super::model::{self, Index, Kind, Root};
+use super::flat::{geometric_normal, spread};
+use super::list::Index;
+use super::model::{self, Kind, Root};
 use super::morph::{self, Displacements};
 use super::skin::{self, Influences, Matrix};
 use crate::jobs::Jobs;
@@ -85,14 +86,14 @@ impl Source {
     /// Bytes of a vertex.
     pub(super) fn bytes(&self) -> u64 {
         // As read, and as kept.
-        let sets = self.sets.len() as u64 * (16 + 8 + 16);
-        self.targets.iter().map(morph::Target::bytes).sum::<u64>().saturating_add(sets)
+        let sets = (self.sets.len() as u64).saturating_mul(16 + 8 + 16);
+        self.targets.iter().map(morph::Target::bytes).fold(sets, u64::saturating_add)
     }
 
     /// How many vertices count for one that is moved: each target, and each four joints beyond the first, is as much
     /// work as another vertex.
     pub(super) fn work(&self) -> u64 {
-        1 + self.targets.len() as u64 + (self.sets.len() as u64).saturating_sub(1)
+        (self.targets.len() as u64).saturating_add((self.sets.len() as u64).max(1))
     }
 }
 
@@ -205,7 +206,7 @@ impl Deform {
             let mut displacements = Displacements::read(target, from)?;
             broken |= displacements.repair();
             if let Some(origins) = origins {
-                displacements.spread(origins);
+                displacements.spread(origins)?;
             }
             targets.push((target.number(), displacements));
         }
@@ -214,8 +215,8 @@ impl Deform {
         }
         if let Some(origins) = origins {
             for set in &mut sets {
-                spread(&mut set.joints, origins);
-                spread(&mut set.weights, origins);
+                spread(&mut set.joints, origins)?;
+                spread(&mut set.weights, origins)?;
             }
         }
         Ok(Self { sets, last_joint, targets, flat })
@@ -236,42 +237,38 @@ impl Deform {
     }
 }
 
-/// Gives vertex `k` what was vertex `origins[k]`'s.
-pub(super) fn spread<T: Copy>(values: &mut Vec<T>, origins: &[u32]) {
-    if !values.is_empty() {
-        *values = origins.iter().map(|&k| values[k as usize]).collect();
-    }
-}
-
 /// Makes the weights of each vertex add up to 1, and gives the largest joint with a weight. Joints without a weight become
 /// joint 0, since writers leave anything there.
 fn normalize(sets: &mut [Influences], repaired: &mut dyn FnMut(&str)) -> u16 {
-    let count = sets.first().map_or(0, |set| set.weights.len());
+    let mut sums = vec![0.0_f32; sets.first().map_or(0, |set| set.weights.len())];
     let (mut broken, mut lost, mut last) = (false, false, 0);
-    for vertex in 0..count {
-        let mut sum = 0.0;
-        for set in sets.iter_mut() {
-            for weight in &mut set.weights[vertex] {
+    for set in sets.iter_mut() {
+        for (weights, sum) in set.weights.iter_mut().zip(&mut sums) {
+            for weight in weights {
                 if !(*weight >= 0.0 && *weight < f32::INFINITY) {
                     broken = true;
                     *weight = 0.0;
                 }
-                sum += *weight;
+                *sum += *weight;
             }
         }
-        let usable = sum > f32::MIN_POSITIVE && sum < f32::INFINITY;
-        for set in sets.iter_mut() {
-            for (weight, joint) in set.weights[vertex].iter_mut().zip(&mut set.joints[vertex]) {
-                *weight = if usable { *weight / sum } else { 0.0 };
+    }
+    let usable = |sum: f32| sum > f32::MIN_POSITIVE && sum < f32::INFINITY;
+    for set in sets.iter_mut() {
+        for ((weights, joints), &sum) in set.weights.iter_mut().zip(&mut set.joints).zip(&sums) {
+            for (weight, joint) in weights.iter_mut().zip(joints) {
+                *weight = if usable(sum) { *weight / sum } else { 0.0 };
                 if *weight == 0.0 {
                     *joint = 0;
                 }
                 last = if *joint > last { *joint } else { last };
             }
         }
-        if !usable {
+    }
+    for (weights, &sum) in sets.iter_mut().take(1).flat_map(|set| &mut set.weights).zip(&sums) {
+        if !usable(sum) {
             lost = true;
-            sets[0].weights[vertex][0] = 1.0;
+            weights[0] = 1.0;
         }
     }
     if broken {
@@ -306,7 +303,8 @@ struct Block<'a> {
 }
 
 /// A mesh that is being made.
-struct Posed {
+struct Posed<'a> {
+    wanted: &'a Wanted<'a>,
     data: MeshData,
     /// The determinant of each vertex's map; empty without a skin.
     orientation: Vec<f32>,
@@ -315,13 +313,13 @@ struct Posed {
 
 /// Makes meshes in their poses.
 pub(super) fn pose(wanted: &[Wanted<'_>], jobs: &Jobs) -> Vec<Result<Mesh, SceneError>> {
-    let mut posed = jobs.map(wanted.len(), |k| {
-        let Wanted { base, matrices, .. } = &wanted[k];
+    let mut posed = jobs.map_each(wanted, |wanted| {
+        let Wanted { base, matrices, .. } = wanted;
         let orientation = matrices.map_or(Vec::new(), |_| vec![0.0; base.positions.len()]);
-        Posed { data: (*base).clone(), orientation, mesh: None }
+        Posed { wanted, data: (*base).clone(), orientation, mesh: None }
     });
     let mut blocks = Vec::new();
-    for (wanted, Posed { data, orientation, .. }) in wanted.iter().zip(&mut posed) {
+    for Posed { wanted, data, orientation, .. } in &mut posed {
         let count = data.positions.len();
         let [uv0, uv1] = &mut data.uvs;
         let mut rest = (
@@ -348,7 +346,7 @@ pub(super) fn pose(wanted: &[Wanted<'_>], jobs: &Jobs) -> Vec<Result<Mesh, Scene
     }
     jobs.for_each_mut(&mut blocks, |_, block| block.apply());
     drop(blocks);
-    jobs.for_each_mut(&mut posed, |k, posed| posed.finish(wanted[k].deform.flat));
+    jobs.for_each_mut(&mut posed, |_, posed| posed.finish());
     posed.into_iter().filter_map(|posed| posed.mesh).collect()
 }
 
@@ -398,22 +396,29 @@ impl Block<'_> {
     }
 }
 
-impl Posed {
+impl Posed<'_> {
     /// Turns triangles that are mirrored, and checks the mesh.
-    fn finish(&mut self, flat: bool) {
+    fn finish(&mut self) {
         let mut data = std::mem::take(&mut self.data);
         if self.orientation.iter().any(|&o| o < 0.0) {
-            for [a, b, c] in &mut data.triangles {
-                let sum = [*a, *b, *c].iter().map(|&v| self.orientation[v as usize]).fold(0.0, |s, o| s + o);
+            let determinant = |v: &u32| self.orientation.get(*v as usize);
+            for triangle in &mut data.triangles {
+                let sum = triangle.iter().filter_map(determinant).fold(0.0, |s, o| s + o);
                 if sum < 0.0 {
+                    let [_, b, c] = triangle;
                     std::mem::swap(b, c);
                 }
             }
         }
-        if flat {
-            for t in &data.triangles {
-                let normal = geometric_normal(&t.map(|v| data.positions[v as usize]));
-                t.iter().for_each(|&v| data.normals[v as usize] = normal);
+        if self.wanted.deform.flat {
+            for corners in &data.triangles {
+                let [Some(a), Some(b), Some(c)] = corners.map(|v| data.positions.get(v as usize)) else {
+                    continue;
+                };
+                let normal = geometric_normal(&[*a, *b, *c]);
+                for &v in corners {
+                    data.normals.get_mut(v as usize).into_iter().for_each(|own| *own = normal);
+                }
             }
         }
         self.mesh = Some(Mesh::new(data));

@@ -4,7 +4,8 @@
 //! data does not matter, except for what the numbers stand for.
 
 use super::accessor::{Component, Elements};
-use super::model::{Index, Kind};
+use super::list::Index;
+use super::model::Kind;
 use draco_core::{DataType, DecodeLimits, DecoderBuffer, ErrorKind, Mesh, MeshDecoder, PointAttribute};
 
 /// Bytes of all attributes of a point that are allowed: twice what a vertex can have that a picture shows.
@@ -92,12 +93,13 @@ fn read(attribute: &PointAttribute, id: Index, points: usize) -> Option<Attribut
         4 => Kind::Vec4,
         _ => return None,
     };
-    let size = component.size() * kind.components();
+    let size = component.element(kind.components())?.get();
+    let all = size.checked_mul(points)?;
     let stride = usize::try_from(attribute.byte_stride()).ok()?;
     let data = attribute.buffer().data();
-    let mut bytes = Vec::with_capacity(size * points);
+    let mut bytes = Vec::with_capacity(all);
     match attribute.explicit_mapping() {
-        None if stride == size => bytes.extend_from_slice(data.get(..size * points)?),
+        None if stride == size => bytes.extend_from_slice(data.get(..all)?),
         map => {
             for point in 0..points {
                 let value = match map {
@@ -116,6 +118,6 @@ impl Decoded {
     /// The elements of the attribute with this number; `normalized` as their accessor says.
     pub(super) fn elements(&self, id: Index, normalized: bool) -> Option<Elements<'_>> {
         let found = self.attributes.iter().find(|known| known.id == id)?;
-        Some(Elements::of_array(&found.bytes, self.points, found.kind, found.component, normalized))
+        Elements::of_array(&found.bytes, self.points, found.kind, found.component, normalized)
     }
 }

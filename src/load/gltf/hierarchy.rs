@@ -1,7 +1,8 @@
 //! The scene graph: its nodes in a list, parents before children, and where they are in a pose.
 
 use super::FORMAT;
-use super::model::{Index, Node, Root, label};
+use super::list::Index;
+use super::model::Root;
 use super::pose::Pose;
 use crate::limits::Limits;
 use crate::load::LoadError;
@@ -30,11 +31,25 @@ struct Reached {
     in_scene: bool,
 }
 
+/// A node of the scene that holds something.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Content {
+    /// Its place in the tree.
+    pub place: usize,
+    /// Its number in the file.
+    pub node: usize,
+}
+
 /// Where the nodes of a [`Tree`] are, by place.
 pub(super) struct Places {
+    list: Vec<Placed>,
+}
+
+#[derive(Clone, Copy)]
+struct Placed {
     /// Node to world space; `None` where that overflows.
-    transforms: Vec<Option<Transform>>,
-    visible: Vec<bool>,
+    transform: Option<Transform>,
+    visible: bool,
 }
 
 impl Tree {
@@ -44,7 +59,7 @@ impl Tree {
     /// # Errors
     /// [`LoadError`] naming the node.
     pub(super) fn new(root: &Root, limits: &Limits) -> Result<Self, LoadError> {
-        let name = |k: usize| label::<Node>(k, root.nodes[k].name.as_deref());
+        let name = |k: usize| root.nodes.label(k);
         let mut open: Vec<(Index, u64, Option<u32>)> = Vec::new();
         let push = |open: &mut Vec<_>,
                     list: &[Index],
@@ -66,16 +81,17 @@ impl Tree {
         while let Some((index, depth, parent)) = open.pop() {
             let k = index.get();
             let place = list.len() as u32;
-            if std::mem::replace(&mut places[k], place) != NOWHERE {
+            let node = root.nodes.at(k)?;
+            if places.get_mut(k).is_none_or(|known| std::mem::replace(known, place) != NOWHERE) {
                 let message = format!("{} is reached twice: nodes must form a tree", name(k));
                 return Err(LoadError::malformed(FORMAT, message));
             }
             Limits::check(|| format!("depth of {}", name(k)), depth, limits.depth, "depth")?;
-            if root.nodes[k].matrix.as_deref().is_some_and(is_projective) {
+            if node.matrix.as_deref().is_some_and(is_projective) {
                 let message = format!("{}: its matrix is a projection, which no node can have", name(k));
                 return Err(LoadError::malformed(FORMAT, message));
             }
-            push(&mut open, &root.nodes[k].children, depth + 1, Some(place), &|| name(k))?;
+            push(&mut open, &node.children, depth.saturating_add(1), Some(place), &|| name(k))?;
             list.push(Reached { node: index.0, parent, in_scene: true });
         }
         Ok(Self { list, places, parents: Vec::new() })
@@ -86,7 +102,7 @@ impl Tree {
     /// # Errors
     /// [`LoadError`] naming the node.
     pub(super) fn reach(&mut self, root: &Root, joint: usize, limits: &Limits) -> Result<usize, LoadError> {
-        let name = |k: usize| label::<Node>(k, root.nodes[k].name.as_deref());
+        let name = |k: usize| root.nodes.label(k);
         if self.parents.is_empty() {
             self.parents = vec![NOWHERE; root.nodes.len()];
             for (k, node) in root.nodes.iter().enumerate() {
@@ -100,56 +116,60 @@ impl Tree {
         let mut chain = Vec::new();
         let mut at = joint;
         let mut parent = None;
-        loop {
-            match self.places[at] {
-                NOWHERE => {}
+        while let (Some(place), Some(&above)) = (self.places.get_mut(at), self.parents.get(at)) {
+            match *place {
+                NOWHERE => *place = ON_THE_WAY,
                 ON_THE_WAY => {
                     let message = format!("{} is its own ancestor: nodes must form a tree", name(at));
                     return Err(LoadError::malformed(FORMAT, message));
                 }
-                place => {
-                    parent = Some(place);
+                known => {
+                    parent = Some(known);
                     break;
                 }
             }
-            self.places[at] = ON_THE_WAY;
             chain.push(at);
             Limits::check(|| format!("depth of {}", name(joint)), chain.len() as u64, limits.depth, "depth")?;
-            match self.parents[at] {
-                NOWHERE => break,
-                next => at = next as usize,
+            if above == NOWHERE {
+                break;
             }
+            at = above as usize;
         }
         for node in chain.into_iter().rev() {
             let place = self.list.len() as u32;
-            self.places[node] = place;
+            self.places.get_mut(node).into_iter().for_each(|known| *known = place);
             self.list.push(Reached { node: node as u32, parent, in_scene: false });
             parent = Some(place);
         }
-        Ok(self.places[joint] as usize)
+        // The last of the chain is the joint itself.
+        let missing = || LoadError::malformed(FORMAT, format!("there is no node {joint}"));
+        parent.map(|place| place as usize).ok_or_else(missing)
     }
 
-    /// The node at a place.
-    pub(super) fn node(&self, place: usize) -> usize {
-        self.list[place].node as usize
-    }
-
-    /// Places of the nodes of the scene that hold something and are visible in the file or in one of the given nodes'
-    /// other states: `changes` says whether a node's visibility may change.
-    pub(super) fn contents(&self, root: &Root, changes: impl Fn(usize) -> bool) -> Vec<usize> {
-        let mut seen = vec![false; self.list.len()];
+    /// The nodes of the scene that hold something and are visible in the file or in one of the given nodes' other
+    /// states: `changes` says whether a node's visibility may change.
+    ///
+    /// # Errors
+    /// [`LoadError::Malformed`] if there is no such node.
+    pub(super) fn contents(
+        &self,
+        root: &Root,
+        changes: impl Fn(usize) -> bool,
+    ) -> Result<Vec<Content>, LoadError> {
+        let mut seen: Vec<bool> = Vec::with_capacity(self.list.len());
         let mut out = Vec::new();
         for (place, reached) in self.list.iter().enumerate() {
             let k = reached.node as usize;
-            let node = &root.nodes[k];
-            let above = reached.parent.is_none_or(|parent| seen[parent as usize]);
-            seen[place] = above && reached.in_scene && (node.is_visible() || changes(k));
+            let node = root.nodes.at(k)?;
+            let above = reached.parent.is_none_or(|parent| seen.get(parent as usize) == Some(&true));
+            let shown = above && reached.in_scene && (node.is_visible() || changes(k));
             let light = node.extensions.as_deref().is_some_and(|e| e.light.is_some());
-            if seen[place] && (node.mesh.is_some() || node.camera.is_some() || light) {
-                out.push(place);
+            if shown && (node.mesh.is_some() || node.camera.is_some() || light) {
+                out.push(Content { place, node: k });
             }
+            seen.push(shown);
         }
-        out
+        Ok(out)
     }
 
     /// Where every node is in a pose.
@@ -157,37 +177,39 @@ impl Tree {
     /// # Errors
     /// [`LoadError::Scene`] naming a visible node whose transform overflows.
     pub(super) fn places(&self, root: &Root, pose: &Pose) -> Result<Places, LoadError> {
-        let mut transforms: Vec<Option<Transform>> = Vec::with_capacity(self.list.len());
-        let mut visible: Vec<bool> = Vec::with_capacity(self.list.len());
+        let world = Placed { transform: Some(Transform::IDENTITY), visible: true };
+        let mut list: Vec<Placed> = Vec::with_capacity(self.list.len());
         for reached in &self.list {
             let k = reached.node as usize;
-            let node = &root.nodes[k];
-            let parent = reached.parent.map(|parent| parent as usize);
+            let node = root.nodes.at(k)?;
+            let above = reached.parent.map_or(Some(&world), |parent| list.get(parent as usize));
+            let Some(above) = above else {
+                let message = format!("{} comes before its parent", root.nodes.label(k));
+                return Err(LoadError::malformed(FORMAT, message));
+            };
             let shown = pose.visible(k).unwrap_or_else(|| node.is_visible());
-            let shown = shown && reached.in_scene && parent.is_none_or(|parent| visible[parent]);
-            let above = parent.map_or(Some(Transform::IDENTITY), |parent| transforms[parent]);
-            let transform =
-                pose.local(node, k).ok().zip(above).and_then(|(own, above)| above.after(&own).ok());
-            if shown && transform.is_none() {
-                let name = label::<Node>(k, node.name.as_deref());
+            let visible = shown && reached.in_scene && above.visible;
+            let own = pose.local(node, k).ok().zip(above.transform);
+            let transform = own.and_then(|(own, above)| above.after(&own).ok());
+            if visible && transform.is_none() {
+                let name = root.nodes.label(k);
                 return Err(LoadError::scene(name)(SceneError::NotFinite { what: "transform" }));
             }
-            transforms.push(transform);
-            visible.push(shown);
+            list.push(Placed { transform, visible });
         }
-        Ok(Places { transforms, visible })
+        Ok(Places { list })
     }
 }
 
 impl Places {
     /// Node to world space, of a node that is shown.
     pub(super) fn shown(&self, place: usize) -> Option<&Transform> {
-        if self.visible[place] { self.transforms[place].as_ref() } else { None }
+        self.list.get(place).filter(|placed| placed.visible)?.transform.as_ref()
     }
 
     /// Node to world space, also where it is hidden; `None` if that overflows.
     pub(super) fn transform(&self, place: usize) -> Option<&Transform> {
-        self.transforms[place].as_ref()
+        self.list.get(place)?.transform.as_ref()
     }
 }
 

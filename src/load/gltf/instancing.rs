@@ -3,7 +3,8 @@
 use super::FORMAT;
 use super::accessor::{self, Pick};
 use super::buffers::Buffers;
-use super::model::{Index, Instancing, Kind, Root};
+use super::list::Index;
+use super::model::{Instancing, Kind, Root};
 use crate::load::budget::Budget;
 use crate::load::{Context, LoadError};
 use crate::scene::Transform;

@@ -58,16 +58,18 @@ fn other_version(asset: &Asset) -> LoadError {
 
 /// Charges what the parsed document can take at most, and bounds its nesting.
 fn charge(text: &[u8], budget: &mut Budget) -> Result<(), LoadError> {
+    // Nothing that is counted by bytes of a text in memory comes near the ends of these numbers.
     let (mut objects, mut commas, mut depth) = (0u64, 0u64, 0u32);
-    let mut at = 0;
-    while let Some(&byte) = text.get(at) {
-        at += 1;
+    let mut rest = text;
+    while let Some((&byte, others)) = rest.split_first() {
+        rest = others;
         match byte {
-            b'"' => at += string_length(&text[at..]),
+            b'"' => rest = after_string(others),
             b'{' | b'[' => {
-                objects += u64::from(byte == b'{');
-                depth += 1;
+                objects = objects.saturating_add((byte == b'{').into());
+                depth = depth.saturating_add(1);
                 if depth > DEPTH {
+                    let at = text.len().saturating_sub(rest.len());
                     return Err(LoadError::malformed(
                         FORMAT,
                         format!("JSON is nested more than {DEPTH} deep at byte {at}"),
@@ -75,23 +77,27 @@ fn charge(text: &[u8], budget: &mut Budget) -> Result<(), LoadError> {
                 }
             }
             b'}' | b']' => depth = depth.saturating_sub(1),
-            b',' => commas += 1,
+            b',' => commas = commas.saturating_add(1),
             _ => {}
         }
     }
-    let asked = objects * OBJECT_BYTES + commas * COMMA_BYTES + text.len() as u64;
+    let asked = objects
+        .saturating_mul(OBJECT_BYTES)
+        .saturating_add(commas.saturating_mul(COMMA_BYTES))
+        .saturating_add(text.len() as u64);
     budget.charge(|| format!("JSON with {objects} objects and {commas} commas"), asked, 1)?;
     Ok(())
 }
 
-/// Length of a string from after its first quote to after its last.
-fn string_length(text: &[u8]) -> usize {
-    let mut at = 0;
+/// What follows a string, given what follows its first quote.
+fn after_string(mut rest: &[u8]) -> &[u8] {
     loop {
-        match text[at..].iter().position(|&b| b == b'"' || b == b'\\') {
-            None => return text.len(),
-            Some(k) if text[at + k] == b'"' => return at + k + 1,
-            Some(k) => at = (at + k + 2).min(text.len()),
+        let end = rest.iter().position(|&b| b == b'"' || b == b'\\');
+        match end.and_then(|end| rest.get(end..)) {
+            Some([b'"', others @ ..]) => return others,
+            // What a backslash stands before is part of the string.
+            Some([_, _, others @ ..]) => rest = others,
+            _ => return &[],
         }
     }
 }

@@ -2,7 +2,8 @@
 
 use super::angle::sin_cos;
 use super::camera::unit;
-use super::model::{self, label};
+use super::list::label;
+use super::model;
 use crate::load::warnings::Warnings;
 use crate::scene::{Light, LightKind, Scene, Transform};
 

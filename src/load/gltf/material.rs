@@ -1,7 +1,8 @@
 //! Materials of the file as materials of the scene.
 
-use super::model::{self, Root, TextureInfo, label};
+use super::model::{self, Root, TextureInfo};
 use super::texture::Textures;
+use crate::load::LoadError;
 use crate::load::warnings::Warnings;
 use crate::scene::{
     AlphaMode, AlphaUse, Anisotropy, ColorParameter, ColorSpace, Iridescence, Lobes, Material, NormalTexture,
@@ -22,13 +23,17 @@ pub(super) fn default_material() -> Material {
 
 /// The scene's material for material `index` of the file, with provisional texture ids. Factors outside their range
 /// are clamped with a warning.
+///
+/// # Errors
+/// [`LoadError::Malformed`] if there is no such material.
 pub(super) fn convert(
     root: &Root,
     index: usize,
     textures: &mut Textures,
     warnings: &mut Warnings,
-) -> Material {
-    Converter { root, index, textures, warnings }.convert()
+) -> Result<Material, LoadError> {
+    let given = root.materials.at(index)?;
+    Ok(Converter { root, index, textures, warnings }.convert(given))
 }
 
 /// Replaces provisional texture ids by those of the scene; uses of textures that could not be read are removed.
@@ -70,9 +75,7 @@ struct Converter<'a> {
 }
 
 impl Converter<'_> {
-    fn convert(&mut self) -> Material {
-        let root = self.root;
-        let given = &root.materials[self.index];
+    fn convert(&mut self, given: &model::Material) -> Material {
         let mut material = default_material();
         material.name = given.name.as_deref().unwrap_or("").chars().take(256).collect();
         material.double_sided = given.double_sided;
@@ -282,7 +285,7 @@ impl Converter<'_> {
     }
 
     fn name(&self) -> String {
-        label::<model::Material>(self.index, self.root.materials[self.index].name.as_deref())
+        self.root.materials.label(self.index)
     }
 
     fn clamped(&mut self, what: &str, value: f32, low: f32, high: f32) -> f32 {
@@ -310,7 +313,7 @@ impl Converter<'_> {
         color_space: ColorSpace,
         alpha: AlphaUse,
     ) -> Option<TextureRef> {
-        let name = label::<model::Material>(self.index, self.root.materials[self.index].name.as_deref());
+        let name = self.name();
         let name = || format!("{name}: {what}");
         self.textures.refer(self.root, info?, color_space, alpha, self.warnings, &name)
     }

@@ -9,28 +9,46 @@
 //! What comes out of that is a [`Rig`]: it makes the scene in the pose of the file or at a time of one animation, with
 //! vertices moved by morph targets and skins. Nothing is read or decoded again for another time.
 
+// Whatever a file says, nothing here panics: there is no operation that could.
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::indexing_slicing,
+        clippy::arithmetic_side_effects,
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::unreachable
+    )
+)]
+
 mod accessor;
 mod angle;
 mod animation;
+mod attributes;
 mod buffers;
 mod camera;
 mod container;
 mod deform;
 mod draco;
 mod extensions;
+mod flat;
 mod hierarchy;
 mod instancing;
 mod json;
 mod light;
+mod list;
 mod material;
 mod mesh;
 mod meshopt;
 mod model;
 mod morph;
+mod plan;
 mod pointer;
 mod pose;
 mod rig;
 mod sample;
+mod shape;
 mod skin;
 mod source;
 mod surface;
@@ -43,19 +61,19 @@ pub(crate) use rig::Rig;
 pub(super) use texture::transform_of;
 
 use super::budget::Budget;
-use super::tangents::tangent_set;
 use super::warnings::Warnings;
 use super::{AnimationInfo, Context, LoadError, LoadOptions};
 use crate::limits::Limits;
 use crate::scene::{Material, Scene, Texture, TextureId};
+use accessor::Pick;
 use animation::{Animation, Channels};
 use buffers::Buffers;
-use deform::Usage;
 use hierarchy::Tree;
-use mesh::{Geometry, Shape};
-use model::{Index, Root};
-use pointer::Target;
-use rig::{Draw, Drawn, Draws, PoseKey, Weights};
+use list::Index;
+use mesh::Geometry;
+use model::Root;
+use rig::{Drawn, PoseKey};
+use shape::{Shape, Topological};
 use skin::Skin;
 use source::{Shared, Source};
 use std::collections::{BTreeMap, BTreeSet};
@@ -65,9 +83,6 @@ use texture::{Encoded, Textures};
 
 /// The format in messages.
 const FORMAT: &str = "glTF";
-
-/// Bytes charged for an instance: the scene's and what the renderer keeps for it.
-const INSTANCE_BYTES: u64 = 256;
 
 /// What is read of a file beside what its pictures need.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -192,8 +207,8 @@ struct Loader<'a> {
     warnings: Warnings,
     buffers: Buffers<'a>,
     textures: Textures,
-    /// Used materials in the order of first use, with provisional texture ids.
-    materials: Vec<Material>,
+    /// Used materials in the order of first use, with their numbers in the file and provisional texture ids.
+    materials: Vec<(Option<usize>, Material)>,
     /// Number in the file (`None`: the default material) to place.
     material_places: BTreeMap<(Option<usize>, bool), usize>,
     /// Used geometries in the order of first use.
@@ -204,129 +219,6 @@ struct Loader<'a> {
 }
 
 impl Loader<'_> {
-    /// Finds what the nodes draw, and makes sure that it is within the limits. Also gives the places of all nodes that
-    /// show something.
-    fn plan(
-        &mut self,
-        tree: &mut Tree,
-        channels: Option<&Channels>,
-    ) -> Result<(Draws, Vec<usize>), LoadError> {
-        let targets: BTreeSet<Target> = channels.into_iter().flat_map(Channels::targets).collect();
-        let contents = tree.contents(self.root, |node| targets.contains(&Target::Visible(node)));
-        let usages = self.usages(tree, &contents, &targets);
-        let mut draws = Draws::default();
-        let mut known: Vec<Option<usize>> = vec![None; self.root.meshes.len()];
-        let (mut triangles, mut instances) = (0u64, 0u64);
-        for &place in &contents {
-            let k = tree.node(place);
-            let node = &self.root.nodes[k];
-            let name = || model::label::<model::Node>(k, node.name.as_deref());
-            if let Some((index, camera)) =
-                node.camera.and_then(|k| Some((k.get(), self.root.cameras.get(k.get())?)))
-            {
-                camera::charge(camera, index, &mut self.budget)?;
-            }
-            let Some(mesh) = node.mesh else { continue };
-            let mesh = mesh.get();
-            let Some(slot) = known.get(mesh) else {
-                return Err(LoadError::malformed(FORMAT, format!("{}: there is no mesh {mesh}", name())));
-            };
-            let drawn = match slot {
-                Some(drawn) => *drawn,
-                None => {
-                    let planned = self.plan_mesh(mesh, &usages[mesh])?;
-                    draws.meshes.push(planned);
-                    known[mesh] = Some(draws.meshes.len() - 1);
-                    draws.meshes.len() - 1
-                }
-            };
-            let list = &draws.meshes[drawn];
-            let mut copies = match node.extensions.as_deref().and_then(|e| e.instancing.as_ref()) {
-                None => None,
-                Some(given) => Some(instancing::read(
-                    self.root,
-                    k,
-                    given,
-                    &mut self.buffers,
-                    self.context,
-                    &mut self.budget,
-                )?),
-            };
-            let mut skin = None;
-            if let Some(index) = node.skin {
-                let index = index.get();
-                if index >= self.root.skins.len() {
-                    return Err(LoadError::malformed(
-                        FORMAT,
-                        format!("{}: there is no skin {index}", name()),
-                    ));
-                }
-                if list.iter().any(|draw| self.geometries[draw.geometry].has_joints()) {
-                    skin = Some(index);
-                    self.read_skin(index, tree)?;
-                    if copies.as_ref().is_some_and(|copies| copies.len() > 1) {
-                        self.warnings.add(|| format!("{}: a mesh with a skin is drawn once", name()));
-                    }
-                    copies = None;
-                }
-            }
-            let own = !node.weights.is_empty() || targets.contains(&Target::Weights(k));
-            let weights = if own { Weights::Node(k, mesh) } else { Weights::Mesh(mesh) };
-            let count = copies.as_ref().map_or(1, |copies| copies.len() as u64);
-            let each: u64 = list.iter().map(|draw| self.geometries[draw.geometry].triangles).sum();
-            triangles = triangles.saturating_add(each.saturating_mul(count));
-            instances = instances.saturating_add(count.saturating_mul(list.len() as u64));
-            Limits::check(
-                || format!("triangles up to {}", name()),
-                triangles,
-                self.context.limits.triangles,
-                "triangles",
-            )?;
-            draws.nodes.push(Drawn { place, mesh: drawn, copies, skin, weights });
-        }
-        self.budget.charge(|| "instances".to_owned(), instances, INSTANCE_BYTES)?;
-        Ok((draws, contents))
-    }
-
-    /// How the nodes of the scene use each mesh.
-    fn usages(&self, tree: &Tree, contents: &[usize], targets: &BTreeSet<Target>) -> Vec<Usage> {
-        let root = self.root;
-        let mut usages: Vec<Usage> = root.meshes.iter().map(|_| Usage::default()).collect();
-        // Weights that many nodes share are looked at once.
-        let mut whole = vec![false; usages.len()];
-        let mut own = vec![false; usages.len()];
-        let nonzero = |weights: &[f64]| -> Vec<usize> {
-            (0..weights.len()).filter(|&k| pose::stored(weights, k) != 0.0).collect()
-        };
-        for &place in contents {
-            let k = tree.node(place);
-            let node = &root.nodes[k];
-            let Some(mesh) = node.mesh.map(Index::get).filter(|&mesh| mesh < usages.len()) else { continue };
-            let usage = &mut usages[mesh];
-            usage.skinned |= node.skin.is_some();
-            let animated = targets.contains(&Target::Weights(k))
-                || node.weights.is_empty() && targets.contains(&Target::MeshWeights(mesh));
-            if animated {
-                if !std::mem::replace(&mut whole[mesh], true) {
-                    usage.targets.extend(0..Target::MeshWeights(mesh).width(root));
-                }
-            } else if !node.weights.is_empty() {
-                usage.targets.extend(nonzero(&node.weights));
-            } else if !std::mem::replace(&mut own[mesh], true) {
-                usage.targets.extend(nonzero(&root.meshes[mesh].weights));
-            }
-        }
-        usages
-    }
-
-    fn read_skin(&mut self, index: usize, tree: &mut Tree) -> Result<(), LoadError> {
-        if !self.skins.contains_key(&index) {
-            let skin = skin::read(self.root, index, tree, &mut self.buffers, self.context, &mut self.budget)?;
-            self.skins.insert(index, skin);
-        }
-        Ok(())
-    }
-
     /// The animation that is played, and a list of all if that is the purpose.
     fn read_animations(
         &mut self,
@@ -344,62 +236,9 @@ impl Loader<'_> {
         Ok((animation, animations))
     }
 
-    fn plan_mesh(&mut self, mesh: usize, usage: &Usage) -> Result<Vec<Draw>, LoadError> {
-        let root = self.root;
-        let mut draws = Vec::new();
-        for (k, primitive) in root.meshes[mesh].primitives.iter().enumerate() {
-            let material = variant::material(primitive, self.variant).map(Index::get);
-            if let Some(missing) = material.filter(|&m| m >= root.materials.len()) {
-                let name = mesh::name(root, mesh, k);
-                return Err(LoadError::malformed(FORMAT, format!("{name}: there is no material {missing}")));
-            }
-            let material = self.plan_material(material, mesh::is_unlit(primitive))?;
-            let tangents_for = tangent_set(&self.materials[material]);
-            let planned = mesh::plan(
-                root,
-                (mesh, k),
-                tangents_for,
-                usage,
-                &mut self.buffers,
-                self.context,
-                &mut self.budget,
-                &mut self.warnings,
-            )?;
-            let Some((source, geometry)) = planned else { continue };
-            let geometry = match self.sources.get(&source) {
-                Some(&known) => known,
-                None => {
-                    geometry.charge_triangles(root, &mut self.budget)?;
-                    self.geometries.push(geometry);
-                    self.sources.insert(source, self.geometries.len() - 1);
-                    self.geometries.len() - 1
-                }
-            };
-            draws.push(Draw { geometry, material });
-        }
-        Ok(draws)
-    }
-
-    /// The place of a material, or of the same one without light.
-    fn plan_material(&mut self, index: Option<usize>, unlit: bool) -> Result<usize, LoadError> {
-        if let Some(&place) = self.material_places.get(&(index, unlit)) {
-            return Ok(place);
-        }
-        // Far larger than what the file says of it; twice, for a list that grows.
-        self.budget.charge(|| "materials".to_owned(), 2, size_of::<Material>() as u64)?;
-        let mut material = match index {
-            None => material::default_material(),
-            Some(index) => material::convert(self.root, index, &mut self.textures, &mut self.warnings),
-        };
-        material.unlit |= unlit;
-        self.materials.push(material);
-        self.material_places.insert((index, unlit), self.materials.len() - 1);
-        Ok(self.materials.len() - 1)
-    }
-
     /// Decodes images and reads primitives.
     #[allow(clippy::type_complexity)]
-    fn read(&mut self, draws: &Draws) -> Result<(Vec<Option<Texture>>, Vec<Shape>), LoadError> {
+    fn read(&mut self, draws: &[Drawn]) -> Result<(Vec<Option<Texture>>, Vec<Shape>), LoadError> {
         let (root, jobs) = (self.root, self.context.jobs);
         let encoded = self.textures.fetch(
             root,
@@ -413,14 +252,16 @@ impl Loader<'_> {
 
         // As many at a time as what they take for a while fits into what is left.
         let mut connected = Vec::with_capacity(geometries.len());
-        while connected.len() < geometries.len() {
-            let (start, mut transient) = (connected.len(), 0u64);
-            let fits = geometries[start..].iter().take_while(|geometry| {
+        let mut rest = geometries.as_slice();
+        while !rest.is_empty() {
+            let mut transient = 0u64;
+            let fits = rest.iter().take_while(|geometry| {
                 transient = transient.saturating_add(geometry.transient_bytes());
                 transient <= self.budget.left()
             });
-            let count = fits.count().max(1);
-            connected.extend(jobs.map(count, |k| geometries[start + k].read_triangles(root, buffers)));
+            let (now, later) = rest.split_at_checked(fits.count().max(1)).unwrap_or((rest, &[]));
+            connected.extend(jobs.map_each(now, |geometry| geometry.read_triangles(root, buffers)));
+            rest = later;
         }
         let mut vertices = 0;
         let mut picks = Vec::with_capacity(geometries.len());
@@ -431,57 +272,60 @@ impl Loader<'_> {
             picks.push((topological, pick));
         }
         let mut posed: BTreeSet<PoseKey> = BTreeSet::new();
-        for drawn in &draws.nodes {
-            for draw in &draws.meshes[drawn.mesh] {
-                let geometry = &geometries[draw.geometry];
+        for drawn in draws {
+            for draw in drawn.mesh.iter() {
+                let (Some(geometry), Some((_, pick))) =
+                    (geometries.get(draw.geometry), picks.get(draw.geometry))
+                else {
+                    continue;
+                };
                 let skin = drawn.skin.filter(|_| geometry.has_joints());
                 let weights = geometry.has_targets().then_some(drawn.weights);
                 if (skin.is_some() || weights.is_some()) && posed.insert((draw.geometry, skin, weights)) {
-                    let pick = &picks[draw.geometry].1;
                     geometry.charge_pose(root, pick, &mut vertices, self.context.limits, &mut self.budget)?;
                 }
             }
         }
-        // Each is taken out by the one job that reads it.
-        let picked: Vec<_> = picks.into_iter().map(|both| Mutex::new(Some(both))).collect();
-
         // Images first: they take longest.
-        let results = jobs.map(encoded.len() + geometries.len(), |k| match encoded.get(k) {
-            Some(encoded) => Part::Image(encoded.decode(buffers)),
-            None => {
-                let k = k - encoded.len();
-                let taken = picked[k].lock().map_or(None, |mut slot| slot.take());
+        let images = encoded.iter().map(Work::Image);
+        let picked = geometries.iter().zip(picks);
+        let meshes = picked.map(|(geometry, picked)| Work::Mesh(geometry, Mutex::new(Some(picked))));
+        let work: Vec<Work<'_>> = images.chain(meshes).collect();
+        let results = jobs.map_each(&work, |work| match work {
+            Work::Image(encoded) => Part::Image(
+                encoded
+                    .decode(buffers)
+                    .map_err(|message| format!("{}: {message}; drawn without it", encoded.what)),
+            ),
+            Work::Mesh(geometry, picked) => {
+                let taken = picked.lock().map_or(None, |mut slot| slot.take());
                 let mut repaired = Vec::new();
                 let mesh = match taken {
                     Some((topological, pick)) => {
-                        geometries[k].read(root, buffers, topological, &pick, &mut repaired)
+                        geometry.read(root, buffers, topological, &pick, &mut repaired)
                     }
                     None => Err(LoadError::malformed(FORMAT, "a primitive was read twice")),
                 };
                 Part::Mesh(Box::new(mesh), repaired)
             }
         });
-        self.collect(&encoded, results)
+        self.collect(results)
     }
 
     #[allow(clippy::type_complexity)]
-    fn collect(
-        &mut self,
-        encoded: &[Encoded],
-        results: Vec<Part>,
-    ) -> Result<(Vec<Option<Texture>>, Vec<Shape>), LoadError> {
+    fn collect(&mut self, results: Vec<Part>) -> Result<(Vec<Option<Texture>>, Vec<Shape>), LoadError> {
         let mut textures: Vec<Option<Texture>> = (0..self.textures.count()).map(|_| None).collect();
         let mut meshes = Vec::with_capacity(self.geometries.len());
-        for (k, result) in results.into_iter().enumerate() {
+        for result in results {
             match result {
                 Part::Image(Ok(list)) => {
                     for (id, texture) in list {
-                        textures[id as usize] = Some(texture);
+                        if let Some(place) = textures.get_mut(id as usize) {
+                            *place = Some(texture);
+                        }
                     }
                 }
-                Part::Image(Err(message)) => {
-                    self.warnings.add(|| format!("{}: {message}; drawn without it", encoded[k].what));
-                }
+                Part::Image(Err(message)) => self.warnings.add(|| message),
                 Part::Mesh(mesh, repaired) => {
                     meshes.push((*mesh)?);
                     for message in repaired {
@@ -505,18 +349,22 @@ impl Loader<'_> {
             let id = texture.map(|texture| scene.add_texture(texture)).transpose();
             ids.push(id.map_err(LoadError::scene("textures"))?);
         }
-        let mut numbers = vec![None; self.materials.len()];
-        for ((number, _), place) in &self.material_places {
-            numbers[*place] = *number;
-        }
         let mut materials = std::mem::take(&mut self.materials);
-        materials.iter_mut().for_each(|material| material::settle_textures(material, &ids));
-        Ok((scene, numbers.into_iter().zip(materials).collect()))
+        materials.iter_mut().for_each(|(_, material)| material::settle_textures(material, &ids));
+        Ok((scene, materials))
     }
+}
+
+/// What one parallel job does.
+enum Work<'a> {
+    Image(&'a Encoded),
+    /// Its triangles and vertices are taken out by the job that reads it.
+    Mesh(&'a Geometry, Mutex<Option<(Topological, Pick)>>),
 }
 
 /// What one parallel job gives.
 enum Part {
+    /// Or a warning.
     Image(Result<Vec<(u32, Texture)>, String>),
     Mesh(Box<Result<Shape, LoadError>>, Vec<String>),
 }

@@ -3,125 +3,26 @@
 //! Structures are kept small: together with the count of `{` and `,` in [`super::json::parse`] that bounds the
 //! memory that a document can take.
 
+use super::attributes::Attributes;
+use super::list::{Element, Index, List, Uint};
 use super::meshopt;
 use serde::Deserialize;
-use serde::de::{Deserializer, Error, IgnoredAny, MapAccess, SeqAccess, Unexpected, Visitor};
-use std::borrow::Cow;
-use std::fmt;
-use std::marker::PhantomData;
+use serde::de::IgnoredAny;
 
-/// A whole number of at least 0. Some exporters write `24.0`, which JSON does not tell from `24`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Uint(pub u64);
-
-impl<'de> Deserialize<'de> for Uint {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct V;
-        impl Visitor<'_> for V {
-            type Value = Uint;
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a whole number of at least 0")
-            }
-            fn visit_u64<E: Error>(self, v: u64) -> Result<Uint, E> {
-                Ok(Uint(v))
-            }
-            fn visit_i64<E: Error>(self, v: i64) -> Result<Uint, E> {
-                u64::try_from(v).map(Uint).map_err(|_| E::invalid_value(Unexpected::Signed(v), &self))
-            }
-            fn visit_f64<E: Error>(self, v: f64) -> Result<Uint, E> {
-                // Whole numbers up to 2^53 have an exact double.
-                if (0.0..9_007_199_254_740_992.0).contains(&v) && v.floor() == v {
-                    Ok(Uint(v as u64))
-                } else {
-                    Err(E::invalid_value(Unexpected::Float(v), &self))
-                }
-            }
-        }
-        deserializer.deserialize_any(V)
-    }
-}
-
-/// The number of an element in one of the lists. Numbers beyond 32 bits are no element's.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Index(pub u32);
-
-impl Index {
-    pub(super) fn get(self) -> usize {
-        self.0 as usize
-    }
-}
-
-impl fmt::Display for Index {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0.fmt(f)
-    }
-}
-
-impl<'de> Deserialize<'de> for Index {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let Uint(v) = Uint::deserialize(deserializer)?;
-        u32::try_from(v).map(Self).map_err(|_| {
-            D::Error::invalid_value(Unexpected::Unsigned(v), &"the number of an element, below 2^32")
-        })
-    }
-}
-
-/// An element of a list, named in messages.
-pub(super) trait Element {
-    /// What one of them is called.
-    const KIND: &'static str;
-}
-
-/// A list whose parse errors name the element.
-#[derive(Clone, Debug)]
-pub(super) struct List<T>(pub Vec<T>);
-
-impl<T> Default for List<T> {
-    fn default() -> Self {
-        Self(Vec::new())
-    }
-}
-
-impl<T> std::ops::Deref for List<T> {
-    type Target = [T];
-    fn deref(&self) -> &[T] {
-        &self.0
-    }
-}
-
-impl<'de, T: Deserialize<'de> + Element> Deserialize<'de> for List<T> {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct V<T>(PhantomData<T>);
-        impl<'de, T: Deserialize<'de> + Element> Visitor<'de> for V<T> {
-            type Value = List<T>;
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                write!(f, "a list with elements of the kind {}", T::KIND)
-            }
-            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<List<T>, A::Error> {
-                let mut list = Vec::new();
-                loop {
-                    match seq.next_element() {
-                        Ok(Some(element)) => list.push(element),
-                        Ok(None) => return Ok(List(list)),
-                        Err(e) => {
-                            return Err(A::Error::custom(format_args!("{} {}: {e}", T::KIND, list.len())));
-                        }
-                    }
-                }
-            }
-        }
-        deserializer.deserialize_seq(V(PhantomData))
-    }
-}
-
-/// Declares a JSON object: every key optional, unknown keys skipped.
+/// Declares a JSON object: every key optional, unknown keys skipped. One that is an element of a list says what it is
+/// called in messages, and whether it has a name.
 macro_rules! object {
-    ($(#[$doc:meta])* $name:ident $(as $kind:literal)? { $($(#[$attribute:meta])* $field:ident: $type:ty),* $(,)? }) => {
+    ($(#[$doc:meta])* $name:ident $(as $kind:literal $($named:ident)?)? { $($(#[$attribute:meta])* $field:ident: $type:ty),* $(,)? }) => {
         $(#[$doc])*
         #[derive(Clone, Debug, Default, Deserialize)]
         #[serde(default, rename_all = "camelCase")]
         pub(super) struct $name { $($(#[$attribute])* pub $field: $type,)* }
-        $(impl Element for $name { const KIND: &'static str = $kind; })?
+        $(impl Element for $name {
+            const KIND: &'static str = $kind;
+            $(fn name(&self) -> Option<&str> {
+                self.$named.as_deref()
+            })?
+        })?
     };
 }
 
@@ -165,7 +66,7 @@ object!(Variant as "variant" {
 object!(Lights {
     lights: List<Light>,
 });
-object!(Light as "light" {
+object!(Light as "light" name {
     name: Option<String>,
     #[serde(rename = "type")]
     kind: String,
@@ -181,7 +82,7 @@ object!(Spot {
 object!(Scene as "scene" {
     nodes: Vec<Index>,
 });
-object!(Node as "node" {
+object!(Node as "node" name {
     name: Option<String>,
     children: Vec<Index>,
     mesh: Option<Index>,
@@ -217,14 +118,14 @@ object!(InstancingAttributes {
     #[serde(rename = "SCALE")]
     scale: Option<Index>,
 });
-object!(Camera as "camera" {
+object!(Camera as "camera" name {
     name: Option<String>,
     perspective: Option<Perspective>,
     orthographic: Option<Orthographic>,
 });
 object!(Perspective { yfov: f64, znear: f64 });
 object!(Orthographic { ymag: f64, znear: f64 });
-object!(Mesh as "mesh" {
+object!(Mesh as "mesh" name {
     name: Option<String>,
     primitives: List<Primitive>,
     weights: Vec<f64>,
@@ -255,72 +156,12 @@ object!(VariantMapping {
     material: Option<Index>,
     variants: Vec<Index>,
 });
-/// Accessors by the names of what they hold, of a primitive or of one of its morph targets.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Attributes {
-    pub position: Option<Index>,
-    pub normal: Option<Index>,
-    pub tangent: Option<Index>,
-    pub uv0: Option<Index>,
-    pub uv1: Option<Index>,
-    pub color: Option<Index>,
-    /// JOINTS_n with their numbers, in ascending order.
-    pub joints: Vec<(u32, Index)>,
-    /// WEIGHTS_n with their numbers, in ascending order.
-    pub weights: Vec<(u32, Index)>,
-}
-
-impl<'de> Deserialize<'de> for Attributes {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct V;
-        impl<'de> Visitor<'de> for V {
-            type Value = Attributes;
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("an object of attributes")
-            }
-            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Attributes, A::Error> {
-                let mut out = Attributes::default();
-                while let Some(key) = map.next_key::<Cow<'de, str>>()? {
-                    let numbered = |prefix: &str| key.strip_prefix(prefix).and_then(|n| n.parse().ok());
-                    let place = match key.as_ref() {
-                        "POSITION" => &mut out.position,
-                        "NORMAL" => &mut out.normal,
-                        "TANGENT" => &mut out.tangent,
-                        "TEXCOORD_0" => &mut out.uv0,
-                        "TEXCOORD_1" => &mut out.uv1,
-                        "COLOR_0" => &mut out.color,
-                        _ => {
-                            let (list, number) = match (numbered("JOINTS_"), numbered("WEIGHTS_")) {
-                                (Some(number), _) => (&mut out.joints, number),
-                                (_, Some(number)) => (&mut out.weights, number),
-                                _ => {
-                                    map.next_value::<IgnoredAny>()?;
-                                    continue;
-                                }
-                            };
-                            list.extend(map.next_value::<Option<Index>>()?.map(|index| (number, index)));
-                            continue;
-                        }
-                    };
-                    *place = map.next_value()?;
-                }
-                for list in [&mut out.joints, &mut out.weights] {
-                    list.sort_unstable();
-                    list.dedup_by_key(|(number, _)| *number);
-                }
-                Ok(out)
-            }
-        }
-        deserializer.deserialize_map(V)
-    }
-}
-
-object!(Skin as "skin" {
+object!(Skin as "skin" name {
     name: Option<String>,
     inverse_bind_matrices: Option<Index>,
     joints: Vec<Index>,
 });
-object!(Animation as "animation" {
+object!(Animation as "animation" name {
     name: Option<String>,
     channels: List<Channel>,
     samplers: List<AnimationSampler>,
@@ -344,34 +185,6 @@ object!(AnimationSampler as "sampler" {
     output: Option<Index>,
     interpolation: Option<String>,
 });
-impl Attributes {
-    /// By the name that the specification gives them.
-    pub(super) fn named(&self, name: &str) -> Option<Index> {
-        match name {
-            "POSITION" => self.position,
-            "NORMAL" => self.normal,
-            "TANGENT" => self.tangent,
-            "TEXCOORD_0" => self.uv0,
-            "TEXCOORD_1" => self.uv1,
-            "COLOR_0" => self.color,
-            _ => None,
-        }
-    }
-
-    /// Joints and weights of a primitive (`self`), and what its Draco data calls them.
-    pub(super) fn influences_in<'a>(
-        &'a self,
-        compressed: &'a Self,
-    ) -> impl Iterator<Item = (Index, Index)> + 'a {
-        let pairs = |own: &'a [(u32, Index)], other: &'a [(u32, Index)]| {
-            own.iter().filter_map(move |&(set, accessor)| {
-                Some((accessor, other.iter().find(|&&(number, _)| number == set)?.1))
-            })
-        };
-        pairs(&self.joints, &compressed.joints).chain(pairs(&self.weights, &compressed.weights))
-    }
-}
-
 object!(Accessor as "accessor" {
     buffer_view: Option<Index>,
     byte_offset: Uint,
@@ -419,7 +232,7 @@ object!(Buffer as "buffer" {
     uri: Option<String>,
     byte_length: Uint,
 });
-object!(Image as "image" {
+object!(Image as "image" name {
     name: Option<String>,
     uri: Option<String>,
     buffer_view: Option<Index>,
@@ -444,7 +257,7 @@ object!(TextureExtensions {
 object!(ImageReference {
     source: Option<Index>,
 });
-object!(Material as "material" {
+object!(Material as "material" name {
     name: Option<String>,
     pbr_metallic_roughness: Option<Box<MetallicRoughness>>,
     normal_texture: Option<Box<TextureInfo>>,
@@ -620,21 +433,6 @@ impl Kind {
     }
 }
 
-/// `element 3 'name'`, with the name cut short and made fit for one line.
-pub(super) fn label<T: Element>(index: usize, name: Option<&str>) -> String {
-    match name {
-        Some(name) if !name.is_empty() => {
-            let mut short: String =
-                name.chars().take(48).map(|c| if c.is_control() { '?' } else { c }).collect();
-            if short.len() < name.len() {
-                short.push_str("...");
-            }
-            format!("{} {index} '{short}'", T::KIND)
-        }
-        _ => format!("{} {index}", T::KIND),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -660,42 +458,5 @@ mod tests {
             size_of::<AnimationSampler>(),
         ];
         assert!(sizes.iter().all(|&s| s <= 192), "{sizes:?}");
-    }
-
-    #[test]
-    fn errors_in_lists_name_the_element() {
-        let e = serde_json::from_str::<Root>(r#"{"accessors":[{},{"byteOffset":-4}]}"#).unwrap_err();
-        assert_eq!(
-            e.to_string(),
-            "accessor 1: invalid value: integer `-4`, expected a whole number of at least 0 at line 1 column 33"
-        );
-    }
-
-    #[test]
-    fn attributes_by_name_and_number() {
-        let text = r#"{"POSITION": 4, "_ID": {"a": [1]}, "JOINTS_1": 2, "JOINTS_0": 1, "WEIGHTS_0": 3.0, "JOINTS_x": 9,
-            "TEXCOORD_7": 5, "NORMAL": null, "JOINTS_1": 8}"#;
-        let found: Attributes = serde_json::from_str(text).unwrap();
-        assert_eq!(found.position, Some(Index(4)));
-        assert_eq!((found.normal, found.uv0), (None, None));
-        assert_eq!(found.joints, [(0, Index(1)), (1, Index(2))]);
-        assert_eq!(found.weights, [(0, Index(3))]);
-        serde_json::from_str::<Attributes>(r#"{"JOINTS_0": -1}"#).unwrap_err();
-        serde_json::from_str::<Attributes>("[]").unwrap_err();
-    }
-
-    #[test]
-    fn whole_numbers_may_have_a_decimal_point() {
-        assert_eq!(serde_json::from_str::<Uint>("24.0").unwrap(), Uint(24));
-        serde_json::from_str::<Uint>("24.5").unwrap_err();
-        serde_json::from_str::<Uint>("-1.0").unwrap_err();
-        serde_json::from_str::<Uint>("1e300").unwrap_err();
-    }
-
-    #[test]
-    fn labels_fit_on_one_line() {
-        assert_eq!(label::<Mesh>(2, Some("a\nb")), "mesh 2 'a?b'");
-        assert_eq!(label::<Mesh>(2, None), "mesh 2");
-        assert!(label::<Mesh>(2, Some(&"x".repeat(10_000))).len() < 80);
     }
 }

@@ -1,8 +1,11 @@
 //! Morph targets: displacements of vertices that are added by weight (section 3.7.2.2 of the specification).
 
-use super::deform::{Stored, spread};
-use super::mesh::zero_not_finite;
-use super::model::{Attributes, Index, Kind};
+use super::attributes::Attributes;
+use super::deform::Stored;
+use super::flat::spread;
+use super::list::Index;
+use super::model::Kind;
+use super::shape::zero_not_finite;
 use crate::load::LoadError;
 
 /// A morph target of a primitive that may be drawn with a weight other than 0.
@@ -84,9 +87,10 @@ impl Displacements {
         if let Some(index) = target.tangent {
             out.tangents = from.read(index, &name("TANGENT"), Kind::Vec3)?;
         }
-        for (set, attribute) in ["TEXCOORD_0", "TEXCOORD_1"].into_iter().enumerate() {
-            if let Some(index) = target.uvs[set] {
-                out.uvs[set] = from.read(index, &name(attribute), Kind::Vec2)?;
+        let sets = ["TEXCOORD_0", "TEXCOORD_1"].into_iter().zip(target.uvs).zip(&mut out.uvs);
+        for ((attribute, index), uvs) in sets {
+            if let Some(index) = index {
+                *uvs = from.read(index, &name(attribute), Kind::Vec2)?;
             }
         }
         if let Some(index) = target.color {
@@ -113,12 +117,17 @@ impl Displacements {
     }
 
     /// Gives vertex `k` the displacements of what was vertex `origins[k]`.
-    pub(super) fn spread(&mut self, origins: &[u32]) {
-        spread(&mut self.positions, origins);
-        spread(&mut self.normals, origins);
-        spread(&mut self.tangents, origins);
-        self.uvs.iter_mut().for_each(|uvs| spread(uvs, origins));
-        spread(&mut self.colors, origins);
+    ///
+    /// # Errors
+    /// [`LoadError::Malformed`] if one of those is not there.
+    pub(super) fn spread(&mut self, origins: &[u32]) -> Result<(), LoadError> {
+        spread(&mut self.positions, origins)?;
+        spread(&mut self.normals, origins)?;
+        spread(&mut self.tangents, origins)?;
+        for uvs in &mut self.uvs {
+            spread(uvs, origins)?;
+        }
+        spread(&mut self.colors, origins)
     }
 }
 
@@ -129,7 +138,7 @@ pub(super) fn add<const N: usize>(
     first: usize,
     weight: f32,
 ) {
-    let Some(displacements) = displacements.get(first..first + out.len()) else { return };
+    let displacements = displacements.get(first..).unwrap_or_default();
     for (out, displacement) in out.as_flattened_mut().iter_mut().zip(displacements.as_flattened()) {
         *out += weight * displacement;
     }
@@ -137,10 +146,10 @@ pub(super) fn add<const N: usize>(
 
 /// The same for tangents, whose fourth number stays.
 pub(super) fn add_tangents(out: &mut [[f32; 4]], displacements: &[[f32; 3]], first: usize, weight: f32) {
-    let Some(displacements) = displacements.get(first..first + out.len()) else { return };
+    let displacements = displacements.get(first..).unwrap_or_default();
     for (out, displacement) in out.iter_mut().zip(displacements) {
-        for k in 0..3 {
-            out[k] += weight * displacement[k];
+        for (out, displacement) in out.iter_mut().zip(displacement) {
+            *out += weight * displacement;
         }
     }
 }

@@ -245,7 +245,10 @@ impl Target {
         match self {
             Self::Translation(_) | Self::Scale(_) | Self::Light(_, Light::Color) => 3,
             Self::Rotation(_) => 4,
-            Self::Weights(node) => root.nodes[node].mesh.map_or(0, |mesh| targets(mesh.get())),
+            Self::Weights(node) => {
+                let mesh = root.nodes.get(node).and_then(|node| node.mesh);
+                mesh.map_or(0, |mesh| targets(mesh.get()))
+            }
             Self::MeshWeights(mesh) => targets(mesh),
             Self::Surface(_, surface) => surface.width(),
             Self::Visible(_) | Self::Light(..) | Self::Camera(..) => 1,

@@ -69,11 +69,12 @@ impl Pose {
         if let Some(weights) = changed {
             return weights.get(target).copied().unwrap_or(0.0);
         }
-        let own = node.map(|node| &root.nodes[node].weights).filter(|own| !own.is_empty());
+        let own = node.and_then(|node| root.nodes.get(node)).map(|node| &node.weights);
+        let own = own.filter(|own| !own.is_empty());
         match (own, self.mesh_weights.get(&mesh)) {
             (Some(own), _) => stored(own, target),
             (None, Some(weights)) => weights.get(target).copied().unwrap_or(0.0),
-            (None, None) => stored(&root.meshes[mesh].weights, target),
+            (None, None) => root.meshes.get(mesh).map_or(0.0, |mesh| stored(&mesh.weights, target)),
         }
     }
 }

@@ -2,17 +2,19 @@
 
 use super::animation::{self, Animation};
 use super::deform::{self, Wanted};
-use super::hierarchy::{Places, Tree};
-use super::mesh::{self, Shape};
-use super::model::{self, Root, label};
+use super::hierarchy::{Content, Places, Tree};
+use super::mesh;
+use super::model::Root;
 use super::pose::Pose;
+use super::shape::Shape;
 use super::skin::{Matrix, Skin};
 use super::{FORMAT, camera, light, surface, variant};
 use crate::jobs::Jobs;
 use crate::load::warnings::Warnings;
 use crate::load::{AnimationInfo, LoadError, Loaded};
 use crate::scene::{Instance, Material, MaterialId, MeshId, Scene, Transform};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 /// A primitive of a mesh that is in the scene: which geometry and which material, by their places in the lists.
 #[derive(Clone, Copy)]
@@ -23,10 +25,9 @@ pub(super) struct Draw {
 
 /// What a node draws.
 pub(super) struct Drawn {
-    /// Place in the tree.
-    pub place: usize,
-    /// Place in the list of the meshes' draws.
-    pub mesh: usize,
+    pub node: Content,
+    /// The draws of its mesh.
+    pub mesh: Arc<[Draw]>,
     /// Transforms relative to the node, of EXT_mesh_gpu_instancing.
     pub copies: Option<Vec<Transform>>,
     /// Number of its skin.
@@ -44,15 +45,6 @@ pub(super) enum Weights {
     Node(usize, usize),
 }
 
-/// Draws of nodes and meshes.
-#[derive(Default)]
-pub(super) struct Draws {
-    /// In the order of the tree.
-    pub nodes: Vec<Drawn>,
-    /// The draws of each mesh.
-    pub meshes: Vec<Vec<Draw>>,
-}
-
 /// What makes a mesh another one than the stored: the geometry, the skin, the weights.
 pub(super) type PoseKey = (usize, Option<usize>, Option<Weights>);
 
@@ -66,9 +58,10 @@ pub(crate) struct Rig {
     pub(super) materials: Vec<(Option<usize>, Material)>,
     pub(super) shapes: Vec<Shape>,
     pub(super) skins: BTreeMap<usize, Skin>,
-    pub(super) draws: Draws,
-    /// Places in the tree of what is or may become visible.
-    pub(super) contents: Vec<usize>,
+    /// In the order of the tree.
+    pub(super) draws: Vec<Drawn>,
+    /// What is or may become visible.
+    pub(super) contents: Vec<Content>,
     /// The animation that is played, with its number.
     pub(super) animation: Option<(usize, Animation)>,
     /// Every animation of the file, if that was asked for.
@@ -98,16 +91,16 @@ impl Rig {
     /// # Errors
     /// [`LoadError::Malformed`] naming the primitive.
     pub(super) fn check_joints(&self) -> Result<(), LoadError> {
-        for drawn in &self.draws.nodes {
+        for drawn in &self.draws {
             let Some((skin, joints)) = drawn.skin.and_then(|k| Some((k, self.skins.get(&k)?.len()))) else {
                 continue;
             };
-            for draw in &self.draws.meshes[drawn.mesh] {
-                let shape = &self.shapes[draw.geometry];
+            for draw in drawn.mesh.iter() {
+                let shape = self.shape(draw.geometry)?;
                 let last = shape.deform.as_ref().map_or(0, deform::Deform::last_joint);
                 if last >= joints {
                     let name = mesh::name(&self.root, shape.of.0, shape.of.1);
-                    let skin = label::<model::Skin>(skin, self.root.skins[skin].name.as_deref());
+                    let skin = self.root.skins.label(skin);
                     let message =
                         format!("{name}: joint {last} is out of range of {joints} joints of {skin}");
                     return Err(LoadError::malformed(FORMAT, message));
@@ -115,6 +108,11 @@ impl Rig {
             }
         }
         Ok(())
+    }
+
+    fn shape(&self, geometry: usize) -> Result<&Shape, LoadError> {
+        let missing = || LoadError::malformed(FORMAT, "a primitive has not been read");
+        self.shapes.get(geometry).ok_or_else(missing)
     }
 
     /// The scene at a time of the animation; in the pose of the file if none is played. Time beyond the end is the end,
@@ -151,7 +149,7 @@ impl Rig {
         for (index, material) in &self.materials {
             let mut material = material.clone();
             if let Some((index, changes)) = index.and_then(|k| Some((k, pose.surfaces.get(&k)?))) {
-                surface::change(&mut material, &self.root.materials[index], changes);
+                surface::change(&mut material, self.root.materials.at(index)?, changes);
             }
             let name = material.name.escape_debug().take(64).collect::<String>();
             let id = scene.add_material(material);
@@ -169,40 +167,40 @@ impl Rig {
         scene: &mut Scene,
         jobs: &Jobs,
     ) -> Result<(), LoadError> {
-        let mut stored = vec![false; self.shapes.len()];
+        let mut stored: BTreeSet<usize> = BTreeSet::new();
         let mut weights: BTreeMap<(usize, Weights), Option<Vec<f32>>> = BTreeMap::new();
         let mut posed: BTreeMap<PoseKey, usize> = BTreeMap::new();
         let mut order: Vec<PoseKey> = Vec::new();
         let mut matrices: BTreeMap<usize, Vec<Matrix>> = BTreeMap::new();
-        // For each draw of each node that is shown, its mesh in a pose or none.
-        let mut keys: Vec<Option<usize>> = Vec::new();
-        for drawn in &self.draws.nodes {
-            if places.shown(drawn.place).is_none() {
+        // For each draw of each node that is shown, its mesh in a pose, and whether that has a skin; or none.
+        let mut keys: Vec<Option<(usize, bool)>> = Vec::new();
+        for drawn in &self.draws {
+            if places.shown(drawn.node.place).is_none() {
                 continue;
             }
-            for draw in &self.draws.meshes[drawn.mesh] {
+            for draw in drawn.mesh.iter() {
                 let key = self.key(draw.geometry, drawn, pose, &mut weights);
                 if key.1.is_none() && key.2.is_none() {
-                    stored[draw.geometry] = true;
+                    stored.insert(draw.geometry);
                     keys.push(None);
                     continue;
                 }
-                if let Some(k) = key.1
+                if let Some((k, skin)) = key.1.and_then(|k| Some((k, self.skins.get(&k)?)))
                     && !matrices.contains_key(&k)
                 {
-                    matrices.insert(k, self.skins[&k].matrices(&self.root, &self.tree, places)?);
+                    matrices.insert(k, skin.matrices(&self.root, places)?);
                 }
                 let next = order.len();
                 let place = *posed.entry(key).or_insert(next);
                 if place == next {
                     order.push(key);
                 }
-                keys.push(Some(place));
+                keys.push(Some((place, key.1.is_some())));
             }
         }
         let mut wanted = Vec::with_capacity(order.len());
         for (geometry, skin, source) in &order {
-            let shape = &self.shapes[*geometry];
+            let shape = self.shape(*geometry)?;
             // Only what moves has a key.
             let Some(deform) = &shape.deform else { continue };
             let weights = source.and_then(|source| weights.get(&(*geometry, source)).cloned().flatten());
@@ -215,41 +213,39 @@ impl Rig {
         }
         let meshes = deform::pose(&wanted, jobs);
 
-        let mut stored_ids: Vec<Option<MeshId>> = vec![None; self.shapes.len()];
-        for (k, shape) in self.shapes.iter().enumerate().filter(|(k, _)| stored[*k]) {
-            let id = scene.add_mesh(shape.mesh.clone()).map_err(LoadError::scene("meshes"))?;
-            stored_ids[k] = Some(id);
+        let mut stored_ids: BTreeMap<usize, MeshId> = BTreeMap::new();
+        for geometry in stored {
+            let mesh = self.shape(geometry)?.mesh.clone();
+            stored_ids.insert(geometry, scene.add_mesh(mesh).map_err(LoadError::scene("meshes"))?);
         }
         let mut posed_ids: Vec<MeshId> = Vec::with_capacity(meshes.len());
         for (mesh, (geometry, _, _)) in meshes.into_iter().zip(&order) {
-            let of = self.shapes[*geometry].of;
+            let of = self.shape(*geometry)?.of;
             let name = || mesh::name(&self.root, of.0, of.1);
             let mesh = mesh.map_err(|e| LoadError::scene(name())(e))?;
             posed_ids.push(scene.add_mesh(mesh).map_err(LoadError::scene("meshes"))?);
         }
 
         let mut keys = keys.into_iter();
-        for drawn in &self.draws.nodes {
-            let Some(transform) = places.shown(drawn.place) else { continue };
-            let node = self.tree.node(drawn.place);
-            let fail = |error| {
-                LoadError::scene(label::<model::Node>(node, self.root.nodes[node].name.as_deref()))(error)
-            };
-            let draws = &self.draws.meshes[drawn.mesh];
-            let meshes: Vec<Option<usize>> = keys.by_ref().take(draws.len()).collect();
+        for drawn in &self.draws {
+            let Some(transform) = places.shown(drawn.node.place) else { continue };
+            let node = drawn.node.node;
+            let fail = |error| LoadError::scene(self.root.nodes.label(node))(error);
+            let meshes: Vec<Option<(usize, bool)>> = keys.by_ref().take(drawn.mesh.len()).collect();
             let copies = drawn.copies.as_deref().unwrap_or(&[Transform::IDENTITY]);
             for copy in copies {
                 let placed = transform.after(copy).map_err(fail)?;
-                for (draw, posed) in draws.iter().zip(&meshes) {
-                    let skinned = posed.is_some_and(|k| order[k].1.is_some());
-                    let mesh = match posed {
-                        Some(k) => posed_ids.get(*k).copied(),
-                        None => stored_ids[draw.geometry],
+                for (draw, posed) in drawn.mesh.iter().zip(&meshes) {
+                    let (mesh, skinned) = match posed {
+                        Some((k, skinned)) => (posed_ids.get(*k), *skinned),
+                        None => (stored_ids.get(&draw.geometry), false),
                     };
-                    let Some(mesh) = mesh else { continue };
+                    let (Some(&mesh), Some(&material)) = (mesh, materials.get(draw.material)) else {
+                        continue;
+                    };
                     let instance = Instance {
                         mesh,
-                        material: materials[draw.material],
+                        material,
                         // Its vertices are in world space.
                         transform: if skinned { Transform::IDENTITY } else { placed },
                         object: node as u32,
@@ -269,7 +265,9 @@ impl Rig {
         pose: &Pose,
         known: &mut BTreeMap<(usize, Weights), Option<Vec<f32>>>,
     ) -> PoseKey {
-        let Some(deform) = &self.shapes[geometry].deform else { return (geometry, None, None) };
+        let Some(deform) = self.shapes.get(geometry).and_then(|shape| shape.deform.as_ref()) else {
+            return (geometry, None, None);
+        };
         let skin = drawn.skin.filter(|k| deform.has_joints() && self.skins.contains_key(k));
         let weights = known.entry((geometry, drawn.weights)).or_insert_with(|| {
             let weight = |target| match drawn.weights {
@@ -291,11 +289,9 @@ impl Rig {
     ) {
         let root = &self.root;
         let lights = root.extensions.lights.as_ref().map_or(&[][..], |l| &l.lights);
-        for &place in &self.contents {
-            let Some(transform) = places.shown(place) else { continue };
-            let k = self.tree.node(place);
-            let node = &root.nodes[k];
-            let name = || label::<model::Node>(k, node.name.as_deref());
+        for &Content { place, node: k } in &self.contents {
+            let (Some(transform), Some(node)) = (places.shown(place), root.nodes.get(k)) else { continue };
+            let name = || root.nodes.label(k);
             if let Some(index) = node.camera {
                 match (root.cameras.get(index.get()), pose.cameras.get(&index.get())) {
                     (Some(given), None) => camera::add(scene, given, index.get(), transform, warnings),

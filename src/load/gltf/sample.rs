@@ -1,6 +1,7 @@
 //! Values between key frames: appendix C of the specification.
 
 use crate::math::double::{atan2, sin};
+use std::num::NonZeroUsize;
 
 /// How values follow from key frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -13,6 +14,16 @@ pub(super) enum Interpolation {
     CubicSpline,
 }
 
+impl Interpolation {
+    /// Values of a key frame.
+    pub(super) fn parts(self) -> usize {
+        match self {
+            Self::Step | Self::Linear => 1,
+            Self::CubicSpline => 3,
+        }
+    }
+}
+
 /// Values over time.
 #[derive(Clone, Debug)]
 pub(super) struct Curve {
@@ -20,7 +31,7 @@ pub(super) struct Curve {
     times: Vec<f32>,
     /// `width` numbers for each time, or three times as many.
     values: Vec<f32>,
-    width: usize,
+    width: NonZeroUsize,
     interpolation: Interpolation,
     /// Values are unit quaternions.
     rotation: bool,
@@ -28,7 +39,8 @@ pub(super) struct Curve {
 
 impl Curve {
     /// A curve of the key frames whose times are ascending: one that is not later than all before, or no finite number,
-    /// is left out. Also gives how many were. `None` if none is left. There are as many values as there have to be.
+    /// is left out. Also gives how many were. `None` if none is left, or if they have no numbers. There are as many
+    /// values as there have to be.
     pub(super) fn new(
         mut times: Vec<f32>,
         mut values: Vec<f32>,
@@ -36,23 +48,24 @@ impl Curve {
         interpolation: Interpolation,
         rotation: bool,
     ) -> (Option<Self>, usize) {
-        let each = width * if interpolation == Interpolation::CubicSpline { 3 } else { 1 };
-        let count = times.len();
-        let (mut kept, mut last) = (0, f32::NEG_INFINITY);
-        for k in 0..count {
-            if times[k].is_finite() && times[k] > last {
-                last = times[k];
-                times[kept] = last;
-                if kept != k {
-                    values.copy_within(k * each..(k + 1) * each, kept * each);
-                }
-                kept += 1;
-            }
+        let Some(width) = NonZeroUsize::new(width) else { return (None, 0) };
+        let mut last = f32::NEG_INFINITY;
+        let mut ascends = |&time: &f32| {
+            let later = time.is_finite() && time > last;
+            last = if later { time } else { last };
+            later
+        };
+        let kept: Vec<bool> = times.iter().map(&mut ascends).collect();
+        let lost = kept.iter().filter(|&&kept| !kept).count();
+        if lost > 0 {
+            let each = width.get().saturating_mul(interpolation.parts());
+            let mut of_times = kept.iter();
+            let mut of_values = kept.iter().flat_map(|kept| std::iter::repeat_n(kept, each));
+            times.retain(|_| of_times.next() == Some(&true));
+            values.retain(|_| of_values.next() == Some(&true));
         }
-        times.truncate(kept);
-        values.truncate(kept * each);
-        let curve = Self { times, values, width, interpolation, rotation };
-        ((kept > 0).then_some(curve), count - kept)
+        let curve = (!times.is_empty()).then_some(Self { times, values, width, interpolation, rotation });
+        (curve, lost)
     }
 
     /// The time of the last key frame.
@@ -64,51 +77,56 @@ impl Curve {
     pub(super) fn at(&self, time: f64) -> Vec<f64> {
         // The first key frame that is later.
         let next = self.times.partition_point(|&t| f64::from(t) <= time);
-        if next == 0 || next == self.times.len() {
-            return self.finished(self.value(if next == 0 { 0 } else { next - 1 }));
+        let (before, next) = (next.checked_sub(1).and_then(|k| self.key(k)), self.key(next));
+        match (before, next) {
+            (Some(before), Some(next)) => self.between(&before, &next, time),
+            (Some(only), None) | (None, Some(only)) => self.finished(numbers(only.value).collect()),
+            (None, None) => Vec::new(),
         }
-        let before = next - 1;
-        let (t0, t1) = (f64::from(self.times[before]), f64::from(self.times[next]));
-        let step = t1 - t0;
-        let u = (time - t0) / step;
+    }
+
+    /// The values at a time between those of two key frames.
+    fn between(&self, before: &Key<'_>, next: &Key<'_>, time: f64) -> Vec<f64> {
+        let step = next.time - before.time;
+        let u = (time - before.time) / step;
+        let values = numbers(before.value).zip(numbers(next.value));
         match self.interpolation {
-            Interpolation::Step => self.finished(self.value(before)),
-            Interpolation::Linear if self.rotation => {
-                let quaternion = |k| std::array::from_fn(|c| self.number(k, 0, c));
-                slerp(quaternion(before), quaternion(next), u).to_vec()
-            }
-            Interpolation::Linear => {
-                let mix = |c| {
-                    let (a, b) = (self.number(before, 0, c), self.number(next, 0, c));
-                    a + (b - a) * u
-                };
-                (0..self.width).map(mix).collect()
-            }
+            Interpolation::Step => self.finished(numbers(before.value).collect()),
+            Interpolation::Linear => match (before.value.first_chunk(), next.value.first_chunk()) {
+                (Some(from), Some(to)) if self.rotation => {
+                    slerp(from.map(f64::from), to.map(f64::from), u).to_vec()
+                }
+                _ => values.map(|(a, b)| a + (b - a) * u).collect(),
+            },
             Interpolation::CubicSpline => {
                 let (square, cube) = (u * u, u * u * u);
-                let mix = |c| {
-                    let (p0, m0) = (self.number(before, 1, c), step * self.number(before, 2, c));
-                    let (p1, m1) = (self.number(next, 1, c), step * self.number(next, 0, c));
+                let tangents = numbers(before.leaving).zip(numbers(next.arriving));
+                let mix = |((p0, p1), (m0, m1)): ((f64, f64), (f64, f64))| {
+                    let (m0, m1) = (step * m0, step * m1);
                     (2.0 * cube - 3.0 * square + 1.0) * p0
                         + (cube - 2.0 * square + u) * m0
                         + (3.0 * square - 2.0 * cube) * p1
                         + (cube - square) * m1
                 };
-                self.finished((0..self.width).map(mix).collect())
+                self.finished(values.zip(tangents).map(mix).collect())
             }
         }
     }
 
-    /// The value of a key frame.
-    fn value(&self, key: usize) -> Vec<f64> {
-        let part = usize::from(self.interpolation == Interpolation::CubicSpline);
-        (0..self.width).map(|c| self.number(key, part, c)).collect()
-    }
-
-    /// Number `c` of a key frame's in-tangent, value or out-tangent (0, 1, 2), or of its value (0).
-    fn number(&self, key: usize, part: usize, c: usize) -> f64 {
-        let parts = if self.interpolation == Interpolation::CubicSpline { 3 } else { 1 };
-        f64::from(self.values[(key * parts + part) * self.width + c])
+    /// A key frame by its number.
+    fn key(&self, k: usize) -> Option<Key<'_>> {
+        let time = f64::from(*self.times.get(k)?);
+        let mut parts =
+            self.values.chunks_exact(self.width.get()).skip(k.checked_mul(self.interpolation.parts())?);
+        let nothing: &[f32] = &[];
+        Some(match self.interpolation {
+            Interpolation::Step | Interpolation::Linear => {
+                Key { time, arriving: nothing, value: parts.next()?, leaving: nothing }
+            }
+            Interpolation::CubicSpline => {
+                Key { time, arriving: parts.next()?, value: parts.next()?, leaving: parts.next()? }
+            }
+        })
     }
 
     /// A rotation at length 1, other values as they are.
@@ -120,6 +138,20 @@ impl Curve {
         }
         values
     }
+}
+
+/// A time with its values.
+struct Key<'a> {
+    time: f64,
+    /// The in-tangent.
+    arriving: &'a [f32],
+    value: &'a [f32],
+    /// The out-tangent.
+    leaving: &'a [f32],
+}
+
+fn numbers(values: &[f32]) -> impl Iterator<Item = f64> {
+    values.iter().copied().map(f64::from)
 }
 
 fn dot(a: [f64; 4], b: [f64; 4]) -> f64 {
@@ -137,15 +169,20 @@ fn slerp(a: [f64; 4], b: [f64; 4], u: f64) -> [f64; 4] {
     let (a, b) = (normalized(a), normalized(b));
     let b = if dot(a, b) < 0.0 { b.map(|v| -v) } else { b };
     let norm = |q: [f64; 4]| dot(q, q).sqrt();
-    let difference = norm(std::array::from_fn(|k| b[k] - a[k]));
-    let sum = norm(std::array::from_fn(|k| b[k] + a[k]));
+    let difference = norm(combine(a, b, |a, b| b - a));
+    let sum = norm(combine(a, b, |a, b| b + a));
     // Well-conditioned for every angle, unlike the arc cosine (W. Kahan).
     let angle = 2.0 * atan2(difference, sum);
     let whole = sin(angle);
     // The line deviates from the arc by less than the rounding of double precision.
     let (from, to) =
         if angle < 1e-7 { (1.0 - u, u) } else { (sin((1.0 - u) * angle) / whole, sin(u * angle) / whole) };
-    normalized(std::array::from_fn(|k| from * a[k] + to * b[k]))
+    normalized(combine(a, b, |a, b| from * a + to * b))
+}
+
+/// `f` of each number of two quaternions.
+fn combine([ax, ay, az, aw]: [f64; 4], [bx, by, bz, bw]: [f64; 4], f: impl Fn(f64, f64) -> f64) -> [f64; 4] {
+    [f(ax, bx), f(ay, by), f(az, bz), f(aw, bw)]
 }
 
 #[cfg(test)]
@@ -236,6 +273,11 @@ mod tests {
             (curve.times.as_slice(), curve.values.as_slice(), lost),
             (&[1.0, 2.0][..], &[1.0, 5.0][..], 5)
         );
+        // All numbers of a key frame go with it: tangents too.
+        let values = (0..18).map(|v| v as f32).collect();
+        let (spline, lost) = Curve::new(vec![1.0, 0.0, 3.0], values, 2, Interpolation::CubicSpline, false);
+        let spline = spline.unwrap();
+        assert_eq!((spline.at(1.0), spline.at(3.0), lost), (vec![2.0, 3.0], vec![14.0, 15.0], 1));
         let (none, lost) = Curve::new(vec![f32::NAN], vec![0.0], 1, Interpolation::Step, false);
         assert!(none.is_none() && lost == 1);
         assert!(Curve::new(Vec::new(), Vec::new(), 1, Interpolation::Step, false).0.is_none());

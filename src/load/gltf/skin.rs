@@ -7,7 +7,7 @@ use super::FORMAT;
 use super::accessor::{self, Component, Pick};
 use super::buffers::Buffers;
 use super::hierarchy::{Places, Tree};
-use super::model::{self, Kind, Root, label};
+use super::model::{Kind, Root};
 use crate::load::budget::Budget;
 use crate::load::{Context, LoadError};
 use crate::scene::{SceneError, Transform};
@@ -20,10 +20,16 @@ const JOINT_BYTES: u64 = 8 + 64 + 96 + 64;
 
 /// A skin of the file.
 pub(super) struct Skin {
-    /// Places of the joints in the tree.
-    joints: Vec<usize>,
+    joints: Vec<Joint>,
     /// World space of the bind pose to joints; empty: identities.
     inverse: Vec<Transform>,
+}
+
+struct Joint {
+    /// Number of its node.
+    node: usize,
+    /// Place of that in the tree.
+    place: usize,
 }
 
 /// Finds the joints of a skin and reads its inverse bind matrices.
@@ -38,8 +44,8 @@ pub(super) fn read(
     context: &Context<'_>,
     budget: &mut Budget,
 ) -> Result<Skin, LoadError> {
-    let given = &root.skins[index];
-    let name = || label::<model::Skin>(index, given.name.as_deref());
+    let given = root.skins.at(index)?;
+    let name = || root.skins.label(index);
     let malformed = |message: String| LoadError::malformed(FORMAT, format!("{}: {message}", name()));
     if given.joints.is_empty() {
         return Err(malformed("it has no joints".to_owned()));
@@ -50,7 +56,8 @@ pub(super) fn read(
         if joint.get() >= root.nodes.len() {
             return Err(malformed(format!("there is no node {joint}")));
         }
-        joints.push(tree.reach(root, joint.get(), context.limits)?);
+        let place = tree.reach(root, joint.get(), context.limits)?;
+        joints.push(Joint { node: joint.get(), place });
     }
     let Some(matrices) = given.inverse_bind_matrices else { return Ok(Skin { joints, inverse: Vec::new() }) };
     accessor::require(root, matrices, buffers, context, budget)?;
@@ -85,31 +92,27 @@ impl Skin {
     ///
     /// # Errors
     /// [`LoadError::Scene`] naming the joint whose transform overflows.
-    pub(super) fn matrices(
-        &self,
-        root: &Root,
-        tree: &Tree,
-        places: &Places,
-    ) -> Result<Vec<Matrix>, LoadError> {
-        let matrix = |(k, &place): (usize, &usize)| {
+    pub(super) fn matrices(&self, root: &Root, places: &Places) -> Result<Vec<Matrix>, LoadError> {
+        let matrix = |(k, joint): (usize, &Joint)| {
+            // Without matrices they are identities.
             let inverse = self.inverse.get(k).copied().unwrap_or_default();
-            let joint = places.transform(place).and_then(|joint| joint.after(&inverse).ok());
-            let rows = joint.map(|joint| joint.rows().map(|row| row.map(|v| v as f32)));
+            let transform = places.transform(joint.place).and_then(|place| place.after(&inverse).ok());
+            let rows = transform.map(|transform| transform.rows().map(|row| row.map(|v| v as f32)));
             match rows {
-                Some(rows) if rows.as_flattened().iter().all(|v| v.is_finite()) => {
-                    Ok(std::array::from_fn(|c| [rows[0][c], rows[1][c], rows[2][c], 0.0]))
-                }
+                Some(rows) if rows.as_flattened().iter().all(|v| v.is_finite()) => Ok(columns(rows)),
                 _ => {
-                    let node = tree.node(place);
-                    let name = label::<model::Node>(node, root.nodes[node].name.as_deref());
-                    Err(LoadError::scene(format!("joint {k}, {name}"))(SceneError::NotFinite {
-                        what: "transform",
-                    }))
+                    let name = format!("joint {k}, {}", root.nodes.label(joint.node));
+                    Err(LoadError::scene(name)(SceneError::NotFinite { what: "transform" }))
                 }
             }
         };
         self.joints.iter().enumerate().map(matrix).collect()
     }
+}
+
+/// The columns of a map that is given by rows.
+fn columns([[ax, bx, cx, dx], [ay, by, cy, dy], [az, bz, cz, dz]]: [[f32; 4]; 3]) -> Matrix {
+    [[ax, ay, az, 0.0], [bx, by, bz, 0.0], [cx, cy, cz, 0.0], [dx, dy, dz, 0.0]]
 }
 
 /// Up to four joints of each vertex.
@@ -123,14 +126,14 @@ pub(super) struct Influences {
 fn blended(matrices: &[Matrix], sets: &[Influences], vertex: usize) -> Matrix {
     let mut sum = [[0.0; 4]; 4];
     for set in sets {
-        let (joints, weights) = (set.joints[vertex], set.weights[vertex]);
-        for (&joint, &weight) in joints.iter().zip(&weights) {
-            let matrix = &matrices[usize::from(joint)];
-            // Four numbers at a time are one vector.
-            for (sum, column) in sum.iter_mut().zip(matrix) {
-                for k in 0..4 {
-                    sum[k] += weight * column[k];
-                }
+        let (Some(joints), Some(weights)) = (set.joints.get(vertex), set.weights.get(vertex)) else {
+            continue;
+        };
+        for (&joint, &weight) in joints.iter().zip(weights) {
+            // `Rig::check_joints` has made sure that there is one.
+            let Some(matrix) = matrices.get(usize::from(joint)) else { continue };
+            for (sum, column) in sum.as_flattened_mut().iter_mut().zip(matrix.as_flattened()) {
+                *sum += weight * column;
             }
         }
     }
@@ -140,7 +143,11 @@ fn blended(matrices: &[Matrix], sets: &[Influences], vertex: usize) -> Matrix {
 /// `x a + y b + z c`, and what is added to it.
 #[inline]
 fn combine([x, y, z]: [f32; 3], [a, b, c]: [&[f32; 4]; 3], and: &[f32; 4]) -> [f32; 4] {
-    std::array::from_fn(|k| ((x * a[k] + y * b[k]) + z * c[k]) + and[k])
+    let mut out = *and;
+    for ((out, a), (b, c)) in out.iter_mut().zip(a).zip(b.iter().zip(c)) {
+        *out += (x * a + y * b) + z * c;
+    }
+    out
 }
 
 /// Three numbers and nothing.
@@ -175,7 +182,7 @@ pub(super) fn apply(
     orientation: &mut [f32],
 ) {
     for (k, (position, orientation)) in positions.iter_mut().zip(orientation).enumerate() {
-        let [a, b, c, d] = blended(matrices, sets, first + k);
+        let [a, b, c, d] = blended(matrices, sets, first.saturating_add(k));
         let [x, y, z, _] = combine(*position, [&a, &b, &c], &d);
         *position = [x, y, z];
         // The columns of the cofactor matrix: the inverse transpose times the determinant, for singular maps too.
@@ -201,9 +208,8 @@ pub(super) fn apply(
 mod tests {
     use super::*;
 
-    /// Columns of a row-major map.
     fn matrix(rows: [[f32; 4]; 3]) -> Matrix {
-        std::array::from_fn(|c| [rows[0][c], rows[1][c], rows[2][c], 0.0])
+        columns(rows)
     }
     fn one(
         matrices: &[Matrix],

@@ -110,7 +110,7 @@ pub(super) fn change(material: &mut Material, given: &model::Material, changes: 
         if let Surface::Offset(slot) | Surface::Turn(slot) | Surface::Scale(slot) = surface {
             let same = |s: &Surface| matches!(s, Surface::Offset(o) | Surface::Turn(o) | Surface::Scale(o) if o == slot);
             // Once for each texture.
-            if !changes[..place].iter().any(|(s, _)| same(s)) {
+            if !changes.iter().take(place).any(|(s, _)| same(s)) {
                 place_texture(material, given, *slot, changes);
             }
         }

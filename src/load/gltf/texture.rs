@@ -3,7 +3,8 @@
 use super::FORMAT;
 use super::angle::sin_cos;
 use super::buffers::{Buffers, read_uri};
-use super::model::{self, Index, Root, TextureInfo, label};
+use super::list::{Index, label};
+use super::model::{self, Root, TextureInfo};
 use crate::limits::Limits;
 use crate::load::budget::Budget;
 use crate::load::image::{self, Header, ImageError};
@@ -94,11 +95,12 @@ impl Textures {
 
     /// The provisional id of an image in a form.
     fn id(&mut self, image: usize, form: Form) -> Option<u32> {
-        let place = *self.places.entry(image).or_insert_with(|| {
+        let next = self.needed.len();
+        let place = *self.places.entry(image).or_insert(next);
+        if place == next {
             self.needed.push(Needed { image, forms: Vec::new() });
-            self.needed.len() - 1
-        });
-        let forms = &mut self.needed[place].forms;
+        }
+        let forms = &mut self.needed.get_mut(place)?.forms;
         if let Some((_, id)) = forms.iter().find(|(known, _)| *known == form) {
             return Some(*id);
         }
@@ -123,10 +125,10 @@ impl Textures {
     ) -> Result<Vec<Encoded>, LoadError> {
         Limits::check(|| "textures".to_owned(), self.count.into(), context.limits.textures, "textures")?;
         // The headers now, the pictures later.
-        buffers.hold(self.needed.iter().filter_map(|needed| root.images[needed.image].buffer_view))?;
+        buffers.hold(self.needed.iter().filter_map(|needed| root.images.get(needed.image)?.buffer_view))?;
         let mut encoded = Vec::new();
         for needed in &self.needed {
-            let image = &root.images[needed.image];
+            let image = root.images.at(needed.image)?;
             let what = label::<model::Image>(needed.image, image.name.as_deref().or(short_uri(image)));
             let bytes = match bytes_of(image, &what, buffers, context, budget) {
                 Err(error @ (LoadError::Limit(_) | LoadError::Resolve(ResolveError::TooLarge { .. }))) => {
@@ -159,7 +161,7 @@ impl Textures {
                 }
             };
             // The image, the mip levels of each form (a third more), and what decoding takes for a while.
-            let per_texel = 4 + needed.forms.len() as u64 * 2;
+            let per_texel = (needed.forms.len() as u64).saturating_mul(2).saturating_add(4);
             budget.charge_texture(|| what.clone(), header.texels(), per_texel)?;
             Limits::check(
                 || what.clone(),

@@ -54,30 +54,48 @@ impl Topology {
     /// How many vertices form so many of them, at least one.
     pub(super) fn vertices(self, count: usize) -> usize {
         match self {
-            Self::List => 3 * count,
-            Self::Strip | Self::Fan => count + 2,
+            Self::List => count.saturating_mul(3),
+            Self::Strip | Self::Fan => count.saturating_add(2),
             Self::Points | Self::LineLoop => count,
-            Self::Lines => 2 * count,
-            Self::LineStrip => count + 1,
+            Self::Lines => count.saturating_mul(2),
+            Self::LineStrip => count.saturating_add(1),
         }
     }
 }
 
-/// `count` triangles, lines or points of anything but a list of triangles, with the winding of section 3.7.2.1 of the
-/// specification.
-pub(super) fn connect(topology: Topology, count: usize, vertex: impl Fn(usize) -> u32) -> Vec<[u32; 3]> {
-    let triangle = |k: usize| match topology {
-        Topology::Fan => [vertex(k + 1), vertex(k + 2), vertex(0)],
-        Topology::Points => [vertex(k); 3],
-        Topology::Lines => [vertex(2 * k), vertex(2 * k + 1), vertex(2 * k + 1)],
-        Topology::LineStrip => [vertex(k), vertex(k + 1), vertex(k + 1)],
-        Topology::LineLoop => {
-            let next = vertex(if k + 1 < count { k + 1 } else { 0 });
-            [vertex(k), next, next]
+/// The triangles, lines or points of vertices, with the winding of section 3.7.2.1 of the specification.
+pub(super) fn connect(topology: Topology, vertices: impl Iterator<Item = u32> + Clone) -> Vec<[u32; 3]> {
+    let second = vertices.clone().skip(1);
+    let pairs = vertices.clone().zip(second.clone());
+    let line = |(a, b): (u32, u32)| [a, b, b];
+    match topology {
+        Topology::List => {
+            let threes = pairs.zip(second.skip(1)).step_by(3);
+            threes.map(|((a, b), c)| [a, b, c]).collect()
         }
-        _ => [vertex(k), vertex(k + 1 + k % 2), vertex(k + 2 - k % 2)],
-    };
-    (0..count).map(triangle).collect()
+        Topology::Strip => {
+            let turned = [false, true].into_iter().cycle();
+            let threes = pairs.zip(second.skip(1)).zip(turned);
+            threes.map(|(((a, b), c), turned)| if turned { [a, c, b] } else { [a, b, c] }).collect()
+        }
+        Topology::Fan => {
+            let others = second.clone().zip(second.skip(1));
+            vertices.take(1).flat_map(|first| others.clone().map(move |(b, c)| [b, c, first])).collect()
+        }
+        Topology::Points => vertices.map(|v| [v; 3]).collect(),
+        Topology::Lines => pairs.step_by(2).map(line).collect(),
+        Topology::LineLoop => vertices.clone().zip(second.chain(vertices.take(1))).map(line).collect(),
+        Topology::LineStrip => pairs.map(line).collect(),
+    }
+}
+
+/// Triangles that share no vertices: 0, 1, 2; 3, 4, 5; and so on.
+pub(super) fn separate(count: usize) -> Vec<[u32; 3]> {
+    let mut triangles = vec![[0; 3]; count];
+    for (corner, vertex) in triangles.as_flattened_mut().iter_mut().zip(0..=u32::MAX) {
+        *corner = vertex;
+    }
+    triangles
 }
 
 #[cfg(test)]
@@ -86,16 +104,19 @@ mod tests {
 
     #[test]
     fn strips_and_fans_keep_their_winding() {
-        let own = |k: usize| k as u32;
-        assert_eq!(connect(Topology::Strip, 3, own), [[0, 1, 2], [1, 3, 2], [2, 3, 4]]);
-        assert_eq!(connect(Topology::Fan, 2, own), [[1, 2, 0], [2, 3, 0]]);
-        assert_eq!(connect(Topology::Points, 2, own), [[0; 3], [1; 3]]);
-        assert_eq!(connect(Topology::Lines, 2, own), [[0, 1, 1], [2, 3, 3]]);
-        assert_eq!(connect(Topology::LineStrip, 2, own), [[0, 1, 1], [1, 2, 2]]);
-        assert_eq!(connect(Topology::LineLoop, 3, own), [[0, 1, 1], [1, 2, 2], [2, 0, 0]]);
+        assert_eq!(connect(Topology::Strip, 0..5), [[0, 1, 2], [1, 3, 2], [2, 3, 4]]);
+        assert_eq!(connect(Topology::Fan, 0..4), [[1, 2, 0], [2, 3, 0]]);
+        assert_eq!(connect(Topology::Points, 0..2), [[0; 3], [1; 3]]);
+        assert_eq!(connect(Topology::Lines, 0..4), [[0, 1, 1], [2, 3, 3]]);
+        assert_eq!(connect(Topology::LineStrip, 0..3), [[0, 1, 1], [1, 2, 2]]);
+        assert_eq!(connect(Topology::LineLoop, 0..3), [[0, 1, 1], [1, 2, 2], [2, 0, 0]]);
+        assert_eq!(connect(Topology::List, [5, 3, 4, 3, 5, 9].into_iter()), [[5, 3, 4], [3, 5, 9]]);
+        assert_eq!(separate(2), [[0, 1, 2], [3, 4, 5]]);
         for mode in 0..7 {
             let topology = Topology::of_mode(mode).unwrap();
-            assert_eq!(topology.triangles(topology.vertices(5) as u64), 5, "{topology:?}");
+            let vertices = topology.vertices(5) as u32;
+            assert_eq!(topology.triangles(vertices.into()), 5, "{topology:?}");
+            assert_eq!(connect(topology, 0..vertices).len(), 5, "{topology:?}");
             assert_eq!(topology.triangles(0), 0);
         }
         assert_eq!(Topology::of_mode(7), None);

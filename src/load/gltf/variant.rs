@@ -1,6 +1,7 @@
 //! KHR_materials_variants: one model in several finishes.
 
-use super::model::{Index, Primitive, Root};
+use super::list::Index;
+use super::model::{Primitive, Root};
 use crate::load::LoadError;
 
 /// Most names that a message lists.
@@ -26,10 +27,10 @@ pub(super) fn chosen(root: &Root, name: Option<&str>) -> Result<Option<Index>, L
     }
     let mut known: Vec<String> =
         variants.iter().take(LISTED).map(|variant| format!("'{}'", short(&variant.name))).collect();
-    match variants.len() {
-        0 => known.push("none".to_owned()),
-        all if all > LISTED => known.push(format!("{} more", all - LISTED)),
-        _ => {}
+    match variants.len().checked_sub(LISTED) {
+        _ if variants.is_empty() => known.push("none".to_owned()),
+        None | Some(0) => {}
+        Some(unlisted) => known.push(format!("{unlisted} more")),
     }
     let known = known.join(", ");
     Err(LoadError::no_such(format!("there is no material variant '{}'; the file has {known}", short(name))))

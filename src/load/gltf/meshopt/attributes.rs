@@ -1,176 +1,208 @@
 //! Mode 0: elements as differences from the ones before, byte by byte, in groups of 16 with as few bits as do.
 
-use super::{CUT_OFF, Damage, LEFT_OVER, take};
+use super::{CUT_OFF, Damage, LEFT_OVER, take, take_array};
+use std::num::NonZeroUsize;
 
 /// Elements of a group.
 const GROUP: usize = 16;
 /// Most elements of a block.
 const BLOCK: usize = 256;
-/// Most bytes of an element.
-const STRIDE: usize = 256;
+/// Most bytes of a block.
+const BLOCK_BYTES: usize = 8192;
 
-/// Bits of a difference by the two bits of a group's header: version 0, and control modes 0 and 1 of version 1.
-const BITS: [[u8; 4]; 3] = [[0, 2, 4, 8], [0, 1, 2, 4], [1, 2, 4, 8]];
+/// Bits of a difference by the two bits of a group's header, in version 0.
+const BITS: [u8; 4] = [0, 2, 4, 8];
+/// The same in control mode 0 of version 1.
+const FEW_BITS: [u8; 4] = [0, 1, 2, 4];
+/// The same in control mode 1.
+const MANY_BITS: [u8; 4] = [1, 2, 4, 8];
+
+/// Four bytes of every element.
+struct Channel {
+    /// Those of the element before.
+    value: u32,
+    mode: u8,
+}
 
 /// Fills `out` with elements of `stride` bytes, a multiple of 4 up to 256.
 ///
 /// # Errors
 /// What is wrong with the stream.
-pub(super) fn decode(stream: &[u8], stride: usize, out: &mut [u8]) -> Result<(), Damage> {
-    let (version, rest) = match stream.split_first() {
+pub(super) fn decode(stream: &[u8], stride: NonZeroUsize, out: &mut [u8]) -> Result<(), Damage> {
+    let (version, mut rest) = match stream.split_first() {
         Some((0xa0, rest)) => (0, rest),
         Some((0xa1, rest)) => (1, rest),
         Some(_) => return Err("its compressed data has no header of attributes"),
         None => return Err(CUT_OFF),
     };
-    let modes = if version == 0 { 0 } else { stride / 4 };
-    let padded = (stride + modes).max(if version == 0 { 32 } else { 24 });
-    let (mut rest, tail) = rest.split_at_checked(rest.len().wrapping_sub(padded)).ok_or(CUT_OFF)?;
-    let (baseline, modes) = tail[padded - stride - modes..].split_at(stride);
+    let (modes, least) = if version == 0 { (0, 32) } else { (stride.get() / 4, 24) };
+    let modes = take_last(&mut rest, modes)?;
+    let baseline = take_last(&mut rest, stride.get())?;
+    let padding = usize::saturating_sub(least, baseline.len().saturating_add(modes.len()));
+    take_last(&mut rest, padding)?;
 
-    let mut last = [0; STRIDE];
-    last[..stride].copy_from_slice(baseline);
-    let most = (8192 / stride / GROUP * GROUP).min(BLOCK);
+    let modes_or_zeros = modes.iter().copied().chain(std::iter::repeat(0));
+    let channel = |(value, mode): (&[u8; 4], u8)| Channel { value: u32::from_le_bytes(*value), mode };
+    let mut channels: Vec<Channel> = baseline.as_chunks().0.iter().zip(modes_or_zeros).map(channel).collect();
+    let most = (BLOCK_BYTES / stride / GROUP).saturating_mul(GROUP).clamp(GROUP, BLOCK);
     let mut planes = [[0; BLOCK]; 4];
-    for block in out.chunks_mut(most * stride) {
+    for block in out.chunks_mut(most.saturating_mul(stride.get())) {
         let count = block.len() / stride;
-        let control = take(&mut rest, modes.len())?;
-        for channel in 0..stride / 4 {
-            for (k, plane) in planes.iter_mut().enumerate() {
-                match control.get(channel).map(|control| control >> (2 * k) & 3) {
-                    None => groups(&mut rest, &BITS[0], count, plane)?,
-                    Some(2) => plane.fill(0),
-                    Some(3) => plane[..count].copy_from_slice(take(&mut rest, count)?),
-                    Some(control) => groups(&mut rest, &BITS[1 + usize::from(control)], count, plane)?,
+        let mut controls = take(&mut rest, modes.len())?.iter();
+        let mut out = block;
+        for channel in &mut channels {
+            match controls.next() {
+                None => {
+                    for plane in &mut planes {
+                        groups(&mut rest, BITS, count, plane)?;
+                    }
+                }
+                Some(control) => {
+                    let controls = [control & 3, control >> 2 & 3, control >> 4 & 3, control >> 6];
+                    for (control, plane) in controls.into_iter().zip(&mut planes) {
+                        match control {
+                            0 => groups(&mut rest, FEW_BITS, count, plane)?,
+                            1 => groups(&mut rest, MANY_BITS, count, plane)?,
+                            2 => plane.fill(0),
+                            _ => copy(take(&mut rest, count)?, plane),
+                        }
+                    }
                 }
             }
-            let mode = modes.get(channel).copied().unwrap_or(0);
-            let place = channel * 4;
-            let before = &mut last[place..place + 4];
-            let value = u32::from_le_bytes([before[0], before[1], before[2], before[3]]);
-            let sum = match (mode & 15, mode >> 4) {
-                (0, 0) => undo(&planes, &mut block[place..], stride, value, add_bytes),
-                (1, 0) => undo(&planes, &mut block[place..], stride, value, add_halves),
-                (2, turn) => undo(&planes, &mut block[place..], stride, value, |value, difference| {
+            let Channel { value, mode } = channel;
+            match (*mode & 15, *mode >> 4) {
+                (0, 0) => undo(&planes, out, stride, value, add_bytes),
+                (1, 0) => undo(&planes, out, stride, value, add_halves),
+                (2, turn) => undo(&planes, out, stride, value, |value, difference| {
                     value ^ difference.rotate_right(turn.into())
                 }),
                 _ => return Err("its compressed data has an unknown channel mode"),
-            };
-            before.copy_from_slice(&sum.to_le_bytes());
+            }
+            // The next channel's elements begin four bytes later.
+            out = out.get_mut(4..).unwrap_or_default();
         }
     }
     if rest.is_empty() { Ok(()) } else { Err(LEFT_OVER) }
 }
 
+/// Takes bytes off the end.
+fn take_last<'a>(rest: &mut &'a [u8], count: usize) -> Result<&'a [u8], Damage> {
+    let place = rest.len().checked_sub(count);
+    let (others, taken) = place.and_then(|place| rest.split_at_checked(place)).ok_or(CUT_OFF)?;
+    *rest = others;
+    Ok(taken)
+}
+
+fn copy(bytes: &[u8], out: &mut [u8]) {
+    out.iter_mut().zip(bytes).for_each(|(out, byte)| *out = *byte);
+}
+
 /// The differences of one byte of a block's elements.
-fn groups(rest: &mut &[u8], bits: &[u8; 4], count: usize, plane: &mut [u8; BLOCK]) -> Result<(), Damage> {
+fn groups(
+    rest: &mut &[u8],
+    [a, b, c, d]: [u8; 4],
+    count: usize,
+    plane: &mut [u8; BLOCK],
+) -> Result<(), Damage> {
     let groups = count.div_ceil(GROUP);
     let headers = take(rest, groups.div_ceil(4))?;
-    for (k, group) in plane.as_chunks_mut::<GROUP>().0.iter_mut().take(groups).enumerate() {
-        match bits[usize::from(headers[k / 4] >> (k % 4 * 2) & 3)] {
-            0 => group.fill(0),
-            1 => {
-                let packed = take(rest, 2)?;
-                let marks = u16::from_le_bytes([packed[0], packed[1]]);
-                let mut large = Large::take(rest, marks.count_ones())?;
-                for (k, byte) in group.iter_mut().enumerate() {
-                    *byte = if marks >> k & 1 == 1 { large.next() } else { 0 };
+    let (groups, _) = plane.as_chunks_mut::<GROUP>().0.split_at_mut_checked(groups).ok_or(CUT_OFF)?;
+    for (groups, header) in groups.chunks_mut(4).zip(headers) {
+        let codes = [header & 3, header >> 2 & 3, header >> 4 & 3, header >> 6];
+        for (group, code) in groups.iter_mut().zip(codes) {
+            let bits = match code {
+                0 => a,
+                1 => b,
+                2 => c,
+                _ => d,
+            };
+            match bits {
+                0 => group.fill(0),
+                1 => {
+                    let marks = u16::from_le_bytes(*take_array(rest)?);
+                    group.fill(0);
+                    replace(rest, marks.into(), 0, group)?;
                 }
+                2 => {
+                    let packed = take_array::<4>(rest)?;
+                    for (four, packed) in group.as_chunks_mut::<4>().0.iter_mut().zip(packed) {
+                        *four = [packed >> 6, packed >> 4 & 3, packed >> 2 & 3, packed & 3];
+                    }
+                    let packed = u32::from_be_bytes(*packed);
+                    let marks = packed & packed >> 1 & 0x5555_5555;
+                    replace(rest, marks.reverse_bits().into(), 1, group)?;
+                }
+                4 => {
+                    let packed = take_array::<8>(rest)?;
+                    for (two, packed) in group.as_chunks_mut::<2>().0.iter_mut().zip(packed) {
+                        *two = [packed >> 4, packed & 15];
+                    }
+                    let packed = u64::from_be_bytes(*packed);
+                    let pairs = packed & packed >> 1;
+                    let marks = pairs & pairs >> 2 & 0x1111_1111_1111_1111;
+                    replace(rest, marks.reverse_bits(), 2, group)?;
+                }
+                _ => *group = *take_array(rest)?,
             }
-            2 => {
-                let packed = take(rest, 4)?;
-                let packed = u32::from_be_bytes([packed[0], packed[1], packed[2], packed[3]]);
-                let marks = packed & packed >> 1 & 0x5555_5555;
-                for (k, byte) in group.iter_mut().enumerate() {
-                    *byte = (packed >> (30 - 2 * k) & 3) as u8;
-                }
-                if marks != 0 {
-                    Large::take(rest, marks.count_ones())?.replace(group, 3);
-                }
-            }
-            4 => {
-                let packed = take(rest, 8)?;
-                let mut marks = 0;
-                for (pair, &packed) in group.as_chunks_mut::<2>().0.iter_mut().zip(packed) {
-                    *pair = [packed >> 4, packed & 15];
-                    marks += u32::from(pair[0] == 15) + u32::from(pair[1] == 15);
-                }
-                if marks != 0 {
-                    Large::take(rest, marks)?.replace(group, 15);
-                }
-            }
-            _ => group.copy_from_slice(take(rest, GROUP)?),
         }
     }
     Ok(())
 }
 
-/// The differences of a group that do not fit into its bits.
-struct Large {
-    bytes: [u8; 32],
-    at: usize,
-}
-
-impl Large {
-    fn take(rest: &mut &[u8], count: u32) -> Result<Self, Damage> {
-        let mut bytes = [0; 32];
-        let given = take(rest, count as usize)?;
-        bytes[..given.len()].copy_from_slice(given);
-        Ok(Self { bytes, at: 0 })
-    }
-
-    fn next(&mut self) -> u8 {
-        let byte = self.bytes[self.at % 32];
-        self.at += 1;
-        byte
-    }
-
-    fn replace(&mut self, group: &mut [u8; GROUP], mark: u8) {
-        for byte in group {
-            // Without a branch: which bytes are marked cannot be foreseen.
-            let (marked, large) = (*byte == mark, self.bytes[self.at % 32]);
-            *byte = if marked { large } else { *byte };
-            self.at += usize::from(marked);
+/// Replaces those differences of a group that did not fit into its bits: the bits of `marks`, whose places are those
+/// of the differences times two to the power of `shift`.
+#[inline]
+fn replace(rest: &mut &[u8], mut marks: u64, shift: u32, group: &mut [u8; GROUP]) -> Result<(), Damage> {
+    for &large in take(rest, marks.count_ones() as usize)? {
+        if let Some(byte) = group.get_mut((marks.trailing_zeros() >> shift) as usize) {
+            *byte = large;
         }
+        marks &= marks.wrapping_sub(1);
     }
+    Ok(())
 }
 
-/// Adds up the differences of four bytes of each element; gives the last sum.
+/// Adds up the differences of four bytes of each element, from the front of `out` on.
 #[inline(always)]
 fn undo(
     planes: &[[u8; BLOCK]; 4],
     out: &mut [u8],
-    stride: usize,
-    mut value: u32,
+    stride: NonZeroUsize,
+    value: &mut u32,
     add: impl Fn(u32, u32) -> u32,
-) -> u32 {
+) {
     let [a, b, c, d] = planes;
     let differences = a.iter().zip(b).zip(c.iter().zip(d));
-    for (out, ((&a, &b), (&c, &d))) in out.chunks_mut(stride).zip(differences) {
-        value = add(value, u32::from_le_bytes([a, b, c, d]));
+    let mut sum = *value;
+    for (out, ((&a, &b), (&c, &d))) in out.chunks_mut(stride.get()).zip(differences) {
+        sum = add(sum, u32::from_le_bytes([a, b, c, d]));
         if let Some(out) = out.first_chunk_mut() {
-            *out = value.to_le_bytes();
+            *out = sum.to_le_bytes();
         }
     }
-    value
+    *value = sum;
 }
 
 /// Adds zigzag differences to each of four bytes; sums do not carry.
 fn add_bytes(value: u32, difference: u32) -> u32 {
     let difference = (difference >> 1 & 0x7f7f_7f7f) ^ (difference & 0x0101_0101).wrapping_mul(0xff);
-    ((value & 0x7f7f_7f7f) + (difference & 0x7f7f_7f7f)) ^ ((value ^ difference) & 0x8080_8080)
+    (value & 0x7f7f_7f7f).wrapping_add(difference & 0x7f7f_7f7f) ^ ((value ^ difference) & 0x8080_8080)
 }
 
 /// The same for two halves.
 fn add_halves(value: u32, difference: u32) -> u32 {
     let difference = (difference >> 1 & 0x7fff_7fff) ^ (difference & 0x0001_0001).wrapping_mul(0xffff);
-    ((value & 0x7fff_7fff) + (difference & 0x7fff_7fff)) ^ ((value ^ difference) & 0x8000_8000)
+    (value & 0x7fff_7fff).wrapping_add(difference & 0x7fff_7fff) ^ ((value ^ difference) & 0x8000_8000)
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::encoder::{Random, attributes};
     use super::*;
+
+    fn decode(stream: &[u8], stride: usize, out: &mut [u8]) -> Result<(), Damage> {
+        super::decode(stream, NonZeroUsize::new(stride).unwrap(), out)
+    }
 
     /// The bytes of the specification's example: 16 differences in 4 bits, two of them explicit.
     #[test]

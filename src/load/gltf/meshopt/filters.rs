@@ -45,12 +45,10 @@ pub(super) fn quaternion(elements: &mut [[u8; 8]]) {
         let square = one * one * 2.0 - xyz[0] * xyz[0] - xyz[1] * xyz[1] - xyz[2] * xyz[2];
         let largest = if square >= 0.0 { square.sqrt() } else { 0.0 };
         let unit = scale / one;
-        let place = usize::from(last.cast_unsigned() & 3);
-        let mut out = [0; 4];
-        for (k, v) in [largest, xyz[0], xyz[1], xyz[2]].into_iter().enumerate() {
-            out[(place + k) & 3] = round(v * unit) as i16;
-        }
-        *element = bytes(out);
+        let numbers = [largest, xyz[0], xyz[1], xyz[2]].map(|v| round(v * unit) as i16);
+        // The first number goes to that place, and the others to those behind it, which go round.
+        let place = u32::from(last.cast_unsigned() & 3);
+        *element = u64::from_le_bytes(bytes(numbers)).rotate_left(place << 4).to_le_bytes();
     }
 }
 
@@ -60,7 +58,7 @@ pub(super) fn exponential(numbers: &mut [[u8; 4]]) {
         let bits = i32::from_le_bytes(*number);
         let (exponent, mantissa) = (bits >> 24, bits << 8 >> 8);
         // Both factors are floats and their product is one, for the exponents from -100 to 100 that are allowed.
-        let power = f32::from_bits(((exponent.clamp(-126, 127) + 127) as u32) << 23);
+        let power = f32::from_bits(exponent.clamp(-126, 127).wrapping_add(127).cast_unsigned() << 23);
         *number = (power * mantissa as f32).to_le_bytes();
     }
 }
@@ -68,11 +66,13 @@ pub(super) fn exponential(numbers: &mut [[u8; 4]]) {
 /// Filter 4: luma, chroma and alpha of as many bits as alpha's highest one tells.
 fn color([y, co, cg]: [i32; 3], alpha: i32, max: f32) -> [i32; 4] {
     let highest = alpha.max(1).ilog2();
-    let one = (2 << highest) - 1;
+    let one = !(!1 << highest);
     let alpha = (alpha << 1 & one) | (alpha & 1);
     let scale = max / one as f32;
+    // Whole numbers of at most 18 bits, whose sums are exact.
+    let [y, co, cg, alpha] = [y, co, cg, alpha].map(|v| v as f32);
     // Not below zero: what is there is meant to be no colour.
-    [y + co - cg, y + cg, y - co - cg, alpha].map(|v| (v as f32 * scale + 0.5) as i32)
+    [y + co - cg, y + cg, y - co - cg, alpha].map(|v| (v * scale + 0.5) as i32)
 }
 
 /// Filter 4 for bytes.

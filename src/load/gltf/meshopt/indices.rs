@@ -1,7 +1,8 @@
 //! Modes 1 and 2: indices of triangles by the edges and vertices that were seen last, and other indices as differences.
 
-use super::{CUT_OFF, Damage, LEFT_OVER, take};
+use super::{CUT_OFF, Damage, LEFT_OVER, take, take_one};
 
+const BAD_TABLE: Damage = "its compressed data has a table that is not allowed";
 const NOT_WRITTEN: Damage = "its compressed data refers to an edge or a vertex before the first";
 
 /// The last 16 of some things.
@@ -16,23 +17,26 @@ impl<T: Copy + Default> Recent<T> {
     }
 
     fn push(&mut self, item: T) {
-        self.list[self.written % 16] = item;
-        self.written += 1;
+        if let Some(place) = self.list.get_mut(self.written % 16) {
+            *place = item;
+        }
+        // A byte of the stream writes three of them at most, so this never goes around.
+        self.written = self.written.wrapping_add(1);
     }
 
     /// The item that was written last (0), or before.
     fn get(&self, back: u8) -> Result<T, Damage> {
-        let place = self.written.checked_sub(1 + usize::from(back)).ok_or(NOT_WRITTEN)?;
-        Ok(self.list[place % 16])
+        let place = self.written.checked_sub(usize::from(back).saturating_add(1)).ok_or(NOT_WRITTEN)?;
+        self.list.get(place % 16).copied().ok_or(NOT_WRITTEN)
     }
 }
 
 /// A number of 7 bits a byte, least significant first; at most five bytes.
 fn number(rest: &mut &[u8]) -> Result<u32, Damage> {
     let mut value = 0;
-    for k in 0..5 {
-        let byte = take(rest, 1)?[0];
-        value |= u32::from(byte & 127) << (7 * k);
+    for shift in [0, 7, 14, 21, 28] {
+        let byte = take_one(rest)?;
+        value |= u32::from(byte & 127) << shift;
         if byte & 128 == 0 {
             return Ok(value);
         }
@@ -73,11 +77,11 @@ impl State<'_> {
         match code {
             0 => Ok((self.fresh(), true)),
             15 => Ok((self.explicit()?, true)),
-            back => Ok((self.vertices.get(back - 1)?, false)),
+            back => Ok((self.vertices.get(back.wrapping_sub(1))?, false)),
         }
     }
 
-    fn triangle(&mut self, code: u8, table: &[u8; 16]) -> Result<[u32; 3], Damage> {
+    fn triangle(&mut self, code: u8, table: &[u8; 14]) -> Result<[u32; 3], Damage> {
         let (high, low) = (code >> 4, code & 15);
         if high < 15 {
             let [a, b] = self.edges.get(high)?;
@@ -101,14 +105,16 @@ impl State<'_> {
             }
             return Ok([a, b, c]);
         }
-        let (a, codes) = if low < 14 {
-            (self.fresh(), table[usize::from(low)])
-        } else {
-            let codes = take(&mut self.data, 1)?[0];
-            if codes == 0 {
-                self.next = 0;
+        let (a, codes) = match table.get(usize::from(low)) {
+            Some(codes) => (self.fresh(), *codes),
+            // The last two have codes of their own.
+            None => {
+                let codes = take_one(&mut self.data)?;
+                if codes == 0 {
+                    self.next = 0;
+                }
+                (if low == 14 { self.fresh() } else { self.explicit()? }, codes)
             }
-            (if low == 14 { self.fresh() } else { self.explicit()? }, codes)
         };
         let (b, b_is_new) = self.vertex(codes >> 4)?;
         let (c, c_is_new) = self.vertex(codes & 15)?;
@@ -134,13 +140,15 @@ pub(super) fn triangles<const S: usize>(
     store: impl Fn(u32) -> [u8; S],
 ) -> Result<(), Damage> {
     let mut rest = stream;
-    if take(&mut rest, 1)? != [0xe1] {
+    if take_one(&mut rest)? != 0xe1 {
         return Err("its compressed data has no header of triangles");
     }
     let codes = take(&mut rest, out.len() / 3)?;
-    let (data, table) = rest.split_last_chunk::<16>().ok_or(CUT_OFF)?;
-    if table[14..] != [0, 0] || table.iter().any(|&codes| codes >> 4 == 15 || codes & 15 == 15) {
-        return Err("its compressed data has a table that is not allowed");
+    let (data, [table @ .., 0, 0]) = rest.split_last_chunk::<16>().ok_or(CUT_OFF)? else {
+        return Err(BAD_TABLE);
+    };
+    if table.iter().any(|&codes| codes >> 4 == 15 || codes & 15 == 15) {
+        return Err(BAD_TABLE);
     }
     let mut state = State { data, next: 0, last: 0, edges: Recent::new(), vertices: Recent::new() };
     for (out, &code) in out.as_chunks_mut::<3>().0.iter_mut().zip(codes) {
@@ -159,14 +167,14 @@ pub(super) fn sequence<const S: usize>(
     store: impl Fn(u32) -> [u8; S],
 ) -> Result<(), Damage> {
     let mut rest = stream;
-    if take(&mut rest, 1)? != [0xd1] {
+    if take_one(&mut rest)? != 0xd1 {
         return Err("its compressed data has no header of indices");
     }
     let (mut data, _) = rest.split_last_chunk::<4>().ok_or(CUT_OFF)?;
-    let mut last = [0u32; 2];
+    let (mut even, mut odd) = (0u32, 0u32);
     for out in out {
         let value = number(&mut data)?;
-        let baseline = &mut last[(value & 1) as usize];
+        let baseline = if value & 1 == 0 { &mut even } else { &mut odd };
         *baseline = baseline.wrapping_add(difference(value >> 1));
         *out = store(*baseline);
     }

@@ -10,6 +10,7 @@ mod filters;
 mod indices;
 
 use serde::Deserialize;
+use std::num::NonZeroUsize;
 
 /// Why a stream cannot be decoded.
 type Damage = &'static str;
@@ -64,8 +65,11 @@ pub(super) enum Filter {
 pub(super) struct Layout {
     mode: Mode,
     filter: Filter,
-    count: usize,
-    stride: usize,
+    stride: NonZeroUsize,
+    /// Number of elements.
+    count: u64,
+    /// Bytes of all of them.
+    size: usize,
 }
 
 impl Layout {
@@ -91,27 +95,31 @@ impl Layout {
         if mode == Mode::Triangles && !count.is_multiple_of(3) {
             return Err("its count is no whole number of triangles");
         }
-        let count = usize::try_from(count).ok().filter(|count| count.checked_mul(stride * 2).is_some());
-        let count = count.ok_or("it has too many elements")?;
-        Ok(Self { mode, filter, count, stride })
+        // No list is larger than `isize` tells.
+        let size = usize::try_from(count).ok().and_then(|count| count.checked_mul(stride));
+        let size = size.filter(|&size| isize::try_from(size).is_ok()).ok_or("it has too many elements")?;
+        let stride =
+            NonZeroUsize::new(stride).ok_or("its compression mode does not allow this byteStride")?;
+        Ok(Self { mode, filter, stride, count, size })
     }
 
     /// Bytes that decoding gives.
     pub(super) fn decoded(&self) -> u64 {
-        self.count as u64 * self.stride as u64
+        self.size as u64
     }
 
     /// No valid stream is longer than this.
     pub(super) fn longest(&self) -> u64 {
-        let count = self.count as u64;
-        match self.mode {
+        let stride = self.stride.get() as u64;
+        let (parts, each, once) = match self.mode {
             // In the worst case a group of 16 elements takes 24 bytes for each of their bytes, a quarter byte of header
             // and, once a block, a quarter byte of control.
-            Mode::Attributes => 321 + count.next_multiple_of(16).saturating_mul(2 * self.stride as u64),
+            Mode::Attributes => (self.count.div_ceil(16), stride.saturating_mul(32), 321),
             // A code, a byte and three indices each.
-            Mode::Triangles => 17 + (count / 3).saturating_mul(17),
-            Mode::Indices | Mode::Unknown => 5 + count.saturating_mul(5),
-        }
+            Mode::Triangles => (self.count / 3, 17, 17),
+            Mode::Indices | Mode::Unknown => (self.count, 5, 5),
+        };
+        parts.saturating_mul(each).saturating_add(once)
     }
 
     /// The elements. Allocates [`Layout::decoded`] bytes.
@@ -119,17 +127,18 @@ impl Layout {
     /// # Errors
     /// What is wrong with the stream.
     pub(super) fn decode(&self, stream: &[u8]) -> Result<Vec<u8>, Damage> {
-        let mut out = vec![0; self.count * self.stride];
+        let mut out = vec![0; self.size];
+        let stride = self.stride.get();
         match self.mode {
             Mode::Attributes => attributes::decode(stream, self.stride, &mut out)?,
-            Mode::Triangles if self.stride == 2 => indices::triangles(stream, out.as_chunks_mut().0, narrow)?,
+            Mode::Triangles if stride == 2 => indices::triangles(stream, out.as_chunks_mut().0, narrow)?,
             Mode::Triangles => indices::triangles(stream, out.as_chunks_mut().0, u32::to_le_bytes)?,
-            Mode::Indices if self.stride == 2 => indices::sequence(stream, out.as_chunks_mut().0, narrow)?,
+            Mode::Indices if stride == 2 => indices::sequence(stream, out.as_chunks_mut().0, narrow)?,
             Mode::Indices | Mode::Unknown => {
                 indices::sequence(stream, out.as_chunks_mut().0, u32::to_le_bytes)?;
             }
         }
-        match (self.filter, self.stride) {
+        match (self.filter, stride) {
             (Filter::None | Filter::Unknown, _) => {}
             (Filter::Octahedral, 4) => filters::octahedral8(out.as_chunks_mut().0),
             (Filter::Octahedral, _) => filters::octahedral16(out.as_chunks_mut().0),
@@ -145,6 +154,20 @@ impl Layout {
 /// The low half of an index, as the extensions demand for indices of 16 bits.
 fn narrow(index: u32) -> [u8; 2] {
     (index as u16).to_le_bytes()
+}
+
+/// Takes a byte off the front.
+fn take_one(rest: &mut &[u8]) -> Result<u8, Damage> {
+    let (taken, others) = rest.split_first().ok_or(CUT_OFF)?;
+    *rest = others;
+    Ok(*taken)
+}
+
+/// Takes as many bytes off the front as the caller has room for.
+fn take_array<'a, const N: usize>(rest: &mut &'a [u8]) -> Result<&'a [u8; N], Damage> {
+    let (taken, others) = rest.split_first_chunk().ok_or(CUT_OFF)?;
+    *rest = others;
+    Ok(taken)
 }
 
 /// Takes bytes off the front.

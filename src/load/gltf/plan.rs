@@ -1,0 +1,199 @@
+//! What a file needs to be drawn, before any of it is read: serial, in the order of the file.
+
+use super::animation::Channels;
+use super::deform::Usage;
+use super::hierarchy::{Content, Tree};
+use super::list::Index;
+use super::mesh::{self, Geometry};
+use super::model::Root;
+use super::pointer::Target;
+use super::rig::{Draw, Drawn, Weights};
+use super::{FORMAT, Loader, camera, instancing, material, pose, skin, variant};
+use crate::limits::Limits;
+use crate::load::LoadError;
+use crate::load::tangents::tangent_set;
+use crate::scene::Material;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+/// Bytes charged for an instance: the scene's and what the renderer keeps for it.
+const INSTANCE_BYTES: u64 = 256;
+
+impl Loader<'_> {
+    /// Finds what the nodes draw, and makes sure that it is within the limits. Also gives all nodes that show something.
+    pub(super) fn plan(
+        &mut self,
+        tree: &mut Tree,
+        channels: Option<&Channels>,
+    ) -> Result<(Vec<Drawn>, Vec<Content>), LoadError> {
+        let root = self.root;
+        let targets: BTreeSet<Target> = channels.into_iter().flat_map(Channels::targets).collect();
+        let contents = tree.contents(root, |node| targets.contains(&Target::Visible(node)))?;
+        let usages = usages(root, &contents, &targets)?;
+        let mut draws = Vec::new();
+        // The draws of meshes, by their numbers in the file.
+        let mut known: BTreeMap<usize, Arc<[Draw]>> = BTreeMap::new();
+        let (mut triangles, mut instances) = (0u64, 0u64);
+        for &content in &contents {
+            let k = content.node;
+            let node = root.nodes.at(k)?;
+            let name = || root.nodes.label(k);
+            if let Some((index, camera)) =
+                node.camera.and_then(|k| Some((k.get(), root.cameras.get(k.get())?)))
+            {
+                camera::charge(camera, index, &mut self.budget)?;
+            }
+            let Some(mesh) = node.mesh else { continue };
+            let mesh = mesh.get();
+            let Some(usage) = usages.get(mesh) else {
+                return Err(LoadError::malformed(FORMAT, format!("{}: there is no mesh {mesh}", name())));
+            };
+            let list = match known.get(&mesh) {
+                Some(list) => Arc::clone(list),
+                None => {
+                    let list: Arc<[Draw]> = self.plan_mesh(mesh, usage)?.into();
+                    known.insert(mesh, Arc::clone(&list));
+                    list
+                }
+            };
+            let mut copies = match node.extensions.as_deref().and_then(|e| e.instancing.as_ref()) {
+                None => None,
+                Some(given) => {
+                    Some(instancing::read(root, k, given, &mut self.buffers, self.context, &mut self.budget)?)
+                }
+            };
+            let mut skin = None;
+            if let Some(index) = node.skin {
+                let index = index.get();
+                if index >= root.skins.len() {
+                    return Err(LoadError::malformed(
+                        FORMAT,
+                        format!("{}: there is no skin {index}", name()),
+                    ));
+                }
+                let mut geometries = list.iter().filter_map(|draw| self.geometries.get(draw.geometry));
+                if geometries.any(Geometry::has_joints) {
+                    skin = Some(index);
+                    self.read_skin(index, tree)?;
+                    if copies.as_ref().is_some_and(|copies| copies.len() > 1) {
+                        self.warnings.add(|| format!("{}: a mesh with a skin is drawn once", name()));
+                    }
+                    copies = None;
+                }
+            }
+            let own = !node.weights.is_empty() || targets.contains(&Target::Weights(k));
+            let weights = if own { Weights::Node(k, mesh) } else { Weights::Mesh(mesh) };
+            let count = copies.as_ref().map_or(1, |copies| copies.len() as u64);
+            let geometries = list.iter().filter_map(|draw| self.geometries.get(draw.geometry));
+            let each = geometries.map(|geometry| geometry.triangles).fold(0, u64::saturating_add);
+            triangles = triangles.saturating_add(each.saturating_mul(count));
+            instances = instances.saturating_add(count.saturating_mul(list.len() as u64));
+            Limits::check(
+                || format!("triangles up to {}", name()),
+                triangles,
+                self.context.limits.triangles,
+                "triangles",
+            )?;
+            draws.push(Drawn { node: content, mesh: list, copies, skin, weights });
+        }
+        self.budget.charge(|| "instances".to_owned(), instances, INSTANCE_BYTES)?;
+        Ok((draws, contents))
+    }
+
+    fn read_skin(&mut self, index: usize, tree: &mut Tree) -> Result<(), LoadError> {
+        if !self.skins.contains_key(&index) {
+            let skin = skin::read(self.root, index, tree, &mut self.buffers, self.context, &mut self.budget)?;
+            self.skins.insert(index, skin);
+        }
+        Ok(())
+    }
+
+    fn plan_mesh(&mut self, mesh: usize, usage: &Usage) -> Result<Vec<Draw>, LoadError> {
+        let root = self.root;
+        let mut draws = Vec::new();
+        for (k, primitive) in root.meshes.at(mesh)?.primitives.iter().enumerate() {
+            let material = variant::material(primitive, self.variant).map(Index::get);
+            if let Some(missing) = material.filter(|&m| m >= root.materials.len()) {
+                let name = mesh::name(root, mesh, k);
+                return Err(LoadError::malformed(FORMAT, format!("{name}: there is no material {missing}")));
+            }
+            let material = self.plan_material(material, mesh::is_unlit(primitive))?;
+            let tangents_for = self.materials.get(material).and_then(|(_, material)| tangent_set(material));
+            let planned = mesh::plan(
+                root,
+                (mesh, k),
+                tangents_for,
+                usage,
+                &mut self.buffers,
+                self.context,
+                &mut self.budget,
+                &mut self.warnings,
+            )?;
+            let Some((source, geometry)) = planned else { continue };
+            let geometry = match self.sources.get(&source) {
+                Some(&known) => known,
+                None => {
+                    geometry.charge_triangles(root, &mut self.budget)?;
+                    let place = self.geometries.len();
+                    self.geometries.push(geometry);
+                    self.sources.insert(source, place);
+                    place
+                }
+            };
+            draws.push(Draw { geometry, material });
+        }
+        Ok(draws)
+    }
+
+    /// The place of a material, or of the same one without light.
+    fn plan_material(&mut self, index: Option<usize>, unlit: bool) -> Result<usize, LoadError> {
+        if let Some(&place) = self.material_places.get(&(index, unlit)) {
+            return Ok(place);
+        }
+        // Far larger than what the file says of it; twice, for a list that grows.
+        self.budget.charge(|| "materials".to_owned(), 2, size_of::<Material>() as u64)?;
+        let mut material = match index {
+            None => material::default_material(),
+            Some(index) => material::convert(self.root, index, &mut self.textures, &mut self.warnings)?,
+        };
+        material.unlit |= unlit;
+        let place = self.materials.len();
+        self.materials.push((index, material));
+        self.material_places.insert((index, unlit), place);
+        Ok(place)
+    }
+}
+
+/// How the nodes of the scene use each mesh.
+fn usages(root: &Root, contents: &[Content], targets: &BTreeSet<Target>) -> Result<Vec<Usage>, LoadError> {
+    /// Weights that many nodes share are looked at once.
+    #[derive(Default)]
+    struct Seen {
+        usage: Usage,
+        whole: bool,
+        own: bool,
+    }
+    let mut all: Vec<Seen> = root.meshes.iter().map(|_| Seen::default()).collect();
+    let nonzero = |weights: &[f64]| -> Vec<usize> {
+        (0..weights.len()).filter(|&k| pose::stored(weights, k) != 0.0).collect()
+    };
+    for content in contents {
+        let k = content.node;
+        let node = root.nodes.at(k)?;
+        let Some(mesh) = node.mesh.map(Index::get) else { continue };
+        let (Some(given), Some(seen)) = (root.meshes.get(mesh), all.get_mut(mesh)) else { continue };
+        seen.usage.skinned |= node.skin.is_some();
+        let animated = targets.contains(&Target::Weights(k))
+            || node.weights.is_empty() && targets.contains(&Target::MeshWeights(mesh));
+        if animated {
+            if !std::mem::replace(&mut seen.whole, true) {
+                seen.usage.targets.extend(0..Target::MeshWeights(mesh).width(root));
+            }
+        } else if !node.weights.is_empty() {
+            seen.usage.targets.extend(nonzero(&node.weights));
+        } else if !std::mem::replace(&mut seen.own, true) {
+            seen.usage.targets.extend(nonzero(&given.weights));
+        }
+    }
+    Ok(all.into_iter().map(|seen| seen.usage).collect())
+}
