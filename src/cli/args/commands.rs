@@ -58,7 +58,7 @@ pub struct MovieArgs {
     pub output: PathBuf,
 
     /// Frames a second, 0.1 to 1000
-    #[arg(long, value_name = "N", value_parser = values::within(0.1, 1000.0), allow_negative_numbers = true,
+    #[arg(long, value_name = "N", value_parser = values::within::<f64>(0.1, 1000.0), allow_negative_numbers = true,
           default_value = "24")]
     pub fps: f64,
 }
@@ -76,7 +76,7 @@ pub struct TurntableArgs {
     pub movie: MovieArgs,
 
     /// Frames of the turn [default: as many as --seconds and --fps make]
-    #[arg(long, value_name = "N", value_parser = values::within(1, u32::MAX), allow_negative_numbers = true,
+    #[arg(long, value_name = "N", value_parser = values::within::<u32>(1, u32::MAX), allow_negative_numbers = true,
           conflicts_with = "seconds")]
     pub frames: Option<u32>,
 
@@ -152,7 +152,7 @@ pub struct InfoArgs {
 #[derive(Debug, Args)]
 pub struct CellArgs {
     /// Cells in a row [default: as many as make the sheet about square]
-    #[arg(long, value_name = "N", value_parser = values::within(1, 1000), allow_negative_numbers = true,
+    #[arg(long, value_name = "N", value_parser = values::within::<u32>(1, 1000), allow_negative_numbers = true,
           requires = "output")]
     pub columns: Option<u32>,
 }
@@ -233,12 +233,12 @@ pub struct BenchArgs {
     pub inputs: Vec<PathBuf>,
 
     /// Frames that are counted, evenly spaced over one turn of the camera
-    #[arg(long, value_name = "N", value_parser = values::within(1, 1_000_000), allow_negative_numbers = true,
+    #[arg(long, value_name = "N", value_parser = values::within::<u32>(1, 1_000_000), allow_negative_numbers = true,
           default_value_t = 60)]
     pub frames: u32,
 
     /// A new model each frame: passes over all models that are counted [default: 1]
-    #[arg(long, value_name = "N", value_parser = values::within(1, 1_000_000), allow_negative_numbers = true,
+    #[arg(long, value_name = "N", value_parser = values::within::<u32>(1, 1_000_000), allow_negative_numbers = true,
           conflicts_with = "frames")]
     pub rounds: Option<u32>,
 

@@ -93,7 +93,7 @@ pub struct CameraArgs {
     pub up: Option<[f32; 3]>,
 
     /// Vertical field of view in degrees, 0.1 to 179 [default: 30]
-    #[arg(long, value_name = "DEGREES", value_parser = values::within(0.1, 179.0), allow_negative_numbers = true,
+    #[arg(long, value_name = "DEGREES", value_parser = values::within::<f32>(0.1, 179.0), allow_negative_numbers = true,
           conflicts_with_all = ["camera", "ortho"])]
     pub fov: Option<f32>,
 
@@ -156,20 +156,20 @@ pub struct PictureArgs {
     pub area_lights: Option<AreaLightMethod>,
 
     /// Largest anisotropy of texture filtering, 1 to 16 [default: 8]
-    #[arg(long, value_name = "N", value_parser = values::within(1, 16), allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = values::within::<u32>(1, 16), allow_negative_numbers = true)]
     pub anisotropy: Option<u32>,
 
     /// Shade triangles smaller than a pixel as one where their normals differ by less than this many degrees, 0 to 45:
     /// faster on dense meshes, with less smoothing of sharp reflections [default: 0]
-    #[arg(long, value_name = "DEGREES", value_parser = values::within(0.0, 45.0), allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEGREES", value_parser = values::within::<f32>(0.0, 45.0), allow_negative_numbers = true)]
     pub merge_angle: Option<f32>,
 
     /// Width of lines in pixels, 0.1 to 64 [default: 1.5]
-    #[arg(long, value_name = "PIXELS", value_parser = values::within(0.1, 64.0), allow_negative_numbers = true)]
+    #[arg(long, value_name = "PIXELS", value_parser = values::within::<f32>(0.1, 64.0), allow_negative_numbers = true)]
     pub line_width: Option<f32>,
 
     /// Size of points in pixels, 0.1 to 64 [default: 3]
-    #[arg(long, value_name = "PIXELS", value_parser = values::within(0.1, 64.0), allow_negative_numbers = true)]
+    #[arg(long, value_name = "PIXELS", value_parser = values::within::<f32>(0.1, 64.0), allow_negative_numbers = true)]
     pub point_size: Option<f32>,
 }
 
@@ -186,7 +186,7 @@ pub struct DisplayArgs {
     pub tone_map: Option<ToneCurve>,
 
     /// Exposure of 8-bit pictures in stops, -64 to 64: +1 doubles the light [default: 0]
-    #[arg(long, value_name = "STOPS", value_parser = values::within(-64.0, 64.0), allow_negative_numbers = true)]
+    #[arg(long, value_name = "STOPS", value_parser = values::within::<f32>(-64.0, 64.0), allow_negative_numbers = true)]
     pub exposure: Option<f32>,
 }
 
@@ -194,7 +194,7 @@ pub struct DisplayArgs {
 #[derive(Debug, Args)]
 pub struct ThreadArgs {
     /// Worker threads, 0 to 1024; 0 stands for one per processor
-    #[arg(long, value_name = "N", value_parser = values::within(0, 1024), allow_negative_numbers = true,
+    #[arg(long, value_name = "N", value_parser = values::within::<u16>(0, 1024), allow_negative_numbers = true,
           default_value_t = 0, help_heading = MACHINE)]
     pub threads: u16,
 }

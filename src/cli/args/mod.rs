@@ -98,6 +98,33 @@ mod tests {
         check(&Cli::command());
     }
 
+    /// What a value is parsed to is what its option takes: a difference is found out at run time only.
+    #[test]
+    fn every_option_can_be_read() {
+        let picture = "--fov 1 --env-rotation -1 --env-intensity 1 --size 1 --samples 1 --anisotropy 1 --merge-angle 1 \
+                       --line-width 1 --point-size 1 --exposure -1 --threads 1 --tile 16 --limit nodes=1";
+        for line in [
+            &format!("render x -o y --time 1 --loop --up 0,1,0 {picture} --aov uv,depth"),
+            "render x -o y --eye 0,0,1 --target 0,0,0 --ortho=1 --simd auto --background red --tone-map aces",
+            "render x -o y --view top --env a.hdr --shading velvet --material velvet --area-lights facets",
+            "turntable x -o y --frames 1 --fps 1 --turn camera",
+            "turntable x -o y --seconds 1",
+            "animate x -o y --from 1 --to 2 --fps 1 --animation 0",
+            "info x --threads 1 --limit nodes=1 --variant 1 --format glb",
+            "sheet x -o y --columns 1 --scene z",
+            "compare-models x -o y --columns 1 --models gltf,velvet --against three",
+            "bench x --frames 1",
+            "bench x --rounds 1 --png",
+            "materials -o y --size 1 --columns 1",
+            "golden check a b --pixels-per-degree 1 --background #ffffff --threads 1 --limit nodes=1 --strict",
+            "golden accept a b --all",
+            "golden report a b -o y",
+        ] {
+            let arguments = std::iter::once("overcoat").chain(line.split_whitespace());
+            assert!(Cli::try_parse_from(arguments).is_ok(), "{line}");
+        }
+    }
+
     /// Lists in help are complete.
     #[test]
     fn help_names_every_value() {
