@@ -1,6 +1,9 @@
 //! OBJ, STL, PLY, 3MF, Radiance HDR and OpenEXR as a user of the library meets them: one shape in every format, files that
 //! lie, and, where `OVERCOAT_CORPUS` names a folder of models, every file of these formats in it.
 
+#[path = "common/files/package.rs"]
+mod package;
+
 use overcoat::jobs::Jobs;
 use overcoat::limits::Limits;
 use overcoat::load::{
@@ -113,20 +116,7 @@ fn threemf_model() -> String {
 
 /// An archive with one part, not compressed, so that a changed byte is one of the part.
 fn threemf_of(model: &[u8]) -> Vec<u8> {
-    let name = b"3D/3dmodel.model";
-    let mut fields = vec![20, 0, 0, 0, 0, 0, 0, 0, 0, 0];
-    fields.extend(crc32fast::hash(model).to_le_bytes());
-    fields.extend([(model.len() as u32).to_le_bytes(); 2].concat());
-    fields.extend((name.len() as u16).to_le_bytes());
-    fields.extend([0, 0]);
-    let mut bytes = [b"PK\x03\x04", &fields[..], name, model].concat();
-    let start = bytes.len() as u32;
-    bytes.extend([b"PK\x01\x02\x14\0", &fields[..], &[0; 14], name].concat());
-    let length = bytes.len() as u32 - start;
-    bytes.extend(b"PK\x05\x06\0\0\0\0\x01\0\x01\0");
-    bytes.extend([length.to_le_bytes(), start.to_le_bytes()].concat());
-    bytes.extend([0, 0]);
-    bytes
+    package::stored_zip(&[("3D/3dmodel.model", model)])
 }
 
 fn hdr() -> Vec<u8> {

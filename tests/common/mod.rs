@@ -1,9 +1,9 @@
 //! From a golden's description to a frame, for the tests that go through all of them.
 
-mod files;
+pub mod files;
 mod images;
-mod scenes;
-mod shapes;
+pub mod scenes;
+pub mod shapes;
 mod stage;
 
 use overcoat::cli::materials::Materials;

@@ -1,38 +1,25 @@
 //! Compressed data: meshopt views and Draco primitives give the scenes of their uncompressed forms.
 
-// The encoders of the decoder's own tests.
-#[allow(dead_code)]
-#[path = "../../src/load/gltf/meshopt/encoder.rs"]
-mod encoder;
-
+use crate::draco::stream as draco_stream;
+use crate::encoder::{self, Random};
+use crate::meshopt::Views;
 use crate::model::{F32, Model, U16, U32, messages, outcome, push};
-use draco_core::{
-    DataType, EncoderBuffer, EncoderOptions, FaceIndex, GeometryAttributeType, Mesh, MeshEncoder,
-    PointAttribute, PointIndex,
-};
-use encoder::Random;
 use overcoat::jobs::Jobs;
 use overcoat::limits::Limits;
 use overcoat::load::{Context, LoadError, Loaded, NoResolver, load_bytes};
+use overcoat::scene::MeshData;
 use serde_json::{Value, json};
 
 /// A wavy sheet of n x n vertices: positions, normals, texture coordinates, and two triangles for each square.
-struct Sheet {
-    positions: Vec<[f32; 3]>,
-    normals: Vec<[f32; 3]>,
-    uvs: Vec<[f32; 2]>,
-    corners: Vec<u32>,
-}
-
-fn sheet(n: u32) -> Sheet {
-    let mut sheet = Sheet { positions: vec![], normals: vec![], uvs: vec![], corners: vec![] };
+fn sheet(n: u32) -> MeshData {
+    let mut sheet = MeshData::default();
     for k in 0..n * n {
         let (x, y) = ((k % n) as f32, (k / n) as f32);
         sheet.positions.push([x, y, (x * 0.25 - y * 0.5).abs()]);
         sheet.normals.push([[0.0, 0.0, 1.0], [0.0, 0.6, 0.8], [-1.0, 0.0, 0.0]][(k % 3) as usize]);
-        sheet.uvs.push([x / 64.0, y / 64.0]);
+        sheet.uvs[0].push([x / 64.0, y / 64.0]);
         if k % n + 1 < n && k / n + 1 < n {
-            sheet.corners.extend([k, k + 1, k + n, k + n, k + 1, k + n + 1]);
+            sheet.triangles.extend([[k, k + 1, k + n], [k + n, k + 1, k + n + 1]]);
         }
     }
     sheet
@@ -47,13 +34,14 @@ fn words(values: &[u32]) -> Vec<u8> {
 }
 
 /// The sheet as it is.
-fn plain(sheet: &Sheet) -> Model {
+fn plain(sheet: &MeshData) -> Model {
     let mut model = Model::empty();
     let count = sheet.positions.len();
     let position = model.accessor("VEC3", F32, count, &bytes(&sheet.positions));
     let normal = model.accessor("VEC3", F32, count, &bytes(&sheet.normals));
-    let uv = model.accessor("VEC2", F32, count, &bytes(&sheet.uvs));
-    let indices = model.accessor("SCALAR", U32, sheet.corners.len(), &words(&sheet.corners));
+    let uv = model.accessor("VEC2", F32, count, &bytes(&sheet.uvs[0]));
+    let indices =
+        model.accessor("SCALAR", U32, 3 * sheet.triangles.len(), &words(sheet.triangles.as_flattened()));
     model.json["meshes"] = json!([{"primitives": [{
         "attributes": {"POSITION": position, "NORMAL": normal, "TEXCOORD_0": uv},
         "indices": indices,
@@ -62,55 +50,22 @@ fn plain(sheet: &Sheet) -> Model {
 }
 
 /// The same with every view compressed, over a fallback buffer that does not exist.
-fn meshopt(sheet: &Sheet, extension: &str, version: u8) -> Model {
-    let mut random = Random::new(42);
+fn meshopt(sheet: &MeshData, extension: &'static str, version: u8) -> Model {
     let mut model = Model::empty();
-    let mut place = 0;
-    let mut accessors = Vec::new();
+    let views = &mut Views::new(extension, version, 1);
+    let corners = sheet.triangles.as_flattened();
     let count = sheet.positions.len();
-    let streams = [
-        (
-            "VEC3",
-            F32,
-            count,
-            12,
-            "ATTRIBUTES",
-            encoder::attributes(&bytes(&sheet.positions), 12, version, &mut random),
-        ),
-        (
-            "VEC3",
-            F32,
-            count,
-            12,
-            "ATTRIBUTES",
-            encoder::attributes(&bytes(&sheet.normals), 12, version, &mut random),
-        ),
-        (
-            "VEC2",
-            F32,
-            count,
-            8,
-            "ATTRIBUTES",
-            encoder::attributes(&bytes(&sheet.uvs), 8, version, &mut random),
-        ),
-        ("SCALAR", U32, sheet.corners.len(), 4, "TRIANGLES", encoder::triangles(&sheet.corners, &mut random)),
-    ];
-    for (kind, component, count, stride, mode, stream) in streams {
-        let start = model.bytes.len();
-        model.bytes.extend(&stream);
-        let view = json!({"buffer": 1, "byteOffset": place, "byteLength": count * stride, "extensions": {extension: {
-            "buffer": 0, "byteOffset": start, "byteLength": stream.len(), "byteStride": stride, "count": count,
-            "mode": mode,
-        }}});
-        place += count * stride;
-        let view = push(&mut model.json["bufferViews"], view);
+    let accessors = [
+        ("VEC3", F32, count, views.attributes(&mut model, &bytes(&sheet.positions), 12, "NONE")),
+        ("VEC3", F32, count, views.attributes(&mut model, &bytes(&sheet.normals), 12, "NONE")),
+        ("VEC2", F32, count, views.attributes(&mut model, &bytes(&sheet.uvs[0]), 8, "NONE")),
+        ("SCALAR", U32, corners.len(), views.triangles(&mut model, corners)),
+    ]
+    .map(|(kind, component, count, view)| {
         let accessor = json!({"bufferView": view, "componentType": component, "count": count, "type": kind});
-        accessors.push(push(&mut model.json["accessors"], accessor));
-    }
-    model.json["buffers"] = json!([
-        {"byteLength": model.bytes.len()},
-        {"byteLength": place, "extensions": {extension: {"fallback": true}}},
-    ]);
+        push(&mut model.json["accessors"], accessor)
+    });
+    model.json["buffers"] = json!([{"byteLength": model.bytes.len()}, views.fallback()]);
     model.json["extensionsUsed"] = json!([extension]);
     model.json["extensionsRequired"] = json!([extension]);
     model.json["meshes"] = json!([{"primitives": [{
@@ -201,41 +156,8 @@ fn instances_may_be_compressed() {
     assert_eq!(scene.bounds().max[..2], [7.0, 9.0]);
 }
 
-/// The sheet as a Draco stream; attributes have the numbers 0, 1 and 2.
-fn draco_stream(sheet: &Sheet, method: i32, speed: i32, bits: i32) -> Vec<u8> {
-    let mut mesh = Mesh::new();
-    mesh.set_num_points(sheet.positions.len());
-    for (kind, components, values) in [
-        (GeometryAttributeType::Position, 3, bytes(&sheet.positions)),
-        (GeometryAttributeType::Normal, 3, bytes(&sheet.normals)),
-        (GeometryAttributeType::TexCoord, 2, bytes(&sheet.uvs)),
-    ] {
-        let mut attribute = PointAttribute::new();
-        attribute.init(kind, components, DataType::Float32, false, sheet.positions.len());
-        attribute.buffer_mut().write(0, &values);
-        mesh.add_attribute(attribute);
-    }
-    for (k, corners) in sheet.corners.as_chunks::<3>().0.iter().enumerate() {
-        mesh.set_face(FaceIndex(k as u32), corners.map(PointIndex));
-    }
-    let mut options = EncoderOptions::new();
-    options.set_encoding_method(method);
-    options.set_global_int("encoding_speed", speed);
-    options.set_global_int("decoding_speed", speed);
-    if bits > 0 {
-        for attribute in 0..3 {
-            options.set_attribute_quantization(attribute, bits);
-        }
-    }
-    let mut encoder = MeshEncoder::new();
-    encoder.set_mesh(mesh);
-    let mut out = EncoderBuffer::new();
-    encoder.encode(&options, &mut out).unwrap();
-    out.data().to_vec()
-}
-
 /// A model whose only primitive is a Draco stream.
-fn draco(sheet: &Sheet, stream: &[u8]) -> Model {
+fn draco(sheet: &MeshData, stream: &[u8]) -> Model {
     let mut model = Model::empty();
     let view = model.view(stream);
     let count = sheet.positions.len();
@@ -243,7 +165,7 @@ fn draco(sheet: &Sheet, stream: &[u8]) -> Model {
         {"componentType": F32, "count": count, "type": "VEC3"},
         {"componentType": F32, "count": count, "type": "VEC3"},
         {"componentType": F32, "count": count, "type": "VEC2"},
-        {"componentType": U16, "count": sheet.corners.len(), "type": "SCALAR"},
+        {"componentType": U16, "count": 3 * sheet.triangles.len(), "type": "SCALAR"},
     ]);
     model.json["extensionsUsed"] = json!(["KHR_draco_mesh_compression"]);
     model.json["extensionsRequired"] = json!(["KHR_draco_mesh_compression"]);

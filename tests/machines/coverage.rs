@@ -23,6 +23,8 @@ fn touched(recipe: &Recipe) -> BTreeSet<String> {
         all.insert(format!("{what} {value:?}"));
     };
     add("container", &recipe.container);
+    add("given", &recipe.given.is_some());
+    add("pose", &recipe.given.as_ref().is_some_and(|given| given.time.is_some()));
     add("output", &recipe.output);
     add("samples", &recipe.samples);
     add("anisotropy", &recipe.anisotropy);
@@ -121,8 +123,18 @@ fn wanted() -> BTreeSet<String> {
     add("filter of a file", debug(filters));
     add("wraps of a file", debug(wraps.map(|wrap| [wrap; 2])));
     add("uv set", debug([0, 1]));
-    for what in ["orthographic", "near", "mirrored", "normals", "tangents", "colors", "double sided", "unlit"]
-    {
+    for what in [
+        "given",
+        "pose",
+        "orthographic",
+        "near",
+        "mirrored",
+        "normals",
+        "tangents",
+        "colors",
+        "double sided",
+        "unlit",
+    ] {
         add(what, debug([false, true]));
     }
     all

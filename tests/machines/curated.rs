@@ -3,14 +3,16 @@
 //! What a scene holds depends on its name and on the names of the keys in it, so that a new key or a new scene changes
 //! no hash but those of the scenes that it is in.
 
+use super::common::scenes::{compressed, motion, nodes};
 use super::dice::Dice;
 use super::forms;
 use super::keys::{self, Choice, KEYS};
 use super::recipe::{
-    Alpha, EnvironmentRecipe, GltfSlot, InstanceRecipe, KeyValue, MaterialRecipe, Pattern, PictureFormat,
-    Recipe, TextureRecipe, TextureUse,
+    Alpha, EnvironmentRecipe, Given, GltfSlot, InstanceRecipe, KeyValue, MaterialRecipe, Pattern,
+    PictureFormat, Recipe, TextureRecipe, TextureUse,
 };
 use super::shapes;
+use overcoat::cli::scene_file::SceneCamera;
 use overcoat::cli::scene_light::SceneLight;
 use overcoat::color::ToneCurve;
 use overcoat::frame::Aov;
@@ -57,7 +59,44 @@ pub fn curated() -> Vec<(String, Recipe)> {
     all.push(("mirrored".to_owned(), mirrored()));
     all.push(("vertex-attributes".to_owned(), vertex_attributes()));
     all.push(("switches-of-material-file".to_owned(), switches()));
+    all.extend(
+        FILES.iter().map(|(name, file, time, eye)| ((*name).to_owned(), of_file(&file(), *time, *eye))),
+    );
     all
+}
+
+/// Name of a scene, its model file, the second of its animation, and what of it is seen: centre, width and height.
+type GivenFile = (&'static str, fn() -> Vec<u8>, Option<f64>, [f32; 4]);
+
+/// What loaders do beside reading: poses, decompression, points and lines.
+const FILES: &[GivenFile] = &[
+    ("skin", || motion::skinned().file(), Some(0.75), [-0.7, 1.1, 4.8, 2.4]),
+    ("morph-targets", || motion::morphing().expect("it is made").file(), None, [0.0, 0.0, 5.0, 2.5]),
+    // One letter: that of the splines.
+    ("interpolation", || motion::interpolated().file(), Some(0.5), [1.29, -0.05, 0.5, 0.5]),
+    ("compressed-geometry", || compressed::packed().expect("it is made").file(), None, [0.0, 0.0, 5.0, 2.5]),
+    ("basis-textures", || compressed::textured().expect("it is made").file(), None, [0.0, 0.0, 6.0, 3.0]),
+    ("points-and-lines", || nodes::every_topology().file(), None, [0.0, 0.0, 7.0, 3.5]),
+];
+
+fn of_file(bytes: &[u8], time: Option<f64>, [x, y, width, height]: [f32; 4]) -> Recipe {
+    let mut recipe = Recipe {
+        container: Format::Glb,
+        given: Some(Given { bytes: bytes.to_vec(), time }),
+        lights: vec![light(0)],
+        environment: EnvironmentRecipe::Hdr(1),
+        size: [(32.0 * width / height) as u32, 32],
+        samples: 4,
+        output: OutputFormat::Exr,
+        ..Recipe::empty()
+    };
+    recipe.camera = SceneCamera {
+        eye: Some([x, y, 10.0]),
+        target: Some([x, y, 0.0]),
+        orthographic_height: Some(height),
+        ..SceneCamera::default()
+    };
+    recipe
 }
 
 fn instance(mesh: usize, material: usize, translation: [f32; 3], scale: f32) -> InstanceRecipe {

@@ -40,6 +40,9 @@ impl Files {
         let mut files = BTreeMap::new();
         let model = format!("model.{}", recipe.container.extension());
         let bytes = match recipe.container {
+            _ if recipe.given.is_some() => {
+                recipe.given.as_ref().map_or_else(Vec::new, |given| given.bytes.clone())
+            }
             Format::Gltf => {
                 let (json, buffer) = gltf::write(recipe, Some("model.bin"));
                 files.insert("model.bin".to_owned(), buffer);
@@ -166,6 +169,9 @@ fn scene_text(recipe: &Recipe, model: &str, environment: &str) -> String {
     );
     if let Some(model) = recipe.shading {
         let _ = writeln!(text, "shading = \"{}\"", model.name());
+    }
+    if let Some(time) = recipe.given.as_ref().and_then(|given| given.time) {
+        let _ = writeln!(text, "animation = 0\ntime = {time:?}");
     }
     let has_names = matches!(recipe.container, Format::Gltf | Format::Glb | Format::Obj);
     let with_keys: Vec<String> = (0..recipe.materials.len())

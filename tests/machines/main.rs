@@ -21,6 +21,9 @@ mod record;
 mod shot;
 mod shrink;
 
-#[path = "../common/shapes.rs"]
+#[path = "../common/mod.rs"]
 #[allow(dead_code, reason = "other tests use the rest")]
-mod shapes;
+mod common;
+
+use common::files::package;
+use common::shapes;

@@ -2,6 +2,7 @@
 //! names of materials.
 
 use super::files;
+use super::package::stored_zip;
 use super::recipe::{InstanceRecipe, Recipe};
 use std::fmt::Write as _;
 
@@ -119,27 +120,5 @@ pub fn three_mf(recipe: &Recipe) -> Vec<u8> {
         let _ = write!(text, "<item objectid=\"{}\"/>", k + 2);
     }
     text += "</build></model>";
-    stored_zip("3D/3dmodel.model", text.as_bytes())
-}
-
-/// A zip archive of one entry as it is (APPNOTE.TXT of PKWARE, sections 4.3.7, 4.3.12 and 4.3.16).
-fn stored_zip(name: &str, content: &[u8]) -> Vec<u8> {
-    let (length, size) = (name.len() as u16, content.len() as u32);
-    // Version, flags, method, time and date; checksum and both sizes; lengths of the name and of what is extra.
-    let mut about = [20_u16, 0, 0, 0, 0x21].into_iter().flat_map(u16::to_le_bytes).collect::<Vec<u8>>();
-    about.extend([crc32fast::hash(content), size, size].into_iter().flat_map(u32::to_le_bytes));
-    about.extend([length, 0].into_iter().flat_map(u16::to_le_bytes));
-    let mut bytes = [b"PK\x03\x04", about.as_slice(), name.as_bytes(), content].concat();
-    let directory = bytes.len() as u32;
-    bytes.extend(b"PK\x01\x02\x14\0");
-    bytes.extend(about);
-    // No comment, disk 0, no attributes, at the beginning.
-    bytes.extend([0; 2 + 2 + 2 + 4 + 4]);
-    bytes.extend(name.as_bytes());
-    let end = bytes.len() as u32;
-    bytes.extend(b"PK\x05\x06");
-    bytes.extend([0_u16, 0, 1, 1].into_iter().flat_map(u16::to_le_bytes));
-    bytes.extend([end - directory, directory].into_iter().flat_map(u32::to_le_bytes));
-    bytes.extend([0; 2]);
-    bytes
+    stored_zip(&[("3D/3dmodel.model", text.as_bytes())])
 }

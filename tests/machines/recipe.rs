@@ -15,6 +15,8 @@ use overcoat::scene::{Filter, MeshData, MipFilter, Wrap};
 pub struct Recipe {
     /// Format of the model file. All but glTF have neither instances nor textures of their own.
     pub container: Format,
+    /// Its bytes, if they come from elsewhere; there are no meshes, materials and instances then.
+    pub given: Option<Given>,
     pub meshes: Vec<MeshData>,
     pub textures: Vec<TextureRecipe>,
     pub materials: Vec<MaterialRecipe>,
@@ -34,6 +36,14 @@ pub struct Recipe {
     pub shading: Option<ShadingModel>,
     pub aovs: Vec<Aov>,
     pub output: OutputFormat,
+}
+
+/// A model file in whatever form.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Given {
+    pub bytes: Vec<u8>,
+    /// Seconds of its first animation.
+    pub time: Option<f64>,
 }
 
 /// A texture's file.
@@ -245,6 +255,7 @@ impl Recipe {
     pub fn empty() -> Self {
         Self {
             container: Format::Gltf,
+            given: None,
             meshes: Vec::new(),
             textures: Vec::new(),
             materials: Vec::new(),

@@ -8,7 +8,7 @@ use overcoat::cli::scene_file::{EnvironmentChoice, SceneFile};
 use overcoat::jobs::Jobs;
 use overcoat::light::PrefilteredEnvironment;
 use overcoat::limits::Limits;
-use overcoat::load::{Context, MaterialFile, MemoryResolver, load_bytes, load_environment};
+use overcoat::load::{Context, LoadOptions, MaterialFile, MemoryResolver, load_bytes_with, load_environment};
 use overcoat::math::lanes::SimdLevel;
 use overcoat::output::DisplayOptions;
 use overcoat::render::RenderOptions;
@@ -37,7 +37,9 @@ impl Shot {
         let model = file.model.as_ref().and_then(|path| path.to_str()).unwrap_or_default();
         let resolver = MemoryResolver { files: files.0.clone() };
         let context = Context { resolver: &resolver, limits, jobs };
-        let loaded = load_bytes(files.get(model)?, Some(recipe.container), &context)
+        let animation = file.animation_choice().map_err(|e| e.to_string())?;
+        let options_of_load = LoadOptions { animation, ..LoadOptions::default() };
+        let loaded = load_bytes_with(files.get(model)?, Some(recipe.container), &options_of_load, &context)
             .map_err(|e| format!("{model}: {e}"))?;
         // What recipes ask for is understood, so a warning is a mistake of either.
         if let Some(warning) = loaded.warnings.first() {

@@ -118,8 +118,13 @@ impl Model {
         push(&mut self.json["textures"], json!({"extensions": {extension: {"source": image}}}))
     }
 
-    /// The scene of the finished document, all of whose extensions are required, so that none can be passed over.
+    /// The scene of the finished document.
     pub fn finish(&mut self, options: &LoadOptions) -> Result<Scene, Box<dyn Error>> {
+        load(&self.file(), Format::Glb, &self.files, options)
+    }
+
+    /// The file of the finished document, all of whose extensions are required, so that none can be passed over.
+    pub fn file(&mut self) -> Vec<u8> {
         let mut names = BTreeSet::new();
         collect_extensions(&self.json, &mut names);
         let known = self.json["extensionsRequired"].as_array().cloned().unwrap_or_default();
@@ -128,7 +133,7 @@ impl Model {
             self.json["extensionsUsed"] = json!(names);
             self.json["extensionsRequired"] = json!(names);
         }
-        load(&self.glb(), Format::Glb, &self.files, options)
+        self.glb()
     }
 }
 

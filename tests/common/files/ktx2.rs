@@ -192,7 +192,7 @@ fn uastc(block: &Block) -> [u8; 16] {
             bits.put(nearest(low, high, *texel), if k == 0 { 1 } else { 2 });
         }
     }
-    bits.put(0, 128 - bits.0.len() as u32);
+    bits.0.resize(128, false);
     std::array::from_fn(|k| bits.bytes()[k])
 }
 

@@ -12,6 +12,7 @@ use crate::common::stage::{Built, Stage, flat_view};
 use overcoat::load::LoadOptions;
 use overcoat::scene::{Image, MeshData, SceneError, Transform};
 use serde_json::{Value, json};
+use std::error::Error;
 
 pub const SCENES: &[Entry] =
     &[("gltf-compressed-geometry", geometry), ("gltf-basis-textures", basis_textures)];
@@ -26,7 +27,7 @@ fn ring() -> MeshData {
 /// Rings. Above: plain; EXT_meshopt_compression; KHR_meshopt_compression in its newer form, and with filters; a sequential
 /// Draco stream with all bits. Below: an edgebreaker one of twelve bits; KHR_mesh_quantization; sparse over an array that is
 /// half wrong, and over nothing; a copy whose place and size are compressed.
-fn geometry() -> Built {
+pub fn packed() -> Result<Model, Box<dyn Error>> {
     let mut model = document();
     let mesh = ring();
     let texture = model.texture(&png(&letter_f()?)?);
@@ -72,9 +73,13 @@ fn geometry() -> Built {
     model.json["nodes"][node] = json!({"mesh": model.json["nodes"][node]["mesh"], "extensions": instancing});
     model.json["buffers"] = json!([{"byteLength": model.bytes.len()}, old.fallback(), new.fallback()]);
     model.json["extensionsRequired"] = json!(["KHR_mesh_quantization"]);
+    Ok(model)
+}
+
+fn geometry() -> Built {
     let mut s = Stage::new()?;
     s.key_light(2.0)?;
-    s.add(&model.finish(&LoadOptions::default())?, Transform::translation([0.0; 3])?)?;
+    s.add(&packed()?.finish(&LoadOptions::default())?, Transform::translation([0.0; 3])?)?;
     s.seen(flat_view())
 }
 
@@ -220,7 +225,7 @@ fn letter_of_blocks(hole: bool) -> Result<Image, SceneError> {
 
 /// Upper row, opaque: PNG, KTX2 of plain texels, the same in Zstandard, ETC1S, UASTC, UASTC in Zstandard. Middle row: the
 /// same with a letter that is cut out. Lower row: WebP; then the upper row from the second on, small and often.
-fn basis_textures() -> Built {
+pub fn textured() -> Result<Model, Box<dyn Error>> {
     let mut model = document();
     let mut mesh = square(1);
     mesh.tangents.clear();
@@ -259,9 +264,13 @@ fn basis_textures() -> Built {
             model.show(&flat, material, [column as f64 - 2.5, 1.0 - f64::from(row), 0.0], 0.45);
         }
     }
+    Ok(model)
+}
+
+fn basis_textures() -> Built {
     let mut s = Stage::dark()?;
     s.add(
-        &model.finish(&LoadOptions::default())?,
+        &textured()?.finish(&LoadOptions::default())?,
         Transform::from_parts([0.0; 3], [0.0, 0.0, 0.0, 1.0], [2.0 / 3.0; 3])?,
     )?;
     s.seen(flat_view())

@@ -142,7 +142,7 @@ fn stl() -> Built {
     // Red in the highest of the three places, from the top to the bottom; green or blue by turns.
     let code = |k: usize| {
         let row = (k / 32).min(7) as u16;
-        let color = (31 - 4 * row) << 10 | if k % 32 / 2 % 2 == 0 { 20 << 5 } else { 20 };
+        let color = (31 - 4 * row) << 10 | [20 << 5, 20][k / 2 % 2];
         if k % 8 < 2 { 0 } else { 0x8000 | color }
     };
     let magics = b"COLOR=\x20\xa0\xe0\xff";

@@ -1,13 +1,13 @@
 //! The test scenes by name: what `model = "builtin:<name>"` of a golden refers to.
 
-mod compressed;
+pub mod compressed;
 mod formats;
 mod geometry;
 mod lighting;
 mod materials;
 mod models;
-mod motion;
-mod nodes;
+pub mod motion;
+pub mod nodes;
 mod surfaces;
 mod texturing;
 mod transmission;

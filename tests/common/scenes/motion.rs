@@ -12,6 +12,7 @@ use overcoat::load::LoadOptions;
 use overcoat::math::double;
 use overcoat::scene::{MeshData, Transform};
 use serde_json::{Value, json};
+use std::error::Error;
 use std::f64::consts::TAU;
 
 pub const SCENES: &[Entry] = &[
@@ -44,7 +45,7 @@ fn animate(model: &mut Model, times: &[f32], channels: &[(Value, &str, Vec<f32>,
 }
 
 /// Scales, then moves.
-fn at(x: f64, y: f64, scale: f64) -> Result<Transform, Box<dyn std::error::Error>> {
+fn at(x: f64, y: f64, scale: f64) -> Result<Transform, Box<dyn Error>> {
     Ok(Transform::from_parts([x, y, 0.0], [0.0, 0.0, 0.0, 1.0], [scale; 3])?)
 }
 
@@ -66,8 +67,8 @@ fn tube() -> MeshData {
     mesh
 }
 
-/// A tube of three joints at seconds 0, 0.5, 1 and 2: straight, half bent, bent, bent the other way and twisted.
-fn skin() -> Built {
+/// A tube of three joints that is straight at second 0, bent at second 1, bent the other way and twisted at second 2.
+pub fn skinned() -> Model {
     let mut model = document();
     let mesh = tube();
     let mut primitive = model.shape(&mesh);
@@ -114,6 +115,12 @@ fn skin() -> Built {
             (json!({"node": 3, "path": "rotation"}), "VEC4", bend([0.0, 80.0, -60.0]), "LINEAR"),
         ],
     );
+    model
+}
+
+/// Seconds 0, 0.5, 1 and 2.
+fn skin() -> Built {
+    let mut model = skinned();
     let mut s = Stage::new()?;
     s.key_light(2.0)?;
     for (k, time) in [0.0, 0.5, 1.0, 2.0].into_iter().enumerate() {
@@ -125,7 +132,7 @@ fn skin() -> Built {
 
 /// A bulge that comes with its normals, a colour, and below texture coordinates that move: weights of the nodes and,
 /// last, of the mesh.
-fn morph_targets() -> Built {
+pub fn morphing() -> Result<Model, Box<dyn Error>> {
     let mut model = document();
     let mut mesh = square(12);
     mesh.tangents.clear();
@@ -178,15 +185,19 @@ fn morph_targets() -> Built {
             model.node(node, true);
         }
     }
+    Ok(model)
+}
+
+fn morph_targets() -> Built {
     let mut s = Stage::new()?;
     s.key_light(2.0)?;
-    s.add(&model.finish(&LoadOptions::default())?, at(0.0, 0.0, 1.0)?)?;
+    s.add(&morphing()?.finish(&LoadOptions::default())?, at(0.0, 0.0, 1.0)?)?;
     s.seen(flat_view())
 }
 
 /// Columns: stepwise, linear, cubic splines, of three key frames at seconds 0, 1 and 2: a letter moves to the right and
-/// turns by 90 degrees each. Rows: second 0.5, 1, 1.5, 1.75.
-fn interpolation() -> Built {
+/// turns by 90 degrees each.
+pub fn interpolated() -> Model {
     let mut model = document();
     let primitive = model.shape(&letter());
     let material = model.material(json!({
@@ -218,6 +229,12 @@ fn interpolation() -> Built {
         }
     }
     animate(&mut model, &[0.0, 1.0, 2.0], &channels);
+    model
+}
+
+/// Rows: second 0.5, 1, 1.5, 1.75.
+fn interpolation() -> Built {
+    let mut model = interpolated();
     let mut s = Stage::dark()?;
     for (row, time) in [0.5, 1.0, 1.5, 1.75].into_iter().enumerate() {
         s.add(&model.finish(&at_time(time))?, at(0.0, 0.75 - 0.5 * row as f64, 0.65)?)?;

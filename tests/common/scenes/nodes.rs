@@ -182,7 +182,7 @@ fn camera_orthographic() -> Built {
 
 /// Modes 0 to 6 of the same seven coloured vertices, without indices above and in another order below: points, lines, a
 /// closed line, a line, triangles, a strip, a fan.
-fn topologies() -> Built {
+pub fn every_topology() -> Model {
     let mut model = document();
     let zigzag =
         [[-0.9, -0.6], [-0.7, 0.6], [-0.2, -0.6], [0.0, 0.6], [0.4, -0.6], [0.6, 0.6], [0.9, -0.2_f32]];
@@ -215,8 +215,12 @@ fn topologies() -> Built {
             model.show(&primitive, material, [f64::from(mode) - 3.0, 0.5 - f64::from(row), 0.0], 0.45);
         }
     }
+    model
+}
+
+fn topologies() -> Built {
     let mut s = Stage::dark()?;
-    s.add(&model.finish(&LoadOptions::default())?, Transform::translation([0.0; 3])?)?;
+    s.add(&every_topology().finish(&LoadOptions::default())?, Transform::translation([0.0; 3])?)?;
     s.seen(flat_view())
 }
 
