@@ -63,24 +63,16 @@ impl Jobs {
         results.into_iter().flatten().collect()
     }
 
-    /// `f` of each item, in their order, computed in parallel.
-    pub fn map_each<I: Sync, T: Send>(&self, items: &[I], f: impl Fn(&I) -> T + Sync) -> Vec<T> {
+    /// `f` of every item in their order, computed in parallel.
+    pub fn map_each<'a, I: Sync, T: Send>(&self, items: &'a [I], f: impl Fn(&'a I) -> T + Sync) -> Vec<T> {
         if self.pool.is_none() || items.len() < 2 {
             return items.iter().map(f).collect();
         }
         let mut results: Vec<Option<T>> = Vec::new();
         results.resize_with(items.len(), || None);
         let pairs = items.iter().zip(&mut results);
-        self.share(items.len(), pairs, &|_, (item, result): (&I, &mut Option<T>)| *result = Some(f(item)));
+        self.share(items.len(), pairs, &|_, (item, result): (&'a I, &mut Option<T>)| *result = Some(f(item)));
         results.into_iter().flatten().collect()
-    }
-
-    /// `f` of every item in their order, computed in parallel.
-    pub fn map_each<'a, I: Sync, T: Send>(&self, items: &'a [I], f: impl Fn(&'a I) -> T + Sync) -> Vec<T> {
-        match &self.pool {
-            Some(pool) if items.len() > 1 => pool.install(|| items.par_iter().map(&f).collect()),
-            _ => items.iter().map(f).collect(),
-        }
     }
 
     /// Runs `f` on one of the workers, where the other methods begin at once: from any other thread, each of them hands

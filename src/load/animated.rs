@@ -1,14 +1,4 @@
 //! Models at any time of an animation.
-#![cfg_attr(
-    not(test),
-    deny(
-        clippy::indexing_slicing,
-        clippy::arithmetic_side_effects,
-        clippy::unwrap_used,
-        clippy::expect_used
-    )
-)]
-
 use super::gltf::{Purpose, Rig};
 use super::{Context, Format, LoadError, LoadOptions, Loaded, Model};
 use crate::jobs::Jobs;

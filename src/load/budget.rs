@@ -1,14 +1,4 @@
 //! How much memory a file has been granted so far.
-#![cfg_attr(
-    not(test),
-    deny(
-        clippy::indexing_slicing,
-        clippy::arithmetic_side_effects,
-        clippy::unwrap_used,
-        clippy::expect_used
-    )
-)]
-
 use crate::limits::{LimitExceeded, Limits};
 
 /// Counts decoded bytes against [`Limits::decoded_bytes`]. Charged before memory is allocated, in the order of the

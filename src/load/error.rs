@@ -1,14 +1,4 @@
 //! What can go wrong, and what goes missing, when a file is loaded.
-#![cfg_attr(
-    not(test),
-    deny(
-        clippy::indexing_slicing,
-        clippy::arithmetic_side_effects,
-        clippy::unwrap_used,
-        clippy::expect_used
-    )
-)]
-
 use crate::limits::LimitExceeded;
 use crate::scene::SceneError;
 use std::fmt;

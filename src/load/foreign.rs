@@ -1,14 +1,4 @@
 //! What a file is that is none of the formats read here: for messages.
-#![cfg_attr(
-    not(test),
-    deny(
-        clippy::indexing_slicing,
-        clippy::arithmetic_side_effects,
-        clippy::unwrap_used,
-        clippy::expect_used
-    )
-)]
-
 use super::threemf::archive;
 
 /// How files of other formats begin, and what to call them: common formats of models first, then what models are

@@ -1,14 +1,4 @@
 //! Which format a file has.
-#![cfg_attr(
-    not(test),
-    deny(
-        clippy::indexing_slicing,
-        clippy::arithmetic_side_effects,
-        clippy::unwrap_used,
-        clippy::expect_used
-    )
-)]
-
 use super::gltf;
 use super::threemf::archive;
 

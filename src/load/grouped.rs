@@ -1,14 +1,4 @@
 //! Numbers sorted into groups.
-#![cfg_attr(
-    not(test),
-    deny(
-        clippy::indexing_slicing,
-        clippy::arithmetic_side_effects,
-        clippy::unwrap_used,
-        clippy::expect_used
-    )
-)]
-
 use std::ops::Range;
 
 /// The numbers from 0 on, by the group that each belongs to; within a group they are in order.

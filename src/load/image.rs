@@ -1,14 +1,4 @@
 //! Encoded pictures (PNG, JPEG, WebP, KTX2) to 8-bit RGBA, with their claims checked before anything is allocated.
-#![cfg_attr(
-    not(test),
-    deny(
-        clippy::indexing_slicing,
-        clippy::arithmetic_side_effects,
-        clippy::unwrap_used,
-        clippy::expect_used
-    )
-)]
-
 use super::ktx2;
 use crate::limits::{LimitExceeded, Limits};
 use crate::scene::Image;

@@ -4,16 +4,6 @@
 //! checked here; what decodes blocks gets slices of a size that has been checked. Its own reader of containers is not
 //! used: it overflows on damaged files, and brings the tables of two dozen formats for graphics cards.
 
-#![cfg_attr(
-    not(test),
-    deny(
-        clippy::indexing_slicing,
-        clippy::arithmetic_side_effects,
-        clippy::unwrap_used,
-        clippy::expect_used
-    )
-)]
-
 use super::image::area;
 use basisu::basislz::etc1s::Etc1sTranscoder;
 use basisu::uastc::unpack::unpack_uastc;

@@ -3,6 +3,20 @@
 //!
 //! Partial loss (an extension that is not known, a texture that cannot be read) is a [`Warning`] that names what was
 //! dropped; a file that cannot be drawn as meant is a [`LoadError`].
+//!
+//! Nothing here can panic, whatever a file says: no index, no slice and no arithmetic on integers without a check.
+
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::indexing_slicing,
+        clippy::arithmetic_side_effects,
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::unreachable
+    )
+)]
 
 mod animated;
 mod budget;

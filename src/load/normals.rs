@@ -1,14 +1,4 @@
 //! Smooth normals for meshes without.
-#![cfg_attr(
-    not(test),
-    deny(
-        clippy::indexing_slicing,
-        clippy::arithmetic_side_effects,
-        clippy::unwrap_used,
-        clippy::expect_used
-    )
-)]
-
 use super::grouped::Grouped;
 use super::vertices::{PositionTable, duplicate_vertex};
 use super::weld::weld;

@@ -1,14 +1,4 @@
 //! What of a file is loaded, where it offers a choice.
-#![cfg_attr(
-    not(test),
-    deny(
-        clippy::indexing_slicing,
-        clippy::arithmetic_side_effects,
-        clippy::unwrap_used,
-        clippy::expect_used
-    )
-)]
-
 use super::LoadError;
 
 /// Choices among what a file offers. The default is what the file shows by itself.

@@ -1,14 +1,4 @@
 //! What the formats without a scene graph (OBJ, STL, PLY) have in common.
-#![cfg_attr(
-    not(test),
-    deny(
-        clippy::indexing_slicing,
-        clippy::arithmetic_side_effects,
-        clippy::unwrap_used,
-        clippy::expect_used
-    )
-)]
-
 use super::budget::Budget;
 use super::image;
 use super::text::quoted;

@@ -1,14 +1,4 @@
 //! Polygons to triangles.
-#![cfg_attr(
-    not(test),
-    deny(
-        clippy::indexing_slicing,
-        clippy::arithmetic_side_effects,
-        clippy::unwrap_used,
-        clippy::expect_used
-    )
-)]
-
 /// Point-in-triangle tests that one file may spend on concave polygons: some seconds. What exceeds it is cut as a fan.
 const BUDGET: u64 = 1 << 30;
 

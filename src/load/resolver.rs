@@ -1,14 +1,4 @@
 //! The only way from a model to another file.
-#![cfg_attr(
-    not(test),
-    deny(
-        clippy::indexing_slicing,
-        clippy::arithmetic_side_effects,
-        clippy::unwrap_used,
-        clippy::expect_used
-    )
-)]
-
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::Read;

@@ -2,16 +2,6 @@
 //!
 //! The copies of a vertex form a chain that is searched for an equal one. Only so far: a file can use one vertex a million
 //! times with a million colours, and comparing each with each would never end. Then there are equal copies.
-#![cfg_attr(
-    not(test),
-    deny(
-        clippy::indexing_slicing,
-        clippy::arithmetic_side_effects,
-        clippy::unwrap_used,
-        clippy::expect_used
-    )
-)]
-
 use super::vertices::duplicate_vertex;
 use crate::scene::MeshData;
 

@@ -1,14 +1,4 @@
 //! Tangents for normal maps.
-#![cfg_attr(
-    not(test),
-    deny(
-        clippy::indexing_slicing,
-        clippy::arithmetic_side_effects,
-        clippy::unwrap_used,
-        clippy::expect_used
-    )
-)]
-
 use super::splitting::Copies;
 use super::vertices::position_classes;
 use crate::math::double::atan2;

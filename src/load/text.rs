@@ -1,14 +1,4 @@
 //! Tokens and numbers of text formats, from bytes of any encoding.
-#![cfg_attr(
-    not(test),
-    deny(
-        clippy::indexing_slicing,
-        clippy::arithmetic_side_effects,
-        clippy::unwrap_used,
-        clippy::expect_used
-    )
-)]
-
 /// Splits bytes at white space.
 #[derive(Clone, Debug)]
 pub(super) struct Tokens<'a> {

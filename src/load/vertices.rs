@@ -1,14 +1,4 @@
 //! Vertices of meshes under construction: welding by position and splitting.
-#![cfg_attr(
-    not(test),
-    deny(
-        clippy::indexing_slicing,
-        clippy::arithmetic_side_effects,
-        clippy::unwrap_used,
-        clippy::expect_used
-    )
-)]
-
 use crate::scene::MeshData;
 use xxhash_rust::xxh3::xxh3_64;
 

@@ -1,14 +1,4 @@
 //! Collects warnings, and keeps hostile files from drowning the reader in them.
-#![cfg_attr(
-    not(test),
-    deny(
-        clippy::indexing_slicing,
-        clippy::arithmetic_side_effects,
-        clippy::unwrap_used,
-        clippy::expect_used
-    )
-)]
-
 use super::Warning;
 
 /// Most warnings that one file may give; the rest is counted.

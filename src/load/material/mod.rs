@@ -25,16 +25,6 @@
 //! that are given change.
 //!
 //! Files are written by hand, so nothing is clamped or ignored: what is wrong is an error with line and key.
-#![cfg_attr(
-    not(test),
-    deny(
-        clippy::indexing_slicing,
-        clippy::arithmetic_side_effects,
-        clippy::unwrap_used,
-        clippy::expect_used
-    )
-)]
-
 mod assign;
 mod builtin;
 mod error;

@@ -6,16 +6,6 @@
 //!
 //! Every `o`, or `g` in files without, is an object; within it each material is a mesh. Smoothing groups do not
 //! count, but `s off` does: where a file has no normals, they are smoothed over edges of up to 30 degrees.
-#![cfg_attr(
-    not(test),
-    deny(
-        clippy::indexing_slicing,
-        clippy::arithmetic_side_effects,
-        clippy::unwrap_used,
-        clippy::expect_used
-    )
-)]
-
 mod assemble;
 mod library;
 mod maps;

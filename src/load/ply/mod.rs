@@ -6,16 +6,6 @@
 //! Colours of whole numbers are sRGB, those of fractions linear. Coloured faces win over coloured vertices unless all
 //! faces have one colour. `comment TextureFile` names the texture of vertex (`s t`, `u v`, `texture_u texture_v`) or
 //! face (`texcoord`) coordinates.
-#![cfg_attr(
-    not(test),
-    deny(
-        clippy::indexing_slicing,
-        clippy::arithmetic_side_effects,
-        clippy::unwrap_used,
-        clippy::expect_used
-    )
-)]
-
 mod body;
 mod header;
 mod values;

@@ -7,16 +7,6 @@
 //! Facet normals of the file are not used: they add nothing to the winding where they are right, and often are not.
 //! Vertices at equal positions are joined, normals smoothed over edges of up to 30 degrees. Colours of facets are drawn
 //! (`color.rs`).
-#![cfg_attr(
-    not(test),
-    deny(
-        clippy::indexing_slicing,
-        clippy::arithmetic_side_effects,
-        clippy::unwrap_used,
-        clippy::expect_used
-    )
-)]
-
 mod color;
 
 use super::normals::add_smooth_normals_to_welded;

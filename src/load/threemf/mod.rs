@@ -11,16 +11,6 @@
 //!
 //! Slicers write what they print into files of their own beside the model: which parts only change the settings of
 //! others, and the colours of the filaments (`slicer.rs`). They also paint triangles with them (`paint.rs`).
-#![cfg_attr(
-    not(test),
-    deny(
-        clippy::indexing_slicing,
-        clippy::arithmetic_side_effects,
-        clippy::unwrap_used,
-        clippy::expect_used
-    )
-)]
-
 pub(super) mod archive;
 mod look;
 mod model;
