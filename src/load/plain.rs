@@ -8,9 +8,10 @@ use crate::scene::{
     Image, Instance, MAX_COORDINATE, Material, MaterialId, Mesh, MeshData, MeshId, Scene, Transform, Workflow,
 };
 
-/// Edges sharper than this stay sharp when normals are generated, in degrees: keeps the edges of machine parts, and
-/// rounds what is tessellated finely.
-pub(super) const CREASE_ANGLE: f32 = 30.0;
+/// Triangles that meet at more than this stay apart when normals are generated, in degrees. Chamfers of 45 degrees and the
+/// edges of hexagons and octagons stay sharp; cylinders of twelve sides (30 degrees) and balls of sixteen, whose diagonal
+/// neighbours differ by 32, are round.
+pub(super) const CREASE_ANGLE: f32 = 40.0;
 
 /// What a surface without a material is made of: a light grey satin dielectric. Drawn from both sides, since the
 /// winding of such files cannot be trusted.

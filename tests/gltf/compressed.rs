@@ -134,6 +134,34 @@ fn mistakes_in_meshopt_views_name_the_view() {
     assert!(error.contains("bufferView 0: ") && error.ends_with("(decoded_bytes)"), "{error}");
 }
 
+/// Padded elements are read as they were compressed, whether their view says so or not, and not if it says otherwise.
+#[test]
+fn padded_elements_have_the_stride_of_their_compression() {
+    let mut model = plain(&sheet(3));
+    let stream = encoder::attributes(&[0, 0, 127, 0].repeat(9), 4, 0, &mut Random::new(1));
+    let view = model.view(&stream);
+    model.json["bufferViews"][view]["extensions"] = json!({"EXT_meshopt_compression": {
+        "buffer": 0, "byteOffset": model.json["bufferViews"][view]["byteOffset"], "byteLength": stream.len(),
+        "byteStride": 4, "count": 9, "mode": "ATTRIBUTES",
+    }});
+    model.json["bufferViews"][view]["byteLength"] = 36.into();
+    let normal =
+        json!({"bufferView": view, "componentType": 5120, "normalized": true, "count": 9, "type": "VEC3"});
+    let normal = push(&mut model.json["accessors"], normal);
+    model.json["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = normal.into();
+    model.bytes.resize(model.bytes.len() + 36, 0);
+    for stride in [None, Some(0), Some(4)] {
+        if let Some(stride) = stride {
+            model.json["bufferViews"][view]["byteStride"] = stride.into();
+        }
+        let scene = model.load().unwrap().scene;
+        assert_eq!(scene.meshes()[0].normals(), [[0.0, 0.0, 1.0]; 9], "{stride:?}");
+    }
+    model.json["bufferViews"][view]["byteStride"] = 8.into();
+    let message = outcome(&model.load());
+    assert!(message.contains("its byteStride is 8, that of its compressed data 4"), "{message}");
+}
+
 /// Instances read their accessors while the scene graph is looked at.
 #[test]
 fn instances_may_be_compressed() {

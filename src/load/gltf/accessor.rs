@@ -171,6 +171,8 @@ pub(super) fn resolve<'a>(
             let least = size.get() as u64;
             let stride = match root.buffer_views.at(view.get())?.byte_stride {
                 Some(stride) if declared && stride.0 != 0 => stride.0,
+                // What was compressed as padded elements is not packed because its view does not say so.
+                _ if declared => buffers.compressed_stride(view).unwrap_or(least),
                 _ => least,
             };
             if stride < least {

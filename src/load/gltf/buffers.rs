@@ -78,7 +78,13 @@ impl<'a> Buffers<'a> {
         let fail = |message: &dyn fmt::Display| malformed(format!("bufferView {view}: {message}"));
         let layout = meshopt::Layout::new(given.mode, given.filter, given.count.0, given.byte_stride.0)
             .map_err(|message| fail(&message))?;
-        let length = self.root.buffer_views.at(view.get())?.byte_length.0;
+        let plain = self.root.buffer_views.at(view.get())?;
+        let (stride, compressed) = (plain.byte_stride.map_or(0, |stride| stride.0), given.byte_stride.0);
+        if given.mode == meshopt::Mode::Attributes && stride != 0 && stride != compressed {
+            let message = format!("its byteStride is {stride}, that of its compressed data {compressed}");
+            return Err(fail(&message));
+        }
+        let length = plain.byte_length.0;
         if length > layout.decoded() {
             return Err(fail(&format_args!("its {length} bytes are more than its compressed data holds")));
         }
@@ -98,6 +104,11 @@ impl<'a> Buffers<'a> {
     fn compression(&self, view: Index) -> Option<&'a Compressed> {
         let extensions = self.root.buffer_views.get(view.get())?.extensions.as_deref()?;
         extensions.khr_meshopt.as_ref().or(extensions.ext_meshopt.as_ref())
+    }
+
+    /// Bytes from one element of a compressed view of attributes to the next.
+    pub(super) fn compressed_stride(&self, view: Index) -> Option<u64> {
+        self.compression(view).filter(|c| c.mode == meshopt::Mode::Attributes).map(|c| c.byte_stride.0)
     }
 
     fn compressed_buffer(&self, view: Index, given: &Compressed) -> Result<usize, LoadError> {

@@ -5,7 +5,7 @@
 //! `mtl.rs`), by buffer: files are only read through the resolver.
 //!
 //! Every `o`, or `g` in files without, is an object; within it each material is a mesh. Smoothing groups do not
-//! count, but `s off` does: where a file has no normals, they are smoothed over edges of up to 30 degrees.
+//! count, but `s off` does: where a file has no normals, they are smoothed over edges of up to 40 degrees.
 mod assemble;
 mod library;
 mod maps;

@@ -5,7 +5,7 @@
 //! the speed of memory.
 //!
 //! Facet normals of the file are not used: they add nothing to the winding where they are right, and often are not.
-//! Vertices at equal positions are joined, normals smoothed over edges of up to 30 degrees. Colours of facets are drawn
+//! Vertices at equal positions are joined, normals smoothed over edges of up to 40 degrees. Colours of facets are drawn
 //! (`color.rs`).
 mod color;
 
