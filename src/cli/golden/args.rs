@@ -67,7 +67,7 @@ pub struct FolderArgs {
     #[arg(long, value_name = "N", value_parser = values::within::<f32>(1.0, 1000.0), allow_negative_numbers = true)]
     pub pixels_per_degree: Option<f32>,
 
-    /// What is behind translucent pixels for PSNR, SSIM and FLIP, an sRGB colour [default: #808080]
+    /// What is behind translucent pixels for PSNR, SSIM and FLIP, an sRGB colour, #808080 if not given
     #[arg(long, value_name = "COLOR", value_parser = background)]
     pub background: Option<[u8; 3]>,
 
