@@ -129,7 +129,11 @@ fn binary_stl(header: &[u8], mesh: &MeshData, attribute: impl Fn(usize) -> u16) 
 /// A ball as text, without colours, in the colours of VisCAM (every fourth facet has none), the same codes as Magics
 /// reads them, and in one colour for the whole.
 fn stl() -> Built {
-    let ball = sphere(16);
+    let mut ball = sphere(16);
+    // Closed: the first and the last meridian differ by rounding.
+    for p in ball.positions.as_flattened_mut() {
+        *p = (*p * 65536.0).round() / 65536.0 + 0.0;
+    }
     let mut text = "solid ball\n".to_owned();
     for t in &ball.triangles {
         text += "facet normal 0 0 0\n outer loop\n";

@@ -136,19 +136,16 @@ pub fn morphing() -> Result<Model, Box<dyn Error>> {
     let mut model = document();
     let mut mesh = square(12);
     mesh.tangents.clear();
-    let height = |p: &[f32; 3]| {
-        let r2 = p[0] * p[0] + p[1] * p[1];
-        if r2 < 0.9 { 0.9 - r2 } else { 0.0 }
-    };
-    let lift: Vec<[f32; 3]> = mesh.positions.iter().map(|p| [0.0, 0.0, height(p)]).collect();
+    // A hill that rises from the plane without an edge: 0.9 (1 - r^2 / 0.9)^2.
+    let inside = |p: &[f32; 3]| (1.0 - (p[0] * p[0] + p[1] * p[1]) / 0.9).max(0.0);
+    let lift: Vec<[f32; 3]> =
+        mesh.positions.iter().map(|p| [0.0, 0.0, 0.9 * inside(p) * inside(p)]).collect();
     let lean: Vec<[f32; 3]> = mesh
         .positions
         .iter()
         .map(|p| {
-            if height(p) == 0.0 {
-                return [0.0; 3];
-            }
-            let normal = [2.0 * p[0], 2.0 * p[1], 1.0];
+            let slope = 4.0 * inside(p);
+            let normal = [slope * p[0], slope * p[1], 1.0];
             let length = normal.iter().map(|v| v * v).sum::<f32>().sqrt();
             [normal[0] / length, normal[1] / length, normal[2] / length - 1.0]
         })

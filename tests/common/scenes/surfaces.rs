@@ -224,10 +224,15 @@ fn channels() -> Built {
         Ok(json!({"index": model.texture(&png(picture)?)}))
     };
     let (n, c, d) = (&info(&numbers)?, &info(&colors)?, &info(&directions)?);
-    let b = &info(&bumps(32, 2)?)?;
+    let b = &info(&bumps(32, 1)?)?;
     let (red, gold, dark, white) = ([0.6, 0.05, 0.03], [0.9, 0.7, 0.35], [0.02, 0.02, 0.03], [1.0; 3]);
     let coat = |key: &str, texture: &Value| {
-        let roughness = if key == "clearcoatRoughnessTexture" { 1.0 } else { 0.1 };
+        let roughness = match key {
+            "clearcoatRoughnessTexture" => 1.0,
+            // Highlights on bumps of a few pixels would be specks.
+            "clearcoatNormalTexture" => 0.4,
+            _ => 0.1,
+        };
         let mut coat = json!({"clearcoatFactor": 1, "clearcoatRoughnessFactor": roughness});
         coat[key] = texture.clone();
         material(red, 0.0, 0.9, json!({"KHR_materials_clearcoat": coat}))
@@ -256,7 +261,7 @@ fn channels() -> Built {
     metal_and_rough["pbrMetallicRoughness"]["metallicRoughnessTexture"] = n.clone();
     let mut occluded = material(white, 0.0, 0.9, json!({}));
     occluded["occlusionTexture"] = n.clone();
-    let mut bumpy = material(gold, 1.0, 0.3, json!({}));
+    let mut bumpy = material(gold, 1.0, 0.5, json!({}));
     bumpy["normalTexture"] = b.clone();
     let mut glowing = material(dark, 0.0, 0.9, json!({}));
     glowing["emissiveTexture"] = c.clone();
