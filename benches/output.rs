@@ -37,7 +37,7 @@ fn frame() -> Frame {
                 })
         })
         .collect();
-    Frame { width: SIDE, height: SIDE, pixels, aovs: Vec::new() }
+    Frame { width: SIDE, height: SIDE, pixels, transmittance: Vec::new(), aovs: Vec::new() }
 }
 
 fn output(c: &mut Criterion) {

@@ -643,16 +643,19 @@ fn a_tint_that_a_background_cannot_carry_is_a_warning() {
         assert_eq!(output.status.code(), Some(0), "{options:?}: {}", stderr(&output));
         (stderr(&output), middle(folder.path(), "out.png"))
     };
-    for background in ["transparent", "white"] {
-        let (warnings, _) = draw(&["pane.glb", "--background", background]);
-        assert!(warnings.starts_with("warning: glass") && warnings.lines().count() == 1, "{warnings}");
-        assert!(warnings.contains("--background env"), "{warnings}");
-        for model in ["gray.glb", "before.glb", "quad.glb"] {
-            assert_eq!(draw(&[model, "--background", background]).0, "", "{model} {background}");
-        }
-    }
-    let (_, [r, g, b]) = draw(&["pane.glb", "--background", "white"]);
+    let (warnings, [r, g, b]) = draw(&["pane.glb", "--background", "transparent"]);
+    assert!(warnings.starts_with("warning: glass") && warnings.lines().count() == 1, "{warnings}");
+    assert!(warnings.contains("--background env"), "{warnings}");
     assert!(r.abs_diff(g) < 8 && r.abs_diff(b) < 8, "not grey: {r} {g} {b}");
+    for model in ["gray.glb", "before.glb", "quad.glb"] {
+        assert_eq!(draw(&[model, "--background", "transparent"]).0, "", "{model}");
+    }
+    let (warnings, [r, g, b]) = draw(&["pane.glb", "--background", "white"]);
+    assert_eq!(warnings, "");
+    assert!(r > 220 && g < 140 && b < 140, "not red: {r} {g} {b}");
+    // A linear picture says it by colour.
+    let linear = ["render", "pane.glb", "-o", "out.exr", "--size", "16", "--view", "front"];
+    assert_eq!(stderr(&overcoat(folder.path(), &linear)), "");
     let (warnings, [r, g, b]) = draw(&["pane.glb", "--background", "env"]);
     assert!(warnings.is_empty() && r / 2 > g && r / 2 > b, "{warnings} {r} {g} {b}");
     let (_, [r, g, b]) = draw(&["before.glb"]);

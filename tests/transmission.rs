@@ -4,6 +4,7 @@
 #[allow(dead_code, reason = "other tests use the rest")]
 mod shapes;
 
+use overcoat::frame::Frame;
 use overcoat::math::double;
 use overcoat::render::{Background, RenderOptions, Renderer};
 use overcoat::scene::{
@@ -76,9 +77,13 @@ impl Box {
     }
 
     fn render(&self, options: RenderOptions) -> Vec<[f32; 4]> {
+        self.frame(options).pixels
+    }
+
+    fn frame(&self, options: RenderOptions) -> Frame {
         let size = SIDE as u32;
         let options = RenderOptions { width: size, height: size, ..options };
-        Renderer::new(1).render(&self.scene, &camera(), &options).unwrap().frame.pixels
+        Renderer::new(1).render(&self.scene, &camera(), &options).unwrap().frame
     }
 
     fn pixels(&self) -> Vec<[f32; 4]> {
@@ -201,6 +206,73 @@ fn a_picture_without_background_stays_open_behind_glass() {
         let half = Material { base_color: [0.9, 0.6, 0.3, 0.5], alpha_mode: AlphaMode::Blend, ..material };
         for p in Box::new().pane(0.0, half).pixels() {
             assert!((p[3] - 0.2).abs() < 2e-3, "{p:?}");
+        }
+    }
+}
+
+/// Light of any colour behind the picture, let through by its transmittance, is a wall of that colour behind the scene.
+#[test]
+fn what_is_put_behind_a_picture_looks_like_a_wall_behind_the_scene() {
+    let tint = |r, g, b, a| Material { base_color: [r, g, b, a], ..clear(through()) };
+    let rough = |material: Material| Material {
+        workflow: Workflow::MetallicRoughness { metallic: 0.0, roughness: 0.4, texture: None },
+        ior: 1.3,
+        ..material
+    };
+    let blended =
+        Material { base_color: [0.2, 0.7, 0.1, 0.6], alpha_mode: AlphaMode::Blend, ..Material::default() };
+    let deep = Transmission {
+        thickness: 0.3.into(),
+        attenuation_color: [0.3, 0.9, 0.5],
+        attenuation_distance: 0.4,
+        dispersion: 5.0,
+        ..through()
+    };
+    let deep = Material { ior: 1.6, ..clear(deep) };
+    let flap = Transform::from_parts([0.3, 0.2, -0.7], [0.0, 0.0, 0.6, 0.8], [0.5; 3]).unwrap();
+    let opaque = Material { unlit: true, base_color: [0.7, 0.1, 0.2, 1.0], ..Material::default() };
+    let red = tint(0.9, 0.1, 0.2, 1.0);
+    let half = Material { alpha_mode: AlphaMode::Blend, ..tint(0.3, 0.9, 0.2, 0.5) };
+    let layers: [&[&Material]; 7] =
+        [&[&red], &[&red, &blended], &[&half, &red], &[&deep], &[&deep, &blended], &[&blended, &half], &[]];
+    for samples in [1, 8] {
+        let options = RenderOptions { samples, ..RenderOptions::default() };
+        for (number, layers) in layers.iter().enumerate() {
+            for is_rough in [false, true] {
+                // Panes at different heights, so that pixels have one, several and none, and edges of what is opaque.
+                let build = |mut scene: Box| {
+                    scene = scene.place(shapes::square(1), opaque.clone(), flap);
+                    for (k, &material) in layers.iter().enumerate() {
+                        let at = [0.4 * k as f64 - 0.37, 0.1, 0.3 * k as f64];
+                        let at = Transform::from_parts(at, [0.0, 0.0, 0.28, 0.96], [0.8; 3]).unwrap();
+                        let material = material.clone();
+                        let material = if is_rough { rough(material) } else { material };
+                        scene = scene.place(shapes::square(1), material, at);
+                    }
+                    scene
+                };
+                let open = build(Box::new()).frame(options.clone());
+                let transmits = layers.iter().any(|material| material.lobes.transmission.factor.factor > 0.0);
+                assert_eq!(open.transmittance.len(), if transmits { SIDE * SIDE } else { 0 });
+                for color in [[1.0, 1.0, 1.0], [0.0, 0.5, 1.0]] {
+                    let composed: Vec<[f32; 4]> = (0..SIDE * SIDE)
+                        .map(|k| {
+                            let [r, g, b, a] = open.pixels[k];
+                            let [x, y, z] = open.transmittance.get(k).copied().unwrap_or([1.0 - a; 3]);
+                            let mean = (x + y + z) / 3.0;
+                            assert!((1.0 - mean - a).abs() < 1e-6, "{number}: {x} {y} {z}, opacity {a}");
+                            [r + x * color[0], g + y * color[1], b + z * color[2], 1.0]
+                        })
+                        .collect();
+                    let wall = build(Box::new().wall(8, |_| color)).render(options.clone());
+                    assert_close(
+                        &composed,
+                        &wall,
+                        4e-5,
+                        &format!("{number}, rough {is_rough}, {samples} samples"),
+                    );
+                }
+            }
         }
     }
 }

@@ -123,7 +123,7 @@ pub fn run(args: &CompareModelsArgs) -> Result<(), Failure> {
         });
     }
     warnings.extend(nothing_to_see(&scene, &rendered.stats));
-    warnings.extend(lost_tint(&scene, &drawing.options, &rendered.frame));
+    warnings.extend(lost_tint(&rendered.frame, &drawing.display));
 
     drawing.progress.stage("encoding");
     let [width, height] = sheet.size();

@@ -2,18 +2,32 @@
 
 use crate::frame::Frame;
 use crate::load::Warning;
-use crate::render::{Background, RenderOptions, RenderStats, Rendered};
-use crate::scene::{Instance, Material, Scene, ShadingModel, Workflow};
+use crate::output::DisplayOptions;
+use crate::render::{RenderStats, Rendered};
+use crate::scene::{Scene, ShadingModel};
 
-/// How far opacity may be from a whole number of samples by rounding.
-const ROUNDING: f32 = 1e-3;
+/// Difference between what passes of two colours that is one step of 8 bits.
+const LEAST_TINT: f32 = 1.0 / 255.0;
 
-/// All of it, of one picture.
-pub(super) fn losses(scene: &Scene, options: &RenderOptions, rendered: &Rendered) -> Vec<Warning> {
-    let mut warnings: Vec<Warning> = left_out(scene, options.shading).collect();
-    warnings.extend(nothing_to_see(scene, &rendered.stats));
-    warnings.extend(lost_tint(scene, options, &rendered.frame));
+/// All of it, of one picture for a screen.
+pub(super) fn losses(
+    scene: &Scene,
+    shading: Option<ShadingModel>,
+    display: &DisplayOptions,
+    rendered: &Rendered,
+) -> Vec<Warning> {
+    let mut warnings = losses_of_light(scene, shading, rendered);
+    warnings.extend(lost_tint(&rendered.frame, display));
     warnings
+}
+
+/// All of it, of one picture of linear light.
+pub(super) fn losses_of_light(
+    scene: &Scene,
+    shading: Option<ShadingModel>,
+    rendered: &Rendered,
+) -> Vec<Warning> {
+    left_out(scene, shading).chain(nothing_to_see(scene, &rendered.stats)).collect()
 }
 
 /// What materials have and the formulas that shade them do not know: one line for each model.
@@ -43,105 +57,38 @@ pub(super) fn nothing_to_see(scene: &Scene, stats: &RenderStats) -> Option<Warni
     }
 }
 
-/// Coloured glass before no surface, in a picture without the environment behind it: the picture knows how much light
-/// passes there, but not in which colour.
-pub(super) fn lost_tint(scene: &Scene, options: &RenderOptions, frame: &Frame) -> Option<Warning> {
-    let lost = options.background == Background::Transparent
-        && scene.instances().iter().any(|instance| is_tinted(scene, instance))
-        && is_seen_through(frame, options.samples);
-    let message = "glass tints what is behind it, which a transparent or plain background cannot show: it is grey \
-                   there; --background env shows it";
+/// Coloured glass before no surface, in a picture that has one opacity for all colours and nothing behind it.
+pub(super) fn lost_tint(frame: &Frame, display: &DisplayOptions) -> Option<Warning> {
+    let is_tinted = |&[r, g, b]: &[f32; 3]| {
+        (r - g).abs() > LEAST_TINT || (g - b).abs() > LEAST_TINT || (b - r).abs() > LEAST_TINT
+    };
+    let lost = display.background.is_none() && frame.transmittance.iter().any(is_tinted);
+    let message = "glass tints what is behind it, which a transparent picture cannot show: it is grey there; a background \
+                   colour, --background env or OpenEXR shows it";
     lost.then(|| Warning::new(message))
-}
-
-/// True if light that passes straight through has a colour after it. Textures are taken to have one.
-fn is_tinted(scene: &Scene, instance: &Instance) -> bool {
-    let material = &scene.materials()[instance.material.index()];
-    let given = &material.lobes.transmission;
-    let has_color = |[r, g, b]: [f32; 3]| r != g || g != b;
-    let [r, g, b, _] = material.base_color;
-    let volume =
-        given.has_volume() && given.attenuation_distance.is_finite() && has_color(given.attenuation_color);
-    material.is_transmissive()
-        && !is_metal(material)
-        && (volume
-            || has_color([r, g, b])
-            || material.base_color_texture.is_some()
-            || scene.meshes()[instance.mesh.index()]
-                .colors()
-                .iter()
-                .any(|&[r, g, b, _]| has_color([r, g, b])))
-}
-
-/// Metals let nothing through.
-fn is_metal(material: &Material) -> bool {
-    matches!(material.workflow, Workflow::MetallicRoughness { metallic: 1.0, texture: None, .. })
-}
-
-/// True if surfaces that hide a part only of what is behind them end up in pixels: opacity that is no number of samples.
-fn is_seen_through(frame: &Frame, samples: u32) -> bool {
-    let samples = samples as f32;
-    frame.pixels.iter().any(|pixel| {
-        let covered = pixel[3] * samples;
-        (covered - covered.round()).abs() > ROUNDING * samples
-    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Mesh, MeshData, Transform, Transmission};
-
-    /// A triangle of a material.
-    fn scene(material: Material, colors: bool) -> Scene {
-        let mut scene = Scene::new();
-        let positions = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
-        let mut data = MeshData { positions, triangles: vec![[0, 1, 2]], ..MeshData::default() };
-        if colors {
-            data.colors = vec![[1.0, 0.0, 0.0, 1.0]; 3];
-        }
-        let mesh = scene.add_mesh(Mesh::new(data).unwrap()).unwrap();
-        let material = scene.add_material(material).unwrap();
-        scene.add_instance(Instance { mesh, material, transform: Transform::IDENTITY, object: 0 }).unwrap();
-        scene
-    }
-
-    fn glass(base_color: [f32; 4], transmission: Transmission) -> Material {
-        let mut glass = Material { base_color, ..Material::default() };
-        glass.lobes.transmission = transmission;
-        glass.lobes.transmission.factor.factor = 1.0;
-        glass.workflow = Workflow::MetallicRoughness { metallic: 0.0, roughness: 0.0, texture: None };
-        glass
-    }
 
     #[test]
-    fn only_coloured_glass_before_nothing_loses_a_tint() {
-        let frame =
-            |alpha: f32| Frame { width: 1, height: 1, pixels: vec![[0.0, 0.0, 0.0, alpha]], aovs: vec![] };
-        let options = RenderOptions { samples: 8, ..RenderOptions::default() };
-        let red = scene(glass([1.0, 0.5, 0.5, 1.0], Transmission::default()), false);
-        let is_lost = |scene: &Scene, alpha: f32| lost_tint(scene, &options, &frame(alpha)).is_some();
-        assert!(is_lost(&red, 0.6));
-        // Nothing, edges of what is opaque, and glass before what is opaque, with rounding.
-        for alpha in [0.0, 0.125, 0.875, 1.0, 1.0 - f32::EPSILON] {
-            assert!(!is_lost(&red, alpha), "{alpha}");
+    fn only_what_a_transparent_picture_cannot_show_is_lost() {
+        let pixels = vec![[0.0, 0.0, 0.0, 0.5]; 2];
+        let frame = |transmittance: [f32; 3]| Frame {
+            width: 2,
+            height: 1,
+            pixels: pixels.clone(),
+            transmittance: vec![[0.5; 3], transmittance],
+            aovs: Vec::new(),
+        };
+        let none = DisplayOptions::default();
+        for tinted in [[0.75, 0.5, 0.25], [0.5, 0.5, 0.6], [1.0, 0.0, 0.5]] {
+            assert!(lost_tint(&frame(tinted), &none).is_some());
+            let white = DisplayOptions { background: Some([255; 3]), ..none.clone() };
+            assert!(lost_tint(&frame(tinted), &white).is_none());
         }
-        let with_environment = RenderOptions { background: Background::Environment, ..options.clone() };
-        assert!(lost_tint(&red, &with_environment, &frame(0.6)).is_none());
-
-        let plain = Transmission::default();
-        let volume = Transmission { attenuation_color: [0.9, 1.0, 0.9], attenuation_distance: 1.0, ..plain };
-        let mut thick = volume;
-        thick.thickness.factor = 1.0;
-        assert!(is_lost(&scene(glass([1.0; 4], thick), false), 0.6));
-        assert!(is_lost(&scene(glass([1.0; 4], plain), true), 0.6));
-        // Grey is told by opacity, and a thin wall has no volume.
-        assert!(!is_lost(&scene(glass([0.5, 0.5, 0.5, 1.0], plain), false), 0.6));
-        assert!(!is_lost(&scene(glass([1.0; 4], volume), false), 0.6));
-        let mut metal = glass([1.0, 0.5, 0.5, 1.0], plain);
-        metal.workflow = Workflow::MetallicRoughness { metallic: 1.0, roughness: 0.0, texture: None };
-        assert!(!is_lost(&scene(metal, false), 0.6));
-        let paint = Material { base_color: [1.0, 0.0, 0.0, 1.0], ..Material::default() };
-        assert!(!is_lost(&scene(paint, true), 0.6));
+        assert!(lost_tint(&frame([0.501, 0.5, 0.499]), &none).is_none());
+        assert!(lost_tint(&Frame { transmittance: Vec::new(), ..frame([1.0; 3]) }, &none).is_none());
     }
 }

@@ -3,7 +3,7 @@
 use super::args::RenderArgs;
 use super::drawing::Drawing;
 use super::failure::{Failure, file_name};
-use super::losses::losses;
+use super::losses::{losses, losses_of_light};
 use super::report::{self, Stages, Versions};
 use super::target::Target;
 use crate::load::Loaded;
@@ -83,7 +83,11 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     for &(name, time) in &rendered.stats.stages {
         stages.add(name, time);
     }
-    warnings.extend(losses(&scene, &drawing.options, &rendered));
+    let shading = drawing.options.shading;
+    warnings.extend(match target.format() {
+        OutputFormat::Png => losses(&scene, shading, &drawing.display, &rendered),
+        _ => losses_of_light(&scene, shading, &rendered),
+    });
 
     drawing.progress.stage("encoding");
     let encoded = stages.time("encode", || target.encode(&rendered.frame, &drawing.display))?;

@@ -11,6 +11,10 @@ pub struct Frame {
     pub height: u32,
     /// RGBA, premultiplied, `width * height` of them. Finite; alpha is 0 to 1, colour at least 0.
     pub pixels: Vec<[f32; 4]>,
+    /// The part of red, green and blue light from behind the picture that passes, each 0 to 1, `width * height` of them.
+    /// Their mean is 1 - alpha, up to rounding. Empty where nothing can tint that light: in scenes without surfaces that
+    /// transmit it, and before the environment. Then it is 1 - alpha in all colours.
+    pub transmittance: Vec<[f32; 3]>,
     /// The G-buffer planes that were asked for.
     pub aovs: Vec<AovPlane>,
 }
@@ -174,8 +178,9 @@ impl Aov {
 }
 
 impl Frame {
-    /// XXH3-128 over width, height (u32) and the pixels (f32 RGBA, premultiplied), all little-endian, row by row from
-    /// the top, with -0 written as +0: 32 hexadecimal digits. Equal on every machine for equal input and options.
+    /// XXH3-128 over width, height (u32), the pixels (f32 RGBA, premultiplied) and the transmittance (f32 RGB), all
+    /// little-endian, row by row from the top, with -0 written as +0: 32 hexadecimal digits. Equal on every machine for
+    /// equal input and options.
     #[must_use]
     pub fn frame_hash(&self) -> String {
         format!("{:032x}", self.digest())
@@ -187,11 +192,13 @@ impl Frame {
         hasher.update(&self.width.to_le_bytes());
         hasher.update(&self.height.to_le_bytes());
         let mut bytes = Vec::with_capacity(1 << 16);
-        for run in self.pixels.chunks(1 << 12) {
-            bytes.clear();
-            // Adding +0 turns -0 into +0 and leaves every other number as it is.
-            bytes.extend(run.as_flattened().iter().flat_map(|v| (v + 0.0).to_le_bytes()));
-            hasher.update(&bytes);
+        for plane in [self.pixels.as_flattened(), self.transmittance.as_flattened()] {
+            for run in plane.chunks(1 << 14) {
+                bytes.clear();
+                // Adding +0 turns -0 into +0 and leaves every other number as it is.
+                bytes.extend(run.iter().flat_map(|v| (v + 0.0).to_le_bytes()));
+                hasher.update(&bytes);
+            }
         }
         hasher.digest128()
     }

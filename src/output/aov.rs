@@ -130,7 +130,13 @@ mod tests {
 
     #[test]
     fn a_plane_that_is_not_there_is_an_error() {
-        let frame = Frame { width: 1, height: 1, pixels: vec![[0.0; 4]], aovs: Vec::new() };
+        let frame = Frame {
+            width: 1,
+            height: 1,
+            pixels: vec![[0.0; 4]],
+            transmittance: Vec::new(),
+            aovs: Vec::new(),
+        };
         assert!(encode_aov_png(&frame, Aov::Uv).unwrap_err().to_string().contains("uv"));
     }
 }

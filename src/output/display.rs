@@ -16,7 +16,8 @@ pub struct DisplayOptions {
     /// Tone curve.
     pub tone_curve: ToneCurve,
     /// Solid colour behind the picture, 8-bit sRGB. It is display light: exposure and tone curve leave it alone,
-    /// and pixels without coverage have exactly this colour. Mixed in linear light. `None` keeps alpha.
+    /// and pixels without coverage have exactly this colour. Mixed in linear light, by [`Frame::transmittance`] where
+    /// the frame has it: coloured glass tints it. `None` keeps alpha, which is the same for all colours.
     pub background: Option<[u8; 3]>,
     /// Instruction set. Never changes the picture.
     pub simd: SimdLevel,
@@ -49,8 +50,14 @@ impl DisplayImage {
         let mut pixels = vec![[0; 4]; frame.pixels.len()];
         dispatch!(options.simd, l => {
             let background = options.background.map(|c| c.map(|v| SRGB8_TO_LINEAR[usize::from(v)]));
+            let mut transmittance = frame.transmittance.chunks(LANES);
             for (out, linear) in pixels.chunks_mut(LANES).zip(frame.pixels.chunks(LANES)) {
-                develop(l, exposure, options.tone_curve, background, linear, out);
+                let behind = match (background, transmittance.next()) {
+                    (None, _) => Behind::Nothing,
+                    (Some(color), None) => Behind::Color(color),
+                    (Some(color), Some(transmittance)) => Behind::Tinted(color, transmittance),
+                };
+                develop(l, exposure, options.tone_curve, behind, linear, out);
             }
         });
         Self { width: frame.width, height: frame.height, pixels }
@@ -63,18 +70,27 @@ impl DisplayImage {
     }
 }
 
+/// What is put behind pixels, in linear light.
+#[derive(Clone, Copy)]
+enum Behind<'a> {
+    Nothing,
+    Color([f32; 3]),
+    /// A colour of which each pixel lets another part of red, green and blue through.
+    Tinted([f32; 3], &'a [[f32; 3]]),
+}
+
 /// Up to sixteen pixels of [`DisplayImage::new`].
 #[inline(always)]
 fn develop<L: Lanes>(
     l: L,
     exposure: f32,
     curve: ToneCurve,
-    background: Option<[f32; 3]>,
+    behind: Behind<'_>,
     linear: &[[f32; 4]],
     out: &mut [[u8; 4]],
 ) {
     // Thumbnails are mostly empty.
-    if background.is_none() && linear.iter().all(|p| p[3] == 0.0) {
+    if matches!(behind, Behind::Nothing) && linear.iter().all(|p| p[3] == 0.0) {
         return;
     }
     let mut planes = [[0.0; LANES]; 4];
@@ -89,12 +105,21 @@ fn develop<L: Lanes>(
     let scale = visible.select(l.splat(exposure) / alpha, l.zero());
     let rgb: [L::F; 3] = each!(c => l.load(&planes[c]) * scale);
     let mut rgb = curve.apply(l, rgb);
-    let mut opacity = alpha;
-    if let Some(background) = background {
-        for (color, behind) in rgb.iter_mut().zip(background) {
-            *color = *color * alpha + alpha.one_minus() * behind;
+    let mut opacity = l.splat(1.0);
+    match behind {
+        Behind::Nothing => opacity = alpha,
+        Behind::Color(background) => {
+            for (color, behind) in rgb.iter_mut().zip(background) {
+                *color = *color * alpha + alpha.one_minus() * behind;
+            }
         }
-        opacity = l.splat(1.0);
+        Behind::Tinted(background, transmittance) => {
+            for (k, (color, behind)) in rgb.iter_mut().zip(background).enumerate() {
+                let mut open = [0.0; LANES];
+                open.iter_mut().zip(transmittance).for_each(|(to, open)| *to = open[k]);
+                *color = *color * alpha + l.load(&open).saturate() * behind;
+            }
+        }
     }
     let [r, g, b] = each!(c in rgb => linear_to_srgb8_lanes(l, c).to_array());
     let a = (opacity * 255.0 + 0.5).to_int().to_array();
@@ -108,7 +133,7 @@ mod tests {
     use super::*;
 
     fn frame(pixels: Vec<[f32; 4]>) -> Frame {
-        Frame { width: pixels.len() as u32, height: 1, pixels, aovs: Vec::new() }
+        Frame { width: pixels.len() as u32, height: 1, pixels, transmittance: Vec::new(), aovs: Vec::new() }
     }
     fn develop_one(pixel: [f32; 4], options: &DisplayOptions) -> [u8; 4] {
         DisplayImage::new(&frame(vec![pixel]), options).pixels[0]
@@ -170,6 +195,22 @@ mod tests {
     }
 
     #[test]
+    fn coloured_glass_tints_the_background_and_nothing_else() {
+        let red_glass =
+            Frame { transmittance: vec![[1.0, 0.25, 0.0]], ..frame(vec![[0.1, 0.1, 0.1, 1.75 / 3.0]]) };
+        let of =
+            |background| DisplayImage::new(&red_glass, &DisplayOptions { background, ..plain() }).pixels[0];
+        let code = |linear: f32| {
+            (0..=255).min_by_key(|&v: &u8| ((SRGB8_TO_LINEAR[usize::from(v)] - linear).abs() * 1e6) as u32)
+        };
+        let white = of(Some([255; 3]));
+        assert_eq!([Some(255), code(0.35), code(0.1)], [Some(white[0]), Some(white[1]), Some(white[2])]);
+        assert_eq!(of(Some([0; 3]))[..3], [code(0.1).unwrap(); 3]);
+        // Alone it is as opaque as it is dark.
+        assert_eq!(of(None)[3], 149);
+    }
+
+    #[test]
     fn any_bits_give_a_picture() {
         let odd = [f32::NAN, f32::INFINITY, -1.0, 1e-40, 1e30];
         let all: Vec<[f32; 4]> = odd.iter().flat_map(|&a| odd.iter().map(move |&b| [a, b, a, b])).collect();
@@ -191,12 +232,17 @@ mod tests {
         for background in [None, Some([10, 200, 30])] {
             let develop = |simd, pixels: &[[f32; 4]]| {
                 let options = DisplayOptions { simd, background, ..DisplayOptions::default() };
-                DisplayImage::new(&frame(pixels.to_vec()), &options).pixels
+                let open = |(k, p): (usize, &[f32; 4])| [1.0 - p[3], (k % 7) as f32 / 6.0, 1.0];
+                let mut frame = frame(pixels.to_vec());
+                let plain = DisplayImage::new(&frame, &options).pixels;
+                frame.transmittance = pixels.iter().enumerate().map(open).collect();
+                [plain, DisplayImage::new(&frame, &options).pixels]
             };
             let expected = develop(SimdLevel::Scalar, &pixels);
             for level in SimdLevel::available() {
                 assert_eq!(develop(level, &pixels), expected, "{level}");
-                assert_eq!(develop(level, &pixels[..37]), expected[..37], "{level}");
+                let short = develop(level, &pixels[..37]);
+                assert!(short.iter().zip(&expected).all(|(short, long)| *short == long[..37]), "{level}");
             }
         }
     }

@@ -20,7 +20,9 @@ pub enum ExrPrecision {
     Float,
 }
 
-/// An OpenEXR file with one part: the picture in R, G, B, A (linear Rec. 709, premultiplied), every G-buffer plane
+/// An OpenEXR file with one part: the picture in R, G, B, A (linear Rec. 709, premultiplied), opacity to red, green and
+/// blue light in AR, AG, AB where glass may tint what is behind the picture (the format's names for a coloured matte:
+/// "OpenEXR File Layout", predefined channels; 1 - [`Frame::transmittance`]), every G-buffer plane
 /// of the frame as a layer of 32-bit floats: `depth.Z`, `normal.X` `.Y` `.Z`, `coat-normal.X` `.Y` `.Z`,
 /// `base-color.R` `.G` `.B`, `roughness.Y`, `metallic.Y`, `coat.mask`, `coat.roughness`, `material-id.Y`,
 /// `object-id.Y`, `uv.U` `.V`, `coverage.Y`.
@@ -33,13 +35,21 @@ pub fn encode_exr(frame: &Frame, precision: ExrPrecision) -> Result<Vec<u8>, Out
         format: OutputFormat::Exr,
         reason: error.to_string(),
     };
-    let mut channels = Vec::with_capacity(4 + frame.aovs.len() * 3);
-    for (c, name) in ["R", "G", "B", "A"].into_iter().enumerate() {
+    let mut channels = Vec::with_capacity(7 + frame.aovs.len() * 3);
+    let mut channel = |name: &str, values: &mut dyn Iterator<Item = f32>| {
         let samples = match precision {
-            ExrPrecision::Half => FlatSamples::F16(frame.pixels.iter().map(|p| to_half(p[c])).collect()),
-            ExrPrecision::Float => FlatSamples::F32(frame.pixels.iter().map(|p| p[c]).collect()),
+            ExrPrecision::Half => FlatSamples::F16(values.map(to_half).collect()),
+            ExrPrecision::Float => FlatSamples::F32(values.collect()),
         };
         channels.push(AnyChannel::new(name, samples));
+    };
+    for (c, name) in ["R", "G", "B", "A"].into_iter().enumerate() {
+        channel(name, &mut frame.pixels.iter().map(|p| p[c]));
+    }
+    if !frame.transmittance.is_empty() {
+        for (c, name) in ["AR", "AG", "AB"].into_iter().enumerate() {
+            channel(name, &mut frame.transmittance.iter().map(|open| 1.0 - open[c]));
+        }
     }
     for plane in &frame.aovs {
         for (c, suffix) in channel_names(plane.aov).iter().enumerate() {
@@ -116,7 +126,7 @@ mod tests {
                     .collect(),
             })
             .collect();
-        Frame { width, height, pixels, aovs }
+        Frame { width, height, pixels, transmittance: Vec::new(), aovs }
     }
 
     fn read(bytes: &[u8]) -> FlatImage {
@@ -141,6 +151,18 @@ mod tests {
                 samples(&image, name).iter().zip(&frame.pixels).all(|(v, p)| v.to_bits() == p[c].to_bits())
             );
         }
+    }
+
+    #[test]
+    fn tinting_frames_have_a_coloured_matte() {
+        let mut frame = picture(&[Aov::Depth]);
+        let image = read(&encode_exr(&frame, ExrPrecision::Float).unwrap());
+        assert!(!image.layer_data[0].channel_data.list.iter().any(|c| c.name.eq("AR")));
+        frame.transmittance = frame.pixels.iter().map(|p| [1.0 - p[3], 0.25, 0.0]).collect();
+        let image = read(&encode_exr(&frame, ExrPrecision::Float).unwrap());
+        assert_eq!(samples(&image, "AR"), frame.pixels.iter().map(|p| p[3]).collect::<Vec<_>>());
+        assert!(samples(&image, "AG").iter().all(|&v| v == 0.75));
+        assert!(samples(&image, "AB").iter().all(|&v| v == 1.0));
     }
 
     #[test]

@@ -106,7 +106,8 @@ mod tests {
                     _ => [(k * k % 977) as f32 * 0.01, (k * 31 % 89) as f32, (k % 5) as f32 * 1e-6, 0.0],
                 })
                 .collect();
-            let frame = Frame { width, height, pixels: pixels.clone(), aovs: Vec::new() };
+            let frame =
+                Frame { width, height, pixels: pixels.clone(), transmittance: Vec::new(), aovs: Vec::new() };
             let (w, h, decoded) = decode(&encode_hdr(&frame).unwrap());
             assert_eq!((w, h), (width, height));
             for (got, want) in decoded.iter().zip(&pixels) {

@@ -125,7 +125,10 @@ pub enum OutputError {
 /// [`OutputError::Encode`] if the frame is empty or too large for the format.
 pub fn encode(frame: &Frame, format: OutputFormat, options: &OutputOptions) -> Result<Vec<u8>, OutputError> {
     match format {
-        OutputFormat::Png => encode_png(&DisplayImage::new(frame, &options.display)),
+        OutputFormat::Png => {
+            check_size(frame, format)?;
+            encode_png(&DisplayImage::new(frame, &options.display))
+        }
         OutputFormat::Exr => encode_exr(frame, options.exr_precision),
         OutputFormat::Hdr => encode_hdr(frame),
     }
@@ -144,6 +147,12 @@ fn check_size(frame: &Frame, format: OutputFormat) -> Result<(), OutputError> {
             frame.pixels.len(),
             frame.width,
             frame.height
+        ));
+    }
+    if !frame.transmittance.is_empty() && frame.transmittance.len() != pixels {
+        return wrong(format!(
+            "transmittance of {} pixels in a picture of {pixels}",
+            frame.transmittance.len()
         ));
     }
     match frame.aovs.iter().find(|plane| plane.data.len() != pixels * plane.aov.channels()) {
@@ -175,10 +184,16 @@ mod tests {
 
     #[test]
     fn frames_that_do_not_fit_their_size_are_refused() {
-        let frame =
-            |width, height, len| Frame { width, height, pixels: vec![[0.0; 4]; len], aovs: Vec::new() };
+        let frame = |width, height, len| Frame {
+            width,
+            height,
+            pixels: vec![[0.0; 4]; len],
+            transmittance: Vec::new(),
+            aovs: Vec::new(),
+        };
         for format in OutputFormat::ALL {
-            for bad in [frame(0, 4, 0), frame(4, 0, 0), frame(2, 2, 3)] {
+            let short = Frame { transmittance: vec![[0.5; 3]; 3], ..frame(2, 2, 4) };
+            for bad in [frame(0, 4, 0), frame(4, 0, 0), frame(2, 2, 3), short] {
                 assert!(encode(&bad, format, &OutputOptions::default()).is_err(), "{format}");
             }
             assert!(encode(&frame(1, 1, 1), format, &OutputOptions::default()).is_ok(), "{format}");

@@ -73,6 +73,8 @@ struct Memory {
     backdrop: Backdrop,
     /// Pixels of a frame that was given back.
     pixels: Vec<[f32; 4]>,
+    /// Its transmittance.
+    transmittance: Vec<[f32; 3]>,
 }
 
 /// Vertices of one draw that are transformed in one go.
@@ -110,6 +112,7 @@ impl Renderer {
     /// [`RenderOptions::stage_hashes`] take new memory each time.
     pub fn recycle(&mut self, frame: Frame) {
         self.memory.pixels = frame.pixels;
+        self.memory.transmittance = frame.transmittance;
     }
 
     /// Takes one picture.
@@ -213,7 +216,11 @@ impl Memory {
         // Every tile writes all of its pixels.
         let mut pixels = std::mem::take(&mut self.pixels);
         pixels.resize(options.width as usize * options.height as usize, [0.0; 4]);
-        let mut frame = Frame { width: options.width, height: options.height, pixels, aovs: Vec::new() };
+        let mut transmittance = std::mem::take(&mut self.transmittance);
+        let tints = !pass.show_environment && self.states.iter().any(|state| state.transmissive);
+        transmittance.resize(if tints { pixels.len() } else { 0 }, [0.0; 3]);
+        let (width, height) = (options.width, options.height);
+        let mut frame = Frame { width, height, pixels, transmittance, aovs: Vec::new() };
         let mut fragments = 0;
         if self.states.iter().any(|state| state.refracts) {
             let plain = RenderOptions { aovs: Vec::new(), stage_hashes: false, ..options.clone() };

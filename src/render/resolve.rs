@@ -7,12 +7,21 @@ use crate::math::lanes::{Float, Int, LANES, Lanes};
 use crate::raster::TileOrigin;
 use crate::shade::ShadeContext;
 
+/// What a transmissive fragment lets through.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Transmitted {
+    /// Part of each colour that comes from behind the picture, beside what `keep` lets through of it.
+    pub open: [f32; 3],
+    /// What colour and transmittance of what is behind are multiplied by.
+    pub keep: [f32; 3],
+}
+
 /// What lies behind blended fragments in tiles with transmissive surfaces; both lists are empty in others.
 pub(super) struct Behind<'a> {
-    /// What each fragment keeps of premultiplied colour and opacity behind it; `None` for blended ones.
-    pub kept: &'a [Option<[f32; 4]>],
+    /// What each fragment lets through; `None` for blended ones.
+    pub kept: &'a [Option<Transmitted>],
     /// The environment behind each pixel of the tile, if it shows.
-    pub environment: &'a [[f32; 4]],
+    pub environment: &'a [[f32; 3]],
     /// Pixels in a row of it.
     pub width: usize,
 }
@@ -50,6 +59,15 @@ pub(super) fn sum_opaque(
     }
 }
 
+/// The transmittance of opaque pixels and of nothing.
+pub(super) fn transmittance_of(rows: &[&mut [[f32; 4]]], transmittance: &mut [&mut [[f32; 3]]]) {
+    for (row, open) in rows.iter().zip(transmittance) {
+        for (pixel, open) in row.iter().zip(open.iter_mut()) {
+            *open = [1.0 - pixel[3]; 3];
+        }
+    }
+}
+
 /// The pixel that one opaque fragment covers: what the sum over fragments comes to, in every bit.
 #[inline(always)]
 pub(super) fn whole_pixel([r, g, b]: [f32; 3]) -> [f32; 4] {
@@ -57,8 +75,9 @@ pub(super) fn whole_pixel([r, g, b]: [f32; 3]) -> [f32; 4] {
     [0.0 + r, 0.0 + g, 0.0 + b, 1.0]
 }
 
-/// Blends the fragments after the first `opaque` over what is behind them, sample by sample, farthest first; of equal depths the one whose triangle
-/// comes first ends up in front. Exact for every sample, because coverage stays a mask until the end.
+/// Blends the fragments after the first `opaque` over what is behind them, sample by sample, farthest first; of equal depths
+/// the one whose triangle comes first ends up in front. Exact for every sample, because coverage stays a mask until the
+/// end. `transmittance` has rows where it is wanted.
 pub(super) fn blend(
     samples: usize,
     fragments: &[Fragment],
@@ -67,6 +86,7 @@ pub(super) fn blend(
     background: &Behind<'_>,
     scratch: &mut ResolveScratch,
     rows: &mut [&mut [[f32; 4]]],
+    transmittance: &mut [&mut [[f32; 3]]],
 ) {
     let ResolveScratch { blended: order, behind } = scratch;
     order.clear();
@@ -85,60 +105,115 @@ pub(super) fn blend(
         }
     }
     behind.sort_unstable();
-    let weight = 1.0 / samples as f32;
     for run in order.chunk_by(|&a, &b| of(a).0.pixel == of(b).0.pixel) {
         let first = of(run[0]).0;
-        let place = first.row() as usize * background.width + first.column() as usize;
-        // Only where something transmits: the pixel must not know what else is in its tile.
-        let through = run.iter().any(|&k| background.kept.get(k as usize).is_some_and(Option::is_some));
-        let environment = background.environment.get(place).filter(|_| through);
-        let mut colors = [environment.copied().unwrap_or([0.0; 4]); 16];
+        let (row, column) = (first.row() as usize, first.column() as usize);
         let start = behind.partition_point(|b| b.0 < first.pixel);
-        for &(_, k) in behind[start..].iter().take_while(|b| b.0 == first.pixel) {
-            let (fragment, shaded) = of(k);
-            let [r, g, b] = shaded.radiance;
-            for (s, color) in colors.iter_mut().enumerate().take(samples) {
-                if fragment.mask >> s & 1 == 1 {
-                    *color = [r, g, b, 1.0];
-                }
+        let behind = behind[start..].iter().take_while(|b| b.0 == first.pixel).map(|&(_, k)| of(k));
+        // Only where something transmits: the pixel must not know what else is in its tile.
+        let transmitted = |k: u32| background.kept.get(k as usize).copied().flatten();
+        let pixel = if run.iter().any(|&k| transmitted(k).is_some()) {
+            let environment = background.environment.get(row * background.width + column);
+            let blended = run.iter().map(|&k| (of(k), transmitted(k)));
+            let (color, open) = transmit_samples(samples, environment.copied(), behind, blended);
+            if let Some(transmittance) = transmittance.get_mut(row) {
+                transmittance[column] = open;
             }
-        }
-        for &k in run {
-            let (fragment, shaded) = of(k);
-            let [r, g, b] = shaded.radiance;
-            let a = shaded.alpha;
-            if let Some(&Some(keep)) = background.kept.get(k as usize) {
-                let own = [r, g, b, a];
-                for (s, color) in colors.iter_mut().enumerate().take(samples) {
-                    if fragment.mask >> s & 1 == 1 {
-                        for c in 0..4 {
-                            color[c] = own[c] + color[c] * keep[c];
-                        }
-                    }
-                }
-                continue;
+            let opacity = 1.0 - (open[0] + open[1] + open[2]) * (1.0 / 3.0);
+            [color[0], color[1], color[2], if opacity > 0.0 { opacity } else { 0.0 }]
+        } else {
+            let pixel = blend_samples(samples, behind, run.iter().map(|&k| of(k)));
+            if let Some(transmittance) = transmittance.get_mut(row) {
+                transmittance[column] = [1.0 - pixel[3]; 3];
             }
-            let keep = 1.0 - a;
-            for (s, color) in colors.iter_mut().enumerate().take(samples) {
-                if fragment.mask >> s & 1 == 1 {
-                    let under = *color;
-                    *color = [
-                        r * a + under[0] * keep,
-                        g * a + under[1] * keep,
-                        b * a + under[2] * keep,
-                        a + under[3] * keep,
-                    ];
-                }
-            }
-        }
-        let mut sum = [0.0; 4];
-        for color in &colors[..samples] {
-            for k in 0..4 {
-                sum[k] += color[k] * weight;
-            }
-        }
-        rows[first.row() as usize][first.column() as usize] = sum;
+            pixel
+        };
+        rows[row][column] = pixel;
     }
+}
+
+/// A pixel without transmissive surfaces: premultiplied colour and opacity of all samples.
+fn blend_samples<'a>(
+    samples: usize,
+    behind: impl Iterator<Item = (&'a Fragment, &'a ShadedFragment)>,
+    blended: impl Iterator<Item = (&'a Fragment, &'a ShadedFragment)>,
+) -> [f32; 4] {
+    let mut colors = [[0.0; 4]; 16];
+    for (fragment, shaded) in behind {
+        let [r, g, b] = shaded.radiance;
+        for (s, color) in colors.iter_mut().enumerate().take(samples) {
+            if fragment.mask >> s & 1 == 1 {
+                *color = [r, g, b, 1.0];
+            }
+        }
+    }
+    for (fragment, shaded) in blended {
+        let [r, g, b] = shaded.radiance;
+        let a = shaded.alpha;
+        let keep = 1.0 - a;
+        for (s, color) in colors.iter_mut().enumerate().take(samples) {
+            if fragment.mask >> s & 1 == 1 {
+                let under = *color;
+                *color = [
+                    r * a + under[0] * keep,
+                    g * a + under[1] * keep,
+                    b * a + under[2] * keep,
+                    a + under[3] * keep,
+                ];
+            }
+        }
+    }
+    mean(samples, &colors)
+}
+
+/// A pixel with transmissive surfaces: colour and transmittance of all samples.
+fn transmit_samples<'a>(
+    samples: usize,
+    environment: Option<[f32; 3]>,
+    behind: impl Iterator<Item = (&'a Fragment, &'a ShadedFragment)>,
+    blended: impl Iterator<Item = ((&'a Fragment, &'a ShadedFragment), Option<Transmitted>)>,
+) -> ([f32; 3], [f32; 3]) {
+    let nothing = if environment.is_some() { 0.0 } else { 1.0 };
+    let mut colors = [environment.unwrap_or_default(); 16];
+    let mut opens = [[nothing; 3]; 16];
+    for (fragment, shaded) in behind {
+        for (s, (color, open)) in colors.iter_mut().zip(&mut opens).enumerate().take(samples) {
+            if fragment.mask >> s & 1 == 1 {
+                (*color, *open) = (shaded.radiance, [0.0; 3]);
+            }
+        }
+    }
+    for ((fragment, shaded), transmitted) in blended {
+        let (own, Transmitted { open: own_open, keep }) = match transmitted {
+            Some(transmitted) => (shaded.radiance, transmitted),
+            None => {
+                let hidden = [1.0 - shaded.alpha; 3];
+                let radiance = each!(c in shaded.radiance => c * shaded.alpha);
+                (radiance, Transmitted { open: [0.0; 3], keep: hidden })
+            }
+        };
+        for (s, (color, open)) in colors.iter_mut().zip(&mut opens).enumerate().take(samples) {
+            if fragment.mask >> s & 1 == 1 {
+                *color = each!(c => own[c] + color[c] * keep[c]);
+                *open = each!(c => own_open[c] + open[c] * keep[c]);
+            }
+        }
+    }
+    let open = mean(samples, &opens);
+    (mean(samples, &colors), each!(c in open => if c < 1.0 { c } else { 1.0 }))
+}
+
+/// The mean of the first `samples`.
+fn mean<const N: usize>(samples: usize, values: &[[f32; N]; 16]) -> [f32; N] {
+    // Exact: the number of samples is a power of two.
+    let weight = 1.0 / samples as f32;
+    let mut sum = [0.0; N];
+    for value in &values[..samples] {
+        for k in 0..N {
+            sum[k] += value[k] * weight;
+        }
+    }
+    sum
 }
 
 /// The environment behind each pixel of a tile of that width and height, row by row.
@@ -148,15 +223,15 @@ pub(super) fn environment_behind<L: Lanes>(
     context: &ShadeContext<'_>,
     origin: TileOrigin,
     [width, height]: [u32; 2],
-    out: &mut Vec<[f32; 4]>,
+    out: &mut Vec<[f32; 3]>,
 ) {
     let width = width as usize;
-    out.resize(width * height as usize, [0.0; 4]);
+    out.resize(width * height as usize, [0.0; 3]);
     for (y, row) in out.chunks_mut(width).enumerate() {
         for (block, pixels) in row.chunks_mut(LANES).enumerate() {
             let color = environment_pixels(l, context, origin, block, y);
             for (k, pixel) in pixels.iter_mut().enumerate() {
-                *pixel = [color[0][k], color[1][k], color[2][k], 1.0];
+                *pixel = [color[0][k], color[1][k], color[2][k]];
             }
         }
     }

@@ -2,7 +2,7 @@
 
 use super::aov::TileAovs;
 use super::draws::DrawState;
-use super::resolve::Behind;
+use super::resolve::{Behind, Transmitted};
 use super::tile_shading::{ShadedFragment, TileShading, TileTriangles, one_material, shade_fragments};
 use super::trace::FragmentHashes;
 use crate::gbuffer::layout::SurfacePlanes;
@@ -83,10 +83,10 @@ pub(super) struct TileScratch {
     pub identities: Vec<(u32, u32)>,
     /// Identities of blended and transmissive triangles.
     blended: Vec<u32>,
-    /// What each fragment keeps of the colour and opacity behind it, where the tile has transmissive ones.
-    pub kept: Vec<Option<[f32; 4]>>,
+    /// What each fragment lets through, where the tile has transmissive ones.
+    pub kept: Vec<Option<Transmitted>>,
     /// The environment behind each pixel of such tiles, where it shows.
-    environment: Vec<[f32; 4]>,
+    environment: Vec<[f32; 3]>,
     /// Parts of the tile that are yet to be blended.
     parts: Vec<[u32; 4]>,
     pub fragments: Vec<Fragment>,
@@ -140,6 +140,8 @@ pub(super) struct TileCost {
 pub(super) struct TileJob<'r, 'a> {
     /// One slice of pixels for each of its rows.
     pub rows: &'r mut [&'a mut [[f32; 4]]],
+    /// As many of transmittance, or none.
+    pub transmittance: &'r mut [&'a mut [[f32; 3]]],
     /// Planes of the G-buffer that were asked for.
     pub aovs: TileAovs,
     /// What the tile took; before it is drawn again, what it took then.
@@ -257,9 +259,12 @@ fn shade_and_resolve<L: Lanes>(
     let samples = pass.pattern.len();
     if start == 0 {
         super::resolve::sum_opaque(samples, of_tile.whole, &fragments[..of_tile.opaque], shaded, job.rows);
+        super::resolve::transmittance_of(job.rows, job.transmittance);
     }
     if of_tile.opaque < fragments.len() {
-        super::resolve::blend(samples, fragments, shaded, of_tile.opaque, &behind, resolve, job.rows);
+        let TileJob { rows, transmittance, .. } = job;
+        let opaque = of_tile.opaque;
+        super::resolve::blend(samples, fragments, shaded, opaque, &behind, resolve, rows, transmittance);
     }
 }
 

@@ -1,6 +1,6 @@
 //! The fragments of a tile from the triangles that they belong to, to their radiance.
 
-use super::resolve::whole_pixel;
+use super::resolve::{Transmitted, whole_pixel};
 use super::tile_pass::{Pass, TileJob, TileScratch};
 use crate::each;
 use crate::gbuffer::{Fragment, TriangleSource, layout};
@@ -122,7 +122,7 @@ pub(super) fn shade_fragments<L: Lanes>(
                 batch.gather(&gathered[..len], &source, draws, origin, pass.pattern);
             }
             store_surface(l, &pass.shade, material, batch, lobes, surface);
-            let mut alpha = surface.rows[layout::ALPHA.first];
+            let alpha = surface.rows[layout::ALPHA.first];
             let held = if material.transmits() {
                 Some(hold_back(l, &pass.shade, material, batch, surface))
             } else {
@@ -134,10 +134,11 @@ pub(super) fn shade_fragments<L: Lanes>(
                 let backdrop = pass.backdrop.unwrap_or(&no_backdrop);
                 let passed = pass_through(l, &pass.shade, backdrop, material, surface, held, radiance);
                 if material.is_transmissive() && !kept.is_empty() {
-                    alpha = passed.alpha.to_array();
+                    let open = each!(c in passed.open => c.to_array());
                     let keep = each!(c in passed.keep => c.to_array());
                     for (k, &index) in indices.iter().enumerate() {
-                        kept[index as usize] = Some([keep[0][k], keep[1][k], keep[2][k], keep[3][k]]);
+                        kept[index as usize] =
+                            Some(Transmitted { open: each!(c => open[c][k]), keep: each!(c => keep[c][k]) });
                     }
                 }
                 radiance = passed.radiance;

@@ -17,6 +17,8 @@ pub(super) struct TileMemory {
     /// Empty between frames.
     rows: Vec<&'static mut [[f32; 4]]>,
     /// Empty between frames.
+    transmittance: Vec<&'static mut [[f32; 3]]>,
+    /// Empty between frames.
     tiles: Vec<TileJob<'static, 'static>>,
     /// What each tile of the last pass took.
     costs: Vec<TileCost>,
@@ -45,13 +47,19 @@ pub(super) fn render_tiles(
     let mut rows = emptied(std::mem::take(&mut memory.rows));
     split(grid, &mut frame.pixels, &mut rows);
     let mut rest = rows.as_mut_slice();
+    let mut transmittance = emptied(std::mem::take(&mut memory.transmittance));
+    if !frame.transmittance.is_empty() {
+        split(grid, &mut frame.transmittance, &mut transmittance);
+    }
+    let mut rest_of_transmittance = transmittance.as_mut_slice();
     let mut tiles: Vec<TileJob<'_, '_>> = emptied(std::mem::take(&mut memory.tiles));
     tiles.extend((0..grid.len()).map(|tile| {
         let [_, _, width, height] = grid.pixels(tile);
-        let rows;
-        (rows, rest) = std::mem::take(&mut rest).split_at_mut(height as usize);
+        let rows = rest.split_off_mut(..height as usize).unwrap_or_default();
         TileJob {
             rows,
+            // None where none is wanted.
+            transmittance: rest_of_transmittance.split_off_mut(..height as usize).unwrap_or_default(),
             aovs: TileAovs::new(&options.aovs, width as usize, height as usize),
             cost: memory.costs.get(tile).copied().filter(|_| pass.redraws).unwrap_or_default(),
             hashes: options.stage_hashes.then(FragmentHashes::default),
@@ -76,11 +84,12 @@ pub(super) fn render_tiles(
     let planes = join_planes(grid, &mut tiles, options);
     memory.tiles = emptied(tiles);
     memory.rows = emptied(rows);
+    memory.transmittance = emptied(transmittance);
     Found { fragments, planes, hashes }
 }
 
 /// The pieces of all rows that lie in one tile, tile by tile, from top to bottom in each.
-fn split<'a>(grid: &TileGrid, pixels: &'a mut [[f32; 4]], rows: &mut Vec<&'a mut [[f32; 4]]>) {
+fn split<'a, T>(grid: &TileGrid, pixels: &'a mut [T], rows: &mut Vec<&'a mut [T]>) {
     let (width, side, columns) = (grid.width() as usize, grid.side() as usize, grid.columns() as usize);
     rows.resize_with(columns * grid.height() as usize, Default::default);
     for (band, pixels) in pixels.chunks_mut(width * side).enumerate() {

@@ -15,8 +15,8 @@
 //!   dim what passes.
 //! - Blur is a share of the picture: that of the original's buffer of 1024 pixels, whatever the picture's size.
 //! - Punctual light that a rough surface scatters forward is multiplied by its cosine, which the original leaves out.
-//! - A picture without background stays transparent behind the surface: opacity is 1 less the mean of what passes. A tint
-//!   cannot be told to what is put behind it later.
+//! - A picture without background stays transparent behind the surface: it knows how much of each colour passes
+//!   ([`crate::frame::Frame::transmittance`]), and opacity is 1 less the mean of that.
 
 use super::incident::{Surroundings, sample_light};
 use super::lobes::{color, scalar};
@@ -60,10 +60,11 @@ pub struct HeldBack<L: Lanes> {
 pub struct Passed<L: Lanes> {
     /// Radiance, multiplied by opacity.
     pub radiance: V3<L>,
-    /// Opacity.
-    pub alpha: L::F,
-    /// What premultiplied colour and opacity of what is behind are multiplied by.
-    pub keep: [L::F; 4],
+    /// Part of each colour that reaches the eye from behind the picture, beside what `keep` lets through of it: where a
+    /// refracting surface sees no surface.
+    pub open: V3<L>,
+    /// What colour and transmittance of what is behind are multiplied by.
+    pub keep: V3<L>,
 }
 
 /// Dims the base colour in `planes` by what will pass through. `batch` is the one that `planes` was made of.
@@ -153,37 +154,26 @@ pub fn pass_through<L: Lanes>(
                 sum = each!(k => sum[k] + scattered[k] * behind[k]);
             }
             let mut keep = tint;
-            let mut hole = mean(tint);
+            let mut open = [l.zero(); 3];
             if material.is_transmissive() {
                 let lights = lights_through(l, context, material, &surface);
                 sum = each!(k => sum[k] + tint[k] * lights[k]);
             }
             if material.refracts() {
                 let seen = refracted(l, context, backdrop, material, &surface, held.thickness);
-                sum = each!(k => sum[k] + tint[k] * seen[k]);
-                hole = hole * seen[3].one_minus();
+                sum = each!(k => sum[k] + tint[k] * seen.color[k]);
+                open = each!(k => tint[k] * seen.opacity[k].one_minus());
                 keep = [l.zero(); 3];
             }
             let opacity = held.opacity;
             let hidden = opacity.one_minus();
-            let kept = if material.refracts() { l.zero() } else { hole };
             Passed {
                 radiance: each!(c in sum => c.clamp_to(0.0, MAX_RADIANCE) * opacity),
-                alpha: hole.one_minus() * opacity,
-                keep: [
-                    hidden + opacity * keep[0],
-                    hidden + opacity * keep[1],
-                    hidden + opacity * keep[2],
-                    hidden + opacity * kept,
-                ],
+                open: each!(c in open => c * opacity),
+                keep: each!(c in keep => hidden + opacity * c),
             }
         },
     )
-}
-
-#[inline(always)]
-fn mean<F: Float>(v: [F; 3]) -> F {
-    (v[0] + v[1] + v[2]) * (1.0 / 3.0)
 }
 
 /// What base and coat do not reflect, 0 to 1.
@@ -256,7 +246,15 @@ fn refracted_roughness<F: Float>(material: &Material, roughness: F) -> F {
     roughness * if share > 0.0 { if share < 1.0 { share } else { 1.0 } } else { 0.0 }
 }
 
-/// Premultiplied colour and opacity of what is seen through the surface (`getIBLVolumeRefraction`).
+/// What is seen through a surface.
+struct Seen<L: Lanes> {
+    /// Premultiplied.
+    color: V3<L>,
+    /// Of red, green and blue, which dispersion bends to different places.
+    opacity: V3<L>,
+}
+
+/// What is seen through the surface (`getIBLVolumeRefraction`).
 #[inline(always)]
 fn refracted<L: Lanes>(
     l: L,
@@ -265,14 +263,14 @@ fn refracted<L: Lanes>(
     material: &Material,
     surface: &Surface<L>,
     thickness: L::F,
-) -> [L::F; 4] {
+) -> Seen<L> {
     let level = blur(l, backdrop, refracted_roughness(material, surface.roughness)).to_array();
     let transmission = &material.lobes.transmission;
     let ior = if material.ior > 1.0 { material.ior } else { 1.0 };
     // Half of what red and blue lie apart: KHR_materials_dispersion.
     let spread = (ior - 1.0) * 0.025 * transmission.dispersion;
     let n_dot_v = vec3::dot(l, surface.normal, surface.view).saturate();
-    let mut seen = [l.zero(); 4];
+    let mut seen = Seen { color: [l.zero(); 3], opacity: [l.zero(); 3] };
     let count = if spread > 0.0 { 3 } else { 1 };
     for k in 0..count {
         let ior = if count == 1 { ior } else { ior + spread * (k as f32 - 1.0) };
@@ -284,11 +282,12 @@ fn refracted<L: Lanes>(
             + (surface.normal[c] * along_normal - surface.view[c] * eta) * thickness);
         let screen = context.rays.project(l, exit);
         let color = backdrop.sample([screen[0].to_array(), screen[1].to_array()], level);
+        let opacity = l.load(&color[3]);
         if count == 1 {
-            return each!(c => l.load(&color[c]));
+            return Seen { color: each!(c => l.load(&color[c])), opacity: [opacity; 3] };
         }
-        seen[k] = l.load(&color[k]);
-        seen[3] = seen[3] + l.load(&color[3]) * (1.0 / 3.0);
+        seen.color[k] = l.load(&color[k]);
+        seen.opacity[k] = opacity;
     }
     seen
 }

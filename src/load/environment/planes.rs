@@ -139,7 +139,7 @@ mod tests {
         let pixels: Vec<[f32; 4]> = (0..35).map(|k| [k as f32, 0.5, -1.0, 1.0]).collect();
         let depth: Vec<f32> = (0..35).map(|k| 1.0 / (1.0 + k as f32)).collect();
         let aovs = vec![AovPlane { aov: Aov::Depth, data: depth.clone() }];
-        let frame = Frame { width: 7, height: 5, pixels, aovs };
+        let frame = Frame { width: 7, height: 5, pixels, transmittance: Vec::new(), aovs };
         let picture =
             read_exr_planes(&encode_exr(&frame, ExrPrecision::Float).unwrap(), &Limits::default()).unwrap();
         assert_eq!((picture.width, picture.height), (7, 5));
@@ -157,7 +157,13 @@ mod tests {
 
     #[test]
     fn what_a_header_claims_is_limited() {
-        let frame = Frame { width: 20, height: 10, pixels: vec![[1.0; 4]; 200], aovs: Vec::new() };
+        let frame = Frame {
+            width: 20,
+            height: 10,
+            pixels: vec![[1.0; 4]; 200],
+            transmittance: Vec::new(),
+            aovs: Vec::new(),
+        };
         let bytes = encode_exr(&frame, ExrPrecision::Half).unwrap();
         for limits in [
             Limits { texture_pixels: 199, ..Limits::default() },

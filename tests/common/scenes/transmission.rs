@@ -13,6 +13,7 @@ use overcoat::scene::{
 pub const SCENES: &[Entry] = &[
     ("transmission-grid", transmission_grid),
     ("transmission-layers", transmission_layers),
+    ("transmission-before-nothing", transmission_before_nothing),
     ("transmission-attenuation", attenuation),
     ("transmission-dispersion", dispersion),
     ("transmission-textures", transmission_textures),
@@ -64,6 +65,36 @@ fn transmission_layers() -> Built {
     s.place(pane, blue, turned([-0.2, -0.3, 0.4], [0.0, 1.0, 0.0], [0.4, 0.917], 0.8)?)?;
     s.place(ball, solid, at([0.3, -0.2, 0.0], 0.5)?)?;
     s.seen(look([0.0, 0.3, 6.0], [0.0; 3], 26.0))
+}
+
+/// Coloured glass with nothing behind it: crossing panes, one of them half there, before and behind a ball and smoke, and
+/// balls of rough and of dispersive glass.
+fn transmission_before_nothing() -> Built {
+    let mut s = Stage::new()?;
+    s.key_light(1.0)?;
+    let (pane, ball) = (s.mesh(square(1))?, s.mesh(sphere(32))?);
+    let tinted = |r, g, b, material: Material| Material { base_color: [r, g, b, 1.0], ..material };
+    let red = s.material(tinted(0.95, 0.2, 0.2, glass(0.0, 0.0)))?;
+    let blue = s.material(tinted(0.2, 0.4, 0.95, glass(0.0, 0.0)))?;
+    let half = Material { alpha_mode: AlphaMode::Blend, ..glass(0.0, 0.0) };
+    let half = s.material(Material { base_color: [0.1, 0.9, 0.3, 0.5], ..half })?;
+    let smoke = Material { alpha_mode: AlphaMode::Blend, ..plastic(0.9, 0.9, 0.9, 0.8) };
+    let smoke = s.material(Material { base_color: [0.9, 0.9, 0.9, 0.4], ..smoke })?;
+    let rough = s.material(tinted(0.95, 0.7, 0.2, glass(0.4, 0.8)))?;
+    let mut dispersive = tinted(0.6, 0.95, 0.9, glass(0.0, 1.2));
+    dispersive.lobes.transmission.dispersion = 8.0;
+    let dispersive = s.material(dispersive)?;
+    let solid = s.material(plastic(0.8, 0.7, 0.2, 0.4))?;
+    s.place(pane, red, at([-0.9, 0.5, 0.0], 0.7)?)?;
+    s.place(pane, blue, at([-0.3, 0.9, 0.5], 0.7)?)?;
+    s.place(pane, half, at([-0.3, 0.2, -0.5], 0.7)?)?;
+    s.place(pane, smoke, at([-1.2, 1.1, 0.8], 0.5)?)?;
+    s.place(ball, solid, at([-0.1, 0.5, -0.2], 0.3)?)?;
+    s.place(ball, rough, at([-0.7, -1.0, 0.0], 0.6)?)?;
+    s.place(ball, dispersive, at([1.0, -0.8, 0.2], 0.8)?)?;
+    s.place(ball, solid, at([1.3, -0.7, -1.6], 0.4)?)?;
+    s.place(pane, blue, turned([1.1, 0.9, 0.0], [0.0, 1.0, 0.0], [0.4, 0.917], 0.6)?)?;
+    s.seen(look([0.0, 0.3, 8.0], [0.0; 3], 28.0))
 }
 
 /// Cubes of a volume that absorbs: above, thickness grows to the right; below, the same by the scale of the cube.
