@@ -144,6 +144,7 @@ fn gbuffer(c: &mut Criterion) {
         tangent_matrix: Transform::IDENTITY.normal_matrix(),
         handedness: 1.0,
         scale: 1.0,
+        uv_sets: [false; 2],
     }];
     let corners = [(-9000, -9000, 1.0), (30_000, -9000, 1.1), (-9000, 30_000, 0.9)];
     let source = Single(Triangle::new(corners, 0, NOT_CLIPPED, true).expect("it has an area"));
@@ -154,13 +155,17 @@ fn gbuffer(c: &mut Criterion) {
     let mut fragments: Vec<Fragment> = Vec::new();
     let mut batch = Batch::default();
     group.throughput(Throughput::Elements(32 * 32));
-    group.bench_function("extract fragments", |b| {
-        b.iter(|| {
-            fragments.clear();
-            extract_fragments(&visibility, 32, 32, 8, None::<(&Single, _, _)>, &mut fragments);
-            fragments.len()
+    for level in SimdLevel::available() {
+        group.bench_function(format!("extract fragments, {level}"), |b| {
+            b.iter(|| {
+                fragments.clear();
+                overcoat::dispatch!(level, l => {
+                    extract_fragments(l, &visibility, 32, 32, 8, None::<(&Single, _, _)>, &mut fragments);
+                });
+                fragments.len()
+            });
         });
-    });
+    }
     for level in SimdLevel::available() {
         group.bench_function(format!("fill, {level}"), |b| {
             b.iter(|| {

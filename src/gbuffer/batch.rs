@@ -24,6 +24,8 @@ pub struct Draw<'a> {
     pub handedness: f32,
     /// By how much the transform scales lengths.
     pub scale: f32,
+    /// Whether the material reads textures by each set of texture coordinates.
+    pub uv_sets: [bool; 2],
 }
 
 /// What a tile's identities stand for.
@@ -32,17 +34,18 @@ pub trait TriangleSource {
     fn triangle(&self, identity: u32) -> (&Triangle, u32, Option<&[[f32; 2]; 3]>);
 }
 
-/// Vertex indices and draw of each lane, in the order of the mesh.
+/// Vertex indices and draw of each lane, in the order of the mesh. Neighbours often see one triangle: most is known of the
+/// first of such a run only.
 #[derive(Clone, Copy, Debug)]
 pub struct VertexLanes {
-    /// Vertices of each lane's triangle.
-    pub vertices: [[u32; 3]; LANES],
-    /// Draw of each lane.
-    pub draws: [u32; LANES],
+    /// Lanes that see another triangle than the lane before, by bits; lane 0 counts as one.
+    starts: u16,
+    /// Vertices of the triangle of each lane in `starts`.
+    vertices: [[u32; 3]; LANES],
+    /// Draw of each lane in `starts`; of every lane, if there are several.
+    draws: [u32; LANES],
     /// All lanes have the draw of lane 0.
-    pub one_draw: bool,
-    /// All lanes have the triangle of lane 0.
-    pub one_triangle: bool,
+    one_draw: bool,
 }
 
 /// The screen triangles of sixteen fragments as structure of arrays.
@@ -58,13 +61,14 @@ pub struct Batch {
     pub back_facing: u16,
     /// Lanes whose vertices are in the opposite order of the mesh's, by bits.
     pub reversed: u16,
-    /// Column and row of each pixel's corner in the tile, in sub-pixels.
-    pub(super) pixel: [[i32; LANES]; 2],
-    /// Centroid of the covered samples relative to that corner, in sub-pixels; of all samples, if not `partial`.
-    pub(super) centroid: [[f32; LANES]; 2],
-    pub(super) whole_centroid: [f32; 2],
+    /// The number of each pixel in the tile, see [`Fragment::pixel`].
+    pub(super) pixel: [i32; LANES],
     /// Some lane's pixel is not covered by all of its samples.
     pub(super) partial: bool,
+    /// If so, the covered samples, see [`SampleSums::packed`].
+    pub(super) samples: [i32; LANES],
+    /// If not, the centroid of all samples relative to the pixel's corner, in sub-pixels.
+    pub(super) whole_centroid: [f32; 2],
     /// The tile's corner relative to the viewport's centre, in sub-pixels.
     pub(super) origin: [i32; 2],
     /// Vertices on the screen, relative to the viewport's centre, in sub-pixels.
@@ -87,18 +91,13 @@ impl Default for Batch {
         Self {
             len: 0,
             fragments: [none; LANES],
-            vertices: VertexLanes {
-                vertices: [[0; 3]; LANES],
-                draws: [0; LANES],
-                one_draw: true,
-                one_triangle: true,
-            },
+            vertices: VertexLanes { vertices: [[0; 3]; LANES], draws: [0; LANES], one_draw: true, starts: 1 },
             back_facing: 0,
             reversed: 0,
-            pixel: [[0; LANES]; 2],
-            centroid: [[0.0; LANES]; 2],
-            whole_centroid: [0.0; 2],
+            pixel: [0; LANES],
             partial: false,
+            samples: [0; LANES],
+            whole_centroid: [0.0; 2],
             origin: [0; 2],
             x: [[0; LANES]; 3],
             y: [[0; LANES]; 3],
@@ -123,7 +122,7 @@ impl Batch {
     ) {
         self.len = fragments.len().min(LANES);
         (self.back_facing, self.reversed) = (0, 0);
-        (self.vertices.one_draw, self.vertices.one_triangle) = (true, true);
+        (self.vertices.one_draw, self.vertices.starts) = (true, 0);
         if self.any_clipped {
             self.any_clipped = false;
             self.corners = WHOLE;
@@ -136,14 +135,13 @@ impl Batch {
         repeated.fill(last);
         let mut missing = 0;
         for (k, fragment) in self.fragments.iter().enumerate() {
-            self.pixel[0][k] = fragment.column() as i32 * 256;
-            self.pixel[1][k] = fragment.row() as i32 * 256;
+            self.pixel[k] = i32::from(fragment.pixel);
             missing |= fragment.mask ^ full;
         }
         self.partial = missing != 0;
         if self.partial {
-            for k in 0..LANES {
-                [self.centroid[0][k], self.centroid[1][k]] = pattern.centroid(self.fragments[k].mask);
+            for (samples, fragment) in self.samples.iter_mut().zip(&self.fragments) {
+                *samples = pattern.sums(fragment.mask).packed();
             }
         }
         // Neighbours often see the same triangle.
@@ -156,8 +154,15 @@ impl Batch {
             }
             let (triangle, draw, clip) = source.triangle(identity);
             self.gather_triangle(first..end, triangle, draw, clip, draws);
-            self.vertices.one_triangle = first == 0;
+            self.vertices.starts |= 1 << first;
             first = end;
+        }
+        if !self.vertices.one_draw {
+            for k in 1..LANES {
+                if self.vertices.starts >> k & 1 == 0 {
+                    self.vertices.draws[k] = self.vertices.draws[k - 1];
+                }
+            }
         }
     }
 
@@ -180,12 +185,9 @@ impl Batch {
         batch.gather(&[fragment], source, draws, origin, pattern);
         batch.len = LANES;
         batch.partial = true;
+        batch.samples = [pattern.sums(1 << sample).packed(); LANES];
         for k in 0..LANES {
-            batch.pixel[0][k] += (k % 4) as i32 * 256;
-            batch.pixel[1][k] += (k / 4) as i32 * 256;
-            for axis in 0..2 {
-                batch.centroid[axis][k] = pattern.offsets()[sample][axis] as f32;
-            }
+            batch.pixel[k] += i32::from(Fragment::pixel_at((k % 4) as u32, (k / 4) as u32));
         }
         batch
     }
@@ -215,8 +217,6 @@ impl Batch {
                 self.y[v].fill(triangle.y[v]);
                 self.depth[v].fill(triangle.depth[v]);
             }
-            self.vertices.vertices.fill(vertices);
-            self.vertices.draws.fill(draw);
         } else {
             // One loop for all planes: most runs are short.
             for k in lanes.start..lanes.end.min(LANES) {
@@ -225,10 +225,10 @@ impl Batch {
                     self.y[v][k] = triangle.y[v];
                     self.depth[v][k] = triangle.depth[v];
                 }
-                self.vertices.vertices[k] = vertices;
-                self.vertices.draws[k] = draw;
             }
         }
+        self.vertices.vertices[lanes.start] = vertices;
+        self.vertices.draws[lanes.start] = draw;
         self.vertices.one_draw &= draw == self.vertices.draws[0];
         if let Some(piece) = clip {
             self.any_clipped = true;
@@ -250,6 +250,20 @@ impl Batch {
 }
 
 impl VertexLanes {
+    /// The draw of a lane.
+    #[inline(always)]
+    #[must_use]
+    pub fn draw(&self, lane: usize) -> u32 {
+        self.draws[if self.one_draw { 0 } else { lane }]
+    }
+
+    /// The only draw, or those of all lanes.
+    #[inline(always)]
+    #[must_use]
+    pub fn draws(&self) -> &[u32] {
+        if self.one_draw { &self.draws[..1] } else { &self.draws }
+    }
+
     /// A vertex attribute at the three vertices of each lane's triangle; `default` where the mesh has none.
     #[inline(always)]
     pub fn attribute<'a, L: Lanes, const N: usize>(
@@ -259,7 +273,7 @@ impl VertexLanes {
         default: [f32; N],
         of: fn(&'a Mesh) -> &'a [[f32; N]],
     ) -> [[L::F; N]; 3] {
-        if self.one_triangle {
+        if self.starts == 1 {
             let slice = of(draws[self.draws[0] as usize].mesh);
             return each!(vertex in self.vertices[0] => {
                 let value = *slice.get(vertex as usize).unwrap_or(&default);
@@ -283,14 +297,21 @@ impl VertexLanes {
         planes: &mut [[[f32; LANES]; N]; 3],
     ) {
         let mut slice = of(draws[self.draws[0] as usize].mesh);
-        for k in 0..LANES {
+        let mut left = self.starts;
+        while left != 0 {
+            let first = left.trailing_zeros() as usize;
+            left &= left - 1;
+            let end = if left == 0 { LANES } else { left.trailing_zeros() as usize };
             if !self.one_draw {
-                slice = of(draws[self.draws[k] as usize].mesh);
+                slice = of(draws[self.draws[first] as usize].mesh);
             }
-            for v in 0..3 {
-                let value = slice.get(self.vertices[k][v] as usize).unwrap_or(&default);
-                for n in 0..N {
-                    planes[v][n][k] = value[n];
+            let values: [[f32; N]; 3] =
+                each!(vertex in self.vertices[first] => *slice.get(vertex as usize).unwrap_or(&default));
+            for k in first..end.min(LANES) {
+                for v in 0..3 {
+                    for n in 0..N {
+                        planes[v][n][k] = values[v][n];
+                    }
                 }
             }
         }

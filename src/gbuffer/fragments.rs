@@ -2,7 +2,8 @@
 
 use super::merge::merge;
 use super::{Draw, TriangleSource};
-use crate::math::lanes::LANES;
+use crate::each;
+use crate::math::lanes::{Int, LANES, Lanes, Mask};
 use crate::raster::{BLOCK, NO_TRIANGLE, Visibility};
 
 /// The part of one pixel that sees one triangle.
@@ -37,10 +38,22 @@ impl Fragment {
     }
 }
 
+/// One triangle of each pixel of a block, and the samples that see it: none where a pixel has no further triangle.
+#[derive(Clone, Copy)]
+struct Round {
+    triangle: [i32; LANES],
+    mask: [i32; LANES],
+}
+
+/// The most samples of a pixel, and so the most triangles.
+const MAX_ROUNDS: usize = 16;
+
 /// Lists what the pixels of a tile of `width` x `height` pixels see: block by block, within a block pixel by pixel,
 /// within a pixel in the order of the lowest sample. This is the order in which fragments are summed. With
 /// `merge_by`, which holds the least square of a cosine between normals, small triangles of one surface share a fragment.
-pub fn extract_fragments(
+#[inline(always)]
+pub fn extract_fragments<L: Lanes>(
+    l: L,
     visibility: &Visibility,
     width: u32,
     height: u32,
@@ -48,48 +61,51 @@ pub fn extract_fragments(
     merge_by: Option<(&impl TriangleSource, &[Draw<'_>], f32)>,
     out: &mut Vec<Fragment>,
 ) {
-    const NONE: i32 = NO_TRIANGLE as i32;
+    let none = l.splat_i(NO_TRIANGLE as i32);
     let full = ((1_u32 << samples) - 1) as u16;
+    let mut rounds = [Round { triangle: [0; LANES], mask: [0; LANES] }; MAX_ROUNDS];
     for block in 0..visibility.block_count() {
         let seen = visibility.block_triangles(block);
-        let first = &seen[0];
-        // Lanes in which all samples see the same, as a difference of bits that is zero.
-        let mut difference = [0_i32; LANES];
-        let mut any = 0_i32;
-        for sample in seen {
-            for k in 0..LANES {
-                difference[k] |= sample[k] ^ first[k];
-                any |= !sample[k];
-            }
+        let first = l.load_i(&seen[0]);
+        let empty = first.eq(none);
+        // Pixels in which all samples see the same.
+        let mut same = l.mask(u16::MAX);
+        for sample in &seen[1..] {
+            same = same & l.load_i(sample).eq(first);
         }
-        if any == 0 {
+        let (same, empty) = (same.bits(), empty.bits());
+        if same & empty == u16::MAX {
             continue;
         }
         let column = (block % visibility.block_columns() * BLOCK) as u32;
         let row = (block / visibility.block_columns() * BLOCK) as u32;
-        for k in 0..LANES {
-            let (x, y) = (column + (k % BLOCK) as u32, row + (k / BLOCK) as u32);
-            if x >= width || y >= height {
-                continue;
-            }
-            let pixel = Fragment::pixel_at(x, y);
-            if difference[k] == 0 {
-                if first[k] != NONE {
-                    out.push(Fragment { triangle: first[k] as u32, pixel, mask: full });
-                }
+        let corner = Fragment::pixel_at(column, row);
+        let inside = inside(width - column, height - row);
+        let whole =
+            |k: usize| Fragment { triangle: seen[0][k] as u32, pixel: corner + pixel_of(k), mask: full };
+        if same & !empty & inside == u16::MAX {
+            // One check for all sixteen.
+            let pixels: [Fragment; LANES] = each!(k => whole(k));
+            out.extend_from_slice(&pixels);
+            continue;
+        }
+        let count = if same == u16::MAX { 0 } else { list_rounds(l, seen, full, &mut rounds) };
+        let mut left = inside & !(same & empty);
+        while left != 0 {
+            let k = left.trailing_zeros() as usize;
+            left &= left - 1;
+            if same >> k & 1 == 1 {
+                out.push(whole(k));
                 continue;
             }
             let first_found = out.len();
-            let mut left = full;
-            while left != 0 {
-                let triangle = seen[left.trailing_zeros() as usize][k];
-                let mut mask = 0;
-                for (s, sample) in seen.iter().enumerate() {
-                    mask |= u16::from(sample[k] == triangle) << s;
+            for Round { triangle, mask } in &rounds[..count] {
+                if mask[k] == 0 {
+                    break;
                 }
-                left &= !mask;
-                if triangle != NONE {
-                    out.push(Fragment { triangle: triangle as u32, pixel, mask });
+                if triangle[k] != NO_TRIANGLE as i32 {
+                    let (triangle, mask) = (triangle[k] as u32, mask[k] as u16);
+                    out.push(Fragment { triangle, pixel: corner + pixel_of(k), mask });
                 }
             }
             if let Some((source, draws, least_squared_cosine)) = merge_by {
@@ -97,6 +113,46 @@ pub fn extract_fragments(
             }
         }
     }
+}
+
+/// The number of a block's pixel relative to that of its first.
+#[inline(always)]
+fn pixel_of(k: usize) -> u16 {
+    Fragment::pixel_at((k % BLOCK) as u32, (k / BLOCK) as u32)
+}
+
+/// The pixels of a block that lie in the tile, by bits, where that many columns and rows follow from the block's first on.
+#[inline(always)]
+fn inside(columns: u32, rows: u32) -> u16 {
+    let row = if columns < BLOCK as u32 { (1_u32 << columns) - 1 } else { 0xf };
+    let all = row * 0x1111;
+    (if rows < BLOCK as u32 { all & ((1 << (rows * BLOCK as u32)) - 1) } else { all }) as u16
+}
+
+/// The triangles of the sixteen pixels of a block in the order of their lowest sample. Returns how many rounds it takes.
+#[inline(always)]
+fn list_rounds<L: Lanes>(l: L, seen: &[[i32; LANES]], full: u16, rounds: &mut [Round; MAX_ROUNDS]) -> usize {
+    let zero = l.splat_i(0);
+    let mut left = l.splat_i(i32::from(full));
+    let mut triangle = l.load_i(&seen[0]);
+    let mut count = 0;
+    for round in rounds {
+        let mut mask = zero;
+        for (bit, sample) in seen.iter().enumerate() {
+            mask = mask | l.load_i(sample).eq(triangle).select_i(l.splat_i(1 << bit), zero);
+        }
+        mask = mask & left;
+        left = left ^ mask;
+        *round = Round { triangle: triangle.to_array(), mask: mask.to_array() };
+        count += 1;
+        if left.eq(zero).all() {
+            break;
+        }
+        for (bit, sample) in seen.iter().enumerate().rev() {
+            triangle = (left & (1 << bit)).eq(zero).select_i(triangle, l.load_i(sample));
+        }
+    }
+    count
 }
 
 /// Lists the pixels of one block that see a triangle, given their sample masks, within a rectangle of the tile: left, top,

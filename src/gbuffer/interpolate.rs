@@ -4,6 +4,7 @@ use super::Batch;
 use super::batch::interpolate;
 use crate::each;
 use crate::math::lanes::{Float, Int, Lanes};
+use crate::raster::SampleSums;
 
 /// Where on its triangle each fragment of a batch lies.
 #[derive(Clone, Copy)]
@@ -26,11 +27,14 @@ pub struct Location<L: Lanes> {
 pub fn locate<L: Lanes>(l: L, batch: &Batch, perspective: bool) -> Location<L> {
     // Distances in sub-pixels are integers that floats hold exactly, so it does not show where the tile begins.
     let centroid = if batch.partial {
-        each!(plane in batch.centroid => l.load(&plane))
+        SampleSums::centroids(l, l.load_i(&batch.samples))
     } else {
         each!(c in batch.whole_centroid => l.splat(c))
     };
-    let corner: [L::I; 2] = each!(k => l.load_i(&batch.pixel[k]) + batch.origin[k]);
+    // Column and row of the pixel, in sub-pixels.
+    let pixel = l.load_i(&batch.pixel);
+    let place = [(pixel & 63).shl(8), pixel.shr_logical(6).shl(8)];
+    let corner: [L::I; 2] = each!(k => place[k] + batch.origin[k]);
     let [vx, vy] = [&batch.x, &batch.y];
     let (x0, y0) = (l.load_i(&vx[0]), l.load_i(&vy[0]));
     let x = (corner[0] - x0).to_float() + centroid[0];

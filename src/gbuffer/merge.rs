@@ -147,6 +147,7 @@ mod tests {
             tangent_matrix: identity,
             handedness: 1.0,
             scale: 1.0,
+            uv_sets: [false; 2],
         }];
         let triangle = |(k, s): (usize, &([f32; 3], f32))| {
             let x = 20 * k as i32;

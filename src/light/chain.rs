@@ -83,6 +83,10 @@ impl Chain {
         let index = floor.to_int();
         let place = octahedral::encode(l, direction);
         let sharper = self.map_at(l, index, place);
+        // A coat as smooth as a mirror is the commonest of all.
+        if fraction.eq(l.zero()).all() {
+            return sharper;
+        }
         let blurrier = self.map_at(l, index + 1, place);
         vec3::lerp(l, sharper, blurrier, fraction)
     }
@@ -148,5 +152,5 @@ pub(crate) fn bilinear<L: Lanes>(l: L, texels: &[u32], start: L::I, size: L::I, 
             sum = each!(c => sum[c] + mantissas[c] * weight);
         }
     }
-    sum
+    each!(c => sum[c] * texel::UNITS[c])
 }

@@ -14,7 +14,7 @@ mod triangle;
 mod visibility;
 
 pub use edges::{EdgeFunctions, TileOrigin};
-pub use samples::SamplePattern;
+pub use samples::{SamplePattern, SampleSums};
 pub use small::{FewPixels, SmallTriangle};
 pub use triangle::{NOT_CLIPPED, Outline, Triangle};
 pub use visibility::{NO_TRIANGLE, Visibility};

@@ -1,5 +1,7 @@
 //! Where the coverage samples of a pixel lie.
 
+use crate::math::lanes::{Int, Lanes};
+
 /// A fixed pattern of 1, 4, 8 or 16 samples a pixel.
 ///
 /// The positions are the standard multisample patterns of Direct3D 11 (`D3D11_STANDARD_MULTISAMPLE_PATTERN`), which
@@ -8,10 +10,12 @@
 pub struct SamplePattern {
     /// Offset of each sample from the pixel's top left corner, in sub-pixels.
     offsets: Vec<[i32; 2]>,
+    /// The same as floats.
+    distances: Vec<[f32; 2]>,
     /// The offsets along x and y as lanes; zero beyond the last sample.
     lanes: [[i32; 16]; 2],
-    /// For each of two bytes of a sample mask: sums of the offsets of the samples in it.
-    sums: [Vec<[i32; 2]>; 2],
+    /// For each of two bytes of a sample mask: the sums of the samples in it.
+    sums: [[SampleSums; 256]; 2],
     /// The centroid of all samples.
     center: [f32; 2],
 }
@@ -51,24 +55,17 @@ impl SamplePattern {
             _ => return None,
         };
         let offsets: Vec<[i32; 2]> = sixteenths.iter().map(|o| o.map(|v| (v + 8) * 16)).collect();
-        let sum_of = |byte: usize| {
-            (0..256_usize)
-                .map(|bits| {
-                    let mut sum = [0, 0];
-                    for (k, offset) in offsets.iter().skip(8 * byte).take(8).enumerate() {
-                        if bits >> k & 1 == 1 {
-                            sum = [sum[0] + offset[0], sum[1] + offset[1]];
-                        }
-                    }
-                    sum
-                })
-                .collect()
-        };
+        let mut sums = [[SampleSums::default(); 256]; 2];
+        for (bits, [low, high]) in (0..256).map(|bits| (bits, [bits, bits << 8])) {
+            sums[0][bits] = SampleSums::of(&offsets, low);
+            sums[1][bits] = SampleSums::of(&offsets, high);
+        }
         let mut lanes = [[0; 16]; 2];
         for (k, offset) in offsets.iter().enumerate() {
             (lanes[0][k], lanes[1][k]) = (offset[0], offset[1]);
         }
-        let mut pattern = Self { sums: [sum_of(0), sum_of(1)], lanes, offsets, center: [0.0; 2] };
+        let distances = offsets.iter().map(|o| o.map(|v| v as f32)).collect();
+        let mut pattern = Self { sums, lanes, offsets, distances, center: [0.0; 2] };
         pattern.center = pattern.mean(pattern.full_mask());
         Some(pattern)
     }
@@ -103,6 +100,13 @@ impl SamplePattern {
         &self.offsets
     }
 
+    /// [`SamplePattern::offsets`] as floats.
+    #[inline(always)]
+    #[must_use]
+    pub fn distances(&self) -> &[[f32; 2]] {
+        &self.distances
+    }
+
     /// The offsets along x and along y, one a lane; zero beyond the last sample.
     #[inline(always)]
     #[must_use]
@@ -133,25 +137,77 @@ impl SamplePattern {
 
     #[inline(always)]
     fn mean(&self, mask: u16) -> [f32; 2] {
-        let count = mask.count_ones().max(1) as f32;
-        let [x, y] = self.offset_sum(mask);
-        [x as f32 / count, y as f32 / count]
+        let sums = self.sums(mask);
+        let count = sums.count().max(1) as f32;
+        sums.offsets().map(|sum| sum as f32 / count)
     }
 
-    /// Sum of the offsets of the samples in a mask, in sub-pixels: an exact integer, so the centroid does not depend
-    /// on an order of summation.
+    /// Sums over the samples in a mask: exact integers, so that a centroid does not depend on an order of summation.
     #[inline(always)]
     #[must_use]
-    pub fn offset_sum(&self, mask: u16) -> [i32; 2] {
+    pub fn sums(&self, mask: u16) -> SampleSums {
         let low = self.sums[0][usize::from(mask & 0xff)];
         let high = self.sums[1][usize::from(mask >> 8)];
-        [low[0] + high[0], low[1] + high[1]]
+        // No field overflows: 16 samples of offsets below 256.
+        SampleSums(low.0 + high.0)
+    }
+}
+
+/// Offsets of some samples of a pixel, summed, and their number, in one integer for a lane: sixteen centroids then cost two
+/// divisions.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SampleSums(i32);
+
+impl SampleSums {
+    /// Bits of each sum.
+    const BITS: u32 = 12;
+
+    /// Those of the samples in a mask.
+    fn of(offsets: &[[i32; 2]], mask: usize) -> Self {
+        let mut packed = 0;
+        for (k, [x, y]) in offsets.iter().enumerate() {
+            if mask >> k & 1 == 1 {
+                packed += x | y << Self::BITS | 1 << (2 * Self::BITS);
+            }
+        }
+        Self(packed)
+    }
+
+    /// Sums of the offsets along x and along y, in sub-pixels.
+    #[inline(always)]
+    #[must_use]
+    pub fn offsets(self) -> [i32; 2] {
+        let field = (1 << Self::BITS) - 1;
+        [self.0 & field, self.0 >> Self::BITS & field]
+    }
+
+    /// Number of samples.
+    #[inline(always)]
+    #[must_use]
+    pub fn count(self) -> i32 {
+        self.0 >> (2 * Self::BITS)
+    }
+
+    /// All of it.
+    #[inline(always)]
+    #[must_use]
+    pub fn packed(self) -> i32 {
+        self.0
+    }
+
+    /// Centroids of sixteen [`SampleSums::packed`], as [`SamplePattern::centroid`] has them.
+    #[inline(always)]
+    pub fn centroids<L: Lanes>(_: L, packed: L::I) -> [L::F; 2] {
+        let field = (1 << Self::BITS) - 1;
+        let count = packed.shr_logical(2 * Self::BITS).to_float();
+        [(packed & field).to_float() / count, (packed.shr_logical(Self::BITS) & field).to_float() / count]
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::lanes::{Float, Scalar};
 
     #[test]
     fn patterns_are_well_distributed() {
@@ -163,10 +219,30 @@ mod tests {
                 seen.dedup();
                 assert_eq!(seen.len(), samples as usize, "two samples share a row or column");
             }
-            let [x, y] = pattern.offset_sum(pattern.full_mask());
+            let [x, y] = pattern.sums(pattern.full_mask()).offsets();
             let mean = |v: i32| f64::from(v) / f64::from(samples);
             assert!((mean(x) - 128.0).abs() <= 8.0 && (mean(y) - 128.0).abs() <= 8.0);
         }
         assert!(SamplePattern::new(2).is_none());
+    }
+
+    #[test]
+    fn lanes_have_the_centroids_of_the_definition() {
+        for samples in [1, 4, 8, 16] {
+            let pattern = SamplePattern::new(samples).unwrap();
+            for mask in 1..=pattern.full_mask() {
+                let own = (0..16).filter(|k| mask >> k & 1 == 1).map(|k| pattern.offsets()[k]);
+                let (mut sum, mut count) = ([0.0; 2], 0.0);
+                for [x, y] in own {
+                    sum = [sum[0] + x as f32, sum[1] + y as f32];
+                    count += 1.0;
+                }
+                let expected = sum.map(|v| v / count);
+                assert_eq!(pattern.centroid(mask), expected);
+                let packed = Scalar.splat_i(pattern.sums(mask).packed());
+                let lanes = SampleSums::centroids(Scalar, packed).map(|v| v.to_array()[7]);
+                assert_eq!(lanes, expected, "{samples} samples, mask {mask:x}");
+            }
+        }
     }
 }

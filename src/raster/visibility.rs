@@ -135,15 +135,16 @@ impl Visibility {
                     return;
                 }
                 let corner = lane_edges.at(&edges, &span);
+                let place = plane.place(l, &span);
                 let mut all_written = span.full && keep.is_none();
-                for (sample, offset) in pattern.offsets().iter().enumerate() {
+                for (sample, offset) in pattern.distances().iter().enumerate() {
                     let mut covered =
                         if span.full { l.mask(u16::MAX) } else { corner.inside(&edges, sample) };
                     if !span.full && !covered.any() {
                         continue;
                     }
                     let index = block * self.samples + sample;
-                    let depth = plane.at(l, &span, *offset);
+                    let depth = plane.at(l, place, *offset);
                     let old = l.load(&self.depth[index]);
                     covered = covered & depth.gt(old);
                     if !covered.any() {
@@ -289,11 +290,12 @@ impl Visibility {
                     return;
                 }
                 let corner = lane_edges.at(&edges, &span);
+                let place = plane.place(l, &span);
                 let mut masks = [0_u16; LANES];
-                for (sample, offset) in pattern.offsets().iter().enumerate() {
+                for (sample, offset) in pattern.distances().iter().enumerate() {
                     let covered = if span.full { l.mask(u16::MAX) } else { corner.inside(&edges, sample) };
                     let old = l.load(&self.depth[block * self.samples + sample]);
-                    let visible = (covered & plane.at(l, &span, *offset).gt(old)).bits();
+                    let visible = (covered & plane.at(l, place, *offset).gt(old)).bits();
                     for (k, mask) in masks.iter_mut().enumerate() {
                         *mask |= (visible >> k & 1) << sample;
                     }
@@ -436,12 +438,18 @@ impl<L: Lanes> DepthPlane<L> {
         }
     }
 
-    /// Depth of one sample of each pixel of a block. The distances to the vertex are exact integers below 2^24, so
-    /// neither the tile nor the block shows in the result.
+    /// Distances of the corners of a block's pixels from the vertex, in sub-pixels.
     #[inline(always)]
-    fn at(&self, l: L, span: &BlockSpan, offset: [i32; 2]) -> L::F {
-        let x = self.lane[0] + l.splat((self.origin[0] + span.column * 256 + offset[0]) as f32);
-        let y = self.lane[1] + l.splat((self.origin[1] + span.row * 256 + offset[1]) as f32);
+    fn place(&self, l: L, span: &BlockSpan) -> [L::F; 2] {
+        let [x, y] = [self.origin[0] + span.column * 256, self.origin[1] + span.row * 256];
+        [self.lane[0] + l.splat(x as f32), self.lane[1] + l.splat(y as f32)]
+    }
+
+    /// Depth of one sample of each pixel of a block, at an offset from their corners. The distances to the vertex are exact
+    /// integers below 2^24, so neither the tile nor the block shows in the result.
+    #[inline(always)]
+    fn at(&self, l: L, place: [L::F; 2], offset: [f32; 2]) -> L::F {
+        let [x, y] = [place[0] + l.splat(offset[0]), place[1] + l.splat(offset[1])];
         let depth = self.at_vertex + x * self.gradient[0] + y * self.gradient[1];
         depth.max(self.smallest).min(self.largest)
     }

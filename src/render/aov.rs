@@ -112,7 +112,7 @@ impl TileAovs {
                 for (aov, plane) in self.wanted.iter().zip(&mut self.planes) {
                     let id = match aov {
                         Aov::MaterialId => material,
-                        Aov::ObjectId => draws[batch.vertices.draws[k] as usize].object,
+                        Aov::ObjectId => draws[batch.vertices.draw(k) as usize].object,
                         _ => continue,
                     };
                     plane[pixel] = id as f32 + 1.0;

@@ -60,6 +60,7 @@ pub(super) fn prepare<'a>(
             tangent_matrix: tangent_matrix(transform),
             handedness: if mirrored { -1.0 } else { 1.0 },
             scale: transform.uniform_scale() as f32,
+            uv_sets: material.uv_sets(),
         });
     }
     vertices

@@ -215,7 +215,12 @@ impl Memory {
         };
         // Every tile writes all of its pixels.
         let mut pixels = std::mem::take(&mut self.pixels);
-        pixels.resize(options.width as usize * options.height as usize, [0.0; 4]);
+        let count = options.width as usize * options.height as usize;
+        if pixels.capacity() < count {
+            // New memory that the system has cleared, page by page when a tile first writes to it.
+            pixels = vec![[0.0; 4]; count];
+        }
+        pixels.resize(count, [0.0; 4]);
         let mut transmittance = std::mem::take(&mut self.transmittance);
         let tints = !pass.show_environment && self.states.iter().any(|state| state.transmissive);
         transmittance.resize(if tints { pixels.len() } else { 0 }, [0.0; 3]);

@@ -179,7 +179,7 @@ pub(super) fn render_tile<L: Lanes>(
     scratch.kept.clear();
     scratch.environment.clear();
     for row in job.rows.iter_mut() {
-        row.fill([0.0; 4]);
+        clear(row, runs.is_empty());
     }
     if !runs.is_empty() {
         job.cost.blocks = draw_triangles(l, pass, origin, [width, height], runs, scratch);
@@ -223,6 +223,21 @@ pub(super) fn render_tile<L: Lanes>(
     }
     if pass.show_environment {
         super::resolve::composite_environment(l, &pass.shade, origin, job.rows);
+    }
+}
+
+/// Empties pixels. Where they may be empty already, as in new memory and where nothing was in the last picture, they are
+/// looked at first: memory that is only read costs half, and nothing where the system has not provided it yet.
+#[inline(always)]
+fn clear(pixels: &mut [[f32; 4]], look: bool) {
+    let mut bits = u32::from(!look);
+    if look {
+        for value in pixels.as_flattened() {
+            bits |= value.to_bits();
+        }
+    }
+    if bits != 0 {
+        pixels.fill([0.0; 4]);
     }
 }
 
@@ -339,7 +354,7 @@ fn draw_triangles<L: Lanes>(
         Some(least_squared_cosine) => Some((&source, pass.shade.draws, least_squared_cosine)),
         None => None,
     };
-    extract_fragments(&scratch.visibility, width, height, samples, merge, &mut scratch.fragments);
+    extract_fragments(l, &scratch.visibility, width, height, samples, merge, &mut scratch.fragments);
     blocks
 }
 

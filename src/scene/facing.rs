@@ -1,7 +1,7 @@
 //! Which way the surface of a scene faces, and how much of it a view shows.
 
 use super::{Mesh, Scene, Transform};
-use crate::dispatch;
+use crate::dispatch_available;
 use crate::each;
 use crate::math::lanes::{Float, LANES, Lanes, Mask, SimdLevel};
 use glam::DVec3;
@@ -99,7 +99,7 @@ impl Estimate {
             let mesh = &scene.meshes()[instance.mesh.index()];
             let double_sided = scene.materials()[instance.material.index()].double_sided;
             let (matrix, weight) = normal_matrix(&instance.transform);
-            let sums = dispatch!(SimdLevel::best(), l => sum(l, mesh, &matrix));
+            let sums = dispatch_available!(SimdLevel::best(), l => sum(l, mesh, &matrix));
             mean[usize::from(double_sided)] += DVec3::from(sums.normal) * weight;
             for (all, own) in tensor.iter_mut().zip(sums.tensor) {
                 *all += own * weight;

@@ -190,6 +190,16 @@ impl Material {
         .chain(self.lobes.textures())
     }
 
+    /// Whether it reads textures by each of the two sets of texture coordinates.
+    #[must_use]
+    pub fn uv_sets(&self) -> [bool; 2] {
+        let mut sets = [false; 2];
+        for texture in self.textures() {
+            sets[usize::from(texture.uv_set & 1)] = true;
+        }
+        sets
+    }
+
     /// The formulas that shade it: those chosen for the whole picture, else those that it names, else the default.
     #[must_use]
     pub fn shading(&self, chosen: Option<ShadingModel>) -> ShadingModel {

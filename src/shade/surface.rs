@@ -169,14 +169,15 @@ impl<'a, L: Lanes> Reader<'a, L> {
 pub(super) fn coordinates<L: Lanes>(
     l: L,
     context: &ShadeContext<'_>,
-    material: &Material,
     batch: &Batch,
     location: &Location<L>,
 ) -> Coordinates<L> {
     let zero = [l.zero(); 2];
     let mut out = Coordinates { uv: [zero; 2], derivatives: [[zero; 2]; 2] };
+    // All lanes have one material.
+    let sets = context.draws[batch.vertices.draw(0) as usize].uv_sets;
     for set in 0..2 {
-        if material.textures().any(|t| usize::from(t.uv_set & 1) == set) {
+        if sets[set] {
             let vertices = batch.vertices.attribute(
                 l,
                 context.draws,
@@ -201,7 +202,7 @@ pub(super) fn opacity<L: Lanes>(
     let location = locate(l, batch, context.rays.perspective);
     let mut alpha = l.splat(material.base_color[3]);
     if let Some(texture) = &material.base_color_texture {
-        let coordinates = coordinates(l, context, material, batch, &location);
+        let coordinates = coordinates(l, context, batch, &location);
         let reader = Reader::new(l, context, coordinates, batch);
         alpha = alpha * reader.read(texture)[3];
     }
@@ -215,12 +216,7 @@ pub(super) fn opacity<L: Lanes>(
 /// True if some lane's mesh has vertex colours.
 #[inline(always)]
 fn has_colors(context: &ShadeContext<'_>, batch: &Batch) -> bool {
-    let colored = |draw: u32| !context.draws[draw as usize].mesh.colors().is_empty();
-    if batch.vertices.one_draw {
-        colored(batch.vertices.draws[0])
-    } else {
-        batch.vertices.draws.iter().any(|&d| colored(d))
-    }
+    batch.vertices.draws().iter().any(|&draw| !context.draws[draw as usize].mesh.colors().is_empty())
 }
 
 /// Evaluates sixteen fragments of one material. Without `wants_lobes` the material's lobes and tangents are left out.
@@ -239,7 +235,7 @@ pub(super) fn evaluate_surface<L: Lanes>(
     let up = [l.zero(), l.zero(), l.splat(1.0)];
     let view = normalize_or(l, vec3::scale(l, ray, l.splat(-1.0)), up);
 
-    let coordinates = coordinates(l, context, material, batch, &location);
+    let coordinates = coordinates(l, context, batch, &location);
     let uv = coordinates.uv[0];
     let reader = Reader::new(l, context, coordinates, batch);
 

@@ -80,7 +80,7 @@ pub fn hold_back<L: Lanes>(
         #[inline(always)]
         || {
             let location = locate(l, batch, context.rays.perspective);
-            let coordinates = coordinates(l, context, material, batch, &location);
+            let coordinates = coordinates(l, context, batch, &location);
             let reader = Reader::new(l, context, coordinates, batch);
             let given = &material.lobes.transmission;
             let straight = scalar(&given.factor, &reader);

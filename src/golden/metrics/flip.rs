@@ -6,7 +6,7 @@
 //! filters (J. Nilsson, T. Akenine-Möller, in the authors' repository NVlabs/flip). Agrees with the authors'
 //! `flip-evaluator` 1.7 to 1e-3; a test records values of theirs.
 
-use crate::dispatch;
+use crate::dispatch_available;
 use crate::math::lanes::{Float, LANES, Lanes, Mask, SimdLevel};
 use crate::math::{double, pow};
 
@@ -38,7 +38,7 @@ pub fn mean(map: &[f32]) -> f64 {
 #[must_use]
 pub fn flip(expected: &LinearImage, actual: &LinearImage, pixels_per_degree: f32) -> Vec<f32> {
     let filters = Filters::new(pixels_per_degree);
-    dispatch!(SimdLevel::best(), l => map(l, &filters, [expected, actual], Exposed::AsItIs))
+    dispatch_available!(SimdLevel::best(), l => map(l, &filters, [expected, actual], Exposed::AsItIs))
 }
 
 /// What happens to colours before they are compared.

@@ -7,7 +7,7 @@
 
 use super::MetricSettings;
 use super::flip::{Exposed, Filters, LinearImage, map};
-use crate::dispatch;
+use crate::dispatch_available;
 use crate::math::double::{exp, ln};
 use crate::math::lanes::{Float, SimdLevel};
 
@@ -44,7 +44,8 @@ pub fn flip_hdr(expected: &LinearImage, actual: &LinearImage, settings: &MetricS
     for stops in exposures(expected, settings.start_exposure, settings.stop_exposure) {
         let exposure = exp(stops * std::f64::consts::LN_2) as f32;
         let images = [expected, actual];
-        let flip = dispatch!(SimdLevel::best(), l => map(l, &filters, images, Exposed::Aces(exposure)));
+        let flip =
+            dispatch_available!(SimdLevel::best(), l => map(l, &filters, images, Exposed::Aces(exposure)));
         for (most, value) in out.iter_mut().zip(flip) {
             if value > *most {
                 *most = value;

@@ -2,7 +2,7 @@
 
 use crate::color::ToneCurve;
 use crate::color::srgb::linear_to_srgb8;
-use crate::dispatch;
+use crate::dispatch_available;
 use crate::golden::check::Compared;
 use crate::golden::decode::DecodedPicture;
 use crate::math::lanes::{Float, LANES, SimdLevel};
@@ -91,7 +91,7 @@ fn shown(bytes: &[u8], picture: &DecodedPicture) -> Option<String> {
         return Some(uri(bytes));
     }
     let mut pixels = vec![[0_u8; 4]; picture.pixels.len()];
-    dispatch!(SimdLevel::best(), l => {
+    dispatch_available!(SimdLevel::best(), l => {
         for (out, linear) in pixels.chunks_mut(LANES).zip(picture.pixels.chunks(LANES)) {
             let mut rgb = [[0.0; LANES]; 3];
             for (lane, pixel) in linear.iter().enumerate() {
