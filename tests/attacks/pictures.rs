@@ -378,6 +378,18 @@ pub fn attacks() -> Vec<Attack> {
             Fail("OpenEXR"),
         ),
         open(
+            "exr-chunk-claims",
+            "an allocation of what a chunk of a flat layer claims, below 256 of its rows",
+            {
+                let mut header = exr_header([0, 0, 1_000_000, 0]);
+                header[1].2 = vec![9];
+                let mut chunk = vec![0; 12];
+                chunk.extend(i32::MAX.to_le_bytes());
+                exr(&header, &chunk)
+            },
+            Exceed("decoded_bytes"),
+        ),
+        open(
             "exr-no-channels",
             "a picture of nothing",
             exr(&[("channels", "chlist", vec![0])], &[]),

@@ -167,12 +167,40 @@ fn check_layer(header: &Header, file_bytes: usize, limits: &Limits) -> Result<()
     let (width, height) = (header.layer_size.width() as u64, header.layer_size.height() as u64);
     let channels = header.channels.list.len() as u64;
     check_size(FORMAT, width, height, channels.saturating_add(3), limits)?;
+    let pixels = width.saturating_mul(height).saturating_mul(channels.saturating_add(3)).saturating_mul(4);
+    let bytes = pixels.saturating_add(bytes_of_a_chunk(header));
+    let what = || format!("{FORMAT}: unpacking {width} x {height} pixels, {}", header.compression);
+    Limits::check(what, bytes, limits.decoded_bytes, "decoded_bytes")?;
     // Every chunk has at least its place in the offset table.
     if header.chunk_count as u64 > file_bytes as u64 / 8 {
         return Err(LoadError::malformed(FORMAT, "the file ends before its table of chunks does"));
     }
     Ok(())
 }
+
+/// What reading and unpacking the largest chunk takes for a while. The decoder (exr 1.74) believes its claimed size up to
+/// that of a whole block, which a flat layer fills a 256th of; then there are its samples, twice, and with DWA three blocks
+/// of 64 floats for every 8 x 8 pixels, however few of them there are.
+fn bytes_of_a_chunk(header: &Header) -> u64 {
+    let (block, layer) = (header.max_block_pixel_size(), header.layer_size);
+    let bytes_per_pixel = header.channels.bytes_per_pixel as u64;
+    let samples = |width: usize, height: usize| {
+        (width as u64).saturating_mul(height as u64).saturating_mul(bytes_per_pixel)
+    };
+    let (width, height) = (block.width().min(layer.width()), block.height().min(layer.height()));
+    let blocks = match header.compression {
+        Compression::DWAA(_) | Compression::DWAB(_) => {
+            (width.div_ceil(8) as u64).saturating_mul(height.div_ceil(8) as u64)
+        }
+        _ => 0,
+    };
+    samples(block.width(), block.height())
+        .saturating_add(samples(width, height).saturating_mul(2))
+        .saturating_add(blocks.saturating_mul(BYTES_PER_DWA_BLOCK))
+}
+
+/// Three times 64 floats and a flag.
+const BYTES_PER_DWA_BLOCK: u64 = 3 * (64 * 4 + 1);
 
 /// Refuses a DWA chunk that claims to unpack to more than its whole layer has. The decoder (exr 1.74) allocates what
 /// such a chunk claims, up to 2^63 bytes, and a failed allocation ends the process.
@@ -214,7 +242,8 @@ fn explain(error: exr::error::Error) -> LoadError {
 mod tests {
     use super::{Cursor, Limits, LoadError, read};
     use exr::prelude::{
-        Compression, Encoding, Image, Layer, LayerAttributes, SpecificChannels, Vec2, WritableImage as _, f16,
+        Blocks, Compression, Encoding, Image, Layer, LayerAttributes, LineOrder, SpecificChannels, Vec2,
+        WritableImage as _, f16,
     };
 
     fn encode(compression: Compression, half: bool) -> Vec<u8> {
@@ -266,6 +295,28 @@ mod tests {
         for len in [0, 4, 8, 100, bytes.len() / 2, bytes.len() - 1] {
             let error = read(&bytes[..len], &Limits::default()).unwrap_err().to_string();
             assert!(!error.contains('\n'), "{error}");
+        }
+    }
+
+    /// A layer of 4096 x 1 pixels takes 100 KB, a chunk of 256 lines for it six MB, and its DWA blocks 400 KB.
+    #[test]
+    fn what_a_chunk_takes_is_limited() {
+        let encode = |compression| {
+            let mut bytes = Vec::new();
+            let (blocks, line_order) = (Blocks::ScanLines, LineOrder::Increasing);
+            let encoding = Encoding { compression, blocks, line_order };
+            let at = |_| (f16::ONE, f16::ONE, f16::ONE);
+            let layer =
+                Layer::new((4096, 1), LayerAttributes::named("a"), encoding, SpecificChannels::rgb(at));
+            Image::from_layer(layer).write().non_parallel().to_buffered(Cursor::new(&mut bytes)).unwrap();
+            bytes
+        };
+        let (zip, wide, tall) = (Compression::ZIP1, Compression::DWAA(None), Compression::DWAB(None));
+        for (compression, least) in [(zip, 170_000), (wide, 1_300_000), (tall, 6_800_000)] {
+            let bytes = encode(compression);
+            let with = |decoded_bytes| read(&bytes, &Limits { decoded_bytes, ..Limits::default() });
+            assert!(matches!(with(least), Err(LoadError::Limit(_))), "{compression}");
+            assert!(with(least + least / 20).is_ok(), "{compression}");
         }
     }
 

@@ -61,7 +61,13 @@ pub fn read_exr_planes(bytes: &[u8], limits: &Limits) -> Result<ExrPicture, Load
         }
         let layer_bytes =
             (size.area() as u64).saturating_mul(header.channels.list.len() as u64).saturating_mul(4);
-        decoded_bytes = decoded_bytes.saturating_add(layer_bytes);
+        // Every channel is named after its layer.
+        let layer_name = header.own_attributes.layer_name.as_ref().map_or(0, |name| name.as_slice().len());
+        let name_bytes = header.channels.list.iter().fold(0_u64, |sum, channel| {
+            let bytes = layer_name.saturating_add(channel.name.as_slice().len()).saturating_add(1);
+            sum.saturating_add(bytes as u64)
+        });
+        decoded_bytes = decoded_bytes.saturating_add(layer_bytes).saturating_add(name_bytes);
     }
     Limits::check(|| format!("{FORMAT}: all layers"), decoded_bytes, limits.decoded_bytes, "decoded_bytes")?;
 
