@@ -59,12 +59,12 @@ pub fn read_radiance(bytes: &[u8], limits: &Limits) -> Result<(u32, u32, Vec<[f3
     radiance::read(bytes, limits)
 }
 
-/// Checks the size that a header claims before anything of that size is allocated.
+/// Checks the size that a header claims, and what unpacking it takes besides, before anything of that size is allocated.
 fn check_size(
     format: &'static str,
-    width: u64,
-    height: u64,
-    samples: u64,
+    [width, height]: [u64; 2],
+    bytes_per_pixel: u64,
+    bytes_besides: u64,
     limits: &Limits,
 ) -> Result<(), LoadError> {
     if width == 0 || height == 0 {
@@ -73,7 +73,7 @@ fn check_size(
     let what = || format!("{format}: {width} x {height} pixels");
     let pixels = width.saturating_mul(height);
     Limits::check(what, pixels, limits.texture_pixels, "texture_pixels")?;
-    let bytes = pixels.saturating_mul(samples).saturating_mul(4);
+    let bytes = pixels.saturating_mul(bytes_per_pixel).saturating_add(bytes_besides);
     Limits::check(what, bytes, limits.decoded_bytes, "decoded_bytes")?;
     Ok(())
 }

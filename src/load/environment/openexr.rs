@@ -166,11 +166,8 @@ impl<'a> Layer<'a> {
 fn check_layer(header: &Header, file_bytes: usize, limits: &Limits) -> Result<(), LoadError> {
     let (width, height) = (header.layer_size.width() as u64, header.layer_size.height() as u64);
     let channels = header.channels.list.len() as u64;
-    check_size(FORMAT, width, height, channels.saturating_add(3), limits)?;
-    let pixels = width.saturating_mul(height).saturating_mul(channels.saturating_add(3)).saturating_mul(4);
-    let bytes = pixels.saturating_add(bytes_of_a_chunk(header));
-    let what = || format!("{FORMAT}: unpacking {width} x {height} pixels, {}", header.compression);
-    Limits::check(what, bytes, limits.decoded_bytes, "decoded_bytes")?;
+    let bytes_per_pixel = channels.saturating_add(3).saturating_mul(4);
+    check_size(FORMAT, [width, height], bytes_per_pixel, bytes_of_a_chunk(header), limits)?;
     // Every chunk has at least its place in the offset table.
     if header.chunk_count as u64 > file_bytes as u64 / 8 {
         return Err(LoadError::malformed(FORMAT, "the file ends before its table of chunks does"));

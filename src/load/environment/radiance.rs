@@ -17,7 +17,7 @@ const NEW_WIDTHS: std::ops::RangeInclusive<usize> = 8..=32767;
 /// Width, height and linear pixels, row by row from the top.
 pub(super) fn read(bytes: &[u8], limits: &Limits) -> Result<(u32, u32, Vec<[f32; 3]>), LoadError> {
     let header = Header::read(bytes)?;
-    check_size(FORMAT, header.width.into(), header.height.into(), 3, limits)?;
+    check_size(FORMAT, [header.width.into(), header.height.into()], 12, 0, limits)?;
     let (width, height) = (header.width as usize, header.height as usize);
     let mut rest = header.body;
     let mut scanline = vec![[0_u8; 4]; width];
