@@ -166,12 +166,13 @@ fn gbuffer(c: &mut Criterion) {
             });
         });
     }
+    let indices: Vec<u32> = (0..fragments.len() as u32).collect();
     for level in SimdLevel::available() {
         group.bench_function(format!("fill, {level}"), |b| {
             b.iter(|| {
                 let mut sum = 0.0;
-                for run in fragments.chunks(16) {
-                    batch.gather(run, &source, &draws, origin, &pattern);
+                for run in indices.chunks(16) {
+                    batch.gather(&fragments, run, &source, &draws, origin, &pattern);
                     sum += overcoat::dispatch!(level, l => {
                         let location = locate(l, &batch, true);
                         let normals = batch.vertices.attribute(l, &draws, [0.0; 3], Mesh::normals);

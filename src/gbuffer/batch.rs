@@ -109,18 +109,19 @@ impl Default for Batch {
 }
 
 impl Batch {
-    /// Gathers the fragments of a list, 1 to 16, in place of what was there. Scalar loads only, so one copy serves every
-    /// instruction set.
+    /// Gathers 1 to 16 fragments of a list by their indices, in place of what was there. Scalar loads only, so one copy
+    /// serves every instruction set.
     #[inline(never)]
     pub fn gather(
         &mut self,
         fragments: &[Fragment],
+        indices: &[u32],
         source: &impl TriangleSource,
         draws: &[Draw<'_>],
         origin: TileOrigin,
         pattern: &SamplePattern,
     ) {
-        self.len = fragments.len().min(LANES);
+        self.len = indices.len().min(LANES);
         (self.back_facing, self.reversed) = (0, 0);
         (self.vertices.one_draw, self.vertices.starts) = (true, 0);
         if self.any_clipped {
@@ -129,10 +130,12 @@ impl Batch {
         }
         let full = pattern.full_mask();
         (self.origin, self.whole_centroid) = ([origin.x, origin.y], pattern.centroid(full));
-        let Some(&last) = fragments.last() else { return };
+        let Some(&last) = indices.last() else { return };
         let (own, repeated) = self.fragments.split_at_mut(self.len);
-        own.copy_from_slice(&fragments[..self.len]);
-        repeated.fill(last);
+        for (fragment, &index) in own.iter_mut().zip(indices) {
+            *fragment = fragments[index as usize];
+        }
+        repeated.fill(fragments[last as usize]);
         let mut missing = 0;
         for (k, fragment) in self.fragments.iter().enumerate() {
             self.pixel[k] = i32::from(fragment.pixel);
@@ -182,7 +185,7 @@ impl Batch {
         let fragment =
             Fragment { triangle: identity, pixel: Fragment::pixel_at(column as u32, row as u32), mask: 1 };
         let mut batch = Self::default();
-        batch.gather(&[fragment], source, draws, origin, pattern);
+        batch.gather(&[fragment], &[0], source, draws, origin, pattern);
         batch.len = LANES;
         batch.partial = true;
         batch.samples = [pattern.sums(1 << sample).packed(); LANES];

@@ -152,5 +152,5 @@ pub(crate) fn bilinear<L: Lanes>(l: L, texels: &[u32], start: L::I, size: L::I, 
             sum = each!(c => sum[c] + mantissas[c] * weight);
         }
     }
-    each!(c => sum[c] * texel::UNITS[c])
+    sum
 }

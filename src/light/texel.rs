@@ -45,15 +45,11 @@ pub(crate) fn decode(texel: u32) -> [f32; 3] {
     [0, 9, 18].map(|shift| (texel >> shift & 511) as f32 * scale)
 }
 
-/// Units of the channels that [`unpack`] finds: their mantissas stay where they are in the texel.
-pub(crate) const UNITS: [f32; 3] = [1.0, 1.0 / 512.0, 1.0 / 262_144.0];
-
-/// Sixteen texels' mantissas and common scales: a channel is `mantissa * scale * UNITS[channel]`, without rounding. Units
-/// are powers of two, so that a weighted sum of texels may be multiplied by them once, with the same result.
+/// Sixteen texels' mantissas and common scales: a channel is `mantissa * scale`, without rounding.
 #[inline(always)]
 pub(crate) fn unpack<L: Lanes>(_: L, texel: L::I) -> (V3<L>, L::F) {
     let scale = (texel.shr_logical(27) + (127 - BIAS)).shl(23).float_from_bits();
-    (each!(c => (texel & (511 << (9 * c))).to_float()), scale)
+    (each!(c => (texel.shr_logical(9 * c as u32) & 511).to_float()), scale)
 }
 
 #[cfg(test)]
@@ -107,7 +103,7 @@ mod tests {
             let texels: [i32; 16] = std::array::from_fn(|k| (base + 77_777 * k as u32) as i32);
             let (rgb, scale) = unpack(Scalar, Scalar.load_i(&texels));
             for k in 0..16 {
-                let found = each!(c => rgb[c].to_array()[k] * scale.to_array()[k] * UNITS[c]);
+                let found = rgb.map(|c| c.to_array()[k] * scale.to_array()[k]);
                 assert_eq!(found, decode(texels[k] as u32));
             }
         }

@@ -10,8 +10,6 @@ use crate::math::lanes::{Int, Lanes};
 pub struct SamplePattern {
     /// Offset of each sample from the pixel's top left corner, in sub-pixels.
     offsets: Vec<[i32; 2]>,
-    /// The same as floats.
-    distances: Vec<[f32; 2]>,
     /// The offsets along x and y as lanes; zero beyond the last sample.
     lanes: [[i32; 16]; 2],
     /// For each of two bytes of a sample mask: the sums of the samples in it.
@@ -64,8 +62,7 @@ impl SamplePattern {
         for (k, offset) in offsets.iter().enumerate() {
             (lanes[0][k], lanes[1][k]) = (offset[0], offset[1]);
         }
-        let distances = offsets.iter().map(|o| o.map(|v| v as f32)).collect();
-        let mut pattern = Self { sums, lanes, offsets, distances, center: [0.0; 2] };
+        let mut pattern = Self { sums, lanes, offsets, center: [0.0; 2] };
         pattern.center = pattern.mean(pattern.full_mask());
         Some(pattern)
     }
@@ -98,13 +95,6 @@ impl SamplePattern {
     #[must_use]
     pub fn offsets(&self) -> &[[i32; 2]] {
         &self.offsets
-    }
-
-    /// [`SamplePattern::offsets`] as floats.
-    #[inline(always)]
-    #[must_use]
-    pub fn distances(&self) -> &[[f32; 2]] {
-        &self.distances
     }
 
     /// The offsets along x and along y, one a lane; zero beyond the last sample.

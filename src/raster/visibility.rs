@@ -137,15 +137,19 @@ impl Visibility {
                 let corner = lane_edges.at(&edges, &span);
                 let place = plane.place(l, &span);
                 let mut all_written = span.full && keep.is_none();
-                for (sample, offset) in pattern.distances().iter().enumerate() {
+                let samples = block * self.samples..(block + 1) * self.samples;
+                let depths = self.depth[samples.clone()].iter_mut();
+                let triangles = self.triangle[samples].iter_mut();
+                for (sample, ((offset, nearest), seen)) in
+                    pattern.offsets().iter().zip(depths).zip(triangles).enumerate()
+                {
                     let mut covered =
                         if span.full { l.mask(u16::MAX) } else { corner.inside(&edges, sample) };
                     if !span.full && !covered.any() {
                         continue;
                     }
-                    let index = block * self.samples + sample;
                     let depth = plane.at(l, place, *offset);
-                    let old = l.load(&self.depth[index]);
+                    let old = l.load(nearest);
                     covered = covered & depth.gt(old);
                     if !covered.any() {
                         continue;
@@ -154,9 +158,8 @@ impl Visibility {
                         covered =
                             l.mask(keep(span.column, span.row, sample, covered.bits()) & covered.bits());
                     }
-                    self.depth[index] = covered.select(depth, old).to_array();
-                    let seen = l.load_i(&self.triangle[index]);
-                    self.triangle[index] = covered.select_i(identity, seen).to_array();
+                    *nearest = covered.select(depth, old).to_array();
+                    *seen = covered.select_i(identity, l.load_i(seen)).to_array();
                 }
                 // Every sample now holds at least the triangle's smallest depth.
                 all_written &= plane.smallest_value > self.block_depth[block];
@@ -292,7 +295,7 @@ impl Visibility {
                 let corner = lane_edges.at(&edges, &span);
                 let place = plane.place(l, &span);
                 let mut masks = [0_u16; LANES];
-                for (sample, offset) in pattern.distances().iter().enumerate() {
+                for (sample, offset) in pattern.offsets().iter().enumerate() {
                     let covered = if span.full { l.mask(u16::MAX) } else { corner.inside(&edges, sample) };
                     let old = l.load(&self.depth[block * self.samples + sample]);
                     let visible = (covered & plane.at(l, place, *offset).gt(old)).bits();
@@ -448,8 +451,8 @@ impl<L: Lanes> DepthPlane<L> {
     /// Depth of one sample of each pixel of a block, at an offset from their corners. The distances to the vertex are exact
     /// integers below 2^24, so neither the tile nor the block shows in the result.
     #[inline(always)]
-    fn at(&self, l: L, place: [L::F; 2], offset: [f32; 2]) -> L::F {
-        let [x, y] = [place[0] + l.splat(offset[0]), place[1] + l.splat(offset[1])];
+    fn at(&self, l: L, place: [L::F; 2], offset: [i32; 2]) -> L::F {
+        let [x, y] = [place[0] + l.splat(offset[0] as f32), place[1] + l.splat(offset[1] as f32)];
         let depth = self.at_vertex + x * self.gradient[0] + y * self.gradient[1];
         depth.max(self.smallest).min(self.largest)
     }

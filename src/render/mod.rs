@@ -10,6 +10,7 @@ mod draws;
 mod environment;
 mod options;
 mod resolve;
+mod shading_order;
 mod tile_pass;
 mod tile_shading;
 mod tiles;

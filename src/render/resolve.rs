@@ -37,6 +37,7 @@ pub(super) struct ResolveScratch {
 
 /// Sums the opaque fragments of each pixel by coverage, in the order of the list (lowest sample first). `rows` are the
 /// tile's pixels, premultiplied: zero, or what [`whole_pixel`] has made of a fragment with the mask `whole`.
+#[inline(always)]
 pub(super) fn sum_opaque(
     samples: usize,
     whole: Option<u16>,

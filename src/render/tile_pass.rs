@@ -3,6 +3,7 @@
 use super::aov::TileAovs;
 use super::draws::DrawState;
 use super::resolve::{Behind, Transmitted};
+use super::shading_order::ShadingOrder;
 use super::tile_shading::{ShadedFragment, TileShading, TileTriangles, one_material, shade_fragments};
 use super::trace::FragmentHashes;
 use crate::gbuffer::layout::SurfacePlanes;
@@ -90,8 +91,7 @@ pub(super) struct TileScratch {
     /// Parts of the tile that are yet to be blended.
     parts: Vec<[u32; 4]>,
     pub fragments: Vec<Fragment>,
-    /// Where a tile has several materials: material and index of each fragment, sorted.
-    pub order: Vec<u64>,
+    pub order: ShadingOrder,
     pub shaded: Vec<ShadedFragment>,
     /// The fragments that are being shaded.
     pub batch: Batch,
@@ -110,7 +110,7 @@ impl TileScratch {
         reserve_like(&mut self.environment, &other.environment);
         reserve_like(&mut self.parts, &other.parts);
         reserve_like(&mut self.fragments, &other.fragments);
-        reserve_like(&mut self.order, &other.order);
+        self.order.reserve_like(&other.order);
         reserve_like(&mut self.shaded, &other.shaded);
         reserve_like(&mut self.resolve.blended, &other.resolve.blended);
         reserve_like(&mut self.resolve.behind, &other.resolve.behind);

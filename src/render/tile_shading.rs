@@ -3,7 +3,7 @@
 use super::resolve::{Transmitted, whole_pixel};
 use super::tile_pass::{Pass, TileJob, TileScratch};
 use crate::each;
-use crate::gbuffer::{Fragment, TriangleSource, layout};
+use crate::gbuffer::{TriangleSource, layout};
 use crate::geometry::Chunk;
 use crate::math::lanes::{Float, LANES, Lanes};
 use crate::raster::{NOT_CLIPPED, TileOrigin, Triangle};
@@ -77,50 +77,26 @@ pub(super) fn shade_fragments<L: Lanes>(
     let &TileShading { origin, corner, one_material, whole, opaque, .. } = of_tile;
     let TileJob { rows, aovs, hashes, .. } = job;
     let TileScratch { identities, fragments, order, shaded, batch, surface, kept, .. } = scratch;
+    let fragments = &*fragments;
     let draws = pass.shade.draws;
     let source = TileTriangles { chunks: pass.chunks, identities };
     // Resized but not cleared: what the resolve reads is written below.
     shaded.resize(fragments.len(), ShadedFragment::default());
-    order.clear();
-    if one_material.is_none() {
-        order.extend(fragments.iter().zip(0_u64..).skip(start).map(|(fragment, index)| {
-            let (chunk, _) = identities[fragment.triangle as usize];
-            u64::from(draws[pass.chunks[chunk as usize].draw as usize].material) << 32 | index
-        }));
-        if !order.is_sorted_by_key(|entry| entry >> 32) {
-            order.sort_unstable();
-        }
-    }
-    let mut gathered = [Fragment { triangle: 0, pixel: 0, mask: 0 }; LANES];
-    // Places in the list, or in its order by material.
-    let (mut place, end) = if one_material.is_some() { (start, fragments.len()) } else { (0, order.len()) };
-    while place < end {
-        let (number, run) = match one_material {
-            Some(number) => (number, place..end),
-            None => {
-                let number = order[place] >> 32;
-                let run = order[place..].iter().take_while(|&&entry| entry >> 32 == number).count();
-                (number as u32, place..place + run)
-            }
-        };
-        place = run.end;
+    let material_of = |identity: usize| {
+        let (chunk, _) = identities[identity];
+        draws[pass.chunks[chunk as usize].draw as usize].material
+    };
+    // Planes of the G-buffer are summed as fragments are shaded: in an order that does not depend on the tiles.
+    order.find(fragments, start, identities.len(), one_material, &material_of, aovs.is_wanted());
+    let mut listed = 0;
+    for &(number, end) in &order.stretches {
+        let stretch = &order.indices[listed..end];
+        listed = end;
         let material = &pass.shade.materials[number as usize];
         let model = material.shading(pass.shade.model);
         let lobes = model.reads_lobes() || aovs.wants_lobes();
-        for first in run.clone().step_by(LANES) {
-            let len = LANES.min(run.end - first);
-            let mut indices = [0; LANES];
-            for (index, at) in indices.iter_mut().zip(first..first + len) {
-                *index = if one_material.is_some() { at as u32 } else { order[at] as u32 };
-            }
-            let indices = &indices[..len];
-            if one_material.is_some() {
-                batch.gather(&fragments[first..first + len], &source, draws, origin, pass.pattern);
-            } else {
-                let listed = indices.iter().map(|&k| fragments[k as usize]);
-                gathered.iter_mut().zip(listed).for_each(|(to, fragment)| *to = fragment);
-                batch.gather(&gathered[..len], &source, draws, origin, pass.pattern);
-            }
+        for indices in stretch.chunks(LANES) {
+            batch.gather(fragments, indices, &source, draws, origin, pass.pattern);
             store_surface(l, &pass.shade, material, batch, lobes, surface);
             let alpha = surface.rows[layout::ALPHA.first];
             let held = if material.transmits() {

@@ -19,6 +19,22 @@ use crate::scene::Material;
 /// Least perceptual roughness for which a lobe is integrated: below, lights are as sharp as this.
 const LEAST_PERCEPTUAL_ROUGHNESS: f32 = 0.045;
 
+/// What area lights need to know of a surface, see [`Surface`].
+pub(super) struct Receiver<L: Lanes> {
+    position: V3<L>,
+    view: V3<L>,
+    normal: V3<L>,
+    coat_normal: V3<L>,
+}
+
+impl<L: Lanes> Receiver<L> {
+    #[inline(always)]
+    pub(super) fn of(surface: &Surface<L>) -> Self {
+        let &Surface { position, view, normal, coat_normal, .. } = surface;
+        Self { position, view, normal, coat_normal }
+    }
+}
+
 /// Irradiance over pi from all area lights on a surface of this unit normal.
 ///
 /// A function of its own for each instruction set, as the next: each model asks from several places.
@@ -26,14 +42,14 @@ const LEAST_PERCEPTUAL_ROUGHNESS: f32 = 0.045;
 pub(super) fn area_irradiance_over_pi<L: Lanes>(
     l: L,
     context: &ShadeContext<'_>,
-    surface: &Surface<L>,
+    receiver: &Receiver<L>,
     normal: V3<L>,
 ) -> V3<L> {
     l.run(
         #[inline(always)]
         || {
-            let frame = LightFrame::new(l, normal, surface.view);
-            sum(l, context, surface, &frame, &Lobe::lambert(l))
+            let frame = LightFrame::new(l, normal, receiver.view);
+            sum(l, context, receiver, &frame, &Lobe::lambert(l))
         },
     )
 }
@@ -44,7 +60,7 @@ pub(super) fn area_radiance<L: Lanes>(
     l: L,
     context: &ShadeContext<'_>,
     material: &Material,
-    surface: &Surface<L>,
+    receiver: &Receiver<L>,
     direction: V3<L>,
     perceptual_roughness: L::F,
     by_facets: bool,
@@ -52,24 +68,24 @@ pub(super) fn area_radiance<L: Lanes>(
     l.run(
         #[inline(always)]
         || {
-            let mut normal = surface.normal;
+            let mut normal = receiver.normal;
             if material.has_normal_maps() && material.coat > 0.0 {
-                let from_eye = vec3::neg(l, surface.view);
-                let of_base = vec3::dot(l, direction, vec3::reflect(l, from_eye, surface.normal));
-                let of_coat = vec3::dot(l, direction, vec3::reflect(l, from_eye, surface.coat_normal));
-                normal = vec3::select(l, of_base.lt(of_coat), surface.coat_normal, surface.normal);
+                let from_eye = vec3::neg(l, receiver.view);
+                let of_base = vec3::dot(l, direction, vec3::reflect(l, from_eye, receiver.normal));
+                let of_coat = vec3::dot(l, direction, vec3::reflect(l, from_eye, receiver.coat_normal));
+                normal = vec3::select(l, of_base.lt(of_coat), receiver.coat_normal, receiver.normal);
             }
-            let frame = LightFrame::new(l, normal, surface.view);
-            let n_dot_v = vec3::dot(l, normal, surface.view).saturate();
+            let frame = LightFrame::new(l, normal, receiver.view);
+            let n_dot_v = vec3::dot(l, normal, receiver.view).saturate();
             let p = perceptual_roughness.clamp_to(LEAST_PERCEPTUAL_ROUGHNESS, 1.0);
             if by_facets {
                 let alpha = p * p;
                 let [_, albedo, _] = tables::ggx_albedo().fetch(l, n_dot_v.sqrt(), p);
-                let facets = Facets::new(l, &frame, [alpha; 2], surface.view, albedo.at_least(1e-3));
-                return sum_of_facets(l, context, surface, &facets);
+                let facets = Facets::new(l, &frame, [alpha; 2], receiver.view, albedo.at_least(1e-3));
+                return sum_of_facets(l, context, receiver, &facets);
             }
             let lobe = Lobe::ggx(l, tables::linearly_transformed_ggx(), p, n_dot_v);
-            sum(l, context, surface, &frame, &lobe)
+            sum(l, context, receiver, &frame, &lobe)
         },
     )
 }
@@ -78,11 +94,11 @@ pub(super) fn area_radiance<L: Lanes>(
 #[inline(always)]
 fn outline<L: Lanes>(
     l: L,
-    surface: &Surface<L>,
+    receiver: &Receiver<L>,
     corners: &[[f32; 3]; 4],
     two_sided: bool,
 ) -> ([V3<L>; 4], L::M) {
-    let outline: [V3<L>; 4] = each!(c in *corners => vec3::sub(l, vec3::splat(l, c), surface.position));
+    let outline: [V3<L>; 4] = each!(c in *corners => vec3::sub(l, vec3::splat(l, c), receiver.position));
     if two_sided {
         return (outline, l.mask(0));
     }
@@ -99,7 +115,7 @@ fn outline<L: Lanes>(
 fn sum<L: Lanes>(
     l: L,
     context: &ShadeContext<'_>,
-    surface: &Surface<L>,
+    receiver: &Receiver<L>,
     frame: &LightFrame<L>,
     lobe: &Lobe<L>,
 ) -> V3<L> {
@@ -107,11 +123,12 @@ fn sum<L: Lanes>(
     for AreaLight { radiance, shape } in context.area_lights {
         let share = match shape {
             AreaShape::Rect { corners, two_sided } => {
-                let (outline, behind) = outline(l, surface, corners, *two_sided);
+                let (outline, behind) = outline(l, receiver, corners, *two_sided);
                 behind.select(l.zero(), rectangle(l, frame, lobe, outline))
             }
             AreaShape::Tube { ends, radius } => {
-                let ends: [V3<L>; 2] = each!(c in *ends => vec3::sub(l, vec3::splat(l, c), surface.position));
+                let ends: [V3<L>; 2] =
+                    each!(c in *ends => vec3::sub(l, vec3::splat(l, c), receiver.position));
                 tube(l, frame, lobe, ends, l.splat(*radius))
             }
         };
@@ -126,18 +143,19 @@ fn sum<L: Lanes>(
 fn sum_of_facets<L: Lanes>(
     l: L,
     context: &ShadeContext<'_>,
-    surface: &Surface<L>,
+    receiver: &Receiver<L>,
     facets: &Facets<L>,
 ) -> V3<L> {
     let mut sum = [l.zero(); 3];
     for AreaLight { radiance, shape } in context.area_lights {
         let share = match shape {
             AreaShape::Rect { corners, two_sided } => {
-                let (outline, behind) = outline(l, surface, corners, *two_sided);
+                let (outline, behind) = outline(l, receiver, corners, *two_sided);
                 behind.select(l.zero(), facets.rectangle(l, outline, [8, 8]))
             }
             AreaShape::Tube { ends, radius } => {
-                let ends: [V3<L>; 2] = each!(c in *ends => vec3::sub(l, vec3::splat(l, c), surface.position));
+                let ends: [V3<L>; 2] =
+                    each!(c in *ends => vec3::sub(l, vec3::splat(l, c), receiver.position));
                 facets.tube(l, ends, l.splat(*radius), 16)
             }
         };

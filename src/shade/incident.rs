@@ -4,7 +4,7 @@
 //! into the surface. Such a direction is mirrored back above that horizon; it then sees what a neighbouring bump would
 //! reflect, and no light leaks from behind.
 
-use super::area::{area_irradiance_over_pi, area_radiance};
+use super::area::{Receiver, area_irradiance_over_pi, area_radiance};
 use super::{ShadeContext, Surface};
 use crate::coat::EnvironmentQuery;
 use crate::light::{LightSample, PunctualLight};
@@ -61,7 +61,7 @@ impl Surroundings {
         match self {
             Self::Environment => environment_irradiance_over_pi(l, context, normal),
             Self::AreaLights | Self::AreaLightsByFacets => {
-                area_irradiance_over_pi(l, context, surface, normal)
+                area_irradiance_over_pi(l, context, &Receiver::of(surface), normal)
             }
         }
     }
@@ -79,11 +79,13 @@ impl Surroundings {
         let EnvironmentQuery { direction, perceptual_roughness } = query;
         match self {
             Self::Environment => {
-                reflected_radiance(l, context, material, surface, direction, perceptual_roughness)
+                let horizon = surface.vertex_normal;
+                reflected_radiance(l, context, material, horizon, direction, perceptual_roughness)
             }
             Self::AreaLights | Self::AreaLightsByFacets => {
+                let receiver = Receiver::of(surface);
                 let by_facets = self == Self::AreaLightsByFacets;
-                area_radiance(l, context, material, surface, direction, perceptual_roughness, by_facets)
+                area_radiance(l, context, material, &receiver, direction, perceptual_roughness, by_facets)
             }
         }
     }
@@ -92,24 +94,22 @@ impl Surroundings {
 /// Prefiltered radiance of the environment in a direction of any length, for a perceptual roughness of 0 to 1.
 ///
 /// This and the next two are functions of their own for each instruction set: every model asks, and copies in each would
-/// be a third of the program.
+/// be a third of the program. They take no more of the surface than they need: what is passed by reference must lie in memory,
+/// whole, which took a twelfth of a frame.
 #[inline(never)]
 fn reflected_radiance<L: Lanes>(
     l: L,
     context: &ShadeContext<'_>,
     material: &Material,
-    surface: &Surface<L>,
+    horizon: V3<L>,
     direction: V3<L>,
     perceptual_roughness: L::F,
 ) -> V3<L> {
     l.run(
         #[inline(always)]
         || {
-            let direction = if material.has_normal_maps() {
-                above_horizon(l, direction, surface.vertex_normal)
-            } else {
-                direction
-            };
+            let direction =
+                if material.has_normal_maps() { above_horizon(l, direction, horizon) } else { direction };
             context.environment.radiance(l, direction, perceptual_roughness)
         },
     )
@@ -134,17 +134,17 @@ pub(super) fn add_lights<L: Lanes>(
     reflected: impl Fn(LightSample<L>) -> V3<L>,
 ) -> V3<L> {
     for light in context.lights {
-        radiance = vec3::add(l, radiance, reflected(sample_light(l, light, surface)));
+        radiance = vec3::add(l, radiance, reflected(sample_light(l, light, surface.position)));
     }
     radiance
 }
 
 /// What arrives from a light without extent.
 #[inline(never)]
-pub(super) fn sample_light<L: Lanes>(l: L, light: &PunctualLight, surface: &Surface<L>) -> LightSample<L> {
+pub(super) fn sample_light<L: Lanes>(l: L, light: &PunctualLight, position: V3<L>) -> LightSample<L> {
     l.run(
         #[inline(always)]
-        || light.sample(l, surface.position),
+        || light.sample(l, position),
     )
 }
 

@@ -98,7 +98,7 @@ fn shade_urp<L: Lanes>(
         radiance = vec3::add(l, radiance, reflected);
     }
     for light in context.lights {
-        let sample = sample_light(l, light, surface);
+        let sample = sample_light(l, light, surface.position);
         let color = vec3::scale(l, sample.irradiance, l.splat(std::f32::consts::FRAC_1_PI));
         let direct = urp::direct(l, &layers, sample.direction, color, l.splat(1.0));
         radiance = vec3::add(l, radiance, direct);

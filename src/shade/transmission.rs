@@ -200,7 +200,7 @@ fn light_from_behind<L: Lanes>(l: L, context: &ShadeContext<'_>, surface: &Surfa
         sum = vec3::add(l, sum, source.irradiance_over_pi(l, context, surface, back));
     }
     for light in context.lights {
-        let sample = sample_light(l, light, surface);
+        let sample = sample_light(l, light, surface.position);
         let cosine = vec3::dot(l, back, sample.direction).saturate() * FRAC_1_PI;
         sum = each!(k => sum[k] + sample.irradiance[k] * cosine);
     }
@@ -221,7 +221,7 @@ fn lights_through<L: Lanes>(
     let lambda = ggx::part_lambda(l, n_dot_v, alpha);
     let mut sum = [l.zero(); 3];
     for light in context.lights {
-        let sample = sample_light(l, light, surface);
+        let sample = sample_light(l, light, surface.position);
         let side = vec3::dot(l, surface.normal, sample.direction);
         let behind = side.lt(l.zero());
         if !behind.any() {

@@ -106,6 +106,14 @@ impl<S: Simd> Lanes for Vector<S> {
     }
 }
 
+/// Whether the minimum of an instruction set is `a < b ? a : b` and its maximum `a > b ? a : b`, with the second operand
+/// for NaN and for zeros of both signs: MINPS and MAXPS of x86 are (Intel SDM, volume 2B). Others have a rule for NaN and
+/// order the zeros. The library leaves both to the instruction set; the test of the levels against the reference holds it.
+#[inline(always)]
+fn has_ordered_min_max<S: Simd>(token: S) -> bool {
+    cfg!(any(target_arch = "x86", target_arch = "x86_64")) && !token.level().is_fallback()
+}
+
 impl<S: Simd> Float for VectorFloat<S> {
     type I = VectorInt<S>;
     type M = VectorMask<S>;
@@ -130,6 +138,20 @@ impl<S: Simd> Float for VectorFloat<S> {
             return small.select(below, self);
         }
         Self(SimdFloat::floor(self.0))
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        if has_ordered_min_max(self.0.token()) {
+            return Self(self.0.min(other.0));
+        }
+        self.lt(other).select(self, other)
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        if has_ordered_min_max(self.0.token()) {
+            return Self(self.0.max(other.0));
+        }
+        self.gt(other).select(self, other)
     }
     #[inline(always)]
     fn lt(self, other: Self) -> VectorMask<S> {

@@ -58,7 +58,7 @@ fn radiance<L: Lanes>(l: L, context: &ShadeContext<'_>, material: &Material, sur
     let layers = hdrp_lit::surface(l, tables::unity_fgd(), &data, surface.normal, surface.view);
     let mut lamps = DirectLighting::none(l);
     for light in context.lights {
-        let sample = sample_light(l, light, surface);
+        let sample = sample_light(l, light, surface.position);
         let lit =
             hdrp_lit::direct(l, &layers, sample.direction, sample.irradiance, l.splat(LEAST_LIGHT_ROUGHNESS));
         lamps = lamps.plus(l, lit);

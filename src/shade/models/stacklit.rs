@@ -149,7 +149,7 @@ fn radiance<L: Lanes>(l: L, context: &ShadeContext<'_>, material: &Material, sur
     let zero = [l.zero(); 3];
     let mut lights = Lighting { diffuse: zero, specular: zero };
     for light in context.lights {
-        let sample = sample_light(l, light, surface);
+        let sample = sample_light(l, light, surface.position);
         let light = Light {
             min_roughness: l.splat(light.minimum_roughness),
             ..Light::new(l, sample.direction, sample.irradiance)
