@@ -147,7 +147,9 @@ impl Batch {
                 *samples = pattern.sums(fragment.mask).packed();
             }
         }
-        // Neighbours often see the same triangle.
+        // Neighbours often see the same triangle. All triangles are looked up before any is used: in a dense mesh each is
+        // somewhere else in memory, and what is asked for together comes together.
+        let mut runs = [None; LANES];
         let mut first = 0;
         while first < LANES {
             let identity = self.fragments[first].triangle;
@@ -156,9 +158,25 @@ impl Batch {
                 end += 1;
             }
             let (triangle, draw, clip) = source.triangle(identity);
-            self.gather_triangle(first..end, triangle, draw, clip, draws);
+            let [a, b, c] = draws[draw as usize].mesh.triangles()[triangle.primitive as usize];
+            // Attributes are taken in the order of the screen triangle, but clipped pieces know their place in the
+            // mesh's own order.
+            let swapped = triangle.swapped && clip.is_none();
+            self.vertices.vertices[first] = if swapped { [a, c, b] } else { [a, b, c] };
+            self.vertices.draws[first] = draw;
             self.vertices.starts |= 1 << first;
+            runs[first] = Some((triangle, clip));
             first = end;
+        }
+        let mut left = self.vertices.starts;
+        while left != 0 {
+            let first = left.trailing_zeros() as usize;
+            left &= left - 1;
+            let end = if left == 0 { LANES } else { left.trailing_zeros() as usize };
+            if let Some((triangle, clip)) = runs[first % LANES] {
+                self.gather_triangle(first..end, triangle, clip);
+            }
+            self.vertices.one_draw &= self.vertices.draws[first % LANES] == self.vertices.draws[0];
         }
         if !self.vertices.one_draw {
             for k in 1..LANES {
@@ -197,21 +215,9 @@ impl Batch {
 
     /// The triangle of a run of lanes.
     #[inline(always)]
-    fn gather_triangle(
-        &mut self,
-        lanes: Range<usize>,
-        triangle: &Triangle,
-        draw: u32,
-        clip: Option<&[[f32; 2]; 3]>,
-        draws: &[Draw<'_>],
-    ) {
-        let [a, b, c] = draws[draw as usize].mesh.triangles()[triangle.primitive as usize];
-        // Attributes are taken in the order of the screen triangle, but clipped pieces know their place in the
-        // mesh's own order.
-        let swapped = triangle.swapped && clip.is_none();
-        let vertices = if swapped { [a, c, b] } else { [a, b, c] };
+    fn gather_triangle(&mut self, lanes: Range<usize>, triangle: &Triangle, clip: Option<&[[f32; 2]; 3]>) {
         let bits = (((1_u32 << lanes.len()) - 1) << lanes.start) as u16;
-        self.reversed |= if swapped { bits } else { 0 };
+        self.reversed |= if triangle.swapped && clip.is_none() { bits } else { 0 };
         self.back_facing |= if triangle.back_facing { bits } else { 0 };
         if lanes.len() == LANES {
             // A loop of known length for each plane.
@@ -230,9 +236,6 @@ impl Batch {
                 }
             }
         }
-        self.vertices.vertices[lanes.start] = vertices;
-        self.vertices.draws[lanes.start] = draw;
-        self.vertices.one_draw &= draw == self.vertices.draws[0];
         if let Some(piece) = clip {
             self.any_clipped = true;
             let order = if triangle.swapped { [0, 2, 1] } else { [0, 1, 2] };

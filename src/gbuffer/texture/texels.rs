@@ -6,8 +6,9 @@ use crate::scene::{Filter, LevelLayout, Texture, Wrap};
 
 /// What is read of a texel, as N channels.
 pub(super) trait Format<const N: usize> {
-    /// The channels of sixteen texels, in whatever unit the texture has them cheapest.
-    fn decode<L: Lanes>(l: L, texels: &[[u8; 4]; LANES]) -> [L::F; N];
+    /// The channels of sixteen texels, each the bits of a little-endian integer, in whatever unit the texture has them
+    /// cheapest.
+    fn decode<L: Lanes>(l: L, packed: L::I) -> [L::F; N];
     /// Brings filtered channels to 0..1.
     fn finish<F: Float>(channels: [F; N]) -> [F; N];
 }
@@ -22,20 +23,9 @@ pub(super) struct Alpha;
 /// The largest code counts as 1.
 const CODE: f32 = 1.0 / 255.0;
 
-/// Each texel as the bits of a little-endian integer.
-#[inline(always)]
-fn pack<L: Lanes>(l: L, texels: &[[u8; 4]; LANES]) -> L::I {
-    let mut out = [0; LANES];
-    for k in 0..LANES {
-        out[k] = i32::from_le_bytes(texels[k]);
-    }
-    l.load_i(&out)
-}
-
 impl Format<4> for Rgba {
     #[inline(always)]
-    fn decode<L: Lanes>(l: L, texels: &[[u8; 4]; LANES]) -> [L::F; 4] {
-        let packed = pack(l, texels);
+    fn decode<L: Lanes>(_: L, packed: L::I) -> [L::F; 4] {
         [
             (packed & 0xff).to_float(),
             (packed.shr_logical(8) & 0xff).to_float(),
@@ -51,15 +41,9 @@ impl Format<4> for Rgba {
 
 impl Format<4> for SrgbRgba {
     #[inline(always)]
-    fn decode<L: Lanes>(l: L, texels: &[[u8; 4]; LANES]) -> [L::F; 4] {
-        let mut color = [[0.0; LANES]; 3];
-        for k in 0..LANES {
-            for c in 0..3 {
-                color[c][k] = SRGB8_TO_LINEAR[usize::from(texels[k][c])];
-            }
-        }
-        let alpha = pack(l, texels).shr_logical(24).to_float();
-        [l.load(&color[0]), l.load(&color[1]), l.load(&color[2]), alpha]
+    fn decode<L: Lanes>(l: L, packed: L::I) -> [L::F; 4] {
+        let [r, g, b] = l.look_up_bytes(&SRGB8_TO_LINEAR, packed);
+        [r, g, b, packed.shr_logical(24).to_float()]
     }
     #[inline(always)]
     fn finish<F: Float>([r, g, b, a]: [F; 4]) -> [F; 4] {
@@ -69,8 +53,8 @@ impl Format<4> for SrgbRgba {
 
 impl Format<1> for Alpha {
     #[inline(always)]
-    fn decode<L: Lanes>(l: L, texels: &[[u8; 4]; LANES]) -> [L::F; 1] {
-        [pack(l, texels).shr_logical(24).to_float()]
+    fn decode<L: Lanes>(_: L, packed: L::I) -> [L::F; 1] {
+        [packed.shr_logical(24).to_float()]
     }
     #[inline(always)]
     fn finish<F: Float>([a]: [F; 1]) -> [F; 1] {
@@ -78,41 +62,9 @@ impl Format<1> for Alpha {
     }
 }
 
-/// `texels[index]` of every lane; an index outside reads 0.
-#[inline(always)]
-fn gather<I: Int>(texels: &[[u8; 4]], index: I) -> [[u8; 4]; LANES] {
-    let index = index.to_array();
-    let mut out = [[0; 4]; LANES];
-    for k in 0..LANES {
-        out[k] = texels.get(index[k] as usize).copied().unwrap_or_default();
-    }
-    out
-}
-
-/// The texels at an index, to the right of it, a row below, and to the right of that: one address for four.
-#[inline(always)]
-fn gather_quads<I: Int>(texels: &[[u8; 4]], index: I, row: usize) -> [[[u8; 4]; LANES]; 4] {
-    let index = index.to_array();
-    let mut out = [[[0; 4]; LANES]; 4];
-    for k in 0..LANES {
-        let first = index[k] as usize;
-        let upper = texels.get(first..).and_then(|rest| rest.first_chunk());
-        let lower = texels.get(first + row..).and_then(|rest| rest.first_chunk());
-        if let (Some(&[a, b]), Some(&[c, d])) = (upper, lower) {
-            out[0][k] = a;
-            out[1][k] = b;
-            out[2][k] = c;
-            out[3][k] = d;
-        }
-    }
-    out
-}
-
 /// Size and place of the level of each lane.
 struct Levels<'a, L: Lanes> {
     texels: &'a [[u8; 4]],
-    /// The width, if it is the same for all lanes.
-    row: Option<usize>,
     width: L::I,
     height: L::I,
     offset: L::I,
@@ -125,7 +77,6 @@ impl<'a, L: Lanes> Levels<'a, L> {
         let LevelLayout { width, height, offset } = texture.layout()[level as usize];
         Self {
             texels: if level == 0 { texture.image().texels() } else { texture.reduced() },
-            row: Some(width as usize),
             width: l.splat_i(width as i32),
             height: l.splat_i(height as i32),
             offset: l.splat_i(offset as i32),
@@ -144,11 +95,18 @@ impl<'a, L: Lanes> Levels<'a, L> {
         }
         Self {
             texels: texture.reduced(),
-            row: None,
             width: l.load_i(&planes[0]),
             height: l.load_i(&planes[1]),
             offset: l.load_i(&planes[2]),
         }
+    }
+}
+
+impl<L: Lanes> Levels<'_, L> {
+    /// The texel at an index, as the bits of a little-endian integer. An index outside reads something of no meaning.
+    #[inline(always)]
+    fn texel(&self, l: L, index: L::I) -> L::I {
+        l.gather_bytes(self.texels, index)
     }
 }
 
@@ -200,25 +158,30 @@ fn sample_within<L: Lanes, T: Format<N>, const N: usize>(
         Filter::Nearest => {
             let x = u.to_int().min(levels.width + -1);
             let y = v.to_int().min(levels.height + -1);
-            T::decode(l, &gather(levels.texels, y * levels.width + levels.offset + x))
+            T::decode(l, levels.texel(l, y * levels.width + levels.offset + x))
         }
         Filter::Linear => {
             let ([x0, x1], s) = neighbours(u, levels.width, sampler.wrap_u);
             let ([y0, y1], t) = neighbours(v, levels.height, sampler.wrap_v);
             let row_0 = y0 * levels.width + levels.offset;
             let inside = x1.eq(x0 + 1) & y1.eq(y0 + 1);
-            let quads = match levels.row {
-                Some(row) if inside.all() => gather_quads(levels.texels, row_0 + x0, row),
-                _ => {
-                    let row_1 = y1 * levels.width + levels.offset;
-                    let at = |index| gather(levels.texels, index);
-                    [at(row_0 + x0), at(row_0 + x1), at(row_1 + x0), at(row_1 + x1)]
-                }
+            let [upper_left, upper_right, lower_left, lower_right] = if inside.all() {
+                let [a, b] = l.gather_pairs_bytes(levels.texels, row_0 + x0);
+                let [c, d] = l.gather_pairs_bytes(levels.texels, row_0 + x0 + levels.width);
+                [a, b, c, d]
+            } else {
+                let row_1 = y1 * levels.width + levels.offset;
+                [
+                    levels.texel(l, row_0 + x0),
+                    levels.texel(l, row_0 + x1),
+                    levels.texel(l, row_1 + x0),
+                    levels.texel(l, row_1 + x1),
+                ]
             };
-            let mut result = T::decode(l, &quads[0]);
-            let right = T::decode(l, &quads[1]);
-            let lower_left = T::decode(l, &quads[2]);
-            let lower_right = T::decode(l, &quads[3]);
+            let mut result = T::decode(l, upper_left);
+            let right = T::decode(l, upper_right);
+            let lower_left = T::decode(l, lower_left);
+            let lower_right = T::decode(l, lower_right);
             for n in 0..N {
                 let upper = result[n].lerp(right[n], s);
                 let lower = lower_left[n].lerp(lower_right[n], s);

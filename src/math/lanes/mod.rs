@@ -119,12 +119,47 @@ pub trait Lanes: Copy + Send + Sync + 'static {
         }
         [self.load_i(&first), self.load_i(&second)]
     }
+    /// `table[index]` per lane, four bytes as a little-endian integer. An index outside, read as a `u32`, stands for the
+    /// last; of an empty table all are 0.
+    #[inline(always)]
+    fn gather_bytes(self, table: &[[u8; 4]], index: Self::I) -> Self::I {
+        let index = index.to_array();
+        let mut out = [0; LANES];
+        if let Some(last) = table.len().checked_sub(1) {
+            for k in 0..LANES {
+                out[k] = i32::from_le_bytes(table[(index[k] as u32 as usize).min(last)]);
+            }
+        }
+        self.load_i(&out)
+    }
+    /// [`Lanes::gather_pairs_u32`] of four bytes each, as little-endian integers.
+    #[inline(always)]
+    fn gather_pairs_bytes(self, table: &[[u8; 4]], index: Self::I) -> [Self::I; 2] {
+        let (mut first, mut second) = ([0; LANES], [0; LANES]);
+        for (k, [a, b]) in pairs(table, &index.to_array()).into_iter().enumerate() {
+            (first[k], second[k]) = (i32::from_le_bytes(a), i32::from_le_bytes(b));
+        }
+        [self.load_i(&first), self.load_i(&second)]
+    }
+    /// `table[byte]` per lane for each of the three lowest bytes of `packed`.
+    #[inline(always)]
+    fn look_up_bytes(self, table: &[f32; 256], packed: Self::I) -> [Self::F; 3] {
+        let packed = packed.to_array();
+        let mut out = [[0.0; LANES]; 3];
+        for (c, out) in out.iter_mut().enumerate() {
+            for (out, packed) in out.iter_mut().zip(packed) {
+                *out = table[usize::from(packed.to_le_bytes()[c])];
+            }
+        }
+        let [r, g, b] = out;
+        [self.load(&r), self.load(&g), self.load(&b)]
+    }
 }
 
 /// Neighbours of a table, for each lane.
 #[inline(always)]
-fn pairs(table: &[u32], index: &[i32; LANES]) -> [[u32; 2]; LANES] {
-    let mut out = [[0; 2]; LANES];
+fn pairs<T: Copy + Default>(table: &[T], index: &[i32; LANES]) -> [[T; 2]; LANES] {
+    let mut out = [[T::default(); 2]; LANES];
     // Clamping tells the compiler that both lie inside: half the instructions of a check with a branch.
     if let Some(last) = table.len().checked_sub(2) {
         for k in 0..LANES {
@@ -348,6 +383,7 @@ mod tests {
         let (x, y) = (l.load(a), l.load(b));
         let i = x.bits();
         let j = y.bits();
+        let bytes: [f32; 256] = std::array::from_fn(|k| k as f32);
         let floats = [
             x + y,
             x - y,
@@ -365,6 +401,9 @@ mod tests {
             x.lt(y).select(x, y),
             i.to_float(),
             (x.le(y) & !x.eq(y)).select(y, x),
+            l.look_up_bytes(&bytes, i)[0],
+            l.look_up_bytes(&bytes, i)[1],
+            l.look_up_bytes(&bytes, i)[2],
         ];
         // Some indices lie outside of the table, one pair across its end.
         let table: [u32; 20] = std::array::from_fn(|k| a[k % LANES].to_bits() ^ k as u32);
@@ -375,6 +414,9 @@ mod tests {
             first,
             second,
             l.gather_pairs_u32(&table, l.lane_indices() + 4)[1],
+            l.gather_bytes(&table.map(u32::to_le_bytes), index),
+            l.gather_pairs_bytes(&table.map(u32::to_le_bytes), index)[0],
+            l.gather_pairs_bytes(&table.map(u32::to_le_bytes), l.lane_indices() + 4)[1],
             i + j,
             i - j,
             i * j,

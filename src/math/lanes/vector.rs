@@ -4,7 +4,8 @@ use super::{Float, Int, LANES, Lanes, Mask, pairs};
 use crate::each;
 use fearless_simd::{Bytes, ExtractToken};
 use fearless_simd::{
-    Select, Simd, SimdBase, SimdFloat, SimdInt, SimdMask, f32x16, i32x4, i32x8, i32x16, mask32x16, u32x16,
+    Select, Simd, SimdBase, SimdFloat, SimdInt, SimdMask, f32x4, f32x16, i32x4, i32x8, i32x16, mask32x16,
+    u32x16,
 };
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
@@ -93,10 +94,37 @@ impl<S: Simd> Lanes for Vector<S> {
     #[inline(always)]
     fn gather_pairs_u32(self, table: &[u32], index: VectorInt<S>) -> [VectorInt<S>; 2] {
         let pairs = pairs(table, &index.to_array());
+        self.unzip(each!(k => [pairs[k][0] as i32, pairs[k][1] as i32]))
+    }
+    #[inline(always)]
+    fn gather_pairs_bytes(self, table: &[[u8; 4]], index: VectorInt<S>) -> [VectorInt<S>; 2] {
+        let pairs = pairs(table, &index.to_array());
+        self.unzip(each!(k => [i32::from_le_bytes(pairs[k][0]), i32::from_le_bytes(pairs[k][1])]))
+    }
+    #[inline(always)]
+    fn look_up_bytes(self, table: &[f32; 256], packed: VectorInt<S>) -> [VectorFloat<S>; 3] {
+        let packed = packed.to_array();
+        each!(c => {
+            let quarter: [f32x4<S>; 4] = each!(q => {
+                let found: [f32; 4] = each!(k => table[usize::from(packed[4 * q + k].to_le_bytes()[c])]);
+                f32x4::load_array(self.0, found)
+            });
+            let [a, b, c, d] = quarter;
+            VectorFloat(
+                self.0.combine_f32x8(self.0.combine_f32x4(a, b), self.0.combine_f32x4(c, d)),
+            )
+        })
+    }
+}
+
+impl<S: Simd> Vector<S> {
+    /// The first and the second numbers of sixteen pairs.
+    #[inline(always)]
+    fn unzip(self, pairs: [[i32; 2]; LANES]) -> [VectorInt<S>; 2] {
         // Put together by halves: from one array of all, AVX-512 code inserts pair by pair, each waiting for the last.
         let quarter: [i32x4<S>; 8] = each!(k => {
             let ([a, b], [c, d]) = (pairs[2 * k], pairs[2 * k + 1]);
-            i32x4::load_array(self.0, [a as i32, b as i32, c as i32, d as i32])
+            i32x4::load_array(self.0, [a, b, c, d])
         });
         let [a, b, c, d]: [i32x8<S>; 4] =
             each!(k => self.0.combine_i32x4(quarter[2 * k], quarter[2 * k + 1]));
