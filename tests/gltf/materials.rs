@@ -331,6 +331,7 @@ fn ktx2_textures() {
     }
     bytes.extend([10, 20, 30, 255, 40, 50, 60, 255]);
     let mut model = Model::textured();
+    let plain = model.load().unwrap().scene.textures()[0].image().texels().to_vec();
     let view = model.view(&bytes);
     push(&mut model.json["images"], json!({"name": "k", "bufferView": view}));
     model.json["textures"] = json!([{"source": 0, "extensions": {"KHR_texture_basisu": {"source": 1}}}]);
@@ -349,7 +350,25 @@ fn ktx2_textures() {
     );
     let place = model.json["bufferViews"][view]["byteOffset"].as_u64().unwrap() as usize;
     model.bytes[place + 88] = 4;
+    let loaded = model.load().unwrap();
+    assert_eq!(
+        messages(&loaded),
+        ["image 1 'k': the KTX2 texture is cut off; image 0 'picture' takes its place"]
+    );
+    assert_eq!(loaded.scene.textures()[0].image().texels()[..], plain[..]);
+    // So may its head.
+    model.bytes[place + 5] = b'1';
+    let expected = "image 1 'k': KTX textures before KTX2 cannot be read; image 0 'picture' takes its place";
+    assert_eq!(model.warnings(), [expected]);
+    model.bytes[place + 5] = b'2';
+    model.json["textures"][0].as_object_mut().unwrap().remove("source");
     assert_eq!(model.warnings(), ["image 1 'k': the KTX2 texture is cut off; drawn without it"]);
+    // The substitute may be damaged, too.
+    model.json["textures"][0]["source"] = json!(2);
+    push(&mut model.json["images"], json!({"name": "gone", "uri": "gone.png"}));
+    let warnings = model.warnings();
+    assert_eq!(warnings.len(), 2, "{warnings:?}");
+    assert!(warnings[1].starts_with("image 2 'gone': ") && warnings[1].ends_with("; drawn without it"));
 }
 
 /// A picture that cannot be read is named; the factor alone is drawn.

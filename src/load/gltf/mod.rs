@@ -280,11 +280,7 @@ impl Loader<'_> {
         let meshes = picked.map(|(geometry, picked)| Work::Mesh(geometry, Mutex::new(Some(picked))));
         let work: Vec<Work<'_>> = images.chain(meshes).collect();
         let results = jobs.map_each(&work, |work| match work {
-            Work::Image(encoded) => Part::Image(
-                encoded
-                    .decode(buffers)
-                    .map_err(|message| format!("{}: {message}; drawn without it", encoded.what)),
-            ),
+            Work::Image(encoded) => Part::Image(encoded.decode(buffers)),
             Work::Mesh(geometry, picked) => {
                 let taken = picked.lock().map_or(None, |mut slot| slot.take());
                 let mut repaired = Vec::new();
@@ -297,23 +293,41 @@ impl Loader<'_> {
                 Part::Mesh(Box::new(mesh), repaired)
             }
         });
-        self.collect(results)
+        drop(work);
+        self.collect(results, &encoded)
     }
 
     #[allow(clippy::type_complexity)]
-    fn collect(&mut self, results: Vec<Part>) -> Result<(Vec<Option<Texture>>, Vec<Shape>), LoadError> {
+    fn collect(
+        &mut self,
+        results: Vec<Part>,
+        encoded: &[Encoded],
+    ) -> Result<(Vec<Option<Texture>>, Vec<Shape>), LoadError> {
+        // Images come first, in their order.
+        let mut encoded = encoded.iter();
         let mut textures: Vec<Option<Texture>> = (0..self.textures.count()).map(|_| None).collect();
         let mut meshes = Vec::with_capacity(self.geometries.len());
         for result in results {
             match result {
-                Part::Image(Ok(list)) => {
+                Part::Image(decoded) => {
+                    let list = match (decoded, encoded.next()) {
+                        (Ok(list), _) => list,
+                        (Err(message), Some(image)) => image.replaced(
+                            &message,
+                            self.root,
+                            &mut self.buffers,
+                            self.context,
+                            &mut self.budget,
+                            &mut self.warnings,
+                        )?,
+                        (Err(_), None) => Vec::new(),
+                    };
                     for (id, texture) in list {
                         if let Some(place) = textures.get_mut(id as usize) {
                             *place = Some(texture);
                         }
                     }
                 }
-                Part::Image(Err(message)) => self.warnings.add(|| message),
                 Part::Mesh(mesh, repaired) => {
                     meshes.push((*mesh)?);
                     for message in repaired {
@@ -352,7 +366,7 @@ enum Work<'a> {
 
 /// What one parallel job gives.
 enum Part {
-    /// Or a warning.
+    /// Or why it cannot be decoded.
     Image(Result<Vec<(u32, Texture)>, String>),
     Mesh(Box<Result<Shape, LoadError>>, Vec<String>),
 }

@@ -31,6 +31,8 @@ struct Form {
 /// An image that some material needs.
 struct Needed {
     image: usize,
+    /// What the file has in its place for programs that do not read it.
+    substitute: Option<usize>,
     /// The forms, with the provisional id of each.
     forms: Vec<(Form, u32)>,
 }
@@ -89,18 +91,22 @@ impl Textures {
             }
         };
         let sampler = sampler(root, texture, warnings);
-        let id = self.id(source.get(), Form { color_space, alpha, sampler })?;
+        let substitute = texture.source.filter(|plain| *plain != source && plain.get() < root.images.len());
+        let form = Form { color_space, alpha, sampler };
+        let id = self.id(source.get(), substitute.map(Index::get), form)?;
         Some(TextureRef { texture: TextureId(id), uv_set, transform })
     }
 
     /// The provisional id of an image in a form.
-    fn id(&mut self, image: usize, form: Form) -> Option<u32> {
+    fn id(&mut self, image: usize, substitute: Option<usize>, form: Form) -> Option<u32> {
         let next = self.needed.len();
         let place = *self.places.entry(image).or_insert(next);
         if place == next {
-            self.needed.push(Needed { image, forms: Vec::new() });
+            self.needed.push(Needed { image, substitute: None, forms: Vec::new() });
         }
-        let forms = &mut self.needed.get_mut(place)?.forms;
+        let needed = self.needed.get_mut(place)?;
+        needed.substitute = needed.substitute.or(substitute);
+        let forms = &mut needed.forms;
         if let Some((_, id)) = forms.iter().find(|(known, _)| *known == form) {
             return Some(*id);
         }
@@ -110,8 +116,8 @@ impl Textures {
         Some(id)
     }
 
-    /// Finds the bytes of every image that is needed and checks their claims. Images that cannot be read are left
-    /// out with a warning.
+    /// Finds the bytes of every image that is needed and checks their claims. Of images that cannot be read the substitute
+    /// is taken; those without are left out. Both with a warning.
     ///
     /// # Errors
     /// [`LoadError::Limit`] naming the image.
@@ -128,48 +134,21 @@ impl Textures {
         buffers.hold(self.needed.iter().filter_map(|needed| root.images.get(needed.image)?.buffer_view))?;
         let mut encoded = Vec::new();
         for needed in &self.needed {
-            let image = root.images.at(needed.image)?;
-            let what = label::<model::Image>(needed.image, image.name.as_deref().or(short_uri(image)));
-            let bytes = match bytes_of(image, &what, buffers, context, budget) {
-                Err(error @ (LoadError::Limit(_) | LoadError::Resolve(ResolveError::TooLarge { .. }))) => {
-                    return Err(error);
+            let (what, opened) = open(needed.image, root, buffers, context, budget)?;
+            let found = match opened {
+                Ok((header, bytes)) => {
+                    let (substitute, forms) = (needed.substitute, needed.forms.clone());
+                    Some(Encoded { what, bytes, header, substitute, forms })
                 }
-                Err(LoadError::Malformed { message, .. }) => Err(message),
-                Err(error) => Err(error.to_string()),
-                Ok(bytes) => Ok(bytes),
-            };
-            let header = bytes.and_then(|bytes| {
-                let view = match &bytes {
-                    Bytes::Own(bytes) => Cow::Borrowed(bytes.as_slice()),
-                    Bytes::View(view) => buffers
-                        .view(*view)
-                        .and_then(|view| view.bytes())
-                        .map_err(|error| error.to_string())?,
-                };
-                Ok((image::probe(&what, &view, context.limits), bytes))
-            });
-            let (header, bytes) = match header {
-                Ok((Ok(header), bytes)) => (header, bytes),
-                Ok((Err(ImageError::Limit(error)), _)) => return Err(error.into()),
-                // A missing or damaged picture is a loss; what was never one breaks the rules of the format.
-                Ok((Err(ImageError::NotAnImage), _)) => {
-                    return Err(LoadError::malformed("glTF", format!("{what}: {}", image::NOT_AN_IMAGE)));
-                }
-                Ok((Err(ImageError::Damaged(message)), _)) | Err(message) => {
-                    warnings.add(|| format!("{what}: {message}; drawn without it"));
-                    continue;
+                Err(message) => {
+                    let lost = Lost { what: &what, message: &message, substitute: needed.substitute };
+                    lost.replace(&needed.forms, root, buffers, context, budget, warnings)?
                 }
             };
-            // The image, the mip levels of each form (a third more), and what decoding takes for a while.
-            let per_texel = (needed.forms.len() as u64).saturating_mul(2).saturating_add(4);
-            budget.charge_texture(|| what.clone(), header.texels(), per_texel)?;
-            Limits::check(
-                || what.clone(),
-                header.texels().saturating_mul(header.transient),
-                budget.left(),
-                "decoded_bytes",
-            )?;
-            encoded.push(Encoded { what, bytes, header, forms: needed.forms.clone() });
+            if let Some(found) = found {
+                found.charge(budget)?;
+                encoded.push(found);
+            }
         }
         Ok(encoded)
     }
@@ -177,6 +156,46 @@ impl Textures {
     /// How many provisional ids there are.
     pub(super) fn count(&self) -> usize {
         self.count as usize
+    }
+}
+
+/// An image that cannot be read.
+struct Lost<'a> {
+    what: &'a str,
+    message: &'a str,
+    substitute: Option<usize>,
+}
+
+impl Lost<'_> {
+    /// Its substitute. `None` if it has none, or one that cannot be read either. Warns of what is done.
+    ///
+    /// # Errors
+    /// [`LoadError::Limit`] naming the substitute; [`LoadError::Malformed`] if it is no image.
+    fn replace(
+        &self,
+        forms: &[(Form, u32)],
+        root: &Root,
+        buffers: &mut Buffers<'_>,
+        context: &Context<'_>,
+        budget: &mut Budget,
+        warnings: &mut Warnings,
+    ) -> Result<Option<Encoded>, LoadError> {
+        let Self { what, message, substitute } = self;
+        let Some(substitute) = *substitute else {
+            warnings.add(|| format!("{what}: {message}; drawn without it"));
+            return Ok(None);
+        };
+        let (other, opened) = open(substitute, root, buffers, context, budget)?;
+        warnings.add(|| format!("{what}: {message}; {other} takes its place"));
+        match opened {
+            Ok((header, bytes)) => {
+                Ok(Some(Encoded { what: other, bytes, header, substitute: None, forms: forms.to_vec() }))
+            }
+            Err(message) => {
+                warnings.add(|| format!("{other}: {message}; drawn without it"));
+                Ok(None)
+            }
+        }
     }
 }
 
@@ -189,13 +208,49 @@ enum Bytes {
 /// An image that can be decoded.
 pub(super) struct Encoded {
     /// The image in messages.
-    pub what: String,
+    what: String,
     bytes: Bytes,
     header: Header,
+    substitute: Option<usize>,
     forms: Vec<(Form, u32)>,
 }
 
 impl Encoded {
+    /// Charges the image, the mip levels of each form (a third more), and what decoding takes for a while.
+    fn charge(&self, budget: &mut Budget) -> Result<(), LoadError> {
+        let Self { what, header, forms, .. } = self;
+        let per_texel = (forms.len() as u64).saturating_mul(2).saturating_add(4);
+        budget.charge_texture(|| what.clone(), header.texels(), per_texel)?;
+        let transient = header.texels().saturating_mul(header.transient);
+        Limits::check(|| what.clone(), transient, budget.left(), "decoded_bytes")?;
+        Ok(())
+    }
+
+    /// The textures of the substitute with their provisional ids, where decoding failed with `message`; none, with a
+    /// warning, if there is no substitute or it cannot be read either.
+    ///
+    /// # Errors
+    /// Those of [`Textures::fetch`].
+    pub(super) fn replaced(
+        &self,
+        message: &str,
+        root: &Root,
+        buffers: &mut Buffers<'_>,
+        context: &Context<'_>,
+        budget: &mut Budget,
+        warnings: &mut Warnings,
+    ) -> Result<Vec<(u32, Texture)>, LoadError> {
+        let lost = Lost { what: &self.what, message, substitute: self.substitute };
+        let Some(other) = lost.replace(&self.forms, root, buffers, context, budget, warnings)? else {
+            return Ok(Vec::new());
+        };
+        other.charge(budget)?;
+        Ok(other.decode(buffers).unwrap_or_else(|message| {
+            warnings.add(|| format!("{}: {message}; drawn without it", other.what));
+            Vec::new()
+        }))
+    }
+
     /// The textures of this image with their provisional ids, or why there are none.
     pub(super) fn decode(&self, buffers: &Buffers<'_>) -> Result<Vec<(u32, Texture)>, String> {
         let bytes = match &self.bytes {
@@ -211,6 +266,49 @@ impl Encoded {
         let texture =
             |form: &Form| Texture::new(Arc::clone(&image), form.color_space, form.alpha, form.sampler);
         Ok(self.forms.iter().map(|(form, id)| (*id, texture(form))).collect())
+    }
+}
+
+/// The header and the bytes of an image, or why it cannot be read.
+type Opened = Result<(Header, Bytes), String>;
+
+/// The name of an image in messages, and what it is.
+///
+/// # Errors
+/// [`LoadError::Limit`] naming the image; [`LoadError::Malformed`] if it never was one.
+fn open(
+    index: usize,
+    root: &Root,
+    buffers: &mut Buffers<'_>,
+    context: &Context<'_>,
+    budget: &mut Budget,
+) -> Result<(String, Opened), LoadError> {
+    let image = root.images.at(index)?;
+    let what = label::<model::Image>(index, image.name.as_deref().or(short_uri(image)));
+    let bytes = match bytes_of(image, &what, buffers, context, budget) {
+        Err(error @ (LoadError::Limit(_) | LoadError::Resolve(ResolveError::TooLarge { .. }))) => {
+            return Err(error);
+        }
+        Err(LoadError::Malformed { message, .. }) => return Ok((what, Err(message))),
+        Err(error) => return Ok((what, Err(error.to_string()))),
+        Ok(bytes) => bytes,
+    };
+    let view = match &bytes {
+        Bytes::Own(bytes) => Ok(Cow::Borrowed(bytes.as_slice())),
+        Bytes::View(view) => buffers.view(*view).and_then(|view| view.bytes()),
+    };
+    let probed = match view {
+        Ok(view) => image::probe(&what, &view, context.limits),
+        Err(error) => return Ok((what, Err(error.to_string()))),
+    };
+    match probed {
+        Ok(header) => Ok((what, Ok((header, bytes)))),
+        Err(ImageError::Limit(error)) => Err(error.into()),
+        // A missing or damaged picture is a loss; what was never one breaks the rules of the format.
+        Err(ImageError::NotAnImage) => {
+            Err(LoadError::malformed(FORMAT, format!("{what}: {}", image::NOT_AN_IMAGE)))
+        }
+        Err(ImageError::Damaged(message)) => Ok((what, Err(message))),
     }
 }
 
