@@ -43,16 +43,14 @@ impl Fragment {
 struct Round {
     triangle: [i32; LANES],
     mask: [i32; LANES],
-    /// The pixels of which some sample sees it, by bits.
-    pixels: u16,
 }
 
 /// The most samples of a pixel, and so the most triangles.
 const MAX_ROUNDS: usize = 16;
 
-/// Lists what the pixels of a tile of `width` x `height` pixels see: block by block, and those of a pixel in the order of
-/// the lowest sample. This is the order in which fragments are summed. With `merge_by`, which holds the least square of a
-/// cosine between normals, small triangles of one surface share a fragment.
+/// Lists what the pixels of a tile of `width` x `height` pixels see: block by block, within a block pixel by pixel,
+/// within a pixel in the order of the lowest sample. This is the order in which fragments are summed. With
+/// `merge_by`, which holds the least square of a cosine between normals, small triangles of one surface share a fragment.
 #[inline(always)]
 pub fn extract_fragments<L: Lanes>(
     l: L,
@@ -65,7 +63,7 @@ pub fn extract_fragments<L: Lanes>(
 ) {
     let none = l.splat_i(NO_TRIANGLE as i32);
     let full = ((1_u32 << samples) - 1) as u16;
-    let mut rounds = [Round { triangle: [0; LANES], mask: [0; LANES], pixels: 0 }; MAX_ROUNDS];
+    let mut rounds = [Round { triangle: [0; LANES], mask: [0; LANES] }; MAX_ROUNDS];
     for block in 0..visibility.block_count() {
         let seen = visibility.block_triangles(block);
         let first = l.load_i(&seen[0]);
@@ -91,36 +89,29 @@ pub fn extract_fragments<L: Lanes>(
             out.extend_from_slice(&pixels);
             continue;
         }
-        let count = list_rounds(l, seen, full, &mut rounds);
-        let rounds = &rounds[..count];
-        let fragment = |Round { triangle, mask, .. }: &Round, k: usize| Fragment {
-            triangle: triangle[k] as u32,
-            pixel: corner + pixel_of(k),
-            mask: mask[k] as u16,
-        };
-        match merge_by {
-            // Round by round: how many triangles a pixel has is harder to predict than how many pixels a round has.
-            None => {
-                for round in rounds {
-                    for_each_bit(round.pixels & inside, |k| out.push(fragment(round, k)));
+        let count = if same == u16::MAX { 0 } else { list_rounds(l, seen, full, &mut rounds) };
+        let mut left = inside & !(same & empty);
+        while left != 0 {
+            let k = left.trailing_zeros() as usize;
+            left &= left - 1;
+            if same >> k & 1 == 1 {
+                out.push(whole(k));
+                continue;
+            }
+            let first_found = out.len();
+            for Round { triangle, mask } in &rounds[..count] {
+                if mask[k] == 0 {
+                    break;
+                }
+                if triangle[k] != NO_TRIANGLE as i32 {
+                    let (triangle, mask) = (triangle[k] as u32, mask[k] as u16);
+                    out.push(Fragment { triangle, pixel: corner + pixel_of(k), mask });
                 }
             }
-            Some((source, draws, least_squared_cosine)) => for_each_bit(inside, |k| {
-                let first_found = out.len();
-                let of_pixel = rounds.iter().filter(|round| round.pixels >> k & 1 == 1);
-                out.extend(of_pixel.map(|round| fragment(round, k)));
+            if let Some((source, draws, least_squared_cosine)) = merge_by {
                 merge(out, first_found, source, draws, least_squared_cosine);
-            }),
+            }
         }
-    }
-}
-
-/// Calls `f` with the number of each bit that is set.
-#[inline(always)]
-fn for_each_bit(mut bits: u16, mut f: impl FnMut(usize)) {
-    while bits != 0 {
-        f(bits.trailing_zeros() as usize);
-        bits &= bits - 1;
     }
 }
 
@@ -141,7 +132,7 @@ fn inside(columns: u32, rows: u32) -> u16 {
 /// The triangles of the sixteen pixels of a block in the order of their lowest sample. Returns how many rounds it takes.
 #[inline(always)]
 fn list_rounds<L: Lanes>(l: L, seen: &[[i32; LANES]], full: u16, rounds: &mut [Round; MAX_ROUNDS]) -> usize {
-    let (zero, none) = (l.splat_i(0), l.splat_i(NO_TRIANGLE as i32));
+    let zero = l.splat_i(0);
     let mut left = l.splat_i(i32::from(full));
     let mut triangle = l.load_i(&seen[0]);
     let mut count = 0;
@@ -152,8 +143,7 @@ fn list_rounds<L: Lanes>(l: L, seen: &[[i32; LANES]], full: u16, rounds: &mut [R
         }
         mask = mask & left;
         left = left ^ mask;
-        let pixels = !(mask.eq(zero) | triangle.eq(none));
-        *round = Round { triangle: triangle.to_array(), mask: mask.to_array(), pixels: pixels.bits() };
+        *round = Round { triangle: triangle.to_array(), mask: mask.to_array() };
         count += 1;
         if left.eq(zero).all() {
             break;

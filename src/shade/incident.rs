@@ -94,8 +94,8 @@ impl Surroundings {
 /// Prefiltered radiance of the environment in a direction of any length, for a perceptual roughness of 0 to 1.
 ///
 /// This and the next two are functions of their own for each instruction set: every model asks, and copies in each would
-/// be a third of the program. They take no more of the surface than they need: what is passed by reference must lie in memory,
-/// whole, which took a twelfth of a frame.
+/// be a third of the program. They take no more of the surface than they need: what is passed by reference must lie
+/// in memory, whole, which took a twelfth of a frame.
 #[inline(never)]
 fn reflected_radiance<L: Lanes>(
     l: L,
