@@ -75,40 +75,64 @@ fn covers(corners: &[[i32; 2]; 3], sample: [i32; 2]) -> bool {
     })
 }
 
+/// What the geometry stage keeps of triangles between points of a picture of `size` x `size` pixels, in sub-pixels from its
+/// corner.
+fn set_up(points: &[[i32; 2]], triangles: Vec<[u32; 3]>, size: u32, samples: u32, level: SimdLevel) -> Chunk {
+    let half = size as i32 * 128;
+    let vertices: Vec<ScreenVertex> =
+        points.iter().map(|p| ScreenVertex { x: p[0] - half, y: p[1] - half, depth: 1.0 }).collect();
+    let mut chunk = Chunk { range: 0..triangles.len(), ..Chunk::default() };
+    let data = MeshData { positions: vec![[0.0; 3]; points.len()], triangles, ..MeshData::default() };
+    let view = View::new(&camera(Projection::Orthographic { height: 1.0 }), size, size).unwrap();
+    let job = ChunkJob {
+        mesh: &Mesh::new(data).unwrap(),
+        vertices: &vertices,
+        view: &view.of_draw(&Transform::IDENTITY),
+        cull_back_faces: false,
+        mirrored: false,
+        max_bins: usize::MAX,
+    };
+    let (grid, pattern) = (TileGrid::new(size, size, 16), SamplePattern::new(samples).unwrap());
+    overcoat::dispatch!(level, l => process_chunk(l, &mut chunk, &job, &grid, &pattern));
+    chunk
+}
+
 #[test]
 fn small_triangles_follow_the_definition() {
-    // All triangles on a lattice of quarter pixels, so that edges often pass through samples.
-    let lattice: Vec<[i32; 2]> = (0..25).map(|k| [k % 5 * 128 + 64, k / 5 * 128 + 96]).collect();
-    for samples in [1, 8] {
+    const SIZE: usize = 5;
+    // Steps of lattices between whose points triangles lie, so that edges often pass through samples, and places of the
+    // lattices. With one sample a pixel all are small, with several those of a box below two pixels.
+    let lattices = [(128, 192), (48, 232), (16, 350), (16, 500), (7, 371), (131, 100)];
+    let triangles: Vec<[u32; 3]> =
+        (0..25_u32.pow(3)).filter(|k| k % 7 == 0).map(|k| [k / 625, k / 25 % 25, k % 25]).collect();
+    let origin = TileOrigin { x: SIZE as i32 * -128, y: SIZE as i32 * -128 };
+    let cases =
+        [1, 4, 8, 16].into_iter().flat_map(|s| SimdLevel::available().into_iter().map(move |l| (s, l)));
+    for (samples, level) in cases {
         let pattern = SamplePattern::new(samples).unwrap();
-        let mut tested = 0;
-        for i in 0..25 {
-            for j in 0..25 {
-                for k in 0..25 {
-                    if (i * 25 + j * 5 + k) % 7 != 0 {
-                        continue;
+        let mut small = 0;
+        for (step, first) in lattices {
+            let points: Vec<[i32; 2]> =
+                (0..25).map(|k| [k % 5 * step + first, k / 5 * step + first + 7]).collect();
+            let chunk = set_up(&points, triangles.clone(), SIZE as u32, samples, level);
+            let mut kept = chunk.triangles.iter().peekable();
+            for (number, triangle) in triangles.iter().enumerate() {
+                let corners = triangle.map(|v| points[v as usize]);
+                let set_up = kept.next_if(|t| t.primitive as usize == number);
+                small += usize::from(set_up.is_some_and(|t| t.small_samples != 0));
+                let counts = set_up.map(|&t| count_in_tile(&[t], origin, SIZE, samples, level));
+                for pixel in 0..SIZE * SIZE {
+                    for (s, offset) in pattern.offsets().iter().enumerate() {
+                        let corner = [(pixel % SIZE) as i32 * 256, (pixel / SIZE) as i32 * 256];
+                        let at = [corner[0] + offset[0], corner[1] + offset[1]];
+                        let found = counts.as_ref().is_some_and(|c| c[pixel * samples as usize + s] == 1);
+                        assert_eq!(found, covers(&corners, at), "{level} {samples}: {corners:?} {at:?}");
                     }
-                    let corners = [lattice[i], lattice[j], lattice[k]];
-                    let vertices = corners.map(|c| (c[0], c[1], 1.0));
-                    let Some(triangle) = Triangle::new(vertices, 0, NOT_CLIPPED, false) else { continue };
-                    let counts =
-                        count_in_tile(&[triangle], TileOrigin { x: 0, y: 0 }, 4, samples, SimdLevel::best());
-                    for pixel in 0..16 {
-                        for (s, offset) in pattern.offsets().iter().enumerate() {
-                            let at = [pixel % 4 * 256 + offset[0], pixel / 4 * 256 + offset[1]];
-                            let expected = u32::from(covers(&corners, at));
-                            assert_eq!(
-                                counts[pixel as usize * samples as usize + s],
-                                expected,
-                                "{corners:?} {at:?}"
-                            );
-                        }
-                    }
-                    tested += 1;
                 }
             }
+            assert!(kept.next().is_none());
         }
-        assert!(tested > 1500);
+        assert!(small > 2000, "{small} at {samples} samples");
     }
 }
 

@@ -3,8 +3,8 @@
 use super::clip::clip;
 use super::{DrawView, ScreenVertex};
 use crate::each;
-use crate::math::lanes::{Lanes, Scalar};
-use crate::raster::{NOT_CLIPPED, Outline, SamplePattern, SmallTriangle, TileOrigin, Triangle};
+use crate::math::lanes::{Int, LANES, Lanes, Mask, Scalar};
+use crate::raster::{NOT_CLIPPED, OutlineLanes, SamplePattern, TileOrigin, Triangle};
 use crate::scene::Mesh;
 use crate::tile::{ChunkBins, TileGrid};
 use std::ops::Range;
@@ -56,30 +56,31 @@ pub fn process_chunk<L: Lanes>(
     chunk.triangles.clear();
     chunk.clip_barycentrics.clear();
     chunk.bins.clear();
-    // The screen's y points down: fronts, counter-clockwise in object space, have negative area there.
-    let front_is_clockwise = job.mirrored;
-    let screen = [
-        -(grid.width() as i32) * 128,
-        -(grid.height() as i32) * 128,
-        grid.width() as i32 * 128,
-        grid.height() as i32 * 128,
-    ];
-    for (indices, primitive) in
-        job.mesh.triangles()[chunk.range.clone()].iter().zip(chunk.range.start as u32..)
-    {
-        if chunk.bins.len() > job.max_bins {
-            break;
+    let triangles = &job.mesh.triangles()[chunk.range.clone()];
+    for (sixteen, first) in triangles.chunks(LANES).zip((chunk.range.start..).step_by(LANES)) {
+        // Of the last few, lanes beyond the end repeat the last triangle.
+        let last = sixteen.len() - 1;
+        let corners = each!(corner => l.unzip(each!(k => {
+            let vertex = &job.vertices[sixteen[k.min(last)][corner] as usize];
+            [vertex.x, vertex.y]
+        })));
+        let in_use = (2_u32 << last) - 1;
+        let found = cull(l, corners, in_use as u16, job, grid, pattern);
+        let mut left = found.lanes;
+        while left != 0 {
+            let k = left.trailing_zeros() as usize % LANES;
+            left &= left - 1;
+            if chunk.bins.len() > job.max_bins {
+                return;
+            }
+            let (indices, primitive) = (sixteen[k.min(last)], (first + k) as u32);
+            let corners = each!(v in indices => job.vertices[v as usize]);
+            if found.outside >> k & 1 == 1 {
+                process_clipped(chunk, job, indices, primitive, grid, pattern);
+            } else if let Some(triangle) = found.triangle(k, corners, job, grid) {
+                emit(chunk, Triangle { primitive, ..triangle }, grid);
+            }
         }
-        let [a, b, c] = each!(v in *indices => job.vertices[v as usize]);
-        if a.x == ScreenVertex::OUTSIDE || b.x == ScreenVertex::OUTSIDE || c.x == ScreenVertex::OUTSIDE {
-            process_clipped(chunk, job, *indices, primitive, front_is_clockwise, &screen, grid, pattern);
-            continue;
-        }
-        let corners = [(a.x, a.y, a.depth), (b.x, b.y, b.depth), (c.x, c.y, c.depth)];
-        let Some(outline) = Outline::new(corners) else { continue };
-        let Some(bounds) = visible_bounds(l, &outline, job, &screen, pattern) else { continue };
-        let triangle = outline.triangle(corners, primitive, NOT_CLIPPED, front_is_clockwise);
-        emit(chunk, triangle, bounds, grid);
     }
     chunk.bins.sort();
 }
@@ -91,8 +92,6 @@ fn process_clipped(
     job: &ChunkJob<'_>,
     indices: [u32; 3],
     primitive: u32,
-    front_is_clockwise: bool,
-    screen: &[i32; 4],
     grid: &TileGrid,
     pattern: &SamplePattern,
 ) {
@@ -101,51 +100,106 @@ fn process_clipped(
     let [first, rest @ ..] = polygon.vertices() else { return };
     for pair in rest.windows(2) {
         let piece = [*first, pair[0], pair[1]];
-        let corners = piece.map(|v| {
-            let s = v.position.project(job.view.perspective);
-            (s.x, s.y, s.depth)
-        });
-        let clip = chunk.clip_barycentrics.len() as u32;
-        let Some(outline) = Outline::new(corners) else { continue };
-        // Rare enough for the lanes of every processor.
-        let Some(bounds) = visible_bounds(Scalar, &outline, job, screen, pattern) else { continue };
-        let triangle = outline.triangle(corners, primitive, clip, front_is_clockwise);
-        emit(chunk, triangle, bounds, grid);
-        chunk.clip_barycentrics.push(piece.map(|v| v.barycentric));
+        let corners = piece.map(|v| v.position.project(job.view.perspective));
+        // Rare enough for the lanes of every processor, fifteen of them empty.
+        let lanes = corners.map(|v| [Scalar.splat_i(v.x), Scalar.splat_i(v.y)]);
+        let found = cull(Scalar, lanes, 1, job, grid, pattern);
+        if found.lanes == 0 {
+            continue;
+        }
+        if let Some(triangle) = found.triangle(0, corners, job, grid) {
+            let clip = chunk.clip_barycentrics.len() as u32;
+            emit(chunk, Triangle { primitive, clip, ..triangle }, grid);
+            chunk.clip_barycentrics.push(piece.map(|v| v.barycentric));
+        }
     }
 }
 
-/// The box of a triangle that faces the right way and may hit a sample.
+/// What is left of sixteen triangles.
+struct Survivors {
+    /// Those that may be seen, by bits.
+    lanes: u16,
+    /// Those that have to be clipped first.
+    outside: u16,
+    /// Those that are too large for the lanes: whether they can be seen is yet to be asked.
+    large: u16,
+    /// What small ones cover, see [`Triangle::small_samples`].
+    small_samples: [[i32; LANES]; 4],
+}
+
+/// Drops triangles that are seen from behind, lie beside the picture or miss all samples.
 #[inline(always)]
-fn visible_bounds<L: Lanes>(
+fn cull<L: Lanes>(
     l: L,
-    outline: &Outline,
+    corners: [[L::I; 2]; 3],
+    in_use: u16,
     job: &ChunkJob<'_>,
-    screen: &[i32; 4],
+    grid: &TileGrid,
     pattern: &SamplePattern,
-) -> Option<[i32; 4]> {
-    // The screen's y points down: fronts, counter-clockwise in object space, have negative area there.
-    if job.cull_back_faces && outline.swapped == job.mirrored {
-        return None;
+) -> Survivors {
+    let mark = l.splat_i(ScreenVertex::OUTSIDE);
+    let outside = corners[0][0].eq(mark) | corners[1][0].eq(mark) | corners[2][0].eq(mark);
+    let in_use = l.mask(in_use);
+    let outline = OutlineLanes::new(l, corners);
+    let known = in_use & outline.exact & !outside;
+    let mut seen = known & outline.has_area;
+    if job.cull_back_faces {
+        // The screen's y points down: fronts, counter-clockwise in object space, have negative area there.
+        seen = seen & if job.mirrored { !outline.swapped } else { outline.swapped };
     }
-    let bounds = outline.bounds();
-    // Samples on the right and lower border belong to pixels beyond it. Tiles may reach further than the picture, so
-    // they must not decide what is kept.
-    if bounds[0] >= screen[2] || bounds[1] >= screen[3] || bounds[2] < screen[0] || bounds[3] < screen[1] {
-        return None;
+    let [left, top, right, bottom] = screen(grid);
+    seen = seen
+        & outline.bounds[0].lt(l.splat_i(right))
+        & outline.bounds[1].lt(l.splat_i(bottom))
+        & !outline.bounds[2].lt(l.splat_i(left))
+        & !outline.bounds[3].lt(l.splat_i(top));
+    let small = outline.small(l, seen, TileOrigin { x: left, y: top }, pattern);
+    Survivors {
+        lanes: ((seen & !small.misses(l)) | (in_use & !known)).bits(),
+        outside: outside.bits(),
+        large: (!outline.exact).bits(),
+        small_samples: small.to_arrays(),
     }
-    let corner = TileOrigin { x: screen[0], y: screen[1] };
-    match SmallTriangle::new(outline.x, outline.y, bounds, corner, pattern) {
-        Some(small) if small.misses_all_samples(l, pattern) => None,
-        _ => Some(bounds),
+}
+
+impl Survivors {
+    /// Sets up the triangle of a lane in which it may be seen.
+    #[inline(always)]
+    fn triangle(
+        &self,
+        lane: usize,
+        corners: [ScreenVertex; 3],
+        job: &ChunkJob<'_>,
+        grid: &TileGrid,
+    ) -> Option<Triangle> {
+        let triangle =
+            Triangle::new(each!(v in corners => (v.x, v.y, v.depth)), 0, NOT_CLIPPED, job.mirrored)?;
+        if self.large >> lane & 1 == 1 {
+            let bounds = triangle.bounds();
+            let [left, top, right, bottom] = screen(grid);
+            let beside = bounds[0] >= right || bounds[1] >= bottom || bounds[2] < left || bounds[3] < top;
+            if beside || (job.cull_back_faces && triangle.back_facing) {
+                return None;
+            }
+        }
+        let [a, b, c, d] = each!(part in self.small_samples => part[lane] as u64);
+        Some(Triangle { small_samples: a | b << 16 | c << 32 | d << 48, ..triangle })
     }
+}
+
+/// The picture's borders in sub-pixels: left, top, and the ends. Samples on the right and lower border belong to pixels
+/// beyond it. Tiles may reach further than the picture, so they must not decide what is kept.
+#[inline(always)]
+fn screen(grid: &TileGrid) -> [i32; 4] {
+    let [width, height] = [grid.width() as i32 * 128, grid.height() as i32 * 128];
+    [-width, -height, width, height]
 }
 
 /// Keeps a triangle and bins it.
 #[inline(always)]
-fn emit(chunk: &mut Chunk, triangle: Triangle, bounds: [i32; 4], grid: &TileGrid) {
+fn emit(chunk: &mut Chunk, triangle: Triangle, grid: &TileGrid) {
     let number = chunk.triangles.len() as u32;
-    let [first_column, first_row, end_column, end_row] = grid.tiles_of_box(bounds);
+    let [first_column, first_row, end_column, end_row] = grid.tiles_of_box(triangle.bounds());
     let columns = grid.columns();
     if end_column - first_column <= 2 && end_row - first_row <= 2 {
         for row in first_row..end_row {

@@ -104,13 +104,6 @@ impl SamplePattern {
         [&self.lanes[0], &self.lanes[1]]
     }
 
-    /// The lanes of a [`SmallTriangle`](super::SmallTriangle) that stand for a sample.
-    #[inline(always)]
-    #[must_use]
-    pub(super) fn lane_mask(&self) -> u16 {
-        if self.offsets.len() == 1 { u16::MAX } else { self.full_mask() }
-    }
-
     /// The mask of all samples.
     #[inline(always)]
     #[must_use]

@@ -3,8 +3,9 @@
 /// [`Triangle::clip`] of a triangle that was not clipped.
 pub const NOT_CLIPPED: u32 = u32::MAX;
 
-/// One triangle after projection, snapping and culling: 56 bytes, less than a cache line.
+/// One triangle after projection, snapping and culling: 64 bytes, a cache line.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(align(64))]
 pub struct Triangle {
     /// Sub-pixel positions relative to the viewport's centre, in the order of positive area (clockwise on the screen).
     pub x: [i32; 3],
@@ -22,6 +23,9 @@ pub struct Triangle {
     pub back_facing: bool,
     /// Vertices 1 and 2 are in the opposite order of the mesh's.
     pub swapped: bool,
+    /// What a small triangle covers, in four parts of sixteen bits (see [`SmallLanes`](super::SmallLanes)); 0 if it is not
+    /// small, or not known to be.
+    pub small_samples: u64,
 }
 
 impl Triangle {
@@ -30,20 +34,45 @@ impl Triangle {
     #[inline(always)]
     #[must_use]
     pub fn new(
-        vertices: [(i32, i32, f32); 3],
+        [a, b, c]: [(i32, i32, f32); 3],
         primitive: u32,
         clip: u32,
         front_is_clockwise: bool,
     ) -> Option<Self> {
-        let outline = Outline::new(vertices)?;
-        Some(outline.triangle(vertices, primitive, clip, front_is_clockwise))
+        let area = i64::from(b.0 - a.0) * i64::from(c.1 - a.1) - i64::from(c.0 - a.0) * i64::from(b.1 - a.1);
+        if area == 0 {
+            return None;
+        }
+        let swapped = area < 0;
+        let (b, c) = if swapped { (c, b) } else { (b, c) };
+        let (x, y, depth) = ([a.0, b.0, c.0], [a.1, b.1, c.1], [a.2, b.2, c.2]);
+        let (x1, y1, z1) = ((x[1] - x[0]) as f32, (y[1] - y[0]) as f32, depth[1] - depth[0]);
+        let (x2, y2, z2) = ((x[2] - x[0]) as f32, (y[2] - y[0]) as f32, depth[2] - depth[0]);
+        let inverse_area = 1.0 / area.unsigned_abs() as f32;
+        Some(Self {
+            x,
+            y,
+            depth,
+            depth_gradient: [(z1 * y2 - z2 * y1) * inverse_area, (z2 * x1 - z1 * x2) * inverse_area],
+            primitive,
+            clip,
+            back_facing: swapped == front_is_clockwise,
+            swapped,
+            small_samples: 0,
+        })
     }
 
     /// Smallest and largest x and y: `[min x, min y, max x, max y]` in sub-pixels.
     #[inline(always)]
     #[must_use]
     pub fn bounds(&self) -> [i32; 4] {
-        bounds(self.x, self.y)
+        let Self { x, y, .. } = self;
+        [
+            x[0].min(x[1]).min(x[2]),
+            y[0].min(y[1]).min(y[2]),
+            x[0].max(x[1]).max(x[2]),
+            y[0].max(y[1]).max(y[2]),
+        ]
     }
 
     /// Depth at a point relative to vertex 0, in sub-pixels: the operations of the lanes, in their order.
@@ -65,72 +94,5 @@ impl Triangle {
         let low = |p: f32, q: f32| if p < q { p } else { q };
         let high = |p: f32, q: f32| if p > q { p } else { q };
         [low(low(a, b), c), high(high(a, b), c)]
-    }
-}
-
-#[inline(always)]
-fn bounds(x: [i32; 3], y: [i32; 3]) -> [i32; 4] {
-    [x[0].min(x[1]).min(x[2]), y[0].min(y[1]).min(y[2]), x[0].max(x[1]).max(x[2]), y[0].max(y[1]).max(y[2])]
-}
-
-/// What culling needs of a triangle, in integers: most triangles of dense meshes get no further.
-#[derive(Clone, Copy, Debug)]
-pub struct Outline {
-    /// As [`Triangle::x`].
-    pub x: [i32; 3],
-    /// As [`Triangle::y`].
-    pub y: [i32; 3],
-    /// As [`Triangle::swapped`].
-    pub swapped: bool,
-    /// Twice the area in square sub-pixels, positive.
-    area: u64,
-}
-
-impl Outline {
-    /// The outline of snapped vertices in the mesh's order; `None` if it has no area.
-    #[inline(always)]
-    #[must_use]
-    pub fn new([a, b, c]: [(i32, i32, f32); 3]) -> Option<Self> {
-        let area = i64::from(b.0 - a.0) * i64::from(c.1 - a.1) - i64::from(c.0 - a.0) * i64::from(b.1 - a.1);
-        if area == 0 {
-            return None;
-        }
-        let swapped = area < 0;
-        let (b, c) = if swapped { (c, b) } else { (b, c) };
-        Some(Self { x: [a.0, b.0, c.0], y: [a.1, b.1, c.1], swapped, area: area.unsigned_abs() })
-    }
-
-    /// As [`Triangle::bounds`].
-    #[inline(always)]
-    #[must_use]
-    pub fn bounds(&self) -> [i32; 4] {
-        bounds(self.x, self.y)
-    }
-
-    /// The whole triangle of the same vertices.
-    #[inline(always)]
-    #[must_use]
-    pub fn triangle(
-        &self,
-        [a, b, c]: [(i32, i32, f32); 3],
-        primitive: u32,
-        clip: u32,
-        front_is_clockwise: bool,
-    ) -> Triangle {
-        let Self { x, y, swapped, .. } = *self;
-        let depth = if swapped { [a.2, c.2, b.2] } else { [a.2, b.2, c.2] };
-        let (x1, y1, z1) = ((x[1] - x[0]) as f32, (y[1] - y[0]) as f32, depth[1] - depth[0]);
-        let (x2, y2, z2) = ((x[2] - x[0]) as f32, (y[2] - y[0]) as f32, depth[2] - depth[0]);
-        let inverse_area = 1.0 / self.area as f32;
-        Triangle {
-            x,
-            y,
-            depth,
-            depth_gradient: [(z1 * y2 - z2 * y1) * inverse_area, (z2 * x1 - z1 * x2) * inverse_area],
-            primitive,
-            clip,
-            back_facing: swapped == front_is_clockwise,
-            swapped,
-        }
     }
 }

@@ -1,7 +1,7 @@
 //! The visibility buffer of one tile: nearest depth and triangle of every sample.
 
 use super::{
-    BLOCK, EdgeFunctions, FewPixels, SUBPIXEL_BITS, SamplePattern, SmallTriangle, TileOrigin, Triangle,
+    BLOCK, EdgeFunctions, FewPixels, SUBPIXEL_BITS, SamplePattern, SmallSamples, TileOrigin, Triangle,
 };
 use crate::math::lanes::{Float, Int, LANES, Lanes, Mask};
 use crate::reuse::reserve_like;
@@ -106,10 +106,8 @@ impl Visibility {
         mut keep: Option<&mut dyn FnMut(i32, i32, usize, u16) -> u16>,
     ) {
         if keep.is_none() {
-            let bounds = triangle.bounds();
-            let small = SmallTriangle::new(triangle.x, triangle.y, bounds, origin, pattern);
-            if let Some(small) = small {
-                self.draw_small(l, triangle, &small, identity, origin, pattern);
+            if let Some(samples) = SmallSamples::new(triangle, origin) {
+                self.draw_small(triangle, samples, identity, origin, pattern);
                 return;
             }
             if let Some(pixels) = FewPixels::new(l, triangle, origin, pattern) {
@@ -172,29 +170,17 @@ impl Visibility {
 
     /// Draws a small triangle, with the same result as [`Visibility::draw`].
     #[inline(always)]
-    fn draw_small<L: Lanes>(
+    fn draw_small(
         &mut self,
-        l: L,
         triangle: &Triangle,
-        small: &SmallTriangle,
+        mut samples: SmallSamples,
         identity: u32,
         origin: TileOrigin,
         pattern: &SamplePattern,
     ) {
         self.visited += self.blocks_of_box(triangle, origin);
-        if let Some((place, covered)) = small.only_sample(pattern) {
-            if covered {
-                self.put(triangle, 0, place, identity, origin);
-            }
-            return;
-        }
-        let ([x, y], inside) = small.samples(l, pattern);
-        let (x, y, mut left) = (x.to_array(), y.to_array(), inside.bits());
-        let single = pattern.single().is_some();
-        while left != 0 {
-            let lane = left.trailing_zeros() as usize;
-            left &= left - 1;
-            self.put(triangle, if single { 0 } else { lane }, [x[lane], y[lane]], identity, origin);
+        while let Some((sample, place)) = samples.next(pattern) {
+            self.put(triangle, sample, place, identity, origin);
         }
     }
 

@@ -8,13 +8,16 @@ pub struct TileGrid {
     width: u32,
     height: u32,
     side: u32,
+    columns: u32,
+    rows: u32,
 }
 
 impl TileGrid {
     /// A picture of `width` x `height` pixels in tiles of `side` pixels (16, 32 or 64).
     #[must_use]
     pub fn new(width: u32, height: u32, side: u32) -> Self {
-        Self { width, height, side: side.max(1) }
+        let side = side.max(1);
+        Self { width, height, side, columns: width.div_ceil(side), rows: height.div_ceil(side) }
     }
     /// Width of the picture in pixels.
     #[must_use]
@@ -34,12 +37,12 @@ impl TileGrid {
     /// Tiles in a row.
     #[must_use]
     pub fn columns(&self) -> u32 {
-        self.width.div_ceil(self.side)
+        self.columns
     }
     /// Rows of tiles.
     #[must_use]
     pub fn rows(&self) -> u32 {
-        self.height.div_ceil(self.side)
+        self.rows
     }
     /// Number of tiles.
     #[must_use]

@@ -28,6 +28,7 @@ pub use level::{avx2, avx512, sse2};
 pub use scalar::Scalar;
 pub use vector::Vector;
 
+use crate::each;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
 /// Number of lanes of every vector: one 4x4 block of pixels.
@@ -113,11 +114,8 @@ pub trait Lanes: Copy + Send + Sync + 'static {
     /// gathers. An index outside the table, read as a `u32`, stands for the last pair; without a pair both are 0.
     #[inline(always)]
     fn gather_pairs_u32(self, table: &[u32], index: Self::I) -> [Self::I; 2] {
-        let (mut first, mut second) = ([0; LANES], [0; LANES]);
-        for (k, [a, b]) in pairs(table, &index.to_array()).into_iter().enumerate() {
-            (first[k], second[k]) = (a as i32, b as i32);
-        }
-        [self.load_i(&first), self.load_i(&second)]
+        let pairs = pairs(table, &index.to_array());
+        self.unzip(each!(k => [pairs[k][0] as i32, pairs[k][1] as i32]))
     }
     /// `table[index]` per lane, four bytes as a little-endian integer. An index outside, read as a `u32`, stands for the
     /// last; of an empty table all are 0.
@@ -135,9 +133,15 @@ pub trait Lanes: Copy + Send + Sync + 'static {
     /// [`Lanes::gather_pairs_u32`] of four bytes each, as little-endian integers.
     #[inline(always)]
     fn gather_pairs_bytes(self, table: &[[u8; 4]], index: Self::I) -> [Self::I; 2] {
+        let pairs = pairs(table, &index.to_array());
+        self.unzip(each!(k => [i32::from_le_bytes(pairs[k][0]), i32::from_le_bytes(pairs[k][1])]))
+    }
+    /// The first and the second numbers of sixteen pairs.
+    #[inline(always)]
+    fn unzip(self, pairs: [[i32; 2]; LANES]) -> [Self::I; 2] {
         let (mut first, mut second) = ([0; LANES], [0; LANES]);
-        for (k, [a, b]) in pairs(table, &index.to_array()).into_iter().enumerate() {
-            (first[k], second[k]) = (i32::from_le_bytes(a), i32::from_le_bytes(b));
+        for (k, [a, b]) in pairs.into_iter().enumerate() {
+            (first[k], second[k]) = (a, b);
         }
         [self.load_i(&first), self.load_i(&second)]
     }

@@ -1,6 +1,6 @@
 //! The fast lanes: the 512-bit vectors of `fearless_simd`, in one, two or four registers as the processor has it.
 
-use super::{Float, Int, LANES, Lanes, Mask, pairs};
+use super::{Float, Int, LANES, Lanes, Mask};
 use crate::each;
 use fearless_simd::{Bytes, ExtractToken};
 use fearless_simd::{
@@ -92,14 +92,17 @@ impl<S: Simd> Lanes for Vector<S> {
         self.0.vectorize(f)
     }
     #[inline(always)]
-    fn gather_pairs_u32(self, table: &[u32], index: VectorInt<S>) -> [VectorInt<S>; 2] {
-        let pairs = pairs(table, &index.to_array());
-        self.unzip(each!(k => [pairs[k][0] as i32, pairs[k][1] as i32]))
-    }
-    #[inline(always)]
-    fn gather_pairs_bytes(self, table: &[[u8; 4]], index: VectorInt<S>) -> [VectorInt<S>; 2] {
-        let pairs = pairs(table, &index.to_array());
-        self.unzip(each!(k => [i32::from_le_bytes(pairs[k][0]), i32::from_le_bytes(pairs[k][1])]))
+    fn unzip(self, pairs: [[i32; 2]; LANES]) -> [VectorInt<S>; 2] {
+        // Put together by halves: from one array of all, AVX-512 code inserts pair by pair, each waiting for the last.
+        let quarter: [i32x4<S>; 8] = each!(k => {
+            let ([a, b], [c, d]) = (pairs[2 * k], pairs[2 * k + 1]);
+            i32x4::load_array(self.0, [a, b, c, d])
+        });
+        let [a, b, c, d]: [i32x8<S>; 4] =
+            each!(k => self.0.combine_i32x4(quarter[2 * k], quarter[2 * k + 1]));
+        let (low, high) = (self.0.combine_i32x8(a, b), self.0.combine_i32x8(c, d));
+        let (first, second) = self.0.deinterleave_i32x16(low, high);
+        [VectorInt(first), VectorInt(second)]
     }
     #[inline(always)]
     fn look_up_bytes(self, table: &[f32; 256], packed: VectorInt<S>) -> [VectorFloat<S>; 3] {
@@ -114,23 +117,6 @@ impl<S: Simd> Lanes for Vector<S> {
                 self.0.combine_f32x8(self.0.combine_f32x4(a, b), self.0.combine_f32x4(c, d)),
             )
         })
-    }
-}
-
-impl<S: Simd> Vector<S> {
-    /// The first and the second numbers of sixteen pairs.
-    #[inline(always)]
-    fn unzip(self, pairs: [[i32; 2]; LANES]) -> [VectorInt<S>; 2] {
-        // Put together by halves: from one array of all, AVX-512 code inserts pair by pair, each waiting for the last.
-        let quarter: [i32x4<S>; 8] = each!(k => {
-            let ([a, b], [c, d]) = (pairs[2 * k], pairs[2 * k + 1]);
-            i32x4::load_array(self.0, [a, b, c, d])
-        });
-        let [a, b, c, d]: [i32x8<S>; 4] =
-            each!(k => self.0.combine_i32x4(quarter[2 * k], quarter[2 * k + 1]));
-        let (low, high) = (self.0.combine_i32x8(a, b), self.0.combine_i32x8(c, d));
-        let (first, second) = self.0.deinterleave_i32x16(low, high);
-        [VectorInt(first), VectorInt(second)]
     }
 }
 
