@@ -4,7 +4,7 @@
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use overcoat::gbuffer::{Batch, Draw, Fragment, TriangleSource, extract_fragments, locate};
-use overcoat::geometry::{Chunk, ChunkJob, ScreenVertex, View, process_chunk, transform_vertices};
+use overcoat::geometry::{Chunk, ChunkJob, ScreenVertices, View, process_chunk, transform_vertices};
 use overcoat::math::lanes::{Float, SimdLevel};
 use overcoat::raster::{NOT_CLIPPED, SamplePattern, TileOrigin, Triangle, Visibility};
 use overcoat::render::{RenderOptions, Renderer};
@@ -51,7 +51,7 @@ struct Rasterizer {
     mesh: Mesh,
     grid: TileGrid,
     pattern: SamplePattern,
-    vertices: Vec<ScreenVertex>,
+    vertices: ScreenVertices,
     chunk: Chunk,
     bins: TileBins,
     visibility: Visibility,
@@ -60,8 +60,10 @@ struct Rasterizer {
 impl Rasterizer {
     fn new(data: MeshData, size: u32, samples: u32) -> Self {
         let mesh = Mesh::new(data).expect("the sheet is valid");
+        let mut vertices = ScreenVertices::default();
+        vertices.resize(mesh.positions().len());
         Self {
-            vertices: vec![ScreenVertex::default(); mesh.positions().len()],
+            vertices,
             chunk: Chunk { range: 0..mesh.triangles().len(), ..Chunk::default() },
             mesh,
             grid: TileGrid::new(size, size, 32),
@@ -74,11 +76,12 @@ impl Rasterizer {
     fn run(&mut self, level: SimdLevel) {
         let view = View::new(&facing(), self.grid.width(), self.grid.height()).expect("a camera that looks");
         let view = view.of_draw(&Transform::IDENTITY);
-        let (mesh, vertices) = (&self.mesh, &mut self.vertices);
-        overcoat::dispatch!(level, l => transform_vertices(l, &view, mesh.positions(), vertices));
+        let mesh = &self.mesh;
+        let ScreenVertices { places, depths } = &mut self.vertices;
+        overcoat::dispatch!(level, l => transform_vertices(l, &view, mesh.positions(), places, depths));
         let job = ChunkJob {
             mesh,
-            vertices,
+            vertices: self.vertices.slice(0..mesh.positions().len()),
             view: &view,
             cull_back_faces: true,
             mirrored: false,

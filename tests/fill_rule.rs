@@ -1,7 +1,9 @@
 //! Every sample of a mesh with shared edges is covered exactly once: inside, at tile seams, at the near plane and at
 //! the guard band.
 
-use overcoat::geometry::{Chunk, ChunkJob, ScreenVertex, View, process_chunk, transform_vertices};
+use overcoat::geometry::{
+    Chunk, ChunkJob, ScreenVertex, ScreenVertices, View, process_chunk, transform_vertices,
+};
 use overcoat::math::lanes::SimdLevel;
 use overcoat::raster::{NOT_CLIPPED, SamplePattern, TileOrigin, Triangle, Visibility};
 use overcoat::scene::{Camera, Mesh, MeshData, Projection, Transform};
@@ -79,14 +81,14 @@ fn covers(corners: &[[i32; 2]; 3], sample: [i32; 2]) -> bool {
 /// corner.
 fn set_up(points: &[[i32; 2]], triangles: Vec<[u32; 3]>, size: u32, samples: u32, level: SimdLevel) -> Chunk {
     let half = size as i32 * 128;
-    let vertices: Vec<ScreenVertex> =
+    let vertices: ScreenVertices =
         points.iter().map(|p| ScreenVertex { x: p[0] - half, y: p[1] - half, depth: 1.0 }).collect();
     let mut chunk = Chunk { range: 0..triangles.len(), ..Chunk::default() };
     let data = MeshData { positions: vec![[0.0; 3]; points.len()], triangles, ..MeshData::default() };
     let view = View::new(&camera(Projection::Orthographic { height: 1.0 }), size, size).unwrap();
     let job = ChunkJob {
         mesh: &Mesh::new(data).unwrap(),
-        vertices: &vertices,
+        vertices: vertices.slice(0..points.len()),
         view: &view.of_draw(&Transform::IDENTITY),
         cull_back_faces: false,
         mirrored: false,
@@ -209,14 +211,16 @@ fn fans_with_shared_edges_cover_each_sample_once() {
 fn count_in_picture(data: MeshData, camera: &Camera, size: u32, side: u32, samples: u32) -> Vec<u32> {
     let mesh = Mesh::new(data).unwrap();
     let view = View::new(camera, size, size).unwrap().of_draw(&Transform::IDENTITY);
-    let mut vertices = vec![ScreenVertex::default(); mesh.positions().len()];
-    overcoat::dispatch!(SimdLevel::best(), l => transform_vertices(l, &view, mesh.positions(), &mut vertices));
+    let mut vertices = ScreenVertices::default();
+    vertices.resize(mesh.positions().len());
+    let ScreenVertices { places, depths } = &mut vertices;
+    overcoat::dispatch!(SimdLevel::best(), l => transform_vertices(l, &view, mesh.positions(), places, depths));
     let grid = TileGrid::new(size, size, side);
     let pattern = SamplePattern::new(samples).unwrap();
     let mut chunk = Chunk { range: 0..mesh.triangles().len(), ..Chunk::default() };
     let job = ChunkJob {
         mesh: &mesh,
-        vertices: &vertices,
+        vertices: vertices.slice(0..mesh.positions().len()),
         view: &view,
         cull_back_faces: false,
         mirrored: false,

@@ -1,7 +1,7 @@
 //! Triangles of one chunk: gather, cull, clip, set up, bin.
 
 use super::clip::clip;
-use super::{DrawView, ScreenVertex};
+use super::{DrawView, ScreenVertex, ScreenVertexSlice};
 use crate::each;
 use crate::math::lanes::{Int, LANES, Lanes, Mask, Scalar};
 use crate::raster::{NOT_CLIPPED, OutlineLanes, SamplePattern, TileOrigin, Triangle};
@@ -18,7 +18,7 @@ pub struct ChunkJob<'a> {
     /// The mesh of the draw.
     pub mesh: &'a Mesh,
     /// Its vertices on the screen.
-    pub vertices: &'a [ScreenVertex],
+    pub vertices: ScreenVertexSlice<'a>,
     /// The draw's view.
     pub view: &'a DrawView,
     /// Drop triangles that are seen from behind.
@@ -60,10 +60,8 @@ pub fn process_chunk<L: Lanes>(
     for (sixteen, first) in triangles.chunks(LANES).zip((chunk.range.start..).step_by(LANES)) {
         // Of the last few, lanes beyond the end repeat the last triangle.
         let last = sixteen.len() - 1;
-        let corners = each!(corner => l.unzip(each!(k => {
-            let vertex = &job.vertices[sixteen[k.min(last)][corner] as usize];
-            [vertex.x, vertex.y]
-        })));
+        let corners = each!(corner => l.unzip(each!(k =>
+            job.vertices.places[sixteen[k.min(last)][corner] as usize])));
         let in_use = (2_u32 << last) - 1;
         let found = cull(l, corners, in_use as u16, job, grid, pattern);
         let mut left = found.lanes;
@@ -74,7 +72,7 @@ pub fn process_chunk<L: Lanes>(
                 return;
             }
             let (indices, primitive) = (sixteen[k.min(last)], (first + k) as u32);
-            let corners = each!(v in indices => job.vertices[v as usize]);
+            let corners = each!(v in indices => job.vertices.get(v));
             if found.outside >> k & 1 == 1 {
                 process_clipped(chunk, job, indices, primitive, grid, pattern);
             } else if let Some(triangle) = found.triangle(k, corners, job, grid) {
@@ -240,7 +238,7 @@ fn bin_large(bins: &mut ChunkBins, triangle: &Triangle, number: u32, tiles: [u32
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::View;
+    use crate::geometry::{ScreenVertices, View};
     use crate::scene::{Camera, MeshData, Projection, Transform};
 
     /// What is kept of a triangle whose left corner, or upper one, is that many sub-pixels before the border.
@@ -249,9 +247,10 @@ mod tests {
         let grid = TileGrid::new(width, height, side);
         let near = |n: u32| n as i32 * 128 - before;
         let (x, y) = if below { (0, near(height)) } else { (near(width), 0) };
-        let vertices: Vec<ScreenVertex> = [(x, y), (x + 600, y + 300), (x + 300, y + 900)]
+        let vertices: ScreenVertices = [(x, y), (x + 600, y + 300), (x + 300, y + 900)]
             .map(|(x, y)| ScreenVertex { x, y, depth: 0.5 })
-            .into();
+            .into_iter()
+            .collect();
         let data = MeshData {
             positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
             triangles: vec![[0, 1, 2]],
@@ -268,7 +267,7 @@ mod tests {
         let mut chunk = Chunk { range: 0..1, ..Chunk::default() };
         let job = ChunkJob {
             mesh: &Mesh::new(data).expect("valid"),
-            vertices: &vertices,
+            vertices: vertices.slice(0..3),
             view: &view.of_draw(&Transform::IDENTITY),
             cull_back_faces: false,
             mirrored: false,

@@ -11,5 +11,5 @@ mod view;
 
 pub use chunk::{Chunk, ChunkJob, TRIANGLES_PER_CHUNK, process_chunk};
 pub use strokes::{Strokes, strokes};
-pub use vertex::{ScreenVertex, VERTICES_PER_CHUNK, transform_vertices};
+pub use vertex::{ScreenVertex, ScreenVertexSlice, ScreenVertices, VERTICES_PER_CHUNK, transform_vertices};
 pub use view::{DrawView, View};

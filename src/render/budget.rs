@@ -27,7 +27,7 @@ impl FrameBudget {
     /// # Errors
     /// [`LimitExceeded`] if that is more than is allowed.
     pub(super) fn new(scene: &Scene, limits: &Limits) -> Result<Self, LimitExceeded> {
-        let vertex = size_of::<ScreenVertex>() as u64;
+        let vertex = ScreenVertex::BYTES as u64;
         let bytes = scene.instances().iter().fold(0_u64, |sum, instance| {
             let mesh = &scene.meshes()[instance.mesh.index()];
             let own = match mesh.kind() {

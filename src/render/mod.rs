@@ -23,7 +23,7 @@ pub use trace::StageHashes;
 use crate::frame::Frame;
 use crate::gbuffer::Draw;
 use crate::geometry::{
-    Chunk, ChunkJob, DrawView, ScreenVertex, TRIANGLES_PER_CHUNK, VERTICES_PER_CHUNK, View, process_chunk,
+    Chunk, ChunkJob, DrawView, ScreenVertices, TRIANGLES_PER_CHUNK, VERTICES_PER_CHUNK, View, process_chunk,
     strokes, transform_vertices,
 };
 use crate::jobs::Jobs;
@@ -64,7 +64,7 @@ struct Memory {
     states: Vec<DrawState>,
     /// Empty between pictures.
     draws: Vec<Draw<'static>>,
-    vertices: Vec<ScreenVertex>,
+    vertices: ScreenVertices,
     /// Empty between pictures.
     vertex_jobs: Vec<VertexJob<'static>>,
     /// Those of the picture, and spare ones.
@@ -83,7 +83,8 @@ struct Memory {
 struct VertexJob<'a> {
     view: &'a DrawView,
     positions: &'a [[f32; 3]],
-    out: &'a mut [ScreenVertex],
+    places: &'a mut [[i32; 2]],
+    depths: &'a mut [f32],
 }
 
 impl Renderer {
@@ -267,18 +268,19 @@ impl Memory {
     /// All vertices of all draws to the screen.
     fn transform(&mut self, crew: &mut Crew<'_>, draws: &[Draw<'_>], count: usize, options: &RenderOptions) {
         // Every one is written below.
-        self.vertices.resize(count, ScreenVertex::default());
+        self.vertices.resize(count);
         let mut work = emptied(std::mem::take(&mut self.vertex_jobs));
-        let mut rest = self.vertices.as_mut_slice();
+        let (mut places, mut depths) = (&mut self.vertices.places[..], &mut self.vertices.depths[..]);
         for (state, draw) in self.states.iter().zip(draws) {
-            let positions = draw.mesh.positions();
-            let (own, after) = rest.split_at_mut(positions.len());
-            rest = after;
-            let chunks = positions.chunks(VERTICES_PER_CHUNK).zip(own.chunks_mut(VERTICES_PER_CHUNK));
-            work.extend(chunks.map(|(positions, out)| VertexJob { view: &state.view, positions, out }));
+            for positions in draw.mesh.positions().chunks(VERTICES_PER_CHUNK) {
+                let (own_places, own_depths);
+                (own_places, places) = places.split_at_mut(positions.len());
+                (own_depths, depths) = depths.split_at_mut(positions.len());
+                work.push(VertexJob { view: &state.view, positions, places: own_places, depths: own_depths });
+            }
         }
-        crew.for_each_mut(&mut work, |_, VertexJob { view, positions, out }| {
-            dispatch!(options.simd, l => transform_vertices(l, view, positions, out));
+        crew.for_each_mut(&mut work, |_, VertexJob { view, positions, places, depths }| {
+            dispatch!(options.simd, l => transform_vertices(l, view, positions, places, depths));
         });
         self.vertex_jobs = emptied(work);
     }
@@ -317,7 +319,7 @@ impl Memory {
             let mesh = draws[chunk.draw as usize].mesh;
             let job = ChunkJob {
                 mesh,
-                vertices: &vertices[state.first_vertex..state.first_vertex + mesh.positions().len()],
+                vertices: vertices.slice(state.first_vertex..state.first_vertex + mesh.positions().len()),
                 view: &state.view,
                 cull_back_faces: state.cull_back_faces,
                 mirrored: state.mirrored,

@@ -8,7 +8,7 @@
 use super::tile_shading::ShadedFragment;
 use crate::frame::Frame;
 use crate::gbuffer::layout::SurfacePlanes;
-use crate::geometry::{Chunk, ScreenVertex};
+use crate::geometry::{Chunk, ScreenVertices};
 use crate::light::PrefilteredEnvironment;
 use crate::scene::Scene;
 use std::ops::Range;
@@ -153,9 +153,10 @@ pub(super) fn environment(filtered: &PrefilteredEnvironment) -> u128 {
 }
 
 /// The hash of vertices and triangles on the screen.
-pub(super) fn geometry(vertices: &[ScreenVertex], chunks: &[Chunk]) -> u128 {
+pub(super) fn geometry(vertices: &ScreenVertices, chunks: &[Chunk]) -> u128 {
     let mut hasher = Xxh3::new();
-    let words = vertices.iter().flat_map(|v| [v.x as u32, v.y as u32, v.depth.to_bits()]);
+    let parts = vertices.places.iter().zip(&vertices.depths);
+    let words = parts.flat_map(|([x, y], depth)| [*x as u32, *y as u32, depth.to_bits()]);
     feed(&mut hasher, words.map(u32::to_le_bytes));
     for chunk in chunks {
         let words = chunk.triangles.iter().flat_map(|t| {

@@ -145,6 +145,17 @@ pub trait Lanes: Copy + Send + Sync + 'static {
         }
         [self.load_i(&first), self.load_i(&second)]
     }
+    /// Sixteen pairs of numbers of two vectors.
+    #[inline(always)]
+    fn zip(self, first: Self::I, second: Self::I) -> [[i32; 2]; LANES] {
+        let (first, second) = (first.to_array(), second.to_array());
+        each!(k => [first[k], second[k]])
+    }
+    /// The first, second and third numbers of sixteen triples.
+    #[inline(always)]
+    fn load_triples(self, triples: &[[f32; 3]; LANES]) -> [Self::F; 3] {
+        each!(c => self.load(&each!(k => triples[k][c])))
+    }
     /// `table[byte]` per lane for each of the three lowest bytes of `packed`.
     #[inline(always)]
     fn look_up_bytes(self, table: &[f32; 256], packed: Self::I) -> [Self::F; 3] {
@@ -388,6 +399,7 @@ mod tests {
         let i = x.bits();
         let j = y.bits();
         let bytes: [f32; 256] = std::array::from_fn(|k| k as f32);
+        let triples: [[f32; 3]; LANES] = std::array::from_fn(|k| [a[k], b[k], a[LANES - 1 - k]]);
         let floats = [
             x + y,
             x - y,
@@ -408,12 +420,19 @@ mod tests {
             l.look_up_bytes(&bytes, i)[0],
             l.look_up_bytes(&bytes, i)[1],
             l.look_up_bytes(&bytes, i)[2],
+            l.load_triples(&triples)[0],
+            l.load_triples(&triples)[1],
+            l.load_triples(&triples)[2],
         ];
         // Some indices lie outside of the table, one pair across its end.
         let table: [u32; 20] = std::array::from_fn(|k| a[k % LANES].to_bits() ^ k as u32);
         let index = (i & 15) + (l.lane_indices() - 3);
         let [first, second] = l.gather_pairs_u32(&table, index);
+        let zipped = l.zip(i, j);
         let ints = [
+            l.unzip(zipped)[0],
+            l.unzip(zipped)[1],
+            l.load_i(&std::array::from_fn(|k| zipped[k / 2][k % 2])),
             l.gather_u32(&table, index),
             first,
             second,

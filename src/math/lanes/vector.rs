@@ -105,6 +105,31 @@ impl<S: Simd> Lanes for Vector<S> {
         [VectorInt(first), VectorInt(second)]
     }
     #[inline(always)]
+    fn zip(self, first: VectorInt<S>, second: VectorInt<S>) -> [[i32; 2]; LANES] {
+        let (low, high) = self.0.interleave_i32x16(first.0, second.0);
+        let halves = [SimdBase::to_array(low), SimdBase::to_array(high)];
+        each!(k => [halves[k / 8][2 * k % 16], halves[k / 8][2 * k % 16 + 1]])
+    }
+    #[inline(always)]
+    fn load_triples(self, triples: &[[f32; 3]; LANES]) -> [VectorFloat<S>; 3] {
+        // Each with the number behind it, which nobody asks for, so that it is one load.
+        let numbers = triples.as_flattened();
+        let quads: [f32x4<S>; LANES] = each!(k => {
+            let at = 3 * k;
+            let behind = if k + 1 < LANES { numbers[at + 3] } else { 0.0 };
+            f32x4::load_array(self.0, [numbers[at], numbers[at + 1], numbers[at + 2], behind])
+        });
+        let four: [f32x16<S>; 4] = each!(k => self.0.combine_f32x8(
+            self.0.combine_f32x4(quads[4 * k], quads[4 * k + 1]),
+            self.0.combine_f32x4(quads[4 * k + 2], quads[4 * k + 3]),
+        ));
+        let (low_even, low_odd) = self.0.deinterleave_f32x16(four[0], four[1]);
+        let (high_even, high_odd) = self.0.deinterleave_f32x16(four[2], four[3]);
+        let (x, z) = self.0.deinterleave_f32x16(low_even, high_even);
+        let (y, _) = self.0.deinterleave_f32x16(low_odd, high_odd);
+        [VectorFloat(x), VectorFloat(y), VectorFloat(z)]
+    }
+    #[inline(always)]
     fn look_up_bytes(self, table: &[f32; 256], packed: VectorInt<S>) -> [VectorFloat<S>; 3] {
         let packed = packed.to_array();
         each!(c => {
