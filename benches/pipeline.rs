@@ -3,7 +3,7 @@
 //! `cargo bench --bench pipeline`
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use overcoat::gbuffer::{Batch, Draw, Fragment, TriangleSource, extract_fragments, locate};
+use overcoat::gbuffer::{Batch, Draw, Fragment, SourceTriangle, TriangleSource, extract_fragments, locate};
 use overcoat::geometry::{Chunk, ChunkJob, ScreenVertices, View, process_chunk, transform_vertices};
 use overcoat::math::lanes::{Float, SimdLevel};
 use overcoat::raster::{NOT_CLIPPED, SamplePattern, TileOrigin, Triangle, Visibility};
@@ -130,8 +130,8 @@ fn raster(c: &mut Criterion) {
 struct Single(Triangle);
 
 impl TriangleSource for Single {
-    fn triangle(&self, _: u32) -> (&Triangle, u32, Option<&[[f32; 2]; 3]>) {
-        (&self.0, 0, None)
+    fn triangle(&self, _: u32) -> SourceTriangle<'_> {
+        SourceTriangle { screen: &self.0, vertices: [0, 1, 2], draw: 0, clip: None }
     }
 }
 
@@ -175,7 +175,7 @@ fn gbuffer(c: &mut Criterion) {
             b.iter(|| {
                 let mut sum = 0.0;
                 for run in indices.chunks(16) {
-                    batch.gather(&fragments, run, &source, &draws, origin, &pattern);
+                    batch.gather(&fragments, run, &source, origin, &pattern);
                     sum += overcoat::dispatch!(level, l => {
                         let location = locate(l, &batch, true);
                         let normals = batch.vertices.attribute(l, &draws, [0.0; 3], Mesh::normals);

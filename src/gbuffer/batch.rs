@@ -30,8 +30,21 @@ pub struct Draw<'a> {
 
 /// What a tile's identities stand for.
 pub trait TriangleSource {
-    /// The screen triangle, its draw, and the barycentric coordinates of its vertices if it is a clipped piece.
-    fn triangle(&self, identity: u32) -> (&Triangle, u32, Option<&[[f32; 2]; 3]>);
+    /// The triangle of an identity.
+    fn triangle(&self, identity: u32) -> SourceTriangle<'_>;
+}
+
+/// A triangle on the screen, and what it is a part of.
+#[derive(Clone, Copy, Debug)]
+pub struct SourceTriangle<'a> {
+    /// On the screen.
+    pub screen: &'a Triangle,
+    /// Its vertices in the mesh, in the mesh's order; those of the whole triangle if it is a clipped piece.
+    pub vertices: [u32; 3],
+    /// Number of its draw.
+    pub draw: u32,
+    /// The barycentric coordinates of its vertices in the whole triangle, if it is a clipped piece.
+    pub clip: Option<&'a [[f32; 2]; 3]>,
 }
 
 /// Vertex indices and draw of each lane, in the order of the mesh. Neighbours often see one triangle: most is known of the
@@ -117,7 +130,6 @@ impl Batch {
         fragments: &[Fragment],
         indices: &[u32],
         source: &impl TriangleSource,
-        draws: &[Draw<'_>],
         origin: TileOrigin,
         pattern: &SamplePattern,
     ) {
@@ -157,15 +169,14 @@ impl Batch {
             while end < LANES && self.fragments[end].triangle == identity {
                 end += 1;
             }
-            let (triangle, draw, clip) = source.triangle(identity);
-            let [a, b, c] = draws[draw as usize].mesh.triangles()[triangle.primitive as usize];
+            let SourceTriangle { screen, vertices: [a, b, c], draw, clip } = source.triangle(identity);
             // Attributes are taken in the order of the screen triangle, but clipped pieces know their place in the
             // mesh's own order.
-            let swapped = triangle.swapped && clip.is_none();
+            let swapped = screen.swapped && clip.is_none();
             self.vertices.vertices[first] = if swapped { [a, c, b] } else { [a, b, c] };
             self.vertices.draws[first] = draw;
             self.vertices.starts |= 1 << first;
-            runs[first] = Some((triangle, clip));
+            runs[first] = Some((screen, clip));
             first = end;
         }
         let mut left = self.vertices.starts;
@@ -193,7 +204,6 @@ impl Batch {
     pub fn of_block(
         identity: u32,
         source: &impl TriangleSource,
-        draws: &[Draw<'_>],
         origin: TileOrigin,
         column: i32,
         row: i32,
@@ -203,7 +213,7 @@ impl Batch {
         let fragment =
             Fragment { triangle: identity, pixel: Fragment::pixel_at(column as u32, row as u32), mask: 1 };
         let mut batch = Self::default();
-        batch.gather(&[fragment], &[0], source, draws, origin, pattern);
+        batch.gather(&[fragment], &[0], source, origin, pattern);
         batch.len = LANES;
         batch.partial = true;
         batch.samples = [pattern.sums(1 << sample).packed(); LANES];

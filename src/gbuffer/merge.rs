@@ -12,7 +12,7 @@
 //! curvature, not triangles. It is off by default, because the picture changes where a reflection is sharper than the
 //! angle. The result depends on nothing but the pixel's own triangles.
 
-use super::{Draw, Fragment, TriangleSource};
+use super::{Draw, Fragment, SourceTriangle, TriangleSource};
 use crate::raster::{SUBPIXELS, Triangle};
 
 /// Twice the area of a pixel in square sub-pixels.
@@ -71,7 +71,7 @@ struct Candidate<'a> {
 impl<'a> Candidate<'a> {
     /// `None` for triangles as large as a pixel, clipped ones, and those without normals.
     fn new(identity: u32, source: &'a impl TriangleSource, draws: &[Draw<'_>]) -> Option<Self> {
-        let (triangle, draw, clip) = source.triangle(identity);
+        let SourceTriangle { screen: triangle, vertices: [a, b, c], draw, clip } = source.triangle(identity);
         let [x0, y0, x1, y1] = triangle.bounds();
         if clip.is_some() || x1 - x0 >= 4 * SUBPIXELS || y1 - y0 >= 4 * SUBPIXELS {
             return None;
@@ -83,7 +83,6 @@ impl<'a> Candidate<'a> {
             return None;
         }
         let mesh = draws[draw as usize].mesh;
-        let [a, b, c] = mesh.triangles()[triangle.primitive as usize];
         let normal = |vertex: u32| mesh.normals().get(vertex as usize).copied();
         let (a, b, c) = (normal(a)?, normal(b)?, normal(c)?);
         let sum = [0, 1, 2].map(|k| (a[k] + b[k]) + c[k]);
@@ -124,8 +123,9 @@ mod tests {
     struct Listed(Vec<Triangle>);
 
     impl TriangleSource for Listed {
-        fn triangle(&self, identity: u32) -> (&Triangle, u32, Option<&[[f32; 2]; 3]>) {
-            (&self.0[identity as usize], 0, None)
+        fn triangle(&self, identity: u32) -> SourceTriangle<'_> {
+            let vertices = [0, 1, 2].map(|v| 3 * identity + v);
+            SourceTriangle { screen: &self.0[identity as usize], vertices, draw: 0, clip: None }
         }
     }
 

@@ -11,6 +11,6 @@ mod merge;
 pub mod layout;
 pub mod texture;
 
-pub use batch::{Batch, Draw, TriangleSource, VertexLanes};
+pub use batch::{Batch, Draw, SourceTriangle, TriangleSource, VertexLanes};
 pub use fragments::{Fragment, extract_fragments, push_masked_fragments};
 pub use interpolate::{Location, locate};

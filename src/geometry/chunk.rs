@@ -38,6 +38,8 @@ pub struct Chunk {
     pub range: Range<usize>,
     /// Screen triangles, in the order of the mesh.
     pub triangles: Vec<Triangle>,
+    /// The vertices of each in the mesh: shading would miss the cache twice if it had to look for them there.
+    pub vertices: Vec<[u32; 3]>,
     /// For clipped pieces, the barycentric coordinates of their vertices in the whole triangle.
     pub clip_barycentrics: Vec<[[f32; 2]; 3]>,
     /// The tiles that may see each triangle.
@@ -54,6 +56,7 @@ pub fn process_chunk<L: Lanes>(
     pattern: &SamplePattern,
 ) {
     chunk.triangles.clear();
+    chunk.vertices.clear();
     chunk.clip_barycentrics.clear();
     chunk.bins.clear();
     let triangles = &job.mesh.triangles()[chunk.range.clone()];
@@ -76,7 +79,7 @@ pub fn process_chunk<L: Lanes>(
             if found.outside >> k & 1 == 1 {
                 process_clipped(chunk, job, indices, primitive, grid, pattern);
             } else if let Some(triangle) = found.triangle(k, corners, job, grid) {
-                emit(chunk, Triangle { primitive, ..triangle }, grid);
+                emit(chunk, Triangle { primitive, ..triangle }, indices, grid);
             }
         }
     }
@@ -107,7 +110,7 @@ fn process_clipped(
         }
         if let Some(triangle) = found.triangle(0, corners, job, grid) {
             let clip = chunk.clip_barycentrics.len() as u32;
-            emit(chunk, Triangle { primitive, clip, ..triangle }, grid);
+            emit(chunk, Triangle { primitive, clip, ..triangle }, indices, grid);
             chunk.clip_barycentrics.push(piece.map(|v| v.barycentric));
         }
     }
@@ -195,7 +198,7 @@ fn screen(grid: &TileGrid) -> [i32; 4] {
 
 /// Keeps a triangle and bins it.
 #[inline(always)]
-fn emit(chunk: &mut Chunk, triangle: Triangle, grid: &TileGrid) {
+fn emit(chunk: &mut Chunk, triangle: Triangle, indices: [u32; 3], grid: &TileGrid) {
     let number = chunk.triangles.len() as u32;
     let [first_column, first_row, end_column, end_row] = grid.tiles_of_box(triangle.bounds());
     let columns = grid.columns();
@@ -209,6 +212,7 @@ fn emit(chunk: &mut Chunk, triangle: Triangle, grid: &TileGrid) {
         bin_large(&mut chunk.bins, &triangle, number, [first_column, first_row, end_column, end_row], grid);
     }
     chunk.triangles.push(triangle);
+    chunk.vertices.push(indices);
 }
 
 /// Bins a triangle that spans many tiles, leaving out those that lie beyond one of its edges.

@@ -5,7 +5,7 @@ pub const NOT_CLIPPED: u32 = u32::MAX;
 
 /// One triangle after projection, snapping and culling: 64 bytes, a cache line.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[repr(align(64))]
+#[repr(C, align(64))]
 pub struct Triangle {
     /// Sub-pixel positions relative to the viewport's centre, in the order of positive area (clockwise on the screen).
     pub x: [i32; 3],

@@ -327,7 +327,6 @@ fn draw_triangles<L: Lanes>(
                                 let batch = Batch::of_block(
                                     identity,
                                     &source,
-                                    draws,
                                     origin,
                                     column,
                                     row,

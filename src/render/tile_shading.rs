@@ -3,10 +3,10 @@
 use super::resolve::{Transmitted, whole_pixel};
 use super::tile_pass::{Pass, TileJob, TileScratch};
 use crate::each;
-use crate::gbuffer::{TriangleSource, layout};
+use crate::gbuffer::{SourceTriangle, TriangleSource, layout};
 use crate::geometry::Chunk;
 use crate::math::lanes::{Float, LANES, Lanes};
-use crate::raster::{NOT_CLIPPED, TileOrigin, Triangle};
+use crate::raster::{NOT_CLIPPED, TileOrigin};
 use crate::shade::{Backdrop, hold_back, pass_through, shade, store_surface};
 use crate::tile::Run;
 
@@ -47,12 +47,12 @@ pub(super) struct TileTriangles<'a> {
 
 impl TriangleSource for TileTriangles<'_> {
     #[inline(always)]
-    fn triangle(&self, identity: u32) -> (&Triangle, u32, Option<&[[f32; 2]; 3]>) {
+    fn triangle(&self, identity: u32) -> SourceTriangle<'_> {
         let (chunk, index) = self.identities[identity as usize];
         let chunk = &self.chunks[chunk as usize];
-        let triangle = &chunk.triangles[index as usize];
-        let clip = (triangle.clip != NOT_CLIPPED).then(|| &chunk.clip_barycentrics[triangle.clip as usize]);
-        (triangle, chunk.draw, clip)
+        let screen = &chunk.triangles[index as usize];
+        let clip = (screen.clip != NOT_CLIPPED).then(|| &chunk.clip_barycentrics[screen.clip as usize]);
+        SourceTriangle { screen, vertices: chunk.vertices[index as usize], draw: chunk.draw, clip }
     }
 }
 
@@ -96,7 +96,7 @@ pub(super) fn shade_fragments<L: Lanes>(
         let model = material.shading(pass.shade.model);
         let lobes = model.reads_lobes() || aovs.wants_lobes();
         for indices in stretch.chunks(LANES) {
-            batch.gather(fragments, indices, &source, draws, origin, pass.pattern);
+            batch.gather(fragments, indices, &source, origin, pass.pattern);
             store_surface(l, &pass.shade, material, batch, lobes, surface);
             let alpha = surface.rows[layout::ALPHA.first];
             let held = if material.transmits() {
