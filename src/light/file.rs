@@ -127,26 +127,38 @@ fn neighbours(texels: &[u32], size: usize, k: usize) -> [u32; 3] {
     [1, size, size + 1].map(|distance| if k >= distance { texels[k - distance] } else { 0 })
 }
 
-/// Adds differences, as mantissas modulo 512, to those of a texel.
-#[inline(always)]
-fn shifted(texel: u32, differences: u32) -> u32 {
-    let sum = |mask: u32| ((texel & mask) + (differences & mask)) & mask;
-    (texel & EXPONENT) | sum(RED_AND_BLUE) | sum(GREEN)
-}
-
 /// Differences of red, green and blue as mantissas modulo 512.
 #[inline(always)]
 const fn differences(r: i32, g: i32, b: i32) -> u32 {
     (r & 511 | (g & 511) << 9 | (b & 511) << 18) as u32
 }
 
-/// Those of the codes of one byte.
-const SMALL_DIFFERENCES: [u32; 64] = {
-    let mut table = [0; 64];
+/// Mantissas in 64 bits, red and blue as in a texel and green 32 bits above its place: sums run into no neighbour.
+#[inline(always)]
+const fn spread(texel: u32) -> u64 {
+    (texel & RED_AND_BLUE) as u64 | ((texel & GREEN) as u64) << 32
+}
+
+/// What codes of differences say, spread: those of the first byte, and for codes of two bytes what the second adds.
+const FIRST: [u64; 256] = {
+    let mut table = [0; 256];
+    let mut code = 0x80;
+    while code < 0xc0_i32 {
+        table[code as usize] = spread(differences((code & 3) - 2, (code >> 2 & 3) - 2, (code >> 4 & 3) - 2));
+        code += 1;
+    }
+    while code < RAW as i32 {
+        let green = (code & 31) - 16;
+        table[code as usize] = spread(differences(green - 8, green, green - 8));
+        code += 1;
+    }
+    table
+};
+const SECOND: [u64; 256] = {
+    let mut table = [0; 256];
     let mut code = 0;
-    while code < 64 {
-        let (r, g, b) = (code & 3, code >> 2 & 3, code >> 4);
-        table[code] = differences(r as i32 - 2, g as i32 - 2, b as i32 - 2);
+    while code < 256 {
+        table[code as usize] = spread(differences(code & 15, 0, code >> 4));
         code += 1;
     }
     table
@@ -194,49 +206,85 @@ fn pack(texels: &[u32], size: usize, out: &mut Vec<u8>) {
 }
 
 /// Fills one map and returns the bytes after it.
-fn unpack<'a>(
-    mut bytes: &'a [u8],
-    size: usize,
-    texels: &mut [u32],
-) -> Result<&'a [u8], EnvironmentFileError> {
-    // Texels that are yet to be as predicted.
-    let mut run = 0;
-    let (mut left, mut corner) = (0, 0);
-    for k in 0..texels.len() {
-        let above = if k >= size { texels[k - size] } else { 0 };
-        let prediction = predict(left, above, corner);
-        let texel = if run > 0 {
-            run -= 1;
-            prediction
-        } else {
-            let (&code, rest) = bytes.split_first().ok_or(EnvironmentFileError::Truncated)?;
-            bytes = rest;
-            if code < 0x80 {
-                run = usize::from(code);
-                if run >= texels.len() - k {
-                    return Err(EnvironmentFileError::Damaged);
-                }
-                prediction
-            } else if code < 0xc0 {
-                shifted(prediction, SMALL_DIFFERENCES[usize::from(code & 63)])
-            } else if code < RAW {
-                let (&second, rest) = bytes.split_first().ok_or(EnvironmentFileError::Truncated)?;
-                bytes = rest;
-                let g = i32::from(code & 31) - 16;
-                let (r, b) = (g + i32::from(second & 15) - 8, g + i32::from(second >> 4) - 8);
-                shifted(prediction, differences(r, g, b))
-            } else if code == RAW {
-                let (raw, rest) = bytes.split_first_chunk::<4>().ok_or(EnvironmentFileError::Truncated)?;
-                bytes = rest;
-                u32::from_le_bytes(*raw)
-            } else {
+fn unpack<'a>(bytes: &'a [u8], size: usize, texels: &mut [u32]) -> Result<&'a [u8], EnvironmentFileError> {
+    let byte = |at: usize| bytes.get(at).copied().unwrap_or(0);
+    let mut map = Unpacked { texels, size, next: 0, exponent: 0, mantissas: 0, corner: 0 };
+    let mut at = 0;
+    while map.next < map.texels.len() {
+        let code = byte(at);
+        if (1..0x80).contains(&code) {
+            let run = usize::from(code) + 1;
+            if run > map.texels.len() - map.next {
                 return Err(EnvironmentFileError::Damaged);
             }
-        };
-        texels[k] = texel;
-        (left, corner) = (texel, above);
+            for _ in 0..run {
+                map.push(0);
+            }
+            at += 1;
+        } else if code < RAW {
+            // A run of one is no difference. Without a branch for each kind of code: which comes next nobody can predict.
+            let long = code >= 0xc0;
+            let second = if long { byte(at + 1) } else { 0 };
+            map.push(FIRST[usize::from(code)] + SECOND[usize::from(second)]);
+            at += 1 + usize::from(long);
+        } else if code == RAW {
+            map.push_raw(u32::from_le_bytes([byte(at + 1), byte(at + 2), byte(at + 3), byte(at + 4)]));
+            at += 5;
+        } else {
+            return Err(EnvironmentFileError::Damaged);
+        }
+        // Bytes beyond the end were read as zeros, and there are fewer of them than texels.
+        if at > bytes.len() {
+            return Err(EnvironmentFileError::Truncated);
+        }
     }
-    Ok(bytes)
+    Ok(&bytes[at..])
+}
+
+/// A map that is being unpacked. Each texel waits for the one before: what it needs of that is kept apart, so that it waits
+/// for two operations and not for [`predict`].
+struct Unpacked<'a> {
+    texels: &'a mut [u32],
+    size: usize,
+    /// How many texels there are yet.
+    next: usize,
+    /// Exponent of the last one, which every prediction has.
+    exponent: u32,
+    /// Its mantissas, spread.
+    mantissas: u64,
+    /// The texel above it.
+    corner: u32,
+}
+
+impl Unpacked<'_> {
+    /// The texel above the next one.
+    #[inline(always)]
+    fn above(&self) -> u32 {
+        if self.next >= self.size { self.texels[self.next - self.size] } else { 0 }
+    }
+
+    /// Adds a texel that differs from its prediction by so much.
+    #[inline(always)]
+    fn push(&mut self, differences: u64) {
+        const ALL: u64 = spread(u32::MAX);
+        const ONE: u64 = spread(1 | 1 << 9 | 1 << 18);
+        let (above, corner) = (self.above(), self.corner);
+        let predicted = ((above ^ self.exponent) | (corner ^ self.exponent)) & EXPONENT == 0;
+        // What is subtracted is taken from 512, so that no difference is negative.
+        let slope = spread(above) + (ALL ^ spread(corner)) + ONE;
+        self.mantissas = (self.mantissas + (if predicted { slope } else { 0 } + differences)) & ALL;
+        self.texels[self.next] = self.exponent | self.mantissas as u32 | (self.mantissas >> 32) as u32;
+        self.next += 1;
+        self.corner = above;
+    }
+
+    /// Adds a texel as it is.
+    fn push_raw(&mut self, texel: u32) {
+        self.corner = self.above();
+        self.texels[self.next] = texel;
+        self.next += 1;
+        (self.exponent, self.mantissas) = (texel & EXPONENT, spread(texel));
+    }
 }
 
 #[cfg(test)]

@@ -91,7 +91,7 @@ impl Renderer {
     /// A renderer with `threads` workers; 0 stands for one per processor.
     #[must_use]
     pub fn new(threads: usize) -> Self {
-        Self { jobs: Jobs::new(threads), ..Self::default() }
+        Self { jobs: Jobs::new(threads), memory: Memory::default() }
     }
 
     /// The worker threads, for loaders to share.
@@ -213,13 +213,15 @@ impl Memory {
             merge: merge_cosine(options.merge_angle),
             show_environment: options.background == Background::Environment,
             backdrop: None,
+            blank: false,
             redraws: false,
         };
         // Every tile writes all of its pixels.
         let mut pixels = std::mem::take(&mut self.pixels);
         let count = options.width as usize * options.height as usize;
-        if pixels.capacity() < count {
-            // New memory that the system has cleared, page by page when a tile first writes to it.
+        pass.blank = pixels.capacity() < count;
+        if pass.blank {
+            // New memory that the system clears, page by page when a tile first writes to it.
             pixels = vec![[0.0; 4]; count];
         }
         pixels.resize(count, [0.0; 4]);
@@ -234,7 +236,7 @@ impl Memory {
             fragments =
                 render_tiles(&mut crew, &pass, &self.bins, &mut self.tiles, &mut frame, &plain).fragments;
             blur_backdrop(&mut crew, &mut self.backdrop, &frame);
-            pass.redraws = true;
+            (pass.blank, pass.redraws) = (false, true);
         }
         pass.backdrop = Some(&self.backdrop);
         let found = render_tiles(&mut crew, &pass, &self.bins, &mut self.tiles, &mut frame, options);

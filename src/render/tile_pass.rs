@@ -29,6 +29,8 @@ pub(super) struct Pass<'a> {
     /// What refracting surfaces see behind them; `None` while it is being drawn: without blended and transmissive
     /// surfaces.
     pub backdrop: Option<&'a Backdrop>,
+    /// The tiles' pixels are new memory, all zero.
+    pub blank: bool,
     /// The tiles' pixels hold the backdrop already: where no surface is blended or transmissive, they stay.
     pub redraws: bool,
     /// Least square of the cosine between the normals of small triangles that are shaded as one, if any are.
@@ -178,8 +180,10 @@ pub(super) fn render_tile<L: Lanes>(
     scratch.fragments.clear();
     scratch.kept.clear();
     scratch.environment.clear();
-    for row in job.rows.iter_mut() {
-        clear(row, runs.is_empty());
+    if !pass.blank {
+        for row in job.rows.iter_mut() {
+            clear(row, runs.is_empty());
+        }
     }
     if !runs.is_empty() {
         job.cost.blocks = draw_triangles(l, pass, origin, [width, height], runs, scratch);
@@ -226,8 +230,8 @@ pub(super) fn render_tile<L: Lanes>(
     }
 }
 
-/// Empties pixels. Where they may be empty already, as in new memory and where nothing was in the last picture, they are
-/// looked at first: memory that is only read costs half, and nothing where the system has not provided it yet.
+/// Empties pixels. Where they may be empty already, because nothing was there in the last picture, they are looked at first:
+/// memory that is only read costs half.
 #[inline(always)]
 fn clear(pixels: &mut [[f32; 4]], look: bool) {
     let mut bits = u32::from(!look);
