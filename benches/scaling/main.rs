@@ -9,6 +9,7 @@ mod plot;
 mod scenes;
 
 use axis::{Axis, Point};
+use overcoat::limits::Limits;
 use overcoat::render::RenderOptions;
 use std::error::Error;
 use std::fmt::Write;
@@ -129,7 +130,9 @@ fn grouped(number: u64) -> String {
 }
 
 fn options(side: u32, samples: u32) -> RenderOptions {
-    RenderOptions { width: side, height: side, samples, ..RenderOptions::default() }
+    // More lights than a file may ask for.
+    let limits = Limits { lights: 1000, ..Limits::default() };
+    RenderOptions { width: side, height: side, samples, limits, ..RenderOptions::default() }
 }
 
 fn pixels() -> Axis {
