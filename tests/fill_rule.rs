@@ -108,8 +108,7 @@ fn small_triangles_follow_the_definition() {
     let triangles: Vec<[u32; 3]> =
         (0..25_u32.pow(3)).filter(|k| k % 7 == 0).map(|k| [k / 625, k / 25 % 25, k % 25]).collect();
     let origin = TileOrigin { x: SIZE as i32 * -128, y: SIZE as i32 * -128 };
-    let cases =
-        [1, 4, 8, 16].into_iter().flat_map(|s| SimdLevel::available().into_iter().map(move |l| (s, l)));
+    let cases = [1, 4, 8, 16].into_iter().flat_map(|s| SimdLevel::available().map(move |l| (s, l)));
     for (samples, level) in cases {
         let pattern = SamplePattern::new(samples).unwrap();
         let mut small = 0;
