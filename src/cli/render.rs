@@ -9,7 +9,6 @@ use super::target::Target;
 use crate::load::Loaded;
 use crate::output::OutputFormat;
 use serde::{Serialize, Serializer};
-use std::mem::ManuallyDrop;
 use std::time::Instant;
 
 /// What `--json` prints. Fields are only ever added.
@@ -76,13 +75,11 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let source = &drawing.source;
     drawing.progress.stage(format!("loading {}", file_name(&source.path)));
     let mut stages = Stages::default();
-    // The process ends with the picture. What is large is not given back piece by piece: the system takes it all at once.
-    let mut renderer = ManuallyDrop::new(draw.machine.renderer());
+    let mut renderer = draw.machine.renderer();
     let Loaded { scene, mut warnings } = drawing.load(renderer.jobs(), &mut stages)?;
-    let scene = ManuallyDrop::new(scene);
     let camera = drawing.camera(source, &scene)?;
     drawing.progress.stage(format!("rendering {} triangles", scene.triangle_count()));
-    let rendered = ManuallyDrop::new(drawing.render(source, &mut renderer, &scene, &camera)?);
+    let rendered = drawing.render(source, &mut renderer, &scene, &camera)?;
     for &(name, time) in &rendered.stats.stages {
         stages.add(name, time);
     }

@@ -104,22 +104,40 @@ impl PrefilteredEnvironment {
 }
 
 /// The exponent of a texel, its mantissas of red and blue, and that of green: sums of mantissas that are not neighbours do
-/// not run into each other, so that two can be done at once.
+/// not run into each other, so that all can be done at once.
 const EXPONENT: u32 = 0xf800_0000;
 const RED_AND_BLUE: u32 = 511 | 511 << 18;
 const GREEN: u32 = 511 << 9;
 
-/// The prediction for a texel from its neighbours: left + above - corner in each mantissa, modulo 512, if all three have one
-/// exponent, otherwise left.
+/// Mantissas in 64 bits, red and blue as in a texel and green 32 bits above its place: sums run into no neighbour.
 #[inline(always)]
-fn predict(left: u32, above: u32, corner: u32) -> u32 {
-    if (left ^ above | left ^ corner) & EXPONENT != 0 {
-        return left;
-    }
+const fn spread(texel: u32) -> u64 {
+    (texel & RED_AND_BLUE) as u64 | ((texel & GREEN) as u64) << 32
+}
+
+/// All mantissas at their largest, spread.
+const LARGEST: u64 = spread(u32::MAX);
+
+/// The texel of an exponent and of mantissas that are spread, modulo 512.
+#[inline(always)]
+fn joined(exponent: u32, mantissas: u64) -> u32 {
+    let mantissas = mantissas & LARGEST;
+    (exponent & EXPONENT) | mantissas as u32 | (mantissas >> 32) as u32
+}
+
+/// By how much the prediction for a texel differs from the texel at its left: above - corner in each mantissa, modulo 512,
+/// if all three have one exponent, otherwise nothing. Spread. Of `left` only the exponent counts.
+#[inline(always)]
+fn slope(left: u32, above: u32, corner: u32) -> u64 {
+    const ONE: u64 = spread(1 | 1 << 9 | 1 << 18);
     // What is subtracted is taken from 512, so that no difference is negative.
-    let sum = |mask: u32| ((left & mask) + (above & mask) + ((mask ^ corner) & mask)) & !EXPONENT;
-    let (red_and_blue, green) = (sum(RED_AND_BLUE) + (1 | 1 << 18), sum(GREEN) + (1 << 9));
-    (left & EXPONENT) | red_and_blue & RED_AND_BLUE | green & GREEN
+    let slope = spread(above) + (LARGEST ^ spread(corner)) + ONE;
+    if (left ^ above | left ^ corner) & EXPONENT == 0 { slope } else { 0 }
+}
+
+/// The prediction for a texel from its neighbours. It has the exponent of the one at its left.
+fn predict(left: u32, above: u32, corner: u32) -> u32 {
+    joined(left, spread(left) + slope(left, above, corner))
 }
 
 /// The neighbours of texel `k` of a map: left, above, and above left. Those before the first are black.
@@ -131,12 +149,6 @@ fn neighbours(texels: &[u32], size: usize, k: usize) -> [u32; 3] {
 #[inline(always)]
 const fn differences(r: i32, g: i32, b: i32) -> u32 {
     (r & 511 | (g & 511) << 9 | (b & 511) << 18) as u32
-}
-
-/// Mantissas in 64 bits, red and blue as in a texel and green 32 bits above its place: sums run into no neighbour.
-#[inline(always)]
-const fn spread(texel: u32) -> u64 {
-    (texel & RED_AND_BLUE) as u64 | ((texel & GREEN) as u64) << 32
 }
 
 /// What codes of differences say, spread: those of the first byte, and for codes of two bytes what the second adds.
@@ -266,14 +278,10 @@ impl Unpacked<'_> {
     /// Adds a texel that differs from its prediction by so much.
     #[inline(always)]
     fn push(&mut self, differences: u64) {
-        const ALL: u64 = spread(u32::MAX);
-        const ONE: u64 = spread(1 | 1 << 9 | 1 << 18);
-        let (above, corner) = (self.above(), self.corner);
-        let predicted = ((above ^ self.exponent) | (corner ^ self.exponent)) & EXPONENT == 0;
-        // What is subtracted is taken from 512, so that no difference is negative.
-        let slope = spread(above) + (ALL ^ spread(corner)) + ONE;
-        self.mantissas = (self.mantissas + (if predicted { slope } else { 0 } + differences)) & ALL;
-        self.texels[self.next] = self.exponent | self.mantissas as u32 | (self.mantissas >> 32) as u32;
+        let above = self.above();
+        self.mantissas =
+            (self.mantissas + (slope(self.exponent, above, self.corner) + differences)) & LARGEST;
+        self.texels[self.next] = joined(self.exponent, self.mantissas);
         self.next += 1;
         self.corner = above;
     }

@@ -126,10 +126,7 @@ impl<L: Lanes> OutlineLanes<L> {
         let edges = self.edges(l, corner, origin);
         let beyond: [bool; 2] = each!(k => (small & !(high[k] - low[k]).lt(l.splat_i(SUBPIXELS))).any());
         for (sample, offset) in pattern.offsets().iter().enumerate() {
-            let [x, y]: [L::I; 2] = each!(k => {
-                let offset = l.splat_i(offset[k]);
-                offset.lt(first[k]).select_i(offset + SUBPIXELS, offset)
-            });
+            let [x, y]: [L::I; 2] = each!(k => first_place(first[k], offset[k]));
             let bit = l.splat_i(1 << sample);
             let values: [L::I; 3] = each!(edge in edges => edge[0] * x + edge[1] * y + edge[2]);
             for (place, covered) in covered.iter_mut().enumerate() {
