@@ -2,7 +2,7 @@
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use overcoat::color::srgb;
-use overcoat::gbuffer::texture::{Footprint, sample, sample_alpha};
+use overcoat::gbuffer::texture::{Footprint, MAX_TOGETHER, sample_together};
 use overcoat::math::lanes::{Float, LANES, Lanes, SimdLevel};
 use overcoat::scene::{AlphaUse, ColorSpace, Image, Sampler, Texture};
 use std::hint::black_box;
@@ -61,25 +61,25 @@ fn mips(c: &mut Criterion) {
     }
 }
 
-/// Reads of neighbouring fragments, sixteen at a time, walking over the texture.
+/// Reads of neighbouring fragments, sixteen at a time, walking over the textures.
 #[inline(always)]
-fn walk<L: Lanes>(l: L, texture: &Texture, across: f32, down: f32, anisotropy: u32, alpha: bool) -> f32 {
-    let texel = 1.0 / texture.image().width() as f32;
+fn walk<L: Lanes>(l: L, textures: &[&Texture], across: f32, down: f32, anisotropy: u32) -> f32 {
+    let texel = 1.0 / textures[0].image().width() as f32;
     let (across, down) = (across * texel, down * texel);
     let footprint = Footprint { dx: [l.splat(across), l.zero()], dy: [l.zero(), l.splat(down)] };
     let x: [f32; LANES] = std::array::from_fn(|k| (k % 4) as f32);
     let y: [f32; LANES] = std::array::from_fn(|k| (k / 4) as f32);
     let (x, y) = (l.load(&x) * across, l.load(&y) * down);
     let mut sum = l.zero();
+    let mut out = [[l.zero(); 4]; MAX_TOGETHER];
     for k in 0..BATCHES {
         let (column, row) = ((k % 64) as f32 * 4.0, (k / 64) as f32 * 4.0);
         let uv = [x + column * across, y + (row * down + 0.3)];
-        sum = if alpha {
-            sum + sample_alpha(l, texture, uv, &footprint, anisotropy, l.mask(u16::MAX))
-        } else {
-            let [r, g, b, a] = sample(l, texture, uv, &footprint, anisotropy, l.mask(u16::MAX));
-            sum + r + g + b + a
-        };
+        let out = &mut out[..textures.len()];
+        sample_together(l, textures, &uv, &footprint, anisotropy, l.mask(u16::MAX), out);
+        for [r, g, b, a] in out {
+            sum = sum + *r + *g + *b + *a;
+        }
     }
     sum.to_array()[0]
 }
@@ -88,20 +88,25 @@ fn walk<L: Lanes>(l: L, texture: &Texture, across: f32, down: f32, anisotropy: u
 const BATCHES: u32 = 4096;
 
 fn filter(c: &mut Criterion) {
-    for (name, color_space, across, down, anisotropy, alpha) in [
-        ("magnified sRGB", ColorSpace::Srgb, 0.3, 0.3, 8, false),
-        ("trilinear sRGB", ColorSpace::Srgb, 1.5, 1.5, 8, false),
-        ("trilinear linear", ColorSpace::Linear, 1.5, 1.5, 8, false),
-        ("trilinear alpha", ColorSpace::Srgb, 1.5, 1.5, 8, true),
-        ("anisotropic 8x sRGB", ColorSpace::Srgb, 1.5, 12.0, 8, false),
-        ("anisotropic 8x linear", ColorSpace::Linear, 1.5, 12.0, 8, false),
+    use ColorSpace::{Linear, Srgb};
+    for (name, color_spaces, across, down) in [
+        ("magnified sRGB", &[Srgb][..], 0.3, 0.3),
+        ("trilinear sRGB", &[Srgb], 1.5, 1.5),
+        ("trilinear linear", &[Linear], 1.5, 1.5),
+        ("trilinear sRGB and two linear", &[Srgb, Linear, Linear], 1.5, 1.5),
+        ("anisotropic 8x sRGB", &[Srgb], 1.5, 12.0),
+        ("anisotropic 8x linear", &[Linear], 1.5, 12.0),
+        ("anisotropic 8x sRGB and two linear", &[Srgb, Linear, Linear], 1.5, 12.0),
     ] {
         let mut group = c.benchmark_group(name);
-        let texture = Texture::new(picture(1024), color_space, AlphaUse::Data, Sampler::default());
+        let texture =
+            |&color_space| Texture::new(picture(1024), color_space, AlphaUse::Data, Sampler::default());
+        let textures: Vec<Texture> = color_spaces.iter().map(texture).collect();
+        let textures: Vec<&Texture> = textures.iter().collect();
         group.throughput(Throughput::Elements(u64::from(BATCHES) * LANES as u64));
         for level in SimdLevel::available().filter(|&level| level != SimdLevel::Scalar) {
             group.bench_function(level.name(), |b| {
-                b.iter(|| overcoat::dispatch!(level, l => walk(l, &texture, black_box(across), down, anisotropy, alpha)));
+                b.iter(|| overcoat::dispatch!(level, l => walk(l, &textures, black_box(across), down, 8)));
             });
         }
     }

@@ -12,10 +12,13 @@ mod texels;
 #[cfg(test)]
 mod tests;
 
-use crate::math::lanes::{Float, Int, Lanes, Mask};
-use crate::scene::{ColorSpace, MipFilter, Texture};
+use crate::math::lanes::{Float, Int, LANES, Lanes, Mask};
+use crate::scene::{MipFilter, Texture};
 use footprint::Probes;
-use texels::{Alpha, Format, Rgba, SrgbRgba, sample_level};
+use texels::{Corners, LevelLanes};
+
+/// How many textures [`sample_together`] reads at most.
+pub const MAX_TOGETHER: usize = 4;
 
 /// The change of texture coordinates from one pixel to the next.
 #[derive(Clone, Copy)]
@@ -40,83 +43,79 @@ pub fn sample<L: Lanes>(
     max_anisotropy: u32,
     active: L::M,
 ) -> [L::F; 4] {
-    match texture.color_space() {
-        ColorSpace::Srgb => {
-            compiled_once::<L, SrgbRgba, 4>(l, texture, &uv, footprint, max_anisotropy, active)
-        }
-        ColorSpace::Linear => compiled_once::<L, Rgba, 4>(l, texture, &uv, footprint, max_anisotropy, active),
-    }
+    let mut out = [[l.zero(); 4]];
+    sample_together(l, &[texture], &uv, footprint, max_anisotropy, active, &mut out);
+    out[0]
 }
 
-/// The alpha of [`sample`] alone, with the same bits.
-#[inline(always)]
-pub fn sample_alpha<L: Lanes>(
-    l: L,
-    texture: &Texture,
-    uv: [L::F; 2],
-    footprint: &Footprint<L>,
-    max_anisotropy: u32,
-    active: L::M,
-) -> L::F {
-    compiled_once::<L, Alpha, 1>(l, texture, &uv, footprint, max_anisotropy, active)[0]
-}
-
-/// [`filter`] as a function of its own for each instruction set: a material reads up to ten textures, and a copy for
-/// each would be large. Entering the instruction set again costs a call.
+/// [`sample`] of up to [`MAX_TOGETHER`] textures that are read alike ([`Texture::is_read_like`]), with the same bits, each
+/// into its place of `out`: where texels lie and what they weigh is found once. Textures beyond that number, and those
+/// without a place, are left out.
+///
+/// A function of its own for each instruction set, since it is large and called from many places.
 #[inline(never)]
-fn compiled_once<L: Lanes, T: Format<N>, const N: usize>(
+pub fn sample_together<L: Lanes>(
     l: L,
-    texture: &Texture,
+    textures: &[&Texture],
     uv: &[L::F; 2],
     footprint: &Footprint<L>,
     max_anisotropy: u32,
     active: L::M,
-) -> [L::F; N] {
+    out: &mut [[L::F; 4]],
+) {
     l.run(
         #[inline(always)]
-        || filter::<L, T, N>(l, texture, uv, footprint, max_anisotropy, active),
-    )
+        || filter::<L>(l, textures, uv, footprint, max_anisotropy, active, out),
+    );
 }
 
 #[inline(always)]
-fn filter<L: Lanes, T: Format<N>, const N: usize>(
+fn filter<L: Lanes>(
     l: L,
-    texture: &Texture,
+    textures: &[&Texture],
     uv: &[L::F; 2],
     footprint: &Footprint<L>,
     max_anisotropy: u32,
     active: L::M,
-) -> [L::F; N] {
+    out: &mut [[L::F; 4]],
+) {
+    let Some(&texture) = textures.first() else { return };
     let probes = Probes::new(l, texture, footprint, max_anisotropy, active);
     let mips = Mips::new(l, texture, probes.lambda, active);
-    let weight = probes.count.recip();
-    let spacing = (probes.count + 1.0).recip();
-    let mut sum = [l.zero(); N];
-    for k in 0..probes.most {
-        let counts = l.splat(k as f32).lt(probes.count);
-        let mut at = *uv;
-        if probes.most > 1 {
+    if probes.most == 1 {
+        mips.sample(l, textures, *uv, active, out);
+    } else {
+        let weight = probes.count.recip();
+        let spacing = (probes.count + 1.0).recip();
+        let mut texels = [[l.zero(); 4]; MAX_TOGETHER];
+        for sum in out.iter_mut() {
+            *sum = [l.zero(); 4];
+        }
+        for k in 0..probes.most {
+            let counts = l.splat(k as f32).lt(probes.count);
             // Probe k of N lies at (k + 1) / (N + 1) - 1/2 of the major axis (EXT_texture_filter_anisotropic).
             let along = counts.select(spacing * (k as f32 + 1.0) - 0.5, l.zero());
-            at = [uv[0] + along * probes.major[0], uv[1] + along * probes.major[1]];
-        }
-        let texel = mips.sample::<T, N>(l, texture, at, active & counts);
-        if probes.most == 1 {
-            sum = texel;
-            break;
-        }
-        let weight = counts.select(weight, l.zero());
-        for n in 0..N {
-            sum[n] = sum[n] + texel[n] * weight;
+            let at = [uv[0] + along * probes.major[0], uv[1] + along * probes.major[1]];
+            mips.sample(l, textures, at, active & counts, &mut texels);
+            let weight = counts.select(weight, l.zero());
+            for (sum, texel) in out.iter_mut().zip(&texels) {
+                for n in 0..4 {
+                    sum[n] = sum[n] + texel[n] * weight;
+                }
+            }
         }
     }
-    T::finish(sum)
+    for (texel, texture) in out.iter_mut().zip(textures) {
+        *texel = texels::finish(texture.color_space(), *texel);
+    }
 }
 
 /// Which levels a fragment reads, and how.
 struct Mips<L: Lanes> {
     /// The finest level of each lane.
     level: L::I,
+    /// The level of all active lanes, if they have one: neighbouring fragments nearly always do.
+    common: Option<i32>,
     /// How far each lane is from there to the next coarser level.
     fraction: L::F,
     /// Lanes that are magnified and need another filter for it.
@@ -150,39 +149,58 @@ impl<L: Lanes> Mips<L> {
         }
         let passes =
             [(!magnified & active).any(), (l.zero().lt(fraction) & active).any(), (magnified & active).any()];
-        Self { level, fraction, magnified, passes }
+        let first = level.to_array()[active.bits().trailing_zeros() as usize % LANES];
+        let common = (level.eq(l.splat_i(first)) | !active).all().then_some(first);
+        Self { level, common, fraction, magnified, passes }
     }
 
     #[inline(always)]
-    fn sample<T: Format<N>, const N: usize>(
-        &self,
-        l: L,
-        texture: &Texture,
-        uv: [L::F; 2],
-        active: L::M,
-    ) -> [L::F; N] {
+    fn sample(&self, l: L, textures: &[&Texture], uv: [L::F; 2], active: L::M, out: &mut [[L::F; 4]]) {
+        let Some(&texture) = textures.first() else { return };
         let sampler = texture.sampler();
         let last = (texture.level_count() - 1) as i32;
-        let mut result = [l.zero(); N];
         // A loop and not three calls, because the callee is large and inlined.
         for pass in 0..3 {
             if !self.passes[pass] {
                 continue;
             }
-            let (level, filter) = match pass {
-                0 => (self.level, sampler.minification),
-                1 => ((self.level + 1).min(l.splat_i(last)), sampler.minification),
-                _ => (l.splat_i(0), sampler.magnification),
+            let (level, common, filter) = match pass {
+                0 => (self.level, self.common, sampler.minification),
+                1 => {
+                    let coarser = (self.level + 1).min(l.splat_i(last));
+                    let common = match self.common {
+                        Some(level) => Some((level + 1).min(last)),
+                        None => None,
+                    };
+                    (coarser, common, sampler.minification)
+                }
+                _ => (l.splat_i(0), Some(0), sampler.magnification),
             };
-            let texel = sample_level::<L, T, N>(l, texture, level, uv, filter, active);
-            for n in 0..N {
-                result[n] = match pass {
-                    0 => texel[n],
-                    1 => result[n].lerp(texel[n], self.fraction),
-                    _ => self.magnified.select(texel[n], result[n]),
+            let at_0 = level.eq(l.splat_i(0));
+            for part in 0..2 {
+                let (levels, lanes) = match (common, part) {
+                    (Some(level), 0) => (LevelLanes::uniform(l, texture, level), None),
+                    (None, 0) => (LevelLanes::reduced(l, texture, &level.to_array()), Some(!at_0)),
+                    // Level 0 lies in an array of its own.
+                    (None, 1) if (at_0 & active).any() => (LevelLanes::uniform(l, texture, 0), Some(at_0)),
+                    _ => break,
                 };
+                let corners = Corners::new(l, sampler, &levels, uv, filter);
+                for (texture, out) in textures.iter().zip(out.iter_mut()) {
+                    let texel = corners.read(l, texture);
+                    for n in 0..4 {
+                        let value = match pass {
+                            0 => texel[n],
+                            1 => out[n].lerp(texel[n], self.fraction),
+                            _ => self.magnified.select(texel[n], out[n]),
+                        };
+                        out[n] = match lanes {
+                            Some(lanes) => lanes.select(value, out[n]),
+                            None => value,
+                        };
+                    }
+                }
             }
         }
-        result
     }
 }

@@ -143,14 +143,25 @@ pub(crate) fn bilinear<L: Lanes>(l: L, texels: &[u32], start: L::I, size: L::I, 
     let index = (top * size.to_float() + left).to_int() + start;
     let below = index + size;
     let (gx, gy) = (fx.one_minus(), fy.one_minus());
-    let mut sum = vec3::splat(l, [0.0; 3]);
-    for (index, across) in [(index, gy), (below, fy)] {
-        let pair = l.gather_pairs_u32(texels, index);
-        for (texel, along) in [(pair[0], gx), (pair[1], fx)] {
-            let (mantissas, scale) = texel::unpack(l, texel);
-            let weight = along * across * scale;
-            sum = each!(c => sum[c] + mantissas[c] * weight);
-        }
+    let above = add_row(l, texels, index, [gx, fx], gy, vec3::splat(l, [0.0; 3]));
+    add_row(l, texels, below, [gx, fx], fy, above)
+}
+
+/// Adds two neighbours of a row by their weights along it, and the weight of the row.
+#[inline(always)]
+fn add_row<L: Lanes>(
+    l: L,
+    texels: &[u32],
+    index: L::I,
+    along: [L::F; 2],
+    across: L::F,
+    mut sum: V3<L>,
+) -> V3<L> {
+    let pair = l.gather_pairs_u32(texels, index);
+    for (texel, along) in [(pair[0], along[0]), (pair[1], along[1])] {
+        let (mantissas, scale) = texel::unpack(l, texel);
+        let weight = along * across * scale;
+        sum = each!(c => sum[c] + mantissas[c] * weight);
     }
     sum
 }

@@ -214,6 +214,13 @@ impl Texture {
     pub(crate) fn layout(&self) -> &[LevelLayout] {
         &self.layout
     }
+    /// Whether this and another texture have their texels at the same places with the same weights: size and sampler are the
+    /// same.
+    #[must_use]
+    pub fn is_read_like(&self, other: &Self) -> bool {
+        (self.image.width, self.image.height, self.sampler)
+            == (other.image.width, other.image.height, other.sampler)
+    }
     /// What the colour channels mean.
     #[must_use]
     pub fn color_space(&self) -> ColorSpace {

@@ -10,11 +10,11 @@
 use super::ShadeContext;
 use super::lobes::LobeValues;
 use crate::each;
-use crate::gbuffer::texture::{Footprint, sample};
+use crate::gbuffer::texture::{Footprint, MAX_TOGETHER, sample_together};
 use crate::gbuffer::{Batch, Location, locate};
 use crate::math::lanes::{Float, Lanes, Mask};
 use crate::math::vec3::{self, V3};
-use crate::scene::{AlphaMode, Material, Mesh, NormalTexture, TextureRef, UvTransform, Workflow};
+use crate::scene::{AlphaMode, Material, Mesh, NormalTexture, Texture, TextureRef, UvTransform, Workflow};
 
 /// Reflectance of the base in the workflow of its material.
 #[derive(Clone, Copy)]
@@ -132,6 +132,73 @@ impl<'a, L: Lanes> Reader<'a, L> {
 
     #[inline(always)]
     pub(super) fn read(&self, texture: &TextureRef) -> [L::F; 4] {
+        let (uv, footprint) = self.place(texture);
+        let mut out = [[self.l.zero(); 4]];
+        let of = self.texture(texture);
+        sample_together(self.l, &[of], &uv, &footprint, self.context.anisotropy, self.active, &mut out);
+        out[0]
+    }
+
+    /// Several textures, each in its place; what the place of none holds has no meaning. Those that are read alike are read
+    /// in one go, and one that stands in several places once.
+    #[inline(always)]
+    pub(super) fn read_all<const N: usize>(&self, textures: [Option<&TextureRef>; N]) -> [[L::F; 4]; N] {
+        let mut texels = [[self.l.zero(); 4]; N];
+        let mut left = textures;
+        for k in 0..N {
+            let Some(first) = left[k].take() else { continue };
+            let of_first = self.texture(first);
+            let mut group = [of_first; MAX_TOGETHER];
+            let mut places = [0; N];
+            let mut len = 1;
+            places[k] = 1;
+            for j in k + 1..N {
+                let Some(other) = left[j] else { continue };
+                if (other.uv_set, &other.transform) != (first.uv_set, &first.transform) {
+                    continue;
+                }
+                let of_other = self.texture(other);
+                let known = group[..len].iter().position(|&texture| std::ptr::eq(texture, of_other));
+                let member = match known {
+                    Some(member) => member,
+                    None if len < MAX_TOGETHER && of_other.is_read_like(of_first) => {
+                        group[len] = of_other;
+                        len += 1;
+                        len - 1
+                    }
+                    None => continue,
+                };
+                left[j] = None;
+                places[j] = member + 1;
+            }
+            let (uv, footprint) = self.place(first);
+            let mut out = [[self.l.zero(); 4]; MAX_TOGETHER];
+            sample_together(
+                self.l,
+                &group[..len],
+                &uv,
+                &footprint,
+                self.context.anisotropy,
+                self.active,
+                &mut out[..len],
+            );
+            for j in k..N {
+                if let Some(member) = places[j].checked_sub(1) {
+                    texels[j] = out[member];
+                }
+            }
+        }
+        texels
+    }
+
+    #[inline(always)]
+    fn texture(&self, texture: &TextureRef) -> &'a Texture {
+        &self.context.textures[texture.texture.index()]
+    }
+
+    /// Where a texture is read.
+    #[inline(always)]
+    fn place(&self, texture: &TextureRef) -> ([L::F; 2], Footprint<L>) {
         let set = usize::from(texture.uv_set & 1);
         let mut uv = self.coordinates.uv[set];
         let [mut dx, mut dy] = self.coordinates.derivatives[set];
@@ -141,9 +208,7 @@ impl<'a, L: Lanes> Reader<'a, L> {
             dx = each!(r in rows => dx[0] * r[0] + dx[1] * r[1]);
             dy = each!(r in rows => dy[0] * r[0] + dy[1] * r[1]);
         }
-        let footprint = Footprint { dx, dy };
-        let of = &self.context.textures[texture.texture.index()];
-        sample(self.l, of, uv, &footprint, self.context.anisotropy, self.active)
+        (uv, Footprint { dx, dy })
     }
 
     /// A texture times its factors, or the factors alone.
@@ -239,8 +304,11 @@ pub(super) fn evaluate_surface<L: Lanes>(
     let uv = coordinates.uv[0];
     let reader = Reader::new(l, context, coordinates, batch);
 
-    let mut base_color =
-        reader.factor(material.base_color, material.base_color_texture.as_ref(), [0, 1, 2, 3]);
+    let textures = SurfaceTextures::of(material);
+    let [base, workflow, occluding, emitting, coat, coat_rough, mapped, coat_mapped] =
+        reader.read_all(textures.in_order());
+
+    let mut base_color = scaled(l, material.base_color, textures.base_color, base);
     if has_colors(context, batch) {
         let colors = batch.vertices.attribute(l, context.draws, [1.0; 4], Mesh::colors);
         let color = location.interpolate(&colors);
@@ -252,41 +320,21 @@ pub(super) fn evaluate_surface<L: Lanes>(
         AlphaMode::Opaque | AlphaMode::Mask { .. } => l.splat(1.0),
     };
 
-    let (reflectance, roughness, orm) = reflectance(l, material, &reader);
-    let occlusion = match &material.occlusion_texture {
-        Some(texture) => {
-            // Occlusion, roughness and metallic are often one texture: read it once.
-            let texel = match (&material.workflow, orm) {
-                (Workflow::MetallicRoughness { texture: Some(shared), .. }, Some(texel))
-                    if shared == texture =>
-                {
-                    texel
-                }
-                _ => reader.read(texture),
-            };
-            (texel[0] - 1.0) * material.occlusion_strength + 1.0
-        }
+    let (reflectance, roughness) = reflectance(l, material, &reader, workflow);
+    let occlusion = match textures.occlusion {
+        Some(_) => (occluding[0] - 1.0) * material.occlusion_strength + 1.0,
         None => l.splat(1.0),
     };
-    let emissive = if material.emissive == [0.0; 3] {
-        [l.zero(); 3]
-    } else {
-        reader.factor(material.emissive, material.emissive_texture.as_ref(), [0, 1, 2])
-    };
-    let (coat, coat_roughness) = if material.coat > 0.0 {
-        let [coat] = reader.factor([material.coat], material.coat_texture.as_ref(), [0]);
-        let [rough] = reader.factor([material.coat_roughness], material.coat_roughness_texture.as_ref(), [1]);
-        (coat, rough)
-    } else {
-        (l.zero(), l.splat(material.coat_roughness))
-    };
+    let emissive = scaled(l, material.emissive, textures.emissive, emitting);
+    let [coat] = scaled(l, [material.coat.max(0.0)], textures.coat, coat);
+    let [coat_roughness] = scaled(l, [material.coat_roughness], textures.coat_roughness, [coat_rough[1]; 4]);
 
     let frame = NormalFrame::new(l, context, material, batch, &location, view);
-    let normal = frame.shading_normal(l, material.normal_texture.as_ref(), &reader, view);
-    let coat_normal = if material.coat > 0.0 && material.coat_normal_texture != material.normal_texture {
-        frame.shading_normal(l, material.coat_normal_texture.as_ref(), &reader, view)
-    } else if material.coat > 0.0 {
+    let normal = frame.shading_normal(l, material.normal_texture.as_ref(), mapped, view);
+    let coat_normal = if material.coat > 0.0 && material.coat_normal_texture == material.normal_texture {
         normal
+    } else if material.coat > 0.0 {
+        frame.shading_normal(l, material.coat_normal_texture.as_ref(), coat_mapped, view)
     } else {
         face_viewer(l, frame.normal, view)
     };
@@ -299,7 +347,7 @@ pub(super) fn evaluate_surface<L: Lanes>(
         (lobes, direction) = LobeValues::new(l, material, &reader);
         (tangent, bitangent) = frame.tangents(l, direction, normal);
         if let Some(map) = &material.lobes.occlusion.bent_normal {
-            bent_normal = frame.mapped_normal(l, map, &reader);
+            bent_normal = frame.mapped_normal(l, map, reader.read(&map.texture));
         }
     }
 
@@ -327,30 +375,89 @@ pub(super) fn evaluate_surface<L: Lanes>(
     }
 }
 
-/// Reflectance and perceptual roughness, and the texel of the metallic-roughness texture for who shares it.
+/// The textures of a material that every model reads, without those of no effect.
+struct SurfaceTextures<'a> {
+    base_color: Option<&'a TextureRef>,
+    workflow: Option<&'a TextureRef>,
+    occlusion: Option<&'a TextureRef>,
+    emissive: Option<&'a TextureRef>,
+    coat: Option<&'a TextureRef>,
+    coat_roughness: Option<&'a TextureRef>,
+    normal: Option<&'a TextureRef>,
+    coat_normal: Option<&'a TextureRef>,
+}
+
+impl<'a> SurfaceTextures<'a> {
+    #[inline(always)]
+    fn of(material: &'a Material) -> Self {
+        let (Workflow::MetallicRoughness { texture: workflow, .. }
+        | Workflow::SpecularGlossiness { texture: workflow, .. }) = &material.workflow;
+        let (emits, has_coat) = (material.emissive != [0.0; 3], material.coat > 0.0);
+        Self {
+            base_color: material.base_color_texture.as_ref(),
+            workflow: workflow.as_ref(),
+            occlusion: material.occlusion_texture.as_ref(),
+            emissive: if emits { material.emissive_texture.as_ref() } else { None },
+            coat: if has_coat { material.coat_texture.as_ref() } else { None },
+            coat_roughness: if has_coat { material.coat_roughness_texture.as_ref() } else { None },
+            normal: material.normal_texture.as_ref().map(|map| &map.texture),
+            coat_normal: match &material.coat_normal_texture {
+                Some(map) if has_coat => Some(&map.texture),
+                _ => None,
+            },
+        }
+    }
+
+    #[inline(always)]
+    fn in_order(&self) -> [Option<&'a TextureRef>; 8] {
+        [
+            self.base_color,
+            self.workflow,
+            self.occlusion,
+            self.emissive,
+            self.coat,
+            self.coat_roughness,
+            self.normal,
+            self.coat_normal,
+        ]
+    }
+}
+
+/// The first channels of a texel times their factors, or the factors alone where there is no texture.
+#[inline(always)]
+fn scaled<L: Lanes, const N: usize>(
+    l: L,
+    factors: [f32; N],
+    texture: Option<&TextureRef>,
+    texel: [L::F; 4],
+) -> [L::F; N] {
+    match texture {
+        Some(_) => each!(n => texel[n] * factors[n]),
+        None => each!(f in factors => l.splat(f)),
+    }
+}
+
+/// Reflectance and perceptual roughness, from the texel of the workflow's texture.
 #[inline(always)]
 fn reflectance<L: Lanes>(
     l: L,
     material: &Material,
     reader: &Reader<'_, L>,
-) -> (Reflectance<L>, L::F, Option<[L::F; 4]>) {
+    texel: [L::F; 4],
+) -> (Reflectance<L>, L::F) {
     match &material.workflow {
         Workflow::MetallicRoughness { metallic, roughness, texture } => {
-            let texel = texture.as_ref().map(
-                #[inline(always)]
-                |t| reader.read(t),
-            );
-            let (metallic, roughness) = match texel {
-                Some(t) => (t[2] * *metallic, t[1] * *roughness),
+            let (metallic, roughness) = match texture {
+                Some(_) => (texel[2] * *metallic, texel[1] * *roughness),
                 None => (l.splat(*metallic), l.splat(*roughness)),
             };
             let dielectric = dielectric(material, reader);
-            (Reflectance::Metallic { metallic, dielectric }, roughness, texel)
+            (Reflectance::Metallic { metallic, dielectric }, roughness)
         }
         Workflow::SpecularGlossiness { specular, glossiness, texture } => {
             let factors = [specular[0], specular[1], specular[2], *glossiness];
-            let [r, g, b, gloss] = reader.factor(factors, texture.as_ref(), [0, 1, 2, 3]);
-            (Reflectance::Specular { f0: [r, g, b] }, gloss.one_minus().saturate(), None)
+            let [r, g, b, gloss] = scaled(l, factors, texture.as_ref(), texel);
+            (Reflectance::Specular { f0: [r, g, b] }, gloss.one_minus().saturate())
         }
     }
 }
@@ -439,28 +546,21 @@ impl<L: Lanes> NormalFrame<L> {
         (turned, across)
     }
 
-    /// The normal after a normal map, unit length, facing the viewer.
+    /// The normal after a texel of a normal map, unit length, facing the viewer.
     #[inline(always)]
-    fn shading_normal(
-        &self,
-        l: L,
-        texture: Option<&NormalTexture>,
-        reader: &Reader<'_, L>,
-        view: V3<L>,
-    ) -> V3<L> {
-        match texture {
-            Some(map) => face_viewer(l, self.mapped_normal(l, map, reader), view),
+    fn shading_normal(&self, l: L, map: Option<&NormalTexture>, texel: [L::F; 4], view: V3<L>) -> V3<L> {
+        match map {
+            Some(map) => face_viewer(l, self.mapped_normal(l, map, texel), view),
             None => face_viewer(l, self.normal, view),
         }
     }
 
-    /// The vector of a map of normals, unit length.
+    /// The vector of a texel of a map of normals, unit length.
     #[inline(always)]
-    fn mapped_normal(&self, l: L, map: &NormalTexture, reader: &Reader<'_, L>) -> V3<L> {
+    fn mapped_normal(&self, l: L, map: &NormalTexture, texel: [L::F; 4]) -> V3<L> {
         let Some([tangent, bitangent, normal]) = &self.basis else {
             return self.normal;
         };
-        let texel = reader.read(&map.texture);
         let x = (texel[0] * 2.0 - 1.0) * map.scale;
         let y = (texel[1] * 2.0 - 1.0) * map.scale;
         let z = texel[2] * 2.0 - 1.0;

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::math::lanes::{LANES, SimdLevel};
-use crate::scene::{AlphaUse, Filter, Image, Sampler, Wrap};
+use crate::scene::{AlphaUse, ColorSpace, Filter, Image, Sampler, Wrap};
 use std::sync::Arc;
 
 /// Numbers in [0, 1), the same in every run.
@@ -63,13 +63,11 @@ impl Places {
         [self.uv, self.dx, self.dy].map(|v| [f64::from(v[0][k]), f64::from(v[1][k])])
     }
     #[inline(always)]
-    fn read<L: Lanes>(&self, l: L, texture: &Texture, anisotropy: u32, active: u16) -> [[f32; LANES]; 5] {
+    fn read<L: Lanes>(&self, l: L, texture: &Texture, anisotropy: u32, active: u16) -> [[f32; LANES]; 4] {
         let load = |v: &[[f32; LANES]; 2]| [l.load(&v[0]), l.load(&v[1])];
         let footprint = Footprint { dx: load(&self.dx), dy: load(&self.dy) };
         let active = l.mask(active);
-        let [r, g, b, a] = sample(l, texture, load(&self.uv), &footprint, anisotropy, active);
-        let alpha = sample_alpha(l, texture, load(&self.uv), &footprint, anisotropy, active);
-        [r, g, b, a, alpha].map(Float::to_array)
+        sample(l, texture, load(&self.uv), &footprint, anisotropy, active).map(Float::to_array)
     }
     fn read_at(
         &self,
@@ -77,7 +75,7 @@ impl Places {
         texture: &Texture,
         anisotropy: u32,
         active: u16,
-    ) -> [[f32; LANES]; 5] {
+    ) -> [[f32; LANES]; 4] {
         crate::dispatch!(level, l => self.read(l, texture, anisotropy, active))
     }
     /// RGBA of one lane at the best level.
@@ -292,7 +290,43 @@ fn every_level_gives_the_bits_of_the_scalar_reference() {
                 for level in SimdLevel::available() {
                     assert!(read(level) == expected, "{level} {sampler:?} {places:?}");
                 }
-                assert_eq!(expected[3], expected[4], "alpha alone has the bits of alpha");
+            }
+        }
+    }
+}
+
+#[test]
+fn textures_read_together_have_the_bits_of_each_alone() {
+    let mut noise = Noise(11);
+    for sampler in samplers() {
+        let color_spaces = [ColorSpace::Srgb, ColorSpace::Linear, ColorSpace::Srgb, ColorSpace::Linear];
+        let textures = color_spaces.map(|color_space| {
+            let image = image(40, 24, |_| (noise.bits() ^ noise.bits() << 8).to_le_bytes());
+            Texture::new(image, color_space, AlphaUse::Data, sampler)
+        });
+        let textures: [&Texture; MAX_TOGETHER] = textures.each_ref();
+        assert!(textures.iter().all(|texture| texture.is_read_like(textures[0])));
+        for texels_per_pixel in [0.4, 1.0, 3.0, 20.0] {
+            let places = Places::random(&mut noise, texels_per_pixel, textures[0]);
+            for level in SimdLevel::available() {
+                crate::dispatch!(level, l => {
+                    let load = |v: &[[f32; LANES]; 2]| [l.load(&v[0]), l.load(&v[1])];
+                    let footprint = Footprint { dx: load(&places.dx), dy: load(&places.dy) };
+                    let (uv, active) = (load(&places.uv), l.mask(0x7fff));
+                    for (len, anisotropy) in [(1, 8), (3, 1), (4, 8)] {
+                        let mut together = [[l.splat(7.0); 4]; MAX_TOGETHER];
+                        let out = &mut together[..len];
+                        sample_together(l, &textures[..len], &uv, &footprint, anisotropy, active, out);
+                        for (texture, found) in textures.iter().zip(out) {
+                            let alone = sample(l, texture, uv, &footprint, anisotropy, active);
+                            for n in 0..4 {
+                                let bits = |v: [f32; LANES]| v.map(f32::to_bits);
+                                let (found, alone) = (bits(found[n].to_array()), bits(alone[n].to_array()));
+                                assert_eq!(found[..15], alone[..15], "{level} {sampler:?} {len} {anisotropy}");
+                            }
+                        }
+                    }
+                });
             }
         }
     }

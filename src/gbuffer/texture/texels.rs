@@ -2,28 +2,23 @@
 
 use crate::color::srgb::SRGB8_TO_LINEAR;
 use crate::math::lanes::{Float, Int, LANES, Lanes, Mask};
-use crate::scene::{Filter, LevelLayout, Texture, Wrap};
-
-/// What is read of a texel, as N channels.
-pub(super) trait Format<const N: usize> {
-    /// The channels of sixteen texels, each the bits of a little-endian integer, in whatever unit the texture has them
-    /// cheapest.
-    fn decode<L: Lanes>(l: L, packed: L::I) -> [L::F; N];
-    /// Brings filtered channels to 0..1.
-    fn finish<F: Float>(channels: [F; N]) -> [F; N];
-}
-
-/// Red, green, blue and alpha as they are.
-pub(super) struct Rgba;
-/// Colours decoded from sRGB, and alpha.
-pub(super) struct SrgbRgba;
-/// Alpha alone.
-pub(super) struct Alpha;
+use crate::scene::{ColorSpace, Filter, LevelLayout, Sampler, Texture, Wrap};
 
 /// The largest code counts as 1.
 const CODE: f32 = 1.0 / 255.0;
 
-impl Format<4> for Rgba {
+/// The channels of sixteen texels, each the bits of a little-endian integer, in whatever unit the colour space has them
+/// cheapest.
+trait Decode {
+    fn decode<L: Lanes>(l: L, packed: L::I) -> [L::F; 4];
+}
+
+/// [`ColorSpace::Linear`]: all as they are.
+struct Linear;
+/// [`ColorSpace::Srgb`]: linear colour, and alpha as it is.
+struct Srgb;
+
+impl Decode for Linear {
     #[inline(always)]
     fn decode<L: Lanes>(_: L, packed: L::I) -> [L::F; 4] {
         [
@@ -33,50 +28,41 @@ impl Format<4> for Rgba {
             packed.shr_logical(24).to_float(),
         ]
     }
-    #[inline(always)]
-    fn finish<F: Float>(channels: [F; 4]) -> [F; 4] {
-        [channels[0] * CODE, channels[1] * CODE, channels[2] * CODE, channels[3] * CODE]
-    }
 }
 
-impl Format<4> for SrgbRgba {
+impl Decode for Srgb {
     #[inline(always)]
     fn decode<L: Lanes>(l: L, packed: L::I) -> [L::F; 4] {
         let [r, g, b] = l.look_up_bytes(&SRGB8_TO_LINEAR, packed);
         [r, g, b, packed.shr_logical(24).to_float()]
     }
-    #[inline(always)]
-    fn finish<F: Float>([r, g, b, a]: [F; 4]) -> [F; 4] {
-        [r, g, b, a * CODE]
-    }
 }
 
-impl Format<1> for Alpha {
-    #[inline(always)]
-    fn decode<L: Lanes>(_: L, packed: L::I) -> [L::F; 1] {
-        [packed.shr_logical(24).to_float()]
-    }
-    #[inline(always)]
-    fn finish<F: Float>([a]: [F; 1]) -> [F; 1] {
-        [a * CODE]
+/// Brings filtered channels of a colour space to 0..1.
+#[inline(always)]
+pub(super) fn finish<F: Float>(color_space: ColorSpace, [r, g, b, a]: [F; 4]) -> [F; 4] {
+    match color_space {
+        ColorSpace::Srgb => [r, g, b, a * CODE],
+        ColorSpace::Linear => [r * CODE, g * CODE, b * CODE, a * CODE],
     }
 }
 
 /// Size and place of the level of each lane.
-struct Levels<'a, L: Lanes> {
-    texels: &'a [[u8; 4]],
+pub(super) struct LevelLanes<L: Lanes> {
+    /// Level 0, which lies in an array of its own.
+    is_0: bool,
     width: L::I,
     height: L::I,
     offset: L::I,
 }
 
-impl<'a, L: Lanes> Levels<'a, L> {
-    /// One level for all lanes.
+impl<L: Lanes> LevelLanes<L> {
+    /// One level, which must exist, for all lanes.
     #[inline(always)]
-    fn uniform(l: L, texture: &'a Texture, level: i32) -> Self {
+    pub fn uniform(l: L, texture: &Texture, level: i32) -> Self {
         let LevelLayout { width, height, offset } = texture.layout()[level as usize];
         Self {
-            texels: if level == 0 { texture.image().texels() } else { texture.reduced() },
+            is_0: level == 0,
             width: l.splat_i(width as i32),
             height: l.splat_i(height as i32),
             offset: l.splat_i(offset as i32),
@@ -85,7 +71,7 @@ impl<'a, L: Lanes> Levels<'a, L> {
 
     /// Any levels but 0; lanes at level 0 read something of no meaning.
     #[inline(always)]
-    fn reduced(l: L, texture: &'a Texture, levels: &[i32; LANES]) -> Self {
+    pub fn reduced(l: L, texture: &Texture, levels: &[i32; LANES]) -> Self {
         let mut planes = [[0; LANES]; 3];
         for k in 0..LANES {
             let LevelLayout { width, height, offset } = texture.layout()[levels[k] as usize];
@@ -94,7 +80,7 @@ impl<'a, L: Lanes> Levels<'a, L> {
             planes[2][k] = offset as i32;
         }
         Self {
-            texels: texture.reduced(),
+            is_0: false,
             width: l.load_i(&planes[0]),
             height: l.load_i(&planes[1]),
             offset: l.load_i(&planes[2]),
@@ -102,93 +88,89 @@ impl<'a, L: Lanes> Levels<'a, L> {
     }
 }
 
-impl<L: Lanes> Levels<'_, L> {
-    /// The texel at an index, as the bits of a little-endian integer. An index outside reads something of no meaning.
+/// Where the texels lie that a filter combines, and how far each lane is from one to the next: the same in all textures
+/// that are read alike.
+pub(super) struct Corners<L: Lanes> {
+    /// In level 0.
+    is_0: bool,
+    /// One texel a lane and not four.
+    is_one: bool,
+    /// The right ones follow the left ones in every lane.
+    are_pairs: bool,
+    /// Upper left, lower left; upper right and lower right, unless they are pairs.
+    index: [L::I; 4],
+    /// How far to the right, and down.
+    fractions: [L::F; 2],
+}
+
+impl<L: Lanes> Corners<L> {
     #[inline(always)]
-    fn texel(&self, l: L, index: L::I) -> L::I {
-        l.gather_bytes(self.texels, index)
-    }
-}
-
-/// One level per lane, filtered within. `level` must exist.
-#[inline(always)]
-pub(super) fn sample_level<L: Lanes, T: Format<N>, const N: usize>(
-    l: L,
-    texture: &Texture,
-    level: L::I,
-    uv: [L::F; 2],
-    filter: Filter,
-    active: L::M,
-) -> [L::F; N] {
-    // Neighbouring fragments nearly always lie on one level.
-    let of_lane = level.to_array();
-    let first = of_lane[active.bits().trailing_zeros() as usize % LANES];
-    let at_first = level.eq(l.splat_i(first)) | !active;
-    let uniform = at_first.all();
-    let at_0 = level.eq(l.splat_i(0));
-    let mut result = [l.zero(); N];
-    for part in 0..2 {
-        let levels = match (uniform, part) {
-            (true, 0) => Levels::uniform(l, texture, first),
-            (false, 0) => Levels::reduced(l, texture, &of_lane),
-            // Level 0 lies in an array of its own.
-            (false, 1) if (at_0 & active).any() => Levels::uniform(l, texture, 0),
-            _ => break,
-        };
-        let texel = sample_within::<L, T, N>(l, texture, &levels, uv, filter);
-        for n in 0..N {
-            result[n] = if part == 0 { texel[n] } else { at_0.select(texel[n], result[n]) };
-        }
-    }
-    result
-}
-
-#[inline(always)]
-fn sample_within<L: Lanes, T: Format<N>, const N: usize>(
-    l: L,
-    texture: &Texture,
-    levels: &Levels<'_, L>,
-    uv: [L::F; 2],
-    filter: Filter,
-) -> [L::F; N] {
-    let sampler = texture.sampler();
-    let u = wrap_coordinate(uv[0], sampler.wrap_u) * levels.width.to_float();
-    let v = wrap_coordinate(uv[1], sampler.wrap_v) * levels.height.to_float();
-    match filter {
-        Filter::Nearest => {
-            let x = u.to_int().min(levels.width + -1);
-            let y = v.to_int().min(levels.height + -1);
-            T::decode(l, levels.texel(l, y * levels.width + levels.offset + x))
-        }
-        Filter::Linear => {
-            let ([x0, x1], s) = neighbours(u, levels.width, sampler.wrap_u);
-            let ([y0, y1], t) = neighbours(v, levels.height, sampler.wrap_v);
-            let row_0 = y0 * levels.width + levels.offset;
-            let inside = x1.eq(x0 + 1) & y1.eq(y0 + 1);
-            let [upper_left, upper_right, lower_left, lower_right] = if inside.all() {
-                let [a, b] = l.gather_pairs_bytes(levels.texels, row_0 + x0);
-                let [c, d] = l.gather_pairs_bytes(levels.texels, row_0 + x0 + levels.width);
-                [a, b, c, d]
-            } else {
-                let row_1 = y1 * levels.width + levels.offset;
-                [
-                    levels.texel(l, row_0 + x0),
-                    levels.texel(l, row_0 + x1),
-                    levels.texel(l, row_1 + x0),
-                    levels.texel(l, row_1 + x1),
-                ]
-            };
-            let mut result = T::decode(l, upper_left);
-            let right = T::decode(l, upper_right);
-            let lower_left = T::decode(l, lower_left);
-            let lower_right = T::decode(l, lower_right);
-            for n in 0..N {
-                let upper = result[n].lerp(right[n], s);
-                let lower = lower_left[n].lerp(lower_right[n], s);
-                result[n] = upper.lerp(lower, t);
+    pub fn new(l: L, sampler: &Sampler, levels: &LevelLanes<L>, uv: [L::F; 2], filter: Filter) -> Self {
+        let LevelLanes { is_0, width, height, offset } = *levels;
+        let u = wrap_coordinate(uv[0], sampler.wrap_u) * width.to_float();
+        let v = wrap_coordinate(uv[1], sampler.wrap_v) * height.to_float();
+        match filter {
+            Filter::Nearest => {
+                let x = u.to_int().min(width + -1);
+                let y = v.to_int().min(height + -1);
+                let index = y * width + offset + x;
+                Self { is_0, is_one: true, are_pairs: false, index: [index; 4], fractions: [l.zero(); 2] }
             }
-            result
+            Filter::Linear => {
+                let ([x0, x1], s) = neighbours(u, width, sampler.wrap_u);
+                let ([y0, y1], t) = neighbours(v, height, sampler.wrap_v);
+                let upper = y0 * width + offset;
+                let lower = y1 * width + offset;
+                Self {
+                    is_0,
+                    is_one: false,
+                    are_pairs: x1.eq(x0 + 1).all(),
+                    index: [upper + x0, lower + x0, upper + x1, lower + x1],
+                    fractions: [s, t],
+                }
+            }
         }
+    }
+
+    /// What the filter makes of them in a texture, in the unit of [`finish`].
+    #[inline(always)]
+    pub fn read(&self, l: L, texture: &Texture) -> [L::F; 4] {
+        let texels = if self.is_0 { texture.image().texels() } else { texture.reduced() };
+        let [upper_left, lower_left, upper_right, lower_right] = self.index;
+        let packed = if self.are_pairs {
+            let [a, b] = l.gather_pairs_bytes(texels, upper_left);
+            let [c, d] = l.gather_pairs_bytes(texels, lower_left);
+            [a, b, c, d]
+        } else {
+            let a = l.gather_bytes(texels, upper_left);
+            if self.is_one {
+                return match texture.color_space() {
+                    ColorSpace::Srgb => Srgb::decode(l, a),
+                    ColorSpace::Linear => Linear::decode(l, a),
+                };
+            }
+            let b = l.gather_bytes(texels, upper_right);
+            [a, b, l.gather_bytes(texels, lower_left), l.gather_bytes(texels, lower_right)]
+        };
+        match texture.color_space() {
+            ColorSpace::Srgb => self.blend::<Srgb>(l, packed),
+            ColorSpace::Linear => self.blend::<Linear>(l, packed),
+        }
+    }
+
+    #[inline(always)]
+    fn blend<T: Decode>(&self, l: L, [a, b, c, d]: [L::I; 4]) -> [L::F; 4] {
+        let [s, t] = self.fractions;
+        let mut result = T::decode(l, a);
+        let upper_right = T::decode(l, b);
+        let lower_left = T::decode(l, c);
+        let lower_right = T::decode(l, d);
+        for n in 0..4 {
+            let upper = result[n].lerp(upper_right[n], s);
+            let lower = lower_left[n].lerp(lower_right[n], s);
+            result[n] = upper.lerp(lower, t);
+        }
+        result
     }
 }
 

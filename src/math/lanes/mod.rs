@@ -133,17 +133,32 @@ pub trait Lanes: Copy + Send + Sync + 'static {
     /// [`Lanes::gather_pairs_u32`] of four bytes each, as little-endian integers.
     #[inline(always)]
     fn gather_pairs_bytes(self, table: &[[u8; 4]], index: Self::I) -> [Self::I; 2] {
-        let pairs = pairs(table, &index.to_array());
-        self.unzip(each!(k => [i32::from_le_bytes(pairs[k][0]), i32::from_le_bytes(pairs[k][1])]))
+        let index = index.to_array();
+        let mut pairs = [0; LANES];
+        if let Some(last) = table.len().checked_sub(2) {
+            for k in 0..LANES {
+                let first = (index[k] as u32 as usize).min(last);
+                // One number of eight bytes from the start: compilers take two of four apart again.
+                if let Some(pair) = table[first..].first_chunk::<2>() {
+                    pairs[k] = i64::from_le_bytes(*pair.as_flattened().first_chunk().unwrap_or(&[0; 8]));
+                }
+            }
+        }
+        self.unzip_halves(pairs)
+    }
+    /// The lower and the upper halves of sixteen numbers.
+    #[inline(always)]
+    fn unzip_halves(self, numbers: [i64; LANES]) -> [Self::I; 2] {
+        let (mut lower, mut upper) = ([0; LANES], [0; LANES]);
+        for (k, number) in numbers.into_iter().enumerate() {
+            (lower[k], upper[k]) = (number as i32, (number >> 32) as i32);
+        }
+        [self.load_i(&lower), self.load_i(&upper)]
     }
     /// The first and the second numbers of sixteen pairs.
     #[inline(always)]
     fn unzip(self, pairs: [[i32; 2]; LANES]) -> [Self::I; 2] {
-        let (mut first, mut second) = ([0; LANES], [0; LANES]);
-        for (k, [a, b]) in pairs.into_iter().enumerate() {
-            (first[k], second[k]) = (a, b);
-        }
-        [self.load_i(&first), self.load_i(&second)]
+        self.unzip_halves(each!(pair in pairs => i64::from(pair[0] as u32) | i64::from(pair[1]) << 32))
     }
     /// Sixteen pairs of numbers of two vectors.
     #[inline(always)]

@@ -4,8 +4,8 @@ use super::{Float, Int, LANES, Lanes, Mask};
 use crate::each;
 use fearless_simd::{Bytes, ExtractToken};
 use fearless_simd::{
-    Select, Simd, SimdBase, SimdFloat, SimdInt, SimdMask, f32x4, f32x16, i32x4, i32x8, i32x16, mask32x16,
-    u32x16,
+    Select, Simd, SimdBase, SimdFloat, SimdInt, SimdMask, f32x4, f32x16, i32x4, i32x8, i32x16, i64x2,
+    mask32x16, u32x16,
 };
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
@@ -92,11 +92,12 @@ impl<S: Simd> Lanes for Vector<S> {
         self.0.vectorize(f)
     }
     #[inline(always)]
-    fn unzip(self, pairs: [[i32; 2]; LANES]) -> [VectorInt<S>; 2] {
-        // Put together by halves: from one array of all, AVX-512 code inserts pair by pair, each waiting for the last.
+    fn unzip_halves(self, numbers: [i64; LANES]) -> [VectorInt<S>; 2] {
+        // Put together by halves: from one array of all, AVX-512 code inserts pair by pair, each waiting for the last. And
+        // as numbers of 64 bits: two are one vector after two instructions, four numbers of 32 bits after four and more.
         let quarter: [i32x4<S>; 8] = each!(k => {
-            let ([a, b], [c, d]) = (pairs[2 * k], pairs[2 * k + 1]);
-            i32x4::load_array(self.0, [a, b, c, d])
+            let pair = i64x2::load_array(self.0, [numbers[2 * k], numbers[2 * k + 1]]);
+            pair.bitcast()
         });
         let [a, b, c, d]: [i32x8<S>; 4] =
             each!(k => self.0.combine_i32x4(quarter[2 * k], quarter[2 * k + 1]));
