@@ -135,27 +135,48 @@ impl<L: Lanes> Corners<L> {
     /// What the filter makes of them in a texture, in the unit of [`finish`].
     #[inline(always)]
     pub fn read(&self, l: L, texture: &Texture) -> [L::F; 4] {
-        let texels = if self.is_0 { texture.image().texels() } else { texture.reduced() };
-        let [upper_left, lower_left, upper_right, lower_right] = self.index;
-        let packed = if self.are_pairs {
-            let [a, b] = l.gather_pairs_bytes(texels, upper_left);
-            let [c, d] = l.gather_pairs_bytes(texels, lower_left);
-            [a, b, c, d]
-        } else {
-            let a = l.gather_bytes(texels, upper_left);
-            if self.is_one {
-                return match texture.color_space() {
-                    ColorSpace::Srgb => Srgb::decode(l, a),
-                    ColorSpace::Linear => Linear::decode(l, a),
-                };
-            }
-            let b = l.gather_bytes(texels, upper_right);
-            [a, b, l.gather_bytes(texels, lower_left), l.gather_bytes(texels, lower_right)]
-        };
-        match texture.color_space() {
-            ColorSpace::Srgb => self.blend::<Srgb>(l, packed),
-            ColorSpace::Linear => self.blend::<Linear>(l, packed),
+        if !self.are_pairs {
+            return self.read_one_by_one(l, texture);
         }
+        let texels = self.texels(texture);
+        let [a, b] = l.gather_pairs_bytes(texels, self.index[0]);
+        let [c, d] = l.gather_pairs_bytes(texels, self.index[1]);
+        match texture.color_space() {
+            ColorSpace::Srgb => self.blend::<Srgb>(l, [a, b, c, d]),
+            ColorSpace::Linear => self.blend::<Linear>(l, [a, b, c, d]),
+        }
+    }
+
+    /// The same where texels are no pairs. A function of its own: inlined, its indices were taken out of their vectors even
+    /// where they are not used.
+    #[inline(never)]
+    fn read_one_by_one(&self, l: L, texture: &Texture) -> [L::F; 4] {
+        l.run(
+            #[inline(always)]
+            || {
+                let texels = self.texels(texture);
+                let [upper_left, lower_left, upper_right, lower_right] = self.index;
+                let a = l.gather_bytes(texels, upper_left);
+                if self.is_one {
+                    return match texture.color_space() {
+                        ColorSpace::Srgb => Srgb::decode(l, a),
+                        ColorSpace::Linear => Linear::decode(l, a),
+                    };
+                }
+                let b = l.gather_bytes(texels, upper_right);
+                let c = l.gather_bytes(texels, lower_left);
+                let d = l.gather_bytes(texels, lower_right);
+                match texture.color_space() {
+                    ColorSpace::Srgb => self.blend::<Srgb>(l, [a, b, c, d]),
+                    ColorSpace::Linear => self.blend::<Linear>(l, [a, b, c, d]),
+                }
+            },
+        )
+    }
+
+    #[inline(always)]
+    fn texels<'a>(&self, texture: &'a Texture) -> &'a [[u8; 4]] {
+        if self.is_0 { texture.image().texels() } else { texture.reduced() }
     }
 
     #[inline(always)]
