@@ -1,6 +1,6 @@
 //! What fragments have beyond base, coat and emission.
 
-use super::surface::Reader;
+use super::reader::Reader;
 use crate::math;
 use crate::math::lanes::{Float, Lanes, Mask};
 use crate::math::vec3::V3;

@@ -8,6 +8,7 @@ mod incident;
 mod lighting;
 mod lobes;
 mod models;
+mod reader;
 mod record;
 mod surface;
 mod transmission;

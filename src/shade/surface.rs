@@ -9,12 +9,12 @@
 
 use super::ShadeContext;
 use super::lobes::LobeValues;
+use super::reader::{Reader, coordinates};
 use crate::each;
-use crate::gbuffer::texture::{Footprint, MAX_TOGETHER, sample_together};
 use crate::gbuffer::{Batch, Location, locate};
 use crate::math::lanes::{Float, Lanes, Mask};
 use crate::math::vec3::{self, V3};
-use crate::scene::{AlphaMode, Material, Mesh, NormalTexture, Texture, TextureRef, UvTransform, Workflow};
+use crate::scene::{AlphaMode, Material, Mesh, NormalTexture, TextureRef, Workflow};
 
 /// Reflectance of the base in the workflow of its material.
 #[derive(Clone, Copy)]
@@ -103,157 +103,6 @@ pub struct Surface<L: Lanes> {
     pub distance: L::F,
     /// The depth that the rasterizer compares.
     pub depth: L::F,
-}
-
-/// Texture coordinates of a batch and their footprints, for the sets that the material uses.
-pub(super) struct Coordinates<L: Lanes> {
-    uv: [[L::F; 2]; 2],
-    derivatives: [[[L::F; 2]; 2]; 2],
-}
-
-/// Reads textures for one batch.
-pub(super) struct Reader<'a, L: Lanes> {
-    l: L,
-    context: &'a ShadeContext<'a>,
-    coordinates: Coordinates<L>,
-    active: L::M,
-}
-
-impl<'a, L: Lanes> Reader<'a, L> {
-    #[inline(always)]
-    pub(super) fn new(
-        l: L,
-        context: &'a ShadeContext<'a>,
-        coordinates: Coordinates<L>,
-        batch: &Batch,
-    ) -> Self {
-        Self { l, context, coordinates, active: l.mask(batch.active()) }
-    }
-
-    #[inline(always)]
-    pub(super) fn read(&self, texture: &TextureRef) -> [L::F; 4] {
-        let (uv, footprint) = self.place(texture);
-        let mut out = [[self.l.zero(); 4]];
-        let of = self.texture(texture);
-        sample_together(self.l, &[of], &uv, &footprint, self.context.anisotropy, self.active, &mut out);
-        out[0]
-    }
-
-    /// Several textures, each in its place; what the place of none holds has no meaning. Those that are read alike are read
-    /// in one go, and one that stands in several places once.
-    #[inline(always)]
-    pub(super) fn read_all<const N: usize>(&self, textures: [Option<&TextureRef>; N]) -> [[L::F; 4]; N] {
-        let mut texels = [[self.l.zero(); 4]; N];
-        let mut left = textures;
-        for k in 0..N {
-            let Some(first) = left[k].take() else { continue };
-            let of_first = self.texture(first);
-            let mut group = [of_first; MAX_TOGETHER];
-            let mut places = [0; N];
-            let mut len = 1;
-            places[k] = 1;
-            for j in k + 1..N {
-                let Some(other) = left[j] else { continue };
-                if (other.uv_set, &other.transform) != (first.uv_set, &first.transform) {
-                    continue;
-                }
-                let of_other = self.texture(other);
-                let known = group[..len].iter().position(|&texture| std::ptr::eq(texture, of_other));
-                let member = match known {
-                    Some(member) => member,
-                    None if len < MAX_TOGETHER && of_other.is_read_like(of_first) => {
-                        group[len] = of_other;
-                        len += 1;
-                        len - 1
-                    }
-                    None => continue,
-                };
-                left[j] = None;
-                places[j] = member + 1;
-            }
-            let (uv, footprint) = self.place(first);
-            let mut out = [[self.l.zero(); 4]; MAX_TOGETHER];
-            sample_together(
-                self.l,
-                &group[..len],
-                &uv,
-                &footprint,
-                self.context.anisotropy,
-                self.active,
-                &mut out[..len],
-            );
-            for j in k..N {
-                if let Some(member) = places[j].checked_sub(1) {
-                    texels[j] = out[member];
-                }
-            }
-        }
-        texels
-    }
-
-    #[inline(always)]
-    fn texture(&self, texture: &TextureRef) -> &'a Texture {
-        &self.context.textures[texture.texture.index()]
-    }
-
-    /// Where a texture is read.
-    #[inline(always)]
-    fn place(&self, texture: &TextureRef) -> ([L::F; 2], Footprint<L>) {
-        let set = usize::from(texture.uv_set & 1);
-        let mut uv = self.coordinates.uv[set];
-        let [mut dx, mut dy] = self.coordinates.derivatives[set];
-        if texture.transform != UvTransform::IDENTITY {
-            let rows = texture.transform.rows;
-            uv = each!(r in rows => uv[0] * r[0] + uv[1] * r[1] + r[2]);
-            dx = each!(r in rows => dx[0] * r[0] + dx[1] * r[1]);
-            dy = each!(r in rows => dy[0] * r[0] + dy[1] * r[1]);
-        }
-        (uv, Footprint { dx, dy })
-    }
-
-    /// A texture times its factors, or the factors alone.
-    #[inline(always)]
-    pub(super) fn factor<const N: usize>(
-        &self,
-        factors: [f32; N],
-        texture: Option<&TextureRef>,
-        channels: [usize; N],
-    ) -> [L::F; N] {
-        match texture {
-            Some(texture) => {
-                let texel = self.read(texture);
-                each!(n => texel[channels[n]] * factors[n])
-            }
-            None => each!(f in factors => self.l.splat(f)),
-        }
-    }
-}
-
-/// Texture coordinates at the fragments; only the sets that the material reads are fetched.
-#[inline(always)]
-pub(super) fn coordinates<L: Lanes>(
-    l: L,
-    context: &ShadeContext<'_>,
-    batch: &Batch,
-    location: &Location<L>,
-) -> Coordinates<L> {
-    let zero = [l.zero(); 2];
-    let mut out = Coordinates { uv: [zero; 2], derivatives: [[zero; 2]; 2] };
-    // All lanes have one material.
-    let sets = context.draws[batch.vertices.draw(0) as usize].uv_sets;
-    for set in 0..2 {
-        if sets[set] {
-            let vertices = batch.vertices.attribute(
-                l,
-                context.draws,
-                [0.0; 2],
-                if set == 0 { |m| m.uvs(0) } else { |m| m.uvs(1) },
-            );
-            out.uv[set] = location.interpolate(&vertices);
-            out.derivatives[set] = location.derivatives(&vertices);
-        }
-    }
-    out
 }
 
 /// Opacity of a batch: base colour's alpha, texture and vertex colour.

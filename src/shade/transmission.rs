@@ -20,7 +20,8 @@
 
 use super::incident::{Surroundings, sample_light};
 use super::lobes::{color, scalar};
-use super::surface::{Reader, coordinates, opacity};
+use super::reader::{Reader, coordinates};
+use super::surface::opacity;
 use super::{Backdrop, Reflectance, ShadeContext, Surface};
 use crate::brdf::{fresnel, ggx, tables};
 use crate::coat::gltf::ibl_ggx_fresnel;

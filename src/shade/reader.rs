@@ -1,0 +1,232 @@
+//! Reads the textures of a material for a batch of fragments.
+
+use super::ShadeContext;
+use crate::each;
+use crate::gbuffer::texture::{Footprint, MAX_TOGETHER, sample, sample_together};
+use crate::gbuffer::{Batch, Location};
+use crate::math::lanes::Lanes;
+use crate::scene::{Texture, TextureRef, UvTransform};
+
+/// Texture coordinates of a batch and their footprints, for the sets that the material uses.
+pub(super) struct Coordinates<L: Lanes> {
+    pub(super) uv: [[L::F; 2]; 2],
+    derivatives: [[[L::F; 2]; 2]; 2],
+}
+
+/// Reads textures for one batch.
+pub(super) struct Reader<'a, L: Lanes> {
+    l: L,
+    context: &'a ShadeContext<'a>,
+    coordinates: Coordinates<L>,
+    active: L::M,
+}
+
+impl<'a, L: Lanes> Reader<'a, L> {
+    #[inline(always)]
+    pub(super) fn new(
+        l: L,
+        context: &'a ShadeContext<'a>,
+        coordinates: Coordinates<L>,
+        batch: &Batch,
+    ) -> Self {
+        Self { l, context, coordinates, active: l.mask(batch.active()) }
+    }
+
+    #[inline(always)]
+    pub(super) fn read(&self, texture: &TextureRef) -> [L::F; 4] {
+        let (uv, footprint) = self.place(texture);
+        let of = &self.context.textures[texture.texture.index()];
+        sample(self.l, of, uv, &footprint, self.context.anisotropy, self.active)
+    }
+
+    /// Several textures, each in its place; what the place of none holds has no meaning. Those that are read alike are read
+    /// in one go, and one that stands in several places once.
+    #[inline(always)]
+    pub(super) fn read_all<const N: usize>(&self, textures: [Option<&TextureRef>; N]) -> [[L::F; 4]; N] {
+        let l = self.l;
+        let mut texels = [[l.zero(); 4]; N];
+        let mut left = textures;
+        while let Some((first, group)) = Group::take(&mut left, self.context.textures) {
+            let (uv, footprint) = self.place(first);
+            let mut out = [[l.zero(); 4]; MAX_TOGETHER];
+            let (textures, out) = (&group.textures[..group.len], &mut out[..group.len]);
+            sample_together(l, textures, &uv, &footprint, self.context.anisotropy, self.active, out);
+            for (texel, member) in texels.iter_mut().zip(group.member_of_place) {
+                if let Some(member) = member {
+                    *texel = out[member];
+                }
+            }
+        }
+        texels
+    }
+
+    /// Where a texture is read.
+    #[inline(always)]
+    fn place(&self, texture: &TextureRef) -> ([L::F; 2], Footprint<L>) {
+        let set = usize::from(texture.uv_set & 1);
+        let mut uv = self.coordinates.uv[set];
+        let [mut dx, mut dy] = self.coordinates.derivatives[set];
+        if texture.transform != UvTransform::IDENTITY {
+            let rows = texture.transform.rows;
+            uv = each!(r in rows => uv[0] * r[0] + uv[1] * r[1] + r[2]);
+            dx = each!(r in rows => dx[0] * r[0] + dx[1] * r[1]);
+            dy = each!(r in rows => dy[0] * r[0] + dy[1] * r[1]);
+        }
+        (uv, Footprint { dx, dy })
+    }
+
+    /// A texture times its factors, or the factors alone.
+    #[inline(always)]
+    pub(super) fn factor<const N: usize>(
+        &self,
+        factors: [f32; N],
+        texture: Option<&TextureRef>,
+        channels: [usize; N],
+    ) -> [L::F; N] {
+        match texture {
+            Some(texture) => {
+                let texel = self.read(texture);
+                each!(n => texel[channels[n]] * factors[n])
+            }
+            None => each!(f in factors => self.l.splat(f)),
+        }
+    }
+}
+
+/// Textures that are read at the same places with the same weights.
+struct Group<'a, const N: usize> {
+    textures: [&'a Texture; MAX_TOGETHER],
+    /// How many they are, from 1.
+    len: usize,
+    /// Which of them each place is, if any.
+    member_of_place: [Option<usize>; N],
+}
+
+impl<'a, const N: usize> Group<'a, N> {
+    /// Takes the first texture that is left and those that are read like it.
+    fn take<'r>(
+        left: &mut [Option<&'r TextureRef>; N],
+        textures: &'a [Texture],
+    ) -> Option<(&'r TextureRef, Self)> {
+        let start = left.iter().position(Option::is_some)?;
+        let first = left[start].take()?;
+        let of_first = &textures[first.texture.index()];
+        let mut group = Self { textures: [of_first; MAX_TOGETHER], len: 1, member_of_place: [None; N] };
+        group.member_of_place[start] = Some(0);
+        for (place, member) in left.iter_mut().zip(&mut group.member_of_place).skip(start + 1) {
+            let Some(other) = *place else { continue };
+            let of_other = &textures[other.texture.index()];
+            if (other.uv_set, other.transform) != (first.uv_set, first.transform)
+                || !of_other.is_read_like(of_first)
+            {
+                continue;
+            }
+            let mut known = group.textures[..group.len].iter();
+            let index = match known.position(|texture| std::ptr::eq(*texture, of_other)) {
+                Some(index) => index,
+                None if group.len < MAX_TOGETHER => {
+                    group.textures[group.len] = of_other;
+                    group.len += 1;
+                    group.len - 1
+                }
+                None => continue,
+            };
+            (*place, *member) = (None, Some(index));
+        }
+        Some((first, group))
+    }
+}
+
+/// Texture coordinates at the fragments; only the sets that the material reads are fetched.
+#[inline(always)]
+pub(super) fn coordinates<L: Lanes>(
+    l: L,
+    context: &ShadeContext<'_>,
+    batch: &Batch,
+    location: &Location<L>,
+) -> Coordinates<L> {
+    let zero = [l.zero(); 2];
+    let mut out = Coordinates { uv: [zero; 2], derivatives: [[zero; 2]; 2] };
+    // All lanes have one material.
+    let sets = context.draws[batch.vertices.draw(0) as usize].uv_sets;
+    for set in 0..2 {
+        if sets[set] {
+            let vertices = batch.vertices.attribute(
+                l,
+                context.draws,
+                [0.0; 2],
+                if set == 0 { |m| m.uvs(0) } else { |m| m.uvs(1) },
+            );
+            out.uv[set] = location.interpolate(&vertices);
+            out.derivatives[set] = location.derivatives(&vertices);
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{AlphaUse, ColorSpace, Image, Sampler, TextureId, Wrap};
+    use std::sync::Arc;
+
+    fn texture(width: u32, wrap_u: Wrap) -> Texture {
+        let image = Image::new(width, 2, vec![[9; 4]; 2 * width as usize]).unwrap();
+        let sampler = Sampler { wrap_u, ..Sampler::default() };
+        Texture::new(Arc::new(image), ColorSpace::Linear, AlphaUse::Data, sampler)
+    }
+
+    fn by(texture: u32) -> TextureRef {
+        TextureRef { texture: TextureId(texture), uv_set: 0, transform: UvTransform::IDENTITY }
+    }
+
+    /// The members' numbers for each place, group by group.
+    fn groups<const N: usize>(
+        textures: &[Texture],
+        places: [Option<TextureRef>; N],
+    ) -> Vec<[Option<usize>; N]> {
+        let mut left = places.each_ref().map(Option::as_ref);
+        std::iter::from_fn(|| {
+            let (first, group) = Group::take(&mut left, textures)?;
+            assert!(std::ptr::eq(group.textures[0], &textures[first.texture.index()]));
+            assert_eq!(group.member_of_place.iter().flatten().max(), Some(&(group.len - 1)));
+            Some(group.member_of_place)
+        })
+        .collect()
+    }
+
+    #[test]
+    fn textures_of_one_size_sampler_and_place_are_one_group() {
+        let textures = [texture(4, Wrap::Repeat), texture(4, Wrap::Repeat), texture(8, Wrap::Repeat)];
+        let places = [Some(by(1)), None, Some(by(0)), Some(by(2)), Some(by(1))];
+        let expected = [[Some(0), None, Some(1), None, Some(0)], [None, None, None, Some(0), None]];
+        assert_eq!(groups(&textures, places), expected);
+        assert_eq!(groups(&textures, [None; 3]), [[None; 3]; 0]);
+    }
+
+    #[test]
+    fn another_sampler_set_or_transform_is_another_group() {
+        let textures = [texture(4, Wrap::Repeat), texture(4, Wrap::ClampToEdge)];
+        let shifted = UvTransform { rows: [[1.0, 0.0, 0.5], [0.0, 1.0, 0.0]] };
+        let places = [
+            Some(by(0)),
+            Some(by(1)),
+            Some(TextureRef { uv_set: 1, ..by(0) }),
+            Some(TextureRef { transform: shifted, ..by(0) }),
+        ];
+        assert_eq!(groups(&textures, places).len(), 4);
+    }
+
+    #[test]
+    fn groups_are_limited_and_every_place_is_in_one() {
+        let textures = [(); 6].map(|()| texture(4, Wrap::Repeat));
+        let places = [0, 1, 2, 3, 4, 5, 5, 0].map(|k| Some(by(k)));
+        let found = groups(&textures, places);
+        let whole = [Some(0), Some(1), Some(2), Some(3), None, None, None, Some(0)];
+        assert_eq!(found, [whole, [None, None, None, None, Some(0), Some(1), Some(1), None]]);
+        // A transform that does not equal itself ends as well.
+        let transform = UvTransform { rows: [[f32::NAN; 3]; 2] };
+        let broken = [Some(TextureRef { transform, ..by(0) }); 3];
+        assert_eq!(groups(&textures, broken).len(), 3);
+    }
+}
