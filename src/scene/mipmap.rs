@@ -126,6 +126,15 @@ impl Stage {
         ends
     }
 
+    /// Rounds the row last finished into its place.
+    fn store<const SRGB: bool, const COVERAGE: bool>(&mut self, texels: &mut [[u8; 4]]) {
+        let start = (self.level.offset + self.finished * self.level.width) as usize;
+        self.finished += 1;
+        for (to, &sum) in texels[start..].iter_mut().zip(&self.row) {
+            *to = encode::<SRGB, COVERAGE>(sum);
+        }
+    }
+
     /// Horizontal sums over the vertical ones, divided by the area of a share.
     fn finish_row(&mut self) {
         let [width, height] = self.source;
@@ -172,31 +181,64 @@ fn add_weighted(sums: &mut [Sum], row: &[Sum], weight: f32) {
 fn cascade<const SRGB: bool, const COVERAGE: bool>(image: &Image, levels: &[LevelLayout]) -> Vec<[u8; 4]> {
     let count = levels.last().map_or(0, |last| last.offset + last.width * last.height);
     let mut texels = vec![[0; 4]; count as usize];
-    let mut source = [image.width(), image.height()];
+    let (width, height) = (image.width(), image.height());
+    let mut source = [width, height];
     let mut stages = Vec::with_capacity(levels.len());
     for &level in levels {
         stages.push(Stage::new(source, level));
         source = [level.width, level.height];
     }
-    let mut decoded = vec![[0.0; 4]; image.width() as usize];
-    for row in image.texels().chunks_exact(image.width() as usize) {
-        for (to, &texel) in decoded.iter_mut().zip(row) {
-            *to = decode::<SRGB, COVERAGE>(texel);
+    if let ([first, further @ ..], true) =
+        (&mut stages[..], width.is_multiple_of(2) && height.is_multiple_of(2))
+    {
+        for rows in image.texels().chunks_exact(2 * width as usize) {
+            let (upper, lower) = rows.split_at(width as usize);
+            halve::<SRGB, COVERAGE>(upper, lower, &mut first.row);
+            first.store::<SRGB, COVERAGE>(&mut texels);
+            descend::<SRGB, COVERAGE>(further, &first.row, &mut texels);
         }
-        let mut source_row = &decoded;
-        for stage in &mut stages {
-            if !stage.take(source_row) {
-                break;
+    } else {
+        let mut decoded = vec![[0.0; 4]; width as usize];
+        for row in image.texels().chunks_exact(width as usize) {
+            for (to, &texel) in decoded.iter_mut().zip(row) {
+                *to = decode::<SRGB, COVERAGE>(texel);
             }
-            let start = (stage.level.offset + stage.finished * stage.level.width) as usize;
-            stage.finished += 1;
-            for (to, &sum) in texels[start..].iter_mut().zip(&stage.row) {
-                *to = encode::<SRGB, COVERAGE>(sum);
-            }
-            source_row = &stage.row;
+            descend::<SRGB, COVERAGE>(&mut stages, &decoded, &mut texels);
         }
     }
     texels
+}
+
+/// Sends a row down through levels, as far as it finishes rows.
+fn descend<const SRGB: bool, const COVERAGE: bool>(
+    stages: &mut [Stage],
+    row: &[Sum],
+    texels: &mut [[u8; 4]],
+) {
+    let mut row = row;
+    for stage in stages {
+        if !stage.take(row) {
+            return;
+        }
+        stage.store::<SRGB, COVERAGE>(texels);
+        row = &stage.row;
+    }
+}
+
+/// The row that two rows of an image of even size make: what a [`Stage`] would make of them one after the other, with the
+/// same bits, but nothing is kept between. Three quarters of all work is here.
+fn halve<const SRGB: bool, const COVERAGE: bool>(upper: &[[u8; 4]], lower: &[[u8; 4]], row: &mut [Sum]) {
+    let pairs = upper.as_chunks().0.iter().zip(lower.as_chunks().0);
+    for (to, ([a, b], [c, d])) in row.iter_mut().zip(pairs) {
+        let [a, b, c, d] = [*a, *b, *c, *d].map(
+            #[inline(always)]
+            |texel| decode::<SRGB, COVERAGE>(texel),
+        );
+        *to = std::array::from_fn(
+            #[inline(always)]
+            |k| ((a[k] + c[k]) + (b[k] + d[k])) * 0.25,
+        );
+    }
 }
 
 #[inline(always)]
@@ -311,6 +353,31 @@ mod tests {
         assert_eq!(of(13, 3), [(13, 3), (6, 1), (3, 1), (1, 1)]);
         assert_eq!(of(1, 5), [(1, 5), (1, 2), (1, 1)]);
         assert_eq!(of(1, 1), [(1, 1)]);
+    }
+
+    #[test]
+    fn two_rows_at_once_have_the_bits_of_one_after_the_other() {
+        fn check<const SRGB: bool, const COVERAGE: bool>(rows: &[Vec<[u8; 4]>; 2]) {
+            let width = rows[0].len() as u32;
+            let level = LevelLayout { width: width / 2, height: 1, offset: 0 };
+            let mut stage = Stage::new([width, 2], level);
+            for row in rows {
+                let decoded: Vec<Sum> = row.iter().map(|&texel| decode::<SRGB, COVERAGE>(texel)).collect();
+                stage.take(&decoded);
+            }
+            let mut row = vec![[0.0; 4]; level.width as usize];
+            halve::<SRGB, COVERAGE>(&rows[0], &rows[1], &mut row);
+            let bits = |row: &[Sum]| row.iter().map(|sum| sum.map(f32::to_bits)).collect::<Vec<_>>();
+            assert_eq!(bits(&row), bits(&stage.row));
+        }
+        let mut noise = noise();
+        for width in [2, 4, 26, 256] {
+            let rows = [(); 2].map(|()| (0..width).map(|_| [noise(), noise(), noise(), noise()]).collect());
+            check::<false, false>(&rows);
+            check::<false, true>(&rows);
+            check::<true, false>(&rows);
+            check::<true, true>(&rows);
+        }
     }
 
     #[test]
