@@ -50,7 +50,7 @@ pub fn sample<L: Lanes>(
 
 /// [`sample`] of up to [`MAX_TOGETHER`] textures that are read alike ([`Texture::is_read_like`]), with the same bits, each
 /// into its place of `out`: where texels lie and what they weigh is found once. Textures beyond that number, and those
-/// without a place, are left out.
+/// without a place, are left out. Lanes that are not `active` may keep what their place held.
 ///
 /// A function of its own for each instruction set, since it is large and called from many places.
 #[inline(never)]

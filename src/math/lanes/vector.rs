@@ -94,7 +94,8 @@ impl<S: Simd> Lanes for Vector<S> {
     #[inline(always)]
     fn unzip_halves(self, numbers: [i64; LANES]) -> [VectorInt<S>; 2] {
         // Put together by halves: from one array of all, AVX-512 code inserts pair by pair, each waiting for the last. And
-        // as numbers of 64 bits: two are one vector after two instructions, four numbers of 32 bits after four and more.
+        // as numbers of 64 bits: two are one vector after two instructions, four numbers of 32 bits after four and more. The
+        // lower half comes first in a vector: every processor that has one here is little-endian.
         let quarter: [i32x4<S>; 8] = each!(k => {
             let pair = i64x2::load_array(self.0, [numbers[2 * k], numbers[2 * k + 1]]);
             pair.bitcast()
