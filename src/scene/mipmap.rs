@@ -230,14 +230,8 @@ fn descend<const SRGB: bool, const COVERAGE: bool>(
 fn halve<const SRGB: bool, const COVERAGE: bool>(upper: &[[u8; 4]], lower: &[[u8; 4]], row: &mut [Sum]) {
     let pairs = upper.as_chunks().0.iter().zip(lower.as_chunks().0);
     for (to, ([a, b], [c, d])) in row.iter_mut().zip(pairs) {
-        let [a, b, c, d] = [*a, *b, *c, *d].map(
-            #[inline(always)]
-            |texel| decode::<SRGB, COVERAGE>(texel),
-        );
-        *to = std::array::from_fn(
-            #[inline(always)]
-            |k| ((a[k] + c[k]) + (b[k] + d[k])) * 0.25,
-        );
+        let [a, b, c, d] = [*a, *b, *c, *d].map(decode::<SRGB, COVERAGE>);
+        *to = std::array::from_fn(|k| ((a[k] + c[k]) + (b[k] + d[k])) * 0.25);
     }
 }
 
