@@ -226,7 +226,7 @@ fn descend<const SRGB: bool, const COVERAGE: bool>(
 }
 
 /// The row that two rows of an image of even size make: what a [`Stage`] would make of them one after the other, with the
-/// same bits, but nothing is kept between. Three quarters of all work is here.
+/// same bits, but nothing is kept between. Three quarters of all texels pass here.
 fn halve<const SRGB: bool, const COVERAGE: bool>(upper: &[[u8; 4]], lower: &[[u8; 4]], row: &mut [Sum]) {
     let pairs = upper.as_chunks().0.iter().zip(lower.as_chunks().0);
     for (to, ([a, b], [c, d])) in row.iter_mut().zip(pairs) {
