@@ -6,6 +6,7 @@
 #[allow(dead_code, reason = "other tests use the rest")]
 mod shapes;
 
+use overcoat::frame::DisplayOptions;
 use overcoat::render::{Background, RenderOptions, Renderer, ShadingModel};
 use overcoat::scene::{
     AlphaMode, AlphaUse, Camera, ColorSpace, Environment, EnvironmentSource, EquirectImage, Image, Instance,
@@ -95,13 +96,29 @@ fn cameras() -> [Camera; 4] {
     })
 }
 
-/// What `frames` frames allocate, after three turns through all cameras.
-fn count(scene: &Scene, options: &RenderOptions, threads: usize, frames: usize) -> Stats {
+/// What `frames` frames allocate, after three turns through all cameras; or as many pictures for a screen.
+fn count(
+    scene: &Scene,
+    options: &RenderOptions,
+    display: Option<&DisplayOptions>,
+    threads: usize,
+    frames: usize,
+) -> Stats {
     let mut renderer = Renderer::new(threads);
     let mut frame = |camera: &Camera| {
-        let rendered = renderer.render(scene, camera, options).unwrap();
-        assert!(rendered.stats.fragments > 0);
-        renderer.recycle(rendered.frame);
+        let stats = match display {
+            None => {
+                let rendered = renderer.render(scene, camera, options).unwrap();
+                renderer.recycle(rendered.frame);
+                rendered.stats
+            }
+            Some(display) => {
+                let rendered = renderer.render_image(scene, camera, options, display).unwrap();
+                renderer.recycle_image(rendered.image);
+                rendered.stats
+            }
+        };
+        assert!(stats.fragments > 0);
     };
     let cameras = cameras();
     let first = Region::new(COUNTED);
@@ -117,10 +134,12 @@ fn count(scene: &Scene, options: &RenderOptions, threads: usize, frames: usize) 
 fn warm_frames_allocate_nothing() {
     let scene = scene();
     for threads in [1, 2] {
-        for (samples, merge_angle, background) in [
-            (1, 0.0, Background::Transparent),
-            (8, 0.0, Background::Environment),
-            (8, 10.0, Background::Transparent),
+        let display = DisplayOptions::default();
+        for (samples, merge_angle, background, display) in [
+            (1, 0.0, Background::Transparent, None),
+            (8, 0.0, Background::Environment, None),
+            (8, 10.0, Background::Transparent, None),
+            (8, 0.0, Background::Transparent, Some(&display)),
         ] {
             let options = RenderOptions {
                 width: 80,
@@ -133,7 +152,7 @@ fn warm_frames_allocate_nothing() {
             // One thread needs no queue. Several get each frame through one place of it, which nothing can avoid: the
             // pool has no other way in that takes borrowed work.
             let (frames, blocks) = if threads == 1 { (8, 0) } else { (PLACES, 1) };
-            let found = count(&scene, &options, threads, frames);
+            let found = count(&scene, &options, display, threads, frames);
             let what = format!("{threads} threads, {samples} samples, {frames} frames: {found:?}");
             assert!(found.allocations <= blocks && found.deallocations <= blocks, "{what}");
             assert!(found.bytes_allocated <= blocks * BLOCK_BYTES, "{what}");

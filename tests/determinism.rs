@@ -2,17 +2,18 @@
 //!
 //! Threads {1, 2, 3, 7}, tiles {16, 32, 64} and the instruction sets of this machine are combined so that every pair
 //! of values of two of them occurs (a covering array, not all products). G-buffer planes are compared too, in every
-//! bit, and what each stage hands to the next, so that a failure names the stage. A level that the machine lacks is not tested here: another machine's run is.
+//! bit, and what each stage hands to the next, so that a failure names the stage; and pictures for a screen that are made
+//! without a frame. A level that the machine lacks is not tested here: another machine's run is.
 
 mod common;
 
 use common::{Shot, goldens};
 use libtest_mimic::{Arguments, Failed, Trial};
 use overcoat::cli::picture::Machine;
-use overcoat::frame::{Aov, Frame};
+use overcoat::frame::{Aov, AovPlane, DisplayImage, Frame};
 use overcoat::golden::DescribedGolden;
 use overcoat::math::lanes::SimdLevel;
-use overcoat::render::{Rendered, Renderer};
+use overcoat::render::{RenderOptions, Rendered, Renderer};
 use std::collections::BTreeSet;
 use std::process::ExitCode;
 use std::sync::{Mutex, PoisonError};
@@ -78,6 +79,7 @@ fn one_hash(golden: &DescribedGolden) -> Result<(), String> {
     shot.options.aovs = Aov::ALL.to_vec();
     shot.options.stage_hashes = true;
     let mut first: Option<(String, Rendered)> = None;
+    let mut images: Option<DisplayImage> = None;
     for [thread, tile, level] in combinations(levels.len()) {
         shot.options.tile_size = Some(TILES[tile]);
         shot.options.simd = levels[level];
@@ -86,6 +88,20 @@ fn one_hash(golden: &DescribedGolden) -> Result<(), String> {
         let rendered = renderers[thread]
             .render(&shot.scene, &shot.camera, &shot.options)
             .map_err(|error| format!("{setting}: {error}"))?;
+        // With hashes of the stages a picture for a screen has a frame beside it.
+        let options = RenderOptions { stage_hashes: false, ..shot.options.clone() };
+        let direct = renderers[thread]
+            .render_image(&shot.scene, &shot.camera, &options, &shot.display)
+            .map_err(|error| format!("{setting}: {error}"))?;
+        let bits = |planes: &[AovPlane]| -> Vec<u32> {
+            planes.iter().flat_map(|plane| &plane.data).map(|v| v.to_bits()).collect()
+        };
+        if bits(&direct.aovs) != bits(&rendered.frame.aovs) {
+            return Err(format!("{setting}: planes differ without a frame"));
+        }
+        if images.get_or_insert_with(|| direct.image.clone()) != &direct.image {
+            return Err(format!("{setting}: the picture without a frame differs"));
+        }
         match &first {
             None => first = Some((setting, rendered)),
             Some((reference, expected)) => {

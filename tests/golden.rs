@@ -1,5 +1,6 @@
 //! Every file of the folder `golden` is a test: the scene that it describes is rendered and compared, without
-//! tolerance, with the recorded hash of the linear frame and the recorded picture.
+//! tolerance, with the recorded hash of the linear frame and the recorded picture, which is made of the frame and also
+//! without one.
 //!
 //! A failure writes expected, difference and actual picture and the list of differing pixels to
 //! `target/golden-failures`. `UPDATE_GOLDENS=1` records instead, and fails: look at the pictures, then run again.
@@ -47,8 +48,17 @@ fn check(golden: &DescribedGolden) -> Result<(), String> {
     let rendered =
         renderer.render(&shot.scene, &shot.camera, &shot.options).map_err(|error| error.to_string())?;
     let hash = rendered.frame.frame_hash();
+    let direct = renderer
+        .render_image(&shot.scene, &shot.camera, &shot.options, &shot.display)
+        .map_err(|error| error.to_string())?;
     idle().push(renderer);
     let image = DisplayImage::new(&rendered.frame, &shot.display);
+    if direct.image != image {
+        return Err("the picture without a frame is another one than that of the frame".to_owned());
+    }
+    if direct.tinted != rendered.frame.is_tinted() || direct.stats.fragments != rendered.stats.fragments {
+        return Err("what is said of the picture without a frame differs".to_owned());
+    }
     let actual = Picture { width: image.width, height: image.height, pixels: image.pixels };
     if std::env::var_os("UPDATE_GOLDENS").is_some_and(|value| value == "1") {
         return Err(golden.accept(&hash, &actual).to_string());

@@ -123,7 +123,7 @@ pub fn run(args: &CompareModelsArgs) -> Result<(), Failure> {
         });
     }
     warnings.extend(nothing_to_see(&scene, &rendered.stats));
-    warnings.extend(lost_tint(&rendered.frame, &drawing.display));
+    warnings.extend(lost_tint(rendered.frame.is_tinted(), &drawing.display));
 
     drawing.progress.stage("encoding");
     let [width, height] = sheet.size();

@@ -11,7 +11,7 @@ use crate::jobs::Jobs;
 use crate::limits::Limits;
 use crate::load::{Loaded, Warning};
 use crate::output::DisplayOptions;
-use crate::render::{RenderOptions, Rendered, Renderer};
+use crate::render::{RenderOptions, Rendered, RenderedImage, Renderer};
 use crate::scene::{Camera, Scene};
 use std::fmt::Display;
 use std::path::PathBuf;
@@ -153,6 +153,21 @@ impl Drawing {
         camera: &Camera,
     ) -> Result<Rendered, Failure> {
         let rendered = renderer.render(scene, camera, &self.options);
+        rendered.map_err(|e| Failure::render(&e).at(&source.path))
+    }
+
+    /// Takes a picture of a model's scene for a screen.
+    ///
+    /// # Errors
+    /// [`Failure`] naming the model and the reason.
+    pub(super) fn render_image(
+        &self,
+        source: &ModelSource,
+        renderer: &mut Renderer,
+        scene: &Scene,
+        camera: &Camera,
+    ) -> Result<RenderedImage, Failure> {
+        let rendered = renderer.render_image(scene, camera, &self.options, &self.display);
         rendered.map_err(|e| Failure::render(&e).at(&source.path))
     }
 

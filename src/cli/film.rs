@@ -81,7 +81,7 @@ impl Film {
             self.nothing = None;
         }
         if self.tint.is_none() {
-            self.tint = lost_tint(&rendered.frame, &self.drawing.display);
+            self.tint = lost_tint(rendered.frame.is_tinted(), &self.drawing.display);
         }
         renderer.recycle(rendered.frame);
         Ok(())

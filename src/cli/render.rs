@@ -5,9 +5,10 @@ use super::drawing::Drawing;
 use super::failure::{Failure, file_name};
 use super::losses::{losses, losses_of_light};
 use super::report::{self, Stages, Versions};
-use super::target::Target;
+use super::target::{Pixels, Target};
 use crate::load::Loaded;
 use crate::output::OutputFormat;
+use crate::render::{Rendered, RenderedImage};
 use serde::{Serialize, Serializer};
 use std::time::Instant;
 
@@ -79,24 +80,34 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let Loaded { scene, mut warnings } = drawing.load(renderer.jobs(), &mut stages)?;
     let camera = drawing.camera(source, &scene)?;
     drawing.progress.stage(format!("rendering {} triangles", scene.triangle_count()));
-    let rendered = drawing.render(source, &mut renderer, &scene, &camera)?;
-    for &(name, time) in &rendered.stats.stages {
+    // The report names the frame's bits; nothing else needs more than the screen's.
+    let (pixels, tinted, stats) = if target.takes_image() && !drawing.json {
+        let RenderedImage { image, tinted, stats, .. } =
+            drawing.render_image(source, &mut renderer, &scene, &camera)?;
+        (Pixels::Image(image), tinted, stats)
+    } else {
+        let Rendered { frame, stats } = drawing.render(source, &mut renderer, &scene, &camera)?;
+        let tinted = frame.is_tinted();
+        (Pixels::Frame(frame), tinted, stats)
+    };
+    for &(name, time) in &stats.stages {
         stages.add(name, time);
     }
     let shading = drawing.options.shading;
     warnings.extend(match target.format() {
-        OutputFormat::Png => losses(&scene, shading, &drawing.display, &rendered),
-        _ => losses_of_light(&scene, shading, &rendered),
+        OutputFormat::Png => losses(&scene, shading, &drawing.display, tinted, &stats),
+        _ => losses_of_light(&scene, shading, &stats),
     });
 
     drawing.progress.stage("encoding");
-    let encoded = stages.time("encode", || target.encode(&rendered.frame, &drawing.display))?;
+    let encoded = stages.time("encode", || target.encode(&pixels, &drawing.display))?;
     stages.time("write", || encoded.write())?;
     drawing.finish(&warnings);
+    let Pixels::Frame(frame) = pixels else { return Ok(()) };
     if !drawing.json {
         return Ok(());
     }
-    let frame_hash = stages.time("hash", || rendered.frame.frame_hash());
+    let frame_hash = stages.time("hash", || frame.frame_hash());
     let options = &drawing.options;
     report::print_json(&Report {
         frame_hash,
@@ -106,10 +117,10 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         shading: report::shading_name(options.shading, &scene),
         simd: options.simd.name(),
         threads: renderer.jobs().threads(),
-        triangles: rendered.stats.triangles,
-        triangles_rasterized: rendered.stats.triangles_rasterized,
-        fragments: rendered.stats.fragments,
-        stage_hashes: rendered.stats.stage_hashes.map(|hashes| StageHashesReport {
+        triangles: stats.triangles,
+        triangles_rasterized: stats.triangles_rasterized,
+        fragments: stats.fragments,
+        stage_hashes: stats.stage_hashes.map(|hashes| StageHashesReport {
             stages: hashes.stages().into_iter().chain([("encode", encoded.digest())]).collect(),
         }),
         stages_ms: stages,

@@ -112,7 +112,8 @@ fn render_cell(
     let scene = &loaded.scene;
     let camera = drawing.camera(source, scene)?;
     let rendered = drawing.render(source, renderer, scene, &camera)?;
-    let losses = losses(scene, drawing.options.shading, &drawing.display, &rendered);
+    let tinted = rendered.frame.is_tinted();
+    let losses = losses(scene, drawing.options.shading, &drawing.display, tinted, &rendered.stats);
     report.warnings = loaded.warnings.iter().chain(&losses).map(ToString::to_string).collect();
     report.frame_hash = Some(rendered.frame.frame_hash());
     report.triangles = Some(rendered.stats.triangles);

@@ -4,12 +4,21 @@ use super::failure::Failure;
 use super::picture::is_standard_stream;
 use crate::frame::{Aov, Frame};
 use crate::output::{
-    DisplayOptions, ExrPrecision, OutputError, OutputFormat, OutputOptions, encode, encode_aov_png,
-    write_atomically,
+    DisplayImage, DisplayOptions, ExrPrecision, OutputError, OutputFormat, OutputOptions, encode,
+    encode_aov_png, encode_png, write_atomically,
 };
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use xxhash_rust::xxh3::Xxh3;
+
+/// What goes to a place for a picture.
+#[derive(Clone, Debug)]
+pub enum Pixels {
+    /// For every format.
+    Frame(Frame),
+    /// For PNG alone, without planes.
+    Image(DisplayImage),
+}
 
 /// A place for a picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -71,19 +80,31 @@ impl Target {
         self.format
     }
 
-    /// Encodes the frame and its planes.
+    /// True if [`Pixels::Image`] is enough.
+    #[must_use]
+    pub fn takes_image(&self) -> bool {
+        self.format == OutputFormat::Png && self.planes.is_empty()
+    }
+
+    /// Encodes the picture and its planes.
     ///
     /// # Errors
     /// [`Failure`] naming the file.
-    pub fn encode(&self, frame: &Frame, display: &DisplayOptions) -> Result<Encoded, Failure> {
-        let options = OutputOptions { display: display.clone(), exr_precision: ExrPrecision::default() };
+    pub fn encode(&self, pixels: &Pixels, display: &DisplayOptions) -> Result<Encoded, Failure> {
         let mut files = Vec::new();
-        for (aov, path) in &self.planes {
-            files.push((path.clone(), encode_aov_png(frame, *aov).map_err(|e| output_failure(&e, path))?));
-        }
         // The picture comes last, so that who waits for it finds everything.
-        let bytes = encode(frame, self.format, &options).map_err(|e| output_failure(&e, &self.path))?;
-        files.push((self.path.clone(), bytes));
+        let bytes = match pixels {
+            Pixels::Frame(frame) => {
+                for (aov, path) in &self.planes {
+                    let bytes = encode_aov_png(frame, *aov).map_err(|e| output_failure(&e, path))?;
+                    files.push((path.clone(), bytes));
+                }
+                let exr_precision = ExrPrecision::default();
+                encode(frame, self.format, &OutputOptions { display: display.clone(), exr_precision })
+            }
+            Pixels::Image(image) => encode_png(image),
+        };
+        files.push((self.path.clone(), bytes.map_err(|e| output_failure(&e, &self.path))?));
         Ok(Encoded { files })
     }
 }

@@ -1,4 +1,9 @@
-//! What comes out of a render: pixel planes in linear light.
+//! What comes out of a render: pixel planes in linear light, and what screens show of them.
+
+mod display;
+
+pub(crate) use display::{Developer, is_tinted};
+pub use display::{DisplayImage, DisplayOptions};
 
 use xxhash_rust::xxh3::Xxh3;
 
@@ -186,6 +191,13 @@ impl Frame {
         format!("{:032x}", self.digest())
     }
 
+    /// True if light from behind the picture changes its colour on the way through some pixel, by a step of 8 bits or
+    /// more: a [`DisplayImage`] without a background, which has one opacity for all colours, cannot show that.
+    #[must_use]
+    pub fn is_tinted(&self) -> bool {
+        self.transmittance.iter().any(is_tinted)
+    }
+
     /// The number of [`Frame::frame_hash`].
     pub(crate) fn digest(&self) -> u128 {
         let mut hasher = Xxh3::new();
@@ -201,5 +213,26 @@ impl Frame {
             }
         }
         hasher.digest128()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_what_one_opacity_cannot_show_is_tinted() {
+        let frame = |transmittance: Vec<[f32; 3]>| Frame {
+            width: 2,
+            height: 1,
+            pixels: vec![[0.0, 0.0, 0.0, 0.5]; 2],
+            transmittance,
+            aovs: Vec::new(),
+        };
+        for tinted in [[0.75, 0.5, 0.25], [0.5, 0.5, 0.6], [1.0, 0.0, 0.5]] {
+            assert!(frame(vec![[0.5; 3], tinted]).is_tinted());
+        }
+        assert!(!frame(vec![[0.501, 0.5, 0.499], [1.0; 3]]).is_tinted());
+        assert!(!frame(Vec::new()).is_tinted());
     }
 }

@@ -8,15 +8,14 @@
 //! function of the platform.
 
 mod aov;
-mod display;
 mod exr;
 mod hdr;
 mod movie;
 mod png;
 mod write;
 
+pub use crate::frame::{DisplayImage, DisplayOptions};
 pub use aov::encode_aov_png;
-pub use display::{DisplayImage, DisplayOptions};
 pub use exr::{ExrPrecision, encode_exr};
 pub use hdr::encode_hdr;
 pub use movie::{MovieFormat, MovieFrame, durations, encode_movie};

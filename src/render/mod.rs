@@ -17,10 +17,10 @@ mod tiles;
 mod trace;
 
 pub use crate::scene::{AreaLightMethod, ShadingModel};
-pub use options::{Background, RenderError, RenderOptions, RenderStats, Rendered};
+pub use options::{Background, RenderError, RenderOptions, RenderStats, Rendered, RenderedImage};
 pub use trace::StageHashes;
 
-use crate::frame::Frame;
+use crate::frame::{Developer, DisplayImage, DisplayOptions, Frame};
 use crate::gbuffer::Draw;
 use crate::geometry::{
     Chunk, ChunkJob, DrawView, ScreenVertices, TRIANGLES_PER_CHUNK, VERTICES_PER_CHUNK, View, process_chunk,
@@ -42,7 +42,7 @@ use environment::EnvironmentCache;
 use std::sync::Arc;
 use std::time::Duration;
 use tile_pass::{Pass, Work};
-use tiles::{TileMemory, render_tiles};
+use tiles::{Planes, TileMemory, render_tiles};
 
 /// Chunks that are kept after a picture that needs fewer: a quarter of a million triangles, some 25 MB.
 const SPARE_CHUNKS: usize = 64;
@@ -72,10 +72,16 @@ struct Memory {
     bins: TileBins,
     tiles: TileMemory,
     backdrop: Backdrop,
-    /// Pixels of a frame that was given back.
-    pixels: Vec<[f32; 4]>,
-    /// Its transmittance.
-    transmittance: Vec<[f32; 3]>,
+    /// Those of pictures that were given back.
+    planes: Planes,
+}
+
+/// One picture, as a frame or for a screen: the planes of what is not wanted are empty.
+struct Taken {
+    frame: Frame,
+    image: DisplayImage,
+    tinted: bool,
+    stats: RenderStats,
 }
 
 /// Vertices of one draw that are transformed in one go.
@@ -113,8 +119,13 @@ impl Renderer {
     /// in the queue of the worker threads every 63 pictures, if there are several. G-buffer planes and
     /// [`RenderOptions::stage_hashes`] take new memory each time.
     pub fn recycle(&mut self, frame: Frame) {
-        self.memory.pixels = frame.pixels;
-        self.memory.transmittance = frame.transmittance;
+        self.memory.planes.linear = frame.pixels;
+        self.memory.planes.transmittance = frame.transmittance;
+    }
+
+    /// As [`Renderer::recycle`], with a picture for a screen.
+    pub fn recycle_image(&mut self, image: DisplayImage) {
+        self.memory.planes.display = image.pixels;
     }
 
     /// Takes one picture.
@@ -127,24 +138,59 @@ impl Renderer {
         camera: &Camera,
         options: &RenderOptions,
     ) -> Result<Rendered, RenderError> {
+        let Taken { frame, stats, .. } = self.take(scene, camera, options, None)?;
+        Ok(Rendered { frame, stats })
+    }
+
+    /// Takes one picture for a screen: the pixels that [`DisplayImage::new`] makes of [`Renderer::render`]'s frame, every
+    /// byte of them, without the frame. Tiles go to 8 bits while they are in the cache, and a picture takes four bytes a
+    /// pixel in place of twenty; with surfaces that refract what is behind them, or [`RenderOptions::stage_hashes`], the
+    /// frame is made all the same.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`].
+    pub fn render_image(
+        &mut self,
+        scene: &Scene,
+        camera: &Camera,
+        options: &RenderOptions,
+        display: &DisplayOptions,
+    ) -> Result<RenderedImage, RenderError> {
+        let Taken { frame, image, tinted, stats } = self.take(scene, camera, options, Some(display))?;
+        let aovs = frame.aovs;
+        if !frame.pixels.is_empty() {
+            self.memory.planes.linear = frame.pixels;
+            self.memory.planes.transmittance = frame.transmittance;
+        }
+        Ok(RenderedImage { image, aovs, tinted, stats })
+    }
+
+    fn take(
+        &mut self,
+        scene: &Scene,
+        camera: &Camera,
+        options: &RenderOptions,
+        display: Option<&DisplayOptions>,
+    ) -> Result<Taken, RenderError> {
         if !arithmetic_is_default() {
             return Err(RenderError::FloatingPointMode);
         }
         let Self { jobs, memory } = self;
         // All of it on a worker, so that work is handed over once and not in every loop.
-        jobs.on_worker(|| memory.render(jobs, scene, camera, options))
+        jobs.on_worker(|| memory.take(jobs, scene, camera, options, display))
     }
 }
 
 impl Memory {
-    /// [`Renderer::render`] on a worker.
-    fn render(
+    /// Takes a picture, on a worker: a frame, or one for a screen.
+    fn take(
         &mut self,
         jobs: &Jobs,
         scene: &Scene,
         camera: &Camera,
         options: &RenderOptions,
-    ) -> Result<Rendered, RenderError> {
+        display: Option<&DisplayOptions>,
+    ) -> Result<Taken, RenderError> {
         let pattern = options.validate(self.pattern.take())?;
         camera.validate()?;
         let triangles = scene.triangle_count();
@@ -213,40 +259,46 @@ impl Memory {
             merge: merge_cosine(options.merge_angle),
             show_environment: options.background == Background::Environment,
             backdrop: None,
-            blank: false,
+            blank: [false; 2],
             redraws: false,
+            tints: options.background != Background::Environment
+                && self.states.iter().any(|state| state.transmissive),
+            developer: display.map(Developer::new),
         };
-        // Every tile writes all of its pixels.
-        let mut pixels = std::mem::take(&mut self.pixels);
+        let refracts = self.states.iter().any(|state| state.refracts);
+        // Of the linear light nothing is kept but what is seen through surfaces that refract.
+        let keeps_light = display.is_none() || refracts || options.stage_hashes;
         let count = options.width as usize * options.height as usize;
-        pass.blank = pixels.capacity() < count;
-        if pass.blank {
-            // New memory that the system clears, page by page when a tile first writes to it.
-            pixels = vec![[0.0; 4]; count];
+        let mut planes = Planes::default();
+        if keeps_light {
+            (planes.linear, pass.blank[0]) = plane(&mut self.planes.linear, count, [0.0; 4]);
         }
-        pixels.resize(count, [0.0; 4]);
-        let mut transmittance = std::mem::take(&mut self.transmittance);
-        let tints = !pass.show_environment && self.states.iter().any(|state| state.transmissive);
-        transmittance.resize(if tints { pixels.len() } else { 0 }, [0.0; 3]);
-        let (width, height) = (options.width, options.height);
-        let mut frame = Frame { width, height, pixels, transmittance, aovs: Vec::new() };
+        if keeps_light && pass.tints {
+            (planes.transmittance, _) = plane(&mut self.planes.transmittance, count, [0.0; 3]);
+        }
         let mut fragments = 0;
-        if self.states.iter().any(|state| state.refracts) {
+        if refracts {
             let plain = RenderOptions { aovs: Vec::new(), stage_hashes: false, ..options.clone() };
             fragments =
-                render_tiles(&mut crew, &pass, &self.bins, &mut self.tiles, &mut frame, &plain).fragments;
-            blur_backdrop(&mut crew, &mut self.backdrop, &frame);
-            (pass.blank, pass.redraws) = (false, true);
+                render_tiles(&mut crew, &pass, &self.bins, &mut self.tiles, &mut planes, &plain).fragments;
+            blur_backdrop(&mut crew, &mut self.backdrop, options, &planes.linear);
+            (pass.blank[0], pass.redraws) = (false, true);
+        }
+        if display.is_some() {
+            (planes.display, pass.blank[1]) = plane(&mut self.planes.display, count, [0; 4]);
         }
         pass.backdrop = Some(&self.backdrop);
-        let found = render_tiles(&mut crew, &pass, &self.bins, &mut self.tiles, &mut frame, options);
+        let found = render_tiles(&mut crew, &pass, &self.bins, &mut self.tiles, &mut planes, options);
         fragments += found.fragments;
         pass.work.check()?;
         check("frame", fragments, options.limits.fragments, "fragments")?;
         if !crew.arithmetic_is_default() {
             return Err(RenderError::FloatingPointMode);
         }
-        frame.aovs = found.planes;
+        let (width, height) = (options.width, options.height);
+        let Planes { linear: pixels, transmittance, display } = planes;
+        let frame = Frame { width, height, pixels, transmittance, aovs: found.aovs };
+        let image = DisplayImage { width, height, pixels: display };
         self.draws = emptied(draws);
         self.pattern = Some(pattern);
         let tiles_time = crew.lap();
@@ -264,7 +316,7 @@ impl Memory {
             serial: stages.iter().map(|(_, time)| *time).sum::<Duration>().saturating_sub(crew.parallel()),
             stage_hashes: hashes.zip(found.hashes).map(|(hashes, found)| hashes.finish(&found, &frame)),
         };
-        Ok(Rendered { frame, stats })
+        Ok(Taken { frame, image, tinted: found.tinted, stats })
     }
 
     /// All vertices of all draws to the screen.
@@ -335,11 +387,22 @@ impl Memory {
 }
 
 /// Takes a picture as the backdrop of refracting surfaces, with all of its blurred levels.
-fn blur_backdrop(crew: &mut Crew<'_>, backdrop: &mut Backdrop, frame: &Frame) {
-    backdrop.start(frame.width as usize, frame.height as usize, &frame.pixels);
+fn blur_backdrop(crew: &mut Crew<'_>, backdrop: &mut Backdrop, options: &RenderOptions, pixels: &[[f32; 4]]) {
+    backdrop.start(options.width as usize, options.height as usize, pixels);
     while let Some((last, mut rows)) = backdrop.halve() {
         crew.for_each_mut(&mut rows, |y, row| last.halved_row(y, row));
     }
+}
+
+/// A plane of a picture, of which tiles write all; and whether it is zero now. It is `kept` if that is large enough, or new
+/// memory that the system clears, page by page when a tile first writes to it.
+fn plane<T: Copy>(kept: &mut Vec<T>, count: usize, zero: T) -> (Vec<T>, bool) {
+    let mut plane = std::mem::take(kept);
+    if plane.capacity() < count {
+        return (vec![zero; count], true);
+    }
+    plane.resize(count, zero);
+    (plane, false)
 }
 
 /// The square of the cosine of an angle in degrees; `None` for 0.

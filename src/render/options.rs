@@ -1,7 +1,7 @@
 //! What a user can ask of a picture.
 
 use super::trace::StageHashes;
-use crate::frame::{Aov, Frame};
+use crate::frame::{Aov, AovPlane, DisplayImage, Frame};
 use crate::limits::{LimitExceeded, Limits};
 use crate::math::lanes::SimdLevel;
 use crate::raster::SamplePattern;
@@ -155,6 +155,20 @@ pub enum RenderError {
 pub struct Rendered {
     /// The picture.
     pub frame: Frame,
+    /// What it took.
+    pub stats: RenderStats,
+}
+
+/// A picture for a screen and what it took.
+#[derive(Clone, Debug)]
+pub struct RenderedImage {
+    /// The picture.
+    pub image: DisplayImage,
+    /// The G-buffer planes that were asked for.
+    pub aovs: Vec<AovPlane>,
+    /// What [`Frame::is_tinted`] says of its frame: the light from behind the picture is coloured on its way, which a
+    /// picture without a background does not show.
+    pub tinted: bool,
     /// What it took.
     pub stats: RenderStats,
 }

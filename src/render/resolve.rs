@@ -7,6 +7,35 @@ use crate::math::lanes::{Float, Int, LANES, Lanes};
 use crate::raster::TileOrigin;
 use crate::shade::ShadeContext;
 
+/// The pixels of the tile that is being drawn: in the cache from when they are cleared until they are done.
+#[derive(Debug, Default)]
+pub(super) struct TilePixels {
+    /// Pixels in a row.
+    pub width: usize,
+    /// As in a [`Frame`](crate::frame::Frame), row by row.
+    pub linear: Vec<[f32; 4]>,
+    /// As many as pixels where something may tint what is behind the picture, none otherwise.
+    pub transmittance: Vec<[f32; 3]>,
+}
+
+impl TilePixels {
+    /// Empties the pixels of a tile of that width and height.
+    pub(super) fn clear(&mut self, [width, height]: [u32; 2], tints: bool) {
+        self.width = width as usize;
+        let count = self.width * height as usize;
+        self.linear.clear();
+        self.linear.resize(count, [0.0; 4]);
+        // All of them are written by the resolve.
+        self.transmittance.resize(if tints { count } else { 0 }, [1.0; 3]);
+    }
+
+    /// Where a fragment's pixel is.
+    #[inline(always)]
+    pub(super) fn index(&self, fragment: &Fragment) -> usize {
+        fragment.row() as usize * self.width + fragment.column() as usize
+    }
+}
+
 /// What a transmissive fragment lets through.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Transmitted {
@@ -22,8 +51,6 @@ pub(super) struct Behind<'a> {
     pub kept: &'a [Option<Transmitted>],
     /// The environment behind each pixel of the tile, if it shows.
     pub environment: &'a [[f32; 3]],
-    /// Pixels in a row of it.
-    pub width: usize,
 }
 
 /// Working memory of the resolve.
@@ -35,15 +62,15 @@ pub(super) struct ResolveScratch {
     pub behind: Vec<(u16, u32)>,
 }
 
-/// Sums the opaque fragments of each pixel by coverage, in the order of the list (lowest sample first). `rows` are the
-/// tile's pixels, premultiplied: zero, or what [`whole_pixel`] has made of a fragment with the mask `whole`.
+/// Sums the opaque fragments of each pixel by coverage, in the order of the list (lowest sample first). The pixels are
+/// zero, or what [`whole_pixel`] has made of a fragment with the mask `whole`.
 #[inline(always)]
 pub(super) fn sum_opaque(
     samples: usize,
     whole: Option<u16>,
     fragments: &[Fragment],
     shaded: &[ShadedFragment],
-    rows: &mut [&mut [[f32; 4]]],
+    pixels: &mut TilePixels,
 ) {
     // Exact: the number of samples is a power of two.
     let weight = 1.0 / samples as f32;
@@ -52,7 +79,8 @@ pub(super) fn sum_opaque(
             continue;
         }
         let part = fragment.mask.count_ones() as f32 * weight;
-        let pixel = &mut rows[fragment.row() as usize][fragment.column() as usize];
+        let index = pixels.index(fragment);
+        let pixel = &mut pixels.linear[index];
         for k in 0..3 {
             pixel[k] += shaded.radiance[k] * part;
         }
@@ -61,11 +89,9 @@ pub(super) fn sum_opaque(
 }
 
 /// The transmittance of opaque pixels and of nothing.
-pub(super) fn transmittance_of(rows: &[&mut [[f32; 4]]], transmittance: &mut [&mut [[f32; 3]]]) {
-    for (row, open) in rows.iter().zip(transmittance) {
-        for (pixel, open) in row.iter().zip(open.iter_mut()) {
-            *open = [1.0 - pixel[3]; 3];
-        }
+pub(super) fn transmittance_of(pixels: &mut TilePixels) {
+    for (pixel, open) in pixels.linear.iter().zip(&mut pixels.transmittance) {
+        *open = [1.0 - pixel[3]; 3];
     }
 }
 
@@ -78,7 +104,7 @@ pub(super) fn whole_pixel([r, g, b]: [f32; 3]) -> [f32; 4] {
 
 /// Blends the fragments after the first `opaque` over what is behind them, sample by sample, farthest first; of equal depths
 /// the one whose triangle comes first ends up in front. Exact for every sample, because coverage stays a mask until the
-/// end. `transmittance` has rows where it is wanted.
+/// end.
 pub(super) fn blend(
     samples: usize,
     fragments: &[Fragment],
@@ -86,8 +112,7 @@ pub(super) fn blend(
     opaque: usize,
     background: &Behind<'_>,
     scratch: &mut ResolveScratch,
-    rows: &mut [&mut [[f32; 4]]],
-    transmittance: &mut [&mut [[f32; 3]]],
+    pixels: &mut TilePixels,
 ) {
     let ResolveScratch { blended: order, behind } = scratch;
     order.clear();
@@ -108,28 +133,28 @@ pub(super) fn blend(
     behind.sort_unstable();
     for run in order.chunk_by(|&a, &b| of(a).0.pixel == of(b).0.pixel) {
         let first = of(run[0]).0;
-        let (row, column) = (first.row() as usize, first.column() as usize);
+        let index = pixels.index(first);
         let start = behind.partition_point(|b| b.0 < first.pixel);
         let behind = behind[start..].iter().take_while(|b| b.0 == first.pixel).map(|&(_, k)| of(k));
         // Only where something transmits: the pixel must not know what else is in its tile.
         let transmitted = |k: u32| background.kept.get(k as usize).copied().flatten();
         let pixel = if run.iter().any(|&k| transmitted(k).is_some()) {
-            let environment = background.environment.get(row * background.width + column);
+            let environment = background.environment.get(index);
             let blended = run.iter().map(|&k| (of(k), transmitted(k)));
             let (color, open) = transmit_samples(samples, environment.copied(), behind, blended);
-            if let Some(transmittance) = transmittance.get_mut(row) {
-                transmittance[column] = open;
+            if let Some(transmittance) = pixels.transmittance.get_mut(index) {
+                *transmittance = open;
             }
             let opacity = 1.0 - (open[0] + open[1] + open[2]) * (1.0 / 3.0);
             [color[0], color[1], color[2], if opacity > 0.0 { opacity } else { 0.0 }]
         } else {
             let pixel = blend_samples(samples, behind, run.iter().map(|&k| of(k)));
-            if let Some(transmittance) = transmittance.get_mut(row) {
-                transmittance[column] = [1.0 - pixel[3]; 3];
+            if let Some(transmittance) = pixels.transmittance.get_mut(index) {
+                *transmittance = [1.0 - pixel[3]; 3];
             }
             pixel
         };
-        rows[row][column] = pixel;
+        pixels.linear[index] = pixel;
     }
 }
 
@@ -259,9 +284,9 @@ pub(super) fn composite_environment<L: Lanes>(
     l: L,
     context: &ShadeContext<'_>,
     origin: TileOrigin,
-    rows: &mut [&mut [[f32; 4]]],
+    pixels: &mut TilePixels,
 ) {
-    for (y, row) in rows.iter_mut().enumerate() {
+    for (y, row) in pixels.linear.chunks_mut(pixels.width).enumerate() {
         for (block, pixels) in row.chunks_mut(LANES).enumerate() {
             if pixels.iter().all(|p| p[3] >= 1.0) {
                 continue;

@@ -2,10 +2,11 @@
 
 use super::aov::TileAovs;
 use super::draws::DrawState;
-use super::resolve::{Behind, Transmitted};
+use super::resolve::{Behind, TilePixels, Transmitted};
 use super::shading_order::ShadingOrder;
 use super::tile_shading::{ShadedFragment, TileShading, TileTriangles, one_material, shade_fragments};
 use super::trace::FragmentHashes;
+use crate::frame::{Developer, is_tinted};
 use crate::gbuffer::layout::SurfacePlanes;
 use crate::gbuffer::{Batch, Fragment, extract_fragments, push_masked_fragments};
 use crate::geometry::Chunk;
@@ -29,10 +30,14 @@ pub(super) struct Pass<'a> {
     /// What refracting surfaces see behind them; `None` while it is being drawn: without blended and transmissive
     /// surfaces.
     pub backdrop: Option<&'a Backdrop>,
-    /// The tiles' pixels are new memory, all zero.
-    pub blank: bool,
-    /// The tiles' pixels hold the backdrop already: where no surface is blended or transmissive, they stay.
+    /// The frame's pixels, and the screen's, are new memory, all zero.
+    pub blank: [bool; 2],
+    /// The frame's pixels hold the backdrop already: where no surface is blended or transmissive, they stay.
     pub redraws: bool,
+    /// Something may tint what is behind the picture.
+    pub tints: bool,
+    /// How the screen's pixels are made, if they are wanted.
+    pub developer: Option<Developer>,
     /// Least square of the cosine between the normals of small triangles that are shaded as one, if any are.
     pub merge: Option<f32>,
     pub work: Work,
@@ -100,6 +105,7 @@ pub(super) struct TileScratch {
     /// Their G-buffer.
     pub surface: SurfacePlanes,
     resolve: super::resolve::ResolveScratch,
+    pub pixels: TilePixels,
 }
 
 impl TileScratch {
@@ -116,6 +122,8 @@ impl TileScratch {
         reserve_like(&mut self.shaded, &other.shaded);
         reserve_like(&mut self.resolve.blended, &other.resolve.blended);
         reserve_like(&mut self.resolve.behind, &other.resolve.behind);
+        reserve_like(&mut self.pixels.linear, &other.pixels.linear);
+        reserve_like(&mut self.pixels.transmittance, &other.pixels.transmittance);
     }
 
     /// Gives all the memory of the largest: which tiles a value gets depends on timing, and the next picture's tiles
@@ -140,10 +148,14 @@ pub(super) struct TileCost {
 /// The rows of one tile, and what the tile adds to the frame.
 #[derive(Debug)]
 pub(super) struct TileJob<'r, 'a> {
-    /// One slice of pixels for each of its rows.
-    pub rows: &'r mut [&'a mut [[f32; 4]]],
-    /// As many of transmittance, or none.
+    /// One slice of the frame's pixels for each of its rows, or none.
+    pub linear: &'r mut [&'a mut [[f32; 4]]],
+    /// As many of the frame's transmittance, or none.
     pub transmittance: &'r mut [&'a mut [[f32; 3]]],
+    /// As many of the screen's pixels, or none.
+    pub display: &'r mut [&'a mut [[u8; 4]]],
+    /// Something in it tints what is behind the picture.
+    pub tinted: bool,
     /// Planes of the G-buffer that were asked for.
     pub aovs: TileAovs,
     /// What the tile took; before it is drawn again, what it took then.
@@ -174,17 +186,23 @@ pub(super) fn render_tile<L: Lanes>(
     {
         // Counted as if it were: what a limit lets through must not depend on the tiles.
         Work::spend(&pass.work.blocks, job.cost.blocks, pass.work.max_blocks);
+        if let Some(developer) = &pass.developer {
+            // Nothing in it tints.
+            for (linear, display) in job.linear.iter().zip(job.display.iter_mut()) {
+                developer.develop(l, linear, &[], display);
+            }
+        }
         return;
     }
     job.cost = TileCost::default();
+    if runs.is_empty() && !pass.show_environment {
+        store_nothing(pass, job);
+        return;
+    }
+    scratch.pixels.clear([width, height], pass.tints);
     scratch.fragments.clear();
     scratch.kept.clear();
     scratch.environment.clear();
-    if !pass.blank {
-        for row in job.rows.iter_mut() {
-            clear(row, runs.is_empty());
-        }
-    }
     if !runs.is_empty() {
         job.cost.blocks = draw_triangles(l, pass, origin, [width, height], runs, scratch);
     }
@@ -193,15 +211,8 @@ pub(super) fn render_tile<L: Lanes>(
     if transmissive && pass.show_environment {
         super::resolve::environment_behind(l, &pass.shade, origin, [width, height], &mut scratch.environment);
     }
-    let mut of_tile = TileShading {
-        origin,
-        corner: [left, top],
-        size: [width, height],
-        one_material,
-        whole: None,
-        opaque,
-        transmissive,
-    };
+    let mut of_tile =
+        TileShading { origin, corner: [left, top], one_material, whole: None, opaque, transmissive };
     // Pixels are independent of each other. Where there are more blended fragments than are kept, the opaque ones are
     // shaded alone, and parts of the tile are blended one after the other, halved until one fits.
     scratch.parts.clear();
@@ -226,22 +237,47 @@ pub(super) fn render_tile<L: Lanes>(
         }
     }
     if pass.show_environment {
-        super::resolve::composite_environment(l, &pass.shade, origin, job.rows);
+        super::resolve::composite_environment(l, &pass.shade, origin, &mut scratch.pixels);
     }
+    store(l, pass, &scratch.pixels, job);
 }
 
-/// Empties pixels. Where they may be empty already, because nothing was there in the last picture, they are looked at first:
-/// memory that is only read costs half.
+/// Writes the pixels of a tile to where they are wanted.
 #[inline(always)]
-fn clear(pixels: &mut [[f32; 4]], look: bool) {
-    let mut bits = u32::from(!look);
-    if look {
-        for value in pixels.as_flattened() {
-            bits |= value.to_bits();
+fn store<L: Lanes>(l: L, pass: &Pass<'_>, pixels: &TilePixels, job: &mut TileJob<'_, '_>) {
+    let TilePixels { width, linear, transmittance } = pixels;
+    for (row, pixels) in job.linear.iter_mut().zip(linear.chunks(*width)) {
+        row.copy_from_slice(pixels);
+    }
+    for (row, open) in job.transmittance.iter_mut().zip(transmittance.chunks(*width)) {
+        row.copy_from_slice(open);
+    }
+    if let Some(developer) = &pass.developer {
+        let mut open = transmittance.chunks(*width);
+        for (row, pixels) in job.display.iter_mut().zip(linear.chunks(*width)) {
+            developer.develop(l, pixels, open.next().unwrap_or_default(), row);
         }
     }
-    if bits != 0 {
-        pixels.fill([0.0; 4]);
+    job.tinted = transmittance.iter().any(is_tinted);
+}
+
+/// Writes the pixels of a tile without surfaces and without the environment.
+fn store_nothing(pass: &Pass<'_>, job: &mut TileJob<'_, '_>) {
+    let [blank, blank_display] = pass.blank;
+    if !blank {
+        for row in job.linear.iter_mut() {
+            // They may be empty already, because nothing was there in the last picture, and memory that is only read
+            // costs half.
+            let bits = row.as_flattened().iter().fold(0, |bits, value| bits | value.to_bits());
+            if bits != 0 {
+                row.fill([0.0; 4]);
+            }
+        }
+    }
+    job.transmittance.iter_mut().for_each(|row| row.fill([1.0; 3]));
+    let nothing = pass.developer.map_or([0; 4], |developer| developer.nothing());
+    if !blank_display || nothing != [0; 4] {
+        job.display.iter_mut().for_each(|row| row.fill(nothing));
     }
 }
 
@@ -273,17 +309,15 @@ fn shade_and_resolve<L: Lanes>(
     if start < scratch.fragments.len() {
         shade_fragments(l, pass, of_tile, start, scratch, job);
     }
-    let TileScratch { fragments, shaded, kept, environment, resolve, .. } = scratch;
-    let behind = Behind { kept, environment, width: of_tile.size[0] as usize };
+    let TileScratch { fragments, shaded, kept, environment, resolve, pixels, .. } = scratch;
+    let behind = Behind { kept, environment };
     let samples = pass.pattern.len();
     if start == 0 {
-        super::resolve::sum_opaque(samples, of_tile.whole, &fragments[..of_tile.opaque], shaded, job.rows);
-        super::resolve::transmittance_of(job.rows, job.transmittance);
+        super::resolve::sum_opaque(samples, of_tile.whole, &fragments[..of_tile.opaque], shaded, pixels);
+        super::resolve::transmittance_of(pixels);
     }
     if of_tile.opaque < fragments.len() {
-        let TileJob { rows, transmittance, .. } = job;
-        let opaque = of_tile.opaque;
-        super::resolve::blend(samples, fragments, shaded, opaque, &behind, resolve, rows, transmittance);
+        super::resolve::blend(samples, fragments, shaded, of_tile.opaque, &behind, resolve, pixels);
     }
 }
 

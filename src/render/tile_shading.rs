@@ -15,8 +15,6 @@ pub(super) struct TileShading {
     pub origin: TileOrigin,
     /// Left and top pixel.
     pub corner: [u32; 2],
-    /// Width and height in pixels.
-    pub size: [u32; 2],
     /// The material of all triangles, if it is one.
     pub one_material: Option<u32>,
     /// The mask of fragments that are their pixel, unless something is blended.
@@ -75,8 +73,8 @@ pub(super) fn shade_fragments<L: Lanes>(
     job: &mut TileJob<'_, '_>,
 ) {
     let &TileShading { origin, corner, one_material, whole, opaque, .. } = of_tile;
-    let TileJob { rows, aovs, hashes, .. } = job;
-    let TileScratch { identities, fragments, order, shaded, batch, surface, kept, .. } = scratch;
+    let TileJob { aovs, hashes, .. } = job;
+    let TileScratch { identities, fragments, order, shaded, batch, surface, kept, pixels, .. } = scratch;
     let fragments = &*fragments;
     let draws = pass.shade.draws;
     let source = TileTriangles { chunks: pass.chunks, identities };
@@ -125,7 +123,8 @@ pub(super) fn shade_fragments<L: Lanes>(
                 let radiance = [radiance[0][k], radiance[1][k], radiance[2][k]];
                 let fragment = &batch.fragments[k];
                 if Some(fragment.mask) == whole {
-                    rows[fragment.row() as usize][fragment.column() as usize] = whole_pixel(radiance);
+                    let pixel = pixels.index(fragment);
+                    pixels.linear[pixel] = whole_pixel(radiance);
                 } else {
                     shaded[index as usize] = ShadedFragment { radiance, alpha: alpha[k], depth: depth[k] };
                 }

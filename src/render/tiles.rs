@@ -6,7 +6,7 @@ use super::options::RenderOptions;
 use super::tile_pass::{self, Pass, TileCost, TileJob, TileScratch};
 use super::trace::FragmentHashes;
 use crate::dispatch_available;
-use crate::frame::{AovPlane, Frame};
+use crate::frame::AovPlane;
 use crate::reuse::emptied;
 use crate::tile::{TileBins, TileGrid};
 
@@ -15,13 +15,23 @@ use crate::tile::{TileBins, TileGrid};
 pub(super) struct TileMemory {
     scratch: Vec<TileScratch>,
     /// Empty between frames.
-    rows: Vec<&'static mut [[f32; 4]]>,
+    linear: Vec<&'static mut [[f32; 4]]>,
     /// Empty between frames.
     transmittance: Vec<&'static mut [[f32; 3]]>,
+    /// Empty between frames.
+    display: Vec<&'static mut [[u8; 4]]>,
     /// Empty between frames.
     tiles: Vec<TileJob<'static, 'static>>,
     /// What each tile of the last pass took.
     costs: Vec<TileCost>,
+}
+
+/// Where tiles write their pixels: planes of the whole picture, each empty where it is not wanted.
+#[derive(Debug, Default)]
+pub(super) struct Planes {
+    pub linear: Vec<[f32; 4]>,
+    pub transmittance: Vec<[f32; 3]>,
+    pub display: Vec<[u8; 4]>,
 }
 
 /// What the tiles find beside the picture.
@@ -29,38 +39,41 @@ pub(super) struct Found {
     /// Number of fragments.
     pub fragments: u64,
     /// The G-buffer planes that were asked for.
-    pub planes: Vec<AovPlane>,
+    pub aovs: Vec<AovPlane>,
+    /// Something tints what is behind the picture.
+    pub tinted: bool,
     /// The hashes, if they were asked for.
     pub hashes: Option<FragmentHashes>,
 }
 
-/// Renders all tiles into a frame.
+/// Renders all tiles.
 pub(super) fn render_tiles(
     crew: &mut Crew<'_>,
     pass: &Pass<'_>,
     bins: &TileBins,
     memory: &mut TileMemory,
-    frame: &mut Frame,
+    planes: &mut Planes,
     options: &RenderOptions,
 ) -> Found {
     let grid = &pass.grid;
-    let mut rows = emptied(std::mem::take(&mut memory.rows));
-    split(grid, &mut frame.pixels, &mut rows);
-    let mut rest = rows.as_mut_slice();
+    let mut linear = emptied(std::mem::take(&mut memory.linear));
     let mut transmittance = emptied(std::mem::take(&mut memory.transmittance));
-    if !frame.transmittance.is_empty() {
-        split(grid, &mut frame.transmittance, &mut transmittance);
-    }
-    let mut rest_of_transmittance = transmittance.as_mut_slice();
+    let mut display = emptied(std::mem::take(&mut memory.display));
+    split(grid, &mut planes.linear, &mut linear);
+    split(grid, &mut planes.transmittance, &mut transmittance);
+    split(grid, &mut planes.display, &mut display);
+    let mut rest = (&mut linear[..], &mut transmittance[..], &mut display[..]);
     let mut tiles: Vec<TileJob<'_, '_>> = emptied(std::mem::take(&mut memory.tiles));
     tiles.extend((0..grid.len()).map(|tile| {
         let [_, _, width, height] = grid.pixels(tile);
-        let rows = rest.split_off_mut(..height as usize).unwrap_or_default();
+        let rows = ..height as usize;
         TileJob {
-            rows,
-            // None where none is wanted.
-            transmittance: rest_of_transmittance.split_off_mut(..height as usize).unwrap_or_default(),
+            // None where none are wanted.
+            linear: rest.0.split_off_mut(rows).unwrap_or_default(),
+            transmittance: rest.1.split_off_mut(rows).unwrap_or_default(),
+            display: rest.2.split_off_mut(rows).unwrap_or_default(),
             aovs: TileAovs::new(&options.aovs, width as usize, height as usize),
+            tinted: false,
             cost: memory.costs.get(tile).copied().filter(|_| pass.redraws).unwrap_or_default(),
             hashes: options.stage_hashes.then(FragmentHashes::default),
         }
@@ -76,20 +89,25 @@ pub(super) fn render_tiles(
     memory.costs.clear();
     memory.costs.extend(tiles.iter().map(|t| t.cost));
     let fragments = tiles.iter().map(|t| t.cost.fragments).sum();
+    let tinted = tiles.iter().any(|t| t.tinted);
     let hashes = options.stage_hashes.then(|| {
         let mut sum = FragmentHashes::default();
         tiles.iter().filter_map(|t| t.hashes.as_ref()).for_each(|hashes| sum.add(hashes));
         sum
     });
-    let planes = join_planes(grid, &mut tiles, options);
+    let aovs = join_planes(grid, &mut tiles, options);
     memory.tiles = emptied(tiles);
-    memory.rows = emptied(rows);
+    memory.linear = emptied(linear);
     memory.transmittance = emptied(transmittance);
-    Found { fragments, planes, hashes }
+    memory.display = emptied(display);
+    Found { fragments, aovs, tinted, hashes }
 }
 
-/// The pieces of all rows that lie in one tile, tile by tile, from top to bottom in each.
+/// The pieces of all rows that lie in one tile, tile by tile, from top to bottom in each. None of no pixels.
 fn split<'a, T>(grid: &TileGrid, pixels: &'a mut [T], rows: &mut Vec<&'a mut [T]>) {
+    if pixels.is_empty() {
+        return;
+    }
     let (width, side, columns) = (grid.width() as usize, grid.side() as usize, grid.columns() as usize);
     rows.resize_with(columns * grid.height() as usize, Default::default);
     for (band, pixels) in pixels.chunks_mut(width * side).enumerate() {

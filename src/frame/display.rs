@@ -1,10 +1,10 @@
 //! Linear radiance to 8-bit sRGB.
 
+use super::Frame;
 use crate::color::ToneCurve;
 use crate::color::srgb::{SRGB8_TO_LINEAR, linear_to_srgb8_lanes};
 use crate::dispatch;
 use crate::each;
-use crate::frame::Frame;
 use crate::math::lanes::{Float, Int, LANES, Lanes, Mask, SimdLevel};
 
 /// How linear light becomes a picture for a screen.
@@ -45,21 +45,9 @@ impl DisplayImage {
     /// 8 bits, in this order.
     #[must_use]
     pub fn new(frame: &Frame, options: &DisplayOptions) -> Self {
-        let stops = if options.exposure.is_finite() { options.exposure.clamp(-64.0, 64.0) } else { 0.0 };
-        let exposure = crate::math::scalar::exp2(stops);
         let mut pixels = vec![[0; 4]; frame.pixels.len()];
-        dispatch!(options.simd, l => {
-            let background = options.background.map(|c| c.map(|v| SRGB8_TO_LINEAR[usize::from(v)]));
-            let mut transmittance = frame.transmittance.chunks(LANES);
-            for (out, linear) in pixels.chunks_mut(LANES).zip(frame.pixels.chunks(LANES)) {
-                let behind = match (background, transmittance.next()) {
-                    (None, _) => Behind::Nothing,
-                    (Some(color), None) => Behind::Color(color),
-                    (Some(color), Some(transmittance)) => Behind::Tinted(color, transmittance),
-                };
-                develop(l, exposure, options.tone_curve, behind, linear, out);
-            }
-        });
+        let developer = Developer::new(options);
+        dispatch!(options.simd, l => developer.develop(l, &frame.pixels, &frame.transmittance, &mut pixels));
         Self { width: frame.width, height: frame.height, pixels }
     }
 
@@ -70,6 +58,112 @@ impl DisplayImage {
     }
 }
 
+/// Difference between what passes of two colours that is one step of 8 bits.
+const LEAST_TINT: f32 = 1.0 / 255.0;
+
+/// True if a transmittance is not that of grey glass.
+pub(crate) fn is_tinted(&[r, g, b]: &[f32; 3]) -> bool {
+    (r - g).abs() > LEAST_TINT || (g - b).abs() > LEAST_TINT || (b - r).abs() > LEAST_TINT
+}
+
+/// What [`DisplayImage::new`] does to pixels, wherever they are.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Developer {
+    /// What light is multiplied by.
+    exposure: f32,
+    tone_curve: ToneCurve,
+    /// Linear.
+    background: Option<[f32; 3]>,
+    /// What pixels without coverage become.
+    nothing: [u8; 4],
+}
+
+impl Developer {
+    pub(crate) fn new(options: &DisplayOptions) -> Self {
+        let stops = if options.exposure.is_finite() { options.exposure.clamp(-64.0, 64.0) } else { 0.0 };
+        Self {
+            exposure: crate::math::scalar::exp2(stops),
+            tone_curve: options.tone_curve,
+            background: options.background.map(|c| c.map(|v| SRGB8_TO_LINEAR[usize::from(v)])),
+            nothing: options.background.map_or([0; 4], |[r, g, b]| [r, g, b, 255]),
+        }
+    }
+
+    /// What pixels without coverage become.
+    pub(crate) fn nothing(&self) -> [u8; 4] {
+        self.nothing
+    }
+
+    /// Pixels as they are in a [`Frame`], with the transmittance of each or none at all, to as many of 8 bits. Their
+    /// number is the smaller of the two.
+    #[inline(never)]
+    pub(crate) fn develop<L: Lanes>(
+        &self,
+        l: L,
+        linear: &[[f32; 4]],
+        transmittance: &[[f32; 3]],
+        out: &mut [[u8; 4]],
+    ) {
+        l.run(
+            #[inline(always)]
+            || {
+                let mut transmittance = transmittance.chunks(LANES);
+                for (out, linear) in out.chunks_mut(LANES).zip(linear.chunks(LANES)) {
+                    let behind = match (self.background, transmittance.next()) {
+                        (None, _) => Behind::Nothing,
+                        (Some(color), None) => Behind::Color(color),
+                        (Some(color), Some(transmittance)) => Behind::Tinted(color, transmittance),
+                    };
+                    self.develop_lanes(l, behind, linear, out);
+                }
+            },
+        );
+    }
+
+    /// Up to sixteen pixels.
+    #[inline(always)]
+    fn develop_lanes<L: Lanes>(&self, l: L, behind: Behind<'_>, linear: &[[f32; 4]], out: &mut [[u8; 4]]) {
+        // Thumbnails are mostly empty.
+        if matches!(behind, Behind::Nothing) && linear.iter().all(|p| p[3] == 0.0) {
+            out.fill([0; 4]);
+            return;
+        }
+        let mut planes = [[0.0; LANES]; 4];
+        for (k, pixel) in linear.iter().enumerate().take(LANES) {
+            for (plane, &value) in planes.iter_mut().zip(pixel) {
+                plane[k] = value;
+            }
+        }
+        let alpha = l.load(&planes[3]).saturate();
+        let visible = alpha.gt(l.zero());
+        // Radiance of the surface itself. Nearly invisible pixels may overflow to infinity, which the curve cuts off.
+        let scale = visible.select(l.splat(self.exposure) / alpha, l.zero());
+        let rgb: [L::F; 3] = each!(c => l.load(&planes[c]) * scale);
+        let mut rgb = self.tone_curve.apply(l, rgb);
+        let mut opacity = l.splat(1.0);
+        match behind {
+            Behind::Nothing => opacity = alpha,
+            Behind::Color(background) => {
+                for (color, behind) in rgb.iter_mut().zip(background) {
+                    *color = *color * alpha + alpha.one_minus() * behind;
+                }
+            }
+            Behind::Tinted(background, transmittance) => {
+                for (k, (color, behind)) in rgb.iter_mut().zip(background).enumerate() {
+                    let mut open = [0.0; LANES];
+                    open.iter_mut().zip(transmittance).for_each(|(to, open)| *to = open[k]);
+                    *color = *color * alpha + l.load(&open).saturate() * behind;
+                }
+            }
+        }
+        let [r, g, b] = each!(c in rgb => linear_to_srgb8_lanes(l, c).to_array());
+        let a = (opacity * 255.0 + 0.5).to_int().to_array();
+        for (k, pixel) in out.iter_mut().enumerate().take(LANES) {
+            *pixel = if a[k] == 0 { [0; 4] } else { [r[k] as u8, g[k] as u8, b[k] as u8, a[k] as u8] };
+        }
+    }
+}
+
 /// What is put behind pixels, in linear light.
 #[derive(Clone, Copy)]
 enum Behind<'a> {
@@ -77,55 +171,6 @@ enum Behind<'a> {
     Color([f32; 3]),
     /// A colour of which each pixel lets another part of red, green and blue through.
     Tinted([f32; 3], &'a [[f32; 3]]),
-}
-
-/// Up to sixteen pixels of [`DisplayImage::new`].
-#[inline(always)]
-fn develop<L: Lanes>(
-    l: L,
-    exposure: f32,
-    curve: ToneCurve,
-    behind: Behind<'_>,
-    linear: &[[f32; 4]],
-    out: &mut [[u8; 4]],
-) {
-    // Thumbnails are mostly empty.
-    if matches!(behind, Behind::Nothing) && linear.iter().all(|p| p[3] == 0.0) {
-        return;
-    }
-    let mut planes = [[0.0; LANES]; 4];
-    for (k, pixel) in linear.iter().enumerate().take(LANES) {
-        for (plane, &value) in planes.iter_mut().zip(pixel) {
-            plane[k] = value;
-        }
-    }
-    let alpha = l.load(&planes[3]).saturate();
-    let visible = alpha.gt(l.zero());
-    // Radiance of the surface itself. Nearly invisible pixels may overflow to infinity, which the curve cuts off.
-    let scale = visible.select(l.splat(exposure) / alpha, l.zero());
-    let rgb: [L::F; 3] = each!(c => l.load(&planes[c]) * scale);
-    let mut rgb = curve.apply(l, rgb);
-    let mut opacity = l.splat(1.0);
-    match behind {
-        Behind::Nothing => opacity = alpha,
-        Behind::Color(background) => {
-            for (color, behind) in rgb.iter_mut().zip(background) {
-                *color = *color * alpha + alpha.one_minus() * behind;
-            }
-        }
-        Behind::Tinted(background, transmittance) => {
-            for (k, (color, behind)) in rgb.iter_mut().zip(background).enumerate() {
-                let mut open = [0.0; LANES];
-                open.iter_mut().zip(transmittance).for_each(|(to, open)| *to = open[k]);
-                *color = *color * alpha + l.load(&open).saturate() * behind;
-            }
-        }
-    }
-    let [r, g, b] = each!(c in rgb => linear_to_srgb8_lanes(l, c).to_array());
-    let a = (opacity * 255.0 + 0.5).to_int().to_array();
-    for (k, pixel) in out.iter_mut().enumerate().take(LANES) {
-        *pixel = if a[k] == 0 { [0; 4] } else { [r[k] as u8, g[k] as u8, b[k] as u8, a[k] as u8] };
-    }
 }
 
 #[cfg(test)]
