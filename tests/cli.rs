@@ -677,6 +677,7 @@ fn bench_reports_each_stage_and_a_hash() {
     };
     let (a, b) = (run(), run());
     assert_eq!(a["frames"], 3);
+    assert!(a["frames_hash"].is_string());
     assert_eq!(a["frames_hash"], b["frames_hash"]);
     assert!(a["frame_ms"]["median"].as_f64().unwrap() >= a["frame_ms"]["min"].as_f64().unwrap());
     assert!(a["stages_ms"].as_object().unwrap().len() >= 3);
@@ -694,8 +695,15 @@ fn bench_loads_a_model_each_frame() {
         assert_eq!((output.status.code(), stderr(&output).as_str()), (Some(0), ""), "{args:?}");
         serde_json::from_slice(&output.stdout).unwrap()
     };
-    let report = json(&["bench", "quad.glb", "blue.glb", "quad.glb", "--rounds", "2", "--png"]);
+    let bench = ["bench", "quad.glb", "blue.glb", "quad.glb", "--rounds", "2"];
+    let report = json(&[&bench[..], &["--png"]].concat());
     assert_eq!((&report["frames"], &report["triangles"]), (&json!(6), &json!(2)));
+    // Pictures of 8 bits have hashes of their own.
+    let images = json(&[&bench[..], &["--image"]].concat());
+    assert!(report["images_hash"].is_string() && report["frames_hash"].is_null());
+    assert_eq!(report["images_hash"], images["images_hash"]);
+    let image_hash = |k: usize| report["models"][k]["image_hash"].as_str().unwrap().to_owned();
+    assert_eq!((image_hash(0), image_hash(0) == image_hash(1)), (image_hash(2), false));
     assert!(report["frame_ms"]["median"].as_f64().unwrap() >= report["frame_ms"]["min"].as_f64().unwrap());
     for stage in ["load", "prepare", "tiles", "encode", "release"] {
         assert!(report["stages_ms"][stage]["median"].is_number(), "{stage}");
@@ -704,6 +712,7 @@ fn bench_loads_a_model_each_frame() {
         let rendered = json(&["render", name, "-o", "out.png"]);
         (name.to_owned(), rendered["frame_hash"].as_str().unwrap().to_owned())
     });
+    let report = json(&bench);
     let found: Vec<(String, String)> = report["models"]
         .as_array()
         .unwrap()

@@ -175,7 +175,7 @@ class Comparison:
             return command + ["-o", str(picture)]
         # One pass that is not counted comes before, as with the peers.
         count = ["--rounds", "1"] if mode == "models" else ["--frames", str(frames)]
-        return command + [*count, "--json", "--quiet"]
+        return command + [*count, "--image", "--json", "--quiet"]
 
     # Preparation
 

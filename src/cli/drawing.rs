@@ -7,11 +7,12 @@ use super::picture::Setting;
 use super::progress::Progress;
 use super::report::{Reporter, Stages};
 use super::scene_file::{EnvironmentChoice, SceneFile};
+use crate::frame::Frame;
 use crate::jobs::Jobs;
 use crate::limits::Limits;
 use crate::load::{Loaded, Warning};
-use crate::output::DisplayOptions;
-use crate::render::{RenderOptions, Rendered, RenderedImage, Renderer};
+use crate::output::{DisplayImage, DisplayOptions};
+use crate::render::{RenderOptions, RenderStats, Rendered, RenderedImage, Renderer};
 use crate::scene::{Camera, Scene};
 use std::fmt::Display;
 use std::path::PathBuf;
@@ -35,6 +36,23 @@ impl DrawArgs {
         self.apply(&mut description);
         Ok(description)
     }
+}
+
+/// The pixels of a picture.
+#[derive(Clone, Debug)]
+pub enum Pixels {
+    /// Linear light.
+    Frame(Frame),
+    /// For a screen.
+    Image(DisplayImage),
+}
+
+/// A picture and what there is to say of it.
+pub(super) struct Taken {
+    pub(super) pixels: Pixels,
+    /// [`Frame::is_tinted`].
+    pub(super) tinted: bool,
+    pub(super) stats: RenderStats,
 }
 
 /// One command's work: everything that can be found out and can be wrong before a model is read.
@@ -156,19 +174,27 @@ impl Drawing {
         rendered.map_err(|e| Failure::render(&e).at(&source.path))
     }
 
-    /// Takes a picture of a model's scene for a screen.
+    /// Takes a picture of a model's scene: of linear light, or, which is less work, for a screen.
     ///
     /// # Errors
     /// [`Failure`] naming the model and the reason.
-    pub(super) fn render_image(
+    pub(super) fn take(
         &self,
         source: &ModelSource,
         renderer: &mut Renderer,
         scene: &Scene,
         camera: &Camera,
-    ) -> Result<RenderedImage, Failure> {
-        let rendered = renderer.render_image(scene, camera, &self.options, &self.display);
-        rendered.map_err(|e| Failure::render(&e).at(&source.path))
+        for_screen: bool,
+    ) -> Result<Taken, Failure> {
+        if !for_screen {
+            let Rendered { frame, stats } = self.render(source, renderer, scene, camera)?;
+            let tinted = frame.is_tinted();
+            return Ok(Taken { pixels: Pixels::Frame(frame), tinted, stats });
+        }
+        let RenderedImage { image, tinted, stats, .. } = renderer
+            .render_image(scene, camera, &self.options, &self.display)
+            .map_err(|e| Failure::render(&e).at(&source.path))?;
+        Ok(Taken { pixels: Pixels::Image(image), tinted, stats })
     }
 
     /// Ends the work: no more progress, then the warnings.

@@ -1,14 +1,13 @@
 //! `overcoat render`: one model, one picture.
 
 use super::args::RenderArgs;
-use super::drawing::Drawing;
+use super::drawing::{Drawing, Pixels, Taken};
 use super::failure::{Failure, file_name};
 use super::losses::{losses, losses_of_light};
 use super::report::{self, Stages, Versions};
-use super::target::{Pixels, Target};
+use super::target::Target;
 use crate::load::Loaded;
 use crate::output::OutputFormat;
-use crate::render::{Rendered, RenderedImage};
 use serde::{Serialize, Serializer};
 use std::time::Instant;
 
@@ -81,15 +80,8 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let camera = drawing.camera(source, &scene)?;
     drawing.progress.stage(format!("rendering {} triangles", scene.triangle_count()));
     // The report names the frame's bits; nothing else needs more than the screen's.
-    let (pixels, tinted, stats) = if target.takes_image() && !drawing.json {
-        let RenderedImage { image, tinted, stats, .. } =
-            drawing.render_image(source, &mut renderer, &scene, &camera)?;
-        (Pixels::Image(image), tinted, stats)
-    } else {
-        let Rendered { frame, stats } = drawing.render(source, &mut renderer, &scene, &camera)?;
-        let tinted = frame.is_tinted();
-        (Pixels::Frame(frame), tinted, stats)
-    };
+    let for_screen = target.takes_image() && !drawing.json;
+    let Taken { pixels, tinted, stats } = drawing.take(source, &mut renderer, &scene, &camera, for_screen)?;
     for &(name, time) in &stats.stages {
         stages.add(name, time);
     }

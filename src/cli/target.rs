@@ -1,24 +1,16 @@
 //! Where a picture goes: checked before any work, written after all of it.
 
+use super::drawing::Pixels;
 use super::failure::Failure;
 use super::picture::is_standard_stream;
-use crate::frame::{Aov, Frame};
+use crate::frame::Aov;
 use crate::output::{
-    DisplayImage, DisplayOptions, ExrPrecision, OutputError, OutputFormat, OutputOptions, encode,
-    encode_aov_png, encode_png, write_atomically,
+    DisplayOptions, ExrPrecision, OutputError, OutputFormat, OutputOptions, encode, encode_aov_png,
+    encode_png, write_atomically,
 };
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use xxhash_rust::xxh3::Xxh3;
-
-/// What goes to a place for a picture.
-#[derive(Clone, Debug)]
-pub enum Pixels {
-    /// For every format.
-    Frame(Frame),
-    /// For PNG alone, without planes.
-    Image(DisplayImage),
-}
 
 /// A place for a picture.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -1,6 +1,6 @@
 //! Which surfaces each pixel of a tile sees.
 
-use super::merge::merge;
+use super::merge::Merger;
 use super::{Draw, TriangleSource};
 use crate::each;
 use crate::math::lanes::{Int, LANES, Lanes, Mask};
@@ -52,17 +52,21 @@ const MAX_ROUNDS: usize = 16;
 /// within a pixel in the order of the lowest sample. This is the order in which fragments are summed. With
 /// `merge_by`, which holds the least square of a cosine between normals, small triangles of one surface share a fragment.
 #[inline(always)]
-pub fn extract_fragments<L: Lanes>(
+pub fn extract_fragments<'a, L: Lanes>(
     l: L,
     visibility: &Visibility,
     width: u32,
     height: u32,
     samples: usize,
-    merge_by: Option<(&impl TriangleSource, &[Draw<'_>], f32)>,
+    merge_by: Option<(&'a impl TriangleSource, &'a [Draw<'a>], f32)>,
     out: &mut Vec<Fragment>,
 ) {
     let none = l.splat_i(NO_TRIANGLE as i32);
     let full = ((1_u32 << samples) - 1) as u16;
+    let mut merger = match merge_by {
+        Some((source, draws, least_squared_cosine)) => Some(Merger::new(source, draws, least_squared_cosine)),
+        None => None,
+    };
     let mut rounds = [Round { triangle: [0; LANES], mask: [0; LANES] }; MAX_ROUNDS];
     for block in 0..visibility.block_count() {
         let seen = visibility.block_triangles(block);
@@ -108,8 +112,8 @@ pub fn extract_fragments<L: Lanes>(
                     out.push(Fragment { triangle, pixel: corner + pixel_of(k), mask });
                 }
             }
-            if let Some((source, draws, least_squared_cosine)) = merge_by {
-                merge(out, first_found, source, draws, least_squared_cosine);
+            if let Some(merger) = &mut merger {
+                merger.merge(out, first_found);
             }
         }
     }

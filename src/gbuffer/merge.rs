@@ -6,94 +6,140 @@
 //! Anti-Aliasing") with the representative in place of the mean, which keeps every plane of the G-buffer a value that
 //! some surface has.
 //!
-//! Only neighbours are merged: triangles of one draw and side, each smaller than a pixel, whose normals differ by less than
-//! an angle that the user gives and whose planes meet within a pixel. Edges, creases and silhouettes keep their samples,
-//! and a pixel on which a surface bends is shaded as often as it bends by that angle: the cost follows pixels and
-//! curvature, not triangles. It is off by default, because the picture changes where a reflection is sharper than the
-//! angle. The result depends on nothing but the pixel's own triangles.
+//! Only neighbours are merged: triangles of one draw and side, each smaller than two pixels, whose normals differ by less
+//! than an angle that the user gives, whose planes meet within a pixel, and whose vertices have one colour, if they have
+//! any: textures are filtered over the pixel whichever triangle stands for it, colours of vertices are not. Edges, creases
+//! and silhouettes keep their samples, and a pixel on which a surface bends is shaded as often as it bends by that angle:
+//! the cost follows pixels and curvature, not triangles. It is off by default, because the picture changes where a
+//! reflection is sharper than the angle. The result depends on nothing but the pixel's own triangles.
 
 use super::{Draw, Fragment, SourceTriangle, TriangleSource};
-use crate::raster::{SUBPIXELS, Triangle};
-
-/// Twice the area of a pixel in square sub-pixels.
-const TWICE_A_PIXEL: i64 = 2 * (SUBPIXELS as i64) * (SUBPIXELS as i64);
+use crate::raster::SUBPIXELS;
 
 /// The most samples of a pixel.
 const MOST: usize = 16;
 
-/// Merges fragments of one pixel, from `first` on, that show the same surface: normals whose cosine has at least this
-/// square. They are in the order of their lowest sample, before and after.
-pub(super) fn merge(
-    fragments: &mut Vec<Fragment>,
-    first: usize,
-    source: &impl TriangleSource,
-    draws: &[Draw<'_>],
+/// Merges the fragments of pixels that show the same surface.
+pub(super) struct Merger<'a, S> {
+    source: &'a S,
+    draws: &'a [Draw<'a>],
+    /// Least square of the cosine of normals.
     least_squared_cosine: f32,
-) {
-    let found = &mut fragments[first..];
-    if found.len() < 2 {
-        return;
+    /// Those of the last pixel's fragments.
+    candidates: [Candidate; MOST],
+}
+
+impl<'a, S: TriangleSource> Merger<'a, S> {
+    pub(super) fn new(source: &'a S, draws: &'a [Draw<'a>], least_squared_cosine: f32) -> Self {
+        Self { source, draws, least_squared_cosine, candidates: [Candidate::default(); MOST] }
     }
-    let mut candidates = [None; MOST];
-    for (candidate, fragment) in candidates.iter_mut().zip(&*found) {
-        *candidate = Candidate::new(fragment.triangle, source, draws);
-    }
-    // By number of samples; of equal ones the first comes first.
-    let mut order: [usize; MOST] = std::array::from_fn(|k| k);
-    let order = &mut order[..found.len()];
-    order.sort_by_key(|&k| std::cmp::Reverse(found[k].mask.count_ones()));
-    for (place, &k) in order.iter().enumerate() {
-        let Some(representative) = candidates[k] else { continue };
-        for &other in &order[place + 1..] {
-            if candidates[other].is_some_and(|c| representative.continues(&c, least_squared_cosine)) {
-                candidates[other] = None;
-                found[k].mask |= std::mem::take(&mut found[other].mask);
+
+    /// Merges fragments of one pixel, from `first` on. They are in the order of their lowest sample, before and after: the
+    /// first that is left takes what shows the same surface as it does.
+    #[inline(never)]
+    pub(super) fn merge(&mut self, fragments: &mut Vec<Fragment>, first: usize) {
+        let found = &mut fragments[first..];
+        let mut left = 0_u32;
+        for (k, (fragment, candidate)) in found.iter().zip(&mut self.candidates).enumerate() {
+            if let Some(found) = Candidate::new(fragment.triangle, self.source, self.draws) {
+                *candidate = found;
+                left |= 1 << k;
             }
         }
+        let mut gone = 0_u32;
+        while let Some(k) = take_lowest(&mut left) {
+            let representative = &self.candidates[k];
+            let mut merged = found[k];
+            let mut most = merged.mask.count_ones();
+            let mut others = left;
+            while let Some(other) = take_lowest(&mut others) {
+                if representative.continues(&self.candidates[other], self.least_squared_cosine) {
+                    let Fragment { triangle, mask, .. } = found[other];
+                    if mask.count_ones() > most {
+                        (merged.triangle, most) = (triangle, mask.count_ones());
+                    }
+                    merged.mask |= mask;
+                    left &= !(1 << other);
+                    gone |= 1 << other;
+                }
+            }
+            found[k] = merged;
+        }
+        if gone != 0 {
+            let mut kept = 0;
+            for k in 0..found.len() {
+                if gone >> k & 1 == 0 {
+                    found[kept] = found[k];
+                    kept += 1;
+                }
+            }
+            fragments.truncate(first + kept);
+        }
     }
-    found.sort_unstable_by_key(|fragment| fragment.mask.trailing_zeros());
-    // Those that were merged into others are left without samples, and have come last.
-    let kept = found.iter().take_while(|fragment| fragment.mask != 0).count();
-    fragments.truncate(first + kept);
+}
+
+/// Takes the lowest of the numbers whose bits are set.
+#[inline(always)]
+fn take_lowest(bits: &mut u32) -> Option<usize> {
+    let lowest = bits.trailing_zeros();
+    *bits &= bits.wrapping_sub(1);
+    (lowest < u32::BITS).then_some(lowest as usize)
 }
 
 /// A triangle that may be merged.
-#[derive(Clone, Copy)]
-struct Candidate<'a> {
-    triangle: &'a Triangle,
+#[derive(Clone, Copy, Default)]
+struct Candidate {
     draw: u32,
+    back_facing: bool,
+    /// A vertex on the screen: place and depth.
+    place: [i32; 2],
+    depth: f32,
+    depth_gradient: [f32; 2],
     /// Sum of the normals of its vertices, in object space.
     normal: [f32; 3],
     /// Its length, squared.
     square: f32,
+    /// That of all of its vertices.
+    color: [f32; 4],
 }
 
-impl<'a> Candidate<'a> {
-    /// `None` for triangles as large as a pixel, clipped ones, and those without normals.
-    fn new(identity: u32, source: &'a impl TriangleSource, draws: &[Draw<'_>]) -> Option<Self> {
-        let SourceTriangle { screen: triangle, vertices: [a, b, c], draw, clip } = source.triangle(identity);
-        let [x0, y0, x1, y1] = triangle.bounds();
-        if clip.is_some() || x1 - x0 >= 4 * SUBPIXELS || y1 - y0 >= 4 * SUBPIXELS {
-            return None;
-        }
-        let side =
-            |k: usize| (i64::from(triangle.x[k] - triangle.x[0]), i64::from(triangle.y[k] - triangle.y[0]));
-        let ((ax, ay), (bx, by)) = (side(1), side(2));
-        if ax * by - ay * bx > TWICE_A_PIXEL {
+impl Candidate {
+    /// `None` for triangles that are not small, those without normals, and those of several colours.
+    #[inline(always)]
+    fn new(identity: u32, source: &impl TriangleSource, draws: &[Draw<'_>]) -> Option<Self> {
+        let SourceTriangle { screen, vertices, draw, .. } = source.triangle(identity);
+        if screen.small_samples == 0 {
             return None;
         }
         let mesh = draws[draw as usize].mesh;
-        let normal = |vertex: u32| mesh.normals().get(vertex as usize).copied();
-        let (a, b, c) = (normal(a)?, normal(b)?, normal(c)?);
+        let mut color = [1.0; 4];
+        if !mesh.colors().is_empty() {
+            let colors = vertices.map(|vertex| mesh.colors().get(vertex as usize).copied());
+            color = colors[0]?;
+            if colors != [Some(color); 3] {
+                return None;
+            }
+        }
+        let normal = |k: usize| mesh.normals().get(vertices[k] as usize).copied();
+        let (a, b, c) = (normal(0)?, normal(1)?, normal(2)?);
         let sum = [0, 1, 2].map(|k| (a[k] + b[k]) + c[k]);
         let square = dot(sum, sum);
-        (square > 0.0).then_some(Self { triangle, draw, normal: sum, square })
+        (square > 0.0).then_some(Self {
+            draw,
+            back_facing: screen.back_facing,
+            place: [screen.x[0], screen.y[0]],
+            depth: screen.depth[0],
+            depth_gradient: screen.depth_gradient,
+            normal: sum,
+            square,
+            color,
+        })
     }
 
     /// True if the other shows the same surface.
+    #[inline(always)]
     fn continues(&self, other: &Self, least_squared_cosine: f32) -> bool {
-        let (a, b) = (self.triangle, other.triangle);
-        if self.draw != other.draw || a.back_facing != b.back_facing {
+        if self.draw != other.draw || self.back_facing != other.back_facing || self.color != other.color {
             return false;
         }
         let cosine = dot(self.normal, other.normal);
@@ -101,11 +147,11 @@ impl<'a> Candidate<'a> {
             return false;
         }
         // The other's vertex lies on this triangle's plane, up to what depth changes over a pixel.
-        let [dx, dy] = a.depth_gradient;
-        let (x, y) = ((b.x[0] - a.x[0]) as f32, (b.y[0] - a.y[0]) as f32);
-        let expected = a.depth[0] + x * dx + y * dy;
-        let slack = (dx.abs() + dy.abs()) * SUBPIXELS as f32 + a.depth[0].abs() * 1e-3;
-        (b.depth[0] - expected).abs() <= slack
+        let [dx, dy] = self.depth_gradient;
+        let (x, y) = ((other.place[0] - self.place[0]) as f32, (other.place[1] - self.place[1]) as f32);
+        let expected = self.depth + x * dx + y * dy;
+        let slack = (dx.abs() + dy.abs()) * SUBPIXELS as f32 + self.depth.abs() * 1e-3;
+        (other.depth - expected).abs() <= slack
     }
 }
 
@@ -116,7 +162,7 @@ fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::raster::NOT_CLIPPED;
+    use crate::raster::{NOT_CLIPPED, Triangle};
     use crate::scene::{Mesh, MeshData, Transform};
 
     /// Triangles by identity, all of draw 0.
@@ -129,12 +175,13 @@ mod tests {
         }
     }
 
-    /// Merges triangles of 60 sub-pixels with these normals and depths, one sample each.
-    fn merged(surfaces: &[([f32; 3], f32)], side: i32) -> Vec<(u32, u16)> {
+    /// Merges triangles with these normals and depths, and colours if any, one sample each.
+    fn merged_colors(surfaces: &[([f32; 3], f32)], small: bool, colors: &[[f32; 4]]) -> Vec<(u32, u16)> {
         let data = MeshData {
             positions: surfaces.iter().flat_map(|_| [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]).collect(),
             normals: surfaces.iter().flat_map(|s| [s.0; 3]).collect(),
             triangles: (0..surfaces.len() as u32).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect(),
+            colors: colors.to_vec(),
             ..MeshData::default()
         };
         let mesh = Mesh::new(data).expect("valid");
@@ -151,16 +198,21 @@ mod tests {
         }];
         let triangle = |(k, s): (usize, &([f32; 3], f32))| {
             let x = 20 * k as i32;
-            let corners = [(x, 0, s.1), (x + side, 0, s.1), (x, side, s.1)];
-            Triangle::new(corners, k as u32, NOT_CLIPPED, true).expect("it has an area")
+            let corners = [(x, 0, s.1), (x + 60, 0, s.1), (x, 60, s.1)];
+            let triangle = Triangle::new(corners, k as u32, NOT_CLIPPED, true).expect("it has an area");
+            Triangle { small_samples: u64::from(small), ..triangle }
         };
         let source = Listed(surfaces.iter().enumerate().map(triangle).collect());
         let mask = |k: usize| if k == 1 { 3 << 14 } else { 1 << k };
         let mut fragments: Vec<Fragment> =
             (0..surfaces.len()).map(|k| Fragment { triangle: k as u32, pixel: 0, mask: mask(k) }).collect();
         // 2 degrees.
-        merge(&mut fragments, 0, &source, &draws, 0.998_782);
+        Merger::new(&source, &draws, 0.998_782).merge(&mut fragments, 0);
         fragments.iter().map(|f| (f.triangle, f.mask)).collect()
+    }
+
+    fn merged(surfaces: &[([f32; 3], f32)], small: bool) -> Vec<(u32, u16)> {
+        merged_colors(surfaces, small, &[])
     }
 
     const UP: [f32; 3] = [0.0, 0.0, 1.0];
@@ -168,16 +220,29 @@ mod tests {
     #[test]
     fn a_smooth_surface_is_shaded_once_by_the_triangle_with_the_most_samples() {
         let turned = [0.03, 0.0, 1.0];
-        assert_eq!(merged(&[(UP, 0.5), (UP, 0.5), (turned, 0.5001)], 60), [(1, 3 << 14 | 0b101)]);
+        assert_eq!(merged(&[(UP, 0.5), (UP, 0.5), (turned, 0.5001)], true), [(1, 3 << 14 | 0b101)]);
+    }
+
+    #[test]
+    fn colours_of_vertices_are_not_lost() {
+        const RED: [f32; 4] = [1.0, 0.0, 0.0, 1.0];
+        const BLUE: [f32; 4] = [0.0, 0.0, 1.0, 1.0];
+        let surfaces = [(UP, 0.5); 3];
+        let of = |colors: [[f32; 4]; 3]| merged_colors(&surfaces, true, &colors.map(|c| [c; 3]).concat());
+        assert_eq!(of([RED; 3]).len(), 1);
+        assert_eq!(of([RED, BLUE, RED]), [(0, 0b101), (1, 3 << 14)]);
+        // A gradient is not averaged by whom it stands for.
+        let gradient = [RED, RED, BLUE].repeat(3);
+        assert_eq!(merged_colors(&surfaces, true, &gradient).len(), 3);
     }
 
     #[test]
     fn creases_layers_and_triangles_of_a_pixel_stay_apart() {
         let crease = [0.04, 0.0, 1.0];
-        assert_eq!(merged(&[(UP, 0.5), (UP, 0.5), (crease, 0.5)], 60), [(1, 3 << 14 | 1), (2, 4)]);
-        assert_eq!(merged(&[(UP, 0.5), (UP, 0.6), (UP, 0.5)], 60), [(0, 0b101), (1, 3 << 14)]);
-        assert_eq!(merged(&[(UP, 0.5), (UP, 0.5)], 400).len(), 2);
+        assert_eq!(merged(&[(UP, 0.5), (UP, 0.5), (crease, 0.5)], true), [(1, 3 << 14 | 1), (2, 4)]);
+        assert_eq!(merged(&[(UP, 0.5), (UP, 0.6), (UP, 0.5)], true), [(0, 0b101), (1, 3 << 14)]);
+        assert_eq!(merged(&[(UP, 0.5), (UP, 0.5)], false).len(), 2);
         // Without a normal there is nothing to compare.
-        assert_eq!(merged(&[([0.0; 3], 0.5), ([0.0; 3], 0.5)], 60).len(), 2);
+        assert_eq!(merged(&[([0.0; 3], 0.5), ([0.0; 3], 0.5)], true).len(), 2);
     }
 }

@@ -40,10 +40,10 @@ pub struct RenderOptions {
     pub anisotropy: u32,
     /// How reflections of area lights are integrated. [`ShadingModel::GltfSampled`] always goes by facets.
     pub area_lights: AreaLightMethod,
-    /// Neighbouring triangles smaller than a pixel, of one object, are shaded as one in each pixel where their normals
-    /// differ by less than this many degrees, 0 to 45. With 0 every triangle that a pixel sees is shaded, which on meshes
-    /// with more triangles than the picture has pixels costs as much as the samples do. Reflections sharper than the angle
-    /// lose some of their smoothing.
+    /// Neighbouring triangles smaller than two pixels, of one object and without differing vertex colours, are shaded as
+    /// one in each pixel where their normals differ by less than this many degrees, 0 to 45. Meshes with more triangles
+    /// than the picture has pixels cost less by it; reflections sharper than the angle lose some of their smoothing. With 0
+    /// every triangle that a pixel sees is shaded.
     pub merge_angle: f32,
     /// Width of lines in pixels, 0.1 to 64.
     pub line_width: f32,

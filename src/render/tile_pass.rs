@@ -333,6 +333,7 @@ fn draw_triangles<L: Lanes>(
     scratch: &mut TileScratch,
 ) -> u64 {
     let mut blocks = 0;
+    let mut small = 0;
     scratch.identities.clear();
     scratch.blended.clear();
     let samples = pass.pattern.len();
@@ -348,6 +349,7 @@ fn draw_triangles<L: Lanes>(
             let identity = scratch.identities.len() as u32;
             scratch.identities.push((run.chunk, index));
             let triangle = &chunk.triangles[index as usize];
+            small += u64::from(triangle.small_samples != 0);
             match mode {
                 AlphaMode::Opaque => {
                     scratch.visibility.draw(l, triangle, identity, origin, pass.pattern, None);
@@ -388,8 +390,8 @@ fn draw_triangles<L: Lanes>(
     }
     let source = TileTriangles { chunks: pass.chunks, identities: &scratch.identities };
     let merge = match pass.merge {
-        Some(least_squared_cosine) => Some((&source, pass.shade.draws, least_squared_cosine)),
-        None => None,
+        Some(least_squared_cosine) if small > 1 => Some((&source, pass.shade.draws, least_squared_cosine)),
+        _ => None,
     };
     extract_fragments(l, &scratch.visibility, width, height, samples, merge, &mut scratch.fragments);
     blocks

@@ -242,7 +242,11 @@ pub struct BenchArgs {
           conflicts_with = "frames")]
     pub rounds: Option<u32>,
 
-    /// A new model each frame: also encode each picture as a PNG in memory
+    /// Make pictures of 8 bits, as for PNG, in place of frames of linear light
+    #[arg(long)]
+    pub image: bool,
+
+    /// A new model each frame: also encode each picture as a PNG in memory (implies --image)
     #[arg(long, conflicts_with = "frames")]
     pub png: bool,
 

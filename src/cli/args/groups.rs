@@ -159,7 +159,7 @@ pub struct PictureArgs {
     #[arg(long, value_name = "N", value_parser = values::within::<u32>(1, 16), allow_negative_numbers = true)]
     pub anisotropy: Option<u32>,
 
-    /// Shade triangles smaller than a pixel as one where their normals differ by less than this many degrees, 0 to 45:
+    /// Shade triangles smaller than two pixels as one where their normals differ by less than this many degrees, 0 to 45:
     /// faster on dense meshes, with less smoothing of sharp reflections [default: 0]
     #[arg(long, value_name = "DEGREES", value_parser = values::within::<f32>(0.0, 45.0), allow_negative_numbers = true)]
     pub merge_angle: Option<f32>,

@@ -1,15 +1,16 @@
 //! A new model each frame, from its file to its pixels, as a warm program that makes thumbnails does it.
 
-use super::report::{Measurement, Model, Times};
+use super::recycle;
+use super::report::{Hash, Measurement, Model, Times};
 use crate::cli::args::BenchArgs;
-use crate::cli::drawing::Drawing;
+use crate::cli::drawing::{Drawing, Pixels, Taken};
 use crate::cli::failure::{Failure, file_name};
 use crate::cli::input::{self, ModelSource};
 use crate::cli::picture::{Setting, is_standard_stream};
 use crate::cli::report;
 use crate::load::{Loaded, Warning};
-use crate::output::{ExrPrecision, OutputFormat, OutputOptions, encode};
-use crate::render::{Rendered, Renderer};
+use crate::output::encode_png;
+use crate::render::{RenderStats, Renderer};
 use std::time::{Duration, Instant};
 
 /// Measures frames that load a model each. What does not depend on the model (environment, materials, the renderer) is
@@ -26,8 +27,7 @@ pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
     let mut renderer = args.draw.machine.renderer();
     let setting = drawing.setting(renderer.jobs())?;
     setting.warnings.iter().for_each(|warning| drawing.reporter.warning(warning));
-    let output = OutputOptions { display: drawing.display.clone(), exr_precision: ExrPrecision::default() };
-    let service = Service { drawing: &drawing, setting, png: args.png.then_some(&output) };
+    let service = Service { drawing: &drawing, setting, for_screen: args.image || args.png, png: args.png };
     let models = drawing.sources().count();
 
     // The first pass fills caches and grows buffers.
@@ -37,7 +37,7 @@ pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
         for warning in &made.warnings {
             drawing.warn_of(&file_name(&source.path), warning);
         }
-        renderer.recycle(made.rendered.frame);
+        recycle(&mut renderer, made.pixels);
     }
     let mut measurement = Measurement::default();
     let mut walls = vec![Vec::new(); models];
@@ -51,7 +51,8 @@ pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
             measurement.add_frame(wall, [before, report::processor_time()]);
             measurement.add_stage("load", made.load);
             measurement.add_stage("prepare", made.prepare);
-            measurement.add_rendered(&made.rendered);
+            let hash = Hash::new(&made.pixels);
+            measurement.add_picture(&made.stats, &hash);
             if let Some(time) = made.encode {
                 measurement.add_stage("encode", time);
             }
@@ -64,13 +65,13 @@ pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
             if round == rounds {
                 measurement.models.push(Model {
                     file: file_name(&source.path),
-                    triangles: made.rendered.stats.triangles,
-                    fragments: made.rendered.stats.fragments,
+                    triangles: made.stats.triangles,
+                    fragments: made.stats.fragments,
                     frame_ms: Times::new(&mut walls[k]),
-                    frame_hash: made.rendered.frame.frame_hash(),
+                    hash,
                 });
             }
-            renderer.recycle(made.rendered.frame);
+            recycle(&mut renderer, made.pixels);
         }
     }
     drawing.finish(&[]);
@@ -82,20 +83,23 @@ pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
 struct Service<'a> {
     drawing: &'a Drawing,
     setting: Setting,
-    /// How pictures are encoded, if they are.
-    png: Option<&'a OutputOptions>,
+    /// Pictures are of 8 bits.
+    for_screen: bool,
+    /// They are encoded.
+    png: bool,
 }
 
 /// One model's picture, and the wall time of what the renderer does not measure.
 struct Made {
-    rendered: Rendered,
+    pixels: Pixels,
+    stats: RenderStats,
     warnings: Vec<Warning>,
     shading: &'static str,
     /// Reading the file.
     load: Duration,
     /// Materials, lights, environment and camera.
     prepare: Duration,
-    /// Linear light to the bytes of a PNG file.
+    /// To the bytes of a PNG file.
     encode: Option<Duration>,
     /// Giving back the scene's memory.
     release: Duration,
@@ -115,12 +119,12 @@ impl Service<'_> {
         let shading = report::shading_name(options.shading, &scene);
         let prepare = start.elapsed() - load;
 
-        let rendered = self.drawing.render(source, renderer, &scene, &camera)?;
+        let Taken { pixels, stats, .. } =
+            self.drawing.take(source, renderer, &scene, &camera, self.for_screen)?;
         let mut encoding = None;
-        if let Some(options) = self.png {
+        if let (true, Pixels::Image(image)) = (self.png, &pixels) {
             let begin = Instant::now();
-            let bytes =
-                encode(&rendered.frame, OutputFormat::Png, options).map_err(|e| about(Failure::failed(e)))?;
+            let bytes = encode_png(image).map_err(|e| about(Failure::failed(e)))?;
             // The compiler must not find out that nobody reads them.
             std::hint::black_box(&bytes);
             drop(bytes);
@@ -129,6 +133,9 @@ impl Service<'_> {
         let end = Instant::now();
         drop(scene);
         let release = end.elapsed();
-        Ok((start.elapsed(), Made { rendered, warnings, shading, load, prepare, encode: encoding, release }))
+        Ok((
+            start.elapsed(),
+            Made { pixels, stats, warnings, shading, load, prepare, encode: encoding, release },
+        ))
     }
 }

@@ -1,6 +1,7 @@
 //! Warm frames of one model with an orbiting camera.
 
-use super::report::Measurement;
+use super::recycle;
+use super::report::{Hash, Measurement};
 use crate::cli::args::BenchArgs;
 use crate::cli::drawing::Drawing;
 use crate::cli::failure::Failure;
@@ -24,22 +25,22 @@ pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
     let render = |renderer: &mut Renderer, angle: f64| {
         let camera = orbit(&camera, center, angle);
         let start = Instant::now();
-        let rendered = drawing.render(&drawing.source, renderer, &scene, &camera)?;
-        Ok::<_, Failure>((start.elapsed(), rendered))
+        let taken = drawing.take(&drawing.source, renderer, &scene, &camera, args.image)?;
+        Ok::<_, Failure>((start.elapsed(), taken))
     };
 
     // The first frame fills caches and grows buffers.
     let first = render(&mut renderer, 0.0)?.1;
-    renderer.recycle(first.frame);
+    recycle(&mut renderer, first.pixels);
     drawing.progress.stage(format!("{} frames", args.frames));
     let mut measurement = Measurement::default();
     for k in 0..args.frames {
         let before = report::processor_time();
-        let (wall, rendered) =
+        let (wall, taken) =
             render(&mut renderer, f64::from(k) * std::f64::consts::TAU / f64::from(args.frames))?;
         measurement.add_frame(wall, [before, report::processor_time()]);
-        measurement.add_rendered(&rendered);
-        renderer.recycle(rendered.frame);
+        measurement.add_picture(&taken.stats, &Hash::new(&taken.pixels));
+        recycle(&mut renderer, taken.pixels);
     }
     drawing.finish(&warnings);
     let shading = report::shading_name(drawing.options.shading, &scene);

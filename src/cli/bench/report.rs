@@ -1,12 +1,15 @@
 //! What was measured, and how it is printed.
 
+use crate::cli::drawing::Pixels;
 use crate::cli::failure::Failure;
 use crate::cli::report::{self, Versions, milliseconds};
-use crate::render::{RenderOptions, Rendered};
+use crate::output::DisplayImage;
+use crate::render::{RenderOptions, RenderStats};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::time::Duration;
+use xxhash_rust::xxh3::{Xxh3, xxh3_128};
 
 /// What `--json` prints. Fields are only ever added.
 #[derive(Debug, Serialize)]
@@ -28,8 +31,9 @@ struct Report {
     processor_ms: Option<f64>,
     /// Wall time of each stage.
     stages_ms: BTreeMap<&'static str, Times>,
-    /// XXH3-128 of the frames' hashes, equal on every machine.
-    frames_hash: String,
+    /// XXH3-128 of the frames' hashes, equal on every machine; or of the pictures', where they are of 8 bits.
+    #[serde(flatten)]
+    hash: AllHash,
     /// One for each file, in the order of the command line, where every frame loads a model.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     models: Vec<Model>,
@@ -49,7 +53,43 @@ pub(super) struct Model {
     /// Wall time from the file to the end of its frame.
     pub frame_ms: Times,
     /// Equal on every machine.
-    pub frame_hash: String,
+    #[serde(flatten)]
+    pub hash: Hash,
+}
+
+/// What was made, as XXH3-128.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(super) enum Hash {
+    /// [`Frame::frame_hash`](crate::frame::Frame::frame_hash).
+    #[serde(rename = "frame_hash")]
+    Frame(String),
+    /// Of width, height and bytes of a picture of 8 bits.
+    #[serde(rename = "image_hash")]
+    Image(String),
+}
+
+impl Hash {
+    pub(super) fn new(pixels: &Pixels) -> Self {
+        match pixels {
+            Pixels::Frame(frame) => Self::Frame(frame.frame_hash()),
+            Pixels::Image(DisplayImage { width, height, pixels }) => {
+                let mut hasher = Xxh3::new();
+                hasher.update(&width.to_le_bytes());
+                hasher.update(&height.to_le_bytes());
+                hasher.update(pixels.as_flattened());
+                Self::Image(format!("{:032x}", hasher.digest128()))
+            }
+        }
+    }
+}
+
+/// The hashes of all, hashed.
+#[derive(Debug, Serialize)]
+enum AllHash {
+    #[serde(rename = "frames_hash")]
+    Frames(String),
+    #[serde(rename = "images_hash")]
+    Images(String),
 }
 
 /// Milliseconds.
@@ -80,6 +120,8 @@ pub(super) struct Measurement {
     triangles: u64,
     fragments: u64,
     hashes: String,
+    /// They are those of pictures of 8 bits.
+    images: bool,
     /// One for each file, where every frame loads a model.
     pub(super) models: Vec<Model>,
 }
@@ -93,6 +135,7 @@ impl Default for Measurement {
             triangles: 0,
             fragments: 0,
             hashes: String::new(),
+            images: false,
             models: Vec::new(),
         }
     }
@@ -117,13 +160,15 @@ impl Measurement {
     }
 
     /// Adds what the renderer says of a frame, and its hash.
-    pub(super) fn add_rendered(&mut self, rendered: &Rendered) {
-        for &(name, time) in &rendered.stats.stages {
+    pub(super) fn add_picture(&mut self, stats: &RenderStats, hash: &Hash) {
+        for &(name, time) in &stats.stages {
             self.add_stage(name, time);
         }
-        self.triangles += rendered.stats.triangles;
-        self.fragments += rendered.stats.fragments;
-        self.hashes.push_str(&rendered.frame.frame_hash());
+        self.triangles += stats.triangles;
+        self.fragments += stats.fragments;
+        let (Hash::Frame(digits) | Hash::Image(digits)) = hash;
+        self.hashes.push_str(digits);
+        self.images = matches!(hash, Hash::Image(_));
     }
 
     /// Prints everything, as the options ask.
@@ -138,6 +183,7 @@ impl Measurement {
         threads: usize,
     ) -> Result<(), Failure> {
         let frames = self.walls.len().max(1);
+        let hash = format!("{:032x}", xxh3_128(self.hashes.as_bytes()));
         let order: Vec<&str> = self.stages.iter().map(|(name, _)| *name).collect();
         let report = Report {
             frames: self.walls.len() as u32,
@@ -152,7 +198,7 @@ impl Measurement {
             frame_ms: Times::new(&mut self.walls),
             processor_ms: self.processor.map(|sum| milliseconds(sum) / frames as f64),
             stages_ms: self.stages.iter_mut().map(|(name, times)| (*name, Times::new(times))).collect(),
-            frames_hash: format!("{:032x}", xxhash_rust::xxh3::xxh3_128(self.hashes.as_bytes())),
+            hash: if self.images { AllHash::Images(hash) } else { AllHash::Frames(hash) },
             models: self.models,
             peak_rss_bytes: report::peak_rss_bytes(),
             versions: Versions::default(),
@@ -198,7 +244,8 @@ impl Report {
                 writeln!(out, "processor time  {processor:>12.3} ms a {unit} (user and system, all threads)");
         }
         if !self.models.is_empty() {
-            let _ = writeln!(out, "hash            {} of all frames", self.frames_hash);
+            let (AllHash::Frames(hash) | AllHash::Images(hash)) = &self.hash;
+            let _ = writeln!(out, "hash            {hash} of all pictures");
         }
         if let Some(bytes) = self.peak_rss_bytes {
             let _ = writeln!(out, "peak memory     {:>12.1} MiB resident", bytes as f64 / f64::from(1 << 20));
