@@ -16,7 +16,8 @@
 //! [`RenderOptions`], and runs the stages over square tiles in parallel: [`geometry`] transforms, clips and snaps
 //! triangles to a fixed-point grid, [`raster`] finds which sample sees which triangle, [`gbuffer`] makes of them
 //! fragments, sixteen at a time, [`shade`] evaluates the material models of [`coat`] under the lights of [`light`]. Out
-//! comes a [`Frame`] of linear light; [`Frame::frame_hash`] names its bits.
+//! comes a [`Frame`] of linear light; [`Frame::frame_hash`] names its bits. [`Renderer::render_image`] makes a picture for
+//! screens of it tile by tile, in a fifth of the memory.
 //!
 //! What the models compute, and where engines differ, is on a page of its own: [`guide::clear_coat`].
 //!

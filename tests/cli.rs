@@ -641,6 +641,11 @@ fn a_tint_that_a_background_cannot_carry_is_a_warning() {
         let args = ["render", "-o", "out.png", "--size", "16", "--view", "front"];
         let output = overcoat(folder.path(), &[&args, options].concat());
         assert_eq!(output.status.code(), Some(0), "{options:?}: {}", stderr(&output));
+        // With a report the picture is made of a frame, without one it is not.
+        let bytes = fs::read(folder.path().join("out.png")).unwrap();
+        let reported = overcoat(folder.path(), &[&args, options, &["--json"]].concat());
+        assert_eq!(stderr(&reported), stderr(&output), "{options:?}");
+        assert!(fs::read(folder.path().join("out.png")).unwrap() == bytes, "{options:?}");
         (stderr(&output), middle(folder.path(), "out.png"))
     };
     let (warnings, [r, g, b]) = draw(&["pane.glb", "--background", "transparent"]);
@@ -664,6 +669,9 @@ fn a_tint_that_a_background_cannot_carry_is_a_warning() {
     let turn = ["turntable", "pane.glb", "-o", "turn.png", "--frames", "3", "--size", "16"];
     let output = overcoat(folder.path(), &turn);
     assert_eq!((output.status.code(), stderr(&output).lines().count()), (Some(0), 1), "{}", stderr(&output));
+    let bytes = fs::read(folder.path().join("turn.png")).unwrap();
+    assert!(overcoat(folder.path(), &[&turn[..], &["--json"]].concat()).status.success());
+    assert!(fs::read(folder.path().join("turn.png")).unwrap() == bytes);
 }
 
 #[test]

@@ -47,6 +47,16 @@ pub enum Pixels {
     Image(DisplayImage),
 }
 
+impl Pixels {
+    /// Gives the memory back, for the next picture.
+    pub(super) fn recycle(self, renderer: &mut Renderer) {
+        match self {
+            Self::Frame(frame) => renderer.recycle(frame),
+            Self::Image(image) => renderer.recycle_image(image),
+        }
+    }
+}
+
 /// A picture and what there is to say of it.
 pub(super) struct Taken {
     pub(super) pixels: Pixels,

@@ -1,7 +1,7 @@
 //! What commands that make moving pictures have in common: frame after frame, then everything is written.
 
 use super::args::MovieArgs;
-use super::drawing::Drawing;
+use super::drawing::{Drawing, Taken};
 use super::failure::Failure;
 use super::losses::{left_out, lost_tint, nothing_to_see};
 use super::movie::{Movie, MovieTarget};
@@ -68,11 +68,14 @@ impl Film {
         camera: &Camera,
     ) -> Result<(), Failure> {
         self.drawing.progress.step(format!("frame {} of {}", k + 1, self.frames), k, self.frames);
-        let rendered = self.drawing.render(&self.drawing.source, renderer, scene, camera)?;
-        self.movie.push(&rendered.frame)?;
+        // Frames are only for the report, which names their hash.
+        let for_screen = !self.drawing.json;
+        let Taken { pixels, tinted, stats } =
+            self.drawing.take(&self.drawing.source, renderer, scene, camera, for_screen)?;
+        self.movie.push(&pixels)?;
         let options = &self.drawing.options;
         // One frame that shows something is enough.
-        let nothing = nothing_to_see(scene, &rendered.stats);
+        let nothing = nothing_to_see(scene, &stats);
         if k == 0 {
             self.nothing = nothing;
             self.warnings.extend(left_out(scene, options.shading));
@@ -81,9 +84,9 @@ impl Film {
             self.nothing = None;
         }
         if self.tint.is_none() {
-            self.tint = lost_tint(rendered.frame.is_tinted(), &self.drawing.display);
+            self.tint = lost_tint(tinted, &self.drawing.display);
         }
-        renderer.recycle(rendered.frame);
+        pixels.recycle(renderer);
         Ok(())
     }
 

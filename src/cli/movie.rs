@@ -1,9 +1,9 @@
 //! Where moving pictures go: one file, or a picture each frame. Checked before any work, written after all of it.
 
+use super::drawing::Pixels;
 use super::failure::Failure;
 use super::picture::is_standard_stream;
 use super::target::{Encoded, check_file, check_standard_output, output_failure};
-use crate::frame::Frame;
 use crate::limits::Limits;
 use crate::output::{
     DisplayImage, DisplayOptions, MovieFormat, MovieFrame, durations, encode_movie, encode_png,
@@ -92,21 +92,28 @@ impl Movie {
     ///
     /// # Errors
     /// [`Failure`] if it cannot be encoded, or if all frames take more memory than the limits allow.
-    pub(super) fn push(&mut self, frame: &Frame) -> Result<(), Failure> {
+    pub(super) fn push(&mut self, pixels: &Pixels) -> Result<(), Failure> {
         let failed = |error| output_failure(&error, &self.target.path);
-        self.hashes.push_str(&frame.frame_hash());
-        let image = DisplayImage::new(frame, &self.display);
+        let developed;
+        let image = match pixels {
+            Pixels::Image(image) => image,
+            Pixels::Frame(frame) => {
+                self.hashes.push_str(&frame.frame_hash());
+                developed = DisplayImage::new(frame, &self.display);
+                &developed
+            }
+        };
         let size = match self.target.format {
             Some(format) => {
                 // A colour behind everything leaves no transparency.
                 let alpha = self.display.background.is_none();
-                let frame = MovieFrame::new(&image, format, alpha).map_err(failed)?;
+                let frame = MovieFrame::new(image, format, alpha).map_err(failed)?;
                 let size = frame.size();
                 self.frames.push(frame);
                 size
             }
             None => {
-                let bytes = encode_png(&image).map_err(failed)?;
+                let bytes = encode_png(image).map_err(failed)?;
                 let size = bytes.len();
                 self.pictures.push(bytes);
                 size
@@ -118,7 +125,7 @@ impl Movie {
             .map_err(|e| Failure::limit(&e))
     }
 
-    /// The bytes of all files, and the hash of all frames: XXH3-128 of their hashes, equal on every machine.
+    /// The bytes of all files, and the hash of all frames of linear light: XXH3-128 of their hashes, equal on every machine.
     ///
     /// # Errors
     /// [`Failure`] if there is no such file.

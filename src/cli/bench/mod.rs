@@ -5,17 +5,7 @@ mod orbit;
 mod report;
 
 use super::args::BenchArgs;
-use super::drawing::Pixels;
 use super::failure::Failure;
-use crate::render::Renderer;
-
-/// Gives the memory of a picture back, as a warm program would.
-fn recycle(renderer: &mut Renderer, pixels: Pixels) {
-    match pixels {
-        Pixels::Frame(frame) => renderer.recycle(frame),
-        Pixels::Image(image) => renderer.recycle_image(image),
-    }
-}
 
 /// Measures frames.
 ///

@@ -1,6 +1,5 @@
 //! A new model each frame, from its file to its pixels, as a warm program that makes thumbnails does it.
 
-use super::recycle;
 use super::report::{Hash, Measurement, Model, Times};
 use crate::cli::args::BenchArgs;
 use crate::cli::drawing::{Drawing, Pixels, Taken};
@@ -37,7 +36,7 @@ pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
         for warning in &made.warnings {
             drawing.warn_of(&file_name(&source.path), warning);
         }
-        recycle(&mut renderer, made.pixels);
+        made.pixels.recycle(&mut renderer);
     }
     let mut measurement = Measurement::default();
     let mut walls = vec![Vec::new(); models];
@@ -71,7 +70,7 @@ pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
                     hash,
                 });
             }
-            recycle(&mut renderer, made.pixels);
+            made.pixels.recycle(&mut renderer);
         }
     }
     drawing.finish(&[]);

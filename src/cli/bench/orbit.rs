@@ -1,6 +1,5 @@
 //! Warm frames of one model with an orbiting camera.
 
-use super::recycle;
 use super::report::{Hash, Measurement};
 use crate::cli::args::BenchArgs;
 use crate::cli::drawing::Drawing;
@@ -31,7 +30,7 @@ pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
 
     // The first frame fills caches and grows buffers.
     let first = render(&mut renderer, 0.0)?.1;
-    recycle(&mut renderer, first.pixels);
+    first.pixels.recycle(&mut renderer);
     drawing.progress.stage(format!("{} frames", args.frames));
     let mut measurement = Measurement::default();
     for k in 0..args.frames {
@@ -40,7 +39,7 @@ pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
             render(&mut renderer, f64::from(k) * std::f64::consts::TAU / f64::from(args.frames))?;
         measurement.add_frame(wall, [before, report::processor_time()]);
         measurement.add_picture(&taken.stats, &Hash::new(&taken.pixels));
-        recycle(&mut renderer, taken.pixels);
+        taken.pixels.recycle(&mut renderer);
     }
     drawing.finish(&warnings);
     let shading = report::shading_name(drawing.options.shading, &scene);
