@@ -129,10 +129,15 @@ fn joined(exponent: u32, mantissas: u64) -> u32 {
 /// if all three have one exponent, otherwise nothing. Spread. Of `left` only the exponent counts.
 #[inline(always)]
 fn slope(left: u32, above: u32, corner: u32) -> u64 {
-    const ONE: u64 = spread(1 | 1 << 9 | 1 << 18);
-    // What is subtracted is taken from 512, so that no difference is negative.
-    let slope = spread(above) + (LARGEST ^ spread(corner)) + ONE;
+    let slope = spread(above) + minus(spread(corner));
     if (left ^ above | left ^ corner) & EXPONENT == 0 { slope } else { 0 }
+}
+
+/// 512 minus each of three mantissas, spread: what is subtracted without a difference that is negative.
+#[inline(always)]
+const fn minus(mantissas: u64) -> u64 {
+    const ONE: u64 = spread(1 | 1 << 9 | 1 << 18);
+    (LARGEST ^ mantissas) + ONE
 }
 
 /// The prediction for a texel from its neighbours. It has the exponent of the one at its left.
@@ -219,79 +224,81 @@ fn pack(texels: &[u32], size: usize, out: &mut Vec<u8>) {
 
 /// Fills one map and returns the bytes after it.
 fn unpack<'a>(bytes: &'a [u8], size: usize, texels: &mut [u32]) -> Result<&'a [u8], EnvironmentFileError> {
+    static BLACK: [u32; MAX_CELLS + 1] = [0; MAX_CELLS + 1];
     let byte = |at: usize| bytes.get(at).copied().unwrap_or(0);
-    let mut map = Unpacked { texels, size, next: 0, exponent: 0, mantissas: 0, corner: 0 };
     let mut at = 0;
-    while map.next < map.texels.len() {
-        let code = byte(at);
-        if (1..0x80).contains(&code) {
-            let run = usize::from(code) + 1;
-            if run > map.texels.len() - map.next {
-                return Err(EnvironmentFileError::Damaged);
+    // Texels of a run that are yet to come.
+    let mut run = 0;
+    let mut left = Left { exponent: 0, mantissas: 0, corner: 0, minus_corner: minus(spread(0)) };
+    for row in 0..texels.len() / size {
+        let (before, rest) = texels.split_at_mut(row * size);
+        let above = before.rchunks(size).next().unwrap_or(&BLACK);
+        for (texel, &above) in rest[..size].iter_mut().zip(above) {
+            let mut differences = 0;
+            if run > 0 {
+                run -= 1;
+            } else {
+                let code = byte(at);
+                if (1..0x80).contains(&code) {
+                    run = code;
+                    at += 1;
+                } else if code < RAW {
+                    // A run of one is no difference. Without a branch for each kind of code: which comes next nobody can
+                    // predict.
+                    let long = code >= 0xc0;
+                    let second = if long { byte(at + 1) } else { 0 };
+                    differences = FIRST[usize::from(code)] + SECOND[usize::from(second)];
+                    at += 1 + usize::from(long);
+                } else if code == RAW {
+                    *texel = u32::from_le_bytes([byte(at + 1), byte(at + 2), byte(at + 3), byte(at + 4)]);
+                    left.replace(*texel, above);
+                    at += 5;
+                    continue;
+                } else {
+                    return Err(EnvironmentFileError::Damaged);
+                }
             }
-            for _ in 0..run {
-                map.push(0);
-            }
-            at += 1;
-        } else if code < RAW {
-            // A run of one is no difference. Without a branch for each kind of code: which comes next nobody can predict.
-            let long = code >= 0xc0;
-            let second = if long { byte(at + 1) } else { 0 };
-            map.push(FIRST[usize::from(code)] + SECOND[usize::from(second)]);
-            at += 1 + usize::from(long);
-        } else if code == RAW {
-            map.push_raw(u32::from_le_bytes([byte(at + 1), byte(at + 2), byte(at + 3), byte(at + 4)]));
-            at += 5;
-        } else {
-            return Err(EnvironmentFileError::Damaged);
+            *texel = left.next(above, differences);
         }
         // Bytes beyond the end were read as zeros, and there are fewer of them than texels.
         if at > bytes.len() {
             return Err(EnvironmentFileError::Truncated);
         }
     }
+    if run > 0 {
+        return Err(EnvironmentFileError::Damaged);
+    }
     Ok(&bytes[at..])
 }
 
-/// A map that is being unpacked. Each texel waits for the one before: what it needs of that is kept apart, so that it waits
-/// for two operations and not for [`predict`].
-struct Unpacked<'a> {
-    texels: &'a mut [u32],
-    size: usize,
-    /// How many texels there are yet.
-    next: usize,
-    /// Exponent of the last one, which every prediction has.
+/// The texel at the left of the next one, and what is above it. Each texel waits for the one before: what it needs of that
+/// is kept apart, so that it waits for two operations and not for [`predict`].
+struct Left {
     exponent: u32,
-    /// Its mantissas, spread.
+    /// Spread.
     mantissas: u64,
-    /// The texel above it.
+    /// The texel above.
     corner: u32,
+    /// Its mantissas as [`slope`] adds them.
+    minus_corner: u64,
 }
 
-impl Unpacked<'_> {
-    /// The texel above the next one.
+impl Left {
+    /// The next texel, which differs from its prediction by so much, and becomes the one at the left.
     #[inline(always)]
-    fn above(&self) -> u32 {
-        if self.next >= self.size { self.texels[self.next - self.size] } else { 0 }
+    fn next(&mut self, above: u32, differences: u64) -> u32 {
+        let above_mantissas = spread(above);
+        let slope = above_mantissas + self.minus_corner;
+        let is_one = (self.exponent ^ above | self.exponent ^ self.corner) & EXPONENT == 0;
+        self.mantissas = (self.mantissas + (if is_one { slope } else { 0 } + differences)) & LARGEST;
+        (self.corner, self.minus_corner) = (above, minus(above_mantissas));
+        joined(self.exponent, self.mantissas)
     }
 
-    /// Adds a texel that differs from its prediction by so much.
-    #[inline(always)]
-    fn push(&mut self, differences: u64) {
-        let above = self.above();
-        self.mantissas =
-            (self.mantissas + (slope(self.exponent, above, self.corner) + differences)) & LARGEST;
-        self.texels[self.next] = joined(self.exponent, self.mantissas);
-        self.next += 1;
-        self.corner = above;
-    }
-
-    /// Adds a texel as it is.
-    fn push_raw(&mut self, texel: u32) {
-        self.corner = self.above();
-        self.texels[self.next] = texel;
-        self.next += 1;
+    /// The next texel is this one.
+    fn replace(&mut self, texel: u32, above: u32) {
         (self.exponent, self.mantissas) = (texel & EXPONENT, spread(texel));
+        (self.corner, self.minus_corner) = (above, minus(spread(above)));
     }
 }
 
