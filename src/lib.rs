@@ -17,7 +17,7 @@
 //! triangles to a fixed-point grid, [`raster`] finds which sample sees which triangle, [`gbuffer`] makes of them
 //! fragments, sixteen at a time, [`shade`] evaluates the material models of [`coat`] under the lights of [`light`]. Out
 //! comes a [`Frame`] of linear light; [`Frame::frame_hash`] names its bits. [`Renderer::render_image`] makes a picture for
-//! screens of it tile by tile, in a fifth of the memory.
+//! screens tile by tile, with four bytes a pixel in place of twenty.
 //!
 //! What the models compute, and where engines differ, is on a page of its own: [`guide::clear_coat`].
 //!

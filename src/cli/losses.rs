@@ -61,3 +61,17 @@ pub(super) fn lost_tint(tinted: bool, display: &DisplayOptions) -> Option<Warnin
                    colour, --background env or OpenEXR shows it";
     (tinted && display.background.is_none()).then(|| Warning::new(message))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_what_a_transparent_picture_cannot_show_is_lost() {
+        let none = DisplayOptions::default();
+        let white = DisplayOptions { background: Some([255; 3]), ..none.clone() };
+        assert!(lost_tint(true, &none).is_some());
+        assert!(lost_tint(true, &white).is_none());
+        assert!(lost_tint(false, &none).is_none());
+    }
+}

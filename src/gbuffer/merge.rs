@@ -39,6 +39,9 @@ impl<'a, S: TriangleSource> Merger<'a, S> {
     #[inline(never)]
     pub(super) fn merge(&mut self, fragments: &mut Vec<Fragment>, first: usize) {
         let found = &mut fragments[first..];
+        if found.len() < 2 {
+            return;
+        }
         let mut left = 0_u32;
         for (k, (fragment, candidate)) in found.iter().zip(&mut self.candidates).enumerate() {
             if let Some(found) = Candidate::new(fragment.triangle, self.source, self.draws) {
@@ -237,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn creases_layers_and_triangles_of_a_pixel_stay_apart() {
+    fn creases_layers_and_large_triangles_stay_apart() {
         let crease = [0.04, 0.0, 1.0];
         assert_eq!(merged(&[(UP, 0.5), (UP, 0.5), (crease, 0.5)], true), [(1, 3 << 14 | 1), (2, 4)]);
         assert_eq!(merged(&[(UP, 0.5), (UP, 0.6), (UP, 0.5)], true), [(0, 0b101), (1, 3 << 14)]);
