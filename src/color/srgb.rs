@@ -5,7 +5,7 @@
 //! how a power function was approximated. Powers are roots of integer powers by Newton's method in `f64`, which
 //! needs only exactly rounded operations; the tables are computed by the compiler.
 
-use crate::math::lanes::{Float, Int, LANES, Lanes, Mask, SimdLevel};
+use crate::math::lanes::{ByteTable, Float, Int, LANES, Lanes, Mask, SimdLevel};
 
 /// Linear value, 0 to 1, of every 8-bit sRGB code: the exact value rounded to the nearest `f32`.
 pub static SRGB8_TO_LINEAR: [f32; 256] = {
@@ -17,6 +17,9 @@ pub static SRGB8_TO_LINEAR: [f32; 256] = {
     }
     table
 };
+
+/// [`SRGB8_TO_LINEAR`] for [`Lanes::look_up_bytes`].
+pub(crate) static SRGB8_LANES: ByteTable = ByteTable::new(SRGB8_TO_LINEAR);
 
 /// Linear value of an 8-bit sRGB code.
 #[must_use]

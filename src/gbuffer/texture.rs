@@ -15,7 +15,7 @@ mod tests;
 use crate::math::lanes::{Float, Int, LANES, Lanes, Mask};
 use crate::scene::{MipFilter, Texture};
 use footprint::Probes;
-use texels::{Corners, LevelLanes};
+use texels::{Corners, LevelLanes, Weights};
 
 /// How many textures [`sample_together`] reads at most.
 pub const MAX_TOGETHER: usize = 4;
@@ -157,50 +157,87 @@ impl<L: Lanes> Mips<L> {
     #[inline(always)]
     fn sample(&self, l: L, textures: &[&Texture], uv: [L::F; 2], active: L::M, out: &mut [[L::F; 4]]) {
         let Some(&texture) = textures.first() else { return };
-        let sampler = texture.sampler();
-        let last = (texture.level_count() - 1) as i32;
-        // A loop and not three calls, because the callee is large and inlined.
+        let at_0 = self.level.eq(l.splat_i(0));
+        // What is to be read: a pass, and in it the reduced levels (or the common one) or level 0, which lies in an array of
+        // its own.
+        let mut parts = [(0, 0); 6];
+        let mut count = 0;
         for pass in 0..3 {
-            if !self.passes[pass] {
-                continue;
-            }
-            let (level, common, filter) = match pass {
-                0 => (self.level, self.common, sampler.minification),
-                1 => {
-                    let coarser = (self.level + 1).min(l.splat_i(last));
-                    let common = match self.common {
-                        Some(level) => Some((level + 1).min(last)),
-                        None => None,
-                    };
-                    (coarser, common, sampler.minification)
+            let is_mixed = pass == 0 && self.common.is_none();
+            for (part, is_needed) in [(0, true), (1, is_mixed && (at_0 & active).any())] {
+                if self.passes[pass] && is_needed {
+                    parts[count] = (pass, part);
+                    count += 1;
                 }
-                _ => (l.splat_i(0), Some(0), sampler.magnification),
-            };
-            let at_0 = level.eq(l.splat_i(0));
-            for part in 0..2 {
-                let (levels, lanes) = match (common, part) {
-                    (Some(level), 0) => (LevelLanes::uniform(l, texture, level), None),
-                    (None, 0) => (LevelLanes::reduced(l, texture, &level.to_array()), Some(!at_0)),
-                    // Level 0 lies in an array of its own.
-                    (None, 1) if (at_0 & active).any() => (LevelLanes::uniform(l, texture, 0), Some(at_0)),
-                    _ => break,
-                };
-                let corners = Corners::new(l, sampler, &levels, uv, filter);
-                for (texture, out) in textures.iter().zip(out.iter_mut()) {
-                    let texel = corners.read(l, texture);
+            }
+        }
+        // Both levels of all textures are fetched before any is used: texels that are not in the cache come together.
+        let mut slots = [Fetched::none(l); 2];
+        for parts in parts[..count].chunks(2) {
+            for (slot, &(pass, part)) in slots.iter_mut().zip(parts) {
+                let corners = self.corners(l, texture, uv, pass, part);
+                for (texture, texels) in textures.iter().zip(&mut slot.texels) {
+                    *texels = corners.fetch(l, texture);
+                }
+                slot.weights = corners.weights;
+            }
+            for (slot, &(pass, part)) in slots.iter().zip(parts) {
+                let is_mixed = pass == 0 && self.common.is_none();
+                for ((texture, texels), out) in textures.iter().zip(&slot.texels).zip(out.iter_mut()) {
+                    let texel = slot.weights.filter(l, texture.color_space(), *texels);
                     for n in 0..4 {
                         let value = match pass {
                             0 => texel[n],
                             1 => out[n].lerp(texel[n], self.fraction),
                             _ => self.magnified.select(texel[n], out[n]),
                         };
-                        out[n] = match lanes {
-                            Some(lanes) => lanes.select(value, out[n]),
-                            None => value,
+                        out[n] = match (is_mixed, part) {
+                            (false, _) => value,
+                            (true, 0) => at_0.select(out[n], value),
+                            (true, _) => at_0.select(value, out[n]),
                         };
                     }
                 }
             }
         }
+    }
+
+    /// Where a part of a pass reads.
+    #[inline(always)]
+    fn corners(&self, l: L, texture: &Texture, uv: [L::F; 2], pass: usize, part: usize) -> Corners<L> {
+        let sampler = texture.sampler();
+        let last = (texture.level_count() - 1) as i32;
+        let (level, common, filter) = match pass {
+            0 => (self.level, self.common, sampler.minification),
+            1 => {
+                let coarser = (self.level + 1).min(l.splat_i(last));
+                let common = match self.common {
+                    Some(level) => Some((level + 1).min(last)),
+                    None => None,
+                };
+                (coarser, common, sampler.minification)
+            }
+            _ => (l.splat_i(0), Some(0), sampler.magnification),
+        };
+        let levels = match (common, part) {
+            (Some(level), _) => LevelLanes::uniform(l, texture, level),
+            (None, 0) => LevelLanes::reduced(l, texture, &level.to_array()),
+            (None, _) => LevelLanes::uniform(l, texture, 0),
+        };
+        Corners::new(l, sampler, &levels, uv, filter)
+    }
+}
+
+/// Texels of up to [`MAX_TOGETHER`] textures, and what they weigh.
+#[derive(Clone, Copy)]
+struct Fetched<L: Lanes> {
+    texels: [[L::I; 4]; MAX_TOGETHER],
+    weights: Weights<L>,
+}
+
+impl<L: Lanes> Fetched<L> {
+    #[inline(always)]
+    fn none(l: L) -> Self {
+        Self { texels: [[l.splat_i(0); 4]; MAX_TOGETHER], weights: Weights::one(l) }
     }
 }

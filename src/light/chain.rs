@@ -2,7 +2,7 @@
 
 use super::{octahedral, texel};
 use crate::each;
-use crate::math::lanes::{Float, Int, Lanes, Mask};
+use crate::math::lanes::{Float, Int, LANES, Lanes, Mask};
 use crate::math::vec3::{self, V3};
 
 /// Number of roughnesses: two steps for each of the six mip levels of Unity's reflection probes
@@ -12,6 +12,7 @@ pub(crate) const LEVELS: usize = 13;
 
 /// All maps: the levels, then diffuse irradiance divided by pi.
 pub(crate) const MAPS: usize = LEVELS + 1;
+const _: () = assert!(MAPS <= LANES);
 
 /// Index of the irradiance map.
 pub(crate) const IRRADIANCE: usize = LEVELS;
@@ -28,20 +29,20 @@ pub(crate) const MIN_CELLS: usize = 2;
 pub(crate) struct Chain {
     texels: Vec<u32>,
     /// Where each map starts in `texels`.
-    starts: [u32; MAPS],
-    /// Samples along a side of each map.
-    sizes: [u32; MAPS],
+    starts: [i32; LANES],
+    /// Samples along a side of each map. Both are as long as a vector, so that lanes can look up their own.
+    sizes: [i32; LANES],
 }
 
 impl Chain {
     /// A dark chain whose mirror has `size` samples along a side: 2^k + 1, between the limits on cells.
     pub(crate) fn dark(size: usize) -> Self {
-        let sizes = each!(cells in CELLS => (cells.min(size - 1) + 1) as u32);
-        let mut starts = [0; MAPS];
+        let (mut starts, mut sizes) = ([0; LANES], [0; LANES]);
         let mut end = 0;
-        for (start, size) in starts.iter_mut().zip(sizes) {
+        for ((start, size_of_map), cells) in starts.iter_mut().zip(&mut sizes).zip(CELLS) {
             *start = end;
-            end += size * size;
+            *size_of_map = (cells.min(size - 1) + 1) as i32;
+            end += *size_of_map * *size_of_map;
         }
         Self { texels: vec![0; end as usize], starts, sizes }
     }
@@ -98,9 +99,9 @@ impl Chain {
         let first = map.to_array()[0];
         let (start, size) = if map.eq(l.splat_i(first)).all() {
             let map = (first as usize).min(MAPS - 1);
-            (l.splat_i(self.starts[map] as i32), l.splat_i(self.sizes[map] as i32))
+            (l.splat_i(self.starts[map]), l.splat_i(self.sizes[map]))
         } else {
-            (l.gather_u32(&self.starts, map), l.gather_u32(&self.sizes, map))
+            (l.look_up_16(&self.starts, map), l.look_up_16(&self.sizes, map))
         };
         bilinear(l, &self.texels, start, size, place)
     }
@@ -109,7 +110,7 @@ impl Chain {
     #[inline(always)]
     pub(crate) fn lookup<L: Lanes>(&self, l: L, map: usize, direction: V3<L>) -> V3<L> {
         let place = octahedral::encode(l, direction);
-        let (start, size) = (l.splat_i(self.starts[map] as i32), l.splat_i(self.sizes[map] as i32));
+        let (start, size) = (l.splat_i(self.starts[map]), l.splat_i(self.sizes[map]));
         bilinear(l, &self.texels, start, size, place)
     }
 }

@@ -7,7 +7,7 @@ use crate::gbuffer::{SourceTriangle, TriangleSource, layout};
 use crate::geometry::Chunk;
 use crate::math::lanes::{Float, LANES, Lanes};
 use crate::raster::{NOT_CLIPPED, TileOrigin};
-use crate::shade::{Backdrop, hold_back, pass_through, shade, store_surface};
+use crate::shade::{Backdrop, SurfaceTextures, hold_back, pass_through, shade, store_surface};
 use crate::tile::Run;
 
 /// What the parts of a tile have in common.
@@ -93,9 +93,10 @@ pub(super) fn shade_fragments<L: Lanes>(
         let material = &pass.shade.materials[number as usize];
         let model = material.shading(pass.shade.model);
         let lobes = model.reads_lobes() || aovs.wants_lobes();
+        let textures = SurfaceTextures::of(material, pass.shade.textures);
         for indices in stretch.chunks(LANES) {
             batch.gather(fragments, indices, &source, origin, pass.pattern);
-            store_surface(l, &pass.shade, material, batch, lobes, surface);
+            store_surface(l, &pass.shade, material, &textures, batch, lobes, surface);
             let alpha = surface.rows[layout::ALPHA.first];
             let held = if material.transmits() {
                 Some(hold_back(l, &pass.shade, material, batch, surface))

@@ -39,23 +39,18 @@ impl<'a, L: Lanes> Reader<'a, L> {
         sample(self.l, of, uv, &footprint, self.context.anisotropy, self.active)
     }
 
-    /// Several textures, each in its place; what the place of none holds has no meaning. Those that are read alike are read
-    /// in one go, and one that stands in several places once.
+    /// All textures of a plan: the texel of place `k` is in `slots[k]` of the plan.
     #[inline(always)]
-    pub(super) fn read_all<const N: usize>(&self, textures: [Option<&TextureRef>; N]) -> [[L::F; 4]; N] {
+    pub(super) fn read_all<const N: usize>(&self, plan: &ReadingPlan<'_, N>) -> [[L::F; 4]; N] {
         let l = self.l;
         let mut texels = [[l.zero(); 4]; N];
-        let mut left = textures;
-        while let Some((first, group)) = Group::take(&mut left, self.context.textures) {
-            let (uv, footprint) = self.place(first);
-            let mut out = [[l.zero(); 4]; MAX_TOGETHER];
-            let (textures, out) = (&group.textures[..group.len], &mut out[..group.len]);
+        let mut left = &mut texels[..];
+        for group in plan.groups.iter().flatten() {
+            let (uv, footprint) = self.place(group.first);
+            let (out, others) = left.split_at_mut(group.len.min(left.len()));
+            let textures = &group.textures[..group.len];
             sample_together(l, textures, &uv, &footprint, self.context.anisotropy, self.active, out);
-            for (texel, member) in texels.iter_mut().zip(group.member_of_place) {
-                if let Some(member) = member {
-                    *texel = out[member];
-                }
-            }
+            left = others;
         }
         texels
     }
@@ -93,27 +88,52 @@ impl<'a, L: Lanes> Reader<'a, L> {
     }
 }
 
+/// Textures in places of a material, in groups that are read in one go: those that are read alike, each once if it stands
+/// in several places. Found once for many batches.
+#[derive(Debug)]
+pub(super) struct ReadingPlan<'a, const N: usize> {
+    groups: [Option<Group<'a>>; N],
+    /// Where the texel of each place is; of places without a texture it has no meaning.
+    pub(super) slots: [usize; N],
+}
+
 /// Textures that are read at the same places with the same weights.
-struct Group<'a, const N: usize> {
+#[derive(Clone, Copy, Debug)]
+struct Group<'a> {
+    first: &'a TextureRef,
     textures: [&'a Texture; MAX_TOGETHER],
     /// How many they are, from 1.
     len: usize,
-    /// Which of them each place is, if any.
-    member_of_place: [Option<usize>; N],
 }
 
-impl<'a, const N: usize> Group<'a, N> {
-    /// Takes the first texture that is left and those that are read like it.
-    fn take<'r>(
-        left: &mut [Option<&'r TextureRef>; N],
+impl<'a, const N: usize> ReadingPlan<'a, N> {
+    pub(super) fn new(places: [Option<&'a TextureRef>; N], textures: &'a [Texture]) -> Self {
+        let mut left = places;
+        let mut plan = Self { groups: [None; N], slots: [0; N] };
+        let mut used = 0;
+        for group in &mut plan.groups {
+            let Some(taken) = Group::take(&mut left, textures, used, &mut plan.slots) else { break };
+            used += taken.len;
+            *group = Some(taken);
+        }
+        plan
+    }
+}
+
+impl<'a> Group<'a> {
+    /// Takes the first texture that is left and those that are read like it; the first goes into slot `start`.
+    fn take<const N: usize>(
+        left: &mut [Option<&'a TextureRef>; N],
         textures: &'a [Texture],
-    ) -> Option<(&'r TextureRef, Self)> {
-        let start = left.iter().position(Option::is_some)?;
-        let first = left[start].take()?;
+        start: usize,
+        slots: &mut [usize; N],
+    ) -> Option<Self> {
+        let place = left.iter().position(Option::is_some)?;
+        let first = left[place].take()?;
+        slots[place] = start;
         let of_first = &textures[first.texture.index()];
-        let mut group = Self { textures: [of_first; MAX_TOGETHER], len: 1, member_of_place: [None; N] };
-        group.member_of_place[start] = Some(0);
-        for (place, member) in left.iter_mut().zip(&mut group.member_of_place).skip(start + 1) {
+        let mut group = Self { first, textures: [of_first; MAX_TOGETHER], len: 1 };
+        for (place, slot) in left.iter_mut().zip(slots).skip(place + 1) {
             let Some(other) = *place else { continue };
             let of_other = &textures[other.texture.index()];
             if (other.uv_set, other.transform) != (first.uv_set, first.transform)
@@ -131,9 +151,9 @@ impl<'a, const N: usize> Group<'a, N> {
                 }
                 None => continue,
             };
-            (*place, *member) = (None, Some(index));
+            (*place, *slot) = (None, start + index);
         }
-        Some((first, group))
+        Some(group)
     }
 }
 
@@ -180,28 +200,32 @@ mod tests {
         TextureRef { texture: TextureId(texture), uv_set: 0, transform: UvTransform::IDENTITY }
     }
 
-    /// The members' numbers for each place, group by group.
-    fn groups<const N: usize>(
+    /// The slot and the number of the group of each place that has a texture. What stands in the slot is held to be the texture
+    /// of the place.
+    fn plan<const N: usize>(
         textures: &[Texture],
         places: [Option<TextureRef>; N],
-    ) -> Vec<[Option<usize>; N]> {
-        let mut left = places.each_ref().map(Option::as_ref);
-        std::iter::from_fn(|| {
-            let (first, group) = Group::take(&mut left, textures)?;
-            assert!(std::ptr::eq(group.textures[0], &textures[first.texture.index()]));
-            assert_eq!(group.member_of_place.iter().flatten().max(), Some(&(group.len - 1)));
-            Some(group.member_of_place)
+    ) -> [Option<(usize, usize)>; N] {
+        let plan = ReadingPlan::new(places.each_ref().map(Option::as_ref), textures);
+        let mut in_slots = Vec::new();
+        for (number, group) in plan.groups.iter().flatten().enumerate() {
+            in_slots.extend(group.textures[..group.len].iter().map(|texture| (number, *texture)));
+        }
+        assert!(in_slots.len() <= N);
+        std::array::from_fn(|k| {
+            let place = places[k].as_ref()?;
+            let (number, texture) = in_slots[plan.slots[k]];
+            assert!(std::ptr::eq(texture, &textures[place.texture.index()]));
+            Some((plan.slots[k], number))
         })
-        .collect()
     }
 
     #[test]
     fn textures_of_one_size_sampler_and_place_are_one_group() {
         let textures = [texture(4, Wrap::Repeat), texture(4, Wrap::Repeat), texture(8, Wrap::Repeat)];
         let places = [Some(by(1)), None, Some(by(0)), Some(by(2)), Some(by(1))];
-        let expected = [[Some(0), None, Some(1), None, Some(0)], [None, None, None, Some(0), None]];
-        assert_eq!(groups(&textures, places), expected);
-        assert_eq!(groups(&textures, [None; 3]), [[None; 3]; 0]);
+        assert_eq!(plan(&textures, places), [Some((0, 0)), None, Some((1, 0)), Some((2, 1)), Some((0, 0))]);
+        assert_eq!(plan(&textures, [None; 3]), [None; 3]);
     }
 
     #[test]
@@ -214,19 +238,18 @@ mod tests {
             Some(TextureRef { uv_set: 1, ..by(0) }),
             Some(TextureRef { transform: shifted, ..by(0) }),
         ];
-        assert_eq!(groups(&textures, places).len(), 4);
+        assert_eq!(plan(&textures, places), [Some((0, 0)), Some((1, 1)), Some((2, 2)), Some((3, 3))]);
     }
 
     #[test]
     fn groups_are_limited_and_every_place_is_in_one() {
         let textures = [(); 6].map(|()| texture(4, Wrap::Repeat));
         let places = [0, 1, 2, 3, 4, 5, 5, 0].map(|k| Some(by(k)));
-        let found = groups(&textures, places);
-        let whole = [Some(0), Some(1), Some(2), Some(3), None, None, None, Some(0)];
-        assert_eq!(found, [whole, [None, None, None, None, Some(0), Some(1), Some(1), None]]);
+        let expected = [(0, 0), (1, 0), (2, 0), (3, 0), (4, 1), (5, 1), (5, 1), (0, 0)];
+        assert_eq!(plan(&textures, places), expected.map(Some));
         // A transform that does not equal itself ends as well.
         let transform = UvTransform { rows: [[f32::NAN; 3]; 2] };
         let broken = [Some(TextureRef { transform, ..by(0) }); 3];
-        assert_eq!(groups(&textures, broken).len(), 3);
+        assert_eq!(plan(&textures, broken), [Some((0, 0)), Some((1, 1)), Some((2, 2))]);
     }
 }

@@ -9,12 +9,12 @@
 
 use super::ShadeContext;
 use super::lobes::LobeValues;
-use super::reader::{Reader, coordinates};
+use super::reader::{Reader, ReadingPlan, coordinates};
 use crate::each;
 use crate::gbuffer::{Batch, Location, locate};
 use crate::math::lanes::{Float, Lanes, Mask};
 use crate::math::vec3::{self, V3};
-use crate::scene::{AlphaMode, Material, Mesh, NormalTexture, TextureRef, Workflow};
+use crate::scene::{AlphaMode, Material, Mesh, NormalTexture, Texture, TextureRef, Workflow};
 
 /// Reflectance of the base in the workflow of its material.
 #[derive(Clone, Copy)]
@@ -133,12 +133,13 @@ fn has_colors(context: &ShadeContext<'_>, batch: &Batch) -> bool {
     batch.vertices.draws().iter().any(|&draw| !context.draws[draw as usize].mesh.colors().is_empty())
 }
 
-/// Evaluates sixteen fragments of one material. Without `wants_lobes` the material's lobes and tangents are left out.
+/// Evaluates sixteen fragments of one material, with its `textures`. Without `wants_lobes` the material's lobes and tangents are left out.
 #[inline(always)]
 pub(super) fn evaluate_surface<L: Lanes>(
     l: L,
     context: &ShadeContext<'_>,
     material: &Material,
+    textures: &SurfaceTextures<'_>,
     batch: &Batch,
     wants_lobes: bool,
 ) -> Surface<L> {
@@ -153,9 +154,9 @@ pub(super) fn evaluate_surface<L: Lanes>(
     let uv = coordinates.uv[0];
     let reader = Reader::new(l, context, coordinates, batch);
 
-    let textures = SurfaceTextures::of(material);
+    let texels = reader.read_all(&textures.plan);
     let [base, workflow, occluding, emitting, coat, coat_rough, mapped, coat_mapped] =
-        reader.read_all(textures.in_order());
+        each!(slot in textures.plan.slots => texels[slot]);
 
     let mut base_color = scaled(l, material.base_color, textures.base_color, base);
     if has_colors(context, batch) {
@@ -224,51 +225,38 @@ pub(super) fn evaluate_surface<L: Lanes>(
     }
 }
 
-/// The textures of a material that every model reads, without those of no effect.
-struct SurfaceTextures<'a> {
+/// The textures of a material that every model reads, without those of no effect, and how they are read.
+#[derive(Debug)]
+pub struct SurfaceTextures<'a> {
     base_color: Option<&'a TextureRef>,
-    workflow: Option<&'a TextureRef>,
     occlusion: Option<&'a TextureRef>,
     emissive: Option<&'a TextureRef>,
     coat: Option<&'a TextureRef>,
     coat_roughness: Option<&'a TextureRef>,
-    normal: Option<&'a TextureRef>,
-    coat_normal: Option<&'a TextureRef>,
+    plan: ReadingPlan<'a, 8>,
 }
 
 impl<'a> SurfaceTextures<'a> {
-    #[inline(always)]
-    fn of(material: &'a Material) -> Self {
+    /// Those of a material of the scene.
+    #[must_use]
+    pub fn of(material: &'a Material, textures: &'a [Texture]) -> Self {
         let (Workflow::MetallicRoughness { texture: workflow, .. }
         | Workflow::SpecularGlossiness { texture: workflow, .. }) = &material.workflow;
         let (emits, has_coat) = (material.emissive != [0.0; 3], material.coat > 0.0);
-        Self {
-            base_color: material.base_color_texture.as_ref(),
-            workflow: workflow.as_ref(),
-            occlusion: material.occlusion_texture.as_ref(),
-            emissive: if emits { material.emissive_texture.as_ref() } else { None },
-            coat: if has_coat { material.coat_texture.as_ref() } else { None },
-            coat_roughness: if has_coat { material.coat_roughness_texture.as_ref() } else { None },
-            normal: material.normal_texture.as_ref().map(|map| &map.texture),
-            coat_normal: match &material.coat_normal_texture {
-                Some(map) if has_coat => Some(&map.texture),
-                _ => None,
-            },
-        }
-    }
-
-    #[inline(always)]
-    fn in_order(&self) -> [Option<&'a TextureRef>; 8] {
-        [
-            self.base_color,
-            self.workflow,
-            self.occlusion,
-            self.emissive,
-            self.coat,
-            self.coat_roughness,
-            self.normal,
-            self.coat_normal,
-        ]
+        let base_color = material.base_color_texture.as_ref();
+        let occlusion = material.occlusion_texture.as_ref();
+        let emissive = if emits { material.emissive_texture.as_ref() } else { None };
+        let coat = if has_coat { material.coat_texture.as_ref() } else { None };
+        let coat_roughness = if has_coat { material.coat_roughness_texture.as_ref() } else { None };
+        let normal = material.normal_texture.as_ref().map(|map| &map.texture);
+        let coat_normal = match &material.coat_normal_texture {
+            Some(map) if has_coat => Some(&map.texture),
+            _ => None,
+        };
+        let places =
+            [base_color, workflow.as_ref(), occlusion, emissive, coat, coat_roughness, normal, coat_normal];
+        let plan = ReadingPlan::new(places, textures);
+        Self { base_color, occlusion, emissive, coat, coat_roughness, plan }
     }
 }
 

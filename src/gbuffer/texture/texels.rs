@@ -1,6 +1,6 @@
 //! Reading texels: wrapping, addresses, unpacking, and the filter within one level.
 
-use crate::color::srgb::SRGB8_TO_LINEAR;
+use crate::color::srgb::SRGB8_LANES;
 use crate::math::lanes::{Float, Int, LANES, Lanes, Mask};
 use crate::scene::{ColorSpace, Filter, LevelLayout, Sampler, Texture, Wrap};
 
@@ -33,7 +33,7 @@ impl Decode for Linear {
 impl Decode for Srgb {
     #[inline(always)]
     fn decode<L: Lanes>(l: L, packed: L::I) -> [L::F; 4] {
-        let [r, g, b] = l.look_up_bytes(&SRGB8_TO_LINEAR, packed);
+        let [r, g, b] = l.look_up_bytes(&SRGB8_LANES, packed);
         [r, g, b, packed.shr_logical(24).to_float()]
     }
 }
@@ -93,12 +93,19 @@ impl<L: Lanes> LevelLanes<L> {
 pub(super) struct Corners<L: Lanes> {
     /// In level 0.
     is_0: bool,
-    /// One texel a lane and not four.
-    is_one: bool,
     /// The right ones follow the left ones in every lane.
     are_pairs: bool,
     /// Upper left, lower left; upper right and lower right, unless they are pairs.
     index: [L::I; 4],
+    /// What the texels weigh.
+    pub weights: Weights<L>,
+}
+
+/// How texels are combined.
+#[derive(Clone, Copy)]
+pub(super) struct Weights<L: Lanes> {
+    /// One texel a lane and not four.
+    is_one: bool,
     /// How far to the right, and down.
     fractions: [L::F; 2],
 }
@@ -114,7 +121,7 @@ impl<L: Lanes> Corners<L> {
                 let x = u.to_int().min(width + -1);
                 let y = v.to_int().min(height + -1);
                 let index = y * width + offset + x;
-                Self { is_0, is_one: true, are_pairs: false, index: [index; 4], fractions: [l.zero(); 2] }
+                Self { is_0, are_pairs: false, index: [index; 4], weights: Weights::one(l) }
             }
             Filter::Linear => {
                 let ([x0, x1], s) = neighbours(u, width, sampler.wrap_u);
@@ -123,53 +130,43 @@ impl<L: Lanes> Corners<L> {
                 let lower = y1 * width + offset;
                 Self {
                     is_0,
-                    is_one: false,
                     are_pairs: x1.eq(x0 + 1).all(),
                     index: [upper + x0, lower + x0, upper + x1, lower + x1],
-                    fractions: [s, t],
+                    weights: Weights { is_one: false, fractions: [s, t] },
                 }
             }
         }
     }
 
-    /// What the filter makes of them in a texture, in the unit of [`finish`].
+    /// The texels in a texture: upper left, upper right, lower left and lower right; or the one.
     #[inline(always)]
-    pub fn read(&self, l: L, texture: &Texture) -> [L::F; 4] {
+    pub fn fetch(&self, l: L, texture: &Texture) -> [L::I; 4] {
         if !self.are_pairs {
-            return self.read_one_by_one(l, texture);
+            return self.fetch_one_by_one(l, texture);
         }
         let texels = self.texels(texture);
         let [a, b] = l.gather_pairs_bytes(texels, self.index[0]);
         let [c, d] = l.gather_pairs_bytes(texels, self.index[1]);
-        match texture.color_space() {
-            ColorSpace::Srgb => self.blend::<Srgb>(l, [a, b, c, d]),
-            ColorSpace::Linear => self.blend::<Linear>(l, [a, b, c, d]),
-        }
+        [a, b, c, d]
     }
 
     /// The same where texels are no pairs. A function of its own: inlined, its indices were taken out of their vectors even
     /// where they are not used.
     #[inline(never)]
-    fn read_one_by_one(&self, l: L, texture: &Texture) -> [L::F; 4] {
+    fn fetch_one_by_one(&self, l: L, texture: &Texture) -> [L::I; 4] {
         l.run(
             #[inline(always)]
             || {
                 let texels = self.texels(texture);
                 let [upper_left, lower_left, upper_right, lower_right] = self.index;
                 let a = l.gather_bytes(texels, upper_left);
-                if self.is_one {
-                    return match texture.color_space() {
-                        ColorSpace::Srgb => Srgb::decode(l, a),
-                        ColorSpace::Linear => Linear::decode(l, a),
-                    };
+                if self.weights.is_one {
+                    return [a; 4];
                 }
                 let b = l.gather_bytes(texels, upper_right);
                 let c = l.gather_bytes(texels, lower_left);
                 let d = l.gather_bytes(texels, lower_right);
-                match texture.color_space() {
-                    ColorSpace::Srgb => self.blend::<Srgb>(l, [a, b, c, d]),
-                    ColorSpace::Linear => self.blend::<Linear>(l, [a, b, c, d]),
-                }
+                [a, b, c, d]
             },
         )
     }
@@ -178,11 +175,30 @@ impl<L: Lanes> Corners<L> {
     fn texels<'a>(&self, texture: &'a Texture) -> &'a [[u8; 4]] {
         if self.is_0 { texture.image().texels() } else { texture.reduced() }
     }
+}
+
+impl<L: Lanes> Weights<L> {
+    #[inline(always)]
+    pub fn one(l: L) -> Self {
+        Self { is_one: true, fractions: [l.zero(); 2] }
+    }
+
+    /// What the filter makes of texels of [`Corners::fetch`], in the unit of [`finish`].
+    #[inline(always)]
+    pub fn filter(self, l: L, color_space: ColorSpace, texels: [L::I; 4]) -> [L::F; 4] {
+        match color_space {
+            ColorSpace::Srgb => self.blend::<Srgb>(l, texels),
+            ColorSpace::Linear => self.blend::<Linear>(l, texels),
+        }
+    }
 
     #[inline(always)]
-    fn blend<T: Decode>(&self, l: L, [a, b, c, d]: [L::I; 4]) -> [L::F; 4] {
+    fn blend<T: Decode>(self, l: L, [a, b, c, d]: [L::I; 4]) -> [L::F; 4] {
         let [s, t] = self.fractions;
         let mut result = T::decode(l, a);
+        if self.is_one {
+            return result;
+        }
         let upper_right = T::decode(l, b);
         let lower_left = T::decode(l, c);
         let lower_right = T::decode(l, d);

@@ -14,10 +14,12 @@
 //!
 //! [`dispatch!`]: crate::dispatch
 
+mod byte_table;
 mod level;
 mod scalar;
 mod vector;
 
+pub use byte_table::ByteTable;
 #[cfg(target_arch = "aarch64")]
 #[doc(hidden)]
 pub use level::neon;
@@ -100,22 +102,25 @@ pub trait Lanes: Copy + Send + Sync + 'static {
         }
         self.load(&out)
     }
-    /// `table[index]` per lane as an integer's bits. An index outside the table reads 0.
+    /// `table[index]` per lane, by the lowest four bits of the index.
     #[inline(always)]
-    fn gather_u32(self, table: &[u32], index: Self::I) -> Self::I {
+    fn look_up_16(self, table: &[i32; LANES], index: Self::I) -> Self::I {
         let index = index.to_array();
-        let mut out = [0; LANES];
-        for k in 0..LANES {
-            out[k] = table.get(index[k] as usize).copied().unwrap_or(0) as i32;
-        }
-        self.load_i(&out)
+        self.load_i(&each!(k => table[index[k] as usize % LANES]))
     }
     /// `table[index]` and `table[index + 1]` per lane, as integers' bits: half the loads and half the checks of two
     /// gathers. An index outside the table, read as a `u32`, stands for the last pair; without a pair both are 0.
     #[inline(always)]
     fn gather_pairs_u32(self, table: &[u32], index: Self::I) -> [Self::I; 2] {
-        let pairs = pairs(table, &index.to_array());
-        self.unzip(each!(k => [pairs[k][0] as i32, pairs[k][1] as i32]))
+        let Some(last) = table.len().checked_sub(2) else { return [self.splat_i(0); 2] };
+        let index = index.to_array();
+        let mut pairs = [[0; 2]; LANES];
+        for k in 0..LANES {
+            // Clamping tells the compiler that both lie inside: half the instructions of a check with a branch.
+            let first = (index[k] as u32 as usize).min(last);
+            pairs[k] = [table[first] as i32, table[first + 1] as i32];
+        }
+        self.unzip(pairs)
     }
     /// `table[index]` per lane, four bytes as a little-endian integer. An index outside, read as a `u32`, stands for the
     /// last; of an empty table all are 0.
@@ -133,15 +138,15 @@ pub trait Lanes: Copy + Send + Sync + 'static {
     /// [`Lanes::gather_pairs_u32`] of four bytes each, as little-endian integers.
     #[inline(always)]
     fn gather_pairs_bytes(self, table: &[[u8; 4]], index: Self::I) -> [Self::I; 2] {
+        // Left at once, and not with numbers that are 0: they would wait for the check in registers of their own.
+        let Some(last) = table.len().checked_sub(2) else { return [self.splat_i(0); 2] };
         let index = index.to_array();
         let mut pairs = [0; LANES];
-        if let Some(last) = table.len().checked_sub(2) {
-            for k in 0..LANES {
-                let first = (index[k] as u32 as usize).min(last);
-                // One number of eight bytes from the start: compilers take two of four apart again.
-                if let Some(pair) = table[first..].first_chunk::<2>() {
-                    pairs[k] = i64::from_le_bytes(*pair.as_flattened().first_chunk().unwrap_or(&[0; 8]));
-                }
+        for k in 0..LANES {
+            let first = (index[k] as u32 as usize).min(last);
+            // One number of eight bytes from the start: compilers take two of four apart again.
+            if let Some(pair) = table[first..].first_chunk::<2>() {
+                pairs[k] = i64::from_le_bytes(*pair.as_flattened().first_chunk().unwrap_or(&[0; 8]));
             }
         }
         self.unzip_halves(pairs)
@@ -173,31 +178,17 @@ pub trait Lanes: Copy + Send + Sync + 'static {
     }
     /// `table[byte]` per lane for each of the three lowest bytes of `packed`.
     #[inline(always)]
-    fn look_up_bytes(self, table: &[f32; 256], packed: Self::I) -> [Self::F; 3] {
+    fn look_up_bytes(self, table: &ByteTable, packed: Self::I) -> [Self::F; 3] {
         let packed = packed.to_array();
         let mut out = [[0.0; LANES]; 3];
         for (c, out) in out.iter_mut().enumerate() {
             for (out, packed) in out.iter_mut().zip(packed) {
-                *out = table[usize::from(packed.to_le_bytes()[c])];
+                *out = table.values[usize::from(packed.to_le_bytes()[c])];
             }
         }
         let [r, g, b] = out;
         [self.load(&r), self.load(&g), self.load(&b)]
     }
-}
-
-/// Neighbours of a table, for each lane.
-#[inline(always)]
-fn pairs<T: Copy + Default>(table: &[T], index: &[i32; LANES]) -> [[T; 2]; LANES] {
-    let mut out = [[T::default(); 2]; LANES];
-    // Clamping tells the compiler that both lie inside: half the instructions of a check with a branch.
-    if let Some(last) = table.len().checked_sub(2) {
-        for k in 0..LANES {
-            let first = (index[k] as u32 as usize).min(last);
-            out[k] = [table[first], table[first + 1]];
-        }
-    }
-    out
 }
 
 /// Sixteen `f32`. Arithmetic is IEEE 754 round-to-nearest per lane, without contraction.
@@ -413,7 +404,10 @@ mod tests {
         let (x, y) = (l.load(a), l.load(b));
         let i = x.bits();
         let j = y.bits();
-        let bytes: [f32; 256] = std::array::from_fn(|k| k as f32);
+        // All bytes of the numbers differ; none is NaN.
+        let bytes = ByteTable::new(std::array::from_fn(|k| {
+            f32::from_bits((k as u32).wrapping_mul(0x9e37_79b1) & 0xbfff_ffff)
+        }));
         let triples: [[f32; 3]; LANES] = std::array::from_fn(|k| [a[k], b[k], a[LANES - 1 - k]]);
         let floats = [
             x + y,
@@ -448,7 +442,7 @@ mod tests {
             l.unzip(zipped)[0],
             l.unzip(zipped)[1],
             l.load_i(&std::array::from_fn(|k| zipped[k / 2][k % 2])),
-            l.gather_u32(&table, index),
+            l.look_up_16(&std::array::from_fn(|k| table[k + 3] as i32), i + j),
             first,
             second,
             l.gather_pairs_u32(&table, l.lane_indices() + 4)[1],
