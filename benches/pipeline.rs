@@ -6,7 +6,7 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use overcoat::gbuffer::{Batch, Draw, Fragment, SourceTriangle, TriangleSource, extract_fragments, locate};
 use overcoat::geometry::{Chunk, ChunkJob, ScreenVertices, View, process_chunk, transform_vertices};
 use overcoat::math::lanes::{Float, SimdLevel};
-use overcoat::raster::{NOT_CLIPPED, SamplePattern, TileOrigin, Triangle, Visibility};
+use overcoat::raster::{SamplePattern, TileOrigin, Triangle, Visibility};
 use overcoat::render::{RenderOptions, Renderer};
 use overcoat::scene::{
     Camera, Framing, Instance, Material, Mesh, MeshData, Projection, Scene, Transform, Workflow,
@@ -131,7 +131,7 @@ struct Single(Triangle);
 
 impl TriangleSource for Single {
     fn triangle(&self, _: u32) -> SourceTriangle<'_> {
-        SourceTriangle { screen: &self.0, vertices: [0, 1, 2], draw: 0, clip: None }
+        SourceTriangle { screen: &self.0, draw: 0, clip: None }
     }
 }
 
@@ -150,7 +150,7 @@ fn gbuffer(c: &mut Criterion) {
         uv_sets: [false; 2],
     }];
     let corners = [(-9000, -9000, 1.0), (30_000, -9000, 1.1), (-9000, 30_000, 0.9)];
-    let source = Single(Triangle::new(corners, 0, NOT_CLIPPED, true).expect("it has an area"));
+    let source = Single(Triangle::new(corners, [0, 1, 2], true).expect("it has an area"));
     let (origin, pattern) = (TileOrigin { x: 0, y: 0 }, SamplePattern::new(8).expect("8 samples exist"));
     let mut visibility = Visibility::default();
     visibility.clear(32, 32, 8);

@@ -5,7 +5,7 @@ use overcoat::geometry::{
     Chunk, ChunkJob, ScreenVertex, ScreenVertices, View, process_chunk, transform_vertices,
 };
 use overcoat::math::lanes::SimdLevel;
-use overcoat::raster::{NOT_CLIPPED, SamplePattern, TileOrigin, Triangle, Visibility};
+use overcoat::raster::{SamplePattern, TileOrigin, Triangle, Visibility};
 use overcoat::scene::{Camera, Mesh, MeshData, Projection, Transform};
 use overcoat::tile::TileGrid;
 
@@ -117,9 +117,9 @@ fn small_triangles_follow_the_definition() {
                 (0..25).map(|k| [k % 5 * step + first, k / 5 * step + first + 7]).collect();
             let chunk = set_up(&points, triangles.clone(), SIZE as u32, samples, level);
             let mut kept = chunk.triangles.iter().peekable();
-            for (number, triangle) in triangles.iter().enumerate() {
+            for triangle in &triangles {
                 let corners = triangle.map(|v| points[v as usize]);
-                let set_up = kept.next_if(|t| t.primitive as usize == number);
+                let set_up = kept.next_if(|t| t.vertices() == *triangle);
                 small += usize::from(set_up.is_some_and(|t| t.small_samples != 0));
                 let counts = set_up.map(|&t| count_in_tile(&[t], origin, SIZE, samples, level));
                 for pixel in 0..SIZE * SIZE {
@@ -146,7 +146,7 @@ fn large_and_thin_triangles_follow_the_definition_at_every_level() {
         let reach = [300, 4000, 60_000, (1 << 22) - 1][round % 4];
         let corners: [[i32; 2]; 3] =
             std::array::from_fn(|_| std::array::from_fn(|_| random.below(2 * reach) - reach));
-        let Some(triangle) = Triangle::new(corners.map(|c| (c[0], c[1], 1.0)), 0, NOT_CLIPPED, true) else {
+        let Some(triangle) = Triangle::new(corners.map(|c| (c[0], c[1], 1.0)), [0, 1, 2], true) else {
             continue;
         };
         let origin =
@@ -188,7 +188,7 @@ fn fans_with_shared_edges_cover_each_sample_once() {
             if random.below(2) == 0 {
                 c.swap(1, 2);
             }
-            triangles.extend(Triangle::new(c.map(|c| (c[0], c[1], 1.0)), 0, NOT_CLIPPED, true));
+            triangles.extend(Triangle::new(c.map(|c| (c[0], c[1], 1.0)), [0, 1, 2], true));
         }
         for samples in [1, 4, 8, 16] {
             let pattern = SamplePattern::new(samples).unwrap();

@@ -39,8 +39,6 @@ pub trait TriangleSource {
 pub struct SourceTriangle<'a> {
     /// On the screen.
     pub screen: &'a Triangle,
-    /// Its vertices in the mesh, in the mesh's order; those of the whole triangle if it is a clipped piece.
-    pub vertices: [u32; 3],
     /// Number of its draw.
     pub draw: u32,
     /// The barycentric coordinates of its vertices in the whole triangle, if it is a clipped piece.
@@ -169,10 +167,11 @@ impl Batch {
             while end < LANES && self.fragments[end].triangle == identity {
                 end += 1;
             }
-            let SourceTriangle { screen, vertices: [a, b, c], draw, clip } = source.triangle(identity);
+            let SourceTriangle { screen, draw, clip } = source.triangle(identity);
+            let [a, b, c] = screen.vertices();
             // Attributes are taken in the order of the screen triangle, but clipped pieces know their place in the
             // mesh's own order.
-            let swapped = screen.swapped && clip.is_none();
+            let swapped = screen.is_swapped() && clip.is_none();
             self.vertices.vertices[first] = if swapped { [a, c, b] } else { [a, b, c] };
             self.vertices.draws[first] = draw;
             self.vertices.starts |= 1 << first;
@@ -227,8 +226,8 @@ impl Batch {
     #[inline(always)]
     fn gather_triangle(&mut self, lanes: Range<usize>, triangle: &Triangle, clip: Option<&[[f32; 2]; 3]>) {
         let bits = (((1_u32 << lanes.len()) - 1) << lanes.start) as u16;
-        self.reversed |= if triangle.swapped && clip.is_none() { bits } else { 0 };
-        self.back_facing |= if triangle.back_facing { bits } else { 0 };
+        self.reversed |= if triangle.is_swapped() && clip.is_none() { bits } else { 0 };
+        self.back_facing |= if triangle.is_back_facing() { bits } else { 0 };
         if lanes.len() == LANES {
             // A loop of known length for each plane.
             for v in 0..3 {
@@ -248,7 +247,7 @@ impl Batch {
         }
         if let Some(piece) = clip {
             self.any_clipped = true;
-            let order = if triangle.swapped { [0, 2, 1] } else { [0, 1, 2] };
+            let order = if triangle.is_swapped() { [0, 2, 1] } else { [0, 1, 2] };
             for v in 0..3 {
                 for axis in 0..2 {
                     self.corners[v][axis][lanes.clone()].fill(piece[order[v]][axis]);

@@ -110,11 +110,11 @@ impl Candidate {
     /// `None` for triangles that are not small, those without normals, and those of several colours.
     #[inline(always)]
     fn new(identity: u32, source: &impl TriangleSource, draws: &[Draw<'_>]) -> Option<Self> {
-        let SourceTriangle { screen, vertices, draw, .. } = source.triangle(identity);
+        let SourceTriangle { screen, draw, .. } = source.triangle(identity);
         if screen.small_samples == 0 {
             return None;
         }
-        let mesh = draws[draw as usize].mesh;
+        let (mesh, vertices) = (draws[draw as usize].mesh, screen.vertices());
         let mut color = [1.0; 4];
         if !mesh.colors().is_empty() {
             let colors = vertices.map(|vertex| mesh.colors().get(vertex as usize).copied());
@@ -129,7 +129,7 @@ impl Candidate {
         let square = dot(sum, sum);
         (square > 0.0).then_some(Self {
             draw,
-            back_facing: screen.back_facing,
+            back_facing: screen.is_back_facing(),
             place: [screen.x[0], screen.y[0]],
             depth: screen.depth[0],
             depth_gradient: screen.depth_gradient,
@@ -165,7 +165,7 @@ fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::raster::{NOT_CLIPPED, Triangle};
+    use crate::raster::Triangle;
     use crate::scene::{Mesh, MeshData, Transform};
 
     /// Triangles by identity, all of draw 0.
@@ -173,8 +173,7 @@ mod tests {
 
     impl TriangleSource for Listed {
         fn triangle(&self, identity: u32) -> SourceTriangle<'_> {
-            let vertices = [0, 1, 2].map(|v| 3 * identity + v);
-            SourceTriangle { screen: &self.0[identity as usize], vertices, draw: 0, clip: None }
+            SourceTriangle { screen: &self.0[identity as usize], draw: 0, clip: None }
         }
     }
 
@@ -202,8 +201,10 @@ mod tests {
         let triangle = |(k, s): (usize, &([f32; 3], f32))| {
             let x = 20 * k as i32;
             let corners = [(x, 0, s.1), (x + 60, 0, s.1), (x, 60, s.1)];
-            let triangle = Triangle::new(corners, k as u32, NOT_CLIPPED, true).expect("it has an area");
-            Triangle { small_samples: u64::from(small), ..triangle }
+            let vertices = [0, 1, 2].map(|v| 3 * k as u32 + v);
+            let mut triangle = Triangle::new(corners, vertices, true).expect("it has an area");
+            triangle.small_samples = u64::from(small);
+            triangle
         };
         let source = Listed(surfaces.iter().enumerate().map(triangle).collect());
         let mask = |k: usize| if k == 1 { 3 << 14 } else { 1 << k };

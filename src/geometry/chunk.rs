@@ -4,7 +4,7 @@ use super::clip::clip;
 use super::{DrawView, ScreenVertex, ScreenVertexSlice};
 use crate::each;
 use crate::math::lanes::{Int, LANES, Lanes, Mask, Scalar};
-use crate::raster::{NOT_CLIPPED, OutlineLanes, SamplePattern, TileOrigin, Triangle};
+use crate::raster::{OutlineLanes, SamplePattern, TileOrigin, Triangle};
 use crate::scene::Mesh;
 use crate::tile::{ChunkBins, TileGrid};
 use std::ops::Range;
@@ -38,12 +38,34 @@ pub struct Chunk {
     pub range: Range<usize>,
     /// Screen triangles, in the order of the mesh.
     pub triangles: Vec<Triangle>,
-    /// The vertices of each in the mesh: shading would miss the cache twice if it had to look for them there.
-    pub vertices: Vec<[u32; 3]>,
-    /// For clipped pieces, the barycentric coordinates of their vertices in the whole triangle.
-    pub clip_barycentrics: Vec<[[f32; 2]; 3]>,
+    /// The clipped pieces among them, in the same order.
+    pub pieces: Vec<ClippedPiece>,
     /// The tiles that may see each triangle.
     pub bins: ChunkBins,
+}
+
+/// What clipping left of a triangle: a triangle itself, some of whose vertices are not the mesh's.
+#[derive(Clone, Copy, Debug)]
+pub struct ClippedPiece {
+    /// Its number among the triangles of the chunk.
+    pub number: u32,
+    /// Barycentric coordinates of its vertices in the whole triangle.
+    pub barycentrics: [[f32; 2]; 3],
+}
+
+impl Chunk {
+    /// For a clipped piece, the barycentric coordinates of its vertices in the whole triangle.
+    #[inline(always)]
+    #[must_use]
+    pub fn clip(&self, number: u32) -> Option<&[[f32; 2]; 3]> {
+        if self.triangles[number as usize].is_clipped() { self.find_piece(number) } else { None }
+    }
+
+    #[cold]
+    fn find_piece(&self, number: u32) -> Option<&[[f32; 2]; 3]> {
+        let found = self.pieces.binary_search_by_key(&number, |piece| piece.number).ok()?;
+        Some(&self.pieces[found].barycentrics)
+    }
 }
 
 /// Fills a chunk from its range of a draw's triangles.
@@ -56,11 +78,10 @@ pub fn process_chunk<L: Lanes>(
     pattern: &SamplePattern,
 ) {
     chunk.triangles.clear();
-    chunk.vertices.clear();
-    chunk.clip_barycentrics.clear();
+    chunk.pieces.clear();
     chunk.bins.clear();
     let triangles = &job.mesh.triangles()[chunk.range.clone()];
-    for (sixteen, first) in triangles.chunks(LANES).zip((chunk.range.start..).step_by(LANES)) {
+    for sixteen in triangles.chunks(LANES) {
         // Of the last few, lanes beyond the end repeat the last triangle.
         let last = sixteen.len() - 1;
         let corners = each!(corner => l.unzip(each!(k =>
@@ -74,12 +95,12 @@ pub fn process_chunk<L: Lanes>(
             if chunk.bins.len() > job.max_bins {
                 return;
             }
-            let (indices, primitive) = (sixteen[k.min(last)], (first + k) as u32);
+            let indices = sixteen[k.min(last)];
             let corners = each!(v in indices => job.vertices.get(v));
             if found.outside >> k & 1 == 1 {
-                process_clipped(chunk, job, indices, primitive, grid, pattern);
-            } else if let Some(triangle) = found.triangle(k, corners, job, grid) {
-                emit(chunk, Triangle { primitive, ..triangle }, indices, grid);
+                process_clipped(chunk, job, indices, grid, pattern);
+            } else if let Some(triangle) = found.triangle(k, corners, indices, job, grid) {
+                emit(chunk, triangle, grid);
             }
         }
     }
@@ -92,7 +113,6 @@ fn process_clipped(
     chunk: &mut Chunk,
     job: &ChunkJob<'_>,
     indices: [u32; 3],
-    primitive: u32,
     grid: &TileGrid,
     pattern: &SamplePattern,
 ) {
@@ -108,10 +128,10 @@ fn process_clipped(
         if found.lanes == 0 {
             continue;
         }
-        if let Some(triangle) = found.triangle(0, corners, job, grid) {
-            let clip = chunk.clip_barycentrics.len() as u32;
-            emit(chunk, Triangle { primitive, clip, ..triangle }, indices, grid);
-            chunk.clip_barycentrics.push(piece.map(|v| v.barycentric));
+        if let Some(triangle) = found.triangle(0, corners, indices, job, grid) {
+            let number = chunk.triangles.len() as u32;
+            chunk.pieces.push(ClippedPiece { number, barycentrics: piece.map(|v| v.barycentric) });
+            emit(chunk, triangle.clipped(), grid);
         }
     }
 }
@@ -170,21 +190,23 @@ impl Survivors {
         &self,
         lane: usize,
         corners: [ScreenVertex; 3],
+        vertices: [u32; 3],
         job: &ChunkJob<'_>,
         grid: &TileGrid,
     ) -> Option<Triangle> {
-        let triangle =
-            Triangle::new(each!(v in corners => (v.x, v.y, v.depth)), 0, NOT_CLIPPED, job.mirrored)?;
+        let corners = each!(v in corners => (v.x, v.y, v.depth));
+        let mut triangle = Triangle::new(corners, vertices, job.mirrored)?;
         if self.large >> lane & 1 == 1 {
             let bounds = triangle.bounds();
             let [left, top, right, bottom] = screen(grid);
             let beside = bounds[0] >= right || bounds[1] >= bottom || bounds[2] < left || bounds[3] < top;
-            if beside || (job.cull_back_faces && triangle.back_facing) {
+            if beside || (job.cull_back_faces && triangle.is_back_facing()) {
                 return None;
             }
         }
         let [a, b, c, d] = each!(part in self.small_samples => part[lane] as u64);
-        Some(Triangle { small_samples: a | b << 16 | c << 32 | d << 48, ..triangle })
+        triangle.small_samples = a | b << 16 | c << 32 | d << 48;
+        Some(triangle)
     }
 }
 
@@ -198,7 +220,7 @@ fn screen(grid: &TileGrid) -> [i32; 4] {
 
 /// Keeps a triangle and bins it.
 #[inline(always)]
-fn emit(chunk: &mut Chunk, triangle: Triangle, indices: [u32; 3], grid: &TileGrid) {
+fn emit(chunk: &mut Chunk, triangle: Triangle, grid: &TileGrid) {
     let number = chunk.triangles.len() as u32;
     let [first_column, first_row, end_column, end_row] = grid.tiles_of_box(triangle.bounds());
     let columns = grid.columns();
@@ -212,7 +234,6 @@ fn emit(chunk: &mut Chunk, triangle: Triangle, indices: [u32; 3], grid: &TileGri
         bin_large(&mut chunk.bins, &triangle, number, [first_column, first_row, end_column, end_row], grid);
     }
     chunk.triangles.push(triangle);
-    chunk.vertices.push(indices);
 }
 
 /// Bins a triangle that spans many tiles, leaving out those that lie beyond one of its edges.

@@ -9,7 +9,7 @@ mod strokes;
 mod vertex;
 mod view;
 
-pub use chunk::{Chunk, ChunkJob, TRIANGLES_PER_CHUNK, process_chunk};
+pub use chunk::{Chunk, ChunkJob, ClippedPiece, TRIANGLES_PER_CHUNK, process_chunk};
 pub use strokes::{Strokes, strokes};
 pub use vertex::{ScreenVertex, ScreenVertexSlice, ScreenVertices, VERTICES_PER_CHUNK, transform_vertices};
 pub use view::{DrawView, View};

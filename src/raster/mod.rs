@@ -16,7 +16,7 @@ mod visibility;
 pub use edges::{EdgeFunctions, TileOrigin};
 pub use samples::{SamplePattern, SampleSums};
 pub use small::{FewPixels, OutlineLanes, SmallLanes, SmallSamples};
-pub use triangle::{NOT_CLIPPED, Triangle};
+pub use triangle::Triangle;
 pub use visibility::{NO_TRIANGLE, Visibility};
 
 /// Sub-pixel bits of a screen position.

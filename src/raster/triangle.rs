@@ -1,9 +1,9 @@
 //! A triangle on the screen, ready to be rasterized.
 
-/// [`Triangle::clip`] of a triangle that was not clipped.
-pub const NOT_CLIPPED: u32 = u32::MAX;
+use crate::scene::MAX_VERTICES;
 
-/// One triangle after projection, snapping and culling: 64 bytes, a cache line.
+/// One triangle after projection, snapping and culling: 64 bytes, a cache line. It has all that rasterizing and shading ask
+/// of a triangle, since in dense meshes each is somewhere else in memory.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C, align(64))]
 pub struct Triangle {
@@ -15,28 +15,34 @@ pub struct Triangle {
     pub depth: [f32; 3],
     /// Change of depth per sub-pixel.
     pub depth_gradient: [f32; 2],
-    /// Number of the triangle in its mesh.
-    pub primitive: u32,
-    /// Index of the clipped piece's barycentric coordinates in its chunk, or [`NOT_CLIPPED`].
-    pub clip: u32,
-    /// Seen from behind.
-    pub back_facing: bool,
-    /// Vertices 1 and 2 are in the opposite order of the mesh's.
-    pub swapped: bool,
+    /// Its vertices in the mesh, in the mesh's order; those of the whole triangle if it is a clipped piece. The highest bits
+    /// are what [`FLAG`] marks: [`BACK_FACING`], [`SWAPPED`] and [`CLIPPED`].
+    vertices: [u32; 3],
     /// What a small triangle covers, in four parts of sixteen bits (see [`SmallLanes`](super::SmallLanes)); 0 if it is not
     /// small, or not known to be.
     pub small_samples: u64,
 }
 
+const _: () = assert!(size_of::<Triangle>() == 64);
+
+/// The bit of a vertex's number that is none: meshes have fewer vertices.
+const FLAG: u32 = 1 << 31;
+const _: () = assert!(MAX_VERTICES <= FLAG as usize);
+
+/// The vertices whose bit says that the triangle is seen from behind, that vertices 1 and 2 are in the opposite order of
+/// the mesh's, and that it is a clipped piece.
+const BACK_FACING: usize = 0;
+const SWAPPED: usize = 1;
+const CLIPPED: usize = 2;
+
 impl Triangle {
     /// Sets up a triangle from snapped vertices in the mesh's order; `None` if it has no area. `front_is_clockwise`
-    /// says which order of vertices on the screen is the front.
+    /// says which order of vertices on the screen is the front, `vertices` are its vertices in the mesh.
     #[inline(always)]
     #[must_use]
     pub fn new(
         [a, b, c]: [(i32, i32, f32); 3],
-        primitive: u32,
-        clip: u32,
+        vertices: [u32; 3],
         front_is_clockwise: bool,
     ) -> Option<Self> {
         let area = i64::from(b.0 - a.0) * i64::from(c.1 - a.1) - i64::from(c.0 - a.0) * i64::from(b.1 - a.1);
@@ -49,17 +55,54 @@ impl Triangle {
         let (x1, y1, z1) = ((x[1] - x[0]) as f32, (y[1] - y[0]) as f32, depth[1] - depth[0]);
         let (x2, y2, z2) = ((x[2] - x[0]) as f32, (y[2] - y[0]) as f32, depth[2] - depth[0]);
         let inverse_area = 1.0 / area.unsigned_abs() as f32;
-        Some(Self {
+        let mut triangle = Self {
             x,
             y,
             depth,
             depth_gradient: [(z1 * y2 - z2 * y1) * inverse_area, (z2 * x1 - z1 * x2) * inverse_area],
-            primitive,
-            clip,
-            back_facing: swapped == front_is_clockwise,
-            swapped,
+            vertices,
             small_samples: 0,
-        })
+        };
+        triangle.vertices[BACK_FACING] |= if swapped == front_is_clockwise { FLAG } else { 0 };
+        triangle.vertices[SWAPPED] |= if swapped { FLAG } else { 0 };
+        Some(triangle)
+    }
+
+    /// The same as a piece that clipping left.
+    #[inline(always)]
+    #[must_use]
+    pub fn clipped(mut self) -> Self {
+        self.vertices[CLIPPED] |= FLAG;
+        self
+    }
+
+    /// Its vertices in the mesh, in the mesh's order; those of the whole triangle if it is a clipped piece.
+    #[inline(always)]
+    #[must_use]
+    pub fn vertices(&self) -> [u32; 3] {
+        let [a, b, c] = self.vertices;
+        [a & !FLAG, b & !FLAG, c & !FLAG]
+    }
+
+    /// Seen from behind.
+    #[inline(always)]
+    #[must_use]
+    pub fn is_back_facing(&self) -> bool {
+        self.vertices[BACK_FACING] & FLAG != 0
+    }
+
+    /// Vertices 1 and 2 are in the opposite order of the mesh's.
+    #[inline(always)]
+    #[must_use]
+    pub fn is_swapped(&self) -> bool {
+        self.vertices[SWAPPED] & FLAG != 0
+    }
+
+    /// What clipping left of a larger triangle.
+    #[inline(always)]
+    #[must_use]
+    pub fn is_clipped(&self) -> bool {
+        self.vertices[CLIPPED] & FLAG != 0
     }
 
     /// Smallest and largest x and y: `[min x, min y, max x, max y]` in sub-pixels.

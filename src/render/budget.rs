@@ -55,9 +55,7 @@ impl FrameBudget {
 
     /// Adds a chunk that is set up.
     pub(super) fn charge(&self, chunk: &Chunk) {
-        let bytes = size_of_val(chunk.triangles.as_slice())
-            + size_of_val(chunk.vertices.as_slice())
-            + size_of_val(chunk.clip_barycentrics.as_slice());
+        let bytes = size_of_val(chunk.triangles.as_slice()) + size_of_val(chunk.pieces.as_slice());
         let references = chunk.bins.len() as u64 * BYTES_PER_REFERENCE;
         self.spent.fetch_add(bytes as u64 + references, Ordering::Relaxed);
     }

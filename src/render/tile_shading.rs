@@ -6,7 +6,7 @@ use crate::each;
 use crate::gbuffer::{SourceTriangle, TriangleSource, layout};
 use crate::geometry::Chunk;
 use crate::math::lanes::{Float, LANES, Lanes};
-use crate::raster::{NOT_CLIPPED, TileOrigin};
+use crate::raster::TileOrigin;
 use crate::shade::{Backdrop, SurfaceTextures, hold_back, pass_through, shade, store_surface};
 use crate::tile::Run;
 
@@ -49,8 +49,7 @@ impl TriangleSource for TileTriangles<'_> {
         let (chunk, index) = self.identities[identity as usize];
         let chunk = &self.chunks[chunk as usize];
         let screen = &chunk.triangles[index as usize];
-        let clip = (screen.clip != NOT_CLIPPED).then(|| &chunk.clip_barycentrics[screen.clip as usize]);
-        SourceTriangle { screen, vertices: chunk.vertices[index as usize], draw: chunk.draw, clip }
+        SourceTriangle { screen, draw: chunk.draw, clip: chunk.clip(index) }
     }
 }
 

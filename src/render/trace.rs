@@ -160,14 +160,14 @@ pub(super) fn geometry(vertices: &ScreenVertices, chunks: &[Chunk]) -> u128 {
     feed(&mut hasher, words.map(u32::to_le_bytes));
     for chunk in chunks {
         let words = chunk.triangles.iter().flat_map(|t| {
-            let flags = u32::from(t.back_facing) | u32::from(t.swapped) << 1;
+            let flags = [t.is_back_facing(), t.is_swapped(), t.is_clipped()].map(u32::from);
             let places = [t.x, t.y].into_iter().flatten().map(|v| v as u32);
             let depths = t.depth.into_iter().chain(t.depth_gradient).map(f32::to_bits);
-            places.chain(depths).chain([t.primitive, t.clip, flags])
+            places.chain(depths).chain(t.vertices()).chain(flags)
         });
         feed(&mut hasher, words.map(u32::to_le_bytes));
-        let corners = chunk.clip_barycentrics.as_flattened().as_flattened();
-        feed(&mut hasher, corners.iter().map(|v| v.to_le_bytes()));
+        let corners = chunk.pieces.iter().flat_map(|piece| piece.barycentrics).flatten();
+        feed(&mut hasher, corners.map(f32::to_le_bytes));
     }
     hasher.digest128()
 }

@@ -38,6 +38,9 @@ pub struct MeshData {
     pub kind: PrimitiveKind,
 }
 
+/// Vertices of a mesh at most: of their numbers, the rasterizer uses one bit for something else.
+pub const MAX_VERTICES: usize = 1 << 31;
+
 /// A triangle mesh with consistent lengths, finite attributes and indices in range. Copies share their attributes.
 #[derive(Clone, Debug)]
 pub struct Mesh {
@@ -51,10 +54,13 @@ impl Mesh {
     /// Checks and takes over the attributes.
     ///
     /// # Errors
-    /// [`SceneError::LengthMismatch`], [`SceneError::NotFinite`], [`SceneError::OutOfRange`] for positions and
+    /// [`SceneError::TooMany`] vertices, [`SceneError::LengthMismatch`], [`SceneError::NotFinite`], [`SceneError::OutOfRange`] for positions and
     /// [`SceneError::IndexOutOfRange`].
     pub fn new(data: MeshData) -> Result<Self, SceneError> {
         let vertices = data.positions.len();
+        if vertices > MAX_VERTICES {
+            return Err(SceneError::TooMany { what: "vertices" });
+        }
         let lengths = [
             ("normals", data.normals.len()),
             ("tangents", data.tangents.len()),

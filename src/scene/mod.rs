@@ -30,7 +30,7 @@ pub use lobes::{
     SecondLobe, Sheen, Subsurface,
 };
 pub use material::{AlphaMode, Material, NormalTexture, TextureRef, UvTransform, Workflow};
-pub use mesh::{Mesh, MeshData, PrimitiveKind};
+pub use mesh::{MAX_VERTICES, Mesh, MeshData, PrimitiveKind};
 pub use model::{DualNormalFix, ModelOptions, OcclusionCone, ShadingModel, SpecularOcclusionMethod};
 pub(crate) use texture::LevelLayout;
 pub use texture::{AlphaUse, ColorSpace, Filter, Image, MipFilter, MipLevel, Sampler, Texture, Wrap};
