@@ -184,7 +184,7 @@ impl<L: Lanes> Mips<L> {
             for (slot, &(pass, part)) in slots.iter().zip(parts) {
                 let is_mixed = pass == 0 && self.common.is_none();
                 for ((texture, texels), out) in textures.iter().zip(&slot.texels).zip(out.iter_mut()) {
-                    let texel = slot.weights.filter(l, texture.color_space(), *texels);
+                    let texel = slot.weights.filter(l, texture, *texels);
                     for n in 0..4 {
                         let value = match pass {
                             0 => texel[n],

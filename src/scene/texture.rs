@@ -171,6 +171,8 @@ pub struct Texture {
     /// Each level half the size of the one before it (rounded down, at least 1) down to 1 x 1; level 0 alone where
     /// the sampler uses no mip levels. Never empty.
     layout: Vec<LevelLayout>,
+    /// Alpha is 1 everywhere.
+    is_opaque: bool,
     color_space: ColorSpace,
     sampler: Sampler,
 }
@@ -188,7 +190,8 @@ impl Texture {
                 mipmap::reduce(&image, &layout[1..], color_space, alpha)
             }
         };
-        Self { image, reduced: Arc::new(reduced), layout, color_space, sampler }
+        let is_opaque = is_opaque(&image.texels) && is_opaque(&reduced);
+        Self { image, reduced: Arc::new(reduced), layout, is_opaque, color_space, sampler }
     }
     /// Number of mip levels, at least 1.
     #[must_use]
@@ -226,6 +229,11 @@ impl Texture {
         (self.image.width, self.image.height, self.sampler)
             == (other.image.width, other.image.height, other.sampler)
     }
+    /// Whether alpha is 1 everywhere, in all levels.
+    #[must_use]
+    pub fn is_opaque(&self) -> bool {
+        self.is_opaque
+    }
     /// What the colour channels mean.
     #[must_use]
     pub fn color_space(&self) -> ColorSpace {
@@ -236,4 +244,10 @@ impl Texture {
     pub fn sampler(&self) -> &Sampler {
         &self.sampler
     }
+}
+
+/// Whether all texels have an alpha of 1.
+fn is_opaque(texels: &[[u8; 4]]) -> bool {
+    // By parts without a branch inside.
+    texels.chunks(1024).all(|part| part.iter().fold(255, |alpha, texel| alpha & texel[3]) == 255)
 }

@@ -332,6 +332,38 @@ fn textures_read_together_have_the_bits_of_each_alone() {
     }
 }
 
+/// Alpha of opaque textures is not read: it must have the bits that reading gives, which the first channel has here.
+#[test]
+fn opaque_textures_have_the_bits_of_others() {
+    let mut noise = Noise(13);
+    for sampler in samplers() {
+        for color_space in [ColorSpace::Srgb, ColorSpace::Linear] {
+            let colors: Vec<[u8; 4]> = (0..40 * 24).map(|_| noise.bits().to_le_bytes()).collect();
+            let with_alpha = |alpha: u8| {
+                let image = image(40, 24, |k| [255, colors[k as usize][1], colors[k as usize][2], alpha]);
+                Texture::new(image, color_space, AlphaUse::Data, sampler)
+            };
+            let (opaque, other) = (with_alpha(255), with_alpha(254));
+            assert!(opaque.is_opaque() && !other.is_opaque());
+            for texels_per_pixel in [0.4, 1.0, 3.0, 20.0] {
+                let places = Places::random(&mut noise, texels_per_pixel, &opaque);
+                for (level, anisotropy) in SimdLevel::available().flat_map(|level| [(level, 1), (level, 8)]) {
+                    let read = |texture| {
+                        places
+                            .read_at(level, texture, anisotropy, u16::MAX)
+                            .map(|channel| channel.map(f32::to_bits))
+                    };
+                    let (found, of_other) = (read(&opaque), read(&other));
+                    assert_eq!(found[..3], of_other[..3], "{level} {sampler:?} {anisotropy}");
+                    if color_space == ColorSpace::Linear {
+                        assert_eq!(found[3], found[0], "{level} {sampler:?} {anisotropy}");
+                    }
+                }
+            }
+        }
+    }
+}
+
 #[test]
 fn lanes_do_not_depend_on_their_neighbours() {
     let mut noise = Noise(11);

@@ -7,35 +7,39 @@ use crate::scene::{ColorSpace, Filter, LevelLayout, Sampler, Texture, Wrap};
 /// The largest code counts as 1.
 const CODE: f32 = 1.0 / 255.0;
 
-/// The channels of sixteen texels, each the bits of a little-endian integer, in whatever unit the colour space has them
+/// The colour of sixteen texels, each the bits of a little-endian integer, in whatever unit the colour space has it
 /// cheapest.
 trait Decode {
-    fn decode<L: Lanes>(l: L, packed: L::I) -> [L::F; 4];
+    fn decode<L: Lanes>(l: L, packed: L::I) -> [L::F; 3];
 }
 
-/// [`ColorSpace::Linear`]: all as they are.
+/// [`ColorSpace::Linear`]: as it is.
 struct Linear;
-/// [`ColorSpace::Srgb`]: linear colour, and alpha as it is.
+/// [`ColorSpace::Srgb`]: made linear.
 struct Srgb;
 
 impl Decode for Linear {
     #[inline(always)]
-    fn decode<L: Lanes>(_: L, packed: L::I) -> [L::F; 4] {
+    fn decode<L: Lanes>(_: L, packed: L::I) -> [L::F; 3] {
         [
             (packed & 0xff).to_float(),
             (packed.shr_logical(8) & 0xff).to_float(),
             (packed.shr_logical(16) & 0xff).to_float(),
-            packed.shr_logical(24).to_float(),
         ]
     }
 }
 
 impl Decode for Srgb {
     #[inline(always)]
-    fn decode<L: Lanes>(l: L, packed: L::I) -> [L::F; 4] {
-        let [r, g, b] = l.look_up_bytes(&SRGB8_LANES, packed);
-        [r, g, b, packed.shr_logical(24).to_float()]
+    fn decode<L: Lanes>(l: L, packed: L::I) -> [L::F; 3] {
+        l.look_up_bytes(&SRGB8_LANES, packed)
     }
+}
+
+/// Alpha, which is linear in every colour space.
+#[inline(always)]
+fn alpha<I: Int>(packed: I) -> I::F {
+    packed.shr_logical(24).to_float()
 }
 
 /// Brings filtered channels of a colour space to 0..1.
@@ -183,17 +187,20 @@ impl<L: Lanes> Weights<L> {
         Self { is_one: true, fractions: [l.zero(); 2] }
     }
 
-    /// What the filter makes of texels of [`Corners::fetch`], in the unit of [`finish`].
+    /// What the filter makes of texels that [`Corners::fetch`] found in a texture, in the unit of [`finish`].
     #[inline(always)]
-    pub fn filter(self, l: L, color_space: ColorSpace, texels: [L::I; 4]) -> [L::F; 4] {
-        match color_space {
+    pub fn filter(self, l: L, texture: &Texture, texels: [L::I; 4]) -> [L::F; 4] {
+        let [r, g, b] = match texture.color_space() {
             ColorSpace::Srgb => self.blend::<Srgb>(l, texels),
             ColorSpace::Linear => self.blend::<Linear>(l, texels),
-        }
+        };
+        // Of texels that have it all, every mean is the same.
+        let alpha = if texture.is_opaque() { l.splat(255.0) } else { self.blend_alpha(texels) };
+        [r, g, b, alpha]
     }
 
     #[inline(always)]
-    fn blend<T: Decode>(self, l: L, [a, b, c, d]: [L::I; 4]) -> [L::F; 4] {
+    fn blend<T: Decode>(self, l: L, [a, b, c, d]: [L::I; 4]) -> [L::F; 3] {
         let [s, t] = self.fractions;
         let mut result = T::decode(l, a);
         if self.is_one {
@@ -202,12 +209,21 @@ impl<L: Lanes> Weights<L> {
         let upper_right = T::decode(l, b);
         let lower_left = T::decode(l, c);
         let lower_right = T::decode(l, d);
-        for n in 0..4 {
+        for n in 0..3 {
             let upper = result[n].lerp(upper_right[n], s);
             let lower = lower_left[n].lerp(lower_right[n], s);
             result[n] = upper.lerp(lower, t);
         }
         result
+    }
+
+    #[inline(always)]
+    fn blend_alpha(self, [a, b, c, d]: [L::I; 4]) -> L::F {
+        if self.is_one {
+            return alpha(a);
+        }
+        let [s, t] = self.fractions;
+        alpha(a).lerp(alpha(b), s).lerp(alpha(c).lerp(alpha(d), s), t)
     }
 }
 
