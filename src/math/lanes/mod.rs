@@ -16,6 +16,8 @@
 
 mod byte_table;
 mod level;
+#[cfg(target_arch = "x86_64")]
+mod permutations;
 mod scalar;
 mod vector;
 

@@ -1,7 +1,7 @@
 //! The fast lanes: the 512-bit vectors of `fearless_simd`, in one, two or four registers as the processor has it.
 
 #[cfg(target_arch = "x86_64")]
-use super::byte_table::{NUMBERS, PAIRS, SPREAD};
+use super::permutations::{NUMBERS, PAIRS, SPREAD};
 use super::{ByteTable, Float, Int, LANES, Lanes, Mask};
 use crate::each;
 use fearless_simd::{Bytes, ExtractToken};
