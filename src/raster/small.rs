@@ -23,7 +23,7 @@ pub struct OutlineLanes<L: Lanes> {
     y: [L::I; 3],
     /// As [`Triangle::bounds`].
     pub bounds: [L::I; 4],
-    /// As [`Triangle::swapped`].
+    /// As [`Triangle::is_swapped`].
     pub swapped: L::M,
     /// Triangles below 128 pixels. Of others only the bounds hold.
     pub exact: L::M,
