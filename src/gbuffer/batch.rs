@@ -5,6 +5,7 @@ use crate::each;
 use crate::math::lanes::{Float, LANES, Lanes};
 use crate::raster::{SamplePattern, TileOrigin, Triangle};
 use crate::scene::Mesh;
+use prefetch_index::prefetch_index;
 use std::ops::Range;
 
 /// One draw as the G-buffer sees it.
@@ -279,6 +280,24 @@ impl VertexLanes {
         if self.one_draw { &self.draws[..1] } else { &self.draws }
     }
 
+    /// Asks the processor for the attributes of the vertices: in a dense mesh they are not in the cache, and they come while
+    /// something else is done. Changes no result.
+    pub fn prefetch(&self, draws: &[Draw<'_>]) {
+        let mut left = self.starts;
+        while left != 0 {
+            let first = left.trailing_zeros() as usize % LANES;
+            left &= left - 1;
+            let draw = &draws[self.draws[first] as usize];
+            for vertex in self.vertices[first] {
+                prefetch(draw.mesh.normals(), vertex);
+                if draw.uv_sets[0] {
+                    prefetch(draw.mesh.uvs(0), vertex);
+                    prefetch(draw.mesh.tangents(), vertex);
+                }
+            }
+        }
+    }
+
     /// A vertex attribute at the three vertices of each lane's triangle; `default` where the mesh has none.
     #[inline(always)]
     pub fn attribute<'a, L: Lanes, const N: usize>(
@@ -374,6 +393,14 @@ impl VertexLanes {
                 }
             }
         }
+    }
+}
+
+/// Asks for one element of an attribute, if the mesh has it.
+#[inline(always)]
+fn prefetch<T>(attribute: &[T], vertex: u32) {
+    if (vertex as usize) < attribute.len() {
+        prefetch_index(attribute, vertex as usize);
     }
 }
 

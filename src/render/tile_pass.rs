@@ -100,9 +100,9 @@ pub(super) struct TileScratch {
     pub fragments: Vec<Fragment>,
     pub order: ShadingOrder,
     pub shaded: Vec<ShadedFragment>,
-    /// The fragments that are being shaded.
-    pub batch: Batch,
-    /// Their G-buffer.
+    /// The fragments that are being shaded, and those that are next.
+    pub batches: [Batch; 2],
+    /// The G-buffer of those that are being shaded.
     pub surface: SurfacePlanes,
     resolve: super::resolve::ResolveScratch,
     pub pixels: TilePixels,

@@ -9,6 +9,7 @@ use crate::math::lanes::{Float, LANES, Lanes};
 use crate::raster::TileOrigin;
 use crate::shade::{Backdrop, SurfaceTextures, hold_back, pass_through, shade, store_surface};
 use crate::tile::Run;
+use prefetch_index::prefetch_index;
 
 /// What the parts of a tile have in common.
 pub(super) struct TileShading {
@@ -43,6 +44,15 @@ pub(super) struct TileTriangles<'a> {
     pub identities: &'a [(u32, u32)],
 }
 
+impl TileTriangles<'_> {
+    /// Asks the processor for the triangle of an identity. Changes no result.
+    #[inline(always)]
+    fn prefetch(&self, identity: u32) {
+        let (chunk, index) = self.identities[identity as usize];
+        prefetch_index(&self.chunks[chunk as usize].triangles, index as usize);
+    }
+}
+
 impl TriangleSource for TileTriangles<'_> {
     #[inline(always)]
     fn triangle(&self, identity: u32) -> SourceTriangle<'_> {
@@ -73,7 +83,8 @@ pub(super) fn shade_fragments<L: Lanes>(
 ) {
     let &TileShading { origin, corner, one_material, whole, opaque, .. } = of_tile;
     let TileJob { aovs, hashes, .. } = job;
-    let TileScratch { identities, fragments, order, shaded, batch, surface, kept, pixels, .. } = scratch;
+    let TileScratch { identities, fragments, order, shaded, batches, surface, kept, pixels, .. } = scratch;
+    let [mut batch, mut following] = batches.each_mut();
     let fragments = &*fragments;
     let draws = pass.shade.draws;
     let source = TileTriangles { chunks: pass.chunks, identities };
@@ -93,8 +104,19 @@ pub(super) fn shade_fragments<L: Lanes>(
         let model = material.shading(pass.shade.model);
         let lobes = model.reads_lobes() || aovs.wants_lobes();
         let textures = SurfaceTextures::of(material, pass.shade.textures);
-        for indices in stretch.chunks(LANES) {
-            batch.gather(fragments, indices, &source, origin, pass.pattern);
+        // What the next fragments read is asked for while these are shaded, and the triangles of those after them.
+        let part = |k: usize| stretch.chunks(LANES).nth(k);
+        if let Some(first) = part(0) {
+            batch.gather(fragments, first, &source, origin, pass.pattern);
+        }
+        for (place, indices) in stretch.chunks(LANES).enumerate() {
+            if let Some(next) = part(place + 1) {
+                following.gather(fragments, next, &source, origin, pass.pattern);
+                following.vertices.prefetch(draws);
+            }
+            for &index in part(place + 2).unwrap_or_default() {
+                source.prefetch(fragments[index as usize].triangle);
+            }
             store_surface(l, &pass.shade, material, &textures, batch, lobes, surface);
             let alpha = surface.rows[layout::ALPHA.first];
             let held = if material.transmits() {
@@ -143,6 +165,7 @@ pub(super) fn shade_fragments<L: Lanes>(
             if aovs.is_wanted() {
                 aovs.add(batch, surface, number, draws, indices, opaque, pass.pattern.len());
             }
+            std::mem::swap(&mut batch, &mut following);
         }
     }
 }
