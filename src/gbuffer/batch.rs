@@ -290,9 +290,12 @@ impl VertexLanes {
             let draw = &draws[self.draws[first] as usize];
             for vertex in self.vertices[first] {
                 prefetch(draw.mesh.normals(), vertex);
-                if draw.uv_sets[0] {
-                    prefetch(draw.mesh.uvs(0), vertex);
-                    prefetch(draw.mesh.tangents(), vertex);
+                prefetch(draw.mesh.colors(), vertex);
+                for (set, is_read) in draw.uv_sets.into_iter().enumerate() {
+                    if is_read {
+                        prefetch(draw.mesh.uvs(set), vertex);
+                        prefetch(draw.mesh.tangents(), vertex);
+                    }
                 }
             }
         }

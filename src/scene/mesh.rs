@@ -54,8 +54,8 @@ impl Mesh {
     /// Checks and takes over the attributes.
     ///
     /// # Errors
-    /// [`SceneError::TooMany`] vertices, [`SceneError::LengthMismatch`], [`SceneError::NotFinite`], [`SceneError::OutOfRange`] for positions and
-    /// [`SceneError::IndexOutOfRange`].
+    /// [`SceneError::TooMany`] vertices, [`SceneError::LengthMismatch`], [`SceneError::NotFinite`], [`SceneError::OutOfRange`]
+    /// for positions and [`SceneError::IndexOutOfRange`].
     pub fn new(data: MeshData) -> Result<Self, SceneError> {
         let vertices = data.positions.len();
         if vertices > MAX_VERTICES {

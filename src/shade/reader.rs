@@ -200,8 +200,8 @@ mod tests {
         TextureRef { texture: TextureId(texture), uv_set: 0, transform: UvTransform::IDENTITY }
     }
 
-    /// The slot and the number of the group of each place that has a texture. What stands in the slot is held to be the texture
-    /// of the place.
+    /// The slot and the number of the group of each place that has a texture. What stands in the slot is held to be the
+    /// texture of the place.
     fn plan<const N: usize>(
         textures: &[Texture],
         places: [Option<TextureRef>; N],

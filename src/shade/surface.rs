@@ -133,7 +133,8 @@ fn has_colors(context: &ShadeContext<'_>, batch: &Batch) -> bool {
     batch.vertices.draws().iter().any(|&draw| !context.draws[draw as usize].mesh.colors().is_empty())
 }
 
-/// Evaluates sixteen fragments of one material, with its `textures`. Without `wants_lobes` the material's lobes and tangents are left out.
+/// Evaluates sixteen fragments of one material, with its `textures`. Without `wants_lobes` the material's lobes and tangents
+/// are left out.
 #[inline(always)]
 pub(super) fn evaluate_surface<L: Lanes>(
     l: L,

@@ -107,8 +107,7 @@ pub trait Lanes: Copy + Send + Sync + 'static {
     /// `table[index]` per lane, by the lowest four bits of the index.
     #[inline(always)]
     fn look_up_16(self, table: &[i32; LANES], index: Self::I) -> Self::I {
-        let index = index.to_array();
-        self.load_i(&each!(k => table[index[k] as usize % LANES]))
+        look_up_by_lane(self, table, index)
     }
     /// `table[index]` and `table[index + 1]` per lane, as integers' bits: half the loads and half the checks of two
     /// gathers. An index outside the table, read as a `u32`, stands for the last pair; without a pair both are 0.
@@ -191,6 +190,13 @@ pub trait Lanes: Copy + Send + Sync + 'static {
         let [r, g, b] = out;
         [self.load(&r), self.load(&g), self.load(&b)]
     }
+}
+
+/// [`Lanes::look_up_16`] by scalar loads.
+#[inline(always)]
+fn look_up_by_lane<L: Lanes>(l: L, table: &[i32; LANES], index: L::I) -> L::I {
+    let index = index.to_array();
+    l.load_i(&each!(k => table[index[k] as usize % LANES]))
 }
 
 /// Sixteen `f32`. Arithmetic is IEEE 754 round-to-nearest per lane, without contraction.

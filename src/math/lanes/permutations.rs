@@ -31,8 +31,8 @@ pub(super) const NUMBERS: [[u8; 64]; 2] = {
     index
 };
 
-/// From numbers of four bytes to places of bytes: the first byte of the number that each byte belongs to, within its sixteen,
-/// and which byte of it that is.
+/// From numbers of four bytes to places of bytes: the first byte of the number that each byte belongs to, within its
+/// sixteen, and which byte of it that is.
 pub(super) const SPREAD: [[u8; 64]; 2] = {
     let mut index = [[0; 64]; 2];
     let mut k = 0;
