@@ -82,6 +82,13 @@ pub fn locate<L: Lanes>(l: L, batch: &Batch, perspective: bool) -> Location<L> {
 }
 
 impl<L: Lanes> Location<L> {
+    /// A location that has no meaning yet.
+    #[inline(always)]
+    pub fn none(l: L) -> Self {
+        let zero = [l.zero(); 2];
+        Self { barycentric: zero, barycentric_dx: zero, barycentric_dy: zero, depth: l.zero(), screen: zero }
+    }
+
     /// An attribute at the fragments.
     #[inline(always)]
     pub fn interpolate<const N: usize>(&self, vertices: &[[L::F; N]; 3]) -> [L::F; N] {

@@ -7,7 +7,7 @@ use crate::gbuffer::{SourceTriangle, TriangleSource, layout};
 use crate::geometry::Chunk;
 use crate::math::lanes::{Float, LANES, Lanes};
 use crate::raster::TileOrigin;
-use crate::shade::{Backdrop, SurfaceTextures, hold_back, pass_through, shade, store_surface};
+use crate::shade::{Backdrop, SurfacePlace, SurfaceTextures, hold_back, pass_through, shade, store_surface};
 use crate::tile::Run;
 use prefetch_index::prefetch_index;
 
@@ -96,6 +96,7 @@ pub(super) fn shade_fragments<L: Lanes>(
     };
     // Planes of the G-buffer are summed as fragments are shaded: in an order that does not depend on the tiles.
     order.find(fragments, start, identities.len(), one_material, &material_of, aovs.is_wanted());
+    let mut surface_place = SurfacePlace::none(l);
     let mut listed = 0;
     for &(number, end) in &order.stretches {
         let stretch = &order.indices[listed..end];
@@ -108,6 +109,7 @@ pub(super) fn shade_fragments<L: Lanes>(
         let part = |k: usize| stretch.chunks(LANES).nth(k);
         if let Some(first) = part(0) {
             batch.gather(fragments, first, &source, origin, pass.pattern);
+            surface_place.find(l, &pass.shade, &textures, batch);
         }
         for (place, indices) in stretch.chunks(LANES).enumerate() {
             if let Some(next) = part(place + 1) {
@@ -117,7 +119,10 @@ pub(super) fn shade_fragments<L: Lanes>(
             for &index in part(place + 2).unwrap_or_default() {
                 source.prefetch(fragments[index as usize].triangle);
             }
-            store_surface(l, &pass.shade, material, &textures, batch, lobes, surface);
+            store_surface(l, &pass.shade, material, &textures, batch, &mut surface_place, lobes, surface);
+            if part(place + 1).is_some() {
+                surface_place.find(l, &pass.shade, &textures, following);
+            }
             let alpha = surface.rows[layout::ALPHA.first];
             let held = if material.transmits() {
                 Some(hold_back(l, &pass.shade, material, batch, surface))

@@ -19,5 +19,5 @@ pub use context::{ShadeContext, ViewRays};
 pub use lighting::shade;
 pub use lobes::LobeValues;
 pub use record::store_surface;
-pub use surface::{Dielectric, Reflectance, Surface, SurfaceTextures};
+pub use surface::{Dielectric, Reflectance, Surface, SurfacePlace, SurfaceTextures};
 pub use transmission::{HeldBack, Passed, hold_back, pass_through};

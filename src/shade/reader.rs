@@ -2,12 +2,13 @@
 
 use super::ShadeContext;
 use crate::each;
-use crate::gbuffer::texture::{Footprint, MAX_TOGETHER, sample, sample_together};
+use crate::gbuffer::texture::{Footprint, MAX_TOGETHER, SamplePlan, sample};
 use crate::gbuffer::{Batch, Location};
 use crate::math::lanes::Lanes;
 use crate::scene::{Texture, TextureRef, UvTransform};
 
 /// Texture coordinates of a batch and their footprints, for the sets that the material uses.
+#[derive(Clone, Copy)]
 pub(super) struct Coordinates<L: Lanes> {
     pub(super) uv: [[L::F; 2]; 2],
     derivatives: [[[L::F; 2]; 2]; 2],
@@ -17,7 +18,7 @@ pub(super) struct Coordinates<L: Lanes> {
 pub(super) struct Reader<'a, L: Lanes> {
     l: L,
     context: &'a ShadeContext<'a>,
-    coordinates: Coordinates<L>,
+    coordinates: &'a Coordinates<L>,
     active: L::M,
 }
 
@@ -26,7 +27,7 @@ impl<'a, L: Lanes> Reader<'a, L> {
     pub(super) fn new(
         l: L,
         context: &'a ShadeContext<'a>,
-        coordinates: Coordinates<L>,
+        coordinates: &'a Coordinates<L>,
         batch: &Batch,
     ) -> Self {
         Self { l, context, coordinates, active: l.mask(batch.active()) }
@@ -39,20 +40,19 @@ impl<'a, L: Lanes> Reader<'a, L> {
         sample(self.l, of, uv, &footprint, self.context.anisotropy, self.active)
     }
 
-    /// All textures of a plan: the texel of place `k` is in `slots[k]` of the plan.
+    /// How the textures of a plan are read, a group in each place of `samples`; asks the processor for their texels.
     #[inline(always)]
-    pub(super) fn read_all<const N: usize>(&self, plan: &ReadingPlan<'_, N>) -> [[L::F; 4]; N] {
-        let l = self.l;
-        let mut texels = [[l.zero(); 4]; N];
-        let mut left = &mut texels[..];
-        for group in plan.groups.iter().flatten() {
+    pub(super) fn plan_samples<const N: usize>(
+        &self,
+        plan: &ReadingPlan<'_, N>,
+        samples: &mut [SamplePlan<L>; N],
+    ) {
+        let anisotropy = self.context.anisotropy;
+        for (group, sample) in plan.groups.iter().flatten().zip(samples) {
             let (uv, footprint) = self.place(group.first);
-            let (out, others) = left.split_at_mut(group.len.min(left.len()));
-            let textures = &group.textures[..group.len];
-            sample_together(l, textures, &uv, &footprint, self.context.anisotropy, self.active, out);
-            left = others;
+            sample.make(self.l, group.textures[0], &uv, &footprint, anisotropy, self.active);
+            sample.prefetch(&group.textures[..group.len]);
         }
-        texels
     }
 
     /// Where a texture is read.
@@ -95,6 +95,19 @@ pub(super) struct ReadingPlan<'a, const N: usize> {
     groups: [Option<Group<'a>>; N],
     /// Where the texel of each place is; of places without a texture it has no meaning.
     pub(super) slots: [usize; N],
+}
+
+impl<const N: usize> ReadingPlan<'_, N> {
+    /// All textures, as [`Reader::plan_samples`] found: the texel of place `k` goes to `slots[k]`.
+    #[inline(always)]
+    pub(super) fn read<L: Lanes>(&self, l: L, samples: &[SamplePlan<L>; N], texels: &mut [[L::F; 4]; N]) {
+        let mut left = &mut texels[..];
+        for (group, sample) in self.groups.iter().flatten().zip(samples) {
+            let (out, others) = left.split_at_mut(group.len.min(left.len()));
+            sample.sample(l, &group.textures[..group.len], out);
+            left = others;
+        }
+    }
 }
 
 /// Textures that are read at the same places with the same weights.
@@ -157,6 +170,15 @@ impl<'a> Group<'a> {
     }
 }
 
+impl<L: Lanes> Coordinates<L> {
+    /// Those of a material that reads no textures.
+    #[inline(always)]
+    pub(super) fn none(l: L) -> Self {
+        let zero = [l.zero(); 2];
+        Self { uv: [zero; 2], derivatives: [[zero; 2]; 2] }
+    }
+}
+
 /// Texture coordinates at the fragments; only the sets that the material reads are fetched.
 #[inline(always)]
 pub(super) fn coordinates<L: Lanes>(
@@ -165,8 +187,7 @@ pub(super) fn coordinates<L: Lanes>(
     batch: &Batch,
     location: &Location<L>,
 ) -> Coordinates<L> {
-    let zero = [l.zero(); 2];
-    let mut out = Coordinates { uv: [zero; 2], derivatives: [[zero; 2]; 2] };
+    let mut out = Coordinates::none(l);
     // All lanes have one material.
     let sets = context.draws[batch.vertices.draw(0) as usize].uv_sets;
     for set in 0..2 {

@@ -1,6 +1,6 @@
 //! Surfaces into the planes of the G-buffer and back, bit for bit.
 
-use super::surface::{Dielectric, Reflectance, Surface, SurfaceTextures, evaluate_surface};
+use super::surface::{Dielectric, Reflectance, Surface, SurfacePlace, SurfaceTextures, evaluate_surface};
 use super::{LobeValues, ShadeContext};
 use crate::each;
 use crate::gbuffer::Batch;
@@ -25,7 +25,7 @@ fn get<L: Lanes, const N: usize>(l: L, planes: &SurfacePlanes, plane: Plane) -> 
     each!(n => l.load(&rows[n]))
 }
 
-/// Evaluates sixteen fragments of one material, with its `textures`, into the planes of the G-buffer; without `lobes`, only
+/// Evaluates sixteen fragments of one material at their `place`, with its `textures`, into the planes of the G-buffer; without `lobes`, only
 /// the core.
 ///
 /// A function of its own for each instruction set: textures are read here and nowhere in the shading models.
@@ -36,12 +36,13 @@ pub fn store_surface<L: Lanes>(
     material: &Material,
     textures: &SurfaceTextures<'_>,
     batch: &Batch,
+    place: &mut SurfacePlace<L>,
     lobes: bool,
     planes: &mut SurfacePlanes,
 ) {
     l.run(
         #[inline(always)]
-        || evaluate_surface(l, context, material, textures, batch, lobes).store(l, lobes, planes),
+        || evaluate_surface(l, context, material, textures, batch, place, lobes).store(l, lobes, planes),
     );
 }
 

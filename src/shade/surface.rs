@@ -9,8 +9,9 @@
 
 use super::ShadeContext;
 use super::lobes::LobeValues;
-use super::reader::{Reader, ReadingPlan, coordinates};
+use super::reader::{Coordinates, Reader, ReadingPlan, coordinates};
 use crate::each;
+use crate::gbuffer::texture::SamplePlan;
 use crate::gbuffer::{Batch, Location, locate};
 use crate::math::lanes::{Float, Lanes, Mask};
 use crate::math::vec3::{self, V3};
@@ -117,7 +118,7 @@ pub(super) fn opacity<L: Lanes>(
     let mut alpha = l.splat(material.base_color[3]);
     if let Some(texture) = &material.base_color_texture {
         let coordinates = coordinates(l, context, batch, &location);
-        let reader = Reader::new(l, context, coordinates, batch);
+        let reader = Reader::new(l, context, &coordinates, batch);
         alpha = alpha * reader.read(texture)[3];
     }
     if has_colors(context, batch) {
@@ -133,7 +134,47 @@ fn has_colors(context: &ShadeContext<'_>, batch: &Batch) -> bool {
     batch.vertices.draws().iter().any(|&draw| !context.draws[draw as usize].mesh.colors().is_empty())
 }
 
-/// Evaluates sixteen fragments of one material, with its `textures`. Without `wants_lobes` the material's lobes and tangents
+/// Where sixteen fragments lie, and where they read textures: known before they are evaluated.
+#[derive(Clone, Copy)]
+pub struct SurfacePlace<L: Lanes> {
+    location: Location<L>,
+    coordinates: Coordinates<L>,
+    samples: [SamplePlan<L>; PLACES],
+    /// What was read of the textures, in the slots of their plan.
+    texels: [[L::F; 4]; PLACES],
+}
+
+impl<L: Lanes> SurfacePlace<L> {
+    /// A place that has no meaning yet.
+    #[inline(always)]
+    pub fn none(l: L) -> Self {
+        Self {
+            location: Location::none(l),
+            coordinates: Coordinates::none(l),
+            samples: [SamplePlan::none(l); PLACES],
+            texels: [[l.zero(); 4]; PLACES],
+        }
+    }
+
+    /// Finds where the fragments of a batch lie, in place of what was there, and asks the processor for the texels that they
+    /// will read of the `textures` of their material.
+    ///
+    /// A function of its own for each instruction set.
+    #[inline(never)]
+    pub fn find(&mut self, l: L, context: &ShadeContext<'_>, textures: &SurfaceTextures<'_>, batch: &Batch) {
+        l.run(
+            #[inline(always)]
+            || {
+                self.location = locate(l, batch, context.rays.perspective);
+                self.coordinates = coordinates(l, context, batch, &self.location);
+                let reader = Reader::new(l, context, &self.coordinates, batch);
+                reader.plan_samples(&textures.plan, &mut self.samples);
+            },
+        );
+    }
+}
+
+/// Evaluates sixteen fragments of one material at their `place`, with its `textures`. Without `wants_lobes` the material's lobes and tangents
 /// are left out.
 #[inline(always)]
 pub(super) fn evaluate_surface<L: Lanes>(
@@ -142,22 +183,22 @@ pub(super) fn evaluate_surface<L: Lanes>(
     material: &Material,
     textures: &SurfaceTextures<'_>,
     batch: &Batch,
+    place: &mut SurfacePlace<L>,
     wants_lobes: bool,
 ) -> Surface<L> {
-    let location = locate(l, batch, context.rays.perspective);
+    let SurfacePlace { location, coordinates, samples, texels } = place;
     let distance = context.rays.distance(l, location.depth);
     let (start, ray) = context.rays.ray(l, location.screen);
     let position = vec3::add(l, start, vec3::scale(l, ray, distance));
     let up = [l.zero(), l.zero(), l.splat(1.0)];
     let view = normalize_or(l, vec3::scale(l, ray, l.splat(-1.0)), up);
 
-    let coordinates = coordinates(l, context, batch, &location);
     let uv = coordinates.uv[0];
     let reader = Reader::new(l, context, coordinates, batch);
 
-    let texels = reader.read_all(&textures.plan);
+    textures.plan.read(l, samples, texels);
     let [base, workflow, occluding, emitting, coat, coat_rough, mapped, coat_mapped] =
-        each!(slot in textures.plan.slots => texels[slot]);
+        each!(slot in textures.plan.slots => &texels[slot]);
 
     let mut base_color = scaled(l, material.base_color, textures.base_color, base);
     if has_colors(context, batch) {
@@ -178,9 +219,9 @@ pub(super) fn evaluate_surface<L: Lanes>(
     };
     let emissive = scaled(l, material.emissive, textures.emissive, emitting);
     let [coat] = scaled(l, [material.coat.max(0.0)], textures.coat, coat);
-    let [coat_roughness] = scaled(l, [material.coat_roughness], textures.coat_roughness, [coat_rough[1]; 4]);
+    let [coat_roughness] = scaled(l, [material.coat_roughness], textures.coat_roughness, &[coat_rough[1]; 4]);
 
-    let frame = NormalFrame::new(l, context, material, batch, &location, view);
+    let frame = NormalFrame::new(l, context, material, batch, location, view);
     let normal = frame.shading_normal(l, material.normal_texture.as_ref(), mapped, view);
     let coat_normal = if material.coat > 0.0 && material.coat_normal_texture == material.normal_texture {
         normal
@@ -198,7 +239,7 @@ pub(super) fn evaluate_surface<L: Lanes>(
         (lobes, direction) = LobeValues::new(l, material, &reader);
         (tangent, bitangent) = frame.tangents(l, direction, normal);
         if let Some(map) = &material.lobes.occlusion.bent_normal {
-            bent_normal = frame.mapped_normal(l, map, reader.read(&map.texture));
+            bent_normal = frame.mapped_normal(l, map, &reader.read(&map.texture));
         }
     }
 
@@ -226,6 +267,9 @@ pub(super) fn evaluate_surface<L: Lanes>(
     }
 }
 
+/// How many textures every model reads.
+const PLACES: usize = 8;
+
 /// The textures of a material that every model reads, without those of no effect, and how they are read.
 #[derive(Debug)]
 pub struct SurfaceTextures<'a> {
@@ -234,7 +278,7 @@ pub struct SurfaceTextures<'a> {
     emissive: Option<&'a TextureRef>,
     coat: Option<&'a TextureRef>,
     coat_roughness: Option<&'a TextureRef>,
-    plan: ReadingPlan<'a, 8>,
+    plan: ReadingPlan<'a, PLACES>,
 }
 
 impl<'a> SurfaceTextures<'a> {
@@ -267,7 +311,7 @@ fn scaled<L: Lanes, const N: usize>(
     l: L,
     factors: [f32; N],
     texture: Option<&TextureRef>,
-    texel: [L::F; 4],
+    texel: &[L::F; 4],
 ) -> [L::F; N] {
     match texture {
         Some(_) => each!(n => texel[n] * factors[n]),
@@ -281,7 +325,7 @@ fn reflectance<L: Lanes>(
     l: L,
     material: &Material,
     reader: &Reader<'_, L>,
-    texel: [L::F; 4],
+    texel: &[L::F; 4],
 ) -> (Reflectance<L>, L::F) {
     match &material.workflow {
         Workflow::MetallicRoughness { metallic, roughness, texture } => {
@@ -386,7 +430,7 @@ impl<L: Lanes> NormalFrame<L> {
 
     /// The normal after a texel of a normal map, unit length, facing the viewer.
     #[inline(always)]
-    fn shading_normal(&self, l: L, map: Option<&NormalTexture>, texel: [L::F; 4], view: V3<L>) -> V3<L> {
+    fn shading_normal(&self, l: L, map: Option<&NormalTexture>, texel: &[L::F; 4], view: V3<L>) -> V3<L> {
         match map {
             Some(map) => face_viewer(l, self.mapped_normal(l, map, texel), view),
             None => face_viewer(l, self.normal, view),
@@ -395,7 +439,7 @@ impl<L: Lanes> NormalFrame<L> {
 
     /// The vector of a texel of a map of normals, unit length.
     #[inline(always)]
-    fn mapped_normal(&self, l: L, map: &NormalTexture, texel: [L::F; 4]) -> V3<L> {
+    fn mapped_normal(&self, l: L, map: &NormalTexture, texel: &[L::F; 4]) -> V3<L> {
         let Some([tangent, bitangent, normal]) = &self.basis else {
             return self.normal;
         };

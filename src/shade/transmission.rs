@@ -82,7 +82,7 @@ pub fn hold_back<L: Lanes>(
         || {
             let location = locate(l, batch, context.rays.perspective);
             let coordinates = coordinates(l, context, batch, &location);
-            let reader = Reader::new(l, context, coordinates, batch);
+            let reader = Reader::new(l, context, &coordinates, batch);
             let given = &material.lobes.transmission;
             let straight = scalar(&given.factor, &reader);
             let diffuse = scalar(&given.diffuse, &reader);

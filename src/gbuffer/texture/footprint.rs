@@ -18,6 +18,7 @@ const MAX_TEXELS: f32 = 1_073_741_824.0;
 const MAX_PROBES: u32 = 16;
 
 /// How each lane is to be filtered.
+#[derive(Clone, Copy)]
 pub(super) struct Probes<L: Lanes> {
     /// Level of detail: 0 and less is magnification.
     pub lambda: L::F,
@@ -38,7 +39,7 @@ fn texels<L: Lanes>(d: &[L::F; 2], size: [f32; 2]) -> [L::F; 2] {
 impl<L: Lanes> Probes<L> {
     /// One probe in the middle.
     #[inline(always)]
-    fn one(l: L, lambda: L::F) -> Self {
+    pub fn one(l: L, lambda: L::F) -> Self {
         Self { lambda, count: l.splat(1.0), most: 1, major: [l.zero(); 2] }
     }
 

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::math::lanes::{LANES, SimdLevel};
-use crate::scene::{AlphaUse, ColorSpace, Filter, Image, Sampler, Wrap};
+use crate::scene::{AlphaUse, ColorSpace, Filter, Image, MipFilter, Sampler, Wrap};
 use std::sync::Arc;
 
 /// Numbers in [0, 1), the same in every run.
@@ -313,10 +313,14 @@ fn textures_read_together_have_the_bits_of_each_alone() {
                     let load = |v: &[[f32; LANES]; 2]| [l.load(&v[0]), l.load(&v[1])];
                     let footprint = Footprint { dx: load(&places.dx), dy: load(&places.dy) };
                     let (uv, active) = (load(&places.uv), l.mask(0x7fff));
+                    // One plan for all: nothing may stay of the one before.
+                    let mut plan = SamplePlan::none(l);
                     for (len, anisotropy) in [(1, 8), (3, 1), (4, 8)] {
                         let mut together = [[l.splat(7.0); 4]; MAX_TOGETHER];
                         let out = &mut together[..len];
-                        sample_together(l, &textures[..len], &uv, &footprint, anisotropy, active, out);
+                        plan.make(l, textures[0], &uv, &footprint, anisotropy, active);
+                        plan.prefetch(&textures[..len]);
+                        plan.sample(l, &textures[..len], out);
                         for (texture, found) in textures.iter().zip(out) {
                             let alone = sample(l, texture, uv, &footprint, anisotropy, active);
                             for n in 0..4 {
