@@ -93,6 +93,9 @@ pub struct Batch {
     pub(super) corners: [[[f32; LANES]; 2]; 3],
 }
 
+/// Lanes, and room for the last of them to be written with three others.
+const PADDED: usize = LANES + 3;
+
 /// The corners of a triangle that was not clipped: its own.
 const WHOLE: [[[f32; LANES]; 2]; 3] =
     [[[0.0; LANES], [0.0; LANES]], [[1.0; LANES], [0.0; LANES]], [[0.0; LANES], [1.0; LANES]]];
@@ -317,10 +320,10 @@ impl VertexLanes {
                 each!(n => l.splat(value[n]))
             });
         }
-        let mut planes = [[[0.0; LANES]; N]; 3];
+        let mut planes = [[[0.0; PADDED]; N]; 3];
         self.gather_attribute(draws, default, of, &mut planes);
         each!(vertex in planes => {
-            each!(plane in vertex => l.load(&plane))
+            each!(plane in vertex => l.load(plane.first_chunk().unwrap_or(&[0.0; LANES])))
         })
     }
 
@@ -331,7 +334,7 @@ impl VertexLanes {
         draws: &[Draw<'a>],
         default: [f32; N],
         of: fn(&'a Mesh) -> &'a [[f32; N]],
-        planes: &mut [[[f32; LANES]; N]; 3],
+        planes: &mut [[[f32; PADDED]; N]; 3],
     ) {
         let mut slice = of(draws[self.draws[0] as usize].mesh);
         let mut left = self.starts;
@@ -344,12 +347,17 @@ impl VertexLanes {
             }
             let values: [[f32; N]; 3] =
                 each!(vertex in self.vertices[first] => *slice.get(vertex as usize).unwrap_or(&default));
-            for k in first..end.min(LANES) {
+            // Four lanes at a time; what is too many belongs to the next triangles, or to none.
+            let mut k = first;
+            while k < end.min(LANES) {
                 for v in 0..3 {
                     for n in 0..N {
-                        planes[v][n][k] = values[v][n];
+                        if let Some(four) = planes[v][n][k..].first_chunk_mut::<4>() {
+                            *four = [values[v][n]; 4];
+                        }
                     }
                 }
+                k += 4;
             }
         }
     }
