@@ -97,10 +97,11 @@ impl<L: Lanes> SamplePlan<L> {
         }
     }
 
-    /// How [`sample`] reads `texture`, and all that are read like it, in place of what was planned. The arguments are those of
-    /// that function.
+    /// How [`sample`] reads `texture`, and all that are read like it, in place of what was planned. The arguments are those
+    /// of that function.
     ///
-    /// Like [`SamplePlan::sample`] a function of its own for each instruction set, since it is large and called from many places.
+    /// Like [`SamplePlan::sample`] a function of its own for each instruction set, since it is large and called from many
+    /// places.
     #[inline(never)]
     pub fn make(
         &mut self,

@@ -120,6 +120,7 @@ pub(super) fn shade_fragments<L: Lanes>(
                 source.prefetch(fragments[index as usize].triangle);
             }
             store_surface(l, &pass.shade, material, &textures, batch, &mut surface_place, lobes, surface);
+            // The texels of the next: this one's are read.
             if part(place + 1).is_some() {
                 surface_place.find(l, &pass.shade, &textures, following);
             }

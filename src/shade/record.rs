@@ -25,8 +25,8 @@ fn get<L: Lanes, const N: usize>(l: L, planes: &SurfacePlanes, plane: Plane) -> 
     each!(n => l.load(&rows[n]))
 }
 
-/// Evaluates sixteen fragments of one material at their `place`, with its `textures`, into the planes of the G-buffer; without `lobes`, only
-/// the core.
+/// Evaluates sixteen fragments of one material at their `place`, with its `textures`, into the planes of the G-buffer; without
+/// `lobes`, only the core.
 ///
 /// A function of its own for each instruction set: textures are read here and nowhere in the shading models.
 #[inline(never)]

@@ -174,8 +174,8 @@ impl<L: Lanes> SurfacePlace<L> {
     }
 }
 
-/// Evaluates sixteen fragments of one material at their `place`, with its `textures`. Without `wants_lobes` the material's lobes and tangents
-/// are left out.
+/// Evaluates sixteen fragments of one material at their `place`, with its `textures`. Without `wants_lobes` the material's
+/// lobes and tangents are left out.
 #[inline(always)]
 pub(super) fn evaluate_surface<L: Lanes>(
     l: L,
