@@ -8,10 +8,18 @@ use crate::math::lanes::Lanes;
 use crate::scene::{Texture, TextureRef, UvTransform};
 
 /// Texture coordinates of a batch and their footprints, for the sets that the material uses.
-#[derive(Clone, Copy)]
 pub(super) struct Coordinates<L: Lanes> {
     pub(super) uv: [[L::F; 2]; 2],
     derivatives: [[[L::F; 2]; 2]; 2],
+}
+
+impl<L: Lanes> Coordinates<L> {
+    /// Those of a material that reads no textures.
+    #[inline(always)]
+    pub(super) fn none(l: L) -> Self {
+        let zero = [l.zero(); 2];
+        Self { uv: [zero; 2], derivatives: [[zero; 2]; 2] }
+    }
 }
 
 /// Reads textures for one batch.
@@ -97,19 +105,6 @@ pub(super) struct ReadingPlan<'a, const N: usize> {
     pub(super) slots: [usize; N],
 }
 
-impl<const N: usize> ReadingPlan<'_, N> {
-    /// All textures, as [`Reader::plan_samples`] found: the texel of place `k` goes to `slots[k]`.
-    #[inline(always)]
-    pub(super) fn read<L: Lanes>(&self, l: L, samples: &[SamplePlan<L>; N], texels: &mut [[L::F; 4]; N]) {
-        let mut left = &mut texels[..];
-        for (group, sample) in self.groups.iter().flatten().zip(samples) {
-            let (out, others) = left.split_at_mut(group.len.min(left.len()));
-            sample.sample(l, &group.textures[..group.len], out);
-            left = others;
-        }
-    }
-}
-
 /// Textures that are read at the same places with the same weights.
 #[derive(Clone, Copy, Debug)]
 struct Group<'a> {
@@ -130,6 +125,17 @@ impl<'a, const N: usize> ReadingPlan<'a, N> {
             *group = Some(taken);
         }
         plan
+    }
+
+    /// All textures, as [`Reader::plan_samples`] found: the texel of place `k` goes to `slots[k]`.
+    #[inline(always)]
+    pub(super) fn read<L: Lanes>(&self, l: L, samples: &[SamplePlan<L>; N], texels: &mut [[L::F; 4]; N]) {
+        let mut left = &mut texels[..];
+        for (group, sample) in self.groups.iter().flatten().zip(samples) {
+            let (out, others) = left.split_at_mut(group.len.min(left.len()));
+            sample.sample(l, &group.textures[..group.len], out);
+            left = others;
+        }
     }
 }
 
@@ -167,15 +173,6 @@ impl<'a> Group<'a> {
             (*place, *slot) = (None, start + index);
         }
         Some(group)
-    }
-}
-
-impl<L: Lanes> Coordinates<L> {
-    /// Those of a material that reads no textures.
-    #[inline(always)]
-    pub(super) fn none(l: L) -> Self {
-        let zero = [l.zero(); 2];
-        Self { uv: [zero; 2], derivatives: [[zero; 2]; 2] }
     }
 }
 

@@ -135,7 +135,6 @@ fn has_colors(context: &ShadeContext<'_>, batch: &Batch) -> bool {
 }
 
 /// Where sixteen fragments lie, and where they read textures: known before they are evaluated.
-#[derive(Clone, Copy)]
 pub struct SurfacePlace<L: Lanes> {
     location: Location<L>,
     coordinates: Coordinates<L>,

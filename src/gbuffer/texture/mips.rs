@@ -103,7 +103,7 @@ impl<L: Lanes> Mips<L> {
     /// What is to be read for some lane, in this order.
     #[inline(always)]
     pub fn parts(&self) -> &[Part] {
-        &self.parts[..self.count.min(4)]
+        &self.parts[..self.count.min(self.parts.len())]
     }
 
     /// Texels at `uv`, filtered but not finished. With the corners of the first parts, if they are `known`.

@@ -187,7 +187,7 @@ impl<L: Lanes> Corners<L> {
     /// Asks the processor for the left texels of the upper rows, or of both `rows`, in textures: the right ones are beside
     /// them. Changes no result.
     ///
-    /// Every lane's, although neighbours often share a cache line: asking for every other one left half of the waiting.
+    /// Every lane's, although neighbours often share a cache line: with every other one, fetching took half as long again.
     #[inline(always)]
     pub fn prefetch(&self, textures: &[&Texture], rows: usize) {
         for index in &self.index[..rows] {
