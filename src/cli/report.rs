@@ -205,17 +205,17 @@ impl MovieReport {
     }
 }
 
-/// Processor time of all living threads of this process; `None` where the system does not say (Linux does).
+/// Processor time of all threads of this process; `None` where the system does not say (Unix and Windows do).
 ///
-/// Counted in nanoseconds by the scheduler, unlike `times` and `/proc/self/stat`, which tick every 10 ms.
+/// On Linux in nanoseconds, and up to this moment for the calling thread. What `/proc/self/task` tells is no substitute: there
+/// a running thread's time is as of the last tick or pause, so that a thread which works, asks, and then waits for others has
+/// its own work counted as theirs.
 #[must_use]
 pub fn processor_time() -> Option<Duration> {
-    let mut nanoseconds = 0_u64;
-    for task in std::fs::read_dir("/proc/self/task").ok()? {
-        let text = std::fs::read_to_string(task.ok()?.path().join("schedstat")).ok()?;
-        nanoseconds = nanoseconds.checked_add(text.split_whitespace().next()?.parse().ok()?)?;
-    }
-    Some(Duration::from_nanos(nanoseconds))
+    #[cfg(any(unix, windows))]
+    return cpu_time::ProcessTime::try_now().ok().map(|now| now.as_duration());
+    #[cfg(not(any(unix, windows)))]
+    None
 }
 
 #[cfg(test)]
