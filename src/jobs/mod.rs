@@ -3,7 +3,13 @@
 //! **Invariant:** results come back in the order of their inputs, and chunk borders never depend on the number of
 //! threads. Whatever is computed with this module is the same for one thread as for sixty-four.
 
-use std::sync::Mutex;
+mod parts;
+mod scratch;
+
+pub use scratch::Scratch;
+
+use parts::{Parts, part_size};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// A pool of worker threads.
 pub struct Jobs {
@@ -54,9 +60,6 @@ impl Jobs {
 
     /// `f(0), f(1), ... f(count - 1)` in that order, computed in parallel.
     pub fn map<T: Send>(&self, count: usize, f: impl Fn(usize) -> T + Sync) -> Vec<T> {
-        if self.pool.is_none() || count < 2 {
-            return (0..count).map(f).collect();
-        }
         let mut results: Vec<Option<T>> = Vec::new();
         results.resize_with(count, || None);
         self.for_each_mut(&mut results, |k, result| *result = Some(f(k)));
@@ -65,13 +68,14 @@ impl Jobs {
 
     /// `f` of every item in their order, computed in parallel.
     pub fn map_each<'a, I: Sync, T: Send>(&self, items: &'a [I], f: impl Fn(&'a I) -> T + Sync) -> Vec<T> {
-        if self.pool.is_none() || items.len() < 2 {
-            return items.iter().map(f).collect();
-        }
         let mut results: Vec<Option<T>> = Vec::new();
         results.resize_with(items.len(), || None);
-        let pairs = items.iter().zip(&mut results);
-        self.share(items.len(), pairs, &|_, (item, result): (&'a I, &mut Option<T>)| *result = Some(f(item)));
+        let size = part_size(items.len());
+        let parts = items.chunks(size).zip(results.chunks_mut(size));
+        let parts = Parts::new(size, parts.map(|(items, results)| items.iter().zip(results)));
+        self.on_workers(items.len(), &|worker| {
+            parts.take_all(worker, self.threads, |_, (item, result)| *result = Some(f(item)));
+        });
         results.into_iter().flatten().collect()
     }
 
@@ -98,8 +102,9 @@ impl Jobs {
 
     /// Calls `f(k, &mut items[k])` for every item, in parallel.
     pub fn for_each_mut<T: Send>(&self, items: &mut [T], f: impl Fn(usize, &mut T) + Sync) {
-        let count = items.len();
-        self.share(count, items.iter_mut(), &f);
+        let (count, size) = (items.len(), part_size(items.len()));
+        let parts = Parts::new(size, items.chunks_mut(size).map(<[T]>::iter_mut));
+        self.on_workers(count, &|worker| parts.take_all(worker, self.threads, &f));
     }
 
     /// Calls `f(k, chunk)` for every run of `size` items (the last may be shorter), in parallel. `size` of 0 counts
@@ -110,76 +115,56 @@ impl Jobs {
         size: usize,
         f: impl Fn(usize, &mut [T]) + Sync,
     ) {
-        let chunks = items.chunks_mut(size.max(1));
-        self.share(chunks.len(), chunks, &f);
+        let size = size.max(1);
+        let count = items.len().div_ceil(size);
+        let chunks = part_size(count);
+        let parts = items.chunks_mut(chunks.saturating_mul(size));
+        let parts = Parts::new(chunks, parts.map(|part| part.chunks_mut(size)));
+        self.on_workers(count, &|worker| parts.take_all(worker, self.threads, &f));
     }
 
-    /// Calls `f(scratch, k, &mut items[k])` for every item, in parallel, where each call has one of the `scratch`
-    /// values to itself. Which one it gets depends on timing, so `f` must not let it show in its result. There is one
-    /// for each worker; they stay for the next call.
+    /// Calls `f(own, k, &mut items[k])` for every item, in parallel, where `own` is of `scratch`, and no other call has
+    /// it at that time. Which one it gets depends on timing, so `f` must not let it show in its result. There is one for
+    /// each worker; they stay for the next call.
     pub fn for_each_with_scratch<T: Send, S: Send + Default>(
         &self,
-        scratch: &mut Vec<S>,
+        scratch: &mut Scratch<S>,
         items: &mut [T],
         f: impl Fn(&mut S, usize, &mut T) + Sync,
     ) {
-        if scratch.len() < self.threads {
-            scratch.resize_with(self.threads, S::default);
-        }
-        let free = Mutex::new(std::mem::take(scratch));
-        let count = items.len();
-        self.share(count, items.iter_mut(), &|k, item| {
-            let mut own = lock(&free).pop().unwrap_or_default();
-            f(&mut own, k, item);
-            lock(&free).push(own);
+        scratch.provide(self.threads);
+        let (count, size) = (items.len(), part_size(items.len()));
+        let parts = Parts::new(size, items.chunks_mut(size).map(<[T]>::iter_mut));
+        self.on_workers(count, &|worker| {
+            scratch.with(worker, |own| parts.take_all(worker, self.threads, |k, item| f(own, k, item)));
         });
-        *scratch = free.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
     }
 
-    /// Calls `f(k, item)` for each of `count` items, in parallel: whoever is free takes the next one.
-    fn share<I: Send>(
-        &self,
-        count: usize,
-        items: impl Iterator<Item = I> + Send,
-        f: &(impl Fn(usize, I) + Sync + ?Sized),
-    ) {
+    /// Calls `work` with the number of the worker that it is on: on one of them if there is only one item, otherwise on
+    /// as many as are free. Not generic: the pool's machinery is compiled once, not for every loop of the program.
+    fn on_workers(&self, items: usize, work: &(dyn Fn(usize) + Sync)) {
         match &self.pool {
-            Some(pool) if count > 1 => {
-                let next = Mutex::new(items.enumerate());
-                let work = || {
-                    while let Some((k, item)) = take(&next) {
-                        f(k, item);
-                    }
-                };
-                install(pool, count.min(self.threads), &work);
+            Some(pool) if items > 1 => {
+                let work = || work(pool.current_thread_index().unwrap_or(0));
+                pool.install(|| divide(items.min(self.threads), &work));
             }
-            _ => items.enumerate().for_each(|(k, item)| f(k, item)),
+            _ => work(0),
         }
     }
 }
 
-/// The next item; the lock is free again when this comes back.
-fn take<T>(items: &Mutex<impl Iterator<Item = T>>) -> Option<T> {
-    lock(items).next()
-}
-
-/// Runs `work` so many times, on as many workers of the pool as are free. Not generic: the pool's machinery is compiled
-/// once, not for every loop of the program.
-fn install(pool: &rayon::ThreadPool, count: usize, work: &(dyn Fn() + Sync)) {
-    pool.install(|| on_workers(count, work));
-}
-
-fn on_workers(count: usize, work: &(dyn Fn() + Sync)) {
+/// Runs `work` so many times, on as many workers as are free.
+fn divide(count: usize, work: &(dyn Fn() + Sync)) {
     if count < 2 {
         return work();
     }
     let half = count / 2;
-    rayon::join(|| on_workers(count - half, work), || on_workers(half, work));
+    rayon::join(|| divide(count - half, work), || divide(half, work));
 }
 
 /// The guarded value, also after a worker has panicked: the panic itself is passed on by the pool.
-fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]
@@ -202,13 +187,42 @@ mod tests {
             let jobs = Jobs::new(threads);
             let inside = jobs.on_worker(|| jobs.map(100, |k| k + 1));
             assert_eq!(inside, (1..=100).collect::<Vec<_>>());
-            let (mut scratch, mut items) = (Vec::<u64>::new(), [0_usize; 50]);
+            let (mut scratch, mut items) = (Scratch::<u64>::default(), [0_usize; 50]);
             jobs.for_each_with_scratch(&mut scratch, &mut items, |sum, k, item| {
                 *sum += 1;
                 *item = k;
             });
-            assert_eq!((scratch.len(), scratch.iter().sum::<u64>()), (threads, 50));
+            assert_eq!(scratch.iter_mut().count(), threads);
+            assert_eq!(scratch.iter_mut().map(|count| *count).sum::<u64>(), 50);
             assert!(items.iter().enumerate().all(|(k, &item)| item == k));
+        }
+    }
+
+    #[test]
+    fn every_item_is_visited_once_by_any_number_of_threads() {
+        for threads in [1, 2, 5, 16, 40] {
+            let jobs = Jobs::new(threads);
+            for count in [0, 1, 2, 15, 16, 17, 100] {
+                let mut visits = vec![Vec::new(); count];
+                jobs.for_each_mut(&mut visits, |k, visits| visits.push(k));
+                assert!(visits.iter().enumerate().all(|(k, visits)| *visits == [k]), "{threads}, {count}");
+            }
+        }
+    }
+
+    /// A worker that waits for an inner loop may be given more of the outer one, whose memory it holds already.
+    #[test]
+    fn loops_within_loops_come_to_their_end() {
+        let jobs = Jobs::new(4);
+        let mut scratch = Scratch::<Vec<usize>>::default();
+        for _ in 0..50 {
+            let mut items = [0; 40];
+            jobs.for_each_with_scratch(&mut scratch, &mut items, |own, k, item| {
+                own.clear();
+                own.extend(jobs.map(20, |n| n * k));
+                *item = own.iter().sum();
+            });
+            assert!(items.iter().enumerate().all(|(k, &item)| item == 190 * k));
         }
     }
 

@@ -1,6 +1,6 @@
 //! The loops of one picture on all threads: timed, and every thread that takes part looked at.
 
-use crate::jobs::Jobs;
+use crate::jobs::{Jobs, Scratch};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -54,7 +54,7 @@ impl<'a> Crew<'a> {
     /// As [`Jobs::for_each_with_scratch`].
     pub(super) fn for_each_with_scratch<T: Send, S: Send + Default>(
         &mut self,
-        scratch: &mut Vec<S>,
+        scratch: &mut Scratch<S>,
         items: &mut [T],
         f: impl Fn(&mut S, usize, &mut T) + Sync,
     ) {

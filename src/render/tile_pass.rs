@@ -10,6 +10,7 @@ use crate::frame::{Developer, is_tinted};
 use crate::gbuffer::layout::SurfacePlanes;
 use crate::gbuffer::{Batch, Fragment, extract_fragments, push_masked_fragments};
 use crate::geometry::Chunk;
+use crate::jobs::Scratch;
 use crate::limits::{LimitExceeded, Limits};
 use crate::math::lanes::{Lanes, Mask};
 use crate::raster::{SamplePattern, TileOrigin, Visibility};
@@ -128,11 +129,13 @@ impl TileScratch {
 
     /// Gives all the memory of the largest: which tiles a value gets depends on timing, and the next picture's tiles
     /// shall fit into any.
-    pub(super) fn level(all: &mut [Self]) {
-        if let [first, others @ ..] = all {
-            others.iter().for_each(|other| first.reserve_like(other));
-            others.iter_mut().for_each(|other| other.reserve_like(first));
-        }
+    pub(super) fn level(all: &mut Scratch<Self>) {
+        let mut others = all.iter_mut();
+        let Some(first) = others.next() else { return };
+        others.for_each(|other| first.reserve_like(other));
+        let mut others = all.iter_mut();
+        let Some(first) = others.next() else { return };
+        others.for_each(|other| other.reserve_like(first));
     }
 }
 

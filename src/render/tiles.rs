@@ -7,13 +7,14 @@ use super::tile_pass::{self, Pass, TileCost, TileJob, TileScratch};
 use super::trace::FragmentHashes;
 use crate::dispatch_available;
 use crate::frame::AovPlane;
+use crate::jobs::Scratch;
 use crate::reuse::emptied;
 use crate::tile::{TileBins, TileGrid};
 
 /// Working memory of all tiles, kept from frame to frame.
 #[derive(Debug, Default)]
 pub(super) struct TileMemory {
-    scratch: Vec<TileScratch>,
+    scratch: Scratch<TileScratch>,
     /// Empty between frames.
     linear: Vec<&'static mut [[f32; 4]]>,
     /// Empty between frames.
