@@ -16,6 +16,7 @@ mod tests;
 use crate::math::lanes::{Float, Lanes, Mask};
 use crate::scene::Texture;
 use footprint::Probes;
+pub use mips::Fetched;
 use mips::{Mips, Part, TOGETHER};
 use texels::Corners;
 
@@ -69,7 +70,7 @@ pub fn sample_together<L: Lanes>(
         || {
             let mut plan = SamplePlan::none(l);
             plan.make(l, texture, uv, footprint, max_anisotropy, active);
-            plan.sample(l, textures, out);
+            plan.sample(l, textures, &mut Fetched::none(l), out);
         },
     );
 }
@@ -137,17 +138,17 @@ impl<L: Lanes> SamplePlan<L> {
     }
 
     /// Reads textures as [`sample_together`] does, with the texture that the plan was made for, or another that is read like
-    /// it, as the first.
+    /// it, as the first. What `fetched` holds does not matter.
     #[inline(never)]
-    pub fn sample(&self, l: L, textures: &[&Texture], out: &mut [[L::F; 4]]) {
+    pub fn sample(&self, l: L, textures: &[&Texture], fetched: &mut Fetched<L>, out: &mut [[L::F; 4]]) {
         l.run(
             #[inline(always)]
-            || self.filter(l, textures, out),
+            || self.filter(l, textures, fetched, out),
         );
     }
 
     #[inline(always)]
-    fn filter(&self, l: L, textures: &[&Texture], out: &mut [[L::F; 4]]) {
+    fn filter(&self, l: L, textures: &[&Texture], fetched: &mut Fetched<L>, out: &mut [[L::F; 4]]) {
         let textures = &textures[..textures.len().min(MAX_TOGETHER)];
         let Self { uv, probes, mips, corners } = self;
         let is_one = probes.most == 1;
@@ -165,7 +166,7 @@ impl<L: Lanes> SamplePlan<L> {
             let along = counts.select(spacing * (k as f32 + 1.0) - 0.5, l.zero());
             let at = [uv[0] + along * probes.major[0], uv[1] + along * probes.major[1]];
             let known = if is_one { Some(corners) } else { None };
-            mips.sample(l, textures, at, known, if is_one { &mut *out } else { &mut texels });
+            mips.sample(l, textures, at, known, fetched, if is_one { &mut *out } else { &mut texels });
             if !is_one {
                 let weight = counts.select(weight, l.zero());
                 for (sum, texel) in out.iter_mut().zip(&texels) {

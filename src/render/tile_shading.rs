@@ -120,16 +120,16 @@ pub(super) fn shade_fragments<L: Lanes>(
                 source.prefetch(fragments[index as usize].triangle);
             }
             store_surface(l, &pass.shade, material, &textures, batch, &mut surface_place, lobes, surface);
+            let alpha = surface.rows[layout::ALPHA.first];
+            let held = if material.transmits() {
+                Some(hold_back(l, &pass.shade, material, batch, &surface_place, surface))
+            } else {
+                None
+            };
             // The texels of the next: this one's are read.
             if part(place + 1).is_some() {
                 surface_place.find(l, &pass.shade, &textures, following);
             }
-            let alpha = surface.rows[layout::ALPHA.first];
-            let held = if material.transmits() {
-                Some(hold_back(l, &pass.shade, material, batch, surface))
-            } else {
-                None
-            };
             let mut radiance = shade(l, &pass.shade, model, material, surface);
             if let Some(held) = &held {
                 let no_backdrop = Backdrop::default();

@@ -2,7 +2,7 @@
 
 use super::ShadeContext;
 use crate::each;
-use crate::gbuffer::texture::{Footprint, MAX_TOGETHER, SamplePlan, sample};
+use crate::gbuffer::texture::{Fetched, Footprint, MAX_TOGETHER, SamplePlan, sample};
 use crate::gbuffer::{Batch, Location};
 use crate::math::lanes::Lanes;
 use crate::scene::{Texture, TextureRef, UvTransform};
@@ -129,11 +129,17 @@ impl<'a, const N: usize> ReadingPlan<'a, N> {
 
     /// All textures, as [`Reader::plan_samples`] found: the texel of place `k` goes to `slots[k]`.
     #[inline(always)]
-    pub(super) fn read<L: Lanes>(&self, l: L, samples: &[SamplePlan<L>; N], texels: &mut [[L::F; 4]; N]) {
+    pub(super) fn read<L: Lanes>(
+        &self,
+        l: L,
+        samples: &[SamplePlan<L>; N],
+        fetched: &mut Fetched<L>,
+        texels: &mut [[L::F; 4]; N],
+    ) {
         let mut left = &mut texels[..];
         for (group, sample) in self.groups.iter().flatten().zip(samples) {
             let (out, others) = left.split_at_mut(group.len.min(left.len()));
-            sample.sample(l, &group.textures[..group.len], out);
+            sample.sample(l, &group.textures[..group.len], fetched, out);
             left = others;
         }
     }

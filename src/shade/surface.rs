@@ -11,7 +11,7 @@ use super::ShadeContext;
 use super::lobes::LobeValues;
 use super::reader::{Coordinates, Reader, ReadingPlan, coordinates};
 use crate::each;
-use crate::gbuffer::texture::SamplePlan;
+use crate::gbuffer::texture::{Fetched, SamplePlan};
 use crate::gbuffer::{Batch, Location, locate};
 use crate::math::lanes::{Float, Lanes, Mask};
 use crate::math::vec3::{self, V3};
@@ -137,10 +137,11 @@ fn has_colors(context: &ShadeContext<'_>, batch: &Batch) -> bool {
 /// Where sixteen fragments lie, and where they read textures: known before they are evaluated.
 pub struct SurfacePlace<L: Lanes> {
     location: Location<L>,
-    coordinates: Coordinates<L>,
+    pub(super) coordinates: Coordinates<L>,
     samples: [SamplePlan<L>; PLACES],
     /// What was read of the textures, in the slots of their plan.
     texels: [[L::F; 4]; PLACES],
+    fetched: Fetched<L>,
 }
 
 impl<L: Lanes> SurfacePlace<L> {
@@ -152,6 +153,7 @@ impl<L: Lanes> SurfacePlace<L> {
             coordinates: Coordinates::none(l),
             samples: [SamplePlan::none(l); PLACES],
             texels: [[l.zero(); 4]; PLACES],
+            fetched: Fetched::none(l),
         }
     }
 
@@ -185,7 +187,7 @@ pub(super) fn evaluate_surface<L: Lanes>(
     place: &mut SurfacePlace<L>,
     wants_lobes: bool,
 ) -> Surface<L> {
-    let SurfacePlace { location, coordinates, samples, texels } = place;
+    let SurfacePlace { location, coordinates, samples, texels, fetched } = place;
     let distance = context.rays.distance(l, location.depth);
     let (start, ray) = context.rays.ray(l, location.screen);
     let position = vec3::add(l, start, vec3::scale(l, ray, distance));
@@ -195,7 +197,7 @@ pub(super) fn evaluate_surface<L: Lanes>(
     let uv = coordinates.uv[0];
     let reader = Reader::new(l, context, coordinates, batch);
 
-    textures.plan.read(l, samples, texels);
+    textures.plan.read(l, samples, fetched, texels);
     let [base, workflow, occluding, emitting, coat, coat_rough, mapped, coat_mapped] =
         each!(slot in textures.plan.slots => &texels[slot]);
 

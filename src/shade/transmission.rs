@@ -20,14 +20,14 @@
 
 use super::incident::{Surroundings, sample_light};
 use super::lobes::{color, scalar};
-use super::reader::{Reader, coordinates};
-use super::surface::opacity;
+use super::reader::Reader;
+use super::surface::{SurfacePlace, opacity};
 use super::{Backdrop, Reflectance, ShadeContext, Surface};
 use crate::brdf::{fresnel, ggx, tables};
 use crate::coat::gltf::ibl_ggx_fresnel;
 use crate::each;
+use crate::gbuffer::Batch;
 use crate::gbuffer::layout::{self, SurfacePlanes};
-use crate::gbuffer::{Batch, locate};
 use crate::math::lanes::{Float, Lanes, Mask};
 use crate::math::vec3::{self, V3};
 use crate::math::{exp_transmittance, log2};
@@ -68,21 +68,20 @@ pub struct Passed<L: Lanes> {
     pub keep: V3<L>,
 }
 
-/// Dims the base colour in `planes` by what will pass through. `batch` is the one that `planes` was made of.
+/// Dims the base colour in `planes` by what will pass through. `batch` and `place` are those that `planes` was made of.
 #[inline(never)]
 pub fn hold_back<L: Lanes>(
     l: L,
     context: &ShadeContext<'_>,
     material: &Material,
     batch: &Batch,
+    place: &SurfacePlace<L>,
     planes: &mut SurfacePlanes,
 ) -> HeldBack<L> {
     l.run(
         #[inline(always)]
         || {
-            let location = locate(l, batch, context.rays.perspective);
-            let coordinates = coordinates(l, context, batch, &location);
-            let reader = Reader::new(l, context, &coordinates, batch);
+            let reader = Reader::new(l, context, &place.coordinates, batch);
             let given = &material.lobes.transmission;
             let straight = scalar(&given.factor, &reader);
             let diffuse = scalar(&given.diffuse, &reader);

@@ -1,5 +1,6 @@
 //! The levels of a texture that fragments read, and how their texels are combined.
 
+use super::MAX_TOGETHER;
 use super::texels::{Corners, LevelLanes, wrap};
 use crate::each;
 use crate::math::lanes::{Float, Int, LANES, Lanes, Mask};
@@ -7,6 +8,18 @@ use crate::scene::{MipFilter, Texture};
 
 /// Parts that are fetched before any is used: texels that are not in the cache come together.
 pub(super) const TOGETHER: usize = 2;
+
+/// Texels as they lie in memory, of each texture and of the parts that are fetched together: room that is kept, since to
+/// clear it for each batch takes a fiftieth of a textured frame.
+pub struct Fetched<L: Lanes>([[[L::I; 4]; MAX_TOGETHER]; TOGETHER]);
+
+impl<L: Lanes> Fetched<L> {
+    /// Nothing yet.
+    #[inline(always)]
+    pub fn none(l: L) -> Self {
+        Self([[[l.splat_i(0); 4]; MAX_TOGETHER]; TOGETHER])
+    }
+}
 
 /// Which levels a fragment reads, and how.
 #[derive(Clone, Copy)]
@@ -114,6 +127,7 @@ impl<L: Lanes> Mips<L> {
         textures: &[&Texture],
         uv: [L::F; 2],
         known: Option<&[Corners<L>; TOGETHER]>,
+        fetched: &mut Fetched<L>,
         out: &mut [[L::F; 4]],
     ) {
         let Some(&texture) = textures.first() else { return };
@@ -132,15 +146,13 @@ impl<L: Lanes> Mips<L> {
                     &corners
                 }
             };
-            let [first, second] = corners;
-            for (&texture, out) in textures.iter().zip(out.iter_mut()) {
-                // Both levels are fetched before any is used: texels that are not in the cache come together.
-                let texels = first.fetch(l, texture);
-                let next = parts.get(1);
-                let next_texels = if next.is_some() { second.fetch(l, texture) } else { texels };
-                *out = self.add(parts[0], first.weights.filter(l, texture, texels), *out);
-                if let Some(&part) = next {
-                    *out = self.add(part, second.weights.filter(l, texture, next_texels), *out);
+            // All are fetched before any is used: texels that are not in the cache come together.
+            for ((corners, texels), _) in corners.iter().zip(&mut fetched.0).zip(parts) {
+                corners.fetch(l, textures, texels);
+            }
+            for (n, (&texture, out)) in textures.iter().zip(out.iter_mut()).enumerate() {
+                for ((corners, texels), &part) in corners.iter().zip(&fetched.0).zip(parts) {
+                    *out = self.add(part, corners.weights.filter(l, texture, texels[n]), *out);
                 }
             }
         }

@@ -314,13 +314,13 @@ fn textures_read_together_have_the_bits_of_each_alone() {
                     let footprint = Footprint { dx: load(&places.dx), dy: load(&places.dy) };
                     let (uv, active) = (load(&places.uv), l.mask(0x7fff));
                     // One plan for all: nothing may stay of the one before.
-                    let mut plan = SamplePlan::none(l);
+                    let (mut plan, mut fetched) = (SamplePlan::none(l), Fetched::none(l));
                     for (len, anisotropy) in [(1, 8), (3, 1), (4, 8)] {
                         let mut together = [[l.splat(7.0); 4]; MAX_TOGETHER];
                         let out = &mut together[..len];
                         plan.make(l, textures[0], &uv, &footprint, anisotropy, active);
                         plan.prefetch(&textures[..len]);
-                        plan.sample(l, &textures[..len], out);
+                        plan.sample(l, &textures[..len], &mut fetched, out);
                         for (texture, found) in textures.iter().zip(out) {
                             let alone = sample(l, texture, uv, &footprint, anisotropy, active);
                             for n in 0..4 {

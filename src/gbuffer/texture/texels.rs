@@ -1,6 +1,7 @@
 //! Reading texels: wrapping, addresses, unpacking, and the filter within one level.
 
 use crate::color::srgb::SRGB8_LANES;
+use crate::each;
 use crate::math::lanes::{Float, Int, LANES, Lanes, Mask};
 use crate::scene::{ColorSpace, Filter, LevelLayout, Sampler, Texture, Wrap};
 use prefetch_index::prefetch_index;
@@ -151,16 +152,37 @@ impl<L: Lanes> Corners<L> {
         }
     }
 
-    /// The texels in a texture: upper left, upper right, lower left and lower right; or the one.
+    /// The texels in each texture: upper left, upper right, lower left and lower right; or the one.
+    ///
+    /// Three textures at once, as materials often have them (base colour, normal, occlusion with roughness and metallic): a
+    /// textured frame takes 0.95 of the time.
     #[inline(always)]
-    pub fn fetch(&self, l: L, texture: &Texture) -> [L::I; 4] {
-        if !self.are_pairs {
-            return self.fetch_one_by_one(l, texture);
+    pub fn fetch(&self, l: L, textures: &[&Texture], out: &mut [[L::I; 4]]) {
+        let mut out = &mut out[..textures.len()];
+        let mut textures = textures;
+        if self.are_pairs {
+            while let (Some(&three), Some(texels)) = (textures.first_chunk::<3>(), out.first_chunk_mut::<3>())
+            {
+                *texels = self.fetch_pairs(l, three);
+                (textures, out) = (&textures[3..], &mut out[3..]);
+            }
         }
-        let texels = self.texels(texture);
-        let [a, b] = l.gather_pairs_bytes(texels, self.index[0]);
-        let [c, d] = l.gather_pairs_bytes(texels, self.index[1]);
-        [a, b, c, d]
+        for (texture, texels) in textures.iter().zip(out) {
+            *texels = if self.are_pairs {
+                self.fetch_pairs(l, [texture])[0]
+            } else {
+                self.fetch_one_by_one(l, texture)
+            };
+        }
+    }
+
+    /// The same where texels are pairs.
+    #[inline(always)]
+    fn fetch_pairs<const N: usize>(&self, l: L, textures: [&Texture; N]) -> [[L::I; 4]; N] {
+        let tables = each!(texture in textures => self.texels(texture));
+        let upper = l.gather_pairs_bytes(tables, self.index[0]);
+        let lower = l.gather_pairs_bytes(tables, self.index[1]);
+        each!(n => [upper[n][0], upper[n][1], lower[n][0], lower[n][1]])
     }
 
     /// The same where texels are no pairs. A function of its own: inlined, its indices were taken out of their vectors even

@@ -136,21 +136,34 @@ pub trait Lanes: Copy + Send + Sync + 'static {
         }
         self.load_i(&out)
     }
-    /// [`Lanes::gather_pairs_u32`] of four bytes each, as little-endian integers.
+    /// [`Lanes::gather_pairs_u32`] of four bytes each, as little-endian integers: from several tables at the same places, so
+    /// that indices are checked once. What is beyond the shortest table's end counts as outside of all.
     #[inline(always)]
-    fn gather_pairs_bytes(self, table: &[[u8; 4]], index: Self::I) -> [Self::I; 2] {
+    fn gather_pairs_bytes<const N: usize>(
+        self,
+        tables: [&[[u8; 4]]; N],
+        index: Self::I,
+    ) -> [[Self::I; 2]; N] {
+        let mut len = usize::MAX;
+        for table in tables {
+            len = len.min(table.len());
+        }
         // Left at once, and not with numbers that are 0: they would wait for the check in registers of their own.
-        let Some(last) = table.len().checked_sub(2) else { return [self.splat_i(0); 2] };
+        let Some(last) = len.checked_sub(2) else { return [[self.splat_i(0); 2]; N] };
+        let tables = each!(table in tables => table.get(..len).unwrap_or_default());
         let index = index.to_array();
-        let mut pairs = [0; LANES];
+        let mut pairs = [[0; LANES]; N];
         for k in 0..LANES {
+            // Clamping tells the compiler that both lie inside: half the instructions of a check with a branch.
             let first = (index[k] as u32 as usize).min(last);
-            // One number of eight bytes from the start: compilers take two of four apart again.
-            if let Some(pair) = table[first..].first_chunk::<2>() {
-                pairs[k] = i64::from_le_bytes(*pair.as_flattened().first_chunk().unwrap_or(&[0; 8]));
+            for n in 0..N {
+                // One number of eight bytes from the start: compilers take two of four apart again.
+                if let Some(pair) = tables[n][first..].first_chunk::<2>() {
+                    pairs[n][k] = i64::from_le_bytes(*pair.as_flattened().first_chunk().unwrap_or(&[0; 8]));
+                }
             }
         }
-        self.unzip_halves(pairs)
+        each!(pairs in pairs => self.unzip_halves(pairs))
     }
     /// The lower and the upper halves of sixteen numbers.
     #[inline(always)]
@@ -445,6 +458,12 @@ mod tests {
         let table: [u32; 20] = std::array::from_fn(|k| a[k % LANES].to_bits() ^ k as u32);
         let index = (i & 15) + (l.lane_indices() - 3);
         let [first, second] = l.gather_pairs_u32(&table, index);
+        let texels = table.map(u32::to_le_bytes);
+        let reversed = std::array::from_fn::<_, 12, _>(|k| texels[19 - k]);
+        // The end of the shorter table counts for both.
+        let of_both = l.gather_pairs_bytes([&texels, &reversed], index);
+        let alone = [&texels[..12], &reversed].map(|table| l.gather_pairs_bytes([table], index)[0]);
+        assert_eq!(of_both.map(|p| p.map(Int::to_array)), alone.map(|p| p.map(Int::to_array)));
         let zipped = l.zip(i, j);
         let ints = [
             l.unzip(zipped)[0],
@@ -454,9 +473,10 @@ mod tests {
             first,
             second,
             l.gather_pairs_u32(&table, l.lane_indices() + 4)[1],
-            l.gather_bytes(&table.map(u32::to_le_bytes), index),
-            l.gather_pairs_bytes(&table.map(u32::to_le_bytes), index)[0],
-            l.gather_pairs_bytes(&table.map(u32::to_le_bytes), l.lane_indices() + 4)[1],
+            l.gather_bytes(&texels, index),
+            l.gather_pairs_bytes([&texels], index)[0][0],
+            l.gather_pairs_bytes([&texels], l.lane_indices() + 4)[0][1],
+            of_both[1][0],
             i + j,
             i - j,
             i * j,
