@@ -348,7 +348,7 @@ def main():
     comparison.probe()
     if not comparison.versions:
         sys.exit("compare.py: none of the renderers is installed; see benches/peers/README.md")
-    comparison.paths = inputs.make(args.out, sorted(knots), "models" in args.what, say)
+    comparison.paths = inputs.make(args.out, sorted(knots), "models" in args.what, say=say)
     stopped = False
     try:
         comparison.look()

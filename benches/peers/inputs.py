@@ -3,7 +3,8 @@
 
 Models are GLB files with positions, normals and one car paint (metallic, rough, KHR_materials_clearcoat), and one
 directional light (KHR_lights_punctual). Every model is centred and fills the unit sphere, so that one camera suits
-all. Only the standard library is used, without random numbers: the same Python writes the same bytes.
+all. One knot more has three textures in place of the paint's numbers, for `overcoat bench`. Only the standard library
+is used, without random numbers: the same Python writes the same bytes.
 """
 
 import argparse
@@ -11,9 +12,12 @@ import json
 import math
 import struct
 import sys
+import zlib
 from array import array
 from pathlib import Path
 
+# Turns around the axis, turns around the ring, radii of ring, lift and tube.
+KNOT = (2, 3, 1.0, 0.42, 0.19)
 # Name, steps along the knot, steps around it. Two triangles for each cell.
 KNOTS = {
     "5k": (125, 20),
@@ -21,6 +25,10 @@ KNOTS = {
     "1m": (2500, 200),
     "5m": (6250, 400),
 }
+TEXTURED_KNOT = (125, 20)
+# Side of its textures, and how often they are laid along the knot and around it: texels are as long as wide.
+TEXTURE_SIZE = 2048
+TEXTURE_REPEATS = (3.0, 0.25)
 MODELS = 24
 FEWEST, MOST = 3_000, 40_000
 
@@ -120,8 +128,11 @@ def fit(rows):
     return center, max(math.dist(p, center) for p in points)
 
 
-def mesh(rows, along, around, center, radius):
-    """Arrays of positions, normals and indices of rows that close in both directions."""
+def mesh(rows, along, around, center, radius, closed=True):
+    """Arrays of positions, normals and indices of rows, of `around` vertices each.
+
+    They close in both directions; or the first row and the first of each row come again at the end.
+    """
     scale = 1.0 / radius
     cx, cy, cz = center
     positions, normals = array("f"), array("f")
@@ -134,10 +145,10 @@ def mesh(rows, along, around, center, radius):
         normals.extend(directions)
     indices = array("I" if along * around > 0xFFFF else "H")
     outwards = faces_outwards(positions, normals, around)
-    for j in range(along):
+    for j in range(along if closed else along - 1):
         here, there = j * around, (j + 1) % along * around
         cells = []
-        for i in range(around):
+        for i in range(around if closed else around - 1):
             k = (i + 1) % around
             a, b, c, d = here + i, there + i, there + k, here + k
             cells += (a, b, c, a, c, d) if outwards else (a, c, b, a, d, c)
@@ -165,7 +176,8 @@ def little_endian(values):
     return values.tobytes()
 
 
-def write_glb(path, parts, paint):
+def write_glb(path, parts, paint, texture_coordinates=None, textures=()):
+    """A GLB file; `textures` are PNG files: base colour, normal, and occlusion with roughness and metallic."""
     positions, normals, indices = parts
     blobs = [little_endian(positions), little_endian(normals), little_endian(indices)]
     blobs[2] += bytes(-len(blobs[2]) % 4)
@@ -219,8 +231,10 @@ def write_glb(path, parts, paint):
             {"buffer": 0, "byteOffset": offset, "byteLength": len(blob), "target": target}
             for offset, blob, target in zip(offsets, blobs, (34962, 34962, 34963))
         ],
-        "buffers": [{"byteLength": sum(map(len, blobs))}],
     }
+    if textures:
+        add_textures(document, blobs, texture_coordinates, textures)
+    document["buffers"] = [{"byteLength": sum(map(len, blobs))}]
     text = json.dumps(document, separators=(",", ":")).encode()
     text += b" " * (-len(text) % 4)
     binary = sum(map(len, blobs))
@@ -232,11 +246,83 @@ def write_glb(path, parts, paint):
             file.write(blob)
 
 
+def add_textures(document, blobs, texture_coordinates, textures):
+    """Texture coordinates for the one mesh of a document, and textures in place of its paint's numbers."""
+
+    def view(blob):
+        views = document["bufferViews"]
+        views.append({"buffer": 0, "byteOffset": sum(map(len, blobs)), "byteLength": len(blob)})
+        blobs.append(blob + bytes(-len(blob) % 4))
+        return len(views) - 1
+
+    coordinates = view(little_endian(texture_coordinates))
+    count = len(texture_coordinates) // 2
+    document["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"] = len(document["accessors"])
+    document["accessors"].append({"bufferView": coordinates, "componentType": 5126, "type": "VEC2", "count": count})
+    document["images"] = [{"bufferView": view(picture), "mimeType": "image/png"} for picture in textures]
+    # Linear within a level and between levels.
+    document["samplers"] = [{"magFilter": 9729, "minFilter": 9987}]
+    document["textures"] = [{"source": k, "sampler": 0} for k in range(3)]
+    material = document["materials"][0]
+    material["pbrMetallicRoughness"] = {"baseColorTexture": {"index": 0}, "metallicRoughnessTexture": {"index": 2}}
+    material["normalTexture"] = {"index": 1}
+    material["occlusionTexture"] = {"index": 2}
+
+
+def png(rows, size):
+    """A PNG file of rows of RGB bytes."""
+
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    header = struct.pack(">IIBBBBB", size, size, 8, 2, 0, 0, 0)
+    data = zlib.compress(b"".join(b"\0" + row for row in rows), 1)
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", data) + chunk(b"IEND", b"")
+
+
+def waves(size, low, high, counts):
+    """Bytes from low to high that repeat after `size` of them: a sum of so many waves each."""
+    sums = [sum(math.sin(math.tau * n * (k / size) + n) for n in counts) / len(counts) for k in range(size)]
+    return bytes(round(low + (high - low) * (0.5 + 0.5 * v)) for v in sums)
+
+
+def pictures(size):
+    """Three textures as PNG: base colour, normal, and occlusion with roughness and metallic."""
+
+    def weave(channels):
+        """Rows of three channels: `(across, down)`, of which the one is shifted by the other, or down alone."""
+        for y in range(size):
+            row = bytearray(3 * size)
+            for n, (across, down) in enumerate(channels):
+                shift = down[y] * 4 % size
+                row[n::3] = across[shift:] + across[:shift] if across else bytes((down[y],)) * size
+            yield bytes(row)
+
+    slow, quick = waves(size, 0, 255, (2, 5)), waves(size, 0, 255, (3, 17, 41))
+    still = bytes(size)
+    base_color = ((waves(size, 90, 240, (3, 11, 53)), slow), (waves(size, 20, 130, (7, 29)), quick), (slow, quick))
+    normal = ((waves(size, 108, 148, (40, 97)), still), (None, waves(size, 108, 148, (32, 89))), (None, b"\xfd" * size))
+    occlusion, roughness = waves(size, 200, 255, (5, 13)), waves(size, 40, 200, (4, 23))
+    packed = ((occlusion, slow), (roughness, quick), (waves(size, 0, 90, (6, 19)), slow))
+    return [png(weave(channels), size) for channels in (base_color, normal, packed)]
+
+
+def write_textured_knot(path, along, around):
+    center, radius = fit(knot_rows(*KNOT, 200, 24))
+    rows = [row + row[:1] for row in knot_rows(*KNOT, along, around)]
+    rows.append(rows[0])
+    coordinates = array("f")
+    for j in range(along + 1):
+        for i in range(around + 1):
+            coordinates.extend((TEXTURE_REPEATS[0] * j / along, TEXTURE_REPEATS[1] * i / around))
+    parts = mesh(rows, along + 1, around + 1, center, radius, closed=False)
+    write_glb(path, parts, PAINT, coordinates, pictures(TEXTURE_SIZE))
+
+
 def write_knot(path, along, around):
-    shape = (2, 3, 1.0, 0.42, 0.19)
     # From a coarse knot, so that all sizes lie alike.
-    center, radius = fit(knot_rows(*shape, 200, 24))
-    write_glb(path, mesh(knot_rows(*shape, along, around), along, around, center, radius), PAINT)
+    center, radius = fit(knot_rows(*KNOT, 200, 24))
+    write_glb(path, mesh(knot_rows(*KNOT, along, around), along, around, center, radius), PAINT)
 
 
 def write_model(path, number):
@@ -287,7 +373,7 @@ def write_environment(path):
             file.write(line)
 
 
-def make(folder, knots, models, say=print):
+def make(folder, knots, models, textured=False, say=print):
     """Writes what is missing; returns the paths of everything asked for."""
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
@@ -296,6 +382,9 @@ def make(folder, knots, models, say=print):
     for name in knots:
         paths[name] = folder / f"knot_{name}.glb"
         jobs.append((paths[name], write_knot, KNOTS[name]))
+    if textured:
+        paths["textured"] = folder / "knot_textured.glb"
+        jobs.append((paths["textured"], write_textured_knot, TEXTURED_KNOT))
     if models:
         paths["models"] = [folder / f"model_{k:02}.glb" for k in range(MODELS)]
         jobs += [(path, write_model, (k,)) for k, path in enumerate(paths["models"])]
@@ -312,4 +401,4 @@ def make(folder, knots, models, say=print):
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", help="where the files are written; those that exist are kept")
-    make(parser.parse_args().folder, KNOTS, True)
+    make(parser.parse_args().folder, KNOTS, models=True, textured=True)
