@@ -227,6 +227,25 @@ mod tests {
     }
 
     #[test]
+    fn what_a_panic_left_half_done_is_not_used_again() {
+        for threads in [1, 2] {
+            let jobs = Jobs::new(threads);
+            let mut scratch = Scratch::<bool>::default();
+            let mut begin = |panics: bool| {
+                let mut items = [0; 8];
+                jobs.for_each_with_scratch(&mut scratch, &mut items, |is_half_done, k, _| {
+                    assert!(!std::mem::replace(is_half_done, true));
+                    assert!(!(panics && k == 3), "halfway");
+                    *is_half_done = false;
+                });
+            };
+            let caught = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| begin(true)));
+            assert!(caught.is_err());
+            begin(false);
+        }
+    }
+
+    #[test]
     fn every_chunk_is_visited_once() {
         let mut items = vec![0; 1001];
         Jobs::new(3)

@@ -30,14 +30,17 @@ impl<S: Default> Scratch<S> {
     pub(super) fn with(&self, worker: usize, f: impl FnOnce(&mut S)) {
         let mut guard;
         let mut spare;
-        let own = match self.0[worker].0.try_lock() {
-            Ok(own) => {
-                guard = own;
+        let own = &self.0[worker].0;
+        let own = match own.try_lock() {
+            Ok(held) => {
+                guard = held;
                 &mut *guard
             }
-            // The panic itself is passed on by the pool.
-            Err(TryLockError::Poisoned(own)) => {
-                guard = own.into_inner();
+            // What a panic left half done is of no use. The panic itself is passed on by the pool.
+            Err(TryLockError::Poisoned(left)) => {
+                own.clear_poison();
+                guard = left.into_inner();
+                *guard = S::default();
                 &mut *guard
             }
             Err(TryLockError::WouldBlock) => {
