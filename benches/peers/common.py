@@ -119,14 +119,20 @@ def missing(reason):
     sys.exit(1)
 
 
-def write_png(path, width, height, rgba_bottom_up):
-    """8-bit RGBA from the rows of OpenGL, packed quickly (zlib level 1, no filters)."""
-    stride = 4 * width
-    rows = b"".join(b"\0" + rgba_bottom_up[y * stride : (y + 1) * stride] for y in reversed(range(height)))
+def png(width, height, channels, rows):
+    """A PNG file of rows of 8-bit RGB (3 channels) or RGBA (4), packed quickly (zlib level 1, no filters)."""
 
     def chunk(kind, data):
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 
+    header = struct.pack(">IIBBBBB", width, height, 8, {3: 2, 4: 6}[channels], 0, 0, 0)
+    data = zlib.compress(b"".join(b"\0" + row for row in rows), 1)
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", data) + chunk(b"IEND", b"")
+
+
+def write_png(path, width, height, rgba_bottom_up):
+    """8-bit RGBA from the rows of OpenGL."""
+    stride = 4 * width
+    rows = (rgba_bottom_up[y * stride : (y + 1) * stride] for y in reversed(range(height)))
     with open(path, "wb") as file:
-        file.write(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 6, 0, 0, 0)))
-        file.write(chunk(b"IDAT", zlib.compress(rows, 1)) + chunk(b"IEND", b""))
+        file.write(png(width, height, 4, rows))

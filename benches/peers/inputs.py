@@ -12,9 +12,10 @@ import json
 import math
 import struct
 import sys
-import zlib
 from array import array
 from pathlib import Path
+
+from common import png
 
 # Turns around the axis, turns around the ring, radii of ring, lift and tube.
 KNOT = (2, 3, 1.0, 0.42, 0.19)
@@ -25,8 +26,8 @@ KNOTS = {
     "1m": (2500, 200),
     "5m": (6250, 400),
 }
-TEXTURED_KNOT = (125, 20)
-# Side of its textures, and how often they are laid along the knot and around it: texels are as long as wide.
+# Side of the textured knot's textures, and how often they are laid along the knot and around it: texels are about as
+# long as wide.
 TEXTURE_SIZE = 2048
 TEXTURE_REPEATS = (3.0, 0.25)
 MODELS = 24
@@ -269,17 +270,6 @@ def add_textures(document, blobs, texture_coordinates, textures):
     material["occlusionTexture"] = {"index": 2}
 
 
-def png(rows, size):
-    """A PNG file of rows of RGB bytes."""
-
-    def chunk(kind, data):
-        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-
-    header = struct.pack(">IIBBBBB", size, size, 8, 2, 0, 0, 0)
-    data = zlib.compress(b"".join(b"\0" + row for row in rows), 1)
-    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", data) + chunk(b"IEND", b"")
-
-
 def waves(size, low, high, counts):
     """Bytes from low to high that repeat after `size` of them: a sum of so many waves each."""
     sums = [sum(math.sin(math.tau * n * (k / size) + n) for n in counts) / len(counts) for k in range(size)]
@@ -304,7 +294,7 @@ def pictures(size):
     normal = ((waves(size, 108, 148, (40, 97)), still), (None, waves(size, 108, 148, (32, 89))), (None, b"\xfd" * size))
     occlusion, roughness = waves(size, 200, 255, (5, 13)), waves(size, 40, 200, (4, 23))
     packed = ((occlusion, slow), (roughness, quick), (waves(size, 0, 90, (6, 19)), slow))
-    return [png(weave(channels), size) for channels in (base_color, normal, packed)]
+    return [png(size, size, 3, weave(channels)) for channels in (base_color, normal, packed)]
 
 
 def write_textured_knot(path, along, around):
@@ -384,7 +374,7 @@ def make(folder, knots, models, textured=False, say=print):
         jobs.append((paths[name], write_knot, KNOTS[name]))
     if textured:
         paths["textured"] = folder / "knot_textured.glb"
-        jobs.append((paths["textured"], write_textured_knot, TEXTURED_KNOT))
+        jobs.append((paths["textured"], write_textured_knot, KNOTS["5k"]))
     if models:
         paths["models"] = [folder / f"model_{k:02}.glb" for k in range(MODELS)]
         jobs += [(path, write_model, (k,)) for k, path in enumerate(paths["models"])]
