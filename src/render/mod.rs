@@ -4,6 +4,7 @@
 //! [`Renderer::recycle`].
 
 mod aov;
+mod bands;
 mod budget;
 mod crew;
 mod draws;
@@ -35,6 +36,7 @@ use crate::scene::{Camera, Scene};
 use crate::shade::{Backdrop, ShadeContext, ViewRays};
 use crate::tile::{TileBins, TileGrid};
 use crate::{dispatch, dispatch_available};
+use bands::Planes;
 use budget::FrameBudget;
 use crew::{Crew, arithmetic_is_default};
 use draws::DrawState;
@@ -42,7 +44,7 @@ use environment::EnvironmentCache;
 use std::sync::Arc;
 use std::time::Duration;
 use tile_pass::{Pass, Work};
-use tiles::{Planes, TileMemory, render_tiles};
+use tiles::{TileMemory, render_tiles};
 
 /// Chunks that are kept after a picture that needs fewer: a quarter of a million triangles, some 25 MB.
 const SPARE_CHUNKS: usize = 64;

@@ -1,6 +1,7 @@
 //! One tile from triangles to pixels.
 
 use super::aov::TileAovs;
+use super::bands::TileRows;
 use super::draws::DrawState;
 use super::resolve::{Behind, TilePixels, Transmitted};
 use super::shading_order::ShadingOrder;
@@ -87,6 +88,8 @@ impl Work {
 /// Working memory of one thread, kept from tile to tile and from frame to frame.
 #[derive(Debug, Default)]
 pub(super) struct TileScratch {
+    /// Empty between tiles.
+    pub rows: TileRows<'static>,
     visibility: Visibility,
     /// Chunk and triangle of each identity.
     pub identities: Vec<(u32, u32)>,
@@ -112,6 +115,7 @@ pub(super) struct TileScratch {
 impl TileScratch {
     /// Takes as much memory as `other` has.
     fn reserve_like(&mut self, other: &Self) {
+        self.rows.reserve_like(&other.rows);
         self.visibility.reserve_like(&other.visibility);
         reserve_like(&mut self.identities, &other.identities);
         reserve_like(&mut self.blended, &other.blended);
@@ -148,15 +152,9 @@ pub(super) struct TileCost {
     pub blocks: u64,
 }
 
-/// The rows of one tile, and what the tile adds to the frame.
+/// What a tile adds to the picture beside its pixels.
 #[derive(Debug)]
-pub(super) struct TileJob<'r, 'a> {
-    /// One slice of the frame's pixels for each of its rows, or none.
-    pub linear: &'r mut [&'a mut [[f32; 4]]],
-    /// As many of the frame's transmittance, or none.
-    pub transmittance: &'r mut [&'a mut [[f32; 3]]],
-    /// As many of the screen's pixels, or none.
-    pub display: &'r mut [&'a mut [[u8; 4]]],
+pub(super) struct TileJob {
     /// Something in it tints what is behind the picture.
     pub tinted: bool,
     /// Planes of the G-buffer that were asked for.
@@ -175,7 +173,8 @@ pub(super) fn render_tile<L: Lanes>(
     tile: usize,
     runs: &[Run],
     scratch: &mut TileScratch,
-    job: &mut TileJob<'_, '_>,
+    rows: &mut TileRows<'_>,
+    job: &mut TileJob,
 ) {
     let [left, top, width, height] = pass.grid.pixels(tile);
     let origin = pass.grid.origin(tile);
@@ -191,7 +190,7 @@ pub(super) fn render_tile<L: Lanes>(
         Work::spend(&pass.work.blocks, job.cost.blocks, pass.work.max_blocks);
         if let Some(developer) = &pass.developer {
             // Nothing in it tints.
-            for (linear, display) in job.linear.iter().zip(job.display.iter_mut()) {
+            for (linear, display) in rows.linear.iter().zip(&mut rows.display) {
                 developer.develop(l, linear, &[], display);
             }
         }
@@ -199,7 +198,7 @@ pub(super) fn render_tile<L: Lanes>(
     }
     job.cost = TileCost::default();
     if runs.is_empty() && !pass.show_environment {
-        store_nothing(pass, job);
+        store_nothing(pass, rows);
         return;
     }
     scratch.pixels.clear([width, height], pass.tints);
@@ -242,33 +241,33 @@ pub(super) fn render_tile<L: Lanes>(
     if pass.show_environment {
         super::resolve::composite_environment(l, &pass.shade, origin, &mut scratch.pixels);
     }
-    store(l, pass, &scratch.pixels, job);
+    store(l, pass, &scratch.pixels, rows);
+    job.tinted = scratch.pixels.transmittance.iter().any(is_tinted);
 }
 
 /// Writes the pixels of a tile to where they are wanted.
 #[inline(always)]
-fn store<L: Lanes>(l: L, pass: &Pass<'_>, pixels: &TilePixels, job: &mut TileJob<'_, '_>) {
+fn store<L: Lanes>(l: L, pass: &Pass<'_>, pixels: &TilePixels, rows: &mut TileRows<'_>) {
     let TilePixels { width, linear, transmittance } = pixels;
-    for (row, pixels) in job.linear.iter_mut().zip(linear.chunks(*width)) {
+    for (row, pixels) in rows.linear.iter_mut().zip(linear.chunks(*width)) {
         row.copy_from_slice(pixels);
     }
-    for (row, open) in job.transmittance.iter_mut().zip(transmittance.chunks(*width)) {
+    for (row, open) in rows.transmittance.iter_mut().zip(transmittance.chunks(*width)) {
         row.copy_from_slice(open);
     }
     if let Some(developer) = &pass.developer {
         let mut open = transmittance.chunks(*width);
-        for (row, pixels) in job.display.iter_mut().zip(linear.chunks(*width)) {
+        for (row, pixels) in rows.display.iter_mut().zip(linear.chunks(*width)) {
             developer.develop(l, pixels, open.next().unwrap_or_default(), row);
         }
     }
-    job.tinted = transmittance.iter().any(is_tinted);
 }
 
 /// Writes the pixels of a tile without surfaces and without the environment.
-fn store_nothing(pass: &Pass<'_>, job: &mut TileJob<'_, '_>) {
+fn store_nothing(pass: &Pass<'_>, rows: &mut TileRows<'_>) {
     let [blank, blank_display] = pass.blank;
     if !blank {
-        for row in job.linear.iter_mut() {
+        for row in &mut rows.linear {
             // They may be empty already, because nothing was there in the last picture, and memory that is only read
             // costs half.
             let bits = row.as_flattened().iter().fold(0, |bits, value| bits | value.to_bits());
@@ -277,10 +276,10 @@ fn store_nothing(pass: &Pass<'_>, job: &mut TileJob<'_, '_>) {
             }
         }
     }
-    job.transmittance.iter_mut().for_each(|row| row.fill([1.0; 3]));
+    rows.transmittance.iter_mut().for_each(|row| row.fill([1.0; 3]));
     let nothing = pass.developer.map_or([0; 4], |developer| developer.nothing());
     if !blank_display || nothing != [0; 4] {
-        job.display.iter_mut().for_each(|row| row.fill(nothing));
+        rows.display.iter_mut().for_each(|row| row.fill(nothing));
     }
 }
 
@@ -303,7 +302,7 @@ fn shade_and_resolve<L: Lanes>(
     of_tile: &TileShading,
     start: usize,
     scratch: &mut TileScratch,
-    job: &mut TileJob<'_, '_>,
+    job: &mut TileJob,
 ) {
     if of_tile.transmissive {
         scratch.kept.truncate(start);

@@ -79,7 +79,7 @@ pub(super) fn shade_fragments<L: Lanes>(
     of_tile: &TileShading,
     start: usize,
     scratch: &mut TileScratch,
-    job: &mut TileJob<'_, '_>,
+    job: &mut TileJob,
 ) {
     let &TileShading { origin, corner, one_material, whole, opaque, .. } = of_tile;
     let TileJob { aovs, hashes, .. } = job;

@@ -1,6 +1,7 @@
-//! All tiles, each into its own rows of the frame.
+//! All tiles, each into its own rows of the picture.
 
 use super::aov::TileAovs;
+use super::bands::{Bands, Planes};
 use super::crew::Crew;
 use super::options::RenderOptions;
 use super::tile_pass::{self, Pass, TileCost, TileJob, TileScratch};
@@ -8,7 +9,6 @@ use super::trace::FragmentHashes;
 use crate::dispatch_available;
 use crate::frame::AovPlane;
 use crate::jobs::Scratch;
-use crate::reuse::emptied;
 use crate::tile::{TileBins, TileGrid};
 
 /// Working memory of all tiles, kept from frame to frame.
@@ -16,23 +16,11 @@ use crate::tile::{TileBins, TileGrid};
 pub(super) struct TileMemory {
     scratch: Scratch<TileScratch>,
     /// Empty between frames.
-    linear: Vec<&'static mut [[f32; 4]]>,
+    bands: Bands<'static>,
     /// Empty between frames.
-    transmittance: Vec<&'static mut [[f32; 3]]>,
-    /// Empty between frames.
-    display: Vec<&'static mut [[u8; 4]]>,
-    /// Empty between frames.
-    tiles: Vec<TileJob<'static, 'static>>,
+    tiles: Vec<TileJob>,
     /// What each tile of the last pass took.
     costs: Vec<TileCost>,
-}
-
-/// Where tiles write their pixels: planes of the whole picture, each empty where it is not wanted.
-#[derive(Debug, Default)]
-pub(super) struct Planes {
-    pub linear: Vec<[f32; 4]>,
-    pub transmittance: Vec<[f32; 3]>,
-    pub display: Vec<[u8; 4]>,
 }
 
 /// What the tiles find beside the picture.
@@ -57,22 +45,11 @@ pub(super) fn render_tiles(
     options: &RenderOptions,
 ) -> Found {
     let grid = &pass.grid;
-    let mut linear = emptied(std::mem::take(&mut memory.linear));
-    let mut transmittance = emptied(std::mem::take(&mut memory.transmittance));
-    let mut display = emptied(std::mem::take(&mut memory.display));
-    split(grid, &mut planes.linear, &mut linear);
-    split(grid, &mut planes.transmittance, &mut transmittance);
-    split(grid, &mut planes.display, &mut display);
-    let mut rest = (&mut linear[..], &mut transmittance[..], &mut display[..]);
-    let mut tiles: Vec<TileJob<'_, '_>> = emptied(std::mem::take(&mut memory.tiles));
+    let bands = Bands::of(planes, grid, &mut memory.bands);
+    let mut tiles = std::mem::take(&mut memory.tiles);
     tiles.extend((0..grid.len()).map(|tile| {
         let [_, _, width, height] = grid.pixels(tile);
-        let rows = ..height as usize;
         TileJob {
-            // None where none are wanted.
-            linear: rest.0.split_off_mut(rows).unwrap_or_default(),
-            transmittance: rest.1.split_off_mut(rows).unwrap_or_default(),
-            display: rest.2.split_off_mut(rows).unwrap_or_default(),
             aovs: TileAovs::new(&options.aovs, width as usize, height as usize),
             tinted: false,
             cost: memory.costs.get(tile).copied().filter(|_| pass.redraws).unwrap_or_default(),
@@ -81,10 +58,13 @@ pub(super) fn render_tiles(
     }));
     crew.for_each_with_scratch(&mut memory.scratch, &mut tiles, |scratch, tile, job| {
         let runs = bins.runs(tile);
+        let mut rows = std::mem::take(&mut scratch.rows).emptied();
+        bands.take(grid, tile, &mut rows);
         dispatch_available!(
             options.simd,
-            l => tile_pass::render_tile(l, pass, tile, runs, scratch, job)
+            l => tile_pass::render_tile(l, pass, tile, runs, scratch, &mut rows, job)
         );
+        scratch.rows = rows.emptied();
     });
     TileScratch::level(&mut memory.scratch);
     memory.costs.clear();
@@ -97,33 +77,14 @@ pub(super) fn render_tiles(
         sum
     });
     let aovs = join_planes(grid, &mut tiles, options);
-    memory.tiles = emptied(tiles);
-    memory.linear = emptied(linear);
-    memory.transmittance = emptied(transmittance);
-    memory.display = emptied(display);
+    tiles.clear();
+    memory.tiles = tiles;
+    memory.bands = bands.emptied();
     Found { fragments, aovs, tinted, hashes }
 }
 
-/// The pieces of all rows that lie in one tile, tile by tile, from top to bottom in each. None of no pixels.
-fn split<'a, T>(grid: &TileGrid, pixels: &'a mut [T], rows: &mut Vec<&'a mut [T]>) {
-    if pixels.is_empty() {
-        return;
-    }
-    let (width, side, columns) = (grid.width() as usize, grid.side() as usize, grid.columns() as usize);
-    rows.resize_with(columns * grid.height() as usize, Default::default);
-    for (band, pixels) in pixels.chunks_mut(width * side).enumerate() {
-        let height = pixels.len() / width;
-        let first = band * side * columns;
-        for (y, row) in pixels.chunks_mut(width).enumerate() {
-            for (column, piece) in row.chunks_mut(side).enumerate() {
-                rows[first + column * height + y] = piece;
-            }
-        }
-    }
-}
-
 /// The G-buffer planes of all tiles as planes of the picture.
-fn join_planes(grid: &TileGrid, tiles: &mut Vec<TileJob<'_, '_>>, options: &RenderOptions) -> Vec<AovPlane> {
+fn join_planes(grid: &TileGrid, tiles: &mut Vec<TileJob>, options: &RenderOptions) -> Vec<AovPlane> {
     let [width, height] = [grid.width() as usize, grid.height() as usize];
     let mut planes: Vec<AovPlane> = options
         .aovs
@@ -144,29 +105,4 @@ fn join_planes(grid: &TileGrid, tiles: &mut Vec<TileJob<'_, '_>>, options: &Rend
         }
     }
     planes
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_tile_gets_its_own_pixels() {
-        for (width, height, side) in [(1, 1, 16), (40, 33, 16), (64, 64, 64), (65, 31, 32)] {
-            let grid = TileGrid::new(width, height, side);
-            let place = |k: u32| [(k % width) as f32, (k / width) as f32, 0.0, 0.0];
-            let mut pixels: Vec<[f32; 4]> = (0..width * height).map(place).collect();
-            let mut rows = Vec::new();
-            split(&grid, &mut pixels, &mut rows);
-            let mut rows = rows.into_iter();
-            for tile in 0..grid.len() {
-                let [left, top, tile_width, tile_height] = grid.pixels(tile);
-                for y in top..top + tile_height {
-                    let expected: Vec<_> = (left..left + tile_width).map(|x| place(y * width + x)).collect();
-                    assert_eq!(rows.next().unwrap(), expected.as_slice(), "{width} x {height}, tile {tile}");
-                }
-            }
-            assert!(rows.next().is_none());
-        }
-    }
 }
