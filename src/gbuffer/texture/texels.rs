@@ -290,24 +290,16 @@ fn wrap_coordinate<F: Float>(u: F, wrap: Wrap) -> F {
     match wrap {
         Wrap::Repeat => {
             let u = u.clamp_to(-EVEN, EVEN);
-            u - floor(u)
+            u - u.floor()
         }
         Wrap::MirroredRepeat => {
             let u = u.clamp_to(-EVEN, EVEN);
             // 0 to 2, then back from 1.
-            let twice = u - floor(u * 0.5) * 2.0;
+            let twice = u - (u * 0.5).floor() * 2.0;
             (twice - 1.0).abs().one_minus()
         }
         Wrap::ClampToEdge => u.saturate(),
     }
-}
-
-/// Largest integer not above, for numbers that fit an integer. Without rounding instructions (SSE2) the general
-/// function is sixteen calls.
-#[inline(always)]
-fn floor<F: Float>(x: F) -> F {
-    let truncated = x.to_int().to_float();
-    truncated - x.lt(truncated).select(x.splat_like(1.0), x.splat_like(0.0))
 }
 
 /// The two texels between whose centres a position (in texels, 0 to `size`) lies, and how far it is from the first
@@ -315,7 +307,7 @@ fn floor<F: Float>(x: F) -> F {
 #[inline(always)]
 fn neighbours<F: Float>(position: F, size: F::I, wrap: Wrap) -> ([F::I; 2], F) {
     let x = position - 0.5;
-    let floor = floor(x);
+    let floor = x.floor();
     let (first, fraction) = (floor.to_int(), x - floor);
     let (second, last) = (first + 1, size + -1);
     let between = match wrap {
