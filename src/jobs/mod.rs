@@ -163,7 +163,7 @@ fn divide(count: usize, work: &(dyn Fn() + Sync)) {
 }
 
 /// The guarded value, also after a worker has panicked: the panic itself is passed on by the pool.
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 

@@ -1,8 +1,9 @@
 //! The planes of a picture by rows of tiles, cut into tiles when a thread comes to them.
 
+use crate::jobs::lock;
 use crate::reuse::{emptied, reserve_like};
 use crate::tile::TileGrid;
-use std::sync::{Mutex, PoisonError};
+use std::sync::Mutex;
 
 /// Where tiles write their pixels: planes of the whole picture, each empty where it is not wanted.
 #[derive(Debug, Default)]
@@ -81,8 +82,8 @@ impl<'a> Bands<'a> {
         let mut linear = planes.linear.chunks_mut(pixels);
         let mut transmittance = planes.transmittance.chunks_mut(pixels);
         let mut display = planes.display.chunks_mut(pixels);
-        for band in &mut bands.0 {
-            let band = band.get_mut().unwrap_or_else(PoisonError::into_inner);
+        for band in &bands.0 {
+            let mut band = lock(band);
             // Nothing where none are wanted.
             band.linear.pixels = linear.next().unwrap_or_default();
             band.transmittance.pixels = transmittance.next().unwrap_or_default();
@@ -94,7 +95,7 @@ impl<'a> Bands<'a> {
     /// Adds the rows of a tile, which has them from then on: a second time, they are empty.
     pub(super) fn take(&self, grid: &TileGrid, tile: usize, rows: &mut TileRows<'a>) {
         let columns = grid.columns() as usize;
-        let mut band = self.0[tile / columns].lock().unwrap_or_else(PoisonError::into_inner);
+        let mut band = lock(&self.0[tile / columns]);
         band.linear.take(grid, tile % columns, &mut rows.linear);
         band.transmittance.take(grid, tile % columns, &mut rows.transmittance);
         band.display.take(grid, tile % columns, &mut rows.display);
@@ -103,8 +104,7 @@ impl<'a> Bands<'a> {
     /// None, with the memory for as many.
     pub(super) fn emptied<'b>(self) -> Bands<'b> {
         let emptied = |band: Mutex<Band<'a>>| {
-            let Band { linear, transmittance, display } =
-                band.into_inner().unwrap_or_else(PoisonError::into_inner);
+            let Band { linear, transmittance, display } = std::mem::take(&mut *lock(&band));
             let (linear, transmittance) = (linear.emptied(), transmittance.emptied());
             Mutex::new(Band { linear, transmittance, display: display.emptied() })
         };
