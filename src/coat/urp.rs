@@ -416,14 +416,12 @@ pub fn direct<L: Lanes>(
             // weights of exactly 1 where both agree.
             let coat_cosine = vec3::dot(l, coat.normal, direction).saturate();
             let larger = cosine.max(coat_cosine);
-            let lit = larger.gt(l.zero());
             let one = l.splat(1.0);
-            let divisor = lit.select(larger, one);
-            transmittance = transmittance * lit.select(cosine / divisor, one);
+            let ratio = cosine.min(coat_cosine) / l.zero().lt(larger).select(larger, one);
             // A lane without a coat keeps the base's cosine to the bit.
             let coated = !coat.mask.eq(l.zero());
-            transmittance = coated.select(transmittance, one);
-            reflection = reflection * lit.select(coat_cosine / divisor, one);
+            transmittance = transmittance * (cosine.lt(coat_cosine) & coated).select(ratio, one);
+            reflection = reflection * coat_cosine.lt(cosine).select(ratio, one);
             cosine = coated.select(larger, cosine);
         }
         brdf = vec3::map(

@@ -18,8 +18,9 @@ pub static SRGB8_TO_LINEAR: [f32; 256] = {
     table
 };
 
-/// [`SRGB8_TO_LINEAR`] for [`Lanes::look_up_bytes`].
-pub(crate) static SRGB8_LANES: ByteTable = ByteTable::new(SRGB8_TO_LINEAR);
+/// [`SRGB8_TO_LINEAR`] for [`Lanes::look_up_bytes`]. A constant, which code reaches without asking where it is: of a static,
+/// compilers copied half a table into every call's frame.
+pub(crate) const SRGB8_LANES: ByteTable = ByteTable::new(SRGB8_TO_LINEAR);
 
 /// Linear value of an 8-bit sRGB code.
 #[must_use]

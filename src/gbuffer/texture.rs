@@ -151,25 +151,23 @@ impl<L: Lanes> SamplePlan<L> {
     fn filter(&self, l: L, textures: &[&Texture], fetched: &mut Fetched<L>, out: &mut [[L::F; 4]]) {
         let textures = &textures[..textures.len().min(MAX_TOGETHER)];
         let Self { uv, probes, mips, corners } = self;
-        let is_one = probes.most == 1;
-        let weight = probes.count.recip();
-        let spacing = (probes.count + 1.0).recip();
-        let mut texels = [[l.zero(); 4]; MAX_TOGETHER];
-        if !is_one {
+        let Fetched { parts, probe } = fetched;
+        if probes.most == 1 {
+            mips.sample(l, textures, *uv, Some(corners), parts, out);
+        } else {
             for sum in out.iter_mut() {
                 *sum = [l.zero(); 4];
             }
-        }
-        for k in 0..probes.most {
-            let counts = l.splat(k as f32).lt(probes.count);
-            // Probe k of N lies at (k + 1) / (N + 1) - 1/2 of the major axis (EXT_texture_filter_anisotropic).
-            let along = counts.select(spacing * (k as f32 + 1.0) - 0.5, l.zero());
-            let at = [uv[0] + along * probes.major[0], uv[1] + along * probes.major[1]];
-            let known = if is_one { Some(corners) } else { None };
-            mips.sample(l, textures, at, known, fetched, if is_one { &mut *out } else { &mut texels });
-            if !is_one {
+            let weight = probes.count.recip();
+            let spacing = (probes.count + 1.0).recip();
+            for k in 0..probes.most {
+                let counts = l.splat(k as f32).lt(probes.count);
+                // Probe k of N lies at (k + 1) / (N + 1) - 1/2 of the major axis (EXT_texture_filter_anisotropic).
+                let along = counts.select(spacing * (k as f32 + 1.0) - 0.5, l.zero());
+                let at = [uv[0] + along * probes.major[0], uv[1] + along * probes.major[1]];
+                mips.sample(l, textures, at, None, parts, probe);
                 let weight = counts.select(weight, l.zero());
-                for (sum, texel) in out.iter_mut().zip(&texels) {
+                for (sum, texel) in out.iter_mut().zip(&*probe) {
                     for n in 0..4 {
                         sum[n] = sum[n] + texel[n] * weight;
                     }

@@ -76,7 +76,7 @@ fn shade_urp<L: Lanes>(
     let coat = (material.coat > 0.0).then_some(urp::Coat {
         mask: surface.coat,
         smoothness: surface.coat_roughness.one_minus(),
-        normal: material.has_normal_maps().then_some(surface.coat_normal),
+        normal: models::has_coat_normal(material).then_some(surface.coat_normal),
     });
     let data = urp::SurfaceData {
         albedo: surface.base_color,

@@ -9,15 +9,30 @@ use crate::scene::{MipFilter, Texture};
 /// Parts that are fetched before any is used: texels that are not in the cache come together.
 pub(super) const TOGETHER: usize = 2;
 
-/// Texels as they lie in memory, of each texture and of the parts that are fetched together: room that is kept, since to
-/// clear it for each batch takes a fiftieth of a textured frame.
-pub struct Fetched<L: Lanes>([[[L::I; 4]; MAX_TOGETHER]; TOGETHER]);
+/// What is read on the way to a texture's colour: room that is kept, since to clear it for each batch takes a fiftieth of a
+/// textured frame.
+pub struct Fetched<L: Lanes> {
+    pub(super) parts: FetchedParts<L>,
+    /// What one of several probes finds in each texture.
+    pub(super) probe: [[L::F; 4]; MAX_TOGETHER],
+}
+
+/// Of the parts that are fetched together: where they lie, if no plan knows, and the texels of each texture as they lie in
+/// memory.
+pub(super) struct FetchedParts<L: Lanes> {
+    corners: [Corners<L>; TOGETHER],
+    texels: [[[L::I; 4]; MAX_TOGETHER]; TOGETHER],
+}
 
 impl<L: Lanes> Fetched<L> {
     /// Nothing yet.
     #[inline(always)]
     pub fn none(l: L) -> Self {
-        Self([[[l.splat_i(0); 4]; MAX_TOGETHER]; TOGETHER])
+        let texels = [[[l.splat_i(0); 4]; MAX_TOGETHER]; TOGETHER];
+        Self {
+            parts: FetchedParts { corners: [Corners::none(l); TOGETHER], texels },
+            probe: [[l.zero(); 4]; MAX_TOGETHER],
+        }
     }
 }
 
@@ -127,11 +142,11 @@ impl<L: Lanes> Mips<L> {
         textures: &[&Texture],
         uv: [L::F; 2],
         known: Option<&[Corners<L>; TOGETHER]>,
-        fetched: &mut Fetched<L>,
+        fetched: &mut FetchedParts<L>,
         out: &mut [[L::F; 4]],
     ) {
         let Some(&texture) = textures.first() else { return };
-        let mut corners = [Corners::none(l); TOGETHER];
+        let FetchedParts { corners, texels: fetched } = fetched;
         let mut wrapped = [l.zero(); 2];
         if known.is_none() || self.count > TOGETHER {
             wrapped = wrap(texture.sampler(), uv);
@@ -143,15 +158,15 @@ impl<L: Lanes> Mips<L> {
                     for (corners, part) in corners.iter_mut().zip(parts) {
                         *corners = self.corners(l, texture, wrapped, *part);
                     }
-                    &corners
+                    &*corners
                 }
             };
             // All are fetched before any is used: texels that are not in the cache come together.
-            for ((corners, texels), _) in corners.iter().zip(&mut fetched.0).zip(parts) {
+            for ((corners, texels), _) in corners.iter().zip(fetched.iter_mut()).zip(parts) {
                 corners.fetch(l, textures, texels);
             }
             for (n, (&texture, out)) in textures.iter().zip(out.iter_mut()).enumerate() {
-                for ((corners, texels), &part) in corners.iter().zip(&fetched.0).zip(parts) {
+                for ((corners, texels), &part) in corners.iter().zip(&*fetched).zip(parts) {
                     *out = self.add(part, corners.weights.filter(l, texture, texels[n]), *out);
                 }
             }

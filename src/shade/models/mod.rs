@@ -75,7 +75,7 @@ fn stretched<L: Lanes>(l: L, surface: &Surface<L>) -> (L::F, V3<L>, V3<L>) {
 }
 
 /// True if coat and base have normals of their own.
-fn has_coat_normal(material: &Material) -> bool {
+pub(super) fn has_coat_normal(material: &Material) -> bool {
     material.coat_normal_texture != material.normal_texture
 }
 

@@ -2,7 +2,7 @@
 
 use super::super::incident::{Surroundings, add_lights};
 use super::super::{Reflectance, ShadeContext, Surface};
-use super::stretched;
+use super::{has_coat_normal, stretched};
 use crate::brdf::tables;
 use crate::coat::openpbr::{self, AlbedoSource, Coat, EnvironmentQuery, SurfaceData};
 use crate::each;
@@ -72,7 +72,7 @@ fn radiance<L: Lanes>(l: L, context: &ShadeContext<'_>, material: &Material, sur
             anisotropy: l.splat(given.coat.anisotropy),
             ior: l.splat(given.coat.ior),
             darkening: l.splat(given.coat.darkening),
-            normal: material.has_normal_maps().then_some(surface.coat_normal),
+            normal: has_coat_normal(material).then_some(surface.coat_normal),
         }),
         invert_ratio: true,
     };
