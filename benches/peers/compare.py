@@ -29,12 +29,23 @@ import common
 import inputs
 import pictures
 import table
-from workloads import COLD, FRAMES, LARGE, LARGE_LEFT_OUT, SETTINGS, SIZE, WARM
+from workloads import (
+    COLD,
+    FRAMES,
+    LARGE,
+    LARGE_LEFT_OUT,
+    SETTINGS,
+    SIZE,
+    TEXTURED,
+    TEXTURED_FRAMES,
+    TEXTURED_MODELS,
+    WARM,
+)
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
 PEERS = ("overcoat", "llvmpipe", "f3d", "vtk", "three")
-KINDS = ("cold", "warm", "large", "models")
+KINDS = ("cold", "warm", "textured", "large", "models")
 # A run that takes longer is ended and told.
 PATIENCE = 900.0
 # Share of pixels by which a peer's silhouette may differ from overcoat's.
@@ -60,8 +71,8 @@ def command_line():
     parser.add_argument(
         "--what",
         metavar="KIND,...",
-        help="cold: start to PNG; warm: frames of an orbit; large: the same with 5M triangles; "
-        "models: a new model each frame [default: all four]",
+        help="cold: start to PNG; warm: frames of an orbit; textured: the same with three textures and without; "
+        "large: with 5M triangles; models: a new model each frame [default: all five]",
     )
     parser.add_argument(
         "--out",
@@ -171,6 +182,7 @@ class Comparison:
         command += ["--eye=" + ",".join(map(str, common.eye())), "--target", "0,0,0"]
         command += ["--fov", str(common.FIELD_OF_VIEW), "--env", light]
         command += ["--size", size, "--samples", str(setting.samples)]
+        command += ["--anisotropy", str(setting.anisotropy)] if setting.anisotropy else []
         if picture:
             return command + ["-o", str(picture)]
         # One pass that is not counted comes before, as with the peers.
@@ -198,24 +210,27 @@ class Comparison:
 
     def look(self):
         """One picture of every setting: fills caches on disk and shows that all draw the same silhouette."""
-        keys = [key for key in SETTINGS if key in COLD or key in FRAMES]
-        for setting in self.settings(keys):
-            path = self.args.out / f"{setting.key}.png"
-            command = self.command(setting, "picture", [self.paths["5k"]], picture=path)
-            try:
-                run(command, setting.variables)
-                self.covered[setting.key] = pictures.covered(path)
-                say(f"{path}: {self.covered[setting.key]:.1%} covered")
-            except (RunFailed, OSError, ValueError) as failure:
-                self.drop(setting, failure)
+        for setting in self.settings([key for key in SETTINGS if key in COLD or key in FRAMES]):
+            self.look_at(setting, setting.key, setting.key, self.paths["5k"])
+        if "textured" in self.args.what:
+            for setting in self.settings(TEXTURED):
+                key = ("textured", setting.key)
+                self.look_at(setting, f"{setting.key}-textured", key, self.paths["textured"])
         ours = self.covered.get("overcoat-8")
-        for key, share in self.covered.items():
+        for name, share in self.covered.items():
             if ours and abs(share - ours) > SILHOUETTE:
-                self.note(f"{key} covers {share:.1%} of the pixels, overcoat {ours:.1%}: look at the pictures")
+                self.note(f"{name} covers {share:.1%} of the pixels, overcoat {ours:.1%}: look at the pictures")
 
-    def drop(self, setting, failure):
-        self.note(f"{setting.key} left out: {failure}")
-        self.left_out[setting.key] = str(failure)
+    def look_at(self, setting, name, key, model):
+        """One picture; on failure what has the key is left out."""
+        path = self.args.out / f"{name}.png"
+        try:
+            run(self.command(setting, "picture", [model], picture=path), setting.variables)
+            self.covered[name] = pictures.covered(path)
+            say(f"{path}: {self.covered[name]:.1%} covered")
+        except (RunFailed, OSError, ValueError) as failure:
+            self.note(f"{name} left out: {failure}")
+            self.left_out[key] = str(failure)
 
     def note(self, text):
         self.notes.append(text)
@@ -234,6 +249,9 @@ class Comparison:
                 yield f"warm-{name}", FRAMES, lambda s, a=(knot, size, frames): self.command(
                     s, "warm", model(a[0]), a[1], a[2]
                 )
+        if "textured" in self.args.what:
+            for name, knot in TEXTURED_MODELS.items():
+                yield name, TEXTURED, lambda s, knot=knot: self.command(s, "warm", model(knot), SIZE, TEXTURED_FRAMES)
         if "large" in self.args.what:
             size, knot, frames = LARGE
             keys = [key for key in FRAMES if key not in LARGE_LEFT_OUT]
@@ -256,7 +274,7 @@ class Comparison:
             self.write()
 
     def one(self, name, setting, command, number):
-        say(f"round {number + 1}/{self.args.rounds}  {name:<10}  {setting.key:<18}", end="")
+        say(f"round {number + 1}/{self.args.rounds}  {name:<14}  {setting.key:<20}", end="")
         try:
             cpu, wall, output = run(command, setting.variables)
             report = last_json(output) if output.strip() else {}
@@ -348,7 +366,9 @@ def main():
     comparison.probe()
     if not comparison.versions:
         sys.exit("compare.py: none of the renderers is installed; see benches/peers/README.md")
-    comparison.paths = inputs.make(args.out, sorted(knots), "models" in args.what, say=say)
+    comparison.paths = inputs.make(
+        args.out, sorted(knots), models="models" in args.what, textured="textured" in args.what, say=say
+    )
     stopped = False
     try:
         comparison.look()

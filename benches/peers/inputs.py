@@ -3,8 +3,8 @@
 
 Models are GLB files with positions, normals and one car paint (metallic, rough, KHR_materials_clearcoat), and one
 directional light (KHR_lights_punctual). Every model is centred and fills the unit sphere, so that one camera suits
-all. One knot more has three textures in place of the paint's numbers, for `overcoat bench`. Only the standard library
-is used, without random numbers: the same Python writes the same bytes.
+all. One knot more has three textures in place of the paint's numbers. Only the standard library is used, without random
+numbers: the same Python writes the same bytes.
 """
 
 import argparse

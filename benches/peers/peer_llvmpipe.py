@@ -5,6 +5,8 @@ What a good programmer gets out of OpenGL in software, not what a renderer does 
 Unity's URP (as `overcoat --shading urp-desktop`), everything that is constant over the mesh is worked out on the
 processor beforehand, and the environment is a mip-mapped picture that is filtered by averaging, not by the lobe.
 Three environment terms: spherical harmonics for diffuse, a blurred lookup for the base and a sharp one for the coat.
+Textures, if the model has them, are those of `knot_textured.glb`: base colour, normal, and occlusion with roughness and
+metallic, filtered trilinearly.
 """
 
 import os
@@ -19,6 +21,8 @@ import sys
 import time
 
 import common
+import llvmpipe_shader
+import pictures
 
 try:
     import moderngl
@@ -28,123 +32,69 @@ except ImportError as error:
 
 STARTUP = time.process_time()
 
-VERTEX = """
-#version 330 core
-uniform mat4 clip_from_world;
-in vec3 position;
-in vec3 normal;
-out vec3 world;
-out vec3 direction;
-void main() {
-    world = position;
-    direction = normal;
-    gl_Position = clip_from_world * vec4(position, 1.0);
-}
-"""
-
-# What depends on roughness alone comes from Python; see `lobe` below.
-FRAGMENT = """
-uniform vec3 eye;
-uniform vec3 light;
-uniform vec3 light_color;
-uniform vec3 diffuse_color;
-uniform vec3 specular_color;
-uniform float grazing;
-uniform vec4 base_lobe;
-uniform vec4 coat_lobe;
-uniform float coat;
-in vec3 world;
-in vec3 direction;
-out vec4 color;
-
-#if ENVIRONMENT
-uniform sampler2D surroundings;
-uniform vec3 harmonics[9];
-
-vec3 irradiance(vec3 n) {
-    return harmonics[0] + harmonics[1] * n.y + harmonics[2] * n.z + harmonics[3] * n.x
-        + harmonics[4] * (n.x * n.y) + harmonics[5] * (n.y * n.z) + harmonics[6] * (3.0 * n.z * n.z - 1.0)
-        + harmonics[7] * (n.x * n.z) + harmonics[8] * (n.x * n.x - n.y * n.y);
-}
-
-// The sphere unfolded on a square: no dearer than a lookup by angles, and without poles.
-vec2 unfolded(vec3 d) {
-    d /= abs(d.x) + abs(d.y) + abs(d.z);
-    vec2 low = (1.0 - abs(d.zx)) * vec2(d.x < 0.0 ? -1.0 : 1.0, d.z < 0.0 ? -1.0 : 1.0);
-    return (d.y < 0.0 ? low : d.xz) * 0.5 + 0.5;
-}
-#endif
-
-// x: roughness squared less one, y: roughness squared, z: four times roughness plus two.
-float lobe(vec4 l, float n_h, float l_h) {
-    float d = n_h * n_h * l.x + 1.00001;
-    return l.y / (d * d * max(0.1, l_h * l_h) * l.z);
-}
-
-void main() {
-    vec3 n = normalize(direction);
-    vec3 v = normalize(eye - world);
-    float n_v = clamp(dot(n, v), 0.0, 1.0);
-    float n_l = clamp(dot(n, light), 0.0, 1.0);
-    vec3 h = normalize(light + v);
-    float n_h = clamp(dot(n, h), 0.0, 1.0);
-    float l_h = clamp(dot(light, h), 0.0, 1.0);
-    float rim = 1.0 - n_v;
-    rim *= rim;
-    rim *= rim;
-    float covered = coat * (0.04 + 0.96 * rim);
-
-    vec3 base = diffuse_color + specular_color * lobe(base_lobe, n_h, l_h);
-    vec3 sum = (base * (1.0 - covered) + coat * 0.04 * lobe(coat_lobe, n_h, l_h)) * light_color * n_l;
-#if ENVIRONMENT
-    vec2 mirrored = unfolded(reflect(-v, n));
-    vec3 blurred = textureLod(surroundings, mirrored, base_lobe.w).rgb;
-    vec3 sharp = textureLod(surroundings, mirrored, coat_lobe.w).rgb;
-    vec3 around = diffuse_color * irradiance(n)
-        + blurred * mix(specular_color, vec3(grazing), rim) / (base_lobe.y + 1.0);
-    sum += around * (1.0 - covered) + coat * sharp * mix(0.04, 1.0, rim) / (coat_lobe.y + 1.0);
-#endif
-
-    // Khronos PBR neutral, then the curve of sRGB as a power.
-    float low = min(sum.r, min(sum.g, sum.b));
-    sum -= low < 0.08 ? low - 6.25 * low * low : 0.04;
-    float peak = max(sum.r, max(sum.g, sum.b));
-    if (peak > 0.76) {
-        float pressed = 1.0 - 0.0576 / (peak - 0.52);
-        float gray = 1.0 / (0.15 * (peak - pressed) + 1.0);
-        sum = mix(vec3(pressed), sum * (pressed / peak), gray);
-    }
-    color = vec4(pow(sum, vec3(1.0 / 2.2)), 1.0);
-}
-"""
-
-# Pixels of a side; its smallest mip levels are not used, in which the sphere would be a few texels.
+# Pixels of a side of the environment.
 UNFOLDED = 256
 
+# Names of OpenGL.
+RGBA8, RGB16F, SRGB8_ALPHA8 = 0x8058, 0x881B, 0x8C43
 
-def read_glb(path):
-    """Positions, normals, indices and the material of the first primitive, without copies."""
-    with open(path, "rb") as file:
-        data = file.read()
-    length = struct.unpack_from("<12xI", data)[0]
-    document = json.loads(data[20 : 20 + length])
-    start = 20 + length + 8
-    primitive = document["meshes"][0]["primitives"][0]
 
-    def accessor(index):
-        a = document["accessors"][index]
-        view = document["bufferViews"][a["bufferView"]]
+class Model:
+    """The first primitive of a GLB, without copies, and its material."""
+
+    def __init__(self, path):
+        with open(path, "rb") as file:
+            self.data = file.read()
+        length = struct.unpack_from("<12xI", self.data)[0]
+        self.document = json.loads(self.data[20 : 20 + length])
+        self.start = 20 + length + 8
+        primitive = self.document["meshes"][0]["primitives"][0]
+        attributes = primitive["attributes"]
+        self.positions = self.accessor(attributes["POSITION"])
+        self.normals = self.accessor(attributes["NORMAL"])
+        self.indices = self.accessor(primitive["indices"])
+        self.material = self.document["materials"][primitive["material"]]
+        if is_textured(self.material):
+            self.coordinates = self.accessor(attributes["TEXCOORD_0"])
+
+    def accessor(self, index):
+        a = self.document["accessors"][index]
+        view = self.document["bufferViews"][a["bufferView"]]
         kind = {5126: "<f4", 5123: "<u2", 5125: "<u4"}[a["componentType"]]
-        count = a["count"] * (3 if a["type"] == "VEC3" else 1)
-        return numpy.frombuffer(data, kind, count, start + view["byteOffset"])
+        count = a["count"] * {"SCALAR": 1, "VEC2": 2, "VEC3": 3}[a["type"]]
+        return numpy.frombuffer(self.data, kind, count, self.start + view["byteOffset"])
 
-    attributes = primitive["attributes"]
-    return (
-        accessor(attributes["POSITION"]),
-        accessor(attributes["NORMAL"]),
-        accessor(primitive["indices"]),
-        document["materials"][primitive["material"]],
-    )
+    def picture(self, texture):
+        """Size and RGBA bytes, the upper row first, of a texture with its index."""
+        image = self.document["images"][self.document["textures"][texture["index"]]["source"]]
+        view = self.document["bufferViews"][image["bufferView"]]
+        start = self.start + view["byteOffset"]
+        width, height, channels, rows = pictures.decode(self.data[start : start + view["byteLength"]])
+        pixels = numpy.full((height, width, 4), 255, numpy.uint8)
+        pixels[..., :channels] = numpy.frombuffer(b"".join(rows), numpy.uint8).reshape(height, width, channels)
+        return (width, height), pixels.tobytes()
+
+    def tangents(self):
+        """Unit vector along u and the side of the one along v for each vertex, from the triangles around it."""
+        corners = self.indices.reshape(-1, 3).astype(numpy.int64)
+        p, uv = (a.reshape(-1, n)[corners].astype("f8") for a, n in ((self.positions, 3), (self.coordinates, 2)))
+        edges, steps = p[:, 1:] - p[:, :1], uv[:, 1:] - uv[:, :1]
+        area = steps[:, 0, 0] * steps[:, 1, 1] - steps[:, 0, 1] * steps[:, 1, 0]
+        side = numpy.sign(area)[:, None]
+        u = (edges[:, 0] * steps[:, 1, 1, None] - edges[:, 1] * steps[:, 0, 1, None]) * side
+        sums, sides = numpy.zeros((len(self.positions) // 3, 3)), numpy.zeros(len(self.positions) // 3)
+        normals = self.normals.reshape(-1, 3)
+        faces = (numpy.cross(edges[:, 0], edges[:, 1]) * normals[corners[:, 0]]).sum(1)
+        for k in range(3):
+            numpy.add.at(sums, corners[:, k], u)
+            # Rows of a picture run down and the green of a normal map up.
+            numpy.add.at(sides, corners[:, k], -side[:, 0] * numpy.sign(faces))
+        sums /= numpy.maximum(numpy.linalg.norm(sums, axis=1), 1e-12)[:, None]
+        return numpy.column_stack((sums, numpy.where(sides < 0.0, -1.0, 1.0))).astype("f4")
+
+
+def is_textured(material):
+    return "baseColorTexture" in material["pbrMetallicRoughness"]
 
 
 def read_hdr(path):
@@ -196,11 +146,11 @@ def harmonics(picture):
     return [f * numpy.einsum("ijc,ij->c", small, b * weight) for f, b in zip(factors, basis)]
 
 
-def lobe(perceptual, levels):
+def lobe(perceptual):
     """What the shader wants to know of a roughness."""
     roughness = max(perceptual * perceptual, 0.0078125)
     square = roughness * roughness
-    level = perceptual * (1.7 - 0.7 * perceptual) * (levels - 3)
+    level = perceptual * (1.7 - 0.7 * perceptual) * llvmpipe_shader.ROUGHNESS_LEVELS
     return (square - 1.0, square, 4.0 * roughness + 2.0, level)
 
 
@@ -209,6 +159,9 @@ def material_uniforms(material):
     pbr = material["pbrMetallicRoughness"]
     layer = material.get("extensions", {}).get("KHR_materials_clearcoat", {})
     coat = layer.get("clearcoatFactor", 0.0)
+    uniforms = {"coat_lobe": lobe(layer.get("clearcoatRoughnessFactor", 0.0)), "coat": coat}
+    if is_textured(material):
+        return uniforms
     color, metallic = numpy.array(pbr["baseColorFactor"][:3]), pbr["metallicFactor"]
     reflectivity = 0.04 + 0.96 * metallic
     f0 = 0.04 * (1.0 - metallic) + color * metallic
@@ -217,14 +170,12 @@ def material_uniforms(material):
     index_ratio = 1.0 + coat * (1.0 / 1.5 - 1.0)
     variance = (2.0 / (pbr["roughnessFactor"] ** 4 + 1e-7) - 2.0) ** -1.0 * index_ratio**2
     perceptual = (2.0 / (1.0 / variance + 2.0)) ** 0.25
-    levels = math.log2(UNFOLDED) + 1
     return {
+        **uniforms,
         "diffuse_color": tuple(color * (1.0 - reflectivity)),
         "specular_color": tuple(f0 + (under - f0) * coat),
         "grazing": min(1.0 - pbr["roughnessFactor"] + reflectivity, 1.0),
-        "base_lobe": lobe(perceptual, levels),
-        "coat_lobe": lobe(layer.get("clearcoatRoughnessFactor", 0.0), levels),
-        "coat": coat,
+        "base_lobe": lobe(perceptual),
     }
 
 
@@ -261,14 +212,17 @@ class Program:
             common.missing(f"OpenGL is {info['GL_RENDERER']}, not llvmpipe")
         if args.mode == "probe":
             return
-        lit = f"#version 330 core\n#define ENVIRONMENT {int(bool(args.environment))}\n"
-        self.program = self.context.program(VERTEX, lit + FRAGMENT)
+        self.textured = is_textured(common.paint(args.model[0]))
+        self.program = self.context.program(
+            llvmpipe_shader.vertex(self.textured),
+            llvmpipe_shader.fragment(bool(args.environment), self.textured),
+        )
         light = numpy.array(common.LIGHT)
         self.set(light=tuple(light / numpy.linalg.norm(light)), light_color=(LIGHT_SCALE,) * 3)
         if args.environment:
             picture = read_hdr(args.environment)
             self.texture = self.context.texture((UNFOLDED, UNFOLDED), 3, unfold(picture).tobytes(), dtype="f4",
-                                                internal_format=0x881B)
+                                                internal_format=RGB16F)
             self.texture.build_mipmaps()
             self.texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
             self.texture.repeat_x = self.texture.repeat_y = False
@@ -295,16 +249,43 @@ class Program:
     def load(self, path):
         for thing in self.objects:
             thing.release()
-        positions, normals, indices, material = read_glb(path)
-        buffers = [self.context.buffer(data) for data in (positions, normals, indices)]
+        model = Model(path)
+        if is_textured(model.material) != self.textured:
+            common.missing("either all models have textures or none has")
+        vertices = [(model.positions, "3f", "position"), (model.normals, "3f", "normal")]
+        if self.textured:
+            vertices += [(model.coordinates, "2f", "coordinates"), (model.tangents(), "4f", "tangent")]
+        buffers = [self.context.buffer(data) for data, _, _ in vertices]
+        indices = self.context.buffer(model.indices)
         self.mesh = self.context.vertex_array(
             self.program,
-            [(buffers[0], "3f", "position"), (buffers[1], "3f", "normal")],
-            buffers[2],
-            index_element_size=indices.itemsize,
+            [(buffer, form, name) for buffer, (_, form, name) in zip(buffers, vertices)],
+            indices,
+            index_element_size=model.indices.itemsize,
         )
-        self.objects = [self.mesh, *buffers]
-        self.set(**material_uniforms(material))
+        self.objects = [self.mesh, indices, *buffers]
+        self.set(**material_uniforms(model.material))
+        if self.textured:
+            self.objects += self.load_textures(model)
+
+    def load_textures(self, model):
+        """Into the units after the environment's."""
+        pbr = model.material["pbrMetallicRoughness"]
+        maps = {
+            "base_color_map": (pbr["baseColorTexture"], SRGB8_ALPHA8),
+            "normal_map": (model.material["normalTexture"], RGBA8),
+            "packed_map": (pbr["metallicRoughnessTexture"], RGBA8),
+        }
+        textures = []
+        for unit, (name, (texture, form)) in enumerate(maps.items(), 1):
+            size, pixels = model.picture(texture)
+            texture = self.context.texture(size, 4, pixels, internal_format=form)
+            texture.build_mipmaps()
+            texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
+            texture.use(unit)
+            self.set(**{name: unit})
+            textures.append(texture)
+        return textures
 
     def frame(self, k, n):
         position = common.eye(k, n)

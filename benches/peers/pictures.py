@@ -23,7 +23,11 @@ def covered(path):
 def read(path):
     """Width, height, channels and rows of an 8-bit RGB or RGBA picture without interlacing."""
     with open(path, "rb") as file:
-        data = file.read()
+        return decode(file.read(), path)
+
+
+def decode(data, path="picture"):
+    """The same of a file's bytes; `path` is for messages."""
     if data[:8] != b"\x89PNG\r\n\x1a\n":
         raise ValueError(f"{path} is no PNG")
     at, packed = 8, b""

@@ -5,7 +5,17 @@ import json
 import sys
 from statistics import median
 
-from workloads import COLD, FRAMES, LARGE_TRIANGLES, SETTINGS, WARM, WARM_TITLES, cold_against
+from workloads import (
+    COLD,
+    FRAMES,
+    LARGE_TRIANGLES,
+    SETTINGS,
+    TEXTURED,
+    WARM,
+    WARM_TITLES,
+    cold_against,
+    textured_against,
+)
 
 
 def markdown(results):
@@ -16,6 +26,8 @@ def markdown(results):
     warm = [name for name in WARM if f"warm-{name}" in runs]
     if warm:
         parts.append(frames(runs, warm))
+    if "textured" in runs:
+        parts.append(textured(runs["textured"], runs.get("textured-plain", {})))
     if "large" in runs:
         parts.append(large(runs["large"]))
     if "models" in runs:
@@ -121,6 +133,33 @@ def frames(runs, columns):
             lines.append([SETTINGS[key].title, SETTINGS[key].draws, *cells])
     header = ["Processor ms a frame, read back, 512x512", "draws", *(WARM_TITLES[name] for name in columns)]
     return rows("Warm frames", header, lines)
+
+
+def textured(runs, plain):
+    lines = []
+    for key in TEXTURED:
+        if key not in runs:
+            continue
+        setting, entries = SETTINGS[key], runs[key]
+        lines.append(
+            [
+                setting.title,
+                setting.draws,
+                spread(values(plain[key], "frame_cpu_ms")) if key in plain else "–",
+                spread(values(entries, "frame_cpu_ms")),
+                ratio(entries, plain.get(key), "frame_cpu_ms"),
+                ratio(entries, runs.get(textured_against(setting)), "frame_cpu_ms"),
+            ]
+        )
+    header = [
+        "5k triangles, 512x512, read back",
+        "draws",
+        "without textures, processor ms a frame",
+        "with three of 2048x2048",
+        "× without",
+        "× overcoat, both with",
+    ]
+    return rows("Textures", header, lines)
 
 
 def large(runs):

@@ -15,6 +15,9 @@ WARM_TITLES = {
     "1m": "1M triangles",
     "1080p": "5k triangles, 1920x1080",
 }
+# The same knot without and with textures, and how many frames of the orbit are counted.
+TEXTURED_MODELS = {"textured-plain": "5k", "textured": "textured"}
+TEXTURED_FRAMES = 12
 LARGE = ("512x512", "5m", 3)
 LARGE_TRIANGLES = 5_000_000
 SIZE = "512x512"
@@ -37,6 +40,8 @@ class Setting:
     # Key of the setting of overcoat to which the ratio is told; None for overcoat itself.
     against: str = None
     variables: tuple = ()
+    # Most probes of anisotropic filtering, in place of overcoat's default; 1 is trilinear filtering.
+    anisotropy: int = None
 
 
 def overcoat(key, samples, draws, **more):
@@ -52,6 +57,9 @@ SETTINGS = {
         overcoat("overcoat-8-studio", 8, "light, built-in studio, coat; coverage by 8 samples", built_in=True),
         overcoat("overcoat-4", 4, f"{ALL}; coverage by 4 samples"),
         overcoat("overcoat-1", 1, f"{ALL}; no anti-aliasing"),
+        overcoat("overcoat-8-trilinear", 8, f"{ALL}; coverage by 8 samples, trilinear", anisotropy=1),
+        overcoat("overcoat-4-trilinear", 4, f"{ALL}; coverage by 4 samples, trilinear", anisotropy=1),
+        overcoat("overcoat-1-trilinear", 1, f"{ALL}; no anti-aliasing, trilinear", anisotropy=1),
         overcoat("overcoat-1-light", 1, "light, coat; no anti-aliasing", environment=False),
         Setting("llvmpipe", "llvmpipe", "llvmpipe, own shader", f"{ALL}; no anti-aliasing", against="overcoat-1"),
         Setting(
@@ -124,3 +132,20 @@ FRAMES = (
 )
 # They would tell nothing new, or take minutes.
 LARGE_LEFT_OUT = ("llvmpipe-light", "three", "overcoat-1-light")
+
+TEXTURED = (
+    "overcoat-1-trilinear",
+    "overcoat-4-trilinear",
+    "overcoat-8-trilinear",
+    "overcoat-8",
+    "llvmpipe",
+    "llvmpipe-4",
+    "f3d",
+    "vtk",
+    "three",
+)
+
+
+def textured_against(setting):
+    """Peers filter trilinearly, or by a few probes."""
+    return f"{setting.against}-trilinear"
