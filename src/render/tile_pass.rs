@@ -19,6 +19,7 @@ use crate::reuse::reserve_like;
 use crate::scene::AlphaMode;
 use crate::shade::{Backdrop, ShadeContext, alpha_passes};
 use crate::tile::{Run, TileGrid};
+use prefetch_index::prefetch_index;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// What all tiles of a frame share.
@@ -48,6 +49,9 @@ pub(super) struct Pass<'a> {
 /// Blended fragments that one thread keeps at a time: 64 layers of a tile of 64 x 64 pixels, and some 16 MB. Of tiles with
 /// more, parts are drawn one after the other.
 const MAX_KEPT: usize = 1 << 18;
+
+/// How many triangles before its turn one is asked for: in a dense mesh those of a tile are not in the cache.
+const TRIANGLES_AHEAD: usize = 8;
 
 /// Work done so far, by all tiles, and how much is allowed. Whether the sum exceeds a limit does not depend on the
 /// order of the tiles; once it does, the rest is skipped and there is no picture.
@@ -340,14 +344,24 @@ fn draw_triangles<L: Lanes>(
     scratch.blended.clear();
     let samples = pass.pattern.len();
     scratch.visibility.clear(width as usize, height as usize, samples);
-    for run in runs {
+    for (number, run) in runs.iter().enumerate() {
+        if let Some(next) = runs.get(number + 1) {
+            let chunk = &pass.chunks[next.chunk as usize];
+            for &first in chunk.bins.triangles(next).iter().take(TRIANGLES_AHEAD) {
+                prefetch_index(&chunk.triangles, first as usize);
+            }
+        }
         let chunk = &pass.chunks[run.chunk as usize];
         let state = &pass.states[chunk.draw as usize];
         let mode = if state.transmissive { AlphaMode::Blend } else { state.alpha_mode };
         if mode == AlphaMode::Blend && pass.backdrop.is_none() {
             continue;
         }
-        for &index in chunk.bins.triangles(run) {
+        let listed = chunk.bins.triangles(run);
+        for (place, &index) in listed.iter().enumerate() {
+            if let Some(&later) = listed.get(place + TRIANGLES_AHEAD) {
+                prefetch_index(&chunk.triangles, later as usize);
+            }
             let identity = scratch.identities.len() as u32;
             scratch.identities.push((run.chunk, index));
             let triangle = &chunk.triangles[index as usize];

@@ -1,13 +1,10 @@
 //! Light on surfaces: the shading models applied to surface fragments.
 
-use super::incident::{Surroundings, sample_light};
-use super::{Reflectance, ShadeContext, Surface, models};
-use crate::coat::EnvironmentQuery;
-use crate::coat::urp::{self, UrpVersion};
+use super::{ShadeContext, Surface, models};
 use crate::each;
 use crate::gbuffer::layout::SurfacePlanes;
 use crate::math::lanes::{Float, Lanes};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::V3;
 use crate::scene::{Material, ShadingModel};
 
 /// Largest radiance of a fragment; the sun's disc has 2e9 candela per square metre.
@@ -29,13 +26,7 @@ pub fn shade<L: Lanes>(
     }
     let radiance = match model {
         ShadingModel::UrpDesktop | ShadingModel::UrpMobile | ShadingModel::Urp17 => {
-            // Versions of one engine are values: a copy of the kernel for each would be that many times the code.
-            let version = match model {
-                ShadingModel::UrpMobile => UrpVersion::Mobile,
-                ShadingModel::Urp17 => UrpVersion::Newest,
-                _ => UrpVersion::Desktop,
-            };
-            return shade_urp(l, context, material, &Surface::load(l, material, false, surface), version);
+            return models::urp::shade(l, context, model, material, surface);
         }
         ShadingModel::HdrpLit => models::hdrp_lit::shade(l, context, material, surface),
         ShadingModel::StackLit => models::stacklit::shade(l, context, material, surface),
@@ -55,53 +46,4 @@ pub fn shade<L: Lanes>(
     // Thin films and sheen can make light negative in the engines, whose frame buffers cut it off; and highlights of
     // mirrors under lights without extent know no bound.
     each!(c in radiance => c.clamp_to(0.0, MAX_RADIANCE))
-}
-
-/// Unity URP. Its BRDF leaves out the division by pi, so lights come as E / pi and the environment's diffuse light
-/// as irradiance / pi.
-#[inline(always)]
-fn shade_urp<L: Lanes>(
-    l: L,
-    context: &ShadeContext<'_>,
-    material: &Material,
-    surface: &Surface<L>,
-    version: UrpVersion,
-) -> V3<L> {
-    let reflectance = match surface.reflectance {
-        Reflectance::Metallic { metallic, dielectric } => {
-            urp::Reflectance::Metallic { metallic, dielectric_f0: dielectric.weighted_f0(l) }
-        }
-        Reflectance::Specular { f0 } => urp::Reflectance::Specular { color: f0 },
-    };
-    let coat = (material.coat > 0.0).then_some(urp::Coat {
-        mask: surface.coat,
-        smoothness: surface.coat_roughness.one_minus(),
-        normal: models::has_coat_normal(material).then_some(surface.coat_normal),
-    });
-    let data = urp::SurfaceData {
-        albedo: surface.base_color,
-        reflectance,
-        smoothness: surface.roughness.one_minus(),
-        coat,
-    };
-    let layers = urp::surface(l, version, &data, surface.normal, surface.view);
-    let mut radiance = [l.zero(); 3];
-    for &source in Surroundings::of(context) {
-        let reflected = urp::indirect(
-            l,
-            &layers,
-            source.irradiance_over_pi(l, context, surface, surface.normal),
-            #[inline(always)]
-            |query: EnvironmentQuery<L>| source.radiance(l, context, material, surface, query),
-            source.occlusion(l, surface),
-        );
-        radiance = vec3::add(l, radiance, reflected);
-    }
-    for light in context.lights {
-        let sample = sample_light(l, light, surface.position);
-        let color = vec3::scale(l, sample.irradiance, l.splat(std::f32::consts::FRAC_1_PI));
-        let direct = urp::direct(l, &layers, sample.direction, color, l.splat(1.0));
-        radiance = vec3::add(l, radiance, direct);
-    }
-    vec3::add(l, radiance, surface.emissive)
 }

@@ -10,6 +10,7 @@ pub(super) mod hdrp_lit;
 pub(super) mod openpbr;
 pub(super) mod stacklit;
 pub(super) mod three;
+pub(super) mod urp;
 pub(super) mod velvet;
 
 use super::{Reflectance, Surface};
@@ -75,7 +76,7 @@ fn stretched<L: Lanes>(l: L, surface: &Surface<L>) -> (L::F, V3<L>, V3<L>) {
 }
 
 /// True if coat and base have normals of their own.
-pub(super) fn has_coat_normal(material: &Material) -> bool {
+fn has_coat_normal(material: &Material) -> bool {
     material.coat_normal_texture != material.normal_texture
 }
 
