@@ -100,10 +100,14 @@ fn neutral<L: Lanes>(l: L, rgb: [L::F; 3]) -> [L::F; 3] {
     let offset = least.lt(l.splat(0.08)).select(toe, l.splat(F90));
     let rgb = each!(c in rgb => c - offset);
     let peak = rgb[0].max(rgb[1]).max(rgb[2]);
+    let compressed = peak.ge(l.splat(KS));
+    // Most surfaces are darker.
+    if !compressed.any() {
+        return rgb;
+    }
     let d = 1.0 - KS;
     let new_peak = l.splat(1.0) - l.splat(d * d) / (peak + (d - KS));
     let white = l.splat(1.0) - ((peak - new_peak) * KD + 1.0).recip();
-    let compressed = peak.ge(l.splat(KS));
     // Lanes that are not compressed divide by whatever the peak is, and are not selected.
     let scale = new_peak / peak;
     each!(c in rgb => compressed.select((c * scale).lerp(new_peak, white), c))

@@ -128,18 +128,19 @@ impl Developer {
             out.fill([0; 4]);
             return;
         }
-        let mut planes = [[0.0; LANES]; 4];
-        for (k, pixel) in linear.iter().enumerate().take(LANES) {
-            for (plane, &value) in planes.iter_mut().zip(pixel) {
-                plane[k] = value;
+        let [red, green, blue, alpha] = match linear.first_chunk() {
+            Some(sixteen) => l.load_quads(sixteen),
+            None => {
+                let mut padded = [[0.0; 4]; LANES];
+                padded.iter_mut().zip(linear).for_each(|(to, pixel)| *to = *pixel);
+                l.load_quads(&padded)
             }
-        }
-        let alpha = l.load(&planes[3]).saturate();
+        };
+        let alpha = alpha.saturate();
         let visible = alpha.gt(l.zero());
         // Radiance of the surface itself. Nearly invisible pixels may overflow to infinity, which the curve cuts off.
         let scale = visible.select(l.splat(self.exposure) / alpha, l.zero());
-        let rgb: [L::F; 3] = each!(c => l.load(&planes[c]) * scale);
-        let mut rgb = self.tone_curve.apply(l, rgb);
+        let mut rgb = self.tone_curve.apply(l, [red * scale, green * scale, blue * scale]);
         let mut opacity = l.splat(1.0);
         match behind {
             Behind::Nothing => opacity = alpha,
@@ -156,10 +157,12 @@ impl Developer {
                 }
             }
         }
-        let [r, g, b] = each!(c in rgb => linear_to_srgb8_lanes(l, c).to_array());
-        let a = (opacity * 255.0 + 0.5).to_int().to_array();
-        for (k, pixel) in out.iter_mut().enumerate().take(LANES) {
-            *pixel = if a[k] == 0 { [0; 4] } else { [r[k] as u8, g[k] as u8, b[k] as u8, a[k] as u8] };
+        let [r, g, b] = each!(c in rgb => linear_to_srgb8_lanes(l, c));
+        let a = (opacity * 255.0 + 0.5).to_int();
+        let packed = r | g.shl(8) | b.shl(16) | a.shl(24);
+        let packed = a.eq(l.splat_i(0)).select_i(a, packed).to_array();
+        for (pixel, packed) in out.iter_mut().zip(packed) {
+            *pixel = packed.to_le_bytes();
         }
     }
 }

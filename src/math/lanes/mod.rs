@@ -190,6 +190,11 @@ pub trait Lanes: Copy + Send + Sync + 'static {
     fn load_triples(self, triples: &[[f32; 3]; LANES]) -> [Self::F; 3] {
         each!(c => self.load(&each!(k => triples[k][c])))
     }
+    /// The first to fourth numbers of sixteen quadruples.
+    #[inline(always)]
+    fn load_quads(self, quads: &[[f32; 4]; LANES]) -> [Self::F; 4] {
+        each!(c => self.load(&each!(k => quads[k][c])))
+    }
     /// `table[byte]` per lane for each of the three lowest bytes of `packed`.
     #[inline(always)]
     fn look_up_bytes(self, table: &ByteTable, packed: Self::I) -> [Self::F; 3] {
@@ -430,6 +435,7 @@ mod tests {
             f32::from_bits((k as u32).wrapping_mul(0x9e37_79b1) & 0xbfff_ffff)
         }));
         let triples: [[f32; 3]; LANES] = std::array::from_fn(|k| [a[k], b[k], a[LANES - 1 - k]]);
+        let quads: [[f32; 4]; LANES] = std::array::from_fn(|k| [b[k], a[LANES - 1 - k], a[k], b[k ^ 5]]);
         let floats = [
             x + y,
             x - y,
@@ -453,6 +459,10 @@ mod tests {
             l.load_triples(&triples)[0],
             l.load_triples(&triples)[1],
             l.load_triples(&triples)[2],
+            l.load_quads(&quads)[0],
+            l.load_quads(&quads)[1],
+            l.load_quads(&quads)[2],
+            l.load_quads(&quads)[3],
         ];
         // Some indices lie outside of the table, one pair across its end.
         let table: [u32; 20] = std::array::from_fn(|k| a[k % LANES].to_bits() ^ k as u32);

@@ -129,11 +129,14 @@ impl<S: Simd> Lanes for Vector<S> {
             self.0.combine_f32x4(quads[4 * k], quads[4 * k + 1]),
             self.0.combine_f32x4(quads[4 * k + 2], quads[4 * k + 3]),
         ));
-        let (low_even, low_odd) = self.0.deinterleave_f32x16(four[0], four[1]);
-        let (high_even, high_odd) = self.0.deinterleave_f32x16(four[2], four[3]);
-        let (x, z) = self.0.deinterleave_f32x16(low_even, high_even);
-        let (y, _) = self.0.deinterleave_f32x16(low_odd, high_odd);
-        [VectorFloat(x), VectorFloat(y), VectorFloat(z)]
+        let [x, y, z, _] = unzip_quads(self.0, four);
+        [x, y, z]
+    }
+    #[inline(always)]
+    fn load_quads(self, quads: &[[f32; 4]; LANES]) -> [VectorFloat<S>; 4] {
+        let (vectors, _) = quads.as_flattened().as_chunks::<LANES>();
+        let four: [f32x16<S>; 4] = each!(k => f32x16::load_array_ref(self.0, &vectors[k]));
+        unzip_quads(self.0, four)
     }
     #[inline(always)]
     fn look_up_16(self, table: &[i32; LANES], index: VectorInt<S>) -> VectorInt<S> {
@@ -167,6 +170,16 @@ impl<S: Simd> Lanes for Vector<S> {
             )
         })
     }
+}
+
+/// The first to fourth numbers of sixteen quadruples, of which each vector holds four.
+#[inline(always)]
+fn unzip_quads<S: Simd>(token: S, four: [f32x16<S>; 4]) -> [VectorFloat<S>; 4] {
+    let (low_even, low_odd) = token.deinterleave_f32x16(four[0], four[1]);
+    let (high_even, high_odd) = token.deinterleave_f32x16(four[2], four[3]);
+    let (x, z) = token.deinterleave_f32x16(low_even, high_even);
+    let (y, w) = token.deinterleave_f32x16(low_odd, high_odd);
+    [VectorFloat(x), VectorFloat(y), VectorFloat(z), VectorFloat(w)]
 }
 
 /// [`Lanes::look_up_bytes`] by permutations of bytes: an instruction finds one byte of 64 numbers in half of a table. With
