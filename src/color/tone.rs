@@ -101,7 +101,7 @@ fn neutral<L: Lanes>(l: L, rgb: [L::F; 3]) -> [L::F; 3] {
     let rgb = each!(c in rgb => c - offset);
     let peak = rgb[0].max(rgb[1]).max(rgb[2]);
     let compressed = peak.ge(l.splat(KS));
-    // Most surfaces are darker.
+    // Where nothing is bright, the divisions are for nothing.
     if !compressed.any() {
         return rgb;
     }

@@ -1,11 +1,13 @@
 //! Unity URP on surface fragments. Its BRDF leaves out the division by pi, so lights come as E / pi and the environment's
 //! diffuse light as irradiance / pi.
 
-use super::super::incident::{Surroundings, sample_light};
+use super::super::incident::{Surroundings, add_lights};
 use super::super::{Reflectance, ShadeContext, Surface};
+use super::has_coat_normal;
 use crate::coat::EnvironmentQuery;
 use crate::coat::urp::{self, UrpVersion};
 use crate::gbuffer::layout::SurfacePlanes;
+use crate::light::LightSample;
 use crate::math::lanes::{Float, Lanes};
 use crate::math::vec3::{self, V3};
 use crate::scene::{Material, ShadingModel};
@@ -48,7 +50,7 @@ fn radiance<L: Lanes>(
     let coat = (material.coat > 0.0).then_some(urp::Coat {
         mask: surface.coat,
         smoothness: surface.coat_roughness.one_minus(),
-        normal: super::has_coat_normal(material).then_some(surface.coat_normal),
+        normal: has_coat_normal(material).then_some(surface.coat_normal),
     });
     let data = urp::SurfaceData {
         albedo: surface.base_color,
@@ -69,11 +71,16 @@ fn radiance<L: Lanes>(
         );
         radiance = vec3::add(l, radiance, reflected);
     }
-    for light in context.lights {
-        let sample = sample_light(l, light, surface.position);
-        let color = vec3::scale(l, sample.irradiance, l.splat(std::f32::consts::FRAC_1_PI));
-        let direct = urp::direct(l, &layers, sample.direction, color, l.splat(1.0));
-        radiance = vec3::add(l, radiance, direct);
-    }
+    radiance = add_lights(
+        l,
+        context,
+        surface,
+        radiance,
+        #[inline(always)]
+        |sample: LightSample<L>| {
+            let color = vec3::scale(l, sample.irradiance, l.splat(std::f32::consts::FRAC_1_PI));
+            urp::direct(l, &layers, sample.direction, color, l.splat(1.0))
+        },
+    );
     vec3::add(l, radiance, surface.emissive)
 }
