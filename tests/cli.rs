@@ -429,10 +429,10 @@ fn a_scene_file_describes_a_whole_picture() {
     let scenes = folder.path().join("scenes");
     fs::create_dir(&scenes).unwrap();
     let json = r##"{"name": "x", "model": "../quad.glb", "env": "none", "size": [24, 16], "background": "#00ff00",
-        "camera": {"eye": [0, 0, 9], "target": [0, 0, 0], "up": [0, 1, 0], "fovYDeg": 30, "near": 0.1, "far": 9},
-        "toneMapping": ["linear", "aces"], "samples": 4, "note": "why", "peers": [], "groundTruth": {}}"##;
+        "camera": {"eye": [0, 0, 9], "target": [0, 0, 0], "up": [0, 1, 0], "fov_y_deg": 30, "near": 0.1, "far": 9},
+        "tone_mapping": ["linear", "aces"], "samples": 4, "note": "why", "peers": [], "ground_truth": {}}"##;
     let toml = "model = '../quad.glb'\nenv = 'none'\nsize = [24, 16]\nbackground = '#00ff00'\n\
-        toneMapping = 'none'\nsamples = 4\n[camera]\neye = [0, 0, 9]\ntarget = [0, 0, 0]\nfovYDeg = 30\nnear = 0.1\n";
+        tone_mapping = 'none'\nsamples = 4\n[camera]\neye = [0, 0, 9]\ntarget = [0, 0, 0]\nfov_y_deg = 30\nnear = 0.1\n";
     fs::write(scenes.join("scene.json"), json).unwrap();
     fs::write(scenes.join("scene.toml"), toml).unwrap();
     let render = |options: &[&str]| {
@@ -592,7 +592,7 @@ fn a_sheet_shows_failures_instead_of_stopping() {
 #[test]
 fn a_sheet_takes_lights_and_options_from_a_scene_file() {
     let folder = folder();
-    let scene = "model = 'none.glb'\nenv = 'none'\nsize = [24, 16]\ntoneMapping = 'none'\n\
+    let scene = "model = 'none.glb'\nenv = 'none'\nsize = [24, 16]\ntone_mapping = 'none'\n\
                  [[light]]\ntype = 'directional'\ndirection = [0, 0, -1]\nintensity = 3\n";
     fs::write(folder.path().join("scene.toml"), scene).unwrap();
     let json = |args: &[&str]| -> Value {
@@ -777,7 +777,7 @@ fn materials_are_laid_over_models() {
     write("green.toml", "unlit = true\nbase_color = '#00ff00'");
     write("blue.toml", "over = true\nunlit = true\nbase_color = '#0000ff'");
     write("scene.toml", "model = 'quad.glb'\nmaterial = 'blue.toml'\n[materials]\npaint = 'green.toml'\n");
-    write("scene.json", r#"{"model": "quad.glb", "material": "green.toml", "toneMapping": "none"}"#);
+    write("scene.json", r#"{"model": "quad.glb", "material": "green.toml", "tone_mapping": "none"}"#);
     let picture = |args: &[&str]| {
         let mut all = vec!["render", "-o", "out.png", "--size", "16", "--tone-map", "none", "--samples", "1"];
         all.extend(args);

@@ -7,6 +7,7 @@ use crate::jobs::Jobs;
 use crate::limits::{LimitExceeded, Limits};
 use crate::load::{
     AnimatedModel, Context, Format, LoadOptions, Loaded, NoResolver, load_bytes_with, load_file_with_format,
+    nearest_name, suggestion,
 };
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -39,7 +40,8 @@ fn format(args: &InputArgs, path: &Path) -> Result<Option<Format>, Failure> {
     let Some(name) = args.format.as_deref() else { return Ok(None) };
     let format = Format::from_name(name).ok_or_else(|| {
         let names: Vec<&str> = Format::ALL.into_iter().map(Format::extension).collect();
-        Failure::usage(format!("unknown format '{name}'; known are {}", names.join(", ")))
+        let hint = suggestion(nearest_name(name, names.iter().copied()));
+        Failure::usage(format!("unknown format '{name}'; known are {}{hint}", names.join(", ")))
     })?;
     if is_standard_stream(path) {
         Ok(Some(format))

@@ -1,6 +1,7 @@
 //! Limits by name: `--limit triangles=10M`.
 
 use crate::limits::Limits;
+use crate::load::{nearest_name, suggestion};
 
 /// `name=value`, a field of [`Limits`] and a whole number; k, M and G stand for powers of 1000, Ki, Mi and Gi for
 /// powers of 1024.
@@ -86,7 +87,10 @@ pub fn set_limit(limits: &mut Limits, name: &str, value: u64) -> Result<(), Stri
         "blend_entries" => limits.blend_entries = value,
         "frame_bytes" => limits.frame_bytes = value,
         "frames" => limits.frames = value,
-        _ => return Err(format!("unknown limit '{name}'; known are {}", LIMIT_NAMES.join(", "))),
+        _ => {
+            let hint = suggestion(nearest_name(name, LIMIT_NAMES));
+            return Err(format!("unknown limit '{name}'; known are {}{hint}", LIMIT_NAMES.join(", ")));
+        }
     }
     Ok(())
 }

@@ -1,10 +1,10 @@
 //! Materials that a user lays over those of a model.
 
-use super::failure::Failure;
+use super::failure::{Failure, file_name};
 use super::scene_file::SceneFile;
 use crate::jobs::Jobs;
 use crate::limits::Limits;
-use crate::load::{BuiltinMaterial, MaterialFile, nearest_name, suggestion};
+use crate::load::{BuiltinMaterial, MaterialFile, Warning, nearest_name, suggestion};
 use crate::scene::Scene;
 use std::path::{Path, PathBuf};
 
@@ -88,6 +88,14 @@ impl Materials {
     pub fn load(description: &SceneFile, limits: &Limits, jobs: &Jobs) -> Result<Self, Failure> {
         let load = |choice: MaterialChoice| choice.source.load(limits, jobs).map(|file| (choice, file));
         description.material_choices().map(load).collect::<Result<_, _>>().map(Self)
+    }
+
+    /// What is doubtful about the files.
+    pub fn warnings(&self) -> impl Iterator<Item = Warning> {
+        self.0.iter().flat_map(|(choice, file)| {
+            let name = choice.source.file().map(file_name).unwrap_or_default();
+            file.warnings().map(move |warning| Warning::new(format!("{name}: {warning}")))
+        })
     }
 
     /// Lays them over a scene, in order.

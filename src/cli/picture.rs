@@ -8,7 +8,7 @@ use super::scene_file::{EnvironmentChoice, SceneCamera, SceneFile};
 use super::values::BackgroundChoice;
 use crate::jobs::Jobs;
 use crate::limits::Limits;
-use crate::load::{LoadOptions, Loaded, Warning, load_environment_file};
+use crate::load::{LoadOptions, Loaded, Warning, load_environment_file, nearest_name, suggestion};
 use crate::math::lanes::SimdLevel;
 use crate::output::DisplayOptions;
 use crate::render::{Background, RenderOptions};
@@ -55,7 +55,7 @@ pub struct Setting {
     materials: Materials,
     /// Scenes that share it share its filtered form.
     environment: Environment,
-    /// What is doubtful about the environment.
+    /// What is doubtful about the scene file, the materials and the environment.
     pub warnings: Vec<Warning>,
 }
 
@@ -71,8 +71,11 @@ impl Setting {
         stages: &mut Stages,
     ) -> Result<Self, Failure> {
         let materials = stages.time("load_materials", || Materials::load(description, limits, jobs))?;
-        let (environment, warnings) =
+        let (environment, of_environment) =
             stages.time("load_environment", || description.environment(limits, jobs))?;
+        let mut warnings = description.warnings.clone();
+        warnings.extend(materials.warnings());
+        warnings.extend(of_environment);
         Ok(Self { materials, environment, warnings })
     }
 
@@ -282,7 +285,8 @@ fn camera_of_model(scene: &Scene, name: &str) -> Result<Camera, Failure> {
     let known: Vec<String> =
         scene.camera_names().iter().enumerate().map(|(k, n)| format!("{k} '{n}'")).collect();
     let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
-    Err(Failure::failed(format!("there is no camera '{name}'; the file has {known}")))
+    let hint = suggestion(nearest_name(name, scene.camera_names().iter().map(String::as_str)));
+    Err(Failure::failed(format!("there is no camera '{name}'; the file has {known}{hint}")))
 }
 
 /// A camera at a given place.

@@ -4,112 +4,88 @@
 //! model = "car.glb"
 //! env = "studio"
 //! size = [640, 480]
-//! camera = { eye = [4, 2, 6], target = [0, 0.5, 0], fovYDeg = 30 }
+//! camera = { eye = [4, 2, 6], target = [0, 0.5, 0], fov_y_deg = 30 }
 //! ```
 //!
-//! Every key is optional. The command line's options are laid over the same structure, so that a picture has one
+//! Every key is optional. Keys are in lower case with `_` between words; `fov_y_deg` and `fov-y-deg` are read with a warning. The command line's options are laid over the same structure, so that a picture has one
 //! description whichever way it was asked for.
 
-use super::failure::Failure;
+use super::failure::{Failure, file_name};
 use super::materials::{MaterialChoice, MaterialSource};
+use super::scene_keys::SCENE;
 use super::scene_light::SceneLight;
-use super::scene_values;
+use super::scene_tree::{Node, line};
+use super::scene_values::Value;
 use super::values::{BackgroundChoice, ViewDirection};
 use crate::color::ToneCurve;
-use crate::load::AnimationChoice;
+use crate::load::{AnimationChoice, Warning};
 use crate::render::{AreaLightMethod, ShadingModel};
-use serde::Deserialize;
-use serde::de::{Deserializer, IgnoredAny};
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use toml::de::{DeTable, DeValue};
 
 /// Bytes of a scene file at most: it holds names and numbers only.
 const MAX_BYTES: u64 = 1 << 20;
 
 /// What a picture shows and how. A key that is absent leaves the choice to the command line or to the default.
-#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
-#[serde(deny_unknown_fields, default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct SceneFile {
     /// The model file.
     pub model: Option<PathBuf>,
     /// Where the light from afar comes from: `studio`, `none` or the path of an equirectangular picture.
-    #[serde(deserialize_with = "scene_values::environment")]
     pub env: Option<EnvironmentChoice>,
     /// Turns the environment about +Y, in degrees, counter-clockwise seen from above.
-    #[serde(rename = "envRotationDeg")]
     pub env_rotation_degrees: Option<f32>,
     /// Multiplies the environment's radiance.
-    #[serde(rename = "envIntensity")]
     pub env_intensity: Option<f32>,
     /// False leaves out the lights of the model file.
     pub lights: Option<bool>,
     /// Lights beside those of the model file.
-    #[serde(rename = "light")]
     pub lights_to_add: Vec<SceneLight>,
     /// The camera.
     pub camera: SceneCamera,
     /// An animation of the model file, by its name or number.
-    #[serde(deserialize_with = "scene_values::name_or_number")]
     pub animation: Option<String>,
     /// Seconds in the animation.
     pub time: Option<f64>,
     /// After its end the animation begins again.
-    #[serde(rename = "loop")]
     pub repeat: Option<bool>,
     /// Width and height in pixels.
     pub size: Option<[u64; 2]>,
     /// `transparent`, `env`, a colour name or `#rrggbb`.
-    #[serde(deserialize_with = "scene_values::background")]
     pub background: Option<BackgroundChoice>,
     /// Tone curve of 8-bit output: one name or a list of names, of which the first counts.
-    #[serde(rename = "toneMapping", deserialize_with = "scene_values::tone_mapping")]
     pub tone_curve: Option<ToneCurve>,
     /// Exposure of 8-bit output in stops: the picture is multiplied by 2 to this power before the tone curve.
     pub exposure: Option<f32>,
     /// Coverage samples a pixel: 1, 4, 8 or 16.
-    #[serde(deserialize_with = "scene_values::samples")]
     pub samples: Option<u32>,
     /// Shading model by name.
-    #[serde(deserialize_with = "scene_values::shading")]
     pub shading: Option<ShadingModel>,
     /// A material for every mesh: the path of a material file, or the name of a built-in one.
-    #[serde(deserialize_with = "scene_values::material")]
     pub material: Option<MaterialSource>,
     /// Materials by the names of those in the model that they take the place of.
-    #[serde(deserialize_with = "scene_values::materials")]
     pub materials: BTreeMap<String, MaterialSource>,
     /// Laid over these, in this order; not part of the file.
-    #[serde(skip)]
     pub more_materials: Vec<MaterialChoice>,
     /// Largest anisotropy of texture filtering, 1 to 16.
     pub anisotropy: Option<u32>,
     /// How reflections of rectangles and tubes are integrated: `ltc` or `facets`.
-    #[serde(rename = "areaLights", deserialize_with = "scene_values::area_lights")]
     pub area_lights: Option<AreaLightMethod>,
     /// Triangles smaller than a pixel are shaded as one where their normals differ by less than this, 0 to 45 degrees.
-    #[serde(rename = "mergeAngleDeg")]
     pub merge_angle_degrees: Option<f32>,
     /// Width of lines in pixels, 0.1 to 64.
-    #[serde(rename = "lineWidth")]
     pub line_width: Option<f32>,
     /// Size of points in pixels, 0.1 to 64.
-    #[serde(rename = "pointSize")]
     pub point_size: Option<f32>,
 
-    /// Descriptive; changes nothing.
-    pub name: Option<Ignored>,
-    /// Descriptive; changes nothing.
-    pub note: Option<Ignored>,
-    /// Descriptive; changes nothing.
-    pub peers: Option<Ignored>,
-    /// Descriptive; changes nothing.
-    #[serde(rename = "groundTruth")]
-    pub ground_truth: Option<Ignored>,
+    /// What is doubtful about the file it was read from.
+    pub warnings: Vec<Warning>,
 }
 
 /// The camera of a [`SceneFile`]. Without `eye` the model is framed automatically, seen along `view`.
-#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
-#[serde(deny_unknown_fields, default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct SceneCamera {
     /// World-space position in metres.
     pub eye: Option<[f32; 3]>,
@@ -118,22 +94,15 @@ pub struct SceneCamera {
     /// Which way is up. +Y if absent.
     pub up: Option<[f32; 3]>,
     /// Vertical field of view in degrees.
-    #[serde(rename = "fovYDeg")]
     pub fov_y_degrees: Option<f32>,
     /// Nothing nearer than this distance in metres is drawn.
     pub near: Option<f32>,
     /// Parallel projection that shows this many metres from top to bottom; 0 fits the model.
-    #[serde(rename = "orthoHeight")]
     pub orthographic_height: Option<f32>,
     /// Where an automatic camera stands: a name such as `front`, or `x,y,z`.
-    #[serde(deserialize_with = "scene_values::view")]
     pub view: Option<ViewDirection>,
     /// A camera of the model file, by its name or number.
-    #[serde(rename = "camera", deserialize_with = "scene_values::name_or_number")]
     pub from_model: Option<String>,
-
-    /// There is no far limit; the key is read for the sake of other programs' files.
-    pub far: Option<Ignored>,
 }
 
 /// What `--env` and a scene file's `env` say.
@@ -159,23 +128,6 @@ impl EnvironmentChoice {
     }
 }
 
-/// A value that is read over. Equal to every other, so that files which differ in their notes describe the same
-/// picture.
-#[derive(Clone, Copy, Debug)]
-pub struct Ignored;
-
-impl<'de> Deserialize<'de> for Ignored {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        IgnoredAny::deserialize(deserializer).map(|_| Self)
-    }
-}
-
-impl PartialEq for Ignored {
-    fn eq(&self, _: &Self) -> bool {
-        true
-    }
-}
-
 impl SceneFile {
     /// Reads a scene file. TOML if its name ends in `.toml`, JSON otherwise. Relative paths in it are taken to be
     /// relative to its folder, and may lead anywhere: who names a scene file trusts it.
@@ -187,6 +139,9 @@ impl SceneFile {
         let is_toml = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
         let parsed = if is_toml { Self::from_toml(&text) } else { Self::from_json(&text) };
         let mut scene = parsed.map_err(|failure| failure.at(path))?;
+        for warning in &mut scene.warnings {
+            *warning = Warning::new(format!("{}: {warning}", file_name(path)));
+        }
         scene.resolve_paths(path.parent().unwrap_or(Path::new("")));
         Ok(scene)
     }
@@ -196,7 +151,8 @@ impl SceneFile {
     /// # Errors
     /// [`Failure`] with the key or the place that is wrong.
     pub fn from_json(text: &str) -> Result<Self, Failure> {
-        serde_json::from_str(text).map_err(Failure::failed)
+        let node = Node::json(text).map_err(Failure::failed)?;
+        Self::read(node).map_err(Failure::failed)
     }
 
     /// Parses TOML.
@@ -204,13 +160,20 @@ impl SceneFile {
     /// # Errors
     /// [`Failure`] with the key or the place that is wrong.
     pub fn from_toml(text: &str) -> Result<Self, Failure> {
-        toml::from_str(text).map_err(|e| {
-            let line = e.span().map(|span| 1 + text[..span.start.min(text.len())].matches('\n').count());
-            match line {
-                Some(line) => Failure::failed(format!("{} at line {line}", e.message())),
-                None => Failure::failed(e.message()),
-            }
-        })
+        let table = DeTable::parse(text).map_err(|e| {
+            let at = e.span().map_or(0, |span| span.start);
+            Failure::failed(format!("line {}: {}", line(text, at), e.message()))
+        })?;
+        let table = DeValue::Table(table.into_inner());
+        Self::read(Node::toml(text, &table)).map_err(Failure::failed)
+    }
+
+    /// Reads the keys.
+    fn read(file: Node<'_>) -> Result<Self, String> {
+        let (mut scene, warnings) = (Self::default(), RefCell::default());
+        Value::file(file, &warnings).table(SCENE, &mut scene)?;
+        scene.warnings = warnings.into_inner();
+        Ok(scene)
     }
 
     /// Makes relative paths relative to `folder`.
@@ -300,10 +263,10 @@ mod tests {
     }
 
     const JSON: &str = r##"{
-        "name": "x", "note": "why", "peers": ["a"], "groundTruth": {"p": "c.exr"},
-        "model": "../m/car.glb", "env": "sky.hdr", "envRotationDeg": 90, "envIntensity": 0.5,
-        "camera": {"eye": [1, 2, 3], "target": [0, 0, 0], "up": [0, 1, 0], "fovYDeg": 30, "near": 0.01, "far": 1000},
-        "size": [512, 256], "background": "#102030", "toneMapping": ["linear", "neutral", "aces"],
+        "name": "x", "note": "why", "peers": ["a"], "ground_truth": {"p": "c.exr"},
+        "model": "../m/car.glb", "env": "sky.hdr", "env_rotation_deg": 90, "env_intensity": 0.5,
+        "camera": {"eye": [1, 2, 3], "target": [0, 0, 0], "up": [0, 1, 0], "fov_y_deg": 30, "near": 0.01, "far": 1000},
+        "size": [512, 256], "background": "#102030", "tone_mapping": ["linear", "neutral", "aces"],
         "samples": 16, "shading": "urp-mobile", "exposure": -1
     }"##;
 
@@ -315,8 +278,12 @@ mod tests {
         assert_eq!(choice("animation = 'Walk'\ntime = 0.5\nloop = true").unwrap(), Some(walk));
         let first = AnimationChoice { name: "0".to_owned(), ..AnimationChoice::default() };
         assert_eq!(choice("animation = 0").unwrap(), Some(first));
-        for bad in ["time = 1.0", "loop = true", "animation = 0\ntime = nan", "animation = 0\ntime = -1.0"] {
+        for bad in ["time = 1.0", "loop = true"] {
             assert_eq!(choice(bad).unwrap_err().exit_code(), 2, "{bad}");
+        }
+        for bad in ["animation = 0\ntime = nan", "animation = 0\ntime = -1.0"] {
+            let failure = SceneFile::from_toml(bad).unwrap_err().to_string();
+            assert!(failure.starts_with("line 2: time: expected a number of seconds"), "{failure}");
         }
     }
 
@@ -326,11 +293,11 @@ mod tests {
             name = "x"
             model = "../m/car.glb"
             env = "sky.hdr"
-            envRotationDeg = 90
-            envIntensity = 0.5
+            env_rotation_deg = 90
+            env_intensity = 0.5
             size = [512, 256]
             background = "#102030"
-            toneMapping = "none"
+            tone_mapping = "none"
             samples = 16
             shading = "urp-mobile"
             exposure = -1
@@ -338,18 +305,11 @@ mod tests {
             eye = [1, 2, 3]
             target = [0, 0, 0]
             up = [0, 1, 0]
-            fovYDeg = 30
+            fov_y_deg = 30
             near = 0.01
         "##;
-        let mut json = SceneFile::from_json(JSON).unwrap();
-        let mut toml = SceneFile::from_toml(toml).unwrap();
-        for scene in [&mut json, &mut toml] {
-            scene.note = None;
-            scene.peers = None;
-            scene.ground_truth = None;
-            scene.camera.far = None;
-        }
-        assert_eq!(json, toml);
+        let json = SceneFile::from_json(JSON).unwrap();
+        assert_eq!(json, SceneFile::from_toml(toml).unwrap());
         assert_eq!(json.camera.eye, Some([1.0, 2.0, 3.0]));
         assert_eq!(json.background, Some(BackgroundChoice::Color([16, 32, 48])));
         assert_eq!(json.tone_curve, Some(ToneCurve::None));
@@ -371,8 +331,8 @@ mod tests {
             (r#"{"modle": "x"}"#, "modle"),
             (r#"{"camera": {"fov": 3}}"#, "fov"),
             (r#"{"background": "whitish"}"#, "whitish"),
-            (r#"{"toneMapping": ["linear", "filmic"]}"#, "filmic"),
-            (r#"{"toneMapping": 3}"#, "toneMapping"),
+            (r#"{"tone_mapping": ["linear", "filmic"]}"#, "filmic"),
+            (r#"{"tone_mapping": 3}"#, "tone_mapping"),
             (r#"{"samples": 5}"#, "samples"),
             (r#"{"shading": "phong"}"#, "phong"),
             (r#"{"size": [1, 2], "size": [1, 2]}"#, "size"),
@@ -382,6 +342,77 @@ mod tests {
             assert!(failure.to_string().contains(name), "{text}: {failure}");
         }
         let failure = SceneFile::from_toml("size = [1, 2]\nmodle = 'x'\n").unwrap_err().to_string();
-        assert!(failure.contains("modle") && failure.contains("line 2"), "{failure}");
+        assert_eq!(failure, "line 2: modle: there is no such key; did you mean 'model'?");
+    }
+
+    /// The line, the key, what it takes in words, and what is there: the same in JSON and in TOML.
+    #[test]
+    fn what_is_expected_is_said_in_words() {
+        for (key, value, expected) in [
+            ("anisotropy", "17", "a whole number from 1 to 16, found 17"),
+            ("anisotropy", "\"x\"", "a whole number from 1 to 16, found \"x\""),
+            ("anisotropy", "2.5", "a whole number from 1 to 16, found 2.5"),
+            ("samples", "-4", "1, 4, 8 or 16, found -4"),
+            ("size", "[640]", "two whole numbers, width and height in pixels, found a list of 1"),
+            ("size", "[-1, 5]", "two whole numbers, width and height in pixels, found a list of 2"),
+            ("model", "7", "the path of a model file, found 7"),
+            ("lights", "\"no\"", "true or false, found \"no\""),
+            ("exposure", "65", "a number from -64 to 64 (stops), found 65"),
+            ("env_intensity", "-1", "a number from 0 (a factor), found -1"),
+            ("camera", "[1]", "a table, found a list of 1"),
+            ("animation", "true", "the name of an animation or its number from 0, found true"),
+        ] {
+            let json = format!("{{\n\"note\": 1,\n\"{key}\": {value}}}");
+            let toml = format!("note = 1\n\n{key} = {value}");
+            for failure in
+                [SceneFile::from_json(&json).unwrap_err(), SceneFile::from_toml(&toml).unwrap_err()]
+            {
+                assert_eq!(failure.to_string(), format!("line 3: {key}: expected {expected}"));
+            }
+        }
+        let json = "{\"camera\": {\n\"eye\": [1, 2]}}";
+        let failure = SceneFile::from_json(json).unwrap_err().to_string();
+        assert_eq!(
+            failure,
+            "line 2: camera.eye: expected a list of 3 numbers, x, y and z, found a list of 2"
+        );
+        let toml = "[[light]]\ntype = 'spot'\nintensity = 'high'";
+        let failure = SceneFile::from_toml(toml).unwrap_err().to_string();
+        assert!(failure.starts_with("line 3: light 0.intensity: expected a number from 0"), "{failure}");
+    }
+
+    /// Other spellings mean the same, and a warning tells the right one.
+    #[test]
+    fn keys_are_read_in_every_spelling() {
+        let right = "env_rotation_deg = 90\narea_lights = 'ltc'\n[camera]\nfov_y_deg = 20\n\
+                     [[light]]\ntype = 'point'\nposition = [1, 2, 3]\nmin_roughness = 0.5\nintensity = 1\ncolor = 'ff0000'\n";
+        let right_file = SceneFile::from_toml(right).unwrap();
+        assert_eq!((right_file.warnings.len(), right_file.lights_to_add.len()), (0, 1));
+        for words in [
+            ["envRotationDeg", "areaLights", "fovYDeg", "minRoughness"],
+            ["env-rotation-deg", "area-lights", "fov-y-deg", "min-roughness"],
+        ] {
+            let mut text = right.to_owned();
+            for (old, new) in
+                ["env_rotation_deg", "area_lights", "fov_y_deg", "min_roughness"].iter().zip(words)
+            {
+                text = text.replace(old, new);
+            }
+            let mut file = SceneFile::from_toml(&text).unwrap();
+            let warnings: Vec<String> =
+                std::mem::take(&mut file.warnings).iter().map(ToString::to_string).collect();
+            assert_eq!(file, right_file);
+            assert_eq!(warnings.len(), 4, "{warnings:?}");
+            assert!(
+                warnings.contains(&format!("line 4: camera.{}: the key is spelt fov_y_deg", words[2])),
+                "{warnings:?}"
+            );
+        }
+        let twice =
+            SceneFile::from_json(r#"{"env_intensity": 1, "envIntensity": 2}"#).unwrap_err().to_string();
+        assert_eq!(twice, "line 1: envIntensity: the key is given twice");
+        // What is read over may be as deep as it likes, and null is nothing.
+        let note = format!("{{\"note\": {}{}, \"size\": null}}", "[".repeat(90_000), "]".repeat(90_000));
+        assert_eq!(SceneFile::from_json(&note).unwrap(), SceneFile::default());
     }
 }

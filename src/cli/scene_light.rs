@@ -1,12 +1,13 @@
 //! Lights of scene files: `[[light]]` in TOML, `"light": [..]` in JSON.
 
 use super::failure::Failure;
+use super::scene_keys::{Key, key};
+use super::scene_values::Value;
+use crate::load::{nearest_name, suggestion};
 use crate::scene::{Light, LightKind, Scene};
-use serde::Deserialize;
 
 /// A light of a scene file. They are added to those of the model.
-#[derive(Clone, Debug, Deserialize, PartialEq)]
-#[serde(tag = "type", rename_all = "lowercase", rename_all_fields = "camelCase", deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum SceneLight {
     /// Infinitely far away.
     Directional {
@@ -83,7 +84,137 @@ pub enum SceneLight {
     },
 }
 
+/// What a light may have, before it is known what it is.
+#[derive(Debug, Default)]
+struct Given {
+    kind: Option<String>,
+    position: Option<[f32; 3]>,
+    target: Option<[f32; 3]>,
+    direction: Option<[f32; 3]>,
+    up: Option<[f32; 3]>,
+    from: Option<[f32; 3]>,
+    to: Option<[f32; 3]>,
+    size: Option<[f32; 2]>,
+    radius: Option<f32>,
+    range: Option<f32>,
+    inner_cone_deg: Option<f32>,
+    outer_cone_deg: Option<f32>,
+    two_sided: Option<bool>,
+    color: Option<[f32; 3]>,
+    intensity: Option<f32>,
+    min_roughness: Option<f32>,
+}
+
+/// Keys of the tables `light`.
+static KEYS: &[Key<Given>] = &[
+    key!("type", g.kind, v => v.text("the name of a kind of light")),
+    key!("position", g.position, v => v.numbers("x, y and z")),
+    key!("target", g.target, v => v.numbers("x, y and z")),
+    key!("direction", g.direction, v => v.numbers("x, y and z")),
+    key!("up", g.up, v => v.numbers("x, y and z")),
+    key!("from", g.from, v => v.numbers("x, y and z")),
+    key!("to", g.to, v => v.numbers("x, y and z")),
+    key!("size", g.size, v => v.numbers("width and height")),
+    key!("radius", g.radius, v => v.number("metres", 0.0, f32::MAX)),
+    key!("range", g.range, v => v.number("metres", 0.0, f32::MAX)),
+    key!("inner_cone_deg", g.inner_cone_deg, v => v.number("degrees", 0.0, 90.0)),
+    key!("outer_cone_deg", g.outer_cone_deg, v => v.number("degrees", 0.0, 90.0)),
+    key!("two_sided", g.two_sided, v => v.switch()),
+    key!("color", g.color, v => v.color()),
+    key!("intensity", g.intensity, v => v.number("candela, lux or candela per square metre", 0.0, f32::MAX)),
+    key!("min_roughness", g.min_roughness, v => v.number("alpha", 0.0, 1.0)),
+];
+
+/// Kinds of light with the keys that they have beside `type`, `color` and `intensity`; those with `!` must be there.
+const KINDS: [(&str, &[&str]); 5] = [
+    ("directional", &["direction!", "min_roughness"]),
+    ("point", &["position!", "range", "min_roughness"]),
+    ("spot", &["position!", "target!", "range", "inner_cone_deg", "outer_cone_deg", "min_roughness"]),
+    ("rect", &["position!", "target!", "up", "size!", "two_sided"]),
+    ("tube", &["from!", "to!", "radius!"]),
+];
+
 impl SceneLight {
+    /// Reads one.
+    pub(super) fn read(value: &Value<'_>) -> Result<Self, String> {
+        let mut g = Given::default();
+        value.table(KEYS, &mut g)?;
+        let kinds = || KINDS.iter().map(|(kind, _)| *kind);
+        let listed = || kinds().collect::<Vec<_>>().join(", ");
+        let name = g.kind.as_deref().unwrap_or_default();
+        let Some((kind, own)) = KINDS.iter().find(|(kind, _)| *kind == name) else {
+            return Err(value.message(match g.kind.as_deref() {
+                None => format!("it needs a type: {}", listed()),
+                Some(name) => {
+                    let hint = suggestion(nearest_name(name, kinds()));
+                    format!("'{name}' is no type of light; known are {}{hint}", listed())
+                }
+            }));
+        };
+        let present = [
+            ("position", g.position.is_some()),
+            ("target", g.target.is_some()),
+            ("direction", g.direction.is_some()),
+            ("up", g.up.is_some()),
+            ("from", g.from.is_some()),
+            ("to", g.to.is_some()),
+            ("size", g.size.is_some()),
+            ("radius", g.radius.is_some()),
+            ("range", g.range.is_some()),
+            ("inner_cone_deg", g.inner_cone_deg.is_some()),
+            ("outer_cone_deg", g.outer_cone_deg.is_some()),
+            ("two_sided", g.two_sided.is_some()),
+            ("min_roughness", g.min_roughness.is_some()),
+        ];
+        for (name, is_there) in present {
+            let wanted = own.iter().find(|key| key.trim_end_matches('!') == name);
+            match wanted {
+                None if is_there => {
+                    let names: Vec<&str> = own.iter().map(|key| key.trim_end_matches('!')).collect();
+                    let names = names.join(", ");
+                    return Err(value.message(format_args!(
+                        "a {kind} light has no {name}; it has {names}, color and intensity"
+                    )));
+                }
+                Some(key) if key.ends_with('!') && !is_there => {
+                    return Err(value.message(format_args!("a {kind} light needs the key {name}")));
+                }
+                _ => {}
+            }
+        }
+        let Some(intensity) = g.intensity else {
+            return Err(value.message(format_args!("a {kind} light needs the key intensity")));
+        };
+        // What a kind needs is there.
+        let Given { range, up, two_sided, color, min_roughness, inner_cone_deg, outer_cone_deg, .. } = g;
+        let point = |p: Option<[f32; 3]>| p.unwrap_or_default();
+        let (position, target) = (point(g.position), point(g.target));
+        Ok(match *kind {
+            "directional" => {
+                Self::Directional { direction: point(g.direction), color, intensity, min_roughness }
+            }
+            "point" => Self::Point { position, range, color, intensity, min_roughness },
+            "spot" => Self::Spot {
+                position,
+                target,
+                range,
+                inner_cone_deg,
+                outer_cone_deg,
+                color,
+                intensity,
+                min_roughness,
+            },
+            "rect" => {
+                let size = g.size.unwrap_or_default();
+                Self::Rect { position, target, up, size, two_sided, color, intensity }
+            }
+            _ => {
+                let radius = g.radius.unwrap_or_default();
+                Self::Tube { from: point(g.from), to: point(g.to), radius, color, intensity }
+            }
+        })
+    }
+
     /// Adds it to a scene.
     ///
     /// # Errors
@@ -215,7 +346,7 @@ mod tests {
             ),
             (r#"{"type": "tube", "from": [0,0,0], "to": [0,0,0], "radius": 1, "intensity": 1}"#, "length"),
             (
-                r#"{"type": "spot", "position": [0,0,0], "target": [0,1,0], "innerConeDeg": 60, "intensity": 1}"#,
+                r#"{"type": "spot", "position": [0,0,0], "target": [0,1,0], "inner_cone_deg": 60, "intensity": 1}"#,
                 "cone",
             ),
             (r#"{"type": "directional", "direction": [0,0,0], "intensity": 1}"#, "direction"),

@@ -1,88 +1,169 @@
-//! The values of a scene file's keys: written as those of options are, with the key in front of what is wrong.
+//! The values of a scene file's keys: each is what it should be, or a line that says where it stands and what was expected.
 
-use super::materials::MaterialSource;
-use super::scene_file::EnvironmentChoice;
-use super::values::{self, BackgroundChoice, ViewDirection};
-use crate::color::ToneCurve;
-use crate::render::{AreaLightMethod, ShadingModel};
-use serde::Deserialize;
-use serde::de::{Deserializer, Error as _};
-use std::collections::BTreeMap;
+use super::scene_tree::{Node, short};
+use super::values;
+use crate::color::{ToneCurve, hex_color, srgb::srgb8_to_linear};
+use crate::load::Warning;
+use std::cell::RefCell;
+use std::fmt::Display;
+use std::path::PathBuf;
 
-pub(super) fn environment<'de, D: Deserializer<'de>>(d: D) -> Result<Option<EnvironmentChoice>, D::Error> {
-    Ok(Some(EnvironmentChoice::new(&String::deserialize(d)?)))
+/// A value with the key that it was given to.
+pub(super) struct Value<'a> {
+    /// With those of the tables around it: `camera.eye`. Empty for the file itself.
+    key: String,
+    pub(super) node: Node<'a>,
+    pub(super) warnings: &'a RefCell<Vec<Warning>>,
 }
 
-pub(super) fn background<'de, D: Deserializer<'de>>(d: D) -> Result<Option<BackgroundChoice>, D::Error> {
-    let text = String::deserialize(d)?;
-    values::background(&text).map(Some).map_err(|e| D::Error::custom(format!("background '{text}': {e}")))
-}
-
-pub(super) fn samples<'de, D: Deserializer<'de>>(d: D) -> Result<Option<u32>, D::Error> {
-    let number = u32::deserialize(d)?;
-    values::samples(&number.to_string()).map(Some).map_err(|e| D::Error::custom(format!("samples: {e}")))
-}
-
-pub(super) fn shading<'de, D: Deserializer<'de>>(d: D) -> Result<Option<ShadingModel>, D::Error> {
-    let text = String::deserialize(d)?;
-    values::shading(&text).map(Some).map_err(|e| D::Error::custom(format!("shading '{text}': {e}")))
-}
-
-pub(super) fn area_lights<'de, D: Deserializer<'de>>(d: D) -> Result<Option<AreaLightMethod>, D::Error> {
-    let text = String::deserialize(d)?;
-    values::area_lights(&text).map(Some).map_err(|e| D::Error::custom(format!("areaLights '{text}': {e}")))
-}
-
-pub(super) fn material<'de, D: Deserializer<'de>>(d: D) -> Result<Option<MaterialSource>, D::Error> {
-    let text = String::deserialize(d)?;
-    MaterialSource::new(&text).map(Some).map_err(|e| D::Error::custom(format!("material '{text}': {e}")))
-}
-
-pub(super) fn materials<'de, D: Deserializer<'de>>(
-    d: D,
-) -> Result<BTreeMap<String, MaterialSource>, D::Error> {
-    let texts = BTreeMap::<String, String>::deserialize(d)?;
-    let source = |(name, text): (String, String)| {
-        let source = MaterialSource::new(&text);
-        source.map(|s| (name, s)).map_err(|e| D::Error::custom(format!("materials '{text}': {e}")))
-    };
-    texts.into_iter().map(source).collect()
-}
-
-pub(super) fn view<'de, D: Deserializer<'de>>(d: D) -> Result<Option<ViewDirection>, D::Error> {
-    let text = String::deserialize(d)?;
-    values::view(&text).map(Some).map_err(|e| D::Error::custom(format!("view '{text}': {e}")))
-}
-
-pub(super) fn tone_mapping<'de, D: Deserializer<'de>>(d: D) -> Result<Option<ToneCurve>, D::Error> {
-    #[derive(Deserialize)]
-    #[serde(untagged)]
-    enum Names {
-        One(String),
-        Many(Vec<String>),
+impl<'a> Value<'a> {
+    /// The whole file.
+    pub(super) fn file(node: Node<'a>, warnings: &'a RefCell<Vec<Warning>>) -> Self {
+        Self { key: String::new(), node, warnings }
     }
-    let names = match Names::deserialize(d) {
-        Ok(Names::One(name)) => vec![name],
-        Ok(Names::Many(names)) => names,
-        Err(_) => return Err(D::Error::custom("toneMapping: expected a name or a list of names")),
-    };
-    let curve = |name: &String| {
-        values::tone_curve(name).map_err(|e| D::Error::custom(format!("toneMapping '{name}': {e}")))
-    };
-    let curves = names.iter().map(curve).collect::<Result<Vec<_>, _>>()?;
-    Ok(curves.first().copied())
-}
 
-pub(super) fn name_or_number<'de, D: Deserializer<'de>>(d: D) -> Result<Option<String>, D::Error> {
-    #[derive(Deserialize)]
-    #[serde(untagged)]
-    enum Either {
-        Number(u32),
-        Name(String),
+    /// The value of a key of this table.
+    pub(super) fn within(&self, key: &str, node: Node<'a>) -> Self {
+        let key = match self.key.as_str() {
+            "" => short(key),
+            outer => format!("{outer}.{}", short(key)),
+        };
+        Self { key, node, warnings: self.warnings }
     }
-    match Either::deserialize(d) {
-        Ok(Either::Number(number)) => Ok(Some(number.to_string())),
-        Ok(Either::Name(name)) => Ok(Some(name)),
-        Err(_) => Err(D::Error::custom("expected a name or a number")),
+
+    /// A message about it.
+    pub(super) fn message(&self, what: impl Display) -> String {
+        match self.key.as_str() {
+            "" => format!("line {}: {what}", self.node.line()),
+            key => format!("line {}: {key}: {what}", self.node.line()),
+        }
+    }
+
+    /// The message of a value that is not what it should be.
+    pub(super) fn expected(&self, what: impl Display) -> String {
+        self.message(format_args!("expected {what}, found {}", self.node.found()))
+    }
+
+    /// Calls `f` for each value of a list.
+    pub(super) fn each(
+        &self,
+        expected: &str,
+        mut f: impl FnMut(&Value<'a>) -> Result<(), String>,
+    ) -> Result<(), String> {
+        let list = self.node.list().ok_or_else(|| self.expected(expected))?;
+        for (k, node) in list.into_iter().enumerate() {
+            f(&Value { key: format!("{} {k}", self.key), node, warnings: self.warnings })?;
+        }
+        Ok(())
+    }
+
+    pub(super) fn text(&self, expected: &str) -> Result<String, String> {
+        self.node.text().map(|text| text.into_owned()).ok_or_else(|| self.expected(expected))
+    }
+
+    pub(super) fn path(&self, expected: &str) -> Result<PathBuf, String> {
+        self.text(expected).map(PathBuf::from)
+    }
+
+    pub(super) fn switch(&self) -> Result<bool, String> {
+        self.node.switch().ok_or_else(|| self.expected("true or false"))
+    }
+
+    /// Text that is written as the value of an option is.
+    pub(super) fn parsed<T>(
+        &self,
+        expected: &str,
+        parse: impl Fn(&str) -> Result<T, String>,
+    ) -> Result<T, String> {
+        let text = self.text(expected)?;
+        parse(&text).map_err(|reason| self.message(format_args!("'{}': {reason}", short(&text))))
+    }
+
+    /// A number between two others, which are allowed as well.
+    pub(super) fn number(&self, unit: &str, low: f32, high: f32) -> Result<f32, String> {
+        let number = self.node.number().map(|v| v as f32).filter(|v| (low..=high).contains(v));
+        number.ok_or_else(|| {
+            self.expected(match (low, high) {
+                (f32::MIN, _) => format!("a number ({unit})"),
+                (_, f32::MAX) => format!("a number from {low} ({unit})"),
+                _ => format!("a number from {low} to {high} ({unit})"),
+            })
+        })
+    }
+
+    /// Seconds.
+    pub(super) fn seconds(&self) -> Result<f64, String> {
+        let number = self.node.number().filter(|v| *v >= 0.0);
+        number.ok_or_else(|| self.expected("a number of seconds, at least 0"))
+    }
+
+    /// A whole number between two others, which are allowed as well.
+    pub(super) fn whole(&self, low: u32, high: u32) -> Result<u32, String> {
+        let number = self.node.whole().and_then(|v| u32::try_from(v).ok());
+        number
+            .filter(|v| (low..=high).contains(v))
+            .ok_or_else(|| self.expected(format_args!("a whole number from {low} to {high}")))
+    }
+
+    /// As many numbers as are wanted.
+    pub(super) fn numbers<const N: usize>(&self, names: &str) -> Result<[f32; N], String> {
+        let wrong = || self.expected(format_args!("a list of {N} numbers, {names}"));
+        let list = self.node.list().ok_or_else(wrong)?;
+        let numbers: Vec<f32> = list
+            .iter()
+            .map(|node| node.number().map(|v| v as f32).filter(|v| v.is_finite()))
+            .collect::<Option<_>>()
+            .ok_or_else(wrong)?;
+        <[f32; N]>::try_from(numbers).map_err(|_| wrong())
+    }
+
+    /// Three numbers of linear light, or an sRGB colour.
+    pub(super) fn color(&self) -> Result<[f32; 3], String> {
+        match self.node.text() {
+            None => self.numbers("red, green and blue"),
+            Some(text) => match hex_color(&text) {
+                Some((color, None)) => Ok(color.map(srgb8_to_linear)),
+                _ => Err(self.expected("a list of 3 numbers or a colour #rrggbb")),
+            },
+        }
+    }
+
+    /// Width and height; one number makes a square.
+    pub(super) fn size(&self) -> Result<[u64; 2], String> {
+        if let Some(side) = self.node.whole() {
+            return Ok([side; 2]);
+        }
+        let sides = self.node.list().and_then(|list| match &list[..] {
+            [width, height] => Some([width.whole()?, height.whole()?]),
+            _ => None,
+        });
+        sides.ok_or_else(|| self.expected("two whole numbers, width and height in pixels"))
+    }
+
+    /// Samples a pixel.
+    pub(super) fn samples(&self) -> Result<u32, String> {
+        let number = self.node.whole().and_then(|number| values::samples(&number.to_string()).ok());
+        number.ok_or_else(|| self.expected("1, 4, 8 or 16"))
+    }
+
+    /// One name, or a list of names of which the first counts.
+    pub(super) fn tone_curve(&self) -> Result<ToneCurve, String> {
+        let expected = "the name of a tone curve, or a list of names";
+        let Some(list) = self.node.list() else { return self.parsed(expected, values::tone_curve) };
+        let of = |node| Value { key: self.key.clone(), node, warnings: self.warnings };
+        let curves = list
+            .into_iter()
+            .map(|node| of(node).parsed(expected, values::tone_curve))
+            .collect::<Result<Vec<_>, _>>()?;
+        Ok(curves.first().copied().unwrap_or_default())
+    }
+
+    /// The name of something in the model, or its number from 0.
+    pub(super) fn name_or_number(&self, what: &str) -> Result<String, String> {
+        let number = self.node.whole().and_then(|v| u32::try_from(v).ok()).map(|v| v.to_string());
+        let name = || self.node.text().map(|text| text.into_owned());
+        number
+            .or_else(name)
+            .ok_or_else(|| self.expected(format_args!("the name of {what} or its number from 0")))
     }
 }

@@ -2,7 +2,7 @@
 
 pub use super::limit_values::{LIMIT_NAMES, limit, limits, set_limit};
 use super::materials::{MaterialChoice, MaterialSource};
-use crate::color::ToneCurve;
+use crate::color::{ToneCurve, hex_color};
 use crate::frame::Aov;
 use crate::load::{nearest_name, suggestion};
 use crate::math::lanes::SimdLevel;
@@ -45,7 +45,7 @@ const COLORS: [(&str, [u8; 3]); 20] = [
     ("orange", [255, 165, 0]),
 ];
 
-/// `transparent`, `env`, a colour name, `#rgb` or `#rrggbb`.
+/// `transparent`, `env`, a colour name, `#rgb` or `#rrggbb`, both without `#` as well.
 pub fn background(text: &str) -> Result<BackgroundChoice, String> {
     let lower = text.to_ascii_lowercase();
     match lower.as_str() {
@@ -56,19 +56,23 @@ pub fn background(text: &str) -> Result<BackgroundChoice, String> {
     if let Some((_, color)) = COLORS.iter().find(|(name, _)| *name == lower) {
         return Ok(BackgroundChoice::Color(*color));
     }
-    let digits: Option<Vec<u8>> = lower
-        .strip_prefix('#')
-        .and_then(|hex| hex.chars().map(|c| c.to_digit(16).map(|d| d as u8)).collect());
-    match digits.as_deref() {
-        Some(&[r, g, b]) => Ok(BackgroundChoice::Color([r * 17, g * 17, b * 17])),
-        Some(&[r1, r0, g1, g0, b1, b0]) => {
-            Ok(BackgroundChoice::Color([r1 * 16 + r0, g1 * 16 + g0, b1 * 16 + b0]))
-        }
+    match hex_color(&lower) {
+        Some((color, None)) => Ok(BackgroundChoice::Color(color)),
         _ => {
-            let names: Vec<&str> = COLORS.iter().map(|(name, _)| *name).collect();
-            Err(format!("neither transparent, env, #rrggbb nor one of {}", names.join(", ")))
+            let names = || ["transparent", "env"].into_iter().chain(COLORS.iter().map(|(name, _)| *name));
+            Err(format!(
+                "neither #rrggbb nor one of {}{}",
+                names().collect::<Vec<_>>().join(", "),
+                suggestion(nearest_name(&lower, names()))
+            ))
         }
     }
+}
+
+/// `expected one of` the names, and the one that may have been meant.
+fn one_of<'a>(text: &str, names: impl Iterator<Item = &'a str> + Clone) -> String {
+    let hint = suggestion(nearest_name(text, names.clone()));
+    format!("expected one of {}{hint}", names.collect::<Vec<_>>().join(", "))
 }
 
 /// `WxH` or `N` for a square. Zero and sizes beyond the limits are refused later, with the file's name.
@@ -182,20 +186,18 @@ pub fn material(text: &str) -> Result<MaterialChoice, String> {
 /// A tone curve by name; `linear` is another word for `none`.
 pub fn tone_curve(text: &str) -> Result<ToneCurve, String> {
     let name = if text == "linear" { "none" } else { text };
-    ToneCurve::from_name(name).ok_or_else(|| "expected none, neutral, aces or agx".to_owned())
+    ToneCurve::from_name(name)
+        .ok_or_else(|| one_of(text, ToneCurve::ALL.into_iter().map(ToneCurve::name).chain(["linear"])))
 }
 
 /// How area lights are integrated, by name.
 pub fn area_lights(text: &str) -> Result<AreaLightMethod, String> {
-    AreaLightMethod::from_name(text).ok_or_else(|| "expected ltc or facets".to_owned())
+    AreaLightMethod::from_name(text).ok_or_else(|| one_of(text, ["ltc", "facets"].into_iter()))
 }
 
 /// A plane of the G-buffer by name.
 pub fn aov(text: &str) -> Result<Aov, String> {
-    Aov::from_name(text).ok_or_else(|| {
-        let names: Vec<&str> = Aov::ALL.into_iter().map(Aov::name).collect();
-        format!("unknown plane '{text}'; known are {}", names.join(", "))
-    })
+    Aov::from_name(text).ok_or_else(|| one_of(text, Aov::ALL.into_iter().map(Aov::name)))
 }
 
 /// Where the camera of the auto-framing stands.
@@ -231,8 +233,10 @@ pub fn view(text: &str) -> Result<ViewDirection, String> {
             Ok(ViewDirection { direction, up })
         }
         _ => {
-            let names: Vec<&str> = VIEWS.iter().map(|(name, _)| *name).collect();
-            Err(format!("expected a direction x,y,z or one of {}", names.join(", ")))
+            let names = VIEWS.iter().map(|(name, _)| *name);
+            let hint = suggestion(nearest_name(text, names.clone()));
+            let names = names.collect::<Vec<_>>().join(", ");
+            Err(format!("expected a direction x,y,z or one of {names}{hint}"))
         }
     }
 }
@@ -248,7 +252,8 @@ mod tests {
         assert_eq!(background("White"), Ok(BackgroundChoice::Color([255; 3])));
         assert_eq!(background("#0f8"), Ok(BackgroundChoice::Color([0, 255, 136])));
         assert_eq!(background("#0A141e"), Ok(BackgroundChoice::Color([10, 20, 30])));
-        for bad in ["", "#", "#12", "#12345", "#gggggg", "#1234567", "whitish", "é", "#éé"] {
+        assert_eq!(background("ff8800"), Ok(BackgroundChoice::Color([255, 136, 0])));
+        for bad in ["", "#", "#12", "#12345", "#gggggg", "#1234567", "whitish", "é", "#éé", "ff880033"] {
             assert!(background(bad).is_err(), "{bad}");
         }
     }
@@ -259,6 +264,23 @@ mod tests {
         let message = shading("stack-lit").unwrap_err();
         assert!(message.contains("openpbr") && message.ends_with("did you mean 'stacklit'?"), "{message}");
         assert!(!shading("phong").unwrap_err().contains("did you mean"));
+    }
+
+    #[test]
+    fn every_list_of_names_knows_which_was_meant() {
+        for (message, meant) in [
+            (view("fornt").unwrap_err(), "front"),
+            (tone_curve("netral").unwrap_err(), "neutral"),
+            (aov("nromal").unwrap_err(), "normal"),
+            (background("whitee").unwrap_err(), "white"),
+            (background("transparant").unwrap_err(), "transparent"),
+            (area_lights("facet").unwrap_err(), "facets"),
+            (limit("triangle=1").unwrap_err(), "triangles"),
+            (shading("filamant").unwrap_err(), "filament"),
+            (material("velvit").unwrap_err(), "velvet"),
+        ] {
+            assert!(message.ends_with(&format!("did you mean '{meant}'?")), "{message}");
+        }
     }
 
     #[test]

@@ -16,6 +16,7 @@
 //! A file for which no limit is given must be equal. As soon as one is given, those that are given decide, all of them.
 
 use super::metrics::{MetricSettings, Metrics};
+use crate::color::hex_color;
 use crate::load::nearest_name;
 use std::fmt::Write as _;
 use std::ops::Range;
@@ -373,13 +374,13 @@ impl ThresholdFile {
     }
 }
 
-/// A colour written as `#rrggbb`.
+/// A colour written as `#rrggbb`, without `#` as well.
 #[must_use]
 pub fn colour(text: &str) -> Option<[u8; 3]> {
-    let digits =
-        text.strip_prefix('#').filter(|d| d.len() == 6 && d.bytes().all(|b| b.is_ascii_hexdigit()))?;
-    let code = u32::from_str_radix(digits, 16).ok()?;
-    Some([(code >> 16) as u8, (code >> 8) as u8, code as u8])
+    match hex_color(text)? {
+        (colour, None) => Some(colour),
+        (_, Some(_)) => None,
+    }
 }
 
 /// Entries of a table as they stand in the file.

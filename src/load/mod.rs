@@ -52,11 +52,10 @@ pub use environment::{
 };
 pub use error::{LoadError, Warning};
 pub use format::Format;
-#[cfg(feature = "cli")]
 pub(crate) use material::suggestion;
 pub use material::{
     AssignError, BuiltinMaterial, MaterialError, MaterialErrorReason, MaterialFile, MaterialKey,
-    material_keys, nearest_name,
+    material_keys, nearest_name, same_name,
 };
 pub use options::{AnimationChoice, LoadOptions};
 pub use resolver::{DirectoryResolver, MemoryResolver, NoResolver, ResolveError, Resolver};

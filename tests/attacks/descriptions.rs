@@ -80,7 +80,7 @@ pub fn attacks() -> Vec<Attack> {
             "a camera at infinity",
             "x.json",
             r#"{"model":"good.obj","camera":{"eye":[1e39,0,0]}}"#,
-            Misuse("camera"),
+            Fail("camera.eye"),
         ),
         Attack::scene(
             "scene-eye-is-target",
@@ -100,8 +100,8 @@ pub fn attacks() -> Vec<Attack> {
             "scene-field-of-view",
             "the tangent of a right angle",
             "x.json",
-            r#"{"model":"good.obj","camera":{"eye":[0,0,5],"fovYDeg":180}}"#,
-            Misuse("field"),
+            r#"{"model":"good.obj","camera":{"eye":[0,0,5],"fov_y_deg":180}}"#,
+            Fail("camera.fov_y_deg"),
         ),
         Attack::scene(
             "scene-lights",
@@ -129,7 +129,7 @@ pub fn attacks() -> Vec<Attack> {
             "two to the power of a million",
             "x.json",
             r#"{"model":"good.obj","exposure":1000000}"#,
-            Misuse("exposure"),
+            Fail("exposure"),
         ),
         Attack::scene(
             "scene-model-is-itself",

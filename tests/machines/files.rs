@@ -156,8 +156,8 @@ fn scene_text(recipe: &Recipe, model: &str, environment: &str) -> String {
     let [width, height] = recipe.size;
     let _ = write!(
         text,
-        "model = \"{model}\"\nenv = \"{environment}\"\nenvRotationDeg = {:?}\nenvIntensity = {:?}\n\
-         size = [{width}, {height}]\nsamples = {}\nbackground = \"{}\"\ntoneMapping = \"{}\"\nexposure = {:?}\n\
+        "model = \"{model}\"\nenv = \"{environment}\"\nenv_rotation_deg = {:?}\nenv_intensity = {:?}\n\
+         size = [{width}, {height}]\nsamples = {}\nbackground = \"{}\"\ntone_mapping = \"{}\"\nexposure = {:?}\n\
          anisotropy = {}\n",
         recipe.environment_rotation,
         recipe.environment_intensity,
@@ -189,9 +189,9 @@ fn scene_text(recipe: &Recipe, model: &str, environment: &str) -> String {
         }
     }
     for (key, value) in [
-        ("fovYDeg", camera.fov_y_degrees),
+        ("fov_y_deg", camera.fov_y_degrees),
         ("near", camera.near),
-        ("orthoHeight", camera.orthographic_height),
+        ("ortho_height", camera.orthographic_height),
     ] {
         if let Some(value) = value {
             let _ = writeln!(text, "{key} = {value:?}");
@@ -213,14 +213,14 @@ fn light_text(text: &mut String, light: &SceneLight) {
         SceneLight::Directional { direction, color, intensity, min_roughness } => {
             kind = "directional";
             lines.push(("direction", Some(list(direction))));
-            lines.push(("minRoughness", min_roughness.as_ref().map(number)));
+            lines.push(("min_roughness", min_roughness.as_ref().map(number)));
             (color, intensity)
         }
         SceneLight::Point { position, range, color, intensity, min_roughness } => {
             kind = "point";
             lines.push(("position", Some(list(position))));
             lines.push(("range", range.as_ref().map(number)));
-            lines.push(("minRoughness", min_roughness.as_ref().map(number)));
+            lines.push(("min_roughness", min_roughness.as_ref().map(number)));
             (color, intensity)
         }
         SceneLight::Spot {
@@ -237,9 +237,9 @@ fn light_text(text: &mut String, light: &SceneLight) {
             lines.push(("position", Some(list(position))));
             lines.push(("target", Some(list(target))));
             lines.push(("range", range.as_ref().map(number)));
-            lines.push(("innerConeDeg", inner_cone_deg.as_ref().map(number)));
-            lines.push(("outerConeDeg", outer_cone_deg.as_ref().map(number)));
-            lines.push(("minRoughness", min_roughness.as_ref().map(number)));
+            lines.push(("inner_cone_deg", inner_cone_deg.as_ref().map(number)));
+            lines.push(("outer_cone_deg", outer_cone_deg.as_ref().map(number)));
+            lines.push(("min_roughness", min_roughness.as_ref().map(number)));
             (color, intensity)
         }
         SceneLight::Rect { position, target, up, size, two_sided, color, intensity } => {
@@ -248,7 +248,7 @@ fn light_text(text: &mut String, light: &SceneLight) {
             lines.push(("target", Some(list(target))));
             lines.push(("up", up.as_ref().map(|v| list(v))));
             lines.push(("size", Some(list(size))));
-            lines.push(("twoSided", two_sided.map(|v| v.to_string())));
+            lines.push(("two_sided", two_sided.map(|v| v.to_string())));
             (color, intensity)
         }
         SceneLight::Tube { from, to, radius, color, intensity } => {

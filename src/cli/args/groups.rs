@@ -177,7 +177,7 @@ pub struct PictureArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Display")]
 pub struct DisplayArgs {
-    /// What is behind the model: transparent, env, #rrggbb or a colour name [default: transparent]
+    /// What is behind the model: transparent, env, #rrggbb (the # may be left out) or a colour name [default: transparent]
     #[arg(long, value_name = "COLOR", value_parser = values::background)]
     pub background: Option<BackgroundChoice>,
 

@@ -179,7 +179,7 @@ mod tests {
             panic!("not a render")
         };
         let mut scene = SceneFile::from_json(
-            r#"{"size": [1, 2], "camera": {"eye": [1, 2, 3], "fovYDeg": 20, "near": 1}, "samples": 4}"#,
+            r#"{"size": [1, 2], "camera": {"eye": [1, 2, 3], "fov_y_deg": 20, "near": 1}, "samples": 4}"#,
         )
         .unwrap();
         args.model.draw.apply(&mut scene);

@@ -14,7 +14,7 @@ use super::sample::{Curve, Interpolation};
 use crate::limits::Limits;
 use crate::load::budget::Budget;
 use crate::load::warnings::Warnings;
-use crate::load::{AnimationInfo, Context, LoadError};
+use crate::load::{AnimationInfo, Context, LoadError, nearest_name, suggestion};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -49,7 +49,11 @@ pub(super) fn choose(root: &Root, chosen: &str) -> Result<usize, LoadError> {
     }
     let known = if known.is_empty() { " none".to_owned() } else { known.join(",") };
     let shown: String = chosen.escape_debug().take(64).collect();
-    Err(LoadError::no_such(format!("there is no animation '{shown}'; the file has{known}")))
+    // Of a file with very many, the first are looked at.
+    let names = root.animations.iter().take(1000).filter_map(|a| a.name.as_deref());
+    let nearest = nearest_name(chosen, names).map(|name| name.escape_debug().take(64).collect::<String>());
+    let hint = suggestion(nearest.as_deref());
+    Err(LoadError::no_such(format!("there is no animation '{shown}'; the file has{known}{hint}")))
 }
 
 /// For lists of what there is: only the number before the name.

@@ -2,7 +2,7 @@
 
 use super::list::Index;
 use super::model::{Primitive, Root};
-use crate::load::LoadError;
+use crate::load::{LoadError, nearest_name, suggestion};
 
 /// Most names that a message lists.
 const LISTED: usize = 20;
@@ -33,7 +33,11 @@ pub(super) fn chosen(root: &Root, name: Option<&str>) -> Result<Option<Index>, L
         Some(unlisted) => known.push(format!("{unlisted} more")),
     }
     let known = known.join(", ");
-    Err(LoadError::no_such(format!("there is no material variant '{}'; the file has {known}", short(name))))
+    // Of a file with very many, the first are looked at.
+    let names = variants.iter().take(1000).map(|variant| variant.name.as_str());
+    let hint = suggestion(nearest_name(name, names).map(short).as_deref());
+    let shown = short(name);
+    Err(LoadError::no_such(format!("there is no material variant '{shown}'; the file has {known}{hint}")))
 }
 
 fn short(name: &str) -> String {

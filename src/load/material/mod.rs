@@ -36,11 +36,10 @@ mod texture;
 pub use builtin::BuiltinMaterial;
 pub use error::{AssignError, MaterialError, MaterialErrorReason};
 pub use keys::{MaterialKey, material_keys};
-pub use nearest::nearest_name;
-#[cfg(feature = "cli")]
 pub(crate) use nearest::suggestion;
+pub use nearest::{nearest_name, same_name};
 
-use super::{Context, DirectoryResolver, LoadError};
+use super::{Context, DirectoryResolver, LoadError, Warning};
 use crate::jobs::Jobs;
 use crate::limits::Limits;
 use crate::scene::ShadingModel;
@@ -120,6 +119,15 @@ impl MaterialFile {
             Some(Value::Text(name)) => ShadingModel::from_name(name),
             _ => None,
         }
+    }
+
+    /// Keys that are spelt in another way than they should be.
+    pub fn warnings(&self) -> impl Iterator<Item = Warning> {
+        self.settings.iter().filter_map(|setting| {
+            let spelt = setting.spelt.as_deref()?;
+            let (line, name) = (setting.line, setting.key.name);
+            Some(Warning::new(format!("line {line}: {spelt}: the key is spelt {name}")))
+        })
     }
 
     /// True if it is laid over the model's own material instead of replacing it.

@@ -13,6 +13,15 @@ pub fn nearest_name<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) ->
     (nearest.0 <= (name.len() / 2).saturating_add(1)).then_some(nearest.1)
 }
 
+/// The known name that is the same but for upper and lower case, `-` and `_`: `fov_y_deg` for `fovYDeg` and `fov-y-deg`.
+pub fn same_name<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let letters = |text: &str| -> String {
+        text.chars().filter(|c| !matches!(c, '-' | '_')).map(|c| c.to_ascii_lowercase()).take(64).collect()
+    };
+    let name = letters(name);
+    known.into_iter().find(|known| letters(known) == name)
+}
+
 /// Levenshtein's distance: insertions, deletions and replacements.
 fn distance(a: &[char], b: &[char]) -> usize {
     // From what has been seen of `a` to nothing, and to as many letters of `b` as there are numbers before.
@@ -49,6 +58,15 @@ mod tests {
         assert_eq!(nearest_name("cot", known), Some("coat"));
         assert_eq!(nearest_name("xyzzy", known), None);
         assert_eq!(nearest_name("x", []), None);
+    }
+
+    #[test]
+    fn other_spellings_are_the_same_name() {
+        let known = ["fov_y_deg", "env"];
+        for name in ["fov_y_deg", "fovYDeg", "fov-y-deg", "FOV_Y_DEG"] {
+            assert_eq!(same_name(name, known), Some("fov_y_deg"), "{name}");
+        }
+        assert_eq!((same_name("fov", known), same_name("", known)), (None, None));
     }
 
     #[test]

@@ -2,9 +2,9 @@
 
 use super::error::{MaterialError, MaterialErrorReason};
 use super::keys::{KEYS, Key, Kind, Slot};
-use super::nearest::nearest_name;
+use super::nearest::{nearest_name, same_name};
 use super::texture::TextureUse;
-use crate::color::srgb::srgb_to_linear;
+use crate::color::{hex_color, srgb::srgb_to_linear};
 use crate::load::gltf::transform_of;
 use crate::scene::{Filter, Sampler, UvTransform, Wrap};
 use std::ops::Range;
@@ -16,6 +16,8 @@ use toml::de::{DeTable, DeValue};
 pub(super) struct Setting {
     pub(super) key: &'static Key,
     pub(super) line: usize,
+    /// How the key is spelt, if not as it should be.
+    pub(super) spelt: Option<String>,
     pub(super) value: Value,
 }
 
@@ -87,6 +89,13 @@ fn check(settings: &[Setting]) -> Result<(), MaterialError> {
         key: Some(setting.key.name.to_owned()),
         reason,
     };
+    for (k, setting) in settings.iter().enumerate() {
+        // In two spellings; TOML itself refuses what is given twice in one.
+        if settings.iter().take(k).any(|earlier| earlier.key.name == setting.key.name) {
+            let why = "the same key in another spelling";
+            return Err(error(setting, MaterialErrorReason::Conflict { other: setting.key.name, why }));
+        }
+    }
     for (these, those, why) in CONFLICTS {
         let (Some(this), Some(that)) =
             (these.iter().find_map(|n| find(n)), those.iter().find_map(|n| find(n)))
@@ -150,13 +159,14 @@ impl Place<'_> {
         line: usize,
         value: &Spanned<DeValue<'_>>,
     ) -> Result<Setting, MaterialError> {
-        let Some(key) = Key::named(name) else {
-            let valid = || KEYS.iter().map(|key| key.name);
+        let valid = || KEYS.iter().map(|key| key.name);
+        let other_spelling = || same_name(name, valid()).and_then(Key::named);
+        let Some(key) = Key::named(name).or_else(other_spelling) else {
             let nearest = nearest_name(name, valid());
             return Err(unknown_key(line, name, nearest, valid().collect()));
         };
         let value = self.value(key, line, value.get_ref())?;
-        Ok(Setting { key, line, value })
+        Ok(Setting { key, line, spelt: (key.name != name).then(|| short(name)), value })
     }
 
     fn value(&self, key: &'static Key, line: usize, value: &DeValue<'_>) -> Result<Value, MaterialError> {
@@ -450,16 +460,8 @@ fn film(line: usize, key: &str, value: &DeValue<'_>) -> Result<Value, MaterialEr
     }
 }
 
-/// `#rrggbb` or `#rrggbbaa`: an sRGB colour in linear light, and alpha if it is there.
+/// `#rrggbb` or `#rrggbbaa`, without `#` as well: an sRGB colour in linear light, and alpha if it is there.
 fn hex(text: &str) -> Option<([f32; 3], Option<f32>)> {
-    let digits = text.strip_prefix('#')?;
-    let digits: Vec<u8> = digits.chars().map(|c| c.to_digit(16).map(|d| d as u8)).collect::<Option<_>>()?;
-    let bytes: Vec<f32> =
-        digits.as_chunks().0.iter().map(|&[high, low]| f32::from(high << 4 | low) / 255.0).collect();
-    let color = |r, g, b| [r, g, b].map(srgb_to_linear);
-    match (digits.len(), bytes.as_slice()) {
-        (6, &[r, g, b]) => Some((color(r, g, b), None)),
-        (8, &[r, g, b, a]) => Some((color(r, g, b), Some(a))),
-        _ => None,
-    }
+    let (color, alpha) = hex_color(text)?;
+    Some((color.map(|v| srgb_to_linear(f32::from(v) / 255.0)), alpha.map(|a| f32::from(a) / 255.0)))
 }
