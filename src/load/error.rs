@@ -86,6 +86,17 @@ impl LoadError {
     pub fn unsupported(format: &'static str, message: impl Into<String>) -> Self {
         Self::Unsupported { format, message: one_line(message.into()) }
     }
+    /// True if it is about one element of a file, so that the rest of it can be drawn: limits are about all of it.
+    pub(super) fn is_partial(&self) -> bool {
+        !matches!(self, Self::Limit(_) | Self::Resolve(super::ResolveError::TooLarge { .. }))
+    }
+    /// What is wrong, without the format.
+    pub(super) fn reason(&self) -> String {
+        match self {
+            Self::Malformed { message, .. } | Self::Unsupported { message, .. } => message.clone(),
+            other => other.to_string(),
+        }
+    }
     /// A choice that the file does not offer.
     pub fn no_such(message: impl Into<String>) -> Self {
         Self::NoSuch(one_line(message.into()))

@@ -12,10 +12,13 @@ pub(crate) struct Warnings {
 }
 
 impl Warnings {
-    /// Adds one. The text is only made if there is room for it.
+    /// Adds one, unless it is the same as the last one. The text is only made if there is room for it.
     pub(crate) fn add(&mut self, message: impl FnOnce() -> String) {
         if self.list.len() < MOST {
-            self.list.push(Warning::new(message()));
+            let warning = Warning::new(message());
+            if self.list.last() != Some(&warning) {
+                self.list.push(warning);
+            }
         } else {
             self.more = self.more.saturating_add(1);
         }
@@ -40,6 +43,11 @@ mod tests {
         for k in 0..1000 {
             warnings.add(|| k.to_string());
         }
+        let mut same = Warnings::default();
+        for k in [1, 1, 2, 1] {
+            same.add(|| k.to_string());
+        }
+        assert_eq!(same.finish().len(), 3);
         let list = warnings.finish();
         assert_eq!(list.len(), MOST + 1);
         assert_eq!(list[MOST].message, "and 900 more warnings");

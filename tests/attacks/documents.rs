@@ -114,7 +114,7 @@ pub fn attacks() -> Vec<Attack> {
             "json-duplicate-keys",
             "two meanings of one file",
             r#"{"asset":{"version":"2.0"},"nodes":[],"nodes":[{}]}"#.into(),
-            Fail("duplicate field"),
+            Warn("duplicate field"),
         ),
         gltf(
             "json-version-3",
@@ -154,13 +154,13 @@ pub fn attacks() -> Vec<Attack> {
             "glb-length-zero",
             "an underflow of the length",
             container(0, &[(28, b"JSON", json)]),
-            Fail("glTF"),
+            Warn("the container says"),
         ),
         glb(
             "glb-length-maximum",
             "an allocation of the claimed length",
             container(u32::MAX, &[(28, b"JSON", json)]),
-            Fail("cut off"),
+            Warn("the container says"),
         ),
         glb(
             "glb-chunk-maximum",
@@ -218,7 +218,7 @@ pub fn attacks() -> Vec<Attack> {
             "data-uri-short",
             "a buffer shorter than it says",
             uri("data:;base64,AAAA".into()),
-            Fail("byteLength says 36"),
+            Fail("lie outside"),
         ),
         gltf(
             "data-uri-percent",
@@ -246,13 +246,13 @@ pub fn attacks() -> Vec<Attack> {
             "buffer-claims-terabytes",
             "an allocation of a buffer's claimed length",
             triangle_with(|m| m.json["buffers"] = json!([{"byteLength": 1_000_000_000_000_u64}])),
-            Fail("byteLength says"),
+            Warn("byteLength says"),
         ),
         glb(
             "buffer-length-negative",
             "a length that wraps",
             triangle_with(|m| m.json["buffers"] = json!([{"byteLength": -1}])),
-            Fail("at least 0"),
+            Warn("at least 0"),
         ),
         glb(
             "camera-of-zero",

@@ -292,8 +292,8 @@ fn mistakes_in_draco_primitives_name_the_primitive() {
         let mut model = whole.clone();
         push(&mut model.json["accessors"], json!({"componentType": F32, "count": 3, "type": "SCALAR"}));
         damage(model.primitive());
-        let error = model.error();
-        assert!(error.contains("mesh 0, primitive 0") && error.contains(message), "{error}");
+        let complaint = model.complaint();
+        assert!(complaint.contains("mesh 0, primitive 0") && complaint.contains(message), "{complaint}");
     }
     // Memory is asked for before it is used.
     let limits = Limits { decoded_bytes: 20_000, ..Limits::default() };

@@ -1,4 +1,5 @@
-//! Files that break the rules: each ends in a line that names the element, none in a panic.
+//! Files that break the rules: each ends in a line that names the element, none in a panic; what is whole in them is
+//! drawn.
 
 use crate::model::{Model, U8, U16, load_in_parts, load_text, messages, outcome};
 use overcoat::limits::Limits;
@@ -17,7 +18,7 @@ fn whole() -> Model {
 }
 
 #[test]
-fn every_error_names_its_element() {
+fn every_fault_is_named_with_its_element() {
     assert!(whole().load().unwrap().warnings.is_empty());
     type Damage = fn(&mut Value);
     let cases: [(Damage, &str); 26] = [
@@ -27,15 +28,15 @@ fn every_error_names_its_element() {
         ),
         (
             |j| j["accessors"][2]["count"] = 2.into(),
-            "mesh 0, primitive 0: NORMAL has 2 elements for 3 vertices",
+            "mesh 0, primitive 0: NORMAL is left out: NORMAL has 2 elements for 3 vertices",
         ),
         (
             |j| j["accessors"][2]["type"] = "VEC2".into(),
-            "mesh 0, primitive 0: NORMAL: accessor 2 has elements of the wrong type",
+            "mesh 0, primitive 0: NORMAL is left out: NORMAL: accessor 2 has elements of the wrong type",
         ),
         (
             |j| j["accessors"][2]["type"] = "MAT3".into(),
-            "mesh 0, primitive 0: accessor 2: neither scalars nor vectors",
+            "mesh 0, primitive 0: NORMAL is left out: accessor 2: neither scalars nor vectors",
         ),
         (
             |j| j["accessors"][0]["componentType"] = 5130.into(),
@@ -76,28 +77,35 @@ fn every_error_names_its_element() {
         ),
         (
             |j| j["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"] = 44.into(),
-            "mesh 0, primitive 0: there is no accessor 44",
+            "mesh 0, primitive 0: TEXCOORD_0 is left out: there is no accessor 44",
         ),
         (
             |j| j["meshes"][0]["primitives"][0]["material"] = 5.into(),
-            "mesh 0, primitive 0: there is no material 5",
+            "mesh 0, primitive 0: there is no material 5; the default one is used",
         ),
         (|j| j["nodes"][0]["mesh"] = 8.into(), "node 0: there is no mesh 8"),
-        (|j| j["scenes"][0]["nodes"] = json!([0, 12]), "scene 0: there is no node 12"),
+        (|j| j["scenes"][0]["nodes"] = json!([0, 12]), "the scene names node 12, which there is not"),
         (
             |j| j["accessors"][1]["byteOffset"] = (-4).into(),
-            "accessor 1: invalid value: integer `-4`, expected a whole number of at least 0",
+            "accessor 1, byteOffset cannot be read and is left out: invalid value: integer `-4`, expected a whole number of \
+             at least 0",
         ),
-        (|j| j["accessors"][1]["count"] = json!(1.5), "accessor 1: invalid value: floating point `1.5`"),
+        (
+            |j| j["accessors"][1]["count"] = json!(1.5),
+            "accessor 1, count cannot be read and is left out: invalid value: floating point `1.5`",
+        ),
         (
             |j| j["nodes"][0]["matrix"] = json!([1, 2, 3]),
-            "node 0: invalid length 3, expected an array of length 16",
+            "node 0, matrix cannot be read and is left out: invalid length 3, expected an array of length 16",
         ),
         (
             |j| j["materials"][0]["pbrMetallicRoughness"]["metallicFactor"] = "shiny".into(),
-            "material 0: invalid type: string \"shiny\"",
+            "material 0, pbrMetallicRoughness, metallicFactor cannot be read and is left out: invalid type: string",
         ),
-        (|j| j["meshes"][0]["primitives"][0]["mode"] = json!({}), "mesh 0: primitive 0: invalid type: map"),
+        (
+            |j| j["meshes"][0]["primitives"][0]["mode"] = json!({}),
+            "mesh 0, primitives 0, mode cannot be read and is left out: invalid type: map",
+        ),
         (
             |j| j["nodes"] = 5.into(),
             "invalid type: integer `5`, expected a list with elements of the kind node",
@@ -114,13 +122,58 @@ fn every_error_names_its_element() {
     for (damage, expected) in cases {
         let mut model = whole();
         damage(&mut model.json);
-        let error = model.error();
-        assert!(error.contains(expected), "{error}\n{expected}");
+        let complaint = model.complaint();
+        assert!(complaint.contains(expected), "{complaint}\n{expected}");
     }
+}
+
+/// A second, whole primitive is drawn whatever is wrong with the first.
+#[test]
+fn what_is_whole_is_drawn() {
+    type Damage = fn(&mut Value);
+    let cases: [(Damage, &str); 7] = [
+        (
+            |p| p["attributes"]["POSITION"] = 77.into(),
+            "mesh 0, primitive 0: there is no accessor 77; not drawn",
+        ),
+        (|p| p["mode"] = 9.into(), "mesh 0, primitive 0: unknown mode 9; not drawn"),
+        (|p| p["indices"] = 77.into(), "mesh 0, primitive 0: there is no accessor 77; not drawn"),
+        (|p| p["indices"] = 0.into(), "mesh 0, primitive 0: accessor 0 does not hold indices; not drawn"),
+        (
+            |p| p["attributes"]["POSITION"] = 1.into(),
+            "mesh 0, primitive 0: POSITION: accessor 1 has elements of the wrong type; not drawn",
+        ),
+        (|p| p["extensions"] = json!({"KHR_draco_mesh_compression": {"bufferView": 0}}), "not drawn"),
+        (|p| p["attributes"] = json!({}), "mesh 0, primitive 0 has no positions and is not drawn"),
+    ];
+    for (damage, expected) in cases {
+        let mut model = whole();
+        let mut second = model.primitive().clone();
+        damage(&mut second);
+        model.json["meshes"][0]["primitives"].as_array_mut().unwrap().insert(0, second);
+        let loaded = model.load().unwrap();
+        assert_eq!(loaded.scene.triangle_count(), 1, "{expected}");
+        let warnings = messages(&loaded);
+        assert!(warnings.len() == 1 && warnings[0].contains(expected), "{warnings:?}\n{expected}");
+    }
+    // A buffer that lacks its end has the rest.
+    let mut model = whole();
+    model.json["buffers"] = json!([{"byteLength": 500}]);
+    let warning = format!("buffer 0 has {} bytes where its byteLength says 500", model.bytes.len());
+    assert_eq!(model.complaint(), warning);
 }
 
 #[test]
 fn indices_out_of_range() {
+    let mut model = whole();
+    let indices = model.accessor("SCALAR", U8, 9, &[0, 1, 2, 0, 9, 1, 2, 1, 0]);
+    model.primitive()["indices"] = indices.into();
+    let loaded = model.load().unwrap();
+    assert_eq!(loaded.scene.triangle_count(), 2);
+    assert_eq!(
+        messages(&loaded),
+        ["mesh 0, primitive 0: 1 triangles, lines or points left out: their vertices are out of range"]
+    );
     let mut model = whole();
     model.json["meshes"][0]["name"] = "torn".into();
     let indices = model.accessor("SCALAR", U8, 3, &[0, 1, 3]);
@@ -147,6 +200,20 @@ fn positions_must_be_finite_and_in_range() {
         model.bytes[4..8].copy_from_slice(&bad.to_le_bytes());
         assert_eq!(model.error(), expected);
     }
+    // Of many triangles the others are drawn, and the vertex is no part of the bounds.
+    let mut model = Model::empty();
+    let bad = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.5, f32::NAN, 2.0];
+    let position = model.floats("VEC3", &bad);
+    let indices = model.accessor("SCALAR", U8, 6, &[0, 1, 2, 0, 1, 3]);
+    model.json["meshes"] =
+        json!([{"primitives": [{"attributes": {"POSITION": position}, "indices": indices}]}]);
+    let loaded = model.load().unwrap();
+    assert_eq!(loaded.scene.triangle_count(), 1);
+    assert_eq!(loaded.scene.bounds().max, [1.0, 1.0, 0.0]);
+    assert_eq!(
+        messages(&loaded),
+        ["mesh 0, primitive 0: 1 triangles, lines or points left out: positions not finite or beyond 1e15"]
+    );
 }
 
 #[test]

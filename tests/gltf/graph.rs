@@ -49,7 +49,26 @@ fn the_scene_to_draw() {
     assert_eq!(origins(&model), [[1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [5.0, 0.0, 0.0]]);
     model.json["scene"] = 4.into();
     model.json["scenes"] = json!([{"nodes": [0]}]);
-    assert_eq!(model.error(), "glTF: there is no scene 4");
+    assert_eq!(model.warnings(), ["there is no scene 4: all nodes are drawn"]);
+    assert_eq!(origins(&model).len(), 3);
+}
+
+/// A scene without a mesh is not what anybody wants to see of a file that has some.
+#[test]
+fn scenes_that_show_nothing() {
+    let mut model = Model::triangle();
+    model.json["nodes"] = json!([{}, {"children": [2]}, {"mesh": 0, "translation": [3, 0, 0]}]);
+    model.json["scenes"] = json!([{"nodes": [0]}, {}, {"nodes": [1]}]);
+    assert_eq!(origins(&model), [[3.0, 0.0, 0.0]]);
+    assert_eq!(model.warnings(), ["scene 0 shows no mesh: scene 2 is drawn"]);
+    model.json["scenes"] = json!([{"nodes": [0]}]);
+    assert_eq!(origins(&model), [[3.0, 0.0, 0.0]]);
+    assert_eq!(model.warnings(), ["scene 0 shows no mesh: all nodes are drawn"]);
+    // A library of meshes that other programs place.
+    let document = model.json.as_object_mut().unwrap();
+    ["nodes", "scenes", "scene"].map(|key| document.remove(key));
+    assert_eq!(origins(&model), [[0.0; 3]]);
+    assert_eq!(model.warnings(), ["no node shows a mesh: 1 meshes are drawn at the origin"]);
 }
 
 #[test]
@@ -69,15 +88,27 @@ fn nodes_form_a_tree() {
     let mut model = Model::triangle();
     for (nodes, at) in [
         (json!([{"mesh": 0, "children": [0]}]), "node 0"),
-        (json!([{"children": [1]}, {"name": "b", "children": [2]}, {"children": [1]}]), "node 1 'b'"),
-        (json!([{"children": [1, 2]}, {"children": [3]}, {"children": [3]}, {}]), "node 3"),
-        (json!([{"children": [1, 1]}, {}]), "node 1"),
+        (
+            json!([{"mesh": 0, "children": [1]}, {"name": "b", "children": [2]}, {"children": [1]}]),
+            "node 1 'b'",
+        ),
+        (json!([{"mesh": 0, "children": [1, 2]}, {"children": [3]}, {"children": [3]}, {}]), "node 3"),
+        (json!([{"children": [1, 1]}, {"mesh": 0}]), "node 1"),
     ] {
         model.json["nodes"] = nodes;
-        assert_eq!(model.error(), format!("glTF: {at} is reached twice: nodes must form a tree"));
+        assert_eq!(
+            model.warnings(),
+            [format!("{at} is reached twice and drawn once: nodes must form a tree")]
+        );
+        assert_eq!(origins(&model).len(), 1);
     }
-    model.json["nodes"] = json!([{"children": [9]}]);
-    assert_eq!(model.error(), "glTF: node 0: there is no node 9");
+    model.json["nodes"] = json!([{"mesh": 0, "children": [9]}]);
+    assert_eq!(model.warnings(), ["node 0: there is no node 9"]);
+    // A root that is a child too stands where its parent puts it.
+    model.json["nodes"] = json!([{"children": [1], "translation": [3, 0, 0]}, {"mesh": 0}]);
+    model.json["scenes"] = json!([{"nodes": [1, 0]}]);
+    assert_eq!(origins(&model), [[3.0, 0.0, 0.0]]);
+    assert_eq!(model.warnings(), ["1 nodes are roots of the scene and children too, the first node 1"]);
 }
 
 /// A chain of 200,000 nodes: refused by the limit, and drawn without it; in neither case by recursion.

@@ -504,7 +504,17 @@ fn required_extensions() {
             "ABC_materials_wool is not known and has no effect",
         ]
     );
+    // Others may hold what is drawn: as much as there is without them.
     model.json["extensionsRequired"] = json!(["MSFT_texture_dds", "KHR_texture_transform", "EXT_new\n"]);
+    assert_eq!(
+        model.warnings(),
+        [
+            "MSFT_texture_dds is not supported: the substitute images are used",
+            "the file requires EXT_new?, which is not known: drawn without what depends on it",
+        ]
+    );
+    model.json["meshes"] = json!([]);
+    model.json["nodes"] = json!([]);
     let error = model.load().unwrap_err();
     assert!(matches!(error, LoadError::Unsupported { .. }));
     assert_eq!(error.to_string(), "glTF: the file requires MSFT_texture_dds, EXT_new?, which cannot be read");

@@ -60,6 +60,11 @@ impl Model {
         model
     }
 
+    /// The error, or all warnings of a file that is drawn in spite of them.
+    pub fn complaint(&self) -> String {
+        self.load().map_or_else(|error| error.to_string(), |loaded| messages(&loaded).join("; "))
+    }
+
     /// Appends bytes as a view, at a multiple of four.
     pub fn view(&mut self, bytes: &[u8]) -> usize {
         self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);

@@ -169,29 +169,41 @@ fn weights_may_be_integers_and_in_several_sets() {
 #[test]
 fn broken_skins_are_named() {
     let good = strip();
-    let error = |change: &dyn Fn(&mut Model)| {
+    let complaint = |change: &dyn Fn(&mut Model)| {
         let mut model = good.clone();
         change(&mut model);
-        model.error()
+        model.complaint()
     };
-    assert_eq!(error(&|m| m.json["nodes"][0]["skin"] = 7.into()), "glTF: node 0: there is no skin 7");
-    assert_eq!(error(&|m| m.json["skins"][0]["joints"] = json!([])), "glTF: skin 0: it has no joints");
-    assert_eq!(error(&|m| m.json["skins"][0]["joints"][1] = 9.into()), "glTF: skin 0: there is no node 9");
     assert_eq!(
-        error(&|m| m.json["skins"][0]["joints"] = json!([1, 2, 1])),
-        "glTF: skin 0: 2 inverse bind matrices for 3 joints"
+        complaint(&|m| m.json["nodes"][0]["skin"] = 7.into()),
+        "node 0 is drawn without its skin: there is no skin 7"
     );
-    let one_joint = error(&|m| m.json["skins"] = json!([{"joints": [1]}]));
-    assert_eq!(one_joint, "glTF: mesh 0, primitive 0: joint 1 is out of range of 1 joints of skin 0");
+    assert_eq!(
+        complaint(&|m| m.json["skins"][0]["joints"] = json!([])),
+        "node 0 is drawn without its skin: skin 0: it has no joints"
+    );
+    assert_eq!(
+        complaint(&|m| m.json["skins"][0]["joints"][1] = 9.into()),
+        "node 0 is drawn without its skin: skin 0: there is no node 9"
+    );
+    assert_eq!(
+        complaint(&|m| m.json["skins"][0]["joints"] = json!([1, 2, 1])),
+        "node 0 is drawn without its skin: skin 0: 2 inverse bind matrices for 3 joints"
+    );
+    let one_joint = complaint(&|m| m.json["skins"] = json!([{"joints": [1]}]));
+    assert_eq!(
+        one_joint,
+        "mesh 0, primitive 0: joint 1 is out of range of 1 joints of skin 0; drawn without the skin"
+    );
     // Joints that are their own ancestors, beside the scene.
-    let cycle = error(&|m| {
+    let cycle = complaint(&|m| {
         m.json["scenes"] = json!([{"nodes": [0]}]);
         m.json["nodes"][2]["children"] = json!([1]);
     });
     assert!(cycle.contains("is its own ancestor"), "{cycle}");
-    let far = error(&|m| m.json["nodes"][1]["translation"] = json!([1e300, 0, 0]));
+    let far = complaint(&|m| m.json["nodes"][1]["translation"] = json!([1e300, 0, 0]));
     assert!(far.starts_with("joint 0, node 1 'lower': transform is not a finite number"), "{far}");
-    let floats = error(&|m| {
+    let floats = complaint(&|m| {
         let weights = m.json["meshes"][0]["primitives"][0]["attributes"]["WEIGHTS_0"].clone();
         m.primitive()["attributes"]["JOINTS_0"] = weights;
     });

@@ -14,6 +14,8 @@ pub(super) struct Attributes {
     pub tangent: Option<Index>,
     pub uv0: Option<Index>,
     pub uv1: Option<Index>,
+    /// TEXCOORD_n from 2 on, with their numbers, in ascending order.
+    pub uvs: Vec<(u32, Index)>,
     pub color: Option<Index>,
     /// JOINTS_n with their numbers, in ascending order.
     pub joints: Vec<(u32, Index)>,
@@ -32,7 +34,8 @@ impl<'de> Deserialize<'de> for Attributes {
             fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Attributes, A::Error> {
                 let mut out = Attributes::default();
                 while let Some(key) = map.next_key::<Cow<'de, str>>()? {
-                    let numbered = |prefix: &str| key.strip_prefix(prefix).and_then(|n| n.parse().ok());
+                    let numbered =
+                        |prefix: &str| key.strip_prefix(prefix).and_then(|n| n.parse::<u32>().ok());
                     let place = match key.as_ref() {
                         "POSITION" => &mut out.position,
                         "NORMAL" => &mut out.normal,
@@ -41,9 +44,11 @@ impl<'de> Deserialize<'de> for Attributes {
                         "TEXCOORD_1" => &mut out.uv1,
                         "COLOR_0" => &mut out.color,
                         _ => {
-                            let (list, number) = match (numbered("JOINTS_"), numbered("WEIGHTS_")) {
-                                (Some(number), _) => (&mut out.joints, number),
-                                (_, Some(number)) => (&mut out.weights, number),
+                            let sets = ["JOINTS_", "WEIGHTS_", "TEXCOORD_"].map(numbered);
+                            let (list, number) = match sets {
+                                [Some(number), ..] => (&mut out.joints, number),
+                                [_, Some(number), _] => (&mut out.weights, number),
+                                [.., Some(number)] => (&mut out.uvs, number),
                                 _ => {
                                     map.next_value::<IgnoredAny>()?;
                                     continue;
@@ -55,7 +60,7 @@ impl<'de> Deserialize<'de> for Attributes {
                     };
                     *place = map.next_value()?;
                 }
-                for list in [&mut out.joints, &mut out.weights] {
+                for list in [&mut out.joints, &mut out.weights, &mut out.uvs] {
                     list.sort_unstable();
                     list.dedup_by_key(|(number, _)| *number);
                 }
@@ -73,10 +78,17 @@ impl Attributes {
             "POSITION" => self.position,
             "NORMAL" => self.normal,
             "TANGENT" => self.tangent,
-            "TEXCOORD_0" => self.uv0,
-            "TEXCOORD_1" => self.uv1,
             "COLOR_0" => self.color,
-            _ => None,
+            _ => name.strip_prefix("TEXCOORD_").and_then(|set| self.uv(set.parse().ok()?)),
+        }
+    }
+
+    /// Texture coordinates by their number.
+    pub(super) fn uv(&self, set: u32) -> Option<Index> {
+        match set {
+            0 => self.uv0,
+            1 => self.uv1,
+            _ => self.uvs.iter().find(|(number, _)| *number == set).map(|(_, index)| *index),
         }
     }
 
@@ -107,6 +119,10 @@ mod tests {
         assert_eq!((found.normal, found.uv0), (None, None));
         assert_eq!(found.joints, [(0, Index(1)), (1, Index(2))]);
         assert_eq!(found.weights, [(0, Index(3))]);
+        assert_eq!(
+            (found.uv(7), found.named("TEXCOORD_7"), found.uv(2)),
+            (Some(Index(5)), Some(Index(5)), None)
+        );
         serde_json::from_str::<Attributes>(r#"{"JOINTS_0": -1}"#).unwrap_err();
         serde_json::from_str::<Attributes>("[]").unwrap_err();
     }

@@ -7,15 +7,19 @@ use super::model::{BufferView, Compressed, Root};
 use super::source::Source;
 use crate::jobs::Jobs;
 use crate::load::budget::Budget;
+use crate::load::warnings::Warnings;
 use crate::load::{Context, LoadError};
 use base64::Engine;
 use base64::engine::DecodePaddingMode;
 use base64::engine::general_purpose::{GeneralPurpose, GeneralPurposeConfig};
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fmt;
 
 /// Longest URI of a file, in bytes.
 const LONGEST_PATH: usize = 4096;
+/// Most messages about bytes that are not there.
+const MOST_SHORT: usize = 20;
 
 /// The buffers that something needs, each read once.
 pub(super) struct Buffers<'a> {
@@ -28,6 +32,8 @@ pub(super) struct Buffers<'a> {
     compressed: BTreeMap<Index, Decompressed>,
     /// Those of them that have not been decompressed so far.
     pending: Vec<Index>,
+    /// What is said of buffers that have fewer bytes than they say, and of views that reach beyond them.
+    short: Vec<String>,
 }
 
 /// A view that is stored compressed.
@@ -35,6 +41,8 @@ struct Decompressed {
     layout: meshopt::Layout,
     /// Empty until [`Buffers::decompress`].
     bytes: Vec<u8>,
+    /// Why there are none then.
+    damage: Option<String>,
 }
 
 enum Loaded<'a> {
@@ -54,6 +62,7 @@ impl<'a> Buffers<'a> {
             held: Vec::new(),
             compressed: BTreeMap::new(),
             pending: Vec::new(),
+            short: Vec::new(),
         }
     }
 
@@ -69,8 +78,23 @@ impl<'a> Buffers<'a> {
         budget: &mut Budget,
     ) -> Result<(), LoadError> {
         let Some(given) = self.compression(view) else {
-            let (_, index) = self.plain(view)?;
-            return self.require_buffer(index, context, budget);
+            let (given, index) = self.plain(view)?;
+            self.require_buffer(index, context, budget)?;
+            let (start, length) = (given.byte_offset.0, given.byte_length.0);
+            let there = self.source(index).len();
+            let declared = self.root.buffers.get(index).map_or(0, |buffer| buffer.byte_length.0);
+            // Of a short buffer enough is said, and what has nothing to it is an error.
+            if start.saturating_add(length) > there
+                && start <= there
+                && declared <= there
+                && self.short.len() < MOST_SHORT
+            {
+                let message = format!("bufferView {view} reaches beyond the {there} bytes of buffer {index}");
+                if !self.short.contains(&message) {
+                    self.short.push(message);
+                }
+            }
+            return Ok(());
         };
         if self.compressed.contains_key(&view) {
             return Ok(());
@@ -95,7 +119,7 @@ impl<'a> Buffers<'a> {
         self.require_buffer(index, context, budget)?;
         self.compressed_source(view, given)?;
         budget.charge(|| format!("bufferView {view}"), layout.decoded(), 1)?;
-        self.compressed.insert(view, Decompressed { layout, bytes: Vec::new() });
+        self.compressed.insert(view, Decompressed { layout, bytes: Vec::new(), damage: None });
         self.pending.push(view);
         Ok(())
     }
@@ -132,10 +156,10 @@ impl<'a> Buffers<'a> {
         })
     }
 
-    /// Decompresses all views that have been required since the last time.
+    /// Decompresses all views that have been required since the last time. Of one that is damaged [`Buffers::view`] says so.
     ///
     /// # Errors
-    /// [`LoadError`] naming the first view that is damaged.
+    /// [`LoadError::Limit`].
     pub(super) fn decompress(&mut self, jobs: &Jobs) -> Result<(), LoadError> {
         let pending = std::mem::take(&mut self.pending);
         let decode = |view: Index| -> Result<Vec<u8>, LoadError> {
@@ -148,11 +172,20 @@ impl<'a> Buffers<'a> {
         };
         let results = jobs.map_each(&pending, |view| decode(*view));
         for (view, bytes) in pending.into_iter().zip(results) {
-            if let Some(known) = self.compressed.get_mut(&view) {
-                known.bytes = bytes?;
+            let Some(known) = self.compressed.get_mut(&view) else { continue };
+            match bytes {
+                Err(error) if error.is_partial() => known.damage = Some(error.reason()),
+                result => known.bytes = result?,
             }
         }
         Ok(())
+    }
+
+    /// A warning for each buffer and view that has fewer bytes than it says.
+    pub(super) fn warn_of_short(&mut self, warnings: &mut Warnings) {
+        for message in std::mem::take(&mut self.short) {
+            warnings.add(|| message);
+        }
     }
 
     fn require_buffer(
@@ -171,11 +204,10 @@ impl<'a> Buffers<'a> {
                 _ => return Err(malformed(format!("buffer {index} has neither a URI nor a binary chunk"))),
             },
         };
+        // What it lacks may be padding; if not, what lies there is not drawn.
         let found = bytes.source().len();
         if found < length {
-            return Err(malformed(format!(
-                "buffer {index} has {found} bytes where its byteLength says {length}"
-            )));
+            self.short.push(format!("buffer {index} has {found} bytes where its byteLength says {length}"));
         }
         *loaded = bytes;
         Ok(())
@@ -222,6 +254,9 @@ impl<'a> Buffers<'a> {
     /// [`LoadError::Malformed`] if the view lies outside its buffer.
     pub(super) fn view(&self, index: Index) -> Result<Source<'_>, LoadError> {
         if let Some(known) = self.compressed.get(&index) {
+            if let Some(damage) = &known.damage {
+                return Err(malformed(damage.clone()));
+            }
             let length = self.root.buffer_views.at(index.get())?.byte_length.0;
             let bytes = Source::Memory(&known.bytes).slice(0, length);
             return bytes.ok_or_else(|| malformed(format!("bufferView {index} has not been decompressed")));
@@ -229,12 +264,15 @@ impl<'a> Buffers<'a> {
         let (view, buffer) = self.plain(index)?;
         let bytes = self.source(buffer);
         let (start, length) = (view.byte_offset.0, view.byte_length.0);
-        let Some(found) = bytes.slice(start, length) else {
+        // A view that reaches beyond its buffer may still have all that is asked of it.
+        let there = bytes.len().checked_sub(start).map(|rest| rest.min(length));
+        let Some(found) = there.and_then(|length| bytes.slice(start, length)) else {
             return Err(malformed(format!(
                 "bufferView {index}: {length} bytes from offset {start} lie outside buffer {buffer} of {} bytes",
                 bytes.len()
             )));
         };
+        let length = found.len();
         match found {
             Source::File(_) => Ok(self.held(start, length).unwrap_or(found)),
             Source::Memory(_) => Ok(found),
@@ -298,11 +336,14 @@ pub(super) fn read_uri(
     }
     let limit = context.limits.input_bytes.min(budget.left());
     let name = percent_decode(uri);
-    let bytes = match context.resolver.read(&name, limit) {
-        // Some writers do not encode: then a percent sign is one.
-        Err(error) if name != uri => context.resolver.read(uri, limit).map_err(|_| error)?,
-        result => result?,
-    };
+    // Some writers do not encode: then a percent sign is one. Others add what a server is asked for.
+    let bare = name.split(['?', '#']).next().unwrap_or_default();
+    let others = [uri, bare].into_iter().filter(|other| *other != name && !other.is_empty());
+    let mut result = context.resolver.read(&name, limit);
+    for other in others {
+        result = result.or_else(|error| context.resolver.read(other, limit).map_err(|_| error));
+    }
+    let bytes = result?;
     budget.charge(|| what.to_owned(), bytes.len() as u64, 1)?;
     Ok(bytes)
 }
@@ -323,6 +364,18 @@ fn data_uri(rest: &str, what: &str, budget: &mut Budget) -> Result<Vec<u8>, Load
     if !header.to_ascii_lowercase().ends_with(";base64") {
         return Ok(percent_decode_bytes(data));
     }
+    // Browsers skip white space, and some writers take the letters that are meant for addresses.
+    let odd = |b: &u8| b.is_ascii_whitespace() || matches!(b, b'-' | b'_');
+    let data: Cow<'_, [u8]> = if data.bytes().any(|b| odd(&b)) {
+        let plain = |b: u8| match b {
+            b'-' => b'+',
+            b'_' => b'/',
+            other => other,
+        };
+        data.bytes().filter(|b| !b.is_ascii_whitespace()).map(plain).collect()
+    } else {
+        data.as_bytes().into()
+    };
     BASE64.decode(data).map_err(|error| malformed(format!("{what}: its data URI is not base64: {error}")))
 }
 
@@ -376,6 +429,8 @@ mod tests {
         let read = |uri: &str| data_uri(uri, "buffer 0", &mut Budget::new(&Limits::default()));
         assert_eq!(read("application/octet-stream;base64,AAEC/w==").unwrap(), [0, 1, 2, 255]);
         assert_eq!(read(";base64,AAEC/w").unwrap(), [0, 1, 2, 255]);
+        assert_eq!(read(";base64,AA EC\n/w==").unwrap(), [0, 1, 2, 255]);
+        assert_eq!(read(";base64,AAEC_w").unwrap(), [0, 1, 2, 255]);
         assert_eq!(read("text/plain,a%20b").unwrap(), b"a b");
         assert!(
             read(";base64,A*").unwrap_err().to_string().starts_with("glTF: buffer 0: its data URI is not")

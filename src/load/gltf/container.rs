@@ -3,16 +3,21 @@
 use super::FORMAT;
 use super::source::Shared;
 use crate::load::LoadError;
+use crate::load::warnings::Warnings;
 
 /// First bytes of a GLB file.
 pub(in crate::load) const MAGIC: &[u8; 4] = b"glTF";
 
-/// JSON text, and the binary chunk if there is one, of a `.gltf` or `.glb` file.
+/// JSON text, and the binary chunk if there is one, of a `.gltf` or `.glb` file. A container that is wrong about its own
+/// length is read to the end of the file, with a warning: its chunks say how long they are.
 ///
 /// # Errors
 /// [`LoadError::Malformed`] for a container that is cut off or lies about its lengths, [`LoadError::Unsupported`] for
 /// its other versions.
-pub(super) fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), LoadError> {
+pub(super) fn split<'a>(
+    bytes: &'a [u8],
+    warnings: &mut Warnings,
+) -> Result<(&'a [u8], Option<&'a [u8]>), LoadError> {
     if !bytes.starts_with(MAGIC) {
         let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
         return match text.first() {
@@ -30,12 +35,28 @@ pub(super) fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), LoadError> {
             format!("GLB version {version}; only version 2 can be read"),
         ));
     }
-    let Some(whole) = usize::try_from(length).ok().and_then(|length| bytes.get(..length)) else {
-        return Err(malformed(format!("the file is cut off: {} of {length} bytes are there", bytes.len())));
-    };
-    let chunks = words::<3>(whole).map_or(&[][..], |(_, chunks)| chunks);
-    let (json, rest) = chunk(chunks, b"JSON", "JSON")?
-        .ok_or_else(|| malformed("the first chunk of the container is not JSON".to_owned()))?;
+    let whole = usize::try_from(length).ok().and_then(|length| bytes.get(..length));
+    if let Some(Ok(parts)) = whole.map(chunks) {
+        return Ok(parts);
+    }
+    match chunks(bytes) {
+        Ok(parts) => {
+            warnings
+                .add(|| format!("the container says that it has {length} bytes; {} are read", bytes.len()));
+            Ok(parts)
+        }
+        Err(_) if whole.is_none() => {
+            Err(malformed(format!("the file is cut off: {} of {length} bytes are there", bytes.len())))
+        }
+        Err(error) => Err(error),
+    }
+}
+
+/// The two chunks of a container.
+fn chunks(container: &[u8]) -> Result<(&[u8], Option<&[u8]>), LoadError> {
+    let chunks = words::<3>(container).map_or(&[][..], |(_, chunks)| chunks);
+    let no_text = || LoadError::malformed(FORMAT, "the first chunk of the container is not JSON");
+    let (json, rest) = chunk(chunks, b"JSON", "JSON")?.ok_or_else(no_text)?;
     // Chunks are padded to four bytes.
     let binary =
         rest.get(padding(json.len() as u64)..).map(|rest| chunk(rest, b"BIN\0", "BIN")).transpose()?;
@@ -106,19 +127,23 @@ pub(super) fn locate(file: &Shared<'_>, size: u64) -> Option<(Vec<u8>, (u64, u64
 mod tests {
     use super::*;
 
+    fn quiet(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), LoadError> {
+        split(bytes, &mut Warnings::default())
+    }
+
     #[test]
     fn every_truncation_of_a_container_is_an_error() {
         let mut file = b"glTF\x02\0\0\0\x28\0\0\0\x04\0\0\0JSON{}  \x08\0\0\0BIN\0abcdefgh".to_vec();
-        let (json, binary) = split(&file).unwrap();
+        let (json, binary) = quiet(&file).unwrap();
         assert_eq!((json, binary), (&b"{}  "[..], Some(&b"abcdefgh"[..])));
         while file.len() > 4 {
             file.pop();
-            split(&file).unwrap_err();
+            quiet(&file).unwrap_err();
             // Also if the header is honest about it.
             let mut honest = file.clone();
             if honest.len() >= 12 {
                 honest[8] = file.len() as u8;
-                match split(&honest) {
+                match quiet(&honest) {
                     Ok((json, binary)) => assert!(json == b"{}  " && binary.is_none(), "{}", file.len()),
                     Err(e) => assert!(matches!(e, LoadError::Malformed { .. })),
                 }
@@ -127,9 +152,22 @@ mod tests {
     }
 
     #[test]
+    fn a_container_may_be_wrong_about_its_length() {
+        for length in [0_u8, 12, 39, 41, 255] {
+            let mut file = b"glTF\x02\0\0\0\x28\0\0\0\x04\0\0\0JSON{}  \x08\0\0\0BIN\0abcdefgh".to_vec();
+            file[8] = length;
+            let mut warnings = Warnings::default();
+            let (json, binary) = split(&file, &mut warnings).unwrap();
+            assert_eq!((json, binary), (&b"{}  "[..], Some(&b"abcdefgh"[..])), "{length}");
+            let message = format!("the container says that it has {length} bytes; 40 are read");
+            assert_eq!(warnings.finish()[0].message, message);
+        }
+    }
+
+    #[test]
     fn other_files_are_taken_as_json() {
-        assert_eq!(split(b"{}").unwrap(), (&b"{}"[..], None));
-        assert_eq!(split(b"\xef\xbb\xbf\n{}").unwrap().1, None);
-        assert!(split(b"\x89PNG").unwrap_err().to_string().contains("neither a GLB container nor JSON"));
+        assert_eq!(quiet(b"{}").unwrap(), (&b"{}"[..], None));
+        assert_eq!(quiet(b"\xef\xbb\xbf\n{}").unwrap().1, None);
+        assert!(quiet(b"\x89PNG").unwrap_err().to_string().contains("neither a GLB container nor JSON"));
     }
 }

@@ -42,6 +42,7 @@ impl Source {
     pub(super) fn new(
         given: &model::Primitive,
         usage: &Usage,
+        uv_sets: [u32; 2],
         name: &dyn Fn() -> String,
         warnings: &mut Warnings,
     ) -> Self {
@@ -58,8 +59,9 @@ impl Source {
             }
         }
         for &number in &usage.targets {
-            let target =
-                given.targets.get(number).map(|target| morph::Target::new(number, target, &given.attributes));
+            let base = &given.attributes;
+            let target = given.targets.get(number);
+            let target = target.map(|target| morph::Target::new(number, target, base, uv_sets));
             out.targets.extend(target.filter(|target| target.bytes() > 0));
         }
         out

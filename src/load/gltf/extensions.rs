@@ -50,20 +50,17 @@ const LOOK: &[(&str, &str)] = &[
     ("KHR_materials_volume_scatter", "drawn without scattering"),
 ];
 
-/// Extensions that hold the data itself. A file that requires one is refused; one that merely uses it has a
-/// substitute.
+/// Extensions that hold the data itself. A file that merely uses one has a substitute; one that requires it is drawn
+/// without what depends on it.
 const DATA: &[(&str, &str)] = &[
     ("EXT_texture_avif", "the substitute images are used"),
     ("MSFT_lod", "the most detailed level is drawn"),
     ("MSFT_texture_dds", "the substitute images are used"),
 ];
 
-/// Warns of every extension that is used and not drawn, once each.
-///
-/// # Errors
-/// [`LoadError::Unsupported`] naming all extensions that are required and without which the picture would miss
-/// something.
-pub(super) fn check(root: &Root, warnings: &mut Warnings) -> Result<(), LoadError> {
+/// Warns of every extension that is used and not drawn, once each: other programs draw such files too. The names of those
+/// that the file requires and that may hold what is to be drawn, for the message if nothing is left.
+pub(super) fn check(root: &Root, warnings: &mut Warnings) -> Option<LoadError> {
     let mut lacking: Vec<String> = root
         .extensions_required
         .iter()
@@ -71,14 +68,8 @@ pub(super) fn check(root: &Root, warnings: &mut Warnings) -> Result<(), LoadErro
         .map(|name| printable(name))
         .collect();
     lacking.dedup();
-    if !lacking.is_empty() {
-        lacking.truncate(20);
-        let list = lacking.join(", ");
-        return Err(LoadError::unsupported(
-            FORMAT,
-            format!("the file requires {list}, which cannot be read"),
-        ));
-    }
+    lacking.truncate(20);
+    let required = |name: &str| root.extensions_required.iter().any(|required| required == name);
     let mut seen: Vec<&str> = Vec::new();
     for name in root.extensions_used.iter().chain(&root.extensions_required).take(1000) {
         if DRAWN.contains(&name.as_str()) || seen.contains(&name.as_str()) {
@@ -88,10 +79,18 @@ pub(super) fn check(root: &Root, warnings: &mut Warnings) -> Result<(), LoadErro
         let known = LOOK.iter().chain(DATA).find(|(known, _)| known == name);
         warnings.add(|| match known {
             Some((_, instead)) => format!("{name} is not supported: {instead}"),
+            None if required(name) && !is_look(name) => {
+                format!(
+                    "the file requires {}, which is not known: drawn without what depends on it",
+                    printable(name)
+                )
+            }
             None => format!("{} is not known and has no effect", printable(name)),
         });
     }
-    Ok(())
+    let list = lacking.join(", ");
+    let message = format!("the file requires {list}, which cannot be read");
+    (!list.is_empty()).then(|| LoadError::unsupported(FORMAT, message))
 }
 
 /// True for everything about materials: the geometry is intact without it.
@@ -124,7 +123,7 @@ mod tests {
         for (list, state) in [
             (DRAWN.to_vec(), &["drawn", "no part of the picture"][..]),
             (names(LOOK), &["left out, with a warning"]),
-            (names(DATA), &["refused if required"]),
+            (names(DATA), &["left out, with a warning"]),
         ] {
             let mut sorted = list.clone();
             sorted.sort_unstable();

@@ -1,11 +1,12 @@
 //! The scene graph: its nodes in a list, parents before children, and where they are in a pose.
 
 use super::FORMAT;
-use super::list::Index;
-use super::model::Root;
+use super::list::{Index, List};
+use super::model::{Node, Root, Scene};
 use super::pose::Pose;
 use crate::limits::Limits;
 use crate::load::LoadError;
+use crate::load::warnings::Warnings;
 use crate::scene::{SceneError, Transform};
 
 /// No place in the list.
@@ -54,44 +55,38 @@ struct Placed {
 
 impl Tree {
     /// Finds the nodes of the scene, without recursion. Nodes form a tree: one that is reached twice, through a cycle
-    /// or by two parents, is an error.
+    /// or by two parents, is drawn once; it and nodes that do not exist are named in warnings.
     ///
     /// # Errors
-    /// [`LoadError`] naming the node.
-    pub(super) fn new(root: &Root, limits: &Limits) -> Result<Self, LoadError> {
+    /// [`LoadError::Limit`] naming a node that is too deep.
+    pub(super) fn new(root: &Root, limits: &Limits, warnings: &mut Warnings) -> Result<Self, LoadError> {
         let name = |k: usize| root.nodes.label(k);
         let mut open: Vec<(Index, u64, Option<u32>)> = Vec::new();
-        let push = |open: &mut Vec<_>,
-                    list: &[Index],
-                    depth: u64,
-                    parent: Option<u32>,
-                    of: &dyn Fn() -> String| {
-            if let Some(missing) = list.iter().find(|k| k.get() >= root.nodes.len()) {
-                return Err(LoadError::malformed(FORMAT, format!("{}: there is no node {missing}", of())));
-            }
-            open.extend(list.iter().rev().map(|&k| (k, depth, parent)));
-            Ok(())
-        };
-        match scene(root)? {
-            Some((k, nodes)) => push(&mut open, nodes, 1, None, &|| format!("scene {k}"))?,
-            None => push(&mut open, &parentless(root), 1, None, &String::new)?,
-        }
+        let roots = roots(root, warnings);
+        open.extend(roots.iter().rev().map(|&k| (k, 1, None)));
         let mut list = Vec::new();
         let mut places = vec![NOWHERE; root.nodes.len()];
         while let Some((index, depth, parent)) = open.pop() {
             let k = index.get();
             let place = list.len() as u32;
-            let node = root.nodes.at(k)?;
-            if places.get_mut(k).is_none_or(|known| std::mem::replace(known, place) != NOWHERE) {
-                let message = format!("{} is reached twice: nodes must form a tree", name(k));
-                return Err(LoadError::malformed(FORMAT, message));
+            let (Some(node), Some(known)) = (root.nodes.get(k), places.get_mut(k)) else {
+                warnings.add(|| match parent.and_then(|parent| list.get(parent as usize)) {
+                    Some(Reached { node, .. }) => format!("{}: there is no node {k}", name(*node as usize)),
+                    None => format!("the scene names node {k}, which there is not"),
+                });
+                continue;
+            };
+            if *known != NOWHERE {
+                warnings
+                    .add(|| format!("{} is reached twice and drawn once: nodes must form a tree", name(k)));
+                continue;
             }
+            *known = place;
             Limits::check(|| format!("depth of {}", name(k)), depth, limits.depth, "depth")?;
             if node.matrix.as_deref().is_some_and(is_projective) {
-                let message = format!("{}: its matrix is a projection, which no node can have", name(k));
-                return Err(LoadError::malformed(FORMAT, message));
+                warnings.add(|| format!("{}: its matrix is a projection; its last row is left out", name(k)));
             }
-            push(&mut open, &node.children, depth.saturating_add(1), Some(place), &|| name(k))?;
+            open.extend(node.children.iter().rev().map(|&k| (k, depth.saturating_add(1), Some(place))));
             list.push(Reached { node: index.0, parent, in_scene: true });
         }
         Ok(Self { list, places, parents: Vec::new() })
@@ -213,26 +208,95 @@ impl Places {
     }
 }
 
-/// Number and nodes of the scene to draw.
-fn scene(root: &Root) -> Result<Option<(usize, &[Index])>, LoadError> {
+/// The nodes that the scene begins with: those of the one that the file names, else of the first one. If no mesh is in it,
+/// of the first scene that has one, else all nodes that are no one's child. Nodes that are another's child as well are
+/// drawn as that.
+fn roots(root: &Root, warnings: &mut Warnings) -> Vec<Index> {
+    let children = children(root);
+    let is_child = |k: &Index| children.get(k.get()) == Some(&true);
+    let parentless = || {
+        // The number of nodes has been checked against the limits, which are far below 2^32.
+        let all = (0..u32::MAX).map(Index).take(root.nodes.len());
+        all.filter(|k| !is_child(k)).collect::<Vec<Index>>()
+    };
     let chosen = root.scene.map_or(0, Index::get);
-    match root.scenes.get(chosen) {
-        Some(scene) => Ok(Some((chosen, &scene.nodes))),
-        None if root.scenes.is_empty() => Ok(None),
-        None => Err(LoadError::malformed(FORMAT, format!("there is no scene {chosen}"))),
+    let Some(scene) = root.scenes.get(chosen) else {
+        if !root.scenes.is_empty() {
+            warnings.add(|| format!("there is no scene {chosen}: all nodes are drawn"));
+        }
+        return parentless();
+    };
+    let mut nodes = &scene.nodes;
+    let mut reached = vec![false; root.nodes.len()];
+    if !reaches_mesh(root, nodes, &mut reached) && root.nodes.iter().any(|node| node.mesh.is_some()) {
+        // What a scene without a mesh reaches has none for the next ones either.
+        let other = root.scenes.iter().position(|Scene { nodes }| reaches_mesh(root, nodes, &mut reached));
+        match other.and_then(|k| Some((k, root.scenes.get(k)?))) {
+            Some((k, other)) => {
+                warnings.add(|| format!("scene {chosen} shows no mesh: scene {k} is drawn"));
+                nodes = &other.nodes;
+            }
+            None => {
+                warnings.add(|| format!("scene {chosen} shows no mesh: all nodes are drawn"));
+                return parentless();
+            }
+        }
     }
+    let (twice, roots): (Vec<Index>, Vec<Index>) = nodes.iter().partition(|k| is_child(k));
+    // Of a cycle every node is a child.
+    if twice.is_empty() || roots.is_empty() {
+        return nodes.clone();
+    }
+    let mut reached = vec![false; root.nodes.len()];
+    reaches_mesh(root, &roots, &mut reached);
+    let (doubled, alone): (Vec<Index>, Vec<Index>) =
+        twice.into_iter().partition(|k| reached.get(k.get()) == Some(&true));
+    if let Some(first) = doubled.first() {
+        let name = || root.nodes.label(first.get());
+        warnings.add(|| {
+            format!("{} nodes are roots of the scene and children too, the first {}", doubled.len(), name())
+        });
+    }
+    roots.into_iter().chain(alone).collect()
 }
 
-/// Nodes that are no one's child.
-fn parentless(root: &Root) -> Vec<Index> {
+/// Marks these nodes and all below them; true if one that was not marked before has a mesh.
+fn reaches_mesh(root: &Root, nodes: &[Index], reached: &mut [bool]) -> bool {
+    let mut found = false;
+    let mut open = nodes.to_vec();
+    while let Some(k) = open.pop() {
+        let Some(reached @ &mut false) = reached.get_mut(k.get()) else { continue };
+        *reached = true;
+        if let Some(node) = root.nodes.get(k.get()) {
+            found |= node.mesh.is_some();
+            open.extend(&node.children);
+        }
+    }
+    found
+}
+
+/// Which nodes are another's child.
+fn children(root: &Root) -> Vec<bool> {
     let mut child = vec![false; root.nodes.len()];
     for k in root.nodes.iter().flat_map(|node| &node.children) {
         if let Some(flag) = child.get_mut(k.get()) {
             *flag = true;
         }
     }
-    // The number of nodes has been checked against the limits, which are far below 2^32.
-    (0..u32::MAX).zip(child).filter(|(_, child)| !child).map(|(k, _)| Index(k)).collect()
+    child
+}
+
+/// Meshes of a file without nodes are put at the origin: a library of them, which other programs place.
+pub(super) fn place_loose_meshes(root: &mut Root, warnings: &mut Warnings) {
+    if !root.nodes.is_empty() || root.meshes.is_empty() {
+        return;
+    }
+    warnings.add(|| format!("no node shows a mesh: {} meshes are drawn at the origin", root.meshes.len()));
+    // Their number has been checked against the limit on nodes, which is far below 2^32.
+    let numbers = (0..u32::MAX).take(root.meshes.len());
+    root.nodes = List(numbers.map(|k| Node { mesh: Some(Index(k)), ..Node::default() }).collect());
+    root.scenes = List::default();
+    root.scene = None;
 }
 
 /// True if the last row of a matrix, given by columns, is not that of an affine one: 0, 0, 0, 1 but for rounding.

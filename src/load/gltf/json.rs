@@ -1,9 +1,10 @@
 //! JSON text to [`Root`], with a bound on the memory that it takes.
 
-use super::FORMAT;
 use super::model::{Asset, Root};
+use super::{FORMAT, lenient};
 use crate::load::LoadError;
 use crate::load::budget::Budget;
+use crate::load::warnings::Warnings;
 use serde::Deserialize;
 
 /// Deepest nesting of objects and lists. The parser recurses.
@@ -13,21 +14,38 @@ const OBJECT_BYTES: u64 = 384;
 /// Bytes charged for a comma: a number in a list, and what growing lists hold in reserve.
 const COMMA_BYTES: u64 = 24;
 
-/// Parses the document and checks that it is glTF 2.
+/// The same for documents that are read a second time: maps with their keys.
+const SECOND_OBJECT_BYTES: u64 = 1024;
+/// See [`SECOND_OBJECT_BYTES`].
+const SECOND_COMMA_BYTES: u64 = 128;
+
+/// Parses the document and checks that it is glTF 2. Of one that is JSON and breaks rules, what cannot be read is left
+/// out, with warnings.
 ///
 /// # Errors
 /// [`LoadError::Malformed`] with the element and the place in the text, [`LoadError::Limit`] if the document would
 /// take too much memory, [`LoadError::Unsupported`] for another version of glTF.
-pub(super) fn parse(text: &[u8], budget: &mut Budget) -> Result<Root, LoadError> {
+pub(super) fn parse(text: &[u8], budget: &mut Budget, warnings: &mut Warnings) -> Result<Root, LoadError> {
     let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
-    charge(text, budget)?;
-    let root: Root = serde_json::from_slice(text).map_err(|error| {
-        // glTF 1.0 has objects where 2.0 has lists: say so instead of where the first one is.
-        match serde_json::from_slice::<AssetOnly>(text) {
-            Ok(AssetOnly { asset }) if is_other_version(&asset) => other_version(&asset),
-            _ => LoadError::malformed(FORMAT, error.to_string()),
+    // Some writers end it as a string in memory.
+    let end = text.iter().rposition(|&b| b != 0).map_or(0, |last| last.saturating_add(1));
+    let text = text.get(..end).unwrap_or(text);
+    charge(text, budget, [OBJECT_BYTES, COMMA_BYTES])?;
+    let root: Root = match serde_json::from_slice(text) {
+        Ok(root) => root,
+        Err(error) => {
+            // glTF 1.0 has objects where 2.0 has lists: say so instead of where the first one is.
+            if let Ok(AssetOnly { asset }) = serde_json::from_slice::<AssetOnly>(text)
+                && is_other_version(&asset)
+            {
+                return Err(other_version(&asset));
+            }
+            charge(text, budget, [SECOND_OBJECT_BYTES, SECOND_COMMA_BYTES])?;
+            let reason = error.to_string();
+            let second = lenient::read(text, &reason, warnings);
+            second.ok_or_else(|| LoadError::malformed(FORMAT, reason))?
         }
-    })?;
+    };
     if is_other_version(&root.asset) {
         return Err(other_version(&root.asset));
     }
@@ -57,7 +75,7 @@ fn other_version(asset: &Asset) -> LoadError {
 }
 
 /// Charges what the parsed document can take at most, and bounds its nesting.
-fn charge(text: &[u8], budget: &mut Budget) -> Result<(), LoadError> {
+fn charge(text: &[u8], budget: &mut Budget, [object_bytes, comma_bytes]: [u64; 2]) -> Result<(), LoadError> {
     // Nothing that is counted by bytes of a text in memory comes near the ends of these numbers.
     let (mut objects, mut commas, mut depth) = (0u64, 0u64, 0u32);
     let mut rest = text;
@@ -82,8 +100,8 @@ fn charge(text: &[u8], budget: &mut Budget) -> Result<(), LoadError> {
         }
     }
     let asked = objects
-        .saturating_mul(OBJECT_BYTES)
-        .saturating_add(commas.saturating_mul(COMMA_BYTES))
+        .saturating_mul(object_bytes)
+        .saturating_add(commas.saturating_mul(comma_bytes))
         .saturating_add(text.len() as u64);
     budget.charge(|| format!("JSON with {objects} objects and {commas} commas"), asked, 1)?;
     Ok(())
@@ -108,14 +126,14 @@ mod tests {
     use crate::limits::Limits;
 
     fn parsed(text: &str) -> Result<Root, LoadError> {
-        parse(text.as_bytes(), &mut Budget::new(&Limits::default()))
+        parse(text.as_bytes(), &mut Budget::new(&Limits::default()), &mut Warnings::default())
     }
 
     #[test]
     fn strings_do_not_count() {
         let mut budget = Budget::new(&Limits { decoded_bytes: 1000, ..Limits::default() });
         let text = br#"{"asset":{"version":"2.0","generator":"{{{{[[[[,,,,\"{{{{\\"}}"#;
-        parse(text, &mut budget).unwrap();
+        parse(text, &mut budget, &mut Warnings::default()).unwrap();
         assert_eq!(budget.left(), 1000 - 2 * OBJECT_BYTES - COMMA_BYTES - text.len() as u64);
     }
 

@@ -2,6 +2,7 @@
 
 use super::model::{self, Root, TextureInfo};
 use super::texture::Textures;
+use super::uv_sets::UvSets;
 use crate::load::LoadError;
 use crate::load::warnings::Warnings;
 use crate::scene::{
@@ -21,7 +22,8 @@ pub(super) fn default_material() -> Material {
     }
 }
 
-/// The scene's material for material `index` of the file, with provisional texture ids. Factors outside their range
+/// The scene's material for material `index` of the file, with provisional texture ids, and the sets of texture coordinates
+/// of the file that it reads as sets 0 and 1. Factors outside their range
 /// are clamped with a warning.
 ///
 /// # Errors
@@ -31,9 +33,10 @@ pub(super) fn convert(
     index: usize,
     textures: &mut Textures,
     warnings: &mut Warnings,
-) -> Result<Material, LoadError> {
+) -> Result<(Material, [u32; 2]), LoadError> {
     let given = root.materials.at(index)?;
-    Ok(Converter { root, index, textures, warnings }.convert(given))
+    let mut converter = Converter { root, index, textures, uv_sets: UvSets::default(), warnings };
+    Ok((converter.convert(given), converter.uv_sets.numbers()))
 }
 
 /// Replaces provisional texture ids by those of the scene; uses of textures that could not be read are removed.
@@ -71,6 +74,7 @@ struct Converter<'a> {
     root: &'a Root,
     index: usize,
     textures: &'a mut Textures,
+    uv_sets: UvSets,
     warnings: &'a mut Warnings,
 }
 
@@ -79,7 +83,13 @@ impl Converter<'_> {
         let mut material = default_material();
         material.name = given.name.as_deref().unwrap_or("").chars().take(256).collect();
         material.double_sided = given.double_sided;
-        material.alpha_mode = match given.alpha_mode.as_deref() {
+        let mode = given.alpha_mode.as_deref();
+        let upper = mode.map(str::to_ascii_uppercase);
+        if mode != upper.as_deref() {
+            let name = self.name();
+            self.warnings.add(|| format!("{name}: alphaMode is not in capitals"));
+        }
+        material.alpha_mode = match upper.as_deref() {
             None | Some("OPAQUE") => AlphaMode::Opaque,
             Some("MASK") => AlphaMode::Mask {
                 cutoff: self.clamped("alphaCutoff", given.alpha_cutoff.unwrap_or(0.5), 0.0, MAX_FACTOR),
@@ -315,7 +325,7 @@ impl Converter<'_> {
     ) -> Option<TextureRef> {
         let name = self.name();
         let name = || format!("{name}: {what}");
-        self.textures.refer(self.root, info?, color_space, alpha, self.warnings, &name)
+        self.textures.refer(self.root, info?, color_space, alpha, &mut self.uv_sets, self.warnings, &name)
     }
 
     /// A texture of numbers.

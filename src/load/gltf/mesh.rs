@@ -27,6 +27,8 @@ pub(super) struct Source {
     pub normal: Option<Index>,
     pub tangent: Option<Index>,
     pub uvs: [Option<Index>; 2],
+    /// What they are called in the file.
+    pub uv_sets: [u32; 2],
     pub color: Option<Index>,
     /// Mesh and primitive, of one that is compressed: each is decompressed for itself.
     pub draco: Option<(usize, usize)>,
@@ -62,6 +64,7 @@ pub(super) fn plan(
     root: &Root,
     (mesh, primitive): (usize, usize),
     tangents_for: Option<usize>,
+    uv_sets: [u32; 2],
     usage: &Usage,
     buffers: &mut Buffers<'_>,
     context: &Context<'_>,
@@ -100,38 +103,61 @@ pub(super) fn plan(
     let flat = attributes.normal.is_none() || kind != PrimitiveKind::Triangles;
     let tangent = attributes.tangent.filter(|_| !flat);
     let tangents_for = tangents_for.filter(|_| kind == PrimitiveKind::Triangles && tangent.is_none());
-    let uv = |set: usize| if set & 1 == 0 { attributes.uv0 } else { attributes.uv1 };
-    let source = Source {
+    let uvs = uv_sets.map(|set| attributes.uv(set));
+    let mut source = Source {
         topology,
         indices: given.indices,
         position,
         normal: attributes.normal,
         tangent,
-        uvs: [attributes.uv0, attributes.uv1],
+        uvs,
+        uv_sets,
         color: attributes.color,
         draco: compression.map(|_| (mesh, primitive)),
-        tangents_for: tangents_for.filter(|&set| uv(set).is_some()),
-        deform: deform::Source::new(given, usage, &name, warnings),
+        tangents_for: tangents_for.filter(|&set| uvs.get(set).is_some_and(Option::is_some)),
+        deform: deform::Source::new(given, usage, uv_sets, &name, warnings),
     };
-    let used = [
-        ("POSITION", Some(position)),
-        ("NORMAL", source.normal),
-        ("TANGENT", source.tangent),
-        ("TEXCOORD_0", source.uvs[0]),
-        ("TEXCOORD_1", source.uvs[1]),
-        ("COLOR_0", source.color),
-        ("indices", source.indices),
+    let compressed = |what: &str| compression.is_some_and(|c| c.attributes.named(what).is_some());
+    let needed = [
+        Some(position).filter(|_| !compressed("POSITION")),
+        source.indices.filter(|_| compression.is_none()),
     ];
-    for (what, index) in used {
-        let compressed = compression.is_some_and(|c| what == "indices" || c.attributes.named(what).is_some());
-        let Some(index) = index.filter(|_| !compressed) else { continue };
+    for index in needed.into_iter().flatten() {
         accessor::require(root, index, buffers, context, budget).map_err(|e| inside(name(), e))?;
     }
-    let compressed: Vec<(Index, Index)> =
+    let [uv0, uv1] = &mut source.uvs;
+    let [name0, name1] = uv_sets.map(|set| format!("TEXCOORD_{set}"));
+    let optional = [
+        ("NORMAL", &mut source.normal),
+        ("TANGENT", &mut source.tangent),
+        (name0.as_str(), uv0),
+        (name1.as_str(), uv1),
+        ("COLOR_0", &mut source.color),
+    ];
+    for (what, place) in optional {
+        let Some(index) = place.filter(|_| !compressed(what)) else { continue };
+        match accessor::require(root, index, buffers, context, budget) {
+            Err(error) if error.is_partial() => {
+                warnings.add(|| format!("{}: {what} is left out: {}", name(), error.reason()));
+                *place = None;
+            }
+            result => result?,
+        }
+    }
+    let influences: Vec<(Index, Index)> =
         compression.map_or(Vec::new(), |c| attributes.influences_in(&c.attributes).collect());
-    for index in source.deform.accessors().filter(|index| compressed.iter().all(|(known, _)| known != index))
-    {
-        accessor::require(root, index, buffers, context, budget).map_err(|e| inside(name(), e))?;
+    let stored_apart = |index: &Index| influences.iter().all(|(known, _)| known != index);
+    let moved = source
+        .deform
+        .accessors()
+        .filter(stored_apart)
+        .try_for_each(|index| accessor::require(root, index, buffers, context, budget));
+    match moved {
+        Err(error) if error.is_partial() => {
+            warnings.add(|| format!("{} does not move: {}", name(), error.reason()));
+            source.deform = deform::Source::default();
+        }
+        result => result.map_err(|e| inside(name(), e))?,
     }
     let vertices = stored.count.0;
     let corners = match given.indices {

@@ -24,6 +24,7 @@ mod flat;
 mod hierarchy;
 mod instancing;
 mod json;
+mod lenient;
 mod light;
 mod list;
 mod material;
@@ -42,6 +43,7 @@ mod source;
 mod surface;
 mod texture;
 mod topology;
+mod uv_sets;
 mod variant;
 
 pub(super) use container::MAGIC;
@@ -91,8 +93,9 @@ pub(crate) fn read(
     purpose: Purpose,
     context: &Context<'_>,
 ) -> Result<Rig, LoadError> {
-    let (text, binary) = container::split(bytes)?;
-    read_parts(text, binary.map(Source::Memory), options, purpose, context)
+    let mut warnings = Warnings::default();
+    let (text, binary) = container::split(bytes, &mut warnings)?;
+    read_parts(text, binary.map(Source::Memory), options, purpose, context, warnings)
 }
 
 /// Reads a `.glb` file of `size` bytes without reading all of it into memory first. `None` for every other file, and
@@ -110,7 +113,7 @@ pub(crate) fn read_file(
     let file = Shared::new(file);
     let Some((text, (start, length))) = container::locate(&file, size) else { return Ok(None) };
     let binary = Source::File(source::Part::new(&file, start, length));
-    read_parts(&text, Some(binary), options, purpose, context).map(Some)
+    read_parts(&text, Some(binary), options, purpose, context, Warnings::default()).map(Some)
 }
 
 /// Reads the JSON text and the binary chunk of a file.
@@ -120,14 +123,15 @@ fn read_parts(
     options: &LoadOptions,
     purpose: Purpose,
     context: &Context<'_>,
+    mut warnings: Warnings,
 ) -> Result<Rig, LoadError> {
     let mut budget = Budget::new(context.limits);
-    let mut warnings = Warnings::default();
-    let root = json::parse(text, &mut budget)?;
+    let mut root = json::parse(text, &mut budget, &mut warnings)?;
     check_counts(&root, context.limits)?;
-    extensions::check(&root, &mut warnings)?;
+    let lacking = extensions::check(&root, &mut warnings);
+    hierarchy::place_loose_meshes(&mut root, &mut warnings);
     let variant = variant::chosen(&root, options.variant.as_deref())?;
-    let mut tree = Tree::new(&root, context.limits)?;
+    let mut tree = Tree::new(&root, context.limits, &mut warnings)?;
     let chosen = match &options.animation {
         None => None,
         Some(choice) => {
@@ -146,18 +150,25 @@ fn read_parts(
         buffers: Buffers::new(&root, binary),
         textures: Textures::default(),
         materials: Vec::new(),
+        uv_sets: Vec::new(),
         material_places: BTreeMap::new(),
         geometries: Vec::new(),
         sources: BTreeMap::new(),
         skins: BTreeMap::new(),
+        failures: Failures::default(),
     };
     let (draws, contents) = loader.plan(&mut tree, channels)?;
     let (animation, animations) = loader.read_animations(channels, purpose)?;
     let (textures, shapes) = loader.read(&draws)?;
+    if shapes.iter().all(|shape| shape.mesh.triangles().is_empty())
+        && let Some(error) = loader.failures.first.take().or(lacking)
+    {
+        return Err(error);
+    }
     let (stage, materials) = loader.dress(textures)?;
     let (skins, warnings) = (loader.skins, loader.warnings);
     let animation = chosen.as_ref().map(|(index, _)| *index).zip(animation);
-    let rig =
+    let mut rig =
         Rig { root, tree, stage, materials, shapes, skins, draws, contents, animation, animations, warnings };
     rig.check_joints()?;
     Ok(rig)
@@ -197,6 +208,8 @@ struct Loader<'a> {
     textures: Textures,
     /// Used materials in the order of first use, with their numbers in the file and provisional texture ids.
     materials: Vec<(Option<usize>, Material)>,
+    /// Which texture coordinates of the file each of them reads.
+    uv_sets: Vec<[u32; 2]>,
     /// Number in the file (`None`: the default material) to place.
     material_places: BTreeMap<(Option<usize>, bool), usize>,
     /// Used geometries in the order of first use.
@@ -204,6 +217,40 @@ struct Loader<'a> {
     sources: BTreeMap<mesh::Source, usize>,
     /// Used skins by their numbers in the file.
     skins: BTreeMap<usize, Skin>,
+    failures: Failures,
+}
+
+/// Elements that cannot be read. The rest of the file is drawn without them; where nothing is left, the first of them is why.
+#[derive(Debug, Default)]
+struct Failures {
+    first: Option<LoadError>,
+}
+
+impl Failures {
+    /// Notes an element that is left out, with a warning.
+    ///
+    /// # Errors
+    /// The error itself if it is not about that element alone.
+    fn add(
+        &mut self,
+        error: LoadError,
+        name: impl FnOnce() -> String,
+        warnings: &mut Warnings,
+    ) -> Result<(), LoadError> {
+        if !error.is_partial() {
+            return Err(error);
+        }
+        warnings.add(|| {
+            let (name, reason) = (name(), error.reason());
+            if reason.starts_with(&name) {
+                format!("{reason}; not drawn")
+            } else {
+                format!("{name} is not drawn: {reason}")
+            }
+        });
+        self.first.get_or_insert(error);
+        Ok(())
+    }
 }
 
 impl Loader<'_> {
@@ -254,7 +301,18 @@ impl Loader<'_> {
         let mut vertices = 0;
         let mut picks = Vec::with_capacity(geometries.len());
         for (geometry, topological) in geometries.iter().zip(connected) {
-            let topological = topological?;
+            let topological = match topological {
+                Err(error) => {
+                    self.failures.add(error, || geometry.name(root), &mut self.warnings)?;
+                    Topological::nothing()
+                }
+                Ok(topological) => topological,
+            };
+            let count = topological.left_out;
+            if count > 0 {
+                let what = "triangles, lines or points left out: their vertices are out of range";
+                self.warnings.add(|| format!("{}: {count} {what}", geometry.name(root)));
+            }
             let pick =
                 geometry.pick(root, &topological, &mut vertices, self.context.limits, &mut self.budget)?;
             picks.push((topological, pick));
@@ -294,6 +352,7 @@ impl Loader<'_> {
             }
         });
         drop(work);
+        self.buffers.warn_of_short(&mut self.warnings);
         self.collect(results, &encoded)
     }
 
@@ -329,7 +388,15 @@ impl Loader<'_> {
                     }
                 }
                 Part::Mesh(mesh, repaired) => {
-                    meshes.push((*mesh)?);
+                    let of = self.geometries.get(meshes.len()).map_or((0, 0), |geometry| geometry.of);
+                    meshes.push(match *mesh {
+                        Err(error) => {
+                            let name = || mesh::name(self.root, of.0, of.1);
+                            self.failures.add(error, name, &mut self.warnings)?;
+                            Shape::nothing(of)?
+                        }
+                        Ok(shape) => shape,
+                    });
                     for message in repaired {
                         self.warnings.add(|| message);
                     }

@@ -22,14 +22,15 @@ pub(super) struct Target {
 
 impl Target {
     /// Those displacements for whose attribute there is something to displace.
-    pub(super) fn new(number: usize, given: &Attributes, base: &Attributes) -> Self {
+    /// `uv_sets` are the numbers of the texture coordinates that are read.
+    pub(super) fn new(number: usize, given: &Attributes, base: &Attributes, uv_sets: [u32; 2]) -> Self {
         let with = |displacement: Option<Index>, base: Option<Index>| base.and(displacement);
         Self {
             number: number as u32,
             position: given.position,
             normal: with(given.normal, base.normal),
             tangent: with(given.tangent, base.normal),
-            uvs: [with(given.uv0, base.uv0), with(given.uv1, base.uv1)],
+            uvs: uv_sets.map(|set| with(given.uv(set), base.uv(set))),
             color: with(given.color, base.color),
         }
     }

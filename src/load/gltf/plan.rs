@@ -46,7 +46,9 @@ impl Loader<'_> {
             let Some(mesh) = node.mesh else { continue };
             let mesh = mesh.get();
             let Some(usage) = usages.get(mesh) else {
-                return Err(LoadError::malformed(FORMAT, format!("{}: there is no mesh {mesh}", name())));
+                let missing = LoadError::malformed(FORMAT, format!("{}: there is no mesh {mesh}", name()));
+                self.failures.add(missing, name, &mut self.warnings)?;
+                continue;
             };
             let list = match known.get(&mesh) {
                 Some(list) => Arc::clone(list),
@@ -59,26 +61,35 @@ impl Loader<'_> {
             let mut copies = match node.extensions.as_deref().and_then(|e| e.instancing.as_ref()) {
                 None => None,
                 Some(given) => {
-                    Some(instancing::read(root, k, given, &mut self.buffers, self.context, &mut self.budget)?)
+                    match instancing::read(root, k, given, &mut self.buffers, self.context, &mut self.budget)
+                    {
+                        Err(error) if error.is_partial() => {
+                            let reason = error.reason();
+                            self.warnings.add(|| format!("{} is drawn once: {reason}", name()));
+                            None
+                        }
+                        result => Some(result?),
+                    }
                 }
             };
             let mut skin = None;
             if let Some(index) = node.skin {
                 let index = index.get();
-                if index >= root.skins.len() {
-                    return Err(LoadError::malformed(
-                        FORMAT,
-                        format!("{}: there is no skin {index}", name()),
-                    ));
-                }
                 let mut geometries = list.iter().filter_map(|draw| self.geometries.get(draw.geometry));
                 if geometries.any(Geometry::has_joints) {
-                    skin = Some(index);
-                    self.read_skin(index, tree)?;
-                    if copies.as_ref().is_some_and(|copies| copies.len() > 1) {
+                    match self.read_skin(index, tree) {
+                        Err(error) if error.is_partial() => {
+                            let reason = error.reason();
+                            self.warnings.add(|| format!("{} is drawn without its skin: {reason}", name()));
+                        }
+                        result => skin = result.map(|()| Some(index))?,
+                    }
+                    if skin.is_some() && copies.as_ref().is_some_and(|copies| copies.len() > 1) {
                         self.warnings.add(|| format!("{}: a mesh with a skin is drawn once", name()));
                     }
-                    copies = None;
+                    copies = copies.filter(|_| skin.is_none());
+                } else if index >= root.skins.len() {
+                    self.warnings.add(|| format!("{}: there is no skin {index}", name()));
                 }
             }
             let own = !node.weights.is_empty() || targets.contains(&Target::Weights(k));
@@ -112,10 +123,12 @@ impl Loader<'_> {
         let root = self.root;
         let mut draws = Vec::new();
         for (k, primitive) in root.meshes.at(mesh)?.primitives.iter().enumerate() {
-            let material = variant::material(primitive, self.variant).map(Index::get);
+            let mut material = variant::material(primitive, self.variant).map(Index::get);
             if let Some(missing) = material.filter(|&m| m >= root.materials.len()) {
-                let name = mesh::name(root, mesh, k);
-                return Err(LoadError::malformed(FORMAT, format!("{name}: there is no material {missing}")));
+                let name = || mesh::name(root, mesh, k);
+                self.warnings
+                    .add(|| format!("{}: there is no material {missing}; the default one is used", name()));
+                material = None;
             }
             let material = self.plan_material(material, mesh::is_unlit(primitive))?;
             let tangents_for = self.materials.get(material).and_then(|(_, material)| tangent_set(material));
@@ -123,12 +136,20 @@ impl Loader<'_> {
                 root,
                 (mesh, k),
                 tangents_for,
+                self.uv_sets.get(material).copied().unwrap_or([0, 1]),
                 usage,
                 &mut self.buffers,
                 self.context,
                 &mut self.budget,
                 &mut self.warnings,
-            )?;
+            );
+            let planned = match planned {
+                Err(error) => {
+                    self.failures.add(error, || mesh::name(root, mesh, k), &mut self.warnings)?;
+                    None
+                }
+                Ok(planned) => planned,
+            };
             let Some((source, geometry)) = planned else { continue };
             let geometry = match self.sources.get(&source) {
                 Some(&known) => known,
@@ -152,13 +173,14 @@ impl Loader<'_> {
         }
         // Far larger than what the file says of it; twice, for a list that grows.
         self.budget.charge(|| "materials".to_owned(), 2, size_of::<Material>() as u64)?;
-        let mut material = match index {
-            None => material::default_material(),
+        let (mut material, uv_sets) = match index {
+            None => (material::default_material(), [0, 1]),
             Some(index) => material::convert(self.root, index, &mut self.textures, &mut self.warnings)?,
         };
         material.unlit |= unlit;
         let place = self.materials.len();
         self.materials.push((index, material));
+        self.uv_sets.push(uv_sets);
         self.material_places.insert((index, unlit), place);
         Ok(place)
     }

@@ -86,26 +86,30 @@ impl Rig {
         self.animation.as_ref().map(|(_, animation)| animation.length())
     }
 
-    /// Makes sure that vertices follow joints that there are.
+    /// Makes sure that vertices follow joints that there are: what does not is drawn without its skin, with a warning.
     ///
     /// # Errors
-    /// [`LoadError::Malformed`] naming the primitive.
-    pub(super) fn check_joints(&self) -> Result<(), LoadError> {
-        for drawn in &self.draws {
+    /// [`LoadError::Malformed`] if a primitive has not been read.
+    pub(super) fn check_joints(&mut self) -> Result<(), LoadError> {
+        for k in 0..self.draws.len() {
+            let Some(drawn) = self.draws.get(k) else { continue };
             let Some((skin, joints)) = drawn.skin.and_then(|k| Some((k, self.skins.get(&k)?.len()))) else {
                 continue;
             };
+            let mut torn = None;
             for draw in drawn.mesh.iter() {
                 let shape = self.shape(draw.geometry)?;
                 let last = shape.deform.as_ref().map_or(0, deform::Deform::last_joint);
                 if last >= joints {
                     let name = mesh::name(&self.root, shape.of.0, shape.of.1);
                     let skin = self.root.skins.label(skin);
-                    let message =
-                        format!("{name}: joint {last} is out of range of {joints} joints of {skin}");
-                    return Err(LoadError::malformed(FORMAT, message));
+                    torn = Some(format!("{name}: joint {last} is out of range of {joints} joints of {skin}"));
+                    break;
                 }
             }
+            let Some(reason) = torn else { continue };
+            self.warnings.add(|| format!("{reason}; drawn without the skin"));
+            self.draws.get_mut(k).into_iter().for_each(|drawn| drawn.skin = None);
         }
         Ok(())
     }

@@ -12,7 +12,7 @@ use super::model::{self, Kind, Root};
 use super::topology::{Topology, connect, separate};
 use crate::load::LoadError;
 use crate::load::tangents::add_tangents;
-use crate::scene::{Mesh, MeshData};
+use crate::scene::{MAX_COORDINATE, Mesh, MeshData};
 
 /// Largest vertex colour that a scene takes.
 const MAX_COLOR: f32 = 65504.0;
@@ -34,6 +34,26 @@ pub(super) struct Topological {
     pub span: (u32, u32),
     /// The vertices, of a primitive that was compressed.
     decoded: Option<draco::Decoded>,
+    /// How many were left out because their vertices are not there.
+    pub left_out: usize,
+}
+
+impl Topological {
+    /// Nothing to draw.
+    pub(super) fn nothing() -> Self {
+        Self { triangles: Vec::new(), span: (0, 0), decoded: None, left_out: 0 }
+    }
+}
+
+impl Shape {
+    /// Nothing to draw, in place of a primitive that cannot be read.
+    ///
+    /// # Errors
+    /// [`LoadError::Scene`] never: there is nothing to be wrong.
+    pub(super) fn nothing(of: (usize, usize)) -> Result<Self, LoadError> {
+        let mesh = Mesh::new(MeshData::default()).map_err(LoadError::scene("an empty mesh"))?;
+        Ok(Self { mesh, deform: None, of })
+    }
 }
 
 impl Geometry {
@@ -47,12 +67,13 @@ impl Geometry {
         let view = compression.buffer_view.ok_or_else(|| malformed("it has no bufferView".to_owned()))?;
         let stream = buffers.view(view)?.bytes()?;
         let source = &self.source;
+        let [uv0, uv1] = source.uv_sets.map(|set| format!("TEXCOORD_{set}"));
         let used = [
             ("POSITION", true),
             ("NORMAL", source.normal.is_some()),
             ("TANGENT", source.tangent.is_some()),
-            ("TEXCOORD_0", source.uvs[0].is_some()),
-            ("TEXCOORD_1", source.uvs[1].is_some()),
+            (uv0.as_str(), source.uvs[0].is_some()),
+            (uv1.as_str(), source.uvs[1].is_some()),
             ("COLOR_0", source.color.is_some()),
         ];
         let attributes = &compression.attributes;
@@ -68,7 +89,8 @@ impl Geometry {
         draco::decode(&stream, most, &ids).map_err(malformed)
     }
 
-    /// Reads the triangles. [`Geometry::charge_triangles`] comes first.
+    /// Reads the triangles. [`Geometry::charge_triangles`] comes first. Those with vertices that there are not are left
+    /// out, and counted; all of them are an error.
     ///
     /// # Errors
     /// [`LoadError::Malformed`] naming the primitive.
@@ -81,11 +103,11 @@ impl Geometry {
         let count = usize::try_from(self.triangles).unwrap_or(0);
         // Without triangles the accessors are not looked at.
         if count == 0 {
-            return Ok(Topological { triangles: Vec::new(), span: (0, 0), decoded: None });
+            return Ok(Topological::nothing());
         }
         let corners = self.source.topology;
         let mut decoded = None;
-        let triangles = match (self.compression(root), self.source.indices) {
+        let mut triangles = match (self.compression(root), self.source.indices) {
             (Some(compression), _) => {
                 let (triangles, vertices) = self.decompress(buffers, compression).map_err(fail)?;
                 decoded = Some(vertices);
@@ -120,17 +142,22 @@ impl Geometry {
             }
         };
         if triangles.is_empty() {
-            return Ok(Topological { triangles, span: (0, 0), decoded: None });
+            return Ok(Topological::nothing());
         }
-        let span =
-            triangles.as_flattened().iter().fold((u32::MAX, 0), |(low, high), &v| (low.min(v), high.max(v)));
         let vertices = decoded.as_ref().map_or(self.vertices, |decoded| decoded.points as u64);
+        let (mut span, mut left_out) = (span(&triangles), 0);
         if u64::from(span.1) >= vertices {
-            let message =
-                format!("{}: index {} is out of range of {vertices} vertices", self.name(root), span.1);
-            return Err(LoadError::malformed(FORMAT, message));
+            let all = triangles.len();
+            triangles.retain(|corners| corners.iter().all(|&v| u64::from(v) < vertices));
+            if triangles.is_empty() {
+                let message =
+                    format!("{}: index {} is out of range of {vertices} vertices", self.name(root), span.1);
+                return Err(LoadError::malformed(FORMAT, message));
+            }
+            span = self::span(&triangles);
+            left_out = all.saturating_sub(triangles.len());
         }
-        Ok(Topological { triangles, span, decoded })
+        Ok(Topological { triangles, span, decoded, left_out })
     }
 
     /// Reads the vertices and builds the mesh. Adds what was repaired to `repaired`.
@@ -164,6 +191,13 @@ impl Geometry {
             }
         }
         data.triangles = triangles;
+        match leave_out_unplaceable(&mut data) {
+            0 => {}
+            count => repaired.push(format!(
+                "{}: {count} triangles, lines or points left out: positions not finite or beyond {MAX_COORDINATE:e}",
+                self.name(root)
+            )),
+        }
         data.kind = self.source.topology.kind();
         let mut flat = false;
         let mut origins: Option<Vec<u32>> = None;
@@ -197,7 +231,13 @@ impl Geometry {
             let from = Stored { root, buffers, compressed, vertices, pick };
             let mut note = |text: &str| repaired.push(format!("{}: {text}", self.name(root)));
             let read = Deform::read(&self.source.deform, &from, origins.as_deref(), flat, &mut note);
-            Some(read.map_err(|e| inside(self.name(root), e))?)
+            match read {
+                Err(error) if error.is_partial() => {
+                    note(&format!("its vertices do not move: {}", error.reason()));
+                    None
+                }
+                result => Some(result?),
+            }
         };
         Ok(Shape { mesh, deform, of: self.of })
     }
@@ -240,28 +280,41 @@ impl Geometry {
             return Ok(data);
         }
         data.positions = attribute(source.position, "POSITION", &[Kind::Vec3])?.floats(pick)?;
+        // What cannot be read of the rest is left out.
+        let mut notes = Vec::new();
+        let mut optional = |what: &str, index: Option<Index>, kinds: &[Kind]| {
+            let result = attribute(index?, what, kinds);
+            let note = |e: &LoadError| notes.push(format!("{what} is left out: {}", e.reason()));
+            result.inspect_err(note).ok()
+        };
+        let [uv0, uv1] = source.uv_sets.map(|set| format!("TEXCOORD_{set}"));
+        let normals = optional("NORMAL", source.normal, &[Kind::Vec3]);
+        // Without normals tangents mean nothing.
+        let tangents = optional("TANGENT", source.tangent.filter(|_| normals.is_some()), &[Kind::Vec4]);
+        let uvs =
+            [optional(&uv0, source.uvs[0], &[Kind::Vec2]), optional(&uv1, source.uvs[1], &[Kind::Vec2])];
+        let colors = optional("COLOR_0", source.color, &[Kind::Vec3, Kind::Vec4]);
+        repaired.extend(notes.into_iter().map(|note| format!("{}: {note}", self.name(root))));
         let mut repair = |what: &str, values: &mut [f32]| {
             if zero_not_finite(values) {
                 repaired.push(format!("{}: {what} that are not finite are taken as 0", self.name(root)));
             }
         };
-        if let Some(index) = source.normal {
-            data.normals = attribute(index, "NORMAL", &[Kind::Vec3])?.floats(pick)?;
+        if let Some(elements) = normals {
+            data.normals = elements.floats(pick)?;
             repair("normals", data.normals.as_flattened_mut());
         }
-        if let Some(index) = source.tangent {
-            data.tangents = attribute(index, "TANGENT", &[Kind::Vec4])?.floats(pick)?;
+        if let Some(elements) = tangents {
+            data.tangents = elements.floats(pick)?;
             repair("tangents", data.tangents.as_flattened_mut());
         }
-        let sets = ["TEXCOORD_0", "TEXCOORD_1"].into_iter().zip(source.uvs).zip(&mut data.uvs);
-        for ((what, index), uvs) in sets {
-            if let Some(index) = index {
-                *uvs = attribute(index, what, &[Kind::Vec2])?.floats(pick)?;
+        for (elements, uvs) in uvs.into_iter().zip(&mut data.uvs) {
+            if let Some(elements) = elements {
+                *uvs = elements.floats(pick)?;
                 repair("texture coordinates", uvs.as_flattened_mut());
             }
         }
-        if let Some(index) = source.color {
-            let mut elements = attribute(index, "COLOR_0", &[Kind::Vec3, Kind::Vec4])?;
+        if let Some(mut elements) = colors {
             // The specification knows normalised integers only, and some writers forget to say so.
             elements.normalized = true;
             data.colors = match elements.kind {
@@ -275,6 +328,32 @@ impl Geometry {
         }
         Ok(data)
     }
+}
+
+/// Smallest and largest vertex of triangles.
+fn span(triangles: &[[u32; 3]]) -> (u32, u32) {
+    triangles.as_flattened().iter().fold((u32::MAX, 0), |(low, high), &v| (low.min(v), high.max(v)))
+}
+
+/// Leaves out triangles whose vertices are nowhere that can be drawn, and moves these vertices to the origin. Returns how
+/// many; nothing is done where all of them are.
+fn leave_out_unplaceable(data: &mut MeshData) -> usize {
+    let placed = |p: &[f32; 3]| p.iter().all(|v| v.abs() <= MAX_COORDINATE);
+    // See `zero_not_finite`.
+    let all_placed = |block: &[f32]| block.iter().fold(true, |all, v| all & (v.abs() <= MAX_COORDINATE));
+    if data.positions.as_flattened().chunks(1024).all(all_placed) {
+        return 0;
+    }
+    let kept =
+        |corners: &[u32; 3]| corners.iter().all(|&v| data.positions.get(v as usize).is_some_and(placed));
+    let triangles: Vec<[u32; 3]> = data.triangles.iter().filter(|corners| kept(corners)).copied().collect();
+    if triangles.is_empty() {
+        return 0;
+    }
+    let count = data.triangles.len().saturating_sub(triangles.len());
+    data.triangles = triangles;
+    data.positions.iter_mut().filter(|p| !placed(p)).for_each(|p| *p = [0.0; 3]);
+    count
 }
 
 fn too_many(count: usize) -> LoadError {

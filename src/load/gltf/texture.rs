@@ -5,6 +5,7 @@ use super::angle::sin_cos;
 use super::buffers::{Buffers, read_uri};
 use super::list::{Index, label};
 use super::model::{self, Root, TextureInfo};
+use super::uv_sets::UvSets;
 use crate::limits::Limits;
 use crate::load::budget::Budget;
 use crate::load::image::{self, Header, ImageError};
@@ -54,11 +55,12 @@ impl Textures {
         info: &TextureInfo,
         color_space: ColorSpace,
         alpha: AlphaUse,
+        uv_sets: &mut UvSets,
         warnings: &mut Warnings,
         what: &dyn Fn() -> String,
     ) -> Option<TextureRef> {
         let transform = info.extensions.transform.as_deref();
-        let set = transform.and_then(|t| t.tex_coord).or(info.tex_coord).map_or(0, |set| set.0);
+        let set = transform.and_then(|t| t.tex_coord).or(info.tex_coord).unwrap_or_default();
         let mut dropped = |reason: &dyn Fn() -> String| {
             warnings.add(|| format!("{}: {}; drawn without the texture", what(), reason()));
             None
@@ -79,8 +81,8 @@ impl Textures {
         if source.get() >= root.images.len() {
             return dropped(&|| format!("texture {index}: there is no image {source}"));
         }
-        let Some(uv_set) = u8::try_from(set).ok().filter(|&set| set <= 1) else {
-            return dropped(&|| format!("texture coordinate set {set} (only 0 and 1 are read)"));
+        let Some(uv_set) = uv_sets.slot(set) else {
+            return dropped(&|| format!("texture coordinate set {} is a third one, and two are read", set.0));
         };
         let transform = match transform.map(uv_transform) {
             None => UvTransform::IDENTITY,

@@ -76,22 +76,42 @@ fn quad_word(bytes: &[u8], at: usize) -> Option<u64> {
     bytes.get(at..)?.first_chunk().map(|&b| u64::from_le_bytes(b))
 }
 
-/// Where the directory begins and how many entries it claims.
-fn directory(bytes: &[u8]) -> Option<(u64, u64)> {
+/// Where the directory of an archive is.
+#[derive(Clone, Copy, Debug)]
+struct Directory {
+    start: u64,
+    /// How many entries it claims.
+    count: u64,
+    /// Bytes before the archive, from which its places are counted.
+    before: u64,
+}
+
+/// Finds the directory, also of an archive that something stands before, as programs that unpack themselves do.
+fn directory(bytes: &[u8]) -> Option<Directory> {
     // A record, and a comment of any length behind it.
     let records = bytes.windows(END_SIZE).rev().take(usize::from(u16::MAX).saturating_add(1));
     let (behind, record) = records.enumerate().find(|(_, record)| record.starts_with(END))?;
     let (count, start) = (word(record, 10)?, double_word(record, 16)?);
     if count != u16::MAX && start != u32::MAX {
-        return Some((start.into(), count.into()));
+        let (start, count) = (u64::from(start), u64::from(count));
+        let begins = |at: u64| {
+            usize::try_from(at).ok().and_then(|at| bytes.get(at..)?.get(..ENTRY.len())) == Some(ENTRY)
+        };
+        let end = (bytes.len() as u64).checked_sub(END_SIZE as u64)?.checked_sub(behind as u64)?;
+        let real =
+            end.checked_sub(double_word(record, 12)?.into()).filter(|&real| begins(real) && !begins(start));
+        let before = real.and_then(|real| real.checked_sub(start)).unwrap_or(0);
+        return Some(Directory { start: start.saturating_add(before), count, before });
     }
     // Of an archive with 64-bit sizes: its end record is found through the locator before this one.
     let before = bytes.len().checked_sub(END_SIZE)?.checked_sub(behind).and_then(|end| bytes.get(..end))?;
     let locator = before.last_chunk::<20>().filter(|locator| locator.starts_with(LOCATOR_64));
-    let Some(locator) = locator else { return Some((start.into(), count.into())) };
+    let Some(locator) = locator else {
+        return Some(Directory { start: start.into(), count: count.into(), before: 0 });
+    };
     let end_64 = usize::try_from(quad_word(locator, 8)?).ok()?;
     let record = bytes.get(end_64..).filter(|record| record.starts_with(END_64))?;
-    Some((quad_word(record, 48)?, quad_word(record, 32)?))
+    Some(Directory { start: quad_word(record, 48)?, count: quad_word(record, 32)?, before: 0 })
 }
 
 /// The next entry of a directory, its name, and what follows it; `None` if there is none.
@@ -134,7 +154,7 @@ fn entry(directory: &[u8]) -> Option<(&[u8], Entry, &[u8])> {
 /// The names of the first `most` parts; empty for what is no archive.
 pub(in crate::load) fn names(bytes: &[u8], most: usize) -> Vec<String> {
     let mut found = Vec::new();
-    let start = directory(bytes).and_then(|(start, _)| usize::try_from(start).ok());
+    let start = directory(bytes).and_then(|directory| usize::try_from(directory.start).ok());
     let mut rest = start.and_then(|start| bytes.get(start..)).unwrap_or(&[]);
     while found.len() < most
         && let Some((name, _, after)) = entry(rest)
@@ -148,7 +168,7 @@ pub(in crate::load) fn names(bytes: &[u8], most: usize) -> Vec<String> {
 impl<'a> Archive<'a> {
     /// Reads the directory. Of two parts with one name the later counts, with a warning.
     pub(super) fn open(bytes: &'a [u8], limits: &Limits, warnings: &mut Warnings) -> Result<Self, LoadError> {
-        let Some((start, count)) = directory(bytes) else {
+        let Some(Directory { start, count, before }) = directory(bytes) else {
             return Err(malformed("the archive has no directory: it is damaged or not complete"));
         };
         Limits::check(|| "3MF: the number of parts".to_owned(), count, limits.nodes, "nodes")?;
@@ -170,6 +190,7 @@ impl<'a> Archive<'a> {
                 warnings.add(|| format!("3MF: of the parts named {name} only the last is read"));
             }
         }
+        let bytes = usize::try_from(before).ok().and_then(|before| bytes.get(before..)).unwrap_or(bytes);
         Ok(Self { bytes, entries })
     }
 

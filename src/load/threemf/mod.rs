@@ -2,7 +2,8 @@
 //! production extension 1.2).
 //!
 //! What is built is drawn, each item where it stands: Z is up in the file, Y in the scene, and units become metres.
-//! Supports are drawn, objects of the type "other" are not. Textures and colours are opaque unless they are layers;
+//! Supports are drawn, objects of the type "other" are not; of a file of which nothing would be built, all objects are drawn
+//! where they are, with a warning. Textures and colours are opaque unless they are layers;
 //! colours vary linearly over a triangle, where the specification asks for a variation of their sRGB codes.
 //!
 //! The specification has no attribute `printable` of items, which PrusaSlicer and those made from it write. An item with
@@ -12,6 +13,7 @@
 //! Slicers write what they print into files of their own beside the model: which parts only change the settings of
 //! others, and the colours of the filaments (`slicer.rs`). They also paint triangles with them (`paint.rs`).
 pub(super) mod archive;
+mod beams;
 mod look;
 mod model;
 mod paint;
@@ -30,7 +32,7 @@ use archive::Archive;
 use look::Looks;
 use model::{Model, Purpose, Totals};
 use slicer::{Part, Settings};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use xml::{Xml, text_of};
 
 const FORMAT: &str = "3MF";
@@ -70,18 +72,15 @@ pub(crate) fn load(bytes: &[u8], context: &Context<'_>) -> Result<Loaded, LoadEr
         visits: 0,
         triangles: 0,
         left_out: BTreeMap::new(),
+        everything: false,
     };
     builder.build()?;
+    if builder.scene.instances().is_empty() {
+        builder.build_everything()?;
+    }
     for (what, count) in std::mem::take(&mut builder.left_out) {
         let objects = counted(count, "object");
         builder.warnings.add(|| format!("3MF: {objects} left out: {what}"));
-    }
-    if let Some(first) = builder.package.models.first()
-        && first.build.is_empty()
-        && !first.objects.is_empty()
-    {
-        let objects = counted(first.objects.len() as u64, "object");
-        builder.warnings.add(|| format!("3MF: {objects} not drawn: nothing is to be built of them"));
     }
     Ok(finish(builder.scene, builder.warnings.finish()))
 }
@@ -187,12 +186,37 @@ struct Builder<'a> {
     triangles: u64,
     /// Objects that are not drawn, by the reason.
     left_out: BTreeMap<&'static str, u64>,
+    /// Also objects that are never built.
+    everything: bool,
 }
 
 impl Builder<'_> {
     fn build(&mut self) -> Result<(), LoadError> {
         let Some(first) = self.package.models.first() else { return Ok(()) };
-        let (unit, build) = (first.unit, first.build.clone());
+        self.build_all(first.unit, first.build.clone())
+    }
+
+    /// Places every object that is no component of another, for want of anything that is to be built.
+    fn build_everything(&mut self) -> Result<(), LoadError> {
+        let Some(first) = self.package.models.first() else { return Ok(()) };
+        let components = first.objects.values().flat_map(|object| &object.components);
+        let below: BTreeSet<u32> = components.filter(|c| c.path.is_none()).map(|c| c.object).collect();
+        let alone = first.objects.iter().filter(|(id, object)| {
+            !below.contains(id) && object.purpose != Purpose::Modifier && object.is_something()
+        });
+        let transform = Transform::IDENTITY;
+        let build: Vec<model::Reference> =
+            alone.map(|(&object, _)| model::Reference { object, path: None, transform }).collect();
+        if build.is_empty() {
+            return Ok(());
+        }
+        let objects = counted(build.len() as u64, "object");
+        self.warnings.add(|| format!("3MF: nothing is to be built: {objects} drawn where they are defined"));
+        (self.everything, self.left_out) = (true, BTreeMap::new());
+        self.build_all(first.unit, build)
+    }
+
+    fn build_all(&mut self, unit: f64, build: Vec<model::Reference>) -> Result<(), LoadError> {
         // (x, y, z) with Z up is (x, z, -y) with Y up.
         let upright =
             Transform::from_rows([[unit, 0.0, 0.0, 0.0], [0.0, 0.0, unit, 0.0], [0.0, -unit, 0.0, 0.0]])
@@ -240,11 +264,13 @@ impl Builder<'_> {
         while let Some(visit) = stack.pop() {
             let model = self.package.models.get(visit.model);
             let Some(object) = model.and_then(|model| model.objects.get(&visit.object)) else {
-                let message = format!("object {} is referred to and does not exist", visit.object);
-                return Err(LoadError::malformed(FORMAT, message));
+                let object = visit.object;
+                self.warnings.add(|| format!("3MF: object {object} is referred to and does not exist"));
+                continue;
             };
             let reason = match object.purpose {
                 Purpose::Made => visit.part.left_out,
+                Purpose::Other if self.everything => None,
                 Purpose::Other => Some("of the type 'other', which is not built"),
                 Purpose::Modifier => Some("they only change how others are printed"),
             };

@@ -1,19 +1,21 @@
 //! A model part: its objects, what they are made of, and what is built of them.
 
-use super::FORMAT;
+use super::beams::Beams;
 use super::property::{Group, Groups};
 use super::xml::{Tag, Xml, index};
 use crate::limits::Limits;
 use crate::load::budget::Budget;
-use crate::load::plain::{check_mesh, drawable};
+use crate::load::plain::{check_mesh, counted, drawable};
 use crate::load::text::{float, quoted};
 use crate::load::warnings::Warnings;
 use crate::load::{Context, LoadError};
 use crate::scene::Transform;
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
 /// Extensions that a model may require, by the end of their namespaces.
-const KNOWN: [&str; 5] = [
+const KNOWN: [&str; 6] = [
+    "/beamlattice/2017/02",
     "/core/2015/02",
     "/material/2015/02",
     "/production/2015/06",
@@ -48,6 +50,8 @@ pub(super) struct Mesh {
     /// Triangles that slicers paint, and where their codes end in `codes`; they begin where the last one ends.
     pub(super) painted: Vec<(u32, usize)>,
     pub(super) codes: String,
+    /// Triangles of the file that are not among them: they have vertices that are missing or nowhere.
+    left_out: u64,
 }
 
 /// What an object is for.
@@ -80,6 +84,13 @@ pub(super) struct Object {
     pub(super) components: Vec<Reference>,
     /// The extruder that prints it, from 1 (a metadata of Cura, which counts from 0).
     pub(super) extruder: Option<u32>,
+}
+
+impl Object {
+    /// True if it has a mesh or components.
+    pub(super) fn is_something(&self) -> bool {
+        self.mesh.is_some() || !self.components.is_empty()
+    }
 }
 
 /// A model part.
@@ -125,11 +136,14 @@ impl Model {
                 return Err(xml.error(format!("{} is not a model", quoted(root.name().as_bytes()))));
             }
             if let Some(unit) = root.attribute("unit") {
-                model.unit = unit_in_metres(&unit)
-                    .ok_or_else(|| xml.error(format!("the unit {} is unknown", quoted(unit.as_bytes()))))?;
+                model.unit = unit_in_metres(&unit).unwrap_or_else(|| {
+                    let unit = quoted(unit.as_bytes());
+                    totals.warnings.add(|| format!("3MF: the unit {unit} is unknown: taken as millimetres"));
+                    1e-3
+                });
             }
             let spaces = Spaces::of(root);
-            spaces.check(root, xml, totals.warnings)?;
+            spaces.check(root, totals.warnings);
             xml.children(|xml, tag| match tag.name() {
                 "resources" if spaces.is_core(tag) => xml.children(|xml, tag| {
                     if tag.name() == "object" && spaces.is_core(tag) {
@@ -138,10 +152,10 @@ impl Model {
                         model.groups.read(xml, tag, totals.budget)
                     }
                 }),
-                "build" if spaces.is_core(tag) => xml.children(|xml, tag| {
+                "build" if spaces.is_core(tag) => xml.children(|_, tag| {
                     if tag.name() == "item" && spaces.is_core(tag) {
                         totals.element()?;
-                        model.build.push(reference(xml, tag)?);
+                        model.build.extend(reference(tag, totals.warnings));
                     }
                     Ok(())
                 }),
@@ -176,10 +190,10 @@ impl Model {
                 let mesh = object.mesh.get_or_insert_default();
                 mesh.read(xml, id, default, totals, spaces)
             }
-            "components" if spaces.is_core(tag) => xml.children(|xml, tag| {
+            "components" if spaces.is_core(tag) => xml.children(|_, tag| {
                 if tag.name() == "component" && spaces.is_core(tag) {
                     totals.element()?;
-                    object.components.push(reference(xml, tag)?);
+                    object.components.extend(reference(tag, totals.warnings));
                 }
                 Ok(())
             }),
@@ -209,24 +223,33 @@ impl Model {
             }
             _ => Ok(()),
         })?;
-        if self.objects.insert(id, object).is_some() {
-            return Err(xml.error(format!("there are two objects {id}")));
+        match self.objects.entry(id) {
+            Entry::Vacant(place) => drop(place.insert(object)),
+            Entry::Occupied(_) => {
+                totals.warnings.add(|| format!("3MF: there are two objects {id}: the first is drawn"));
+            }
         }
         Ok(())
     }
 }
 
-/// The attributes of an item or a component.
-fn reference(xml: &Xml<'_>, tag: &Tag<'_>) -> Result<Reference, LoadError> {
+/// The attributes of an item or a component. `None`, with a warning, if it refers to nothing; a transform that is none is
+/// left out, as slicers do.
+fn reference(tag: &Tag<'_>, warnings: &mut Warnings) -> Option<Reference> {
     let Some(object) = tag.number("objectid") else {
-        return Err(xml.error(format!("{} has no objectid", quoted(tag.name().as_bytes()))));
+        let name = quoted(tag.name().as_bytes());
+        warnings.add(|| format!("3MF: {name} has no objectid and is left out"));
+        return None;
     };
     let transform = match tag.attribute("transform") {
-        Some(text) if !text.trim().is_empty() => matrix(&text)
-            .ok_or_else(|| xml.error(format!("the transform {} is not one", quoted(text.as_bytes()))))?,
+        Some(text) if !text.trim().is_empty() => matrix(&text).unwrap_or_else(|| {
+            let text = quoted(text.as_bytes());
+            warnings.add(|| format!("3MF: object {object} is not moved: the transform {text} is not one"));
+            Transform::IDENTITY
+        }),
         _ => Transform::IDENTITY,
     };
-    Ok(Reference { object, path: tag.attribute("path"), transform })
+    Some(Reference { object, path: tag.attribute("path"), transform })
 }
 
 /// Twelve numbers, three for each axis and three for the origin: points are rows (core specification, 3.3).
@@ -290,16 +313,13 @@ impl Spaces {
         prefix.is_empty() || !self.foreign.iter().any(|foreign| foreign == prefix)
     }
 
-    /// Refuses a model that requires what is not known here (core specification, 2.3.1).
-    fn check(&self, root: &Tag<'_>, xml: &Xml<'_>, warnings: &mut Warnings) -> Result<(), LoadError> {
-        let Some(required) = root.attribute("requiredextensions") else { return Ok(()) };
+    /// Warns of what the model requires and is not known here. A consumer should refuse such a model (core specification,
+    /// 2.3.1); slicers and viewers draw what they know of it.
+    fn check(&self, root: &Tag<'_>, warnings: &mut Warnings) {
+        let Some(required) = root.attribute("requiredextensions") else { return };
         for prefix in required.split_ascii_whitespace() {
             let known = self.declared.iter().find(|(declared, _)| declared == prefix);
-            let Some((_, namespace)) = known else {
-                let prefix = quoted(prefix.as_bytes());
-                return Err(xml.error(format!("the required extension {prefix} is not declared")));
-            };
-            let namespace = namespace.trim_end_matches('/');
+            let namespace = known.map_or(prefix, |(_, namespace)| namespace.trim_end_matches('/'));
             if KNOWN.iter().any(|end| namespace.ends_with(end)) {
                 continue;
             }
@@ -307,12 +327,12 @@ impl Spaces {
                 Some((_, loss)) => warnings.add(|| format!("3MF: {loss}")),
                 None => {
                     let namespace = quoted(namespace.as_bytes());
-                    let message = format!("the model requires the extension {namespace}");
-                    return Err(LoadError::unsupported(FORMAT, message));
+                    warnings.add(|| {
+                        format!("3MF: the model requires the extension {namespace}, which is not drawn")
+                    });
                 }
             }
         }
-        Ok(())
     }
 }
 
@@ -325,7 +345,7 @@ impl Mesh {
         totals: &mut Totals<'_>,
         spaces: &Spaces,
     ) -> Result<(), LoadError> {
-        let mut beams = false;
+        let mut beams = Beams::default();
         xml.children(|xml, tag| match tag.name() {
             "vertices" if spaces.is_core(tag) => {
                 xml.children(
@@ -337,15 +357,19 @@ impl Mesh {
             "triangles" if spaces.is_core(tag) => xml.children(|xml, tag| {
                 if tag.name() == "triangle" { self.triangle(xml, tag, default, totals) } else { Ok(()) }
             }),
-            "beamlattice" => {
-                beams = true;
-                Ok(())
-            }
+            "beamlattice" => beams.read(xml, tag, totals),
             _ => Ok(()),
         })?;
-        if beams {
-            totals.warnings.add(|| format!("3MF: the beams of object {object} are not drawn"));
+        beams.build(self, object, totals)?;
+        if self.left_out > 0 {
+            let triangles = counted(self.left_out, "triangle");
+            totals.warnings.add(|| {
+                format!(
+                    "3MF: {triangles} of object {object} left out: vertices that are missing or beyond 1e15"
+                )
+            });
         }
+        self.positions.iter_mut().filter(|p| !drawable(**p)).for_each(|p| *p = [0.0; 3]);
         check_mesh(totals.context, totals.triangles, totals.vertices)
     }
 
@@ -364,9 +388,7 @@ impl Mesh {
             _ => {}
         });
         read.map_err(|message| xml.error(message))?;
-        if !drawable(position) {
-            return Err(xml.error("a vertex needs x, y and z of at most 1e15"));
-        }
+        // Its triangles are left out if it is nowhere.
         self.positions.push(position);
         totals.vertices = totals.vertices.saturating_add(1);
         Ok(())
@@ -403,9 +425,11 @@ impl Mesh {
             }
         });
         read.map_err(|message| xml.error(message))?;
-        if vertices.iter().any(|&v| v as usize >= self.positions.len()) {
-            let count = self.positions.len();
-            return Err(xml.error(format!("a triangle needs v1, v2 and v3 below {count}")));
+        let placed = |&v: &u32| self.positions.get(v as usize).is_some_and(|&p| drawable(p));
+        if !vertices.iter().all(placed) {
+            self.left_out = self.left_out.saturating_add(1);
+            self.codes.truncate(first);
+            return Ok(());
         }
         // Without p1 the object's property counts, even beside a pid (core specification, 4.1.4.1).
         let properties = match (group.or(default.map(|d| d.0)), corners) {

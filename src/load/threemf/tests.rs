@@ -417,26 +417,13 @@ fn bambu_studio_and_cura() {
 }
 
 #[test]
-fn damage_is_an_error_that_names_the_element() {
+fn damage_is_named_with_its_element() {
     let object = format!("<object id=\"1\">{}</object>", plain_mesh());
     let item = "<item objectid=\"1\"/>";
     let nested = |inner: &str| format!("<object id=\"1\"><components>{inner}</components></object>");
     for (text, message) in [
-        (model(&object, "<item objectid=\"7\"/>"), "object 7 is referred to and does not exist"),
-        (model(&object, "<item/>"), "'item' has no objectid"),
-        (model(&object, "<item objectid=\"1\" transform=\"1 0 0\"/>"), "the transform '1 0 0' is not one"),
         (model(&nested("<component objectid=\"1\"/>"), item), "object 1 (or does it contain itself?)"),
         (model(&nested("<component objectid=\"1\"/><component objectid=\"1\"/>"), item), "contain itself"),
-        (model(&object.repeat(2), item), "there are two objects 1"),
-        (model(&object.replace("v3=\"2\"", "v3=\"4\""), item), "a triangle needs v1, v2 and v3 below 4"),
-        (model(&object.replace("x=\"10\"", "x=\"nan\""), item), "a vertex needs x, y and z"),
-        (model(&object.replace("y=\"30\"", ""), item), "a vertex needs x, y and z"),
-        (model(&object, item).replace("millimeter", "league"), "the unit 'league' is unknown"),
-        (
-            model(&object, item).replace("<model ", "<model requiredextensions=\"x\" "),
-            "'http://example.org/unknown'",
-        ),
-        (model(&object, item).replace("<model ", "<model requiredextensions=\"q\" "), "'q' is not declared"),
         (model(&object, item).replace("</build>", ""), "line 2: "),
         (format!("<!DOCTYPE x>{}", &model(&object, item)[39..]), "document type definitions"),
         ("<html/>".to_owned(), "'html' is not a model"),
@@ -444,8 +431,72 @@ fn damage_is_an_error_that_names_the_element() {
         let error = load_model(&text).unwrap_err().to_string();
         assert!(error.contains(message) && error.starts_with("3MF: "), "{message}: {error}");
     }
-    let slices = model(&object, item).replace("<model ", "<model requiredextensions=\"s\" ");
-    assert_eq!(messages(&load_model(&slices).unwrap()), ["3MF: slices are not drawn: the meshes are"]);
+    // What is whole is drawn.
+    for (text, triangles, message) in [
+        (
+            model(&object, &format!("<item objectid=\"7\"/>{item}")),
+            2,
+            "object 7 is referred to and does not exist",
+        ),
+        (model(&object, &format!("<item/>{item}")), 2, "'item' has no objectid and is left out"),
+        (model(&object, "<item objectid=\"1\" transform=\"1 0 0\"/>"), 2, "the transform '1 0 0' is not one"),
+        (model(&object.repeat(2), item), 2, "there are two objects 1: the first is drawn"),
+        (model(&object.replace("v3=\"2\"", "v3=\"4\""), item), 1, "1 triangle of object 1 left out"),
+        (model(&object.replace("y=\"30\"", "y=\"nan\""), item), 1, "1 triangle of object 1 left out"),
+        (model(&object.replace("y=\"30\"", ""), item), 1, "1 triangle of object 1 left out"),
+        (
+            model(&object, item).replace("millimeter", "league"),
+            2,
+            "the unit 'league' is unknown: taken as millimetres",
+        ),
+        (model(&object, ""), 2, "nothing is to be built: 1 object drawn where they are defined"),
+        (
+            model(&object.replace("id=\"1\"", "id=\"1\" type=\"other\""), item),
+            2,
+            "nothing is to be built: 1 object",
+        ),
+        (
+            model(&object, item).replace("<model ", "<model requiredextensions=\"x\" "),
+            2,
+            "requires the extension 'http://example.org/unknown', which is not drawn",
+        ),
+        (model(&object, item).replace("<model ", "<model requiredextensions=\"q\" "), 2, "the extension 'q'"),
+        (
+            model(&object, item).replace("<model ", "<model requiredextensions=\"s\" "),
+            2,
+            "slices are not drawn: the meshes are",
+        ),
+    ] {
+        let loaded = load_model(&text).unwrap();
+        assert_eq!(loaded.scene.triangle_count(), triangles, "{message}");
+        let found = messages(&loaded);
+        assert!(found.len() == 1 && found[0].contains(message), "{message}: {found:?}");
+    }
+}
+
+/// Two bars, one of which is nowhere.
+#[test]
+fn beams_are_prisms() {
+    let beams = "<beamlattice radius=\"1\" minlength=\"0.1\"><beams><beam v1=\"0\" v2=\"1\"/>\
+        <beam v1=\"0\" v2=\"9\" r1=\"2\"/></beams></beamlattice></mesh>";
+    let object = format!("<object id=\"1\">{}</object>", mesh("").replace("</mesh>", beams));
+    let loaded = load_model(&model(&object, "<item objectid=\"1\"/>")).unwrap();
+    assert_eq!(loaded.scene.triangle_count(), 20);
+    assert_eq!(
+        messages(&loaded),
+        [
+            "3MF: 2 beams of object 1 drawn as prisms, without balls",
+            "3MF: 1 beam of object 1 left out: no length or no radius",
+        ]
+    );
+}
+
+#[test]
+fn something_may_stand_before_the_archive() {
+    let good =
+        package(&model(&format!("<object id=\"1\">{}</object>", plain_mesh()), "<item objectid=\"1\"/>"));
+    let bytes = [b"#!/bin/unpack\n".as_slice(), &good].concat();
+    assert_eq!(load_with(&bytes, &Limits::default()).unwrap().scene.triangle_count(), 2);
 }
 
 #[test]
