@@ -24,7 +24,7 @@ pub struct Limits {
     pub texture_pixels: u64,
     /// Pixels of all textures of a scene together. Default 2^27.
     pub total_texture_pixels: u64,
-    /// Lights of a scene: each of them shines on every fragment. Default 256.
+    /// Lights of a scene: each of them shines on every fragment that it reaches. Default 256.
     pub lights: u64,
     /// Width and height of the output in pixels. Default 16384.
     pub output_side: u32,
@@ -32,8 +32,11 @@ pub struct Limits {
     pub output_pixels: u64,
     /// Surface fragments that one frame shades. Default 2^30.
     pub fragments: u64,
+    /// Shading of one frame, in [units](crate::shade::ShadingCost) of about a nanosecond, for each pixel of the picture: the
+    /// frame may take so many times the number of its pixels, or times 2^18 (512 x 512) if it has fewer. Default 2^13.
+    pub shading: u64,
     /// Blocks of 4 x 4 pixels that the triangles of one frame are drawn into, hidden ones included: the rasterizer's
-    /// work. Default 2^28.
+    /// work. Default 2^27.
     pub blocks: u64,
     /// Fragments of blended surfaces in one frame, which are kept until their tile is done. Default 2^25.
     pub blend_entries: u64,
@@ -60,7 +63,8 @@ impl Default for Limits {
             output_side: 16384,
             output_pixels: 1 << 26,
             fragments: 1 << 30,
-            blocks: 1 << 28,
+            shading: 1 << 13,
+            blocks: 1 << 27,
             blend_entries: 1 << 25,
             frame_bytes: 1 << 29,
             frames: 3600,
@@ -70,16 +74,33 @@ impl Default for Limits {
 
 /// Something asked for more than [`Limits`] allows.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{what}: {asked} exceeds the limit of {limit} ({field})")]
 pub struct LimitExceeded {
     /// The element that asked, e.g. `accessor 3` or `image 'wood.png'`.
     pub what: String,
-    /// How much it asked for.
-    pub asked: u64,
+    /// How much it asked for; `None` if the work was stopped when it passed the limit.
+    pub asked: Option<u64>,
     /// How much is allowed.
     pub limit: u64,
     /// The field of [`Limits`] that says so.
     pub field: &'static str,
+}
+
+impl LimitExceeded {
+    /// Of work that was stopped when it passed the limit.
+    #[must_use]
+    pub fn beyond(what: &str, limit: u64, field: &'static str) -> Self {
+        Self { what: what.to_owned(), asked: None, limit, field }
+    }
+}
+
+impl std::fmt::Display for LimitExceeded {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { what, asked, limit, field } = self;
+        match asked {
+            Some(asked) => write!(f, "{what}: {asked} exceeds the limit of {limit} ({field})"),
+            None => write!(f, "{what}: more than the limit of {limit} ({field})"),
+        }
+    }
 }
 
 impl Limits {
@@ -93,6 +114,10 @@ impl Limits {
         limit: u64,
         field: &'static str,
     ) -> Result<(), LimitExceeded> {
-        if asked <= limit { Ok(()) } else { Err(LimitExceeded { what: what(), asked, limit, field }) }
+        if asked <= limit {
+            Ok(())
+        } else {
+            Err(LimitExceeded { what: what(), asked: Some(asked), limit, field })
+        }
     }
 }

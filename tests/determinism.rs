@@ -13,7 +13,7 @@ use overcoat::cli::picture::Machine;
 use overcoat::frame::{Aov, AovPlane, DisplayImage, Frame};
 use overcoat::golden::DescribedGolden;
 use overcoat::math::lanes::SimdLevel;
-use overcoat::render::{RenderOptions, Rendered, Renderer};
+use overcoat::render::{RenderOptions, Rendered, Renderer, WorkDone};
 use std::collections::BTreeSet;
 use std::process::ExitCode;
 use std::sync::{Mutex, PoisonError};
@@ -80,6 +80,7 @@ fn one_hash(golden: &DescribedGolden) -> Result<(), String> {
     shot.options.stage_hashes = true;
     let mut first: Option<(String, Rendered)> = None;
     let mut images: Option<DisplayImage> = None;
+    let mut work: Option<WorkDone> = None;
     for [thread, tile, level] in combinations(levels.len()) {
         shot.options.tile_size = Some(TILES[tile]);
         shot.options.simd = levels[level];
@@ -88,6 +89,12 @@ fn one_hash(golden: &DescribedGolden) -> Result<(), String> {
         let rendered = renderers[thread]
             .render(&shot.scene, &shot.camera, &shot.options)
             .map_err(|error| format!("{setting}: {error}"))?;
+        if *work.get_or_insert_with(|| renderers[thread].work_done()) != renderers[thread].work_done() {
+            return Err(format!(
+                "{setting}: the work differs, {work:?} and {:?}",
+                renderers[thread].work_done()
+            ));
+        }
         // With hashes of the stages a picture for a screen has a frame beside it.
         let options = RenderOptions { stage_hashes: false, ..shot.options.clone() };
         let direct = renderers[thread]
@@ -98,6 +105,9 @@ fn one_hash(golden: &DescribedGolden) -> Result<(), String> {
         };
         if bits(&direct.aovs) != bits(&rendered.frame.aovs) {
             return Err(format!("{setting}: planes differ without a frame"));
+        }
+        if work.is_some_and(|work| work != renderers[thread].work_done()) {
+            return Err(format!("{setting}: the work differs without a frame"));
         }
         if images.get_or_insert_with(|| direct.image.clone()) != &direct.image {
             return Err(format!("{setting}: the picture without a frame differs"));

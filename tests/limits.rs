@@ -3,7 +3,10 @@
 
 use overcoat::limits::Limits;
 use overcoat::render::{RenderError, RenderOptions, Renderer};
-use overcoat::scene::{AlphaMode, Camera, Instance, Material, Mesh, MeshData, Projection, Scene, Transform};
+use overcoat::scene::{
+    AlphaMode, Camera, Instance, Light, LightKind, Material, Mesh, MeshData, Projection, Scene, ShadingModel,
+    Transform,
+};
 
 /// `count` triangles behind each other, each larger than the picture.
 fn stack(count: u32, alpha_mode: AlphaMode) -> (Scene, Camera) {
@@ -35,7 +38,7 @@ fn stopped_by(scene: &Scene, camera: &Camera, limits: Limits, threads: usize) ->
     match Renderer::new(threads).render(scene, camera, &options) {
         Ok(_) => None,
         Err(RenderError::Limit(e)) => {
-            assert_eq!(e.asked, e.limit + 1, "how far a thread got must not show");
+            assert!(e.asked.is_none_or(|asked| asked > e.limit), "{e}");
             Some(e.field)
         }
         Err(e) => panic!("{e}"),
@@ -116,6 +119,168 @@ fn fragments_pixels_and_triangles_are_counted() {
     }
 }
 
+/// Lamps in rows above the picture.
+fn add_lamps(scene: &mut Scene, count: u32, range: Option<f32>) {
+    for k in 0..count {
+        let position = [(k % 16) as f32 / 8.0 - 0.9, (k / 16) as f32 / 8.0 - 0.9, 1.2];
+        let lamp = Light { intensity: 0.1, ..Light::new(LightKind::Point { position, range }) };
+        scene.add_light(lamp).unwrap();
+    }
+}
+
+/// A few blended squares under many lights took minutes, and as long again before a limit on fragments said no.
+#[test]
+fn shading_stops_at_its_limit_before_anything_beyond_it_is_shaded() {
+    let (mut scene, camera) = stack(120, AlphaMode::Blend);
+    add_lamps(&mut scene, 256, None);
+    // 120 x 64 x 64 fragments; each takes 52 units, 5 for each light, 90 to be blended.
+    let whole = 120 * 64 * 64 * (52 + 256 * 5 + 90);
+    let limited = |shading: u64| Limits { shading, ..Limits::default() };
+    let draw = |limits: Limits, threads, tile_size| {
+        let mut renderer = Renderer::new(threads);
+        let simd = overcoat::math::lanes::SimdLevel::best();
+        let options = RenderOptions {
+            width: 64,
+            height: 64,
+            samples: 4,
+            limits,
+            tile_size,
+            simd,
+            ..RenderOptions::default()
+        };
+        let result = renderer.render(&scene, &camera, &options).map(|rendered| rendered.stats.shading);
+        (result, renderer.work_done().shading)
+    };
+    // Counted for at least 2^18 pixels.
+    let enough = u64::div_ceil(whole, 1 << 18);
+    for (threads, tile_size) in [(1, None), (3, Some(16)), (2, Some(64))] {
+        let (error, begun) = draw(limited(100), threads, tile_size);
+        let message = error.unwrap_err().to_string();
+        assert_eq!(message, "units of shading for each pixel: more than the limit of 100 (shading)");
+        // Every thread counts the fragments that it keeps at most, and shades none of them.
+        let overshoot = threads as u64 * (1 << 18) * (52 + 256 * 5 + 90);
+        assert!(begun > 100 << 18 && begun <= (100 << 18) + overshoot, "{begun}");
+        let (error, begun) = draw(limited(enough - 1), threads, tile_size);
+        assert!(error.is_err() && begun <= whole, "{begun}");
+    }
+    assert_eq!(draw(limited(enough), 2, None), (Ok(whole), whole));
+    // Of several limits, that is named which one thread passes first; of those that one tile passes, the cheapest.
+    let several = Limits { fragments: 70_000, blend_entries: 60_000, ..limited(200) };
+    for (threads, tile_size) in [(1, None), (3, Some(16)), (3, Some(64)), (7, None)] {
+        for _ in 0..3 {
+            let message = draw(several.clone(), threads, tile_size).0.unwrap_err().to_string();
+            assert_eq!(message, "blended fragments: more than the limit of 60000 (blend_entries)");
+        }
+    }
+}
+
+/// What tiles keep, and so which parts of them are blended one by one, must not show in what is counted.
+#[test]
+fn work_does_not_depend_on_tiles() {
+    let (mut scene, camera) = stack(150, AlphaMode::Blend);
+    add_lamps(&mut scene, 40, Some(0.4));
+    let wall = scene.add_mesh(stack(1, AlphaMode::Opaque).0.meshes()[0].clone()).unwrap();
+    for (k, alpha_mode) in
+        [AlphaMode::Mask { cutoff: 0.5 }, AlphaMode::Opaque, AlphaMode::Blend].into_iter().enumerate()
+    {
+        let coat = k as f32 * 0.5;
+        let material = scene.add_material(Material { coat, alpha_mode, ..Material::default() }).unwrap();
+        // Edges cross blocks and cells.
+        let transform =
+            Transform::from_parts([0.3 * f64::from(coat), 0.2, -1.0], [0.0, 0.0, 0.6, 0.8], [0.15; 3])
+                .unwrap();
+        scene.add_instance(Instance { mesh: wall, material, transform, object: 1 }).unwrap();
+    }
+    for samples in [1, 4] {
+        let mut seen = Vec::new();
+        for (threads, tile) in [(1, 64), (2, 32), (3, 16)] {
+            let mut renderer = Renderer::new(threads);
+            let options = RenderOptions {
+                width: 100,
+                height: 90,
+                samples,
+                tile_size: Some(tile),
+                ..RenderOptions::default()
+            };
+            renderer.render(&scene, &camera, &options).unwrap();
+            seen.push(renderer.work_done());
+        }
+        assert!(seen[0].blend_entries > 150 * 90 * 90 && seen[0].shading > 0);
+        assert!(seen.iter().all(|work| *work == seen[0]), "{seen:#?}");
+    }
+}
+
+/// A light is left out where its range ends, by tiles: no bit of the picture knows.
+#[test]
+fn lights_out_of_reach_change_nothing() {
+    for (alpha_mode, transmission) in
+        [(AlphaMode::Opaque, 0.0), (AlphaMode::Blend, 0.0), (AlphaMode::Opaque, 0.5)]
+    {
+        let (mut scene, camera) = stack(2, alpha_mode);
+        let mut layered = Material { alpha_mode, coat: 0.7, ..Material::default() };
+        layered.lobes.sheen.color.factor = [0.2, 0.5, 0.1];
+        layered.lobes.iridescence.mask.factor = 0.5;
+        layered.lobes.transmission.factor.factor = transmission;
+        layered.lobes.transmission.diffuse.factor = transmission * 0.5;
+        let ball = scene.add_material(layered).unwrap();
+        let transform = Transform::from_parts([-0.2, 0.1, 1.0], [0.3, 0.2, 0.1, 0.9], [0.2; 3]).unwrap();
+        let mesh = scene.instances()[0].mesh;
+        scene.add_instance(Instance { mesh, material: ball, transform, object: 1 }).unwrap();
+        add_lamps(&mut scene, 24, Some(0.5));
+        for model in ShadingModel::ALL {
+            let draw = |scene: &Scene, tile_size| {
+                let options = RenderOptions {
+                    width: 96,
+                    height: 80,
+                    samples: 1,
+                    tile_size: Some(tile_size),
+                    shading: Some(model),
+                    ..RenderOptions::default()
+                };
+                let rendered = Renderer::new(1).render(scene, &camera, &options).unwrap();
+                let bits = rendered.frame.pixels.iter().flatten().map(|v| v.to_bits()).collect::<Vec<_>>();
+                (bits, rendered.stats.shading)
+            };
+            // Tiles of 64 ask lights that tiles of 16 leave out.
+            let expected = draw(&scene, 16);
+            assert!(draw(&scene, 64) == expected, "{}", model.name());
+            let mut more = scene.clone();
+            for position in [[9.0, 0.0, 0.0], [0.0, -7.0, 1.0], [3.0, 3.0, 3.0]] {
+                let lamp = LightKind::Point { position, range: Some(0.9) };
+                more.add_light(Light { intensity: 1e6, ..Light::new(lamp) }).unwrap();
+            }
+            assert!(draw(&more, 64) == expected, "{}", model.name());
+        }
+    }
+}
+
+#[test]
+fn memory_of_a_frame_does_not_depend_on_the_tiles_that_are_chosen() {
+    let (scene, camera) = stack(300, AlphaMode::Opaque);
+    let draw = |frame_bytes, tile_size| {
+        let limits = Limits { frame_bytes, ..Limits::default() };
+        let options = RenderOptions {
+            width: 200,
+            height: 200,
+            samples: 4,
+            limits,
+            tile_size,
+            ..RenderOptions::default()
+        };
+        Renderer::new(2).render(&scene, &camera, &options).map(|_| ()).map_err(|error| error.to_string())
+    };
+    let (mut too_little, mut enough) = (0, 1 << 24);
+    while enough - too_little > 1 {
+        let middle = u64::midpoint(too_little, enough);
+        if draw(middle, None).is_ok() { enough = middle } else { too_little = middle }
+    }
+    for tile_size in [16, 32, 64] {
+        assert_eq!(draw(enough, Some(tile_size)), Ok(()), "{tile_size}");
+        let message = format!("memory of one frame: more than the limit of {too_little} (frame_bytes)");
+        assert_eq!(draw(too_little, Some(tile_size)), Err(message), "{tile_size}");
+    }
+}
+
 /// Every limit by its option, on files that need exactly so much: the least that is enough is known, one less is exit
 /// code 3 with its name, and 10^18 overflows nothing.
 #[cfg(feature = "cli")]
@@ -189,7 +354,7 @@ mod by_option {
         let wide = ["--size", "80x20"];
         // With one sample a pixel is in one triangle.
         let pixels = 64 * 64;
-        let cases: [(&str, &str, Option<u64>, &[&str]); 17] = [
+        let cases: [(&str, &str, Option<u64>, &[&str]); 18] = [
             ("input_bytes", "x.gltf", Some(text.len() as u64), &[]),
             ("decoded_bytes", "x.gltf", None, &[]),
             ("triangles", "x.gltf", Some(3), &[]),
@@ -203,6 +368,7 @@ mod by_option {
             ("output_side", "x.gltf", Some(80), &wide),
             ("output_pixels", "x.gltf", Some(1600), &wide),
             ("fragments", "opaque.gltf", Some(pixels), &small),
+            ("shading", "opaque.gltf", None, &small),
             ("blocks", "opaque.gltf", None, &small),
             ("blend_entries", "x.gltf", Some(pixels), &small),
             ("frame_bytes", "x.gltf", None, &small),
@@ -215,7 +381,7 @@ mod by_option {
                 let message = String::from_utf8(done.stderr).unwrap();
                 match done.status.code() {
                     Some(0) => true,
-                    Some(3) if message.contains(&format!("({name})")) => false,
+                    Some(3) if message.ends_with(&format!("({name}); --limit {name}=N raises it\n")) => false,
                     code => panic!("{name}={limit}: {code:?} {message}"),
                 }
             };

@@ -38,9 +38,14 @@ impl Failure {
         Self { kind: Kind::Usage, message: one_line(&message.to_string()) }
     }
 
-    /// Exit code 3.
+    /// Exit code 3, with the option that raises the limit.
     pub fn limit(error: &LimitExceeded) -> Self {
-        Self { kind: Kind::Limit, message: one_line(&error.to_string()) }
+        let failure = Self { kind: Kind::Limit, message: one_line(&error.to_string()) };
+        // The rasterizer's fixed-point positions reach no further.
+        if error.field == "output_side" && error.limit >= 16384 {
+            return Self { message: format!("{}; it cannot be raised", failure.message), ..failure };
+        }
+        failure.raised_by(error.field)
     }
 
     /// Exit code 4.
@@ -52,11 +57,9 @@ impl Failure {
     #[must_use]
     pub fn load(error: &LoadError) -> Self {
         match error {
-            LoadError::Limit(limit) => {
-                Self::limit(limit).followed_by(&format!("--limit {}=N raises it", limit.field))
-            }
+            LoadError::Limit(limit) => Self::limit(limit),
             LoadError::Resolve(e @ ResolveError::TooLarge { .. }) => {
-                Self { kind: Kind::Limit, message: one_line(&e.to_string()) }
+                Self { kind: Kind::Limit, message: one_line(&e.to_string()) }.raised_by("input_bytes")
             }
             other => Self::failed(other),
         }
@@ -65,8 +68,12 @@ impl Failure {
     /// Exit code 3 if a limit stopped the loader, 1 otherwise.
     #[must_use]
     pub fn material(error: &MaterialError) -> Self {
-        let kind = if error.is_limit() { Kind::Limit } else { Kind::Failed };
-        Self { kind, message: one_line(&error.to_string()) }
+        let failed = Self::failed(error);
+        match error.limit() {
+            Some(field) => Self { kind: Kind::Limit, ..failed }.raised_by(field),
+            None if error.is_limit() => Self { kind: Kind::Limit, ..failed },
+            None => failed,
+        }
     }
 
     /// Exit code 3 if a limit is in the way, 1 otherwise.
@@ -95,8 +102,8 @@ impl Failure {
     }
 
     /// The same with what can be done about it.
-    fn followed_by(mut self, advice: &str) -> Self {
-        self.message = format!("{}; {advice}", self.message);
+    fn raised_by(mut self, field: &str) -> Self {
+        self.message = format!("{}; --limit {field}=N raises it", self.message);
         self
     }
 
@@ -156,7 +163,11 @@ mod tests {
 
     #[test]
     fn limits_have_an_exit_code_of_their_own() {
-        let exceeded = LimitExceeded { what: "mesh 0".into(), asked: 9, limit: 8, field: "triangles" };
+        let exceeded = LimitExceeded { what: "mesh 0".into(), asked: Some(9), limit: 8, field: "triangles" };
+        assert_eq!(
+            Failure::limit(&exceeded).to_string(),
+            "mesh 0: 9 exceeds the limit of 8 (triangles); --limit triangles=N raises it"
+        );
         assert_eq!(Failure::load(&LoadError::Limit(exceeded.clone())).exit_code(), 3);
         assert_eq!(Failure::render(&RenderError::Limit(exceeded)).exit_code(), 3);
         assert_eq!(Failure::failed("x").exit_code(), 1);

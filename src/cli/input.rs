@@ -106,12 +106,8 @@ fn read_standard_input(limits: &Limits) -> Result<Vec<u8>, Failure> {
         .map_err(|e| Failure::failed(format!("cannot be read: {e}")))?;
     let asked = bytes.len() as u64;
     if asked > limits.input_bytes {
-        return Err(Failure::limit(&LimitExceeded {
-            what: "input".to_owned(),
-            asked,
-            limit: limits.input_bytes,
-            field: "input_bytes",
-        }));
+        // How much more there is, nobody knows.
+        return Err(Failure::limit(&LimitExceeded::beyond("input", limits.input_bytes, "input_bytes")));
     }
     if bytes.is_empty() {
         return Err(Failure::failed("no data"));

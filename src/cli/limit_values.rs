@@ -30,7 +30,7 @@ pub fn limit(text: &str) -> Result<(String, u64), String> {
 }
 
 /// Names of all limits, in the order of [`Limits`].
-pub const LIMIT_NAMES: [&str; 17] = [
+pub const LIMIT_NAMES: [&str; 18] = [
     "input_bytes",
     "decoded_bytes",
     "triangles",
@@ -44,6 +44,7 @@ pub const LIMIT_NAMES: [&str; 17] = [
     "output_side",
     "output_pixels",
     "fragments",
+    "shading",
     "blocks",
     "blend_entries",
     "frame_bytes",
@@ -81,6 +82,7 @@ pub fn set_limit(limits: &mut Limits, name: &str, value: u64) -> Result<(), Stri
         }
         "output_pixels" => limits.output_pixels = value,
         "fragments" => limits.fragments = value,
+        "shading" => limits.shading = value,
         "blocks" => limits.blocks = value,
         "total_texture_pixels" => limits.total_texture_pixels = value,
         "lights" => limits.lights = value,

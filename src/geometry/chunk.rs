@@ -61,6 +61,18 @@ impl Chunk {
         if self.triangles[number as usize].is_clipped() { self.find_piece(number) } else { None }
     }
 
+    /// How many (tile, triangle) pairs there are on a grid.
+    #[must_use]
+    pub fn pairs_on(&self, grid: &TileGrid) -> u64 {
+        let mut bins = ChunkBins::default();
+        let of = |triangle: &Triangle| {
+            bins.clear();
+            bin(&mut bins, triangle, 0, grid);
+            bins.len() as u64
+        };
+        self.triangles.iter().map(of).sum()
+    }
+
     #[cold]
     fn find_piece(&self, number: u32) -> Option<&[[f32; 2]; 3]> {
         let found = self.pieces.binary_search_by_key(&number, |piece| piece.number).ok()?;
@@ -221,19 +233,24 @@ fn screen(grid: &TileGrid) -> [i32; 4] {
 /// Keeps a triangle and bins it.
 #[inline(always)]
 fn emit(chunk: &mut Chunk, triangle: Triangle, grid: &TileGrid) {
-    let number = chunk.triangles.len() as u32;
+    bin(&mut chunk.bins, &triangle, chunk.triangles.len() as u32, grid);
+    chunk.triangles.push(triangle);
+}
+
+/// Bins a triangle.
+#[inline(always)]
+fn bin(bins: &mut ChunkBins, triangle: &Triangle, number: u32, grid: &TileGrid) {
     let [first_column, first_row, end_column, end_row] = grid.tiles_of_box(triangle.bounds());
     let columns = grid.columns();
     if end_column - first_column <= 2 && end_row - first_row <= 2 {
         for row in first_row..end_row {
             for column in first_column..end_column {
-                chunk.bins.push(row * columns + column, number);
+                bins.push(row * columns + column, number);
             }
         }
     } else {
-        bin_large(&mut chunk.bins, &triangle, number, [first_column, first_row, end_column, end_row], grid);
+        bin_large(bins, triangle, number, [first_column, first_row, end_column, end_row], grid);
     }
-    chunk.triangles.push(triangle);
 }
 
 /// Bins a triangle that spans many tiles, leaving out those that lie beyond one of its edges.

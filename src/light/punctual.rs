@@ -78,6 +78,17 @@ impl PunctualLight {
         Some(Self { intensity, minimum_roughness: light.minimum_roughness, kind })
     }
 
+    /// Where it is, and the distance from which on it gives nothing at all; `None` if there is none.
+    #[must_use]
+    pub fn reach(&self) -> Option<([f32; 3], f64)> {
+        match self.kind {
+            Kind::Positional { position, inverse_range_squared, .. } if inverse_range_squared > 0.0 => {
+                Some((position, 1.0 / f64::from(inverse_range_squared).sqrt()))
+            }
+            _ => None,
+        }
+    }
+
     /// Direction and irradiance at world-space points.
     ///
     /// The recommended formulas of KHR_lights_punctual: 1 / d^2, times max(min(1 - (d / range)^4, 1), 0) where the

@@ -1,6 +1,6 @@
 //! Polygons to triangles.
-/// Point-in-triangle tests that one file may spend on concave polygons: some seconds. What exceeds it is cut as a fan.
-const BUDGET: u64 = 1 << 30;
+/// Point-in-triangle tests that one file may spend on concave polygons: two seconds. What exceeds it is cut as a fan.
+const BUDGET: u64 = 1 << 29;
 
 /// Cuts polygons into triangles: convex ones as a fan around their first corner, concave ones by clipping ears
 /// (G. Meisters, *Polygons have ears*, 1975) in the coordinate plane that they face most. A polygon of n corners

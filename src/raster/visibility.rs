@@ -123,8 +123,7 @@ impl Visibility {
             triangle,
             &edges,
             origin,
-            self.width,
-            self.height,
+            [0, 0, self.width, self.height],
             #[inline(always)]
             |span: BlockSpan| {
                 let block = (span.row as usize / BLOCK) * self.columns + span.column as usize / BLOCK;
@@ -252,8 +251,10 @@ impl Visibility {
         }
     }
 
-    /// Visits the samples that a triangle covers in front of everything drawn so far, without drawing it:
-    /// `visit(column, row, masks)` gets a block's first pixel and the sample mask of each of its pixels.
+    /// Visits the samples that a triangle covers in front of everything drawn so far, without drawing it, in the blocks that
+    /// lie in a rectangle of the tile (left, top, and the ends) or partly: `visit(column, row, masks)` gets a block's first
+    /// pixel and the sample mask of each of its pixels. Returns the number of blocks whose first pixel lies in the rectangle,
+    /// hidden ones included: over rectangles that make up a tile, and over tiles, the sum does not depend on them.
     #[inline(always)]
     pub fn visit_visible<L: Lanes>(
         &self,
@@ -261,8 +262,10 @@ impl Visibility {
         triangle: &Triangle,
         origin: TileOrigin,
         pattern: &SamplePattern,
+        [left, top, right, bottom]: [u32; 4],
         mut visit: impl FnMut(i32, i32, &[u16; LANES]),
-    ) {
+    ) -> u64 {
+        let mut visited = 0;
         let plane = DepthPlane::new(l, triangle, origin);
         let edges = EdgeFunctions::new(l, triangle, origin, pattern);
         let lane_edges = lane_offsets(l, &edges);
@@ -270,11 +273,16 @@ impl Visibility {
             triangle,
             &edges,
             origin,
-            self.width,
-            self.height,
+            [
+                left as i32,
+                top as i32,
+                whole_blocks(right).min(self.width),
+                whole_blocks(bottom).min(self.height),
+            ],
             #[inline(always)]
             |span: BlockSpan| {
                 let block = (span.row as usize / BLOCK) * self.columns + span.column as usize / BLOCK;
+                visited += u64::from(span.column >= left as i32 && span.row >= top as i32);
                 if plane.largest_value <= self.block_depth[block] {
                     return;
                 }
@@ -294,22 +302,30 @@ impl Visibility {
                 }
             },
         );
+        visited
     }
 }
 
-/// Calls `f` for every block of a tile of which a sample may lie inside the triangle, row by row.
+/// The end of the block that ends there or beyond.
+#[inline(always)]
+fn whole_blocks(end: u32) -> i32 {
+    end.next_multiple_of(BLOCK as u32) as i32
+}
+
+/// Calls `f` for every block of a rectangle of a tile (left, top, and the ends) of which a sample may lie inside the triangle,
+/// row by row.
 #[inline(always)]
 fn for_each_block(
     triangle: &Triangle,
     edges: &EdgeFunctions,
     origin: TileOrigin,
-    width: i32,
-    height: i32,
+    [left, top, right, bottom]: [i32; 4],
     mut f: impl FnMut(BlockSpan),
 ) {
     const SIDE: i32 = BLOCK as i32;
     let [first_column, first_row, end_column, end_row] =
-        EdgeFunctions::pixel_box(triangle, origin, width, height);
+        EdgeFunctions::pixel_box(triangle, origin, right, bottom);
+    let (first_column, first_row) = (first_column.max(left), first_row.max(top));
     if first_column >= end_column || first_row >= end_row {
         return;
     }

@@ -3,6 +3,7 @@
 use crate::geometry::{Chunk, ScreenVertex};
 use crate::limits::{LimitExceeded, Limits};
 use crate::scene::{PrimitiveKind, Scene};
+use crate::tile::TileGrid;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// An instance: its matrices, a chunk, and the smallest lists.
@@ -15,10 +16,12 @@ const BYTES_PER_STROKE: u64 = 512;
 const BYTES_PER_REFERENCE: u64 = 24;
 
 /// Bytes that a frame takes so far, on all threads. Whether the sum exceeds the limit does not depend on the order of what
-/// is added; once it does, the rest is skipped and there is no picture.
+/// is added, nor on the tiles that the user chooses; once it does, the rest is skipped and there is no picture.
 pub(super) struct FrameBudget {
     spent: AtomicU64,
     limit: u64,
+    /// The tiles of the picture if the user chooses none.
+    grid: TileGrid,
 }
 
 impl FrameBudget {
@@ -26,7 +29,7 @@ impl FrameBudget {
     ///
     /// # Errors
     /// [`LimitExceeded`] if that is more than is allowed.
-    pub(super) fn new(scene: &Scene, limits: &Limits) -> Result<Self, LimitExceeded> {
+    pub(super) fn new(scene: &Scene, limits: &Limits, grid: TileGrid) -> Result<Self, LimitExceeded> {
         let vertex = ScreenVertex::BYTES as u64;
         let bytes = scene.instances().iter().fold(0_u64, |sum, instance| {
             let mesh = &scene.meshes()[instance.mesh.index()];
@@ -38,7 +41,7 @@ impl FrameBudget {
             };
             sum.saturating_add(own + BYTES_PER_INSTANCE)
         });
-        let budget = Self { spent: AtomicU64::new(bytes), limit: limits.frame_bytes };
+        let budget = Self { spent: AtomicU64::new(bytes), limit: limits.frame_bytes, grid };
         budget.check()?;
         Ok(budget)
     }
@@ -48,22 +51,27 @@ impl FrameBudget {
         self.spent.load(Ordering::Relaxed) > self.limit
     }
 
-    /// How many references of tiles to triangles may be added.
-    pub(super) fn references(&self) -> u64 {
-        self.limit.saturating_sub(self.spent.load(Ordering::Relaxed)) / BYTES_PER_REFERENCE
+    /// How many references of the tiles of `grid` to triangles may be added: beyond that, those of the default tiles are too
+    /// many as well.
+    pub(super) fn references(&self, grid: &TileGrid) -> u64 {
+        let ratio = u64::from((self.grid.side() / grid.side()).max(1));
+        let left = self.limit.saturating_sub(self.spent.load(Ordering::Relaxed));
+        (left / BYTES_PER_REFERENCE).saturating_mul(ratio * ratio)
     }
 
-    /// Adds a chunk that is set up.
-    pub(super) fn charge(&self, chunk: &Chunk) {
+    /// Adds a chunk that is set up for the tiles of `grid`. What is counted are the references of the default tiles.
+    pub(super) fn charge(&self, chunk: &Chunk, grid: &TileGrid) {
         let bytes = size_of_val(chunk.triangles.as_slice()) + size_of_val(chunk.pieces.as_slice());
-        let references = chunk.bins.len() as u64 * BYTES_PER_REFERENCE;
-        self.spent.fetch_add(bytes as u64 + references, Ordering::Relaxed);
+        let pairs = if *grid == self.grid { chunk.bins.len() as u64 } else { chunk.pairs_on(&self.grid) };
+        self.spent.fetch_add(bytes as u64 + pairs * BYTES_PER_REFERENCE, Ordering::Relaxed);
     }
 
     /// An error once too much was charged.
     pub(super) fn check(&self) -> Result<(), LimitExceeded> {
         // How far the sum got depends on timing; that it is beyond the limit does not.
-        let asked = self.spent.load(Ordering::Relaxed).min(self.limit.saturating_add(1));
-        Limits::check(|| "memory of one frame".to_owned(), asked, self.limit, "frame_bytes")
+        if self.is_spent() {
+            return Err(LimitExceeded::beyond("memory of one frame", self.limit, "frame_bytes"));
+        }
+        Ok(())
     }
 }

@@ -10,16 +10,19 @@ mod crew;
 mod draws;
 mod environment;
 mod options;
+mod reach;
 mod resolve;
 mod shading_order;
 mod tile_pass;
 mod tile_shading;
 mod tiles;
 mod trace;
+mod work;
 
 pub use crate::scene::{AreaLightMethod, ShadingModel};
 pub use options::{Background, RenderError, RenderOptions, RenderStats, Rendered, RenderedImage};
 pub use trace::StageHashes;
+pub use work::WorkDone;
 
 use crate::frame::{Developer, DisplayImage, DisplayOptions, Frame};
 use crate::gbuffer::Draw;
@@ -33,7 +36,7 @@ use crate::limits::Limits;
 use crate::raster::SamplePattern;
 use crate::reuse::emptied;
 use crate::scene::{Camera, Scene};
-use crate::shade::{Backdrop, ShadeContext, ViewRays};
+use crate::shade::{Backdrop, ShadeContext, ShadingCost, ViewRays};
 use crate::tile::{TileBins, TileGrid};
 use crate::{dispatch, dispatch_available};
 use bands::Planes;
@@ -41,10 +44,12 @@ use budget::FrameBudget;
 use crew::{Crew, arithmetic_is_default};
 use draws::DrawState;
 use environment::EnvironmentCache;
+use reach::Reach;
 use std::sync::Arc;
 use std::time::Duration;
-use tile_pass::{Pass, Work};
-use tiles::{TileMemory, render_tiles};
+use tile_pass::Pass;
+use tiles::{TileMemory, count_tiles, render_tiles};
+use work::{Spent, Work};
 
 /// Chunks that are kept after a picture that needs fewer: a quarter of a million triangles, some 25 MB.
 const SPARE_CHUNKS: usize = 64;
@@ -63,6 +68,8 @@ struct Memory {
     environments: EnvironmentCache,
     lights: Vec<PunctualLight>,
     area_lights: Vec<AreaLight>,
+    reach: Reach,
+    costs: Vec<ShadingCost>,
     states: Vec<DrawState>,
     /// Empty between pictures.
     draws: Vec<Draw<'static>>,
@@ -76,6 +83,7 @@ struct Memory {
     backdrop: Backdrop,
     /// Those of pictures that were given back.
     planes: Planes,
+    work_done: WorkDone,
 }
 
 /// One picture, as a frame or for a screen: the planes of what is not wanted are empty.
@@ -106,6 +114,13 @@ impl Renderer {
     #[must_use]
     pub fn jobs(&self) -> &Jobs {
         &self.jobs
+    }
+
+    /// The work that was counted for the last picture whose tiles were begun, whether it was finished or not: how far beyond a
+    /// limit the threads got depends on timing.
+    #[must_use]
+    pub fn work_done(&self) -> WorkDone {
+        self.memory.work_done
     }
 
     /// Lights the following pictures by an environment that is filtered already, in place of the scene's picture; its
@@ -198,13 +213,14 @@ impl Memory {
         let triangles = scene.triangle_count();
         let check = |what: &str, asked, limit, field| Limits::check(|| what.to_owned(), asked, limit, field);
         check("scene", triangles, options.limits.triangles, "triangles")?;
-        // Each shines on every fragment, so that the one limit on fragments bounds no work without this one.
         check("scene", scene.lights().len() as u64, options.limits.lights, "lights")?;
-        let budget = FrameBudget::new(scene, &options.limits)?;
+        let default_side = tile_pass::default_tile_size(options.samples);
+        let default_grid = TileGrid::new(options.width, options.height, default_side);
+        let budget = FrameBudget::new(scene, &options.limits, default_grid)?;
         let mut crew = Crew::new(jobs);
 
         let view = View::new(camera, options.width, options.height)?;
-        let side = options.tile_size.unwrap_or_else(|| tile_pass::default_tile_size(options.samples));
+        let side = options.tile_size.unwrap_or(default_side);
         let grid = TileGrid::new(options.width, options.height, side);
         let surroundings = scene.environment();
         // What is filtered now is used for many pictures.
@@ -240,24 +256,33 @@ impl Memory {
             geometry: trace::geometry(&self.vertices, chunks),
             ..StageHashes::default()
         });
+        self.reach.find(&self.lights, &view);
+        let shade = ShadeContext {
+            draws: &draws,
+            materials: scene.materials(),
+            textures: scene.textures(),
+            rays: view_rays(&view),
+            environment: &environment,
+            lights: &self.lights,
+            area_lights: &self.area_lights,
+            model: options.shading,
+            area_light_method: options.area_lights,
+            anisotropy: options.anisotropy,
+        };
+        self.costs.clear();
+        self.costs.extend(scene.materials().iter().map(|material| ShadingCost::of(material, &shade)));
+        let count = options.width as usize * options.height as usize;
+        let work = Work::new(&options.limits, count as u64);
         let mut pass = Pass {
             grid,
             pattern: &pattern,
             chunks,
             states: &self.states,
-            shade: ShadeContext {
-                draws: &draws,
-                materials: scene.materials(),
-                textures: scene.textures(),
-                rays: view_rays(&view),
-                environment: &environment,
-                lights: &self.lights,
-                area_lights: &self.area_lights,
-                model: options.shading,
-                area_light_method: options.area_lights,
-                anisotropy: options.anisotropy,
-            },
-            work: Work::new(&options.limits),
+            shade,
+            work: &work,
+            costs: &self.costs,
+            reach: &self.reach,
+            only_counts: false,
             merge: merge_cosine(options.merge_angle),
             show_environment: options.background == Background::Environment,
             backdrop: None,
@@ -270,7 +295,6 @@ impl Memory {
         let refracts = self.states.iter().any(|state| state.refracts);
         // Of the linear light nothing is kept but what is seen through surfaces that refract.
         let keeps_light = display.is_none() || refracts || options.stage_hashes;
-        let count = options.width as usize * options.height as usize;
         let mut planes = Planes::default();
         if keeps_light {
             (planes.linear, pass.blank[0]) = plane(&mut self.planes.linear, count, [0.0; 4]);
@@ -292,8 +316,25 @@ impl Memory {
         pass.backdrop = Some(&self.backdrop);
         let found = render_tiles(&mut crew, &pass, &self.bins, &mut self.tiles, &mut planes, options);
         fragments += found.fragments;
-        pass.work.check()?;
-        check("frame", fragments, options.limits.fragments, "fragments")?;
+        self.work_done = work.done();
+        if work.is_stopped() {
+            if side != default_side {
+                // Which limit is named must not depend on the tiles.
+                let options = RenderOptions { tile_size: None, ..options.clone() };
+                return self.take(jobs, scene, camera, &options, display);
+            }
+            // Nor on the threads: the first that one would pass is.
+            let work = Work::new(&options.limits, count as u64);
+            (pass.work, pass.only_counts, pass.redraws) = (&work, true, false);
+            let mut costs = Vec::new();
+            if refracts {
+                pass.backdrop = None;
+                count_tiles(&pass, &self.bins, &mut costs, options);
+                (pass.backdrop, pass.redraws) = (Some(&self.backdrop), true);
+            }
+            count_tiles(&pass, &self.bins, &mut costs, options);
+            work.check()?;
+        }
         if !crew.arithmetic_is_default() {
             return Err(RenderError::FloatingPointMode);
         }
@@ -314,6 +355,7 @@ impl Memory {
             triangles,
             triangles_rasterized: rasterized,
             fragments,
+            shading: work.sum(Spent::Shading),
             stages,
             serial: stages.iter().map(|(_, time)| *time).sum::<Duration>().saturating_sub(crew.parallel()),
             stage_hashes: hashes.zip(found.hashes).map(|(hashes, found)| hashes.finish(&found, &frame)),
@@ -379,10 +421,10 @@ impl Memory {
                 view: &state.view,
                 cull_back_faces: state.cull_back_faces,
                 mirrored: state.mirrored,
-                max_bins: usize::try_from(budget.references()).unwrap_or(usize::MAX),
+                max_bins: usize::try_from(budget.references(grid)).unwrap_or(usize::MAX),
             };
             dispatch_available!(options.simd, l => process_chunk(l, chunk, &job, grid, pattern));
-            budget.charge(chunk);
+            budget.charge(chunk, grid);
         });
         count
     }

@@ -182,6 +182,8 @@ pub struct RenderStats {
     pub triangles_rasterized: u64,
     /// Surface fragments that were shaded.
     pub fragments: u64,
+    /// Units of [`ShadingCost`](crate::shade::ShadingCost) that were counted.
+    pub shading: u64,
     /// Wall time of each stage, in the order of the stages.
     pub stages: [(&'static str, Duration); 4],
     /// Wall time of these stages in which one thread worked alone, however many there are: all but the loops over

@@ -3,24 +3,25 @@
 use super::aov::TileAovs;
 use super::bands::TileRows;
 use super::draws::DrawState;
+use super::reach::Reach;
 use super::resolve::{Behind, TilePixels, Transmitted};
 use super::shading_order::ShadingOrder;
 use super::tile_shading::{ShadedFragment, TileShading, TileTriangles, one_material, shade_fragments};
 use super::trace::FragmentHashes;
+use super::work::{Spent, Work};
 use crate::frame::{Developer, is_tinted};
 use crate::gbuffer::layout::SurfacePlanes;
 use crate::gbuffer::{Batch, Fragment, extract_fragments, push_masked_fragments};
 use crate::geometry::Chunk;
 use crate::jobs::Scratch;
-use crate::limits::{LimitExceeded, Limits};
-use crate::math::lanes::{Lanes, Mask};
+use crate::light::PunctualLight;
+use crate::math::lanes::{LANES, Lanes, Mask};
 use crate::raster::{SamplePattern, TileOrigin, Visibility};
 use crate::reuse::reserve_like;
 use crate::scene::AlphaMode;
-use crate::shade::{Backdrop, ShadeContext, alpha_passes};
+use crate::shade::{Backdrop, ShadeContext, ShadingCost, alpha_passes};
 use crate::tile::{Run, TileGrid};
 use prefetch_index::prefetch_index;
-use std::sync::atomic::{AtomicU64, Ordering};
 
 /// What all tiles of a frame share.
 pub(super) struct Pass<'a> {
@@ -43,51 +44,24 @@ pub(super) struct Pass<'a> {
     pub developer: Option<Developer>,
     /// Least square of the cosine between the normals of small triangles that are shaded as one, if any are.
     pub merge: Option<f32>,
-    pub work: Work,
+    pub work: &'a Work,
+    /// What fragments of each material take.
+    pub costs: &'a [ShadingCost],
+    /// Where the lights shine.
+    pub reach: &'a Reach,
+    /// Work is counted and not done, and there will be no picture: to find out which limit is passed first.
+    pub only_counts: bool,
 }
 
 /// Blended fragments that one thread keeps at a time: 64 layers of a tile of 64 x 64 pixels, and some 16 MB. Of tiles with
 /// more, parts are drawn one after the other.
 const MAX_KEPT: usize = 1 << 18;
 
+/// What lanes without a fragment are counted as, where a blended triangle covers a block in part: fragments.
+const PARTIAL_BLOCK: u64 = 4;
+
 /// How many triangles before its turn one is asked for: in a dense mesh those of a tile are not in the cache.
 const TRIANGLES_AHEAD: usize = 8;
-
-/// Work done so far, by all tiles, and how much is allowed. Whether the sum exceeds a limit does not depend on the
-/// order of the tiles; once it does, the rest is skipped and there is no picture.
-pub(super) struct Work {
-    pub blocks: AtomicU64,
-    pub max_blocks: u64,
-    pub blended: AtomicU64,
-    pub max_blended: u64,
-}
-
-impl Work {
-    pub(super) fn new(limits: &Limits) -> Self {
-        Self {
-            blocks: AtomicU64::new(0),
-            max_blocks: limits.blocks,
-            blended: AtomicU64::new(0),
-            max_blended: limits.blend_entries,
-        }
-    }
-
-    /// Adds to a sum; true if it is still within its limit.
-    fn spend(sum: &AtomicU64, amount: u64, limit: u64) -> bool {
-        sum.fetch_add(amount, Ordering::Relaxed).saturating_add(amount) <= limit
-    }
-
-    /// The first limit that was exceeded.
-    pub(super) fn check(&self) -> Result<(), LimitExceeded> {
-        let check = |what: &str, sum: &AtomicU64, limit: u64, field| {
-            // How far the sum got depends on timing; that it is beyond the limit does not.
-            let asked = sum.load(Ordering::Relaxed).min(limit.saturating_add(1));
-            Limits::check(|| what.to_owned(), asked, limit, field)
-        };
-        check("blocks drawn", &self.blocks, self.max_blocks, "blocks")?;
-        check("blended fragments", &self.blended, self.max_blended, "blend_entries")
-    }
-}
 
 /// Working memory of one thread, kept from tile to tile and from frame to frame.
 #[derive(Debug, Default)]
@@ -97,14 +71,16 @@ pub(super) struct TileScratch {
     visibility: Visibility,
     /// Chunk and triangle of each identity.
     pub identities: Vec<(u32, u32)>,
-    /// Identities of blended and transmissive triangles.
+    /// Identities of blended and transmissive triangles: of the tile, and after them of its parts.
     blended: Vec<u32>,
+    /// The lights that reach the tile, if they are not all.
+    lights: Vec<PunctualLight>,
     /// What each fragment lets through, where the tile has transmissive ones.
     pub kept: Vec<Option<Transmitted>>,
     /// The environment behind each pixel of such tiles, where it shows.
     environment: Vec<[f32; 3]>,
     /// Parts of the tile that are yet to be blended.
-    parts: Vec<[u32; 4]>,
+    parts: Vec<TilePart>,
     pub fragments: Vec<Fragment>,
     pub order: ShadingOrder,
     pub shaded: Vec<ShadedFragment>,
@@ -123,6 +99,7 @@ impl TileScratch {
         self.visibility.reserve_like(&other.visibility);
         reserve_like(&mut self.identities, &other.identities);
         reserve_like(&mut self.blended, &other.blended);
+        reserve_like(&mut self.lights, &other.lights);
         reserve_like(&mut self.kept, &other.kept);
         reserve_like(&mut self.environment, &other.environment);
         reserve_like(&mut self.parts, &other.parts);
@@ -147,6 +124,15 @@ impl TileScratch {
     }
 }
 
+/// A part of a tile that is to be blended.
+#[derive(Clone, Copy, Debug)]
+struct TilePart {
+    /// Left, top, and the ends.
+    pixels: [u32; 4],
+    /// The triangles that may be seen in it: first and end in the list of identities.
+    triangles: [usize; 2],
+}
+
 /// Work of one tile.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct TileCost {
@@ -154,6 +140,8 @@ pub(super) struct TileCost {
     pub fragments: u64,
     /// Blocks that its triangles were drawn into.
     pub blocks: u64,
+    /// Units of [`ShadingCost`].
+    pub shading: u64,
 }
 
 /// What a tile adds to the picture beside its pixels.
@@ -191,7 +179,12 @@ pub(super) fn render_tile<L: Lanes>(
         && !runs.iter().any(|run| state(run).alpha_mode == AlphaMode::Blend)
     {
         // Counted as if it were: what a limit lets through must not depend on the tiles.
-        Work::spend(&pass.work.blocks, job.cost.blocks, pass.work.max_blocks);
+        let TileCost { fragments, blocks, shading } = job.cost;
+        for (what, amount) in
+            [(Spent::Blocks, blocks), (Spent::Fragments, fragments), (Spent::Shading, shading)]
+        {
+            pass.work.spend(what, amount);
+        }
         if let Some(developer) = &pass.developer {
             // Nothing in it tints.
             for (linear, display) in rows.linear.iter().zip(&mut rows.display) {
@@ -201,6 +194,9 @@ pub(super) fn render_tile<L: Lanes>(
         return;
     }
     job.cost = TileCost::default();
+    if pass.work.is_stopped() {
+        return;
+    }
     if runs.is_empty() && !pass.show_environment {
         store_nothing(pass, rows);
         return;
@@ -209,38 +205,65 @@ pub(super) fn render_tile<L: Lanes>(
     scratch.fragments.clear();
     scratch.kept.clear();
     scratch.environment.clear();
-    if !runs.is_empty() {
-        job.cost.blocks = draw_triangles(l, pass, origin, [width, height], runs, scratch);
+    scratch.blended.clear();
+    if !runs.is_empty() && !draw_triangles(l, pass, origin, [width, height], runs, scratch, &mut job.cost) {
+        return;
+    }
+    let opaque = scratch.fragments.len();
+    job.cost.fragments = opaque as u64;
+    if !pass.work.spend(Spent::Fragments, opaque as u64) {
+        return;
     }
     let one_material = one_material(pass, runs);
-    let opaque = scratch.fragments.len();
-    if transmissive && pass.show_environment {
+    if transmissive && pass.show_environment && !pass.only_counts {
         super::resolve::environment_behind(l, &pass.shade, origin, [width, height], &mut scratch.environment);
     }
-    let mut of_tile =
-        TileShading { origin, corner: [left, top], one_material, whole: None, opaque, transmissive };
+    let mut lights = std::mem::take(&mut scratch.lights);
+    let shade = if pass.reach.is_uniform() {
+        pass.shade
+    } else {
+        pass.reach.lights_of([left, top, width, height], pass.shade.lights, &mut lights);
+        ShadeContext { lights: &lights, ..pass.shade }
+    };
+    let mut of_tile = TileShading {
+        shade: &shade,
+        origin,
+        corner: [left, top],
+        one_material,
+        whole: None,
+        opaque,
+        transmissive,
+    };
     // Pixels are independent of each other. Where there are more blended fragments than are kept, the opaque ones are
     // shaded alone, and parts of the tile are blended one after the other, halved until one fits.
     scratch.parts.clear();
-    scratch.parts.push([0, 0, width, height]);
+    scratch.parts.push(TilePart { pixels: [0, 0, width, height], triangles: [0, scratch.blended.len()] });
     let mut start = 0;
     while let Some(part) = scratch.parts.pop() {
-        let blends = !scratch.blended.is_empty() && !runs.is_empty();
-        let fits = !blends || draw_blended(l, pass, origin, part, scratch);
+        // Those of parts that are done.
+        scratch.blended.truncate(part.triangles[1]);
+        let blends = part.triangles[0] < part.triangles[1];
+        let fits = !blends || draw_blended(l, pass, &of_tile, &part, scratch, &mut job.cost);
+        if pass.work.is_stopped() {
+            break;
+        }
         // Without blending, a fragment that covers its pixel is the pixel: these are written when they are shaded.
         let blends = opaque < scratch.fragments.len();
         of_tile.whole = if blends || job.hashes.is_some() { None } else { Some(pass.pattern.full_mask()) };
         if !fits {
-            scratch.parts.extend(halves(part));
+            let triangles = [part.triangles[1], scratch.blended.len()];
+            scratch.parts.extend(halves(part.pixels).map(|pixels| TilePart { pixels, triangles }));
             scratch.fragments.truncate(opaque);
         }
-        job.cost.fragments += (scratch.fragments.len() - start) as u64;
-        shade_and_resolve(l, pass, &of_tile, start, scratch, job);
-        scratch.fragments.truncate(opaque);
-        start = opaque;
-        if !fits && pass.work.check().is_err() {
+        if !shade_and_resolve(l, pass, &of_tile, start, scratch, job) {
             break;
         }
+        scratch.fragments.truncate(opaque);
+        start = opaque;
+    }
+    scratch.lights = lights;
+    if pass.only_counts || pass.work.is_stopped() {
+        return;
     }
     if pass.show_environment {
         super::resolve::composite_environment(l, &pass.shade, origin, &mut scratch.pixels);
@@ -298,22 +321,25 @@ fn halves([left, top, right, bottom]: [u32; 4]) -> [[u32; 4]; 2] {
     }
 }
 
-/// Shades the fragments from `start` on and puts them into the pixels.
+/// Shades the fragments from `start` on and puts them into the pixels. False if a limit stops it.
 #[inline(always)]
 fn shade_and_resolve<L: Lanes>(
     l: L,
     pass: &Pass<'_>,
-    of_tile: &TileShading,
+    of_tile: &TileShading<'_>,
     start: usize,
     scratch: &mut TileScratch,
     job: &mut TileJob,
-) {
+) -> bool {
     if of_tile.transmissive {
         scratch.kept.truncate(start);
         scratch.kept.resize(scratch.fragments.len(), None);
     }
-    if start < scratch.fragments.len() {
-        shade_fragments(l, pass, of_tile, start, scratch, job);
+    if start < scratch.fragments.len() && !shade_fragments(l, pass, of_tile, start, scratch, job) {
+        return false;
+    }
+    if pass.only_counts {
+        return true;
     }
     let TileScratch { fragments, shaded, kept, environment, resolve, pixels, .. } = scratch;
     let behind = Behind { kept, environment };
@@ -325,10 +351,11 @@ fn shade_and_resolve<L: Lanes>(
     if of_tile.opaque < fragments.len() {
         super::resolve::blend(samples, fragments, shaded, of_tile.opaque, &behind, resolve, pixels);
     }
+    true
 }
 
-/// Visibility of opaque and masked triangles, and their fragments. Leaves blended triangles for later. Returns the number
-/// of blocks that were drawn into.
+/// Visibility of opaque and masked triangles, and their fragments. Leaves blended triangles for later. False if a limit stops
+/// it.
 #[inline(always)]
 fn draw_triangles<L: Lanes>(
     l: L,
@@ -337,11 +364,10 @@ fn draw_triangles<L: Lanes>(
     [width, height]: [u32; 2],
     runs: &[Run],
     scratch: &mut TileScratch,
-) -> u64 {
-    let mut blocks = 0;
+    cost: &mut TileCost,
+) -> bool {
     let mut small = 0;
     scratch.identities.clear();
-    scratch.blended.clear();
     let samples = pass.pattern.len();
     scratch.visibility.clear(width as usize, height as usize, samples);
     for (number, run) in runs.iter().enumerate() {
@@ -358,6 +384,7 @@ fn draw_triangles<L: Lanes>(
             continue;
         }
         let listed = chunk.bins.triangles(run);
+        let mut masked = 0;
         for (place, &index) in listed.iter().enumerate() {
             if let Some(&later) = listed.get(place + TRIANGLES_AHEAD) {
                 prefetch_index(&chunk.triangles, later as usize);
@@ -373,10 +400,12 @@ fn draw_triangles<L: Lanes>(
                 AlphaMode::Blend => scratch.blended.push(identity),
                 AlphaMode::Mask { cutoff } => {
                     let source = TileTriangles { chunks: pass.chunks, identities: &scratch.identities };
-                    let draws = pass.shade.draws;
-                    let material = &pass.shade.materials[draws[chunk.draw as usize].material as usize];
+                    let number = pass.shade.draws[chunk.draw as usize].material as usize;
+                    let (material, own) =
+                        (&pass.shade.materials[number], LANES as u64 * pass.costs[number].mask);
                     // A call through a pointer leaves the instruction set: `run` enters it again.
                     let mut keep = |column, row, sample, _covered| {
+                        masked += own;
                         l.run(
                             #[inline(always)]
                             || {
@@ -398,10 +427,12 @@ fn draw_triangles<L: Lanes>(
             }
         }
         let visited = scratch.visibility.take_visited();
-        blocks += visited;
-        if !Work::spend(&pass.work.blocks, visited, pass.work.max_blocks) {
-            scratch.blended.clear();
-            return blocks;
+        cost.blocks += visited;
+        cost.shading += masked;
+        if !pass.work.spend(Spent::Blocks, visited)
+            || (masked > 0 && !pass.work.spend(Spent::Shading, masked))
+        {
+            return false;
         }
     }
     let source = TileTriangles { chunks: pass.chunks, identities: &scratch.identities };
@@ -410,45 +441,85 @@ fn draw_triangles<L: Lanes>(
         _ => None,
     };
     extract_fragments(l, &scratch.visibility, width, height, samples, merge, &mut scratch.fragments);
-    blocks
+    true
 }
 
-/// Fragments of blended triangles in front of everything opaque, in a rectangle of the tile: left, top, and the ends.
-/// `false`, with some of them drawn, if they are too many to be kept.
+/// Fragments of blended triangles in front of everything opaque, in a part of the tile. `false`, with some of them drawn, if
+/// they are too many to be kept: then the triangles that are seen in the part are listed after the others.
+///
+/// What is counted belongs to the block of 4 x 4 pixels, and to the part that has its first pixel. Sixteen lanes cost as much
+/// with fewer fragments: [`PARTIAL_BLOCK`] more are counted where not all pixels of a block see the triangle.
 #[inline(always)]
 fn draw_blended<L: Lanes>(
     l: L,
     pass: &Pass<'_>,
-    origin: TileOrigin,
-    [left, top, right, bottom]: [u32; 4],
+    of_tile: &TileShading<'_>,
+    part: &TilePart,
     scratch: &mut TileScratch,
+    cost: &mut TileCost,
 ) -> bool {
     let TileScratch { visibility, identities, blended, fragments, .. } = scratch;
+    let &TilePart { pixels: [left, top, right, bottom], triangles: [first, end] } = part;
     let opaque = fragments.len();
     let divisible = right - left > 1 || bottom - top > 1;
-    for &identity in blended.iter() {
+    let most = usize::try_from(pass.work.most(Spent::Blended)).unwrap_or(usize::MAX);
+    let (mut fits, mut shading) = (true, 0);
+    // Of triangles that are seen, and of those that are not.
+    let mut blocks = [0; 2];
+    for place in first..end {
+        let identity = blended[place];
         let (chunk, index) = identities[identity as usize];
-        let triangle = &pass.chunks[chunk as usize].triangles[index as usize];
-        visibility.visit_visible(
+        let chunk = &pass.chunks[chunk as usize];
+        let own = pass.costs[pass.shade.draws[chunk.draw as usize].material as usize];
+        let mut seen = false;
+        let visited = visibility.visit_visible(
             l,
-            triangle,
-            origin,
+            &chunk.triangles[index as usize],
+            of_tile.origin,
             pass.pattern,
+            part.pixels,
             #[inline(always)]
             |column, row, masks| {
-                push_masked_fragments(identity, column, row, masks, [left, top, right, bottom], fragments);
+                seen = true;
+                if column >= left as i32 && row >= top as i32 {
+                    let [x, y] = of_tile.corner;
+                    let lit = own.fragment + own.light * pass.reach.count(x + column as u32, y + row as u32);
+                    let count = masks.iter().map(|&mask| u64::from(mask != 0)).sum::<u64>();
+                    let more = if count < LANES as u64 { PARTIAL_BLOCK } else { 0 };
+                    shading += count * (lit + own.blending) + more * lit;
+                }
+                if fits {
+                    push_masked_fragments(identity, column, row, masks, part.pixels, fragments);
+                }
             },
         );
-        let count = fragments.len() - opaque;
-        if divisible && count > MAX_KEPT {
-            return false;
+        blocks[usize::from(!seen)] += visited;
+        if seen && divisible {
+            blended.push(identity);
         }
-        if count as u64 > pass.work.max_blended {
+        let count = fragments.len() - opaque;
+        fits &= !divisible || count <= MAX_KEPT;
+        if count > most || (place % 1024 == 0 && pass.work.is_stopped()) {
             break;
         }
     }
-    Work::spend(&pass.work.blended, (fragments.len() - opaque) as u64, pass.work.max_blended);
-    true
+    let (visited, count) = if fits {
+        blended.truncate(end);
+        (blocks[0] + blocks[1], fragments.len() - opaque)
+    } else {
+        // What is seen is drawn and counted part by part; the rest is done.
+        (blocks[1], 0)
+    };
+    cost.blocks += visited;
+    pass.work.spend(Spent::Blocks, visited);
+    if fits {
+        cost.fragments += count as u64;
+        cost.shading += shading;
+        pass.work.spend(Spent::Blended, count as u64);
+        pass.work.spend(Spent::Fragments, count as u64);
+        pass.work.spend(Spent::Shading, shading);
+    }
+    fits
 }
 
 /// The side of a tile that keeps depth and identity in the second-level cache or closer.

@@ -1,18 +1,25 @@
 //! The fragments of a tile from the triangles that they belong to, to their radiance.
 
+use super::reach::CELL;
 use super::resolve::{Transmitted, whole_pixel};
+use super::shading_order::ShadingOrder;
 use super::tile_pass::{Pass, TileJob, TileScratch};
+use super::work::Spent;
 use crate::each;
-use crate::gbuffer::{SourceTriangle, TriangleSource, layout};
+use crate::gbuffer::{Fragment, SourceTriangle, TriangleSource, layout};
 use crate::geometry::Chunk;
 use crate::math::lanes::{Float, LANES, Lanes};
 use crate::raster::TileOrigin;
-use crate::shade::{Backdrop, SurfacePlace, SurfaceTextures, hold_back, pass_through, shade, store_surface};
+use crate::shade::{
+    Backdrop, ShadeContext, SurfacePlace, SurfaceTextures, hold_back, pass_through, shade, store_surface,
+};
 use crate::tile::Run;
 use prefetch_index::prefetch_index;
 
 /// What the parts of a tile have in common.
-pub(super) struct TileShading {
+pub(super) struct TileShading<'a> {
+    /// With the lights that reach the tile.
+    pub shade: &'a ShadeContext<'a>,
     pub origin: TileOrigin,
     /// Left and top pixel.
     pub corner: [u32; 2],
@@ -71,18 +78,18 @@ pub(super) fn one_material(pass: &Pass<'_>, runs: &[Run]) -> Option<u32> {
 }
 
 /// Shades the fragments from `start` on, sixteen of one material at a time: those with the mask `whole` into their pixels,
-/// the others into `scratch.shaded` in the order of the fragments.
+/// the others into `scratch.shaded` in the order of the fragments. False if a limit stops it.
 #[inline(always)]
 pub(super) fn shade_fragments<L: Lanes>(
     l: L,
     pass: &Pass<'_>,
-    of_tile: &TileShading,
+    of_tile: &TileShading<'_>,
     start: usize,
     scratch: &mut TileScratch,
     job: &mut TileJob,
-) {
-    let &TileShading { origin, corner, one_material, whole, opaque, .. } = of_tile;
-    let TileJob { aovs, hashes, .. } = job;
+) -> bool {
+    let &TileShading { shade: context, origin, corner, one_material, whole, opaque, .. } = of_tile;
+    let TileJob { aovs, hashes, cost, .. } = job;
     let TileScratch { identities, fragments, order, shaded, batches, surface, kept, pixels, .. } = scratch;
     let [mut batch, mut following] = batches.each_mut();
     let fragments = &*fragments;
@@ -96,6 +103,16 @@ pub(super) fn shade_fragments<L: Lanes>(
     };
     // Planes of the G-buffer are summed as fragments are shaded: in an order that does not depend on the tiles.
     order.find(fragments, start, identities.len(), one_material, &material_of, aovs.is_wanted());
+    if start < opaque {
+        let units = opaque_shading(pass, of_tile, fragments, order);
+        cost.shading += units;
+        if !pass.work.spend(Spent::Shading, units) {
+            return false;
+        }
+    }
+    if pass.only_counts {
+        return true;
+    }
     let mut surface_place = SurfacePlace::none(l);
     let mut listed = 0;
     for &(number, end) in &order.stretches {
@@ -104,14 +121,17 @@ pub(super) fn shade_fragments<L: Lanes>(
         let material = &pass.shade.materials[number as usize];
         let model = material.shading(pass.shade.model);
         let lobes = model.reads_lobes() || aovs.wants_lobes();
-        let textures = SurfaceTextures::of(material, pass.shade.textures);
+        let textures = SurfaceTextures::of(material, context.textures);
         // What the next fragments read is asked for while these are shaded, and the triangles of those after them.
         let part = |k: usize| stretch.chunks(LANES).nth(k);
         if let Some(first) = part(0) {
             batch.gather(fragments, first, &source, origin, pass.pattern);
-            surface_place.find(l, &pass.shade, &textures, batch);
+            surface_place.find(l, context, &textures, batch);
         }
         for (place, indices) in stretch.chunks(LANES).enumerate() {
+            if pass.work.is_stopped() {
+                return false;
+            }
             if let Some(next) = part(place + 1) {
                 following.gather(fragments, next, &source, origin, pass.pattern);
                 following.vertices.prefetch(draws);
@@ -119,22 +139,22 @@ pub(super) fn shade_fragments<L: Lanes>(
             for &index in part(place + 2).unwrap_or_default() {
                 source.prefetch(fragments[index as usize].triangle);
             }
-            store_surface(l, &pass.shade, material, &textures, batch, &mut surface_place, lobes, surface);
+            store_surface(l, context, material, &textures, batch, &mut surface_place, lobes, surface);
             let alpha = surface.rows[layout::ALPHA.first];
             let held = if material.transmits() {
-                Some(hold_back(l, &pass.shade, material, batch, &surface_place, surface))
+                Some(hold_back(l, context, material, batch, &surface_place, surface))
             } else {
                 None
             };
             // The texels of the next: this one's are read.
             if part(place + 1).is_some() {
-                surface_place.find(l, &pass.shade, &textures, following);
+                surface_place.find(l, context, &textures, following);
             }
-            let mut radiance = shade(l, &pass.shade, model, material, surface);
+            let mut radiance = shade(l, context, model, material, surface);
             if let Some(held) = &held {
                 let no_backdrop = Backdrop::default();
                 let backdrop = pass.backdrop.unwrap_or(&no_backdrop);
-                let passed = pass_through(l, &pass.shade, backdrop, material, surface, held, radiance);
+                let passed = pass_through(l, context, backdrop, material, surface, held, radiance);
                 if material.is_transmissive() && !kept.is_empty() {
                     let open = each!(c in passed.open => c.to_array());
                     let keep = each!(c in passed.keep => c.to_array());
@@ -174,4 +194,41 @@ pub(super) fn shade_fragments<L: Lanes>(
             std::mem::swap(&mut batch, &mut following);
         }
     }
+    true
+}
+
+/// What shading the opaque fragments takes. Sixteen lanes cost as much with fewer fragments, so where a cell has several
+/// materials, each but the first counts as a batch more: as many as there can be, whatever tiles the cells lie in.
+fn opaque_shading(
+    pass: &Pass<'_>,
+    of_tile: &TileShading<'_>,
+    fragments: &[Fragment],
+    order: &ShadingOrder,
+) -> u64 {
+    let [left, top] = of_tile.corner;
+    let lights = |fragment: &Fragment| pass.reach.count(left + fragment.column(), top + fragment.row());
+    let everywhere = pass.reach.everywhere();
+    if let (Some(material), true) = (of_tile.one_material, pass.reach.is_uniform()) {
+        let own = &pass.costs[material as usize];
+        return of_tile.opaque as u64 * (own.fragment + everywhere * own.light);
+    }
+    let (mut units, mut listed, mut known) = (0, 0, 0_u16);
+    for &(number, end) in &order.stretches {
+        let own = &pass.costs[number as usize];
+        let (mut cells, mut count, mut lit) = (0_u16, 0, 0);
+        for &index in &order.indices[listed..end] {
+            // Blended ones are counted when they are listed.
+            if (index as usize) < of_tile.opaque {
+                let fragment = &fragments[index as usize];
+                cells |= 1 << (fragment.row() / CELL * 4 + fragment.column() / CELL);
+                count += 1;
+                lit += if pass.reach.is_uniform() { everywhere } else { lights(fragment) };
+            }
+        }
+        listed = end;
+        let more = LANES as u64 * u64::from((cells & known).count_ones());
+        known |= cells;
+        units += (count + more) * own.fragment + (lit + more * everywhere) * own.light;
+    }
+    units
 }

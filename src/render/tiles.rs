@@ -1,7 +1,7 @@
 //! All tiles, each into its own rows of the picture.
 
 use super::aov::TileAovs;
-use super::bands::{Bands, Planes};
+use super::bands::{Bands, Planes, TileRows};
 use super::crew::Crew;
 use super::options::RenderOptions;
 use super::tile_pass::{self, Pass, TileCost, TileJob, TileScratch};
@@ -81,6 +81,31 @@ pub(super) fn render_tiles(
     memory.tiles = tiles;
     memory.bands = bands.emptied();
     Found { fragments, aovs, tinted, hashes }
+}
+
+/// Counts the work of all tiles in their order, on one thread and without shading anything, until a limit stops it: the sums
+/// then say which one is passed first. `costs` is what each tile took in the pass before, and then in this one.
+pub(super) fn count_tiles(
+    pass: &Pass<'_>,
+    bins: &TileBins,
+    costs: &mut Vec<TileCost>,
+    options: &RenderOptions,
+) {
+    let grid = &pass.grid;
+    costs.resize(grid.len(), TileCost::default());
+    let mut scratch = TileScratch::default();
+    for (tile, cost) in costs.iter_mut().enumerate() {
+        if pass.work.is_stopped() {
+            return;
+        }
+        let mut job = TileJob { aovs: TileAovs::default(), tinted: false, cost: *cost, hashes: None };
+        let (scratch, job, rows) = (&mut scratch, &mut job, &mut TileRows::default());
+        dispatch_available!(
+            options.simd,
+            l => tile_pass::render_tile(l, pass, tile, bins.runs(tile), scratch, rows, job)
+        );
+        *cost = job.cost;
+    }
 }
 
 /// The G-buffer planes of all tiles as planes of the picture.

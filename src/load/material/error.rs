@@ -155,6 +155,20 @@ impl MaterialError {
     }
 }
 
+impl MaterialError {
+    /// The field of [`Limits`](crate::limits::Limits) that stopped the loader, if raising it helps.
+    #[must_use]
+    pub fn limit(&self) -> Option<&'static str> {
+        match &self.reason {
+            MaterialErrorReason::Limit(exceeded) => Some(exceeded.field),
+            MaterialErrorReason::TooLarge { limit } if *limit >= super::MAX_BYTES => None,
+            MaterialErrorReason::TooLarge { .. }
+            | MaterialErrorReason::Texture(ResolveError::TooLarge { .. }) => Some("input_bytes"),
+            _ => None,
+        }
+    }
+}
+
 /// Why a material cannot be laid over a scene.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
