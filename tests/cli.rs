@@ -202,7 +202,20 @@ fn bad_input_ends_in_one_clear_line() {
         (&["render", "quad.glb", "--limit", "input_bytes=100"], 3, &["quad.glb", "input_bytes"]),
         (&["render", "quad.glb", "--limit", "patience=1"], 2, &["--limit", "patience"]),
         (&["render", "quad.glb", "--format", "glb"], 2, &["--format"]),
-        (&["render", "quad.glb", "--output-format", "jpg"], 2, &["jpg"]),
+        (
+            &["render", "quad.glb", "--output-format", "jpg"],
+            2,
+            &["out.png", "--output-format jpg contradicts"],
+        ),
+        (&["render", "quad.glb", "--output-format", "jpgg"], 2, &["jpgg", "did you mean 'jpg'?"]),
+        (&["render", "quad.glb", "--quality", "80"], 2, &["--quality is for .jpg"]),
+        (&["render", "quad.glb", "--quality", "101"], 2, &["--quality", "expected 1 to 100"]),
+        (&["turntable", "quad.glb", "-o", "x.png", "--output-format", "exr"], 2, &["x.png", "contradicts"]),
+        (&["turntable", "quad.glb", "-o", "x.jpg"], 2, &["x.jpg", "JPEG does not move"]),
+        (&["sheet", "quad.glb", "-o", "x.exr"], 2, &["x.exr", "a contact sheet is a .png, .webp or .jpg"]),
+        (&["render", "quad.glb", "--view", "fornt"], 2, &["did you mean 'front'?"]),
+        (&["render", "quad.glb", "--limit", "triangle=1"], 2, &["did you mean 'triangles'?"]),
+        (&["render", "quad.glb", "--camera", "eya"], 1, &["there is no camera 'eya'", "did you mean 'eye'?"]),
         (&["render", "quad.glb", "--frobnicate"], 2, &["--frobnicate"]),
         (&["render", "quad.glb", "--sizes", "8"], 2, &["'--sizes'", "did you mean '--size'?"]),
         (&["render", "quad.glb", "--fov", "-10"], 2, &["'-10'", "--fov", "expected 0.1 to 179"]),
@@ -248,7 +261,7 @@ fn outputs_that_cannot_be_written_are_found_out_before_the_work() {
         ("no-such-folder/out.png", 1, "no-such-folder"),
         ("folder.png", 1, "folder"),
         ("quad.glb/out.png", 1, "quad.glb"),
-        ("out.jpg", 2, ".exr"),
+        ("out.gif", 2, ".exr"),
         ("out", 2, ".exr"),
     ] {
         // The model is missing too; that the output is the problem shows what is looked at first.
@@ -883,4 +896,136 @@ fn built_in_materials_are_listed_printed_and_shown() {
     assert!(hashes.len() >= 16, "some look alike");
     let (width, _, _) = read_png(&fs::read(folder.path().join("sheet.png")).unwrap());
     assert_eq!(width, 4 * (16 + 8) + 8);
+}
+
+/// A decoded picture file.
+fn decode(path: &Path) -> overcoat::golden::decode::DecodedPicture {
+    overcoat::golden::decode::DecodedPicture::open(path, &overcoat::Limits::default()).unwrap()
+}
+
+/// WebP holds the pixels of PNG; JPEG what they look like on white, and less of it for less quality.
+#[test]
+fn pictures_are_written_as_webp_and_jpeg() {
+    let folder = folder();
+    let run = |args: &[&str]| {
+        let output = overcoat(folder.path(), &[args, &["--size", "48"]].concat());
+        assert_eq!(output.status.code(), Some(0), "{args:?}: {}", stderr(&output));
+        (output.stdout.clone(), stderr(&output))
+    };
+    let size = |name: &str| fs::metadata(folder.path().join(name)).unwrap().len();
+    for name in ["a.png", "a.webp", "a.jpg", "a.JPEG"] {
+        assert_eq!(run(&["render", "quad.glb", "-o", name]).1, "", "{name}");
+    }
+    let [png, webp, jpg] = ["a.png", "a.webp", "a.jpg"].map(|name| decode(&folder.path().join(name)));
+    assert_eq!(png, webp);
+    assert_eq!(&jpg.pixels[0][..3], &[255.0; 3], "no white corner");
+    assert_eq!(
+        fs::read(folder.path().join("a.jpg")).unwrap(),
+        fs::read(folder.path().join("a.JPEG")).unwrap()
+    );
+    run(&["render", "quad.glb", "-o", "poor.jpg", "--quality", "20"]);
+    assert!(size("poor.jpg") < size("a.jpg"));
+    // Through a pipe, and with a report, in which case the picture is made of a frame.
+    let (piped, _) = run(&["render", "quad.glb", "-o", "-", "--output-format", "webp"]);
+    assert_eq!(piped, fs::read(folder.path().join("a.webp")).unwrap());
+    run(&["render", "quad.glb", "-o", "b.jpg", "--json"]);
+    assert_eq!(
+        fs::read(folder.path().join("b.jpg")).unwrap(),
+        fs::read(folder.path().join("a.jpg")).unwrap()
+    );
+    // White is said where something else was asked for.
+    let (_, warning) = run(&["render", "quad.glb", "-o", "c.jpg", "--background", "transparent"]);
+    assert_eq!(warning, "warning: JPEG has no transparency: white is behind the picture\n");
+    let (_, warning) = run(&["render", "quad.glb", "-o", "c.jpg", "--background", "0000ff"]);
+    let corner = decode(&folder.path().join("c.jpg")).pixels[0];
+    assert!(warning.is_empty() && corner[2] > 240.0 && corner[0] < 16.0, "{warning} {corner:?}");
+
+    for command in [&["sheet", "quad.glb"][..], &["compare-models", "quad.glb", "--models", "gltf"]] {
+        let [png, webp, jpg] = ["s.png", "s.webp", "s.jpg"].map(|name| {
+            run(&[command, &["-o", name]].concat());
+            decode(&folder.path().join(name))
+        });
+        assert_eq!(png, webp);
+        assert_eq!([png.width, png.height], [jpg.width, jpg.height]);
+    }
+    run(&["turntable", "quad.glb", "-o", "t-#.jpg", "--frames", "2"]);
+    run(&["turntable", "quad.glb", "-o", "t-#.webp", "--frames", "2"]);
+    run(&["turntable", "quad.glb", "-o", "t-#.png", "--frames", "2"]);
+    let at = |name: &str| decode(&folder.path().join(name));
+    assert_eq!(at("t-1.png"), at("t-1.webp"));
+    assert_eq!(&at("t-0.jpg").pixels[0][..3], &[255.0; 3]);
+    let (movie, _) = run(&["turntable", "quad.glb", "-o", "-", "--frames", "2", "--output-format", "webp"]);
+    assert!(movie.starts_with(b"RIFF"));
+}
+
+/// Every command that has results has them as JSON: names in snake_case, warnings, versions.
+#[test]
+fn json_is_alike_everywhere() {
+    fn check(command: &str, value: &Value) {
+        match value {
+            Value::Object(entries) => {
+                for (key, value) in entries {
+                    let is_name =
+                        key.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_');
+                    assert!(is_name, "{command}: {key}");
+                    check(command, value);
+                }
+            }
+            Value::Array(values) => values.iter().for_each(|value| check(command, value)),
+            _ => {}
+        }
+    }
+    let folder = folder();
+    for name in ["e", "a"] {
+        fs::create_dir(folder.path().join(name)).unwrap();
+        let args = ["render", "quad.glb", "--size", "8", "-o", &format!("{name}/x.png")];
+        assert!(overcoat(folder.path(), &args).status.success());
+    }
+    for line in [
+        "render quad.glb -o x.png --size 8",
+        "render quad.glb -o x.png --size 8 --stage-hashes",
+        "turntable quad.glb -o x.png --size 8 --frames 1",
+        "info quad.glb",
+        "sheet quad.glb -o x.png --size 8",
+        "bench quad.glb --size 8 --frames 1",
+        "bench quad.glb quad.glb --size 8 --image",
+        "compare-models quad.glb -o x.png --size 8 --models gltf",
+        "materials",
+        "materials --keys",
+        "materials velvet",
+        "formats",
+        "golden check e a",
+        "golden report e a -o x.html",
+        "golden accept e a x.png",
+    ] {
+        let args: Vec<&str> = line.split(' ').chain(["--json"]).collect();
+        let output = overcoat(folder.path(), &args);
+        assert_eq!(output.status.code(), Some(0), "{line}: {}", stderr(&output));
+        let report: Value = serde_json::from_slice(&output.stdout).unwrap_or_else(|e| panic!("{line}: {e}"));
+        check(line, &report);
+        assert!(report["warnings"].is_array(), "{line} has no warnings");
+        assert_eq!(report["versions"]["overcoat"], env!("CARGO_PKG_VERSION"), "{line}");
+    }
+}
+
+/// Each key in another spelling is read, with a warning that is also in the report.
+#[test]
+fn other_spellings_of_keys_are_warnings() {
+    let folder = folder();
+    fs::write(folder.path().join("scene.toml"), "model = 'quad.glb'\nenv_intensity = 0.5\nsize = 16\n")
+        .unwrap();
+    fs::write(folder.path().join("paint.toml"), "baseColor = '00ff00'\n").unwrap();
+    let args = ["render", "--scene", "scene.toml", "--material", "paint.toml", "-o", "x.png", "--json"];
+    let output = overcoat(folder.path(), &args);
+    let expected = [
+        "scene.toml: line 2: envIntensity: the key is spelt env_intensity",
+        "paint.toml: line 1: baseColor: the key is spelt base_color",
+    ];
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert_eq!(stderr(&output), expected.map(|w| format!("warning: {w}\n")).concat());
+    let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(report["warnings"], json!(expected));
+    fs::write(folder.path().join("paint.toml"), "base_color = '00ff00'\nbaseColor = '00ff00'\n").unwrap();
+    let twice = overcoat(folder.path(), &args);
+    assert!(stderr(&twice).contains("another spelling"), "{}", stderr(&twice));
 }

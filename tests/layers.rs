@@ -4,11 +4,12 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// Which module may use which, and why no more.
-const MAY_USE: [(&str, &[&str]); 23] = [
+const MAY_USE: [(&str, &[&str]); 24] = [
     // The foundations: whoever wants to know what the bits of a sum are reads these and nothing else.
     ("math", &[]),
     ("jobs", &[]),
     ("limits", &[]),
+    ("formats", &[]),
     ("reuse", &[]),
     // Pure functions over lanes.
     ("color", &["math"]),
@@ -16,7 +17,7 @@ const MAY_USE: [(&str, &[&str]); 23] = [
     // A scene can be built and checked without anything that loads or draws it.
     ("scene", &["math", "color"]),
     // Ends where the scene begins: no stage of the renderer can meet malformed input.
-    ("load", &["scene", "math", "color", "jobs", "limits"]),
+    ("load", &["scene", "math", "color", "jobs", "limits", "formats"]),
     ("light", &["scene", "math", "color", "brdf", "jobs"]),
     // A material model is a formula: it takes lookups as parameters and knows no scene.
     ("coat", &["brdf", "math"]),
@@ -31,10 +32,10 @@ const MAY_USE: [(&str, &[&str]); 23] = [
     ("shade", &["gbuffer", "coat", "brdf", "light", "math", "scene"]),
     // What comes out can be stored and compared without the renderer.
     ("frame", &["math", "color"]),
-    ("output", &["frame", "color", "math"]),
+    ("output", &["frame", "color", "math", "formats"]),
     // Pictures of strangers are read by the hardened decoders of load within limits, as textures and environments are;
     // files are written whole by output.
-    ("golden", &["frame", "color", "math", "limits", "load", "output"]),
+    ("golden", &["frame", "color", "math", "limits", "load", "output", "formats"]),
     // The only place that knows the order of the stages.
     (
         "render",
@@ -51,8 +52,8 @@ const MAY_USE: [(&str, &[&str]); 23] = [
     (
         "cli",
         &[
-            "brdf", "coat", "color", "frame", "gbuffer", "geometry", "golden", "jobs", "light", "limits",
-            "load", "math", "output", "raster", "render", "sandbox", "scene", "shade", "tile",
+            "brdf", "coat", "color", "formats", "frame", "gbuffer", "geometry", "golden", "jobs", "light",
+            "limits", "load", "math", "output", "raster", "render", "sandbox", "scene", "shade", "tile",
         ],
     ),
     ("main", &["cli"]),

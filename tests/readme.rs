@@ -7,7 +7,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 /// Every command that has a help of its own.
-const COMMANDS: [&str; 12] = [
+const COMMANDS: [&str; 13] = [
     "render",
     "turntable",
     "animate",
@@ -16,6 +16,7 @@ const COMMANDS: [&str; 12] = [
     "bench",
     "compare-models",
     "materials",
+    "formats",
     "golden",
     "golden check",
     "golden report",
@@ -71,7 +72,7 @@ fn options_in_the_readme_exist_and_all_of_render_are_there() {
     let known: BTreeSet<String> = COMMANDS.iter().flat_map(|c| options(&help(c))).collect();
     // Cargo's own.
     let cargos: BTreeSet<String> =
-        ["--release", "--example", "--help", "--open"].map(str::to_owned).into_iter().collect();
+        ["--release", "--example", "--help", "--open", "--path"].map(str::to_owned).into_iter().collect();
     let mentioned = options(&readme());
     for option in mentioned.difference(&cargos) {
         assert!(known.contains(option), "{option} is in the README and not in --help");
@@ -110,7 +111,7 @@ fn examples_in_the_readme_and_in_help_are_accepted() {
             arguments.split(['<', '>', '|']).next().unwrap().split_whitespace().collect();
         let output = overcoat(folder.path(), &arguments);
         let message = String::from_utf8(output.stderr).unwrap();
-        if arguments[0] == "materials" {
+        if ["materials", "formats"].contains(&arguments[0]) {
             // It needs no file.
             assert_eq!((output.status.code(), message.as_str()), (Some(0), ""), "{line}");
             continue;
@@ -132,6 +133,36 @@ fn the_first_command_of_the_readme_makes_a_picture() {
     let done = overcoat(root(), &["render", input, "-o", picture.to_str().unwrap(), "--size", "64"]);
     assert_eq!((done.status.code(), String::from_utf8(done.stderr).unwrap().as_str()), (Some(0), ""));
     assert!(std::fs::metadata(picture).unwrap().len() > 500);
+    // It leaves a checkout as it was.
+    let ignored = std::fs::read_to_string(root().join(".gitignore")).unwrap();
+    assert!(
+        !output.contains('/') && output.ends_with(".png") && ignored.lines().any(|line| line == "/*.png")
+    );
+}
+
+/// What the program says that it reads and writes is in the table, and every command has its example.
+#[test]
+fn every_format_and_every_command_is_in_the_readme() {
+    let readme = readme();
+    for command in COMMANDS.iter().filter(|command| **command != "golden") {
+        assert!(readme.contains(&format!("overcoat {command}")), "{command}");
+    }
+    let formats = overcoat(root(), &["formats", "--json"]).stdout;
+    let formats: serde_json::Value = serde_json::from_slice(&formats).unwrap();
+    let mut seen = 0;
+    for direction in ["read", "written"] {
+        for (kind, entries) in formats[direction].as_object().unwrap() {
+            for entry in entries.as_array().unwrap() {
+                let name = entry["name"].as_str().unwrap();
+                let extension = entry["extensions"][0].as_str().unwrap();
+                let is_named = readme.contains(name) || readme.contains(&format!("`.{extension}`"));
+                assert!(is_named, "{name} ({kind}, {direction}) is not in the README");
+                assert!(entry["mime_type"].as_str().unwrap().contains('/'), "{name}");
+                seen += 1;
+            }
+        }
+    }
+    assert!(seen >= 20, "{formats}");
 }
 
 #[test]

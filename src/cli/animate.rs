@@ -23,8 +23,10 @@ pub fn run(args: &AnimateArgs) -> Result<(), Failure> {
     // The first one of the file; what time it is, the frames say.
     description.animation.get_or_insert_with(|| "0".to_owned());
     (description.time, description.repeat) = (None, None);
-    let drawing = Drawing::new(draw, description, models)?;
-    let target = MovieTarget::new(&args.movie.output, &drawing.inputs, drawing.json)?;
+    let mut drawing = Drawing::new(draw, description, models)?;
+    let movie = &args.movie;
+    let target = MovieTarget::new(&movie.output, &movie.encoding, &drawing.inputs, drawing.json)?;
+    drawing.behind_for(target.picture());
 
     drawing.progress.stage(format!("loading {}", file_name(&drawing.source.path)));
     let mut renderer = draw.machine.renderer();

@@ -3,9 +3,9 @@
 use super::args::CellArgs;
 use super::failure::Failure;
 use super::label::{Sheet, fit, wrap};
-use super::target::{Encoded, Target};
+use super::target::Target;
 use crate::limits::Limits;
-use crate::output::{DisplayImage, OutputFormat, encode_png_rgb};
+use crate::output::DisplayImage;
 use std::path::{Path, PathBuf};
 
 /// Width and height of a cell's picture where none are given.
@@ -28,7 +28,7 @@ const ALARM: [u8; 3] = [176, 32, 32];
 pub(super) struct ContactSheet {
     layout: Layout,
     sheet: Sheet,
-    output: PathBuf,
+    target: Target,
     cells: usize,
 }
 
@@ -44,7 +44,7 @@ impl ContactSheet {
     /// An empty sheet. Finds out before the work what would fail after it.
     ///
     /// # Errors
-    /// [`Failure`] if the output cannot be written or is no .png, or the sheet is beyond the limits of a picture.
+    /// [`Failure`] if the output cannot be written or is no picture for screens, or the sheet is beyond the limits of a picture.
     pub(super) fn new(
         output: &Path,
         inputs: &[PathBuf],
@@ -54,15 +54,16 @@ impl ContactSheet {
         cell: [u32; 2],
         limits: &Limits,
     ) -> Result<Self, Failure> {
-        if Target::new(output, None, &[], inputs, json)?.format() != OutputFormat::Png {
-            return Err(Failure::usage("a contact sheet is a .png").at(output));
+        let target = Target::new(output, &args.encoding, &[], inputs, json)?;
+        if target.format().is_linear() {
+            return Err(Failure::usage("a contact sheet is a .png, .webp or .jpg").at(output));
         }
         let layout = Layout::new(cells, args.columns, cell, limits)?;
         let [width, height] = layout.size;
         let sheet = Sheet::new(width, height, PAPER).ok_or_else(|| {
             Failure::failed(format!("a sheet of {width} x {height} pixels does not fit into memory"))
         })?;
-        Ok(Self { layout, sheet, output: output.to_owned(), cells: 0 })
+        Ok(Self { layout, sheet, target, cells: 0 })
     }
 
     /// Width and height in pixels.
@@ -97,9 +98,8 @@ impl ContactSheet {
     /// [`Failure`] naming the file.
     pub(super) fn write(self) -> Result<(), Failure> {
         let [width, height] = self.layout.size;
-        let bytes = encode_png_rgb(width, height, &self.sheet.into_rgb(), true)
-            .map_err(|e| Failure::failed(e).at(&self.output))?;
-        Encoded::new(self.output, bytes).write()
+        let pixels = self.sheet.into_rgb().into_iter().map(|[r, g, b]| [r, g, b, 255]).collect();
+        self.target.encode_image(&DisplayImage { width, height, pixels })?.write()
     }
 
     /// Fills the background of the next cell and writes two lines below it. Returns its left upper corner.

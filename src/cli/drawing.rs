@@ -11,8 +11,8 @@ use crate::frame::Frame;
 use crate::jobs::Jobs;
 use crate::limits::Limits;
 use crate::load::{Loaded, Warning};
-use crate::output::{DisplayImage, DisplayOptions};
-use crate::render::{RenderOptions, RenderStats, Rendered, RenderedImage, Renderer};
+use crate::output::{DisplayImage, DisplayOptions, OutputFormat};
+use crate::render::{Background, RenderOptions, RenderStats, Rendered, RenderedImage, Renderer};
 use crate::scene::{Camera, Scene};
 use std::fmt::Display;
 use std::path::PathBuf;
@@ -118,6 +118,20 @@ impl Drawing {
         inputs.extend(materials.filter_map(|choice| Some(choice.source.file()?.to_owned())));
         let (reporter, json) = (Reporter { quiet: args.report.quiet }, args.report.json);
         Ok(Self { reporter, progress, json, limits, description, source, more, inputs, options, display })
+    }
+
+    /// Puts white behind the picture if its format has no transparency, and nothing else is to be there.
+    pub(super) fn behind_for(&mut self, format: OutputFormat) {
+        if format != OutputFormat::Jpeg || self.display.background.is_some() {
+            return;
+        }
+        if self.options.background == Background::Environment {
+            return;
+        }
+        self.display.background = Some([255; 3]);
+        if self.description.background.is_some() {
+            self.reporter.warning("JPEG has no transparency: white is behind the picture");
+        }
     }
 
     /// All models.

@@ -22,6 +22,7 @@ use std::path::Path;
 #[derive(Debug, Serialize)]
 struct Report {
     materials: Vec<Entry>,
+    warnings: Vec<String>,
     versions: Versions,
 }
 
@@ -38,6 +39,7 @@ struct Entry {
 #[derive(Debug, Serialize)]
 struct KeyReport {
     keys: Vec<KeyEntry>,
+    warnings: Vec<String>,
     versions: Versions,
 }
 
@@ -67,15 +69,16 @@ pub fn run(args: &MaterialsArgs) -> Result<(), Failure> {
         let file = load(material, &limits, &renderer)?;
         loaded.push((entry(material, &file), file));
     }
+    let mut warnings = Vec::new();
     if let Some(output) = &args.output {
-        sheet(args, output, &mut loaded, &limits, &mut renderer)?;
+        warnings = sheet(args, output, &mut loaded, &limits, &mut renderer)?;
         if !args.report.json {
             return Ok(());
         }
     }
     let entries: Vec<Entry> = loaded.into_iter().map(|(entry, _)| entry).collect();
     if args.report.json {
-        return report::print_json(&Report { materials: entries, versions: Versions::default() });
+        return report::print_json(&Report { materials: entries, warnings, versions: Versions::default() });
     }
     let width = entries.iter().map(|e| e.name.len()).max().unwrap_or(0);
     let mut text = String::new();
@@ -105,7 +108,11 @@ fn print_one(name: &str, json: bool) -> Result<(), Failure> {
     if json {
         let file = load(material, &Limits::default(), &Renderer::new(1))?;
         let materials = vec![entry(material, &file)];
-        return report::print_json(&Report { materials, versions: Versions::default() });
+        return report::print_json(&Report {
+            materials,
+            warnings: Vec::new(),
+            versions: Versions::default(),
+        });
     }
     report::print(material.text)
 }
@@ -116,7 +123,7 @@ fn print_keys(json: bool) -> Result<(), Failure> {
         let keys = material_keys()
             .map(|k| KeyEntry { key: k.name, takes: k.takes, default: k.default, about: k.about })
             .collect();
-        return report::print_json(&KeyReport { keys, versions: Versions::default() });
+        return report::print_json(&KeyReport { keys, warnings: Vec::new(), versions: Versions::default() });
     }
     let mut text = String::new();
     for key in material_keys() {
@@ -127,14 +134,14 @@ fn print_keys(json: bool) -> Result<(), Failure> {
     report::print(&text)
 }
 
-/// Renders a ball of each material to one sheet.
+/// Renders a ball of each material to one sheet. Returns what is doubtful about the light.
 fn sheet(
     args: &MaterialsArgs,
     output: &Path,
     loaded: &mut [(Entry, MaterialFile)],
     limits: &Limits,
     renderer: &mut Renderer,
-) -> Result<(), Failure> {
+) -> Result<Vec<String>, Failure> {
     let progress = Progress::new(args.report.quiet);
     let mut description = SceneFile { size: Some(args.size.unwrap_or(DEFAULT_CELL)), ..SceneFile::default() };
     // A little from above, with the poles at the sides.
@@ -144,7 +151,9 @@ fn sheet(
     let (count, cell) = (loaded.len(), [options.width, options.height]);
     let mut sheet = ContactSheet::new(output, &[], args.report.json, count, &args.cells, cell, limits)?;
     let mut surroundings = ball::scene().map_err(|e| Failure::scene(&e))?;
-    for warning in description.light(&mut surroundings, limits, renderer.jobs())? {
+    let warnings = description.light(&mut surroundings, limits, renderer.jobs())?;
+    let warnings: Vec<String> = warnings.iter().map(ToString::to_string).collect();
+    for warning in &warnings {
         Reporter { quiet: args.report.quiet }.warning(warning);
     }
     for (k, (entry, file)) in loaded.iter_mut().enumerate() {
@@ -156,7 +165,8 @@ fn sheet(
         sheet.add(&[&image], [entry.name, entry.model.unwrap_or("any model")]);
     }
     progress.stage("encoding");
-    sheet.write()
+    sheet.write()?;
+    Ok(warnings)
 }
 
 /// The ball with one material, and the hash of its picture.

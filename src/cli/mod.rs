@@ -14,6 +14,7 @@ mod contact;
 mod drawing;
 pub mod failure;
 mod film;
+mod formats_command;
 pub mod golden;
 mod info;
 pub mod input;
@@ -85,6 +86,7 @@ fn dispatch(command: &Command) -> Result<(), Failure> {
         Command::Bench(args) => bench::run(args),
         Command::CompareModels(args) => compare::run(args),
         Command::Materials(args) => materials_command::run(args),
+        Command::Formats(args) => formats_command::run(args),
         Command::Golden(args) => golden::run(args),
         Command::Attempt(args) => attempt::run(args),
     }

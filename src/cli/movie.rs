@@ -1,12 +1,14 @@
 //! Where moving pictures go: one file, or a picture each frame. Checked before any work, written after all of it.
 
+use super::args::EncodingArgs;
 use super::drawing::Pixels;
 use super::failure::Failure;
 use super::picture::is_standard_stream;
-use super::target::{Encoded, check_file, check_standard_output, output_failure};
+use super::target::{Encoded, check_file, check_quality, check_standard_output, file_format, output_failure};
 use crate::limits::Limits;
 use crate::output::{
-    DisplayImage, DisplayOptions, MovieFormat, MovieFrame, durations, encode_movie, encode_png,
+    DEFAULT_JPEG_QUALITY, DisplayImage, DisplayOptions, MovieFormat, MovieFrame, OutputError, OutputFormat,
+    OutputOptions, durations, encode_image, encode_movie,
 };
 use std::path::{Path, PathBuf};
 
@@ -16,6 +18,10 @@ pub(super) struct MovieTarget {
     path: PathBuf,
     /// `None`: numbered pictures.
     format: Option<MovieFormat>,
+    /// Of numbered pictures.
+    picture: OutputFormat,
+    /// Of JPEG.
+    quality: u8,
 }
 
 impl MovieTarget {
@@ -23,27 +29,59 @@ impl MovieTarget {
     ///
     /// # Errors
     /// [`Failure`] naming the path.
-    pub(super) fn new(path: &Path, inputs: &[PathBuf], json: bool) -> Result<Self, Failure> {
-        let about = |failure: Failure| failure.at(path);
-        if is_standard_stream(path) {
-            check_standard_output(json)?;
-            return Ok(Self { path: path.to_owned(), format: Some(MovieFormat::Apng) });
-        }
-        let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
-        let numbered = path.file_name().is_some_and(|name| name.to_string_lossy().contains('#'));
-        let format = match (extension.as_str(), numbered) {
-            ("png", true) => None,
-            ("png" | "apng", false) => Some(MovieFormat::Apng),
-            ("webp", false) => Some(MovieFormat::WebP),
-            (_, true) => return Err(about(Failure::usage("numbered pictures are .png"))),
+    pub(super) fn new(
+        path: &Path,
+        encoding: &EncodingArgs,
+        inputs: &[PathBuf],
+        json: bool,
+    ) -> Result<Self, Failure> {
+        let quality = encoding.quality.unwrap_or(DEFAULT_JPEG_QUALITY);
+        let target = |format, picture| Self { path: path.to_owned(), format, picture, quality };
+        let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
+        let standard_output = is_standard_stream(path);
+        let numbered =
+            !standard_output && path.file_name().is_some_and(|name| name.to_string_lossy().contains('#'));
+        // A name ending in .apng says PNG as well.
+        let named = match MovieFormat::from_extension(extension) {
+            Some(MovieFormat::Apng) if !numbered => path.with_extension("png"),
+            _ => path.to_owned(),
+        };
+        let unknown = |known: &str| Failure::usage(format!("unknown format; known are {known}")).at(path);
+        let known = ".png and .apng (animated PNG), .webp, and .png, .webp or .jpg with # in its name";
+        let picture = match encoding.output_format {
+            None if !standard_output && OutputFormat::from_path(&named).is_err() => {
+                return Err(unknown(known));
+            }
+            asked => file_format(&named, asked)?,
+        };
+        check_quality(encoding, picture)?;
+        let target = match picture {
+            picture if picture.is_linear() => return Err(unknown(known)),
+            picture if numbered => target(None, picture),
+            OutputFormat::WebP => target(Some(MovieFormat::WebP), picture),
+            OutputFormat::Png => target(Some(MovieFormat::Apng), picture),
             _ => {
-                let known = ".png and .apng (animated PNG), .webp, and .png with # in its name";
-                return Err(about(Failure::usage(format!("unknown format; known are {known}"))));
+                let message = "JPEG does not move; put # into the name for a numbered picture each frame";
+                return Err(Failure::usage(message).at(path));
             }
         };
-        let target = Self { path: path.to_owned(), format };
-        target.check(1, inputs)?;
+        if standard_output {
+            check_standard_output(json)?;
+        } else {
+            target.check(1, inputs)?;
+        }
         Ok(target)
+    }
+
+    /// The format of numbered pictures, or the one that the moving picture is of.
+    pub(super) fn picture(&self) -> OutputFormat {
+        self.picture
+    }
+
+    /// The file of one numbered picture.
+    fn encode(&self, image: &DisplayImage) -> Result<Vec<u8>, OutputError> {
+        let options = OutputOptions { jpeg_quality: self.quality, ..OutputOptions::default() };
+        encode_image(image, self.picture, &options)
     }
 
     /// The files that so many frames make.
@@ -113,7 +151,7 @@ impl Movie {
                 size
             }
             None => {
-                let bytes = encode_png(image).map_err(failed)?;
+                let bytes = self.target.encode(image).map_err(failed)?;
                 let size = bytes.len();
                 self.pictures.push(bytes);
                 size
@@ -148,20 +186,32 @@ mod tests {
 
     #[test]
     fn the_name_tells_the_format() {
-        let format = |name: &str| MovieTarget::new(Path::new(name), &[], false).map(|target| target.format);
-        assert_eq!(format("a.png"), Ok(Some(MovieFormat::Apng)));
-        assert_eq!(format("a.APNG"), Ok(Some(MovieFormat::Apng)));
-        assert_eq!(format("a.webp"), Ok(Some(MovieFormat::WebP)));
-        assert_eq!(format("a-###.png"), Ok(None));
-        for bad in ["a", "a.gif", "a-##.webp", "#"] {
+        let target = |name: &str, asked| {
+            let encoding = EncodingArgs { output_format: asked, quality: None };
+            MovieTarget::new(Path::new(name), &encoding, &[], false)
+        };
+        let format = |name: &str| target(name, None).map(|target| (target.format, target.picture));
+        let (png, webp) = (OutputFormat::Png, OutputFormat::WebP);
+        assert_eq!(format("a.png"), Ok((Some(MovieFormat::Apng), png)));
+        assert_eq!(format("a.APNG"), Ok((Some(MovieFormat::Apng), png)));
+        assert_eq!(format("a.webp"), Ok((Some(MovieFormat::WebP), webp)));
+        assert_eq!(format("a-###.png"), Ok((None, png)));
+        assert_eq!(format("a-###.webp"), Ok((None, webp)));
+        assert_eq!(format("a-###.jpeg"), Ok((None, OutputFormat::Jpeg)));
+        assert_eq!(target("a", Some(webp)).unwrap().format, Some(MovieFormat::WebP));
+        for bad in ["a", "a.gif", "a.jpg", "a.exr", "a-##.exr", "#"] {
             assert_eq!(format(bad).unwrap_err().exit_code(), 2, "{bad}");
         }
+        assert_eq!(target("a.webp", Some(png)).unwrap_err().exit_code(), 2);
         assert_eq!(format("no-such-folder/a.png").unwrap_err().exit_code(), 1);
     }
 
     #[test]
     fn pictures_are_numbered_from_0_in_their_folder() {
-        let paths = |name: &str, frames| MovieTarget { path: name.into(), format: None }.paths(frames);
+        let paths = |name: &str, frames| {
+            MovieTarget { path: name.into(), format: None, picture: OutputFormat::Png, quality: 90 }
+                .paths(frames)
+        };
         assert_eq!(paths("f/a-##.png", 2), [Path::new("f/a-00.png"), Path::new("f/a-01.png")]);
         assert_eq!(paths("#b#.png", 11)[10], Path::new("10b#.png"));
     }

@@ -7,7 +7,6 @@ use super::losses::{losses, losses_of_light};
 use super::report::{self, Stages, Versions};
 use super::target::Target;
 use crate::load::Loaded;
-use crate::output::OutputFormat;
 use serde::{Serialize, Serializer};
 use std::time::Instant;
 
@@ -55,12 +54,12 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let mut description = draw.describe(models)?;
     args.animation.apply(&mut description);
     let mut drawing = Drawing::new(draw, description, models)?;
-    let format = args.output_format.as_deref();
-    let target = Target::new(&args.output, format, &args.aov, &drawing.inputs, drawing.json)?;
+    let target = Target::new(&args.output, &args.encoding, &args.aov, &drawing.inputs, drawing.json)?;
+    drawing.behind_for(target.format());
     drawing.options.aovs.clone_from(&args.aov);
     drawing.options.aovs.dedup();
     drawing.options.stage_hashes = args.stage_hashes;
-    if target.format() != OutputFormat::Png {
+    if target.format().is_linear() {
         let display_only = [
             (draw.display.tone_map.is_some(), "--tone-map"),
             (draw.display.exposure.is_some(), "--exposure"),
@@ -87,8 +86,8 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     }
     let shading = drawing.options.shading;
     warnings.extend(match target.format() {
-        OutputFormat::Png => losses(&scene, shading, &drawing.display, tinted, &stats),
-        _ => losses_of_light(&scene, shading, &stats),
+        format if format.is_linear() => losses_of_light(&scene, shading, &stats),
+        _ => losses(&scene, shading, &drawing.display, tinted, &stats),
     });
 
     drawing.progress.stage("encoding");

@@ -55,7 +55,7 @@ impl<'a> Files<'a> {
             Command::Bench(a) => (Some(&a.draw), a.inputs.as_slice(), None),
             Command::Info(a) => (None, from_ref(&a.input), None),
             Command::Materials(a) => (None, [].as_slice(), a.output.as_ref()),
-            Command::Golden(_) | Command::Attempt(_) => (None, [].as_slice(), None),
+            Command::Formats(_) | Command::Golden(_) | Command::Attempt(_) => (None, [].as_slice(), None),
         };
         Self { draw, models, output: output.map(PathBuf::as_path) }
     }
@@ -77,7 +77,7 @@ fn count_threads(command: &mut Command) {
             GoldenCommand::Report(args) => &mut args.folders.workers,
             GoldenCommand::Accept(args) => &mut args.folders.workers,
         },
-        Command::Attempt(_) => return,
+        Command::Formats(_) | Command::Attempt(_) => return,
     };
     if workers.threads == 0 {
         let processors = std::thread::available_parallelism();

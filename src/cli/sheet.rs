@@ -20,6 +20,8 @@ struct Report {
     height: u32,
     cells: Vec<CellReport>,
     peak_rss_bytes: Option<u64>,
+    /// What is about no cell in particular.
+    warnings: Vec<String>,
     versions: Versions,
 }
 
@@ -55,7 +57,9 @@ pub fn run(args: &SheetArgs) -> Result<(), Failure> {
     let mut renderer = args.draw.machine.renderer();
     // Environment and materials are the same for all cells; they are loaded once.
     let mut setting = drawing.setting(renderer.jobs())?;
-    for warning in std::mem::take(&mut setting.warnings) {
+    let warnings: Vec<String> =
+        std::mem::take(&mut setting.warnings).iter().map(ToString::to_string).collect();
+    for warning in &warnings {
         drawing.reporter.warning(warning);
     }
     let mut reports = Vec::new();
@@ -92,7 +96,7 @@ pub fn run(args: &SheetArgs) -> Result<(), Failure> {
     if drawing.json {
         let peak_rss_bytes = report::peak_rss_bytes();
         let versions = Versions::default();
-        report::print_json(&Report { width, height, cells: reports, peak_rss_bytes, versions })?;
+        report::print_json(&Report { width, height, cells: reports, peak_rss_bytes, warnings, versions })?;
     }
     if failed > 0 {
         return Err(Failure::failed(format!("{failed} of {count} models failed")).at(&args.output));

@@ -1,12 +1,13 @@
 //! Where a picture goes: checked before any work, written after all of it.
 
+use super::args::EncodingArgs;
 use super::drawing::Pixels;
 use super::failure::Failure;
 use super::picture::is_standard_stream;
 use crate::frame::Aov;
 use crate::output::{
-    DisplayOptions, ExrPrecision, OutputError, OutputFormat, OutputOptions, encode, encode_aov_png,
-    encode_png, write_atomically,
+    DEFAULT_JPEG_QUALITY, DisplayImage, DisplayOptions, OutputError, OutputFormat, OutputOptions, encode,
+    encode_aov_png, encode_image, write_atomically,
 };
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -17,6 +18,8 @@ use xxhash_rust::xxh3::Xxh3;
 pub struct Target {
     path: PathBuf,
     format: OutputFormat,
+    /// Of JPEG.
+    quality: u8,
     /// Planes that go to files of their own.
     planes: Vec<(Aov, PathBuf)>,
 }
@@ -26,24 +29,17 @@ impl Target {
     ///
     /// # Errors
     /// [`Failure`] naming the path if its format is unknown, its folder does not exist, it is a folder, or it is one
-    /// of `inputs`; also if it is standard output, to which a report (`json`) goes.
+    /// of `inputs`; also if it is standard output, to which a report (`json`) goes, or its name contradicts the format.
     pub fn new(
         path: &Path,
-        format: Option<&str>,
+        encoding: &EncodingArgs,
         aovs: &[Aov],
         inputs: &[PathBuf],
         json: bool,
     ) -> Result<Self, Failure> {
         let standard_output = is_standard_output(path);
-        let format = match format {
-            Some(name) => {
-                OutputFormat::ALL.into_iter().find(|f| f.extension().eq_ignore_ascii_case(name)).ok_or_else(
-                    || Failure::usage(format!("unknown output format '{name}'; known are png, exr and hdr")),
-                )?
-            }
-            None if standard_output => OutputFormat::Png,
-            None => OutputFormat::from_path(path).map_err(Failure::usage)?,
-        };
+        let format = file_format(path, encoding.output_format)?;
+        check_quality(encoding, format)?;
         let mut planes = Vec::new();
         if !aovs.is_empty() && format != OutputFormat::Exr {
             if standard_output {
@@ -55,7 +51,8 @@ impl Target {
                 .map(|&aov| (aov, path.with_file_name(format!("{stem}.{}.png", aov.name()))))
                 .collect();
         }
-        let target = Self { path: path.to_owned(), format, planes };
+        let quality = encoding.quality.unwrap_or(DEFAULT_JPEG_QUALITY);
+        let target = Self { path: path.to_owned(), format, quality, planes };
         if standard_output {
             check_standard_output(json)?;
             return Ok(target);
@@ -75,7 +72,7 @@ impl Target {
     /// True if [`Pixels::Image`] is enough.
     #[must_use]
     pub fn takes_image(&self) -> bool {
-        self.format == OutputFormat::Png && self.planes.is_empty()
+        !self.format.is_linear() && self.planes.is_empty()
     }
 
     /// Encodes the picture and its planes.
@@ -91,13 +88,59 @@ impl Target {
                     let bytes = encode_aov_png(frame, *aov).map_err(|e| output_failure(&e, path))?;
                     files.push((path.clone(), bytes));
                 }
-                let exr_precision = ExrPrecision::default();
-                encode(frame, self.format, &OutputOptions { display: display.clone(), exr_precision })
+                encode(frame, self.format, &self.options(display))
             }
-            Pixels::Image(image) => encode_png(image),
+            Pixels::Image(image) => encode_image(image, self.format, &self.options(display)),
         };
         files.push((self.path.clone(), bytes.map_err(|e| output_failure(&e, &self.path))?));
         Ok(Encoded { files })
+    }
+}
+
+impl Target {
+    fn options(&self, display: &DisplayOptions) -> OutputOptions {
+        OutputOptions { display: display.clone(), jpeg_quality: self.quality, ..OutputOptions::default() }
+    }
+
+    /// Encodes a picture that is for screens.
+    ///
+    /// # Errors
+    /// [`Failure`] naming the file.
+    pub(super) fn encode_image(&self, image: &DisplayImage) -> Result<Encoded, Failure> {
+        let bytes = encode_image(image, self.format, &self.options(&DisplayOptions::default()))
+            .map_err(|e| output_failure(&e, &self.path))?;
+        Ok(Encoded::new(self.path.clone(), bytes))
+    }
+}
+
+/// The format that is asked for, or that the name says; both must agree.
+///
+/// # Errors
+/// [`Failure`] if they contradict each other, or there is none.
+pub(super) fn file_format(path: &Path, asked: Option<OutputFormat>) -> Result<OutputFormat, Failure> {
+    if is_standard_output(path) {
+        return Ok(asked.unwrap_or_default());
+    }
+    match (asked, OutputFormat::from_path(path)) {
+        (Some(asked), Ok(named)) if asked != named => {
+            let message = format!("--output-format {asked} contradicts the name; call it .{asked}");
+            Err(Failure::usage(message).at(path))
+        }
+        (Some(asked), _) => Ok(asked),
+        (None, named) => named.map_err(Failure::usage),
+    }
+}
+
+/// A quality is for what loses something.
+///
+/// # Errors
+/// [`Failure`] if it is given for another format.
+pub(super) fn check_quality(encoding: &EncodingArgs, format: OutputFormat) -> Result<(), Failure> {
+    match encoding.quality {
+        Some(_) if format != OutputFormat::Jpeg => {
+            Err(Failure::usage(format!("--quality is for .jpg; .{format} loses nothing")))
+        }
+        _ => Ok(()),
     }
 }
 

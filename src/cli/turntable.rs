@@ -23,8 +23,10 @@ pub fn run(args: &TurntableArgs) -> Result<(), Failure> {
     let (draw, models) = (&args.model.draw, args.model.input.as_slice());
     let mut description = draw.describe(models)?;
     args.animation.apply(&mut description);
-    let drawing = Drawing::new(draw, description, models)?;
-    let target = MovieTarget::new(&args.movie.output, &drawing.inputs, drawing.json)?;
+    let mut drawing = Drawing::new(draw, description, models)?;
+    let movie = &args.movie;
+    let target = MovieTarget::new(&movie.output, &movie.encoding, &drawing.inputs, drawing.json)?;
+    drawing.behind_for(target.picture());
     let seconds = args.seconds.unwrap_or(3.0);
     let frames = args.frames.unwrap_or_else(|| frame_count(seconds, args.movie.fps));
     let mut film = Film::new(drawing, target, &args.movie, frames)?;

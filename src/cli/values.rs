@@ -6,6 +6,7 @@ use crate::color::{ToneCurve, hex_color};
 use crate::frame::Aov;
 use crate::load::{nearest_name, suggestion};
 use crate::math::lanes::SimdLevel;
+use crate::output::OutputFormat;
 use crate::render::{AreaLightMethod, ShadingModel};
 use std::fmt::Display;
 use std::str::FromStr;
@@ -188,6 +189,12 @@ pub fn tone_curve(text: &str) -> Result<ToneCurve, String> {
     let name = if text == "linear" { "none" } else { text };
     ToneCurve::from_name(name)
         .ok_or_else(|| one_of(text, ToneCurve::ALL.into_iter().map(ToneCurve::name).chain(["linear"])))
+}
+
+/// A format of picture files by one of its extensions.
+pub fn output_format(text: &str) -> Result<OutputFormat, String> {
+    OutputFormat::from_extension(text)
+        .ok_or_else(|| one_of(text, OutputFormat::ALL.into_iter().map(OutputFormat::extension)))
 }
 
 /// How area lights are integrated, by name.

@@ -75,7 +75,7 @@ pub fn prepare(
     }
     let bytes = read_file(actual, limits)?;
     let picture = DecodedPicture::from_bytes(&bytes, limits)?;
-    let small = if picture.kind.is_linear() {
+    let small = if !bytes.starts_with(b"\x89PNG") {
         bytes
     } else {
         match compress_png(&bytes, Effort::Strongest, limits) {

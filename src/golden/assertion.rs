@@ -86,7 +86,8 @@ impl Golden {
         }
     }
 
-    /// Compares a picture file, PNG, OpenEXR or Radiance, with the expected file of this name: `sky.exr`.
+    /// Compares a picture file, PNG, WebP (both animated or not), JPEG, OpenEXR or Radiance, with the expected file of this
+    /// name: `sky.exr`.
     ///
     /// # Panics
     /// With a message that names the files, where [`Golden::check_file`] gives an error.
@@ -109,7 +110,8 @@ impl Golden {
         self.check_file(&file_name, &bytes)
     }
 
-    /// Compares a picture file, PNG, OpenEXR or Radiance, with the expected file of this name.
+    /// Compares a picture file, PNG, WebP (both animated or not), JPEG, OpenEXR or Radiance, with the expected file of this
+    /// name.
     ///
     /// # Errors
     /// As [`Golden::check`].
@@ -146,7 +148,7 @@ impl Golden {
                 write_in_folder(&new, actual)?;
                 Err(GoldenError::Differs {
                     summary: summary(&result),
-                    expected: (verdict != Verdict::Missing).then_some(expected),
+                    expected: (verdict != Verdict::NoExpected).then_some(expected),
                     actual: new,
                 })
             }

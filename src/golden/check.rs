@@ -4,10 +4,12 @@ use super::compress::{CompressError, Effort, compress_png};
 use super::decode::{DecodeError, DecodedPicture, SampleKind};
 use super::metrics::exact::unmatched_planes;
 use super::metrics::{Measured, MetricError, Metrics, measure};
-use super::thresholds::{DEFAULT_MAX_BYTES, Thresholds, short};
+use super::motion::FrameTime;
+use super::thresholds::{Thresholds, short};
 use super::walk::Pair;
 use crate::limits::Limits;
 use crate::load::{LoadError, read_file};
+use crate::output::{DisplayImage, encode_png};
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -18,7 +20,7 @@ const OVERSIZE_FROM: usize = 1024;
 
 /// How a comparison came out, from good to bad.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "kebab-case")]
+#[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Verdict {
     /// Every sample is the same.
@@ -30,9 +32,11 @@ pub enum Verdict {
     /// The stored file is larger than it must be (strict checks).
     Oversized,
     /// There is an actual picture and no expected one.
-    Missing,
-    /// There is an expected picture, or an entry of the threshold file, and nothing actual for it.
-    Dead,
+    NoExpected,
+    /// There is an expected picture and no actual one.
+    NoActual,
+    /// There is a table of the threshold file and no picture for it (strict checks).
+    Unused,
     /// Something cannot be read or compared.
     Failed,
 }
@@ -44,7 +48,19 @@ impl Verdict {
         matches!(self, Self::Equal | Self::Within)
     }
 
-    /// True if the pictures could be compared: the others say that something is missing.
+    /// All of them.
+    pub const ALL: [Self; 8] = [
+        Self::Equal,
+        Self::Within,
+        Self::Differs,
+        Self::Oversized,
+        Self::NoExpected,
+        Self::NoActual,
+        Self::Unused,
+        Self::Failed,
+    ];
+
+    /// True if there are two pictures that could be compared.
     #[must_use]
     pub fn is_compared(self) -> bool {
         self <= Self::Oversized
@@ -58,8 +74,9 @@ impl Verdict {
             Self::Within => "within",
             Self::Differs => "differs",
             Self::Oversized => "oversized",
-            Self::Missing => "missing",
-            Self::Dead => "dead",
+            Self::NoExpected => "no expected picture",
+            Self::NoActual => "no actual picture",
+            Self::Unused => "unused thresholds",
             Self::Failed => "failed",
         }
     }
@@ -74,7 +91,8 @@ pub struct FileResult {
     pub verdict: Verdict,
     /// Why, a sentence each; for pictures that pass, what is worth knowing.
     pub reasons: Vec<String>,
-    /// The measures, where both pictures could be read and have the same size.
+    /// The measures, where both pictures could be read and have the same size; of moving pictures those of the frame that
+    /// differs most.
     pub metrics: Option<Metrics>,
 }
 
@@ -112,6 +130,8 @@ pub struct Compared {
     pub expected: Option<(Vec<u8>, DecodedPicture)>,
     /// The actual file and what it holds, if it can be read.
     pub actual: Option<(Vec<u8>, DecodedPicture)>,
+    /// The frame of moving pictures that the measures are of, from 0; 0 for still ones.
+    pub frame: usize,
     /// The measures with the map of FLIP, as far as both can be compared.
     pub measured: Option<Measured>,
 }
@@ -146,15 +166,15 @@ pub(super) fn compare_files(
     let actual = decode(actual, "actual");
     failures.extend(problem);
 
-    let mut measured = None;
+    let (mut measured, mut frame) = (None, 0);
     let result = if !failures.is_empty() {
         FileResult { name: name.to_owned(), verdict: Verdict::Failed, reasons: failures, metrics: None }
     } else {
         match (&expected, &actual) {
             (Some((stored, e)), Some((_, a))) => {
-                let (mut result, m) = compare_pictures(name, e, a, thresholds);
-                measured = m;
-                if strict && let Some(reason) = oversize(stored, thresholds, limits) {
+                let mut result;
+                (result, measured, frame) = compare_all_frames(name, e, a, thresholds);
+                if strict && let Some(reason) = oversize(stored, e, thresholds, limits) {
                     result.reasons.push(reason);
                     if result.verdict.is_good() {
                         result.verdict = Verdict::Oversized;
@@ -162,14 +182,97 @@ pub(super) fn compare_files(
                 }
                 result
             }
-            (Some(_), None) => FileResult::new(name, Verdict::Dead, "no actual picture"),
-            (None, _) => FileResult::new(name, Verdict::Missing, "no expected picture"),
+            (Some(_), None) => FileResult::new(name, Verdict::NoActual, Verdict::NoActual.name()),
+            (None, _) => FileResult::new(name, Verdict::NoExpected, Verdict::NoExpected.name()),
         }
     };
-    Compared { result, expected, actual, measured }
+    Compared { result, expected, actual, frame, measured }
 }
 
-/// Compares two pictures by their thresholds.
+/// Frames whose differences are told one by one.
+const TOLD: usize = 3;
+
+/// Compares two pictures, or every frame of two moving ones with its time: all must be within the thresholds. Returns also
+/// the measures of the frame that differs most, and which that is.
+#[must_use]
+pub fn compare_all_frames(
+    name: &str,
+    expected: &DecodedPicture,
+    actual: &DecodedPicture,
+    thresholds: &Thresholds,
+) -> (FileResult, Option<Measured>, usize) {
+    let (e, a) = match (&expected.motion, &actual.motion) {
+        (None, None) => {
+            let (result, measured) = compare_pictures(name, expected, actual, thresholds);
+            return (result, measured, 0);
+        }
+        (Some(e), Some(a)) => (e, a),
+        _ => {
+            let reason = format!("expected {}, actual {}", expected.what_it_is(), actual.what_it_is());
+            return (FileResult::new(name, Verdict::Differs, reason), None, 0);
+        }
+    };
+    let mut reasons = Vec::new();
+    if e.frames.len() != a.frames.len() {
+        reasons.push(format!("expected {} frames, actual {}", e.frames.len(), a.frames.len()));
+    }
+    if e.plays != a.plays {
+        reasons.push(format!("expected to play {}, actual {}", e.how_often(), a.how_often()));
+    }
+    let time =
+        |time: Option<FrameTime>| time.map_or("outside of the animation".to_owned(), |t| t.to_string());
+    let other_times: Vec<(usize, String)> = e
+        .frames
+        .iter()
+        .zip(&a.frames)
+        .enumerate()
+        .filter(|(_, (e, a))| e.time != a.time)
+        .map(|(k, (e, a))| (k, format!("expected {}, actual {}", time(e.time), time(a.time))))
+        .collect();
+    tell(&mut reasons, e.frames.len(), other_times);
+    let mut other_pictures = Vec::new();
+    let mut within = Vec::new();
+    let mut worst: Option<(FileResult, Option<Measured>, usize)> = None;
+    for k in 0..e.frames.len().min(a.frames.len()) {
+        let (result, measured) = compare_pictures(name, &expected.frame(k), &actual.frame(k), thresholds);
+        if measured.is_none() {
+            // They have different sizes, as all others.
+            return (result, None, k);
+        }
+        match result.verdict {
+            Verdict::Equal => {}
+            Verdict::Within => within.push((k, result.reasons.join("; "))),
+            _ => other_pictures.push((k, result.reasons.join("; "))),
+        }
+        if worst.as_ref().is_none_or(|(most, ..)| result.badness_order(most).is_lt()) {
+            worst = Some((result, measured, k));
+        }
+    }
+    tell(&mut reasons, e.frames.len(), other_pictures);
+    let verdict = match (reasons.is_empty(), within.is_empty()) {
+        (false, _) => Verdict::Differs,
+        (true, false) => Verdict::Within,
+        (true, true) => Verdict::Equal,
+    };
+    if verdict == Verdict::Within {
+        tell(&mut reasons, e.frames.len(), within);
+    }
+    let (metrics, measured, frame) = worst.map_or((None, None, 0), |(r, m, k)| (r.metrics, m, k));
+    (FileResult { name: name.to_owned(), verdict, reasons, metrics }, measured, frame)
+}
+
+/// Adds what is to say of some of so many frames: of the first of them, and how many more there are.
+fn tell(reasons: &mut Vec<String>, of: usize, frames: Vec<(usize, String)>) {
+    let more = frames.len().saturating_sub(TOLD);
+    for (k, reason) in frames.into_iter().take(TOLD) {
+        reasons.push(format!("frame {} of {of}: {reason}", k + 1));
+    }
+    if more > 0 {
+        reasons.push(format!("and so on: {more} more frames"));
+    }
+}
+
+/// Compares two still pictures by their thresholds.
 #[must_use]
 pub fn compare_pictures(
     name: &str,
@@ -213,13 +316,23 @@ fn depth_reason(expected: SampleKind, actual: SampleKind) -> String {
     format!("expected {expected} a channel, actual {actual}")
 }
 
-/// Why a stored file is larger than it must be.
-fn oversize(stored: &[u8], thresholds: &Thresholds, limits: &Limits) -> Option<String> {
-    let most = thresholds.max_bytes.unwrap_or(DEFAULT_MAX_BYTES);
-    if stored.len() as u64 > most {
+/// Why a stored file is larger than it must be. What this crate's own encoder makes of a picture is not: a fresh render may be
+/// stored as it is.
+fn oversize(
+    stored: &[u8],
+    picture: &DecodedPicture,
+    thresholds: &Thresholds,
+    limits: &Limits,
+) -> Option<String> {
+    if let Some(most) = thresholds.max_bytes
+        && stored.len() as u64 > most
+    {
         return Some(format!("{} bytes are stored, {most} are allowed (max_bytes)", stored.len()));
     }
     if stored.len() < OVERSIZE_FROM || !stored.starts_with(b"\x89PNG") {
+        return None;
+    }
+    if stored.len() <= fresh_size(picture).unwrap_or(0) {
         return None;
     }
     let small = |effort| match compress_png(stored, effort, limits) {
@@ -233,4 +346,14 @@ fn oversize(stored: &[u8], thresholds: &Thresholds, limits: &Limits) -> Option<S
     too_large(best).then(|| {
         format!("{} bytes are stored, {best} would do: accept it again to compress it", stored.len())
     })
+}
+
+/// Bytes of the file that a renderer of this crate writes; `None` for what it does not write.
+fn fresh_size(picture: &DecodedPicture) -> Option<usize> {
+    if picture.kind != SampleKind::Unsigned8 || picture.motion.is_some() {
+        return None;
+    }
+    let pixels = picture.pixels.iter().map(|p| p.map(|v| v as u8)).collect();
+    let image = DisplayImage { width: picture.width, height: picture.height, pixels };
+    encode_png(&image).ok().map(|bytes| bytes.len())
 }

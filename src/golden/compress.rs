@@ -25,7 +25,7 @@ pub enum Effort {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CompressError {
-    /// It is an animation, of which only the first picture is compared.
+    /// It is an animation, whose frames are not compressed.
     #[error("animated PNG files are kept as they are")]
     Animated,
     /// It cannot be read.

@@ -1,19 +1,34 @@
 //! Picture files of any renderer, decoded without loss.
 
+use super::motion::{Motion, read_apng, read_frames};
+use crate::formats::{self, FileFormat};
 use crate::limits::{LimitExceeded, Limits};
 use crate::load::{self, ExrPlane, ExrSamples, LoadError};
+use image::ImageDecoder;
+use image::codecs::jpeg::JpegDecoder;
+use image::codecs::webp::WebPDecoder;
 use std::fmt;
 use std::io::Cursor;
 use std::path::Path;
 
+/// Formats of the files that are compared. Which a file has, its content tells.
+pub const FORMATS: [FileFormat; 6] =
+    [formats::PNG, formats::APNG, formats::WEBP, formats::JPEG, formats::EXR, formats::HDR];
+
 /// Extensions of the files that are compared, in lower case.
-pub const EXTENSIONS: [&str; 3] = ["png", "exr", "hdr"];
+pub fn extensions() -> impl Iterator<Item = &'static str> {
+    let all = FORMATS.iter().flat_map(|format| format.extensions).copied();
+    // Moving pictures have those of still ones too.
+    all.enumerate()
+        .filter(|(k, e)| !FORMATS.iter().flat_map(|f| f.extensions).take(*k).any(|x| x == e))
+        .map(|(_, e)| e)
+}
 
 /// How the samples of a picture are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum SampleKind {
-    /// 8-bit codes of PNG (fewer bits are widened), taken as sRGB.
+    /// 8-bit codes of PNG (fewer bits are widened), WebP or JPEG, taken as sRGB.
     Unsigned8,
     /// 16-bit codes of PNG, taken as sRGB.
     Unsigned16,
@@ -64,11 +79,13 @@ pub struct DecodedPicture {
     pub height: u32,
     /// How samples are stored.
     pub kind: SampleKind,
-    /// RGBA row by row from the top, 0 to [`SampleKind::white`] (colours of linear pictures have no upper end).
-    /// Straight alpha in PNG, premultiplied in OpenEXR, always 1 in Radiance files.
+    /// RGBA row by row from the top, of moving pictures those of the first frame, 0 to [`SampleKind::white`] (colours of linear pictures have no upper end).
+    /// Straight alpha in PNG and WebP, premultiplied in OpenEXR, always 1 in Radiance files.
     pub pixels: Vec<[f32; 4]>,
     /// Channels of OpenEXR that are not part of `pixels`, by name.
     pub planes: Vec<ExrPlane>,
+    /// All frames, if it moves.
+    pub motion: Option<Motion>,
 }
 
 /// Why a file cannot be compared.
@@ -81,6 +98,9 @@ pub enum DecodeError {
     /// A PNG file is damaged.
     #[error("PNG: {0}")]
     Png(String),
+    /// A file of another format is damaged.
+    #[error("{0}")]
+    Image(String),
 }
 
 impl From<LimitExceeded> for DecodeError {
@@ -98,22 +118,30 @@ impl DecodedPicture {
         Self::from_bytes(&load::read_file(path, limits)?, limits)
     }
 
-    /// Decodes a PNG, OpenEXR or Radiance file; its first bytes say which it is.
+    /// Decodes a PNG, WebP (both animated or not), JPEG, OpenEXR or Radiance file; its first bytes say which it is.
     ///
     /// # Errors
     /// [`DecodeError`] if it is none of them, is damaged, or asks for more than the limits allow.
     pub fn from_bytes(bytes: &[u8], limits: &Limits) -> Result<Self, DecodeError> {
         if bytes.starts_with(b"\x89PNG") {
-            decode_png(bytes, limits)
+            match read_apng(bytes, limits)? {
+                Some(moving) => Ok(moving),
+                None => decode_png(bytes, limits),
+            }
+        } else if bytes.starts_with(b"\xff\xd8\xff") {
+            decode_image(JpegDecoder::new(Cursor::new(bytes)).map_err(damaged)?, "JPEG", limits)
+        } else if bytes.starts_with(b"RIFF") && bytes.get(8..12) == Some(b"WEBP") {
+            decode_webp(bytes, limits)
         } else if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
             let picture = load::read_exr_planes(bytes, limits)?;
             Ok(from_planes(picture.width, picture.height, picture.planes))
         } else if bytes.starts_with(b"#?") {
             let (width, height, pixels) = load::read_radiance(bytes, limits)?;
             let pixels = pixels.into_iter().map(|[r, g, b]| [r, g, b, 1.0]).collect();
-            Ok(Self { width, height, kind: SampleKind::Rgbe, pixels, planes: Vec::new() })
+            Ok(Self { width, height, kind: SampleKind::Rgbe, pixels, planes: Vec::new(), motion: None })
         } else {
-            let message = "neither a PNG nor an OpenEXR nor a Radiance HDR file (by its first bytes)";
+            let message =
+                "neither a PNG nor an OpenEXR nor a Radiance HDR, WebP or JPEG file (by its first bytes)";
             Err(LoadError::UnknownFormat(message.to_owned()).into())
         }
     }
@@ -138,42 +166,100 @@ pub(super) struct PngSamples {
     pub(super) samples: Vec<[u16; 4]>,
 }
 
-/// Reads the pixels of a PNG file of any kind.
-pub(super) fn read_png(bytes: &[u8], limits: &Limits) -> Result<PngSamples, DecodeError> {
-    let damaged = |e: png::DecodingError| DecodeError::Png(e.to_string());
+pub(super) fn damaged_png(error: png::DecodingError) -> DecodeError {
+    DecodeError::Png(error.to_string())
+}
+
+fn damaged(error: image::ImageError) -> DecodeError {
+    DecodeError::Image(error.to_string())
+}
+
+/// A decoder whose rows have no palette and always alpha.
+pub(super) fn png_decoder<'a>(bytes: &'a [u8], limits: &Limits) -> png::Decoder<Cursor<&'a [u8]>> {
     let memory = usize::try_from(limits.decoded_bytes.min(PNG_OVERHEAD)).unwrap_or(usize::MAX);
     let mut decoder = png::Decoder::new_with_limits(Cursor::new(bytes), png::Limits { bytes: memory });
     decoder.set_transformations(png::Transformations::EXPAND | png::Transformations::ALPHA);
-    let info = decoder.read_header_info().map_err(damaged)?;
+    decoder
+}
+
+/// RGBA codes of rows from [`png_decoder`].
+pub(super) fn png_codes(
+    data: &[u8],
+    color: png::ColorType,
+    depth: png::BitDepth,
+) -> Result<Vec<[u16; 4]>, DecodeError> {
+    let codes: Vec<u16> = if depth == png::BitDepth::Sixteen {
+        data.as_chunks::<2>().0.iter().map(|&v| u16::from_be_bytes(v)).collect()
+    } else {
+        data.iter().map(|&v| u16::from(v)).collect()
+    };
+    match color {
+        png::ColorType::GrayscaleAlpha => {
+            Ok(codes.as_chunks::<2>().0.iter().map(|&[v, a]| [v, v, v, a]).collect())
+        }
+        png::ColorType::Rgba => Ok(codes.as_chunks::<4>().0.to_vec()),
+        other => Err(DecodeError::Png(format!("{other:?} was not expanded"))),
+    }
+}
+
+/// Reads the pixels of a PNG file of any kind, of an animation those of its first picture.
+pub(super) fn read_png(bytes: &[u8], limits: &Limits) -> Result<PngSamples, DecodeError> {
+    let mut decoder = png_decoder(bytes, limits);
+    let info = decoder.read_header_info().map_err(damaged_png)?;
     let (width, height) = (info.width, info.height);
     let pixels = u64::from(width) * u64::from(height);
     let what = || format!("PNG of {width} x {height} pixels");
     Limits::check(what, pixels, limits.texture_pixels, "texture_pixels")?;
     // The decoder's buffer and what is made of it.
     Limits::check(what, pixels.saturating_mul(8 + 16), limits.decoded_bytes, "decoded_bytes")?;
-    let mut reader = decoder.read_info().map_err(damaged)?;
+    let mut reader = decoder.read_info().map_err(damaged_png)?;
     let size = reader.output_buffer_size().ok_or_else(|| DecodeError::Png("too large".to_owned()))?;
     let mut data = vec![0; size];
-    let info = reader.next_frame(&mut data).map_err(damaged)?;
+    let info = reader.next_frame(&mut data).map_err(damaged_png)?;
     // The whole file counts: what follows the pixels may be cut off.
-    reader.finish().map_err(damaged)?;
+    reader.finish().map_err(damaged_png)?;
     let data = &data[..info.buffer_size()];
     let is_16_bit = info.bit_depth == png::BitDepth::Sixteen;
-    let channels = match info.color_type {
-        png::ColorType::GrayscaleAlpha => 2,
-        png::ColorType::Rgba => 4,
-        other => return Err(DecodeError::Png(format!("{other:?} was not expanded"))),
-    };
-    let codes: Vec<u16> = if is_16_bit {
-        data.as_chunks::<2>().0.iter().map(|&v| u16::from_be_bytes(v)).collect()
-    } else {
-        data.iter().map(|&v| u16::from(v)).collect()
-    };
-    let samples = match channels {
-        2 => codes.as_chunks::<2>().0.iter().map(|&[v, a]| [v, v, v, a]).collect(),
-        _ => codes.as_chunks::<4>().0.to_vec(),
-    };
+    let samples = png_codes(data, info.color_type, info.bit_depth)?;
     Ok(PngSamples { width: info.width, height: info.height, is_16_bit, samples })
+}
+
+/// Refuses what would take more memory than the limits allow: numbers of 32 bits, and the decoder's own pixels.
+fn check_size(kind: &str, [width, height]: [u32; 2], limits: &Limits) -> Result<(), DecodeError> {
+    let what = || format!("{kind} of {width} x {height} pixels");
+    let pixels = u64::from(width) * u64::from(height);
+    Limits::check(what, pixels, limits.texture_pixels, "texture_pixels")?;
+    Ok(Limits::check(what, pixels.saturating_mul(8 + 16), limits.decoded_bytes, "decoded_bytes")?)
+}
+
+/// A still picture of 8 bits.
+fn decode_image(
+    decoder: impl ImageDecoder,
+    kind: &str,
+    limits: &Limits,
+) -> Result<DecodedPicture, DecodeError> {
+    let (width, height) = decoder.dimensions();
+    check_size(kind, [width, height], limits)?;
+    let image = image::DynamicImage::from_decoder(decoder).map_err(damaged)?.into_rgba8();
+    let pixels = image.pixels().map(|p| p.0.map(f32::from)).collect();
+    Ok(DecodedPicture {
+        width,
+        height,
+        kind: SampleKind::Unsigned8,
+        pixels,
+        planes: Vec::new(),
+        motion: None,
+    })
+}
+
+fn decode_webp(bytes: &[u8], limits: &Limits) -> Result<DecodedPicture, DecodeError> {
+    let decoder = WebPDecoder::new(Cursor::new(bytes)).map_err(damaged)?;
+    let (width, height) = decoder.dimensions();
+    check_size("WebP", [width, height], limits)?;
+    if decoder.has_animation() {
+        return read_frames("animated WebP", [width, height], decoder, limits);
+    }
+    decode_image(decoder, "WebP", limits)
 }
 
 fn decode_png(bytes: &[u8], limits: &Limits) -> Result<DecodedPicture, DecodeError> {
@@ -184,6 +270,7 @@ fn decode_png(bytes: &[u8], limits: &Limits) -> Result<DecodedPicture, DecodeErr
         kind: if png.is_16_bit { SampleKind::Unsigned16 } else { SampleKind::Unsigned8 },
         pixels: png.samples.iter().map(|p| p.map(f32::from)).collect(),
         planes: Vec::new(),
+        motion: None,
     })
 }
 
@@ -214,7 +301,7 @@ fn from_planes(width: u32, height: u32, mut planes: Vec<ExrPlane>) -> DecodedPic
         !is_colour
     });
     planes.sort_by(|a, b| a.name.cmp(&b.name));
-    DecodedPicture { width, height, kind, pixels, planes }
+    DecodedPicture { width, height, kind, pixels, planes, motion: None }
 }
 
 /// Which planes are red, green, blue and alpha: those of the first layer that has colours, of the unnamed layer

@@ -3,7 +3,8 @@
 use super::check::{FileResult, Verdict};
 use std::fmt::Write as _;
 
-/// One test suite with a test case a file: pictures that differ are failures, what could not be compared is an error.
+/// One test suite with a test case a file: pictures that differ or are not there are failures, what could not be compared is an
+/// error.
 #[must_use]
 pub fn to_junit(suite: &str, results: &[FileResult]) -> String {
     let count = |wanted: &dyn Fn(&FileResult) -> bool| results.iter().filter(|r| wanted(r)).count();
@@ -20,7 +21,7 @@ pub fn to_junit(suite: &str, results: &[FileResult]) -> String {
             out.push_str("/>\n");
         } else {
             let element = if is_failure(result) { "failure" } else { "error" };
-            let kind = result.verdict.name();
+            let kind = escape(result.verdict.name());
             let _ =
                 writeln!(out, ">\n      <{element} type=\"{kind}\" message=\"{reasons}\"/>\n    </testcase>");
         }
@@ -30,7 +31,7 @@ pub fn to_junit(suite: &str, results: &[FileResult]) -> String {
 }
 
 fn is_failure(result: &FileResult) -> bool {
-    matches!(result.verdict, Verdict::Differs | Verdict::Oversized)
+    !result.verdict.is_good() && result.verdict != Verdict::Failed
 }
 
 /// Text within an attribute. Characters that XML does not allow at all become U+FFFD.
@@ -60,13 +61,15 @@ mod tests {
         let results = [
             good,
             FileResult::new("b<\"&\u{1}>.png", Verdict::Differs, "3 pixels\ndiffer"),
-            FileResult::new("c.png", Verdict::Missing, "no expected picture"),
+            FileResult::new("c.png", Verdict::NoExpected, "no expected picture"),
+            FileResult::new("d.png", Verdict::Failed, "damaged"),
         ];
         let xml = to_junit("golden", &results);
-        assert!(xml.contains("<testsuites tests=\"3\" failures=\"1\" errors=\"1\">"), "{xml}");
+        assert!(xml.contains("<testsuites tests=\"4\" failures=\"2\" errors=\"1\">"), "{xml}");
         assert!(xml.contains("name=\"b&lt;&quot;&amp;\u{fffd}&gt;.png\">"), "{xml}");
         assert!(xml.contains("<failure type=\"differs\" message=\"3 pixels differ\"/>"), "{xml}");
-        assert!(xml.contains("<error type=\"missing\""), "{xml}");
+        assert!(xml.contains("<failure type=\"no expected picture\""), "{xml}");
+        assert!(xml.contains("<error type=\"failed\" message=\"damaged\"/>"), "{xml}");
         assert!(xml.contains("name=\"a.png\"/>"), "{xml}");
     }
 }

@@ -35,6 +35,7 @@ pub mod decode;
 mod folder;
 pub mod junit;
 pub mod metrics;
+pub mod motion;
 mod picture;
 pub mod report;
 pub mod thresholds;

@@ -48,6 +48,9 @@ impl Picture {
         decoder
             .set_transformations(png::Transformations::normalize_to_color8() | png::Transformations::ALPHA);
         let mut reader = decoder.read_info().map_err(|e| e.to_string())?;
+        if reader.info().animation_control().is_some() {
+            return Err("it is an animation, and a still picture is wanted".to_owned());
+        }
         let size = reader.output_buffer_size().ok_or("too large")?;
         let mut data = vec![0; size];
         let info = reader.next_frame(&mut data).map_err(|e| e.to_string())?;

@@ -38,14 +38,11 @@ pub struct Thresholds {
     pub flip_mean: Option<f64>,
     /// Largest value in the FLIP map, 0 to 1.
     pub flip_max: Option<f64>,
-    /// Largest size of an expected file in bytes that a strict check accepts; 4 MiB where `None`.
+    /// Largest size of an expected file in bytes that a strict check accepts; any size where `None`.
     pub max_bytes: Option<u64>,
     /// What the measures need to know.
     pub metrics: MetricSettings,
 }
-
-/// The size of an expected file that is accepted where nothing else is said.
-pub const DEFAULT_MAX_BYTES: u64 = 4 << 20;
 
 impl Thresholds {
     /// True if nothing but equality will do.
@@ -491,6 +488,7 @@ mod tests {
             kind: SampleKind::Unsigned8,
             pixels: values.iter().map(|&v| [v, v, v, 255.0]).collect(),
             planes: Vec::new(),
+            motion: None,
         };
         let metrics = |actual: &[f32]| {
             measure(&picture(&[10.0, 20.0, 30.0, 40.0]), &picture(actual), &MetricSettings::default())

@@ -1,12 +1,15 @@
 //! Which pictures of two folders belong together.
 
-use super::decode::EXTENSIONS;
+use super::decode::extensions;
 use crate::limits::{LimitExceeded, Limits};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// What stands before the extension of a picture that a failed test leaves: `x.new.png` beside `x.png`.
 pub const NEW: &str = ".new";
+
+/// The file that says how much pictures of its folder may differ.
+pub const THRESHOLDS: &str = "thresholds.toml";
 
 /// Why two folders cannot be walked.
 #[derive(Debug, thiserror::Error)]
@@ -57,10 +60,13 @@ pub struct FolderPair {
     pub actual: PathBuf,
     /// The pictures of both, by name.
     pub pairs: Vec<Pair>,
+    /// The other files of both, which are not compared: how many there are by extension (`.txt`; empty for names without
+    /// one), without those that belong to the goldens (`thresholds.toml`).
+    pub others: BTreeMap<String, u64>,
 }
 
 impl FolderPair {
-    /// Lists the pictures (`.png`, `.exr`, `.hdr`) of two folders and of the folders in them. In the actual folder,
+    /// Lists the pictures (those with [`extensions`]) of two folders and of the folders in them. In the actual folder,
     /// `x.new.png` stands for `x.png` and comes before a file of that name; in the expected folder it is left out. So
     /// both may be one folder, in which tests leave what failed.
     ///
@@ -85,13 +91,14 @@ impl FolderPair {
                     actual: Some(actual.clone()),
                     ..Pair::default()
                 };
-                return Ok(Self { expected, actual, pairs: vec![pair] });
+                return Ok(Self { expected, actual, pairs: vec![pair], others: BTreeMap::new() });
             }
             (true, false) => return Err(WalkError::Mixed { folder: expected, file: actual }),
             (false, true) => return Err(WalkError::Mixed { folder: actual, file: expected }),
         }
         let mut pairs: BTreeMap<String, Pair> = BTreeMap::new();
-        for found in list(&expected, limits)? {
+        let mut others = BTreeMap::new();
+        for found in list(&expected, limits, &mut others)? {
             if split_new(&found.name).is_some() {
                 continue;
             }
@@ -99,7 +106,15 @@ impl FolderPair {
             pair.expected = found.problem.is_none().then_some(found.path);
             pair.problem = found.problem;
         }
-        for found in list(&actual, limits)? {
+        // One folder may be both.
+        let mut more = BTreeMap::new();
+        let found_actual = list(&actual, limits, &mut more)?;
+        if expected.canonicalize().ok() != actual.canonicalize().ok() {
+            for (extension, count) in more {
+                *others.entry(extension).or_default() += count;
+            }
+        }
+        for found in found_actual {
             let (name, is_new) = match split_new(&found.name) {
                 Some(name) => (name, true),
                 None => (found.name, false),
@@ -115,7 +130,24 @@ impl FolderPair {
             }
         }
         let pairs = pairs.into_iter().map(|(name, pair)| Pair { name, ..pair }).collect();
-        Ok(Self { expected, actual, pairs })
+        Ok(Self { expected, actual, pairs, others })
+    }
+
+    /// The files that are not compared, in one line; `None` if there are none.
+    #[must_use]
+    pub fn others_in_words(&self) -> Option<String> {
+        let count: u64 = self.others.values().sum();
+        let kind = |(extension, count): (&String, &u64)| match extension.as_str() {
+            "" => format!("{count} without extension"),
+            extension => format!("{count} {extension}"),
+        };
+        // An extension may be anything; so may their number.
+        let mut kinds: Vec<String> = self.others.iter().take(12).map(kind).collect();
+        if self.others.len() > kinds.len() {
+            kinds.push("others".to_owned());
+        }
+        let files = if count == 1 { "1 file is" } else { &format!("{count} files are") };
+        (count > 0).then(|| format!("{files} not compared: {}", kinds.join(", ")))
     }
 }
 
@@ -132,8 +164,8 @@ struct Found {
     problem: Option<String>,
 }
 
-/// The pictures in a folder and the folders in it.
-fn list(root: &Path, limits: &Limits) -> Result<Vec<Found>, WalkError> {
+/// The pictures in a folder and the folders in it; other files are counted by extension.
+fn list(root: &Path, limits: &Limits, others: &mut BTreeMap<String, u64>) -> Result<Vec<Found>, WalkError> {
     let io = |path: &Path| {
         let path = path.to_owned();
         move |source| WalkError::Io { path, source }
@@ -141,6 +173,7 @@ fn list(root: &Path, limits: &Limits) -> Result<Vec<Found>, WalkError> {
     let real_root = root.canonicalize().map_err(io(root))?;
     let mut found = Vec::new();
     let mut folders = vec![(root.to_owned(), String::new())];
+    let mut other = 0_u64;
     while let Some((folder, prefix)) = folders.pop() {
         for entry in std::fs::read_dir(&folder).map_err(io(&folder))? {
             let entry = entry.map_err(io(&folder))?;
@@ -152,16 +185,27 @@ fn list(root: &Path, limits: &Limits) -> Result<Vec<Found>, WalkError> {
             }
             let extension =
                 path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
-            if !EXTENSIONS.contains(&extension.as_str()) {
+            let count = (found.len() + folders.len()) as u64 + other;
+            Limits::check(|| format!("files in {}", root.display()), count, limits.nodes, "nodes")?;
+            if !extensions().any(|known| known == extension) {
+                if name != THRESHOLDS {
+                    other += 1;
+                    let extension =
+                        if extension.is_empty() { extension } else { format!(".{}", short(&extension)) };
+                    *others.entry(extension).or_default() += 1;
+                }
                 continue;
             }
             let problem = kind.is_symlink().then(|| link_problem(&path, &real_root)).flatten();
             found.push(Found { name, path, problem });
-            let count = (found.len() + folders.len()) as u64;
-            Limits::check(|| format!("pictures in {}", root.display()), count, limits.nodes, "nodes")?;
         }
     }
     Ok(found)
+}
+
+/// The beginning of a long extension.
+fn short(extension: &str) -> String {
+    extension.chars().take(16).collect()
 }
 
 /// Why a link is not followed.
@@ -190,6 +234,7 @@ mod tests {
             (&actual, "x.png"),
             (&actual, "x.new.png"),
             (&actual, "z.hdr"),
+            (&expected, "thresholds.toml"),
         ] {
             let path = folder.join(name);
             fs::create_dir_all(path.parent().unwrap()).unwrap();
@@ -200,10 +245,17 @@ mod tests {
             pair.pairs.iter().map(|p| (p.name.as_str(), p.expected.is_some(), p.actual.is_some())).collect();
         assert_eq!(names, [("deep/er/y.EXR", true, false), ("x.png", true, true), ("z.hdr", false, true)]);
         assert!(pair.pairs[1].is_new);
+        assert_eq!(pair.others_in_words().as_deref(), Some("1 file is not compared: 1 .txt"));
         assert_eq!(pair.pairs[1].actual.as_deref(), Some(actual.join("x.new.png").as_path()));
 
         let one = FolderPair::open(&expected, &expected, &Limits::default()).unwrap();
         assert!(one.pairs.iter().any(|p| p.name == "x.png" && p.is_new));
+        for name in ["a.SVG", "b.svg", "LICENCE"] {
+            fs::write(expected.join(name), name).unwrap();
+        }
+        let one = FolderPair::open(&expected, &expected, &Limits::default()).unwrap();
+        let words = "4 files are not compared: 1 without extension, 2 .svg, 1 .txt";
+        assert_eq!(one.others_in_words().as_deref(), Some(words));
         let limits = Limits { nodes: 1, ..Limits::default() };
         assert!(matches!(FolderPair::open(&expected, &actual, &limits), Err(WalkError::Limit(_))));
         let file = expected.join("x.png");

@@ -1,6 +1,7 @@
 //! Which format a file has.
 use super::gltf;
 use super::threemf::archive;
+use crate::formats::{self, FileFormat};
 
 /// Formats of model files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -35,23 +36,29 @@ impl Format {
         }
     }
 
+    /// Name, extensions and media type.
+    #[must_use]
+    pub fn file_format(self) -> FileFormat {
+        match self {
+            Self::Gltf => formats::GLTF,
+            Self::Glb => formats::GLB,
+            Self::Obj => formats::OBJ,
+            Self::Stl => formats::STL,
+            Self::Ply => formats::PLY,
+            Self::ThreeMf => formats::THREE_MF,
+        }
+    }
+
     /// Its usual file extension, without the dot.
     #[must_use]
     pub fn extension(self) -> &'static str {
-        match self {
-            Self::Gltf => "gltf",
-            Self::Glb => "glb",
-            Self::Obj => "obj",
-            Self::Stl => "stl",
-            Self::Ply => "ply",
-            Self::ThreeMf => "3mf",
-        }
+        self.file_format().extensions.first().copied().unwrap_or_default()
     }
 
     /// The format with this file extension (without the dot, in any case).
     #[must_use]
     pub fn from_extension(extension: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|f| f.extension().eq_ignore_ascii_case(extension))
+        Self::ALL.into_iter().find(|f| f.file_format().has_extension(extension))
     }
 
     /// The format that a user calls by this name: a file extension in any case.

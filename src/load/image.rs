@@ -1,9 +1,13 @@
 //! Encoded pictures (PNG, JPEG, WebP, KTX2) to 8-bit RGBA, with their claims checked before anything is allocated.
 use super::ktx2;
+use crate::formats::{self, FileFormat};
 use crate::limits::{LimitExceeded, Limits};
 use crate::scene::Image;
 use ::image::{ColorType, ImageDecoder, ImageFormat, ImageReader};
 use std::io::Cursor;
+
+/// Formats of textures. Which a file has, its content tells.
+pub const FORMATS: [FileFormat; 4] = [formats::PNG, formats::JPEG, formats::WEBP, formats::KTX2];
 
 /// Bytes that a decoder may use beside the picture itself.
 const DECODER_BYTES: u64 = 64 << 20;
@@ -201,6 +205,26 @@ mod tests {
     fn read(bytes: &[u8]) -> Image {
         let header = probe("image 0", bytes, &Limits::default()).unwrap();
         decode(bytes, &header).unwrap()
+    }
+
+    /// What is said to be read is read, and nothing is read that is not said.
+    #[test]
+    fn every_format_of_the_table_is_recognised() {
+        for format in FORMATS {
+            let mut bytes = Cursor::new(Vec::new());
+            let image = DynamicImage::from(ImageBuffer::from_pixel(4, 4, ::image::Rgb([9u8, 8, 7])));
+            let Some(kind) = ImageFormat::from_mime_type(format.mime_type) else {
+                assert_eq!(format, formats::KTX2);
+                continue;
+            };
+            image.write_to(&mut bytes, kind).unwrap();
+            assert_eq!(read(&bytes.into_inner()).width(), 4, "{}", format.name);
+        }
+        let read: Vec<ImageFormat> = ImageFormat::all().filter(ImageFormat::reading_enabled).collect();
+        for kind in read.into_iter().filter(|kind| *kind != ImageFormat::Hdr) {
+            let said = FORMATS.iter().any(|format| format.mime_type == kind.to_mime_type());
+            assert!(said, "{kind:?} is read and not said to be");
+        }
     }
 
     #[test]

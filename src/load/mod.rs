@@ -47,11 +47,12 @@ mod weld;
 
 pub use animated::{AnimatedModel, AnimationInfo};
 pub use environment::{
-    ExrPicture, ExrPlane, ExrSamples, LoadedEnvironment, load as load_environment,
-    load_file as load_environment_file, read_exr_planes, read_radiance,
+    ExrPicture, ExrPlane, ExrSamples, FORMATS as ENVIRONMENT_FORMATS, LoadedEnvironment,
+    load as load_environment, load_file as load_environment_file, read_exr_planes, read_radiance,
 };
 pub use error::{LoadError, Warning};
 pub use format::Format;
+pub use image::FORMATS as TEXTURE_FORMATS;
 pub(crate) use material::suggestion;
 pub use material::{
     AssignError, BuiltinMaterial, MaterialError, MaterialErrorReason, MaterialFile, MaterialKey,

@@ -10,18 +10,23 @@
 mod aov;
 mod exr;
 mod hdr;
+mod jpeg;
 mod movie;
 mod png;
+mod webp;
 mod write;
 
 pub use crate::frame::{DisplayImage, DisplayOptions};
 pub use aov::encode_aov_png;
 pub use exr::{ExrPrecision, encode_exr};
 pub use hdr::encode_hdr;
+pub use jpeg::{DEFAULT_JPEG_QUALITY, encode_jpeg};
 pub use movie::{MovieFormat, MovieFrame, durations, encode_movie};
 pub use png::{encode_png, encode_png_rgb};
+pub use webp::encode_webp;
 pub use write::write_atomically;
 
+use crate::formats::{self, FileFormat};
 use crate::frame::Frame;
 use std::fmt;
 use std::io;
@@ -34,6 +39,10 @@ pub enum OutputFormat {
     /// 8 bits a channel, sRGB, straight alpha.
     #[default]
     Png,
+    /// The same as lossless WebP.
+    WebP,
+    /// 8 bits a channel, sRGB, with loss and without alpha: over white where there is no background.
+    Jpeg,
     /// OpenEXR: linear, premultiplied, with the G-buffer planes as layers.
     Exr,
     /// Radiance RGBE: linear, without alpha.
@@ -42,16 +51,36 @@ pub enum OutputFormat {
 
 impl OutputFormat {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::Png, Self::Exr, Self::Hdr];
+    pub const ALL: [Self; 5] = [Self::Png, Self::WebP, Self::Jpeg, Self::Exr, Self::Hdr];
 
-    /// The extension of its files, in lower case and without the dot.
+    /// Name, extensions and media type.
+    #[must_use]
+    pub fn file_format(self) -> FileFormat {
+        match self {
+            Self::Png => formats::PNG,
+            Self::WebP => formats::WEBP,
+            Self::Jpeg => formats::JPEG,
+            Self::Exr => formats::EXR,
+            Self::Hdr => formats::HDR,
+        }
+    }
+
+    /// The usual extension of its files, in lower case and without the dot.
     #[must_use]
     pub fn extension(self) -> &'static str {
-        match self {
-            Self::Png => "png",
-            Self::Exr => "exr",
-            Self::Hdr => "hdr",
-        }
+        self.file_format().extensions.first().copied().unwrap_or_default()
+    }
+
+    /// True for linear light; false for pictures of 8 bits, which are for screens.
+    #[must_use]
+    pub fn is_linear(self) -> bool {
+        matches!(self, Self::Exr | Self::Hdr)
+    }
+
+    /// The format with this extension, without the dot and in whatever case.
+    #[must_use]
+    pub fn from_extension(extension: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|format| format.file_format().has_extension(extension))
     }
 
     /// The format that a file's extension names, in whatever case.
@@ -59,11 +88,8 @@ impl OutputFormat {
     /// # Errors
     /// [`OutputError::UnknownExtension`].
     pub fn from_path(path: &Path) -> Result<Self, OutputError> {
-        let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
-        Self::ALL
-            .into_iter()
-            .find(|format| format.extension() == extension)
-            .ok_or_else(|| OutputError::UnknownExtension { path: path.to_owned() })
+        let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
+        Self::from_extension(extension).ok_or_else(|| OutputError::UnknownExtension { path: path.to_owned() })
     }
 }
 
@@ -74,12 +100,21 @@ impl fmt::Display for OutputFormat {
 }
 
 /// How a frame becomes a file.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct OutputOptions {
-    /// For PNG.
+    /// For PNG, WebP and JPEG.
     pub display: DisplayOptions,
     /// For OpenEXR.
     pub exr_precision: ExrPrecision,
+    /// For JPEG, 1 to 100.
+    pub jpeg_quality: u8,
+}
+
+impl Default for OutputOptions {
+    fn default() -> Self {
+        let (display, exr_precision) = Default::default();
+        Self { display, exr_precision, jpeg_quality: DEFAULT_JPEG_QUALITY }
+    }
 }
 
 /// Why there is no file.
@@ -87,7 +122,7 @@ pub struct OutputOptions {
 #[non_exhaustive]
 pub enum OutputError {
     /// The extension names no format.
-    #[error("{}: unknown format; known extensions are .png, .exr and .hdr", path.display())]
+    #[error("{}: unknown format; known extensions are .png, .webp, .jpg, .exr and .hdr", path.display())]
     UnknownExtension {
         /// The file.
         path: PathBuf,
@@ -124,12 +159,36 @@ pub enum OutputError {
 /// [`OutputError::Encode`] if the frame is empty or too large for the format.
 pub fn encode(frame: &Frame, format: OutputFormat, options: &OutputOptions) -> Result<Vec<u8>, OutputError> {
     match format {
-        OutputFormat::Png => {
+        OutputFormat::Png | OutputFormat::WebP | OutputFormat::Jpeg => {
             check_size(frame, format)?;
-            encode_png(&DisplayImage::new(frame, &options.display))
+            let mut display = options.display.clone();
+            if format == OutputFormat::Jpeg {
+                // Here coloured glass tints it, which it cannot any more when the picture is made.
+                display.background.get_or_insert([255; 3]);
+            }
+            encode_image(&DisplayImage::new(frame, &display), format, options)
         }
         OutputFormat::Exr => encode_exr(frame, options.exr_precision),
         OutputFormat::Hdr => encode_hdr(frame),
+    }
+}
+
+/// The bytes of the file of a picture for a screen.
+///
+/// # Errors
+/// [`OutputError::Encode`] if the picture is empty or too large for the format, or the format is one of linear light.
+pub fn encode_image(
+    image: &DisplayImage,
+    format: OutputFormat,
+    options: &OutputOptions,
+) -> Result<Vec<u8>, OutputError> {
+    match format {
+        OutputFormat::Png => encode_png(image),
+        OutputFormat::WebP => encode_webp(image),
+        OutputFormat::Jpeg => encode_jpeg(image, options.jpeg_quality),
+        OutputFormat::Exr | OutputFormat::Hdr => {
+            Err(OutputError::Encode { format, reason: "it takes linear light".to_owned() })
+        }
     }
 }
 
@@ -166,10 +225,12 @@ mod tests {
 
     #[test]
     fn the_extension_names_the_format() {
-        for (name, format) in [("a.png", OutputFormat::Png), ("b/c.EXR", OutputFormat::Exr)] {
+        for (name, format) in
+            [("a.png", OutputFormat::Png), ("b/c.EXR", OutputFormat::Exr), ("d.JPEG", OutputFormat::Jpeg)]
+        {
             assert_eq!(OutputFormat::from_path(Path::new(name)).unwrap(), format);
         }
-        for name in ["a", "a.jpg", ".png", "png", "a.png/"] {
+        for name in ["a", "a.gif", ".png", "png", "a.png/"] {
             let result = OutputFormat::from_path(Path::new(name));
             if name == "a.png/" {
                 // A trailing separator does not count as a component; writing to it fails later.

@@ -104,7 +104,7 @@ fn wanted() -> BTreeSet<String> {
     add("model", debug(ShadingModel::ALL.map(Some)));
     add("key", debug(KEYS.iter().map(|(key, _)| key)));
     add("container", debug(Format::ALL));
-    add("output", debug(OutputFormat::ALL));
+    add("output", debug(super::invent::OUTPUTS));
     add("tone", debug(ToneCurve::ALL));
     add("plane", debug(Aov::ALL));
     add("samples", debug([1, 4, 8, 16]));

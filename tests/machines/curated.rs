@@ -6,6 +6,7 @@
 use super::common::scenes::{compressed, motion, nodes};
 use super::dice::Dice;
 use super::forms;
+use super::invent::OUTPUTS;
 use super::keys::{self, Choice, KEYS};
 use super::recipe::{
     Alpha, EnvironmentRecipe, Given, GltfSlot, InstanceRecipe, KeyValue, MaterialRecipe, Pattern,
@@ -216,7 +217,7 @@ fn with_keys(name: &str, model: ShadingModel, number: usize) -> Recipe {
     recipe.samples = [1, 4, 8, 16][number % 4];
     // The second round of the models is of another format.
     let round = number / ShadingModel::ALL.len();
-    recipe.output = OutputFormat::ALL[(number + round) % OutputFormat::ALL.len()];
+    recipe.output = OUTPUTS[(number + round) % OUTPUTS.len()];
     recipe.tone_curve = ToneCurve::ALL[number % ToneCurve::ALL.len()];
     recipe
 }

@@ -16,6 +16,9 @@ use overcoat::output::OutputFormat;
 use overcoat::render::ShadingModel;
 use overcoat::scene::{Filter, MipFilter, Wrap};
 
+/// Formats of the files whose bytes are compared between machines.
+pub const OUTPUTS: [OutputFormat; 3] = [OutputFormat::Png, OutputFormat::Exr, OutputFormat::Hdr];
+
 impl Recipe {
     /// The picture of a number.
     pub fn random(seed: u64) -> Self {
@@ -40,7 +43,7 @@ impl Recipe {
             anisotropy: dice.pick(&[1, 2, 8, 16]),
             shading: dice.percent(20).then(|| dice.pick(&ShadingModel::ALL)),
             aovs: if dice.percent(15) { (0..3).map(|_| dice.pick(&Aov::ALL)).collect() } else { Vec::new() },
-            output: dice.pick(&[OutputFormat::Png, OutputFormat::Exr, OutputFormat::Hdr]),
+            output: dice.pick(&OUTPUTS),
             ..Self::empty()
         };
         recipe.aovs.sort_by_key(|aov| Aov::ALL.iter().position(|a| a == aov));

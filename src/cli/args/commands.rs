@@ -1,7 +1,8 @@
 //! The options of each command, beside the groups that it shares with others.
 
 use super::groups::{
-    AnimationArgs, DrawArgs, InputArgs, LightArgs, MachineArgs, ModelArgs, ReportArgs, ThreadArgs,
+    AnimationArgs, DrawArgs, EncodingArgs, InputArgs, LightArgs, MachineArgs, ModelArgs, ReportArgs,
+    ThreadArgs,
 };
 use crate::cli::values;
 use crate::frame::Aov;
@@ -22,15 +23,14 @@ use std::path::PathBuf;
 
 Exit codes: 0 done, 1 failed, 2 wrong usage, 3 limit exceeded")]
 pub struct RenderArgs {
-    /// Picture to write (.png, .exr or .hdr), or - for standard output
+    /// Picture to write (.png, .webp, .jpg, .exr or .hdr), or - for standard output
     #[arg(short, long, value_name = "OUT")]
     pub output: PathBuf,
 
-    /// Format of the picture: png, exr or hdr [default: by the name of OUT; png for -]
-    #[arg(long, value_name = "FORMAT")]
-    pub output_format: Option<String>,
+    #[command(flatten)]
+    pub encoding: EncodingArgs,
 
-    /// Also write planes of the G-buffer: layers of an .exr, files beside a .png (OUT.depth.png)
+    /// Also write planes of the G-buffer: layers of an .exr, files beside others (OUT.depth.png)
     ///
     /// Comma-separated: depth, position, normal, coat-normal, tangent, base-color, roughness, metallic, specular-color,
     /// occlusion, emissive, coat, coat-thickness, coat-color, sheen-color, sheen-roughness, anisotropy, iridescence,
@@ -52,10 +52,13 @@ pub struct RenderArgs {
 /// What moving pictures have in common.
 #[derive(Debug, Args)]
 pub struct MovieArgs {
-    /// What to write: .png or .apng (animated PNG), .webp (lossless), a .png with # in its name for a numbered picture
-    /// each frame (out-####.png), or - for an animated PNG on standard output
+    /// What to write: .png or .apng (animated PNG), .webp (lossless), a .png, .webp or .jpg with # in its name for a
+    /// numbered picture each frame (out-####.png), or - for standard output (animated PNG, or with --output-format webp)
     #[arg(short, long, value_name = "OUT")]
     pub output: PathBuf,
+
+    #[command(flatten)]
+    pub encoding: EncodingArgs,
 
     /// Frames a second, 0.1 to 1000
     #[arg(long, value_name = "N", value_parser = values::within::<f64>(0.1, 1000.0), allow_negative_numbers = true,
@@ -148,6 +151,17 @@ pub struct InfoArgs {
     pub report: ReportArgs,
 }
 
+/// `overcoat formats`
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  overcoat formats
+  overcoat formats --json")]
+pub struct FormatsArgs {
+    /// Print them as JSON to standard output, with media types and extensions
+    #[arg(long)]
+    pub json: bool,
+}
+
 /// What contact sheets have in common.
 #[derive(Debug, Args)]
 pub struct CellArgs {
@@ -155,6 +169,9 @@ pub struct CellArgs {
     #[arg(long, value_name = "N", value_parser = values::within::<u32>(1, 1000), allow_negative_numbers = true,
           requires = "output")]
     pub columns: Option<u32>,
+
+    #[command(flatten)]
+    pub encoding: EncodingArgs,
 }
 
 /// What `--size` is where each model is a cell of a sheet.
@@ -165,13 +182,13 @@ const CELL_SIZE: &str = "Width and height of a cell in pixels; one number makes 
 #[command(mut_arg("size", |size| size.help(CELL_SIZE)), after_help = "Example:
   overcoat sheet models/*.glb -o sheet.png --size 256 --columns 6
 
-A model that fails gets a cell with the reason, and the exit code is 1.")]
+A model that fails gets a cell with the reason. The sheet is written all the same, and the exit code is 1.")]
 pub struct SheetArgs {
     /// Model files (.glb, .gltf, .obj, .stl, .ply, .3mf), or - for standard input
     #[arg(value_name = "IN", required = true)]
     pub inputs: Vec<PathBuf>,
 
-    /// Contact sheet to write (.png), or - for standard output
+    /// Contact sheet to write (.png, .webp or .jpg), or - for standard output
     #[arg(short, long, value_name = "OUT")]
     pub output: PathBuf,
 
@@ -194,7 +211,7 @@ Below each picture is its difference to that of --against, four times as strong:
                   agree."
 )]
 pub struct CompareModelsArgs {
-    /// Labelled sheet to write (.png), or - for standard output
+    /// Labelled sheet to write (.png, .webp or .jpg), or - for standard output
     #[arg(short, long, value_name = "OUT")]
     pub output: PathBuf,
 
@@ -268,7 +285,7 @@ pub struct MaterialsArgs {
     #[arg(value_name = "NAME", conflicts_with_all = ["output", "keys"])]
     pub name: Option<String>,
 
-    /// Contact sheet to write (.png), or - for standard output
+    /// Contact sheet to write (.png, .webp or .jpg), or - for standard output
     #[arg(short, long, value_name = "OUT")]
     pub output: Option<PathBuf>,
 

@@ -7,12 +7,27 @@ use crate::cli::values::{self, BackgroundChoice, ViewDirection};
 use crate::color::ToneCurve;
 use crate::limits::Limits;
 use crate::math::lanes::SimdLevel;
+use crate::output::OutputFormat;
 use crate::render::{AreaLightMethod, Renderer, ShadingModel};
 use clap::Args;
 use std::path::PathBuf;
 
 /// Heading of the options that never change the picture.
 pub const MACHINE: &str = "Machine (these never change the picture)";
+
+/// How the picture becomes a file.
+#[derive(Debug, Default, Args)]
+pub struct EncodingArgs {
+    /// Format of the file: png, webp (lossless), jpg, exr or hdr [default: by the name of OUT; png for -]
+    ///
+    /// Sheets and moving pictures are for screens: not exr, not hdr.
+    #[arg(long, value_name = "FORMAT", value_parser = values::output_format)]
+    pub output_format: Option<OutputFormat>,
+
+    /// Quality of .jpg, 1 to 100 [default: 90]
+    #[arg(long, value_name = "N", value_parser = values::within::<u8>(1, 100), allow_negative_numbers = true)]
+    pub quality: Option<u8>,
+}
 
 /// One model, and how it is drawn.
 #[derive(Debug, Args)]
@@ -177,7 +192,8 @@ pub struct PictureArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Display")]
 pub struct DisplayArgs {
-    /// What is behind the model: transparent, env, #rrggbb (the # may be left out) or a colour name [default: transparent]
+    /// What is behind the model: transparent, env, #rrggbb (the # may be left out) or a colour name
+    /// [default: transparent, of .jpg white]
     #[arg(long, value_name = "COLOR", value_parser = values::background)]
     pub background: Option<BackgroundChoice>,
 

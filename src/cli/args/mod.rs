@@ -7,12 +7,12 @@ mod commands;
 mod groups;
 
 pub use commands::{
-    AnimateArgs, BenchArgs, CellArgs, CompareModelsArgs, InfoArgs, MaterialsArgs, MovieArgs, RenderArgs,
-    SheetArgs, Turn, TurntableArgs,
+    AnimateArgs, BenchArgs, CellArgs, CompareModelsArgs, FormatsArgs, InfoArgs, MaterialsArgs, MovieArgs,
+    RenderArgs, SheetArgs, Turn, TurntableArgs,
 };
 pub use groups::{
-    AnimationArgs, CameraArgs, DisplayArgs, DrawArgs, InputArgs, LightArgs, LimitArgs, MachineArgs,
-    ModelArgs, PictureArgs, ReportArgs, ThreadArgs,
+    AnimationArgs, CameraArgs, DisplayArgs, DrawArgs, EncodingArgs, InputArgs, LightArgs, LimitArgs,
+    MachineArgs, ModelArgs, PictureArgs, ReportArgs, ThreadArgs,
 };
 
 use super::attempt::AttemptArgs;
@@ -64,6 +64,8 @@ pub enum Command {
     CompareModels(Box<CompareModelsArgs>),
     /// List the built-in materials, print one, or show all on a contact sheet
     Materials(Box<MaterialsArgs>),
+    /// List the formats of files that are read and written
+    Formats(FormatsArgs),
     /// Compare pictures of any renderer with expected ones; report, accept
     Golden(Box<GoldenArgs>),
     /// Try what a program that was taken over would try, to see that --sandbox holds on this machine
@@ -116,6 +118,12 @@ mod tests {
             "bench x --frames 1",
             "bench x --rounds 1 --png",
             "materials -o y --size 1 --columns 1",
+            "formats --json",
+            "render x -o - --output-format webp",
+            "sheet x -o y.jpg --quality 80",
+            "turntable x -o y-##.jpg --quality 1",
+            "golden check a b --json",
+            "golden accept a b --all --json",
             "golden check a b --pixels-per-degree 1 --background #ffffff --threads 1 --limit nodes=1 --strict",
             "golden accept a b --all",
             "golden report a b -o y",

@@ -25,7 +25,9 @@ pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
     drawing.progress.stage("loading");
     let mut renderer = args.draw.machine.renderer();
     let setting = drawing.setting(renderer.jobs())?;
+    let mut measurement = Measurement::default();
     setting.warnings.iter().for_each(|warning| drawing.reporter.warning(warning));
+    measurement.warnings.extend(setting.warnings.iter().map(ToString::to_string));
     let service = Service { drawing: &drawing, setting, for_screen: args.image || args.png, png: args.png };
     let models = drawing.sources().count();
 
@@ -34,11 +36,12 @@ pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
         drawing.progress.stage(format!("warming up: {} of {models}", k + 1));
         let (_, made) = service.picture(source, &mut renderer)?;
         for warning in &made.warnings {
-            drawing.warn_of(&file_name(&source.path), warning);
+            let name = file_name(&source.path);
+            drawing.warn_of(&name, warning);
+            measurement.warnings.push(format!("{name}: {warning}"));
         }
         made.pixels.recycle(&mut renderer);
     }
-    let mut measurement = Measurement::default();
     let mut walls = vec![Vec::new(); models];
     let mut shading = None;
     let rounds = args.rounds.unwrap_or(1);

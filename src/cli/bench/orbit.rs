@@ -42,6 +42,7 @@ pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
         taken.pixels.recycle(&mut renderer);
     }
     drawing.finish(&warnings);
+    measurement.warnings.extend(warnings.iter().map(ToString::to_string));
     let shading = report::shading_name(drawing.options.shading, &scene);
     measurement.print(drawing.json, &drawing.options, shading, renderer.jobs().threads())
 }

@@ -38,6 +38,8 @@ struct Report {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     models: Vec<Model>,
     peak_rss_bytes: Option<u64>,
+    /// Those of a model of many begin with its name.
+    warnings: Vec<String>,
     versions: Versions,
 }
 
@@ -124,6 +126,8 @@ pub(super) struct Measurement {
     images: bool,
     /// One for each file, where every frame loads a model.
     pub(super) models: Vec<Model>,
+    /// What is doubtful about the files.
+    pub(super) warnings: Vec<String>,
 }
 
 impl Default for Measurement {
@@ -137,6 +141,7 @@ impl Default for Measurement {
             hashes: String::new(),
             images: false,
             models: Vec::new(),
+            warnings: Vec::new(),
         }
     }
 }
@@ -201,6 +206,7 @@ impl Measurement {
             hash: if self.images { AllHash::Images(hash) } else { AllHash::Frames(hash) },
             models: self.models,
             peak_rss_bytes: report::peak_rss_bytes(),
+            warnings: self.warnings,
             versions: Versions::default(),
         };
         if json { report::print_json(&report) } else { report::print(&report.text(&order)) }

@@ -3,10 +3,33 @@
 use super::AcceptArgs;
 use super::session::Session;
 use crate::cli::failure::{Failure, one_line};
-use crate::cli::report::{Reporter, print};
+use crate::cli::report::{Reporter, Versions, print, print_json};
 use crate::golden::accept::{Accepted, prepare, store};
 use crate::golden::thresholds::matches;
+use serde::Serialize;
 use std::fmt::Write as _;
+
+/// What `--json` prints. Fields are only ever added.
+#[derive(Serialize)]
+struct Report<'a> {
+    dry_run: bool,
+    /// Pictures that were written, or would have been.
+    accepted: usize,
+    unchanged: usize,
+    files: Vec<FileReport<'a>>,
+    errors: &'a [String],
+    warnings: Vec<String>,
+    versions: Versions,
+}
+
+#[derive(Serialize)]
+struct FileReport<'a> {
+    name: &'a str,
+    accepted: bool,
+    bytes: Option<usize>,
+    bytes_before: Option<usize>,
+    error: Option<String>,
+}
 
 /// Prepares everything, then writes.
 ///
@@ -31,13 +54,17 @@ pub(super) fn run(args: &AcceptArgs) -> Result<(), Failure> {
     });
 
     let mut out = String::new();
+    let mut files = Vec::new();
     let mut failures = Vec::new();
     let (mut accepted, mut unchanged) = (0, 0);
     for (name, result) in results.iter().flatten() {
+        let mut file = FileReport { name, accepted: false, bytes: None, bytes_before: None, error: None };
         match result {
             Ok(Accepted::Unchanged) => unchanged += 1,
             Ok(Accepted::Written { bytes, before, .. }) => {
                 accepted += 1;
+                file.accepted = !args.dry_run;
+                (file.bytes, file.bytes_before) = (Some(bytes.len()), *before);
                 let word = if args.dry_run { "would accept" } else { "accepted" };
                 let _ = write!(out, "{word} {}: {} bytes", one_line(name), bytes.len());
                 let _ = match before {
@@ -45,8 +72,12 @@ pub(super) fn run(args: &AcceptArgs) -> Result<(), Failure> {
                     None => writeln!(out, ", new"),
                 };
             }
-            Err(error) => failures.push(format!("{name}: {error}")),
+            Err(error) => {
+                file.error = Some(error.to_string());
+                failures.push(format!("{name}: {error}"));
+            }
         }
+        files.push(file);
     }
     let unknown = args
         .names
@@ -55,7 +86,14 @@ pub(super) fn run(args: &AcceptArgs) -> Result<(), Failure> {
     failures.extend(unknown.map(|pattern| format!("{pattern}: no picture of that name")));
     let word = if args.dry_run { "to accept" } else { "accepted" };
     let _ = writeln!(out, "{accepted} {word}, {unchanged} as they were");
-    if !args.folders.quiet {
+    let warnings = session.warnings();
+    if args.json {
+        let (dry_run, versions) = (args.dry_run, Versions::default());
+        print_json(&Report { dry_run, accepted, unchanged, files, errors: &failures, warnings, versions })?;
+    } else if !args.folders.quiet {
+        for warning in warnings {
+            let _ = writeln!(out, "{}", one_line(&warning));
+        }
         print(&out)?;
     }
     let reporter = Reporter { quiet: false };

@@ -15,8 +15,9 @@ use std::path::PathBuf;
   overcoat golden report tests/golden out -o report.html
   overcoat golden accept tests/golden out car.png
 
-Pictures are .png (8 and 16 bits), .exr (half and float, every channel) and .hdr, in folders and the \
-folders in them, paired by name. Which renderer made them does not matter."
+Pictures are .png and .apng (8 and 16 bits), .webp, .jpg, .exr (half and float, every channel) and .hdr, \
+in folders and the folders in them, paired by name. Of animated PNG and WebP every frame is compared, and \
+how long it is shown. Which renderer made them does not matter."
 )]
 pub struct GoldenArgs {
     /// What to do.
@@ -35,8 +36,8 @@ pub enum GoldenCommand {
     Accept(AcceptArgs),
 }
 
-const EXIT_CODES: &str = "Exit codes: 0 equal within thresholds, 4 differ, 1 something could not be compared (this wins \
-     over 4), 2 wrong usage, 3 limit exceeded";
+const EXIT_CODES: &str = "Exit codes: 0 equal within thresholds; 4 something differs, or is there on one side only; \
+     1 something could not be read or compared (this wins over 4); 2 wrong usage; 3 limit exceeded";
 
 const THRESHOLDS: &str =
     "Without thresholds pictures must be equal in every sample. A threshold file is TOML:
@@ -85,12 +86,13 @@ pub struct FolderArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Results")]
 pub struct ResultArgs {
-    /// Also complain of pictures that are stored larger than they must be, and of thresholds that are for no picture
+    /// Also complain of expected pictures that are stored larger than they must be (larger than a fresh render, and than
+    /// accept would store them), and of thresholds that are for no picture
     #[arg(long)]
     pub strict: bool,
 
-    /// Write the results as JSON, or - for standard output in place of the table
-    #[arg(long, value_name = "FILE")]
+    /// Write the results as JSON to a file, or without one (or with -) to standard output in place of the table
+    #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "-")]
     pub json: Option<PathBuf>,
 
     /// Write the results as JUnit XML, or - for standard output in place of the table
@@ -163,8 +165,13 @@ pub struct AcceptArgs {
     /// Only say what would be done
     #[arg(long)]
     pub dry_run: bool,
+
+    /// Print what was done as JSON to standard output
+    #[arg(long)]
+    pub json: bool,
 }
 
 fn background(text: &str) -> Result<[u8; 3], String> {
-    thresholds::colour(text).ok_or_else(|| "expected a colour such as #808080".to_owned())
+    thresholds::colour(text)
+        .ok_or_else(|| "expected a colour such as #808080 (the # may be left out)".to_owned())
 }

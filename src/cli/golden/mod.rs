@@ -13,7 +13,7 @@ use super::failure::{Failure, file_name};
 use super::picture::is_standard_stream;
 use super::report::print;
 use super::target::{Encoded, check_writable};
-use crate::golden::check::FileResult;
+use crate::golden::check::{FileResult, Verdict};
 use crate::golden::junit::to_junit;
 use crate::golden::report::{ReportEntry, to_html};
 use session::Session;
@@ -78,22 +78,31 @@ fn finish(session: &Session, args: &ResultArgs, quiet: bool, results: &[FileResu
     write(&args.json, &|| table::to_json(session, args.strict, results))?;
     write(&args.junit, &|| to_junit("golden", results))?;
     if table_wanted {
-        print(&table::to_text(results))?;
+        print(&table::to_text(session, results))?;
     }
     verdict(results)
 }
 
 /// Nothing if all is well; otherwise what is not, with the exit code for it.
 fn verdict(results: &[FileResult]) -> Result<(), Failure> {
+    let count = |verdict: Verdict| results.iter().filter(|r| r.verdict == verdict).count();
     let bad = results.iter().filter(|r| !r.verdict.is_good()).count();
-    let not_compared = results.iter().filter(|r| !r.verdict.is_compared()).count();
+    let (failed, differ) = (count(Verdict::Failed), count(Verdict::Differs));
     let of = format!("of {}", results.len());
-    if not_compared > 0 {
-        let message = format!("{not_compared} {of} could not be compared, {} differ", bad - not_compared);
-        return Err(Failure::failed(message));
+    if failed > 0 {
+        let rest = match bad - failed {
+            0 => String::new(),
+            rest => format!(", {rest} are not as expected"),
+        };
+        return Err(Failure::failed(format!("{failed} {of} could not be compared{rest}")));
+    }
+    if bad == differ && bad > 0 {
+        return Err(Failure::differ(format!("{bad} {of} differ")));
     }
     if bad > 0 {
-        return Err(Failure::differ(format!("{bad} {of} differ")));
+        let kinds: Vec<Verdict> = Verdict::ALL.into_iter().filter(|verdict| !verdict.is_good()).collect();
+        let message = format!("{bad} {of} are not as expected: {}", table::counts(results, &kinds));
+        return Err(Failure::differ(message));
     }
     Ok(())
 }

@@ -4,15 +4,13 @@ use super::FolderArgs;
 use crate::cli::failure::{Failure, file_name};
 use crate::cli::progress::Progress;
 use crate::golden::check::{Compared, FileResult, Verdict, compare};
+use crate::golden::decode::extensions;
 use crate::golden::thresholds::{ThresholdFile, Thresholds};
-use crate::golden::walk::{FolderPair, Pair, WalkError};
+use crate::golden::walk::{FolderPair, Pair, THRESHOLDS, WalkError};
 use crate::jobs::Jobs;
 use crate::limits::Limits;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
-
-/// The threshold file that counts where none is named.
-const DEFAULT_THRESHOLDS: &str = "thresholds.toml";
 
 /// The work of one command.
 pub(super) struct Session {
@@ -42,10 +40,14 @@ impl Session {
             })?;
         if folders.pairs.is_empty() {
             // A check that compares nothing must not pass: the folder is likely the wrong one.
-            return Err(Failure::failed("no .png, .exr or .hdr file in either folder").at(&args.expected));
+            let kinds: Vec<String> = extensions().map(|extension| format!(".{extension}")).collect();
+            let kinds = kinds.join(", ");
+            let others = folders.others_in_words().map_or_else(String::new, |others| format!("; {others}"));
+            let message = format!("no picture in either folder ({kinds}){others}");
+            return Err(Failure::failed(message).at(&args.expected));
         }
         let path = args.thresholds.clone().or_else(|| {
-            let path = args.expected.join(DEFAULT_THRESHOLDS);
+            let path = args.expected.join(THRESHOLDS);
             path.is_file().then_some(path)
         });
         let (thresholds, thresholds_name) = match &path {
@@ -66,6 +68,11 @@ impl Session {
     /// What a file has to meet.
     pub(super) fn thresholds(&self, name: &str) -> Thresholds {
         self.thresholds.of(name, &self.base)
+    }
+
+    /// What is doubtful about the folders.
+    pub(super) fn warnings(&self) -> Vec<String> {
+        self.folders.others_in_words().into_iter().collect()
     }
 
     /// Calls `f` for every pair, in parallel; results come in the order of names.
@@ -96,7 +103,7 @@ impl Session {
             let names = self.folders.pairs.iter().map(|pair| pair.name.as_str());
             for (line, pattern) in self.thresholds.unused(names) {
                 let reason = format!("thresholds for '{pattern}', and no picture of that name");
-                results.push(FileResult::new(&at(line), Verdict::Dead, reason));
+                results.push(FileResult::new(&at(line), Verdict::Unused, reason));
             }
         }
         results

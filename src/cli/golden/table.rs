@@ -14,6 +14,7 @@ struct Report<'a> {
     actual: String,
     strict: bool,
     files: Vec<FileReport<'a>>,
+    warnings: Vec<String>,
     versions: Versions,
 }
 
@@ -61,26 +62,28 @@ pub(super) fn to_json(session: &Session, strict: bool, results: &[FileResult]) -
         actual: file_name(&session.folders.actual),
         strict,
         files,
+        warnings: session.warnings(),
         versions: Versions::default(),
     };
     // Strings, numbers and lists of them always have a JSON form.
     serde_json::to_string_pretty(&report).unwrap_or_default() + "\n"
 }
 
-/// The results for people: what is not equal as a table, the worst first, and a line of totals.
-pub(super) fn to_text(results: &[FileResult]) -> String {
+/// The results for people: what is not equal as a table, the worst first, a line of totals, and what was not compared.
+pub(super) fn to_text(session: &Session, results: &[FileResult]) -> String {
     let mut shown: Vec<&FileResult> = results.iter().filter(|r| r.verdict != Verdict::Equal).collect();
     shown.sort_by(|a, b| a.badness_order(b));
     let mut out = String::new();
     if !shown.is_empty() {
         let width = shown.iter().map(|r| r.name.chars().count()).max().unwrap_or(0).clamp(4, 48);
+        let first = shown.iter().map(|r| r.verdict.name().len()).max().unwrap_or(0).max(9);
         let _ = writeln!(
             out,
-            "{:<9}  {:<width$}  {:>8}  {:>8}  {:>7}  {:>7}  {:>7}",
+            "{:<first$}  {:<width$}  {:>8}  {:>8}  {:>7}  {:>7}  {:>7}",
             "", "file", "pixels", "max", "PSNR", "SSIM", "FLIP"
         );
         for result in shown {
-            let _ = write!(out, "{:<9}  {:<width$}", result.verdict.name(), one_line(&result.name));
+            let _ = write!(out, "{:<first$}  {:<width$}", result.verdict.name(), one_line(&result.name));
             if let Some(m) = &result.metrics {
                 let max = if m.exact.max_abs >= 1.0 && m.exact.max_abs == m.exact.max_abs.floor() {
                     format!("{}", m.exact.max_abs)
@@ -94,26 +97,33 @@ pub(super) fn to_text(results: &[FileResult]) -> String {
                 );
             }
             out.push('\n');
-            for reason in &result.reasons {
-                let _ = writeln!(out, "{:<11}{}", "", one_line(reason));
+            // The verdict may say it all.
+            for reason in result.reasons.iter().filter(|reason| *reason != result.verdict.name()) {
+                let _ = writeln!(out, "{:<indent$}{}", "", one_line(reason), indent = first + 2);
             }
         }
         out.push('\n');
     }
-    let all = [
-        Verdict::Equal,
-        Verdict::Within,
-        Verdict::Differs,
-        Verdict::Oversized,
-        Verdict::Missing,
-        Verdict::Dead,
-        Verdict::Failed,
-    ];
-    let counts = all.iter().filter_map(|verdict| {
-        let count = results.iter().filter(|r| r.verdict == *verdict).count();
-        (count > 0).then(|| format!("{count} {}", verdict.name()))
-    });
     let files = if results.len() == 1 { "1 file".to_owned() } else { format!("{} files", results.len()) };
-    let _ = writeln!(out, "{files}: {}", counts.collect::<Vec<_>>().join(", "));
+    let _ = writeln!(out, "{files}: {}", counts(results, &Verdict::ALL));
+    for warning in session.warnings() {
+        let _ = writeln!(out, "{}", one_line(&warning));
+    }
     out
+}
+
+/// How many results there are of each of these verdicts.
+pub(super) fn counts(results: &[FileResult], verdicts: &[Verdict]) -> String {
+    let counts = verdicts.iter().filter_map(|&verdict| {
+        let count = results.iter().filter(|r| r.verdict == verdict).count();
+        let words = match verdict {
+            Verdict::NoExpected => "without expected picture",
+            Verdict::NoActual => "without actual picture",
+            Verdict::Unused if count == 1 => "table of thresholds unused",
+            Verdict::Unused => "tables of thresholds unused",
+            verdict => verdict.name(),
+        };
+        (count > 0).then(|| format!("{count} {words}"))
+    });
+    counts.collect::<Vec<_>>().join(", ")
 }

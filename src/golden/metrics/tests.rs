@@ -52,6 +52,7 @@ fn decoded(codes: &Codes) -> DecodedPicture {
         kind: SampleKind::Unsigned8,
         pixels: codes.iter().map(|&[r, g, b]| [f32::from(r), f32::from(g), f32::from(b), 255.0]).collect(),
         planes: Vec::new(),
+        motion: None,
     }
 }
 
@@ -162,6 +163,7 @@ fn alpha_and_hidden_colours_count_as_stored_and_are_seen_over_the_background() {
         kind: SampleKind::Unsigned8,
         pixels: vec![pixel],
         planes: Vec::new(),
+        motion: None,
     };
     // Below alpha 0 colours differ and nobody sees it.
     let hidden = metrics(&picture([9.0, 0.0, 0.0, 0.0]), &picture([0.0; 4]));
@@ -184,6 +186,7 @@ fn further_channels_and_numbers_that_are_none() {
             ExrPlane { name: "depth.Z".to_owned(), samples: ExrSamples::Float(vec![1.0, value]) },
             ExrPlane { name: "id.Y".to_owned(), samples: ExrSamples::Unsigned(vec![7, id]) },
         ],
+        motion: None,
     };
     assert_eq!(metrics(&with(0.5, 7), &with(0.5, 9)).exact.max_abs, 2.0);
     assert_eq!(metrics(&with(0.5, 7), &with(0.5, 9)).exact.pixels, 1);
@@ -235,6 +238,7 @@ fn a_histogram_counts_every_differing_pixel_once() {
         kind: SampleKind::Unsigned8,
         pixels: values.map(|v| [v, 0.0, 0.0, 255.0]).to_vec(),
         planes: Vec::new(),
+        motion: None,
     };
     let exact = metrics(&picture([0.0; 5]), &picture([0.0, 1.0, 2.0, 10.0, 10.0])).exact;
     assert_eq!(exact.histogram(5), [2, 0, 0, 0, 2]);

@@ -16,6 +16,8 @@ const SCRIPT: &str = include_str!("page.js");
 pub struct ReportEntry {
     name: String,
     verdict: &'static str,
+    /// What it is called in style sheets: one word.
+    class: String,
     good: bool,
     reasons: Vec<String>,
     /// Numbers as they are sorted by, with their text; in the order of the page's columns.
@@ -38,6 +40,7 @@ impl ReportEntry {
         Self {
             name: result.name.clone(),
             verdict: result.verdict.name(),
+            class: result.verdict.name().replace(' ', "-"),
             good: result.verdict.is_good(),
             reasons: result.reasons.clone(),
             numbers,
@@ -49,7 +52,8 @@ impl ReportEntry {
     /// An entry that has no pictures.
     #[must_use]
     pub fn without_pictures(result: &FileResult) -> Self {
-        let compared = Compared { result: result.clone(), expected: None, actual: None, measured: None };
+        let compared =
+            Compared { result: result.clone(), expected: None, actual: None, frame: 0, measured: None };
         Self::new(&compared, false)
     }
 }
@@ -103,7 +107,7 @@ mod tests {
 
     #[test]
     fn the_page_stands_alone_and_lists_the_worst_first() {
-        let missing = FileResult::new("</script><b>.png", Verdict::Missing, "no expected picture");
+        let missing = FileResult::new("</script><b>.png", Verdict::NoExpected, "no expected picture");
         let entries = [
             entry("same.png", 5, 5),
             entry("little.png", 5, 9),

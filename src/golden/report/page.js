@@ -43,7 +43,7 @@
     const entries = visible();
     $('rows').replaceChildren(...entries.map((entry) => {
       const first = make('td', { colspan: entry.numbers ? 1 : 6 },
-        make('span', { class: `verdict ${entry.verdict}`, text: entry.verdict }), entry.name);
+        make('span', { class: `verdict ${entry.class}`, text: entry.verdict }), entry.name);
       const cells = entry.numbers ? [4, 0, 1, 2, 3].map((k) => make('td', { text: entry.numbers[k][1] })) : [];
       const row = make('tr', { 'aria-selected': entry === state.entry }, first, ...cells);
       row.addEventListener('click', () => open(entry));

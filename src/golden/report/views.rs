@@ -42,14 +42,19 @@ impl Views {
     pub(super) fn new(compared: &Compared) -> Option<Self> {
         let either = compared.expected.as_ref().or(compared.actual.as_ref())?;
         let picture = &either.1;
-        let show = |file: &Option<(Vec<u8>, DecodedPicture)>| file.as_ref().and_then(|(b, p)| shown(b, p));
+        let show = |file: &Option<(Vec<u8>, DecodedPicture)>| {
+            file.as_ref().and_then(|(bytes, picture)| match &picture.motion {
+                None => shown(bytes, picture),
+                Some(_) => shown(&[], &picture.frame(compared.frame)),
+            })
+        };
         let (mut heat, mut difference, mut worst, mut histogram) = (None, None, None, None);
         if let (Some((_, e)), Some((_, a)), Some(measured)) =
             (&compared.expected, &compared.actual, &compared.measured)
         {
             let [width, height] = [e.width as usize, e.height as usize];
             let exact = &measured.metrics.exact;
-            let distances = distances(e, a);
+            let distances = distances(&e.frame(compared.frame), &a.frame(compared.frame));
             difference = png_uri(e.width, e.height, &distances.iter().map(|d| alarm(*d)).collect::<Vec<_>>());
             if measured.flip.iter().any(|v| *v > 0.0) {
                 heat =
@@ -64,6 +69,9 @@ impl Views {
         }
         let shown_as =
             if picture.kind.is_linear() { ", shown by Khronos PBR Neutral at exposure 0" } else { "" };
+        let frame = picture.motion.as_ref().map_or_else(String::new, |motion| {
+            format!(", frame {} of {}, which differs most", compared.frame + 1, motion.frames.len())
+        });
         let actual_size = compared
             .actual
             .as_ref()
@@ -73,7 +81,7 @@ impl Views {
             actual_size,
             width: picture.width,
             height: picture.height,
-            kind: format!("{}{shown_as}", picture.kind),
+            kind: format!("{}{shown_as}{frame}", picture.kind),
             expected: show(&compared.expected),
             actual: show(&compared.actual),
             heat,
@@ -85,10 +93,17 @@ impl Views {
     }
 }
 
-/// A picture for a browser: PNG files as they are, linear light tone-mapped.
+/// A picture for a browser: PNG files as they are, other codes as PNG of 8 bits, linear light tone-mapped.
 fn shown(bytes: &[u8], picture: &DecodedPicture) -> Option<String> {
     if !picture.kind.is_linear() {
-        return Some(uri(bytes));
+        if bytes.starts_with(b"\x89PNG") {
+            return Some(uri(bytes));
+        }
+        let scale = 255.0 / picture.kind.white();
+        let pixels: Vec<[u8; 4]> =
+            picture.pixels.iter().map(|p| p.map(|v| (v * scale + 0.5) as u8)).collect();
+        let color = png::ColorType::Rgba;
+        return encode(picture.width, picture.height, color, pixels.as_flattened()).map(|b| uri(&b));
     }
     let mut pixels = vec![[0_u8; 4]; picture.pixels.len()];
     dispatch_available!(SimdLevel::best(), l => {

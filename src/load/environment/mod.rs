@@ -6,10 +6,14 @@ mod radiance;
 pub use planes::{ExrPicture, ExrPlane, ExrSamples, read_exr_planes};
 
 use super::{Context, LoadError, NoResolver, Warning};
+use crate::formats::{self, FileFormat};
 use crate::jobs::Jobs;
 use crate::limits::Limits;
 use crate::scene::EquirectImage;
 use std::path::Path;
+
+/// Formats of environments. Which a file has, its content tells.
+pub const FORMATS: [FileFormat; 2] = [formats::HDR, formats::EXR];
 
 /// An environment and what is doubtful about it.
 #[derive(Clone, Debug)]

@@ -6,6 +6,7 @@ mod apng;
 mod webp;
 
 use super::{DisplayImage, OutputError};
+use crate::formats::{self, FileFormat};
 use std::fmt;
 
 /// A format of moving pictures. Both keep every bit of every frame.
@@ -16,6 +17,26 @@ pub enum MovieFormat {
     Apng,
     /// Lossless WebP.
     WebP,
+}
+
+impl MovieFormat {
+    /// All of them.
+    pub const ALL: [Self; 2] = [Self::Apng, Self::WebP];
+
+    /// Name, extensions and media type.
+    #[must_use]
+    pub fn file_format(self) -> FileFormat {
+        match self {
+            Self::Apng => formats::APNG,
+            Self::WebP => formats::WEBP,
+        }
+    }
+
+    /// The format that a file's extension names, in whatever case.
+    #[must_use]
+    pub fn from_extension(extension: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|format| format.file_format().has_extension(extension))
+    }
 }
 
 impl fmt::Display for MovieFormat {

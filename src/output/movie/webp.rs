@@ -1,9 +1,8 @@
 //! Animated lossless WebP (RFC 9649, section 2.7): frames of the encoder of still pictures in one container.
 
 use super::{MovieFormat, MovieFrame};
+use crate::output::webp::encode_webp_layout;
 use crate::output::{DisplayImage, OutputError};
-use image::ExtendedColorType;
-use image::codecs::webp::WebPEncoder;
 
 fn wrong(reason: impl Into<String>) -> OutputError {
     OutputError::Movie { format: MovieFormat::WebP, reason: reason.into() }
@@ -11,19 +10,7 @@ fn wrong(reason: impl Into<String>) -> OutputError {
 
 /// The content of the VP8L chunk of a picture.
 pub(super) fn encode_frame(image: &DisplayImage, alpha: bool) -> Result<Vec<u8>, OutputError> {
-    let mut file = Vec::new();
-    let encoder = WebPEncoder::new_lossless(&mut file);
-    let pixels = image.pixels.as_flattened();
-    if pixels.len() as u64 != u64::from(image.width) * u64::from(image.height) * 4 || pixels.is_empty() {
-        return Err(wrong(format!("a picture of {} x {} pixels", image.width, image.height)));
-    }
-    let done = if alpha {
-        encoder.encode(pixels, image.width, image.height, ExtendedColorType::Rgba8)
-    } else {
-        let rgb: Vec<u8> = image.pixels.iter().flat_map(|&[r, g, b, _]| [r, g, b]).collect();
-        encoder.encode(&rgb, image.width, image.height, ExtendedColorType::Rgb8)
-    };
-    done.map_err(|error| wrong(error.to_string()))?;
+    let file = encode_webp_layout(image, alpha).map_err(wrong)?;
     let mut rest = file.get(12..).unwrap_or(&[]);
     while let Some((kind, after)) = rest.split_first_chunk::<4>() {
         let Some((length, after)) = after.split_first_chunk::<4>() else { break };

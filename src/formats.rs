@@ -1,0 +1,56 @@
+//! Formats of files: their names, extensions and media types. What reads and what writes which is said where it is done, in
+//! terms of these.
+
+/// A format of files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct FileFormat {
+    /// What people call it.
+    pub name: &'static str,
+    /// Extensions of its files, in lower case and without the dot; the usual one comes first.
+    pub extensions: &'static [&'static str],
+    /// Media type as registered with IANA, or as others write it where none is.
+    pub mime_type: &'static str,
+}
+
+const fn format(
+    name: &'static str,
+    extensions: &'static [&'static str],
+    mime_type: &'static str,
+) -> FileFormat {
+    FileFormat { name, extensions, mime_type }
+}
+
+/// glTF 2.0 as JSON.
+pub const GLTF: FileFormat = format("glTF 2.0", &["gltf"], "model/gltf+json");
+/// glTF 2.0 in its binary container.
+pub const GLB: FileFormat = format("glTF 2.0, binary", &["glb"], "model/gltf-binary");
+/// Wavefront OBJ.
+pub const OBJ: FileFormat = format("Wavefront OBJ", &["obj"], "model/obj");
+/// Stereolithography.
+pub const STL: FileFormat = format("STL", &["stl"], "model/stl");
+/// Stanford polygon file.
+pub const PLY: FileFormat = format("PLY", &["ply"], "model/ply");
+/// 3D Manufacturing Format.
+pub const THREE_MF: FileFormat = format("3MF", &["3mf"], "model/3mf");
+/// Portable Network Graphics.
+pub const PNG: FileFormat = format("PNG", &["png"], "image/png");
+/// Animated PNG.
+pub const APNG: FileFormat = format("animated PNG", &["png", "apng"], "image/apng");
+/// JPEG.
+pub const JPEG: FileFormat = format("JPEG", &["jpg", "jpeg"], "image/jpeg");
+/// WebP, still or animated.
+pub const WEBP: FileFormat = format("WebP", &["webp"], "image/webp");
+/// Khronos textures, version 2.
+pub const KTX2: FileFormat = format("KTX2", &["ktx2"], "image/ktx2");
+/// OpenEXR.
+pub const EXR: FileFormat = format("OpenEXR", &["exr"], "image/x-exr");
+/// Radiance RGBE.
+pub const HDR: FileFormat = format("Radiance HDR", &["hdr"], "image/vnd.radiance");
+
+impl FileFormat {
+    /// True if its files have this extension, in whatever case.
+    #[must_use]
+    pub fn has_extension(&self, extension: &str) -> bool {
+        self.extensions.iter().any(|known| known.eq_ignore_ascii_case(extension))
+    }
+}
