@@ -1,5 +1,6 @@
 //! Which format a file has.
 use super::gltf;
+use super::text::without_mark;
 use super::threemf::archive;
 use crate::formats::{self, FileFormat};
 
@@ -76,7 +77,10 @@ impl Format {
         if bytes.starts_with(gltf::MAGIC) {
             return Some(Self::Glb);
         }
-        if bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r") {
+        if let Some((magic, rest)) = without_mark(bytes).split_first_chunk::<3>()
+            && magic.eq_ignore_ascii_case(b"ply")
+            && rest.trim_ascii_start().len() < rest.len()
+        {
             return Some(Self::Ply);
         }
         if let Some(&[a, b, c, d]) = bytes.get(80..84).and_then(|b| b.first_chunk()) {
@@ -126,7 +130,9 @@ mod tests {
             bytes.resize(84 + 50 * triangles as usize, 7);
             bytes
         };
-        let cases: [(&[u8], Option<Format>); 15] = [
+        let cases: [(&[u8], Option<Format>); 17] = [
+            (b"\xef\xbb\xbfply\nformat", Some(Format::Ply)),
+            (b"PLY \nformat", Some(Format::Ply)),
             (b"glTF\x02\0\0\0", Some(Format::Glb)),
             (b"\xef\xbb\xbf \n{}", Some(Format::Gltf)),
             (b"ply\nformat", Some(Format::Ply)),

@@ -29,6 +29,7 @@ mod grouped;
 mod image;
 mod ktx2;
 mod material;
+mod nonnumber;
 mod normals;
 mod obj;
 mod options;

@@ -1,4 +1,6 @@
 //! Tokens and numbers of text formats, from bytes of any encoding.
+use super::nonnumber;
+
 /// Splits bytes at white space.
 #[derive(Clone, Debug)]
 pub(super) struct Tokens<'a> {
@@ -112,7 +114,8 @@ const POWERS: [f64; 23] = [
     1e19, 1e20, 1e21, 1e22,
 ];
 
-/// A decimal number, correctly rounded. `nan` and `inf` are numbers too, and what overflows is infinite.
+/// A decimal number, correctly rounded. `nan` and `inf` are numbers too, in every spelling that C libraries print, and what
+/// overflows is infinite.
 #[inline]
 pub(super) fn float(token: &[u8]) -> Option<f32> {
     match leading_float(token) {
@@ -226,7 +229,7 @@ fn eight_digits(values: u64) -> u64 {
 #[cold]
 fn general_float(token: &[u8]) -> Option<f32> {
     let text = std::str::from_utf8(token).ok()?;
-    text.parse().ok()
+    text.parse().ok().or_else(|| nonnumber::printed(token))
 }
 
 /// A whole number with an optional sign.

@@ -1,8 +1,9 @@
 //! Polygons to triangles over shared vertices.
 
 use super::FORMAT;
-use super::parse::{Corner, FLAT, NONE, Obj};
-use crate::color::srgb::srgb_to_linear;
+use super::material::saturate;
+use super::parse::{Corner, FLAT, NONE, Obj, WHITE};
+use crate::color::srgb::{srgb_to_linear, srgb8_to_linear};
 use crate::limits::Limits;
 use crate::load::normals::add_missing_normals;
 use crate::load::plain::{CREASE_ANGLE, check_mesh, drawable};
@@ -130,14 +131,7 @@ fn fill(mesh: &mut MeshData, obj: &Obj, corners: &[Corner], context: &Context<'_
         let uv = |c: &Corner| obj.uvs.get(c.uv as usize).map_or([0.0; 2], |&[u, v]| [u, 1.0 - v]);
         mesh.uvs[0] = corners.iter().map(uv).collect();
     }
-    if !obj.colors.is_empty() {
-        let color = |c: &Corner| {
-            let encoded = obj.colors.get(c.position as usize).copied().unwrap_or([1.0; 3]);
-            let [r, g, b] = encoded.map(linear);
-            [r, g, b, 1.0]
-        };
-        mesh.colors = corners.iter().map(color).collect();
-    }
+    mesh.colors = colors(obj, corners);
     // A zero normal, in the file or for want of one, stands for the triangle's own.
     let normal = |c: &Corner| obj.normals.get(c.normal as usize).copied().unwrap_or([0.0; 3]);
     mesh.normals = corners.iter().map(normal).collect();
@@ -147,8 +141,29 @@ fn fill(mesh: &mut MeshData, obj: &Obj, corners: &[Corner], context: &Context<'_
     }
 }
 
-/// Colours in `v` lines are sRGB, as three.js and Blender read and write them; clamped to 0 to 1.
-fn linear(encoded: f32) -> f32 {
-    let c = if encoded > 0.0 { if encoded < 1.0 { encoded } else { 1.0 } } else { 0.0 };
-    srgb_to_linear(c)
+/// The linear colours of corners; none if the file has none. Those of `v` lines are sRGB, as three.js and Blender read and write
+/// them, from 0 to 1, or to 255 in files where one is above 2. All transparent is what programs write that do not know alpha.
+fn colors(obj: &Obj, corners: &[Corner]) -> Vec<[f32; 4]> {
+    if obj.colors.is_empty() {
+        if obj.painted.len() < obj.positions.len() {
+            return Vec::new();
+        }
+        let color = |c: &Corner| obj.painted.get(c.position as usize).copied().unwrap_or([255; 3]);
+        return corners
+            .iter()
+            .map(|c| color(c).map(srgb8_to_linear))
+            .map(|[r, g, b]| [r, g, b, 1.0])
+            .collect();
+    }
+    let most = |above: &dyn Fn(&[f32; 4]) -> bool| if obj.colors.iter().any(above) { 255.0 } else { 1.0 };
+    let scale = most(&|&[r, g, b, _]| r > 2.0 || g > 2.0 || b > 2.0);
+    let alpha_scale = most(&|&[_, _, _, a]| a > 2.0);
+    let opaque = !obj.colors.iter().any(|&[_, _, _, a]| a > 0.0);
+    let color = |c: &Corner| {
+        let found = obj.colors.get(c.position as usize).copied().filter(|&color| color != WHITE);
+        let Some([r, g, b, a]) = found else { return [1.0; 4] };
+        let [r, g, b] = [r, g, b].map(|v| srgb_to_linear(saturate(v / scale)));
+        [r, g, b, if opaque { 1.0 } else { saturate(a / alpha_scale) }]
+    };
+    corners.iter().map(color).collect()
 }

@@ -138,6 +138,6 @@ fn phong_roughness(mtl: &tobj::Material) -> f32 {
 }
 
 /// 0 to 1; NaN becomes 0.
-fn saturate(v: f32) -> f32 {
+pub(super) fn saturate(v: f32) -> f32 {
     if v > 0.0 { if v < 1.0 { v } else { 1.0 } } else { 0.0 }
 }

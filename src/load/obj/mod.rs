@@ -21,7 +21,7 @@ use super::text::without_mark;
 use super::warnings::Warnings;
 use super::{Context, LoadError, Loaded};
 use crate::limits::Limits;
-use crate::scene::{Material, MaterialId, MeshData, Scene};
+use crate::scene::{AlphaMode, Material, MaterialId, MeshData, Scene};
 use assemble::Assembled;
 use library::Library;
 use parse::Obj;
@@ -190,7 +190,10 @@ fn add_materials(
         let id = match (named, plain) {
             (Some(id), _) | (None, Some(id)) => id,
             (None, None) => {
-                let material = if mesh.colors.is_empty() { default_material() } else { white_material() };
+                let mut material = if mesh.colors.is_empty() { default_material() } else { white_material() };
+                if mesh.colors.iter().any(|color| color[3] < 1.0) {
+                    material.alpha_mode = AlphaMode::Blend;
+                }
                 let id = scene.add_material(material).map_err(LoadError::scene("OBJ: default material"))?;
                 *plain.insert(id)
             }
@@ -205,7 +208,7 @@ mod tests {
     use super::*;
     use crate::jobs::Jobs;
     use crate::load::MemoryResolver;
-    use crate::scene::{AlphaMode, Workflow};
+    use crate::scene::Workflow;
 
     fn load_files(obj: &str, files: &[(&str, &[u8])]) -> Result<Loaded, LoadError> {
         let files = files.iter().map(|(name, bytes)| ((*name).to_owned(), bytes.to_vec())).collect();
@@ -245,6 +248,29 @@ mod tests {
         assert_eq!(mesh.uvs(0), [[0.25, 0.25], [0.0, 0.0], [0.0, 0.0]]);
         assert!((mesh.colors()[0][1] - 0.214).abs() < 1e-3);
         assert_eq!(loaded.scene.materials()[0].base_color, [1.0; 4]);
+    }
+
+    #[test]
+    fn colours_have_alpha_and_other_ranges() {
+        let colors = |words: [&str; 3]| {
+            let [a, b, c] = words;
+            let text = format!("v 0 0 0 {a}\nv 1 0 0 {b}\nv 0 1 0 {c}\nf 1 2 3");
+            let loaded = load_files(&text, &[]).unwrap();
+            (loaded.scene.meshes()[0].colors().to_vec(), loaded.scene.materials()[0].alpha_mode)
+        };
+        let opaque = colors(["1 0 0", "0 1 0", "0 0 1"]);
+        assert_eq!(colors(["1 0 0 1", "0 1 0 1", "0 0 1 1"]), opaque);
+        assert_eq!(colors(["1 1 0 0 1", "1 0 1 0 1", "1 0 0 1 1"]), opaque);
+        assert_eq!(colors(["255 0 0", "0 255 0", "0 0 255"]), opaque);
+        assert_eq!(colors(["1 0 0 0", "0 1 0 0", "0 0 1 0"]), opaque);
+        let (thin, mode) = colors(["1 0 0 0.5", "0 1 0 1", ""]);
+        assert_eq!(
+            (thin, mode),
+            (vec![[1.0, 0.0, 0.0, 0.5], [0.0, 1.0, 0.0, 1.0], [1.0; 4]], AlphaMode::Blend)
+        );
+        assert_eq!(colors(["255 0 0", "0 255 0", ""]).0[2], [1.0; 4]);
+        let text = "#MRGB ffff0000ff00ff00\n#MRGB ff0000ff\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3";
+        assert_eq!(load_files(text, &[]).unwrap().scene.meshes()[0].colors(), opaque.0);
     }
 
     #[test]

@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 
 /// Marks an absent texture coordinate or normal in a corner.
 pub(super) const NONE: u32 = u32::MAX;
+/// In place of a colour: white, whatever the range of the others is.
+pub(super) const WHITE: [f32; 4] = [f32::NEG_INFINITY; 4];
 /// In place of a normal: the face is to be flat (`s off`).
 pub(super) const FLAT: u32 = u32::MAX - 1;
 
@@ -38,8 +40,10 @@ pub(super) struct Tally {
 #[derive(Debug, Default)]
 pub(super) struct Obj {
     pub(super) positions: Vec<[f32; 3]>,
-    /// As written (sRGB), one per position; empty if no `v` line has any.
-    pub(super) colors: Vec<[f32; 3]>,
+    /// As written (sRGB) and alpha, one per position; empty if no `v` line has any.
+    pub(super) colors: Vec<[f32; 4]>,
+    /// ZBrush's colours, in comments: one per position where there are as many.
+    pub(super) painted: Vec<[u8; 3]>,
     /// As written: v runs up.
     pub(super) uvs: Vec<[f32; 2]>,
     pub(super) normals: Vec<[f32; 3]>,
@@ -186,9 +190,9 @@ impl<'a> Parser<'a> {
                     self.obj.positions.push(position);
                     return Some(rest);
                 }
-                let (color, rest) = plain_floats(rest).filter(|&(_, rest)| is_end(rest))?;
+                let ([r, g, b], rest) = plain_floats(rest).filter(|&(_, rest)| is_end(rest))?;
                 self.obj.positions.push(position);
-                self.color(color);
+                self.color([r, g, b, 1.0]);
                 Some(rest)
             }),
             [b'f', rest @ ..] if rest.starts_with(b" ") => self.plain_face(rest),
@@ -286,6 +290,9 @@ impl<'a> Parser<'a> {
             | b"trace_obj" | b"ctech" | b"stech" | b"call" | b"csh" => {}
             _ => {
                 self.obj.recognised = known;
+                if keyword == b"#MRGB" {
+                    self.paint();
+                }
                 if !keyword.starts_with(b"#") {
                     self.tally(UNKNOWN, keyword);
                 }
@@ -293,9 +300,9 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// `v x y z`, and perhaps `w`, `r g b` or `w r g b`.
+    /// `v x y z`, and perhaps `w`, `r g b`, `r g b a` or `w r g b a`.
     fn vertex(&mut self) {
-        let mut numbers = [None; 7];
+        let mut numbers = [None; 8];
         let mut bad = b"v".as_slice();
         for number in &mut numbers {
             let Some(word) = self.word() else { break };
@@ -306,8 +313,13 @@ impl<'a> Parser<'a> {
             }
         }
         let (position, color) = match numbers {
-            [Some(x), Some(y), Some(z), Some(r), Some(g), Some(b), None]
-            | [Some(x), Some(y), Some(z), Some(_), Some(r), Some(g), Some(b)] => ([x, y, z], Some([r, g, b])),
+            [Some(x), Some(y), Some(z), Some(r), Some(g), Some(b), None, None] => {
+                ([x, y, z], Some([r, g, b, 1.0]))
+            }
+            [Some(x), Some(y), Some(z), Some(r), Some(g), Some(b), Some(a), None]
+            | [Some(x), Some(y), Some(z), Some(_), Some(r), Some(g), Some(b), Some(a)] => {
+                ([x, y, z], Some([r, g, b, a]))
+            }
             [Some(x), Some(y), Some(z), ..] => ([x, y, z], None),
             _ => {
                 self.tally(BAD_VERTEX, bad);
@@ -322,9 +334,23 @@ impl<'a> Parser<'a> {
 
     /// The colour of the last vertex. Vertices before the first coloured one are white, as are those with colours
     /// that are not numbers.
-    fn color(&mut self, color: [f32; 3]) {
-        self.obj.colors.resize(self.obj.positions.len().saturating_sub(1), [1.0; 3]);
-        self.obj.colors.push(if color.iter().all(|v| v.is_finite()) { color } else { [1.0; 3] });
+    fn color(&mut self, color: [f32; 4]) {
+        self.obj.colors.resize(self.obj.positions.len().saturating_sub(1), WHITE);
+        self.obj.colors.push(if color.iter().all(|v| v.is_finite()) { color } else { WHITE });
+    }
+
+    /// `#MRGB` and up to 64 vertices of eight digits each: mask, red, green, blue.
+    #[cold]
+    fn paint(&mut self) {
+        let digits = self.word().unwrap_or_default();
+        for digits in digits.as_chunks::<8>().0 {
+            let text = std::str::from_utf8(digits).ok();
+            let Some([_, r, g, b]) = text.and_then(|t| u32::from_str_radix(t, 16).ok()).map(u32::to_be_bytes)
+            else {
+                return;
+            };
+            self.obj.painted.push([r, g, b]);
+        }
     }
 
     fn face(&mut self) {
@@ -534,9 +560,13 @@ mod tests {
     #[test]
     fn vertices_have_weights_or_colours() {
         let obj =
-            parse(b"v 1 2 3\nv 1 2 3 0.5\nv 1 2 3 .1 .2 .3\nv 1 2 3 1 .4 .5 .6\nv 0 0 0 nan 1 1\nv 0 0 0");
-        assert_eq!(obj.colors, [[1.0; 3], [1.0; 3], [0.1, 0.2, 0.3], [0.4, 0.5, 0.6], [1.0; 3]]);
-        assert_eq!(obj.positions.len(), 6);
+            parse(b"v 1 2 3\nv 1 2 3 0.5\nv 1 2 3 .1 .2 .3\nv 1 2 3 .4 .5 .6 .7\nv 1 2 3 1 .4 .5 .6 .8\nv 0 0 0 nan 1 1\nv 0 0 0");
+        let expected =
+            [WHITE, WHITE, [0.1, 0.2, 0.3, 1.0], [0.4, 0.5, 0.6, 0.7], [0.4, 0.5, 0.6, 0.8], WHITE];
+        assert_eq!(obj.colors, expected);
+        assert_eq!(obj.positions.len(), 7);
+        let obj = parse(b"#MRGB ff010203ff0a0b0c\n#MRGB FF0D0E0F\n#MRGB x\n#mask\nv 0 0 0");
+        assert_eq!(obj.painted, [[1, 2, 3], [10, 11, 12], [13, 14, 15]]);
     }
 
     #[test]

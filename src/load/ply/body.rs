@@ -16,13 +16,16 @@ const NAMES: [&[&str]; 12] = [
     &["nx", "normal_x"],
     &["ny", "normal_y"],
     &["nz", "normal_z"],
-    &["s", "u", "texture_u", "tex_u"],
-    &["t", "v", "texture_v", "tex_v"],
-    &["red", "r", "diffuse_red"],
-    &["green", "g", "diffuse_green"],
-    &["blue", "b", "diffuse_blue"],
-    &["alpha", "a", "diffuse_alpha"],
+    &["s", "u", "texture_u", "tex_u", "texture_s", "texcoord_u", "texcoord_s", "u0", "s0"],
+    &["t", "v", "texture_v", "tex_v", "texture_t", "texcoord_v", "texcoord_t", "v0", "t0"],
+    &["red", "r", "diffuse_red", "color_red", "color_r"],
+    &["green", "g", "diffuse_green", "color_green", "color_g"],
+    &["blue", "b", "diffuse_blue", "color_blue", "color_b"],
+    &["alpha", "a", "diffuse_alpha", "color_alpha", "color_a"],
 ];
+/// Names of the list of a face's corners.
+const INDICES: [&str; 6] =
+    ["vertex_indices", "vertex_index", "vertex_indexes", "vertexindices", "vertexindex", "indices"];
 const NORMAL: usize = 3;
 const UV: usize = 6;
 const COLOR: usize = 8;
@@ -58,20 +61,37 @@ fn store(item: &mut [f32; NAMES.len()], slot: Option<(usize, Scalar)>, value: f3
     }
 }
 
-/// Whole numbers are sRGB codes of 8 bits (16 in `ushort`), fractions linear. Alpha is linear in both.
+/// Whole numbers are sRGB codes of 8 bits (16 in `ushort`), fractions linear: those are left as they are until all are known.
+/// Alpha is linear in both.
 fn color(slot: usize, scalar: Scalar, value: f32) -> f32 {
-    let most = match scalar {
-        Scalar::F32 | Scalar::F64 => 1.0,
-        Scalar::U16 => 65535.0,
-        _ => 255.0,
-    };
-    let v = value / most;
-    let v = if v > 0.0 { if v < 1.0 { v } else { 1.0 } } else { 0.0 };
     match scalar {
-        _ if slot == ALPHA => v,
-        Scalar::F32 | Scalar::F64 => v,
-        Scalar::U16 => srgb_to_linear(v),
-        _ => srgb8_to_linear((v * 255.0 + 0.5) as u8),
+        Scalar::F16 | Scalar::F32 | Scalar::F64 => value,
+        Scalar::U16 if slot == ALPHA => saturate(value / 65535.0),
+        Scalar::U16 => srgb_to_linear(saturate(value / 65535.0)),
+        _ if slot == ALPHA => saturate(value / 255.0),
+        _ => code(value),
+    }
+}
+
+/// The linear value of an sRGB code.
+fn code(value: f32) -> f32 {
+    srgb8_to_linear((saturate(value / 255.0) * 255.0 + 0.5) as u8)
+}
+
+/// 0 to 1; NaN becomes 0.
+fn saturate(v: f32) -> f32 {
+    if v > 0.0 { if v < 1.0 { v } else { 1.0 } } else { 0.0 }
+}
+
+/// Brings fractions into their range. Where some are above 2 they are the codes of whole numbers, written with a point.
+fn settle_colors(colors: &mut [[f32; 4]]) {
+    let rgb_codes = colors.iter().flatten().enumerate().any(|(k, &v)| k % 4 != 3 && v > 2.0);
+    let alpha_codes = colors.iter().any(|color| color[3] > 2.0);
+    for [r, g, b, a] in colors {
+        for v in [r, g, b] {
+            *v = if rgb_codes { code(*v) } else { saturate(*v) };
+        }
+        *a = saturate(if alpha_codes { *a / 255.0 } else { *a });
     }
 }
 
@@ -83,6 +103,8 @@ pub(super) struct Vertices {
     /// v runs down.
     pub(super) uvs: Vec<[f32; 2]>,
     pub(super) colors: Vec<[f32; 4]>,
+    /// Why there are not as many as the header says.
+    pub(super) cut: Option<String>,
 }
 
 /// Triangles, and what each of their corners or faces has of its own.
@@ -97,9 +119,10 @@ pub(super) struct Faces {
     pub(super) bad: u64,
     /// Faces of less than three corners.
     pub(super) short: u64,
-    /// Items that were read, and whether the file ended before all were.
-    pub(super) read: u64,
-    pub(super) incomplete: bool,
+    /// Why there are not as many as the header says.
+    pub(super) cut: Option<String>,
+    /// Name of the list that is taken for the corners, if it is none of the usual ones.
+    pub(super) unusual: Option<String>,
 }
 
 /// "element face: item 3 of 10".
@@ -107,34 +130,34 @@ fn item(element: &Element, number: u64) -> String {
     format!("element '{}', item {number} of {}", element.name, element.count)
 }
 
-fn damaged(element: &Element, number: u64, missing: Missing) -> LoadError {
+/// Why an element is read only as far as it goes: one line.
+fn cut(element: &Element, number: u64, missing: Missing) -> String {
     let item = item(element, number);
-    let message = match missing {
+    match missing {
         Missing::End => format!("the file ends within {item}"),
         Missing::NotANumber => format!("{item} has something that is not a (whole) number"),
-    };
-    LoadError::malformed(FORMAT, message)
-}
-
-/// Refuses counts that this many bytes cannot hold; then they may be allocated.
-pub(super) fn check_count(element: &Element, encoding: Encoding, bytes: usize) -> Result<(), LoadError> {
-    let least = element.count.saturating_mul(element.min_size(encoding));
-    // The last value of a text file need not be separated from anything.
-    if least > (bytes as u64).saturating_add(1) {
-        let fitting = (bytes as u64).checked_div(element.min_size(encoding)).unwrap_or(0);
-        return Err(damaged(element, fitting.min(element.count), Missing::End));
     }
-    Ok(())
 }
 
-/// Skips an element that means nothing here.
-pub(super) fn skip(element: &Element, values: &mut Values<'_>) -> Result<(), LoadError> {
+/// How many items of an element so many bytes can hold: as many may be allocated.
+fn fitting(element: &Element, encoding: Encoding, bytes: usize) -> u64 {
+    // The last value of a text file need not be separated from anything.
+    let fitting = (bytes as u64).saturating_add(1).checked_div(element.min_size(encoding));
+    fitting.unwrap_or(0).min(element.count)
+}
+
+/// Skips an element that means nothing here. The error says where the file cannot be read on.
+pub(super) fn skip(element: &Element, values: &mut Values<'_>) -> Result<(), String> {
     if element.properties.is_empty() {
         return Ok(());
     }
     for number in 0..element.count {
         for property in &element.properties {
-            skip_property(property.kind, values).map_err(|m| damaged(element, number, m))?;
+            match skip_property(property.kind, values) {
+                Ok(()) => {}
+                Err(Missing::NotANumber) if values.skip_line() => break,
+                Err(missing) => return Err(cut(element, number, missing)),
+            }
         }
     }
     Ok(())
@@ -150,25 +173,40 @@ fn skip_property(kind: Kind, values: &mut Values<'_>) -> Result<(), Missing> {
     }
 }
 
-pub(super) fn vertices(element: &Element, values: &mut Values<'_>) -> Result<Vertices, LoadError> {
+/// Reads the vertices. Those that are complete when the file ends are kept: [`Vertices::cut`].
+pub(super) fn vertices(
+    element: &Element,
+    values: &mut Values<'_>,
+    encoding: Encoding,
+    bytes: usize,
+) -> Result<Vertices, LoadError> {
     let slots = Slots::new(element);
     if !slots.has(0..3) {
         return Err(LoadError::malformed(FORMAT, "element 'vertex' has no x, y and z"));
     }
     let (with_normals, with_uvs, with_colors) =
         (slots.has(NORMAL..UV), slots.has(UV..COLOR), slots.has(COLOR..ALPHA));
-    let count = element.count as usize;
     let mut out = Vertices::default();
-    out.positions.reserve_exact(count);
+    out.positions.reserve_exact(fitting(element, encoding, bytes) as usize);
     for number in 0..element.count {
         let mut item = [0.0; NAMES.len()];
         item[ALPHA] = 1.0;
-        for (property, &slot) in element.properties.iter().zip(&slots.0) {
-            let read = match property.kind {
-                Kind::One(scalar) => values.number(scalar).map(|value| store(&mut item, slot, value)),
-                list @ Kind::List(..) => skip_property(list, values),
-            };
-            read.map_err(|m| damaged(element, number, m))?;
+        let mut read = || -> Result<(), Missing> {
+            for (property, &slot) in element.properties.iter().zip(&slots.0) {
+                match property.kind {
+                    Kind::One(scalar) => store(&mut item, slot, values.number(scalar)?),
+                    list @ Kind::List(..) => skip_property(list, values)?,
+                }
+            }
+            Ok(())
+        };
+        match read() {
+            Ok(()) => {}
+            Err(Missing::NotANumber) if values.skip_line() => {}
+            Err(missing) => {
+                out.cut = Some(cut(element, number, missing));
+                break;
+            }
         }
         let [x, y, z, nx, ny, nz, u, v, r, g, b, a] = item;
         out.positions.push([x, y, z]);
@@ -184,6 +222,7 @@ pub(super) fn vertices(element: &Element, values: &mut Values<'_>) -> Result<Ver
             out.colors.push([r, g, b, a]);
         }
     }
+    settle_colors(&mut out.colors);
     Ok(out)
 }
 
@@ -203,14 +242,18 @@ pub(super) fn faces(
     let with_colors = slots.has(COLOR..ALPHA);
     let is_list =
         |p: &Property, names: &[&str]| matches!(p.kind, Kind::List(..)) && names.contains(&p.name.as_str());
-    let indices_at = element.properties.iter().position(|p| is_list(p, &["vertex_indices", "vertex_index"]));
+    let usual = element.properties.iter().position(|p| is_list(p, &INDICES));
+    // Else the first list of whole numbers.
+    let whole = |p: &Property| matches!(p.kind, Kind::List(_, scalar) if !scalar.is_float());
+    let indices_at = usual.or_else(|| element.properties.iter().position(whole));
     let uvs_at = element.properties.iter().position(|p| is_list(p, &["texcoord", "texcoords"]));
     let strips = element.name == "tristrips";
     let mut out = Faces::default();
-    if indices_at.is_none() || element.properties.is_empty() {
-        skip(element, values)?;
+    let Some(indices_property) = indices_at.and_then(|at| element.properties.get(at)) else {
+        out.cut = skip(element, values).err();
         return Ok((out, 0));
-    }
+    };
+    out.unusual = usual.is_none().then(|| indices_property.name.clone());
 
     let mut triangulator = Triangulator::default();
     let (mut indices, mut uvs) = (Vec::<i64>::new(), Vec::<f32>::new());
@@ -247,13 +290,15 @@ pub(super) fn faces(
         };
         match read() {
             Ok(()) => {}
-            Err(Missing::End) if !out.triangles.is_empty() => {
-                out.incomplete = true;
+            Err(Missing::NotANumber) if values.skip_line() => {
+                out.bad = out.bad.saturating_add(1);
+                continue;
+            }
+            Err(missing) => {
+                out.cut = Some(cut(element, number, missing));
                 break;
             }
-            Err(missing) => return Err(damaged(element, number, missing)),
         }
-        out.read = out.read.saturating_add(1);
         let first = out.triangles.len();
         polygon.clear();
         if strips {
@@ -293,6 +338,7 @@ pub(super) fn faces(
             check_mesh(context, out.triangles.len() as u64, positions.len() as u64)?;
         }
     }
+    settle_colors(&mut out.colors);
     check_mesh(context, out.triangles.len() as u64, positions.len() as u64)?;
     Ok((out, triangulator.given_up))
 }

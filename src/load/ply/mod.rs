@@ -16,26 +16,32 @@ use super::plain::{
     CREASE_ANGLE, add_object, check_input, check_mesh, counted, default_material, finish, read_picture,
     white_material,
 };
+use super::text::quoted;
 use super::warnings::Warnings;
 use super::{Context, LoadError, Loaded};
 use crate::scene::{
     AlphaMode, AlphaUse, ColorSpace, Material, MeshData, Sampler, Scene, Texture, TextureRef, UvTransform,
 };
 use body::{Faces, Vertices};
-use header::Header;
+use header::{Encoding, Header};
 use std::sync::Arc;
 use values::Values;
 
 const FORMAT: &str = "PLY";
+/// Names of elements of faces.
+const FACES: [&str; 3] = ["face", "faces", "tristrips"];
 
 /// Reads a PLY file, and the texture that it names.
 ///
-/// One that ends within its faces is drawn as far as it goes, with a warning. Faces with vertices that do not exist
-/// or are not finite are left out, with a warning.
+/// One that ends early is drawn as far as it goes, with a warning. Faces with vertices that do not exist or are not finite are
+/// left out, with a warning; words that are no numbers are not finite.
 pub(crate) fn load(bytes: &[u8], context: &Context<'_>) -> Result<Loaded, LoadError> {
     check_input(context, bytes)?;
-    let header = Header::read(bytes)?;
     let mut warnings = Warnings::default();
+    let mut header = Header::read(bytes, &mut warnings)?;
+    if !header.longs.is_empty() && header.encoding != Encoding::Ascii && !fits(&header) {
+        header.shorten_longs();
+    }
     let (vertices, faces) = read_body(&header, context, &mut warnings)?;
     let mut scene = Scene::new();
     if faces.triangles.is_empty() {
@@ -67,6 +73,12 @@ pub(crate) fn load(bytes: &[u8], context: &Context<'_>) -> Result<Loaded, LoadEr
     Ok(finish(scene, warnings.finish()))
 }
 
+/// True if the values of a binary file end where the file does.
+fn fits(header: &Header<'_>) -> bool {
+    let mut values = Values::new(header.encoding, header.body);
+    header.elements.iter().all(|element| body::skip(element, &mut values).is_ok()) && values.is_empty()
+}
+
 /// Reads the elements in the order of the header.
 fn read_body(
     header: &Header<'_>,
@@ -77,15 +89,19 @@ fn read_body(
     let mut vertices = Vertices::default();
     let mut faces = Faces::default();
     for element in &header.elements {
-        match element.name.as_str() {
-            "vertex" if vertices.positions.is_empty() => {
+        let cut = match element.name.as_str() {
+            "vertex" | "vertices" if vertices.positions.is_empty() => {
                 check_mesh(context, 0, element.count)?;
-                body::check_count(element, header.encoding, header.body.len())?;
-                vertices = body::vertices(element, &mut values)?;
+                vertices = body::vertices(element, &mut values, header.encoding, header.body.len())?;
+                vertices.cut.take()
             }
-            name @ ("face" | "tristrips") if faces.triangles.is_empty() => {
+            name if FACES.contains(&name) && faces.triangles.is_empty() => {
                 let (read, given_up) = body::faces(element, &mut values, &vertices.positions, context)?;
                 faces = read;
+                if let Some(name) = &faces.unusual {
+                    let name = quoted(name.as_bytes());
+                    warnings.add(|| format!("PLY: the list {name} of faces is taken for their vertices"));
+                }
                 if faces.bad > 0 {
                     let bad = counted(faces.bad, "face");
                     warnings
@@ -99,13 +115,18 @@ fn read_body(
                     let polygons = counted(given_up, "concave polygon");
                     warnings.add(|| format!("PLY: {polygons} with too many corners may be drawn wrongly"));
                 }
-                if faces.incomplete {
-                    let (read, count) = (faces.read, counted(element.count, name));
-                    warnings.add(|| format!("PLY: the file ends after {read} of {count}"));
-                    break;
-                }
+                faces.cut.take()
             }
-            _ => body::skip(element, &mut values)?,
+            _ => body::skip(element, &mut values).err(),
+        };
+        if let Some(cut) = cut {
+            // Points without faces are something to draw, where no faces are announced.
+            let announced = header.elements.iter().any(|e| FACES.contains(&e.name.as_str()) && e.count > 0);
+            if vertices.positions.is_empty() || announced && faces.triangles.is_empty() {
+                return Err(LoadError::malformed(FORMAT, cut));
+            }
+            warnings.add(|| format!("PLY: {cut}; what comes before is drawn"));
+            break;
         }
     }
     Ok((vertices, faces))
@@ -116,7 +137,7 @@ fn read_body(
 fn build(vertices: Vertices, faces: Faces, context: &Context<'_>) -> Result<MeshData, LoadError> {
     let varies = faces.colors.iter().any(|c| Some(c) != faces.colors.first());
     let face_colors = !faces.colors.is_empty() && (varies || vertices.colors.is_empty());
-    let Vertices { positions, normals, uvs, colors } = vertices;
+    let Vertices { positions, normals, uvs, colors, .. } = vertices;
     if !face_colors && faces.corner_uvs.is_empty() {
         let triangles = faces.triangles;
         return Ok(MeshData {
@@ -335,25 +356,138 @@ mod tests {
                 "line 4: the header ends without 'end_header'",
             ),
             (b"ply\nend_header\n".to_vec(), "no 'format' line"),
+            (
+                b"ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty odd x\n".to_vec(),
+                "cannot be",
+            ),
             (b"ply\nformat martian 1.0\nend_header\n".to_vec(), "unknown format 'martian'"),
             (b"ply\nformat ascii 1.0\nproperty float x\n".to_vec(), "'property float x' cannot be"),
             (b"ply\nformat ascii 1.0\nelement vertex -1\n".to_vec(), "cannot be"),
-            (b"ply\nformat ascii 1.0\nelement vertex 1\nproperty list float int x\n".to_vec(), "cannot be"),
             (b"ply\nformat ascii 1.0\nelement vertex 0\nend_header\n".to_vec(), "no x, y and z"),
-            (format!("{ascii}0 0 0 1 0 0 0 1").into_bytes(), "within element 'vertex', item 2 of 3"),
-            (format!("{ascii}0 0 0 1 0 0 0 1 0").into_bytes(), "within element 'face', item 0 of 1"),
-            (format!("{ascii}0 0 0 1 0 0 0 1 x 3 0 1 2").into_bytes(), "'vertex', item 2 of 3 has something"),
-            (format!("{ascii}0 0 0 1 0 0 0 1 0 3 0 1 1.5").into_bytes(), "'face', item 0 of 1 has something"),
-            (format!("{ascii}0 0 0 1 0 0 0 1 0 -3 0 1 2").into_bytes(), "'face', item 0 of 1 has something"),
-            (
-                ascii.replace("vertex 3", "vertex 4000000").into_bytes(),
-                "the file ends within element 'vertex'",
-            ),
             (ascii.replace("vertex 3", "vertex 4000000000").into_bytes(), "exceeds the limit"),
         ] {
             let error = load_bytes(&bytes).unwrap_err().to_string();
             assert!(error.contains(message) && !error.contains('\n'), "{message}: {error}");
         }
+    }
+
+    #[test]
+    fn damaged_values_cost_what_depends_on_them() {
+        let ascii = format!("ply\nformat ascii 1.0\n{}", TRIANGLE.replace("face 1", "face 2"));
+        let good = "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+        for (body, triangles, warning) in [
+            (&format!("{good}3 0 1"), 1, "the file ends within element 'face', item 1 of 2"),
+            (&format!("{good}3 0 1 1.5"), 1, "1 face left out"),
+            (&format!("{good}-3 0 1 2"), 1, "1 face left out"),
+            (&format!("{good}x"), 1, "1 face left out"),
+            (&format!("{}3 0 1 2\n", good.replace("3 0 1 2", "3 zero 1 2")), 1, "1 face left out"),
+            (&format!("{}3 0 1 2\n", good.replace("1 0 0", "1 -nan(ind) 0")), 0, "2 faces left out"),
+            (&format!("{}3 0 1 2\n", good.replace("1 0 0", "1 x 0")), 0, "2 faces left out"),
+        ] {
+            let loaded = load_bytes(format!("{ascii}{body}")).unwrap();
+            assert_eq!(loaded.scene.triangle_count(), triangles, "{body}");
+            assert!(loaded.warnings[0].message.contains(warning), "{body}: {:?}", loaded.warnings);
+        }
+        // Of a mesh without a face nothing can be drawn; of points those that are there. Counts cost nothing.
+        let claims = ascii.replace("vertex 3", "vertex 40000000");
+        for (text, message) in [
+            (format!("{ascii}0 0 0 1 0 0 0 1"), "the file ends within element 'vertex', item 2 of 3"),
+            (format!("{ascii}0 0 0 1 0 0 0 1 0"), "the file ends within element 'face', item 0 of 2"),
+            (format!("{claims}{good}"), "the file ends within element 'vertex', item 4 of 40000000"),
+        ] {
+            let error = load_bytes(text).unwrap_err().to_string();
+            assert!(error.contains(message), "{error}");
+        }
+        let points = ascii.replace("face 2", "face 0") + "0 0 0 1 0 0 0 1";
+        let warnings = load_bytes(points).unwrap().warnings;
+        assert!(warnings[0].message.contains("ends within element 'vertex', item 2 of 3"), "{warnings:?}");
+        let binary = |body: &[&[u8]]| {
+            binary(
+                &format!("ply\nformat binary_little_endian 1.0\n{}", TRIANGLE.replace("face 1", "face 2")),
+                body,
+            )
+        };
+        let corners: Vec<u8> =
+            [0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0].iter().flat_map(|v| v.to_le_bytes()).collect();
+        let face: Vec<u8> = [&[3_u8][..], &[0, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0]].concat();
+        for cut in [0, 1, 12] {
+            let loaded = load_bytes(binary(&[&corners, &face, &face[..cut]])).unwrap();
+            assert_eq!((loaded.scene.triangle_count(), loaded.warnings.len()), (1, 1), "{cut}");
+        }
+    }
+
+    /// A triangle whose third corner is out of the way of its first two, so that what is behind the header is read aright.
+    fn assert_triangle(bytes: impl AsRef<[u8]>, warnings: usize) {
+        let loaded = load_bytes(bytes).unwrap();
+        assert_eq!(loaded.warnings.len(), warnings, "{:?}", loaded.warnings);
+        assert_eq!(loaded.scene.meshes()[0].positions(), [[0.0; 3], [2.0, 0.0, 0.0], [0.0, 3.0, 0.0]]);
+        assert_eq!(loaded.scene.meshes()[0].triangles(), [[0, 1, 2]]);
+    }
+
+    #[test]
+    fn headers_as_programs_write_them() {
+        let header = format!("ply\nformat ascii 1.0\n{TRIANGLE}");
+        let body = "0 0 0\n2 0 0\n0 3 0\n3 0 1 2\n";
+        let plain = header.clone() + body;
+        for (from, to, warnings) in [
+            ("ply\n", "\u{feff}ply\n", 0),
+            ("ply\n", "PLY\r\n", 0),
+            ("ply\n", "ply  \n", 0),
+            ("ply\n", "ply\r", 0),
+            ("end_header\n", "end_header\r\n", 0),
+            ("element face", "comment\nComment of no use\nOBJ_INFO x\n\nelement face", 0),
+            ("format ascii 1.0\n", "format ascii 1.0\nCreated by someone\ndate 2024-01-01\n", 1),
+            ("property float x", "PROPERTY Float X", 0),
+            ("element vertex 3", "Element Vertex 3", 0),
+            ("property float y", "property float32_t y", 0),
+            ("property float y", "property fixed y", 0),
+            ("list uchar int vertex_indices", "LIST UChar Int32 Vertex_Index", 0),
+            ("list uchar int vertex_indices", "list uint8 uint64 corners", 1),
+            ("element vertex", "element face", 1),
+        ] {
+            let text = plain.replacen(from, to, 1);
+            if to.starts_with("element face") {
+                // No vertices at all.
+                assert!(load_bytes(text).is_ok());
+                continue;
+            }
+            assert_triangle(text, warnings);
+        }
+    }
+
+    #[test]
+    fn numbers_of_64_and_16_bits_and_longs_of_both_kinds() {
+        let header = |extra: &str| {
+            let list = "property list uchar int vertex_indices";
+            let text =
+                TRIANGLE.replace("property float z\n", &format!("property float z\nproperty {extra}\n"));
+            let text = text.replace(list, "property list uchar int64 vertex_indices");
+            format!("ply\nformat binary_little_endian 1.0\n{text}")
+        };
+        let corners = [[0.0_f32, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 3.0, 0.0]];
+        for (name, size) in
+            [("int64", 8), ("UINT64", 8), ("long", 8), ("long", 4), ("ulong", 4), ("float16", 2)]
+        {
+            let mut bytes = header(&format!("{name} id")).into_bytes();
+            for corner in corners {
+                bytes.extend(corner.iter().flat_map(|v| v.to_le_bytes()));
+                bytes.extend(std::iter::repeat_n(1, size));
+            }
+            bytes.push(3);
+            bytes.extend([0_i64, 1, 2].iter().flat_map(|v| v.to_le_bytes()));
+            assert_triangle(bytes, 0);
+        }
+    }
+
+    #[test]
+    fn fractions_above_2_are_codes() {
+        let text = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+                    property float red\nproperty float green\nproperty float blue\nproperty float alpha\nelement face 1\n\
+                    property list uchar int vertex_indices\nend_header\n0 0 0 255 0 188 255\n1 0 0 0 0 0 255\n0 1 0 1 1 nan 255\n3 0 1 2\n";
+        let loaded = load_bytes(text).unwrap();
+        let colors = loaded.scene.meshes()[0].colors();
+        assert!(colors[0][0] == 1.0 && (colors[0][2] - 0.503).abs() < 1e-3 && colors[0][3] == 1.0);
+        assert!(colors[2][0] < 0.001 && colors[2][2] == 0.0);
     }
 
     #[test]
@@ -363,7 +497,7 @@ mod tests {
             load_bytes(format!("{ascii}0 0 0 1 0 0 0 1 0 3 0 1 2 3 0 1 7 2 0 1 3 0 -1 2 4 0")).unwrap();
         assert_eq!(loaded.scene.triangle_count(), 1);
         assert_eq!(loaded.warnings.len(), 3, "{:?}", loaded.warnings);
-        assert!(loaded.warnings[2].message.contains("ends after 4 of 5 faces"));
+        assert!(loaded.warnings[2].message.contains("ends within element 'face', item 4 of 5"));
         let points = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n\
                       element thing 2\nproperty list uchar uint a\nproperty float b\nend_header\n1 2 3\n2 1 1 0.5\n0 1\n";
         let loaded = load_bytes(points).unwrap();

@@ -29,11 +29,12 @@ impl<'a> Values<'a> {
         }
     }
 
-    /// The next value, as a number.
+    /// The next value, as a number; NaN for a word that is none.
     #[inline]
     pub(super) fn number(&mut self, scalar: Scalar) -> Result<f32, Missing> {
         match self {
-            Self::Ascii(tokens) => float(tokens.next().ok_or(Missing::End)?).ok_or(Missing::NotANumber),
+            // What is no number is not finite either.
+            Self::Ascii(tokens) => Ok(float(tokens.next().ok_or(Missing::End)?).unwrap_or(f32::NAN)),
             Self::LittleEndian(bytes) => binary(bytes, scalar, false).map(|v| v.0),
             Self::BigEndian(bytes) => binary(bytes, scalar, true).map(|v| v.0),
         }
@@ -53,6 +54,22 @@ impl<'a> Values<'a> {
             }
             Self::LittleEndian(bytes) => binary(bytes, scalar, false).map(|v| v.1),
             Self::BigEndian(bytes) => binary(bytes, scalar, true).map(|v| v.1),
+        }
+    }
+
+    /// True if nothing follows in a binary file.
+    pub(super) fn is_empty(&self) -> bool {
+        matches!(self, Self::LittleEndian([]) | Self::BigEndian([]))
+    }
+
+    /// Passes over the rest of a line that has something else than it should. False where there are no lines.
+    pub(super) fn skip_line(&mut self) -> bool {
+        match self {
+            Self::Ascii(tokens) => {
+                tokens.rest_of_line();
+                true
+            }
+            Self::LittleEndian(_) | Self::BigEndian(_) => false,
         }
     }
 
@@ -88,6 +105,15 @@ fn binary(bytes: &mut &[u8], scalar: Scalar, big: bool) -> Result<(f32, i64), Mi
         Scalar::U16 => read!(u16),
         Scalar::I32 => read!(i32),
         Scalar::U32 => read!(u32),
+        Scalar::I64 => read!(i64),
+        Scalar::U64 => read!(u64),
+        Scalar::F16 => {
+            let (&value, rest) = bytes.split_first_chunk().ok_or(Missing::End)?;
+            *bytes = rest;
+            let value = if big { u16::from_be_bytes(value) } else { u16::from_le_bytes(value) };
+            let value = half::f16::from_bits(value).to_f32();
+            (value, value as i64)
+        }
         Scalar::F32 => read!(f32),
         Scalar::F64 => read!(f64),
     })

@@ -4,15 +4,30 @@
 //! count. Magics: five bits each for red, green and blue, which count where the highest bit is *not* set; elsewhere the
 //! facet has the colour of the whole, which stands in the header after `COLOR=`, and only files with that are read so.
 //! Codes are sRGB. Transparency, which only the colour of the whole can have, is not drawn.
+//!
+//! Most programs write zeros there, and some whatever was in memory. So words count only where they look like colours:
+//! - Words without the highest bit are zero in a file of VisCAM's kind, but for one in sixteen at most: of numbers, of a
+//!   counter or of noise many are not.
+//! - One word all over is no colour if it is 0x8000 (black all over: a flag) or two equal bytes (memory that was filled).
+//! - Of more than 31 coloured facets one in eight is like the one before it (within 4 of 31 in every channel; of noise one in
+//!   60 is), or there are at most 256 colours, of four facets each.
+//!
+//! Otherwise the part is plain, with a warning.
 
 use crate::color::srgb::{srgb_to_linear, srgb8_to_linear};
 use crate::load::plain::{default_material, white_material};
 use crate::load::splitting::Copies;
 use crate::scene::{Material, MeshData};
+use std::collections::BTreeSet;
 
 /// Copies of a vertex (of other colours) that are searched before another is made: bounds the work.
 const SEARCHED: usize = 64;
 const NONE: u32 = u32::MAX;
+
+/// Most colours of a file whose facets are not like their neighbours.
+const MOST_COLORS: usize = 256;
+/// Fewest coloured facets that are compared with each other.
+const FEW: usize = 32;
 
 /// Stands for the colour of the whole. All others have the highest bit set, and red above green above blue.
 const OF_THE_WHOLE: u16 = 0;
@@ -24,6 +39,8 @@ pub(super) struct Colors {
     whole: Option<[f32; 4]>,
     /// One for each facet; empty if all have the colour of the whole.
     codes: Vec<u16>,
+    /// True if there are words that do not look like colours, and so are not drawn.
+    pub(super) doubtful: bool,
 }
 
 impl Colors {
@@ -34,20 +51,33 @@ impl Colors {
                 header.get(at..).and_then(|word| word.first_chunk())
         {
             let [r, g, b] = [r, g, b].map(srgb8_to_linear);
-            let whole = Some([r, g, b, 1.0]);
+            let plain = Self { whole: Some([r, g, b, 1.0]), ..Self::default() };
             // Zeros all over are what programs write that know no colours, and not black.
             if attributes.clone().all(|word| word == 0 || word & 0x8000 != 0) {
-                return Self { whole, codes: Vec::new() };
+                return plain;
             }
             let swapped = |word: u16| 0x8000 | (word & 31) << 10 | (word & 31 << 5) | word >> 10 & 31;
             let code = |word: u16| if word & 0x8000 == 0 { swapped(word) } else { OF_THE_WHOLE };
-            return Self { whole, codes: attributes.map(code).collect() };
+            return plain.with(attributes.map(code).collect());
         }
         if attributes.clone().all(|word| word & 0x8000 == 0) {
             return Self::default();
         }
+        let others = attributes.clone().filter(|word| word & 0x8000 == 0);
+        let (others, marked) = others.fold((0_u64, 0_u64), |(others, marked), word| {
+            (others.saturating_add(1), marked.saturating_add((word != 0).into()))
+        });
+        let facets = (attributes.clone().count() as u64).max(others);
+        if marked.saturating_mul(16) > facets {
+            return Self { doubtful: true, ..Self::default() };
+        }
         let code = |word: u16| if word & 0x8000 == 0 { OF_THE_WHOLE } else { word };
-        Self { whole: None, codes: attributes.map(code).collect() }
+        Self::default().with(attributes.map(code).collect())
+    }
+
+    /// Takes these codes, if they look like colours.
+    fn with(self, codes: Vec<u16>) -> Self {
+        if look_like_colors(&codes) { Self { codes, ..self } } else { Self { doubtful: true, ..self } }
     }
 
     /// Forgets the facets that are not kept.
@@ -84,6 +114,32 @@ impl Colors {
     }
 }
 
+/// The rule at the head of this file, for words that count.
+fn look_like_colors(codes: &[u16]) -> bool {
+    let first = codes.first().copied().unwrap_or(OF_THE_WHOLE);
+    if codes.iter().all(|&code| code == first) {
+        let [low, high] = first.to_le_bytes();
+        return first != 0x8000 && low != high;
+    }
+    let mut distinct = BTreeSet::new();
+    let (mut colored, mut alike, mut before) = (0_usize, 0_usize, None);
+    for &code in codes.iter().filter(|&&code| code != OF_THE_WHOLE) {
+        colored = colored.saturating_add(1);
+        alike = alike.saturating_add(before.is_some_and(|before| are_alike(before, code)).into());
+        before = Some(code);
+        if distinct.len() <= MOST_COLORS {
+            distinct.insert(code);
+        }
+    }
+    let few_colors = distinct.len() <= MOST_COLORS && distinct.len() <= colored / 4;
+    colored < FEW || alike >= colored / 8 || few_colors
+}
+
+/// True if two codes differ by at most 4 in each channel.
+fn are_alike(a: u16, b: u16) -> bool {
+    [10, 5, 0].into_iter().all(|shift| (a >> shift & 31).abs_diff(b >> shift & 31) <= 4)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -107,15 +163,51 @@ mod tests {
     #[test]
     fn two_programs_write_the_same_bits_for_different_things() {
         // Green and blue: the highest bit says that it counts.
-        assert_eq!(read(b"", &[0x83e0, 0x001f]).codes, [0x83e0, OF_THE_WHOLE]);
+        assert_eq!(read(b"", &[0x83e0, 0]).codes, [0x83e0, OF_THE_WHOLE]);
         // Here the highest bit says that it does not, and the lowest bits are red.
         let colors = read(MAGICS, &[0x83e0, 0x001f]);
         assert_eq!((colors.whole, &colors.codes[..]), (Some(WHOLE), &[OF_THE_WHOLE, 0x8000 | 31 << 10][..]));
         assert_eq!(read(b"", &[0, 0x7fff]), Colors::default());
-        let plain = Colors { whole: Some(WHOLE), codes: Vec::new() };
+        let plain = Colors { whole: Some(WHOLE), ..Colors::default() };
         assert_eq!(read(MAGICS, &[0, 0]), plain);
         assert_eq!(read(MAGICS, &[0x8000, 0xffff]), plain);
         assert_eq!(read(b"COLOR=\xff", &[0, 0]), Colors::default());
+    }
+
+    #[test]
+    fn words_that_are_no_colours_leave_the_part_plain() {
+        let plain = Colors { doubtful: true, ..Colors::default() };
+        // Multiplied and cut: as good as noise.
+        let noise =
+            |seed: u32| (0..768_u32).map(move |k| ((k + seed).wrapping_mul(0x9e37_79b1) >> 11) as u16);
+        let words = |words: &mut dyn Iterator<Item = u16>| words.collect::<Vec<_>>();
+        let cases = [
+            words(&mut [0x8000; 12].into_iter()),
+            words(&mut [0xffff; 3].into_iter()),
+            words(&mut [0xcdcd; 768].into_iter()),
+            words(&mut noise(0)),
+            words(&mut noise(7).map(|word| word | 0x8000)),
+            words(&mut noise(9).take(12)),
+            words(&mut (32_700..33_000)),
+        ];
+        for words in cases {
+            assert_eq!(read(b"", &words), plain, "{words:x?}");
+        }
+        let magics = read(MAGICS, &words(&mut noise(3)));
+        assert!(magics.doubtful && magics.codes.is_empty() && magics.whole == Some(WHOLE));
+    }
+
+    #[test]
+    fn colours_are_few_or_like_their_neighbours() {
+        let stripes: Vec<u16> = (0..768).map(|k| [0xfc00, 0x83e0, 0x801f, 0][k / 7 % 4]).collect();
+        let gradient: Vec<u16> = (0..768).map(|k| 0x8000 | (k / 25) << 10 | (k % 25) << 5).collect();
+        // 200 colours in no order.
+        let palette: Vec<u16> =
+            (0..4096_u32).map(|k| 0x8000 | (k * 37 % 200 * 163) as u16 & 0x7fff).collect();
+        for words in [&stripes[..], &gradient, &palette, &[0x8000, 0xfc00], &[0xfc00; 12]] {
+            let colors = read(b"", words);
+            assert_eq!((&colors.codes[..], colors.doubtful), (words, false));
+        }
     }
 
     #[test]

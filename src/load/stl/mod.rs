@@ -13,7 +13,7 @@ use super::normals::add_smooth_normals_to_welded;
 use super::plain::{
     CREASE_ANGLE, add_object, check_input, check_mesh, counted, default_material, drawable, finish,
 };
-use super::text::{Tokens, quoted, without_mark};
+use super::text::{Tokens, float, quoted, without_mark};
 use super::vertices::PositionTable;
 use super::weld::weld;
 use super::{Context, LoadError, Loaded, Warning};
@@ -26,6 +26,8 @@ const FORMAT: &str = "STL";
 const HEADER: usize = 80;
 /// Bytes of a facet: a normal, three positions, and two bytes that some programs fill with a colour.
 const FACET: usize = 50;
+/// Words that may follow the coordinates of a vertex.
+const KEYWORDS: [&[u8]; 7] = [b"vertex", b"endloop", b"endfacet", b"facet", b"outer", b"endsolid", b"solid"];
 
 /// Reads either kind of file. One object per solid.
 ///
@@ -50,8 +52,11 @@ fn is_text(bytes: &[u8]) -> bool {
         return false;
     }
     let start = without_mark(bytes).trim_ascii_start();
+    let start = start.get(..1024).unwrap_or(start);
     let begins = start.first_chunk::<5>().is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
-    begins && !start.iter().take(1024).any(|&b| b == 0)
+    // Without its first line, or with a comment before it.
+    let within = |word: &[u8]| start.windows(word.len()).any(|found| found.eq_ignore_ascii_case(word));
+    (begins || within(b"facet") && within(b"vertex")) && !start.contains(&0)
 }
 
 /// Bytes that so many facets take.
@@ -94,6 +99,8 @@ struct Reader<'a> {
     triangles: u64,
     /// Triangles left out because of their coordinates.
     skipped: u64,
+    /// Line and word of the first coordinate that is no number.
+    garbage: Option<(usize, String)>,
     warnings: Vec<Warning>,
 }
 
@@ -109,6 +116,12 @@ fn corners(facet: &[u8; FACET]) -> [[f32; 3]; 3] {
     }
     let [_, _, _, a, b, c, d, e, f, g, h, i] = numbers;
     [[a, b, c], [d, e, f], [g, h, i]]
+}
+
+/// True for bytes that look like a facet: three finite corners, not all in one place.
+fn is_facet(facet: &[u8; FACET]) -> bool {
+    let [a, b, c] = corners(facet);
+    [a, b, c].into_iter().all(drawable) && (a != b || b != c)
 }
 
 /// The corners of facets from number `start` on.
@@ -129,6 +142,7 @@ impl<'a> Reader<'a> {
             corners: Vec::new(),
             triangles: 0,
             skipped: 0,
+            garbage: None,
             warnings: Vec::new(),
         }
     }
@@ -190,20 +204,30 @@ impl<'a> Reader<'a> {
                 format!("neither text nor binary: it has {}", counted(bytes.len() as u64, "byte")),
             ));
         };
-        let (present, _) = facets_and_rest.as_chunks::<FACET>();
-        let facets = usize::try_from(claimed).ok().and_then(|claimed| present.get(..claimed));
-        if facets.is_none() {
+        let (present, partial) = facets_and_rest.as_chunks::<FACET>();
+        let parts = usize::try_from(claimed).ok().and_then(|claimed| present.split_at_checked(claimed));
+        if parts.is_none() {
             let claimed = counted(claimed.into(), "facet");
             self.warn(format!("STL: the file ends after {} of {claimed}", present.len()));
         }
-        let facets = facets.unwrap_or(present);
+        let (mut facets, more) = parts.unwrap_or((present, &[]));
         let beyond = (facets_and_rest.len() as u64).saturating_sub(size_of_facets(claimed));
-        if beyond > 0 {
+        if !more.is_empty() && partial.is_empty() && more.iter().all(is_facet) {
+            // The count was written before the facets, or wrapped around.
+            self.warn(format!(
+                "STL: the file has {} and says {claimed}; all are drawn",
+                counted(present.len() as u64, "facet")
+            ));
+            facets = present;
+        } else if beyond > 0 {
             self.warn(format!("STL: {} after the last facet were ignored", counted(beyond, "byte")));
         }
         check_mesh(self.context, facets.len() as u64, facets.len() as u64 / 2)?;
         let attribute = |facet: &[u8; FACET]| u16::from_le_bytes([facet[48], facet[49]]);
         let mut colors = Colors::read(header, facets.iter().map(attribute));
+        if colors.doubtful {
+            self.warn("STL: attributes of facets that do not look like colours are ignored".to_owned());
+        }
         let is_drawn = |facet: &[u8; FACET]| corners(facet).into_iter().all(drawable);
         let runs: Vec<_> = facets.chunks(AT_ONCE).collect();
         let all_drawn = self.context.jobs.map_each(&runs, |run| run.iter().all(is_drawn));
@@ -227,6 +251,7 @@ impl<'a> Reader<'a> {
         let mut tokens = Tokens::new(bytes);
         let mut open = Loop::Empty;
         let mut incomplete = 0_u64;
+        let mut not_utf8 = false;
         while let Some(token) = tokens.next() {
             // Most are numbers.
             if !token.first().is_some_and(|first| matches!(first | 0x20, b'v' | b'e' | b's')) {
@@ -234,11 +259,12 @@ impl<'a> Reader<'a> {
             }
             // The most frequent word first; everything else (normals, `outer loop`) says nothing.
             if token.eq_ignore_ascii_case(b"vertex") {
+                let before = tokens.clone();
                 let position = match (tokens.float(), tokens.float(), tokens.float()) {
                     (Some(x), Some(y), Some(z)) => [x, y, z],
                     _ => {
-                        let message = format!("line {}: a vertex needs three numbers", tokens.line());
-                        return Err(LoadError::malformed(FORMAT, message));
+                        tokens = self.after_garbage(before);
+                        [f32::NAN; 3]
                     }
                 };
                 open = match open {
@@ -259,12 +285,17 @@ impl<'a> Reader<'a> {
                 }
             } else if token.eq_ignore_ascii_case(b"solid") {
                 self.end_solid()?;
-                self.open = Some(String::from_utf8_lossy(tokens.rest_of_line()).into_owned());
+                let name = tokens.rest_of_line();
+                not_utf8 |= std::str::from_utf8(name).is_err();
+                self.open = Some(String::from_utf8_lossy(name).into_owned());
             } else if token.eq_ignore_ascii_case(b"endsolid") {
                 tokens.rest_of_line();
             }
         }
         self.end_solid()?;
+        if not_utf8 {
+            self.warn("STL: names that are not UTF-8 are read with U+FFFD in them".to_owned());
+        }
         if !matches!(open, Loop::Empty) {
             self.warn(format!(
                 "STL: the file ends within a facet, after {}",
@@ -277,10 +308,29 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
+    /// What follows the coordinates of a vertex that do not all have a number.
+    #[cold]
+    fn after_garbage<'t>(&mut self, mut tokens: Tokens<'t>) -> Tokens<'t> {
+        for _ in 0..3 {
+            let before = tokens.clone();
+            let token = tokens.next().unwrap_or_default();
+            if KEYWORDS.iter().any(|keyword| token.eq_ignore_ascii_case(keyword)) {
+                tokens = before;
+                break;
+            }
+            if float(token).is_none() && self.garbage.is_none() {
+                self.garbage = Some((tokens.line(), quoted(token)));
+            }
+        }
+        tokens
+    }
+
     fn finish(mut self) -> Result<Loaded, LoadError> {
         if self.skipped > 0 {
             let skipped = counted(self.skipped, "triangle");
-            self.warn(format!("STL: {skipped} left out: coordinates not finite or beyond 1e15"));
+            let place = self.garbage.take();
+            let place = place.map(|(line, word)| format!(" (line {line}: {word})")).unwrap_or_default();
+            self.warn(format!("STL: {skipped} left out: coordinates not finite or beyond 1e15{place}"));
         }
         let mut vertices = self.solids.iter().map(|s| s.mesh.positions.len() as u64).sum::<u64>();
         check_mesh(self.context, self.triangles, vertices)?;
@@ -350,7 +400,10 @@ mod tests {
     fn wrong_counts_and_trailing_bytes_are_warnings() {
         for (bytes, triangles, warning) in [
             (binary("", u32::MAX, &[A, B]), 2, "the file ends after 2 of 4294967295 facets"),
-            (binary("", 1, &[A, B]), 1, "50 bytes after the last facet were ignored"),
+            (binary("", 1, &[A, B]), 2, "the file has 2 facets and says 1; all are drawn"),
+            (binary("", 0, &[A, B]), 2, "the file has 2 facets and says 0; all are drawn"),
+            ([binary("", 1, &[A]), vec![0; 50]].concat(), 1, "50 bytes after the last facet were ignored"),
+            ([binary("", 1, &[A]), vec![1; 7]].concat(), 1, "7 bytes after the last facet were ignored"),
             (binary("", 2, &[A, B])[..150].to_vec(), 1, "the file ends after 1 of 2 facets"),
         ] {
             let loaded = load_bytes(&bytes).unwrap();
@@ -386,9 +439,38 @@ mod tests {
 
     #[test]
     fn damaged_text_says_where() {
-        let text = "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 zero\n";
-        let error = load_bytes(text.as_bytes()).unwrap_err().to_string();
-        assert_eq!(error, "STL: line 4: a vertex needs three numbers");
+        let triangle = "facet\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n";
+        for garbage in
+            ["0 0 zero", "-nan(ind) 0 0", "-1.#IND -1.#IND -1.#IND", "0 1.#INF 0", "0 0", "", "0 0 1,5"]
+        {
+            let damaged = triangle.replace("1 0 0", garbage);
+            let text = format!("solid x\n{damaged}{triangle}endsolid x\n");
+            let loaded = load_bytes(text.as_bytes()).unwrap();
+            assert_eq!(
+                (loaded.scene.triangle_count(), loaded.warnings.len()),
+                (1, 1),
+                "{garbage}: {:?}",
+                loaded.warnings
+            );
+            assert!(
+                loaded.warnings[0].message.starts_with("STL: 1 triangle left out"),
+                "{:?}",
+                loaded.warnings
+            );
+            // A file cut within a line.
+            let text = format!("solid x\n{triangle}facet\nouter loop\nvertex {garbage}");
+            let loaded = load_bytes(text.as_bytes()).unwrap();
+            assert_eq!(
+                (loaded.scene.triangle_count(), loaded.warnings.len()),
+                (1, 1),
+                "{garbage}: {:?}",
+                loaded.warnings
+            );
+        }
+        let text = format!("solid x\n{}{triangle}", triangle.replace("1 0 0", "0 0 zero"));
+        assert!(load_bytes(text.as_bytes()).unwrap().warnings[0].message.ends_with("(line 5: 'zero')"));
+        // Without its first line.
+        assert_eq!(load_bytes(triangle.as_bytes()).unwrap().scene.triangle_count(), 1);
         let cut = "solid x\nfacet\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n\
                    facet\nouter loop\nvertex 0 0 0\n";
         let loaded = load_bytes(cut.as_bytes()).unwrap();
