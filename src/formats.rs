@@ -42,6 +42,18 @@ pub const JPEG: FileFormat = format("JPEG", &["jpg", "jpeg"], "image/jpeg");
 pub const WEBP: FileFormat = format("WebP", &["webp"], "image/webp");
 /// Khronos textures, version 2.
 pub const KTX2: FileFormat = format("KTX2", &["ktx2"], "image/ktx2");
+/// Windows bitmaps.
+pub const BMP: FileFormat = format("BMP", &["bmp", "dib"], "image/bmp");
+/// Truevision TGA.
+pub const TGA: FileFormat = format("TGA", &["tga"], "image/x-targa");
+/// Graphics Interchange Format.
+pub const GIF: FileFormat = format("GIF", &["gif"], "image/gif");
+/// Tagged Image File Format.
+pub const TIFF: FileFormat = format("TIFF", &["tif", "tiff"], "image/tiff");
+/// Netpbm's formats.
+pub const PNM: FileFormat = format("PNM", &["ppm", "pgm", "pbm", "pnm", "pam"], "image/x-portable-anymap");
+/// Quite OK Image.
+pub const QOI: FileFormat = format("QOI", &["qoi"], "image/x-qoi");
 /// OpenEXR.
 pub const EXR: FileFormat = format("OpenEXR", &["exr"], "image/x-exr");
 /// Radiance RGBE.

@@ -29,6 +29,8 @@ mod grouped;
 mod image;
 mod ktx2;
 mod material;
+mod names;
+mod nearby;
 mod nonnumber;
 mod normals;
 mod obj;
@@ -155,7 +157,7 @@ fn read_path(
     limits: &Limits,
     jobs: &Jobs,
 ) -> Result<(Model, Option<Format>), LoadError> {
-    let resolver = DirectoryResolver::new(path.parent().unwrap_or(Path::new("")));
+    let resolver = DirectoryResolver::of_model(path);
     let context = Context { resolver: &resolver, limits, jobs };
     let file = open_file(path, limits)?;
     let size = file.metadata()?.len();

@@ -1,4 +1,30 @@
-//! What C libraries print for values that are no numbers, beside the `nan` and `inf` that everybody reads.
+//! What programs print that is no number as everybody reads it: values that are no numbers, beside `nan` and `inf`, and numbers
+//! with the decimal comma of another country, a comma behind them, or Fortran's exponent.
+
+/// The value of `1,5`, `1.5,` or `1.5D+02`; `None` for everything else.
+#[cold]
+pub(super) fn foreign(token: &[u8]) -> Option<f32> {
+    let whole = token;
+    let token = token.strip_suffix(b",").unwrap_or(token);
+    let commas = token.iter().filter(|&&b| b == b',').count();
+    if commas > 1 || commas == 1 && token.contains(&b'.') || token.len() > 64 {
+        return None;
+    }
+    let spelled: Vec<u8> = token
+        .iter()
+        .map(|&b| match b {
+            b',' => b'.',
+            b'd' | b'D' => b'e',
+            other => other,
+        })
+        .collect();
+    // Words that are read as no numbers have been tried already.
+    let digits = spelled.iter().any(u8::is_ascii_digit);
+    std::str::from_utf8(&spelled)
+        .ok()
+        .filter(|_| digits && spelled != whole)
+        .and_then(|text| text.parse().ok())
+}
 
 /// The value behind `-nan(ind)`, `1.#QNAN`, `-1.#IND00`, `1.#INF`, `nan0x7fffffff`, `NaNQ` and the like; `None` for
 /// everything else.
@@ -49,7 +75,25 @@ fn is_payload(tail: &[u8]) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::printed;
+    use super::{foreign, printed};
+
+    #[test]
+    fn numbers_of_other_countries_and_languages() {
+        for (text, value) in [
+            ("1,5", 1.5),
+            ("-0,25e1", -2.5),
+            ("1.5D+02", 150.0),
+            ("2d0", 2.0),
+            ("3,", 3.0),
+            ("1.5,", 1.5),
+            (",5", 0.5),
+        ] {
+            assert_eq!(foreign(text.as_bytes()), Some(value), "{text}");
+        }
+        for text in ["", ",", "1,2,3", "1.5,5", "1.5", "nan", "d", "dad", "1x"] {
+            assert_eq!(foreign(text.as_bytes()), None, "{text}");
+        }
+    }
 
     #[test]
     fn every_spelling_of_no_number() {

@@ -1,11 +1,12 @@
 //! What the formats without a scene graph (OBJ, STL, PLY) have in common.
 use super::budget::Budget;
-use super::image;
+use super::image::{self, Picture};
+use super::nearby::Nearby;
 use super::text::quoted;
-use super::{Context, LoadError, Loaded, ResolveError, Warning};
+use super::{Context, LoadError, Loaded, Warning};
 use crate::limits::Limits;
 use crate::scene::{
-    Image, Instance, MAX_COORDINATE, Material, MaterialId, Mesh, MeshData, MeshId, Scene, Transform, Workflow,
+    Instance, MAX_COORDINATE, Material, MaterialId, Mesh, MeshData, MeshId, Scene, Transform, Workflow,
 };
 
 /// Triangles that meet at more than this stay apart when normals are generated, in degrees. Chamfers of 45 degrees and the
@@ -90,31 +91,16 @@ pub(super) fn counted(count: u64, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
-/// Reads a file that the model names; one that would lead out of the model's folder, as absolute paths of the
-/// author's machine do, is looked for in that folder itself.
-pub(super) fn read_near(context: &Context<'_>, name: &str, limit: u64) -> Result<Vec<u8>, ResolveError> {
-    let portable = name.replace('\\', "/");
-    let portable = portable.strip_prefix("./").unwrap_or(&portable);
-    match context.resolver.read(portable, limit) {
-        Err(ResolveError::Outside(outside)) => {
-            let last = portable.rsplit('/').next().filter(|last| !last.is_empty() && *last != portable);
-            let nearby = last.map(|last| context.resolver.read(last, limit));
-            nearby.and_then(Result::ok).ok_or(ResolveError::Outside(outside))
-        }
-        other => other,
-    }
-}
-
 /// Reads and decodes one picture that the model names. The inner error says why it cannot be had.
 pub(super) fn read_picture(
     context: &Context<'_>,
     file: &str,
     budget: &mut Budget,
-) -> Result<Result<Image, String>, LoadError> {
+) -> Result<Result<Picture, String>, LoadError> {
     let what = format!("texture {}", quoted(file.as_bytes()));
     let left_out = |why: &dyn std::fmt::Display| Ok(Err(format!("{what} is left out: {why}")));
-    let bytes = match read_near(context, file, context.limits.input_bytes) {
-        Ok(bytes) => bytes,
+    let bytes = match Nearby::default().read(context, "", [file], context.limits.input_bytes) {
+        Ok(found) => found.bytes,
         Err(error) => return left_out(&error),
     };
     picture_of(&what, &bytes, context, budget)
@@ -127,7 +113,7 @@ pub(super) fn picture_of(
     bytes: &[u8],
     context: &Context<'_>,
     budget: &mut Budget,
-) -> Result<Result<Image, String>, LoadError> {
+) -> Result<Result<Picture, String>, LoadError> {
     let header = match image::probe(what, bytes, context.limits) {
         Ok(header) => header,
         Err(error) => return Ok(Err(error.loss()?)),
@@ -135,7 +121,7 @@ pub(super) fn picture_of(
     // Texels, their mip levels and what is made of them.
     budget.charge_texture(|| what.to_owned(), header.texels(), 12)?;
     match image::decode(bytes, &header) {
-        Ok(image) => Ok(Ok(image)),
+        Ok(picture) => Ok(Ok(picture)),
         Err(error) => Ok(Err(error.loss()?)),
     }
 }

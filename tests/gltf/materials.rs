@@ -396,29 +396,73 @@ fn broken_images_are_left_out() {
     for (image, expected) in [
         (
             json!({"uri": "gone.png"}),
-            "image 0 'gone.png': 'gone.png' cannot be read: no such file; drawn without it",
+            ": baseColorTexture): 'gone.png' cannot be read: no such file; drawn without it",
         ),
-        (json!({}), "image 0: it has neither a URI nor a bufferView; drawn without it"),
-        (json!({"bufferView": 99}), "image 0: there is no bufferView 99; drawn without it"),
-        (json!({"uri": "data:image/png;base64,%%"}), "image 0: its data URI is not base64"),
+        (json!({}), "it has neither a URI nor a bufferView; drawn without it"),
+        (json!({"bufferView": 99}), "there is no bufferView 99; drawn without it"),
+        (json!({"uri": "data:image/png;base64,%%"}), "its data URI is not base64"),
     ] {
         model.json["images"] = json!([image]);
         let warnings = model.warnings();
-        assert!(
-            warnings.len() == 1 && warnings[0].contains(expected.trim_start_matches("image 0: ")),
-            "{warnings:?}"
-        );
+        assert!(warnings.len() == 1 && warnings[0].contains(expected), "{warnings:?}");
     }
 }
 
-/// What was never a picture breaks the rules of the format.
+/// What was never a picture is called by its name, and left out of any slot.
 #[test]
-fn what_is_no_image_is_an_error() {
-    let mut model = Model::textured();
-    let view = model.view(b"<svg/>");
-    model.json["images"][0]["bufferView"] = view.into();
-    let message = model.load().unwrap_err().to_string();
-    assert_eq!(message, "glTF: image 0 'picture': it is neither PNG nor JPEG nor WebP nor KTX2");
+fn what_is_no_image_is_left_out() {
+    let cases: [(&[u8], &str); 4] = [
+        (b"<svg/>", "it is an SVG picture"),
+        (
+            b"version https://git-lfs.github.com/spec/v1\n",
+            "it is a pointer of Git LFS: the picture itself was not fetched",
+        ),
+        (b"\0\0\0\x1cftypavif", "it is an AVIF picture"),
+        (b"not found", "it is text: 'not found'"),
+    ];
+    for (bytes, expected) in cases {
+        let mut model = Model::textured();
+        let view = model.view(bytes);
+        model.json["images"][0]["bufferView"] = view.into();
+        model.json["materials"][0]["alphaMode"] = json!("BLEND");
+        let slot = json!({"index": 0});
+        model.json["materials"][0]["normalTexture"] = slot.clone();
+        model.json["materials"][0]["emissiveTexture"] = slot;
+        model.json["materials"][0]["emissiveFactor"] = json!([1, 1, 1]);
+        let loaded = model.load().unwrap();
+        let messages: Vec<String> = loaded.warnings.iter().map(ToString::to_string).collect();
+        assert_eq!(messages.len(), 1, "{messages:?}");
+        assert!(
+            messages[0].contains(expected) && messages[0].contains("baseColorTexture, and 2 more"),
+            "{messages:?}"
+        );
+        let material = &loaded.scene.materials()[0];
+        assert!(material.base_color_texture.is_none() && material.normal_texture.is_none());
+        // Its factor alone would make all of it glow.
+        assert!(material.emissive_texture.is_none() && material.emissive == [0.0; 3]);
+    }
+}
+
+/// Kinds that glTF does not have, and types that are wrong or missing.
+#[test]
+fn other_kinds_of_images_are_drawn() {
+    // One texel of blue, in 24 bits.
+    let header = [0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 1, 0, 24, 0];
+    let tga = [&header[..], &[255, 0, 0]].concat();
+    for (mime, warned) in [(json!("image/png"), 1), (json!(null), 1)] {
+        let mut model = Model::textured();
+        let view = model.view(&tga);
+        model.json["images"][0] = json!({"bufferView": view, "mimeType": mime});
+        let loaded = model.load().unwrap();
+        assert_eq!(loaded.warnings.len(), warned, "{:?}", loaded.warnings);
+        assert!(
+            loaded.warnings[0].message.contains("it is a TGA, which glTF does not have"),
+            "{:?}",
+            loaded.warnings
+        );
+        let texture = loaded.scene.materials()[0].base_color_texture.unwrap();
+        assert_eq!(loaded.scene.textures()[texture.texture.index()].image().texels(), [[0, 0, 255, 255]]);
+    }
 }
 
 /// The other textures keep their places when one is missing.

@@ -7,12 +7,13 @@ use super::model::{BufferView, Compressed, Root};
 use super::source::Source;
 use crate::jobs::Jobs;
 use crate::load::budget::Budget;
+use crate::load::nearby::Nearby;
+use crate::load::text::quoted;
 use crate::load::warnings::Warnings;
 use crate::load::{Context, LoadError};
 use base64::Engine;
 use base64::engine::DecodePaddingMode;
 use base64::engine::general_purpose::{GeneralPurpose, GeneralPurposeConfig};
-use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fmt;
 
@@ -34,6 +35,9 @@ pub(super) struct Buffers<'a> {
     pending: Vec<Index>,
     /// What is said of buffers that have fewer bytes than they say, and of views that reach beyond them.
     short: Vec<String>,
+    nearby: Nearby,
+    /// What is to be said of where files were found.
+    pub(super) notes: Vec<String>,
 }
 
 /// A view that is stored compressed.
@@ -63,6 +67,8 @@ impl<'a> Buffers<'a> {
             compressed: BTreeMap::new(),
             pending: Vec::new(),
             short: Vec::new(),
+            nearby: Nearby::default(),
+            notes: Vec::new(),
         }
     }
 
@@ -198,7 +204,10 @@ impl<'a> Buffers<'a> {
         let Some(loaded @ &mut Loaded::Not) = self.loaded.get_mut(index) else { return Ok(()) };
         let length = buffer.byte_length.0;
         let bytes = match &buffer.uri {
-            Some(uri) => Loaded::Own(read_uri(uri, &format!("buffer {index}"), context, budget)?),
+            Some(uri) => {
+                let what = format!("buffer {index}");
+                Loaded::Own(read_uri(uri, &what, context, budget, (&mut self.nearby, &mut self.notes))?)
+            }
             None => match self.binary {
                 Some(binary) if index == 0 => Loaded::Binary(binary),
                 _ => return Err(malformed(format!("buffer {index} has neither a URI nor a binary chunk"))),
@@ -316,15 +325,16 @@ fn malformed(message: String) -> LoadError {
     LoadError::malformed(FORMAT, message)
 }
 
-/// The bytes behind a data URI or a relative path, charged to the budget.
+/// The bytes behind a data URI or a relative path, charged to the budget. Notes say where another file has been taken.
 ///
 /// # Errors
 /// [`LoadError`] that begins with `what`.
-pub(super) fn read_uri(
+fn read_uri(
     uri: &str,
     what: &str,
     context: &Context<'_>,
     budget: &mut Budget,
+    (nearby, notes): (&mut Nearby, &mut Vec<String>),
 ) -> Result<Vec<u8>, LoadError> {
     if let Some((scheme, rest)) = uri.split_at_checked(5)
         && scheme.eq_ignore_ascii_case("data:")
@@ -336,16 +346,35 @@ pub(super) fn read_uri(
     }
     let limit = context.limits.input_bytes.min(budget.left());
     let name = percent_decode(uri);
-    // Some writers do not encode: then a percent sign is one. Others add what a server is asked for.
+    // Some writers do not encode: then a percent sign is one. Others add what a server is asked for, or encode what is not
+    // UTF-8.
+    let bytes = percent_decode_bytes(uri);
     let bare = name.split(['?', '#']).next().unwrap_or_default();
-    let others = [uri, bare].into_iter().filter(|other| *other != name && !other.is_empty());
-    let mut result = context.resolver.read(&name, limit);
-    for other in others {
-        result = result.or_else(|error| context.resolver.read(other, limit).map_err(|_| error));
+    let names = [&name, uri, bare, &String::from_utf8_lossy(&bytes)];
+    let names =
+        names.into_iter().enumerate().filter(|(k, name)| *k == 0 || !name.is_empty()).map(|(_, name)| name);
+    let found = nearby.read(context, "", names, limit)?;
+    if let Some(note) = found.note {
+        notes.push(format!("{what}: {} does not exist; {note}", quoted(name.as_bytes())));
     }
-    let bytes = result?;
-    budget.charge(|| what.to_owned(), bytes.len() as u64, 1)?;
-    Ok(bytes)
+    budget.charge(|| what.to_owned(), found.bytes.len() as u64, 1)?;
+    Ok(found.bytes)
+}
+
+impl Buffers<'_> {
+    /// The bytes behind the URI of something else than a buffer.
+    ///
+    /// # Errors
+    /// [`LoadError`] that begins with `what`.
+    pub(super) fn read_uri(
+        &mut self,
+        uri: &str,
+        what: &str,
+        context: &Context<'_>,
+        budget: &mut Budget,
+    ) -> Result<Vec<u8>, LoadError> {
+        read_uri(uri, what, context, budget, (&mut self.nearby, &mut self.notes))
+    }
 }
 
 /// The part of a data URI after `data:`.
@@ -361,22 +390,24 @@ fn data_uri(rest: &str, what: &str, budget: &mut Budget) -> Result<Vec<u8>, Load
         return Err(malformed(format!("{what}: its data URI has no comma")));
     };
     budget.charge(|| what.to_owned(), data.len() as u64, 1)?;
-    if !header.to_ascii_lowercase().ends_with(";base64") {
+    // Some writers leave the semicolon out with the type.
+    let header = header.trim().to_ascii_lowercase();
+    if header.rsplit(';').next().is_none_or(|last| last.trim() != "base64") {
         return Ok(percent_decode_bytes(data));
     }
-    // Browsers skip white space, and some writers take the letters that are meant for addresses.
-    let odd = |b: &u8| b.is_ascii_whitespace() || matches!(b, b'-' | b'_');
-    let data: Cow<'_, [u8]> = if data.bytes().any(|b| odd(&b)) {
-        let plain = |b: u8| match b {
-            b'-' => b'+',
-            b'_' => b'/',
-            other => other,
-        };
-        data.bytes().filter(|b| !b.is_ascii_whitespace()).map(plain).collect()
-    } else {
-        data.as_bytes().into()
-    };
-    BASE64.decode(data).map_err(|error| malformed(format!("{what}: its data URI is not base64: {error}")))
+    BASE64.decode(data).or_else(|error| {
+        // With line ends, percent signs, or letters for URLs.
+        let mut plain = percent_decode_bytes(data);
+        plain.retain(|b| !b.is_ascii_whitespace());
+        for b in &mut plain {
+            *b = match *b {
+                b'-' => b'+',
+                b'_' => b'/',
+                other => other,
+            };
+        }
+        BASE64.decode(plain).map_err(|_| malformed(format!("{what}: its data URI is not base64: {error}")))
+    })
 }
 
 /// Replaces `%20` and the like. What is not UTF-8 then stays as it was written.
@@ -428,9 +459,16 @@ mod tests {
     fn data_uris() {
         let read = |uri: &str| data_uri(uri, "buffer 0", &mut Budget::new(&Limits::default()));
         assert_eq!(read("application/octet-stream;base64,AAEC/w==").unwrap(), [0, 1, 2, 255]);
-        assert_eq!(read(";base64,AAEC/w").unwrap(), [0, 1, 2, 255]);
-        assert_eq!(read(";base64,AA EC\n/w==").unwrap(), [0, 1, 2, 255]);
-        assert_eq!(read(";base64,AAEC_w").unwrap(), [0, 1, 2, 255]);
+        for other in [
+            ";base64,AAEC/w",
+            "base64,AAEC/w==",
+            ";BASE64,AA\r\nEC\r\n/w==",
+            ";base64,AA EC\n/w==",
+            "x/y; base64,AAEC%2Fw%3D%3D",
+            ";base64,AAEC_w",
+        ] {
+            assert_eq!(read(other).unwrap(), [0, 1, 2, 255], "{other}");
+        }
         assert_eq!(read("text/plain,a%20b").unwrap(), b"a b");
         assert!(
             read(";base64,A*").unwrap_err().to_string().starts_with("glTF: buffer 0: its data URI is not")

@@ -1,6 +1,7 @@
 //! JSON text to [`Root`], with a bound on the memory that it takes.
 
 use super::model::{Asset, Root};
+use super::repair::repaired;
 use super::{FORMAT, lenient};
 use crate::load::LoadError;
 use crate::load::budget::Budget;
@@ -42,7 +43,19 @@ pub(super) fn parse(text: &[u8], budget: &mut Budget, warnings: &mut Warnings) -
             }
             charge(text, budget, [SECOND_OBJECT_BYTES, SECOND_COMMA_BYTES])?;
             let reason = error.to_string();
-            let second = lenient::read(text, &reason, warnings);
+            let mut second = None;
+            for pairs in [false, true] {
+                let Some(repaired) = repaired(text, pairs) else { break };
+                let again = &repaired.text;
+                budget.charge(|| "JSON".to_owned(), again.len() as u64, 1)?;
+                second =
+                    serde_json::from_slice(again).ok().or_else(|| lenient::read(again, &reason, warnings));
+                if second.is_some() {
+                    warnings.add(|| repaired.message().to_owned());
+                    break;
+                }
+            }
+            let second = second.or_else(|| lenient::read(text, &reason, warnings));
             second.ok_or_else(|| LoadError::malformed(FORMAT, reason))?
         }
     };
@@ -145,6 +158,22 @@ mod tests {
             format!("{{\"asset\":{{\"version\":\"2.0\"}},\"nodes\":[{}{{}}]}}", "{},".repeat(5_000_000));
         let error = parsed(&wide).unwrap_err().to_string();
         assert!(error.contains("5000003 objects") && error.contains("decoded_bytes"), "{error}");
+    }
+
+    #[test]
+    fn strings_that_are_none_cost_a_warning() {
+        let document = |name: &[u8]| {
+            [br#"{"asset":{"version":"2.0"},"materials":[{"name":""#, name, br#""}]}"#].concat()
+        };
+        for name in
+            [&b"M\xe9tal"[..], b"\xe6\x9d", br"\ud83d", b"\xb2\xc4\xd6\xca", b"\x95\\", br"a\w", b"a\nb"]
+        {
+            let mut warnings = Warnings::default();
+            parse(&document(name), &mut Budget::new(&Limits::default()), &mut warnings).unwrap();
+            assert_eq!(warnings.finish().len(), 1, "{name:?}");
+        }
+        // What is wrong elsewhere is an error as before.
+        assert!(parsed("{\"asset\":{\"version\":\"2.0\"},\"nodes\":[{\"name\":\"\\ud83d\"},]}").is_err());
     }
 
     #[test]

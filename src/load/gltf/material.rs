@@ -62,7 +62,12 @@ pub(super) fn settle_textures(material: &mut Material, ids: &[Option<TextureId>]
     settle(&mut material.specular_texture);
     settle(&mut material.specular_color_texture);
     settle(&mut material.occlusion_texture);
+    let glowed = material.emissive_texture.is_some();
     settle(&mut material.emissive_texture);
+    if glowed && material.emissive_texture.is_none() {
+        // The factor alone would make all of it glow.
+        material.emissive = [0.0; 3];
+    }
     settle(&mut material.coat_texture);
     settle(&mut material.coat_roughness_texture);
     material.lobes.texture_slots_mut().into_iter().for_each(settle);

@@ -35,6 +35,7 @@ mod morph;
 mod plan;
 mod pointer;
 mod pose;
+mod repair;
 mod rig;
 mod sample;
 mod shape;
@@ -69,7 +70,7 @@ use source::{Shared, Source};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::sync::Mutex;
-use texture::{Encoded, Textures};
+use texture::{Decoded, Encoded, Textures};
 
 /// The format in messages.
 const FORMAT: &str = "glTF";
@@ -283,6 +284,9 @@ impl Loader<'_> {
             &mut self.warnings,
         )?;
         self.buffers.decompress(jobs)?;
+        for note in std::mem::take(&mut self.buffers.notes) {
+            self.warnings.add(|| note);
+        }
         let (geometries, buffers) = (&self.geometries, &self.buffers);
 
         // As many at a time as what they take for a while fits into what is left.
@@ -370,7 +374,7 @@ impl Loader<'_> {
             match result {
                 Part::Image(decoded) => {
                     let list = match (decoded, encoded.next()) {
-                        (Ok(list), _) => list,
+                        (Ok(decoded), _) => decoded.textures(&mut self.warnings),
                         (Err(message), Some(image)) => image.replaced(
                             &message,
                             self.root,
@@ -434,6 +438,6 @@ enum Work<'a> {
 /// What one parallel job gives.
 enum Part {
     /// Or why it cannot be decoded.
-    Image(Result<Vec<(u32, Texture)>, String>),
+    Image(Result<Decoded, String>),
     Mesh(Box<Result<Shape, LoadError>>, Vec<String>),
 }

@@ -2,13 +2,13 @@
 
 use super::FORMAT;
 use super::angle::sin_cos;
-use super::buffers::{Buffers, read_uri};
+use super::buffers::Buffers;
 use super::list::{Index, label};
 use super::model::{self, Root, TextureInfo};
 use super::uv_sets::UvSets;
 use crate::limits::Limits;
 use crate::load::budget::Budget;
-use crate::load::image::{self, Header, ImageError};
+use crate::load::image::{self, Header, ImageError, Picture};
 use crate::load::warnings::Warnings;
 use crate::load::{Context, LoadError, ResolveError};
 use crate::scene::{
@@ -34,6 +34,8 @@ struct Needed {
     image: usize,
     /// What the file has in its place for programs that do not read it.
     substitute: Option<usize>,
+    /// Material and slot of the first use, and the number of those beside it.
+    used: (String, u64),
     /// The forms, with the provisional id of each.
     forms: Vec<(Form, u32)>,
 }
@@ -95,18 +97,27 @@ impl Textures {
         let sampler = sampler(root, texture, warnings);
         let substitute = texture.source.filter(|plain| *plain != source && plain.get() < root.images.len());
         let form = Form { color_space, alpha, sampler };
-        let id = self.id(source.get(), substitute.map(Index::get), form)?;
+        let id = self.id(source.get(), substitute.map(Index::get), form, what)?;
         Some(TextureRef { texture: TextureId(id), uv_set, transform })
     }
 
     /// The provisional id of an image in a form.
-    fn id(&mut self, image: usize, substitute: Option<usize>, form: Form) -> Option<u32> {
+    fn id(
+        &mut self,
+        image: usize,
+        substitute: Option<usize>,
+        form: Form,
+        what: &dyn Fn() -> String,
+    ) -> Option<u32> {
         let next = self.needed.len();
         let place = *self.places.entry(image).or_insert(next);
         if place == next {
-            self.needed.push(Needed { image, substitute: None, forms: Vec::new() });
+            self.needed.push(Needed { image, substitute: None, used: (what(), 0), forms: Vec::new() });
         }
         let needed = self.needed.get_mut(place)?;
+        if place != next {
+            needed.used.1 = needed.used.1.saturating_add(1);
+        }
         needed.substitute = needed.substitute.or(substitute);
         let forms = &mut needed.forms;
         if let Some((_, id)) = forms.iter().find(|(known, _)| *known == form) {
@@ -137,13 +148,18 @@ impl Textures {
         let mut encoded = Vec::new();
         for needed in &self.needed {
             let (what, opened) = open(needed.image, root, buffers, context, budget)?;
+            let used = match &needed.used {
+                (used, 0) => format!(" ({used})"),
+                (used, more) => format!(" ({used}, and {more} more)"),
+            };
             let found = match opened {
                 Ok((header, bytes)) => {
                     let (substitute, forms) = (needed.substitute, needed.forms.clone());
-                    Some(Encoded { what, bytes, header, substitute, forms })
+                    Some(Encoded { what, used, bytes, header, substitute, forms })
                 }
                 Err(message) => {
-                    let lost = Lost { what: &what, message: &message, substitute: needed.substitute };
+                    let lost =
+                        Lost { what: &what, used: &used, message: &message, substitute: needed.substitute };
                     lost.replace(&needed.forms, root, buffers, context, budget, warnings)?
                 }
             };
@@ -164,6 +180,7 @@ impl Textures {
 /// An image that cannot be read.
 struct Lost<'a> {
     what: &'a str,
+    used: &'a str,
     message: &'a str,
     substitute: Option<usize>,
 }
@@ -172,7 +189,7 @@ impl Lost<'_> {
     /// Its substitute. `None` if it has none, or one that cannot be read either. Warns of what is done.
     ///
     /// # Errors
-    /// [`LoadError::Limit`] naming the substitute; [`LoadError::Malformed`] if it is no image.
+    /// [`LoadError::Limit`] naming the substitute.
     fn replace(
         &self,
         forms: &[(Form, u32)],
@@ -182,16 +199,24 @@ impl Lost<'_> {
         budget: &mut Budget,
         warnings: &mut Warnings,
     ) -> Result<Option<Encoded>, LoadError> {
-        let Self { what, message, substitute } = self;
+        let Self { what, used, message, substitute } = self;
         let Some(substitute) = *substitute else {
-            warnings.add(|| format!("{what}: {message}; drawn without it"));
+            warnings.add(|| format!("{what}{used}: {message}; drawn without it"));
             return Ok(None);
         };
         let (other, opened) = open(substitute, root, buffers, context, budget)?;
         warnings.add(|| format!("{what}: {message}; {other} takes its place"));
         match opened {
             Ok((header, bytes)) => {
-                Ok(Some(Encoded { what: other, bytes, header, substitute: None, forms: forms.to_vec() }))
+                let used = (*used).to_owned();
+                Ok(Some(Encoded {
+                    what: other,
+                    used,
+                    bytes,
+                    header,
+                    substitute: None,
+                    forms: forms.to_vec(),
+                }))
             }
             Err(message) => {
                 warnings.add(|| format!("{other}: {message}; drawn without it"));
@@ -211,6 +236,8 @@ enum Bytes {
 pub(super) struct Encoded {
     /// The image in messages.
     what: String,
+    /// What uses it, to stand behind that.
+    used: String,
     bytes: Bytes,
     header: Header,
     substitute: Option<usize>,
@@ -242,32 +269,60 @@ impl Encoded {
         budget: &mut Budget,
         warnings: &mut Warnings,
     ) -> Result<Vec<(u32, Texture)>, LoadError> {
-        let lost = Lost { what: &self.what, message, substitute: self.substitute };
+        let lost = Lost { what: &self.what, used: &self.used, message, substitute: self.substitute };
         let Some(other) = lost.replace(&self.forms, root, buffers, context, budget, warnings)? else {
             return Ok(Vec::new());
         };
         other.charge(budget)?;
-        Ok(other.decode(buffers).unwrap_or_else(|message| {
-            warnings.add(|| format!("{}: {message}; drawn without it", other.what));
-            Vec::new()
-        }))
+        match other.decode(buffers) {
+            Ok(decoded) => Ok(decoded.textures(warnings)),
+            Err(message) => {
+                warnings.add(|| format!("{}: {message}; drawn without it", other.what));
+                Ok(Vec::new())
+            }
+        }
     }
 
-    /// The textures of this image with their provisional ids, or why there are none.
-    pub(super) fn decode(&self, buffers: &Buffers<'_>) -> Result<Vec<(u32, Texture)>, String> {
+    /// The textures of this image, or why there are none.
+    pub(super) fn decode(&self, buffers: &Buffers<'_>) -> Result<Decoded, String> {
         let bytes = match &self.bytes {
             Bytes::Own(bytes) => Cow::Borrowed(bytes.as_slice()),
             Bytes::View(view) => {
                 buffers.view(*view).and_then(|view| view.bytes()).map_err(|error| error.to_string())?
             }
         };
-        let image = match image::decode(&bytes, &self.header) {
-            Ok(image) => Arc::new(image),
+        let Picture { image, flaw } = match image::decode(&bytes, &self.header) {
+            Ok(picture) => picture,
             Err(error) => return Err(error.loss().unwrap_or_else(|limit| limit.to_string())),
         };
+        let unusual = self.header.unusual().map(|kind| format!("it is {kind}, which glTF does not have"));
+        let flaws = [unusual, flaw]
+            .into_iter()
+            .flatten()
+            .map(|flaw| format!("{}{}: {flaw}", self.what, self.used))
+            .collect();
+        let image = Arc::new(image);
         let texture =
             |form: &Form| Texture::new(Arc::clone(&image), form.color_space, form.alpha, form.sampler);
-        Ok(self.forms.iter().map(|(form, id)| (*id, texture(form))).collect())
+        Ok(Decoded { textures: self.forms.iter().map(|(form, id)| (*id, texture(form))).collect(), flaws })
+    }
+}
+
+/// The textures of an image.
+pub(super) struct Decoded {
+    /// With their provisional ids.
+    textures: Vec<(u32, Texture)>,
+    /// What is wrong with the image, though it can be drawn.
+    flaws: Vec<String>,
+}
+
+impl Decoded {
+    /// The textures with their provisional ids. Warns of what is wrong with them.
+    pub(super) fn textures(self, warnings: &mut Warnings) -> Vec<(u32, Texture)> {
+        for flaw in self.flaws {
+            warnings.add(|| flaw);
+        }
+        self.textures
     }
 }
 
@@ -277,7 +332,7 @@ type Opened = Result<(Header, Bytes), String>;
 /// The name of an image in messages, and what it is.
 ///
 /// # Errors
-/// [`LoadError::Limit`] naming the image; [`LoadError::Malformed`] if it never was one.
+/// [`LoadError::Limit`] naming the image.
 fn open(
     index: usize,
     root: &Root,
@@ -306,10 +361,7 @@ fn open(
     match probed {
         Ok(header) => Ok((what, Ok((header, bytes)))),
         Err(ImageError::Limit(error)) => Err(error.into()),
-        // A missing or damaged picture is a loss; what was never one breaks the rules of the format.
-        Err(ImageError::NotAnImage) => {
-            Err(LoadError::malformed(FORMAT, format!("{what}: {}", image::NOT_AN_IMAGE)))
-        }
+        // A picture that is missing or damaged, or never was one, is a loss.
         Err(ImageError::Damaged(message)) => Ok((what, Err(message))),
     }
 }
@@ -327,7 +379,7 @@ fn bytes_of(
             buffers.decompress(context.jobs)?;
             Ok(Bytes::View(view))
         }
-        (Some(uri), None) => Ok(Bytes::Own(read_uri(uri, what, context, budget)?)),
+        (Some(uri), None) => Ok(Bytes::Own(buffers.read_uri(uri, what, context, budget)?)),
         (None, None) => Err(LoadError::malformed(FORMAT, "it has neither a URI nor a bufferView")),
     }
 }

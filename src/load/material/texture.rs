@@ -4,7 +4,7 @@ use super::error::{MaterialError, MaterialErrorReason};
 use crate::jobs::Jobs;
 use crate::limits::Limits;
 use crate::load::budget::Budget;
-use crate::load::image::{self, Header, ImageError, NOT_AN_IMAGE, scaled_texel};
+use crate::load::image::{self, Header, ImageError, Picture, scaled_texel};
 use crate::load::{Context, ResolveError};
 use crate::scene::{Image, Sampler, UvTransform};
 use std::sync::Arc;
@@ -90,15 +90,24 @@ fn decode(
     encoded: Vec<(&Wanted<'_>, Vec<u8>, Header)>,
 ) -> Result<Vec<(String, Arc<Image>)>, MaterialError> {
     let decoded = jobs.map_each(&encoded, |(want, bytes, header)| {
-        image::decode(bytes, header).map(|image| (want.file.to_owned(), Arc::new(image))).map_err(|e| {
-            MaterialError {
+        image::decode(bytes, header)
+            .and_then(whole)
+            .map(|image| (want.file.to_owned(), Arc::new(image)))
+            .map_err(|e| MaterialError {
                 line: Some(want.line),
                 key: Some(want.key.to_owned()),
                 reason: picture_reason(want.file, e),
-            }
-        })
+            })
     });
     decoded.into_iter().collect()
+}
+
+/// Nothing is guessed of a picture that is damaged.
+fn whole(picture: Picture) -> Result<Image, ImageError> {
+    match picture.flaw {
+        None => Ok(picture.image),
+        Some(flaw) => Err(ImageError::Damaged(flaw)),
+    }
 }
 
 fn resolve_reason(error: ResolveError) -> MaterialErrorReason {
@@ -109,7 +118,6 @@ fn picture_reason(name: &str, error: ImageError) -> MaterialErrorReason {
     let picture = |why: String| MaterialErrorReason::Picture { name: name.to_owned(), why };
     match error {
         ImageError::Damaged(message) => picture(message),
-        ImageError::NotAnImage => picture(NOT_AN_IMAGE.to_owned()),
         ImageError::Limit(error) => MaterialErrorReason::Limit(error),
     }
 }

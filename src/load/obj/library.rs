@@ -5,8 +5,10 @@ use super::material::Source;
 use super::mtl;
 use crate::limits::Limits;
 use crate::load::budget::Budget;
-use crate::load::image::{self, Header, area};
-use crate::load::plain::{default_material, read_near};
+use crate::load::image::{self, Header, Picture, area};
+use crate::load::names::is_escaped;
+use crate::load::nearby::{Found, Nearby, folder_of};
+use crate::load::plain::default_material;
 use crate::load::text::quoted;
 use crate::load::warnings::Warnings;
 use crate::load::{Context, LoadError};
@@ -14,7 +16,7 @@ use crate::scene::{
     AlphaMode, AlphaUse, ColorSpace, Image, Material, MaterialId, NormalTexture, Scene, SceneError, Texture,
     TextureId, TextureRef, Workflow,
 };
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// Most material libraries that one file may use.
@@ -23,11 +25,12 @@ const LIBRARIES: usize = 64;
 /// The materials that a file defines, and the pictures they use.
 pub(super) struct Library<'a> {
     context: &'a Context<'a>,
-    /// By name; the last definition counts.
-    materials: BTreeMap<String, tobj::Material>,
+    /// By name, with the folder of the library; the last definition counts.
+    materials: BTreeMap<String, (tobj::Material, String)>,
+    nearby: Nearby,
     /// A library could be read; what it lacks has not been said.
     found: bool,
-    /// Decoded pictures by file name; `None` for those that cannot be had.
+    /// Decoded pictures by the names of their files; `None` for those that cannot be had.
     images: BTreeMap<String, Option<Arc<Image>>>,
     /// Pictures made of those, by what they are made of.
     derived: BTreeMap<String, (Arc<Image>, bool)>,
@@ -45,32 +48,49 @@ struct TextureKey {
 }
 
 impl<'a> Library<'a> {
-    /// Reads the libraries that the file names.
+    /// Reads the libraries that the file names. If it names none that is there, and uses materials, the one is taken that is
+    /// called as the model is: both have been renamed together.
     pub(super) fn read(
         context: &'a Context<'a>,
         names: &[String],
+        used: &[String],
         warnings: &mut Warnings,
     ) -> Result<Self, LoadError> {
         let mut materials = BTreeMap::new();
+        let mut nearby = Nearby::default();
+        let mut not_utf8 = used.iter().any(|name| is_escaped(name));
         let (mut left, mut found) = (context.limits.input_bytes, false);
         for (k, name) in names.iter().enumerate() {
             if k == LIBRARIES {
                 warnings.add(|| format!("OBJ: material libraries beyond the first {LIBRARIES} are ignored"));
                 break;
             }
-            for (file, bytes) in read_library(context, name, left, warnings) {
-                left = left.saturating_sub(bytes.len() as u64);
+            for file in read_library(context, &mut nearby, name, left, warnings) {
+                left = left.saturating_sub(file.bytes.len() as u64);
                 found = true;
-                for material in mtl::parse(&bytes, &file, warnings) {
-                    materials.insert(material.name.clone(), material);
-                }
+                not_utf8 |= add_materials(&mut materials, &file, warnings);
             }
+        }
+        if !found
+            && !used.is_empty()
+            && let Some(file) = namesake(context, &mut nearby, left)
+        {
+            let name = quoted(file.name.as_bytes());
+            warnings.add(|| {
+                format!("OBJ: {name}, which is called as the model is, is taken for its material library")
+            });
+            found = true;
+            not_utf8 |= add_materials(&mut materials, &file, warnings);
+        }
+        if not_utf8 {
+            warnings.add(|| "OBJ: names that are not UTF-8 are shown with U+FFFD in them".to_owned());
         }
         let count = materials.len() as u64;
         Limits::check(|| "OBJ: the number of materials".to_owned(), count, context.limits.nodes, "nodes")?;
         Ok(Self {
             context,
             materials,
+            nearby,
             found,
             images: BTreeMap::new(),
             derived: BTreeMap::new(),
@@ -89,21 +109,20 @@ impl<'a> Library<'a> {
         // A material as it is read and as it is drawn, the latter twice for a list that grows.
         const SIZE: usize = size_of::<Option<Source>>() + 2 * size_of::<Material>();
         self.budget.charge(|| "OBJ: materials".to_owned(), names.len() as u64, SIZE as u64)?;
-        let sources: Vec<Option<Source>> = names
+        let mut sources: Vec<Option<Source>> = names
             .iter()
             .map(|name| {
-                let Some(material) = self.materials.get(*name) else {
+                let Some((material, folder)) = self.materials.get(*name) else {
                     // Without any library that has been said already.
                     if self.found {
                         warnings.add(|| format!("OBJ: material {} is not defined", quoted(name.as_bytes())));
                     }
                     return None;
                 };
-                Some(Source::new(material, warnings))
+                Some(Source::new(material, folder, warnings))
             })
             .collect();
-        let files: BTreeSet<&str> = sources.iter().flatten().flat_map(Source::files).collect();
-        self.decode(&files, warnings)?;
+        self.decode(&mut sources, warnings)?;
         let mut ids = Vec::with_capacity(names.len());
         for (name, source) in names.iter().zip(&sources) {
             let element = || format!("OBJ: material {}", quoted(name.as_bytes()));
@@ -116,37 +135,49 @@ impl<'a> Library<'a> {
         Ok(ids)
     }
 
-    /// Reads and decodes pictures, in parallel.
-    fn decode(&mut self, files: &BTreeSet<&str>, warnings: &mut Warnings) -> Result<(), LoadError> {
+    /// Reads and decodes the pictures of materials, in parallel. Maps are named by the files that were found afterwards; those
+    /// without are gone.
+    fn decode(&mut self, sources: &mut [Option<Source>], warnings: &mut Warnings) -> Result<(), LoadError> {
         let context = self.context;
-        let count = files.len() as u64;
+        // As they are named, and where that was found.
+        let mut places: BTreeMap<(String, String), (Vec<String>, Option<String>)> = BTreeMap::new();
+        for map in sources.iter_mut().flatten().flat_map(Source::maps_mut).filter_map(|slot| slot.as_ref()) {
+            let key = (map.folder.clone(), map.file.clone());
+            places.entry(key).or_insert_with(|| (map.others.clone(), None));
+        }
+        let count = places.len() as u64;
         Limits::check(
             || "OBJ: the number of textures".to_owned(),
             count,
             context.limits.textures,
             "textures",
         )?;
-        let mut found: Vec<(&str, Vec<u8>, Header)> = Vec::new();
-        for &file in files {
-            self.images.insert(file.to_owned(), None);
+        let mut found: Vec<(String, Vec<u8>, Header)> = Vec::new();
+        for ((folder, file), (others, place)) in &mut places {
             let what = format!("texture {}", quoted(file.as_bytes()));
-            let bytes = match read_near(context, file, context.limits.input_bytes) {
-                Ok(bytes) => bytes,
-                Err(error) => {
-                    warnings.add(|| format!("OBJ: {what} is left out: {error}"));
-                    continue;
-                }
-            };
+            let names = std::iter::once(file.as_str()).chain(others.iter().map(String::as_str));
+            let Found { name, bytes, note } =
+                match self.nearby.read(context, folder, names, context.limits.input_bytes) {
+                    Ok(found) => found,
+                    Err(error) => {
+                        warnings.add(|| format!("OBJ: {what} is left out: {error}"));
+                        continue;
+                    }
+                };
+            if let Some(note) = note {
+                warnings.add(|| format!("OBJ: {what} does not exist; {note}"));
+            }
+            *place = Some(name.clone());
+            if self.images.contains_key(&name) {
+                continue;
+            }
+            self.images.insert(name.clone(), None);
             match image::probe(&what, &bytes, context.limits) {
                 Ok(header) => {
                     // The file, its texels and a mip chain, and what is made of them.
                     self.budget.charge_texture(|| what.clone(), header.texels(), 12)?;
-                    self.budget.charge(
-                        || format!("texture {}", quoted(file.as_bytes())),
-                        bytes.len() as u64,
-                        1,
-                    )?;
-                    found.push((file, bytes, header));
+                    self.budget.charge(|| what.clone(), bytes.len() as u64, 1)?;
+                    found.push((name, bytes, header));
                 }
                 Err(error) => {
                     let message = error.loss()?;
@@ -155,16 +186,34 @@ impl<'a> Library<'a> {
             }
         }
         let decoded = context.jobs.map_each(&found, |(_, bytes, header)| image::decode(bytes, header));
-        for ((file, ..), decoded) in found.iter().zip(decoded) {
+        for ((name, ..), decoded) in found.into_iter().zip(decoded) {
             match decoded {
-                Ok(image) => {
-                    self.images.insert((*file).to_owned(), Some(Arc::new(image)));
+                Ok(Picture { image, flaw }) => {
+                    if let Some(flaw) = flaw {
+                        warnings.add(|| format!("OBJ: texture {}: {flaw}", quoted(name.as_bytes())));
+                    }
+                    self.images.insert(name, Some(Arc::new(image)));
                 }
                 Err(error) => {
                     let message = error.loss()?;
-                    let file = quoted(file.as_bytes());
-                    warnings.add(|| format!("OBJ: texture {file} is left out: {message}"));
+                    warnings
+                        .add(|| format!("OBJ: texture {} is left out: {message}", quoted(name.as_bytes())));
                 }
+            }
+        }
+        for source in sources.iter_mut().flatten() {
+            let glows = source.maps.emissive.is_some();
+            for slot in source.maps_mut() {
+                *slot = slot.take().and_then(|map| {
+                    let place = places.get(&(map.folder.clone(), map.file.clone()));
+                    let file = place.and_then(|(_, place)| place.clone())?;
+                    self.images.get(&file)?.as_ref()?;
+                    Some(Map { file, ..map })
+                });
+            }
+            if glows && source.maps.emissive.is_none() {
+                // The factor alone would make all of it glow.
+                source.material.emissive = [0.0; 3];
             }
         }
         Ok(())
@@ -376,23 +425,50 @@ fn texels(image: &Image) -> u64 {
     area(image.width(), image.height())
 }
 
+/// Adds the materials of a library. True if it has names that are not UTF-8.
+fn add_materials(
+    materials: &mut BTreeMap<String, (tobj::Material, String)>,
+    file: &Found,
+    warnings: &mut Warnings,
+) -> bool {
+    let mut not_utf8 = false;
+    for material in mtl::parse(&file.bytes, &quoted(file.name.as_bytes()), warnings) {
+        not_utf8 |= is_escaped(&material.name);
+        materials.insert(material.name.clone(), (material, folder_of(&file.name).to_owned()));
+    }
+    not_utf8
+}
+
+/// The library beside the model that has its name.
+fn namesake(context: &Context<'_>, nearby: &mut Nearby, limit: u64) -> Option<Found> {
+    let model = context.resolver.model_name()?;
+    let stem = model.rsplit_once('.').map_or(model, |(stem, _)| stem);
+    let names = [format!("{stem}.mtl"), format!("{model}.mtl")];
+    nearby.read(context, "", names.iter().map(String::as_str), limit).ok()
+}
+
 /// The files behind one `mtllib`: a name that may contain spaces, or several names.
 fn read_library(
     context: &Context<'_>,
+    nearby: &mut Nearby,
     name: &str,
     limit: u64,
     warnings: &mut Warnings,
-) -> Vec<(String, Vec<u8>)> {
-    let whole = match read_near(context, name, limit) {
-        Ok(bytes) => return vec![(quoted(name.as_bytes()), bytes)],
+) -> Vec<Found> {
+    let whole = match nearby.read(context, "", [name], limit) {
+        Ok(found) => {
+            if let Some(note) = &found.note {
+                let name = quoted(name.as_bytes());
+                warnings.add(|| format!("OBJ: the material library {name} does not exist; {note}"));
+            }
+            return vec![found];
+        }
         Err(error) => error,
     };
     let mut found = Vec::new();
     if name.split_whitespace().nth(1).is_some() {
         for part in name.split_whitespace().take(LIBRARIES) {
-            if let Ok(bytes) = read_near(context, part, limit) {
-                found.push((quoted(part.as_bytes()), bytes));
-            }
+            found.extend(nearby.read(context, "", [part], limit));
         }
     }
     if found.is_empty() {

@@ -13,6 +13,7 @@
 
 use super::maps::Map;
 use crate::color::srgb::srgb_to_linear;
+use crate::load::names::shown;
 use crate::load::plain::default_material;
 use crate::load::text::{float, quoted};
 use crate::load::warnings::Warnings;
@@ -41,7 +42,8 @@ pub(super) struct Source {
 }
 
 impl Source {
-    pub(super) fn new(mtl: &tobj::Material, warnings: &mut Warnings) -> Self {
+    /// Of the material of a library in `folder`.
+    pub(super) fn new(mtl: &tobj::Material, folder: &str, warnings: &mut Warnings) -> Self {
         let extra = |name: &str| mtl.unknown_param.get(name).map(String::as_str);
         let number = |name: &str| {
             let value = extra(name)?.split_whitespace().next()?;
@@ -59,7 +61,7 @@ impl Source {
 
         let mut map = |text: Option<&str>| {
             let text = text?;
-            let map = Map::parse(text, warnings);
+            let map = Map::parse(text, folder, warnings);
             if map.is_none() {
                 warnings.add(|| format!("OBJ: a texture of material {name} has no file name"));
             }
@@ -89,7 +91,7 @@ impl Source {
             .unwrap_or([0.0; 3])
             .map(|c| if c > 0.0 { if c < 1e6 { c } else { 1e6 } } else { 0.0 });
         let material = Material {
-            name: mtl.name.clone(),
+            name: shown(&mtl.name),
             base_color: [r, g, b, alpha],
             alpha_mode: if alpha < 1.0 { AlphaMode::Blend } else { AlphaMode::Opaque },
             workflow: Workflow::MetallicRoughness {
@@ -106,22 +108,21 @@ impl Source {
         Self { material, maps }
     }
 
-    /// The files that the maps name.
-    pub(super) fn files(&self) -> impl Iterator<Item = &str> {
-        let m = &self.maps;
-        let maps = [
-            &m.diffuse,
-            &m.opacity,
-            &m.specular,
-            &m.emissive,
-            &m.roughness,
-            &m.metallic,
-            &m.coat,
-            &m.coat_roughness,
-            &m.normal,
-            &m.bump,
-        ];
-        maps.into_iter().flatten().map(|m| m.file.as_str())
+    /// The maps.
+    pub(super) fn maps_mut(&mut self) -> [&mut Option<Map>; 10] {
+        let m = &mut self.maps;
+        [
+            &mut m.diffuse,
+            &mut m.opacity,
+            &mut m.specular,
+            &mut m.emissive,
+            &mut m.roughness,
+            &mut m.metallic,
+            &mut m.coat,
+            &mut m.coat_roughness,
+            &mut m.normal,
+            &mut m.bump,
+        ]
     }
 }
 

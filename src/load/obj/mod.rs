@@ -57,7 +57,7 @@ pub(crate) fn load(bytes: &[u8], context: &Context<'_>) -> Result<Loaded, LoadEr
         warnings.add(|| format!("OBJ: {count} with too many corners may be drawn wrongly"));
     }
 
-    let mut library = Library::read(context, &obj.libraries, &mut warnings)?;
+    let mut library = Library::read(context, &obj.libraries, &obj.materials, &mut warnings)?;
     let mut scene = Scene::new();
     let meshes = Meshes::new(&obj, &assembled, context)?;
     let materials = add_materials(&mut scene, &mut library, &obj, &meshes, &assembled.mesh, &mut warnings)?;
@@ -382,6 +382,137 @@ map_Ke nothing.png
         assert!(!loaded.scene.meshes()[0].tangents().is_empty());
         assert_eq!(loaded.warnings.len(), 1, "{:?}", loaded.warnings);
         assert!(loaded.warnings[0].message.contains("'nothing.png'"));
+    }
+
+    /// Loads a file of a folder with others in it.
+    fn load_folder(model: &str, files: &[(&str, &[u8])]) -> Loaded {
+        let folder = tempfile::tempdir().unwrap();
+        for (name, bytes) in files {
+            let path = folder.path().join(name);
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            std::fs::write(path, bytes).unwrap();
+        }
+        crate::load::load_file(&folder.path().join(model), &Limits::default(), &Jobs::new(1)).unwrap()
+    }
+
+    /// The colour of the only texel of the base colour of a material.
+    fn texel(loaded: &Loaded, material: usize) -> Option<[u8; 4]> {
+        let texture = loaded.scene.materials()[material].base_color_texture?;
+        Some(loaded.scene.textures()[texture.texture.index()].image().texels()[0])
+    }
+
+    #[test]
+    fn textures_are_where_they_can_be() {
+        let red = png(&[[255, 0, 0, 255]], 1);
+        let text = format!("mtllib mats/m.mtl\n{QUAD}usemtl m\nf 1/1 2/2 3/3");
+        for (written, place, warnings) in [
+            ("img/t.png", "mats/img/t.png", 0),
+            (r"..\t.png", "t.png", 0),
+            (r"img\t.png", "img/t.png", 0),
+            ("textures/wood/t.png", "t.png", 0),
+            ("textures/wood/t.png", "mats/t.png", 0),
+            (r"C:\Users\me\textures\t.png", "mats/textures/t.png", 0),
+            ("/home/me/t.png", "t.png", 0),
+            ("\"my t.png\"  ", "my t.png", 0),
+            ("T.PNG", "mats/t.png", 1),
+            ("Img/T.png", "IMG/t.PNG", 1),
+            ("-colorspace sRGB t.png", "t.png", 1),
+            ("-unheard of my t.png", "my t.png", 1),
+        ] {
+            let mtl = format!("newmtl m\nmap_Kd {written}\n");
+            let files: [(&str, &[u8]); 3] =
+                [("x.obj", text.as_bytes()), ("mats/m.mtl", mtl.as_bytes()), (place, &red)];
+            let loaded = load_folder("x.obj", &files);
+            assert_eq!(texel(&loaded, 0), Some([255, 0, 0, 255]), "{written}: {:?}", loaded.warnings);
+            assert_eq!(loaded.warnings.len(), warnings, "{written}: {:?}", loaded.warnings);
+        }
+        // Every kind of map.
+        let maps = [
+            "map_Kd", "map_d", "map_Ks", "map_Ke", "map_Pr", "map_Pm", "map_Pc", "map_Pcr", "norm",
+            "map_Bump",
+        ];
+        let mtl = maps.map(|map| format!("{map} t.png\n")).concat();
+        let files: [(&str, &[u8]); 3] = [
+            ("x.obj", text.as_bytes()),
+            ("m.mtl", &[b"newmtl m\n", mtl.as_bytes()].concat()),
+            ("deep/t.png", &red),
+        ];
+        assert_eq!(load_folder("x.obj", &files).warnings.len(), 1);
+        let files = [files[0], files[1], ("t.png", &red)];
+        let loaded = load_folder("x.obj", &files);
+        assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
+        assert!(loaded.scene.materials()[0].emissive_texture.is_some());
+    }
+
+    #[test]
+    fn a_library_that_was_renamed_with_its_model_is_found() {
+        let mtl: &[u8] = b"newmtl m\nKd 1 0 0\n";
+        for (head, name, red, warnings) in [
+            ("", "car.mtl", true, 1),
+            ("mtllib untitled.mtl\n", "car.mtl", true, 2),
+            ("", "car.obj.mtl", true, 1),
+            ("", "van.mtl", false, 0),
+        ] {
+            let text = format!("{head}{QUAD}usemtl m\nf 1 2 3");
+            let loaded = load_folder("car.obj", &[("car.obj", text.as_bytes()), (name, mtl)]);
+            assert_eq!(loaded.scene.materials()[0].base_color == [1.0, 0.0, 0.0, 1.0], red, "{head}{name}");
+            assert_eq!(loaded.warnings.len(), warnings, "{head}{name}: {:?}", loaded.warnings);
+        }
+        // Without materials there is nothing to look for.
+        let text = format!("{QUAD}f 1 2 3");
+        let loaded = load_folder("car.obj", &[("car.obj", text.as_bytes()), ("car.mtl", mtl)]);
+        assert!(loaded.warnings.is_empty());
+    }
+
+    #[test]
+    fn names_that_are_not_utf8_differ_where_their_bytes_do() {
+        let obj =
+            [b"mtllib m.mtl\n", QUAD.as_bytes(), b"usemtl M\xe9\nf 1 2 3\nusemtl M\xe8\nf 1 3 4"].concat();
+        let mtl: &[u8] = b"newmtl M\xe9\nKd 1 0 0\nnewmtl M\xe8\nKd 0 1 0\n";
+        let loaded = load_folder("x.obj", &[("x.obj", &obj), ("m.mtl", mtl)]);
+        let colors: Vec<_> = loaded.scene.materials().iter().map(|m| m.base_color).collect();
+        assert_eq!(colors, [[1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 1.0]]);
+        assert_eq!(loaded.scene.materials()[0].name, "M\u{fffd}");
+        assert_eq!(loaded.warnings.len(), 1, "{:?}", loaded.warnings);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn nothing_outside_of_the_folder_is_found_by_any_name() {
+        let (outside, red) = (tempfile::tempdir().unwrap(), png(&[[255, 0, 0, 255]], 1));
+        std::fs::write(outside.path().join("t.png"), &red).unwrap();
+        let inside = tempfile::tempdir().unwrap();
+        std::os::unix::fs::symlink(outside.path(), inside.path().join("link")).unwrap();
+        let absolute = outside.path().join("t.png").to_string_lossy().into_owned();
+        for name in ["link/t.png", "LINK/T.PNG", "link/T.PNG", "../t.png", &absolute] {
+            std::fs::write(inside.path().join("m.mtl"), format!("newmtl m\nmap_Kd {name}\n")).unwrap();
+            let path = inside.path().join("x.obj");
+            std::fs::write(&path, format!("mtllib m.mtl\n{QUAD}usemtl m\nf 1/1 2/2 3/3")).unwrap();
+            let loaded = crate::load::load_file(&path, &Limits::default(), &Jobs::new(1)).unwrap();
+            assert_eq!(
+                (texel(&loaded, 0), loaded.warnings.len()),
+                (None, 1),
+                "{name}: {:?}",
+                loaded.warnings
+            );
+        }
+    }
+
+    #[test]
+    fn textures_of_other_kinds_are_drawn() {
+        // One texel of blue.
+        let header = [0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 1, 0, 24, 0];
+        let tga = [&header[..], &[255, 0, 0]].concat();
+        let text = format!("mtllib m.mtl\n{QUAD}usemtl m\nf 1/1 2/2 3/3");
+        let mtl: &[u8] = b"newmtl m\nmap_Kd t.tga\nmap_Ke lfs.png\nKe 1 1 1\n";
+        let lfs: &[u8] = b"version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 1\n";
+        let files: [(&str, &[u8]); 4] =
+            [("x.obj", text.as_bytes()), ("m.mtl", mtl), ("t.tga", &tga), ("lfs.png", lfs)];
+        let loaded = load_folder("x.obj", &files);
+        assert_eq!(texel(&loaded, 0), Some([0, 0, 255, 255]));
+        assert_eq!(loaded.warnings.len(), 1, "{:?}", loaded.warnings);
+        assert!(loaded.warnings[0].message.contains("Git LFS"), "{:?}", loaded.warnings);
+        assert_eq!(loaded.scene.materials()[0].emissive, [0.0; 3]);
     }
 
     #[test]

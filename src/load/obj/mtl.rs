@@ -3,6 +3,7 @@
 //! `tobj` refuses a whole library for one bad number or empty name, and panics where a colour has fewer than three
 //! numbers (`Kd 0.5`, which the format allows: 4.0.5, `parse_float3`). What reaches it has been checked.
 
+use crate::load::names::name_of;
 use crate::load::text::{Tokens, float, quoted, without_mark};
 use crate::load::warnings::Warnings;
 use std::collections::BTreeSet;
@@ -20,6 +21,14 @@ const TEXTS: [&str; 26] = [
     "map_Ka", "map_Kd", "map_Ks", "map_Ke", "map_Bump", "bump", "map_Ns", "map_d", "Tr", "Pr", "Pm", "Ps",
     "Pc", "Pcr", "aniso", "anisor", "map_Pr", "map_Pm", "map_Ps", "map_Pc", "map_Pcr", "norm", "map_refl",
     "disp", "decal", "refl",
+];
+/// Other words for some of those.
+const ALIASES: [(&str, &str); 5] = [
+    ("map_Kn", "norm"),
+    ("map_norm", "norm"),
+    ("map_normal", "norm"),
+    ("map_emissive", "map_Ke"),
+    ("map_opacity", "map_d"),
 ];
 /// Statements without effect on a picture made here: light models, filters of ray tracers.
 const IGNORED: [&str; 6] = ["illum", "Tf", "sharpness", "map_aat", "Km", "Ka"];
@@ -45,7 +54,7 @@ fn clean(bytes: &[u8], file: &str, warnings: &mut Warnings) -> String {
     for line in joined.split(|b| matches!(b, b'\n' | b'\r')).map(<[u8]>::trim_ascii) {
         let mut tokens = Tokens::new(line);
         let Some(keyword) = tokens.next().filter(|k| !k.starts_with(b"#")) else { continue };
-        let rest = String::from_utf8_lossy(tokens.rest_of_line()).replace('\0', "\u{fffd}");
+        let rest = name_of(tokens.rest_of_line()).replace('\0', "\u{fffd}");
         let bad = |warnings: &mut Warnings| {
             warnings.add(|| format!("OBJ: {} in {file} ignored: not a usable value", quoted(line)));
         };
@@ -65,7 +74,7 @@ fn clean(bytes: &[u8], file: &str, warnings: &mut Warnings) -> String {
                 Some(value) => out.push_str(&format!("{name} {value}\n")),
                 None => bad(warnings),
             }
-        } else if let Some(name) = canonical(keyword, &TEXTS) {
+        } else if let Some(name) = canonical(keyword, &TEXTS).or_else(|| alias(keyword)) {
             if rest.is_empty() {
                 bad(warnings);
             } else {
@@ -87,6 +96,11 @@ fn clean(bytes: &[u8], file: &str, warnings: &mut Warnings) -> String {
 /// The spelling that `tobj` knows. Programs write `map_kd`, `Map_Kd` and `MAP_KD` too.
 fn canonical(keyword: &[u8], names: &[&'static str]) -> Option<&'static str> {
     names.iter().copied().find(|name| keyword.eq_ignore_ascii_case(name.as_bytes()))
+}
+
+fn alias(keyword: &[u8]) -> Option<&'static str> {
+    let found = ALIASES.iter().find(|(other, _)| keyword.eq_ignore_ascii_case(other.as_bytes()));
+    found.map(|(_, name)| *name)
 }
 
 /// `r g b`, or `r` for grey. Spectral curves and CIE XYZ are not numbers in this sense.

@@ -1,5 +1,6 @@
 //! The text of an OBJ file to lists of numbers, in one pass.
 
+use crate::load::names::name_of;
 use crate::load::text::{Tokens, digits, float, integer, leading_float, length_before, line_of, quoted};
 use std::collections::BTreeMap;
 
@@ -158,8 +159,7 @@ impl<'a> Parser<'a> {
 
     /// The rest of the line as a name, which may contain spaces.
     fn name(&mut self) -> String {
-        let name = Tokens::new(self.rest).rest_of_line();
-        String::from_utf8_lossy(name).into_owned()
+        name_of(Tokens::new(self.rest).rest_of_line())
     }
 
     #[cold]

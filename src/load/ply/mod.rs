@@ -201,7 +201,13 @@ fn texture(
     }
     let mut budget = Budget::new(context.limits);
     let image = match read_picture(context, name, &mut budget)? {
-        Ok(image) => image,
+        Ok(picture) => {
+            if let Some(flaw) = picture.flaw {
+                let name = quoted(name.as_bytes());
+                warnings.add(|| format!("PLY: texture {name}: {flaw}"));
+            }
+            picture.image
+        }
         Err(message) => {
             warnings.add(|| format!("PLY: {message}"));
             return Ok(());

@@ -26,6 +26,8 @@ const FORMAT: &str = "STL";
 const HEADER: usize = 80;
 /// Bytes of a facet: a normal, three positions, and two bytes that some programs fill with a colour.
 const FACET: usize = 50;
+/// Words that a facet ends before, if it has not ended: `end loop` and `end facet` are found in place of the first two.
+const ENDS: [&[u8]; 3] = [b"endloop", b"endfacet", b"facet"];
 /// Words that may follow the coordinates of a vertex.
 const KEYWORDS: [&[u8]; 7] = [b"vertex", b"endloop", b"endfacet", b"facet", b"outer", b"endsolid", b"solid"];
 
@@ -254,7 +256,7 @@ impl<'a> Reader<'a> {
         let mut not_utf8 = false;
         while let Some(token) = tokens.next() {
             // Most are numbers.
-            if !token.first().is_some_and(|first| matches!(first | 0x20, b'v' | b'e' | b's')) {
+            if !token.first().is_some_and(|first| matches!(first | 0x20, b'v' | b'e' | b's' | b'f')) {
                 continue;
             }
             // The most frequent word first; everything else (normals, `outer loop`) says nothing.
@@ -277,7 +279,7 @@ impl<'a> Reader<'a> {
                         Loop::Triangle([a, c, position])
                     }
                 };
-            } else if token.eq_ignore_ascii_case(b"endloop") || token.eq_ignore_ascii_case(b"endfacet") {
+            } else if ENDS.iter().any(|end| token.eq_ignore_ascii_case(end)) {
                 match std::mem::replace(&mut open, Loop::Empty) {
                     Loop::Empty => {}
                     Loop::One(_) | Loop::Two(..) => incomplete = incomplete.saturating_add(1),
@@ -441,7 +443,7 @@ mod tests {
     fn damaged_text_says_where() {
         let triangle = "facet\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n";
         for garbage in
-            ["0 0 zero", "-nan(ind) 0 0", "-1.#IND -1.#IND -1.#IND", "0 1.#INF 0", "0 0", "", "0 0 1,5"]
+            ["0 0 zero", "-nan(ind) 0 0", "-1.#IND -1.#IND -1.#IND", "0 1.#INF 0", "0 0", "", "0 0 1,5,5"]
         {
             let damaged = triangle.replace("1 0 0", garbage);
             let text = format!("solid x\n{damaged}{triangle}endsolid x\n");
@@ -469,6 +471,12 @@ mod tests {
         }
         let text = format!("solid x\n{}{triangle}", triangle.replace("1 0 0", "0 0 zero"));
         assert!(load_bytes(text.as_bytes()).unwrap().warnings[0].message.ends_with("(line 5: 'zero')"));
+        // Words apart, and commas in numbers.
+        let apart = format!("solid x\n{triangle}{triangle}end solid x\n")
+            .replace("end", "end ")
+            .replace("1 0 0", "1,0 0, 0");
+        let loaded = load_bytes(apart.as_bytes()).unwrap();
+        assert_eq!((loaded.scene.triangle_count(), loaded.warnings.len()), (2, 0), "{:?}", loaded.warnings);
         // Without its first line.
         assert_eq!(load_bytes(triangle.as_bytes()).unwrap().scene.triangle_count(), 1);
         let cut = "solid x\nfacet\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n\

@@ -281,8 +281,12 @@ impl Builder<'_> {
             }
         };
         match read {
-            Ok(image) => {
-                let texture = Texture::new(Arc::new(image), ColorSpace::Srgb, AlphaUse::Data, sampler);
+            Ok(picture) => {
+                if let Some(flaw) = picture.flaw {
+                    self.warnings.add(|| format!("3MF: {what}: {flaw}"));
+                }
+                let texture =
+                    Texture::new(Arc::new(picture.image), ColorSpace::Srgb, AlphaUse::Data, sampler);
                 let texture = self.scene.add_texture(texture).map_err(LoadError::scene(what))?;
                 Ok(Some(texture))
             }

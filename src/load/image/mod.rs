@@ -1,0 +1,464 @@
+//! Encoded pictures (PNG, JPEG, WebP, KTX2, and others that people have) to 8-bit RGBA, with their claims checked before
+//! anything is allocated.
+mod damaged;
+mod kind;
+
+use super::ktx2;
+use crate::color::srgb::linear_to_srgb8;
+use crate::formats::{self, FileFormat};
+use crate::limits::{LimitExceeded, Limits};
+use crate::scene::Image;
+use ::image::{ColorType, ImageDecoder, ImageFormat, ImageReader};
+use kind::Kind;
+use std::io::Cursor;
+
+/// Formats of textures. Which a file has, its content tells.
+pub const FORMATS: [FileFormat; 11] = [
+    formats::PNG,
+    formats::JPEG,
+    formats::WEBP,
+    formats::KTX2,
+    formats::BMP,
+    formats::TGA,
+    formats::GIF,
+    formats::TIFF,
+    formats::PNM,
+    formats::QOI,
+    formats::HDR,
+];
+
+/// Bytes that a decoder may use beside the picture itself.
+const DECODER_BYTES: u64 = 64 << 20;
+
+/// What the header of a picture says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Header {
+    /// In texels.
+    pub width: u32,
+    /// In texels.
+    pub height: u32,
+    /// Bytes per texel while decoding.
+    pub transient: u64,
+    kind: Kind,
+    /// Bytes before the picture.
+    start: usize,
+}
+
+impl Header {
+    /// Number of texels.
+    pub(crate) fn texels(&self) -> u64 {
+        area(self.width, self.height)
+    }
+
+    /// The kind of picture, if it is one that glTF does not have: "a GIF".
+    pub(crate) fn unusual(&self) -> Option<&'static str> {
+        self.kind.unusual()
+    }
+}
+
+/// A decoded picture.
+#[derive(Clone, Debug)]
+pub(crate) struct Picture {
+    /// Its texels.
+    pub image: Image,
+    /// What is wrong with it, though it can be drawn: one line.
+    pub flaw: Option<String>,
+}
+
+/// Why a picture cannot be used.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum ImageError {
+    /// It is damaged, or no picture that is read: one line that says so.
+    Damaged(String),
+    /// It is larger than allowed.
+    Limit(LimitExceeded),
+}
+
+/// What is said of bytes that are nothing known.
+const NOT_AN_IMAGE: &str = "it is neither PNG nor JPEG nor WebP nor another picture that is read";
+
+impl ImageError {
+    /// For formats that can do without the picture: one line that says why it is lost, or the limit.
+    pub(crate) fn loss(self) -> Result<String, LimitExceeded> {
+        match self {
+            Self::Damaged(message) => Ok(message),
+            Self::Limit(error) => Err(error),
+        }
+    }
+}
+
+fn damaged(error: impl std::fmt::Display) -> ImageError {
+    let line: String = error.to_string().chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+    ImageError::Damaged(line)
+}
+
+fn decoder(bytes: &[u8], format: ImageFormat, max_bytes: u64) -> Result<impl ImageDecoder + '_, ImageError> {
+    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+    let mut limits = ::image::Limits::no_limits();
+    limits.max_alloc = Some(max_bytes.saturating_add(DECODER_BYTES));
+    reader.limits(limits);
+    reader.into_decoder().map_err(damaged)
+}
+
+/// Reads the header only, and checks it against `limits.texture_pixels`. `what` names the picture in the limit's
+/// message.
+///
+/// # Errors
+/// [`ImageError`].
+pub(crate) fn probe(what: &str, bytes: &[u8], limits: &Limits) -> Result<Header, ImageError> {
+    let check = |width: u32, height: u32| {
+        let texels = area(width, height);
+        let what = || format!("{what} of {width} x {height} texels");
+        Limits::check(what, texels, limits.texture_pixels, "texture_pixels").map_err(ImageError::Limit)
+    };
+    let (kind, start) = kind::find(bytes).map_err(ImageError::Damaged)?;
+    let bytes = bytes.get(start..).unwrap_or_default();
+    let header = |width, height, transient| Header { width, height, transient, kind, start };
+    let format = match kind {
+        Kind::Ktx2 => {
+            let ktx2::Ktx2 { width, height, .. } = ktx2::open(bytes).map_err(ImageError::Damaged)?;
+            check(width, height)?;
+            return Ok(header(width, height, ktx2::TRANSIENT));
+        }
+        Kind::Image(format) => format,
+    };
+    if let Some((width, height)) = png_size(bytes) {
+        // The decoder has limits of its own, with other messages.
+        check(width, height)?;
+    }
+    let decoder = match decoder(bytes, format, limits.decoded_bytes) {
+        Ok(decoder) => decoder,
+        Err(error) => {
+            let size = match format {
+                ImageFormat::Png => damaged::png_size(bytes, DECODER_BYTES),
+                _ => None,
+            };
+            let (width, height) = size.ok_or(error)?;
+            check(width, height)?;
+            return Ok(header(width, height, 4));
+        }
+    };
+    let (width, height) = decoder.dimensions();
+    if width == 0 || height == 0 {
+        return Err(ImageError::Damaged(format!("it has {width} x {height} texels")));
+    }
+    check(width, height)?;
+    Ok(header(width, height, decoder.color_type().bytes_per_pixel().into()))
+}
+
+/// Width and height by the first chunk of a PNG file.
+fn png_size(bytes: &[u8]) -> Option<(u32, u32)> {
+    let word = |at: usize| bytes.get(at..)?.first_chunk().map(|&word| u32::from_be_bytes(word));
+    (bytes.get(12..16)? == b"IHDR").then(|| word(16).zip(word(20))).flatten()
+}
+
+/// Decodes a picture whose header has been accepted. 16-bit channels are rounded to 8 bits, grey becomes RGB, what
+/// has no alpha is opaque; numbers with a point are linear light, and become sRGB. Colour profiles, gamma and orientation tags
+/// do not apply, as glTF demands. Of films the first picture is taken, of damaged PNG and JPEG files what is there.
+///
+/// # Errors
+/// [`ImageError::Damaged`].
+pub(crate) fn decode(bytes: &[u8], header: &Header) -> Result<Picture, ImageError> {
+    let skipped = header.start;
+    let bytes = bytes.get(skipped..).unwrap_or_default();
+    let (image, mut flaw) = match header.kind {
+        Kind::Ktx2 => {
+            let texture = ktx2::open(bytes).map_err(ImageError::Damaged)?;
+            let texels = texture.decode().map_err(ImageError::Damaged)?;
+            (Image::new(header.width, header.height, texels).map_err(damaged)?, None)
+        }
+        Kind::Image(format) => match decode_as(format, bytes, header) {
+            Ok(image) => {
+                let cut = format == ImageFormat::Jpeg && damaged::is_cut_jpeg(bytes);
+                (image, cut.then(|| "it ends early; the rest of it is made up".to_owned()))
+            }
+            Err(error) => {
+                let memory = header.texels().saturating_mul(8).saturating_add(DECODER_BYTES);
+                let there = match format {
+                    ImageFormat::Png => damaged::png(bytes, header.width, header.height, memory),
+                    _ => None,
+                };
+                there.map(|(image, flaw)| (image, Some(flaw))).ok_or(error)?
+            }
+        },
+    };
+    if skipped > 0 {
+        let junk = format!("{skipped} bytes before its signature are passed over");
+        flaw = Some(flaw.map_or_else(|| junk.clone(), |flaw| format!("{junk}; {flaw}")));
+    }
+    Ok(Picture { image, flaw })
+}
+
+/// Decodes a picture that is whole.
+fn decode_as(format: ImageFormat, bytes: &[u8], header: &Header) -> Result<Image, ImageError> {
+    let max_bytes = header.texels().saturating_mul(header.transient.saturating_add(4));
+    let decoder = decoder(bytes, format, max_bytes)?;
+    if decoder.dimensions() != (header.width, header.height) {
+        return Err(ImageError::Damaged("its header changed while it was read".to_owned()));
+    }
+    let count = usize::try_from(header.texels()).map_err(damaged)?;
+    let color_type = decoder.color_type();
+    let mut texels = vec![[0u8; 4]; count];
+    if color_type == ColorType::Rgba8 {
+        decoder.read_image(texels.as_flattened_mut()).map_err(damaged)?;
+    } else {
+        let mut raw = vec![0u8; usize::try_from(decoder.total_bytes()).map_err(damaged)?];
+        decoder.read_image(&mut raw).map_err(damaged)?;
+        match color_type {
+            ColorType::L8 => expand(&raw, &mut texels, |[l]: [u8; 1]| [l, l, l, 255]),
+            ColorType::La8 => expand(&raw, &mut texels, |[l, a]: [u8; 2]| [l, l, l, a]),
+            ColorType::Rgb8 => expand(&raw, &mut texels, |[r, g, b]: [u8; 3]| [r, g, b, 255]),
+            ColorType::L16 => expand(&raw, &mut texels, |[a, b]: [u8; 2]| {
+                let l = narrow([a, b]);
+                [l, l, l, 255]
+            }),
+            ColorType::La16 => expand(&raw, &mut texels, |[a, b, c, d]: [u8; 4]| {
+                let l = narrow([a, b]);
+                [l, l, l, narrow([c, d])]
+            }),
+            ColorType::Rgb16 => expand(&raw, &mut texels, |[a, b, c, d, e, f]: [u8; 6]| {
+                [narrow([a, b]), narrow([c, d]), narrow([e, f]), 255]
+            }),
+            ColorType::Rgba16 => expand(&raw, &mut texels, |[a, b, c, d, e, f, g, h]: [u8; 8]| {
+                [[a, b], [c, d], [e, f], [g, h]].map(narrow)
+            }),
+            ColorType::Rgb32F => expand(&raw, &mut texels, |floats: [u8; 12]| {
+                let [r, g, b] = light(&floats);
+                [r, g, b, 255]
+            }),
+            ColorType::Rgba32F => expand(&raw, &mut texels, |floats: [u8; 16]| {
+                let [r, g, b, _] = light(&floats);
+                let [_, _, _, a] = floats_of(&floats);
+                [r, g, b, (saturate(a) * 255.0 + 0.5) as u8]
+            }),
+            other => return Err(ImageError::Damaged(format!("texels of the kind {other:?} are not known"))),
+        }
+    }
+    Image::new(header.width, header.height, texels).map_err(damaged)
+}
+
+fn expand<const S: usize>(raw: &[u8], texels: &mut [[u8; 4]], convert: impl Fn([u8; S]) -> [u8; 4]) {
+    for (texel, from) in texels.iter_mut().zip(raw.as_chunks::<S>().0) {
+        *texel = convert(*from);
+    }
+}
+
+/// Numbers in this machine's byte order; zeros behind the last one.
+fn floats_of<const N: usize>(raw: &[u8]) -> [f32; N] {
+    let mut floats = [0.0; N];
+    for (float, bytes) in floats.iter_mut().zip(raw.as_chunks::<4>().0) {
+        *float = f32::from_ne_bytes(*bytes);
+    }
+    floats
+}
+
+/// Linear light as codes.
+fn light<const N: usize>(raw: &[u8]) -> [u8; N] {
+    floats_of(raw).map(|v| linear_to_srgb8(saturate(v)))
+}
+
+/// 0 to 1; NaN becomes 0.
+fn saturate(v: f32) -> f32 {
+    if v > 0.0 { if v < 1.0 { v } else { 1.0 } } else { 0.0 }
+}
+
+/// A channel of 16 bits in this machine's byte order, rounded to 8 bits.
+fn narrow(channel: [u8; 2]) -> u8 {
+    let v = u32::from(u16::from_ne_bytes(channel));
+    (v.saturating_mul(255).saturating_add(32767) / 65535) as u8
+}
+
+/// Texels of a picture. Two numbers of 32 bits have a product of 64: it does not saturate.
+pub(super) fn area(width: u32, height: u32) -> u64 {
+    u64::from(width).saturating_mul(height.into())
+}
+
+/// The texel of a picture at the place of another one's texel: its column and row, and the width and height of that one.
+pub(super) fn scaled_texel(image: &Image, [x, y]: [u32; 2], [width, height]: [u32; 2]) -> [u8; 4] {
+    let place =
+        |k: u32, of: u32, n: u32| area(k, n).checked_div(of.into()).and_then(|k| u32::try_from(k).ok());
+    // Within the picture, since the other place is within the other one.
+    let texel = || image.texel(place(x, width, image.width())?, place(y, height, image.height())?);
+    texel().unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ::image::{DynamicImage, ImageBuffer};
+
+    fn png(image: DynamicImage) -> Vec<u8> {
+        let mut bytes = Cursor::new(Vec::new());
+        image.write_to(&mut bytes, ImageFormat::Png).unwrap();
+        bytes.into_inner()
+    }
+
+    fn read(bytes: &[u8]) -> Image {
+        let header = probe("image 0", bytes, &Limits::default()).unwrap();
+        decode(bytes, &header).unwrap().image
+    }
+
+    fn encoded(image: &DynamicImage, format: ImageFormat) -> Vec<u8> {
+        let mut bytes = Cursor::new(Vec::new());
+        image.write_to(&mut bytes, format).unwrap();
+        bytes.into_inner()
+    }
+
+    /// Colours that change from texel to texel.
+    fn ramp(width: u32, height: u32) -> DynamicImage {
+        ImageBuffer::from_fn(width, height, |x, y| {
+            ::image::Rgb([(x * 3) as u8, (y * 5) as u8, (x + y) as u8])
+        })
+        .into()
+    }
+
+    /// What is said to be read is read, and nothing is read that is not said.
+    #[test]
+    fn every_format_of_the_table_is_recognised() {
+        for format in FORMATS {
+            let image = DynamicImage::from(ImageBuffer::from_pixel(4, 4, ::image::Rgb([9u8, 8, 7])));
+            let Some(kind) = ImageFormat::from_mime_type(format.mime_type) else {
+                assert_eq!(format, formats::KTX2);
+                continue;
+            };
+            let image = if kind == ImageFormat::Hdr { image.to_rgb32f().into() } else { image };
+            assert_eq!(read(&encoded(&image, kind)).width(), 4, "{}", format.name);
+        }
+        for kind in ImageFormat::all().filter(ImageFormat::reading_enabled) {
+            let said = FORMATS.iter().any(|format| format.mime_type == kind.to_mime_type());
+            assert!(said, "{kind:?} is read and not said to be");
+        }
+    }
+
+    #[test]
+    fn every_kind_of_texel_becomes_rgba() {
+        let cases: [(DynamicImage, [u8; 4]); 8] = [
+            (ImageBuffer::from_pixel(2, 3, ::image::Luma([7u8])).into(), [7, 7, 7, 255]),
+            (ImageBuffer::from_pixel(2, 3, ::image::LumaA([7u8, 9])).into(), [7, 7, 7, 9]),
+            (ImageBuffer::from_pixel(2, 3, ::image::Rgb([1u8, 2, 3])).into(), [1, 2, 3, 255]),
+            (ImageBuffer::from_pixel(2, 3, ::image::Rgba([1u8, 2, 3, 4])).into(), [1, 2, 3, 4]),
+            (ImageBuffer::from_pixel(2, 3, ::image::Luma([257u16 * 5])).into(), [5, 5, 5, 255]),
+            (ImageBuffer::from_pixel(2, 3, ::image::LumaA([65535u16, 128])).into(), [255, 255, 255, 0]),
+            (ImageBuffer::from_pixel(2, 3, ::image::Rgb([0u16, 129, 65407])).into(), [0, 1, 255, 255]),
+            (ImageBuffer::from_pixel(2, 3, ::image::Rgba([257u16, 514, 771, 1028])).into(), [1, 2, 3, 4]),
+        ];
+        for (image, expected) in cases {
+            let kind = image.color();
+            let image = read(&png(image));
+            assert_eq!((image.width(), image.height()), (2, 3));
+            assert_eq!(image.texels(), [expected; 6], "{kind:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_picture_says_so() {
+        let message = |bytes: &[u8]| match probe("image 0", bytes, &Limits::default()) {
+            Err(ImageError::Damaged(message)) => message,
+            other => panic!("{other:?}"),
+        };
+        assert_eq!(message(b""), "it is empty");
+        let mut bytes = png(ImageBuffer::from_pixel(40, 40, ::image::Luma([7u8])).into());
+        assert!(!message(&bytes[..20]).contains('\n'));
+        let header = probe("image 0", &bytes, &Limits::default()).unwrap();
+        bytes.truncate(40);
+        assert!(matches!(decode(&bytes, &header), Err(ImageError::Damaged(_))));
+    }
+
+    #[test]
+    fn kinds_that_people_have_are_pictures_too() {
+        let image = ramp(20, 12);
+        let expected = read(&png(image.clone()));
+        for format in
+            [ImageFormat::Bmp, ImageFormat::Tga, ImageFormat::Tiff, ImageFormat::Pnm, ImageFormat::Qoi]
+        {
+            assert_eq!(read(&encoded(&image, format)).texels(), expected.texels(), "{format:?}");
+        }
+        let plain: DynamicImage = ImageBuffer::from_pixel(9, 7, ::image::Rgb([255u8, 0, 0])).into();
+        assert_eq!(read(&encoded(&plain, ImageFormat::Gif)).texels(), [[255, 0, 0, 255]; 63]);
+        let light: DynamicImage = ImageBuffer::from_pixel(9, 7, ::image::Rgb([4.0f32, 0.0, 0.25])).into();
+        assert_eq!(read(&encoded(&light, ImageFormat::Hdr)).texels(), [[255, 0, 137, 255]; 63]);
+    }
+
+    #[test]
+    fn what_is_there_of_damaged_pictures_is_drawn() {
+        let flaw = |bytes: &[u8]| {
+            let header = probe("image 0", bytes, &Limits::default()).unwrap();
+            let picture = decode(bytes, &header).unwrap();
+            (picture.image, picture.flaw.unwrap_or_default())
+        };
+        let noise: DynamicImage = ImageBuffer::from_fn(40, 30, |x, y| {
+            ::image::Rgb([x, y, x ^ y].map(|v| (v.wrapping_mul(0x9e37_79b1) >> 13) as u8))
+        })
+        .into();
+        let whole = png(noise.clone());
+        let expected = read(&whole);
+        let (image, message) = flaw(&whole[..whole.len() / 2]);
+        assert!(message.starts_with("only ") && message.contains(" of its 30 rows"), "{message}");
+        assert_eq!(image.texels()[..40 * 8], expected.texels()[..40 * 8]);
+        assert!(image.texels()[40 * 29..].iter().all(|t| *t == image.texels()[40 * 29] && t[3] == 255));
+        let mut checksum = whole.clone();
+        // Of the header, and of the texels.
+        checksum[30] ^= 1;
+        let last = checksum.len() - 14;
+        checksum[last] ^= 1;
+        let (image, message) = flaw(&checksum);
+        assert_eq!((image.texels(), message.as_str()), (expected.texels(), "its checksums are wrong"));
+        let (image, message) = flaw(&[b"\0\0junk", &whole[..]].concat());
+        assert_eq!(message, "6 bytes before its signature are passed over");
+        assert_eq!(image.texels(), expected.texels());
+
+        let jpeg = encoded(&ramp(64, 64), ImageFormat::Jpeg);
+        let expected = read(&jpeg);
+        assert!(flaw(&jpeg).1.is_empty());
+        // Some programs append what is no picture.
+        assert!(flaw(&[&jpeg[..], &[0; 99]].concat()).1.is_empty());
+        let (image, message) = flaw(&[&[0; 5], &jpeg[..]].concat());
+        assert_eq!((image.texels(), message.starts_with("5 bytes before")), (expected.texels(), true));
+        let (image, message) = flaw(&jpeg[..jpeg.len() * 3 / 4]);
+        assert_eq!(image.texels()[..64 * 8], expected.texels()[..64 * 8]);
+        assert!(message.starts_with("it ends early"), "{message}");
+    }
+
+    proptest::proptest! {
+        #![proptest_config(proptest::prelude::ProptestConfig { cases: 3000, failure_persistence: None, ..Default::default() })]
+
+        /// Whatever is changed in a file: an error, or a picture of the size that was announced.
+        #[test]
+        fn damaged_files_of_every_kind_end_in_a_picture_or_an_error(
+            format in 0_usize..7,
+            changes in proptest::collection::vec((0_usize..400, 0_u8..=255), 1..6),
+            cut in 0_usize..2000,
+        ) {
+            let formats = [
+                ImageFormat::Bmp, ImageFormat::Tga, ImageFormat::Tiff, ImageFormat::Pnm, ImageFormat::Qoi, ImageFormat::Gif,
+                ImageFormat::Png,
+            ];
+            let mut bytes = encoded(&ramp(11, 7), formats[format]);
+            for (place, value) in changes {
+                // The end too, where TIFF has its tables.
+                let place = if place % 2 == 0 { place / 2 } else { bytes.len().saturating_sub(1 + place / 2) };
+                if let Some(byte) = bytes.get_mut(place) {
+                    *byte = value;
+                }
+            }
+            bytes.truncate(cut.max(4));
+            let limits = Limits { texture_pixels: 1 << 16, decoded_bytes: 1 << 22, ..Limits::default() };
+            if let Ok(header) = probe("image 0", &bytes, &limits)
+                && let Ok(picture) = decode(&bytes, &header)
+            {
+                proptest::prop_assert_eq!((picture.image.width(), picture.image.height()), (header.width, header.height));
+            }
+        }
+    }
+
+    #[test]
+    fn claims_are_refused_before_they_cost_anything() {
+        let bytes = png(ImageBuffer::from_pixel(20, 20, ::image::Luma([7u8])).into());
+        let limits = Limits { texture_pixels: 399, ..Limits::default() };
+        let Err(ImageError::Limit(error)) = probe("image 3 'x'", &bytes, &limits) else { panic!() };
+        assert_eq!(
+            error.to_string(),
+            "image 3 'x' of 20 x 20 texels: 400 exceeds the limit of 399 (texture_pixels)"
+        );
+    }
+}
