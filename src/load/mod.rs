@@ -44,6 +44,7 @@ mod stl;
 mod tangents;
 mod text;
 mod threemf;
+mod utf16;
 mod vertices;
 mod warnings;
 mod weld;
@@ -212,6 +213,12 @@ fn read_bytes(
     }
     check_size(bytes.len() as u64, context.limits)?;
     let detected = Format::detect(bytes);
+    if detected.is_none()
+        && let Some(text) = utf16::to_utf8(bytes)
+        && Format::detect(&text).is_some()
+    {
+        return read_bytes(&text, format, options, purpose, context);
+    }
     // What somebody says of a file, or its name, counts for less than what it begins with.
     if detected.is_none()
         && let Some(what) = foreign::what_it_is(bytes)

@@ -159,6 +159,9 @@ pub(super) fn skip(element: &Element, values: &mut Values<'_>) -> Result<(), Str
                 Err(missing) => return Err(cut(element, number, missing)),
             }
         }
+        if element.by_line {
+            values.skip_line();
+        }
     }
     Ok(())
 }
@@ -201,6 +204,7 @@ pub(super) fn vertices(
             Ok(())
         };
         match read() {
+            Ok(()) if element.by_line => drop(values.skip_line()),
             Ok(()) => {}
             Err(Missing::NotANumber) if values.skip_line() => {}
             Err(missing) => {
@@ -289,6 +293,7 @@ pub(super) fn faces(
             Ok(())
         };
         match read() {
+            Ok(()) if element.by_line => drop(values.skip_line()),
             Ok(()) => {}
             Err(Missing::NotANumber) if values.skip_line() => {
                 out.bad = out.bad.saturating_add(1);

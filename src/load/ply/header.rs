@@ -98,6 +98,8 @@ pub(super) struct Property {
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Element {
+    /// Its items stand on lines of their own: what a line has beyond one is not the next one's.
+    pub(super) by_line: bool,
     pub(super) name: String,
     pub(super) count: u64,
     pub(super) properties: Vec<Property>,
@@ -201,7 +203,7 @@ impl<'a> Header<'a> {
                         return Err(malformed(format!("line {number}: {} cannot be", quoted(line))));
                     };
                     let name = text(name).to_ascii_lowercase();
-                    header.elements.push(Element { name, count, properties: Vec::new() });
+                    header.elements.push(Element { by_line: false, name, count, properties: Vec::new() });
                 }
                 (b"property", what) => {
                     let property = Self::property(what, encoding);

@@ -23,11 +23,13 @@ use crate::scene::{
     AlphaMode, AlphaUse, ColorSpace, Material, MeshData, Sampler, Scene, Texture, TextureRef, UvTransform,
 };
 use body::{Faces, Vertices};
-use header::{Encoding, Header};
+use header::{Element, Encoding, Header};
 use std::sync::Arc;
 use values::Values;
 
 const FORMAT: &str = "PLY";
+/// Names of elements of vertices.
+const VERTICES: [&str; 2] = ["vertex", "vertices"];
 /// Names of elements of faces.
 const FACES: [&str; 3] = ["face", "faces", "tristrips"];
 
@@ -41,6 +43,9 @@ pub(crate) fn load(bytes: &[u8], context: &Context<'_>) -> Result<Loaded, LoadEr
     let mut header = Header::read(bytes, &mut warnings)?;
     if !header.longs.is_empty() && header.encoding != Encoding::Ascii && !fits(&header) {
         header.shorten_longs();
+    }
+    if header.encoding == Encoding::Ascii && items_on_lines(&header) {
+        header.elements.iter_mut().for_each(|element| element.by_line = true);
     }
     let (vertices, faces) = read_body(&header, context, &mut warnings)?;
     let mut scene = Scene::new();
@@ -79,6 +84,30 @@ fn fits(header: &Header<'_>) -> bool {
     header.elements.iter().all(|element| body::skip(element, &mut values).is_ok()) && values.is_empty()
 }
 
+/// The vertices of a file whose faces come first, which the format allows: they are read ahead.
+fn vertices_behind_faces(header: &Header<'_>, context: &Context<'_>) -> Result<Option<Vertices>, LoadError> {
+    let is_of = |names: &[&str], element: &Element| names.contains(&element.name.as_str());
+    let Some(at) = header.elements.iter().position(|e| is_of(&VERTICES, e)) else { return Ok(None) };
+    let Some((before, [element, ..])) = header.elements.split_at_checked(at) else { return Ok(None) };
+    if !before.iter().any(|e| is_of(&FACES, e)) {
+        return Ok(None);
+    }
+    let mut values = Values::new(header.encoding, header.body);
+    if before.iter().any(|e| body::skip(e, &mut values).is_err()) {
+        return Ok(None);
+    }
+    check_mesh(context, 0, element.count)?;
+    body::vertices(element, &mut values, header.encoding, header.body.len()).map(Some)
+}
+
+/// True if a text file has as many lines as items.
+fn items_on_lines(header: &Header<'_>) -> bool {
+    let lines =
+        header.body.split(|b| matches!(b, b'\n' | b'\r')).filter(|line| !line.trim_ascii().is_empty());
+    let with_values = header.elements.iter().filter(|element| !element.properties.is_empty());
+    lines.count() as u64 == with_values.map(|element| element.count).fold(0, u64::saturating_add)
+}
+
 /// Reads the elements in the order of the header.
 fn read_body(
     header: &Header<'_>,
@@ -86,11 +115,11 @@ fn read_body(
     warnings: &mut Warnings,
 ) -> Result<(Vertices, Faces), LoadError> {
     let mut values = Values::new(header.encoding, header.body);
-    let mut vertices = Vertices::default();
+    let mut vertices = vertices_behind_faces(header, context)?.unwrap_or_default();
     let mut faces = Faces::default();
     for element in &header.elements {
         let cut = match element.name.as_str() {
-            "vertex" | "vertices" if vertices.positions.is_empty() => {
+            name if VERTICES.contains(&name) && vertices.positions.is_empty() => {
                 check_mesh(context, 0, element.count)?;
                 vertices = body::vertices(element, &mut values, header.encoding, header.body.len())?;
                 vertices.cut.take()
@@ -288,6 +317,25 @@ mod tests {
                 assert_eq!(mesh.triangles(), [[0, 1, 2]]);
             }
         }
+    }
+
+    #[test]
+    fn numbers_beyond_an_item_are_no_part_of_the_next() {
+        let text = format!("ply\nformat ascii 1.0\n{TRIANGLE}0 0 0 9\n1 0 0 9 9\n\n0 1 0\n3 0 1 2 7");
+        let loaded = load_bytes(&text).unwrap();
+        assert_eq!(loaded.scene.meshes()[0].positions(), [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+        // Without lines it is one number after the other.
+        let text = format!("ply\nformat ascii 1.0\n{TRIANGLE}0 0 0 1 0 0\n0 1\n0 3 0 1 2");
+        assert_eq!(load_bytes(&text).unwrap().scene.triangle_count(), 1);
+    }
+
+    #[test]
+    fn faces_may_come_first() {
+        let text = "ply\nformat ascii 1.0\nelement face 1\nproperty list uchar int vertex_indices\nelement vertex 3\n\
+                    property float x\nproperty float y\nproperty float z\nend_header\n3 0 1 2\n0 0 0\n1 0 0\n0 1 0\n";
+        let loaded = load_bytes(text).unwrap();
+        assert_eq!(loaded.scene.triangle_count(), 1);
+        assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
     }
 
     #[test]

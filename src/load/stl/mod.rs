@@ -27,9 +27,10 @@ const HEADER: usize = 80;
 /// Bytes of a facet: a normal, three positions, and two bytes that some programs fill with a colour.
 const FACET: usize = 50;
 /// Words that a facet ends before, if it has not ended: `end loop` and `end facet` are found in place of the first two.
-const ENDS: [&[u8]; 3] = [b"endloop", b"endfacet", b"facet"];
+const ENDS: [&[u8]; 4] = [b"endloop", b"endfacet", b"end", b"facet"];
 /// Words that may follow the coordinates of a vertex.
-const KEYWORDS: [&[u8]; 7] = [b"vertex", b"endloop", b"endfacet", b"facet", b"outer", b"endsolid", b"solid"];
+const KEYWORDS: [&[u8]; 8] =
+    [b"vertex", b"endloop", b"endfacet", b"end", b"facet", b"outer", b"endsolid", b"solid"];
 
 /// Reads either kind of file. One object per solid.
 ///
@@ -437,6 +438,14 @@ mod tests {
         let counts: Vec<usize> = loaded.scene.meshes().iter().map(|m| m.triangles().len()).collect();
         assert_eq!(counts, [1, 2]);
         assert_eq!(loaded.scene.instances()[1].object, 1);
+    }
+
+    #[test]
+    fn ends_may_be_two_words() {
+        let triangle =
+            "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nend loop\nend facet\n";
+        let loaded = load_bytes(format!("solid x\n{}end solid x\n", triangle.repeat(3)).as_bytes()).unwrap();
+        assert_eq!((loaded.scene.triangle_count(), loaded.warnings), (3, Vec::new()));
     }
 
     #[test]
