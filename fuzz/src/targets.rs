@@ -25,6 +25,7 @@ pub fn limits() -> Limits {
         output_side: 64,
         output_pixels: 64 * 64,
         fragments: 1 << 18,
+        shading: 64,
         blocks: 1 << 18,
         blend_entries: 1 << 16,
         frame_bytes: 32 << 20,
