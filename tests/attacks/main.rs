@@ -47,6 +47,7 @@ fn limits() -> Limits {
         output_side: 4096,
         output_pixels: 1 << 20,
         fragments: 1 << 20,
+        shading: 1 << 10,
         blocks: 1 << 14,
         blend_entries: 1 << 16,
         frame_bytes: 32 << 20,
