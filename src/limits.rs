@@ -72,6 +72,12 @@ impl Default for Limits {
     }
 }
 
+/// The field of a [`LimitExceeded`] that is none of [`Limits`]: the system does not give so much memory.
+pub const MEMORY: &str = "memory";
+
+/// Bytes that stay free beside what is asked for. More than the C library of Linux keeps for itself when it is given back.
+pub const HEADROOM: u64 = 33 << 20;
+
 /// Something asked for more than [`Limits`] allows.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub struct LimitExceeded {
@@ -119,5 +125,24 @@ impl Limits {
         } else {
             Err(LimitExceeded { what: what(), asked: Some(asked), limit, field })
         }
+    }
+
+    /// `Ok` if the system would give so many bytes, and what small things take besides ([`HEADROOM`]): asked before they are
+    /// used, because an allocation that fails ends the process. Where the system promises more than it has, as Linux does
+    /// unless the process has a limit of its own, it always would.
+    ///
+    /// # Errors
+    /// [`LimitExceeded`] naming the element, with [`MEMORY`] as the field, otherwise.
+    pub fn check_memory(what: impl FnOnce() -> String, asked: u64) -> Result<(), LimitExceeded> {
+        // Memory of WebAssembly never shrinks.
+        if cfg!(target_family = "wasm") {
+            return Ok(());
+        }
+        let mut probe = Vec::<u8>::new();
+        let bytes = usize::try_from(asked.saturating_add(HEADROOM)).unwrap_or(usize::MAX);
+        let given = probe.try_reserve_exact(bytes).is_ok();
+        // What nobody looks at would not be asked for.
+        std::hint::black_box(&probe);
+        if given { Ok(()) } else { Err(LimitExceeded::beyond(&what(), 0, MEMORY)) }
     }
 }

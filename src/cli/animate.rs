@@ -29,7 +29,7 @@ pub fn run(args: &AnimateArgs) -> Result<(), Failure> {
     drawing.behind_for(target.picture());
 
     drawing.progress.stage(format!("loading {}", file_name(&drawing.source.path)));
-    let mut renderer = draw.machine.renderer();
+    let mut renderer = draw.renderer();
     let setting = drawing.setting(renderer.jobs())?;
     let mut poses = Poses {
         model: input::open_animated(&drawing.source, &drawing.limits, renderer.jobs())?,

@@ -23,9 +23,10 @@ impl DrawArgs {
     /// # Errors
     /// [`Failure`] if the scene file is wrong, or no model is named anywhere.
     pub(super) fn describe(&self, models: &[PathBuf]) -> Result<SceneFile, Failure> {
-        let mut description = match &self.scene {
-            Some(path) => SceneFile::open(path)?,
-            None => SceneFile::default(),
+        let mut description = match (&self.described, &self.scene) {
+            (Some(described), _) => (**described).clone(),
+            (None, Some(path)) => SceneFile::open(path)?,
+            (None, None) => SceneFile::default(),
         };
         if let Some(model) = models.first() {
             description.model = Some(model.clone());
@@ -210,6 +211,11 @@ impl Drawing {
         camera: &Camera,
         for_screen: bool,
     ) -> Result<Taken, Failure> {
+        // The picture and what is encoded of it.
+        let pixels = u64::from(self.options.width) * u64::from(self.options.height);
+        let bytes = pixels * if for_screen { 8 } else { 24 };
+        Limits::check_memory(|| format!("a picture of {pixels} pixels"), bytes)
+            .map_err(|e| Failure::limit(&e).at(&source.path))?;
         if !for_screen {
             let Rendered { frame, stats } = self.render(source, renderer, scene, camera)?;
             let tinted = frame.is_tinted();

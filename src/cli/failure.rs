@@ -1,6 +1,6 @@
 //! What ends a command early: one line for the user and an exit code for scripts.
 
-use crate::limits::LimitExceeded;
+use crate::limits::{LimitExceeded, MEMORY};
 use crate::load::{AssignError, LoadError, MaterialError, ResolveError};
 use crate::render::RenderError;
 use crate::scene::SceneError;
@@ -40,6 +40,10 @@ impl Failure {
 
     /// Exit code 3, with the option that raises the limit.
     pub fn limit(error: &LimitExceeded) -> Self {
+        if error.field == MEMORY {
+            let message = format!("{}: the system does not give enough memory", error.what);
+            return Self { kind: Kind::Limit, message: one_line(&message) };
+        }
         let failure = Self { kind: Kind::Limit, message: one_line(&error.to_string()) };
         // The rasterizer's fixed-point positions reach no further.
         if error.field == "output_side" && error.limit >= 16384 {
@@ -58,6 +62,10 @@ impl Failure {
     pub fn load(error: &LoadError) -> Self {
         match error {
             LoadError::Limit(limit) => Self::limit(limit),
+            LoadError::Io(e) if e.kind() == std::io::ErrorKind::OutOfMemory => Self {
+                kind: Kind::Limit,
+                message: "the system does not give enough memory to read it".to_owned(),
+            },
             LoadError::Resolve(e @ ResolveError::TooLarge { .. }) => {
                 Self { kind: Kind::Limit, message: one_line(&e.to_string()) }.raised_by("input_bytes")
             }
@@ -99,6 +107,18 @@ impl Failure {
     #[must_use]
     pub fn scene(error: &SceneError) -> Self {
         Self::usage(error)
+    }
+
+    /// Exit code 1 without a word: whoever read the picture has stopped, and knows.
+    #[must_use]
+    pub fn silent() -> Self {
+        Self { kind: Kind::Failed, message: String::new() }
+    }
+
+    /// True if there is nothing to say.
+    #[must_use]
+    pub fn is_silent(&self) -> bool {
+        self.message.is_empty()
     }
 
     /// The same with what can be done about it.

@@ -1,4 +1,4 @@
-//! What commands that make moving pictures have in common: frame after frame, then everything is written.
+//! What commands that make moving pictures have in common: frame after frame, then what is left is written.
 
 use super::args::MovieArgs;
 use super::drawing::{Drawing, Taken};
@@ -59,7 +59,7 @@ impl Film {
     /// Takes frame `k`.
     ///
     /// # Errors
-    /// [`Failure`] if it cannot be rendered or encoded.
+    /// [`Failure`] if it cannot be rendered, encoded or written.
     pub(super) fn take(
         &mut self,
         k: u32,
@@ -100,13 +100,11 @@ impl Film {
         warnings.extend(self.nothing);
         warnings.extend(self.tint);
         drawing.progress.stage("encoding");
-        let (encoded, frames_hash) = movie.finish(frames_a_second)?;
-        encoded.write()?;
+        let (bytes, frames_hash) = movie.finish(frames_a_second)?;
         drawing.finish(&warnings);
         if !drawing.json {
             return Ok(());
         }
-        let bytes = encoded.size();
         MovieReport::new(frames, frames_a_second, frames_hash, bytes, &drawing.options, shading, &warnings)
             .print()
     }

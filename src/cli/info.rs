@@ -102,6 +102,7 @@ pub fn run(args: &InfoArgs) -> Result<(), Failure> {
     let reporter = Reporter { quiet: args.report.quiet };
     let limits = args.input_options.limits.limits();
     let jobs = Jobs::new(args.workers.count());
+    reporter.threads(&jobs);
     let source = input::source(&args.input_options, &args.input)?;
     let model = input::open_animated(&source, &limits, &jobs)?;
     let loaded = model.at(0.0, &jobs).map_err(|e| Failure::load(&e).at(&source.path))?;

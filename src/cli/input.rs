@@ -2,14 +2,13 @@
 
 use super::args::InputArgs;
 use super::failure::Failure;
-use super::picture::is_standard_stream;
+use super::picture::is_standard_input;
 use crate::jobs::Jobs;
-use crate::limits::{LimitExceeded, Limits};
+use crate::limits::Limits;
 use crate::load::{
-    AnimatedModel, Context, Format, LoadOptions, Loaded, NoResolver, load_bytes_with, load_file_with_format,
-    nearest_name, suggestion,
+    AnimatedModel, Context, Format, LoadOptions, Loaded, NoResolver, load_bytes_with_format,
+    load_file_with_format, nearest_name, read_stream, suggestion,
 };
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 /// Where a model comes from.
@@ -43,7 +42,7 @@ fn format(args: &InputArgs, path: &Path) -> Result<Option<Format>, Failure> {
         let hint = suggestion(nearest_name(name, names.iter().copied()));
         Failure::usage(format!("unknown format '{name}'; known are {}{hint}", names.join(", ")))
     })?;
-    if is_standard_stream(path) {
+    if is_standard_input(path) {
         Ok(Some(format))
     } else {
         Err(Failure::usage("--format is for standard input; files are recognised by themselves").at(path))
@@ -68,14 +67,12 @@ pub fn load_with_format(
     jobs: &Jobs,
 ) -> Result<(Loaded, Option<Format>), Failure> {
     let about = |failure: Failure| failure.at(&source.path);
-    if is_standard_stream(&source.path) {
+    if is_standard_input(&source.path) {
         let bytes = read_standard_input(limits).map_err(about)?;
-        let format = source.format.or_else(|| Format::detect(&bytes));
         // What comes through a pipe has no folder, so it may not refer to files.
         let context = Context { resolver: &NoResolver, limits, jobs };
-        let loaded = load_bytes_with(&bytes, format, &source.options, &context)
-            .map_err(|e| about(Failure::load(&e)))?;
-        return Ok((loaded, format));
+        return load_bytes_with_format(&bytes, source.format, &source.options, &context)
+            .map_err(|e| about(Failure::load(&e)));
     }
     load_file_with_format(&source.path, &source.options, limits, jobs).map_err(|e| about(Failure::load(&e)))
 }
@@ -86,7 +83,7 @@ pub fn load_with_format(
 /// As [`load`].
 pub fn open_animated(source: &ModelSource, limits: &Limits, jobs: &Jobs) -> Result<AnimatedModel, Failure> {
     let about = |failure: Failure| failure.at(&source.path);
-    let opened = if is_standard_stream(&source.path) {
+    let opened = if is_standard_input(&source.path) {
         let bytes = read_standard_input(limits).map_err(about)?;
         let context = Context { resolver: &NoResolver, limits, jobs };
         AnimatedModel::from_bytes(&bytes, source.format, &source.options, &context)
@@ -97,18 +94,8 @@ pub fn open_animated(source: &ModelSource, limits: &Limits, jobs: &Jobs) -> Resu
 }
 
 /// All of standard input, at most [`Limits::input_bytes`] of it.
-fn read_standard_input(limits: &Limits) -> Result<Vec<u8>, Failure> {
-    let mut bytes = Vec::new();
-    std::io::stdin()
-        .lock()
-        .take(limits.input_bytes.saturating_add(1))
-        .read_to_end(&mut bytes)
-        .map_err(|e| Failure::failed(format!("cannot be read: {e}")))?;
-    let asked = bytes.len() as u64;
-    if asked > limits.input_bytes {
-        // How much more there is, nobody knows.
-        return Err(Failure::limit(&LimitExceeded::beyond("input", limits.input_bytes, "input_bytes")));
-    }
+pub(super) fn read_standard_input(limits: &Limits) -> Result<Vec<u8>, Failure> {
+    let bytes = read_stream(std::io::stdin().lock(), limits).map_err(|e| Failure::load(&e))?;
     if bytes.is_empty() {
         return Err(Failure::failed("no data"));
     }

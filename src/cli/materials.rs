@@ -6,6 +6,7 @@ use crate::jobs::Jobs;
 use crate::limits::Limits;
 use crate::load::{BuiltinMaterial, MaterialFile, Warning, nearest_name, suggestion};
 use crate::scene::Scene;
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 /// Where a material comes from.
@@ -23,11 +24,19 @@ impl MaterialSource {
     /// # Errors
     /// One line with the names that there are.
     pub fn new(text: &str) -> Result<Self, String> {
+        Self::of(OsStr::new(text))
+    }
+
+    /// [`MaterialSource::new`] of what need not be text.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn of(text: &OsStr) -> Result<Self, String> {
         let is_toml = Path::new(text).extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
-        if is_toml || text.contains(['/', '\\']) {
+        if is_toml || text.as_encoded_bytes().iter().any(|b| matches!(b, b'/' | b'\\')) {
             return Ok(Self::File(PathBuf::from(text)));
         }
-        builtin(text).map(|material| Self::Builtin(material.name))
+        builtin(&text.to_string_lossy()).map(|material| Self::Builtin(material.name))
     }
 
     /// The path of a file.

@@ -62,7 +62,7 @@ pub fn run(args: &MaterialsArgs) -> Result<(), Failure> {
     if args.keys {
         return print_keys(args.report.json);
     }
-    let mut renderer = args.machine.renderer();
+    let mut renderer = args.machine.renderer(args.report.quiet);
     let limits = Limits::default();
     let mut loaded: Vec<(Entry, MaterialFile)> = Vec::new();
     for material in BuiltinMaterial::all() {

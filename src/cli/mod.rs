@@ -24,6 +24,7 @@ mod losses;
 pub mod materials;
 mod materials_command;
 mod movie;
+mod names;
 pub mod picture;
 mod progress;
 mod render;
@@ -35,10 +36,12 @@ pub mod scene_light;
 mod scene_tree;
 mod scene_values;
 mod sheet;
+mod signals;
 mod target;
 mod turntable;
 pub mod values;
 
+use crate::limits::Limits;
 use crate::load::suggestion;
 use args::{Cli, Command};
 use clap::Parser;
@@ -50,10 +53,12 @@ use std::process::ExitCode;
 /// Runs the command line of this process.
 #[must_use]
 pub fn run() -> ExitCode {
+    signals::listen();
     let done = match Cli::try_parse() {
         Ok(mut cli) => {
+            let memory = Limits::check_memory(|| "start".to_owned(), 0).map_err(|e| Failure::limit(&e));
             let confined = if cli.sandbox { sandbox::enter(&mut cli.command) } else { Ok(()) };
-            confined.and_then(|()| dispatch(&cli.command))
+            memory.and(confined).and_then(|()| dispatch(&cli.command))
         }
         Err(error) => match error.kind() {
             ErrorKind::DisplayHelp
@@ -69,7 +74,9 @@ pub fn run() -> ExitCode {
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            let _ = writeln!(std::io::stderr(), "overcoat: {failure}");
+            if !failure.is_silent() {
+                let _ = writeln!(std::io::stderr(), "overcoat: {failure}");
+            }
             ExitCode::from(failure.exit_code())
         }
     }

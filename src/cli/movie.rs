@@ -1,10 +1,14 @@
-//! Where moving pictures go: one file, or a picture each frame. Checked before any work, written after all of it.
+//! Where moving pictures go: one file, written after all work, or a picture each frame, written as it is made. Checked
+//! before any work.
 
 use super::args::EncodingArgs;
 use super::drawing::Pixels;
 use super::failure::Failure;
+use super::names::numbered;
 use super::picture::is_standard_stream;
-use super::target::{Encoded, check_file, check_quality, check_standard_output, file_format, output_failure};
+use super::target::{
+    Encoded, check_file, check_quality, check_standard_output, file_format, output_failure, remove,
+};
 use crate::limits::Limits;
 use crate::output::{
     DEFAULT_JPEG_QUALITY, DisplayImage, DisplayOptions, MovieFormat, MovieFrame, OutputError, OutputFormat,
@@ -40,7 +44,7 @@ impl MovieTarget {
         let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
         let standard_output = is_standard_stream(path);
         let numbered =
-            !standard_output && path.file_name().is_some_and(|name| name.to_string_lossy().contains('#'));
+            !standard_output && path.file_name().is_some_and(|name| name.as_encoded_bytes().contains(&b'#'));
         // A name ending in .apng says PNG as well.
         let named = match MovieFormat::from_extension(extension) {
             Some(MovieFormat::Apng) if !numbered => path.with_extension("png"),
@@ -84,16 +88,9 @@ impl MovieTarget {
         encode_image(image, self.picture, &options)
     }
 
-    /// The files that so many frames make.
-    fn paths(&self, frames: usize) -> Vec<PathBuf> {
-        if self.format.is_some() {
-            return vec![self.path.clone()];
-        }
-        let name = self.path.file_name().unwrap_or_default().to_string_lossy();
-        let start = name.find('#').unwrap_or(name.len());
-        let digits = name[start..].chars().take_while(|&c| c == '#').count();
-        let (before, after) = (&name[..start], &name[start + digits..]);
-        (0..frames).map(|k| self.path.with_file_name(format!("{before}{k:0digits$}{after}"))).collect()
+    /// The file of frame `k`.
+    fn numbered(&self, k: usize) -> PathBuf {
+        self.path.with_file_name(numbered(self.path.file_name().unwrap_or_default(), k))
     }
 
     /// Checks that so many frames could be written.
@@ -104,17 +101,21 @@ impl MovieTarget {
         if is_standard_stream(&self.path) {
             return Ok(());
         }
-        self.paths(frames).iter().try_for_each(|path| check_file(path, inputs))
+        match self.format {
+            Some(_) => check_file(&self.path, inputs),
+            None => (0..frames).try_for_each(|k| check_file(&self.numbered(k), inputs)),
+        }
     }
 }
 
-/// Frames on their way to a [`MovieTarget`], encoded.
+/// Frames on their way to a [`MovieTarget`], encoded. Numbered pictures that are written already are removed again unless
+/// it comes to its end.
 pub(super) struct Movie {
     target: MovieTarget,
     display: DisplayOptions,
     limits: Limits,
     frames: Vec<MovieFrame>,
-    pictures: Vec<Vec<u8>>,
+    written: Vec<PathBuf>,
     bytes: u64,
     hashes: String,
 }
@@ -122,14 +123,14 @@ pub(super) struct Movie {
 impl Movie {
     /// No frames yet.
     pub(super) fn new(target: MovieTarget, display: DisplayOptions, limits: Limits) -> Self {
-        let (frames, pictures) = (Vec::new(), Vec::new());
-        Self { target, display, limits, frames, pictures, bytes: 0, hashes: String::new() }
+        let (frames, written) = (Vec::new(), Vec::new());
+        Self { target, display, limits, frames, written, bytes: 0, hashes: String::new() }
     }
 
     /// Adds a frame.
     ///
     /// # Errors
-    /// [`Failure`] if it cannot be encoded, or if all frames take more memory than the limits allow.
+    /// [`Failure`] if it cannot be encoded or written, or if all frames take more bytes than the limits allow.
     pub(super) fn push(&mut self, pixels: &Pixels) -> Result<(), Failure> {
         let failed = |error| output_failure(&error, &self.target.path);
         let developed;
@@ -141,42 +142,53 @@ impl Movie {
                 &developed
             }
         };
-        let size = match self.target.format {
-            Some(format) => {
-                // A colour behind everything leaves no transparency.
-                let alpha = self.display.background.is_none();
-                let frame = MovieFrame::new(image, format, alpha).map_err(failed)?;
-                let size = frame.size();
-                self.frames.push(frame);
-                size
-            }
-            None => {
-                let bytes = self.target.encode(image).map_err(failed)?;
-                let size = bytes.len();
-                self.pictures.push(bytes);
-                size
-            }
+        let Some(format) = self.target.format else {
+            let path = self.target.numbered(self.written.len());
+            let encoded = Encoded::new(path.clone(), self.target.encode(image).map_err(failed)?);
+            self.bytes += encoded.size();
+            self.check_bytes(self.written.len())?;
+            encoded.write()?;
+            self.written.push(path);
+            return Ok(());
         };
-        self.bytes += size as u64;
-        let what = || format!("frames up to {}", self.frames.len() + self.pictures.len());
+        // A colour behind everything leaves no transparency.
+        let alpha = self.display.background.is_none();
+        let frame = MovieFrame::new(image, format, alpha).map_err(failed)?;
+        self.bytes += frame.size() as u64;
+        self.frames.push(frame);
+        self.check_bytes(self.frames.len() - 1)
+    }
+
+    /// Checks what all frames up to `k` take.
+    fn check_bytes(&self, k: usize) -> Result<(), Failure> {
+        let what = || format!("frames up to {k}");
         Limits::check(what, self.bytes, self.limits.decoded_bytes, "decoded_bytes")
             .map_err(|e| Failure::limit(&e))
     }
 
-    /// The bytes of all files, and the hash of all frames of linear light: XXH3-128 of their hashes, equal on every machine.
+    /// Writes what is not written yet. Returns the bytes of all files, and the hash of all frames of linear light: XXH3-128
+    /// of their hashes, equal on every machine.
     ///
     /// # Errors
-    /// [`Failure`] if there is no such file.
-    pub(super) fn finish(self, frames_a_second: f64) -> Result<(Encoded, String), Failure> {
+    /// [`Failure`] if it cannot be encoded or written.
+    pub(super) fn finish(mut self, frames_a_second: f64) -> Result<(u64, String), Failure> {
         let hash = format!("{:032x}", xxhash_rust::xxh3::xxh3_128(self.hashes.as_bytes()));
         let path = &self.target.path;
         if self.target.format.is_none() {
-            let paths = self.target.paths(self.pictures.len());
-            return Ok((Encoded::of(paths.into_iter().zip(self.pictures).collect()), hash));
+            self.written.clear();
+            return Ok((self.bytes, hash));
         }
         let times = durations(self.frames.len(), frames_a_second);
         let bytes = encode_movie(&self.frames, &times).map_err(|e| output_failure(&e, path))?;
-        Ok((Encoded::new(path.clone(), bytes), hash))
+        let encoded = Encoded::new(path.clone(), bytes);
+        encoded.write()?;
+        Ok((encoded.size(), hash))
+    }
+}
+
+impl Drop for Movie {
+    fn drop(&mut self) {
+        self.written.iter().for_each(|path| remove(path));
     }
 }
 
@@ -208,11 +220,13 @@ mod tests {
 
     #[test]
     fn pictures_are_numbered_from_0_in_their_folder() {
-        let paths = |name: &str, frames| {
+        let path = |name: &str, k| {
             MovieTarget { path: name.into(), format: None, picture: OutputFormat::Png, quality: 90 }
-                .paths(frames)
+                .numbered(k)
         };
-        assert_eq!(paths("f/a-##.png", 2), [Path::new("f/a-00.png"), Path::new("f/a-01.png")]);
-        assert_eq!(paths("#b#.png", 11)[10], Path::new("10b#.png"));
+        assert_eq!(
+            [path("f/a-##.png", 0), path("f/a-##.png", 1)],
+            ["f/a-00.png", "f/a-01.png"].map(PathBuf::from)
+        );
     }
 }

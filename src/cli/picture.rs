@@ -8,7 +8,10 @@ use super::scene_file::{EnvironmentChoice, SceneCamera, SceneFile};
 use super::values::BackgroundChoice;
 use crate::jobs::Jobs;
 use crate::limits::Limits;
-use crate::load::{LoadOptions, Loaded, Warning, load_environment_file, nearest_name, suggestion};
+use crate::load::{
+    Context, LoadOptions, Loaded, NoResolver, Warning, load_environment, load_environment_file, nearest_name,
+    suggestion,
+};
 use crate::math::lanes::SimdLevel;
 use crate::output::DisplayOptions;
 use crate::render::{Background, RenderOptions};
@@ -189,8 +192,14 @@ impl SceneFile {
             EnvironmentChoice::Studio => EnvironmentSource::Studio,
             EnvironmentChoice::None => EnvironmentSource::None,
             EnvironmentChoice::File(path) => {
-                let loaded =
-                    load_environment_file(path, limits, jobs).map_err(|e| Failure::load(&e).at(path))?;
+                let about = |failure: Failure| failure.at(path);
+                let loaded = if is_standard_input(path) {
+                    let bytes = input::read_standard_input(limits).map_err(about)?;
+                    load_environment(&bytes, &Context { resolver: &NoResolver, limits, jobs })
+                } else {
+                    load_environment_file(path, limits, jobs)
+                };
+                let loaded = loaded.map_err(|e| about(Failure::load(&e)))?;
                 let named = |w: &Warning| Warning::new(format!("{}: {w}", file_name(path)));
                 warnings.extend(loaded.warnings.iter().map(named));
                 EnvironmentSource::Image(Arc::new(loaded.image))
@@ -306,6 +315,13 @@ fn explicit_camera(description: &SceneCamera, eye: [f32; 3], scene: &Scene) -> R
     let near = description.near.unwrap_or((distance * 1e-3) as f32);
     let near = if near > Camera::MIN_NEAR { near } else { Camera::MIN_NEAR };
     Ok(Camera { eye, target, up: description.up.unwrap_or([0.0, 1.0, 0.0]), projection, near })
+}
+
+/// A path that stands for standard input. What comes from there has no folder, whatever it is.
+#[must_use]
+pub fn is_standard_input(path: &Path) -> bool {
+    let names = ["/dev/stdin", "/dev/fd/0", "/proc/self/fd/0"];
+    is_standard_stream(path) || (cfg!(unix) && names.iter().any(|name| path == Path::new(name)))
 }
 
 /// A path that stands for standard input or output.

@@ -74,7 +74,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let source = &drawing.source;
     drawing.progress.stage(format!("loading {}", file_name(&source.path)));
     let mut stages = Stages::default();
-    let mut renderer = draw.machine.renderer();
+    let mut renderer = draw.renderer();
     let Loaded { scene, mut warnings } = drawing.load(renderer.jobs(), &mut stages)?;
     let camera = drawing.camera(source, &scene)?;
     drawing.progress.stage(format!("rendering {} triangles", scene.triangle_count()));

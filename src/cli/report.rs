@@ -1,6 +1,7 @@
 //! What the commands print beside the picture: warnings, JSON, times and memory.
 
 use super::failure::{Failure, one_line};
+use crate::jobs::Jobs;
 use crate::load::Warning;
 use crate::render::RenderOptions;
 use crate::scene::{Scene, ShadingModel};
@@ -20,6 +21,17 @@ pub struct Reporter {
 }
 
 impl Reporter {
+    /// A warning if the system gave fewer threads than were wanted.
+    pub fn threads(self, jobs: &Jobs) {
+        if jobs.missing() > 0 {
+            let (threads, missing) = (jobs.threads(), jobs.missing());
+            let wanted = threads + missing;
+            self.warning(format_args!(
+                "of {wanted} threads {missing} could not be started; the work is done by {threads}"
+            ));
+        }
+    }
+
     /// One line on standard error.
     pub fn warning(self, message: impl Display) {
         if !self.quiet {

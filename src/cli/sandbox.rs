@@ -3,9 +3,12 @@
 use super::args::{Command, DrawArgs};
 use super::failure::Failure;
 use super::golden::{AcceptArgs, FolderArgs, GoldenArgs, GoldenCommand, ResultArgs};
-use super::picture::is_standard_stream;
+use super::picture::{is_standard_input, is_standard_stream};
 use super::report;
 use super::scene_file::{EnvironmentChoice, SceneFile};
+use crate::jobs::MAX_THREADS;
+use crate::load::has_folder;
+use crate::output::destination;
 use crate::sandbox::{self, Grants, SandboxError};
 use std::path::{Path, PathBuf};
 use std::slice::from_ref;
@@ -19,7 +22,7 @@ pub(super) fn enter(command: &mut Command) -> Result<(), Failure> {
     report::keep_status_open();
     count_threads(command);
     let mut grants = writes(command);
-    let Some(scene) = Files::of(command).draw.and_then(|draw| draw.scene.clone()) else {
+    let Some(scene) = draw_of(command).and_then(|draw| draw.scene.clone()) else {
         reads(command, SceneFile::default(), &mut grants);
         return sandbox::enter(&grants).map(drop).map_err(|e| failure(&e));
     };
@@ -28,6 +31,10 @@ pub(super) fn enter(command: &mut Command) -> Result<(), Failure> {
     let everything = Grants { read_folders: vec![PathBuf::from("/")], ..grants.clone() };
     let confined = sandbox::enter(&everything).map_err(|e| failure(&e))?;
     let description = SceneFile::open(&scene)?;
+    // Not again: it may have come through a pipe, and may say something else by then.
+    if let Some(draw) = draw_of(command) {
+        draw.described = Some(Box::new(description.clone()));
+    }
     grants.read_files.push(scene);
     reads(command, description, &mut grants);
     confined.narrow(&grants).map_err(|e| failure(&e))
@@ -61,6 +68,19 @@ impl<'a> Files<'a> {
     }
 }
 
+/// The options of drawing, if a command has them.
+fn draw_of(command: &mut Command) -> Option<&mut DrawArgs> {
+    match command {
+        Command::Render(args) => Some(&mut args.model.draw),
+        Command::Turntable(args) => Some(&mut args.model.draw),
+        Command::Animate(args) => Some(&mut args.model.draw),
+        Command::CompareModels(args) => Some(&mut args.model.draw),
+        Command::Sheet(args) => Some(&mut args.draw),
+        Command::Bench(args) => Some(&mut args.draw),
+        _ => None,
+    }
+}
+
 /// Puts the number of processors in place of 0. Where a group of processes has a share of them only, that is in files.
 fn count_threads(command: &mut Command) {
     let workers = match command {
@@ -81,7 +101,7 @@ fn count_threads(command: &mut Command) {
     };
     if workers.threads == 0 {
         let processors = std::thread::available_parallelism();
-        workers.threads = processors.map_or(1, |n| u16::try_from(n.get()).unwrap_or(1024));
+        workers.threads = processors.map_or(1, |n| n.get().min(MAX_THREADS) as u16);
     }
 }
 
@@ -91,6 +111,8 @@ fn writes(command: &Command) -> Grants {
     let mut write = |path: &Path| {
         if !is_standard_stream(path) {
             grants.write(path);
+            // What a link leads to may not be there yet.
+            grants.write(&destination(path).unwrap_or_else(|_| path.to_owned()));
         }
     };
     Files::of(command).output.into_iter().for_each(&mut write);
@@ -137,16 +159,25 @@ fn reads(command: &Command, mut description: SceneFile, grants: &mut Grants) {
 fn read_models(models: &[PathBuf], description: &SceneFile, grants: &mut Grants) {
     // A model of the command line takes the place of the scene file's.
     let described = description.model.iter().filter(|_| models.is_empty());
-    for path in models.iter().chain(described).filter(|path| !is_standard_stream(path)) {
-        grants.read_with_folder(path);
+    for path in models.iter().chain(described).filter(|path| !is_standard_input(path)) {
+        read_model(path, grants);
     }
     if let Some(EnvironmentChoice::File(path)) = &description.env {
         grants.read_files.push(path.clone());
     }
     for choice in description.material_choices() {
         if let Some(path) = choice.source.file() {
-            grants.read_with_folder(path);
+            read_model(path, grants);
         }
+    }
+}
+
+/// A model or a material. A pipe has no folder.
+fn read_model(path: &Path, grants: &mut Grants) {
+    if has_folder(path) {
+        grants.read_with_folder(path);
+    } else {
+        grants.read_files.push(path.to_owned());
     }
 }
 

@@ -11,17 +11,21 @@
 //! description whichever way it was asked for.
 
 use super::failure::{Failure, file_name};
+use super::input::read_standard_input;
 use super::materials::{MaterialChoice, MaterialSource};
+use super::picture::is_standard_input;
 use super::scene_keys::SCENE;
 use super::scene_light::SceneLight;
 use super::scene_tree::{Node, line};
 use super::scene_values::Value;
 use super::values::{BackgroundChoice, ViewDirection};
 use crate::color::ToneCurve;
-use crate::load::{AnimationChoice, Warning};
+use crate::limits::Limits;
+use crate::load::{AnimationChoice, LoadError, Warning, has_folder, inner_extension, read_input};
 use crate::render::{AreaLightMethod, ShadingModel};
 use std::cell::RefCell;
 use std::collections::BTreeMap;
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use toml::de::{DeTable, DeValue};
 
@@ -119,30 +123,37 @@ pub enum EnvironmentChoice {
 impl EnvironmentChoice {
     /// `studio`, `none` or a path.
     #[must_use]
-    pub fn new(text: &str) -> Self {
-        match text {
-            "studio" => Self::Studio,
-            "none" => Self::None,
-            path => Self::File(PathBuf::from(path)),
+    pub fn new(text: impl AsRef<OsStr>) -> Self {
+        let text = text.as_ref();
+        match text.to_str() {
+            Some("studio") => Self::Studio,
+            Some("none") => Self::None,
+            _ => Self::File(PathBuf::from(text)),
         }
     }
 }
 
 impl SceneFile {
-    /// Reads a scene file. TOML if its name ends in `.toml`, JSON otherwise. Relative paths in it are taken to be
-    /// relative to its folder, and may lead anywhere: who names a scene file trusts it.
+    /// Reads a scene file, also one in gzip or Zstandard, a pipe, or `-` for standard input: TOML or JSON by its name, by
+    /// its first character where that says nothing. Relative paths in it are taken to be relative to its folder (of a
+    /// pipe, the current one), and may lead anywhere: who names a scene file trusts it.
     ///
     /// # Errors
     /// [`Failure`] naming the file, and the key that is wrong.
     pub fn open(path: &Path) -> Result<Self, Failure> {
         let text = read_text(path).map_err(|failure| failure.at(path))?;
-        let is_toml = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
+        let is_toml = match inner_extension(path).as_deref() {
+            Some("toml") => true,
+            Some("json") => false,
+            _ => !text.trim_start().starts_with('{'),
+        };
         let parsed = if is_toml { Self::from_toml(&text) } else { Self::from_json(&text) };
         let mut scene = parsed.map_err(|failure| failure.at(path))?;
         for warning in &mut scene.warnings {
             *warning = Warning::new(format!("{}: {warning}", file_name(path)));
         }
-        scene.resolve_paths(path.parent().unwrap_or(Path::new("")));
+        let folder = path.parent().filter(|_| has_folder(path) && !is_standard_input(path));
+        scene.resolve_paths(folder.unwrap_or(Path::new("")));
         Ok(scene)
     }
 
@@ -225,14 +236,19 @@ impl SceneFile {
 
 /// The text of a small file.
 fn read_text(path: &Path) -> Result<String, Failure> {
-    use std::io::Read;
-    let mut bytes = Vec::new();
-    std::fs::File::open(path)
-        .and_then(|file| file.take(MAX_BYTES + 1).read_to_end(&mut bytes))
-        .map_err(|e| Failure::failed(format!("cannot be read: {e}")))?;
-    if bytes.len() as u64 > MAX_BYTES {
-        return Err(Failure::failed("too large for a scene file"));
-    }
+    let limits = Limits { input_bytes: MAX_BYTES, ..Limits::default() };
+    let bytes = if is_standard_input(path) {
+        read_standard_input(&limits)?
+    } else {
+        let (bytes, damage) = read_input(path, &limits).map_err(|error| match error {
+            LoadError::Limit(_) => Failure::failed("too large for a scene file"),
+            error => Failure::load(&error),
+        })?;
+        if let Some(damage) = damage {
+            return Err(Failure::failed(damage));
+        }
+        bytes
+    };
     String::from_utf8(bytes).map_err(|_| Failure::failed("not a text file"))
 }
 

@@ -54,7 +54,7 @@ pub fn run(args: &SheetArgs) -> Result<(), Failure> {
         &drawing.limits,
     )?;
 
-    let mut renderer = args.draw.machine.renderer();
+    let mut renderer = args.draw.renderer();
     // Environment and materials are the same for all cells; they are loaded once.
     let mut setting = drawing.setting(renderer.jobs())?;
     let warnings: Vec<String> =

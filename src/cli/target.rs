@@ -6,10 +6,10 @@ use super::failure::Failure;
 use super::picture::is_standard_stream;
 use crate::frame::Aov;
 use crate::output::{
-    DEFAULT_JPEG_QUALITY, DisplayImage, DisplayOptions, OutputError, OutputFormat, OutputOptions, encode,
-    encode_aov_png, encode_image, write_atomically,
+    DEFAULT_JPEG_QUALITY, DisplayImage, DisplayOptions, OutputError, OutputFormat, OutputOptions,
+    destination, encode, encode_aov_png, encode_image, write_atomically,
 };
-use std::io::{IsTerminal, Write};
+use std::io::{ErrorKind, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use xxhash_rust::xxh3::Xxh3;
 
@@ -45,11 +45,12 @@ impl Target {
             if standard_output {
                 return Err(Failure::usage("planes go to standard output as .exr only: --output-format exr"));
             }
-            let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-            planes = aovs
-                .iter()
-                .map(|&aov| (aov, path.with_file_name(format!("{stem}.{}.png", aov.name()))))
-                .collect();
+            let named = |aov: Aov| {
+                let mut name = path.file_stem().unwrap_or_default().to_owned();
+                name.push(format!(".{}.png", aov.name()));
+                path.with_file_name(name)
+            };
+            planes = aovs.iter().map(|&aov| (aov, named(aov))).collect();
         }
         let quality = encoding.quality.unwrap_or(DEFAULT_JPEG_QUALITY);
         let target = Self { path: path.to_owned(), format, quality, planes };
@@ -157,12 +158,6 @@ impl Encoded {
         Self { files: vec![(path, bytes)] }
     }
 
-    /// Several files.
-    #[must_use]
-    pub fn of(files: Vec<(PathBuf, Vec<u8>)>) -> Self {
-        Self { files }
-    }
-
     /// Bytes of all files.
     #[must_use]
     pub fn size(&self) -> u64 {
@@ -185,17 +180,15 @@ impl Encoded {
         for (k, (path, bytes)) in self.files.iter().enumerate() {
             let written = if is_standard_output(path) {
                 let mut out = std::io::stdout().lock();
-                out.write_all(bytes)
-                    .and_then(|()| out.flush())
-                    .map_err(|e| Failure::failed(format!("standard output cannot be written: {e}")))
+                out.write_all(bytes).and_then(|()| out.flush()).map_err(|e| match e.kind() {
+                    ErrorKind::BrokenPipe => Failure::silent(),
+                    _ => Failure::failed(format!("standard output cannot be written: {e}")),
+                })
             } else {
                 write_atomically(path, bytes).map_err(|e| output_failure(&e, path))
             };
             if let Err(failure) = written {
-                for (earlier, _) in &self.files[..k] {
-                    // The failure that counts is the first.
-                    let _ = std::fs::remove_file(earlier);
-                }
+                self.files[..k].iter().for_each(|(earlier, _)| remove(earlier));
                 return Err(failure);
             }
         }
@@ -203,10 +196,21 @@ impl Encoded {
     }
 }
 
+/// Takes back a file that has been written. A device or a pipe stays.
+pub(super) fn remove(path: &Path) {
+    if let Ok(written) = destination(path)
+        && std::fs::metadata(&written).is_ok_and(|found| found.is_file())
+    {
+        // The failure that counts is the one before.
+        let _ = std::fs::remove_file(written);
+    }
+}
+
 /// True if a path stands for standard output. `/dev/stdout` may lead to a regular file, which whoever started the program
 /// has open: replacing it would write to a file that nobody looks at.
 fn is_standard_output(path: &Path) -> bool {
-    is_standard_stream(path) || (cfg!(unix) && path == Path::new("/dev/stdout"))
+    let names = ["/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"];
+    is_standard_stream(path) || (cfg!(unix) && names.iter().any(|name| path == Path::new(name)))
 }
 
 /// Messages name the file once.
@@ -226,7 +230,29 @@ pub(super) fn check_standard_output(json: bool) -> Result<(), Failure> {
     if std::io::stdout().is_terminal() {
         return Err(Failure::usage("standard output is a terminal, which cannot show a picture"));
     }
+    if is_lost() {
+        return Err(Failure::failed(
+            "standard output is closed, or is /dev/null open for reading as well: the picture would be lost",
+        ));
+    }
     Ok(())
+}
+
+/// True if nobody can read standard output. Where a process is started without one, the standard library has put
+/// `/dev/null` in its place before any of our code runs, open for reading and writing, as nobody does who redirects it.
+fn is_lost() -> bool {
+    #[cfg(unix)]
+    {
+        use rustix::fs::{FileType, OFlags, fcntl_getfl, fstat, stat};
+        let out = std::io::stdout();
+        let (Ok(flags), Ok(found), Ok(null)) = (fcntl_getfl(&out), fstat(&out), stat("/dev/null")) else {
+            return false;
+        };
+        let is_device = FileType::from_raw_mode(found.st_mode) == FileType::CharacterDevice;
+        is_device && found.st_rdev == null.st_rdev && flags.contains(OFlags::RDWR)
+    }
+    #[cfg(not(unix))]
+    false
 }
 
 /// Checks that a file can be written and is none of the inputs.
@@ -244,7 +270,11 @@ pub(super) fn check_writable(path: &Path) -> Result<(), Failure> {
     if path.is_dir() {
         return cannot("it is a folder".to_owned());
     }
-    let folder = match path.parent() {
+    let target = match destination(path) {
+        Ok(target) => target,
+        Err(e) => return cannot(e.to_string()),
+    };
+    let folder = match target.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
     };

@@ -34,7 +34,7 @@ pub fn run(args: &TurntableArgs) -> Result<(), Failure> {
     let Drawing { source, description, options, progress, .. } = film.drawing();
     let about = |failure: Failure| failure.at(&source.path);
     progress.stage(format!("loading {}", file_name(&source.path)));
-    let mut renderer = draw.machine.renderer();
+    let mut renderer = draw.renderer();
     let Loaded { mut scene, warnings } = film.drawing().load(renderer.jobs(), &mut Stages::default())?;
     let environment = scene.environment().clone();
     let lights = scene.lights().to_vec();

@@ -2,12 +2,15 @@
 
 pub use super::limit_values::{LIMIT_NAMES, limit, limits, set_limit};
 use super::materials::{MaterialChoice, MaterialSource};
+use super::names::around_last_equals;
 use crate::color::{ToneCurve, hex_color};
 use crate::frame::Aov;
 use crate::load::{nearest_name, suggestion};
 use crate::math::lanes::SimdLevel;
 use crate::output::OutputFormat;
 use crate::render::{AreaLightMethod, ShadingModel};
+use clap::builder::{OsStringValueParser, TypedValueParser};
+use std::ffi::OsStr;
 use std::fmt::Display;
 use std::str::FromStr;
 
@@ -172,16 +175,22 @@ pub fn shading(text: &str) -> Result<ShadingModel, String> {
 }
 
 /// `FILE`, `NAME=FILE` or the same with the name of a built-in material. A file's name ends in `.toml` or has a slash.
-pub fn material(text: &str) -> Result<MaterialChoice, String> {
+pub fn material(text: impl AsRef<OsStr>) -> Result<MaterialChoice, String> {
+    let text = text.as_ref();
     // The name is that of a model's material, which may have any character; that of the file is up to the user.
-    let (name, source) = match text.rsplit_once('=') {
-        Some((name, source)) => (Some(name.to_owned()), source),
-        None => (None, text),
+    let (name, source) = match around_last_equals(text) {
+        Some((name, source)) => (Some(name.to_string_lossy().into_owned()), source),
+        None => (None, text.to_owned()),
     };
     if name.as_deref() == Some("") {
         return Err("expected NAME=FILE".to_owned());
     }
-    MaterialSource::new(source).map(|source| MaterialChoice { name, source })
+    MaterialSource::of(&source).map(|source| MaterialChoice { name, source })
+}
+
+/// [`material`] of arguments that need not be text.
+pub fn material_parser() -> impl TypedValueParser<Value = MaterialChoice> {
+    OsStringValueParser::new().try_map(material)
 }
 
 /// A tone curve by name; `linear` is another word for `none`.

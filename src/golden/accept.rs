@@ -88,7 +88,7 @@ pub fn prepare(
     if !picture.kind.is_linear() && DecodedPicture::from_bytes(&small, limits)? != picture {
         return Err(AcceptError::Changed);
     }
-    let path = pair.expected.clone().unwrap_or_else(|| expected_folder.join(&pair.name));
+    let path = pair.expected.clone().unwrap_or_else(|| expected_folder.join(&pair.relative));
     let stored = pair.expected.as_deref().and_then(|path| read_file(path, limits).ok());
     if stored.as_ref() == Some(&small) {
         return Ok(Accepted::Unchanged);

@@ -128,6 +128,7 @@ impl Golden {
             write_in_folder(&new, actual)?;
             let pair = Pair {
                 name: file_name.to_owned(),
+                relative: file_name.into(),
                 expected: expected.is_file().then(|| expected.clone()),
                 actual: Some(new),
                 is_new: true,

@@ -39,8 +39,10 @@ pub enum WalkError {
 /// A name with the files that have it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Pair {
-    /// Path below the folders, with `/` between its parts.
+    /// Path below the folders, with `/` between its parts, as text.
     pub name: String,
+    /// The same as it is.
+    pub relative: PathBuf,
     /// The expected picture, if there is one.
     pub expected: Option<PathBuf>,
     /// The actual picture, if there is one.
@@ -87,6 +89,7 @@ impl FolderPair {
                 let name = expected.file_name().unwrap_or_default().to_string_lossy().into_owned();
                 let pair = Pair {
                     name,
+                    relative: expected.file_name().unwrap_or_default().into(),
                     expected: Some(expected.clone()),
                     actual: Some(actual.clone()),
                     ..Pair::default()
@@ -96,13 +99,13 @@ impl FolderPair {
             (true, false) => return Err(WalkError::Mixed { folder: expected, file: actual }),
             (false, true) => return Err(WalkError::Mixed { folder: actual, file: expected }),
         }
-        let mut pairs: BTreeMap<String, Pair> = BTreeMap::new();
+        let mut pairs: BTreeMap<(String, PathBuf), Pair> = BTreeMap::new();
         let mut others = BTreeMap::new();
         for found in list(&expected, limits, &mut others)? {
-            if split_new(&found.name).is_some() {
+            if split_new(&found.relative).is_some() {
                 continue;
             }
-            let pair = pairs.entry(found.name).or_default();
+            let pair = pairs.entry((found.name, found.relative)).or_default();
             pair.expected = found.problem.is_none().then_some(found.path);
             pair.problem = found.problem;
         }
@@ -115,11 +118,11 @@ impl FolderPair {
             }
         }
         for found in found_actual {
-            let (name, is_new) = match split_new(&found.name) {
-                Some(name) => (name, true),
-                None => (found.name, false),
+            let (key, is_new) = match split_new(&found.relative) {
+                Some(relative) => ((name_of(&relative), relative), true),
+                None => ((found.name, found.relative), false),
             };
-            let pair = pairs.entry(name).or_default();
+            let pair = pairs.entry(key).or_default();
             if pair.is_new && !is_new {
                 continue;
             }
@@ -129,7 +132,8 @@ impl FolderPair {
                 pair.problem = found.problem;
             }
         }
-        let pairs = pairs.into_iter().map(|(name, pair)| Pair { name, ..pair }).collect();
+        let named = |((name, relative), pair)| Pair { name, relative, ..pair };
+        let pairs = pairs.into_iter().map(named).collect();
         Ok(Self { expected, actual, pairs, others })
     }
 
@@ -152,14 +156,25 @@ impl FolderPair {
 }
 
 /// `a/x.png` for `a/x.new.png`.
-fn split_new(name: &str) -> Option<String> {
-    let (stem, extension) = name.rsplit_once('.')?;
-    let stem = stem.strip_suffix(NEW).filter(|stem| !stem.is_empty() && !stem.ends_with('/'))?;
-    Some(format!("{stem}.{extension}"))
+fn split_new(relative: &Path) -> Option<PathBuf> {
+    let (stem, extension) = (Path::new(relative.file_stem()?), relative.extension()?);
+    if stem.extension()? != NEW.trim_start_matches('.') {
+        return None;
+    }
+    let mut name = stem.file_stem()?.to_owned();
+    name.push(".");
+    name.push(extension);
+    Some(relative.with_file_name(name))
+}
+
+/// A path below a folder as text, with `/` between its parts.
+fn name_of(relative: &Path) -> String {
+    relative.iter().map(|part| part.to_string_lossy()).collect::<Vec<_>>().join("/")
 }
 
 struct Found {
     name: String,
+    relative: PathBuf,
     path: PathBuf,
     problem: Option<String>,
 }
@@ -172,15 +187,15 @@ fn list(root: &Path, limits: &Limits, others: &mut BTreeMap<String, u64>) -> Res
     };
     let real_root = root.canonicalize().map_err(io(root))?;
     let mut found = Vec::new();
-    let mut folders = vec![(root.to_owned(), String::new())];
+    let mut folders = vec![(root.to_owned(), PathBuf::new())];
     let mut other = 0_u64;
     while let Some((folder, prefix)) = folders.pop() {
         for entry in std::fs::read_dir(&folder).map_err(io(&folder))? {
             let entry = entry.map_err(io(&folder))?;
             let (path, kind) = (entry.path(), entry.file_type().map_err(io(&entry.path()))?);
-            let name = format!("{prefix}{}", entry.file_name().to_string_lossy());
+            let relative = prefix.join(entry.file_name());
             if kind.is_dir() {
-                folders.push((path, format!("{name}/")));
+                folders.push((path, relative));
                 continue;
             }
             let extension =
@@ -188,7 +203,7 @@ fn list(root: &Path, limits: &Limits, others: &mut BTreeMap<String, u64>) -> Res
             let count = (found.len() + folders.len()) as u64 + other;
             Limits::check(|| format!("files in {}", root.display()), count, limits.nodes, "nodes")?;
             if !extensions().any(|known| known == extension) {
-                if name != THRESHOLDS {
+                if relative != Path::new(THRESHOLDS) {
                     other += 1;
                     let extension =
                         if extension.is_empty() { extension } else { format!(".{}", short(&extension)) };
@@ -197,7 +212,7 @@ fn list(root: &Path, limits: &Limits, others: &mut BTreeMap<String, u64>) -> Res
                 continue;
             }
             let problem = kind.is_symlink().then(|| link_problem(&path, &real_root)).flatten();
-            found.push(Found { name, path, problem });
+            found.push(Found { name: name_of(&relative), relative, path, problem });
         }
     }
     Ok(found)

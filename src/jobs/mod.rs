@@ -11,11 +11,16 @@ pub use scratch::Scratch;
 use parts::{Parts, part_size};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+/// Workers of one pool at most. More would take longer to start than most pictures take.
+pub const MAX_THREADS: usize = 256;
+
 /// A pool of worker threads.
 pub struct Jobs {
     /// `None`: everything runs on the calling thread.
     pool: Option<rayon::ThreadPool>,
     threads: usize,
+    /// As many as there should be.
+    wanted: usize,
 }
 
 impl std::fmt::Debug for Jobs {
@@ -31,25 +36,33 @@ impl Default for Jobs {
 }
 
 impl Jobs {
-    /// A pool of `threads` workers; 0 stands for one per processor. Falls back to the calling thread where the
-    /// system gives no threads.
+    /// A pool of `threads` workers, at most [`MAX_THREADS`]; 0 stands for one per processor. Where the system does not
+    /// give so many, half of them, and so on down to the calling thread: [`Jobs::missing`] tells.
     #[must_use]
     pub fn new(threads: usize) -> Self {
         let wanted = match threads {
             0 => std::thread::available_parallelism().map_or(1, usize::from),
-            n => n.min(1024),
+            n => n,
         };
-        if wanted == 1 {
-            return Self { pool: None, threads: 1 };
+        let wanted = wanted.min(MAX_THREADS);
+        let mut threads = wanted;
+        while threads > 1 {
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .thread_name(|k| format!("overcoat-{k}"))
+                .build();
+            if let Ok(pool) = pool {
+                return Self { pool: Some(pool), threads, wanted };
+            }
+            threads /= 2;
         }
-        match rayon::ThreadPoolBuilder::new()
-            .num_threads(wanted)
-            .thread_name(|k| format!("overcoat-{k}"))
-            .build()
-        {
-            Ok(pool) => Self { pool: Some(pool), threads: wanted },
-            Err(_) => Self { pool: None, threads: 1 },
-        }
+        Self { pool: None, threads: 1, wanted }
+    }
+
+    /// Workers that were wanted and that the system did not give.
+    #[must_use]
+    pub fn missing(&self) -> usize {
+        self.wanted - self.threads
     }
 
     /// Number of workers, at least 1.

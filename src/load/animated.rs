@@ -1,6 +1,6 @@
 //! Models at any time of an animation.
 use super::gltf::{Purpose, Rig};
-use super::{Context, Format, LoadError, LoadOptions, Loaded, Model};
+use super::{Claim, Context, Format, LoadError, LoadOptions, Loaded, Model};
 use crate::jobs::Jobs;
 use crate::limits::Limits;
 use std::path::Path;
@@ -51,8 +51,8 @@ impl AnimatedModel {
         options: &LoadOptions,
         context: &Context<'_>,
     ) -> Result<Self, LoadError> {
-        let format = format.or_else(|| Format::detect(bytes));
-        let model = super::read_bytes(bytes, format, options, Purpose::Contents, context)?;
+        let claim = Claim { said: format, named: None };
+        let (model, format) = super::read_bytes(bytes, claim, options, Purpose::Contents, context)?;
         Ok(Self { model, format, repeat: repeats(options) })
     }
 

@@ -1,6 +1,9 @@
 //! How much memory a file has been granted so far.
 use crate::limits::{LimitExceeded, Limits};
 
+/// From so many bytes on the system is asked whether it has them.
+const LARGE: u64 = 1 << 20;
+
 /// Counts decoded bytes against [`Limits::decoded_bytes`]. Charged before memory is allocated, in the order of the
 /// file and never from a worker thread, so that the same file meets the limit at the same element every time.
 #[derive(Debug)]
@@ -28,8 +31,13 @@ impl Budget {
         count: u64,
         size: u64,
     ) -> Result<(), LimitExceeded> {
-        let asked = self.used.saturating_add(count.saturating_mul(size));
-        Limits::check(what, asked, self.limit, "decoded_bytes")?;
+        let bytes = count.saturating_mul(size);
+        let asked = self.used.saturating_add(bytes);
+        if asked <= self.limit && bytes >= LARGE {
+            Limits::check_memory(what, bytes)?;
+        } else {
+            Limits::check(what, asked, self.limit, "decoded_bytes")?;
+        }
         self.used = asked;
         Ok(())
     }

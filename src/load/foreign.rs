@@ -1,5 +1,7 @@
 //! What a file is that is none of the formats read here: for messages.
+use super::text::quoted;
 use super::threemf::archive;
+use std::borrow::Cow;
 
 /// How files of other formats begin, and what to call them: common formats of models first, then what models are
 /// packed in or confused with.
@@ -70,11 +72,16 @@ const ROOTS: [(&[u8], &str); 8] = [
 const HEAD: usize = 4096;
 
 /// What a file is, as it is said in "it is ...", if it is something well known.
-pub(super) fn what_it_is(bytes: &[u8]) -> Option<&'static str> {
-    let head = bytes.get(..HEAD).unwrap_or(bytes);
-    if head.starts_with(archive::MAGIC) || head.starts_with(b"PK\x05\x06") {
+pub(super) fn what_it_is(bytes: &[u8]) -> Option<Cow<'static, str>> {
+    if bytes.starts_with(archive::MAGIC) || bytes.starts_with(b"PK\x05\x06") {
         return Some(packed(bytes));
     }
+    well_known(bytes).map(Cow::Borrowed)
+}
+
+/// What a file is that is no archive.
+fn well_known(bytes: &[u8]) -> Option<&'static str> {
+    let head = bytes.get(..HEAD).unwrap_or(bytes);
     if let Some((_, what)) = BEGINNINGS.iter().find(|(beginning, _)| head.starts_with(beginning)) {
         return Some(what);
     }
@@ -110,27 +117,40 @@ pub(super) fn what_it_is(bytes: &[u8]) -> Option<&'static str> {
     None
 }
 
+/// How names of models end.
+const MODELS: [&str; 6] = [".glb", ".gltf", ".obj", ".stl", ".ply", ".3mf"];
+
 /// What an archive holds.
-fn packed(bytes: &[u8]) -> &'static str {
+fn packed(bytes: &[u8]) -> Cow<'static, str> {
     let names = archive::names(bytes, 4096);
     let ends = |end: &str| names.iter().any(|name| name.ends_with(end));
-    let Some(first) = names.first() else { return "a ZIP archive that is damaged or not complete" };
+    let Some(first) = names.first() else { return "a ZIP archive that is damaged or not complete".into() };
     if first.ends_with(".usdc") || first.ends_with(".usda") || first.ends_with(".usd") {
-        return "a USDZ file";
+        return "a USDZ file".into();
     }
     if first.ends_with(".amf") {
-        return "an AMF file";
+        return "an AMF file".into();
     }
     if ends("document.xml") && ends(".brp") {
-        return "a FreeCAD file";
+        return "a FreeCAD file".into();
     }
     if names.iter().any(|name| name == "[content_types].xml") {
-        return "an Office document or the like: a ZIP archive without 3D model in it";
+        return "an Office document or the like: a ZIP archive without 3D model in it".into();
     }
-    if [".glb", ".gltf", ".obj", ".stl", ".ply", ".3mf"].into_iter().any(ends) {
-        return "a ZIP archive: unpack it first, and give the model that is in it";
-    }
-    "a ZIP archive without 3D model in it"
+    let is_model = |name: &&String| MODELS.iter().any(|end| name.ends_with(end));
+    let mut models = names.iter().filter(is_model);
+    let Some(model) = models.next() else { return "a ZIP archive without 3D model in it".into() };
+    // A texture could be anything in it, so it is not unpacked here.
+    let more = match models.count() {
+        0 => String::new(),
+        1 => " and another model".to_owned(),
+        more => format!(" and {more} other models"),
+    };
+    format!(
+        "a ZIP archive with {}{more} in it: unpack it first, and give the model",
+        quoted(model.as_bytes())
+    )
+    .into()
 }
 
 #[cfg(test)]
@@ -163,7 +183,7 @@ mod tests {
             (&tar, "a tar archive: unpack it first"),
         ];
         for (bytes, expected) in cases {
-            assert_eq!(what_it_is(bytes), Some(expected));
+            assert_eq!(what_it_is(bytes).as_deref(), Some(expected));
         }
         for bytes in [&b""[..], b"hello", b"v 0 0 0", b"MM", b"FORM", b"# made by hand\nv 0 0 0"] {
             assert_eq!(what_it_is(bytes), None);

@@ -27,6 +27,7 @@ mod format;
 mod gltf;
 mod grouped;
 mod image;
+mod input;
 mod ktx2;
 mod material;
 mod names;
@@ -35,6 +36,7 @@ mod nonnumber;
 mod normals;
 mod obj;
 mod options;
+mod packed;
 mod plain;
 mod ply;
 mod polygon;
@@ -57,20 +59,24 @@ pub use environment::{
 pub use error::{LoadError, Warning};
 pub use format::Format;
 pub use image::FORMATS as TEXTURE_FORMATS;
+pub(crate) use input::read_file;
+#[cfg(feature = "cli")]
+pub(crate) use input::{has_folder, read_input, read_stream};
 pub(crate) use material::suggestion;
 pub use material::{
     AssignError, BuiltinMaterial, MaterialError, MaterialErrorReason, MaterialFile, MaterialKey,
     material_keys, nearest_name, same_name,
 };
 pub use options::{AnimationChoice, LoadOptions};
+pub(crate) use packed::inner_extension;
 pub use resolver::{DirectoryResolver, MemoryResolver, NoResolver, ResolveError, Resolver};
 
 use crate::jobs::Jobs;
-use crate::limits::{LimitExceeded, Limits};
+use crate::limits::Limits;
 use crate::scene::Scene;
 use gltf::Purpose;
-use std::fs::File;
-use std::io::{Error, ErrorKind, Read, Seek};
+use input::{Input, check_size, resolver_beside};
+use packed::Unpacked;
 use std::path::Path;
 
 /// A scene and what was lost on the way.
@@ -93,8 +99,9 @@ pub struct Context<'a> {
     pub jobs: &'a Jobs,
 }
 
-/// Loads a model file of any known format, told by its content and, where that says nothing, by its extension. Files
-/// that it refers to are read from its folder and the folders in it, from nowhere else.
+/// Loads a model file of any known format, told by its content and, where that says nothing, by its extension; gzip or
+/// Zstandard around it is unpacked. Files that it refers to are read from its folder and the folders in it, from nowhere
+/// else. A pipe is read to its end, and has no folder.
 ///
 /// # Errors
 /// [`LoadError`]; its message does not contain the path.
@@ -138,6 +145,14 @@ enum Model {
 }
 
 impl Model {
+    /// Adds to what is lost.
+    fn warn(&mut self, warning: Warning) {
+        match self {
+            Self::Still(loaded) => loaded.warnings.push(warning),
+            Self::Rig(rig) => rig.warn(warning),
+        }
+    }
+
     /// The scene that the options choose.
     fn finish(self, options: &LoadOptions, jobs: &Jobs) -> Result<Loaded, LoadError> {
         match self {
@@ -158,19 +173,29 @@ fn read_path(
     limits: &Limits,
     jobs: &Jobs,
 ) -> Result<(Model, Option<Format>), LoadError> {
-    let resolver = DirectoryResolver::of_model(path);
-    let context = Context { resolver: &resolver, limits, jobs };
-    let file = open_file(path, limits)?;
-    let size = file.metadata()?.len();
-    if (READ_IN_PARTS..=limits.input_bytes).contains(&size)
-        && let Some(rig) = gltf::read_file(&file, size, options, purpose, &context)?
-    {
-        return Ok((Model::Rig(Box::new(rig)), Some(Format::Glb)));
+    let resolver = resolver_beside(path);
+    let context = Context { resolver: resolver.as_ref(), limits, jobs };
+    let input = Input::open(path, limits)?;
+    if let Input::File(file) = &input {
+        let size = file.metadata()?.len();
+        if (READ_IN_PARTS..=limits.input_bytes).contains(&size)
+            && let Some(rig) = gltf::read_file(file, size, options, purpose, &context)?
+        {
+            return Ok((Model::Rig(Box::new(rig)), Some(Format::Glb)));
+        }
     }
-    let bytes = read_opened(file, limits)?;
-    let extension = path.extension().and_then(|e| e.to_str()).and_then(Format::from_extension);
-    let format = Format::detect(&bytes).or(extension);
-    Ok((read_bytes(&bytes, format, options, purpose, &context)?, format))
+    let bytes = input.read(limits)?;
+    let named = inner_extension(path).and_then(|extension| Format::from_extension(&extension));
+    read_bytes(&bytes, Claim { said: None, named }, options, purpose, &context)
+}
+
+/// What is said of a file's format.
+#[derive(Clone, Copy, Default)]
+struct Claim {
+    /// By who gives it.
+    said: Option<Format>,
+    /// By its name, which counts for less than its content.
+    named: Option<Format>,
 }
 
 /// Bytes from which on a file that allows it is read in parts: below, having it in memory twice is no matter.
@@ -197,27 +222,60 @@ pub fn load_bytes_with(
     options: &LoadOptions,
     context: &Context<'_>,
 ) -> Result<Loaded, LoadError> {
-    read_bytes(bytes, format, options, Purpose::Pictures, context)?.finish(options, context.jobs)
+    load_bytes_with_format(bytes, format, options, context).map(|(loaded, _)| loaded)
 }
 
-/// Reads a file in memory.
-fn read_bytes(
+/// [`load_bytes_with`], and the format that the bytes were found to have.
+///
+/// # Errors
+/// As [`load_bytes_with`].
+pub(crate) fn load_bytes_with_format(
     bytes: &[u8],
     format: Option<Format>,
     options: &LoadOptions,
+    context: &Context<'_>,
+) -> Result<(Loaded, Option<Format>), LoadError> {
+    let claim = Claim { said: format, named: None };
+    let (model, format) = read_bytes(bytes, claim, options, Purpose::Pictures, context)?;
+    Ok((model.finish(options, context.jobs)?, format))
+}
+
+/// Reads a file in memory, unpacked if it is packed.
+fn read_bytes(
+    bytes: &[u8],
+    claim: Claim,
+    options: &LoadOptions,
     purpose: Purpose,
     context: &Context<'_>,
-) -> Result<Model, LoadError> {
+) -> Result<(Model, Option<Format>), LoadError> {
+    check_size(bytes.len() as u64, context.limits)?;
+    let Some(Unpacked { bytes, warning }) = packed::unpack(bytes, context.limits)? else {
+        return read_unpacked(bytes, claim, options, purpose, context);
+    };
+    let (mut model, format) = read_unpacked(&bytes, claim, options, purpose, context)?;
+    if let Some(warning) = warning {
+        model.warn(warning);
+    }
+    Ok((model, format))
+}
+
+/// Reads a file of which nothing is packed as a whole.
+fn read_unpacked(
+    bytes: &[u8],
+    claim: Claim,
+    options: &LoadOptions,
+    purpose: Purpose,
+    context: &Context<'_>,
+) -> Result<(Model, Option<Format>), LoadError> {
     if bytes.is_empty() {
         return Err(LoadError::UnknownFormat("the file is empty".to_owned()));
     }
-    check_size(bytes.len() as u64, context.limits)?;
     let detected = Format::detect(bytes);
     if detected.is_none()
         && let Some(text) = utf16::to_utf8(bytes)
         && Format::detect(&text).is_some()
     {
-        return read_bytes(&text, format, options, purpose, context);
+        return read_unpacked(&text, claim, options, purpose, context);
     }
     // What somebody says of a file, or its name, counts for less than what it begins with.
     if detected.is_none()
@@ -225,14 +283,14 @@ fn read_bytes(
     {
         return Err(LoadError::UnknownFormat(format!("it is {what}; {READ}")));
     }
-    let format = format.or(detected);
+    let format = claim.said.or(detected).or(claim.named);
     if !matches!(format, Some(Format::Gltf | Format::Glb) | None) {
         options.refuse()?;
     }
     let loaded = match format {
         Some(Format::Gltf | Format::Glb) => {
             let rig = gltf::read(bytes, options, purpose, context)?;
-            return Ok(Model::Rig(Box::new(rig)));
+            return Ok((Model::Rig(Box::new(rig)), format));
         }
         Some(Format::Obj) => obj::load(bytes, context),
         Some(Format::Stl) => stl::load(bytes, context),
@@ -240,42 +298,5 @@ fn read_bytes(
         Some(Format::ThreeMf) => threemf::load(bytes, context),
         None => Err(LoadError::UnknownFormat(format!("the format is not known; {READ}"))),
     };
-    Ok(Model::Still(Box::new(loaded?)))
-}
-
-/// The content of a regular file, of at most `limits.input_bytes` bytes.
-///
-/// # Errors
-/// [`LoadError::Io`] if it is missing, a folder, a device or cannot be read; [`LoadError::Limit`] if it is too long.
-pub(crate) fn read_file(path: &Path, limits: &Limits) -> Result<Vec<u8>, LoadError> {
-    read_opened(open_file(path, limits)?, limits)
-}
-
-/// A regular file of at most `limits.input_bytes` bytes.
-fn open_file(path: &Path, limits: &Limits) -> Result<File, LoadError> {
-    // Asked before opening, which would wait for a writer if it were a pipe.
-    let metadata = std::fs::metadata(path)?;
-    if metadata.is_dir() {
-        return Err(Error::new(ErrorKind::IsADirectory, "it is a folder").into());
-    }
-    if !metadata.is_file() {
-        return Err(Error::new(ErrorKind::InvalidInput, "it is not a regular file").into());
-    }
-    check_size(metadata.len(), limits)?;
-    Ok(File::open(path)?)
-}
-
-/// All that is in a file, from its first byte.
-fn read_opened(mut file: File, limits: &Limits) -> Result<Vec<u8>, LoadError> {
-    let size = file.metadata()?.len().min(limits.input_bytes);
-    file.rewind()?;
-    let mut bytes = Vec::with_capacity(usize::try_from(size).unwrap_or(0).saturating_add(1));
-    // It may grow while it is read.
-    file.take(limits.input_bytes.saturating_add(1)).read_to_end(&mut bytes)?;
-    check_size(bytes.len() as u64, limits)?;
-    Ok(bytes)
-}
-
-fn check_size(bytes: u64, limits: &Limits) -> Result<(), LimitExceeded> {
-    Limits::check(|| "bytes of the file".to_owned(), bytes, limits.input_bytes, "input_bytes")
+    Ok((Model::Still(Box::new(loaded?)), format))
 }

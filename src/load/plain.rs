@@ -69,6 +69,9 @@ pub(super) fn check_mesh(context: &Context<'_>, triangles: u64, vertices: u64) -
     // Positions and normals; indices and the list of corners that normals are made from.
     let bytes = vertices.saturating_mul(24).saturating_add(triangles.saturating_mul(24));
     Limits::check(|| "the model".to_owned(), bytes, limits.decoded_bytes, "decoded_bytes")?;
+    if bytes >= 1 << 20 {
+        Limits::check_memory(|| "the model".to_owned(), bytes)?;
+    }
     Ok(())
 }
 

@@ -90,6 +90,8 @@ fn allowed() -> Result<Calls, BackendError> {
         libc::SYS_close,
         libc::SYS_fstat,
         libc::SYS_fchmod,
+        libc::SYS_ftruncate,
+        libc::SYS_flock,
         libc::SYS_ppoll,
         // Names of files; what they lead to is up to landlock.
         libc::SYS_newfstatat,
@@ -100,6 +102,8 @@ fn allowed() -> Result<Calls, BackendError> {
         libc::SYS_getcwd,
         libc::SYS_getdents64,
         libc::SYS_mkdirat,
+        // A file without a name gets one.
+        libc::SYS_linkat,
         libc::SYS_renameat,
         libc::SYS_renameat2,
         libc::SYS_unlinkat,

@@ -6,7 +6,7 @@ use landlock::{
     RulesetAttr, RulesetCreated, RulesetCreatedAttr, RulesetStatus, Scope,
 };
 use std::fmt::Display;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// The oldest form of landlock that restricts files.
 const NEEDED: ABI = ABI::V1;
@@ -31,7 +31,9 @@ pub(super) fn restrict(grants: &Grants) -> Result<(), SandboxError> {
         .and_then(|rules| rules.scope(Scope::from_all(WANTED)))
         .and_then(Ruleset::create)
         .map_err(system)?;
-    let make = AccessFs::WriteFile | AccessFs::MakeReg | AccessFs::MakeDir | AccessFs::RemoveFile;
+    // What may be replaced may be cut as well, by who has it open for writing.
+    let write = AccessFs::WriteFile | AccessFs::Truncate;
+    let make = write | AccessFs::MakeReg | AccessFs::MakeDir | AccessFs::RemoveFile;
     let rules = grant(rules, &grants.read_files, AccessFs::ReadFile.into())?;
     let rules = grant(rules, &grants.read_folders, AccessFs::ReadFile | AccessFs::ReadDir)?;
     let rules = grant(rules, &grants.write_files, AccessFs::WriteFile.into())?;
@@ -52,6 +54,9 @@ fn grant(
 ) -> Result<RulesetCreated, SandboxError> {
     for path in paths {
         // A folder where a file was named would open all that is in it.
+        if is_open_pipe(path) {
+            continue;
+        }
         let folder_expected = access.intersects(AccessFs::ReadDir | AccessFs::MakeReg);
         match path.metadata() {
             Ok(metadata) if metadata.is_dir() == folder_expected => {}
@@ -61,6 +66,13 @@ fn grant(
         rules = rules.add_rule(PathBeneath::new(opened, access)).map_err(system)?;
     }
     Ok(rules)
+}
+
+/// True for a pipe that is open already, by its number: landlock has no rules for those, and does not restrict them.
+fn is_open_pipe(path: &Path) -> bool {
+    use std::os::unix::fs::FileTypeExt;
+    ["/dev/fd", "/proc/self/fd"].iter().any(|folder| path.starts_with(folder))
+        && path.metadata().is_ok_and(|metadata| metadata.file_type().is_fifo())
 }
 
 fn system(error: impl Display) -> SandboxError {

@@ -2,14 +2,17 @@
 
 use crate::cli::materials::MaterialChoice;
 use crate::cli::picture::Machine;
+use crate::cli::report::Reporter;
 use crate::cli::scene_file::{EnvironmentChoice, SceneFile};
 use crate::cli::values::{self, BackgroundChoice, ViewDirection};
 use crate::color::ToneCurve;
+use crate::jobs::MAX_THREADS;
 use crate::limits::Limits;
 use crate::math::lanes::SimdLevel;
 use crate::output::OutputFormat;
 use crate::render::{AreaLightMethod, Renderer, ShadingModel};
 use clap::Args;
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 /// Heading of the options that never change the picture.
@@ -32,7 +35,7 @@ pub struct EncodingArgs {
 /// One model, and how it is drawn.
 #[derive(Debug, Args)]
 pub struct ModelArgs {
-    /// Model file (.glb, .gltf, .obj, .stl, .ply, .3mf), or - for standard input
+    /// Model file (.glb, .gltf, .obj, .stl, .ply, .3mf; also in gzip or Zstandard), a pipe, or - for standard input
     #[arg(value_name = "IN", required_unless_present = "scene", help_heading = None::<&str>)]
     pub input: Option<PathBuf>,
 
@@ -46,6 +49,9 @@ pub struct DrawArgs {
     /// Read model, environment, camera, size and the rest from a JSON or TOML file; options override it
     #[arg(long, value_name = "FILE", help_heading = None::<&str>)]
     pub scene: Option<PathBuf>,
+    /// What is in that file, if it has been read already
+    #[arg(skip)]
+    pub described: Option<Box<SceneFile>>,
 
     #[command(flatten)]
     pub camera: CameraArgs,
@@ -125,7 +131,7 @@ pub struct LightArgs {
     /// Equirectangular picture (.hdr, .exr) that lights the scene, studio for the built-in one, or none
     /// [default: studio]
     #[arg(long, value_name = "FILE|studio|none")]
-    pub env: Option<String>,
+    pub env: Option<OsString>,
 
     /// Turn the environment about the vertical axis, counter-clockwise seen from above [default: 0]
     #[arg(long, value_name = "DEGREES", value_parser = values::finite, allow_negative_numbers = true)]
@@ -162,7 +168,7 @@ pub struct PictureArgs {
 
     /// Make the model of a material: a .toml file or the name of a built-in one, for every mesh or for the
     /// materials of one name in the model; may be repeated, later ones lie over earlier ones
-    #[arg(long = "material", value_name = "[NAME=]FILE|BUILT-IN", value_parser = values::material)]
+    #[arg(long = "material", value_name = "[NAME=]FILE|BUILT-IN", value_parser = values::material_parser())]
     pub materials: Vec<MaterialChoice>,
 
     /// How reflections of rectangles and tubes are integrated: ltc, as engines do, or facets, slower and within 1 percent
@@ -209,8 +215,8 @@ pub struct DisplayArgs {
 /// How many threads work.
 #[derive(Debug, Args)]
 pub struct ThreadArgs {
-    /// Worker threads, 0 to 1024; 0 stands for one per processor
-    #[arg(long, value_name = "N", value_parser = values::within::<u16>(0, 1024), allow_negative_numbers = true,
+    /// Worker threads, 0 to 256; 0 stands for one per processor
+    #[arg(long, value_name = "N", value_parser = values::within::<u16>(0, MAX_THREADS as u16), allow_negative_numbers = true,
           default_value_t = 0, help_heading = MACHINE)]
     pub threads: u16,
 }
@@ -273,6 +279,14 @@ pub struct ReportArgs {
     pub quiet: bool,
 }
 
+impl DrawArgs {
+    /// A renderer with as many threads as are wanted; a warning if the system does not give them.
+    #[must_use]
+    pub fn renderer(&self) -> Renderer {
+        self.machine.renderer(self.report.quiet)
+    }
+}
+
 impl MachineArgs {
     /// What the picture needs from the machine.
     #[must_use]
@@ -280,10 +294,12 @@ impl MachineArgs {
         Machine { simd: self.simd, tile_size: self.tile }
     }
 
-    /// A renderer with as many threads as are wanted.
+    /// A renderer with as many threads as are wanted; a warning, unless `quiet`, if the system does not give them.
     #[must_use]
-    pub fn renderer(&self) -> Renderer {
-        Renderer::new(self.workers.count())
+    pub fn renderer(&self, quiet: bool) -> Renderer {
+        let renderer = Renderer::new(self.workers.count());
+        Reporter { quiet }.threads(renderer.jobs());
+        renderer
     }
 }
 

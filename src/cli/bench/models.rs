@@ -5,9 +5,9 @@ use crate::cli::args::BenchArgs;
 use crate::cli::drawing::{Drawing, Pixels, Taken};
 use crate::cli::failure::{Failure, file_name};
 use crate::cli::input::{self, ModelSource};
-use crate::cli::picture::{Setting, is_standard_stream};
+use crate::cli::picture::{Setting, is_standard_input};
 use crate::cli::report;
-use crate::load::{Loaded, Warning};
+use crate::load::{Loaded, Warning, has_folder};
 use crate::output::encode_png;
 use crate::render::{RenderStats, Renderer};
 use std::time::{Duration, Instant};
@@ -19,11 +19,11 @@ use std::time::{Duration, Instant};
 /// [`Failure`] if a model cannot be loaded or rendered.
 pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
     let mut drawing = Drawing::new(&args.draw, args.draw.describe(&args.inputs)?, &args.inputs)?;
-    if drawing.sources().any(|source| is_standard_stream(&source.path)) {
-        return Err(Failure::usage("standard input can be read only once; a model each frame is a file"));
+    if drawing.sources().any(|source| is_standard_input(&source.path) || !has_folder(&source.path)) {
+        return Err(Failure::usage("a pipe can be read only once; a model each frame is a file"));
     }
     drawing.progress.stage("loading");
-    let mut renderer = args.draw.machine.renderer();
+    let mut renderer = args.draw.renderer();
     let setting = drawing.setting(renderer.jobs())?;
     let mut measurement = Measurement::default();
     setting.warnings.iter().for_each(|warning| drawing.reporter.warning(warning));

@@ -17,7 +17,7 @@ use std::time::Instant;
 pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
     let mut drawing = Drawing::new(&args.draw, args.draw.describe(&args.inputs)?, &args.inputs)?;
     drawing.progress.stage("loading");
-    let mut renderer = args.draw.machine.renderer();
+    let mut renderer = args.draw.renderer();
     let Loaded { scene, warnings } = drawing.load(renderer.jobs(), &mut Stages::default())?;
     let camera = drawing.camera(&drawing.source, &scene)?;
     let center = scene.bounds().center();

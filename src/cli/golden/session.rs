@@ -3,6 +3,7 @@
 use super::FolderArgs;
 use crate::cli::failure::{Failure, file_name};
 use crate::cli::progress::Progress;
+use crate::cli::report::Reporter;
 use crate::golden::check::{Compared, FileResult, Verdict, compare};
 use crate::golden::decode::extensions;
 use crate::golden::thresholds::{ThresholdFile, Thresholds};
@@ -62,6 +63,7 @@ impl Session {
             base.metrics.background = background;
         }
         let jobs = Jobs::new(args.workers.count());
+        Reporter { quiet: args.quiet }.threads(&jobs);
         Ok(Self { folders, limits, thresholds, thresholds_name, base, jobs, quiet: args.quiet })
     }
 

@@ -5,6 +5,8 @@ mod radiance;
 
 pub use planes::{ExrPicture, ExrPlane, ExrSamples, read_exr_planes};
 
+use super::input::Input;
+use super::packed::{Unpacked, unpack};
 use super::{Context, LoadError, NoResolver, Warning};
 use crate::formats::{self, FileFormat};
 use crate::jobs::Jobs;
@@ -24,7 +26,8 @@ pub struct LoadedEnvironment {
     pub warnings: Vec<Warning>,
 }
 
-/// Reads an environment from the bytes of a Radiance `.hdr` or OpenEXR `.exr` file; the first bytes say which.
+/// Reads an environment from the bytes of a Radiance `.hdr` or OpenEXR `.exr` file, also inside of gzip or Zstandard; the
+/// first bytes say which.
 ///
 /// Values are taken as linear Rec. 709 radiance, whatever primaries or exposure the file states, as other renderers
 /// do.
@@ -34,6 +37,15 @@ pub struct LoadedEnvironment {
 pub fn load(bytes: &[u8], context: &Context<'_>) -> Result<LoadedEnvironment, LoadError> {
     let limits = context.limits;
     Limits::check(|| "the file".to_owned(), bytes.len() as u64, limits.input_bytes, "input_bytes")?;
+    if let Some(Unpacked { bytes, warning }) = unpack(bytes, limits)? {
+        let mut loaded = load_unpacked(&bytes, limits)?;
+        loaded.warnings.extend(warning);
+        return Ok(loaded);
+    }
+    load_unpacked(bytes, limits)
+}
+
+fn load_unpacked(bytes: &[u8], limits: &Limits) -> Result<LoadedEnvironment, LoadError> {
     let (format, ((width, height, pixels), warning)) = if bytes.starts_with(b"#?") {
         (radiance::FORMAT, (radiance::read(bytes, limits)?, None))
     } else if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
@@ -51,7 +63,7 @@ pub fn load(bytes: &[u8], context: &Context<'_>) -> Result<LoadedEnvironment, Lo
 /// # Errors
 /// [`LoadError`] as there, or if the file cannot be read.
 pub fn load_file(path: &Path, limits: &Limits, jobs: &Jobs) -> Result<LoadedEnvironment, LoadError> {
-    let bytes = super::read_file(path, limits)?;
+    let bytes = Input::open(path, limits)?.read(limits)?;
     load(&bytes, &Context { resolver: &NoResolver, limits, jobs })
 }
 

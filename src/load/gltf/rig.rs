@@ -10,6 +10,7 @@ use super::shape::Shape;
 use super::skin::{Matrix, Skin};
 use super::{FORMAT, camera, light, surface, variant};
 use crate::jobs::Jobs;
+use crate::load::Warning;
 use crate::load::warnings::Warnings;
 use crate::load::{AnimationInfo, LoadError, Loaded};
 use crate::scene::{Instance, Material, MaterialId, MeshId, Scene, Transform};
@@ -71,6 +72,11 @@ pub(crate) struct Rig {
 }
 
 impl Rig {
+    /// Adds to what is lost in reading the file.
+    pub(crate) fn warn(&mut self, warning: Warning) {
+        self.warnings.add(|| warning.message);
+    }
+
     /// All animations of the file.
     pub(crate) fn animations(&self) -> &[AnimationInfo] {
         &self.animations

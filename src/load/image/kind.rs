@@ -146,7 +146,7 @@ fn other(bytes: &[u8]) -> Option<String> {
         None if is_tga(bytes) => return None,
         None => OTHERS.iter().find(|(beginning, _)| bytes.starts_with(beginning)).map(|(_, what)| *what),
     };
-    what.or_else(|| foreign::what_it_is(bytes)).map(|what| format!("it is {what}"))
+    what.map(Into::into).or_else(|| foreign::what_it_is(bytes)).map(|what| format!("it is {what}"))
 }
 
 /// What is said of bytes that are nothing known.

@@ -39,7 +39,7 @@ pub use keys::{MaterialKey, material_keys};
 pub(crate) use nearest::suggestion;
 pub use nearest::{nearest_name, same_name};
 
-use super::{Context, DirectoryResolver, LoadError, Warning};
+use super::{Context, LoadError, Warning};
 use crate::jobs::Jobs;
 use crate::limits::Limits;
 use crate::scene::ShadingModel;
@@ -65,15 +65,18 @@ impl MaterialFile {
     pub fn open(path: &Path, limits: &Limits, jobs: &Jobs) -> Result<Self, MaterialError> {
         let most = if limits.input_bytes < MAX_BYTES { limits.input_bytes } else { MAX_BYTES };
         let small = Limits { input_bytes: most, ..limits.clone() };
-        let bytes = super::read_file(path, &small).map_err(|error| {
+        let (bytes, damage) = super::input::read_input(path, &small).map_err(|error| {
             MaterialError::whole(match error {
                 LoadError::Io(error) => MaterialErrorReason::Unreadable(error.to_string()),
                 LoadError::Limit(_) => MaterialErrorReason::TooLarge { limit: most },
                 other => MaterialErrorReason::Unreadable(other.to_string()),
             })
         })?;
-        let resolver = DirectoryResolver::new(path.parent().unwrap_or(Path::new("")));
-        Self::from_bytes(&bytes, &Context { resolver: &resolver, limits, jobs })
+        if let Some(damage) = damage {
+            return Err(MaterialError::whole(MaterialErrorReason::Unreadable(damage.message)));
+        }
+        let resolver = super::input::resolver_beside(path);
+        Self::from_bytes(&bytes, &Context { resolver: resolver.as_ref(), limits, jobs })
     }
 
     /// Reads a material from memory; its textures come from the context's resolver.

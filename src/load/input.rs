@@ -1,0 +1,125 @@
+//! Files that a user names: regular ones, and pipes such as `<(zcat m.gz)` and `/dev/stdin`, which have no folder.
+
+use super::packed::{self, Unpacked};
+use super::{DirectoryResolver, LoadError, NoResolver, Resolver, Warning};
+use crate::limits::{LimitExceeded, Limits};
+use std::fs::{File, Metadata};
+use std::io::{Error, ErrorKind, Read, Seek};
+use std::path::Path;
+
+/// A file that is open, or all that came through a pipe.
+pub(super) enum Input {
+    /// A regular file.
+    File(File),
+    /// The content of a pipe.
+    Bytes(Vec<u8>),
+}
+
+impl Input {
+    /// Opens a file. A pipe is read to its end; one that nobody writes to yet is waited for, as every program does.
+    ///
+    /// # Errors
+    /// [`LoadError::Io`] if it is missing, a folder, a device or cannot be read; [`LoadError::Limit`] if it has more
+    /// than [`Limits::input_bytes`].
+    pub(super) fn open(path: &Path, limits: &Limits) -> Result<Self, LoadError> {
+        let metadata = std::fs::metadata(path)?;
+        if is_pipe(&metadata) {
+            return read_stream(File::open(path)?, limits).map(Self::Bytes);
+        }
+        open_regular(path, &metadata, limits).map(Self::File)
+    }
+
+    /// All of it.
+    pub(super) fn read(self, limits: &Limits) -> Result<Vec<u8>, LoadError> {
+        match self {
+            Self::File(file) => read_opened(file, limits),
+            Self::Bytes(bytes) => Ok(bytes),
+        }
+    }
+}
+
+/// The content of a file that a user names, unpacked, and what was wrong with how it was packed.
+///
+/// # Errors
+/// As opening, reading and unpacking it.
+pub(crate) fn read_input(path: &Path, limits: &Limits) -> Result<(Vec<u8>, Option<Warning>), LoadError> {
+    let bytes = Input::open(path, limits)?.read(limits)?;
+    Ok(match packed::unpack(&bytes, limits)? {
+        Some(Unpacked { bytes, warning }) => (bytes, warning),
+        None => (bytes, None),
+    })
+}
+
+/// The way to the files beside one that a user names: none beside a pipe or a file that is known by its number only.
+pub(super) fn resolver_beside(path: &Path) -> Box<dyn Resolver> {
+    if has_folder(path) { Box::new(DirectoryResolver::of_model(path)) } else { Box::new(NoResolver) }
+}
+
+/// True unless a file is a pipe or an open file by its number.
+pub(crate) fn has_folder(path: &Path) -> bool {
+    let numbered = cfg!(unix) && ["/dev/fd", "/proc/self/fd"].iter().any(|folder| path.starts_with(folder));
+    !numbered && !std::fs::metadata(path).is_ok_and(|metadata| is_pipe(&metadata))
+}
+
+fn is_pipe(metadata: &Metadata) -> bool {
+    #[cfg(unix)]
+    return std::os::unix::fs::FileTypeExt::is_fifo(&metadata.file_type());
+    #[cfg(not(unix))]
+    {
+        let _ = metadata;
+        false
+    }
+}
+
+/// The content of a regular file, of at most `limits.input_bytes` bytes.
+///
+/// # Errors
+/// [`LoadError::Io`] if it is missing, a folder, a device or cannot be read; [`LoadError::Limit`] if it is too long.
+pub(crate) fn read_file(path: &Path, limits: &Limits) -> Result<Vec<u8>, LoadError> {
+    // Asked before opening, which would wait for a writer if it were a pipe.
+    let metadata = std::fs::metadata(path)?;
+    read_opened(open_regular(path, &metadata, limits)?, limits)
+}
+
+/// A regular file of at most `limits.input_bytes` bytes.
+fn open_regular(path: &Path, metadata: &Metadata, limits: &Limits) -> Result<File, LoadError> {
+    if metadata.is_dir() {
+        return Err(Error::new(ErrorKind::IsADirectory, "it is a folder").into());
+    }
+    if !metadata.is_file() {
+        return Err(Error::new(ErrorKind::InvalidInput, "it is not a regular file").into());
+    }
+    check_size(metadata.len(), limits)?;
+    Ok(File::open(path)?)
+}
+
+/// All that is in a file, from its first byte.
+fn read_opened(mut file: File, limits: &Limits) -> Result<Vec<u8>, LoadError> {
+    let size = file.metadata()?.len().min(limits.input_bytes);
+    file.rewind()?;
+    let mut bytes = Vec::new();
+    bytes
+        .try_reserve_exact(usize::try_from(size).unwrap_or(usize::MAX).saturating_add(1))
+        .map_err(|_| Error::from(ErrorKind::OutOfMemory))?;
+    read_up_to(file, limits, bytes)
+}
+
+/// All that comes, at most `limits.input_bytes` bytes of it.
+///
+/// # Errors
+/// [`LoadError::Io`] if reading fails, [`LoadError::Limit`] if there is more.
+pub(crate) fn read_stream(from: impl Read, limits: &Limits) -> Result<Vec<u8>, LoadError> {
+    read_up_to(from, limits, Vec::new())
+}
+
+fn read_up_to(from: impl Read, limits: &Limits, mut bytes: Vec<u8>) -> Result<Vec<u8>, LoadError> {
+    // It may grow while it is read.
+    from.take(limits.input_bytes.saturating_add(1)).read_to_end(&mut bytes)?;
+    check_size(bytes.len() as u64, limits)?;
+    Ok(bytes)
+}
+
+/// Checks the size of a file against the limits.
+pub(super) fn check_size(bytes: u64, limits: &Limits) -> Result<(), LimitExceeded> {
+    Limits::check(|| "bytes of the file".to_owned(), bytes, limits.input_bytes, "input_bytes")
+}
