@@ -70,6 +70,7 @@ pub mod raster;
 pub mod render;
 pub mod scene;
 pub mod shade;
+pub mod splat;
 pub mod tile;
 
 #[cfg(feature = "sandbox")]

@@ -30,6 +30,8 @@ const MAY_USE: [(&str, &[&str]); 24] = [
     // Surfaces are evaluated from the scene's materials as they are (scene).
     // Pre-integrated tables are handed to the models here (brdf).
     ("shade", &["gbuffer", "coat", "brdf", "light", "math", "scene"]),
+    // Splats go their own way from the scene to the pixels of a tile.
+    ("splat", &["geometry", "raster", "scene", "math", "color"]),
     // What comes out can be stored and compared without the renderer.
     ("frame", &["math", "color"]),
     ("output", &["frame", "color", "math", "formats"]),
@@ -40,8 +42,8 @@ const MAY_USE: [(&str, &[&str]); 24] = [
     (
         "render",
         &[
-            "geometry", "tile", "raster", "gbuffer", "shade", "coat", "light", "brdf", "scene", "color",
-            "math", "frame", "jobs", "limits", "reuse",
+            "geometry", "tile", "raster", "gbuffer", "shade", "splat", "coat", "light", "brdf", "scene",
+            "color", "math", "frame", "jobs", "limits", "reuse",
         ],
     ),
     // Rights of the process; knows nothing of what they are for.

@@ -184,6 +184,11 @@ impl Drawing {
         self.description.camera(scene, &self.options).map_err(|failure| failure.at(&source.path))
     }
 
+    /// The way to 8 bits for a model's scene.
+    pub(super) fn display_of(&self, scene: &Scene) -> DisplayOptions {
+        self.description.display_of(scene, &self.display)
+    }
+
     /// Takes a picture of a model's scene.
     ///
     /// # Errors
@@ -222,7 +227,7 @@ impl Drawing {
             return Ok(Taken { pixels: Pixels::Frame(frame), tinted, stats });
         }
         let RenderedImage { image, tinted, stats, .. } = renderer
-            .render_image(scene, camera, &self.options, &self.display)
+            .render_image(scene, camera, &self.options, &self.display_of(scene))
             .map_err(|e| Failure::render(&e).at(&source.path))?;
         Ok(Taken { pixels: Pixels::Image(image), tinted, stats })
     }

@@ -72,6 +72,7 @@ impl Film {
         let for_screen = !self.drawing.json;
         let Taken { pixels, tinted, stats } =
             self.drawing.take(&self.drawing.source, renderer, scene, camera, for_screen)?;
+        self.movie.show_as(self.drawing.display_of(scene));
         self.movie.push(&pixels)?;
         let options = &self.drawing.options;
         // One frame that shows something is enough.

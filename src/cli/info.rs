@@ -7,7 +7,8 @@ use super::report::{self, Reporter, Versions};
 use crate::jobs::Jobs;
 use crate::load::{AnimatedModel, AnimationInfo, Format};
 use crate::scene::{
-    AlphaMode, Bounds, ColorSpace, Light, LightKind, Material, Projection, Scene, TextureRef, Workflow,
+    AlphaMode, Bounds, ColorSpace, Light, LightKind, Material, Projection, Scene, SplatCloud,
+    SplatColorSpace, TextureRef, Workflow,
 };
 use serde::Serialize;
 use std::fmt::Write;
@@ -21,6 +22,9 @@ struct Contents {
     vertices: u64,
     instances: usize,
     meshes: usize,
+    /// Gaussian splats, every instance counted.
+    splats: u64,
+    splat_clouds: Vec<SplatCloudInfo>,
     /// World space, metres; absent if nothing is drawn.
     bounds: Option<Extent>,
     materials: Vec<MaterialInfo>,
@@ -32,6 +36,14 @@ struct Contents {
     variants: Vec<String>,
     warnings: Vec<String>,
     versions: Versions,
+}
+
+#[derive(Debug, Serialize)]
+struct SplatCloudInfo {
+    splats: usize,
+    /// Of the spherical harmonics.
+    degree: u8,
+    color_space: &'static str,
 }
 
 #[derive(Debug, Serialize)]
@@ -115,6 +127,8 @@ pub fn run(args: &InfoArgs) -> Result<(), Failure> {
         vertices: scene.meshes().iter().map(|m| m.positions().len() as u64).sum(),
         instances: scene.instances().len(),
         meshes: scene.meshes().len(),
+        splats: scene.splat_count(),
+        splat_clouds: scene.splats().iter().map(describe_splats).collect(),
         bounds: (!bounds.is_empty()).then_some(Extent { min: bounds.min, max: bounds.max }),
         materials: scene.materials().iter().map(describe_material).collect(),
         textures: describe_textures(scene),
@@ -145,6 +159,13 @@ impl Contents {
             "  {} triangles, {} vertices, {} instances of {} meshes",
             self.triangles, self.vertices, self.instances, self.meshes
         );
+        for cloud in &self.splat_clouds {
+            let SplatCloudInfo { splats, degree, color_space } = cloud;
+            let _ = writeln!(
+                out,
+                "  {splats} Gaussian splats, spherical harmonics of degree {degree}, {color_space} colours"
+            );
+        }
         if let Some(Extent { min, max }) = &self.bounds {
             let [w, h, d] = bounds.size();
             let point = |p: &[f64; 3]| format!("({})", p.map(|v| format!("{v:.6}")).join(", "));
@@ -211,6 +232,17 @@ fn describe_animations(model: &AnimatedModel) -> Vec<Animation> {
     let describe =
         |a: &AnimationInfo| Animation { name: a.name.clone(), seconds: a.length, channels: a.channels };
     model.animations().iter().map(describe).collect()
+}
+
+fn describe_splats(cloud: &SplatCloud) -> SplatCloudInfo {
+    SplatCloudInfo {
+        splats: cloud.len(),
+        degree: cloud.degree(),
+        color_space: match cloud.color_space() {
+            SplatColorSpace::Srgb => "sRGB",
+            SplatColorSpace::Linear => "linear",
+        },
+    }
 }
 
 fn describe_material(material: &Material) -> MaterialInfo {

@@ -1,5 +1,6 @@
 //! What a picture lacks of what its user may expect: found out once it is drawn.
 
+use crate::color::ToneCurve;
 use crate::load::Warning;
 use crate::output::DisplayOptions;
 use crate::render::RenderStats;
@@ -15,6 +16,7 @@ pub(super) fn losses(
 ) -> Vec<Warning> {
     let mut warnings = losses_of_light(scene, shading, stats);
     warnings.extend(lost_tint(tinted, display));
+    warnings.extend(changed_splats(scene, display));
     warnings
 }
 
@@ -45,9 +47,11 @@ pub(super) fn left_out(scene: &Scene, chosen: Option<ShadingModel>) -> impl Iter
 
 /// Why a picture is empty, where it is.
 pub(super) fn nothing_to_see(scene: &Scene, stats: &RenderStats) -> Option<Warning> {
-    if scene.triangle_count() == 0 {
+    if scene.triangle_count() == 0 && scene.splat_count() == 0 {
         Some(Warning::new("nothing to draw: the model has no triangles"))
-    } else if stats.fragments == 0 {
+    } else if stats.triangles == 0 && stats.splats_drawn == 0 {
+        Some(Warning::new("nothing to see: no splat of the model is in the picture"))
+    } else if stats.fragments == 0 && stats.splats_drawn == 0 {
         Some(Warning::new("nothing to see: no triangle of the model is in the picture"))
     } else {
         None
@@ -60,6 +64,15 @@ pub(super) fn lost_tint(tinted: bool, display: &DisplayOptions) -> Option<Warnin
     let message = "glass tints what is behind it, which a transparent picture cannot show: it is grey there; a background \
                    colour, --background env or OpenEXR shows it";
     (tinted && display.background.is_none()).then(|| Warning::new(message))
+}
+
+/// Splats beside surfaces: their colours are what a screen is to show, and surfaces need the curve.
+fn changed_splats(scene: &Scene, display: &DisplayOptions) -> Option<Warning> {
+    let curve = display.tone_curve;
+    let changes = scene.splat_count() > 0 && !scene.is_display_referred() && curve != ToneCurve::None;
+    let text =
+        || format!("the tone curve '{curve}' changes the colours of splats too: --tone-map none keeps them");
+    changes.then(|| Warning::new(text()))
 }
 
 #[cfg(test)]

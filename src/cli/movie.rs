@@ -127,6 +127,11 @@ impl Movie {
         Self { target, display, limits, frames, written, bytes: 0, hashes: String::new() }
     }
 
+    /// Frames become 8 bits like this from now on.
+    pub(super) fn show_as(&mut self, display: DisplayOptions) {
+        self.display = display;
+    }
+
     /// Adds a frame.
     ///
     /// # Errors

@@ -6,6 +6,7 @@ use super::materials::Materials;
 use super::report::Stages;
 use super::scene_file::{EnvironmentChoice, SceneCamera, SceneFile};
 use super::values::BackgroundChoice;
+use crate::color::ToneCurve;
 use crate::jobs::Jobs;
 use crate::limits::Limits;
 use crate::load::{
@@ -110,6 +111,7 @@ impl SceneFile {
         setting.apply(self, &mut scene, limits).map_err(|failure| failure.at(model))?;
         warnings.extend(setting.warnings);
         let camera = self.camera(&scene, &options).map_err(|failure| failure.at(model))?;
+        let display = self.display_of(&scene, &display);
         Ok(Picture { scene, camera, options, display, warnings })
     }
 
@@ -168,6 +170,17 @@ impl SceneFile {
             simd: machine.simd,
         };
         Ok((options, display))
+    }
+
+    /// The way to 8 bits for one scene: colours of splats are what a screen is to show, so without a tone curve unless one
+    /// is asked for or there is anything else in the picture.
+    #[must_use]
+    pub fn display_of(&self, scene: &Scene, display: &DisplayOptions) -> DisplayOptions {
+        let mut display = display.clone();
+        if self.tone_curve.is_none() && scene.is_display_referred() {
+            display.tone_curve = ToneCurve::None;
+        }
+        display
     }
 
     /// Puts environment and lights into the scene and takes out lights that are not wanted. Returns what is doubtful

@@ -22,6 +22,8 @@ struct Report<'a> {
     threads: usize,
     triangles: u64,
     triangles_rasterized: u64,
+    splats: u64,
+    splats_drawn: u64,
     fragments: u64,
     #[serde(skip_serializing_if = "Option::is_none")]
     stage_hashes: Option<StageHashesReport>,
@@ -85,13 +87,14 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         stages.add(name, time);
     }
     let shading = drawing.options.shading;
+    let display = drawing.display_of(&scene);
     warnings.extend(match target.format() {
         format if format.is_linear() => losses_of_light(&scene, shading, &stats),
-        _ => losses(&scene, shading, &drawing.display, tinted, &stats),
+        _ => losses(&scene, shading, &display, tinted, &stats),
     });
 
     drawing.progress.stage("encoding");
-    let encoded = stages.time("encode", || target.encode(&pixels, &drawing.display))?;
+    let encoded = stages.time("encode", || target.encode(&pixels, &display))?;
     stages.time("write", || encoded.write())?;
     drawing.finish(&warnings);
     let Pixels::Frame(frame) = pixels else { return Ok(()) };
@@ -110,6 +113,8 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         threads: renderer.jobs().threads(),
         triangles: stats.triangles,
         triangles_rasterized: stats.triangles_rasterized,
+        splats: stats.splats,
+        splats_drawn: stats.splats_drawn,
         fragments: stats.fragments,
         stage_hashes: stats.stage_hashes.map(|hashes| StageHashesReport {
             stages: hashes.stages().into_iter().chain([("encode", encoded.digest())]).collect(),

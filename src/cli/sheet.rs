@@ -9,7 +9,7 @@ use super::losses::losses;
 use super::picture::{Setting, is_standard_stream};
 use super::report::{self, Stages, Versions};
 use crate::output::DisplayImage;
-use crate::render::Renderer;
+use crate::render::{RenderStats, Renderer};
 use serde::Serialize;
 use std::path::Path;
 
@@ -70,8 +70,8 @@ pub fn run(args: &SheetArgs) -> Result<(), Failure> {
         let mut report = CellReport { file, ..CellReport::default() };
         let label = label(&source.path);
         match render_cell(&drawing, &setting, source, &mut renderer, &mut report) {
-            Ok((image, triangles)) => {
-                sheet.add(&[&image], [&label, &format!("{} triangles", with_separators(triangles))]);
+            Ok((image, what)) => {
+                sheet.add(&[&image], [&label, &what]);
             }
             Err(failure) => {
                 failed += 1;
@@ -104,24 +104,31 @@ pub fn run(args: &SheetArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Renders one model. Returns its picture and how many triangles it has.
+/// Renders one model. Returns its picture and how many triangles or splats it has.
 fn render_cell(
     drawing: &Drawing,
     setting: &Setting,
     source: &ModelSource,
     renderer: &mut Renderer,
     report: &mut CellReport,
-) -> Result<(DisplayImage, u64), Failure> {
+) -> Result<(DisplayImage, String), Failure> {
     let loaded = drawing.load_into(setting, source, renderer.jobs(), &mut Stages::default())?;
     let scene = &loaded.scene;
     let camera = drawing.camera(source, scene)?;
     let rendered = drawing.render(source, renderer, scene, &camera)?;
     let tinted = rendered.frame.is_tinted();
-    let losses = losses(scene, drawing.options.shading, &drawing.display, tinted, &rendered.stats);
+    let display = drawing.display_of(scene);
+    let losses = losses(scene, drawing.options.shading, &display, tinted, &rendered.stats);
     report.warnings = loaded.warnings.iter().chain(&losses).map(ToString::to_string).collect();
     report.frame_hash = Some(rendered.frame.frame_hash());
     report.triangles = Some(rendered.stats.triangles);
-    Ok((DisplayImage::new(&rendered.frame, &drawing.display), rendered.stats.triangles))
+    let what = match rendered.stats {
+        RenderStats { triangles: 0, splats, .. } if splats > 0 => {
+            format!("{} splats", with_separators(splats))
+        }
+        RenderStats { triangles, .. } => format!("{} triangles", with_separators(triangles)),
+    };
+    Ok((DisplayImage::new(&rendered.frame, &display), what))
 }
 
 /// What a cell is called: the name of the file without its folder.

@@ -41,7 +41,7 @@ pub fn run(args: &TurntableArgs) -> Result<(), Failure> {
     // Those of the scene file come after those of the model.
     let own_lights = lights.len() - description.lights_to_add.len();
 
-    let bounds = scene.bounds();
+    let bounds = scene.shown_bounds();
     let center = if bounds.is_empty() { [0.0; 3] } else { bounds.center() };
     let camera = match description.framing(&scene, options) {
         None => description.camera(&scene, options),

@@ -85,6 +85,13 @@ impl Visibility {
         &self.triangle[block * self.samples..(block + 1) * self.samples]
     }
 
+    /// For each sample of a block, the depth of what its sixteen pixels see; minus infinity where that is nothing.
+    #[inline(always)]
+    #[must_use]
+    pub fn block_depths(&self, block: usize) -> &[[f32; LANES]] {
+        &self.depth[block * self.samples..(block + 1) * self.samples]
+    }
+
     /// True if nothing was ever written to the block.
     #[inline(always)]
     #[must_use]

@@ -46,6 +46,17 @@ pub(super) struct TileAovs {
     /// Coverage summed so far, and the largest coverage of a single fragment with its depth, for identities.
     coverage: Vec<f32>,
     leader: Vec<(f32, f32)>,
+    splats: Vec<PixelSplats>,
+}
+
+/// What splats change of a pixel.
+#[derive(Clone, Copy, Debug)]
+struct PixelSplats {
+    pixel: usize,
+    /// The part of the pixel that they cover.
+    coverage: f32,
+    /// Distance and object of the splat behind which less than half of the light passes.
+    front: Option<(f32, u32)>,
 }
 
 impl TileAovs {
@@ -58,6 +69,7 @@ impl TileAovs {
             planes: wanted.iter().map(|aov| vec![0.0; aov.channels() * pixels]).collect(),
             coverage: vec![0.0; pixels],
             leader: vec![(0.0, f32::NEG_INFINITY); pixels],
+            splats: Vec::new(),
         }
     }
 
@@ -121,6 +133,14 @@ impl TileAovs {
         }
     }
 
+    /// Says what splats are before a pixel: the part of it that they cover, and distance and object of the splat behind
+    /// which less than half of the light passes.
+    pub(super) fn add_splats(&mut self, pixel: usize, coverage: f32, front: Option<(f32, u32)>) {
+        if self.is_wanted() {
+            self.splats.push(PixelSplats { pixel, coverage, front });
+        }
+    }
+
     /// Divides by coverage, makes normals unit length, and hands the planes over, in the order of the request.
     pub(super) fn finish(mut self) -> Vec<Vec<f32>> {
         for (aov, plane) in self.wanted.iter().zip(&mut self.planes) {
@@ -136,6 +156,18 @@ impl TileAovs {
                 };
                 if divisor > 0.0 {
                     values.iter_mut().for_each(|v| *v /= divisor);
+                }
+            }
+        }
+        for (aov, plane) in self.wanted.iter().zip(&mut self.planes) {
+            for &PixelSplats { pixel, coverage, front } in &self.splats {
+                match (aov, front) {
+                    (Aov::Coverage, _) => plane[pixel] = 1.0 - (1.0 - plane[pixel]) * (1.0 - coverage),
+                    (Aov::Depth, Some((distance, _))) => plane[pixel] = distance,
+                    (Aov::ObjectId, Some((_, object))) => plane[pixel] = object as f32 + 1.0,
+                    // A splat is not made of a material.
+                    (Aov::MaterialId, Some(_)) => plane[pixel] = 0.0,
+                    _ => {}
                 }
             }
         }

@@ -3,6 +3,7 @@
 use crate::geometry::{Chunk, ScreenVertex};
 use crate::limits::{LimitExceeded, Limits};
 use crate::scene::{PrimitiveKind, Scene};
+use crate::splat::ScreenSplat;
 use crate::tile::TileGrid;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -15,6 +16,12 @@ const BYTES_PER_STROKE: u64 = 512;
 /// A tile's reference to a triangle: as it is found, sorted, and the run that it may be alone in.
 const BYTES_PER_REFERENCE: u64 = 24;
 
+/// A splat: as it is projected, and twice in the order of all.
+const BYTES_PER_SPLAT: u64 = size_of::<ScreenSplat>() as u64 + 16;
+
+/// A tile's reference to a splat, and its part of the lists of runs.
+const BYTES_PER_SPLAT_REFERENCE: u64 = 8;
+
 /// Bytes that a frame takes so far, on all threads. Whether the sum exceeds the limit does not depend on the order of what
 /// is added, nor on the tiles that the user chooses; once it does, the rest is skipped and there is no picture.
 pub(super) struct FrameBudget {
@@ -25,7 +32,7 @@ pub(super) struct FrameBudget {
 }
 
 impl FrameBudget {
-    /// Charges what is known before anything is made: instances, their vertices, points and lines.
+    /// Charges what is known before anything is made: instances, their vertices, points, lines and splats.
     ///
     /// # Errors
     /// [`LimitExceeded`] if that is more than is allowed.
@@ -41,6 +48,7 @@ impl FrameBudget {
             };
             sum.saturating_add(own + BYTES_PER_INSTANCE)
         });
+        let bytes = bytes.saturating_add(scene.splat_count().saturating_mul(BYTES_PER_SPLAT));
         let budget = Self { spent: AtomicU64::new(bytes), limit: limits.frame_bytes, grid };
         budget.check()?;
         Ok(budget)
@@ -64,6 +72,17 @@ impl FrameBudget {
         let bytes = size_of_val(chunk.triangles.as_slice()) + size_of_val(chunk.pieces.as_slice());
         let pairs = if *grid == self.grid { chunk.bins.len() as u64 } else { chunk.pairs_on(&self.grid) };
         self.spent.fetch_add(bytes as u64 + pairs * BYTES_PER_REFERENCE, Ordering::Relaxed);
+    }
+
+    /// Side of the default tiles in pixels.
+    pub(super) fn side(&self) -> u32 {
+        self.grid.side()
+    }
+
+    /// Adds so many references of the default tiles to splats, which are not made yet; false if they are too many.
+    pub(super) fn charge_splat_references(&self, count: u64) -> bool {
+        let bytes = count.saturating_mul(BYTES_PER_SPLAT_REFERENCE);
+        self.spent.fetch_add(bytes, Ordering::Relaxed).saturating_add(bytes) <= self.limit
     }
 
     /// An error once too much was charged.

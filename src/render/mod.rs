@@ -13,6 +13,9 @@ mod options;
 mod reach;
 mod resolve;
 mod shading_order;
+mod splat_layers;
+mod splat_tile;
+mod splats;
 mod tile_pass;
 mod tile_shading;
 mod tiles;
@@ -45,6 +48,7 @@ use crew::{Crew, arithmetic_is_default};
 use draws::DrawState;
 use environment::EnvironmentCache;
 use reach::Reach;
+use splats::SplatMemory;
 use std::sync::Arc;
 use std::time::Duration;
 use tile_pass::Pass;
@@ -79,6 +83,7 @@ struct Memory {
     /// Those of the picture, and spare ones.
     chunks: Vec<Chunk>,
     bins: TileBins,
+    splats: SplatMemory,
     tiles: TileMemory,
     backdrop: Backdrop,
     /// Those of pictures that were given back.
@@ -213,6 +218,8 @@ impl Memory {
         let triangles = scene.triangle_count();
         let check = |what: &str, asked, limit, field| Limits::check(|| what.to_owned(), asked, limit, field);
         check("scene", triangles, options.limits.triangles, "triangles")?;
+        // They have numbers of 32 bits.
+        check("scene", scene.splat_count(), options.limits.vertices.min(1 << 31), "vertices")?;
         check("scene", scene.lights().len() as u64, options.limits.lights, "lights")?;
         let default_side = tile_pass::default_tile_size(options.samples);
         let default_grid = TileGrid::new(options.width, options.height, default_side);
@@ -244,6 +251,7 @@ impl Memory {
         self.transform(&mut crew, &draws, vertex_count, options);
         let vertices_time = crew.lap();
         let chunks = self.set_up_triangles(&mut crew, &draws, &grid, &pattern, options, &budget);
+        let splats = self.splats.prepare(&mut crew, scene, &view, &grid, &budget);
         budget.check()?;
         let chunks = &self.chunks[..chunks];
         self.bins.build(grid.len(), chunks.iter().map(|c| &c.bins));
@@ -253,7 +261,7 @@ impl Memory {
         let hashes = options.stage_hashes.then(|| StageHashes {
             scene: trace::scene(scene),
             environment: trace::environment(&filtered),
-            geometry: trace::geometry(&self.vertices, chunks),
+            geometry: trace::geometry(&self.vertices, chunks, splats.in_order()),
             ..StageHashes::default()
         });
         self.reach.find(&self.lights, &view);
@@ -283,6 +291,7 @@ impl Memory {
             costs: &self.costs,
             reach: &self.reach,
             only_counts: false,
+            splats,
             merge: merge_cosine(options.merge_angle),
             show_environment: options.background == Background::Environment,
             backdrop: None,
@@ -354,6 +363,8 @@ impl Memory {
         let stats = RenderStats {
             triangles,
             triangles_rasterized: rasterized,
+            splats: scene.splat_count(),
+            splats_drawn: splats.len() as u64,
             fragments,
             shading: work.sum(Spent::Shading),
             stages,

@@ -180,6 +180,10 @@ pub struct RenderStats {
     pub triangles: u64,
     /// Triangles that reached the rasterizer after clipping and culling.
     pub triangles_rasterized: u64,
+    /// Splats that went in, every instance counted.
+    pub splats: u64,
+    /// Splats of which some pixel may show something.
+    pub splats_drawn: u64,
     /// Surface fragments that were shaded.
     pub fragments: u64,
     /// Units of [`ShadingCost`](crate::shade::ShadingCost) that were counted.

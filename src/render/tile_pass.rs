@@ -6,6 +6,8 @@ use super::draws::DrawState;
 use super::reach::Reach;
 use super::resolve::{Behind, TilePixels, Transmitted};
 use super::shading_order::ShadingOrder;
+use super::splat_tile::{SplatPlace, SplatScratch, Surfaces};
+use super::splats::SplatScene;
 use super::tile_shading::{ShadedFragment, TileShading, TileTriangles, one_material, shade_fragments};
 use super::trace::FragmentHashes;
 use super::work::{Spent, Work};
@@ -51,6 +53,7 @@ pub(super) struct Pass<'a> {
     pub reach: &'a Reach,
     /// Work is counted and not done, and there will be no picture: to find out which limit is passed first.
     pub only_counts: bool,
+    pub splats: SplatScene<'a>,
 }
 
 /// Blended fragments that one thread keeps at a time: 64 layers of a tile of 64 x 64 pixels, and some 16 MB. Of tiles with
@@ -90,6 +93,7 @@ pub(super) struct TileScratch {
     pub surface: SurfacePlanes,
     resolve: super::resolve::ResolveScratch,
     pub pixels: TilePixels,
+    splats: SplatScratch,
 }
 
 impl TileScratch {
@@ -110,6 +114,7 @@ impl TileScratch {
         reserve_like(&mut self.resolve.behind, &other.resolve.behind);
         reserve_like(&mut self.pixels.linear, &other.pixels.linear);
         reserve_like(&mut self.pixels.transmittance, &other.pixels.transmittance);
+        self.splats.reserve_like(&other.splats);
     }
 
     /// Gives all the memory of the largest: which tiles a value gets depends on timing, and the next picture's tiles
@@ -172,7 +177,10 @@ pub(super) fn render_tile<L: Lanes>(
     let origin = pass.grid.origin(tile);
     let state = |run: &Run| &pass.states[pass.chunks[run.chunk as usize].draw as usize];
     let transmissive = pass.backdrop.is_some() && runs.iter().any(|run| state(run).transmissive);
+    // Like blended surfaces they are no part of what refracting ones see behind them.
+    let splats = if pass.backdrop.is_some() { pass.splats.runs(tile) } else { &[] };
     if pass.redraws
+        && splats.is_empty()
         && job.hashes.is_none()
         && !job.aovs.is_wanted()
         && !transmissive
@@ -197,7 +205,7 @@ pub(super) fn render_tile<L: Lanes>(
     if pass.work.is_stopped() {
         return;
     }
-    if runs.is_empty() && !pass.show_environment {
+    if runs.is_empty() && splats.is_empty() && !pass.show_environment {
         store_nothing(pass, rows);
         return;
     }
@@ -238,6 +246,10 @@ pub(super) fn render_tile<L: Lanes>(
     // shaded alone, and parts of the tile are blended one after the other, halved until one fits.
     scratch.parts.clear();
     scratch.parts.push(TilePart { pixels: [0, 0, width, height], triangles: [0, scratch.blended.len()] });
+    let splat_tile = SplatPlace { corner: [left, top], size: [width, height], runs: splats };
+    if !splats.is_empty() {
+        scratch.splats.start(pass, &splat_tile);
+    }
     let mut start = 0;
     while let Some(part) = scratch.parts.pop() {
         // Those of parts that are done.
@@ -249,7 +261,11 @@ pub(super) fn render_tile<L: Lanes>(
         }
         // Without blending, a fragment that covers its pixel is the pixel: these are written when they are shaded.
         let blends = opaque < scratch.fragments.len();
-        of_tile.whole = if blends || job.hashes.is_some() { None } else { Some(pass.pattern.full_mask()) };
+        of_tile.whole = if blends || !splats.is_empty() || job.hashes.is_some() {
+            None
+        } else {
+            Some(pass.pattern.full_mask())
+        };
         if !fits {
             let triangles = [part.triangles[1], scratch.blended.len()];
             scratch.parts.extend(halves(part.pixels).map(|pixels| TilePart { pixels, triangles }));
@@ -258,10 +274,20 @@ pub(super) fn render_tile<L: Lanes>(
         if !shade_and_resolve(l, pass, &of_tile, start, scratch, job) {
             break;
         }
+        if fits
+            && !splats.is_empty()
+            && !draw_splats_among_surfaces(l, pass, &splat_tile, opaque, part.pixels, scratch, job)
+        {
+            break;
+        }
         scratch.fragments.truncate(opaque);
         start = opaque;
     }
     scratch.lights = lights;
+    if !splats.is_empty() && !pass.work.is_stopped() {
+        let TileScratch { splats, pixels, .. } = scratch;
+        job.cost.blocks += splats.draw_alone(l, pass, &splat_tile, pixels, &mut job.aovs);
+    }
     if pass.only_counts || pass.work.is_stopped() {
         return;
     }
@@ -352,6 +378,31 @@ fn shade_and_resolve<L: Lanes>(
         super::resolve::blend(samples, fragments, shaded, of_tile.opaque, &behind, resolve, pixels);
     }
     true
+}
+
+/// Draws splats into the pixels of a part of the tile that surfaces cover too. False if a limit stops it.
+#[inline(always)]
+fn draw_splats_among_surfaces<L: Lanes>(
+    l: L,
+    pass: &Pass<'_>,
+    place: &SplatPlace<'_>,
+    opaque: usize,
+    part: [u32; 4],
+    scratch: &mut TileScratch,
+    job: &mut TileJob,
+) -> bool {
+    let TileScratch { visibility, fragments, shaded, kept, environment, resolve, pixels, splats, .. } =
+        scratch;
+    let surfaces = Surfaces {
+        visibility,
+        fragments,
+        shaded,
+        opaque,
+        // Without blended fragments the list is another part's.
+        blended: if opaque < fragments.len() { &resolve.blended } else { &[] },
+        behind: Behind { kept, environment },
+    };
+    splats.draw_among(l, pass, place, &surfaces, part, pixels, &mut job.aovs)
 }
 
 /// Visibility of opaque and masked triangles, and their fragments. Leaves blended triangles for later. False if a limit stops

@@ -11,6 +11,7 @@ use crate::gbuffer::layout::SurfacePlanes;
 use crate::geometry::{Chunk, ScreenVertices};
 use crate::light::PrefilteredEnvironment;
 use crate::scene::Scene;
+use crate::splat::ScreenSplat;
 use std::ops::Range;
 use xxhash_rust::xxh3::{Xxh3, xxh3_128};
 
@@ -19,11 +20,11 @@ use xxhash_rust::xxh3::{Xxh3, xxh3_128};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct StageHashes {
-    /// Meshes and textures as they were loaded.
+    /// Meshes, splats and textures as they were loaded.
     pub scene: u128,
     /// The filtered environment.
     pub environment: u128,
-    /// Vertices on the screen, and triangles that are clipped, culled and set up.
+    /// Vertices on the screen, triangles that are clipped, culled and set up, and splats in their order.
     pub geometry: u128,
     /// Which sample sees which triangle.
     pub raster: u128,
@@ -123,7 +124,7 @@ fn feed<const N: usize>(hasher: &mut Xxh3, numbers: impl IntoIterator<Item = [u8
     hasher.update(&bytes);
 }
 
-/// The hash of meshes and textures.
+/// The hash of meshes, splats and textures.
 pub(super) fn scene(scene: &Scene) -> u128 {
     let mut hasher = Xxh3::new();
     for mesh in scene.meshes() {
@@ -139,6 +140,9 @@ pub(super) fn scene(scene: &Scene) -> u128 {
         }
         feed(&mut hasher, mesh.triangles().as_flattened().iter().map(|v| v.to_le_bytes()));
     }
+    for cloud in scene.splats() {
+        feed(&mut hasher, cloud.words().map(u32::to_le_bytes));
+    }
     for texture in scene.textures() {
         hasher.update(texture.image().texels().as_flattened());
     }
@@ -152,8 +156,12 @@ pub(super) fn environment(filtered: &PrefilteredEnvironment) -> u128 {
     hasher.digest128()
 }
 
-/// The hash of vertices and triangles on the screen.
-pub(super) fn geometry(vertices: &ScreenVertices, chunks: &[Chunk]) -> u128 {
+/// The hash of vertices, triangles and splats on the screen.
+pub(super) fn geometry<'a>(
+    vertices: &ScreenVertices,
+    chunks: &[Chunk],
+    splats: impl Iterator<Item = &'a ScreenSplat>,
+) -> u128 {
     let mut hasher = Xxh3::new();
     let parts = vertices.places.iter().zip(&vertices.depths);
     let words = parts.flat_map(|([x, y], depth)| [*x as u32, *y as u32, depth.to_bits()]);
@@ -169,6 +177,13 @@ pub(super) fn geometry(vertices: &ScreenVertices, chunks: &[Chunk]) -> u128 {
         let corners = chunk.pieces.iter().flat_map(|piece| piece.barycentrics).flatten();
         feed(&mut hasher, corners.map(f32::to_le_bytes));
     }
+    let words = splats.flat_map(|splat| {
+        let ScreenSplat { center: [x, y], shear, scale: [u, v], least, opacity, color: [r, g, b], .. } =
+            *splat;
+        let numbers = [x, y, shear, u, v, least, opacity, r, g, b, splat.distance].map(f32::to_bits);
+        numbers.into_iter().chain(splat.pixels.map(u32::from)).chain([splat.object])
+    });
+    feed(&mut hasher, words.map(u32::to_le_bytes));
     hasher.digest128()
 }
 

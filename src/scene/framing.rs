@@ -2,7 +2,7 @@
 
 use super::extent::{self, Extent};
 use super::facing::{Estimate, Facing};
-use super::{Camera, Mesh, MeshId, Projection, Scene, Transform};
+use super::{Camera, Mesh, MeshId, Projection, Scene, SplatCloud, Transform};
 use glam::DVec3;
 
 /// An axis-aligned box in double precision; empty where `min > max`.
@@ -209,6 +209,10 @@ impl Fit {
             let mesh = &scene.meshes()[instance.mesh.index()];
             all.union(&mesh.bounds().transformed(&placed(&instance.transform)))
         });
+        let bounds = scene.splat_instances().iter().fold(bounds, |all, instance| {
+            let cloud = &scene.splats()[instance.cloud.index()];
+            all.union(&cloud.shown_bounds().transformed(&placed(&instance.transform)))
+        });
         if bounds.is_empty() {
             return;
         }
@@ -231,6 +235,10 @@ impl Fit {
             }
             let used = used.as_ref().and_then(|(_, used)| used.as_deref());
             self.reach.visit(&measures, mesh, used);
+        }
+        for instance in scene.splat_instances() {
+            let cloud = &scene.splats()[instance.cloud.index()];
+            self.reach.visit_splats(&self.reach.measures(&placed(&instance.transform)), cloud);
         }
     }
 
@@ -351,6 +359,27 @@ impl Reach {
         }
     }
 
+    /// Takes in the splats of an instance that a picture is to show.
+    fn visit_splats(&mut self, measures: &Measures, cloud: &SplatCloud) {
+        cloud.for_each_solid(|index, p, reach| {
+            // Most splats lie within others' reach.
+            let radius = reach * cloud.largest_scale(index);
+            let around = Bounds { min: p.map(|v| v - radius), max: p.map(|v| v + radius) };
+            if !self.grows(measures, &around) {
+                return;
+            }
+            let axes = cloud.axes(index);
+            let half = |k: usize| reach * measures.spread(k, &axes);
+            for (k, plane) in self.planes.iter_mut().enumerate() {
+                let m = measures.of(k, p) + half(k);
+                *plane = if m > *plane { m } else { *plane };
+            }
+            let (depth, half) = (measures.of(4, p), half(4));
+            self.depth[0] = if depth - half < self.depth[0] { depth - half } else { self.depth[0] };
+            self.depth[1] = if depth + half > self.depth[1] { depth + half } else { self.depth[1] };
+        });
+    }
+
     /// False if no point of a box can change anything. Rounding keeps the order of numbers, so what is computed for
     /// the corner that lies farthest along a measure is at least what is computed for any point of the box.
     fn grows(&self, measures: &Measures, bounds: &Bounds) -> bool {
@@ -385,6 +414,14 @@ impl Measures {
     fn of(&self, k: usize, p: [f64; 3]) -> f64 {
         let (d, offset) = &self.0[k];
         d[0] * p[0] + d[1] * p[1] + d[2] * p[2] + offset
+    }
+
+    /// How far an ellipsoid with these half axes reaches along measure `k`.
+    fn spread(&self, k: usize, axes: &[[f64; 3]; 3]) -> f64 {
+        let (d, _) = &self.0[k];
+        let along = |axis: &[f64; 3]| d[0] * axis[0] + d[1] * axis[1] + d[2] * axis[2];
+        let [a, b, c] = [along(&axes[0]), along(&axes[1]), along(&axes[2])];
+        (a * a + b * b + c * c).sqrt()
     }
 }
 

@@ -16,6 +16,7 @@ mod material;
 mod mesh;
 mod mipmap;
 mod model;
+mod splats;
 mod texture;
 mod transform;
 mod transmission;
@@ -32,6 +33,10 @@ pub use lobes::{
 pub use material::{AlphaMode, Material, NormalTexture, TextureRef, UvTransform, Workflow};
 pub use mesh::{MAX_VERTICES, Mesh, MeshData, PrimitiveKind};
 pub use model::{DualNormalFix, ModelOptions, OcclusionCone, ShadingModel, SpecularOcclusionMethod};
+pub(crate) use splats::rotation_rows;
+pub use splats::{
+    LEAST_SPLAT_OPACITY, MAX_SPLAT_SCALE, Splat, SplatCloud, SplatCloudBuilder, SplatColorSpace, SplatOrder,
+};
 pub(crate) use texture::LevelLayout;
 pub use texture::{AlphaUse, ColorSpace, Filter, Image, MipFilter, MipLevel, Sampler, Texture, Wrap};
 pub use transform::Transform;
@@ -58,6 +63,7 @@ macro_rules! id {
 id!(TextureId, "texture");
 id!(MaterialId, "material");
 id!(MeshId, "mesh");
+id!(SplatCloudId, "splat cloud");
 
 /// A mesh placed in the world: one draw.
 #[derive(Clone, Debug, PartialEq)]
@@ -72,6 +78,17 @@ pub struct Instance {
     pub object: u32,
 }
 
+/// A cloud of splats placed in the world.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SplatInstance {
+    /// What is drawn.
+    pub cloud: SplatCloudId,
+    /// Object to world space.
+    pub transform: Transform,
+    /// As [`Instance::object`].
+    pub object: u32,
+}
+
 /// Everything that one picture shows.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
@@ -79,6 +96,8 @@ pub struct Scene {
     materials: Vec<Material>,
     meshes: Vec<Mesh>,
     instances: Vec<Instance>,
+    splats: Vec<SplatCloud>,
+    splat_instances: Vec<SplatInstance>,
     lights: Vec<Light>,
     cameras: Vec<Camera>,
     camera_names: Vec<String>,
@@ -139,6 +158,29 @@ impl Scene {
         check_placed(mesh.bounds(), &instance.transform)?;
         next_id(self.instances.len(), "instances")?;
         self.instances.push(instance);
+        Ok(())
+    }
+
+    /// Adds a cloud of splats. It is valid already: see [`SplatCloudBuilder`].
+    ///
+    /// # Errors
+    /// [`SceneError::TooMany`] beyond 2^32 - 1 clouds.
+    pub fn add_splats(&mut self, cloud: SplatCloud) -> Result<SplatCloudId, SceneError> {
+        let id = SplatCloudId(next_id(self.splats.len(), "splat clouds")?);
+        self.splats.push(cloud);
+        Ok(id)
+    }
+
+    /// Places a cloud of splats in the world.
+    ///
+    /// # Errors
+    /// [`SceneError`] if there is no such cloud, or the transform takes it beyond [`MAX_COORDINATE`].
+    pub fn add_splat_instance(&mut self, instance: SplatInstance) -> Result<(), SceneError> {
+        let cloud = self.splats.get(instance.cloud.index());
+        let cloud = cloud.ok_or(SceneError::NoSuch { what: "splat cloud", index: instance.cloud.0 })?;
+        check_placed(cloud.bounds(), &instance.transform)?;
+        next_id(self.splat_instances.len(), "instances")?;
+        self.splat_instances.push(instance);
         Ok(())
     }
 
@@ -246,6 +288,27 @@ impl Scene {
     pub fn instances(&self) -> &[Instance] {
         &self.instances
     }
+    /// The clouds of splats, by [`SplatCloudId`].
+    #[must_use]
+    pub fn splats(&self) -> &[SplatCloud] {
+        &self.splats
+    }
+    /// Where clouds of splats are, in the order of adding. Of splats at the same distance the first is in front.
+    #[must_use]
+    pub fn splat_instances(&self) -> &[SplatInstance] {
+        &self.splat_instances
+    }
+    /// Splats, every instance counted.
+    #[must_use]
+    pub fn splat_count(&self) -> u64 {
+        self.splat_instances.iter().map(|i| self.splats[i.cloud.index()].len() as u64).sum()
+    }
+    /// True if there are splats and nothing else: all light of the picture is as a screen is to show it, and no tone curve is
+    /// to change it.
+    #[must_use]
+    pub fn is_display_referred(&self) -> bool {
+        self.splat_count() > 0 && self.instances.is_empty()
+    }
     /// The lights beside the environment.
     #[must_use]
     pub fn lights(&self) -> &[Light] {
@@ -278,8 +341,20 @@ impl Scene {
     /// World-space box around all instances; empty for an empty scene.
     #[must_use]
     pub fn bounds(&self) -> Bounds {
-        self.instances.iter().fold(Bounds::EMPTY, |all, i| {
+        self.bounds_with(SplatCloud::bounds)
+    }
+    /// [`Scene::bounds`] without what a camera need not show: splats that are hardly opaque, and the few that lie far from all
+    /// others.
+    #[must_use]
+    pub fn shown_bounds(&self) -> Bounds {
+        self.bounds_with(SplatCloud::shown_bounds)
+    }
+    fn bounds_with(&self, of_splats: impl Fn(&SplatCloud) -> &Bounds) -> Bounds {
+        let meshes = self.instances.iter().fold(Bounds::EMPTY, |all, i| {
             all.union(&self.meshes[i.mesh.index()].bounds().transformed(&i.transform))
+        });
+        self.splat_instances.iter().fold(meshes, |all, i| {
+            all.union(&of_splats(&self.splats[i.cloud.index()]).transformed(&i.transform))
         })
     }
 }

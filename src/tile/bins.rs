@@ -72,6 +72,30 @@ impl ChunkBins {
         }
     }
 
+    /// Puts pairs in place of what is there, without a list of them in between: `pairs` calls its argument with the tile and
+    /// the number of each, numbers of a tile in order, twice in the same way. Tiles are below `tiles`.
+    pub fn collect(&mut self, tiles: usize, pairs: impl Fn(&mut dyn FnMut(u32, u32))) {
+        self.clear();
+        self.counts.clear();
+        self.counts.resize(tiles, 0);
+        let counts = &mut self.counts;
+        pairs(&mut |tile, _| counts[tile as usize] += 1);
+        let mut next = 0;
+        for (count, tile) in counts.iter_mut().zip(0..) {
+            if *count > 0 {
+                self.runs.push((tile, next, next + *count));
+            }
+            (*count, next) = (next, next + *count);
+        }
+        self.triangles.resize(next as usize, 0);
+        let triangles = &mut self.triangles;
+        pairs(&mut |tile, number| {
+            let place = &mut counts[tile as usize];
+            triangles[*place as usize] = number;
+            *place += 1;
+        });
+    }
+
     /// The pairs are distinct, so an unstable sort has one result.
     fn sort_by_comparison(&mut self) {
         self.found.sort_unstable();
@@ -169,6 +193,16 @@ mod tests {
         assert_eq!(of(1), []);
         assert_eq!(of(2), [(0, vec![0, 1]), (2, vec![5])]);
         assert_eq!(of(3), []);
+    }
+
+    #[test]
+    fn pairs_are_collected_as_they_are_sorted() {
+        let pairs = [(4, 0), (1, 0), (4, 2), (0, 3), (4, 3), (1, 9)];
+        let (mut sorted, mut collected) = (ChunkBins::default(), ChunkBins::default());
+        pairs.iter().for_each(|&(tile, number)| sorted.push(tile, number));
+        sorted.sort();
+        collected.collect(9, |each| pairs.iter().for_each(|&(tile, number)| each(tile, number)));
+        assert_eq!((&sorted.triangles, &sorted.runs), (&collected.triangles, &collected.runs));
     }
 
     #[test]

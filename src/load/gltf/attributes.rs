@@ -1,6 +1,7 @@
 //! What the vertices of a primitive, or of one of its morph targets, have.
 
 use super::list::Index;
+use super::splats;
 use serde::Deserialize;
 use serde::de::{Deserializer, IgnoredAny, MapAccess, Visitor};
 use std::borrow::Cow;
@@ -21,6 +22,8 @@ pub(super) struct Attributes {
     pub joints: Vec<(u32, Index)>,
     /// WEIGHTS_n with their numbers, in ascending order.
     pub weights: Vec<(u32, Index)>,
+    /// Those of KHR_gaussian_splatting, if there are any.
+    pub splats: Option<Box<splats::Attributes>>,
 }
 
 impl<'de> Deserialize<'de> for Attributes {
@@ -44,6 +47,12 @@ impl<'de> Deserialize<'de> for Attributes {
                         "TEXCOORD_1" => &mut out.uv1,
                         "COLOR_0" => &mut out.color,
                         _ => {
+                            if let Some(name) = key.strip_prefix(splats::PREFIX) {
+                                if let Some(index) = map.next_value::<Option<Index>>()? {
+                                    out.splats.get_or_insert_default().set(name, index);
+                                }
+                                continue;
+                            }
                             let sets = ["JOINTS_", "WEIGHTS_", "TEXCOORD_"].map(numbered);
                             let (list, number) = match sets {
                                 [Some(number), ..] => (&mut out.joints, number),

@@ -41,6 +41,7 @@ mod sample;
 mod shape;
 mod skin;
 mod source;
+mod splats;
 mod surface;
 mod texture;
 mod topology;
@@ -55,7 +56,7 @@ use super::budget::Budget;
 use super::warnings::Warnings;
 use super::{AnimationInfo, Context, LoadError, LoadOptions};
 use crate::limits::Limits;
-use crate::scene::{Material, Scene, Texture, TextureId};
+use crate::scene::{Material, Scene, SplatCloud, Texture, TextureId};
 use accessor::Pick;
 use animation::{Animation, Channels};
 use buffers::Buffers;
@@ -154,6 +155,7 @@ fn read_parts(
         uv_sets: Vec::new(),
         material_places: BTreeMap::new(),
         geometries: Vec::new(),
+        clouds: Vec::new(),
         sources: BTreeMap::new(),
         skins: BTreeMap::new(),
         failures: Failures::default(),
@@ -161,7 +163,9 @@ fn read_parts(
     let (draws, contents) = loader.plan(&mut tree, channels)?;
     let (animation, animations) = loader.read_animations(channels, purpose)?;
     let (textures, shapes) = loader.read(&draws)?;
-    if shapes.iter().all(|shape| shape.mesh.triangles().is_empty())
+    let clouds = loader.read_splats()?;
+    if clouds.iter().all(SplatCloud::is_empty)
+        && shapes.iter().all(|shape| shape.mesh.triangles().is_empty())
         && let Some(error) = loader.failures.first.take().or(lacking)
     {
         return Err(error);
@@ -169,8 +173,20 @@ fn read_parts(
     let (stage, materials) = loader.dress(textures)?;
     let (skins, warnings) = (loader.skins, loader.warnings);
     let animation = chosen.as_ref().map(|(index, _)| *index).zip(animation);
-    let mut rig =
-        Rig { root, tree, stage, materials, shapes, skins, draws, contents, animation, animations, warnings };
+    let mut rig = Rig {
+        root,
+        tree,
+        stage,
+        materials,
+        shapes,
+        clouds,
+        skins,
+        draws,
+        contents,
+        animation,
+        animations,
+        warnings,
+    };
     rig.check_joints()?;
     Ok(rig)
 }
@@ -215,6 +231,8 @@ struct Loader<'a> {
     material_places: BTreeMap<(Option<usize>, bool), usize>,
     /// Used geometries in the order of first use.
     geometries: Vec<Geometry>,
+    /// Used clouds of splats in the order of first use.
+    clouds: Vec<splats::Source>,
     sources: BTreeMap<mesh::Source, usize>,
     /// Used skins by their numbers in the file.
     skins: BTreeMap<usize, Skin>,
@@ -270,6 +288,26 @@ impl Loader<'_> {
             Purpose::Contents => animation::list(self.root, buffers, self.context, budget)?,
         };
         Ok((animation, animations))
+    }
+
+    /// Reads the clouds of splats.
+    fn read_splats(&mut self) -> Result<Vec<SplatCloud>, LoadError> {
+        let mut repaired = Vec::new();
+        let mut clouds = Vec::with_capacity(self.clouds.len());
+        for source in &self.clouds {
+            match splats::read(self.root, &self.buffers, source, &mut repaired) {
+                Ok(cloud) => clouds.push(cloud),
+                Err(error) => {
+                    self.failures.add(error, || source.name(self.root), &mut self.warnings)?;
+                    // In its place.
+                    clouds.push(SplatCloud::default());
+                }
+            }
+        }
+        for message in repaired {
+            self.warnings.add(|| message);
+        }
+        Ok(clouds)
     }
 
     /// Decodes images and reads primitives.

@@ -139,10 +139,18 @@ object!(Primitive as "primitive" {
     extensions: Option<Box<PrimitiveExtensions>>,
 });
 object!(PrimitiveExtensions {
+    #[serde(rename = "KHR_gaussian_splatting")]
+    splats: Option<GaussianSplatting>,
     #[serde(rename = "KHR_draco_mesh_compression")]
     draco: Option<Draco>,
     #[serde(rename = "KHR_materials_variants")]
     variants: Option<VariantMappings>,
+});
+object!(GaussianSplatting {
+    kernel: Option<String>,
+    color_space: Option<String>,
+    projection: Option<String>,
+    sorting_method: Option<String>,
 });
 object!(Draco {
     buffer_view: Option<Index>,

@@ -8,13 +8,16 @@ use super::mesh::{self, Geometry};
 use super::model::Root;
 use super::pointer::Target;
 use super::rig::{Draw, Drawn, Weights};
-use super::{FORMAT, Loader, camera, instancing, material, pose, skin, variant};
+use super::{FORMAT, Loader, camera, instancing, material, pose, skin, splats, variant};
 use crate::limits::Limits;
 use crate::load::LoadError;
 use crate::load::tangents::tangent_set;
 use crate::scene::Material;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
+
+/// The draws of a mesh, and the clouds of splats among its primitives.
+type Known = (Arc<[Draw]>, Arc<[usize]>);
 
 /// Bytes charged for an instance: the scene's and what the renderer keeps for it.
 const INSTANCE_BYTES: u64 = 256;
@@ -32,7 +35,7 @@ impl Loader<'_> {
         let usages = usages(root, &contents, &targets)?;
         let mut draws = Vec::new();
         // The draws of meshes, by their numbers in the file.
-        let mut known: BTreeMap<usize, Arc<[Draw]>> = BTreeMap::new();
+        let mut known: BTreeMap<usize, Known> = BTreeMap::new();
         let (mut triangles, mut instances) = (0u64, 0u64);
         for &content in &contents {
             let k = content.node;
@@ -50,12 +53,13 @@ impl Loader<'_> {
                 self.failures.add(missing, name, &mut self.warnings)?;
                 continue;
             };
-            let list = match known.get(&mesh) {
-                Some(list) => Arc::clone(list),
+            let (list, splats) = match known.get(&mesh) {
+                Some((list, splats)) => (Arc::clone(list), Arc::clone(splats)),
                 None => {
-                    let list: Arc<[Draw]> = self.plan_mesh(mesh, usage)?.into();
-                    known.insert(mesh, Arc::clone(&list));
-                    list
+                    let (list, splats) = self.plan_mesh(mesh, usage)?;
+                    let (list, splats): Known = (list.into(), splats.into());
+                    known.insert(mesh, (Arc::clone(&list), Arc::clone(&splats)));
+                    (list, splats)
                 }
             };
             let mut copies = match node.extensions.as_deref().and_then(|e| e.instancing.as_ref()) {
@@ -98,14 +102,15 @@ impl Loader<'_> {
             let geometries = list.iter().filter_map(|draw| self.geometries.get(draw.geometry));
             let each = geometries.map(|geometry| geometry.triangles).fold(0, u64::saturating_add);
             triangles = triangles.saturating_add(each.saturating_mul(count));
-            instances = instances.saturating_add(count.saturating_mul(list.len() as u64));
+            let placed = list.len().saturating_add(splats.len()) as u64;
+            instances = instances.saturating_add(count.saturating_mul(placed));
             Limits::check(
                 || format!("triangles up to {}", name()),
                 triangles,
                 self.context.limits.triangles,
                 "triangles",
             )?;
-            draws.push(Drawn { node: content, mesh: list, copies, skin, weights });
+            draws.push(Drawn { node: content, mesh: list, splats, copies, skin, weights });
         }
         self.budget.charge(|| "instances".to_owned(), instances, INSTANCE_BYTES)?;
         Ok((draws, contents))
@@ -119,10 +124,32 @@ impl Loader<'_> {
         Ok(())
     }
 
-    fn plan_mesh(&mut self, mesh: usize, usage: &Usage) -> Result<Vec<Draw>, LoadError> {
+    /// The draws of a mesh, and the clouds of splats among its primitives.
+    fn plan_mesh(&mut self, mesh: usize, usage: &Usage) -> Result<(Vec<Draw>, Vec<usize>), LoadError> {
         let root = self.root;
-        let mut draws = Vec::new();
+        let (mut draws, mut clouds) = (Vec::new(), Vec::new());
         for (k, primitive) in root.meshes.at(mesh)?.primitives.iter().enumerate() {
+            let splats = splats::plan(
+                root,
+                (mesh, k),
+                primitive,
+                &mut self.buffers,
+                self.context,
+                &mut self.budget,
+                &mut self.warnings,
+            );
+            match splats {
+                Ok(None) => {}
+                Ok(Some(source)) => {
+                    clouds.push(self.clouds.len());
+                    self.clouds.push(source);
+                    continue;
+                }
+                Err(error) => {
+                    self.failures.add(error, || mesh::name(root, mesh, k), &mut self.warnings)?;
+                    continue;
+                }
+            }
             let mut material = variant::material(primitive, self.variant).map(Index::get);
             if let Some(missing) = material.filter(|&m| m >= root.materials.len()) {
                 let name = || mesh::name(root, mesh, k);
@@ -163,7 +190,7 @@ impl Loader<'_> {
             };
             draws.push(Draw { geometry, material });
         }
-        Ok(draws)
+        Ok((draws, clouds))
     }
 
     /// The place of a material, or of the same one without light.

@@ -13,7 +13,7 @@ use crate::jobs::Jobs;
 use crate::load::Warning;
 use crate::load::warnings::Warnings;
 use crate::load::{AnimationInfo, LoadError, Loaded};
-use crate::scene::{Instance, Material, MaterialId, MeshId, Scene, Transform};
+use crate::scene::{Instance, Material, MaterialId, MeshId, Scene, SplatCloud, SplatInstance, Transform};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
@@ -29,6 +29,8 @@ pub(super) struct Drawn {
     pub node: Content,
     /// The draws of its mesh.
     pub mesh: Arc<[Draw]>,
+    /// The clouds of splats of its mesh.
+    pub splats: Arc<[usize]>,
     /// Transforms relative to the node, of EXT_mesh_gpu_instancing.
     pub copies: Option<Vec<Transform>>,
     /// Number of its skin.
@@ -58,6 +60,7 @@ pub(crate) struct Rig {
     /// With their numbers in the file.
     pub(super) materials: Vec<(Option<usize>, Material)>,
     pub(super) shapes: Vec<Shape>,
+    pub(super) clouds: Vec<SplatCloud>,
     pub(super) skins: BTreeMap<usize, Skin>,
     /// In the order of the tree.
     pub(super) draws: Vec<Drawn>,
@@ -147,8 +150,9 @@ impl Rig {
         let mut scene = self.stage.clone();
         let materials = self.add_materials(&pose, &mut scene)?;
         self.add_meshes(&pose, &places, &materials, &mut scene, jobs)?;
+        self.add_splats(&places, &mut scene)?;
         self.add_cameras_and_lights(&pose, &places, &mut scene, &mut warnings);
-        if scene.triangle_count() == 0 {
+        if scene.triangle_count() == 0 && scene.splat_count() == 0 {
             warnings.add(|| "no triangles".to_owned());
         }
         Ok(Loaded { scene, warnings: warnings.finish() })
@@ -261,6 +265,27 @@ impl Rig {
                         object: node as u32,
                     };
                     scene.add_instance(instance).map_err(fail)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds the clouds of splats.
+    fn add_splats(&self, places: &Places, scene: &mut Scene) -> Result<(), LoadError> {
+        let mut ids = Vec::with_capacity(self.clouds.len());
+        for cloud in &self.clouds {
+            ids.push(scene.add_splats(cloud.clone()).map_err(LoadError::scene("splats"))?);
+        }
+        for drawn in &self.draws {
+            let Some(transform) = places.shown(drawn.node.place) else { continue };
+            let node = drawn.node.node;
+            let fail = |error| LoadError::scene(self.root.nodes.label(node))(error);
+            for copy in drawn.copies.as_deref().unwrap_or(&[Transform::IDENTITY]) {
+                let placed = transform.after(copy).map_err(fail)?;
+                for &cloud in drawn.splats.iter().filter_map(|&k| ids.get(k)) {
+                    let instance = SplatInstance { cloud, transform: placed, object: node as u32 };
+                    scene.add_splat_instance(instance).map_err(fail)?;
                 }
             }
         }

@@ -131,7 +131,7 @@ fn item(element: &Element, number: u64) -> String {
 }
 
 /// Why an element is read only as far as it goes: one line.
-fn cut(element: &Element, number: u64, missing: Missing) -> String {
+pub(super) fn cut(element: &Element, number: u64, missing: Missing) -> String {
     let item = item(element, number);
     match missing {
         Missing::End => format!("the file ends within {item}"),
@@ -166,7 +166,7 @@ pub(super) fn skip(element: &Element, values: &mut Values<'_>) -> Result<(), Str
     Ok(())
 }
 
-fn skip_property(kind: Kind, values: &mut Values<'_>) -> Result<(), Missing> {
+pub(super) fn skip_property(kind: Kind, values: &mut Values<'_>) -> Result<(), Missing> {
     match kind {
         Kind::One(scalar) => values.skip(scalar, 1),
         Kind::List(count, scalar) => {

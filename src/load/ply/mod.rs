@@ -5,9 +5,11 @@
 //!
 //! Colours of whole numbers are sRGB, those of fractions linear. Coloured faces win over coloured vertices unless all
 //! faces have one colour. `comment TextureFile` names the texture of vertex (`s t`, `u v`, `texture_u texture_v`) or
-//! face (`texcoord`) coordinates.
+//! face (`texcoord`) coordinates. Files of Gaussian splats are known by their properties.
 mod body;
 mod header;
+mod packed;
+mod splats;
 mod values;
 
 use super::budget::Budget;
@@ -46,6 +48,9 @@ pub(crate) fn load(bytes: &[u8], context: &Context<'_>) -> Result<Loaded, LoadEr
     }
     if header.encoding == Encoding::Ascii && items_on_lines(&header) {
         header.elements.iter_mut().for_each(|element| element.by_line = true);
+    }
+    if let Some(layout) = splats::layout(&header) {
+        return splats::load(&layout, bytes, &header, context, warnings);
     }
     let (vertices, faces) = read_body(&header, context, &mut warnings)?;
     let mut scene = Scene::new();

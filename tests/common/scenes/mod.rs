@@ -8,6 +8,7 @@ mod materials;
 mod models;
 pub mod motion;
 pub mod nodes;
+mod splats;
 mod surfaces;
 mod texturing;
 mod transmission;
@@ -29,6 +30,7 @@ pub const SCENES: &[&[Entry]] = &[
     nodes::SCENES,
     compressed::SCENES,
     surfaces::SCENES,
+    splats::SCENES,
     formats::SCENES,
 ];
 
