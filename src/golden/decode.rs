@@ -5,6 +5,7 @@ use crate::formats::{self, FileFormat};
 use crate::limits::{LimitExceeded, Limits};
 use crate::load::{self, ExrPlane, ExrSamples, LoadError};
 use image::ImageDecoder;
+use image::codecs::gif::GifDecoder;
 use image::codecs::jpeg::JpegDecoder;
 use image::codecs::webp::WebPDecoder;
 use std::fmt;
@@ -12,8 +13,8 @@ use std::io::Cursor;
 use std::path::Path;
 
 /// Formats of the files that are compared. Which a file has, its content tells.
-pub const FORMATS: [FileFormat; 6] =
-    [formats::PNG, formats::APNG, formats::WEBP, formats::JPEG, formats::EXR, formats::HDR];
+pub const FORMATS: [FileFormat; 7] =
+    [formats::PNG, formats::APNG, formats::WEBP, formats::GIF, formats::JPEG, formats::EXR, formats::HDR];
 
 /// Extensions of the files that are compared, in lower case.
 pub fn extensions() -> impl Iterator<Item = &'static str> {
@@ -28,7 +29,7 @@ pub fn extensions() -> impl Iterator<Item = &'static str> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum SampleKind {
-    /// 8-bit codes of PNG (fewer bits are widened), WebP or JPEG, taken as sRGB.
+    /// 8-bit codes of PNG (fewer bits are widened), WebP, GIF or JPEG, taken as sRGB.
     Unsigned8,
     /// 16-bit codes of PNG, taken as sRGB.
     Unsigned16,
@@ -80,7 +81,7 @@ pub struct DecodedPicture {
     /// How samples are stored.
     pub kind: SampleKind,
     /// RGBA row by row from the top, of moving pictures those of the first frame, 0 to [`SampleKind::white`] (colours of linear pictures have no upper end).
-    /// Straight alpha in PNG and WebP, premultiplied in OpenEXR, always 1 in Radiance files.
+    /// Straight alpha in PNG, WebP and GIF, premultiplied in OpenEXR, always 1 in Radiance files.
     pub pixels: Vec<[f32; 4]>,
     /// Channels of OpenEXR that are not part of `pixels`, by name.
     pub planes: Vec<ExrPlane>,
@@ -118,7 +119,7 @@ impl DecodedPicture {
         Self::from_bytes(&load::read_file(path, limits)?, limits)
     }
 
-    /// Decodes a PNG, WebP (both animated or not), JPEG, OpenEXR or Radiance file; its first bytes say which it is.
+    /// Decodes a PNG, WebP, GIF (all animated or not), JPEG, OpenEXR or Radiance file; its first bytes say which it is.
     ///
     /// # Errors
     /// [`DecodeError`] if it is none of them, is damaged, or asks for more than the limits allow.
@@ -132,6 +133,8 @@ impl DecodedPicture {
             decode_image(JpegDecoder::new(Cursor::new(bytes)).map_err(damaged)?, "JPEG", limits)
         } else if bytes.starts_with(b"RIFF") && bytes.get(8..12) == Some(b"WEBP") {
             decode_webp(bytes, limits)
+        } else if bytes.starts_with(b"GIF8") {
+            decode_gif(bytes, limits)
         } else if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
             let picture = load::read_exr_planes(bytes, limits)?;
             Ok(from_planes(picture.width, picture.height, picture.planes))
@@ -140,8 +143,7 @@ impl DecodedPicture {
             let pixels = pixels.into_iter().map(|[r, g, b]| [r, g, b, 1.0]).collect();
             Ok(Self { width, height, kind: SampleKind::Rgbe, pixels, planes: Vec::new(), motion: None })
         } else {
-            let message =
-                "neither a PNG nor an OpenEXR nor a Radiance HDR, WebP or JPEG file (by its first bytes)";
+            let message = "neither a PNG nor an OpenEXR nor a Radiance HDR, WebP, GIF or JPEG file (by its first bytes)";
             Err(LoadError::UnknownFormat(message.to_owned()).into())
         }
     }
@@ -250,6 +252,35 @@ fn decode_image(
         planes: Vec::new(),
         motion: None,
     })
+}
+
+/// A GIF of one frame is a still picture: the format has no other.
+fn decode_gif(bytes: &[u8], limits: &Limits) -> Result<DecodedPicture, DecodeError> {
+    let mut decoder = GifDecoder::new(Cursor::new(bytes)).map_err(damaged)?;
+    let (width, height) = decoder.dimensions();
+    check_size("GIF", [width, height], limits)?;
+    let mut memory = image::Limits::no_limits();
+    memory.max_alloc = Some(limits.decoded_bytes);
+    decoder.set_limits(memory).map_err(damaged)?;
+    let mut picture = read_frames("GIF", [width, height], decoder, limits)?;
+    match &mut picture.motion {
+        Some(motion) if motion.frames.len() > 1 => {
+            // The decoder knows it only after the first frame.
+            motion.plays = gif_plays(bytes);
+            Ok(picture)
+        }
+        _ => Ok(picture.frame(0)),
+    }
+}
+
+/// How often a GIF plays, by the extension that says so: 0 for ever, once where it is not there.
+fn gif_plays(bytes: &[u8]) -> u32 {
+    const EXTENSION: &[u8] = b"NETSCAPE2.0\x03\x01";
+    let found = bytes.windows(EXTENSION.len() + 2).find(|window| window.starts_with(EXTENSION));
+    match found {
+        Some(&[.., low, high]) => u16::from_le_bytes([low, high]).into(),
+        _ => 1,
+    }
 }
 
 fn decode_webp(bytes: &[u8], limits: &Limits) -> Result<DecodedPicture, DecodeError> {

@@ -296,6 +296,31 @@ mod tests {
     }
 
     #[test]
+    fn gif_moves_if_it_has_more_than_one_frame() {
+        let gif = |codes: &[u8]| {
+            let mut bytes = Vec::new();
+            let mut encoder = image::codecs::gif::GifEncoder::new(&mut bytes);
+            encoder.set_repeat(image::codecs::gif::Repeat::Infinite).unwrap();
+            for code in codes {
+                let image = image::RgbaImage::from_pixel(3, 2, image::Rgba([*code, 0, 0, 255]));
+                let delay = image::Delay::from_numer_denom_ms(40, 1);
+                encoder.encode_frame(image::Frame::from_parts(image, 0, 0, delay)).unwrap();
+            }
+            drop(encoder);
+            bytes
+        };
+        let read = |codes: &[u8]| DecodedPicture::from_bytes(&gif(codes), &Limits::default()).unwrap();
+        let still = read(&[7]);
+        assert_eq!((still.motion.is_none(), still.pixels[5]), (true, [7.0, 0.0, 0.0, 255.0]));
+        let motion = read(&[7, 200]).motion.unwrap();
+        assert_eq!((motion.plays, motion.frames.len(), motion.frames[1].codes[5]), (0, 2, [200, 0, 0, 255]));
+        assert_eq!(motion.frames[1].time, Some(FrameTime { numerator: 1, denominator: 25 }));
+        let limits = Limits { frames: 1, ..Limits::default() };
+        let error = DecodedPicture::from_bytes(&gif(&[7, 200]), &limits).unwrap_err().to_string();
+        assert!(error.contains("frames"), "{error}");
+    }
+
+    #[test]
     fn frames_are_counted_before_they_are_read() {
         let file = apng(false, &[([0, 0, 4, 4], 1, DisposeOp::None, BlendOp::Source); 3]);
         for (limits, field) in [

@@ -15,8 +15,8 @@ use std::path::PathBuf;
   overcoat golden report tests/golden out -o report.html
   overcoat golden accept tests/golden out car.png
 
-Pictures are .png and .apng (8 and 16 bits), .webp, .jpg, .exr (half and float, every channel) and .hdr, \
-in folders and the folders in them, paired by name. Of animated PNG and WebP every frame is compared, and \
+Pictures are .png and .apng (8 and 16 bits), .webp, .gif, .jpg, .exr (half and float, every channel) and .hdr, \
+in folders and the folders in them, paired by name. Of animated PNG, WebP and GIF every frame is compared, and \
 how long it is shown. Which renderer made them does not matter."
 )]
 pub struct GoldenArgs {

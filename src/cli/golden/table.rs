@@ -83,6 +83,8 @@ pub(super) fn to_text(session: &Session, results: &[FileResult]) -> String {
             "", "file", "pixels", "max", "PSNR", "SSIM", "FLIP"
         );
         for result in shown {
+            // Nothing follows a name without measures.
+            let width = if result.metrics.is_some() { width } else { 0 };
             let _ = write!(out, "{:<first$}  {:<width$}", result.verdict.name(), one_line(&result.name));
             if let Some(m) = &result.metrics {
                 let max = if m.exact.max_abs >= 1.0 && m.exact.max_abs == m.exact.max_abs.floor() {
