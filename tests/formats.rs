@@ -1,6 +1,8 @@
 //! OBJ, STL, PLY, 3MF, Radiance HDR and OpenEXR as a user of the library meets them: one shape in every format, files that
 //! lie, and, where `OVERCOAT_CORPUS` names a folder of models, every file of these formats in it.
 
+#[path = "formats/far.rs"]
+mod far;
 #[path = "common/files/package.rs"]
 mod package;
 

@@ -4,7 +4,7 @@ use super::args::CompareModelsArgs;
 use super::contact::{ContactSheet, DEFAULT_CELL};
 use super::drawing::Drawing;
 use super::failure::{Failure, file_name};
-use super::losses::{lost_tint, nothing_to_see};
+use super::losses::lost_tint;
 use super::report::{self, Stages, Versions};
 use crate::load::Loaded;
 use crate::output::DisplayImage;
@@ -122,8 +122,14 @@ pub fn run(args: &CompareModelsArgs) -> Result<(), Failure> {
             max_difference: difference.max,
         });
     }
-    warnings.extend(nothing_to_see(&scene, &rendered.stats));
     warnings.extend(lost_tint(rendered.frame.is_tinted(), &drawing.display));
+    match drawing.sight(&drawing.source, &scene, &camera, &rendered.stats) {
+        Ok(warning) => warnings.extend(warning),
+        Err(failure) => {
+            drawing.finish(&warnings);
+            return Err(failure);
+        }
+    }
 
     drawing.progress.stage("encoding");
     let [width, height] = sheet.size();

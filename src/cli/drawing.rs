@@ -73,6 +73,8 @@ pub(super) struct Drawing {
     pub(super) progress: Progress,
     /// Whether a report goes to standard output.
     pub(super) json: bool,
+    /// Whether a picture may show nothing.
+    pub(super) allow_empty: bool,
     pub(super) limits: Limits,
     /// What the picture shows.
     pub(super) description: SceneFile,
@@ -118,7 +120,20 @@ impl Drawing {
         let materials = description.material_choices();
         inputs.extend(materials.filter_map(|choice| Some(choice.source.file()?.to_owned())));
         let (reporter, json) = (Reporter { quiet: args.report.quiet }, args.report.json);
-        Ok(Self { reporter, progress, json, limits, description, source, more, inputs, options, display })
+        let allow_empty = args.allow_empty;
+        Ok(Self {
+            reporter,
+            progress,
+            json,
+            allow_empty,
+            limits,
+            description,
+            source,
+            more,
+            inputs,
+            options,
+            display,
+        })
     }
 
     /// Puts white behind the picture if its format has no transparency, and nothing else is to be there.

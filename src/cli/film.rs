@@ -3,7 +3,7 @@
 use super::args::MovieArgs;
 use super::drawing::{Drawing, Taken};
 use super::failure::Failure;
-use super::losses::{left_out, lost_tint, nothing_to_see};
+use super::losses::{left_out, lost_tint};
 use super::movie::{Movie, MovieTarget};
 use super::report::{self, MovieReport};
 use crate::limits::Limits;
@@ -25,8 +25,8 @@ pub(super) struct Film {
     frames_a_second: f64,
     /// What the first frame lacks.
     warnings: Vec<Warning>,
-    /// Why no frame so far shows anything.
-    nothing: Option<Warning>,
+    /// What the first frame has to say of how little it shows, as long as no other shows more.
+    sight: Option<Result<Warning, Failure>>,
     /// What some frame so far cannot show.
     tint: Option<Warning>,
     shading: &'static str,
@@ -47,8 +47,8 @@ impl Film {
             .map_err(|e| Failure::limit(&e))?;
         target.check(frames as usize, &drawing.inputs)?;
         let movie = Movie::new(target, drawing.display.clone(), drawing.limits.clone());
-        let (warnings, nothing, tint) = (Vec::new(), None, None);
-        Ok(Self { drawing, movie, frames, frames_a_second: args.fps, warnings, nothing, tint, shading: "" })
+        let (warnings, sight, tint) = (Vec::new(), None, None);
+        Ok(Self { drawing, movie, frames, frames_a_second: args.fps, warnings, sight, tint, shading: "" })
     }
 
     /// What the frames show.
@@ -76,13 +76,15 @@ impl Film {
         self.movie.push(&pixels)?;
         let options = &self.drawing.options;
         // One frame that shows something is enough.
-        let nothing = nothing_to_see(scene, &stats);
+        if k == 0 || self.sight.is_some() {
+            let sight = self.drawing.sight(&self.drawing.source, scene, camera, &stats).transpose();
+            if k == 0 || !matches!(sight, Some(Err(_))) {
+                self.sight = sight;
+            }
+        }
         if k == 0 {
-            self.nothing = nothing;
             self.warnings.extend(left_out(scene, options.shading));
             self.shading = report::shading_name(options.shading, scene);
-        } else if nothing.is_none() {
-            self.nothing = None;
         }
         if self.tint.is_none() {
             self.tint = lost_tint(tinted, &self.drawing.display);
@@ -98,8 +100,14 @@ impl Film {
     pub(super) fn finish(self, mut warnings: Vec<Warning>) -> Result<(), Failure> {
         let Self { mut drawing, movie, frames, frames_a_second, shading, .. } = self;
         warnings.extend(self.warnings);
-        warnings.extend(self.nothing);
         warnings.extend(self.tint);
+        match self.sight.transpose() {
+            Ok(warning) => warnings.extend(warning),
+            Err(failure) => {
+                drawing.finish(&warnings);
+                return Err(failure);
+            }
+        }
         drawing.progress.stage("encoding");
         let (bytes, frames_hash) = movie.finish(frames_a_second)?;
         drawing.finish(&warnings);

@@ -119,7 +119,11 @@ pub fn run(args: &InfoArgs) -> Result<(), Failure> {
     let model = input::open_animated(&source, &limits, &jobs)?;
     let loaded = model.at(0.0, &jobs).map_err(|e| Failure::load(&e).at(&source.path))?;
     let scene = &loaded.scene;
-    let bounds = scene.bounds();
+    let mut bounds = scene.bounds();
+    for k in 0..3 {
+        bounds.min[k] += scene.origin()[k];
+        bounds.max[k] += scene.origin()[k];
+    }
     let contents = Contents {
         file: file_name(&args.input),
         format: model.format().map(Format::extension),

@@ -3,7 +3,6 @@
 use crate::color::ToneCurve;
 use crate::load::Warning;
 use crate::output::DisplayOptions;
-use crate::render::RenderStats;
 use crate::scene::{Scene, ShadingModel};
 
 /// All of it, of one picture for a screen.
@@ -12,21 +11,9 @@ pub(super) fn losses(
     shading: Option<ShadingModel>,
     display: &DisplayOptions,
     tinted: bool,
-    stats: &RenderStats,
 ) -> Vec<Warning> {
-    let mut warnings = losses_of_light(scene, shading, stats);
-    warnings.extend(lost_tint(tinted, display));
-    warnings.extend(changed_splats(scene, display));
-    warnings
-}
-
-/// All of it, of one picture of linear light.
-pub(super) fn losses_of_light(
-    scene: &Scene,
-    shading: Option<ShadingModel>,
-    stats: &RenderStats,
-) -> Vec<Warning> {
-    left_out(scene, shading).chain(nothing_to_see(scene, stats)).collect()
+    let warnings = left_out(scene, shading).chain(lost_tint(tinted, display));
+    warnings.chain(changed_splats(scene, display)).collect()
 }
 
 /// What materials have and the formulas that shade them do not know: one line for each model.
@@ -43,19 +30,6 @@ pub(super) fn left_out(scene: &Scene, chosen: Option<ShadingModel>) -> impl Iter
         let list = names.join(", ");
         (!names.is_empty()).then(|| Warning::new(format!("{} has no {list}: left out", model.name())))
     })
-}
-
-/// Why a picture is empty, where it is.
-pub(super) fn nothing_to_see(scene: &Scene, stats: &RenderStats) -> Option<Warning> {
-    if scene.triangle_count() == 0 && scene.splat_count() == 0 {
-        Some(Warning::new("nothing to draw: the model has no triangles"))
-    } else if stats.triangles == 0 && stats.splats_drawn == 0 {
-        Some(Warning::new("nothing to see: no splat of the model is in the picture"))
-    } else if stats.fragments == 0 && stats.splats_drawn == 0 {
-        Some(Warning::new("nothing to see: no triangle of the model is in the picture"))
-    } else {
-        None
-    }
 }
 
 /// Coloured glass before no surface (see [`Frame::is_tinted`](crate::frame::Frame::is_tinted)), in a picture that has one

@@ -36,6 +36,7 @@ pub mod scene_light;
 mod scene_tree;
 mod scene_values;
 mod sheet;
+mod sight;
 mod signals;
 mod target;
 mod turntable;

@@ -312,10 +312,11 @@ fn camera_of_model(scene: &Scene, name: &str) -> Result<Camera, Failure> {
 }
 
 /// A camera at a given place.
-fn explicit_camera(description: &SceneCamera, eye: [f32; 3], scene: &Scene) -> Result<Camera, Failure> {
+fn explicit_camera(description: &SceneCamera, eye: [f64; 3], scene: &Scene) -> Result<Camera, Failure> {
+    let eye = scene.position_of(eye);
     let bounds = scene.bounds();
     let center = if bounds.is_empty() { [0.0; 3] } else { bounds.center().map(|v| v as f32) };
-    let target = description.target.unwrap_or(center);
+    let target = description.target.map_or(center, |target| scene.position_of(target));
     let projection = match description.orthographic_height {
         Some(height) if height > 0.0 => Projection::Orthographic { height },
         Some(_) => return Err(Failure::usage("--ortho with --eye needs a height: --ortho=HEIGHT")),

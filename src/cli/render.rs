@@ -3,7 +3,7 @@
 use super::args::RenderArgs;
 use super::drawing::{Drawing, Pixels, Taken};
 use super::failure::{Failure, file_name};
-use super::losses::{losses, losses_of_light};
+use super::losses::{left_out, losses};
 use super::report::{self, Stages, Versions};
 use super::target::Target;
 use crate::load::Loaded;
@@ -89,9 +89,16 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let shading = drawing.options.shading;
     let display = drawing.display_of(&scene);
     warnings.extend(match target.format() {
-        format if format.is_linear() => losses_of_light(&scene, shading, &stats),
-        _ => losses(&scene, shading, &display, tinted, &stats),
+        format if format.is_linear() => left_out(&scene, shading).collect(),
+        _ => losses(&scene, shading, &display, tinted),
     });
+    match drawing.sight(source, &scene, &camera, &stats) {
+        Ok(warning) => warnings.extend(warning),
+        Err(failure) => {
+            drawing.finish(&warnings);
+            return Err(failure);
+        }
+    }
 
     drawing.progress.stage("encoding");
     let encoded = stages.time("encode", || target.encode(&pixels, &display))?;

@@ -92,9 +92,9 @@ pub struct SceneFile {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SceneCamera {
     /// World-space position in metres.
-    pub eye: Option<[f32; 3]>,
+    pub eye: Option<[f64; 3]>,
     /// World-space point in the centre of the picture. The middle of the model if absent.
-    pub target: Option<[f32; 3]>,
+    pub target: Option<[f64; 3]>,
     /// Which way is up. +Y if absent.
     pub up: Option<[f32; 3]>,
     /// Vertical field of view in degrees.

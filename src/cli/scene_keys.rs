@@ -79,8 +79,8 @@ pub(super) static SCENE: &[Key<SceneFile>] = &[
 
 /// Keys of the table `camera`.
 static CAMERA: &[Key<SceneCamera>] = &[
-    key!("eye", c.eye, v => v.numbers("x, y and z")),
-    key!("target", c.target, v => v.numbers("x, y and z")),
+    key!("eye", c.eye, v => v.doubles("x, y and z")),
+    key!("target", c.target, v => v.doubles("x, y and z")),
     key!("up", c.up, v => v.numbers("x, y and z")),
     key!("fov_y_deg", c.fov_y_degrees, v => v.number("degrees", 0.1, 179.0)),
     key!("near", c.near, v => v.number("metres", 0.0, f32::MAX)),

@@ -221,17 +221,20 @@ impl SceneLight {
     /// [`Failure`] naming the light by its number and what is wrong with it.
     pub fn add_to(&self, scene: &mut Scene, number: usize) -> Result<(), Failure> {
         let wrong = |reason: &str| Failure::failed(format!("light {number}: {reason}"));
-        scene.add_light(self.light().map_err(|reason| wrong(&reason))?).map_err(|e| wrong(&e.to_string()))
+        scene
+            .add_light(self.light(scene).map_err(|reason| wrong(&reason))?)
+            .map_err(|e| wrong(&e.to_string()))
     }
 
-    fn light(&self) -> Result<Light, String> {
+    fn light(&self, scene: &Scene) -> Result<Light, String> {
+        let near = |p: [f32; 3]| scene.position_of(p.map(f64::from));
         let (kind, color, intensity, minimum_roughness) = match *self {
             Self::Directional { direction, color, intensity, min_roughness } => {
                 let direction = unit(direction).ok_or("its direction has no length")?;
                 (LightKind::Directional { direction }, color, intensity, min_roughness)
             }
             Self::Point { position, range, color, intensity, min_roughness } => {
-                (LightKind::Point { position, range }, color, intensity, min_roughness)
+                (LightKind::Point { position: near(position), range }, color, intensity, min_roughness)
             }
             Self::Spot {
                 position,
@@ -243,6 +246,7 @@ impl SceneLight {
                 intensity,
                 min_roughness,
             } => {
+                let (position, target) = (near(position), near(target));
                 let direction = unit(difference(target, position)).ok_or("its target is where it is")?;
                 let cosine = |degrees: f32| {
                     if (0.0..=90.0).contains(&degrees) {
@@ -264,6 +268,7 @@ impl SceneLight {
                 )
             }
             Self::Rect { position, target, up, size, two_sided, color, intensity } => {
+                let (position, target) = (near(position), near(target));
                 let front = unit(difference(target, position)).ok_or("its target is where it is")?;
                 let up = up.unwrap_or([0.0, 1.0, 0.0]);
                 let right = unit(cross(up, front)).ok_or("its up direction is that of its front")?;
@@ -278,7 +283,7 @@ impl SceneLight {
                 (kind, color, intensity, None)
             }
             Self::Tube { from, to, radius, color, intensity } => {
-                (LightKind::Tube { ends: [from, to], radius }, color, intensity, None)
+                (LightKind::Tube { ends: [near(from), near(to)], radius }, color, intensity, None)
             }
         };
         Ok(Light {

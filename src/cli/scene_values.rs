@@ -107,14 +107,19 @@ impl<'a> Value<'a> {
 
     /// As many numbers as are wanted.
     pub(super) fn numbers<const N: usize>(&self, names: &str) -> Result<[f32; N], String> {
+        self.doubles(names).map(|numbers| numbers.map(|v| v as f32))
+    }
+
+    /// The same in double precision, within the range of single precision.
+    pub(super) fn doubles<const N: usize>(&self, names: &str) -> Result<[f64; N], String> {
         let wrong = || self.expected(format_args!("a list of {N} numbers, {names}"));
         let list = self.node.list().ok_or_else(wrong)?;
-        let numbers: Vec<f32> = list
+        let numbers: Vec<f64> = list
             .iter()
-            .map(|node| node.number().map(|v| v as f32).filter(|v| v.is_finite()))
+            .map(|node| node.number().filter(|v| (*v as f32).is_finite()))
             .collect::<Option<_>>()
             .ok_or_else(wrong)?;
-        <[f32; N]>::try_from(numbers).map_err(|_| wrong())
+        <[f64; N]>::try_from(numbers).map_err(|_| wrong())
     }
 
     /// Three numbers of linear light, or an sRGB colour.

@@ -118,8 +118,10 @@ fn render_cell(
     let rendered = drawing.render(source, renderer, scene, &camera)?;
     let tinted = rendered.frame.is_tinted();
     let display = drawing.display_of(scene);
-    let losses = losses(scene, drawing.options.shading, &display, tinted, &rendered.stats);
+    let losses = losses(scene, drawing.options.shading, &display, tinted);
     report.warnings = loaded.warnings.iter().chain(&losses).map(ToString::to_string).collect();
+    let sight = drawing.sight(source, scene, &camera, &rendered.stats)?;
+    report.warnings.extend(sight.map(|warning| warning.to_string()));
     report.frame_hash = Some(rendered.frame.frame_hash());
     report.triangles = Some(rendered.stats.triangles);
     let what = match rendered.stats {

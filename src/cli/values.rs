@@ -90,12 +90,21 @@ pub fn size(text: &str) -> Result<[u64; 2], String> {
 
 /// `x,y,z`.
 pub fn vector(text: &str) -> Result<[f32; 3], String> {
-    let parts: Vec<f32> = text
+    three(text, |v: &f32| v.is_finite())
+}
+
+/// A place, `x,y,z`: of double precision, for models far from zero.
+pub fn position(text: &str) -> Result<[f64; 3], String> {
+    three(text, |v: &f64| v.abs() <= f64::from(f32::MAX))
+}
+
+fn three<T: FromStr>(text: &str, passes: impl Fn(&T) -> bool) -> Result<[T; 3], String> {
+    let parts: Vec<T> = text
         .split(',')
-        .map(|t| t.trim().parse::<f32>().ok().filter(|v| v.is_finite()))
+        .map(|t| t.trim().parse::<T>().ok().filter(&passes))
         .collect::<Option<_>>()
         .unwrap_or_default();
-    <[f32; 3]>::try_from(parts).map_err(|_| "expected three numbers x,y,z".to_owned())
+    <[T; 3]>::try_from(parts).map_err(|_| "expected three numbers x,y,z".to_owned())
 }
 
 /// `x,y,z`, of any length but zero.

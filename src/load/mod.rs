@@ -36,6 +36,7 @@ mod nonnumber;
 mod normals;
 mod obj;
 mod options;
+mod origin;
 mod packed;
 mod plain;
 mod ply;

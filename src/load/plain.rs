@@ -84,7 +84,7 @@ pub(super) fn check_input(context: &Context<'_>, bytes: &[u8]) -> Result<(), Loa
 /// A finished scene; one without triangles says so.
 pub(super) fn finish(scene: Scene, mut warnings: Vec<Warning>) -> Loaded {
     if scene.triangle_count() == 0 && scene.splat_count() == 0 {
-        warnings.push(Warning::new("the model has no triangles: the picture shows nothing"));
+        warnings.push(Warning::new("the model has no triangles"));
     }
     Loaded { scene, warnings }
 }

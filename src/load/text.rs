@@ -233,6 +233,13 @@ fn general_float(token: &[u8]) -> Option<f32> {
     text.parse().ok().or_else(|| nonnumber::printed(token)).or_else(|| nonnumber::foreign(token))
 }
 
+/// The same number in double precision.
+pub(super) fn double(token: &[u8]) -> Option<f64> {
+    let text = std::str::from_utf8(token).ok();
+    // What single precision alone knows is no plain number.
+    text.and_then(|text| text.parse().ok()).or_else(|| float(token).map(f64::from))
+}
+
 /// A whole number with an optional sign.
 #[inline]
 pub(super) fn integer(token: &[u8]) -> Option<i64> {

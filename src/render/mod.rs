@@ -20,11 +20,13 @@ mod tile_pass;
 mod tile_shading;
 mod tiles;
 mod trace;
+mod unseen;
 mod work;
 
 pub use crate::scene::{AreaLightMethod, ShadingModel};
 pub use options::{Background, RenderError, RenderOptions, RenderStats, Rendered, RenderedImage};
 pub use trace::StageHashes;
+pub use unseen::Unseen;
 pub use work::WorkDone;
 
 use crate::frame::{Developer, DisplayImage, DisplayOptions, Frame};
@@ -367,6 +369,7 @@ impl Memory {
             splats_drawn: splats.len() as u64,
             fragments,
             shading: work.sum(Spent::Shading),
+            covered: found.covered,
             stages,
             serial: stages.iter().map(|(_, time)| *time).sum::<Duration>().saturating_sub(crew.parallel()),
             stage_hashes: hashes.zip(found.hashes).map(|(hashes, found)| hashes.finish(&found, &frame)),

@@ -188,6 +188,9 @@ pub struct RenderStats {
     pub fragments: u64,
     /// Units of [`ShadingCost`](crate::shade::ShadingCost) that were counted.
     pub shading: u64,
+    /// Pixels in which something of the scene shows: with an opacity that 8 bits have a code for. What the environment covers
+    /// does not count.
+    pub covered: u64,
     /// Wall time of each stage, in the order of the stages.
     pub stages: [(&'static str, Duration); 4],
     /// Wall time of these stages in which one thread worked alone, however many there are: all but the loops over

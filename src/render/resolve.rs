@@ -242,6 +242,15 @@ fn mean<const N: usize>(samples: usize, values: &[[f32; N]; 16]) -> [f32; N] {
     sum
 }
 
+/// Least opacity of which 8 bits show something.
+const LEAST_OPACITY: f32 = 0.5 / 255.0;
+
+/// Pixels in which something shows.
+pub(super) fn covered(pixels: &TilePixels) -> u64 {
+    let count = |row: &[[f32; 4]]| row.iter().map(|pixel| u32::from(pixel[3] >= LEAST_OPACITY)).sum::<u32>();
+    pixels.linear.chunks(pixels.width.max(1)).map(|row| u64::from(count(row))).sum()
+}
+
 /// The environment behind each pixel of a tile of that width and height, row by row.
 #[inline(always)]
 pub(super) fn environment_behind<L: Lanes>(

@@ -147,6 +147,8 @@ pub(super) struct TileCost {
     pub blocks: u64,
     /// Units of [`ShadingCost`].
     pub shading: u64,
+    /// Pixels in which something of the scene shows, the environment left out.
+    pub covered: u64,
 }
 
 /// What a tile adds to the picture beside its pixels.
@@ -187,7 +189,7 @@ pub(super) fn render_tile<L: Lanes>(
         && !runs.iter().any(|run| state(run).alpha_mode == AlphaMode::Blend)
     {
         // Counted as if it were: what a limit lets through must not depend on the tiles.
-        let TileCost { fragments, blocks, shading } = job.cost;
+        let TileCost { fragments, blocks, shading, .. } = job.cost;
         for (what, amount) in
             [(Spent::Blocks, blocks), (Spent::Fragments, fragments), (Spent::Shading, shading)]
         {
@@ -291,6 +293,7 @@ pub(super) fn render_tile<L: Lanes>(
     if pass.only_counts || pass.work.is_stopped() {
         return;
     }
+    job.cost.covered = super::resolve::covered(&scratch.pixels);
     if pass.show_environment {
         super::resolve::composite_environment(l, &pass.shade, origin, &mut scratch.pixels);
     }

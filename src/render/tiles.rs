@@ -27,6 +27,8 @@ pub(super) struct TileMemory {
 pub(super) struct Found {
     /// Number of fragments.
     pub fragments: u64,
+    /// Number of pixels in which something of the scene shows.
+    pub covered: u64,
     /// The G-buffer planes that were asked for.
     pub aovs: Vec<AovPlane>,
     /// Something tints what is behind the picture.
@@ -70,6 +72,7 @@ pub(super) fn render_tiles(
     memory.costs.clear();
     memory.costs.extend(tiles.iter().map(|t| t.cost));
     let fragments = tiles.iter().map(|t| t.cost.fragments).sum();
+    let covered = tiles.iter().map(|t| t.cost.covered).sum();
     let tinted = tiles.iter().any(|t| t.tinted);
     let hashes = options.stage_hashes.then(|| {
         let mut sum = FragmentHashes::default();
@@ -80,7 +83,7 @@ pub(super) fn render_tiles(
     tiles.clear();
     memory.tiles = tiles;
     memory.bands = bands.emptied();
-    Found { fragments, aovs, tinted, hashes }
+    Found { fragments, covered, aovs, tinted, hashes }
 }
 
 /// Counts the work of all tiles in their order, on one thread and without shading anything, until a limit stops it: the sums

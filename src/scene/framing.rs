@@ -205,7 +205,7 @@ impl Fit {
     pub fn include_moved(&mut self, scene: &Scene, by: &Transform) {
         // What overflows there cannot be drawn either.
         let placed = |transform: &Transform| by.after(transform).unwrap_or(*transform);
-        let bounds = scene.instances().iter().fold(Bounds::EMPTY, |all, instance| {
+        let bounds = scene.seen_instances().fold(Bounds::EMPTY, |all, instance| {
             let mesh = &scene.meshes()[instance.mesh.index()];
             all.union(&mesh.bounds().transformed(&placed(&instance.transform)))
         });
@@ -222,7 +222,7 @@ impl Fit {
         }
         self.bounds = self.bounds.union(&bounds);
         let mut used: Option<(MeshId, Option<Vec<bool>>)> = None;
-        for instance in scene.instances() {
+        for instance in scene.seen_instances() {
             let mesh = &scene.meshes()[instance.mesh.index()];
             let measures = self.reach.measures(&placed(&instance.transform));
             let bounds = mesh.bounds();

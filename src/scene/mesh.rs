@@ -1,7 +1,7 @@
 //! Meshes of triangles, lines or points.
 
 use super::error::{finite, within};
-use super::{Bounds, MAX_COORDINATE, SceneError, extent};
+use super::{Bounds, MAX_COORDINATE, SceneError, extent, seen};
 use std::sync::Arc;
 
 /// What a mesh is made of.
@@ -79,12 +79,16 @@ impl Mesh {
         finite("texture coordinate", data.uvs[0].as_flattened())?;
         finite("texture coordinate", data.uvs[1].as_flattened())?;
         within("vertex colour", data.colors.as_flattened(), 0.0, 65504.0)?;
-        let used = extent::used_vertices(vertices, &data.triangles).map_err(|triangle| {
+        let mut used = extent::used_vertices(vertices, &data.triangles).map_err(|triangle| {
             let vertex = data.triangles[triangle].iter().copied().fold(0, u32::max);
             SceneError::IndexOutOfRange { triangle, vertex, vertices }
         })?;
-        // The box is of what is drawn: vertices without a triangle do not count.
-        let bounds = extent::bounds(&data.positions, &data.triangles, &used);
+        // The box is of what is drawn: vertices without a triangle do not count, nor do those of triangles without area.
+        let mut bounds = extent::bounds(&data.positions, &data.triangles, &used);
+        if let Some(seen) = seen::vertices(&data, &bounds) {
+            bounds = extent::bounds(&data.positions, &data.triangles, &seen);
+            used = seen;
+        }
         Ok(Self { data: Arc::new(data), bounds, all_used: extent::all(&used) })
     }
 
@@ -128,17 +132,20 @@ impl Mesh {
     pub fn kind(&self) -> PrimitiveKind {
         self.data.kind
     }
-    /// Object-space box around the vertices that triangles use.
+    /// Object-space box around the vertices of triangles, lines and points that can be seen: not of triangles without area
+    /// and lines without length, unless there is nothing else.
     #[must_use]
     pub fn bounds(&self) -> &Bounds {
         &self.bounds
     }
-    /// For each vertex whether a triangle uses it; `None` if each one is used.
+    /// For each vertex whether a triangle uses it that can be seen; `None` if each one is used.
     pub(super) fn used_vertices(&self) -> Option<Vec<bool>> {
         if self.all_used {
             return None;
         }
         // The indices have been checked.
-        extent::used_vertices(self.data.positions.len(), &self.data.triangles).ok()
+        let mut used = extent::used_vertices(self.data.positions.len(), &self.data.triangles).ok()?;
+        seen::keep_seen(&self.data, &mut used);
+        Some(used)
     }
 }

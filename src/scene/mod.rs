@@ -5,6 +5,7 @@
 //! input. World space is glTF's: right-handed, +Y up, metres; colours are linear Rec. 709 unless said otherwise.
 
 mod camera;
+mod crowd;
 mod environment;
 mod error;
 mod extent;
@@ -16,12 +17,15 @@ mod material;
 mod mesh;
 mod mipmap;
 mod model;
+mod origin;
+mod seen;
 mod splats;
 mod texture;
 mod transform;
 mod transmission;
 
 pub use camera::{Camera, Projection};
+pub use crowd::Crowd;
 pub use environment::{Environment, EnvironmentSource, EquirectImage};
 pub use error::SceneError;
 pub use framing::{Bounds, Fit, Framing};
@@ -102,6 +106,7 @@ pub struct Scene {
     cameras: Vec<Camera>,
     camera_names: Vec<String>,
     environment: Environment,
+    origin: [f64; 3],
 }
 
 impl Scene {
@@ -338,7 +343,8 @@ impl Scene {
         };
         self.instances.iter().map(|i| count(&self.meshes[i.mesh.index()])).sum()
     }
-    /// World-space box around all instances; empty for an empty scene.
+    /// World-space box around all instances that can be seen, or around all if none can: not around those that their
+    /// transforms squeeze to nothing or whose material is transparent all over. Empty for an empty scene.
     #[must_use]
     pub fn bounds(&self) -> Bounds {
         self.bounds_with(SplatCloud::bounds)
@@ -350,7 +356,7 @@ impl Scene {
         self.bounds_with(SplatCloud::shown_bounds)
     }
     fn bounds_with(&self, of_splats: impl Fn(&SplatCloud) -> &Bounds) -> Bounds {
-        let meshes = self.instances.iter().fold(Bounds::EMPTY, |all, i| {
+        let meshes = self.seen_instances().fold(Bounds::EMPTY, |all, i| {
             all.union(&self.meshes[i.mesh.index()].bounds().transformed(&i.transform))
         });
         self.splat_instances.iter().fold(meshes, |all, i| {

@@ -86,6 +86,15 @@ impl Transform {
         Self::from_rows(rows)
     }
 
+    /// The same map to a world whose zero is elsewhere.
+    pub(super) fn less(&self, by: [f64; 3]) -> Self {
+        let mut rows = self.rows;
+        for (row, by) in rows.iter_mut().zip(by) {
+            row[3] -= by;
+        }
+        Self { rows }
+    }
+
     /// Row-major rows: `world = rows * (x, y, z, 1)`.
     #[must_use]
     pub fn rows(&self) -> &[[f64; 4]; 3] {
@@ -110,6 +119,23 @@ impl Transform {
         let [a, b, c] = &self.rows;
         a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0])
             + a[2] * (b[0] * c[1] - b[1] * c[0])
+    }
+
+    /// False if it squeezes every surface to a line or a point.
+    #[must_use]
+    pub fn keeps_surfaces(&self) -> bool {
+        let [a, b, c] = self.rows.map(|r| DVec3::new(r[0], r[1], r[2]));
+        let square = |v: DVec3| v.x * v.x + v.y * v.y + v.z * v.z;
+        let lengths = square(a) + square(b) + square(c);
+        // The areas that the sides of a cube become, against those of a cube that keeps its shape.
+        let areas = square(a.cross(b)) + square(b.cross(c)) + square(c.cross(a));
+        areas > 1e-20 * lengths * lengths
+    }
+
+    /// False if it puts everything at one point.
+    #[must_use]
+    pub fn keeps_lines(&self) -> bool {
+        self.rows.iter().any(|row| row[..3].iter().any(|&v| v != 0.0))
     }
 
     /// The factor by which a similarity scales lengths: the cube root of the magnitude of the determinant, 1 for

@@ -49,6 +49,7 @@ fn limits() -> Limits {
         fragments: 1 << 20,
         shading: 1 << 10,
         blocks: 1 << 14,
+        shading: Limits::default().shading,
         blend_entries: 1 << 16,
         frame_bytes: 32 << 20,
         frames: 16,

@@ -66,7 +66,9 @@ fn scenes_that_show_nothing() {
     assert_eq!(model.warnings(), ["scene 0 shows no mesh: all nodes are drawn"]);
     // A library of meshes that other programs place.
     let document = model.json.as_object_mut().unwrap();
-    ["nodes", "scenes", "scene"].map(|key| document.remove(key));
+    for key in ["nodes", "scenes", "scene"] {
+        document.remove(key);
+    }
     assert_eq!(origins(&model), [[0.0; 3]]);
     assert_eq!(model.warnings(), ["no node shows a mesh: 1 meshes are drawn at the origin"]);
 }

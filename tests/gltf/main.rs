@@ -9,6 +9,7 @@ mod draco;
 #[allow(dead_code)]
 #[path = "../../src/load/gltf/meshopt/encoder.rs"]
 mod encoder;
+mod far;
 mod files;
 mod geometry;
 mod graph;

@@ -91,6 +91,7 @@ fn of_file(bytes: &[u8], time: Option<f64>, [x, y, width, height]: [f32; 4]) -> 
         output: OutputFormat::Exr,
         ..Recipe::empty()
     };
+    let [x, y] = [x, y].map(f64::from);
     recipe.camera = SceneCamera {
         eye: Some([x, y, 10.0]),
         target: Some([x, y, 0.0]),

@@ -183,7 +183,9 @@ fn scene_text(recipe: &Recipe, model: &str, environment: &str) -> String {
     }
     let camera = &recipe.camera;
     text += "\n[camera]\n";
-    for (key, value) in [("eye", camera.eye), ("target", camera.target), ("up", camera.up)] {
+    let single = |place: [f64; 3]| place.map(|v| v as f32);
+    let places = [("eye", camera.eye.map(single)), ("target", camera.target.map(single)), ("up", camera.up)];
+    for (key, value) in places {
         if let Some(value) = value {
             let _ = writeln!(text, "{key} = {}", list(&value));
         }

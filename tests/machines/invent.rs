@@ -99,8 +99,8 @@ fn camera(dice: &mut Dice) -> SceneCamera {
     let distance = if dice.percent(10) { dice.between(0.2, 1.0) } else { dice.between(1.8, 4.0) };
     let up = dice.percent(15).then(|| forms::unit(dice));
     SceneCamera {
-        eye: Some(forms::unit(dice).map(|c| c * distance)),
-        target: Some(dice.triple(-0.2, 0.2)),
+        eye: Some(forms::unit(dice).map(|c| f64::from(c * distance))),
+        target: Some(dice.triple(-0.2, 0.2).map(f64::from)),
         up,
         fov_y_degrees: Some(dice.between(15.0, 100.0)),
         near: dice.percent(25).then(|| distance * dice.between(0.3, 1.1)),

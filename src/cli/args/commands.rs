@@ -182,7 +182,8 @@ const CELL_SIZE: &str = "Width and height of a cell in pixels; one number makes 
 #[command(mut_arg("size", |size| size.help(CELL_SIZE)), after_help = "Example:
   overcoat sheet models/*.glb -o sheet.png --size 256 --columns 6
 
-A model that fails gets a cell with the reason. The sheet is written all the same, and the exit code is 1.")]
+A model that fails, or shows nothing, gets a cell with the reason. The sheet is written all the same, and the exit code is
+1.")]
 pub struct SheetArgs {
     /// Model files (.glb, .gltf, .obj, .stl, .ply, .3mf), or - for standard input
     #[arg(value_name = "IN", required = true)]

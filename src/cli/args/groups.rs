@@ -53,6 +53,10 @@ pub struct DrawArgs {
     #[arg(skip)]
     pub described: Option<Box<SceneFile>>,
 
+    /// Write a picture that shows nothing of the model, too: that is a warning then and not an error
+    #[arg(long, help_heading = None::<&str>)]
+    pub allow_empty: bool,
+
     #[command(flatten)]
     pub camera: CameraArgs,
     #[command(flatten)]
@@ -101,12 +105,12 @@ pub struct CameraArgs {
     pub camera: Option<String>,
 
     /// Position of the camera in metres; +Y is up
-    #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
-    pub eye: Option<[f32; 3]>,
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::position, allow_hyphen_values = true)]
+    pub eye: Option<[f64; 3]>,
 
     /// What the camera looks at [default: the middle of the model]
-    #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true, requires = "eye")]
-    pub target: Option<[f32; 3]>,
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::position, allow_hyphen_values = true, requires = "eye")]
+    pub target: Option<[f64; 3]>,
 
     /// Which way is up [default: 0,1,0]
     #[arg(long, value_name = "X,Y,Z", value_parser = values::direction, allow_hyphen_values = true,

@@ -113,7 +113,7 @@ impl Service<'_> {
         let Drawing { description, options, limits, .. } = self.drawing;
         let about = |failure: Failure| failure.at(&source.path);
         let start = Instant::now();
-        let Loaded { mut scene, warnings } = input::load(source, limits, renderer.jobs())?;
+        let Loaded { mut scene, mut warnings } = input::load(source, limits, renderer.jobs())?;
         let load = start.elapsed();
 
         self.setting.apply(description, &mut scene, limits).map_err(about)?;
@@ -123,6 +123,9 @@ impl Service<'_> {
 
         let Taken { pixels, stats, .. } =
             self.drawing.take(source, renderer, &scene, &camera, self.for_screen)?;
+        if stats.covered == 0 {
+            warnings.extend(self.drawing.sight(source, &scene, &camera, &stats)?);
+        }
         let mut encoding = None;
         if let (true, Pixels::Image(image)) = (self.png, &pixels) {
             let begin = Instant::now();

@@ -18,7 +18,7 @@ pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
     let mut drawing = Drawing::new(&args.draw, args.draw.describe(&args.inputs)?, &args.inputs)?;
     drawing.progress.stage("loading");
     let mut renderer = args.draw.renderer();
-    let Loaded { scene, warnings } = drawing.load(renderer.jobs(), &mut Stages::default())?;
+    let Loaded { scene, mut warnings } = drawing.load(renderer.jobs(), &mut Stages::default())?;
     let camera = drawing.camera(&drawing.source, &scene)?;
     let center = scene.bounds().center();
     let render = |renderer: &mut Renderer, angle: f64| {
@@ -30,6 +30,8 @@ pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
 
     // The first frame fills caches and grows buffers.
     let first = render(&mut renderer, 0.0)?.1;
+    let sight = drawing.sight(&drawing.source, &scene, &camera, &first.stats)?;
+    warnings.extend(sight);
     first.pixels.recycle(&mut renderer);
     drawing.progress.stage(format!("{} frames", args.frames));
     let mut measurement = Measurement::default();

@@ -167,12 +167,22 @@ impl Tree {
         Ok(out)
     }
 
-    /// Where every node is in a pose.
+    /// A place and those of its ancestors, from the root on.
+    pub(super) fn path(&self, place: usize) -> Vec<usize> {
+        let parent = |&place: &usize| Some(self.list.get(place)?.parent? as usize);
+        let mut path: Vec<usize> = std::iter::successors(Some(place), parent).collect();
+        path.reverse();
+        path
+    }
+
+    /// Where every node is in a pose, seen from `origin`.
     ///
     /// # Errors
     /// [`LoadError::Scene`] naming a visible node whose transform overflows.
-    pub(super) fn places(&self, root: &Root, pose: &Pose) -> Result<Places, LoadError> {
-        let world = Placed { transform: Some(Transform::IDENTITY), visible: true };
+    pub(super) fn places(&self, root: &Root, pose: &Pose, origin: [f64; 3]) -> Result<Places, LoadError> {
+        // Minus zero, which that would be without an origin, would show in the signs of zeros.
+        let from_origin = Transform::translation(origin.map(|v| 0.0 - v)).ok();
+        let world = Placed { transform: from_origin, visible: true };
         let mut list: Vec<Placed> = Vec::with_capacity(self.list.len());
         for reached in &self.list {
             let k = reached.node as usize;

@@ -20,6 +20,7 @@ mod container;
 mod deform;
 mod draco;
 mod extensions;
+mod far;
 mod flat;
 mod hierarchy;
 mod instancing;
@@ -60,6 +61,7 @@ use crate::scene::{Material, Scene, SplatCloud, Texture, TextureId};
 use accessor::Pick;
 use animation::{Animation, Channels};
 use buffers::Buffers;
+use far::Far;
 use hierarchy::Tree;
 use list::Index;
 use mesh::Geometry;
@@ -173,6 +175,7 @@ fn read_parts(
     let (stage, materials) = loader.dress(textures)?;
     let (skins, warnings) = (loader.skins, loader.warnings);
     let animation = chosen.as_ref().map(|(index, _)| *index).zip(animation);
+    let far = Far::default();
     let mut rig = Rig {
         root,
         tree,
@@ -185,9 +188,11 @@ fn read_parts(
         contents,
         animation,
         animations,
+        far,
         warnings,
     };
     rig.check_joints()?;
+    rig.bring_near()?;
     Ok(rig)
 }
 

@@ -2,6 +2,7 @@
 
 use super::animation::{self, Animation};
 use super::deform::{self, Wanted};
+use super::far::Far;
 use super::hierarchy::{Content, Places, Tree};
 use super::mesh;
 use super::model::Root;
@@ -70,6 +71,8 @@ pub(crate) struct Rig {
     pub(super) animation: Option<(usize, Animation)>,
     /// Every animation of the file, if that was asked for.
     pub(super) animations: Vec<AnimationInfo>,
+    /// What is measured from where.
+    pub(super) far: Far,
     /// Of reading the file.
     pub(super) warnings: Warnings,
 }
@@ -146,8 +149,9 @@ impl Rig {
             }
             animation.pose(time)
         });
-        let places = self.tree.places(&self.root, &pose)?;
+        let (origin, places) = self.places(&pose)?;
         let mut scene = self.stage.clone();
+        scene.set_origin(origin);
         let materials = self.add_materials(&pose, &mut scene)?;
         self.add_meshes(&pose, &places, &materials, &mut scene, jobs)?;
         self.add_splats(&places, &mut scene)?;
@@ -257,13 +261,13 @@ impl Rig {
                     let (Some(&mesh), Some(&material)) = (mesh, materials.get(draw.material)) else {
                         continue;
                     };
-                    let instance = Instance {
-                        mesh,
-                        material,
+                    let transform = match self.far.way_back(draw.geometry) {
                         // Its vertices are in world space.
-                        transform: if skinned { Transform::IDENTITY } else { placed },
-                        object: node as u32,
+                        _ if skinned => Transform::IDENTITY,
+                        Some(way_back) => placed.after(way_back).map_err(fail)?,
+                        None => placed,
                     };
+                    let instance = Instance { mesh, material, transform, object: node as u32 };
                     scene.add_instance(instance).map_err(fail)?;
                 }
             }

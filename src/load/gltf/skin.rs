@@ -10,7 +10,7 @@ use super::hierarchy::{Places, Tree};
 use super::model::{Kind, Root};
 use crate::load::budget::Budget;
 use crate::load::{Context, LoadError};
-use crate::scene::{SceneError, Transform};
+use crate::scene::{Bounds, SceneError, Transform};
 
 /// An affine map as four columns in single precision; the fourth numbers are not used.
 pub(super) type Matrix = [[f32; 4]; 4];
@@ -86,6 +86,15 @@ impl Skin {
     /// How many joints.
     pub(super) fn len(&self) -> usize {
         self.joints.len()
+    }
+
+    /// A box around what all joints together may make of a box.
+    pub(super) fn reach(&self, bounds: &Bounds, places: &Places) -> Bounds {
+        self.joints.iter().enumerate().fold(Bounds::EMPTY, |all, (k, joint)| {
+            let inverse = self.inverse.get(k).copied().unwrap_or_default();
+            let placed = places.transform(joint.place).and_then(|place| place.after(&inverse).ok());
+            placed.map_or(all, |placed| all.union(&bounds.transformed(&placed)))
+        })
     }
 
     /// The bind pose's world space to that of a pose, for every joint.

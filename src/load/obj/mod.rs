@@ -14,6 +14,7 @@ mod mtl;
 mod parse;
 
 use super::grouped::Grouped;
+use super::origin::{Region, load_about, points_of_text};
 use super::plain::{add_object, check_input, counted, default_material, finish, white_material};
 use super::splitting::Variants;
 use super::tangents::add_tangents;
@@ -32,7 +33,13 @@ const FORMAT: &str = "OBJ";
 /// Reads an OBJ file, the libraries that it names and the pictures that those name.
 pub(crate) fn load(bytes: &[u8], context: &Context<'_>) -> Result<Loaded, LoadError> {
     check_input(context, bytes)?;
-    let obj = parse::parse(without_mark(bytes));
+    load_about(|region| load_in(bytes, region, context))
+}
+
+/// Reads a file, about an origin where its model is in a region far away.
+fn load_in(bytes: &[u8], region: Option<&Region>, context: &Context<'_>) -> Result<Loaded, LoadError> {
+    let origin = region.map(|region| region.origin(points_of_text(bytes, b"v")));
+    let obj = parse::parse_about(without_mark(bytes), origin.as_ref());
     if !obj.recognised {
         return Err(LoadError::malformed(FORMAT, "no line of it is a statement of the format"));
     }
@@ -59,6 +66,7 @@ pub(crate) fn load(bytes: &[u8], context: &Context<'_>) -> Result<Loaded, LoadEr
 
     let mut library = Library::read(context, &obj.libraries, &obj.materials, &mut warnings)?;
     let mut scene = Scene::new();
+    scene.set_origin(origin.unwrap_or_default().0);
     let meshes = Meshes::new(&obj, &assembled, context)?;
     let materials = add_materials(&mut scene, &mut library, &obj, &meshes, &assembled.mesh, &mut warnings)?;
     meshes.add_to(&mut scene, assembled, &materials)?;

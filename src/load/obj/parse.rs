@@ -1,7 +1,10 @@
 //! The text of an OBJ file to lists of numbers, in one pass.
 
 use crate::load::names::name_of;
-use crate::load::text::{Tokens, digits, float, integer, leading_float, length_before, line_of, quoted};
+use crate::load::origin::Origin;
+use crate::load::text::{
+    Tokens, digits, double, float, integer, leading_float, length_before, line_of, quoted,
+};
 use std::collections::BTreeMap;
 
 /// Marks an absent texture coordinate or normal in a corner.
@@ -72,10 +75,16 @@ const POINTS: &str = "point elements are not drawn";
 const FREE_FORM: &str = "statements of free-form curves and surfaces are not drawn";
 const UNKNOWN: &str = "unknown statements ignored";
 
-/// Reads a whole file. Lines that make no sense are tallied, never fatal.
-pub(super) fn parse(bytes: &[u8]) -> Obj {
-    let mut parser =
-        Parser { bytes, rest: bytes, obj: Obj::default(), numbers: BTreeMap::new(), state: State::default() };
+/// Reads a whole file, with positions about an origin if there is one. Lines that make no sense are tallied, never fatal.
+pub(super) fn parse_about(bytes: &[u8], about: Option<&Origin>) -> Obj {
+    let mut parser = Parser {
+        bytes,
+        rest: bytes,
+        about,
+        obj: Obj::default(),
+        numbers: BTreeMap::new(),
+        state: State::default(),
+    };
     while !parser.rest.is_empty() {
         if !parser.plain_statement() {
             parser.statement();
@@ -100,6 +109,8 @@ struct Parser<'a> {
     bytes: &'a [u8],
     /// What has not been read of them.
     rest: &'a [u8],
+    /// Where the positions are measured from; `None`: from the file's own.
+    about: Option<&'a Origin>,
     obj: Obj,
     /// Numbers of material names.
     numbers: BTreeMap<String, u32>,
@@ -185,7 +196,7 @@ impl<'a> Parser<'a> {
                 self.obj.uvs.push(uv);
                 rest
             }),
-            [b'v', rest @ ..] => plain_floats(rest).and_then(|(position, rest)| {
+            [b'v', rest @ ..] if self.about.is_none() => plain_floats(rest).and_then(|(position, rest)| {
                 if is_end(rest) {
                     self.obj.positions.push(position);
                     return Some(rest);
@@ -303,10 +314,14 @@ impl<'a> Parser<'a> {
     /// `v x y z`, and perhaps `w`, `r g b`, `r g b a` or `w r g b a`.
     fn vertex(&mut self) {
         let mut numbers = [None; 8];
+        let mut doubles = [f64::NAN; 3];
         let mut bad = b"v".as_slice();
-        for number in &mut numbers {
+        for (k, number) in numbers.iter_mut().enumerate() {
             let Some(word) = self.word() else { break };
             *number = float(word);
+            if let (Some(_), Some(exact)) = (self.about, doubles.get_mut(k)) {
+                *exact = double(word).unwrap_or(f64::NAN);
+            }
             if number.is_none() {
                 bad = word;
                 break;
@@ -326,7 +341,7 @@ impl<'a> Parser<'a> {
                 ([f32::NAN; 3], None)
             }
         };
-        self.obj.positions.push(position);
+        self.obj.positions.push(self.about.map_or(position, |origin| origin.relative(doubles)));
         if let Some(color) = color {
             self.color(color);
         }
@@ -504,6 +519,10 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
+    fn parse(bytes: &[u8]) -> Obj {
+        parse_about(bytes, None)
+    }
+
     fn corners(text: &str) -> Vec<[u32; 3]> {
         parse(text.as_bytes()).corners.iter().map(|c| [c.position, c.uv, c.normal]).collect()
     }
@@ -541,7 +560,7 @@ mod tests {
             let text: String =
                 lines.iter().map(|(keyword, words, gap, end)| format!("{keyword}{gap}{}{end}", words.join(gap))).collect();
             let bytes = text.as_bytes();
-            let mut long = Parser { bytes, rest: bytes, obj: Obj::default(), numbers: BTreeMap::new(), state: State::default() };
+            let mut long = Parser { bytes, rest: bytes, about: None, obj: Obj::default(), numbers: BTreeMap::new(), state: State::default() };
             while !long.rest.is_empty() {
                 long.statement();
                 long.skip_line();

@@ -4,6 +4,7 @@ use super::FORMAT;
 use super::header::{Element, Encoding, Kind, Property, Scalar};
 use super::values::{Missing, Values};
 use crate::color::srgb::{srgb_to_linear, srgb8_to_linear};
+use crate::load::origin::{Origin, Region};
 use crate::load::plain::{check_mesh, drawable};
 use crate::load::polygon::Triangulator;
 use crate::load::{Context, LoadError};
@@ -228,6 +229,52 @@ pub(super) fn vertices(
     }
     settle_colors(&mut out.colors);
     Ok(out)
+}
+
+/// Reads the positions of vertices once more, in double precision, and puts them about an origin in the region. Returns
+/// that, and whether the file has them in single precision.
+pub(super) fn place(
+    element: &Element,
+    mut values: Values<'_>,
+    region: &Region,
+    positions: &mut [[f32; 3]],
+) -> (Origin, bool) {
+    let slots = Slots::new(element);
+    let mut exact = Vec::with_capacity(positions.len());
+    let mut single = !matches!(values, Values::Ascii(_));
+    while exact.len() < positions.len() {
+        let mut position = [f64::NAN; 3];
+        let mut read = || -> Result<(), Missing> {
+            for (property, slot) in element.properties.iter().zip(&slots.0) {
+                let scalar = match property.kind {
+                    Kind::One(scalar) => scalar,
+                    list @ Kind::List(..) => {
+                        skip_property(list, &mut values)?;
+                        continue;
+                    }
+                };
+                let value = values.double(scalar)?;
+                if let Some(place) = slot.and_then(|(slot, _)| position.get_mut(slot)) {
+                    *place = value;
+                    single &= matches!(scalar, Scalar::F16 | Scalar::F32);
+                }
+            }
+            Ok(())
+        };
+        // As they were read at first.
+        match read() {
+            Ok(()) if element.by_line => drop(values.skip_line()),
+            Ok(()) => {}
+            Err(Missing::NotANumber) if values.skip_line() => {}
+            Err(_) => break,
+        }
+        exact.push(position);
+    }
+    let origin = region.origin(exact.iter().copied());
+    for (position, exact) in positions.iter_mut().zip(exact) {
+        *position = origin.relative(exact);
+    }
+    (origin, single)
 }
 
 /// v runs up in PLY files, down here.

@@ -14,6 +14,7 @@ mod values;
 
 use super::budget::Budget;
 use super::normals::add_smooth_normals;
+use super::origin::{Origin, Region, load_about, lost_steps};
 use super::plain::{
     CREASE_ANGLE, add_object, check_input, check_mesh, counted, default_material, finish, read_picture,
     white_material,
@@ -41,6 +42,11 @@ const FACES: [&str; 3] = ["face", "faces", "tristrips"];
 /// left out, with a warning; words that are no numbers are not finite.
 pub(crate) fn load(bytes: &[u8], context: &Context<'_>) -> Result<Loaded, LoadError> {
     check_input(context, bytes)?;
+    load_about(|region| load_in(bytes, region, context))
+}
+
+/// Reads a file, about an origin where its model is in a region far away.
+fn load_in(bytes: &[u8], region: Option<&Region>, context: &Context<'_>) -> Result<Loaded, LoadError> {
     let mut warnings = Warnings::default();
     let mut header = Header::read(bytes, &mut warnings)?;
     if !header.longs.is_empty() && header.encoding != Encoding::Ascii && !fits(&header) {
@@ -52,8 +58,11 @@ pub(crate) fn load(bytes: &[u8], context: &Context<'_>) -> Result<Loaded, LoadEr
     if let Some(layout) = splats::layout(&header) {
         return splats::load(&layout, bytes, &header, context, warnings);
     }
-    let (vertices, faces) = read_body(&header, context, &mut warnings)?;
+    let mut origin = Origin::default();
+    let (vertices, faces) =
+        read_body(&header, region.map(|region| (region, &mut origin)), context, &mut warnings)?;
     let mut scene = Scene::new();
+    scene.set_origin(origin.0);
     if faces.triangles.is_empty() {
         if !vertices.positions.is_empty() {
             let points = counted(vertices.positions.len() as u64, "point");
@@ -90,7 +99,12 @@ fn fits(header: &Header<'_>) -> bool {
 }
 
 /// The vertices of a file whose faces come first, which the format allows: they are read ahead.
-fn vertices_behind_faces(header: &Header<'_>, context: &Context<'_>) -> Result<Option<Vertices>, LoadError> {
+fn vertices_behind_faces(
+    header: &Header<'_>,
+    far: &mut Option<(&Region, &mut Origin)>,
+    context: &Context<'_>,
+    warnings: &mut Warnings,
+) -> Result<Option<Vertices>, LoadError> {
     let is_of = |names: &[&str], element: &Element| names.contains(&element.name.as_str());
     let Some(at) = header.elements.iter().position(|e| is_of(&VERTICES, e)) else { return Ok(None) };
     let Some((before, [element, ..])) = header.elements.split_at_checked(at) else { return Ok(None) };
@@ -102,7 +116,25 @@ fn vertices_behind_faces(header: &Header<'_>, context: &Context<'_>) -> Result<O
         return Ok(None);
     }
     check_mesh(context, 0, element.count)?;
-    body::vertices(element, &mut values, header.encoding, header.body.len()).map(Some)
+    let start = values.clone();
+    let mut vertices = body::vertices(element, &mut values, header.encoding, header.body.len())?;
+    bring_near(element, start, far.take(), &mut vertices, warnings);
+    Ok(Some(vertices))
+}
+
+/// Measures vertices, whose values begin here, from an origin among them if they are in a region far away.
+fn bring_near(
+    element: &Element,
+    values: Values<'_>,
+    far: Option<(&Region, &mut Origin)>,
+    vertices: &mut Vertices,
+    warnings: &mut Warnings,
+) {
+    let Some((region, origin)) = far else { return };
+    let (found, single) = body::place(element, values, region, &mut vertices.positions);
+    *origin = found;
+    let lost = lost_steps("PLY: positions", region.bounds()).filter(|_| single);
+    lost.into_iter().for_each(|message| warnings.add(|| message));
 }
 
 /// True if a text file has as many lines as items.
@@ -113,20 +145,24 @@ fn items_on_lines(header: &Header<'_>) -> bool {
     lines.count() as u64 == with_values.map(|element| element.count).fold(0, u64::saturating_add)
 }
 
-/// Reads the elements in the order of the header.
+/// Reads the elements in the order of the header. Where the model is in a region far away, its vertices are about an origin
+/// there.
 fn read_body(
     header: &Header<'_>,
+    mut far: Option<(&Region, &mut Origin)>,
     context: &Context<'_>,
     warnings: &mut Warnings,
 ) -> Result<(Vertices, Faces), LoadError> {
     let mut values = Values::new(header.encoding, header.body);
-    let mut vertices = vertices_behind_faces(header, context)?.unwrap_or_default();
+    let mut vertices = vertices_behind_faces(header, &mut far, context, warnings)?.unwrap_or_default();
     let mut faces = Faces::default();
     for element in &header.elements {
         let cut = match element.name.as_str() {
             name if VERTICES.contains(&name) && vertices.positions.is_empty() => {
                 check_mesh(context, 0, element.count)?;
+                let before = values.clone();
                 vertices = body::vertices(element, &mut values, header.encoding, header.body.len())?;
+                bring_near(element, before, far.take(), &mut vertices, warnings);
                 vertices.cut.take()
             }
             name if FACES.contains(&name) && faces.triangles.is_empty() => {

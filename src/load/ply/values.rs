@@ -1,10 +1,10 @@
 //! The values behind the header, one after the other.
 
 use super::header::{Encoding, Scalar};
-use crate::load::text::{Tokens, float, integer};
+use crate::load::text::{Tokens, double, float, integer};
 
 /// Reads values of either encoding.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) enum Values<'a> {
     Ascii(Tokens<'a>),
     LittleEndian(&'a [u8]),
@@ -38,6 +38,24 @@ impl<'a> Values<'a> {
             Self::LittleEndian(bytes) => binary(bytes, scalar, false).map(|v| v.0),
             Self::BigEndian(bytes) => binary(bytes, scalar, true).map(|v| v.0),
         }
+    }
+
+    /// The next value, as well as double precision knows it; NaN for a word that is no number.
+    pub(super) fn double(&mut self, scalar: Scalar) -> Result<f64, Missing> {
+        let (bytes, big) = match self {
+            Self::Ascii(tokens) => {
+                return Ok(double(tokens.next().ok_or(Missing::End)?).unwrap_or(f64::NAN));
+            }
+            Self::LittleEndian(bytes) => (bytes, false),
+            Self::BigEndian(bytes) => (bytes, true),
+        };
+        if scalar == Scalar::F64 {
+            let (&value, rest) = bytes.split_first_chunk().ok_or(Missing::End)?;
+            *bytes = rest;
+            return Ok(if big { f64::from_be_bytes(value) } else { f64::from_le_bytes(value) });
+        }
+        let (number, whole) = binary(bytes, scalar, big)?;
+        Ok(if scalar.is_float() { f64::from(number) } else { whole as f64 })
     }
 
     /// The next value, as a whole number.

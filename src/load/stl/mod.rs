@@ -10,10 +10,11 @@
 mod color;
 
 use super::normals::add_smooth_normals_to_welded;
+use super::origin::{Origin, Region, load_about, lost_steps, points_of_text};
 use super::plain::{
     CREASE_ANGLE, add_object, check_input, check_mesh, counted, default_material, drawable, finish,
 };
-use super::text::{Tokens, float, quoted, without_mark};
+use super::text::{Tokens, double, float, quoted, without_mark};
 use super::vertices::PositionTable;
 use super::weld::weld;
 use super::{Context, LoadError, Loaded, Warning};
@@ -38,10 +39,22 @@ const KEYWORDS: [&[u8]; 8] =
 /// coordinates that are not finite or beyond 1e15 are left out, with a warning.
 pub(crate) fn load(bytes: &[u8], context: &Context<'_>) -> Result<Loaded, LoadError> {
     check_input(context, bytes)?;
+    load_about(|region| load_in(bytes, region, context))
+}
+
+/// Reads a file, about an origin where its model is in a region far away.
+fn load_in(bytes: &[u8], region: Option<&Region>, context: &Context<'_>) -> Result<Loaded, LoadError> {
     let mut reader = Reader::new(context, bytes);
     if is_text(bytes) {
+        reader.about = region.map(|region| region.origin(points_of_text(bytes, b"vertex")));
         reader.text(without_mark(bytes))?;
     } else {
+        if let (Some(region), Some((_, _, facets))) = (region, binary_parts(bytes)) {
+            let facets = facets.as_chunks().0.iter();
+            reader.about = Some(region.origin(facets.flat_map(corners).map(|p| p.map(f64::from))));
+            let lost = lost_steps("STL: positions", region.bounds());
+            lost.into_iter().for_each(|message| reader.warn(message));
+        }
         reader.binary(bytes)?;
     }
     reader.finish()
@@ -92,6 +105,8 @@ enum Loop {
 
 struct Reader<'a> {
     context: &'a Context<'a>,
+    /// Where positions are measured from; `None`: from the file's own.
+    about: Option<Origin>,
     /// For the tables of positions.
     seed: u64,
     solids: Vec<Solid>,
@@ -109,6 +124,12 @@ struct Reader<'a> {
 
 /// Facets that one thread looks at in one go.
 const AT_ONCE: usize = 1 << 16;
+
+/// A position about an origin, if there is one.
+#[inline(always)]
+fn placed(position: [f32; 3], about: Option<Origin>) -> [f32; 3] {
+    about.map_or(position, |origin| origin.relative(position.map(f64::from)))
+}
 
 /// The positions of the corners of a facet.
 #[inline(always)]
@@ -131,14 +152,16 @@ fn is_facet(facet: &[u8; FACET]) -> bool {
 fn corners_from<'a>(
     facets: impl Iterator<Item = &'a [u8; FACET]>,
     start: usize,
+    about: Option<Origin>,
 ) -> impl Iterator<Item = [f32; 3]> {
-    facets.flat_map(corners).skip(start % 3)
+    facets.flat_map(corners).skip(start % 3).map(move |position| placed(position, about))
 }
 
 impl<'a> Reader<'a> {
     fn new(context: &'a Context<'a>, bytes: &[u8]) -> Self {
         Self {
             context,
+            about: None,
             seed: PositionTable::seed(bytes),
             solids: Vec::new(),
             open: None,
@@ -234,10 +257,10 @@ impl<'a> Reader<'a> {
         let is_drawn = |facet: &[u8; FACET]| corners(facet).into_iter().all(drawable);
         let runs: Vec<_> = facets.chunks(AT_ONCE).collect();
         let all_drawn = self.context.jobs.map_each(&runs, |run| run.iter().all(is_drawn));
-        let name = "solid".to_owned();
+        let (name, about) = ("solid".to_owned(), self.about);
         if all_drawn.into_iter().all(|drawn| drawn) {
             self.triangles = facets.len() as u64;
-            let from = |k: usize| corners_from(facets.get(k / 3..).unwrap_or_default().iter(), k);
+            let from = |k: usize| corners_from(facets.get(k / 3..).unwrap_or_default().iter(), k, about);
             return self.add_solid(name, facets.len(), from, colors);
         }
         let drawn = facets.iter().map(is_drawn);
@@ -246,8 +269,20 @@ impl<'a> Reader<'a> {
             facets.iter().zip(drawn).filter(|(_, drawn)| *drawn).map(|(facet, _)| facet).collect();
         self.triangles = kept.len() as u64;
         self.skipped = (facets.len() as u64).saturating_sub(self.triangles);
-        let from = |k: usize| corners_from(kept.get(k / 3..).unwrap_or_default().iter().copied(), k);
+        let from = |k: usize| corners_from(kept.get(k / 3..).unwrap_or_default().iter().copied(), k, about);
         self.add_solid(name, kept.len(), from, colors)
+    }
+
+    /// The next three numbers.
+    #[inline(always)]
+    fn position(&self, tokens: &mut Tokens<'_>) -> Option<[f32; 3]> {
+        match &self.about {
+            None => Some([tokens.float()?, tokens.float()?, tokens.float()?]),
+            Some(origin) => {
+                let mut next = || tokens.next().and_then(double);
+                Some(origin.relative([next()?, next()?, next()?]))
+            }
+        }
     }
 
     fn text(&mut self, bytes: &[u8]) -> Result<(), LoadError> {
@@ -263,9 +298,9 @@ impl<'a> Reader<'a> {
             // The most frequent word first; everything else (normals, `outer loop`) says nothing.
             if token.eq_ignore_ascii_case(b"vertex") {
                 let before = tokens.clone();
-                let position = match (tokens.float(), tokens.float(), tokens.float()) {
-                    (Some(x), Some(y), Some(z)) => [x, y, z],
-                    _ => {
+                let position = match self.position(&mut tokens) {
+                    Some(position) => position,
+                    None => {
                         tokens = self.after_garbage(before);
                         [f32::NAN; 3]
                     }
@@ -338,6 +373,7 @@ impl<'a> Reader<'a> {
         let mut vertices = self.solids.iter().map(|s| s.mesh.positions.len() as u64).sum::<u64>();
         check_mesh(self.context, self.triangles, vertices)?;
         let mut scene = Scene::new();
+        scene.set_origin(self.about.unwrap_or_default().0);
         // One for all solids without colours.
         let mut plain = None;
         for (k, mut solid) in self.solids.into_iter().enumerate() {

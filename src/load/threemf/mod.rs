@@ -23,6 +23,7 @@ mod slicer;
 mod xml;
 
 use super::budget::Budget;
+use super::origin::{Origin, load_about};
 use super::plain::{add_placed, check_input, counted, finish};
 use super::warnings::Warnings;
 use super::{Context, LoadError, Loaded};
@@ -46,6 +47,11 @@ const DEEPEST: u64 = 1024;
 /// Reads a package: the model part that it begins with, and what that refers to.
 pub(crate) fn load(bytes: &[u8], context: &Context<'_>) -> Result<Loaded, LoadError> {
     check_input(context, bytes)?;
+    load_about(|region| load_in(bytes, region.is_some(), context))
+}
+
+/// Reads a package, about an origin of its own if its model is far away.
+fn load_in(bytes: &[u8], far: bool, context: &Context<'_>) -> Result<Loaded, LoadError> {
     let mut warnings = Warnings::default();
     let archive = Archive::open(bytes, context.limits, &mut warnings)?;
     let mut budget = Budget::new(context.limits);
@@ -53,6 +59,7 @@ pub(crate) fn load(bytes: &[u8], context: &Context<'_>) -> Result<Loaded, LoadEr
     let settings = Settings::read(&archive, &mut budget, &mut warnings);
     let mut package = Package {
         archive: &archive,
+        far,
         models: Vec::new(),
         numbers: BTreeMap::new(),
         vertices: 0,
@@ -81,6 +88,10 @@ pub(crate) fn load(bytes: &[u8], context: &Context<'_>) -> Result<Loaded, LoadEr
     for (what, count) in std::mem::take(&mut builder.left_out) {
         let objects = counted(count, "object");
         builder.warnings.add(|| format!("3MF: {objects} left out: {what}"));
+    }
+    let bounds = builder.scene.bounds();
+    if far && bounds.is_far() {
+        builder.scene.move_origin(bounds.round_center());
     }
     Ok(finish(builder.scene, builder.warnings.finish()))
 }
@@ -114,6 +125,8 @@ fn start_part(archive: &Archive<'_>, budget: &mut Budget) -> Result<String, Load
 /// The model parts that have been read.
 struct Package<'a> {
     archive: &'a Archive<'a>,
+    /// Positions are read in double precision.
+    far: bool,
     models: Vec<Model>,
     /// By part name, as it is referred to.
     numbers: BTreeMap<String, usize>,
@@ -138,6 +151,7 @@ impl Package<'_> {
         let text = text_of(&bytes, part, budget)?;
         let mut totals = Totals {
             context,
+            far: self.far,
             budget,
             warnings,
             vertices: self.vertices,
@@ -305,13 +319,22 @@ impl Builder<'_> {
             let drawn = self.meshes_of(visit.model, visit.object, extruder)?;
             self.meshes.insert(key, drawn);
         }
+        let model = self.package.models.get(visit.model);
+        let source = model.and_then(|model| model.objects.get(&visit.object)?.mesh.as_ref());
+        let origin = source.map_or(Origin::default(), |mesh| mesh.origin);
+        let mut transform = visit.transform;
+        if origin != Origin::default() {
+            let element = || format!("3MF: object {}", visit.object);
+            let moved = Transform::translation(origin.0).and_then(|origin| transform.after(&origin));
+            transform = moved.map_err(|e| LoadError::scene(element())(e))?;
+        }
         for &(mesh, material) in self.meshes.get(&key).into_iter().flatten() {
             let triangles = self.scene.meshes().get(mesh.index()).map_or(0, |mesh| mesh.triangles().len());
             self.triangles = self.triangles.saturating_add(triangles as u64);
             let what = || "3MF: the triangles of all placed objects".to_owned();
             Limits::check(what, self.triangles, self.context.limits.triangles, "triangles")?;
             let element = format!("3MF: object {}", visit.object);
-            add_placed(&mut self.scene, &element, mesh, material, visit.transform, visit.item)?;
+            add_placed(&mut self.scene, &element, mesh, material, transform, visit.item)?;
         }
         Ok(())
     }

@@ -5,11 +5,12 @@ use super::property::{Group, Groups};
 use super::xml::{Tag, Xml, index};
 use crate::limits::Limits;
 use crate::load::budget::Budget;
+use crate::load::origin::Origin;
 use crate::load::plain::{check_mesh, counted, drawable};
-use crate::load::text::{float, quoted};
+use crate::load::text::{double, float, quoted};
 use crate::load::warnings::Warnings;
 use crate::load::{Context, LoadError};
-use crate::scene::Transform;
+use crate::scene::{Bounds, Transform};
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 
@@ -44,6 +45,10 @@ impl Properties {
 #[derive(Debug, Default)]
 pub(super) struct Mesh {
     pub(super) positions: Vec<[f32; 3]>,
+    /// The same in double precision, until all are read; empty unless the model is far away.
+    doubles: Vec<[f64; 3]>,
+    /// What they are measured from in the end.
+    pub(super) origin: Origin,
     pub(super) triangles: Vec<[u32; 3]>,
     /// One for each triangle; empty if no triangle has any.
     pub(super) properties: Vec<Properties>,
@@ -106,6 +111,8 @@ pub(super) struct Model {
 /// What all model parts of a file have together, and what was lost in them.
 pub(super) struct Totals<'a> {
     pub(super) context: &'a Context<'a>,
+    /// Positions are read in double precision.
+    pub(super) far: bool,
     pub(super) budget: &'a mut Budget,
     pub(super) warnings: &'a mut Warnings,
     pub(super) vertices: u64,
@@ -360,6 +367,7 @@ impl Mesh {
             "beamlattice" => beams.read(xml, tag, totals),
             _ => Ok(()),
         })?;
+        self.place();
         beams.build(self, object, totals)?;
         if self.left_out > 0 {
             let triangles = counted(self.left_out, "triangle");
@@ -373,6 +381,18 @@ impl Mesh {
         check_mesh(totals.context, totals.triangles, totals.vertices)
     }
 
+    /// Measures positions from their middle if they are far away.
+    fn place(&mut self) {
+        let doubles = std::mem::take(&mut self.doubles);
+        let one = |&p: &[f64; 3]| Bounds { min: p, max: p };
+        let placed = doubles.iter().filter(|p| drawable(p.map(|v| v as f32)));
+        let bounds = placed.map(one).fold(Bounds::EMPTY, |all, one| all.union(&one));
+        if bounds.is_far() {
+            self.origin = Origin(bounds.round_center());
+            self.positions = doubles.into_iter().map(|position| self.origin.relative(position)).collect();
+        }
+    }
+
     fn vertex(&mut self, xml: &Xml<'_>, tag: &Tag<'_>, totals: &mut Totals<'_>) -> Result<(), LoadError> {
         if self.positions.len().is_multiple_of(CHARGED) {
             check_mesh(totals.context, totals.triangles, totals.vertices)?;
@@ -380,16 +400,27 @@ impl Mesh {
             totals.budget.charge(|| "3MF: the vertices".to_owned(), CHARGED as u64, 36)?;
         }
         let mut position = [f32::NAN; 3];
-        let number = |text: &str| float(text.trim_ascii().as_bytes()).unwrap_or(f32::NAN);
+        let mut exact = [f64::NAN; 3];
+        let far = totals.far;
+        let number = |text: &str, exact: &mut f64| {
+            let token = text.trim_ascii().as_bytes();
+            if far {
+                *exact = double(token).unwrap_or(f64::NAN);
+            }
+            float(token).unwrap_or(f32::NAN)
+        };
         let read = tag.raw_attributes(|name, value| match name {
-            "x" => position[0] = number(value),
-            "y" => position[1] = number(value),
-            "z" => position[2] = number(value),
+            "x" => position[0] = number(value, &mut exact[0]),
+            "y" => position[1] = number(value, &mut exact[1]),
+            "z" => position[2] = number(value, &mut exact[2]),
             _ => {}
         });
         read.map_err(|message| xml.error(message))?;
         // Its triangles are left out if it is nowhere.
         self.positions.push(position);
+        if far {
+            self.doubles.push(exact);
+        }
         totals.vertices = totals.vertices.saturating_add(1);
         Ok(())
     }
