@@ -229,7 +229,8 @@ impl<'a> Header<'a> {
         };
         if let Some(first) = first_unknown {
             let lines = counted(unknown, "line");
-            warnings.add(|| format!("PLY: {lines} of the header that cannot be ignored (first on {first})"));
+            warnings
+                .add(|| format!("PLY: {lines} of the header ignored, none of the format (first on {first})"));
         }
         if not_utf8 {
             warnings.add(|| "PLY: names that are not UTF-8 are read with U+FFFD in them".to_owned());

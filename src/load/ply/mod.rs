@@ -16,8 +16,8 @@ use super::budget::Budget;
 use super::normals::add_smooth_normals;
 use super::origin::{Origin, Region, load_about, lost_steps};
 use super::plain::{
-    CREASE_ANGLE, add_object, check_input, check_mesh, counted, default_material, finish, read_picture,
-    white_material,
+    CREASE_ANGLE, add_object, check_input, check_mesh, counted, default_material, drawable, finish,
+    read_picture, white_material,
 };
 use super::text::quoted;
 use super::warnings::Warnings;
@@ -207,7 +207,10 @@ fn read_body(
 fn build(vertices: Vertices, faces: Faces, context: &Context<'_>) -> Result<MeshData, LoadError> {
     let varies = faces.colors.iter().any(|c| Some(c) != faces.colors.first());
     let face_colors = !faces.colors.is_empty() && (varies || vertices.colors.is_empty());
-    let Vertices { positions, normals, uvs, colors, .. } = vertices;
+    let Vertices { mut positions, normals, uvs, colors, .. } = vertices;
+    // Vertices that cannot be drawn have lost their faces; they stand where another one does.
+    let other = positions.iter().copied().find(|&position| drawable(position)).unwrap_or_default();
+    positions.iter_mut().filter(|position| !drawable(**position)).for_each(|position| *position = other);
     if !face_colors && faces.corner_uvs.is_empty() {
         let triangles = faces.triangles;
         return Ok(MeshData {
@@ -572,6 +575,15 @@ mod tests {
             bytes.extend([0_i64, 1, 2].iter().flat_map(|v| v.to_le_bytes()));
             assert_triangle(bytes, 0);
         }
+    }
+
+    #[test]
+    fn vertices_that_are_no_numbers_cost_their_faces_only() {
+        let text = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+                    element face 2\nproperty list uchar int vertex_indices\nend_header\n\
+                    -nan(ind) nan 1.#QNAN\n0 0 0\n1 0 0\n0 1 0\n3 1 2 3\n3 0 1 2\n";
+        let loaded = load_bytes(text).unwrap();
+        assert_eq!((loaded.scene.triangle_count(), loaded.warnings.len()), (1, 1), "{:?}", loaded.warnings);
     }
 
     #[test]
