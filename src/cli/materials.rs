@@ -4,7 +4,7 @@ use super::failure::{Failure, file_name};
 use super::scene_file::SceneFile;
 use crate::jobs::Jobs;
 use crate::limits::Limits;
-use crate::load::{BuiltinMaterial, MaterialFile, Warning, nearest_name, suggestion};
+use crate::load::{BuiltinMaterial, MaterialFile, Warning, inner_extension, nearest_name, suggestion};
 use crate::scene::Scene;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -32,7 +32,7 @@ impl MaterialSource {
     /// # Errors
     /// As there.
     pub fn of(text: &OsStr) -> Result<Self, String> {
-        let is_toml = Path::new(text).extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
+        let is_toml = inner_extension(Path::new(text)).as_deref() == Some("toml");
         if is_toml || text.as_encoded_bytes().iter().any(|b| matches!(b, b'/' | b'\\')) {
             return Ok(Self::File(PathBuf::from(text)));
         }
