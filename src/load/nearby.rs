@@ -138,7 +138,7 @@ mod tests {
             "C:/work/tex/my t.png work/tex/my t.png tex/my t.png my t.png"
         );
         assert_eq!(all("", "/home/x/t.png"), "/home/x/t.png home/x/t.png x/t.png t.png");
-        assert_eq!(all("m", r"\\server\share\t.png").split(' ').last(), Some("t.png"));
+        assert_eq!(all("m", r"\\server\share\t.png").split(' ').next_back(), Some("t.png"));
         assert_eq!(all("", "a/b/c/d/e/f/g/h/t.png").split(' ').count(), 7);
         assert_eq!(folder_of("a/b.mtl"), "a");
         assert_eq!(folder_of("b.mtl"), "");

@@ -204,7 +204,7 @@ mod tests {
             for (bytes, limit) in [(&packed, (1 << 20) - 1), (&twice, 1 << 20)] {
                 match unpack(bytes, &limits(limit)) {
                     Err(LoadError::Limit(error)) => {
-                        assert_eq!((error.asked, error.field), (limit + 1, "input_bytes"))
+                        assert_eq!((error.asked, error.field), (Some(limit + 1), "input_bytes"))
                     }
                     _ => panic!("no limit"),
                 }

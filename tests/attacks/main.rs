@@ -47,7 +47,6 @@ fn limits() -> Limits {
         output_side: 4096,
         output_pixels: 1 << 20,
         fragments: 1 << 20,
-        shading: 1 << 10,
         blocks: 1 << 14,
         shading: Limits::default().shading,
         blend_entries: 1 << 16,
