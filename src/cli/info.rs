@@ -7,7 +7,7 @@ use super::report::{self, Reporter, Versions};
 use crate::jobs::Jobs;
 use crate::load::{AnimatedModel, AnimationInfo, Format};
 use crate::scene::{
-    AlphaMode, Bounds, ColorSpace, Light, LightKind, Material, Projection, Scene, SplatCloud,
+    AlphaMode, Bounds, ColorSpace, Light, LightKind, Material, PrimitiveKind, Projection, Scene, SplatCloud,
     SplatColorSpace, TextureRef, Workflow,
 };
 use serde::Serialize;
@@ -19,6 +19,8 @@ struct Contents {
     file: String,
     format: Option<&'static str>,
     triangles: u64,
+    lines: u64,
+    points: u64,
     vertices: u64,
     instances: usize,
     meshes: usize,
@@ -127,7 +129,9 @@ pub fn run(args: &InfoArgs) -> Result<(), Failure> {
     let contents = Contents {
         file: file_name(&args.input),
         format: model.format().map(Format::extension),
-        triangles: scene.triangle_count(),
+        triangles: scene.count_of(PrimitiveKind::Triangles),
+        lines: scene.count_of(PrimitiveKind::Lines),
+        points: scene.count_of(PrimitiveKind::Points),
         vertices: scene.meshes().iter().map(|m| m.positions().len() as u64).sum(),
         instances: scene.instances().len(),
         meshes: scene.meshes().len(),
@@ -158,10 +162,16 @@ impl Contents {
         let mut out = String::new();
         // Writing to a string cannot fail.
         let _ = writeln!(out, "{}: {}", self.file, self.format.unwrap_or("unknown format"));
+        let _ = write!(out, "  {} triangles, ", self.triangles);
+        for (count, what) in [(self.lines, "lines"), (self.points, "points")] {
+            if count > 0 {
+                let _ = write!(out, "{count} {what}, ");
+            }
+        }
         let _ = writeln!(
             out,
-            "  {} triangles, {} vertices, {} instances of {} meshes",
-            self.triangles, self.vertices, self.instances, self.meshes
+            "{} vertices, {} instances of {} meshes",
+            self.vertices, self.instances, self.meshes
         );
         for cloud in &self.splat_clouds {
             let SplatCloudInfo { splats, degree, color_space } = cloud;

@@ -158,7 +158,7 @@ impl SceneFile {
             area_lights: self.area_lights.unwrap_or_default(),
             merge_angle: self.merge_angle_degrees.unwrap_or(defaults.merge_angle),
             line_width: self.line_width.unwrap_or(defaults.line_width),
-            point_size: self.point_size.unwrap_or(defaults.point_size),
+            point_size: self.point_size,
             aovs: Vec::new(),
             stage_hashes: false,
             limits: limits.clone(),

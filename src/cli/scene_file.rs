@@ -81,7 +81,7 @@ pub struct SceneFile {
     pub merge_angle_degrees: Option<f32>,
     /// Width of lines in pixels, 0.1 to 64.
     pub line_width: Option<f32>,
-    /// Size of points in pixels, 0.1 to 64.
+    /// Diameter of points in pixels, 0.1 to 64.
     pub point_size: Option<f32>,
 
     /// What is doubtful about the file it was read from.

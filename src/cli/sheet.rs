@@ -10,6 +10,7 @@ use super::picture::{Setting, is_standard_stream};
 use super::report::{self, Stages, Versions};
 use crate::output::DisplayImage;
 use crate::render::{RenderStats, Renderer};
+use crate::scene::{PrimitiveKind, Scene};
 use serde::Serialize;
 use std::path::Path;
 
@@ -104,7 +105,7 @@ pub fn run(args: &SheetArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Renders one model. Returns its picture and how many triangles or splats it has.
+/// Renders one model. Returns its picture and how many triangles, points, lines or splats it has.
 fn render_cell(
     drawing: &Drawing,
     setting: &Setting,
@@ -124,13 +125,20 @@ fn render_cell(
     report.warnings.extend(sight.map(|warning| warning.to_string()));
     report.frame_hash = Some(rendered.frame.frame_hash());
     report.triangles = Some(rendered.stats.triangles);
-    let what = match rendered.stats {
-        RenderStats { triangles: 0, splats, .. } if splats > 0 => {
-            format!("{} splats", with_separators(splats))
-        }
-        RenderStats { triangles, .. } => format!("{} triangles", with_separators(triangles)),
-    };
+    let what = content(scene, &rendered.stats);
     Ok((DisplayImage::new(&rendered.frame, &display), what))
+}
+
+/// What a model is made of: "1,234 triangles", or points, lines or splats if there is nothing else.
+fn content(scene: &Scene, stats: &RenderStats) -> String {
+    let counts = [
+        (scene.count_of(PrimitiveKind::Triangles), "triangles"),
+        (scene.count_of(PrimitiveKind::Points), "points"),
+        (scene.count_of(PrimitiveKind::Lines), "lines"),
+        (stats.splats, "splats"),
+    ];
+    let (count, what) = counts.into_iter().find(|(count, _)| *count > 0).unwrap_or(counts[0]);
+    format!("{} {what}", with_separators(count))
 }
 
 /// What a cell is called: the name of the file without its folder.

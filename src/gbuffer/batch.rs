@@ -292,7 +292,7 @@ impl VertexLanes {
             left &= left - 1;
             let draw = &draws[self.draws[first] as usize];
             for vertex in self.vertices[first] {
-                prefetch(draw.mesh.normals(), vertex);
+                prefetch(draw.mesh.shading_normals(), vertex);
                 prefetch(draw.mesh.colors(), vertex);
                 for (set, is_read) in draw.uv_sets.into_iter().enumerate() {
                     if is_read {

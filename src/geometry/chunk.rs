@@ -34,8 +34,14 @@ pub struct ChunkJob<'a> {
 pub struct Chunk {
     /// Which draw the chunk belongs to.
     pub draw: u32,
-    /// Which of the draw's triangles it holds.
+    /// Which of the draw's triangles, lines or points it holds.
     pub range: Range<usize>,
+    /// They are points: of these nothing is kept but what the tiles may see.
+    pub points: bool,
+    /// How many points some tile may see, and how many (tile, point) pairs there are on the grid that is counted by.
+    pub kept: u32,
+    /// See `kept`.
+    pub point_pairs: u64,
     /// Screen triangles, in the order of the mesh.
     pub triangles: Vec<Triangle>,
     /// The clipped pieces among them, in the same order.
@@ -54,6 +60,14 @@ pub struct ClippedPiece {
 }
 
 impl Chunk {
+    /// Forgets what it was filled with.
+    pub(super) fn clear(&mut self) {
+        self.triangles.clear();
+        self.pieces.clear();
+        self.bins.clear();
+        (self.kept, self.point_pairs) = (0, 0);
+    }
+
     /// For a clipped piece, the barycentric coordinates of its vertices in the whole triangle.
     #[inline(always)]
     #[must_use]
@@ -89,9 +103,7 @@ pub fn process_chunk<L: Lanes>(
     grid: &TileGrid,
     pattern: &SamplePattern,
 ) {
-    chunk.triangles.clear();
-    chunk.pieces.clear();
-    chunk.bins.clear();
+    chunk.clear();
     let triangles = &job.mesh.triangles()[chunk.range.clone()];
     for sixteen in triangles.chunks(LANES) {
         // Of the last few, lanes beyond the end repeat the last triangle.
@@ -225,14 +237,14 @@ impl Survivors {
 /// The picture's borders in sub-pixels: left, top, and the ends. Samples on the right and lower border belong to pixels
 /// beyond it. Tiles may reach further than the picture, so they must not decide what is kept.
 #[inline(always)]
-fn screen(grid: &TileGrid) -> [i32; 4] {
+pub(super) fn screen(grid: &TileGrid) -> [i32; 4] {
     let [width, height] = [grid.width() as i32 * 128, grid.height() as i32 * 128];
     [-width, -height, width, height]
 }
 
 /// Keeps a triangle and bins it.
 #[inline(always)]
-fn emit(chunk: &mut Chunk, triangle: Triangle, grid: &TileGrid) {
+pub(super) fn emit(chunk: &mut Chunk, triangle: Triangle, grid: &TileGrid) {
     bin(&mut chunk.bins, &triangle, chunk.triangles.len() as u32, grid);
     chunk.triangles.push(triangle);
 }

@@ -1,15 +1,19 @@
 //! Scene to screen: transform, clip, cull, snap, bin.
 //!
-//! Each draw is cut into chunks of a fixed number of triangles. A chunk is worked on by one thread, from positions to
+//! Each draw is cut into chunks of a fixed number of triangles, lines or points. A chunk is worked on by one thread, from positions to
 //! binned screen triangles; its result depends on nothing but the draw.
 
 mod chunk;
 mod clip;
-mod strokes;
+mod lines;
+mod points;
+mod surfels;
 mod vertex;
 mod view;
 
 pub use chunk::{Chunk, ChunkJob, ClippedPiece, TRIANGLES_PER_CHUNK, process_chunk};
-pub use strokes::{Strokes, strokes};
+pub use lines::process_lines;
+pub use points::{PointView, process_points};
+pub use surfels::estimate_surfels;
 pub use vertex::{ScreenVertex, ScreenVertexSlice, ScreenVertices, VERTICES_PER_CHUNK, transform_vertices};
 pub use view::{DrawView, View};

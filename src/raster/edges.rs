@@ -95,12 +95,6 @@ impl EdgeFunctions {
     #[inline(always)]
     #[must_use]
     pub fn pixel_box(triangle: &Triangle, origin: TileOrigin, width: i32, height: i32) -> [i32; 4] {
-        let [min_x, min_y, max_x, max_y] = triangle.bounds();
-        [
-            ((min_x - origin.x) >> SUBPIXEL_BITS).max(0),
-            ((min_y - origin.y) >> SUBPIXEL_BITS).max(0),
-            (((max_x - origin.x) + SUBPIXELS) >> SUBPIXEL_BITS).min(width),
-            (((max_y - origin.y) + SUBPIXELS) >> SUBPIXEL_BITS).min(height),
-        ]
+        super::pixel_box(triangle.bounds(), origin, width, height)
     }
 }

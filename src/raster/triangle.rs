@@ -1,5 +1,6 @@
 //! A triangle on the screen, ready to be rasterized.
 
+use super::Disc;
 use crate::scene::MAX_VERTICES;
 
 /// One triangle after projection, snapping and culling: 64 bytes, a cache line. It has all that rasterizing and shading ask
@@ -66,6 +67,32 @@ impl Triangle {
         triangle.vertices[BACK_FACING] |= if swapped == front_is_clockwise { FLAG } else { 0 };
         triangle.vertices[SWAPPED] |= if swapped { FLAG } else { 0 };
         Some(triangle)
+    }
+
+    /// A triangle around a disc, on its plane, with the disc's vertex at each corner: what shading asks of it.
+    #[inline(always)]
+    #[must_use]
+    pub fn around(disc: &Disc) -> Self {
+        let [x, y] = disc.reach;
+        let (left, top) = (-x, -y);
+        let (right, bottom) = (3 * x, 3 * y);
+        // Of a disc that is close and seen from its edge a corner could come to lie behind the viewer.
+        let least = if disc.depth > 0.0 { 0.125 * disc.depth } else { f32::NEG_INFINITY };
+        let depth = |dx: i32, dy: i32| {
+            let [gx, gy] = disc.depth_gradient;
+            let depth = disc.depth + dx as f32 * gx + dy as f32 * gy;
+            if depth > least { depth } else { least }
+        };
+        let mut vertices = [disc.vertex; 3];
+        vertices[BACK_FACING] |= if disc.back_facing { FLAG } else { 0 };
+        Self {
+            x: [disc.x + left, disc.x + right, disc.x + left],
+            y: [disc.y + top, disc.y + top, disc.y + bottom],
+            depth: [depth(left, top), depth(right, top), depth(left, bottom)],
+            depth_gradient: disc.depth_gradient,
+            vertices,
+            small_samples: 0,
+        }
     }
 
     /// The same as a piece that clipping left.

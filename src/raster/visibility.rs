@@ -1,7 +1,7 @@
 //! The visibility buffer of one tile: nearest depth and triangle of every sample.
 
 use super::{
-    BLOCK, EdgeFunctions, FewPixels, SUBPIXEL_BITS, SamplePattern, SmallSamples, TileOrigin, Triangle,
+    BLOCK, Disc, EdgeFunctions, FewPixels, SUBPIXEL_BITS, SamplePattern, SmallSamples, TileOrigin, Triangle,
 };
 use crate::math::lanes::{Float, Int, LANES, Lanes, Mask};
 use crate::reuse::reserve_like;
@@ -221,8 +221,13 @@ impl Visibility {
     /// How many blocks of the tile a triangle's box touches. Over all tiles the sum does not depend on their size.
     #[inline(always)]
     fn blocks_of_box(&self, triangle: &Triangle, origin: TileOrigin) -> u64 {
+        Self::blocks_of(EdgeFunctions::pixel_box(triangle, origin, self.width, self.height))
+    }
+
+    /// How many blocks a box of pixels touches.
+    #[inline(always)]
+    fn blocks_of([left, top, right, bottom]: [i32; 4]) -> u64 {
         const SHIFT: u32 = BLOCK.trailing_zeros();
-        let [left, top, right, bottom] = EdgeFunctions::pixel_box(triangle, origin, self.width, self.height);
         if left >= right || top >= bottom {
             return 0;
         }
@@ -256,6 +261,99 @@ impl Visibility {
             *nearest = depth;
             self.triangle[index][lane] = identity as i32;
         }
+    }
+
+    /// How many blocks of the tile a disc's box touches. Over all tiles the sum does not depend on their size.
+    #[must_use]
+    pub fn blocks_of_disc(&self, disc: &Disc, origin: TileOrigin) -> u64 {
+        Self::blocks_of(disc.pixel_box(origin, self.width, self.height))
+    }
+
+    /// Draws a disc, as [`Visibility::draw`] does a triangle.
+    #[inline(always)]
+    pub fn draw_disc<L: Lanes>(
+        &mut self,
+        l: L,
+        disc: &Disc,
+        identity: u32,
+        origin: TileOrigin,
+        pattern: &SamplePattern,
+    ) {
+        self.visited += self.blocks_of_disc(disc, origin);
+        let pixels = disc.pixel_box(origin, self.width, self.height);
+        let ellipse = Ellipse::new(l, disc, origin);
+        let identity = l.splat_i(identity as i32);
+        for_each_block_of_box(
+            pixels,
+            #[inline(always)]
+            |span: BlockSpan| {
+                let block = (span.row as usize / BLOCK) * self.columns + span.column as usize / BLOCK;
+                if ellipse.plane.largest_value <= self.block_depth[block] {
+                    return;
+                }
+                let place = ellipse.plane.place(l, &span);
+                let mut all_covered = true;
+                let samples = block * self.samples..(block + 1) * self.samples;
+                let depths = self.depth[samples.clone()].iter_mut();
+                let triangles = self.triangle[samples].iter_mut();
+                for ((offset, nearest), seen) in pattern.offsets().iter().zip(depths).zip(triangles) {
+                    let (covered, depth) = ellipse.at(l, place, *offset);
+                    all_covered &= covered.all();
+                    if !covered.any() {
+                        continue;
+                    }
+                    let old = l.load(nearest);
+                    let nearer = covered & depth.gt(old);
+                    *nearest = nearer.select(depth, old).to_array();
+                    *seen = nearer.select_i(identity, l.load_i(seen)).to_array();
+                }
+                if all_covered && ellipse.plane.smallest_value > self.block_depth[block] {
+                    self.block_depth[block] = ellipse.plane.smallest_value;
+                }
+            },
+        );
+    }
+
+    /// Visits the samples that a disc covers, as [`Visibility::visit_visible`] does those of a triangle.
+    #[inline(always)]
+    pub fn visit_visible_disc<L: Lanes>(
+        &self,
+        l: L,
+        disc: &Disc,
+        origin: TileOrigin,
+        pattern: &SamplePattern,
+        [left, top, right, bottom]: [u32; 4],
+        mut visit: impl FnMut(i32, i32, &[u16; LANES]),
+    ) -> u64 {
+        let mut visited = 0;
+        let ellipse = Ellipse::new(l, disc, origin);
+        let ends = [whole_blocks(right).min(self.width), whole_blocks(bottom).min(self.height)];
+        let [first_column, first_row, end_column, end_row] = disc.pixel_box(origin, ends[0], ends[1]);
+        for_each_block_of_box(
+            [first_column.max(left as i32), first_row.max(top as i32), end_column, end_row],
+            #[inline(always)]
+            |span: BlockSpan| {
+                let block = (span.row as usize / BLOCK) * self.columns + span.column as usize / BLOCK;
+                visited += u64::from(span.column >= left as i32 && span.row >= top as i32);
+                if ellipse.plane.largest_value <= self.block_depth[block] {
+                    return;
+                }
+                let place = ellipse.plane.place(l, &span);
+                let mut masks = [0_u16; LANES];
+                for (sample, offset) in pattern.offsets().iter().enumerate() {
+                    let old = l.load(&self.depth[block * self.samples + sample]);
+                    let (covered, depth) = ellipse.at(l, place, *offset);
+                    let visible = (covered & depth.gt(old)).bits();
+                    for (k, mask) in masks.iter_mut().enumerate() {
+                        *mask |= (visible >> k & 1) << sample;
+                    }
+                }
+                if masks.iter().any(|&m| m != 0) {
+                    visit(span.column, span.row, &masks);
+                }
+            },
+        );
+        visited
     }
 
     /// Visits the samples that a triangle covers in front of everything drawn so far, without drawing it, in the blocks that
@@ -382,6 +480,50 @@ fn for_each_block(
     }
 }
 
+/// Calls `f` for every block that a box of pixels touches, row by row; none of them counts as covered whole.
+#[inline(always)]
+fn for_each_block_of_box([left, top, right, bottom]: [i32; 4], mut f: impl FnMut(BlockSpan)) {
+    const SIDE: i32 = BLOCK as i32;
+    let mut row = top & !(SIDE - 1);
+    while row < bottom {
+        let mut column = left & !(SIDE - 1);
+        while column < right {
+            f(BlockSpan { column, row, full: false });
+            column += SIDE;
+        }
+        row += SIDE;
+    }
+}
+
+/// What a disc covers, and its depth.
+struct Ellipse<L: Lanes> {
+    conic: [L::F; 3],
+    sag: L::F,
+    plane: DepthPlane<L>,
+}
+
+impl<L: Lanes> Ellipse<L> {
+    #[inline(always)]
+    fn new(l: L, disc: &Disc, origin: TileOrigin) -> Self {
+        let [a, b, c] = disc.conic;
+        let (gradient, range) = (disc.depth_gradient, disc.depth_range());
+        let plane = DepthPlane::of_parts(l, [disc.x, disc.y], disc.depth, gradient, range, origin);
+        Self { conic: [l.splat(a), l.splat(b), l.splat(c)], sag: l.splat(disc.sag), plane }
+    }
+
+    /// The lanes whose sample lies inside, and the depth there. Distances are exact, so that neither the tile nor the block
+    /// shows.
+    #[inline(always)]
+    fn at(&self, l: L, place: [L::F; 2], offset: [i32; 2]) -> (L::M, L::F) {
+        let [x, y] = [place[0] + l.splat(offset[0] as f32), place[1] + l.splat(offset[1] as f32)];
+        let [a, b, c] = self.conic;
+        let form = (a * x + b * y) * x + c * y * y;
+        let plane = &self.plane;
+        let depth = plane.at_vertex + x * plane.gradient[0] + y * plane.gradient[1] - form * self.sag;
+        (form.le(l.splat(1.0)), depth.max(plane.smallest).min(plane.largest))
+    }
+}
+
 /// What each lane adds to the edge functions at its block's first pixel.
 struct LaneEdges<L: Lanes> {
     offsets: [L::I; 3],
@@ -436,13 +578,27 @@ struct DepthPlane<L: Lanes> {
 impl<L: Lanes> DepthPlane<L> {
     #[inline(always)]
     fn new(l: L, triangle: &Triangle, origin: TileOrigin) -> Self {
-        let [smallest, largest] = triangle.depth_range();
+        let vertex = [triangle.x[0], triangle.y[0]];
+        let (gradient, range) = (triangle.depth_gradient, triangle.depth_range());
+        Self::of_parts(l, vertex, triangle.depth[0], gradient, range, origin)
+    }
+
+    /// The plane through a vertex, with the range that it is clamped to.
+    #[inline(always)]
+    fn of_parts(
+        l: L,
+        [x, y]: [i32; 2],
+        depth: f32,
+        gradient: [f32; 2],
+        [smallest, largest]: [f32; 2],
+        origin: TileOrigin,
+    ) -> Self {
         let lane = l.lane_indices();
         Self {
-            at_vertex: l.splat(triangle.depth[0]),
-            gradient: triangle.depth_gradient.map(|g| l.splat(g)),
+            at_vertex: l.splat(depth),
+            gradient: gradient.map(|g| l.splat(g)),
             lane: [(lane & 3).shl(8).to_float(), lane.shr(2).shl(8).to_float()],
-            origin: [origin.x - triangle.x[0], origin.y - triangle.y[0]],
+            origin: [origin.x - x, origin.y - y],
             smallest: l.splat(smallest),
             largest: l.splat(largest),
             smallest_value: smallest,

@@ -10,8 +10,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// An instance: its matrices, a chunk, and the smallest lists.
 const BYTES_PER_INSTANCE: u64 = 1024;
 
-/// A point or a line: four vertices with all attributes and two triangles, in lists that may be half empty.
-const BYTES_PER_STROKE: u64 = 512;
+/// A point: its radius and normal, with what finding them takes for a while.
+const BYTES_PER_POINT: u64 = 20;
 
 /// A tile's reference to a triangle: as it is found, sorted, and the run that it may be alone in.
 const BYTES_PER_REFERENCE: u64 = 24;
@@ -32,7 +32,7 @@ pub(super) struct FrameBudget {
 }
 
 impl FrameBudget {
-    /// Charges what is known before anything is made: instances, their vertices, points, lines and splats.
+    /// Charges what is known before anything is made: instances, their vertices, points and splats.
     ///
     /// # Errors
     /// [`LimitExceeded`] if that is more than is allowed.
@@ -42,9 +42,8 @@ impl FrameBudget {
             let mesh = &scene.meshes()[instance.mesh.index()];
             let own = match mesh.kind() {
                 PrimitiveKind::Triangles => mesh.positions().len() as u64 * vertex,
-                PrimitiveKind::Lines | PrimitiveKind::Points => {
-                    mesh.triangles().len() as u64 * (BYTES_PER_STROKE + 4 * vertex)
-                }
+                PrimitiveKind::Lines => 0,
+                PrimitiveKind::Points => mesh.positions().len() as u64 * BYTES_PER_POINT,
             };
             sum.saturating_add(own + BYTES_PER_INSTANCE)
         });
@@ -59,6 +58,11 @@ impl FrameBudget {
         self.spent.load(Ordering::Relaxed) > self.limit
     }
 
+    /// The tiles of the picture if the user chooses none: those whose references count.
+    pub(super) fn grid(&self) -> &TileGrid {
+        &self.grid
+    }
+
     /// How many references of the tiles of `grid` to triangles may be added: beyond that, those of the default tiles are too
     /// many as well.
     pub(super) fn references(&self, grid: &TileGrid) -> u64 {
@@ -70,7 +74,13 @@ impl FrameBudget {
     /// Adds a chunk that is set up for the tiles of `grid`. What is counted are the references of the default tiles.
     pub(super) fn charge(&self, chunk: &Chunk, grid: &TileGrid) {
         let bytes = size_of_val(chunk.triangles.as_slice()) + size_of_val(chunk.pieces.as_slice());
-        let pairs = if *grid == self.grid { chunk.bins.len() as u64 } else { chunk.pairs_on(&self.grid) };
+        let pairs = if chunk.points {
+            chunk.point_pairs
+        } else if *grid == self.grid {
+            chunk.bins.len() as u64
+        } else {
+            chunk.pairs_on(&self.grid)
+        };
         self.spent.fetch_add(bytes as u64 + pairs * BYTES_PER_REFERENCE, Ordering::Relaxed);
     }
 

@@ -1,16 +1,20 @@
 //! Instances to draws: the matrices of each, rounded once.
 
 use crate::gbuffer::Draw;
-use crate::geometry::{DrawView, Strokes, View};
-use crate::scene::{AlphaMode, Scene, Transform};
+use crate::geometry::{DrawView, PointView, View};
+use crate::scene::{AlphaMode, PrimitiveKind, Scene, Transform};
+use std::ops::Range;
 
 /// What the geometry stage knows of a draw.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct DrawState {
     /// Object space to the screen.
     pub view: DrawView,
-    /// First of the draw's vertices in the list of all screen vertices.
-    pub first_vertex: usize,
+    /// How its points are seen, if it is made of points.
+    pub points: Option<PointView>,
+    /// The draw's vertices in the list of all screen vertices: none of points and lines, which are made anew where they are
+    /// needed.
+    pub vertices: Range<usize>,
     /// The transform mirrors.
     pub mirrored: bool,
     /// Triangles seen from behind are not drawn.
@@ -23,35 +27,34 @@ pub(super) struct DrawState {
     pub refracts: bool,
 }
 
-/// Prepares all draws of a scene in two lists that are empty, and counts their vertices. `strokes` stand for the instances
-/// of points and lines.
+/// Prepares all draws of a scene in two lists that are empty, and counts their vertices. Points are `point_size` pixels
+/// wide, or as their meshes' surfels say.
 pub(super) fn prepare<'a>(
     scene: &'a Scene,
-    strokes: &'a [Strokes],
     view: &View,
+    point_size: Option<f32>,
     states: &mut Vec<DrawState>,
     draws: &mut Vec<Draw<'a>>,
 ) -> usize {
     let mut vertices = 0;
-    let mut strokes = strokes.iter().peekable();
-    for (number, instance) in scene.instances().iter().enumerate() {
+    for instance in scene.instances() {
         let mesh = &scene.meshes()[instance.mesh.index()];
-        let (mesh, transform) = match strokes.next_if(|strokes| strokes.instance == number) {
-            Some(strokes) => (&strokes.mesh, &strokes.transform),
-            None => (mesh, &instance.transform),
-        };
+        let transform = &instance.transform;
+        let on_screen = if mesh.kind() == PrimitiveKind::Triangles { mesh.positions().len() } else { 0 };
         let material = &scene.materials()[instance.material.index()];
         let mirrored = transform.determinant() < 0.0;
         states.push(DrawState {
             view: view.of_draw(transform),
-            first_vertex: vertices,
+            points: (mesh.kind() == PrimitiveKind::Points)
+                .then(|| PointView::new(view, mesh, transform, point_size)),
+            vertices: vertices..vertices + on_screen,
             mirrored,
             cull_back_faces: !material.double_sided,
             alpha_mode: material.alpha_mode,
             transmissive: material.is_transmissive(),
             refracts: material.refracts(),
         });
-        vertices += mesh.positions().len();
+        vertices += on_screen;
         draws.push(Draw {
             mesh,
             material: instance.material.0,

@@ -32,15 +32,15 @@ pub use work::WorkDone;
 use crate::frame::{Developer, DisplayImage, DisplayOptions, Frame};
 use crate::gbuffer::Draw;
 use crate::geometry::{
-    Chunk, ChunkJob, DrawView, ScreenVertices, TRIANGLES_PER_CHUNK, VERTICES_PER_CHUNK, View, process_chunk,
-    strokes, transform_vertices,
+    Chunk, ChunkJob, DrawView, ScreenVertices, TRIANGLES_PER_CHUNK, VERTICES_PER_CHUNK, View,
+    estimate_surfels, process_chunk, process_lines, process_points, transform_vertices,
 };
 use crate::jobs::Jobs;
 use crate::light::{AreaLight, EnvironmentLight, PrefilteredEnvironment, PunctualLight};
 use crate::limits::Limits;
 use crate::raster::SamplePattern;
 use crate::reuse::emptied;
-use crate::scene::{Camera, Scene};
+use crate::scene::{Camera, Mesh, PrimitiveKind, Scene};
 use crate::shade::{Backdrop, ShadeContext, ShadingCost, ViewRays};
 use crate::tile::{TileBins, TileGrid};
 use crate::{dispatch, dispatch_available};
@@ -232,9 +232,10 @@ impl Memory {
         let side = options.tile_size.unwrap_or(default_side);
         let grid = TileGrid::new(options.width, options.height, side);
         let surroundings = scene.environment();
-        // What is filtered now is used for many pictures.
+        // What is filtered now, or found of points, is used for many pictures.
         let filters = self.environments.would_filter(&surroundings.source);
-        if filters && jobs.on_every_worker(arithmetic_is_default).contains(&false) {
+        let finds = unknown_clouds(scene).next().is_some();
+        if (filters || finds) && jobs.on_every_worker(arithmetic_is_default).contains(&false) {
             return Err(RenderError::FloatingPointMode);
         }
         let filtered = self.environments.get(&surroundings.source, jobs, options.simd);
@@ -246,10 +247,12 @@ impl Memory {
         self.area_lights.extend(scene.lights().iter().filter_map(AreaLight::new));
         let environment_time = crew.lap();
 
-        let strokes = strokes(scene, &view, options.line_width, options.point_size);
+        for mesh in unknown_clouds(scene) {
+            mesh.set_surfels(estimate_surfels(mesh, jobs));
+        }
         let mut draws = emptied(std::mem::take(&mut self.draws));
         self.states.clear();
-        let vertex_count = draws::prepare(scene, &strokes, &view, &mut self.states, &mut draws);
+        let vertex_count = draws::prepare(scene, &view, options.point_size, &mut self.states, &mut draws);
         self.transform(&mut crew, &draws, vertex_count, options);
         let vertices_time = crew.lap();
         let chunks = self.set_up_triangles(&mut crew, &draws, &grid, &pattern, options, &budget);
@@ -257,13 +260,13 @@ impl Memory {
         budget.check()?;
         let chunks = &self.chunks[..chunks];
         self.bins.build(grid.len(), chunks.iter().map(|c| &c.bins));
-        let rasterized = chunks.iter().map(|c| c.triangles.len() as u64).sum();
+        let rasterized = chunks.iter().map(|c| c.triangles.len() as u64 + u64::from(c.kept)).sum();
         let triangles_time = crew.lap();
 
         let hashes = options.stage_hashes.then(|| StageHashes {
             scene: trace::scene(scene),
             environment: trace::environment(&filtered),
-            geometry: trace::geometry(&self.vertices, chunks, splats.in_order()),
+            geometry: trace::geometry(&self.vertices, chunks, &self.states, &draws, splats.in_order()),
             ..StageHashes::default()
         });
         self.reach.find(&self.lights, &view);
@@ -383,7 +386,7 @@ impl Memory {
         self.vertices.resize(count);
         let mut work = emptied(std::mem::take(&mut self.vertex_jobs));
         let (mut places, mut depths) = (&mut self.vertices.places[..], &mut self.vertices.depths[..]);
-        for (state, draw) in self.states.iter().zip(draws) {
+        for (state, draw) in self.states.iter().zip(draws).filter(|(state, _)| !state.vertices.is_empty()) {
             for positions in draw.mesh.positions().chunks(VERTICES_PER_CHUNK) {
                 let (own_places, own_depths);
                 (own_places, places) = places.split_at_mut(positions.len());
@@ -410,14 +413,15 @@ impl Memory {
     ) -> usize {
         let mut count = 0;
         for (number, draw) in draws.iter().enumerate() {
-            let triangles = draw.mesh.triangles().len();
-            for start in (0..triangles).step_by(TRIANGLES_PER_CHUNK) {
+            let primitives = draw.mesh.primitive_count();
+            for start in (0..primitives).step_by(TRIANGLES_PER_CHUNK) {
                 if count == self.chunks.len() {
                     self.chunks.push(Chunk::default());
                 }
                 let chunk = &mut self.chunks[count];
                 chunk.draw = number as u32;
-                chunk.range = start..triangles.min(start + TRIANGLES_PER_CHUNK);
+                chunk.range = start..primitives.min(start + TRIANGLES_PER_CHUNK);
+                chunk.points = draw.mesh.kind() == PrimitiveKind::Points;
                 count += 1;
             }
         }
@@ -429,19 +433,33 @@ impl Memory {
             }
             let state = &states[chunk.draw as usize];
             let mesh = draws[chunk.draw as usize].mesh;
+            let max_bins = usize::try_from(budget.references(grid)).unwrap_or(usize::MAX);
             let job = ChunkJob {
                 mesh,
-                vertices: vertices.slice(state.first_vertex..state.first_vertex + mesh.positions().len()),
+                vertices: vertices.slice(state.vertices.clone()),
                 view: &state.view,
                 cull_back_faces: state.cull_back_faces,
                 mirrored: state.mirrored,
-                max_bins: usize::try_from(budget.references(grid)).unwrap_or(usize::MAX),
+                max_bins,
             };
-            dispatch_available!(options.simd, l => process_chunk(l, chunk, &job, grid, pattern));
+            match (mesh.kind(), &state.points) {
+                (PrimitiveKind::Points, Some(points)) => {
+                    process_points(chunk, points, mesh, [grid, budget.grid()], max_bins)
+                }
+                (PrimitiveKind::Lines, _) => process_lines(chunk, &job, options.line_width, grid),
+                _ => dispatch_available!(options.simd, l => process_chunk(l, chunk, &job, grid, pattern)),
+            }
             budget.charge(chunk, grid);
         });
         count
     }
+}
+
+/// Meshes of points of which it is not known yet what they are drawn as. One that is drawn often is listed once: what is
+/// found shows while the list is walked.
+fn unknown_clouds(scene: &Scene) -> impl Iterator<Item = &Mesh> {
+    let meshes = scene.instances().iter().map(|instance| &scene.meshes()[instance.mesh.index()]);
+    meshes.filter(|mesh| mesh.kind() == PrimitiveKind::Points && mesh.surfels().is_none())
 }
 
 /// Takes a picture as the backdrop of refracting surfaces, with all of its blurred levels.

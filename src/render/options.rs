@@ -47,8 +47,9 @@ pub struct RenderOptions {
     pub merge_angle: f32,
     /// Width of lines in pixels, 0.1 to 64.
     pub line_width: f32,
-    /// Width and height of points in pixels, 0.1 to 64.
-    pub point_size: f32,
+    /// Diameter of points in pixels, 0.1 to 64, facing the viewer. Default: discs along the surface that they are points of,
+    /// as large as their distances ask for; points far apart have 3 pixels.
+    pub point_size: Option<f32>,
     /// G-buffer planes to keep.
     pub aovs: Vec<Aov>,
     /// Whether to find [`RenderStats::stage_hashes`], which takes longer than the picture.
@@ -71,7 +72,7 @@ impl Default for RenderOptions {
             area_lights: AreaLightMethod::default(),
             merge_angle: 0.0,
             line_width: 1.5,
-            point_size: 3.0,
+            point_size: None,
             aovs: Vec::new(),
             stage_hashes: false,
             limits: Limits::default(),
@@ -106,7 +107,8 @@ impl RenderOptions {
         if !(0.0..=45.0).contains(&self.merge_angle) {
             return Err(option("merge angle", self.merge_angle.to_string(), "0 to 45 degrees"));
         }
-        for (name, width) in [("line width", self.line_width), ("point size", self.point_size)] {
+        let widths = [("line width", Some(self.line_width)), ("point size", self.point_size)];
+        for (name, width) in widths.into_iter().filter_map(|(name, width)| Some((name, width?))) {
             if !(0.1..=64.0).contains(&width) {
                 return Err(option(name, width.to_string(), "0.1 to 64 pixels"));
             }

@@ -8,7 +8,7 @@ use super::resolve::{Behind, TilePixels, Transmitted};
 use super::shading_order::ShadingOrder;
 use super::splat_tile::{SplatPlace, SplatScratch, Surfaces};
 use super::splats::SplatScene;
-use super::tile_shading::{ShadedFragment, TileShading, TileTriangles, one_material, shade_fragments};
+use super::tile_shading::{Discs, ShadedFragment, TileShading, TileTriangles, one_material, shade_fragments};
 use super::trace::FragmentHashes;
 use super::work::{Spent, Work};
 use crate::frame::{Developer, is_tinted};
@@ -18,7 +18,7 @@ use crate::geometry::Chunk;
 use crate::jobs::Scratch;
 use crate::light::PunctualLight;
 use crate::math::lanes::{LANES, Lanes, Mask};
-use crate::raster::{SamplePattern, TileOrigin, Visibility};
+use crate::raster::{Disc, SamplePattern, TileOrigin, Visibility};
 use crate::reuse::reserve_like;
 use crate::scene::AlphaMode;
 use crate::shade::{Backdrop, ShadeContext, ShadingCost, alpha_passes};
@@ -72,8 +72,10 @@ pub(super) struct TileScratch {
     /// Empty between tiles.
     pub rows: TileRows<'static>,
     visibility: Visibility,
-    /// Chunk and triangle of each identity.
+    /// Chunk of each identity, and which of its triangles or points.
     pub identities: Vec<(u32, u32)>,
+    /// Of the points, those that are seen.
+    pub discs: Discs,
     /// Identities of blended and transmissive triangles: of the tile, and after them of its parts.
     blended: Vec<u32>,
     /// The lights that reach the tile, if they are not all.
@@ -102,6 +104,8 @@ impl TileScratch {
         self.rows.reserve_like(&other.rows);
         self.visibility.reserve_like(&other.visibility);
         reserve_like(&mut self.identities, &other.identities);
+        reserve_like(&mut self.discs.triangles, &other.discs.triangles);
+        reserve_like(&mut self.discs.places, &other.discs.places);
         reserve_like(&mut self.blended, &other.blended);
         reserve_like(&mut self.lights, &other.lights);
         reserve_like(&mut self.kept, &other.kept);
@@ -422,6 +426,7 @@ fn draw_triangles<L: Lanes>(
 ) -> bool {
     let mut small = 0;
     scratch.identities.clear();
+    scratch.discs.clear();
     let samples = pass.pattern.len();
     scratch.visibility.clear(width as usize, height as usize, samples);
     for (number, run) in runs.iter().enumerate() {
@@ -439,6 +444,11 @@ fn draw_triangles<L: Lanes>(
         }
         let listed = chunk.bins.triangles(run);
         let mut masked = 0;
+        if chunk.points {
+            scratch.discs.wanted = true;
+            masked += draw_points(l, pass, origin, run, mode, scratch);
+        }
+        let listed = if chunk.points { &[] } else { listed };
         for (place, &index) in listed.iter().enumerate() {
             if let Some(&later) = listed.get(place + TRIANGLES_AHEAD) {
                 prefetch_index(&chunk.triangles, later as usize);
@@ -453,7 +463,8 @@ fn draw_triangles<L: Lanes>(
                 }
                 AlphaMode::Blend => scratch.blended.push(identity),
                 AlphaMode::Mask { cutoff } => {
-                    let source = TileTriangles { chunks: pass.chunks, identities: &scratch.identities };
+                    let TileScratch { visibility, identities, discs, .. } = &mut *scratch;
+                    let source = TileTriangles { chunks: pass.chunks, identities, discs };
                     let number = pass.shade.draws[chunk.draw as usize].material as usize;
                     let (material, own) =
                         (&pass.shade.materials[number], LANES as u64 * pass.costs[number].mask);
@@ -476,7 +487,7 @@ fn draw_triangles<L: Lanes>(
                             },
                         )
                     };
-                    scratch.visibility.draw(l, triangle, identity, origin, pass.pattern, Some(&mut keep));
+                    visibility.draw(l, triangle, identity, origin, pass.pattern, Some(&mut keep));
                 }
             }
         }
@@ -489,13 +500,85 @@ fn draw_triangles<L: Lanes>(
             return false;
         }
     }
-    let source = TileTriangles { chunks: pass.chunks, identities: &scratch.identities };
+    let TileScratch { visibility, identities, discs, fragments, .. } = scratch;
+    let source = TileTriangles { chunks: pass.chunks, identities, discs };
     let merge = match pass.merge {
         Some(least_squared_cosine) if small > 1 => Some((&source, pass.shade.draws, least_squared_cosine)),
         _ => None,
     };
-    extract_fragments(l, &scratch.visibility, width, height, samples, merge, &mut scratch.fragments);
+    extract_fragments(l, visibility, width, height, samples, merge, fragments);
+    discs.list(pass, identities, fragments);
     true
+}
+
+/// Visibility of the points of a run that are opaque or pass their mask. Leaves blended ones for later. Returns what their
+/// masks cost, in units of [`ShadingCost`]: as if each were read once in every block that the point touches, so that it does
+/// not depend on the tiles.
+#[inline(always)]
+fn draw_points<L: Lanes>(
+    l: L,
+    pass: &Pass<'_>,
+    origin: TileOrigin,
+    run: &Run,
+    mode: AlphaMode,
+    scratch: &mut TileScratch,
+) -> u64 {
+    let chunk = &pass.chunks[run.chunk as usize];
+    let draw = &pass.shade.draws[chunk.draw as usize];
+    let own = pass.costs[draw.material as usize].mask;
+    let mut masked = 0;
+    let listed = chunk.bins.triangles(run);
+    for (place, &index) in listed.iter().enumerate() {
+        if let Some(&later) = listed.get(place + TRIANGLES_AHEAD) {
+            let vertex = draw.mesh.point(chunk.range.start + later as usize) as usize;
+            prefetch_index(draw.mesh.positions(), vertex);
+            prefetch_index(draw.mesh.shading_normals(), vertex);
+        }
+        let identity = scratch.identities.len() as u32;
+        scratch.identities.push((run.chunk, index));
+        if mode == AlphaMode::Blend {
+            scratch.blended.push(identity);
+            continue;
+        }
+        let Some(disc) = pass.disc(chunk, index) else { continue };
+        if let AlphaMode::Mask { cutoff } = mode {
+            masked += LANES as u64 * own * scratch.visibility.blocks_of_disc(&disc, origin);
+            if !passes_mask(l, pass, origin, identity, &disc, cutoff, scratch) {
+                continue;
+            }
+        }
+        scratch.visibility.draw_disc(l, &disc, identity, origin, pass.pattern);
+    }
+    masked
+}
+
+/// Whether a point passes its mask: attributes are the same all over it.
+#[inline(never)]
+fn passes_mask<L: Lanes>(
+    l: L,
+    pass: &Pass<'_>,
+    origin: TileOrigin,
+    identity: u32,
+    disc: &Disc,
+    cutoff: f32,
+    scratch: &mut TileScratch,
+) -> bool {
+    l.run(
+        #[inline(always)]
+        || {
+            scratch.discs.add(identity, disc);
+            let TileScratch { identities, discs, .. } = &*scratch;
+            let source = TileTriangles { chunks: pass.chunks, identities, discs };
+            let batch = Batch::of_block(identity, &source, origin, 0, 0, 0, pass.pattern);
+            let draw = pass.chunks[identities[identity as usize].0 as usize].draw;
+            let material = &pass.shade.materials[pass.shade.draws[draw as usize].material as usize];
+            let passes = alpha_passes(l, &pass.shade, material, cutoff, &batch).bits() & 1 != 0;
+            // Listed again if it is seen.
+            scratch.discs.triangles.pop();
+            scratch.discs.places.truncate(identity as usize);
+            passes
+        },
+    )
 }
 
 /// Fragments of blended triangles in front of everything opaque, in a part of the tile. `false`, with some of them drawn, if
@@ -512,7 +595,7 @@ fn draw_blended<L: Lanes>(
     scratch: &mut TileScratch,
     cost: &mut TileCost,
 ) -> bool {
-    let TileScratch { visibility, identities, blended, fragments, .. } = scratch;
+    let TileScratch { visibility, identities, discs, blended, fragments, .. } = scratch;
     let &TilePart { pixels: [left, top, right, bottom], triangles: [first, end] } = part;
     let opaque = fragments.len();
     let divisible = right - left > 1 || bottom - top > 1;
@@ -526,27 +609,28 @@ fn draw_blended<L: Lanes>(
         let chunk = &pass.chunks[chunk as usize];
         let own = pass.costs[pass.shade.draws[chunk.draw as usize].material as usize];
         let mut seen = false;
-        let visited = visibility.visit_visible(
-            l,
-            &chunk.triangles[index as usize],
-            of_tile.origin,
-            pass.pattern,
-            part.pixels,
-            #[inline(always)]
-            |column, row, masks| {
-                seen = true;
-                if column >= left as i32 && row >= top as i32 {
-                    let [x, y] = of_tile.corner;
-                    let lit = own.fragment + own.light * pass.reach.count(x + column as u32, y + row as u32);
-                    let count = masks.iter().map(|&mask| u64::from(mask != 0)).sum::<u64>();
-                    let more = if count < LANES as u64 { PARTIAL_BLOCK } else { 0 };
-                    shading += count * (lit + own.blending) + more * lit;
-                }
-                if fits {
-                    push_masked_fragments(identity, column, row, masks, part.pixels, fragments);
-                }
-            },
-        );
+        // No arithmetic of lanes in it.
+        let mut visit = |column: i32, row: i32, masks: &[u16; LANES]| {
+            seen = true;
+            if column >= left as i32 && row >= top as i32 {
+                let [x, y] = of_tile.corner;
+                let lit = own.fragment + own.light * pass.reach.count(x + column as u32, y + row as u32);
+                let count = masks.iter().map(|&mask| u64::from(mask != 0)).sum::<u64>();
+                let more = if count < LANES as u64 { PARTIAL_BLOCK } else { 0 };
+                shading += count * (lit + own.blending) + more * lit;
+            }
+            if fits {
+                push_masked_fragments(identity, column, row, masks, part.pixels, fragments);
+            }
+        };
+        let (origin, pattern, pixels) = (of_tile.origin, pass.pattern, part.pixels);
+        let visited = if chunk.points {
+            let Some(disc) = pass.disc(chunk, index) else { continue };
+            visibility.visit_visible_disc(l, &disc, origin, pattern, pixels, &mut visit)
+        } else {
+            let triangle = &chunk.triangles[index as usize];
+            visibility.visit_visible(l, triangle, origin, pattern, pixels, &mut visit)
+        };
         blocks[usize::from(!seen)] += visited;
         if seen && divisible {
             blended.push(identity);
@@ -573,6 +657,7 @@ fn draw_blended<L: Lanes>(
         pass.work.spend(Spent::Fragments, count as u64);
         pass.work.spend(Spent::Shading, shading);
     }
+    discs.list(pass, identities, &fragments[opaque..]);
     fits
 }
 

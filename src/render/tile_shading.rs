@@ -9,7 +9,7 @@ use crate::each;
 use crate::gbuffer::{Fragment, SourceTriangle, TriangleSource, layout};
 use crate::geometry::Chunk;
 use crate::math::lanes::{Float, LANES, Lanes};
-use crate::raster::TileOrigin;
+use crate::raster::{Disc, TileOrigin, Triangle};
 use crate::shade::{
     Backdrop, ShadeContext, SurfacePlace, SurfaceTextures, hold_back, pass_through, shade, store_surface,
 };
@@ -47,8 +47,65 @@ pub(super) struct ShadedFragment {
 /// Chunks and a tile's identities.
 pub(super) struct TileTriangles<'a> {
     pub chunks: &'a [Chunk],
-    /// Chunk and triangle of each.
+    /// Chunk of each, and which of its triangles or points.
     pub identities: &'a [(u32, u32)],
+    /// The discs of points that are seen, as triangles around them; and which is that of an identity.
+    pub discs: &'a Discs,
+}
+
+/// Points of a tile that some sample sees.
+#[derive(Debug, Default)]
+pub(super) struct Discs {
+    pub triangles: Vec<Triangle>,
+    /// For each identity, its place in the list or [`Discs::NONE`].
+    pub places: Vec<u32>,
+    /// The tile has points.
+    pub wanted: bool,
+}
+
+impl Discs {
+    /// In place of a disc's place: it has not been listed.
+    pub(super) const NONE: u32 = u32::MAX;
+
+    /// Forgets all.
+    pub(super) fn clear(&mut self) {
+        self.triangles.clear();
+        self.places.clear();
+        self.wanted = false;
+    }
+
+    /// Lists the disc of an identity.
+    pub(super) fn add(&mut self, identity: u32, disc: &Disc) {
+        let identity = identity as usize;
+        if self.places.len() <= identity {
+            self.places.resize(identity + 1, Self::NONE);
+        }
+        self.places[identity] = self.triangles.len() as u32;
+        self.triangles.push(Triangle::around(disc));
+    }
+
+    /// Lists the discs of the points among fragments.
+    pub(super) fn list(&mut self, pass: &Pass<'_>, identities: &[(u32, u32)], fragments: &[Fragment]) {
+        for fragment in if self.wanted { fragments } else { &[] } {
+            let (chunk, index) = identities[fragment.triangle as usize];
+            let known = self.places.get(fragment.triangle as usize).is_some_and(|place| *place != Self::NONE);
+            if known || !pass.chunks[chunk as usize].points {
+                continue;
+            }
+            if let Some(disc) = pass.disc(&pass.chunks[chunk as usize], index) {
+                self.add(fragment.triangle, &disc);
+            }
+        }
+    }
+}
+
+impl Pass<'_> {
+    /// The disc of a point of a chunk.
+    #[inline(always)]
+    pub(super) fn disc(&self, chunk: &Chunk, index: u32) -> Option<Disc> {
+        let points = self.states[chunk.draw as usize].points.as_ref()?;
+        points.disc(self.shade.draws[chunk.draw as usize].mesh, chunk.range.start + index as usize)
+    }
 }
 
 impl TileTriangles<'_> {
@@ -65,6 +122,14 @@ impl TriangleSource for TileTriangles<'_> {
     fn triangle(&self, identity: u32) -> SourceTriangle<'_> {
         let (chunk, index) = self.identities[identity as usize];
         let chunk = &self.chunks[chunk as usize];
+        if chunk.points {
+            let place = self.discs.places[identity as usize];
+            return SourceTriangle {
+                screen: &self.discs.triangles[place as usize],
+                draw: chunk.draw,
+                clip: None,
+            };
+        }
         let screen = &chunk.triangles[index as usize];
         SourceTriangle { screen, draw: chunk.draw, clip: chunk.clip(index) }
     }
@@ -90,11 +155,12 @@ pub(super) fn shade_fragments<L: Lanes>(
 ) -> bool {
     let &TileShading { shade: context, origin, corner, one_material, whole, opaque, .. } = of_tile;
     let TileJob { aovs, hashes, cost, .. } = job;
-    let TileScratch { identities, fragments, order, shaded, batches, surface, kept, pixels, .. } = scratch;
+    let TileScratch { identities, discs, fragments, order, shaded, batches, surface, kept, pixels, .. } =
+        scratch;
     let [mut batch, mut following] = batches.each_mut();
     let fragments = &*fragments;
     let draws = pass.shade.draws;
-    let source = TileTriangles { chunks: pass.chunks, identities };
+    let source = TileTriangles { chunks: pass.chunks, identities, discs };
     // Resized but not cleared: what the resolve reads is written below.
     shaded.resize(fragments.len(), ShadedFragment::default());
     let material_of = |identity: usize| {
@@ -180,6 +246,7 @@ pub(super) fn shade_fragments<L: Lanes>(
             if let Some(hashes) = hashes {
                 for (lane, &index) in indices.iter().enumerate() {
                     let fragment = &fragments[index as usize];
+                    // Of points, the number among those of their chunk, likewise.
                     let (chunk, triangle) = identities[fragment.triangle as usize];
                     let key = [corner[0] + fragment.column(), corner[1] + fragment.row(), chunk, triangle];
                     let rows = if model.reads_lobes() { 0..layout::ROWS } else { layout::CORE };

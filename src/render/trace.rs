@@ -5,8 +5,10 @@
 //! surface), each with a key that says where it belongs. A sum, because the order of items depends on threads and
 //! tiles and their bits must not.
 
+use super::draws::DrawState;
 use super::tile_shading::ShadedFragment;
 use crate::frame::Frame;
+use crate::gbuffer::Draw;
 use crate::gbuffer::layout::SurfacePlanes;
 use crate::geometry::{Chunk, ScreenVertices};
 use crate::light::PrefilteredEnvironment;
@@ -156,10 +158,12 @@ pub(super) fn environment(filtered: &PrefilteredEnvironment) -> u128 {
     hasher.digest128()
 }
 
-/// The hash of vertices, triangles and splats on the screen.
+/// The hash of vertices, triangles, points and splats on the screen.
 pub(super) fn geometry<'a>(
     vertices: &ScreenVertices,
     chunks: &[Chunk],
+    states: &[DrawState],
+    draws: &[Draw<'_>],
     splats: impl Iterator<Item = &'a ScreenSplat>,
 ) -> u128 {
     let mut hasher = Xxh3::new();
@@ -176,6 +180,16 @@ pub(super) fn geometry<'a>(
         feed(&mut hasher, words.map(u32::to_le_bytes));
         let corners = chunk.pieces.iter().flat_map(|piece| piece.barycentrics).flatten();
         feed(&mut hasher, corners.map(f32::to_le_bytes));
+        if let Some(points) = &states[chunk.draw as usize].points {
+            let mesh = draws[chunk.draw as usize].mesh;
+            let words = chunk.range.clone().filter_map(|point| points.disc(mesh, point)).flat_map(|disc| {
+                let places = [disc.x as u32, disc.y as u32, disc.vertex, disc.back_facing.into()];
+                let [a, b, c] = disc.conic;
+                let [x, y] = disc.depth_gradient;
+                places.into_iter().chain([a, b, c, disc.depth, x, y].map(f32::to_bits))
+            });
+            feed(&mut hasher, words.map(u32::to_le_bytes));
+        }
     }
     let words = splats.flat_map(|splat| {
         let ScreenSplat { center: [x, y], shear, scale: [u, v], least, opacity, color: [r, g, b], .. } =

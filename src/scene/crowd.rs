@@ -25,7 +25,7 @@ impl Scene {
     #[must_use]
     pub fn crowd(&self) -> Option<Crowd> {
         let all: u64 =
-            self.seen_instances().map(|i| self.meshes[i.mesh.index()].triangles().len() as u64).sum();
+            self.seen_instances().map(|i| self.meshes[i.mesh.index()].primitive_count() as u64).sum();
         let step = usize::try_from(all.div_ceil(LOOKED_AT).max(1)).ok()?;
         // Its own box, of every triangle that is looked at.
         let mut boxes: Vec<Bounds> = Vec::new();
@@ -37,8 +37,10 @@ impl Scene {
                 PrimitiveKind::Lines => 2,
                 PrimitiveKind::Points => 1,
             };
-            let triangles = mesh.triangles();
-            for triangle in triangles.iter().skip(skip).step_by(step) {
+            let count = mesh.primitive_count();
+            for number in (skip..count).step_by(step) {
+                let listed = mesh.triangles().get(number);
+                let triangle = listed.copied().unwrap_or_else(|| [mesh.point(number); 3]);
                 let mut own = Bounds::EMPTY;
                 for &v in &triangle[..corners] {
                     let p = instance.transform.point(mesh.positions()[v as usize].map(f64::from));
@@ -47,8 +49,8 @@ impl Scene {
                 boxes.push(own);
             }
             // The next one of all, wherever it is.
-            let looked_at = triangles.len().saturating_sub(skip).div_ceil(step);
-            skip = (skip + looked_at * step).saturating_sub(triangles.len());
+            let looked_at = count.saturating_sub(skip).div_ceil(step);
+            skip = (skip + looked_at * step).saturating_sub(count);
         }
         if boxes.len() < 4 {
             return None;

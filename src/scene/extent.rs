@@ -74,6 +74,12 @@ pub(super) fn all(used: &[bool]) -> bool {
     used.chunks(1024).all(|block| block.iter().fold(true, |all, &used| all & used))
 }
 
+/// The box around points, none of which has a coordinate that is NaN.
+pub(super) fn of_all(positions: &[[f32; 3]]) -> Bounds {
+    let Extent { low, high } = Extent::of(positions);
+    Bounds { min: low.map(f64::from), max: high.map(f64::from) }
+}
+
 /// The box around the vertices that triangles use, as if each corner of each triangle had been included in turn.
 pub(super) fn bounds(positions: &[[f32; 3]], triangles: &[[u32; 3]], used: &[bool]) -> Bounds {
     let mut extent = Extent::EMPTY;

@@ -2,7 +2,7 @@
 
 use super::error::{finite, within};
 use super::{Bounds, MAX_COORDINATE, SceneError, extent, seen};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// What a mesh is made of.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -13,8 +13,8 @@ pub enum PrimitiveKind {
     /// Line segments, from the first to the second vertex of each of [`MeshData::triangles`]; the third is to be one of the
     /// two. Drawn as wide as [`crate::RenderOptions::line_width`].
     Lines,
-    /// The first vertex of each of [`MeshData::triangles`]; the others are to be the same. Drawn as large as
-    /// [`crate::RenderOptions::point_size`].
+    /// Every vertex, if there are no [`MeshData::triangles`]; else the first vertex of each of these. Drawn as discs as large
+    /// as [`crate::RenderOptions::point_size`] or, by default, as the distances between them ask for.
     Points,
 }
 
@@ -41,6 +41,17 @@ pub struct MeshData {
 /// Vertices of a mesh at most: of their numbers, the rasterizer uses one bit for something else.
 pub const MAX_VERTICES: usize = 1 << 31;
 
+/// What points are drawn as where neither their file nor the picture says it: surface elements.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Surfels {
+    /// Radius of the disc of each vertex, in object space. Empty: 0.
+    pub radii: Vec<f32>,
+    /// Unit normal of each vertex in object space, of either sign, for meshes that have none. Zero: none.
+    pub normals: Vec<[f32; 3]>,
+    /// Radius in pixels that is added to the others as the sides of a right triangle are.
+    pub least_radius: f32,
+}
+
 /// A triangle mesh with consistent lengths, finite attributes and indices in range. Copies share their attributes.
 #[derive(Clone, Debug)]
 pub struct Mesh {
@@ -48,6 +59,8 @@ pub struct Mesh {
     bounds: Bounds,
     /// Every vertex belongs to a triangle.
     all_used: bool,
+    /// Found once, when they are first drawn.
+    surfels: Arc<OnceLock<Surfels>>,
 }
 
 impl Mesh {
@@ -79,6 +92,10 @@ impl Mesh {
         finite("texture coordinate", data.uvs[0].as_flattened())?;
         finite("texture coordinate", data.uvs[1].as_flattened())?;
         within("vertex colour", data.colors.as_flattened(), 0.0, 65504.0)?;
+        if data.kind == PrimitiveKind::Points && data.triangles.is_empty() {
+            let bounds = extent::of_all(&data.positions);
+            return Ok(Self { data: Arc::new(data), bounds, all_used: true, surfels: Arc::default() });
+        }
         let mut used = extent::used_vertices(vertices, &data.triangles).map_err(|triangle| {
             let vertex = data.triangles[triangle].iter().copied().fold(0, u32::max);
             SceneError::IndexOutOfRange { triangle, vertex, vertices }
@@ -89,7 +106,7 @@ impl Mesh {
             bounds = extent::bounds(&data.positions, &data.triangles, &seen);
             used = seen;
         }
-        Ok(Self { data: Arc::new(data), bounds, all_used: extent::all(&used) })
+        Ok(Self { data: Arc::new(data), bounds, all_used: extent::all(&used), surfels: Arc::default() })
     }
 
     /// All attributes.
@@ -131,6 +148,39 @@ impl Mesh {
     #[must_use]
     pub fn kind(&self) -> PrimitiveKind {
         self.data.kind
+    }
+    /// How many triangles, lines or points it is made of.
+    #[must_use]
+    pub fn primitive_count(&self) -> usize {
+        match self.data.triangles.len() {
+            0 if self.data.kind == PrimitiveKind::Points => self.data.positions.len(),
+            count => count,
+        }
+    }
+    /// The vertex of a point of a mesh of points.
+    #[inline(always)]
+    #[must_use]
+    pub fn point(&self, number: usize) -> u32 {
+        self.data.triangles.get(number).map_or(number as u32, |&[vertex, ..]| vertex)
+    }
+    /// What its points are drawn as, once that has been found.
+    #[must_use]
+    pub fn surfels(&self) -> Option<&Surfels> {
+        self.surfels.get()
+    }
+    /// Says what its points are drawn as, unless that has been said.
+    pub fn set_surfels(&self, surfels: Surfels) {
+        let _ = self.surfels.set(surfels);
+    }
+    /// The normals that it is shaded with: its own, or those of its [`Surfels`].
+    #[inline]
+    #[must_use]
+    pub fn shading_normals(&self) -> &[[f32; 3]] {
+        if self.data.normals.is_empty() {
+            self.surfels.get().map_or(&[], |surfels| &surfels.normals)
+        } else {
+            &self.data.normals
+        }
     }
     /// Object-space box around the vertices of triangles, lines and points that can be seen: not of triangles without area
     /// and lines without length, unless there is nothing else.

@@ -35,7 +35,7 @@ pub use lobes::{
     SecondLobe, Sheen, Subsurface,
 };
 pub use material::{AlphaMode, Material, NormalTexture, TextureRef, UvTransform, Workflow};
-pub use mesh::{MAX_VERTICES, Mesh, MeshData, PrimitiveKind};
+pub use mesh::{MAX_VERTICES, Mesh, MeshData, PrimitiveKind, Surfels};
 pub use model::{DualNormalFix, ModelOptions, OcclusionCone, ShadingModel, SpecularOcclusionMethod};
 pub(crate) use splats::rotation_rows;
 pub use splats::{
@@ -334,14 +334,20 @@ impl Scene {
     pub fn environment(&self) -> &Environment {
         &self.environment
     }
-    /// Triangles, every instance counted; points and lines are drawn as two each.
+    /// Triangles, every instance counted; a line is drawn as two, a point counts as one.
     #[must_use]
     pub fn triangle_count(&self) -> u64 {
         let count = |mesh: &Mesh| {
-            let each = if mesh.kind() == PrimitiveKind::Triangles { 1 } else { 2 };
-            mesh.triangles().len() as u64 * each
+            let each = if mesh.kind() == PrimitiveKind::Lines { 2 } else { 1 };
+            mesh.primitive_count() as u64 * each
         };
         self.instances.iter().map(|i| count(&self.meshes[i.mesh.index()])).sum()
+    }
+    /// How many triangles, lines or points there are, every instance counted.
+    #[must_use]
+    pub fn count_of(&self, kind: PrimitiveKind) -> u64 {
+        let meshes = self.instances.iter().map(|instance| &self.meshes[instance.mesh.index()]);
+        meshes.filter(|mesh| mesh.kind() == kind).map(|mesh| mesh.primitive_count() as u64).sum()
     }
     /// World-space box around all instances that can be seen, or around all if none can: not around those that their
     /// transforms squeeze to nothing or whose material is transparent all over. Empty for an empty scene.

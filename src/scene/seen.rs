@@ -88,7 +88,9 @@ impl Scene {
     /// True if something of a draw has an area, a length or, if it is made of points, a place.
     pub(crate) fn is_solid(&self, instance: &Instance) -> bool {
         let mesh = &self.meshes[instance.mesh.index()];
-        keeps(instance, mesh.kind()) && mesh.triangles().iter().any(|&t| can_be_seen(mesh.data(), t))
+        let has_places = mesh.kind() == PrimitiveKind::Points && mesh.primitive_count() > 0;
+        keeps(instance, mesh.kind())
+            && (has_places || mesh.triangles().iter().any(|&t| can_be_seen(mesh.data(), t)))
     }
 
     /// True if a material lets everything through, whatever mesh it is on.

@@ -372,7 +372,7 @@ impl<L: Lanes> NormalFrame<L> {
         view: V3<L>,
     ) -> Self {
         let draws = context.draws;
-        let vertices = batch.vertices.attribute(l, draws, [0.0; 3], Mesh::normals);
+        let vertices = batch.vertices.attribute(l, draws, [0.0; 3], Mesh::shading_normals);
         let smooth = location.interpolate(&vertices);
         let zero = vec3::dot(l, smooth, smooth).eq(l.zero());
         let object = if zero.any() {

@@ -193,7 +193,8 @@ pub struct PictureArgs {
     #[arg(long, value_name = "PIXELS", value_parser = values::within::<f32>(0.1, 64.0), allow_negative_numbers = true)]
     pub line_width: Option<f32>,
 
-    /// Size of points in pixels, 0.1 to 64 [default: 3]
+    /// Diameter of points in pixels, 0.1 to 64 [default: by the distances between them, at least about a pixel; 3 if they are
+    /// far apart]
     #[arg(long, value_name = "PIXELS", value_parser = values::within::<f32>(0.1, 64.0), allow_negative_numbers = true)]
     pub point_size: Option<f32>,
 }

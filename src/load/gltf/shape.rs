@@ -12,7 +12,7 @@ use super::model::{self, Kind, Root};
 use super::topology::{Topology, connect, separate};
 use crate::load::LoadError;
 use crate::load::tangents::add_tangents;
-use crate::scene::{MAX_COORDINATE, Mesh, MeshData};
+use crate::scene::{MAX_COORDINATE, Mesh, MeshData, PrimitiveKind};
 
 /// Largest vertex colour that a scene takes.
 const MAX_COLOR: f32 = 65504.0;
@@ -199,6 +199,15 @@ impl Geometry {
             )),
         }
         data.kind = self.source.topology.kind();
+        // Where every vertex is a point, in order, they need not be listed.
+        let in_order = |data: &MeshData| {
+            let mut listed = data.triangles.iter().zip(0_u32..);
+            data.triangles.len() == data.positions.len()
+                && listed.all(|(vertex, number)| *vertex == [number; 3])
+        };
+        if data.kind == PrimitiveKind::Points && in_order(&data) {
+            data.triangles = Vec::new();
+        }
         let mut flat = false;
         let mut origins: Option<Vec<u32>> = None;
         if let Some(set) = self.source.tangents_for {

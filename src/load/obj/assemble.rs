@@ -143,7 +143,7 @@ fn fill(mesh: &mut MeshData, obj: &Obj, corners: &[Corner], context: &Context<'_
 
 /// The linear colours of corners; none if the file has none. Those of `v` lines are sRGB, as three.js and Blender read and write
 /// them, from 0 to 1, or to 255 in files where one is above 2. All transparent is what programs write that do not know alpha.
-fn colors(obj: &Obj, corners: &[Corner]) -> Vec<[f32; 4]> {
+pub(super) fn colors(obj: &Obj, corners: &[Corner]) -> Vec<[f32; 4]> {
     if obj.colors.is_empty() {
         if obj.painted.len() < obj.positions.len() {
             return Vec::new();

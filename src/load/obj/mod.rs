@@ -12,6 +12,7 @@ mod maps;
 mod material;
 mod mtl;
 mod parse;
+mod strokes;
 
 use super::grouped::Grouped;
 use super::origin::{Region, load_about, points_of_text};
@@ -27,6 +28,7 @@ use assemble::Assembled;
 use library::Library;
 use parse::Obj;
 use std::collections::{BTreeMap, BTreeSet};
+use strokes::Strokes;
 
 const FORMAT: &str = "OBJ";
 
@@ -39,7 +41,7 @@ pub(crate) fn load(bytes: &[u8], context: &Context<'_>) -> Result<Loaded, LoadEr
 /// Reads a file, about an origin where its model is in a region far away.
 fn load_in(bytes: &[u8], region: Option<&Region>, context: &Context<'_>) -> Result<Loaded, LoadError> {
     let origin = region.map(|region| region.origin(points_of_text(bytes, b"v")));
-    let obj = parse::parse_about(without_mark(bytes), origin.as_ref());
+    let mut obj = parse::parse_about(without_mark(bytes), origin.as_ref());
     if !obj.recognised {
         return Err(LoadError::malformed(FORMAT, "no line of it is a statement of the format"));
     }
@@ -47,6 +49,11 @@ fn load_in(bytes: &[u8], region: Option<&Region>, context: &Context<'_>) -> Resu
     for (what, tally) in &obj.tallies {
         let (count, line, word) = (tally.count, tally.line, &tally.word);
         warnings.add(|| format!("OBJ: {what}: {count} (first on line {line}: {word})"));
+    }
+    let points = obj.points_of_vertices();
+    if points > 0 {
+        warnings
+            .add(|| format!("OBJ: there is nothing but vertices: {} drawn", counted(points as u64, "point")));
     }
     let assembled = assemble::assemble(&obj, context)?;
     let losses = &assembled.losses;
@@ -68,8 +75,19 @@ fn load_in(bytes: &[u8], region: Option<&Region>, context: &Context<'_>) -> Resu
     let mut scene = Scene::new();
     scene.set_origin(origin.unwrap_or_default().0);
     let meshes = Meshes::new(&obj, &assembled, context)?;
-    let materials = add_materials(&mut scene, &mut library, &obj, &meshes, &assembled.mesh, &mut warnings)?;
-    meshes.add_to(&mut scene, assembled, &materials)?;
+    let strokes = Strokes::new(&obj);
+    let keys = [&meshes.keys[..], &strokes.keys].concat();
+    let colors =
+        if strokes.keys.is_empty() { Vec::new() } else { assemble::colors(&obj, &obj.stroke_corners) };
+    let colors = if assembled.mesh.colors.is_empty() { &colors } else { &assembled.mesh.colors };
+    let materials = add_materials(&mut scene, &mut library, &obj, &keys, colors, &mut warnings)?;
+    let (of_meshes, of_strokes) = materials.split_at_checked(meshes.keys.len()).unwrap_or_default();
+    meshes.add_to(&mut scene, assembled, of_meshes)?;
+    let lost = strokes.add_to(&mut scene, &obj, of_strokes, context)?;
+    if lost > 0 {
+        let lost = counted(lost, "point or line");
+        warnings.add(|| format!("OBJ: {lost} left out: positions missing, not finite or beyond 1e15"));
+    }
     Ok(finish(scene, warnings.finish()))
 }
 
@@ -179,27 +197,27 @@ fn add_materials(
     scene: &mut Scene,
     library: &mut Library<'_>,
     obj: &Obj,
-    meshes: &Meshes,
-    mesh: &MeshData,
+    keys: &[(u32, Option<u32>)],
+    colors: &[[f32; 4]],
     warnings: &mut Warnings,
 ) -> Result<Vec<MaterialId>, LoadError> {
     // Each name once, in the order of the meshes.
     let mut numbers: Vec<u32> = Vec::new();
     let mut known = BTreeSet::new();
-    numbers.extend(meshes.keys.iter().filter_map(|key| key.1).filter(|&number| known.insert(number)));
+    numbers.extend(keys.iter().filter_map(|key| key.1).filter(|&number| known.insert(number)));
     let name = |number: &u32| obj.materials.get(*number as usize).map_or("", String::as_str);
     let names: Vec<&str> = numbers.iter().map(name).collect();
     let ids = library.add(scene, &names, warnings)?;
     let ids: BTreeMap<u32, MaterialId> = numbers.into_iter().zip(ids).collect();
     let mut plain = None;
-    let mut out = Vec::with_capacity(meshes.keys.len());
-    for &(_, material) in &meshes.keys {
+    let mut out = Vec::with_capacity(keys.len());
+    for &(_, material) in keys {
         let named = material.and_then(|number| ids.get(&number).copied());
         let id = match (named, plain) {
             (Some(id), _) | (None, Some(id)) => id,
             (None, None) => {
-                let mut material = if mesh.colors.is_empty() { default_material() } else { white_material() };
-                if mesh.colors.iter().any(|color| color[3] < 1.0) {
+                let mut material = if colors.is_empty() { default_material() } else { white_material() };
+                if colors.iter().any(|color| color[3] < 1.0) {
                     material.alpha_mode = AlphaMode::Blend;
                 }
                 let id = scene.add_material(material).map_err(LoadError::scene("OBJ: default material"))?;
@@ -216,7 +234,7 @@ mod tests {
     use super::*;
     use crate::jobs::Jobs;
     use crate::load::MemoryResolver;
-    use crate::scene::Workflow;
+    use crate::scene::{PrimitiveKind, Workflow};
 
     fn load_files(obj: &str, files: &[(&str, &[u8])]) -> Result<Loaded, LoadError> {
         let files = files.iter().map(|(name, bytes)| ((*name).to_owned(), bytes.to_vec())).collect();
@@ -539,13 +557,40 @@ map_Ke nothing.png
         assert_eq!(loaded.warnings.len(), 4, "{:?}", loaded.warnings);
         assert!(load_files("", &[]).is_err());
         assert!(load_files("hello\n\0\x01", &[]).unwrap_err().to_string().contains("no line"));
-        assert!(
-            load_files("v 0 0 0\np 1", &[])
-                .unwrap()
-                .warnings
-                .iter()
-                .any(|w| w.message.contains("no triangles"))
-        );
+    }
+
+    #[test]
+    fn points_and_lines_are_meshes_of_their_own() {
+        let mtl = b"newmtl m\nKd 1 0 0\n";
+        let text = "mtllib m.mtl\nv 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 1 1 0 0 0 1\nv nan 0 0\np 1 3\nusemtl m\nl 1 2 3 4";
+        let loaded = load_files(text, &[("m.mtl", mtl)]).unwrap();
+        let [points, lines] = loaded.scene.meshes() else { panic!() };
+        assert_eq!((points.kind(), points.primitive_count()), (PrimitiveKind::Points, 2));
+        assert_eq!(points.positions(), [[0.0; 3], [1.0, 1.0, 0.0]]);
+        assert_eq!(points.colors(), [[1.0, 0.0, 0.0, 1.0], [0.0, 0.0, 1.0, 1.0]]);
+        assert_eq!((lines.kind(), lines.triangles()), (PrimitiveKind::Lines, &[[0, 1, 1], [1, 2, 2]][..]));
+        let unlit: Vec<bool> = loaded
+            .scene
+            .instances()
+            .iter()
+            .map(|i| loaded.scene.materials()[i.material.index()].unlit)
+            .collect();
+        assert_eq!(unlit, [false, true]);
+        assert_eq!(loaded.warnings.len(), 1, "{:?}", loaded.warnings);
+        assert!(loaded.warnings[0].message.contains("1 point or line left out"));
+    }
+
+    #[test]
+    fn vertices_alone_are_points() {
+        let loaded = load_files("v 0 0 0\nv 1 0 0\nvn 0 1 0\nvn 0 0 1\n", &[]).unwrap();
+        let mesh = &loaded.scene.meshes()[0];
+        assert_eq!((mesh.kind(), mesh.primitive_count()), (PrimitiveKind::Points, 2));
+        assert_eq!(mesh.normals(), [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
+        assert!(loaded.warnings[0].message.contains("2 points drawn"), "{:?}", loaded.warnings);
+        // Not those of faces that cannot be read, nor the control points of curves.
+        for text in ["v 0 0 0\nf 1 x 2", "v 0 0 0\ncurv 0 1 1"] {
+            assert!(load_files(text, &[]).unwrap().scene.meshes().is_empty());
+        }
     }
 
     #[test]

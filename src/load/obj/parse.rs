@@ -1,5 +1,6 @@
 //! The text of an OBJ file to lists of numbers, in one pass.
 
+use super::strokes::Stroke;
 use crate::load::names::name_of;
 use crate::load::origin::Origin;
 use crate::load::text::{
@@ -56,6 +57,11 @@ pub(super) struct Obj {
     /// Number of corners of each polygon.
     pub(super) sizes: Vec<u32>,
     pub(super) sections: Vec<Section>,
+    /// Points and lines, and the corners of them all.
+    pub(super) strokes: Vec<Stroke>,
+    pub(super) stroke_corners: Vec<Corner>,
+    /// Some point has a normal.
+    pub(super) has_point_normals: bool,
     /// Names after `usemtl` in the order of their first use.
     pub(super) materials: Vec<String>,
     /// What follows each `mtllib`, in order, without repetitions.
@@ -66,12 +72,30 @@ pub(super) struct Obj {
     pub(super) recognised: bool,
 }
 
+impl Obj {
+    /// Makes a point of every vertex, with the normals if there is one for each: for files that have nothing else. Returns
+    /// how many; none if the file shows something, or would but for a fault.
+    pub(super) fn points_of_vertices(&mut self) -> usize {
+        let others = [BAD_FACE, SHORT_FACE, BAD_STROKE, SHORT_LINE, FREE_FORM];
+        let shows = !self.sizes.is_empty() || !self.strokes.is_empty();
+        if shows || others.iter().any(|what| self.tallies.contains_key(what)) || self.positions.is_empty() {
+            return 0;
+        }
+        self.has_point_normals = self.normals.len() == self.positions.len();
+        let plain = |position| Corner { position, uv: NONE, normal: NONE };
+        let corner = |k| if self.has_point_normals { Corner { normal: k, ..plain(k) } } else { plain(k) };
+        self.stroke_corners = (0..NONE).take(self.positions.len()).map(corner).collect();
+        self.strokes.push(Stroke { first: 0, object: 0, material: None, is_line: false });
+        self.stroke_corners.len()
+    }
+}
+
 /// Texts of the tallies: "{text}: {count} (first on line {line}: '{word}')".
 pub(super) const BAD_VERTEX: &str = "vertices without three numbers; their faces are left out";
 const BAD_FACE: &str = "faces with an index that is no number left out";
 const SHORT_FACE: &str = "faces with less than three corners left out";
-const LINES: &str = "line elements are not drawn";
-const POINTS: &str = "point elements are not drawn";
+const BAD_STROKE: &str = "points and lines with an index that is no number left out";
+const SHORT_LINE: &str = "lines with less than two vertices left out";
 const FREE_FORM: &str = "statements of free-form curves and surfaces are not drawn";
 const UNKNOWN: &str = "unknown statements ignored";
 
@@ -289,8 +313,8 @@ impl<'a> Parser<'a> {
                     self.obj.libraries.push(name);
                 }
             }
-            b"l" => self.tally(LINES, keyword),
-            b"p" => self.tally(POINTS, keyword),
+            b"l" => self.stroke(true),
+            b"p" => self.stroke(false),
             b"vp" | b"cstype" | b"deg" | b"bmat" | b"step" | b"curv" | b"curv2" | b"surf" | b"parm"
             | b"trim" | b"hole" | b"scrv" | b"sp" | b"end" | b"con" | b"bzp" | b"bsp" | b"cdc" | b"cdp"
             | b"res" => {
@@ -401,14 +425,46 @@ impl<'a> Parser<'a> {
         self.polygon(size);
     }
 
+    /// `p v1 v2 ...`, or `l v1/vt1 v2/vt2 ...`, which is kept as segments.
+    fn stroke(&mut self, is_line: bool) {
+        let first = self.obj.stroke_corners.len();
+        let counts = [self.obj.positions.len(), self.obj.uvs.len(), self.obj.normals.len()];
+        let mut last: Option<Corner> = None;
+        while let Some(word) = self.word().filter(|word| !word.starts_with(b"#")) {
+            let Some(corner) = corner(word, counts) else {
+                self.obj.stroke_corners.truncate(first);
+                self.tally(BAD_STROKE, word);
+                return;
+            };
+            match last.replace(corner) {
+                _ if !is_line => self.obj.stroke_corners.push(corner),
+                Some(last) => self.obj.stroke_corners.extend([last, corner]),
+                None => {}
+            }
+            self.obj.has_point_normals |= !is_line && corner.normal != NONE;
+        }
+        if self.obj.stroke_corners.len() == first {
+            self.tally(SHORT_LINE, if is_line { b"l" } else { b"p" });
+            return;
+        }
+        let Section { object, material, .. } = self.section();
+        let stroke = Stroke { first, object, material, is_line };
+        let same = |s: &Stroke| Stroke { first, ..*s } == stroke;
+        if !self.obj.strokes.last().is_some_and(same) {
+            self.obj.strokes.push(stroke);
+        }
+        self.state.used = true;
+    }
+
+    /// Where the next polygon belongs.
+    fn section(&self) -> Section {
+        Section { first: self.obj.sizes.len(), object: self.state.objects, material: self.state.material }
+    }
+
     /// Makes a polygon of the last corners.
     #[inline]
     fn polygon(&mut self, size: u32) {
-        let section = Section {
-            first: self.obj.sizes.len(),
-            object: self.state.objects,
-            material: self.state.material,
-        };
+        let section = self.section();
         let same = |s: &Section| s.object == section.object && s.material == section.material;
         if !self.obj.sections.last().is_some_and(same) {
             self.obj.sections.push(section);
@@ -597,10 +653,21 @@ mod tests {
     }
 
     #[test]
+    fn points_and_segments_are_listed_by_object_and_material() {
+        let obj = parse(b"v 0 0 0\nv 1 0 0\np 1 2\np -1\nl 1 2/3 1\nusemtl m\nl 2 1 # x");
+        let positions: Vec<u32> = obj.stroke_corners.iter().map(|c| c.position).collect();
+        assert_eq!(positions, [0, 1, 1, 0, 1, 1, 0, 1, 0]);
+        let strokes: Vec<_> = obj.strokes.iter().map(|s| (s.first, s.material, s.is_line)).collect();
+        assert_eq!(strokes, [(0, None, false), (3, None, true), (7, Some(0), true)]);
+        assert_eq!(obj.stroke_corners[4].uv, 2);
+    }
+
+    #[test]
     fn what_is_not_drawn_is_counted() {
-        let obj = parse(b"v 1 x 3\nl 1 2\np 1\np 2\nsurf 0 1 0 1 1\nhello world\n\nv 1");
+        let obj = parse(b"v 1 x 3\nl 1\np x\np 2 y\nsurf 0 1 0 1 1\nhello world\n\nv 1");
         let tally = |what: &str| obj.tallies.get(what).map(|t| (t.count, t.line, t.word.as_str()));
-        assert_eq!(tally(POINTS), Some((2, 3, "'p'")));
+        assert_eq!(tally(BAD_STROKE), Some((2, 3, "'x'")));
+        assert_eq!(tally(SHORT_LINE), Some((1, 2, "'l'")));
         assert_eq!(tally(UNKNOWN), Some((1, 6, "'hello'")));
         assert_eq!(tally(BAD_VERTEX), Some((2, 1, "'x'")));
         assert_eq!(obj.positions.len(), 2);

@@ -27,6 +27,9 @@ const NAMES: [&[&str]; 12] = [
 /// Names of the list of a face's corners.
 const INDICES: [&str; 6] =
     ["vertex_indices", "vertex_index", "vertex_indexes", "vertexindices", "vertexindex", "indices"];
+/// Slots of an item: those of [`NAMES`], and that of a [`Measure`].
+const SLOTS: usize = NAMES.len() + 1;
+const VALUE: usize = NAMES.len();
 const NORMAL: usize = 3;
 const UV: usize = 6;
 const COLOR: usize = 8;
@@ -47,18 +50,60 @@ impl Slots {
         Self(element.properties.iter().map(slot).collect())
     }
 
+    /// Fills the slot of the value that says most of a point; the first of several alike.
+    fn add_measure(&mut self, element: &Element) -> Option<Measure> {
+        let named =
+            element.properties.iter().zip(&mut self.0).filter_map(|(property, slot)| match property.kind {
+                Kind::One(scalar) if slot.is_none() => Some((Measure::of(&property.name)?, scalar, slot)),
+                _ => None,
+            });
+        let best = named.reduce(|best, next| if next.0 > best.0 { next } else { best });
+        let (measure, scalar, slot) = best?;
+        *slot = Some((VALUE, scalar));
+        Some(measure)
+    }
+
     /// Whether all of these are filled.
     fn has(&self, mut slots: std::ops::Range<usize>) -> bool {
         slots.all(|slot| self.0.iter().flatten().any(|&(filled, _)| filled == slot))
     }
 }
 
+/// What a value says of a point, if it is no place, direction or colour.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Measure {
+    /// The number of a class: those of neighbouring classes have nothing in common.
+    #[default]
+    Class,
+    /// A quantity.
+    Quantity,
+    /// How strongly the point reflects, which is most of what a colour would say.
+    Intensity,
+}
+
+impl Measure {
+    /// What a property of this name is. CloudCompare puts `scalar_` before the names that its users give.
+    fn of(name: &str) -> Option<Self> {
+        let name = name.to_ascii_lowercase();
+        let (given, name) = match name.strip_prefix("scalar_") {
+            Some(rest) => (true, rest),
+            None => (false, name.as_str()),
+        };
+        match name {
+            "intensity" | "reflectance" | "reflectivity" | "remission" => Some(Self::Intensity),
+            "class" | "classification" | "label" => Some(Self::Class),
+            "scalar" | "quality" | "value" => Some(Self::Quantity),
+            _ => given.then_some(Self::Quantity),
+        }
+    }
+}
+
 /// Stores a value in its slot: colours as linear numbers, the rest as it is.
-fn store(item: &mut [f32; NAMES.len()], slot: Option<(usize, Scalar)>, value: f32) {
+fn store(item: &mut [f32; SLOTS], slot: Option<(usize, Scalar)>, value: f32) {
     if let Some((slot, scalar)) = slot
         && let Some(place) = item.get_mut(slot)
     {
-        *place = if slot < COLOR { value } else { color(slot, scalar, value) };
+        *place = if (COLOR..VALUE).contains(&slot) { color(slot, scalar, value) } else { value };
     }
 }
 
@@ -104,6 +149,10 @@ pub(super) struct Vertices {
     /// v runs down.
     pub(super) uvs: Vec<[f32; 2]>,
     pub(super) colors: Vec<[f32; 4]>,
+    /// Read only if there are no colours.
+    pub(super) values: Vec<f32>,
+    /// What they are.
+    pub(super) measure: Measure,
     /// Why there are not as many as the header says.
     pub(super) cut: Option<String>,
 }
@@ -184,16 +233,24 @@ pub(super) fn vertices(
     encoding: Encoding,
     bytes: usize,
 ) -> Result<Vertices, LoadError> {
-    let slots = Slots::new(element);
+    let mut slots = Slots::new(element);
     if !slots.has(0..3) {
         return Err(LoadError::malformed(FORMAT, "element 'vertex' has no x, y and z"));
     }
     let (with_normals, with_uvs, with_colors) =
         (slots.has(NORMAL..UV), slots.has(UV..COLOR), slots.has(COLOR..ALPHA));
-    let mut out = Vertices::default();
-    out.positions.reserve_exact(fitting(element, encoding, bytes) as usize);
+    let measure = if with_colors { None } else { slots.add_measure(element) };
+    let count = fitting(element, encoding, bytes) as usize;
+    let mut out = Vertices { measure: measure.unwrap_or_default(), ..Vertices::default() };
+    // Lists that grow would take twice as much for a while.
+    let exactly = |wanted: bool| if wanted { count } else { 0 };
+    out.positions.reserve_exact(count);
+    out.normals.reserve_exact(exactly(with_normals));
+    out.uvs.reserve_exact(exactly(with_uvs));
+    out.colors.reserve_exact(exactly(with_colors));
+    out.values.reserve_exact(exactly(measure.is_some()));
     for number in 0..element.count {
-        let mut item = [0.0; NAMES.len()];
+        let mut item = [0.0; SLOTS];
         item[ALPHA] = 1.0;
         let mut read = || -> Result<(), Missing> {
             for (property, &slot) in element.properties.iter().zip(&slots.0) {
@@ -213,7 +270,7 @@ pub(super) fn vertices(
                 break;
             }
         }
-        let [x, y, z, nx, ny, nz, u, v, r, g, b, a] = item;
+        let [x, y, z, nx, ny, nz, u, v, r, g, b, a, value] = item;
         out.positions.push([x, y, z]);
         if with_normals {
             // A zero normal stands for the triangle's own.
@@ -225,6 +282,9 @@ pub(super) fn vertices(
         }
         if with_colors {
             out.colors.push([r, g, b, a]);
+        }
+        if measure.is_some() {
+            out.values.push(value);
         }
     }
     settle_colors(&mut out.colors);
@@ -310,7 +370,7 @@ pub(super) fn faces(
     let (mut indices, mut uvs) = (Vec::<i64>::new(), Vec::<f32>::new());
     // Number, position and texture coordinates of each corner.
     let mut polygon: Vec<(u32, [f32; 3], [f32; 2])> = Vec::new();
-    let mut item = [0.0; NAMES.len()];
+    let mut item = [0.0; SLOTS];
     for number in 0..element.count {
         indices.clear();
         uvs.clear();

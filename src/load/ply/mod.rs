@@ -9,6 +9,7 @@
 mod body;
 mod header;
 mod packed;
+mod points;
 mod splats;
 mod values;
 
@@ -64,14 +65,18 @@ fn load_in(bytes: &[u8], region: Option<&Region>, context: &Context<'_>) -> Resu
     let mut scene = Scene::new();
     scene.set_origin(origin.0);
     if faces.triangles.is_empty() {
-        if !vertices.positions.is_empty() {
-            let points = counted(vertices.positions.len() as u64, "point");
-            warnings.add(|| format!("PLY: {points} are not drawn"));
+        // Where a file has faces, and be it bad ones, its vertices alone are not what it shows.
+        let has_faces = faces.bad > 0 || faces.short > 0;
+        if vertices.positions.is_empty() || has_faces {
+            return Ok(finish(scene, warnings.finish()));
         }
+    }
+    let is_cloud = faces.triangles.is_empty();
+    let mut data =
+        if is_cloud { points::cloud(vertices, &mut warnings) } else { build(vertices, faces, context)? };
+    if data.positions.is_empty() {
         return Ok(finish(scene, warnings.finish()));
     }
-
-    let mut data = build(vertices, faces, context)?;
     let mut material = default_material();
     texture(&header, &mut scene, &mut material, &mut data, context, &mut warnings)?;
     if !data.colors.is_empty() {
@@ -84,7 +89,7 @@ fn load_in(bytes: &[u8], region: Option<&Region>, context: &Context<'_>) -> Resu
             material.alpha_mode = AlphaMode::Blend;
         }
     }
-    if data.normals.is_empty() {
+    if data.normals.is_empty() && !is_cloud {
         add_smooth_normals(&mut data, CREASE_ANGLE, context.jobs);
     }
     let material = scene.add_material(material).map_err(LoadError::scene("PLY: material"))?;
@@ -303,6 +308,7 @@ mod tests {
     use crate::jobs::Jobs;
     use crate::limits::Limits;
     use crate::load::MemoryResolver;
+    use crate::scene::PrimitiveKind;
 
     fn load_with(bytes: &[u8], limits: &Limits) -> Result<Loaded, LoadError> {
         load(bytes, &Context { resolver: &MemoryResolver::default(), limits, jobs: &Jobs::new(1) })
@@ -608,8 +614,43 @@ mod tests {
         let points = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n\
                       element thing 2\nproperty list uchar uint a\nproperty float b\nend_header\n1 2 3\n2 1 1 0.5\n0 1\n";
         let loaded = load_bytes(points).unwrap();
-        assert_eq!(loaded.scene.triangle_count(), 0);
-        assert!(loaded.warnings[0].message.contains("1 point"));
+        assert_eq!(loaded.scene.meshes()[0].kind(), PrimitiveKind::Points);
+        assert_eq!(loaded.scene.meshes()[0].positions(), [[1.0, 2.0, 3.0]]);
+        assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
+    }
+
+    #[test]
+    fn vertices_without_faces_are_points() {
+        let cloud = |properties: &str, values: &str| {
+            let count = values.lines().count();
+            let text = format!(
+                "ply\nformat ascii 1.0\nelement vertex {count}\nproperty float x\nproperty float y\nproperty float z\n\
+                 {properties}element face 0\nproperty list uchar int vertex_indices\nend_header\n{values}"
+            );
+            load_bytes(text).unwrap()
+        };
+        let loaded = cloud("property float intensity\n", "0 0 0 7\n0 nan 0 9\n1 0 0 8\n2 0 0 inf\n");
+        let mesh = &loaded.scene.meshes()[0];
+        assert_eq!((mesh.kind(), mesh.primitive_count()), (PrimitiveKind::Points, 3));
+        assert_eq!(mesh.positions(), [[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]]);
+        let [a, b, c] = [0, 1, 2].map(|k| mesh.colors()[k][0]);
+        assert!(a < b && b == 1.0 && c == a, "{a} {b} {c}");
+        assert!(loaded.warnings.len() == 1 && loaded.warnings[0].message.contains("1 point left out"));
+
+        // The colour wins; among others the intensity.
+        let loaded =
+            cloud("property uchar label\nproperty float scalar_Intensity\n", "0 0 0 1 5\n1 0 0 2 3\n");
+        let colors = loaded.scene.meshes()[0].colors();
+        assert!(colors[0][0] > colors[1][0]);
+        let rgb = "property uchar label\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n";
+        let loaded = cloud(rgb, "0 0 0 1 255 0 0\n1 0 0 2 0 255 0\n");
+        assert_eq!(loaded.scene.meshes()[0].colors(), [[1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 1.0]]);
+        // Nothing to tell them apart: the default material.
+        let loaded = cloud("property uchar label\n", "0 0 0 1\n1 0 0 1\n");
+        assert!(loaded.scene.meshes()[0].colors().is_empty());
+        // Faces that cannot be drawn do not make points of their vertices.
+        let text = format!("ply\nformat ascii 1.0\n{TRIANGLE}0 0 0 1 0 0 0 1 0 3 0 1 7");
+        assert!(load_bytes(text).unwrap().scene.meshes().is_empty());
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! The test scenes by name: what `model = "builtin:<name>"` of a golden refers to.
 
+mod clouds;
 pub mod compressed;
 mod formats;
 mod geometry;
@@ -32,6 +33,7 @@ pub const SCENES: &[&[Entry]] = &[
     surfaces::SCENES,
     splats::SCENES,
     formats::SCENES,
+    clouds::SCENES,
 ];
 
 /// The scene of that name.
