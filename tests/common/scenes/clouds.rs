@@ -68,7 +68,7 @@ fn point_clouds() -> Built {
     let holes =
         s.material(Material { alpha_mode: AlphaMode::Mask { cutoff: 0.5 }, ..plastic(0.9, 0.5, 0.1, 0.6) })?;
     let mut half = ball(2000);
-    half.colors = half.positions.iter().map(|p| [1.0, 1.0, 1.0, 0.5 - p[0]]).collect();
+    half.colors = half.positions.iter().map(|p| [1.0, 1.0, 1.0, 0.5 - 0.4 * p[0]]).collect();
     let half = s.mesh(half)?;
     s.place(half, holes, at([0.0, -0.7, -0.2], 0.4)?)?;
     let corners = (0..8_u8).map(|k| [k & 1, k >> 1 & 1, k >> 2].map(|v| 2.0 * f32::from(v) - 1.0)).collect();
