@@ -5,8 +5,9 @@
 //!
 //! * The **radius** is the distance to the sixth neighbour: half of it reaches the middle of the squares of a regular
 //!   lattice; the rest is for clouds whose points lie at random. It is at most [`OUTLIER`] times the median.
-//! * The **normal** is that of the plane that fits the points of the 27 cells best, one for each cell; none where they
-//!   lie on a line or fill space.
+//! * The **normal** is that of the plane that fits best; none where the points lie on a line or fill space. In clouds of up
+//!   to [`OWN_NORMALS`] points each has its own, for which neighbours count less with the square of their distance; in
+//!   larger ones, whose cells are small, it is that of the 27 cells for all points of a cell.
 //!
 //! A cloud of few points is a set of markers and no surface. Where the median distance is more than 1/8 of the cloud's
 //! diagonal, discs have [`MARKER`] pixels; below 1/32 they have the radius above, and [`SURFACE`] pixels are the least; in
@@ -42,6 +43,12 @@ const LAST: u32 = (1 << CELL_BITS) - 1;
 
 /// Most points around a cell that are looked at, about: of more, every second, third...
 const MOST: usize = 96;
+
+/// Points of a cloud up to which each has a normal of its own.
+const OWN_NORMALS: usize = 1 << 18;
+
+/// How far such a normal looks, squared, in terms of the distance to the sixth neighbour.
+const REACH: f32 = 3.0;
 
 /// Points that one job looks around, and jobs whose results are kept at a time.
 const CHUNK: usize = 4096;
@@ -203,11 +210,17 @@ impl Cloud {
                 next += 1;
             }
             self.gather(cell, self.positions[at], &mut rows, &mut around);
+            let density = self.grid.density as f32;
+            let own_normals = wants_normals && self.keys.len() <= OWN_NORMALS;
             for &position in &self.positions[at..next] {
-                out.radii.push(around.radius(position));
+                let radius = around.radius(position);
+                out.radii.push(radius);
+                if own_normals {
+                    out.normals.push(around.normal(position, REACH * radius * radius, density));
+                }
             }
-            if wants_normals {
-                out.normals.resize(next - first, around.normal(self.grid.density as f32));
+            if wants_normals && !own_normals {
+                out.normals.resize(next - first, around.normal(self.positions[at], f32::INFINITY, density));
             }
             at = next;
         }
@@ -317,21 +330,34 @@ impl Neighbourhood {
         }
     }
 
-    /// The unit normal of the plane through them; zero if they are about none.
-    fn normal(&self, density: f32) -> [f32; 3] {
+    /// The unit normal of the plane through those that are closer to a point than the root of `reach`, with weights that fall
+    /// to zero there; of all of them alike if these are few, or `reach` is infinite. Zero if they are about none.
+    fn normal(&self, position: [f32; 3], reach: f32, density: f32) -> [f32; 3] {
         const NONE: [f32; 3] = [0.0; 3];
         if self.count < 3 {
             return NONE;
         }
-        let mut sums = [0.0_f32; 9];
+        let offset = [0, 1, 2].map(|k| position[k] - self.origin[k]);
+        let falloff = 1.0 / (reach * density * density);
+        let mut close = 0;
+        let mut weighted = [0.0_f32; 10];
+        let mut plain = [0.0_f32; 10];
         for k in 0..self.count {
-            let [x, y, z] = [0, 1, 2].map(|axis| self.at[axis][k] * density);
-            for (sum, term) in sums.iter_mut().zip([x, y, z, x * x, x * y, x * z, y * y, y * z, z * z]) {
-                *sum += term;
+            let [x, y, z] = [0, 1, 2].map(|axis| (self.at[axis][k] - offset[axis]) * density);
+            let weight = 1.0 - (x * x + y * y + z * z) * falloff;
+            // A NaN, of points all in one place, is not close.
+            let is_close = weight > 0.0;
+            close += usize::from(is_close);
+            let weight = if is_close { weight } else { 0.0 };
+            let terms = [1.0, x, y, z, x * x, x * y, x * z, y * y, y * z, z * z];
+            for ((sum, all), term) in weighted.iter_mut().zip(&mut plain).zip(terms) {
+                *sum += weight * term;
+                *all += term;
             }
         }
-        let inverse = 1.0 / self.count as f32;
-        let [x, y, z, xx, xy, xz, yy, yz, zz] = sums.map(|sum| f64::from(sum * inverse));
+        let [weight, sums @ ..] = if close < 6 { plain } else { weighted };
+        let inverse = 1.0 / weight;
+        let [x, y, z, xx, xy, xz, yy, yz, zz] = sums.map(|sum: f32| f64::from(sum * inverse));
         let covariance = [xx - x * x, xy - x * y, xz - x * z, yy - y * y, yz - y * z, zz - z * z];
         plane_normal(covariance).map_or(NONE, |normal| normal.map(|v| v as f32))
     }

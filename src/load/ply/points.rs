@@ -16,7 +16,7 @@ const DARK: f32 = 0.15;
 
 /// The points of a file, without those that cannot be drawn.
 pub(super) fn cloud(vertices: Vertices, warnings: &mut Warnings) -> MeshData {
-    let Vertices { mut positions, mut normals, mut uvs, mut colors, mut values, measure } = vertices;
+    let Vertices { mut positions, mut normals, mut uvs, mut colors, mut values, measure, .. } = vertices;
     let before = positions.len();
     if !positions.iter().all(|p| drawable(*p)) {
         let keep: Vec<bool> = positions.iter().map(|p| drawable(*p)).collect();
