@@ -1,6 +1,9 @@
 //! Runs the program as a user does: exit codes, messages, what is written and what is not.
 #![cfg(feature = "cli")]
 
+#[path = "cli/views.rs"]
+mod views;
+
 use serde_json::{Value, json};
 use std::fs;
 use std::io::Write;
@@ -226,7 +229,8 @@ fn bad_input_ends_in_one_clear_line() {
         (&["render", "quad.glb", "--exposure", "100"], 2, &["--exposure", "expected -64 to 64"]),
         (&["render", "quad.glb", "--threads", "-1"], 2, &["--threads", "expected 0 to 1024"]),
         (&["render", "quad.glb", "--time", "-1"], 2, &["--time", "at least 0"]),
-        (&["render", "quad.glb", "--up", "0,0,0"], 2, &["--up", "direction"]),
+        (&["render", "quad.glb", "--camera-up", "0,0,0"], 2, &["--camera-up", "direction"]),
+        (&["render", "quad.glb", "--up", "0,0,1"], 2, &["--up", "+z", "--camera-up"]),
         (&["turntable", "quad.glb", "-o", "x.png", "--fps", "-1"], 2, &["--fps", "0.1 to 1000"]),
         (&["sheet", "quad.glb", "-o", "x.png", "--format", "glb"], 2, &["--format is for standard input"]),
         (&["sheet", "quad.glb", "-o", "x.png", "--columns", "0"], 2, &["--columns", "1 to 1000"]),

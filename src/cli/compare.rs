@@ -1,10 +1,11 @@
 //! `overcoat compare-models`: one scene as every engine would shade it, and how far each is from a chosen one.
 
 use super::args::CompareModelsArgs;
+use super::camera_report::CameraReport;
 use super::contact::{ContactSheet, DEFAULT_CELL};
 use super::drawing::Drawing;
 use super::failure::{Failure, file_name};
-use super::losses::lost_tint;
+use super::losses::{clipped, lost_tint};
 use super::report::{self, Stages, Versions};
 use crate::load::Loaded;
 use crate::output::DisplayImage;
@@ -20,6 +21,11 @@ struct Report {
     width: u32,
     height: u32,
     against: &'static str,
+    /// Stops of all pictures.
+    exposure: f32,
+    /// Axis of the model file that is up.
+    up_axis: &'static str,
+    camera: CameraReport,
     models: Vec<ModelReport>,
     warnings: Vec<String>,
     versions: Versions,
@@ -102,6 +108,8 @@ pub fn run(args: &CompareModelsArgs) -> Result<(), Failure> {
         done += 1;
         drawing.options.shading = Some(model);
         let rendered = drawing.render(&drawing.source, &mut renderer, &scene, &camera)?;
+        // The first one is what others are compared with, at one exposure.
+        drawing.display = drawing.display.metered(&rendered.frame);
         Ok::<_, Failure>((DisplayImage::new(&rendered.frame, &drawing.display), rendered))
     };
     let (reference, rendered) = render(args.against)?;
@@ -122,6 +130,8 @@ pub fn run(args: &CompareModelsArgs) -> Result<(), Failure> {
             max_difference: difference.max,
         });
     }
+    let clipping = drawing.clipping(&scene, &rendered.frame);
+    warnings.extend(clipped(&scene, &drawing.display, clipping));
     warnings.extend(lost_tint(rendered.frame.is_tinted(), &drawing.display));
     match drawing.sight(&drawing.source, &scene, &camera, &rendered.stats) {
         Ok(warning) => warnings.extend(warning),
@@ -140,6 +150,9 @@ pub fn run(args: &CompareModelsArgs) -> Result<(), Failure> {
             width,
             height,
             against: args.against.name(),
+            exposure: drawing.display.exposure,
+            up_axis: scene.orientation().up.name(),
+            camera: CameraReport::new(&camera, &scene),
             models: reports,
             warnings: warnings.iter().map(ToString::to_string).collect(),
             versions: Versions::default(),

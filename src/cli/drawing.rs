@@ -7,7 +7,7 @@ use super::picture::Setting;
 use super::progress::Progress;
 use super::report::{Reporter, Stages};
 use super::scene_file::{EnvironmentChoice, SceneFile};
-use crate::frame::Frame;
+use crate::frame::{Clipping, Frame};
 use crate::jobs::Jobs;
 use crate::limits::Limits;
 use crate::load::{Loaded, Warning};
@@ -63,6 +63,10 @@ pub(super) struct Taken {
     pub(super) pixels: Pixels,
     /// [`Frame::is_tinted`].
     pub(super) tinted: bool,
+    /// White and black pixels, if the scene has lights and the picture is for a screen.
+    pub(super) clipping: Clipping,
+    /// Stops, where the picture is for a screen.
+    pub(super) exposure: f32,
     pub(super) stats: RenderStats,
 }
 
@@ -101,6 +105,7 @@ impl Drawing {
         let source = |path: &PathBuf| {
             let mut source = input::source(&args.input, path)?;
             source.options.animation.clone_from(&animation);
+            source.options.up = description.up;
             Ok(source)
         };
         let mut sources = paths.iter().map(source).collect::<Result<Vec<_>, Failure>>()?.into_iter();
@@ -239,12 +244,22 @@ impl Drawing {
         if !for_screen {
             let Rendered { frame, stats } = self.render(source, renderer, scene, camera)?;
             let tinted = frame.is_tinted();
-            return Ok(Taken { pixels: Pixels::Frame(frame), tinted, stats });
+            let exposure = self.display.metered(&frame).exposure;
+            let clipping = self.clipping(scene, &frame);
+            return Ok(Taken { pixels: Pixels::Frame(frame), tinted, clipping, exposure, stats });
         }
-        let RenderedImage { image, tinted, stats, .. } = renderer
+        let RenderedImage { image, tinted, clipping, exposure, stats, .. } = renderer
             .render_image(scene, camera, &self.options, &self.display_of(scene))
             .map_err(|e| Failure::render(&e).at(&source.path))?;
-        Ok(Taken { pixels: Pixels::Image(image), tinted, stats })
+        Ok(Taken { pixels: Pixels::Image(image), tinted, clipping, exposure, stats })
+    }
+
+    /// How much of a frame lights make white or black on a screen: nothing where there are none.
+    pub(super) fn clipping(&self, scene: &Scene, frame: &Frame) -> Clipping {
+        if scene.lights().is_empty() {
+            return Clipping::default();
+        }
+        DisplayImage::new(frame, &self.display_of(scene)).clipping(frame)
     }
 
     /// Ends the work: no more progress, then the warnings.

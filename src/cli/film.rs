@@ -1,13 +1,15 @@
 //! What commands that make moving pictures have in common: frame after frame, then what is left is written.
 
 use super::args::MovieArgs;
+use super::camera_report::CameraReport;
 use super::drawing::{Drawing, Taken};
 use super::failure::Failure;
-use super::losses::{left_out, lost_tint};
+use super::losses::{clipped, left_out, lost_tint};
 use super::movie::{Movie, MovieTarget};
-use super::report::{self, MovieReport};
+use super::report::{self, MovieReport, Versions};
 use crate::limits::Limits;
 use crate::load::Warning;
+use crate::output::DisplayOptions;
 use crate::render::Renderer;
 use crate::scene::{Camera, Scene};
 
@@ -30,6 +32,10 @@ pub(super) struct Film {
     /// What some frame so far cannot show.
     tint: Option<Warning>,
     shading: &'static str,
+    /// Axis of the model file that is up.
+    up_axis: &'static str,
+    /// Of the first frame.
+    camera: Option<CameraReport>,
 }
 
 impl Film {
@@ -48,7 +54,18 @@ impl Film {
         target.check(frames as usize, &drawing.inputs)?;
         let movie = Movie::new(target, drawing.display.clone(), drawing.limits.clone());
         let (warnings, sight, tint) = (Vec::new(), None, None);
-        Ok(Self { drawing, movie, frames, frames_a_second: args.fps, warnings, sight, tint, shading: "" })
+        Ok(Self {
+            drawing,
+            movie,
+            frames,
+            frames_a_second: args.fps,
+            warnings,
+            sight,
+            tint,
+            shading: "",
+            up_axis: "",
+            camera: None,
+        })
     }
 
     /// What the frames show.
@@ -70,8 +87,15 @@ impl Film {
         self.drawing.progress.step(format!("frame {} of {}", k + 1, self.frames), k, self.frames);
         // Frames are only for the report, which names their hash.
         let for_screen = !self.drawing.json;
-        let Taken { pixels, tinted, stats } =
+        let Taken { pixels, tinted, clipping, exposure, stats } =
             self.drawing.take(&self.drawing.source, renderer, scene, camera, for_screen)?;
+        if k == 0 {
+            self.warnings.extend(clipped(scene, &self.drawing.display_of(scene), clipping));
+            // What the first frame is metered at holds for all.
+            self.drawing.display = DisplayOptions { exposure, meter: false, ..self.drawing.display.clone() };
+            self.up_axis = scene.orientation().up.name();
+            self.camera = Some(CameraReport::new(camera, scene));
+        }
         self.movie.show_as(self.drawing.display_of(scene));
         self.movie.push(&pixels)?;
         let options = &self.drawing.options;
@@ -98,7 +122,7 @@ impl Film {
     /// # Errors
     /// [`Failure`] if they cannot be encoded or written; no file is left then.
     pub(super) fn finish(self, mut warnings: Vec<Warning>) -> Result<(), Failure> {
-        let Self { mut drawing, movie, frames, frames_a_second, shading, .. } = self;
+        let Self { mut drawing, movie, frames, frames_a_second, shading, up_axis, camera, .. } = self;
         warnings.extend(self.warnings);
         warnings.extend(self.tint);
         match self.sight.transpose() {
@@ -114,8 +138,23 @@ impl Film {
         if !drawing.json {
             return Ok(());
         }
-        MovieReport::new(frames, frames_a_second, frames_hash, bytes, &drawing.options, shading, &warnings)
-            .print()
+        MovieReport {
+            frames,
+            frames_a_second,
+            frames_hash,
+            bytes,
+            width: drawing.options.width,
+            height: drawing.options.height,
+            samples: drawing.options.samples,
+            shading,
+            exposure: drawing.display.exposure,
+            up_axis,
+            camera,
+            peak_rss_bytes: report::peak_rss_bytes(),
+            warnings: warnings.iter().map(ToString::to_string).collect(),
+            versions: Versions::default(),
+        }
+        .print()
     }
 }
 

@@ -7,7 +7,7 @@ use super::report::{self, Reporter, Versions};
 use crate::jobs::Jobs;
 use crate::load::{AnimatedModel, AnimationInfo, Format};
 use crate::scene::{
-    AlphaMode, Bounds, ColorSpace, Light, LightKind, Material, PrimitiveKind, Projection, Scene, SplatCloud,
+    AlphaMode, Bounds, ColorSpace, Light, LightKind, Material, Orientation, PrimitiveKind, Projection, Scene, SplatCloud,
     SplatColorSpace, TextureRef, Workflow,
 };
 use serde::Serialize;
@@ -18,6 +18,12 @@ use std::fmt::Write;
 struct Contents {
     file: String,
     format: Option<&'static str>,
+    /// Axis of the file that is up, and +Y of everything here.
+    up_axis: &'static str,
+    /// Axis of the file to which the model's front is taken to face, and +Z of everything here.
+    front_axis: &'static str,
+    /// The format says so of its front; else it is what most files have.
+    front_is_known: bool,
     triangles: u64,
     lines: u64,
     points: u64,
@@ -126,12 +132,16 @@ pub fn run(args: &InfoArgs) -> Result<(), Failure> {
         bounds.min[k] += scene.origin()[k];
         bounds.max[k] += scene.origin()[k];
     }
+    let Orientation { up, front_is_known } = scene.orientation();
     let contents = Contents {
         file: file_name(&args.input),
         format: model.format().map(Format::extension),
         triangles: scene.count_of(PrimitiveKind::Triangles),
         lines: scene.count_of(PrimitiveKind::Lines),
         points: scene.count_of(PrimitiveKind::Points),
+        up_axis: up.name(),
+        front_axis: up.front().name(),
+        front_is_known,
         vertices: scene.meshes().iter().map(|m| m.positions().len() as u64).sum(),
         instances: scene.instances().len(),
         meshes: scene.meshes().len(),
@@ -180,6 +190,8 @@ impl Contents {
                 "  {splats} Gaussian splats, spherical harmonics of degree {degree}, {color_space} colours"
             );
         }
+        let guess = if self.front_is_known { "" } else { " (the format does not say)" };
+        let _ = writeln!(out, "  {} of the file is up, {} its front{}", self.up_axis, self.front_axis, guess);
         if let Some(Extent { min, max }) = &self.bounds {
             let [w, h, d] = bounds.size();
             let point = |p: &[f64; 3]| format!("({})", p.map(|v| format!("{v:.6}")).join(", "));

@@ -27,7 +27,7 @@ pub struct ModelSource {
 /// # Errors
 /// [`Failure`] if they name an unknown format.
 pub fn source(args: &InputArgs, path: &Path) -> Result<ModelSource, Failure> {
-    let options = LoadOptions { variant: args.variant.clone(), ..LoadOptions::default() };
+    let options = LoadOptions { variant: args.variant.clone(), up: args.up, ..LoadOptions::default() };
     Ok(ModelSource { path: path.to_owned(), format: format(args, path)?, options })
 }
 

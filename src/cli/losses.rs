@@ -1,9 +1,10 @@
 //! What a picture lacks of what its user may expect: found out once it is drawn.
 
 use crate::color::ToneCurve;
+use crate::frame::Clipping;
 use crate::load::Warning;
 use crate::output::DisplayOptions;
-use crate::scene::{Scene, ShadingModel};
+use crate::scene::{EnvironmentSource, Scene, ShadingModel};
 
 /// All of it, of one picture for a screen.
 pub(super) fn losses(
@@ -11,9 +12,10 @@ pub(super) fn losses(
     shading: Option<ShadingModel>,
     display: &DisplayOptions,
     tinted: bool,
+    clipping: Clipping,
 ) -> Vec<Warning> {
     let warnings = left_out(scene, shading).chain(lost_tint(tinted, display));
-    warnings.chain(changed_splats(scene, display)).collect()
+    warnings.chain(changed_splats(scene, display)).chain(clipped(scene, display, clipping)).collect()
 }
 
 /// What materials have and the formulas that shade them do not know: one line for each model.
@@ -31,6 +33,29 @@ pub(super) fn left_out(scene: &Scene, chosen: Option<ShadingModel>) -> impl Iter
         (!names.is_empty()).then(|| Warning::new(format!("{} has no {list}: left out", model.name())))
     })
 }
+
+/// An object of which lights leave nothing but white and black. Black is their doing only where there is no other light.
+pub(super) fn clipped(scene: &Scene, display: &DisplayOptions, clipping: Clipping) -> Option<Warning> {
+    let environment = scene.environment();
+    let dark = matches!(environment.source, EnvironmentSource::None) || environment.intensity == 0.0;
+    let Clipping { covered, white, black } = clipping;
+    let lost = white + if dark { black } else { 0 };
+    // Lights have no part in what is unlit.
+    let lit = scene.materials().iter().any(|material| !material.unlit);
+    if covered == 0 || lost * 100 < covered * CLIPPED || scene.lights().is_empty() || !lit {
+        return None;
+    }
+    let percent = lost * 100 / covered;
+    let (color, strength) = if white * 2 >= lost { ("white", "bright") } else { ("black", "dark") };
+    let auto = if display.meter { "" } else { "--exposure auto meters it, " };
+    Some(Warning::new(format!(
+        "{percent} percent of the object is {color}: the lights are too {strength} for this exposure; {auto}--no-lights leaves \
+         out those of the file"
+    )))
+}
+
+/// Percent of the object that have to be white or black for a warning.
+const CLIPPED: u64 = 98;
 
 /// Coloured glass before no surface (see [`Frame::is_tinted`](crate::frame::Frame::is_tinted)), in a picture that has one
 /// opacity for all colours and nothing behind it.

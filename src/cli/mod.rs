@@ -9,6 +9,7 @@ pub mod args;
 pub mod attempt;
 mod ball;
 mod bench;
+mod camera_report;
 mod compare;
 mod contact;
 mod drawing;

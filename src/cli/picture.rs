@@ -5,7 +5,7 @@ use super::input::{self, ModelSource};
 use super::materials::Materials;
 use super::report::Stages;
 use super::scene_file::{EnvironmentChoice, SceneCamera, SceneFile};
-use super::values::BackgroundChoice;
+use super::values::{BackgroundChoice, ExposureChoice};
 use crate::color::ToneCurve;
 use crate::jobs::Jobs;
 use crate::limits::Limits;
@@ -104,7 +104,11 @@ impl SceneFile {
         let source = ModelSource {
             path: model.to_owned(),
             format: None,
-            options: LoadOptions { animation: self.animation_choice()?, ..LoadOptions::default() },
+            options: LoadOptions {
+                animation: self.animation_choice()?,
+                up: self.up,
+                ..LoadOptions::default()
+            },
         };
         let setting = Setting::load(self, limits, jobs, &mut Stages::default())?;
         let Loaded { mut scene, mut warnings } = input::load(&source, limits, jobs)?;
@@ -136,7 +140,11 @@ impl SceneFile {
                 Limits::check(what, width.saturating_mul(height), limits.output_pixels, "output_pixels")
             })
             .map_err(|e| Failure::limit(&e))?;
-        let exposure = self.exposure.unwrap_or(0.0);
+        let (exposure, meter) = match self.exposure {
+            Some(ExposureChoice::Stops(stops)) => (stops, false),
+            Some(ExposureChoice::Auto) => (0.0, true),
+            None => (0.0, false),
+        };
         if !(-64.0..=64.0).contains(&exposure) {
             return Err(Failure::usage(format!("exposure {exposure}: expected -64 to 64 stops")));
         }
@@ -166,6 +174,7 @@ impl SceneFile {
         let display = DisplayOptions {
             tone_curve: self.tone_curve.unwrap_or_default(),
             exposure,
+            meter,
             background: color,
             simd: machine.simd,
         };

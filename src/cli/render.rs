@@ -1,12 +1,14 @@
 //! `overcoat render`: one model, one picture.
 
 use super::args::RenderArgs;
+use super::camera_report::CameraReport;
 use super::drawing::{Drawing, Pixels, Taken};
 use super::failure::{Failure, file_name};
 use super::losses::{left_out, losses};
 use super::report::{self, Stages, Versions};
 use super::target::Target;
 use crate::load::Loaded;
+use crate::output::DisplayOptions;
 use serde::{Serialize, Serializer};
 use std::time::Instant;
 
@@ -20,6 +22,11 @@ struct Report<'a> {
     shading: &'a str,
     simd: &'a str,
     threads: usize,
+    /// Stops of the picture, if it is of 8 bits.
+    exposure: Option<f32>,
+    /// Axis of the model file that is up.
+    up_axis: &'static str,
+    camera: CameraReport,
     triangles: u64,
     triangles_rasterized: u64,
     splats: u64,
@@ -82,7 +89,8 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     drawing.progress.stage(format!("rendering {} triangles", scene.triangle_count()));
     // The report names the frame's bits; nothing else needs more than the screen's.
     let for_screen = target.takes_image() && !drawing.json;
-    let Taken { pixels, tinted, stats } = drawing.take(source, &mut renderer, &scene, &camera, for_screen)?;
+    let Taken { pixels, tinted, clipping, exposure, stats } =
+        drawing.take(source, &mut renderer, &scene, &camera, for_screen)?;
     for &(name, time) in &stats.stages {
         stages.add(name, time);
     }
@@ -90,7 +98,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let display = drawing.display_of(&scene);
     warnings.extend(match target.format() {
         format if format.is_linear() => left_out(&scene, shading).collect(),
-        _ => losses(&scene, shading, &display, tinted),
+        _ => losses(&scene, shading, &display, tinted, clipping),
     });
     match drawing.sight(source, &scene, &camera, &stats) {
         Ok(warning) => warnings.extend(warning),
@@ -99,6 +107,9 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
             return Err(failure);
         }
     }
+
+    // What was metered holds: nobody asks again.
+    let display = DisplayOptions { exposure, meter: false, ..display };
 
     drawing.progress.stage("encoding");
     let encoded = stages.time("encode", || target.encode(&pixels, &display))?;
@@ -118,6 +129,9 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         shading: report::shading_name(options.shading, &scene),
         simd: options.simd.name(),
         threads: renderer.jobs().threads(),
+        exposure: (!target.format().is_linear()).then_some(exposure),
+        up_axis: scene.orientation().up.name(),
+        camera: CameraReport::new(&camera, &scene),
         triangles: stats.triangles,
         triangles_rasterized: stats.triangles_rasterized,
         splats: stats.splats,

@@ -1,9 +1,8 @@
 //! What the commands print beside the picture: warnings, JSON, times and memory.
 
+use super::camera_report::CameraReport;
 use super::failure::{Failure, one_line};
 use crate::jobs::Jobs;
-use crate::load::Warning;
-use crate::render::RenderOptions;
 use crate::scene::{Scene, ShadingModel};
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
@@ -166,53 +165,33 @@ pub fn shading_name(chosen: Option<ShadingModel>, scene: &Scene) -> &'static str
 
 /// What `--json` prints of a moving picture. Fields are only ever added.
 #[derive(Debug, Serialize)]
-pub struct MovieReport {
-    frames: u32,
-    frames_a_second: f64,
+pub(super) struct MovieReport {
+    pub(super) frames: u32,
+    pub(super) frames_a_second: f64,
     /// XXH3-128 of the frames' hashes, equal on every machine.
-    frames_hash: String,
-    bytes: u64,
-    width: u32,
-    height: u32,
-    samples: u32,
-    shading: &'static str,
-    peak_rss_bytes: Option<u64>,
-    warnings: Vec<String>,
-    versions: Versions,
+    pub(super) frames_hash: String,
+    pub(super) bytes: u64,
+    pub(super) width: u32,
+    pub(super) height: u32,
+    pub(super) samples: u32,
+    pub(super) shading: &'static str,
+    /// Stops of all frames.
+    pub(super) exposure: f32,
+    /// Axis of the model file that is up.
+    pub(super) up_axis: &'static str,
+    /// Of the first frame.
+    pub(super) camera: Option<CameraReport>,
+    pub(super) peak_rss_bytes: Option<u64>,
+    pub(super) warnings: Vec<String>,
+    pub(super) versions: Versions,
 }
 
 impl MovieReport {
-    /// Of a moving picture that has been written.
-    #[must_use]
-    pub fn new(
-        frames: u32,
-        frames_a_second: f64,
-        frames_hash: String,
-        bytes: u64,
-        options: &RenderOptions,
-        shading: &'static str,
-        warnings: &[Warning],
-    ) -> Self {
-        Self {
-            frames,
-            frames_a_second,
-            frames_hash,
-            bytes,
-            width: options.width,
-            height: options.height,
-            samples: options.samples,
-            shading,
-            peak_rss_bytes: peak_rss_bytes(),
-            warnings: warnings.iter().map(ToString::to_string).collect(),
-            versions: Versions::default(),
-        }
-    }
-
     /// Prints it.
     ///
     /// # Errors
     /// As [`print`].
-    pub fn print(&self) -> Result<(), Failure> {
+    pub(super) fn print(&self) -> Result<(), Failure> {
         print_json(self)
     }
 }

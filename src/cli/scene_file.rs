@@ -18,11 +18,12 @@ use super::scene_keys::SCENE;
 use super::scene_light::SceneLight;
 use super::scene_tree::{Node, line};
 use super::scene_values::Value;
-use super::values::{BackgroundChoice, ViewDirection};
+use super::values::{BackgroundChoice, ExposureChoice, ViewDirection};
 use crate::color::ToneCurve;
 use crate::limits::Limits;
 use crate::load::{AnimationChoice, LoadError, Warning, has_folder, inner_extension, read_input};
 use crate::render::{AreaLightMethod, ShadingModel};
+use crate::scene::Axis;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
@@ -37,6 +38,8 @@ const MAX_BYTES: u64 = 1 << 20;
 pub struct SceneFile {
     /// The model file.
     pub model: Option<PathBuf>,
+    /// Which axis of the model file is up, for example `+z`; what its format has if absent.
+    pub up: Option<Axis>,
     /// Where the light from afar comes from: `studio`, `none` or the path of an equirectangular picture.
     pub env: Option<EnvironmentChoice>,
     /// Turns the environment about +Y, in degrees, counter-clockwise seen from above.
@@ -61,8 +64,8 @@ pub struct SceneFile {
     pub background: Option<BackgroundChoice>,
     /// Tone curve of 8-bit output: one name or a list of names, of which the first counts.
     pub tone_curve: Option<ToneCurve>,
-    /// Exposure of 8-bit output in stops: the picture is multiplied by 2 to this power before the tone curve.
-    pub exposure: Option<f32>,
+    /// Exposure of 8-bit output in stops: the picture is multiplied by 2 to this power before the tone curve; or metered.
+    pub exposure: Option<ExposureChoice>,
     /// Coverage samples a pixel: 1, 4, 8 or 16.
     pub samples: Option<u32>,
     /// Shading model by name.
@@ -95,7 +98,7 @@ pub struct SceneCamera {
     pub eye: Option<[f64; 3]>,
     /// World-space point in the centre of the picture. The middle of the model if absent.
     pub target: Option<[f64; 3]>,
-    /// Which way is up. +Y if absent.
+    /// Which way is up in the picture. +Y if absent.
     pub up: Option<[f32; 3]>,
     /// Vertical field of view in degrees.
     pub fov_y_degrees: Option<f32>,
@@ -349,7 +352,10 @@ mod tests {
             (r#"{"background": "whitish"}"#, "whitish"),
             (r#"{"tone_mapping": ["linear", "filmic"]}"#, "filmic"),
             (r#"{"tone_mapping": 3}"#, "tone_mapping"),
+            (r#"{"exposure": "bright"}"#, "auto"),
             (r#"{"samples": 5}"#, "samples"),
+            (r#"{"up": "w"}"#, "+z"),
+            (r#"{"up": [0, 0, 1]}"#, "camera.up"),
             (r#"{"shading": "phong"}"#, "phong"),
             (r#"{"size": [1, 2], "size": [1, 2]}"#, "size"),
             (r#"{"size""#, "line 1"),

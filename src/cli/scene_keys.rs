@@ -40,6 +40,7 @@ macro_rules! note {
 /// Keys of the file.
 pub(super) static SCENE: &[Key<SceneFile>] = &[
     key!("model", s.model, v => v.path("the path of a model file")),
+    key!("up", s.up, v => v.axis()),
     key!("env", s.env, v => v.text("studio, none or the path of a picture").map(|t| EnvironmentChoice::new(&t))),
     key!("env_rotation_deg", s.env_rotation_degrees, v => v.number("degrees", f32::MIN, f32::MAX)),
     key!("env_intensity", s.env_intensity, v => v.number("a factor", 0.0, f32::MAX)),
@@ -60,7 +61,7 @@ pub(super) static SCENE: &[Key<SceneFile>] = &[
     key!("size", s.size, v => v.size()),
     key!("background", s.background, v => v.parsed("a colour, transparent or env", values::background)),
     key!("tone_mapping", s.tone_curve, v => v.tone_curve()),
-    key!("exposure", s.exposure, v => v.number("stops", -64.0, 64.0)),
+    key!("exposure", s.exposure, v => v.exposure()),
     key!("samples", s.samples, v => v.samples()),
     key!("shading", s.shading, v => v.parsed("the name of a shading model", values::shading)),
     key!("material", s.material, v => v.parsed("a material", MaterialSource::new)),

@@ -1,9 +1,10 @@
 //! The values of a scene file's keys: each is what it should be, or a line that says where it stands and what was expected.
 
 use super::scene_tree::{Node, short};
-use super::values;
+use super::values::{self, ExposureChoice};
 use crate::color::{ToneCurve, hex_color, srgb::srgb8_to_linear};
 use crate::load::Warning;
+use crate::scene::Axis;
 use std::cell::RefCell;
 use std::fmt::Display;
 use std::path::PathBuf;
@@ -130,6 +131,27 @@ impl<'a> Value<'a> {
                 Some((color, None)) => Ok(color.map(srgb8_to_linear)),
                 _ => Err(self.expected("a list of 3 numbers or a colour #rrggbb")),
             },
+        }
+    }
+
+    /// An axis of the model file.
+    pub(super) fn axis(&self) -> Result<Axis, String> {
+        match self.node.list() {
+            // The camera's direction, which has another key.
+            Some(_) => {
+                Err(self
+                    .expected("an axis of the model such as '+z' (a direction for the camera is camera.up)"))
+            }
+            None => self.parsed("an axis of the model such as '+z'", values::axis),
+        }
+    }
+
+    /// Stops, or `auto`.
+    pub(super) fn exposure(&self) -> Result<ExposureChoice, String> {
+        match self.node.text() {
+            Some(text) if text == "auto" => Ok(ExposureChoice::Auto),
+            Some(_) => Err(self.expected("a number of stops or 'auto'")),
+            None => self.number("stops, or 'auto'", -64.0, 64.0).map(ExposureChoice::Stops),
         }
     }
 

@@ -1,6 +1,7 @@
 //! `overcoat sheet`: many models on one labelled contact sheet.
 
 use super::args::SheetArgs;
+use super::camera_report::CameraReport;
 use super::contact::{ContactSheet, DEFAULT_CELL};
 use super::drawing::Drawing;
 use super::failure::{Failure, file_name};
@@ -30,6 +31,11 @@ struct Report {
 struct CellReport {
     file: String,
     frame_hash: Option<String>,
+    /// Stops of its picture.
+    exposure: Option<f32>,
+    /// Axis of the model file that is up.
+    up_axis: Option<&'static str>,
+    camera: Option<CameraReport>,
     triangles: Option<u64>,
     error: Option<String>,
     warnings: Vec<String>,
@@ -119,11 +125,16 @@ fn render_cell(
     let rendered = drawing.render(source, renderer, scene, &camera)?;
     let tinted = rendered.frame.is_tinted();
     let display = drawing.display_of(scene);
-    let losses = losses(scene, drawing.options.shading, &display, tinted);
+    let clipping = drawing.clipping(scene, &rendered.frame);
+    let losses = losses(scene, drawing.options.shading, &display, tinted, clipping);
+    let display = display.metered(&rendered.frame);
     report.warnings = loaded.warnings.iter().chain(&losses).map(ToString::to_string).collect();
     let sight = drawing.sight(source, scene, &camera, &rendered.stats)?;
     report.warnings.extend(sight.map(|warning| warning.to_string()));
     report.frame_hash = Some(rendered.frame.frame_hash());
+    report.exposure = Some(display.exposure);
+    report.up_axis = Some(scene.orientation().up.name());
+    report.camera = Some(CameraReport::new(&camera, scene));
     report.triangles = Some(rendered.stats.triangles);
     let what = content(scene, &rendered.stats);
     Ok((DisplayImage::new(&rendered.frame, &display), what))

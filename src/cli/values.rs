@@ -9,6 +9,7 @@ use crate::load::{nearest_name, suggestion};
 use crate::math::lanes::SimdLevel;
 use crate::output::OutputFormat;
 use crate::render::{AreaLightMethod, ShadingModel};
+use crate::scene::Axis;
 use clap::builder::{OsStringValueParser, TypedValueParser};
 use std::ffi::OsStr;
 use std::fmt::Display;
@@ -79,6 +80,26 @@ fn one_of<'a>(text: &str, names: impl Iterator<Item = &'a str> + Clone) -> Strin
     format!("expected one of {}{hint}", names.collect::<Vec<_>>().join(", "))
 }
 
+/// What `--exposure` and a scene file's `exposure` say.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ExposureChoice {
+    /// Stops, -64 to 64.
+    Stops(f32),
+    /// Metered.
+    Auto,
+}
+
+/// Stops, or `auto`.
+pub fn exposure(text: &str) -> Result<ExposureChoice, String> {
+    match text {
+        "auto" => Ok(ExposureChoice::Auto),
+        stops => {
+            let stops = within(-64.0, 64.0)(stops).map_err(|e| format!("{e} stops, or auto"))?;
+            Ok(ExposureChoice::Stops(stops))
+        }
+    }
+}
+
 /// `WxH` or `N` for a square. Zero and sizes beyond the limits are refused later, with the file's name.
 pub fn size(text: &str) -> Result<[u64; 2], String> {
     let number = |t: &str| t.parse::<u64>().map_err(|_| "expected WxH or N, in pixels".to_owned());
@@ -111,6 +132,16 @@ fn three<T: FromStr>(text: &str, passes: impl Fn(&T) -> bool) -> Result<[T; 3], 
 pub fn direction(text: &str) -> Result<[f32; 3], String> {
     let given = vector(text).ok().filter(|v| *v != [0.0; 3]);
     given.ok_or_else(|| "expected a direction x,y,z other than 0,0,0".to_owned())
+}
+
+/// An axis of the model file: `+z`, `-x`, `y`.
+pub fn axis(text: &str) -> Result<Axis, String> {
+    Axis::from_name(text).ok_or_else(|| match vector(text) {
+        Ok(_) => "expected an axis of the model, +x, -x, +y, -y, +z or -z; --camera-up (in scene files camera.up) takes \
+                  a direction for the camera"
+            .to_owned(),
+        Err(_) => "expected +x, -x, +y, -y, +z or -z".to_owned(),
+    })
 }
 
 /// A number that is finite.
@@ -341,6 +372,21 @@ mod tests {
         }
         assert_eq!(direction("0,-1,0"), Ok([0.0, -1.0, 0.0]));
         assert!(direction("0,-0,0").is_err());
+    }
+
+    #[test]
+    fn exposures() {
+        assert_eq!(exposure("auto"), Ok(ExposureChoice::Auto));
+        assert_eq!(exposure("-1.5"), Ok(ExposureChoice::Stops(-1.5)));
+        assert_eq!(exposure("65"), Err("expected -64 to 64 stops, or auto".to_owned()));
+        assert!(exposure("automatic").is_err());
+    }
+
+    #[test]
+    fn axes() {
+        assert_eq!((axis("+z"), axis("X")), (Ok(Axis::PositiveZ), Ok(Axis::PositiveX)));
+        assert!(axis("0,0,1").unwrap_err().contains("--camera-up"));
+        assert!(!axis("up").unwrap_err().contains("--camera-up"));
     }
 
     #[test]

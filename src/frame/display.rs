@@ -13,6 +13,8 @@ pub struct DisplayOptions {
     /// Exposure compensation in stops (EV): light is multiplied by 2^exposure. A viewer's linear factor f is
     /// log2(f) stops. Not finite counts as 0, and the factor stays within 2^-64 to 2^64.
     pub exposure: f32,
+    /// Adds [`Frame::metered_exposure`] to the exposure.
+    pub meter: bool,
     /// Tone curve.
     pub tone_curve: ToneCurve,
     /// Solid colour behind the picture, 8-bit sRGB. It is display light: exposure and tone curve leave it alone,
@@ -25,7 +27,22 @@ pub struct DisplayOptions {
 
 impl Default for DisplayOptions {
     fn default() -> Self {
-        Self { exposure: 0.0, tone_curve: ToneCurve::default(), background: None, simd: SimdLevel::best() }
+        Self {
+            exposure: 0.0,
+            meter: false,
+            tone_curve: ToneCurve::default(),
+            background: None,
+            simd: SimdLevel::best(),
+        }
+    }
+}
+
+impl DisplayOptions {
+    /// The same, with what the meter says of a frame in the exposure, if it is asked.
+    #[must_use]
+    pub fn metered(&self, frame: &Frame) -> Self {
+        let exposure = self.exposure + if self.meter { frame.metered_exposure() } else { 0.0 };
+        Self { exposure, meter: false, ..self.clone() }
     }
 }
 
@@ -46,7 +63,7 @@ impl DisplayImage {
     #[must_use]
     pub fn new(frame: &Frame, options: &DisplayOptions) -> Self {
         let mut pixels = vec![[0; 4]; frame.pixels.len()];
-        let developer = Developer::new(options);
+        let developer = Developer::new(&options.metered(frame));
         dispatch!(options.simd, l => developer.develop(l, &frame.pixels, &frame.transmittance, &mut pixels));
         Self { width: frame.width, height: frame.height, pixels }
     }
@@ -79,6 +96,7 @@ pub(crate) struct Developer {
 }
 
 impl Developer {
+    /// The meter has been asked: [`DisplayOptions::metered`].
     pub(crate) fn new(options: &DisplayOptions) -> Self {
         let stops = if options.exposure.is_finite() { options.exposure.clamp(-64.0, 64.0) } else { 0.0 };
         Self {
@@ -225,6 +243,7 @@ mod tests {
             for background in [[255, 255, 255], [18, 52, 86], [0, 0, 0]] {
                 let options = DisplayOptions {
                     exposure: 3.0,
+                    meter: false,
                     tone_curve: curve,
                     background: Some(background),
                     simd: SimdLevel::best(),

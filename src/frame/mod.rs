@@ -1,9 +1,11 @@
 //! What comes out of a render: pixel planes in linear light, and what screens show of them.
 
 mod display;
+mod meter;
 
 pub(crate) use display::{Developer, is_tinted};
 pub use display::{DisplayImage, DisplayOptions};
+pub use meter::Clipping;
 
 use xxhash_rust::xxh3::Xxh3;
 

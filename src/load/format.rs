@@ -3,6 +3,7 @@ use super::gltf;
 use super::text::without_mark;
 use super::threemf::archive;
 use crate::formats::{self, FileFormat};
+use crate::scene::{Axis, Orientation};
 
 /// Formats of model files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -54,6 +55,18 @@ impl Format {
     #[must_use]
     pub fn extension(self) -> &'static str {
         self.file_format().extensions.first().copied().unwrap_or_default()
+    }
+
+    /// Which axis of its files is up, and whether it says so of their front: glTF is +Y up and faces +Z by its
+    /// specification; 3MF is +Z up by its own, and STL by the custom of printing; slicers show both from -Y. OBJ and PLY say
+    /// nothing: most are +Y up.
+    #[must_use]
+    pub fn orientation(self) -> Orientation {
+        match self {
+            Self::Gltf | Self::Glb => Orientation { up: Axis::PositiveY, front_is_known: true },
+            Self::Stl | Self::ThreeMf => Orientation { up: Axis::PositiveZ, front_is_known: true },
+            Self::Obj | Self::Ply => Orientation { up: Axis::PositiveY, front_is_known: false },
+        }
     }
 
     /// The format with this file extension (without the dot, in any case).

@@ -299,5 +299,7 @@ fn read_unpacked(
         Some(Format::ThreeMf) => threemf::load(bytes, context),
         None => Err(LoadError::UnknownFormat(format!("the format is not known; {READ}"))),
     };
-    Ok((Model::Still(Box::new(loaded?)), format))
+    let mut loaded = loaded?;
+    loaded.scene.stand_up(options.orientation(format.map(Format::orientation).unwrap_or_default()));
+    Ok((Model::Still(Box::new(loaded)), format))
 }

@@ -1,5 +1,6 @@
 //! What of a file is loaded, where it offers a choice.
 use super::LoadError;
+use crate::scene::{Axis, Orientation};
 
 /// Choices among what a file offers. The default is what the file shows by itself.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -9,6 +10,9 @@ pub struct LoadOptions {
     pub variant: Option<String>,
     /// Animation of a glTF file. Default: none, which is the pose in which the file stores its nodes.
     pub animation: Option<AnimationChoice>,
+    /// Which axis of the model file is up. The model with its lights and cameras is turned, without a loss, so that this axis
+    /// is +Y of the scene and its [`Axis::front`] +Z. Default: [`Format::orientation`](super::Format::orientation).
+    pub up: Option<Axis>,
 }
 
 /// An animation, and a time in it.
@@ -23,6 +27,11 @@ pub struct AnimationChoice {
 }
 
 impl LoadOptions {
+    /// The orientation of a file of a format with this one.
+    pub(super) fn orientation(&self, of_format: Orientation) -> Orientation {
+        Orientation { up: self.up.unwrap_or(of_format.up), ..of_format }
+    }
+
     /// For formats that offer no choices.
     ///
     /// # Errors

@@ -29,7 +29,7 @@ pub use trace::StageHashes;
 pub use unseen::Unseen;
 pub use work::WorkDone;
 
-use crate::frame::{Developer, DisplayImage, DisplayOptions, Frame};
+use crate::frame::{Clipping, Developer, DisplayImage, DisplayOptions, Frame};
 use crate::gbuffer::Draw;
 use crate::geometry::{
     Chunk, ChunkJob, DrawView, ScreenVertices, TRIANGLES_PER_CHUNK, VERTICES_PER_CHUNK, View,
@@ -98,6 +98,8 @@ struct Taken {
     frame: Frame,
     image: DisplayImage,
     tinted: bool,
+    clipping: Clipping,
+    exposure: f32,
     stats: RenderStats,
 }
 
@@ -180,13 +182,14 @@ impl Renderer {
         options: &RenderOptions,
         display: &DisplayOptions,
     ) -> Result<RenderedImage, RenderError> {
-        let Taken { frame, image, tinted, stats } = self.take(scene, camera, options, Some(display))?;
+        let Taken { frame, image, tinted, clipping, exposure, stats } =
+            self.take(scene, camera, options, Some(display))?;
         let aovs = frame.aovs;
         if !frame.pixels.is_empty() {
             self.memory.planes.linear = frame.pixels;
             self.memory.planes.transmittance = frame.transmittance;
         }
-        Ok(RenderedImage { image, aovs, tinted, stats })
+        Ok(RenderedImage { image, aovs, tinted, clipping, exposure, stats })
     }
 
     fn take(
@@ -304,11 +307,13 @@ impl Memory {
             redraws: false,
             tints: options.background != Background::Environment
                 && self.states.iter().any(|state| state.transmissive),
-            developer: display.map(Developer::new),
+            developer: display.filter(|display| !display.meter).map(Developer::new),
+            meters: !scene.lights().is_empty(),
         };
         let refracts = self.states.iter().any(|state| state.refracts);
-        // Of the linear light nothing is kept but what is seen through surfaces that refract.
-        let keeps_light = display.is_none() || refracts || options.stage_hashes;
+        // Of the linear light nothing is kept but what is seen through surfaces that refract, and what is metered.
+        let meter = display.filter(|display| display.meter);
+        let keeps_light = display.is_none() || refracts || options.stage_hashes || meter.is_some();
         let mut planes = Planes::default();
         if keeps_light {
             (planes.linear, pass.blank[0]) = plane(&mut self.planes.linear, count, [0.0; 4]);
@@ -353,9 +358,18 @@ impl Memory {
             return Err(RenderError::FloatingPointMode);
         }
         let (width, height) = (options.width, options.height);
-        let Planes { linear: pixels, transmittance, display } = planes;
+        let Planes { linear: pixels, transmittance, display: screen } = planes;
         let frame = Frame { width, height, pixels, transmittance, aovs: found.aovs };
-        let image = DisplayImage { width, height, pixels: display };
+        let mut image = DisplayImage { width, height, pixels: screen };
+        let (mut clipping, mut exposure) = (found.clipping, display.map_or(0.0, |display| display.exposure));
+        if let Some(display) = meter {
+            let metered = display.metered(&frame);
+            let developer = Developer::new(&metered);
+            let (light, open) = (&frame.pixels, &frame.transmittance);
+            dispatch!(options.simd, l => developer.develop(l, light, open, &mut image.pixels));
+            exposure = metered.exposure;
+            clipping = image.clipping(&frame);
+        }
         self.draws = emptied(draws);
         self.pattern = Some(pattern);
         let tiles_time = crew.lap();
@@ -377,7 +391,7 @@ impl Memory {
             serial: stages.iter().map(|(_, time)| *time).sum::<Duration>().saturating_sub(crew.parallel()),
             stage_hashes: hashes.zip(found.hashes).map(|(hashes, found)| hashes.finish(&found, &frame)),
         };
-        Ok(Taken { frame, image, tinted: found.tinted, stats })
+        Ok(Taken { frame, image, tinted: found.tinted, clipping, exposure, stats })
     }
 
     /// All vertices of all draws to the screen.

@@ -1,7 +1,7 @@
 //! What a user can ask of a picture.
 
 use super::trace::StageHashes;
-use crate::frame::{Aov, AovPlane, DisplayImage, Frame};
+use crate::frame::{Aov, AovPlane, Clipping, DisplayImage, Frame};
 use crate::limits::{LimitExceeded, Limits};
 use crate::math::lanes::SimdLevel;
 use crate::raster::SamplePattern;
@@ -171,6 +171,10 @@ pub struct RenderedImage {
     /// What [`Frame::is_tinted`] says of its frame: the light from behind the picture is coloured on its way, which a
     /// picture without a background does not show.
     pub tinted: bool,
+    /// What [`DisplayImage::clipping`] says of it, if the scene has lights; else 0.
+    pub clipping: Clipping,
+    /// Exposure in stops that it has: that of the options, with what was metered.
+    pub exposure: f32,
     /// What it took.
     pub stats: RenderStats,
 }

@@ -11,7 +11,7 @@ use super::splats::SplatScene;
 use super::tile_shading::{Discs, ShadedFragment, TileShading, TileTriangles, one_material, shade_fragments};
 use super::trace::FragmentHashes;
 use super::work::{Spent, Work};
-use crate::frame::{Developer, is_tinted};
+use crate::frame::{Clipping, Developer, is_tinted};
 use crate::gbuffer::layout::SurfacePlanes;
 use crate::gbuffer::{Batch, Fragment, extract_fragments, push_masked_fragments};
 use crate::geometry::Chunk;
@@ -44,6 +44,8 @@ pub(super) struct Pass<'a> {
     pub tints: bool,
     /// How the screen's pixels are made, if they are wanted.
     pub developer: Option<Developer>,
+    /// White and black pixels of the screen are counted.
+    pub meters: bool,
     /// Least square of the cosine between the normals of small triangles that are shaded as one, if any are.
     pub merge: Option<f32>,
     pub work: &'a Work,
@@ -160,6 +162,8 @@ pub(super) struct TileCost {
 pub(super) struct TileJob {
     /// Something in it tints what is behind the picture.
     pub tinted: bool,
+    /// Its pixels on the screen, if they are counted.
+    pub clipping: Clipping,
     /// Planes of the G-buffer that were asked for.
     pub aovs: TileAovs,
     /// What the tile took; before it is drawn again, what it took then.
@@ -203,6 +207,9 @@ pub(super) fn render_tile<L: Lanes>(
             // Nothing in it tints.
             for (linear, display) in rows.linear.iter().zip(&mut rows.display) {
                 developer.develop(l, linear, &[], display);
+                if pass.meters {
+                    job.clipping.count(linear, display);
+                }
             }
         }
         return;
@@ -301,13 +308,14 @@ pub(super) fn render_tile<L: Lanes>(
     if pass.show_environment {
         super::resolve::composite_environment(l, &pass.shade, origin, &mut scratch.pixels);
     }
-    store(l, pass, &scratch.pixels, rows);
+    job.clipping = store(l, pass, &scratch.pixels, rows);
     job.tinted = scratch.pixels.transmittance.iter().any(is_tinted);
 }
 
-/// Writes the pixels of a tile to where they are wanted.
+/// Writes the pixels of a tile to where they are wanted. Returns how many are white or black, if they are counted.
 #[inline(always)]
-fn store<L: Lanes>(l: L, pass: &Pass<'_>, pixels: &TilePixels, rows: &mut TileRows<'_>) {
+fn store<L: Lanes>(l: L, pass: &Pass<'_>, pixels: &TilePixels, rows: &mut TileRows<'_>) -> Clipping {
+    let mut clipping = Clipping::default();
     let TilePixels { width, linear, transmittance } = pixels;
     for (row, pixels) in rows.linear.iter_mut().zip(linear.chunks(*width)) {
         row.copy_from_slice(pixels);
@@ -319,8 +327,12 @@ fn store<L: Lanes>(l: L, pass: &Pass<'_>, pixels: &TilePixels, rows: &mut TileRo
         let mut open = transmittance.chunks(*width);
         for (row, pixels) in rows.display.iter_mut().zip(linear.chunks(*width)) {
             developer.develop(l, pixels, open.next().unwrap_or_default(), row);
+            if pass.meters {
+                clipping.count(pixels, row);
+            }
         }
     }
+    clipping
 }
 
 /// Writes the pixels of a tile without surfaces and without the environment.

@@ -7,7 +7,7 @@ use super::options::RenderOptions;
 use super::tile_pass::{self, Pass, TileCost, TileJob, TileScratch};
 use super::trace::FragmentHashes;
 use crate::dispatch_available;
-use crate::frame::AovPlane;
+use crate::frame::{AovPlane, Clipping};
 use crate::jobs::Scratch;
 use crate::tile::{TileBins, TileGrid};
 
@@ -33,6 +33,8 @@ pub(super) struct Found {
     pub aovs: Vec<AovPlane>,
     /// Something tints what is behind the picture.
     pub tinted: bool,
+    /// How much of it is white or black, if that is counted.
+    pub clipping: Clipping,
     /// The hashes, if they were asked for.
     pub hashes: Option<FragmentHashes>,
 }
@@ -54,6 +56,7 @@ pub(super) fn render_tiles(
         TileJob {
             aovs: TileAovs::new(&options.aovs, width as usize, height as usize),
             tinted: false,
+            clipping: Clipping::default(),
             cost: memory.costs.get(tile).copied().filter(|_| pass.redraws).unwrap_or_default(),
             hashes: options.stage_hashes.then(FragmentHashes::default),
         }
@@ -74,6 +77,7 @@ pub(super) fn render_tiles(
     let fragments = tiles.iter().map(|t| t.cost.fragments).sum();
     let covered = tiles.iter().map(|t| t.cost.covered).sum();
     let tinted = tiles.iter().any(|t| t.tinted);
+    let clipping = tiles.iter().fold(Clipping::default(), |sum, t| sum.plus(t.clipping));
     let hashes = options.stage_hashes.then(|| {
         let mut sum = FragmentHashes::default();
         tiles.iter().filter_map(|t| t.hashes.as_ref()).for_each(|hashes| sum.add(hashes));
@@ -83,7 +87,7 @@ pub(super) fn render_tiles(
     tiles.clear();
     memory.tiles = tiles;
     memory.bands = bands.emptied();
-    Found { fragments, covered, aovs, tinted, hashes }
+    Found { fragments, covered, aovs, tinted, clipping, hashes }
 }
 
 /// Counts the work of all tiles in their order, on one thread and without shading anything, until a limit stops it: the sums
@@ -101,7 +105,13 @@ pub(super) fn count_tiles(
         if pass.work.is_stopped() {
             return;
         }
-        let mut job = TileJob { aovs: TileAovs::default(), tinted: false, cost: *cost, hashes: None };
+        let mut job = TileJob {
+            aovs: TileAovs::default(),
+            tinted: false,
+            clipping: Clipping::default(),
+            cost: *cost,
+            hashes: None,
+        };
         let (scratch, job, rows) = (&mut scratch, &mut job, &mut TileRows::default());
         dispatch_available!(
             options.simd,

@@ -55,12 +55,12 @@ impl Facing {
     /// About how much of the area is seen from a direction, foreshortened, 0 to 1: of a closed surface one half, of
     /// an open one all or, if it is one-sided and seen from behind, nothing.
     pub(super) fn visible_from(&self, direction: [f32; 3]) -> f64 {
-        self.at_least_visible(direction, 0.0)
+        self.visible_with(direction, 0.0)
     }
 
-    /// [`Facing::visible_from`] for the least favourable of the surfaces whose moments differ from these by at most
-    /// `error` each.
-    fn at_least_visible(&self, direction: [f32; 3], error: f64) -> f64 {
+    /// A bound on [`Facing::visible_from`] of the surfaces whose moments differ from these by at most `error` each: the
+    /// least, or, for its negative, the most.
+    fn visible_with(&self, direction: [f32; 3], error: f64) -> f64 {
         let d = DVec3::from(direction.map(f64::from));
         let [xx, yy, zz, xy, xz, yz] = self.tensor;
         let length_squared = d.x * d.x + d.y * d.y + d.z * d.z;
@@ -111,10 +111,12 @@ impl Estimate {
         Self { facing: Facing::of_sums(tensor, mean), error: 4.0 * (error / area + 1e-8) }
     }
 
-    /// True if it is sure that [`Facing::visible_from`] exceeds `enough`.
-    pub(super) fn surely_shows(&self, direction: [f32; 3], enough: f64) -> bool {
+    /// True if it is sure that [`Facing::visible_from`] is `part` of that of each of the others.
+    pub(super) fn surely_shows(&self, direction: [f32; 3], part: f64, others: &[[f32; 3]]) -> bool {
+        let least = self.facing.visible_with(direction, self.error);
+        let most = |other: &[f32; 3]| self.facing.visible_with(*other, -self.error);
         // An error that is no number is no assurance.
-        self.error < 0.1 && self.facing.at_least_visible(direction, self.error) > enough
+        self.error < 0.1 && least > 0.0 && others.iter().all(|other| least > part * most(other))
     }
 }
 
@@ -272,15 +274,18 @@ mod tests {
                     }
                     for direction in [[1.0, 0.0, 0.0], [0.62, 0.42, 1.0], [-1.0, 2.0, -3.0]] {
                         let visible = exact.visible_from(direction);
-                        assert!(!estimate.surely_shows(direction, visible), "{bound}");
+                        let [least, most] =
+                            [bound, -bound].map(|e| estimate.facing.visible_with(direction, e));
+                        assert!(bound.is_nan() || (least <= visible && visible <= most), "{bound}");
+                        // More than itself it does not show.
+                        assert!(!estimate.surely_shows(direction, 1.0, &[direction]), "{bound}");
                     }
                     // Useful, not only right, where triangles are not needles.
                     if stretch == 1.0 && transform == Transform::IDENTITY && count > 1 {
                         assert!(bound < 0.01, "{bound}");
                         let direction = [0.62, 0.42, 1.0];
-                        assert!(
-                            estimate.surely_shows(direction, exact.visible_from(direction) - 4.0 * bound)
-                        );
+                        let part = 1.0 - 8.0 * bound / exact.visible_from(direction);
+                        assert!(estimate.surely_shows(direction, part, &[direction]));
                     }
                 }
             }
@@ -289,8 +294,8 @@ mod tests {
 
     #[test]
     fn nothing_is_sure_without_area() {
-        assert!(!Estimate::new(&Scene::new()).surely_shows([0.0, 0.0, 1.0], 0.0));
+        assert!(!Estimate::new(&Scene::new()).surely_shows([0.0, 0.0, 1.0], 0.0, &[]));
         let flat = Transform::from_parts([0.0; 3], [0.0, 0.0, 0.0, 1.0], [1.0, 0.0, 0.0]).unwrap();
-        assert!(!Estimate::new(&soup(100, 1.0, flat, true)).surely_shows([0.0, 0.0, 1.0], 0.0));
+        assert!(!Estimate::new(&soup(100, 1.0, flat, true)).surely_shows([0.0, 0.0, 1.0], 0.0, &[]));
     }
 }

@@ -2,6 +2,7 @@
 
 use super::extent::{self, Extent};
 use super::facing::{Estimate, Facing};
+use super::front;
 use super::{Camera, Mesh, MeshId, Projection, Scene, SplatCloud, Transform};
 use glam::DVec3;
 
@@ -118,23 +119,34 @@ impl Default for Framing {
 }
 
 impl Framing {
-    /// The default view, or another one where that one would show hardly anything: a flat model nearly edge-on, or
-    /// from behind where it is one-sided.
+    /// A view from the front and above: [`Framing::default`]'s, unless another one from there shows twice as much of the
+    /// surface, as of flat models that lie or that it meets edge-on. A view from behind only for what shows its back to all of
+    /// those, one-sided planes above all, and one from below only for what faces down.
+    ///
+    /// The front is +Z of the scene. Where the file's format does not say so ([`Orientation::front_is_known`]) and the model is
+    /// a long body whose head is at the other end, it is -Z.
+    ///
+    /// [`Orientation::front_is_known`]: super::Orientation::front_is_known
     #[must_use]
     pub fn automatic(scene: &Scene) -> Self {
-        let default = Self::default();
-        if Estimate::new(scene).surely_shows(default.direction, ENOUGH) {
+        let back = !scene.orientation().front_is_known && front::faces_back(scene);
+        let turned = |[x, y, z]: [f32; 3]| if back { [-x, y, -z] } else { [x, y, z] };
+        let views = VIEWS.map(|views| views.map(turned));
+        let [[first, ..], ..] = views;
+        let default = Self { direction: first, ..Self::default() };
+        if Estimate::new(scene).surely_shows(first, ENOUGH, views.as_flattened()) {
             return default;
         }
         let facing = Facing::new(scene);
-        if facing.visible_from(default.direction) >= ENOUGH {
-            return default;
-        }
-        // The first of the best, so that equal views are no matter of chance.
-        let best = OTHER_VIEWS.into_iter().fold(default.direction, |best, view| {
-            if facing.visible_from(view) > facing.visible_from(best) { view } else { best }
-        });
-        Self { direction: best, ..default }
+        let shown = |view: &[f32; 3]| facing.visible_from(*view);
+        let most = |views: &[[f32; 3]]| views.iter().map(shown).fold(0.0, f64::max);
+        let all = most(views.as_flattened());
+        let chosen = |views: &[[f32; 3]; 4]| {
+            let best = most(views);
+            let view = views.iter().find(|&view| shown(view) >= ENOUGH * best)?;
+            (shown(view) >= SOMETHING * all).then_some(*view)
+        };
+        Self { direction: views.iter().find_map(chosen).unwrap_or(first), ..default }
     }
 
     /// The camera closest to the scene along [`Framing::direction`] that still has every vertex in the picture,
@@ -294,18 +306,18 @@ impl Fit {
     }
 }
 
-/// Views from higher up, from the other sides, and from below for what faces down.
-const OTHER_VIEWS: [[f32; 3]; 6] = [
-    [0.5, 1.2, 0.8],
-    [-0.8, 0.5, 0.8],
-    [1.0, 0.42, -0.8],
-    [-0.62, 0.42, -1.0],
-    [0.5, -1.2, 0.8],
-    [-0.5, -1.2, -0.6],
+/// Views from the front and above, from behind and above, and from below; of each the preferred ones first.
+const VIEWS: [[[f32; 3]; 4]; 3] = [
+    [[0.62, 0.42, 1.0], [0.62, 1.0, 1.0], [-0.62, 0.42, 1.0], [0.5, 1.6, 0.8]],
+    [[-0.62, 0.42, -1.0], [0.62, 0.42, -1.0], [1.0, 0.42, -0.2], [-1.0, 0.42, -0.2]],
+    [[0.62, -0.7, 1.0], [0.5, -1.6, 0.8], [-0.62, -0.7, 1.0], [-0.62, -0.7, -1.0]],
 ];
 
-/// Part of the surface's area that has to be visible, foreshortened: a sphere shows 0.29.
-const ENOUGH: f64 = 0.25;
+/// A view is good that shows at least this part of what the best of its kind shows.
+const ENOUGH: f64 = 0.5;
+
+/// A kind of views is good of which one shows at least this part of what the best of all views shows.
+const SOMETHING: f64 = 0.35;
 
 /// Smallest extent in metres of a model that is framed as it is.
 const SMALLEST: f64 = 1e-12;
@@ -568,6 +580,37 @@ mod tests {
         }
         assert_eq!(Framing::automatic(&scene(&BOX, Transform::IDENTITY)), Framing::default());
         assert_eq!(Framing::automatic(&Scene::new()), Framing::default());
+    }
+
+    /// A closed box with its middle at the origin.
+    fn closed(size: [f64; 3], turn: [f64; 4]) -> Scene {
+        let sides = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+        let triangles = sides.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+        let corner = |k: usize| std::array::from_fn(|a| if k >> a & 1 == 1 { 0.5 } else { -0.5 });
+        let data = MeshData { positions: (0..8).map(corner).collect(), triangles, ..MeshData::default() };
+        let mut scene = Scene::new();
+        let mesh = scene.add_mesh(Mesh::new(data).unwrap()).unwrap();
+        let material = scene.add_material(Material::default()).unwrap();
+        let transform = Transform::from_parts([0.0; 3], turn, size).unwrap();
+        scene.add_instance(Instance { mesh, material, transform, object: 0 }).unwrap();
+        scene
+    }
+
+    /// However thin a thing is and whichever way it lies, it is seen from the front and above if it has a back.
+    #[test]
+    fn closed_models_are_seen_from_the_front_and_above() {
+        for k in 0..512_u32 {
+            let [x, y, z] = [k % 4, k / 4 % 4, k / 16 % 4].map(|v| f64::from(v) - 1.4);
+            let size = std::array::from_fn(|a| if k >> (6 + a) & 1 == 1 { 1.0 } else { 0.004 });
+            let [right, up, towards] = Framing::automatic(&closed(size, [x, y, z, 0.7])).direction;
+            assert!(up > 0.0 && towards > 0.0, "{size:?} turned by {x} {y} {z} from {right} {up} {towards}");
+        }
+        let direction = |size| Framing::automatic(&closed(size, [0.0; 4])).direction;
+        for size in [[1.0; 3], [1.0, 1.0, 0.01], [0.01, 1.0, 1.0], [0.1, 2.0, 0.1], [1.0, 0.3, 1.0]] {
+            assert_eq!(direction(size), Framing::default().direction, "{size:?}");
+        }
+        // What lies flat shows twice as much from higher up.
+        assert_eq!(direction([1.0, 0.01, 1.0]), [0.62, 1.0, 1.0]);
     }
 
     #[test]

@@ -11,12 +11,14 @@ mod error;
 mod extent;
 mod facing;
 mod framing;
+mod front;
 mod light;
 mod lobes;
 mod material;
 mod mesh;
 mod mipmap;
 mod model;
+mod orientation;
 mod origin;
 mod seen;
 mod splats;
@@ -37,6 +39,7 @@ pub use lobes::{
 pub use material::{AlphaMode, Material, NormalTexture, TextureRef, UvTransform, Workflow};
 pub use mesh::{MAX_VERTICES, Mesh, MeshData, PrimitiveKind, Surfels};
 pub use model::{DualNormalFix, ModelOptions, OcclusionCone, ShadingModel, SpecularOcclusionMethod};
+pub use orientation::{Axis, Orientation};
 pub(crate) use splats::rotation_rows;
 pub use splats::{
     LEAST_SPLAT_OPACITY, MAX_SPLAT_SCALE, Splat, SplatCloud, SplatCloudBuilder, SplatColorSpace, SplatOrder,
@@ -107,6 +110,7 @@ pub struct Scene {
     camera_names: Vec<String>,
     environment: Environment,
     origin: [f64; 3],
+    orientation: Orientation,
 }
 
 impl Scene {
@@ -268,6 +272,29 @@ impl Scene {
         Ok(())
     }
 
+    /// Turns everything that a file has placed so far (draws, lights, cameras), in its own coordinates, so that the axis
+    /// that is up there becomes +Y and its [`Axis::front`] +Z. Coordinates and signs are exchanged, no bit is lost.
+    pub fn stand_up(&mut self, orientation: Orientation) {
+        self.orientation = orientation;
+        let up = orientation.up;
+        if up == Axis::PositiveY {
+            return;
+        }
+        for instance in &mut self.instances {
+            instance.transform = instance.transform.upright(up);
+        }
+        self.origin = up.upright(self.origin);
+        for instance in &mut self.splat_instances {
+            instance.transform = instance.transform.upright(up);
+        }
+        for light in &mut self.lights {
+            *light = orientation::upright_light(light, up);
+        }
+        for camera in &mut self.cameras {
+            *camera = orientation::upright_camera(camera, up);
+        }
+    }
+
     /// Removes all lights.
     pub fn clear_lights(&mut self) {
         self.lights.clear();
@@ -333,6 +360,11 @@ impl Scene {
     #[must_use]
     pub fn environment(&self) -> &Environment {
         &self.environment
+    }
+    /// How the axes of the file lie in the scene that it became.
+    #[must_use]
+    pub fn orientation(&self) -> Orientation {
+        self.orientation
     }
     /// Triangles, every instance counted; a line is drawn as two, a point counts as one.
     #[must_use]

@@ -1,6 +1,6 @@
 //! Affine transforms in double precision.
 
-use super::SceneError;
+use super::{Axis, SceneError};
 use glam::{DMat4, DQuat, DVec3};
 
 /// An affine map from object to world space, kept in `f64` and rounded once where it is used.
@@ -93,6 +93,12 @@ impl Transform {
             row[3] -= by;
         }
         Self { rows }
+    }
+
+    /// The same map into the scene of a file in which an axis is up.
+    pub(super) fn upright(&self, up: Axis) -> Self {
+        let turned: [[f64; 3]; 4] = std::array::from_fn(|c| up.upright(self.rows.map(|row| row[c])));
+        Self { rows: std::array::from_fn(|r| turned.map(|column| column[r])) }
     }
 
     /// Row-major rows: `world = rows * (x, y, z, 1)`.

@@ -4,13 +4,14 @@ use crate::cli::materials::MaterialChoice;
 use crate::cli::picture::Machine;
 use crate::cli::report::Reporter;
 use crate::cli::scene_file::{EnvironmentChoice, SceneFile};
-use crate::cli::values::{self, BackgroundChoice, ViewDirection};
+use crate::cli::values::{self, BackgroundChoice, ExposureChoice, ViewDirection};
 use crate::color::ToneCurve;
 use crate::jobs::MAX_THREADS;
 use crate::limits::Limits;
 use crate::math::lanes::SimdLevel;
 use crate::output::OutputFormat;
 use crate::render::{AreaLightMethod, Renderer, ShadingModel};
+use crate::scene::Axis;
 use clap::Args;
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -95,7 +96,7 @@ pub struct AnimationArgs {
 #[command(next_help_heading = "Camera")]
 pub struct CameraArgs {
     /// Direction from which the model is framed: three-quarter, front, back, left, right, top, bottom, or x,y,z from
-    /// the model towards the camera [default: three-quarter, or another one if that shows a flat model edge-on]
+    /// the model towards the camera [default: three-quarter, or another one from the front and above that shows twice as much]
     #[arg(long, value_name = "VIEW", value_parser = values::view, allow_hyphen_values = true,
           conflicts_with_all = ["eye", "camera"])]
     pub view: Option<ViewDirection>,
@@ -104,7 +105,7 @@ pub struct CameraArgs {
     #[arg(long, value_name = "NAME|INDEX", conflicts_with = "eye")]
     pub camera: Option<String>,
 
-    /// Position of the camera in metres; +Y is up
+    /// Position of the camera in metres, in the scene: the upright model, +Y is up
     #[arg(long, value_name = "X,Y,Z", value_parser = values::position, allow_hyphen_values = true)]
     pub eye: Option<[f64; 3]>,
 
@@ -112,10 +113,15 @@ pub struct CameraArgs {
     #[arg(long, value_name = "X,Y,Z", value_parser = values::position, allow_hyphen_values = true, requires = "eye")]
     pub target: Option<[f64; 3]>,
 
-    /// Which way is up [default: 0,1,0]
+    /// Which way is up in the picture; the model stays as it is (--up turns it) [default: 0,1,0]
     #[arg(long, value_name = "X,Y,Z", value_parser = values::direction, allow_hyphen_values = true,
           conflicts_with = "camera")]
-    pub up: Option<[f32; 3]>,
+    pub camera_up: Option<[f32; 3]>,
+
+    /// Nothing nearer to the camera than this many metres is drawn [default: by the distance]
+    #[arg(long, value_name = "DISTANCE", value_parser = values::not_negative, allow_negative_numbers = true,
+          conflicts_with = "camera")]
+    pub near: Option<f32>,
 
     /// Vertical field of view in degrees, 0.1 to 179 [default: 30]
     #[arg(long, value_name = "DEGREES", value_parser = values::within::<f32>(0.1, 179.0), allow_negative_numbers = true,
@@ -212,9 +218,12 @@ pub struct DisplayArgs {
     #[arg(long, value_name = "CURVE", value_parser = values::tone_curve)]
     pub tone_map: Option<ToneCurve>,
 
-    /// Exposure of 8-bit pictures in stops, -64 to 64: +1 doubles the light [default: 0]
-    #[arg(long, value_name = "STOPS", value_parser = values::within::<f32>(-64.0, 64.0), allow_negative_numbers = true)]
-    pub exposure: Option<f32>,
+    /// Exposure of 8-bit pictures in stops, -64 to 64: +1 doubles the light; auto meters the object [default: 0]
+    ///
+    /// auto makes one tenth of the object brighter than 0.7 (linear), by -24 to 24 stops: its 90th percentile of luminance is
+    /// what is metered, of the first frame in moving pictures.
+    #[arg(long, value_name = "STOPS|auto", value_parser = values::exposure, allow_negative_numbers = true)]
+    pub exposure: Option<ExposureChoice>,
 }
 
 /// How many threads work.
@@ -254,6 +263,13 @@ pub struct InputArgs {
     /// Material variant of the model (glTF), by name or by number from 0 [default: the model's own materials]
     #[arg(long, value_name = "NAME|INDEX")]
     pub variant: Option<String>,
+
+    /// Which axis of the model file is up: +x, -x, +y, -y, +z or -z; the model is turned upright, with its lights and
+    /// cameras [default: +y for glTF, OBJ and PLY, +z for STL and 3MF]
+    ///
+    /// Its front is then +Z of the file, as in glTF; -Y where +z is up, as in slicers and Blender, +Y where -z is.
+    #[arg(long, value_name = "AXIS", value_parser = values::axis, allow_hyphen_values = true)]
+    pub up: Option<Axis>,
 
     #[command(flatten)]
     pub limits: LimitArgs,
@@ -331,6 +347,7 @@ impl DrawArgs {
         self.light.apply(scene);
         self.picture.apply(scene);
         self.display.apply(scene);
+        override_with(&mut scene.up, self.input.up);
     }
 }
 
@@ -357,7 +374,8 @@ impl CameraArgs {
             (camera.target, camera.up, camera.near) = (None, None, None);
         }
         override_with(&mut camera.target, self.target);
-        override_with(&mut camera.up, self.up);
+        override_with(&mut camera.up, self.camera_up);
+        override_with(&mut camera.near, self.near);
         if self.fov.is_some() {
             camera.fov_y_degrees = self.fov;
             camera.orthographic_height = None;

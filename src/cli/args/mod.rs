@@ -77,7 +77,7 @@ pub enum Command {
 mod tests {
     use super::*;
     use crate::cli::scene_file::{EnvironmentChoice, SceneFile};
-    use crate::cli::values::LIMIT_NAMES;
+    use crate::cli::values::{ExposureChoice, LIMIT_NAMES};
     use crate::color::ToneCurve;
     use crate::frame::Aov;
     use crate::load::Format;
@@ -106,13 +106,13 @@ mod tests {
         let picture = "--fov 1 --env-rotation -1 --env-intensity 1 --size 1 --samples 1 --anisotropy 1 --merge-angle 1 \
                        --line-width 1 --point-size 1 --exposure -1 --threads 1 --tile 16 --limit nodes=1";
         for line in [
-            &format!("render x -o y --time 1 --loop --up 0,1,0 {picture} --aov uv,depth"),
-            "render x -o y --eye 0,0,1 --target 0,0,0 --ortho=1 --simd auto --background red --tone-map aces",
+            &format!("render x -o y --time 1 --loop --camera-up 0,1,0 --up -z {picture} --aov uv,depth"),
+            "render x -o y --eye 0,0,1 --target 0,0,0 --near 0.1 --exposure auto --ortho=1 --simd auto --background red --tone-map aces",
             "render x -o y --view top --env a.hdr --shading velvet --material velvet --area-lights facets",
             "turntable x -o y --frames 1 --fps 1 --turn camera",
             "turntable x -o y --seconds 1",
             "animate x -o y --from 1 --to 2 --fps 1 --animation 0",
-            "info x --threads 1 --limit nodes=1 --variant 1 --format glb",
+            "info x --threads 1 --limit nodes=1 --variant 1 --format glb --up +z",
             "sheet x -o y --columns 1 --scene z",
             "compare-models x -o y --columns 1 --models gltf,velvet --against three",
             "bench x --frames 1",
@@ -196,7 +196,7 @@ mod tests {
         assert_eq!((scene.camera.eye, scene.camera.near), (None, None));
         assert_eq!(scene.camera.fov_y_degrees, Some(20.0));
         assert_eq!(scene.env, Some(EnvironmentChoice::None));
-        assert_eq!(scene.exposure, Some(-1.5));
+        assert_eq!(scene.exposure, Some(ExposureChoice::Stops(-1.5)));
         assert_eq!(scene.tone_curve, Some(ToneCurve::None));
     }
 }

@@ -55,7 +55,7 @@ pub(super) use texture::transform_of;
 
 use super::budget::Budget;
 use super::warnings::Warnings;
-use super::{AnimationInfo, Context, LoadError, LoadOptions};
+use super::{AnimationInfo, Context, Format, LoadError, LoadOptions};
 use crate::limits::Limits;
 use crate::scene::{Material, Scene, SplatCloud, Texture, TextureId};
 use accessor::Pick;
@@ -176,6 +176,7 @@ fn read_parts(
     let (skins, warnings) = (loader.skins, loader.warnings);
     let animation = chosen.as_ref().map(|(index, _)| *index).zip(animation);
     let far = Far::default();
+    let orientation = options.orientation(Format::Gltf.orientation());
     let mut rig = Rig {
         root,
         tree,
@@ -189,6 +190,7 @@ fn read_parts(
         animation,
         animations,
         far,
+        orientation,
         warnings,
     };
     rig.check_joints()?;

@@ -14,7 +14,9 @@ use crate::jobs::Jobs;
 use crate::load::Warning;
 use crate::load::warnings::Warnings;
 use crate::load::{AnimationInfo, LoadError, Loaded};
-use crate::scene::{Instance, Material, MaterialId, MeshId, Scene, SplatCloud, SplatInstance, Transform};
+use crate::scene::{
+    Instance, Material, MaterialId, MeshId, Orientation, Scene, SplatCloud, SplatInstance, Transform,
+};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
@@ -73,6 +75,8 @@ pub(crate) struct Rig {
     pub(super) animations: Vec<AnimationInfo>,
     /// What is measured from where.
     pub(super) far: Far,
+    /// Which way is up.
+    pub(super) orientation: Orientation,
     /// Of reading the file.
     pub(super) warnings: Warnings,
 }
@@ -156,6 +160,7 @@ impl Rig {
         self.add_meshes(&pose, &places, &materials, &mut scene, jobs)?;
         self.add_splats(&places, &mut scene)?;
         self.add_cameras_and_lights(&pose, &places, &mut scene, &mut warnings);
+        scene.stand_up(self.orientation);
         if scene.triangle_count() == 0 && scene.splat_count() == 0 {
             warnings.add(|| "no triangles".to_owned());
         }

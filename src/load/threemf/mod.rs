@@ -1,7 +1,8 @@
 //! 3MF: the 3D Manufacturing Format (3MF Consortium, core specification 1.4, materials and properties extension 1.2,
 //! production extension 1.2).
 //!
-//! What is built is drawn, each item where it stands: Z is up in the file, Y in the scene, and units become metres.
+//! What is built is drawn, each item where it stands; units become metres. Z is up in such files, which is turned where all
+//! formats are.
 //! Supports are drawn, objects of the type "other" are not; of a file of which nothing would be built, all objects are drawn
 //! where they are, with a warning. Textures and colours are opaque unless they are layers;
 //! colours vary linearly over a triangle, where the specification asks for a variation of their sRGB codes.
@@ -231,13 +232,11 @@ impl Builder<'_> {
     }
 
     fn build_all(&mut self, unit: f64, build: Vec<model::Reference>) -> Result<(), LoadError> {
-        // (x, y, z) with Z up is (x, z, -y) with Y up.
-        let upright =
-            Transform::from_rows([[unit, 0.0, 0.0, 0.0], [0.0, 0.0, unit, 0.0], [0.0, -unit, 0.0, 0.0]])
-                .map_err(LoadError::scene("3MF: unit"))?;
+        let metres = Transform::from_parts([0.0; 3], [0.0, 0.0, 0.0, 1.0], [unit; 3])
+            .map_err(LoadError::scene("3MF: unit"))?;
         for (item, reference) in build.into_iter().enumerate() {
             let part = self.settings.object(reference.object);
-            let visit = self.refer(&reference, 0, &upright, item as u32, 0, part)?;
+            let visit = self.refer(&reference, 0, &metres, item as u32, 0, part)?;
             self.place(visit)?;
         }
         Ok(())

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::jobs::Jobs;
-use crate::load::NoResolver;
+use crate::load::{Format, NoResolver};
 use crate::scene::{AlphaMode, Filter, Workflow, Wrap};
 use miniz_oxide::deflate::compress_to_vec;
 
@@ -72,7 +72,9 @@ fn package(model: &str) -> Vec<u8> {
 }
 
 fn load_with(bytes: &[u8], limits: &Limits) -> Result<Loaded, LoadError> {
-    load(bytes, &Context { resolver: &NoResolver, limits, jobs: &Jobs::new(1) })
+    let mut loaded = load(bytes, &Context { resolver: &NoResolver, limits, jobs: &Jobs::new(1) })?;
+    loaded.scene.stand_up(Format::ThreeMf.orientation());
+    Ok(loaded)
 }
 
 fn load_model(model: &str) -> Result<Loaded, LoadError> {

@@ -134,6 +134,11 @@ fn stl() -> Built {
     for p in ball.positions.as_flattened_mut() {
         *p = (*p * 65536.0).round() / 65536.0 + 0.0;
     }
+    // Z is up in such files.
+    for p in &mut ball.positions {
+        let [x, y, z] = *p;
+        *p = [x, 0.0 - z, y];
+    }
     let mut text = "solid ball\n".to_owned();
     for t in &ball.triangles {
         text += "facet normal 0 0 0\n outer loop\n";

@@ -1,0 +1,181 @@
+//! Which way is up in a model file, and which way a model faces there.
+
+use super::{Camera, Light, LightKind};
+use std::ops::Sub;
+
+/// An axis of a model file's coordinates.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Axis {
+    /// Along +X.
+    PositiveX,
+    /// Along -X.
+    NegativeX,
+    /// Along +Y.
+    #[default]
+    PositiveY,
+    /// Along -Y.
+    NegativeY,
+    /// Along +Z.
+    PositiveZ,
+    /// Along -Z.
+    NegativeZ,
+}
+
+impl Axis {
+    /// All of them.
+    pub const ALL: [Self; 6] = [
+        Self::PositiveX,
+        Self::NegativeX,
+        Self::PositiveY,
+        Self::NegativeY,
+        Self::PositiveZ,
+        Self::NegativeZ,
+    ];
+
+    /// Its name: a sign and a letter.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::PositiveX => "+x",
+            Self::NegativeX => "-x",
+            Self::PositiveY => "+y",
+            Self::NegativeY => "-y",
+            Self::PositiveZ => "+z",
+            Self::NegativeZ => "-z",
+        }
+    }
+
+    /// The axis of that name, in any case; without a sign it is positive.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        let same = |axis: &Self| {
+            let name = name.strip_prefix('+').unwrap_or(name);
+            axis.name().strip_prefix('+').unwrap_or(axis.name()).eq_ignore_ascii_case(name)
+        };
+        Self::ALL.into_iter().find(same)
+    }
+
+    /// Where a model faces in a file in which this axis is up: +Z as in glTF, or, where Z is up, -Y as in slicers and
+    /// modellers (+Y if the model stands on its head there).
+    #[must_use]
+    pub fn front(self) -> Self {
+        match self {
+            Self::PositiveZ => Self::NegativeY,
+            Self::NegativeZ => Self::PositiveY,
+            _ => Self::PositiveZ,
+        }
+    }
+
+    /// Coordinates of a file in which this axis is up, in a scene: the axis becomes +Y, its [`Axis::front`] +Z. An exchange
+    /// of coordinates and signs, so that no bit of a number is lost.
+    pub(super) fn upright<T: Copy + Zero + Sub<Output = T>>(self, [x, y, z]: [T; 3]) -> [T; 3] {
+        // Without -0.
+        let negative = |v: T| T::ZERO - v;
+        match self {
+            Self::PositiveX => [negative(y), x, z],
+            Self::NegativeX => [y, negative(x), z],
+            Self::PositiveY => [x, y, z],
+            Self::NegativeY => [negative(x), negative(y), z],
+            Self::PositiveZ => [x, z, negative(y)],
+            Self::NegativeZ => [x, negative(z), y],
+        }
+    }
+}
+
+/// A number that is 0.
+pub(super) trait Zero {
+    const ZERO: Self;
+}
+
+impl Zero for f32 {
+    const ZERO: Self = 0.0;
+}
+
+impl Zero for f64 {
+    const ZERO: Self = 0.0;
+}
+
+/// How a model file's axes lie in a [`Scene`](super::Scene), where +Y is up and models face +Z.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Orientation {
+    /// Axis of the file that is up.
+    pub up: Axis,
+    /// Whether the file's format says which way models face. Where it does not (OBJ, PLY), an automatic view looks for a
+    /// head: see [`Framing::automatic`](super::Framing::automatic).
+    pub front_is_known: bool,
+}
+
+impl Default for Orientation {
+    /// That of glTF and of scenes that no file describes.
+    fn default() -> Self {
+        Self { up: Axis::PositiveY, front_is_known: true }
+    }
+}
+
+/// The camera, in a scene of a file in which this axis is up.
+pub(super) fn upright_camera(camera: &Camera, up: Axis) -> Camera {
+    Camera {
+        eye: up.upright(camera.eye),
+        target: up.upright(camera.target),
+        up: up.upright(camera.up),
+        ..*camera
+    }
+}
+
+/// The light, in a scene of a file in which this axis is up.
+pub(super) fn upright_light(light: &Light, up: Axis) -> Light {
+    let turn = |v: &mut [f32; 3]| *v = up.upright(*v);
+    let mut light = *light;
+    match &mut light.kind {
+        LightKind::Directional { direction } => turn(direction),
+        LightKind::Point { position, .. } => turn(position),
+        LightKind::Spot { position, direction, .. } => {
+            turn(position);
+            turn(direction);
+        }
+        LightKind::Rect { position, half_width, half_height, .. } => {
+            turn(position);
+            turn(half_width);
+            turn(half_height);
+        }
+        LightKind::Tube { ends, .. } => ends.iter_mut().for_each(turn),
+    }
+    light
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_lead_back() {
+        for axis in Axis::ALL {
+            assert_eq!(Axis::from_name(axis.name()), Some(axis));
+        }
+        assert_eq!(Axis::from_name("z"), Some(Axis::PositiveZ));
+        assert_eq!(Axis::from_name("-X"), Some(Axis::NegativeX));
+        for bad in ["", "+", "-", "w", "++x", "0,1,0", "+-x", "xy"] {
+            assert_eq!(Axis::from_name(bad), None, "{bad}");
+        }
+    }
+
+    /// Up is up, the front is in front, and nothing is mirrored.
+    #[test]
+    fn models_are_turned_and_not_mirrored() {
+        let unit = |axis: Axis| {
+            let (sign, letter) = axis.name().split_at(1);
+            let mut v = [0.0_f64; 3];
+            v[["x", "y", "z"].iter().position(|l| *l == letter).unwrap()] =
+                if sign == "-" { -1.0 } else { 1.0 };
+            v
+        };
+        for up in Axis::ALL {
+            assert_eq!(up.upright(unit(up)), [0.0, 1.0, 0.0], "{up:?}");
+            assert_eq!(up.upright(unit(up.front())), [0.0, 0.0, 1.0], "{up:?}");
+            let [a, b, c] = [Axis::PositiveX, Axis::PositiveY, Axis::PositiveZ].map(|k| up.upright(unit(k)));
+            let cross = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+            assert_eq!(cross, c, "{up:?}");
+            assert!(up.upright([0.0_f64; 3]).iter().all(|v| v.to_bits() == 0), "{up:?}");
+        }
+    }
+}
