@@ -18,10 +18,13 @@ const WHITE: u8 = 240;
 /// A pixel is black whose greatest channel is at most this of 255.
 const BLACK: u8 = 3;
 
+/// Alpha from which on a pixel counts as covered.
+const COVERED: f32 = 0.99;
+
 /// How much of a picture is white or black, by [`DisplayImage::clipping`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Clipping {
-    /// Pixels of which surfaces cover at least half.
+    /// Pixels that surfaces cover; not those at edges, which show what is behind.
     pub covered: u64,
     /// Those of them that are white.
     pub white: u64,
@@ -35,7 +38,7 @@ impl Clipping {
         let (mut covered, mut white, mut black) = (0_u32, 0_u32, 0_u32);
         // Rows of pictures are shorter than 2^32 pixels.
         for (light, &[r, g, b, _]) in linear.iter().zip(display) {
-            let counts = u32::from(light[3] >= 0.5);
+            let counts = u32::from(light[3] >= COVERED);
             covered += counts;
             white += counts & u32::from(r.min(g).min(b) >= WHITE);
             black += counts & u32::from(r.max(g).max(b) <= BLACK);
@@ -139,13 +142,13 @@ mod tests {
     #[test]
     fn white_and_black_are_counted_where_surfaces_are() {
         let white = DisplayOptions { background: Some([255; 3]), ..DisplayOptions::default() };
-        let mut pixels = vec![grey(1e6, 1.0), grey(0.0, 0.9), grey(0.3, 1.0), grey(1e6, 0.2)];
+        let mut pixels = vec![grey(1e6, 1.0), grey(0.0, 1.0), grey(0.3, 1.0), grey(1e6, 0.9)];
         pixels.extend(vec![[0.0; 4]; 30]);
         let frame = frame(pixels);
         let clipping = DisplayImage::new(&frame, &white).clipping(&frame);
-        assert_eq!((clipping.covered, clipping.white), (3, 1));
+        assert_eq!(clipping, Clipping { covered: 3, white: 1, black: 1 });
         let plain = DisplayImage::new(&frame, &DisplayOptions::default()).clipping(&frame);
-        assert_eq!(plain, Clipping { covered: 3, white: 1, black: 1 });
+        assert_eq!(plain, clipping);
         assert_eq!(plain.plus(clipping).covered, 6);
     }
 }
