@@ -7,8 +7,8 @@ use super::report::{self, Reporter, Versions};
 use crate::jobs::Jobs;
 use crate::load::{AnimatedModel, AnimationInfo, Format};
 use crate::scene::{
-    AlphaMode, Bounds, ColorSpace, Light, LightKind, Material, Orientation, PrimitiveKind, Projection, Scene, SplatCloud,
-    SplatColorSpace, TextureRef, Workflow,
+    AlphaMode, Bounds, ColorSpace, Light, LightKind, Material, Orientation, PrimitiveKind, Projection, Scene,
+    SplatCloud, SplatColorSpace, TextureRef, Workflow,
 };
 use serde::Serialize;
 use std::fmt::Write;
