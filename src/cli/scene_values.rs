@@ -151,7 +151,7 @@ impl<'a> Value<'a> {
         match self.node.text() {
             Some(text) if text == "auto" => Ok(ExposureChoice::Auto),
             Some(_) => Err(self.expected("a number of stops or 'auto'")),
-            None => self.number("stops, or 'auto'", -64.0, 64.0).map(ExposureChoice::Stops),
+            None => self.number("stops", -64.0, 64.0).map(ExposureChoice::Stops),
         }
     }
 

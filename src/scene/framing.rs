@@ -141,10 +141,9 @@ impl Framing {
         let shown = |view: &[f32; 3]| facing.visible_from(*view);
         let most = |views: &[[f32; 3]]| views.iter().map(shown).fold(0.0, f64::max);
         let all = most(views.as_flattened());
-        let chosen = |views: &[[f32; 3]; 4]| {
-            let best = most(views);
-            let view = views.iter().find(|&view| shown(view) >= ENOUGH * best)?;
-            (shown(view) >= SOMETHING * all).then_some(*view)
+        let chosen = |views: &[[f32; 3]; 6]| {
+            let enough = (ENOUGH * most(views)).max(SOMETHING * all);
+            views.iter().find(|&view| shown(view) >= enough).copied()
         };
         Self { direction: views.iter().find_map(chosen).unwrap_or(first), ..default }
     }
@@ -307,16 +306,37 @@ impl Fit {
 }
 
 /// Views from the front and above, from behind and above, and from below; of each the preferred ones first.
-const VIEWS: [[[f32; 3]; 4]; 3] = [
-    [[0.62, 0.42, 1.0], [0.62, 1.0, 1.0], [-0.62, 0.42, 1.0], [0.5, 1.6, 0.8]],
-    [[-0.62, 0.42, -1.0], [0.62, 0.42, -1.0], [1.0, 0.42, -0.2], [-1.0, 0.42, -0.2]],
-    [[0.62, -0.7, 1.0], [0.5, -1.6, 0.8], [-0.62, -0.7, 1.0], [-0.62, -0.7, -1.0]],
+const VIEWS: [[[f32; 3]; 6]; 3] = [
+    [
+        [0.62, 0.42, 1.0],
+        [0.62, 1.0, 1.0],
+        [-0.62, 0.42, 1.0],
+        [0.5, 1.6, 0.8],
+        [0.1, 0.15, 1.0],
+        [-1.0, 0.3, 0.3],
+    ],
+    [
+        [-0.62, 0.42, -1.0],
+        [0.62, 0.42, -1.0],
+        [1.0, 0.42, -0.2],
+        [-1.0, 0.42, -0.2],
+        [0.1, 0.15, -1.0],
+        [0.5, 1.6, -0.8],
+    ],
+    [
+        [0.62, -0.7, 1.0],
+        [0.5, -1.6, 0.8],
+        [-0.62, -0.7, 1.0],
+        [-0.62, -0.7, -1.0],
+        [0.1, -0.15, 1.0],
+        [0.5, -1.6, -0.8],
+    ],
 ];
 
-/// A view is good that shows at least this part of what the best of its kind shows.
+/// A view is good that shows at least this part of what the best of its kind shows,
 const ENOUGH: f64 = 0.5;
 
-/// A kind of views is good of which one shows at least this part of what the best of all views shows.
+/// and this part of what the best of all shows: there is one from the front and above for everything that is closed.
 const SOMETHING: f64 = 0.35;
 
 /// Smallest extent in metres of a model that is framed as it is.

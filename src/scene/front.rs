@@ -10,8 +10,11 @@ const LONG: f64 = 1.25;
 const ALIKE: f64 = 0.02;
 
 /// The end of a body that has so many times as much surface, and as many triangles, as the other is a head, and the other
-/// a tail.
+/// a tail, if it is thin.
 const HEADY: f64 = 3.0;
+
+/// Half of the width of what is thin, in widths of the body.
+const THIN: f64 = 0.25;
 
 /// How far towards an end the highest quarter lies, in lengths, if it is a head. Less may be a roof, and more a headboard, a
 /// backrest or a fin.
@@ -35,7 +38,8 @@ pub(super) fn faces_back(scene: &Scene) -> bool {
     let high = bounds.max[1] - 0.25 * height;
     let (front, back) = (bounds.max[2] - 0.2 * length, bounds.min[2] + 0.2 * length);
     let (mut area, mut across) = (0.0, 0.0);
-    let mut ends = [[0.0; 2]; 2];
+    // Surface, triangles, and half of the width.
+    let mut ends = [[0.0_f64; 3]; 2];
     let mut top = [0.0; 2];
     for instance in scene.instances() {
         let mesh = &scene.meshes()[instance.mesh.index()];
@@ -50,7 +54,8 @@ pub(super) fn faces_back(scene: &Scene) -> bool {
             across += own * (center.x - middle_x);
             for (end, inside) in ends.iter_mut().zip([center.z > front, center.z < back]) {
                 if inside && own > 0.0 {
-                    *end = [end[0] + own, end[1] + 1.0];
+                    let wide = [a, b, c].iter().fold(end[2], |wide, p| wide.max((p.x - middle_x).abs()));
+                    *end = [end[0] + own, end[1] + 1.0, wide];
                 }
             }
             if center.y > high {
@@ -61,8 +66,9 @@ pub(super) fn faces_back(scene: &Scene) -> bool {
     if !(area > 0.0 && across.abs() <= ALIKE * width * area) {
         return false;
     }
-    let heady =
-        |[area, count]: [f64; 2], [others, fewer]: [f64; 2]| area > HEADY * others && count > HEADY * fewer;
+    let heady = |[area, count, _]: [f64; 3], [others, fewer, wide]: [f64; 3]| {
+        area > HEADY * others && count > HEADY * fewer && wide < THIN * width
+    };
     let [front, back] = ends;
     match (heady(front, back), heady(back, front)) {
         (true, _) => false,

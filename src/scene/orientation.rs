@@ -49,8 +49,8 @@ impl Axis {
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
         let same = |axis: &Self| {
-            let name = name.strip_prefix('+').unwrap_or(name);
-            axis.name().strip_prefix('+').unwrap_or(axis.name()).eq_ignore_ascii_case(name)
+            let unsigned = axis.name().strip_prefix('+');
+            name.eq_ignore_ascii_case(axis.name()) || unsigned.is_some_and(|u| name.eq_ignore_ascii_case(u))
         };
         Self::ALL.into_iter().find(same)
     }
