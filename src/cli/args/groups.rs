@@ -281,7 +281,7 @@ pub struct LimitArgs {
     /// Change a bound on what a file may ask for, e.g. texture_pixels=100M; may be repeated
     ///
     /// input_bytes, decoded_bytes, triangles, vertices, nodes, depth, textures, texture_pixels, total_texture_pixels,
-    /// lights, output_side, output_pixels, fragments, blocks, blend_entries, frame_bytes, frames. Suffixes k, M, G are
+    /// lights, output_side, output_pixels, fragments, shading, blocks, blend_entries, frame_bytes, frames. Suffixes k, M, G are
     /// powers of 1000, Ki, Mi, Gi powers of 1024. Exceeding a limit is exit code 3.
     #[arg(long = "limit", value_name = "NAME=VALUE", value_parser = values::limit)]
     pub limits: Vec<(String, u64)>,
