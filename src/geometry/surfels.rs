@@ -9,8 +9,8 @@
 //!   to [`OWN_NORMALS`] points each has its own, for which neighbours count less with the square of their distance; in
 //!   larger ones, whose cells are small, it is that of the 27 cells for all points of a cell.
 //!
-//! A cloud of few points is a set of markers and no surface. Where the median distance is more than 1/8 of the cloud's
-//! diagonal, discs have [`MARKER`] pixels; below 1/32 they have the radius above, and [`SURFACE`] pixels are the least; in
+//! A cloud of few points is a set of markers and no surface. Where the median distance is more than 1/5 of the cloud's
+//! diagonal, discs have [`MARKER`] pixels; below 1/10, which a ball of 200 points is, they have the radius above, and [`SURFACE`] pixels are the least; in
 //! between both change linearly.
 //!
 //! Everything is a function of the positions alone: cells are found in double precision, sums run in the order of the
@@ -48,7 +48,7 @@ const MOST: usize = 96;
 const OWN_NORMALS: usize = 1 << 18;
 
 /// How far such a normal looks, squared, in terms of the distance to the sixth neighbour.
-const REACH: f32 = 3.0;
+const REACH: f32 = 6.0;
 
 /// Points that one job looks around, and jobs whose results are kept at a time.
 const CHUNK: usize = 4096;
@@ -89,7 +89,7 @@ pub fn estimate_surfels(mesh: &Mesh, jobs: &Jobs) -> Surfels {
     let diagonal = (width * width + height * height + depth * depth).sqrt();
     let part = f64::from(median) / diagonal;
     // 0 for surfaces, 1 for markers.
-    let scatter = ((part - 1.0 / 32.0) / (1.0 / 8.0 - 1.0 / 32.0)).clamp(0.0, 1.0) as f32;
+    let scatter = ((part - 0.1) / 0.1).clamp(0.0, 1.0) as f32;
     let factor = 1.0 - scatter;
     for radius in &mut radii {
         // A point by itself is as large as the others.
