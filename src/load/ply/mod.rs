@@ -615,7 +615,7 @@ mod tests {
                       element thing 2\nproperty list uchar uint a\nproperty float b\nend_header\n1 2 3\n2 1 1 0.5\n0 1\n";
         let loaded = load_bytes(points).unwrap();
         assert_eq!(loaded.scene.meshes()[0].kind(), PrimitiveKind::Points);
-        assert_eq!(loaded.scene.meshes()[0].positions(), [[1.0, 2.0, 3.0]]);
+        assert_eq!(loaded.scene.meshes()[0].primitive_count(), 1);
         assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
     }
 
