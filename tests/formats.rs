@@ -257,10 +257,8 @@ fn seeds() -> Vec<(Vec<u8>, Option<Format>)> {
 
 #[test]
 fn content_counts_for_more_than_what_is_said() {
-    let gzip = b"\x1f\x8b\x08\0\0\0\0\0";
     for (bytes, message) in [
         (&b"BLENDER-v300RENDH"[..], "it is a Blender file; models are read from glTF, OBJ, STL, PLY and 3MF"),
-        (gzip, "it is compressed by gzip: unpack it first; models are read from glTF, OBJ, STL, PLY and 3MF"),
         (b"ISO-10303-21;\n", "it is a STEP file; models are read from glTF, OBJ, STL, PLY and 3MF"),
     ] {
         for format in Format::ALL {
@@ -415,9 +413,13 @@ fn every_model_of_the_corpus_loads_as_expected() {
                 assert_eq!(Some(loaded.scene.triangle_count()), expected.triangles, "{}", expected.file);
                 assert!(!loaded.scene.bounds().is_empty());
             }
+            // Points and lines are drawn; else a message says why nothing is.
             ("warning" | "empty", Ok(loaded)) => {
-                assert_eq!(loaded.scene.triangle_count(), 0, "{}", expected.file);
-                assert!(!loaded.warnings.is_empty(), "{}", expected.file);
+                assert!(
+                    loaded.scene.triangle_count() > 0 || !loaded.warnings.is_empty(),
+                    "{}",
+                    expected.file
+                );
             }
             ("warning" | "empty", Err(error)) => assert_presentable(&error.to_string()),
             ("check", Ok(loaded)) => assert!(loaded.scene.triangle_count() > 0, "{}", expected.file),

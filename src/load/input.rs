@@ -16,14 +16,15 @@ pub(super) enum Input {
 }
 
 impl Input {
-    /// Opens a file. A pipe is read to its end; one that nobody writes to yet is waited for, as every program does.
+    /// Opens a file. A pipe that is open already (`/dev/stdin`, `/dev/fd/63`) is read to its end. One that has a name of its own
+    /// is refused: whoever put it there may never write to it.
     ///
     /// # Errors
     /// [`LoadError::Io`] if it is missing, a folder, a device or cannot be read; [`LoadError::Limit`] if it has more
     /// than [`Limits::input_bytes`].
     pub(super) fn open(path: &Path, limits: &Limits) -> Result<Self, LoadError> {
         let metadata = std::fs::metadata(path)?;
-        if is_pipe(&metadata) {
+        if is_pipe(&metadata) && is_numbered(path) {
             return read_stream(File::open(path)?, limits).map(Self::Bytes);
         }
         open_regular(path, &metadata, limits).map(Self::File)
@@ -57,8 +58,12 @@ pub(super) fn resolver_beside(path: &Path) -> Box<dyn Resolver> {
 
 /// True unless a file is a pipe or an open file by its number.
 pub(crate) fn has_folder(path: &Path) -> bool {
-    let numbered = cfg!(unix) && ["/dev/fd", "/proc/self/fd"].iter().any(|folder| path.starts_with(folder));
-    !numbered && !std::fs::metadata(path).is_ok_and(|metadata| is_pipe(&metadata))
+    !is_numbered(path) && !std::fs::metadata(path).is_ok_and(|metadata| is_pipe(&metadata))
+}
+
+/// True for a file that is open already, by its number.
+fn is_numbered(path: &Path) -> bool {
+    cfg!(unix) && ["/dev/fd", "/proc/self/fd", "/dev/stdin"].iter().any(|folder| path.starts_with(folder))
 }
 
 fn is_pipe(metadata: &Metadata) -> bool {

@@ -50,7 +50,7 @@ pub fn attacks() -> Vec<Attack> {
             "count-negative",
             "a count that wraps",
             |m| set(m, "accessors", "count", -1),
-            Warn("at least 0"),
+            Fail("out of range of 0 vertices"),
         ),
         attack(
             "offset-maximum",

@@ -75,13 +75,13 @@ pub fn attacks() -> Vec<Attack> {
             "characters that are none",
             "x.gltf",
             b"{\"asset\":{\"version\":\"2.\xff\"}}".to_vec(),
-            Fail("glTF"),
+            Warn("U+FFFD"),
         ),
         gltf(
             "json-surrogate",
             "half of a surrogate pair",
             r#"{"asset":{"version":"2.0"},"nodes":[{"name":"\ud800"}]}"#.into(),
-            Fail("glTF"),
+            Warn("U+FFFD"),
         ),
         gltf(
             "json-huge-number",
@@ -160,7 +160,7 @@ pub fn attacks() -> Vec<Attack> {
             "glb-length-maximum",
             "an allocation of the claimed length",
             container(u32::MAX, &[(28, b"JSON", json)]),
-            Warn("the container says"),
+            Fail("cut off"),
         ),
         glb(
             "glb-chunk-maximum",

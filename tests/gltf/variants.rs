@@ -52,7 +52,7 @@ fn a_variant_that_is_not_there_is_an_error_with_those_that_are() {
     assert!(matches!(error, LoadError::NoSuch(_)));
     assert_eq!(
         error.to_string(),
-        "there is no material variant 'sand'; the file has 'beach', 'street', 'bare'"
+        "there is no material variant 'sand'; the file has 'beach', 'street', 'bare'; did you mean 'bare'?"
     );
     let error = load(&Model::triangle().glb(), None, Some("0")).unwrap_err();
     assert_eq!(error.to_string(), "there is no material variant '0'; the file has none");

@@ -20,7 +20,9 @@ use std::time::{Duration, Instant};
 pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
     let mut drawing = Drawing::new(&args.draw, args.draw.describe(&args.inputs)?, &args.inputs)?;
     if drawing.sources().any(|source| is_standard_input(&source.path) || !has_folder(&source.path)) {
-        return Err(Failure::usage("a pipe can be read only once; a model each frame is a file"));
+        return Err(Failure::usage(
+            "standard input and pipes can be read only once; a model each frame is a file",
+        ));
     }
     drawing.progress.stage("loading");
     let mut renderer = args.draw.renderer();

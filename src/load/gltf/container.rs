@@ -40,15 +40,16 @@ pub(super) fn split<'a>(
         return Ok(parts);
     }
     match chunks(bytes) {
-        Ok(parts) => {
+        // Without a binary chunk nobody knows whether it is missing.
+        Ok(parts) if whole.is_some() || parts.1.is_some() => {
             warnings
                 .add(|| format!("the container says that it has {length} bytes; {} are read", bytes.len()));
             Ok(parts)
         }
-        Err(_) if whole.is_none() => {
+        _ if whole.is_none() => {
             Err(malformed(format!("the file is cut off: {} of {length} bytes are there", bytes.len())))
         }
-        Err(error) => Err(error),
+        other => other,
     }
 }
 

@@ -33,6 +33,9 @@ const MOST_WORK: u64 = 1 << 22;
 /// object.
 pub(super) fn read(text: &[u8], reason: &str, warnings: &mut Warnings) -> Option<Root> {
     let mut document: Value = serde_json::from_slice(text).ok()?;
+    if !document.is_object() {
+        return None;
+    }
     tidy(&mut document);
     if let Ok(root) = Root::deserialize(&document) {
         warnings.add(|| format!("the document breaks rules of glTF and is read as it is meant: {reason}"));
@@ -117,7 +120,12 @@ impl Pruner<'_> {
                         kept.insert(key, pruned);
                     }
                 }
-                Value::Object(kept)
+                let kept = Value::Object(kept);
+                if check(&kept).is_err() {
+                    self.warnings
+                        .add(|| format!("{place} cannot be read and is left out: {}", plain(&reason)));
+                }
+                kept
             }
             Value::Array(list) if depth > 0 && depth < DEPTH && list.iter().all(Value::is_object) => {
                 let mut kept: Vec<Value> = Vec::with_capacity(list.len());

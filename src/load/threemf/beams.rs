@@ -71,9 +71,9 @@ impl Beams {
         totals.vertices = totals.vertices.saturating_add(count.saturating_mul(2 * u64::from(SIDES)));
         totals.triangles = totals.triangles.saturating_add(count.saturating_mul(TRIANGLES));
         check_mesh(totals.context, totals.triangles, totals.vertices)?;
-        let mut left_out = 0_u64;
+        let (mut left_out, vertices) = (0_u64, mesh.positions.len());
         for beam in self.list {
-            let ends = beam.vertices.map(|v| mesh.positions.get(v as usize).copied());
+            let ends = beam.vertices.map(|v| mesh.positions.get(..vertices)?.get(v as usize).copied());
             let built = match ends {
                 [Some(a), Some(b)] => prism([a, b], beam.radii),
                 _ => None,

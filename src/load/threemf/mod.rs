@@ -42,6 +42,8 @@ const FORMAT: &str = "3MF";
 const START: &str = "/3dmanufacturing/2013/01/3dmodel";
 /// Where nearly all files have it, related or not.
 const USUAL_START: &str = "3D/3dmodel.model";
+/// Why an object is not drawn that is never built.
+const OTHER: &str = "of the type 'other', which is not built";
 /// Objects may nest this deep, whatever the limits say.
 const DEEPEST: u64 = 1024;
 
@@ -83,7 +85,8 @@ fn load_in(bytes: &[u8], far: bool, context: &Context<'_>) -> Result<Loaded, Loa
         everything: false,
     };
     builder.build()?;
-    if builder.scene.instances().is_empty() {
+    let only_others = builder.left_out.keys().all(|&reason| reason == OTHER);
+    if builder.scene.instances().is_empty() && only_others {
         builder.build_everything()?;
     }
     for (what, count) in std::mem::take(&mut builder.left_out) {
@@ -284,7 +287,7 @@ impl Builder<'_> {
             let reason = match object.purpose {
                 Purpose::Made => visit.part.left_out,
                 Purpose::Other if self.everything => None,
-                Purpose::Other => Some("of the type 'other', which is not built"),
+                Purpose::Other => Some(OTHER),
                 Purpose::Modifier => Some("they only change how others are printed"),
             };
             if let Some(reason) = reason {

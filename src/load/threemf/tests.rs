@@ -296,7 +296,6 @@ fn what_is_missing_is_said() {
     assert_eq!(
         messages(&loaded),
         [
-            "3MF: the beams of object 2 are not drawn",
             "3MF: of object 1 2 triangles have properties that do not exist",
             "3MF: of object 2 1 triangles are painted by a slicer, which is not drawn",
             "3MF: texture '/no.png' is left out: part '/no.png' does not exist",
