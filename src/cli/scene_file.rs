@@ -379,7 +379,7 @@ mod tests {
             ("size", "[-1, 5]", "two whole numbers, width and height in pixels, found a list of 2"),
             ("model", "7", "the path of a model file, found 7"),
             ("lights", "\"no\"", "true or false, found \"no\""),
-            ("exposure", "65", "a number from -64 to 64 (stops, or 'auto'), found 65"),
+            ("exposure", "65", "a number from -64 to 64 (stops), found 65"),
             ("env_intensity", "-1", "a number from 0 (a factor), found -1"),
             ("camera", "[1]", "a table, found a list of 1"),
             ("animation", "true", "the name of an animation or its number from 0, found true"),

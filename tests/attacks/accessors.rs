@@ -290,7 +290,7 @@ pub fn attacks() -> Vec<Attack> {
                 m.json["images"] = json!([{"uri": "data:image/png;base64,iVBORw0KGgo="}]);
                 m.primitive()["material"] = 0.into();
             },
-            Warn("texture"),
+            Warn("Texture"),
         ),
     ]
 }

@@ -105,7 +105,7 @@ pub fn attacks() -> Vec<Attack> {
         p("ply-index-beyond", "a read past the vertices", ply("ascii", &(VERTICES.to_owned() + FACES), &[ASCII, b"3 0 1 3\n"].concat()), Warn("face")),
         p("ply-elements", "a header of a million elements", { let mut out = VERTICES.to_owned(); for k in 0..200_000 { out += &format!("element e{k} 0\n"); } ply("ascii", &out, ASCII) }, Fail("PLY")),
         p("ply-properties", "a row of a million values", { let mut out = VERTICES.to_owned(); for k in 0..200_000 { out += &format!("property float p{k}\n"); } ply("binary_little_endian", &out, &corners()) }, Fail("PLY")),
-        p("ply-empty-rows", "four billion rows of no bytes", ply("binary_little_endian", &format!("element x 4000000000\n{VERTICES}"), &corners()), Warn("no triangles")),
+        p("ply-empty-rows", "four billion rows of no bytes", ply("binary_little_endian", &format!("element x 4000000000\n{VERTICES}"), &corners()), Draw),
         p("ply-empty-lists", "four billion lists of one byte", ply("binary_little_endian", &format!("element x 4000000000\nproperty list uchar int y\n{VERTICES}"), &corners()), Fail("PLY")),
         p("ply-no-end", "a header without an end", b"ply\nformat ascii 1.0\nelement vertex 3\n".to_vec(), Fail("end_header")),
         p("ply-type-unknown", "a size of no type", ply("ascii", "element vertex 3\nproperty quad x\n", ASCII), Fail("no x, y and z")),

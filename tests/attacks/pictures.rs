@@ -179,7 +179,12 @@ pub fn attacks() -> Vec<Attack> {
         ),
         texture("png-no-data", "an end before the data", png(4, 4, 8, 6, &[]), Warn("drawn without it")),
         texture("png-cut", "an end within a chunk", cut, Warn("drawn without it")),
-        texture("png-checksum", "a header that is not what was written", checksum, Warn("drawn without it")),
+        texture(
+            "png-checksum",
+            "a header that is not what was written",
+            checksum,
+            Warn("checksums are wrong"),
+        ),
         texture(
             "png-chunk-maximum",
             "an allocation of a chunk's length",

@@ -357,13 +357,16 @@ fn ktx2_textures() {
     assert_eq!(model.warnings(), [expected]);
     model.bytes[place + 5] = b'2';
     model.json["textures"][0].as_object_mut().unwrap().remove("source");
-    assert_eq!(model.warnings(), ["image 1 'k': the KTX2 texture is cut off; drawn without it"]);
+    assert_eq!(
+        model.warnings(),
+        ["image 1 'k' (material 0: baseColorTexture): the KTX2 texture is cut off; drawn without it"]
+    );
     // The substitute may be damaged, too.
     model.json["textures"][0]["source"] = json!(2);
     push(&mut model.json["images"], json!({"name": "gone", "uri": "gone.png"}));
     let warnings = model.warnings();
     assert_eq!(warnings.len(), 2, "{warnings:?}");
-    assert!(warnings[1].starts_with("image 2 'gone': ") && warnings[1].ends_with("; drawn without it"));
+    assert!(warnings[1].starts_with("image 2 'gone'") && warnings[1].ends_with("; drawn without it"));
 }
 
 /// A picture that cannot be read is named; the factor alone is drawn.
