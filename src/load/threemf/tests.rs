@@ -303,7 +303,7 @@ fn what_is_missing_is_said() {
     );
     let nothing = load_model(&model(&format!("<object id=\"1\">{}</object>", plain_mesh()), "")).unwrap();
     assert!(messages(&nothing)[0].contains("nothing is to be built: 1 object drawn where"));
-    assert_eq!(nothing.scene.triangle_count(), 0);
+    assert_eq!(nothing.scene.triangle_count(), 2);
 }
 
 #[test]
