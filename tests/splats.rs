@@ -5,11 +5,11 @@ use overcoat::color::srgb::linear_to_srgb;
 use overcoat::frame::{Aov, Frame};
 use overcoat::jobs::Jobs;
 use overcoat::limits::Limits;
-use overcoat::load::{Context, Format, Loaded, NoResolver, load_bytes};
+use overcoat::load::{Context, Format, LoadOptions, Loaded, NoResolver, load_bytes, load_bytes_with};
 use overcoat::math::scalar::{exp, ln};
 use overcoat::render::{Background, RenderOptions, Renderer};
 use overcoat::scene::{
-    AlphaMode, Camera, Framing, Instance, Material, Mesh, MeshData, Projection, Scene, Splat,
+    AlphaMode, Axis, Camera, Framing, Instance, Material, Mesh, MeshData, Projection, Scene, Splat,
     SplatCloudBuilder, SplatColorSpace, SplatInstance, SplatOrder, Transform,
 };
 use serde_json::{Value, json};
@@ -354,6 +354,20 @@ fn minus_y_is_up_unless_a_comment_says_otherwise() {
         let transform = &scene.splat_instances()[0].transform;
         assert_eq!(transform.direction(up), [0.0, 1.0, 0.0], "{more}");
         assert!((transform.determinant() - 1.0).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn an_axis_that_is_chosen_counts_for_more_than_the_usual_one() {
+    let bytes = binary(&[&PLAIN], 0, "comment Vertical Axis: y\n");
+    let (limits, jobs) = (Limits::default(), Jobs::new(1));
+    let context = Context { resolver: &NoResolver, limits: &limits, jobs: &jobs };
+    for up in Axis::ALL {
+        let options = LoadOptions { up: Some(up), ..LoadOptions::default() };
+        let scene = load_bytes_with(&bytes, Some(Format::Ply), &options, &context).unwrap().scene;
+        assert_eq!(scene.orientation().up, up);
+        let transform = &scene.splat_instances()[0].transform;
+        assert_eq!(transform.direction([1.0, 2.0, 3.0]), up.upright([1.0, 2.0, 3.0]), "{up:?}");
     }
 }
 

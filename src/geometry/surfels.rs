@@ -5,9 +5,11 @@
 //!
 //! * The **radius** is the distance to the sixth neighbour: half of it reaches the middle of the squares of a regular
 //!   lattice; the rest is for clouds whose points lie at random. It is at most [`OUTLIER`] times the median.
-//! * The **normal** is that of the plane that fits best; none where the points lie on a line or fill space. In clouds of up
-//!   to [`OWN_NORMALS`] points each has its own, for which neighbours count less with the square of their distance; in
-//!   larger ones, whose cells are small, it is that of the 27 cells for all points of a cell.
+//! * The **normal** is that of the plane that fits best; none where the points lie on a line or fill space.
+//!
+//! In clouds of up to [`EACH`] points this is found for each, and for its normal neighbours count less with the square of
+//! their distance. In larger ones, whose cells are small, all points of a cell share the normal of the 27 cells, and the
+//! larger of the radii of its first and its last point.
 //!
 //! A cloud of few points is a set of markers and no surface. Where the median distance is more than 1/5 of the cloud's
 //! diagonal, discs have [`MARKER`] pixels; below 1/10, which a ball of 200 points is, they have the radius above, and [`SURFACE`] pixels are the least; in
@@ -44,8 +46,8 @@ const LAST: u32 = (1 << CELL_BITS) - 1;
 /// Most points around a cell that are looked at, about: of more, every second, third...
 const MOST: usize = 96;
 
-/// Points of a cloud up to which each has a normal of its own.
-const OWN_NORMALS: usize = 1 << 18;
+/// Points of a cloud up to which each has a radius and a normal of its own.
+const EACH: usize = 1 << 18;
 
 /// How far such a normal looks, squared, in terms of the distance to the sixth neighbour.
 const REACH: f32 = 6.0;
@@ -196,13 +198,13 @@ impl Cloud {
         Self { grid, keys, positions }
     }
 
-    /// Looks around the points of the chunk that begins at `first`.
-    fn look_around(&self, first: usize, wants_normals: bool) -> Found {
-        let end = self.keys.len().min(first + CHUNK);
-        let mut out = Found { radii: Vec::with_capacity(end - first), normals: Vec::new() };
+    /// Looks around the points of the chunk that begins at this number.
+    fn look_around(&self, first_of_chunk: usize, wants_normals: bool) -> Found {
+        let end = self.keys.len().min(first_of_chunk + CHUNK);
+        let mut out = Found { radii: Vec::with_capacity(end - first_of_chunk), normals: Vec::new() };
         let mut rows = [None; 9];
         let mut around = Neighbourhood::default();
-        let mut at = first;
+        let mut at = first_of_chunk;
         while at < end {
             let cell = self.keys[at] >> POINT_BITS;
             let mut next = at + 1;
@@ -211,16 +213,22 @@ impl Cloud {
             }
             self.gather(cell, self.positions[at], &mut rows, &mut around);
             let density = self.grid.density as f32;
-            let own_normals = wants_normals && self.keys.len() <= OWN_NORMALS;
-            for &position in &self.positions[at..next] {
-                let radius = around.radius(position);
-                out.radii.push(radius);
-                if own_normals {
-                    out.normals.push(around.normal(position, REACH * radius * radius, density));
+            let own = &self.positions[at..next];
+            if self.keys.len() <= EACH {
+                for &position in own {
+                    let radius = around.radius(position);
+                    out.radii.push(radius);
+                    if wants_normals {
+                        out.normals.push(around.normal(position, REACH * radius * radius, density));
+                    }
                 }
-            }
-            if wants_normals && !own_normals {
-                out.normals.resize(next - first, around.normal(self.positions[at], f32::INFINITY, density));
+            } else {
+                let first = around.radius(own[0]);
+                let last = if own.len() > 1 { around.radius(own[own.len() - 1]) } else { first };
+                out.radii.resize(next - first_of_chunk, if last > first { last } else { first });
+                if wants_normals {
+                    out.normals.resize(next - first_of_chunk, around.common_normal(density));
+                }
             }
             at = next;
         }
@@ -331,11 +339,10 @@ impl Neighbourhood {
     }
 
     /// The unit normal of the plane through those that are closer to a point than the root of `reach`, with weights that fall
-    /// to zero there; of all of them alike if these are few, or `reach` is infinite. Zero if they are about none.
+    /// to zero there; of all of them alike if these are few. Zero if they are about none.
     fn normal(&self, position: [f32; 3], reach: f32, density: f32) -> [f32; 3] {
-        const NONE: [f32; 3] = [0.0; 3];
         if self.count < 3 {
-            return NONE;
+            return NO_NORMAL;
         }
         let offset = [0, 1, 2].map(|k| position[k] - self.origin[k]);
         let falloff = 1.0 / (reach * density * density);
@@ -355,12 +362,46 @@ impl Neighbourhood {
                 *all += term;
             }
         }
-        let [weight, sums @ ..] = if close < 6 { plain } else { weighted };
-        let inverse = 1.0 / weight;
-        let [x, y, z, xx, xy, xz, yy, yz, zz] = sums.map(|sum: f32| f64::from(sum * inverse));
-        let covariance = [xx - x * x, xy - x * y, xz - x * z, yy - y * y, yz - y * z, zz - z * z];
-        plane_normal(covariance).map_or(NONE, |normal| normal.map(|v| v as f32))
+        normal_of_sums(if close < 6 { plain } else { weighted })
     }
+
+    /// The same of all of them alike. Sums run in eight lanes.
+    fn common_normal(&self, density: f32) -> [f32; 3] {
+        const LANES: usize = 8;
+        if self.count < 3 {
+            return NO_NORMAL;
+        }
+        let mut lanes = [[0.0_f32; LANES]; 9];
+        for first in (0..self.count).step_by(LANES) {
+            let mut at = [[0.0; LANES]; 3];
+            for (to, from) in at.iter_mut().zip(&self.at) {
+                for (k, (to, from)) in to.iter_mut().zip(&from[first..]).enumerate() {
+                    // What lies behind the last is left from others.
+                    *to = if first + k < self.count { from * density } else { 0.0 };
+                }
+            }
+            let [x, y, z] = at;
+            for k in 0..LANES {
+                let (x, y, z) = (x[k], y[k], z[k]);
+                let terms = [x, y, z, x * x, x * y, x * z, y * y, y * z, z * z];
+                for (lanes, term) in lanes.iter_mut().zip(terms) {
+                    lanes[k] += term;
+                }
+            }
+        }
+        let [x, y, z, xx, xy, xz, yy, yz, zz] = lanes.map(|lanes| lanes.iter().sum());
+        normal_of_sums([self.count as f32, x, y, z, xx, xy, xz, yy, yz, zz])
+    }
+}
+
+const NO_NORMAL: [f32; 3] = [0.0; 3];
+
+/// The normal of a plane from the sums of weights, of x, y and z, and of their products.
+fn normal_of_sums([weight, sums @ ..]: [f32; 10]) -> [f32; 3] {
+    let inverse = 1.0 / weight;
+    let [x, y, z, xx, xy, xz, yy, yz, zz] = sums.map(|sum: f32| f64::from(sum * inverse));
+    let covariance = [xx - x * x, xy - x * y, xz - x * z, yy - y * y, yz - y * z, zz - z * z];
+    plane_normal(covariance).map_or(NO_NORMAL, |normal| normal.map(|v| v as f32))
 }
 
 /// The direction of least variance of a covariance (xx, xy, xz, yy, yz, zz), if it stands out.

@@ -300,6 +300,10 @@ fn read_unpacked(
         None => Err(LoadError::UnknownFormat(format!("the format is not known; {READ}"))),
     };
     let mut loaded = loaded?;
-    loaded.scene.stand_up(options.orientation(format.map(Format::orientation).unwrap_or_default()));
+    let usual = match format {
+        Some(Format::Ply) if !loaded.scene.splat_instances().is_empty() => ply::orientation_of_splats(bytes),
+        _ => format.map(Format::orientation).unwrap_or_default(),
+    };
+    loaded.scene.stand_up(options.orientation(usual));
     Ok((Model::Still(Box::new(loaded)), format))
 }

@@ -41,7 +41,7 @@ pub(crate) fn load(bytes: &[u8], context: &Context<'_>) -> Result<Loaded, LoadEr
 /// Reads a file, about an origin where its model is in a region far away.
 fn load_in(bytes: &[u8], region: Option<&Region>, context: &Context<'_>) -> Result<Loaded, LoadError> {
     let origin = region.map(|region| region.origin(points_of_text(bytes, b"v")));
-    let mut obj = parse::parse_about(without_mark(bytes), origin.as_ref());
+    let mut obj = parse::parse_about(without_mark(bytes), origin.as_ref(), context.limits)?;
     if !obj.recognised {
         return Err(LoadError::malformed(FORMAT, "no line of it is a statement of the format"));
     }
@@ -590,6 +590,21 @@ map_Ke nothing.png
         // Not those of faces that cannot be read, nor the control points of curves.
         for text in ["v 0 0 0\nf 1 x 2", "v 0 0 0\ncurv 0 1 1"] {
             assert!(load_files(text, &[]).unwrap().scene.meshes().is_empty());
+        }
+    }
+
+    #[test]
+    fn lists_are_bounded_while_they_are_read() {
+        let vertices = Limits { vertices: 9999, ..Limits::default() };
+        let bytes = Limits { decoded_bytes: 99_999, ..Limits::default() };
+        for (limits, field) in [(vertices, "vertices"), (bytes, "decoded_bytes")] {
+            let context =
+                Context { resolver: &crate::load::NoResolver, limits: &limits, jobs: &Jobs::new(1) };
+            let text = "v 0 0 0\n".repeat(1_000_000);
+            let error = load(text.as_bytes(), &context).unwrap_err();
+            let LoadError::Limit(limit) = error else { panic!("{error}") };
+            // Long before the end.
+            assert!(limit.field == field && limit.asked.is_some_and(|asked| asked < 250_000), "{limit:?}");
         }
     }
 

@@ -1,6 +1,7 @@
 //! The text of an OBJ file to lists of numbers, in one pass.
 
 use super::strokes::Stroke;
+use crate::limits::{LimitExceeded, Limits};
 use crate::load::names::name_of;
 use crate::load::origin::Origin;
 use crate::load::text::{
@@ -73,6 +74,21 @@ pub(super) struct Obj {
 }
 
 impl Obj {
+    /// Holds what has been read against the limits.
+    fn check(&self, limits: &Limits) -> Result<(), LimitExceeded> {
+        let count = self.positions.len().max(self.normals.len()).max(self.uvs.len()) as u64;
+        Limits::check(|| "OBJ: lines of vertices".to_owned(), count, limits.vertices, "vertices")?;
+        let bytes = size_of_val(&self.positions[..])
+            .saturating_add(size_of_val(&self.colors[..]))
+            .saturating_add(size_of_val(&self.painted[..]))
+            .saturating_add(size_of_val(&self.uvs[..]))
+            .saturating_add(size_of_val(&self.normals[..]))
+            .saturating_add(size_of_val(&self.corners[..]))
+            .saturating_add(size_of_val(&self.sizes[..]))
+            .saturating_add(size_of_val(&self.stroke_corners[..]));
+        Limits::check(|| "OBJ: lists".to_owned(), bytes as u64, limits.decoded_bytes, "decoded_bytes")
+    }
+
     /// Makes a point of every vertex, with the normals if there is one for each: for files that have nothing else. Returns
     /// how many; none if the file shows something, or would but for a fault.
     pub(super) fn points_of_vertices(&mut self) -> usize {
@@ -99,8 +115,18 @@ const SHORT_LINE: &str = "lines with less than two vertices left out";
 const FREE_FORM: &str = "statements of free-form curves and surfaces are not drawn";
 const UNKNOWN: &str = "unknown statements ignored";
 
+/// Lines after which the lists are held against the limits.
+const LINES_AT_ONCE: usize = 4096;
+
 /// Reads a whole file, with positions about an origin if there is one. Lines that make no sense are tallied, never fatal.
-pub(super) fn parse_about(bytes: &[u8], about: Option<&Origin>) -> Obj {
+///
+/// # Errors
+/// [`LimitExceeded`] as soon as the lists are beyond [`Limits::vertices`] or [`Limits::decoded_bytes`].
+pub(super) fn parse_about(
+    bytes: &[u8],
+    about: Option<&Origin>,
+    limits: &Limits,
+) -> Result<Obj, LimitExceeded> {
     let mut parser = Parser {
         bytes,
         rest: bytes,
@@ -110,12 +136,15 @@ pub(super) fn parse_about(bytes: &[u8], about: Option<&Origin>) -> Obj {
         state: State::default(),
     };
     while !parser.rest.is_empty() {
-        if !parser.plain_statement() {
-            parser.statement();
+        for _ in 0..LINES_AT_ONCE {
+            if !parser.plain_statement() {
+                parser.statement();
+            }
+            parser.skip_line();
         }
-        parser.skip_line();
+        parser.obj.check(limits)?;
     }
-    parser.obj
+    Ok(parser.obj)
 }
 
 #[derive(Default)]
@@ -576,7 +605,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn parse(bytes: &[u8]) -> Obj {
-        parse_about(bytes, None)
+        parse_about(bytes, None, &Limits::default()).unwrap()
     }
 
     fn corners(text: &str) -> Vec<[u32; 3]> {

@@ -28,6 +28,7 @@ use crate::scene::{
 };
 use body::{Faces, Vertices};
 use header::{Element, Encoding, Header};
+pub(super) use splats::orientation as orientation_of_splats;
 use std::sync::Arc;
 use values::Values;
 
@@ -57,7 +58,7 @@ fn load_in(bytes: &[u8], region: Option<&Region>, context: &Context<'_>) -> Resu
         header.elements.iter_mut().for_each(|element| element.by_line = true);
     }
     if let Some(layout) = splats::layout(&header) {
-        return splats::load(&layout, bytes, &header, context, warnings);
+        return splats::load(&layout, &header, context, warnings);
     }
     let mut origin = Origin::default();
     let (vertices, faces) =

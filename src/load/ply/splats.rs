@@ -16,8 +16,8 @@ use crate::load::warnings::Warnings;
 use crate::load::{Context, LoadError, Loaded};
 use crate::math::scalar::exp;
 use crate::scene::{
-    MAX_COORDINATE, MAX_SPLAT_SCALE, Scene, Splat, SplatCloud, SplatCloudBuilder, SplatColorSpace,
-    SplatInstance, SplatOrder, Transform,
+    Axis, MAX_COORDINATE, MAX_SPLAT_SCALE, Orientation, Scene, Splat, SplatCloud, SplatCloudBuilder,
+    SplatColorSpace, SplatInstance, SplatOrder, Transform,
 };
 
 /// The spherical harmonic of degree 0.
@@ -31,6 +31,9 @@ const NAMES: [&str; 14] = [
 
 /// The one of [`NAMES`] that flat splats do not have.
 const THICKNESS: usize = 5;
+
+/// Lines of a header that are looked at for an axis.
+const MAX_LINES: usize = 4096;
 
 /// Bytes of a splat, but for its harmonics.
 const SPLAT_BYTES: u64 = size_of::<Splat>() as u64;
@@ -64,7 +67,6 @@ pub(super) fn layout(header: &Header<'_>) -> Option<Layout> {
 /// left out, with a warning.
 pub(super) fn load(
     layout: &Layout,
-    bytes: &[u8],
     header: &Header<'_>,
     context: &Context<'_>,
     mut warnings: Warnings,
@@ -75,27 +77,22 @@ pub(super) fn load(
         Layout::Packed => packed::read(header, context, &mut counts, &mut warnings)?,
     };
     counts.warn(&mut warnings);
-    let head = bytes.get(..bytes.len().saturating_sub(header.body.len())).unwrap_or_default();
-    let transform = upright(head).map_err(LoadError::scene("PLY: splats"))?;
     let mut scene = Scene::new();
     let cloud = scene.add_splats(cloud).map_err(LoadError::scene("PLY: splats"))?;
-    let instance = SplatInstance { cloud, transform, object: 0 };
+    let instance = SplatInstance { cloud, transform: Transform::IDENTITY, object: 0 };
     scene.add_splat_instance(instance).map_err(LoadError::scene("PLY: splats"))?;
     Ok(finish(scene, warnings.finish()))
 }
 
-/// What turns the file's axes to those of a scene: -Y becomes up, or the axis that a comment names.
-fn upright(head: &[u8]) -> Result<Transform, crate::scene::SceneError> {
-    let named = head.split(|&b| b == b'\n' || b == b'\r').find_map(|line| {
+/// How splats lie in the scene: -Y is up, or the axis that a comment of the header names.
+pub(crate) fn orientation(bytes: &[u8]) -> Orientation {
+    let lines =
+        bytes.split(|&b| b == b'\n' || b == b'\r').take_while(|line| !line.starts_with(b"end_header"));
+    let named = lines.take(MAX_LINES).find_map(|line| {
         let text = std::str::from_utf8(line).ok()?.trim().to_ascii_lowercase();
-        Some(text.strip_prefix("comment vertical axis:")?.trim().to_owned())
+        Axis::from_name(text.strip_prefix("comment vertical axis:")?.trim())
     });
-    let rows = match named.as_deref() {
-        Some("z" | "+z") => [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]],
-        Some("y" | "+y") => [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
-        _ => [[-1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0]],
-    };
-    Transform::from_rows(rows.map(|[x, y, z]| [x, y, z, 0.0]))
+    Orientation { up: named.unwrap_or(Axis::NegativeY), front_is_known: false }
 }
 
 /// Splats that are not as they should be.
