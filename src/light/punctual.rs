@@ -48,6 +48,8 @@ pub struct LightSample<L: Lanes> {
     pub direction: V3<L>,
     /// Illuminance in lux per colour channel on a surface that faces the light; 0 out of reach.
     pub irradiance: V3<L>,
+    /// See [`PunctualLight::minimum_roughness`].
+    pub minimum_roughness: f32,
 }
 
 impl PunctualLight {
@@ -99,9 +101,11 @@ impl PunctualLight {
     pub fn sample<L: Lanes>(&self, l: L, position: V3<L>) -> LightSample<L> {
         let intensity = vec3::splat(l, self.intensity);
         match &self.kind {
-            Kind::Directional { towards } => {
-                LightSample { direction: vec3::splat(l, *towards), irradiance: intensity }
-            }
+            Kind::Directional { towards } => LightSample {
+                direction: vec3::splat(l, *towards),
+                irradiance: intensity,
+                minimum_roughness: self.minimum_roughness,
+            },
             Kind::Positional { position: from, inverse_range_squared, cone } => {
                 let to_light = vec3::sub(l, vec3::splat(l, *from), position);
                 let squared = vec3::dot(l, to_light, to_light);
@@ -115,7 +119,11 @@ impl PunctualLight {
                 }
                 // The quotient of a tiny factor can be subnormal, which is slow and dark: none.
                 let factor = factor.lt(l.splat(1e-30)).select(l.zero(), factor);
-                LightSample { direction, irradiance: vec3::scale(l, intensity, factor) }
+                LightSample {
+                    direction,
+                    irradiance: vec3::scale(l, intensity, factor),
+                    minimum_roughness: self.minimum_roughness,
+                }
             }
         }
     }

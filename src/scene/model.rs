@@ -40,117 +40,171 @@ pub enum ShadingModel {
     Velvet,
 }
 
+/// What a material can have that some models do not know.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Feature {
+    Sheen,
+    Anisotropy,
+    Iridescence,
+    Coat,
+    CoatNormal,
+    CoatAbsorption,
+    CoatColor,
+    CoatIor,
+    SecondLobe,
+    Subsurface,
+    ReflectionOcclusion,
+}
+
+use Feature as F;
+
+impl Feature {
+    /// In the order of warnings.
+    const ALL: [Self; 11] = [
+        F::Sheen,
+        F::Anisotropy,
+        F::Iridescence,
+        F::Coat,
+        F::CoatNormal,
+        F::CoatAbsorption,
+        F::CoatColor,
+        F::CoatIor,
+        F::SecondLobe,
+        F::Subsurface,
+        F::ReflectionOcclusion,
+    ];
+
+    /// Its name in warnings.
+    fn name(self) -> &'static str {
+        match self {
+            F::Sheen => "sheen",
+            F::Anisotropy => "anisotropy",
+            F::Iridescence => "iridescence",
+            F::Coat => "clear coat",
+            F::CoatNormal => "coat normals",
+            F::CoatAbsorption => "coat absorption",
+            F::CoatColor => "coat colour",
+            F::CoatIor => "coat index of refraction",
+            F::SecondLobe => "second lobe",
+            F::Subsurface => "subsurface",
+            F::ReflectionOcclusion => "occlusion of reflections of its own",
+        }
+    }
+
+    /// Whether a material has it.
+    fn is_in(self, material: &Material) -> bool {
+        let lobes = &material.lobes;
+        let (coated, medium) = (material.coat > 0.0, &lobes.coat);
+        match self {
+            F::Sheen => lobes.sheen.color.factor != [0.0; 3],
+            F::Anisotropy => lobes.anisotropy.strength != 0.0,
+            F::Iridescence => lobes.iridescence.mask.factor > 0.0,
+            F::Coat => coated,
+            F::CoatNormal => coated && material.coat_normal_texture != material.normal_texture,
+            F::CoatAbsorption => coated && medium.thickness.factor > 0.0 && medium.extinction != [0.0; 3],
+            F::CoatColor => coated && medium.color.factor != [1.0; 3],
+            F::CoatIor => coated && medium.ior != 1.5,
+            F::SecondLobe => lobes.second.mix.factor > 0.0 || lobes.second.haziness.factor > 0.0,
+            F::Subsurface => lobes.subsurface.mask.factor > 0.0 || lobes.subsurface.transmission != [0.0; 3],
+            F::ReflectionOcclusion => {
+                lobes.occlusion.specular != 1.0.into() || lobes.occlusion.bent_normal.is_some()
+            }
+        }
+    }
+}
+
+/// What is known of a model without its formulas.
+struct Entry {
+    model: ShadingModel,
+    /// As `--shading` and material files take it.
+    name: &'static str,
+    /// What it knows beside base and emission.
+    knows: &'static [Feature],
+}
+
+const fn entry(model: ShadingModel, name: &'static str, knows: &'static [Feature]) -> Entry {
+    Entry { model, name, knows }
+}
+
+/// The models, in the order of [`ShadingModel`]. Their formulas are registered with the renderer in `shade::models`.
+const TABLE: &[Entry] = {
+    use ShadingModel as M;
+    const URP: &[Feature] = &[F::Coat, F::CoatNormal];
+    const FILAMENT: &[Feature] = &[F::Coat, F::CoatNormal, F::Sheen, F::Anisotropy];
+    const KHRONOS: &[Feature] = &[F::Coat, F::CoatNormal, F::Sheen, F::Anisotropy, F::Iridescence];
+    const STACKLIT: &[Feature] = &[
+        F::Anisotropy,
+        F::Iridescence,
+        F::Coat,
+        F::CoatNormal,
+        F::CoatAbsorption,
+        F::CoatIor,
+        F::SecondLobe,
+        F::Subsurface,
+        F::ReflectionOcclusion,
+    ];
+    &[
+        entry(M::UrpDesktop, "urp-desktop", URP),
+        entry(M::UrpMobile, "urp-mobile", URP),
+        entry(M::Urp17, "urp17", URP),
+        entry(M::HdrpLit, "hdrp-lit", &[F::Coat, F::Anisotropy, F::Iridescence]),
+        entry(M::StackLit, "stacklit", STACKLIT),
+        entry(M::Filament, "filament", FILAMENT),
+        entry(M::FilamentMobile, "filament-mobile", FILAMENT),
+        entry(M::FilamentCloth, "filament-cloth", &[F::Sheen, F::Subsurface]),
+        entry(M::Filament2018, "filament-2018", &[F::Coat]),
+        entry(M::Three, "three", KHRONOS),
+        entry(M::ThreeLegacy, "three-legacy", &[F::Coat, F::CoatNormal, F::Sheen]),
+        entry(M::Gltf, "gltf", KHRONOS),
+        entry(M::GltfSampled, "gltf-sampled", KHRONOS),
+        entry(M::OpenPbr, "openpbr", &[F::Coat, F::CoatNormal, F::CoatColor, F::CoatIor, F::Anisotropy]),
+        entry(M::Velvet, "velvet", &[F::Sheen, F::Anisotropy]),
+    ]
+};
+
 impl ShadingModel {
     /// All of them.
-    pub const ALL: [Self; 15] = [
-        Self::UrpDesktop,
-        Self::UrpMobile,
-        Self::Urp17,
-        Self::HdrpLit,
-        Self::StackLit,
-        Self::Filament,
-        Self::FilamentMobile,
-        Self::FilamentCloth,
-        Self::Filament2018,
-        Self::Three,
-        Self::ThreeLegacy,
-        Self::Gltf,
-        Self::GltfSampled,
-        Self::OpenPbr,
-        Self::Velvet,
-    ];
+    pub const ALL: [Self; TABLE.len()] = {
+        let mut all = [Self::UrpDesktop; TABLE.len()];
+        let mut k = 0;
+        while k < all.len() {
+            assert!(TABLE[k].model as usize == k, "the table is in the order of the models");
+            all[k] = TABLE[k].model;
+            k += 1;
+        }
+        all
+    };
+
+    fn entry(self) -> &'static Entry {
+        &TABLE[self as usize]
+    }
 
     /// Name as `--shading` and material files take it.
     #[must_use]
     pub fn name(self) -> &'static str {
-        match self {
-            Self::UrpDesktop => "urp-desktop",
-            Self::UrpMobile => "urp-mobile",
-            Self::Urp17 => "urp17",
-            Self::HdrpLit => "hdrp-lit",
-            Self::StackLit => "stacklit",
-            Self::Filament => "filament",
-            Self::FilamentMobile => "filament-mobile",
-            Self::FilamentCloth => "filament-cloth",
-            Self::Filament2018 => "filament-2018",
-            Self::Three => "three",
-            Self::ThreeLegacy => "three-legacy",
-            Self::Gltf => "gltf",
-            Self::GltfSampled => "gltf-sampled",
-            Self::OpenPbr => "openpbr",
-            Self::Velvet => "velvet",
-        }
+        self.entry().name
     }
 
     /// True if the model reads more of a material than base, coat and emission.
     #[must_use]
     pub fn reads_lobes(self) -> bool {
-        !matches!(self, Self::UrpDesktop | Self::UrpMobile | Self::Urp17)
+        self.entry().knows.iter().any(|feature| !matches!(feature, F::Coat | F::CoatNormal))
     }
 
     /// The model of that name.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|model| model.name() == name)
+        TABLE.iter().find(|entry| entry.name == name).map(|entry| entry.model)
     }
-}
 
-impl ShadingModel {
     /// What a material has and this model does not know, for a warning.
     pub fn leaves_out(self, material: &Material) -> impl Iterator<Item = &'static str> {
-        use ShadingModel as M;
-        let lobes = &material.lobes;
-        let urp = matches!(self, M::UrpDesktop | M::UrpMobile | M::Urp17);
-        let filament = matches!(self, M::Filament | M::FilamentMobile);
-        let gltf = matches!(self, M::Gltf | M::GltfSampled);
-        let stacklit = self == M::StackLit;
-        let coated = material.coat > 0.0;
-        let coat = !matches!(self, M::FilamentCloth | M::Velvet);
-        let medium = &lobes.coat;
-        [
-            (
-                "sheen",
-                lobes.sheen.color.factor != [0.0; 3],
-                filament || gltf || matches!(self, M::FilamentCloth | M::Three | M::ThreeLegacy | M::Velvet),
-            ),
-            (
-                "anisotropy",
-                lobes.anisotropy.strength != 0.0,
-                !urp && !matches!(self, M::FilamentCloth | M::Filament2018 | M::ThreeLegacy),
-            ),
-            (
-                "iridescence",
-                lobes.iridescence.mask.factor > 0.0,
-                stacklit || gltf || matches!(self, M::HdrpLit | M::Three),
-            ),
-            ("clear coat", coated, coat),
-            (
-                "coat normals",
-                coated && coat && material.coat_normal_texture != material.normal_texture,
-                !matches!(self, M::HdrpLit | M::Filament2018),
-            ),
-            (
-                "coat absorption",
-                coated && medium.thickness.factor > 0.0 && medium.extinction != [0.0; 3],
-                stacklit,
-            ),
-            ("coat colour", coated && medium.color.factor != [1.0; 3], self == M::OpenPbr),
-            ("coat index of refraction", coated && medium.ior != 1.5, stacklit || self == M::OpenPbr),
-            ("second lobe", lobes.second.mix.factor > 0.0 || lobes.second.haziness.factor > 0.0, stacklit),
-            (
-                "subsurface",
-                lobes.subsurface.mask.factor > 0.0 || lobes.subsurface.transmission != [0.0; 3],
-                stacklit || self == M::FilamentCloth,
-            ),
-            (
-                "occlusion of reflections of its own",
-                lobes.occlusion.specular != 1.0.into() || lobes.occlusion.bent_normal.is_some(),
-                stacklit,
-            ),
-        ]
-        .into_iter()
-        .filter(|&(_, present, known)| present && !known)
-        .map(|(what, _, _)| what)
+        let knows = self.entry().knows;
+        let coat = knows.contains(&F::Coat);
+        // Where the coat itself is missing, its normals are not missed.
+        let missed = move |feature: &Feature| !knows.contains(feature) && (coat || *feature != F::CoatNormal);
+        let in_material = |feature: &Feature| feature.is_in(material);
+        Feature::ALL.into_iter().filter(missed).filter(in_material).map(Feature::name)
     }
 }
 

@@ -1,12 +1,12 @@
 //! What shading a fragment takes, in units of about a nanosecond: one core of a Zen 5 processor with AVX2.
 //!
-//! Limits count work by this table and not by a clock, so that a file ends in the same way on every machine. The figures
+//! Limits count work by this table and those of the models ([`Model::cost`](super::model::Model::cost)) and not by a clock, so that a file ends in the same way on every machine. The figures
 //! were measured as the processor time of whole frames (one square of 512 x 512 pixels, 1 sample, the studio, no lights or
 //! 33 points), divided by their fragments: rasterizing, reading attributes and writing the pixel are part of them. They are
 //! upper bounds where a material decides: one with any of its lobes costs as if it had all of them, and a texture is counted as
 //! if every footprint were as long as [`ShadeContext::anisotropy`] allows.
 
-use super::ShadeContext;
+use super::{ShadeContext, models};
 use crate::scene::{AlphaMode, AreaLightMethod, Lobes, Material, ShadingModel};
 
 /// A material without light or textures.
@@ -29,36 +29,6 @@ const BLENDING: u64 = 90;
 
 /// Alpha masks: one sample of one pixel of a surface that may be there, without its texture.
 const MASK: u64 = 7;
-
-/// What one model takes.
-struct ModelCost {
-    /// A fragment of a base without layers, under the environment.
-    plain: u64,
-    /// One with coat, sheen, thin film and the rest.
-    layered: u64,
-    /// What each light without extent adds to them.
-    light: [u64; 2],
-}
-
-/// The table.
-fn of_model(model: ShadingModel) -> ModelCost {
-    use ShadingModel as M;
-    let [plain, layered, light, light_on_layers] = match model {
-        M::UrpDesktop | M::UrpMobile | M::Urp17 => [34, 43, 3, 3],
-        M::HdrpLit => [51, 76, 4, 5],
-        M::StackLit => [64, 127, 4, 5],
-        M::Filament | M::FilamentMobile => [43, 70, 4, 7],
-        M::FilamentCloth => [40, 41, 6, 6],
-        M::Filament2018 => [40, 49, 3, 4],
-        M::Three => [45, 86, 5, 10],
-        M::ThreeLegacy => [40, 52, 4, 8],
-        M::Gltf => [52, 107, 5, 17],
-        M::GltfSampled => [233, 466, 5, 17],
-        M::OpenPbr => [73, 77, 15, 15],
-        M::Velvet => [61, 64, 13, 13],
-    };
-    ModelCost { plain, layered, light: [light, light_on_layers] }
-}
 
 /// What fragments of one material take, in units of about a nanosecond.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -87,7 +57,7 @@ impl ShadingCost {
             return Self { fragment: UNLIT + textures, light: 0, blending: BLENDING, mask };
         }
         let model = material.shading(context.model);
-        let cost = of_model(model);
+        let cost = models::cost(model);
         let layered = material.coat > 0.0 || material.lobes != Lobes::default();
         let by_facets =
             model == ShadingModel::GltfSampled || context.area_light_method == AreaLightMethod::Facets;

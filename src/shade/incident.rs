@@ -124,21 +124,6 @@ fn environment_irradiance_over_pi<L: Lanes>(l: L, context: &ShadeContext<'_>, no
     )
 }
 
-/// `radiance` and what `reflected` makes of each light without extent, in their order.
-#[inline(always)]
-pub(super) fn add_lights<L: Lanes>(
-    l: L,
-    context: &ShadeContext<'_>,
-    surface: &Surface<L>,
-    mut radiance: V3<L>,
-    reflected: impl Fn(LightSample<L>) -> V3<L>,
-) -> V3<L> {
-    for light in context.lights {
-        radiance = vec3::add(l, radiance, reflected(sample_light(l, light, surface.position)));
-    }
-    radiance
-}
-
 /// What arrives from a light without extent.
 #[inline(never)]
 pub(super) fn sample_light<L: Lanes>(l: L, light: &PunctualLight, position: V3<L>) -> LightSample<L> {

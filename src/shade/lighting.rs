@@ -24,25 +24,7 @@ pub fn shade<L: Lanes>(
     if material.unlit {
         return Surface::load(l, material, false, surface).base_color;
     }
-    let radiance = match model {
-        ShadingModel::UrpDesktop | ShadingModel::UrpMobile | ShadingModel::Urp17 => {
-            return models::urp::shade(l, context, model, material, surface);
-        }
-        ShadingModel::HdrpLit => models::hdrp_lit::shade(l, context, material, surface),
-        ShadingModel::StackLit => models::stacklit::shade(l, context, material, surface),
-        ShadingModel::Filament
-        | ShadingModel::FilamentMobile
-        | ShadingModel::FilamentCloth
-        | ShadingModel::Filament2018 => models::filament::shade(l, context, model, material, surface),
-        ShadingModel::Three | ShadingModel::ThreeLegacy => {
-            models::three::shade(l, context, model, material, surface)
-        }
-        ShadingModel::Gltf | ShadingModel::GltfSampled => {
-            models::gltf::shade(l, context, model, material, surface)
-        }
-        ShadingModel::OpenPbr => models::openpbr::shade(l, context, material, surface),
-        ShadingModel::Velvet => models::velvet::shade(l, context, material, surface),
-    };
+    let radiance = models::radiance(l, model, context, material, surface);
     // Thin films and sheen can make light negative in the engines, whose frame buffers cut it off; and highlights of
     // mirrors under lights without extent know no bound.
     each!(c in radiance => c.clamp_to(0.0, MAX_RADIANCE))

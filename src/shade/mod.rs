@@ -8,6 +8,7 @@ mod cost;
 mod incident;
 mod lighting;
 mod lobes;
+mod model;
 mod models;
 mod reader;
 mod record;

@@ -1,23 +1,71 @@
-//! From the G-buffer to the terms of each engine's model, one file a model, and what its lights mean.
-//!
-//! Each file holds one function that is compiled once for each instruction set. Lights come as irradiance E at normal
-//! incidence, the environment as radiance and as irradiance over pi; a white Lambert surface that E falls on shows
-//! E / pi in every model.
+//! The shading models: from the G-buffer to each engine's terms, one file an engine. [`registered!`] lists them.
 
-pub(super) mod filament;
-pub(super) mod gltf;
-pub(super) mod hdrp_lit;
-pub(super) mod openpbr;
-pub(super) mod stacklit;
-pub(super) mod three;
-pub(super) mod urp;
-pub(super) mod velvet;
+mod filament;
+mod gltf;
+mod hdrp_lit;
+mod openpbr;
+mod stacklit;
+mod three;
+mod urp;
+mod velvet;
 
-use super::{Reflectance, Surface};
+use super::model::{self, Model as _, ModelCost};
+use super::{Reflectance, ShadeContext, Surface};
+use crate::coat::filament::Quality;
+use crate::coat::urp::UrpVersion;
 use crate::each;
+use crate::gbuffer::layout::SurfacePlanes;
 use crate::math::lanes::{Float, Lanes};
 use crate::math::vec3::{self, V3};
-use crate::scene::Material;
+use crate::scene::{Material, ShadingModel};
+
+/// What `$body` makes of the [`Model`] `$of` that stands for a [`ShadingModel`].
+macro_rules! registered {
+    ($model:expr, $of:ident => $body:expr) => {
+        registered!(@ $model, $of, $body,
+            UrpDesktop => urp::Urp(UrpVersion::Desktop),
+            UrpMobile => urp::Urp(UrpVersion::Mobile),
+            Urp17 => urp::Urp(UrpVersion::Newest),
+            HdrpLit => hdrp_lit::HdrpLit,
+            StackLit => stacklit::StackLit,
+            Filament => filament::Standard(Quality::Desktop),
+            FilamentMobile => filament::Standard(Quality::Mobile),
+            FilamentCloth => filament::Cloth,
+            Filament2018 => filament::Standard2018,
+            Three => three::Three,
+            ThreeLegacy => three::ThreeLegacy,
+            Gltf => gltf::Gltf { sampled: false },
+            GltfSampled => gltf::Gltf { sampled: true },
+            OpenPbr => openpbr::OpenPbr,
+            Velvet => velvet::Velvet,
+        )
+    };
+    (@ $model:expr, $of:ident, $body:expr, $($name:ident => $value:expr,)+) => {
+        match $model {
+            $(ShadingModel::$name => {
+                let $of = $value;
+                $body
+            })+
+        }
+    };
+}
+
+/// The radiance of sixteen fragments by the formulas of a model.
+#[inline(always)]
+pub(super) fn radiance<L: Lanes>(
+    l: L,
+    shading: ShadingModel,
+    context: &ShadeContext<'_>,
+    material: &Material,
+    planes: &SurfacePlanes,
+) -> V3<L> {
+    registered!(shading, of => model::radiance(l, of, context, material, planes))
+}
+
+/// What a fragment of a model takes.
+pub(super) fn cost(shading: ShadingModel) -> ModelCost {
+    registered!(shading, of => ModelCost::new(of.cost()))
+}
 
 /// A base in the metallic workflow, whatever the material's own.
 #[derive(Clone, Copy)]
@@ -84,4 +132,20 @@ fn has_coat_normal(material: &Material) -> bool {
 #[inline(always)]
 fn hdrp_film_thickness<L: Lanes>(surface: &Surface<L>) -> L::F {
     (surface.lobes.iridescence_thickness * (1.0 / 3000.0)).saturate()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::model::Model;
+    use super::*;
+
+    #[test]
+    fn what_models_read_is_what_the_table_says() {
+        fn reads_lobes<M: Model>(_: M) -> bool {
+            M::READS_LOBES
+        }
+        for model in ShadingModel::ALL {
+            assert_eq!(registered!(model, of => reads_lobes(of)), model.reads_lobes(), "{model:?}");
+        }
+    }
 }

@@ -1,12 +1,11 @@
 //! OpenPBR on surface fragments.
 
-use super::super::incident::{Surroundings, add_lights};
-use super::super::{Reflectance, ShadeContext, Surface};
+use super::super::model::{Model, Source};
+use super::super::{Reflectance, Surface};
 use super::{has_coat_normal, stretched};
 use crate::brdf::tables;
 use crate::coat::openpbr::{self, AlbedoSource, Coat, EnvironmentQuery, SurfaceData};
 use crate::each;
-use crate::gbuffer::layout::SurfacePlanes;
 use crate::light::LightSample;
 use crate::math::lanes::{Float, Lanes, Mask};
 use crate::math::vec3::{self, V3};
@@ -15,18 +14,86 @@ use crate::scene::Material;
 /// Largest index of refraction of the base.
 const LARGEST_IOR: f32 = 3.0;
 
-/// The radiance of sixteen fragments.
-#[inline(never)]
-pub(in super::super) fn shade<L: Lanes>(
-    l: L,
-    context: &ShadeContext<'_>,
-    material: &Material,
-    planes: &SurfacePlanes,
-) -> V3<L> {
-    l.run(
-        #[inline(always)]
-        || radiance(l, context, material, &Surface::load(l, material, true, planes)),
-    )
+/// OpenPBR 1.1.
+#[derive(Clone, Copy)]
+pub(in super::super) struct OpenPbr;
+
+impl Model for OpenPbr {
+    type Layers<L: Lanes> = openpbr::Surface<L>;
+    type Sum<L: Lanes> = V3<L>;
+
+    fn cost(self) -> [u64; 4] {
+        [73, 77, 15, 15]
+    }
+
+    #[inline(always)]
+    fn layers<L: Lanes>(self, l: L, material: &Material, surface: &Surface<L>) -> Self::Layers<L> {
+        let (metalness, specular_weight, specular_color, ior) = reflectance(l, material, surface);
+        let (given, values) = (&material.lobes, &surface.lobes);
+        let (strength, tangent, _) = stretched(l, surface);
+        let data = SurfaceData {
+            base_weight: l.splat(1.0),
+            base_color: each!(c in surface.base_color => c.at_most(1.0)),
+            metalness,
+            specular_weight,
+            specular_color,
+            roughness: surface.roughness,
+            anisotropy: strength,
+            ior,
+            coat: (material.coat > 0.0).then_some(Coat {
+                weight: surface.coat,
+                color: values.coat_color,
+                roughness: surface.coat_roughness,
+                anisotropy: l.splat(given.coat.anisotropy),
+                ior: l.splat(given.coat.ior),
+                darkening: l.splat(given.coat.darkening),
+                normal: has_coat_normal(material).then_some(surface.coat_normal),
+            }),
+            invert_ratio: true,
+        };
+        let albedos = AlbedoSource::Table(tables::ggx_albedo());
+        openpbr::surface(l, &data, surface.normal, tangent, surface.view, albedos)
+    }
+
+    #[inline(always)]
+    fn begin<L: Lanes>(self, _: L, _: &Self::Layers<L>, surface: &Surface<L>) -> V3<L> {
+        surface.emissive
+    }
+
+    #[inline(always)]
+    fn direct<L: Lanes>(
+        self,
+        l: L,
+        layers: &Self::Layers<L>,
+        light: &LightSample<L>,
+        radiance: V3<L>,
+    ) -> V3<L> {
+        vec3::add(l, radiance, openpbr::direct(l, layers, light.direction, light.irradiance, l.splat(1.0)))
+    }
+
+    #[inline(always)]
+    fn indirect<L: Lanes>(
+        self,
+        l: L,
+        layers: &Self::Layers<L>,
+        source: &Source<'_, L>,
+        radiance: V3<L>,
+    ) -> V3<L> {
+        let reflected = openpbr::indirect(
+            l,
+            layers,
+            source.irradiance_over_pi(l, source.surface.normal),
+            #[inline(always)]
+            |query: EnvironmentQuery<L>| source.radiance(l, query),
+            source.occlusion(l),
+        );
+        vec3::add(l, radiance, reflected)
+    }
+
+    #[inline(always)]
+    fn finish<L: Lanes>(self, _: L, _: &Surface<L>, radiance: V3<L>) -> V3<L> {
+        radiance
+    }
 }
 
 /// Metalness, specular weight, specular colour and index of refraction. The specular workflow becomes a dielectric with
@@ -49,55 +116,4 @@ fn reflectance<L: Lanes>(l: L, material: &Material, surface: &Surface<L>) -> (L:
             (l.zero(), l.splat(1.0), each!(c in f0 => c / divisor), ior)
         }
     }
-}
-
-#[inline(always)]
-fn radiance<L: Lanes>(l: L, context: &ShadeContext<'_>, material: &Material, surface: &Surface<L>) -> V3<L> {
-    let (metalness, specular_weight, specular_color, ior) = reflectance(l, material, surface);
-    let (given, values) = (&material.lobes, &surface.lobes);
-    let (strength, tangent, _) = stretched(l, surface);
-    let data = SurfaceData {
-        base_weight: l.splat(1.0),
-        base_color: each!(c in surface.base_color => c.at_most(1.0)),
-        metalness,
-        specular_weight,
-        specular_color,
-        roughness: surface.roughness,
-        anisotropy: strength,
-        ior,
-        coat: (material.coat > 0.0).then_some(Coat {
-            weight: surface.coat,
-            color: values.coat_color,
-            roughness: surface.coat_roughness,
-            anisotropy: l.splat(given.coat.anisotropy),
-            ior: l.splat(given.coat.ior),
-            darkening: l.splat(given.coat.darkening),
-            normal: has_coat_normal(material).then_some(surface.coat_normal),
-        }),
-        invert_ratio: true,
-    };
-    let albedos = AlbedoSource::Table(tables::ggx_albedo());
-    let layers = openpbr::surface(l, &data, surface.normal, tangent, surface.view, albedos);
-    let mut radiance = surface.emissive;
-    for &source in Surroundings::of(context) {
-        let reflected = openpbr::indirect(
-            l,
-            &layers,
-            source.irradiance_over_pi(l, context, surface, surface.normal),
-            #[inline(always)]
-            |query: EnvironmentQuery<L>| source.radiance(l, context, material, surface, query),
-            source.occlusion(l, surface),
-        );
-        radiance = vec3::add(l, radiance, reflected);
-    }
-    add_lights(
-        l,
-        context,
-        surface,
-        radiance,
-        #[inline(always)]
-        |sample: LightSample<L>| {
-            openpbr::direct(l, &layers, sample.direction, sample.irradiance, l.splat(1.0))
-        },
-    )
 }

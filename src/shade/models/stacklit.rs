@@ -1,7 +1,7 @@
 //! Unity HDRP StackLit on surface fragments.
 
-use super::super::incident::{Surroundings, sample_light};
-use super::super::{Reflectance, ShadeContext, Surface};
+use super::super::model::{Model, Source};
+use super::super::{Reflectance, Surface};
 use super::{has_coat_normal, hdrp_film_thickness};
 use crate::brdf::occlusion::VisibilityCone;
 use crate::brdf::tables;
@@ -11,23 +11,99 @@ use crate::coat::stacklit::{
     SpecularOcclusion, SurfaceData, TopNormalFix, Transmission, Version,
 };
 use crate::each;
-use crate::gbuffer::layout::SurfacePlanes;
+use crate::light::LightSample;
 use crate::math::lanes::{Float, Lanes};
 use crate::math::vec3::{self, V3};
 use crate::scene::{DualNormalFix, Material, ModelOptions, OcclusionCone, SpecularOcclusionMethod};
 
-/// The radiance of sixteen fragments.
-#[inline(never)]
-pub(in super::super) fn shade<L: Lanes>(
-    l: L,
-    context: &ShadeContext<'_>,
-    material: &Material,
-    planes: &SurfacePlanes,
-) -> V3<L> {
-    l.run(
-        #[inline(always)]
-        || radiance(l, context, material, &Surface::load(l, material, true, planes)),
-    )
+/// HDRP StackLit.
+#[derive(Clone, Copy)]
+pub(in super::super) struct StackLit;
+
+/// Lights are composed with the environment (`PostEvaluateBSDF`), area lights by themselves.
+pub(in super::super) struct Sum<L: Lanes> {
+    lights: Lighting<L>,
+    radiance: V3<L>,
+}
+
+impl Model for StackLit {
+    type Layers<L: Lanes> = PreLight<L>;
+    type Sum<L: Lanes> = Sum<L>;
+    const LIGHTS_FIRST: bool = true;
+
+    fn cost(self) -> [u64; 4] {
+        [64, 127, 4, 5]
+    }
+
+    #[inline(always)]
+    fn layers<L: Lanes>(self, l: L, material: &Material, surface: &Surface<L>) -> PreLight<L> {
+        let frame = Frame {
+            normal: surface.normal,
+            geometric_normal: surface.vertex_normal,
+            tangent: surface.tangent,
+            bitangent: surface.bitangent,
+            view: surface.view,
+        };
+        let data = surface_data(l, material, surface);
+        stacklit::surface(l, &options(&material.options), &data, &frame, tables::unity_fgd())
+    }
+
+    #[inline(always)]
+    fn begin<L: Lanes>(self, l: L, _: &PreLight<L>, _: &Surface<L>) -> Sum<L> {
+        let zero = [l.zero(); 3];
+        Sum { lights: Lighting { diffuse: zero, specular: zero }, radiance: zero }
+    }
+
+    #[inline(always)]
+    fn direct<L: Lanes>(self, l: L, pre: &PreLight<L>, light: &LightSample<L>, sum: Sum<L>) -> Sum<L> {
+        let light = Light {
+            min_roughness: l.splat(light.minimum_roughness),
+            ..Light::new(l, light.direction, light.irradiance)
+        };
+        let lit = stacklit::direct(l, pre, &light);
+        let lights = Lighting {
+            diffuse: vec3::add(l, sum.lights.diffuse, lit.diffuse),
+            specular: vec3::add(l, sum.lights.specular, lit.specular),
+        };
+        Sum { lights, ..sum }
+    }
+
+    #[inline(always)]
+    fn indirect<L: Lanes>(self, l: L, pre: &PreLight<L>, source: &Source<'_, L>, sum: Sum<L>) -> Sum<L> {
+        let (zero, surface, far) = ([l.zero(); 3], source.surface, source.is_environment());
+        // A large structure: it is copied for area lights only.
+        let near;
+        let asked = if far {
+            pre
+        } else {
+            near = near_lobes(l, pre);
+            &near
+        };
+        let reflected = stacklit::environment(
+            l,
+            asked,
+            #[inline(always)]
+            |query: EnvironmentQuery<L>| source.radiance(l, query),
+        );
+        // One call from one place: the normal, and its opposite for light from behind.
+        let transmits = source.material.lobes.subsurface.transmission != [0.0; 3];
+        let mut baked = [zero; 2];
+        for side in 0..if transmits { 2 } else { 1 } {
+            let normal = if side == 0 { surface.normal } else { vec3::neg(l, surface.normal) };
+            baked[side] = source.irradiance_over_pi(l, normal);
+        }
+        let baked = stacklit::baked_diffuse(l, pre, baked[0], baked[1]);
+        let emissive = if far { surface.emissive } else { zero };
+        let lights = if far { sum.lights } else { Lighting { diffuse: zero, specular: zero } };
+        let out = stacklit::compose(l, asked, &lights, reflected, baked, emissive);
+        let composed = vec3::add(l, out.diffuse, out.specular);
+        Sum { radiance: vec3::add(l, sum.radiance, composed), ..sum }
+    }
+
+    #[inline(always)]
+    fn finish<L: Lanes>(self, _: L, _: &Surface<L>, sum: Sum<L>) -> V3<L> {
+        sum.radiance
+    }
 }
 
 /// The switches of the shader.
@@ -133,62 +209,6 @@ fn surface_data<L: Lanes>(l: L, material: &Material, surface: &Surface<L>) -> Su
             ..Occlusion::none(l, surface.normal)
         },
     }
-}
-
-#[inline(always)]
-fn radiance<L: Lanes>(l: L, context: &ShadeContext<'_>, material: &Material, surface: &Surface<L>) -> V3<L> {
-    let frame = Frame {
-        normal: surface.normal,
-        geometric_normal: surface.vertex_normal,
-        tangent: surface.tangent,
-        bitangent: surface.bitangent,
-        view: surface.view,
-    };
-    let data = surface_data(l, material, surface);
-    let pre = stacklit::surface(l, &options(&material.options), &data, &frame, tables::unity_fgd());
-    let zero = [l.zero(); 3];
-    let mut lights = Lighting { diffuse: zero, specular: zero };
-    for light in context.lights {
-        let sample = sample_light(l, light, surface.position);
-        let light = Light {
-            min_roughness: l.splat(light.minimum_roughness),
-            ..Light::new(l, sample.direction, sample.irradiance)
-        };
-        let lit = stacklit::direct(l, &pre, &light);
-        lights.diffuse = vec3::add(l, lights.diffuse, lit.diffuse);
-        lights.specular = vec3::add(l, lights.specular, lit.specular);
-    }
-    let transmits = material.lobes.subsurface.transmission != [0.0; 3];
-    let mut sum = zero;
-    for &source in Surroundings::of(context) {
-        let far = source == Surroundings::Environment;
-        // A large structure: it is copied for area lights only.
-        let near;
-        let asked = if far {
-            &pre
-        } else {
-            near = near_lobes(l, &pre);
-            &near
-        };
-        let reflected = stacklit::environment(
-            l,
-            asked,
-            #[inline(always)]
-            |query: EnvironmentQuery<L>| source.radiance(l, context, material, surface, query),
-        );
-        // One call from one place: the normal, and its opposite for light from behind.
-        let mut baked = [zero; 2];
-        for side in 0..if transmits { 2 } else { 1 } {
-            let normal = if side == 0 { surface.normal } else { vec3::neg(l, surface.normal) };
-            baked[side] = source.irradiance_over_pi(l, context, surface, normal);
-        }
-        let baked = stacklit::baked_diffuse(l, &pre, baked[0], baked[1]);
-        let emissive = if far { surface.emissive } else { zero };
-        let lights = if far { lights } else { Lighting { diffuse: zero, specular: zero } };
-        let out = stacklit::compose(l, asked, &lights, reflected, baked, emissive);
-        sum = vec3::add(l, sum, vec3::add(l, out.diffuse, out.specular));
-    }
-    sum
 }
 
 /// What area lights see of the lobes: isotropic ones are as rough as the material states them and not as they are seen

@@ -1,41 +1,108 @@
 //! three.js on surface fragments: the physical material of today, and that of older releases.
 
-use super::super::incident::{Surroundings, add_lights};
-use super::super::{ShadeContext, Surface};
+use super::super::Surface;
+use super::super::model::{Model, Source};
 use super::{MetallicBase, stretched};
 use crate::brdf::tables;
 use crate::coat::three::{self, Anisotropy, Coat, EnvironmentQuery, Iridescence, Sheen, SurfaceData};
 use crate::coat::three_legacy::{self, LightUnits, ThreeVersion};
-use crate::gbuffer::layout::SurfacePlanes;
 use crate::light::LightSample;
 use crate::math::lanes::Lanes;
 use crate::math::vec3::{self, V3};
-use crate::scene::{Material, ShadingModel};
-use std::f32::consts::PI;
+use crate::scene::Material;
 
 /// Largest index of refraction that the material takes.
 const LARGEST_IOR: f32 = 2.333;
 
-/// The radiance of sixteen fragments.
-#[inline(never)]
-pub(in super::super) fn shade<L: Lanes>(
-    l: L,
-    context: &ShadeContext<'_>,
-    model: ShadingModel,
-    material: &Material,
-    planes: &SurfacePlanes,
-) -> V3<L> {
-    l.run(
-        #[inline(always)]
-        || {
-            let surface = Surface::load(l, material, true, planes);
-            if model == ShadingModel::ThreeLegacy {
-                legacy_radiance(l, context, material, &surface)
-            } else {
-                radiance(l, context, material, &surface)
-            }
-        },
-    )
+/// The physical material of today.
+#[derive(Clone, Copy)]
+pub(in super::super) struct Three;
+
+impl Model for Three {
+    type Layers<L: Lanes> = three::Surface<L>;
+    type Sum<L: Lanes> = V3<L>;
+
+    fn cost(self) -> [u64; 4] {
+        [45, 86, 5, 10]
+    }
+
+    #[inline(always)]
+    fn layers<L: Lanes>(self, l: L, material: &Material, surface: &Surface<L>) -> Self::Layers<L> {
+        let base = MetallicBase::new(l, surface);
+        let (lobes, values) = (&material.lobes, &surface.lobes);
+        let (ior, specular_color) = index_and_color(l, &base);
+        let (strength, tangent, bitangent) = stretched(l, surface);
+        let data = SurfaceData {
+            color: base.color,
+            metalness: base.metallic,
+            roughness: surface.roughness,
+            geometry_roughness: l.zero(),
+            ior: l.splat(ior),
+            specular_intensity: base.weight,
+            specular_color,
+            coat: (material.coat > 0.0).then_some(Coat {
+                factor: surface.coat,
+                roughness: surface.coat_roughness,
+                normal: surface.coat_normal,
+            }),
+            sheen: (lobes.sheen.color.factor != [0.0; 3])
+                .then_some(Sheen { color: values.sheen_color, roughness: values.sheen_roughness }),
+            iridescence: (lobes.iridescence.mask.factor > 0.0).then_some(Iridescence {
+                factor: values.iridescence,
+                ior: l.splat(lobes.iridescence.ior),
+                thickness: values.iridescence_thickness,
+            }),
+            // The tangent is turned already.
+            anisotropy: (lobes.anisotropy.strength != 0.0).then_some(Anisotropy {
+                vector: [strength, l.zero()],
+                tangent,
+                bitangent,
+            }),
+        };
+        three::surface(l, &data, surface.normal, surface.view, tables::three_dfg())
+    }
+
+    #[inline(always)]
+    fn begin<L: Lanes>(self, l: L, layers: &Self::Layers<L>, surface: &Surface<L>) -> V3<L> {
+        vec3::scale(l, surface.emissive, layers.coat_transmittance(l))
+    }
+
+    #[inline(always)]
+    fn direct<L: Lanes>(
+        self,
+        l: L,
+        layers: &Self::Layers<L>,
+        light: &LightSample<L>,
+        radiance: V3<L>,
+    ) -> V3<L> {
+        vec3::add(l, radiance, three::direct(l, layers, light.direction, light.irradiance, l.splat(1.0)))
+    }
+
+    #[inline(always)]
+    fn indirect<L: Lanes>(
+        self,
+        l: L,
+        layers: &Self::Layers<L>,
+        source: &Source<'_, L>,
+        radiance: V3<L>,
+    ) -> V3<L> {
+        let reflected = three::indirect(
+            l,
+            layers,
+            [l.zero(); 3],
+            #[inline(always)]
+            |normal: V3<L>| source.irradiance(l, normal),
+            #[inline(always)]
+            |query: EnvironmentQuery<L>| source.radiance(l, query),
+            source.occlusion(l),
+        );
+        vec3::add(l, radiance, reflected)
+    }
+
+    #[inline(always)]
+    fn finish<L: Lanes>(self, _: L, _: &Surface<L>, radiance: V3<L>) -> V3<L> {
+        radiance
+    }
 }
 
 /// Index of refraction, and the specular colour that goes with it: what lies beyond the largest index (other workflows,
@@ -51,122 +118,91 @@ fn index_and_color<L: Lanes>(l: L, base: &MetallicBase<L>) -> (f32, V3<L>) {
     (LARGEST_IOR, vec3::scale(l, base.specular_color, l.splat(base.f0_of_ior / largest_f0)))
 }
 
-#[inline(always)]
-fn radiance<L: Lanes>(l: L, context: &ShadeContext<'_>, material: &Material, surface: &Surface<L>) -> V3<L> {
-    let base = MetallicBase::new(l, surface);
-    let (lobes, values) = (&material.lobes, &surface.lobes);
-    let (ior, specular_color) = index_and_color(l, &base);
-    let (strength, tangent, bitangent) = stretched(l, surface);
-    let data = SurfaceData {
-        color: base.color,
-        metalness: base.metallic,
-        roughness: surface.roughness,
-        geometry_roughness: l.zero(),
-        ior: l.splat(ior),
-        specular_intensity: base.weight,
-        specular_color,
-        coat: (material.coat > 0.0).then_some(Coat {
-            factor: surface.coat,
-            roughness: surface.coat_roughness,
-            normal: surface.coat_normal,
-        }),
-        sheen: (lobes.sheen.color.factor != [0.0; 3])
-            .then_some(Sheen { color: values.sheen_color, roughness: values.sheen_roughness }),
-        iridescence: (lobes.iridescence.mask.factor > 0.0).then_some(Iridescence {
-            factor: values.iridescence,
-            ior: l.splat(lobes.iridescence.ior),
-            thickness: values.iridescence_thickness,
-        }),
-        // The tangent is turned already.
-        anisotropy: (lobes.anisotropy.strength != 0.0).then_some(Anisotropy {
-            vector: [strength, l.zero()],
-            tangent,
-            bitangent,
-        }),
-    };
-    let layers = three::surface(l, &data, surface.normal, surface.view, tables::three_dfg());
-    let mut radiance = vec3::scale(l, surface.emissive, layers.coat_transmittance(l));
-    for &source in Surroundings::of(context) {
-        let reflected = three::indirect(
-            l,
-            &layers,
-            [l.zero(); 3],
-            #[inline(always)]
-            |normal: V3<L>| {
-                let over_pi = source.irradiance_over_pi(l, context, surface, normal);
-                vec3::scale(l, over_pi, l.splat(PI))
-            },
-            #[inline(always)]
-            |query: EnvironmentQuery<L>| source.radiance(l, context, material, surface, query),
-            source.occlusion(l, surface),
-        );
-        radiance = vec3::add(l, radiance, reflected);
-    }
-    add_lights(
-        l,
-        context,
-        surface,
-        radiance,
-        #[inline(always)]
-        |sample: LightSample<L>| three::direct(l, &layers, sample.direction, sample.irradiance, l.splat(1.0)),
-    )
-}
+/// That of older releases.
+#[derive(Clone, Copy)]
+pub(in super::super) struct ThreeLegacy;
 
-#[inline(always)]
-fn legacy_radiance<L: Lanes>(
-    l: L,
-    context: &ShadeContext<'_>,
-    material: &Material,
-    surface: &Surface<L>,
-) -> V3<L> {
-    let base = MetallicBase::new(l, surface);
-    // F0 = 0.16 r^2; what lies beyond goes into the tint, which r119 has not.
-    let share = base.f0_of_ior / 0.16;
-    let (reflectivity, beyond) = if share < 1.0 { (share.sqrt(), 1.0) } else { (1.0, share) };
-    let specular_tint = vec3::scale(l, base.specular_color, l.splat(beyond));
-    let version = if material.options.three_r119 { ThreeVersion::R119 } else { ThreeVersion::R131 };
-    let data = three_legacy::SurfaceData {
-        color: base.color,
-        metalness: base.metallic,
-        roughness: surface.roughness,
-        geometry_roughness: l.zero(),
-        reflectivity: l.splat(reflectivity),
-        specular_intensity: base.weight,
-        specular_tint,
-        coat: (material.coat > 0.0).then_some(three_legacy::Coat {
-            factor: surface.coat,
-            roughness: surface.coat_roughness,
-            normal: surface.coat_normal,
-        }),
-        sheen: (material.lobes.sheen.color.factor != [0.0; 3]).then_some(surface.lobes.sheen_color),
-    };
-    let units = LightUnits::Physical;
-    let layers = three_legacy::surface(l, version, &data, surface.normal, surface.view);
-    let mut radiance = surface.emissive;
-    for &source in Surroundings::of(context) {
+impl Model for ThreeLegacy {
+    type Layers<L: Lanes> = three_legacy::Surface<L>;
+    type Sum<L: Lanes> = V3<L>;
+
+    fn cost(self) -> [u64; 4] {
+        [40, 52, 4, 8]
+    }
+
+    #[inline(always)]
+    fn layers<L: Lanes>(self, l: L, material: &Material, surface: &Surface<L>) -> Self::Layers<L> {
+        let base = MetallicBase::new(l, surface);
+        // F0 = 0.16 r^2; what lies beyond goes into the tint, which r119 has not.
+        let share = base.f0_of_ior / 0.16;
+        let (reflectivity, beyond) = if share < 1.0 { (share.sqrt(), 1.0) } else { (1.0, share) };
+        let specular_tint = vec3::scale(l, base.specular_color, l.splat(beyond));
+        let version = if material.options.three_r119 { ThreeVersion::R119 } else { ThreeVersion::R131 };
+        let data = three_legacy::SurfaceData {
+            color: base.color,
+            metalness: base.metallic,
+            roughness: surface.roughness,
+            geometry_roughness: l.zero(),
+            reflectivity: l.splat(reflectivity),
+            specular_intensity: base.weight,
+            specular_tint,
+            coat: (material.coat > 0.0).then_some(three_legacy::Coat {
+                factor: surface.coat,
+                roughness: surface.coat_roughness,
+                normal: surface.coat_normal,
+            }),
+            sheen: (material.lobes.sheen.color.factor != [0.0; 3]).then_some(surface.lobes.sheen_color),
+        };
+        three_legacy::surface(l, version, &data, surface.normal, surface.view)
+    }
+
+    #[inline(always)]
+    fn begin<L: Lanes>(self, _: L, _: &Self::Layers<L>, surface: &Surface<L>) -> V3<L> {
+        surface.emissive
+    }
+
+    #[inline(always)]
+    fn direct<L: Lanes>(
+        self,
+        l: L,
+        layers: &Self::Layers<L>,
+        light: &LightSample<L>,
+        radiance: V3<L>,
+    ) -> V3<L> {
+        let reflected = three_legacy::direct(
+            l,
+            LightUnits::Physical,
+            layers,
+            light.direction,
+            light.irradiance,
+            l.splat(1.0),
+        );
+        vec3::add(l, radiance, reflected)
+    }
+
+    #[inline(always)]
+    fn indirect<L: Lanes>(
+        self,
+        l: L,
+        layers: &Self::Layers<L>,
+        source: &Source<'_, L>,
+        radiance: V3<L>,
+    ) -> V3<L> {
         let reflected = three_legacy::indirect(
             l,
-            &layers,
+            layers,
             [l.zero(); 3],
             #[inline(always)]
-            |normal: V3<L>| {
-                let over_pi = source.irradiance_over_pi(l, context, surface, normal);
-                vec3::scale(l, over_pi, l.splat(PI))
-            },
+            |normal: V3<L>| source.irradiance(l, normal),
             #[inline(always)]
-            |query: EnvironmentQuery<L>| source.radiance(l, context, material, surface, query),
-            source.occlusion(l, surface),
+            |query: EnvironmentQuery<L>| source.radiance(l, query),
+            source.occlusion(l),
         );
-        radiance = vec3::add(l, radiance, reflected);
+        vec3::add(l, radiance, reflected)
     }
-    add_lights(
-        l,
-        context,
-        surface,
-        radiance,
-        #[inline(always)]
-        |sample: LightSample<L>| {
-            three_legacy::direct(l, units, &layers, sample.direction, sample.irradiance, l.splat(1.0))
-        },
-    )
+
+    #[inline(always)]
+    fn finish<L: Lanes>(self, _: L, _: &Surface<L>, radiance: V3<L>) -> V3<L> {
+        radiance
+    }
 }

@@ -1,71 +1,86 @@
 //! Velvet on surface fragments: fibres from the sheen of the material, over its base.
 
-use super::super::incident::{Surroundings, add_lights};
-use super::super::{ShadeContext, Surface};
+use super::super::Surface;
+use super::super::model::{Model, Source};
 use super::MetallicBase;
 use crate::brdf::tables;
 use crate::brdf::velvet::VelvetAlbedo;
 use crate::coat::EnvironmentQuery;
 use crate::coat::velvet::{self, Specular, SurfaceData};
 use crate::each;
-use crate::gbuffer::layout::SurfacePlanes;
 use crate::light::LightSample;
 use crate::math::lanes::{Float, Lanes};
 use crate::math::vec3::{self, V3};
 use crate::scene::Material;
 
-/// The radiance of sixteen fragments.
-#[inline(never)]
-pub(in super::super) fn shade<L: Lanes>(
-    l: L,
-    context: &ShadeContext<'_>,
-    material: &Material,
-    planes: &SurfacePlanes,
-) -> V3<L> {
-    l.run(
-        #[inline(always)]
-        || radiance(l, context, material, &Surface::load(l, material, true, planes)),
-    )
-}
+/// Velvet over Lambert. The GGX lobe is left out where a dielectric states that it reflects nothing (specular 0).
+#[derive(Clone, Copy)]
+pub(in super::super) struct Velvet;
 
-/// The GGX lobe is left out where a dielectric states that it reflects nothing (specular 0).
-#[inline(always)]
-fn radiance<L: Lanes>(l: L, context: &ShadeContext<'_>, material: &Material, surface: &Surface<L>) -> V3<L> {
-    let base = MetallicBase::new(l, surface);
-    let dielectric = base.weighted_f0();
-    let data = SurfaceData {
-        base_color: vec3::scale(l, base.color, base.metallic.one_minus()),
-        velvet_color: surface.lobes.sheen_color,
-        velvet_roughness: surface.lobes.sheen_roughness.squared(),
-        specular: (material.specular > 0.0).then_some(Specular {
-            f0: each!(k => dielectric[k].lerp(base.color[k], base.metallic)),
-            perceptual_roughness: surface.roughness,
-            anisotropy: surface.lobes.anisotropy,
-            direction: surface.tangent,
-        }),
-    };
-    let (albedo, dfg) = (VelvetAlbedo::shared(), tables::filament_dfg());
-    let layers = velvet::surface(l, &data, surface.normal, surface.view, albedo, dfg);
-    let mut radiance = surface.emissive;
-    for &source in Surroundings::of(context) {
+impl Model for Velvet {
+    type Layers<L: Lanes> = velvet::Surface<'static, L>;
+    type Sum<L: Lanes> = V3<L>;
+
+    fn cost(self) -> [u64; 4] {
+        [61, 64, 13, 13]
+    }
+
+    #[inline(always)]
+    fn layers<L: Lanes>(self, l: L, material: &Material, surface: &Surface<L>) -> Self::Layers<L> {
+        let base = MetallicBase::new(l, surface);
+        let dielectric = base.weighted_f0();
+        let data = SurfaceData {
+            base_color: vec3::scale(l, base.color, base.metallic.one_minus()),
+            velvet_color: surface.lobes.sheen_color,
+            velvet_roughness: surface.lobes.sheen_roughness.squared(),
+            specular: (material.specular > 0.0).then_some(Specular {
+                f0: each!(k => dielectric[k].lerp(base.color[k], base.metallic)),
+                perceptual_roughness: surface.roughness,
+                anisotropy: surface.lobes.anisotropy,
+                direction: surface.tangent,
+            }),
+        };
+        let (albedo, dfg) = (VelvetAlbedo::shared(), tables::filament_dfg());
+        velvet::surface(l, &data, surface.normal, surface.view, albedo, dfg)
+    }
+
+    #[inline(always)]
+    fn begin<L: Lanes>(self, _: L, _: &Self::Layers<L>, surface: &Surface<L>) -> V3<L> {
+        surface.emissive
+    }
+
+    #[inline(always)]
+    fn direct<L: Lanes>(
+        self,
+        l: L,
+        layers: &Self::Layers<L>,
+        light: &LightSample<L>,
+        radiance: V3<L>,
+    ) -> V3<L> {
+        vec3::add(l, radiance, velvet::direct(l, layers, light.direction, light.irradiance, l.splat(1.0)))
+    }
+
+    #[inline(always)]
+    fn indirect<L: Lanes>(
+        self,
+        l: L,
+        layers: &Self::Layers<L>,
+        source: &Source<'_, L>,
+        radiance: V3<L>,
+    ) -> V3<L> {
         let reflected = velvet::indirect(
             l,
-            &layers,
-            source.irradiance_over_pi(l, context, surface, surface.normal),
+            layers,
+            source.irradiance_over_pi(l, source.surface.normal),
             #[inline(always)]
-            |query: EnvironmentQuery<L>| source.radiance(l, context, material, surface, query),
-            source.occlusion(l, surface),
+            |query: EnvironmentQuery<L>| source.radiance(l, query),
+            source.occlusion(l),
         );
-        radiance = vec3::add(l, radiance, reflected);
+        vec3::add(l, radiance, reflected)
     }
-    add_lights(
-        l,
-        context,
-        surface,
-        radiance,
-        #[inline(always)]
-        |sample: LightSample<L>| {
-            velvet::direct(l, &layers, sample.direction, sample.irradiance, l.splat(1.0))
-        },
-    )
+
+    #[inline(always)]
+    fn finish<L: Lanes>(self, _: L, _: &Surface<L>, radiance: V3<L>) -> V3<L> {
+        radiance
+    }
 }

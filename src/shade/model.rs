@@ -1,0 +1,175 @@
+//! What a shading model is to the renderer, and the loops over lights and surroundings that all of them share.
+//!
+//! A model reads a surface once ([`Model::layers`]) and then answers two questions: what it reflects of one light without
+//! extent ([`Model::direct`]), and what of one of its surroundings ([`Model::indirect`]), which it asks for averages over lobes
+//! by way of [`Source`]. Most add up radiance; those that compose diffuse and specular light apart have a sum of their own.
+
+use super::incident::{Surroundings, sample_light};
+use super::{ShadeContext, Surface};
+use crate::coat::EnvironmentQuery;
+use crate::gbuffer::layout::SurfacePlanes;
+use crate::light::LightSample;
+use crate::math::lanes::Lanes;
+use crate::math::vec3::{self, V3};
+use crate::scene::Material;
+use std::f32::consts::PI;
+
+/// What a fragment of a model takes in units of about a nanosecond, for [`ShadingCost`](super::ShadingCost).
+#[derive(Clone, Copy)]
+pub(super) struct ModelCost {
+    /// A fragment of a base without layers, under the environment.
+    pub(super) plain: u64,
+    /// One with coat, sheen, thin film and the rest.
+    pub(super) layered: u64,
+    /// What each light without extent adds to them.
+    pub(super) light: [u64; 2],
+}
+
+impl ModelCost {
+    pub(super) const fn new([plain, layered, light, light_on_layers]: [u64; 4]) -> Self {
+        Self { plain, layered, light: [light, light_on_layers] }
+    }
+}
+
+/// One engine's formulas. Versions of an engine are values of one type: a copy of the kernel for each would be that many times
+/// the code.
+///
+/// Lights come as irradiance E at normal incidence, the environment as radiance and as irradiance over pi; a white Lambert
+/// surface that E falls on shows E / pi in every model.
+pub(super) trait Model: Copy {
+    /// The surface in the engine's terms, with what does not depend on light.
+    type Layers<L: Lanes>;
+    /// Light so far.
+    type Sum<L: Lanes>;
+    /// Whether more is read of a material than base, coat and emission.
+    const READS_LOBES: bool = true;
+    /// Lights are added before surroundings; else after.
+    const LIGHTS_FIRST: bool = false;
+
+    /// What a fragment takes, in units of about a nanosecond: of a base without layers under the environment, of one with coat,
+    /// sheen, thin film and the rest, and what each light without extent adds to the one and to the other.
+    fn cost(self) -> [u64; 4];
+
+    /// Reads the material and the surface.
+    fn layers<L: Lanes>(self, l: L, material: &Material, surface: &Surface<L>) -> Self::Layers<L>;
+
+    /// What there is before any light: emission, where it is the first of the sum.
+    fn begin<L: Lanes>(self, l: L, layers: &Self::Layers<L>, surface: &Surface<L>) -> Self::Sum<L>;
+
+    /// Adds what is reflected of one light without extent.
+    fn direct<L: Lanes>(
+        self,
+        l: L,
+        layers: &Self::Layers<L>,
+        light: &LightSample<L>,
+        sum: Self::Sum<L>,
+    ) -> Self::Sum<L>;
+
+    /// Adds what is reflected of one of the surroundings.
+    fn indirect<L: Lanes>(
+        self,
+        l: L,
+        layers: &Self::Layers<L>,
+        source: &Source<'_, L>,
+        sum: Self::Sum<L>,
+    ) -> Self::Sum<L>;
+
+    /// The radiance that all this comes to.
+    fn finish<L: Lanes>(self, l: L, surface: &Surface<L>, sum: Self::Sum<L>) -> V3<L>;
+}
+
+/// One of what surrounds a surface, as a model asks about it.
+pub(super) struct Source<'a, L: Lanes> {
+    pub(super) surroundings: Surroundings,
+    pub(super) context: &'a ShadeContext<'a>,
+    pub(super) material: &'a Material,
+    pub(super) surface: &'a Surface<L>,
+}
+
+impl<L: Lanes> Source<'_, L> {
+    /// Light from afar; else rectangles and tubes.
+    #[inline(always)]
+    pub(super) fn is_environment(&self) -> bool {
+        self.surroundings == Surroundings::Environment
+    }
+
+    /// Irradiance over pi on a surface of this unit normal.
+    #[inline(always)]
+    pub(super) fn irradiance_over_pi(&self, l: L, normal: V3<L>) -> V3<L> {
+        self.surroundings.irradiance_over_pi(l, self.context, self.surface, normal)
+    }
+
+    /// Irradiance on a surface of this unit normal.
+    #[inline(always)]
+    pub(super) fn irradiance(&self, l: L, normal: V3<L>) -> V3<L> {
+        vec3::scale(l, self.irradiance_over_pi(l, normal), l.splat(PI))
+    }
+
+    /// The average of radiance over a lobe.
+    #[inline(always)]
+    pub(super) fn radiance(&self, l: L, query: EnvironmentQuery<L>) -> V3<L> {
+        self.surroundings.radiance(l, self.context, self.material, self.surface, query)
+    }
+
+    /// How much of it reaches the surface.
+    #[inline(always)]
+    pub(super) fn occlusion(&self, l: L) -> L::F {
+        self.surroundings.occlusion(l, self.surface)
+    }
+
+    /// The same, with reflections of area lights integrated over the lobe's facets.
+    #[inline(always)]
+    pub(super) fn by_facets(&self) -> Self {
+        let surroundings =
+            if self.is_environment() { self.surroundings } else { Surroundings::AreaLightsByFacets };
+        Self { surroundings, ..*self }
+    }
+}
+
+/// The radiance of sixteen fragments: one function for each model and instruction set.
+#[inline(never)]
+pub(super) fn radiance<L: Lanes, M: Model>(
+    l: L,
+    model: M,
+    context: &ShadeContext<'_>,
+    material: &Material,
+    planes: &SurfacePlanes,
+) -> V3<L> {
+    l.run(
+        #[inline(always)]
+        || {
+            let surface = Surface::load(l, material, M::READS_LOBES, planes);
+            let layers = model.layers(l, material, &surface);
+            let mut sum = model.begin(l, &layers, &surface);
+            if M::LIGHTS_FIRST {
+                sum = add_lights(l, model, context, &surface, &layers, sum);
+            }
+            // A loop, so that a model's code is compiled once.
+            for &surroundings in Surroundings::of(context) {
+                let source = Source { surroundings, context, material, surface: &surface };
+                sum = model.indirect(l, &layers, &source, sum);
+            }
+            if !M::LIGHTS_FIRST {
+                sum = add_lights(l, model, context, &surface, &layers, sum);
+            }
+            model.finish(l, &surface, sum)
+        },
+    )
+}
+
+/// Adds the lights without extent, in their order.
+#[inline(always)]
+fn add_lights<L: Lanes, M: Model>(
+    l: L,
+    model: M,
+    context: &ShadeContext<'_>,
+    surface: &Surface<L>,
+    layers: &M::Layers<L>,
+    mut sum: M::Sum<L>,
+) -> M::Sum<L> {
+    for light in context.lights {
+        let sample = sample_light(l, light, surface.position);
+        sum = model.direct(l, layers, &sample, sum);
+    }
+    sum
+}
