@@ -118,12 +118,19 @@ struct Entry {
     model: ShadingModel,
     /// As `--shading` and material files take it.
     name: &'static str,
+    /// Of which engine or version, in brackets behind the name.
+    version: &'static str,
     /// What it knows beside base and emission.
     knows: &'static [Feature],
 }
 
-const fn entry(model: ShadingModel, name: &'static str, knows: &'static [Feature]) -> Entry {
-    Entry { model, name, knows }
+const fn entry(
+    model: ShadingModel,
+    name: &'static str,
+    version: &'static str,
+    knows: &'static [Feature],
+) -> Entry {
+    Entry { model, name, version, knows }
 }
 
 /// The models, in the order of [`ShadingModel`]. Their formulas are registered with the renderer in `shade::models`.
@@ -144,21 +151,26 @@ const TABLE: &[Entry] = {
         F::ReflectionOcclusion,
     ];
     &[
-        entry(M::UrpDesktop, "urp-desktop", URP),
-        entry(M::UrpMobile, "urp-mobile", URP),
-        entry(M::Urp17, "urp17", URP),
-        entry(M::HdrpLit, "hdrp-lit", &[F::Coat, F::Anisotropy, F::Iridescence]),
-        entry(M::StackLit, "stacklit", STACKLIT),
-        entry(M::Filament, "filament", FILAMENT),
-        entry(M::FilamentMobile, "filament-mobile", FILAMENT),
-        entry(M::FilamentCloth, "filament-cloth", &[F::Sheen, F::Subsurface]),
-        entry(M::Filament2018, "filament-2018", &[F::Coat]),
-        entry(M::Three, "three", KHRONOS),
-        entry(M::ThreeLegacy, "three-legacy", &[F::Coat, F::CoatNormal, F::Sheen]),
-        entry(M::Gltf, "gltf", KHRONOS),
-        entry(M::GltfSampled, "gltf-sampled", KHRONOS),
-        entry(M::OpenPbr, "openpbr", &[F::Coat, F::CoatNormal, F::CoatColor, F::CoatIor, F::Anisotropy]),
-        entry(M::Velvet, "velvet", &[F::Sheen, F::Anisotropy]),
+        entry(M::UrpDesktop, "urp-desktop", "Unity URP 13, desktop", URP),
+        entry(M::UrpMobile, "urp-mobile", "Unity URP 13, mobile", URP),
+        entry(M::Urp17, "urp17", "Unity 6", URP),
+        entry(M::HdrpLit, "hdrp-lit", "Unity HDRP", &[F::Coat, F::Anisotropy, F::Iridescence]),
+        entry(M::StackLit, "stacklit", "Unity HDRP", STACKLIT),
+        entry(M::Filament, "filament", "desktop", FILAMENT),
+        entry(M::FilamentMobile, "filament-mobile", "mobile", FILAMENT),
+        entry(M::FilamentCloth, "filament-cloth", "cloth", &[F::Sheen, F::Subsurface]),
+        entry(M::Filament2018, "filament-2018", "its document of 2018", &[F::Coat]),
+        entry(M::Three, "three", "three.js r187", KHRONOS),
+        entry(M::ThreeLegacy, "three-legacy", "three.js r131", &[F::Coat, F::CoatNormal, F::Sheen]),
+        entry(M::Gltf, "gltf", "Khronos", KHRONOS),
+        entry(M::GltfSampled, "gltf-sampled", "the same by sixteen lookups a lobe", KHRONOS),
+        entry(
+            M::OpenPbr,
+            "openpbr",
+            "1.1",
+            &[F::Coat, F::CoatNormal, F::CoatColor, F::CoatIor, F::Anisotropy],
+        ),
+        entry(M::Velvet, "velvet", "over Lambert", &[F::Sheen, F::Anisotropy]),
     ]
 };
 
@@ -183,6 +195,12 @@ impl ShadingModel {
     #[must_use]
     pub fn name(self) -> &'static str {
         self.entry().name
+    }
+
+    /// Of which engine or version it is, in a few words that follow the name.
+    #[must_use]
+    pub fn version(self) -> &'static str {
+        self.entry().version
     }
 
     /// True if the model reads more of a material than base, coat and emission.

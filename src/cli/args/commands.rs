@@ -2,7 +2,7 @@
 
 use super::groups::{
     AnimationArgs, DrawArgs, EncodingArgs, InputArgs, LightArgs, MachineArgs, ModelArgs, ReportArgs,
-    ThreadArgs,
+    ThreadArgs, models,
 };
 use crate::cli::values;
 use crate::frame::Aov;
@@ -217,11 +217,13 @@ pub struct CompareModelsArgs {
     pub output: PathBuf,
 
     /// Shading models to show, comma-separated [default: all]
-    ///
-    /// urp-desktop, urp-mobile (Unity URP 13), urp17 (Unity 6), hdrp-lit, stacklit (Unity HDRP), filament,
-    /// filament-mobile, filament-cloth, filament-2018, three, three-legacy, gltf (Khronos), gltf-sampled
-    /// (the same by sixteen lookups a lobe), openpbr, velvet.
-    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = values::shading)]
+    #[arg(
+        long,
+        value_name = "LIST",
+        value_delimiter = ',',
+        value_parser = values::shading,
+        long_help = models("Shading models to show, comma-separated [default: all]")
+    )]
     pub models: Vec<ShadingModel>,
 
     /// Shading model that the others are compared with

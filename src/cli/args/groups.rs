@@ -16,6 +16,16 @@ use clap::Args;
 use std::ffi::OsString;
 use std::path::PathBuf;
 
+/// What `--shading` is.
+const SHADING: &str = "Formulas that shade every surface [default: what each material names, else gltf]";
+
+/// Help of an option that takes shading models: what it is, and all of them.
+pub(super) fn models(what: &str) -> String {
+    let named = |model: ShadingModel| format!("{} ({})", model.name(), model.version());
+    let names: Vec<String> = ShadingModel::ALL.into_iter().map(named).collect();
+    format!("{what}\n\n{}.", names.join(", "))
+}
+
 /// Heading of the options that never change the picture.
 pub const MACHINE: &str = "Machine (these never change the picture)";
 
@@ -169,11 +179,7 @@ pub struct PictureArgs {
     pub samples: Option<u32>,
 
     /// Formulas that shade every surface [default: what each material names, else gltf]
-    ///
-    /// urp-desktop, urp-mobile (Unity URP 13), urp17 (Unity 6), hdrp-lit, stacklit (Unity HDRP), filament,
-    /// filament-mobile, filament-cloth, filament-2018, three, three-legacy, gltf (Khronos), gltf-sampled
-    /// (the same by sixteen lookups a lobe), openpbr, velvet.
-    #[arg(long, value_name = "MODEL", value_parser = values::shading)]
+    #[arg(long, value_name = "MODEL", value_parser = values::shading, long_help = models(SHADING))]
     pub shading: Option<ShadingModel>,
 
     /// Make the model of a material: a .toml file or the name of a built-in one, for every mesh or for the
