@@ -38,6 +38,8 @@ pub enum ShadingModel {
     OpenPbr,
     /// Velvet (Ashikhmin and Premoze 2007) over Lambert.
     Velvet,
+    /// Babylon.js 9.35, `PBRMaterial`.
+    Babylon,
 }
 
 /// What a material can have that some models do not know.
@@ -171,6 +173,12 @@ const TABLE: &[Entry] = {
             &[F::Coat, F::CoatNormal, F::CoatColor, F::CoatIor, F::Anisotropy],
         ),
         entry(M::Velvet, "velvet", "over Lambert", &[F::Sheen, F::Anisotropy]),
+        entry(
+            M::Babylon,
+            "babylon",
+            "Babylon.js 9.35",
+            &[F::Coat, F::CoatNormal, F::CoatAbsorption, F::CoatColor, F::CoatIor, F::Anisotropy],
+        ),
     ]
 };
 
@@ -327,6 +335,9 @@ pub struct ModelOptions {
     /// glTF: the coat's F0 is 0.04, as KHR_materials_clearcoat has it, instead of that of the base's index of refraction,
     /// as the Sample Renderer computes it. They differ where KHR_materials_ior is not 1.5.
     pub gltf_fixed_coat_f0: bool,
+    /// Babylon.js: F0 of the base becomes that of its interface with the coat, as in materials that are made in the engine; from
+    /// glTF files it stays.
+    pub babylon_remap_f0: bool,
 }
 
 #[cfg(test)]

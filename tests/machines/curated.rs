@@ -22,6 +22,9 @@ use overcoat::output::OutputFormat;
 use overcoat::render::ShadingModel;
 use overcoat::scene::{Filter, MipFilter, Wrap};
 
+/// Models of the first round of recorded scenes; those that came later keep its scenes as they are.
+pub const FIRST_MODELS: usize = 15;
+
 /// Groups that the keys of material files are divided into.
 const GROUPS: usize = 6;
 
@@ -30,7 +33,7 @@ pub fn curated() -> Vec<(String, Recipe)> {
     let mut all = Vec::new();
     for (number, model) in ShadingModel::ALL.into_iter().enumerate() {
         all.push((format!("{}-points", model.name()), lit_by_points(model, number)));
-        all.push((format!("{}-areas", model.name()), lit_by_areas(model, number + ShadingModel::ALL.len())));
+        all.push((format!("{}-areas", model.name()), lit_by_areas(model, number + FIRST_MODELS)));
     }
     all.extend((0..3).map(|k| (format!("filters-{k}"), filters(k))));
     all.push(("filters-of-material-file".to_owned(), filters_of_file()));
@@ -217,7 +220,7 @@ fn with_keys(name: &str, model: ShadingModel, number: usize) -> Recipe {
     recipe.materials[0].keys = keys_of_group(name, model, number);
     recipe.samples = [1, 4, 8, 16][number % 4];
     // The second round of the models is of another format.
-    let round = number / ShadingModel::ALL.len();
+    let round = number / FIRST_MODELS;
     recipe.output = OUTPUTS[(number + round) % OUTPUTS.len()];
     recipe.tone_curve = ToneCurve::ALL[number % ToneCurve::ALL.len()];
     recipe

@@ -1,5 +1,6 @@
 //! Random recipes.
 
+use super::curated::FIRST_MODELS;
 use super::dice::Dice;
 use super::forms;
 use super::keys::{self, Choice, KEYS};
@@ -41,7 +42,7 @@ impl Recipe {
             tone_curve: dice.pick(&ToneCurve::ALL),
             exposure: if dice.percent(70) { 0.0 } else { dice.between(-3.0, 3.0) },
             anisotropy: dice.pick(&[1, 2, 8, 16]),
-            shading: dice.percent(20).then(|| dice.pick(&ShadingModel::ALL)),
+            shading: dice.percent(20).then(|| dice.pick(&ShadingModel::ALL[..FIRST_MODELS])),
             aovs: if dice.percent(15) { (0..3).map(|_| dice.pick(&Aov::ALL)).collect() } else { Vec::new() },
             output: dice.pick(&OUTPUTS),
             ..Self::empty()

@@ -159,10 +159,7 @@ fn surface<L: Lanes>(l: L, batch: &Batch<'_>, has_table: bool, found: &mut Found
         }),
     };
     let normal = if normal_mapped { get3("N") } else { geometric_normal };
-    let lookups = Lookups {
-        base: [get("brdf_x"), get("brdf_y")],
-        coat: [get("ccBrdf_x"), get("ccBrdf_y")],
-    };
+    let lookups = Lookups { base: [get("brdf_x"), get("brdf_y")], coat: [get("ccBrdf_x"), get("ccBrdf_y")] };
     let lookups = if has_table { Some(&lookups) } else { None };
     let surface = babylon::surface_with_lookups(l, &options(batch), &data, normal, get3("V"), lookups);
 

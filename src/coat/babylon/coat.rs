@@ -94,8 +94,7 @@ pub fn absorption<L: Lanes>(
 #[inline(always)]
 fn absorb<L: Lanes>(l: L, intensity: L::F, tint: &TintSurface<L>, n_dot_l_refract: L::F) -> V3<L> {
     let n_dot_v_refract = tint.n_dot_v_refract;
-    let path =
-        tint.thickness * ((n_dot_l_refract + n_dot_v_refract) / (n_dot_l_refract * n_dot_v_refract));
+    let path = tint.thickness * ((n_dot_l_refract + n_dot_v_refract) / (n_dot_l_refract * n_dot_v_refract));
     each!(e in tint.extinction => mix_number(l, l.splat(1.0), exp(l, -e * path), intensity))
 }
 

@@ -152,12 +152,8 @@ fn base_lobe<L: Lanes>(
     let alphas = each!(a in along => a.at_least(LEAST_ALPHA).max(least));
     let (t, b) = (anisotropy.tangent, anisotropy.bitangent);
     let view = surface.view;
-    let distribution = distribution_ggx_anisotropic(
-        l,
-        [vec3::dot(l, t, half), vec3::dot(l, b, half), n_dot_h],
-        alphas,
-        0.0,
-    );
+    let distribution =
+        distribution_ggx_anisotropic(l, [vec3::dot(l, t, half), vec3::dot(l, b, half), n_dot_h], alphas, 0.0);
     let visibility = visibility_smith_anisotropic(
         l,
         [vec3::dot(l, t, light), vec3::dot(l, b, light), n_dot_l],

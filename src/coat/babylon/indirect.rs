@@ -197,11 +197,8 @@ pub fn indirect_terms<L: Lanes>(
         }
         coat_reflectance = match coat.brdf {
             Some([x, y]) => {
-                let reflected = if options.height_correlated {
-                    mix_number(l, x, y, coat.f0)
-                } else {
-                    coat.f0 * x + y
-                };
+                let reflected =
+                    if options.height_correlated { mix_number(l, x, y, coat.f0) } else { coat.f0 * x + y };
                 reflected * coat_horizon * coat.intensity
             }
             None => coat.intensity,
@@ -266,10 +263,7 @@ pub fn indirect<L: Lanes>(
         radiance[k] = environment(queries[k]);
     }
     let normal = normalize_or(l, irradiance_direction(l, surface), surface.geometric_normal);
-    let environment = Environment {
-        irradiance: irradiance(normal),
-        radiance: radiance[0],
-        coat_radiance: radiance[1],
-    };
+    let environment =
+        Environment { irradiance: irradiance(normal), radiance: radiance[0], coat_radiance: radiance[1] };
     color(l, &indirect_terms(l, surface, &environment, &AmbientOcclusion::gray(l, occlusion)))
 }

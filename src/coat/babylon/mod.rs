@@ -315,10 +315,7 @@ fn aa_roughness<L: Lanes>(l: L, slope: Option<L::F>) -> AaRoughness<L> {
     match slope {
         Some(slope) => {
             let slope2 = slope * slope;
-            AaRoughness {
-                perceptual: pow(l, slope2.saturate(), l.splat(0.333)),
-                alpha: slope2.sqrt() * 0.75,
-            }
+            AaRoughness { perceptual: pow(l, slope2.saturate(), l.splat(0.333)), alpha: slope2.sqrt() * 0.75 }
         }
         None => AaRoughness { perceptual: l.zero(), alpha: l.zero() },
     }

@@ -815,6 +815,11 @@ pub(super) static KEYS: &[Key] = &[
         m => m.options.gltf_fixed_coat_f0,
         "The coat's F0 is 0.04 instead of that of the base's index of refraction."
     ),
+    switch!(
+        "options.babylon_remap_f0",
+        m => m.options.babylon_remap_f0,
+        "F0 of the base becomes that of its interface with the coat."
+    ),
 ];
 
 /// Metallic, roughness and their texture, of a material that is turned to that workflow if it has the other.

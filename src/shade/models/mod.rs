@@ -1,5 +1,6 @@
 //! The shading models: from the G-buffer to each engine's terms, one file an engine. [`registered!`] lists them.
 
+mod babylon;
 mod filament;
 mod gltf;
 mod hdrp_lit;
@@ -38,6 +39,7 @@ macro_rules! registered {
             GltfSampled => gltf::Gltf { sampled: true },
             OpenPbr => openpbr::OpenPbr,
             Velvet => velvet::Velvet,
+            Babylon => babylon::Babylon,
         )
     };
     (@ $model:expr, $of:ident, $body:expr, $($name:ident => $value:expr,)+) => {
@@ -104,6 +106,19 @@ impl<L: Lanes> MetallicBase<L> {
                 specular_color: f0,
             },
         }
+    }
+
+    /// Index of refraction, and the specular colour that goes with it: what lies beyond the largest index (other workflows,
+    /// diamonds) goes into the colour.
+    #[inline(always)]
+    fn index_and_color(&self, l: L, largest_ior: f32) -> (f32, V3<L>) {
+        let largest_f0 =
+            ((largest_ior - 1.0) / (largest_ior + 1.0)) * ((largest_ior - 1.0) / (largest_ior + 1.0));
+        if self.f0_of_ior <= largest_f0 {
+            let root = self.f0_of_ior.sqrt();
+            return ((1.0 + root) / (1.0 - root), self.specular_color);
+        }
+        (largest_ior, vec3::scale(l, self.specular_color, l.splat(self.f0_of_ior / largest_f0)))
     }
 
     /// F0 with its weight.

@@ -30,7 +30,7 @@ impl Model for Three {
     fn layers<L: Lanes>(self, l: L, material: &Material, surface: &Surface<L>) -> Self::Layers<L> {
         let base = MetallicBase::new(l, surface);
         let (lobes, values) = (&material.lobes, &surface.lobes);
-        let (ior, specular_color) = index_and_color(l, &base);
+        let (ior, specular_color) = base.index_and_color(l, LARGEST_IOR);
         let (strength, tangent, bitangent) = stretched(l, surface);
         let data = SurfaceData {
             color: base.color,
@@ -103,19 +103,6 @@ impl Model for Three {
     fn finish<L: Lanes>(self, _: L, _: &Surface<L>, radiance: V3<L>) -> V3<L> {
         radiance
     }
-}
-
-/// Index of refraction, and the specular colour that goes with it: what lies beyond the largest index (other workflows,
-/// diamonds) goes into the colour.
-#[inline(always)]
-fn index_and_color<L: Lanes>(l: L, base: &MetallicBase<L>) -> (f32, V3<L>) {
-    let largest_f0 =
-        ((LARGEST_IOR - 1.0) / (LARGEST_IOR + 1.0)) * ((LARGEST_IOR - 1.0) / (LARGEST_IOR + 1.0));
-    if base.f0_of_ior <= largest_f0 {
-        let root = base.f0_of_ior.sqrt();
-        return ((1.0 + root) / (1.0 - root), base.specular_color);
-    }
-    (LARGEST_IOR, vec3::scale(l, base.specular_color, l.splat(base.f0_of_ior / largest_f0)))
 }
 
 /// That of older releases.
