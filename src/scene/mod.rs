@@ -193,13 +193,13 @@ impl Scene {
         Ok(())
     }
 
-    /// Adds a light.
+    /// Adds a light. Its direction may have any length but zero: what [`Scene::lights`] has is a unit vector.
     ///
     /// # Errors
-    /// [`SceneError`] if a number of it is not finite or out of its range.
+    /// [`SceneError`] if a number of it is not finite or out of its range; [`SceneError::NoLength`] if its direction is
+    /// zero.
     pub fn add_light(&mut self, light: Light) -> Result<(), SceneError> {
-        light.validate()?;
-        self.lights.push(light);
+        self.lights.push(light.checked()?);
         Ok(())
     }
 
