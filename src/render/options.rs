@@ -179,6 +179,14 @@ pub struct RenderedImage {
     pub stats: RenderStats,
 }
 
+impl RenderedImage {
+    /// The plane of a quantity; `None` if it was not asked for.
+    #[must_use]
+    pub fn plane(&self, aov: Aov) -> Option<&AovPlane> {
+        crate::frame::plane(&self.aovs, aov)
+    }
+}
+
 /// Counts and times of one picture.
 #[derive(Clone, Debug, Default)]
 pub struct RenderStats {
