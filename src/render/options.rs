@@ -97,10 +97,7 @@ impl RenderOptions {
         }
         let pixels = u64::from(self.width) * u64::from(self.height);
         Limits::check(|| "picture".to_owned(), pixels, self.limits.output_pixels, "output_pixels")?;
-        if self.tile_size.is_some_and(|side| ![16, 32, 64].contains(&side)) {
-            let value = self.tile_size.unwrap_or_default().to_string();
-            return Err(option("tile size", value, "16, 32 or 64"));
-        }
+        check_tile_size(self.tile_size)?;
         if !(1..=16).contains(&self.anisotropy) {
             return Err(option("anisotropy", self.anisotropy.to_string(), "1 to 16"));
         }
@@ -113,13 +110,32 @@ impl RenderOptions {
                 return Err(option(name, width.to_string(), "0.1 to 64 pixels"));
             }
         }
-        if !self.simd.is_available() {
-            return Err(option("simd", self.simd.to_string(), "an instruction set of this machine"));
-        }
+        check_simd(self.simd)?;
         kept.filter(|pattern| pattern.len() == self.samples as usize)
             .or_else(|| SamplePattern::new(self.samples))
             .ok_or_else(|| option("samples", self.samples.to_string(), "1, 4, 8 or 16"))
     }
+}
+
+/// `Ok` if tiles can have this side.
+pub(super) fn check_tile_size(side: Option<u32>) -> Result<(), RenderError> {
+    match side {
+        None | Some(16 | 32 | 64) => Ok(()),
+        Some(side) => Err(RenderError::Option {
+            option: "tile size",
+            value: side.to_string(),
+            allowed: "16, 32 or 64",
+        }),
+    }
+}
+
+/// `Ok` if this machine has the instruction set.
+pub(super) fn check_simd(level: SimdLevel) -> Result<(), RenderError> {
+    if level.is_available() {
+        return Ok(());
+    }
+    let allowed = "an instruction set of this machine";
+    Err(RenderError::Option { option: "simd", value: level.to_string(), allowed })
 }
 
 /// Why there is no picture.
