@@ -24,7 +24,8 @@ mod trace;
 mod unseen;
 mod work;
 
-pub use crate::scene::{AreaLightMethod, ShadingModel};
+#[cfg(feature = "cli")]
+pub(crate) use crate::scene::{AreaLightMethod, ShadingModel};
 pub use builder::RendererBuilder;
 pub use options::{Background, RenderError, RenderOptions, RenderStats, Rendered, RenderedImage};
 pub use trace::StageHashes;

@@ -121,11 +121,9 @@ impl RenderOptions {
 pub(super) fn check_tile_size(side: Option<u32>) -> Result<(), RenderError> {
     match side {
         None | Some(16 | 32 | 64) => Ok(()),
-        Some(side) => Err(RenderError::Option {
-            option: "tile size",
-            value: side.to_string(),
-            allowed: "16, 32 or 64",
-        }),
+        Some(side) => {
+            Err(RenderError::Option { option: "tile size", value: side.to_string(), allowed: "16, 32 or 64" })
+        }
     }
 }
 

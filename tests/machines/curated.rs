@@ -19,8 +19,7 @@ use overcoat::color::ToneCurve;
 use overcoat::frame::Aov;
 use overcoat::load::Format;
 use overcoat::output::OutputFormat;
-use overcoat::render::ShadingModel;
-use overcoat::scene::{Filter, MipFilter, Wrap};
+use overcoat::scene::{Filter, MipFilter, ShadingModel, Wrap};
 
 /// Groups that the keys of material files are divided into.
 const GROUPS: usize = 6;
