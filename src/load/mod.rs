@@ -86,6 +86,7 @@ use std::path::Path;
 
 /// A scene and what was lost on the way.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Loaded {
     /// The scene.
     pub scene: Scene,

@@ -10,6 +10,7 @@ use std::time::Duration;
 
 /// What is seen where no surface is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Background {
     /// Nothing: alpha 0.
     #[default]
@@ -168,6 +169,7 @@ pub enum RenderError {
 
 /// A picture and what it took.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Rendered {
     /// The picture.
     pub frame: Frame,
@@ -177,6 +179,7 @@ pub struct Rendered {
 
 /// A picture for a screen and what it took.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct RenderedImage {
     /// The picture.
     pub image: DisplayImage,
@@ -203,6 +206,7 @@ impl RenderedImage {
 
 /// Counts and times of one picture.
 #[derive(Clone, Debug, Default)]
+#[non_exhaustive]
 pub struct RenderStats {
     /// Triangles that went in, every instance counted.
     pub triangles: u64,

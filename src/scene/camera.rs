@@ -6,6 +6,7 @@ use glam::DVec3;
 
 /// How depth becomes size.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Projection {
     /// A pinhole.
     Perspective {

@@ -16,6 +16,7 @@ fn extent(what: &'static str, edge: &[f32; 3]) -> Result<(), SceneError> {
 
 /// What kind of light.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum LightKind {
     /// Infinitely far away; intensity is illuminance in lux at a surface that faces it.
     Directional {
@@ -67,6 +68,7 @@ pub enum LightKind {
 
 /// How reflections of lights with an extent are integrated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum AreaLightMethod {
     /// By linearly transformed cosines, as engines do: off by 2 percent of a GGX lobe seen from above and by 15 percent at
     /// N.V = 0.3.
@@ -79,7 +81,7 @@ pub enum AreaLightMethod {
 
 impl AreaLightMethod {
     /// All of them.
-    pub const ALL: [Self; 2] = [Self::LinearlyTransformedCosines, Self::Facets];
+    pub const ALL: &'static [Self] = &[Self::LinearlyTransformedCosines, Self::Facets];
 
     /// Name as `--area-lights` takes it.
     #[must_use]
@@ -93,7 +95,7 @@ impl AreaLightMethod {
     /// The method of that name.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|method| method.name() == name)
+        Self::ALL.iter().copied().find(|method| method.name() == name)
     }
 }
 
