@@ -81,7 +81,6 @@ impl DisplayImage {
     }
 
     /// The rows from the top, `width` pixels each.
-    #[must_use]
     pub fn rows(&self) -> ChunksExact<'_, [u8; 4]> {
         rows(&self.pixels, self.width)
     }

@@ -230,7 +230,6 @@ impl Frame {
     }
 
     /// The rows from the top, `width` pixels each.
-    #[must_use]
     pub fn rows(&self) -> ChunksExact<'_, [f32; 4]> {
         rows(&self.pixels, self.width)
     }
