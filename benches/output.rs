@@ -3,8 +3,9 @@
 use criterion::{Criterion, criterion_group, criterion_main};
 use overcoat::color::ToneCurve;
 use overcoat::frame::Frame;
+use overcoat::frame::{DisplayImage, DisplayOptions};
 use overcoat::math::lanes::SimdLevel;
-use overcoat::output::{DisplayImage, DisplayOptions, ExrPrecision, encode_exr, encode_hdr, encode_png};
+use overcoat::output::{ExrPrecision, encode_exr, encode_hdr, encode_png};
 use std::hint::black_box;
 use std::time::Duration;
 

@@ -21,6 +21,8 @@
 //!
 //! What the models compute, and where engines differ, is on a page of its own: [`guide::clear_coat`].
 //!
+//! Whole programs, from a file to pixels and from nothing to a scene, are on a page: [`guide::library`].
+//!
 //! [`output`] makes files of it, [`golden`] compares them, and the `cli` module is the command line.
 //!
 //! [`sandbox`] gives up what none of this needs from the system, before the first byte of input is read.

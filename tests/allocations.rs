@@ -7,11 +7,11 @@
 mod shapes;
 
 use overcoat::frame::DisplayOptions;
-use overcoat::render::{Background, RenderOptions, Renderer, ShadingModel};
+use overcoat::render::{Background, RenderOptions, Renderer};
 use overcoat::scene::{
     AlphaMode, AlphaUse, Camera, ColorSpace, Environment, EnvironmentSource, EquirectImage, Image, Instance,
-    Light, LightKind, Material, Mesh, NormalTexture, Projection, Sampler, Scene, Texture, TextureRef,
-    Transform, UvTransform, Workflow,
+    Light, LightKind, Material, Mesh, NormalTexture, Projection, Sampler, Scene, ShadingModel, Texture,
+    TextureRef, Transform, UvTransform, Workflow,
 };
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, Stats, StatsAlloc};
 use std::alloc::System;

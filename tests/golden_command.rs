@@ -288,7 +288,8 @@ fn what_is_missing_on_one_side_is_a_difference() {
 /// A render that is copied to the goldens as it is, by this crate's own encoder, is not larger than it must be.
 #[test]
 fn fresh_renders_are_not_oversized() {
-    use overcoat::output::{DisplayImage, encode_png};
+    use overcoat::frame::DisplayImage;
+    use overcoat::output::encode_png;
     let folders = Folders::new();
     let pixels =
         (0..256 * 256_u32).map(|k| [(k / 256) as u8, (k % 256 / 4) as u8, (k / 700) as u8, 255]).collect();
@@ -309,7 +310,8 @@ fn fresh_renders_are_not_oversized() {
 
 /// A moving picture whose frames are discs, with so many milliseconds for each.
 fn movie(format: overcoat::output::MovieFormat, steps: &[u8], times: &[u16]) -> Vec<u8> {
-    use overcoat::output::{DisplayImage, MovieFrame, encode_movie};
+    use overcoat::frame::DisplayImage;
+    use overcoat::output::{MovieFrame, encode_movie};
     let frames: Vec<MovieFrame> = steps
         .iter()
         .map(|&step| {

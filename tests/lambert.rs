@@ -1,10 +1,10 @@
 //! Radiometry: a Lambert plane without reflections is equally bright in every model, whatever its engine means by the
 //! colour of a light, and black without light.
 
-use overcoat::render::{AreaLightMethod, RenderOptions, Renderer, ShadingModel};
+use overcoat::render::{RenderOptions, Renderer};
 use overcoat::scene::{
-    Camera, Environment, EnvironmentSource, EquirectImage, Instance, Light, LightKind, Material, Mesh,
-    MeshData, Projection, Scene, Transform, Workflow,
+    AreaLightMethod, Camera, Environment, EnvironmentSource, EquirectImage, Instance, Light, LightKind,
+    Material, Mesh, MeshData, Projection, Scene, ShadingModel, Transform, Workflow,
 };
 use std::f32::consts::PI;
 use std::sync::Arc;

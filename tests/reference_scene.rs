@@ -6,11 +6,11 @@
 //! occlusion from the screen, normals apart that need a map) are left out; each test states how many remain.
 
 use overcoat::light::PrefilteredEnvironment;
-use overcoat::render::{RenderOptions, Renderer, ShadingModel};
+use overcoat::render::{RenderOptions, Renderer};
 use overcoat::scene::{
     AlphaUse, Camera, ColorSpace, Environment, EnvironmentSource, Image, Instance, Light, LightKind,
-    Material, Mesh, MeshData, Projection, Sampler, Scene, Texture, TextureRef, Transform, UvTransform,
-    Workflow,
+    Material, Mesh, MeshData, Projection, Sampler, Scene, ShadingModel, Texture, TextureRef, Transform,
+    UvTransform, Workflow,
 };
 use std::collections::BTreeMap;
 use std::path::Path;

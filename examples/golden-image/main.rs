@@ -10,8 +10,8 @@
 //! report.html` shows both. If the change was meant, `UPDATE_GOLDENS=1` with the same test, or `overcoat golden accept`,
 //! records it.
 
+use overcoat::frame::{DisplayImage, DisplayOptions};
 use overcoat::golden::Picture;
-use overcoat::output::{DisplayImage, DisplayOptions};
 use overcoat::scene::{Camera, Framing, Instance, Material, Mesh, MeshData, SceneError, Transform, Workflow};
 use overcoat::{RenderOptions, Renderer, Scene};
 use std::error::Error;

@@ -1,11 +1,12 @@
 //! Linear radiance to 8-bit sRGB.
 
-use super::Frame;
+use super::{Frame, position, rows};
 use crate::color::ToneCurve;
 use crate::color::srgb::{SRGB8_TO_LINEAR, linear_to_srgb8_lanes};
 use crate::dispatch;
 use crate::each;
 use crate::math::lanes::{Float, Int, LANES, Lanes, Mask, SimdLevel};
+use std::slice::ChunksExact;
 
 /// How linear light becomes a picture for a screen.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,6 +48,10 @@ impl DisplayOptions {
 }
 
 /// An 8-bit sRGB picture with straight alpha, row by row from the top. Where alpha is 0, so are the colours.
+///
+/// **Straight**: the colours are those of the surface, whatever part of the pixel it covers, as PNG and most decoders have
+/// them; libraries that draw (Skia, Cairo, canvases) often want them multiplied by alpha. Alpha itself is linear: 128 of 255
+/// is half of the pixel. With [`DisplayOptions::background`] all of it is 255.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DisplayImage {
     /// Width in pixels.
@@ -66,6 +71,24 @@ impl DisplayImage {
         let developer = Developer::new(&options.metered(frame));
         dispatch!(options.simd, l => developer.develop(l, &frame.pixels, &frame.transmittance, &mut pixels));
         Self { width: frame.width, height: frame.height, pixels }
+    }
+
+    /// The pixel in column x of row y, counted from the upper left corner: sRGB with straight alpha. `None` outside of the
+    /// picture.
+    #[must_use]
+    pub fn pixel(&self, x: u32, y: u32) -> Option<[u8; 4]> {
+        self.pixels.get(position(self.width, self.height, x, y)?).copied()
+    }
+
+    /// The rows from the top, `width` pixels each.
+    pub fn rows(&self) -> ChunksExact<'_, [u8; 4]> {
+        rows(&self.pixels, self.width)
+    }
+
+    /// All bytes, R G B A for each pixel, row by row from the top without gaps: what encoders and windows take.
+    #[must_use]
+    pub fn as_bytes(&self) -> &[u8] {
+        self.pixels.as_flattened()
     }
 
     /// True if no pixel lets anything through.
@@ -206,6 +229,15 @@ mod tests {
     }
     fn plain() -> DisplayOptions {
         DisplayOptions { tone_curve: ToneCurve::None, ..DisplayOptions::default() }
+    }
+
+    #[test]
+    fn pixels_are_found_where_they_are_and_nowhere_else() {
+        let image = DisplayImage { width: 2, height: 2, pixels: (0..4).map(|k| [k; 4]).collect() };
+        assert_eq!((image.pixel(1, 0), image.pixel(0, 1)), (Some([1; 4]), Some([2; 4])));
+        assert_eq!((image.pixel(2, 0), image.pixel(0, 2)), (None, None));
+        assert_eq!(image.rows().map(|row| row[1][0]).collect::<Vec<_>>(), [1, 3]);
+        assert_eq!(image.as_bytes()[4..8], [1; 4]);
     }
 
     /// Every 8-bit value survives the way to linear light and back, opaque and half covered.

@@ -23,6 +23,7 @@ const COVERED: f32 = 0.99;
 
 /// How much of a picture is white or black, by [`DisplayImage::clipping`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Clipping {
     /// Pixels that surfaces cover; not those at edges, which show what is behind.
     pub covered: u64,

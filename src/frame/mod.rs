@@ -7,9 +7,27 @@ pub(crate) use display::{Developer, is_tinted};
 pub use display::{DisplayImage, DisplayOptions};
 pub use meter::Clipping;
 
+use std::slice::ChunksExact;
 use xxhash_rust::xxh3::Xxh3;
 
 /// A picture in linear Rec. 709 radiance with premultiplied alpha, row by row from the top.
+///
+/// **Linear**: twice the number is twice the light, without any transfer function; 1 is what a screen shows as white at
+/// exposure 0 without a tone curve, and light may be brighter. **Premultiplied**: the colours of a pixel are the light that arrives in it, so
+/// that what is behind adds to it: `over = front + (1 - front alpha) * behind`; light of the surface alone is colour / alpha
+/// where alpha is above 0. **Alpha** is the part of the pixel that surfaces hide, by coverage and opacity together: 0 where
+/// nothing is or what glows hides nothing, 1 where nothing behind shows. What screens show is a [`DisplayImage`].
+///
+/// ```
+/// # use overcoat::frame::Frame;
+/// # let pixels = vec![[0.2, 0.1, 0.0, 0.5], [0.0; 4]];
+/// # let frame = Frame { width: 2, height: 1, pixels, transmittance: Vec::new(), aovs: Vec::new() };
+/// let [red, .., alpha] = frame.pixel(0, 0).unwrap();
+/// assert_eq!(red / alpha, 0.4);
+/// assert_eq!(frame.pixel(0, 7), None);
+/// let covered = frame.rows().flatten().filter(|pixel| pixel[3] > 0.0).count();
+/// assert_eq!(covered, 1);
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Frame {
     /// Width in pixels.
@@ -185,7 +203,52 @@ impl Aov {
     }
 }
 
+/// Where a pixel is in its plane; `None` outside of the picture.
+fn position(width: u32, height: u32, x: u32, y: u32) -> Option<usize> {
+    if x >= width || y >= height {
+        return None;
+    }
+    usize::try_from(u64::from(y) * u64::from(width) + u64::from(x)).ok()
+}
+
+/// The whole rows of a plane.
+fn rows<T>(plane: &[T], width: u32) -> ChunksExact<'_, T> {
+    plane.chunks_exact((width as usize).max(1))
+}
+
+/// The plane of a quantity.
+pub(crate) fn plane(planes: &[AovPlane], aov: Aov) -> Option<&AovPlane> {
+    planes.iter().find(|plane| plane.aov == aov)
+}
+
 impl Frame {
+    /// The pixel in column x of row y, counted from the upper left corner: linear, premultiplied RGBA. `None` outside of
+    /// the picture.
+    #[must_use]
+    pub fn pixel(&self, x: u32, y: u32) -> Option<[f32; 4]> {
+        self.pixels.get(position(self.width, self.height, x, y)?).copied()
+    }
+
+    /// The rows from the top, `width` pixels each.
+    pub fn rows(&self) -> ChunksExact<'_, [f32; 4]> {
+        rows(&self.pixels, self.width)
+    }
+
+    /// The plane of a quantity; `None` if it was not asked for.
+    #[must_use]
+    pub fn plane(&self, aov: Aov) -> Option<&AovPlane> {
+        plane(&self.aovs, aov)
+    }
+
+    /// What a plane has in column x of row y: [`Aov::channels`] numbers. `None` outside of the picture, or if the plane was
+    /// not asked for.
+    #[must_use]
+    pub fn plane_pixel(&self, aov: Aov, x: u32, y: u32) -> Option<&[f32]> {
+        let pixel = position(self.width, self.height, x, y)?;
+        let first = pixel.checked_mul(aov.channels())?;
+        self.plane(aov)?.data.get(first..)?.get(..aov.channels())
+    }
+
     /// XXH3-128 over width, height (u32), the pixels (f32 RGBA, premultiplied) and the transmittance (f32 RGB), all
     /// little-endian, row by row from the top, with -0 written as +0: 32 hexadecimal digits. Equal on every machine for
     /// equal input and options.
@@ -222,6 +285,30 @@ impl Frame {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn pixels_and_planes_are_found_where_they_are_and_nowhere_else() {
+        let pixels: Vec<[f32; 4]> = (0..6).map(|k| [k as f32; 4]).collect();
+        let uv = AovPlane { aov: Aov::Uv, data: (0..12).map(|k| k as f32).collect() };
+        let mut frame = Frame { width: 3, height: 2, pixels, transmittance: Vec::new(), aovs: vec![uv] };
+        assert_eq!((frame.pixel(0, 0), frame.pixel(2, 1)), (Some([0.0; 4]), Some([5.0; 4])));
+        assert_eq!(frame.rows().map(|row| row[0][0]).collect::<Vec<_>>(), [0.0, 3.0]);
+        assert_eq!(frame.plane_pixel(Aov::Uv, 1, 1), Some(&[8.0, 9.0][..]));
+        assert_eq!(frame.plane(Aov::Uv).map(|plane| plane.data.len()), Some(12));
+        assert!(frame.plane(Aov::Depth).is_none() && frame.plane_pixel(Aov::Depth, 0, 0).is_none());
+        for (x, y) in [(3, 0), (0, 2), (u32::MAX, u32::MAX)] {
+            assert_eq!(frame.pixel(x, y), None);
+            assert_eq!(frame.plane_pixel(Aov::Uv, x, y), None);
+        }
+        // Sizes that its lists do not have.
+        (frame.width, frame.height) = (u32::MAX, u32::MAX);
+        assert_eq!(frame.pixel(u32::MAX - 1, u32::MAX - 1), None);
+        assert_eq!(frame.plane_pixel(Aov::Uv, u32::MAX - 1, u32::MAX - 1), None);
+        assert_eq!(frame.rows().count(), 0);
+        frame.width = 0;
+        assert_eq!(frame.pixel(0, 0), None);
+        let _ = frame.rows().count();
+    }
 
     #[test]
     fn only_what_one_opacity_cannot_show_is_tinted() {

@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 
 /// What becomes of a picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Accepted {
     /// What is stored already is what would be.
     Unchanged,

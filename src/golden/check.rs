@@ -7,9 +7,10 @@ use super::metrics::{Measured, MetricError, Metrics, measure};
 use super::motion::FrameTime;
 use super::thresholds::{Thresholds, short};
 use super::walk::Pair;
+use crate::frame::DisplayImage;
 use crate::limits::Limits;
 use crate::load::{LoadError, read_file};
-use crate::output::{DisplayImage, encode_png};
+use crate::output::encode_png;
 use serde::Serialize;
 use std::path::PathBuf;
 

@@ -14,6 +14,7 @@ use std::num::NonZeroU64;
 
 /// How long compression may take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Effort {
     /// Reductions and filters, packed by an ordinary encoder: milliseconds.
     Quick,

@@ -13,8 +13,8 @@ use std::io::Cursor;
 use std::path::Path;
 
 /// Formats of the files that are compared. Which a file has, its content tells.
-pub const FORMATS: [FileFormat; 7] =
-    [formats::PNG, formats::APNG, formats::WEBP, formats::GIF, formats::JPEG, formats::EXR, formats::HDR];
+pub const FORMATS: &[FileFormat] =
+    &[formats::PNG, formats::APNG, formats::WEBP, formats::GIF, formats::JPEG, formats::EXR, formats::HDR];
 
 /// Extensions of the files that are compared, in lower case.
 pub fn extensions() -> impl Iterator<Item = &'static str> {

@@ -1,6 +1,6 @@
 //! The pictures of goldens.
 
-use crate::output::DisplayImage;
+use crate::frame::DisplayImage;
 use std::io::Cursor;
 
 /// An 8-bit sRGB picture with straight alpha, row by row from the top.

@@ -1,5 +1,32 @@
 //! Pages to read: what the shading models compute and why they differ; how pictures stay the same bits everywhere;
-//! what of glTF is drawn.
+//! what of glTF is drawn; how a program uses the library.
+
+/// How a program uses the library.
+#[doc = include_str!("library.md")]
+/// # From a file to pixels
+///
+/// `examples/file-to-pixels.rs`:
+///
+/// ```no_run
+#[doc = include_str!("../../examples/file-to-pixels.rs")]
+/// ```
+///
+/// # A scene by hand
+///
+/// `examples/scene-by-hand.rs`:
+///
+/// ```no_run
+#[doc = include_str!("../../examples/scene-by-hand.rs")]
+/// ```
+///
+/// # A test of pictures
+///
+/// `examples/golden-image/main.rs`:
+///
+/// ```no_run
+#[doc = include_str!("../../examples/golden-image/main.rs")]
+/// ```
+pub mod library {}
 
 /// How the same bits are kept on every machine.
 #[doc = include_str!("bit_identity.md")]

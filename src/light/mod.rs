@@ -8,7 +8,7 @@ mod file;
 mod harmonics;
 mod octahedral;
 mod prefilter;
-pub mod punctual;
+mod punctual;
 mod reference;
 mod studio;
 mod texel;

@@ -7,6 +7,7 @@ use std::path::Path;
 
 /// An animation that a file has.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct AnimationInfo {
     /// Its name; may be empty.
     pub name: String,

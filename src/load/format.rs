@@ -7,6 +7,7 @@ use crate::scene::{Axis, Orientation};
 
 /// Formats of model files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Format {
     /// glTF 2.0 as JSON.
     Gltf,

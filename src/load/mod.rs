@@ -4,6 +4,10 @@
 //! Partial loss (an extension that is not known, a texture that cannot be read) is a [`Warning`] that names what was
 //! dropped; a file that cannot be drawn as meant is a [`LoadError`].
 //!
+//! [`model`] and [`environment`] are the short way, with every choice left to its default. The functions with `load` in their
+//! names take what a program that loads more than one file, or files of strangers, wants to choose: [`Limits`] of its own,
+//! threads that it has already ([`Renderer::jobs`](crate::Renderer::jobs)), [`LoadOptions`], a [`Resolver`].
+//!
 //! Nothing here can panic, whatever a file says: no index, no slice and no arithmetic on integers without a check.
 
 #![cfg_attr(
@@ -82,6 +86,7 @@ use std::path::Path;
 
 /// A scene and what was lost on the way.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Loaded {
     /// The scene.
     pub scene: Scene,
@@ -98,6 +103,41 @@ pub struct Context<'a> {
     pub limits: &'a Limits,
     /// Threads for decoding images and the like.
     pub jobs: &'a Jobs,
+}
+
+/// Loads a model file as [`load_file`] does, within the default [`Limits`] and with a thread per processor, which are started
+/// for it.
+///
+/// ```no_run
+/// let loaded = overcoat::load::model("chair.glb")?;
+/// loaded.warnings.iter().for_each(|warning| eprintln!("{warning}"));
+/// let scene = loaded.scene;
+/// # Ok::<(), overcoat::load::LoadError>(())
+/// ```
+///
+/// # Errors
+/// As [`load_file`].
+pub fn model(path: impl AsRef<Path>) -> Result<Loaded, LoadError> {
+    load_file(path.as_ref(), &Limits::default(), &Jobs::default())
+}
+
+/// Loads a model from memory as [`load_bytes`] does, as [`model`] does from a file. Its content tells the format; other files
+/// that it refers to are not looked for.
+///
+/// # Errors
+/// As [`load_bytes`].
+pub fn model_from_memory(bytes: &[u8]) -> Result<Loaded, LoadError> {
+    let (limits, jobs) = (Limits::default(), Jobs::default());
+    load_bytes(bytes, None, &Context { resolver: &NoResolver, limits: &limits, jobs: &jobs })
+}
+
+/// Loads an environment file as [`load_environment_file`] does, within the default [`Limits`].
+///
+/// # Errors
+/// As [`load_environment_file`].
+pub fn environment(path: impl AsRef<Path>) -> Result<LoadedEnvironment, LoadError> {
+    // Its formats are read by one thread.
+    load_environment_file(path.as_ref(), &Limits::default(), &Jobs::new(1))
 }
 
 /// Loads a model file of any known format, told by its content and, where that says nothing, by its extension; gzip or

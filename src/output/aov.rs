@@ -25,7 +25,7 @@ use crate::frame::{Aov, AovPlane, Frame};
 /// [`OutputError::Encode`] if the frame was rendered without that plane.
 pub fn encode_aov_png(frame: &Frame, aov: Aov) -> Result<Vec<u8>, OutputError> {
     check_size(frame, OutputFormat::Png)?;
-    let plane = frame.aovs.iter().find(|plane| plane.aov == aov).ok_or_else(|| OutputError::Encode {
+    let plane = frame.plane(aov).ok_or_else(|| OutputError::Encode {
         format: OutputFormat::Png,
         reason: format!("the frame has no plane {}", aov.name()),
     })?;

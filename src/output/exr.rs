@@ -12,6 +12,7 @@ use std::io::Cursor;
 
 /// Bits of a colour in an OpenEXR file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum ExrPrecision {
     /// 16-bit floats: 11 bits of precision, up to 65504 (brighter light is written as that).
     #[default]

@@ -6,6 +6,7 @@
 mod aov;
 mod bands;
 mod budget;
+mod builder;
 mod crew;
 mod draws;
 mod environment;
@@ -23,7 +24,9 @@ mod trace;
 mod unseen;
 mod work;
 
-pub use crate::scene::{AreaLightMethod, ShadingModel};
+#[cfg(feature = "cli")]
+pub(crate) use crate::scene::{AreaLightMethod, ShadingModel};
+pub use builder::RendererBuilder;
 pub use options::{Background, RenderError, RenderOptions, RenderStats, Rendered, RenderedImage};
 pub use trace::StageHashes;
 pub use unseen::Unseen;
@@ -46,6 +49,7 @@ use crate::tile::{TileBins, TileGrid};
 use crate::{dispatch, dispatch_available};
 use bands::Planes;
 use budget::FrameBudget;
+use builder::Fixed;
 use crew::{Crew, arithmetic_is_default};
 use draws::DrawState;
 use environment::EnvironmentCache;
@@ -64,6 +68,7 @@ const SPARE_CHUNKS: usize = 64;
 #[derive(Debug, Default)]
 pub struct Renderer {
     jobs: Jobs,
+    fixed: Fixed,
     memory: Memory,
 }
 
@@ -113,10 +118,16 @@ struct VertexJob<'a> {
 }
 
 impl Renderer {
-    /// A renderer with `threads` workers; 0 stands for one per processor.
+    /// A renderer with `threads` workers; 0 stands for one per processor, and more than [`crate::jobs::MAX_THREADS`] for so
+    /// many.
     #[must_use]
     pub fn new(threads: usize) -> Self {
-        Self { jobs: Jobs::new(threads), memory: Memory::default() }
+        Self { jobs: Jobs::new(threads), fixed: Fixed::default(), memory: Memory::default() }
+    }
+
+    /// For a renderer with other settings than those of [`Renderer::new`].
+    pub fn builder() -> RendererBuilder {
+        RendererBuilder::default()
     }
 
     /// The worker threads, for loaders to share.
@@ -202,9 +213,10 @@ impl Renderer {
         if !arithmetic_is_default() {
             return Err(RenderError::FloatingPointMode);
         }
-        let Self { jobs, memory } = self;
+        let Self { jobs, fixed, memory } = self;
+        let options = fixed.among(options);
         // All of it on a worker, so that work is handed over once and not in every loop.
-        jobs.on_worker(|| memory.take(jobs, scene, camera, options, display))
+        jobs.on_worker(|| memory.take(jobs, scene, camera, &options, display))
     }
 }
 

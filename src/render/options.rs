@@ -10,6 +10,7 @@ use std::time::Duration;
 
 /// What is seen where no surface is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Background {
     /// Nothing: alpha 0.
     #[default]
@@ -97,10 +98,7 @@ impl RenderOptions {
         }
         let pixels = u64::from(self.width) * u64::from(self.height);
         Limits::check(|| "picture".to_owned(), pixels, self.limits.output_pixels, "output_pixels")?;
-        if self.tile_size.is_some_and(|side| ![16, 32, 64].contains(&side)) {
-            let value = self.tile_size.unwrap_or_default().to_string();
-            return Err(option("tile size", value, "16, 32 or 64"));
-        }
+        check_tile_size(self.tile_size)?;
         if !(1..=16).contains(&self.anisotropy) {
             return Err(option("anisotropy", self.anisotropy.to_string(), "1 to 16"));
         }
@@ -113,13 +111,30 @@ impl RenderOptions {
                 return Err(option(name, width.to_string(), "0.1 to 64 pixels"));
             }
         }
-        if !self.simd.is_available() {
-            return Err(option("simd", self.simd.to_string(), "an instruction set of this machine"));
-        }
+        check_simd(self.simd)?;
         kept.filter(|pattern| pattern.len() == self.samples as usize)
             .or_else(|| SamplePattern::new(self.samples))
             .ok_or_else(|| option("samples", self.samples.to_string(), "1, 4, 8 or 16"))
     }
+}
+
+/// `Ok` if tiles can have this side.
+pub(super) fn check_tile_size(side: Option<u32>) -> Result<(), RenderError> {
+    match side {
+        None | Some(16 | 32 | 64) => Ok(()),
+        Some(side) => {
+            Err(RenderError::Option { option: "tile size", value: side.to_string(), allowed: "16, 32 or 64" })
+        }
+    }
+}
+
+/// `Ok` if this machine has the instruction set.
+pub(super) fn check_simd(level: SimdLevel) -> Result<(), RenderError> {
+    if level.is_available() {
+        return Ok(());
+    }
+    let allowed = "an instruction set of this machine";
+    Err(RenderError::Option { option: "simd", value: level.to_string(), allowed })
 }
 
 /// Why there is no picture.
@@ -154,6 +169,7 @@ pub enum RenderError {
 
 /// A picture and what it took.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Rendered {
     /// The picture.
     pub frame: Frame,
@@ -163,6 +179,7 @@ pub struct Rendered {
 
 /// A picture for a screen and what it took.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct RenderedImage {
     /// The picture.
     pub image: DisplayImage,
@@ -179,8 +196,17 @@ pub struct RenderedImage {
     pub stats: RenderStats,
 }
 
+impl RenderedImage {
+    /// The plane of a quantity; `None` if it was not asked for.
+    #[must_use]
+    pub fn plane(&self, aov: Aov) -> Option<&AovPlane> {
+        crate::frame::plane(&self.aovs, aov)
+    }
+}
+
 /// Counts and times of one picture.
 #[derive(Clone, Debug, Default)]
+#[non_exhaustive]
 pub struct RenderStats {
     /// Triangles that went in, every instance counted.
     pub triangles: u64,

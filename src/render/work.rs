@@ -107,6 +107,7 @@ impl Work {
 
 /// Work that was counted for a picture, up to when a limit stopped it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct WorkDone {
     /// Blocks that triangles were drawn into, see [`Limits::blocks`].
     pub blocks: u64,

@@ -1,11 +1,12 @@
 //! Where a picture is taken from.
 
-use super::error::{finite, within};
+use super::error::{finite, unit, within};
 use super::{MAX_COORDINATE, SceneError};
 use glam::DVec3;
 
 /// How depth becomes size.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Projection {
     /// A pinhole.
     Perspective {
@@ -20,13 +21,26 @@ pub enum Projection {
 }
 
 /// A camera in world space: +Y up, metres.
+///
+/// ```
+/// use overcoat::scene::Camera;
+///
+/// # fn main() -> Result<(), overcoat::scene::SceneError> {
+/// // From the right, the front and above, with 35 degrees from the lower to the upper border.
+/// let camera = Camera::look_at([3.0, 2.0, 4.0], [0.0; 3], [0.0, 1.0, 0.0])?.perspective(35_f32.to_radians())?;
+/// // The plan of it: from above, two metres high, -Z at the upper border.
+/// let plan = Camera::look_at([0.0, 5.0, 0.0], [0.0; 3], [0.0, 0.0, -1.0])?.orthographic(2.0)?;
+/// # assert_eq!((camera.up, plan.up), ([0.0, 1.0, 0.0], [0.0, 0.0, -1.0]));
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
     /// Where it is.
     pub eye: [f32; 3],
     /// What is in the centre of the picture.
     pub target: [f32; 3],
-    /// Which way is up; need not be perpendicular to the view.
+    /// Which way is up, of any length above 1e-30; need not be perpendicular to the view.
     pub up: [f32; 3],
     /// Perspective or orthographic.
     pub projection: Projection,
@@ -38,6 +52,58 @@ pub struct Camera {
 impl Camera {
     /// Smallest distance of the near plane in metres.
     pub const MIN_NEAR: f32 = 1e-18;
+
+    /// A camera at `eye` with `target` in the centre of its picture, both in metres. `up` may have any length but zero and
+    /// need not be perpendicular to the view.
+    ///
+    /// It is a pinhole with the field of view of [`super::Framing`], 30 degrees, and draws nothing nearer than a thousandth of
+    /// the distance to the target: see [`Camera::perspective`], [`Camera::orthographic`] and [`Camera::near_from`].
+    ///
+    /// # Errors
+    /// [`SceneError::NotFinite`] and [`SceneError::OutOfRange`] of a number; [`SceneError::NoLength`] if `up` is zero;
+    /// [`SceneError::DegenerateCamera`] if eye and target coincide or up points along the view.
+    pub fn look_at(eye: [f32; 3], target: [f32; 3], up: [f32; 3]) -> Result<Self, SceneError> {
+        let between = DVec3::from(eye.map(f64::from)) - DVec3::from(target.map(f64::from));
+        let square = between.x * between.x + between.y * between.y + between.z * between.z;
+        let near = (1e-3 * square.sqrt()) as f32;
+        Self {
+            eye,
+            target,
+            up: unit("camera up", up)?,
+            projection: Projection::Perspective { fov_y: std::f32::consts::FRAC_PI_6 },
+            near: if near > Self::MIN_NEAR { near } else { Self::MIN_NEAR },
+        }
+        .checked()
+    }
+
+    /// The same camera as a pinhole with a vertical field of view in radians, 0.001 to pi - 0.001.
+    ///
+    /// # Errors
+    /// As [`Camera::validate`].
+    pub fn perspective(self, fov_y: f32) -> Result<Self, SceneError> {
+        Self { projection: Projection::Perspective { fov_y }, ..self }.checked()
+    }
+
+    /// The same camera with a parallel projection whose picture is `height` metres high, 1e-15 to 1e18.
+    ///
+    /// # Errors
+    /// As [`Camera::validate`].
+    pub fn orthographic(self, height: f32) -> Result<Self, SceneError> {
+        Self { projection: Projection::Orthographic { height }, ..self }.checked()
+    }
+
+    /// The same camera that draws nothing nearer than a distance in metres along the view, [`Camera::MIN_NEAR`] to 1e18.
+    ///
+    /// # Errors
+    /// As [`Camera::validate`].
+    pub fn near_from(self, near: f32) -> Result<Self, SceneError> {
+        Self { near, ..self }.checked()
+    }
+
+    fn checked(self) -> Result<Self, SceneError> {
+        self.validate()?;
+        Ok(self)
+    }
 
     /// The view's axes in world space: right, up and backward (towards the viewer), of unit length.
     ///
@@ -78,5 +144,46 @@ impl Camera {
             }
         }
         self.axes().map(|_| ())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const UP: [f32; 3] = [0.0, 1.0, 0.0];
+
+    #[test]
+    fn axes_are_those_of_the_view_whatever_the_length_of_up() {
+        for up in [UP, [0.0, 1e-40, 0.0], [0.0, 3e38, 0.0], [0.0, 2.0, 2.0]] {
+            let camera = Camera::look_at([0.0, 0.0, 5.0], [0.0; 3], up).unwrap();
+            assert_eq!(camera.axes().unwrap(), [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], "{up:?}");
+            assert_eq!(camera.near, 5e-3);
+        }
+    }
+
+    #[test]
+    fn what_spans_no_view_is_an_error_at_the_door() {
+        let look = |eye, up| Camera::look_at(eye, [0.0; 3], up).unwrap_err();
+        assert_eq!(look([0.0, 0.0, 1.0], [0.0; 3]), SceneError::NoLength { what: "camera up" });
+        assert_eq!(look([0.0, 0.0, 1.0], [0.0, f32::NAN, 0.0]), SceneError::NotFinite { what: "camera up" });
+        assert_eq!(look([f32::INFINITY, 0.0, 1.0], UP), SceneError::NotFinite { what: "camera eye" });
+        assert_eq!(look([0.0; 3], UP), SceneError::DegenerateCamera);
+        assert_eq!(look([0.0, 3.0, 0.0], UP), SceneError::DegenerateCamera);
+    }
+
+    #[test]
+    fn projections_are_checked() {
+        let camera = Camera::look_at([1.0, 2.0, 3.0], [0.0; 3], UP).unwrap();
+        let wide = camera.perspective(1.5).unwrap();
+        assert_eq!(wide, Camera { projection: Projection::Perspective { fov_y: 1.5 }, ..camera });
+        let parallel = camera.orthographic(2.0).unwrap().near_from(0.5).unwrap();
+        assert_eq!((parallel.projection, parallel.near), (Projection::Orthographic { height: 2.0 }, 0.5));
+        for bad in [0.0, -1.0, 4.0, f32::NAN] {
+            assert!(camera.perspective(bad).is_err(), "{bad}");
+        }
+        for bad in [0.0, -1.0, f32::INFINITY] {
+            assert!(camera.orthographic(bad).is_err() && camera.near_from(bad).is_err(), "{bad}");
+        }
     }
 }

@@ -56,6 +56,7 @@ impl EquirectImage {
 
 /// Where the light from afar comes from.
 #[derive(Clone, Debug, Default)]
+#[non_exhaustive]
 pub enum EnvironmentSource {
     /// The built-in studio.
     #[default]

@@ -18,6 +18,12 @@ pub enum SceneError {
         /// The bound that it violates.
         limit: f32,
     },
+    /// A direction or an axis is zero.
+    #[error("{what} has no length")]
+    NoLength {
+        /// The vector.
+        what: &'static str,
+    },
     /// An attribute has another length than the positions.
     #[error("{what} has {len} elements for {vertices} vertices")]
     LengthMismatch {
@@ -91,7 +97,51 @@ pub(crate) fn within(what: &'static str, values: &[f32], low: f32, high: f32) ->
     limit.map_or(Ok(()), |limit| Err(SceneError::OutOfRange { what, limit }))
 }
 
+/// The vector at unit length, rounded once. One that is as good as of that length stays as it is, bit for bit: who has
+/// normalised it already gets it back.
+///
+/// # Errors
+/// [`SceneError::NotFinite`], and [`SceneError::NoLength`] of zero.
+pub(crate) fn unit(what: &'static str, v: [f32; 3]) -> Result<[f32; 3], SceneError> {
+    finite(what, &v)?;
+    // In double precision no square of a single one overflows or vanishes.
+    let wide = v.map(f64::from);
+    let square = wide[0] * wide[0] + wide[1] * wide[1] + wide[2] * wide[2];
+    if square == 0.0 {
+        return Err(SceneError::NoLength { what });
+    }
+    if (0.99..=1.01).contains(&square) {
+        return Ok(v);
+    }
+    let length = square.sqrt();
+    Ok(wide.map(|c| (c / length) as f32))
+}
+
 /// True if all numbers pass; without an early exit within a block, so that it is compiled to vectors.
 fn all(values: &[f32], passes: impl Fn(f32) -> bool) -> bool {
     values.chunks(1024).all(|block| block.iter().fold(true, |all, &v| all & passes(v)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn directions_of_any_length_become_units() {
+        let tiny = f32::from_bits(1);
+        for (given, expected) in [
+            ([0.0, -2.0, 0.0], [0.0, -1.0, 0.0]),
+            ([3.0, 0.0, 4.0], [0.6, 0.0, 0.8]),
+            ([0.0, f32::MAX, 0.0], [0.0, 1.0, 0.0]),
+            ([0.0, 0.0, -tiny], [0.0, 0.0, -1.0]),
+            // As good as of unit length: not a bit changes.
+            ([0.6, 0.8001, 0.0], [0.6, 0.8001, 0.0]),
+        ] {
+            assert_eq!(unit("axis", given), Ok(expected));
+        }
+        assert_eq!(unit("axis", [0.0, -0.0, 0.0]), Err(SceneError::NoLength { what: "axis" }));
+        for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+            assert_eq!(unit("axis", [0.0, bad, 1.0]), Err(SceneError::NotFinite { what: "axis" }));
+        }
+    }
 }

@@ -1,7 +1,7 @@
 //! Lights: punctual ones in the units of KHR_lights_punctual, rectangles and tubes by their luminance.
 
 use super::SceneError;
-use super::error::{finite, within};
+use super::error::{unit, within};
 
 /// Least and largest extent of an area light in metres: squares and products of edges stay far from the limits of f32.
 const MIN_EXTENT: f32 = 1e-6;
@@ -16,10 +16,11 @@ fn extent(what: &'static str, edge: &[f32; 3]) -> Result<(), SceneError> {
 
 /// What kind of light.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum LightKind {
     /// Infinitely far away; intensity is illuminance in lux at a surface that faces it.
     Directional {
-        /// Unit vector in which the light travels.
+        /// In which the light travels; of any length but zero, [`super::Scene::add_light`] makes it a unit vector.
         direction: [f32; 3],
     },
     /// A point; intensity is luminous intensity in candela.
@@ -33,7 +34,7 @@ pub enum LightKind {
     Spot {
         /// World-space position in metres.
         position: [f32; 3],
-        /// Unit vector of the axis, in which the light travels.
+        /// Axis, in which the light travels; of any length but zero, [`super::Scene::add_light`] makes it a unit vector.
         direction: [f32; 3],
         /// Distance in metres at which it has faded out; infinite if `None`.
         range: Option<f32>,
@@ -67,6 +68,7 @@ pub enum LightKind {
 
 /// How reflections of lights with an extent are integrated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum AreaLightMethod {
     /// By linearly transformed cosines, as engines do: off by 2 percent of a GGX lobe seen from above and by 15 percent at
     /// N.V = 0.3.
@@ -79,7 +81,7 @@ pub enum AreaLightMethod {
 
 impl AreaLightMethod {
     /// All of them.
-    pub const ALL: [Self; 2] = [Self::LinearlyTransformedCosines, Self::Facets];
+    pub const ALL: &'static [Self] = &[Self::LinearlyTransformedCosines, Self::Facets];
 
     /// Name as `--area-lights` takes it.
     #[must_use]
@@ -93,7 +95,7 @@ impl AreaLightMethod {
     /// The method of that name.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|method| method.name() == name)
+        Self::ALL.iter().copied().find(|method| method.name() == name)
     }
 }
 
@@ -118,6 +120,18 @@ impl Light {
     pub fn new(kind: LightKind) -> Self {
         Self { kind, color: [1.0; 3], intensity: 1.0, minimum_roughness: 0.0 }
     }
+
+    /// A white sun: light that travels in a direction of any length but zero, of an illuminance in lux.
+    #[must_use]
+    pub fn directional(direction: [f32; 3], lux: f32) -> Self {
+        Self { intensity: lux, ..Self::new(LightKind::Directional { direction }) }
+    }
+
+    /// A white bulb without range at a world-space position in metres, of a luminous intensity in candela.
+    #[must_use]
+    pub fn point(position: [f32; 3], candela: f32) -> Self {
+        Self { intensity: candela, ..Self::new(LightKind::Point { position, range: None }) }
+    }
 }
 
 impl Light {
@@ -129,25 +143,28 @@ impl Light {
 }
 
 impl Light {
-    /// Checks that numbers are finite, directions of unit length and cones in order.
-    pub(crate) fn validate(&self) -> Result<(), SceneError> {
+    /// The same light with directions of unit length, if numbers are finite and in range and cones in order.
+    pub(crate) fn checked(mut self) -> Result<Self, SceneError> {
+        if let LightKind::Directional { direction } | LightKind::Spot { direction, .. } = &mut self.kind {
+            *direction = unit("light direction", *direction)?;
+        }
+        self.validate()?;
+        Ok(self)
+    }
+
+    /// Checks that numbers are finite and in range and cones in order.
+    fn validate(&self) -> Result<(), SceneError> {
         within("light colour", &self.color, 0.0, 1e6)?;
         within("light intensity", &[self.intensity], 0.0, 1e9)?;
         within("light's minimum roughness", &[self.minimum_roughness], 0.0, 1.0)?;
-        let unit = |d: &[f32; 3]| {
-            finite("light direction", d)?;
-            let square = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-            within("length of the light direction", &[square], 0.99, 1.01)
-        };
         let position_range = |p: &[f32; 3], range: &Option<f32>| {
             within("light position", p, -super::MAX_COORDINATE, super::MAX_COORDINATE)?;
             range.map_or(Ok(()), |r| within("light range", &[r], f32::MIN_POSITIVE, f32::MAX))
         };
         match &self.kind {
-            LightKind::Directional { direction } => unit(direction),
+            LightKind::Directional { .. } => Ok(()),
             LightKind::Point { position, range } => position_range(position, range),
-            LightKind::Spot { position, direction, range, inner_cone_cosine, outer_cone_cosine } => {
-                unit(direction)?;
+            LightKind::Spot { position, range, inner_cone_cosine, outer_cone_cosine, .. } => {
                 position_range(position, range)?;
                 within("inner cone cosine", &[*inner_cone_cosine], -1.0, 1.0)?;
                 within("outer cone cosine", &[*outer_cone_cosine], -1.0, *inner_cone_cosine)
@@ -165,5 +182,36 @@ impl Light {
                 within("radius of the light", &[*radius], MIN_EXTENT, MAX_EXTENT)
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Scene;
+
+    #[test]
+    fn a_scene_has_unit_directions_whatever_it_is_given() {
+        let spot = |direction| {
+            Light::new(LightKind::Spot {
+                position: [0.0; 3],
+                direction,
+                range: None,
+                inner_cone_cosine: 0.9,
+                outer_cone_cosine: 0.8,
+            })
+        };
+        let lights: [&dyn Fn([f32; 3]) -> Light; 2] =
+            [&|direction| Light::directional(direction, 3.0), &spot];
+        for light in lights {
+            let mut scene = Scene::new();
+            scene.add_light(light([0.0, -2.0, 0.0])).unwrap();
+            assert_eq!(scene.lights(), [light([0.0, -1.0, 0.0])]);
+            let error = |direction| Scene::new().add_light(light(direction)).unwrap_err();
+            assert_eq!(error([0.0; 3]), SceneError::NoLength { what: "light direction" });
+            assert_eq!(error([0.0, f32::NAN, 1.0]), SceneError::NotFinite { what: "light direction" });
+        }
+        let bulb = Light::point([1.0, 2.0, 3.0], 5.0);
+        assert_eq!(bulb.checked(), Ok(bulb));
     }
 }

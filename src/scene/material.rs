@@ -10,6 +10,7 @@ pub(super) const MAX_FACTOR: f32 = 1e6;
 
 /// How base colour and reflectance are given.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Workflow {
     /// glTF's default.
     MetallicRoughness {
@@ -33,6 +34,7 @@ pub enum Workflow {
 
 /// Whether and how a surface lets what is behind it through.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum AlphaMode {
     /// Alpha is ignored.
     Opaque,

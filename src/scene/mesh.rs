@@ -6,6 +6,7 @@ use std::sync::{Arc, OnceLock};
 
 /// What a mesh is made of.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum PrimitiveKind {
     /// Triangles.
     #[default]

@@ -20,6 +20,7 @@ mod mipmap;
 mod model;
 mod orientation;
 mod origin;
+pub mod primitives;
 mod seen;
 mod splats;
 mod texture;
@@ -193,13 +194,13 @@ impl Scene {
         Ok(())
     }
 
-    /// Adds a light.
+    /// Adds a light. Its direction may have any length but zero: what [`Scene::lights`] has is a unit vector.
     ///
     /// # Errors
-    /// [`SceneError`] if a number of it is not finite or out of its range.
+    /// [`SceneError`] if a number of it is not finite or out of its range; [`SceneError::NoLength`] if its direction is
+    /// zero.
     pub fn add_light(&mut self, light: Light) -> Result<(), SceneError> {
-        light.validate()?;
-        self.lights.push(light);
+        self.lights.push(light.checked()?);
         Ok(())
     }
 

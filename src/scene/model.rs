@@ -261,6 +261,7 @@ macro_rules! named {
 /// How StackLit bends the coat's cosine where coat and base have normals of their own
 /// (`_VLAYERED_DUAL_NORMALS_TOP_FIX_*`).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum DualNormalFix {
     /// The smaller of |coat normal . V| and geometric normal . V; Unity's default.
     #[default]
@@ -275,6 +276,7 @@ named!(DualNormalFix { Flip "flip", Geometric "geometric", None "none" });
 
 /// Where StackLit takes the occlusion of reflections from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum SpecularOcclusionMethod {
     /// Nowhere.
     Off,
@@ -294,6 +296,7 @@ named!(SpecularOcclusionMethod { Off "off", FromAmbientOcclusion "from-ambient-o
 /// How ambient occlusion was weighted when it was baked, for the cone of visible directions
 /// (`BENT_VISIBILITY_FROM_AO_*`).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum OcclusionCone {
     /// Every direction of the hemisphere alike.
     Uniform,

@@ -19,6 +19,7 @@ pub const MAX_SPLAT_SCALE: f32 = 1e12;
 
 /// How colours of splats are encoded, and in what they are blended with each other.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum SplatColorSpace {
     /// sRGB codes divided by 255, as all that is trained on photographs.
     #[default]
@@ -29,6 +30,7 @@ pub enum SplatColorSpace {
 
 /// What splats are sorted by.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum SplatOrder {
     /// Distance along the view direction, as the reference implementation and viewers of PLY files do.
     #[default]

@@ -53,6 +53,7 @@ impl Image {
 
 /// What the colour channels of an image mean. Alpha is linear in both.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum ColorSpace {
     /// Colours with the sRGB transfer function: base colour, emissive, specular colour, sheen colour.
     Srgb,
@@ -62,6 +63,7 @@ pub enum ColorSpace {
 
 /// What the alpha channel means when texels are averaged into mip levels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum AlphaUse {
     /// Coverage: colours are weighted by it, so that invisible texels do not bleed.
     Coverage,

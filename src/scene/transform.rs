@@ -70,6 +70,38 @@ impl Transform {
         Self::from_parts(by, [0.0, 0.0, 0.0, 1.0], [1.0; 3])
     }
 
+    /// Turns by an angle in radians (magnitude up to 10^6) about an axis through the origin: counter-clockwise for who looks
+    /// against it. The axis may have any length but zero.
+    ///
+    /// # Errors
+    /// [`SceneError::NotFinite`]; [`SceneError::NoLength`] if the axis is zero.
+    pub fn rotation(axis: [f64; 3], radians: f64) -> Result<Self, SceneError> {
+        if !axis.iter().all(|v| v.is_finite()) {
+            return Err(SceneError::NotFinite { what: "rotation axis" });
+        }
+        if !radians.is_finite() {
+            return Err(SceneError::NotFinite { what: "rotation angle" });
+        }
+        // Relative to the largest component, no square overflows or vanishes.
+        let largest = axis.iter().fold(0.0, |most, v| if v.abs() > most { v.abs() } else { most });
+        if largest == 0.0 {
+            return Err(SceneError::NoLength { what: "rotation axis" });
+        }
+        let [x, y, z] = axis.map(|v| v / largest);
+        let length = (x * x + y * y + z * z).sqrt();
+        let (sin, cos) = crate::math::double::sin_cos(0.5 * radians);
+        let [x, y, z] = [x, y, z].map(|v| v / length * sin);
+        Self::from_parts([0.0; 3], [x, y, z, cos], [1.0; 3])
+    }
+
+    /// Scales lengths by a factor about the origin.
+    ///
+    /// # Errors
+    /// [`SceneError::NotFinite`].
+    pub fn scaling(by: f64) -> Result<Self, SceneError> {
+        Self::from_parts([0.0; 3], [0.0, 0.0, 0.0, 1.0], [by; 3])
+    }
+
     /// `self` after `first`: the map of a child (`first`) in its parent (`self`).
     ///
     /// # Errors
@@ -192,6 +224,20 @@ mod tests {
             let dot: f64 = (0..3).map(|k| d[k] * f64::from(moved[k])).sum();
             assert!(dot.abs() < 1e-5, "{dot}");
         }
+    }
+
+    #[test]
+    fn rotations_are_counter_clockwise_about_axes_of_any_length() {
+        let quarter = std::f64::consts::FRAC_PI_2;
+        for length in [1.0, 2.0, 1e300, 1e-300] {
+            let turn = Transform::rotation([0.0, length, 0.0], quarter).unwrap();
+            let [x, y, z] = turn.point([1.0, 5.0, 0.0]);
+            assert!(x.abs() < 1e-15 && y == 5.0 && (z + 1.0).abs() < 1e-15, "{x} {y} {z}");
+        }
+        assert_eq!(Transform::rotation([0.0; 3], 1.0), Err(SceneError::NoLength { what: "rotation axis" }));
+        let not_finite = |what| Err(SceneError::NotFinite { what });
+        assert_eq!(Transform::rotation([0.0, f64::NAN, 1.0], 1.0), not_finite("rotation axis"));
+        assert_eq!(Transform::rotation([0.0, 1.0, 0.0], f64::INFINITY), not_finite("rotation angle"));
     }
 
     #[test]

@@ -11,8 +11,8 @@ use overcoat::frame::Aov;
 use overcoat::jobs::Jobs;
 use overcoat::load::Format;
 use overcoat::output::{OutputFormat, OutputOptions, encode};
-use overcoat::render::{Renderer, ShadingModel};
-use overcoat::scene::{Filter, MipFilter, Wrap};
+use overcoat::render::Renderer;
+use overcoat::scene::{Filter, MipFilter, ShadingModel, Wrap};
 use std::collections::BTreeSet;
 use std::fmt::Debug;
 

@@ -19,8 +19,7 @@ use overcoat::color::ToneCurve;
 use overcoat::frame::Aov;
 use overcoat::load::Format;
 use overcoat::output::OutputFormat;
-use overcoat::render::ShadingModel;
-use overcoat::scene::{Filter, MipFilter, Wrap};
+use overcoat::scene::{Filter, MipFilter, ShadingModel, Wrap};
 
 /// Models of the first round of recorded scenes; those that came later keep its scenes as they are.
 pub const FIRST_MODELS: usize = 15;

@@ -57,6 +57,7 @@ impl Files {
             Format::Stl => plain::stl(recipe),
             Format::Ply => plain::ply(recipe),
             Format::ThreeMf => plain::three_mf(recipe),
+            other => return Err(format!("nothing here writes {other:?}")),
         };
         files.insert(model.clone(), bytes);
         for (k, texture) in recipe.textures.iter().enumerate() {

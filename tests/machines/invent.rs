@@ -14,8 +14,7 @@ use overcoat::color::ToneCurve;
 use overcoat::frame::Aov;
 use overcoat::load::Format;
 use overcoat::output::OutputFormat;
-use overcoat::render::ShadingModel;
-use overcoat::scene::{Filter, MipFilter, Wrap};
+use overcoat::scene::{Filter, MipFilter, ShadingModel, Wrap};
 
 /// Formats of the files whose bytes are compared between machines.
 pub const OUTPUTS: [OutputFormat; 3] = [OutputFormat::Png, OutputFormat::Exr, OutputFormat::Hdr];

@@ -6,8 +6,7 @@ use overcoat::color::ToneCurve;
 use overcoat::frame::Aov;
 use overcoat::load::Format;
 use overcoat::output::OutputFormat;
-use overcoat::render::ShadingModel;
-use overcoat::scene::{Filter, MeshData, MipFilter, Wrap};
+use overcoat::scene::{Filter, MeshData, MipFilter, ShadingModel, Wrap};
 
 /// Everything about one picture. Indices that lead nowhere are mistakes; parts that nothing refers to are left out of
 /// the files by [`Recipe::compact`].

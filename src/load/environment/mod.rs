@@ -15,10 +15,11 @@ use crate::scene::EquirectImage;
 use std::path::Path;
 
 /// Formats of environments. Which a file has, its content tells.
-pub const FORMATS: [FileFormat; 2] = [formats::HDR, formats::EXR];
+pub const FORMATS: &[FileFormat] = &[formats::HDR, formats::EXR];
 
 /// An environment and what is doubtful about it.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct LoadedEnvironment {
     /// The picture.
     pub image: EquirectImage,

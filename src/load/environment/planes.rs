@@ -29,6 +29,7 @@ pub struct ExrPlane {
 
 /// The samples of a channel.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum ExrSamples {
     /// 16-bit floats, widened exactly.
     Half(Vec<f32>),

@@ -13,7 +13,7 @@ use kind::Kind;
 use std::io::Cursor;
 
 /// Formats of textures. Which a file has, its content tells.
-pub const FORMATS: [FileFormat; 11] = [
+pub const FORMATS: &[FileFormat] = &[
     formats::PNG,
     formats::JPEG,
     formats::WEBP,
@@ -315,7 +315,7 @@ mod tests {
     /// What is said to be read is read, and nothing is read that is not said.
     #[test]
     fn every_format_of_the_table_is_recognised() {
-        for format in FORMATS {
+        for &format in FORMATS {
             let image = DynamicImage::from(ImageBuffer::from_pixel(4, 4, ::image::Rgb([9u8, 8, 7])));
             let Some(kind) = ImageFormat::from_mime_type(format.mime_type) else {
                 assert_eq!(format, formats::KTX2);

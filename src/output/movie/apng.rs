@@ -1,8 +1,9 @@
 //! Animated PNG (PNG, third edition, 11.3.6): the data of still files in one.
 
 use super::{MovieFormat, MovieFrame};
+use crate::frame::DisplayImage;
+use crate::output::OutputError;
 use crate::output::png::encode_png_layout;
-use crate::output::{DisplayImage, OutputError};
 
 /// Bytes before the first chunk.
 const SIGNATURE: usize = 8;

@@ -1,8 +1,9 @@
 //! Animated lossless WebP (RFC 9649, section 2.7): frames of the encoder of still pictures in one container.
 
 use super::{MovieFormat, MovieFrame};
+use crate::frame::DisplayImage;
+use crate::output::OutputError;
 use crate::output::webp::encode_webp_layout;
-use crate::output::{DisplayImage, OutputError};
 
 fn wrong(reason: impl Into<String>) -> OutputError {
     OutputError::Movie { format: MovieFormat::WebP, reason: reason.into() }
