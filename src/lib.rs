@@ -54,6 +54,7 @@
 pub mod brdf;
 pub mod coat;
 pub mod color;
+pub mod description;
 pub mod formats;
 pub mod frame;
 pub mod gbuffer;

@@ -1,5 +1,7 @@
 //! What ends a command early: one line for the user and an exit code for scripts.
 
+use crate::description::DescriptionError;
+pub(super) use crate::description::{file_name, one_line};
 use crate::limits::{LimitExceeded, MEMORY};
 use crate::load::{AssignError, LoadError, MaterialError, ResolveError};
 use crate::render::RenderError;
@@ -149,24 +151,24 @@ impl fmt::Display for Failure {
 
 impl std::error::Error for Failure {}
 
-/// A path as messages show it: `-` is standard input, control characters are escaped.
-#[must_use]
-pub fn file_name(path: &Path) -> String {
-    if path.as_os_str() == "-" { "standard input".to_owned() } else { one_line(&path.display().to_string()) }
-}
-
-/// Messages may quote what a file contains; whatever that is, it stays on one line and leaves the terminal alone.
-#[must_use]
-pub fn one_line(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    for c in text.trim_end().chars() {
-        match c {
-            '\n' | '\r' | '\t' => out.push(' '),
-            c if c.is_control() => out.extend(c.escape_default()),
-            c => out.push(c),
+impl From<DescriptionError> for Failure {
+    /// In the words of the options, with the exit code that scripts go by.
+    fn from(error: DescriptionError) -> Self {
+        match error {
+            DescriptionError::OutOfRange(message) => Self::usage(message),
+            DescriptionError::TimeWithoutAnimation => {
+                Self::usage("a time without an animation: --animation names one")
+            }
+            DescriptionError::NoHeight => Self::usage("--ortho with --eye needs a height: --ortho=HEIGHT"),
+            DescriptionError::Limit(error) => Self::limit(&error),
+            DescriptionError::Load(error) => Self::load(&error),
+            DescriptionError::Material(error) => Self::material(&error),
+            DescriptionError::Assign(error) => Self::assign(&error),
+            DescriptionError::Scene(error) => Self::scene(&error),
+            DescriptionError::At { file, error } => Self::from(*error).at(&file),
+            DescriptionError::Invalid(message) => Self::failed(message),
         }
     }
-    out
 }
 
 #[cfg(test)]

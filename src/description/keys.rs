@@ -1,10 +1,12 @@
 //! The keys of scene files: tables that say what each takes and where it goes.
 
+use super::Description;
+use super::camera::CameraDescription;
+use super::environment::EnvironmentChoice;
+use super::light::LightDescription;
 use super::materials::MaterialSource;
-use super::scene_file::{EnvironmentChoice, SceneCamera, SceneFile};
-use super::scene_light::SceneLight;
-use super::scene_values::Value;
-use super::values;
+use super::spelling;
+use super::value::Value;
 use crate::load::{Warning, nearest_name, same_name, suggestion};
 use std::collections::BTreeMap;
 
@@ -38,7 +40,7 @@ macro_rules! note {
 }
 
 /// Keys of the file.
-pub(super) static SCENE: &[Key<SceneFile>] = &[
+pub(super) static SCENE: &[Key<Description>] = &[
     key!("model", s.model, v => v.path("the path of a model file")),
     key!("up", s.up, v => v.axis()),
     key!("env", s.env, v => v.text("studio, none or the path of a picture").map(|t| EnvironmentChoice::new(&t))),
@@ -49,7 +51,7 @@ pub(super) static SCENE: &[Key<SceneFile>] = &[
         name: "light",
         set: |s, v| {
             v.each("a list of lights", |v| {
-                s.lights_to_add.push(SceneLight::read(v)?);
+                s.lights_to_add.push(LightDescription::read(v)?);
                 Ok(())
             })
         },
@@ -59,15 +61,15 @@ pub(super) static SCENE: &[Key<SceneFile>] = &[
     key!("time", s.time, v => v.seconds()),
     key!("loop", s.repeat, v => v.switch()),
     key!("size", s.size, v => v.size()),
-    key!("background", s.background, v => v.parsed("a colour, transparent or env", values::background)),
+    key!("background", s.background, v => v.parsed("a colour, transparent or env", spelling::background)),
     key!("tone_mapping", s.tone_curve, v => v.tone_curve()),
     key!("exposure", s.exposure, v => v.exposure()),
     key!("samples", s.samples, v => v.samples()),
-    key!("shading", s.shading, v => v.parsed("the name of a shading model", values::shading)),
+    key!("shading", s.shading, v => v.parsed("the name of a shading model", spelling::shading)),
     key!("material", s.material, v => v.parsed("a material", MaterialSource::new)),
     Key { name: "materials", set: |s, v| v.materials(&mut s.materials) },
     key!("anisotropy", s.anisotropy, v => v.whole(1, 16)),
-    key!("area_lights", s.area_lights, v => v.parsed("ltc or facets", values::area_lights)),
+    key!("area_lights", s.area_lights, v => v.parsed("ltc or facets", spelling::area_lights)),
     key!("merge_angle_deg", s.merge_angle_degrees, v => v.number("degrees", 0.0, 45.0)),
     key!("line_width", s.line_width, v => v.number("pixels", 0.1, 64.0)),
     key!("point_size", s.point_size, v => v.number("pixels", 0.1, 64.0)),
@@ -79,14 +81,14 @@ pub(super) static SCENE: &[Key<SceneFile>] = &[
 ];
 
 /// Keys of the table `camera`.
-static CAMERA: &[Key<SceneCamera>] = &[
+static CAMERA: &[Key<CameraDescription>] = &[
     key!("eye", c.eye, v => v.doubles("x, y and z")),
     key!("target", c.target, v => v.doubles("x, y and z")),
     key!("up", c.up, v => v.numbers("x, y and z")),
     key!("fov_y_deg", c.fov_y_degrees, v => v.number("degrees", 0.1, 179.0)),
     key!("near", c.near, v => v.number("metres", 0.0, f32::MAX)),
     key!("ortho_height", c.orthographic_height, v => v.number("metres", 0.0, f32::MAX)),
-    key!("view", c.view, v => v.parsed("a view", values::view)),
+    key!("view", c.view, v => v.parsed("a view", spelling::view)),
     key!("camera", c.from_model, v => v.name_or_number("a camera")),
     // There is no far limit; the key is read for the sake of other programs' files.
     note!("far"),

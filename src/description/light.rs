@@ -1,14 +1,17 @@
 //! Lights of scene files: `[[light]]` in TOML, `"light": [..]` in JSON.
 
-use super::failure::Failure;
-use super::scene_keys::{Key, key};
-use super::scene_values::Value;
-use crate::load::{nearest_name, suggestion};
-use crate::scene::{Light, LightKind, Scene};
+use super::Description;
+use super::error::DescriptionError;
+use super::keys::{Key, key};
+use super::value::Value;
+use crate::jobs::Jobs;
+use crate::limits::Limits;
+use crate::load::{Warning, nearest_name, suggestion};
+use crate::scene::{Environment, Light, LightKind, Scene};
 
 /// A light of a scene file. They are added to those of the model.
 #[derive(Clone, Debug, PartialEq)]
-pub enum SceneLight {
+pub enum LightDescription {
     /// Infinitely far away.
     Directional {
         /// In which the light travels; any length but zero.
@@ -134,7 +137,7 @@ const KINDS: [(&str, &[&str]); 5] = [
     ("tube", &["from!", "to!", "radius!"]),
 ];
 
-impl SceneLight {
+impl LightDescription {
     /// Reads one.
     pub(super) fn read(value: &Value<'_>) -> Result<Self, String> {
         let mut g = Given::default();
@@ -218,9 +221,9 @@ impl SceneLight {
     /// Adds it to a scene.
     ///
     /// # Errors
-    /// [`Failure`] naming the light by its number and what is wrong with it.
-    pub fn add_to(&self, scene: &mut Scene, number: usize) -> Result<(), Failure> {
-        let wrong = |reason: &str| Failure::failed(format!("light {number}: {reason}"));
+    /// [`DescriptionError`] naming the light by its number and what is wrong with it.
+    pub fn add_to(&self, scene: &mut Scene, number: usize) -> Result<(), DescriptionError> {
+        let wrong = |reason: &str| DescriptionError::invalid(format!("light {number}: {reason}"));
         scene
             .add_light(self.light(scene).map_err(|reason| wrong(&reason))?)
             .map_err(|e| wrong(&e.to_string()))
@@ -295,6 +298,38 @@ impl SceneLight {
     }
 }
 
+impl Description {
+    /// Puts environment and lights into the scene and takes out lights that are not wanted. Returns what is doubtful
+    /// about the environment.
+    ///
+    /// # Errors
+    /// [`DescriptionError`] naming the environment's file and the reason.
+    pub fn light(
+        &self,
+        scene: &mut Scene,
+        limits: &Limits,
+        jobs: &Jobs,
+    ) -> Result<Vec<Warning>, DescriptionError> {
+        let (environment, warnings) = self.environment(limits, jobs)?;
+        self.light_by(scene, environment)?;
+        Ok(warnings)
+    }
+
+    /// Puts an environment and the description's lights into the scene and takes out lights that are not wanted.
+    ///
+    /// # Errors
+    /// [`DescriptionError`] naming the light.
+    pub fn light_by(&self, scene: &mut Scene, environment: Environment) -> Result<(), DescriptionError> {
+        if self.lights == Some(false) {
+            scene.clear_lights();
+        }
+        for (number, light) in self.lights_to_add.iter().enumerate() {
+            light.add_to(scene, number)?;
+        }
+        Ok(scene.set_environment(environment)?)
+    }
+}
+
 fn difference(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     std::array::from_fn(|k| a[k] - b[k])
 }
@@ -313,13 +348,13 @@ fn unit(v: [f32; 3]) -> Option<[f32; 3]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cli::scene_file::SceneFile;
+    use crate::description::Description;
 
     #[test]
     fn a_rectangle_faces_its_target_with_up_above() {
         let text = "[[light]]\ntype = \"rect\"\nposition = [0, 4, 0]\ntarget = [0, 0, 0]\nup = [0, 0, -1]\n\
                     size = [2, 6]\nintensity = 3\n";
-        let file = SceneFile::from_toml(text).expect("valid");
+        let file = Description::from_toml(text).expect("valid");
         let mut scene = Scene::new();
         file.lights_to_add.iter().for_each(|light| light.add_to(&mut scene, 0).expect("valid"));
         let LightKind::Rect { half_width, half_height, two_sided, .. } = scene.lights()[0].kind else {
@@ -337,7 +372,7 @@ mod tests {
             (r#"{"type": "point", "intensity": 1}"#, "position"),
             (r#"{"type": "point", "position": [0,0,0], "intensity": 1, "radius": 2}"#, "radius"),
         ] {
-            let failure = SceneFile::from_json(&format!(r#"{{"light": [{text}]}}"#)).unwrap_err();
+            let failure = Description::from_json(&format!(r#"{{"light": [{text}]}}"#)).unwrap_err();
             assert!(failure.to_string().contains(word), "{text}: {failure}");
         }
         for (text, word) in [
@@ -356,7 +391,7 @@ mod tests {
             ),
             (r#"{"type": "directional", "direction": [0,0,0], "intensity": 1}"#, "direction"),
         ] {
-            let file = SceneFile::from_json(&format!(r#"{{"light": [{text}]}}"#)).expect("parses");
+            let file = Description::from_json(&format!(r#"{{"light": [{text}]}}"#)).expect("parses");
             let failure = file.lights_to_add[0].add_to(&mut Scene::new(), 7).unwrap_err().to_string();
             assert!(failure.contains(word) && failure.contains('7'), "{text}: {failure}");
         }

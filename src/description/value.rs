@@ -1,7 +1,8 @@
 //! The values of a scene file's keys: each is what it should be, or a line that says where it stands and what was expected.
 
-use super::scene_tree::{Node, short};
-use super::values::{self, ExposureChoice};
+use super::options::ExposureChoice;
+use super::spelling;
+use super::tree::{Node, short};
 use crate::color::{ToneCurve, hex_color, srgb::srgb8_to_linear};
 use crate::load::Warning;
 use crate::scene::Axis;
@@ -142,7 +143,7 @@ impl<'a> Value<'a> {
                 Err(self
                     .expected("an axis of the model such as '+z' (a direction for the camera is camera.up)"))
             }
-            None => self.parsed("an axis of the model such as '+z'", values::axis),
+            None => self.parsed("an axis of the model such as '+z'", spelling::axis),
         }
     }
 
@@ -169,18 +170,18 @@ impl<'a> Value<'a> {
 
     /// Samples a pixel.
     pub(super) fn samples(&self) -> Result<u32, String> {
-        let number = self.node.whole().and_then(|number| values::samples(&number.to_string()).ok());
+        let number = self.node.whole().and_then(|number| spelling::samples(&number.to_string()).ok());
         number.ok_or_else(|| self.expected("1, 4, 8 or 16"))
     }
 
     /// One name, or a list of names of which the first counts.
     pub(super) fn tone_curve(&self) -> Result<ToneCurve, String> {
         let expected = "the name of a tone curve, or a list of names";
-        let Some(list) = self.node.list() else { return self.parsed(expected, values::tone_curve) };
+        let Some(list) = self.node.list() else { return self.parsed(expected, spelling::tone_curve) };
         let of = |node| Value { key: self.key.clone(), node, warnings: self.warnings };
         let curves = list
             .into_iter()
-            .map(|node| of(node).parsed(expected, values::tone_curve))
+            .map(|node| of(node).parsed(expected, spelling::tone_curve))
             .collect::<Result<Vec<_>, _>>()?;
         Ok(curves.first().copied().unwrap_or_default())
     }
