@@ -3,6 +3,7 @@
 use super::Description;
 use super::error::DescriptionError;
 use super::keys::{Key, key};
+use super::schema;
 use super::value::Value;
 use crate::jobs::Jobs;
 use crate::limits::Limits;
@@ -110,23 +111,46 @@ struct Given {
 
 /// Keys of the tables `light`.
 static KEYS: &[Key<Given>] = &[
-    key!("type", g.kind, v => v.text("the name of a kind of light")),
-    key!("position", g.position, v => v.numbers("x, y and z")),
-    key!("target", g.target, v => v.numbers("x, y and z")),
-    key!("direction", g.direction, v => v.numbers("x, y and z")),
-    key!("up", g.up, v => v.numbers("x, y and z")),
-    key!("from", g.from, v => v.numbers("x, y and z")),
-    key!("to", g.to, v => v.numbers("x, y and z")),
-    key!("size", g.size, v => v.numbers("width and height")),
-    key!("radius", g.radius, v => v.number("metres", 0.0, f32::MAX)),
-    key!("range", g.range, v => v.number("metres", 0.0, f32::MAX)),
-    key!("inner_cone_deg", g.inner_cone_deg, v => v.number("degrees", 0.0, 90.0)),
-    key!("outer_cone_deg", g.outer_cone_deg, v => v.number("degrees", 0.0, 90.0)),
-    key!("two_sided", g.two_sided, v => v.switch()),
-    key!("color", g.color, v => v.color()),
-    key!("intensity", g.intensity, v => v.number("candela, lux or candela per square metre", 0.0, f32::MAX)),
-    key!("min_roughness", g.min_roughness, v => v.number("alpha", 0.0, 1.0)),
+    key!("type", g.kind, text("the name of a kind of light"), "What kind of light it is"),
+    key!("position", g.position, vector(), "Where it is, of a rectangle its centre, in metres"),
+    key!("target", g.target, vector(), "What it points at, or its front faces, in metres"),
+    key!("direction", g.direction, vector(), "In which the light travels; any length but zero"),
+    key!("up", g.up, vector(), "Which way is up on it; +Y if absent"),
+    key!("from", g.from, vector(), "One end of its axis, in metres"),
+    key!("to", g.to, vector(), "The other end of its axis, in metres"),
+    key!("size", g.size, extent(), "Width and height in metres"),
+    key!("radius", g.radius, number("metres", 0.0, f32::MAX), "Metres"),
+    key!("range", g.range, number("metres", 0.0, f32::MAX), "Metres to where it has faded out"),
+    key!(
+        "inner_cone_deg",
+        g.inner_cone_deg,
+        number("degrees", 0.0, 90.0),
+        "Half angle inside which it is full, in degrees; 0 if absent"
+    ),
+    key!(
+        "outer_cone_deg",
+        g.outer_cone_deg,
+        number("degrees", 0.0, 90.0),
+        "Half angle outside which it is dark, in degrees; 45 if absent"
+    ),
+    key!("two_sided", g.two_sided, switch(), "Shines from its back as well"),
+    key!("color", g.color, color(), "Linear red, green and blue, or an sRGB colour #rrggbb; white if absent"),
+    key!(
+        "intensity",
+        g.intensity,
+        number("candela, lux or candela per square metre", 0.0, f32::MAX),
+        "Lux of directional lights, candela of points and spots, candela per square metre of rectangles and tubes"
+    ),
+    key!(
+        "min_roughness",
+        g.min_roughness,
+        number("alpha", 0.0, 1.0),
+        "Least roughness (alpha) of what it shines on, where a material honours it; 0 if absent"
+    ),
 ];
+
+/// Keys of every kind of light.
+const COMMON: [&str; 3] = ["type", "color", "intensity"];
 
 /// Kinds of light with the keys that they have beside `type`, `color` and `intensity`; those with `!` must be there.
 const KINDS: [(&str, &[&str]); 5] = [
@@ -138,6 +162,32 @@ const KINDS: [(&str, &[&str]); 5] = [
 ];
 
 impl LightDescription {
+    /// What one may be.
+    pub(super) fn schema() -> serde_json::Value {
+        let kinds: Vec<serde_json::Value> = KINDS
+            .iter()
+            .map(|(kind, own)| {
+                let is_own = |name: &str| own.iter().any(|key| key.trim_end_matches('!') == name);
+                let properties: serde_json::Map<String, serde_json::Value> = KEYS
+                    .iter()
+                    .filter(|key| COMMON.contains(&key.name) || is_own(key.name))
+                    .map(|key| (key.name.to_owned(), schema::property(key)))
+                    .collect();
+                let needed = own.iter().filter_map(|key| key.strip_suffix('!'));
+                let needed: Vec<&str> = ["type", "intensity"].into_iter().chain(needed).collect();
+                let mut kind_of_light = serde_json::json!({
+                    "type": "object",
+                    "properties": properties,
+                    "required": needed,
+                    "additionalProperties": false,
+                });
+                kind_of_light["properties"]["type"]["const"] = serde_json::json!(kind);
+                kind_of_light
+            })
+            .collect();
+        serde_json::json!({"anyOf": kinds})
+    }
+
     /// Reads one.
     pub(super) fn read(value: &Value<'_>) -> Result<Self, String> {
         let mut g = Given::default();

@@ -55,6 +55,7 @@ mod materials;
 mod name;
 mod options;
 mod picture;
+mod schema;
 pub(crate) mod spelling;
 mod tree;
 mod value;
@@ -74,6 +75,7 @@ pub(crate) use name::file_name;
 pub(crate) use name::one_line;
 pub use options::{BackgroundChoice, ExposureChoice, Machine};
 pub use picture::{Picture, Setting};
+pub use schema::scene_schema;
 
 use crate::color::ToneCurve;
 use crate::limits::Limits;

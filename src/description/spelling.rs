@@ -32,6 +32,11 @@ const COLORS: [(&str, [u8; 3]); 20] = [
     ("orange", [255, 165, 0]),
 ];
 
+/// What a background may be called.
+pub(super) fn background_names() -> impl Iterator<Item = &'static str> + Clone {
+    ["transparent", "env"].into_iter().chain(COLORS.iter().map(|(name, _)| *name))
+}
+
 /// `transparent`, `env`, a colour name, `#rgb` or `#rrggbb`, both without `#` as well.
 pub(crate) fn background(text: &str) -> Result<BackgroundChoice, String> {
     let lower = text.to_ascii_lowercase();
@@ -46,11 +51,11 @@ pub(crate) fn background(text: &str) -> Result<BackgroundChoice, String> {
     match hex_color(&lower) {
         Some((color, None)) => Ok(BackgroundChoice::Color(color)),
         _ => {
-            let names = || ["transparent", "env"].into_iter().chain(COLORS.iter().map(|(name, _)| *name));
+            let names = background_names();
             Err(format!(
                 "neither #rrggbb nor one of {}{}",
-                names().collect::<Vec<_>>().join(", "),
-                suggestion(nearest_name(&lower, names()))
+                names.clone().collect::<Vec<_>>().join(", "),
+                suggestion(nearest_name(&lower, names))
             ))
         }
     }
@@ -106,11 +111,15 @@ pub(crate) fn shading(text: &str) -> Result<ShadingModel, String> {
     })
 }
 
+/// What a tone curve may be called.
+pub(super) fn tone_curve_names() -> impl Iterator<Item = &'static str> + Clone {
+    ToneCurve::ALL.into_iter().map(ToneCurve::name).chain(["linear"])
+}
+
 /// A tone curve by name; `linear` is another word for `none`.
 pub(crate) fn tone_curve(text: &str) -> Result<ToneCurve, String> {
     let name = if text == "linear" { "none" } else { text };
-    ToneCurve::from_name(name)
-        .ok_or_else(|| one_of(text, ToneCurve::ALL.into_iter().map(ToneCurve::name).chain(["linear"])))
+    ToneCurve::from_name(name).ok_or_else(|| one_of(text, tone_curve_names()))
 }
 
 /// How area lights are integrated, by name.
@@ -119,7 +128,7 @@ pub(crate) fn area_lights(text: &str) -> Result<AreaLightMethod, String> {
 }
 
 /// Views by name. glTF models face +Z; left and right are those of someone who looks at the front.
-const VIEWS: [(&str, ViewDirection); 7] = [
+pub(super) const VIEWS: [(&str, ViewDirection); 7] = [
     ("three-quarter", ViewDirection { direction: [0.62, 0.42, 1.0], up: [0.0, 1.0, 0.0] }),
     ("front", ViewDirection { direction: [0.0, 0.0, 1.0], up: [0.0, 1.0, 0.0] }),
     ("back", ViewDirection { direction: [0.0, 0.0, -1.0], up: [0.0, 1.0, 0.0] }),
