@@ -6,6 +6,7 @@ use super::light::LightDescription;
 use super::materials::MaterialSource;
 use super::schema;
 use super::value::Value;
+use super::write;
 use crate::load::{Warning, nearest_name, same_name, suggestion};
 use std::collections::BTreeMap;
 
@@ -17,12 +18,14 @@ pub(super) struct Key<T: 'static> {
     pub(super) about: &'static str,
     /// Puts its value where it belongs, or says what was expected.
     pub(super) set: fn(&mut T, &Value<'_>) -> Result<(), String>,
+    /// Its value as it is written, if there is one, or why it cannot be.
+    pub(super) get: fn(&T) -> Result<Option<serde_json::Value>, String>,
     /// What it takes.
     pub(super) schema: fn() -> serde_json::Value,
 }
 
 /// A key whose value is an option of the target: name, place, how the value is read, what it is for. How it is read is a method
-/// of [`Value`], and a function of [`schema`] of the same name.
+/// of [`Value`]; functions of [`write`] and [`schema`] have the same name.
 macro_rules! key {
     ($name:literal, $target:ident . $($place:ident).+, $form:ident ($($argument:expr),*), $about:literal) => {
         Key {
@@ -32,6 +35,7 @@ macro_rules! key {
                 $target.$($place).+ = Some(value.$form($($argument),*)?);
                 Ok(())
             },
+            get: |$target| $target.$($place).+.as_ref().map(write::$form).transpose(),
             schema: || schema::$form($($argument),*),
         }
     };
@@ -41,7 +45,7 @@ pub(super) use key;
 /// A key that is read over.
 macro_rules! note {
     ($name:literal, $about:literal) => {
-        Key { name: $name, about: $about, set: |_, _| Ok(()), schema: schema::anything }
+        Key { name: $name, about: $about, set: |_, _| Ok(()), get: |_| Ok(None), schema: schema::anything }
     };
 }
 
@@ -77,12 +81,14 @@ pub(super) static SCENE: &[Key<Description>] = &[
                 Ok(())
             })
         },
+        get: |s| write::lights(&s.lights_to_add),
         schema: || schema::list(LightDescription::schema()),
     },
     Key {
         name: "camera",
         about: "The camera. Without eye the model is framed automatically, seen along view",
         set: |s, v| v.table(CAMERA, &mut s.camera),
+        get: |s| write::table(CAMERA, &s.camera),
         schema: || schema::table(CAMERA, &[]),
     },
     key!(
@@ -124,6 +130,7 @@ pub(super) static SCENE: &[Key<Description>] = &[
         name: "materials",
         about: "Materials by the names of those in the model that they take the place of",
         set: |s, v| v.materials(&mut s.materials),
+        get: |s| write::materials(&s.materials),
         schema: schema::materials,
     },
     key!("anisotropy", s.anisotropy, whole(1, 16), "Largest anisotropy of texture filtering"),

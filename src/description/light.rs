@@ -5,6 +5,7 @@ use super::error::DescriptionError;
 use super::keys::{Key, key};
 use super::schema;
 use super::value::Value;
+use super::write;
 use crate::jobs::Jobs;
 use crate::limits::Limits;
 use crate::load::{Warning, nearest_name, suggestion};
@@ -161,7 +162,79 @@ const KINDS: [(&str, &[&str]); 5] = [
     ("tube", &["from!", "to!", "radius!"]),
 ];
 
+impl Given {
+    /// What a light has.
+    fn of(light: &LightDescription) -> Self {
+        let none = Self::default();
+        match light.clone() {
+            LightDescription::Directional { direction, color, intensity, min_roughness } => Self {
+                kind: Some("directional".to_owned()),
+                direction: Some(direction),
+                color,
+                intensity: Some(intensity),
+                min_roughness,
+                ..none
+            },
+            LightDescription::Point { position, range, color, intensity, min_roughness } => Self {
+                kind: Some("point".to_owned()),
+                position: Some(position),
+                range,
+                color,
+                intensity: Some(intensity),
+                min_roughness,
+                ..none
+            },
+            LightDescription::Spot {
+                position,
+                target,
+                range,
+                inner_cone_deg,
+                outer_cone_deg,
+                color,
+                intensity,
+                min_roughness,
+            } => Self {
+                kind: Some("spot".to_owned()),
+                position: Some(position),
+                target: Some(target),
+                range,
+                inner_cone_deg,
+                outer_cone_deg,
+                color,
+                intensity: Some(intensity),
+                min_roughness,
+                ..none
+            },
+            LightDescription::Rect { position, target, up, size, two_sided, color, intensity } => Self {
+                kind: Some("rect".to_owned()),
+                position: Some(position),
+                target: Some(target),
+                up,
+                size: Some(size),
+                two_sided,
+                color,
+                intensity: Some(intensity),
+                ..none
+            },
+            LightDescription::Tube { from, to, radius, color, intensity } => Self {
+                kind: Some("tube".to_owned()),
+                from: Some(from),
+                to: Some(to),
+                radius: Some(radius),
+                color,
+                intensity: Some(intensity),
+                ..none
+            },
+        }
+    }
+}
+
 impl LightDescription {
+    /// As a table of a scene file.
+    pub(super) fn write(&self) -> Result<Option<serde_json::Value>, String> {
+        write::table(KEYS, &Given::of(self))
+    }
+
     /// What one may be.
     pub(super) fn schema() -> serde_json::Value {
         let kinds: Vec<serde_json::Value> = KINDS

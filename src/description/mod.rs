@@ -59,6 +59,7 @@ mod schema;
 pub(crate) mod spelling;
 mod tree;
 mod value;
+mod write;
 
 pub use camera::{CameraDescription, ViewDirection};
 pub use environment::EnvironmentChoice;

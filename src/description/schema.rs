@@ -12,7 +12,7 @@ use serde_json::{Map, Value, json};
 const HEX_COLOR: &str = "^#?([0-9A-Fa-f]{3}|[0-9A-Fa-f]{6})$";
 
 /// The JSON schema (draft 7) of scene files, in JSON or TOML. What it allows is read without a warning, unless a name leads
-/// nowhere. The same text is in the repository as `assets/scene.schema.json`.
+/// nowhere. The same text is in the repository as `src/description/scene.schema.json`.
 ///
 /// It refuses some things that are read: keys in other spellings, which get a warning, and names of colours and axes in
 /// capitals; and `null`, which stands for a key that is not there.
@@ -178,14 +178,14 @@ mod tests {
 
     #[test]
     fn the_schema_in_the_repository_is_that_of_the_keys() {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scene.schema.json");
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/description/scene.schema.json");
         if std::env::var_os("UPDATE_SCHEMA").is_some_and(|value| value == "1") {
             std::fs::write(&path, scene_schema()).unwrap();
         }
         let kept = std::fs::read_to_string(&path).unwrap_or_default();
         assert!(
             kept == scene_schema(),
-            "assets/scene.schema.json is out of date: UPDATE_SCHEMA=1 cargo test --lib schema writes it"
+            "src/description/scene.schema.json is out of date: UPDATE_SCHEMA=1 cargo test --lib schema writes it"
         );
     }
 
