@@ -21,7 +21,8 @@
 //!
 //! What the models compute, and where engines differ, is on a page of its own: [`guide::clear_coat`].
 //!
-//! [`output`] makes files of it, [`golden`] compares them, and the `cli` module is the command line.
+//! [`output`] makes files of it, [`golden`] compares them. [`description`] reads a whole picture, with camera, lights and
+//! options, from a scene file, and the `cli` module is the command line.
 //!
 //! [`sandbox`] gives up what none of this needs from the system, before the first byte of input is read.
 //!

@@ -196,4 +196,33 @@ mod tests {
         assert_eq!(Failure::usage("x").exit_code(), 2);
         assert_eq!(Failure::differ("x").exit_code(), 4);
     }
+
+    #[test]
+    fn errors_of_descriptions_are_told_in_words_of_options() {
+        use crate::description::Description;
+        let failure = |text: &str| {
+            let description = Description::from_toml(text)?;
+            description.animation_choice()?;
+            description.camera(&crate::Scene::new(), &crate::RenderOptions::default())?;
+            description.options(Default::default(), &crate::Limits::default()).map(drop)
+        };
+        for (text, code, message) in [
+            ("a b", 1, "line 1: "),
+            ("time = 1", 2, "a time without an animation: --animation names one"),
+            (
+                "camera = { eye = [0, 0, 1], ortho_height = 0 }",
+                2,
+                "--ortho with --eye needs a height: --ortho=HEIGHT",
+            ),
+            ("camera = { eye = [0, 0, 1], camera = 'a' }", 1, "there is no camera 'a'; the file has none"),
+            ("size = 0", 2, "size 0x0: a picture has at least one pixel"),
+            ("size = 100000", 3, "size 100000x100000: "),
+        ] {
+            let failure = Failure::from(failure(text).unwrap_err());
+            assert_eq!(failure.exit_code(), code, "{text}");
+            assert!(failure.to_string().starts_with(message), "{text}: {failure}");
+        }
+        let error = DescriptionError::TimeWithoutAnimation.at(Path::new("a\nb.toml"));
+        assert!(Failure::from(error).to_string().starts_with("a b.toml: a time without"));
+    }
 }

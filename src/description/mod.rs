@@ -18,6 +18,9 @@
 //! only some: [`Description::options`], [`Description::environment`], [`Description::light`], [`Description::camera`],
 //! [`Materials`], and [`Setting`] for what many models share.
 //!
+//! A description is written by serde as a scene file (`toml::to_string`, `serde_json::to_string`). [`scene_schema`] is a JSON
+//! schema of scene files.
+//!
 //! ```
 //! use overcoat::description::{Description, Machine};
 //! use overcoat::load::Loaded;
