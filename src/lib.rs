@@ -23,7 +23,8 @@
 //!
 //! Whole programs, from a file to pixels and from nothing to a scene, are on a page: [`guide::library`].
 //!
-//! [`output`] makes files of it, [`golden`] compares them, and the `cli` module is the command line.
+//! [`output`] makes files of it, [`golden`] compares them. [`description`] reads a whole picture, with camera, lights and
+//! options, from a scene file, and the `cli` module is the command line.
 //!
 //! [`sandbox`] gives up what none of this needs from the system, before the first byte of input is read.
 //!
@@ -56,6 +57,7 @@
 pub mod brdf;
 pub mod coat;
 pub mod color;
+pub mod description;
 pub mod formats;
 pub mod frame;
 pub mod gbuffer;

@@ -9,7 +9,7 @@ mod common;
 
 use common::{Shot, goldens};
 use libtest_mimic::{Arguments, Failed, Trial};
-use overcoat::cli::picture::Machine;
+use overcoat::description::Machine;
 use overcoat::frame::{Aov, AovPlane, DisplayImage, Frame};
 use overcoat::golden::DescribedGolden;
 use overcoat::math::lanes::SimdLevel;

@@ -9,7 +9,7 @@ mod common;
 
 use common::{Shot, goldens, scene_names};
 use libtest_mimic::{Arguments, Failed, Trial};
-use overcoat::cli::picture::Machine;
+use overcoat::description::Machine;
 use overcoat::frame::DisplayImage;
 use overcoat::golden::{DescribedGolden, Picture};
 use overcoat::math::lanes::SimdLevel;

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// Which module may use which, and why no more.
-const MAY_USE: [(&str, &[&str]); 25] = [
+const MAY_USE: [(&str, &[&str]); 26] = [
     // The foundations: whoever wants to know what the bits of a sum are reads these and nothing else.
     ("math", &[]),
     ("jobs", &[]),
@@ -46,6 +46,9 @@ const MAY_USE: [(&str, &[&str]); 25] = [
             "color", "math", "frame", "jobs", "limits", "reuse",
         ],
     ),
+    // What a picture shows, for whoever asks: the command line, tests and programs. Says what to load and to draw, and draws
+    // nothing.
+    ("description", &["color", "jobs", "limits", "load", "math", "output", "render", "scene"]),
     // Rights of the process; knows nothing of what they are for.
     ("sandbox", &[]),
     // Pages to read.
@@ -54,8 +57,27 @@ const MAY_USE: [(&str, &[&str]); 25] = [
     (
         "cli",
         &[
-            "brdf", "coat", "color", "formats", "frame", "gbuffer", "geometry", "golden", "jobs", "light",
-            "limits", "load", "math", "output", "raster", "render", "sandbox", "scene", "shade", "tile",
+            "brdf",
+            "coat",
+            "color",
+            "description",
+            "formats",
+            "frame",
+            "gbuffer",
+            "geometry",
+            "golden",
+            "jobs",
+            "light",
+            "limits",
+            "load",
+            "math",
+            "output",
+            "raster",
+            "render",
+            "sandbox",
+            "scene",
+            "shade",
+            "tile",
         ],
     ),
     ("main", &["cli"]),

@@ -211,7 +211,7 @@ fn links_lead_to_files() {
 #[test]
 fn the_scene_file_of_the_readme_is_one() {
     let text = blocks(&readme(), "toml").join("\n");
-    let scene = overcoat::cli::scene_file::SceneFile::from_toml(&text).unwrap();
+    let scene = overcoat::description::Description::from_toml(&text).unwrap();
     assert_eq!(scene.size, Some([1920, 1080]));
     assert_eq!(scene.camera.fov_y_degrees, Some(30.0));
 }

@@ -218,18 +218,12 @@ pub fn material(data: &[u8]) {
 }
 
 /// A scene file, JSON if it begins with a brace and TOML otherwise.
-#[cfg(feature = "cli")]
 pub fn scene(data: &[u8]) {
-    use overcoat::cli::scene_file::SceneFile;
+    use overcoat::description::{Description, Machine};
     let Ok(text) = std::str::from_utf8(data) else { return };
-    let parsed = if text.trim_start().starts_with('{') {
-        SceneFile::from_json(text)
-    } else {
-        SceneFile::from_toml(text)
-    };
-    if let Ok(file) = parsed {
+    if let Ok(file) = Description::from_text(text) {
         let mut scene = overcoat::Scene::new();
-        let options = file.options(overcoat::cli::picture::Machine::default(), &limits());
+        let options = file.options(Machine::default(), &limits());
         let _ = file.light_by(&mut scene, overcoat::scene::Environment::default());
         if let Ok((options, _)) = options {
             let _ = file.camera(&scene, &options);
@@ -277,7 +271,6 @@ pub const TARGETS: &[Target] = &[
     ("hdr", hdr),
     ("exr", exr),
     ("material", material),
-    #[cfg(feature = "cli")]
     ("scene", scene),
     #[cfg(feature = "cli")]
     ("pipeline", pipeline),

@@ -54,7 +54,7 @@ pub fn run(args: &AnimateArgs) -> Result<(), Failure> {
         let mut scene = poses.at(k, drawing, renderer.jobs())?;
         setting
             .apply(&drawing.description, &mut scene, &drawing.limits)
-            .map_err(|failure| failure.at(&drawing.source.path))?;
+            .map_err(|error| error.at(&drawing.source.path))?;
         let eye = match camera {
             Some(camera) => camera,
             None => drawing.camera(&drawing.source, &scene)?,
@@ -107,10 +107,8 @@ fn steady_camera(
             drawing.progress.step("fitting the picture", k, frames);
             fit.include(&poses.at(k, drawing, jobs)?);
         }
-        return description
-            .fitted(fit.camera())
-            .map(Some)
-            .map_err(|failure| failure.at(&drawing.source.path));
+        let fitted = description.fitted(fit.camera()).map_err(|error| error.at(&drawing.source.path))?;
+        return Ok(Some(fitted));
     }
     if description.camera.from_model.is_some() {
         return Ok(None);

@@ -3,10 +3,9 @@
 use super::args::DrawArgs;
 use super::failure::Failure;
 use super::input::{self, ModelSource};
-use super::picture::Setting;
 use super::progress::Progress;
 use super::report::{Reporter, Stages};
-use super::scene_file::{EnvironmentChoice, SceneFile};
+use crate::description::{Description, EnvironmentChoice, Materials, Setting};
 use crate::frame::{Clipping, Frame};
 use crate::jobs::Jobs;
 use crate::limits::Limits;
@@ -22,11 +21,11 @@ impl DrawArgs {
     ///
     /// # Errors
     /// [`Failure`] if the scene file is wrong, or no model is named anywhere.
-    pub(super) fn describe(&self, models: &[PathBuf]) -> Result<SceneFile, Failure> {
+    pub(super) fn describe(&self, models: &[PathBuf]) -> Result<Description, Failure> {
         let mut description = match (&self.described, &self.scene) {
             (Some(described), _) => (**described).clone(),
-            (None, Some(path)) => SceneFile::open(path)?,
-            (None, None) => SceneFile::default(),
+            (None, Some(path)) => Description::open(path)?,
+            (None, None) => Description::default(),
         };
         if let Some(model) = models.first() {
             description.model = Some(model.clone());
@@ -81,7 +80,7 @@ pub(super) struct Drawing {
     pub(super) allow_empty: bool,
     pub(super) limits: Limits,
     /// What the picture shows.
-    pub(super) description: SceneFile,
+    pub(super) description: Description,
     /// The first model.
     pub(super) source: ModelSource,
     /// The others.
@@ -97,7 +96,11 @@ impl Drawing {
     ///
     /// # Errors
     /// [`Failure`] naming what is wrong.
-    pub(super) fn new(args: &DrawArgs, description: SceneFile, models: &[PathBuf]) -> Result<Self, Failure> {
+    pub(super) fn new(
+        args: &DrawArgs,
+        description: Description,
+        models: &[PathBuf],
+    ) -> Result<Self, Failure> {
         let progress = Progress::new(args.report.quiet);
         let limits = args.input.limits.limits();
         let paths = if models.is_empty() { description.model.as_slice() } else { models };
@@ -112,10 +115,10 @@ impl Drawing {
         let source = sources.next().ok_or_else(|| Failure::usage("no model is given"))?;
         let more: Vec<ModelSource> = sources.collect();
         let (options, display) =
-            description.options(args.machine.machine(), &limits).map_err(|failure| match more.len() {
-                0 => failure.at(&source.path),
+            description.options(args.machine.machine(), &limits).map_err(|error| match more.len() {
+                0 => error.at(&source.path),
                 // It is about none of them.
-                _ => failure,
+                _ => error,
             })?;
         let mut inputs = paths.to_vec();
         inputs.extend(args.scene.clone());
@@ -165,7 +168,7 @@ impl Drawing {
     /// # Errors
     /// [`Failure`] naming the file and the reason.
     pub(super) fn setting(&self, jobs: &Jobs) -> Result<Setting, Failure> {
-        Setting::load(&self.description, &self.limits, jobs, &mut Stages::default())
+        Ok(Setting::load(&self.description, &self.limits, jobs)?)
     }
 
     /// Loads the first model and puts it into its setting.
@@ -173,7 +176,11 @@ impl Drawing {
     /// # Errors
     /// [`Failure`] naming the file and the reason.
     pub(super) fn load(&self, jobs: &Jobs, stages: &mut Stages) -> Result<Loaded, Failure> {
-        let setting = Setting::load(&self.description, &self.limits, jobs, stages)?;
+        let materials =
+            stages.time("load_materials", || Materials::load(&self.description, &self.limits, jobs))?;
+        let environment =
+            stages.time("load_environment", || self.description.environment(&self.limits, jobs))?;
+        let setting = Setting::new(&self.description, materials, environment);
         self.load_into(&setting, &self.source, jobs, stages)
     }
 
@@ -191,7 +198,7 @@ impl Drawing {
         let mut loaded = stages.time("load", || input::load(source, &self.limits, jobs))?;
         let dressed = stages
             .time("load_materials", || setting.apply(&self.description, &mut loaded.scene, &self.limits));
-        dressed.map_err(|failure| failure.at(&source.path))?;
+        dressed.map_err(|error| error.at(&source.path))?;
         loaded.warnings.extend(setting.warnings.iter().cloned());
         Ok(loaded)
     }
@@ -201,7 +208,7 @@ impl Drawing {
     /// # Errors
     /// [`Failure`] if there is no such camera or it spans no view.
     pub(super) fn camera(&self, source: &ModelSource, scene: &Scene) -> Result<Camera, Failure> {
-        self.description.camera(scene, &self.options).map_err(|failure| failure.at(&source.path))
+        Ok(self.description.camera(scene, &self.options).map_err(|error| error.at(&source.path))?)
     }
 
     /// The way to 8 bits for a model's scene.

@@ -1,5 +1,7 @@
 //! What ends a command early: one line for the user and an exit code for scripts.
 
+use crate::description::DescriptionError;
+pub(super) use crate::description::{file_name, one_line};
 use crate::limits::{LimitExceeded, MEMORY};
 use crate::load::{AssignError, LoadError, MaterialError, ResolveError};
 use crate::render::RenderError;
@@ -149,24 +151,24 @@ impl fmt::Display for Failure {
 
 impl std::error::Error for Failure {}
 
-/// A path as messages show it: `-` is standard input, control characters are escaped.
-#[must_use]
-pub fn file_name(path: &Path) -> String {
-    if path.as_os_str() == "-" { "standard input".to_owned() } else { one_line(&path.display().to_string()) }
-}
-
-/// Messages may quote what a file contains; whatever that is, it stays on one line and leaves the terminal alone.
-#[must_use]
-pub fn one_line(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    for c in text.trim_end().chars() {
-        match c {
-            '\n' | '\r' | '\t' => out.push(' '),
-            c if c.is_control() => out.extend(c.escape_default()),
-            c => out.push(c),
+impl From<DescriptionError> for Failure {
+    /// In the words of the options, with the exit code that scripts go by.
+    fn from(error: DescriptionError) -> Self {
+        match error {
+            DescriptionError::OutOfRange(message) => Self::usage(message),
+            DescriptionError::TimeWithoutAnimation => {
+                Self::usage("a time without an animation: --animation names one")
+            }
+            DescriptionError::NoHeight => Self::usage("--ortho with --eye needs a height: --ortho=HEIGHT"),
+            DescriptionError::Limit(error) => Self::limit(&error),
+            DescriptionError::Load(error) => Self::load(&error),
+            DescriptionError::Material(error) => Self::material(&error),
+            DescriptionError::Assign(error) => Self::assign(&error),
+            DescriptionError::Scene(error) => Self::scene(&error),
+            DescriptionError::At { file, error } => Self::from(*error).at(&file),
+            DescriptionError::Invalid(message) => Self::failed(message),
         }
     }
-    out
 }
 
 #[cfg(test)]
@@ -193,5 +195,34 @@ mod tests {
         assert_eq!(Failure::failed("x").exit_code(), 1);
         assert_eq!(Failure::usage("x").exit_code(), 2);
         assert_eq!(Failure::differ("x").exit_code(), 4);
+    }
+
+    #[test]
+    fn errors_of_descriptions_are_told_in_words_of_options() {
+        use crate::description::Description;
+        let failure = |text: &str| {
+            let description = Description::from_toml(text)?;
+            description.animation_choice()?;
+            description.camera(&crate::Scene::new(), &crate::RenderOptions::default())?;
+            description.options(Default::default(), &crate::Limits::default()).map(drop)
+        };
+        for (text, code, message) in [
+            ("a b", 1, "line 1: "),
+            ("time = 1", 2, "a time without an animation: --animation names one"),
+            (
+                "camera = { eye = [0, 0, 1], ortho_height = 0 }",
+                2,
+                "--ortho with --eye needs a height: --ortho=HEIGHT",
+            ),
+            ("camera = { eye = [0, 0, 1], camera = 'a' }", 1, "there is no camera 'a'; the file has none"),
+            ("size = 0", 2, "size 0x0: a picture has at least one pixel"),
+            ("size = 100000", 3, "size 100000x100000: "),
+        ] {
+            let failure = Failure::from(failure(text).unwrap_err());
+            assert_eq!(failure.exit_code(), code, "{text}");
+            assert!(failure.to_string().starts_with(message), "{text}: {failure}");
+        }
+        let error = DescriptionError::TimeWithoutAnimation.at(Path::new("a\nb.toml"));
+        assert!(Failure::from(error).to_string().starts_with("a b.toml: a time without"));
     }
 }

@@ -2,12 +2,12 @@
 
 use super::args::InputArgs;
 use super::failure::Failure;
-use super::picture::is_standard_input;
+use crate::description::{is_standard_input, read_standard_input};
 use crate::jobs::Jobs;
 use crate::limits::Limits;
 use crate::load::{
     AnimatedModel, Context, Format, LoadOptions, Loaded, NoResolver, load_bytes_with_format,
-    load_file_with_format, nearest_name, read_stream, suggestion,
+    load_file_with_format, nearest_name, suggestion,
 };
 use std::path::{Path, PathBuf};
 
@@ -68,7 +68,7 @@ pub fn load_with_format(
 ) -> Result<(Loaded, Option<Format>), Failure> {
     let about = |failure: Failure| failure.at(&source.path);
     if is_standard_input(&source.path) {
-        let bytes = read_standard_input(limits).map_err(about)?;
+        let bytes = read_standard_input(limits).map_err(|e| about(e.into()))?;
         // What comes through a pipe has no folder, so it may not refer to files.
         let context = Context { resolver: &NoResolver, limits, jobs };
         return load_bytes_with_format(&bytes, source.format, &source.options, &context)
@@ -84,20 +84,11 @@ pub fn load_with_format(
 pub fn open_animated(source: &ModelSource, limits: &Limits, jobs: &Jobs) -> Result<AnimatedModel, Failure> {
     let about = |failure: Failure| failure.at(&source.path);
     let opened = if is_standard_input(&source.path) {
-        let bytes = read_standard_input(limits).map_err(about)?;
+        let bytes = read_standard_input(limits).map_err(|e| about(e.into()))?;
         let context = Context { resolver: &NoResolver, limits, jobs };
         AnimatedModel::from_bytes(&bytes, source.format, &source.options, &context)
     } else {
         AnimatedModel::open(&source.path, &source.options, limits, jobs)
     };
     opened.map_err(|e| about(Failure::load(&e)))
-}
-
-/// All of standard input, at most [`Limits::input_bytes`] of it.
-pub(super) fn read_standard_input(limits: &Limits) -> Result<Vec<u8>, Failure> {
-    let bytes = read_stream(std::io::stdin().lock(), limits).map_err(|e| Failure::load(&e))?;
-    if bytes.is_empty() {
-        return Err(Failure::failed("no data"));
-    }
-    Ok(bytes)
 }

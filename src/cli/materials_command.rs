@@ -4,11 +4,9 @@ use super::args::MaterialsArgs;
 use super::ball;
 use super::contact::{ContactSheet, DEFAULT_CELL};
 use super::failure::Failure;
-use super::materials::builtin;
 use super::progress::Progress;
 use super::report::{self, Reporter, Versions};
-use super::scene_file::SceneFile;
-use super::values::ViewDirection;
+use crate::description::{Description, ViewDirection, builtin};
 use crate::limits::Limits;
 use crate::load::{BuiltinMaterial, MaterialFile, material_keys};
 use crate::output::{DisplayImage, DisplayOptions};
@@ -143,7 +141,8 @@ fn sheet(
     renderer: &mut Renderer,
 ) -> Result<Vec<String>, Failure> {
     let progress = Progress::new(args.report.quiet);
-    let mut description = SceneFile { size: Some(args.size.unwrap_or(DEFAULT_CELL)), ..SceneFile::default() };
+    let mut description =
+        Description { size: Some(args.size.unwrap_or(DEFAULT_CELL)), ..Description::default() };
     // A little from above, with the poles at the sides.
     description.camera.view = Some(ViewDirection { direction: [0.0, 0.35, 1.0], up: [0.0, 1.0, 0.0] });
     args.light.apply(&mut description);
@@ -171,7 +170,7 @@ fn sheet(
 
 /// The ball with one material, and the hash of its picture.
 fn picture(
-    description: &SceneFile,
+    description: &Description,
     ball: &mut Scene,
     file: &MaterialFile,
     options: &RenderOptions,

@@ -1,8 +1,7 @@
 //! The `overcoat` command: arguments in, library calls out.
 //!
-//! A picture is described by a [`scene_file::SceneFile`], whether it comes from a file, from options or from both;
-//! [`picture`] turns the description into what the renderer takes; each command is a module that puts these together
-//! and reports. Errors are one line on standard error and an exit code.
+//! A picture is described by a [`Description`](crate::description::Description), whether it comes from a file, from options
+//! or from both; each command is a module that lays its options over it, carries it out and reports. Errors are one line on standard error and an exit code.
 
 mod animate;
 pub mod args;
@@ -22,20 +21,13 @@ pub mod input;
 mod label;
 pub mod limit_values;
 mod losses;
-pub mod materials;
 mod materials_command;
 mod movie;
 mod names;
-pub mod picture;
 mod progress;
 mod render;
 mod report;
 mod sandbox;
-pub mod scene_file;
-mod scene_keys;
-pub mod scene_light;
-mod scene_tree;
-mod scene_values;
 mod sheet;
 mod sight;
 mod signals;

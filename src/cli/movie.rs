@@ -5,10 +5,10 @@ use super::args::EncodingArgs;
 use super::drawing::Pixels;
 use super::failure::Failure;
 use super::names::numbered;
-use super::picture::is_standard_stream;
 use super::target::{
     Encoded, check_file, check_quality, check_standard_output, file_format, output_failure, remove,
 };
+use crate::description::is_standard_stream;
 use crate::limits::Limits;
 use crate::output::{
     DEFAULT_JPEG_QUALITY, DisplayImage, DisplayOptions, MovieFormat, MovieFrame, OutputError, OutputFormat,

@@ -3,9 +3,8 @@
 use super::args::{Command, DrawArgs};
 use super::failure::Failure;
 use super::golden::{AcceptArgs, FolderArgs, GoldenArgs, GoldenCommand, ResultArgs};
-use super::picture::{is_standard_input, is_standard_stream};
 use super::report;
-use super::scene_file::{EnvironmentChoice, SceneFile};
+use crate::description::{Description, EnvironmentChoice, is_standard_input, is_standard_stream};
 use crate::jobs::MAX_THREADS;
 use crate::load::has_folder;
 use crate::output::destination;
@@ -23,14 +22,14 @@ pub(super) fn enter(command: &mut Command) -> Result<(), Failure> {
     count_threads(command);
     let mut grants = writes(command);
     let Some(scene) = draw_of(command).and_then(|draw| draw.scene.clone()) else {
-        reads(command, SceneFile::default(), &mut grants);
+        reads(command, Description::default(), &mut grants);
         return sandbox::enter(&grants).map(drop).map_err(|e| failure(&e));
     };
     // What a scene file names is known once it has been read, and it may name any file. So while it is read, every file
     // can be read, and no more; then only what it names.
     let everything = Grants { read_folders: vec![PathBuf::from("/")], ..grants.clone() };
     let confined = sandbox::enter(&everything).map_err(|e| failure(&e))?;
-    let description = SceneFile::open(&scene)?;
+    let description = Description::open(&scene)?;
     // Not again: it may have come through a pipe, and may say something else by then.
     if let Some(draw) = draw_of(command) {
         draw.described = Some(Box::new(description.clone()));
@@ -141,7 +140,7 @@ fn writes(command: &Command) -> Grants {
 }
 
 /// The inputs of a command, with those of its scene file.
-fn reads(command: &Command, mut description: SceneFile, grants: &mut Grants) {
+fn reads(command: &Command, mut description: Description, grants: &mut Grants) {
     let Files { draw, models, .. } = Files::of(command);
     if let Some(draw) = draw {
         draw.apply(&mut description);
@@ -156,7 +155,7 @@ fn reads(command: &Command, mut description: SceneFile, grants: &mut Grants) {
 }
 
 /// Models and what lights and covers them.
-fn read_models(models: &[PathBuf], description: &SceneFile, grants: &mut Grants) {
+fn read_models(models: &[PathBuf], description: &Description, grants: &mut Grants) {
     // A model of the command line takes the place of the scene file's.
     let described = description.model.iter().filter(|_| models.is_empty());
     for path in models.iter().chain(described).filter(|path| !is_standard_input(path)) {

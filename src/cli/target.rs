@@ -3,7 +3,7 @@
 use super::args::EncodingArgs;
 use super::drawing::Pixels;
 use super::failure::Failure;
-use super::picture::is_standard_stream;
+use crate::description::is_standard_stream;
 use crate::frame::Aov;
 use crate::output::{
     DEFAULT_JPEG_QUALITY, DisplayImage, DisplayOptions, OutputError, OutputFormat, OutputOptions,

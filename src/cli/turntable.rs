@@ -55,7 +55,7 @@ pub fn run(args: &TurntableArgs) -> Result<(), Failure> {
             description.fitted(fit.camera())
         }
     }
-    .map_err(about)?;
+    .map_err(|e| about(e.into()))?;
 
     for k in 0..frames {
         let angle = TAU * f64::from(k) / f64::from(frames);

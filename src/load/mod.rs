@@ -64,9 +64,7 @@ pub use environment::{
 pub use error::{LoadError, Warning};
 pub use format::Format;
 pub use image::FORMATS as TEXTURE_FORMATS;
-pub(crate) use input::read_file;
-#[cfg(feature = "cli")]
-pub(crate) use input::{has_folder, read_input, read_stream};
+pub(crate) use input::{has_folder, read_file, read_input, read_stream};
 pub(crate) use material::suggestion;
 pub use material::{
     AssignError, BuiltinMaterial, MaterialError, MaterialErrorReason, MaterialFile, MaterialKey,

@@ -18,9 +18,7 @@ mod pictures;
 
 use attack::{Ask, Attack, Must};
 use overcoat::cli::failure::Failure;
-use overcoat::cli::materials::MaterialSource;
-use overcoat::cli::picture::Machine;
-use overcoat::cli::scene_file::{EnvironmentChoice, SceneFile};
+use overcoat::description::{Description, EnvironmentChoice, Machine, MaterialSource};
 use overcoat::limits::Limits;
 use overcoat::output::{OutputFormat, OutputOptions, encode};
 use overcoat::render::Renderer;
@@ -60,18 +58,18 @@ fn carry_out(attack: &Attack, folder: &Path) -> Result<Vec<String>, Failure> {
     let good = folder.join("good.obj");
     let model = |name: &str| if Path::new(name).is_absolute() { name.into() } else { folder.join(name) };
     let mut description = match attack.ask {
-        Ask::Model(name) => SceneFile { model: Some(model(name)), ..SceneFile::default() },
-        Ask::Environment(name) => SceneFile {
+        Ask::Model(name) => Description { model: Some(model(name)), ..Description::default() },
+        Ask::Environment(name) => Description {
             model: Some(good.clone()),
             env: Some(EnvironmentChoice::File(folder.join(name))),
-            ..SceneFile::default()
+            ..Description::default()
         },
-        Ask::Material(name) => SceneFile {
+        Ask::Material(name) => Description {
             model: Some(good.clone()),
             material: Some(MaterialSource::File(folder.join(name))),
-            ..SceneFile::default()
+            ..Description::default()
         },
-        Ask::Scene(name) => SceneFile::open(&folder.join(name))?,
+        Ask::Scene(name) => Description::open(&folder.join(name))?,
     };
     description.model.get_or_insert(good);
     description.size.get_or_insert([64, 64]);

@@ -6,9 +6,7 @@ pub mod scenes;
 pub mod shapes;
 mod stage;
 
-use overcoat::cli::materials::Materials;
-use overcoat::cli::picture::Machine;
-use overcoat::cli::scene_file::{SceneCamera, SceneFile};
+use overcoat::description::{CameraDescription, Description, Machine, Materials};
 use overcoat::frame::DisplayOptions;
 use overcoat::golden::{DescribedGolden, GoldenFolder};
 use overcoat::jobs::Jobs;
@@ -41,7 +39,7 @@ impl Shot {
     /// `model = "builtin:<name>"` names a scene of `tests/common/scenes`, whose own camera and environment count
     /// where the description gives none.
     pub fn load(golden: &DescribedGolden, machine: Machine, jobs: &Jobs) -> Result<Self, String> {
-        let mut file = SceneFile::from_toml(golden.description()).map_err(|e| e.to_string())?;
+        let mut file = Description::from_toml(golden.description()).map_err(|e| e.to_string())?;
         // So that another default changes no golden; scenes of several models name them in their materials.
         let of_materials =
             file.model.as_ref().is_some_and(|model| model.as_os_str() == "builtin:mixed-models");
@@ -79,7 +77,7 @@ impl Shot {
             environment.intensity = file.env_intensity.unwrap_or(environment.intensity);
             scene.set_environment(environment).map_err(|e| e.to_string())?;
         }
-        if file.camera != SceneCamera::default() {
+        if file.camera != CameraDescription::default() {
             camera = file.camera(&scene, &options).map_err(|e| e.to_string())?;
         }
         Ok(Self { scene, camera, options, display })

@@ -5,8 +5,8 @@ use super::files::Files;
 use super::keys::KEYS;
 use super::recipe::{Alpha, EnvironmentRecipe, GltfSlot, KeyValue, PictureFormat, Recipe};
 use super::shot::Shot;
-use overcoat::cli::scene_light::SceneLight;
 use overcoat::color::ToneCurve;
+use overcoat::description::LightDescription;
 use overcoat::frame::Aov;
 use overcoat::jobs::Jobs;
 use overcoat::load::Format;
@@ -40,11 +40,11 @@ fn touched(recipe: &Recipe) -> BTreeSet<String> {
     }
     for light in &recipe.lights {
         match light {
-            SceneLight::Directional { .. } => add("light", &"directional"),
-            SceneLight::Point { .. } => add("light", &"point"),
-            SceneLight::Spot { .. } => add("light", &"spot"),
-            SceneLight::Rect { .. } => add("light", &"rect"),
-            SceneLight::Tube { .. } => add("light", &"tube"),
+            LightDescription::Directional { .. } => add("light", &"directional"),
+            LightDescription::Point { .. } => add("light", &"point"),
+            LightDescription::Spot { .. } => add("light", &"spot"),
+            LightDescription::Rect { .. } => add("light", &"rect"),
+            LightDescription::Tube { .. } => add("light", &"tube"),
         }
     }
     let names = matches!(recipe.container, Format::Gltf | Format::Glb);

@@ -13,9 +13,8 @@ use super::recipe::{
     PictureFormat, Recipe, TextureRecipe, TextureUse,
 };
 use super::shapes;
-use overcoat::cli::scene_file::SceneCamera;
-use overcoat::cli::scene_light::SceneLight;
 use overcoat::color::ToneCurve;
+use overcoat::description::{CameraDescription, LightDescription};
 use overcoat::frame::Aov;
 use overcoat::load::Format;
 use overcoat::output::OutputFormat;
@@ -94,11 +93,11 @@ fn of_file(bytes: &[u8], time: Option<f64>, [x, y, width, height]: [f32; 4]) -> 
         ..Recipe::empty()
     };
     let [x, y] = [x, y].map(f64::from);
-    recipe.camera = SceneCamera {
+    recipe.camera = CameraDescription {
         eye: Some([x, y, 10.0]),
         target: Some([x, y, 0.0]),
         orthographic_height: Some(height),
-        ..SceneCamera::default()
+        ..CameraDescription::default()
     };
     recipe
 }
@@ -118,18 +117,23 @@ fn text(value: &str) -> KeyValue {
 const LIGHTS: usize = 5;
 
 /// A light of each type, all from above and in front.
-fn light(number: usize) -> SceneLight {
+fn light(number: usize) -> LightDescription {
     let (color, min_roughness) = (Some([1.0, 0.9, 0.7]), Some(0.2));
     match number {
-        0 => SceneLight::Directional { direction: [0.5, -0.7, -0.6], color, intensity: 2.0, min_roughness },
-        1 => SceneLight::Point {
+        0 => LightDescription::Directional {
+            direction: [0.5, -0.7, -0.6],
+            color,
+            intensity: 2.0,
+            min_roughness,
+        },
+        1 => LightDescription::Point {
             position: [-1.0, 1.5, 1.5],
             range: Some(8.0),
             color,
             intensity: 8.0,
             min_roughness,
         },
-        2 => SceneLight::Spot {
+        2 => LightDescription::Spot {
             position: [1.0, 2.0, 1.5],
             target: [0.1, 0.0, 0.0],
             range: None,
@@ -139,7 +143,7 @@ fn light(number: usize) -> SceneLight {
             intensity: 20.0,
             min_roughness,
         },
-        3 => SceneLight::Rect {
+        3 => LightDescription::Rect {
             position: [0.0, 2.0, 1.0],
             target: [0.0; 3],
             up: Some([0.0, 0.0, -1.0]),
@@ -148,7 +152,7 @@ fn light(number: usize) -> SceneLight {
             color,
             intensity: 6.0,
         },
-        _ => SceneLight::Tube {
+        _ => LightDescription::Tube {
             from: [-1.2, 0.5, 1.3],
             to: [-0.8, 1.2, 0.2],
             radius: 0.05,

@@ -3,7 +3,7 @@
 
 use super::recipe::{EnvironmentRecipe, KeyValue, Recipe, TextureUse};
 use super::{gltf, pictures, plain};
-use overcoat::cli::scene_light::SceneLight;
+use overcoat::description::LightDescription;
 use overcoat::load::Format;
 use overcoat::scene::{Filter, Wrap};
 use std::collections::BTreeMap;
@@ -208,25 +208,25 @@ fn scene_text(recipe: &Recipe, model: &str, environment: &str) -> String {
     text
 }
 
-fn light_text(text: &mut String, light: &SceneLight) {
+fn light_text(text: &mut String, light: &LightDescription) {
     let number = |v: &f32| format!("{v:?}");
     let kind;
     let mut lines: Vec<(&str, Option<String>)> = Vec::new();
     let (shared_color, shared_intensity) = match light {
-        SceneLight::Directional { direction, color, intensity, min_roughness } => {
+        LightDescription::Directional { direction, color, intensity, min_roughness } => {
             kind = "directional";
             lines.push(("direction", Some(list(direction))));
             lines.push(("min_roughness", min_roughness.as_ref().map(number)));
             (color, intensity)
         }
-        SceneLight::Point { position, range, color, intensity, min_roughness } => {
+        LightDescription::Point { position, range, color, intensity, min_roughness } => {
             kind = "point";
             lines.push(("position", Some(list(position))));
             lines.push(("range", range.as_ref().map(number)));
             lines.push(("min_roughness", min_roughness.as_ref().map(number)));
             (color, intensity)
         }
-        SceneLight::Spot {
+        LightDescription::Spot {
             position,
             target,
             range,
@@ -245,7 +245,7 @@ fn light_text(text: &mut String, light: &SceneLight) {
             lines.push(("min_roughness", min_roughness.as_ref().map(number)));
             (color, intensity)
         }
-        SceneLight::Rect { position, target, up, size, two_sided, color, intensity } => {
+        LightDescription::Rect { position, target, up, size, two_sided, color, intensity } => {
             kind = "rect";
             lines.push(("position", Some(list(position))));
             lines.push(("target", Some(list(target))));
@@ -254,7 +254,7 @@ fn light_text(text: &mut String, light: &SceneLight) {
             lines.push(("two_sided", two_sided.map(|v| v.to_string())));
             (color, intensity)
         }
-        SceneLight::Tube { from, to, radius, color, intensity } => {
+        LightDescription::Tube { from, to, radius, color, intensity } => {
             kind = "tube";
             lines.push(("from", Some(list(from))));
             lines.push(("to", Some(list(to))));

@@ -8,9 +8,8 @@ use super::recipe::{
     Alpha, EnvironmentRecipe, GltfSlot, InstanceRecipe, MaterialRecipe, Pattern, PictureFormat, Recipe,
     TextureRecipe, TextureUse,
 };
-use overcoat::cli::scene_file::SceneCamera;
-use overcoat::cli::scene_light::SceneLight;
 use overcoat::color::ToneCurve;
+use overcoat::description::{CameraDescription, LightDescription};
 use overcoat::frame::Aov;
 use overcoat::load::Format;
 use overcoat::output::OutputFormat;
@@ -95,17 +94,17 @@ fn environment(dice: &mut Dice) -> EnvironmentRecipe {
     }
 }
 
-fn camera(dice: &mut Dice) -> SceneCamera {
+fn camera(dice: &mut Dice) -> CameraDescription {
     let distance = if dice.percent(10) { dice.between(0.2, 1.0) } else { dice.between(1.8, 4.0) };
     let up = dice.percent(15).then(|| forms::unit(dice));
-    SceneCamera {
+    CameraDescription {
         eye: Some(forms::unit(dice).map(|c| f64::from(c * distance))),
         target: Some(dice.triple(-0.2, 0.2).map(f64::from)),
         up,
         fov_y_degrees: Some(dice.between(15.0, 100.0)),
         near: dice.percent(25).then(|| distance * dice.between(0.3, 1.1)),
         orthographic_height: dice.percent(20).then(|| dice.between(0.5, 4.0)),
-        ..SceneCamera::default()
+        ..CameraDescription::default()
     }
 }
 
@@ -197,19 +196,19 @@ fn instance(dice: &mut Dice, mesh: usize, material: usize) -> InstanceRecipe {
     InstanceRecipe { mesh, material, translation: dice.triple(-0.6, 0.6), rotation: forms::turn(dice), scale }
 }
 
-pub fn light(dice: &mut Dice) -> SceneLight {
+pub fn light(dice: &mut Dice) -> LightDescription {
     let color = dice.percent(50).then(|| dice.triple(0.0, 1.0));
     let min_roughness = dice.percent(25).then(|| dice.between(0.0, 1.0));
     let range = dice.percent(40).then(|| dice.between(0.5, 6.0));
     let place = forms::unit(dice).map(|c| c * 2.0);
     match dice.below(5) {
-        0 => SceneLight::Directional {
+        0 => LightDescription::Directional {
             direction: forms::unit(dice),
             color,
             intensity: dice.between(0.0, 8.0),
             min_roughness,
         },
-        1 => SceneLight::Point {
+        1 => LightDescription::Point {
             position: place,
             range,
             color,
@@ -218,7 +217,7 @@ pub fn light(dice: &mut Dice) -> SceneLight {
         },
         2 => {
             let outer = dice.between(5.0, 90.0);
-            SceneLight::Spot {
+            LightDescription::Spot {
                 position: place,
                 target: dice.triple(-0.3, 0.3),
                 range,
@@ -229,7 +228,7 @@ pub fn light(dice: &mut Dice) -> SceneLight {
                 min_roughness,
             }
         }
-        3 => SceneLight::Rect {
+        3 => LightDescription::Rect {
             position: place,
             target: dice.triple(-0.3, 0.3),
             up: Some([0.36, 0.48, 0.8]),
@@ -238,7 +237,7 @@ pub fn light(dice: &mut Dice) -> SceneLight {
             color,
             intensity: dice.between(0.0, 20.0),
         },
-        _ => SceneLight::Tube {
+        _ => LightDescription::Tube {
             from: place,
             to: forms::unit(dice).map(|c| c * 1.5),
             radius: dice.between(0.01, 0.2),

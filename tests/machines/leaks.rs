@@ -8,9 +8,7 @@ use super::files::{Files, SCENE};
 use super::recipe::{EnvironmentRecipe, KeyValue, Recipe};
 use super::shot::{Shot, Skies};
 use super::shrink::shrink;
-use overcoat::cli::picture::Machine;
-use overcoat::cli::scene_file::SceneFile;
-use overcoat::cli::scene_light::SceneLight;
+use overcoat::description::{Description, LightDescription, Machine};
 use overcoat::jobs::Jobs;
 use overcoat::limits::Limits;
 use overcoat::math::lanes::SimdLevel;
@@ -221,7 +219,7 @@ fn files_on_disk_are_those_in_memory() {
         let recipe = Recipe::random(seed);
         let files = Files::of(&recipe).unwrap();
         files.write(folder.path()).unwrap();
-        let file = SceneFile::open(&folder.path().join(SCENE)).unwrap();
+        let file = Description::open(&folder.path().join(SCENE)).unwrap();
         let picture = file.picture(Machine::default(), &Limits::default(), &jobs).unwrap();
         let options = RenderOptions { stage_hashes: true, ..picture.options };
         let shot = Shot::load(&files, &recipe, &jobs, None).unwrap();
@@ -237,7 +235,7 @@ fn files_on_disk_are_those_in_memory() {
 /// True if a StackLit material with a texture is lit by a tube.
 fn stacklit_texture_under_a_tube(recipe: &Recipe) -> bool {
     let is = |value: &KeyValue, text: &str| *value == KeyValue::Text(text.to_owned());
-    recipe.lights.iter().any(|light| matches!(light, SceneLight::Tube { .. }))
+    recipe.lights.iter().any(|light| matches!(light, LightDescription::Tube { .. }))
         && recipe.materials.iter().any(|material| {
             material.keys.iter().any(|(key, value)| *key == "model" && is(value, "\"stacklit\""))
                 && material.keys.iter().any(|(_, value)| matches!(value, KeyValue::Texture(_)))
@@ -293,7 +291,7 @@ fn a_planted_difference_is_found() {
         assert!(text.contains(word), "{word}: {text}");
     }
     let scene = folder().join("planted");
-    let file = SceneFile::open(&scene.join(SCENE)).unwrap();
+    let file = Description::open(&scene.join(SCENE)).unwrap();
     let picture = file.picture(Machine::default(), &Limits::default(), &Jobs::new(1)).unwrap();
     assert_eq!((picture.scene.materials().len(), picture.scene.triangle_count()), (1, 1));
     std::fs::remove_dir_all(scene).unwrap();

@@ -1,8 +1,7 @@
 //! A small picture as plain data: what the files of a scene are made of, and what the shrinker cuts down.
 
-use overcoat::cli::scene_file::SceneCamera;
-use overcoat::cli::scene_light::SceneLight;
 use overcoat::color::ToneCurve;
+use overcoat::description::{CameraDescription, LightDescription};
 use overcoat::frame::Aov;
 use overcoat::load::Format;
 use overcoat::output::OutputFormat;
@@ -20,11 +19,11 @@ pub struct Recipe {
     pub textures: Vec<TextureRecipe>,
     pub materials: Vec<MaterialRecipe>,
     pub instances: Vec<InstanceRecipe>,
-    pub lights: Vec<SceneLight>,
+    pub lights: Vec<LightDescription>,
     pub environment: EnvironmentRecipe,
     pub environment_rotation: f32,
     pub environment_intensity: f32,
-    pub camera: SceneCamera,
+    pub camera: CameraDescription,
     pub size: [u32; 2],
     pub samples: u32,
     pub background: &'static str,
@@ -263,11 +262,11 @@ impl Recipe {
             environment: EnvironmentRecipe::None,
             environment_rotation: 0.0,
             environment_intensity: 1.0,
-            camera: SceneCamera {
+            camera: CameraDescription {
                 eye: Some([0.0, 0.0, 3.0]),
                 target: Some([0.0; 3]),
                 fov_y_degrees: Some(45.0),
-                ..SceneCamera::default()
+                ..CameraDescription::default()
             },
             size: [32, 32],
             samples: 1,

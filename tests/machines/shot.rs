@@ -2,9 +2,7 @@
 
 use super::files::{Files, MATERIALS, SCENE};
 use super::recipe::{EnvironmentRecipe, Recipe};
-use overcoat::cli::materials::MaterialSource;
-use overcoat::cli::picture::Machine;
-use overcoat::cli::scene_file::{EnvironmentChoice, SceneFile};
+use overcoat::description::{Description, EnvironmentChoice, Machine, MaterialSource};
 use overcoat::frame::DisplayOptions;
 use overcoat::jobs::Jobs;
 use overcoat::light::PrefilteredEnvironment;
@@ -29,7 +27,7 @@ impl Shot {
     pub fn load(files: &Files, recipe: &Recipe, jobs: &Jobs, skies: Option<&Skies>) -> Result<Self, String> {
         let limits = &Limits::default();
         let text = std::str::from_utf8(files.get(SCENE)?).map_err(|e| e.to_string())?;
-        let mut file = SceneFile::from_toml(text).map_err(|e| format!("{SCENE}: {e}"))?;
+        let mut file = Description::from_toml(text).map_err(|e| format!("{SCENE}: {e}"))?;
         let (mut options, display) = file.options(Machine::default(), limits).map_err(|e| e.to_string())?;
         options.aovs.clone_from(&recipe.aovs);
         options.stage_hashes = true;

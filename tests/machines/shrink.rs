@@ -3,8 +3,8 @@
 use super::recipe::{
     Alpha, EnvironmentRecipe, InstanceRecipe, MaterialRecipe, Pattern, PictureFormat, Recipe, TextureUse,
 };
-use overcoat::cli::scene_light::SceneLight;
 use overcoat::color::ToneCurve;
+use overcoat::description::LightDescription;
 use overcoat::load::Format;
 use std::ops::Range;
 
@@ -240,21 +240,21 @@ fn plainer_lights(recipe: &Recipe, number: usize) -> Option<Recipe> {
         recipe.lights.len(),
         &[
             |r, k| match &mut r.lights[k] {
-                SceneLight::Directional { color, .. }
-                | SceneLight::Point { color, .. }
-                | SceneLight::Spot { color, .. }
-                | SceneLight::Rect { color, .. }
-                | SceneLight::Tube { color, .. } => *color = None,
+                LightDescription::Directional { color, .. }
+                | LightDescription::Point { color, .. }
+                | LightDescription::Spot { color, .. }
+                | LightDescription::Rect { color, .. }
+                | LightDescription::Tube { color, .. } => *color = None,
             },
             |r, k| match &mut r.lights[k] {
-                SceneLight::Directional { min_roughness, .. }
-                | SceneLight::Point { min_roughness, .. }
-                | SceneLight::Spot { min_roughness, .. } => *min_roughness = None,
-                SceneLight::Rect { two_sided, .. } => *two_sided = None,
-                SceneLight::Tube { .. } => {}
+                LightDescription::Directional { min_roughness, .. }
+                | LightDescription::Point { min_roughness, .. }
+                | LightDescription::Spot { min_roughness, .. } => *min_roughness = None,
+                LightDescription::Rect { two_sided, .. } => *two_sided = None,
+                LightDescription::Tube { .. } => {}
             },
             |r, k| match &mut r.lights[k] {
-                SceneLight::Point { range, .. } | SceneLight::Spot { range, .. } => *range = None,
+                LightDescription::Point { range, .. } | LightDescription::Spot { range, .. } => *range = None,
                 _ => {}
             },
         ],

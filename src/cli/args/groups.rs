@@ -1,11 +1,11 @@
 //! Groups of options that commands have in common, each defined once.
 
-use crate::cli::materials::MaterialChoice;
-use crate::cli::picture::Machine;
 use crate::cli::report::Reporter;
-use crate::cli::scene_file::{EnvironmentChoice, SceneFile};
-use crate::cli::values::{self, BackgroundChoice, ExposureChoice, ViewDirection};
+use crate::cli::values;
 use crate::color::ToneCurve;
+use crate::description::{
+    BackgroundChoice, Description, EnvironmentChoice, ExposureChoice, Machine, MaterialChoice, ViewDirection,
+};
 use crate::jobs::MAX_THREADS;
 use crate::limits::Limits;
 use crate::math::lanes::SimdLevel;
@@ -62,7 +62,7 @@ pub struct DrawArgs {
     pub scene: Option<PathBuf>,
     /// What is in that file, if it has been read already
     #[arg(skip)]
-    pub described: Option<Box<SceneFile>>,
+    pub described: Option<Box<Description>>,
 
     /// Write a picture that shows nothing of the model, too: that is a warning then and not an error
     #[arg(long, help_heading = None::<&str>)]
@@ -348,7 +348,7 @@ impl LimitArgs {
 
 impl DrawArgs {
     /// Lays the options over a scene file.
-    pub fn apply(&self, scene: &mut SceneFile) {
+    pub fn apply(&self, scene: &mut Description) {
         self.camera.apply(scene);
         self.light.apply(scene);
         self.picture.apply(scene);
@@ -359,7 +359,7 @@ impl DrawArgs {
 
 impl AnimationArgs {
     /// Lays the options over a scene file. Another animation begins at its own time.
-    pub fn apply(&self, scene: &mut SceneFile) {
+    pub fn apply(&self, scene: &mut Description) {
         if self.animation.is_some() {
             scene.animation.clone_from(&self.animation);
             scene.time = None;
@@ -371,7 +371,7 @@ impl AnimationArgs {
 
 impl CameraArgs {
     /// Lays the options over a scene file's camera. Choosing a place for the camera in one way drops the other ways.
-    pub fn apply(&self, scene: &mut SceneFile) {
+    pub fn apply(&self, scene: &mut Description) {
         let camera = &mut scene.camera;
         if self.eye.is_some() || self.view.is_some() || self.camera.is_some() {
             camera.eye = self.eye;
@@ -392,7 +392,7 @@ impl CameraArgs {
 
 impl LightArgs {
     /// Lays the options over a scene file.
-    pub fn apply(&self, scene: &mut SceneFile) {
+    pub fn apply(&self, scene: &mut Description) {
         override_with(&mut scene.env, self.env.as_deref().map(EnvironmentChoice::new));
         override_with(&mut scene.env_rotation_degrees, self.env_rotation);
         override_with(&mut scene.env_intensity, self.env_intensity);
@@ -402,7 +402,7 @@ impl LightArgs {
 
 impl PictureArgs {
     /// Lays the options over a scene file.
-    pub fn apply(&self, scene: &mut SceneFile) {
+    pub fn apply(&self, scene: &mut Description) {
         override_with(&mut scene.size, self.size);
         override_with(&mut scene.samples, self.samples);
         override_with(&mut scene.shading, self.shading);
@@ -417,7 +417,7 @@ impl PictureArgs {
 
 impl DisplayArgs {
     /// Lays the options over a scene file.
-    pub fn apply(&self, scene: &mut SceneFile) {
+    pub fn apply(&self, scene: &mut Description) {
         override_with(&mut scene.background, self.background);
         override_with(&mut scene.tone_curve, self.tone_map);
         override_with(&mut scene.exposure, self.exposure);

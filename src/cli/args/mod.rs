@@ -76,9 +76,9 @@ pub enum Command {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cli::scene_file::{EnvironmentChoice, SceneFile};
-    use crate::cli::values::{ExposureChoice, LIMIT_NAMES};
+    use crate::cli::values::LIMIT_NAMES;
     use crate::color::ToneCurve;
+    use crate::description::{Description, EnvironmentChoice, ExposureChoice};
     use crate::frame::Aov;
     use crate::load::Format;
     use crate::scene::ShadingModel;
@@ -186,7 +186,7 @@ mod tests {
         else {
             panic!("not a render")
         };
-        let mut scene = SceneFile::from_json(
+        let mut scene = Description::from_json(
             r#"{"size": [1, 2], "camera": {"eye": [1, 2, 3], "fov_y_deg": 20, "near": 1}, "samples": 4}"#,
         )
         .unwrap();

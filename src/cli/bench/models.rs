@@ -5,8 +5,8 @@ use crate::cli::args::BenchArgs;
 use crate::cli::drawing::{Drawing, Pixels, Taken};
 use crate::cli::failure::{Failure, file_name};
 use crate::cli::input::{self, ModelSource};
-use crate::cli::picture::{Setting, is_standard_input};
 use crate::cli::report;
+use crate::description::{Setting, is_standard_input};
 use crate::load::{Loaded, Warning, has_folder};
 use crate::output::encode_png;
 use crate::render::{RenderStats, Renderer};
@@ -118,7 +118,7 @@ impl Service<'_> {
         let Loaded { mut scene, mut warnings } = input::load(source, limits, renderer.jobs())?;
         let load = start.elapsed();
 
-        self.setting.apply(description, &mut scene, limits).map_err(about)?;
+        self.setting.apply(description, &mut scene, limits).map_err(|e| about(e.into()))?;
         let camera = self.drawing.camera(source, &scene)?;
         let shading = report::shading_name(options.shading, &scene);
         let prepare = start.elapsed() - load;

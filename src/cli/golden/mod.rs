@@ -10,9 +10,9 @@ mod table;
 pub use args::{AcceptArgs, CheckArgs, FolderArgs, GoldenArgs, GoldenCommand, ReportArgs, ResultArgs};
 
 use super::failure::{Failure, file_name};
-use super::picture::is_standard_stream;
 use super::report::print;
 use super::target::{Encoded, check_writable};
+use crate::description::is_standard_stream;
 use crate::golden::check::{FileResult, Verdict};
 use crate::golden::junit::to_junit;
 use crate::golden::report::{ReportEntry, to_html};

@@ -1,4 +1,5 @@
-//! Scene files: a whole picture in one file, JSON or TOML with the same keys.
+//! The description of a picture: what it shows, from where, in which light, how large. A typed [`Description`], and the scene
+//! files that it is read from, JSON or TOML with the same keys.
 //!
 //! ```toml
 //! model = "car.glb"
@@ -7,35 +8,98 @@
 //! camera = { eye = [4, 2, 6], target = [0, 0.5, 0], fov_y_deg = 30 }
 //! ```
 //!
-//! Every key is optional. Keys are in lower case with `_` between words; `fov_y_deg` and `fov-y-deg` are read with a warning. The command line's options are laid over the same structure, so that a picture has one
-//! description whichever way it was asked for.
+//! Every key is optional. Keys are in lower case with `_` between words; `fovYDeg` and `fov-y-deg` are read with a warning.
+//! The command line's options are laid over the same structure, so that a picture has one description whichever way it was
+//! asked for.
+//!
+//! [`Description::open`] reads a file, [`Description::from_text`] a text. [`Description::picture`] loads what is named
+//! in it, [`Description::picture_of`] takes a scene that is there already; out comes a [`Picture`] with everything that
+//! [`Renderer::render_image`](crate::Renderer::render_image) wants. The steps in between are public as well, for who needs
+//! only some: [`Description::options`], [`Description::environment`], [`Description::light`], [`Description::camera`],
+//! [`Materials`], and [`Setting`] for what many models share.
+//!
+//! A description is written by serde as a scene file (`toml::to_string`, `serde_json::to_string`). [`scene_schema`] is a JSON
+//! schema of scene files.
+//!
+//! ```
+//! use overcoat::description::{Description, Machine};
+//! use overcoat::load::Loaded;
+//! use overcoat::scene::{Instance, Material, Mesh, MeshData, Scene, Transform};
+//! use overcoat::{Limits, Renderer};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let description = Description::from_text("size = 32\nsamples = 4\n[camera]\nview = 'front'")?;
+//!
+//! let mut scene = Scene::new();
+//! let mesh = scene.add_mesh(Mesh::new(MeshData {
+//!     positions: vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+//!     triangles: vec![[0, 1, 2]],
+//!     ..MeshData::default()
+//! })?)?;
+//! let material = scene.add_material(Material::default())?;
+//! scene.add_instance(Instance { mesh, material, transform: Transform::IDENTITY, object: 0 })?;
+//!
+//! let mut renderer = Renderer::new(1);
+//! let loaded = Loaded { scene, warnings: Vec::new() };
+//! let picture = description.picture_of(loaded, Machine::default(), &Limits::default(), renderer.jobs())?;
+//! let image = renderer.render_image(&picture.scene, &picture.camera, &picture.options, &picture.display)?.image;
+//! assert_eq!((image.width, image.height), (32, 32));
+//! # Ok(())
+//! # }
+//! ```
 
-use super::failure::{Failure, file_name};
-use super::input::read_standard_input;
-use super::materials::{MaterialChoice, MaterialSource};
-use super::picture::is_standard_input;
-use super::scene_keys::SCENE;
-use super::scene_light::SceneLight;
-use super::scene_tree::{Node, line};
-use super::scene_values::Value;
-use super::values::{BackgroundChoice, ExposureChoice, ViewDirection};
+mod camera;
+mod environment;
+mod error;
+mod input;
+mod keys;
+mod light;
+mod materials;
+mod name;
+mod options;
+mod picture;
+mod schema;
+pub(crate) mod spelling;
+mod tree;
+mod value;
+mod write;
+
+pub use camera::{CameraDescription, ViewDirection};
+pub use environment::EnvironmentChoice;
+pub use error::DescriptionError;
+#[cfg(feature = "cli")]
+pub(crate) use input::is_standard_stream;
+pub(crate) use input::{is_standard_input, read_standard_input};
+pub use light::LightDescription;
+#[cfg(feature = "cli")]
+pub(crate) use materials::builtin;
+pub use materials::{MaterialChoice, MaterialSource, Materials};
+pub(crate) use name::file_name;
+#[cfg(feature = "cli")]
+pub(crate) use name::one_line;
+pub use options::{BackgroundChoice, ExposureChoice, Machine};
+pub use picture::{Picture, Setting};
+pub use schema::scene_schema;
+
 use crate::color::ToneCurve;
 use crate::limits::Limits;
 use crate::load::{AnimationChoice, LoadError, Warning, has_folder, inner_extension, read_input};
 use crate::render::{AreaLightMethod, ShadingModel};
 use crate::scene::Axis;
+use keys::SCENE;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
-use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use toml::de::{DeTable, DeValue};
+use tree::{Node, line};
+use value::Value;
 
 /// Bytes of a scene file at most: it holds names and numbers only.
 const MAX_BYTES: u64 = 1 << 20;
 
 /// What a picture shows and how. A key that is absent leaves the choice to the command line or to the default.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct SceneFile {
+pub struct Description {
     /// The model file.
     pub model: Option<PathBuf>,
     /// Which axis of the model file is up, for example `+z`; what its format has if absent.
@@ -49,9 +113,9 @@ pub struct SceneFile {
     /// False leaves out the lights of the model file.
     pub lights: Option<bool>,
     /// Lights beside those of the model file.
-    pub lights_to_add: Vec<SceneLight>,
+    pub lights_to_add: Vec<LightDescription>,
     /// The camera.
-    pub camera: SceneCamera,
+    pub camera: CameraDescription,
     /// An animation of the model file, by its name or number.
     pub animation: Option<String>,
     /// Seconds in the animation.
@@ -91,67 +155,21 @@ pub struct SceneFile {
     pub warnings: Vec<Warning>,
 }
 
-/// The camera of a [`SceneFile`]. Without `eye` the model is framed automatically, seen along `view`.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct SceneCamera {
-    /// World-space position in metres.
-    pub eye: Option<[f64; 3]>,
-    /// World-space point in the centre of the picture. The middle of the model if absent.
-    pub target: Option<[f64; 3]>,
-    /// Which way is up in the picture. +Y if absent.
-    pub up: Option<[f32; 3]>,
-    /// Vertical field of view in degrees.
-    pub fov_y_degrees: Option<f32>,
-    /// Nothing nearer than this distance in metres is drawn.
-    pub near: Option<f32>,
-    /// Parallel projection that shows this many metres from top to bottom; 0 fits the model.
-    pub orthographic_height: Option<f32>,
-    /// Where an automatic camera stands: a name such as `front`, or `x,y,z`.
-    pub view: Option<ViewDirection>,
-    /// A camera of the model file, by its name or number.
-    pub from_model: Option<String>,
-}
-
-/// What `--env` and a scene file's `env` say.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum EnvironmentChoice {
-    /// The built-in studio.
-    Studio,
-    /// Darkness.
-    None,
-    /// An equirectangular picture.
-    File(PathBuf),
-}
-
-impl EnvironmentChoice {
-    /// `studio`, `none` or a path.
-    #[must_use]
-    pub fn new(text: impl AsRef<OsStr>) -> Self {
-        let text = text.as_ref();
-        match text.to_str() {
-            Some("studio") => Self::Studio,
-            Some("none") => Self::None,
-            _ => Self::File(PathBuf::from(text)),
-        }
-    }
-}
-
-impl SceneFile {
+impl Description {
     /// Reads a scene file, also one in gzip or Zstandard, a pipe, or `-` for standard input: TOML or JSON by its name, by
     /// its first character where that says nothing. Relative paths in it are taken to be relative to its folder (of a
     /// pipe, the current one), and may lead anywhere: who names a scene file trusts it.
     ///
     /// # Errors
-    /// [`Failure`] naming the file, and the key that is wrong.
-    pub fn open(path: &Path) -> Result<Self, Failure> {
-        let text = read_text(path).map_err(|failure| failure.at(path))?;
-        let is_toml = match inner_extension(path).as_deref() {
-            Some("toml") => true,
-            Some("json") => false,
-            _ => !text.trim_start().starts_with('{'),
+    /// [`DescriptionError`] naming the file, and the key that is wrong.
+    pub fn open(path: &Path) -> Result<Self, DescriptionError> {
+        let text = read_text(path).map_err(|error| error.at(path))?;
+        let parsed = match inner_extension(path).as_deref() {
+            Some("toml") => Self::from_toml(&text),
+            Some("json") => Self::from_json(&text),
+            _ => Self::from_text(&text),
         };
-        let parsed = if is_toml { Self::from_toml(&text) } else { Self::from_json(&text) };
-        let mut scene = parsed.map_err(|failure| failure.at(path))?;
+        let mut scene = parsed.map_err(|error| error.at(path))?;
         for warning in &mut scene.warnings {
             *warning = Warning::new(format!("{}: {warning}", file_name(path)));
         }
@@ -160,26 +178,35 @@ impl SceneFile {
         Ok(scene)
     }
 
+    /// Parses JSON if the text begins with a brace, TOML otherwise. Relative paths stay as they are, see
+    /// [`Description::resolve_paths`].
+    ///
+    /// # Errors
+    /// [`DescriptionError`] with the key or the place that is wrong.
+    pub fn from_text(text: &str) -> Result<Self, DescriptionError> {
+        if text.trim_start().starts_with('{') { Self::from_json(text) } else { Self::from_toml(text) }
+    }
+
     /// Parses JSON.
     ///
     /// # Errors
-    /// [`Failure`] with the key or the place that is wrong.
-    pub fn from_json(text: &str) -> Result<Self, Failure> {
-        let node = Node::json(text).map_err(Failure::failed)?;
-        Self::read(node).map_err(Failure::failed)
+    /// [`DescriptionError`] with the key or the place that is wrong.
+    pub fn from_json(text: &str) -> Result<Self, DescriptionError> {
+        let node = Node::json(text).map_err(DescriptionError::invalid)?;
+        Self::read(node).map_err(DescriptionError::invalid)
     }
 
     /// Parses TOML.
     ///
     /// # Errors
-    /// [`Failure`] with the key or the place that is wrong.
-    pub fn from_toml(text: &str) -> Result<Self, Failure> {
+    /// [`DescriptionError`] with the key or the place that is wrong.
+    pub fn from_toml(text: &str) -> Result<Self, DescriptionError> {
         let table = DeTable::parse(text).map_err(|e| {
             let at = e.span().map_or(0, |span| span.start);
-            Failure::failed(format!("line {}: {}", line(text, at), e.message()))
+            DescriptionError::invalid(format!("line {}: {}", line(text, at), e.message()))
         })?;
         let table = DeValue::Table(table.into_inner());
-        Self::read(Node::toml(text, &table)).map_err(Failure::failed)
+        Self::read(Node::toml(text, &table)).map_err(DescriptionError::invalid)
     }
 
     /// Reads the keys.
@@ -208,11 +235,11 @@ impl SceneFile {
     /// The animation and the time in it, if there is one.
     ///
     /// # Errors
-    /// [`Failure`] if there is a time and no animation, or a time that is none.
-    pub fn animation_choice(&self) -> Result<Option<AnimationChoice>, Failure> {
+    /// [`DescriptionError`] if there is a time and no animation, or a time that is none.
+    pub fn animation_choice(&self) -> Result<Option<AnimationChoice>, DescriptionError> {
         let time = self.time.unwrap_or(0.0);
         if !(time.is_finite() && time >= 0.0) {
-            return Err(Failure::usage(format!("time {time}: expected seconds, at least 0")));
+            return Err(DescriptionError::out_of_range(format!("time {time}: expected seconds, at least 0")));
         }
         match &self.animation {
             Some(name) => {
@@ -220,7 +247,7 @@ impl SceneFile {
                 Ok(Some(AnimationChoice { name: name.clone(), time, repeat }))
             }
             None if self.time.is_some() || self.repeat == Some(true) => {
-                Err(Failure::usage("a time without an animation: --animation names one"))
+                Err(DescriptionError::TimeWithoutAnimation)
             }
             None => Ok(None),
         }
@@ -238,36 +265,38 @@ impl SceneFile {
 }
 
 /// The text of a small file.
-fn read_text(path: &Path) -> Result<String, Failure> {
+fn read_text(path: &Path) -> Result<String, DescriptionError> {
     let limits = Limits { input_bytes: MAX_BYTES, ..Limits::default() };
     let bytes = if is_standard_input(path) {
         read_standard_input(&limits)?
     } else {
         let (bytes, damage) = read_input(path, &limits).map_err(|error| match error {
-            LoadError::Limit(_) => Failure::failed("too large for a scene file"),
-            error => Failure::load(&error),
+            LoadError::Limit(_) => DescriptionError::invalid("too large for a scene file"),
+            error => error.into(),
         })?;
         if let Some(damage) = damage {
-            return Err(Failure::failed(damage));
+            return Err(DescriptionError::invalid(damage));
         }
         bytes
     };
-    String::from_utf8(bytes).map_err(|_| Failure::failed("not a text file"))
+    String::from_utf8(bytes).map_err(|_| DescriptionError::invalid("not a text file"))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cli::values;
 
     #[test]
     fn materials_are_files_beside_it_or_built_in() {
         let text = r#"{"material": "paint.toml", "materials": {"body": "candy-red", "a": "x/y.toml"}}"#;
-        let mut scene = SceneFile::from_json(text).unwrap();
+        let mut scene = Description::from_json(text).unwrap();
         let toml = "material = 'paint.toml'\n[materials]\nbody = 'candy-red'\na = 'x/y.toml'\n";
-        assert_eq!(SceneFile::from_toml(toml).unwrap(), scene);
+        assert_eq!(Description::from_toml(toml).unwrap(), scene);
         scene.resolve_paths(Path::new("f"));
-        scene.more_materials.push(values::material("body=velvet").unwrap());
+        scene.more_materials.push(MaterialChoice {
+            name: Some("body".to_owned()),
+            source: MaterialSource::new("velvet").unwrap(),
+        });
         let choices: Vec<String> = scene.material_choices().map(|c| format!("{:?}", c)).collect();
         let expected = [
             (None, MaterialSource::File("f/paint.toml".into())),
@@ -277,8 +306,8 @@ mod tests {
         ]
         .map(|(name, source)| format!("{:?}", MaterialChoice { name: name.map(str::to_owned), source }));
         assert_eq!(choices, expected);
-        let failure = SceneFile::from_json(r#"{"material": "candy-rad"}"#).unwrap_err().to_string();
-        assert!(failure.contains("did you mean 'candy-red'"), "{failure}");
+        let error = Description::from_json(r#"{"material": "candy-rad"}"#).unwrap_err().to_string();
+        assert!(error.contains("did you mean 'candy-red'"), "{error}");
     }
 
     const JSON: &str = r##"{
@@ -291,18 +320,19 @@ mod tests {
 
     #[test]
     fn a_time_belongs_to_an_animation() {
-        let choice = |text: &str| SceneFile::from_toml(text).unwrap().animation_choice();
+        let choice = |text: &str| Description::from_toml(text).unwrap().animation_choice();
         assert_eq!(choice("").unwrap(), None);
         let walk = AnimationChoice { name: "Walk".to_owned(), time: 0.5, repeat: true };
         assert_eq!(choice("animation = 'Walk'\ntime = 0.5\nloop = true").unwrap(), Some(walk));
         let first = AnimationChoice { name: "0".to_owned(), ..AnimationChoice::default() };
         assert_eq!(choice("animation = 0").unwrap(), Some(first));
         for bad in ["time = 1.0", "loop = true"] {
-            assert_eq!(choice(bad).unwrap_err().exit_code(), 2, "{bad}");
+            let error = choice(bad).unwrap_err();
+            assert!(matches!(error, DescriptionError::TimeWithoutAnimation), "{bad}: {error}");
         }
         for bad in ["animation = 0\ntime = nan", "animation = 0\ntime = -1.0"] {
-            let failure = SceneFile::from_toml(bad).unwrap_err().to_string();
-            assert!(failure.starts_with("line 2: time: expected a number of seconds"), "{failure}");
+            let error = Description::from_toml(bad).unwrap_err().to_string();
+            assert!(error.starts_with("line 2: time: expected a number of seconds"), "{error}");
         }
     }
 
@@ -327,8 +357,8 @@ mod tests {
             fov_y_deg = 30
             near = 0.01
         "##;
-        let json = SceneFile::from_json(JSON).unwrap();
-        assert_eq!(json, SceneFile::from_toml(toml).unwrap());
+        let json = Description::from_json(JSON).unwrap();
+        assert_eq!(json, Description::from_toml(toml).unwrap());
         assert_eq!(json.camera.eye, Some([1.0, 2.0, 3.0]));
         assert_eq!(json.background, Some(BackgroundChoice::Color([16, 32, 48])));
         assert_eq!(json.tone_curve, Some(ToneCurve::None));
@@ -339,7 +369,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("scene.json");
         std::fs::write(&path, JSON).unwrap();
-        let scene = SceneFile::open(&path).unwrap();
+        let scene = Description::open(&path).unwrap();
         assert_eq!(scene.model, Some(folder.path().join("../m/car.glb")));
         assert_eq!(scene.env, Some(EnvironmentChoice::File(folder.path().join("sky.hdr"))));
     }
@@ -360,11 +390,11 @@ mod tests {
             (r#"{"size": [1, 2], "size": [1, 2]}"#, "size"),
             (r#"{"size""#, "line 1"),
         ] {
-            let failure = SceneFile::from_json(text).unwrap_err();
-            assert!(failure.to_string().contains(name), "{text}: {failure}");
+            let error = Description::from_json(text).unwrap_err();
+            assert!(error.to_string().contains(name), "{text}: {error}");
         }
-        let failure = SceneFile::from_toml("size = [1, 2]\nmodle = 'x'\n").unwrap_err().to_string();
-        assert_eq!(failure, "line 2: modle: there is no such key; did you mean 'model'?");
+        let error = Description::from_toml("size = [1, 2]\nmodle = 'x'\n").unwrap_err().to_string();
+        assert_eq!(error, "line 2: modle: there is no such key; did you mean 'model'?");
     }
 
     /// The line, the key, what it takes in words, and what is there: the same in JSON and in TOML.
@@ -386,21 +416,18 @@ mod tests {
         ] {
             let json = format!("{{\n\"note\": 1,\n\"{key}\": {value}}}");
             let toml = format!("note = 1\n\n{key} = {value}");
-            for failure in
-                [SceneFile::from_json(&json).unwrap_err(), SceneFile::from_toml(&toml).unwrap_err()]
+            for error in
+                [Description::from_json(&json).unwrap_err(), Description::from_toml(&toml).unwrap_err()]
             {
-                assert_eq!(failure.to_string(), format!("line 3: {key}: expected {expected}"));
+                assert_eq!(error.to_string(), format!("line 3: {key}: expected {expected}"));
             }
         }
         let json = "{\"camera\": {\n\"eye\": [1, 2]}}";
-        let failure = SceneFile::from_json(json).unwrap_err().to_string();
-        assert_eq!(
-            failure,
-            "line 2: camera.eye: expected a list of 3 numbers, x, y and z, found a list of 2"
-        );
+        let error = Description::from_json(json).unwrap_err().to_string();
+        assert_eq!(error, "line 2: camera.eye: expected a list of 3 numbers, x, y and z, found a list of 2");
         let toml = "[[light]]\ntype = 'spot'\nintensity = 'high'";
-        let failure = SceneFile::from_toml(toml).unwrap_err().to_string();
-        assert!(failure.starts_with("line 3: light 0.intensity: expected a number from 0"), "{failure}");
+        let error = Description::from_toml(toml).unwrap_err().to_string();
+        assert!(error.starts_with("line 3: light 0.intensity: expected a number from 0"), "{error}");
     }
 
     /// Other spellings mean the same, and a warning tells the right one.
@@ -408,7 +435,7 @@ mod tests {
     fn keys_are_read_in_every_spelling() {
         let right = "env_rotation_deg = 90\narea_lights = 'ltc'\n[camera]\nfov_y_deg = 20\n\
                      [[light]]\ntype = 'point'\nposition = [1, 2, 3]\nmin_roughness = 0.5\nintensity = 1\ncolor = 'ff0000'\n";
-        let right_file = SceneFile::from_toml(right).unwrap();
+        let right_file = Description::from_toml(right).unwrap();
         assert_eq!((right_file.warnings.len(), right_file.lights_to_add.len()), (0, 1));
         for words in [
             ["envRotationDeg", "areaLights", "fovYDeg", "minRoughness"],
@@ -420,7 +447,7 @@ mod tests {
             {
                 text = text.replace(old, new);
             }
-            let mut file = SceneFile::from_toml(&text).unwrap();
+            let mut file = Description::from_toml(&text).unwrap();
             let warnings: Vec<String> =
                 std::mem::take(&mut file.warnings).iter().map(ToString::to_string).collect();
             assert_eq!(file, right_file);
@@ -431,10 +458,10 @@ mod tests {
             );
         }
         let twice =
-            SceneFile::from_json(r#"{"env_intensity": 1, "envIntensity": 2}"#).unwrap_err().to_string();
+            Description::from_json(r#"{"env_intensity": 1, "envIntensity": 2}"#).unwrap_err().to_string();
         assert_eq!(twice, "line 1: envIntensity: the key is given twice");
         // What is read over may be as deep as it likes, and null is nothing.
         let note = format!("{{\"note\": {}{}, \"size\": null}}", "[".repeat(90_000), "]".repeat(90_000));
-        assert_eq!(SceneFile::from_json(&note).unwrap(), SceneFile::default());
+        assert_eq!(Description::from_json(&note).unwrap(), Description::default());
     }
 }

@@ -1,7 +1,8 @@
 //! Materials that a user lays over those of a model.
 
-use super::failure::{Failure, file_name};
-use super::scene_file::SceneFile;
+use super::Description;
+use super::error::DescriptionError;
+use super::name::file_name;
 use crate::jobs::Jobs;
 use crate::limits::Limits;
 use crate::load::{BuiltinMaterial, MaterialFile, Warning, inner_extension, nearest_name, suggestion};
@@ -48,15 +49,15 @@ impl MaterialSource {
         }
     }
 
-    fn load(&self, limits: &Limits, jobs: &Jobs) -> Result<MaterialFile, Failure> {
+    fn load(&self, limits: &Limits, jobs: &Jobs) -> Result<MaterialFile, DescriptionError> {
         let (path, loaded) = match self {
             Self::File(path) => (path.as_path(), MaterialFile::open(path, limits, jobs)),
             Self::Builtin(name) => {
-                let builtin = builtin(name).map_err(Failure::failed)?;
+                let builtin = builtin(name).map_err(DescriptionError::invalid)?;
                 (Path::new(name), builtin.load(limits, jobs))
             }
         };
-        loaded.map_err(|e| Failure::material(&e).at(path))
+        loaded.map_err(|e| DescriptionError::from(e).at(path))
     }
 }
 
@@ -93,8 +94,8 @@ impl Materials {
     /// Reads every file that a description names.
     ///
     /// # Errors
-    /// [`Failure`] naming the file, the line and the key.
-    pub fn load(description: &SceneFile, limits: &Limits, jobs: &Jobs) -> Result<Self, Failure> {
+    /// [`DescriptionError`] naming the file, the line and the key.
+    pub fn load(description: &Description, limits: &Limits, jobs: &Jobs) -> Result<Self, DescriptionError> {
         let load = |choice: MaterialChoice| choice.source.load(limits, jobs).map(|file| (choice, file));
         description.material_choices().map(load).collect::<Result<_, _>>().map(Self)
     }
@@ -110,10 +111,8 @@ impl Materials {
     /// Lays them over a scene, in order.
     ///
     /// # Errors
-    /// [`Failure`] if the model has no material of a name that is asked for.
-    pub fn assign(&self, scene: &mut Scene, limits: &Limits) -> Result<(), Failure> {
-        self.0.iter().try_for_each(|(choice, file)| {
-            file.assign(scene, choice.name.as_deref(), limits).map_err(|e| Failure::assign(&e))
-        })
+    /// [`DescriptionError`] if the model has no material of a name that is asked for.
+    pub fn assign(&self, scene: &mut Scene, limits: &Limits) -> Result<(), DescriptionError> {
+        self.0.iter().try_for_each(|(choice, file)| Ok(file.assign(scene, choice.name.as_deref(), limits)?))
     }
 }

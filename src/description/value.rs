@@ -1,9 +1,14 @@
 //! The values of a scene file's keys: each is what it should be, or a line that says where it stands and what was expected.
 
-use super::scene_tree::{Node, short};
-use super::values::{self, ExposureChoice};
+use super::camera::ViewDirection;
+use super::environment::EnvironmentChoice;
+use super::materials::MaterialSource;
+use super::options::{BackgroundChoice, ExposureChoice};
+use super::spelling;
+use super::tree::{Node, short};
 use crate::color::{ToneCurve, hex_color, srgb::srgb8_to_linear};
 use crate::load::Warning;
+use crate::render::{AreaLightMethod, ShadingModel};
 use crate::scene::Axis;
 use std::cell::RefCell;
 use std::fmt::Display;
@@ -71,11 +76,7 @@ impl<'a> Value<'a> {
     }
 
     /// Text that is written as the value of an option is.
-    pub(super) fn parsed<T>(
-        &self,
-        expected: &str,
-        parse: impl Fn(&str) -> Result<T, String>,
-    ) -> Result<T, String> {
+    fn parsed<T>(&self, expected: &str, parse: impl Fn(&str) -> Result<T, String>) -> Result<T, String> {
         let text = self.text(expected)?;
         parse(&text).map_err(|reason| self.message(format_args!("'{}': {reason}", short(&text))))
     }
@@ -107,12 +108,12 @@ impl<'a> Value<'a> {
     }
 
     /// As many numbers as are wanted.
-    pub(super) fn numbers<const N: usize>(&self, names: &str) -> Result<[f32; N], String> {
+    fn numbers<const N: usize>(&self, names: &str) -> Result<[f32; N], String> {
         self.doubles(names).map(|numbers| numbers.map(|v| v as f32))
     }
 
     /// The same in double precision, within the range of single precision.
-    pub(super) fn doubles<const N: usize>(&self, names: &str) -> Result<[f64; N], String> {
+    fn doubles<const N: usize>(&self, names: &str) -> Result<[f64; N], String> {
         let wrong = || self.expected(format_args!("a list of {N} numbers, {names}"));
         let list = self.node.list().ok_or_else(wrong)?;
         let numbers: Vec<f64> = list
@@ -121,6 +122,21 @@ impl<'a> Value<'a> {
             .collect::<Option<_>>()
             .ok_or_else(wrong)?;
         <[f64; N]>::try_from(numbers).map_err(|_| wrong())
+    }
+
+    /// A direction or a place of single precision.
+    pub(super) fn vector(&self) -> Result<[f32; 3], String> {
+        self.numbers("x, y and z")
+    }
+
+    /// A place of double precision, for models far from zero.
+    pub(super) fn position(&self) -> Result<[f64; 3], String> {
+        self.doubles("x, y and z")
+    }
+
+    /// Width and height of something.
+    pub(super) fn extent(&self) -> Result<[f32; 2], String> {
+        self.numbers("width and height")
     }
 
     /// Three numbers of linear light, or an sRGB colour.
@@ -142,8 +158,38 @@ impl<'a> Value<'a> {
                 Err(self
                     .expected("an axis of the model such as '+z' (a direction for the camera is camera.up)"))
             }
-            None => self.parsed("an axis of the model such as '+z'", values::axis),
+            None => self.parsed("an axis of the model such as '+z'", spelling::axis),
         }
+    }
+
+    /// Where the light from afar comes from.
+    pub(super) fn environment(&self) -> Result<EnvironmentChoice, String> {
+        self.text("studio, none or the path of a picture").map(|text| EnvironmentChoice::new(&text))
+    }
+
+    /// What is behind the model.
+    pub(super) fn background(&self) -> Result<BackgroundChoice, String> {
+        self.parsed("a colour, transparent or env", spelling::background)
+    }
+
+    /// A shading model.
+    pub(super) fn shading(&self) -> Result<ShadingModel, String> {
+        self.parsed("the name of a shading model", spelling::shading)
+    }
+
+    /// How area lights are integrated.
+    pub(super) fn area_lights(&self) -> Result<AreaLightMethod, String> {
+        self.parsed("ltc or facets", spelling::area_lights)
+    }
+
+    /// Where an automatic camera stands.
+    pub(super) fn view(&self) -> Result<ViewDirection, String> {
+        self.parsed("a view", spelling::view)
+    }
+
+    /// A material file or a built-in material.
+    pub(super) fn material(&self) -> Result<MaterialSource, String> {
+        self.parsed("a material", MaterialSource::new)
     }
 
     /// Stops, or `auto`.
@@ -169,18 +215,18 @@ impl<'a> Value<'a> {
 
     /// Samples a pixel.
     pub(super) fn samples(&self) -> Result<u32, String> {
-        let number = self.node.whole().and_then(|number| values::samples(&number.to_string()).ok());
+        let number = self.node.whole().and_then(|number| spelling::samples(&number.to_string()).ok());
         number.ok_or_else(|| self.expected("1, 4, 8 or 16"))
     }
 
     /// One name, or a list of names of which the first counts.
     pub(super) fn tone_curve(&self) -> Result<ToneCurve, String> {
         let expected = "the name of a tone curve, or a list of names";
-        let Some(list) = self.node.list() else { return self.parsed(expected, values::tone_curve) };
+        let Some(list) = self.node.list() else { return self.parsed(expected, spelling::tone_curve) };
         let of = |node| Value { key: self.key.clone(), node, warnings: self.warnings };
         let curves = list
             .into_iter()
-            .map(|node| of(node).parsed(expected, values::tone_curve))
+            .map(|node| of(node).parsed(expected, spelling::tone_curve))
             .collect::<Result<Vec<_>, _>>()?;
         Ok(curves.first().copied().unwrap_or_default())
     }

@@ -1,14 +1,19 @@
 //! Lights of scene files: `[[light]]` in TOML, `"light": [..]` in JSON.
 
-use super::failure::Failure;
-use super::scene_keys::{Key, key};
-use super::scene_values::Value;
-use crate::load::{nearest_name, suggestion};
-use crate::scene::{Light, LightKind, Scene};
+use super::Description;
+use super::error::DescriptionError;
+use super::keys::{Key, key};
+use super::schema;
+use super::value::Value;
+use super::write;
+use crate::jobs::Jobs;
+use crate::limits::Limits;
+use crate::load::{Warning, nearest_name, suggestion};
+use crate::scene::{Environment, Light, LightKind, Scene};
 
 /// A light of a scene file. They are added to those of the model.
 #[derive(Clone, Debug, PartialEq)]
-pub enum SceneLight {
+pub enum LightDescription {
     /// Infinitely far away.
     Directional {
         /// In which the light travels; any length but zero.
@@ -107,23 +112,46 @@ struct Given {
 
 /// Keys of the tables `light`.
 static KEYS: &[Key<Given>] = &[
-    key!("type", g.kind, v => v.text("the name of a kind of light")),
-    key!("position", g.position, v => v.numbers("x, y and z")),
-    key!("target", g.target, v => v.numbers("x, y and z")),
-    key!("direction", g.direction, v => v.numbers("x, y and z")),
-    key!("up", g.up, v => v.numbers("x, y and z")),
-    key!("from", g.from, v => v.numbers("x, y and z")),
-    key!("to", g.to, v => v.numbers("x, y and z")),
-    key!("size", g.size, v => v.numbers("width and height")),
-    key!("radius", g.radius, v => v.number("metres", 0.0, f32::MAX)),
-    key!("range", g.range, v => v.number("metres", 0.0, f32::MAX)),
-    key!("inner_cone_deg", g.inner_cone_deg, v => v.number("degrees", 0.0, 90.0)),
-    key!("outer_cone_deg", g.outer_cone_deg, v => v.number("degrees", 0.0, 90.0)),
-    key!("two_sided", g.two_sided, v => v.switch()),
-    key!("color", g.color, v => v.color()),
-    key!("intensity", g.intensity, v => v.number("candela, lux or candela per square metre", 0.0, f32::MAX)),
-    key!("min_roughness", g.min_roughness, v => v.number("alpha", 0.0, 1.0)),
+    key!("type", g.kind, text("the name of a kind of light"), "What kind of light it is"),
+    key!("position", g.position, vector(), "Where it is, of a rectangle its centre, in metres"),
+    key!("target", g.target, vector(), "What it points at, or its front faces, in metres"),
+    key!("direction", g.direction, vector(), "In which the light travels; any length but zero"),
+    key!("up", g.up, vector(), "Which way is up on it; +Y if absent"),
+    key!("from", g.from, vector(), "One end of its axis, in metres"),
+    key!("to", g.to, vector(), "The other end of its axis, in metres"),
+    key!("size", g.size, extent(), "Width and height in metres"),
+    key!("radius", g.radius, number("metres", 0.0, f32::MAX), "Metres"),
+    key!("range", g.range, number("metres", 0.0, f32::MAX), "Metres to where it has faded out"),
+    key!(
+        "inner_cone_deg",
+        g.inner_cone_deg,
+        number("degrees", 0.0, 90.0),
+        "Half angle inside which it is full, in degrees; 0 if absent"
+    ),
+    key!(
+        "outer_cone_deg",
+        g.outer_cone_deg,
+        number("degrees", 0.0, 90.0),
+        "Half angle outside which it is dark, in degrees; 45 if absent"
+    ),
+    key!("two_sided", g.two_sided, switch(), "Shines from its back as well"),
+    key!("color", g.color, color(), "Linear red, green and blue, or an sRGB colour #rrggbb; white if absent"),
+    key!(
+        "intensity",
+        g.intensity,
+        number("candela, lux or candela per square metre", 0.0, f32::MAX),
+        "Lux of directional lights, candela of points and spots, candela per square metre of rectangles and tubes"
+    ),
+    key!(
+        "min_roughness",
+        g.min_roughness,
+        number("alpha", 0.0, 1.0),
+        "Least roughness (alpha) of what it shines on, where a material honours it; 0 if absent"
+    ),
 ];
+
+/// Keys of every kind of light.
+const COMMON: [&str; 3] = ["type", "color", "intensity"];
 
 /// Kinds of light with the keys that they have beside `type`, `color` and `intensity`; those with `!` must be there.
 const KINDS: [(&str, &[&str]); 5] = [
@@ -134,7 +162,105 @@ const KINDS: [(&str, &[&str]); 5] = [
     ("tube", &["from!", "to!", "radius!"]),
 ];
 
-impl SceneLight {
+impl Given {
+    /// What a light has.
+    fn of(light: &LightDescription) -> Self {
+        let none = Self::default();
+        match light.clone() {
+            LightDescription::Directional { direction, color, intensity, min_roughness } => Self {
+                kind: Some("directional".to_owned()),
+                direction: Some(direction),
+                color,
+                intensity: Some(intensity),
+                min_roughness,
+                ..none
+            },
+            LightDescription::Point { position, range, color, intensity, min_roughness } => Self {
+                kind: Some("point".to_owned()),
+                position: Some(position),
+                range,
+                color,
+                intensity: Some(intensity),
+                min_roughness,
+                ..none
+            },
+            LightDescription::Spot {
+                position,
+                target,
+                range,
+                inner_cone_deg,
+                outer_cone_deg,
+                color,
+                intensity,
+                min_roughness,
+            } => Self {
+                kind: Some("spot".to_owned()),
+                position: Some(position),
+                target: Some(target),
+                range,
+                inner_cone_deg,
+                outer_cone_deg,
+                color,
+                intensity: Some(intensity),
+                min_roughness,
+                ..none
+            },
+            LightDescription::Rect { position, target, up, size, two_sided, color, intensity } => Self {
+                kind: Some("rect".to_owned()),
+                position: Some(position),
+                target: Some(target),
+                up,
+                size: Some(size),
+                two_sided,
+                color,
+                intensity: Some(intensity),
+                ..none
+            },
+            LightDescription::Tube { from, to, radius, color, intensity } => Self {
+                kind: Some("tube".to_owned()),
+                from: Some(from),
+                to: Some(to),
+                radius: Some(radius),
+                color,
+                intensity: Some(intensity),
+                ..none
+            },
+        }
+    }
+}
+
+impl LightDescription {
+    /// As a table of a scene file.
+    pub(super) fn write(&self) -> Result<Option<serde_json::Value>, String> {
+        write::table(KEYS, &Given::of(self))
+    }
+
+    /// What one may be.
+    pub(super) fn schema() -> serde_json::Value {
+        let kinds: Vec<serde_json::Value> = KINDS
+            .iter()
+            .map(|(kind, own)| {
+                let is_own = |name: &str| own.iter().any(|key| key.trim_end_matches('!') == name);
+                let properties: serde_json::Map<String, serde_json::Value> = KEYS
+                    .iter()
+                    .filter(|key| COMMON.contains(&key.name) || is_own(key.name))
+                    .map(|key| (key.name.to_owned(), schema::property(key)))
+                    .collect();
+                let needed = own.iter().filter_map(|key| key.strip_suffix('!'));
+                let needed: Vec<&str> = ["type", "intensity"].into_iter().chain(needed).collect();
+                let mut kind_of_light = serde_json::json!({
+                    "type": "object",
+                    "properties": properties,
+                    "required": needed,
+                    "additionalProperties": false,
+                });
+                kind_of_light["properties"]["type"]["const"] = serde_json::json!(kind);
+                kind_of_light
+            })
+            .collect();
+        serde_json::json!({"anyOf": kinds})
+    }
+
     /// Reads one.
     pub(super) fn read(value: &Value<'_>) -> Result<Self, String> {
         let mut g = Given::default();
@@ -218,9 +344,9 @@ impl SceneLight {
     /// Adds it to a scene.
     ///
     /// # Errors
-    /// [`Failure`] naming the light by its number and what is wrong with it.
-    pub fn add_to(&self, scene: &mut Scene, number: usize) -> Result<(), Failure> {
-        let wrong = |reason: &str| Failure::failed(format!("light {number}: {reason}"));
+    /// [`DescriptionError`] naming the light by its number and what is wrong with it.
+    pub fn add_to(&self, scene: &mut Scene, number: usize) -> Result<(), DescriptionError> {
+        let wrong = |reason: &str| DescriptionError::invalid(format!("light {number}: {reason}"));
         scene
             .add_light(self.light(scene).map_err(|reason| wrong(&reason))?)
             .map_err(|e| wrong(&e.to_string()))
@@ -295,6 +421,38 @@ impl SceneLight {
     }
 }
 
+impl Description {
+    /// Puts environment and lights into the scene and takes out lights that are not wanted. Returns what is doubtful
+    /// about the environment.
+    ///
+    /// # Errors
+    /// [`DescriptionError`] naming the environment's file and the reason.
+    pub fn light(
+        &self,
+        scene: &mut Scene,
+        limits: &Limits,
+        jobs: &Jobs,
+    ) -> Result<Vec<Warning>, DescriptionError> {
+        let (environment, warnings) = self.environment(limits, jobs)?;
+        self.light_by(scene, environment)?;
+        Ok(warnings)
+    }
+
+    /// Puts an environment and the description's lights into the scene and takes out lights that are not wanted.
+    ///
+    /// # Errors
+    /// [`DescriptionError`] naming the light.
+    pub fn light_by(&self, scene: &mut Scene, environment: Environment) -> Result<(), DescriptionError> {
+        if self.lights == Some(false) {
+            scene.clear_lights();
+        }
+        for (number, light) in self.lights_to_add.iter().enumerate() {
+            light.add_to(scene, number)?;
+        }
+        Ok(scene.set_environment(environment)?)
+    }
+}
+
 fn difference(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     std::array::from_fn(|k| a[k] - b[k])
 }
@@ -313,13 +471,13 @@ fn unit(v: [f32; 3]) -> Option<[f32; 3]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cli::scene_file::SceneFile;
+    use crate::description::Description;
 
     #[test]
     fn a_rectangle_faces_its_target_with_up_above() {
         let text = "[[light]]\ntype = \"rect\"\nposition = [0, 4, 0]\ntarget = [0, 0, 0]\nup = [0, 0, -1]\n\
                     size = [2, 6]\nintensity = 3\n";
-        let file = SceneFile::from_toml(text).expect("valid");
+        let file = Description::from_toml(text).expect("valid");
         let mut scene = Scene::new();
         file.lights_to_add.iter().for_each(|light| light.add_to(&mut scene, 0).expect("valid"));
         let LightKind::Rect { half_width, half_height, two_sided, .. } = scene.lights()[0].kind else {
@@ -337,7 +495,7 @@ mod tests {
             (r#"{"type": "point", "intensity": 1}"#, "position"),
             (r#"{"type": "point", "position": [0,0,0], "intensity": 1, "radius": 2}"#, "radius"),
         ] {
-            let failure = SceneFile::from_json(&format!(r#"{{"light": [{text}]}}"#)).unwrap_err();
+            let failure = Description::from_json(&format!(r#"{{"light": [{text}]}}"#)).unwrap_err();
             assert!(failure.to_string().contains(word), "{text}: {failure}");
         }
         for (text, word) in [
@@ -356,7 +514,7 @@ mod tests {
             ),
             (r#"{"type": "directional", "direction": [0,0,0], "intensity": 1}"#, "direction"),
         ] {
-            let file = SceneFile::from_json(&format!(r#"{{"light": [{text}]}}"#)).expect("parses");
+            let file = Description::from_json(&format!(r#"{{"light": [{text}]}}"#)).expect("parses");
             let failure = file.lights_to_add[0].add_to(&mut Scene::new(), 7).unwrap_err().to_string();
             assert!(failure.contains(word) && failure.contains('7'), "{text}: {failure}");
         }

@@ -1,0 +1,122 @@
+//! How a picture is drawn and shown.
+
+use super::Description;
+use super::error::DescriptionError;
+use crate::color::ToneCurve;
+use crate::limits::Limits;
+use crate::math::lanes::SimdLevel;
+use crate::output::DisplayOptions;
+use crate::render::{Background, RenderOptions};
+use crate::scene::Scene;
+
+/// What a scene file's `background` and the option `--background` say.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BackgroundChoice {
+    /// Alpha 0 where no surface is.
+    Transparent,
+    /// The environment.
+    Environment,
+    /// An sRGB colour, put behind the picture after the tone curve.
+    Color([u8; 3]),
+}
+
+/// What a scene file's `exposure` and the option `--exposure` say.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ExposureChoice {
+    /// Stops, -64 to 64.
+    Stops(f32),
+    /// Metered.
+    Auto,
+}
+
+/// What a picture needs from the machine and not from its description. Changes nothing in it.
+#[derive(Clone, Copy, Debug)]
+pub struct Machine {
+    /// Instruction set.
+    pub simd: SimdLevel,
+    /// Side of a tile in pixels.
+    pub tile_size: Option<u32>,
+}
+
+impl Default for Machine {
+    fn default() -> Self {
+        Self { simd: SimdLevel::best(), tile_size: None }
+    }
+}
+
+impl Description {
+    /// The renderer's options and the way to 8 bits. Sizes beyond the limits end here, before any work.
+    ///
+    /// # Errors
+    /// [`DescriptionError`] naming the option.
+    pub fn options(
+        &self,
+        machine: Machine,
+        limits: &Limits,
+    ) -> Result<(RenderOptions, DisplayOptions), DescriptionError> {
+        let defaults = RenderOptions::default();
+        let [width, height] = self.size.unwrap_or([u64::from(defaults.width), u64::from(defaults.height)]);
+        if width == 0 || height == 0 {
+            return Err(DescriptionError::out_of_range(format!(
+                "size {width}x{height}: a picture has at least one pixel"
+            )));
+        }
+        let asked = if width > height { width } else { height };
+        let what = || format!("size {width}x{height}");
+        Limits::check(what, asked, u64::from(limits.output_side), "output_side").and_then(|()| {
+            Limits::check(what, width.saturating_mul(height), limits.output_pixels, "output_pixels")
+        })?;
+        let (exposure, meter) = match self.exposure {
+            Some(ExposureChoice::Stops(stops)) => (stops, false),
+            Some(ExposureChoice::Auto) => (0.0, true),
+            None => (0.0, false),
+        };
+        if !(-64.0..=64.0).contains(&exposure) {
+            return Err(DescriptionError::out_of_range(format!(
+                "exposure {exposure}: expected -64 to 64 stops"
+            )));
+        }
+        let (background, color) = match self.background.unwrap_or(BackgroundChoice::Transparent) {
+            BackgroundChoice::Transparent => (Background::Transparent, None),
+            BackgroundChoice::Environment => (Background::Environment, None),
+            BackgroundChoice::Color(color) => (Background::Transparent, Some(color)),
+        };
+        let options = RenderOptions {
+            // Within output_side, which is a u32.
+            width: width as u32,
+            height: height as u32,
+            samples: self.samples.unwrap_or(defaults.samples),
+            tile_size: machine.tile_size,
+            simd: machine.simd,
+            shading: self.shading,
+            background,
+            anisotropy: self.anisotropy.unwrap_or(defaults.anisotropy),
+            area_lights: self.area_lights.unwrap_or_default(),
+            merge_angle: self.merge_angle_degrees.unwrap_or(defaults.merge_angle),
+            line_width: self.line_width.unwrap_or(defaults.line_width),
+            point_size: self.point_size,
+            aovs: Vec::new(),
+            stage_hashes: false,
+            limits: limits.clone(),
+        };
+        let display = DisplayOptions {
+            tone_curve: self.tone_curve.unwrap_or_default(),
+            exposure,
+            meter,
+            background: color,
+            simd: machine.simd,
+        };
+        Ok((options, display))
+    }
+
+    /// The way to 8 bits for one scene: colours of splats are what a screen is to show, so without a tone curve unless one
+    /// is asked for or there is anything else in the picture.
+    #[must_use]
+    pub fn display_of(&self, scene: &Scene, display: &DisplayOptions) -> DisplayOptions {
+        let mut display = display.clone();
+        if self.tone_curve.is_none() && scene.is_display_referred() {
+            display.tone_curve = ToneCurve::None;
+        }
+        display
+    }
+}
