@@ -8,6 +8,7 @@
 //! A model joins by a line in the `ADAPTERS` of its file, and its file by a line in [`ADAPTERS`] here.
 
 mod reference {
+    pub mod babylon;
     pub mod filament;
     pub mod gltf;
     pub mod hdrp_lit;
@@ -24,7 +25,7 @@ mod reference {
 
 use overcoat::math::lanes::SimdLevel;
 use reference::table::{Adapter, Table};
-use reference::{filament, gltf, hdrp_lit, helpers, helpers_layers, openpbr, stacklit, three, urp, velvet};
+use reference::{babylon, filament, gltf, hdrp_lit, helpers, helpers_layers, openpbr, stacklit, three, urp, velvet};
 use std::path::{Path, PathBuf};
 
 /// The models, each with its tables.
@@ -39,6 +40,7 @@ const ADAPTERS: &[&[Adapter]] = &[
     gltf::ADAPTERS,
     velvet::ADAPTERS,
     openpbr::ADAPTERS,
+    babylon::ADAPTERS,
 ];
 
 fn adapter_of(table: &str) -> Option<&'static Adapter> {

@@ -4,6 +4,7 @@
 //! radiance out. It knows no scene and looks nothing up; the environment and pre-integrated tables come as
 //! parameters.
 
+pub mod babylon;
 pub mod filament;
 pub mod filament_2018;
 mod glsl;
