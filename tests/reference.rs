@@ -25,7 +25,9 @@ mod reference {
 
 use overcoat::math::lanes::SimdLevel;
 use reference::table::{Adapter, Table};
-use reference::{babylon, filament, gltf, hdrp_lit, helpers, helpers_layers, openpbr, stacklit, three, urp, velvet};
+use reference::{
+    babylon, filament, gltf, hdrp_lit, helpers, helpers_layers, openpbr, stacklit, three, urp, velvet,
+};
 use std::path::{Path, PathBuf};
 
 /// The models, each with its tables.

@@ -159,10 +159,7 @@ fn surface<L: Lanes>(l: L, batch: &Batch<'_>, has_table: bool, found: &mut Found
         }),
     };
     let normal = if normal_mapped { get3("N") } else { geometric_normal };
-    let lookups = Lookups {
-        base: [get("brdf_x"), get("brdf_y")],
-        coat: [get("ccBrdf_x"), get("ccBrdf_y")],
-    };
+    let lookups = Lookups { base: [get("brdf_x"), get("brdf_y")], coat: [get("ccBrdf_x"), get("ccBrdf_y")] };
     let lookups = if has_table { Some(&lookups) } else { None };
     let surface = babylon::surface_with_lookups(l, &options(batch), &data, normal, get3("V"), lookups);
 
@@ -242,10 +239,12 @@ fn ibl_on<L: Lanes>(l: L, batch: &Batch<'_>) -> Found {
     let (queries, count) = babylon::environment_queries(l, &surface);
     let linear = surface.options.linear_specular;
     let (width, scale) = (load(l, batch, "cubeWidth"), load(l, batch, "lodScale"));
-    let alphas = [
-        if linear { surface.roughness } else { surface.alpha_g },
-        surface.coat.as_ref().map_or(zero, |c| c.alpha_g),
-    ];
+    let coat = surface.coat.as_ref();
+    let alphas = if linear {
+        [surface.roughness, coat.map_or(zero, |c| c.roughness)]
+    } else {
+        [surface.alpha_g, coat.map_or(zero, |c| c.alpha_g)]
+    };
     let names = [
         ["lod", "reflectionDir", "lookupRoughness", "radiance"],
         ["ccLod", "ccReflectionDir", "ccLookupRoughness", "ccRadiance"],

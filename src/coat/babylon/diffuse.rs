@@ -22,13 +22,7 @@ fn burley_weight<L: Lanes>(_: L, cosine: L::F) -> L::F {
 
 /// Burley, "Physically Based Shading at Disney" (2012), section 5.3, 1/sr for a white surface.
 #[inline(always)]
-pub(super) fn burley<L: Lanes>(
-    l: L,
-    n_dot_l: L::F,
-    n_dot_v: L::F,
-    v_dot_h: L::F,
-    roughness: L::F,
-) -> L::F {
+pub(super) fn burley<L: Lanes>(l: L, n_dot_l: L::F, n_dot_v: L::F, v_dot_h: L::F, roughness: L::F) -> L::F {
     let retro = v_dot_h * v_dot_h * roughness * 2.0 + 0.5 - 1.0;
     let one = l.splat(1.0);
     (one + retro * burley_weight(l, n_dot_v)) * (one + retro * burley_weight(l, n_dot_l)) * FRAC_1_PI
