@@ -111,6 +111,29 @@ fn three_integrates_the_same() {
     }
 }
 
+/// Babylon.js ships the integrals of [`tables::ggx_albedo`] at (N.V, perceptual roughness), with eight bits a channel: the
+/// texels are as far from ours as that makes them, and farther only where neither is exact (grazing views of mirrors).
+#[test]
+fn babylon_ships_the_albedos_of_ggx() {
+    let table = read("web/babylon_brdf_lut.csv");
+    let [cosines, roughness] = columns(&table, ["NdotV", "perceptualRoughness"]);
+    let shipped = columns(&table, ["brdf_x", "brdf_y"]);
+    let l = Scalar;
+    let mut squares = [0.0; 2];
+    for row in 0..table.rows {
+        let (cosine, p) = (cosines[row] as f32, roughness[row] as f32);
+        let ours: [_; 2] = tables::ggx_albedo().fetch_first(l, l.splat(cosine.sqrt()), l.splat(p));
+        for k in 0..2 {
+            let error = (f64::from(ours[k].to_array()[0]) - shipped[k][row]).abs();
+            let most = if cosine > 0.05 && p > 0.1 { 0.011 } else { 0.036 };
+            assert!(error < most, "roughness {p}, cosine {cosine}, channel {k}: {error}");
+            squares[k] += error * error;
+        }
+    }
+    let spread = squares.map(|sum| (sum / table.rows as f64).sqrt());
+    assert!(spread[0] < 0.002 && spread[1] < 0.004, "{spread:?}");
+}
+
 /// The stored bytes are those of the integrals: a few rows of each here, all of them by `examples/make-assets`.
 #[test]
 fn stored_tables_hold_the_integrals() {

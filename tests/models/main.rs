@@ -1,5 +1,6 @@
 //! Physics of every shading model: energy, reciprocity, limit cases, and no NaN anywhere. One file a model.
 
+mod babylon;
 mod draws;
 mod filament;
 mod gltf;

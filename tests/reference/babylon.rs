@@ -239,10 +239,12 @@ fn ibl_on<L: Lanes>(l: L, batch: &Batch<'_>) -> Found {
     let (queries, count) = babylon::environment_queries(l, &surface);
     let linear = surface.options.linear_specular;
     let (width, scale) = (load(l, batch, "cubeWidth"), load(l, batch, "lodScale"));
-    let alphas = [
-        if linear { surface.roughness } else { surface.alpha_g },
-        surface.coat.as_ref().map_or(zero, |c| c.alpha_g),
-    ];
+    let coat = surface.coat.as_ref();
+    let alphas = if linear {
+        [surface.roughness, coat.map_or(zero, |c| c.roughness)]
+    } else {
+        [surface.alpha_g, coat.map_or(zero, |c| c.alpha_g)]
+    };
     let names = [
         ["lod", "reflectionDir", "lookupRoughness", "radiance"],
         ["ccLod", "ccReflectionDir", "ccLookupRoughness", "ccRadiance"],

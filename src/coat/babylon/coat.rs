@@ -45,7 +45,7 @@ pub struct CoatSurface<L: Lanes> {
     pub eta: L::F,
     /// For the variation of the normal within a pixel.
     pub aa: AaRoughness<L>,
-    /// Alpha (or perceptual roughness, for [`Options::linear_specular`]) of the reflection of the environment.
+    /// Alpha of the reflection of the environment, above 0.
     pub alpha_g: L::F,
     /// What was read for the coat; `None` without a table.
     pub brdf: Option<[L::F; 2]>,
@@ -72,7 +72,7 @@ pub(super) fn f0_under_coat<L: Lanes>(l: L, f0: V3<L>, ior: L::F) -> V3<L> {
 /// GLSL's `refract`: `incident` refracted at the plane of `normal`, eta the index where it comes from over the other.
 /// Zero where the reflection is total.
 #[inline(always)]
-pub fn refract<L: Lanes>(l: L, incident: V3<L>, normal: V3<L>, eta: L::F) -> V3<L> {
+fn refract<L: Lanes>(l: L, incident: V3<L>, normal: V3<L>, eta: L::F) -> V3<L> {
     let cosine = vec3::dot(l, normal, incident);
     let k = (eta * eta * (cosine * cosine).one_minus()).one_minus();
     let along = eta * cosine + k.at_least(0.0).sqrt();
@@ -80,19 +80,15 @@ pub fn refract<L: Lanes>(l: L, incident: V3<L>, normal: V3<L>, eta: L::F) -> V3<
     each!(c => refracts.select(incident[c] * eta - normal[c] * along, l.zero()))
 }
 
-/// `computeClearCoatAbsorption`: what is left of light that crosses the medium at both of these cosines, above 0.
+/// `computeClearCoatAbsorption`: what is left of light that crosses the medium at this cosine, above 0, and at that of the
+/// view.
 #[inline(always)]
-pub fn absorption<L: Lanes>(
+pub(super) fn absorption<L: Lanes>(
     l: L,
-    coat: &CoatSurface<L>,
+    intensity: L::F,
     tint: &TintSurface<L>,
     n_dot_l_refract: L::F,
 ) -> V3<L> {
-    absorb(l, coat.intensity, tint, n_dot_l_refract)
-}
-
-#[inline(always)]
-fn absorb<L: Lanes>(l: L, intensity: L::F, tint: &TintSurface<L>, n_dot_l_refract: L::F) -> V3<L> {
     let n_dot_v_refract = tint.n_dot_v_refract;
     let path = tint.thickness * ((n_dot_l_refract + n_dot_v_refract) / (n_dot_l_refract * n_dot_v_refract));
     each!(e in tint.extinction => mix_number(l, l.splat(1.0), exp(l, -e * path), intensity))
@@ -113,8 +109,6 @@ pub(super) fn coat_surface<L: Lanes>(
     let f0 = (coat.ior.one_minus() / (coat.ior + 1.0)).squared();
     let eta = coat.ior.recip();
     let aa = aa_roughness(l, coat.normal_slope);
-    let alpha_g =
-        if options.linear_specular { coat.roughness } else { average_slope(l, coat.roughness) + aa.alpha };
     let energy = match brdf {
         Some([_, albedo]) if options.energy_conservation => {
             each!(f0 in base_f0 => energy_factor(l, f0, albedo))
@@ -131,7 +125,7 @@ pub(super) fn coat_surface<L: Lanes>(
                 n_dot_v_refract: abs_eps(l, vec3::dot(l, coat.normal, inside)),
                 absorption: [one; 3],
             };
-            tint.absorption = absorb(l, coat.intensity, &tint, tint.n_dot_v_refract);
+            tint.absorption = absorption(l, coat.intensity, &tint, tint.n_dot_v_refract);
             Some(tint)
         }
         None => None,
@@ -144,7 +138,7 @@ pub(super) fn coat_surface<L: Lanes>(
         f0,
         eta,
         aa,
-        alpha_g,
+        alpha_g: average_slope(l, coat.roughness) + aa.alpha,
         brdf,
         energy_factor: energy,
         conservation_factor: (coat.intensity * schlick(l, f0, one, n_dot_v)).one_minus(),

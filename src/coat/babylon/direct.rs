@@ -171,7 +171,7 @@ fn smith<L: Lanes>(l: L, surface: &Surface<L>, n_dot_l: L::F, alpha: L::F) -> L:
     if surface.options.height_correlated {
         return visibility_smith(l, n_dot_l, n_dot_v, alpha2, 0.0);
     }
-    // `smithVisibility_GGXCorrelated`'s elder, the product of both sides.
+    // The product of both sides.
     let [light, view]: [L::F; 2] = each!(u in [n_dot_l, n_dot_v] => {
         (u + (alpha2 + alpha2.one_minus() * u * u).sqrt()).recip()
     });
@@ -201,7 +201,7 @@ fn coat_lobe<L: Lanes>(
     let (n_dot_l_refract, absorption) = match &coat.tint {
         Some(tint) => {
             let inside = coat.n_dot_l_refract(l, light);
-            (inside, absorption(l, coat, tint, inside))
+            (inside, absorption(l, coat.intensity, tint, inside))
         }
         None => (l.zero(), [one; 3]),
     };
@@ -298,8 +298,8 @@ pub fn direct_terms<L: Lanes>(
 /// One light: the radiance that the fragments reflect.
 ///
 /// `direction` is the unit vector to the light, `color` its irradiance at normal incidence, `attenuation` the product of
-/// distance, cone and shadow, 0 to 1; `extent` the light's radius over its distance, 0 or more (the engine's default is
-/// [`super::LIGHT_RADIUS`] over the distance; 1 stands for the distance of light from afar).
+/// distance, cone and shadow, 0 to 1; `extent` the light's radius over its distance, 0 or more: by default
+/// [`super::LIGHT_RADIUS`] over the distance, which is 1 for light from afar.
 #[inline(always)]
 pub fn direct<L: Lanes>(
     l: L,

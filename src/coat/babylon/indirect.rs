@@ -1,7 +1,7 @@
 //! The environment: `reflectionBlock`, `clearcoatBlock`, `reflectanceBlock` and what `finalUnlit` and `finalLit`
 //! blocks make of them.
 
-use super::{DiffuseModel, EnvironmentQuery, ROUGHEST, Surface, mix_number};
+use super::{DiffuseModel, EnvironmentQuery, Surface, mix_number};
 use crate::brdf::microfacet::schlick_weight;
 use crate::coat::glsl::{mix, normalize_or};
 use crate::each;
@@ -47,25 +47,28 @@ pub fn lod<L: Lanes>(l: L, linear: bool, alpha: L::F, width: L::F, scale: L::F) 
     if linear { log2(l, width) * alpha * scale } else { log2(l, width * alpha) * scale }
 }
 
-/// The mirrored view, for an alpha (or a perceptual roughness).
+/// The mirrored view, for a perceptual roughness and its alpha.
 #[inline(always)]
-fn query<L: Lanes>(l: L, linear: bool, view: V3<L>, normal: V3<L>, alpha: L::F) -> EnvironmentQuery<L> {
-    let alpha = alpha.at_most(ROUGHEST);
+fn query<L: Lanes>(
+    l: L,
+    surface: &Surface<L>,
+    normal: V3<L>,
+    roughness: L::F,
+    alpha: L::F,
+) -> EnvironmentQuery<L> {
+    let linear = surface.options.linear_specular;
     EnvironmentQuery {
-        direction: vec3::reflect(l, vec3::neg(l, view), normal),
-        perceptual_roughness: if linear { alpha } else { alpha.sqrt() },
+        direction: vec3::reflect(l, vec3::neg(l, surface.view), normal),
+        perceptual_roughness: if linear { roughness.saturate() } else { alpha.at_most(1.0).sqrt() },
     }
 }
 
 /// What base and coat ask of the prefiltered environment, and how many of the two do.
 #[inline(always)]
 pub fn environment_queries<L: Lanes>(l: L, surface: &Surface<L>) -> ([EnvironmentQuery<L>; 2], usize) {
-    let linear = surface.options.linear_specular;
-    let (normal, view) = (mirror_normal(surface), surface.view);
-    let alpha = if linear { surface.roughness } else { surface.alpha_g };
-    let base = query(l, linear, view, normal, alpha);
+    let base = query(l, surface, mirror_normal(surface), surface.roughness, surface.alpha_g);
     match &surface.coat {
-        Some(coat) => ([base, query(l, linear, view, coat.normal, coat.alpha_g)], 2),
+        Some(coat) => ([base, query(l, surface, coat.normal, coat.roughness, coat.alpha_g)], 2),
         None => ([base, base], 1),
     }
 }

@@ -18,10 +18,11 @@
 //!
 //! **Quirks** of the original, all kept:
 //! * Diffuse light is dimmed by the constant 1 - F0 only, not by what the highlight takes ([`Options::legacy_energy`], the
-//!   default); otherwise by the Fresnel reflectance at N.H (not V.H), which is wrong behind the half vector's horizon.
+//!   default); otherwise by the Fresnel reflectance at N.H (not V.H).
 //! * The coat's highlight under lights is scaled by the energy factor of the *base's* F0 with the coat's albedo: that of
 //!   a coated metal is coloured. The coat's reflection of the environment is not scaled.
-//! * F0 under a coat of exactly 1.5 follows a fit that is 0 for all F0 up to 0.0695: plastic has no highlight of its own.
+//! * F0 under a coat of exactly 1.5 follows a fit that is 0 for all F0 up to 0.069: seen from the front, plastic has no
+//!   highlight of its own.
 //! * Alpha is the squared roughness + 0.0005. Rough reflections fade into the irradiance, with weight alpha.
 //! * Kelemen's visibility on the coat, so that its highlight has no masking at grazing angles.
 //! * Horizon occlusion of the coat depends on whether the *base* has a normal map. Ambient occlusion never reaches the
@@ -31,13 +32,16 @@
 //!
 //! Left out: sheen, thin film, subsurface and refraction, which the tables that the model is held against do not have;
 //! filtering in real time; the squared falloff of lights, which is the light's matter.
-//! Measured in `tests/models/babylon.rs` over views, roughness and metalness: MEASURED
+//! Measured in `tests/models/babylon.rs` over views, roughness and metalness: under a white environment a white surface
+//! shows at most 1.87 (smooth plastic at the silhouette, whose diffuse light is not dimmed), under a coat 1.06, without
+//! [`Options::legacy_energy`] 1 and 1.001; of the light of lights from everywhere it reflects at most 1.06 and 1.12, or
+//! 1.002 and 1.05.
 //! Nothing is reciprocal: energy factors look at the view only.
 //!
 //! **Beyond the original:** light and view opposite each other have a half vector here (the normal); Kelemen's visibility
-//! and the division by an albedo end. A degenerate tangent frame has a direction. Lights at a place are treated as those
-//! from afar in the diffuse lobe (the original passes L.V = 0 there, which matters to rough EON only). Every result is
-//! finite for inputs in range and unit vectors, and none is negative.
+//! and the division by an albedo end. A degenerate tangent frame has a direction. F0 of a dielectric ends at 1. Lights at
+//! a place are treated as those from afar in the diffuse lobe (the original passes L.V = 0 there, which matters to rough
+//! EON only). Every result is finite for inputs in range and unit vectors, and none is negative.
 
 mod coat;
 mod diffuse;
@@ -45,7 +49,7 @@ mod direct;
 mod indirect;
 
 pub use super::EnvironmentQuery;
-pub use coat::{CoatSurface, absorption, refract};
+pub use coat::{CoatSurface, TintSurface};
 pub use direct::{CoatLobe, Direct, direct, direct_terms};
 pub use indirect::{
     AmbientOcclusion, Environment, Indirect, color, environment_queries, indirect, indirect_terms,
@@ -73,9 +77,6 @@ const MINIMUM_VARIANCE: f32 = 0.0005;
 
 /// Least albedo that energy factors divide by; what is read for real roughness is above 0.3.
 const LEAST_ALBEDO: f32 = 1e-3;
-
-/// Largest number of a query; the environment is not asked for rougher lobes.
-const ROUGHEST: f32 = 1.0;
 
 /// The diffuse lobe of the base.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -196,7 +197,7 @@ pub struct SurfaceData<L: Lanes> {
     /// `metallicF0Factor`, 0 to 1; 1 by default. Also the reflectance at grazing angles, metals included, with
     /// [`Options::legacy_energy`].
     pub specular_weight: L::F,
-    /// `metallicReflectanceColor`, linear; white by default. Times weight and F0 of the index 0 to 1.
+    /// `metallicReflectanceColor`, linear, 0 or more; white by default. Times weight and F0 of the index it counts up to 1.
     pub specular_color: V3<L>,
     /// `baseDiffuseRoughness`, 0 to 1; 0 by default.
     pub diffuse_roughness: L::F,
@@ -382,7 +383,7 @@ pub fn surface_with_lookups<L: Lanes>(
     let roughness = data.roughness.one_minus().saturate().one_minus();
 
     let weighted_f0 = ((data.ior - 1.0) / (data.ior + 1.0)).squared() * data.specular_weight;
-    let dielectric_f0: V3<L> = each!(c in data.specular_color => c * weighted_f0);
+    let dielectric_f0: V3<L> = each!(c in data.specular_color => (c * weighted_f0).at_most(1.0));
     let f0 = mix(l, dielectric_f0, data.base_color, metallic);
     let (f90, reflectance_f0, surface_albedo) = if options.legacy_energy {
         let albedo: V3<L> =
@@ -390,7 +391,7 @@ pub fn surface_with_lookups<L: Lanes>(
         (data.specular_weight, vec3::max_component(l, f0), albedo)
     } else {
         let grazing = data.specular_weight * ((data.ior - 1.0) * 2.0).saturate();
-        let largest = weighted_f0 * vec3::max_component(l, data.specular_color);
+        let largest = vec3::max_component(l, dielectric_f0);
         (mix_number(l, grazing, one, metallic), mix_number(l, largest, one, metallic), data.base_color)
     };
     let aa = aa_roughness(l, data.normal_slope);
