@@ -7,8 +7,8 @@ use super::drawing::Drawing;
 use super::failure::{Failure, file_name};
 use super::losses::{clipped, lost_tint};
 use super::report::{self, Stages, Versions};
+use crate::frame::DisplayImage;
 use crate::load::Loaded;
-use crate::output::DisplayImage;
 use crate::scene::ShadingModel;
 use serde::Serialize;
 

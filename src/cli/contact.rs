@@ -4,8 +4,8 @@ use super::args::CellArgs;
 use super::failure::Failure;
 use super::label::{Sheet, fit, wrap};
 use super::target::Target;
+use crate::frame::DisplayImage;
 use crate::limits::Limits;
-use crate::output::DisplayImage;
 use std::path::{Path, PathBuf};
 
 /// Width and height of a cell's picture where none are given.

@@ -7,9 +7,9 @@ use super::failure::Failure;
 use super::losses::{clipped, left_out, lost_tint};
 use super::movie::{Movie, MovieTarget};
 use super::report::{self, MovieReport, Versions};
+use crate::frame::DisplayOptions;
 use crate::limits::Limits;
 use crate::load::Warning;
-use crate::output::DisplayOptions;
 use crate::render::Renderer;
 use crate::scene::{Camera, Scene};
 

@@ -2,8 +2,8 @@
 
 use crate::color::ToneCurve;
 use crate::frame::Clipping;
+use crate::frame::DisplayOptions;
 use crate::load::Warning;
-use crate::output::DisplayOptions;
 use crate::scene::{EnvironmentSource, Scene, ShadingModel};
 
 /// All of it, of one picture for a screen.

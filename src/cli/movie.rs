@@ -9,10 +9,11 @@ use super::target::{
     Encoded, check_file, check_quality, check_standard_output, file_format, output_failure, remove,
 };
 use crate::description::is_standard_stream;
+use crate::frame::{DisplayImage, DisplayOptions};
 use crate::limits::Limits;
 use crate::output::{
-    DEFAULT_JPEG_QUALITY, DisplayImage, DisplayOptions, MovieFormat, MovieFrame, OutputError, OutputFormat,
-    OutputOptions, durations, encode_image, encode_movie,
+    DEFAULT_JPEG_QUALITY, MovieFormat, MovieFrame, OutputError, OutputFormat, OutputOptions, durations,
+    encode_image, encode_movie,
 };
 use std::path::{Path, PathBuf};
 

@@ -7,8 +7,8 @@ use super::failure::{Failure, file_name};
 use super::losses::{left_out, losses};
 use super::report::{self, Stages, Versions};
 use super::target::Target;
+use crate::frame::DisplayOptions;
 use crate::load::Loaded;
-use crate::output::DisplayOptions;
 use serde::{Serialize, Serializer};
 use std::time::Instant;
 

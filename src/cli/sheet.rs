@@ -9,7 +9,7 @@ use super::input::ModelSource;
 use super::losses::losses;
 use super::report::{self, Stages, Versions};
 use crate::description::{Setting, is_standard_stream};
-use crate::output::DisplayImage;
+use crate::frame::DisplayImage;
 use crate::render::{RenderStats, Renderer};
 use crate::scene::{PrimitiveKind, Scene};
 use serde::Serialize;

@@ -5,9 +5,10 @@ use super::drawing::Pixels;
 use super::failure::Failure;
 use crate::description::is_standard_stream;
 use crate::frame::Aov;
+use crate::frame::{DisplayImage, DisplayOptions};
 use crate::output::{
-    DEFAULT_JPEG_QUALITY, DisplayImage, DisplayOptions, OutputError, OutputFormat, OutputOptions,
-    destination, encode, encode_aov_png, encode_image, write_atomically,
+    DEFAULT_JPEG_QUALITY, OutputError, OutputFormat, OutputOptions, destination, encode, encode_aov_png,
+    encode_image, write_atomically,
 };
 use std::io::{ErrorKind, IsTerminal, Write};
 use std::path::{Path, PathBuf};

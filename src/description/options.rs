@@ -3,9 +3,9 @@
 use super::Description;
 use super::error::DescriptionError;
 use crate::color::ToneCurve;
+use crate::frame::DisplayOptions;
 use crate::limits::Limits;
 use crate::math::lanes::SimdLevel;
-use crate::output::DisplayOptions;
 use crate::render::{Background, RenderOptions};
 use crate::scene::Scene;
 

@@ -4,8 +4,8 @@
 use super::keys::{Key, SCENE};
 use super::spelling::{VIEWS, background_names, tone_curve_names};
 use crate::load::BuiltinMaterial;
-use crate::render::ShadingModel;
 use crate::scene::Axis;
+use crate::scene::ShadingModel;
 use serde_json::{Map, Value, json};
 
 /// Of colours, as [`hex_color`](crate::color::hex_color) takes them without alpha.
@@ -220,7 +220,7 @@ mod tests {
             "additionalProperties" => value.as_object().is_none_or(|table| {
                 let others = || {
                     table.iter().filter(|(key, _)| {
-                        !rules.get("properties").is_some_and(|known| known.get(key.as_str()).is_some())
+                        rules.get("properties").is_none_or(|known| known.get(key.as_str()).is_none())
                     })
                 };
                 match wanted {

@@ -4,8 +4,8 @@ use super::camera::ViewDirection;
 use super::options::BackgroundChoice;
 use crate::color::{ToneCurve, hex_color};
 use crate::load::{nearest_name, suggestion};
-use crate::render::{AreaLightMethod, ShadingModel};
 use crate::scene::Axis;
+use crate::scene::{AreaLightMethod, ShadingModel};
 use std::str::FromStr;
 
 /// Colours by name: the sixteen of HTML and a few that pictures of products want.

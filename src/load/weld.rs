@@ -75,8 +75,8 @@ impl Noise {
 
     /// That of so many positions.
     fn of<P: Iterator<Item = [f32; 3]>>(count: usize, from: impl Fn(usize) -> P + Sync, jobs: &Jobs) -> Self {
-        let larger =
-            |a: [f32; 3], b: [f32; 3]| std::array::from_fn(|k| if b[k] > a[k] { b[k] } else { a[k] });
+        let larger = |a: f32, b: f32| if b > a { b } else { a };
+        let larger = |[a, b, c]: [f32; 3], [x, y, z]: [f32; 3]| [larger(a, x), larger(b, y), larger(c, z)];
         let largest = jobs.map(count.div_ceil(RUN), |k| {
             let positions = from(k.saturating_mul(RUN)).take(RUN);
             positions.map(|p| p.map(f32::abs)).fold([0.0; 3], larger)
@@ -86,8 +86,10 @@ impl Noise {
 
     /// The position without it.
     #[inline(always)]
-    fn without(&self, position: [f32; 3]) -> [f32; 3] {
-        std::array::from_fn(|k| if position[k].abs() < self.0[k] { 0.0 } else { position[k] })
+    fn without(&self, [x, y, z]: [f32; 3]) -> [f32; 3] {
+        let Self([a, b, c]) = *self;
+        let rounded = |v: f32, noise: f32| if v.abs() < noise { 0.0 } else { v };
+        [rounded(x, a), rounded(y, b), rounded(z, c)]
     }
 }
 
@@ -204,7 +206,8 @@ mod tests {
 
     #[test]
     fn what_is_nothing_but_rounding_is_zero() {
-        let sine = (2.0 * std::f64::consts::PI).sin();
+        // Of 2 pi in double precision.
+        let sine = -2.449e-16_f64;
         let list = [
             [10.0, 0.0, -1e-3],
             [10.0, (10.0 * sine) as f32, -1e-3],

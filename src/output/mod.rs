@@ -16,7 +16,7 @@ mod png;
 mod webp;
 mod write;
 
-pub(crate) use crate::frame::{DisplayImage, DisplayOptions};
+use crate::frame::{DisplayImage, DisplayOptions};
 pub use aov::encode_aov_png;
 pub use exr::{ExrPrecision, encode_exr};
 pub use hdr::encode_hdr;

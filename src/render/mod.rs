@@ -24,8 +24,6 @@ mod trace;
 mod unseen;
 mod work;
 
-#[cfg(feature = "cli")]
-pub(crate) use crate::scene::{AreaLightMethod, ShadingModel};
 pub use builder::RendererBuilder;
 pub use options::{Background, RenderError, RenderOptions, RenderStats, Rendered, RenderedImage};
 pub use trace::StageHashes;

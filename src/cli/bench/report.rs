@@ -3,7 +3,7 @@
 use crate::cli::drawing::Pixels;
 use crate::cli::failure::Failure;
 use crate::cli::report::{self, Versions, milliseconds};
-use crate::output::DisplayImage;
+use crate::frame::DisplayImage;
 use crate::render::{RenderOptions, RenderStats};
 use serde::Serialize;
 use std::collections::BTreeMap;
