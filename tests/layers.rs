@@ -48,7 +48,7 @@ const MAY_USE: [(&str, &[&str]); 26] = [
     ),
     // What a picture shows, for whoever asks: the command line, tests and programs. Says what to load and to draw, and draws
     // nothing.
-    ("description", &["color", "jobs", "limits", "load", "math", "output", "render", "scene"]),
+    ("description", &["color", "frame", "jobs", "limits", "load", "math", "output", "render", "scene"]),
     // Rights of the process; knows nothing of what they are for.
     ("sandbox", &[]),
     // Pages to read.

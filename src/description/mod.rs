@@ -40,8 +40,7 @@
 //! scene.add_instance(Instance { mesh, material, transform: Transform::IDENTITY, object: 0 })?;
 //!
 //! let mut renderer = Renderer::new(1);
-//! let loaded = Loaded { scene, warnings: Vec::new() };
-//! let picture = description.picture_of(loaded, Machine::default(), &Limits::default(), renderer.jobs())?;
+//! let picture = description.picture_of(Loaded::from(scene), Machine::default(), &Limits::default(), renderer.jobs())?;
 //! let image = renderer.render_image(&picture.scene, &picture.camera, &picture.options, &picture.display)?.image;
 //! assert_eq!((image.width, image.height), (32, 32));
 //! # Ok(())

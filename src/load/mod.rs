@@ -92,6 +92,13 @@ pub struct Loaded {
     pub warnings: Vec<Warning>,
 }
 
+impl From<Scene> for Loaded {
+    /// A scene that was made by hand: nothing is lost.
+    fn from(scene: Scene) -> Self {
+        Self { scene, warnings: Vec::new() }
+    }
+}
+
 /// What every loader works with.
 #[derive(Clone, Copy)]
 pub struct Context<'a> {
