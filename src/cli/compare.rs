@@ -100,7 +100,7 @@ pub fn run(args: &CompareModelsArgs) -> Result<(), Failure> {
 
     drawing.progress.stage(format!("loading {}", file_name(&drawing.source.path)));
     let mut renderer = draw.renderer();
-    let Loaded { scene, mut warnings } = drawing.load(renderer.jobs(), &mut Stages::default())?;
+    let Loaded { scene, mut warnings, .. } = drawing.load(renderer.jobs(), &mut Stages::default())?;
     let camera = drawing.camera(&drawing.source, &scene)?;
     let mut done = 0;
     let mut render = |model: ShadingModel| {

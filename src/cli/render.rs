@@ -84,7 +84,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     drawing.progress.stage(format!("loading {}", file_name(&source.path)));
     let mut stages = Stages::default();
     let mut renderer = draw.renderer();
-    let Loaded { scene, mut warnings } = drawing.load(renderer.jobs(), &mut stages)?;
+    let Loaded { scene, mut warnings, .. } = drawing.load(renderer.jobs(), &mut stages)?;
     let camera = drawing.camera(source, &scene)?;
     drawing.progress.stage(format!("rendering {} triangles", scene.triangle_count()));
     // The report names the frame's bits; nothing else needs more than the screen's.

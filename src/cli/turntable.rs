@@ -35,7 +35,7 @@ pub fn run(args: &TurntableArgs) -> Result<(), Failure> {
     let about = |failure: Failure| failure.at(&source.path);
     progress.stage(format!("loading {}", file_name(&source.path)));
     let mut renderer = draw.renderer();
-    let Loaded { mut scene, warnings } = film.drawing().load(renderer.jobs(), &mut Stages::default())?;
+    let Loaded { mut scene, warnings, .. } = film.drawing().load(renderer.jobs(), &mut Stages::default())?;
     let environment = scene.environment().clone();
     let lights = scene.lights().to_vec();
     // Those of the scene file come after those of the model.

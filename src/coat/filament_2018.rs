@@ -19,7 +19,8 @@
 
 use crate::brdf::microfacet::{schlick, schlick_color, visibility_kelemen, visibility_smith};
 use crate::coat::EnvironmentQuery;
-use crate::coat::filament::{Half, mix};
+use crate::coat::filament::Half;
+use crate::coat::glsl::mix_number;
 use crate::math::lanes::{Float, Lanes, Mask};
 use crate::math::vec3::{self, V3};
 use std::f32::consts::FRAC_1_PI;
@@ -317,7 +318,7 @@ pub fn indirect<L: Lanes>(
     let specular: V3<L> = vec3::from_fn(
         l,
         #[inline(always)]
-        |k| mix(l, dfg[0], dfg[1], surface.f0_used[k]) * radiance[0][k],
+        |k| mix_number(l, dfg[0], dfg[1], surface.f0_used[k]) * radiance[0][k],
     );
     let sum = match &surface.coat {
         Some(coat) => {

@@ -11,6 +11,12 @@ pub(super) fn mix<L: Lanes>(_: L, a: V3<L>, b: V3<L>, t: L::F) -> V3<L> {
     each!(k => a[k] * rest + b[k] * t)
 }
 
+/// The same of numbers: exactly a at 0 and b at 1.
+#[inline(always)]
+pub(super) fn mix_number<L: Lanes>(_: L, a: L::F, b: L::F, t: L::F) -> L::F {
+    a * t.one_minus() + b * t
+}
+
 /// `v` / |v|, divided as in GLSL (a product with the reciprocal moves sharp highlights by more than they are wide), or
 /// `otherwise` where it has no direction (so that no lookup is ever asked for none).
 #[inline(always)]

@@ -132,7 +132,7 @@ impl Description {
         (options, display): (RenderOptions, DisplayOptions),
         limits: &Limits,
     ) -> Result<Picture, DescriptionError> {
-        let Loaded { mut scene, mut warnings } = loaded;
+        let Loaded { mut scene, mut warnings, .. } = loaded;
         setting.apply(self, &mut scene, limits)?;
         warnings.extend(setting.warnings);
         let camera = self.camera(&scene, &options)?;

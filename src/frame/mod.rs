@@ -13,10 +13,11 @@ use xxhash_rust::xxh3::Xxh3;
 /// A picture in linear Rec. 709 radiance with premultiplied alpha, row by row from the top.
 ///
 /// **Linear**: twice the number is twice the light, without any transfer function; 1 is what a screen shows as white at
-/// exposure 0 without a tone curve, and light may be brighter. **Premultiplied**: the colours of a pixel are the light that arrives in it, so
-/// that what is behind adds to it: `over = front + (1 - front alpha) * behind`; light of the surface alone is colour / alpha
-/// where alpha is above 0. **Alpha** is the part of the pixel that surfaces hide, by coverage and opacity together: 0 where
-/// nothing is or what glows hides nothing, 1 where nothing behind shows. What screens show is a [`DisplayImage`].
+/// exposure 0 without a tone curve, and light may be brighter. **Premultiplied**: the colours of a pixel are the light
+/// that arrives in it, so that what is behind adds to it: `over = front + (1 - front alpha) * behind`; light of the
+/// surface alone is colour / alpha where alpha is above 0. **Alpha** is the part of the pixel that surfaces hide, by
+/// coverage and opacity together: 0 where nothing is or what glows hides nothing, 1 where nothing behind shows. What
+/// screens show is a [`DisplayImage`].
 ///
 /// ```
 /// # use overcoat::frame::Frame;

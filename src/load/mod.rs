@@ -76,7 +76,7 @@ pub use resolver::{DirectoryResolver, MemoryResolver, NoResolver, ResolveError, 
 
 use crate::jobs::Jobs;
 use crate::limits::Limits;
-use crate::scene::Scene;
+use crate::scene::{Axis, Orientation, Scene};
 use gltf::Purpose;
 use input::{Input, check_size, resolver_beside};
 use packed::Unpacked;
@@ -90,12 +90,14 @@ pub struct Loaded {
     pub scene: Scene,
     /// What the file asks for and the scene does not have, in the order of finding.
     pub warnings: Vec<Warning>,
+    /// The axis that is up by what the file says; `None`: the one of its format.
+    up: Option<Axis>,
 }
 
 impl From<Scene> for Loaded {
     /// A scene that was made by hand: nothing is lost.
     fn from(scene: Scene) -> Self {
-        Self { scene, warnings: Vec::new() }
+        Self { scene, warnings: Vec::new(), up: None }
     }
 }
 
@@ -345,10 +347,8 @@ fn read_unpacked(
         None => Err(LoadError::UnknownFormat(format!("the format is not known; {READ}"))),
     };
     let mut loaded = loaded?;
-    let usual = match format {
-        Some(Format::Ply) if !loaded.scene.splat_instances().is_empty() => ply::orientation_of_splats(bytes),
-        _ => format.map(Format::orientation).unwrap_or_default(),
-    };
-    loaded.scene.stand_up(options.orientation(usual));
+    let of_format = format.map(Format::orientation).unwrap_or_default();
+    let of_file = Orientation { up: loaded.up.unwrap_or(of_format.up), ..of_format };
+    loaded.scene.stand_up(options.orientation(of_file));
     Ok((Model::Still(Box::new(loaded)), format))
 }

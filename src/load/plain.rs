@@ -86,7 +86,7 @@ pub(super) fn finish(scene: Scene, mut warnings: Vec<Warning>) -> Loaded {
     if scene.triangle_count() == 0 && scene.splat_count() == 0 {
         warnings.push(Warning::new("the model has no triangles"));
     }
-    Loaded { scene, warnings }
+    Loaded { warnings, ..Loaded::from(scene) }
 }
 
 /// "1 triangle", "2 triangles".

@@ -57,7 +57,7 @@ impl ShadingCost {
             return Self { fragment: UNLIT + textures, light: 0, blending: BLENDING, mask };
         }
         let model = material.shading(context.model);
-        let cost = models::cost(model);
+        let [plain, layers, light, light_on_layers] = models::cost(model);
         let layered = material.coat > 0.0 || material.lobes != Lobes::default();
         let by_facets =
             model == ShadingModel::GltfSampled || context.area_light_method == AreaLightMethod::Facets;
@@ -65,11 +65,11 @@ impl ShadingCost {
         let (through, light_through) =
             if material.transmits() { (TRANSMISSION, LIGHT_THROUGH) } else { (0, 0) };
         Self {
-            fragment: if layered { cost.layered } else { cost.plain }
+            fragment: if layered { layers } else { plain }
                 + textures
                 + through
                 + area * context.area_lights.len() as u64,
-            light: cost.light[usize::from(layered)] + light_through,
+            light: if layered { light_on_layers } else { light } + light_through,
             blending: BLENDING,
             mask,
         }

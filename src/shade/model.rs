@@ -2,7 +2,7 @@
 //!
 //! A model reads a surface once ([`Model::layers`]) and then answers two questions: what it reflects of one light without
 //! extent ([`Model::direct`]), and what of one of its surroundings ([`Model::indirect`]), which it asks for averages over lobes
-//! by way of [`Source`]. Most add up radiance; those that compose diffuse and specular light apart have a sum of their own.
+//! by way of [`Source`]. Most are [`AdditiveModel`]s; those that compose diffuse and specular light apart have a sum of their own.
 
 use super::incident::{Surroundings, sample_light};
 use super::{ShadeContext, Surface};
@@ -13,23 +13,6 @@ use crate::math::lanes::Lanes;
 use crate::math::vec3::{self, V3};
 use crate::scene::Material;
 use std::f32::consts::PI;
-
-/// What a fragment of a model takes in units of about a nanosecond, for [`ShadingCost`](super::ShadingCost).
-#[derive(Clone, Copy)]
-pub(super) struct ModelCost {
-    /// A fragment of a base without layers, under the environment.
-    pub(super) plain: u64,
-    /// One with coat, sheen, thin film and the rest.
-    pub(super) layered: u64,
-    /// What each light without extent adds to them.
-    pub(super) light: [u64; 2],
-}
-
-impl ModelCost {
-    pub(super) const fn new([plain, layered, light, light_on_layers]: [u64; 4]) -> Self {
-        Self { plain, layered, light: [light, light_on_layers] }
-    }
-}
 
 /// One engine's formulas. Versions of an engine are values of one type: a copy of the kernel for each would be that many times
 /// the code.
@@ -75,7 +58,76 @@ pub(super) trait Model: Copy {
     ) -> Self::Sum<L>;
 
     /// The radiance that all this comes to.
-    fn finish<L: Lanes>(self, l: L, surface: &Surface<L>, sum: Self::Sum<L>) -> V3<L>;
+    fn finish<L: Lanes>(
+        self,
+        l: L,
+        layers: &Self::Layers<L>,
+        surface: &Surface<L>,
+        sum: Self::Sum<L>,
+    ) -> V3<L>;
+}
+
+/// A [`Model`] whose radiance is a plain sum: emission, then each of the surroundings, then each light.
+pub(super) trait AdditiveModel: Copy {
+    /// As [`Model::Layers`].
+    type Layers<L: Lanes>;
+    /// As [`Model::READS_LOBES`].
+    const READS_LOBES: bool = true;
+    /// Emission is the last of the sum and not the first: the order decides about the last bit.
+    const EMISSION_LAST: bool = false;
+
+    /// As [`Model::cost`].
+    fn cost(self) -> [u64; 4];
+
+    /// As [`Model::layers`].
+    fn layers<L: Lanes>(self, l: L, material: &Material, surface: &Surface<L>) -> Self::Layers<L>;
+
+    /// What the surface emits, through its layers.
+    #[inline(always)]
+    fn emission<L: Lanes>(self, _: L, _: &Self::Layers<L>, surface: &Surface<L>) -> V3<L> {
+        surface.emissive
+    }
+
+    /// What is reflected of one light without extent.
+    fn direct<L: Lanes>(self, l: L, layers: &Self::Layers<L>, light: &LightSample<L>) -> V3<L>;
+
+    /// What is reflected of one of the surroundings.
+    fn indirect<L: Lanes>(self, l: L, layers: &Self::Layers<L>, source: &Source<'_, L>) -> V3<L>;
+}
+
+impl<A: AdditiveModel> Model for A {
+    type Layers<L: Lanes> = A::Layers<L>;
+    type Sum<L: Lanes> = V3<L>;
+    const READS_LOBES: bool = A::READS_LOBES;
+
+    fn cost(self) -> [u64; 4] {
+        AdditiveModel::cost(self)
+    }
+
+    #[inline(always)]
+    fn layers<L: Lanes>(self, l: L, material: &Material, surface: &Surface<L>) -> A::Layers<L> {
+        AdditiveModel::layers(self, l, material, surface)
+    }
+
+    #[inline(always)]
+    fn begin<L: Lanes>(self, l: L, layers: &A::Layers<L>, surface: &Surface<L>) -> V3<L> {
+        if A::EMISSION_LAST { [l.zero(); 3] } else { self.emission(l, layers, surface) }
+    }
+
+    #[inline(always)]
+    fn direct<L: Lanes>(self, l: L, layers: &A::Layers<L>, light: &LightSample<L>, sum: V3<L>) -> V3<L> {
+        vec3::add(l, sum, AdditiveModel::direct(self, l, layers, light))
+    }
+
+    #[inline(always)]
+    fn indirect<L: Lanes>(self, l: L, layers: &A::Layers<L>, source: &Source<'_, L>, sum: V3<L>) -> V3<L> {
+        vec3::add(l, sum, AdditiveModel::indirect(self, l, layers, source))
+    }
+
+    #[inline(always)]
+    fn finish<L: Lanes>(self, l: L, layers: &A::Layers<L>, surface: &Surface<L>, sum: V3<L>) -> V3<L> {
+        if A::EMISSION_LAST { vec3::add(l, sum, self.emission(l, layers, surface)) } else { sum }
+    }
 }
 
 /// One of what surrounds a surface, as a model asks about it.
@@ -152,7 +204,7 @@ pub(super) fn radiance<L: Lanes, M: Model>(
             if !M::LIGHTS_FIRST {
                 sum = add_lights(l, model, context, &surface, &layers, sum);
             }
-            model.finish(l, &surface, sum)
+            model.finish(l, &layers, &surface, sum)
         },
     )
 }

@@ -115,7 +115,7 @@ impl Service<'_> {
         let Drawing { description, options, limits, .. } = self.drawing;
         let about = |failure: Failure| failure.at(&source.path);
         let start = Instant::now();
-        let Loaded { mut scene, mut warnings } = input::load(source, limits, renderer.jobs())?;
+        let Loaded { mut scene, mut warnings, .. } = input::load(source, limits, renderer.jobs())?;
         let load = start.elapsed();
 
         self.setting.apply(description, &mut scene, limits).map_err(|e| about(e.into()))?;

@@ -18,7 +18,7 @@ pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
     let mut drawing = Drawing::new(&args.draw, args.draw.describe(&args.inputs)?, &args.inputs)?;
     drawing.progress.stage("loading");
     let mut renderer = args.draw.renderer();
-    let Loaded { scene, mut warnings } = drawing.load(renderer.jobs(), &mut Stages::default())?;
+    let Loaded { scene, mut warnings, .. } = drawing.load(renderer.jobs(), &mut Stages::default())?;
     let camera = drawing.camera(&drawing.source, &scene)?;
     let center = scene.bounds().center();
     let render = |renderer: &mut Renderer, angle: f64| {

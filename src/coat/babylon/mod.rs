@@ -56,7 +56,7 @@ pub use indirect::{
     irradiance_direction, lod,
 };
 
-use super::glsl::{mix, normalize_or};
+use super::glsl::{mix, mix_number, normalize_or};
 use crate::brdf::table::Table;
 use crate::each;
 use crate::math::lanes::{Float, Lanes};
@@ -290,12 +290,6 @@ pub struct Surface<L: Lanes> {
     pub coat: Option<CoatSurface<L>>,
     /// Anisotropy, if any lane has it.
     pub anisotropy: Option<AnisotropySurface<L>>,
-}
-
-/// GLSL's `mix` of numbers: a (1 - t) + b t.
-#[inline(always)]
-fn mix_number<L: Lanes>(_: L, a: L::F, b: L::F, t: L::F) -> L::F {
-    a * t.one_minus() + b * t
 }
 
 /// `convertRoughnessToAverageSlope`: alpha of a perceptual roughness.

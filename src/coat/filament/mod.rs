@@ -24,6 +24,7 @@
 pub mod cloth;
 pub mod standard;
 
+use super::glsl::{mix, mix_number};
 use crate::brdf::fresnel::f0_under_coat_fast;
 use crate::brdf::microfacet::{schlick_color, visibility_smith};
 use crate::math::lanes::{Float, Lanes};
@@ -122,19 +123,6 @@ pub fn f0_clear_coat_to_surface<L: Lanes>(l: L, quality: Quality, f0: L::F) -> L
     }
 }
 
-/// GLSL `mix`: a (1 - t) + b t, exactly a at 0 and b at 1.
-#[inline(always)]
-pub(super) fn mix<L: Lanes>(_: L, a: L::F, b: L::F, t: L::F) -> L::F {
-    a * t.one_minus() + b * t
-}
-
-/// [`mix`] of vectors.
-#[inline(always)]
-fn mix3<L: Lanes>(_: L, a: V3<L>, b: V3<L>, t: L::F) -> V3<L> {
-    let s = t.one_minus();
-    [a[0] * s + b[0] * t, a[1] * s + b[1] * t, a[2] * s + b[2] * t]
-}
-
 /// N.V as Filament shades with it: at least 1e-4.
 #[inline(always)]
 pub(super) fn clamp_n_dot_v<L: Lanes>(l: L, normal: V3<L>, view: V3<L>) -> L::F {
@@ -192,7 +180,7 @@ fn visibility<L: Lanes>(l: L, quality: Quality, roughness: L::F, n_dot_v: L::F, 
             visibility_smith(l, n_dot_l, n_dot_v, roughness * roughness, quality.least_smith())
         }
         Quality::Mobile => {
-            let denominator = mix(l, n_dot_l * n_dot_v * 2.0, n_dot_l + n_dot_v, roughness);
+            let denominator = mix_number(l, n_dot_l * n_dot_v * 2.0, n_dot_l + n_dot_v, roughness);
             l.splat(0.5) / denominator.at_least(quality.least_smith())
         }
     }
@@ -228,11 +216,11 @@ pub(super) fn bent_mirror<L: Lanes>(
     let axis = vec3::select(l, anisotropy.ge(l.zero()), frame[1], frame[0]);
     let bent = vec3::cross(l, vec3::cross(l, axis, view), axis);
     let bend = anisotropy.abs() * (perceptual_roughness * 5.0).saturate();
-    vec3::reflect(l, vec3::neg(l, view), vec3::normalize(l, mix3(l, normal, bent, bend)))
+    vec3::reflect(l, vec3::neg(l, view), vec3::normalize(l, mix(l, normal, bent, bend)))
 }
 
 /// `getSpecularDominantDirection`: from the mirror direction towards the normal by alpha^2. Not of unit length.
 #[inline(always)]
 pub(super) fn dominant_direction<L: Lanes>(l: L, normal: V3<L>, mirrored: V3<L>, roughness: L::F) -> V3<L> {
-    mix3(l, mirrored, normal, roughness * roughness)
+    mix(l, mirrored, normal, roughness * roughness)
 }

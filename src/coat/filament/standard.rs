@@ -20,13 +20,14 @@ pub use crate::coat::EnvironmentQuery;
 
 use super::{
     Half, LEAST_ANISOTROPIC, Quality, bent_mirror, clamp_n_dot_v, d_ggx, dominant_direction,
-    f0_clear_coat_to_surface, fresnel, mix, sine_squared, visibility,
+    f0_clear_coat_to_surface, fresnel, sine_squared, visibility,
 };
 use crate::brdf::microfacet::{
     distribution_ggx_anisotropic, schlick, visibility_kelemen, visibility_smith_anisotropic,
 };
 use crate::brdf::sheen::{LEAST_SINE_SQUARED, distribution_charlie, visibility_neubelt};
 use crate::brdf::table::Table;
+use crate::coat::glsl::mix_number;
 use crate::math::lanes::{Float, Lanes, Mask};
 use crate::math::vec3::{self, V3};
 use std::f32::consts::FRAC_1_PI;
@@ -197,11 +198,11 @@ pub fn parameters<L: Lanes>(
                     l,
                     f0,
                     #[inline(always)]
-                    |f0| mix(l, f0, f0_clear_coat_to_surface(l, quality, f0), coat.mask),
+                    |f0| mix_number(l, f0, f0_clear_coat_to_surface(l, quality, f0), coat.mask),
                 );
             }
             if coat.roughens_base {
-                p = mix(l, p, p.max(coat_p), coat.mask);
+                p = mix_number(l, p, p.max(coat_p), coat.mask);
             }
             let (coat_normal, coat_n_dot_v) = match coat.normal {
                 Some(coat_normal) => (coat_normal, clamp_n_dot_v(l, coat_normal, view)),
@@ -552,7 +553,7 @@ impl<L: Lanes> Surface<L> {
             l,
             self.parameters.f0,
             #[inline(always)]
-            |f0| mix(l, x, y, f0),
+            |f0| mix_number(l, x, y, f0),
         )
     }
 

@@ -164,7 +164,7 @@ impl Rig {
         if scene.triangle_count() == 0 && scene.splat_count() == 0 {
             warnings.add(|| "no triangles".to_owned());
         }
-        Ok(Loaded { scene, warnings: warnings.finish() })
+        Ok(Loaded { warnings: warnings.finish(), ..Loaded::from(scene) })
     }
 
     fn add_materials(&self, pose: &Pose, scene: &mut Scene) -> Result<Vec<MaterialId>, LoadError> {

@@ -5,6 +5,7 @@ use crate::load::LoadError;
 use crate::load::plain::counted;
 use crate::load::text::{integer, quoted, without_mark};
 use crate::load::warnings::Warnings;
+use crate::scene::Axis;
 
 /// Most elements of a header, and properties of an element: real files have a handful.
 const MOST: usize = 256;
@@ -123,6 +124,8 @@ pub(super) struct Header<'a> {
     pub(super) elements: Vec<Element>,
     /// Names after `comment TextureFile`.
     pub(super) textures: Vec<String>,
+    /// What `comment Vertical Axis` names, as files of splats have it.
+    pub(super) up: Option<Axis>,
     /// Elements and properties of the type `long`: of 64 bits, or of 32 where they were written on Windows.
     pub(super) longs: Vec<(usize, usize)>,
     /// The values.
@@ -148,6 +151,7 @@ impl<'a> Header<'a> {
             encoding: Encoding::Ascii,
             elements: Vec::new(),
             textures: Vec::new(),
+            up: None,
             longs: Vec::new(),
             body: &[],
         };
@@ -185,6 +189,11 @@ impl<'a> Header<'a> {
                     if header.textures.len() < MOST && !name.is_empty() {
                         header.textures.push(text(name));
                     }
+                }
+                (b"comment", [vertical, axis, name])
+                    if vertical.eq_ignore_ascii_case(b"Vertical") && axis.eq_ignore_ascii_case(b"Axis:") =>
+                {
+                    header.up = Axis::from_name(&text(name));
                 }
                 (b"comment", _) => {}
                 (b"format", [name, ..]) => {

@@ -28,7 +28,6 @@ use crate::scene::{
 };
 use body::{Faces, Vertices};
 use header::{Element, Encoding, Header};
-pub(super) use splats::orientation as orientation_of_splats;
 use std::sync::Arc;
 use values::Values;
 

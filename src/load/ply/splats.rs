@@ -16,8 +16,8 @@ use crate::load::warnings::Warnings;
 use crate::load::{Context, LoadError, Loaded};
 use crate::math::scalar::exp;
 use crate::scene::{
-    Axis, MAX_COORDINATE, MAX_SPLAT_SCALE, Orientation, Scene, Splat, SplatCloud, SplatCloudBuilder,
-    SplatColorSpace, SplatInstance, SplatOrder, Transform,
+    Axis, MAX_COORDINATE, MAX_SPLAT_SCALE, Scene, Splat, SplatCloud, SplatCloudBuilder, SplatColorSpace,
+    SplatInstance, SplatOrder, Transform,
 };
 
 /// The spherical harmonic of degree 0.
@@ -31,9 +31,6 @@ const NAMES: [&str; 14] = [
 
 /// The one of [`NAMES`] that flat splats do not have.
 const THICKNESS: usize = 5;
-
-/// Lines of a header that are looked at for an axis.
-const MAX_LINES: usize = 4096;
 
 /// Bytes of a splat, but for its harmonics.
 const SPLAT_BYTES: u64 = size_of::<Splat>() as u64;
@@ -81,18 +78,8 @@ pub(super) fn load(
     let cloud = scene.add_splats(cloud).map_err(LoadError::scene("PLY: splats"))?;
     let instance = SplatInstance { cloud, transform: Transform::IDENTITY, object: 0 };
     scene.add_splat_instance(instance).map_err(LoadError::scene("PLY: splats"))?;
-    Ok(finish(scene, warnings.finish()))
-}
-
-/// How splats lie in the scene: -Y is up, or the axis that a comment of the header names.
-pub(crate) fn orientation(bytes: &[u8]) -> Orientation {
-    let lines =
-        bytes.split(|&b| b == b'\n' || b == b'\r').take_while(|line| !line.starts_with(b"end_header"));
-    let named = lines.take(MAX_LINES).find_map(|line| {
-        let text = std::str::from_utf8(line).ok()?.trim().to_ascii_lowercase();
-        Axis::from_name(text.strip_prefix("comment vertical axis:")?.trim())
-    });
-    Orientation { up: named.unwrap_or(Axis::NegativeY), front_is_known: false }
+    let up = Some(header.up.unwrap_or(Axis::NegativeY));
+    Ok(Loaded { up, ..finish(scene, warnings.finish()) })
 }
 
 /// Splats that are not as they should be.

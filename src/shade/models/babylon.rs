@@ -1,7 +1,7 @@
 //! Babylon.js' physically based material on surface fragments.
 
 use super::super::Surface;
-use super::super::model::{Model, Source};
+use super::super::model::{AdditiveModel, Source};
 use super::{MetallicBase, stretched};
 use crate::brdf::tables;
 use crate::coat::babylon::{self, Anisotropy, Coat, EnvironmentQuery, Options, SurfaceData, Tint};
@@ -9,7 +9,7 @@ use crate::each;
 use crate::light::LightSample;
 use crate::math::exp;
 use crate::math::lanes::{Float, Lanes};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::V3;
 use crate::scene::{CoatMedium, Material};
 
 /// Largest index of refraction that the material takes.
@@ -19,9 +19,8 @@ const LARGEST_IOR: f32 = 3.0;
 #[derive(Clone, Copy)]
 pub(in super::super) struct Babylon;
 
-impl Model for Babylon {
+impl AdditiveModel for Babylon {
     type Layers<L: Lanes> = babylon::Surface<L>;
-    type Sum<L: Lanes> = V3<L>;
 
     fn cost(self) -> [u64; 4] {
         [60, 90, 6, 9]
@@ -68,33 +67,15 @@ impl Model for Babylon {
     }
 
     #[inline(always)]
-    fn begin<L: Lanes>(self, _: L, _: &Self::Layers<L>, surface: &Surface<L>) -> V3<L> {
-        surface.emissive
-    }
-
-    #[inline(always)]
-    fn direct<L: Lanes>(
-        self,
-        l: L,
-        layers: &Self::Layers<L>,
-        light: &LightSample<L>,
-        radiance: V3<L>,
-    ) -> V3<L> {
+    fn direct<L: Lanes>(self, l: L, layers: &Self::Layers<L>, light: &LightSample<L>) -> V3<L> {
         // Lights have no extent here: what the engine's default adds to the roughness is 1e-5 over the distance.
         let (one, extent) = (l.splat(1.0), l.zero());
-        let reflected = babylon::direct(l, layers, light.direction, light.irradiance, one, extent);
-        vec3::add(l, radiance, reflected)
+        babylon::direct(l, layers, light.direction, light.irradiance, one, extent)
     }
 
     #[inline(always)]
-    fn indirect<L: Lanes>(
-        self,
-        l: L,
-        layers: &Self::Layers<L>,
-        source: &Source<'_, L>,
-        radiance: V3<L>,
-    ) -> V3<L> {
-        let reflected = babylon::indirect(
+    fn indirect<L: Lanes>(self, l: L, layers: &Self::Layers<L>, source: &Source<'_, L>) -> V3<L> {
+        babylon::indirect(
             l,
             layers,
             #[inline(always)]
@@ -102,13 +83,7 @@ impl Model for Babylon {
             #[inline(always)]
             |query: EnvironmentQuery<L>| source.radiance(l, query),
             source.occlusion(l),
-        );
-        vec3::add(l, radiance, reflected)
-    }
-
-    #[inline(always)]
-    fn finish<L: Lanes>(self, _: L, _: &Surface<L>, radiance: V3<L>) -> V3<L> {
-        radiance
+        )
     }
 }
 

@@ -1,7 +1,7 @@
 //! Filament's models on surface fragments: standard, cloth, and the document of 2018.
 
 use super::super::Surface;
-use super::super::model::{Model, Source};
+use super::super::model::{AdditiveModel, Source};
 use super::MetallicBase;
 use crate::brdf::tables;
 use crate::coat::filament::standard::{Anisotropy, Coat, EnvironmentQuery, Sheen, SurfaceData};
@@ -16,9 +16,8 @@ use crate::scene::Material;
 #[derive(Clone, Copy)]
 pub(in super::super) struct Standard(pub(in super::super) Quality);
 
-impl Model for Standard {
+impl AdditiveModel for Standard {
     type Layers<L: Lanes> = standard::Surface<L>;
-    type Sum<L: Lanes> = V3<L>;
 
     fn cost(self) -> [u64; 4] {
         [43, 70, 4, 7]
@@ -55,43 +54,20 @@ impl Model for Standard {
     }
 
     #[inline(always)]
-    fn begin<L: Lanes>(self, _: L, _: &Self::Layers<L>, surface: &Surface<L>) -> V3<L> {
-        surface.emissive
+    fn direct<L: Lanes>(self, l: L, layers: &Self::Layers<L>, light: &LightSample<L>) -> V3<L> {
+        standard::direct(l, layers, light.direction, light.irradiance, l.splat(1.0))
     }
 
     #[inline(always)]
-    fn direct<L: Lanes>(
-        self,
-        l: L,
-        layers: &Self::Layers<L>,
-        light: &LightSample<L>,
-        radiance: V3<L>,
-    ) -> V3<L> {
-        vec3::add(l, radiance, standard::direct(l, layers, light.direction, light.irradiance, l.splat(1.0)))
-    }
-
-    #[inline(always)]
-    fn indirect<L: Lanes>(
-        self,
-        l: L,
-        layers: &Self::Layers<L>,
-        source: &Source<'_, L>,
-        radiance: V3<L>,
-    ) -> V3<L> {
-        let reflected = standard::indirect(
+    fn indirect<L: Lanes>(self, l: L, layers: &Self::Layers<L>, source: &Source<'_, L>) -> V3<L> {
+        standard::indirect(
             l,
             layers,
             source.irradiance_over_pi(l, source.surface.normal),
             #[inline(always)]
             |query: EnvironmentQuery<L>| source.radiance(l, query),
             source.occlusion(l),
-        );
-        vec3::add(l, radiance, reflected)
-    }
-
-    #[inline(always)]
-    fn finish<L: Lanes>(self, _: L, _: &Surface<L>, radiance: V3<L>) -> V3<L> {
-        radiance
+        )
     }
 }
 
@@ -99,9 +75,8 @@ impl Model for Standard {
 #[derive(Clone, Copy)]
 pub(in super::super) struct Cloth;
 
-impl Model for Cloth {
+impl AdditiveModel for Cloth {
     type Layers<L: Lanes> = cloth::Surface<L>;
-    type Sum<L: Lanes> = V3<L>;
 
     fn cost(self) -> [u64; 4] {
         [40, 41, 6, 6]
@@ -123,43 +98,20 @@ impl Model for Cloth {
     }
 
     #[inline(always)]
-    fn begin<L: Lanes>(self, _: L, _: &Self::Layers<L>, surface: &Surface<L>) -> V3<L> {
-        surface.emissive
+    fn direct<L: Lanes>(self, l: L, layers: &Self::Layers<L>, light: &LightSample<L>) -> V3<L> {
+        cloth::direct(l, layers, light.direction, light.irradiance, l.splat(1.0))
     }
 
     #[inline(always)]
-    fn direct<L: Lanes>(
-        self,
-        l: L,
-        layers: &Self::Layers<L>,
-        light: &LightSample<L>,
-        radiance: V3<L>,
-    ) -> V3<L> {
-        vec3::add(l, radiance, cloth::direct(l, layers, light.direction, light.irradiance, l.splat(1.0)))
-    }
-
-    #[inline(always)]
-    fn indirect<L: Lanes>(
-        self,
-        l: L,
-        layers: &Self::Layers<L>,
-        source: &Source<'_, L>,
-        radiance: V3<L>,
-    ) -> V3<L> {
-        let reflected = cloth::indirect(
+    fn indirect<L: Lanes>(self, l: L, layers: &Self::Layers<L>, source: &Source<'_, L>) -> V3<L> {
+        cloth::indirect(
             l,
             layers,
             source.irradiance_over_pi(l, source.surface.normal),
             #[inline(always)]
             |query: EnvironmentQuery<L>| source.radiance(l, query),
             source.occlusion(l),
-        );
-        vec3::add(l, radiance, reflected)
-    }
-
-    #[inline(always)]
-    fn finish<L: Lanes>(self, _: L, _: &Surface<L>, radiance: V3<L>) -> V3<L> {
-        radiance
+        )
     }
 }
 
@@ -167,9 +119,8 @@ impl Model for Cloth {
 #[derive(Clone, Copy)]
 pub(in super::super) struct Standard2018;
 
-impl Model for Standard2018 {
+impl AdditiveModel for Standard2018 {
     type Layers<L: Lanes> = (filament_2018::Surface<L>, V3<L>);
-    type Sum<L: Lanes> = V3<L>;
 
     const READS_LOBES: bool = false;
 
@@ -203,34 +154,13 @@ impl Model for Standard2018 {
     }
 
     #[inline(always)]
-    fn begin<L: Lanes>(self, _: L, _: &Self::Layers<L>, surface: &Surface<L>) -> V3<L> {
-        surface.emissive
+    fn direct<L: Lanes>(self, l: L, layers: &Self::Layers<L>, light: &LightSample<L>) -> V3<L> {
+        filament_2018::direct(l, &layers.0, light.direction, light.irradiance, l.splat(1.0))
     }
 
     #[inline(always)]
-    fn direct<L: Lanes>(
-        self,
-        l: L,
-        layers: &Self::Layers<L>,
-        light: &LightSample<L>,
-        radiance: V3<L>,
-    ) -> V3<L> {
-        vec3::add(
-            l,
-            radiance,
-            filament_2018::direct(l, &layers.0, light.direction, light.irradiance, l.splat(1.0)),
-        )
-    }
-
-    #[inline(always)]
-    fn indirect<L: Lanes>(
-        self,
-        l: L,
-        layers: &Self::Layers<L>,
-        source: &Source<'_, L>,
-        radiance: V3<L>,
-    ) -> V3<L> {
-        let reflected = filament_2018::indirect(
+    fn indirect<L: Lanes>(self, l: L, layers: &Self::Layers<L>, source: &Source<'_, L>) -> V3<L> {
+        filament_2018::indirect(
             l,
             &layers.0,
             layers.1,
@@ -238,12 +168,6 @@ impl Model for Standard2018 {
             #[inline(always)]
             |query: EnvironmentQuery<L>| source.radiance(l, query),
             source.occlusion(l),
-        );
-        vec3::add(l, radiance, reflected)
-    }
-
-    #[inline(always)]
-    fn finish<L: Lanes>(self, _: L, _: &Surface<L>, radiance: V3<L>) -> V3<L> {
-        radiance
+        )
     }
 }

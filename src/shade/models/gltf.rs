@@ -1,7 +1,7 @@
 //! The Khronos glTF Sample Renderer's material on surface fragments.
 
 use super::super::Surface;
-use super::super::model::{Model, Source};
+use super::super::model::{AdditiveModel, Source};
 use super::{MetallicBase, stretched};
 use crate::brdf::table::Table;
 use crate::brdf::tables;
@@ -20,9 +20,8 @@ pub(in super::super) struct Gltf {
     pub(in super::super) sampled: bool,
 }
 
-impl Model for Gltf {
+impl AdditiveModel for Gltf {
     type Layers<L: Lanes> = (gltf::Surface<L>, &'static Table<1>);
-    type Sum<L: Lanes> = V3<L>;
 
     fn cost(self) -> [u64; 4] {
         if self.sampled { [233, 466, 5, 17] } else { [52, 107, 5, 17] }
@@ -73,39 +72,26 @@ impl Model for Gltf {
     }
 
     #[inline(always)]
-    fn begin<L: Lanes>(self, l: L, (layers, _): &Self::Layers<L>, surface: &Surface<L>) -> V3<L> {
+    fn emission<L: Lanes>(self, l: L, (layers, _): &Self::Layers<L>, surface: &Surface<L>) -> V3<L> {
         vec3::scale(l, surface.emissive, layers.coat_transmittance(l))
     }
 
     #[inline(always)]
-    fn direct<L: Lanes>(
-        self,
-        l: L,
-        layers: &Self::Layers<L>,
-        light: &LightSample<L>,
-        radiance: V3<L>,
-    ) -> V3<L> {
+    fn direct<L: Lanes>(self, l: L, layers: &Self::Layers<L>, light: &LightSample<L>) -> V3<L> {
         let (layers, sheen_albedo) = layers;
         let one = l.splat(1.0);
-        let reflected = gltf::direct(l, layers, sheen_albedo, light.direction, light.irradiance, one);
-        vec3::add(l, radiance, reflected)
+        gltf::direct(l, layers, sheen_albedo, light.direction, light.irradiance, one)
     }
 
     #[inline(always)]
-    fn indirect<L: Lanes>(
-        self,
-        l: L,
-        layers: &Self::Layers<L>,
-        source: &Source<'_, L>,
-        radiance: V3<L>,
-    ) -> V3<L> {
+    fn indirect<L: Lanes>(self, l: L, layers: &Self::Layers<L>, source: &Source<'_, L>) -> V3<L> {
         let (layers, _) = layers;
         if self.sampled && source.is_environment() {
-            return vec3::add(l, radiance, sampled_environment(l, source, layers));
+            return sampled_environment(l, source, layers);
         }
         // What is exact of one is exact of the other.
         let source = if self.sampled { &source.by_facets() } else { source };
-        let reflected = gltf::indirect(
+        gltf::indirect(
             l,
             layers,
             #[inline(always)]
@@ -113,13 +99,7 @@ impl Model for Gltf {
             #[inline(always)]
             |query: EnvironmentQuery<L>| source.radiance(l, query),
             source.occlusion(l),
-        );
-        vec3::add(l, radiance, reflected)
-    }
-
-    #[inline(always)]
-    fn finish<L: Lanes>(self, _: L, _: &Surface<L>, radiance: V3<L>) -> V3<L> {
-        radiance
+        )
     }
 }
 

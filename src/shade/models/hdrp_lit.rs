@@ -110,7 +110,7 @@ impl Model for HdrpLit {
     }
 
     #[inline(always)]
-    fn finish<L: Lanes>(self, _: L, _: &Surface<L>, sum: Sum<L>) -> V3<L> {
+    fn finish<L: Lanes>(self, _: L, _: &Self::Layers<L>, _: &Surface<L>, sum: Sum<L>) -> V3<L> {
         sum.radiance
     }
 }

@@ -10,7 +10,7 @@ mod three;
 mod urp;
 mod velvet;
 
-use super::model::{self, Model as _, ModelCost};
+use super::model;
 use super::{Reflectance, ShadeContext, Surface};
 use crate::coat::filament::Quality;
 use crate::coat::urp::UrpVersion;
@@ -64,9 +64,9 @@ pub(super) fn radiance<L: Lanes>(
     registered!(shading, of => model::radiance(l, of, context, material, planes))
 }
 
-/// What a fragment of a model takes.
-pub(super) fn cost(shading: ShadingModel) -> ModelCost {
-    registered!(shading, of => ModelCost::new(of.cost()))
+/// What a fragment of a model takes: see [`Model::cost`](model::Model::cost).
+pub(super) fn cost(shading: ShadingModel) -> [u64; 4] {
+    registered!(shading, of => model::Model::cost(of))
 }
 
 /// A base in the metallic workflow, whatever the material's own.

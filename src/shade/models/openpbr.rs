@@ -1,6 +1,6 @@
 //! OpenPBR on surface fragments.
 
-use super::super::model::{Model, Source};
+use super::super::model::{AdditiveModel, Source};
 use super::super::{Reflectance, Surface};
 use super::{has_coat_normal, stretched};
 use crate::brdf::tables;
@@ -18,9 +18,8 @@ const LARGEST_IOR: f32 = 3.0;
 #[derive(Clone, Copy)]
 pub(in super::super) struct OpenPbr;
 
-impl Model for OpenPbr {
+impl AdditiveModel for OpenPbr {
     type Layers<L: Lanes> = openpbr::Surface<L>;
-    type Sum<L: Lanes> = V3<L>;
 
     fn cost(self) -> [u64; 4] {
         [73, 77, 15, 15]
@@ -56,43 +55,20 @@ impl Model for OpenPbr {
     }
 
     #[inline(always)]
-    fn begin<L: Lanes>(self, _: L, _: &Self::Layers<L>, surface: &Surface<L>) -> V3<L> {
-        surface.emissive
+    fn direct<L: Lanes>(self, l: L, layers: &Self::Layers<L>, light: &LightSample<L>) -> V3<L> {
+        openpbr::direct(l, layers, light.direction, light.irradiance, l.splat(1.0))
     }
 
     #[inline(always)]
-    fn direct<L: Lanes>(
-        self,
-        l: L,
-        layers: &Self::Layers<L>,
-        light: &LightSample<L>,
-        radiance: V3<L>,
-    ) -> V3<L> {
-        vec3::add(l, radiance, openpbr::direct(l, layers, light.direction, light.irradiance, l.splat(1.0)))
-    }
-
-    #[inline(always)]
-    fn indirect<L: Lanes>(
-        self,
-        l: L,
-        layers: &Self::Layers<L>,
-        source: &Source<'_, L>,
-        radiance: V3<L>,
-    ) -> V3<L> {
-        let reflected = openpbr::indirect(
+    fn indirect<L: Lanes>(self, l: L, layers: &Self::Layers<L>, source: &Source<'_, L>) -> V3<L> {
+        openpbr::indirect(
             l,
             layers,
             source.irradiance_over_pi(l, source.surface.normal),
             #[inline(always)]
             |query: EnvironmentQuery<L>| source.radiance(l, query),
             source.occlusion(l),
-        );
-        vec3::add(l, radiance, reflected)
-    }
-
-    #[inline(always)]
-    fn finish<L: Lanes>(self, _: L, _: &Surface<L>, radiance: V3<L>) -> V3<L> {
-        radiance
+        )
     }
 }
 

@@ -101,7 +101,7 @@ impl Model for StackLit {
     }
 
     #[inline(always)]
-    fn finish<L: Lanes>(self, _: L, _: &Surface<L>, sum: Sum<L>) -> V3<L> {
+    fn finish<L: Lanes>(self, _: L, _: &Self::Layers<L>, _: &Surface<L>, sum: Sum<L>) -> V3<L> {
         sum.radiance
     }
 }

@@ -1,7 +1,7 @@
 //! three.js on surface fragments: the physical material of today, and that of older releases.
 
 use super::super::Surface;
-use super::super::model::{Model, Source};
+use super::super::model::{AdditiveModel, Source};
 use super::{MetallicBase, stretched};
 use crate::brdf::tables;
 use crate::coat::three::{self, Anisotropy, Coat, EnvironmentQuery, Iridescence, Sheen, SurfaceData};
@@ -18,9 +18,8 @@ const LARGEST_IOR: f32 = 2.333;
 #[derive(Clone, Copy)]
 pub(in super::super) struct Three;
 
-impl Model for Three {
+impl AdditiveModel for Three {
     type Layers<L: Lanes> = three::Surface<L>;
-    type Sum<L: Lanes> = V3<L>;
 
     fn cost(self) -> [u64; 4] {
         [45, 86, 5, 10]
@@ -63,30 +62,18 @@ impl Model for Three {
     }
 
     #[inline(always)]
-    fn begin<L: Lanes>(self, l: L, layers: &Self::Layers<L>, surface: &Surface<L>) -> V3<L> {
+    fn emission<L: Lanes>(self, l: L, layers: &Self::Layers<L>, surface: &Surface<L>) -> V3<L> {
         vec3::scale(l, surface.emissive, layers.coat_transmittance(l))
     }
 
     #[inline(always)]
-    fn direct<L: Lanes>(
-        self,
-        l: L,
-        layers: &Self::Layers<L>,
-        light: &LightSample<L>,
-        radiance: V3<L>,
-    ) -> V3<L> {
-        vec3::add(l, radiance, three::direct(l, layers, light.direction, light.irradiance, l.splat(1.0)))
+    fn direct<L: Lanes>(self, l: L, layers: &Self::Layers<L>, light: &LightSample<L>) -> V3<L> {
+        three::direct(l, layers, light.direction, light.irradiance, l.splat(1.0))
     }
 
     #[inline(always)]
-    fn indirect<L: Lanes>(
-        self,
-        l: L,
-        layers: &Self::Layers<L>,
-        source: &Source<'_, L>,
-        radiance: V3<L>,
-    ) -> V3<L> {
-        let reflected = three::indirect(
+    fn indirect<L: Lanes>(self, l: L, layers: &Self::Layers<L>, source: &Source<'_, L>) -> V3<L> {
+        three::indirect(
             l,
             layers,
             [l.zero(); 3],
@@ -95,13 +82,7 @@ impl Model for Three {
             #[inline(always)]
             |query: EnvironmentQuery<L>| source.radiance(l, query),
             source.occlusion(l),
-        );
-        vec3::add(l, radiance, reflected)
-    }
-
-    #[inline(always)]
-    fn finish<L: Lanes>(self, _: L, _: &Surface<L>, radiance: V3<L>) -> V3<L> {
-        radiance
+        )
     }
 }
 
@@ -109,9 +90,8 @@ impl Model for Three {
 #[derive(Clone, Copy)]
 pub(in super::super) struct ThreeLegacy;
 
-impl Model for ThreeLegacy {
+impl AdditiveModel for ThreeLegacy {
     type Layers<L: Lanes> = three_legacy::Surface<L>;
-    type Sum<L: Lanes> = V3<L>;
 
     fn cost(self) -> [u64; 4] {
         [40, 52, 4, 8]
@@ -144,38 +124,13 @@ impl Model for ThreeLegacy {
     }
 
     #[inline(always)]
-    fn begin<L: Lanes>(self, _: L, _: &Self::Layers<L>, surface: &Surface<L>) -> V3<L> {
-        surface.emissive
+    fn direct<L: Lanes>(self, l: L, layers: &Self::Layers<L>, light: &LightSample<L>) -> V3<L> {
+        three_legacy::direct(l, LightUnits::Physical, layers, light.direction, light.irradiance, l.splat(1.0))
     }
 
     #[inline(always)]
-    fn direct<L: Lanes>(
-        self,
-        l: L,
-        layers: &Self::Layers<L>,
-        light: &LightSample<L>,
-        radiance: V3<L>,
-    ) -> V3<L> {
-        let reflected = three_legacy::direct(
-            l,
-            LightUnits::Physical,
-            layers,
-            light.direction,
-            light.irradiance,
-            l.splat(1.0),
-        );
-        vec3::add(l, radiance, reflected)
-    }
-
-    #[inline(always)]
-    fn indirect<L: Lanes>(
-        self,
-        l: L,
-        layers: &Self::Layers<L>,
-        source: &Source<'_, L>,
-        radiance: V3<L>,
-    ) -> V3<L> {
-        let reflected = three_legacy::indirect(
+    fn indirect<L: Lanes>(self, l: L, layers: &Self::Layers<L>, source: &Source<'_, L>) -> V3<L> {
+        three_legacy::indirect(
             l,
             layers,
             [l.zero(); 3],
@@ -184,12 +139,6 @@ impl Model for ThreeLegacy {
             #[inline(always)]
             |query: EnvironmentQuery<L>| source.radiance(l, query),
             source.occlusion(l),
-        );
-        vec3::add(l, radiance, reflected)
-    }
-
-    #[inline(always)]
-    fn finish<L: Lanes>(self, _: L, _: &Surface<L>, radiance: V3<L>) -> V3<L> {
-        radiance
+        )
     }
 }

@@ -1,7 +1,7 @@
 //! Unity URP on surface fragments. Its BRDF leaves out the division by pi, so lights come as E / pi and the environment's
 //! diffuse light as irradiance / pi.
 
-use super::super::model::{Model, Source};
+use super::super::model::{AdditiveModel, Source};
 use super::super::{Reflectance, Surface};
 use super::has_coat_normal;
 use crate::coat::EnvironmentQuery;
@@ -16,10 +16,11 @@ use std::f32::consts::FRAC_1_PI;
 #[derive(Clone, Copy)]
 pub(in super::super) struct Urp(pub(in super::super) UrpVersion);
 
-impl Model for Urp {
+impl AdditiveModel for Urp {
     type Layers<L: Lanes> = urp::Surface<L>;
-    type Sum<L: Lanes> = V3<L>;
     const READS_LOBES: bool = false;
+    /// As in `UniversalFragmentPBR`.
+    const EMISSION_LAST: bool = true;
 
     fn cost(self) -> [u64; 4] {
         [34, 43, 3, 3]
@@ -48,44 +49,20 @@ impl Model for Urp {
     }
 
     #[inline(always)]
-    fn begin<L: Lanes>(self, l: L, _: &urp::Surface<L>, _: &Surface<L>) -> V3<L> {
-        [l.zero(); 3]
-    }
-
-    #[inline(always)]
-    fn direct<L: Lanes>(
-        self,
-        l: L,
-        layers: &urp::Surface<L>,
-        light: &LightSample<L>,
-        radiance: V3<L>,
-    ) -> V3<L> {
+    fn direct<L: Lanes>(self, l: L, layers: &urp::Surface<L>, light: &LightSample<L>) -> V3<L> {
         let color = vec3::scale(l, light.irradiance, l.splat(FRAC_1_PI));
-        vec3::add(l, radiance, urp::direct(l, layers, light.direction, color, l.splat(1.0)))
+        urp::direct(l, layers, light.direction, color, l.splat(1.0))
     }
 
     #[inline(always)]
-    fn indirect<L: Lanes>(
-        self,
-        l: L,
-        layers: &urp::Surface<L>,
-        source: &Source<'_, L>,
-        radiance: V3<L>,
-    ) -> V3<L> {
-        let reflected = urp::indirect(
+    fn indirect<L: Lanes>(self, l: L, layers: &urp::Surface<L>, source: &Source<'_, L>) -> V3<L> {
+        urp::indirect(
             l,
             layers,
             source.irradiance_over_pi(l, source.surface.normal),
             #[inline(always)]
             |query: EnvironmentQuery<L>| source.radiance(l, query),
             source.occlusion(l),
-        );
-        vec3::add(l, radiance, reflected)
-    }
-
-    /// Emission comes last, as in `UniversalFragmentPBR`.
-    #[inline(always)]
-    fn finish<L: Lanes>(self, l: L, surface: &Surface<L>, radiance: V3<L>) -> V3<L> {
-        vec3::add(l, radiance, surface.emissive)
+        )
     }
 }

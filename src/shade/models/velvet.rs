@@ -1,7 +1,7 @@
 //! Velvet on surface fragments: fibres from the sheen of the material, over its base.
 
 use super::super::Surface;
-use super::super::model::{Model, Source};
+use super::super::model::{AdditiveModel, Source};
 use super::MetallicBase;
 use crate::brdf::tables;
 use crate::brdf::velvet::VelvetAlbedo;
@@ -17,9 +17,8 @@ use crate::scene::Material;
 #[derive(Clone, Copy)]
 pub(in super::super) struct Velvet;
 
-impl Model for Velvet {
+impl AdditiveModel for Velvet {
     type Layers<L: Lanes> = velvet::Surface<'static, L>;
-    type Sum<L: Lanes> = V3<L>;
 
     fn cost(self) -> [u64; 4] {
         [61, 64, 13, 13]
@@ -45,42 +44,19 @@ impl Model for Velvet {
     }
 
     #[inline(always)]
-    fn begin<L: Lanes>(self, _: L, _: &Self::Layers<L>, surface: &Surface<L>) -> V3<L> {
-        surface.emissive
+    fn direct<L: Lanes>(self, l: L, layers: &Self::Layers<L>, light: &LightSample<L>) -> V3<L> {
+        velvet::direct(l, layers, light.direction, light.irradiance, l.splat(1.0))
     }
 
     #[inline(always)]
-    fn direct<L: Lanes>(
-        self,
-        l: L,
-        layers: &Self::Layers<L>,
-        light: &LightSample<L>,
-        radiance: V3<L>,
-    ) -> V3<L> {
-        vec3::add(l, radiance, velvet::direct(l, layers, light.direction, light.irradiance, l.splat(1.0)))
-    }
-
-    #[inline(always)]
-    fn indirect<L: Lanes>(
-        self,
-        l: L,
-        layers: &Self::Layers<L>,
-        source: &Source<'_, L>,
-        radiance: V3<L>,
-    ) -> V3<L> {
-        let reflected = velvet::indirect(
+    fn indirect<L: Lanes>(self, l: L, layers: &Self::Layers<L>, source: &Source<'_, L>) -> V3<L> {
+        velvet::indirect(
             l,
             layers,
             source.irradiance_over_pi(l, source.surface.normal),
             #[inline(always)]
             |query: EnvironmentQuery<L>| source.radiance(l, query),
             source.occlusion(l),
-        );
-        vec3::add(l, radiance, reflected)
-    }
-
-    #[inline(always)]
-    fn finish<L: Lanes>(self, _: L, _: &Surface<L>, radiance: V3<L>) -> V3<L> {
-        radiance
+        )
     }
 }
