@@ -526,7 +526,7 @@ fn draw_triangles<L: Lanes>(
 /// Visibility of the points of a run that are opaque or pass their mask. Leaves blended ones for later. Returns what their
 /// masks cost, in units of [`ShadingCost`]: as if each were read once in every block that the point touches, so that it does
 /// not depend on the tiles.
-#[inline(always)]
+#[inline(never)]
 fn draw_points<L: Lanes>(
     l: L,
     pass: &Pass<'_>,
@@ -535,33 +535,39 @@ fn draw_points<L: Lanes>(
     mode: AlphaMode,
     scratch: &mut TileScratch,
 ) -> u64 {
-    let chunk = &pass.chunks[run.chunk as usize];
-    let draw = &pass.shade.draws[chunk.draw as usize];
-    let own = pass.costs[draw.material as usize].mask;
-    let mut masked = 0;
-    let listed = chunk.bins.triangles(run);
-    for (place, &index) in listed.iter().enumerate() {
-        if let Some(&later) = listed.get(place + TRIANGLES_AHEAD) {
-            let vertex = draw.mesh.point(chunk.range.start + later as usize) as usize;
-            prefetch_index(draw.mesh.positions(), vertex);
-            prefetch_index(draw.mesh.shading_normals(), vertex);
-        }
-        let identity = scratch.identities.len() as u32;
-        scratch.identities.push((run.chunk, index));
-        if mode == AlphaMode::Blend {
-            scratch.blended.push(identity);
-            continue;
-        }
-        let Some(disc) = pass.disc(chunk, index) else { continue };
-        if let AlphaMode::Mask { cutoff } = mode {
-            masked += LANES as u64 * own * scratch.visibility.blocks_of_disc(&disc, origin);
-            if !passes_mask(l, pass, origin, identity, &disc, cutoff, scratch) {
-                continue;
+    // A function of its own: the one that draws opaque triangles is large enough.
+    l.run(
+        #[inline(always)]
+        || {
+            let chunk = &pass.chunks[run.chunk as usize];
+            let draw = &pass.shade.draws[chunk.draw as usize];
+            let own = pass.costs[draw.material as usize].mask;
+            let mut masked = 0;
+            let listed = chunk.bins.triangles(run);
+            for (place, &index) in listed.iter().enumerate() {
+                if let Some(&later) = listed.get(place + TRIANGLES_AHEAD) {
+                    let vertex = draw.mesh.point(chunk.range.start + later as usize) as usize;
+                    prefetch_index(draw.mesh.positions(), vertex);
+                    prefetch_index(draw.mesh.shading_normals(), vertex);
+                }
+                let identity = scratch.identities.len() as u32;
+                scratch.identities.push((run.chunk, index));
+                if mode == AlphaMode::Blend {
+                    scratch.blended.push(identity);
+                    continue;
+                }
+                let Some(disc) = pass.disc(chunk, index) else { continue };
+                if let AlphaMode::Mask { cutoff } = mode {
+                    masked += LANES as u64 * own * scratch.visibility.blocks_of_disc(&disc, origin);
+                    if !passes_mask(l, pass, origin, identity, &disc, cutoff, scratch) {
+                        continue;
+                    }
+                }
+                scratch.visibility.draw_disc(l, &disc, identity, origin, pass.pattern);
             }
-        }
-        scratch.visibility.draw_disc(l, &disc, identity, origin, pass.pattern);
-    }
-    masked
+            masked
+        },
+    )
 }
 
 /// Whether a point passes its mask: attributes are the same all over it.
@@ -598,7 +604,7 @@ fn passes_mask<L: Lanes>(
 ///
 /// What is counted belongs to the block of 4 x 4 pixels, and to the part that has its first pixel. Sixteen lanes cost as much
 /// with fewer fragments: [`PARTIAL_BLOCK`] more are counted where not all pixels of a block see the triangle.
-#[inline(always)]
+#[inline(never)]
 fn draw_blended<L: Lanes>(
     l: L,
     pass: &Pass<'_>,
@@ -607,70 +613,77 @@ fn draw_blended<L: Lanes>(
     scratch: &mut TileScratch,
     cost: &mut TileCost,
 ) -> bool {
-    let TileScratch { visibility, identities, discs, blended, fragments, .. } = scratch;
-    let &TilePart { pixels: [left, top, right, bottom], triangles: [first, end] } = part;
-    let opaque = fragments.len();
-    let divisible = right - left > 1 || bottom - top > 1;
-    let most = usize::try_from(pass.work.most(Spent::Blended)).unwrap_or(usize::MAX);
-    let (mut fits, mut shading) = (true, 0);
-    // Of triangles that are seen, and of those that are not.
-    let mut blocks = [0; 2];
-    for place in first..end {
-        let identity = blended[place];
-        let (chunk, index) = identities[identity as usize];
-        let chunk = &pass.chunks[chunk as usize];
-        let own = pass.costs[pass.shade.draws[chunk.draw as usize].material as usize];
-        let mut seen = false;
-        // No arithmetic of lanes in it.
-        let mut visit = |column: i32, row: i32, masks: &[u16; LANES]| {
-            seen = true;
-            if column >= left as i32 && row >= top as i32 {
-                let [x, y] = of_tile.corner;
-                let lit = own.fragment + own.light * pass.reach.count(x + column as u32, y + row as u32);
-                let count = masks.iter().map(|&mask| u64::from(mask != 0)).sum::<u64>();
-                let more = if count < LANES as u64 { PARTIAL_BLOCK } else { 0 };
-                shading += count * (lit + own.blending) + more * lit;
+    // A function of its own: the one that draws opaque triangles is large enough.
+    l.run(
+        #[inline(always)]
+        || {
+            let TileScratch { visibility, identities, discs, blended, fragments, .. } = scratch;
+            let &TilePart { pixels: [left, top, right, bottom], triangles: [first, end] } = part;
+            let opaque = fragments.len();
+            let divisible = right - left > 1 || bottom - top > 1;
+            let most = usize::try_from(pass.work.most(Spent::Blended)).unwrap_or(usize::MAX);
+            let (mut fits, mut shading) = (true, 0);
+            // Of triangles that are seen, and of those that are not.
+            let mut blocks = [0; 2];
+            for place in first..end {
+                let identity = blended[place];
+                let (chunk, index) = identities[identity as usize];
+                let chunk = &pass.chunks[chunk as usize];
+                let own = pass.costs[pass.shade.draws[chunk.draw as usize].material as usize];
+                let mut seen = false;
+                // No arithmetic of lanes in it.
+                let mut visit = |column: i32, row: i32, masks: &[u16; LANES]| {
+                    seen = true;
+                    if column >= left as i32 && row >= top as i32 {
+                        let [x, y] = of_tile.corner;
+                        let lit =
+                            own.fragment + own.light * pass.reach.count(x + column as u32, y + row as u32);
+                        let count = masks.iter().map(|&mask| u64::from(mask != 0)).sum::<u64>();
+                        let more = if count < LANES as u64 { PARTIAL_BLOCK } else { 0 };
+                        shading += count * (lit + own.blending) + more * lit;
+                    }
+                    if fits {
+                        push_masked_fragments(identity, column, row, masks, part.pixels, fragments);
+                    }
+                };
+                let (origin, pattern, pixels) = (of_tile.origin, pass.pattern, part.pixels);
+                let visited = if chunk.points {
+                    let Some(disc) = pass.disc(chunk, index) else { continue };
+                    visibility.visit_visible_disc(l, &disc, origin, pattern, pixels, &mut visit)
+                } else {
+                    let triangle = &chunk.triangles[index as usize];
+                    visibility.visit_visible(l, triangle, origin, pattern, pixels, &mut visit)
+                };
+                blocks[usize::from(!seen)] += visited;
+                if seen && divisible {
+                    blended.push(identity);
+                }
+                let count = fragments.len() - opaque;
+                fits &= !divisible || count <= MAX_KEPT;
+                if count > most || (place % 1024 == 0 && pass.work.is_stopped()) {
+                    break;
+                }
             }
+            let (visited, count) = if fits {
+                blended.truncate(end);
+                (blocks[0] + blocks[1], fragments.len() - opaque)
+            } else {
+                // What is seen is drawn and counted part by part; the rest is done.
+                (blocks[1], 0)
+            };
+            cost.blocks += visited;
+            pass.work.spend(Spent::Blocks, visited);
             if fits {
-                push_masked_fragments(identity, column, row, masks, part.pixels, fragments);
+                cost.fragments += count as u64;
+                cost.shading += shading;
+                pass.work.spend(Spent::Blended, count as u64);
+                pass.work.spend(Spent::Fragments, count as u64);
+                pass.work.spend(Spent::Shading, shading);
             }
-        };
-        let (origin, pattern, pixels) = (of_tile.origin, pass.pattern, part.pixels);
-        let visited = if chunk.points {
-            let Some(disc) = pass.disc(chunk, index) else { continue };
-            visibility.visit_visible_disc(l, &disc, origin, pattern, pixels, &mut visit)
-        } else {
-            let triangle = &chunk.triangles[index as usize];
-            visibility.visit_visible(l, triangle, origin, pattern, pixels, &mut visit)
-        };
-        blocks[usize::from(!seen)] += visited;
-        if seen && divisible {
-            blended.push(identity);
-        }
-        let count = fragments.len() - opaque;
-        fits &= !divisible || count <= MAX_KEPT;
-        if count > most || (place % 1024 == 0 && pass.work.is_stopped()) {
-            break;
-        }
-    }
-    let (visited, count) = if fits {
-        blended.truncate(end);
-        (blocks[0] + blocks[1], fragments.len() - opaque)
-    } else {
-        // What is seen is drawn and counted part by part; the rest is done.
-        (blocks[1], 0)
-    };
-    cost.blocks += visited;
-    pass.work.spend(Spent::Blocks, visited);
-    if fits {
-        cost.fragments += count as u64;
-        cost.shading += shading;
-        pass.work.spend(Spent::Blended, count as u64);
-        pass.work.spend(Spent::Fragments, count as u64);
-        pass.work.spend(Spent::Shading, shading);
-    }
-    discs.list(pass, identities, &fragments[opaque..]);
-    fits
+            discs.list(pass, identities, &fragments[opaque..]);
+            fits
+        },
+    )
 }
 
 /// The side of a tile that keeps depth and identity in the second-level cache or closer.
