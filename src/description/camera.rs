@@ -128,9 +128,10 @@ fn explicit_camera(
             fov_y: description.fov_y_degrees.unwrap_or(DEFAULT_FOV_Y_DEGREES).to_radians(),
         },
     };
-    let distance: f64 =
-        (0..3).map(|k| f64::from(eye[k]) - f64::from(target[k])).map(|d| d * d).sum::<f64>().sqrt();
-    let near = description.near.unwrap_or((distance * 1e-3) as f32);
-    let near = if near > Camera::MIN_NEAR { near } else { Camera::MIN_NEAR };
+    let near = match description.near {
+        Some(near) if near > Camera::MIN_NEAR => near,
+        Some(_) => Camera::MIN_NEAR,
+        None => Camera::usual_near(eye, target),
+    };
     Ok(Camera { eye, target, up: description.up.unwrap_or([0.0, 1.0, 0.0]), projection, near })
 }

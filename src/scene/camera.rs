@@ -63,17 +63,21 @@ impl Camera {
     /// [`SceneError::NotFinite`] and [`SceneError::OutOfRange`] of a number; [`SceneError::NoLength`] if `up` is zero;
     /// [`SceneError::DegenerateCamera`] if eye and target coincide or up points along the view.
     pub fn look_at(eye: [f32; 3], target: [f32; 3], up: [f32; 3]) -> Result<Self, SceneError> {
-        let between = DVec3::from(eye.map(f64::from)) - DVec3::from(target.map(f64::from));
-        let square = between.x * between.x + between.y * between.y + between.z * between.z;
-        let near = (1e-3 * square.sqrt()) as f32;
         Self {
             eye,
             target,
             up: unit("camera up", up)?,
             projection: Projection::Perspective { fov_y: std::f32::consts::FRAC_PI_6 },
-            near: if near > Self::MIN_NEAR { near } else { Self::MIN_NEAR },
+            near: Self::usual_near(eye, target),
         }
         .checked()
+    }
+
+    /// How near a camera draws where nobody says: a thousandth of the distance to what it looks at.
+    pub(crate) fn usual_near(eye: [f32; 3], target: [f32; 3]) -> f32 {
+        let [x, y, z] = [0, 1, 2].map(|k| f64::from(eye[k]) - f64::from(target[k]));
+        let near = (1e-3 * (x * x + y * y + z * z).sqrt()) as f32;
+        if near > Self::MIN_NEAR { near } else { Self::MIN_NEAR }
     }
 
     /// The same camera as a pinhole with a vertical field of view in radians, 0.001 to pi - 0.001.

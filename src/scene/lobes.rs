@@ -95,11 +95,11 @@ impl Default for Iridescence {
 pub struct CoatMedium {
     /// Index of refraction, 1 to 3. HDRP Lit, URP, Filament, three.js and glTF have 1.5 whatever is written here.
     pub ior: f32,
-    /// Thickness in units of length, 0 or more (StackLit).
+    /// Thickness in units of length, 0 or more (StackLit, Babylon.js).
     pub thickness: ScalarParameter,
-    /// Extinction of red, green and blue per unit of length, 0 or more (StackLit).
+    /// Extinction of red, green and blue per unit of length, 0 or more (StackLit, Babylon.js).
     pub extinction: [f32; 3],
-    /// What a coat looked at from above lets through, 0 to 1 (OpenPBR).
+    /// What a coat looked at from above lets through, 0 to 1 (OpenPBR, Babylon.js).
     pub color: ColorParameter,
     /// How much of the darkening by inner reflection is applied, 0 to 1 (OpenPBR).
     pub darkening: f32,

@@ -5,7 +5,7 @@
 //! * *Normals that face away.* An interpolated or mapped normal can point away from the viewer although the surface
 //!   is seen (N.V < 0). It is bent to the silhouette: its part along the view is taken out, so that N.V = 0.
 //!   Reflections then leave at grazing angles, without black rims.
-//! * *Reflections into the surface.* See `lighting.rs`.
+//! * *Reflections into the surface.* See `incident.rs`.
 
 use super::ShadeContext;
 use super::lobes::LobeValues;

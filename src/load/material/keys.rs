@@ -451,12 +451,12 @@ pub(super) static KEYS: &[Key] = &[
         },
         about: "Multiplies x and y of coat_normal_texture.",
     },
-    number!("coat_ior", 1.0..=3.0, m => m.lobes.coat.ior, "Index of refraction of the coat (StackLit, OpenPBR)."),
+    number!("coat_ior", 1.0..=3.0, m => m.lobes.coat.ior, "Index of refraction of the coat (StackLit, OpenPBR, Babylon.js)."),
     number!(
         "coat_thickness",
         0.0..=1e6,
         m => m.lobes.coat.thickness.factor,
-        "Thickness of the coat, in the length that coat_extinction is given for (StackLit)."
+        "Thickness of the coat, in the length that coat_extinction is given for (StackLit, Babylon.js)."
     ),
     texture!(
         "coat_thickness_texture",
@@ -468,13 +468,13 @@ pub(super) static KEYS: &[Key] = &[
         "coat_extinction",
         0.0..=1e6,
         m => m.lobes.coat.extinction,
-        "Extinction of red, green and blue in the coat per length (StackLit)."
+        "Extinction of red, green and blue in the coat per length (StackLit, Babylon.js)."
     ),
     color!(
         "coat_color",
         ..=1.0,
         m => m.lobes.coat.color.factor,
-        "What the coat lets through, seen from above (OpenPBR)."
+        "What the coat lets through, seen from above (OpenPBR, Babylon.js)."
     ),
     texture!(
         "coat_color_texture",

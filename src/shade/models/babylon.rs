@@ -23,7 +23,7 @@ impl AdditiveModel for Babylon {
     type Layers<L: Lanes> = babylon::Surface<L>;
 
     fn cost(self) -> [u64; 4] {
-        [60, 90, 6, 9]
+        [45, 72, 6, 10]
     }
 
     #[inline(always)]
