@@ -57,6 +57,7 @@
 pub mod brdf;
 pub mod coat;
 pub mod color;
+pub mod decode;
 pub mod description;
 pub mod formats;
 pub mod frame;
@@ -80,7 +81,9 @@ pub mod tile;
 #[cfg(feature = "sandbox")]
 pub mod sandbox;
 
+mod files;
 mod reuse;
+mod suggest;
 
 #[cfg(feature = "cli")]
 pub mod cli;

@@ -996,8 +996,8 @@ fn built_in_materials_are_listed_printed_and_shown() {
 }
 
 /// A decoded picture file.
-fn decode(path: &Path) -> overcoat::golden::decode::DecodedPicture {
-    overcoat::golden::decode::DecodedPicture::open(path, &overcoat::Limits::default()).unwrap()
+fn decode(path: &Path) -> overcoat::decode::DecodedPicture {
+    overcoat::decode::DecodedPicture::open(path, &overcoat::Limits::default()).unwrap()
 }
 
 /// WebP holds the pixels of PNG; JPEG what they look like on white, and less of it for less quality.

@@ -2,8 +2,7 @@
 //! tolerance, with the recorded hash of the linear frame and the recorded picture, which is made of the frame and also
 //! without one.
 //!
-//! A failure writes expected, difference and actual picture and the list of differing pixels to
-//! `target/golden-failures`. `UPDATE_GOLDENS=1` records instead, and fails: look at the pictures, then run again.
+//! A failure writes the picture, and a page that shows where it differs, to `target/golden-failures`. `UPDATE_GOLDENS=1` records instead, and fails: look at the pictures, then run again.
 
 mod common;
 
@@ -11,7 +10,7 @@ use common::{Shot, goldens, scene_names};
 use libtest_mimic::{Arguments, Failed, Trial};
 use overcoat::description::Machine;
 use overcoat::frame::DisplayImage;
-use overcoat::golden::{DescribedGolden, Picture};
+use overcoat::golden::DescribedGolden;
 use overcoat::math::lanes::SimdLevel;
 use overcoat::render::Renderer;
 use std::path::Path;
@@ -59,12 +58,11 @@ fn check(golden: &DescribedGolden) -> Result<(), String> {
     if direct.tinted != rendered.frame.is_tinted() || direct.stats.fragments != rendered.stats.fragments {
         return Err("what is said of the picture without a frame differs".to_owned());
     }
-    let actual = Picture { width: image.width, height: image.height, pixels: image.pixels };
     if std::env::var_os("UPDATE_GOLDENS").is_some_and(|value| value == "1") {
-        return Err(golden.accept(&hash, &actual).to_string());
+        return Err(golden.accept(&hash, &image).to_string());
     }
     let failures = Path::new(env!("CARGO_TARGET_TMPDIR")).with_file_name("golden-failures");
-    golden.check(&hash, &actual, &failures).map_err(|error| error.to_string())
+    golden.check(&hash, &image, &failures).map_err(|error| error.to_string())
 }
 
 /// A built-in scene that no golden shows tests nothing, and a folder without goldens is a mistake.

@@ -1,8 +1,8 @@
 //! `overcoat golden` as its users meet it: folders of pictures, whoever made them.
 #![cfg(feature = "cli")]
 
-use overcoat::golden::Picture;
-use overcoat::golden::decode::DecodedPicture;
+use overcoat::decode::DecodedPicture;
+use overcoat::frame::DisplayImage;
 use overcoat::limits::Limits;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -61,7 +61,7 @@ impl Folders {
 }
 
 /// A shaded disc on a transparent ground, `step` codes brighter than usual in one quarter.
-fn disc(step: u8) -> Picture {
+fn disc(step: u8) -> DisplayImage {
     const SIDE: u32 = 48;
     let pixels = (0..SIDE * SIDE)
         .map(|k| {
@@ -72,11 +72,11 @@ fn disc(step: u8) -> Picture {
             if inside { [(3 * x) as u8 + added, (4 * y) as u8, 90, 255] } else { [0; 4] }
         })
         .collect();
-    Picture { width: SIDE, height: SIDE, pixels }
+    DisplayImage { width: SIDE, height: SIDE, pixels }
 }
 
-fn png(picture: &Picture) -> Vec<u8> {
-    picture.to_png().unwrap()
+fn png(picture: &DisplayImage) -> Vec<u8> {
+    overcoat::output::encode_png(picture).unwrap()
 }
 
 fn decode(path: &Path) -> DecodedPicture {
@@ -123,7 +123,7 @@ fn whatever_is_wrong_with_one_file_the_rest_is_compared() {
     folders.write("actual/text.exr", "not a picture");
     folders.write("expected/gone.png", &good);
     folders.write("actual/new.png", &good);
-    folders.write("expected/size.png", png(&Picture { width: 2, height: 1, pixels: vec![[1; 4]; 2] }));
+    folders.write("expected/size.png", png(&DisplayImage { width: 2, height: 1, pixels: vec![[1; 4]; 2] }));
     folders.write("actual/size.png", &good);
     folders.write("expected/depth.png", &good);
     let mut deep = Vec::new();
@@ -288,7 +288,6 @@ fn what_is_missing_on_one_side_is_a_difference() {
 /// A render that is copied to the goldens as it is, by this crate's own encoder, is not larger than it must be.
 #[test]
 fn fresh_renders_are_not_oversized() {
-    use overcoat::frame::DisplayImage;
     use overcoat::output::encode_png;
     let folders = Folders::new();
     let pixels =
@@ -310,15 +309,9 @@ fn fresh_renders_are_not_oversized() {
 
 /// A moving picture whose frames are discs, with so many milliseconds for each.
 fn movie(format: overcoat::output::MovieFormat, steps: &[u8], times: &[u16]) -> Vec<u8> {
-    use overcoat::frame::DisplayImage;
     use overcoat::output::{MovieFrame, encode_movie};
-    let frames: Vec<MovieFrame> = steps
-        .iter()
-        .map(|&step| {
-            let Picture { width, height, pixels } = disc(step);
-            MovieFrame::new(&DisplayImage { width, height, pixels }, format, true).unwrap()
-        })
-        .collect();
+    let frames: Vec<MovieFrame> =
+        steps.iter().map(|&step| MovieFrame::new(&disc(step), format, true).unwrap()).collect();
     encode_movie(&frames, times).unwrap()
 }
 

@@ -4,20 +4,25 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// Which module may use which, and why no more.
-const MAY_USE: [(&str, &[&str]); 26] = [
+const MAY_USE: [(&str, &[&str]); 29] = [
     // The foundations: whoever wants to know what the bits of a sum are reads these and nothing else.
     ("math", &[]),
     ("jobs", &[]),
     ("limits", &[]),
     ("formats", &[]),
     ("reuse", &[]),
+    ("suggest", &[]),
+    // Files within limits.
+    ("files", &["limits"]),
     // Pure functions over lanes.
     ("color", &["math"]),
     ("brdf", &["math"]),
     // A scene can be built and checked without anything that loads or draws it.
     ("scene", &["math", "color"]),
+    // Encoded pictures to those that scenes have (scene), and to those that are compared and shown (frame).
+    ("decode", &["color", "files", "formats", "frame", "limits", "scene"]),
     // Ends where the scene begins: no stage of the renderer can meet malformed input.
-    ("load", &["scene", "math", "color", "jobs", "limits", "formats"]),
+    ("load", &["scene", "math", "color", "decode", "files", "jobs", "limits", "formats", "suggest"]),
     ("light", &["scene", "math", "color", "brdf", "jobs"]),
     // A material model is a formula: it takes lookups as parameters and knows no scene.
     ("coat", &["brdf", "math"]),
@@ -35,9 +40,9 @@ const MAY_USE: [(&str, &[&str]); 26] = [
     // What comes out can be stored and compared without the renderer.
     ("frame", &["math", "color"]),
     ("output", &["frame", "color", "math", "formats"]),
-    // Pictures of strangers are read by the hardened decoders of load within limits, as textures and environments are;
+    // Pictures of strangers are read within limits by the decoders that textures and environments have, and no model is;
     // files are written whole by output.
-    ("golden", &["frame", "color", "math", "limits", "load", "output", "formats"]),
+    ("golden", &["frame", "color", "decode", "files", "math", "limits", "output", "suggest"]),
     // The only place that knows the order of the stages.
     (
         "render",
@@ -48,7 +53,13 @@ const MAY_USE: [(&str, &[&str]); 26] = [
     ),
     // What a picture shows, for whoever asks: the command line, tests and programs. Says what to load and to draw, and draws
     // nothing.
-    ("description", &["color", "frame", "jobs", "limits", "load", "math", "output", "render", "scene"]),
+    (
+        "description",
+        &[
+            "color", "files", "frame", "jobs", "limits", "load", "math", "output", "render", "scene",
+            "suggest",
+        ],
+    ),
     // Rights of the process; knows nothing of what they are for.
     ("sandbox", &[]),
     // Pages to read.
@@ -60,7 +71,9 @@ const MAY_USE: [(&str, &[&str]); 26] = [
             "brdf",
             "coat",
             "color",
+            "decode",
             "description",
+            "files",
             "formats",
             "frame",
             "gbuffer",
@@ -77,6 +90,7 @@ const MAY_USE: [(&str, &[&str]); 26] = [
             "sandbox",
             "scene",
             "shade",
+            "suggest",
             "tile",
         ],
     ),

@@ -11,7 +11,7 @@
 //! records it.
 
 use overcoat::frame::{DisplayImage, DisplayOptions};
-use overcoat::golden::Picture;
+use overcoat::output::encode_png;
 use overcoat::scene::{Camera, Framing, Instance, Material, Mesh, MeshData, SceneError, Transform, Workflow};
 use overcoat::{RenderOptions, Renderer, Scene};
 use std::error::Error;
@@ -52,16 +52,16 @@ fn gem() -> Result<(Scene, Camera), SceneError> {
 }
 
 /// The picture of a scene, 8 bits a channel with straight alpha.
-fn draw(scene: &Scene, camera: &Camera) -> Result<Picture, Box<dyn Error>> {
+fn draw(scene: &Scene, camera: &Camera) -> Result<DisplayImage, Box<dyn Error>> {
     let options = RenderOptions { width: 128, height: 128, ..RenderOptions::default() };
     let rendered = Renderer::new(1).render(scene, camera, &options)?;
-    Ok(DisplayImage::new(&rendered.frame, &DisplayOptions::default()).into())
+    Ok(DisplayImage::new(&rendered.frame, &DisplayOptions::default()))
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
     let path = std::env::args().nth(1).unwrap_or_else(|| "gem.png".to_owned());
     let (scene, camera) = gem()?;
-    std::fs::write(&path, draw(&scene, &camera)?.to_png()?)?;
+    std::fs::write(&path, encode_png(&draw(&scene, &camera)?)?)?;
     println!("{path}");
     Ok(())
 }

@@ -206,7 +206,7 @@ pub fn hdr(data: &[u8]) {
 /// OpenEXR, as an environment and as a picture to compare.
 pub fn exr(data: &[u8]) {
     environment(data);
-    let _ = overcoat::load::read_exr_planes(data, &limits());
+    let _ = overcoat::decode::DecodedPicture::from_bytes(data, &limits());
 }
 
 /// A material file.

@@ -3,8 +3,8 @@
 use super::args::FormatsArgs;
 use super::failure::Failure;
 use super::report::{self, Versions};
+use crate::decode;
 use crate::formats::FileFormat;
-use crate::golden::decode;
 use crate::load::{ENVIRONMENT_FORMATS, Format, TEXTURE_FORMATS};
 use crate::output::{MovieFormat, OutputFormat};
 use serde::Serialize;

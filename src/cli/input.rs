@@ -7,8 +7,9 @@ use crate::jobs::Jobs;
 use crate::limits::Limits;
 use crate::load::{
     AnimatedModel, Context, Format, LoadOptions, Loaded, NoResolver, load_bytes_with_format,
-    load_file_with_format, nearest_name, suggestion,
+    load_file_with_format,
 };
+use crate::suggest::{nearest_name, suggestion};
 use std::path::{Path, PathBuf};
 
 /// Where a model comes from.

@@ -1,7 +1,7 @@
 //! Limits by name: `--limit triangles=10M`.
 
 use crate::limits::Limits;
-use crate::load::{nearest_name, suggestion};
+use crate::suggest::{nearest_name, suggestion};
 
 /// `name=value`, a field of [`Limits`] and a whole number; k, M and G stand for powers of 1000, Ki, Mi and Gi for
 /// powers of 1024.

@@ -36,7 +36,7 @@ mod turntable;
 pub mod values;
 
 use crate::limits::Limits;
-use crate::load::suggestion;
+use crate::suggest::suggestion;
 use args::{Cli, Command};
 use clap::Parser;
 use clap::error::{ContextKind, ContextValue, ErrorKind};

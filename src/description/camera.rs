@@ -2,9 +2,9 @@
 
 use super::Description;
 use super::error::DescriptionError;
-use crate::load::{nearest_name, suggestion};
 use crate::render::RenderOptions;
 use crate::scene::{Camera, Framing, Projection, Scene};
+use crate::suggest::{nearest_name, suggestion};
 
 /// Vertical field of view where none is given, in degrees: a short telephoto lens.
 const DEFAULT_FOV_Y_DEGREES: f32 = 30.0;

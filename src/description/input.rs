@@ -1,8 +1,9 @@
 //! Standard input in the place of a file.
 
 use super::error::DescriptionError;
+use crate::files::read_stream;
 use crate::limits::Limits;
-use crate::load::read_stream;
+use crate::load::LoadError;
 use std::path::Path;
 
 /// A path that stands for standard input. What comes from there has no folder, whatever it is.
@@ -23,7 +24,7 @@ pub(crate) fn is_standard_stream(path: &Path) -> bool {
 /// # Errors
 /// [`DescriptionError`] if it has more, has nothing or cannot be read.
 pub(crate) fn read_standard_input(limits: &Limits) -> Result<Vec<u8>, DescriptionError> {
-    let bytes = read_stream(std::io::stdin().lock(), limits)?;
+    let bytes = read_stream(std::io::stdin().lock(), limits).map_err(LoadError::from)?;
     if bytes.is_empty() {
         return Err(DescriptionError::invalid("no data"));
     }

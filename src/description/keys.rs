@@ -7,7 +7,8 @@ use super::materials::MaterialSource;
 use super::schema;
 use super::value::Value;
 use super::write;
-use crate::load::{Warning, nearest_name, same_name, suggestion};
+use crate::load::Warning;
+use crate::suggest::{nearest_name, same_name, suggestion};
 use std::collections::BTreeMap;
 
 /// A key of a table of scene files.

@@ -8,8 +8,9 @@ use super::value::Value;
 use super::write;
 use crate::jobs::Jobs;
 use crate::limits::Limits;
-use crate::load::{Warning, nearest_name, suggestion};
+use crate::load::Warning;
 use crate::scene::{Environment, Light, LightKind, Scene};
+use crate::suggest::{nearest_name, suggestion};
 
 /// A light of a scene file. They are added to those of the model.
 #[derive(Clone, Debug, PartialEq)]

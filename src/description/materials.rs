@@ -5,8 +5,9 @@ use super::error::DescriptionError;
 use super::name::file_name;
 use crate::jobs::Jobs;
 use crate::limits::Limits;
-use crate::load::{BuiltinMaterial, MaterialFile, Warning, inner_extension, nearest_name, suggestion};
+use crate::load::{BuiltinMaterial, MaterialFile, Warning, inner_extension};
 use crate::scene::Scene;
+use crate::suggest::{nearest_name, suggestion};
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 

@@ -3,9 +3,9 @@
 use super::camera::ViewDirection;
 use super::options::BackgroundChoice;
 use crate::color::{ToneCurve, hex_color};
-use crate::load::{nearest_name, suggestion};
 use crate::scene::Axis;
 use crate::scene::{AreaLightMethod, ShadingModel};
+use crate::suggest::{nearest_name, suggestion};
 use std::str::FromStr;
 
 /// Colours by name: the sixteen of HTML and a few that pictures of products want.

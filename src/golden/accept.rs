@@ -1,12 +1,13 @@
 //! Actual pictures become expected ones.
 
+use super::GoldenError;
 use super::check::compare;
-use super::compress::{CompressError, Effort, compress_png};
-use super::decode::{DecodeError, DecodedPicture};
+use super::compress::{Effort, compress_png};
 use super::thresholds::Thresholds;
 use super::walk::Pair;
+use crate::decode::DecodedPicture;
+use crate::files::read_file;
 use crate::limits::Limits;
-use crate::load::{LoadError, read_file};
 use crate::output::{OutputError, write_atomically};
 use std::path::{Path, PathBuf};
 
@@ -27,48 +28,24 @@ pub enum Accepted {
     },
 }
 
-/// Why a picture is not accepted.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum AcceptError {
-    /// There is no actual picture of that name.
-    #[error("no actual picture")]
-    NoActual,
-    /// A file was not looked at.
-    #[error("{0}")]
-    Problem(String),
-    /// The actual file cannot be read.
-    #[error(transparent)]
-    Load(#[from] LoadError),
-    /// It is no picture, or a damaged one.
-    #[error(transparent)]
-    Decode(#[from] DecodeError),
-    /// The folder or the file could not be written.
-    #[error(transparent)]
-    Write(#[from] OutputError),
-    /// Compression changed a pixel: a defect of this crate. Nothing is written.
-    #[error("compression would change the picture; it is not accepted")]
-    Changed,
-}
-
 /// Finds out what is to be stored for a pair, without storing it. With `only_bad`, pictures that pass stay as they are
 /// unless they are stored larger than they must be.
 ///
 /// # Errors
-/// [`AcceptError`] if there is no actual picture that can be read.
+/// [`GoldenError`] if there is no actual picture that can be read.
 pub fn prepare(
     pair: &Pair,
     expected_folder: &Path,
     thresholds: &Thresholds,
     only_bad: bool,
     limits: &Limits,
-) -> Result<Accepted, AcceptError> {
+) -> Result<Accepted, GoldenError> {
     if let Some(problem) = &pair.problem {
-        return Err(AcceptError::Problem(problem.clone()));
+        return Err(GoldenError::NotFollowed(problem.clone()));
     }
     let Some(actual) = &pair.actual else {
         // An expected picture that nobody makes any more: not for this command to judge.
-        return if only_bad { Ok(Accepted::Unchanged) } else { Err(AcceptError::NoActual) };
+        return if only_bad { Ok(Accepted::Unchanged) } else { Err(GoldenError::NoActual) };
     };
     if only_bad && pair.expected.is_some() && compare(pair, thresholds, true, limits).result.verdict.is_good()
     {
@@ -81,13 +58,13 @@ pub fn prepare(
     } else {
         match compress_png(&bytes, Effort::Strongest, limits) {
             Ok(small) => small,
-            Err(CompressError::Animated) => bytes,
-            Err(CompressError::Decode(error)) => return Err(error.into()),
+            Err(GoldenError::Animated) => bytes,
+            Err(error) => return Err(error),
         }
     };
     // Codes are no NaN, so that equality of numbers is equality of bits.
     if !picture.kind.is_linear() && DecodedPicture::from_bytes(&small, limits)? != picture {
-        return Err(AcceptError::Changed);
+        return Err(GoldenError::CompressionChanged);
     }
     let path = pair.expected.clone().unwrap_or_else(|| expected_folder.join(&pair.relative));
     let stored = pair.expected.as_deref().and_then(|path| read_file(path, limits).ok());
@@ -100,8 +77,8 @@ pub fn prepare(
 /// Writes what [`prepare`] found, and removes an actual `x.new.png` that has become `x.png`.
 ///
 /// # Errors
-/// [`AcceptError::Write`].
-pub fn store(accepted: &Accepted, pair: &Pair) -> Result<(), AcceptError> {
+/// [`GoldenError::Write`].
+pub fn store(accepted: &Accepted, pair: &Pair) -> Result<(), GoldenError> {
     if let Accepted::Written { path, bytes, .. } = accepted {
         if let Some(folder) = path.parent() {
             std::fs::create_dir_all(folder)

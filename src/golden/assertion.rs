@@ -2,13 +2,14 @@
 
 use super::GoldenError;
 use super::accept::{Accepted, prepare, store};
-use super::check::{FileResult, Verdict, compare_files};
-use super::picture::Picture;
+use super::check::{Compared, FileResult, Verdict, compare_sides, decode_side, read_side};
 use super::thresholds::{ThresholdFile, Thresholds};
-use super::walk::{NEW, Pair};
+use super::walk::{NEW, Pair, THRESHOLDS};
+use crate::decode::DecodedPicture;
+use crate::files::read_file;
+use crate::frame::DisplayImage;
 use crate::limits::Limits;
-use crate::load::read_file;
-use crate::output::write_atomically;
+use crate::output::{encode_png, write_atomically};
 use std::path::{Path, PathBuf};
 
 /// A folder of expected pictures for use within `cargo test`.
@@ -24,9 +25,10 @@ use std::path::{Path, PathBuf};
 /// [`thresholds`](super::thresholds)). Tests may run in parallel: files are written whole, and no two names share one.
 ///
 /// ```no_run
-/// use overcoat::golden::{Golden, Picture};
+/// use overcoat::frame::DisplayImage;
+/// use overcoat::golden::Golden;
 ///
-/// # fn draw() -> Picture { unimplemented!() }
+/// # fn draw() -> DisplayImage { unimplemented!() }
 /// #[test]
 /// fn the_knot_looks_as_it_should() {
 ///     Golden::new(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/golden")).assert("knot", &draw());
@@ -75,12 +77,19 @@ impl Golden {
         self
     }
 
+    /// Bounds on the files that are read; [`Limits::default`] if nothing is said.
+    #[must_use]
+    pub fn limits(mut self, limits: Limits) -> Self {
+        self.limits = limits;
+        self
+    }
+
     /// Compares a picture with `<name>.png`. The name may lead into folders: `cars/red`.
     ///
     /// # Panics
     /// With a message that names the files, where [`Golden::check`] gives an error.
     #[track_caller]
-    pub fn assert(&self, name: &str, actual: &Picture) {
+    pub fn assert(&self, name: &str, actual: &DisplayImage) {
         if let Err(error) = self.check(name, actual) {
             panic!("{error}");
         }
@@ -102,12 +111,8 @@ impl Golden {
     ///
     /// # Errors
     /// [`GoldenError::Differs`], [`GoldenError::Recorded`], or what keeps the picture from being compared.
-    pub fn check(&self, name: &str, actual: &Picture) -> Result<(), GoldenError> {
-        let file_name = format!("{name}.png");
-        let bytes = actual
-            .to_png()
-            .map_err(|reason| GoldenError::Malformed { path: self.folder.join(&file_name), reason })?;
-        self.check_file(&file_name, &bytes)
+    pub fn check(&self, name: &str, actual: &DisplayImage) -> Result<(), GoldenError> {
+        self.check_actual(&format!("{name}.png"), Actual::Image(actual)).map_err(|(error, _)| error)
     }
 
     /// Compares a picture file, PNG, WebP (both animated or not), JPEG, OpenEXR or Radiance, with the expected file of this
@@ -116,16 +121,26 @@ impl Golden {
     /// # Errors
     /// As [`Golden::check`].
     pub fn check_file(&self, file_name: &str, actual: &[u8]) -> Result<(), GoldenError> {
+        self.check_actual(file_name, Actual::File(actual)).map_err(|(error, _)| error)
+    }
+
+    /// The only way to compare and to record. The error comes with what was compared, if it came so far.
+    pub(super) fn check_actual(
+        &self,
+        file_name: &str,
+        actual: Actual<'_>,
+    ) -> Result<(), (GoldenError, Option<Box<Compared>>)> {
+        let only = |error| (error, None);
         let expected = self.folder.join(file_name);
         let new = new_path(self.failures.as_deref().unwrap_or(&self.folder), file_name).ok_or_else(|| {
-            GoldenError::Malformed {
+            only(GoldenError::Malformed {
                 path: expected.clone(),
                 reason: "the name of a golden is a relative path with an extension".to_owned(),
-            }
+            })
         })?;
-        let thresholds = self.read_thresholds(file_name)?;
+        let thresholds = self.read_thresholds(file_name).map_err(only)?;
         if self.update {
-            write_in_folder(&new, actual)?;
+            actual.write(&new).map_err(only)?;
             let pair = Pair {
                 name: file_name.to_owned(),
                 relative: file_name.into(),
@@ -134,42 +149,46 @@ impl Golden {
                 is_new: true,
                 problem: None,
             };
-            return Err(self.record(&pair, &thresholds, expected));
+            return Err(only(self.record(&pair, &thresholds, expected)));
         }
-        let stored = expected.is_file().then(|| read_file(&expected, &self.limits));
-        let files = [stored, Some(Ok(actual.to_vec()))];
-        let result = compare_files(file_name, files, None, &thresholds, false, &self.limits).result;
-        match result.verdict {
+        let stored = expected.is_file().then(|| read_side(&expected, &self.limits));
+        let drawn = match actual {
+            Actual::Image(image) => Ok((Vec::new(), DecodedPicture::from(image))),
+            Actual::File(bytes) => decode_side(bytes.to_vec(), &self.limits),
+        };
+        let compared =
+            compare_sides(file_name, [stored, Some(drawn)], None, &thresholds, false, &self.limits);
+        match compared.result.verdict {
             Verdict::Equal | Verdict::Within => {
                 // What an earlier failure left. That it still lies there would be untidy and no failure.
                 let _ = std::fs::remove_file(&new);
                 Ok(())
             }
             verdict => {
-                write_in_folder(&new, actual)?;
-                Err(GoldenError::Differs {
-                    summary: summary(&result),
+                actual.write(&new).map_err(only)?;
+                let error = GoldenError::Differs {
+                    summary: summary(&compared.result),
+                    why: None,
                     expected: (verdict != Verdict::NoExpected).then_some(expected),
-                    actual: new,
-                })
+                    actual: Some(new),
+                };
+                Err((error, Some(Box::new(compared))))
             }
         }
     }
 
     fn read_thresholds(&self, name: &str) -> Result<Thresholds, GoldenError> {
-        let path = self.folder.join("thresholds.toml");
-        let text = match std::fs::read_to_string(&path) {
-            Ok(text) => text,
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(self.otherwise.clone()),
-            Err(source) => return Err(GoldenError::Io { path, source }),
-        };
+        let path = self.folder.join(THRESHOLDS);
+        if !path.exists() {
+            return Ok(self.otherwise.clone());
+        }
+        let malformed = |reason| GoldenError::Malformed { path: path.clone(), reason };
+        let bytes = read_file(&path, &self.limits).map_err(|error| malformed(error.to_string()))?;
+        let text = String::from_utf8(bytes).map_err(|_| malformed("it is not UTF-8".to_owned()))?;
         let file = ThresholdFile::parse(&text);
         match file.problems().first() {
             None => Ok(file.of(name, &self.otherwise)),
-            Some(problem) => {
-                let reason = format!("line {}: {}", problem.line, problem.message);
-                Err(GoldenError::Malformed { path, reason })
-            }
+            Some(problem) => Err(malformed(format!("line {}: {}", problem.line, problem.message))),
         }
     }
 
@@ -185,21 +204,35 @@ impl Golden {
     }
 }
 
+/// What a test has drawn.
+#[derive(Clone, Copy)]
+pub(super) enum Actual<'a> {
+    Image(&'a DisplayImage),
+    /// The bytes of a file.
+    File(&'a [u8]),
+}
+
+impl Actual<'_> {
+    /// Writes it as a file of a folder, which is made if it is not there.
+    fn write(&self, path: &Path) -> Result<(), GoldenError> {
+        if let Some(folder) = path.parent() {
+            std::fs::create_dir_all(folder)
+                .map_err(|source| GoldenError::Io { path: folder.to_owned(), source })?;
+        }
+        match self {
+            Self::Image(image) => write_atomically(path, &encode_png(image)?)?,
+            Self::File(bytes) => write_atomically(path, bytes)?,
+        }
+        Ok(())
+    }
+}
+
 /// `cars/red.new.png` in a folder. `None` for names that lead elsewhere or have no extension.
 fn new_path(folder: &Path, name: &str) -> Option<PathBuf> {
     let plain = Path::new(name).components().all(|c| matches!(c, std::path::Component::Normal(_)));
     let (stem, extension) = name.rsplit_once('.')?;
     (plain && !stem.is_empty() && !extension.contains('/'))
         .then(|| folder.join(format!("{stem}{NEW}.{extension}")))
-}
-
-fn write_in_folder(path: &Path, bytes: &[u8]) -> Result<(), GoldenError> {
-    let io = |source| GoldenError::Io { path: path.to_owned(), source };
-    if let Some(folder) = path.parent() {
-        std::fs::create_dir_all(folder).map_err(io)?;
-    }
-    write_atomically(path, bytes)
-        .map_err(|error| GoldenError::Io { path: path.to_owned(), source: std::io::Error::other(error) })
 }
 
 fn summary(result: &FileResult) -> String {
@@ -215,10 +248,11 @@ fn summary(result: &FileResult) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::decode::read_display_image;
     use std::fs;
 
-    fn picture(v: u8) -> Picture {
-        Picture { width: 20, height: 10, pixels: vec![[v, 7, 9, 255]; 200] }
+    fn picture(v: u8) -> DisplayImage {
+        DisplayImage { width: 20, height: 10, pixels: vec![[v, 7, 9, 255]; 200] }
     }
 
     fn names(folder: &Path) -> Vec<String> {
@@ -253,7 +287,7 @@ mod tests {
         assert!(message.contains(folder.join("knot.png").to_str().unwrap()), "{message}");
         assert!(message.contains(folder.join("knot.new.png").to_str().unwrap()), "{message}");
         let left = fs::read(folder.join("knot.new.png")).unwrap();
-        assert_eq!(Picture::from_png(&left).unwrap(), picture(6));
+        assert_eq!(read_display_image(&left, &Limits::default()).unwrap(), picture(6));
 
         // What is as expected again leaves nothing behind.
         golden.assert("knot", &picture(5));
@@ -272,7 +306,7 @@ mod tests {
     #[should_panic(expected = "200 pixels differ by up to 3")]
     fn asserting_panics_with_the_message() {
         let folder = tempfile::tempdir().unwrap();
-        fs::write(folder.path().join("a.png"), picture(1).to_png().unwrap()).unwrap();
+        fs::write(folder.path().join("a.png"), encode_png(&picture(1)).unwrap()).unwrap();
         Golden::new(folder.path()).updating(false).assert("a", &picture(4));
     }
 
@@ -280,7 +314,7 @@ mod tests {
     fn thresholds_of_the_folder_count_and_their_mistakes_are_errors() {
         let folder = tempfile::tempdir().unwrap();
         fs::create_dir(folder.path().join("cars")).unwrap();
-        fs::write(folder.path().join("cars/a.png"), picture(1).to_png().unwrap()).unwrap();
+        fs::write(folder.path().join("cars/a.png"), encode_png(&picture(1)).unwrap()).unwrap();
         let golden = Golden::new(folder.path()).updating(false);
         assert!(golden.check("cars/a", &picture(2)).is_err());
         golden

@@ -1,18 +1,18 @@
 //! One pair of files compared, or a folder of them.
 
-use super::compress::{CompressError, Effort, compress_png};
-use super::decode::{DecodeError, DecodedPicture, SampleKind};
+use super::GoldenError;
+use super::compress::{Effort, compress_png};
 use super::metrics::exact::unmatched_planes;
-use super::metrics::{Measured, MetricError, Metrics, measure};
-use super::motion::FrameTime;
+use super::metrics::{Measured, Metrics, measure};
 use super::thresholds::{Thresholds, short};
 use super::walk::Pair;
+use crate::decode::{DecodeError, DecodedPicture, FrameTime, SampleKind};
+use crate::files::read_file;
 use crate::frame::DisplayImage;
 use crate::limits::Limits;
-use crate::load::{LoadError, read_file};
 use crate::output::encode_png;
 use serde::Serialize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// A stored PNG may be larger by this factor than what the strongest compression makes of it.
 const OVERSIZE: f64 = 1.1;
@@ -50,7 +50,7 @@ impl Verdict {
     }
 
     /// All of them.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: &[Self] = &[
         Self::Equal,
         Self::Within,
         Self::Differs,
@@ -137,34 +137,43 @@ pub struct Compared {
     pub measured: Option<Measured>,
 }
 
+/// A file that was read and decoded, or why that failed; without bytes for a picture that is no file.
+pub(super) type Side = Result<(Vec<u8>, DecodedPicture), DecodeError>;
+
+/// Reads and decodes one side of a comparison.
+pub(super) fn read_side(path: &Path, limits: &Limits) -> Side {
+    decode_side(read_file(path, limits)?, limits)
+}
+
+/// Decodes one side of a comparison.
+pub(super) fn decode_side(bytes: Vec<u8>, limits: &Limits) -> Side {
+    let picture = DecodedPicture::from_bytes(&bytes, limits)?;
+    Ok((bytes, picture))
+}
+
 /// Compares the two files of a name. `strict` also looks at how the expected file is stored.
 #[must_use]
 pub fn compare(pair: &Pair, thresholds: &Thresholds, strict: bool, limits: &Limits) -> Compared {
-    let read = |path: &Option<PathBuf>| path.as_deref().map(|path| read_file(path, limits));
-    let files = [read(&pair.expected), read(&pair.actual)];
-    compare_files(&pair.name, files, pair.problem.clone(), thresholds, strict, limits)
+    let read = |path: &Option<PathBuf>| path.as_deref().map(|path| read_side(path, limits));
+    let sides = [read(&pair.expected), read(&pair.actual)];
+    compare_sides(&pair.name, sides, pair.problem.clone(), thresholds, strict, limits)
 }
 
-/// Compares what an expected and an actual file hold, where there are such files and they could be read.
-pub(super) fn compare_files(
+/// Compares an expected and an actual picture, where there are such and they could be read. All comparisons come here.
+pub(super) fn compare_sides(
     name: &str,
-    files: [Option<Result<Vec<u8>, LoadError>>; 2],
+    [expected, actual]: [Option<Side>; 2],
     problem: Option<String>,
     thresholds: &Thresholds,
     strict: bool,
     limits: &Limits,
 ) -> Compared {
     let mut failures = Vec::new();
-    let mut decode = |file: Option<Result<Vec<u8>, LoadError>>, what: &str| {
-        let decoded = file?.map_err(DecodeError::from).and_then(|bytes| {
-            let picture = DecodedPicture::from_bytes(&bytes, limits)?;
-            Ok((bytes, picture))
-        });
-        decoded.map_err(|e| failures.push(format!("{what} picture: {e}"))).ok()
+    let mut there = |side: Option<Side>, what: &str| {
+        side?.map_err(|e| failures.push(format!("{what} picture: {e}"))).ok()
     };
-    let [expected, actual] = files;
-    let expected = decode(expected, "expected");
-    let actual = decode(actual, "actual");
+    let expected = there(expected, "expected");
+    let actual = there(actual, "actual");
     failures.extend(problem);
 
     let (mut measured, mut frame) = (None, 0);
@@ -285,8 +294,8 @@ pub fn compare_pictures(
         Ok(measured) => measured,
         Err(error) => {
             let verdict = match error {
-                MetricError::Size { .. } => Verdict::Differs,
-                MetricError::Transfer => Verdict::Failed,
+                GoldenError::Size { .. } => Verdict::Differs,
+                _ => Verdict::Failed,
             };
             return (FileResult::new(name, verdict, error.to_string()), None);
         }
@@ -336,10 +345,7 @@ fn oversize(
     if stored.len() <= fresh_size(picture).unwrap_or(0) {
         return None;
     }
-    let small = |effort| match compress_png(stored, effort, limits) {
-        Ok(bytes) => Some(bytes.len()),
-        Err(CompressError::Animated | CompressError::Decode(_)) => None,
-    };
+    let small = |effort| compress_png(stored, effort, limits).ok().map(|bytes| bytes.len());
     let quick = small(Effort::Quick)?;
     let too_large = |best: usize| stored.len() as f64 > OVERSIZE * best as f64;
     // Zopfli takes seconds, and gains less than the margin: it is only asked about files that the quick search beats.

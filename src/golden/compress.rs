@@ -7,7 +7,8 @@
 //! Chunks that say what the numbers mean stay (sRGB, gAMA, cHRM, iCCP, cICP, mDCV, cLLI, pHYs); texts, times and the like
 //! go.
 
-use super::decode::{DecodeError, read_png};
+use super::GoldenError;
+use crate::decode::read_png;
 use crate::limits::Limits;
 use std::collections::{BTreeMap, BTreeSet};
 use std::num::NonZeroU64;
@@ -22,18 +23,6 @@ pub enum Effort {
     Strongest,
 }
 
-/// Why a file is not compressed.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum CompressError {
-    /// It is an animation, whose frames are not compressed.
-    #[error("animated PNG files are kept as they are")]
-    Animated,
-    /// It cannot be read.
-    #[error(transparent)]
-    Decode(#[from] DecodeError),
-}
-
 /// Chunks that are kept where they are present, all of which stand before the pixels.
 const KEPT: [&[u8; 4]; 8] = [b"cICP", b"mDCV", b"cLLI", b"iCCP", b"sRGB", b"gAMA", b"cHRM", b"pHYs"];
 
@@ -43,12 +32,12 @@ const MOST_FOR_ZOPFLI: usize = 32 << 20;
 /// The smallest PNG file with the same pixels that is found. A file that is smaller already comes back as it is.
 ///
 /// # Errors
-/// [`CompressError`] if the file cannot be read or is an animation.
-pub fn compress_png(bytes: &[u8], effort: Effort, limits: &Limits) -> Result<Vec<u8>, CompressError> {
+/// [`GoldenError::Picture`] if the file cannot be read, [`GoldenError::Animated`] if it is an animation.
+pub fn compress_png(bytes: &[u8], effort: Effort, limits: &Limits) -> Result<Vec<u8>, GoldenError> {
     let picture = read_png(bytes, limits)?;
     let chunks = chunks(bytes);
     if chunks.iter().any(|(name, _)| name == b"acTL") {
-        return Err(CompressError::Animated);
+        return Err(GoldenError::Animated);
     }
     let has_profile = chunks.iter().any(|(name, _)| name == b"iCCP");
     // Colour type 0 and 4: a profile of such a file is one for grey, others are for colours.
@@ -397,8 +386,8 @@ fn paeth(left: u8, above: u8, diagonal: u8) -> u8 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::decode::DecodedPicture;
     use super::*;
+    use crate::decode::DecodedPicture;
     use png::{BitDepth, ColorType};
 
     fn encode(width: u32, height: u32, color: ColorType, depth: BitDepth, data: &[u8]) -> Vec<u8> {

@@ -17,7 +17,7 @@
 
 use super::metrics::{MetricSettings, Metrics};
 use crate::color::hex_color;
-use crate::load::nearest_name;
+use crate::suggest::nearest_name;
 use std::fmt::Write as _;
 use std::ops::Range;
 use toml::Spanned;
@@ -416,9 +416,9 @@ pub fn matches(pattern: &str, name: &str) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::super::decode::{DecodedPicture, SampleKind};
     use super::super::metrics::measure;
     use super::*;
+    use crate::decode::{DecodedPicture, SampleKind};
 
     #[test]
     fn later_tables_win_key_by_key() {

@@ -1,7 +1,8 @@
 //! Which pictures of two folders belong together.
 
-use super::decode::extensions;
-use crate::limits::{LimitExceeded, Limits};
+use super::GoldenError;
+use crate::decode::extensions;
+use crate::limits::Limits;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -10,31 +11,6 @@ pub const NEW: &str = ".new";
 
 /// The file that says how much pictures of its folder may differ.
 pub const THRESHOLDS: &str = "thresholds.toml";
-
-/// Why two folders cannot be walked.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum WalkError {
-    /// A folder or file is not there or cannot be read.
-    #[error("{}: {source}", path.display())]
-    Io {
-        /// The folder or file.
-        path: PathBuf,
-        /// What the system says.
-        source: std::io::Error,
-    },
-    /// One is a folder and the other a file.
-    #[error("{} is a folder and {} is not", folder.display(), file.display())]
-    Mixed {
-        /// The folder.
-        folder: PathBuf,
-        /// The other.
-        file: PathBuf,
-    },
-    /// There are more pictures than the limits allow.
-    #[error(transparent)]
-    Limit(#[from] LimitExceeded),
-}
 
 /// A name with the files that have it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -75,12 +51,12 @@ impl FolderPair {
     /// A symbolic link to a file is followed if it leads to a place within its folder; links to folders are not.
     ///
     /// # Errors
-    /// [`WalkError`] if one of the folders cannot be read or there are too many pictures.
-    pub fn open(expected: &Path, actual: &Path, limits: &Limits) -> Result<Self, WalkError> {
+    /// [`GoldenError`] if one of the folders cannot be read, one of them is none, or there are too many pictures.
+    pub fn open(expected: &Path, actual: &Path, limits: &Limits) -> Result<Self, GoldenError> {
         let is_folder = |path: &Path| {
             std::fs::metadata(path)
                 .map(|m| m.is_dir())
-                .map_err(|source| WalkError::Io { path: path.to_owned(), source })
+                .map_err(|source| GoldenError::Io { path: path.to_owned(), source })
         };
         let (expected, actual) = (expected.to_owned(), actual.to_owned());
         match (is_folder(&expected)?, is_folder(&actual)?) {
@@ -96,8 +72,8 @@ impl FolderPair {
                 };
                 return Ok(Self { expected, actual, pairs: vec![pair], others: BTreeMap::new() });
             }
-            (true, false) => return Err(WalkError::Mixed { folder: expected, file: actual }),
-            (false, true) => return Err(WalkError::Mixed { folder: actual, file: expected }),
+            (true, false) => return Err(GoldenError::Mixed { folder: expected, file: actual }),
+            (false, true) => return Err(GoldenError::Mixed { folder: actual, file: expected }),
         }
         let mut pairs: BTreeMap<(String, PathBuf), Pair> = BTreeMap::new();
         let mut others = BTreeMap::new();
@@ -180,10 +156,10 @@ struct Found {
 }
 
 /// The pictures in a folder and the folders in it; other files are counted by extension.
-fn list(root: &Path, limits: &Limits, others: &mut BTreeMap<String, u64>) -> Result<Vec<Found>, WalkError> {
+fn list(root: &Path, limits: &Limits, others: &mut BTreeMap<String, u64>) -> Result<Vec<Found>, GoldenError> {
     let io = |path: &Path| {
         let path = path.to_owned();
-        move |source| WalkError::Io { path, source }
+        move |source| GoldenError::Io { path, source }
     };
     let real_root = root.canonicalize().map_err(io(root))?;
     let mut found = Vec::new();
@@ -272,9 +248,9 @@ mod tests {
         let words = "4 files are not compared: 1 without extension, 2 .svg, 1 .txt";
         assert_eq!(one.others_in_words().as_deref(), Some(words));
         let limits = Limits { nodes: 1, ..Limits::default() };
-        assert!(matches!(FolderPair::open(&expected, &actual, &limits), Err(WalkError::Limit(_))));
+        assert!(matches!(FolderPair::open(&expected, &actual, &limits), Err(GoldenError::Limit(_))));
         let file = expected.join("x.png");
-        assert!(matches!(FolderPair::open(&file, &actual, &limits), Err(WalkError::Mixed { .. })));
+        assert!(matches!(FolderPair::open(&file, &actual, &limits), Err(GoldenError::Mixed { .. })));
         assert!(FolderPair::open(&root.path().join("none"), &actual, &limits).is_err());
         assert_eq!(FolderPair::open(&file, &actual.join("z.hdr"), &limits).unwrap().pairs[0].name, "x.png");
     }

@@ -1,4 +1,6 @@
 //! What can go wrong, and what goes missing, when a file is loaded.
+use crate::decode::{DecodeError, one_line};
+use crate::files::ReadError;
 use crate::limits::LimitExceeded;
 use crate::scene::SceneError;
 use std::fmt;
@@ -14,15 +16,6 @@ impl Warning {
     /// A warning with this text.
     pub fn new(message: impl Into<String>) -> Self {
         Self { message: one_line(message.into()) }
-    }
-}
-
-/// A message that names what a file contains, with control characters replaced: it is printed on one line.
-fn one_line(message: String) -> String {
-    if message.chars().any(char::is_control) {
-        message.chars().map(|c| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c }).collect()
-    } else {
-        message
     }
 }
 
@@ -75,6 +68,27 @@ pub enum LoadError {
         /// What is wrong with it.
         source: SceneError,
     },
+}
+
+impl From<ReadError> for LoadError {
+    fn from(error: ReadError) -> Self {
+        match error {
+            ReadError::Io(error) => Self::Io(error),
+            ReadError::Limit(error) => Self::Limit(error),
+        }
+    }
+}
+
+impl From<DecodeError> for LoadError {
+    fn from(error: DecodeError) -> Self {
+        match error {
+            DecodeError::Io(error) => Self::Io(error),
+            DecodeError::UnknownFormat(message) => Self::UnknownFormat(message),
+            DecodeError::Malformed { format, message } => Self::Malformed { format, message },
+            DecodeError::Unsupported { format, message } => Self::Unsupported { format, message },
+            DecodeError::Limit(error) => Self::Limit(error),
+        }
+    }
 }
 
 impl LoadError {

@@ -2,9 +2,9 @@
 
 use super::packed::{self, Unpacked};
 use super::{DirectoryResolver, LoadError, NoResolver, Resolver, Warning};
-use crate::limits::{LimitExceeded, Limits};
+use crate::files::{open_regular, read_opened, read_stream};
+use crate::limits::Limits;
 use std::fs::{File, Metadata};
-use std::io::{Error, ErrorKind, Read, Seek};
 use std::path::Path;
 
 /// A file that is open, or all that came through a pipe.
@@ -25,15 +25,15 @@ impl Input {
     pub(super) fn open(path: &Path, limits: &Limits) -> Result<Self, LoadError> {
         let metadata = std::fs::metadata(path)?;
         if is_pipe(&metadata) && is_numbered(path) {
-            return read_stream(File::open(path)?, limits).map(Self::Bytes);
+            return Ok(Self::Bytes(read_stream(File::open(path)?, limits)?));
         }
-        open_regular(path, &metadata, limits).map(Self::File)
+        Ok(Self::File(open_regular(path, &metadata, limits)?))
     }
 
     /// All of it.
     pub(super) fn read(self, limits: &Limits) -> Result<Vec<u8>, LoadError> {
         match self {
-            Self::File(file) => read_opened(file, limits),
+            Self::File(file) => Ok(read_opened(file, limits)?),
             Self::Bytes(bytes) => Ok(bytes),
         }
     }
@@ -74,57 +74,4 @@ fn is_pipe(metadata: &Metadata) -> bool {
         let _ = metadata;
         false
     }
-}
-
-/// The content of a regular file, of at most `limits.input_bytes` bytes.
-///
-/// # Errors
-/// [`LoadError::Io`] if it is missing, a folder, a device or cannot be read; [`LoadError::Limit`] if it is too long.
-pub(crate) fn read_file(path: &Path, limits: &Limits) -> Result<Vec<u8>, LoadError> {
-    // Asked before opening, which would wait for a writer if it were a pipe.
-    let metadata = std::fs::metadata(path)?;
-    read_opened(open_regular(path, &metadata, limits)?, limits)
-}
-
-/// A regular file of at most `limits.input_bytes` bytes.
-fn open_regular(path: &Path, metadata: &Metadata, limits: &Limits) -> Result<File, LoadError> {
-    if metadata.is_dir() {
-        return Err(Error::new(ErrorKind::IsADirectory, "it is a folder").into());
-    }
-    if !metadata.is_file() {
-        return Err(Error::new(ErrorKind::InvalidInput, "it is not a regular file").into());
-    }
-    check_size(metadata.len(), limits)?;
-    Ok(File::open(path)?)
-}
-
-/// All that is in a file, from its first byte.
-fn read_opened(mut file: File, limits: &Limits) -> Result<Vec<u8>, LoadError> {
-    let size = file.metadata()?.len().min(limits.input_bytes);
-    file.rewind()?;
-    let mut bytes = Vec::new();
-    bytes
-        .try_reserve_exact(usize::try_from(size).unwrap_or(usize::MAX).saturating_add(1))
-        .map_err(|_| Error::from(ErrorKind::OutOfMemory))?;
-    read_up_to(file, limits, bytes)
-}
-
-/// All that comes, at most `limits.input_bytes` bytes of it.
-///
-/// # Errors
-/// [`LoadError::Io`] if reading fails, [`LoadError::Limit`] if there is more.
-pub(crate) fn read_stream(from: impl Read, limits: &Limits) -> Result<Vec<u8>, LoadError> {
-    read_up_to(from, limits, Vec::new())
-}
-
-fn read_up_to(from: impl Read, limits: &Limits, mut bytes: Vec<u8>) -> Result<Vec<u8>, LoadError> {
-    // It may grow while it is read.
-    from.take(limits.input_bytes.saturating_add(1)).read_to_end(&mut bytes)?;
-    check_size(bytes.len() as u64, limits)?;
-    Ok(bytes)
-}
-
-/// Checks the size of a file against the limits.
-pub(super) fn check_size(bytes: u64, limits: &Limits) -> Result<(), LimitExceeded> {
-    Limits::check(|| "bytes of the file".to_owned(), bytes, limits.input_bytes, "input_bytes")
 }

@@ -32,7 +32,6 @@ mod gltf;
 mod grouped;
 mod image;
 mod input;
-mod ktx2;
 mod material;
 mod names;
 mod nearby;
@@ -58,27 +57,27 @@ mod weld;
 
 pub use animated::{AnimatedModel, AnimationInfo};
 pub use environment::{
-    ExrPicture, ExrPlane, ExrSamples, FORMATS as ENVIRONMENT_FORMATS, LoadedEnvironment,
-    load as load_environment, load_file as load_environment_file, read_exr_planes, read_radiance,
+    FORMATS as ENVIRONMENT_FORMATS, LoadedEnvironment, load as load_environment,
+    load_file as load_environment_file,
 };
 pub use error::{LoadError, Warning};
 pub use format::Format;
 pub use image::FORMATS as TEXTURE_FORMATS;
-pub(crate) use input::{has_folder, read_file, read_input, read_stream};
-pub(crate) use material::suggestion;
+pub(crate) use input::{has_folder, read_input};
 pub use material::{
     AssignError, BuiltinMaterial, MaterialError, MaterialErrorReason, MaterialFile, MaterialKey,
-    material_keys, nearest_name, same_name,
+    material_keys,
 };
 pub use options::{AnimationChoice, LoadOptions};
 pub(crate) use packed::inner_extension;
 pub use resolver::{DirectoryResolver, MemoryResolver, NoResolver, ResolveError, Resolver};
 
+use crate::files::check_size;
 use crate::jobs::Jobs;
 use crate::limits::Limits;
 use crate::scene::{Axis, Orientation, Scene};
 use gltf::Purpose;
-use input::{Input, check_size, resolver_beside};
+use input::{Input, resolver_beside};
 use packed::Unpacked;
 use std::path::Path;
 

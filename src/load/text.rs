@@ -1,6 +1,7 @@
 //! Tokens and numbers of text formats, from bytes of any encoding.
 use super::names::shown;
 use super::nonnumber;
+use crate::decode::in_quotes;
 
 /// Splits bytes at white space.
 #[derive(Clone, Debug)]
@@ -103,11 +104,7 @@ pub(super) fn line_of(text: &[u8], rest: &[u8]) -> usize {
 
 /// A token as it may appear in a message: short, printable, quoted.
 pub(super) fn quoted(token: &[u8]) -> String {
-    let text: String = shown(&String::from_utf8_lossy(token.get(..64).unwrap_or(token)))
-        .chars()
-        .map(|c| if c.is_control() { '\u{fffd}' } else { c })
-        .collect();
-    format!("'{}'", text.trim())
+    in_quotes(&shown(&String::from_utf8_lossy(token.get(..64).unwrap_or(token))))
 }
 
 const POWERS: [f64; 23] = [

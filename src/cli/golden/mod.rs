@@ -100,7 +100,7 @@ fn verdict(results: &[FileResult]) -> Result<(), Failure> {
         return Err(Failure::differ(format!("{bad} {of} differ")));
     }
     if bad > 0 {
-        let kinds: Vec<Verdict> = Verdict::ALL.into_iter().filter(|verdict| !verdict.is_good()).collect();
+        let kinds: Vec<Verdict> = Verdict::ALL.iter().copied().filter(|verdict| !verdict.is_good()).collect();
         let message = format!("{bad} {of} are not as expected: {}", table::counts(results, &kinds));
         return Err(Failure::differ(message));
     }

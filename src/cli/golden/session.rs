@@ -4,10 +4,12 @@ use super::FolderArgs;
 use crate::cli::failure::{Failure, file_name};
 use crate::cli::progress::Progress;
 use crate::cli::report::Reporter;
+use crate::decode::extensions;
+use crate::files::read_file;
+use crate::golden::GoldenError;
 use crate::golden::check::{Compared, FileResult, Verdict, compare};
-use crate::golden::decode::extensions;
 use crate::golden::thresholds::{ThresholdFile, Thresholds};
-use crate::golden::walk::{FolderPair, Pair, THRESHOLDS, WalkError};
+use crate::golden::walk::{FolderPair, Pair, THRESHOLDS};
 use crate::jobs::Jobs;
 use crate::limits::Limits;
 use std::path::Path;
@@ -35,8 +37,8 @@ impl Session {
         let limits = args.limits.limits();
         let folders =
             FolderPair::open(&args.expected, &args.actual, &limits).map_err(|error| match &error {
-                WalkError::Mixed { .. } => Failure::usage(&error),
-                WalkError::Limit(limit) => Failure::limit(limit),
+                GoldenError::Mixed { .. } => Failure::usage(&error),
+                GoldenError::Limit(limit) => Failure::limit(limit),
                 _ => Failure::failed(&error),
             })?;
         if folders.pairs.is_empty() {
@@ -113,7 +115,7 @@ impl Session {
 }
 
 fn read_thresholds(path: &Path, limits: &Limits) -> Result<ThresholdFile, Failure> {
-    let bytes = crate::load::read_file(path, limits).map_err(|e| Failure::load(&e).at(path))?;
+    let bytes = read_file(path, limits).map_err(|e| Failure::load(&e.into()).at(path))?;
     let text = String::from_utf8(bytes).map_err(|_| Failure::failed("it is not UTF-8").at(path))?;
     Ok(ThresholdFile::parse(&text))
 }

@@ -107,7 +107,7 @@ pub(super) fn to_text(session: &Session, results: &[FileResult]) -> String {
         out.push('\n');
     }
     let files = if results.len() == 1 { "1 file".to_owned() } else { format!("{} files", results.len()) };
-    let _ = writeln!(out, "{files}: {}", counts(results, &Verdict::ALL));
+    let _ = writeln!(out, "{files}: {}", counts(results, Verdict::ALL));
     for warning in session.warnings() {
         let _ = writeln!(out, "{}", one_line(&warning));
     }

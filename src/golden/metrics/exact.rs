@@ -1,7 +1,6 @@
 //! Differences of the numbers as they are stored.
 
-use crate::golden::decode::DecodedPicture;
-use crate::load::{ExrPlane, ExrSamples};
+use crate::decode::{DecodedPicture, ExrPlane, ExrSamples};
 
 /// How the stored numbers of two pictures of the same size differ. All channels count: alpha, colours below alpha 0,
 /// and further channels of OpenEXR.

@@ -19,8 +19,9 @@ pub mod flip_hdr;
 pub mod psnr;
 pub mod ssim;
 
-use super::decode::DecodedPicture;
+use super::GoldenError;
 use crate::color::srgb::{SRGB8_TO_LINEAR, linear_to_srgb, srgb_to_linear};
+use crate::decode::DecodedPicture;
 use exact::ExactDifference;
 
 /// What the measures need to know beside the pictures.
@@ -71,38 +72,21 @@ pub struct Measured {
     pub flip: Vec<f32>,
 }
 
-/// Why two pictures cannot be measured against each other.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum MetricError {
-    /// The pictures have not the same size.
-    #[error("expected {} x {} pixels, actual {} x {}", expected[0], expected[1], actual[0], actual[1])]
-    Size {
-        /// Width and height of the expected picture.
-        expected: [u32; 2],
-        /// Width and height of the actual picture.
-        actual: [u32; 2],
-    },
-    /// One holds display codes, the other linear light.
-    #[error("one picture holds display codes and the other linear light")]
-    Transfer,
-}
-
 /// Measures the difference between two pictures.
 ///
 /// # Errors
-/// [`MetricError`] if that has no meaning.
+/// [`GoldenError::Size`] and [`GoldenError::Transfer`] if that has no meaning.
 pub fn measure(
     expected: &DecodedPicture,
     actual: &DecodedPicture,
     settings: &MetricSettings,
-) -> Result<Measured, MetricError> {
+) -> Result<Measured, GoldenError> {
     let sizes = [[expected.width, expected.height], [actual.width, actual.height]];
     if sizes[0] != sizes[1] {
-        return Err(MetricError::Size { expected: sizes[0], actual: sizes[1] });
+        return Err(GoldenError::Size { expected: sizes[0], actual: sizes[1] });
     }
     if expected.kind.is_linear() != actual.kind.is_linear() {
-        return Err(MetricError::Transfer);
+        return Err(GoldenError::Transfer);
     }
     let exact = ExactDifference::new(expected, actual);
     let is_linear = expected.kind.is_linear();

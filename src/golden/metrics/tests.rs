@@ -4,8 +4,7 @@
 use super::flip::{LinearImage, flip, mean};
 use super::flip_hdr::{exposures, flip_hdr};
 use super::*;
-use crate::golden::decode::SampleKind;
-use crate::load::{ExrPlane, ExrSamples};
+use crate::decode::{ExrPlane, ExrSamples, SampleKind};
 
 const WIDTH: usize = 64;
 const HEIGHT: usize = 48;
@@ -203,9 +202,9 @@ fn further_channels_and_numbers_that_are_none() {
 fn what_cannot_be_measured_is_an_error() {
     let a = decoded(&noise(1));
     let narrow = DecodedPicture { width: 1, height: 1, pixels: vec![[0.0; 4]], ..a.clone() };
-    assert!(matches!(measure(&a, &narrow, &MetricSettings::default()), Err(MetricError::Size { .. })));
+    assert!(matches!(measure(&a, &narrow, &MetricSettings::default()), Err(GoldenError::Size { .. })));
     let light = linear(&noise(1));
-    assert!(matches!(measure(&a, &light, &MetricSettings::default()), Err(MetricError::Transfer)));
+    assert!(matches!(measure(&a, &light, &MetricSettings::default()), Err(GoldenError::Transfer)));
 }
 
 #[test]

@@ -82,18 +82,19 @@ pub fn to_html(expected: &str, actual: &str, entries: &[ReportEntry]) -> String 
 #[cfg(test)]
 mod tests {
     use super::super::check::{Verdict, compare};
-    use super::super::picture::Picture;
     use super::super::thresholds::Thresholds;
     use super::super::walk::Pair;
     use super::*;
+    use crate::frame::DisplayImage;
     use crate::limits::Limits;
+    use crate::output::encode_png;
 
     fn entry(name: &str, expected: u8, actual: u8) -> ReportEntry {
         let folder = tempfile::tempdir().unwrap();
         let save = |file: &str, v: u8| {
-            let picture = Picture { width: 40, height: 30, pixels: vec![[v, 10, 10, 255]; 1200] };
+            let picture = DisplayImage { width: 40, height: 30, pixels: vec![[v, 10, 10, 255]; 1200] };
             let path = folder.path().join(file);
-            std::fs::write(&path, picture.to_png().unwrap()).unwrap();
+            std::fs::write(&path, encode_png(&picture).unwrap()).unwrap();
             Some(path)
         };
         let pair = Pair {

@@ -2,9 +2,9 @@
 
 use crate::color::ToneCurve;
 use crate::color::srgb::linear_to_srgb8;
+use crate::decode::DecodedPicture;
 use crate::dispatch_available;
 use crate::golden::check::Compared;
-use crate::golden::decode::DecodedPicture;
 use crate::math::lanes::{Float, LANES, SimdLevel};
 use base64::Engine as _;
 use serde::Serialize;

@@ -14,7 +14,8 @@ use super::sample::{Curve, Interpolation};
 use crate::limits::Limits;
 use crate::load::budget::Budget;
 use crate::load::warnings::Warnings;
-use crate::load::{AnimationInfo, Context, LoadError, nearest_name, suggestion};
+use crate::load::{AnimationInfo, Context, LoadError};
+use crate::suggest::{nearest_name, suggestion};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 

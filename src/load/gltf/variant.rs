@@ -2,7 +2,8 @@
 
 use super::list::Index;
 use super::model::{Primitive, Root};
-use crate::load::{LoadError, nearest_name, suggestion};
+use crate::load::LoadError;
+use crate::suggest::{nearest_name, suggestion};
 
 /// Most names that a message lists.
 const LISTED: usize = 20;

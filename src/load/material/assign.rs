@@ -3,7 +3,6 @@
 use super::MaterialFile;
 use super::error::AssignError;
 use super::keys::{Key, Kind, Slot, metallic_workflow};
-use super::nearest::nearest_name;
 use super::parse::{Setting, Value};
 use super::texture::{TextureUse, metallic_roughness, one_channel};
 use crate::limits::Limits;
@@ -14,6 +13,7 @@ use crate::scene::{
     AlphaMode, AlphaUse, ColorSpace, Image, Material, MaterialId, Mesh, MeshData, MeshId, NormalTexture,
     Sampler, Scene, SceneError, Texture, TextureId, TextureRef,
 };
+use crate::suggest::nearest_name;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 

@@ -1,9 +1,9 @@
 //! What is wrong with a material file. Files of this kind are written by hand, so the messages help to mend them.
 
-use super::nearest::suggestion;
 use crate::limits::LimitExceeded;
 use crate::load::ResolveError;
 use crate::scene::SceneError;
+use crate::suggest::suggestion;
 use std::fmt;
 
 /// Why a material file is refused: the place and the reason. Who opened the file puts its name before it.

@@ -29,15 +29,12 @@ mod assign;
 mod builtin;
 mod error;
 mod keys;
-mod nearest;
 mod parse;
 mod texture;
 
 pub use builtin::BuiltinMaterial;
 pub use error::{AssignError, MaterialError, MaterialErrorReason};
 pub use keys::{MaterialKey, material_keys};
-pub(crate) use nearest::suggestion;
-pub use nearest::{nearest_name, same_name};
 
 use super::{Context, LoadError, Warning};
 use crate::jobs::Jobs;

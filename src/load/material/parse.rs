@@ -2,11 +2,11 @@
 
 use super::error::{MaterialError, MaterialErrorReason};
 use super::keys::{KEYS, Key, Kind, Slot};
-use super::nearest::{nearest_name, same_name};
 use super::texture::TextureUse;
 use crate::color::{hex_color, srgb::srgb_to_linear};
 use crate::load::gltf::transform_of;
 use crate::scene::{Filter, Sampler, UvTransform, Wrap};
+use crate::suggest::{nearest_name, same_name};
 use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};

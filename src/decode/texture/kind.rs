@@ -1,7 +1,7 @@
 //! What kind of picture some bytes are, whatever their name and their file say about them.
 
-use crate::load::foreign;
-use crate::load::text::quoted;
+use super::Foreign;
+use crate::decode::error::quoted;
 use ::image::ImageFormat;
 
 /// Kinds of pictures that are read.
@@ -23,14 +23,14 @@ const TGA_END: &[u8] = b"TRUEVISION-XFILE.\0";
 ///
 /// # Errors
 /// What the bytes are instead: one line.
-pub(super) fn find(bytes: &[u8]) -> Result<(Kind, usize), String> {
+pub(super) fn find(bytes: &[u8], foreign: Foreign) -> Result<(Kind, usize), String> {
     if bytes.is_empty() {
         return Err("it is empty".to_owned());
     }
     if let Some(kind) = signature(bytes) {
         return Ok((kind, 0));
     }
-    if let Some(what) = other(bytes) {
+    if let Some(what) = other(bytes, foreign) {
         return Err(what);
     }
     let head = bytes.get(..JUNK).unwrap_or(bytes);
@@ -131,7 +131,7 @@ const OTHERS: [(&[u8], &str); 22] = [
 ];
 
 /// What the bytes are, if it is something else that is well known.
-fn other(bytes: &[u8]) -> Option<String> {
+fn other(bytes: &[u8], foreign: Foreign) -> Option<String> {
     let brand = match bytes {
         [_, _, _, _, b'f', b't', b'y', b'p', brand @ ..] => brand.first_chunk::<4>(),
         _ => None,
@@ -146,7 +146,7 @@ fn other(bytes: &[u8]) -> Option<String> {
         None if is_tga(bytes) => return None,
         None => OTHERS.iter().find(|(beginning, _)| bytes.starts_with(beginning)).map(|(_, what)| *what),
     };
-    what.map(Into::into).or_else(|| foreign::what_it_is(bytes)).map(|what| format!("it is {what}"))
+    what.map(Into::into).or_else(|| foreign(bytes)).map(|what| format!("it is {what}"))
 }
 
 /// What is said of bytes that are nothing known.
@@ -179,7 +179,12 @@ impl Kind {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::{JUNK, Kind, PNG, TGA_END};
+    use ::image::ImageFormat;
+
+    fn find(bytes: &[u8]) -> Result<(Kind, usize), String> {
+        super::find(bytes, |_| None)
+    }
 
     #[test]
     fn what_is_no_picture_is_called_by_its_name() {
@@ -196,11 +201,7 @@ mod tests {
             (b"\xff\x0a\xfa", "it is a JPEG XL picture"),
             (b"\0\0\0\x0cjP  \r\n\x87\n", "it is a JPEG 2000 picture"),
             (b"\xabKTX 11\xbb", "it is a KTX texture of before KTX2"),
-            (b"<svg xmlns='http://www.w3.org/2000/svg'></svg>", "it is an SVG picture"),
-            (b"<!DOCTYPE html><html></html>", "it is a web page"),
-            (b"<?xml version='1.0'?><Error><Code>AccessDenied</Code></Error>", "it is an XML file"),
             (b"{\"error\": 404}", "it is JSON text"),
-            (b"\x1f\x8b\x08\0", "it is compressed by gzip: unpack it first"),
             (b"404 page not found\n", "it is text: '404 page not found'"),
             (&[0; 40], "all of its 40 bytes are 0"),
             (b"\x01\x02\x03\x04 no picture at all", super::super::NOT_AN_IMAGE),

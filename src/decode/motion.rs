@@ -1,6 +1,7 @@
 //! Moving pictures: animated PNG, WebP and GIF files with all of their frames.
 
-use super::decode::{DecodeError, DecodedPicture, SampleKind, damaged_png, png_codes, png_decoder};
+use super::png::{buffer_size, damaged_png, png_codes, png_decoder};
+use super::{DecodeError, DecodedPicture, SampleKind};
 use crate::limits::Limits;
 use image::AnimationDecoder;
 use image::metadata::LoopCount;
@@ -39,7 +40,7 @@ pub struct FrameTime {
 
 impl PartialEq for FrameTime {
     fn eq(&self, other: &Self) -> bool {
-        let product = |a: u32, b: u32| u64::from(a) * u64::from(b);
+        let product = |a: u32, b: u32| u64::from(a).saturating_mul(b.into());
         product(self.numerator, other.denominator) == product(other.numerator, self.denominator)
     }
 }
@@ -64,7 +65,7 @@ impl DecodedPicture {
     }
 
     /// `a still picture`, or `an animation of 3 frames`.
-    pub(super) fn what_it_is(&self) -> String {
+    pub(crate) fn what_it_is(&self) -> String {
         match &self.motion {
             None => "a still picture".to_owned(),
             Some(motion) if motion.frames.len() == 1 => "an animation of 1 frame".to_owned(),
@@ -75,7 +76,7 @@ impl DecodedPicture {
 
 impl Motion {
     /// `for ever`, or how often.
-    pub(super) fn how_often(&self) -> String {
+    pub(crate) fn how_often(&self) -> String {
         match self.plays {
             0 => "for ever".to_owned(),
             1 => "once".to_owned(),
@@ -85,9 +86,14 @@ impl Motion {
 }
 
 /// Refuses more frames than the limits allow, or than fit into memory.
-fn check(kind: &str, [width, height]: [u32; 2], frames: u64, limits: &Limits) -> Result<(), DecodeError> {
+fn check(
+    kind: &'static str,
+    [width, height]: [u32; 2],
+    frames: u64,
+    limits: &Limits,
+) -> Result<(), DecodeError> {
     let what = || format!("{kind} of {frames} frames of {width} x {height} pixels");
-    let pixels = u64::from(width) * u64::from(height);
+    let pixels = u64::from(width).saturating_mul(height.into());
     Limits::check(what, pixels, limits.texture_pixels, "texture_pixels")?;
     Limits::check(what, frames, limits.frames, "frames")?;
     let bytes = pixels.saturating_mul(PIXEL).saturating_mul(frames.saturating_add(4));
@@ -111,16 +117,19 @@ pub(super) fn read_apng(bytes: &[u8], limits: &Limits) -> Result<Option<DecodedP
     let Some(control) = reader.info().animation_control().copied() else { return Ok(None) };
     // The first picture of the file need not be part of the animation.
     let hidden = reader.info().frame_control().is_none();
-    let count = u64::from(control.num_frames) + u64::from(hidden);
+    let count = u64::from(control.num_frames).saturating_add(hidden.into());
     check("animated PNG", size, count, limits)?;
-    let length = reader.output_buffer_size().ok_or_else(|| DecodeError::Png("too large".to_owned()))?;
-    let mut data = vec![0; length];
+    let mut data = vec![0; buffer_size(&reader)?];
     let mut canvas = Canvas::new(size);
     let mut frames = Vec::new();
     let mut kind = SampleKind::Unsigned8;
     for k in 0..count {
         let output = reader.next_frame(&mut data).map_err(damaged_png)?;
-        let codes = png_codes(&data[..output.buffer_size()], output.color_type, output.bit_depth)?;
+        let codes = png_codes(
+            data.get(..output.buffer_size()).unwrap_or(&data),
+            output.color_type,
+            output.bit_depth,
+        )?;
         let white = match output.bit_depth {
             BitDepth::Sixteen => {
                 kind = SampleKind::Unsigned16;
@@ -158,27 +167,23 @@ struct Canvas {
 
 impl Canvas {
     fn new([width, height]: [u32; 2]) -> Self {
-        Self { width: width as usize, pixels: vec![[0; 4]; width as usize * height as usize] }
+        Self { width: width as usize, pixels: vec![[0; 4]; (width as usize).saturating_mul(height as usize)] }
     }
 
     /// The rows of a region, which lies within the picture as far as the decoder has checked.
     fn rows(&mut self, [x, y, width, height]: [u32; 4]) -> impl Iterator<Item = &mut [[u16; 4]]> {
         let (x, width) = (x as usize, width as usize);
         let rows = self.pixels.chunks_mut(self.width.max(1)).skip(y as usize).take(height as usize);
-        rows.filter_map(move |row| row.get_mut(x..x + width))
+        rows.filter_map(move |row| row.get_mut(x..x.checked_add(width)?))
     }
 
     /// Puts codes into a region: in place of what was there, or over it, where white is this code.
     fn draw(&mut self, region: [u32; 4], codes: &[[u16; 4]], over: Option<u16>) {
-        for (row, codes) in self.rows(region).zip(codes.chunks((region[2] as usize).max(1))) {
-            match over {
-                None => row.copy_from_slice(codes),
-                Some(white) => {
-                    row.iter_mut()
-                        .zip(codes)
-                        .for_each(|(below, above)| *below = laid_over(*above, *below, white));
-                }
-            }
+        let [_, _, width, _] = region;
+        for (row, codes) in self.rows(region).zip(codes.chunks((width as usize).max(1))) {
+            row.iter_mut().zip(codes).for_each(|(below, &above)| {
+                *below = over.map_or(above, |white| laid_over(above, *below, white));
+            });
         }
     }
 
@@ -187,25 +192,28 @@ impl Canvas {
     }
 }
 
-/// A pixel of straight alpha over another one, rounded.
+/// A pixel of straight alpha over another one, rounded. Products of three codes are far below 2^64.
+#[allow(
+    clippy::arithmetic_side_effects,
+    reason = "codes are at most white, and alpha is not 0 where it divides"
+)]
 fn laid_over(above: [u16; 4], below: [u16; 4], white: u16) -> [u16; 4] {
     let white = u64::from(white);
-    let (a, b) = (u64::from(above[3]), u64::from(below[3]));
+    let ([r, g, b, a], [r_below, g_below, b_below, a_below]) = (above.map(u64::from), below.map(u64::from));
+    let rest = white.saturating_sub(a);
     // Times white.
-    let alpha = a * white + b * (white - a);
+    let alpha = a * white + a_below * rest;
     if alpha == 0 {
         return [0; 4];
     }
-    let mix = |k: usize| {
-        let sum = u64::from(above[k]) * a * white + u64::from(below[k]) * b * (white - a);
-        ((sum + alpha / 2) / alpha) as u16
-    };
-    [mix(0), mix(1), mix(2), ((alpha + white / 2) / white) as u16]
+    let mix =
+        |above: u64, below: u64| ((above * a * white + below * a_below * rest + alpha / 2) / alpha) as u16;
+    [mix(r, r_below), mix(g, g_below), mix(b, b_below), ((alpha + white / 2) / white) as u16]
 }
 
 /// The frames of a file in a format that only the animation's decoder reads.
 pub(super) fn read_frames<'a>(
-    kind: &str,
+    kind: &'static str,
     size: [u32; 2],
     decoder: impl AnimationDecoder<'a>,
     limits: &Limits,
@@ -216,19 +224,19 @@ pub(super) fn read_frames<'a>(
     };
     let mut frames: Vec<MotionFrame> = Vec::new();
     for frame in decoder.into_frames() {
-        check(kind, size, frames.len() as u64 + 1, limits)?;
-        let frame = frame.map_err(|e| DecodeError::Image(e.to_string()))?;
+        check(kind, size, (frames.len() as u64).saturating_add(1), limits)?;
+        let frame = frame.map_err(|e| DecodeError::malformed(kind, e.to_string()))?;
         let (numerator, denominator) = frame.delay().numer_denom_ms();
         let time = FrameTime { numerator, denominator: denominator.saturating_mul(1000).max(1) };
         let image = frame.into_buffer();
         if [image.width(), image.height()] != size {
-            return Err(DecodeError::Image("a frame has not the size of the picture".to_owned()));
+            return Err(DecodeError::malformed(kind, "a frame has not the size of the picture"));
         }
         let codes = image.pixels().map(|p| p.0.map(u16::from)).collect();
         frames.push(MotionFrame { time: Some(time), codes });
     }
     if frames.is_empty() {
-        return Err(DecodeError::Image("an animation without frames".to_owned()));
+        return Err(DecodeError::malformed(kind, "an animation without frames"));
     }
     Ok(picture(size, SampleKind::Unsigned8, Motion { plays, frames }))
 }

@@ -1,15 +1,15 @@
 //! All channels of an OpenEXR picture, as they are stored: for comparing files, where nothing may be left out.
 
+use super::DecodeError;
 use super::openexr::{FORMAT, check_compression, for_each_block, read_meta, side};
 use crate::limits::Limits;
-use crate::load::LoadError;
 use exr::block::UncompressedBlock;
 use exr::meta::attribute::SampleType;
 use exr::meta::header::Header;
 
 /// A picture with every channel of every layer.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ExrPicture {
+pub(super) struct ExrPicture {
     /// Width in pixels.
     pub width: u32,
     /// Height in pixels.
@@ -42,23 +42,23 @@ pub enum ExrSamples {
 /// Reads every channel of every layer of an OpenEXR file.
 ///
 /// # Errors
-/// [`LoadError`] if the file is damaged or asks for more than the limits allow, and for what cannot be compared pixel
+/// [`DecodeError`] if the file is damaged or asks for more than the limits allow, and for what cannot be compared pixel
 /// by pixel: deep data, subsampled channels, layers of different sizes.
-pub fn read_exr_planes(bytes: &[u8], limits: &Limits) -> Result<ExrPicture, LoadError> {
+pub(super) fn read_exr_planes(bytes: &[u8], limits: &Limits) -> Result<ExrPicture, DecodeError> {
     let meta = read_meta(bytes, limits)?;
-    let first = meta.headers.first().ok_or_else(|| LoadError::malformed(FORMAT, "no layer"))?;
+    let first = meta.headers.first().ok_or_else(|| DecodeError::malformed(FORMAT, "no layer"))?;
     let size = first.layer_size;
     let mut decoded_bytes = 0_u64;
     for header in &meta.headers {
         check_compression(header)?;
         if header.deep {
-            return Err(LoadError::unsupported(FORMAT, "deep data"));
+            return Err(DecodeError::unsupported(FORMAT, "deep data"));
         }
         if header.channels.list.iter().any(|c| c.sampling.0 != 1 || c.sampling.1 != 1) {
-            return Err(LoadError::unsupported(FORMAT, "subsampled channels"));
+            return Err(DecodeError::unsupported(FORMAT, "subsampled channels"));
         }
         if header.layer_size != size {
-            return Err(LoadError::unsupported(FORMAT, "layers of different sizes"));
+            return Err(DecodeError::unsupported(FORMAT, "layers of different sizes"));
         }
         let layer_bytes =
             (size.area() as u64).saturating_mul(header.channels.list.len() as u64).saturating_mul(4);
@@ -176,7 +176,7 @@ mod tests {
             Limits { texture_pixels: 199, ..Limits::default() },
             Limits { decoded_bytes: 200 * 16 - 1, ..Limits::default() },
         ] {
-            assert!(matches!(read_exr_planes(&bytes, &limits), Err(LoadError::Limit(_))));
+            assert!(matches!(read_exr_planes(&bytes, &limits), Err(DecodeError::Limit(_))));
         }
         for len in [0, 4, 100, bytes.len() - 1] {
             assert!(read_exr_planes(&bytes[..len], &Limits::default()).is_err(), "{len}");

@@ -4,18 +4,17 @@
 //! reports a damaged scanline without its number. Format: G. Ward, *Radiance file formats* (`filefmts.pdf`), and
 //! `color.c` of Radiance.
 
-use super::check_size;
+use super::error::quoted;
+use super::{DecodeError, check_size};
 use crate::limits::Limits;
-use crate::load::LoadError;
-use crate::load::text::{integer, quoted};
 
-pub(super) const FORMAT: &str = "Radiance HDR";
+pub(crate) const FORMAT: &str = "Radiance HDR";
 
 /// Widths that the newer run-length encoding can have.
 const NEW_WIDTHS: std::ops::RangeInclusive<usize> = 8..=32767;
 
 /// Width, height and linear pixels, row by row from the top.
-pub(super) fn read(bytes: &[u8], limits: &Limits) -> Result<(u32, u32, Vec<[f32; 3]>), LoadError> {
+pub(crate) fn read(bytes: &[u8], limits: &Limits) -> Result<(u32, u32, Vec<[f32; 3]>), DecodeError> {
     let header = Header::read(bytes)?;
     check_size(FORMAT, [header.width.into(), header.height.into()], 12, 0, limits)?;
     let (width, height) = (header.width as usize, header.height as usize);
@@ -25,7 +24,7 @@ pub(super) fn read(bytes: &[u8], limits: &Limits) -> Result<(u32, u32, Vec<[f32;
     let mut pixels = Vec::new();
     for y in 0..height {
         let cut =
-            || LoadError::malformed(FORMAT, format!("scanline {y} of {height} is incomplete or damaged"));
+            || DecodeError::malformed(FORMAT, format!("scanline {y} of {height} is incomplete or damaged"));
         rest = read_scanline(rest, &mut scanline).ok_or_else(cut)?;
         let texels = scanline.iter().map(|&texel| radiance(texel));
         if header.right_to_left { pixels.extend(texels.rev()) } else { pixels.extend(texels) }
@@ -58,14 +57,14 @@ struct Header<'a> {
 }
 
 impl<'a> Header<'a> {
-    fn read(bytes: &'a [u8]) -> Result<Self, LoadError> {
+    fn read(bytes: &'a [u8]) -> Result<Self, DecodeError> {
         let mut rest = bytes;
         let mut blank = false;
         loop {
             // A header is text of reasonable size; in something else the search for line ends would never stop.
             let end = rest.iter().take(4096).position(|&b| b == b'\n');
             let Some((line, [_, after @ ..])) = end.and_then(|end| rest.split_at_checked(end)) else {
-                return Err(LoadError::malformed(FORMAT, "the header has no end"));
+                return Err(DecodeError::malformed(FORMAT, "the header has no end"));
             };
             let line = line.trim_ascii();
             rest = after;
@@ -75,32 +74,32 @@ impl<'a> Header<'a> {
             if let Some(format) = line.strip_prefix(b"FORMAT=")
                 && format.trim_ascii() != b"32-bit_rle_rgbe"
             {
-                return Err(LoadError::unsupported(FORMAT, format!("pixels in format {}", quoted(format))));
+                return Err(DecodeError::unsupported(FORMAT, format!("pixels in format {}", quoted(format))));
             }
             blank = line.is_empty();
         }
     }
 
     /// From the line that gives the size, usually `-Y 512 +X 1024`.
-    fn resolution(line: &[u8], body: &'a [u8]) -> Result<Self, LoadError> {
+    fn resolution(line: &[u8], body: &'a [u8]) -> Result<Self, DecodeError> {
         let parts: Vec<&[u8]> = line.split(u8::is_ascii_whitespace).filter(|p| !p.is_empty()).collect();
-        let side = |part: &[u8]| integer(part).and_then(|v| u32::try_from(v).ok());
+        let side = |part: &[u8]| std::str::from_utf8(part).ok()?.parse::<u32>().ok();
         let (vertical, height, horizontal, width) = match parts[..] {
             [v, h, u, w] => (v, side(h), u, side(w)),
             _ => (&[][..], None, &[][..], None),
         };
         let (Some(height), Some(width)) = (height, width) else {
-            return Err(LoadError::malformed(FORMAT, format!("{} is not a size", quoted(line))));
+            return Err(DecodeError::malformed(FORMAT, format!("{} is not a size", quoted(line))));
         };
         let bottom_to_top = match vertical {
             b"-Y" => false,
             b"+Y" => true,
-            _ => return Err(LoadError::unsupported(FORMAT, format!("the orientation {}", quoted(line)))),
+            _ => return Err(DecodeError::unsupported(FORMAT, format!("the orientation {}", quoted(line)))),
         };
         let right_to_left = match horizontal {
             b"+X" => false,
             b"-X" => true,
-            _ => return Err(LoadError::unsupported(FORMAT, format!("the orientation {}", quoted(line)))),
+            _ => return Err(DecodeError::unsupported(FORMAT, format!("the orientation {}", quoted(line)))),
         };
         Ok(Self { width, height, bottom_to_top, right_to_left, body })
     }
@@ -172,7 +171,7 @@ mod tests {
         bytes
     }
 
-    fn pixels(size: &str, data: &[u8]) -> Result<Vec<[f32; 3]>, LoadError> {
+    fn pixels(size: &str, data: &[u8]) -> Result<Vec<[f32; 3]>, DecodeError> {
         read(&file(size, data), &Limits::default()).map(|(_, _, pixels)| pixels)
     }
 

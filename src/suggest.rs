@@ -1,9 +1,9 @@
-//! Which known name somebody may have meant.
+//! Which known name somebody may have meant: "did you mean".
 
 /// The name that is fewest edits away from `name`, if it is near enough to be a misspelling; the first of several.
 ///
 /// Letters count alike in upper and lower case, and `-` as `_`.
-pub fn nearest_name<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+pub(crate) fn nearest_name<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     // Names of hostile files can be long, and the distance takes the product of two lengths.
     let plain = |text: &str| -> Vec<char> {
         text.chars().take(64).map(|c| if c == '-' { '_' } else { c.to_ascii_lowercase() }).collect()
@@ -14,7 +14,7 @@ pub fn nearest_name<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) ->
 }
 
 /// The known name that is the same but for upper and lower case, `-` and `_`: `fov_y_deg` for `fovYDeg` and `fov-y-deg`.
-pub fn same_name<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+pub(crate) fn same_name<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let letters = |text: &str| -> String {
         text.chars().filter(|c| !matches!(c, '-' | '_')).map(|c| c.to_ascii_lowercase()).take(64).collect()
     };

@@ -1,13 +1,9 @@
-//! Radiance HDR and OpenEXR: equirectangular environments, and pictures to compare.
-mod openexr;
-mod planes;
-mod radiance;
-
-pub use planes::{ExrPicture, ExrPlane, ExrSamples, read_exr_planes};
+//! Radiance HDR and OpenEXR: equirectangular environments.
 
 use super::input::Input;
 use super::packed::{Unpacked, unpack};
 use super::{Context, LoadError, NoResolver, Warning};
+use crate::decode::{openexr, radiance};
 use crate::formats::{self, FileFormat};
 use crate::jobs::Jobs;
 use crate::limits::Limits;
@@ -56,7 +52,7 @@ fn load_unpacked(bytes: &[u8], limits: &Limits) -> Result<LoadedEnvironment, Loa
         return Err(LoadError::UnknownFormat(message.to_owned()));
     };
     let image = EquirectImage::new(width, height, pixels).map_err(LoadError::scene(format))?;
-    Ok(LoadedEnvironment { image, warnings: warning.into_iter().collect() })
+    Ok(LoadedEnvironment { image, warnings: warning.into_iter().map(Warning::new).collect() })
 }
 
 /// Reads an environment file: see [`load_environment`](super::load_environment).
@@ -66,31 +62,4 @@ fn load_unpacked(bytes: &[u8], limits: &Limits) -> Result<LoadedEnvironment, Loa
 pub fn load_file(path: &Path, limits: &Limits, jobs: &Jobs) -> Result<LoadedEnvironment, LoadError> {
     let bytes = Input::open(path, limits)?.read(limits)?;
     load(&bytes, &Context { resolver: &NoResolver, limits, jobs })
-}
-
-/// Width, height and linear pixels of a Radiance `.hdr` file, row by row from the top.
-///
-/// # Errors
-/// [`LoadError`] if it is damaged or incomplete, or asks for more than the limits allow.
-pub fn read_radiance(bytes: &[u8], limits: &Limits) -> Result<(u32, u32, Vec<[f32; 3]>), LoadError> {
-    radiance::read(bytes, limits)
-}
-
-/// Checks the size that a header claims, and what unpacking it takes besides, before anything of that size is allocated.
-fn check_size(
-    format: &'static str,
-    [width, height]: [u64; 2],
-    bytes_per_pixel: u64,
-    bytes_besides: u64,
-    limits: &Limits,
-) -> Result<(), LoadError> {
-    if width == 0 || height == 0 {
-        return Err(LoadError::malformed(format, format!("a picture of {width} x {height} pixels")));
-    }
-    let what = || format!("{format}: {width} x {height} pixels");
-    let pixels = width.saturating_mul(height);
-    Limits::check(what, pixels, limits.texture_pixels, "texture_pixels")?;
-    let bytes = pixels.saturating_mul(bytes_per_pixel).saturating_add(bytes_besides);
-    Limits::check(what, bytes, limits.decoded_bytes, "decoded_bytes")?;
-    Ok(())
 }

@@ -1,9 +1,13 @@
 //! Picture files of any renderer, decoded without loss.
 
+use super::exr_planes::{ExrPlane, ExrSamples, read_exr_planes};
 use super::motion::{Motion, read_apng, read_frames};
+use super::png::{BYTES_PER_PIXEL, read_png};
+use super::{DecodeError, radiance};
+use crate::files::read_file;
 use crate::formats::{self, FileFormat};
-use crate::limits::{LimitExceeded, Limits};
-use crate::load::{self, ExrPlane, ExrSamples, LoadError};
+use crate::frame::DisplayImage;
+use crate::limits::Limits;
 use image::ImageDecoder;
 use image::codecs::gif::GifDecoder;
 use image::codecs::jpeg::JpegDecoder;
@@ -89,25 +93,31 @@ pub struct DecodedPicture {
     pub motion: Option<Motion>,
 }
 
-/// Why a file cannot be compared.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum DecodeError {
-    /// The file cannot be read, or is damaged, or asks for more than the limits allow.
-    #[error(transparent)]
-    Load(#[from] LoadError),
-    /// A PNG file is damaged.
-    #[error("PNG: {0}")]
-    Png(String),
-    /// A file of another format is damaged.
-    #[error("{0}")]
-    Image(String),
+impl From<&DisplayImage> for DecodedPicture {
+    fn from(image: &DisplayImage) -> Self {
+        let pixels = image.pixels.iter().map(|p| p.map(f32::from)).collect();
+        Self::still([image.width, image.height], SampleKind::Unsigned8, pixels)
+    }
 }
 
-impl From<LimitExceeded> for DecodeError {
-    fn from(error: LimitExceeded) -> Self {
-        Self::Load(LoadError::Limit(error))
+/// Reads a still PNG, WebP, GIF or JPEG file as a picture for screens: 8 bits, straight alpha, taken as sRGB. 16 bits are
+/// cut to 8.
+///
+/// # Errors
+/// [`DecodeError`] as [`DecodedPicture::from_bytes`], and [`DecodeError::Unsupported`] if it moves or holds linear light.
+pub fn read_display_image(bytes: &[u8], limits: &Limits) -> Result<DisplayImage, DecodeError> {
+    let picture = DecodedPicture::from_bytes(bytes, limits)?;
+    let format = "a picture for screens";
+    if picture.motion.is_some() {
+        return Err(DecodeError::unsupported(format, "an animation, where a still picture is wanted"));
     }
+    if picture.kind.is_linear() {
+        return Err(DecodeError::unsupported(format, "linear light, where display codes are wanted"));
+    }
+    let deep = picture.kind == SampleKind::Unsigned16;
+    let code = |v: f32| if deep { (v as u16 >> 8) as u8 } else { v as u8 };
+    let pixels = picture.pixels.iter().map(|p| p.map(code)).collect();
+    Ok(DisplayImage { width: picture.width, height: picture.height, pixels })
 }
 
 impl DecodedPicture {
@@ -116,7 +126,7 @@ impl DecodedPicture {
     /// # Errors
     /// [`DecodeError`] if that is not possible within the limits.
     pub fn open(path: &Path, limits: &Limits) -> Result<Self, DecodeError> {
-        Self::from_bytes(&load::read_file(path, limits)?, limits)
+        Self::from_bytes(&read_file(path, limits)?, limits)
     }
 
     /// Decodes a PNG, WebP, GIF (all animated or not), JPEG, OpenEXR or Radiance file; its first bytes say which it is.
@@ -130,22 +140,27 @@ impl DecodedPicture {
                 None => decode_png(bytes, limits),
             }
         } else if bytes.starts_with(b"\xff\xd8\xff") {
-            decode_image(JpegDecoder::new(Cursor::new(bytes)).map_err(damaged)?, "JPEG", limits)
+            decode_image(JpegDecoder::new(Cursor::new(bytes)).map_err(damaged("JPEG"))?, "JPEG", limits)
         } else if bytes.starts_with(b"RIFF") && bytes.get(8..12) == Some(b"WEBP") {
             decode_webp(bytes, limits)
         } else if bytes.starts_with(b"GIF8") {
             decode_gif(bytes, limits)
         } else if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
-            let picture = load::read_exr_planes(bytes, limits)?;
+            let picture = read_exr_planes(bytes, limits)?;
             Ok(from_planes(picture.width, picture.height, picture.planes))
         } else if bytes.starts_with(b"#?") {
-            let (width, height, pixels) = load::read_radiance(bytes, limits)?;
+            let (width, height, pixels) = radiance::read(bytes, limits)?;
             let pixels = pixels.into_iter().map(|[r, g, b]| [r, g, b, 1.0]).collect();
-            Ok(Self { width, height, kind: SampleKind::Rgbe, pixels, planes: Vec::new(), motion: None })
+            Ok(Self::still([width, height], SampleKind::Rgbe, pixels))
         } else {
             let message = "neither a PNG nor an OpenEXR nor a Radiance HDR, WebP, GIF or JPEG file (by its first bytes)";
-            Err(LoadError::UnknownFormat(message.to_owned()).into())
+            Err(DecodeError::UnknownFormat(message.to_owned()))
         }
+    }
+
+    /// A picture of which nothing moves and that has no further channels.
+    fn still([width, height]: [u32; 2], kind: SampleKind, pixels: Vec<[f32; 4]>) -> Self {
+        Self { width, height, kind, pixels, planes: Vec::new(), motion: None }
     }
 
     /// True if some pixel is not opaque.
@@ -156,112 +171,39 @@ impl DecodedPicture {
     }
 }
 
-/// What a PNG decoder may allocate for its own purposes beside the pixels: profiles and texts.
-const PNG_OVERHEAD: u64 = 1 << 24;
-
-/// A PNG file's samples, from the decoder's rows: colours and alpha, 8 or 16 bits, no palette.
-pub(super) struct PngSamples {
-    pub(super) width: u32,
-    pub(super) height: u32,
-    pub(super) is_16_bit: bool,
-    /// RGBA, 4 numbers a pixel; 8-bit codes as they are.
-    pub(super) samples: Vec<[u16; 4]>,
-}
-
-pub(super) fn damaged_png(error: png::DecodingError) -> DecodeError {
-    DecodeError::Png(error.to_string())
-}
-
-fn damaged(error: image::ImageError) -> DecodeError {
-    DecodeError::Image(error.to_string())
-}
-
-/// A decoder whose rows have no palette and always alpha.
-pub(super) fn png_decoder<'a>(bytes: &'a [u8], limits: &Limits) -> png::Decoder<Cursor<&'a [u8]>> {
-    let memory = usize::try_from(limits.decoded_bytes.min(PNG_OVERHEAD)).unwrap_or(usize::MAX);
-    let mut decoder = png::Decoder::new_with_limits(Cursor::new(bytes), png::Limits { bytes: memory });
-    decoder.set_transformations(png::Transformations::EXPAND | png::Transformations::ALPHA);
-    decoder
-}
-
-/// RGBA codes of rows from [`png_decoder`].
-pub(super) fn png_codes(
-    data: &[u8],
-    color: png::ColorType,
-    depth: png::BitDepth,
-) -> Result<Vec<[u16; 4]>, DecodeError> {
-    let codes: Vec<u16> = if depth == png::BitDepth::Sixteen {
-        data.as_chunks::<2>().0.iter().map(|&v| u16::from_be_bytes(v)).collect()
-    } else {
-        data.iter().map(|&v| u16::from(v)).collect()
-    };
-    match color {
-        png::ColorType::GrayscaleAlpha => {
-            Ok(codes.as_chunks::<2>().0.iter().map(|&[v, a]| [v, v, v, a]).collect())
-        }
-        png::ColorType::Rgba => Ok(codes.as_chunks::<4>().0.to_vec()),
-        other => Err(DecodeError::Png(format!("{other:?} was not expanded"))),
-    }
-}
-
-/// Reads the pixels of a PNG file of any kind, of an animation those of its first picture.
-pub(super) fn read_png(bytes: &[u8], limits: &Limits) -> Result<PngSamples, DecodeError> {
-    let mut decoder = png_decoder(bytes, limits);
-    let info = decoder.read_header_info().map_err(damaged_png)?;
-    let (width, height) = (info.width, info.height);
-    let pixels = u64::from(width) * u64::from(height);
-    let what = || format!("PNG of {width} x {height} pixels");
-    Limits::check(what, pixels, limits.texture_pixels, "texture_pixels")?;
-    // The decoder's buffer and what is made of it.
-    Limits::check(what, pixels.saturating_mul(8 + 16), limits.decoded_bytes, "decoded_bytes")?;
-    let mut reader = decoder.read_info().map_err(damaged_png)?;
-    let size = reader.output_buffer_size().ok_or_else(|| DecodeError::Png("too large".to_owned()))?;
-    let mut data = vec![0; size];
-    let info = reader.next_frame(&mut data).map_err(damaged_png)?;
-    // The whole file counts: what follows the pixels may be cut off.
-    reader.finish().map_err(damaged_png)?;
-    let data = &data[..info.buffer_size()];
-    let is_16_bit = info.bit_depth == png::BitDepth::Sixteen;
-    let samples = png_codes(data, info.color_type, info.bit_depth)?;
-    Ok(PngSamples { width: info.width, height: info.height, is_16_bit, samples })
+fn damaged(format: &'static str) -> impl Fn(image::ImageError) -> DecodeError {
+    move |error| DecodeError::malformed(format, error.to_string())
 }
 
 /// Refuses what would take more memory than the limits allow: numbers of 32 bits, and the decoder's own pixels.
 fn check_size(kind: &str, [width, height]: [u32; 2], limits: &Limits) -> Result<(), DecodeError> {
     let what = || format!("{kind} of {width} x {height} pixels");
-    let pixels = u64::from(width) * u64::from(height);
+    let pixels = u64::from(width).saturating_mul(height.into());
     Limits::check(what, pixels, limits.texture_pixels, "texture_pixels")?;
-    Ok(Limits::check(what, pixels.saturating_mul(8 + 16), limits.decoded_bytes, "decoded_bytes")?)
+    Ok(Limits::check(what, pixels.saturating_mul(BYTES_PER_PIXEL), limits.decoded_bytes, "decoded_bytes")?)
 }
 
 /// A still picture of 8 bits.
 fn decode_image(
     decoder: impl ImageDecoder,
-    kind: &str,
+    kind: &'static str,
     limits: &Limits,
 ) -> Result<DecodedPicture, DecodeError> {
     let (width, height) = decoder.dimensions();
     check_size(kind, [width, height], limits)?;
-    let image = image::DynamicImage::from_decoder(decoder).map_err(damaged)?.into_rgba8();
+    let image = image::DynamicImage::from_decoder(decoder).map_err(damaged(kind))?.into_rgba8();
     let pixels = image.pixels().map(|p| p.0.map(f32::from)).collect();
-    Ok(DecodedPicture {
-        width,
-        height,
-        kind: SampleKind::Unsigned8,
-        pixels,
-        planes: Vec::new(),
-        motion: None,
-    })
+    Ok(DecodedPicture::still([width, height], SampleKind::Unsigned8, pixels))
 }
 
 /// A GIF of one frame is a still picture: the format has no other.
 fn decode_gif(bytes: &[u8], limits: &Limits) -> Result<DecodedPicture, DecodeError> {
-    let mut decoder = GifDecoder::new(Cursor::new(bytes)).map_err(damaged)?;
+    let mut decoder = GifDecoder::new(Cursor::new(bytes)).map_err(damaged("GIF"))?;
     let (width, height) = decoder.dimensions();
     check_size("GIF", [width, height], limits)?;
     let mut memory = image::Limits::no_limits();
     memory.max_alloc = Some(limits.decoded_bytes);
-    decoder.set_limits(memory).map_err(damaged)?;
+    decoder.set_limits(memory).map_err(damaged("GIF"))?;
     let mut picture = read_frames("GIF", [width, height], decoder, limits)?;
     match &mut picture.motion {
         Some(motion) if motion.frames.len() > 1 => {
@@ -275,8 +217,8 @@ fn decode_gif(bytes: &[u8], limits: &Limits) -> Result<DecodedPicture, DecodeErr
 
 /// How often a GIF plays, by the extension that says so: 0 for ever, once where it is not there.
 fn gif_plays(bytes: &[u8]) -> u32 {
-    const EXTENSION: &[u8] = b"NETSCAPE2.0\x03\x01";
-    let found = bytes.windows(EXTENSION.len() + 2).find(|window| window.starts_with(EXTENSION));
+    const EXTENSION: &[u8; 13] = b"NETSCAPE2.0\x03\x01";
+    let found = bytes.windows(15).find(|window| window.starts_with(EXTENSION));
     match found {
         Some(&[.., low, high]) => u16::from_le_bytes([low, high]).into(),
         _ => 1,
@@ -284,7 +226,7 @@ fn gif_plays(bytes: &[u8]) -> u32 {
 }
 
 fn decode_webp(bytes: &[u8], limits: &Limits) -> Result<DecodedPicture, DecodeError> {
-    let decoder = WebPDecoder::new(Cursor::new(bytes)).map_err(damaged)?;
+    let decoder = WebPDecoder::new(Cursor::new(bytes)).map_err(damaged("WebP"))?;
     let (width, height) = decoder.dimensions();
     check_size("WebP", [width, height], limits)?;
     if decoder.has_animation() {
@@ -295,44 +237,38 @@ fn decode_webp(bytes: &[u8], limits: &Limits) -> Result<DecodedPicture, DecodeEr
 
 fn decode_png(bytes: &[u8], limits: &Limits) -> Result<DecodedPicture, DecodeError> {
     let png = read_png(bytes, limits)?;
-    Ok(DecodedPicture {
-        width: png.width,
-        height: png.height,
-        kind: if png.is_16_bit { SampleKind::Unsigned16 } else { SampleKind::Unsigned8 },
-        pixels: png.samples.iter().map(|p| p.map(f32::from)).collect(),
-        planes: Vec::new(),
-        motion: None,
-    })
+    let kind = if png.is_16_bit { SampleKind::Unsigned16 } else { SampleKind::Unsigned8 };
+    let pixels = png.samples.iter().map(|p| p.map(f32::from)).collect();
+    Ok(DecodedPicture::still([png.width, png.height], kind, pixels))
 }
 
 /// Takes the colours out of the channels of an OpenEXR file.
 fn from_planes(width: u32, height: u32, mut planes: Vec<ExrPlane>) -> DecodedPicture {
     let chosen = colour_planes(&planes);
-    let count = width as usize * height as usize;
+    let count = (width as usize).saturating_mul(height as usize);
     let mut pixels = vec![[0.0, 0.0, 0.0, 1.0]; count];
     let mut kind = SampleKind::Half;
-    for (k, place) in chosen.iter().enumerate() {
-        let Some(place) = place else { continue };
-        match &planes[*place].samples {
-            ExrSamples::Half(samples) => pixels.iter_mut().zip(samples).for_each(|(p, &v)| p[k] = v),
+    for (channel, place) in chosen.iter().enumerate() {
+        let Some(plane) = place.and_then(|place| planes.get(place)) else { continue };
+        let targets = pixels.iter_mut().filter_map(|pixel| pixel.get_mut(channel));
+        match &plane.samples {
+            ExrSamples::Half(samples) => targets.zip(samples).for_each(|(to, &v)| *to = v),
             ExrSamples::Float(samples) => {
                 kind = SampleKind::Float;
-                pixels.iter_mut().zip(samples).for_each(|(p, &v)| p[k] = v);
+                targets.zip(samples).for_each(|(to, &v)| *to = v);
             }
             // Integers are compared exactly among the planes; here they are only looked at.
-            ExrSamples::Unsigned(samples) => {
-                pixels.iter_mut().zip(samples).for_each(|(p, &v)| p[k] = v as f32);
-            }
+            ExrSamples::Unsigned(samples) => targets.zip(samples).for_each(|(to, &v)| *to = v as f32),
         }
     }
-    let mut place = 0;
+    let mut places = 0_usize..;
     planes.retain(|plane| {
-        let is_colour = chosen.contains(&Some(place)) && !matches!(plane.samples, ExrSamples::Unsigned(_));
-        place += 1;
-        !is_colour
+        let place = places.next();
+        let is_colour = place.is_some() && chosen.contains(&place);
+        !is_colour || matches!(plane.samples, ExrSamples::Unsigned(_))
     });
     planes.sort_by(|a, b| a.name.cmp(&b.name));
-    DecodedPicture { width, height, kind, pixels, planes, motion: None }
+    DecodedPicture { planes, ..DecodedPicture::still([width, height], kind, pixels) }
 }
 
 /// Which planes are red, green, blue and alpha: those of the first layer that has colours, of the unnamed layer
@@ -354,7 +290,7 @@ fn colour_planes(planes: &[ExrPlane]) -> [Option<usize>; 4] {
                 })
             };
             let found = wanted.map(find);
-            if found[..3].iter().all(Option::is_some) {
+            if let [Some(_), Some(_), Some(_), _] = found {
                 return found;
             }
         }
@@ -367,7 +303,7 @@ fn colour_planes(planes: &[ExrPlane]) -> [Option<usize>; 4] {
 mod tests {
     use super::*;
     use crate::frame::{Aov, AovPlane, Frame};
-    use crate::output::{ExrPrecision, encode_exr, encode_hdr};
+    use crate::output::{ExrPrecision, encode_exr, encode_hdr, encode_png};
 
     fn png(color: png::ColorType, depth: png::BitDepth, data: &[u8]) -> Vec<u8> {
         let mut bytes = Vec::new();
@@ -390,6 +326,42 @@ mod tests {
         assert_eq!(deep.kind, SampleKind::Unsigned16);
         assert_eq!(deep.pixels[0], [4660.0, 1.0, 65535.0, 32768.0]);
         assert!(deep.is_translucent());
+    }
+
+    #[test]
+    fn pictures_for_screens_come_back_and_nothing_else_does() {
+        let limits = Limits::default();
+        let pixels =
+            (0..13 * 7_u32).map(|k| [k as u8, (k * 3) as u8, 255 - k as u8, (k * 5) as u8]).collect();
+        let image = DisplayImage { width: 13, height: 7, pixels };
+        let bytes = encode_png(&image).unwrap();
+        assert_eq!(read_display_image(&bytes, &limits).unwrap(), image);
+        assert_eq!(DecodedPicture::from(&image), DecodedPicture::from_bytes(&bytes, &limits).unwrap());
+        for length in 0..bytes.len() - 12 {
+            assert!(
+                read_display_image(&bytes[..length], &limits).is_err(),
+                "{length} of {} bytes",
+                bytes.len()
+            );
+        }
+        for limits in [
+            Limits { texture_pixels: 90, ..limits.clone() },
+            Limits { decoded_bytes: 91 * 24 - 1, ..limits.clone() },
+        ] {
+            assert!(matches!(read_display_image(&bytes, &limits), Err(DecodeError::Limit(_))));
+        }
+        let deep = [0x12, 0x34, 0, 255, 0xff, 0xff, 0x80, 0, 0, 0, 0, 0, 0, 0, 0xff, 0xff];
+        let deep = png(png::ColorType::Rgba, png::BitDepth::Sixteen, &deep);
+        assert_eq!(read_display_image(&deep, &limits).unwrap().pixels[0], [0x12, 0, 255, 128]);
+        let frame = Frame {
+            width: 1,
+            height: 1,
+            pixels: vec![[1.0; 4]],
+            transmittance: Vec::new(),
+            aovs: Vec::new(),
+        };
+        let linear = encode_hdr(&frame).unwrap();
+        assert!(matches!(read_display_image(&linear, &limits), Err(DecodeError::Unsupported { .. })));
     }
 
     #[test]
@@ -418,7 +390,7 @@ mod tests {
         let checksum = crc32(&bytes[12..29]);
         bytes[29..33].copy_from_slice(&checksum.to_be_bytes());
         let error = DecodedPicture::from_bytes(&bytes, &Limits::default()).unwrap_err();
-        assert!(matches!(error, DecodeError::Load(LoadError::Limit(_))), "{error}");
+        assert!(matches!(error, DecodeError::Limit(_)), "{error}");
         for bytes in [&b""[..], b"\x89PNG", b"#?", b"GIF89a", &[0x76, 0x2f, 0x31, 0x01]] {
             assert!(DecodedPicture::from_bytes(bytes, &Limits::default()).is_err());
         }

@@ -1,6 +1,13 @@
 //! A folder of goldens, each with a description of what it shows.
 
-use super::{Comparison, GoldenError, Picture};
+use super::GoldenError;
+use super::assertion::{Actual, Golden};
+use super::report::{ReportEntry, to_html};
+use super::walk::{NEW, THRESHOLDS};
+use crate::files::read_file;
+use crate::frame::DisplayImage;
+use crate::limits::Limits;
+use crate::output::write_atomically;
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -21,22 +28,35 @@ pub struct DescribedGolden {
     why: String,
     hash: Option<String>,
     has_picture: bool,
+    limits: Limits,
 }
 
 impl GoldenFolder {
     /// Reads the descriptions of all goldens in a folder, in the order of their names. A picture without a
-    /// description is a golden too: one that fails.
+    /// description is a golden too: one that fails. Files are read within the default [`Limits`].
     ///
     /// # Errors
     /// [`GoldenError::Io`] and [`GoldenError::Malformed`], and [`GoldenError::Unpaired`] for a `.png` without its
     /// `.toml`.
     pub fn open(folder: &Path) -> Result<Self, GoldenError> {
+        Self::open_within(folder, &Limits::default())
+    }
+
+    /// [`GoldenFolder::open`] within other limits, which count for the pictures too.
+    ///
+    /// # Errors
+    /// As [`GoldenFolder::open`].
+    pub fn open_within(folder: &Path, limits: &Limits) -> Result<Self, GoldenError> {
         let io = |source| GoldenError::Io { path: folder.to_owned(), source };
         let mut names = BTreeSet::new();
         let mut pictures = BTreeSet::new();
         for entry in fs::read_dir(folder).map_err(io)? {
             let path = entry.map_err(io)?.path();
             let Some(name) = path.file_stem().and_then(|stem| stem.to_str()) else { continue };
+            // What belongs to the folder, and what a failed test has left.
+            if path.ends_with(THRESHOLDS) || name.ends_with(NEW) {
+                continue;
+            }
             match path.extension().and_then(|extension| extension.to_str()) {
                 Some("toml") => names.insert(name.to_owned()),
                 Some("png") => pictures.insert(name.to_owned()),
@@ -53,7 +73,7 @@ impl GoldenFolder {
             .into_iter()
             .map(|name| {
                 let has_picture = pictures.contains(&name);
-                DescribedGolden::read(folder, name, has_picture)
+                DescribedGolden::read(folder, name, has_picture, limits)
             })
             .collect::<Result<_, _>>()?;
         Ok(Self { goldens })
@@ -67,11 +87,11 @@ impl GoldenFolder {
 }
 
 impl DescribedGolden {
-    fn read(folder: &Path, name: String, has_picture: bool) -> Result<Self, GoldenError> {
+    fn read(folder: &Path, name: String, has_picture: bool, limits: &Limits) -> Result<Self, GoldenError> {
         let path = folder.join(format!("{name}.toml"));
-        let text =
-            fs::read_to_string(&path).map_err(|source| GoldenError::Io { path: path.clone(), source })?;
         let malformed = |reason: String| GoldenError::Malformed { path: path.clone(), reason };
+        let bytes = read_file(&path, limits).map_err(|error| malformed(error.to_string()))?;
+        let text = String::from_utf8(bytes).map_err(|_| malformed("it is not UTF-8".to_owned()))?;
         let mut table: toml::Table =
             text.parse().map_err(|e: toml::de::Error| malformed(e.message().to_owned()))?;
         let Some(toml::Value::Table(golden)) = table.remove("golden") else {
@@ -88,7 +108,8 @@ impl DescribedGolden {
         })?;
         let hash = entry("hash").filter(|hash| !hash.is_empty());
         let description = table.to_string();
-        Ok(Self { name, folder: folder.to_owned(), text, description, why, hash, has_picture })
+        let (folder, limits) = (folder.to_owned(), limits.clone());
+        Ok(Self { name, folder, text, description, why, hash, has_picture, limits })
     }
 
     /// Name of both files, without extension.
@@ -121,79 +142,77 @@ impl DescribedGolden {
         self.folder.join(format!("{}.png", self.name))
     }
 
-    /// Compares with what is recorded, without tolerance: the hash of the linear frame, and the 8-bit picture. On a
-    /// mismatch writes `<name>.png` (expected, difference, actual) and `<name>.json` (every pixel that differs) into
-    /// the folder `failures`.
+    /// Compares with what is recorded: the hash of the linear frame, and the 8-bit picture as [`Golden`] does. Where it differs,
+    /// `<name>.new.png` is written into the folder `failures`, and `<name>.html`, which shows where.
     ///
     /// # Errors
-    /// [`GoldenError::Mismatch`], or what keeps the golden from being compared.
-    pub fn check(&self, frame_hash: &str, actual: &Picture, failures: &Path) -> Result<(), GoldenError> {
-        let path = self.picture_path();
+    /// [`GoldenError::Differs`], or what keeps the golden from being compared.
+    pub fn check(&self, frame_hash: &str, actual: &DisplayImage, failures: &Path) -> Result<(), GoldenError> {
         if !self.has_picture {
             return Err(GoldenError::Unpaired {
                 present: self.folder.join(format!("{}.toml", self.name)),
-                missing: path,
+                missing: self.picture_path(),
             });
         }
-        let bytes = fs::read(&path).map_err(|source| GoldenError::Io { path: path.clone(), source })?;
-        let expected = Picture::from_png(&bytes)
-            .map_err(|reason| GoldenError::Malformed { path: path.clone(), reason })?;
-        let comparison = Comparison::new(&expected, actual);
         let recorded = self.hash.as_deref().unwrap_or("none");
-        if recorded == frame_hash && comparison.is_equal() {
-            return Ok(());
-        }
-
-        let summary = match (comparison.pixels.len(), recorded == frame_hash) {
-            (0, _) => format!(
-                "no pixel differs in 8 bits, but the linear frame does (hash {recorded} is now {frame_hash})"
-            ),
-            (count, true) => format!(
-                "{count} pixels differ by up to {}, although the linear frame is the same (hash {recorded})",
-                comparison.largest
-            ),
-            (count, false) => format!(
-                "{count} pixels differ by up to {} (hash {recorded} is now {frame_hash})",
-                comparison.largest
-            ),
+        let hashes = if recorded == frame_hash {
+            format!("the linear frame is the same (hash {recorded})")
+        } else {
+            format!("the linear frame is another one (hash {recorded} is now {frame_hash})")
         };
-        let triptych = failures.join(format!("{}.png", self.name));
-        let report = failures.join(format!("{}.json", self.name));
-        fs::create_dir_all(failures)
-            .map_err(|source| GoldenError::Io { path: failures.to_owned(), source })?;
-        let header = [("name", self.name.as_str()), ("expected_hash", recorded), ("actual_hash", frame_hash)];
-        write_picture(&triptych, &comparison.triptych(&expected, actual))?;
-        write(&report, comparison.to_json(&header).as_bytes())?;
-        Err(GoldenError::Mismatch {
-            name: self.name.clone(),
-            why: self.why.clone(),
-            summary,
-            triptych,
-            report,
-        })
+        let why = Some(self.why.clone());
+        let golden = self.golden().failures_in(failures).updating(false);
+        match golden.check_actual(&format!("{}.png", self.name), Actual::Image(actual)) {
+            Ok(()) if recorded == frame_hash => Ok(()),
+            Ok(()) => {
+                let summary = format!("{}: no pixel differs in 8 bits, but {hashes}", self.name);
+                Err(GoldenError::Differs { summary, why, expected: Some(self.picture_path()), actual: None })
+            }
+            Err((GoldenError::Differs { summary, expected, actual, .. }, compared)) => {
+                if let Some(compared) = compared {
+                    let [expected, actual] = [&self.folder, failures].map(|f| f.display().to_string());
+                    let page = to_html(&expected, &actual, &[ReportEntry::new(&compared, false)]);
+                    write_atomically(&failures.join(format!("{}.html", self.name)), page.as_bytes())?;
+                }
+                Err(GoldenError::Differs { summary: format!("{summary}; {hashes}"), why, expected, actual })
+            }
+            Err((error, _)) => Err(error),
+        }
     }
 
-    /// Records a picture: writes the `.png`, and the hash into the `.toml`, of which nothing else changes.
+    /// Records a picture: writes the `.png`, compressed, and the hash into the `.toml`, of which nothing else changes.
     ///
-    /// Returns the error that ends the test: [`GoldenError::Accepted`], or what kept the picture from being
+    /// Returns the error that ends the test: [`GoldenError::Recorded`], or what kept the picture from being
     /// recorded. Recording never passes.
     #[must_use = "a golden that was recorded has not been checked"]
-    pub fn accept(&self, frame_hash: &str, actual: &Picture) -> GoldenError {
-        let recorded = write_picture(&self.picture_path(), actual).and_then(|()| {
-            let path = self.folder.join(format!("{}.toml", self.name));
-            let reason = || "[golden] must stand on a line of its own".to_owned();
-            let text = with_hash(&self.text, frame_hash)
-                .ok_or_else(|| GoldenError::Malformed { path: path.clone(), reason: reason() })?;
-            write(&path, text.as_bytes())
-        });
-        match recorded {
-            Ok(()) => GoldenError::Accepted {
-                name: self.name.clone(),
-                hash: frame_hash.to_owned(),
-                picture: self.picture_path(),
-            },
-            Err(error) => error,
+    pub fn accept(&self, frame_hash: &str, actual: &DisplayImage) -> GoldenError {
+        let path = self.folder.join(format!("{}.toml", self.name));
+        let Some(text) = with_hash(&self.text, frame_hash) else {
+            return GoldenError::Malformed {
+                path,
+                reason: "[golden] must stand on a line of its own".to_owned(),
+            };
+        };
+        let golden = self.golden().updating(true);
+        match golden.check_actual(&format!("{}.png", self.name), Actual::Image(actual)) {
+            Err((GoldenError::Recorded { path: picture, changed }, _)) => {
+                match write_atomically(&path, text.as_bytes()) {
+                    Ok(()) => {
+                        let changed = changed || self.hash.as_deref() != Some(frame_hash);
+                        GoldenError::Recorded { path: picture, changed }
+                    }
+                    Err(error) => error.into(),
+                }
+            }
+            Err((error, _)) => error,
+            // It never says that all is well.
+            Ok(()) => GoldenError::Recorded { path: self.picture_path(), changed: false },
         }
+    }
+
+    /// The picture alone, as any project has it.
+    fn golden(&self) -> Golden {
+        Golden::new(&self.folder).limits(self.limits.clone())
     }
 }
 
@@ -212,24 +231,15 @@ fn with_hash(text: &str, hash: &str) -> Option<String> {
     Some(lines.join("\n") + "\n")
 }
 
-fn write(path: &Path, bytes: &[u8]) -> Result<(), GoldenError> {
-    fs::write(path, bytes).map_err(|source| GoldenError::Io { path: path.to_owned(), source })
-}
-
-fn write_picture(path: &Path, picture: &Picture) -> Result<(), GoldenError> {
-    let bytes =
-        picture.to_png().map_err(|reason| GoldenError::Malformed { path: path.to_owned(), reason })?;
-    write(path, &bytes)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::output::encode_png;
 
     const TOML: &str = "# A comment.\nmodel = \"a.glb\"\n\n[golden]\nwhy = \"All.\"\n";
 
-    fn picture(v: u8) -> Picture {
-        Picture { width: 2, height: 1, pixels: vec![[v, 0, 0, 255]; 2] }
+    fn picture(v: u8) -> DisplayImage {
+        DisplayImage { width: 2, height: 1, pixels: vec![[v, 0, 0, 255]; 2] }
     }
 
     fn only(folder: &Path) -> DescribedGolden {
@@ -246,18 +256,27 @@ mod tests {
         assert_eq!((golden.name(), golden.why(), golden.hash()), ("a", "All.", None));
         assert_eq!(golden.description().trim(), "model = \"a.glb\"");
         assert!(matches!(golden.check("12", &picture(5), &failures), Err(GoldenError::Unpaired { .. })));
-        assert!(matches!(golden.accept("12", &picture(5)), GoldenError::Accepted { .. }));
+        assert!(matches!(golden.accept("12", &picture(5)), GoldenError::Recorded { changed: true, .. }));
 
         let golden = only(folder.path());
         golden.check("12", &picture(5), &failures).unwrap();
+        assert!(matches!(golden.accept("12", &picture(5)), GoldenError::Recorded { changed: false, .. }));
         assert!(!failures.exists());
         for (hash, v, words) in
             [("12", 6, "linear frame is the same"), ("13", 5, "no pixel differs"), ("13", 6, "2 pixels")]
         {
             let message = golden.check(hash, &picture(v), &failures).unwrap_err().to_string();
             assert!(message.contains(words) && message.contains("All."), "{message}");
-            assert!(failures.join("a.png").exists() && failures.join("a.json").exists());
+            // The picture that differs is left for looking at.
+            assert!(failures.join("a.new.png").exists() == (v != 5) && failures.join("a.html").exists());
         }
+
+        // Files of the folder that are no goldens.
+        fs::write(folder.path().join("a.new.png"), "left").unwrap();
+        fs::write(folder.path().join("thresholds.toml"), "max_abs = 1").unwrap();
+        golden.check("12", &picture(6), &failures).unwrap();
+        fs::remove_file(folder.path().join("thresholds.toml")).unwrap();
+        assert_eq!(only(folder.path()).name(), "a");
 
         // Recording again replaces the hash and keeps everything else.
         let _ = golden.accept("13", &picture(6));
@@ -268,7 +287,7 @@ mod tests {
     #[test]
     fn a_golden_without_its_other_half_is_an_error() {
         let folder = tempfile::tempdir().unwrap();
-        fs::write(folder.path().join("b.png"), picture(1).to_png().unwrap()).unwrap();
+        fs::write(folder.path().join("b.png"), encode_png(&picture(1)).unwrap()).unwrap();
         let message = GoldenFolder::open(folder.path()).unwrap_err().to_string();
         assert!(message.contains("b.toml: missing"), "{message}");
     }

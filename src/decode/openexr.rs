@@ -3,10 +3,9 @@
 //! The crate `exr` reads the header and unpacks the chunks. Where they go is decided here: its own image reader trusts
 //! the coordinates in chunks, and ends in an assertion where they lie (1.74: a tile of another level).
 
-use super::check_size;
+use super::error::quoted;
+use super::{DecodeError, check_size};
 use crate::limits::Limits;
-use crate::load::text::quoted;
-use crate::load::{LoadError, Warning};
 use exr::block::UncompressedBlock;
 use exr::block::chunk::{Chunk, CompressedBlock};
 use exr::compression::Compression;
@@ -15,13 +14,13 @@ use exr::meta::attribute::SampleType;
 use exr::meta::header::Header;
 use std::io::Cursor;
 
-pub(super) const FORMAT: &str = "OpenEXR";
+pub(crate) const FORMAT: &str = "OpenEXR";
 
 /// Width, height and linear pixels, row by row from the top.
 type Pixels = (u32, u32, Vec<[f32; 3]>);
 
 /// The picture, and what is doubtful about it.
-pub(super) fn read(bytes: &[u8], limits: &Limits) -> Result<(Pixels, Option<Warning>), LoadError> {
+pub(crate) fn read(bytes: &[u8], limits: &Limits) -> Result<(Pixels, Option<String>), DecodeError> {
     let meta = read_meta(bytes, limits)?;
     let layer = Layer::choose(&meta)?;
     check_compression(layer.header)?;
@@ -32,7 +31,7 @@ pub(super) fn read(bytes: &[u8], limits: &Limits) -> Result<(Pixels, Option<Warn
 }
 
 /// The headers alone first: opening all allocates tables of the size that they claim.
-pub(super) fn read_meta(bytes: &[u8], limits: &Limits) -> Result<MetaData, LoadError> {
+pub(super) fn read_meta(bytes: &[u8], limits: &Limits) -> Result<MetaData, DecodeError> {
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(explain)?;
     for header in &meta.headers {
         check_layer(header, bytes.len(), limits)?;
@@ -41,21 +40,21 @@ pub(super) fn read_meta(bytes: &[u8], limits: &Limits) -> Result<MetaData, LoadE
 }
 
 /// B44 is rare, and the decoder (exr 1.74) overflows where a file is damaged, which ends debug builds.
-pub(super) fn check_compression(header: &Header) -> Result<(), LoadError> {
+pub(super) fn check_compression(header: &Header) -> Result<(), DecodeError> {
     match header.compression {
-        Compression::B44 | Compression::B44A => Err(LoadError::unsupported(FORMAT, "B44 compression")),
+        Compression::B44 | Compression::B44A => Err(DecodeError::unsupported(FORMAT, "B44 compression")),
         _ => Ok(()),
     }
 }
 
 /// What makes the pixels of a layer differ between machines: the decoder of DWA (exr 1.74) has a transform for each
 /// instruction set, "not bit-identical to each other", and a table by the platform's `powf`.
-fn differs_between_machines(header: &Header) -> Option<Warning> {
+fn differs_between_machines(header: &Header) -> Option<String> {
     matches!(header.compression, Compression::DWAA(_) | Compression::DWAB(_)).then(|| {
-        Warning::new(format!(
+        format!(
             "{FORMAT}: DWA compression is decoded with other last bits on other processors, so the picture may differ \
              there (ZIP and PIZ do not)"
-        ))
+        )
     })
 }
 
@@ -66,7 +65,7 @@ pub(super) fn for_each_block(
     meta: &MetaData,
     wanted: impl Fn(usize) -> bool,
     mut copy: impl FnMut(usize, &UncompressedBlock) -> Option<()>,
-) -> Result<(), LoadError> {
+) -> Result<(), DecodeError> {
     let reader = exr::block::read(Cursor::new(bytes), false).map_err(explain)?;
     let chunks = reader.all_chunks(false).map_err(explain)?;
     for (number, chunk) in chunks.enumerate() {
@@ -79,15 +78,15 @@ pub(super) fn for_each_block(
         check_dwa_chunk(number, &chunk, header)?;
         let block = UncompressedBlock::decompress_chunk(chunk, meta, false).map_err(explain)?;
         copy(index, &block).ok_or_else(|| {
-            LoadError::malformed(FORMAT, format!("chunk {number} does not lie within the picture"))
+            DecodeError::malformed(FORMAT, format!("chunk {number} does not lie within the picture"))
         })?;
     }
     Ok(())
 }
 
 /// A width or height as other pictures have it.
-pub(super) fn side(pixels: usize) -> Result<u32, LoadError> {
-    u32::try_from(pixels).map_err(|_| LoadError::malformed(FORMAT, "a side of 2^32 pixels"))
+pub(super) fn side(pixels: usize) -> Result<u32, DecodeError> {
+    u32::try_from(pixels).map_err(|_| DecodeError::malformed(FORMAT, "a side of 2^32 pixels"))
 }
 
 /// The layer that is read, and which of its channels are red, green and blue.
@@ -98,7 +97,7 @@ struct Layer<'a> {
 }
 
 impl<'a> Layer<'a> {
-    fn choose(meta: &'a MetaData) -> Result<Self, LoadError> {
+    fn choose(meta: &'a MetaData) -> Result<Self, DecodeError> {
         for (index, header) in meta.headers.iter().enumerate() {
             let channels = &header.channels.list;
             // Layers within a layer carry their names in the channels: `ViewLayer.Combined.R`.
@@ -120,7 +119,7 @@ impl<'a> Layer<'a> {
         }
         let names = meta.headers.iter().flat_map(|h| &h.channels.list).take(8).map(|c| c.name.to_string());
         let names = quoted(names.collect::<Vec<_>>().join(" ").as_bytes());
-        Err(LoadError::unsupported(
+        Err(DecodeError::unsupported(
             FORMAT,
             format!("no full-size colour channels (R, G, B or Y) among {names}"),
         ))
@@ -163,14 +162,14 @@ impl<'a> Layer<'a> {
 }
 
 /// Refuses sizes that the limits do not allow, or that this many bytes cannot hold, before they are allocated.
-fn check_layer(header: &Header, file_bytes: usize, limits: &Limits) -> Result<(), LoadError> {
+fn check_layer(header: &Header, file_bytes: usize, limits: &Limits) -> Result<(), DecodeError> {
     let (width, height) = (header.layer_size.width() as u64, header.layer_size.height() as u64);
     let channels = header.channels.list.len() as u64;
     let bytes_per_pixel = channels.saturating_add(3).saturating_mul(4);
     check_size(FORMAT, [width, height], bytes_per_pixel, bytes_of_a_chunk(header), limits)?;
     // Every chunk has at least its place in the offset table.
     if header.chunk_count as u64 > file_bytes as u64 / 8 {
-        return Err(LoadError::malformed(FORMAT, "the file ends before its table of chunks does"));
+        return Err(DecodeError::malformed(FORMAT, "the file ends before its table of chunks does"));
     }
     Ok(())
 }
@@ -201,7 +200,7 @@ const BYTES_PER_DWA_BLOCK: u64 = 3 * (64 * 4 + 1);
 
 /// Refuses a DWA chunk that claims to unpack to more than its whole layer has. The decoder (exr 1.74) allocates what
 /// such a chunk claims, up to 2^63 bytes, and a failed allocation ends the process.
-fn check_dwa_chunk(number: usize, chunk: &Chunk, header: &Header) -> Result<(), LoadError> {
+fn check_dwa_chunk(number: usize, chunk: &Chunk, header: &Header) -> Result<(), DecodeError> {
     let data = match (&chunk.compressed_block, header.compression) {
         (CompressedBlock::ScanLine(block), Compression::DWAA(_) | Compression::DWAB(_)) => {
             &block.compressed_pixels_le
@@ -217,7 +216,7 @@ fn check_dwa_chunk(number: usize, chunk: &Chunk, header: &Header) -> Result<(), 
     // Eleven counters: the version, sizes and counts, and the kind of coding.
     let (counters, _) = data.as_chunks::<8>();
     if counters.iter().take(11).any(|&c| u64::from_le_bytes(c) > most) {
-        return Err(LoadError::malformed(
+        return Err(DecodeError::malformed(
             FORMAT,
             format!("chunk {number} claims to hold more than its layer"),
         ));
@@ -225,19 +224,19 @@ fn check_dwa_chunk(number: usize, chunk: &Chunk, header: &Header) -> Result<(), 
     Ok(())
 }
 
-fn explain(error: exr::error::Error) -> LoadError {
+fn explain(error: exr::error::Error) -> DecodeError {
     match error {
-        exr::error::Error::NotSupported(what) => LoadError::unsupported(FORMAT, what.to_string()),
+        exr::error::Error::NotSupported(what) => DecodeError::unsupported(FORMAT, what.to_string()),
         exr::error::Error::Io(e) if e.kind() == std::io::ErrorKind::UnexpectedEof => {
-            LoadError::malformed(FORMAT, "the file ends too early")
+            DecodeError::malformed(FORMAT, "the file ends too early")
         }
-        other => LoadError::malformed(FORMAT, other.to_string()),
+        other => DecodeError::malformed(FORMAT, other.to_string()),
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Cursor, Limits, LoadError, read};
+    use super::{Cursor, DecodeError, Limits, read};
     use exr::prelude::{
         Blocks, Compression, Encoding, Image, Layer, LayerAttributes, LineOrder, SpecificChannels, Vec2,
         WritableImage as _, f16,
@@ -282,13 +281,13 @@ mod tests {
     fn limits_and_damage_are_errors() {
         let bytes = encode(Compression::ZIP16, true);
         let b44 = read(&encode(Compression::B44, true), &Limits::default());
-        assert!(matches!(b44, Err(LoadError::Unsupported { .. })));
+        assert!(matches!(b44, Err(DecodeError::Unsupported { .. })));
         for (compression, warned) in [(Compression::DWAA(None), true), (Compression::PIZ, false)] {
             let (_, warning) = read(&encode(compression, true), &Limits::default()).unwrap();
             assert_eq!(warning.is_some(), warned, "{compression:?}");
         }
         let limits = Limits { texture_pixels: 199, ..Limits::default() };
-        assert!(matches!(read(&bytes, &limits), Err(LoadError::Limit(_))));
+        assert!(matches!(read(&bytes, &limits), Err(DecodeError::Limit(_))));
         for len in [0, 4, 8, 100, bytes.len() / 2, bytes.len() - 1] {
             let error = read(&bytes[..len], &Limits::default()).unwrap_err().to_string();
             assert!(!error.contains('\n'), "{error}");
@@ -312,7 +311,7 @@ mod tests {
         for (compression, least) in [(zip, 170_000), (wide, 1_300_000), (tall, 6_800_000)] {
             let bytes = encode(compression);
             let with = |decoded_bytes| read(&bytes, &Limits { decoded_bytes, ..Limits::default() });
-            assert!(matches!(with(least), Err(LoadError::Limit(_))), "{compression}");
+            assert!(matches!(with(least), Err(DecodeError::Limit(_))), "{compression}");
             assert!(with(least + least / 20).is_ok(), "{compression}");
         }
     }

@@ -4,7 +4,7 @@
 //! checked here; what decodes blocks gets slices of a size that has been checked. Its own reader of containers is not
 //! used: it overflows on damaged files, and brings the tables of two dozen formats for graphics cards.
 
-use super::image::area;
+use super::area;
 use basisu::basislz::etc1s::Etc1sTranscoder;
 use basisu::uastc::unpack::unpack_uastc;
 use ruzstd::decoding::StreamingDecoder;

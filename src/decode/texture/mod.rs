@@ -2,14 +2,15 @@
 //! anything is allocated.
 mod damaged;
 mod kind;
+mod ktx2;
 
-use super::ktx2;
 use crate::color::srgb::linear_to_srgb8;
 use crate::formats::{self, FileFormat};
 use crate::limits::{LimitExceeded, Limits};
 use crate::scene::Image;
 use ::image::{ColorType, ImageDecoder, ImageFormat, ImageReader};
 use kind::Kind;
+use std::borrow::Cow;
 use std::io::Cursor;
 
 /// Formats of textures. Which a file has, its content tells.
@@ -26,6 +27,9 @@ pub const FORMATS: &[FileFormat] = &[
     formats::QOI,
     formats::HDR,
 ];
+
+/// Names what bytes are that are no picture: "a Blender file". Files of all kinds are known elsewhere.
+pub(crate) type Foreign = fn(&[u8]) -> Option<Cow<'static, str>>;
 
 /// Bytes that a decoder may use beside the picture itself.
 const DECODER_BYTES: u64 = 64 << 20;
@@ -101,17 +105,22 @@ fn decoder(bytes: &[u8], format: ImageFormat, max_bytes: u64) -> Result<impl Ima
 }
 
 /// Reads the header only, and checks it against `limits.texture_pixels`. `what` names the picture in the limit's
-/// message.
+/// message, `foreign` what is none.
 ///
 /// # Errors
 /// [`ImageError`].
-pub(crate) fn probe(what: &str, bytes: &[u8], limits: &Limits) -> Result<Header, ImageError> {
+pub(crate) fn probe(
+    what: &str,
+    bytes: &[u8],
+    limits: &Limits,
+    foreign: Foreign,
+) -> Result<Header, ImageError> {
     let check = |width: u32, height: u32| {
         let texels = area(width, height);
         let what = || format!("{what} of {width} x {height} texels");
         Limits::check(what, texels, limits.texture_pixels, "texture_pixels").map_err(ImageError::Limit)
     };
-    let (kind, start) = kind::find(bytes).map_err(ImageError::Damaged)?;
+    let (kind, start) = kind::find(bytes, foreign).map_err(ImageError::Damaged)?;
     let bytes = bytes.get(start..).unwrap_or_default();
     let header = |width, height, transient| Header { width, height, transient, kind, start };
     let format = match kind {
@@ -269,12 +278,12 @@ fn narrow(channel: [u8; 2]) -> u8 {
 }
 
 /// Texels of a picture. Two numbers of 32 bits have a product of 64: it does not saturate.
-pub(super) fn area(width: u32, height: u32) -> u64 {
+pub(crate) fn area(width: u32, height: u32) -> u64 {
     u64::from(width).saturating_mul(height.into())
 }
 
 /// The texel of a picture at the place of another one's texel: its column and row, and the width and height of that one.
-pub(super) fn scaled_texel(image: &Image, [x, y]: [u32; 2], [width, height]: [u32; 2]) -> [u8; 4] {
+pub(crate) fn scaled_texel(image: &Image, [x, y]: [u32; 2], [width, height]: [u32; 2]) -> [u8; 4] {
     let place =
         |k: u32, of: u32, n: u32| area(k, n).checked_div(of.into()).and_then(|k| u32::try_from(k).ok());
     // Within the picture, since the other place is within the other one.
@@ -284,8 +293,13 @@ pub(super) fn scaled_texel(image: &Image, [x, y]: [u32; 2], [width, height]: [u3
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::{FORMATS, Header, Image, ImageError, ImageFormat, Limits, decode, formats};
     use ::image::{DynamicImage, ImageBuffer};
+    use std::io::Cursor;
+
+    fn probe(what: &str, bytes: &[u8], limits: &Limits) -> Result<Header, ImageError> {
+        super::probe(what, bytes, limits, |_| None)
+    }
 
     fn png(image: DynamicImage) -> Vec<u8> {
         let mut bytes = Cursor::new(Vec::new());
