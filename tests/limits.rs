@@ -374,7 +374,7 @@ mod by_option {
             ("frame_bytes", "x.gltf", None, &small),
             ("frames", "x.gltf", Some(3), &["--frames", "3"]),
         ];
-        assert_eq!(cases.map(|case| case.0), overcoat::cli::values::LIMIT_NAMES);
+        assert_eq!(cases.map(|case| case.0), overcoat::cli::value_parsers::LIMIT_NAMES);
         for (name, model, expected, more) in cases {
             let code = |limit: u64| {
                 let done = render(folder.path(), model, &format!("{name}={limit}"), more);

@@ -1,11 +1,11 @@
 //! `overcoat animate`: an animation of a model, from beginning to end.
 
 use super::args::AnimateArgs;
-use super::drawing::Drawing;
 use super::failure::{Failure, file_name};
-use super::film::{Film, frame_count};
 use super::input;
-use super::movie::MovieTarget;
+use super::movie_frames::{MovieFrames, frame_count};
+use super::movie_output::MovieOutput;
+use super::render_task::RenderTask;
 use crate::jobs::Jobs;
 use crate::load::{AnimatedModel, Warning};
 use crate::scene::{Camera, Fit, Scene};
@@ -23,16 +23,16 @@ pub fn run(args: &AnimateArgs) -> Result<(), Failure> {
     // The first one of the file; what time it is, the frames say.
     description.animation.get_or_insert_with(|| "0".to_owned());
     (description.time, description.repeat) = (None, None);
-    let mut drawing = Drawing::new(draw, description, models)?;
+    let mut task = RenderTask::new(draw, description, models)?;
     let movie = &args.movie;
-    let target = MovieTarget::new(&movie.output, &movie.encoding, &drawing.inputs, drawing.json)?;
-    drawing.behind_for(target.picture());
+    let target = MovieOutput::new(&movie.output, &movie.encoding, &task.inputs, task.json)?;
+    task.behind_for(target.picture());
 
-    drawing.progress.stage(format!("loading {}", file_name(&drawing.source.path)));
+    task.progress.stage(format!("loading {}", file_name(&task.source.path)));
     let mut renderer = draw.renderer();
-    let setting = drawing.setting(renderer.jobs())?;
+    let setting = task.setting(renderer.jobs())?;
     let mut poses = Poses {
-        model: input::open_animated(&drawing.source, &drawing.limits, renderer.jobs())?,
+        model: input::open_animated(&task.source, &task.limits, renderer.jobs())?,
         from: args.from,
         frames_a_second: args.movie.fps,
         warnings: Vec::new(),
@@ -44,26 +44,26 @@ pub fn run(args: &AnimateArgs) -> Result<(), Failure> {
             "nothing to play from second {} to second {to} (the animation has {length})",
             args.from
         ))
-        .at(&drawing.source.path));
+        .at(&task.source.path));
     }
     let frames = frame_count(to - args.from, args.movie.fps);
-    let mut film = Film::new(drawing, target, &args.movie, frames)?;
-    let camera = steady_camera(film.drawing(), frames, &mut poses, renderer.jobs())?;
+    let mut movie = MovieFrames::new(task, target, &args.movie, frames)?;
+    let camera = steady_camera(movie.task(), frames, &mut poses, renderer.jobs())?;
     for k in 0..frames {
-        let drawing = film.drawing();
-        let mut scene = poses.at(k, drawing, renderer.jobs())?;
+        let task = movie.task();
+        let mut scene = poses.at(k, task, renderer.jobs())?;
         setting
-            .apply(&drawing.description, &mut scene, &drawing.limits)
-            .map_err(|error| error.at(&drawing.source.path))?;
+            .apply(&task.description, &mut scene, &task.limits)
+            .map_err(|error| error.at(&task.source.path))?;
         let eye = match camera {
             Some(camera) => camera,
-            None => drawing.camera(&drawing.source, &scene)?,
+            None => task.camera(&task.source, &scene)?,
         };
-        film.take(k, &mut renderer, &scene, &eye)?;
+        movie.render_frame(k, &mut renderer, &scene, &eye)?;
     }
     let mut warnings = poses.warnings;
     warnings.extend(setting.warnings);
-    film.finish(warnings)
+    movie.finish(warnings)
 }
 
 /// The model at the times of the frames.
@@ -78,9 +78,9 @@ struct Poses {
 
 impl Poses {
     /// The scene of frame `k`.
-    fn at(&mut self, k: u32, drawing: &Drawing, jobs: &Jobs) -> Result<Scene, Failure> {
+    fn at(&mut self, k: u32, task: &RenderTask, jobs: &Jobs) -> Result<Scene, Failure> {
         let time = self.from + f64::from(k) / self.frames_a_second;
-        let loaded = self.model.at(time, jobs).map_err(|e| Failure::load(&e).at(&drawing.source.path))?;
+        let loaded = self.model.at(time, jobs).map_err(|e| Failure::load(&e).at(&task.source.path))?;
         for warning in loaded.warnings {
             // Most are those of the file, which come with every frame.
             if !self.warnings.contains(&warning) {
@@ -93,26 +93,26 @@ impl Poses {
 
 /// One camera for all frames, unless the file's own moves.
 fn steady_camera(
-    drawing: &Drawing,
+    task: &RenderTask,
     frames: u32,
     poses: &mut Poses,
     jobs: &Jobs,
 ) -> Result<Option<Camera>, Failure> {
-    let description = &drawing.description;
-    let first = poses.at(0, drawing, jobs)?;
-    if let Some(framing) = description.framing(&first, &drawing.options) {
+    let description = &task.description;
+    let first = poses.at(0, task, jobs)?;
+    if let Some(framing) = description.framing(&first, &task.options) {
         let mut fit = Fit::new(framing);
         fit.include(&first);
         for k in 1..frames {
-            drawing.progress.step("fitting the picture", k, frames);
-            fit.include(&poses.at(k, drawing, jobs)?);
+            task.progress.step("fitting the picture", k, frames);
+            fit.include(&poses.at(k, task, jobs)?);
         }
-        let fitted = description.fitted(fit.camera()).map_err(|error| error.at(&drawing.source.path))?;
+        let fitted = description.fitted(fit.camera()).map_err(|error| error.at(&task.source.path))?;
         return Ok(Some(fitted));
     }
     if description.camera.from_model.is_some() {
         return Ok(None);
     }
     // A place without a target looks at the middle of the first frame.
-    drawing.camera(&drawing.source, &first).map(Some)
+    task.camera(&task.source, &first).map(Some)
 }

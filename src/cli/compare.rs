@@ -3,9 +3,9 @@
 use super::args::CompareModelsArgs;
 use super::camera_report::CameraReport;
 use super::contact::{ContactSheet, DEFAULT_CELL};
-use super::drawing::Drawing;
 use super::failure::{Failure, file_name};
 use super::losses::{clipped, lost_tint};
+use super::render_task::RenderTask;
 use super::report::{self, Stages, Versions};
 use crate::frame::DisplayImage;
 use crate::load::Loaded;
@@ -86,31 +86,31 @@ pub fn run(args: &CompareModelsArgs) -> Result<(), Failure> {
     }
     let mut description = draw.describe(inputs)?;
     description.size.get_or_insert(DEFAULT_CELL);
-    let mut drawing = Drawing::new(draw, description, inputs)?;
-    let cell = [drawing.options.width, drawing.options.height.saturating_mul(2)];
+    let mut task = RenderTask::new(draw, description, inputs)?;
+    let cell = [task.options.width, task.options.height.saturating_mul(2)];
     let mut sheet = ContactSheet::new(
         &args.output,
-        &drawing.inputs,
-        drawing.json,
+        &task.inputs,
+        task.json,
         models.len(),
         &args.cells,
         cell,
-        &drawing.limits,
+        &task.limits,
     )?;
 
-    drawing.progress.stage(format!("loading {}", file_name(&drawing.source.path)));
+    task.progress.stage(format!("loading {}", file_name(&task.source.path)));
     let mut renderer = draw.renderer();
-    let Loaded { scene, mut warnings, .. } = drawing.load(renderer.jobs(), &mut Stages::default())?;
-    let camera = drawing.camera(&drawing.source, &scene)?;
+    let Loaded { scene, mut warnings, .. } = task.load(renderer.jobs(), &mut Stages::default())?;
+    let camera = task.camera(&task.source, &scene)?;
     let mut done = 0;
     let mut render = |model: ShadingModel| {
-        drawing.progress.step(format!("rendering {}", model.name()), done, 1 + models.len() as u32);
+        task.progress.step(format!("rendering {}", model.name()), done, 1 + models.len() as u32);
         done += 1;
-        drawing.options.shading = Some(model);
-        let rendered = drawing.render(&drawing.source, &mut renderer, &scene, &camera)?;
+        task.options.shading = Some(model);
+        let rendered = task.render(&task.source, &mut renderer, &scene, &camera)?;
         // The first one is what others are compared with, at one exposure.
-        drawing.display = drawing.display.metered(&rendered.frame);
-        Ok::<_, Failure>((DisplayImage::new(&rendered.frame, &drawing.display), rendered))
+        task.display = task.display.metered(&rendered.frame);
+        Ok::<_, Failure>((DisplayImage::new(&rendered.frame, &task.display), rendered))
     };
     let (reference, rendered) = render(args.against)?;
     let mut reports = Vec::new();
@@ -130,27 +130,27 @@ pub fn run(args: &CompareModelsArgs) -> Result<(), Failure> {
             max_difference: difference.max,
         });
     }
-    let clipping = drawing.clipping(&scene, &rendered.frame);
-    warnings.extend(clipped(&scene, &drawing.display, clipping));
-    warnings.extend(lost_tint(rendered.frame.is_tinted(), &drawing.display));
-    match drawing.sight(&drawing.source, &scene, &camera, &rendered.stats) {
+    let clipping = task.clipping(&scene, &rendered.frame);
+    warnings.extend(clipped(&scene, &task.display, clipping));
+    warnings.extend(lost_tint(rendered.frame.is_tinted(), &task.display));
+    match task.check_coverage(&task.source, &scene, &camera, &rendered.stats) {
         Ok(warning) => warnings.extend(warning),
         Err(failure) => {
-            drawing.finish(&warnings);
+            task.finish(&warnings);
             return Err(failure);
         }
     }
 
-    drawing.progress.stage("encoding");
+    task.progress.stage("encoding");
     let [width, height] = sheet.size();
     sheet.write()?;
-    drawing.finish(&warnings);
-    if drawing.json {
+    task.finish(&warnings);
+    if task.json {
         report::print_json(&Report {
             width,
             height,
             against: args.against.name(),
-            exposure: drawing.display.exposure,
+            exposure: task.display.exposure,
             up_axis: scene.orientation().up.name(),
             camera: CameraReport::new(&camera, &scene),
             models: reports,

@@ -3,7 +3,7 @@
 use super::args::CellArgs;
 use super::failure::Failure;
 use super::label::{Sheet, fit, wrap};
-use super::target::Target;
+use super::output_file::OutputFile;
 use crate::frame::DisplayImage;
 use crate::limits::Limits;
 use std::path::{Path, PathBuf};
@@ -28,7 +28,7 @@ const ALARM: [u8; 3] = [176, 32, 32];
 pub(super) struct ContactSheet {
     layout: Layout,
     sheet: Sheet,
-    target: Target,
+    target: OutputFile,
     cells: usize,
 }
 
@@ -54,7 +54,7 @@ impl ContactSheet {
         cell: [u32; 2],
         limits: &Limits,
     ) -> Result<Self, Failure> {
-        let target = Target::new(output, &args.encoding, &[], inputs, json)?;
+        let target = OutputFile::new(output, &args.encoding, &[], inputs, json)?;
         if target.format().is_linear() {
             return Err(Failure::usage("a contact sheet is a .png, .webp or .jpg").at(output));
         }

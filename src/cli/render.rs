@@ -2,11 +2,11 @@
 
 use super::args::RenderArgs;
 use super::camera_report::CameraReport;
-use super::drawing::{Drawing, Pixels, Taken};
 use super::failure::{Failure, file_name};
 use super::losses::{left_out, losses};
+use super::output_file::OutputFile;
+use super::render_task::{Pixels, RenderTask, RenderedPicture};
 use super::report::{self, Stages, Versions};
-use super::target::Target;
 use crate::frame::DisplayOptions;
 use crate::load::Loaded;
 use serde::{Serialize, Serializer};
@@ -62,48 +62,48 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let (draw, models) = (&args.model.draw, args.model.input.as_slice());
     let mut description = draw.describe(models)?;
     args.animation.apply(&mut description);
-    let mut drawing = Drawing::new(draw, description, models)?;
-    let target = Target::new(&args.output, &args.encoding, &args.aov, &drawing.inputs, drawing.json)?;
-    drawing.behind_for(target.format());
-    drawing.options.aovs.clone_from(&args.aov);
-    drawing.options.aovs.dedup();
-    drawing.options.stage_hashes = args.stage_hashes;
+    let mut task = RenderTask::new(draw, description, models)?;
+    let target = OutputFile::new(&args.output, &args.encoding, &args.aov, &task.inputs, task.json)?;
+    task.behind_for(target.format());
+    task.options.aovs.clone_from(&args.aov);
+    task.options.aovs.dedup();
+    task.options.stage_hashes = args.stage_hashes;
     if target.format().is_linear() {
         let display_only = [
             (draw.display.tone_map.is_some(), "--tone-map"),
             (draw.display.exposure.is_some(), "--exposure"),
-            (drawing.display.background.is_some(), "a background colour"),
+            (task.display.background.is_some(), "a background colour"),
         ];
         for (_, option) in display_only.into_iter().filter(|(given, _)| *given) {
             let message = format!("{option} has no effect on a linear picture (.{})", target.format());
-            drawing.reporter.warning(message);
+            task.reporter.warning(message);
         }
     }
 
-    let source = &drawing.source;
-    drawing.progress.stage(format!("loading {}", file_name(&source.path)));
+    let source = &task.source;
+    task.progress.stage(format!("loading {}", file_name(&source.path)));
     let mut stages = Stages::default();
     let mut renderer = draw.renderer();
-    let Loaded { scene, mut warnings, .. } = drawing.load(renderer.jobs(), &mut stages)?;
-    let camera = drawing.camera(source, &scene)?;
-    drawing.progress.stage(format!("rendering {} triangles", scene.triangle_count()));
+    let Loaded { scene, mut warnings, .. } = task.load(renderer.jobs(), &mut stages)?;
+    let camera = task.camera(source, &scene)?;
+    task.progress.stage(format!("rendering {} triangles", scene.triangle_count()));
     // The report names the frame's bits; nothing else needs more than the screen's.
-    let for_screen = target.takes_image() && !drawing.json;
-    let Taken { pixels, tinted, clipping, exposure, stats } =
-        drawing.take(source, &mut renderer, &scene, &camera, for_screen)?;
+    let for_screen = target.takes_image() && !task.json;
+    let RenderedPicture { pixels, tinted, clipping, exposure, stats } =
+        task.render_picture(source, &mut renderer, &scene, &camera, for_screen)?;
     for &(name, time) in &stats.stages {
         stages.add(name, time);
     }
-    let shading = drawing.options.shading;
-    let display = drawing.display_of(&scene);
+    let shading = task.options.shading;
+    let display = task.display_of(&scene);
     warnings.extend(match target.format() {
         format if format.is_linear() => left_out(&scene, shading).collect(),
         _ => losses(&scene, shading, &display, tinted, clipping),
     });
-    match drawing.sight(source, &scene, &camera, &stats) {
+    match task.check_coverage(source, &scene, &camera, &stats) {
         Ok(warning) => warnings.extend(warning),
         Err(failure) => {
-            drawing.finish(&warnings);
+            task.finish(&warnings);
             return Err(failure);
         }
     }
@@ -111,16 +111,16 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     // What was metered holds: nobody asks again.
     let display = DisplayOptions { exposure, meter: false, ..display };
 
-    drawing.progress.stage("encoding");
+    task.progress.stage("encoding");
     let encoded = stages.time("encode", || target.encode(&pixels, &display))?;
     stages.time("write", || encoded.write())?;
-    drawing.finish(&warnings);
+    task.finish(&warnings);
     let Pixels::Frame(frame) = pixels else { return Ok(()) };
-    if !drawing.json {
+    if !task.json {
         return Ok(());
     }
     let frame_hash = stages.time("hash", || frame.frame_hash());
-    let options = &drawing.options;
+    let options = &task.options;
     report::print_json(&Report {
         frame_hash,
         width: options.width,

@@ -3,10 +3,10 @@
 use super::args::SheetArgs;
 use super::camera_report::CameraReport;
 use super::contact::{ContactSheet, DEFAULT_CELL};
-use super::drawing::Drawing;
 use super::failure::{Failure, file_name};
 use super::input::ModelSource;
 use super::losses::losses;
+use super::render_task::RenderTask;
 use super::report::{self, Stages, Versions};
 use crate::description::{Setting, is_standard_stream};
 use crate::frame::DisplayImage;
@@ -48,35 +48,28 @@ struct CellReport {
 pub fn run(args: &SheetArgs) -> Result<(), Failure> {
     let mut description = args.draw.describe(&args.inputs)?;
     description.size.get_or_insert(DEFAULT_CELL);
-    let mut drawing = Drawing::new(&args.draw, description, &args.inputs)?;
-    let cell = [drawing.options.width, drawing.options.height];
+    let mut task = RenderTask::new(&args.draw, description, &args.inputs)?;
+    let cell = [task.options.width, task.options.height];
     let count = args.inputs.len();
-    let mut sheet = ContactSheet::new(
-        &args.output,
-        &drawing.inputs,
-        drawing.json,
-        count,
-        &args.cells,
-        cell,
-        &drawing.limits,
-    )?;
+    let mut sheet =
+        ContactSheet::new(&args.output, &task.inputs, task.json, count, &args.cells, cell, &task.limits)?;
 
     let mut renderer = args.draw.renderer();
     // Environment and materials are the same for all cells; they are loaded once.
-    let mut setting = drawing.setting(renderer.jobs())?;
+    let mut setting = task.setting(renderer.jobs())?;
     let warnings: Vec<String> =
         std::mem::take(&mut setting.warnings).iter().map(ToString::to_string).collect();
     for warning in &warnings {
-        drawing.reporter.warning(warning);
+        task.reporter.warning(warning);
     }
     let mut reports = Vec::new();
     let mut failed = 0;
-    for (k, source) in drawing.sources().enumerate() {
+    for (k, source) in task.sources().enumerate() {
         let file = file_name(&source.path);
-        drawing.progress.stage(format!("{} of {count}: {file}", k + 1));
+        task.progress.stage(format!("{} of {count}: {file}", k + 1));
         let mut report = CellReport { file, ..CellReport::default() };
         let label = label(&source.path);
-        match render_cell(&drawing, &setting, source, &mut renderer, &mut report) {
+        match render_cell(&task, &setting, source, &mut renderer, &mut report) {
             Ok((image, what)) => {
                 sheet.add(&[&image], [&label, &what]);
             }
@@ -86,21 +79,21 @@ pub fn run(args: &SheetArgs) -> Result<(), Failure> {
                 // The name is below the cell.
                 let reason = text.strip_prefix(&format!("{}: ", report.file)).unwrap_or(&text);
                 sheet.add_failure(reason, [&label, "failed"]);
-                drawing.reporter.warning(&text);
+                task.reporter.warning(&text);
                 report.error = Some(text);
             }
         }
         for warning in &report.warnings {
-            drawing.warn_of(&report.file, warning);
+            task.warn_of(&report.file, warning);
         }
         reports.push(report);
     }
 
-    drawing.progress.stage("encoding");
+    task.progress.stage("encoding");
     let [width, height] = sheet.size();
     sheet.write()?;
-    drawing.finish(&[]);
-    if drawing.json {
+    task.finish(&[]);
+    if task.json {
         let peak_rss_bytes = report::peak_rss_bytes();
         let versions = Versions::default();
         report::print_json(&Report { width, height, cells: reports, peak_rss_bytes, warnings, versions })?;
@@ -113,24 +106,24 @@ pub fn run(args: &SheetArgs) -> Result<(), Failure> {
 
 /// Renders one model. Returns its picture and how many triangles, points, lines or splats it has.
 fn render_cell(
-    drawing: &Drawing,
+    task: &RenderTask,
     setting: &Setting,
     source: &ModelSource,
     renderer: &mut Renderer,
     report: &mut CellReport,
 ) -> Result<(DisplayImage, String), Failure> {
-    let loaded = drawing.load_into(setting, source, renderer.jobs(), &mut Stages::default())?;
+    let loaded = task.load_into(setting, source, renderer.jobs(), &mut Stages::default())?;
     let scene = &loaded.scene;
-    let camera = drawing.camera(source, scene)?;
-    let rendered = drawing.render(source, renderer, scene, &camera)?;
+    let camera = task.camera(source, scene)?;
+    let rendered = task.render(source, renderer, scene, &camera)?;
     let tinted = rendered.frame.is_tinted();
-    let display = drawing.display_of(scene);
-    let clipping = drawing.clipping(scene, &rendered.frame);
-    let losses = losses(scene, drawing.options.shading, &display, tinted, clipping);
+    let display = task.display_of(scene);
+    let clipping = task.clipping(scene, &rendered.frame);
+    let losses = losses(scene, task.options.shading, &display, tinted, clipping);
     let display = display.metered(&rendered.frame);
     report.warnings = loaded.warnings.iter().chain(&losses).map(ToString::to_string).collect();
-    let sight = drawing.sight(source, scene, &camera, &rendered.stats)?;
-    report.warnings.extend(sight.map(|warning| warning.to_string()));
+    let coverage = task.check_coverage(source, scene, &camera, &rendered.stats)?;
+    report.warnings.extend(coverage.map(|warning| warning.to_string()));
     report.frame_hash = Some(rendered.frame.frame_hash());
     report.exposure = Some(display.exposure);
     report.up_axis = Some(scene.orientation().up.name());

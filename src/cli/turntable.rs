@@ -1,10 +1,10 @@
 //! `overcoat turntable`: a model once around.
 
 use super::args::{Turn, TurntableArgs};
-use super::drawing::Drawing;
 use super::failure::{Failure, file_name};
-use super::film::{Film, frame_count};
-use super::movie::MovieTarget;
+use super::movie_frames::{MovieFrames, frame_count};
+use super::movie_output::MovieOutput;
+use super::render_task::RenderTask;
 use super::report::Stages;
 use crate::load::Loaded;
 use crate::math::double::sin_cos;
@@ -23,19 +23,19 @@ pub fn run(args: &TurntableArgs) -> Result<(), Failure> {
     let (draw, models) = (&args.model.draw, args.model.input.as_slice());
     let mut description = draw.describe(models)?;
     args.animation.apply(&mut description);
-    let mut drawing = Drawing::new(draw, description, models)?;
+    let mut task = RenderTask::new(draw, description, models)?;
     let movie = &args.movie;
-    let target = MovieTarget::new(&movie.output, &movie.encoding, &drawing.inputs, drawing.json)?;
-    drawing.behind_for(target.picture());
+    let target = MovieOutput::new(&movie.output, &movie.encoding, &task.inputs, task.json)?;
+    task.behind_for(target.picture());
     let seconds = args.seconds.unwrap_or(3.0);
     let frames = args.frames.unwrap_or_else(|| frame_count(seconds, args.movie.fps));
-    let mut film = Film::new(drawing, target, &args.movie, frames)?;
+    let mut movie = MovieFrames::new(task, target, &args.movie, frames)?;
 
-    let Drawing { source, description, options, progress, .. } = film.drawing();
+    let RenderTask { source, description, options, progress, .. } = movie.task();
     let about = |failure: Failure| failure.at(&source.path);
     progress.stage(format!("loading {}", file_name(&source.path)));
     let mut renderer = draw.renderer();
-    let Loaded { mut scene, warnings, .. } = film.drawing().load(renderer.jobs(), &mut Stages::default())?;
+    let Loaded { mut scene, warnings, .. } = movie.task().load(renderer.jobs(), &mut Stages::default())?;
     let environment = scene.environment().clone();
     let lights = scene.lights().to_vec();
     // Those of the scene file come after those of the model.
@@ -64,13 +64,13 @@ pub fn run(args: &TurntableArgs) -> Result<(), Failure> {
             // What stays while the model turns goes around it the other way.
             Turn::Model => {
                 turn_light(&mut scene, &environment, &lights, own_lights, center, -angle)
-                    .map_err(|failure| failure.at(&film.drawing().source.path))?;
+                    .map_err(|failure| failure.at(&movie.task().source.path))?;
                 orbit(&camera, center, -angle)
             }
         };
-        film.take(k, &mut renderer, &scene, &eye)?;
+        movie.render_frame(k, &mut renderer, &scene, &eye)?;
     }
-    film.finish(warnings)
+    movie.finish(warnings)
 }
 
 /// A turn about the vertical axis through a point.

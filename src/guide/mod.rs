@@ -38,12 +38,8 @@ pub mod formats {}
 
 /// Clear coat in every engine.
 #[doc = include_str!("clear_coat.md")]
-/// The material ball in six models, and four times its difference to glTF's
-/// (`overcoat compare-models assets/models/material-ball.glb --models urp17,hdrp-lit,stacklit,filament,gltf,openpbr`):
-///
-#[doc = concat!("<img alt=\"six models\" src=\"data:image/png;base64,", include_str!("models.png.base64"), "\">")]
-///
-/// StackLit's coat over silver, thickness to the right, extinction downwards (`golden/coat-extinction-grid-stacklit.toml`):
-///
-#[doc = concat!("<img alt=\"extinction\" src=\"data:image/png;base64,", include_str!("extinction.png.base64"), "\">")]
+/// Pictures of it are files of the repository: `assets/models.png` has one car paint in six models and their differences to
+/// glTF's, and `golden/coat-extinction-grid-stacklit.png` StackLit's coat over silver, thickness to the right, extinction
+/// downwards. Any model is drawn so by
+/// `overcoat compare-models assets/models/material-ball.glb --models urp17,hdrp-lit,stacklit,filament,gltf,openpbr -o models.png`.
 pub mod clear_coat {}

@@ -4,7 +4,7 @@
 //! [`Limits::input_bytes`]: beyond that unpacking stops. What comes before damage is kept, with a warning: the reader of
 //! the format says what it is good for.
 
-use super::plain::counted;
+use super::warnings::counted;
 use super::{LoadError, Warning};
 use crate::limits::Limits;
 use flate2::bufread::GzDecoder;

@@ -33,6 +33,11 @@ impl Warnings {
     }
 }
 
+/// "1 triangle", "2 triangles".
+pub(super) fn counted(count: u64, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -4,7 +4,7 @@ use super::groups::{
     AnimationArgs, DrawArgs, EncodingArgs, InputArgs, LightArgs, MachineArgs, ModelArgs, ReportArgs,
     ThreadArgs, models,
 };
-use crate::cli::values;
+use crate::cli::value_parsers;
 use crate::frame::Aov;
 use crate::scene::ShadingModel;
 use clap::Args;
@@ -35,7 +35,7 @@ pub struct RenderArgs {
     /// Comma-separated: depth, position, normal, coat-normal, tangent, base-color, roughness, metallic, specular-color,
     /// occlusion, emissive, coat, coat-thickness, coat-color, sheen-color, sheen-roughness, anisotropy, iridescence,
     /// second-lobe, subsurface, specular-occlusion, bent-normal, material-id, object-id, uv, coverage.
-    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = values::aov)]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = value_parsers::aov)]
     pub aov: Vec<Aov>,
 
     /// Add to --json a hash of what each stage handed to the next: where two machines differ, the first that differs
@@ -61,7 +61,7 @@ pub struct MovieArgs {
     pub encoding: EncodingArgs,
 
     /// Frames a second, 0.1 to 1000
-    #[arg(long, value_name = "N", value_parser = values::within::<f64>(0.1, 1000.0), allow_negative_numbers = true,
+    #[arg(long, value_name = "N", value_parser = value_parsers::within::<f64>(0.1, 1000.0), allow_negative_numbers = true,
           default_value = "24")]
     pub fps: f64,
 }
@@ -79,12 +79,12 @@ pub struct TurntableArgs {
     pub movie: MovieArgs,
 
     /// Frames of the turn [default: as many as --seconds and --fps make]
-    #[arg(long, value_name = "N", value_parser = values::within::<u32>(1, u32::MAX), allow_negative_numbers = true,
+    #[arg(long, value_name = "N", value_parser = value_parsers::within::<u32>(1, u32::MAX), allow_negative_numbers = true,
           conflicts_with = "seconds")]
     pub frames: Option<u32>,
 
     /// Seconds of the turn [default: 3]
-    #[arg(long, value_name = "SECONDS", value_parser = values::seconds, allow_negative_numbers = true)]
+    #[arg(long, value_name = "SECONDS", value_parser = value_parsers::seconds, allow_negative_numbers = true)]
     pub seconds: Option<f64>,
 
     /// What turns: model, under light that stays, or camera, around a model that stays
@@ -123,12 +123,12 @@ pub struct AnimateArgs {
     pub animation: Option<String>,
 
     /// Second of the first frame
-    #[arg(long, value_name = "SECONDS", value_parser = values::seconds, allow_negative_numbers = true,
+    #[arg(long, value_name = "SECONDS", value_parser = value_parsers::seconds, allow_negative_numbers = true,
           default_value = "0")]
     pub from: f64,
 
     /// Second before which the last frame is [default: the end of the animation]
-    #[arg(long, value_name = "SECONDS", value_parser = values::seconds, allow_negative_numbers = true)]
+    #[arg(long, value_name = "SECONDS", value_parser = value_parsers::seconds, allow_negative_numbers = true)]
     pub to: Option<f64>,
 
     #[command(flatten)]
@@ -166,7 +166,7 @@ pub struct FormatsArgs {
 #[derive(Debug, Args)]
 pub struct CellArgs {
     /// Cells in a row [default: as many as make the sheet about square]
-    #[arg(long, value_name = "N", value_parser = values::within::<u32>(1, 1000), allow_negative_numbers = true,
+    #[arg(long, value_name = "N", value_parser = value_parsers::within::<u32>(1, 1000), allow_negative_numbers = true,
           requires = "output")]
     pub columns: Option<u32>,
 
@@ -221,13 +221,13 @@ pub struct CompareModelsArgs {
         long,
         value_name = "LIST",
         value_delimiter = ',',
-        value_parser = values::shading,
+        value_parser = value_parsers::shading,
         long_help = models("Shading models to show, comma-separated [default: all]")
     )]
     pub models: Vec<ShadingModel>,
 
     /// Shading model that the others are compared with
-    #[arg(long, value_name = "MODEL", value_parser = values::shading, default_value = "gltf")]
+    #[arg(long, value_name = "MODEL", value_parser = value_parsers::shading, default_value = "gltf")]
     pub against: ShadingModel,
 
     #[command(flatten)]
@@ -253,12 +253,12 @@ pub struct BenchArgs {
     pub inputs: Vec<PathBuf>,
 
     /// Frames that are counted, evenly spaced over one turn of the camera
-    #[arg(long, value_name = "N", value_parser = values::within::<u32>(1, 1_000_000), allow_negative_numbers = true,
+    #[arg(long, value_name = "N", value_parser = value_parsers::within::<u32>(1, 1_000_000), allow_negative_numbers = true,
           default_value_t = 60)]
     pub frames: u32,
 
     /// A new model each frame: passes over all models that are counted [default: 1]
-    #[arg(long, value_name = "N", value_parser = values::within::<u32>(1, 1_000_000), allow_negative_numbers = true,
+    #[arg(long, value_name = "N", value_parser = value_parsers::within::<u32>(1, 1_000_000), allow_negative_numbers = true,
           conflicts_with = "frames")]
     pub rounds: Option<u32>,
 
@@ -296,7 +296,7 @@ pub struct MaterialsArgs {
     #[arg(long, conflicts_with = "output")]
     pub keys: bool,
 
-    #[arg(long, value_name = "WxH", value_parser = values::size, allow_hyphen_values = true, requires = "output",
+    #[arg(long, value_name = "WxH", value_parser = value_parsers::size, allow_hyphen_values = true, requires = "output",
           help = CELL_SIZE)]
     pub size: Option<[u64; 2]>,
 

@@ -1,7 +1,7 @@
 //! Groups of options that commands have in common, each defined once.
 
 use crate::cli::report::Reporter;
-use crate::cli::values;
+use crate::cli::value_parsers;
 use crate::color::ToneCurve;
 use crate::description::{
     BackgroundChoice, Description, EnvironmentChoice, ExposureChoice, Machine, MaterialChoice, ViewDirection,
@@ -36,11 +36,11 @@ pub struct EncodingArgs {
     /// Format of the file: png, webp (lossless), jpg, exr or hdr [default: by the name of OUT; png for -]
     ///
     /// Sheets and moving pictures are for screens: not exr, not hdr.
-    #[arg(long, value_name = "FORMAT", value_parser = values::output_format)]
+    #[arg(long, value_name = "FORMAT", value_parser = value_parsers::output_format)]
     pub output_format: Option<OutputFormat>,
 
     /// Quality of .jpg, 1 to 100 [default: 90]
-    #[arg(long, value_name = "N", value_parser = values::within::<u8>(1, 100), allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = value_parsers::within::<u8>(1, 100), allow_negative_numbers = true)]
     pub quality: Option<u8>,
 }
 
@@ -94,7 +94,7 @@ pub struct AnimationArgs {
     pub animation: Option<String>,
 
     /// Seconds in the animation; beyond its end it stays as it is there [default: 0]
-    #[arg(long, value_name = "SECONDS", value_parser = values::seconds, allow_negative_numbers = true)]
+    #[arg(long, value_name = "SECONDS", value_parser = value_parsers::seconds, allow_negative_numbers = true)]
     pub time: Option<f64>,
 
     /// Begin the animation again after its end
@@ -108,7 +108,7 @@ pub struct AnimationArgs {
 pub struct CameraArgs {
     /// Direction from which the model is framed: three-quarter, front, back, left, right, top, bottom, or x,y,z from
     /// the model towards the camera [default: three-quarter, or another one from the front and above that shows twice as much]
-    #[arg(long, value_name = "VIEW", value_parser = values::view, allow_hyphen_values = true,
+    #[arg(long, value_name = "VIEW", value_parser = value_parsers::view, allow_hyphen_values = true,
           conflicts_with_all = ["eye", "camera"])]
     pub view: Option<ViewDirection>,
 
@@ -117,30 +117,30 @@ pub struct CameraArgs {
     pub camera: Option<String>,
 
     /// Position of the camera in metres, in the scene: the upright model, +Y is up
-    #[arg(long, value_name = "X,Y,Z", value_parser = values::position, allow_hyphen_values = true)]
+    #[arg(long, value_name = "X,Y,Z", value_parser = value_parsers::position, allow_hyphen_values = true)]
     pub eye: Option<[f64; 3]>,
 
     /// What the camera looks at [default: the middle of the model]
-    #[arg(long, value_name = "X,Y,Z", value_parser = values::position, allow_hyphen_values = true, requires = "eye")]
+    #[arg(long, value_name = "X,Y,Z", value_parser = value_parsers::position, allow_hyphen_values = true, requires = "eye")]
     pub target: Option<[f64; 3]>,
 
     /// Which way is up in the picture; the model stays as it is (--up turns it) [default: 0,1,0]
-    #[arg(long, value_name = "X,Y,Z", value_parser = values::direction, allow_hyphen_values = true,
+    #[arg(long, value_name = "X,Y,Z", value_parser = value_parsers::direction, allow_hyphen_values = true,
           conflicts_with = "camera")]
     pub camera_up: Option<[f32; 3]>,
 
     /// Nothing nearer to the camera than this many metres is drawn [default: by the distance]
-    #[arg(long, value_name = "DISTANCE", value_parser = values::not_negative, allow_negative_numbers = true,
+    #[arg(long, value_name = "DISTANCE", value_parser = value_parsers::not_negative, allow_negative_numbers = true,
           conflicts_with = "camera")]
     pub near: Option<f32>,
 
     /// Vertical field of view in degrees, 0.1 to 179 [default: 30]
-    #[arg(long, value_name = "DEGREES", value_parser = values::within::<f32>(0.1, 179.0), allow_negative_numbers = true,
+    #[arg(long, value_name = "DEGREES", value_parser = value_parsers::within::<f32>(0.1, 179.0), allow_negative_numbers = true,
           conflicts_with_all = ["camera", "ortho"])]
     pub fov: Option<f32>,
 
     /// Parallel projection, HEIGHT metres from the top of the picture to its bottom [default: fits the model]
-    #[arg(long, value_name = "HEIGHT", value_parser = values::not_negative, num_args = 0..=1, require_equals = true,
+    #[arg(long, value_name = "HEIGHT", value_parser = value_parsers::not_negative, num_args = 0..=1, require_equals = true,
           default_missing_value = "0", conflicts_with = "camera")]
     pub ortho: Option<f32>,
 }
@@ -155,11 +155,11 @@ pub struct LightArgs {
     pub env: Option<OsString>,
 
     /// Turn the environment about the vertical axis, counter-clockwise seen from above [default: 0]
-    #[arg(long, value_name = "DEGREES", value_parser = values::finite, allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEGREES", value_parser = value_parsers::finite, allow_negative_numbers = true)]
     pub env_rotation: Option<f32>,
 
     /// Multiply the light of the environment [default: 1]
-    #[arg(long, value_name = "FACTOR", value_parser = values::not_negative, allow_negative_numbers = true)]
+    #[arg(long, value_name = "FACTOR", value_parser = value_parsers::not_negative, allow_negative_numbers = true)]
     pub env_intensity: Option<f32>,
 
     /// Leave out the lights of the model file
@@ -172,43 +172,43 @@ pub struct LightArgs {
 #[command(next_help_heading = "Picture")]
 pub struct PictureArgs {
     /// Width and height in pixels; one number makes a square [default: 512x512]
-    #[arg(long, value_name = "WxH", value_parser = values::size, allow_hyphen_values = true)]
+    #[arg(long, value_name = "WxH", value_parser = value_parsers::size, allow_hyphen_values = true)]
     pub size: Option<[u64; 2]>,
 
     /// Samples a pixel for smooth edges: 1, 4, 8 or 16 [default: 8]
-    #[arg(long, value_name = "N", value_parser = values::samples, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = value_parsers::samples, allow_negative_numbers = true)]
     pub samples: Option<u32>,
 
     /// Formulas that shade every surface [default: what each material names, else gltf]
-    #[arg(long, value_name = "MODEL", value_parser = values::shading, long_help = models(SHADING))]
+    #[arg(long, value_name = "MODEL", value_parser = value_parsers::shading, long_help = models(SHADING))]
     pub shading: Option<ShadingModel>,
 
     /// Make the model of a material: a .toml file or the name of a built-in one, for every mesh or for the
     /// materials of one name in the model; may be repeated, later ones lie over earlier ones
-    #[arg(long = "material", value_name = "[NAME=]FILE|BUILT-IN", value_parser = values::material_parser())]
+    #[arg(long = "material", value_name = "[NAME=]FILE|BUILT-IN", value_parser = value_parsers::material_parser())]
     pub materials: Vec<MaterialChoice>,
 
     /// How reflections of rectangles and tubes are integrated: ltc, as engines do, or facets, slower and within 1 percent
     /// [default: ltc]
-    #[arg(long, value_name = "METHOD", value_parser = values::area_lights)]
+    #[arg(long, value_name = "METHOD", value_parser = value_parsers::area_lights)]
     pub area_lights: Option<AreaLightMethod>,
 
     /// Largest anisotropy of texture filtering, 1 to 16 [default: 8]
-    #[arg(long, value_name = "N", value_parser = values::within::<u32>(1, 16), allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = value_parsers::within::<u32>(1, 16), allow_negative_numbers = true)]
     pub anisotropy: Option<u32>,
 
     /// Shade triangles smaller than two pixels as one where their normals differ by less than this many degrees, 0 to 45:
     /// faster on dense meshes, with less smoothing of sharp reflections [default: 0]
-    #[arg(long, value_name = "DEGREES", value_parser = values::within::<f32>(0.0, 45.0), allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEGREES", value_parser = value_parsers::within::<f32>(0.0, 45.0), allow_negative_numbers = true)]
     pub merge_angle: Option<f32>,
 
     /// Width of lines in pixels, 0.1 to 64 [default: 1.5]
-    #[arg(long, value_name = "PIXELS", value_parser = values::within::<f32>(0.1, 64.0), allow_negative_numbers = true)]
+    #[arg(long, value_name = "PIXELS", value_parser = value_parsers::within::<f32>(0.1, 64.0), allow_negative_numbers = true)]
     pub line_width: Option<f32>,
 
     /// Diameter of points in pixels, 0.1 to 64 [default: by the distances between them, at least about a pixel; 3 if they are
     /// far apart]
-    #[arg(long, value_name = "PIXELS", value_parser = values::within::<f32>(0.1, 64.0), allow_negative_numbers = true)]
+    #[arg(long, value_name = "PIXELS", value_parser = value_parsers::within::<f32>(0.1, 64.0), allow_negative_numbers = true)]
     pub point_size: Option<f32>,
 }
 
@@ -218,18 +218,18 @@ pub struct PictureArgs {
 pub struct DisplayArgs {
     /// What is behind the model: transparent, env, #rrggbb (the # may be left out) or a colour name
     /// [default: transparent, of .jpg white]
-    #[arg(long, value_name = "COLOR", value_parser = values::background)]
+    #[arg(long, value_name = "COLOR", value_parser = value_parsers::background)]
     pub background: Option<BackgroundChoice>,
 
     /// Tone curve of 8-bit pictures: none (or linear), neutral, aces, agx [default: neutral]
-    #[arg(long, value_name = "CURVE", value_parser = values::tone_curve)]
+    #[arg(long, value_name = "CURVE", value_parser = value_parsers::tone_curve)]
     pub tone_map: Option<ToneCurve>,
 
     /// Exposure of 8-bit pictures in stops, -64 to 64: +1 doubles the light; auto meters the object [default: 0]
     ///
     /// auto makes one tenth of the object brighter than 0.7 (linear), by -24 to 24 stops: its 90th percentile of luminance is
     /// what is metered, of the first frame in moving pictures.
-    #[arg(long, value_name = "STOPS|auto", value_parser = values::exposure, allow_negative_numbers = true)]
+    #[arg(long, value_name = "STOPS|auto", value_parser = value_parsers::exposure, allow_negative_numbers = true)]
     pub exposure: Option<ExposureChoice>,
 }
 
@@ -237,7 +237,7 @@ pub struct DisplayArgs {
 #[derive(Debug, Args)]
 pub struct ThreadArgs {
     /// Worker threads, 0 to 256; 0 stands for one per processor
-    #[arg(long, value_name = "N", value_parser = values::within::<u16>(0, MAX_THREADS as u16), allow_negative_numbers = true,
+    #[arg(long, value_name = "N", value_parser = value_parsers::within::<u16>(0, MAX_THREADS as u16), allow_negative_numbers = true,
           default_value_t = 0, help_heading = MACHINE)]
     pub threads: u16,
 }
@@ -250,12 +250,12 @@ pub struct MachineArgs {
     pub workers: ThreadArgs,
 
     /// Side of a tile in pixels: 16, 32 or 64 [default: by the number of samples]
-    #[arg(long, value_name = "N", value_parser = values::tile, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = value_parsers::tile, allow_negative_numbers = true)]
     pub tile: Option<u32>,
 
     /// Instruction set: auto, sse2, avx2, avx512, neon or (where it is compiled in) scalar; one that is not there is an
     /// error
-    #[arg(long, value_name = "LEVEL", default_value = "auto", value_parser = values::simd)]
+    #[arg(long, value_name = "LEVEL", default_value = "auto", value_parser = value_parsers::simd)]
     pub simd: SimdLevel,
 }
 
@@ -275,7 +275,7 @@ pub struct InputArgs {
     /// cameras [default: +y for glTF, OBJ and PLY, +z for STL and 3MF]
     ///
     /// Its front is then +Z of the file, as in glTF; -Y where +z is up, as in slicers and Blender, +Y where -z is.
-    #[arg(long, value_name = "AXIS", value_parser = values::axis, allow_hyphen_values = true)]
+    #[arg(long, value_name = "AXIS", value_parser = value_parsers::axis, allow_hyphen_values = true)]
     pub up: Option<Axis>,
 
     #[command(flatten)]
@@ -290,7 +290,7 @@ pub struct LimitArgs {
     /// input_bytes, decoded_bytes, triangles, vertices, nodes, depth, textures, texture_pixels, total_texture_pixels,
     /// lights, output_side, output_pixels, fragments, shading, blocks, blend_entries, frame_bytes, frames. Suffixes k, M, G are
     /// powers of 1000, Ki, Mi, Gi powers of 1024. Exceeding a limit is exit code 3.
-    #[arg(long = "limit", value_name = "NAME=VALUE", value_parser = values::limit)]
+    #[arg(long = "limit", value_name = "NAME=VALUE", value_parser = value_parsers::limit)]
     pub limits: Vec<(String, u64)>,
 }
 
@@ -343,7 +343,7 @@ impl LimitArgs {
     /// The limits, with what the options change.
     #[must_use]
     pub fn limits(&self) -> Limits {
-        values::limits(&self.limits)
+        value_parsers::limits(&self.limits)
     }
 }
 

@@ -76,7 +76,7 @@ pub enum Command {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cli::values::LIMIT_NAMES;
+    use crate::cli::value_parsers::LIMIT_NAMES;
     use crate::color::ToneCurve;
     use crate::description::{Description, EnvironmentChoice, ExposureChoice};
     use crate::frame::Aov;

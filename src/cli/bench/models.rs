@@ -2,9 +2,9 @@
 
 use super::report::{Hash, Measurement, Model, Times};
 use crate::cli::args::BenchArgs;
-use crate::cli::drawing::{Drawing, Pixels, Taken};
 use crate::cli::failure::{Failure, file_name};
 use crate::cli::input::{self, ModelSource};
+use crate::cli::render_task::{Pixels, RenderTask, RenderedPicture};
 use crate::cli::report;
 use crate::description::{Setting, is_standard_input};
 use crate::load::{Loaded, Warning, has_folder};
@@ -18,28 +18,28 @@ use std::time::{Duration, Instant};
 /// # Errors
 /// [`Failure`] if a model cannot be loaded or rendered.
 pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
-    let mut drawing = Drawing::new(&args.draw, args.draw.describe(&args.inputs)?, &args.inputs)?;
-    if drawing.sources().any(|source| is_standard_input(&source.path) || !has_folder(&source.path)) {
+    let mut task = RenderTask::new(&args.draw, args.draw.describe(&args.inputs)?, &args.inputs)?;
+    if task.sources().any(|source| is_standard_input(&source.path) || !has_folder(&source.path)) {
         return Err(Failure::usage(
             "standard input and pipes can be read only once; a model each frame is a file",
         ));
     }
-    drawing.progress.stage("loading");
+    task.progress.stage("loading");
     let mut renderer = args.draw.renderer();
-    let setting = drawing.setting(renderer.jobs())?;
+    let setting = task.setting(renderer.jobs())?;
     let mut measurement = Measurement::default();
-    setting.warnings.iter().for_each(|warning| drawing.reporter.warning(warning));
+    setting.warnings.iter().for_each(|warning| task.reporter.warning(warning));
     measurement.warnings.extend(setting.warnings.iter().map(ToString::to_string));
-    let service = Service { drawing: &drawing, setting, for_screen: args.image || args.png, png: args.png };
-    let models = drawing.sources().count();
+    let service = Service { task: &task, setting, for_screen: args.image || args.png, png: args.png };
+    let models = task.sources().count();
 
     // The first pass fills caches and grows buffers.
-    for (k, source) in drawing.sources().enumerate() {
-        drawing.progress.stage(format!("warming up: {} of {models}", k + 1));
+    for (k, source) in task.sources().enumerate() {
+        task.progress.stage(format!("warming up: {} of {models}", k + 1));
         let (_, made) = service.picture(source, &mut renderer)?;
         for warning in &made.warnings {
             let name = file_name(&source.path);
-            drawing.warn_of(&name, warning);
+            task.warn_of(&name, warning);
             measurement.warnings.push(format!("{name}: {warning}"));
         }
         made.pixels.recycle(&mut renderer);
@@ -48,8 +48,8 @@ pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
     let mut shading = None;
     let rounds = args.rounds.unwrap_or(1);
     for round in 1..=rounds {
-        for (k, source) in drawing.sources().enumerate() {
-            drawing.progress.stage(format!("round {round} of {rounds}: {} of {models}", k + 1));
+        for (k, source) in task.sources().enumerate() {
+            task.progress.stage(format!("round {round} of {rounds}: {} of {models}", k + 1));
             let before = report::processor_time();
             let (wall, made) = service.picture(source, &mut renderer)?;
             measurement.add_frame(wall, [before, report::processor_time()]);
@@ -78,14 +78,14 @@ pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
             made.pixels.recycle(&mut renderer);
         }
     }
-    drawing.finish(&[]);
+    task.finish(&[]);
     let shading = shading.unwrap_or_default();
-    measurement.print(drawing.json, &drawing.options, shading, renderer.jobs().threads())
+    measurement.print(task.json, &task.options, shading, renderer.jobs().threads())
 }
 
 /// What is kept from one model to the next, beside the renderer.
 struct Service<'a> {
-    drawing: &'a Drawing,
+    task: &'a RenderTask,
     setting: Setting,
     /// Pictures are of 8 bits.
     for_screen: bool,
@@ -112,21 +112,21 @@ struct Made {
 impl Service<'_> {
     /// From a file to a frame and, if it is asked for, a PNG in memory. Returns how long all of it took.
     fn picture(&self, source: &ModelSource, renderer: &mut Renderer) -> Result<(Duration, Made), Failure> {
-        let Drawing { description, options, limits, .. } = self.drawing;
+        let RenderTask { description, options, limits, .. } = self.task;
         let about = |failure: Failure| failure.at(&source.path);
         let start = Instant::now();
         let Loaded { mut scene, mut warnings, .. } = input::load(source, limits, renderer.jobs())?;
         let load = start.elapsed();
 
         self.setting.apply(description, &mut scene, limits).map_err(|e| about(e.into()))?;
-        let camera = self.drawing.camera(source, &scene)?;
+        let camera = self.task.camera(source, &scene)?;
         let shading = report::shading_name(options.shading, &scene);
         let prepare = start.elapsed() - load;
 
-        let Taken { pixels, stats, .. } =
-            self.drawing.take(source, renderer, &scene, &camera, self.for_screen)?;
+        let RenderedPicture { pixels, stats, .. } =
+            self.task.render_picture(source, renderer, &scene, &camera, self.for_screen)?;
         if stats.covered == 0 {
-            warnings.extend(self.drawing.sight(source, &scene, &camera, &stats)?);
+            warnings.extend(self.task.check_coverage(source, &scene, &camera, &stats)?);
         }
         let mut encoding = None;
         if let (true, Pixels::Image(image)) = (self.png, &pixels) {

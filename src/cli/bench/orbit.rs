@@ -2,8 +2,8 @@
 
 use super::report::{Hash, Measurement};
 use crate::cli::args::BenchArgs;
-use crate::cli::drawing::Drawing;
 use crate::cli::failure::Failure;
+use crate::cli::render_task::RenderTask;
 use crate::cli::report::{self, Stages};
 use crate::cli::turntable::orbit;
 use crate::load::Loaded;
@@ -15,25 +15,25 @@ use std::time::Instant;
 /// # Errors
 /// [`Failure`] if the model cannot be loaded or rendered.
 pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
-    let mut drawing = Drawing::new(&args.draw, args.draw.describe(&args.inputs)?, &args.inputs)?;
-    drawing.progress.stage("loading");
+    let mut task = RenderTask::new(&args.draw, args.draw.describe(&args.inputs)?, &args.inputs)?;
+    task.progress.stage("loading");
     let mut renderer = args.draw.renderer();
-    let Loaded { scene, mut warnings, .. } = drawing.load(renderer.jobs(), &mut Stages::default())?;
-    let camera = drawing.camera(&drawing.source, &scene)?;
+    let Loaded { scene, mut warnings, .. } = task.load(renderer.jobs(), &mut Stages::default())?;
+    let camera = task.camera(&task.source, &scene)?;
     let center = scene.bounds().center();
     let render = |renderer: &mut Renderer, angle: f64| {
         let camera = orbit(&camera, center, angle);
         let start = Instant::now();
-        let taken = drawing.take(&drawing.source, renderer, &scene, &camera, args.image)?;
+        let taken = task.render_picture(&task.source, renderer, &scene, &camera, args.image)?;
         Ok::<_, Failure>((start.elapsed(), taken))
     };
 
     // The first frame fills caches and grows buffers.
     let first = render(&mut renderer, 0.0)?.1;
-    let sight = drawing.sight(&drawing.source, &scene, &camera, &first.stats)?;
-    warnings.extend(sight);
+    let coverage = task.check_coverage(&task.source, &scene, &camera, &first.stats)?;
+    warnings.extend(coverage);
     first.pixels.recycle(&mut renderer);
-    drawing.progress.stage(format!("{} frames", args.frames));
+    task.progress.stage(format!("{} frames", args.frames));
     let mut measurement = Measurement::default();
     for k in 0..args.frames {
         let before = report::processor_time();
@@ -43,8 +43,8 @@ pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
         measurement.add_picture(&taken.stats, &Hash::new(&taken.pixels));
         taken.pixels.recycle(&mut renderer);
     }
-    drawing.finish(&warnings);
+    task.finish(&warnings);
     measurement.warnings.extend(warnings.iter().map(ToString::to_string));
-    let shading = report::shading_name(drawing.options.shading, &scene);
-    measurement.print(drawing.json, &drawing.options, shading, renderer.jobs().threads())
+    let shading = report::shading_name(task.options.shading, &scene);
+    measurement.print(task.json, &task.options, shading, renderer.jobs().threads())
 }

@@ -1,7 +1,7 @@
 //! What was measured, and how it is printed.
 
-use crate::cli::drawing::Pixels;
 use crate::cli::failure::Failure;
+use crate::cli::render_task::Pixels;
 use crate::cli::report::{self, Versions, milliseconds};
 use crate::frame::DisplayImage;
 use crate::render::{RenderOptions, RenderStats};

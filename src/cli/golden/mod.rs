@@ -10,8 +10,8 @@ mod table;
 pub use args::{AcceptArgs, CheckArgs, FolderArgs, GoldenArgs, GoldenCommand, ReportArgs, ResultArgs};
 
 use super::failure::{Failure, file_name};
+use super::output_file::{Encoded, check_writable};
 use super::report::print;
-use super::target::{Encoded, check_writable};
 use crate::description::is_standard_stream;
 use crate::golden::check::{FileResult, Verdict};
 use crate::golden::junit::to_junit;

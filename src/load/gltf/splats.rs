@@ -12,8 +12,8 @@ use super::mesh::{inside, name};
 use super::model::{GaussianSplatting, Kind, Primitive, Root};
 use crate::limits::Limits;
 use crate::load::budget::Budget;
-use crate::load::plain::counted;
 use crate::load::warnings::Warnings;
+use crate::load::warnings::counted;
 use crate::load::{Context, LoadError};
 use crate::scene::{Splat, SplatCloud, SplatCloudBuilder, SplatColorSpace, SplatOrder};
 

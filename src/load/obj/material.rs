@@ -13,8 +13,8 @@
 
 use super::maps::Map;
 use crate::color::srgb::srgb_to_linear;
+use crate::load::mesh_formats::default_material;
 use crate::load::names::shown;
-use crate::load::plain::default_material;
 use crate::load::text::{float, quoted};
 use crate::load::warnings::Warnings;
 use crate::scene::{AlphaMode, Material, Workflow};

@@ -15,12 +15,13 @@ mod parse;
 mod strokes;
 
 use super::grouped::Grouped;
+use super::mesh_formats::{add_object, check_input, default_material, finish, white_material};
 use super::origin::{Region, load_about, points_of_text};
-use super::plain::{add_object, check_input, counted, default_material, finish, white_material};
 use super::splitting::Variants;
 use super::tangents::add_tangents;
 use super::text::without_mark;
 use super::warnings::Warnings;
+use super::warnings::counted;
 use super::{Context, LoadError, Loaded};
 use crate::limits::Limits;
 use crate::scene::{AlphaMode, Material, MaterialId, MeshData, Scene};

@@ -6,7 +6,7 @@
 
 use super::assemble::colors;
 use super::parse::{Corner, Obj};
-use crate::load::plain::{add_object, check_mesh, drawable};
+use crate::load::mesh_formats::{add_object, check_mesh, drawable};
 use crate::load::{Context, LoadError};
 use crate::scene::{Material, MaterialId, MeshData, PrimitiveKind, Scene};
 use std::collections::BTreeMap;

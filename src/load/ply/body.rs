@@ -4,8 +4,8 @@ use super::FORMAT;
 use super::header::{Element, Encoding, Kind, Property, Scalar};
 use super::values::{Missing, Values};
 use crate::color::srgb::{srgb_to_linear, srgb8_to_linear};
+use crate::load::mesh_formats::{check_mesh, drawable};
 use crate::load::origin::{Origin, Region};
-use crate::load::plain::{check_mesh, drawable};
 use crate::load::polygon::Triangulator;
 use crate::load::{Context, LoadError};
 

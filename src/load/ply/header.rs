@@ -2,9 +2,9 @@
 
 use super::FORMAT;
 use crate::load::LoadError;
-use crate::load::plain::counted;
 use crate::load::text::{integer, quoted, without_mark};
 use crate::load::warnings::Warnings;
+use crate::load::warnings::counted;
 use crate::scene::Axis;
 
 /// Most elements of a header, and properties of an element: real files have a handful.

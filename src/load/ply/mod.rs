@@ -14,14 +14,15 @@ mod splats;
 mod values;
 
 use super::budget::Budget;
+use super::mesh_formats::{
+    CREASE_ANGLE, add_object, check_input, check_mesh, default_material, drawable, finish, read_picture,
+    white_material,
+};
 use super::normals::add_smooth_normals;
 use super::origin::{Origin, Region, load_about, lost_steps};
-use super::plain::{
-    CREASE_ANGLE, add_object, check_input, check_mesh, counted, default_material, drawable, finish,
-    read_picture, white_material,
-};
 use super::text::quoted;
 use super::warnings::Warnings;
+use super::warnings::counted;
 use super::{Context, LoadError, Loaded};
 use crate::scene::{
     AlphaMode, AlphaUse, ColorSpace, Material, MeshData, Sampler, Scene, Texture, TextureRef, UvTransform,

@@ -7,8 +7,9 @@
 
 use super::body::{Measure, Vertices};
 use crate::color::srgb::srgb_to_linear;
-use crate::load::plain::{counted, drawable};
+use crate::load::mesh_formats::drawable;
 use crate::load::warnings::Warnings;
+use crate::load::warnings::counted;
 use crate::scene::{MeshData, PrimitiveKind};
 
 /// The least grey: black points on black say nothing.

@@ -11,8 +11,9 @@ use super::packed;
 use super::values::{Missing, Values};
 use super::{FACES, FORMAT, VERTICES};
 use crate::limits::Limits;
-use crate::load::plain::{counted, finish};
+use crate::load::mesh_formats::finish;
 use crate::load::warnings::Warnings;
+use crate::load::warnings::counted;
 use crate::load::{Context, LoadError, Loaded};
 use crate::math::scalar::exp;
 use crate::scene::{

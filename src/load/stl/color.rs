@@ -15,7 +15,7 @@
 //! Otherwise the part is plain, with a warning.
 
 use crate::color::srgb::{srgb_to_linear, srgb8_to_linear};
-use crate::load::plain::{default_material, white_material};
+use crate::load::mesh_formats::{default_material, white_material};
 use crate::load::splitting::Copies;
 use crate::scene::{Material, MeshData};
 use std::collections::BTreeSet;

@@ -9,13 +9,14 @@
 //! (`color.rs`).
 mod color;
 
+use super::mesh_formats::{
+    CREASE_ANGLE, add_object, check_input, check_mesh, default_material, drawable, finish,
+};
 use super::normals::add_smooth_normals_to_welded;
 use super::origin::{Origin, Region, load_about, lost_steps, points_of_text};
-use super::plain::{
-    CREASE_ANGLE, add_object, check_input, check_mesh, counted, default_material, drawable, finish,
-};
 use super::text::{Tokens, double, float, quoted, without_mark};
 use super::vertices::PositionTable;
+use super::warnings::counted;
 use super::weld::weld;
 use super::{Context, LoadError, Loaded, Warning};
 use crate::limits::Limits;

@@ -6,7 +6,8 @@
 use super::model::{Mesh, Totals};
 use super::xml::{Tag, Xml, index};
 use crate::load::LoadError;
-use crate::load::plain::{check_mesh, counted, drawable};
+use crate::load::mesh_formats::{check_mesh, drawable};
+use crate::load::warnings::counted;
 
 /// Corners of a prism's end.
 const SIDES: u32 = 6;

@@ -6,7 +6,7 @@ use super::slicer::Settings;
 use super::{Builder, FORMAT};
 use crate::limits::Limits;
 use crate::load::LoadError;
-use crate::load::plain::{default_material, picture_of};
+use crate::load::mesh_formats::{default_material, picture_of};
 use crate::load::text::quoted;
 use crate::scene::{
     AlphaMode, AlphaUse, ColorSpace, Material, MaterialId, Texture, TextureId, TextureRef, UvTransform,

@@ -24,9 +24,10 @@ mod slicer;
 mod xml;
 
 use super::budget::Budget;
+use super::mesh_formats::{add_placed, check_input, finish};
 use super::origin::{Origin, load_about};
-use super::plain::{add_placed, check_input, counted, finish};
 use super::warnings::Warnings;
+use super::warnings::counted;
 use super::{Context, LoadError, Loaded};
 use crate::limits::Limits;
 use crate::scene::{MaterialId, MeshId, Scene, Transform};

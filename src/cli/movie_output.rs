@@ -2,12 +2,12 @@
 //! before any work.
 
 use super::args::EncodingArgs;
-use super::drawing::Pixels;
 use super::failure::Failure;
 use super::names::numbered;
-use super::target::{
+use super::output_file::{
     Encoded, check_file, check_quality, check_standard_output, file_format, output_failure, remove,
 };
+use super::render_task::Pixels;
 use crate::description::is_standard_stream;
 use crate::frame::{DisplayImage, DisplayOptions};
 use crate::limits::Limits;
@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 
 /// A place for frames.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct MovieTarget {
+pub(super) struct MovieOutput {
     path: PathBuf,
     /// `None`: numbered pictures.
     format: Option<MovieFormat>,
@@ -29,7 +29,7 @@ pub(super) struct MovieTarget {
     quality: u8,
 }
 
-impl MovieTarget {
+impl MovieOutput {
     /// Checks that a moving picture could be written to `path` (`-`: standard output, unless a report goes there).
     ///
     /// # Errors
@@ -109,10 +109,10 @@ impl MovieTarget {
     }
 }
 
-/// Frames on their way to a [`MovieTarget`], encoded. Numbered pictures that are written already are removed again unless
+/// Frames on their way to a [`MovieOutput`], encoded. Numbered pictures that are written already are removed again unless
 /// it comes to its end.
-pub(super) struct Movie {
-    target: MovieTarget,
+pub(super) struct MovieWriter {
+    target: MovieOutput,
     display: DisplayOptions,
     limits: Limits,
     frames: Vec<MovieFrame>,
@@ -121,9 +121,9 @@ pub(super) struct Movie {
     hashes: String,
 }
 
-impl Movie {
+impl MovieWriter {
     /// No frames yet.
-    pub(super) fn new(target: MovieTarget, display: DisplayOptions, limits: Limits) -> Self {
+    pub(super) fn new(target: MovieOutput, display: DisplayOptions, limits: Limits) -> Self {
         let (frames, written) = (Vec::new(), Vec::new());
         Self { target, display, limits, frames, written, bytes: 0, hashes: String::new() }
     }
@@ -192,7 +192,7 @@ impl Movie {
     }
 }
 
-impl Drop for Movie {
+impl Drop for MovieWriter {
     fn drop(&mut self) {
         self.written.iter().for_each(|path| remove(path));
     }
@@ -206,7 +206,7 @@ mod tests {
     fn the_name_tells_the_format() {
         let target = |name: &str, asked| {
             let encoding = EncodingArgs { output_format: asked, quality: None };
-            MovieTarget::new(Path::new(name), &encoding, &[], false)
+            MovieOutput::new(Path::new(name), &encoding, &[], false)
         };
         let format = |name: &str| target(name, None).map(|target| (target.format, target.picture));
         let (png, webp) = (OutputFormat::Png, OutputFormat::WebP);
@@ -227,7 +227,7 @@ mod tests {
     #[test]
     fn pictures_are_numbered_from_0_in_their_folder() {
         let path = |name: &str, k| {
-            MovieTarget { path: name.into(), format: None, picture: OutputFormat::Png, quality: 90 }
+            MovieOutput { path: name.into(), format: None, picture: OutputFormat::Png, quality: 90 }
                 .numbered(k)
         };
         assert_eq!(

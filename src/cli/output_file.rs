@@ -1,8 +1,8 @@
 //! Where a picture goes: checked before any work, written after all of it.
 
 use super::args::EncodingArgs;
-use super::drawing::Pixels;
 use super::failure::Failure;
+use super::render_task::Pixels;
 use crate::description::is_standard_stream;
 use crate::frame::Aov;
 use crate::frame::{DisplayImage, DisplayOptions};
@@ -16,7 +16,7 @@ use xxhash_rust::xxh3::Xxh3;
 
 /// A place for a picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Target {
+pub struct OutputFile {
     path: PathBuf,
     format: OutputFormat,
     /// Of JPEG.
@@ -25,7 +25,7 @@ pub struct Target {
     planes: Vec<(Aov, PathBuf)>,
 }
 
-impl Target {
+impl OutputFile {
     /// Checks that a picture could be written to `path` (`-`: standard output).
     ///
     /// # Errors
@@ -99,7 +99,7 @@ impl Target {
     }
 }
 
-impl Target {
+impl OutputFile {
     fn options(&self, display: &DisplayOptions) -> OutputOptions {
         OutputOptions { display: display.clone(), jpeg_quality: self.quality, ..OutputOptions::default() }
     }

@@ -1,8 +1,8 @@
 //! Pictures that show nothing of their model, or next to nothing.
 
-use super::drawing::Drawing;
 use super::failure::Failure;
 use super::input::ModelSource;
+use super::render_task::RenderTask;
 use crate::load::Warning;
 use crate::render::{RenderStats, Unseen};
 use crate::scene::{Bounds, Camera, Crowd, Scene};
@@ -12,12 +12,12 @@ const HARDLY: f64 = 1e-3;
 /// Part of the picture from which on nobody looks for strays.
 const ENOUGH: f64 = 2e-2;
 
-impl Drawing {
+impl RenderTask {
     /// What there is to say of how little a picture shows of its model.
     ///
     /// # Errors
     /// [`Failure`] if it shows nothing, which is not allowed.
-    pub(super) fn sight(
+    pub(super) fn check_coverage(
         &self,
         source: &ModelSource,
         scene: &Scene,

@@ -1,4 +1,5 @@
-//! What the formats without a scene graph (OBJ, STL, PLY) have in common.
+//! What the formats of meshes (OBJ, STL, PLY, 3MF) have in common: default materials, meshes within the limits, pictures by
+//! name.
 use super::budget::Budget;
 use super::image::{self, Picture};
 use super::nearby::Nearby;
@@ -87,11 +88,6 @@ pub(super) fn finish(scene: Scene, mut warnings: Vec<Warning>) -> Loaded {
         warnings.push(Warning::new("the model has no triangles"));
     }
     Loaded { warnings, ..Loaded::from(scene) }
-}
-
-/// "1 triangle", "2 triangles".
-pub(super) fn counted(count: u64, what: &str) -> String {
-    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
 /// Reads and decodes one picture that the model names. The inner error says why it cannot be had.

@@ -59,7 +59,7 @@ impl Pixels {
 }
 
 /// A picture and what there is to say of it.
-pub(super) struct Taken {
+pub(super) struct RenderedPicture {
     pub(super) pixels: Pixels,
     /// [`Frame::is_tinted`].
     pub(super) tinted: bool,
@@ -72,7 +72,7 @@ pub(super) struct Taken {
 
 /// One command's work: everything that can be found out and can be wrong before a model is read.
 #[derive(Debug)]
-pub(super) struct Drawing {
+pub(super) struct RenderTask {
     pub(super) reporter: Reporter,
     pub(super) progress: Progress,
     /// Whether a report goes to standard output.
@@ -92,7 +92,7 @@ pub(super) struct Drawing {
     pub(super) display: DisplayOptions,
 }
 
-impl Drawing {
+impl RenderTask {
     /// Checks what [`DrawArgs::describe`] has made of these options and models.
     ///
     /// # Errors
@@ -217,7 +217,7 @@ impl Drawing {
         self.description.display_of(scene, &self.display)
     }
 
-    /// Takes a picture of a model's scene.
+    /// Renders a model's scene.
     ///
     /// # Errors
     /// [`Failure`] naming the model and the reason.
@@ -232,18 +232,18 @@ impl Drawing {
         rendered.map_err(|e| Failure::render(&e).at(&source.path))
     }
 
-    /// Takes a picture of a model's scene: of linear light, or, which is less work, for a screen.
+    /// Renders a model's scene: of linear light, or, which is less work, for a screen.
     ///
     /// # Errors
     /// [`Failure`] naming the model and the reason.
-    pub(super) fn take(
+    pub(super) fn render_picture(
         &self,
         source: &ModelSource,
         renderer: &mut Renderer,
         scene: &Scene,
         camera: &Camera,
         for_screen: bool,
-    ) -> Result<Taken, Failure> {
+    ) -> Result<RenderedPicture, Failure> {
         // The picture and what is encoded of it.
         let pixels = u64::from(self.options.width) * u64::from(self.options.height);
         let bytes = pixels * if for_screen { 8 } else { 24 };
@@ -254,12 +254,12 @@ impl Drawing {
             let tinted = frame.is_tinted();
             let exposure = self.display.metered(&frame).exposure;
             let clipping = self.clipping(scene, &frame);
-            return Ok(Taken { pixels: Pixels::Frame(frame), tinted, clipping, exposure, stats });
+            return Ok(RenderedPicture { pixels: Pixels::Frame(frame), tinted, clipping, exposure, stats });
         }
         let RenderedImage { image, tinted, clipping, exposure, stats, .. } = renderer
             .render_image(scene, camera, &self.options, &self.display_of(scene))
             .map_err(|e| Failure::render(&e).at(&source.path))?;
-        Ok(Taken { pixels: Pixels::Image(image), tinted, clipping, exposure, stats })
+        Ok(RenderedPicture { pixels: Pixels::Image(image), tinted, clipping, exposure, stats })
     }
 
     /// How much of a frame lights make white or black on a screen: nothing where there are none.

@@ -2,10 +2,10 @@
 
 use super::args::MovieArgs;
 use super::camera_report::CameraReport;
-use super::drawing::{Drawing, Taken};
 use super::failure::Failure;
 use super::losses::{clipped, left_out, lost_tint};
-use super::movie::{Movie, MovieTarget};
+use super::movie_output::{MovieOutput, MovieWriter};
+use super::render_task::{RenderTask, RenderedPicture};
 use super::report::{self, MovieReport, Versions};
 use crate::frame::DisplayOptions;
 use crate::limits::Limits;
@@ -20,15 +20,15 @@ pub(super) fn frame_count(seconds: f64, frames_a_second: f64) -> u32 {
 }
 
 /// The frames of one command.
-pub(super) struct Film {
-    drawing: Drawing,
-    movie: Movie,
+pub(super) struct MovieFrames {
+    task: RenderTask,
+    movie: MovieWriter,
     frames: u32,
     frames_a_second: f64,
     /// What the first frame lacks.
     warnings: Vec<Warning>,
     /// What the first frame has to say of how little it shows, as long as no other shows more.
-    sight: Option<Result<Warning, Failure>>,
+    coverage: Option<Result<Warning, Failure>>,
     /// What some frame so far cannot show.
     tint: Option<Warning>,
     shading: &'static str,
@@ -38,29 +38,29 @@ pub(super) struct Film {
     camera: Option<CameraReport>,
 }
 
-impl Film {
+impl MovieFrames {
     /// Checks that so many frames may be made and could be written.
     ///
     /// # Errors
     /// [`Failure`] naming the limit or the file.
     pub(super) fn new(
-        drawing: Drawing,
-        target: MovieTarget,
+        task: RenderTask,
+        target: MovieOutput,
         args: &MovieArgs,
         frames: u32,
     ) -> Result<Self, Failure> {
-        Limits::check(|| "moving picture".to_owned(), frames.into(), drawing.limits.frames, "frames")
+        Limits::check(|| "moving picture".to_owned(), frames.into(), task.limits.frames, "frames")
             .map_err(|e| Failure::limit(&e))?;
-        target.check(frames as usize, &drawing.inputs)?;
-        let movie = Movie::new(target, drawing.display.clone(), drawing.limits.clone());
-        let (warnings, sight, tint) = (Vec::new(), None, None);
+        target.check(frames as usize, &task.inputs)?;
+        let movie = MovieWriter::new(target, task.display.clone(), task.limits.clone());
+        let (warnings, coverage, tint) = (Vec::new(), None, None);
         Ok(Self {
-            drawing,
+            task,
             movie,
             frames,
             frames_a_second: args.fps,
             warnings,
-            sight,
+            coverage,
             tint,
             shading: "",
             up_axis: "",
@@ -69,41 +69,41 @@ impl Film {
     }
 
     /// What the frames show.
-    pub(super) fn drawing(&self) -> &Drawing {
-        &self.drawing
+    pub(super) fn task(&self) -> &RenderTask {
+        &self.task
     }
 
-    /// Takes frame `k`.
+    /// Renders frame `k`.
     ///
     /// # Errors
     /// [`Failure`] if it cannot be rendered, encoded or written.
-    pub(super) fn take(
+    pub(super) fn render_frame(
         &mut self,
         k: u32,
         renderer: &mut Renderer,
         scene: &Scene,
         camera: &Camera,
     ) -> Result<(), Failure> {
-        self.drawing.progress.step(format!("frame {} of {}", k + 1, self.frames), k, self.frames);
+        self.task.progress.step(format!("frame {} of {}", k + 1, self.frames), k, self.frames);
         // Frames are only for the report, which names their hash.
-        let for_screen = !self.drawing.json;
-        let Taken { pixels, tinted, clipping, exposure, stats } =
-            self.drawing.take(&self.drawing.source, renderer, scene, camera, for_screen)?;
+        let for_screen = !self.task.json;
+        let RenderedPicture { pixels, tinted, clipping, exposure, stats } =
+            self.task.render_picture(&self.task.source, renderer, scene, camera, for_screen)?;
         if k == 0 {
-            self.warnings.extend(clipped(scene, &self.drawing.display_of(scene), clipping));
+            self.warnings.extend(clipped(scene, &self.task.display_of(scene), clipping));
             // What the first frame is metered at holds for all.
-            self.drawing.display = DisplayOptions { exposure, meter: false, ..self.drawing.display.clone() };
+            self.task.display = DisplayOptions { exposure, meter: false, ..self.task.display.clone() };
             self.up_axis = scene.orientation().up.name();
             self.camera = Some(CameraReport::new(camera, scene));
         }
-        self.movie.show_as(self.drawing.display_of(scene));
+        self.movie.show_as(self.task.display_of(scene));
         self.movie.push(&pixels)?;
-        let options = &self.drawing.options;
+        let options = &self.task.options;
         // One frame that shows something is enough.
-        if k == 0 || self.sight.is_some() {
-            let sight = self.drawing.sight(&self.drawing.source, scene, camera, &stats).transpose();
-            if k == 0 || !matches!(sight, Some(Err(_))) {
-                self.sight = sight;
+        if k == 0 || self.coverage.is_some() {
+            let coverage = self.task.check_coverage(&self.task.source, scene, camera, &stats).transpose();
+            if k == 0 || !matches!(coverage, Some(Err(_))) {
+                self.coverage = coverage;
             }
         }
         if k == 0 {
@@ -111,7 +111,7 @@ impl Film {
             self.shading = report::shading_name(options.shading, scene);
         }
         if self.tint.is_none() {
-            self.tint = lost_tint(tinted, &self.drawing.display);
+            self.tint = lost_tint(tinted, &self.task.display);
         }
         pixels.recycle(renderer);
         Ok(())
@@ -122,20 +122,20 @@ impl Film {
     /// # Errors
     /// [`Failure`] if they cannot be encoded or written; no file is left then.
     pub(super) fn finish(self, mut warnings: Vec<Warning>) -> Result<(), Failure> {
-        let Self { mut drawing, movie, frames, frames_a_second, shading, up_axis, camera, .. } = self;
+        let Self { mut task, movie, frames, frames_a_second, shading, up_axis, camera, .. } = self;
         warnings.extend(self.warnings);
         warnings.extend(self.tint);
-        match self.sight.transpose() {
+        match self.coverage.transpose() {
             Ok(warning) => warnings.extend(warning),
             Err(failure) => {
-                drawing.finish(&warnings);
+                task.finish(&warnings);
                 return Err(failure);
             }
         }
-        drawing.progress.stage("encoding");
+        task.progress.stage("encoding");
         let (bytes, frames_hash) = movie.finish(frames_a_second)?;
-        drawing.finish(&warnings);
-        if !drawing.json {
+        task.finish(&warnings);
+        if !task.json {
             return Ok(());
         }
         MovieReport {
@@ -143,11 +143,11 @@ impl Film {
             frames_a_second,
             frames_hash,
             bytes,
-            width: drawing.options.width,
-            height: drawing.options.height,
-            samples: drawing.options.samples,
+            width: task.options.width,
+            height: task.options.height,
+            samples: task.options.samples,
             shading,
-            exposure: drawing.display.exposure,
+            exposure: task.display.exposure,
             up_axis,
             camera,
             peak_rss_bytes: report::peak_rss_bytes(),
