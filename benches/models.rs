@@ -99,7 +99,7 @@ fn models(criterion: &mut Criterion) {
                 });
             });
         };
-        for model in ShadingModel::ALL {
+        for &model in ShadingModel::ALL {
             run(model.name(), model, &one_lobe);
         }
         run("stacklit, two lobes", ShadingModel::StackLit, &material);

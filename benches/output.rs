@@ -46,15 +46,15 @@ fn output(c: &mut Criterion) {
     let mut group = c.benchmark_group("output 512x512");
     group.sample_size(20).warm_up_time(Duration::from_millis(500)).measurement_time(Duration::from_secs(1));
     for simd in SimdLevel::available().filter(|&level| level != SimdLevel::Scalar) {
-        for tone_curve in ToneCurve::ALL {
-            let options = DisplayOptions { tone_curve, simd, ..DisplayOptions::default() };
+        for &tone_curve in ToneCurve::ALL {
+            let options = DisplayOptions::default().with_tone_curve(tone_curve).with_simd(simd);
             group.bench_function(format!("to 8 bits, {tone_curve}, {simd}"), |b| {
                 b.iter(|| DisplayImage::new(black_box(&frame), &options));
             });
         }
     }
     for (name, background) in [("rgba", None), ("rgb", Some([255; 3]))] {
-        let image = DisplayImage::new(&frame, &DisplayOptions { background, ..DisplayOptions::default() });
+        let image = DisplayImage::new(&frame, &DisplayOptions::default().with_background(background));
         group.bench_function(format!("png, {name}"), |b| b.iter(|| encode_png(black_box(&image))));
     }
     for precision in [ExrPrecision::Half, ExrPrecision::Float] {

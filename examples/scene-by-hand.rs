@@ -69,7 +69,7 @@ fn still_life() -> Result<(Scene, Camera), SceneError> {
 
 fn draw(width: u32, height: u32) -> Result<Rendered, Box<dyn Error>> {
     let (scene, camera) = still_life()?;
-    let options = RenderOptions { width, height, aovs: vec![Aov::ObjectId], ..RenderOptions::default() };
+    let options = RenderOptions::new(width, height).with_aovs(vec![Aov::ObjectId]);
     Ok(Renderer::builder().build()?.render(&scene, &camera, &options)?)
 }
 

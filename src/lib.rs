@@ -13,9 +13,9 @@
 //! be built by hand just as well, see [`scene`].
 //!
 //! [`Renderer::render`] takes a scene, a [`scene::Camera`] (for example from [`scene::Framing`]) and
-//! [`RenderOptions`], and runs the stages over square tiles in parallel: [`geometry`] transforms, clips and snaps
-//! triangles to a fixed-point grid, [`raster`] finds which sample sees which triangle, [`gbuffer`] makes of them
-//! fragments, sixteen at a time, [`shade`] evaluates the material models of [`coat`] under the lights of [`light`]. Out
+//! [`RenderOptions`], and runs the stages over square tiles in parallel: `geometry` transforms, clips and snaps
+//! triangles to a fixed-point grid, `raster` finds which sample sees which triangle, `gbuffer` makes of them
+//! fragments, sixteen at a time, `shade` evaluates the material models of `coat` under the lights of `light`. Out
 //! comes a [`Frame`] of linear light; [`Frame::frame_hash`] names its bits. [`Renderer::render_image`] makes a picture for
 //! screens tile by tile, with four bytes a pixel in place of twenty.
 //!
@@ -23,14 +23,18 @@
 //!
 //! Whole programs, from a file to pixels and from nothing to a scene, are on a page: [`guide::library`].
 //!
-//! [`output`] makes files of it, [`golden`] compares them. [`description`] reads a whole picture, with camera, lights and
-//! options, from a scene file, and the `cli` module is the command line.
+//! [`output`] makes files of it, [`golden`] compares them, and [`decode`] reads them again. [`description`] reads a whole picture, with camera, lights and
+//! options, from a scene file, and the program `overcoat` is a command line over all of it.
 //!
 //! [`sandbox`] gives up what none of this needs from the system, before the first byte of input is read.
 //!
-//! The same bits everywhere come from [`math`]: shading is written over [`math::lanes::Lanes`], whose operations IEEE
+//! The same bits everywhere come from `math`: shading is written over lanes, whose operations IEEE
 //! 754 rounds exactly, and [`jobs`] keeps the order of results independent of threads. How each layer keeps them, how a
 //! change breaks them, and which releases may change pictures is on a page: [`guide::bit_identity`].
+//!
+//! The stages and the formulas (`brdf`, `coat`, `gbuffer`, `geometry`, `light`, `math`, `raster`, `shade`, `splat`, `tile`) are
+//! open to this project's tests, benches and fuzz targets and left out of these pages: they are not part of the promise, and
+//! change in any release.
 //!
 //! ```
 //! use overcoat::scene::{Framing, Instance, Material, Mesh, MeshData, Transform};
@@ -47,35 +51,47 @@
 //! scene.add_instance(Instance { mesh, material, transform: Transform::IDENTITY, object: 0 })?;
 //!
 //! let camera = Framing::default().camera(&scene);
-//! let options = RenderOptions { width: 64, height: 64, ..RenderOptions::default() };
+//! let options = RenderOptions::new(64, 64);
 //! let rendered = Renderer::new(1).render(&scene, &camera, &options)?;
 //! assert!(rendered.frame.pixels.iter().any(|pixel| pixel[3] == 1.0));
 //! # Ok(())
 //! # }
 //! ```
 
-pub mod brdf;
-pub mod coat;
 pub mod color;
 pub mod decode;
 pub mod description;
 pub mod formats;
 pub mod frame;
-pub mod gbuffer;
-pub mod geometry;
 pub mod golden;
 pub mod guide;
 pub mod jobs;
-pub mod light;
 pub mod limits;
 pub mod load;
-pub mod math;
 pub mod output;
-pub mod raster;
 pub mod render;
 pub mod scene;
+
+// Not part of the promise: for tests, benches and fuzz targets of this project.
+#[doc(hidden)]
+pub mod brdf;
+#[doc(hidden)]
+pub mod coat;
+#[doc(hidden)]
+pub mod gbuffer;
+#[doc(hidden)]
+pub mod geometry;
+#[doc(hidden)]
+pub mod light;
+#[doc(hidden)]
+pub mod math;
+#[doc(hidden)]
+pub mod raster;
+#[doc(hidden)]
 pub mod shade;
+#[doc(hidden)]
 pub mod splat;
+#[doc(hidden)]
 pub mod tile;
 
 #[cfg(feature = "sandbox")]
@@ -85,11 +101,14 @@ mod files;
 mod reuse;
 mod suggest;
 
+// The program is no part of the library.
 #[cfg(feature = "cli")]
+#[doc(hidden)]
 pub mod cli;
 
 pub use frame::Frame;
 pub use limits::Limits;
+pub use math::lanes::SimdLevel;
 pub use render::{RenderOptions, Renderer};
 pub use scene::Scene;
 

@@ -4,6 +4,7 @@
 ///
 /// The defaults suit a server that makes thumbnails of unknown files on a small machine.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Limits {
     /// Bytes of any one input file or buffer. Default 1 GiB.
     pub input_bytes: u64,
@@ -32,7 +33,7 @@ pub struct Limits {
     pub output_pixels: u64,
     /// Surface fragments that one frame shades. Default 2^30.
     pub fragments: u64,
-    /// Shading of one frame, in [units](crate::shade::ShadingCost) of about a nanosecond, for each pixel of the picture: the
+    /// Shading of one frame, in units of about a nanosecond, for each pixel of the picture: the
     /// frame may take so many times the number of its pixels, or times 2^18 (512 x 512) if it has fewer. Default 2^13.
     pub shading: u64,
     /// Blocks of 4 x 4 pixels that the triangles of one frame are drawn into, hidden ones included: the rasterizer's
@@ -72,14 +73,126 @@ impl Default for Limits {
     }
 }
 
+impl Limits {
+    /// The same with another [`Limits::input_bytes`].
+    #[must_use]
+    pub fn with_input_bytes(self, input_bytes: u64) -> Self {
+        Self { input_bytes, ..self }
+    }
+
+    /// The same with another [`Limits::decoded_bytes`].
+    #[must_use]
+    pub fn with_decoded_bytes(self, decoded_bytes: u64) -> Self {
+        Self { decoded_bytes, ..self }
+    }
+
+    /// The same with another [`Limits::triangles`].
+    #[must_use]
+    pub fn with_triangles(self, triangles: u64) -> Self {
+        Self { triangles, ..self }
+    }
+
+    /// The same with another [`Limits::vertices`].
+    #[must_use]
+    pub fn with_vertices(self, vertices: u64) -> Self {
+        Self { vertices, ..self }
+    }
+
+    /// The same with another [`Limits::nodes`].
+    #[must_use]
+    pub fn with_nodes(self, nodes: u64) -> Self {
+        Self { nodes, ..self }
+    }
+
+    /// The same with another [`Limits::depth`].
+    #[must_use]
+    pub fn with_depth(self, depth: u64) -> Self {
+        Self { depth, ..self }
+    }
+
+    /// The same with another [`Limits::textures`].
+    #[must_use]
+    pub fn with_textures(self, textures: u64) -> Self {
+        Self { textures, ..self }
+    }
+
+    /// The same with another [`Limits::texture_pixels`].
+    #[must_use]
+    pub fn with_texture_pixels(self, texture_pixels: u64) -> Self {
+        Self { texture_pixels, ..self }
+    }
+
+    /// The same with another [`Limits::total_texture_pixels`].
+    #[must_use]
+    pub fn with_total_texture_pixels(self, total_texture_pixels: u64) -> Self {
+        Self { total_texture_pixels, ..self }
+    }
+
+    /// The same with another [`Limits::lights`].
+    #[must_use]
+    pub fn with_lights(self, lights: u64) -> Self {
+        Self { lights, ..self }
+    }
+
+    /// The same with another [`Limits::output_side`].
+    #[must_use]
+    pub fn with_output_side(self, output_side: u32) -> Self {
+        Self { output_side, ..self }
+    }
+
+    /// The same with another [`Limits::output_pixels`].
+    #[must_use]
+    pub fn with_output_pixels(self, output_pixels: u64) -> Self {
+        Self { output_pixels, ..self }
+    }
+
+    /// The same with another [`Limits::fragments`].
+    #[must_use]
+    pub fn with_fragments(self, fragments: u64) -> Self {
+        Self { fragments, ..self }
+    }
+
+    /// The same with another [`Limits::shading`].
+    #[must_use]
+    pub fn with_shading(self, shading: u64) -> Self {
+        Self { shading, ..self }
+    }
+
+    /// The same with another [`Limits::blocks`].
+    #[must_use]
+    pub fn with_blocks(self, blocks: u64) -> Self {
+        Self { blocks, ..self }
+    }
+
+    /// The same with another [`Limits::blend_entries`].
+    #[must_use]
+    pub fn with_blend_entries(self, blend_entries: u64) -> Self {
+        Self { blend_entries, ..self }
+    }
+
+    /// The same with another [`Limits::frame_bytes`].
+    #[must_use]
+    pub fn with_frame_bytes(self, frame_bytes: u64) -> Self {
+        Self { frame_bytes, ..self }
+    }
+
+    /// The same with another [`Limits::frames`].
+    #[must_use]
+    pub fn with_frames(self, frames: u64) -> Self {
+        Self { frames, ..self }
+    }
+}
+
 /// The field of a [`LimitExceeded`] that is none of [`Limits`]: the system does not give so much memory.
 pub const MEMORY: &str = "memory";
 
 /// Bytes that stay free beside what is asked for. More than the C library of Linux keeps for itself when it is given back.
+#[doc(hidden)]
 pub const HEADROOM: u64 = 33 << 20;
 
 /// Something asked for more than [`Limits`] allows.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub struct LimitExceeded {
     /// The element that asked, e.g. `accessor 3` or `image 'wood.png'`.
     pub what: String,
@@ -94,6 +207,7 @@ pub struct LimitExceeded {
 impl LimitExceeded {
     /// Of work that was stopped when it passed the limit.
     #[must_use]
+    #[doc(hidden)]
     pub fn beyond(what: &str, limit: u64, field: &'static str) -> Self {
         Self { what: what.to_owned(), asked: None, limit, field }
     }
@@ -114,6 +228,7 @@ impl Limits {
     ///
     /// # Errors
     /// [`LimitExceeded`] naming the element and the field otherwise.
+    #[doc(hidden)]
     pub fn check(
         what: impl FnOnce() -> String,
         asked: u64,
@@ -133,6 +248,7 @@ impl Limits {
     ///
     /// # Errors
     /// [`LimitExceeded`] naming the element, with [`MEMORY`] as the field, otherwise.
+    #[doc(hidden)]
     pub fn check_memory(what: impl FnOnce() -> String, asked: u64) -> Result<(), LimitExceeded> {
         // Memory of WebAssembly never shrinks.
         if cfg!(target_family = "wasm") {

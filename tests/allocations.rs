@@ -142,14 +142,10 @@ fn warm_frames_allocate_nothing() {
             (8, 10.0, Background::Transparent, None),
             (8, 0.0, Background::Transparent, Some(&display)),
         ] {
-            let options = RenderOptions {
-                width: 80,
-                height: 56,
-                samples,
-                merge_angle,
-                background,
-                ..RenderOptions::default()
-            };
+            let options = RenderOptions::new(80, 56)
+                .with_samples(samples)
+                .with_merge_angle(merge_angle)
+                .with_background(background);
             // One thread needs no queue. Several get each frame through one place of it, which nothing can avoid: the
             // pool has no other way in that takes borrowed work.
             let (frames, blocks) = if threads == 1 { (8, 0) } else { (PLACES, 1) };

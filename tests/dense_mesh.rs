@@ -14,12 +14,12 @@ fn try_ball(options: RenderOptions) -> Result<Rendered, RenderError> {
     let mesh = scene.add_mesh(Mesh::new(shapes::sphere(400)).unwrap()).unwrap();
     let material = scene.add_material(Material::default()).unwrap();
     scene.add_instance(Instance { mesh, material, transform: Transform::IDENTITY, object: 0 }).unwrap();
-    let options = RenderOptions { width: 48, height: 48, ..options };
+    let options = options.with_width(48).with_height(48);
     Renderer::new(2).render(&scene, &Framing::default().camera(&scene), &options)
 }
 
 fn ball(merge_angle: f32, tile_size: u32) -> Rendered {
-    try_ball(RenderOptions { merge_angle, tile_size: Some(tile_size), ..RenderOptions::default() }).unwrap()
+    try_ball(RenderOptions::default().with_merge_angle(merge_angle).with_tile_size(Some(tile_size))).unwrap()
 }
 
 #[test]
@@ -51,7 +51,7 @@ fn tiles_do_not_show_in_what_is_merged() {
 #[test]
 fn an_angle_out_of_range_is_refused() {
     for merge_angle in [-1.0, 46.0, f32::NAN] {
-        let options = RenderOptions { merge_angle, ..RenderOptions::default() };
+        let options = RenderOptions::default().with_merge_angle(merge_angle);
         let scene = Scene::new();
         let camera = Framing::default().camera(&scene);
         let message = Renderer::new(1).render(&scene, &camera, &options).unwrap_err().to_string();
@@ -62,8 +62,8 @@ fn an_angle_out_of_range_is_refused() {
 #[test]
 fn tiles_do_not_show_in_what_the_limit_on_blocks_lets_through() {
     let passes = |blocks: u64, tile_size: u32| {
-        let limits = Limits { blocks, ..Limits::default() };
-        try_ball(RenderOptions { limits, samples: 4, tile_size: Some(tile_size), ..RenderOptions::default() })
+        let limits = Limits::default().with_blocks(blocks);
+        try_ball(RenderOptions::default().with_limits(limits).with_samples(4).with_tile_size(Some(tile_size)))
             .is_ok()
     };
     let (mut fails, mut enough) = (1, 1 << 20);

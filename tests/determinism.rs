@@ -13,7 +13,7 @@ use overcoat::description::Machine;
 use overcoat::frame::{Aov, AovPlane, DisplayImage, Frame};
 use overcoat::golden::DescribedGolden;
 use overcoat::math::lanes::SimdLevel;
-use overcoat::render::{RenderOptions, Rendered, Renderer, WorkDone};
+use overcoat::render::{Rendered, Renderer, WorkDone};
 use std::collections::BTreeSet;
 use std::process::ExitCode;
 use std::sync::{Mutex, PoisonError};
@@ -96,7 +96,7 @@ fn one_hash(golden: &DescribedGolden) -> Result<(), String> {
             ));
         }
         // With hashes of the stages a picture for a screen has a frame beside it.
-        let options = RenderOptions { stage_hashes: false, ..shot.options.clone() };
+        let options = shot.options.clone().with_stage_hashes(false);
         let direct = renderers[thread]
             .render_image(&shot.scene, &shot.camera, &options, &shot.display)
             .map_err(|error| format!("{setting}: {error}"))?;

@@ -19,13 +19,11 @@ use std::path::{Path, PathBuf};
 
 /// Small bounds, so that a file that gets around one shows in the time and memory of the test.
 fn limits() -> Limits {
-    Limits {
-        triangles: 1 << 22,
-        vertices: 1 << 22,
-        texture_pixels: 1 << 22,
-        decoded_bytes: 1 << 28,
-        ..Limits::default()
-    }
+    Limits::default()
+        .with_triangles(1 << 22)
+        .with_vertices(1 << 22)
+        .with_texture_pixels(1 << 22)
+        .with_decoded_bytes(1 << 28)
 }
 
 fn load(bytes: &[u8], format: Format) -> Result<Loaded, LoadError> {
@@ -261,7 +259,7 @@ fn content_counts_for_more_than_what_is_said() {
         (&b"BLENDER-v300RENDH"[..], "it is a Blender file; models are read from glTF, OBJ, STL, PLY and 3MF"),
         (b"ISO-10303-21;\n", "it is a STEP file; models are read from glTF, OBJ, STL, PLY and 3MF"),
     ] {
-        for format in Format::ALL {
+        for &format in Format::ALL {
             match load(bytes, format) {
                 Err(error @ LoadError::UnknownFormat(_)) => assert_eq!(error.to_string(), message),
                 other => panic!("{format:?}: {other:?}"),

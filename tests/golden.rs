@@ -42,7 +42,7 @@ fn check(golden: &DescribedGolden) -> Result<(), String> {
     let mut renderer = idle().pop().unwrap_or_else(|| Renderer::new(1));
     // The reference lanes where they are compiled in, else the best of the machine: all give these hashes.
     let simd = if SimdLevel::Scalar.is_available() { SimdLevel::Scalar } else { SimdLevel::best() };
-    let machine = Machine { simd, ..Machine::default() };
+    let machine = Machine::default().with_simd(simd);
     let shot = Shot::load(golden, machine, renderer.jobs())?;
     let rendered =
         renderer.render(&shot.scene, &shot.camera, &shot.options).map_err(|error| error.to_string())?;

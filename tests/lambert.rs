@@ -57,14 +57,7 @@ fn seen_by(
         projection: Projection::Orthographic { height: 1.0 },
         near: 0.01,
     };
-    let options = RenderOptions {
-        width: 3,
-        height: 3,
-        samples: 1,
-        shading: Some(model),
-        area_lights,
-        ..RenderOptions::default()
-    };
+    let options = RenderOptions::new(3, 3).with_samples(1).with_shading(model).with_area_lights(area_lights);
     let [r, g, b, _] = renderer.render(scene, &camera, &options).unwrap().frame.pixels[4];
     [r, g, b]
 }
@@ -79,12 +72,12 @@ fn lamps_light_a_lambert_plane_alike() {
     let mut renderer = Renderer::new(1);
     let mut scene = plane();
     under(&mut scene, EnvironmentSource::None);
-    for model in ShadingModel::ALL {
+    for &model in ShadingModel::ALL {
         assert_eq!(seen(&mut renderer, &scene, model), [0.0; 3], "{} without light", model.name());
     }
     let kind = LightKind::Directional { direction: [0.0, 0.0, -1.0] };
     scene.add_light(Light { color: [1.0, 2.0, 0.5], intensity: PI, ..Light::new(kind) }).unwrap();
-    for model in ShadingModel::ALL {
+    for &model in ShadingModel::ALL {
         let found = seen(&mut renderer, &scene, model);
         for (k, color) in [1.0, 2.0, 0.5].into_iter().enumerate() {
             let expected = ALBEDO[k] * color * from_the_front(model);
@@ -107,7 +100,7 @@ fn area_lights_light_a_lambert_plane_alike() {
     };
     scene.add_light(Light { intensity: 3.0, ..Light::new(kind) }).unwrap();
     let share = 0.554_126;
-    for model in ShadingModel::ALL {
+    for &model in ShadingModel::ALL {
         let found = seen(&mut renderer, &scene, model);
         for k in 0..3 {
             let expected = 3.0 * share * ALBEDO[k];
@@ -124,7 +117,7 @@ fn a_white_environment_lights_a_lambert_plane_alike() {
     let mut scene = plane();
     let white = EquirectImage::new(64, 32, vec![[1.0; 3]; 64 * 32]).unwrap();
     under(&mut scene, EnvironmentSource::Image(Arc::new(white)));
-    for model in ShadingModel::ALL {
+    for &model in ShadingModel::ALL {
         let found = seen(&mut renderer, &scene, model);
         for k in 0..3 {
             // What is reflected beside it: some models let F90 be 1 where F0 is 0.
@@ -152,7 +145,7 @@ fn facets_are_a_choice_of_every_model() {
     scene.add_light(Light { intensity: 3.0, ..Light::new(kind) }).unwrap();
     let mut renderer = Renderer::new(1);
     let mut by = |model, method| seen_by(&mut renderer, &scene, model, method);
-    for model in ShadingModel::ALL {
+    for &model in ShadingModel::ALL {
         let cosines = by(model, AreaLightMethod::LinearlyTransformedCosines);
         let facets = by(model, AreaLightMethod::Facets);
         assert!(facets[1] > 0.0 && (facets[1] / cosines[1] - 1.0).abs() < 0.03, "{}", model.name());

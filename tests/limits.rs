@@ -34,7 +34,7 @@ fn stack(count: u32, alpha_mode: AlphaMode) -> (Scene, Camera) {
 
 /// The field of the limit that stops a picture of 64 x 64 pixels, if one does.
 fn stopped_by(scene: &Scene, camera: &Camera, limits: Limits, threads: usize) -> Option<&'static str> {
-    let options = RenderOptions { width: 64, height: 64, samples: 4, limits, ..RenderOptions::default() };
+    let options = RenderOptions::new(64, 64).with_samples(4).with_limits(limits);
     match Renderer::new(threads).render(scene, camera, &options) {
         Ok(_) => None,
         Err(RenderError::Limit(e)) => {
@@ -51,7 +51,7 @@ fn the_rasterizer_stops_at_its_limit() {
     // 64 x 64 pixels are 16 x 16 blocks, and each triangle is drawn into all of them.
     let blocks = 500 * 16 * 16;
     for threads in [1, 3] {
-        let limits = |blocks| Limits { blocks, ..Limits::default() };
+        let limits = |blocks| Limits::default().with_blocks(blocks);
         assert_eq!(stopped_by(&scene, &camera, limits(blocks), threads), None);
         assert_eq!(stopped_by(&scene, &camera, limits(blocks - 1), threads), Some("blocks"));
         assert_eq!(stopped_by(&scene, &camera, limits(10), threads), Some("blocks"));
@@ -63,7 +63,7 @@ fn blending_stops_at_its_limit() {
     let (scene, camera) = stack(50, AlphaMode::Blend);
     let entries = 50 * 64 * 64;
     for threads in [1, 3] {
-        let limits = |blend_entries| Limits { blend_entries, ..Limits::default() };
+        let limits = |blend_entries| Limits::default().with_blend_entries(blend_entries);
         assert_eq!(stopped_by(&scene, &camera, limits(entries), threads), None);
         assert_eq!(stopped_by(&scene, &camera, limits(entries - 1), threads), Some("blend_entries"));
     }
@@ -74,7 +74,7 @@ fn blending_stops_at_its_limit() {
 fn more_layers_than_a_tile_keeps_are_blended_all_the_same() {
     let draw = |scene: &Scene, camera: &Camera, [width, height]: [u32; 2], samples, tile_size| {
         let tile_size = Some(tile_size);
-        let options = RenderOptions { width, height, samples, tile_size, ..RenderOptions::default() };
+        let options = RenderOptions::new(width, height).with_samples(samples).with_tile_size(tile_size);
         let rendered = Renderer::new(1).render(scene, camera, &options).unwrap();
         (rendered.frame.pixels, rendered.stats.fragments)
     };
@@ -105,14 +105,14 @@ fn fragments_pixels_and_triangles_are_counted() {
     let default = Limits::default();
     let visible = 64 * 64;
     let cases = [
-        (Limits { fragments: visible, ..default.clone() }, None),
-        (Limits { fragments: visible - 1, ..default.clone() }, Some("fragments")),
-        (Limits { triangles: 20, ..default.clone() }, None),
-        (Limits { triangles: 19, ..default.clone() }, Some("triangles")),
-        (Limits { output_pixels: 64 * 64, ..default.clone() }, None),
-        (Limits { output_pixels: 64 * 64 - 1, ..default.clone() }, Some("output_pixels")),
-        (Limits { output_side: 64, ..default.clone() }, None),
-        (Limits { output_side: 63, ..default }, Some("output_side")),
+        (default.clone().with_fragments(visible), None),
+        (default.clone().with_fragments(visible - 1), Some("fragments")),
+        (default.clone().with_triangles(20), None),
+        (default.clone().with_triangles(19), Some("triangles")),
+        (default.clone().with_output_pixels(64 * 64), None),
+        (default.clone().with_output_pixels(64 * 64 - 1), Some("output_pixels")),
+        (default.clone().with_output_side(64), None),
+        (default.with_output_side(63), Some("output_side")),
     ];
     for (limits, expected) in cases {
         assert_eq!(stopped_by(&scene, &camera, limits, 2), expected);
@@ -135,19 +135,15 @@ fn shading_stops_at_its_limit_before_anything_beyond_it_is_shaded() {
     add_lamps(&mut scene, 256, None);
     // 120 x 64 x 64 fragments; each takes 52 units, 5 for each light, 90 to be blended.
     let whole = 120 * 64 * 64 * (52 + 256 * 5 + 90);
-    let limited = |shading: u64| Limits { shading, ..Limits::default() };
+    let limited = |shading: u64| Limits::default().with_shading(shading);
     let draw = |limits: Limits, threads, tile_size| {
         let mut renderer = Renderer::new(threads);
         let simd = overcoat::math::lanes::SimdLevel::best();
-        let options = RenderOptions {
-            width: 64,
-            height: 64,
-            samples: 4,
-            limits,
-            tile_size,
-            simd,
-            ..RenderOptions::default()
-        };
+        let options = RenderOptions::new(64, 64)
+            .with_samples(4)
+            .with_limits(limits)
+            .with_tile_size(tile_size)
+            .with_simd(simd);
         let result = renderer.render(&scene, &camera, &options).map(|rendered| rendered.stats.shading);
         (result, renderer.work_done().shading)
     };
@@ -165,7 +161,7 @@ fn shading_stops_at_its_limit_before_anything_beyond_it_is_shaded() {
     }
     assert_eq!(draw(limited(enough), 2, None), (Ok(whole), whole));
     // Of several limits, that is named which one thread passes first; of those that one tile passes, the cheapest.
-    let several = Limits { fragments: 70_000, blend_entries: 60_000, ..limited(200) };
+    let several = limited(200).with_fragments(70_000).with_blend_entries(60_000);
     for (threads, tile_size) in [(1, None), (3, Some(16)), (3, Some(64)), (7, None)] {
         for _ in 0..3 {
             let message = draw(several.clone(), threads, tile_size).0.unwrap_err().to_string();
@@ -195,13 +191,7 @@ fn work_does_not_depend_on_tiles() {
         let mut seen = Vec::new();
         for (threads, tile) in [(1, 64), (2, 32), (3, 16)] {
             let mut renderer = Renderer::new(threads);
-            let options = RenderOptions {
-                width: 100,
-                height: 90,
-                samples,
-                tile_size: Some(tile),
-                ..RenderOptions::default()
-            };
+            let options = RenderOptions::new(100, 90).with_samples(samples).with_tile_size(Some(tile));
             renderer.render(&scene, &camera, &options).unwrap();
             seen.push(renderer.work_done());
         }
@@ -227,16 +217,12 @@ fn lights_out_of_reach_change_nothing() {
         let mesh = scene.instances()[0].mesh;
         scene.add_instance(Instance { mesh, material: ball, transform, object: 1 }).unwrap();
         add_lamps(&mut scene, 24, Some(0.5));
-        for model in ShadingModel::ALL {
+        for &model in ShadingModel::ALL {
             let draw = |scene: &Scene, tile_size| {
-                let options = RenderOptions {
-                    width: 96,
-                    height: 80,
-                    samples: 1,
-                    tile_size: Some(tile_size),
-                    shading: Some(model),
-                    ..RenderOptions::default()
-                };
+                let options = RenderOptions::new(96, 80)
+                    .with_samples(1)
+                    .with_tile_size(Some(tile_size))
+                    .with_shading(model);
                 let rendered = Renderer::new(1).render(scene, &camera, &options).unwrap();
                 let bits = rendered.frame.pixels.iter().flatten().map(|v| v.to_bits()).collect::<Vec<_>>();
                 (bits, rendered.stats.shading)
@@ -258,15 +244,9 @@ fn lights_out_of_reach_change_nothing() {
 fn memory_of_a_frame_does_not_depend_on_the_tiles_that_are_chosen() {
     let (scene, camera) = stack(300, AlphaMode::Opaque);
     let draw = |frame_bytes, tile_size| {
-        let limits = Limits { frame_bytes, ..Limits::default() };
-        let options = RenderOptions {
-            width: 200,
-            height: 200,
-            samples: 4,
-            limits,
-            tile_size,
-            ..RenderOptions::default()
-        };
+        let limits = Limits::default().with_frame_bytes(frame_bytes);
+        let options =
+            RenderOptions::new(200, 200).with_samples(4).with_limits(limits).with_tile_size(tile_size);
         Renderer::new(2).render(&scene, &camera, &options).map(|_| ()).map_err(|error| error.to_string())
     };
     let (mut too_little, mut enough) = (0, 1 << 24);

@@ -352,7 +352,7 @@ fn mistakes_are_named_with_line_and_key() {
         panic!()
     };
     assert_eq!(valid, material_keys().map(|key| key.name).collect::<Vec<_>>());
-    for model in ShadingModel::ALL {
+    for &model in ShadingModel::ALL {
         assert_eq!(read(&format!("model = '{}'", model.name())).unwrap().model(), Some(model));
     }
 }
@@ -365,14 +365,14 @@ fn limits_hold() {
         error.to_string()
     };
     let texture = "coat_texture = 'x.png'";
-    let few = |pixels| Limits { texture_pixels: pixels, ..Limits::default() };
+    let few = |pixels| Limits::default().with_texture_pixels(pixels);
     assert!(error(texture, few(3)).contains("texture_pixels"));
     assert!(read_within(texture, &few(4)).is_ok());
-    assert!(error(texture, Limits { decoded_bytes: 30, ..Limits::default() }).contains("decoded_bytes"));
-    assert!(error(texture, Limits { textures: 0, ..Limits::default() }).contains("textures"));
-    assert!(error(texture, Limits { input_bytes: 30, ..Limits::default() }).contains("more than 30 bytes"));
+    assert!(error(texture, Limits::default().with_decoded_bytes(30)).contains("decoded_bytes"));
+    assert!(error(texture, Limits::default().with_textures(0)).contains("textures"));
+    assert!(error(texture, Limits::default().with_input_bytes(30)).contains("more than 30 bytes"));
     assert!(
-        error("# longer than thirty bytes, though a note", Limits { input_bytes: 30, ..Limits::default() })
+        error("# longer than thirty bytes, though a note", Limits::default().with_input_bytes(30))
             .contains("too large for a material file")
     );
     let long = format!("# {}", " ".repeat(1 << 20));
@@ -380,7 +380,7 @@ fn limits_hold() {
 
     let mut scene = quad(Material::default());
     let file = read("anisotropy = 1").unwrap();
-    let tight = Limits { vertices: 3, ..Limits::default() };
+    let tight = Limits::default().with_vertices(3);
     assert!(matches!(file.assign(&mut scene, None, &tight), Err(AssignError::Limit(_))));
 }
 
@@ -432,7 +432,7 @@ fn every_built_in_material_is_good() {
         assert!(builtin.text.lines().filter(|line| line.starts_with("# ")).count() >= 1, "{name}");
         let mut scene = quad(Material::default());
         file.assign(&mut scene, None, &limits).unwrap();
-        let options = RenderOptions { width: 16, height: 16, samples: 1, ..RenderOptions::default() };
+        let options = RenderOptions::new(16, 16).with_samples(1);
         let camera = Framing::default().camera(&scene);
         let frame = renderer.render(&scene, &camera, &options).unwrap().frame;
         assert!(frame.pixels.iter().flatten().all(|v| v.is_finite() && *v >= 0.0), "{name}");
@@ -455,7 +455,7 @@ fn stacklit_reads_its_own_inputs() {
         let kind = LightKind::Directional { direction: [0.0, 0.6, -0.8] };
         scene.add_light(Light { minimum_roughness, ..Light::new(kind) }).unwrap();
         let camera = Framing { direction: [0.0, 0.5, 0.86], ..Framing::default() }.camera(&scene);
-        let options = RenderOptions { width: 3, height: 3, samples: 1, ..RenderOptions::default() };
+        let options = RenderOptions::new(3, 3).with_samples(1);
         Renderer::new(1).render(&scene, &camera, &options).unwrap().frame.pixels[4]
     };
     let occluded = "occlusion_texture = \"x.png\"\nocclusion_strength = 0.5\n";

@@ -36,7 +36,7 @@ fn parallel() -> Camera {
 }
 
 fn options() -> RenderOptions {
-    RenderOptions { width: SIZE, height: SIZE, ..RenderOptions::default() }
+    RenderOptions::new(SIZE, SIZE)
 }
 
 fn add(scene: &mut Scene, splats: &[Splat], transform: Transform) {
@@ -245,7 +245,7 @@ fn opacity_backgrounds_and_planes() {
     let list = [Splat { opacity: 0.7, scale: [0.3; 3], ..ROUND }];
     let scene = cloud(&list);
     let aovs = vec![Aov::Depth, Aov::ObjectId, Aov::Coverage];
-    let with = RenderOptions { aovs, ..options() };
+    let with = options().with_aovs(aovs);
     let frame = Renderer::new(1).render(&scene, &parallel(), &with).unwrap().frame;
     let (middle, edge) = ((32 * SIZE + 32) as usize, (32 * SIZE + 45) as usize);
     let [depth, object, coverage] = [0, 1, 2].map(|k| &frame.aovs[k].data);
@@ -254,7 +254,7 @@ fn opacity_backgrounds_and_planes() {
     assert_eq!(coverage[middle], frame.pixels[middle][3]);
     // Less than half covered: no distance, but some coverage.
     assert!(depth[edge] == 0.0 && coverage[edge] > 0.05 && coverage[edge] < 0.5, "{}", coverage[edge]);
-    let background = RenderOptions { background: Background::Environment, ..options() };
+    let background = options().with_background(Background::Environment);
     let full = Renderer::new(1).render(&scene, &parallel(), &background).unwrap().frame;
     assert!(full.pixels.iter().all(|p| p[3] == 1.0));
 }
@@ -263,19 +263,19 @@ fn opacity_backgrounds_and_planes() {
 fn work_and_memory_are_limited() {
     let scene = cloud(&vec![Splat { scale: [9.0; 3], opacity: 0.01, ..ROUND }; 5000]);
     for (limits, field) in [
-        (Limits { blocks: 10_000, ..Limits::default() }, "blocks"),
-        (Limits { frame_bytes: 100_000, ..Limits::default() }, "frame_bytes"),
-        (Limits { vertices: 4999, ..Limits::default() }, "vertices"),
+        (Limits::default().with_blocks(10_000), "blocks"),
+        (Limits::default().with_frame_bytes(100_000), "frame_bytes"),
+        (Limits::default().with_vertices(4999), "vertices"),
     ] {
         for threads in [1, 3] {
-            let with = RenderOptions { limits: limits.clone(), ..options() };
+            let with = options().with_limits(limits.clone());
             let error = Renderer::new(threads).render(&scene, &parallel(), &with).unwrap_err().to_string();
             assert!(error.contains(field), "{error}");
         }
     }
     let mut scene = scene;
     sheet(&mut scene, -1.0, Material::default());
-    let with = RenderOptions { limits: Limits { blend_entries: 50_000, ..Limits::default() }, ..options() };
+    let with = options().with_limits(Limits::default().with_blend_entries(50_000));
     let error = Renderer::new(2).render(&scene, &parallel(), &with).unwrap_err().to_string();
     assert!(error.contains("blend_entries"), "{error}");
 }
@@ -362,8 +362,8 @@ fn an_axis_that_is_chosen_counts_for_more_than_the_usual_one() {
     let bytes = binary(&[&PLAIN], 0, "comment Vertical Axis: y\n");
     let (limits, jobs) = (Limits::default(), Jobs::new(1));
     let context = Context { resolver: &NoResolver, limits: &limits, jobs: &jobs };
-    for up in Axis::ALL {
-        let options = LoadOptions { up: Some(up), ..LoadOptions::default() };
+    for &up in Axis::ALL {
+        let options = LoadOptions::default().with_up(up);
         let scene = load_bytes_with(&bytes, Some(Format::Ply), &options, &context).unwrap().scene;
         assert_eq!(scene.orientation().up, up);
         let transform = &scene.splat_instances()[0].transform;

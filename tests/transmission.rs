@@ -82,12 +82,12 @@ impl Box {
 
     fn frame(&self, options: RenderOptions) -> Frame {
         let size = SIDE as u32;
-        let options = RenderOptions { width: size, height: size, ..options };
+        let options = options.with_width(size).with_height(size);
         Renderer::new(1).render(&self.scene, &camera(), &options).unwrap().frame
     }
 
     fn pixels(&self) -> Vec<[f32; 4]> {
-        self.render(RenderOptions { samples: 1, ..RenderOptions::default() })
+        self.render(RenderOptions::default().with_samples(1))
     }
 }
 
@@ -107,9 +107,9 @@ fn assert_close(a: &[[f32; 4]], b: &[[f32; 4]], tolerance: f32, what: &str) {
 fn a_clear_pane_is_invisible_in_every_model_and_way() {
     let wall = Box::new().wall(8, stripes);
     let expected = wall.pixels();
-    for model in ShadingModel::ALL {
+    for &model in ShadingModel::ALL {
         let shading = Some(model);
-        let options = RenderOptions { samples: 1, shading, ..RenderOptions::default() };
+        let options = RenderOptions::default().with_samples(1).with_shading(shading);
         // As a thin wall exactly, as a volume through the backdrop.
         let thin = Box::new().wall(8, stripes).pane(0.0, clear(through()));
         assert_close(&thin.render(options.clone()), &expected, 1e-6, model.name());
@@ -236,7 +236,7 @@ fn what_is_put_behind_a_picture_looks_like_a_wall_behind_the_scene() {
     let layers: [&[&Material]; 7] =
         [&[&red], &[&red, &blended], &[&half, &red], &[&deep], &[&deep, &blended], &[&blended, &half], &[]];
     for samples in [1, 8] {
-        let options = RenderOptions { samples, ..RenderOptions::default() };
+        let options = RenderOptions::default().with_samples(samples);
         for (number, layers) in layers.iter().enumerate() {
             for is_rough in [false, true] {
                 // Panes at different heights, so that pixels have one, several and none, and edges of what is opaque.
@@ -291,12 +291,10 @@ fn glass_in_a_white_furnace_is_white() {
             let glass = Transmission { thickness: thickness.into(), ..through() };
             let material = Material { ior: 1.5, workflow, coat, ..clear(glass) };
             let seen = scene.pane(0.0, material);
-            let options = RenderOptions {
-                samples: 1,
-                shading: Some(ShadingModel::Gltf),
-                background: Background::Environment,
-                ..RenderOptions::default()
-            };
+            let options = RenderOptions::default()
+                .with_samples(1)
+                .with_shading(ShadingModel::Gltf)
+                .with_background(Background::Environment);
             for p in seen.render(options) {
                 for v in &p[..3] {
                     assert!((v - 1.0).abs() < bound, "roughness {roughness}, coat {coat}: {p:?}");
@@ -344,7 +342,7 @@ fn paper_glows_with_the_light_behind_it() {
             material.lobes.transmission.diffuse.factor = diffuse;
             let mut scene = Box::new().pane(0.0, material);
             scene.scene.add_light(light(z)).unwrap();
-            let options = RenderOptions { samples: 1, shading: Some(model), ..RenderOptions::default() };
+            let options = RenderOptions::default().with_samples(1).with_shading(model);
             *seen = scene.render(options)[SIDE * SIDE / 2 + SIDE / 2][0];
         }
         front_and_back
@@ -365,7 +363,7 @@ fn limits_let_through_the_same_whatever_the_tiles() {
     let small = Transform::from_parts([0.3, 0.2, 0.0], [0.0, 0.0, 0.0, 1.0], [0.2; 3]).unwrap();
     scene = scene.place(shapes::square(4), glass, small);
     let fragments = |tile: u32, limit: u64| {
-        let mut options = RenderOptions { tile_size: Some(tile), ..RenderOptions::default() };
+        let mut options = RenderOptions::default().with_tile_size(Some(tile));
         options.limits.fragments = limit;
         options.width = SIDE as u32;
         options.height = SIDE as u32;

@@ -59,7 +59,7 @@ impl Point {
         while frames == 0 || (frames < FRAMES && begin.elapsed() < TIME) {
             let stats = self.frame();
             serial += stats.serial;
-            stages += stats.stages.iter().map(|(_, time)| *time).sum::<Duration>();
+            stages += stats.stages().iter().map(|(_, time)| *time).sum::<Duration>();
             frames += 1;
         }
         self.times.push(processor.elapsed() / frames);

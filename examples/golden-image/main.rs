@@ -53,7 +53,7 @@ fn gem() -> Result<(Scene, Camera), SceneError> {
 
 /// The picture of a scene, 8 bits a channel with straight alpha.
 fn draw(scene: &Scene, camera: &Camera) -> Result<DisplayImage, Box<dyn Error>> {
-    let options = RenderOptions { width: 128, height: 128, ..RenderOptions::default() };
+    let options = RenderOptions::new(128, 128);
     let rendered = Renderer::new(1).render(scene, camera, &options)?;
     Ok(DisplayImage::new(&rendered.frame, &DisplayOptions::default()))
 }

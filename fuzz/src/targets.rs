@@ -11,26 +11,25 @@ use overcoat::load::{
 
 /// Small, so that reaching them is common and quick.
 pub fn limits() -> Limits {
-    Limits {
-        input_bytes: 1 << 20,
-        decoded_bytes: 32 << 20,
-        triangles: 1 << 18,
-        vertices: 1 << 18,
-        nodes: 1 << 12,
-        depth: 64,
-        textures: 64,
-        texture_pixels: 1 << 20,
-        total_texture_pixels: 1 << 21,
-        lights: 16,
-        output_side: 64,
-        output_pixels: 64 * 64,
-        fragments: 1 << 18,
-        shading: 64,
-        blocks: 1 << 18,
-        blend_entries: 1 << 16,
-        frame_bytes: 32 << 20,
-        frames: 4,
-    }
+    Limits::default()
+        .with_input_bytes(1 << 20)
+        .with_decoded_bytes(32 << 20)
+        .with_triangles(1 << 18)
+        .with_vertices(1 << 18)
+        .with_nodes(1 << 12)
+        .with_depth(64)
+        .with_textures(64)
+        .with_texture_pixels(1 << 20)
+        .with_total_texture_pixels(1 << 21)
+        .with_lights(16)
+        .with_output_side(64)
+        .with_output_pixels(64 * 64)
+        .with_fragments(1 << 18)
+        .with_shading(64)
+        .with_blocks(1 << 18)
+        .with_blend_entries(1 << 16)
+        .with_frame_bytes(32 << 20)
+        .with_frames(4)
 }
 
 /// A red picture of 2 x 2 texels, which models may refer to as `t.png`.
@@ -118,10 +117,11 @@ pub fn ply(data: &[u8]) {
 /// glTF as [`gltf`] takes it, at three times of its first animation.
 pub fn motion(data: &[u8]) {
     let (limits, jobs) = (limits(), Jobs::new(1));
-    let options = LoadOptions {
-        animation: Some(AnimationChoice { name: "0".to_owned(), time: 0.0, repeat: true }),
-        ..LoadOptions::default()
-    };
+    let options = LoadOptions::default().with_animation(AnimationChoice {
+        name: "0".to_owned(),
+        time: 0.0,
+        repeat: true,
+    });
     let context = Context { resolver: &MemoryResolver::default(), limits: &limits, jobs: &jobs };
     let model = AnimatedModel::from_bytes(&container(data), Some(Format::Glb), &options, &context);
     if let Ok(model) = model {
@@ -243,7 +243,7 @@ pub fn pipeline(data: &[u8]) {
     };
     let Ok(loaded) = loaded else { return };
     let limits = limits();
-    let options = RenderOptions { width: 64, height: 64, samples: 4, limits, ..RenderOptions::default() };
+    let options = RenderOptions::new(64, 64).with_samples(4).with_limits(limits);
     let camera = overcoat::scene::Framing::automatic(&loaded.scene).camera(&loaded.scene);
     if let Ok(rendered) = Renderer::new(1).render(&loaded.scene, &camera, &options) {
         assert!(rendered.frame.pixels.iter().flatten().all(|v| v.is_finite()), "a pixel is not finite");

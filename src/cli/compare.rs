@@ -78,7 +78,7 @@ pub fn run(args: &CompareModelsArgs) -> Result<(), Failure> {
         return Err(Failure::usage("--shading has no meaning here; --models chooses"));
     }
     let mut models: Vec<ShadingModel> = Vec::new();
-    let wanted = if args.models.is_empty() { &ShadingModel::ALL[..] } else { &args.models };
+    let wanted = if args.models.is_empty() { ShadingModel::ALL } else { &args.models };
     for model in wanted {
         if !models.contains(model) {
             models.push(*model);

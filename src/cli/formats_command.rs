@@ -47,14 +47,14 @@ fn report() -> Report {
     let entry = |FileFormat { name, extensions, mime_type }| Entry { name, extensions, mime_type };
     Report {
         read: Read {
-            models: Format::ALL.into_iter().map(|format| entry(format.file_format())).collect(),
+            models: Format::ALL.iter().copied().map(|format| entry(format.file_format())).collect(),
             textures: TEXTURE_FORMATS.iter().copied().map(entry).collect(),
             environments: ENVIRONMENT_FORMATS.iter().copied().map(entry).collect(),
             pictures: decode::FORMATS.iter().copied().map(entry).collect(),
         },
         written: Written {
-            pictures: OutputFormat::ALL.into_iter().map(|format| entry(format.file_format())).collect(),
-            movies: MovieFormat::ALL.into_iter().map(|format| entry(format.file_format())).collect(),
+            pictures: OutputFormat::ALL.iter().copied().map(|format| entry(format.file_format())).collect(),
+            movies: MovieFormat::ALL.iter().copied().map(|format| entry(format.file_format())).collect(),
         },
         warnings: Vec::new(),
         versions: Versions::default(),

@@ -39,7 +39,7 @@ pub fn source(args: &InputArgs, path: &Path) -> Result<ModelSource, Failure> {
 fn format(args: &InputArgs, path: &Path) -> Result<Option<Format>, Failure> {
     let Some(name) = args.format.as_deref() else { return Ok(None) };
     let format = Format::from_name(name).ok_or_else(|| {
-        let names: Vec<&str> = Format::ALL.into_iter().map(Format::extension).collect();
+        let names: Vec<&str> = Format::ALL.iter().copied().map(Format::extension).collect();
         let hint = suggestion(nearest_name(name, names.iter().copied()));
         Failure::usage(format!("unknown format '{name}'; known are {}{hint}", names.join(", ")))
     })?;

@@ -91,7 +91,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let for_screen = target.takes_image() && !task.json;
     let RenderedPicture { pixels, tinted, clipping, exposure, stats } =
         task.render_picture(source, &mut renderer, &scene, &camera, for_screen)?;
-    for &(name, time) in &stats.stages {
+    for &(name, time) in stats.stages() {
         stages.add(name, time);
     }
     let shading = task.options.shading;
@@ -138,7 +138,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         splats_drawn: stats.splats_drawn,
         fragments: stats.fragments,
         stage_hashes: stats.stage_hashes.map(|hashes| StageHashesReport {
-            stages: hashes.stages().into_iter().chain([("encode", encoded.digest())]).collect(),
+            stages: hashes.stages().chain([("encode", encoded.digest())]).collect(),
         }),
         stages_ms: stages,
         total_ms: report::milliseconds(start.elapsed()),

@@ -118,12 +118,12 @@ pub fn material_parser() -> impl TypedValueParser<Value = MaterialChoice> {
 /// A format of picture files by one of its extensions.
 pub fn output_format(text: &str) -> Result<OutputFormat, String> {
     OutputFormat::from_extension(text)
-        .ok_or_else(|| one_of(text, OutputFormat::ALL.into_iter().map(OutputFormat::extension)))
+        .ok_or_else(|| one_of(text, OutputFormat::ALL.iter().copied().map(OutputFormat::extension)))
 }
 
 /// A plane of the G-buffer by name.
 pub fn aov(text: &str) -> Result<Aov, String> {
-    Aov::from_name(text).ok_or_else(|| one_of(text, Aov::ALL.into_iter().map(Aov::name)))
+    Aov::from_name(text).ok_or_else(|| one_of(text, Aov::ALL.iter().copied().map(Aov::name)))
 }
 
 #[cfg(test)]

@@ -172,12 +172,14 @@ const COEFFICIENTS: [f32; 7] =
 
 /// The 8-bit sRGB codes of sixteen linear values, each as [`linear_to_srgb8`] gives it.
 #[inline(always)]
+#[doc(hidden)]
 pub fn linear_to_srgb8_lanes<L: Lanes>(l: L, linear: L::F) -> L::I {
     encode_lanes(l, linear, l.mask(0))
 }
 
 /// Encodes straight-alpha RGBA pixels: colours by [`linear_to_srgb8`], alpha linearly (`255 a` rounded half up,
 /// clamped, NaN is 0). Pixels beyond the shorter slice are left alone.
+#[doc(hidden)]
 pub fn encode_srgb8(level: SimdLevel, pixels: &[[f32; 4]], out: &mut [[u8; 4]]) {
     crate::dispatch!(level, l => encode_slice(l, pixels, out));
 }

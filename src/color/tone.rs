@@ -28,7 +28,7 @@ pub enum ToneCurve {
 
 impl ToneCurve {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::None, Self::Neutral, Self::Aces, Self::Agx];
+    pub const ALL: &[Self] = &[Self::None, Self::Neutral, Self::Aces, Self::Agx];
 
     /// Name as `--tone-map` takes it.
     #[must_use]
@@ -44,12 +44,13 @@ impl ToneCurve {
     /// The curve of that name.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|curve| curve.name() == name)
+        Self::ALL.iter().copied().find(|curve| curve.name() == name)
     }
 
     /// Takes linear Rec. 709 scene light (exposure already applied) to linear Rec. 709 display light, 0 to 1.
     /// Negative numbers and NaN count as 0, numbers above 1e9 as that.
     #[inline(always)]
+    #[doc(hidden)]
     pub fn apply<L: Lanes>(self, l: L, rgb: [L::F; 3]) -> [L::F; 3] {
         let rgb = each!(c in rgb => c.clamp_to(0.0, 1e9));
         let mapped = match self {
@@ -185,7 +186,7 @@ mod tests {
 
     #[test]
     fn every_name_leads_back_to_its_curve() {
-        for curve in ToneCurve::ALL {
+        for &curve in ToneCurve::ALL {
             assert_eq!(curve.name().parse(), Ok(curve));
         }
         assert!("filmic".parse::<ToneCurve>().unwrap_err().to_string().contains("'filmic'"));
@@ -239,7 +240,7 @@ mod tests {
 
     #[test]
     fn greys_rise_with_light_and_stay_between_black_and_white() {
-        for curve in ToneCurve::ALL {
+        for &curve in ToneCurve::ALL {
             let mut last = -1.0;
             for step in 0..200 {
                 let light = 0.001 * (step * step) as f32;
@@ -255,7 +256,7 @@ mod tests {
     #[test]
     fn nothing_that_comes_in_leads_outside_0_to_1() {
         let odd = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1.0, -0.0, 1e-40, f32::MAX, 0.5];
-        for curve in ToneCurve::ALL {
+        for &curve in ToneCurve::ALL {
             for (r, g, b) in odd.iter().flat_map(|&r| odd.iter().map(move |&g| (r, g, 0.3))) {
                 let out = map(curve, [r, g, b]);
                 assert!(out.iter().all(|c| (0.0..=1.0).contains(c)), "{curve} of {r} {g} {b}: {out:?}");
@@ -265,7 +266,7 @@ mod tests {
 
     #[test]
     fn every_instruction_set_has_the_same_bits() {
-        for curve in ToneCurve::ALL {
+        for &curve in ToneCurve::ALL {
             let bits = |level| -> Vec<u32> {
                 let mut out = Vec::new();
                 for block in 0..64 {

@@ -20,6 +20,7 @@ pub(super) struct ExrPicture {
 
 /// One channel.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ExrPlane {
     /// `R`, or `layer.R` where the layer has a name.
     pub name: String,

@@ -13,6 +13,7 @@ const PIXEL: u64 = 8;
 
 /// What moves in a picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Motion {
     /// How often it plays; 0 stands for ever.
     pub plays: u32,
@@ -22,6 +23,7 @@ pub struct Motion {
 
 /// One frame as it is shown.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct MotionFrame {
     /// How long it is shown; `None` for the picture beside an animation that programs without animations show.
     pub time: Option<FrameTime>,

@@ -77,6 +77,7 @@ impl fmt::Display for SampleKind {
 
 /// A picture with all that its file stores.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct DecodedPicture {
     /// Width in pixels.
     pub width: u32,

@@ -14,6 +14,7 @@ use std::sync::Arc;
 
 /// What a scene file's `env` and the option `--env` say.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum EnvironmentChoice {
     /// The built-in studio.
     Studio,

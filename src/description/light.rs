@@ -14,6 +14,7 @@ use crate::suggest::{nearest_name, suggestion};
 
 /// A light of a scene file. They are added to those of the model.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum LightDescription {
     /// Infinitely far away.
     Directional {

@@ -13,6 +13,7 @@ use std::path::{Path, PathBuf};
 
 /// Where a material comes from.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum MaterialSource {
     /// A material file.
     File(PathBuf),

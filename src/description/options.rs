@@ -11,6 +11,7 @@ use crate::scene::Scene;
 
 /// What a scene file's `background` and the option `--background` say.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum BackgroundChoice {
     /// Alpha 0 where no surface is.
     Transparent,
@@ -22,6 +23,7 @@ pub enum BackgroundChoice {
 
 /// What a scene file's `exposure` and the option `--exposure` say.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum ExposureChoice {
     /// Stops, -64 to 64.
     Stops(f32),
@@ -31,6 +33,7 @@ pub enum ExposureChoice {
 
 /// What a picture needs from the machine and not from its description. Changes nothing in it.
 #[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
 pub struct Machine {
     /// Instruction set.
     pub simd: SimdLevel,
@@ -41,6 +44,20 @@ pub struct Machine {
 impl Default for Machine {
     fn default() -> Self {
         Self { simd: SimdLevel::best(), tile_size: None }
+    }
+}
+
+impl Machine {
+    /// The same with another [`Machine::simd`].
+    #[must_use]
+    pub fn with_simd(self, simd: SimdLevel) -> Self {
+        Self { simd, ..self }
+    }
+
+    /// The same with another [`Machine::tile_size`].
+    #[must_use]
+    pub fn with_tile_size(self, tile_size: Option<u32>) -> Self {
+        Self { tile_size, ..self }
     }
 }
 

@@ -15,6 +15,7 @@ use std::path::Path;
 
 /// Everything that the renderer and the encoder need for one picture.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Picture {
     /// What is seen.
     pub scene: Scene,
@@ -30,6 +31,7 @@ pub struct Picture {
 
 /// What is the same for all models and poses that one description shows.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct Setting {
     materials: Materials,
     /// Scenes that share it share its filtered form.

@@ -110,8 +110,8 @@ pub(super) fn color() -> Value {
 }
 
 pub(super) fn axis() -> Value {
-    let short = Axis::ALL.into_iter().filter_map(|axis| axis.name().strip_prefix('+'));
-    let names: Vec<&str> = Axis::ALL.into_iter().map(Axis::name).chain(short).collect();
+    let short = Axis::ALL.iter().copied().filter_map(|axis| axis.name().strip_prefix('+'));
+    let names: Vec<&str> = Axis::ALL.iter().copied().map(Axis::name).chain(short).collect();
     json!({"enum": names})
 }
 
@@ -143,7 +143,7 @@ pub(super) fn tone_curve() -> Value {
 }
 
 pub(super) fn shading() -> Value {
-    let names: Vec<&str> = ShadingModel::ALL.into_iter().map(ShadingModel::name).collect();
+    let names: Vec<&str> = ShadingModel::ALL.iter().copied().map(ShadingModel::name).collect();
     json!({"enum": names})
 }
 

@@ -105,7 +105,7 @@ pub(crate) fn samples(text: &str) -> Result<u32, String> {
 /// A shading model by name.
 pub(crate) fn shading(text: &str) -> Result<ShadingModel, String> {
     ShadingModel::from_name(text).ok_or_else(|| {
-        let names: Vec<&str> = ShadingModel::ALL.into_iter().map(ShadingModel::name).collect();
+        let names: Vec<&str> = ShadingModel::ALL.iter().copied().map(ShadingModel::name).collect();
         let nearest = nearest_name(text, names.iter().copied());
         format!("expected one of {}{}", names.join(", "), suggestion(nearest))
     })
@@ -113,7 +113,7 @@ pub(crate) fn shading(text: &str) -> Result<ShadingModel, String> {
 
 /// What a tone curve may be called.
 pub(super) fn tone_curve_names() -> impl Iterator<Item = &'static str> + Clone {
-    ToneCurve::ALL.into_iter().map(ToneCurve::name).chain(["linear"])
+    ToneCurve::ALL.iter().copied().map(ToneCurve::name).chain(["linear"])
 }
 
 /// A tone curve by name; `linear` is another word for `none`.

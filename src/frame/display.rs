@@ -10,6 +10,7 @@ use std::slice::ChunksExact;
 
 /// How linear light becomes a picture for a screen.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct DisplayOptions {
     /// Exposure compensation in stops (EV): light is multiplied by 2^exposure. A viewer's linear factor f is
     /// log2(f) stops. Not finite counts as 0, and the factor stays within 2^-64 to 2^64.
@@ -35,6 +36,38 @@ impl Default for DisplayOptions {
             background: None,
             simd: SimdLevel::best(),
         }
+    }
+}
+
+impl DisplayOptions {
+    /// The same with another [`DisplayOptions::exposure`].
+    #[must_use]
+    pub fn with_exposure(self, exposure: f32) -> Self {
+        Self { exposure, ..self }
+    }
+
+    /// The same with another [`DisplayOptions::meter`].
+    #[must_use]
+    pub fn with_meter(self, meter: bool) -> Self {
+        Self { meter, ..self }
+    }
+
+    /// The same with another [`DisplayOptions::tone_curve`].
+    #[must_use]
+    pub fn with_tone_curve(self, tone_curve: ToneCurve) -> Self {
+        Self { tone_curve, ..self }
+    }
+
+    /// The same with another [`DisplayOptions::background`].
+    #[must_use]
+    pub fn with_background(self, background: Option<[u8; 3]>) -> Self {
+        Self { background, ..self }
+    }
+
+    /// The same with another [`DisplayOptions::simd`].
+    #[must_use]
+    pub fn with_simd(self, simd: SimdLevel) -> Self {
+        Self { simd, ..self }
     }
 }
 
@@ -271,7 +304,7 @@ mod tests {
 
     #[test]
     fn a_background_keeps_its_colour_under_any_curve_and_exposure() {
-        for curve in ToneCurve::ALL {
+        for &curve in ToneCurve::ALL {
             for background in [[255, 255, 255], [18, 52, 86], [0, 0, 0]] {
                 let options = DisplayOptions {
                     exposure: 3.0,
@@ -313,7 +346,7 @@ mod tests {
     fn any_bits_give_a_picture() {
         let odd = [f32::NAN, f32::INFINITY, -1.0, 1e-40, 1e30];
         let all: Vec<[f32; 4]> = odd.iter().flat_map(|&a| odd.iter().map(move |&b| [a, b, a, b])).collect();
-        for curve in ToneCurve::ALL {
+        for &curve in ToneCurve::ALL {
             let options = DisplayOptions { tone_curve: curve, ..plain() };
             let image = DisplayImage::new(&frame(all.clone()), &options);
             assert!(image.pixels.iter().all(|p| p[3] != 0 || *p == [0; 4]));

@@ -115,7 +115,7 @@ pub enum Aov {
 
 impl Aov {
     /// All of them, in the order of the documentation.
-    pub const ALL: [Self; 26] = [
+    pub const ALL: &[Self] = &[
         Self::Depth,
         Self::Position,
         Self::Normal,
@@ -180,7 +180,7 @@ impl Aov {
     /// The quantity of that name.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|aov| aov.name() == name)
+        Self::ALL.iter().copied().find(|aov| aov.name() == name)
     }
 
     /// Numbers a pixel.

@@ -85,6 +85,7 @@ impl Verdict {
 
 /// What came of one name.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct FileResult {
     /// Path below the folders, with `/` between its parts.
     pub name: String,
@@ -124,6 +125,7 @@ impl FileResult {
 
 /// A result with what it was made of, for reports.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Compared {
     /// The result.
     pub result: FileResult,

@@ -25,6 +25,7 @@ use toml::de::{DeString, DeTable, DeValue};
 
 /// What one file has to meet.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Thresholds {
     /// Largest difference of a channel that does not count: codes (0 to 255, or 65535), or linear light.
     pub max_abs: Option<f64>,
@@ -42,6 +43,56 @@ pub struct Thresholds {
     pub max_bytes: Option<u64>,
     /// What the measures need to know.
     pub metrics: MetricSettings,
+}
+
+impl Thresholds {
+    /// The same with another [`Thresholds::max_abs`].
+    #[must_use]
+    pub fn with_max_abs(self, max_abs: Option<f64>) -> Self {
+        Self { max_abs, ..self }
+    }
+
+    /// The same with another [`Thresholds::pixels`].
+    #[must_use]
+    pub fn with_pixels(self, pixels: Option<u64>) -> Self {
+        Self { pixels, ..self }
+    }
+
+    /// The same with another [`Thresholds::psnr`].
+    #[must_use]
+    pub fn with_psnr(self, psnr: Option<f64>) -> Self {
+        Self { psnr, ..self }
+    }
+
+    /// The same with another [`Thresholds::ssim`].
+    #[must_use]
+    pub fn with_ssim(self, ssim: Option<f64>) -> Self {
+        Self { ssim, ..self }
+    }
+
+    /// The same with another [`Thresholds::flip_mean`].
+    #[must_use]
+    pub fn with_flip_mean(self, flip_mean: Option<f64>) -> Self {
+        Self { flip_mean, ..self }
+    }
+
+    /// The same with another [`Thresholds::flip_max`].
+    #[must_use]
+    pub fn with_flip_max(self, flip_max: Option<f64>) -> Self {
+        Self { flip_max, ..self }
+    }
+
+    /// The same with another [`Thresholds::max_bytes`].
+    #[must_use]
+    pub fn with_max_bytes(self, max_bytes: Option<u64>) -> Self {
+        Self { max_bytes, ..self }
+    }
+
+    /// The same with another [`Thresholds::metrics`].
+    #[must_use]
+    pub fn with_metrics(self, metrics: MetricSettings) -> Self {
+        Self { metrics, ..self }
+    }
 }
 
 impl Thresholds {
@@ -129,6 +180,7 @@ pub(super) fn short(value: f64) -> String {
 
 /// Something that is wrong with a threshold file.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct ThresholdProblem {
     /// The line, from 1.
     pub line: usize,

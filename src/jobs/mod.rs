@@ -6,6 +6,7 @@
 mod parts;
 mod scratch;
 
+#[doc(hidden)]
 pub use scratch::Scratch;
 
 use parts::{Parts, part_size};
@@ -72,6 +73,7 @@ impl Jobs {
     }
 
     /// `f(0), f(1), ... f(count - 1)` in that order, computed in parallel.
+    #[doc(hidden)]
     pub fn map<T: Send>(&self, count: usize, f: impl Fn(usize) -> T + Sync) -> Vec<T> {
         let mut results: Vec<Option<T>> = Vec::new();
         results.resize_with(count, || None);
@@ -80,6 +82,7 @@ impl Jobs {
     }
 
     /// `f` of every item in their order, computed in parallel.
+    #[doc(hidden)]
     pub fn map_each<'a, I: Sync, T: Send>(&self, items: &'a [I], f: impl Fn(&'a I) -> T + Sync) -> Vec<T> {
         let mut results: Vec<Option<T>> = Vec::new();
         results.resize_with(items.len(), || None);
@@ -98,6 +101,7 @@ impl Jobs {
     /// Handing over takes a place in the pool's queue, which allocates a block of 63 places at a time: about 1.5 KB for
     /// every 63 calls. Nothing else here takes memory, but for the results of [`Jobs::map`], [`Jobs::map_each`] and
     /// [`Jobs::on_every_worker`].
+    #[doc(hidden)]
     pub fn on_worker<T: Send>(&self, f: impl FnOnce() -> T + Send) -> T {
         match &self.pool {
             Some(pool) => pool.install(f),
@@ -106,6 +110,7 @@ impl Jobs {
     }
 
     /// `f()` once on every worker, for questions about the threads themselves.
+    #[doc(hidden)]
     pub fn on_every_worker<T: Send>(&self, f: impl Fn() -> T + Sync) -> Vec<T> {
         match &self.pool {
             Some(pool) => pool.broadcast(|_| f()),
@@ -114,6 +119,7 @@ impl Jobs {
     }
 
     /// Calls `f(k, &mut items[k])` for every item, in parallel.
+    #[doc(hidden)]
     pub fn for_each_mut<T: Send>(&self, items: &mut [T], f: impl Fn(usize, &mut T) + Sync) {
         let (count, size) = (items.len(), part_size(items.len()));
         let parts = Parts::new(size, items.chunks_mut(size).map(<[T]>::iter_mut));
@@ -122,6 +128,7 @@ impl Jobs {
 
     /// Calls `f(k, chunk)` for every run of `size` items (the last may be shorter), in parallel. `size` of 0 counts
     /// as 1.
+    #[doc(hidden)]
     pub fn for_each_chunk_mut<T: Send>(
         &self,
         items: &mut [T],
@@ -139,6 +146,7 @@ impl Jobs {
     /// Calls `f(own, k, &mut items[k])` for every item, in parallel, where `own` is of `scratch`, and no other call has
     /// it at that time. Which one it gets depends on timing, so `f` must not let it show in its result. There is one for
     /// each worker; they stay for the next call.
+    #[doc(hidden)]
     pub fn for_each_with_scratch<T: Send, S: Send + Default>(
         &self,
         scratch: &mut Scratch<S>,

@@ -25,7 +25,7 @@ pub enum Format {
 
 impl Format {
     /// Every format.
-    pub const ALL: [Self; 6] = [Self::Gltf, Self::Glb, Self::Obj, Self::Stl, Self::Ply, Self::ThreeMf];
+    pub const ALL: &[Self] = &[Self::Gltf, Self::Glb, Self::Obj, Self::Stl, Self::Ply, Self::ThreeMf];
 
     /// Its name in messages.
     #[must_use]
@@ -73,7 +73,7 @@ impl Format {
     /// The format with this file extension (without the dot, in any case).
     #[must_use]
     pub fn from_extension(extension: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|f| f.file_format().has_extension(extension))
+        Self::ALL.iter().copied().find(|f| f.file_format().has_extension(extension))
     }
 
     /// The format that a user calls by this name: a file extension in any case.

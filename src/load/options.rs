@@ -4,6 +4,7 @@ use crate::scene::{Axis, Orientation};
 
 /// Choices among what a file offers. The default is what the file shows by itself.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct LoadOptions {
     /// Material variant of a glTF file (KHR_materials_variants), by its name or, where none is called so, by its number
     /// from 0. Default: the materials that the primitives name themselves.
@@ -13,6 +14,26 @@ pub struct LoadOptions {
     /// Which axis of the model file is up. The model with its lights and cameras is turned, without a loss, so that this axis
     /// is +Y of the scene and its [`Axis::front`] +Z. Default: [`Format::orientation`](super::Format::orientation).
     pub up: Option<Axis>,
+}
+
+impl LoadOptions {
+    /// The same with another [`LoadOptions::variant`].
+    #[must_use]
+    pub fn with_variant(self, variant: impl Into<Option<String>>) -> Self {
+        Self { variant: variant.into(), ..self }
+    }
+
+    /// The same with another [`LoadOptions::animation`].
+    #[must_use]
+    pub fn with_animation(self, animation: impl Into<Option<AnimationChoice>>) -> Self {
+        Self { animation: animation.into(), ..self }
+    }
+
+    /// The same with another [`LoadOptions::up`].
+    #[must_use]
+    pub fn with_up(self, up: impl Into<Option<Axis>>) -> Self {
+        Self { up: up.into(), ..self }
+    }
 }
 
 /// An animation, and a time in it.

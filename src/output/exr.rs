@@ -180,7 +180,7 @@ mod tests {
 
     #[test]
     fn every_plane_is_a_layer() {
-        let frame = picture(&Aov::ALL);
+        let frame = picture(Aov::ALL);
         let image = read(&encode_exr(&frame, ExrPrecision::Half).unwrap());
         assert_eq!(image.layer_data.len(), 1);
         for plane in &frame.aovs {

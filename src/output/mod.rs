@@ -53,7 +53,7 @@ pub enum OutputFormat {
 
 impl OutputFormat {
     /// All of them.
-    pub const ALL: [Self; 5] = [Self::Png, Self::WebP, Self::Jpeg, Self::Exr, Self::Hdr];
+    pub const ALL: &[Self] = &[Self::Png, Self::WebP, Self::Jpeg, Self::Exr, Self::Hdr];
 
     /// Name, extensions and media type.
     #[must_use]
@@ -82,7 +82,7 @@ impl OutputFormat {
     /// The format with this extension, without the dot and in whatever case.
     #[must_use]
     pub fn from_extension(extension: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|format| format.file_format().has_extension(extension))
+        Self::ALL.iter().copied().find(|format| format.file_format().has_extension(extension))
     }
 
     /// The format that a file's extension names, in whatever case.
@@ -103,6 +103,7 @@ impl fmt::Display for OutputFormat {
 
 /// How a frame becomes a file.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct OutputOptions {
     /// For PNG, WebP and JPEG.
     pub display: DisplayOptions,
@@ -116,6 +117,26 @@ impl Default for OutputOptions {
     fn default() -> Self {
         let (display, exr_precision) = Default::default();
         Self { display, exr_precision, jpeg_quality: DEFAULT_JPEG_QUALITY }
+    }
+}
+
+impl OutputOptions {
+    /// The same with another [`OutputOptions::display`].
+    #[must_use]
+    pub fn with_display(self, display: DisplayOptions) -> Self {
+        Self { display, ..self }
+    }
+
+    /// The same with another [`OutputOptions::exr_precision`].
+    #[must_use]
+    pub fn with_exr_precision(self, exr_precision: ExrPrecision) -> Self {
+        Self { exr_precision, ..self }
+    }
+
+    /// The same with another [`OutputOptions::jpeg_quality`].
+    #[must_use]
+    pub fn with_jpeg_quality(self, jpeg_quality: u8) -> Self {
+        Self { jpeg_quality, ..self }
     }
 }
 
@@ -253,7 +274,7 @@ mod tests {
             transmittance: Vec::new(),
             aovs: Vec::new(),
         };
-        for format in OutputFormat::ALL {
+        for &format in OutputFormat::ALL {
             let short = Frame { transmittance: vec![[0.5; 3]; 3], ..frame(2, 2, 4) };
             for bad in [frame(0, 4, 0), frame(4, 0, 0), frame(2, 2, 3), short] {
                 assert!(encode(&bad, format, &OutputOptions::default()).is_err(), "{format}");

@@ -182,7 +182,7 @@ mod tests {
     /// Quantities of several numbers are neighbouring planes of the layout, in the order of the documentation.
     #[test]
     fn quantities_are_whole_planes() {
-        for aov in Aov::ALL {
+        for &aov in Aov::ALL {
             let Some(rows) = rows(aov) else { continue };
             let planes: Vec<_> = layout::PLANES
                 .iter()

@@ -143,6 +143,7 @@ impl Renderer {
 
     /// Lights the following pictures by an environment that is filtered already, in place of the scene's picture; its
     /// rotation and intensity stay the scene's. `None` goes back to the scene's own.
+    #[doc(hidden)]
     pub fn use_environment(&mut self, environment: Option<Arc<PrefilteredEnvironment>>) {
         self.memory.environments.given = environment;
     }

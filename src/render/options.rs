@@ -21,6 +21,7 @@ pub enum Background {
 
 /// Options of one picture.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct RenderOptions {
     /// Width in pixels, 1 to [`Limits::output_side`].
     pub width: u32,
@@ -78,6 +79,104 @@ impl Default for RenderOptions {
             stage_hashes: false,
             limits: Limits::default(),
         }
+    }
+}
+
+impl RenderOptions {
+    /// The default for a picture of this width and height in pixels.
+    #[must_use]
+    pub fn new(width: u32, height: u32) -> Self {
+        Self { width, height, ..Self::default() }
+    }
+
+    /// The same with another [`RenderOptions::width`].
+    #[must_use]
+    pub fn with_width(self, width: u32) -> Self {
+        Self { width, ..self }
+    }
+
+    /// The same with another [`RenderOptions::height`].
+    #[must_use]
+    pub fn with_height(self, height: u32) -> Self {
+        Self { height, ..self }
+    }
+
+    /// The same with another [`RenderOptions::samples`].
+    #[must_use]
+    pub fn with_samples(self, samples: u32) -> Self {
+        Self { samples, ..self }
+    }
+
+    /// The same with another [`RenderOptions::tile_size`].
+    #[must_use]
+    pub fn with_tile_size(self, tile_size: Option<u32>) -> Self {
+        Self { tile_size, ..self }
+    }
+
+    /// The same with another [`RenderOptions::simd`].
+    #[must_use]
+    pub fn with_simd(self, simd: SimdLevel) -> Self {
+        Self { simd, ..self }
+    }
+
+    /// The same with another [`RenderOptions::shading`].
+    #[must_use]
+    pub fn with_shading(self, shading: impl Into<Option<ShadingModel>>) -> Self {
+        Self { shading: shading.into(), ..self }
+    }
+
+    /// The same with another [`RenderOptions::background`].
+    #[must_use]
+    pub fn with_background(self, background: Background) -> Self {
+        Self { background, ..self }
+    }
+
+    /// The same with another [`RenderOptions::anisotropy`].
+    #[must_use]
+    pub fn with_anisotropy(self, anisotropy: u32) -> Self {
+        Self { anisotropy, ..self }
+    }
+
+    /// The same with another [`RenderOptions::area_lights`].
+    #[must_use]
+    pub fn with_area_lights(self, area_lights: AreaLightMethod) -> Self {
+        Self { area_lights, ..self }
+    }
+
+    /// The same with another [`RenderOptions::merge_angle`].
+    #[must_use]
+    pub fn with_merge_angle(self, merge_angle: f32) -> Self {
+        Self { merge_angle, ..self }
+    }
+
+    /// The same with another [`RenderOptions::line_width`].
+    #[must_use]
+    pub fn with_line_width(self, line_width: f32) -> Self {
+        Self { line_width, ..self }
+    }
+
+    /// The same with another [`RenderOptions::point_size`].
+    #[must_use]
+    pub fn with_point_size(self, point_size: Option<f32>) -> Self {
+        Self { point_size, ..self }
+    }
+
+    /// The same with another [`RenderOptions::aovs`].
+    #[must_use]
+    pub fn with_aovs(self, aovs: Vec<Aov>) -> Self {
+        Self { aovs, ..self }
+    }
+
+    /// The same with another [`RenderOptions::stage_hashes`].
+    #[must_use]
+    pub fn with_stage_hashes(self, stage_hashes: bool) -> Self {
+        Self { stage_hashes, ..self }
+    }
+
+    /// The same with another [`RenderOptions::limits`].
+    #[must_use]
+    pub fn with_limits(self, limits: Limits) -> Self {
+        Self { limits, ..self }
     }
 }
 
@@ -218,16 +317,24 @@ pub struct RenderStats {
     pub splats_drawn: u64,
     /// Surface fragments that were shaded.
     pub fragments: u64,
-    /// Units of [`ShadingCost`](crate::shade::ShadingCost) that were counted.
+    /// Units of shading, see [`Limits::shading`](crate::Limits::shading), that were counted.
     pub shading: u64,
     /// Pixels in which something of the scene shows: with an opacity that 8 bits have a code for. What the environment covers
     /// does not count.
     pub covered: u64,
-    /// Wall time of each stage, in the order of the stages.
-    pub stages: [(&'static str, Duration); 4],
+    /// See [`RenderStats::stages`].
+    pub(crate) stages: [(&'static str, Duration); 4],
     /// Wall time of these stages in which one thread worked alone, however many there are: all but the loops over
     /// vertices, triangles and tiles. Filtering a new environment counts as such.
     pub serial: Duration,
     /// What each stage handed to the next, if [`RenderOptions::stage_hashes`] asks for it.
     pub stage_hashes: Option<StageHashes>,
+}
+
+impl RenderStats {
+    /// Wall time of each stage, in the order of the stages.
+    #[must_use]
+    pub fn stages(&self) -> &[(&'static str, Duration)] {
+        &self.stages
+    }
 }

@@ -40,8 +40,7 @@ pub struct StageHashes {
 
 impl StageHashes {
     /// Names and hashes, in the order of the stages.
-    #[must_use]
-    pub fn stages(&self) -> [(&'static str, u128); 7] {
+    pub fn stages(&self) -> impl Iterator<Item = (&'static str, u128)> + use<> {
         [
             ("scene", self.scene),
             ("environment", self.environment),
@@ -51,12 +50,13 @@ impl StageHashes {
             ("shading", self.shading),
             ("resolve", self.resolve),
         ]
+        .into_iter()
     }
 
     /// Name of the first stage whose hash is another one.
     #[must_use]
     pub fn first_difference(&self, other: &Self) -> Option<&'static str> {
-        self.stages().into_iter().zip(other.stages()).find(|(a, b)| a != b).map(|((name, _), _)| name)
+        self.stages().zip(other.stages()).find(|(a, b)| a != b).map(|((name, _), _)| name)
     }
 }
 

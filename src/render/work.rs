@@ -22,7 +22,7 @@ pub(super) enum Spent {
     Blended,
     /// Fragments, blended ones included.
     Fragments,
-    /// Units of [`ShadingCost`](crate::shade::ShadingCost).
+    /// Units of shading, see [`Limits::shading`](crate::Limits::shading).
     Shading,
 }
 
@@ -115,7 +115,7 @@ pub struct WorkDone {
     pub blend_entries: u64,
     /// All fragments.
     pub fragments: u64,
-    /// Units of [`ShadingCost`](crate::shade::ShadingCost).
+    /// Units of shading, see [`Limits::shading`](crate::Limits::shading).
     pub shading: u64,
 }
 

@@ -184,7 +184,7 @@ const TABLE: &[Entry] = {
 
 impl ShadingModel {
     /// All of them.
-    pub const ALL: [Self; TABLE.len()] = {
+    pub const ALL: &[Self] = &{
         let mut all = [Self::UrpDesktop; TABLE.len()];
         let mut k = 0;
         while k < all.len() {
@@ -357,7 +357,7 @@ mod tests {
         rich.lobes.anisotropy.strength = 0.5;
         rich.lobes.iridescence.mask = 1.0.into();
         rich.lobes.coat.thickness = 1.0.into();
-        for model in ShadingModel::ALL {
+        for &model in ShadingModel::ALL {
             let uncoated = matches!(model, ShadingModel::FilamentCloth | ShadingModel::Velvet);
             assert_eq!(names(model, &plain), if uncoated { vec!["clear coat"] } else { Vec::new() });
             assert!(names(model, &Material::default()).is_empty());

@@ -5,6 +5,7 @@ use std::ops::Sub;
 
 /// An axis of a model file's coordinates.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Axis {
     /// Along +X.
     PositiveX,
@@ -23,7 +24,7 @@ pub enum Axis {
 
 impl Axis {
     /// All of them.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: &[Self] = &[
         Self::PositiveX,
         Self::NegativeX,
         Self::PositiveY,
@@ -52,7 +53,7 @@ impl Axis {
             let unsigned = axis.name().strip_prefix('+');
             name.eq_ignore_ascii_case(axis.name()) || unsigned.is_some_and(|u| name.eq_ignore_ascii_case(u))
         };
-        Self::ALL.into_iter().find(same)
+        Self::ALL.iter().copied().find(same)
     }
 
     /// Where a model faces in a file in which this axis is up: +Z as in glTF, or, where Z is up, -Y as in slicers and
@@ -149,7 +150,7 @@ mod tests {
 
     #[test]
     fn names_lead_back() {
-        for axis in Axis::ALL {
+        for &axis in Axis::ALL {
             assert_eq!(Axis::from_name(axis.name()), Some(axis));
         }
         assert_eq!(Axis::from_name("z"), Some(Axis::PositiveZ));
@@ -169,7 +170,7 @@ mod tests {
                 if sign == "-" { -1.0 } else { 1.0 };
             v
         };
-        for up in Axis::ALL {
+        for &up in Axis::ALL {
             assert_eq!(up.upright(unit(up)), [0.0, 1.0, 0.0], "{up:?}");
             assert_eq!(up.upright(unit(up.front())), [0.0, 0.0, 1.0], "{up:?}");
             let [a, b, c] = [Axis::PositiveX, Axis::PositiveY, Axis::PositiveZ].map(|k| up.upright(unit(k)));

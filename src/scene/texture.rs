@@ -88,6 +88,7 @@ impl AlphaUse {
 
 /// What lies beyond the edge of a texture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Wrap {
     /// The texture again.
     #[default]
@@ -100,6 +101,7 @@ pub enum Wrap {
 
 /// How texels of one level are combined.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Filter {
     /// The nearest one.
     Nearest,
@@ -110,6 +112,7 @@ pub enum Filter {
 
 /// How mip levels are combined.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum MipFilter {
     /// Level 0 only.
     None,

@@ -31,26 +31,25 @@ const GOOD: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2
 
 /// So small that every attack is over within a second or two, reaching a limit or not.
 fn limits() -> Limits {
-    Limits {
-        input_bytes: 64 << 20,
-        decoded_bytes: 128 << 20,
-        triangles: 1 << 20,
-        vertices: 3 << 20,
-        nodes: 1 << 16,
-        depth: 128,
-        textures: 256,
-        texture_pixels: 1 << 22,
-        total_texture_pixels: 1 << 23,
-        lights: 64,
-        output_side: 4096,
-        output_pixels: 1 << 20,
-        fragments: 1 << 20,
-        blocks: 1 << 14,
-        shading: Limits::default().shading,
-        blend_entries: 1 << 16,
-        frame_bytes: 32 << 20,
-        frames: 16,
-    }
+    Limits::default()
+        .with_input_bytes(64 << 20)
+        .with_decoded_bytes(128 << 20)
+        .with_triangles(1 << 20)
+        .with_vertices(3 << 20)
+        .with_nodes(1 << 16)
+        .with_depth(128)
+        .with_textures(256)
+        .with_texture_pixels(1 << 22)
+        .with_total_texture_pixels(1 << 23)
+        .with_lights(64)
+        .with_output_side(4096)
+        .with_output_pixels(1 << 20)
+        .with_fragments(1 << 20)
+        .with_blocks(1 << 14)
+        .with_shading(Limits::default().shading)
+        .with_blend_entries(1 << 16)
+        .with_frame_bytes(32 << 20)
+        .with_frames(16)
 }
 
 /// What came of it: warnings and a picture, or why there is none.
@@ -84,7 +83,7 @@ fn carry_out(attack: &Attack, folder: &Path) -> Result<Vec<String>, Failure> {
         warnings.push("nothing to see".to_owned());
     }
     assert!(rendered.frame.pixels.iter().flatten().all(|v| v.is_finite()), "a pixel is not finite");
-    let options = OutputOptions { display: picture.display, ..OutputOptions::default() };
+    let options = OutputOptions::default().with_display(picture.display);
     encode(&rendered.frame, OutputFormat::Png, &options).expect("frames can be encoded");
     Ok(warnings)
 }

@@ -296,7 +296,7 @@ fn mistakes_in_draco_primitives_name_the_primitive() {
         assert!(complaint.contains("mesh 0, primitive 0") && complaint.contains(message), "{complaint}");
     }
     // Memory is asked for before it is used.
-    let limits = Limits { decoded_bytes: 20_000, ..Limits::default() };
+    let limits = Limits::default().with_decoded_bytes(20_000);
     let error = whole.load_within(&limits).unwrap_err();
     assert!(matches!(error, LoadError::Limit(_)), "{error}");
 }
@@ -317,7 +317,7 @@ fn streams_that_many_primitives_name_add_up() {
 }
 
 fn load(file: &[u8]) -> Result<Loaded, LoadError> {
-    let limits = Limits { decoded_bytes: 64 << 20, triangles: 1 << 20, ..Limits::default() };
+    let limits = Limits::default().with_decoded_bytes(64 << 20).with_triangles(1 << 20);
     let jobs = Jobs::new(1);
     load_bytes(file, None, &Context { resolver: &NoResolver, limits: &limits, jobs: &jobs })
 }

@@ -286,7 +286,7 @@ proptest! {
         if let Some(cut) = cut {
             file.truncate(cut.index(file.len()));
         }
-        let limits = Limits { decoded_bytes: 64 << 20, triangles: 1 << 20, ..Limits::default() };
+        let limits = Limits::default().with_decoded_bytes(64 << 20).with_triangles(1 << 20);
         let jobs = overcoat::jobs::Jobs::new(1);
         let context = overcoat::load::Context { resolver: &overcoat::load::NoResolver, limits: &limits, jobs: &jobs };
         match overcoat::load::load_bytes(&file, None, &context) {

@@ -118,7 +118,7 @@ fn files_that_cannot_be_models() {
     // Content beats the extension.
     let path = write("box.obj", &Model::triangle().glb());
     assert_eq!(load_file(&path, &Limits::default(), &Jobs::new(1)).unwrap().scene.triangle_count(), 1);
-    let limits = Limits { input_bytes: 100, ..Limits::default() };
+    let limits = Limits::default().with_input_bytes(100);
     let error = load_file(&path, &limits, &Jobs::new(1)).unwrap_err();
     assert!(matches!(error, LoadError::Limit(_)), "{error}");
 }

@@ -276,18 +276,18 @@ fn tangents_are_made_for_normal_maps() {
 fn limits_name_the_primitive() {
     let model = Model::triangle();
     let with = |limits: Limits| model.load_within(&limits).map(|_| ()).map_err(|e| e.to_string());
-    with(Limits { triangles: 1, vertices: 3, ..Limits::default() }).unwrap();
+    with(Limits::default().with_triangles(1).with_vertices(3)).unwrap();
     assert_eq!(
-        with(Limits { triangles: 0, ..Limits::default() }).unwrap_err(),
+        with(Limits::default().with_triangles(0)).unwrap_err(),
         "triangles up to node 0: 1 exceeds the limit of 0 (triangles)"
     );
     assert_eq!(
-        with(Limits { vertices: 2, ..Limits::default() }).unwrap_err(),
+        with(Limits::default().with_vertices(2)).unwrap_err(),
         "mesh 0, primitive 0: vertices: 3 exceeds the limit of 2 (vertices)"
     );
     let mut model = model;
     model.json["accessors"][0] = json!({"componentType": F32, "count": 300_000, "type": "VEC3"});
-    let limits = |decoded_bytes| Limits { decoded_bytes, ..Limits::default() };
+    let limits = |decoded_bytes| Limits::default().with_decoded_bytes(decoded_bytes);
     let error = model.load_within(&limits(1 << 20)).unwrap_err().to_string();
     assert!(
         error.starts_with("mesh 0, primitive 0: triangles: ") && error.contains("decoded_bytes"),

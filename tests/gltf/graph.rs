@@ -125,9 +125,9 @@ fn deep_chains() {
     let error = load_text(&text, &Limits::default()).unwrap_err();
     assert!(matches!(error, LoadError::Limit(_)));
     assert_eq!(error.to_string(), "depth of node 1024: 1025 exceeds the limit of 1024 (depth)");
-    let limits = Limits { depth: count, ..Limits::default() };
+    let limits = Limits::default().with_depth(count);
     assert_eq!(messages(&load_text(&text, &limits).unwrap()), ["no triangles"]);
-    let limits = Limits { nodes: count - 1, ..limits };
+    let limits = limits.with_nodes(count - 1);
     assert_eq!(
         load_text(&text, &limits).unwrap_err().to_string(),
         "nodes: 200000 exceeds the limit of 199999 (nodes)"

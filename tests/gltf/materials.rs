@@ -337,7 +337,7 @@ fn ktx2_textures() {
     let level = loaded.scene.textures()[0].levels().next().unwrap();
     assert_eq!(level.texels[..], [[10, 20, 30, 255], [40, 50, 60, 255]]);
     // Its size is looked at before it is decoded, and damage is a loss with a name.
-    let limits = Limits { texture_pixels: 1, ..Limits::default() };
+    let limits = Limits::default().with_texture_pixels(1);
     let error = model.load_within(&limits).unwrap_err().to_string();
     assert!(
         error.contains("image 1 'k' of 2 x 1 texels: 2 exceeds the limit of 1 (texture_pixels)"),
@@ -480,19 +480,16 @@ fn ids_settle_after_a_loss() {
 #[test]
 fn claims_of_images_are_limited() {
     let model = Model::textured();
-    model.load_within(&Limits { texture_pixels: 2, textures: 1, ..Limits::default() }).unwrap();
+    model.load_within(&Limits::default().with_texture_pixels(2).with_textures(1)).unwrap();
     let limit = |limits: Limits| match model.load_within(&limits) {
         Err(LoadError::Limit(e)) => e.to_string(),
         other => panic!("{other:?}"),
     };
     assert_eq!(
-        limit(Limits { texture_pixels: 1, ..Limits::default() }),
+        limit(Limits::default().with_texture_pixels(1)),
         "image 0 'picture' of 2 x 1 texels: 2 exceeds the limit of 1 (texture_pixels)"
     );
-    assert_eq!(
-        limit(Limits { textures: 0, ..Limits::default() }),
-        "textures: 1 exceeds the limit of 0 (textures)"
-    );
+    assert_eq!(limit(Limits::default().with_textures(0)), "textures: 1 exceeds the limit of 0 (textures)");
 }
 
 #[test]

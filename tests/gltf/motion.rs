@@ -13,7 +13,7 @@ const HALF: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
 fn options(animation: &str, time: f64, repeat: bool) -> LoadOptions {
     let animation = Some(AnimationChoice { name: animation.to_owned(), time, repeat });
-    LoadOptions { animation, ..LoadOptions::default() }
+    LoadOptions::default().with_animation(animation)
 }
 
 fn play(model: &Model, animation: &str, time: f64) -> Result<Loaded, LoadError> {
@@ -324,8 +324,8 @@ fn poses_are_within_the_limits() {
     model.json["nodes"] = (0..100).map(|_| json!({"mesh": 0, "weights": [1, 1]})).collect();
     model.json["scenes"] = json!([{"nodes": (0..100).collect::<Vec<_>>()}]);
     let vertices = 3 + 100 * 3 * 3;
-    model.load_within(&Limits { vertices, ..Limits::default() }).unwrap();
-    let error = model.load_within(&Limits { vertices: vertices - 1, ..Limits::default() }).unwrap_err();
+    model.load_within(&Limits::default().with_vertices(vertices)).unwrap();
+    let error = model.load_within(&Limits::default().with_vertices(vertices - 1)).unwrap_err();
     assert!(
         matches!(error, LoadError::Limit(_)) && error.to_string().contains("vertices in poses"),
         "{error}"

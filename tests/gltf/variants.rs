@@ -22,7 +22,7 @@ fn shoe() -> Model {
 }
 
 fn load(bytes: &[u8], format: Option<Format>, variant: Option<&str>) -> Result<Loaded, LoadError> {
-    let options = LoadOptions { variant: variant.map(str::to_owned), ..LoadOptions::default() };
+    let options = LoadOptions::default().with_variant(variant.map(str::to_owned));
     let (limits, jobs) = (Limits::default(), Jobs::new(1));
     let context = Context { resolver: &NoResolver, limits: &limits, jobs: &jobs };
     load_bytes_with(bytes, format, &options, &context)

@@ -29,7 +29,7 @@ const GROUPS: usize = 6;
 /// Names and recipes.
 pub fn curated() -> Vec<(String, Recipe)> {
     let mut all = Vec::new();
-    for (number, model) in ShadingModel::ALL.into_iter().enumerate() {
+    for (number, model) in ShadingModel::ALL.iter().copied().enumerate() {
         all.push((format!("{}-points", model.name()), lit_by_points(model, number)));
         all.push((format!("{}-areas", model.name()), lit_by_areas(model, number + FIRST_MODELS)));
     }
@@ -43,7 +43,7 @@ pub fn curated() -> Vec<(String, Recipe)> {
         all.push((format!("sky-exr-{number}"), under(EnvironmentRecipe::Exr(number))));
     }
     all.push(("studio".to_owned(), under(EnvironmentRecipe::Studio)));
-    for curve in ToneCurve::ALL {
+    for &curve in ToneCurve::ALL {
         all.push((format!("tone-{}", curve.name()), tone(curve)));
     }
     for number in 0..LIGHTS {
@@ -372,7 +372,7 @@ fn of_format(format: Format) -> Recipe {
         ("roughness", text("0.4")),
     ];
     // What formats without texture coordinates show would be one picture.
-    let number = Format::ALL.into_iter().position(|f| f == format).unwrap_or(0);
+    let number = Format::ALL.iter().copied().position(|f| f == format).unwrap_or(0);
     Recipe { container: format, lights: vec![light(number)], ..recipe }
 }
 

@@ -4,7 +4,7 @@ use super::files::Files;
 use super::recipe::Recipe;
 use super::shot::{Shot, Skies};
 use overcoat::frame::AovPlane;
-use overcoat::frame::{DisplayImage, DisplayOptions};
+use overcoat::frame::DisplayImage;
 use overcoat::math::lanes::SimdLevel;
 use overcoat::render::{Rendered, Renderer};
 use std::fmt;
@@ -155,7 +155,7 @@ impl Bench {
         for setting in self.settings.clone() {
             let shot = &shots[usize::from(setting.threads != THREADS[0])];
             let rendered = render(self, shot, setting).map_err(Problem::NoPicture)?;
-            let display = DisplayOptions { simd: setting.level, ..shot.display.clone() };
+            let display = shot.display.clone().with_simd(setting.level);
             let image = DisplayImage::new(&rendered.frame, &display);
             match &first {
                 None => {

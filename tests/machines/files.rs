@@ -130,6 +130,7 @@ fn texture_table(recipe: &Recipe, used: &TextureUse) -> String {
         Wrap::Repeat => "repeat",
         Wrap::MirroredRepeat => "mirror",
         Wrap::ClampToEdge => "clamp",
+        other => panic!("{other:?} has no name here"),
     };
     let mut table = format!("{{ file = \"{}\"", texture_name(recipe, used.texture));
     if let Some(channel) = used.channel {
@@ -261,6 +262,7 @@ fn light_text(text: &mut String, light: &LightDescription) {
             lines.push(("radius", Some(number(radius))));
             (color, intensity)
         }
+        other => panic!("a light of a kind that has no name here: {other:?}"),
     };
     lines.push(("color", shared_color.as_ref().map(|v| list(v))));
     lines.push(("intensity", Some(number(shared_intensity))));

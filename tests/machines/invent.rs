@@ -37,11 +37,11 @@ impl Recipe {
             size: [24 + dice.below(25) as u32, 24 + dice.below(25) as u32],
             samples: dice.pick(&[1, 1, 4, 4, 8, 16]),
             background: dice.pick(&["transparent", "env", "#204060", "white"]),
-            tone_curve: dice.pick(&ToneCurve::ALL),
+            tone_curve: dice.pick(ToneCurve::ALL),
             exposure: if dice.percent(70) { 0.0 } else { dice.between(-3.0, 3.0) },
             anisotropy: dice.pick(&[1, 2, 8, 16]),
             shading: dice.percent(20).then(|| dice.pick(&ShadingModel::ALL[..FIRST_MODELS])),
-            aovs: if dice.percent(15) { (0..3).map(|_| dice.pick(&Aov::ALL)).collect() } else { Vec::new() },
+            aovs: if dice.percent(15) { (0..3).map(|_| dice.pick(Aov::ALL)).collect() } else { Vec::new() },
             output: dice.pick(&OUTPUTS),
             ..Self::empty()
         };

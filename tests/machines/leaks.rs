@@ -12,7 +12,7 @@ use overcoat::description::{Description, LightDescription, Machine};
 use overcoat::jobs::Jobs;
 use overcoat::limits::Limits;
 use overcoat::math::lanes::SimdLevel;
-use overcoat::render::{RenderOptions, Renderer};
+use overcoat::render::Renderer;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -164,7 +164,7 @@ fn environments_have_one_hash() {
             let shot = Shot::load(&files, &recipe, &jobs, Some(&skies)).unwrap();
             let mut hashes = BTreeSet::new();
             for setting in settings(&SimdLevel::available().collect::<Vec<_>>()) {
-                let options = RenderOptions { simd: setting.level, ..shot.options.clone() };
+                let options = shot.options.clone().with_simd(setting.level);
                 // A new renderer has filtered nothing yet.
                 let rendered =
                     Renderer::new(setting.threads).render(&shot.scene, &shot.camera, &options).unwrap();
@@ -221,7 +221,7 @@ fn files_on_disk_are_those_in_memory() {
         files.write(folder.path()).unwrap();
         let file = Description::open(&folder.path().join(SCENE)).unwrap();
         let picture = file.picture(Machine::default(), &Limits::default(), &jobs).unwrap();
-        let options = RenderOptions { stage_hashes: true, ..picture.options };
+        let options = picture.options.with_stage_hashes(true);
         let shot = Shot::load(&files, &recipe, &jobs, None).unwrap();
         let mut hashes = |scene, camera, options| {
             let rendered = renderer.render(scene, camera, options).unwrap();

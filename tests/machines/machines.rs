@@ -15,7 +15,7 @@ use super::shot::Shot;
 use overcoat::jobs::Jobs;
 use overcoat::math::lanes::SimdLevel;
 use overcoat::output::{OutputOptions, encode};
-use overcoat::render::{RenderOptions, Renderer};
+use overcoat::render::Renderer;
 use serde_json::Value;
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -39,9 +39,9 @@ fn render(recipe: &Recipe, files: &Files, level: SimdLevel) -> Result<(Hashes, S
     // New for each scene and level, as in a process of its own: nothing is kept from another.
     let mut renderer = Renderer::new(2);
     let shot = Shot::load(files, recipe, &Jobs::new(1), None)?;
-    let options = RenderOptions { simd: level, ..shot.options };
+    let options = shot.options.with_simd(level);
     let rendered = renderer.render(&shot.scene, &shot.camera, &options).map_err(|e| e.to_string())?;
-    let mut output = OutputOptions { display: shot.display, ..OutputOptions::default() };
+    let mut output = OutputOptions::default().with_display(shot.display);
     output.display.simd = level;
     let bytes = encode(&rendered.frame, recipe.output, &output).map_err(|e| e.to_string())?;
     let hashes = Hashes {
@@ -51,7 +51,7 @@ fn render(recipe: &Recipe, files: &Files, level: SimdLevel) -> Result<(Hashes, S
     };
     let stages = rendered.stats.stage_hashes.ok_or("no stage hashes")?;
     let mut stages: Stages =
-        stages.stages().into_iter().map(|(name, hash)| (name.to_owned(), format!("{hash:032x}"))).collect();
+        stages.stages().map(|(name, hash)| (name.to_owned(), format!("{hash:032x}"))).collect();
     stages.push(("encode".to_owned(), hashes.file.clone()));
     Ok((hashes, stages))
 }

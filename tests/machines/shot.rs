@@ -36,7 +36,7 @@ impl Shot {
         let resolver = MemoryResolver { files: files.0.clone() };
         let context = Context { resolver: &resolver, limits, jobs };
         let animation = file.animation_choice().map_err(|e| e.to_string())?;
-        let options_of_load = LoadOptions { animation, ..LoadOptions::default() };
+        let options_of_load = LoadOptions::default().with_animation(animation);
         let loaded = load_bytes_with(files.get(model)?, Some(recipe.container), &options_of_load, &context)
             .map_err(|e| format!("{model}: {e}"))?;
         // What recipes ask for is understood, so a warning is a mistake of either.

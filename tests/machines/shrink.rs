@@ -245,13 +245,14 @@ fn plainer_lights(recipe: &Recipe, number: usize) -> Option<Recipe> {
                 | LightDescription::Spot { color, .. }
                 | LightDescription::Rect { color, .. }
                 | LightDescription::Tube { color, .. } => *color = None,
+                _ => {}
             },
             |r, k| match &mut r.lights[k] {
                 LightDescription::Directional { min_roughness, .. }
                 | LightDescription::Point { min_roughness, .. }
                 | LightDescription::Spot { min_roughness, .. } => *min_roughness = None,
                 LightDescription::Rect { two_sided, .. } => *two_sided = None,
-                LightDescription::Tube { .. } => {}
+                _ => {}
             },
             |r, k| match &mut r.lights[k] {
                 LightDescription::Point { range, .. } | LightDescription::Spot { range, .. } => *range = None,

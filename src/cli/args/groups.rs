@@ -23,7 +23,7 @@ const SHADING: &str = "Formulas that shade every surface [default: what each mat
 /// Help of an option that takes shading models: what it is, and all of them.
 pub(super) fn models(what: &str) -> String {
     let named = |model: ShadingModel| format!("{} ({})", model.name(), model.version());
-    let names: Vec<String> = ShadingModel::ALL.into_iter().map(named).collect();
+    let names: Vec<String> = ShadingModel::ALL.iter().copied().map(named).collect();
     format!("{what}\n\n{}.", names.join(", "))
 }
 

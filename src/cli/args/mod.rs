@@ -143,13 +143,13 @@ mod tests {
             let words = text.split(|c: char| !(c.is_ascii_alphanumeric() || "-_.".contains(c)));
             words.map(|word| word.trim_end_matches('.').to_owned()).collect::<Vec<_>>()
         };
-        let shading = || ShadingModel::ALL.into_iter().map(ShadingModel::name).map(str::to_owned);
-        let extensions = || Format::ALL.into_iter().map(|format| format!(".{}", format.extension()));
+        let shading = || ShadingModel::ALL.iter().copied().map(ShadingModel::name).map(str::to_owned);
+        let extensions = || Format::ALL.iter().copied().map(|format| format!(".{}", format.extension()));
         let render = help("render");
-        for name in (Aov::ALL.into_iter().map(Aov::name).map(str::to_owned))
+        for name in (Aov::ALL.iter().copied().map(Aov::name).map(str::to_owned))
             .chain(shading())
             .chain(extensions())
-            .chain(Format::ALL.into_iter().map(|format| format.extension().to_owned()))
+            .chain(Format::ALL.iter().copied().map(|format| format.extension().to_owned()))
             .chain(LIMIT_NAMES.map(str::to_owned))
         {
             assert!(render.contains(&name), "render --help does not name {name}");

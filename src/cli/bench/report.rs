@@ -166,7 +166,7 @@ impl Measurement {
 
     /// Adds what the renderer says of a frame, and its hash.
     pub(super) fn add_picture(&mut self, stats: &RenderStats, hash: &Hash) {
-        for &(name, time) in &stats.stages {
+        for &(name, time) in stats.stages() {
             self.add_stage(name, time);
         }
         self.triangles += stats.triangles;

@@ -4,7 +4,7 @@
 //! \@babylonjs/core 9.35.0. The functions carry the names of the originals where there is one. Its other material
 //! (`OpenPBRMaterial`) is a different model and not here.
 //!
-//! **Use.** [`surface`] once for a vector of fragments, then [`direct`] for every light and [`indirect`] for the
+//! **Use.** [`surface`] once for a vector of fragments, then [`direct()`] for every light and [`indirect()`] for the
 //! environment; the sum is the reflected radiance. What the material emits is added as it is: the coat does not dim it.
 //!
 //! **Radiometry.** The result is radiance for lights in irradiance at normal incidence: the Lambert term is

@@ -5,7 +5,7 @@
 //! \@khronosgroup/gltf-viewer 1.1.0. The functions carry the names of the originals and perform their operations in the
 //! same order.
 //!
-//! **Use.** [`surface`] once for a vector of fragments, then [`direct`] for every light and [`indirect`] for the
+//! **Use.** [`surface`] once for a vector of fragments, then [`direct()`] for every light and [`indirect()`] for the
 //! environment; the sum is the reflected radiance. What the material emits passes the coat:
 //! [`Surface::coat_transmittance`].
 //!

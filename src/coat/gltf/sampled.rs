@@ -132,7 +132,7 @@ fn smooth_tangent<L: Lanes>(l: L, normal: V3<L>, view: V3<L>) -> V3<L> {
     normalize_or(l, turned, [one, zero, zero])
 }
 
-/// The radiance that the fragments reflect of the environment, by samples. Arguments as of [`super::indirect`];
+/// The radiance that the fragments reflect of the environment, by samples. Arguments as of [`super::indirect()`];
 /// `environment` is asked sixteen times a lobe, once for sheen.
 #[inline(always)]
 pub fn indirect_sampled<L: Lanes>(

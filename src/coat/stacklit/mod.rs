@@ -20,7 +20,7 @@
 //! 5. `direct`: one light. `environment`: the three reflections, baked light, and the sum ([`compose`]).
 //!    `subsurface`: what scattering materials take from their profile.
 //!
-//! **Use.** [`surface`] once for a vector of fragments, then [`direct`] for every light, [`environment`] for
+//! **Use.** [`surface`] once for a vector of fragments, then [`direct()`] for every light, [`environment()`] for
 //! reflections, [`baked_diffuse`] for diffuse light, and [`compose`]; the sum of its two parts is the reflected
 //! radiance. With [`Options::subsurface_scattering`] the diffuse part is what a blur would take. The pre-integrated
 //! table ([`crate::brdf::fgd`]) is a parameter; the second channel of its texels must be above 0.

@@ -5,7 +5,7 @@
 //! of the originals and perform their operations in the same order. Releases 119 to 131, which are a different
 //! model, are in [`super::three_legacy`].
 //!
-//! **Use.** [`surface`] once for a vector of fragments, then [`direct`] for every light and [`indirect`] for the
+//! **Use.** [`surface`] once for a vector of fragments, then [`direct()`] for every light and [`indirect()`] for the
 //! environment; the sum is the reflected radiance. What the material emits passes the coat:
 //! [`Surface::coat_transmittance`].
 //!

@@ -26,6 +26,7 @@ use exact::ExactDifference;
 
 /// What the measures need to know beside the pictures.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct MetricSettings {
     /// Pixels in one degree of the observer's field of view, for FLIP; greater than 0, at most 1000.
     pub pixels_per_degree: f32,
@@ -48,8 +49,35 @@ impl Default for MetricSettings {
     }
 }
 
+impl MetricSettings {
+    /// The same with another [`MetricSettings::pixels_per_degree`].
+    #[must_use]
+    pub fn with_pixels_per_degree(self, pixels_per_degree: f32) -> Self {
+        Self { pixels_per_degree, ..self }
+    }
+
+    /// The same with another [`MetricSettings::background`].
+    #[must_use]
+    pub fn with_background(self, background: [u8; 3]) -> Self {
+        Self { background, ..self }
+    }
+
+    /// The same with another [`MetricSettings::start_exposure`].
+    #[must_use]
+    pub fn with_start_exposure(self, start_exposure: Option<f32>) -> Self {
+        Self { start_exposure, ..self }
+    }
+
+    /// The same with another [`MetricSettings::stop_exposure`].
+    #[must_use]
+    pub fn with_stop_exposure(self, stop_exposure: Option<f32>) -> Self {
+        Self { stop_exposure, ..self }
+    }
+}
+
 /// All measures of one pair of pictures of the same size.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Metrics {
     /// Difference of the stored numbers.
     pub exact: ExactDifference,
@@ -65,6 +93,7 @@ pub struct Metrics {
 
 /// The measures and the map of FLIP that they come from.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Measured {
     /// The numbers.
     pub metrics: Metrics,

@@ -227,7 +227,7 @@ pub(super) static KEYS: &[Key] = &[
     Key {
         name: "model",
         kind: Kind::Name {
-            names: || ShadingModel::ALL.into_iter().map(ShadingModel::name).collect(),
+            names: || ShadingModel::ALL.iter().copied().map(ShadingModel::name).collect(),
             get: |m| m.model.map_or("", ShadingModel::name),
             set: |m, name| m.model = ShadingModel::from_name(name),
         },

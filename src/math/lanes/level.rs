@@ -25,17 +25,17 @@ pub enum SimdLevel {
 
 impl SimdLevel {
     /// Every level by its name, weakest first.
-    pub const ALL: [Self; 5] = [Self::Scalar, Self::Sse2, Self::Avx2, Self::Avx512, Self::Neon];
+    pub const ALL: &[Self] = &[Self::Scalar, Self::Sse2, Self::Avx2, Self::Avx512, Self::Neon];
 
     /// The fastest level of this machine.
     #[must_use]
     pub fn best() -> Self {
-        Self::ALL.into_iter().rev().find(|level| level.is_available()).unwrap_or(Self::Scalar)
+        Self::ALL.iter().copied().rev().find(|level| level.is_available()).unwrap_or(Self::Scalar)
     }
 
     /// All levels that this machine can run, weakest first.
     pub fn available() -> impl Iterator<Item = Self> {
-        Self::ALL.into_iter().filter(|level| level.is_available())
+        Self::ALL.iter().copied().filter(|level| level.is_available())
     }
 
     /// True if this machine can run it.
@@ -89,7 +89,11 @@ pub struct UnknownLevel(String);
 impl FromStr for SimdLevel {
     type Err = UnknownLevel;
     fn from_str(name: &str) -> Result<Self, UnknownLevel> {
-        Self::ALL.into_iter().find(|level| level.name() == name).ok_or_else(|| UnknownLevel(name.to_owned()))
+        Self::ALL
+            .iter()
+            .copied()
+            .find(|level| level.name() == name)
+            .ok_or_else(|| UnknownLevel(name.to_owned()))
     }
 }
 

@@ -21,7 +21,7 @@ pub enum MovieFormat {
 
 impl MovieFormat {
     /// All of them.
-    pub const ALL: [Self; 2] = [Self::Apng, Self::WebP];
+    pub const ALL: &[Self] = &[Self::Apng, Self::WebP];
 
     /// Name, extensions and media type.
     #[must_use]
@@ -35,7 +35,7 @@ impl MovieFormat {
     /// The format that a file's extension names, in whatever case.
     #[must_use]
     pub fn from_extension(extension: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|format| format.file_format().has_extension(extension))
+        Self::ALL.iter().copied().find(|format| format.file_format().has_extension(extension))
     }
 }
 

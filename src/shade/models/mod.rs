@@ -159,7 +159,7 @@ mod tests {
         fn reads_lobes<M: Model>(_: M) -> bool {
             M::READS_LOBES
         }
-        for model in ShadingModel::ALL {
+        for &model in ShadingModel::ALL {
             assert_eq!(registered!(model, of => reads_lobes(of)), model.reads_lobes(), "{model:?}");
         }
     }

@@ -40,7 +40,7 @@ pub fn load(
 /// The only animation of a file, at a time in seconds.
 pub fn at_time(time: f64) -> LoadOptions {
     let animation = AnimationChoice { name: "0".to_owned(), time, repeat: false };
-    LoadOptions { animation: Some(animation), ..LoadOptions::default() }
+    LoadOptions::default().with_animation(animation)
 }
 
 /// A PNG picture.

@@ -108,7 +108,7 @@ fn variants() -> Built {
     let mut s = Stage::new()?;
     s.key_light(2.0)?;
     for (k, variant) in [None, Some("beach"), Some("street")].into_iter().enumerate() {
-        let options = LoadOptions { variant: variant.map(str::to_owned), ..LoadOptions::default() };
+        let options = LoadOptions::default().with_variant(variant.map(str::to_owned));
         s.add(&model.finish(&options)?, Transform::translation([2.0 * k as f64 - 2.0, 0.0, 0.0])?)?;
     }
     s.seen(flat_view())
