@@ -44,7 +44,7 @@ pub enum ShadingModel {
 
 /// What a material can have that some models do not know.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Feature {
+pub(crate) enum Feature {
     Sheen,
     Anisotropy,
     Iridescence,
@@ -209,6 +209,11 @@ impl ShadingModel {
     #[must_use]
     pub fn version(self) -> &'static str {
         self.entry().version
+    }
+
+    /// True if the model reads that of a material.
+    pub(super) fn knows(self, feature: Feature) -> bool {
+        self.entry().knows.contains(&feature)
     }
 
     /// True if the model reads more of a material than base, coat and emission.
