@@ -6,7 +6,7 @@ use super::texture::Textures;
 use super::uv_sets::UvSets;
 use crate::load::LoadError;
 use crate::load::warnings::Warnings;
-use crate::scene::parameters::{EMISSIVE_TEXTURE, Holds, Kind, Range, Slot, slots};
+use crate::scene::parameters::{EMISSIVE_TEXTURE, Holds, Kind, Slot, slots};
 use crate::scene::{AlphaMode, AlphaUse, Material, TextureId, TextureRef, Workflow};
 
 /// What primitives without a material are made of: section 3.9.2 of the specification with its default factors,
@@ -113,7 +113,7 @@ impl Converter<'_> {
         }
         let mut kept = values;
         for value in kept.iter_mut().take(number.width) {
-            *value = self.clamped(property, *value, number.range);
+            *value = self.clamped(property, *value, number);
         }
         match (number.goal, kept) {
             (Goal::Emission, [r, g, b, _]) => material.emissive = [r, g, b],
@@ -128,8 +128,8 @@ impl Converter<'_> {
         self.root.materials.label(self.index)
     }
 
-    fn clamped(&mut self, property: &Property, value: f32, range: Range) -> f32 {
-        let kept = range.clamp(f64::from(value));
+    fn clamped(&mut self, property: &Property, value: f32, number: &Number) -> f32 {
+        let kept = number.clamp(f64::from(value));
         if kept != value {
             let (name, what) = (self.name(), property.label());
             self.warnings.add(|| format!("{name}: {what} {value} is out of range, {kept} is used"));

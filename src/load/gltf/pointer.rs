@@ -138,12 +138,14 @@ impl Target {
 impl Surface {
     fn named(path: &str) -> Option<Self> {
         let row = |path: &str| PROPERTIES.iter().position(|property| property.path() == path);
-        let is_number = |row: &usize| matches!(PROPERTIES.get(*row), Some(Property::Number(_)));
-        if let Some(number) = row(path).filter(is_number) {
+        if let Some(number) = row(path)
+            && matches!(PROPERTIES.get(number), Some(Property::Number(_)))
+        {
             return Some(Self::Number(number));
         }
         let (texture, property) = path.split_once("/extensions/KHR_texture_transform/")?;
-        let texture = row(texture).filter(|row| !is_number(row))?;
+        let texture =
+            row(texture).filter(|&row| matches!(PROPERTIES.get(row), Some(Property::Texture(_))))?;
         match property {
             "offset" => Some(Self::Offset(texture)),
             "rotation" => Some(Self::Turn(texture)),

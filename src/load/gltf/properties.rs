@@ -352,6 +352,11 @@ impl Number {
         (self.read)(given)
     }
 
+    /// The nearest number that is taken.
+    pub(super) fn clamp(&self, value: f64) -> f32 {
+        self.range.clamp(value)
+    }
+
     /// Sets the parameter of a scene's material, if it has that; not emission, which is a product.
     pub(super) fn set(&self, material: &mut scene::Material, values: [f32; 4]) {
         match self.goal {

@@ -25,7 +25,7 @@ pub(super) fn change(material: &mut Material, given: &model::Material, changes: 
             Goal::EmissionStrength => (strength, glows) = (values.first().copied().unwrap_or(0.0), true),
             Goal::Whole(_) | Goal::Part(..) => {
                 let value = |k: usize| values.get(k).copied().unwrap_or(0.0);
-                number.set(material, std::array::from_fn(|k| number.range.clamp(value(k))));
+                number.set(material, std::array::from_fn(|k| number.clamp(value(k))));
             }
         }
     }
