@@ -85,6 +85,12 @@ impl Converter<'_> {
         material.unlit = extensions.is_some_and(|e| e.unlit.is_some());
         for property in PROPERTIES.iter().filter(|property| property.applies(given)) {
             match property {
+                Property::Unread(unread) => {
+                    if (unread.matters)(given) {
+                        let (name, what) = (self.name(), property.label());
+                        self.warnings.add(|| format!("{name}: {what} is not read: {}", unread.instead));
+                    }
+                }
                 Property::Number(number) => {
                     if let Some(values) = number.read(given) {
                         self.number(property, number, values, &mut material);

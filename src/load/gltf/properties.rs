@@ -2,8 +2,9 @@
 //! animating it (KHR_animation_pointer) go by this one table.
 
 use super::model::{
-    Clearcoat, DiffuseTransmission, Iridescence, Material, MaterialExtensions, MetallicRoughness, Sheen,
-    Specular, SpecularGlossiness, TextureInfo,
+    Clearcoat, ClearcoatColor, ClearcoatDarkening, ClearcoatExtensions, Coat, DiffuseTransmission,
+    Iridescence, Material, MaterialExtensions, MetallicRoughness, OneNumber, Sheen, Specular,
+    SpecularGlossiness, TextureInfo,
 };
 use crate::scene;
 use crate::scene::parameters::{self as p, Parameter, Range};
@@ -15,6 +16,8 @@ pub(super) enum Property {
     Number(Number),
     /// A texture.
     Texture(Texture),
+    /// What is not read.
+    Unread(Unread),
 }
 
 /// Numbers in a material of the file.
@@ -26,6 +29,8 @@ pub(super) struct Number {
     /// What the specification takes.
     pub(super) range: Range,
     pub(super) width: usize,
+    /// True of indices of refraction where 0 stands for a reflectance of 1, as if they were infinite.
+    zero_is_infinite: bool,
     read: fn(&Material) -> Option<[f32; 4]>,
 }
 
@@ -40,6 +45,16 @@ pub(super) enum Goal {
     Emission,
     /// What multiplies it.
     EmissionStrength,
+}
+
+/// A member that has no parameter.
+#[derive(Debug)]
+pub(super) struct Unread {
+    path: &'static str,
+    /// What is drawn instead.
+    pub(super) instead: &'static str,
+    /// True if the file has it, and it would show.
+    pub(super) matters: fn(&Material) -> bool,
 }
 
 /// A texture in a material of the file.
@@ -59,7 +74,23 @@ const fn number(
     read: fn(&Material) -> Option<[f32; 4]>,
 ) -> Property {
     let (range, width) = (parameter.range(), parameter.width());
-    Property::Number(Number { path, goal: Goal::Whole(parameter), range, width, read })
+    Property::Number(Number {
+        path,
+        goal: Goal::Whole(parameter),
+        range,
+        width,
+        zero_is_infinite: false,
+        read,
+    })
+}
+
+const fn coat_ior(path: &'static str, read: fn(&Material) -> Option<[f32; 4]>) -> Property {
+    let (goal, range) = (Goal::Whole(&p::COAT_IOR), p::COAT_IOR.range());
+    Property::Number(Number { path, goal, range, width: 1, zero_is_infinite: true, read })
+}
+
+const fn unread(path: &'static str, instead: &'static str, matters: fn(&Material) -> bool) -> Property {
+    Property::Unread(Unread { path, instead, matters })
 }
 
 const fn part(
@@ -73,6 +104,7 @@ const fn part(
         goal: Goal::Part(parameter, place),
         range: parameter.range(),
         width: 1,
+        zero_is_infinite: false,
         read,
     })
 }
@@ -111,8 +143,37 @@ fn specular(m: &Material) -> Option<&Specular> {
     extensions(m)?.specular.as_ref()
 }
 
+fn coat(m: &Material) -> Option<&Coat> {
+    extensions(m)?.coat.as_deref()
+}
+
 fn clearcoat(m: &Material) -> Option<&Clearcoat> {
     extensions(m)?.clearcoat.as_ref()
+}
+
+fn clearcoat_extensions(m: &Material) -> Option<&ClearcoatExtensions> {
+    clearcoat(m)?.extensions.as_deref()
+}
+
+fn color(m: &Material) -> Option<&ClearcoatColor> {
+    clearcoat_extensions(m)?.color.as_ref()
+}
+
+fn ext_color(m: &Material) -> Option<&ClearcoatColor> {
+    clearcoat_extensions(m)?.ext_color.as_ref()
+}
+
+fn darkening(m: &Material) -> Option<&ClearcoatDarkening> {
+    clearcoat_extensions(m)?.darkening.as_ref()
+}
+
+fn ext_darkening(m: &Material) -> Option<&ClearcoatDarkening> {
+    clearcoat_extensions(m)?.ext_darkening.as_ref()
+}
+
+/// True if a coat has anisotropy.
+fn is_stretched(coat: &Coat) -> bool {
+    coat.coat_factor.unwrap_or(0.0) > 0.0 && coat.coat_anisotropy_strength.unwrap_or(0.0) > 0.0
 }
 
 fn sheen(m: &Material) -> Option<&Sheen> {
@@ -176,6 +237,7 @@ pub(super) static PROPERTIES: &[Property] = &[
         goal: Goal::Emission,
         range: Range::UNIT,
         width: 3,
+        zero_is_infinite: false,
         read: |m| three(m.emissive_factor.as_deref().copied()),
     }),
     texture("emissiveTexture", &p::EMISSIVE_TEXTURE, |m| m.emissive_texture.as_deref()),
@@ -184,6 +246,7 @@ pub(super) static PROPERTIES: &[Property] = &[
         goal: Goal::EmissionStrength,
         range: Range::FACTOR,
         width: 1,
+        zero_is_infinite: false,
         read: |m| one(extensions(m)?.emissive_strength.as_ref()?.emissive_strength),
     }),
     number("extensions/KHR_materials_ior/ior", &p::IOR, |m| one(extensions(m)?.ior.as_ref()?.ior)),
@@ -219,6 +282,90 @@ pub(super) static PROPERTIES: &[Property] = &[
     number("extensions/KHR_materials_clearcoat/clearcoatNormalTexture/scale", &p::COAT_NORMAL_SCALE, |m| {
         one(clearcoat(m)?.clearcoat_normal_texture.as_ref()?.scale)
     }),
+    coat_ior("extensions/KHR_materials_clearcoat/extensions/KHR_materials_clearcoat_ior/clearcoatIor", |m| {
+        one(clearcoat_extensions(m)?.ior.as_ref()?.clearcoat_ior)
+    }),
+    number(
+        "extensions/KHR_materials_clearcoat/extensions/EXT_materials_clearcoat_color/clearcoatColorFactor",
+        &p::COAT_COLOR,
+        |m| three(ext_color(m)?.clearcoat_color_factor),
+    ),
+    texture(
+        "extensions/KHR_materials_clearcoat/extensions/EXT_materials_clearcoat_color/clearcoatColorTexture",
+        &p::COAT_COLOR_TEXTURE,
+        |m| ext_color(m)?.clearcoat_color_texture.as_ref(),
+    ),
+    number(
+        "extensions/KHR_materials_clearcoat/extensions/KHR_materials_clearcoat_color/clearcoatColorFactor",
+        &p::COAT_COLOR,
+        |m| three(color(m)?.clearcoat_color_factor),
+    ),
+    texture(
+        "extensions/KHR_materials_clearcoat/extensions/KHR_materials_clearcoat_color/clearcoatColorTexture",
+        &p::COAT_COLOR_TEXTURE,
+        |m| color(m)?.clearcoat_color_texture.as_ref(),
+    ),
+    number(
+        "extensions/KHR_materials_clearcoat/extensions/EXT_materials_clearcoat_darkening/clearcoatDarkeningFactor",
+        &p::COAT_DARKENING,
+        |m| one(ext_darkening(m)?.clearcoat_darkening_factor.map(OneNumber::get)),
+    ),
+    unread(
+        "extensions/KHR_materials_clearcoat/extensions/EXT_materials_clearcoat_darkening/clearcoatDarkeningTexture",
+        "the factor alone holds",
+        |m| ext_darkening(m).is_some_and(|d| d.clearcoat_darkening_texture.is_some()),
+    ),
+    number(
+        "extensions/KHR_materials_clearcoat/extensions/KHR_materials_clearcoat_darkening/clearcoatDarkeningFactor",
+        &p::COAT_DARKENING,
+        |m| one(darkening(m)?.clearcoat_darkening_factor.map(OneNumber::get)),
+    ),
+    unread(
+        "extensions/KHR_materials_clearcoat/extensions/KHR_materials_clearcoat_darkening/clearcoatDarkeningTexture",
+        "the factor alone holds",
+        |m| darkening(m).is_some_and(|d| d.clearcoat_darkening_texture.is_some()),
+    ),
+    // The draft multiplies what is beneath by colour and darkening wherever the coat is, even with a weight of 0, of which it
+    // also says that there is no coat. Here the weight is that of all of the coat, as every model has it.
+    number("extensions/KHR_materials_coat/coatFactor", &p::COAT, |m| one(coat(m)?.coat_factor)),
+    texture("extensions/KHR_materials_coat/coatTexture", &p::COAT_TEXTURE, |m| {
+        coat(m)?.coat_texture.as_ref()
+    }),
+    number("extensions/KHR_materials_coat/coatRoughnessFactor", &p::COAT_ROUGHNESS, |m| {
+        one(coat(m)?.coat_roughness_factor)
+    }),
+    texture("extensions/KHR_materials_coat/coatRoughnessTexture", &p::COAT_ROUGHNESS_TEXTURE, |m| {
+        coat(m)?.coat_roughness_texture.as_ref()
+    }),
+    texture("extensions/KHR_materials_coat/coatNormalTexture", &p::COAT_NORMAL_TEXTURE, |m| {
+        coat(m)?.coat_normal_texture.as_ref()
+    }),
+    number("extensions/KHR_materials_coat/coatNormalTexture/scale", &p::COAT_NORMAL_SCALE, |m| {
+        one(coat(m)?.coat_normal_texture.as_ref()?.scale)
+    }),
+    coat_ior("extensions/KHR_materials_coat/coatIor", |m| one(coat(m)?.coat_ior)),
+    number("extensions/KHR_materials_coat/coatColorFactor", &p::COAT_COLOR, |m| {
+        three(coat(m)?.coat_color_factor)
+    }),
+    texture("extensions/KHR_materials_coat/coatColorTexture", &p::COAT_COLOR_TEXTURE, |m| {
+        coat(m)?.coat_color_texture.as_ref()
+    }),
+    number("extensions/KHR_materials_coat/coatDarkeningFactor", &p::COAT_DARKENING, |m| {
+        one(coat(m)?.coat_darkening_factor)
+    }),
+    number("extensions/KHR_materials_coat/coatAnisotropyStrength", &p::COAT_ANISOTROPY, |m| {
+        one(coat(m)?.coat_anisotropy_strength)
+    }),
+    unread(
+        "extensions/KHR_materials_coat/coatAnisotropyRotation",
+        "the coat is stretched along the tangent of the base",
+        |m| coat(m).is_some_and(|c| is_stretched(c) && c.coat_anisotropy_rotation.unwrap_or(0.0) != 0.0),
+    ),
+    unread(
+        "extensions/KHR_materials_coat/coatAnisotropyTexture",
+        "the coat is stretched along the tangent of the base",
+        |m| coat(m).is_some_and(|c| is_stretched(c) && c.coat_anisotropy_texture.is_some()),
+    ),
     number("extensions/KHR_materials_sheen/sheenColorFactor", &p::SHEEN_COLOR, |m| {
         three(sheen(m)?.sheen_color_factor)
     }),
@@ -236,6 +383,7 @@ pub(super) static PROPERTIES: &[Property] = &[
         goal: Goal::Whole(&p::ANISOTROPY),
         range: Range::UNIT,
         width: 1,
+        zero_is_infinite: false,
         read: |m| one(extensions(m)?.anisotropy.as_ref()?.anisotropy_strength),
     }),
     number("extensions/KHR_materials_anisotropy/anisotropyRotation", &p::ANISOTROPY_ROTATION, |m| {
@@ -319,6 +467,7 @@ impl Property {
         match self {
             Self::Number(number) => number.path,
             Self::Texture(texture) => texture.path,
+            Self::Unread(unread) => unread.path,
         }
     }
 
@@ -333,13 +482,15 @@ impl Property {
     }
 
     /// False where the material has another property in its place. Where one is given in both workflows, that of the
-    /// extension is drawn, and the other is the substitute, of which nothing is read.
+    /// extension is drawn, and the other is the substitute, of which nothing is read; likewise the coats.
     pub(super) fn applies(&self, given: &Material) -> bool {
         let of = |object: &str| self.path().starts_with(object);
         if of("pbrMetallicRoughness/") {
             glossy(given).is_none()
         } else if of("extensions/KHR_materials_pbrSpecularGlossiness/") {
             glossy(given).is_some()
+        } else if of("extensions/KHR_materials_clearcoat/") {
+            coat(given).is_none()
         } else {
             true
         }
@@ -354,7 +505,7 @@ impl Number {
 
     /// The nearest number that is taken.
     pub(super) fn clamp(&self, value: f64) -> f32 {
-        self.range.clamp(value)
+        if self.zero_is_infinite && value == 0.0 { self.range.high } else { self.range.clamp(value) }
     }
 
     /// Sets the parameter of a scene's material, if it has that; not emission, which is a product.
@@ -397,6 +548,7 @@ mod tests {
                     Goal::Part(parameter, place) => assert!(place < parameter.width()),
                     Goal::Emission | Goal::EmissionStrength => {}
                 },
+                Property::Unread(unread) => assert!(!unread.instead.is_empty()),
             }
         }
     }

@@ -7,7 +7,6 @@ use crate::scene::model::{
 };
 
 const STACKLIT: &[ShadingModel] = &[ShadingModel::StackLit];
-const OPENPBR: &[ShadingModel] = &[ShadingModel::OpenPbr];
 
 /// A number: name, label, range, place, sentence.
 macro_rules! number {
@@ -429,14 +428,14 @@ parameters! {
         Range::UNIT,
         m => m.lobes.coat.darkening,
         "How much inner reflection darkens the base."
-    ).of(OPENPBR);
+    ).knowing(F::CoatDarkening);
     COAT_ANISOTROPY = number!(
         "coat_anisotropy",
         "clear coat anisotropy",
         Range::UNIT,
         m => m.lobes.coat.anisotropy,
         "Anisotropy of the coat."
-    ).of(OPENPBR);
+    ).knowing(F::CoatAnisotropy);
 
     // Further lobes.
     ANISOTROPY = number!(
