@@ -6,9 +6,10 @@ use super::input;
 use super::report::{self, Reporter, Versions};
 use crate::jobs::Jobs;
 use crate::load::{AnimatedModel, AnimationInfo, Format};
+use crate::scene::parameters::slots;
 use crate::scene::{
     AlphaMode, Bounds, ColorSpace, Light, LightKind, Material, Orientation, PrimitiveKind, Projection, Scene,
-    SplatCloud, SplatColorSpace, TextureRef, Workflow,
+    SplatCloud, SplatColorSpace, Workflow,
 };
 use serde::Serialize;
 use std::fmt::Write;
@@ -77,7 +78,8 @@ struct MaterialInfo {
 
 #[derive(Debug, Serialize)]
 struct Map {
-    map: &'static str,
+    /// What its key in material files is called, without `_texture`.
+    map: String,
     texture: usize,
 }
 
@@ -272,28 +274,16 @@ fn describe_splats(cloud: &SplatCloud) -> SplatCloudInfo {
 }
 
 fn describe_material(material: &Material) -> MaterialInfo {
-    let (workflow, metallic, roughness, workflow_map) = match &material.workflow {
-        Workflow::MetallicRoughness { metallic, roughness, texture } => {
-            ("metallic-roughness", Some(*metallic), *roughness, ("metallic-roughness", texture))
+    let (workflow, metallic, roughness) = match &material.workflow {
+        Workflow::MetallicRoughness { metallic, roughness, .. } => {
+            ("metallic-roughness", Some(*metallic), *roughness)
         }
-        Workflow::SpecularGlossiness { glossiness, texture, .. } => {
-            ("specular-glossiness", None, 1.0 - glossiness, ("specular-glossiness", texture))
-        }
+        Workflow::SpecularGlossiness { glossiness, .. } => ("specular-glossiness", None, 1.0 - glossiness),
     };
-    let normal = material.normal_texture.map(|n| n.texture);
-    let coat_normal = material.coat_normal_texture.map(|n| n.texture);
-    let maps: [(&'static str, &Option<TextureRef>); 10] = [
-        ("base-color", &material.base_color_texture),
-        workflow_map,
-        ("normal", &normal),
-        ("occlusion", &material.occlusion_texture),
-        ("emissive", &material.emissive_texture),
-        ("specular", &material.specular_texture),
-        ("specular-color", &material.specular_color_texture),
-        ("coat", &material.coat_texture),
-        ("coat-roughness", &material.coat_roughness_texture),
-        ("coat-normal", &coat_normal),
-    ];
+    let maps = slots().filter_map(|(parameter, slot)| {
+        let map = parameter.name.trim_end_matches("_texture").replace('_', "-");
+        slot.get(material).map(|texture| Map { map, texture: texture.texture.index() })
+    });
     MaterialInfo {
         name: material.name.clone(),
         workflow,
@@ -309,12 +299,7 @@ fn describe_material(material: &Material) -> MaterialInfo {
         },
         double_sided: material.double_sided,
         unlit: material.unlit,
-        maps: maps
-            .into_iter()
-            .filter_map(|(map, texture)| {
-                texture.as_ref().map(|texture| Map { map, texture: texture.texture.index() })
-            })
-            .collect(),
+        maps: maps.collect(),
     }
 }
 
@@ -353,4 +338,29 @@ fn describe_cameras(scene: &Scene) -> Vec<CameraInfo> {
             CameraInfo { name: name.clone(), projection, fov_y_degrees, height }
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{TextureId, TextureRef, UvTransform};
+
+    #[test]
+    fn every_map_of_a_material_is_listed() {
+        let texture = |id| TextureRef { texture: TextureId(id), uv_set: 0, transform: UvTransform::IDENTITY };
+        let mut material = Material::default();
+        for (k, (_, slot)) in
+            slots().filter(|(parameter, _)| parameter.is_in(&Material::default())).enumerate()
+        {
+            slot.set(&mut material, Some(texture(k as u32)));
+        }
+        let maps = describe_material(&material).maps;
+        assert_eq!(maps.iter().map(|m| m.texture).collect::<Vec<_>>(), (0..28).collect::<Vec<_>>());
+        let names: Vec<&str> = maps.iter().map(|m| m.map.as_str()).collect();
+        for name in
+            ["base-color", "metallic-roughness", "coat-normal", "coat-color", "thickness", "bent-normal"]
+        {
+            assert!(names.contains(&name), "{name} is not in {names:?}");
+        }
+    }
 }

@@ -11,7 +11,7 @@ use crate::frame::{DisplayImage, DisplayOptions};
 use crate::limits::Limits;
 use crate::load::{BuiltinMaterial, MaterialFile, material_keys};
 use crate::render::{RenderOptions, Renderer};
-use crate::scene::Scene;
+use crate::scene::{Scene, ShadingModel};
 use serde::Serialize;
 use std::fmt::Write;
 use std::path::Path;
@@ -47,6 +47,8 @@ struct KeyEntry {
     takes: String,
     default: Option<String>,
     about: &'static str,
+    /// The shading models that read it; none if it is for all.
+    read_by: Vec<&'static str>,
 }
 
 /// Lists the built-in materials, prints one, or renders all of them.
@@ -119,7 +121,13 @@ fn print_one(name: &str, json: bool) -> Result<(), Failure> {
 fn print_keys(json: bool) -> Result<(), Failure> {
     if json {
         let keys = material_keys()
-            .map(|k| KeyEntry { key: k.name, takes: k.takes, default: k.default, about: k.about })
+            .map(|k| KeyEntry {
+                key: k.name,
+                takes: k.takes,
+                default: k.default,
+                about: k.about,
+                read_by: k.read_by.into_iter().map(ShadingModel::name).collect(),
+            })
             .collect();
         return report::print_json(&KeyReport { keys, warnings: Vec::new(), versions: Versions::default() });
     }
@@ -128,6 +136,10 @@ fn print_keys(json: bool) -> Result<(), Failure> {
         let default = key.default.map_or_else(String::new, |default| format!(" [default: {default}]"));
         // Writing to a string cannot fail.
         let _ = writeln!(text, "{}\n    {}\n    {}{default}", key.name, key.about, key.takes);
+        if !key.read_by.is_empty() {
+            let models: Vec<&str> = key.read_by.into_iter().map(ShadingModel::name).collect();
+            let _ = writeln!(text, "    read by {}", models.join(", "));
+        }
     }
     report::print(&text)
 }

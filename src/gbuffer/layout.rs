@@ -11,9 +11,11 @@
 //! whole pipeline, which eight or sixteen bits would not allow. What is uniform over a material (indices of
 //! refraction, extinction, switches) is not in the G-buffer; shading reads it from the material.
 //!
-//! The contract of each plane is in [`PLANES`]: unit and range, which hold for every fragment, whatever the textures say.
+//! The contract of each plane is in [`PLANES`]: unit and range, which hold for every fragment, whatever the textures say. Planes
+//! of parameters have the range that those have in materials.
 
 use crate::math::lanes::LANES;
+use crate::scene::parameters::{self as p, Range};
 
 /// One quantity: a few neighbouring rows of [`SurfacePlanes`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,21 +33,24 @@ pub struct Plane {
 }
 
 /// Anything finite.
-const ANY: f32 = f32::MAX;
+const ANY: Range = Range::new(-f32::MAX, f32::MAX);
+
+/// Components of unit vectors, up to rounding.
+const VECTOR: Range = Range::new(-1.000_001, 1.000_001);
 
 macro_rules! planes {
     (@step $first:expr;) => {
         /// Rows of a batch.
         pub const ROWS: usize = $first;
     };
-    (@step $first:expr; $(#[$doc:meta])* $id:ident $name:literal $channels:literal $low:expr, $high:expr; $($rest:tt)*) => {
+    (@step $first:expr; $(#[$doc:meta])* $id:ident $name:literal $channels:literal $range:expr; $($rest:tt)*) => {
         $(#[$doc])*
         pub const $id: Plane =
-            Plane { name: $name, first: $first, channels: $channels, low: $low, high: $high };
+            Plane { name: $name, first: $first, channels: $channels, low: $range.low, high: $range.high };
         planes!(@step $first + $channels; $($rest)*);
     };
-    ($($(#[$doc:meta])* $id:ident $name:literal $channels:literal $low:expr, $high:expr;)*) => {
-        planes!(@step 0; $($(#[$doc])* $id $name $channels $low, $high;)*);
+    ($($(#[$doc:meta])* $id:ident $name:literal $channels:literal $range:expr;)*) => {
+        planes!(@step 0; $($(#[$doc])* $id $name $channels $range;)*);
         /// Every plane, in the order of the rows.
         pub const PLANES: &[Plane] = &[$($id),*];
     };
@@ -53,73 +58,73 @@ macro_rules! planes {
 
 planes! {
     /// World-space position in metres.
-    POSITION "position" 3 -ANY, ANY;
+    POSITION "position" 3 ANY;
     /// Unit vector towards the viewer.
-    VIEW "view" 3 -1.000_001, 1.000_001;
+    VIEW "view" 3 VECTOR;
     /// Unit normal of the base, N.V >= 0 up to rounding.
-    NORMAL "normal" 3 -1.000_001, 1.000_001;
+    NORMAL "normal" 3 VECTOR;
     /// Unit normal of the clear coat, likewise.
-    COAT_NORMAL "coat-normal" 3 -1.000_001, 1.000_001;
+    COAT_NORMAL "coat-normal" 3 VECTOR;
     /// Unit normal before normal maps.
-    VERTEX_NORMAL "vertex-normal" 3 -1.000_001, 1.000_001;
+    VERTEX_NORMAL "vertex-normal" 3 VECTOR;
     /// Linear base (or diffuse) colour; above 1 by vertex colours only.
-    BASE_COLOR "base-color" 3 0.0, 65504.0;
+    BASE_COLOR "base-color" 3 Range::new(0.0, 65504.0);
     /// Opacity.
-    ALPHA "alpha" 1 0.0, 1.0;
+    ALPHA "alpha" 1 Range::UNIT;
     /// 0 dielectric to 1 metal; 0 in the specular workflow.
-    METALLIC "metallic" 1 0.0, 1.0;
+    METALLIC "metallic" 1 p::METALLIC.range();
     /// KHR_materials_specular's colour; F0 in the specular workflow.
-    SPECULAR_COLOR "specular-color" 3 0.0, 1e6;
+    SPECULAR_COLOR "specular-color" 3 p::SPECULAR_COLOR.range();
     /// KHR_materials_specular's weight.
-    SPECULAR_WEIGHT "specular" 1 0.0, 1.0;
+    SPECULAR_WEIGHT "specular" 1 p::SPECULAR.range();
     /// Perceptual roughness of the base.
-    ROUGHNESS "roughness" 1 0.0, 1.0;
+    ROUGHNESS "roughness" 1 p::ROUGHNESS.range();
     /// Ambient occlusion, 1 where nothing occludes.
-    OCCLUSION "occlusion" 1 0.0, 1.0;
+    OCCLUSION "occlusion" 1 Range::UNIT;
     /// Emitted radiance.
-    EMISSIVE "emissive" 3 0.0, 1e6;
+    EMISSIVE "emissive" 3 p::EMISSIVE.range();
     /// Clear coat mask.
-    COAT "coat" 1 0.0, 1.0;
+    COAT "coat" 1 p::COAT.range();
     /// Perceptual roughness of the coat.
-    COAT_ROUGHNESS "coat-roughness" 1 0.0, 1.0;
+    COAT_ROUGHNESS "coat-roughness" 1 p::COAT_ROUGHNESS.range();
     /// Texture coordinates of set 0.
-    UV "uv" 2 -ANY, ANY;
+    UV "uv" 2 ANY;
     /// Distance along the view direction in metres.
-    DISTANCE "depth" 1 -ANY, ANY;
+    DISTANCE "depth" 1 ANY;
     /// The depth that the rasterizer compares, greater is nearer.
-    DEPTH "raster-depth" 1 -ANY, ANY;
+    DEPTH "raster-depth" 1 ANY;
     /// Unit vector along which highlights are stretched, perpendicular to the normal.
-    TANGENT "tangent" 3 -1.000_001, 1.000_001;
+    TANGENT "tangent" 3 VECTOR;
     /// Perpendicular to both.
-    BITANGENT "bitangent" 3 -1.000_001, 1.000_001;
+    BITANGENT "bitangent" 3 VECTOR;
     /// Linear sheen colour.
-    SHEEN_COLOR "sheen-color" 3 0.0, 1.0;
+    SHEEN_COLOR "sheen-color" 3 p::SHEEN_COLOR.range();
     /// Perceptual roughness of the sheen.
-    SHEEN_ROUGHNESS "sheen-roughness" 1 0.0, 1.0;
+    SHEEN_ROUGHNESS "sheen-roughness" 1 p::SHEEN_ROUGHNESS.range();
     /// Strength of the anisotropy.
-    ANISOTROPY "anisotropy" 1 -1.0, 1.0;
+    ANISOTROPY "anisotropy" 1 p::ANISOTROPY.range();
     /// Iridescence mask.
-    IRIDESCENCE "iridescence" 1 0.0, 1.0;
+    IRIDESCENCE "iridescence" 1 p::IRIDESCENCE.range();
     /// Thickness of the film in nanometres.
-    IRIDESCENCE_THICKNESS "iridescence-thickness" 1 0.0, 1e5;
+    IRIDESCENCE_THICKNESS "iridescence-thickness" 1 p::IRIDESCENCE_THICKNESS.range();
     /// Thickness of the coat in units of length.
-    COAT_THICKNESS "coat-thickness" 1 0.0, 1e6;
+    COAT_THICKNESS "coat-thickness" 1 p::COAT_THICKNESS.range();
     /// What the coat lets through at normal incidence, linear.
-    COAT_COLOR "coat-color" 3 0.0, 1.0;
+    COAT_COLOR "coat-color" 3 p::COAT_COLOR.range();
     /// Perceptual roughness of lobe B.
-    SECOND_ROUGHNESS "second-roughness" 1 0.0, 1.0;
+    SECOND_ROUGHNESS "second-roughness" 1 p::SECOND_ROUGHNESS.range();
     /// Share of lobe B.
-    LOBE_MIX "lobe-mix" 1 0.0, 1.0;
+    LOBE_MIX "lobe-mix" 1 p::LOBE_MIX.range();
     /// How hazy the base is.
-    HAZINESS "haziness" 1 0.0, 1.0;
+    HAZINESS "haziness" 1 p::HAZINESS.range();
     /// Subsurface mask.
-    SUBSURFACE "subsurface" 1 0.0, 1.0;
+    SUBSURFACE "subsurface" 1 p::SUBSURFACE.range();
     /// Thickness that transmitted light crosses, in millimetres.
-    SUBSURFACE_THICKNESS "subsurface-thickness" 1 0.0, 1e6;
+    SUBSURFACE_THICKNESS "subsurface-thickness" 1 p::SUBSURFACE_THICKNESS.range();
     /// Visibility of reflections as the material states it.
-    SPECULAR_OCCLUSION "specular-occlusion" 1 0.0, 1.0;
+    SPECULAR_OCCLUSION "specular-occlusion" 1 p::SPECULAR_OCCLUSION.range();
     /// Unit mean of the directions that are not occluded; the normal where the material has no map of it.
-    BENT_NORMAL "bent-normal" 3 -1.000_001, 1.000_001;
+    BENT_NORMAL "bent-normal" 3 VECTOR;
 }
 
 /// Rows that every shading model reads.

@@ -2,9 +2,7 @@
 //!
 //! Every group's default is "none of it", and costs nothing.
 
-use super::SceneError;
-use super::error::within;
-use super::material::{MAX_FACTOR, NormalTexture, TextureRef};
+use super::material::{NormalTexture, TextureRef};
 use super::transmission::Transmission;
 
 /// A number, and a channel of a texture that multiplies it.
@@ -217,93 +215,4 @@ pub struct Lobes {
     pub transmission: Transmission,
     /// Occlusion of reflections.
     pub occlusion: ReflectionOcclusion,
-}
-
-impl Lobes {
-    /// Every texture slot of the groups.
-    pub fn textures(&self) -> impl Iterator<Item = &TextureRef> {
-        [
-            &self.sheen.color.texture,
-            &self.sheen.roughness.texture,
-            &self.anisotropy.texture,
-            &self.iridescence.mask.texture,
-            &self.iridescence.thickness_texture,
-            &self.coat.thickness.texture,
-            &self.coat.color.texture,
-            &self.second.roughness.texture,
-            &self.second.mix.texture,
-            &self.second.haziness.texture,
-            &self.subsurface.mask.texture,
-            &self.subsurface.thickness.texture,
-            &self.occlusion.specular.texture,
-            &self.transmission.factor.texture,
-            &self.transmission.diffuse.texture,
-            &self.transmission.diffuse_color.texture,
-            &self.transmission.thickness.texture,
-        ]
-        .into_iter()
-        .flatten()
-        .chain(self.occlusion.bent_normal.as_ref().map(|normal| &normal.texture))
-    }
-
-    /// The same slots, for loaders to fill in.
-    pub(crate) fn texture_slots_mut(&mut self) -> [&mut Option<TextureRef>; 17] {
-        [
-            &mut self.sheen.color.texture,
-            &mut self.sheen.roughness.texture,
-            &mut self.anisotropy.texture,
-            &mut self.iridescence.mask.texture,
-            &mut self.iridescence.thickness_texture,
-            &mut self.coat.thickness.texture,
-            &mut self.coat.color.texture,
-            &mut self.second.roughness.texture,
-            &mut self.second.mix.texture,
-            &mut self.second.haziness.texture,
-            &mut self.subsurface.mask.texture,
-            &mut self.subsurface.thickness.texture,
-            &mut self.occlusion.specular.texture,
-            &mut self.transmission.factor.texture,
-            &mut self.transmission.diffuse.texture,
-            &mut self.transmission.diffuse_color.texture,
-            &mut self.transmission.thickness.texture,
-        ]
-    }
-
-    /// Checks every number against its documented range.
-    pub(super) fn validate(&self) -> Result<(), SceneError> {
-        let scalar = |what, parameter: &ScalarParameter, low, high| {
-            if parameter.channel > 3 {
-                return Err(SceneError::OutOfRange { what: "texture channel", limit: 3.0 });
-            }
-            within(what, &[parameter.factor], low, high)
-        };
-        within("sheen colour", &self.sheen.color.factor, 0.0, 1.0)?;
-        scalar("sheen roughness", &self.sheen.roughness, 0.0, 1.0)?;
-        within("anisotropy", &[self.anisotropy.strength], -1.0, 1.0)?;
-        within("anisotropy rotation", &[self.anisotropy.rotation], -1e4, 1e4)?;
-        scalar("iridescence mask", &self.iridescence.mask, 0.0, 1.0)?;
-        within("iridescence index of refraction", &[self.iridescence.ior], 1.0, 5.0)?;
-        within("iridescence thickness", &self.iridescence.thickness, 0.0, 1e5)?;
-        within("iridescence fix-up", &[self.iridescence.coat_fixup_tir], 0.0, 1.0)?;
-        within("iridescence fix-up clamp", &[self.iridescence.coat_fixup_tir_clamp], 0.0, 1.0)?;
-        within("clear coat index of refraction", &[self.coat.ior], 1.0, 3.0)?;
-        scalar("clear coat thickness", &self.coat.thickness, 0.0, MAX_FACTOR)?;
-        within("clear coat extinction", &self.coat.extinction, 0.0, MAX_FACTOR)?;
-        within("clear coat colour", &self.coat.color.factor, 0.0, 1.0)?;
-        within("clear coat darkening", &[self.coat.darkening], 0.0, 1.0)?;
-        within("clear coat anisotropy", &[self.coat.anisotropy], 0.0, 1.0)?;
-        scalar("second lobe's roughness", &self.second.roughness, 0.0, 1.0)?;
-        within("second lobe's anisotropy", &[self.second.anisotropy], -1.0, 1.0)?;
-        scalar("lobe mix", &self.second.mix, 0.0, 1.0)?;
-        scalar("haziness", &self.second.haziness, 0.0, 1.0)?;
-        within("haze extent", &[self.second.haze_extent], 0.0, 1e3)?;
-        within("haze's largest dielectric F0", &[self.second.haze_max_dielectric_f0], 0.0, 1.0)?;
-        scalar("subsurface mask", &self.subsurface.mask, 0.0, 1.0)?;
-        within("scattering distance", &self.subsurface.scattering_distance, 1e-3, MAX_FACTOR)?;
-        within("transmission", &self.subsurface.transmission, 0.0, 1.0)?;
-        scalar("subsurface thickness", &self.subsurface.thickness, 0.0, MAX_FACTOR)?;
-        within("subsurface index of refraction", &[self.subsurface.ior], 1.0, 2.0)?;
-        scalar("specular occlusion", &self.occlusion.specular, 0.0, 1.0)?;
-        self.transmission.validate()
-    }
 }

@@ -3,10 +3,8 @@
 use super::error::within;
 use super::lobes::Lobes;
 use super::model::{ModelOptions, ShadingModel};
+use super::parameters::{check, slots};
 use super::{SceneError, TextureId};
-
-/// Largest factor of an emissive or specular colour.
-pub(super) const MAX_FACTOR: f32 = 1e6;
 
 /// How base colour and reflectance are given.
 #[derive(Clone, Debug, PartialEq)]
@@ -68,6 +66,19 @@ pub struct TextureRef {
     pub uv_set: u8,
     /// Applied to the coordinates.
     pub transform: UvTransform,
+}
+
+impl TextureRef {
+    /// Checks that it is one of so many textures, and its coordinates.
+    pub(super) fn check(&self, textures: usize) -> Result<(), SceneError> {
+        if self.texture.index() >= textures {
+            return Err(SceneError::NoSuch { what: "texture", index: self.texture.0 });
+        }
+        if self.uv_set > 1 {
+            return Err(SceneError::OutOfRange { what: "texture coordinate set", limit: 1.0 });
+        }
+        within("texture transform", self.transform.rows.as_flattened(), -1e9, 1e9)
+    }
 }
 
 /// A tangent-space normal map, +Y up.
@@ -171,25 +182,7 @@ impl Default for Material {
 impl Material {
     /// Every texture that the material uses.
     pub fn textures(&self) -> impl Iterator<Item = &TextureRef> {
-        let of_workflow = match &self.workflow {
-            Workflow::MetallicRoughness { texture, .. } | Workflow::SpecularGlossiness { texture, .. } => {
-                texture
-            }
-        };
-        [
-            &self.base_color_texture,
-            of_workflow,
-            &self.specular_texture,
-            &self.specular_color_texture,
-            &self.occlusion_texture,
-            &self.emissive_texture,
-            &self.coat_texture,
-            &self.coat_roughness_texture,
-        ]
-        .into_iter()
-        .flatten()
-        .chain([&self.normal_texture, &self.coat_normal_texture].into_iter().flatten().map(|n| &n.texture))
-        .chain(self.lobes.textures())
+        slots().filter_map(|(_, slot)| slot.get(self))
     }
 
     /// Whether it reads textures by each of the two sets of texture coordinates.
@@ -269,45 +262,6 @@ impl Material {
 
     /// Checks every factor against its documented range, and that textures exist.
     pub(crate) fn validate(&self, textures: usize) -> Result<(), SceneError> {
-        within("base colour", &self.base_color, 0.0, 1.0)?;
-        match &self.workflow {
-            Workflow::MetallicRoughness { metallic, roughness, .. } => {
-                within("metallic", &[*metallic], 0.0, 1.0)?;
-                within("roughness", &[*roughness], 0.0, 1.0)?;
-            }
-            Workflow::SpecularGlossiness { specular, glossiness, .. } => {
-                within("specular colour", specular, 0.0, 1.0)?;
-                within("glossiness", &[*glossiness], 0.0, 1.0)?;
-            }
-        }
-        if self.ior != 0.0 {
-            within("index of refraction", &[self.ior], 1.0, 1000.0)?;
-        }
-        within("specular", &[self.specular], 0.0, 1.0)?;
-        within("specular colour", &self.specular_color, 0.0, MAX_FACTOR)?;
-        within("occlusion strength", &[self.occlusion_strength], 0.0, 1.0)?;
-        within("emissive", &self.emissive, 0.0, MAX_FACTOR)?;
-        within("clear coat mask", &[self.coat], 0.0, 1.0)?;
-        within("clear coat roughness", &[self.coat_roughness], 0.0, 1.0)?;
-        for normal in [&self.normal_texture, &self.coat_normal_texture, &self.lobes.occlusion.bent_normal]
-            .into_iter()
-            .flatten()
-        {
-            within("normal scale", &[normal.scale], -1e4, 1e4)?;
-        }
-        if let AlphaMode::Mask { cutoff } = self.alpha_mode {
-            within("alpha cutoff", &[cutoff], 0.0, MAX_FACTOR)?;
-        }
-        self.lobes.validate()?;
-        for texture in self.textures() {
-            if texture.texture.index() >= textures {
-                return Err(SceneError::NoSuch { what: "texture", index: texture.texture.0 });
-            }
-            if texture.uv_set > 1 {
-                return Err(SceneError::OutOfRange { what: "texture coordinate set", limit: 1.0 });
-            }
-            within("texture transform", texture.transform.rows.as_flattened(), -1e9, 1e9)?;
-        }
-        Ok(())
+        check(self, textures)
     }
 }

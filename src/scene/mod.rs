@@ -20,6 +20,7 @@ mod mipmap;
 mod model;
 mod orientation;
 mod origin;
+pub(crate) mod parameters;
 pub mod primitives;
 mod seen;
 mod splats;

@@ -44,7 +44,7 @@ pub enum ShadingModel {
 
 /// What a material can have that some models do not know.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Feature {
+pub(crate) enum Feature {
     Sheen,
     Anisotropy,
     Iridescence,
@@ -53,6 +53,8 @@ enum Feature {
     CoatAbsorption,
     CoatColor,
     CoatIor,
+    CoatDarkening,
+    CoatAnisotropy,
     SecondLobe,
     Subsurface,
     ReflectionOcclusion,
@@ -62,7 +64,7 @@ use Feature as F;
 
 impl Feature {
     /// In the order of warnings.
-    const ALL: [Self; 11] = [
+    const ALL: [Self; 13] = [
         F::Sheen,
         F::Anisotropy,
         F::Iridescence,
@@ -71,6 +73,8 @@ impl Feature {
         F::CoatAbsorption,
         F::CoatColor,
         F::CoatIor,
+        F::CoatDarkening,
+        F::CoatAnisotropy,
         F::SecondLobe,
         F::Subsurface,
         F::ReflectionOcclusion,
@@ -87,6 +91,8 @@ impl Feature {
             F::CoatAbsorption => "coat absorption",
             F::CoatColor => "coat colour",
             F::CoatIor => "coat index of refraction",
+            F::CoatDarkening => "coat darkening",
+            F::CoatAnisotropy => "coat anisotropy",
             F::SecondLobe => "second lobe",
             F::Subsurface => "subsurface",
             F::ReflectionOcclusion => "occlusion of reflections of its own",
@@ -106,6 +112,9 @@ impl Feature {
             F::CoatAbsorption => coated && medium.thickness.factor > 0.0 && medium.extinction != [0.0; 3],
             F::CoatColor => coated && medium.color.factor != [1.0; 3],
             F::CoatIor => coated && medium.ior != 1.5,
+            // 0 is what models do that do not know it.
+            F::CoatDarkening => coated && medium.darkening != 1.0 && medium.darkening != 0.0,
+            F::CoatAnisotropy => coated && medium.anisotropy != 0.0,
             F::SecondLobe => lobes.second.mix.factor > 0.0 || lobes.second.haziness.factor > 0.0,
             F::Subsurface => lobes.subsurface.mask.factor > 0.0 || lobes.subsurface.transmission != [0.0; 3],
             F::ReflectionOcclusion => {
@@ -170,7 +179,15 @@ const TABLE: &[Entry] = {
             M::OpenPbr,
             "openpbr",
             "1.1",
-            &[F::Coat, F::CoatNormal, F::CoatColor, F::CoatIor, F::Anisotropy],
+            &[
+                F::Coat,
+                F::CoatNormal,
+                F::CoatColor,
+                F::CoatIor,
+                F::CoatDarkening,
+                F::CoatAnisotropy,
+                F::Anisotropy,
+            ],
         ),
         entry(M::Velvet, "velvet", "over Lambert", &[F::Sheen, F::Anisotropy]),
         entry(
@@ -209,6 +226,11 @@ impl ShadingModel {
     #[must_use]
     pub fn version(self) -> &'static str {
         self.entry().version
+    }
+
+    /// True if the model reads that of a material.
+    pub(super) fn knows(self, feature: Feature) -> bool {
+        self.entry().knows.contains(&feature)
     }
 
     /// True if the model reads more of a material than base, coat and emission.

@@ -1,9 +1,7 @@
 //! Light that passes through a surface: KHR_materials_transmission, _volume, _dispersion and _diffuse_transmission.
 
-use super::SceneError;
-use super::error::within;
 use super::lobes::{ColorParameter, ScalarParameter};
-use super::material::MAX_FACTOR;
+use super::parameters::MAX_FACTOR;
 
 /// What a dielectric base lets through in place of reflecting it diffusely. The default is nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,30 +54,12 @@ impl Transmission {
             if extinction < MAX_FACTOR { extinction } else { MAX_FACTOR }
         })
     }
-
-    /// Checks every number against its documented range.
-    pub(super) fn validate(&self) -> Result<(), SceneError> {
-        within("transmission factor", &[self.factor.factor], 0.0, 1.0)?;
-        within("diffuse transmission", &[self.diffuse.factor], 0.0, 1.0)?;
-        within("diffuse transmission colour", &self.diffuse_color.factor, 0.0, 1.0)?;
-        within("volume thickness", &[self.thickness.factor], 0.0, MAX_FACTOR)?;
-        within("attenuation colour", &self.attenuation_color, 0.0, 1.0)?;
-        if self.attenuation_distance != f32::INFINITY {
-            within("attenuation distance", &[self.attenuation_distance], f32::MIN_POSITIVE, f32::MAX)?;
-        }
-        within("dispersion", &[self.dispersion], 0.0, 1e3)?;
-        for parameter in [&self.factor, &self.diffuse, &self.thickness] {
-            if parameter.channel > 3 {
-                return Err(SceneError::OutOfRange { what: "texture channel", limit: 3.0 });
-            }
-        }
-        Ok(())
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::{Lobes, Material};
 
     #[test]
     fn extinction_turns_white_into_the_colour_after_the_distance() {
@@ -97,14 +77,18 @@ mod tests {
 
     #[test]
     fn numbers_out_of_range_are_refused() {
-        assert_eq!(Transmission::default().validate(), Ok(()));
+        let check = |transmission: Transmission| {
+            let lobes = Lobes { transmission, ..Lobes::default() };
+            Material { lobes, ..Material::default() }.validate(0)
+        };
+        assert_eq!(check(Transmission::default()), Ok(()));
         for wrong in [0.0, -1.0, f32::NAN, f32::NEG_INFINITY] {
             let glass = Transmission { attenuation_distance: wrong, ..Transmission::default() };
-            assert!(glass.validate().is_err(), "{wrong}");
+            assert!(check(glass).is_err(), "{wrong}");
         }
         for wrong in [-0.1, f32::NAN, f32::INFINITY] {
             let glass = Transmission { dispersion: wrong, ..Transmission::default() };
-            assert!(glass.validate().is_err(), "{wrong}");
+            assert!(check(glass).is_err(), "{wrong}");
         }
     }
 }

@@ -1,91 +1,99 @@
 //! What fragments have beyond base, coat and emission.
 
 use super::reader::Reader;
+use super::record::{get, put};
+use crate::gbuffer::layout::{self, SurfacePlanes};
 use crate::math;
 use crate::math::lanes::{Float, Lanes, Mask};
 use crate::math::vec3::V3;
-use crate::scene::{Anisotropy, ColorParameter, Material, ScalarParameter};
+use crate::scene::{Anisotropy, ColorParameter, Iridescence, Material, ScalarParameter};
 
-/// The values of [`crate::scene::Lobes`] that textures vary, at sixteen fragments.
-#[derive(Clone, Copy)]
-pub struct LobeValues<L: Lanes> {
-    /// Sheen reflectance, linear.
-    pub sheen_color: V3<L>,
-    /// Perceptual roughness of the sheen.
-    pub sheen_roughness: L::F,
-    /// Strength of the anisotropy, -1 to 1, along [`super::Surface::tangent`].
-    pub anisotropy: L::F,
-    /// Iridescence mask, 0 to 1.
-    pub iridescence: L::F,
-    /// Thickness of the film in nanometres.
-    pub iridescence_thickness: L::F,
-    /// Thickness of the coat in units of length.
-    pub coat_thickness: L::F,
-    /// What the coat lets through at normal incidence, linear.
-    pub coat_color: V3<L>,
-    /// Perceptual roughness of lobe B.
-    pub second_roughness: L::F,
-    /// Share of lobe B.
-    pub lobe_mix: L::F,
-    /// How hazy the base is.
-    pub haziness: L::F,
-    /// Subsurface mask, 0 to 1.
-    pub subsurface: L::F,
-    /// Thickness that transmitted light crosses, in millimetres.
-    pub subsurface_thickness: L::F,
-    /// Visibility of reflections as the material states it.
-    pub specular_occlusion: L::F,
+/// Declares [`LobeValues`]: of each value its type and shape, its plane in the G-buffer, what it is without lobes, and how it is read
+/// of a material.
+macro_rules! lobe_values {
+    (@splat number $value:expr) => { $value };
+    (@splat color $value:expr) => { [$value; 3] };
+    (@rows number $value:expr) => { [$value] };
+    (@rows color $value:expr) => { $value };
+    (@value number $rows:expr) => {{ let [value] = $rows; value }};
+    (@value color $rows:expr) => { $rows };
+    (
+        |$l:ident, $lobes:ident, $reader:ident, $strength:ident|
+        $($(#[$doc:meta])* $field:ident: $type:ty, $shape:ident $plane:ident, $none:literal, $read:expr;)*
+    ) => {
+        /// The values of [`crate::scene::Lobes`] that textures vary, at sixteen fragments.
+        #[derive(Clone, Copy)]
+        pub struct LobeValues<L: Lanes> {
+            $($(#[$doc])* pub $field: $type,)*
+        }
+
+        impl<L: Lanes> LobeValues<L> {
+            /// No lobes.
+            #[inline(always)]
+            pub fn none(l: L) -> Self {
+                Self { $($field: lobe_values!(@splat $shape l.splat($none)),)* }
+            }
+
+            /// Evaluates the lobes of a material, and the direction of its anisotropy in tangent space (a unit vector).
+            #[inline(always)]
+            pub(super) fn new($l: L, material: &Material, $reader: &Reader<'_, L>) -> (Self, [L::F; 2]) {
+                let $lobes = &material.lobes;
+                let ($strength, direction) = anisotropy($l, &$lobes.anisotropy, $reader);
+                (Self { $($field: $read,)* }, direction)
+            }
+
+            /// Writes their planes.
+            #[inline(always)]
+            pub(super) fn store(&self, planes: &mut SurfacePlanes) {
+                $(put(planes, layout::$plane, lobe_values!(@rows $shape self.$field));)*
+            }
+
+            /// Reads what [`LobeValues::store`] wrote.
+            #[inline(always)]
+            pub(super) fn load(l: L, planes: &SurfacePlanes) -> Self {
+                Self { $($field: lobe_values!(@value $shape get(l, planes, layout::$plane)),)* }
+            }
+        }
+    };
 }
 
-impl<L: Lanes> LobeValues<L> {
-    /// No lobes.
-    #[inline(always)]
-    pub fn none(l: L) -> Self {
-        let (zero, one) = (l.zero(), l.splat(1.0));
-        Self {
-            sheen_color: [zero; 3],
-            sheen_roughness: zero,
-            anisotropy: zero,
-            iridescence: zero,
-            iridescence_thickness: zero,
-            coat_thickness: zero,
-            coat_color: [one; 3],
-            second_roughness: zero,
-            lobe_mix: zero,
-            haziness: zero,
-            subsurface: zero,
-            subsurface_thickness: zero,
-            specular_occlusion: one,
-        }
-    }
+lobe_values! {
+    |l, lobes, reader, strength|
+    /// Sheen reflectance, linear.
+    sheen_color: V3<L>, color SHEEN_COLOR, 0.0, color(&lobes.sheen.color, reader);
+    /// Perceptual roughness of the sheen.
+    sheen_roughness: L::F, number SHEEN_ROUGHNESS, 0.0, scalar(&lobes.sheen.roughness, reader);
+    /// Strength of the anisotropy, -1 to 1, along [`super::Surface::tangent`].
+    anisotropy: L::F, number ANISOTROPY, 0.0, strength;
+    /// Iridescence mask, 0 to 1.
+    iridescence: L::F, number IRIDESCENCE, 0.0, scalar(&lobes.iridescence.mask, reader);
+    /// Thickness of the film in nanometres.
+    iridescence_thickness: L::F, number IRIDESCENCE_THICKNESS, 0.0, film_thickness(l, &lobes.iridescence, reader);
+    /// Thickness of the coat in units of length.
+    coat_thickness: L::F, number COAT_THICKNESS, 0.0, scalar(&lobes.coat.thickness, reader);
+    /// What the coat lets through at normal incidence, linear.
+    coat_color: V3<L>, color COAT_COLOR, 1.0, color(&lobes.coat.color, reader);
+    /// Perceptual roughness of lobe B.
+    second_roughness: L::F, number SECOND_ROUGHNESS, 0.0, scalar(&lobes.second.roughness, reader);
+    /// Share of lobe B.
+    lobe_mix: L::F, number LOBE_MIX, 0.0, scalar(&lobes.second.mix, reader);
+    /// How hazy the base is.
+    haziness: L::F, number HAZINESS, 0.0, scalar(&lobes.second.haziness, reader);
+    /// Subsurface mask, 0 to 1.
+    subsurface: L::F, number SUBSURFACE, 0.0, scalar(&lobes.subsurface.mask, reader);
+    /// Thickness that transmitted light crosses, in millimetres.
+    subsurface_thickness: L::F, number SUBSURFACE_THICKNESS, 0.0, scalar(&lobes.subsurface.thickness, reader);
+    /// Visibility of reflections as the material states it.
+    specular_occlusion: L::F, number SPECULAR_OCCLUSION, 1.0, scalar(&lobes.occlusion.specular, reader);
+}
 
-    /// Evaluates the lobes of a material, and the direction of its anisotropy in tangent space (a unit vector).
-    #[inline(always)]
-    pub(super) fn new(l: L, material: &Material, reader: &Reader<'_, L>) -> (Self, [L::F; 2]) {
-        let lobes = &material.lobes;
-        let (anisotropy, direction) = anisotropy(l, &lobes.anisotropy, reader);
-        let film = &lobes.iridescence;
-        let [thin, thick] = film.thickness;
-        let iridescence_thickness = match &film.thickness_texture {
-            Some(texture) => l.splat(thin).lerp(l.splat(thick), reader.read(texture)[1]),
-            None => l.splat(thick),
-        };
-        let values = Self {
-            sheen_color: color(&lobes.sheen.color, reader),
-            sheen_roughness: scalar(&lobes.sheen.roughness, reader),
-            anisotropy,
-            iridescence: scalar(&film.mask, reader),
-            iridescence_thickness,
-            coat_thickness: scalar(&lobes.coat.thickness, reader),
-            coat_color: color(&lobes.coat.color, reader),
-            second_roughness: scalar(&lobes.second.roughness, reader),
-            lobe_mix: scalar(&lobes.second.mix, reader),
-            haziness: scalar(&lobes.second.haziness, reader),
-            subsurface: scalar(&lobes.subsurface.mask, reader),
-            subsurface_thickness: scalar(&lobes.subsurface.thickness, reader),
-            specular_occlusion: scalar(&lobes.occlusion.specular, reader),
-        };
-        (values, direction)
+/// From the least to the largest thickness of a film, in nanometres.
+#[inline(always)]
+fn film_thickness<L: Lanes>(l: L, film: &Iridescence, reader: &Reader<'_, L>) -> L::F {
+    let [thin, thick] = film.thickness;
+    match &film.thickness_texture {
+        Some(texture) => l.splat(thin).lerp(l.splat(thick), reader.read(texture)[1]),
+        None => l.splat(thick),
     }
 }
 

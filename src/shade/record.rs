@@ -10,7 +10,7 @@ use crate::scene::{Material, Workflow};
 
 /// Writes one plane.
 #[inline(always)]
-fn put<F: Float, const N: usize>(planes: &mut SurfacePlanes, plane: Plane, values: [F; N]) {
+pub(super) fn put<F: Float, const N: usize>(planes: &mut SurfacePlanes, plane: Plane, values: [F; N]) {
     debug_assert_eq!(plane.channels, N);
     for n in 0..N {
         planes.rows[plane.first + n] = values[n].to_array();
@@ -19,7 +19,7 @@ fn put<F: Float, const N: usize>(planes: &mut SurfacePlanes, plane: Plane, value
 
 /// Reads one plane.
 #[inline(always)]
-fn get<L: Lanes, const N: usize>(l: L, planes: &SurfacePlanes, plane: Plane) -> [L::F; N] {
+pub(super) fn get<L: Lanes, const N: usize>(l: L, planes: &SurfacePlanes, plane: Plane) -> [L::F; N] {
     debug_assert_eq!(plane.channels, N);
     let rows: &[[f32; LANES]] = &planes.rows[plane.first..plane.first + N];
     each!(n => l.load(&rows[n]))
@@ -78,20 +78,7 @@ impl<L: Lanes> Surface<L> {
         }
         put(planes, TANGENT, self.tangent);
         put(planes, BITANGENT, self.bitangent);
-        let v = &self.lobes;
-        put(planes, SHEEN_COLOR, v.sheen_color);
-        put(planes, SHEEN_ROUGHNESS, [v.sheen_roughness]);
-        put(planes, ANISOTROPY, [v.anisotropy]);
-        put(planes, IRIDESCENCE, [v.iridescence]);
-        put(planes, IRIDESCENCE_THICKNESS, [v.iridescence_thickness]);
-        put(planes, COAT_THICKNESS, [v.coat_thickness]);
-        put(planes, COAT_COLOR, v.coat_color);
-        put(planes, SECOND_ROUGHNESS, [v.second_roughness]);
-        put(planes, LOBE_MIX, [v.lobe_mix]);
-        put(planes, HAZINESS, [v.haziness]);
-        put(planes, SUBSURFACE, [v.subsurface]);
-        put(planes, SUBSURFACE_THICKNESS, [v.subsurface_thickness]);
-        put(planes, SPECULAR_OCCLUSION, [v.specular_occlusion]);
+        self.lobes.store(planes);
         put(planes, BENT_NORMAL, self.bent_normal);
     }
 
@@ -143,33 +130,8 @@ impl<L: Lanes> Surface<L> {
         if lobes {
             surface.tangent = get(l, planes, TANGENT);
             surface.bitangent = get(l, planes, BITANGENT);
-            let [sheen_roughness] = get(l, planes, SHEEN_ROUGHNESS);
-            let [anisotropy] = get(l, planes, ANISOTROPY);
-            let [iridescence] = get(l, planes, IRIDESCENCE);
-            let [iridescence_thickness] = get(l, planes, IRIDESCENCE_THICKNESS);
-            let [coat_thickness] = get(l, planes, COAT_THICKNESS);
-            let [second_roughness] = get(l, planes, SECOND_ROUGHNESS);
-            let [lobe_mix] = get(l, planes, LOBE_MIX);
-            let [haziness] = get(l, planes, HAZINESS);
-            let [subsurface] = get(l, planes, SUBSURFACE);
-            let [subsurface_thickness] = get(l, planes, SUBSURFACE_THICKNESS);
-            let [specular_occlusion] = get(l, planes, SPECULAR_OCCLUSION);
             surface.bent_normal = get(l, planes, BENT_NORMAL);
-            surface.lobes = LobeValues {
-                sheen_color: get(l, planes, SHEEN_COLOR),
-                sheen_roughness,
-                anisotropy,
-                iridescence,
-                iridescence_thickness,
-                coat_thickness,
-                coat_color: get(l, planes, COAT_COLOR),
-                second_roughness,
-                lobe_mix,
-                haziness,
-                subsurface,
-                subsurface_thickness,
-                specular_occlusion,
-            };
+            surface.lobes = LobeValues::load(l, planes);
         }
         surface
     }

@@ -1,5 +1,6 @@
 //! glTF loading through the public interface: small files made in memory, and the corpus where there is one.
 
+mod coats;
 mod compressed;
 mod corpus;
 mod damaged;

@@ -8,6 +8,8 @@ use crate::load::warnings::Warnings;
 /// Extensions that are drawn as meant, or that do not concern the picture.
 const DRAWN: &[&str] = &[
     "EXT_instance_features",
+    "EXT_materials_clearcoat_color",
+    "EXT_materials_clearcoat_darkening",
     "EXT_mesh_features",
     "EXT_mesh_gpu_instancing",
     "EXT_mesh_manifold",
@@ -20,6 +22,10 @@ const DRAWN: &[&str] = &[
     "KHR_lights_punctual",
     "KHR_materials_anisotropy",
     "KHR_materials_clearcoat",
+    "KHR_materials_clearcoat_color",
+    "KHR_materials_clearcoat_darkening",
+    "KHR_materials_clearcoat_ior",
+    "KHR_materials_coat",
     "KHR_materials_diffuse_transmission",
     "KHR_materials_dispersion",
     "KHR_materials_emissive_strength",

@@ -36,6 +36,7 @@ mod morph;
 mod plan;
 mod pointer;
 mod pose;
+mod properties;
 mod repair;
 mod rig;
 mod sample;

@@ -305,6 +305,8 @@ object!(TextureTransform {
 object!(MaterialExtensions {
     #[serde(rename = "KHR_materials_clearcoat")]
     clearcoat: Option<Clearcoat>,
+    #[serde(rename = "KHR_materials_coat")]
+    coat: Option<Box<Coat>>,
     #[serde(rename = "KHR_materials_ior")]
     ior: Option<Ior>,
     #[serde(rename = "KHR_materials_specular")]
@@ -374,6 +376,45 @@ object!(Clearcoat {
     clearcoat_roughness_factor: Option<f32>,
     clearcoat_roughness_texture: Option<TextureInfo>,
     clearcoat_normal_texture: Option<TextureInfo>,
+    extensions: Option<Box<ClearcoatExtensions>>,
+});
+object!(/// Under both names that the drafts have had.
+ClearcoatExtensions {
+    #[serde(rename = "KHR_materials_clearcoat_ior")]
+    ior: Option<ClearcoatIor>,
+    #[serde(rename = "KHR_materials_clearcoat_color")]
+    color: Option<ClearcoatColor>,
+    #[serde(rename = "EXT_materials_clearcoat_color")]
+    ext_color: Option<ClearcoatColor>,
+    #[serde(rename = "KHR_materials_clearcoat_darkening")]
+    darkening: Option<ClearcoatDarkening>,
+    #[serde(rename = "EXT_materials_clearcoat_darkening")]
+    ext_darkening: Option<ClearcoatDarkening>,
+});
+object!(ClearcoatIor {
+    clearcoat_ior: Option<f32>,
+});
+object!(ClearcoatColor {
+    clearcoat_color_factor: Option<[f32; 3]>,
+    clearcoat_color_texture: Option<TextureInfo>,
+});
+object!(ClearcoatDarkening {
+    clearcoat_darkening_factor: Option<OneNumber>,
+    clearcoat_darkening_texture: Option<IgnoredAny>,
+});
+object!(Coat {
+    coat_factor: Option<f32>,
+    coat_texture: Option<TextureInfo>,
+    coat_roughness_factor: Option<f32>,
+    coat_roughness_texture: Option<TextureInfo>,
+    coat_normal_texture: Option<TextureInfo>,
+    coat_ior: Option<f32>,
+    coat_color_factor: Option<[f32; 3]>,
+    coat_color_texture: Option<TextureInfo>,
+    coat_darkening_factor: Option<f32>,
+    coat_anisotropy_strength: Option<f32>,
+    coat_anisotropy_rotation: Option<f32>,
+    coat_anisotropy_texture: Option<IgnoredAny>,
 });
 object!(Ior {
     ior: Option<f32>,
@@ -394,6 +435,22 @@ object!(SpecularGlossiness {
 object!(EmissiveStrength {
     emissive_strength: Option<f32>,
 });
+
+/// A number, or a list of one: the text of EXT_materials_clearcoat_darkening has the one, its schema the other.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(untagged)]
+pub(super) enum OneNumber {
+    Number(f32),
+    List([f32; 1]),
+}
+
+impl OneNumber {
+    pub(super) fn get(self) -> f32 {
+        match self {
+            Self::Number(number) | Self::List([number]) => number,
+        }
+    }
+}
 
 impl Node {
     /// False if it hides itself and its children.

@@ -2,6 +2,7 @@
 //! reads.
 
 use super::model::Root;
+use super::properties::{PROPERTIES, Property};
 
 /// A property that changes over time, of an element that exists.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -26,73 +27,16 @@ pub(super) enum Target {
     Camera(usize, Camera),
 }
 
-/// Properties of materials.
+/// A property of a material, or of one of its textures: its row in [`PROPERTIES`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Surface {
-    BaseColor,
-    Metallic,
-    Roughness,
-    Emissive,
-    EmissiveStrength,
-    NormalScale,
-    OcclusionStrength,
-    AlphaCutoff,
-    Ior,
-    Specular,
-    SpecularColor,
-    Coat,
-    CoatRoughness,
-    CoatNormalScale,
-    SheenColor,
-    SheenRoughness,
-    AnisotropyStrength,
-    AnisotropyRotation,
-    Iridescence,
-    IridescenceIor,
-    FilmMinimum,
-    FilmMaximum,
-    Transmission,
-    DiffuseTransmission,
-    DiffuseTransmissionColor,
-    Thickness,
-    AttenuationDistance,
-    AttenuationColor,
-    Dispersion,
-    Diffuse,
-    SpecularGlossinessColor,
-    Glossiness,
+    Number(usize),
     /// Of KHR_texture_transform.
-    Offset(Slot),
+    Offset(usize),
     /// Of KHR_texture_transform.
-    Turn(Slot),
+    Turn(usize),
     /// Of KHR_texture_transform.
-    Scale(Slot),
-}
-
-/// Textures of materials.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Slot {
-    BaseColor,
-    MetallicRoughness,
-    Normal,
-    Occlusion,
-    Emissive,
-    Specular,
-    SpecularColor,
-    Coat,
-    CoatRoughness,
-    CoatNormal,
-    SheenColor,
-    SheenRoughness,
-    Anisotropy,
-    Iridescence,
-    FilmThickness,
-    Diffuse,
-    SpecularGlossiness,
-    Transmission,
-    DiffuseTransmission,
-    DiffuseTransmissionColor,
-    Thickness,
+    Scale(usize),
 }
 
 /// Properties of KHR_lights_punctual.
@@ -113,71 +57,6 @@ pub(super) enum Camera {
     Height,
     OrthographicNear,
 }
-
-const FACTORS: [(&str, Surface); 32] = [
-    ("pbrMetallicRoughness/baseColorFactor", Surface::BaseColor),
-    ("pbrMetallicRoughness/metallicFactor", Surface::Metallic),
-    ("pbrMetallicRoughness/roughnessFactor", Surface::Roughness),
-    ("emissiveFactor", Surface::Emissive),
-    ("extensions/KHR_materials_emissive_strength/emissiveStrength", Surface::EmissiveStrength),
-    ("normalTexture/scale", Surface::NormalScale),
-    ("occlusionTexture/strength", Surface::OcclusionStrength),
-    ("alphaCutoff", Surface::AlphaCutoff),
-    ("extensions/KHR_materials_ior/ior", Surface::Ior),
-    ("extensions/KHR_materials_specular/specularFactor", Surface::Specular),
-    ("extensions/KHR_materials_specular/specularColorFactor", Surface::SpecularColor),
-    ("extensions/KHR_materials_clearcoat/clearcoatFactor", Surface::Coat),
-    ("extensions/KHR_materials_clearcoat/clearcoatRoughnessFactor", Surface::CoatRoughness),
-    ("extensions/KHR_materials_clearcoat/clearcoatNormalTexture/scale", Surface::CoatNormalScale),
-    ("extensions/KHR_materials_sheen/sheenColorFactor", Surface::SheenColor),
-    ("extensions/KHR_materials_sheen/sheenRoughnessFactor", Surface::SheenRoughness),
-    ("extensions/KHR_materials_anisotropy/anisotropyStrength", Surface::AnisotropyStrength),
-    ("extensions/KHR_materials_anisotropy/anisotropyRotation", Surface::AnisotropyRotation),
-    ("extensions/KHR_materials_iridescence/iridescenceFactor", Surface::Iridescence),
-    ("extensions/KHR_materials_iridescence/iridescenceIor", Surface::IridescenceIor),
-    ("extensions/KHR_materials_iridescence/iridescenceThicknessMinimum", Surface::FilmMinimum),
-    ("extensions/KHR_materials_iridescence/iridescenceThicknessMaximum", Surface::FilmMaximum),
-    ("extensions/KHR_materials_transmission/transmissionFactor", Surface::Transmission),
-    ("extensions/KHR_materials_diffuse_transmission/diffuseTransmissionFactor", Surface::DiffuseTransmission),
-    (
-        "extensions/KHR_materials_diffuse_transmission/diffuseTransmissionColorFactor",
-        Surface::DiffuseTransmissionColor,
-    ),
-    ("extensions/KHR_materials_volume/thicknessFactor", Surface::Thickness),
-    ("extensions/KHR_materials_volume/attenuationDistance", Surface::AttenuationDistance),
-    ("extensions/KHR_materials_volume/attenuationColor", Surface::AttenuationColor),
-    ("extensions/KHR_materials_dispersion/dispersion", Surface::Dispersion),
-    ("extensions/KHR_materials_pbrSpecularGlossiness/diffuseFactor", Surface::Diffuse),
-    ("extensions/KHR_materials_pbrSpecularGlossiness/specularFactor", Surface::SpecularGlossinessColor),
-    ("extensions/KHR_materials_pbrSpecularGlossiness/glossinessFactor", Surface::Glossiness),
-];
-
-const SLOTS: [(&str, Slot); 21] = [
-    ("pbrMetallicRoughness/baseColorTexture", Slot::BaseColor),
-    ("pbrMetallicRoughness/metallicRoughnessTexture", Slot::MetallicRoughness),
-    ("normalTexture", Slot::Normal),
-    ("occlusionTexture", Slot::Occlusion),
-    ("emissiveTexture", Slot::Emissive),
-    ("extensions/KHR_materials_specular/specularTexture", Slot::Specular),
-    ("extensions/KHR_materials_specular/specularColorTexture", Slot::SpecularColor),
-    ("extensions/KHR_materials_clearcoat/clearcoatTexture", Slot::Coat),
-    ("extensions/KHR_materials_clearcoat/clearcoatRoughnessTexture", Slot::CoatRoughness),
-    ("extensions/KHR_materials_clearcoat/clearcoatNormalTexture", Slot::CoatNormal),
-    ("extensions/KHR_materials_sheen/sheenColorTexture", Slot::SheenColor),
-    ("extensions/KHR_materials_sheen/sheenRoughnessTexture", Slot::SheenRoughness),
-    ("extensions/KHR_materials_anisotropy/anisotropyTexture", Slot::Anisotropy),
-    ("extensions/KHR_materials_iridescence/iridescenceTexture", Slot::Iridescence),
-    ("extensions/KHR_materials_iridescence/iridescenceThicknessTexture", Slot::FilmThickness),
-    ("extensions/KHR_materials_transmission/transmissionTexture", Slot::Transmission),
-    ("extensions/KHR_materials_diffuse_transmission/diffuseTransmissionTexture", Slot::DiffuseTransmission),
-    (
-        "extensions/KHR_materials_diffuse_transmission/diffuseTransmissionColorTexture",
-        Slot::DiffuseTransmissionColor,
-    ),
-    ("extensions/KHR_materials_volume/thicknessTexture", Slot::Thickness),
-    ("extensions/KHR_materials_pbrSpecularGlossiness/diffuseTexture", Slot::Diffuse),
-    ("extensions/KHR_materials_pbrSpecularGlossiness/specularGlossinessTexture", Slot::SpecularGlossiness),
-];
 
 impl Target {
     /// What a node's channel changes; `None` for paths that mean nothing.
@@ -258,30 +137,39 @@ impl Target {
 
 impl Surface {
     fn named(path: &str) -> Option<Self> {
-        if let Some((_, surface)) = FACTORS.iter().find(|(name, _)| *name == path) {
-            return Some(*surface);
+        let row = |path: &str| PROPERTIES.iter().position(|property| property.path() == path);
+        if let Some(number) = row(path)
+            && matches!(PROPERTIES.get(number), Some(Property::Number(_)))
+        {
+            return Some(Self::Number(number));
         }
         let (texture, property) = path.split_once("/extensions/KHR_texture_transform/")?;
-        let (_, slot) = SLOTS.iter().find(|(name, _)| *name == texture)?;
+        let texture =
+            row(texture).filter(|&row| matches!(PROPERTIES.get(row), Some(Property::Texture(_))))?;
         match property {
-            "offset" => Some(Self::Offset(*slot)),
-            "rotation" => Some(Self::Turn(*slot)),
-            "scale" => Some(Self::Scale(*slot)),
+            "offset" => Some(Self::Offset(texture)),
+            "rotation" => Some(Self::Turn(texture)),
+            "scale" => Some(Self::Scale(texture)),
             _ => None,
+        }
+    }
+
+    /// The row of the texture that it places.
+    pub(super) fn texture(self) -> Option<usize> {
+        match self {
+            Self::Number(_) => None,
+            Self::Offset(texture) | Self::Turn(texture) | Self::Scale(texture) => Some(texture),
         }
     }
 
     fn width(self) -> usize {
         match self {
-            Self::BaseColor | Self::Diffuse => 4,
-            Self::Emissive
-            | Self::SpecularColor
-            | Self::SheenColor
-            | Self::DiffuseTransmissionColor
-            | Self::AttenuationColor
-            | Self::SpecularGlossinessColor => 3,
+            Self::Number(row) => match PROPERTIES.get(row) {
+                Some(Property::Number(number)) => number.width,
+                _ => 0,
+            },
             Self::Offset(_) | Self::Scale(_) => 2,
-            _ => 1,
+            Self::Turn(_) => 1,
         }
     }
 }
@@ -289,6 +177,11 @@ impl Surface {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The row of that path.
+    fn row(path: &str) -> usize {
+        PROPERTIES.iter().position(|property| property.path() == path).unwrap()
+    }
 
     #[test]
     fn pointers_lead_to_what_exists() {
@@ -302,12 +195,12 @@ mod tests {
             ("/meshes/0/weights", Some(Target::MeshWeights(0)), 2),
             (
                 "/materials/0/pbrMetallicRoughness/baseColorFactor",
-                Some(Target::Surface(0, Surface::BaseColor)),
+                Some(Target::Surface(0, Surface::Number(row("pbrMetallicRoughness/baseColorFactor")))),
                 4,
             ),
             (
                 "/materials/0/normalTexture/extensions/KHR_texture_transform/offset",
-                Some(Target::Surface(0, Surface::Offset(Slot::Normal))),
+                Some(Target::Surface(0, Surface::Offset(row("normalTexture")))),
                 2,
             ),
             ("/cameras/0/perspective/yfov", Some(Target::Camera(0, Camera::FieldOfView)), 1),
@@ -319,7 +212,10 @@ mod tests {
             ("/materials/1/alphaCutoff", None, 0),
             (
                 "/materials/0/extensions/KHR_materials_volume/attenuationColor",
-                Some(Target::Surface(0, Surface::AttenuationColor)),
+                Some(Target::Surface(
+                    0,
+                    Surface::Number(row("extensions/KHR_materials_volume/attenuationColor")),
+                )),
                 3,
             ),
             ("/materials/0/extensions/KHR_materials_volume_scatter/multiscatterColor", None, 0),

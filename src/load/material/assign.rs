@@ -2,16 +2,17 @@
 
 use super::MaterialFile;
 use super::error::AssignError;
-use super::keys::{Key, Kind, Slot, metallic_workflow};
+use super::keys::{Key, Kind};
 use super::parse::{Setting, Value};
 use super::texture::{TextureUse, metallic_roughness, one_channel};
 use crate::limits::Limits;
 use crate::load::budget::Budget;
 use crate::load::grouped::Grouped;
 use crate::load::tangents::{add_tangents, tangent_set};
+use crate::scene::parameters::{Holds, Kind as Of, METALLIC_ROUGHNESS_TEXTURE, Parameter, Slot};
 use crate::scene::{
-    AlphaMode, AlphaUse, ColorSpace, Image, Material, MaterialId, Mesh, MeshData, MeshId, NormalTexture,
-    Sampler, Scene, SceneError, Texture, TextureId, TextureRef,
+    AlphaMode, AlphaUse, ColorSpace, Image, Material, MaterialId, Mesh, MeshData, MeshId, Sampler, Scene,
+    SceneError, Texture, TextureId, TextureRef,
 };
 use crate::suggest::nearest_name;
 use std::collections::BTreeSet;
@@ -96,23 +97,27 @@ impl Builder<'_> {
 
     fn set(&mut self, setting: &Setting, material: &mut Material) -> Result<(), AssignError> {
         match (&setting.key.kind, &setting.value) {
-            (Kind::Number { set, .. }, Value::Number(value)) => set(material, *value),
-            (Kind::Triple { set, .. } | Kind::Color { set, .. }, Value::Triple(value)) => {
-                set(material, *value)
+            (Kind::Value(Of::Number(_, access)), Value::Number(value)) => (access.set)(material, *value),
+            (Kind::Value(Of::Pair(_, access)), Value::Pair(value)) => (access.set)(material, *value),
+            (Kind::Value(Of::Triple(_, access) | Of::Color(_, access)), Value::Triple(value)) => {
+                (access.set)(material, *value);
             }
-            (Kind::Switch { set, .. }, Value::Switch(value)) => set(material, *value),
-            (Kind::Name { set, .. }, Value::Text(name)) => set(material, name),
-            (Kind::BaseColor, Value::BaseColor([r, g, b], alpha)) => {
-                material.base_color = [*r, *g, *b, alpha.unwrap_or(material.base_color[3])];
+            (Kind::Value(Of::ColorAndAlpha(_, access)), Value::ColorAndAlpha([r, g, b], alpha)) => {
+                let [.., own] = (access.get)(material);
+                (access.set)(material, [*r, *g, *b, alpha.unwrap_or(own)]);
             }
-            (Kind::FilmThickness, Value::Film(thickness)) => {
-                material.lobes.iridescence.thickness = *thickness
+            (Kind::Value(Of::Switch(access)), Value::Switch(value)) => (access.set)(material, *value),
+            (Kind::Value(Of::Name { set, .. }), Value::Text(name)) => set(material, name),
+            (Kind::Value(Of::Texture(slot)), Value::Texture(texture)) => {
+                self.lift(slot.factor.filter(|_| texture.is_some()), material);
+                self.texture(slot, texture.as_deref(), material)?;
             }
-            (Kind::Texture { slot, factor }, Value::Texture(texture)) => {
-                if let (Some(factor), true) = (factor, texture.is_some()) {
-                    self.lift(factor, material);
+            (Kind::Part(_, factor), Value::Texture(texture)) => {
+                self.lift(Some(*factor).filter(|_| texture.is_some()), material);
+                let reference = if texture.is_some() { self.packed()? } else { None };
+                if let Of::Texture(slot) = METALLIC_ROUGHNESS_TEXTURE.kind {
+                    slot.set(material, reference);
                 }
-                self.texture(*slot, texture.as_deref(), material)?;
             }
             // The rest is about the file and not about the material.
             _ => {}
@@ -121,75 +126,43 @@ impl Builder<'_> {
     }
 
     /// A texture multiplies; where the file gives no number and there is 0, it would show nothing.
-    fn lift(&self, factor: &str, material: &mut Material) {
-        if self.file.value(factor).is_some() {
-            return;
-        }
-        match Key::named(factor).map(|key| &key.kind) {
-            Some(Kind::Number { get, set, .. }) if get(material) == 0.0 => set(material, 1.0),
-            Some(Kind::Color { get, set, .. }) if get(material) == [0.0; 3] => set(material, [1.0; 3]),
-            _ => {}
+    fn lift(&self, factor: Option<&Parameter>, material: &mut Material) {
+        let Some(factor) = factor.filter(|factor| self.file.value(factor.name).is_none()) else { return };
+        let is_black = factor.numbers(material) == [0.0; 4];
+        if is_black && matches!(factor.kind, Of::Number(..) | Of::Color(..)) {
+            factor.set_numbers(material, [1.0; 4]);
         }
     }
 
     /// Fills or empties a slot.
     fn texture(
         &mut self,
-        slot: Slot,
+        slot: &Slot,
         texture: Option<&TextureUse>,
         material: &mut Material,
     ) -> Result<(), AssignError> {
         let Some(texture) = texture else {
-            match slot {
-                Slot::BaseColor => material.base_color_texture = None,
-                Slot::Color(place) | Slot::Data(place) | Slot::Channel(_, place) => *place(material) = None,
-                Slot::Scalar(_, place) => place(material).texture = None,
-                Slot::Normal(place) => *place(material) = None,
-                Slot::MetallicRoughness | Slot::Metallic | Slot::Roughness => {
-                    *metallic_workflow(material).2 = None;
-                }
-            }
+            slot.set(material, None);
             return Ok(());
         };
-        match slot {
-            Slot::BaseColor => {
-                let alpha = alpha_use(material);
-                material.base_color_texture = Some(self.whole(texture, ColorSpace::Srgb, alpha)?);
+        let alpha = if slot.holds == Holds::ColorAndAlpha { alpha_use(material) } else { AlphaUse::Data };
+        let reference = match (slot.holds, texture.channel) {
+            (Holds::Channel(usual), channel) if slot.names_channel() => {
+                slot.set_channel(material, channel.unwrap_or(usual));
+                self.whole(texture, slot.color_space(), alpha)?
             }
-            Slot::Color(place) => {
-                *place(material) = Some(self.whole(texture, ColorSpace::Srgb, AlphaUse::Data)?);
-            }
-            Slot::Data(place) => {
-                *place(material) = Some(self.whole(texture, ColorSpace::Linear, AlphaUse::Data)?)
-            }
-            Slot::Normal(place) => {
-                let texture = self.whole(texture, ColorSpace::Linear, AlphaUse::Data)?;
-                let scale = place(material).map_or(1.0, |normal| normal.scale);
-                *place(material) = Some(NormalTexture { texture, scale });
-            }
-            Slot::Channel(native, place) => {
-                let channel = texture.channel.unwrap_or(if native == 3 { 0 } else { native });
-                *place(material) = Some(if channel == native {
-                    self.whole(texture, ColorSpace::Linear, AlphaUse::Data)?
+            (Holds::Channel(read), channel) => {
+                // A picture of one number has it in red; only glTF's have it in alpha.
+                let channel = channel.unwrap_or(if read == 3 { 0 } else { read });
+                if channel == read {
+                    self.whole(texture, slot.color_space(), alpha)?
                 } else {
                     self.one_channel(texture, channel)?
-                });
+                }
             }
-            Slot::Scalar(default, place) => {
-                let reference = self.whole(texture, ColorSpace::Linear, AlphaUse::Data)?;
-                let parameter = place(material);
-                parameter.texture = Some(reference);
-                parameter.channel = texture.channel.unwrap_or(default);
-            }
-            Slot::MetallicRoughness => {
-                let reference = self.whole(texture, ColorSpace::Linear, AlphaUse::Data)?;
-                *metallic_workflow(material).2 = Some(reference);
-            }
-            Slot::Metallic | Slot::Roughness => {
-                let reference = self.packed()?;
-                *metallic_workflow(material).2 = reference;
-            }
-        }
+            _ => self.whole(texture, slot.color_space(), alpha)?,
+        };
+        slot.set(material, Some(reference));
         Ok(())
     }
 
@@ -224,11 +197,13 @@ impl Builder<'_> {
     /// metallic_texture and roughness_texture as the one that the renderer reads.
     fn packed(&mut self) -> Result<Option<TextureRef>, AssignError> {
         let file = self.file;
-        let given = |name: &str, default: u8| match file.value(name) {
-            Some(Value::Texture(Some(texture))) => Some((texture, texture.channel.unwrap_or(default))),
+        let given = |name: &str| match (Key::named(name).map(|key| &key.kind), file.value(name)) {
+            (Some(Kind::Part(usual, _)), Some(Value::Texture(Some(texture)))) => {
+                Some((texture, texture.channel.unwrap_or(*usual)))
+            }
             _ => None,
         };
-        let (metallic, roughness) = (given("metallic_texture", 2), given("roughness_texture", 1));
+        let (metallic, roughness) = (given("metallic_texture"), given("roughness_texture"));
         let Some((texture, _)) = metallic.or(roughness) else { return Ok(None) };
         let name =
             |given: Option<(&Box<TextureUse>, u8)>| given.map(|(t, channel)| (t.file.clone(), channel));

@@ -1,13 +1,13 @@
 //! The text of a material file as a list of settings.
 
 use super::error::{MaterialError, MaterialErrorReason};
-use super::keys::{KEYS, Key, Kind, Slot};
+use super::keys::{KEYS, Key, Kind};
 use super::texture::TextureUse;
 use crate::color::{hex_color, srgb::srgb_to_linear};
 use crate::load::gltf::transform_of;
+use crate::scene::parameters::{Holds, Kind as Of, Range};
 use crate::scene::{Filter, Sampler, UvTransform, Wrap};
 use crate::suggest::{nearest_name, same_name};
-use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -28,8 +28,8 @@ pub(super) enum Value {
     Number(f32),
     Triple([f32; 3]),
     /// Alpha only if it is given.
-    BaseColor([f32; 3], Option<f32>),
-    Film([f32; 2]),
+    ColorAndAlpha([f32; 3], Option<f32>),
+    Pair([f32; 2]),
     Switch(bool),
     /// `None` takes the texture away.
     Texture(Option<Box<TextureUse>>),
@@ -147,7 +147,7 @@ struct Place<'a> {
 }
 
 impl Place<'_> {
-    fn line(&self, span: &Range<usize>) -> usize {
+    fn line(&self, span: &std::ops::Range<usize>) -> usize {
         let before = self.text.as_bytes().get(..span.start).unwrap_or(self.text.as_bytes());
         before.iter().filter(|&&b| b == b'\n').count().saturating_add(1)
     }
@@ -176,30 +176,36 @@ impl Place<'_> {
                 DeValue::String(text) => Ok(Value::Text(text.clone().into_owned())),
                 other => Err(wrong_type(line, name, "text", other)),
             },
-            Kind::Over | Kind::Switch { .. } => match value {
+            Kind::Over | Kind::Value(Of::Switch(_)) => match value {
                 DeValue::Boolean(value) => Ok(Value::Switch(*value)),
                 other => Err(wrong_type(line, name, "true or false", other)),
             },
-            Kind::Number { low, high, or_zero, .. } => {
-                let low_or_zero = if *or_zero && is_zero(value) { 0.0 } else { *low };
-                number(line, name, value, low_or_zero, *high, "a number").map(Value::Number)
+            Kind::Value(Of::Number(range, _)) => {
+                let zero = range.or == Some(0.0) && is_zero(value);
+                let range = if zero { Range { low: 0.0, ..*range } } else { *range };
+                number(line, name, value, range.low, range.high, "a number").map(Value::Number)
             }
-            Kind::Triple { low, high, .. } => {
-                triple(line, name, value, *low, *high, "three numbers [r, g, b]").map(Value::Triple)
+            Kind::Value(Of::Triple(range, _)) => {
+                triple(line, name, value, range.low, range.high, "three numbers [r, g, b]").map(Value::Triple)
             }
-            Kind::Color { high, .. } => match value {
+            Kind::Value(Of::Color(range, _)) => match value {
                 DeValue::String(text) => match hex(text) {
                     Some((color, None)) => Ok(Value::Triple(color)),
                     _ => Err(wrong_type(line, name, "[r, g, b] or \"#rrggbb\"", value)),
                 },
-                other => triple(line, name, other, 0.0, *high, "[r, g, b] or \"#rrggbb\"").map(Value::Triple),
+                other => triple(line, name, other, range.low, range.high, "[r, g, b] or \"#rrggbb\"")
+                    .map(Value::Triple),
             },
-            Kind::BaseColor => base_color(line, name, value),
-            Kind::FilmThickness => film(line, name, value),
-            Kind::Name { names, .. } => {
+            Kind::Value(Of::ColorAndAlpha(range, _)) => color_and_alpha(line, name, value, *range),
+            Kind::Value(Of::Pair(range, _)) => film(line, name, value, *range),
+            Kind::Value(Of::Name { names, .. }) => {
                 self.name(line, name, value, &names()).map(|n| Value::Text(n.to_owned()))
             }
-            Kind::Texture { slot, .. } => self.texture(line, name, value, *slot),
+            // One channel of the picture is read, which the file may choose.
+            Kind::Part(..) => self.texture(line, name, value, true),
+            Kind::Value(Of::Texture(slot)) => {
+                self.texture(line, name, value, matches!(slot.holds, Holds::Channel(_)))
+            }
         }
     }
 
@@ -231,7 +237,7 @@ impl Place<'_> {
         line: usize,
         name: &'static str,
         value: &DeValue<'_>,
-        slot: Slot,
+        takes_channel: bool,
     ) -> Result<Value, MaterialError> {
         let mut texture = TextureUse {
             file: String::new(),
@@ -262,7 +268,7 @@ impl Place<'_> {
                     other => return Err(wrong_type(line, &key, "a path", other)),
                 },
                 "channel" => {
-                    if !slot.takes_channel() {
+                    if !takes_channel {
                         let valid = TEXTURE_KEYS.iter().copied().filter(|k| *k != "channel").collect();
                         return Err(unknown_key(line, &key, None, valid));
                     }
@@ -320,13 +326,6 @@ impl Place<'_> {
         texture.transform = transform_of(offset.map(f64::from), radians, scale.map(f64::from))
             .unwrap_or(UvTransform::IDENTITY);
         Ok(Value::Texture(Some(Box::new(texture))))
-    }
-}
-
-impl Slot {
-    /// True if one channel of the picture is read, which the file may choose.
-    fn takes_channel(self) -> bool {
-        matches!(self, Self::Channel(..) | Self::Scalar(..) | Self::Metallic | Self::Roughness)
     }
 }
 
@@ -436,27 +435,37 @@ fn pair(line: usize, key: &str, value: &DeValue<'_>, low: f32, high: f32) -> Res
     }
 }
 
-fn base_color(line: usize, key: &str, value: &DeValue<'_>) -> Result<Value, MaterialError> {
+fn color_and_alpha(
+    line: usize,
+    key: &str,
+    value: &DeValue<'_>,
+    Range { low, high, .. }: Range,
+) -> Result<Value, MaterialError> {
     let expected = "[r, g, b], [r, g, b, a], \"#rrggbb\" or \"#rrggbbaa\"";
     match value {
         DeValue::String(text) => {
             let (color, alpha) = hex(text).ok_or_else(|| wrong_type(line, key, expected, value))?;
-            Ok(Value::BaseColor(color, alpha))
+            Ok(Value::ColorAndAlpha(color, alpha))
         }
         DeValue::Array(list) if list.len() == 4 => {
-            let [r, g, b, a] = numbers(line, key, value, 0.0, 1.0, expected)?;
-            Ok(Value::BaseColor([r, g, b], Some(a)))
+            let [r, g, b, a] = numbers(line, key, value, low, high, expected)?;
+            Ok(Value::ColorAndAlpha([r, g, b], Some(a)))
         }
-        other => triple(line, key, other, 0.0, 1.0, expected).map(|color| Value::BaseColor(color, None)),
+        other => triple(line, key, other, low, high, expected).map(|color| Value::ColorAndAlpha(color, None)),
     }
 }
 
 /// One number stands for the largest thickness; the least is then 0.
-fn film(line: usize, key: &str, value: &DeValue<'_>) -> Result<Value, MaterialError> {
+fn film(
+    line: usize,
+    key: &str,
+    value: &DeValue<'_>,
+    Range { low, high, .. }: Range,
+) -> Result<Value, MaterialError> {
     let expected = "nanometres or [min, max]";
     match value {
-        DeValue::Array(_) => numbers(line, key, value, 0.0, 1e5, expected).map(Value::Film),
-        one => number(line, key, one, 0.0, 1e5, expected).map(|most| Value::Film([0.0, most])),
+        DeValue::Array(_) => numbers(line, key, value, low, high, expected).map(Value::Pair),
+        one => number(line, key, one, low, high, expected).map(|most| Value::Pair([0.0, most])),
     }
 }
 
