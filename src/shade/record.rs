@@ -1,6 +1,6 @@
 //! Surfaces into the planes of the G-buffer and back, bit for bit.
 
-use super::surface::{Dielectric, Reflectance, Surface, SurfacePlace, SurfaceTextures, evaluate_surface};
+use super::surface::{Dielectric, Reflectance, Surface, SurfacePlace, SurfaceReading, evaluate_surface};
 use super::{LobeValues, ShadeContext};
 use crate::each;
 use crate::gbuffer::Batch;
@@ -10,7 +10,7 @@ use crate::scene::{Material, Workflow};
 
 /// Writes one plane.
 #[inline(always)]
-fn put<F: Float, const N: usize>(planes: &mut SurfacePlanes, plane: Plane, values: [F; N]) {
+pub(super) fn put<F: Float, const N: usize>(planes: &mut SurfacePlanes, plane: Plane, values: [F; N]) {
     debug_assert_eq!(plane.channels, N);
     for n in 0..N {
         planes.rows[plane.first + n] = values[n].to_array();
@@ -19,30 +19,28 @@ fn put<F: Float, const N: usize>(planes: &mut SurfacePlanes, plane: Plane, value
 
 /// Reads one plane.
 #[inline(always)]
-fn get<L: Lanes, const N: usize>(l: L, planes: &SurfacePlanes, plane: Plane) -> [L::F; N] {
+pub(super) fn get<L: Lanes, const N: usize>(l: L, planes: &SurfacePlanes, plane: Plane) -> [L::F; N] {
     debug_assert_eq!(plane.channels, N);
     let rows: &[[f32; LANES]] = &planes.rows[plane.first..plane.first + N];
     each!(n => l.load(&rows[n]))
 }
 
-/// Evaluates sixteen fragments of one material at their `place`, with its `textures`, into the planes of the G-buffer; without
-/// `lobes`, only the core.
+/// Evaluates sixteen fragments at their `place`, as the surfaces of their material are read, into the planes of the G-buffer;
+/// without the lobes, only into the core.
 ///
 /// A function of its own for each instruction set: textures are read here and nowhere in the shading models.
 #[inline(never)]
 pub fn store_surface<L: Lanes>(
     l: L,
     context: &ShadeContext<'_>,
-    material: &Material,
-    textures: &SurfaceTextures<'_>,
+    reading: &SurfaceReading<'_>,
     batch: &Batch,
     place: &mut SurfacePlace<L>,
-    lobes: bool,
     planes: &mut SurfacePlanes,
 ) {
     l.run(
         #[inline(always)]
-        || evaluate_surface(l, context, material, textures, batch, place, lobes).store(l, lobes, planes),
+        || evaluate_surface(l, context, reading, batch, place).store(l, reading.lobes, planes),
     );
 }
 
@@ -197,7 +195,7 @@ mod tests {
                 Surface::load(l, &material, true, &planes).store(l, true, &mut back);
                 Surface::load(l, &material, false, &planes).store(l, false, &mut core);
             });
-            assert_eq!(back.rows, planes.rows, "{level}");
+            assert_eq!(back.rows[layout::SURFACE], planes.rows[layout::SURFACE], "{level}");
             assert_eq!(core.rows[layout::CORE], planes.rows[layout::CORE], "{level}");
             assert!(core.rows[layout::LOBES].iter().flatten().all(|&v| v == 0.0));
         }
