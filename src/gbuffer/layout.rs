@@ -4,7 +4,7 @@
 //! |---|---|---|---|
 //! | [`CORE`] | place, normals, base, coat, emission | 140 | every shading model |
 //! | [`LOBES`] | tangent frame, sheen, anisotropy, film, the coat's medium, second lobe, subsurface, occlusion of reflections | 104 | every model but URP's |
-//! | [`TRANSMISSION`] | what of the light passes through the surface, and how thick it is | 32 | shading, where the material transmits |
+//! | [`TRANSMISSION`] | what of the light passes through the surface, and how thick it is | 40 | shading, where the material transmits |
 //! | [`EFFECTS`] | what the fragments have to do with the rest of the picture: what is seen through them | 24 | shading, where an effect has filled them |
 //!
 //! The first two are the surface, [`SURFACE`]: what users can look at and what is hashed. Each group is written by one stage
@@ -125,8 +125,8 @@ planes! {
     SPECULAR_OCCLUSION "specular-occlusion" 1 0.0, 1.0;
     /// Unit mean of the directions that are not occluded; the normal where the material has no map of it.
     BENT_NORMAL "bent-normal" 3 -1.000_001, 1.000_001;
-    /// Share of the diffuse light that the surface keeps: what is left by the next two.
-    KEPT_SHARE "kept-share" 1 -0.000_001, 1.0;
+    /// Linear base colour that the surface is shaded with: dimmed by the next two.
+    KEPT_COLOR "kept-color" 3 -0.000_001, 65504.0;
     /// Share of the light that is not reflected that passes straight through.
     STRAIGHT_SHARE "straight-share" 1 0.0, 1.0;
     /// Share of it that leaves on the other side in all directions.
@@ -147,13 +147,13 @@ planes! {
 pub const CORE: std::ops::Range<usize> = 0..TANGENT.first;
 
 /// Rows that every model but URP's reads.
-pub const LOBES: std::ops::Range<usize> = TANGENT.first..KEPT_SHARE.first;
+pub const LOBES: std::ops::Range<usize> = TANGENT.first..KEPT_COLOR.first;
 
 /// Rows of the surface itself.
 pub const SURFACE: std::ops::Range<usize> = CORE.start..LOBES.end;
 
 /// Rows that have a meaning where the material lets light through.
-pub const TRANSMISSION: std::ops::Range<usize> = KEPT_SHARE.first..BACKDROP_COLOR.first;
+pub const TRANSMISSION: std::ops::Range<usize> = KEPT_COLOR.first..BACKDROP_COLOR.first;
 
 /// Rows that effects fill, each its own, where the material needs it.
 pub const EFFECTS: std::ops::Range<usize> = BACKDROP_COLOR.first..ROWS;
@@ -194,7 +194,7 @@ mod tests {
         }
         assert_eq!(next, ROWS);
         // What the table of the module says.
-        assert_eq!([CORE, LOBES, TRANSMISSION, EFFECTS].map(|rows| rows.len() * 4), [140, 104, 32, 24]);
+        assert_eq!([CORE, LOBES, TRANSMISSION, EFFECTS].map(|rows| rows.len() * 4), [140, 104, 40, 24]);
         let mut names: Vec<&str> = PLANES.iter().map(|p| p.name).collect();
         names.sort_unstable();
         names.dedup();

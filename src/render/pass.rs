@@ -41,8 +41,10 @@ pub(super) enum PassKind {
     Whole,
     /// All surfaces and splats, into the pixels of [`PassKind::Backdrop`], which stay wherever nothing else is drawn.
     ///
-    /// The other tiles are drawn anew, opaque surfaces included. To keep what the first pass has of them was weighed: see
-    /// [`PassKind::of`].
+    /// The other tiles are drawn anew, opaque surfaces included. Keeping what the first pass has of these would save 1, 5 and 9
+    /// percent of the tiles' time at the most (the materials' sphere, SunglassesKhronos, AttenuationTest; 512 x 512 pixels, 8
+    /// samples, one thread), without what keeping costs: blending needs depth and triangle of each sample and the radiance of
+    /// each fragment, some 100 bytes a pixel, six times what its own pixels take, and 6 GB in the largest picture.
     OverBackdrop,
 }
 

@@ -97,6 +97,19 @@ impl<L: Lanes> Surface<L> {
     #[inline(always)]
     #[must_use]
     pub fn load(l: L, material: &Material, lobes: bool, planes: &SurfacePlanes) -> Self {
+        Self::load_with(l, material, lobes, planes, layout::BASE_COLOR)
+    }
+
+    /// As [`Surface::load`], with the base colour of another plane.
+    #[inline(always)]
+    #[must_use]
+    pub(super) fn load_with(
+        l: L,
+        material: &Material,
+        lobes: bool,
+        planes: &SurfacePlanes,
+        base_color: Plane,
+    ) -> Self {
         use layout::*;
         let [alpha] = get(l, planes, ALPHA);
         let [roughness] = get(l, planes, ROUGHNESS);
@@ -122,7 +135,7 @@ impl<L: Lanes> Surface<L> {
             normal: get(l, planes, NORMAL),
             coat_normal: get(l, planes, COAT_NORMAL),
             vertex_normal: get(l, planes, VERTEX_NORMAL),
-            base_color: get(l, planes, BASE_COLOR),
+            base_color: get(l, planes, base_color),
             alpha,
             reflectance,
             roughness,

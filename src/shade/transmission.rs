@@ -7,7 +7,7 @@
 //! diffusely.
 //!
 //! What passes through is written into planes of its own once the surface is known ([`store_transmission`]), base and coat are
-//! shaded with what the surface keeps of its base colour ([`keep_diffuse`]), and what passes is added to that
+//! shaded with what the surface keeps of its base colour ([`shaded_color`]), and what passes is added to that
 //! ([`pass_through`]): no model needs to know. Deviations:
 //!
 //! - A smooth thin wall (no volume, roughness 0) multiplies what is behind it exactly, sample by sample and layer by layer, in
@@ -31,7 +31,7 @@ use crate::brdf::{fresnel, ggx, tables};
 use crate::coat::gltf::ibl_ggx_fresnel;
 use crate::each;
 use crate::gbuffer::Batch;
-use crate::gbuffer::layout::{self, SurfacePlanes};
+use crate::gbuffer::layout::{self, Plane, SurfacePlanes};
 use crate::math::exp_transmittance;
 use crate::math::lanes::{Float, Lanes, Mask};
 use crate::math::vec3::{self, V3};
@@ -87,7 +87,9 @@ pub fn store_transmission<L: Lanes>(
                     [alpha.ge(l.splat(cutoff)).select(l.splat(1.0), l.zero())]
                 }
             };
-            put(planes, layout::KEPT_SHARE, [(straight + scattered).one_minus()]);
+            let kept = (straight + scattered).one_minus();
+            let base_color: V3<L> = get(l, planes, layout::BASE_COLOR);
+            put(planes, layout::KEPT_COLOR, each!(c in base_color => c * kept));
             put(planes, layout::STRAIGHT_SHARE, [straight]);
             put(planes, layout::SCATTERED_SHARE, [scattered]);
             put(planes, layout::SCATTERED_COLOR, color(&given.diffuse_color, &reader));
@@ -97,19 +99,10 @@ pub fn store_transmission<L: Lanes>(
     )
 }
 
-/// The surface as it is shaded: of its base colour, what does not pass through.
+/// The plane of the base colour that surfaces of a material are shaded with: without what passes through them.
 #[inline(always)]
-pub(super) fn keep_diffuse<L: Lanes>(
-    l: L,
-    material: &Material,
-    planes: &SurfacePlanes,
-    surface: Surface<L>,
-) -> Surface<L> {
-    if !material.transmits() {
-        return surface;
-    }
-    let [kept] = get(l, planes, layout::KEPT_SHARE);
-    Surface { base_color: each!(c in surface.base_color => c * kept), ..surface }
+pub(super) fn shaded_color(material: &Material) -> Plane {
+    if material.transmits() { layout::KEPT_COLOR } else { layout::BASE_COLOR }
 }
 
 /// Adds what passes through to the `radiance` of the surface. Where [`Material::refracts`], the planes of the backdrop have to
