@@ -4,9 +4,14 @@
 //! |---|---|---|---|
 //! | [`CORE`] | place, normals, base, coat, emission | 140 | every shading model |
 //! | [`LOBES`] | tangent frame, sheen, anisotropy, film, the coat's medium, second lobe, subsurface, occlusion of reflections | 104 | every model but URP's |
+//! | [`TRANSMISSION`] | what of the light passes through the surface, and how thick it is | 40 | shading, where the material transmits |
+//! | [`EFFECTS`] | what the fragments have to do with the rest of the picture: what is seen through them | 24 | shading, where an effect has filled them |
+//!
+//! The first two are the surface, [`SURFACE`]: what users can look at and what is hashed. Each group is written by one stage
+//! and by none after it.
 //!
 //! Planes are `f32`, sixteen fragments to a row of 64 bytes, so that a vector is one cache line. They are not packed
-//! more tightly: a batch is written once and read once, 4 KB in the first-level cache, and what half as many bytes
+//! more tightly: a batch is written once and read once, 5 KB in the first-level cache, and what half as many bytes
 //! would save is less than what packing costs; in return the tables of the engines' functions are met through the
 //! whole pipeline, which eight or sixteen bits would not allow. What is uniform over a material (indices of
 //! refraction, extinction, switches) is not in the G-buffer; shading reads it from the material.
@@ -125,13 +130,38 @@ planes! {
     SPECULAR_OCCLUSION "specular-occlusion" 1 p::SPECULAR_OCCLUSION.range();
     /// Unit mean of the directions that are not occluded; the normal where the material has no map of it.
     BENT_NORMAL "bent-normal" 3 VECTOR;
+    /// Linear base colour that the surface is shaded with: dimmed by the next two.
+    KEPT_COLOR "kept-color" 3 Range::new(-0.000_001, 65504.0);
+    /// Share of the light that is not reflected that passes straight through.
+    STRAIGHT_SHARE "straight-share" 1 Range::UNIT;
+    /// Share of it that leaves on the other side in all directions.
+    SCATTERED_SHARE "scattered-share" 1 Range::UNIT;
+    /// Linear colour of what leaves in all directions.
+    SCATTERED_COLOR "scattered-color" 3 Range::new(0.0, 65504.0);
+    /// Thickness of the volume behind the surface in metres.
+    VOLUME_THICKNESS "volume-thickness" 1 Range::new(0.0, f32::MAX);
+    /// Whether the surface is there at all: its opacity, or 0 and 1 by its mask.
+    PRESENCE "presence" 1 Range::UNIT;
+    /// Premultiplied linear colour of what is seen through the surface.
+    BACKDROP_COLOR "backdrop-color" 3 Range::new(0.0, f32::MAX);
+    /// Its opacity in red, green and blue, which dispersion bends to different places.
+    BACKDROP_OPACITY "backdrop-opacity" 3 Range::UNIT;
 }
 
 /// Rows that every shading model reads.
 pub const CORE: std::ops::Range<usize> = 0..TANGENT.first;
 
 /// Rows that every model but URP's reads.
-pub const LOBES: std::ops::Range<usize> = TANGENT.first..ROWS;
+pub const LOBES: std::ops::Range<usize> = TANGENT.first..KEPT_COLOR.first;
+
+/// Rows of the surface itself.
+pub const SURFACE: std::ops::Range<usize> = CORE.start..LOBES.end;
+
+/// Rows that have a meaning where the material lets light through.
+pub const TRANSMISSION: std::ops::Range<usize> = KEPT_COLOR.first..BACKDROP_COLOR.first;
+
+/// Rows that effects fill, each its own, where the material needs it.
+pub const EFFECTS: std::ops::Range<usize> = BACKDROP_COLOR.first..ROWS;
 
 /// The G-buffer of sixteen fragments.
 #[derive(Clone, Debug)]
@@ -169,7 +199,7 @@ mod tests {
         }
         assert_eq!(next, ROWS);
         // What the table of the module says.
-        assert_eq!((CORE.len() * 4, LOBES.len() * 4), (140, 104));
+        assert_eq!([CORE, LOBES, TRANSMISSION, EFFECTS].map(|rows| rows.len() * 4), [140, 104, 40, 24]);
         let mut names: Vec<&str> = PLANES.iter().map(|p| p.name).collect();
         names.sort_unstable();
         names.dedup();

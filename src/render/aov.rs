@@ -59,6 +59,20 @@ struct PixelSplats {
     front: Option<(f32, u32)>,
 }
 
+/// Sixteen fragments of one material, as they were shaded.
+pub(super) struct AovBatch<'a> {
+    pub batch: &'a Batch,
+    pub planes: &'a SurfacePlanes,
+    pub material: u32,
+    pub draws: &'a [Draw<'a>],
+    /// The places of the fragments in the list of the tile.
+    pub indices: &'a [u32],
+    /// Number of opaque fragments: the first in that list.
+    pub opaque: usize,
+    /// Samples of a pixel.
+    pub samples: usize,
+}
+
 impl TileAovs {
     /// Planes for a tile of `width` x `height` pixels.
     pub(super) fn new(wanted: &[Aov], width: usize, height: usize) -> Self {
@@ -82,17 +96,9 @@ impl TileAovs {
         self.wanted.iter().any(|&aov| rows(aov).is_some_and(|rows| rows.end > layout::LOBES.start))
     }
 
-    /// Adds a batch of fragments. Blended fragments (index `opaque` and above) are not part of the G-buffer.
-    pub(super) fn add(
-        &mut self,
-        batch: &Batch,
-        surface: &SurfacePlanes,
-        material: u32,
-        draws: &[Draw<'_>],
-        indices: &[u32],
-        opaque: usize,
-        samples: usize,
-    ) {
+    /// Adds a batch of fragments. Blended ones are not part of the G-buffer.
+    pub(super) fn add(&mut self, added: &AovBatch<'_>) {
+        let &AovBatch { batch, planes: surface, material, draws, indices, opaque, samples } = added;
         let depth = &surface.rows[layout::DEPTH.first];
         let pixel_of = |k: usize| {
             let fragment = &batch.fragments[k];

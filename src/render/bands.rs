@@ -11,6 +11,41 @@ pub(super) struct Planes {
     pub linear: Vec<[f32; 4]>,
     pub transmittance: Vec<[f32; 3]>,
     pub display: Vec<[u8; 4]>,
+    pub blank: Blank,
+}
+
+/// Planes that are new memory, all zero, because no tile has been drawn into them yet.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Blank {
+    pub linear: bool,
+    pub display: bool,
+}
+
+impl Planes {
+    /// Adds linear pixels, and their transmittance if something may tint it, in the memory of those that are `kept` if that is
+    /// large enough.
+    pub(super) fn add_light(&mut self, kept: &mut Self, count: usize, tints: bool) {
+        (self.linear, self.blank.linear) = plane(&mut kept.linear, count, [0.0; 4]);
+        if tints {
+            (self.transmittance, _) = plane(&mut kept.transmittance, count, [0.0; 3]);
+        }
+    }
+
+    /// Adds pixels of a screen, likewise.
+    pub(super) fn add_display(&mut self, kept: &mut Self, count: usize) {
+        (self.display, self.blank.display) = plane(&mut kept.display, count, [0; 4]);
+    }
+}
+
+/// A plane of a picture, of which tiles write all; and whether it is zero now. It is `kept` if that is large enough, or new
+/// memory that the system clears, page by page when a tile first writes to it.
+fn plane<T: Copy>(kept: &mut Vec<T>, count: usize, zero: T) -> (Vec<T>, bool) {
+    let mut plane = std::mem::take(kept);
+    if plane.capacity() < count {
+        return (vec![zero; count], true);
+    }
+    plane.resize(count, zero);
+    (plane, false)
 }
 
 /// The rows of one tile.
@@ -22,6 +57,7 @@ pub(super) struct TileRows<'a> {
     pub transmittance: Vec<&'a mut [[f32; 3]]>,
     /// As many of the screen's pixels, or none.
     pub display: Vec<&'a mut [[u8; 4]]>,
+    pub blank: Blank,
 }
 
 impl TileRows<'_> {
@@ -31,6 +67,7 @@ impl TileRows<'_> {
             linear: emptied(self.linear),
             transmittance: emptied(self.transmittance),
             display: emptied(self.display),
+            blank: Blank::default(),
         }
     }
 
@@ -48,7 +85,10 @@ impl TileRows<'_> {
 /// twentieth of the time of an empty picture, on one thread while the others wait; and a loop of their own on all threads
 /// would have to wait for the last.
 #[derive(Debug, Default)]
-pub(super) struct Bands<'a>(Vec<Mutex<Band<'a>>>);
+pub(super) struct Bands<'a> {
+    rows: Vec<Mutex<Band<'a>>>,
+    blank: Blank,
+}
 
 /// One row of tiles.
 #[derive(Debug, Default)]
@@ -77,12 +117,13 @@ impl<'a> Bands<'a> {
     /// The rows of tiles of these planes.
     pub(super) fn of(planes: &'a mut Planes, grid: &TileGrid, memory: &mut Bands<'static>) -> Self {
         let mut bands = std::mem::take(memory).emptied();
-        bands.0.resize_with(grid.rows() as usize, Mutex::default);
+        bands.blank = planes.blank;
+        bands.rows.resize_with(grid.rows() as usize, Mutex::default);
         let pixels = grid.width() as usize * grid.side() as usize;
         let mut linear = planes.linear.chunks_mut(pixels);
         let mut transmittance = planes.transmittance.chunks_mut(pixels);
         let mut display = planes.display.chunks_mut(pixels);
-        for band in &bands.0 {
+        for band in &bands.rows {
             let mut band = lock(band);
             // Nothing where none are wanted.
             band.linear.pixels = linear.next().unwrap_or_default();
@@ -95,10 +136,11 @@ impl<'a> Bands<'a> {
     /// Adds the rows of a tile, which has them from then on: a second time, they are empty.
     pub(super) fn take(&self, grid: &TileGrid, tile: usize, rows: &mut TileRows<'a>) {
         let columns = grid.columns() as usize;
-        let mut band = lock(&self.0[tile / columns]);
+        let mut band = lock(&self.rows[tile / columns]);
         band.linear.take(grid, tile % columns, &mut rows.linear);
         band.transmittance.take(grid, tile % columns, &mut rows.transmittance);
         band.display.take(grid, tile % columns, &mut rows.display);
+        rows.blank = self.blank;
     }
 
     /// None, with the memory for as many.
@@ -108,7 +150,7 @@ impl<'a> Bands<'a> {
             let (linear, transmittance) = (linear.emptied(), transmittance.emptied());
             Mutex::new(Band { linear, transmittance, display: display.emptied() })
         };
-        Bands(self.0.into_iter().map(emptied).collect())
+        Bands { rows: self.rows.into_iter().map(emptied).collect(), blank: Blank::default() }
     }
 }
 
@@ -178,11 +220,11 @@ mod tests {
             let bands = Bands::of(&mut planes, &grid, &mut memory);
             bands.take(&grid, 0, &mut TileRows::default());
             memory = bands.emptied();
-            let first = memory.0[0].get_mut().unwrap();
+            let first = memory.rows[0].get_mut().unwrap();
             assert!(first.display.pieces.is_empty() && first.display.pieces.capacity() >= 4 * 32);
             places.push((
-                memory.0.as_ptr() as usize,
-                memory.0[0].get_mut().unwrap().display.pieces.as_ptr() as usize,
+                memory.rows.as_ptr() as usize,
+                memory.rows[0].get_mut().unwrap().display.pieces.as_ptr() as usize,
             ));
         }
         assert_eq!(places[0], places[1]);

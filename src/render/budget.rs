@@ -67,8 +67,8 @@ impl FrameBudget {
     /// many as well.
     pub(super) fn references(&self, grid: &TileGrid) -> u64 {
         let ratio = u64::from((self.grid.side() / grid.side()).max(1));
-        let left = self.limit.saturating_sub(self.spent.load(Ordering::Relaxed));
-        (left / BYTES_PER_REFERENCE).saturating_mul(ratio * ratio)
+        let remaining = self.limit.saturating_sub(self.spent.load(Ordering::Relaxed));
+        (remaining / BYTES_PER_REFERENCE).saturating_mul(ratio * ratio)
     }
 
     /// Adds a chunk that is set up for the tiles of `grid`. What is counted are the references of the default tiles.

@@ -4,7 +4,8 @@ use super::tile_shading::ShadedFragment;
 use crate::each;
 use crate::gbuffer::Fragment;
 use crate::math::lanes::{Float, Int, LANES, Lanes};
-use crate::raster::TileOrigin;
+use crate::raster::{SUBPIXELS, TileOrigin};
+use crate::reuse::reserve_like;
 use crate::shade::ShadeContext;
 
 /// The pixels of the tile that is being drawn: in the cache from when they are cleared until they are done.
@@ -27,6 +28,12 @@ impl TilePixels {
         self.linear.resize(count, [0.0; 4]);
         // All of them are written by the resolve.
         self.transmittance.resize(if tints { count } else { 0 }, [1.0; 3]);
+    }
+
+    /// Takes as much memory as `other` has.
+    pub(super) fn reserve_like(&mut self, other: &Self) {
+        reserve_like(&mut self.linear, &other.linear);
+        reserve_like(&mut self.transmittance, &other.transmittance);
     }
 
     /// Where a fragment's pixel is.
@@ -60,6 +67,14 @@ pub(super) struct ResolveScratch {
     pub blended: Vec<u32>,
     /// Opaque fragments of blended pixels: pixel and index.
     pub behind: Vec<(u16, u32)>,
+}
+
+impl ResolveScratch {
+    /// Takes as much memory as `other` has.
+    pub(super) fn reserve_like(&mut self, other: &Self) {
+        reserve_like(&mut self.blended, &other.blended);
+        reserve_like(&mut self.behind, &other.behind);
+    }
 }
 
 /// Sums the opaque fragments of each pixel by coverage, in the order of the list (lowest sample first). The pixels are
@@ -281,8 +296,10 @@ fn environment_pixels<L: Lanes>(
     block: usize,
     row: usize,
 ) -> [[f32; LANES]; 3] {
-    let y = (origin.y + row as i32 * 256 + 128) as f32 * (1.0 / 256.0);
-    let x = (l.lane_indices().to_float() + (block * LANES) as f32) + (origin.x + 128) as f32 * (1.0 / 256.0);
+    const HALF: i32 = SUBPIXELS / 2;
+    const PIXELS: f32 = 1.0 / SUBPIXELS as f32;
+    let y = (origin.y + row as i32 * SUBPIXELS + HALF) as f32 * PIXELS;
+    let x = (l.lane_indices().to_float() + (block * LANES) as f32) + (origin.x + HALF) as f32 * PIXELS;
     let (_, ray) = context.rays.ray(l, [x, l.splat(y)]);
     each!(c in context.environment.background(l, ray) => c.to_array())
 }

@@ -4,10 +4,10 @@
 //! by sample by what is opaque and nearer than their centres, and blended with the surfaces in the order of depth.
 
 use super::aov::TileAovs;
+use super::pass::{Pass, Tile};
 use super::resolve::{Behind, TilePixels};
 use super::splat_layers::{LayerPixel, SplatLayer, blend_layers};
 use super::splats::SplatScene;
-use super::tile_pass::Pass;
 use super::tile_shading::ShadedFragment;
 use super::work::Spent;
 use crate::gbuffer::Fragment;
@@ -15,7 +15,6 @@ use crate::math::lanes::Lanes;
 use crate::raster::{BLOCK, Visibility};
 use crate::reuse::reserve_like;
 use crate::splat::{LEAST_TRANSMITTANCE, SplatPixel, SplatTile, visit_row};
-use crate::tile::Run;
 
 /// How many splats before its turn one is asked for.
 const SPLATS_AHEAD: usize = 8;
@@ -23,17 +22,10 @@ const SPLATS_AHEAD: usize = 8;
 /// Pixels in a row of blocks of the largest tile.
 const PIXELS_OF_ROW: usize = 64 * BLOCK;
 
-/// A tile and its splats.
-pub(super) struct SplatPlace<'a> {
-    /// Left and top pixel.
-    pub corner: [u32; 2],
-    /// Width and height in pixels.
-    pub size: [u32; 2],
-    pub runs: &'a [Run],
-}
-
 /// The surfaces of a part of a tile.
 pub(super) struct Surfaces<'a> {
+    /// The part: left, top, and the ends.
+    pub part: [u32; 4],
     pub visibility: &'a Visibility,
     pub fragments: &'a [Fragment],
     pub shaded: &'a [ShadedFragment],
@@ -68,8 +60,8 @@ impl SplatScratch {
     }
 
     /// Begins a tile.
-    pub(super) fn start(&mut self, pass: &Pass<'_>, place: &SplatPlace<'_>) {
-        self.tile.clear(place.corner, place.size, [pass.grid.width(), pass.grid.height()]);
+    pub(super) fn start(&mut self, pass: &Pass<'_>, place: &Tile<'_>) {
+        self.tile.clear(place.corner, place.size, [pass.frame.grid.width(), pass.frame.grid.height()]);
     }
 
     /// Draws the splats of pixels without surfaces. Returns the number of blocks that were drawn into.
@@ -78,7 +70,7 @@ impl SplatScratch {
         &mut self,
         l: L,
         pass: &Pass<'_>,
-        place: &SplatPlace<'_>,
+        place: &Tile<'_>,
         pixels: &mut TilePixels,
         aovs: &mut TileAovs,
     ) -> u64 {
@@ -86,9 +78,9 @@ impl SplatScratch {
         l.run(
             #[inline(always)]
             || {
-                let splats = &pass.splats;
+                let splats = &pass.frame.splats;
                 let mut blocks = 0;
-                for run in place.runs {
+                for run in place.splats {
                     let numbers = splats.numbers(run);
                     for (k, &number) in numbers.iter().enumerate() {
                         if let Some(&later) = numbers.get(k + SPLATS_AHEAD) {
@@ -105,7 +97,7 @@ impl SplatScratch {
                         break;
                     }
                 }
-                if pass.only_counts {
+                if pass.only_counts() {
                     return blocks;
                 }
                 self.tile.finish(
@@ -131,16 +123,14 @@ impl SplatScratch {
         )
     }
 
-    /// Draws the splats of those pixels of a part of the tile (left, top, and the ends) that have surfaces, and leaves these
-    /// pixels out of [`SplatScratch::draw_alone`]. False if a limit stops it.
+    /// Draws the splats of those pixels of a part of the tile that have surfaces, and leaves these pixels out of [`SplatScratch::draw_alone`]. False if a limit stops it.
     #[inline(never)]
     pub(super) fn draw_among<L: Lanes>(
         &mut self,
         l: L,
         pass: &Pass<'_>,
-        place: &SplatPlace<'_>,
+        place: &Tile<'_>,
         surfaces: &Surfaces<'_>,
-        part: [u32; 4],
         pixels: &mut TilePixels,
         aovs: &mut TileAovs,
     ) -> bool {
@@ -148,7 +138,7 @@ impl SplatScratch {
         l.run(
             #[inline(always)]
             || {
-                let [left, top, right, bottom] = part;
+                let [left, top, right, bottom] = surfaces.part;
                 let [columns, rows] = place.size.map(|pixels| pixels.div_ceil(BLOCK as u32) as usize);
                 self.covered.clear();
                 self.covered.resize(columns * rows, 0);
@@ -172,7 +162,7 @@ impl SplatScratch {
                         if !pass.work.spend(Spent::Blended, listed) {
                             return false;
                         }
-                        if !pass.only_counts {
+                        if !pass.only_counts() {
                             self.blend_row(pass, surfaces, pixels, aovs);
                         }
                     }
@@ -188,20 +178,20 @@ impl SplatScratch {
         &mut self,
         l: L,
         pass: &Pass<'_>,
-        place: &SplatPlace<'_>,
+        place: &Tile<'_>,
         visibility: &Visibility,
         row: usize,
         columns: usize,
     ) -> u64 {
         let Self { covered, layers, open, .. } = self;
-        let splats = &pass.splats;
-        let picture = [pass.grid.width(), pass.grid.height()];
+        let splats = &pass.frame.splats;
+        let picture = [pass.frame.grid.width(), pass.frame.grid.height()];
         layers.clear();
         open.clear();
         open.resize(PIXELS_OF_ROW, 1.0);
-        let all = pass.pattern.full_mask();
+        let all = pass.frame.pattern.full_mask();
         let wanted = &covered[row * columns..][..columns];
-        for number in place.runs.iter().flat_map(|run| splats.numbers(run)).copied() {
+        for number in place.splats.iter().flat_map(|run| splats.numbers(run)).copied() {
             let splat = splats.splat(number);
             visit_row(
                 l,
@@ -254,7 +244,7 @@ impl SplatScratch {
         pixels: &mut TilePixels,
         aovs: &mut TileAovs,
     ) {
-        let samples = pass.pattern.len();
+        let samples = pass.frame.pattern.len();
         let pixel_of = |k: u32| surfaces.fragments[k as usize].pixel;
         for layers in self.layers.chunk_by(|a, b| a.pixel == b.pixel) {
             let pixel = layers[0].pixel;
@@ -267,7 +257,7 @@ impl SplatScratch {
             let (color, open) = blend_layers(&LayerPixel {
                 samples,
                 index,
-                splats: &pass.splats,
+                splats: &pass.frame.splats,
                 layers,
                 blended: &surfaces.blended[first..end],
                 opaque: &self.behind[behind_first..behind_end],
@@ -280,7 +270,7 @@ impl SplatScratch {
             let opacity = if opacity > 0.0 { opacity } else { 0.0 };
             pixels.linear[index] = [color[0], color[1], color[2], opacity];
             if aovs.is_wanted() {
-                let (coverage, front) = seen(&pass.splats, samples, layers);
+                let (coverage, front) = seen(&pass.frame.splats, samples, layers);
                 aovs.add_splats(index, coverage, front);
             }
         }

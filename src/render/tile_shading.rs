@@ -1,39 +1,43 @@
-//! The fragments of a tile from the triangles that they belong to, to their radiance.
+//! The fragments of a tile, from the triangles that they belong to, to their radiance.
 
+use super::aov::AovBatch;
+use super::pass::{FrameContext, Pass, Tile};
 use super::reach::CELL;
-use super::resolve::{Transmitted, whole_pixel};
+use super::resolve::{TilePixels, Transmitted, whole_pixel};
 use super::shading_order::ShadingOrder;
-use super::tile_pass::{Pass, TileJob, TileScratch};
+use super::tile_pass::TileJob;
+use super::tile_triangles::TileTriangles;
+use super::trace::FragmentHashes;
 use super::work::Spent;
 use crate::each;
-use crate::gbuffer::{Fragment, SourceTriangle, TriangleSource, layout};
-use crate::geometry::Chunk;
+use crate::gbuffer::layout::{self, SurfacePlanes};
+use crate::gbuffer::{Batch, Fragment};
 use crate::math::lanes::{Float, LANES, Lanes};
-use crate::raster::{Disc, TileOrigin, Triangle};
+use crate::math::vec3::V3;
+use crate::reuse::reserve_like;
+use crate::scene::{Material, ShadingModel};
 use crate::shade::{
-    Backdrop, ShadeContext, SurfacePlace, SurfaceTextures, hold_back, pass_through, shade, store_surface,
+    ShadeContext, SurfacePlace, SurfaceReading, pass_through, shade, store_surface, store_transmission,
 };
-use crate::tile::Run;
-use prefetch_index::prefetch_index;
 
-/// What the parts of a tile have in common.
-pub(super) struct TileShading<'a> {
+/// What the fragments of a tile, or of a part of it, are shaded by.
+pub(super) struct ShadingInput<'a> {
+    pub tile: &'a Tile<'a>,
     /// With the lights that reach the tile.
-    pub shade: &'a ShadeContext<'a>,
-    pub origin: TileOrigin,
-    /// Left and top pixel.
-    pub corner: [u32; 2],
+    pub context: &'a ShadeContext<'a>,
+    pub triangles: TileTriangles<'a>,
+    pub fragments: &'a [Fragment],
+    /// The first that is not shaded yet.
+    pub start: usize,
+    /// Number of opaque fragments: the first in the list.
+    pub opaque: usize,
     /// The material of all triangles, if it is one.
     pub one_material: Option<u32>,
     /// The mask of fragments that are their pixel, unless something is blended.
     pub whole: Option<u16>,
-    /// Number of opaque fragments: the first in the list.
-    pub opaque: usize,
-    /// Something is transmissive.
-    pub transmissive: bool,
 }
 
-/// What the shading pass makes of a fragment.
+/// What shading makes of a fragment.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct ShadedFragment {
     /// Radiance, not multiplied by opacity, but for transmissive surfaces.
@@ -44,252 +48,285 @@ pub(super) struct ShadedFragment {
     pub depth: f32,
 }
 
-/// Chunks and a tile's identities.
-pub(super) struct TileTriangles<'a> {
-    pub chunks: &'a [Chunk],
-    /// Chunk of each, and which of its triangles or points.
-    pub identities: &'a [(u32, u32)],
-    /// The discs of points that are seen, as triangles around them; and which is that of an identity.
-    pub discs: &'a Discs,
-}
-
-/// Points of a tile that some sample sees.
+/// What shading makes of the fragments of a tile, in the order of the fragments.
 #[derive(Debug, Default)]
-pub(super) struct Discs {
-    pub triangles: Vec<Triangle>,
-    /// For each identity, its place in the list or [`Discs::NONE`].
-    pub places: Vec<u32>,
-    /// The tile has points.
-    pub wanted: bool,
+pub(super) struct Shaded {
+    /// Each; those that are their pixel are not here but in the pixels.
+    pub fragments: Vec<ShadedFragment>,
+    /// What each lets through, where the tile has transmissive ones; else none.
+    pub transmitted: Vec<Option<Transmitted>>,
 }
 
-impl Discs {
-    /// In place of a disc's place: it has not been listed.
-    pub(super) const NONE: u32 = u32::MAX;
-
-    /// Forgets all.
-    pub(super) fn clear(&mut self) {
-        self.triangles.clear();
-        self.places.clear();
-        self.wanted = false;
-    }
-
-    /// Lists the disc of an identity.
-    pub(super) fn add(&mut self, identity: u32, disc: &Disc) {
-        let identity = identity as usize;
-        if self.places.len() <= identity {
-            self.places.resize(identity + 1, Self::NONE);
-        }
-        self.places[identity] = self.triangles.len() as u32;
-        self.triangles.push(Triangle::around(disc));
-    }
-
-    /// Lists the discs of the points among fragments.
-    pub(super) fn list(&mut self, pass: &Pass<'_>, identities: &[(u32, u32)], fragments: &[Fragment]) {
-        for fragment in if self.wanted { fragments } else { &[] } {
-            let (chunk, index) = identities[fragment.triangle as usize];
-            let known = self.places.get(fragment.triangle as usize).is_some_and(|place| *place != Self::NONE);
-            if known || !pass.chunks[chunk as usize].points {
-                continue;
-            }
-            if let Some(disc) = pass.disc(&pass.chunks[chunk as usize], index) {
-                self.add(fragment.triangle, &disc);
-            }
+impl Shaded {
+    /// Makes room for all fragments, of which those before `start` are there.
+    pub(super) fn resize(&mut self, input: &ShadingInput<'_>) {
+        // Not cleared: what the resolve reads is written by the shading.
+        self.fragments.resize(input.fragments.len(), ShadedFragment::default());
+        if input.tile.transmissive {
+            self.transmitted.truncate(input.start);
+            self.transmitted.resize(input.fragments.len(), None);
         }
     }
-}
 
-impl Pass<'_> {
-    /// The disc of a point of a chunk.
-    #[inline(always)]
-    pub(super) fn disc(&self, chunk: &Chunk, index: u32) -> Option<Disc> {
-        let points = self.states[chunk.draw as usize].points.as_ref()?;
-        points.disc(self.shade.draws[chunk.draw as usize].mesh, chunk.range.start + index as usize)
+    /// Takes as much memory as `other` has.
+    pub(super) fn reserve_like(&mut self, other: &Self) {
+        reserve_like(&mut self.fragments, &other.fragments);
+        reserve_like(&mut self.transmitted, &other.transmitted);
     }
 }
 
-impl TileTriangles<'_> {
-    /// Asks the processor for the triangle of an identity. Changes no result.
-    #[inline(always)]
-    fn prefetch(&self, identity: u32) {
-        let (chunk, index) = self.identities[identity as usize];
-        prefetch_index(&self.chunks[chunk as usize].triangles, index as usize);
+/// Working memory of the shading.
+#[derive(Debug, Default)]
+pub(super) struct ShadingScratch {
+    order: ShadingOrder,
+    /// The fragments that are being shaded, and those that are next.
+    batches: [Batch; 2],
+    /// The G-buffer of those that are being shaded.
+    planes: SurfacePlanes,
+}
+
+impl ShadingScratch {
+    /// Takes as much memory as `other` has.
+    pub(super) fn reserve_like(&mut self, other: &Self) {
+        self.order.reserve_like(&other.order);
     }
 }
 
-impl TriangleSource for TileTriangles<'_> {
+/// What batches of one material have in common.
+struct OneMaterial<'a> {
+    /// Its place in the scene.
+    number: u32,
+    material: &'a Material,
+    model: ShadingModel,
+    reading: SurfaceReading<'a>,
+}
+
+impl<'a> OneMaterial<'a> {
     #[inline(always)]
-    fn triangle(&self, identity: u32) -> SourceTriangle<'_> {
-        let (chunk, index) = self.identities[identity as usize];
-        let chunk = &self.chunks[chunk as usize];
-        if chunk.points {
-            let place = self.discs.places[identity as usize];
-            return SourceTriangle {
-                screen: &self.discs.triangles[place as usize],
-                draw: chunk.draw,
-                clip: None,
-            };
-        }
-        let screen = &chunk.triangles[index as usize];
-        SourceTriangle { screen, draw: chunk.draw, clip: chunk.clip(index) }
+    fn new(frame: &FrameContext<'a>, number: u32, shows_lobes: bool) -> Self {
+        let material = &frame.shade.materials[number as usize];
+        let model = material.shading(frame.shade.model);
+        let reading = SurfaceReading::of(material, frame.shade.textures, model.reads_lobes() || shows_lobes);
+        Self { number, material, model, reading }
     }
 }
 
-/// The material of all triangles of a tile, if it is one.
-pub(super) fn one_material(pass: &Pass<'_>, runs: &[Run]) -> Option<u32> {
-    let of = |run: &Run| pass.shade.draws[pass.chunks[run.chunk as usize].draw as usize].material;
-    let first = of(runs.first()?);
-    runs.iter().all(|run| of(run) == first).then_some(first)
+/// Up to sixteen fragments that are shaded.
+struct ShadedBatch<'a> {
+    of: &'a OneMaterial<'a>,
+    batch: &'a Batch,
+    planes: &'a SurfacePlanes,
+    /// Their places in the list of the tile.
+    indices: &'a [u32],
 }
 
-/// Shades the fragments from `start` on, sixteen of one material at a time: those with the mask `whole` into their pixels,
-/// the others into `scratch.shaded` in the order of the fragments. False if a limit stops it.
+/// Shades the fragments of the input, sixteen of one material at a time: into the pixels those that are whole ones, the others
+/// into `out`, which has room for all. False if a limit stops it.
 #[inline(always)]
 pub(super) fn shade_fragments<L: Lanes>(
     l: L,
     pass: &Pass<'_>,
-    of_tile: &TileShading<'_>,
-    start: usize,
-    scratch: &mut TileScratch,
+    input: &ShadingInput<'_>,
+    scratch: &mut ShadingScratch,
+    out: &mut Shaded,
+    pixels: &mut TilePixels,
     job: &mut TileJob,
 ) -> bool {
-    let &TileShading { shade: context, origin, corner, one_material, whole, opaque, .. } = of_tile;
-    let TileJob { aovs, hashes, cost, .. } = job;
-    let TileScratch { identities, discs, fragments, order, shaded, batches, surface, kept, pixels, .. } =
-        scratch;
+    let &ShadingInput { context, ref triangles, fragments, .. } = input;
+    let (frame, origin) = (pass.frame, input.tile.origin);
+    let ShadingScratch { order, batches, planes } = scratch;
     let [mut batch, mut following] = batches.each_mut();
-    let fragments = &*fragments;
-    let draws = pass.shade.draws;
-    let source = TileTriangles { chunks: pass.chunks, identities, discs };
-    // Resized but not cleared: what the resolve reads is written below.
-    shaded.resize(fragments.len(), ShadedFragment::default());
-    let material_of = |identity: usize| {
-        let (chunk, _) = identities[identity];
-        draws[pass.chunks[chunk as usize].draw as usize].material
-    };
-    // Planes of the G-buffer are summed as fragments are shaded: in an order that does not depend on the tiles.
-    order.find(fragments, start, identities.len(), one_material, &material_of, aovs.is_wanted());
-    if start < opaque {
-        let units = opaque_shading(pass, of_tile, fragments, order);
-        cost.shading += units;
-        if !pass.work.spend(Spent::Shading, units) {
-            return false;
-        }
+
+    // List the fragments in their order of shading, and count what that takes before it is done.
+    find_order(frame, input, order, job.aovs.is_wanted());
+    let units = opaque_shading(frame, input, order);
+    job.cost.shading += units;
+    if !pass.work.spend(Spent::Shading, units) {
+        return false;
     }
-    if pass.only_counts {
+    if pass.only_counts() {
         return true;
     }
-    let mut surface_place = SurfacePlace::none(l);
+
+    let mut place = SurfacePlace::none(l);
     let mut listed = 0;
     for &(number, end) in &order.stretches {
-        let stretch = &order.indices[listed..end];
+        let indices = &order.indices[listed..end];
         listed = end;
-        let material = &pass.shade.materials[number as usize];
-        let model = material.shading(pass.shade.model);
-        let lobes = model.reads_lobes() || aovs.wants_lobes();
-        let textures = SurfaceTextures::of(material, context.textures);
-        // What the next fragments read is asked for while these are shaded, and the triangles of those after them.
-        let part = |k: usize| stretch.chunks(LANES).nth(k);
+        let of = OneMaterial::new(frame, number, job.aovs.wants_lobes());
+        let part = |k: usize| indices.chunks(LANES).nth(k);
+
+        // Gather the first sixteen of the material, and find where they read its textures.
         if let Some(first) = part(0) {
-            batch.gather(fragments, first, &source, origin, pass.pattern);
-            surface_place.find(l, context, &textures, batch);
+            batch.gather(fragments, first, triangles, origin, frame.pattern);
+            place.find(l, context, &of.reading, batch);
         }
-        for (place, indices) in stretch.chunks(LANES).enumerate() {
+        for (number, indices) in indices.chunks(LANES).enumerate() {
             if pass.work.is_stopped() {
                 return false;
             }
-            if let Some(next) = part(place + 1) {
-                following.gather(fragments, next, &source, origin, pass.pattern);
-                following.vertices.prefetch(draws);
+
+            // Gather the next, and ask for the triangles of those after them.
+            let next = part(number + 1);
+            if let Some(next) = next {
+                following.gather(fragments, next, triangles, origin, frame.pattern);
+                following.vertices.prefetch(frame.shade.draws);
             }
-            for &index in part(place + 2).unwrap_or_default() {
-                source.prefetch(fragments[index as usize].triangle);
+            for &index in part(number + 2).unwrap_or_default() {
+                triangles.prefetch(fragments[index as usize].triangle);
             }
-            store_surface(l, context, material, &textures, batch, &mut surface_place, lobes, surface);
-            let alpha = surface.rows[layout::ALPHA.first];
-            let held = if material.transmits() {
-                Some(hold_back(l, context, material, batch, &surface_place, surface))
-            } else {
-                None
-            };
-            // The texels of the next: this one's are read.
-            if part(place + 1).is_some() {
-                surface_place.find(l, context, &textures, following);
+
+            // Fill the G-buffer: the surface, and what of the light it lets through.
+            store_surface(l, context, &of.reading, batch, &mut place, planes);
+            if of.material.transmits() {
+                store_transmission(l, context, of.material, batch, &place, planes);
             }
-            let mut radiance = shade(l, context, model, material, surface);
-            if let Some(held) = &held {
-                let no_backdrop = Backdrop::default();
-                let backdrop = pass.backdrop.unwrap_or(&no_backdrop);
-                let passed = pass_through(l, context, backdrop, material, surface, held, radiance);
-                if material.is_transmissive() && !kept.is_empty() {
-                    let open = each!(c in passed.open => c.to_array());
-                    let keep = each!(c in passed.keep => c.to_array());
-                    for (k, &index) in indices.iter().enumerate() {
-                        kept[index as usize] =
-                            Some(Transmitted { open: each!(c => open[c][k]), keep: each!(c => keep[c][k]) });
-                    }
-                }
-                radiance = passed.radiance;
+
+            // Find where the next read their textures: what these read is read.
+            if next.is_some() {
+                place.find(l, context, &of.reading, following);
             }
-            let radiance = each!(c in radiance => c.to_array());
-            let depth = &surface.rows[layout::DEPTH.first];
-            for (k, &index) in indices.iter().enumerate() {
-                let radiance = [radiance[0][k], radiance[1][k], radiance[2][k]];
-                let fragment = &batch.fragments[k];
-                if Some(fragment.mask) == whole {
-                    let pixel = pixels.index(fragment);
-                    pixels.linear[pixel] = whole_pixel(radiance);
-                } else {
-                    shaded[index as usize] = ShadedFragment { radiance, alpha: alpha[k], depth: depth[k] };
-                }
+
+            // Fill what the rest of the picture has to do with them, and shade them.
+            pass.effects.fill(l, context, of.material, planes);
+            let mut radiance = shade(l, context, of.model, of.material, planes);
+            if of.material.transmits() {
+                radiance = add_transmitted(l, context, &of, planes, indices, radiance, out);
             }
-            if let Some(hashes) = hashes {
-                for (lane, &index) in indices.iter().enumerate() {
-                    let fragment = &fragments[index as usize];
-                    // Of points, the number among those of their chunk, likewise.
-                    let (chunk, triangle) = identities[fragment.triangle as usize];
-                    let key = [corner[0] + fragment.column(), corner[1] + fragment.row(), chunk, triangle];
-                    let rows = if model.reads_lobes() { 0..layout::ROWS } else { layout::CORE };
-                    hashes.add_samples(key, fragment.mask);
-                    hashes.add_surface(key, surface, rows, lane);
-                    hashes.add_shaded(key, &shaded[index as usize]);
-                }
-            }
-            if aovs.is_wanted() {
-                aovs.add(batch, surface, number, draws, indices, opaque, pass.pattern.len());
-            }
+
+            // Hand them on: to the pixels or the resolve, to hashes and to planes for users.
+            let done = ShadedBatch { of: &of, batch, planes, indices };
+            hand_on(input, &done, each!(c in radiance => c.to_array()), out, pixels);
+            describe(frame, input, &done, &out.fragments, job);
             std::mem::swap(&mut batch, &mut following);
         }
     }
     true
 }
 
-/// What shading the opaque fragments takes. Sixteen lanes cost as much with fewer fragments, so where a cell has several
+/// Orders the fragments for shading.
+#[inline(always)]
+fn find_order(frame: &FrameContext<'_>, input: &ShadingInput<'_>, order: &mut ShadingOrder, as_listed: bool) {
+    let triangles = &input.triangles;
+    let material_of = |identity: usize| frame.shade.draws[triangles.draw(identity as u32) as usize].material;
+    let count = triangles.identities.len();
+    // Planes for users are summed as fragments are shaded: in an order that does not depend on the tiles.
+    order.find(input.fragments, input.start, count, input.one_material, &material_of, as_listed);
+}
+
+/// Adds what passes through surfaces to their radiance, and writes down what they leave of what is behind them.
+#[inline(always)]
+fn add_transmitted<L: Lanes>(
+    l: L,
+    context: &ShadeContext<'_>,
+    of: &OneMaterial<'_>,
+    planes: &SurfacePlanes,
+    indices: &[u32],
+    radiance: V3<L>,
+    out: &mut Shaded,
+) -> V3<L> {
+    let passed = pass_through(l, context, of.material, planes, radiance);
+    if of.material.is_transmissive() && !out.transmitted.is_empty() {
+        let open = each!(c in passed.open => c.to_array());
+        let keep = each!(c in passed.keep => c.to_array());
+        for (k, &index) in indices.iter().enumerate() {
+            out.transmitted[index as usize] =
+                Some(Transmitted { open: each!(c => open[c][k]), keep: each!(c => keep[c][k]) });
+        }
+    }
+    passed.radiance
+}
+
+/// Writes the radiance of whole pixels to where they are, and that of other fragments to their list.
+#[inline(always)]
+fn hand_on(
+    input: &ShadingInput<'_>,
+    done: &ShadedBatch<'_>,
+    radiance: [[f32; LANES]; 3],
+    out: &mut Shaded,
+    pixels: &mut TilePixels,
+) {
+    let alpha = &done.planes.rows[layout::ALPHA.first];
+    let depth = &done.planes.rows[layout::DEPTH.first];
+    for (k, &index) in done.indices.iter().enumerate() {
+        let radiance = [radiance[0][k], radiance[1][k], radiance[2][k]];
+        let fragment = &done.batch.fragments[k];
+        if Some(fragment.mask) == input.whole {
+            let pixel = pixels.index(fragment);
+            pixels.linear[pixel] = whole_pixel(radiance);
+        } else {
+            out.fragments[index as usize] = ShadedFragment { radiance, alpha: alpha[k], depth: depth[k] };
+        }
+    }
+}
+
+/// Adds a batch to the planes for users and to the hashes of its stages, where they are wanted.
+#[inline(always)]
+fn describe(
+    frame: &FrameContext<'_>,
+    input: &ShadingInput<'_>,
+    done: &ShadedBatch<'_>,
+    shaded: &[ShadedFragment],
+    job: &mut TileJob,
+) {
+    let &ShadedBatch { of, batch, planes, indices } = done;
+    if let Some(hashes) = &mut job.hashes {
+        add_hashes(hashes, input, done, shaded);
+    }
+    if job.aovs.is_wanted() {
+        let (material, draws) = (of.number, frame.shade.draws);
+        let (opaque, samples) = (input.opaque, frame.pattern.len());
+        job.aovs.add(&AovBatch { batch, planes, material, draws, indices, opaque, samples });
+    }
+}
+
+/// Adds a batch to the hashes: samples, surface, what shading made of it.
+#[inline(never)]
+fn add_hashes(
+    hashes: &mut FragmentHashes,
+    input: &ShadingInput<'_>,
+    done: &ShadedBatch<'_>,
+    shaded: &[ShadedFragment],
+) {
+    let corner = input.tile.corner;
+    let rows = if done.of.model.reads_lobes() { layout::SURFACE } else { layout::CORE };
+    for (lane, &index) in done.indices.iter().enumerate() {
+        let fragment = &input.fragments[index as usize];
+        // Of points, the number among those of their chunk, likewise.
+        let (chunk, triangle) = input.triangles.identities[fragment.triangle as usize];
+        let key = [corner[0] + fragment.column(), corner[1] + fragment.row(), chunk, triangle];
+        hashes.add_samples(key, fragment.mask);
+        hashes.add_surface(key, done.planes, rows.clone(), lane);
+        hashes.add_shaded(key, &shaded[index as usize]);
+    }
+}
+
+/// What shading the opaque fragments takes, unless they are shaded already: blended ones are counted where they are listed.
+/// Sixteen lanes cost as much with fewer fragments, so where a cell has several
 /// materials, each but the first counts as a batch more: as many as there can be, whatever tiles the cells lie in.
-fn opaque_shading(
-    pass: &Pass<'_>,
-    of_tile: &TileShading<'_>,
-    fragments: &[Fragment],
-    order: &ShadingOrder,
-) -> u64 {
-    let [left, top] = of_tile.corner;
-    let lights = |fragment: &Fragment| pass.reach.count(left + fragment.column(), top + fragment.row());
-    let everywhere = pass.reach.everywhere();
-    if let (Some(material), true) = (of_tile.one_material, pass.reach.is_uniform()) {
-        let own = &pass.costs[material as usize];
-        return of_tile.opaque as u64 * (own.fragment + everywhere * own.light);
+fn opaque_shading(frame: &FrameContext<'_>, input: &ShadingInput<'_>, order: &ShadingOrder) -> u64 {
+    if input.start >= input.opaque {
+        return 0;
+    }
+    let FrameContext { costs, reach, .. } = frame;
+    let [left, top] = input.tile.corner;
+    let lights = |fragment: &Fragment| reach.count(left + fragment.column(), top + fragment.row());
+    let everywhere = reach.everywhere();
+    if let (Some(material), true) = (input.one_material, reach.is_uniform()) {
+        let own = &costs[material as usize];
+        return input.opaque as u64 * (own.fragment + everywhere * own.light);
     }
     let (mut units, mut listed, mut known) = (0, 0, 0_u16);
     for &(number, end) in &order.stretches {
-        let own = &pass.costs[number as usize];
+        let own = &costs[number as usize];
         let (mut cells, mut count, mut lit) = (0_u16, 0, 0);
         for &index in &order.indices[listed..end] {
             // Blended ones are counted when they are listed.
-            if (index as usize) < of_tile.opaque {
-                let fragment = &fragments[index as usize];
+            if (index as usize) < input.opaque {
+                let fragment = &input.fragments[index as usize];
                 cells |= 1 << (fragment.row() / CELL * 4 + fragment.column() / CELL);
                 count += 1;
-                lit += if pass.reach.is_uniform() { everywhere } else { lights(fragment) };
+                lit += if reach.is_uniform() { everywhere } else { lights(fragment) };
             }
         }
         listed = end;

@@ -1,15 +1,16 @@
 //! All tiles, each into its own rows of the picture.
 
 use super::aov::TileAovs;
-use super::bands::{Bands, Planes, TileRows};
+use super::bands::{Bands, Blank, Planes, TileRows};
 use super::crew::Crew;
-use super::options::RenderOptions;
-use super::tile_pass::{self, Pass, TileCost, TileJob, TileScratch};
+use super::pass::Pass;
+use super::tile_pass::{self, TileCost, TileJob, TileScratch};
 use super::trace::FragmentHashes;
 use crate::dispatch_available;
-use crate::frame::{AovPlane, Clipping};
+use crate::frame::{Aov, AovPlane, Clipping};
 use crate::jobs::Scratch;
-use crate::tile::{TileBins, TileGrid};
+use crate::math::lanes::SimdLevel;
+use crate::tile::TileGrid;
 
 /// Working memory of all tiles, kept from frame to frame.
 #[derive(Debug, Default)]
@@ -24,6 +25,7 @@ pub(super) struct TileMemory {
 }
 
 /// What the tiles find beside the picture.
+#[derive(Default)]
 pub(super) struct Found {
     /// Number of fragments.
     pub fragments: u64,
@@ -39,93 +41,77 @@ pub(super) struct Found {
     pub hashes: Option<FragmentHashes>,
 }
 
-/// Renders all tiles.
+/// Draws all tiles into the planes, in a pass that draws.
 pub(super) fn render_tiles(
     crew: &mut Crew<'_>,
     pass: &Pass<'_>,
-    bins: &TileBins,
     memory: &mut TileMemory,
     planes: &mut Planes,
-    options: &RenderOptions,
+    simd: SimdLevel,
 ) -> Found {
-    let grid = &pass.grid;
+    let grid = &pass.frame.grid;
+    let wanted = pass.wanted();
     let bands = Bands::of(planes, grid, &mut memory.bands);
     let mut tiles = std::mem::take(&mut memory.tiles);
     tiles.extend((0..grid.len()).map(|tile| {
         let [_, _, width, height] = grid.pixels(tile);
         TileJob {
-            aovs: TileAovs::new(&options.aovs, width as usize, height as usize),
-            tinted: false,
-            clipping: Clipping::default(),
-            cost: memory.costs.get(tile).copied().filter(|_| pass.redraws).unwrap_or_default(),
-            hashes: options.stage_hashes.then(FragmentHashes::default),
+            aovs: TileAovs::new(wanted.aovs, width as usize, height as usize),
+            cost: memory.costs.get(tile).copied().unwrap_or_default(),
+            hashes: wanted.hashes.then(FragmentHashes::default),
+            ..TileJob::default()
         }
     }));
     crew.for_each_with_scratch(&mut memory.scratch, &mut tiles, |scratch, tile, job| {
-        let runs = bins.runs(tile);
         let mut rows = std::mem::take(&mut scratch.rows).emptied();
         bands.take(grid, tile, &mut rows);
-        dispatch_available!(
-            options.simd,
-            l => tile_pass::render_tile(l, pass, tile, runs, scratch, &mut rows, job)
-        );
+        let tile = &pass.tile(tile);
+        dispatch_available!(simd, l => tile_pass::render_tile(l, pass, tile, scratch, &mut rows, job));
         scratch.rows = rows.emptied();
     });
     TileScratch::level(&mut memory.scratch);
+    memory.bands = bands.emptied();
+    planes.blank = Blank::default();
     memory.costs.clear();
     memory.costs.extend(tiles.iter().map(|t| t.cost));
-    let fragments = tiles.iter().map(|t| t.cost.fragments).sum();
-    let covered = tiles.iter().map(|t| t.cost.covered).sum();
-    let tinted = tiles.iter().any(|t| t.tinted);
-    let clipping = tiles.iter().fold(Clipping::default(), |sum, t| sum.plus(t.clipping));
-    let hashes = options.stage_hashes.then(|| {
-        let mut sum = FragmentHashes::default();
-        tiles.iter().filter_map(|t| t.hashes.as_ref()).for_each(|hashes| sum.add(hashes));
-        sum
-    });
-    let aovs = join_planes(grid, &mut tiles, options);
+    let found = Found {
+        fragments: tiles.iter().map(|t| t.cost.fragments).sum(),
+        covered: tiles.iter().map(|t| t.cost.covered).sum(),
+        tinted: tiles.iter().any(|t| t.tinted),
+        clipping: tiles.iter().fold(Clipping::default(), |sum, t| sum.plus(t.clipping)),
+        hashes: wanted.hashes.then(|| {
+            let mut sum = FragmentHashes::default();
+            tiles.iter().filter_map(|t| t.hashes.as_ref()).for_each(|hashes| sum.add(hashes));
+            sum
+        }),
+        aovs: join_planes(grid, &mut tiles, wanted.aovs),
+    };
     tiles.clear();
     memory.tiles = tiles;
-    memory.bands = bands.emptied();
-    Found { fragments, covered, aovs, tinted, clipping, hashes }
+    found
 }
 
 /// Counts the work of all tiles in their order, on one thread and without shading anything, until a limit stops it: the sums
 /// then say which one is passed first. `costs` is what each tile took in the pass before, and then in this one.
-pub(super) fn count_tiles(
-    pass: &Pass<'_>,
-    bins: &TileBins,
-    costs: &mut Vec<TileCost>,
-    options: &RenderOptions,
-) {
-    let grid = &pass.grid;
-    costs.resize(grid.len(), TileCost::default());
+pub(super) fn count_tiles(pass: &Pass<'_>, costs: &mut Vec<TileCost>, simd: SimdLevel) {
+    let tiles = pass.frame.grid.len();
+    costs.resize(tiles, TileCost::default());
     let mut scratch = TileScratch::default();
     for (tile, cost) in costs.iter_mut().enumerate() {
         if pass.work.is_stopped() {
             return;
         }
-        let mut job = TileJob {
-            aovs: TileAovs::default(),
-            tinted: false,
-            clipping: Clipping::default(),
-            cost: *cost,
-            hashes: None,
-        };
-        let (scratch, job, rows) = (&mut scratch, &mut job, &mut TileRows::default());
-        dispatch_available!(
-            options.simd,
-            l => tile_pass::render_tile(l, pass, tile, bins.runs(tile), scratch, rows, job)
-        );
+        let mut job = TileJob { cost: *cost, ..TileJob::default() };
+        let (tile, scratch, job, rows) = (&pass.tile(tile), &mut scratch, &mut job, &mut TileRows::default());
+        dispatch_available!(simd, l => tile_pass::render_tile(l, pass, tile, scratch, rows, job));
         *cost = job.cost;
     }
 }
 
 /// The G-buffer planes of all tiles as planes of the picture.
-fn join_planes(grid: &TileGrid, tiles: &mut Vec<TileJob>, options: &RenderOptions) -> Vec<AovPlane> {
+fn join_planes(grid: &TileGrid, tiles: &mut Vec<TileJob>, wanted: &[Aov]) -> Vec<AovPlane> {
     let [width, height] = [grid.width() as usize, grid.height() as usize];
-    let mut planes: Vec<AovPlane> = options
-        .aovs
+    let mut planes: Vec<AovPlane> = wanted
         .iter()
         .map(|&aov| AovPlane { aov, data: vec![0.0; aov.channels() * width * height] })
         .collect();

@@ -127,7 +127,7 @@ fn feed<const N: usize>(hasher: &mut Xxh3, numbers: impl IntoIterator<Item = [u8
 }
 
 /// The hash of meshes, splats and textures.
-pub(super) fn scene(scene: &Scene) -> u128 {
+fn scene(scene: &Scene) -> u128 {
     let mut hasher = Xxh3::new();
     for mesh in scene.meshes() {
         for attribute in [
@@ -152,7 +152,7 @@ pub(super) fn scene(scene: &Scene) -> u128 {
 }
 
 /// The hash of a filtered environment.
-pub(super) fn environment(filtered: &PrefilteredEnvironment) -> u128 {
+fn environment(filtered: &PrefilteredEnvironment) -> u128 {
     let mut hasher = Xxh3::new();
     feed(&mut hasher, filtered.texels().iter().map(|v| v.to_le_bytes()));
     hasher.digest128()
@@ -202,6 +202,11 @@ pub(super) fn geometry<'a>(
 }
 
 impl StageHashes {
+    /// Of what there is before the tiles are drawn.
+    pub(super) fn before_tiles(of: &Scene, filtered: &PrefilteredEnvironment, geometry: u128) -> Self {
+        Self { scene: scene(of), environment: environment(filtered), geometry, ..Self::default() }
+    }
+
     /// Fills in what the tiles found and what became of it.
     pub(super) fn finish(mut self, fragments: &FragmentHashes, frame: &Frame) -> Self {
         self.raster = fragments.raster;

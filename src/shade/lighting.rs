@@ -8,7 +8,7 @@ use crate::math::vec3::V3;
 use crate::scene::{Material, ShadingModel};
 
 /// Largest radiance of a fragment; the sun's disc has 2e9 candela per square metre.
-const MAX_RADIANCE: f32 = 1e12;
+pub(super) const MAX_RADIANCE: f32 = 1e12;
 
 /// Radiance that sixteen fragments of one material send to the viewer, linear, not multiplied by opacity.
 ///

@@ -5,6 +5,7 @@
 //! by way of [`Source`]. Most are [`AdditiveModel`]s; those that compose diffuse and specular light apart have a sum of their own.
 
 use super::incident::{Surroundings, sample_light};
+use super::transmission::shaded_color;
 use super::{ShadeContext, Surface};
 use crate::coat::EnvironmentQuery;
 use crate::gbuffer::layout::SurfacePlanes;
@@ -190,7 +191,7 @@ pub(super) fn radiance<L: Lanes, M: Model>(
     l.run(
         #[inline(always)]
         || {
-            let surface = Surface::load(l, material, M::READS_LOBES, planes);
+            let surface = Surface::load_with(l, material, M::READS_LOBES, planes, shaded_color(material));
             let layers = model.layers(l, material, &surface);
             let mut sum = model.begin(l, &layers, &surface);
             if M::LIGHTS_FIRST {

@@ -116,11 +116,11 @@ struct Group<'a> {
 
 impl<'a, const N: usize> ReadingPlan<'a, N> {
     pub(super) fn new(places: [Option<&'a TextureRef>; N], textures: &'a [Texture]) -> Self {
-        let mut left = places;
+        let mut rest = places;
         let mut plan = Self { groups: [None; N], slots: [0; N] };
         let mut used = 0;
         for group in &mut plan.groups {
-            let Some(taken) = Group::take(&mut left, textures, used, &mut plan.slots) else { break };
+            let Some(taken) = Group::take(&mut rest, textures, used, &mut plan.slots) else { break };
             used += taken.len;
             *group = Some(taken);
         }
@@ -136,29 +136,29 @@ impl<'a, const N: usize> ReadingPlan<'a, N> {
         fetched: &mut Fetched<L>,
         texels: &mut [[L::F; 4]; N],
     ) {
-        let mut left = &mut texels[..];
+        let mut rest = &mut texels[..];
         for (group, sample) in self.groups.iter().flatten().zip(samples) {
-            let (out, others) = left.split_at_mut(group.len.min(left.len()));
+            let (out, others) = rest.split_at_mut(group.len.min(rest.len()));
             sample.sample(l, &group.textures[..group.len], fetched, out);
-            left = others;
+            rest = others;
         }
     }
 }
 
 impl<'a> Group<'a> {
-    /// Takes the first texture that is left and those that are read like it; the first goes into slot `start`.
+    /// Takes the first texture of the `rest` and those that are read like it; the first goes into slot `start`.
     fn take<const N: usize>(
-        left: &mut [Option<&'a TextureRef>; N],
+        rest: &mut [Option<&'a TextureRef>; N],
         textures: &'a [Texture],
         start: usize,
         slots: &mut [usize; N],
     ) -> Option<Self> {
-        let place = left.iter().position(Option::is_some)?;
-        let first = left[place].take()?;
+        let place = rest.iter().position(Option::is_some)?;
+        let first = rest[place].take()?;
         slots[place] = start;
         let of_first = &textures[first.texture.index()];
         let mut group = Self { first, textures: [of_first; MAX_TOGETHER], len: 1 };
-        for (place, slot) in left.iter_mut().zip(slots).skip(place + 1) {
+        for (place, slot) in rest.iter_mut().zip(slots).skip(place + 1) {
             let Some(other) = *place else { continue };
             let of_other = &textures[other.texture.index()];
             if (other.uv_set, other.transform) != (first.uv_set, first.transform)

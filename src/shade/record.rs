@@ -1,6 +1,6 @@
 //! Surfaces into the planes of the G-buffer and back, bit for bit.
 
-use super::surface::{Dielectric, Reflectance, Surface, SurfacePlace, SurfaceTextures, evaluate_surface};
+use super::surface::{Dielectric, Reflectance, Surface, SurfacePlace, SurfaceReading, evaluate_surface};
 use super::{LobeValues, ShadeContext};
 use crate::each;
 use crate::gbuffer::Batch;
@@ -25,24 +25,22 @@ pub(super) fn get<L: Lanes, const N: usize>(l: L, planes: &SurfacePlanes, plane:
     each!(n => l.load(&rows[n]))
 }
 
-/// Evaluates sixteen fragments of one material at their `place`, with its `textures`, into the planes of the G-buffer; without
-/// `lobes`, only the core.
+/// Evaluates sixteen fragments at their `place`, as the surfaces of their material are read, into the planes of the G-buffer;
+/// without the lobes, only into the core.
 ///
 /// A function of its own for each instruction set: textures are read here and nowhere in the shading models.
 #[inline(never)]
 pub fn store_surface<L: Lanes>(
     l: L,
     context: &ShadeContext<'_>,
-    material: &Material,
-    textures: &SurfaceTextures<'_>,
+    reading: &SurfaceReading<'_>,
     batch: &Batch,
     place: &mut SurfacePlace<L>,
-    lobes: bool,
     planes: &mut SurfacePlanes,
 ) {
     l.run(
         #[inline(always)]
-        || evaluate_surface(l, context, material, textures, batch, place, lobes).store(l, lobes, planes),
+        || evaluate_surface(l, context, reading, batch, place).store(l, reading.lobes, planes),
     );
 }
 
@@ -86,6 +84,19 @@ impl<L: Lanes> Surface<L> {
     #[inline(always)]
     #[must_use]
     pub fn load(l: L, material: &Material, lobes: bool, planes: &SurfacePlanes) -> Self {
+        Self::load_with(l, material, lobes, planes, layout::BASE_COLOR)
+    }
+
+    /// As [`Surface::load`], with the base colour of another plane.
+    #[inline(always)]
+    #[must_use]
+    pub(super) fn load_with(
+        l: L,
+        material: &Material,
+        lobes: bool,
+        planes: &SurfacePlanes,
+        base_color: Plane,
+    ) -> Self {
         use layout::*;
         let [alpha] = get(l, planes, ALPHA);
         let [roughness] = get(l, planes, ROUGHNESS);
@@ -111,7 +122,7 @@ impl<L: Lanes> Surface<L> {
             normal: get(l, planes, NORMAL),
             coat_normal: get(l, planes, COAT_NORMAL),
             vertex_normal: get(l, planes, VERTEX_NORMAL),
-            base_color: get(l, planes, BASE_COLOR),
+            base_color: get(l, planes, base_color),
             alpha,
             reflectance,
             roughness,
@@ -159,7 +170,7 @@ mod tests {
                 Surface::load(l, &material, true, &planes).store(l, true, &mut back);
                 Surface::load(l, &material, false, &planes).store(l, false, &mut core);
             });
-            assert_eq!(back.rows, planes.rows, "{level}");
+            assert_eq!(back.rows[layout::SURFACE], planes.rows[layout::SURFACE], "{level}");
             assert_eq!(core.rows[layout::CORE], planes.rows[layout::CORE], "{level}");
             assert!(core.rows[layout::LOBES].iter().flatten().all(|&v| v == 0.0));
         }

@@ -128,6 +128,23 @@ pub(super) fn opacity<L: Lanes>(
     alpha
 }
 
+/// Base colour and opacity times the colours of the vertices.
+#[inline(always)]
+fn with_vertex_colors<L: Lanes>(
+    l: L,
+    context: &ShadeContext<'_>,
+    batch: &Batch,
+    location: &Location<L>,
+    base_color: [L::F; 4],
+) -> [L::F; 4] {
+    if !has_colors(context, batch) {
+        return base_color;
+    }
+    let colors = batch.vertices.attribute(l, context.draws, [1.0; 4], Mesh::colors);
+    let color = location.interpolate(&colors);
+    each!(n => base_color[n] * color[n])
+}
+
 /// True if some lane's mesh has vertex colours.
 #[inline(always)]
 fn has_colors(context: &ShadeContext<'_>, batch: &Batch) -> bool {
@@ -158,35 +175,33 @@ impl<L: Lanes> SurfacePlace<L> {
     }
 
     /// Finds where the fragments of a batch lie, in place of what was there, and asks the processor for the texels that they
-    /// will read of the `textures` of their material.
+    /// will read.
     ///
     /// A function of its own for each instruction set.
     #[inline(never)]
-    pub fn find(&mut self, l: L, context: &ShadeContext<'_>, textures: &SurfaceTextures<'_>, batch: &Batch) {
+    pub fn find(&mut self, l: L, context: &ShadeContext<'_>, reading: &SurfaceReading<'_>, batch: &Batch) {
         l.run(
             #[inline(always)]
             || {
                 self.location = locate(l, batch, context.rays.perspective);
                 self.coordinates = coordinates(l, context, batch, &self.location);
                 let reader = Reader::new(l, context, &self.coordinates, batch);
-                reader.plan_samples(&textures.plan, &mut self.samples);
+                reader.plan_samples(&reading.textures.plan, &mut self.samples);
             },
         );
     }
 }
 
-/// Evaluates sixteen fragments of one material at their `place`, with its `textures`. Without `wants_lobes` the material's
-/// lobes and tangents are left out.
+/// Evaluates sixteen fragments at their `place`, as the surfaces of their material are read.
 #[inline(always)]
 pub(super) fn evaluate_surface<L: Lanes>(
     l: L,
     context: &ShadeContext<'_>,
-    material: &Material,
-    textures: &SurfaceTextures<'_>,
+    reading: &SurfaceReading<'_>,
     batch: &Batch,
     place: &mut SurfacePlace<L>,
-    wants_lobes: bool,
 ) -> Surface<L> {
+    let &SurfaceReading { material, ref textures, lobes: wants_lobes } = reading;
     let SurfacePlace { location, coordinates, samples, texels, fetched } = place;
     let distance = context.rays.distance(l, location.depth);
     let (start, ray) = context.rays.ray(l, location.screen);
@@ -201,13 +216,8 @@ pub(super) fn evaluate_surface<L: Lanes>(
     let [base, workflow, occluding, emitting, coat, coat_rough, mapped, coat_mapped] =
         each!(slot in textures.plan.slots => &texels[slot]);
 
-    let mut base_color = scaled(l, material.base_color, textures.base_color, base);
-    if has_colors(context, batch) {
-        let colors = batch.vertices.attribute(l, context.draws, [1.0; 4], Mesh::colors);
-        let color = location.interpolate(&colors);
-        base_color = each!(n => base_color[n] * color[n]);
-    }
-    let [red, green, blue, alpha] = base_color;
+    let base = scaled(l, material.base_color, textures.base_color, base);
+    let [red, green, blue, alpha] = with_vertex_colors(l, context, batch, location, base);
     let alpha = match material.alpha_mode {
         AlphaMode::Blend => alpha.saturate(),
         AlphaMode::Opaque | AlphaMode::Mask { .. } => l.splat(1.0),
@@ -224,13 +234,7 @@ pub(super) fn evaluate_surface<L: Lanes>(
 
     let frame = NormalFrame::new(l, context, material, batch, location, view);
     let normal = frame.shading_normal(l, material.normal_texture.as_ref(), mapped, view);
-    let coat_normal = if material.coat > 0.0 && material.coat_normal_texture == material.normal_texture {
-        normal
-    } else if material.coat > 0.0 {
-        frame.shading_normal(l, material.coat_normal_texture.as_ref(), coat_mapped, view)
-    } else {
-        face_viewer(l, frame.normal, view)
-    };
+    let coat_normal = frame.coat_normal(l, material, coat_mapped, normal, view);
 
     let (mut lobes, mut tangent, mut bitangent) =
         (LobeValues::none(l), [l.splat(1.0), l.zero(), l.zero()], [l.zero(), l.splat(1.0), l.zero()]);
@@ -271,9 +275,27 @@ pub(super) fn evaluate_surface<L: Lanes>(
 /// How many textures every model reads.
 const PLACES: usize = 8;
 
+/// How the surfaces of one material are read: what all batches of it have in common.
+#[derive(Debug)]
+pub struct SurfaceReading<'a> {
+    /// The material.
+    pub material: &'a Material,
+    textures: SurfaceTextures<'a>,
+    /// With the material's lobes and tangents, which are left out otherwise.
+    pub(super) lobes: bool,
+}
+
+impl<'a> SurfaceReading<'a> {
+    /// Of a material of the scene, with its lobes or without.
+    #[must_use]
+    pub fn of(material: &'a Material, textures: &'a [Texture], lobes: bool) -> Self {
+        Self { material, textures: SurfaceTextures::of(material, textures), lobes }
+    }
+}
+
 /// The textures of a material that every model reads, without those of no effect, and how they are read.
 #[derive(Debug)]
-pub struct SurfaceTextures<'a> {
+struct SurfaceTextures<'a> {
     base_color: Option<&'a TextureRef>,
     occlusion: Option<&'a TextureRef>,
     emissive: Option<&'a TextureRef>,
@@ -284,8 +306,7 @@ pub struct SurfaceTextures<'a> {
 
 impl<'a> SurfaceTextures<'a> {
     /// Those of a material of the scene.
-    #[must_use]
-    pub fn of(material: &'a Material, textures: &'a [Texture]) -> Self {
+    fn of(material: &'a Material, textures: &'a [Texture]) -> Self {
         let (Workflow::MetallicRoughness { texture: workflow, .. }
         | Workflow::SpecularGlossiness { texture: workflow, .. }) = &material.workflow;
         let (emits, has_coat) = (material.emissive != [0.0; 3], material.coat > 0.0);
@@ -407,6 +428,25 @@ impl<L: Lanes> NormalFrame<L> {
         let basis =
             [vec3::scale(l, tangent, side), vec3::scale(l, bitangent, side), vec3::scale(l, world, side)];
         Self { normal: unit, basis: Some(basis) }
+    }
+
+    /// The normal of the clear coat, that of the base being known.
+    #[inline(always)]
+    fn coat_normal(
+        &self,
+        l: L,
+        material: &Material,
+        mapped: &[L::F; 4],
+        normal: V3<L>,
+        view: V3<L>,
+    ) -> V3<L> {
+        if material.coat <= 0.0 {
+            face_viewer(l, self.normal, view)
+        } else if material.coat_normal_texture == material.normal_texture {
+            normal
+        } else {
+            self.shading_normal(l, material.coat_normal_texture.as_ref(), mapped, view)
+        }
     }
 
     /// Unit tangent and bitangent about a shading normal, turned by the direction of the anisotropy. Some basis where the

@@ -6,8 +6,9 @@
 //! surface, a share passes straight through, refracted and tinted by the base colour, in place of being reflected
 //! diffusely.
 //!
-//! The diffuse part is held back before a model shades the surface ([`hold_back`]), by dimming its base colour, and what
-//! passes is added afterwards ([`pass_through`]): no model needs to know. Deviations:
+//! What passes through is written into planes of its own once the surface is known ([`store_transmission`]), base and coat are
+//! shaded with what the surface keeps of its base colour ([`shaded_color`]), and what passes is added to that
+//! ([`pass_through`]): no model needs to know. Deviations:
 //!
 //! - A smooth thin wall (no volume, roughness 0) multiplies what is behind it exactly, sample by sample and layer by layer, in
 //!   place of looking it up; everything else sees the opaque surfaces behind it, not blended and other transmissive ones.
@@ -19,42 +20,26 @@
 //!   ([`crate::frame::Frame::transmittance`]), and opacity is 1 less the mean of that.
 
 use super::incident::{Surroundings, sample_light};
+use super::lighting::MAX_RADIANCE;
 use super::lobes::{color, scalar};
 use super::reader::Reader;
+use super::record::{get, put};
+use super::refraction::refracted_roughness;
 use super::surface::{SurfacePlace, opacity};
-use super::{Backdrop, Reflectance, ShadeContext, Surface};
+use super::{Reflectance, ShadeContext, Surface};
 use crate::brdf::{fresnel, ggx, tables};
 use crate::coat::gltf::ibl_ggx_fresnel;
 use crate::each;
 use crate::gbuffer::Batch;
-use crate::gbuffer::layout::{self, SurfacePlanes};
+use crate::gbuffer::layout::{self, Plane, SurfacePlanes};
+use crate::math::exp_transmittance;
 use crate::math::lanes::{Float, Lanes, Mask};
 use crate::math::vec3::{self, V3};
-use crate::math::{exp_transmittance, log2};
 use crate::scene::{AlphaMode, Material, Workflow};
 use std::f32::consts::FRAC_1_PI;
 
 /// Least GGX alpha at which lights are scattered forward; below, their images are too small to be seen.
 const LEAST_ALPHA: f32 = 0.002;
-
-/// Largest radiance of a fragment.
-const MAX_RADIANCE: f32 = 1e12;
-
-/// What was held back of sixteen fragments.
-#[derive(Clone, Copy)]
-pub struct HeldBack<L: Lanes> {
-    /// The base colour as it was.
-    base_color: V3<L>,
-    /// Share of the light that is not reflected that passes straight through.
-    straight: L::F,
-    /// Share that leaves on the other side in all directions.
-    diffuse: L::F,
-    diffuse_color: V3<L>,
-    /// Thickness of the volume in units of the world.
-    thickness: L::F,
-    /// Whether the surface is there at all.
-    opacity: L::F,
-}
 
 /// What fragments that let light through add to a sample, and what they leave of what is behind them.
 #[derive(Clone, Copy)]
@@ -68,86 +53,82 @@ pub struct Passed<L: Lanes> {
     pub keep: V3<L>,
 }
 
-/// Dims the base colour in `planes` by what will pass through. `batch` and `place` are those that `planes` was made of.
+/// Writes the planes of transmission for a surface that is in `planes` already. `batch` and `place` are those that it was made
+/// of.
 #[inline(never)]
-pub fn hold_back<L: Lanes>(
+pub fn store_transmission<L: Lanes>(
     l: L,
     context: &ShadeContext<'_>,
     material: &Material,
     batch: &Batch,
     place: &SurfacePlace<L>,
     planes: &mut SurfacePlanes,
-) -> HeldBack<L> {
+) {
     l.run(
         #[inline(always)]
         || {
             let reader = Reader::new(l, context, &place.coordinates, batch);
             let given = &material.lobes.transmission;
             let straight = scalar(&given.factor, &reader);
-            let diffuse = scalar(&given.diffuse, &reader);
+            let scattered = scalar(&given.diffuse, &reader);
             let unit = batch.vertices.number(l, context.draws, |draw| draw.scale);
-            let metallic = match material.workflow {
-                Workflow::MetallicRoughness { .. } => l.load(&planes.rows[layout::METALLIC.first]),
-                Workflow::SpecularGlossiness { .. } => l.zero(),
+            let [metallic] = match material.workflow {
+                Workflow::MetallicRoughness { .. } => get(l, planes, layout::METALLIC),
+                Workflow::SpecularGlossiness { .. } => [l.zero()],
             };
             let dielectric = metallic.one_minus();
             let straight = straight * dielectric;
-            let diffuse = diffuse * dielectric * straight.one_minus();
-            let kept = (straight + diffuse).one_minus();
-            let rows = &mut planes.rows[layout::BASE_COLOR.first..layout::BASE_COLOR.first + 3];
-            let base_color = each!(k => l.load(&rows[k]));
-            for k in 0..3 {
-                rows[k] = (base_color[k] * kept).to_array();
-            }
-            let opacity = match material.alpha_mode {
-                AlphaMode::Opaque => l.splat(1.0),
-                AlphaMode::Blend => l.load(&planes.rows[layout::ALPHA.first]),
+            let scattered = scattered * dielectric * straight.one_minus();
+            let presence = match material.alpha_mode {
+                AlphaMode::Opaque => [l.splat(1.0)],
+                AlphaMode::Blend => get(l, planes, layout::ALPHA),
                 AlphaMode::Mask { cutoff } => {
                     let alpha = opacity(l, context, material, batch);
-                    alpha.ge(l.splat(cutoff)).select(l.splat(1.0), l.zero())
+                    [alpha.ge(l.splat(cutoff)).select(l.splat(1.0), l.zero())]
                 }
             };
-            let thickness = scalar(&given.thickness, &reader) * unit;
-            HeldBack {
-                base_color,
-                straight,
-                diffuse,
-                diffuse_color: color(&given.diffuse_color, &reader),
-                thickness,
-                opacity,
-            }
+            let kept = (straight + scattered).one_minus();
+            let base_color: V3<L> = get(l, planes, layout::BASE_COLOR);
+            put(planes, layout::KEPT_COLOR, each!(c in base_color => c * kept));
+            put(planes, layout::STRAIGHT_SHARE, [straight]);
+            put(planes, layout::SCATTERED_SHARE, [scattered]);
+            put(planes, layout::SCATTERED_COLOR, color(&given.diffuse_color, &reader));
+            put(planes, layout::VOLUME_THICKNESS, [scalar(&given.thickness, &reader) * unit]);
+            put(planes, layout::PRESENCE, presence);
         },
     )
 }
 
-/// Adds what passes through to `radiance`, which a model made of the surface that [`hold_back`] has dimmed, and gives the
-/// surface its base colour back. `backdrop` is asked where [`Material::refracts`].
+/// The plane of the base colour that surfaces of a material are shaded with: without what passes through them.
+#[inline(always)]
+pub(super) fn shaded_color(material: &Material) -> Plane {
+    if material.transmits() { layout::KEPT_COLOR } else { layout::BASE_COLOR }
+}
+
+/// Adds what passes through to the `radiance` of the surface. Where [`Material::refracts`], the planes of the backdrop have to
+/// be filled.
 #[inline(never)]
 pub fn pass_through<L: Lanes>(
     l: L,
     context: &ShadeContext<'_>,
-    backdrop: &Backdrop,
     material: &Material,
-    planes: &mut SurfacePlanes,
-    held: &HeldBack<L>,
+    planes: &SurfacePlanes,
     radiance: V3<L>,
 ) -> Passed<L> {
     l.run(
         #[inline(always)]
         || {
-            for k in 0..3 {
-                planes.rows[layout::BASE_COLOR.first + k] = held.base_color[k].to_array();
-            }
             let surface = Surface::load(l, material, false, planes);
+            let [straight] = get(l, planes, layout::STRAIGHT_SHARE);
+            let [scattered] = get(l, planes, layout::SCATTERED_SHARE);
+            let scattered_color: V3<L> = get(l, planes, layout::SCATTERED_COLOR);
+            let [thickness] = get(l, planes, layout::VOLUME_THICKNESS);
+            let [presence] = get(l, planes, layout::PRESENCE);
             let open = not_reflected(l, &surface);
             let extinction = material.lobes.transmission.extinction();
-            let volume: V3<L> = each!(s in extinction => {
-                exp_transmittance(l, held.thickness * -s)
-            });
-            let scattered: V3<L> = each!(k => {
-                open[k] * held.diffuse_color[k] * volume[k] * held.diffuse
-            });
-            let tint: V3<L> = each!(k => open[k] * held.base_color[k] * volume[k] * held.straight);
+            let volume: V3<L> = each!(s in extinction => exp_transmittance(l, thickness * -s));
+            let scattered: V3<L> = each!(k => open[k] * scattered_color[k] * volume[k] * scattered);
+            let tint: V3<L> = each!(k => open[k] * surface.base_color[k] * volume[k] * straight);
             let mut sum = radiance;
             if material.lobes.transmission.diffuse.factor > 0.0 {
                 let behind = light_from_behind(l, context, &surface);
@@ -160,17 +141,17 @@ pub fn pass_through<L: Lanes>(
                 sum = each!(k => sum[k] + tint[k] * lights[k]);
             }
             if material.refracts() {
-                let seen = refracted(l, context, backdrop, material, &surface, held.thickness);
-                sum = each!(k => sum[k] + tint[k] * seen.color[k]);
-                open = each!(k => tint[k] * seen.opacity[k].one_minus());
+                let seen: V3<L> = get(l, planes, layout::BACKDROP_COLOR);
+                let opacity: V3<L> = get(l, planes, layout::BACKDROP_OPACITY);
+                sum = each!(k => sum[k] + tint[k] * seen[k]);
+                open = each!(k => tint[k] * opacity[k].one_minus());
                 keep = [l.zero(); 3];
             }
-            let opacity = held.opacity;
-            let hidden = opacity.one_minus();
+            let hidden = presence.one_minus();
             Passed {
-                radiance: each!(c in sum => c.clamp_to(0.0, MAX_RADIANCE) * opacity),
-                open: each!(c in open => c * opacity),
-                keep: each!(c in keep => hidden + opacity * c),
+                radiance: each!(c in sum => c.clamp_to(0.0, MAX_RADIANCE) * presence),
+                open: each!(c in open => c * presence),
+                keep: each!(c in keep => hidden + presence * c),
             }
         },
     )
@@ -237,66 +218,4 @@ fn lights_through<L: Lanes>(
         sum = each!(k => sum[k] + sample.irradiance[k] * lobe);
     }
     sum
-}
-
-/// `applyIorToRoughness`: an index of 1 does not scatter, one of 1.5 and more as the roughness has it.
-#[inline(always)]
-fn refracted_roughness<F: Float>(material: &Material, roughness: F) -> F {
-    let share = material.ior * 2.0 - 2.0;
-    roughness * if share > 0.0 { if share < 1.0 { share } else { 1.0 } } else { 0.0 }
-}
-
-/// What is seen through a surface.
-struct Seen<L: Lanes> {
-    /// Premultiplied.
-    color: V3<L>,
-    /// Of red, green and blue, which dispersion bends to different places.
-    opacity: V3<L>,
-}
-
-/// What is seen through the surface (`getIBLVolumeRefraction`).
-#[inline(always)]
-fn refracted<L: Lanes>(
-    l: L,
-    context: &ShadeContext<'_>,
-    backdrop: &Backdrop,
-    material: &Material,
-    surface: &Surface<L>,
-    thickness: L::F,
-) -> Seen<L> {
-    let level = blur(l, backdrop, refracted_roughness(material, surface.roughness)).to_array();
-    let transmission = &material.lobes.transmission;
-    let ior = if material.ior > 1.0 { material.ior } else { 1.0 };
-    // Half of what red and blue lie apart: KHR_materials_dispersion.
-    let spread = (ior - 1.0) * 0.025 * transmission.dispersion;
-    let n_dot_v = vec3::dot(l, surface.normal, surface.view).saturate();
-    let mut seen = Seen { color: [l.zero(); 3], opacity: [l.zero(); 3] };
-    let count = if spread > 0.0 { 3 } else { 1 };
-    for k in 0..count {
-        let ior = if count == 1 { ior } else { ior + spread * (k as f32 - 1.0) };
-        // GLSL's refract; no index is below 1, so there is no total reflection.
-        let eta = 1.0 / if ior > 1.0 { ior } else { 1.0 };
-        let inside = (n_dot_v.squared().one_minus() * (eta * eta)).one_minus().at_least(0.0).sqrt();
-        let along_normal = n_dot_v * eta - inside;
-        let exit: V3<L> = each!(c => surface.position[c]
-            + (surface.normal[c] * along_normal - surface.view[c] * eta) * thickness);
-        let screen = context.rays.project(l, exit);
-        let color = backdrop.sample([screen[0].to_array(), screen[1].to_array()], level);
-        let opacity = l.load(&color[3]);
-        if count == 1 {
-            return Seen { color: each!(c => l.load(&color[c])), opacity: [opacity; 3] };
-        }
-        seen.color[k] = l.load(&color[k]);
-        seen.opacity[k] = opacity;
-    }
-    seen
-}
-
-/// The level of the backdrop for a perceptual roughness: as wide a share of the picture as that of a buffer of 1024 pixels
-/// (`log2(framebufferSize) * roughness`), but sharp where the surface is smooth.
-#[inline(always)]
-fn blur<L: Lanes>(l: L, backdrop: &Backdrop, roughness: L::F) -> L::F {
-    const LEVELS: f32 = 10.0;
-    let larger = log2(l, l.splat(backdrop.side() as f32)) - LEVELS;
-    roughness * LEVELS + larger * (roughness * LEVELS).saturate()
 }

@@ -188,7 +188,7 @@ impl Parameter {
             ReadBy::Knowing(feature) => model.knows(feature),
             ReadBy::Models(models) => models.contains(model),
         };
-        ShadingModel::ALL.into_iter().filter(reads).collect()
+        ShadingModel::ALL.iter().copied().filter(reads).collect()
     }
 
     /// The numbers that it takes; nothing where it is none.

@@ -101,7 +101,7 @@ parameters! {
         "model",
         "model",
         Kind::Name {
-            names: || ShadingModel::ALL.into_iter().map(ShadingModel::name).collect(),
+            names: || ShadingModel::ALL.iter().copied().map(ShadingModel::name).collect(),
             get: |m| m.model.map_or("", ShadingModel::name),
             set: |m, name| m.model = ShadingModel::from_name(name),
         },

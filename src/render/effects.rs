@@ -1,0 +1,49 @@
+//! What effects look up, prepared before the tiles that they are asked in are drawn: on all threads, once for a scene or once
+//! for a frame. The other part of an effect, which is asked for each batch of fragments, is in `shade/effects.rs`.
+//!
+//! What is found of a scene alone, whatever the camera, belongs before the first pass, and is kept for as long as scenes share
+//! it, as `environment.rs` keeps what it has filtered. What needs pixels of the frame is prepared after the pass that draws
+//! them: [`EffectMemory::after`].
+
+use super::crew::Crew;
+use super::pass::PassKind;
+use crate::shade::{Backdrop, Effects};
+use crate::tile::TileGrid;
+
+/// What is prepared, in memory that is kept from one picture to the next.
+#[derive(Debug, Default)]
+pub(super) struct EffectMemory {
+    backdrop: Backdrop,
+}
+
+impl EffectMemory {
+    /// The effects that fragments of a pass are shaded with.
+    pub(super) fn of(&self, kind: PassKind) -> Effects<'_> {
+        match kind {
+            // Nothing refracts in these.
+            PassKind::Backdrop | PassKind::Whole => Effects { backdrop: None },
+            PassKind::OverBackdrop => Effects { backdrop: Some(&self.backdrop) },
+        }
+    }
+
+    /// Prepares what needs the linear pixels that a pass has drawn.
+    pub(super) fn after(
+        &mut self,
+        kind: PassKind,
+        crew: &mut Crew<'_>,
+        grid: &TileGrid,
+        pixels: &[[f32; 4]],
+    ) {
+        if kind == PassKind::Backdrop {
+            blur_backdrop(crew, &mut self.backdrop, grid, pixels);
+        }
+    }
+}
+
+/// Takes the picture of the opaque surfaces as what refracting ones have behind them, with all of its blurred levels.
+fn blur_backdrop(crew: &mut Crew<'_>, backdrop: &mut Backdrop, grid: &TileGrid, pixels: &[[f32; 4]]) {
+    backdrop.start(grid.width() as usize, grid.height() as usize, pixels);
+    while let Some((last, mut rows)) = backdrop.halve() {
+        crew.for_each_mut(&mut rows, |y, row| last.halved_row(y, row));
+    }
+}

@@ -1,0 +1,199 @@
+//! What a run over all tiles is told: what never changes in a frame, and what kind of run it is.
+
+use super::draws::DrawState;
+use super::reach::Reach;
+use super::splats::SplatScene;
+use super::work::Work;
+use crate::frame::{Aov, Developer};
+use crate::geometry::Chunk;
+use crate::raster::{Disc, SamplePattern, TileOrigin};
+use crate::scene::AlphaMode;
+use crate::shade::{Effects, ShadeContext, ShadingCost};
+use crate::tile::{Run, TileBins, TileGrid};
+
+/// What all tiles of a frame share, in every pass.
+pub(super) struct FrameContext<'a> {
+    pub grid: TileGrid,
+    pub pattern: &'a SamplePattern,
+    pub chunks: &'a [Chunk],
+    /// The triangles of each tile.
+    pub bins: &'a TileBins,
+    pub states: &'a [DrawState],
+    pub splats: SplatScene<'a>,
+    pub shade: ShadeContext<'a>,
+    /// What fragments of each material take.
+    pub costs: &'a [ShadingCost],
+    /// Where the lights shine.
+    pub reach: &'a Reach,
+    pub show_environment: bool,
+    /// Something may tint what is behind the picture.
+    pub tints: bool,
+    /// Least square of the cosine between the normals of small triangles that are shaded as one, if any are.
+    pub merge: Option<f32>,
+}
+
+/// Which surfaces a pass draws, and over what.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum PassKind {
+    /// Opaque surfaces alone: the picture that refracting ones show of what is behind them.
+    Backdrop,
+    /// All surfaces and splats, of a scene without refracting ones.
+    Whole,
+    /// All surfaces and splats, into the pixels of [`PassKind::Backdrop`], which stay wherever nothing else is drawn.
+    ///
+    /// The other tiles are drawn anew, opaque surfaces included. Keeping what the first pass has of these would save 1, 5 and 9
+    /// percent of the tiles' time at the most (the materials' sphere, SunglassesKhronos, AttenuationTest; 512 x 512 pixels, 8
+    /// samples, one thread), without what keeping costs: blending needs depth and triangle of each sample and the radiance of
+    /// each fragment, some 100 bytes a pixel, six times what its own pixels take, and 6 GB in the largest picture.
+    OverBackdrop,
+}
+
+impl PassKind {
+    /// The passes of a frame, in their order.
+    pub(super) fn of(states: &[DrawState]) -> &'static [Self] {
+        if states.iter().any(|state| state.refracts) {
+            &[Self::Backdrop, Self::OverBackdrop]
+        } else {
+            &[Self::Whole]
+        }
+    }
+}
+
+/// What a pass is for.
+pub(super) enum Purpose<'a> {
+    /// Linear pixels, and what is wanted beside them.
+    Draw(Wanted<'a>),
+    /// Work is counted and not done, and there will be no picture: to find out which limit is passed first.
+    Count,
+}
+
+/// What is wanted of a pass beside linear pixels.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Wanted<'a> {
+    /// How the screen's pixels are made, if they are wanted.
+    pub developer: Option<Developer>,
+    /// White and black pixels of the screen are counted.
+    pub clipping: bool,
+    /// Planes of the G-buffer.
+    pub aovs: &'a [Aov],
+    /// Hashes of the fragments.
+    pub hashes: bool,
+}
+
+/// One run over all tiles.
+pub(super) struct Pass<'a> {
+    pub frame: &'a FrameContext<'a>,
+    pub kind: PassKind,
+    pub purpose: Purpose<'a>,
+    /// The effects, as far as they are prepared.
+    pub effects: Effects<'a>,
+    pub work: &'a Work,
+}
+
+impl<'a> Pass<'a> {
+    /// Whether nothing is drawn.
+    #[inline(always)]
+    pub(super) fn only_counts(&self) -> bool {
+        matches!(self.purpose, Purpose::Count)
+    }
+
+    /// What is wanted beside linear pixels.
+    pub(super) fn wanted(&self) -> Wanted<'a> {
+        match self.purpose {
+            Purpose::Draw(wanted) => wanted,
+            Purpose::Count => Wanted::default(),
+        }
+    }
+
+    /// How the screen's pixels are made, if they are wanted.
+    #[inline(always)]
+    pub(super) fn developer(&self) -> Option<&Developer> {
+        match &self.purpose {
+            Purpose::Draw(wanted) => wanted.developer.as_ref(),
+            Purpose::Count => None,
+        }
+    }
+
+    /// Whether white and black pixels of the screen are counted.
+    #[inline(always)]
+    pub(super) fn counts_clipping(&self) -> bool {
+        matches!(&self.purpose, Purpose::Draw(Wanted { clipping: true, .. }))
+    }
+
+    /// How a draw covers what is behind it; `None` if the pass leaves it out.
+    #[inline(always)]
+    pub(super) fn alpha_mode(&self, state: &DrawState) -> Option<AlphaMode> {
+        match if state.transmissive { AlphaMode::Blend } else { state.alpha_mode } {
+            AlphaMode::Blend if self.kind == PassKind::Backdrop => None,
+            mode => Some(mode),
+        }
+    }
+
+    /// The tile of a number.
+    #[inline(always)]
+    pub(super) fn tile(&self, number: usize) -> Tile<'a> {
+        let FrameContext { grid, bins, splats, .. } = self.frame;
+        let [left, top, width, height] = grid.pixels(number);
+        // Like blended surfaces they are no part of what refracting ones see behind them.
+        let splats = if self.kind == PassKind::Backdrop { &[] } else { splats.runs(number) };
+        let runs = bins.runs(number);
+        let transmissive =
+            self.kind != PassKind::Backdrop && runs.iter().any(|run| self.frame.state(run).transmissive);
+        let (corner, size, origin) = ([left, top], [width, height], grid.origin(number));
+        Tile { corner, size, origin, runs, splats, transmissive }
+    }
+
+    /// Whether the pixels of a tile are what they have to become, because the pass before has drawn all there is in it, and
+    /// no more than pixels is wanted.
+    pub(super) fn keeps(&self, tile: &Tile<'_>) -> bool {
+        let blends = || tile.runs.iter().any(|run| self.frame.state(run).alpha_mode == AlphaMode::Blend);
+        let wanted = match &self.purpose {
+            Purpose::Draw(wanted) => wanted.hashes || !wanted.aovs.is_empty(),
+            Purpose::Count => false,
+        };
+        self.kind == PassKind::OverBackdrop
+            && !wanted
+            && tile.splats.is_empty()
+            && !tile.transmissive
+            && !blends()
+    }
+}
+
+impl FrameContext<'_> {
+    /// The draw that a run's triangles belong to.
+    #[inline(always)]
+    pub(super) fn state(&self, run: &Run) -> &DrawState {
+        &self.states[self.chunks[run.chunk as usize].draw as usize]
+    }
+
+    /// The disc of a point of a chunk.
+    #[inline(always)]
+    pub(super) fn disc(&self, chunk: &Chunk, index: u32) -> Option<Disc> {
+        let points = self.states[chunk.draw as usize].points.as_ref()?;
+        points.disc(self.shade.draws[chunk.draw as usize].mesh, chunk.range.start + index as usize)
+    }
+
+    /// The material of all triangles of some runs, if it is one.
+    pub(super) fn one_material(&self, runs: &[Run]) -> Option<u32> {
+        let of = |run: &Run| self.shade.draws[self.chunks[run.chunk as usize].draw as usize].material;
+        let first = of(runs.first()?);
+        runs.iter().all(|run| of(run) == first).then_some(first)
+    }
+}
+
+/// One tile, and what a pass draws in it.
+#[derive(Clone, Copy)]
+pub(super) struct Tile<'a> {
+    /// Left and top pixel.
+    pub corner: [u32; 2],
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// The corner as the rasterizer has it.
+    pub origin: TileOrigin,
+    /// Its triangles and points.
+    pub runs: &'a [Run],
+    /// Its splats.
+    pub splats: &'a [Run],
+    /// Something that is drawn is transmissive.
+    pub transmissive: bool,
+}

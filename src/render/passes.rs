@@ -1,0 +1,72 @@
+//! The passes that the tiles of a frame take, in their order.
+
+use super::bands::Planes;
+use super::crew::Crew;
+use super::effects::EffectMemory;
+use super::options::RenderOptions;
+use super::pass::{FrameContext, Pass, PassKind, Purpose, Wanted};
+use super::picture::Request;
+use super::tiles::{Found, TileMemory, count_tiles, render_tiles};
+use super::work::Work;
+use crate::frame::Developer;
+use crate::limits::LimitExceeded;
+use crate::shade::Effects;
+
+/// What is kept from one picture to the next.
+#[derive(Debug, Default)]
+pub(super) struct PassMemory {
+    tiles: TileMemory,
+    effects: EffectMemory,
+    /// Those of pictures that were given back.
+    pub planes: Planes,
+}
+
+impl PassMemory {
+    /// Draws all tiles of a frame: in one pass, or in one for each [`PassKind`] that it takes.
+    pub(super) fn draw(
+        &mut self,
+        crew: &mut Crew<'_>,
+        frame: &FrameContext<'_>,
+        work: &Work,
+        request: &Request<'_>,
+    ) -> (Planes, Found) {
+        let &Request { scene, options, display, .. } = request;
+        let (kinds, count) = (PassKind::of(frame.states), frame.grid.pixel_count());
+        // What is metered is developed when all of it is known.
+        let developer = display.filter(|display| !display.meter).map(Developer::new);
+        let mut planes = Planes::default();
+        // Of the linear light nothing is kept but what is seen through surfaces that refract, what is metered, and hashes.
+        if developer.is_none() || kinds.contains(&PassKind::Backdrop) || options.stage_hashes {
+            planes.add_light(&mut self.planes, count, frame.tints);
+        }
+        let mut found = Found::default();
+        for &kind in kinds {
+            let mut wanted = Wanted::default();
+            if kind != PassKind::Backdrop {
+                let (clipping, hashes) = (!scene.lights().is_empty(), options.stage_hashes);
+                wanted = Wanted { developer, clipping, aovs: &options.aovs, hashes };
+                if display.is_some() {
+                    planes.add_display(&mut self.planes, count);
+                }
+            }
+            let (purpose, effects) = (Purpose::Draw(wanted), self.effects.of(kind));
+            let pass = Pass { frame, kind, purpose, effects, work };
+            let fragments = found.fragments;
+            found = render_tiles(crew, &pass, &mut self.tiles, &mut planes, options.simd);
+            found.fragments += fragments;
+            self.effects.after(kind, crew, &frame.grid, &planes.linear);
+        }
+        (planes, found)
+    }
+}
+
+/// The limit that one thread would pass first, if the work of a frame passes any.
+pub(super) fn check_limits(frame: &FrameContext<'_>, options: &RenderOptions) -> Result<(), LimitExceeded> {
+    let work = &Work::new(&options.limits, frame.grid.pixel_count() as u64);
+    let mut costs = Vec::new();
+    for &kind in PassKind::of(frame.states) {
+        let pass = Pass { frame, kind, purpose: Purpose::Count, effects: Effects::default(), work };
+        count_tiles(&pass, &mut costs, options.simd);
+    }
+    work.check()
+}

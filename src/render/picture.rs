@@ -1,0 +1,310 @@
+//! One picture: the stages in their order.
+
+use super::bands::Planes;
+use super::budget::FrameBudget;
+use super::crew::{Crew, arithmetic_is_default};
+use super::environment::EnvironmentCache;
+use super::options::{Background, RenderError, RenderOptions, RenderStats};
+use super::pass::FrameContext;
+use super::passes::{PassMemory, check_limits};
+use super::reach::Reach;
+use super::setup::{GeometryMemory, SetUp, unknown_clouds};
+use super::splats::SplatMemory;
+use super::tile_pass::default_tile_size;
+use super::tiles::Found;
+use super::trace::{self, StageHashes};
+use super::work::{Spent, Work, WorkDone};
+use crate::dispatch;
+use crate::frame::{Clipping, Developer, DisplayImage, DisplayOptions, Frame};
+use crate::gbuffer::Draw;
+use crate::geometry::View;
+use crate::jobs::Jobs;
+use crate::light::{AreaLight, EnvironmentLight, PrefilteredEnvironment, PunctualLight};
+use crate::limits::{LimitExceeded, Limits};
+use crate::raster::SamplePattern;
+use crate::reuse::emptied;
+use crate::scene::{Camera, Environment, Scene};
+use crate::shade::{ShadeContext, ShadingCost, ViewRays};
+use crate::tile::{TileBins, TileGrid};
+use std::time::Duration;
+
+/// What is asked for.
+#[derive(Clone, Copy)]
+pub(super) struct Request<'a> {
+    pub jobs: &'a Jobs,
+    pub scene: &'a Scene,
+    pub camera: &'a Camera,
+    pub options: &'a RenderOptions,
+    /// For a screen; else a frame.
+    pub display: Option<&'a DisplayOptions>,
+}
+
+/// One picture, as a frame or for a screen: the planes of what is not wanted are empty.
+pub(super) struct Drawn {
+    pub frame: Frame,
+    pub image: DisplayImage,
+    pub tinted: bool,
+    pub clipping: Clipping,
+    pub exposure: f32,
+    pub stats: RenderStats,
+}
+
+/// What is kept from one picture to the next.
+#[derive(Debug, Default)]
+pub(super) struct Memory {
+    pattern: Option<SamplePattern>,
+    pub environments: EnvironmentCache,
+    lights: LightMemory,
+    costs: Vec<ShadingCost>,
+    /// Empty between pictures.
+    draws: Vec<Draw<'static>>,
+    geometry: GeometryMemory,
+    bins: TileBins,
+    splats: SplatMemory,
+    pub passes: PassMemory,
+    pub work_done: WorkDone,
+}
+
+/// The lights of a picture.
+#[derive(Debug, Default)]
+struct LightMemory {
+    /// Lights without extent.
+    punctual: Vec<PunctualLight>,
+    /// Rectangles and tubes.
+    areas: Vec<AreaLight>,
+    /// Where those without extent shine.
+    reach: Reach,
+}
+
+impl LightMemory {
+    /// Takes over the lights of a scene.
+    fn list(&mut self, scene: &Scene, view: &View) {
+        self.punctual.clear();
+        self.punctual.extend(scene.lights().iter().filter_map(PunctualLight::new));
+        self.areas.clear();
+        self.areas.extend(scene.lights().iter().filter_map(AreaLight::new));
+        self.reach.find(&self.punctual, view);
+    }
+}
+
+impl Memory {
+    /// Draws a picture, on a worker: a frame, or one for a screen.
+    pub(super) fn draw(&mut self, request: &Request<'_>) -> Result<Drawn, RenderError> {
+        let &Request { jobs, scene, options, .. } = request;
+
+        // Refuse what is out of range or too much, before anything is made.
+        let (pattern, view, budget) = self.check(request)?;
+        let mut crew = Crew::new(jobs);
+
+        // Filter the environment, and find where the lights shine.
+        let filtered = self.environments.get(&scene.environment().source, jobs, options.simd);
+        let environment = environment_light(scene, &filtered);
+        self.lights.list(scene, &view);
+        let environment_time = crew.lap();
+
+        // Bring the vertices to the screen.
+        let mut draws = emptied(std::mem::take(&mut self.draws));
+        self.geometry.place_vertices(&mut crew, scene, &view, options, &mut draws);
+        let vertices_time = crew.lap();
+
+        // Set up triangles and splats, and list them for the tiles.
+        let grid = tile_grid(options, options.tile_size);
+        let to = SetUp { grid: &grid, pattern: &pattern, budget: &budget };
+        let count = self.geometry.set_up_triangles(&mut crew, &draws, &to, options);
+        let splats = self.splats.prepare(&mut crew, scene, &view, &grid, &budget);
+        budget.check()?;
+        let GeometryMemory { states, vertices, chunks, .. } = &self.geometry;
+        let chunks = &chunks[..count];
+        self.bins.build(grid.len(), chunks.iter().map(|c| &c.bins));
+        let triangles_time = crew.lap();
+
+        let hashes = options.stage_hashes.then(|| {
+            let geometry = trace::geometry(vertices, chunks, states, &draws, splats.in_order());
+            StageHashes::before_tiles(scene, &filtered, geometry)
+        });
+
+        // Say what all tiles share.
+        let shade = shade_context(request, &view, &draws, &environment, &self.lights);
+        self.costs.clear();
+        self.costs.extend(scene.materials().iter().map(|material| ShadingCost::of(material, &shade)));
+        let show_environment = options.background == Background::Environment;
+        let frame = FrameContext {
+            grid,
+            pattern: &pattern,
+            chunks,
+            bins: &self.bins,
+            states,
+            splats,
+            shade,
+            costs: &self.costs,
+            reach: &self.lights.reach,
+            show_environment,
+            tints: !show_environment && states.iter().any(|state| state.transmissive),
+            merge: merge_cosine(options.merge_angle),
+        };
+
+        // Draw the tiles.
+        let work = Work::new(&options.limits, grid.pixel_count() as u64);
+        let (planes, found) = self.passes.draw(&mut crew, &frame, &work, request);
+        self.work_done = work.done();
+        if work.is_stopped() {
+            // Which limit is named must not depend on the tiles, nor on the threads: the first that one would pass is.
+            if grid != *budget.grid() {
+                let options = &RenderOptions { tile_size: None, ..options.clone() };
+                return self.draw(&Request { options, ..*request });
+            }
+            check_limits(&frame, options)?;
+        }
+        if !crew.arithmetic_is_default() {
+            return Err(RenderError::FloatingPointMode);
+        }
+
+        // Make the picture of their pixels.
+        let mut drawn = Drawn::new(planes, found.clipping, request);
+        let times = [environment_time, vertices_time, triangles_time, crew.lap()];
+        drawn.stats = stats(scene, &frame, &work, &found, times, crew.parallel());
+        drawn.stats.stage_hashes =
+            hashes.zip(found.hashes).map(|(hashes, found)| hashes.finish(&found, &drawn.frame));
+        (drawn.frame.aovs, drawn.tinted) = (found.aovs, found.tinted);
+        self.draws = emptied(draws);
+        self.pattern = Some(pattern);
+        Ok(drawn)
+    }
+
+    /// Holds options, camera, scene and threads against what is allowed. Returns the pattern of the samples, the view, and what
+    /// is left for the picture's memory.
+    fn check(&mut self, request: &Request<'_>) -> Result<(SamplePattern, View, FrameBudget), RenderError> {
+        let &Request { jobs, scene, camera, options, .. } = request;
+        let pattern = options.validate(self.pattern.take())?;
+        camera.validate()?;
+        check_scene(scene, &options.limits)?;
+        let budget = FrameBudget::new(scene, &options.limits, tile_grid(options, None))?;
+        let view = View::new(camera, options.width, options.height)?;
+        // What is filtered now, or found of points, is used for many pictures.
+        let filters = self.environments.would_filter(&scene.environment().source);
+        let finds = unknown_clouds(scene).next().is_some();
+        if (filters || finds) && jobs.on_every_worker(arithmetic_is_default).contains(&false) {
+            return Err(RenderError::FloatingPointMode);
+        }
+        Ok((pattern, view, budget))
+    }
+}
+
+impl Drawn {
+    /// Makes a frame of its planes, and a picture for a screen if one is asked for that must be metered first.
+    fn new(planes: Planes, clipping: Clipping, request: &Request<'_>) -> Self {
+        let &Request { options, display, .. } = request;
+        let (width, height) = (options.width, options.height);
+        let Planes { linear: pixels, transmittance, display: screen, .. } = planes;
+        let mut drawn = Self {
+            frame: Frame { width, height, pixels, transmittance, aovs: Vec::new() },
+            image: DisplayImage { width, height, pixels: screen },
+            tinted: false,
+            clipping,
+            exposure: display.map_or(0.0, |display| display.exposure),
+            stats: RenderStats::default(),
+        };
+        if let Some(display) = display.filter(|display| display.meter) {
+            let metered = display.metered(&drawn.frame);
+            let developer = Developer::new(&metered);
+            let (light, open) = (&drawn.frame.pixels, &drawn.frame.transmittance);
+            dispatch!(options.simd, l => developer.develop(l, light, open, &mut drawn.image.pixels));
+            drawn.exposure = metered.exposure;
+            drawn.clipping = drawn.image.clipping(&drawn.frame);
+        }
+        drawn
+    }
+}
+
+/// `Ok` if a scene is not larger than allowed.
+fn check_scene(scene: &Scene, limits: &Limits) -> Result<(), LimitExceeded> {
+    let check = |asked, limit, field| Limits::check(|| "scene".to_owned(), asked, limit, field);
+    check(scene.triangle_count(), limits.triangles, "triangles")?;
+    // They have numbers of 32 bits.
+    check(scene.splat_count(), limits.vertices.min(1 << 31), "vertices")?;
+    check(scene.lights().len() as u64, limits.lights, "lights")
+}
+
+/// The tiles of a picture, of that side or the default one.
+fn tile_grid(options: &RenderOptions, side: Option<u32>) -> TileGrid {
+    let side = side.unwrap_or_else(|| default_tile_size(options.samples));
+    TileGrid::new(options.width, options.height, side)
+}
+
+/// The filtered environment as a scene turns and dims it.
+fn environment_light<'a>(scene: &Scene, filtered: &'a PrefilteredEnvironment) -> EnvironmentLight<'a> {
+    let Environment { rotation_degrees, intensity, .. } = *scene.environment();
+    EnvironmentLight::new(filtered, rotation_degrees, intensity)
+}
+
+/// What the shading knows of the picture as a whole.
+fn shade_context<'a>(
+    request: &Request<'a>,
+    view: &View,
+    draws: &'a [Draw<'a>],
+    environment: &'a EnvironmentLight<'a>,
+    lights: &'a LightMemory,
+) -> ShadeContext<'a> {
+    let &Request { scene, options, .. } = request;
+    ShadeContext {
+        draws,
+        materials: scene.materials(),
+        textures: scene.textures(),
+        rays: view_rays(view),
+        environment,
+        lights: &lights.punctual,
+        area_lights: &lights.areas,
+        model: options.shading,
+        area_light_method: options.area_lights,
+        anisotropy: options.anisotropy,
+    }
+}
+
+/// What a picture took: `times` of its stages, and how long it was in loops on all threads.
+fn stats(
+    scene: &Scene,
+    frame: &FrameContext<'_>,
+    work: &Work,
+    found: &Found,
+    times: [Duration; 4],
+    parallel: Duration,
+) -> RenderStats {
+    let [environment, vertices, triangles, tiles] = times;
+    let chunks = frame.chunks.iter();
+    RenderStats {
+        triangles: scene.triangle_count(),
+        triangles_rasterized: chunks.map(|c| c.triangles.len() as u64 + u64::from(c.kept)).sum(),
+        splats: scene.splat_count(),
+        splats_drawn: frame.splats.len() as u64,
+        fragments: found.fragments,
+        shading: work.sum(Spent::Shading),
+        covered: found.covered,
+        stages: [
+            ("environment", environment),
+            ("vertices", vertices),
+            ("triangles", triangles),
+            ("tiles", tiles),
+        ],
+        serial: times.iter().sum::<Duration>().saturating_sub(parallel),
+        stage_hashes: None,
+    }
+}
+
+/// The square of the cosine of an angle in degrees; `None` for 0.
+fn merge_cosine(degrees: f32) -> Option<f32> {
+    let (_, cosine) = crate::math::double::sin_cos(f64::from(degrees) * (std::f64::consts::PI / 180.0));
+    (degrees > 0.0).then_some((cosine * cosine) as f32)
+}
+
+/// The view's rays, rounded once.
+fn view_rays(view: &View) -> ViewRays {
+    let [right, up, back] = view.axes;
+    let per_pixel = |axis: [f64; 3], sign: f64| axis.map(|v| (v * sign / view.scale) as f32);
+    ViewRays {
+        eye: view.eye.map(|v| v as f32),
+        right: per_pixel(right, 1.0),
+        down: per_pixel(up, -1.0),
+        forward: back.map(|v| -v as f32),
+        perspective: view.perspective,
+    }
+}
