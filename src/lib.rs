@@ -108,7 +108,7 @@ pub mod cli;
 
 pub use frame::Frame;
 pub use limits::Limits;
-pub use math::lanes::SimdLevel;
+pub use math::lanes::{SimdLevel, UnknownLevel};
 pub use render::{RenderOptions, Renderer};
 pub use scene::Scene;
 
