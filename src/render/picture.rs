@@ -91,7 +91,6 @@ impl Memory {
     /// Draws a picture, on a worker: a frame, or one for a screen.
     pub(super) fn draw(&mut self, request: &Request<'_>) -> Result<Drawn, RenderError> {
         let &Request { jobs, scene, options, .. } = request;
-
         // Refuse what is out of range or too much, before anything is made.
         let (pattern, view, budget) = self.check(request)?;
         let mut crew = Crew::new(jobs);

@@ -148,6 +148,40 @@ impl<L: Lanes> Surface<L> {
     }
 }
 
+impl<L: Lanes> LobeValues<L> {
+    /// Reads the planes of the lobes.
+    #[inline(always)]
+    fn load(l: L, planes: &SurfacePlanes) -> Self {
+        use layout::*;
+        let [sheen_roughness] = get(l, planes, SHEEN_ROUGHNESS);
+        let [anisotropy] = get(l, planes, ANISOTROPY);
+        let [iridescence] = get(l, planes, IRIDESCENCE);
+        let [iridescence_thickness] = get(l, planes, IRIDESCENCE_THICKNESS);
+        let [coat_thickness] = get(l, planes, COAT_THICKNESS);
+        let [second_roughness] = get(l, planes, SECOND_ROUGHNESS);
+        let [lobe_mix] = get(l, planes, LOBE_MIX);
+        let [haziness] = get(l, planes, HAZINESS);
+        let [subsurface] = get(l, planes, SUBSURFACE);
+        let [subsurface_thickness] = get(l, planes, SUBSURFACE_THICKNESS);
+        let [specular_occlusion] = get(l, planes, SPECULAR_OCCLUSION);
+        Self {
+            sheen_color: get(l, planes, SHEEN_COLOR),
+            sheen_roughness,
+            anisotropy,
+            iridescence,
+            iridescence_thickness,
+            coat_thickness,
+            coat_color: get(l, planes, COAT_COLOR),
+            second_roughness,
+            lobe_mix,
+            haziness,
+            subsurface,
+            subsurface_thickness,
+            specular_occlusion,
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
