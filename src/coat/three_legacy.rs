@@ -33,10 +33,9 @@ use super::three::lobes::{bent_reflection, ggx, multiple_scattering, specular_oc
 use crate::brdf::microfacet::schlick_weight;
 use crate::brdf::sheen::{LEAST_SINE_SQUARED, distribution_charlie, neubelt_denominator};
 use crate::brdf::thin_film::SchlickWeight;
-use crate::each;
 use crate::math::exp2;
 use crate::math::lanes::{Float, Lanes, Mask};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
 use std::f32::consts::{FRAC_1_PI, PI};
 
 /// F0 of the coat, and of a dielectric of reflectivity 0.5 (`DEFAULT_SPECULAR_COEFFICIENT`).
@@ -164,8 +163,8 @@ pub struct Terms<L: Lanes> {
 
 /// N.V, saturated.
 #[inline(always)]
-fn cosine<L: Lanes>(l: L, normal: V3<L>, direction: V3<L>) -> L::F {
-    vec3::dot(l, normal, direction).saturate()
+fn cosine<L: Lanes>(_: L, normal: V3<L>, direction: V3<L>) -> L::F {
+    normal.dot(direction).saturate()
 }
 
 /// Perceptual roughness in the range of the model.
@@ -187,9 +186,9 @@ pub fn surface<L: Lanes>(
 ) -> Surface<L> {
     let f0 = data.reflectivity * data.reflectivity * 0.16;
     let (f0, specular_f90) = match version {
-        ThreeVersion::R119 => ([f0; 3], l.splat(1.0)),
+        ThreeVersion::R119 => (Vec3::uniform(f0), l.splat(1.0)),
         ThreeVersion::R131 => {
-            let f0: V3<L> = each!(c in data.specular_tint => (c * f0).at_most(1.0) * data.specular_intensity);
+            let f0: V3<L> = (data.specular_tint * f0).at_most(1.0) * data.specular_intensity;
             (f0, data.specular_intensity * data.metalness.one_minus() + data.metalness)
         }
     };
@@ -206,7 +205,7 @@ pub fn surface<L: Lanes>(
         normal,
         view,
         n_dot_v: cosine(l, normal, view),
-        diffuse_color: vec3::scale(l, data.color, data.metalness.one_minus()),
+        diffuse_color: data.color * data.metalness.one_minus(),
         specular_color: mix(l, f0, data.color, data.metalness),
         specular_f90,
         roughness: material_roughness(l, data.roughness, data.geometry_roughness),
@@ -227,8 +226,7 @@ pub fn clearcoat_dhr_approx<L: Lanes>(l: L, roughness: L::F, cosine: L::F) -> L:
 #[inline(always)]
 fn sheen_lobe<L: Lanes>(l: L, surface: &Surface<L>, direction: V3<L>, n_dot_h: L::F) -> L::F {
     let d = distribution_charlie(l, n_dot_h, surface.roughness, LEAST_SINE_SQUARED);
-    let (n_dot_l, n_dot_v) =
-        (vec3::dot(l, surface.normal, direction), vec3::dot(l, surface.normal, surface.view));
+    let (n_dot_l, n_dot_v) = (surface.normal.dot(direction), surface.normal.dot(surface.view));
     // 1 / 0 counts as 1.
     d * neubelt_denominator(l, n_dot_l, n_dot_v).recip().saturate()
 }
@@ -240,11 +238,12 @@ pub fn specular_brdfs<L: Lanes>(l: L, surface: &Surface<L>, direction: V3<L>) ->
     let weight = SchlickWeight::SphericalGaussian.at(l, v_dot_h);
     let n_dot_h = cosine(l, surface.normal, half);
     let base = match &surface.sheen {
-        Some(color) => vec3::scale(l, *color, sheen_lobe(l, surface, direction, n_dot_h)),
+        Some(color) => *color * sheen_lobe(l, surface, direction, n_dot_h),
         None => {
             let n_dot_l = cosine(l, surface.normal, direction);
             let lobe = ggx(l, n_dot_l, surface.n_dot_v, n_dot_h, surface.roughness);
-            each!(f0 in surface.specular_color => ((surface.specular_f90 - f0) * weight + f0) * lobe)
+            let (f0, f90) = (surface.specular_color, Vec3::uniform(surface.specular_f90));
+            ((f90 - f0) * weight + f0) * lobe
         }
     };
     let coat = match &surface.coat {
@@ -269,18 +268,18 @@ pub fn direct_terms<L: Lanes>(
     direction: V3<L>,
     color: V3<L>,
 ) -> Terms<L> {
-    let color = vec3::scale(l, color, l.splat(units.irradiance_per_color()));
+    let color = color * l.splat(units.irradiance_per_color());
     let n_dot_l = cosine(l, surface.normal, direction);
     let (base, coat_brdf) = specular_brdfs(l, surface, direction);
-    let irradiance = vec3::scale(l, color, n_dot_l);
-    let mut specular = vec3::mul(l, irradiance, base);
-    let mut diffuse: V3<L> = each!(k => irradiance[k] * (surface.diffuse_color[k] * FRAC_1_PI));
+    let irradiance = color * n_dot_l;
+    let mut specular = irradiance * base;
+    let mut diffuse: V3<L> = irradiance * (surface.diffuse_color * FRAC_1_PI);
     if let Some(coat) = &surface.coat {
         let n_dot_l = cosine(l, coat.normal, direction);
         let beneath = (coat.factor * clearcoat_dhr_approx(l, coat.roughness, n_dot_l)).one_minus();
         let reflectance = n_dot_l * coat.factor * coat_brdf;
-        specular = each!(k => color[k] * reflectance + specular[k] * beneath);
-        diffuse = vec3::scale(l, diffuse, beneath);
+        specular = color * reflectance + specular * beneath;
+        diffuse = diffuse * beneath;
     }
     Terms { diffuse, specular }
 }
@@ -298,8 +297,8 @@ pub fn direct<L: Lanes>(
     color: V3<L>,
     attenuation: L::F,
 ) -> V3<L> {
-    let terms = direct_terms(l, units, surface, direction, vec3::scale(l, color, attenuation));
-    vec3::add(l, terms.diffuse, terms.specular)
+    let terms = direct_terms(l, units, surface, direction, color * attenuation);
+    terms.diffuse + terms.specular
 }
 
 /// `integrateSpecularBRDF`: scale and bias of F0 for prefiltered radiance, by Karis' fit for mobile ("Physically Based
@@ -320,11 +319,10 @@ pub fn multiscattering_environment<L: Lanes>(l: L, surface: &Surface<L>) -> (V3<
     // `F_Schlick_RoughnessDependent`.
     let weight = SchlickWeight::SphericalGaussian.at(l, surface.n_dot_v);
     let smooth = surface.roughness.one_minus();
-    let single: V3<L> = each!(f0 in surface.specular_color => {
-        let fresnel = (smooth.max(f0) - f0) * weight + f0;
-        fresnel * scale + bias
-    });
-    (single, multiple_scattering(l, single, surface.specular_color, scale + bias))
+    let f0 = surface.specular_color;
+    let fresnel = (Vec3::uniform(smooth).max(f0) - f0) * weight + f0;
+    let single = fresnel * scale + bias;
+    (single, multiple_scattering(l, single, f0, scale + bias))
 }
 
 /// What the surroundings send.
@@ -370,19 +368,17 @@ pub fn coat_environment_brdf<L: Lanes>(l: L, coat: &CoatSurface<L>) -> L::F {
 #[inline(always)]
 pub fn indirect_terms<L: Lanes>(l: L, surface: &Surface<L>, light: &Indirect<L>) -> Terms<L> {
     let (single, multi) = multiscattering_environment(l, surface);
-    let cosine_weighted: V3<L> = each!(k => light.irradiance[k] * FRAC_1_PI);
-    let diffuse = each!(k => {
-        let rest = (single[k] + multi[k]).one_minus();
-        light.ambient[k] * (surface.diffuse_color[k] * FRAC_1_PI)
-            + surface.diffuse_color[k] * rest * cosine_weighted[k]
-    });
-    let mut specular = vec3::mul(l, light.radiance, single);
+    let cosine_weighted: V3<L> = light.irradiance * FRAC_1_PI;
+    let rest = (single + multi).one_minus();
+    let diffuse =
+        light.ambient * (surface.diffuse_color * FRAC_1_PI) + surface.diffuse_color * rest * cosine_weighted;
+    let mut specular = light.radiance * single;
     if let Some(coat) = &surface.coat {
         let beneath = (coat.factor * clearcoat_dhr_approx(l, coat.roughness, coat.n_dot_v)).one_minus();
         let reflectance = coat.factor * coat_environment_brdf(l, coat);
-        specular = each!(k => light.coat_radiance[k] * reflectance + specular[k] * beneath);
+        specular = light.coat_radiance * reflectance + specular * beneath;
     }
-    let specular = each!(k => specular[k] + multi[k] * cosine_weighted[k]);
+    let specular = specular + multi * cosine_weighted;
     Terms { diffuse, specular }
 }
 
@@ -398,10 +394,7 @@ pub fn ambient_occlusion<L: Lanes>(
         return *terms;
     }
     let reflected = specular_occlusion(l, surface.n_dot_v, occlusion, surface.roughness);
-    Terms {
-        diffuse: vec3::scale(l, terms.diffuse, occlusion),
-        specular: vec3::scale(l, terms.specular, reflected),
-    }
+    Terms { diffuse: terms.diffuse * occlusion, specular: terms.specular * reflected }
 }
 
 /// The radiance that the fragments reflect of the surroundings.
@@ -419,7 +412,7 @@ pub fn indirect<L: Lanes>(
     occlusion: L::F,
 ) -> V3<L> {
     let (queries, count) = environment_queries(l, surface);
-    let mut radiance = [[l.zero(); 3]; 2];
+    let mut radiance = [Vec3::zero(l); 2];
     // One loop, so that the environment is compiled once.
     for k in 0..count {
         radiance[k] = environment(queries[k]);
@@ -432,5 +425,5 @@ pub fn indirect<L: Lanes>(
     };
     let terms = indirect_terms(l, surface, &light);
     let terms = ambient_occlusion(l, surface, &terms, occlusion);
-    vec3::add(l, terms.diffuse, terms.specular)
+    terms.diffuse + terms.specular
 }

@@ -3,8 +3,10 @@
 use super::Fragment;
 use crate::each;
 use crate::math::lanes::{Float, LANES, Lanes};
+use crate::math::vec3::{V3, Vec3};
 use crate::raster::{SamplePattern, TileOrigin, Triangle};
 use crate::scene::Mesh;
+use crate::vec3;
 use prefetch_index::prefetch_index;
 use std::ops::Range;
 
@@ -378,15 +380,15 @@ impl VertexLanes {
         l: L,
         draws: &[Draw<'_>],
         of: fn(&Draw<'_>) -> [[f32; 3]; 3],
-        v: [L::F; 3],
-    ) -> [L::F; 3] {
+        v: V3<L>,
+    ) -> V3<L> {
         if self.one_draw {
             let m = of(&draws[self.draws[0] as usize]);
-            return each!(r in m => v[0] * r[0] + v[1] * r[1] + v[2] * r[2]);
+            return vec3!(r in Vec3::from_array(m) => v.dot(Vec3::splat(l, r)));
         }
         let mut planes = [[[0.0; LANES]; 3]; 3];
         self.gather_matrix(draws, of, &mut planes);
-        each!(r in planes => v[0] * l.load(&r[0]) + v[1] * l.load(&r[1]) + v[2] * l.load(&r[2]))
+        vec3!(r in Vec3::from_array(planes) => v.dot(Vec3::new(l.load(&r[0]), l.load(&r[1]), l.load(&r[2]))))
     }
 
     #[inline(never)]

@@ -7,7 +7,7 @@ use super::prefilter::{self, Grid};
 use crate::jobs::Jobs;
 use crate::math;
 use crate::math::lanes::{Lanes, SimdLevel};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
 use crate::scene::EquirectImage;
 use std::sync::Arc;
 
@@ -109,8 +109,9 @@ impl<'a> EnvironmentLight<'a> {
 
     /// The direction in the environment's own frame: turned back.
     #[inline(always)]
-    fn turned_back<L: Lanes>(&self, _: L, [x, y, z]: V3<L>) -> V3<L> {
-        [x * self.cos - z * self.sin, y, x * self.sin + z * self.cos]
+    fn turned_back<L: Lanes>(&self, _: L, direction: V3<L>) -> V3<L> {
+        let Vec3 { x, y, z } = direction;
+        Vec3::new(x * self.cos - z * self.sin, y, x * self.sin + z * self.cos)
     }
 
     /// Radiance that arrives from around `direction` (away from the surface, any length), filtered for a surface of
@@ -123,14 +124,14 @@ impl<'a> EnvironmentLight<'a> {
     pub fn radiance<L: Lanes>(&self, l: L, direction: V3<L>, perceptual_roughness: L::F) -> V3<L> {
         // What the lookup would find.
         if self.environment.dark {
-            return vec3::splat(l, [0.0; 3]);
+            return Vec3::zero(l);
         }
         let direction = self.turned_back(l, direction);
         let rgb = match self.environment.reference {
             Some(_) => super::reference::radiance(l, direction, perceptual_roughness),
             None => self.environment.chain.radiance(l, direction, perceptual_roughness),
         };
-        vec3::scale(l, rgb, l.splat(self.intensity))
+        rgb * self.intensity
     }
 
     /// Irradiance on a surface with this unit normal, divided by pi: the radiance of a white Lambert surface. Never
@@ -139,13 +140,13 @@ impl<'a> EnvironmentLight<'a> {
     #[must_use]
     pub fn irradiance_over_pi<L: Lanes>(&self, l: L, normal: V3<L>) -> V3<L> {
         if self.environment.dark {
-            return vec3::splat(l, [0.0; 3]);
+            return Vec3::zero(l);
         }
         let rgb = match self.environment.reference {
-            Some(constant) => vec3::splat(l, constant),
+            Some(constant) => Vec3::splat(l, constant),
             None => self.environment.chain.lookup(l, IRRADIANCE, self.turned_back(l, normal)),
         };
-        vec3::scale(l, rgb, l.splat(self.intensity))
+        rgb * self.intensity
     }
 
     /// The unfiltered environment in a direction of any length, as a background shows it: from the original picture
@@ -158,6 +159,6 @@ impl<'a> EnvironmentLight<'a> {
             Some(picture) => picture.radiance(l, direction),
             None => self.environment.chain.lookup(l, 0, direction),
         };
-        vec3::scale(l, rgb, l.splat(self.intensity))
+        rgb * self.intensity
     }
 }

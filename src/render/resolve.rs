@@ -3,7 +3,7 @@
 use super::tile_shading::ShadedFragment;
 use crate::each;
 use crate::gbuffer::Fragment;
-use crate::math::lanes::{Float, Int, LANES, Lanes};
+use crate::math::lanes::{Int, LANES, Lanes};
 use crate::raster::TileOrigin;
 use crate::shade::ShadeContext;
 
@@ -284,7 +284,7 @@ fn environment_pixels<L: Lanes>(
     let y = (origin.y + row as i32 * 256 + 128) as f32 * (1.0 / 256.0);
     let x = (l.lane_indices().to_float() + (block * LANES) as f32) + (origin.x + 128) as f32 * (1.0 / 256.0);
     let (_, ray) = context.rays.ray(l, [x, l.splat(y)]);
-    each!(c in context.environment.background(l, ray) => c.to_array())
+    context.environment.background(l, ray).to_arrays()
 }
 
 /// Puts the environment behind the pixels of a tile.

@@ -8,7 +8,7 @@ use super::work::Spent;
 use crate::each;
 use crate::gbuffer::{Fragment, SourceTriangle, TriangleSource, layout};
 use crate::geometry::Chunk;
-use crate::math::lanes::{Float, LANES, Lanes};
+use crate::math::lanes::{LANES, Lanes};
 use crate::raster::{Disc, TileOrigin, Triangle};
 use crate::shade::{
     Backdrop, ShadeContext, SurfacePlace, SurfaceTextures, hold_back, pass_through, shade, store_surface,
@@ -222,8 +222,8 @@ pub(super) fn shade_fragments<L: Lanes>(
                 let backdrop = pass.backdrop.unwrap_or(&no_backdrop);
                 let passed = pass_through(l, context, backdrop, material, surface, held, radiance);
                 if material.is_transmissive() && !kept.is_empty() {
-                    let open = each!(c in passed.open => c.to_array());
-                    let keep = each!(c in passed.keep => c.to_array());
+                    let open = passed.open.to_arrays();
+                    let keep = passed.keep.to_arrays();
                     for (k, &index) in indices.iter().enumerate() {
                         kept[index as usize] =
                             Some(Transmitted { open: each!(c => open[c][k]), keep: each!(c => keep[c][k]) });
@@ -231,7 +231,7 @@ pub(super) fn shade_fragments<L: Lanes>(
                 }
                 radiance = passed.radiance;
             }
-            let radiance = each!(c in radiance => c.to_array());
+            let radiance = radiance.to_arrays();
             let depth = &surface.rows[layout::DEPTH.first];
             for (k, &index) in indices.iter().enumerate() {
                 let radiance = [radiance[0][k], radiance[1][k], radiance[2][k]];

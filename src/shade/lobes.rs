@@ -3,7 +3,7 @@
 use super::reader::Reader;
 use crate::math;
 use crate::math::lanes::{Float, Lanes, Mask};
-use crate::math::vec3::V3;
+use crate::math::vec3::{V3, Vec3};
 use crate::scene::{Anisotropy, ColorParameter, Material, ScalarParameter};
 
 /// The values of [`crate::scene::Lobes`] that textures vary, at sixteen fragments.
@@ -43,13 +43,13 @@ impl<L: Lanes> LobeValues<L> {
     pub fn none(l: L) -> Self {
         let (zero, one) = (l.zero(), l.splat(1.0));
         Self {
-            sheen_color: [zero; 3],
+            sheen_color: Vec3::uniform(zero),
             sheen_roughness: zero,
             anisotropy: zero,
             iridescence: zero,
             iridescence_thickness: zero,
             coat_thickness: zero,
-            coat_color: [one; 3],
+            coat_color: Vec3::uniform(one),
             second_roughness: zero,
             lobe_mix: zero,
             haziness: zero,
@@ -98,7 +98,7 @@ pub(super) fn scalar<L: Lanes>(parameter: &ScalarParameter, reader: &Reader<'_, 
 
 #[inline(always)]
 pub(super) fn color<L: Lanes>(parameter: &ColorParameter, reader: &Reader<'_, L>) -> V3<L> {
-    reader.factor(parameter.factor, parameter.texture.as_ref(), [0, 1, 2])
+    Vec3::from_array(reader.factor(parameter.factor, parameter.texture.as_ref(), [0, 1, 2]))
 }
 
 /// KHR_materials_anisotropy: the texture's direction (2 rg - 1, made a unit vector; (1, 0) where it is zero) turned by

@@ -6,6 +6,7 @@ use crate::each;
 use crate::gbuffer::Batch;
 use crate::gbuffer::layout::{self, Plane, SurfacePlanes};
 use crate::math::lanes::{Float, LANES, Lanes};
+use crate::math::vec3::{V3, Vec3};
 use crate::scene::{Material, Workflow};
 
 /// Writes one plane.
@@ -23,6 +24,12 @@ fn get<L: Lanes, const N: usize>(l: L, planes: &SurfacePlanes, plane: Plane) -> 
     debug_assert_eq!(plane.channels, N);
     let rows: &[[f32; LANES]] = &planes.rows[plane.first..plane.first + N];
     each!(n => l.load(&rows[n]))
+}
+
+/// Reads a plane of three channels.
+#[inline(always)]
+fn get_vector<L: Lanes>(l: L, planes: &SurfacePlanes, plane: Plane) -> V3<L> {
+    Vec3::from_array(get(l, planes, plane))
 }
 
 /// Evaluates sixteen fragments of one material at their `place`, with its `textures`, into the planes of the G-buffer; without
@@ -51,23 +58,23 @@ impl<L: Lanes> Surface<L> {
     #[inline(always)]
     pub fn store(&self, l: L, lobes: bool, planes: &mut SurfacePlanes) {
         use layout::*;
-        put(planes, POSITION, self.position);
-        put(planes, VIEW, self.view);
-        put(planes, NORMAL, self.normal);
-        put(planes, COAT_NORMAL, self.coat_normal);
-        put(planes, VERTEX_NORMAL, self.vertex_normal);
-        put(planes, BASE_COLOR, self.base_color);
+        put(planes, POSITION, self.position.to_array());
+        put(planes, VIEW, self.view.to_array());
+        put(planes, NORMAL, self.normal.to_array());
+        put(planes, COAT_NORMAL, self.coat_normal.to_array());
+        put(planes, VERTEX_NORMAL, self.vertex_normal.to_array());
+        put(planes, BASE_COLOR, self.base_color.to_array());
         put(planes, ALPHA, [self.alpha]);
         let (metallic, color, weight) = match self.reflectance {
             Reflectance::Metallic { metallic, dielectric } => (metallic, dielectric.color, dielectric.weight),
             Reflectance::Specular { f0 } => (l.zero(), f0, l.splat(1.0)),
         };
         put(planes, METALLIC, [metallic]);
-        put(planes, SPECULAR_COLOR, color);
+        put(planes, SPECULAR_COLOR, color.to_array());
         put(planes, SPECULAR_WEIGHT, [weight]);
         put(planes, ROUGHNESS, [self.roughness]);
         put(planes, OCCLUSION, [self.occlusion]);
-        put(planes, EMISSIVE, self.emissive);
+        put(planes, EMISSIVE, self.emissive.to_array());
         put(planes, COAT, [self.coat]);
         put(planes, COAT_ROUGHNESS, [self.coat_roughness]);
         put(planes, UV, self.uv);
@@ -76,23 +83,23 @@ impl<L: Lanes> Surface<L> {
         if !lobes {
             return;
         }
-        put(planes, TANGENT, self.tangent);
-        put(planes, BITANGENT, self.bitangent);
+        put(planes, TANGENT, self.tangent.to_array());
+        put(planes, BITANGENT, self.bitangent.to_array());
         let v = &self.lobes;
-        put(planes, SHEEN_COLOR, v.sheen_color);
+        put(planes, SHEEN_COLOR, v.sheen_color.to_array());
         put(planes, SHEEN_ROUGHNESS, [v.sheen_roughness]);
         put(planes, ANISOTROPY, [v.anisotropy]);
         put(planes, IRIDESCENCE, [v.iridescence]);
         put(planes, IRIDESCENCE_THICKNESS, [v.iridescence_thickness]);
         put(planes, COAT_THICKNESS, [v.coat_thickness]);
-        put(planes, COAT_COLOR, v.coat_color);
+        put(planes, COAT_COLOR, v.coat_color.to_array());
         put(planes, SECOND_ROUGHNESS, [v.second_roughness]);
         put(planes, LOBE_MIX, [v.lobe_mix]);
         put(planes, HAZINESS, [v.haziness]);
         put(planes, SUBSURFACE, [v.subsurface]);
         put(planes, SUBSURFACE_THICKNESS, [v.subsurface_thickness]);
         put(planes, SPECULAR_OCCLUSION, [v.specular_occlusion]);
-        put(planes, BENT_NORMAL, self.bent_normal);
+        put(planes, BENT_NORMAL, self.bent_normal.to_array());
     }
 
     /// Reads what [`Surface::store`] wrote. Without `lobes`, those planes are not read and there are none.
@@ -107,7 +114,7 @@ impl<L: Lanes> Surface<L> {
         let [coat_roughness] = get(l, planes, COAT_ROUGHNESS);
         let [distance] = get(l, planes, DISTANCE);
         let [depth] = get(l, planes, DEPTH);
-        let color = get(l, planes, SPECULAR_COLOR);
+        let color = get_vector(l, planes, SPECULAR_COLOR);
         let reflectance = match &material.workflow {
             Workflow::MetallicRoughness { .. } => {
                 let [metallic] = get(l, planes, METALLIC);
@@ -119,30 +126,30 @@ impl<L: Lanes> Surface<L> {
         };
         let (zero, one) = (l.zero(), l.splat(1.0));
         let mut surface = Self {
-            position: get(l, planes, POSITION),
-            view: get(l, planes, VIEW),
-            normal: get(l, planes, NORMAL),
-            coat_normal: get(l, planes, COAT_NORMAL),
-            vertex_normal: get(l, planes, VERTEX_NORMAL),
-            base_color: get(l, planes, BASE_COLOR),
+            position: get_vector(l, planes, POSITION),
+            view: get_vector(l, planes, VIEW),
+            normal: get_vector(l, planes, NORMAL),
+            coat_normal: get_vector(l, planes, COAT_NORMAL),
+            vertex_normal: get_vector(l, planes, VERTEX_NORMAL),
+            base_color: get_vector(l, planes, BASE_COLOR),
             alpha,
             reflectance,
             roughness,
             occlusion,
-            emissive: get(l, planes, EMISSIVE),
+            emissive: get_vector(l, planes, EMISSIVE),
             coat,
             coat_roughness,
-            tangent: [one, zero, zero],
-            bitangent: [zero, one, zero],
-            bent_normal: [zero, zero, one],
+            tangent: Vec3::new(one, zero, zero),
+            bitangent: Vec3::new(zero, one, zero),
+            bent_normal: Vec3::new(zero, zero, one),
             lobes: LobeValues::none(l),
             uv: get(l, planes, UV),
             distance,
             depth,
         };
         if lobes {
-            surface.tangent = get(l, planes, TANGENT);
-            surface.bitangent = get(l, planes, BITANGENT);
+            surface.tangent = get_vector(l, planes, TANGENT);
+            surface.bitangent = get_vector(l, planes, BITANGENT);
             let [sheen_roughness] = get(l, planes, SHEEN_ROUGHNESS);
             let [anisotropy] = get(l, planes, ANISOTROPY);
             let [iridescence] = get(l, planes, IRIDESCENCE);
@@ -154,15 +161,15 @@ impl<L: Lanes> Surface<L> {
             let [subsurface] = get(l, planes, SUBSURFACE);
             let [subsurface_thickness] = get(l, planes, SUBSURFACE_THICKNESS);
             let [specular_occlusion] = get(l, planes, SPECULAR_OCCLUSION);
-            surface.bent_normal = get(l, planes, BENT_NORMAL);
+            surface.bent_normal = get_vector(l, planes, BENT_NORMAL);
             surface.lobes = LobeValues {
-                sheen_color: get(l, planes, SHEEN_COLOR),
+                sheen_color: get_vector(l, planes, SHEEN_COLOR),
                 sheen_roughness,
                 anisotropy,
                 iridescence,
                 iridescence_thickness,
                 coat_thickness,
-                coat_color: get(l, planes, COAT_COLOR),
+                coat_color: get_vector(l, planes, COAT_COLOR),
                 second_roughness,
                 lobe_mix,
                 haziness,
@@ -215,6 +222,6 @@ mod tests {
         else {
             panic!("not the specular workflow")
         };
-        assert_eq!(f0[0].to_array(), [0.25; LANES]);
+        assert_eq!(f0.x.to_array(), [0.25; LANES]);
     }
 }

@@ -25,13 +25,13 @@ use super::surface::{SurfacePlace, opacity};
 use super::{Backdrop, Reflectance, ShadeContext, Surface};
 use crate::brdf::{fresnel, ggx, tables};
 use crate::coat::gltf::ibl_ggx_fresnel;
-use crate::each;
 use crate::gbuffer::Batch;
 use crate::gbuffer::layout::{self, SurfacePlanes};
 use crate::math::lanes::{Float, Lanes, Mask};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
 use crate::math::{exp_transmittance, log2};
 use crate::scene::{AlphaMode, Material, Workflow};
+use crate::vec3;
 use std::f32::consts::FRAC_1_PI;
 
 /// Least GGX alpha at which lights are scattered forward; below, their images are too small to be seen.
@@ -95,10 +95,8 @@ pub fn hold_back<L: Lanes>(
             let diffuse = diffuse * dielectric * straight.one_minus();
             let kept = (straight + diffuse).one_minus();
             let rows = &mut planes.rows[layout::BASE_COLOR.first..layout::BASE_COLOR.first + 3];
-            let base_color = each!(k => l.load(&rows[k]));
-            for k in 0..3 {
-                rows[k] = (base_color[k] * kept).to_array();
-            }
+            let base_color = Vec3::new(l.load(&rows[0]), l.load(&rows[1]), l.load(&rows[2]));
+            rows.copy_from_slice(&(base_color * kept).to_arrays());
             let opacity = match material.alpha_mode {
                 AlphaMode::Opaque => l.splat(1.0),
                 AlphaMode::Blend => l.load(&planes.rows[layout::ALPHA.first]),
@@ -135,42 +133,38 @@ pub fn pass_through<L: Lanes>(
     l.run(
         #[inline(always)]
         || {
-            for k in 0..3 {
-                planes.rows[layout::BASE_COLOR.first + k] = held.base_color[k].to_array();
-            }
+            let rows = layout::BASE_COLOR.first..layout::BASE_COLOR.first + 3;
+            planes.rows[rows].copy_from_slice(&held.base_color.to_arrays());
             let surface = Surface::load(l, material, false, planes);
             let open = not_reflected(l, &surface);
             let extinction = material.lobes.transmission.extinction();
-            let volume: V3<L> = each!(s in extinction => {
-                exp_transmittance(l, held.thickness * -s)
-            });
-            let scattered: V3<L> = each!(k => {
-                open[k] * held.diffuse_color[k] * volume[k] * held.diffuse
-            });
-            let tint: V3<L> = each!(k => open[k] * held.base_color[k] * volume[k] * held.straight);
+            let volume =
+                vec3!(s in Vec3::from_array(extinction) => exp_transmittance(l, held.thickness * -s));
+            let scattered = open * held.diffuse_color * volume * held.diffuse;
+            let tint = open * held.base_color * volume * held.straight;
             let mut sum = radiance;
             if material.lobes.transmission.diffuse.factor > 0.0 {
                 let behind = light_from_behind(l, context, &surface);
-                sum = each!(k => sum[k] + scattered[k] * behind[k]);
+                sum = sum + scattered * behind;
             }
             let mut keep = tint;
-            let mut open = [l.zero(); 3];
+            let mut open = Vec3::zero(l);
             if material.is_transmissive() {
                 let lights = lights_through(l, context, material, &surface);
-                sum = each!(k => sum[k] + tint[k] * lights[k]);
+                sum = sum + tint * lights;
             }
             if material.refracts() {
                 let seen = refracted(l, context, backdrop, material, &surface, held.thickness);
-                sum = each!(k => sum[k] + tint[k] * seen.color[k]);
-                open = each!(k => tint[k] * seen.opacity[k].one_minus());
-                keep = [l.zero(); 3];
+                sum = sum + tint * seen.color;
+                open = tint * seen.opacity.one_minus();
+                keep = Vec3::zero(l);
             }
             let opacity = held.opacity;
             let hidden = opacity.one_minus();
             Passed {
-                radiance: each!(c in sum => c.clamp_to(0.0, MAX_RADIANCE) * opacity),
-                open: each!(c in open => c * opacity),
-                keep: each!(c in keep => hidden + opacity * c),
+                radiance: sum.clamp_to(0.0, MAX_RADIANCE) * opacity,
+                open: open * opacity,
+                keep: keep * opacity + hidden,
             }
         },
     )
@@ -179,30 +173,30 @@ pub fn pass_through<L: Lanes>(
 /// What base and coat do not reflect, 0 to 1.
 #[inline(always)]
 fn not_reflected<L: Lanes>(l: L, surface: &Surface<L>) -> V3<L> {
-    let n_dot_v = vec3::dot(l, surface.normal, surface.view).saturate();
+    let n_dot_v = surface.normal.dot(surface.view).saturate();
     let (f0, weight) = match surface.reflectance {
         Reflectance::Metallic { dielectric, .. } => (dielectric.f0(l), dielectric.weight),
         Reflectance::Specular { f0 } => (f0, l.splat(1.0)),
     };
     let [scale, bias] = tables::khronos().fetch_first(l, n_dot_v, surface.roughness);
     let base = ibl_ggx_fresnel(l, [scale, bias], n_dot_v, surface.roughness, f0, weight);
-    let coat_cosine = vec3::dot(l, surface.coat_normal, surface.view).saturate();
+    let coat_cosine = surface.coat_normal.dot(surface.view).saturate();
     let coat = fresnel::schlick(l, l.splat(0.04), l.splat(1.0), coat_cosine) * surface.coat;
-    each!(f in base => (f.one_minus() * coat.one_minus()).saturate())
+    (base.one_minus() * coat.one_minus()).saturate()
 }
 
 /// Radiance of a white diffuse surface, lit from the other side.
 #[inline(always)]
 fn light_from_behind<L: Lanes>(l: L, context: &ShadeContext<'_>, surface: &Surface<L>) -> V3<L> {
-    let back = vec3::neg(l, surface.normal);
-    let mut sum = [l.zero(); 3];
+    let back = -surface.normal;
+    let mut sum = Vec3::zero(l);
     for &source in Surroundings::of(context) {
-        sum = vec3::add(l, sum, source.irradiance_over_pi(l, context, surface, back));
+        sum = sum + source.irradiance_over_pi(l, context, surface, back);
     }
     for light in context.lights {
         let sample = sample_light(l, light, surface.position);
-        let cosine = vec3::dot(l, back, sample.direction).saturate() * FRAC_1_PI;
-        sum = each!(k => sum[k] + sample.irradiance[k] * cosine);
+        let cosine = back.dot(sample.direction).saturate() * FRAC_1_PI;
+        sum = sum + sample.irradiance * cosine;
     }
     sum
 }
@@ -217,24 +211,24 @@ fn lights_through<L: Lanes>(
     surface: &Surface<L>,
 ) -> V3<L> {
     let alpha = refracted_roughness(material, surface.roughness.squared()).at_least(LEAST_ALPHA);
-    let n_dot_v = vec3::dot(l, surface.normal, surface.view).saturate();
+    let n_dot_v = surface.normal.dot(surface.view).saturate();
     let lambda = ggx::part_lambda(l, n_dot_v, alpha);
-    let mut sum = [l.zero(); 3];
+    let mut sum = Vec3::zero(l);
     for light in context.lights {
         let sample = sample_light(l, light, surface.position);
-        let side = vec3::dot(l, surface.normal, sample.direction);
+        let side = surface.normal.dot(sample.direction);
         let behind = side.lt(l.zero());
         if !behind.any() {
             continue;
         }
-        let mirrored: V3<L> = each!(k => sample.direction[k] - surface.normal[k] * (side * 2.0));
-        let half = vec3::add(l, mirrored, surface.view);
-        let length = vec3::length(l, half).at_least(1e-6);
-        let n_dot_h = (vec3::dot(l, surface.normal, half) / length).saturate();
+        let mirrored = sample.direction - surface.normal * (side * 2.0);
+        let half = mirrored + surface.view;
+        let length = half.length().at_least(1e-6);
+        let n_dot_h = (surface.normal.dot(half) / length).saturate();
         let n_dot_l = side.abs().saturate();
         let lobe = ggx::smith_distribution_visibility(l, n_dot_h, n_dot_l, n_dot_v, alpha, lambda);
         let lobe = behind.select(lobe * n_dot_l, l.zero());
-        sum = each!(k => sum[k] + sample.irradiance[k] * lobe);
+        sum = sum + sample.irradiance * lobe;
     }
     sum
 }
@@ -269,8 +263,8 @@ fn refracted<L: Lanes>(
     let ior = if material.ior > 1.0 { material.ior } else { 1.0 };
     // Half of what red and blue lie apart: KHR_materials_dispersion.
     let spread = (ior - 1.0) * 0.025 * transmission.dispersion;
-    let n_dot_v = vec3::dot(l, surface.normal, surface.view).saturate();
-    let mut seen = Seen { color: [l.zero(); 3], opacity: [l.zero(); 3] };
+    let n_dot_v = surface.normal.dot(surface.view).saturate();
+    let (mut colors, mut opacities) = ([l.zero(); 3], [l.zero(); 3]);
     let count = if spread > 0.0 { 3 } else { 1 };
     for k in 0..count {
         let ior = if count == 1 { ior } else { ior + spread * (k as f32 - 1.0) };
@@ -278,18 +272,21 @@ fn refracted<L: Lanes>(
         let eta = 1.0 / if ior > 1.0 { ior } else { 1.0 };
         let inside = (n_dot_v.squared().one_minus() * (eta * eta)).one_minus().at_least(0.0).sqrt();
         let along_normal = n_dot_v * eta - inside;
-        let exit: V3<L> = each!(c => surface.position[c]
-            + (surface.normal[c] * along_normal - surface.view[c] * eta) * thickness);
+        let exit = surface.position + (surface.normal * along_normal - surface.view * eta) * thickness;
         let screen = context.rays.project(l, exit);
         let color = backdrop.sample([screen[0].to_array(), screen[1].to_array()], level);
         let opacity = l.load(&color[3]);
         if count == 1 {
-            return Seen { color: each!(c => l.load(&color[c])), opacity: [opacity; 3] };
+            let [r, g, b, _] = &color;
+            return Seen {
+                color: Vec3::new(l.load(r), l.load(g), l.load(b)),
+                opacity: Vec3::uniform(opacity),
+            };
         }
-        seen.color[k] = l.load(&color[k]);
-        seen.opacity[k] = opacity;
+        colors[k] = l.load(&color[k]);
+        opacities[k] = opacity;
     }
-    seen
+    Seen { color: Vec3::from_array(colors), opacity: Vec3::from_array(opacities) }
 }
 
 /// The level of the backdrop for a perceptual roughness: as wide a share of the picture as that of a buffer of 1024 pixels

@@ -43,9 +43,8 @@ use super::glsl::mix;
 use crate::brdf::microfacet::schlick;
 use crate::brdf::table::Table;
 use crate::brdf::thin_film::{SchlickWeight, ThinFilm, eval_iridescence};
-use crate::each;
 use crate::math::lanes::{Float, Lanes, Mask};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::V3;
 
 /// Irradiance is what a light's colour means.
 pub const LIGHT_COLOR_PER_IRRADIANCE: f32 = 1.0;
@@ -271,7 +270,7 @@ pub struct Terms<L: Lanes> {
 pub fn beneath_coat<L: Lanes>(l: L, surface: &Surface<L>, terms: &Terms<L>) -> V3<L> {
     let base = mix(l, terms.dielectric, terms.metal, surface.metallic);
     match surface.sheen {
-        Some(_) => each!(k => terms.sheen[k] + base[k] * terms.sheen_scaling),
+        Some(_) => terms.sheen + base * terms.sheen_scaling,
         None => base,
     }
 }
@@ -295,21 +294,20 @@ fn dielectric_and_metal<L: Lanes>(
     [diffuse, specular]: [V3<L>; 2],
     [dielectric_fresnel, metal_fresnel]: [V3<L>; 2],
 ) -> [V3<L>; 2] {
-    let dielectric: V3<L> =
-        each!(k => diffuse[k] * dielectric_fresnel[k].one_minus() + specular[k] * dielectric_fresnel[k]);
-    let metal = vec3::mul(l, metal_fresnel, specular);
+    let dielectric: V3<L> = diffuse * dielectric_fresnel.one_minus() + specular * dielectric_fresnel;
+    let metal = metal_fresnel * specular;
     let Some(film) = &surface.film else { return [dielectric, metal] };
     // `rgb_mix`.
-    let beneath = vec3::max_component(l, film.dielectric).one_minus();
-    let filmed: V3<L> = each!(k => diffuse[k] * beneath + film.dielectric[k] * specular[k]);
-    let filmed_metal = vec3::mul(l, specular, film.metallic);
+    let beneath = film.dielectric.max_component().one_minus();
+    let filmed: V3<L> = diffuse * beneath + film.dielectric * specular;
+    let filmed_metal = specular * film.metallic;
     [mix(l, dielectric, filmed, film.factor), mix(l, metal, filmed_metal, film.factor)]
 }
 
 /// N.X, saturated.
 #[inline(always)]
-fn cosine<L: Lanes>(l: L, normal: V3<L>, direction: V3<L>) -> L::F {
-    vec3::dot(l, normal, direction).saturate()
+fn cosine<L: Lanes>(_: L, normal: V3<L>, direction: V3<L>) -> L::F {
+    normal.dot(direction).saturate()
 }
 
 /// Prepares sixteen fragments: the material and all that depends on the view only.
@@ -349,11 +347,11 @@ pub fn surface_with_lookups<L: Lanes>(
     lookups: &Lookups<L>,
 ) -> Surface<L> {
     // As the original does; sharp highlights need the last bit.
-    let view = vec3::divide_by_length(l, view);
+    let view = view.divide_by_length();
     let n_dot_v = cosine(l, normal, view);
     let roughness = data.roughness.saturate();
     let f0 = ((data.ior - 1.0) / (data.ior + 1.0)).squared();
-    let f0_dielectric: V3<L> = each!(c in data.specular_color => (c * f0).at_most(1.0));
+    let f0_dielectric: V3<L> = (data.specular_color * f0).at_most(1.0);
     let film = match &data.iridescence {
         Some(iridescence) => {
             let film = ThinFilm { ior: iridescence.ior, thickness: iridescence.thickness };
@@ -366,7 +364,7 @@ pub fn surface_with_lookups<L: Lanes>(
     };
     let sheen = match &data.sheen {
         Some(sheen) => {
-            let largest = vec3::max_component(l, sheen.color);
+            let largest = sheen.color.max_component();
             Some(SheenSurface {
                 color: sheen.color,
                 largest,
@@ -381,11 +379,11 @@ pub fn surface_with_lookups<L: Lanes>(
     let anisotropy = match &data.anisotropy {
         Some(anisotropy) => {
             let [x, y] = anisotropy.direction;
-            let tangent: V3<L> = each!(k => anisotropy.tangent[k] * x + anisotropy.bitangent[k] * y);
+            let tangent: V3<L> = anisotropy.tangent * x + anisotropy.bitangent * y;
             Some(AnisotropySurface {
                 strength: anisotropy.strength.saturate(),
                 tangent,
-                bitangent: vec3::cross(l, anisotropy.geometric_normal, tangent),
+                bitangent: anisotropy.geometric_normal.cross(tangent),
             })
         }
         None => None,

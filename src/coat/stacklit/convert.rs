@@ -9,7 +9,7 @@ use crate::brdf::fresnel::f0_under_ior;
 use crate::brdf::roughness::{anisotropic_roughness, clamp_roughness_for_analytical_lights};
 use crate::each;
 use crate::math::lanes::{Float, Lanes};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
 
 /// A base lobe without the coat's influence.
 #[derive(Clone, Copy)]
@@ -96,11 +96,11 @@ fn colors<L: Lanes>(l: L, options: &Options, data: &SurfaceData<L>) -> (V3<L>, V
         Version::Newest => metallic,
     };
     let mut fresnel0 = match data.reflectance {
-        Reflectance::Metallic { dielectric_f0 } => vec3::lerp(l, dielectric_f0, base_color, metallic_for_f0),
+        Reflectance::Metallic { dielectric_f0 } => dielectric_f0.lerp(base_color, metallic_for_f0),
         Reflectance::Specular { color } => {
             metallic = l.zero();
             if options.energy_conserving_specular {
-                base_color = vec3::scale(l, base_color, vec3::max_component(l, color).one_minus());
+                base_color = base_color * color.max_component().one_minus();
             }
             color
         }
@@ -108,9 +108,9 @@ fn colors<L: Lanes>(l: L, options: &Options, data: &SurfaceData<L>) -> (V3<L>, V
     if let Some(scattering) = &data.scattering
         && (options.version == Version::V13 || scattering.use_profile_ior)
     {
-        fresnel0 = [l.splat(scattering.profile.fresnel0); 3];
+        fresnel0 = Vec3::splat(l, [scattering.profile.fresnel0; 3]);
     }
-    (vec3::scale(l, base_color, metallic.one_minus()), fresnel0)
+    (base_color * metallic.one_minus(), fresnel0)
 }
 
 /// `ConvertSurfaceDataToBSDFData`. `normal` is that of the base.
@@ -141,7 +141,7 @@ pub fn convert<L: Lanes>(l: L, options: &Options, data: &SurfaceData<L>, normal:
             haziness: hazy.haziness,
             extent: hazy.extent,
             extent_anisotropy: k_b,
-            max_f0: [hazy.max_dielectric_f0.lerp(l.splat(1.0), data.metallic); 3],
+            max_f0: Vec3::uniform(hazy.max_dielectric_f0.lerp(l.splat(1.0), data.metallic)),
         };
         let before = HazyLobes {
             fresnel0,
@@ -166,11 +166,11 @@ pub fn convert<L: Lanes>(l: L, options: &Options, data: &SurfaceData<L>, normal:
             let uncoated = if options.zero_mask_is_uncoated { coat.mask.eq(l.zero()) } else { l.mask(0) };
             let ior = l.splat(1.0).lerp(coat.ior, coat.mask);
             let under_coat = f0_under_ior(l, fresnel0, ior);
-            fresnel0 = vec3::select(l, uncoated, fresnel0, under_coat);
+            fresnel0 = Vec3::select(uncoated, fresnel0, under_coat);
             let p = coat.smoothness.one_minus();
             #[expect(clippy::manual_map, reason = "Option::map would leave the instruction set")]
             let normal = match coat.normal {
-                Some(coat_normal) => Some(vec3::select(l, uncoated, normal, coat_normal)),
+                Some(coat_normal) => Some(Vec3::select(uncoated, normal, coat_normal)),
                 None => None,
             };
             Some(CoatData {

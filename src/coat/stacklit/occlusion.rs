@@ -8,7 +8,7 @@ use crate::brdf::occlusion::{
 };
 use crate::each;
 use crate::math::lanes::{Float, Lanes};
-use crate::math::vec3::V3;
+use crate::math::vec3::{V3, Vec3};
 
 /// What a lobe is occluded with.
 #[derive(Clone, Copy)]
@@ -36,7 +36,7 @@ pub(super) fn hemisphere_occlusion<L: Lanes>(
     lobe: &OccludedLobe<L>,
 ) -> V3<L> {
     let Some(SpecularOcclusion { screen_space, data }) = options.specular_occlusion else {
-        return [l.splat(1.0); 3];
+        return Vec3::splat(l, [1.0; 3]);
     };
     let alpha = lobe.perceptual_roughness.squared();
     // One loop over both kinds, so that the code of a method is there once.

@@ -3,9 +3,8 @@
 use super::lobes::{bent_reflection, multiple_scattering, pow4, specular_occlusion};
 use super::{COAT_F0, EnvironmentQuery, Surface, Terms, outgoing_light};
 use crate::coat::glsl::{mix, normalize_or};
-use crate::each;
 use crate::math::lanes::{Float, Lanes, Mask};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
 use std::f32::consts::FRAC_1_PI;
 
 /// What the surroundings send.
@@ -37,7 +36,7 @@ pub fn environment_queries<L: Lanes>(l: L, surface: &Surface<L>) -> ([Environmen
     if let Some(anisotropy) = &surface.anisotropy {
         // `getIBLAnisotropyRadiance`.
         let b = anisotropy.bitangent;
-        let across = vec3::cross(l, vec3::cross(l, b, surface.view), b);
+        let across = b.cross(surface.view).cross(b);
         let bent = normalize_or(l, across, normal);
         let towards = pow4(l, (anisotropy.strength * surface.roughness.one_minus()).one_minus());
         normal = normalize_or(l, mix(l, bent, normal, towards), normal);
@@ -62,7 +61,7 @@ fn scattering<L: Lanes>(
         None => f0,
     };
     let [scale, bias] = surface.dfg;
-    let single: V3<L> = each!(c in f0 => c * scale + surface.specular_f90 * bias);
+    let single: V3<L> = f0 * scale + surface.specular_f90 * bias;
     (single, multiple_scattering(l, single, f0, scale + bias))
 }
 
@@ -78,23 +77,21 @@ pub fn indirect_terms<L: Lanes>(l: L, surface: &Surface<L>, light: &Indirect<L>)
     let single = mix(l, single_d, single_m, surface.metalness);
     let multi = mix(l, multi_d, multi_m, surface.metalness);
 
-    let cosine_weighted: V3<L> = each!(k => light.irradiance[k] * FRAC_1_PI);
-    let ambient: V3<L> = each!(k => light.ambient[k] * FRAC_1_PI);
-    let specular: V3<L> = each!(k => light.radiance[k] * single[k] + multi[k] * cosine_weighted[k]);
-    let diffuse: V3<L> = each!(k => {
-        let through = (single_d[k] + multi_d[k]).one_minus();
-        surface.diffuse_contribution[k] * through * (cosine_weighted[k] + ambient[k])
-    });
-    let mut terms = Terms { diffuse, specular, sheen: [l.zero(); 3], coat: [l.zero(); 3] };
+    let cosine_weighted: V3<L> = light.irradiance * FRAC_1_PI;
+    let ambient: V3<L> = light.ambient * FRAC_1_PI;
+    let specular: V3<L> = light.radiance * single + multi * cosine_weighted;
+    let through = (single_d + multi_d).one_minus();
+    let diffuse = surface.diffuse_contribution * through * (cosine_weighted + ambient);
+    let mut terms = Terms { diffuse, specular, sheen: Vec3::zero(l), coat: Vec3::zero(l) };
     if let Some(sheen) = &surface.sheen {
         let beneath = (sheen.largest * sheen.albedo).one_minus();
-        terms.sheen = each!(k => (cosine_weighted[k] + ambient[k]) * sheen.color[k] * sheen.albedo);
-        terms.specular = vec3::scale(l, specular, beneath);
-        terms.diffuse = vec3::scale(l, diffuse, beneath);
+        terms.sheen = (cosine_weighted + ambient) * sheen.color * sheen.albedo;
+        terms.specular = specular * beneath;
+        terms.diffuse = diffuse * beneath;
     }
     if let Some(coat) = &surface.coat {
         let reflectance = coat.dfg[0] * COAT_F0 + coat.dfg[1];
-        terms.coat = vec3::scale(l, light.coat_radiance, reflectance);
+        terms.coat = light.coat_radiance * reflectance;
     }
     terms
 }
@@ -112,10 +109,10 @@ pub fn ambient_occlusion<L: Lanes>(
     }
     let reflected = specular_occlusion(l, surface.n_dot_v, occlusion, surface.roughness);
     Terms {
-        diffuse: vec3::scale(l, terms.diffuse, occlusion),
-        specular: vec3::scale(l, terms.specular, reflected),
-        sheen: vec3::scale(l, terms.sheen, occlusion),
-        coat: vec3::scale(l, terms.coat, occlusion),
+        diffuse: terms.diffuse * occlusion,
+        specular: terms.specular * reflected,
+        sheen: terms.sheen * occlusion,
+        coat: terms.coat * occlusion,
     }
 }
 
@@ -134,7 +131,7 @@ pub fn indirect<L: Lanes>(
     occlusion: L::F,
 ) -> V3<L> {
     let (queries, count) = environment_queries(l, surface);
-    let mut radiance = [[l.zero(); 3]; 2];
+    let mut radiance = [Vec3::zero(l); 2];
     // One loop, so that the environment is compiled once.
     for k in 0..count {
         radiance[k] = environment(queries[k]);

@@ -5,12 +5,12 @@ use super::super::model::{AdditiveModel, Source};
 use super::{MetallicBase, stretched};
 use crate::brdf::tables;
 use crate::coat::babylon::{self, Anisotropy, Coat, EnvironmentQuery, Options, SurfaceData, Tint};
-use crate::each;
 use crate::light::LightSample;
 use crate::math::exp;
-use crate::math::lanes::{Float, Lanes};
-use crate::math::vec3::V3;
+use crate::math::lanes::Lanes;
+use crate::math::vec3::{V3, Vec3};
 use crate::scene::{CoatMedium, Material};
+use crate::vec3;
 
 /// Largest index of refraction that the material takes.
 const LARGEST_IOR: f32 = 3.0;
@@ -98,9 +98,9 @@ fn tint<L: Lanes>(l: L, material: &Material, surface: &Surface<L>) -> Option<Tin
     }
     let values = &surface.lobes;
     let one = l.splat(1.0);
-    let left: V3<L> = each!(k => {
-        let absorbed = if absorbs { exp(l, values.coat_thickness * -extinction[k]) } else { one };
-        values.coat_color[k].sqrt() * absorbed
-    });
-    Some(Tint { color: left, at_distance: one, thickness: one })
+    let mut color = values.coat_color.sqrt();
+    if absorbs {
+        color *= vec3!(e in Vec3::from_array(*extinction) => exp(l, values.coat_thickness * -e));
+    }
+    Some(Tint { color, at_distance: one, thickness: one })
 }

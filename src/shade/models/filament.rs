@@ -9,7 +9,7 @@ use crate::coat::filament::{Quality, cloth, standard};
 use crate::coat::filament_2018::{self, Attenuation};
 use crate::light::LightSample;
 use crate::math::lanes::Lanes;
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
 use crate::scene::Material;
 
 /// The standard model in a quality.
@@ -85,8 +85,7 @@ impl AdditiveModel for Cloth {
     #[inline(always)]
     fn layers<L: Lanes>(self, l: L, material: &Material, surface: &Surface<L>) -> Self::Layers<L> {
         let scatters = material.lobes.subsurface.mask.factor > 0.0;
-        let subsurface =
-            vec3::scale(l, vec3::splat(l, material.lobes.subsurface.transmission), surface.lobes.subsurface);
+        let subsurface = Vec3::splat(l, material.lobes.subsurface.transmission) * surface.lobes.subsurface;
         let data = cloth::SurfaceData {
             base_color: surface.base_color,
             sheen_color: surface.lobes.sheen_color,
@@ -150,7 +149,7 @@ impl AdditiveModel for Standard2018 {
         };
         let layers = filament_2018::surface(l, &data, surface.normal, surface.view);
         let dfg = tables::filament_dfg().fetch(l, layers.n_dot_v, layers.perceptual_roughness);
-        (layers, dfg)
+        (layers, Vec3::from_array(dfg))
     }
 
     #[inline(always)]

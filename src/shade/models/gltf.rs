@@ -10,7 +10,7 @@ use crate::coat::gltf::{
 };
 use crate::light::LightSample;
 use crate::math::lanes::Lanes;
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::V3;
 use crate::scene::{Material, Workflow};
 
 /// The Sample Renderer's material.
@@ -73,7 +73,7 @@ impl AdditiveModel for Gltf {
 
     #[inline(always)]
     fn emission<L: Lanes>(self, l: L, (layers, _): &Self::Layers<L>, surface: &Surface<L>) -> V3<L> {
-        vec3::scale(l, surface.emissive, layers.coat_transmittance(l))
+        surface.emissive * layers.coat_transmittance(l)
     }
 
     #[inline(always)]

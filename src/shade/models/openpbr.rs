@@ -5,10 +5,9 @@ use super::super::{Reflectance, Surface};
 use super::{has_coat_normal, stretched};
 use crate::brdf::tables;
 use crate::coat::openpbr::{self, AlbedoSource, Coat, EnvironmentQuery, SurfaceData};
-use crate::each;
 use crate::light::LightSample;
 use crate::math::lanes::{Float, Lanes, Mask};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::V3;
 use crate::scene::Material;
 
 /// Largest index of refraction of the base.
@@ -32,7 +31,7 @@ impl AdditiveModel for OpenPbr {
         let (strength, tangent, _) = stretched(l, surface);
         let data = SurfaceData {
             base_weight: l.splat(1.0),
-            base_color: each!(c in surface.base_color => c.at_most(1.0)),
+            base_color: surface.base_color.at_most(1.0),
             metalness,
             specular_weight,
             specular_color,
@@ -80,16 +79,16 @@ fn reflectance<L: Lanes>(l: L, material: &Material, surface: &Surface<L>) -> (L:
         Reflectance::Metallic { metallic, dielectric } => {
             let ior =
                 if material.ior == 0.0 || material.ior > LARGEST_IOR { LARGEST_IOR } else { material.ior };
-            let color: V3<L> = each!(c in dielectric.color => c.at_most(1.0));
+            let color: V3<L> = dielectric.color.at_most(1.0);
             (metallic, dielectric.weight, color, l.splat(ior))
         }
         Reflectance::Specular { f0 } => {
-            let largest = vec3::max_component(l, f0);
+            let largest = f0.max_component();
             let root = largest.clamp_to(0.0, 0.25).sqrt();
             let ior = (root + 1.0) / root.one_minus();
             let black = largest.eq(l.zero());
             let divisor = black.select(l.splat(1.0), largest);
-            (l.zero(), l.splat(1.0), each!(c in f0 => c / divisor), ior)
+            (l.zero(), l.splat(1.0), f0 / divisor, ior)
         }
     }
 }

@@ -8,7 +8,7 @@ use crate::coat::three::{self, Anisotropy, Coat, EnvironmentQuery, Iridescence, 
 use crate::coat::three_legacy::{self, LightUnits, ThreeVersion};
 use crate::light::LightSample;
 use crate::math::lanes::Lanes;
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
 use crate::scene::Material;
 
 /// Largest index of refraction that the material takes.
@@ -63,7 +63,7 @@ impl AdditiveModel for Three {
 
     #[inline(always)]
     fn emission<L: Lanes>(self, l: L, layers: &Self::Layers<L>, surface: &Surface<L>) -> V3<L> {
-        vec3::scale(l, surface.emissive, layers.coat_transmittance(l))
+        surface.emissive * layers.coat_transmittance(l)
     }
 
     #[inline(always)]
@@ -76,7 +76,7 @@ impl AdditiveModel for Three {
         three::indirect(
             l,
             layers,
-            [l.zero(); 3],
+            Vec3::zero(l),
             #[inline(always)]
             |normal: V3<L>| source.irradiance(l, normal),
             #[inline(always)]
@@ -103,7 +103,7 @@ impl AdditiveModel for ThreeLegacy {
         // F0 = 0.16 r^2; what lies beyond goes into the tint, which r119 has not.
         let share = base.f0_of_ior / 0.16;
         let (reflectivity, beyond) = if share < 1.0 { (share.sqrt(), 1.0) } else { (1.0, share) };
-        let specular_tint = vec3::scale(l, base.specular_color, l.splat(beyond));
+        let specular_tint = base.specular_color * l.splat(beyond);
         let version = if material.options.three_r119 { ThreeVersion::R119 } else { ThreeVersion::R131 };
         let data = three_legacy::SurfaceData {
             color: base.color,
@@ -133,7 +133,7 @@ impl AdditiveModel for ThreeLegacy {
         three_legacy::indirect(
             l,
             layers,
-            [l.zero(); 3],
+            Vec3::zero(l),
             #[inline(always)]
             |normal: V3<L>| source.irradiance(l, normal),
             #[inline(always)]

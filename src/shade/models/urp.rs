@@ -8,7 +8,7 @@ use crate::coat::EnvironmentQuery;
 use crate::coat::urp::{self, UrpVersion};
 use crate::light::LightSample;
 use crate::math::lanes::{Float, Lanes};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::V3;
 use crate::scene::Material;
 use std::f32::consts::FRAC_1_PI;
 
@@ -50,7 +50,7 @@ impl AdditiveModel for Urp {
 
     #[inline(always)]
     fn direct<L: Lanes>(self, l: L, layers: &urp::Surface<L>, light: &LightSample<L>) -> V3<L> {
-        let color = vec3::scale(l, light.irradiance, l.splat(FRAC_1_PI));
+        let color = light.irradiance * FRAC_1_PI;
         urp::direct(l, layers, light.direction, color, l.splat(1.0))
     }
 
