@@ -184,11 +184,11 @@ impl Batch {
             runs[first] = Some((screen, clip));
             first = end;
         }
-        let mut left = self.vertices.starts;
-        while left != 0 {
-            let first = left.trailing_zeros() as usize;
-            left &= left - 1;
-            let end = if left == 0 { LANES } else { left.trailing_zeros() as usize };
+        let mut remaining = self.vertices.starts;
+        while remaining != 0 {
+            let first = remaining.trailing_zeros() as usize;
+            remaining &= remaining - 1;
+            let end = if remaining == 0 { LANES } else { remaining.trailing_zeros() as usize };
             if let Some((triangle, clip)) = runs[first % LANES] {
                 self.gather_triangle(first..end, triangle, clip);
             }
@@ -288,10 +288,10 @@ impl VertexLanes {
     /// Asks the processor for the attributes of the vertices: in a dense mesh they are not in the cache, and they come while
     /// something else is done. Changes no result.
     pub fn prefetch(&self, draws: &[Draw<'_>]) {
-        let mut left = self.starts;
-        while left != 0 {
-            let first = left.trailing_zeros() as usize % LANES;
-            left &= left - 1;
+        let mut remaining = self.starts;
+        while remaining != 0 {
+            let first = remaining.trailing_zeros() as usize % LANES;
+            remaining &= remaining - 1;
             let draw = &draws[self.draws[first] as usize];
             for vertex in self.vertices[first] {
                 prefetch(draw.mesh.shading_normals(), vertex);
@@ -339,11 +339,11 @@ impl VertexLanes {
         planes: &mut [[[f32; PADDED]; N]; 3],
     ) {
         let mut slice = of(draws[self.draws[0] as usize].mesh);
-        let mut left = self.starts;
-        while left != 0 {
-            let first = left.trailing_zeros() as usize;
-            left &= left - 1;
-            let end = if left == 0 { LANES } else { left.trailing_zeros() as usize };
+        let mut remaining = self.starts;
+        while remaining != 0 {
+            let first = remaining.trailing_zeros() as usize;
+            remaining &= remaining - 1;
+            let end = if remaining == 0 { LANES } else { remaining.trailing_zeros() as usize };
             if !self.one_draw {
                 slice = of(draws[self.draws[first] as usize].mesh);
             }

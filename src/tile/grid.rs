@@ -1,6 +1,9 @@
 //! Where the tiles are.
 
-use crate::raster::TileOrigin;
+use crate::raster::{SUBPIXEL_BITS, SUBPIXELS, TileOrigin};
+
+/// Sub-pixels of half a pixel.
+const HALF_PIXEL: i32 = SUBPIXELS / 2;
 
 /// A picture cut into square tiles, row by row from the top left; the last of a row or column may be smaller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,8 +69,8 @@ impl TileGrid {
     pub fn origin(&self, tile: usize) -> TileOrigin {
         let [x, y, ..] = self.pixels(tile);
         TileOrigin {
-            x: x as i32 * 256 - self.width as i32 * 128,
-            y: y as i32 * 256 - self.height as i32 * 128,
+            x: x as i32 * SUBPIXELS - self.width as i32 * HALF_PIXEL,
+            y: y as i32 * SUBPIXELS - self.height as i32 * HALF_PIXEL,
         }
     }
     /// Columns and rows of the tiles that a box of sub-pixels (`[min x, min y, max x, max y]`, relative to the centre)
@@ -75,8 +78,8 @@ impl TileGrid {
     #[inline(always)]
     #[must_use]
     pub fn tiles_of_box(&self, bounds: [i32; 4]) -> [u32; 4] {
-        let shift = 8 + self.side.trailing_zeros();
-        let half = [self.width as i32 * 128, self.height as i32 * 128];
+        let shift = SUBPIXEL_BITS + self.side.trailing_zeros();
+        let half = [self.width as i32 * HALF_PIXEL, self.height as i32 * HALF_PIXEL];
         let first = |v: i32, k: usize| ((v + half[k]) >> shift).max(0) as u32;
         let end = |v: i32, k: usize, n: u32| ((((v + half[k]) >> shift) + 1).max(0) as u32).min(n);
         [
