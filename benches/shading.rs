@@ -49,7 +49,7 @@ fn shade<L: Lanes>(l: L, version: UrpVersion, planes: &Planes, coated: bool) -> 
     let surface = urp::surface(l, version, &data, normal, view);
     let light = Vec3::splat(l, [0.6, 0.0, 0.8]);
     let one = l.splat(1.0);
-    let direct = urp::direct(l, &surface, light, Vec3::uniform(one), one);
+    let direct = urp::direct(l, &surface, light, Vec3::uniform(one));
     let indirect = urp::indirect(
         l,
         &surface,

@@ -73,7 +73,7 @@ impl Fragment {
             let surface = self.surface(l, uncoated);
             let axis = |k: usize| l.load(&std::array::from_fn(|lane| lights[lane][k]));
             let one = l.splat(1.0);
-            transpose(urp::direct(l, &surface, Vec3::new(axis(0), axis(1), axis(2)), Vec3::uniform(one), one).to_arrays())
+            transpose(urp::direct(l, &surface, Vec3::new(axis(0), axis(1), axis(2)), Vec3::uniform(one)).to_arrays())
         })
     }
 

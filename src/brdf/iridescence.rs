@@ -103,17 +103,17 @@ pub fn eval_iridescence<L: Lanes>(l: L, top: L::F, cosine: L::F, thickness: L::F
     let first = schlick(l, ior_to_fresnel0(l, film, top), one, cosine);
     let transmitted = first.one_minus();
     let base = schlick_color(l, f0, one, inner);
-    let round_trip: V3<L> = (base * first).clamp_to(LEAST_ROUND_TRIP, GREATEST_ROUND_TRIP);
-    let amplitude: V3<L> = round_trip.sqrt();
-    let series: V3<L> = base * (transmitted * transmitted) / round_trip.one_minus();
+    let round_trip = (base * first).clamp_to(LEAST_ROUND_TRIP, GREATEST_ROUND_TRIP);
+    let amplitude = round_trip.sqrt();
+    let series = base * (transmitted * transmitted) / round_trip.one_minus();
 
-    let mut sum: V3<L> = series + first;
-    let mut order: V3<L> = series - transmitted;
+    let mut sum = series + first;
+    let mut order = series - transmitted;
     for m in 1..=2 {
         let m = m as f32;
         let color = sensitivity(l, distance * m * inner, l.splat(m * std::f32::consts::PI));
-        order = order * amplitude;
-        sum = sum + order * (color * 2.0);
+        order *= amplitude;
+        sum += order * (color * 2.0);
     }
     Vec3::select(total, Vec3::uniform(one), sum.at_least(0.0))
 }

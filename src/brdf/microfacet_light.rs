@@ -105,7 +105,7 @@ impl<L: Lanes> Facets<L> {
             let (start, end) = (self.half(a), self.half(b));
             let edge = edge_integral(l, [start.cosine_space, middle.cosine_space])
                 + edge_integral(l, [middle.cosine_space, end.cosine_space]);
-            form_factor = form_factor + Vec3::select(there, edge, Vec3::zero(l));
+            form_factor += Vec3::select(there, edge, Vec3::zero(l));
             corners = corners + there.select(one, zero);
             weights = weights + there.select(self.weight(l, a, start.vector), zero);
             densities = densities + there.select(start.density, zero);

@@ -133,7 +133,7 @@ pub struct Surface<L: Lanes> {
 #[inline(always)]
 pub fn surface<L: Lanes>(l: L, data: &SurfaceData<L>, normal: V3<L>, view: V3<L>) -> Surface<L> {
     let one_minus_metallic = data.metallic.one_minus();
-    let f0: V3<L> = data.dielectric_f0 * one_minus_metallic + data.base_color * data.metallic;
+    let f0 = data.dielectric_f0 * one_minus_metallic + data.base_color * data.metallic;
     let mut f0_used = f0;
     let coat = match &data.coat {
         Some(coat) => {
@@ -253,20 +253,13 @@ pub fn brdf<L: Lanes>(l: L, surface: &Surface<L>, lobes: &Lobes<L>) -> V3<L> {
 
 /// One light: the radiance that the fragments reflect.
 ///
-/// `direction` is the unit vector to the light, `color` its irradiance at normal incidence, `attenuation` the product
-/// of distance, cone, shadow and occlusion, 0 to 1.
+/// `direction` is the unit vector to the light, `color` its irradiance at normal incidence, with
+/// distance, cone, shadow and occlusion applied.
 #[inline(always)]
-pub fn direct<L: Lanes>(
-    l: L,
-    surface: &Surface<L>,
-    direction: V3<L>,
-    color: V3<L>,
-    attenuation: L::F,
-) -> V3<L> {
+pub fn direct<L: Lanes>(l: L, surface: &Surface<L>, direction: V3<L>, color: V3<L>) -> V3<L> {
     let lobes = lobes(l, surface, direction);
     let value = brdf(l, surface, &lobes);
-    let weight = attenuation * lobes.n_dot_l;
-    color * value * weight
+    color * value * lobes.n_dot_l
 }
 
 /// The environment: the radiance that the fragments reflect, after the document's listing for image-based lights. The

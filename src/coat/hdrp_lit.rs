@@ -584,15 +584,10 @@ pub fn compose<L: Lanes>(
 
     let baked = baked_diffuse(l, surface, baked_gi);
     let compensation = surface.pre.energy_compensation;
+    let scattered = diffuse_color * (direct.diffuse * direct_diffuse);
+    let mirrored = direct.specular * direct_specular + environment * indirect_specular;
     LightLoopOutput {
-        diffuse: {
-            let lamps = diffuse_color * (direct.diffuse * direct_diffuse);
-            lamps + baked * indirect_diffuse + emissive
-        },
-        specular: {
-            let lamps = direct.specular * direct_specular;
-            let mirrored = environment * indirect_specular;
-            (lamps + mirrored) * (fresnel0 * compensation + 1.0)
-        },
+        diffuse: scattered + baked * indirect_diffuse + emissive,
+        specular: mirrored * (fresnel0 * compensation + 1.0),
     }
 }

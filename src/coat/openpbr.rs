@@ -544,8 +544,8 @@ pub fn lobes<L: Lanes>(l: L, surface: &Surface<L>, light: V3<L>) -> Lobes<L> {
     let specular = surface.specular_color * (dv * dielectric_fresnel);
     let diffuse = surface.base_color * FRAC_1_PI;
     let metal = metal_fresnel * dv;
-    let left = surface.specular_albedo.one_minus();
-    let base = (specular + diffuse * left).lerp(metal, surface.metalness);
+    let unreflected = surface.specular_albedo.one_minus();
+    let base = (specular + diffuse * unreflected).lerp(metal, surface.metalness);
     let zero = l.zero();
     let coat = match &surface.coat {
         Some(coat) => {
@@ -600,23 +600,17 @@ impl<L: Lanes> Lobes<L> {
 
 /// One light: the radiance that the fragments reflect.
 ///
-/// `direction` is the unit vector to the light, `color` the irradiance at normal incidence, `attenuation` the product of
-/// distance, cone and shadow, 0 to 1.
+/// `direction` is the unit vector to the light, `color` what it delivers at normal incidence: irradiance with distance,
+/// cone and shadow applied.
 #[inline(always)]
-pub fn direct<L: Lanes>(
-    l: L,
-    surface: &Surface<L>,
-    direction: V3<L>,
-    color: V3<L>,
-    attenuation: L::F,
-) -> V3<L> {
+pub fn direct<L: Lanes>(l: L, surface: &Surface<L>, direction: V3<L>, color: V3<L>) -> V3<L> {
     let lobes = lobes(l, surface, direction);
     let mut reflected = lobes.base * lobes.n_dot_l;
     if let Some(coat) = &surface.coat {
         let reflection = coat.weight * lobes.coat.value * lobes.coat.n_dot_l;
         reflected = reflected * lobes.coat.transmittance + reflection;
     }
-    reflected * (color * attenuation)
+    reflected * color
 }
 
 /// The environment: the radiance that the fragments reflect.
@@ -645,16 +639,16 @@ pub fn indirect<L: Lanes>(
     }
     let [below, above] = radiance;
     let dielectric = surface.metalness.one_minus();
-    let left = dielectric * surface.specular_albedo.one_minus();
+    let unreflected = dielectric * surface.specular_albedo.one_minus();
     let tinted = surface.specular_color * surface.specular_albedo;
     let mut specular = tinted.lerp(surface.metal_albedo, surface.metalness) * below;
-    let mut diffuse = surface.base_color * left * irradiance;
+    let mut diffuse = surface.base_color * unreflected * irradiance;
     if let Some(coat) = &surface.coat {
         let mirrored = coat.transmittance(l, coat.mu_view);
         let scattered = coat.transmittance(l, mu(l, l.splat(MEAN_COSINE), coat.ior));
         let reflection = coat.weight * coat.albedo;
         specular = specular * mirrored + above * reflection;
-        diffuse = diffuse * scattered;
+        diffuse *= scattered;
     }
     (specular + diffuse) * occlusion
 }

@@ -27,9 +27,10 @@
 //! ([`integrate_specular_brdf`]) goes down to -0.0024 where rough surfaces are seen from the front, so that an F0 next
 //! to 0 reflects as much of the environment, negatively: the original's, whose frame buffer cuts it off.
 
-use super::EnvironmentQuery;
 use super::glsl::{half_vector, mix};
+pub use super::layers::Coat;
 use super::three::lobes::{bent_reflection, ggx, multiple_scattering, specular_occlusion};
+use super::{EnvironmentQuery, look_up};
 use crate::brdf::microfacet::schlick_weight;
 use crate::brdf::sheen::{LEAST_SINE_SQUARED, distribution_charlie, neubelt_denominator};
 use crate::brdf::thin_film::SchlickWeight;
@@ -79,17 +80,6 @@ impl LightUnits {
             Self::Physical => 1.0,
         }
     }
-}
-
-/// The clear coat of a material.
-#[derive(Clone, Copy)]
-pub struct Coat<L: Lanes> {
-    /// 0 none to 1 full (`clearcoat`).
-    pub factor: L::F,
-    /// Perceptual, 0 to 1.
-    pub roughness: L::F,
-    /// Unit normal of the coat.
-    pub normal: V3<L>,
 }
 
 /// Sixteen fragments' material. A feature that is `None` costs nothing and is one for all lanes.
@@ -188,7 +178,7 @@ pub fn surface<L: Lanes>(
     let (f0, specular_f90) = match version {
         ThreeVersion::R119 => (Vec3::uniform(f0), l.splat(1.0)),
         ThreeVersion::R131 => {
-            let f0: V3<L> = (data.specular_tint * f0).at_most(1.0) * data.specular_intensity;
+            let f0 = (data.specular_tint * f0).at_most(1.0) * data.specular_intensity;
             (f0, data.specular_intensity * data.metalness.one_minus() + data.metalness)
         }
     };
@@ -268,26 +258,26 @@ pub fn direct_terms<L: Lanes>(
     direction: V3<L>,
     color: V3<L>,
 ) -> Terms<L> {
-    let color = color * l.splat(units.irradiance_per_color());
+    let color = color * units.irradiance_per_color();
     let n_dot_l = cosine(l, surface.normal, direction);
     let (base, coat_brdf) = specular_brdfs(l, surface, direction);
     let irradiance = color * n_dot_l;
     let mut specular = irradiance * base;
-    let mut diffuse: V3<L> = irradiance * (surface.diffuse_color * FRAC_1_PI);
+    let mut diffuse = irradiance * (surface.diffuse_color * FRAC_1_PI);
     if let Some(coat) = &surface.coat {
         let n_dot_l = cosine(l, coat.normal, direction);
         let beneath = (coat.factor * clearcoat_dhr_approx(l, coat.roughness, n_dot_l)).one_minus();
         let reflectance = n_dot_l * coat.factor * coat_brdf;
         specular = color * reflectance + specular * beneath;
-        diffuse = diffuse * beneath;
+        diffuse *= beneath;
     }
     Terms { diffuse, specular }
 }
 
 /// One light: the radiance that the fragments reflect.
 ///
-/// `direction` is the unit vector to the light, `color` its colour in `units`, `attenuation` the product of distance,
-/// cone and shadow, 0 to 1.
+/// `direction` is the unit vector to the light, `color` its colour in `units`, with distance, cone and shadow
+/// applied.
 #[inline(always)]
 pub fn direct<L: Lanes>(
     l: L,
@@ -295,9 +285,8 @@ pub fn direct<L: Lanes>(
     surface: &Surface<L>,
     direction: V3<L>,
     color: V3<L>,
-    attenuation: L::F,
 ) -> V3<L> {
-    let terms = direct_terms(l, units, surface, direction, color * attenuation);
+    let terms = direct_terms(l, units, surface, direction, color);
     terms.diffuse + terms.specular
 }
 
@@ -368,7 +357,7 @@ pub fn coat_environment_brdf<L: Lanes>(l: L, coat: &CoatSurface<L>) -> L::F {
 #[inline(always)]
 pub fn indirect_terms<L: Lanes>(l: L, surface: &Surface<L>, light: &Indirect<L>) -> Terms<L> {
     let (single, multi) = multiscattering_environment(l, surface);
-    let cosine_weighted: V3<L> = light.irradiance * FRAC_1_PI;
+    let cosine_weighted = light.irradiance * FRAC_1_PI;
     let rest = (single + multi).one_minus();
     let diffuse =
         light.ambient * (surface.diffuse_color * FRAC_1_PI) + surface.diffuse_color * rest * cosine_weighted;
@@ -397,32 +386,22 @@ pub fn ambient_occlusion<L: Lanes>(
     Terms { diffuse: terms.diffuse * occlusion, specular: terms.specular * reflected }
 }
 
-/// The radiance that the fragments reflect of the surroundings.
+/// The radiance that the fragments reflect of the surroundings, which are the environment alone: no ambient light.
 ///
-/// `ambient` is the irradiance of ambient lights (0 where the environment is all there is), `irradiance` that of the
-/// environment at a unit normal, `environment` its prefiltered radiance, asked once, or twice with a coat;
-/// `occlusion` 0 (hidden) to 1.
+/// `irradiance` is that of the environment at a unit normal, `environment` its prefiltered radiance, asked once, or twice
+/// with a coat; `occlusion` 0 (hidden) to 1.
 #[inline(always)]
 pub fn indirect<L: Lanes>(
     l: L,
     surface: &Surface<L>,
-    ambient: V3<L>,
     irradiance: impl FnOnce(V3<L>) -> V3<L>,
-    mut environment: impl FnMut(EnvironmentQuery<L>) -> V3<L>,
+    environment: impl FnMut(EnvironmentQuery<L>) -> V3<L>,
     occlusion: L::F,
 ) -> V3<L> {
     let (queries, count) = environment_queries(l, surface);
-    let mut radiance = [Vec3::zero(l); 2];
-    // One loop, so that the environment is compiled once.
-    for k in 0..count {
-        radiance[k] = environment(queries[k]);
-    }
-    let light = Indirect {
-        ambient,
-        irradiance: irradiance(surface.normal),
-        radiance: radiance[0],
-        coat_radiance: radiance[1],
-    };
+    let [radiance, coat_radiance] = look_up(l, &queries, count, environment);
+    let light =
+        Indirect { ambient: Vec3::zero(l), irradiance: irradiance(surface.normal), radiance, coat_radiance };
     let terms = indirect_terms(l, surface, &light);
     let terms = ambient_occlusion(l, surface, &terms, occlusion);
     terms.diffuse + terms.specular

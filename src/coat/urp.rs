@@ -220,7 +220,7 @@ pub fn initialize_brdf_data<L: Lanes>(
         Reflectance::Specular { color } => {
             let reflectivity = color.max_component();
             let diffuse = match version {
-                UrpVersion::Desktop | UrpVersion::Mobile => albedo * color.map(Float::one_minus),
+                UrpVersion::Desktop | UrpVersion::Mobile => albedo * color.one_minus(),
                 UrpVersion::Newest | UrpVersion::NewestHalf => albedo * reflectivity.one_minus(),
             };
             BrdfData::new(l, albedo, diffuse, color, reflectivity, smoothness)
@@ -386,20 +386,14 @@ pub fn surface<L: Lanes>(
 /// One light, `LightingPhysicallyBased`: the radiance that the fragments reflect.
 ///
 /// `direction` is the unit vector to the light, `color` the irradiance at normal incidence over pi,
-/// `attenuation` the product of distance, cone and shadow, 0 to 1.
+/// with distance, cone and shadow applied.
 #[inline(always)]
-pub fn direct<L: Lanes>(
-    l: L,
-    surface: &Surface<L>,
-    direction: V3<L>,
-    color: V3<L>,
-    attenuation: L::F,
-) -> V3<L> {
+pub fn direct<L: Lanes>(l: L, surface: &Surface<L>, direction: V3<L>, color: V3<L>) -> V3<L> {
     let (half, l_dot_h) = half_vector(l, direction, surface.view);
     let mut cosine = surface.normal.dot(direction).saturate();
     let base = &surface.base;
     let term = specular_term(l, surface.version, base, surface.normal, half, l_dot_h);
-    let mut brdf: V3<L> = base.diffuse + base.specular * term;
+    let mut brdf = base.diffuse + base.specular * term;
     if let Some(coat) = &surface.coat {
         let term = specular_term(l, surface.version, &coat.data, coat.normal, half, l_dot_h);
         let mut transmittance = coat.transmittance;
@@ -419,7 +413,7 @@ pub fn direct<L: Lanes>(
         }
         brdf = brdf * transmittance + reflection;
     }
-    let radiance = color * (attenuation * cosine);
+    let radiance = color * cosine;
     brdf * radiance
 }
 
@@ -469,7 +463,7 @@ pub fn global_illumination<L: Lanes>(
 ) -> V3<L> {
     let base = &surface.base;
     let reflectance = environment_brdf_specular(l, base, surface.fresnel);
-    let mut color: V3<L> = baked_gi * base.diffuse + base_radiance * reflectance;
+    let mut color = baked_gi * base.diffuse + base_radiance * reflectance;
     if let Some(coat) = &surface.coat {
         let reflectance = environment_brdf_specular(l, &coat.data, coat.fresnel);
         color = color * coat.transmittance + coat_radiance * reflectance * coat.mask;
@@ -545,7 +539,7 @@ mod tests {
             near(surface.base.perceptual_roughness, p);
             let term = direct_brdf_specular(l, version, &surface.base, surface.normal, light, surface.view);
             near(term, highlight);
-            let found = direct(l, &surface, light, Vec3::splat(l, [1.0; 3]), l.splat(1.0));
+            let found = direct(l, &surface, light, Vec3::splat(l, [1.0; 3]));
             near(found.x, lit[0]);
             near(found.y, lit[1]);
         }

@@ -177,16 +177,10 @@ pub fn surface<'a, L: Lanes>(
 
 /// One light: the radiance that the fragments reflect.
 ///
-/// `direction` is the unit vector to the light, `color` its irradiance at normal incidence, `attenuation` the product
-/// of distance, cone and shadow, 0 to 1.
+/// `direction` is the unit vector to the light, `color` its irradiance at normal incidence, with
+/// distance, cone and shadow applied.
 #[inline(always)]
-pub fn direct<L: Lanes>(
-    l: L,
-    surface: &Surface<'_, L>,
-    direction: V3<L>,
-    color: V3<L>,
-    attenuation: L::F,
-) -> V3<L> {
+pub fn direct<L: Lanes>(l: L, surface: &Surface<'_, L>, direction: V3<L>, color: V3<L>) -> V3<L> {
     let half = Half::new(l, surface.view, direction);
     let n_dot_l = surface.normal.dot(direction).saturate();
     let n_dot_h = surface.normal.dot(half.vector).saturate();
@@ -214,8 +208,7 @@ pub fn direct<L: Lanes>(
         let albedo = it.albedo_at(l, n_dot_l);
         below = below * albedo.max(it.albedo).one_minus() + f * scale;
     }
-    let weight = attenuation * n_dot_l;
-    (surface.velvet_color * velvet + below) * color * weight
+    (surface.velvet_color * velvet + below) * color * n_dot_l
 }
 
 /// The environment: the radiance that the fragments reflect.

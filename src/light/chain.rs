@@ -162,7 +162,7 @@ fn add_row<L: Lanes>(
     for (texel, along) in [(pair[0], along[0]), (pair[1], along[1])] {
         let (mantissas, scale) = texel::unpack(l, texel);
         let weight = along * across * scale;
-        sum = sum + mantissas * weight;
+        sum += mantissas * weight;
     }
     sum
 }

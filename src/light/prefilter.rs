@@ -108,7 +108,7 @@ fn paint_run<L: Lanes>(
         for tap in 0..taps * taps {
             let offset = |k: usize| ((k as f32 + 0.5) / taps as f32 - 0.5) * step;
             let (direction, _) = octahedral::directions(l, u + offset(tap % taps), v + offset(tap / taps));
-            sum = sum + source.radiance(l, direction);
+            sum += source.radiance(l, direction);
         }
         let (_, solid_angle) = octahedral::directions(l, u, v);
         let weight = solid_angle * share;
@@ -234,12 +234,12 @@ fn filter_run<L: Lanes>(
         let mut sum = Vec3::zero(l);
         for sample in samples {
             let [x, y, z] = sample.direction;
-            let direction: V3<L> = tangent * x + bitangent * y + normal * z;
+            let direction = tangent * x + bitangent * y + normal * z;
             let (start, size) = pyramid.levels[sample.copy];
             let place = octahedral::encode(l, direction);
             let (start, size) = (l.splat_i(start as i32), l.splat_i(size as i32));
             let rgb = bilinear(l, &pyramid.texels, start, size, place);
-            sum = sum + rgb * sample.weight;
+            sum += rgb * sample.weight;
         }
         let rgb = (sum * (1.0 / sum_of_weights)).to_arrays();
         for (k, texel) in texels.iter_mut().enumerate() {

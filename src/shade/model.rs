@@ -163,6 +163,20 @@ impl<L: Lanes> Source<'_, L> {
         self.surroundings.radiance(l, self.context, self.material, self.surface, query)
     }
 
+    /// [`Source::irradiance`] as models take it.
+    #[inline(always)]
+    pub(super) fn irradiance_lookup(&self, l: L) -> impl Fn(V3<L>) -> V3<L> {
+        #[inline(always)]
+        move |normal| self.irradiance(l, normal)
+    }
+
+    /// [`Source::radiance`] as models take it.
+    #[inline(always)]
+    pub(super) fn radiance_lookup(&self, l: L) -> impl Fn(EnvironmentQuery<L>) -> V3<L> {
+        #[inline(always)]
+        move |query| self.radiance(l, query)
+    }
+
     /// How much of it reaches the surface.
     #[inline(always)]
     pub(super) fn occlusion(&self, l: L) -> L::F {

@@ -145,17 +145,17 @@ pub fn pass_through<L: Lanes>(
             let mut sum = radiance;
             if material.lobes.transmission.diffuse.factor > 0.0 {
                 let behind = light_from_behind(l, context, &surface);
-                sum = sum + scattered * behind;
+                sum += scattered * behind;
             }
             let mut keep = tint;
             let mut open = Vec3::zero(l);
             if material.is_transmissive() {
                 let lights = lights_through(l, context, material, &surface);
-                sum = sum + tint * lights;
+                sum += tint * lights;
             }
             if material.refracts() {
                 let seen = refracted(l, context, backdrop, material, &surface, held.thickness);
-                sum = sum + tint * seen.color;
+                sum += tint * seen.color;
                 open = tint * seen.opacity.one_minus();
                 keep = Vec3::zero(l);
             }
@@ -191,12 +191,12 @@ fn light_from_behind<L: Lanes>(l: L, context: &ShadeContext<'_>, surface: &Surfa
     let back = -surface.normal;
     let mut sum = Vec3::zero(l);
     for &source in Surroundings::of(context) {
-        sum = sum + source.irradiance_over_pi(l, context, surface, back);
+        sum += source.irradiance_over_pi(l, context, surface, back);
     }
     for light in context.lights {
         let sample = sample_light(l, light, surface.position);
         let cosine = back.dot(sample.direction).saturate() * FRAC_1_PI;
-        sum = sum + sample.irradiance * cosine;
+        sum += sample.irradiance * cosine;
     }
     sum
 }
@@ -228,7 +228,7 @@ fn lights_through<L: Lanes>(
         let n_dot_l = side.abs().saturate();
         let lobe = ggx::smith_distribution_visibility(l, n_dot_h, n_dot_l, n_dot_v, alpha, lambda);
         let lobe = behind.select(lobe * n_dot_l, l.zero());
-        sum = sum + sample.irradiance * lobe;
+        sum += sample.irradiance * lobe;
     }
     sum
 }

@@ -73,7 +73,7 @@ fn seen_with(
 }
 #[inline(never)]
 fn lit(surface: &Surface<Scalar>, direction: V3<Scalar>, color: f32) -> V3<Scalar> {
-    babylon::direct(L, surface, direction, grey(color), f(1.0), f(LIGHT_RADIUS))
+    babylon::direct(L, surface, direction, grey(color), f(LIGHT_RADIUS))
 }
 #[inline(never)]
 fn around(
@@ -406,8 +406,7 @@ fn any_input_on<L: Lanes>(l: L) {
         };
         let surface = babylon::surface(l, &options, &data, normal, view, table);
         let sent = draws.color(l);
-        let direct =
-            babylon::direct(l, &surface, light, Vec3::splat(l, [1e4; 3]), l.splat(1.0), draws.unit(l));
+        let direct = babylon::direct(l, &surface, light, Vec3::splat(l, [1e4; 3]), draws.unit(l));
         // A direction of no length would show.
         let indirect = babylon::indirect(
             l,

@@ -180,7 +180,7 @@ impl Fragment {
         let l = Scalar;
         let one = Vec3::splat(l, [1.0; 3]);
         let surface = self.surface(at_cosine(n_dot_v));
-        reflected(|light| standard::direct(l, &surface, light, one, one.x))
+        reflected(|light| standard::direct(l, &surface, light, one))
     }
 }
 
@@ -188,7 +188,7 @@ impl Fragment {
 fn lit(surface: &standard::Surface<Scalar>, light: [f32; 3]) -> [f32; 3] {
     let l = Scalar;
     let one = l.splat(1.0);
-    first(standard::direct(l, surface, Vec3::splat(l, light), Vec3::uniform(one), one))
+    first(standard::direct(l, surface, Vec3::splat(l, light), Vec3::uniform(one)))
 }
 
 /// A white Lambert surface shows E / pi cos under a light, and its surroundings' colour under an environment.
@@ -286,7 +286,7 @@ fn mask_zero_is_no_coat_bit_for_bit() {
             let attenuation = random.units(l);
             let [with, without] = [coated, bare].map(|data| {
                 let surface = standard::surface_with_table(l, quality, &data, normal, view, filament_dfg());
-                let direct = standard::direct(l, &surface, light, color, attenuation);
+                let direct = standard::direct(l, &surface, light, color * attenuation);
                 let indirect = standard::indirect(l, &surface, color, |query| query.direction, one);
                 [direct, indirect].map(|v| v.to_arrays().map(|c| c.map(|x| (x + 0.0).to_bits())))
             });
@@ -339,7 +339,7 @@ fn lobes_are_reciprocal() {
             let parameters = standard::parameters(l, QUALITIES[round % 2], &data, up, view);
             let dfg = Vec3::splat(l, [0.1, 0.7, 0.2]);
             let surface = standard::surface(l, &parameters, dfg, l.splat(0.3));
-            let lit = standard::direct(l, &surface, light, Vec3::splat(l, [1.0; 3]), l.splat(1.0));
+            let lit = standard::direct(l, &surface, light, Vec3::splat(l, [1.0; 3]));
             lit * light.z.recip()
         });
         for (there, back) in there.to_arrays().into_iter().zip(back.to_arrays()) {
@@ -462,7 +462,7 @@ fn editions_of_the_document() {
         let mut light = at_cosine(0.6);
         light[0] = -light[0];
         let one = Vec3::splat(l, [1.0; 3]);
-        let direct = filament_2018::direct(l, &surface, Vec3::splat(l, light), one, one.x);
+        let direct = filament_2018::direct(l, &surface, Vec3::splat(l, light), one);
         let dfg = Vec3::splat(l, [0.05, 0.95, 0.0]);
         [first(direct)[0], first(filament_2018::indirect(l, &surface, dfg, one, |_| one, one.x))[0]]
     };
@@ -541,7 +541,7 @@ fn standard_is_finite<L: Lanes>(l: L, random: &mut Random, round: usize) {
     };
     let surface = standard::surface_with_table(l, QUALITIES[round & 1], &data, normal, view, filament_dfg());
     let one = l.splat(1.0);
-    let direct = standard::direct(l, &surface, light, Vec3::uniform(one), one);
+    let direct = standard::direct(l, &surface, light, Vec3::uniform(one));
     let indirect = standard::indirect(
         l,
         &surface,
@@ -574,7 +574,7 @@ fn cloth_and_document_are_finite<L: Lanes>(l: L, random: &mut Random, round: usi
         subsurface_color: if round & 2 == 2 { Some(Vec3::uniform(b)) } else { None },
     };
     let surface = cloth::surface_with_table(l, QUALITIES[round & 1], &data, normal, view, filament_dfg());
-    let direct = cloth::direct(l, &surface, light, color, one);
+    let direct = cloth::direct(l, &surface, light, color);
     let indirect = cloth::indirect(
         l,
         &surface,
@@ -598,7 +598,7 @@ fn cloth_and_document_are_finite<L: Lanes>(l: L, random: &mut Random, round: usi
         }),
     };
     let surface = filament_2018::surface(l, &data, normal, view);
-    let direct = filament_2018::direct(l, &surface, light, color, one);
+    let direct = filament_2018::direct(l, &surface, light, color);
     let indirect = filament_2018::indirect(
         l,
         &surface,

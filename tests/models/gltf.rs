@@ -65,7 +65,7 @@ fn seen_with(
 }
 #[inline(never)]
 fn lit_with(surface: &Surface<Scalar>, table: &Table<1>, direction: V3<Scalar>, color: f32) -> V3<Scalar> {
-    gltf::direct(L, surface, table, direction, grey(color), f(1.0))
+    gltf::direct(L, surface, table, direction, grey(color))
 }
 #[inline(never)]
 fn around(surface: &Surface<Scalar>, irradiance: V3<Scalar>, asked: Asked<'_>, occlusion: F) -> V3<Scalar> {
@@ -305,8 +305,8 @@ fn any_input_on<L: Lanes>(l: L) {
         let normal = draws.normal(l);
         let surface = gltf::surface(l, coat_f0, &data, normal, view, tables);
         let sent = draws.color(l);
-        let (color, one) = (Vec3::splat(l, [1e4; 3]), l.splat(1.0));
-        let direct = gltf::direct(l, &surface, tables.sheen_albedo, light, color, one);
+        let color = Vec3::splat(l, [1e4; 3]);
+        let direct = gltf::direct(l, &surface, tables.sheen_albedo, light, color);
         let occlusion = draws.unit(l);
         // A direction of no length would show.
         let indirect = gltf::indirect(

@@ -85,7 +85,7 @@ fn lit(m: &Material, view: [f32; 3], light: [f32; 3]) -> [f32; 3] {
     let table = AlbedoSource::Table(tables::ggx_albedo());
     let surface = openpbr::surface(l, &data(l, m), normal, tangent, Vec3::splat(l, view), table);
     let one = l.splat(1.0);
-    openpbr::direct(l, &surface, Vec3::splat(l, light), Vec3::uniform(one), one).lane(0)
+    openpbr::direct(l, &surface, Vec3::splat(l, light), Vec3::uniform(one)).lane(0)
 }
 
 /// The share of light from everywhere that leaves towards the view: the integral of the BRDF times the cosine.
@@ -111,9 +111,9 @@ fn furnace_of_lights_on<L: Lanes>(l: L, m: &Material, view_cosine: f32) -> f32 {
                     axis[lane] = value;
                 }
             }
-            let light: V3<L> = Vec3::new(l.load(&light[0]), l.load(&light[1]), l.load(&light[2]));
+            let light = Vec3::new(l.load(&light[0]), l.load(&light[1]), l.load(&light[2]));
             let one = l.splat(1.0);
-            let lit = openpbr::direct(l, &surface, light, Vec3::uniform(one), one);
+            let lit = openpbr::direct(l, &surface, light, Vec3::uniform(one));
             sum += lit.y.to_array().iter().map(|v| f64::from(*v)).sum::<f64>();
         }
     }
@@ -325,7 +325,7 @@ fn hunt_on<L: Lanes>(l: L, rounds: usize) -> usize {
         };
         let surface = openpbr::surface(l, &data, normal, tangent, view, AlbedoSource::Table(table));
         let one = l.splat(1.0);
-        let direct = openpbr::direct(l, &surface, light, Vec3::uniform(one), one);
+        let direct = openpbr::direct(l, &surface, light, Vec3::uniform(one));
         let indirect = openpbr::indirect(l, &surface, Vec3::uniform(one), |query| query.direction, one);
         for (direct, indirect) in direct.to_arrays().into_iter().zip(indirect.to_arrays()) {
             for lane in 0..LANES {

@@ -58,8 +58,8 @@ fn plain_legacy(color: f32, metalness: f32, roughness: f32) -> legacy::SurfaceDa
     }
 }
 
-fn legacy_coat(factor: f32, roughness: f32) -> Option<legacy::Coat<Scalar>> {
-    Some(legacy::Coat { factor: f(factor), roughness: f(roughness), normal: up() })
+fn legacy_coat(factor: f32, roughness: f32) -> Option<Coat<Scalar>> {
+    Some(Coat { factor: f(factor), roughness: f(roughness), normal: up() })
 }
 
 /// The environment by query.
@@ -72,11 +72,11 @@ fn seen_with(data: &SurfaceData<Scalar>, view: V3<Scalar>, dfg: &Table<2>) -> Su
 }
 #[inline(never)]
 fn lit(surface: &Surface<Scalar>, direction: V3<Scalar>, color: f32) -> V3<Scalar> {
-    three::direct(L, surface, direction, grey(color), f(1.0))
+    three::direct(L, surface, direction, grey(color))
 }
 #[inline(never)]
-fn around(surface: &Surface<Scalar>, light: [V3<Scalar>; 2], asked: Asked<'_>, occlusion: F) -> V3<Scalar> {
-    three::indirect(L, surface, light[0], |_| light[1], asked, occlusion)
+fn around(surface: &Surface<Scalar>, irradiance: V3<Scalar>, asked: Asked<'_>, occlusion: F) -> V3<Scalar> {
+    three::indirect(L, surface, |_| irradiance, asked, occlusion)
 }
 #[inline(never)]
 fn legacy_seen_with(
@@ -93,16 +93,16 @@ fn legacy_lit_in(
     direction: V3<Scalar>,
     color: f32,
 ) -> V3<Scalar> {
-    legacy::direct(L, units, surface, direction, grey(color), f(1.0))
+    legacy::direct(L, units, surface, direction, grey(color))
 }
 #[inline(never)]
 fn legacy_around(
     surface: &legacy::Surface<Scalar>,
-    light: [V3<Scalar>; 2],
+    irradiance: V3<Scalar>,
     asked: Asked<'_>,
     occlusion: F,
 ) -> V3<Scalar> {
-    legacy::indirect(L, surface, light[0], |_| light[1], asked, occlusion)
+    legacy::indirect(L, surface, |_| irradiance, asked, occlusion)
 }
 
 fn seen(data: &SurfaceData<Scalar>, cosine: f32) -> Surface<Scalar> {
@@ -117,10 +117,10 @@ fn legacy_lit(surface: &legacy::Surface<Scalar>, direction: V3<Scalar>) -> V3<Sc
 
 /// Under a white environment of radiance 1.
 fn in_white(surface: &Surface<Scalar>) -> [f32; 3] {
-    lane::<Scalar>(around(surface, [grey(0.0), grey(PI)], &|_| grey(1.0), f(1.0)), 0)
+    lane::<Scalar>(around(surface, grey(PI), &|_| grey(1.0), f(1.0)), 0)
 }
 fn legacy_in_white(surface: &legacy::Surface<Scalar>) -> [f32; 3] {
-    lane::<Scalar>(legacy_around(surface, [grey(0.0), grey(PI)], &|_| grey(1.0), f(1.0)), 0)
+    lane::<Scalar>(legacy_around(surface, grey(PI), &|_| grey(1.0), f(1.0)), 0)
 }
 
 /// A white surface under a white environment.
@@ -327,26 +327,26 @@ fn answers_reach_who_asked() {
     let data = SurfaceData { coat: coat(0.8, 0.2), ..plain(0.5, 0.5, 0.4) };
     let surface = seen(&data, 0.6);
     let light = three::Indirect {
-        ambient: grey(0.5),
+        ambient: grey(0.0),
         irradiance: grey(2.0),
         radiance: answer(f(0.4)),
         coat_radiance: answer(f(0.2)),
     };
     let expected = three::outgoing_light(L, &surface, &three::indirect_terms(L, &surface, &light));
     let ask = |query: EnvironmentQuery<Scalar>| answer(query.perceptual_roughness);
-    let found = around(&surface, [grey(0.5), grey(2.0)], &ask, f(1.0));
+    let found = around(&surface, grey(2.0), &ask, f(1.0));
     assert_eq!(bits(found), bits(expected));
 
     let data = legacy::SurfaceData { coat: legacy_coat(0.8, 0.2), ..plain_legacy(0.5, 0.5, 0.4) };
     let surface = legacy_seen(&data, 0.6);
     let light = legacy::Indirect {
-        ambient: grey(0.5),
+        ambient: grey(0.0),
         irradiance: grey(2.0),
         radiance: answer(f(0.4)),
         coat_radiance: answer(f(0.2)),
     };
     let terms = legacy::indirect_terms(L, &surface, &light);
-    let found = legacy_around(&surface, [grey(0.5), grey(2.0)], &ask, f(1.0));
+    let found = legacy_around(&surface, grey(2.0), &ask, f(1.0));
     assert_eq!(bits(found), bits(terms.diffuse + terms.specular));
 }
 
@@ -380,7 +380,7 @@ fn draw<L: Lanes>(l: L, draws: &mut Draws) -> SurfaceData<L> {
 
 #[inline(always)]
 fn draw_legacy<L: Lanes>(l: L, draws: &mut Draws) -> legacy::SurfaceData<L> {
-    let coat = legacy::Coat { factor: draws.unit(l), roughness: draws.unit(l), normal: draws.direction(l) };
+    let coat = Coat { factor: draws.unit(l), roughness: draws.unit(l), normal: draws.direction(l) };
     let sheen = draws.color(l);
     legacy::SurfaceData {
         color: draws.color(l),
@@ -414,11 +414,10 @@ fn any_input_on<L: Lanes>(l: L) {
         let normal = draws.normal(l);
         let surface = three::surface(l, &data, normal, view, if round % 16 == 0 { &black } else { dfg });
         let sent = draws.color(l);
-        let direct = three::direct(l, &surface, light, Vec3::splat(l, [1e4; 3]), l.splat(1.0));
+        let direct = three::direct(l, &surface, light, Vec3::splat(l, [1e4; 3]));
         let indirect = three::indirect(
             l,
             &surface,
-            sent,
             #[inline(always)]
             |_| sent,
             // A direction of no length would show.
@@ -447,12 +446,11 @@ fn any_legacy_input_on<L: Lanes>(l: L) {
         let normal = draws.normal(l);
         let surface = legacy::surface(l, version, &data, normal, view);
         let sent = draws.color(l);
-        let (color, one) = (Vec3::splat(l, [1e4; 3]), l.splat(1.0));
-        let direct = legacy::direct(l, LightUnits::Legacy, &surface, light, color, one);
+        let color = Vec3::splat(l, [1e4; 3]);
+        let direct = legacy::direct(l, LightUnits::Legacy, &surface, light, color);
         let indirect = legacy::indirect(
             l,
             &surface,
-            sent,
             #[inline(always)]
             |_| sent,
             #[inline(always)]

@@ -29,7 +29,7 @@ fn any_input_on<L: Lanes>(l: L) {
         let light = if draws.coin() { light } else { -view };
         let surface = urp::surface(l, version, &data, draws.normal(l), view);
         let sent = draws.color(l);
-        let direct = urp::direct(l, &surface, light, Vec3::uniform(l.splat(1e4)), draws.unit(l));
+        let direct = urp::direct(l, &surface, light, Vec3::uniform(draws.unit(l) * 1e4));
         let indirect = urp::indirect(
             l,
             &surface,

@@ -34,7 +34,7 @@ fn surface(data: &SurfaceData<Scalar>, n_dot_v: f32) -> Surface<'static, Scalar>
 
 fn lit(surface: &Surface<'_, Scalar>, light: V3<Scalar>) -> V3<Scalar> {
     let one = Scalar.splat(1.0);
-    velvet::direct(Scalar, surface, light, Vec3::uniform(one), one)
+    velvet::direct(Scalar, surface, light, Vec3::uniform(one))
 }
 
 fn furnace(surface: &Surface<'_, Scalar>) -> f32 {
@@ -201,7 +201,7 @@ fn is_finite<L: Lanes>(l: L, random: &mut Random, round: usize) {
         },
     };
     let surface = velvet::surface(l, &data, normal, view, VelvetAlbedo::shared(), filament_dfg());
-    let direct = velvet::direct(l, &surface, light, Vec3::uniform(one), one);
+    let direct = velvet::direct(l, &surface, light, Vec3::uniform(one));
     let indirect = velvet::indirect(
         l,
         &surface,

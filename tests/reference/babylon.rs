@@ -227,7 +227,7 @@ fn direct_on<L: Lanes>(l: L, batch: &Batch<'_>) -> Found {
     found.set("ccAttenuation", coat.map_or(one, |c| c.attenuation).to_array());
     found.set("ccNdotLRefract", coat.map_or(zero, |c| c.n_dot_l_refract).to_array());
     found.set3("absorption", store3::<L>(coat.map_or(Vec3::uniform(one), |c| c.absorption)));
-    found.set3("color", store3::<L>(babylon::direct(l, &surface, light, color, one, extent)));
+    found.set3("color", store3::<L>(babylon::direct(l, &surface, light, color, extent)));
     found
 }
 

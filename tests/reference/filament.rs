@@ -153,7 +153,7 @@ fn standard_direct_on<L: Lanes>(l: L, batch: &Batch<'_>) -> Found {
     found.one(l, "attenuation", coat.map_or(l.splat(1.0), |c| c.f.one_minus()));
     let color = load3(l, batch, "lightColor");
     let attenuation = load(l, batch, "lightAttenuation");
-    found.three(l, "color", standard::direct(l, &surface, light, color, attenuation));
+    found.three(l, "color", standard::direct(l, &surface, light, color * attenuation));
     found.0
 }
 
@@ -235,7 +235,7 @@ fn cloth_direct_on<L: Lanes>(l: L, batch: &Batch<'_>) -> Found {
     }
     let color = load3(l, batch, "lightColor");
     let attenuation = load(l, batch, "lightAttenuation");
-    found.three(l, "color", cloth::direct(l, &surface, light, color, attenuation));
+    found.three(l, "color", cloth::direct(l, &surface, light, color * attenuation));
     found.0
 }
 
@@ -295,7 +295,7 @@ fn document_on<L: Lanes>(l: L, batch: &Batch<'_>) -> Found {
         let lobes = filament_2018::lobes(l, &surface, light);
         let brdf = filament_2018::brdf(l, &surface, &lobes);
         found.three(l, &format!("brdf{form}"), color * brdf);
-        let lit = filament_2018::direct(l, &surface, light, color, l.splat(1.0));
+        let lit = filament_2018::direct(l, &surface, light, color);
         found.three(l, &format!("lit{form}"), lit);
         if attenuation == Attenuation::Later {
             continue;

@@ -3,7 +3,7 @@
 use super::stub;
 use super::table::{Adapter, Batch, Found, Table as Csv};
 use overcoat::brdf::fgd::pre_integrated_fgd;
-use overcoat::brdf::occlusion::{self, BentNormalTilt, VisibilityCone};
+use overcoat::brdf::occlusion::{self, BentNormalTilt, BentOcclusion, VisibilityCone};
 use overcoat::brdf::table::{Table, TexelGrid};
 use overcoat::brdf::{diffuse, ggx, integrate, reflection};
 use overcoat::math::lanes::{Float, LANES, Lanes, SimdLevel};
@@ -100,13 +100,14 @@ fn occlusion_on<L: Lanes>(l: L, batch: &Batch<'_>) -> Found {
     let (ao, p) = (get("ao"), get("perceptualRoughness"));
     let a = p * p;
     let n_dot_v = n.dot(v).at_least(1e-4);
+    let open = BentOcclusion { normal: n, bent_normal: bent, ao };
     let mut found = Found::default();
     let bounced = occlusion::gtao_multi_bounce(l, ao, load3(l, batch, "albedo"));
     found.set3("GTAOMultiBounce", store3::<L>(bounced));
     let mut set = |name: &str, value: L::F| found.set(name, value.to_array());
     set("SOFromAO", occlusion::specular_occlusion_from_ao(l, n_dot_v, ao, a));
-    set("BentAO_ConeCone_core", occlusion::specular_occlusion_cone_cone(l, v, bent, n, ao, a));
-    set("BentAO_SG_core", occlusion::specular_occlusion_gaussian(l, v, bent, n, ao, a));
+    set("BentAO_ConeCone_core", occlusion::specular_occlusion_cone_cone(l, v, &open, a));
+    set("BentAO_SG_core", occlusion::specular_occlusion_gaussian(l, v, &open, a));
     set("HorizonOcclusion", occlusion::horizon_occlusion(l, v, n, geometric, get("horizonFade")));
     let between = get("cosB");
     let area = occlusion::spherical_cap_intersection(l, get("cosC1"), get("cosC2"), between);
@@ -125,7 +126,7 @@ fn occlusion_on<L: Lanes>(l: L, batch: &Batch<'_>) -> Found {
         ("cos_fixRough", VisibilityCone::Cosine, None),
         ("cos_fixTilt", VisibilityCone::Cosine, Some(tilt)),
     ] {
-        let value = occlusion::specular_occlusion_cone_cone_tilted(l, v, bent, n, ao, p, cone, tilt);
+        let value = occlusion::specular_occlusion_cone_cone_tilted(l, v, &open, p, cone, tilt);
         set(&format!("ConeCone_{name}"), value);
     }
     found

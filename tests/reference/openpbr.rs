@@ -92,6 +92,6 @@ fn coat_on<L: Lanes>(l: L, batch: &Batch<'_>) -> Found {
     set3("fBase", lobes.base);
     set3("fCoated", lobes.total(l, &surface));
     let color = load3(l, batch, "lightColor");
-    set3("lit", openpbr::direct(l, &surface, light, color, l.splat(1.0)));
+    set3("lit", openpbr::direct(l, &surface, light, color));
     found
 }

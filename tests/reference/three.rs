@@ -87,7 +87,7 @@ fn legacy_surface<L: Lanes>(
     found: &mut Found,
 ) -> legacy::Surface<L> {
     let tinted = version == ThreeVersion::R131;
-    let coat = batch.is_on("clearcoat_on").then(|| legacy::Coat {
+    let coat = batch.is_on("clearcoat_on").then(|| Coat {
         factor: load(l, batch, "clearcoat"),
         roughness: load(l, batch, "clearcoatRoughness"),
         normal: load3(l, batch, "Ncc"),

@@ -133,7 +133,7 @@ fn direct_on<L: Lanes>(l: L, version: UrpVersion, batch: &Batch<'_>) -> Found {
         term("coat_DirectBRDFSpecular", &coat.data);
     }
     let color = load3(l, batch, "lightColor");
-    let lit = urp::direct(l, &surface, light, color, l.load(&batch.get("attenuation")));
+    let lit = urp::direct(l, &surface, light, color * l.load(&batch.get("attenuation")));
     found.set3("lit", store3::<L>(lit));
     found
 }

@@ -241,7 +241,7 @@ pub fn direct_terms<L: Lanes>(
     let light_roughness = light_roughness(l, surface, surface.roughness, extent);
 
     let term = diffuse_term(l, surface, [n_dot_l, v_dot_h, l_dot_v], light_roughness);
-    let diffuse_light: V3<L> = term * n_dot_l * color;
+    let diffuse_light = term * n_dot_l * color;
     let diffuse_before_coat = if surface.options.legacy_energy {
         diffuse_light
     } else {
@@ -255,7 +255,7 @@ pub fn direct_terms<L: Lanes>(
     let (distribution, visibility, alphas) =
         base_lobe(l, surface, [light, half], [n_dot_l, n_dot_h], light_roughness);
     let lobe = distribution * visibility * n_dot_l;
-    let specular_before_coat: V3<L> = fresnel * lobe * color;
+    let specular_before_coat = fresnel * lobe * color;
 
     let (mut diffuse, mut specular) = (diffuse_before_coat, specular_before_coat);
     let mut final_coat = Vec3::zero(l);
@@ -297,18 +297,11 @@ pub fn direct_terms<L: Lanes>(
 
 /// One light: the radiance that the fragments reflect.
 ///
-/// `direction` is the unit vector to the light, `color` its irradiance at normal incidence, `attenuation` the product of
-/// distance, cone and shadow, 0 to 1; `extent` the light's radius over its distance, 0 or more: by default
+/// `direction` is the unit vector to the light, `color` its irradiance at normal incidence, with distance, cone
+/// and shadow applied; `extent` the light's radius over its distance, 0 or more: by default
 /// [`super::LIGHT_RADIUS`] over the distance, which is 1 for light from afar.
 #[inline(always)]
-pub fn direct<L: Lanes>(
-    l: L,
-    surface: &Surface<L>,
-    direction: V3<L>,
-    color: V3<L>,
-    attenuation: L::F,
-    extent: L::F,
-) -> V3<L> {
-    let terms = direct_terms(l, surface, direction, color * attenuation, extent);
+pub fn direct<L: Lanes>(l: L, surface: &Surface<L>, direction: V3<L>, color: V3<L>, extent: L::F) -> V3<L> {
+    let terms = direct_terms(l, surface, direction, color, extent);
     terms.final_specular + terms.final_coat + terms.final_diffuse
 }

@@ -4,6 +4,7 @@
 use super::{DiffuseModel, EnvironmentQuery, Surface, mix_number};
 use crate::brdf::microfacet::schlick_weight;
 use crate::coat::glsl::{mix, normalize_or};
+use crate::coat::look_up;
 use crate::math::lanes::{Float, Lanes};
 use crate::math::log2;
 use crate::math::vec3::{V3, Vec3};
@@ -141,8 +142,8 @@ pub struct Indirect<L: Lanes> {
 #[inline(always)]
 fn horizon_occlusion<L: Lanes>(_: L, surface: &Surface<L>, normal: V3<L>) -> L::F {
     let mirrored = (-surface.view).reflect(normal);
-    let left = mirrored.dot(surface.geometric_normal) * HORIZON_SLOPE + 1.0;
-    left.saturate().squared()
+    let faded = mirrored.dot(surface.geometric_normal) * HORIZON_SLOPE + 1.0;
+    faded.saturate().squared()
 }
 
 /// `getReflectanceFromBRDFLookup`, or `getReflectanceFromAnalyticalBRDFLookup_Jones` without a table.
@@ -250,17 +251,12 @@ pub fn indirect<L: Lanes>(
     l: L,
     surface: &Surface<L>,
     irradiance: impl FnOnce(V3<L>) -> V3<L>,
-    mut environment: impl FnMut(EnvironmentQuery<L>) -> V3<L>,
+    environment: impl FnMut(EnvironmentQuery<L>) -> V3<L>,
     occlusion: L::F,
 ) -> V3<L> {
     let (queries, count) = environment_queries(l, surface);
-    let mut radiance = [Vec3::zero(l); 2];
-    // One loop, so that the environment is compiled once.
-    for k in 0..count {
-        radiance[k] = environment(queries[k]);
-    }
+    let [radiance, coat_radiance] = look_up(l, &queries, count, environment);
     let normal = normalize_or(l, irradiance_direction(l, surface), surface.geometric_normal);
-    let environment =
-        Environment { irradiance: irradiance(normal), radiance: radiance[0], coat_radiance: radiance[1] };
+    let environment = Environment { irradiance: irradiance(normal), radiance, coat_radiance };
     color(l, &indirect_terms(l, surface, &environment, &AmbientOcclusion::gray(l, occlusion)))
 }

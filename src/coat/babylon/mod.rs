@@ -377,10 +377,10 @@ pub fn surface_with_lookups<L: Lanes>(
     let roughness = data.roughness.one_minus().saturate().one_minus();
 
     let weighted_f0 = ((data.ior - 1.0) / (data.ior + 1.0)).squared() * data.specular_weight;
-    let dielectric_f0: V3<L> = (data.specular_color * weighted_f0).at_most(1.0);
+    let dielectric_f0 = (data.specular_color * weighted_f0).at_most(1.0);
     let f0 = mix(l, dielectric_f0, data.base_color, metallic);
     let (f90, reflectance_f0, surface_albedo) = if options.legacy_energy {
-        let albedo: V3<L> = data.base_color * dielectric_f0.one_minus() * metallic.one_minus();
+        let albedo = data.base_color * dielectric_f0.one_minus() * metallic.one_minus();
         (data.specular_weight, f0.max_component(), albedo)
     } else {
         let grazing = data.specular_weight * ((data.ior - 1.0) * 2.0).saturate();

@@ -150,19 +150,13 @@ pub fn lobes<L: Lanes>(l: L, surface: &Surface<L>, light: V3<L>) -> Lobes<L> {
 
 /// One light: the radiance that the fragments reflect. Arguments as of [`super::standard::direct`].
 #[inline(always)]
-pub fn direct<L: Lanes>(
-    l: L,
-    surface: &Surface<L>,
-    direction: V3<L>,
-    color: V3<L>,
-    attenuation: L::F,
-) -> V3<L> {
+pub fn direct<L: Lanes>(l: L, surface: &Surface<L>, direction: V3<L>, color: V3<L>) -> V3<L> {
     let lobes = lobes(l, surface, direction);
     let wraps = surface.data.subsurface_color.is_some();
     // With subsurface colour the diffuse lobe brings its own cosine.
     let diffuse_cosine = if wraps { l.splat(1.0) } else { lobes.n_dot_l };
     let value = lobes.diffuse * diffuse_cosine + lobes.specular * lobes.n_dot_l;
-    value * color * attenuation
+    value * color
 }
 
 impl<L: Lanes> Surface<L> {

@@ -414,24 +414,18 @@ pub fn lobes<L: Lanes>(l: L, surface: &Surface<L>, light: V3<L>) -> Lobes<L> {
 
 /// One light, `surfaceShading`: the radiance that the fragments reflect.
 ///
-/// `direction` is the unit vector to the light, `color` its irradiance at normal incidence, `attenuation` the product
-/// of distance, cone, shadow and occlusion, 0 to 1.
+/// `direction` is the unit vector to the light, `color` its irradiance at normal incidence, with
+/// distance, cone, shadow and occlusion applied.
 #[inline(always)]
-pub fn direct<L: Lanes>(
-    l: L,
-    surface: &Surface<L>,
-    direction: V3<L>,
-    color: V3<L>,
-    attenuation: L::F,
-) -> V3<L> {
+pub fn direct<L: Lanes>(l: L, surface: &Surface<L>, direction: V3<L>, color: V3<L>) -> V3<L> {
     let lobes = lobes(l, surface, direction);
     let it = &surface.parameters;
-    let mut value: V3<L> = lobes.diffuse + lobes.specular * surface.energy_compensation;
+    let mut value = lobes.diffuse + lobes.specular * surface.energy_compensation;
     if let (Some(sheen), Some(lobe)) = (&it.sheen, &lobes.sheen) {
         let dv = lobe.d * lobe.v;
         value = value * surface.sheen_scaling + sheen.color * dv;
     }
-    let mut weight = attenuation * lobes.n_dot_l;
+    let mut weight = lobes.n_dot_l;
     if let (Some(coat), Some(lobe)) = (&it.coat, &lobes.coat) {
         let transmittance = lobe.f.one_minus();
         if coat.separate_normal {
@@ -441,7 +435,7 @@ pub fn direct<L: Lanes>(
             let one = l.splat(1.0);
             let below = coated.select(transmittance * lobes.n_dot_l, one);
             let above = lobe.value * lobe.n_dot_l;
-            weight = coated.select(attenuation, weight);
+            weight = coated.select(one, weight);
             value = value * below + above;
         } else {
             value = value * transmittance + lobe.value;
@@ -540,10 +534,10 @@ pub fn base_indirect<L: Lanes>(
 ) -> Indirect<L> {
     let it = &surface.parameters;
     let e = surface.specular_dfg();
-    let mut diffuse: V3<L> = it.diffuse_color * irradiance * e.one_minus();
-    let mut specular: V3<L> = e * base_radiance * surface.energy_compensation;
+    let mut diffuse = it.diffuse_color * irradiance * e.one_minus();
+    let mut specular = e * base_radiance * surface.energy_compensation;
     if let Some(sheen) = &it.sheen {
-        diffuse = diffuse * surface.sheen_scaling;
+        diffuse *= surface.sheen_scaling;
         specular = specular * surface.sheen_scaling + sheen.color * surface.sheen_dfg * sheen_radiance;
     }
     Indirect { diffuse, specular }

@@ -197,8 +197,8 @@ pub fn direct_terms<L: Lanes>(
 
 /// One light: the radiance that the fragments reflect.
 ///
-/// `direction` is the unit vector to the light, `light_color` its irradiance at normal incidence, `attenuation` the
-/// product of distance, cone and shadow, 0 to 1; `sheen_albedo` as in [`super::Tables`].
+/// `direction` is the unit vector to the light, `light_color` its irradiance at normal incidence, with
+/// distance, cone and shadow applied; `sheen_albedo` as in [`super::Tables`].
 #[inline(always)]
 pub fn direct<L: Lanes>(
     l: L,
@@ -206,7 +206,6 @@ pub fn direct<L: Lanes>(
     sheen_albedo: &Table<1>,
     direction: V3<L>,
     light_color: V3<L>,
-    attenuation: L::F,
 ) -> V3<L> {
     let sheen_albedo = match &surface.sheen {
         Some(sheen) => {
@@ -215,6 +214,5 @@ pub fn direct<L: Lanes>(
         }
         None => l.zero(),
     };
-    let light_color = light_color * attenuation;
     color(l, surface, &direct_terms(l, surface, direction, light_color, sheen_albedo).terms)
 }

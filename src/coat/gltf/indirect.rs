@@ -3,6 +3,7 @@
 use super::{EnvironmentQuery, Surface, Terms, color, dielectric_and_metal};
 use crate::brdf::microfacet::schlick_weight;
 use crate::coat::glsl::{mix, normalize_or};
+use crate::coat::look_up;
 use crate::math::lanes::{Float, Lanes, Mask};
 use crate::math::vec3::{V3, Vec3};
 use crate::vec3;
@@ -101,7 +102,7 @@ pub struct Indirect<L: Lanes> {
 #[inline(always)]
 pub fn indirect_terms<L: Lanes>(l: L, surface: &Surface<L>, environment: &Environment<L>) -> Indirect<L> {
     let one = l.splat(1.0);
-    let diffuse: V3<L> = environment.irradiance * FRAC_1_PI * surface.base_color;
+    let diffuse = environment.irradiance * FRAC_1_PI * surface.base_color;
     let specular = environment.radiance;
     let (ggx, n_dot_v, roughness) = (surface.ggx, surface.n_dot_v, surface.roughness);
     let dielectric_fresnel =
@@ -130,15 +131,11 @@ pub fn indirect<L: Lanes>(
     l: L,
     surface: &Surface<L>,
     irradiance: impl FnOnce(V3<L>) -> V3<L>,
-    mut environment: impl FnMut(EnvironmentQuery<L>) -> V3<L>,
+    environment: impl FnMut(EnvironmentQuery<L>) -> V3<L>,
     occlusion: L::F,
 ) -> V3<L> {
     let all = environment_queries(l, surface);
-    let mut radiance = [Vec3::zero(l); 3];
-    // One loop, so that the environment is compiled once.
-    for k in 0..all.count {
-        radiance[k] = environment(all.queries[k]);
-    }
+    let radiance = look_up(l, &all.queries, all.count, environment);
     let environment = Environment {
         irradiance: irradiance(surface.normal),
         radiance: radiance[0],

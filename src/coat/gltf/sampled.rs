@@ -128,6 +128,32 @@ fn smooth_tangent<L: Lanes>(l: L, normal: V3<L>, view: V3<L>) -> V3<L> {
     normalize_or(l, turned, Vec3::splat(l, [1.0, 0.0, 0.0]))
 }
 
+/// The lobe of layer 0 (base), 1 (coat) or 2 (sheen), if there is that layer.
+#[inline(always)]
+fn lobe_of<L: Lanes>(l: L, surface: &Surface<L>, layer: usize) -> Option<Lobe<L>> {
+    let (normal, view) = (surface.normal, surface.view);
+    match (layer, &surface.coat, &surface.sheen, &surface.anisotropy) {
+        (0, _, _, Some(anisotropy)) => {
+            let alpha = surface.alpha_roughness.at_least(LEAST_ALPHA);
+            let strength2 = anisotropy.strength * anisotropy.strength;
+            let along = alpha * strength2.one_minus() + strength2;
+            Some(Lobe::new(l, normal, anisotropy.tangent, view, [along, alpha]))
+        }
+        (0, _, _, None) => {
+            let alpha = surface.alpha_roughness.at_least(LEAST_ALPHA);
+            Some(Lobe::new(l, normal, smooth_tangent(l, normal, view), view, [alpha; 2]))
+        }
+        (1, Some(coat), _, _) => {
+            let alpha = (coat.roughness * coat.roughness).at_least(LEAST_ALPHA);
+            Some(Lobe::new(l, coat.normal, smooth_tangent(l, coat.normal, view), view, [alpha; 2]))
+        }
+        (2, _, Some(_), _) => {
+            Some(Lobe::new(l, normal, smooth_tangent(l, normal, view), view, [l.splat(1.0); 2]))
+        }
+        _ => None,
+    }
+}
+
 /// The radiance that the fragments reflect of the environment, by samples. Arguments as of [`super::indirect`];
 /// `environment` is asked sixteen times a lobe, once for sheen.
 #[inline(always)]
@@ -143,32 +169,7 @@ pub fn indirect_sampled<L: Lanes>(
     // What base and coat reflect, without Fresnel weight and with Schlick's; then sheen.
     let mut reflected = [[zero; 2]; 3];
     for layer in 0..3 {
-        let lobe = match (layer, &surface.coat, &surface.sheen) {
-            (0, _, _) => {
-                let alpha = surface.alpha_roughness.at_least(LEAST_ALPHA);
-                match &surface.anisotropy {
-                    Some(anisotropy) => {
-                        let strength2 = anisotropy.strength * anisotropy.strength;
-                        let along = alpha * strength2.one_minus() + strength2;
-                        Lobe::new(l, surface.normal, anisotropy.tangent, surface.view, [along, alpha])
-                    }
-                    None => {
-                        let tangent = smooth_tangent(l, surface.normal, surface.view);
-                        Lobe::new(l, surface.normal, tangent, surface.view, [alpha; 2])
-                    }
-                }
-            }
-            (1, Some(coat), _) => {
-                let alpha = (coat.roughness * coat.roughness).at_least(LEAST_ALPHA);
-                let tangent = smooth_tangent(l, coat.normal, surface.view);
-                Lobe::new(l, coat.normal, tangent, surface.view, [alpha; 2])
-            }
-            (2, _, Some(_)) => {
-                let tangent = smooth_tangent(l, surface.normal, surface.view);
-                Lobe::new(l, surface.normal, tangent, surface.view, [one; 2])
-            }
-            _ => continue,
-        };
+        let Some(lobe) = lobe_of(l, surface, layer) else { continue };
         let count = if layer < 2 { SAMPLES } else { 1 };
         for k in 0..count {
             let (mut query, v_dot_h, mut weight) = lobe.sample(l, k);

@@ -3,7 +3,7 @@
 
 use super::haze::{Haze, HazyLobes, haze_mapping};
 use super::options::{Options, Version};
-use super::parameters::{Iridescence, Occlusion, Reflectance, SurfaceData};
+use super::parameters::{Coat, Iridescence, Occlusion, Reflectance, SurfaceData};
 use super::subsurface;
 use crate::brdf::fresnel::f0_under_ior;
 use crate::brdf::roughness::{anisotropic_roughness, clamp_roughness_for_analytical_lights};
@@ -100,7 +100,7 @@ fn colors<L: Lanes>(l: L, options: &Options, data: &SurfaceData<L>) -> (V3<L>, V
         Reflectance::Specular { color } => {
             metallic = l.zero();
             if options.energy_conserving_specular {
-                base_color = base_color * color.max_component().one_minus();
+                base_color *= color.max_component().one_minus();
             }
             color
         }
@@ -113,11 +113,9 @@ fn colors<L: Lanes>(l: L, options: &Options, data: &SurfaceData<L>) -> (V3<L>, V
     (base_color * metallic.one_minus(), fresnel0)
 }
 
-/// `ConvertSurfaceDataToBSDFData`. `normal` is that of the base.
+/// The base's lobes without a coat's influence, their mix, and F0, which haze changes.
 #[inline(always)]
-pub fn convert<L: Lanes>(l: L, options: &Options, data: &SurfaceData<L>, normal: V3<L>) -> BsdfData<L> {
-    let (diffuse_color, mut fresnel0) = colors(l, options, data);
-
+fn base_lobes<L: Lanes>(l: L, data: &SurfaceData<L>, fresnel0: V3<L>) -> ([BaseLobe<L>; 2], L::F, V3<L>) {
     let (k_a, k_b) = match &data.anisotropy {
         Some(anisotropy) => (anisotropy.a, anisotropy.b),
         None => (l.zero(), l.zero()),
@@ -128,7 +126,7 @@ pub fn convert<L: Lanes>(l: L, options: &Options, data: &SurfaceData<L>, normal:
         roughness: anisotropic_roughness(l, p_a * p_a, k_a),
         anisotropy: k_a,
     };
-    let (mut lobe_b, mut lobe_mix) = match &data.second_lobe {
+    let (lobe_b, lobe_mix) = match &data.second_lobe {
         Some(second) => {
             let p = second.smoothness.one_minus();
             let roughness = anisotropic_roughness(l, p * p, k_b);
@@ -136,54 +134,64 @@ pub fn convert<L: Lanes>(l: L, options: &Options, data: &SurfaceData<L>, normal:
         }
         None => (lobe_a, l.zero()),
     };
-    if let Some(hazy) = &data.haze {
-        let haze = Haze {
-            haziness: hazy.haziness,
-            extent: hazy.extent,
-            extent_anisotropy: k_b,
-            max_f0: Vec3::uniform(hazy.max_dielectric_f0.lerp(l.splat(1.0), data.metallic)),
-        };
-        let before = HazyLobes {
-            fresnel0,
-            lobe_mix: l.zero(),
-            anisotropy_b: lobe_b.anisotropy,
-            perceptual_roughness_b: lobe_b.perceptual_roughness,
-            roughness_b: lobe_b.roughness,
-        };
-        let lobes = haze_mapping(l, fresnel0, lobe_a.roughness, &haze, &before);
-        fresnel0 = lobes.fresnel0;
-        lobe_mix = lobes.lobe_mix;
-        lobe_b = BaseLobe {
-            perceptual_roughness: lobes.perceptual_roughness_b,
-            roughness: lobes.roughness_b,
-            anisotropy: lobes.anisotropy_b,
-        };
-    }
-    let mut lobes = [lobe_a, lobe_b];
+    let Some(hazy) = &data.haze else { return ([lobe_a, lobe_b], lobe_mix, fresnel0) };
+    let haze = Haze {
+        haziness: hazy.haziness,
+        extent: hazy.extent,
+        extent_anisotropy: k_b,
+        max_f0: Vec3::uniform(hazy.max_dielectric_f0.lerp(l.splat(1.0), data.metallic)),
+    };
+    let before = HazyLobes {
+        fresnel0,
+        lobe_mix: l.zero(),
+        anisotropy_b: lobe_b.anisotropy,
+        perceptual_roughness_b: lobe_b.perceptual_roughness,
+        roughness_b: lobe_b.roughness,
+    };
+    let lobes = haze_mapping(l, fresnel0, lobe_a.roughness, &haze, &before);
+    let lobe_b = BaseLobe {
+        perceptual_roughness: lobes.perceptual_roughness_b,
+        roughness: lobes.roughness_b,
+        anisotropy: lobes.anisotropy_b,
+    };
+    ([lobe_a, lobe_b], lobes.lobe_mix, lobes.fresnel0)
+}
 
+/// The coat over a base with this normal.
+#[inline(always)]
+fn coat_data<L: Lanes>(l: L, options: &Options, coat: &Coat<L>, normal: V3<L>) -> CoatData<L> {
+    let uncoated = if options.zero_mask_is_uncoated { coat.mask.eq(l.zero()) } else { l.mask(0) };
+    let ior = l.splat(1.0).lerp(coat.ior, coat.mask);
+    let p = coat.smoothness.one_minus();
+    #[expect(clippy::manual_map, reason = "Option::map would leave the instruction set")]
+    let normal = match coat.normal {
+        Some(coat_normal) => Some(Vec3::select(uncoated, normal, coat_normal)),
+        None => None,
+    };
+    CoatData {
+        mask: coat.mask,
+        ior,
+        ieta: ior.recip(),
+        thickness: coat.thickness * coat.mask,
+        extinction: coat.extinction,
+        perceptual_roughness: p,
+        roughness: p * p,
+        normal,
+        uncoated,
+    }
+}
+
+/// `ConvertSurfaceDataToBSDFData`. `normal` is that of the base.
+#[inline(always)]
+pub fn convert<L: Lanes>(l: L, options: &Options, data: &SurfaceData<L>, normal: V3<L>) -> BsdfData<L> {
+    let (diffuse_color, fresnel0) = colors(l, options, data);
+    let (mut lobes, lobe_mix, mut fresnel0) = base_lobes(l, data, fresnel0);
     let coat = match &data.coat {
         Some(coat) => {
-            let uncoated = if options.zero_mask_is_uncoated { coat.mask.eq(l.zero()) } else { l.mask(0) };
-            let ior = l.splat(1.0).lerp(coat.ior, coat.mask);
-            let under_coat = f0_under_ior(l, fresnel0, ior);
-            fresnel0 = Vec3::select(uncoated, fresnel0, under_coat);
-            let p = coat.smoothness.one_minus();
-            #[expect(clippy::manual_map, reason = "Option::map would leave the instruction set")]
-            let normal = match coat.normal {
-                Some(coat_normal) => Some(Vec3::select(uncoated, normal, coat_normal)),
-                None => None,
-            };
-            Some(CoatData {
-                mask: coat.mask,
-                ior,
-                ieta: ior.recip(),
-                thickness: coat.thickness * coat.mask,
-                extinction: coat.extinction,
-                perceptual_roughness: p,
-                roughness: p * p,
-                normal,
-                uncoated,
-            })
+            let coat = coat_data(l, options, coat, normal);
+            let under_coat = f0_under_ior(l, fresnel0, coat.ior);
+            fresnel0 = Vec3::select(coat.uncoated, fresnel0, under_coat);
+            Some(coat)
         }
         None => {
             for lobe in &mut lobes {

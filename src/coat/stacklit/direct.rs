@@ -106,12 +106,93 @@ fn larger_cosine<L: Lanes>(_: L, pre: &PreLight<L>, direction: V3<L>) -> L::F {
     pre.frame.normal.dot(direction).max(pre.coat_normal.dot(direction))
 }
 
+/// View and light as the base finds them, which the coat may have refracted.
+struct BaseAngles<L: Lanes> {
+    view: V3<L>,
+    direction: V3<L>,
+    half: V3<L>,
+    n_dot_h: L::F,
+    n_dot_l: L::F,
+    n_dot_v: L::F,
+}
+
+/// D V times energy compensation of the base, both lobes mixed.
+#[inline(always)]
+fn base_lobes<L: Lanes>(l: L, pre: &PreLight<L>, layers: &Layers<L>, seen: &BaseAngles<L>) -> V3<L> {
+    let (options, bsdf, frame) = (&pre.options, &pre.bsdf, &pre.frame);
+    let along = if bsdf.anisotropic {
+        let [t, b] = [frame.tangent, frame.bitangent];
+        [
+            Vec3::new(t.dot(seen.half), b.dot(seen.half), seen.n_dot_h),
+            Vec3::new(t.dot(seen.direction), b.dot(seen.direction), seen.n_dot_l),
+        ]
+    } else {
+        [Vec3::zero(l); 2]
+    };
+    let per_light_lambda = options.recompute_per_light && bsdf.coat.is_some();
+    let mut base = Vec3::zero(l);
+    for x in 0..bsdf.lobe_count {
+        let lobe = &pre.lobes[1 + x];
+        let layered = &layers.lobes[x];
+        let lambda = if per_light_lambda {
+            lobe_lambda(l, bsdf, frame, seen.view, seen.n_dot_v, layered)
+        } else {
+            lobe.part_lambda_v
+        };
+        let dv = if bsdf.anisotropic {
+            anisotropic_distribution_visibility(
+                l,
+                along[0],
+                along[1],
+                seen.n_dot_v,
+                layered.roughness,
+                lambda,
+            )
+        } else {
+            smith_distribution_visibility(
+                l,
+                seen.n_dot_h,
+                seen.n_dot_l,
+                seen.n_dot_v,
+                layered.roughness[0],
+                lambda,
+            )
+        };
+        let dv = dv.at_most(GREATEST_DV);
+        let term = lobe.energy_compensation * dv;
+        // Not base + mix (term - base), which rounding makes negative where one lobe is a spike.
+        base = if x == 0 { term } else { base * bsdf.lobe_mix.one_minus() + term * bsdf.lobe_mix };
+    }
+    base
+}
+
+/// D V of the coat.
+#[inline(always)]
+fn coat_lobe<L: Lanes>(
+    l: L,
+    pre: &PreLight<L>,
+    layers: &Layers<L>,
+    n_dot_l: L::F,
+    inverse_length: L::F,
+) -> L::F {
+    let n_dot_v = pre.n_dot_v[1];
+    let clamped = n_dot_v.at_least(MIN_N_DOT_V);
+    let n_dot_h = ((n_dot_l + n_dot_v) * inverse_length).saturate();
+    let lambda = if pre.options.recompute_per_light {
+        part_lambda(l, clamped, layers.coat_roughness)
+    } else {
+        pre.lobes[COAT_LOBE].part_lambda_v
+    };
+    smith_distribution_visibility(l, n_dot_h, n_dot_l, clamped, layers.coat_roughness, lambda)
+        .at_most(GREATEST_DV)
+}
+
 /// `EvaluateBSDF` of a light direction.
 #[inline(always)]
 pub fn evaluate_bsdf<L: Lanes>(l: L, pre: &PreLight<L>, light: &Light<L>) -> Cbsdf<L> {
     let (options, bsdf, frame) = (&pre.options, &pre.bsdf, &pre.frame);
     let (zero, one) = (l.zero(), l.splat(1.0));
-    let [n_dot_v, n_dot_v_coat] = pre.n_dot_v;
+    let [n_dot_v, _] = pre.n_dot_v;
     let n_dot_l_given = frame.normal.dot(light.direction);
     let n_dot_l_coat = pre.coat_normal.dot(light.direction);
     let angles = bsdf_angles(l, light.direction, frame.view, n_dot_l_given, n_dot_v);
@@ -130,50 +211,8 @@ pub fn evaluate_bsdf<L: Lanes>(l: L, pre: &PreLight<L>, light: &Light<L>) -> Cbs
         n_dot_v_base = frame.normal.dot(view).at_least(MIN_N_DOT_V);
     }
 
-    let along = if bsdf.anisotropic {
-        let [t, b] = [frame.tangent, frame.bitangent];
-        [
-            Vec3::new(t.dot(half), b.dot(half), angles.n_dot_h),
-            Vec3::new(t.dot(direction), b.dot(direction), n_dot_l),
-        ]
-    } else {
-        [Vec3::zero(l); 2]
-    };
-    let per_light_lambda = options.recompute_per_light && bsdf.coat.is_some();
-    // D V times energy compensation, both lobes mixed.
-    let mut base = Vec3::zero(l);
-    for x in 0..bsdf.lobe_count {
-        let lobe = &pre.lobes[1 + x];
-        let layered = &layers.lobes[x];
-        let lambda = if per_light_lambda {
-            lobe_lambda(l, bsdf, frame, view, n_dot_v_base, layered)
-        } else {
-            lobe.part_lambda_v
-        };
-        let dv = if bsdf.anisotropic {
-            anisotropic_distribution_visibility(
-                l,
-                along[0],
-                along[1],
-                n_dot_v_base,
-                layered.roughness,
-                lambda,
-            )
-        } else {
-            smith_distribution_visibility(
-                l,
-                angles.n_dot_h,
-                n_dot_l,
-                n_dot_v_base,
-                layered.roughness[0],
-                lambda,
-            )
-        };
-        let dv = dv.at_most(GREATEST_DV);
-        let term = lobe.energy_compensation * dv;
-        // Not base + mix (term - base), which rounding makes negative where one lobe is a spike.
-        base = if x == 0 { term } else { base * bsdf.lobe_mix.one_minus() + term * bsdf.lobe_mix };
-    }
+    let seen = BaseAngles { view, direction, half, n_dot_h: angles.n_dot_h, n_dot_l, n_dot_v: n_dot_v_base };
+    let base = base_lobes(l, pre, &layers, &seen);
 
     let mut fresnel = schlick_color(l, bsdf.fresnel0, one, l_dot_h);
     if let Some(film) = &bsdf.iridescence {
@@ -188,25 +227,10 @@ pub fn evaluate_bsdf<L: Lanes>(l: L, pre: &PreLight<L>, light: &Light<L>) -> Cbs
             }
             fresnel = fresnel.lerp(layers.bottom, coat.mask);
             diffuse = layers.diffuse_energy * LAMBERT;
-            let n_dot_v_coat_clamped = n_dot_v_coat.at_least(MIN_N_DOT_V);
-            let n_dot_h = ((n_dot_l_coat + n_dot_v_coat) * angles.inverse_length).saturate();
-            let lobe = &pre.lobes[COAT_LOBE];
-            let lambda = if options.recompute_per_light {
-                part_lambda(l, n_dot_v_coat_clamped, layers.coat_roughness)
-            } else {
-                lobe.part_lambda_v
-            };
-            let dv = smith_distribution_visibility(
-                l,
-                n_dot_h,
-                n_dot_l_coat,
-                n_dot_v_coat_clamped,
-                layers.coat_roughness,
-                lambda,
-            );
-            let dv = dv.at_most(GREATEST_DV);
+            let dv = coat_lobe(l, pre, &layers, n_dot_l_coat, angles.inverse_length);
             let top = n_dot_l_coat.at_least(0.0) * layers.top;
-            fresnel * lit * base + lobe.energy_compensation * top * dv
+            let compensation = pre.lobes[COAT_LOBE].energy_compensation;
+            fresnel * lit * base + compensation * top * dv
         }
         None => fresnel * lit * base,
     };
@@ -232,7 +256,7 @@ pub fn direct<L: Lanes>(l: L, pre: &PreLight<L>, light: &Light<L>) -> Lighting<L
     }
     let found = evaluate_bsdf(l, pre, light);
     let [diffuse_dimmer, specular_dimmer] = light.dimmers;
-    let diffuse: V3<L> = match &pre.bsdf.transmittance {
+    let diffuse = match &pre.bsdf.transmittance {
         Some(t) => found.diffuse_reflected + found.diffuse_transmitted * *t,
         None => found.diffuse_reflected,
     };

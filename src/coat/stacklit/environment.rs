@@ -84,11 +84,6 @@ pub fn compose<L: Lanes>(
     let bsdf = &pre.bsdf;
     let tint = bsdf.diffuse_color * pre.layers.diffuse_energy;
     let [direct, ambient] = diffuse_occlusion(l, &bsdf.occlusion, tint);
-    Lighting {
-        diffuse: {
-            let lit = bsdf.modified_diffuse_color * (lights.diffuse * direct);
-            lit + baked * ambient + emissive
-        },
-        specular: lights.specular + environment,
-    }
+    let scattered = bsdf.modified_diffuse_color * (lights.diffuse * direct);
+    Lighting { diffuse: scattered + baked * ambient + emissive, specular: lights.specular + environment }
 }

@@ -3,7 +3,7 @@
 use super::options::{DataOcclusion, Options, ScreenSpaceOcclusion, SpecularOcclusion};
 use super::parameters::{Frame, Occlusion};
 use crate::brdf::occlusion::{
-    BentNormalTilt, VisibilityCone, gtao_multi_bounce, specular_occlusion_cone_cone_tilted,
+    BentNormalTilt, BentOcclusion, VisibilityCone, gtao_multi_bounce, specular_occlusion_cone_cone_tilted,
     specular_occlusion_from_ao,
 };
 use crate::each;
@@ -85,9 +85,7 @@ fn cones<L: Lanes>(
     specular_occlusion_cone_cone_tilted(
         l,
         frame.view,
-        occlusion.bent_normal,
-        lobe.normal,
-        ambient,
+        &BentOcclusion { normal: lobe.normal, bent_normal: occlusion.bent_normal, ao: ambient },
         lobe.perceptual_roughness.squared(),
         cone,
         tilt,

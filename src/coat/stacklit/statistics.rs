@@ -141,8 +141,8 @@ pub fn base_interface<L: Lanes>(
     let cosine = match path {
         Some((path, normal)) => {
             let sine = (cosine * cosine).one_minus().at_least(0.0).sqrt();
-            let direction: V3<L> = path.normal * cosine + path.across * sine;
-            (*normal).dot(direction).at_least(MIN_N_DOT_V)
+            let direction = path.normal * cosine + path.across * sine;
+            normal.dot(direction).at_least(MIN_N_DOT_V)
         }
         None => cosine,
     };

@@ -70,7 +70,7 @@ pub fn direct_terms<L: Lanes>(l: L, surface: &Surface<L>, direction: V3<L>, colo
         let n_dot_h = cosine(l, surface.normal, half);
         let lobe = sheen_lobe(l, n_dot_l, surface.n_dot_v, n_dot_h, sheen.roughness);
         terms.sheen = irradiance * (sheen.color * lobe);
-        irradiance = irradiance * beneath_sheen(l, sheen, n_dot_l);
+        irradiance *= beneath_sheen(l, sheen, n_dot_l);
     }
 
     let lobe = base_lobe(l, surface, direction, half, n_dot_l);
@@ -86,16 +86,10 @@ pub fn direct_terms<L: Lanes>(l: L, surface: &Surface<L>, direction: V3<L>, colo
 
 /// One light: the radiance that the fragments reflect.
 ///
-/// `direction` is the unit vector to the light, `color` its irradiance at normal incidence, `attenuation` the
-/// product of distance, cone and shadow, 0 to 1.
+/// `direction` is the unit vector to the light, `color` its irradiance at normal incidence, with
+/// distance, cone and shadow applied.
 #[inline(always)]
-pub fn direct<L: Lanes>(
-    l: L,
-    surface: &Surface<L>,
-    direction: V3<L>,
-    color: V3<L>,
-    attenuation: L::F,
-) -> V3<L> {
-    let terms = direct_terms(l, surface, direction, color * attenuation);
+pub fn direct<L: Lanes>(l: L, surface: &Surface<L>, direction: V3<L>, color: V3<L>) -> V3<L> {
+    let terms = direct_terms(l, surface, direction, color);
     outgoing_light(l, surface, &terms)
 }

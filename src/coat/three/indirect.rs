@@ -3,6 +3,7 @@
 use super::lobes::{bent_reflection, multiple_scattering, pow4, specular_occlusion};
 use super::{COAT_F0, EnvironmentQuery, Surface, Terms, outgoing_light};
 use crate::coat::glsl::{mix, normalize_or};
+use crate::coat::look_up;
 use crate::math::lanes::{Float, Lanes, Mask};
 use crate::math::vec3::{V3, Vec3};
 use std::f32::consts::FRAC_1_PI;
@@ -61,7 +62,7 @@ fn scattering<L: Lanes>(
         None => f0,
     };
     let [scale, bias] = surface.dfg;
-    let single: V3<L> = f0 * scale + surface.specular_f90 * bias;
+    let single = f0 * scale + surface.specular_f90 * bias;
     (single, multiple_scattering(l, single, f0, scale + bias))
 }
 
@@ -77,9 +78,9 @@ pub fn indirect_terms<L: Lanes>(l: L, surface: &Surface<L>, light: &Indirect<L>)
     let single = mix(l, single_d, single_m, surface.metalness);
     let multi = mix(l, multi_d, multi_m, surface.metalness);
 
-    let cosine_weighted: V3<L> = light.irradiance * FRAC_1_PI;
-    let ambient: V3<L> = light.ambient * FRAC_1_PI;
-    let specular: V3<L> = light.radiance * single + multi * cosine_weighted;
+    let cosine_weighted = light.irradiance * FRAC_1_PI;
+    let ambient = light.ambient * FRAC_1_PI;
+    let specular = light.radiance * single + multi * cosine_weighted;
     let through = (single_d + multi_d).one_minus();
     let diffuse = surface.diffuse_contribution * through * (cosine_weighted + ambient);
     let mut terms = Terms { diffuse, specular, sheen: Vec3::zero(l), coat: Vec3::zero(l) };
@@ -116,32 +117,22 @@ pub fn ambient_occlusion<L: Lanes>(
     }
 }
 
-/// The radiance that the fragments reflect of the surroundings.
+/// The radiance that the fragments reflect of the surroundings, which are the environment alone: no ambient light.
 ///
-/// `ambient` is the irradiance of ambient lights (0 where the environment is all there is), `irradiance` that of the
-/// environment at a unit normal, `environment` its prefiltered radiance, asked once, or twice with a coat;
-/// `occlusion` 0 (hidden) to 1.
+/// `irradiance` is that of the environment at a unit normal, `environment` its prefiltered radiance, asked once, or twice
+/// with a coat; `occlusion` 0 (hidden) to 1.
 #[inline(always)]
 pub fn indirect<L: Lanes>(
     l: L,
     surface: &Surface<L>,
-    ambient: V3<L>,
     irradiance: impl FnOnce(V3<L>) -> V3<L>,
-    mut environment: impl FnMut(EnvironmentQuery<L>) -> V3<L>,
+    environment: impl FnMut(EnvironmentQuery<L>) -> V3<L>,
     occlusion: L::F,
 ) -> V3<L> {
     let (queries, count) = environment_queries(l, surface);
-    let mut radiance = [Vec3::zero(l); 2];
-    // One loop, so that the environment is compiled once.
-    for k in 0..count {
-        radiance[k] = environment(queries[k]);
-    }
-    let light = Indirect {
-        ambient,
-        irradiance: irradiance(surface.normal),
-        radiance: radiance[0],
-        coat_radiance: radiance[1],
-    };
+    let [radiance, coat_radiance] = look_up(l, &queries, count, environment);
+    let light =
+        Indirect { ambient: Vec3::zero(l), irradiance: irradiance(surface.normal), radiance, coat_radiance };
     let terms = indirect_terms(l, surface, &light);
     outgoing_light(l, surface, &ambient_occlusion(l, surface, &terms, occlusion))
 }

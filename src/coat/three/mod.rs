@@ -31,6 +31,7 @@ pub(super) mod lobes;
 
 pub use super::EnvironmentQuery;
 use super::glsl::mix;
+pub use super::layers::{Coat, Iridescence, Sheen};
 pub use direct::{direct, direct_terms};
 pub use indirect::{Indirect, ambient_occlusion, environment_queries, indirect, indirect_terms};
 
@@ -51,37 +52,6 @@ pub const COAT_F0: f32 = 0.04;
 
 /// Least perceptual roughness of base and coat.
 pub const LEAST_ROUGHNESS: f32 = 0.045;
-
-/// The clear coat of a material.
-#[derive(Clone, Copy)]
-pub struct Coat<L: Lanes> {
-    /// 0 none to 1 full (`clearcoat`).
-    pub factor: L::F,
-    /// Perceptual, 0 to 1.
-    pub roughness: L::F,
-    /// Unit normal of the coat.
-    pub normal: V3<L>,
-}
-
-/// The sheen of a material.
-#[derive(Clone, Copy)]
-pub struct Sheen<L: Lanes> {
-    /// Linear, 0 to 1.
-    pub color: V3<L>,
-    /// Perceptual, 0 to 1.
-    pub roughness: L::F,
-}
-
-/// The thin film of a material.
-#[derive(Clone, Copy)]
-pub struct Iridescence<L: Lanes> {
-    /// 0 none to 1 full.
-    pub factor: L::F,
-    /// Refractive index of the film, 1 or more.
-    pub ior: L::F,
-    /// Nanometres; 0 is no film.
-    pub thickness: L::F,
-}
 
 /// The anisotropy of a material.
 #[derive(Clone, Copy)]
@@ -246,7 +216,7 @@ pub struct Terms<L: Lanes> {
 pub fn outgoing_light<L: Lanes>(_: L, surface: &Surface<L>, terms: &Terms<L>) -> V3<L> {
     let mut out = terms.diffuse + terms.specular;
     if surface.sheen.is_some() {
-        out = out + terms.sheen;
+        out += terms.sheen;
     }
     if let Some(coat) = &surface.coat {
         out = out * coat.transmittance + terms.coat * coat.factor;
@@ -330,7 +300,7 @@ pub fn surface_with_dfg<L: Lanes>(
     let metalness = data.metalness;
 
     let f0 = ((data.ior - 1.0) / (data.ior + 1.0)).squared();
-    let specular_color: V3<L> = (data.specular_color * f0).at_most(1.0) * data.specular_intensity;
+    let specular_color = (data.specular_color * f0).at_most(1.0) * data.specular_intensity;
     let specular_f90 = data.specular_intensity * metalness.one_minus() + metalness;
     let specular_color_blended = mix(l, specular_color, data.color, metalness);
     let scattered_once = (dfg[0] + dfg[1]).at_least(EPSILON);

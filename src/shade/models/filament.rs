@@ -4,7 +4,7 @@ use super::super::Surface;
 use super::super::model::{AdditiveModel, Source};
 use super::MetallicBase;
 use crate::brdf::tables;
-use crate::coat::filament::standard::{Anisotropy, Coat, EnvironmentQuery, Sheen, SurfaceData};
+use crate::coat::filament::standard::{Anisotropy, Coat, Sheen, SurfaceData};
 use crate::coat::filament::{Quality, cloth, standard};
 use crate::coat::filament_2018::{self, Attenuation};
 use crate::light::LightSample;
@@ -55,7 +55,7 @@ impl AdditiveModel for Standard {
 
     #[inline(always)]
     fn direct<L: Lanes>(self, l: L, layers: &Self::Layers<L>, light: &LightSample<L>) -> V3<L> {
-        standard::direct(l, layers, light.direction, light.irradiance, l.splat(1.0))
+        standard::direct(l, layers, light.direction, light.irradiance)
     }
 
     #[inline(always)]
@@ -64,8 +64,7 @@ impl AdditiveModel for Standard {
             l,
             layers,
             source.irradiance_over_pi(l, source.surface.normal),
-            #[inline(always)]
-            |query: EnvironmentQuery<L>| source.radiance(l, query),
+            source.radiance_lookup(l),
             source.occlusion(l),
         )
     }
@@ -98,7 +97,7 @@ impl AdditiveModel for Cloth {
 
     #[inline(always)]
     fn direct<L: Lanes>(self, l: L, layers: &Self::Layers<L>, light: &LightSample<L>) -> V3<L> {
-        cloth::direct(l, layers, light.direction, light.irradiance, l.splat(1.0))
+        cloth::direct(l, layers, light.direction, light.irradiance)
     }
 
     #[inline(always)]
@@ -107,8 +106,7 @@ impl AdditiveModel for Cloth {
             l,
             layers,
             source.irradiance_over_pi(l, source.surface.normal),
-            #[inline(always)]
-            |query: EnvironmentQuery<L>| source.radiance(l, query),
+            source.radiance_lookup(l),
             source.occlusion(l),
         )
     }
@@ -154,7 +152,7 @@ impl AdditiveModel for Standard2018 {
 
     #[inline(always)]
     fn direct<L: Lanes>(self, l: L, layers: &Self::Layers<L>, light: &LightSample<L>) -> V3<L> {
-        filament_2018::direct(l, &layers.0, light.direction, light.irradiance, l.splat(1.0))
+        filament_2018::direct(l, &layers.0, light.direction, light.irradiance)
     }
 
     #[inline(always)]
@@ -164,8 +162,7 @@ impl AdditiveModel for Standard2018 {
             &layers.0,
             layers.1,
             source.irradiance_over_pi(l, source.surface.normal),
-            #[inline(always)]
-            |query: EnvironmentQuery<L>| source.radiance(l, query),
+            source.radiance_lookup(l),
             source.occlusion(l),
         )
     }

@@ -98,7 +98,7 @@ impl Model for HdrpLit {
         let mut baked = source.irradiance_over_pi(l, surface.normal);
         if let (Some(coat), false) = (&layers.pre.coat, far) {
             // `EvaluateBSDF_Rect` dims diffuse light under the coat, which baked light is not.
-            baked = baked * coat.ibl_f.one_minus();
+            baked *= coat.ibl_f.one_minus();
         }
         let emissive = if far { surface.emissive } else { Vec3::zero(l) };
         let lamps = if far { sum.lamps } else { DirectLighting::none(l) };

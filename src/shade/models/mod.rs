@@ -110,14 +110,14 @@ impl<L: Lanes> MetallicBase<L> {
     /// Index of refraction, and the specular colour that goes with it: what lies beyond the largest index (other workflows,
     /// diamonds) goes into the colour.
     #[inline(always)]
-    fn index_and_color(&self, l: L, largest_ior: f32) -> (f32, V3<L>) {
+    fn index_and_color(&self, largest_ior: f32) -> (f32, V3<L>) {
         let largest_f0 =
             ((largest_ior - 1.0) / (largest_ior + 1.0)) * ((largest_ior - 1.0) / (largest_ior + 1.0));
         if self.f0_of_ior <= largest_f0 {
             let root = self.f0_of_ior.sqrt();
             return ((1.0 + root) / (1.0 - root), self.specular_color);
         }
-        (largest_ior, self.specular_color * l.splat(self.f0_of_ior / largest_f0))
+        (largest_ior, self.specular_color * (self.f0_of_ior / largest_f0))
     }
 
     /// F0 with its weight.

@@ -4,7 +4,7 @@ use super::super::model::{AdditiveModel, Source};
 use super::super::{Reflectance, Surface};
 use super::{has_coat_normal, stretched};
 use crate::brdf::tables;
-use crate::coat::openpbr::{self, AlbedoSource, Coat, EnvironmentQuery, SurfaceData};
+use crate::coat::openpbr::{self, AlbedoSource, Coat, SurfaceData};
 use crate::light::LightSample;
 use crate::math::lanes::{Float, Lanes, Mask};
 use crate::math::vec3::V3;
@@ -55,7 +55,7 @@ impl AdditiveModel for OpenPbr {
 
     #[inline(always)]
     fn direct<L: Lanes>(self, l: L, layers: &Self::Layers<L>, light: &LightSample<L>) -> V3<L> {
-        openpbr::direct(l, layers, light.direction, light.irradiance, l.splat(1.0))
+        openpbr::direct(l, layers, light.direction, light.irradiance)
     }
 
     #[inline(always)]
@@ -64,8 +64,7 @@ impl AdditiveModel for OpenPbr {
             l,
             layers,
             source.irradiance_over_pi(l, source.surface.normal),
-            #[inline(always)]
-            |query: EnvironmentQuery<L>| source.radiance(l, query),
+            source.radiance_lookup(l),
             source.occlusion(l),
         )
     }
@@ -79,7 +78,7 @@ fn reflectance<L: Lanes>(l: L, material: &Material, surface: &Surface<L>) -> (L:
         Reflectance::Metallic { metallic, dielectric } => {
             let ior =
                 if material.ior == 0.0 || material.ior > LARGEST_IOR { LARGEST_IOR } else { material.ior };
-            let color: V3<L> = dielectric.color.at_most(1.0);
+            let color = dielectric.color.at_most(1.0);
             (metallic, dielectric.weight, color, l.splat(ior))
         }
         Reflectance::Specular { f0 } => {

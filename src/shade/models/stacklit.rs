@@ -6,9 +6,9 @@ use super::{has_coat_normal, hdrp_film_thickness};
 use crate::brdf::occlusion::VisibilityCone;
 use crate::brdf::tables;
 use crate::coat::stacklit::{
-    self, Anisotropy, Coat, DataOcclusion, DiffusionProfile, EnvironmentQuery, Frame, HazyGloss, Iridescence,
-    Light, Lighting, Occlusion, Options, PreLight, Scattering, ScreenSpaceOcclusion, SecondLobe,
-    SpecularOcclusion, SurfaceData, TopNormalFix, Transmission, Version,
+    self, Anisotropy, Coat, DataOcclusion, DiffusionProfile, Frame, HazyGloss, Iridescence, Light, Lighting,
+    Occlusion, Options, PreLight, Scattering, ScreenSpaceOcclusion, SecondLobe, SpecularOcclusion,
+    SurfaceData, TopNormalFix, Transmission, Version,
 };
 use crate::each;
 use crate::light::LightSample;
@@ -79,12 +79,7 @@ impl Model for StackLit {
             near = near_lobes(l, pre);
             &near
         };
-        let reflected = stacklit::environment(
-            l,
-            asked,
-            #[inline(always)]
-            |query: EnvironmentQuery<L>| source.radiance(l, query),
-        );
+        let reflected = stacklit::environment(l, asked, source.radiance_lookup(l));
         // One call from one place: the normal, and its opposite for light from behind.
         let transmits = source.material.lobes.subsurface.transmission != [0.0; 3];
         let mut baked = [zero; 2];

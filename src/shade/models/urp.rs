@@ -4,7 +4,6 @@
 use super::super::model::{AdditiveModel, Source};
 use super::super::{Reflectance, Surface};
 use super::has_coat_normal;
-use crate::coat::EnvironmentQuery;
 use crate::coat::urp::{self, UrpVersion};
 use crate::light::LightSample;
 use crate::math::lanes::{Float, Lanes};
@@ -51,7 +50,7 @@ impl AdditiveModel for Urp {
     #[inline(always)]
     fn direct<L: Lanes>(self, l: L, layers: &urp::Surface<L>, light: &LightSample<L>) -> V3<L> {
         let color = light.irradiance * FRAC_1_PI;
-        urp::direct(l, layers, light.direction, color, l.splat(1.0))
+        urp::direct(l, layers, light.direction, color)
     }
 
     #[inline(always)]
@@ -60,8 +59,7 @@ impl AdditiveModel for Urp {
             l,
             layers,
             source.irradiance_over_pi(l, source.surface.normal),
-            #[inline(always)]
-            |query: EnvironmentQuery<L>| source.radiance(l, query),
+            source.radiance_lookup(l),
             source.occlusion(l),
         )
     }

@@ -5,7 +5,6 @@ use super::super::model::{AdditiveModel, Source};
 use super::MetallicBase;
 use crate::brdf::tables;
 use crate::brdf::velvet::VelvetAlbedo;
-use crate::coat::EnvironmentQuery;
 use crate::coat::velvet::{self, Specular, SurfaceData};
 use crate::light::LightSample;
 use crate::math::lanes::{Float, Lanes};
@@ -44,7 +43,7 @@ impl AdditiveModel for Velvet {
 
     #[inline(always)]
     fn direct<L: Lanes>(self, l: L, layers: &Self::Layers<L>, light: &LightSample<L>) -> V3<L> {
-        velvet::direct(l, layers, light.direction, light.irradiance, l.splat(1.0))
+        velvet::direct(l, layers, light.direction, light.irradiance)
     }
 
     #[inline(always)]
@@ -53,8 +52,7 @@ impl AdditiveModel for Velvet {
             l,
             layers,
             source.irradiance_over_pi(l, source.surface.normal),
-            #[inline(always)]
-            |query: EnvironmentQuery<L>| source.radiance(l, query),
+            source.radiance_lookup(l),
             source.occlusion(l),
         )
     }
