@@ -4,6 +4,7 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use overcoat::jobs::Jobs;
 use overcoat::light::{EnvironmentLight, PrefilteredEnvironment};
 use overcoat::math::lanes::{Float, Int, LANES, Lanes, SimdLevel};
+use overcoat::math::vec3::Vec3;
 use overcoat::scene::EquirectImage;
 use std::hint::black_box;
 use std::sync::Arc;
@@ -28,13 +29,13 @@ fn lookups<L: Lanes>(l: L, light: &EnvironmentLight<'_>, roughness: f32, diffuse
     for block in 0..4096 / LANES {
         let x = l.lane_indices().to_float() * 0.01 + (block % 16) as f32 * 0.1 - 0.8;
         let z = l.splat(block as f32 / 128.0 - 1.0);
-        let direction = [x, l.splat(0.4), z];
+        let direction = Vec3::new(x, l.splat(0.4), z);
         let rgb = if diffuse {
             light.irradiance_over_pi(l, direction)
         } else {
             light.radiance(l, direction, l.splat(roughness))
         };
-        sum = sum + rgb[0] + rgb[1] + rgb[2];
+        sum = sum + rgb.x + rgb.y + rgb.z;
     }
     sum.to_array()[0]
 }

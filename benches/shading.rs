@@ -6,7 +6,7 @@
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use overcoat::coat::urp::{self, Coat, Reflectance, SurfaceData, UrpVersion};
 use overcoat::math::lanes::{Float, LANES, Lanes, SimdLevel};
-use overcoat::math::vec3::{self, V3};
+use overcoat::math::vec3::{V3, Vec3};
 use std::hint::black_box;
 use std::time::Duration;
 
@@ -32,10 +32,10 @@ fn fragments() -> Vec<Planes> {
 #[inline(always)]
 fn shade<L: Lanes>(l: L, version: UrpVersion, planes: &Planes, coated: bool) -> V3<L> {
     let data = SurfaceData {
-        albedo: [l.load(&planes[0]), l.load(&planes[1]), l.load(&planes[2])],
+        albedo: Vec3::new(l.load(&planes[0]), l.load(&planes[1]), l.load(&planes[2])),
         reflectance: Reflectance::Metallic {
             metallic: l.load(&planes[3]),
-            dielectric_f0: [l.splat(urp::DIELECTRIC_F0); 3],
+            dielectric_f0: Vec3::splat(l, [urp::DIELECTRIC_F0; 3]),
         },
         smoothness: l.load(&planes[4]),
         coat: if coated {
@@ -44,28 +44,28 @@ fn shade<L: Lanes>(l: L, version: UrpVersion, planes: &Planes, coated: bool) -> 
             None
         },
     };
-    let normal = vec3::normalize(l, [l.load(&planes[7]), l.load(&planes[8]), l.load(&planes[9])]);
-    let view = vec3::normalize(l, [l.load(&planes[10]), l.load(&planes[11]), l.load(&planes[9])]);
+    let normal = Vec3::new(l.load(&planes[7]), l.load(&planes[8]), l.load(&planes[9])).normalize();
+    let view = Vec3::new(l.load(&planes[10]), l.load(&planes[11]), l.load(&planes[9])).normalize();
     let surface = urp::surface(l, version, &data, normal, view);
-    let light = vec3::splat(l, [0.6, 0.0, 0.8]);
+    let light = Vec3::splat(l, [0.6, 0.0, 0.8]);
     let one = l.splat(1.0);
-    let direct = urp::direct(l, &surface, light, [one; 3], one);
+    let direct = urp::direct(l, &surface, light, Vec3::uniform(one));
     let indirect = urp::indirect(
         l,
         &surface,
-        [one; 3],
+        Vec3::uniform(one),
         #[inline(always)]
-        |_| [one; 3],
+        |_| Vec3::uniform(one),
         one,
     );
-    vec3::add(l, direct, indirect)
+    direct + indirect
 }
 
 #[inline(always)]
 fn pass<L: Lanes>(l: L, version: UrpVersion, fragments: &[Planes], coated: bool) -> [f32; LANES] {
     let mut sum = l.zero();
     for planes in fragments {
-        let [r, g, b] = shade(l, version, planes, coated);
+        let Vec3 { x: r, y: g, z: b } = shade(l, version, planes, coated);
         sum = sum + (r + g + b);
     }
     sum.to_array()

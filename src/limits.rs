@@ -27,7 +27,7 @@ pub struct Limits {
     pub total_texture_pixels: u64,
     /// Lights of a scene: each of them shines on every fragment that it reaches. Default 256.
     pub lights: u64,
-    /// Width and height of the output in pixels. Default 16384.
+    /// Width and height of the output in pixels. Default [`Limits::LARGEST_OUTPUT_SIDE`].
     pub output_side: u32,
     /// Pixels of the output. Default 2^26.
     pub output_pixels: u64,
@@ -61,7 +61,7 @@ impl Default for Limits {
             texture_pixels: 1 << 26,
             total_texture_pixels: 1 << 27,
             lights: 256,
-            output_side: 16384,
+            output_side: Self::LARGEST_OUTPUT_SIDE,
             output_pixels: 1 << 26,
             fragments: 1 << 30,
             shading: 1 << 13,
@@ -224,6 +224,9 @@ impl std::fmt::Display for LimitExceeded {
 }
 
 impl Limits {
+    /// What [`Limits::output_side`] cannot be raised above: the rasterizer's fixed-point positions reach no further.
+    pub const LARGEST_OUTPUT_SIDE: u32 = 16384;
+
     /// `Ok` if `asked` is at most `limit`.
     ///
     /// # Errors

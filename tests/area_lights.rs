@@ -4,7 +4,7 @@ use overcoat::brdf::linearly_transformed_cosine::{LightFrame, Lobe, rectangle, t
 use overcoat::brdf::microfacet_light::Facets;
 use overcoat::brdf::{integrate, tables};
 use overcoat::math::lanes::{Float, LANES, Lanes, Scalar, SimdLevel};
-use overcoat::math::vec3::{self, V3};
+use overcoat::math::vec3::{V3, Vec3};
 use overcoat::{dispatch, each};
 
 type Point = [f64; 3];
@@ -59,7 +59,7 @@ impl Surface {
     /// What the lanes give.
     fn evaluate(&self, light: &Light) -> f64 {
         let l = Scalar;
-        let point = |p: Point| vec3::splat(l, p.map(|v| v as f32));
+        let point = |p: Point| Vec3::splat(l, p.map(|v| v as f32));
         let frame = LightFrame::new(l, point([0.0, 0.0, 1.0]), point(self.view));
         let lobe = match self.perceptual_roughness {
             Some(p) => Lobe::ggx(
@@ -82,7 +82,7 @@ impl Surface {
     /// What the facets give, in `parts` pieces a side.
     fn facets(&self, light: &Light, parts: usize) -> f64 {
         let l = Scalar;
-        let point = |p: Point| vec3::splat(l, p.map(|v| v as f32));
+        let point = |p: Point| Vec3::splat(l, p.map(|v| v as f32));
         let frame = LightFrame::new(l, point([0.0, 0.0, 1.0]), point(self.view));
         let alpha = self.perceptual_roughness.map_or(1.0, |p| p * p);
         let facets =
@@ -297,13 +297,13 @@ fn hunt<L: Lanes>(l: L, rounds: usize) -> usize {
             l.load(&lanes)
         };
         let [normal, view]: [V3<L>; 2] = each!(_k => {
-            let v = [number(), number(), number()];
-            let none = vec3::length(l, v).lt(l.splat(1e-3));
-            vec3::select(l, none, vec3::splat(l, [0.0, 1.0, 0.0]), vec3::normalize(l, v))
+            let v = Vec3::new(number(), number(), number());
+            let none = v.length().lt(l.splat(1e-3));
+            Vec3::select(none, Vec3::splat(l, [0.0, 1.0, 0.0]), v.normalize())
         });
-        let vertices: [V3<L>; 4] = each!(_k => [number(), number(), number()]);
+        let vertices: [V3<L>; 4] = each!(_k => Vec3::new(number(), number(), number()));
         let [p, radius]: [L::F; 2] = each!(_k => number().abs());
-        let n_dot_v = vec3::dot(l, normal, view).saturate();
+        let n_dot_v = normal.dot(view).saturate();
         let frame = LightFrame::new(l, normal, view);
         let lobe = Lobe::ggx(l, tables::linearly_transformed_ggx(), p, n_dot_v);
         let facets = Facets::new(l, &frame, [p * p; 2], view, l.splat(0.5));

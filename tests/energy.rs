@@ -3,7 +3,7 @@
 
 use overcoat::coat::urp::{self, Coat, Reflectance, Surface, SurfaceData, UrpVersion};
 use overcoat::math::lanes::{Float, LANES, Lanes, Scalar, SimdLevel};
-use overcoat::math::vec3::V3;
+use overcoat::math::vec3::Vec3;
 use std::f32::consts::FRAC_1_PI;
 
 const VERSIONS: [UrpVersion; 4] =
@@ -44,7 +44,7 @@ impl Fragment {
     /// The same fragment in every lane, except that lanes of `uncoated` have a coat mask of 0.
     #[inline(always)]
     fn surface<L: Lanes>(&self, l: L, uncoated: u16) -> Surface<L> {
-        let splat = |v: [f32; 3]| -> V3<L> { v.map(|c| l.splat(c)) };
+        let splat = |v| Vec3::splat(l, v);
         let reflectance = if self.specular_workflow {
             Reflectance::Specular { color: splat(self.f0) }
         } else {
@@ -73,7 +73,7 @@ impl Fragment {
             let surface = self.surface(l, uncoated);
             let axis = |k: usize| l.load(&std::array::from_fn(|lane| lights[lane][k]));
             let one = l.splat(1.0);
-            transpose(urp::direct(l, &surface, [axis(0), axis(1), axis(2)], [one; 3], one).map(|c| c.to_array()))
+            transpose(urp::direct(l, &surface, Vec3::new(axis(0), axis(1), axis(2)), Vec3::uniform(one)).to_arrays())
         })
     }
 
@@ -85,8 +85,8 @@ impl Fragment {
     fn indirect_uncoated(&self, radiance: f32, uncoated: u16) -> [[f32; 3]; LANES] {
         overcoat::dispatch!(SimdLevel::best(), l => {
             let surface = self.surface(l, uncoated);
-            let e = [l.splat(radiance); 3];
-            transpose(urp::indirect(l, &surface, e, |_| e, l.splat(1.0)).map(|c| c.to_array()))
+            let e = Vec3::splat(l, [radiance; 3]);
+            transpose(urp::indirect(l, &surface, e, |_| e, l.splat(1.0)).to_arrays())
         })
     }
 }
@@ -307,9 +307,9 @@ fn highlights_sharpen_and_bases_darken_monotonically() {
                     };
                     let l = Scalar;
                     let surface = f.surface(l, 0);
-                    let (one, zero) = ([l.splat(1.0); 3], [l.splat(0.0); 3]);
+                    let (one, zero) = (Vec3::splat(l, [1.0; 3]), Vec3::splat(l, [0.0; 3]));
                     let gi = urp::global_illumination(l, &surface, one, one, zero, l.splat(1.0));
-                    let value = gi[0].to_array()[0];
+                    let value = gi.x.to_array()[0];
                     assert!(value <= last + 1e-6, "{version:?} at {k}: {value} after {last}");
                     last = value;
                 }

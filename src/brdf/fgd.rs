@@ -2,7 +2,7 @@
 
 use super::table::Table;
 use crate::math::lanes::{Float, Lanes};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::V3;
 
 /// Directional albedos of a GGX surface over Disney diffuse, under light of equal strength from everywhere.
 #[derive(Clone, Copy)]
@@ -28,12 +28,7 @@ pub fn pre_integrated_fgd<L: Lanes>(
     f0: V3<L>,
 ) -> PreIntegratedFgd<L> {
     let [x, y, z] = table.fetch(l, n_dot_v.at_least(0.0).sqrt(), perceptual_roughness);
-    let specular = vec3::map(
-        l,
-        f0,
-        #[inline(always)]
-        |f0| x.lerp(y, f0),
-    );
+    let specular = f0 * (y - x) + x;
     PreIntegratedFgd { specular, diffuse: z + 0.5, reflectivity: y }
 }
 
@@ -48,11 +43,6 @@ pub fn pre_integrated_specular<L: Lanes>(
     f0: V3<L>,
 ) -> (V3<L>, L::F) {
     let [x, y] = table.fetch_first(l, n_dot_v.at_least(0.0).sqrt(), perceptual_roughness);
-    let specular = vec3::map(
-        l,
-        f0,
-        #[inline(always)]
-        |f0| x.lerp(y, f0),
-    );
+    let specular = f0 * (y - x) + x;
     (specular, y)
 }

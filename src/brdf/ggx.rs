@@ -7,7 +7,7 @@
 //! with the normal leaves 0 to 1 by rounding, the results stay finite.
 
 use crate::math::lanes::{Float, Lanes, Mask};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
 use std::f32::consts::FRAC_1_PI;
 
 /// 2^-24, `FLT_EPS` of Unity's shaders.
@@ -30,8 +30,8 @@ pub struct BsdfAngles<L: Lanes> {
 ///
 /// Where light and view are opposite there is no half vector and the cosines are rounding noise in 0 to 1.
 #[inline(always)]
-pub fn bsdf_angles<L: Lanes>(l: L, light: V3<L>, view: V3<L>, n_dot_l: L::F, n_dot_v: L::F) -> BsdfAngles<L> {
-    let l_dot_v = vec3::dot(l, light, view);
+pub fn bsdf_angles<L: Lanes>(_: L, light: V3<L>, view: V3<L>, n_dot_l: L::F, n_dot_v: L::F) -> BsdfAngles<L> {
+    let l_dot_v = light.dot(view);
     let inverse_length = (l_dot_v * 2.0 + 2.0).at_least(FLOAT_EPSILON).sqrt().recip();
     BsdfAngles {
         l_dot_v,
@@ -130,11 +130,11 @@ pub type FrameCosines<L> = V3<L>;
 
 /// The squared length of (aB T.H, aT B.H, aT aB N.H), and aT aB.
 #[inline(always)]
-fn anisotropic_base<L: Lanes>(l: L, half: FrameCosines<L>, roughness: [L::F; 2]) -> (L::F, L::F) {
+fn anisotropic_base<L: Lanes>(_: L, half: FrameCosines<L>, roughness: [L::F; 2]) -> (L::F, L::F) {
     let [along_t, along_b] = roughness;
     let a2 = along_t * along_b;
-    let v = [along_b * half[0], along_t * half[1], a2 * half[2]];
-    (vec3::dot(l, v, v), a2)
+    let v = Vec3::new(along_b * half.x, along_t * half.y, a2 * half.z);
+    (v.dot(v), a2)
 }
 
 /// The anisotropic distribution per steradian, `D_GGXAniso`. `half` is the half vector in the tangent frame,
@@ -148,8 +148,8 @@ pub fn anisotropic_distribution<L: Lanes>(l: L, half: FrameCosines<L>, roughness
 /// [`part_lambda`] of an anisotropic surface, `GetSmithJointGGXAnisoPartLambdaV`, of a direction in the tangent
 /// frame.
 #[inline(always)]
-pub fn anisotropic_part_lambda<L: Lanes>(l: L, direction: FrameCosines<L>, roughness: [L::F; 2]) -> L::F {
-    vec3::length(l, [roughness[0] * direction[0], roughness[1] * direction[1], direction[2]])
+pub fn anisotropic_part_lambda<L: Lanes>(_: L, direction: FrameCosines<L>, roughness: [L::F; 2]) -> L::F {
+    Vec3::new(roughness[0] * direction.x, roughness[1] * direction.y, direction.z).length()
 }
 
 /// Sum of the Smith terms of view and light on an anisotropic surface.
@@ -161,7 +161,7 @@ fn anisotropic_smith_sum<L: Lanes>(
     roughness: [L::F; 2],
     part_lambda_v: L::F,
 ) -> L::F {
-    light[2] * part_lambda_v + n_dot_v * anisotropic_part_lambda(l, light, roughness)
+    light.z * part_lambda_v + n_dot_v * anisotropic_part_lambda(l, light, roughness)
 }
 
 /// Height-correlated visibility of an anisotropic surface, `V_SmithJointGGXAniso`. Infinite where both cosines

@@ -9,7 +9,8 @@ use super::fresnel::{fresnel0_to_ior, ior_to_fresnel0, schlick, schlick_color};
 use crate::each;
 use crate::math;
 use crate::math::lanes::{Float, Lanes, Mask};
-use crate::math::vec3::V3;
+use crate::math::vec3::{V3, Vec3};
+use crate::vec3;
 
 /// Thickness 1 stands for an optical path of 3 micrometres at normal incidence, halved by convention (the
 /// film's `Dinc`).
@@ -61,8 +62,8 @@ pub fn sensitivity<L: Lanes>(l: L, path_difference: L::F, shift: L::F) -> V3<L> 
         let wave = math::cos(l, phase * gaussian.position + shift);
         wave * math::exp_transmittance(l, phase2 * -gaussian.variance) * gaussian.weight
     });
-    let x = x + second_x;
-    each!(k => x * XYZ_TO_REC709[k][0] + y * XYZ_TO_REC709[k][1] + z * XYZ_TO_REC709[k][2])
+    let xyz = Vec3::new(x + second_x, y, z);
+    vec3!(row in Vec3::from_array(XYZ_TO_REC709) => xyz.dot(Vec3::splat(l, row)))
 }
 
 /// Index of refraction of the film: Unity ties it to the thickness, 2 for none to 1 for full.
@@ -79,7 +80,7 @@ fn film_ior<L: Lanes>(_: L, thickness: L::F) -> L::F {
 pub fn f0_under_film<L: Lanes>(l: L, thickness: L::F, f0: V3<L>, ior_over_base: L::F) -> V3<L> {
     let film = film_ior(l, thickness);
     let given = ior_over_base.gt(l.zero());
-    each!(f in f0 => {
+    vec3!(f in f0 => {
         let under = ior_to_fresnel0(l, ior_over_base * fresnel0_to_ior(l, f + 0.0001), film);
         given.select(under, f)
     })
@@ -102,26 +103,25 @@ pub fn eval_iridescence<L: Lanes>(l: L, top: L::F, cosine: L::F, thickness: L::F
     let first = schlick(l, ior_to_fresnel0(l, film, top), one, cosine);
     let transmitted = first.one_minus();
     let base = schlick_color(l, f0, one, inner);
-    let round_trip: V3<L> = each!(b in base => (first * b).clamp_to(LEAST_ROUND_TRIP, GREATEST_ROUND_TRIP));
-    let amplitude: V3<L> = each!(r in round_trip => r.sqrt());
-    let series: V3<L> = each!(k => transmitted * transmitted * base[k] / round_trip[k].one_minus());
+    let round_trip = (base * first).clamp_to(LEAST_ROUND_TRIP, GREATEST_ROUND_TRIP);
+    let amplitude = round_trip.sqrt();
+    let series = base * (transmitted * transmitted) / round_trip.one_minus();
 
-    let mut sum: V3<L> = each!(s in series => first + s);
-    let mut order: V3<L> = each!(s in series => s - transmitted);
+    let mut sum = series + first;
+    let mut order = series - transmitted;
     for m in 1..=2 {
         let m = m as f32;
         let color = sensitivity(l, distance * m * inner, l.splat(m * std::f32::consts::PI));
-        order = each!(k => order[k] * amplitude[k]);
-        sum = each!(k => sum[k] + order[k] * (color[k] * 2.0));
+        order *= amplitude;
+        sum += order * (color * 2.0);
     }
-    each!(s in sum => total.select(one, s.at_least(0.0)))
+    Vec3::select(total, Vec3::uniform(one), sum.at_least(0.0))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::math::lanes::Scalar;
-    use crate::math::vec3;
 
     #[test]
     fn weights_use_the_roots_of_their_variances() {
@@ -135,18 +135,18 @@ mod tests {
     /// Without a path difference all orders are in phase and the sensitivity is white up to the fit.
     #[test]
     fn no_path_is_nearly_white() {
-        let white = sensitivity(Scalar, Scalar.zero(), Scalar.zero()).map(|c| c.to_array()[0]);
+        let white = sensitivity(Scalar, Scalar.zero(), Scalar.zero()).lane(0);
         assert!(white.iter().all(|c| (c - 1.0).abs() < 0.25), "{white:?}");
     }
 
     /// A film is seen from a denser medium beyond the critical angle.
     #[test]
     fn total_reflection_is_white() {
-        let f0 = vec3::splat(Scalar, [0.04, 0.5, 0.9]);
+        let f0 = Vec3::splat(Scalar, [0.04, 0.5, 0.9]);
         let at = |cosine: f32| {
             let thickness = Scalar.splat(0.9);
             let color = eval_iridescence(Scalar, Scalar.splat(1.5), Scalar.splat(cosine), thickness, f0);
-            color.map(|c| c.to_array()[0])
+            color.lane(0)
         };
         assert_eq!(at(0.2), [1.0; 3]);
         assert!(at(0.9).iter().all(|c| (0.0..1.0).contains(c)));

@@ -25,7 +25,7 @@ use super::table::Table;
 use crate::each;
 use crate::math::atan2;
 use crate::math::lanes::{Float, Lanes};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
 use std::f32::consts::FRAC_1_PI;
 
 /// The axes in which lobes are given: z is the normal. For fitted lobes the view lies in the plane of x and z, x on its
@@ -39,15 +39,14 @@ impl<L: Lanes> LightFrame<L> {
     /// From unit vectors along the normal and to the eye. Where they agree, any direction is x.
     #[inline(always)]
     pub fn new(l: L, normal: V3<L>, view: V3<L>) -> Self {
-        let across = vec3::sub(l, view, vec3::scale(l, normal, vec3::dot(l, normal, view)));
+        let across = view - normal * normal.dot(view);
         // The axis that is farther from the normal, less its part along it.
-        let upright = normal[0].abs().lt(l.splat(0.7));
-        let helper =
-            vec3::select(l, upright, vec3::splat(l, [1.0, 0.0, 0.0]), vec3::splat(l, [0.0, 1.0, 0.0]));
-        let other = vec3::sub(l, helper, vec3::scale(l, normal, vec3::dot(l, normal, helper)));
-        let none = vec3::dot(l, across, across).lt(l.splat(1e-10));
-        let x = vec3::normalize(l, vec3::select(l, none, other, across));
-        Self { axes: [x, vec3::cross(l, normal, x), normal] }
+        let upright = normal.x.abs().lt(l.splat(0.7));
+        let helper = Vec3::select(upright, Vec3::splat(l, [1.0, 0.0, 0.0]), Vec3::splat(l, [0.0, 1.0, 0.0]));
+        let other = helper - normal * normal.dot(helper);
+        let none = across.dot(across).lt(l.splat(1e-10));
+        let x = Vec3::select(none, other, across).normalize();
+        Self { axes: [x, normal.cross(x), normal] }
     }
 
     /// From orthonormal axes, for anisotropic surfaces and [`super::microfacet_light`].
@@ -58,8 +57,9 @@ impl<L: Lanes> LightFrame<L> {
 
     /// A vector in these axes.
     #[inline(always)]
-    pub(super) fn local(&self, l: L, v: V3<L>) -> V3<L> {
-        each!(axis in self.axes => vec3::dot(l, axis, v))
+    pub(super) fn local(&self, v: V3<L>) -> V3<L> {
+        let [x, y, z] = self.axes;
+        Vec3::new(x.dot(v), y.dot(v), z.dot(v))
     }
 }
 
@@ -96,20 +96,20 @@ impl<L: Lanes> Lobe<L> {
     /// A vector where the lobe is a cosine.
     #[inline(always)]
     fn in_cosine_space(&self, v: V3<L>) -> V3<L> {
-        [self.a * v[0] + self.b * v[2], v[1], self.c * v[0] + self.d * v[2]]
+        Vec3::new(self.a * v.x + self.b * v.z, v.y, self.c * v.x + self.d * v.z)
     }
 
     /// How wide a strip that was 1 wide across its plane through the origin becomes; `normal` is the unit normal of that
     /// plane before.
     #[inline(always)]
-    fn strip_width(&self, l: L, normal: V3<L>) -> L::F {
+    fn strip_width(&self, normal: V3<L>) -> L::F {
         let determinant = self.a * self.d - self.b * self.c;
-        let transformed = [
-            self.d * normal[0] - self.c * normal[2],
-            normal[1] * determinant,
-            self.a * normal[2] - self.b * normal[0],
-        ];
-        determinant.abs() / vec3::length(l, transformed).at_least(f32::MIN_POSITIVE)
+        let transformed = Vec3::new(
+            self.d * normal.x - self.c * normal.z,
+            normal.y * determinant,
+            self.a * normal.z - self.b * normal.x,
+        );
+        determinant.abs() / transformed.length().at_least(f32::MIN_POSITIVE)
     }
 }
 
@@ -121,20 +121,20 @@ pub(super) type Edge<L> = [V3<L>; 2];
 fn clip<L: Lanes, const N: usize>(l: L, edges: [Edge<L>; N]) -> ([Edge<L>; N], Edge<L>) {
     let zero = l.zero();
     let mut kept = edges;
-    let mut closing = [[zero; 3]; 2];
+    let none = Vec3::uniform(zero);
+    let mut closing = [none; 2];
     for k in 0..N {
         let [a, b] = edges[k];
-        let (a_above, b_above) = (a[2].gt(zero), b[2].gt(zero));
+        let (a_above, b_above) = (a.z.gt(zero), b.z.gt(zero));
         // Between the points where their signs differ; normalised, as it may be far shorter than both.
-        let (wa, wb) = (b[2].abs(), a[2].abs());
-        let crossing = vec3::normalize(l, [a[0] * wa + b[0] * wb, a[1] * wa + b[1] * wb, zero]);
+        let (wa, wb) = (b.z.abs(), a.z.abs());
+        let crossing = Vec3::new(a.x * wa + b.x * wb, a.y * wa + b.y * wb, zero).normalize();
         let (leaves, enters) = (a_above & !b_above, b_above & !a_above);
-        closing[0] = vec3::select(l, leaves, crossing, closing[0]);
-        closing[1] = vec3::select(l, enters, crossing, closing[1]);
-        let none = [zero; 3];
+        closing[0] = Vec3::select(leaves, crossing, closing[0]);
+        closing[1] = Vec3::select(enters, crossing, closing[1]);
         kept[k] = [
-            vec3::select(l, a_above, a, vec3::select(l, enters, crossing, none)),
-            vec3::select(l, b_above, b, vec3::select(l, leaves, crossing, none)),
+            Vec3::select(a_above, a, Vec3::select(enters, crossing, none)),
+            Vec3::select(b_above, b, Vec3::select(leaves, crossing, none)),
         ];
     }
     (kept, closing)
@@ -144,10 +144,10 @@ fn clip<L: Lanes, const N: usize>(l: L, edges: [Edge<L>; N]) -> ([Edge<L>; N], E
 /// length but 0; 0 where there is no edge.
 #[inline(always)]
 pub(super) fn edge_integral<L: Lanes>(l: L, [a, b]: Edge<L>) -> V3<L> {
-    let normal = vec3::cross(l, a, b);
-    let length = vec3::length(l, normal);
-    let angle = atan2(l, length, vec3::dot(l, a, b));
-    vec3::scale(l, normal, angle / length.at_least(f32::MIN_POSITIVE))
+    let normal = a.cross(b);
+    let length = normal.length();
+    let angle = atan2(l, length, a.dot(b));
+    normal * (angle / length.at_least(f32::MIN_POSITIVE))
 }
 
 /// The outline of a quadrilateral above the surface, in the frame's axes: directions of length 1, of which one edge lies
@@ -155,7 +155,7 @@ pub(super) fn edge_integral<L: Lanes>(l: L, [a, b]: Edge<L>) -> V3<L> {
 #[inline(always)]
 pub(super) fn visible_outline<L: Lanes>(l: L, vertices: [V3<L>; 4]) -> [Edge<L>; 5] {
     // Directions alone matter.
-    let points: [V3<L>; 4] = each!(v in vertices => vec3::normalize(l, v));
+    let points: [V3<L>; 4] = each!(v in vertices => v.normalize());
     let edges: [Edge<L>; 4] = each!(k => [points[k], points[(k + 1) & 3]]);
     let (above, closing) = clip(l, edges);
     [above[0], above[1], above[2], above[3], closing]
@@ -167,15 +167,15 @@ pub(super) fn visible_outline<L: Lanes>(l: L, vertices: [V3<L>; 4]) -> [Edge<L>;
 /// sense of rotation. Up to 10^18 away.
 #[inline(always)]
 pub fn rectangle<L: Lanes>(l: L, frame: &LightFrame<L>, lobe: &Lobe<L>, vertices: [V3<L>; 4]) -> L::F {
-    let visible = visible_outline(l, each!(v in vertices => frame.local(l, v)));
+    let visible = visible_outline(l, each!(v in vertices => frame.local(v)));
     let moved: [Edge<L>; 5] = each!(edge in visible => [
-        vec3::normalize(l, lobe.in_cosine_space(edge[0])),
-        vec3::normalize(l, lobe.in_cosine_space(edge[1])),
+        lobe.in_cosine_space(edge[0]).normalize(),
+        lobe.in_cosine_space(edge[1]).normalize(),
     ]);
     let (above, closing) = clip(l, moved);
-    let mut sum = edge_integral(l, closing)[2];
+    let mut sum = edge_integral(l, closing).z;
     for k in 0..5 {
-        sum = sum + edge_integral(l, above[k])[2];
+        sum = sum + edge_integral(l, above[k]).z;
     }
     (sum.abs() * lobe.normalization * (0.5 * FRAC_1_PI)).at_most(1.0)
 }
@@ -187,28 +187,28 @@ pub fn rectangle<L: Lanes>(l: L, frame: &LightFrame<L>, lobe: &Lobe<L>, vertices
 /// be small against its distance; the round ends do not count.
 #[inline(always)]
 pub fn tube<L: Lanes>(l: L, frame: &LightFrame<L>, lobe: &Lobe<L>, ends: [V3<L>; 2], radius: L::F) -> L::F {
-    let local: [V3<L>; 2] = each!(v in ends => frame.local(l, v));
+    let local: [V3<L>; 2] = each!(v in ends => frame.local(v));
     // In units of the distance, so that squares neither overflow nor vanish.
-    let size = (vec3::length(l, local[0]) + vec3::length(l, local[1])).at_least(f32::MIN_POSITIVE);
-    let scaled: [V3<L>; 2] = each!(v in local => each!(c in v => c / size));
+    let size = (local[0].length() + local[1].length()).at_least(f32::MIN_POSITIVE);
+    let scaled: [V3<L>; 2] = each!(v in local => v / size);
     let visible = clip_segment(l, scaled);
-    let plane = vec3::normalize(l, vec3::cross(l, visible[0], visible[1]));
-    let width = lobe.strip_width(l, plane) * (radius / size) * 2.0;
+    let plane = visible[0].cross(visible[1]).normalize();
+    let width = lobe.strip_width(plane) * (radius / size) * 2.0;
     let [p, q] = clip_segment(l, each!(v in visible => lobe.in_cosine_space(v)));
-    let step = vec3::sub(l, q, p);
-    let along = vec3::normalize(l, step);
-    let (lp, lq) = (vec3::dot(l, p, along), vec3::dot(l, q, along));
-    let foot = vec3::sub(l, p, vec3::scale(l, along, lp));
+    let step = q - p;
+    let along = step.normalize();
+    let (lp, lq) = (p.dot(along), q.dot(along));
+    let foot = p - along * lp;
     // On the axis itself nothing is seen of the side; the limit keeps the quotients finite.
-    let d2 = vec3::dot(l, foot, foot).at_least(1e-10);
+    let d2 = foot.dot(foot).at_least(1e-10);
     let d = d2.sqrt();
     let far = (d2 + lp * lp) * (d2 + lq * lq);
-    let angle = atan2(l, vec3::length(l, vec3::cross(l, p, q)), vec3::dot(l, p, q));
+    let angle = atan2(l, p.cross(q).length(), p.dot(q));
     // Integrals of d cosine / r^4 along the line, as differences that do not cancel for short tubes.
     let length = lq - lp;
     let about_foot = (length * (d2 - lp * lq) / far + angle / d) / d;
     let along_line = d * length * (lq + lp) / far;
-    let integral = (foot[2] * about_foot + along[2] * along_line) * (0.5 * FRAC_1_PI);
+    let integral = (foot.z * about_foot + along.z * along_line) * (0.5 * FRAC_1_PI);
     (integral * width * lobe.normalization).saturate()
 }
 
@@ -216,9 +216,9 @@ pub fn tube<L: Lanes>(l: L, frame: &LightFrame<L>, lobe: &Lobe<L>, ends: [V3<L>;
 #[inline(always)]
 fn clip_segment<L: Lanes>(l: L, [p, q]: [V3<L>; 2]) -> [V3<L>; 2] {
     let zero = l.zero();
-    let (p_above, q_above) = (p[2].gt(zero), q[2].gt(zero));
-    let (wp, wq) = (q[2].abs(), p[2].abs());
+    let (p_above, q_above) = (p.z.gt(zero), q.z.gt(zero));
+    let (wp, wq) = (q.z.abs(), p.z.abs());
     let sum = (wp + wq).at_least(f32::MIN_POSITIVE);
-    let crossing = [(p[0] * wp + q[0] * wq) / sum, (p[1] * wp + q[1] * wq) / sum, zero];
-    [vec3::select(l, p_above, p, crossing), vec3::select(l, q_above, q, crossing)]
+    let crossing = Vec3::new((p.x * wp + q.x * wq) / sum, (p.y * wp + q.y * wq) / sum, zero);
+    [Vec3::select(p_above, p, crossing), Vec3::select(q_above, q, crossing)]
 }

@@ -8,7 +8,8 @@
 
 use super::fresnel::pow4;
 use crate::math::lanes::{Float, Lanes};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
+use crate::vec3;
 use std::f32::consts::FRAC_1_PI;
 
 /// GGX normal distribution, 1/sr: alpha^2 / (pi ((N.H)^2 (alpha^2 - 1) + 1)^2).
@@ -44,10 +45,10 @@ pub fn visibility_smith<L: Lanes>(l: L, n_dot_l: L::F, n_dot_v: L::F, alpha2: L:
 /// B.H with their signs, and `alpha` = `[at, ab]`. For unit vectors in an orthonormal frame at least (at ab)^2 if
 /// neither alpha is above 1.
 #[inline(always)]
-pub fn ggx_anisotropic_denominator<L: Lanes>(l: L, half: V3<L>, alpha: [L::F; 2]) -> L::F {
+pub fn ggx_anisotropic_denominator<L: Lanes>(_: L, half: V3<L>, alpha: [L::F; 2]) -> L::F {
     let [along_t, along_b] = alpha;
-    let v = [along_b * half[0], along_t * half[1], along_t * along_b * half[2]];
-    vec3::dot(l, v, v)
+    let v = Vec3::new(along_b * half.x, along_t * half.y, along_t * along_b * half.z);
+    v.dot(v)
 }
 
 /// Anisotropic GGX, 1/sr: 1 / (pi at ab ((T.H / at)^2 + (B.H / ab)^2 + (N.H)^2)^2) for `alpha` = `[at, ab]`, both
@@ -68,10 +69,10 @@ pub fn distribution_ggx_anisotropic<L: Lanes>(l: L, half: V3<L>, alpha: [L::F; 2
 ///
 /// Heitz (2014), on stretched surfaces.
 #[inline(always)]
-pub fn smith_denominator_anisotropic<L: Lanes>(l: L, light: V3<L>, view: V3<L>, alpha: [L::F; 2]) -> L::F {
+pub fn smith_denominator_anisotropic<L: Lanes>(_: L, light: V3<L>, view: V3<L>, alpha: [L::F; 2]) -> L::F {
     let [along_t, along_b] = alpha;
-    let masked = light[2] * vec3::length(l, [along_t * view[0], along_b * view[1], view[2]]);
-    let shadowed = view[2] * vec3::length(l, [along_t * light[0], along_b * light[1], light[2]]);
+    let masked = light.z * Vec3::new(along_t * view.x, along_b * view.y, view.z).length();
+    let shadowed = view.z * Vec3::new(along_t * light.x, along_b * light.y, light.z).length();
     masked + shadowed
 }
 
@@ -111,12 +112,7 @@ pub fn schlick<L: Lanes>(l: L, f0: L::F, f90: L::F, u: L::F) -> L::F {
 #[inline(always)]
 pub fn schlick_color<L: Lanes>(l: L, f0: V3<L>, f90: L::F, u: L::F) -> V3<L> {
     let weight = schlick_weight(l, u);
-    vec3::map(
-        l,
-        f0,
-        #[inline(always)]
-        |f0| f0 + (f90 - f0) * weight,
-    )
+    vec3!(f0 in f0 => f0 + (f90 - f0) * weight)
 }
 
 #[cfg(test)]
@@ -147,7 +143,7 @@ mod tests {
                 for sector in 0..sectors {
                     let phi = (sector as f32 + 0.5) * std::f32::consts::TAU / sectors as f32;
                     let (c, s) = (crate::math::scalar::cos(phi), crate::math::scalar::sin(phi));
-                    let half = vec3::splat(Scalar, [sine * c, sine * s, cosine]);
+                    let half = Vec3::splat(Scalar, [sine * c, sine * s, cosine]);
                     anisotropic +=
                         first(distribution_ggx_anisotropic(Scalar, half, [splat(at), splat(ab)], 0.0))
                             / f64::from(rings * sectors);
@@ -163,19 +159,19 @@ mod tests {
     #[test]
     fn equal_roughness_is_isotropic() {
         let l = Scalar;
-        let view = vec3::splat(l, [0.6, 0.0, 0.8]);
-        let light = vec3::splat(l, [-0.48, 0.64, 0.6]);
-        let half = vec3::normalize(l, vec3::add(l, view, light));
+        let view = Vec3::splat(l, [0.6, 0.0, 0.8]);
+        let light = Vec3::splat(l, [-0.48, 0.64, 0.6]);
+        let half = (view + light).normalize();
         for alpha in [1.0_f32, 0.5, 0.1, 0.01] {
             let (a, a2) = (splat(alpha), splat(alpha * alpha));
             let near = |x, y| {
                 let (x, y) = (first(x), first(y));
                 assert!((x - y).abs() <= 1e-4 * y.abs(), "{alpha}: {x} not {y}");
             };
-            near(distribution_ggx_anisotropic(l, half, [a; 2], 0.0), distribution_ggx(l, half[2], a2));
+            near(distribution_ggx_anisotropic(l, half, [a; 2], 0.0), distribution_ggx(l, half.z, a2));
             near(
                 visibility_smith_anisotropic(l, light, view, [a; 2], 0.0),
-                visibility_smith(l, light[2], view[2], a2, 0.0),
+                visibility_smith(l, light.z, view.z, a2, 0.0),
             );
         }
     }
@@ -185,7 +181,7 @@ mod tests {
         let l = Scalar;
         assert_eq!(first(schlick(l, splat(0.25), splat(0.75), splat(1.0))), 0.25);
         assert_eq!(first(schlick(l, splat(0.25), splat(0.75), splat(0.0))), 0.75);
-        let color = schlick_color(l, [splat(0.25); 3], splat(1.0), splat(0.5));
-        assert_eq!(first(color[2]), 0.25 + 0.75 / 32.0);
+        let color = schlick_color(l, Vec3::uniform(splat(0.25)), splat(1.0), splat(0.5));
+        assert_eq!(first(color.z), 0.25 + 0.75 / 32.0);
     }
 }

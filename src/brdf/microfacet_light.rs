@@ -22,7 +22,7 @@ use super::linearly_transformed_cosine::{LightFrame, edge_integral, visible_outl
 use super::microfacet::visibility_smith_anisotropic;
 use crate::each;
 use crate::math::lanes::{Float, Lanes, Mask};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
 use std::f32::consts::FRAC_1_PI;
 
 /// Least alpha: below, the rounding of half vectors shows.
@@ -53,11 +53,11 @@ impl<L: Lanes> Facets<L> {
     /// `alpha` along the frame's first two axes, held above 1e-3; `view` is the unit vector to the eye; `albedo` the
     /// directional albedo of the lobe for F = 1 (the second channel of [`super::tables::ggx_albedo`]), above 0.
     #[inline(always)]
-    pub fn new(l: L, frame: &LightFrame<L>, alpha: [L::F; 2], view: V3<L>, albedo: L::F) -> Self {
+    pub fn new(_: L, frame: &LightFrame<L>, alpha: [L::F; 2], view: V3<L>, albedo: L::F) -> Self {
         let alpha: [L::F; 2] = each!(a in alpha => a.at_least(LEAST_ALPHA));
-        let local = frame.local(l, view);
+        let mut view = frame.local(view);
         // Views from below, which normal maps make, count as grazing.
-        let view = [local[0], local[1], local[2].at_least(1e-3)];
+        view.z = view.z.at_least(1e-3);
         Self {
             frame: *frame,
             alpha,
@@ -67,65 +67,66 @@ impl<L: Lanes> Facets<L> {
         }
     }
 
+    /// A vector in the frame, where facets are a cosine lobe; not of unit length.
+    #[inline(always)]
+    fn stretched(&self, v: V3<L>) -> V3<L> {
+        Vec3::new(v.x * self.stretch[0], v.y * self.stretch[1], v.z)
+    }
+
     /// Of a unit vector to the light at or above the horizon.
     #[inline(always)]
-    fn half(&self, l: L, light: V3<L>) -> Half<L> {
-        let vector = vec3::normalize(l, vec3::add(l, light, self.view));
-        let stretched = [vector[0] * self.stretch[0], vector[1] * self.stretch[1], vector[2]];
-        let squared = vec3::dot(l, stretched, stretched);
-        Half { vector, cosine_space: vec3::normalize(l, stretched), density: (squared * squared).recip() }
+    fn half(&self, light: V3<L>) -> Half<L> {
+        let vector = (light + self.view).normalize();
+        let stretched = self.stretched(vector);
+        let squared = stretched.dot(stretched);
+        Half { vector, cosine_space: stretched.normalize(), density: (squared * squared).recip() }
     }
 
     /// What masking and shadowing leave, over the albedo: 4 V N.L V.h / N.h.
     #[inline(always)]
     fn weight(&self, l: L, light: V3<L>, half: V3<L>) -> L::F {
-        let light = [light[0], light[1], light[2].at_least(0.0)];
+        let light = Vec3 { z: light.z.at_least(0.0), ..light };
         let visibility = visibility_smith_anisotropic(l, light, self.view, self.alpha, 1e-9);
-        let v_dot_h = vec3::dot(l, self.view, half);
-        visibility * light[2] * 4.0 * v_dot_h / half[2].at_least(1e-4) * self.inverse_albedo
+        let v_dot_h = self.view.dot(half);
+        visibility * light.z * 4.0 * v_dot_h / half.z.at_least(1e-4) * self.inverse_albedo
     }
 
     /// The share of the lobe that one piece fills, its vertices in the frame.
     #[inline(always)]
     fn piece(&self, l: L, vertices: [V3<L>; 4]) -> L::F {
         let (zero, one) = (l.zero(), l.splat(1.0));
-        let mut form_factor = [zero; 3];
+        let mut form_factor = Vec3::zero(l);
         let (mut corners, mut weights, mut densities) = (zero, zero, zero);
         let outline = visible_outline(l, vertices);
         for k in 0..5 {
             let [a, b] = outline[k];
-            let there = vec3::dot(l, a, a).gt(l.splat(0.5));
-            let middle = self.half(l, vec3::normalize(l, vec3::add(l, a, b)));
-            let (start, end) = (self.half(l, a), self.half(l, b));
-            let edge = vec3::add(
-                l,
-                edge_integral(l, [start.cosine_space, middle.cosine_space]),
-                edge_integral(l, [middle.cosine_space, end.cosine_space]),
-            );
-            form_factor = vec3::add(l, form_factor, vec3::select(l, there, edge, [zero; 3]));
+            let there = a.dot(a).gt(l.splat(0.5));
+            let middle = self.half((a + b).normalize());
+            let (start, end) = (self.half(a), self.half(b));
+            let edge = edge_integral(l, [start.cosine_space, middle.cosine_space])
+                + edge_integral(l, [middle.cosine_space, end.cosine_space]);
+            form_factor += Vec3::select(there, edge, Vec3::zero(l));
             corners = corners + there.select(one, zero);
             weights = weights + there.select(self.weight(l, a, start.vector), zero);
             densities = densities + there.select(start.density, zero);
         }
         let corners = corners.at_least(1.0);
         // The form factor's direction is the mean of the piece in the space of the cosine lobe.
-        let side = form_factor[2].lt(zero).select(-one, one);
-        let mean = vec3::normalize(
-            l,
-            [
-                form_factor[0] * side * self.alpha[0],
-                form_factor[1] * side * self.alpha[1],
-                form_factor[2].abs(),
-            ],
-        );
-        let light = vec3::neg(l, vec3::reflect(l, self.view, mean));
+        let side = form_factor.z.lt(zero).select(-one, one);
+        let mean = Vec3::new(
+            form_factor.x * side * self.alpha[0],
+            form_factor.y * side * self.alpha[1],
+            form_factor.z.abs(),
+        )
+        .normalize();
+        let light = -self.view.reflect(mean);
         let at_mean = self.weight(l, light, mean);
-        let stretched = [mean[0] * self.stretch[0], mean[1] * self.stretch[1], mean[2]];
-        let squared = vec3::dot(l, stretched, stretched);
+        let stretched = self.stretched(mean);
+        let squared = stretched.dot(stretched);
         let evenness = (densities / corners * (squared * squared)).saturate();
         // A square's mean of a parabola is two thirds of its middle and a third of its corners.
         let weight = at_mean + evenness * (weights / corners - at_mean) * (1.0 / 3.0);
-        form_factor[2].abs() * weight.at_least(0.0) * (0.5 * FRAC_1_PI)
+        form_factor.z.abs() * weight.at_least(0.0) * (0.5 * FRAC_1_PI)
     }
 
     /// The share of the lobe that a flat, convex quadrilateral fills, 0 to 1, integrated in `parts[0]` by `parts[1]`
@@ -135,20 +136,20 @@ impl<L: Lanes> Facets<L> {
     /// either sense of rotation.
     #[inline(always)]
     pub fn rectangle(&self, l: L, vertices: [V3<L>; 4], parts: [usize; 2]) -> L::F {
-        let [p0, p1, p2, p3]: [V3<L>; 4] = each!(v in vertices => self.frame.local(l, v));
+        let [p0, p1, p2, p3]: [V3<L>; 4] = each!(v in vertices => self.frame.local(v));
         let mut sum = l.zero();
         for k in 0..parts[0] * parts[1] {
             let place = |k: usize, n: usize| l.splat(k as f32 / n as f32);
             let (i, j) = (k % parts[0], k / parts[0]);
             let along = [place(i, parts[0]), place(i + 1, parts[0])];
             let across = [place(j, parts[1]), place(j + 1, parts[1])];
-            let left: [V3<L>; 2] = each!(t in across => vec3::lerp(l, p0, p3, t));
-            let right: [V3<L>; 2] = each!(t in across => vec3::lerp(l, p1, p2, t));
+            let left: [V3<L>; 2] = each!(t in across => p0.lerp(p3, t));
+            let right: [V3<L>; 2] = each!(t in across => p1.lerp(p2, t));
             let piece = [
-                vec3::lerp(l, left[0], right[0], along[0]),
-                vec3::lerp(l, left[0], right[0], along[1]),
-                vec3::lerp(l, left[1], right[1], along[1]),
-                vec3::lerp(l, left[1], right[1], along[0]),
+                left[0].lerp(right[0], along[0]),
+                left[0].lerp(right[0], along[1]),
+                left[1].lerp(right[1], along[1]),
+                left[1].lerp(right[1], along[0]),
             ];
             sum = sum + self.piece(l, piece);
         }
@@ -162,13 +163,8 @@ impl<L: Lanes> Facets<L> {
     /// ten-thousandth of it, where rounding shows.
     #[inline(always)]
     pub fn tube(&self, l: L, ends: [V3<L>; 2], radius: L::F, parts: usize) -> L::F {
-        let across = vec3::scale(l, vec3::normalize(l, vec3::cross(l, ends[0], ends[1])), radius);
-        let vertices = [
-            vec3::sub(l, ends[0], across),
-            vec3::sub(l, ends[1], across),
-            vec3::add(l, ends[1], across),
-            vec3::add(l, ends[0], across),
-        ];
+        let across = ends[0].cross(ends[1]).normalize() * radius;
+        let vertices = [ends[0] - across, ends[1] - across, ends[1] + across, ends[0] + across];
         self.rectangle(l, vertices, [parts, 1])
     }
 }

@@ -4,7 +4,7 @@
 //! of their half angle.
 
 use crate::math::lanes::{Float, Lanes, Mask};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
 use crate::math::{exp, exp2, pow};
 use std::f32::consts::{PI, TAU};
 
@@ -40,18 +40,11 @@ pub fn specular_occlusion_from_ao<L: Lanes>(l: L, n_dot_v: L::F, ao: L::F, rough
 /// "Practical Realtime Strategies for Accurate Indirect Occlusion", 2016), a fit: up to 1.0001 for an open and white
 /// surface.
 #[inline(always)]
-pub fn gtao_multi_bounce<L: Lanes>(l: L, visibility: L::F, albedo: V3<L>) -> V3<L> {
-    vec3::map(
-        l,
-        albedo,
-        #[inline(always)]
-        |c| {
-            let a = c * 2.0404 - 0.3324;
-            let b = c * -4.7951 + 0.6417;
-            let c = c * 2.7552 + 0.6903;
-            visibility.max(((visibility * a + b) * visibility + c) * visibility)
-        },
-    )
+pub fn gtao_multi_bounce<L: Lanes>(_: L, visibility: L::F, albedo: V3<L>) -> V3<L> {
+    let a = albedo * 2.0404 - 0.3324;
+    let b = albedo * -4.7951 + 0.6417;
+    let c = albedo * 2.7552 + 0.6903;
+    Vec3::uniform(visibility).max(((a * visibility + b) * visibility + c) * visibility)
 }
 
 /// Solid angle that two spherical caps share, `SphericalCapIntersectionSolidArea` (Jimenez et al. 2016, after
@@ -73,6 +66,17 @@ fn specular_cone<L: Lanes>(l: L, roughness: L::F) -> L::F {
     exp2(l, roughness.at_least(0.01).squared() * -LOG2_10)
 }
 
+/// What a place sees of the hemisphere above it.
+#[derive(Clone, Copy)]
+pub struct BentOcclusion<L: Lanes> {
+    /// Unit normal of the surface.
+    pub normal: V3<L>,
+    /// Mean of the directions that are open, a unit vector.
+    pub bent_normal: V3<L>,
+    /// Ambient occlusion, 0 (hidden) to 1.
+    pub ao: L::F,
+}
+
 /// The share of a specular cone about the mirror direction that lies in a visibility cone.
 #[inline(always)]
 fn cone_cone<L: Lanes>(
@@ -80,10 +84,9 @@ fn cone_cone<L: Lanes>(
     view: V3<L>,
     normal: V3<L>,
     axis: V3<L>,
-    cos_visibility: L::F,
-    cos_specular: L::F,
+    [cos_visibility, cos_specular]: [L::F; 2],
 ) -> L::F {
-    let cos_between = vec3::dot(l, axis, vec3::reflect(l, vec3::neg(l, view), normal));
+    let cos_between = axis.dot((-view).reflect(normal));
     let area = spherical_cap_intersection(l, cos_visibility, cos_specular, cos_between);
     area / (cos_specular.one_minus() * TAU)
 }
@@ -94,13 +97,11 @@ fn cone_cone<L: Lanes>(
 pub fn specular_occlusion_cone_cone<L: Lanes>(
     l: L,
     view: V3<L>,
-    bent_normal: V3<L>,
-    normal: V3<L>,
-    ao: L::F,
+    open: &BentOcclusion<L>,
     roughness: L::F,
 ) -> L::F {
-    let cos_visibility = visibility_cone(l, VisibilityCone::Cosine, ao, bent_normal, normal);
-    cone_cone(l, view, normal, bent_normal, cos_visibility, specular_cone(l, roughness))
+    let cosines = [visibility_cone(l, VisibilityCone::Cosine, open), specular_cone(l, roughness)];
+    cone_cone(l, view, open.normal, open.bent_normal, cosines)
 }
 
 /// Specular occlusion from a bent normal by spherical Gaussians, `GetSpecularOcclusionFromBentAO`
@@ -112,21 +113,20 @@ pub fn specular_occlusion_cone_cone<L: Lanes>(
 pub fn specular_occlusion_gaussian<L: Lanes>(
     l: L,
     view: V3<L>,
-    bent_normal: V3<L>,
-    normal: V3<L>,
-    ao: L::F,
+    open: &BentOcclusion<L>,
     roughness: L::F,
 ) -> L::F {
     let one = l.splat(1.0);
+    let BentOcclusion { normal, bent_normal, ao } = *open;
     let visibility_sharpness = -(one / (ao.one_minus().at_least(0.0).sqrt() - 1.0));
     let hemisphere_sharpness = 0.8;
-    let n_dot_v = vec3::dot(l, normal, view);
+    let n_dot_v = normal.dot(view);
     let inverse_lobe_sharpness = (roughness.squared() * n_dot_v).at_least(0.001);
-    let mirror = vec3::sub(l, vec3::scale(l, normal, n_dot_v * 2.0), view);
-    let lobe = vec3::scale(l, mirror, l.splat(0.5) / inverse_lobe_sharpness);
-    let visible = vec3::add(l, lobe, vec3::scale(l, bent_normal, visibility_sharpness));
-    let open = vec3::add(l, lobe, vec3::scale(l, normal, l.splat(hemisphere_sharpness)));
-    let (m1, m2) = (vec3::length(l, visible), vec3::length(l, open));
+    let mirror = normal * (n_dot_v * 2.0) - view;
+    let lobe = mirror * (l.splat(0.5) / inverse_lobe_sharpness);
+    let visible = lobe + bent_normal * visibility_sharpness;
+    let unoccluded = lobe + normal * hemisphere_sharpness;
+    let (m1, m2) = (visible.length(), unoccluded.length());
     let ratio = exp(l, m1 - m2 + hemisphere_sharpness - visibility_sharpness);
     let numerator = exp(l, m1 * -2.0).one_minus() * m2;
     let denominator = exp(l, m2 * -2.0).one_minus() * m1;
@@ -147,18 +147,13 @@ pub enum VisibilityCone {
 
 /// Cosine of the half angle of the cone of visible directions.
 #[inline(always)]
-fn visibility_cone<L: Lanes>(
-    l: L,
-    cone: VisibilityCone,
-    ao: L::F,
-    bent_normal: V3<L>,
-    normal: V3<L>,
-) -> L::F {
+fn visibility_cone<L: Lanes>(_: L, cone: VisibilityCone, open: &BentOcclusion<L>) -> L::F {
+    let BentOcclusion { normal, bent_normal, ao } = *open;
     match cone {
         VisibilityCone::Uniform => ao.one_minus(),
         VisibilityCone::Cosine => ao.one_minus().at_least(0.0).sqrt(),
         VisibilityCone::CosineWithBentCorrection => {
-            (ao / vec3::dot(l, bent_normal, normal)).saturate().one_minus().sqrt()
+            (ao / bent_normal.dot(normal)).saturate().one_minus().sqrt()
         }
     }
 }
@@ -185,42 +180,39 @@ pub struct BentNormalTilt<L: Lanes> {
 pub fn specular_occlusion_cone_cone_tilted<L: Lanes>(
     l: L,
     view: V3<L>,
-    bent_normal: V3<L>,
-    normal: V3<L>,
-    ao: L::F,
+    open: &BentOcclusion<L>,
     perceptual_roughness: L::F,
     cone: VisibilityCone,
     tilt: Option<BentNormalTilt<L>>,
 ) -> L::F {
-    let cos_visibility = visibility_cone(l, cone, ao, bent_normal, normal);
-    let cos_specular = specular_cone(l, perceptual_roughness.squared());
+    let cosines = [visibility_cone(l, cone, open), specular_cone(l, perceptual_roughness.squared())];
     let axis = match tilt {
         Some(tilt) => {
             let plain = match cone {
                 VisibilityCone::Uniform => VisibilityCone::Uniform,
                 _ => VisibilityCone::Cosine,
             };
-            let visible = visibility_cone(l, plain, ao, bent_normal, normal).one_minus();
+            let visible = visibility_cone(l, plain, open).one_minus();
             let threshold = tilt.threshold.at_least(1e-4);
             let t = (threshold - visible).at_least(0.0) / threshold;
             let t = (t * tilt.strength).at_most(1.0);
-            vec3::normalize(l, vec3::lerp(l, bent_normal, tilt.geometric_normal, t))
+            open.bent_normal.lerp(tilt.geometric_normal, t).normalize()
         }
-        None => bent_normal,
+        None => open.bent_normal,
     };
-    cone_cone(l, view, normal, axis, cos_visibility, cos_specular)
+    cone_cone(l, view, open.normal, axis, cosines)
 }
 
 /// Horizon occlusion, `GetHorizonOcclusion` (core/CommonLighting; Russell 2015): fades reflections that point below
 /// the vertex normal's horizon. `fade` is how fast, 1 to 2 usually.
 #[inline(always)]
 pub fn horizon_occlusion<L: Lanes>(
-    l: L,
+    _: L,
     view: V3<L>,
     normal: V3<L>,
     vertex_normal: V3<L>,
     fade: L::F,
 ) -> L::F {
-    let r = vec3::reflect(l, vec3::neg(l, view), normal);
-    (fade * vec3::dot(l, r, vertex_normal) + 1.0).saturate().squared()
+    let r = (-view).reflect(normal);
+    (fade * r.dot(vertex_normal) + 1.0).saturate().squared()
 }

@@ -1,7 +1,7 @@
 //! Directions in which environments are looked up.
 
 use crate::math::lanes::{Float, Lanes};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
 
 /// Where the lobe about the mirror direction of a rough surface is brightest: between the mirror direction `r` and
 /// the normal `n`, not normalised. Lagarde and de Rousiers, "Moving Frostbite to PBR" (SIGGRAPH 2014); Unity
@@ -10,7 +10,7 @@ use crate::math::vec3::{self, V3};
 /// Perceptual roughness 0 to 1; `n_dot_v` clamped by the caller.
 #[inline(always)]
 pub fn specular_dominant_direction<L: Lanes>(
-    l: L,
+    _: L,
     n: V3<L>,
     r: V3<L>,
     perceptual_roughness: L::F,
@@ -20,15 +20,15 @@ pub fn specular_dominant_direction<L: Lanes>(
     // Roughness 1 may have been reached by rounding up.
     let q = p2.one_minus().at_least(0.0);
     let factor = (q.sqrt() + p2) * (q * q + q * n_dot_v.squared()).saturate();
-    vec3::lerp(l, n, r, factor)
+    n.lerp(r, factor)
 }
 
 /// The correction that HDRP applies to [`specular_dominant_direction`] for rough surfaces: back towards the mirror
 /// direction `r` by smoothstep(alpha^2). Unity hd/Lit and hd/StackLit, `EvaluateBSDF_Env`.
 #[inline(always)]
-pub fn environment_direction<L: Lanes>(l: L, dominant: V3<L>, r: V3<L>, perceptual_roughness: L::F) -> V3<L> {
+pub fn environment_direction<L: Lanes>(_: L, dominant: V3<L>, r: V3<L>, perceptual_roughness: L::F) -> V3<L> {
     let t = perceptual_roughness.squared().squared().saturate();
-    vec3::lerp(l, dominant, r, t * t * (t * -2.0 + 3.0))
+    dominant.lerp(r, t * t * (t * -2.0 + 3.0))
 }
 
 /// The normal and the perceptual roughness with which an anisotropic surface looks up an isotropic environment:
@@ -47,12 +47,12 @@ pub fn anisotropic_normal_and_roughness<L: Lanes>(
     anisotropy: L::F,
     perceptual_roughness: L::F,
 ) -> (V3<L>, L::F) {
-    let grain = vec3::select(l, anisotropy.ge(l.zero()), bitangent, tangent);
+    let grain = Vec3::select(anisotropy.ge(l.zero()), bitangent, tangent);
     let stretch = anisotropy.abs() * (perceptual_roughness.sqrt() * 1.5).saturate();
-    let across = vec3::sub(l, view, vec3::scale(l, grain, vec3::dot(l, view, grain)));
-    let along_grain = vec3::dot(l, across, across).lt(l.splat(f32::MIN_POSITIVE));
-    let grain_normal = vec3::select(l, along_grain, n, vec3::normalize(l, across));
-    let bent = vec3::normalize(l, vec3::lerp(l, n, grain_normal, stretch));
+    let across = view - grain * view.dot(grain);
+    let along_grain = across.dot(across).lt(l.splat(f32::MIN_POSITIVE));
+    let grain_normal = Vec3::select(along_grain, n, across.normalize());
+    let bent = n.lerp(grain_normal, stretch).normalize();
     let roughness = perceptual_roughness * (l.splat(1.2) - anisotropy.abs()).saturate();
     (bent, roughness)
 }
@@ -64,13 +64,9 @@ pub fn anisotropic_normal_and_roughness<L: Lanes>(
 /// No total reflection can occur; ratios above 1, where the original takes the root of a negative number, are
 /// refracted along the surface.
 #[inline(always)]
-pub fn coat_refract<L: Lanes>(l: L, x: V3<L>, n: V3<L>, ieta: L::F) -> V3<L> {
-    let cosine = vec3::dot(l, n, x).saturate();
+pub fn coat_refract<L: Lanes>(_: L, x: V3<L>, n: V3<L>, ieta: L::F) -> V3<L> {
+    let cosine = n.dot(x).saturate();
     let inside2 = ieta.squared() * (cosine.squared() - 1.0) + 1.0;
     let along_normal = inside2.at_least(0.0).sqrt() - ieta * cosine;
-    vec3::from_fn(
-        l,
-        #[inline(always)]
-        |k| ieta * x[k] + along_normal * n[k],
-    )
+    x * ieta + n * along_normal
 }

@@ -12,8 +12,9 @@
 use super::microfacet::schlick_weight;
 use crate::each;
 use crate::math::lanes::{Float, Lanes, Mask};
-use crate::math::vec3::V3;
+use crate::math::vec3::{V3, Vec3};
 use crate::math::{cos, exp_transmittance, exp2};
+use crate::vec3;
 
 /// What stands for (1 - u)^5 in Schlick's approximation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -86,9 +87,9 @@ fn sensitivity_peaks<L: Lanes>(l: L, path_difference: L::F) -> [L::F; 4] {
 /// Linear Rec. 709 of the peaks, where `flipped` holds -1 for a phase shift of pi and 1 for none. The originals
 /// shift X, Y and Z by the phases of the red, green and blue base.
 #[inline(always)]
-fn sensitivity<L: Lanes>(_: L, peaks: &[L::F; 4], flipped: V3<L>) -> V3<L> {
-    let xyz = [(peaks[0] + peaks[3]) * flipped[0], peaks[1] * flipped[1], peaks[2] * flipped[2]];
-    each!(row in XYZ_TO_REC709 => xyz[0] * row[0] + xyz[1] * row[1] + xyz[2] * row[2])
+fn sensitivity<L: Lanes>(l: L, peaks: &[L::F; 4], flipped: V3<L>) -> V3<L> {
+    let xyz = Vec3::new(peaks[0] + peaks[3], peaks[1], peaks[2]) * flipped;
+    vec3!(row in Vec3::from_array(XYZ_TO_REC709) => xyz.dot(Vec3::splat(l, row)))
 }
 
 /// `evalIridescence`: the Fresnel reflectance of the film on each of two bases (a dielectric and a metal share
@@ -139,27 +140,23 @@ fn eval_iridescence_inline<L: Lanes>(
     let path_difference = ior * 2.0 * film.thickness * cosine_inside;
     let first = sensitivity_peaks(l, path_difference);
     // Twice any of the shifts is a whole turn.
-    let second = sensitivity(l, &sensitivity_peaks(l, path_difference * 2.0), [one; 3]);
+    let second = sensitivity(l, &sensitivity_peaks(l, path_difference * 2.0), Vec3::uniform(one));
     let inside = weight.at(l, cosine_inside);
 
     each!(f0 in *base_f0 => {
         // Film to base.
-        let base_ior: V3<L> = each!(c in f0 => {
-            let root = c.clamp_to(0.0, LARGEST_F0).sqrt();
-            (root + 1.0) / root.one_minus()
-        });
-        let flipped: V3<L> = each!(n in base_ior => n.lt(ior).select(-outer_flip, outer_flip));
+        let root = f0.clamp_to(0.0, LARGEST_F0).sqrt();
+        let base_ior = (root + 1.0) / root.one_minus();
+        let flipped = vec3!(n in base_ior => n.lt(ior).select(-outer_flip, outer_flip));
         let first = sensitivity(l, &first, flipped);
-        each!(c => {
-            let r1 = ((base_ior[c] - ior) / (base_ior[c] + ior)).squared();
-            let r23 = r1 + r1.one_minus() * inside;
-            let r123 = (r12 * r23).clamp_to(1e-5, LARGEST_F0);
-            let amplitude = r123.sqrt();
-            let rs = t121 * t121 * r23 / r123.one_minus();
-            let c1 = (rs - t121) * amplitude;
-            let c2 = c1 * amplitude;
-            let i = r12 + rs + c1 * (first[c] * 2.0) + c2 * (second[c] * 2.0);
-            total_reflection.select(one, i.at_least(0.0))
-        })
+        let r1 = ((base_ior - ior) / (base_ior + ior)).squared();
+        let r23 = r1 + r1.one_minus() * inside;
+        let r123 = (r23 * r12).clamp_to(1e-5, LARGEST_F0);
+        let amplitude = r123.sqrt();
+        let rs = r23 * (t121 * t121) / r123.one_minus();
+        let c1 = (rs - t121) * amplitude;
+        let c2 = c1 * amplitude;
+        let i = rs + r12 + c1 * (first * 2.0) + c2 * (second * 2.0);
+        Vec3::select(total_reflection, Vec3::uniform(one), i.at_least(0.0))
     })
 }

@@ -7,7 +7,7 @@ use super::sheen::neubelt_denominator;
 use super::table::{Table, TexelGrid};
 use crate::math;
 use crate::math::lanes::{Float, LANES, Lanes, SimdLevel};
-use crate::math::vec3;
+use crate::math::vec3::Vec3;
 use std::f32::consts::{FRAC_1_PI, PI};
 use std::sync::OnceLock;
 
@@ -170,19 +170,19 @@ impl LightSamples {
 #[inline(always)]
 fn moments<L: Lanes>(l: L, light: &LightSamples, n_dot_v: f32, roughness: f32) -> [f32; 3] {
     let n_dot_v = if n_dot_v > LEAST_N_DOT_V { n_dot_v } else { LEAST_N_DOT_V };
-    let view = [l.splat((1.0 - n_dot_v * n_dot_v).sqrt()), l.zero(), l.splat(n_dot_v)];
+    let view = Vec3::splat(l, [(1.0 - n_dot_v * n_dot_v).sqrt(), 0.0, n_dot_v]);
     let roughness = l.splat(roughness);
     let mut sums = [l.zero(); 3];
     for half in 0..2 {
         let (cosine, weight) = (l.load(&light.cosine[half]), l.load(&light.weight[half]));
         let sine = (cosine * cosine).one_minus().sqrt();
         for &[c, s] in &light.azimuth {
-            let direction = [sine * c, sine * s, cosine];
-            let n_dot_h = vec3::normalize(l, vec3::add(l, direction, view))[2];
+            let direction = Vec3::new(sine * c, sine * s, cosine);
+            let n_dot_h = (direction + view).normalize().z;
             let d = distribution_velvet_real_time(l, n_dot_h, roughness);
-            let reflected = velvet_lobe(l, d, cosine, view[2], 0.0) * cosine * weight;
+            let reflected = velvet_lobe(l, d, cosine, view.z, 0.0) * cosine * weight;
             sums[0] = sums[0] + reflected;
-            sums[1] = sums[1] + reflected * direction[0];
+            sums[1] = sums[1] + reflected * direction.x;
             sums[2] = sums[2] + reflected * cosine;
         }
     }
@@ -253,9 +253,10 @@ mod tests {
                         let phi = (sector as f32 + 0.5) * PI / sectors as f32;
                         let nl = l.load(&t.map(|t| t * t));
                         let sine = (nl * nl).one_minus().sqrt();
-                        let light = [sine * math::scalar::cos(phi), sine * math::scalar::sin(phi), nl];
-                        let half = vec3::normalize(l, vec3::add(l, light, vec3::splat(l, view)));
-                        let d = distribution_velvet(l, half[2], l.splat(s));
+                        let light =
+                            Vec3::new(sine * math::scalar::cos(phi), sine * math::scalar::sin(phi), nl);
+                        let half = (light + Vec3::splat(l, view)).normalize();
+                        let d = distribution_velvet(l, half.z, l.splat(s));
                         let f = velvet_lobe(l, d, nl, l.splat(cosine), 0.0) * nl;
                         let weight = f64::from(4.0 * PI) / (rings * sectors) as f64;
                         let terms = f.to_array().into_iter().zip(t);

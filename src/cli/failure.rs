@@ -2,7 +2,7 @@
 
 use crate::description::DescriptionError;
 pub(super) use crate::description::{file_name, one_line};
-use crate::limits::{LimitExceeded, MEMORY};
+use crate::limits::{LimitExceeded, Limits, MEMORY};
 use crate::load::{AssignError, LoadError, MaterialError, ResolveError};
 use crate::render::RenderError;
 use crate::scene::SceneError;
@@ -23,7 +23,7 @@ enum Kind {
     Failed = 1,
     /// The command line asks for something that makes no sense.
     Usage = 2,
-    /// It would cost more than [`crate::limits::Limits`] allow.
+    /// It would cost more than [`Limits`] allow.
     Limit = 3,
     /// Pictures are not what they are expected to be.
     Differ = 4,
@@ -47,8 +47,7 @@ impl Failure {
             return Self { kind: Kind::Limit, message: one_line(&message) };
         }
         let failure = Self { kind: Kind::Limit, message: one_line(&error.to_string()) };
-        // The rasterizer's fixed-point positions reach no further.
-        if error.field == "output_side" && error.limit >= 16384 {
+        if error.field == "output_side" && error.limit >= Limits::LARGEST_OUTPUT_SIDE.into() {
             return Self { message: format!("{}; it cannot be raised", failure.message), ..failure };
         }
         failure.raised_by(error.field)
@@ -204,7 +203,7 @@ mod tests {
             let description = Description::from_toml(text)?;
             description.animation_choice()?;
             description.camera(&crate::Scene::new(), &crate::RenderOptions::default())?;
-            description.options(Default::default(), &crate::Limits::default()).map(drop)
+            description.options(Default::default(), &Limits::default()).map(drop)
         };
         for (text, code, message) in [
             ("a b", 1, "line 1: "),

@@ -74,11 +74,11 @@ pub fn set_limit(limits: &mut Limits, name: &str, value: u64) -> Result<(), Stri
         "textures" => limits.textures = value,
         "texture_pixels" => limits.texture_pixels = value,
         "output_side" => {
-            // The rasterizer's fixed-point positions reach no further.
+            const LARGEST: u32 = Limits::LARGEST_OUTPUT_SIDE;
             limits.output_side = u32::try_from(value)
                 .ok()
-                .filter(|&v| v <= 16384)
-                .ok_or_else(|| "output_side cannot be raised above 16384".to_owned())?;
+                .filter(|&v| v <= LARGEST)
+                .ok_or_else(|| format!("output_side cannot be raised above {LARGEST}"))?;
         }
         "output_pixels" => limits.output_pixels = value,
         "fragments" => limits.fragments = value,

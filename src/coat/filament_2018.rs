@@ -20,9 +20,9 @@
 use crate::brdf::microfacet::{schlick, schlick_color, visibility_kelemen, visibility_smith};
 use crate::coat::EnvironmentQuery;
 use crate::coat::filament::Half;
-use crate::coat::glsl::mix_number;
 use crate::math::lanes::{Float, Lanes, Mask};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
+use crate::vec3;
 use std::f32::consts::FRAC_1_PI;
 
 /// Least perceptual roughness of base and coat.
@@ -133,21 +133,12 @@ pub struct Surface<L: Lanes> {
 #[inline(always)]
 pub fn surface<L: Lanes>(l: L, data: &SurfaceData<L>, normal: V3<L>, view: V3<L>) -> Surface<L> {
     let one_minus_metallic = data.metallic.one_minus();
-    let f0: V3<L> = vec3::from_fn(
-        l,
-        #[inline(always)]
-        |k| data.dielectric_f0[k] * one_minus_metallic + data.base_color[k] * data.metallic,
-    );
+    let f0 = data.dielectric_f0 * one_minus_metallic + data.base_color * data.metallic;
     let mut f0_used = f0;
     let coat = match &data.coat {
         Some(coat) => {
             if coat.modify_f0 {
-                f0_used = vec3::map(
-                    l,
-                    f0,
-                    #[inline(always)]
-                    |f0| f0_under_coat_combined(l, f0),
-                );
+                f0_used = vec3!(f0 in f0 => f0_under_coat_combined(l, f0));
             }
             let p = coat.perceptual_roughness.clamp_to(LEAST_PERCEPTUAL_ROUGHNESS, 1.0);
             Some(CoatSurface {
@@ -163,12 +154,12 @@ pub fn surface<L: Lanes>(l: L, data: &SurfaceData<L>, normal: V3<L>, view: V3<L>
     Surface {
         normal,
         view,
-        diffuse_color: vec3::scale(l, data.base_color, one_minus_metallic),
+        diffuse_color: data.base_color * one_minus_metallic,
         f0,
         f0_used,
         perceptual_roughness: p,
         roughness: p * p,
-        n_dot_v: vec3::dot(l, normal, view).abs() + 1e-5,
+        n_dot_v: normal.dot(view).abs() + 1e-5,
         coat,
     }
 }
@@ -214,8 +205,8 @@ pub struct Lobes<L: Lanes> {
 #[inline(always)]
 pub fn lobes<L: Lanes>(l: L, surface: &Surface<L>, light: V3<L>) -> Lobes<L> {
     let half = Half::new(l, surface.view, light);
-    let n_dot_l = vec3::dot(l, surface.normal, light).saturate();
-    let n_dot_h = vec3::dot(l, surface.normal, half.vector).saturate();
+    let n_dot_l = surface.normal.dot(light).saturate();
+    let n_dot_h = surface.normal.dot(half.vector).saturate();
     let alpha2 = surface.roughness * surface.roughness;
     let one = l.splat(1.0);
     let d = half.defined.select(d_ggx(l, n_dot_h, alpha2), l.zero());
@@ -238,8 +229,8 @@ pub fn lobes<L: Lanes>(l: L, surface: &Surface<L>, light: V3<L>) -> Lobes<L> {
         d,
         v,
         f,
-        specular: vec3::scale(l, f, d * v),
-        diffuse: vec3::scale(l, surface.diffuse_color, l.splat(FRAC_1_PI)),
+        specular: f * (d * v),
+        diffuse: surface.diffuse_color * FRAC_1_PI,
         coat,
     }
 }
@@ -254,36 +245,21 @@ pub fn brdf<L: Lanes>(l: L, surface: &Surface<L>, lobes: &Lobes<L>) -> V3<L> {
                 Attenuation::Code => below,
                 Attenuation::Later => l.splat(1.0),
             };
-            vec3::from_fn(
-                l,
-                #[inline(always)]
-                |k| (lobes.diffuse[k] + lobes.specular[k] * specular_below) * below + lobe.value,
-            )
+            (lobes.diffuse + lobes.specular * specular_below) * below + lobe.value
         }
-        _ => vec3::add(l, lobes.diffuse, lobes.specular),
+        _ => lobes.diffuse + lobes.specular,
     }
 }
 
 /// One light: the radiance that the fragments reflect.
 ///
-/// `direction` is the unit vector to the light, `color` its irradiance at normal incidence, `attenuation` the product
-/// of distance, cone, shadow and occlusion, 0 to 1.
+/// `direction` is the unit vector to the light, `color` its irradiance at normal incidence, with
+/// distance, cone, shadow and occlusion applied.
 #[inline(always)]
-pub fn direct<L: Lanes>(
-    l: L,
-    surface: &Surface<L>,
-    direction: V3<L>,
-    color: V3<L>,
-    attenuation: L::F,
-) -> V3<L> {
+pub fn direct<L: Lanes>(l: L, surface: &Surface<L>, direction: V3<L>, color: V3<L>) -> V3<L> {
     let lobes = lobes(l, surface, direction);
     let value = brdf(l, surface, &lobes);
-    let weight = attenuation * lobes.n_dot_l;
-    vec3::from_fn(
-        l,
-        #[inline(always)]
-        |k| color[k] * value[k] * weight,
-    )
+    color * value * lobes.n_dot_l
 }
 
 /// The environment: the radiance that the fragments reflect, after the document's listing for image-based lights. The
@@ -302,24 +278,22 @@ pub fn indirect<L: Lanes>(
     mut environment: impl FnMut(EnvironmentQuery<L>) -> V3<L>,
     occlusion: L::F,
 ) -> V3<L> {
-    let direction = vec3::reflect(l, vec3::neg(l, surface.view), surface.normal);
+    let direction = (-surface.view).reflect(surface.normal);
     let coat_roughness = match &surface.coat {
         Some(coat) => coat.perceptual_roughness,
         None => surface.perceptual_roughness,
     };
-    let mut radiance = [[l.zero(); 3]; 2];
+    let mut radiance = [Vec3::zero(l); 2];
     let layers = if surface.coat.is_some() { 2 } else { 1 };
     // A loop, so that the look-up is compiled once.
     for (k, radiance) in radiance.iter_mut().enumerate().take(layers) {
         let perceptual_roughness = if k == 0 { surface.perceptual_roughness } else { coat_roughness };
         *radiance = environment(EnvironmentQuery { direction, perceptual_roughness });
     }
-    let diffuse = vec3::mul(l, surface.diffuse_color, irradiance);
-    let specular: V3<L> = vec3::from_fn(
-        l,
-        #[inline(always)]
-        |k| mix_number(l, dfg[0], dfg[1], surface.f0_used[k]) * radiance[0][k],
-    );
+    let diffuse = surface.diffuse_color * irradiance;
+    let [base_radiance, coat_radiance] = radiance;
+    let f0 = surface.f0_used;
+    let specular = (f0.one_minus() * dfg.x + f0 * dfg.y) * base_radiance;
     let sum = match &surface.coat {
         Some(coat) => {
             // |N.V| + 1e-5 may exceed 1 by its addend.
@@ -329,13 +303,9 @@ pub fn indirect<L: Lanes>(
                 Attenuation::Code => below,
                 Attenuation::Later => l.splat(1.0),
             };
-            vec3::from_fn(
-                l,
-                #[inline(always)]
-                |k| (diffuse[k] + specular[k] * specular_below) * below + radiance[1][k] * f,
-            )
+            (diffuse + specular * specular_below) * below + coat_radiance * f
         }
-        None => vec3::add(l, diffuse, specular),
+        None => diffuse + specular,
     };
-    vec3::scale(l, sum, occlusion)
+    sum * occlusion
 }

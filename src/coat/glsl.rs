@@ -1,14 +1,13 @@
 //! Vectors as the models written in GLSL use them, with a direction where the originals leave it undefined.
 
-use crate::each;
 use crate::math::lanes::{Float, Lanes};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
 
 /// GLSL's `mix`: a (1 - t) + b t.
 #[inline(always)]
 pub(super) fn mix<L: Lanes>(_: L, a: V3<L>, b: V3<L>, t: L::F) -> V3<L> {
     let rest = t.one_minus();
-    each!(k => a[k] * rest + b[k] * t)
+    a * rest + b * t
 }
 
 /// The same of numbers: exactly a at 0 and b at 1.
@@ -21,14 +20,14 @@ pub(super) fn mix_number<L: Lanes>(_: L, a: L::F, b: L::F, t: L::F) -> L::F {
 /// `otherwise` where it has no direction (so that no lookup is ever asked for none).
 #[inline(always)]
 pub(super) fn normalize_or<L: Lanes>(l: L, v: V3<L>, otherwise: V3<L>) -> V3<L> {
-    let has_direction = vec3::dot(l, v, v).gt(l.splat(1e-30));
-    vec3::select(l, has_direction, vec3::divide_by_length(l, v), otherwise)
+    let has_direction = v.dot(v).gt(l.splat(1e-30));
+    Vec3::select(has_direction, v.divide_by_length(), otherwise)
 }
 
 /// The unit half vector, and its cosine with the view. Where light and view oppose each other it does not exist (and
 /// the original is undefined); the normal stands for it.
 #[inline(always)]
 pub(super) fn half_vector<L: Lanes>(l: L, light: V3<L>, view: V3<L>, normal: V3<L>) -> (V3<L>, L::F) {
-    let half = normalize_or(l, vec3::add(l, light, view), normal);
-    (half, vec3::dot(l, view, half).saturate())
+    let half = normalize_or(l, light + view, normal);
+    (half, view.dot(half).saturate())
 }

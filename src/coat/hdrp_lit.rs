@@ -56,9 +56,9 @@ use crate::brdf::reflection::{
 };
 use crate::brdf::roughness::{anisotropic_roughness, roughness_to_variance, variance_to_roughness};
 use crate::brdf::table::Table;
-use crate::each;
 use crate::math::lanes::{Float, Lanes, Mask};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
+use crate::vec3;
 
 /// F0 of dielectrics (`DEFAULT_SPECULAR_VALUE`).
 pub const DIELECTRIC_F0: f32 = 0.04;
@@ -169,10 +169,10 @@ pub struct BsdfData<L: Lanes> {
 pub fn convert_surface_data<L: Lanes>(l: L, data: &SurfaceData<L>) -> BsdfData<L> {
     let (diffuse_color, fresnel0) = match data.reflectance {
         Reflectance::Metallic { metallic, dielectric_f0 } => {
-            let fresnel0 = vec3::lerp(l, dielectric_f0, data.base_color, metallic);
+            let fresnel0 = dielectric_f0.lerp(data.base_color, metallic);
             let diffuse = match data.transmittance {
                 Some(_) => data.base_color,
-                None => vec3::scale(l, data.base_color, metallic.one_minus()),
+                None => data.base_color * metallic.one_minus(),
             };
             (diffuse, fresnel0)
         }
@@ -281,7 +281,7 @@ fn iridescent_f0<L: Lanes>(
     let film = eval_iridescence(l, top, cosine, iridescence.thickness, f0);
     let some = iridescence.mask.gt(l.zero());
     let mask = iridescence.mask;
-    each!(k => some.select(f0[k].lerp(film[k], mask), f0[k]))
+    Vec3::select(some, f0.lerp(film, mask), f0)
 }
 
 /// Prepares sixteen fragments: `ConvertSurfaceDataToBSDFData` and `GetPreLightData`.
@@ -297,19 +297,19 @@ pub fn surface<L: Lanes>(
     view: V3<L>,
 ) -> Surface<L> {
     let mut bsdf = convert_surface_data(l, data);
-    let n_dot_v = vec3::dot(l, normal, view);
+    let n_dot_v = normal.dot(view);
     let clamped_n_dot_v = n_dot_v.at_least(LEAST_N_DOT_V);
-    let from_eye = vec3::neg(l, view);
+    let from_eye = -view;
     if let Some(iridescence) = bsdf.iridescence {
         bsdf.fresnel0 = iridescent_f0(l, iridescence, bsdf.coat, n_dot_v, bsdf.fresnel0);
     }
     let coat = match bsdf.coat {
         Some(coat) => {
             let f0 = bsdf.fresnel0;
-            bsdf.fresnel0 = each!(f0 in f0 => f0.lerp(f0_under_coat(l, f0), coat.mask));
+            bsdf.fresnel0 = f0.lerp(vec3!(f0 in f0 => f0_under_coat(l, f0)), coat.mask);
             Some(CoatPreLightData {
                 part_lambda_v: part_lambda(l, clamped_n_dot_v, coat.roughness),
-                ibl_r: vec3::reflect(l, from_eye, normal),
+                ibl_r: from_eye.reflect(normal),
                 ibl_f: schlick(l, l.splat(COAT_F0), l.splat(1.0), clamped_n_dot_v) * coat.mask,
             })
         }
@@ -319,8 +319,8 @@ pub fn surface<L: Lanes>(
     let fgd = pre_integrated_fgd(l, fgd, clamped_n_dot_v, p, bsdf.fresnel0);
     let (part_lambda_v, ibl_normal, ibl_perceptual_roughness, frame) = match bsdf.anisotropy {
         Some(Anisotropy { amount, tangent }) => {
-            let bitangent = vec3::cross(l, normal, tangent);
-            let local = [vec3::dot(l, tangent, view), vec3::dot(l, bitangent, view), clamped_n_dot_v];
+            let bitangent = normal.cross(tangent);
+            let local = Vec3::new(tangent.dot(view), bitangent.dot(view), clamped_n_dot_v);
             let lambda = anisotropic_part_lambda(l, local, bsdf.roughness);
             let (bent, p) = anisotropic_normal_and_roughness(l, bitangent, tangent, normal, view, amount, p);
             (lambda, bent, p, Some([tangent, bitangent]))
@@ -332,7 +332,7 @@ pub fn surface<L: Lanes>(
         clamped_n_dot_v,
         energy_compensation: fgd.reflectivity.recip() - 1.0,
         part_lambda_v,
-        ibl_r: vec3::reflect(l, from_eye, ibl_normal),
+        ibl_r: from_eye.reflect(ibl_normal),
         ibl_perceptual_roughness,
         specular_fgd: fgd.specular,
         diffuse_fgd: fgd.diffuse,
@@ -362,7 +362,7 @@ pub fn evaluate_bsdf<L: Lanes>(
     min_roughness: L::F,
 ) -> CosineWeightedBsdf<L> {
     let Surface { bsdf, pre, normal, view, frame } = surface;
-    let n_dot_l = vec3::dot(l, *normal, light);
+    let n_dot_l = normal.dot(light);
     let angles = bsdf_angles(l, light, *view, n_dot_l, pre.n_dot_v);
     let (n_dot_v, abs_n_dot_l) = (pre.clamped_n_dot_v, n_dot_l.abs());
     let one = l.splat(1.0);
@@ -370,14 +370,14 @@ pub fn evaluate_bsdf<L: Lanes>(
     let mut fresnel = schlick_color(l, bsdf.fresnel0, one, angles.l_dot_h);
     if let Some(iridescence) = bsdf.iridescence {
         // The film has been evaluated for the view and is not evaluated again for every half vector.
-        fresnel = vec3::lerp(l, fresnel, bsdf.fresnel0, iridescence.mask);
+        fresnel = fresnel.lerp(bsdf.fresnel0, iridescence.mask);
     }
     let roughness = [bsdf.roughness[0].max(min_roughness), bsdf.roughness[1].max(min_roughness)];
     let distribution_visibility = match frame {
         Some([tangent, bitangent]) => {
-            let half = vec3::scale(l, vec3::add(l, light, *view), angles.inverse_length);
-            let half = [vec3::dot(l, *tangent, half), vec3::dot(l, *bitangent, half), angles.n_dot_h];
-            let light = [vec3::dot(l, *tangent, light), vec3::dot(l, *bitangent, light), abs_n_dot_l];
+            let half = (light + *view) * angles.inverse_length;
+            let half = Vec3::new(tangent.dot(half), bitangent.dot(half), angles.n_dot_h);
+            let light = Vec3::new(tangent.dot(light), bitangent.dot(light), abs_n_dot_l);
             anisotropic_distribution_visibility(l, half, light, n_dot_v, roughness, pre.part_lambda_v)
         }
         None => smith_distribution_visibility(
@@ -389,7 +389,7 @@ pub fn evaluate_bsdf<L: Lanes>(
             pre.part_lambda_v,
         ),
     };
-    let mut specular = vec3::scale(l, fresnel, distribution_visibility.at_most(GREATEST_LOBE));
+    let mut specular = fresnel * distribution_visibility.at_most(GREATEST_LOBE);
     let mut diffuse = disney(l, n_dot_v, abs_n_dot_l, angles.l_dot_v, bsdf.perceptual_roughness);
 
     if let (Some(coat), Some(coat_pre)) = (&bsdf.coat, &pre.coat) {
@@ -403,7 +403,7 @@ pub fn evaluate_bsdf<L: Lanes>(
             coat_pre.part_lambda_v,
         );
         let through = reflectance.one_minus().squared();
-        specular = each!(s in specular => s * through + reflectance * highlight);
+        specular = specular * through + reflectance * highlight;
         diffuse = diffuse * one.lerp(reflectance.one_minus(), coat.mask);
     }
 
@@ -411,7 +411,7 @@ pub fn evaluate_bsdf<L: Lanes>(
     let lit = n_dot_l.gt(l.zero());
     CosineWeightedBsdf {
         diffuse_reflected: diffuse * cosine,
-        specular_reflected: each!(s in specular => lit.select(s * cosine, l.zero())),
+        specular_reflected: Vec3::select(lit, specular * cosine, Vec3::zero(l)),
         diffuse_transmitted: diffuse * wrapped_cosine(l, -n_dot_l, TRANSMISSION_WRAP_LIGHT),
     }
 }
@@ -430,17 +430,14 @@ impl<L: Lanes> DirectLighting<L> {
     /// No light.
     #[inline(always)]
     pub fn none(l: L) -> Self {
-        Self { diffuse: [l.zero(); 3], specular: [l.zero(); 3] }
+        Self { diffuse: Vec3::zero(l), specular: Vec3::zero(l) }
     }
 
     /// The light of two lamps.
     #[inline(always)]
     #[must_use]
-    pub fn plus(self, l: L, other: Self) -> Self {
-        Self {
-            diffuse: vec3::add(l, self.diffuse, other.diffuse),
-            specular: vec3::add(l, self.specular, other.specular),
-        }
+    pub fn plus(self, other: Self) -> Self {
+        Self { diffuse: self.diffuse + other.diffuse, specular: self.specular + other.specular }
     }
 }
 
@@ -458,12 +455,12 @@ pub fn direct<L: Lanes>(
     min_roughness: L::F,
 ) -> DirectLighting<L> {
     let bsdf = evaluate_bsdf(l, surface, light, min_roughness);
-    let mut diffuse = vec3::scale(l, irradiance, bsdf.diffuse_reflected);
+    let mut diffuse = irradiance * bsdf.diffuse_reflected;
     if let Some(transmittance) = &surface.bsdf.transmittance {
         let through = bsdf.diffuse_transmitted;
-        diffuse = each!(k => diffuse[k] + irradiance[k] * (through * transmittance[k]));
+        diffuse += irradiance * (*transmittance * through);
     }
-    DirectLighting { diffuse, specular: vec3::mul(l, bsdf.specular_reflected, irradiance) }
+    DirectLighting { diffuse, specular: bsdf.specular_reflected * irradiance }
 }
 
 impl<L: Lanes> Surface<L> {
@@ -494,7 +491,7 @@ pub fn environment<L: Lanes>(
 ) -> V3<L> {
     let pre = &surface.pre;
     let coat_query = surface.coat_query(l);
-    let mut radiance = [[l.zero(); 3]; 2];
+    let mut radiance = [Vec3::zero(l); 2];
     // A loop, so that the look-up is compiled into this function once.
     for layer in 0..2 {
         radiance[layer] = match (layer, &coat_query) {
@@ -504,10 +501,10 @@ pub fn environment<L: Lanes>(
         };
     }
     let [base, reflected] = radiance;
-    let mut light = vec3::mul(l, base, pre.specular_fgd);
+    let mut light = base * pre.specular_fgd;
     if let Some(coat) = &pre.coat {
         let through = coat.ibl_f.one_minus().squared();
-        light = each!(k => light[k] * through + coat.ibl_f * reflected[k]);
+        light = light * through + reflected * coat.ibl_f;
     }
     light
 }
@@ -547,8 +544,8 @@ impl<L: Lanes> Occlusion<L> {
 /// Diffuse light of the environment before occlusion, `ModifyBakedDiffuseLighting`. `baked_gi` is the irradiance over
 /// pi. The coat does not dim it.
 #[inline(always)]
-pub fn baked_diffuse<L: Lanes>(l: L, surface: &Surface<L>, baked_gi: V3<L>) -> V3<L> {
-    vec3::mul(l, vec3::scale(l, baked_gi, surface.pre.diffuse_fgd), surface.bsdf.diffuse_color)
+pub fn baked_diffuse<L: Lanes>(_: L, surface: &Surface<L>, baked_gi: V3<L>) -> V3<L> {
+    baked_gi * surface.pre.diffuse_fgd * surface.bsdf.diffuse_color
 }
 
 /// What HDRP calls `LightLoopOutput`: reflected radiance in two parts.
@@ -587,15 +584,10 @@ pub fn compose<L: Lanes>(
 
     let baked = baked_diffuse(l, surface, baked_gi);
     let compensation = surface.pre.energy_compensation;
+    let scattered = diffuse_color * (direct.diffuse * direct_diffuse);
+    let mirrored = direct.specular * direct_specular + environment * indirect_specular;
     LightLoopOutput {
-        diffuse: each!(k => {
-            let lamps = diffuse_color[k] * (direct.diffuse[k] * direct_diffuse[k]);
-            lamps + baked[k] * indirect_diffuse[k] + emissive[k]
-        }),
-        specular: each!(k => {
-            let lamps = direct.specular[k] * direct_specular[k];
-            let mirrored = environment[k] * indirect_specular[k];
-            (lamps + mirrored) * (fresnel0[k] * compensation + 1.0)
-        }),
+        diffuse: scattered + baked * indirect_diffuse + emissive,
+        specular: mirrored * (fresnel0 * compensation + 1.0),
     }
 }

@@ -10,6 +10,7 @@ pub mod filament_2018;
 mod glsl;
 pub mod gltf;
 pub mod hdrp_lit;
+mod layers;
 pub mod openpbr;
 pub mod stacklit;
 pub mod three;
@@ -18,7 +19,7 @@ pub mod urp;
 pub mod velvet;
 
 use crate::math::lanes::Lanes;
-use crate::math::vec3::V3;
+use crate::math::vec3::{V3, Vec3};
 
 /// A look-up in the prefiltered environment, as every model asks for it.
 #[derive(Clone, Copy)]
@@ -29,4 +30,20 @@ pub struct EnvironmentQuery<L: Lanes> {
     /// What the environment is to be filtered for, 0 to 1; see
     /// [`crate::brdf::roughness::mip_of_perceptual_roughness`].
     pub perceptual_roughness: L::F,
+}
+
+/// What the environment answers to the first `count` of the queries, and darkness for the others. One loop, so that the
+/// look-up is compiled once.
+#[inline(always)]
+fn look_up<L: Lanes, const N: usize>(
+    l: L,
+    queries: &[EnvironmentQuery<L>; N],
+    count: usize,
+    mut environment: impl FnMut(EnvironmentQuery<L>) -> V3<L>,
+) -> [V3<L>; N] {
+    let mut radiance = [Vec3::zero(l); N];
+    for k in 0..count {
+        radiance[k] = environment(queries[k]);
+    }
+    radiance
 }

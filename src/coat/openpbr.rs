@@ -49,8 +49,9 @@ use crate::brdf::fresnel::fresnel_dielectric;
 use crate::brdf::microfacet::{distribution_ggx_anisotropic, schlick_color, visibility_smith_anisotropic};
 use crate::brdf::table::Table;
 use crate::math::lanes::{Float, Lanes, Mask};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
 use crate::math::{ln, pow};
+use crate::vec3;
 use std::f32::consts::FRAC_1_PI;
 
 /// Least alpha along either axis: a mirror keeps a highlight of about a hundredth of a degree. The specification has no
@@ -149,18 +150,14 @@ struct Frame<L: Lanes> {
 
 impl<L: Lanes> Frame<L> {
     #[inline(always)]
-    fn new(l: L, normal: V3<L>, tangent: V3<L>) -> Self {
-        Self { tangent, bitangent: vec3::cross(l, normal, tangent), normal }
+    fn new(_: L, normal: V3<L>, tangent: V3<L>) -> Self {
+        Self { tangent, bitangent: normal.cross(tangent), normal }
     }
 
     /// A vector in the frame; its cosine with the normal saturated.
     #[inline(always)]
-    fn local(&self, l: L, v: V3<L>) -> V3<L> {
-        [
-            vec3::dot(l, self.tangent, v),
-            vec3::dot(l, self.bitangent, v),
-            vec3::dot(l, self.normal, v).saturate(),
-        ]
+    fn local(&self, v: V3<L>) -> V3<L> {
+        Vec3::new(self.tangent.dot(v), self.bitangent.dot(v), self.normal.dot(v).saturate())
     }
 }
 
@@ -189,25 +186,25 @@ impl<L: Lanes> Interface<L> {
     #[inline(always)]
     fn new(l: L, frame: Frame<L>, roughness: L::F, anisotropy: L::F, view: V3<L>) -> Self {
         let alpha = alphas(l, roughness, anisotropy);
-        Self { frame, alpha, roughness, anisotropy, view: frame.local(l, view) }
+        Self { frame, alpha, roughness, anisotropy, view: frame.local(view) }
     }
 
     /// N.V, saturated.
     #[inline(always)]
     pub fn n_dot_v(&self) -> L::F {
-        self.view[2]
+        self.view.z
     }
 
     /// N.H for unit vectors to the light and to the eye, saturated.
     #[inline(always)]
-    pub fn n_dot_h(&self, l: L, light: V3<L>, view: V3<L>) -> L::F {
-        vec3::dot(l, self.frame.normal, vec3::normalize(l, vec3::add(l, light, view))).saturate()
+    pub fn n_dot_h(&self, light: V3<L>, view: V3<L>) -> L::F {
+        self.frame.normal.dot((light + view).normalize()).saturate()
     }
 
     /// Distribution (1/sr) and visibility for a light direction and half vector.
     #[inline(always)]
     fn distribution_and_visibility(&self, l: L, light: V3<L>, half: V3<L>) -> (L::F, L::F) {
-        let half = self.frame.local(l, half);
+        let half = self.frame.local(half);
         let d = distribution_ggx_anisotropic(l, half, self.alpha, LEAST_DISTRIBUTION);
         (d, visibility_smith_anisotropic(l, light, self.view, self.alpha, LEAST_SMITH))
     }
@@ -215,15 +212,12 @@ impl<L: Lanes> Interface<L> {
     /// Where the environment is looked up. The normal is bent across the grain, by |k| saturate(5 r), as Filament's
     /// `getReflectedVector` does.
     #[inline(always)]
-    fn query(&self, l: L, view: V3<L>) -> EnvironmentQuery<L> {
+    fn query(&self, view: V3<L>) -> EnvironmentQuery<L> {
         let (grain, normal) = (self.frame.bitangent, self.frame.normal);
-        let grain_normal = vec3::cross(l, vec3::cross(l, grain, view), grain);
+        let grain_normal = grain.cross(view).cross(grain);
         let bend = self.anisotropy * (self.roughness * 5.0).saturate();
-        let bent = vec3::normalize(l, vec3::lerp(l, normal, grain_normal, bend));
-        EnvironmentQuery {
-            direction: vec3::reflect(l, vec3::neg(l, view), bent),
-            perceptual_roughness: self.roughness,
-        }
+        let bent = normal.lerp(grain_normal, bend).normalize();
+        EnvironmentQuery { direction: (-view).reflect(bent), perceptual_roughness: self.roughness }
     }
 }
 
@@ -313,27 +307,19 @@ fn fresnel_f82<L: Lanes>(l: L, f0: V3<L>, tint: V3<L>, u: L::F) -> V3<L> {
     let x = u.one_minus();
     let dip = u * (x * x * x).squared();
     let full = f82_dip(l, f0, tint);
-    vec3::from_fn(
-        l,
-        #[inline(always)]
-        |k| schlick[k] - full[k] * dip,
-    )
+    schlick - full * dip
 }
 
 /// The factor of u (1 - u)^6 in [`fresnel_f82`].
 #[inline(always)]
-fn f82_dip<L: Lanes>(l: L, f0: V3<L>, tint: V3<L>) -> V3<L> {
-    vec3::from_fn(
-        l,
-        #[inline(always)]
-        |k| tint[k].one_minus() * (f0[k] + f0[k].one_minus() * F82_SCHLICK) * F82_SCALE,
-    )
+fn f82_dip<L: Lanes>(_: L, f0: V3<L>, tint: V3<L>) -> V3<L> {
+    tint.one_minus() * (f0 + f0.one_minus() * F82_SCHLICK) * F82_SCALE
 }
 
 /// The albedos of a lobe from the table: without weight, weighted with (1 - u)^5, and with u (1 - u)^6.
 #[inline(always)]
 fn lookup<L: Lanes>(l: L, table: &Table<3>, interface: &Interface<L>) -> [L::F; 3] {
-    let [grazing, all, dip] = table.fetch(l, interface.view[2].sqrt(), interface.roughness);
+    let [grazing, all, dip] = table.fetch(l, interface.view.z.sqrt(), interface.roughness);
     [all, grazing, dip]
 }
 
@@ -361,7 +347,7 @@ pub fn surface<L: Lanes>(
     albedos: AlbedoSource<'_, L>,
 ) -> Surface<L> {
     let frame = Frame::new(l, normal, tangent);
-    let base_color = vec3::scale(l, data.base_color, data.base_weight);
+    let base_color = data.base_color * data.base_weight;
     let mut eta = data.ior;
     let mut roughness = data.roughness;
     if let Some(coat) = &data.coat {
@@ -381,16 +367,13 @@ pub fn surface<L: Lanes>(
         AlbedoSource::Table(table) => {
             let [all, grazing, dip] = lookup(l, table, &base);
             let full = f82_dip(l, base_color, data.specular_color);
-            let metal = vec3::from_fn(
-                l,
-                #[inline(always)]
-                |k| (grazing.lerp(all, base_color[k]) - full[k] * dip).at_least(0.0) * data.specular_weight,
-            );
+            let schlick = base_color * (all - grazing) + grazing;
+            let metal = (schlick - full * dip).at_least(0.0) * data.specular_weight;
             (dielectric_albedo(l, all, grazing, f0_of_ior(l, eta_modified)), metal)
         }
         AlbedoSource::Given { specular, .. } => {
-            let metal = fresnel_f82(l, base_color, data.specular_color, base.view[2]);
-            (specular, vec3::scale(l, metal, data.specular_weight))
+            let metal = fresnel_f82(l, base_color, data.specular_color, base.view.z);
+            (specular, metal * data.specular_weight)
         }
     };
     let mut surface = Surface {
@@ -428,10 +411,10 @@ fn coat_surface<L: Lanes>(
         Some(normal) => {
             // The tangent at right angles to this normal; the same bits where it already is.
             let tangent = base.frame.tangent;
-            let along = vec3::dot(l, tangent, normal);
-            let turned = vec3::normalize(l, vec3::sub(l, tangent, vec3::scale(l, normal, along)));
+            let along = tangent.dot(normal);
+            let turned = (tangent - normal * along).normalize();
             let same = along.abs().lt(l.splat(1e-6));
-            Frame::new(l, normal, vec3::select(l, same, tangent, turned))
+            Frame::new(l, normal, Vec3::select(same, tangent, turned))
         }
         None => base.frame,
     };
@@ -448,35 +431,20 @@ fn coat_surface<L: Lanes>(
     // Fit of the specification, 1 to 3.
     let mean_reflectance = ln(l, (ior * 10893.0 - 1438.2) / (ior2 * -774.4 + ior * 10212.0 + 1.0));
     let inner_diffuse = (mean_reflectance.one_minus() / ior2).one_minus();
-    let inner_specular = fresnel_dielectric(l, ior, interface.view[2]);
+    let inner_specular = fresnel_dielectric(l, ior, interface.view.z);
     let x = (data.specular_weight * surface.f0).saturate();
     let base_roughness = mix(l, mix(l, l.splat(1.0), data.roughness, x), data.roughness, data.metalness);
     let inner = mix(l, inner_specular, inner_diffuse, base_roughness);
     let metal_weight = data.specular_weight.at_most(1.0);
-    let base_albedo = vec3::from_fn(
-        l,
-        #[inline(always)]
-        |k| {
-            let dielectric = mix(l, surface.base_color[k], data.specular_color[k], x);
-            mix(l, dielectric, surface.base_color[k] * metal_weight, data.metalness)
-        },
-    );
+    let dielectric = surface.base_color.lerp(data.specular_color, x);
+    let base_albedo = dielectric.lerp(surface.base_color * metal_weight, data.metalness);
     // Below a coat that reflects everything a white base keeps its light: 0 / 0 without the limit.
     let held = inner.at_most(0.999_999);
-    let delta = vec3::from_fn(
-        l,
-        #[inline(always)]
-        |k| held.one_minus() / (base_albedo[k] * held).one_minus(),
-    );
+    let delta = Vec3::uniform(held.one_minus()) / (base_albedo * held).one_minus();
     let strength = coat.weight * coat.darkening;
-    let darkening = vec3::map(
-        l,
-        delta,
-        #[inline(always)]
-        |delta| mix(l, l.splat(1.0), delta, strength),
-    );
+    let darkening = Vec3::splat(l, [1.0; 3]).lerp(delta, strength);
     CoatSurface {
-        mu_view: mu(l, interface.view[2], ior),
+        mu_view: mu(l, interface.view.z, ior),
         interface,
         weight: coat.weight,
         ior,
@@ -504,26 +472,15 @@ impl<L: Lanes> CoatSurface<L> {
     #[inline(always)]
     pub fn absorption(&self, l: L, mu_light: L::F) -> V3<L> {
         let exponent = (mu_light.recip() + self.mu_view.recip()) * 0.5;
-        vec3::map(
-            l,
-            self.color,
-            #[inline(always)]
-            |color| pow(l, color.at_least(0.0), exponent),
-        )
+        vec3!(color in self.color => pow(l, color.at_least(0.0), exponent))
     }
 
     /// What is left of the base's light, for light that comes in at the inner cosine `mu_light`.
     #[inline(always)]
     fn transmittance(&self, l: L, mu_light: L::F) -> V3<L> {
         let absorption = self.absorption(l, mu_light);
-        vec3::from_fn(
-            l,
-            #[inline(always)]
-            |k| {
-                let through = absorption[k] * self.albedo.one_minus();
-                mix(l, l.splat(1.0), through, self.weight) * self.darkening[k]
-            },
-        )
+        let through = absorption * self.albedo.one_minus();
+        Vec3::splat(l, [1.0; 3]).lerp(through, self.weight) * self.darkening
     }
 }
 
@@ -574,38 +531,31 @@ pub struct CoatLobe<L: Lanes> {
 pub fn lobes<L: Lanes>(l: L, surface: &Surface<L>, light: V3<L>) -> Lobes<L> {
     // Light from straight behind has no half vector (and no cosine that counts); any will do but 0, with which the
     // distribution overflows.
-    let sum = vec3::add(l, light, surface.view);
-    let opposite = vec3::dot(l, sum, sum).lt(l.splat(1e-12));
-    let half = vec3::select(l, opposite, surface.base.frame.normal, vec3::normalize(l, sum));
-    let v_dot_h = vec3::dot(l, surface.view, half).saturate();
-    let local = surface.base.frame.local(l, light);
+    let sum = light + surface.view;
+    let opposite = sum.dot(sum).lt(l.splat(1e-12));
+    let half = Vec3::select(opposite, surface.base.frame.normal, sum.normalize());
+    let v_dot_h = surface.view.dot(half).saturate();
+    let local = surface.base.frame.local(light);
     let (d, v) = surface.base.distribution_and_visibility(l, local, half);
     let dielectric_fresnel = fresnel_dielectric(l, surface.eta_modified, v_dot_h);
-    let metal_fresnel = vec3::scale(
-        l,
-        fresnel_f82(l, surface.base_color, surface.specular_color, v_dot_h),
-        surface.specular_weight,
-    );
+    let metal_fresnel =
+        fresnel_f82(l, surface.base_color, surface.specular_color, v_dot_h) * surface.specular_weight;
     let dv = d * v;
-    let specular = vec3::scale(l, surface.specular_color, dv * dielectric_fresnel);
-    let diffuse = vec3::scale(l, surface.base_color, l.splat(FRAC_1_PI));
-    let metal = vec3::scale(l, metal_fresnel, dv);
-    let left = surface.specular_albedo.one_minus();
-    let base = vec3::from_fn(
-        l,
-        #[inline(always)]
-        |k| mix(l, specular[k] + left * diffuse[k], metal[k], surface.metalness),
-    );
+    let specular = surface.specular_color * (dv * dielectric_fresnel);
+    let diffuse = surface.base_color * FRAC_1_PI;
+    let metal = metal_fresnel * dv;
+    let unreflected = surface.specular_albedo.one_minus();
+    let base = (specular + diffuse * unreflected).lerp(metal, surface.metalness);
     let zero = l.zero();
     let coat = match &surface.coat {
         Some(coat) => {
-            let local = coat.interface.frame.local(l, light);
+            let local = coat.interface.frame.local(light);
             let (d, v) = coat.interface.distribution_and_visibility(l, local, half);
             let fresnel = fresnel_dielectric(l, coat.ior, v_dot_h);
-            let mu_light = mu(l, local[2], coat.ior);
+            let mu_light = mu(l, local.z, coat.ior);
             let transmittance = coat.transmittance(l, mu_light);
             CoatLobe {
-                n_dot_l: local[2],
+                n_dot_l: local.z,
                 mu_light,
                 dv: [d, v],
                 fresnel,
@@ -619,11 +569,11 @@ pub fn lobes<L: Lanes>(l: L, surface: &Surface<L>, light: V3<L>) -> Lobes<L> {
             dv: [zero; 2],
             fresnel: zero,
             value: zero,
-            transmittance: [l.splat(1.0); 3],
+            transmittance: Vec3::splat(l, [1.0; 3]),
         },
     };
     Lobes {
-        n_dot_l: local[2],
+        n_dot_l: local.z,
         v_dot_h,
         base_dv: [d, v],
         dielectric_fresnel,
@@ -644,37 +594,23 @@ impl<L: Lanes> Lobes<L> {
             Some(coat) => coat.weight * self.coat.value,
             None => l.zero(),
         };
-        vec3::from_fn(
-            l,
-            #[inline(always)]
-            |k| self.base[k] * self.coat.transmittance[k] + reflection,
-        )
+        self.base * self.coat.transmittance + reflection
     }
 }
 
 /// One light: the radiance that the fragments reflect.
 ///
-/// `direction` is the unit vector to the light, `color` the irradiance at normal incidence, `attenuation` the product of
-/// distance, cone and shadow, 0 to 1.
+/// `direction` is the unit vector to the light, `color` what it delivers at normal incidence: irradiance with distance,
+/// cone and shadow applied.
 #[inline(always)]
-pub fn direct<L: Lanes>(
-    l: L,
-    surface: &Surface<L>,
-    direction: V3<L>,
-    color: V3<L>,
-    attenuation: L::F,
-) -> V3<L> {
+pub fn direct<L: Lanes>(l: L, surface: &Surface<L>, direction: V3<L>, color: V3<L>) -> V3<L> {
     let lobes = lobes(l, surface, direction);
-    let mut reflected = vec3::scale(l, lobes.base, lobes.n_dot_l);
+    let mut reflected = lobes.base * lobes.n_dot_l;
     if let Some(coat) = &surface.coat {
         let reflection = coat.weight * lobes.coat.value * lobes.coat.n_dot_l;
-        reflected = vec3::from_fn(
-            l,
-            #[inline(always)]
-            |k| reflected[k] * lobes.coat.transmittance[k] + reflection,
-        );
+        reflected = reflected * lobes.coat.transmittance + reflection;
     }
-    vec3::mul(l, reflected, vec3::scale(l, color, attenuation))
+    reflected * color
 }
 
 /// The environment: the radiance that the fragments reflect.
@@ -689,12 +625,12 @@ pub fn indirect<L: Lanes>(
     mut environment: impl FnMut(EnvironmentQuery<L>) -> V3<L>,
     occlusion: L::F,
 ) -> V3<L> {
-    let mut radiance = [[l.zero(); 3]; 2];
+    let mut radiance = [Vec3::zero(l); 2];
     // A loop, so that the look-up is compiled once.
     for (k, radiance) in radiance.iter_mut().enumerate() {
         let query = match (k, &surface.coat) {
-            (0, _) => Some(surface.base.query(l, surface.view)),
-            (_, Some(coat)) => Some(coat.interface.query(l, surface.view)),
+            (0, _) => Some(surface.base.query(surface.view)),
+            (_, Some(coat)) => Some(coat.interface.query(surface.view)),
             (_, None) => None,
         };
         if let Some(query) = query {
@@ -703,30 +639,16 @@ pub fn indirect<L: Lanes>(
     }
     let [below, above] = radiance;
     let dielectric = surface.metalness.one_minus();
-    let left = dielectric * surface.specular_albedo.one_minus();
-    let mut specular: V3<L> = vec3::from_fn(
-        l,
-        #[inline(always)]
-        |k| {
-            let tinted = surface.specular_color[k] * surface.specular_albedo;
-            mix(l, tinted, surface.metal_albedo[k], surface.metalness) * below[k]
-        },
-    );
-    let mut diffuse: V3<L> = vec3::from_fn(
-        l,
-        #[inline(always)]
-        |k| left * surface.base_color[k] * irradiance[k],
-    );
+    let unreflected = dielectric * surface.specular_albedo.one_minus();
+    let tinted = surface.specular_color * surface.specular_albedo;
+    let mut specular = tinted.lerp(surface.metal_albedo, surface.metalness) * below;
+    let mut diffuse = surface.base_color * unreflected * irradiance;
     if let Some(coat) = &surface.coat {
         let mirrored = coat.transmittance(l, coat.mu_view);
         let scattered = coat.transmittance(l, mu(l, l.splat(MEAN_COSINE), coat.ior));
         let reflection = coat.weight * coat.albedo;
-        specular = vec3::from_fn(
-            l,
-            #[inline(always)]
-            |k| specular[k] * mirrored[k] + reflection * above[k],
-        );
-        diffuse = vec3::mul(l, diffuse, scattered);
+        specular = specular * mirrored + above * reflection;
+        diffuse *= scattered;
     }
-    vec3::scale(l, vec3::add(l, specular, diffuse), occlusion)
+    (specular + diffuse) * occlusion
 }

@@ -27,16 +27,16 @@
 //! ([`integrate_specular_brdf`]) goes down to -0.0024 where rough surfaces are seen from the front, so that an F0 next
 //! to 0 reflects as much of the environment, negatively: the original's, whose frame buffer cuts it off.
 
-use super::EnvironmentQuery;
 use super::glsl::{half_vector, mix};
+pub use super::layers::Coat;
 use super::three::lobes::{bent_reflection, ggx, multiple_scattering, specular_occlusion};
+use super::{EnvironmentQuery, look_up};
 use crate::brdf::microfacet::schlick_weight;
 use crate::brdf::sheen::{LEAST_SINE_SQUARED, distribution_charlie, neubelt_denominator};
 use crate::brdf::thin_film::SchlickWeight;
-use crate::each;
 use crate::math::exp2;
 use crate::math::lanes::{Float, Lanes, Mask};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
 use std::f32::consts::{FRAC_1_PI, PI};
 
 /// F0 of the coat, and of a dielectric of reflectivity 0.5 (`DEFAULT_SPECULAR_COEFFICIENT`).
@@ -80,17 +80,6 @@ impl LightUnits {
             Self::Physical => 1.0,
         }
     }
-}
-
-/// The clear coat of a material.
-#[derive(Clone, Copy)]
-pub struct Coat<L: Lanes> {
-    /// 0 none to 1 full (`clearcoat`).
-    pub factor: L::F,
-    /// Perceptual, 0 to 1.
-    pub roughness: L::F,
-    /// Unit normal of the coat.
-    pub normal: V3<L>,
 }
 
 /// Sixteen fragments' material. A feature that is `None` costs nothing and is one for all lanes.
@@ -164,8 +153,8 @@ pub struct Terms<L: Lanes> {
 
 /// N.V, saturated.
 #[inline(always)]
-fn cosine<L: Lanes>(l: L, normal: V3<L>, direction: V3<L>) -> L::F {
-    vec3::dot(l, normal, direction).saturate()
+fn cosine<L: Lanes>(_: L, normal: V3<L>, direction: V3<L>) -> L::F {
+    normal.dot(direction).saturate()
 }
 
 /// Perceptual roughness in the range of the model.
@@ -187,9 +176,9 @@ pub fn surface<L: Lanes>(
 ) -> Surface<L> {
     let f0 = data.reflectivity * data.reflectivity * 0.16;
     let (f0, specular_f90) = match version {
-        ThreeVersion::R119 => ([f0; 3], l.splat(1.0)),
+        ThreeVersion::R119 => (Vec3::uniform(f0), l.splat(1.0)),
         ThreeVersion::R131 => {
-            let f0: V3<L> = each!(c in data.specular_tint => (c * f0).at_most(1.0) * data.specular_intensity);
+            let f0 = (data.specular_tint * f0).at_most(1.0) * data.specular_intensity;
             (f0, data.specular_intensity * data.metalness.one_minus() + data.metalness)
         }
     };
@@ -206,7 +195,7 @@ pub fn surface<L: Lanes>(
         normal,
         view,
         n_dot_v: cosine(l, normal, view),
-        diffuse_color: vec3::scale(l, data.color, data.metalness.one_minus()),
+        diffuse_color: data.color * data.metalness.one_minus(),
         specular_color: mix(l, f0, data.color, data.metalness),
         specular_f90,
         roughness: material_roughness(l, data.roughness, data.geometry_roughness),
@@ -227,8 +216,7 @@ pub fn clearcoat_dhr_approx<L: Lanes>(l: L, roughness: L::F, cosine: L::F) -> L:
 #[inline(always)]
 fn sheen_lobe<L: Lanes>(l: L, surface: &Surface<L>, direction: V3<L>, n_dot_h: L::F) -> L::F {
     let d = distribution_charlie(l, n_dot_h, surface.roughness, LEAST_SINE_SQUARED);
-    let (n_dot_l, n_dot_v) =
-        (vec3::dot(l, surface.normal, direction), vec3::dot(l, surface.normal, surface.view));
+    let (n_dot_l, n_dot_v) = (surface.normal.dot(direction), surface.normal.dot(surface.view));
     // 1 / 0 counts as 1.
     d * neubelt_denominator(l, n_dot_l, n_dot_v).recip().saturate()
 }
@@ -240,11 +228,12 @@ pub fn specular_brdfs<L: Lanes>(l: L, surface: &Surface<L>, direction: V3<L>) ->
     let weight = SchlickWeight::SphericalGaussian.at(l, v_dot_h);
     let n_dot_h = cosine(l, surface.normal, half);
     let base = match &surface.sheen {
-        Some(color) => vec3::scale(l, *color, sheen_lobe(l, surface, direction, n_dot_h)),
+        Some(color) => *color * sheen_lobe(l, surface, direction, n_dot_h),
         None => {
             let n_dot_l = cosine(l, surface.normal, direction);
             let lobe = ggx(l, n_dot_l, surface.n_dot_v, n_dot_h, surface.roughness);
-            each!(f0 in surface.specular_color => ((surface.specular_f90 - f0) * weight + f0) * lobe)
+            let (f0, f90) = (surface.specular_color, Vec3::uniform(surface.specular_f90));
+            ((f90 - f0) * weight + f0) * lobe
         }
     };
     let coat = match &surface.coat {
@@ -269,26 +258,26 @@ pub fn direct_terms<L: Lanes>(
     direction: V3<L>,
     color: V3<L>,
 ) -> Terms<L> {
-    let color = vec3::scale(l, color, l.splat(units.irradiance_per_color()));
+    let color = color * units.irradiance_per_color();
     let n_dot_l = cosine(l, surface.normal, direction);
     let (base, coat_brdf) = specular_brdfs(l, surface, direction);
-    let irradiance = vec3::scale(l, color, n_dot_l);
-    let mut specular = vec3::mul(l, irradiance, base);
-    let mut diffuse: V3<L> = each!(k => irradiance[k] * (surface.diffuse_color[k] * FRAC_1_PI));
+    let irradiance = color * n_dot_l;
+    let mut specular = irradiance * base;
+    let mut diffuse = irradiance * (surface.diffuse_color * FRAC_1_PI);
     if let Some(coat) = &surface.coat {
         let n_dot_l = cosine(l, coat.normal, direction);
         let beneath = (coat.factor * clearcoat_dhr_approx(l, coat.roughness, n_dot_l)).one_minus();
         let reflectance = n_dot_l * coat.factor * coat_brdf;
-        specular = each!(k => color[k] * reflectance + specular[k] * beneath);
-        diffuse = vec3::scale(l, diffuse, beneath);
+        specular = color * reflectance + specular * beneath;
+        diffuse *= beneath;
     }
     Terms { diffuse, specular }
 }
 
 /// One light: the radiance that the fragments reflect.
 ///
-/// `direction` is the unit vector to the light, `color` its colour in `units`, `attenuation` the product of distance,
-/// cone and shadow, 0 to 1.
+/// `direction` is the unit vector to the light, `color` its colour in `units`, with distance, cone and shadow
+/// applied.
 #[inline(always)]
 pub fn direct<L: Lanes>(
     l: L,
@@ -296,10 +285,9 @@ pub fn direct<L: Lanes>(
     surface: &Surface<L>,
     direction: V3<L>,
     color: V3<L>,
-    attenuation: L::F,
 ) -> V3<L> {
-    let terms = direct_terms(l, units, surface, direction, vec3::scale(l, color, attenuation));
-    vec3::add(l, terms.diffuse, terms.specular)
+    let terms = direct_terms(l, units, surface, direction, color);
+    terms.diffuse + terms.specular
 }
 
 /// `integrateSpecularBRDF`: scale and bias of F0 for prefiltered radiance, by Karis' fit for mobile ("Physically Based
@@ -320,11 +308,10 @@ pub fn multiscattering_environment<L: Lanes>(l: L, surface: &Surface<L>) -> (V3<
     // `F_Schlick_RoughnessDependent`.
     let weight = SchlickWeight::SphericalGaussian.at(l, surface.n_dot_v);
     let smooth = surface.roughness.one_minus();
-    let single: V3<L> = each!(f0 in surface.specular_color => {
-        let fresnel = (smooth.max(f0) - f0) * weight + f0;
-        fresnel * scale + bias
-    });
-    (single, multiple_scattering(l, single, surface.specular_color, scale + bias))
+    let f0 = surface.specular_color;
+    let fresnel = (Vec3::uniform(smooth).max(f0) - f0) * weight + f0;
+    let single = fresnel * scale + bias;
+    (single, multiple_scattering(l, single, f0, scale + bias))
 }
 
 /// What the surroundings send.
@@ -370,19 +357,17 @@ pub fn coat_environment_brdf<L: Lanes>(l: L, coat: &CoatSurface<L>) -> L::F {
 #[inline(always)]
 pub fn indirect_terms<L: Lanes>(l: L, surface: &Surface<L>, light: &Indirect<L>) -> Terms<L> {
     let (single, multi) = multiscattering_environment(l, surface);
-    let cosine_weighted: V3<L> = each!(k => light.irradiance[k] * FRAC_1_PI);
-    let diffuse = each!(k => {
-        let rest = (single[k] + multi[k]).one_minus();
-        light.ambient[k] * (surface.diffuse_color[k] * FRAC_1_PI)
-            + surface.diffuse_color[k] * rest * cosine_weighted[k]
-    });
-    let mut specular = vec3::mul(l, light.radiance, single);
+    let cosine_weighted = light.irradiance * FRAC_1_PI;
+    let rest = (single + multi).one_minus();
+    let diffuse =
+        light.ambient * (surface.diffuse_color * FRAC_1_PI) + surface.diffuse_color * rest * cosine_weighted;
+    let mut specular = light.radiance * single;
     if let Some(coat) = &surface.coat {
         let beneath = (coat.factor * clearcoat_dhr_approx(l, coat.roughness, coat.n_dot_v)).one_minus();
         let reflectance = coat.factor * coat_environment_brdf(l, coat);
-        specular = each!(k => light.coat_radiance[k] * reflectance + specular[k] * beneath);
+        specular = light.coat_radiance * reflectance + specular * beneath;
     }
-    let specular = each!(k => specular[k] + multi[k] * cosine_weighted[k]);
+    let specular = specular + multi * cosine_weighted;
     Terms { diffuse, specular }
 }
 
@@ -398,39 +383,26 @@ pub fn ambient_occlusion<L: Lanes>(
         return *terms;
     }
     let reflected = specular_occlusion(l, surface.n_dot_v, occlusion, surface.roughness);
-    Terms {
-        diffuse: vec3::scale(l, terms.diffuse, occlusion),
-        specular: vec3::scale(l, terms.specular, reflected),
-    }
+    Terms { diffuse: terms.diffuse * occlusion, specular: terms.specular * reflected }
 }
 
-/// The radiance that the fragments reflect of the surroundings.
+/// The radiance that the fragments reflect of the surroundings, which are the environment alone: no ambient light.
 ///
-/// `ambient` is the irradiance of ambient lights (0 where the environment is all there is), `irradiance` that of the
-/// environment at a unit normal, `environment` its prefiltered radiance, asked once, or twice with a coat;
-/// `occlusion` 0 (hidden) to 1.
+/// `irradiance` is that of the environment at a unit normal, `environment` its prefiltered radiance, asked once, or twice
+/// with a coat; `occlusion` 0 (hidden) to 1.
 #[inline(always)]
 pub fn indirect<L: Lanes>(
     l: L,
     surface: &Surface<L>,
-    ambient: V3<L>,
     irradiance: impl FnOnce(V3<L>) -> V3<L>,
-    mut environment: impl FnMut(EnvironmentQuery<L>) -> V3<L>,
+    environment: impl FnMut(EnvironmentQuery<L>) -> V3<L>,
     occlusion: L::F,
 ) -> V3<L> {
     let (queries, count) = environment_queries(l, surface);
-    let mut radiance = [[l.zero(); 3]; 2];
-    // One loop, so that the environment is compiled once.
-    for k in 0..count {
-        radiance[k] = environment(queries[k]);
-    }
-    let light = Indirect {
-        ambient,
-        irradiance: irradiance(surface.normal),
-        radiance: radiance[0],
-        coat_radiance: radiance[1],
-    };
+    let [radiance, coat_radiance] = look_up(l, &queries, count, environment);
+    let light =
+        Indirect { ambient: Vec3::zero(l), irradiance: irradiance(surface.normal), radiance, coat_radiance };
     let terms = indirect_terms(l, surface, &light);
     let terms = ambient_occlusion(l, surface, &terms, occlusion);
-    vec3::add(l, terms.diffuse, terms.specular)
+    terms.diffuse + terms.specular
 }

@@ -37,7 +37,8 @@ use crate::brdf::fresnel::{f0_under_coat, f0_under_coat_fast, pow4};
 use crate::brdf::ggx::minimalist_cook_torrance;
 use crate::brdf::roughness::{roughness_to_variance, variance_to_roughness};
 use crate::math::lanes::{Float, Lanes, Mask};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
+use crate::vec3;
 
 /// Colour that URP expects of a light per unit of irradiance at normal incidence: 1 / pi.
 pub const LIGHT_COLOR_PER_IRRADIANCE: f32 = std::f32::consts::FRAC_1_PI;
@@ -210,21 +211,17 @@ pub fn initialize_brdf_data<L: Lanes>(
 ) -> BrdfData<L> {
     match reflectance {
         Reflectance::Metallic { metallic, dielectric_f0 } => {
-            let a = vec3::max_component(l, dielectric_f0).one_minus();
+            let a = dielectric_f0.max_component().one_minus();
             let one_minus_reflectivity = a - metallic * a;
-            let diffuse = vec3::scale(l, albedo, one_minus_reflectivity);
-            let specular = vec3::lerp(l, dielectric_f0, albedo, metallic);
+            let diffuse = albedo * one_minus_reflectivity;
+            let specular = dielectric_f0.lerp(albedo, metallic);
             BrdfData::new(l, albedo, diffuse, specular, one_minus_reflectivity.one_minus(), smoothness)
         }
         Reflectance::Specular { color } => {
-            let reflectivity = vec3::max_component(l, color);
+            let reflectivity = color.max_component();
             let diffuse = match version {
-                UrpVersion::Desktop | UrpVersion::Mobile => {
-                    vec3::mul(l, albedo, vec3::map(l, color, Float::one_minus))
-                }
-                UrpVersion::Newest | UrpVersion::NewestHalf => {
-                    vec3::scale(l, albedo, reflectivity.one_minus())
-                }
+                UrpVersion::Desktop | UrpVersion::Mobile => albedo * color.one_minus(),
+                UrpVersion::Newest | UrpVersion::NewestHalf => albedo * reflectivity.one_minus(),
             };
             BrdfData::new(l, albedo, diffuse, color, reflectivity, smoothness)
         }
@@ -242,7 +239,14 @@ pub fn initialize_brdf_data_clear_coat<L: Lanes>(
 ) -> BrdfData<L> {
     let f0 = l.splat(DIELECTRIC_F0);
     let diffuse = l.splat(ONE_MINUS_DIELECTRIC_F0);
-    let coat = BrdfData::new(l, [l.splat(1.0); 3], [diffuse; 3], [f0; 3], f0, coat_smoothness);
+    let coat = BrdfData::new(
+        l,
+        Vec3::splat(l, [1.0; 3]),
+        Vec3::uniform(diffuse),
+        Vec3::uniform(f0),
+        f0,
+        coat_smoothness,
+    );
 
     if version.roughens_base() {
         let ieta = l.splat(1.0).lerp(l.splat(CLEAR_COAT_IETA), mask);
@@ -252,26 +256,19 @@ pub fn initialize_brdf_data_clear_coat<L: Lanes>(
         // Without a coat the way there and back would only add rounding.
         base.set_perceptual_roughness(mask.eq(l.zero()).select(p, rougher));
     }
-    base.specular = vec3::map(
-        l,
-        base.specular,
-        #[inline(always)]
-        |f0| {
-            let under_coat = match version {
-                UrpVersion::Desktop => f0_under_coat(l, f0),
-                UrpVersion::Mobile | UrpVersion::Newest | UrpVersion::NewestHalf => f0_under_coat_fast(l, f0),
-            };
-            f0.lerp(under_coat, mask)
-        },
-    );
+    let under_coat = vec3!(f0 in base.specular => match version {
+        UrpVersion::Desktop => f0_under_coat(l, f0),
+        UrpVersion::Mobile | UrpVersion::Newest | UrpVersion::NewestHalf => f0_under_coat_fast(l, f0),
+    });
+    base.specular = base.specular.lerp(under_coat, mask);
     coat
 }
 
 /// Half vector of light and view, and its cosine with the light: shared by base and coat.
 #[inline(always)]
-fn half_vector<L: Lanes>(l: L, light: V3<L>, view: V3<L>) -> (V3<L>, L::F) {
-    let half = vec3::normalize(l, vec3::add(l, light, view));
-    (half, vec3::dot(l, light, half).saturate())
+fn half_vector<L: Lanes>(_: L, light: V3<L>, view: V3<L>) -> (V3<L>, L::F) {
+    let half = (light + view).normalize();
+    (half, light.dot(half).saturate())
 }
 
 /// The specular term of one layer for a half vector.
@@ -284,7 +281,7 @@ fn specular_term<L: Lanes>(
     half: V3<L>,
     l_dot_h: L::F,
 ) -> L::F {
-    let n_dot_h = vec3::dot(l, normal, half).saturate();
+    let n_dot_h = normal.dot(half).saturate();
     let term = minimalist_cook_torrance(
         l,
         n_dot_h,
@@ -348,7 +345,7 @@ pub struct Surface<L: Lanes> {
 /// (1 - sat(N.V))^4.
 #[inline(always)]
 fn fresnel_term<L: Lanes>(l: L, normal: V3<L>, view: V3<L>) -> L::F {
-    pow4(l, vec3::dot(l, normal, view).saturate().one_minus())
+    pow4(l, normal.dot(view).saturate().one_minus())
 }
 
 /// Prepares sixteen fragments: layers and all that depends on the view only.
@@ -389,24 +386,14 @@ pub fn surface<L: Lanes>(
 /// One light, `LightingPhysicallyBased`: the radiance that the fragments reflect.
 ///
 /// `direction` is the unit vector to the light, `color` the irradiance at normal incidence over pi,
-/// `attenuation` the product of distance, cone and shadow, 0 to 1.
+/// with distance, cone and shadow applied.
 #[inline(always)]
-pub fn direct<L: Lanes>(
-    l: L,
-    surface: &Surface<L>,
-    direction: V3<L>,
-    color: V3<L>,
-    attenuation: L::F,
-) -> V3<L> {
+pub fn direct<L: Lanes>(l: L, surface: &Surface<L>, direction: V3<L>, color: V3<L>) -> V3<L> {
     let (half, l_dot_h) = half_vector(l, direction, surface.view);
-    let mut cosine = vec3::dot(l, surface.normal, direction).saturate();
+    let mut cosine = surface.normal.dot(direction).saturate();
     let base = &surface.base;
     let term = specular_term(l, surface.version, base, surface.normal, half, l_dot_h);
-    let mut brdf: V3<L> = vec3::from_fn(
-        l,
-        #[inline(always)]
-        |k| base.diffuse[k] + base.specular[k] * term,
-    );
+    let mut brdf = base.diffuse + base.specular * term;
     if let Some(coat) = &surface.coat {
         let term = specular_term(l, surface.version, &coat.data, coat.normal, half, l_dot_h);
         let mut transmittance = coat.transmittance;
@@ -414,7 +401,7 @@ pub fn direct<L: Lanes>(
         if coat.separate_normal {
             // Each layer has its own cosine with the light. The larger one is factored out, which leaves
             // weights of exactly 1 where both agree.
-            let coat_cosine = vec3::dot(l, coat.normal, direction).saturate();
+            let coat_cosine = coat.normal.dot(direction).saturate();
             let larger = cosine.max(coat_cosine);
             let one = l.splat(1.0);
             let ratio = cosine.min(coat_cosine) / l.zero().lt(larger).select(larger, one);
@@ -424,33 +411,28 @@ pub fn direct<L: Lanes>(
             reflection = reflection * coat_cosine.lt(cosine).select(ratio, one);
             cosine = coated.select(larger, cosine);
         }
-        brdf = vec3::map(
-            l,
-            brdf,
-            #[inline(always)]
-            |c| c * transmittance + reflection,
-        );
+        brdf = brdf * transmittance + reflection;
     }
-    let radiance = vec3::scale(l, color, attenuation * cosine);
-    vec3::mul(l, brdf, radiance)
+    let radiance = color * cosine;
+    brdf * radiance
 }
 
 impl<L: Lanes> Surface<L> {
     /// What the base reflects.
     #[inline(always)]
-    pub fn base_query(&self, l: L) -> EnvironmentQuery<L> {
+    pub fn base_query(&self) -> EnvironmentQuery<L> {
         EnvironmentQuery {
-            direction: vec3::reflect(l, vec3::neg(l, self.view), self.normal),
+            direction: (-self.view).reflect(self.normal),
             perceptual_roughness: self.base.perceptual_roughness,
         }
     }
 
     /// What the coat reflects, if there is one.
     #[inline(always)]
-    pub fn coat_query(&self, l: L) -> Option<EnvironmentQuery<L>> {
+    pub fn coat_query(&self) -> Option<EnvironmentQuery<L>> {
         match &self.coat {
             Some(coat) => Some(EnvironmentQuery {
-                direction: vec3::reflect(l, vec3::neg(l, self.view), coat.normal),
+                direction: (-self.view).reflect(coat.normal),
                 perceptual_roughness: coat.data.perceptual_roughness,
             }),
             None => None,
@@ -460,15 +442,10 @@ impl<L: Lanes> Surface<L> {
 
 /// `EnvironmentBRDFSpecular`: the reflectance of a layer for prefiltered radiance. `fresnel` is (1 - N.V)^4.
 #[inline(always)]
-fn environment_brdf_specular<L: Lanes>(l: L, data: &BrdfData<L>, fresnel: L::F) -> V3<L> {
+fn environment_brdf_specular<L: Lanes>(_: L, data: &BrdfData<L>, fresnel: L::F) -> V3<L> {
     let surface_reduction = (data.roughness2 + 1.0).recip();
-    let color = vec3::map(
-        l,
-        data.specular,
-        #[inline(always)]
-        |f0| f0.lerp(data.grazing_term, fresnel),
-    );
-    vec3::scale(l, color, surface_reduction)
+    let color = data.specular.lerp(Vec3::uniform(data.grazing_term), fresnel);
+    color * surface_reduction
 }
 
 /// The environment, `GlobalIllumination`, with the radiance found for [`Surface::base_query`] and
@@ -486,20 +463,12 @@ pub fn global_illumination<L: Lanes>(
 ) -> V3<L> {
     let base = &surface.base;
     let reflectance = environment_brdf_specular(l, base, surface.fresnel);
-    let mut color: V3<L> = vec3::from_fn(
-        l,
-        #[inline(always)]
-        |k| baked_gi[k] * base.diffuse[k] + base_radiance[k] * reflectance[k],
-    );
+    let mut color = baked_gi * base.diffuse + base_radiance * reflectance;
     if let Some(coat) = &surface.coat {
         let reflectance = environment_brdf_specular(l, &coat.data, coat.fresnel);
-        color = vec3::from_fn(
-            l,
-            #[inline(always)]
-            |k| color[k] * coat.transmittance + coat_radiance[k] * reflectance[k] * coat.mask,
-        );
+        color = color * coat.transmittance + coat_radiance * reflectance * coat.mask;
     }
-    vec3::scale(l, color, occlusion)
+    color * occlusion
 }
 
 /// [`global_illumination`] with the environment as a function of the queries; it is asked once, or twice with
@@ -512,8 +481,8 @@ pub fn indirect<L: Lanes>(
     mut environment: impl FnMut(EnvironmentQuery<L>) -> V3<L>,
     occlusion: L::F,
 ) -> V3<L> {
-    let base_radiance = environment(surface.base_query(l));
-    let coat_radiance = match surface.coat_query(l) {
+    let base_radiance = environment(surface.base_query());
+    let coat_radiance = match surface.coat_query() {
         Some(query) => environment(query),
         None => base_radiance,
     };
@@ -530,16 +499,16 @@ mod tests {
     fn example(version: UrpVersion) -> Surface<Scalar> {
         let l = Scalar;
         let data = SurfaceData {
-            albedo: vec3::splat(l, [0.8, 0.1, 0.1]),
+            albedo: Vec3::splat(l, [0.8, 0.1, 0.1]),
             reflectance: Reflectance::Metallic {
                 metallic: l.splat(0.9),
-                dielectric_f0: [l.splat(DIELECTRIC_F0); 3],
+                dielectric_f0: Vec3::splat(l, [DIELECTRIC_F0; 3]),
             },
             smoothness: l.splat(0.5),
             coat: Some(Coat { mask: l.splat(0.8), smoothness: l.splat(0.9), normal: None }),
         };
-        let view = vec3::splat(l, [0.5, 0.0, 0.75_f32.sqrt()]);
-        surface(l, version, &data, vec3::splat(l, [0.0, 0.0, 1.0]), view)
+        let view = Vec3::splat(l, [0.5, 0.0, 0.75_f32.sqrt()]);
+        surface(l, version, &data, Vec3::splat(l, [0.0, 0.0, 1.0]), view)
     }
 
     #[test]
@@ -547,7 +516,7 @@ mod tests {
         let l = Scalar;
         let sin_40_degrees = 0.642_787_6_f32;
         let z = (1.0 - sin_40_degrees * sin_40_degrees - 0.04).sqrt();
-        let light = vec3::splat(l, [-sin_40_degrees, 0.2, z]);
+        let light = Vec3::splat(l, [-sin_40_degrees, 0.2, z]);
         let cases = [
             (
                 UrpVersion::Desktop,
@@ -565,14 +534,14 @@ mod tests {
                 assert!((found - expected).abs() <= 2e-6 * expected, "{version:?}: {found} not {expected}");
             };
             let surface = example(version);
-            near(surface.base.specular[0], f0[0]);
-            near(surface.base.specular[1], f0[1]);
+            near(surface.base.specular.x, f0[0]);
+            near(surface.base.specular.y, f0[1]);
             near(surface.base.perceptual_roughness, p);
             let term = direct_brdf_specular(l, version, &surface.base, surface.normal, light, surface.view);
             near(term, highlight);
-            let found = direct(l, &surface, light, [l.splat(1.0); 3], l.splat(1.0));
-            near(found[0], lit[0]);
-            near(found[1], lit[1]);
+            let found = direct(l, &surface, light, Vec3::splat(l, [1.0; 3]));
+            near(found.x, lit[0]);
+            near(found.y, lit[1]);
         }
     }
 }

@@ -34,7 +34,7 @@ use crate::brdf::velvet::{
     LEAST_ROUGHNESS, VelvetAlbedo, anisotropic_roughness, distribution_velvet_real_time, velvet_lobe,
 };
 use crate::math::lanes::{Float, Lanes, Mask};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
 use std::f32::consts::FRAC_1_PI;
 
 /// Least alpha of the GGX lobe (Filament's on desktop).
@@ -85,21 +85,16 @@ struct SpecularSurface<'a, L: Lanes> {
 
 impl<L: Lanes> SpecularSurface<'_, L> {
     #[inline(always)]
-    fn in_frame(&self, l: L, v: V3<L>, n_dot: L::F) -> V3<L> {
-        [vec3::dot(l, self.tangent, v), vec3::dot(l, self.bitangent, v), n_dot]
+    fn in_frame(&self, v: V3<L>, n_dot: L::F) -> V3<L> {
+        Vec3::new(self.tangent.dot(v), self.bitangent.dot(v), n_dot)
     }
 
     /// Share of uniform light that the lobe reflects towards a direction at this cosine.
     #[inline(always)]
     fn albedo_at(&self, l: L, cosine: L::F) -> V3<L> {
-        let read = self.dfg.fetch(l, cosine, self.perceptual_roughness);
+        let [x, y, _] = self.dfg.fetch(l, cosine, self.perceptual_roughness);
         let f90 = f90_of(l, Quality::Desktop, self.f0);
-        vec3::map(
-            l,
-            self.f0,
-            #[inline(always)]
-            |f0| (f90 - f0) * read[0] + f0 * read[1],
-        )
+        (Vec3::uniform(f90) - self.f0) * x + self.f0 * y
     }
 }
 
@@ -137,24 +132,24 @@ pub fn surface<'a, L: Lanes>(
 ) -> Surface<'a, L> {
     let n_dot_v = clamp_n_dot_v(l, normal, view);
     let roughness = data.velvet_roughness.clamp_to(LEAST_ROUGHNESS, 1.0);
-    let strength = vec3::max_component(l, data.velvet_color);
+    let strength = data.velvet_color.max_component();
     let velvet_albedo = table.albedo(l, n_dot_v, roughness);
     let ([sideways, upwards], mean) = table.view(l, n_dot_v, roughness);
     // Seen along the normal there is no sideways, and none is needed.
-    let tangent = vec3::normalize(l, vec3::sub(l, view, vec3::scale(l, normal, vec3::dot(l, normal, view))));
-    let velvet_direction = vec3::add(l, vec3::scale(l, normal, upwards), vec3::scale(l, tangent, sideways));
+    let tangent = (view - normal * normal.dot(view)).normalize();
+    let velvet_direction = normal * upwards + tangent * sideways;
     let diffuse_scale = (strength * velvet_albedo).one_minus() / (strength * mean).one_minus();
 
     let specular = match &data.specular {
         Some(it) => {
             let p = it.perceptual_roughness.clamp_to(LEAST_PERCEPTUAL_ROUGHNESS, 1.0);
-            let tangent = vec3::normalize(l, it.direction);
+            let tangent = it.direction.normalize();
             let mut specular = SpecularSurface {
                 f0: it.f0,
                 perceptual_roughness: p,
                 anisotropy: it.anisotropy,
                 tangent,
-                bitangent: vec3::normalize(l, vec3::cross(l, normal, tangent)),
+                bitangent: normal.cross(tangent).normalize(),
                 alpha: anisotropic_roughness(l, p * p, it.anisotropy, LEAST_ALPHA),
                 dfg,
                 albedo: it.f0,
@@ -182,33 +177,27 @@ pub fn surface<'a, L: Lanes>(
 
 /// One light: the radiance that the fragments reflect.
 ///
-/// `direction` is the unit vector to the light, `color` its irradiance at normal incidence, `attenuation` the product
-/// of distance, cone and shadow, 0 to 1.
+/// `direction` is the unit vector to the light, `color` its irradiance at normal incidence, with
+/// distance, cone and shadow applied.
 #[inline(always)]
-pub fn direct<L: Lanes>(
-    l: L,
-    surface: &Surface<'_, L>,
-    direction: V3<L>,
-    color: V3<L>,
-    attenuation: L::F,
-) -> V3<L> {
+pub fn direct<L: Lanes>(l: L, surface: &Surface<'_, L>, direction: V3<L>, color: V3<L>) -> V3<L> {
     let half = Half::new(l, surface.view, direction);
-    let n_dot_l = vec3::dot(l, surface.normal, direction).saturate();
-    let n_dot_h = vec3::dot(l, surface.normal, half.vector).saturate();
+    let n_dot_l = surface.normal.dot(direction).saturate();
+    let n_dot_h = surface.normal.dot(half.vector).saturate();
     let d = distribution_velvet_real_time(l, n_dot_h, surface.velvet_roughness);
     let d = half.defined.select(d, l.zero());
     let velvet = velvet_lobe(l, d, n_dot_l, surface.n_dot_v, 0.0);
     // What the velvet leaves of the light on its way in.
     let albedo = surface.table.albedo(l, n_dot_l, surface.velvet_roughness);
     let entering = (surface.strength * albedo).one_minus();
-    let mut below = vec3::scale(l, surface.base_color, entering * surface.diffuse_scale * FRAC_1_PI);
+    let mut below = surface.base_color * (entering * surface.diffuse_scale * FRAC_1_PI);
     if let Some(it) = &surface.specular {
-        let half_in_frame = it.in_frame(l, half.vector, n_dot_h);
+        let half_in_frame = it.in_frame(half.vector, n_dot_h);
         let d = distribution_ggx_anisotropic(l, half_in_frame, it.alpha, LEAST_ANISOTROPIC);
         let v = visibility_smith_anisotropic(
             l,
-            it.in_frame(l, direction, n_dot_l),
-            it.in_frame(l, surface.view, surface.n_dot_v),
+            it.in_frame(direction, n_dot_l),
+            it.in_frame(surface.view, surface.n_dot_v),
             it.alpha,
             Quality::Desktop.least_smith_anisotropic(),
         );
@@ -217,18 +206,9 @@ pub fn direct<L: Lanes>(
         let leaving = (surface.strength * surface.velvet_albedo).one_minus();
         let scale = dv * entering * leaving;
         let albedo = it.albedo_at(l, n_dot_l);
-        below = vec3::from_fn(
-            l,
-            #[inline(always)]
-            |k| below[k] * albedo[k].max(it.albedo[k]).one_minus() + f[k] * scale,
-        );
+        below = below * albedo.max(it.albedo).one_minus() + f * scale;
     }
-    let weight = attenuation * n_dot_l;
-    vec3::from_fn(
-        l,
-        #[inline(always)]
-        |k| (surface.velvet_color[k] * velvet + below[k]) * color[k] * weight,
-    )
+    (surface.velvet_color * velvet + below) * color * n_dot_l
 }
 
 /// The environment: the radiance that the fragments reflect.
@@ -245,7 +225,7 @@ pub fn indirect<L: Lanes>(
 ) -> V3<L> {
     let velvet_query =
         EnvironmentQuery { direction: surface.velvet_direction, perceptual_roughness: l.splat(1.0) };
-    let mut radiance = [[l.zero(); 3]; 2];
+    let mut radiance = [Vec3::zero(l); 2];
     // A loop, so that the look-up is compiled once.
     for (k, radiance) in radiance.iter_mut().enumerate() {
         let query = match (k, &surface.specular) {
@@ -257,24 +237,15 @@ pub fn indirect<L: Lanes>(
             *radiance = environment(query);
         }
     }
+    let [velvet_radiance, base_radiance] = radiance;
     let leaving = (surface.strength * surface.velvet_albedo).one_minus();
-    let mut below = vec3::mul(l, surface.base_color, irradiance);
+    let mut below = surface.base_color * irradiance;
     if let Some(it) = &surface.specular {
         // Light of the mirror direction enters at the angle at which it leaves.
-        below = vec3::from_fn(
-            l,
-            #[inline(always)]
-            |k| below[k] * it.albedo[k].one_minus() + radiance[1][k] * it.albedo[k] * leaving,
-        );
+        below = below * it.albedo.one_minus() + base_radiance * it.albedo * leaving;
     }
-    vec3::from_fn(
-        l,
-        #[inline(always)]
-        |k| {
-            let velvet = surface.velvet_color[k] * surface.velvet_albedo * radiance[0][k];
-            (velvet + below[k] * leaving) * occlusion
-        },
-    )
+    let velvet = surface.velvet_color * surface.velvet_albedo * velvet_radiance;
+    (velvet + below * leaving) * occlusion
 }
 
 /// What the GGX lobe reflects.

@@ -3,8 +3,10 @@
 use super::Fragment;
 use crate::each;
 use crate::math::lanes::{Float, LANES, Lanes};
+use crate::math::vec3::{V3, Vec3};
 use crate::raster::{SamplePattern, TileOrigin, Triangle};
 use crate::scene::Mesh;
+use crate::vec3;
 use prefetch_index::prefetch_index;
 use std::ops::Range;
 
@@ -182,11 +184,11 @@ impl Batch {
             runs[first] = Some((screen, clip));
             first = end;
         }
-        let mut left = self.vertices.starts;
-        while left != 0 {
-            let first = left.trailing_zeros() as usize;
-            left &= left - 1;
-            let end = if left == 0 { LANES } else { left.trailing_zeros() as usize };
+        let mut remaining = self.vertices.starts;
+        while remaining != 0 {
+            let first = remaining.trailing_zeros() as usize;
+            remaining &= remaining - 1;
+            let end = if remaining == 0 { LANES } else { remaining.trailing_zeros() as usize };
             if let Some((triangle, clip)) = runs[first % LANES] {
                 self.gather_triangle(first..end, triangle, clip);
             }
@@ -286,10 +288,10 @@ impl VertexLanes {
     /// Asks the processor for the attributes of the vertices: in a dense mesh they are not in the cache, and they come while
     /// something else is done. Changes no result.
     pub fn prefetch(&self, draws: &[Draw<'_>]) {
-        let mut left = self.starts;
-        while left != 0 {
-            let first = left.trailing_zeros() as usize % LANES;
-            left &= left - 1;
+        let mut remaining = self.starts;
+        while remaining != 0 {
+            let first = remaining.trailing_zeros() as usize % LANES;
+            remaining &= remaining - 1;
             let draw = &draws[self.draws[first] as usize];
             for vertex in self.vertices[first] {
                 prefetch(draw.mesh.shading_normals(), vertex);
@@ -337,11 +339,11 @@ impl VertexLanes {
         planes: &mut [[[f32; PADDED]; N]; 3],
     ) {
         let mut slice = of(draws[self.draws[0] as usize].mesh);
-        let mut left = self.starts;
-        while left != 0 {
-            let first = left.trailing_zeros() as usize;
-            left &= left - 1;
-            let end = if left == 0 { LANES } else { left.trailing_zeros() as usize };
+        let mut remaining = self.starts;
+        while remaining != 0 {
+            let first = remaining.trailing_zeros() as usize;
+            remaining &= remaining - 1;
+            let end = if remaining == 0 { LANES } else { remaining.trailing_zeros() as usize };
             if !self.one_draw {
                 slice = of(draws[self.draws[first] as usize].mesh);
             }
@@ -378,15 +380,15 @@ impl VertexLanes {
         l: L,
         draws: &[Draw<'_>],
         of: fn(&Draw<'_>) -> [[f32; 3]; 3],
-        v: [L::F; 3],
-    ) -> [L::F; 3] {
+        v: V3<L>,
+    ) -> V3<L> {
         if self.one_draw {
             let m = of(&draws[self.draws[0] as usize]);
-            return each!(r in m => v[0] * r[0] + v[1] * r[1] + v[2] * r[2]);
+            return vec3!(r in Vec3::from_array(m) => v.dot(Vec3::splat(l, r)));
         }
         let mut planes = [[[0.0; LANES]; 3]; 3];
         self.gather_matrix(draws, of, &mut planes);
-        each!(r in planes => v[0] * l.load(&r[0]) + v[1] * l.load(&r[1]) + v[2] * l.load(&r[2]))
+        vec3!(r in Vec3::from_array(planes) => v.dot(Vec3::new(l.load(&r[0]), l.load(&r[1]), l.load(&r[2]))))
     }
 
     #[inline(never)]

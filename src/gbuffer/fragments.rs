@@ -94,10 +94,10 @@ pub fn extract_fragments<'a, L: Lanes>(
             continue;
         }
         let count = if same == u16::MAX { 0 } else { list_rounds(l, seen, full, &mut rounds) };
-        let mut left = inside & !(same & empty);
-        while left != 0 {
-            let k = left.trailing_zeros() as usize;
-            left &= left - 1;
+        let mut remaining = inside & !(same & empty);
+        while remaining != 0 {
+            let k = remaining.trailing_zeros() as usize;
+            remaining &= remaining - 1;
             if same >> k & 1 == 1 {
                 out.push(whole(k));
                 continue;
@@ -137,7 +137,7 @@ fn inside(columns: u32, rows: u32) -> u16 {
 #[inline(always)]
 fn list_rounds<L: Lanes>(l: L, seen: &[[i32; LANES]], full: u16, rounds: &mut [Round; MAX_ROUNDS]) -> usize {
     let zero = l.splat_i(0);
-    let mut left = l.splat_i(i32::from(full));
+    let mut remaining = l.splat_i(i32::from(full));
     let mut triangle = l.load_i(&seen[0]);
     let mut count = 0;
     for round in rounds {
@@ -145,15 +145,15 @@ fn list_rounds<L: Lanes>(l: L, seen: &[[i32; LANES]], full: u16, rounds: &mut [R
         for (bit, sample) in seen.iter().enumerate() {
             mask = mask | l.load_i(sample).eq(triangle).select_i(l.splat_i(1 << bit), zero);
         }
-        mask = mask & left;
-        left = left ^ mask;
+        mask = mask & remaining;
+        remaining = remaining ^ mask;
         *round = Round { triangle: triangle.to_array(), mask: mask.to_array() };
         count += 1;
-        if left.eq(zero).all() {
+        if remaining.eq(zero).all() {
             break;
         }
         for (bit, sample) in seen.iter().enumerate().rev() {
-            triangle = (left & (1 << bit)).eq(zero).select_i(triangle, l.load_i(sample));
+            triangle = (remaining & (1 << bit)).eq(zero).select_i(triangle, l.load_i(sample));
         }
     }
     count

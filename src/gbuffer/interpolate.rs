@@ -4,7 +4,7 @@ use super::Batch;
 use super::batch::interpolate;
 use crate::each;
 use crate::math::lanes::{Float, Int, Lanes};
-use crate::raster::SampleSums;
+use crate::raster::{SUBPIXEL_BITS, SUBPIXELS, SampleSums};
 
 /// Where on its triangle each fragment of a batch lies.
 #[derive(Clone, Copy)]
@@ -33,13 +33,13 @@ pub fn locate<L: Lanes>(l: L, batch: &Batch, perspective: bool) -> Location<L> {
     };
     // Column and row of the pixel, in sub-pixels.
     let pixel = l.load_i(&batch.pixel);
-    let place = [(pixel & 63).shl(8), pixel.shr_logical(6).shl(8)];
+    let place = [(pixel & 63).shl(SUBPIXEL_BITS), pixel.shr_logical(6).shl(SUBPIXEL_BITS)];
     let corner: [L::I; 2] = each!(k => place[k] + batch.origin[k]);
     let [vx, vy] = [&batch.x, &batch.y];
     let (x0, y0) = (l.load_i(&vx[0]), l.load_i(&vy[0]));
     let x = (corner[0] - x0).to_float() + centroid[0];
     let y = (corner[1] - y0).to_float() + centroid[1];
-    let screen: [L::F; 2] = each!(k => (corner[k].to_float() + centroid[k]) * (1.0 / 256.0));
+    let screen: [L::F; 2] = each!(k => (corner[k].to_float() + centroid[k]) * (1.0 / SUBPIXELS as f32));
     let [x1, x2]: [L::F; 2] = each!(v => (l.load_i(&vx[v + 1]) - x0).to_float());
     let [y1, y2]: [L::F; 2] = each!(v => (l.load_i(&vy[v + 1]) - y0).to_float());
     let [d0, d1, d2] = [l.load(&batch.depth[0]), l.load(&batch.depth[1]), l.load(&batch.depth[2])];
@@ -49,7 +49,7 @@ pub fn locate<L: Lanes>(l: L, batch: &Batch, perspective: bool) -> Location<L> {
     let screen_2 = ((y * x1 - x * y1) * inverse_area).saturate();
     let screen_0 = (screen_1 + screen_2).one_minus().saturate();
     // Their change per pixel.
-    let per_pixel = inverse_area * 256.0;
+    let per_pixel = inverse_area * SUBPIXELS as f32;
     let (s1x, s1y) = (y2 * per_pixel, -x2 * per_pixel);
     let (s2x, s2y) = (-y1 * per_pixel, x1 * per_pixel);
     let (mut b, mut dx, mut dy, depth);

@@ -42,19 +42,19 @@ impl<'a, S: TriangleSource> Merger<'a, S> {
         if found.len() < 2 {
             return;
         }
-        let mut left = 0_u32;
+        let mut remaining = 0_u32;
         for (k, (fragment, candidate)) in found.iter().zip(&mut self.candidates).enumerate() {
             if let Some(found) = Candidate::new(fragment.triangle, self.source, self.draws) {
                 *candidate = found;
-                left |= 1 << k;
+                remaining |= 1 << k;
             }
         }
         let mut gone = 0_u32;
-        while let Some(k) = take_lowest(&mut left) {
+        while let Some(k) = take_lowest(&mut remaining) {
             let representative = &self.candidates[k];
             let mut merged = found[k];
             let mut most = merged.mask.count_ones();
-            let mut others = left;
+            let mut others = remaining;
             while let Some(other) = take_lowest(&mut others) {
                 if representative.continues(&self.candidates[other], self.least_squared_cosine) {
                     let Fragment { triangle, mask, .. } = found[other];
@@ -62,7 +62,7 @@ impl<'a, S: TriangleSource> Merger<'a, S> {
                         (merged.triangle, most) = (triangle, mask.count_ones());
                     }
                     merged.mask |= mask;
-                    left &= !(1 << other);
+                    remaining &= !(1 << other);
                     gone |= 1 << other;
                 }
             }

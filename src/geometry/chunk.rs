@@ -4,7 +4,7 @@ use super::clip::clip;
 use super::{DrawView, ScreenVertex, ScreenVertexSlice};
 use crate::each;
 use crate::math::lanes::{Int, LANES, Lanes, Mask, Scalar};
-use crate::raster::{OutlineLanes, SamplePattern, TileOrigin, Triangle};
+use crate::raster::{OutlineLanes, SUBPIXELS, SamplePattern, TileOrigin, Triangle};
 use crate::scene::Mesh;
 use crate::tile::{ChunkBins, TileGrid};
 use std::ops::Range;
@@ -238,7 +238,7 @@ impl Survivors {
 /// beyond it. Tiles may reach further than the picture, so they must not decide what is kept.
 #[inline(always)]
 pub(super) fn screen(grid: &TileGrid) -> [i32; 4] {
-    let [width, height] = [grid.width() as i32 * 128, grid.height() as i32 * 128];
+    let [width, height] = [grid.width(), grid.height()].map(|side| side as i32 * (SUBPIXELS / 2));
     [-width, -height, width, height]
 }
 
@@ -268,7 +268,7 @@ fn bin(bins: &mut ChunkBins, triangle: &Triangle, number: u32, grid: &TileGrid) 
 /// Bins a triangle that spans many tiles, leaving out those that lie beyond one of its edges.
 #[cold]
 fn bin_large(bins: &mut ChunkBins, triangle: &Triangle, number: u32, tiles: [u32; 4], grid: &TileGrid) {
-    let side = i64::from(grid.side()) * 256;
+    let side = i64::from(grid.side()) * i64::from(SUBPIXELS);
     for row in tiles[1]..tiles[3] {
         for column in tiles[0]..tiles[2] {
             let tile = row * grid.columns() + column;
@@ -299,7 +299,7 @@ mod tests {
     fn kept(side: u32, before: i32, below: bool) -> usize {
         let (width, height) = (32, 43);
         let grid = TileGrid::new(width, height, side);
-        let near = |n: u32| n as i32 * 128 - before;
+        let near = |n: u32| n as i32 * (SUBPIXELS / 2) - before;
         let (x, y) = if below { (0, near(height)) } else { (near(width), 0) };
         let vertices: ScreenVertices = [(x, y), (x + 600, y + 300), (x + 300, y + 900)]
             .map(|(x, y)| ScreenVertex { x, y, depth: 0.5 })

@@ -170,6 +170,7 @@ pub fn process_points(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::raster::SUBPIXELS;
     use crate::scene::{Camera, MeshData, PrimitiveKind, Projection, Surfels};
 
     fn camera(projection: Projection) -> Camera {
@@ -192,14 +193,14 @@ mod tests {
     #[test]
     fn a_disc_is_as_large_as_its_radius_and_as_foreshortened_as_its_normal() {
         let orthographic = Projection::Orthographic { height: 2.0 };
-        let wide = |disc: Disc| disc.reach.map(|v| f64::from(v) / 256.0);
+        let wide = |disc: Disc| disc.reach.map(|v| f64::from(v) / f64::from(SUBPIXELS));
         let face = wide(seen([0.0, 0.0, 2.0], 0.1, orthographic, None).unwrap());
         assert!((face[0] - 10.0).abs() < 0.01 && (face[1] - 10.0).abs() < 0.01, "{face:?}");
         let leaning = seen([0.8, 0.0, 0.6], 0.1, orthographic, None).unwrap();
         let [x, y] = wide(leaning);
         assert!((x - 6.0).abs() < 0.01 && (y - 10.0).abs() < 0.01, "{x} {y}");
         // Depth falls by 4/3 of the way to the right: a pixel is 0.01.
-        let slope = leaning.depth_gradient[0] * 256.0;
+        let slope = leaning.depth_gradient[0] * SUBPIXELS as f32;
         assert!((slope + 0.01 * 4.0 / 3.0).abs() < 1e-5, "{slope}");
         assert!(!leaning.back_facing && seen([0.0, 0.0, -1.0], 0.1, orthographic, None).unwrap().back_facing);
         // A size in pixels faces the viewer.
@@ -211,7 +212,7 @@ mod tests {
     fn large_discs_are_bounded_and_those_from_the_edge_need_a_least_size() {
         let perspective = Projection::Perspective { fov_y: 1.0 };
         let close = seen([0.0, 0.0, 1.0], 1e6, perspective, None).unwrap();
-        assert!(close.reach[0] < 47 * 256 && close.depth_range()[0] > 0.0, "{close:?}");
+        assert!(close.reach[0] < 47 * SUBPIXELS && close.depth_range()[0] > 0.0, "{close:?}");
         assert_eq!(seen([1.0, 0.0, 0.0], 0.1, Projection::Orthographic { height: 2.0 }, None), None);
     }
 }

@@ -2,7 +2,7 @@
 
 use super::DrawView;
 use crate::math::lanes::{Float, LANES, Lanes, Mask};
-use crate::raster::GUARD_BAND;
+use crate::raster::{GUARD_BAND, SUBPIXELS};
 use std::ops::Range;
 
 /// Vertices that one job transforms.
@@ -100,8 +100,8 @@ impl ClipVertex {
     pub(super) fn project(&self, perspective: bool) -> ScreenVertex {
         let (inverse, depth) = if perspective { (1.0 / self.w, 1.0 / self.w) } else { (1.0, -self.w) };
         let snap = |v: f32| {
-            let limit = (GUARD_BAND * 256) as f32;
-            let s = v * inverse * 256.0 + 0.5;
+            let limit = (GUARD_BAND * SUBPIXELS) as f32;
+            let s = v * inverse * SUBPIXELS as f32 + 0.5;
             let s = s.floor();
             (if s > -limit { if s < limit { s } else { limit } } else { -limit }) as i32
         };
@@ -169,6 +169,6 @@ fn row<F: Float>(r: &[f32; 4], p: &[F; 3]) -> F {
 /// Pixels to the nearest sub-pixel within the guard band.
 #[inline(always)]
 fn snap<F: Float>(pixels: F) -> F::I {
-    let limit = (GUARD_BAND * 256) as f32;
-    (pixels * 256.0 + 0.5).floor().clamp_to(-limit, limit).to_int()
+    let limit = (GUARD_BAND * SUBPIXELS) as f32;
+    (pixels * SUBPIXELS as f32 + 0.5).floor().clamp_to(-limit, limit).to_int()
 }

@@ -3,7 +3,7 @@
 use super::{octahedral, texel};
 use crate::each;
 use crate::math::lanes::{Float, Int, LANES, Lanes, Mask};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
 
 /// Number of roughnesses: two steps for each of the six mip levels of Unity's reflection probes
 /// (`UNITY_SPECCUBE_LOD_STEPS`), and the mirror. A blend of two roughnesses is not the roughness between; with single
@@ -89,7 +89,7 @@ impl Chain {
             return sharper;
         }
         let blurrier = self.map_at(l, index + 1, place);
-        vec3::lerp(l, sharper, blurrier, fraction)
+        sharper.lerp(blurrier, fraction)
     }
 
     /// A map for each lane. A method and not a closure: what is called twice must still be inlined.
@@ -144,7 +144,7 @@ pub(crate) fn bilinear<L: Lanes>(l: L, texels: &[u32], start: L::I, size: L::I, 
     let index = (top * size.to_float() + left).to_int() + start;
     let below = index + size;
     let (gx, gy) = (fx.one_minus(), fy.one_minus());
-    let above = add_row(l, texels, index, [gx, fx], gy, vec3::splat(l, [0.0; 3]));
+    let above = add_row(l, texels, index, [gx, fx], gy, Vec3::zero(l));
     add_row(l, texels, below, [gx, fx], fy, above)
 }
 
@@ -162,7 +162,7 @@ fn add_row<L: Lanes>(
     for (texel, along) in [(pair[0], along[0]), (pair[1], along[1])] {
         let (mantissas, scale) = texel::unpack(l, texel);
         let weight = along * across * scale;
-        sum = each!(c => sum[c] + mantissas[c] * weight);
+        sum += mantissas * weight;
     }
     sum
 }

@@ -7,7 +7,7 @@ use super::prefilter::{self, Grid};
 use crate::jobs::Jobs;
 use crate::math;
 use crate::math::lanes::{Lanes, SimdLevel};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
 use crate::scene::EquirectImage;
 use std::sync::Arc;
 
@@ -18,10 +18,18 @@ pub struct PrefilteredEnvironment {
     pub(super) chain: Chain,
     /// The original, where there is one, for visible backgrounds.
     pub(super) picture: Option<Arc<EquirectImage>>,
-    /// Nothing shines; the maps hold zeros.
-    pub(super) dark: bool,
-    /// Instead of all that: the formula of the reference tables, and irradiance over pi from everywhere.
-    pub(super) reference: Option<[f32; 3]>,
+    pub(super) found: Found,
+}
+
+/// What surfaces find when they look up the light around them.
+#[derive(Clone, Copy)]
+pub(super) enum Found {
+    /// The maps of the chain.
+    Maps,
+    /// Nothing: the maps hold zeros, and need not be read.
+    Darkness,
+    /// The formula of the reference tables, and this irradiance over pi for every normal.
+    Reference([f32; 3]),
 }
 
 impl std::fmt::Debug for PrefilteredEnvironment {
@@ -69,20 +77,20 @@ impl PrefilteredEnvironment {
     }
 
     fn from_grid(grid: Grid, jobs: &Jobs, level: SimdLevel) -> Self {
-        Self { chain: prefilter::filter(grid, jobs, level), picture: None, dark: false, reference: None }
+        Self { chain: prefilter::filter(grid, jobs, level), picture: None, found: Found::Maps }
     }
 
     /// The analytic environment `E(d, p)` of the reference tables of shading models, with the same irradiance over pi
     /// for every normal. For tests of models through whole pictures.
     #[must_use]
     pub fn reference(irradiance_over_pi: [f32; 3]) -> Self {
-        Self { reference: Some(irradiance_over_pi), dark: false, ..Self::black() }
+        Self { found: Found::Reference(irradiance_over_pi), ..Self::black() }
     }
 
     /// Darkness.
     #[must_use]
     pub fn black() -> Self {
-        Self { chain: Chain::dark(MIN_CELLS + 1), picture: None, dark: true, reference: None }
+        Self { chain: Chain::dark(MIN_CELLS + 1), picture: None, found: Found::Darkness }
     }
 }
 
@@ -109,8 +117,9 @@ impl<'a> EnvironmentLight<'a> {
 
     /// The direction in the environment's own frame: turned back.
     #[inline(always)]
-    fn turned_back<L: Lanes>(&self, _: L, [x, y, z]: V3<L>) -> V3<L> {
-        [x * self.cos - z * self.sin, y, x * self.sin + z * self.cos]
+    fn turned_back<L: Lanes>(&self, _: L, direction: V3<L>) -> V3<L> {
+        let Vec3 { x, y, z } = direction;
+        Vec3::new(x * self.cos - z * self.sin, y, x * self.sin + z * self.cos)
     }
 
     /// Radiance that arrives from around `direction` (away from the surface, any length), filtered for a surface of
@@ -121,16 +130,13 @@ impl<'a> EnvironmentLight<'a> {
     #[inline(always)]
     #[must_use]
     pub fn radiance<L: Lanes>(&self, l: L, direction: V3<L>, perceptual_roughness: L::F) -> V3<L> {
-        // What the lookup would find.
-        if self.environment.dark {
-            return vec3::splat(l, [0.0; 3]);
-        }
         let direction = self.turned_back(l, direction);
-        let rgb = match self.environment.reference {
-            Some(_) => super::reference::radiance(l, direction, perceptual_roughness),
-            None => self.environment.chain.radiance(l, direction, perceptual_roughness),
+        let rgb = match self.environment.found {
+            Found::Maps => self.environment.chain.radiance(l, direction, perceptual_roughness),
+            Found::Darkness => return Vec3::zero(l),
+            Found::Reference(_) => super::reference::radiance(l, direction, perceptual_roughness),
         };
-        vec3::scale(l, rgb, l.splat(self.intensity))
+        rgb * self.intensity
     }
 
     /// Irradiance on a surface with this unit normal, divided by pi: the radiance of a white Lambert surface. Never
@@ -138,14 +144,12 @@ impl<'a> EnvironmentLight<'a> {
     #[inline(always)]
     #[must_use]
     pub fn irradiance_over_pi<L: Lanes>(&self, l: L, normal: V3<L>) -> V3<L> {
-        if self.environment.dark {
-            return vec3::splat(l, [0.0; 3]);
-        }
-        let rgb = match self.environment.reference {
-            Some(constant) => vec3::splat(l, constant),
-            None => self.environment.chain.lookup(l, IRRADIANCE, self.turned_back(l, normal)),
+        let rgb = match self.environment.found {
+            Found::Maps => self.environment.chain.lookup(l, IRRADIANCE, self.turned_back(l, normal)),
+            Found::Darkness => return Vec3::zero(l),
+            Found::Reference(irradiance_over_pi) => Vec3::splat(l, irradiance_over_pi),
         };
-        vec3::scale(l, rgb, l.splat(self.intensity))
+        rgb * self.intensity
     }
 
     /// The unfiltered environment in a direction of any length, as a background shows it: from the original picture
@@ -158,6 +162,6 @@ impl<'a> EnvironmentLight<'a> {
             Some(picture) => picture.radiance(l, direction),
             None => self.environment.chain.lookup(l, 0, direction),
         };
-        vec3::scale(l, rgb, l.splat(self.intensity))
+        rgb * self.intensity
     }
 }

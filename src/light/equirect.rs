@@ -4,15 +4,17 @@ use super::DistantRadiance;
 use crate::each;
 use crate::math;
 use crate::math::lanes::{Float, Int, Lanes, Mask};
-use crate::math::vec3::V3;
+use crate::math::vec3::{V3, Vec3};
 use crate::scene::EquirectImage;
+use crate::vec3;
 use std::f32::consts::{FRAC_1_PI, PI};
 
 /// Bilinear lookup: repeats around the horizon, stops at the poles. `u = atan2(z, x) / 2 pi + 0.5`,
 /// `v = acos(y) / pi` for a unit direction, written so that any length will do and the poles are exact.
 impl DistantRadiance for EquirectImage {
     #[inline(always)]
-    fn radiance<L: Lanes>(&self, l: L, [x, y, z]: V3<L>) -> V3<L> {
+    fn radiance<L: Lanes>(&self, l: L, direction: V3<L>) -> V3<L> {
+        let Vec3 { x, y, z } = direction;
         let (width, height) = (self.width() as i32, self.height() as i32);
         let polar = math::atan2(l, (x * x + z * z).sqrt(), y);
         let column = (math::atan2(l, z, x) * (0.5 / PI) + 0.5) * width as f32 - 0.5;
@@ -29,7 +31,7 @@ impl DistantRadiance for EquirectImage {
         let (y0, y1) = (top * width, Int::min(top + 1, l.splat_i(height - 1)) * width);
         let values = self.pixels().as_flattened();
         let corners = each!(i in [y0 + x0, y0 + x1, y1 + x0, y1 + x1] => i * 3);
-        each!(c => {
+        vec3!(c => {
             let [a, b, d, e] = each!(i in corners => l.gather(values, i + c as i32));
             a.lerp(b, fx).lerp(d.lerp(e, fx), fy)
         })
@@ -99,10 +101,9 @@ impl Coverage {
 mod tests {
     use super::*;
     use crate::math::lanes::Scalar;
-    use crate::math::vec3;
 
     fn look(image: &EquirectImage, d: [f32; 3]) -> [f32; 3] {
-        image.radiance(Scalar, vec3::splat(Scalar, d)).map(|c| c.to_array()[0])
+        image.radiance(Scalar, Vec3::splat(Scalar, d)).lane(0)
     }
 
     #[test]

@@ -19,7 +19,7 @@ use crate::dispatch;
 use crate::each;
 use crate::jobs::Jobs;
 use crate::math::lanes::{Float, LANES, Lanes, SimdLevel};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::Vec3;
 
 /// max(c, 0) / pi in Legendre polynomials of c up to degree 8, normalised to a mean of 1 over the sphere and
 /// written in powers of c: the factors of 1, c, c^2, c^4, c^6, c^8.
@@ -100,20 +100,18 @@ fn mean(lights: &[Light]) -> [f32; 3] {
 fn convolve<L: Lanes>(l: L, lights: &[Light], size: usize, first: usize) -> [[f32; LANES]; 3] {
     let (u, v) = octahedral::positions(l, size, first);
     let (n, _) = octahedral::directions(l, u, v);
-    let mut sum = vec3::splat(l, [0.0; 3]);
+    let mut sum = Vec3::zero(l);
     let mut total = l.zero();
     for light in lights {
-        let [x, y, z] = light.direction;
-        let c = n[0] * x + n[1] * y + n[2] * z;
+        let c = n.dot(Vec3::splat(l, light.direction));
         let c2 = c * c;
         let even = (((c2 * KERNEL[5] + KERNEL[4]) * c2 + KERNEL[3]) * c2 + KERNEL[2]) * c2 + KERNEL[0];
         let kernel = even + c * KERNEL[1];
-        sum = each!(k => sum[k] + kernel * light.radiance[k]);
+        sum += Vec3::splat(l, light.radiance) * kernel;
         total = total + kernel * light.solid_angle;
     }
     // Division by the sum that white light gives makes a uniform environment exact.
-    let rgb: V3<L> = vec3::scale(l, sum, total.recip());
-    each!(c in rgb => c.to_array())
+    (sum * total.recip()).to_arrays()
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@
 //! a border, and every second sample of a level is a sample of the next.
 
 use crate::math::lanes::{Float, Int, LANES, Lanes, Mask, Scalar};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
 
 /// `magnitude` with the sign of `sign`; `magnitude` is not negative.
 #[inline(always)]
@@ -21,7 +21,7 @@ fn with_sign<L: Lanes>(_: L, magnitude: L::F, sign: L::F) -> L::F {
 /// midpoints are +-X and +-Z, the corners -Y. The zero vector maps to the centre; a NaN stays one.
 #[inline(always)]
 pub(crate) fn encode<L: Lanes>(l: L, direction: V3<L>) -> [L::F; 2] {
-    let [x, y, z] = direction;
+    let Vec3 { x, y, z } = direction;
     let scale = (x.abs() + y.abs() + z.abs()).at_least(f32::MIN_POSITIVE).recip();
     let (x, z) = (x * scale, z * scale);
     let lower = y.lt(l.zero());
@@ -38,7 +38,7 @@ pub(crate) fn decode<L: Lanes>(l: L, u: L::F, v: L::F) -> V3<L> {
     let fold = (-y).at_least(0.0);
     let x = u - with_sign(l, fold, u);
     let z = v - with_sign(l, fold, v);
-    [x, y, z]
+    Vec3::new(x, y, z)
 }
 
 /// Where sixteen samples of a grid lie on the square, in row-major order from `first` on. Samples past the end repeat
@@ -61,14 +61,14 @@ pub(crate) fn positions<L: Lanes>(l: L, size: usize, first: usize) -> (L::F, L::
 #[inline(always)]
 pub(crate) fn directions<L: Lanes>(l: L, u: L::F, v: L::F) -> (V3<L>, L::F) {
     let point = decode(l, u, v);
-    let inverse = vec3::dot(l, point, point).sqrt().recip();
-    (vec3::scale(l, point, inverse), inverse * inverse * inverse)
+    let inverse = point.dot(point).sqrt().recip();
+    (point * inverse, inverse * inverse * inverse)
 }
 
 /// The unit direction of one sample of a grid.
 pub(crate) fn direction(size: usize, index: usize) -> [f32; 3] {
     let (u, v) = positions(Scalar, size, index);
-    directions(Scalar, u, v).0.map(|c| c.to_array()[0])
+    directions(Scalar, u, v).0.lane(0)
 }
 
 /// Share of a grid cell that belongs to the sample in column `x` of row `y`: the edges are shared by two samples
@@ -98,11 +98,11 @@ mod tests {
     use super::*;
 
     fn encode_one(d: [f32; 3]) -> [f32; 2] {
-        encode(Scalar, vec3::splat(Scalar, d)).map(|c| c.to_array()[0])
+        encode(Scalar, Vec3::splat(Scalar, d)).map(|c| c.to_array()[0])
     }
 
     fn decode_one(u: f32, v: f32) -> [f32; 3] {
-        directions(Scalar, Scalar.splat(u), Scalar.splat(v)).0.map(|c| c.to_array()[0])
+        directions(Scalar, Scalar.splat(u), Scalar.splat(v)).0.lane(0)
     }
 
     #[test]

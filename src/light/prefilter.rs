@@ -17,10 +17,9 @@ use super::DistantRadiance;
 use super::chain::{Chain, IRRADIANCE, LEVELS, bilinear, seal};
 use super::{harmonics, octahedral, texel};
 use crate::dispatch;
-use crate::each;
 use crate::jobs::Jobs;
 use crate::math::lanes::{Float, Int, Lanes, SimdLevel};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
 use std::f64::consts::PI;
 
 /// Samples of the filter at each roughness, and the solid angle of what a sample reads in units of the solid angle
@@ -105,15 +104,15 @@ fn paint_run<L: Lanes>(
     let share = 1.0 / (taps * taps) as f32;
     for (block, values) in values.chunks_mut(16).enumerate() {
         let (u, v) = octahedral::positions(l, size, first + block * 16);
-        let mut sum = vec3::splat(l, [0.0; 3]);
+        let mut sum = Vec3::zero(l);
         for tap in 0..taps * taps {
             let offset = |k: usize| ((k as f32 + 0.5) / taps as f32 - 0.5) * step;
             let (direction, _) = octahedral::directions(l, u + offset(tap % taps), v + offset(tap / taps));
-            sum = vec3::add(l, sum, source.radiance(l, direction));
+            sum += source.radiance(l, direction);
         }
         let (_, solid_angle) = octahedral::directions(l, u, v);
         let weight = solid_angle * share;
-        let rgb = each!(c in vec3::scale(l, sum, weight) => c.to_array());
+        let rgb = (sum * weight).to_arrays();
         let solid_angle = solid_angle.to_array();
         for (k, value) in values.iter_mut().enumerate() {
             *value = [rgb[0][k], rgb[1][k], rgb[2][k], solid_angle[k]];
@@ -232,17 +231,17 @@ fn filter_run<L: Lanes>(
         let (u, v) = octahedral::positions(l, size, first + block * 16);
         let (normal, _) = octahedral::directions(l, u, v);
         let (tangent, bitangent) = frame(l, normal);
-        let mut sum = vec3::splat(l, [0.0; 3]);
+        let mut sum = Vec3::zero(l);
         for sample in samples {
             let [x, y, z] = sample.direction;
-            let direction: V3<L> = each!(c => tangent[c] * x + bitangent[c] * y + normal[c] * z);
+            let direction = tangent * x + bitangent * y + normal * z;
             let (start, size) = pyramid.levels[sample.copy];
             let place = octahedral::encode(l, direction);
             let (start, size) = (l.splat_i(start as i32), l.splat_i(size as i32));
             let rgb = bilinear(l, &pyramid.texels, start, size, place);
-            sum = vec3::add(l, sum, vec3::scale(l, rgb, l.splat(sample.weight)));
+            sum += rgb * sample.weight;
         }
-        let rgb = each!(c in vec3::scale(l, sum, l.splat(1.0 / sum_of_weights)) => c.to_array());
+        let rgb = (sum * (1.0 / sum_of_weights)).to_arrays();
         for (k, texel) in texels.iter_mut().enumerate() {
             *texel = texel::encode([rgb[0][k], rgb[1][k], rgb[2][k]]);
         }
@@ -253,8 +252,8 @@ fn filter_run<L: Lanes>(
 /// orthonormal basis, revisited").
 #[inline(always)]
 fn frame<L: Lanes>(l: L, n: V3<L>) -> (V3<L>, V3<L>) {
-    let sign = (l.splat(1.0).bits() | (n[2].bits() & i32::MIN)).float_from_bits();
-    let a = -(sign + n[2]).recip();
-    let b = n[0] * n[1] * a;
-    ([sign * n[0] * n[0] * a + 1.0, sign * b, -(sign * n[0])], [b, sign + n[1] * n[1] * a, -n[1]])
+    let sign = (l.splat(1.0).bits() | (n.z.bits() & i32::MIN)).float_from_bits();
+    let a = -(sign + n.z).recip();
+    let b = n.x * n.y * a;
+    (Vec3::new(sign * n.x * n.x * a + 1.0, sign * b, -(sign * n.x)), Vec3::new(b, sign + n.y * n.y * a, -n.y))
 }

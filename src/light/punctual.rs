@@ -10,7 +10,7 @@
 
 use crate::each;
 use crate::math::lanes::{Float, Lanes, Mask};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
 use crate::scene::{Light, LightKind};
 
 /// Squared distance in square metres below which a light comes no closer: 1 mm.
@@ -99,29 +99,29 @@ impl PunctualLight {
     #[inline(always)]
     #[must_use]
     pub fn sample<L: Lanes>(&self, l: L, position: V3<L>) -> LightSample<L> {
-        let intensity = vec3::splat(l, self.intensity);
+        let intensity = Vec3::splat(l, self.intensity);
         match &self.kind {
             Kind::Directional { towards } => LightSample {
-                direction: vec3::splat(l, *towards),
+                direction: Vec3::splat(l, *towards),
                 irradiance: intensity,
                 minimum_roughness: self.minimum_roughness,
             },
             Kind::Positional { position: from, inverse_range_squared, cone } => {
-                let to_light = vec3::sub(l, vec3::splat(l, *from), position);
-                let squared = vec3::dot(l, to_light, to_light);
-                let direction = vec3::normalize(l, to_light);
+                let to_light = Vec3::splat(l, *from) - position;
+                let squared = to_light.dot(to_light);
+                let direction = to_light.normalize();
                 let near = squared.at_least(MIN_DISTANCE_SQUARED);
                 let share = near * *inverse_range_squared;
                 let mut factor = (share * share).one_minus().saturate() / near;
                 if let Some(cone) = cone {
-                    let cos = vec3::dot(l, direction, vec3::splat(l, cone.towards));
+                    let cos = direction.dot(Vec3::splat(l, cone.towards));
                     factor = factor * (cos * cone.scale + cone.offset).saturate().squared();
                 }
                 // The quotient of a tiny factor can be subnormal, which is slow and dark: none.
                 let factor = factor.lt(l.splat(1e-30)).select(l.zero(), factor);
                 LightSample {
                     direction,
-                    irradiance: vec3::scale(l, intensity, factor),
+                    irradiance: intensity * factor,
                     minimum_roughness: self.minimum_roughness,
                 }
             }
@@ -154,8 +154,8 @@ mod tests {
     }
 
     fn at(light: &PunctualLight, position: [f32; 3]) -> ([f32; 3], [f32; 3]) {
-        let sample = light.sample(Scalar, vec3::splat(Scalar, position));
-        (sample.direction.map(|c| c.to_array()[0]), sample.irradiance.map(|c| c.to_array()[0]))
+        let sample = light.sample(Scalar, Vec3::splat(Scalar, position));
+        (sample.direction.lane(0), sample.irradiance.lane(0))
     }
 
     #[test]
@@ -227,8 +227,8 @@ mod tests {
         let run = |level| {
             crate::dispatch!(level, l => {
                 let x = l.load(&std::array::from_fn(|k| k as f32 * 0.2 - 1.0));
-                let sample = spot.sample(l, [x, x * 0.3, x * -0.7]);
-                [sample.direction, sample.irradiance].map(|v| v.map(|c| c.to_array().map(f32::to_bits)))
+                let sample = spot.sample(l, Vec3::new(x, x * 0.3, x * -0.7));
+                [sample.direction, sample.irradiance].map(|v| v.to_arrays().map(|c| c.map(f32::to_bits)))
             })
         };
         let expected: [[[u32; LANES]; 3]; 2] = run(SimdLevel::Scalar);

@@ -11,7 +11,7 @@
 use super::{DistantRadiance, PrefilteredEnvironment};
 use crate::jobs::Jobs;
 use crate::math::lanes::{Float, Lanes, Mask, SimdLevel};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
 use std::sync::{Arc, OnceLock};
 
 /// The prefiltered painting, see [`Studio::prefilter`].
@@ -107,11 +107,10 @@ impl SoftBox {
     /// How much it adds to what a unit direction sees.
     #[inline(always)]
     fn radiance<L: Lanes>(&self, l: L, d: V3<L>) -> V3<L> {
-        let along = |axis: [f32; 3]| d[0] * axis[0] + d[1] * axis[1] + d[2] * axis[2];
-        let depth = along(self.centre);
+        let depth = d.dot(Vec3::splat(l, self.centre));
         let inverse = depth.at_least(1e-3).recip();
-        let x = (along(self.across) * inverse).abs();
-        let y = (along(self.along) * inverse).abs();
+        let x = (d.dot(Vec3::splat(l, self.across)) * inverse).abs();
+        let y = (d.dot(Vec3::splat(l, self.along)) * inverse).abs();
         // Signed distance to the rounded rectangle, negative inside.
         let qx = x - (self.half[0] - self.corner);
         let qy = y - (self.half[1] - self.corner);
@@ -121,23 +120,23 @@ impl SoftBox {
         let (u, v) = (x * (1.0 / self.half[0]), y * (1.0 / self.half[1]));
         let gradient = (u * u + v * v) * (0.5 * (self.falloff - 1.0)) + 1.0;
         let light = depth.gt(l.splat(1e-3)).select(mask * gradient.at_least(0.0), l.zero());
-        self.radiance.map(|c| light * c)
+        Vec3::splat(l, self.radiance) * light
     }
 }
 
 impl DistantRadiance for Studio {
     #[inline(always)]
     fn radiance<L: Lanes>(&self, l: L, direction: V3<L>) -> V3<L> {
-        let d = vec3::normalize(l, direction);
-        let y = d[1];
+        let d = direction.normalize();
+        let y = d.y;
         // The room: walls that darken towards the ceiling, and a floor that gives back some of the light, most of it
         // near the model's feet and in front.
         let walls = smooth(y * 0.8 + 0.2).one_minus() * 0.13 + 0.07;
-        let floor = smooth(y * -1.4 - 0.02) * (d[2] * 0.08 + 0.26);
+        let floor = smooth(y * -1.4 - 0.02) * (d.z * 0.08 + 0.26);
         let room = walls + floor;
-        let mut sum = [room * 1.0, room * 0.99, room * 0.975];
+        let mut sum = Vec3::splat(l, [1.0, 0.99, 0.975]) * room;
         for soft_box in &BOXES {
-            sum = vec3::add(l, sum, soft_box.radiance(l, d));
+            sum += soft_box.radiance(l, d);
         }
         sum
     }

@@ -4,7 +4,7 @@ use super::*;
 use crate::jobs::Jobs;
 use crate::math;
 use crate::math::lanes::{Float, LANES, Mask, Scalar, SimdLevel};
-use crate::math::vec3;
+use crate::math::vec3::{V3, Vec3};
 use crate::scene::EquirectImage;
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ struct Uniform(f32);
 impl DistantRadiance for Uniform {
     #[inline(always)]
     fn radiance<L: Lanes>(&self, l: L, _: V3<L>) -> V3<L> {
-        vec3::splat(l, [self.0, self.0 * 0.5, 0.0])
+        Vec3::splat(l, [self.0, self.0 * 0.5, 0.0])
     }
 }
 
@@ -22,10 +22,10 @@ struct BoxLight;
 impl DistantRadiance for BoxLight {
     #[inline(always)]
     fn radiance<L: Lanes>(&self, l: L, d: V3<L>) -> V3<L> {
-        let d = vec3::normalize(l, d);
-        let inside = d[0].gt(l.splat(0.5)) & d[1].abs().lt(l.splat(0.2)) & d[2].abs().lt(l.splat(0.3));
-        let room = d[1] * 0.3 + 0.5;
-        [inside.select(l.splat(20.0), room), room, room * 0.1]
+        let d = d.normalize();
+        let inside = d.x.gt(l.splat(0.5)) & d.y.abs().lt(l.splat(0.2)) & d.z.abs().lt(l.splat(0.3));
+        let room = d.y * 0.3 + 0.5;
+        Vec3::new(inside.select(l.splat(20.0), room), room, room * 0.1)
     }
 }
 
@@ -34,9 +34,9 @@ struct Sun([f32; 3]);
 impl DistantRadiance for Sun {
     #[inline(always)]
     fn radiance<L: Lanes>(&self, l: L, d: V3<L>) -> V3<L> {
-        let cos = vec3::dot(l, vec3::normalize(l, d), vec3::splat(l, self.0));
+        let cos = d.normalize().dot(Vec3::splat(l, self.0));
         let light = cos.gt(l.splat(0.999_8)).select(l.splat(4000.0), l.zero());
-        [light, light, light * 0.5]
+        Vec3::new(light, light, light * 0.5)
     }
 }
 
@@ -45,15 +45,15 @@ fn filtered(source: &(impl DistantRadiance + Sync), size_log2: u32) -> Prefilter
 }
 
 fn one(rgb: V3<Scalar>) -> [f32; 3] {
-    rgb.map(|c| c.to_array()[0])
+    rgb.lane(0)
 }
 
 fn reflected(light: &EnvironmentLight<'_>, d: [f32; 3], p: f32) -> [f32; 3] {
-    one(light.radiance(Scalar, vec3::splat(Scalar, d), Scalar.splat(p)))
+    one(light.radiance(Scalar, Vec3::splat(Scalar, d), Scalar.splat(p)))
 }
 
 fn diffuse(light: &EnvironmentLight<'_>, n: [f32; 3]) -> [f32; 3] {
-    one(light.irradiance_over_pi(Scalar, vec3::splat(Scalar, n)))
+    one(light.irradiance_over_pi(Scalar, Vec3::splat(Scalar, n)))
 }
 
 /// Directions spread evenly over the sphere.
@@ -70,9 +70,9 @@ fn spread(count: usize) -> impl Iterator<Item = [f32; 3]> {
 fn looked_at(source: &impl DistantRadiance) -> Vec<([f32; 3], [f32; 3])> {
     let directions: Vec<_> = spread(200_000).collect();
     let blocks = directions.chunks_exact(LANES).flat_map(|block| {
-        let lanes = std::array::from_fn(|c| Scalar.load(&std::array::from_fn(|k| block[k][c])));
-        let rgb = source.radiance(Scalar, lanes).map(|c| c.to_array());
-        (0..LANES).map(move |k| (block[k], rgb.map(|c| c[k])))
+        let lanes = Vec3::from_fn(|c| Scalar.load(&std::array::from_fn(|k| block[k][c])));
+        let rgb = source.radiance(Scalar, lanes);
+        (0..LANES).map(move |k| (block[k], rgb.lane(k)))
     });
     blocks.collect()
 }
@@ -254,7 +254,7 @@ fn bright_spots_are_seen_where_the_picture_has_them() {
             let (sin, cos) = math::double::sin_cos(f64::from(degrees).to_radians());
             let (sin, cos) = (sin as f32, cos as f32);
             let seen = [axis[0] * cos + axis[2] * sin, axis[1], axis[2] * cos - axis[0] * sin];
-            let background = |d: [f32; 3]| one(light.background(Scalar, vec3::splat(Scalar, d)))[0];
+            let background = |d: [f32; 3]| one(light.background(Scalar, Vec3::splat(Scalar, d)))[0];
             let away = seen.map(|c: f32| -c);
             assert!(reflected(&light, seen, 0.0)[0] > 8.9, "{axis:?} turned by {degrees}");
             assert!(background(seen) > 8.9, "{axis:?} turned by {degrees}");
@@ -309,14 +309,14 @@ fn the_same_bits_at_every_level_and_for_any_number_of_threads() {
     for d in spread(64).collect::<Vec<_>>().chunks_exact(LANES) {
         let run = |level| {
             crate::dispatch!(level, l => {
-                let direction: [_; 3] = std::array::from_fn(|c| l.load(&std::array::from_fn(|k| d[k][c])));
+                let direction = Vec3::from_fn(|c| l.load(&std::array::from_fn(|k| d[k][c])));
                 let p = l.load(&std::array::from_fn(|k| k as f32 / 15.0));
                 [
                     light.radiance(l, direction, p),
                     light.irradiance_over_pi(l, direction),
                     light.background(l, direction),
                 ]
-                .map(|rgb| rgb.map(|c| c.to_array().map(f32::to_bits)))
+                .map(|rgb| rgb.to_arrays().map(|c| c.map(f32::to_bits)))
             })
         };
         let expected: [[[u32; LANES]; 3]; 3] = run(SimdLevel::Scalar);

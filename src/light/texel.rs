@@ -7,9 +7,9 @@
 //!
 //! [`EquirectImage`]: crate::scene::EquirectImage
 
-use crate::each;
 use crate::math::lanes::{Int, Lanes};
 use crate::math::vec3::V3;
+use crate::vec3;
 
 /// Largest value that can be stored.
 pub(crate) const MAX: f32 = 511.0 * 2048.0;
@@ -49,13 +49,13 @@ pub(crate) fn decode(texel: u32) -> [f32; 3] {
 #[inline(always)]
 pub(crate) fn unpack<L: Lanes>(_: L, texel: L::I) -> (V3<L>, L::F) {
     let scale = (texel.shr_logical(27) + (127 - BIAS)).shl(23).float_from_bits();
-    (each!(c => (texel.shr_logical(9 * c as u32) & 511).to_float()), scale)
+    (vec3!(c => (texel.shr_logical(9 * c as u32) & 511).to_float()), scale)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::lanes::{Float, Scalar};
+    use crate::math::lanes::Scalar;
 
     #[test]
     fn the_error_is_below_a_512th_of_the_brightest_channel() {
@@ -103,7 +103,7 @@ mod tests {
             let texels: [i32; 16] = std::array::from_fn(|k| (base + 77_777 * k as u32) as i32);
             let (rgb, scale) = unpack(Scalar, Scalar.load_i(&texels));
             for k in 0..16 {
-                let found = rgb.map(|c| c.to_array()[k] * scale.to_array()[k]);
+                let found = (rgb * scale).lane(k);
                 assert_eq!(found, decode(texels[k] as u32));
             }
         }

@@ -112,7 +112,7 @@ mod tests {
         let spread = Spread { screen: [9.0, 0.0, 9.0], depth: [4.5, 0.0], sag: 0.25 };
         let disc = Disc::new([100, -50], 7.0, &spread, 3, false).expect("it has an area");
         assert_eq!(disc.bounds(), [100 - 769, -50 - 769, 100 + 769, -50 + 769]);
-        assert_eq!(disc.depth_gradient, [0.5 / 256.0, 0.0]);
+        assert_eq!(disc.depth_gradient, [0.5 / SUBPIXELS as f32, 0.0]);
         assert!((disc.depth_reach - 1.5).abs() < 1e-6);
         assert!((disc.depth_range()[0] - 5.25).abs() < 1e-6 && (disc.depth_range()[1] - 8.5).abs() < 1e-6);
         let inside = |dx: f32, dy: f32| {

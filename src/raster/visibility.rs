@@ -1,7 +1,8 @@
 //! The visibility buffer of one tile: nearest depth and triangle of every sample.
 
 use super::{
-    BLOCK, Disc, EdgeFunctions, FewPixels, SUBPIXEL_BITS, SamplePattern, SmallSamples, TileOrigin, Triangle,
+    BLOCK, Disc, EdgeFunctions, FewPixels, SUBPIXEL_BITS, SUBPIXELS, SamplePattern, SmallSamples, TileOrigin,
+    Triangle,
 };
 use crate::math::lanes::{Float, Int, LANES, Lanes, Mask};
 use crate::reuse::reserve_like;
@@ -597,7 +598,7 @@ impl<L: Lanes> DepthPlane<L> {
         Self {
             at_vertex: l.splat(depth),
             gradient: gradient.map(|g| l.splat(g)),
-            lane: [(lane & 3).shl(8).to_float(), lane.shr(2).shl(8).to_float()],
+            lane: [(lane & 3).shl(SUBPIXEL_BITS).to_float(), lane.shr(2).shl(SUBPIXEL_BITS).to_float()],
             origin: [origin.x - x, origin.y - y],
             smallest: l.splat(smallest),
             largest: l.splat(largest),
@@ -609,7 +610,7 @@ impl<L: Lanes> DepthPlane<L> {
     /// Distances of the corners of a block's pixels from the vertex, in sub-pixels.
     #[inline(always)]
     fn place(&self, l: L, span: &BlockSpan) -> [L::F; 2] {
-        let [x, y] = [self.origin[0] + span.column * 256, self.origin[1] + span.row * 256];
+        let [x, y] = [self.origin[0] + span.column * SUBPIXELS, self.origin[1] + span.row * SUBPIXELS];
         [self.lane[0] + l.splat(x as f32), self.lane[1] + l.splat(y as f32)]
     }
 

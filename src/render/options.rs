@@ -191,7 +191,7 @@ impl RenderOptions {
             Limits::check(
                 || name.to_owned(),
                 side.into(),
-                self.limits.output_side.min(16384).into(),
+                self.limits.output_side.min(Limits::LARGEST_OUTPUT_SIDE).into(),
                 "output_side",
             )?;
         }

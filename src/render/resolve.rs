@@ -3,7 +3,7 @@
 use super::tile_shading::ShadedFragment;
 use crate::each;
 use crate::gbuffer::Fragment;
-use crate::math::lanes::{Float, Int, LANES, Lanes};
+use crate::math::lanes::{Int, LANES, Lanes};
 use crate::raster::{SUBPIXELS, TileOrigin};
 use crate::reuse::reserve_like;
 use crate::shade::ShadeContext;
@@ -301,7 +301,7 @@ fn environment_pixels<L: Lanes>(
     let y = (origin.y + row as i32 * SUBPIXELS + HALF) as f32 * PIXELS;
     let x = (l.lane_indices().to_float() + (block * LANES) as f32) + (origin.x + HALF) as f32 * PIXELS;
     let (_, ray) = context.rays.ray(l, [x, l.splat(y)]);
-    each!(c in context.environment.background(l, ray) => c.to_array())
+    context.environment.background(l, ray).to_arrays()
 }
 
 /// Puts the environment behind the pixels of a tile.

@@ -12,7 +12,7 @@ use super::work::Spent;
 use crate::each;
 use crate::gbuffer::layout::{self, SurfacePlanes};
 use crate::gbuffer::{Batch, Fragment};
-use crate::math::lanes::{Float, LANES, Lanes};
+use crate::math::lanes::{LANES, Lanes};
 use crate::math::vec3::V3;
 use crate::reuse::reserve_like;
 use crate::scene::{Material, ShadingModel};
@@ -196,7 +196,7 @@ pub(super) fn shade_fragments<L: Lanes>(
 
             // Hand them on: to the pixels or the resolve, to hashes and to planes for users.
             let done = ShadedBatch { of: &of, batch, planes, indices };
-            hand_on(input, &done, each!(c in radiance => c.to_array()), out, pixels);
+            hand_on(input, &done, radiance.to_arrays(), out, pixels);
             describe(frame, input, &done, &out.fragments, job);
             std::mem::swap(&mut batch, &mut following);
         }
@@ -227,8 +227,8 @@ fn add_transmitted<L: Lanes>(
 ) -> V3<L> {
     let passed = pass_through(l, context, of.material, planes, radiance);
     if of.material.is_transmissive() && !out.transmitted.is_empty() {
-        let open = each!(c in passed.open => c.to_array());
-        let keep = each!(c in passed.keep => c.to_array());
+        let open = passed.open.to_arrays();
+        let keep = passed.keep.to_arrays();
         for (k, &index) in indices.iter().enumerate() {
             out.transmitted[index as usize] =
                 Some(Transmitted { open: each!(c => open[c][k]), keep: each!(c => keep[c][k]) });

@@ -13,7 +13,7 @@ use crate::brdf::tables;
 use crate::each;
 use crate::light::{AreaLight, AreaShape};
 use crate::math::lanes::{Float, Lanes, Mask};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
 use crate::scene::Material;
 
 /// Least perceptual roughness for which a lobe is integrated: below, lights are as sharp as this.
@@ -70,13 +70,13 @@ pub(super) fn area_radiance<L: Lanes>(
         || {
             let mut normal = receiver.normal;
             if material.has_normal_maps() && material.coat > 0.0 {
-                let from_eye = vec3::neg(l, receiver.view);
-                let of_base = vec3::dot(l, direction, vec3::reflect(l, from_eye, receiver.normal));
-                let of_coat = vec3::dot(l, direction, vec3::reflect(l, from_eye, receiver.coat_normal));
-                normal = vec3::select(l, of_base.lt(of_coat), receiver.coat_normal, receiver.normal);
+                let from_eye = -receiver.view;
+                let of_base = direction.dot(from_eye.reflect(receiver.normal));
+                let of_coat = direction.dot(from_eye.reflect(receiver.coat_normal));
+                normal = Vec3::select(of_base.lt(of_coat), receiver.coat_normal, receiver.normal);
             }
             let frame = LightFrame::new(l, normal, receiver.view);
-            let n_dot_v = vec3::dot(l, normal, receiver.view).saturate();
+            let n_dot_v = normal.dot(receiver.view).saturate();
             let p = perceptual_roughness.clamp_to(LEAST_PERCEPTUAL_ROUGHNESS, 1.0);
             if by_facets {
                 let alpha = p * p;
@@ -98,15 +98,15 @@ fn outline<L: Lanes>(
     corners: &[[f32; 3]; 4],
     two_sided: bool,
 ) -> ([V3<L>; 4], L::M) {
-    let outline: [V3<L>; 4] = each!(c in *corners => vec3::sub(l, vec3::splat(l, c), receiver.position));
+    let outline: [V3<L>; 4] = each!(c in *corners => Vec3::splat(l, c) - receiver.position);
     if two_sided {
         return (outline, l.mask(0));
     }
     // The outline runs up along the right edge first.
-    let up = vec3::sub(l, outline[1], outline[0]);
-    let left = vec3::sub(l, outline[2], outline[1]);
-    let front = vec3::cross(l, up, left);
-    let behind = vec3::dot(l, front, outline[0]).gt(l.zero());
+    let up = outline[1] - outline[0];
+    let left = outline[2] - outline[1];
+    let front = up.cross(left);
+    let behind = front.dot(outline[0]).gt(l.zero());
     (outline, behind)
 }
 
@@ -119,7 +119,7 @@ fn sum<L: Lanes>(
     frame: &LightFrame<L>,
     lobe: &Lobe<L>,
 ) -> V3<L> {
-    let mut sum = [l.zero(); 3];
+    let mut sum = Vec3::zero(l);
     for AreaLight { radiance, shape } in context.area_lights {
         let share = match shape {
             AreaShape::Rect { corners, two_sided } => {
@@ -127,12 +127,11 @@ fn sum<L: Lanes>(
                 behind.select(l.zero(), rectangle(l, frame, lobe, outline))
             }
             AreaShape::Tube { ends, radius } => {
-                let ends: [V3<L>; 2] =
-                    each!(c in *ends => vec3::sub(l, vec3::splat(l, c), receiver.position));
+                let ends: [V3<L>; 2] = each!(c in *ends => Vec3::splat(l, c) - receiver.position);
                 tube(l, frame, lobe, ends, l.splat(*radius))
             }
         };
-        sum = each!(k => sum[k] + share * radiance[k]);
+        sum += Vec3::splat(l, *radiance) * share;
     }
     sum
 }
@@ -146,7 +145,7 @@ fn sum_of_facets<L: Lanes>(
     receiver: &Receiver<L>,
     facets: &Facets<L>,
 ) -> V3<L> {
-    let mut sum = [l.zero(); 3];
+    let mut sum = Vec3::zero(l);
     for AreaLight { radiance, shape } in context.area_lights {
         let share = match shape {
             AreaShape::Rect { corners, two_sided } => {
@@ -154,12 +153,11 @@ fn sum_of_facets<L: Lanes>(
                 behind.select(l.zero(), facets.rectangle(l, outline, [8, 8]))
             }
             AreaShape::Tube { ends, radius } => {
-                let ends: [V3<L>; 2] =
-                    each!(c in *ends => vec3::sub(l, vec3::splat(l, c), receiver.position));
+                let ends: [V3<L>; 2] = each!(c in *ends => Vec3::splat(l, c) - receiver.position);
                 facets.tube(l, ends, l.splat(*radius), 16)
             }
         };
-        sum = each!(k => sum[k] + share * radiance[k]);
+        sum += Vec3::splat(l, *radiance) * share;
     }
     sum
 }

@@ -4,6 +4,7 @@ use crate::each;
 use crate::gbuffer::Draw;
 use crate::light::{AreaLight, EnvironmentLight, PunctualLight};
 use crate::math::lanes::{Float, Lanes};
+use crate::math::vec3::{V3, Vec3};
 use crate::scene::{AreaLightMethod, Material, ShadingModel, Texture};
 
 /// From places on the screen to rays, in single precision.
@@ -24,22 +25,18 @@ pub struct ViewRays {
 impl ViewRays {
     /// The ray of unit depth through a place on the screen: where it starts, and its direction (not normalised).
     #[inline(always)]
-    pub fn ray<L: Lanes>(&self, l: L, screen: [L::F; 2]) -> ([L::F; 3], [L::F; 3]) {
-        let across: [L::F; 3] = each!(k => screen[0] * self.right[k] + screen[1] * self.down[k]);
-        let eye = each!(v in self.eye => l.splat(v));
-        if self.perspective {
-            (eye, each!(k => across[k] + self.forward[k]))
-        } else {
-            (each!(k => across[k] + eye[k]), each!(v in self.forward => l.splat(v)))
-        }
+    pub fn ray<L: Lanes>(&self, l: L, screen: [L::F; 2]) -> (V3<L>, V3<L>) {
+        let across = Vec3::splat(l, self.right) * screen[0] + Vec3::splat(l, self.down) * screen[1];
+        let (eye, forward) = (Vec3::splat(l, self.eye), Vec3::splat(l, self.forward));
+        if self.perspective { (eye, across + forward) } else { (across + eye, forward) }
     }
 
     /// Where a point is seen: pixels right of and below the viewport's centre. Points behind the eye are seen far away.
     #[inline(always)]
-    pub fn project<L: Lanes>(&self, l: L, point: [L::F; 3]) -> [L::F; 2] {
-        let from_eye: [L::F; 3] = each!(k => point[k] - self.eye[k]);
-        let [x, y, depth] = each!(axis in [self.right, self.down, self.forward] =>
-            from_eye[0] * axis[0] + from_eye[1] * axis[1] + from_eye[2] * axis[2]);
+    pub fn project<L: Lanes>(&self, l: L, point: V3<L>) -> [L::F; 2] {
+        let from_eye = point - Vec3::splat(l, self.eye);
+        let [x, y, depth] =
+            each!(axis in [self.right, self.down, self.forward] => from_eye.dot(Vec3::splat(l, axis)));
         // The axes are as long as a pixel is wide.
         let [a, b, c] = self.right;
         let pixel = l.splat(a * a + b * b + c * c);

@@ -9,7 +9,7 @@ use super::{ShadeContext, Surface};
 use crate::coat::EnvironmentQuery;
 use crate::light::{LightSample, PunctualLight};
 use crate::math::lanes::{Float, Lanes, Mask};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::V3;
 use crate::scene::{AreaLightMethod, Material};
 
 /// What surrounds a surface at a distance or near: sources that are known by their average over a lobe.
@@ -136,11 +136,11 @@ pub(super) fn sample_light<L: Lanes>(l: L, light: &PunctualLight, position: V3<L
 /// Mirrors directions below the horizon of a unit normal back above it.
 #[inline(always)]
 fn above_horizon<L: Lanes>(l: L, direction: V3<L>, normal: V3<L>) -> V3<L> {
-    let cosine = vec3::dot(l, direction, normal);
+    let cosine = direction.dot(normal);
     let below = cosine.lt(l.zero());
     if !below.any() {
         return direction;
     }
     let twice = below.select(cosine * 2.0, l.zero());
-    vec3::sub(l, direction, vec3::scale(l, normal, twice))
+    direction - normal * twice
 }

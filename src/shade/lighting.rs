@@ -1,9 +1,8 @@
 //! Light on surfaces: the shading models applied to surface fragments.
 
 use super::{ShadeContext, Surface, models};
-use crate::each;
 use crate::gbuffer::layout::SurfacePlanes;
-use crate::math::lanes::{Float, Lanes};
+use crate::math::lanes::Lanes;
 use crate::math::vec3::V3;
 use crate::scene::{Material, ShadingModel};
 
@@ -27,5 +26,5 @@ pub fn shade<L: Lanes>(
     let radiance = models::radiance(l, model, context, material, surface);
     // Thin films and sheen can make light negative in the engines, whose frame buffers cut it off; and highlights of
     // mirrors under lights without extent know no bound.
-    each!(c in radiance => c.clamp_to(0.0, MAX_RADIANCE))
+    radiance.clamp_to(0.0, MAX_RADIANCE)
 }

@@ -1,22 +1,22 @@
 //! What fragments have beyond base, coat and emission.
 
 use super::reader::Reader;
-use super::record::{get, put};
+use super::record::{get, get_vector, put};
 use crate::gbuffer::layout::{self, SurfacePlanes};
 use crate::math;
 use crate::math::lanes::{Float, Lanes, Mask};
-use crate::math::vec3::V3;
+use crate::math::vec3::{V3, Vec3};
 use crate::scene::{Anisotropy, ColorParameter, Iridescence, Material, ScalarParameter};
 
 /// Declares [`LobeValues`]: of each value its type and shape, its plane in the G-buffer, what it is without lobes, and how it is read
 /// of a material.
 macro_rules! lobe_values {
     (@splat number $value:expr) => { $value };
-    (@splat color $value:expr) => { [$value; 3] };
+    (@splat color $value:expr) => { Vec3::uniform($value) };
     (@rows number $value:expr) => { [$value] };
-    (@rows color $value:expr) => { $value };
-    (@value number $rows:expr) => {{ let [value] = $rows; value }};
-    (@value color $rows:expr) => { $rows };
+    (@rows color $value:expr) => { $value.to_array() };
+    (@load number $l:ident $planes:ident $plane:expr) => {{ let [value] = get($l, $planes, $plane); value }};
+    (@load color $l:ident $planes:ident $plane:expr) => { get_vector($l, $planes, $plane) };
     (
         |$l:ident, $lobes:ident, $reader:ident, $strength:ident|
         $($(#[$doc:meta])* $field:ident: $type:ty, $shape:ident $plane:ident, $none:literal, $read:expr;)*
@@ -51,7 +51,7 @@ macro_rules! lobe_values {
             /// Reads what [`LobeValues::store`] wrote.
             #[inline(always)]
             pub(super) fn load(l: L, planes: &SurfacePlanes) -> Self {
-                Self { $($field: lobe_values!(@value $shape get(l, planes, layout::$plane)),)* }
+                Self { $($field: lobe_values!(@load $shape l planes layout::$plane),)* }
             }
         }
     };
@@ -106,7 +106,7 @@ pub(super) fn scalar<L: Lanes>(parameter: &ScalarParameter, reader: &Reader<'_, 
 
 #[inline(always)]
 pub(super) fn color<L: Lanes>(parameter: &ColorParameter, reader: &Reader<'_, L>) -> V3<L> {
-    reader.factor(parameter.factor, parameter.texture.as_ref(), [0, 1, 2])
+    Vec3::from_array(reader.factor(parameter.factor, parameter.texture.as_ref(), [0, 1, 2]))
 }
 
 /// KHR_materials_anisotropy: the texture's direction (2 rg - 1, made a unit vector; (1, 0) where it is zero) turned by

@@ -11,7 +11,7 @@ use crate::coat::EnvironmentQuery;
 use crate::gbuffer::layout::SurfacePlanes;
 use crate::light::LightSample;
 use crate::math::lanes::Lanes;
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
 use crate::scene::Material;
 use std::f32::consts::PI;
 
@@ -112,22 +112,22 @@ impl<A: AdditiveModel> Model for A {
 
     #[inline(always)]
     fn begin<L: Lanes>(self, l: L, layers: &A::Layers<L>, surface: &Surface<L>) -> V3<L> {
-        if A::EMISSION_LAST { [l.zero(); 3] } else { self.emission(l, layers, surface) }
+        if A::EMISSION_LAST { Vec3::zero(l) } else { self.emission(l, layers, surface) }
     }
 
     #[inline(always)]
     fn direct<L: Lanes>(self, l: L, layers: &A::Layers<L>, light: &LightSample<L>, sum: V3<L>) -> V3<L> {
-        vec3::add(l, sum, AdditiveModel::direct(self, l, layers, light))
+        sum + AdditiveModel::direct(self, l, layers, light)
     }
 
     #[inline(always)]
     fn indirect<L: Lanes>(self, l: L, layers: &A::Layers<L>, source: &Source<'_, L>, sum: V3<L>) -> V3<L> {
-        vec3::add(l, sum, AdditiveModel::indirect(self, l, layers, source))
+        sum + AdditiveModel::indirect(self, l, layers, source)
     }
 
     #[inline(always)]
     fn finish<L: Lanes>(self, l: L, layers: &A::Layers<L>, surface: &Surface<L>, sum: V3<L>) -> V3<L> {
-        if A::EMISSION_LAST { vec3::add(l, sum, self.emission(l, layers, surface)) } else { sum }
+        if A::EMISSION_LAST { sum + self.emission(l, layers, surface) } else { sum }
     }
 }
 
@@ -155,13 +155,27 @@ impl<L: Lanes> Source<'_, L> {
     /// Irradiance on a surface of this unit normal.
     #[inline(always)]
     pub(super) fn irradiance(&self, l: L, normal: V3<L>) -> V3<L> {
-        vec3::scale(l, self.irradiance_over_pi(l, normal), l.splat(PI))
+        self.irradiance_over_pi(l, normal) * PI
     }
 
     /// The average of radiance over a lobe.
     #[inline(always)]
     pub(super) fn radiance(&self, l: L, query: EnvironmentQuery<L>) -> V3<L> {
         self.surroundings.radiance(l, self.context, self.material, self.surface, query)
+    }
+
+    /// [`Source::irradiance`] as models take it.
+    #[inline(always)]
+    pub(super) fn irradiance_lookup(&self, l: L) -> impl Fn(V3<L>) -> V3<L> {
+        #[inline(always)]
+        move |normal| self.irradiance(l, normal)
+    }
+
+    /// [`Source::radiance`] as models take it.
+    #[inline(always)]
+    pub(super) fn radiance_lookup(&self, l: L) -> impl Fn(EnvironmentQuery<L>) -> V3<L> {
+        #[inline(always)]
+        move |query| self.radiance(l, query)
     }
 
     /// How much of it reaches the surface.

@@ -6,6 +6,7 @@ use crate::each;
 use crate::gbuffer::Batch;
 use crate::gbuffer::layout::{self, Plane, SurfacePlanes};
 use crate::math::lanes::{Float, LANES, Lanes};
+use crate::math::vec3::{V3, Vec3};
 use crate::scene::{Material, Workflow};
 
 /// Writes one plane.
@@ -23,6 +24,12 @@ pub(super) fn get<L: Lanes, const N: usize>(l: L, planes: &SurfacePlanes, plane:
     debug_assert_eq!(plane.channels, N);
     let rows: &[[f32; LANES]] = &planes.rows[plane.first..plane.first + N];
     each!(n => l.load(&rows[n]))
+}
+
+/// Reads a plane of three channels.
+#[inline(always)]
+pub(super) fn get_vector<L: Lanes>(l: L, planes: &SurfacePlanes, plane: Plane) -> V3<L> {
+    Vec3::from_array(get(l, planes, plane))
 }
 
 /// Evaluates sixteen fragments at their `place`, as the surfaces of their material are read, into the planes of the G-buffer;
@@ -49,23 +56,23 @@ impl<L: Lanes> Surface<L> {
     #[inline(always)]
     pub fn store(&self, l: L, lobes: bool, planes: &mut SurfacePlanes) {
         use layout::*;
-        put(planes, POSITION, self.position);
-        put(planes, VIEW, self.view);
-        put(planes, NORMAL, self.normal);
-        put(planes, COAT_NORMAL, self.coat_normal);
-        put(planes, VERTEX_NORMAL, self.vertex_normal);
-        put(planes, BASE_COLOR, self.base_color);
+        put(planes, POSITION, self.position.to_array());
+        put(planes, VIEW, self.view.to_array());
+        put(planes, NORMAL, self.normal.to_array());
+        put(planes, COAT_NORMAL, self.coat_normal.to_array());
+        put(planes, VERTEX_NORMAL, self.vertex_normal.to_array());
+        put(planes, BASE_COLOR, self.base_color.to_array());
         put(planes, ALPHA, [self.alpha]);
         let (metallic, color, weight) = match self.reflectance {
             Reflectance::Metallic { metallic, dielectric } => (metallic, dielectric.color, dielectric.weight),
             Reflectance::Specular { f0 } => (l.zero(), f0, l.splat(1.0)),
         };
         put(planes, METALLIC, [metallic]);
-        put(planes, SPECULAR_COLOR, color);
+        put(planes, SPECULAR_COLOR, color.to_array());
         put(planes, SPECULAR_WEIGHT, [weight]);
         put(planes, ROUGHNESS, [self.roughness]);
         put(planes, OCCLUSION, [self.occlusion]);
-        put(planes, EMISSIVE, self.emissive);
+        put(planes, EMISSIVE, self.emissive.to_array());
         put(planes, COAT, [self.coat]);
         put(planes, COAT_ROUGHNESS, [self.coat_roughness]);
         put(planes, UV, self.uv);
@@ -74,10 +81,10 @@ impl<L: Lanes> Surface<L> {
         if !lobes {
             return;
         }
-        put(planes, TANGENT, self.tangent);
-        put(planes, BITANGENT, self.bitangent);
+        put(planes, TANGENT, self.tangent.to_array());
+        put(planes, BITANGENT, self.bitangent.to_array());
         self.lobes.store(planes);
-        put(planes, BENT_NORMAL, self.bent_normal);
+        put(planes, BENT_NORMAL, self.bent_normal.to_array());
     }
 
     /// Reads what [`Surface::store`] wrote. Without `lobes`, those planes are not read and there are none.
@@ -105,7 +112,7 @@ impl<L: Lanes> Surface<L> {
         let [coat_roughness] = get(l, planes, COAT_ROUGHNESS);
         let [distance] = get(l, planes, DISTANCE);
         let [depth] = get(l, planes, DEPTH);
-        let color = get(l, planes, SPECULAR_COLOR);
+        let color = get_vector(l, planes, SPECULAR_COLOR);
         let reflectance = match &material.workflow {
             Workflow::MetallicRoughness { .. } => {
                 let [metallic] = get(l, planes, METALLIC);
@@ -117,68 +124,34 @@ impl<L: Lanes> Surface<L> {
         };
         let (zero, one) = (l.zero(), l.splat(1.0));
         let mut surface = Self {
-            position: get(l, planes, POSITION),
-            view: get(l, planes, VIEW),
-            normal: get(l, planes, NORMAL),
-            coat_normal: get(l, planes, COAT_NORMAL),
-            vertex_normal: get(l, planes, VERTEX_NORMAL),
-            base_color: get(l, planes, base_color),
+            position: get_vector(l, planes, POSITION),
+            view: get_vector(l, planes, VIEW),
+            normal: get_vector(l, planes, NORMAL),
+            coat_normal: get_vector(l, planes, COAT_NORMAL),
+            vertex_normal: get_vector(l, planes, VERTEX_NORMAL),
+            base_color: get_vector(l, planes, base_color),
             alpha,
             reflectance,
             roughness,
             occlusion,
-            emissive: get(l, planes, EMISSIVE),
+            emissive: get_vector(l, planes, EMISSIVE),
             coat,
             coat_roughness,
-            tangent: [one, zero, zero],
-            bitangent: [zero, one, zero],
-            bent_normal: [zero, zero, one],
+            tangent: Vec3::new(one, zero, zero),
+            bitangent: Vec3::new(zero, one, zero),
+            bent_normal: Vec3::new(zero, zero, one),
             lobes: LobeValues::none(l),
             uv: get(l, planes, UV),
             distance,
             depth,
         };
         if lobes {
-            surface.tangent = get(l, planes, TANGENT);
-            surface.bitangent = get(l, planes, BITANGENT);
-            surface.bent_normal = get(l, planes, BENT_NORMAL);
+            surface.tangent = get_vector(l, planes, TANGENT);
+            surface.bitangent = get_vector(l, planes, BITANGENT);
+            surface.bent_normal = get_vector(l, planes, BENT_NORMAL);
             surface.lobes = LobeValues::load(l, planes);
         }
         surface
-    }
-}
-
-impl<L: Lanes> LobeValues<L> {
-    /// Reads the planes of the lobes.
-    #[inline(always)]
-    fn load(l: L, planes: &SurfacePlanes) -> Self {
-        use layout::*;
-        let [sheen_roughness] = get(l, planes, SHEEN_ROUGHNESS);
-        let [anisotropy] = get(l, planes, ANISOTROPY);
-        let [iridescence] = get(l, planes, IRIDESCENCE);
-        let [iridescence_thickness] = get(l, planes, IRIDESCENCE_THICKNESS);
-        let [coat_thickness] = get(l, planes, COAT_THICKNESS);
-        let [second_roughness] = get(l, planes, SECOND_ROUGHNESS);
-        let [lobe_mix] = get(l, planes, LOBE_MIX);
-        let [haziness] = get(l, planes, HAZINESS);
-        let [subsurface] = get(l, planes, SUBSURFACE);
-        let [subsurface_thickness] = get(l, planes, SUBSURFACE_THICKNESS);
-        let [specular_occlusion] = get(l, planes, SPECULAR_OCCLUSION);
-        Self {
-            sheen_color: get(l, planes, SHEEN_COLOR),
-            sheen_roughness,
-            anisotropy,
-            iridescence,
-            iridescence_thickness,
-            coat_thickness,
-            coat_color: get(l, planes, COAT_COLOR),
-            second_roughness,
-            lobe_mix,
-            haziness,
-            subsurface,
-            subsurface_thickness,
-            specular_occlusion,
-        }
     }
 }
 
@@ -222,6 +195,6 @@ mod tests {
         else {
             panic!("not the specular workflow")
         };
-        assert_eq!(f0[0].to_array(), [0.25; LANES]);
+        assert_eq!(f0.x.to_array(), [0.25; LANES]);
     }
 }

@@ -5,13 +5,12 @@
 //! whatever the picture's size.
 
 use super::effects::Effect;
-use super::record::{get, put};
+use super::record::{get, get_vector, put};
 use super::{Backdrop, ShadeContext};
-use crate::each;
 use crate::gbuffer::layout::{self, SurfacePlanes};
 use crate::math::lanes::{Float, Lanes};
 use crate::math::log2;
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
 use crate::scene::Material;
 
 impl Effect for Backdrop {
@@ -32,8 +31,8 @@ impl Effect for Backdrop {
             #[inline(always)]
             || {
                 let [color, opacity] = refracted(l, context, self, material, planes);
-                put(planes, layout::BACKDROP_COLOR, color);
-                put(planes, layout::BACKDROP_OPACITY, opacity);
+                put(planes, layout::BACKDROP_COLOR, color.to_array());
+                put(planes, layout::BACKDROP_OPACITY, opacity.to_array());
             },
         )
     }
@@ -55,9 +54,9 @@ fn refracted<L: Lanes>(
     material: &Material,
     planes: &SurfacePlanes,
 ) -> [V3<L>; 2] {
-    let position: V3<L> = get(l, planes, layout::POSITION);
-    let normal: V3<L> = get(l, planes, layout::NORMAL);
-    let view: V3<L> = get(l, planes, layout::VIEW);
+    let position = get_vector(l, planes, layout::POSITION);
+    let normal = get_vector(l, planes, layout::NORMAL);
+    let view = get_vector(l, planes, layout::VIEW);
     let [roughness] = get(l, planes, layout::ROUGHNESS);
     let [thickness] = get(l, planes, layout::VOLUME_THICKNESS);
     let level = blur(l, backdrop, refracted_roughness(material, roughness)).to_array();
@@ -65,7 +64,7 @@ fn refracted<L: Lanes>(
     let ior = if material.ior > 1.0 { material.ior } else { 1.0 };
     // Half of what red and blue lie apart: KHR_materials_dispersion.
     let spread = (ior - 1.0) * 0.025 * transmission.dispersion;
-    let n_dot_v = vec3::dot(l, normal, view).saturate();
+    let n_dot_v = normal.dot(view).saturate();
     let (mut color, mut opacity) = ([l.zero(); 3], [l.zero(); 3]);
     let count = if spread > 0.0 { 3 } else { 1 };
     for k in 0..count {
@@ -74,17 +73,18 @@ fn refracted<L: Lanes>(
         let eta = 1.0 / if ior > 1.0 { ior } else { 1.0 };
         let inside = (n_dot_v.squared().one_minus() * (eta * eta)).one_minus().at_least(0.0).sqrt();
         let along_normal = n_dot_v * eta - inside;
-        let exit: V3<L> = each!(c => position[c] + (normal[c] * along_normal - view[c] * eta) * thickness);
+        let exit = position + (normal * along_normal - view * eta) * thickness;
         let screen = context.rays.project(l, exit);
         let seen = backdrop.sample([screen[0].to_array(), screen[1].to_array()], level);
         let own_opacity = l.load(&seen[3]);
         if count == 1 {
-            return [each!(c => l.load(&seen[c])), [own_opacity; 3]];
+            let [r, g, b, _] = &seen;
+            return [Vec3::new(l.load(r), l.load(g), l.load(b)), Vec3::uniform(own_opacity)];
         }
         color[k] = l.load(&seen[k]);
         opacity[k] = own_opacity;
     }
-    [color, opacity]
+    [Vec3::from_array(color), Vec3::from_array(opacity)]
 }
 
 /// The level of the backdrop for a perceptual roughness: as wide a share of the picture as that of a buffer of 1024 pixels

@@ -14,7 +14,7 @@ use crate::each;
 use crate::gbuffer::texture::{Fetched, SamplePlan};
 use crate::gbuffer::{Batch, Location, locate};
 use crate::math::lanes::{Float, Lanes, Mask};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
 use crate::scene::{AlphaMode, Material, Mesh, NormalTexture, Texture, TextureRef, Workflow};
 
 /// Reflectance of the base in the workflow of its material.
@@ -50,14 +50,14 @@ impl<L: Lanes> Dielectric<L> {
     /// `min(f0 * colour, 1)`, before the weight.
     #[inline(always)]
     pub fn f0(&self, _: L) -> V3<L> {
-        each!(c in self.color => (c * self.f0_of_ior).at_most(1.0))
+        (self.color * self.f0_of_ior).at_most(1.0)
     }
 
     /// `min(f0 * colour, 1) * weight`.
     #[inline(always)]
     pub fn weighted_f0(&self, l: L) -> V3<L> {
         let f0 = self.f0(l);
-        each!(c in f0 => c * self.weight)
+        f0 * self.weight
     }
 }
 
@@ -205,9 +205,9 @@ pub(super) fn evaluate_surface<L: Lanes>(
     let SurfacePlace { location, coordinates, samples, texels, fetched } = place;
     let distance = context.rays.distance(l, location.depth);
     let (start, ray) = context.rays.ray(l, location.screen);
-    let position = vec3::add(l, start, vec3::scale(l, ray, distance));
-    let up = [l.zero(), l.zero(), l.splat(1.0)];
-    let view = normalize_or(l, vec3::scale(l, ray, l.splat(-1.0)), up);
+    let position = start + ray * distance;
+    let up = Vec3::splat(l, [0.0, 0.0, 1.0]);
+    let view = normalize_or(l, ray * -1.0, up);
 
     let uv = coordinates.uv[0];
     let reader = Reader::new(l, context, coordinates, batch);
@@ -228,7 +228,7 @@ pub(super) fn evaluate_surface<L: Lanes>(
         Some(_) => (occluding[0] - 1.0) * material.occlusion_strength + 1.0,
         None => l.splat(1.0),
     };
-    let emissive = scaled(l, material.emissive, textures.emissive, emitting);
+    let emissive = Vec3::from_array(scaled(l, material.emissive, textures.emissive, emitting));
     let [coat] = scaled(l, [material.coat.max(0.0)], textures.coat, coat);
     let [coat_roughness] = scaled(l, [material.coat_roughness], textures.coat_roughness, &[coat_rough[1]; 4]);
 
@@ -237,7 +237,7 @@ pub(super) fn evaluate_surface<L: Lanes>(
     let coat_normal = frame.coat_normal(l, material, coat_mapped, normal, view);
 
     let (mut lobes, mut tangent, mut bitangent) =
-        (LobeValues::none(l), [l.splat(1.0), l.zero(), l.zero()], [l.zero(), l.splat(1.0), l.zero()]);
+        (LobeValues::none(l), Vec3::splat(l, [1.0, 0.0, 0.0]), Vec3::splat(l, [0.0, 1.0, 0.0]));
     let mut bent_normal = normal;
     if wants_lobes {
         let direction;
@@ -254,7 +254,7 @@ pub(super) fn evaluate_surface<L: Lanes>(
         normal,
         coat_normal,
         vertex_normal: frame.normal,
-        base_color: [red, green, blue],
+        base_color: Vec3::new(red, green, blue),
         alpha,
         reflectance,
         roughness,
@@ -361,7 +361,7 @@ fn reflectance<L: Lanes>(
         Workflow::SpecularGlossiness { specular, glossiness, texture } => {
             let factors = [specular[0], specular[1], specular[2], *glossiness];
             let [r, g, b, gloss] = scaled(l, factors, texture.as_ref(), texel);
-            (Reflectance::Specular { f0: [r, g, b] }, gloss.one_minus().saturate())
+            (Reflectance::Specular { f0: Vec3::new(r, g, b) }, gloss.one_minus().saturate())
         }
     }
 }
@@ -371,7 +371,7 @@ fn reflectance<L: Lanes>(
 fn dielectric<L: Lanes>(material: &Material, reader: &Reader<'_, L>) -> Dielectric<L> {
     let color = reader.factor(material.specular_color, material.specular_color_texture.as_ref(), [0, 1, 2]);
     let [weight] = reader.factor([material.specular], material.specular_texture.as_ref(), [3]);
-    Dielectric { f0_of_ior: material.dielectric_f0(), color, weight }
+    Dielectric { f0_of_ior: material.dielectric_f0(), color: Vec3::from_array(color), weight }
 }
 
 /// The tangent space of a batch.
@@ -394,39 +394,37 @@ impl<L: Lanes> NormalFrame<L> {
     ) -> Self {
         let draws = context.draws;
         let vertices = batch.vertices.attribute(l, draws, [0.0; 3], Mesh::shading_normals);
-        let smooth = location.interpolate(&vertices);
-        let zero = vec3::dot(l, smooth, smooth).eq(l.zero());
+        let smooth = Vec3::from_array(location.interpolate(&vertices));
+        let zero = smooth.dot(smooth).eq(l.zero());
         let object = if zero.any() {
             let flat = geometric_normal(l, context, batch);
-            each!(k => zero.select(flat[k], smooth[k]))
+            Vec3::select(zero, flat, smooth)
         } else {
             smooth
         };
         let world = batch.vertices.transform(l, draws, |d| d.normal_matrix, object);
         // Backs of double-sided surfaces turn the whole tangent space around.
         let side = l.mask(batch.back_facing).select(l.splat(-1.0), l.splat(1.0));
-        let unit = vec3::scale(l, normalize_or(l, world, view), side);
+        let unit = normalize_or(l, world, view) * side;
         if !material.needs_tangents() {
             return Self { normal: unit, basis: None };
         }
         let tangents = batch.vertices.attribute(l, draws, [0.0; 4], Mesh::tangents);
         let [x, y, z, sign] = location.interpolate(&tangents);
-        let tangent = batch.vertices.transform(l, draws, |d| d.tangent_matrix, [x, y, z]);
+        let tangent = batch.vertices.transform(l, draws, |d| d.tangent_matrix, Vec3::new(x, y, z));
         let mirror = batch.vertices.number(l, draws, |d| d.handedness);
-        let bitangent = vec3::scale(l, vec3::cross(l, world, tangent), sign * mirror);
+        let bitangent = world.cross(tangent) * (sign * mirror);
         // No texture coordinates, or degenerate ones: any fixed basis around the normal.
-        let lost =
-            vec3::dot(l, tangent, tangent).eq(l.zero()) | vec3::dot(l, bitangent, bitangent).eq(l.zero());
+        let lost = tangent.dot(tangent).eq(l.zero()) | bitangent.dot(bitangent).eq(l.zero());
         let (tangent, bitangent) = if lost.any() {
             let (t, b) = any_basis(l, unit);
-            let t = vec3::scale(l, t, side);
-            let b = vec3::scale(l, b, side);
-            (each!(k => lost.select(t[k], tangent[k])), each!(k => lost.select(b[k], bitangent[k])))
+            let t = t * side;
+            let b = b * side;
+            (Vec3::select(lost, t, tangent), Vec3::select(lost, b, bitangent))
         } else {
             (tangent, bitangent)
         };
-        let basis =
-            [vec3::scale(l, tangent, side), vec3::scale(l, bitangent, side), vec3::scale(l, world, side)];
+        let basis = [tangent * side, bitangent * side, world * side];
         Self { normal: unit, basis: Some(basis) }
     }
 
@@ -456,16 +454,16 @@ impl<L: Lanes> NormalFrame<L> {
         let Some([tangent, bitangent, _]) = &self.basis else {
             return any_basis(l, normal);
         };
-        let flat = vec3::sub(l, *tangent, vec3::scale(l, normal, vec3::dot(l, *tangent, normal)));
+        let flat = *tangent - normal * tangent.dot(normal);
         let (any, _) = any_basis(l, normal);
         let t = normalize_or(l, flat, any);
-        let b = vec3::cross(l, normal, t);
+        let b = normal.cross(t);
         // The side on which texture coordinates put the bitangent.
-        let mirrored = vec3::dot(l, b, *bitangent).lt(l.zero());
-        let b = each!(c in b => mirrored.select(-c, c));
+        let mirrored = b.dot(*bitangent).lt(l.zero());
+        let b = Vec3::select(mirrored, -b, b);
         let [x, y] = direction;
-        let turned = each!(k => t[k] * x + b[k] * y);
-        let across = each!(k => b[k] * x - t[k] * y);
+        let turned = t * x + b * y;
+        let across = b * x - t * y;
         (turned, across)
     }
 
@@ -487,11 +485,7 @@ impl<L: Lanes> NormalFrame<L> {
         let x = (texel[0] * 2.0 - 1.0) * map.scale;
         let y = (texel[1] * 2.0 - 1.0) * map.scale;
         let z = texel[2] * 2.0 - 1.0;
-        let mapped = vec3::add(
-            l,
-            vec3::add(l, vec3::scale(l, *tangent, x), vec3::scale(l, *bitangent, y)),
-            vec3::scale(l, *normal, z),
-        );
+        let mapped = *tangent * x + *bitangent * y + *normal * z;
         normalize_or(l, mapped, self.normal)
     }
 }
@@ -499,47 +493,48 @@ impl<L: Lanes> NormalFrame<L> {
 /// Takes the part of a unit normal out that points away from the viewer.
 #[inline(always)]
 fn face_viewer<L: Lanes>(l: L, normal: V3<L>, view: V3<L>) -> V3<L> {
-    let cosine = vec3::dot(l, normal, view);
+    let cosine = normal.dot(view);
     let away = cosine.lt(l.zero());
     if !away.any() {
         return normal;
     }
-    let bent = vec3::add(l, normal, vec3::scale(l, view, -cosine));
+    let bent = normal + view * -cosine;
     let bent = normalize_or(l, bent, view);
-    each!(k => away.select(bent[k], normal[k]))
+    Vec3::select(away, bent, normal)
 }
 
 /// The normal of each lane's triangle in object space, on its front; zero for triangles without area.
 #[inline(always)]
 fn geometric_normal<L: Lanes>(l: L, context: &ShadeContext<'_>, batch: &Batch) -> V3<L> {
-    let [a, b, c] = batch.vertices.attribute(l, context.draws, [0.0; 3], Mesh::positions);
-    let (e1, e2) = (vec3::sub(l, b, a), vec3::sub(l, c, a));
+    let corners = batch.vertices.attribute(l, context.draws, [0.0; 3], Mesh::positions);
+    let [a, b, c]: [V3<L>; 3] = each!(corner in corners => Vec3::from_array(corner));
+    let (e1, e2) = (b - a, c - a);
     // Scaled to the longest component, so that neither huge nor tiny triangles leave the range of f32.
     let mut largest = l.zero();
-    for v in [e1, e2].as_flattened() {
+    for v in [e1.to_array(), e2.to_array()].as_flattened() {
         largest = v.abs().max(largest);
     }
     let factor = largest.gt(l.zero()).select(largest, l.splat(1.0)).recip();
     let sign = l.mask(batch.reversed).select(l.splat(-1.0), l.splat(1.0));
-    vec3::scale(l, vec3::cross(l, vec3::scale(l, e1, factor), vec3::scale(l, e2, factor)), sign)
+    (e1 * factor).cross(e2 * factor) * sign
 }
 
 /// A tangent and bitangent for a unit normal (Duff et al. 2017, "Building an Orthonormal Basis, Revisited").
 #[inline(always)]
 fn any_basis<L: Lanes>(l: L, n: V3<L>) -> (V3<L>, V3<L>) {
-    let sign = n[2].lt(l.zero()).select(l.splat(-1.0), l.splat(1.0));
-    let a = (sign + n[2]).recip() * -1.0;
-    let b = n[0] * n[1] * a;
-    let tangent = [sign * n[0] * n[0] * a + 1.0, sign * b, -sign * n[0]];
-    let bitangent = [b, sign + n[1] * n[1] * a, -n[1]];
+    let sign = n.z.lt(l.zero()).select(l.splat(-1.0), l.splat(1.0));
+    let a = (sign + n.z).recip() * -1.0;
+    let b = n.x * n.y * a;
+    let tangent = Vec3::new(sign * n.x * n.x * a + 1.0, sign * b, -sign * n.x);
+    let bitangent = Vec3::new(b, sign + n.y * n.y * a, -n.y);
     (tangent, bitangent)
 }
 
 /// A vector at unit length, or `fallback` where it is zero.
 #[inline(always)]
 fn normalize_or<L: Lanes>(l: L, v: V3<L>, fallback: V3<L>) -> V3<L> {
-    let square = vec3::dot(l, v, v);
+    let square = v.dot(v);
     let zero = !square.gt(l.zero());
     let inverse = zero.select(l.splat(1.0), square).sqrt().recip();
-    each!(k => zero.select(fallback[k], v[k] * inverse))
+    Vec3::select(zero, fallback, v * inverse)
 }

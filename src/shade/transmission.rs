@@ -23,19 +23,19 @@ use super::incident::{Surroundings, sample_light};
 use super::lighting::MAX_RADIANCE;
 use super::lobes::{color, scalar};
 use super::reader::Reader;
-use super::record::{get, put};
+use super::record::{get, get_vector, put};
 use super::refraction::refracted_roughness;
 use super::surface::{SurfacePlace, opacity};
 use super::{Reflectance, ShadeContext, Surface};
 use crate::brdf::{fresnel, ggx, tables};
 use crate::coat::gltf::ibl_ggx_fresnel;
-use crate::each;
 use crate::gbuffer::Batch;
 use crate::gbuffer::layout::{self, Plane, SurfacePlanes};
 use crate::math::exp_transmittance;
 use crate::math::lanes::{Float, Lanes, Mask};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
 use crate::scene::{AlphaMode, Material, Workflow};
+use crate::vec3;
 use std::f32::consts::FRAC_1_PI;
 
 /// Least GGX alpha at which lights are scattered forward; below, their images are too small to be seen.
@@ -88,11 +88,11 @@ pub fn store_transmission<L: Lanes>(
                 }
             };
             let kept = (straight + scattered).one_minus();
-            let base_color: V3<L> = get(l, planes, layout::BASE_COLOR);
-            put(planes, layout::KEPT_COLOR, each!(c in base_color => c * kept));
+            let base_color = get_vector(l, planes, layout::BASE_COLOR);
+            put(planes, layout::KEPT_COLOR, (base_color * kept).to_array());
             put(planes, layout::STRAIGHT_SHARE, [straight]);
             put(planes, layout::SCATTERED_SHARE, [scattered]);
-            put(planes, layout::SCATTERED_COLOR, color(&given.diffuse_color, &reader));
+            put(planes, layout::SCATTERED_COLOR, color(&given.diffuse_color, &reader).to_array());
             put(planes, layout::VOLUME_THICKNESS, [scalar(&given.thickness, &reader) * unit]);
             put(planes, layout::PRESENCE, presence);
         },
@@ -121,37 +121,37 @@ pub fn pass_through<L: Lanes>(
             let surface = Surface::load(l, material, false, planes);
             let [straight] = get(l, planes, layout::STRAIGHT_SHARE);
             let [scattered] = get(l, planes, layout::SCATTERED_SHARE);
-            let scattered_color: V3<L> = get(l, planes, layout::SCATTERED_COLOR);
+            let scattered_color = get_vector(l, planes, layout::SCATTERED_COLOR);
             let [thickness] = get(l, planes, layout::VOLUME_THICKNESS);
             let [presence] = get(l, planes, layout::PRESENCE);
             let open = not_reflected(l, &surface);
             let extinction = material.lobes.transmission.extinction();
-            let volume: V3<L> = each!(s in extinction => exp_transmittance(l, thickness * -s));
-            let scattered: V3<L> = each!(k => open[k] * scattered_color[k] * volume[k] * scattered);
-            let tint: V3<L> = each!(k => open[k] * surface.base_color[k] * volume[k] * straight);
+            let volume = vec3!(s in Vec3::from_array(extinction) => exp_transmittance(l, thickness * -s));
+            let scattered = open * scattered_color * volume * scattered;
+            let tint = open * surface.base_color * volume * straight;
             let mut sum = radiance;
             if material.lobes.transmission.diffuse.factor > 0.0 {
                 let behind = light_from_behind(l, context, &surface);
-                sum = each!(k => sum[k] + scattered[k] * behind[k]);
+                sum += scattered * behind;
             }
             let mut keep = tint;
-            let mut open = [l.zero(); 3];
+            let mut open = Vec3::zero(l);
             if material.is_transmissive() {
                 let lights = lights_through(l, context, material, &surface);
-                sum = each!(k => sum[k] + tint[k] * lights[k]);
+                sum += tint * lights;
             }
             if material.refracts() {
-                let seen: V3<L> = get(l, planes, layout::BACKDROP_COLOR);
-                let opacity: V3<L> = get(l, planes, layout::BACKDROP_OPACITY);
-                sum = each!(k => sum[k] + tint[k] * seen[k]);
-                open = each!(k => tint[k] * opacity[k].one_minus());
-                keep = [l.zero(); 3];
+                let seen = get_vector(l, planes, layout::BACKDROP_COLOR);
+                let opacity = get_vector(l, planes, layout::BACKDROP_OPACITY);
+                sum += tint * seen;
+                open = tint * opacity.one_minus();
+                keep = Vec3::zero(l);
             }
             let hidden = presence.one_minus();
             Passed {
-                radiance: each!(c in sum => c.clamp_to(0.0, MAX_RADIANCE) * presence),
-                open: each!(c in open => c * presence),
-                keep: each!(c in keep => hidden + presence * c),
+                radiance: sum.clamp_to(0.0, MAX_RADIANCE) * presence,
+                open: open * presence,
+                keep: keep * presence + hidden,
             }
         },
     )
@@ -160,30 +160,30 @@ pub fn pass_through<L: Lanes>(
 /// What base and coat do not reflect, 0 to 1.
 #[inline(always)]
 fn not_reflected<L: Lanes>(l: L, surface: &Surface<L>) -> V3<L> {
-    let n_dot_v = vec3::dot(l, surface.normal, surface.view).saturate();
+    let n_dot_v = surface.normal.dot(surface.view).saturate();
     let (f0, weight) = match surface.reflectance {
         Reflectance::Metallic { dielectric, .. } => (dielectric.f0(l), dielectric.weight),
         Reflectance::Specular { f0 } => (f0, l.splat(1.0)),
     };
     let [scale, bias] = tables::khronos().fetch_first(l, n_dot_v, surface.roughness);
     let base = ibl_ggx_fresnel(l, [scale, bias], n_dot_v, surface.roughness, f0, weight);
-    let coat_cosine = vec3::dot(l, surface.coat_normal, surface.view).saturate();
+    let coat_cosine = surface.coat_normal.dot(surface.view).saturate();
     let coat = fresnel::schlick(l, l.splat(0.04), l.splat(1.0), coat_cosine) * surface.coat;
-    each!(f in base => (f.one_minus() * coat.one_minus()).saturate())
+    (base.one_minus() * coat.one_minus()).saturate()
 }
 
 /// Radiance of a white diffuse surface, lit from the other side.
 #[inline(always)]
 fn light_from_behind<L: Lanes>(l: L, context: &ShadeContext<'_>, surface: &Surface<L>) -> V3<L> {
-    let back = vec3::neg(l, surface.normal);
-    let mut sum = [l.zero(); 3];
+    let back = -surface.normal;
+    let mut sum = Vec3::zero(l);
     for &source in Surroundings::of(context) {
-        sum = vec3::add(l, sum, source.irradiance_over_pi(l, context, surface, back));
+        sum += source.irradiance_over_pi(l, context, surface, back);
     }
     for light in context.lights {
         let sample = sample_light(l, light, surface.position);
-        let cosine = vec3::dot(l, back, sample.direction).saturate() * FRAC_1_PI;
-        sum = each!(k => sum[k] + sample.irradiance[k] * cosine);
+        let cosine = back.dot(sample.direction).saturate() * FRAC_1_PI;
+        sum += sample.irradiance * cosine;
     }
     sum
 }
@@ -198,24 +198,24 @@ fn lights_through<L: Lanes>(
     surface: &Surface<L>,
 ) -> V3<L> {
     let alpha = refracted_roughness(material, surface.roughness.squared()).at_least(LEAST_ALPHA);
-    let n_dot_v = vec3::dot(l, surface.normal, surface.view).saturate();
+    let n_dot_v = surface.normal.dot(surface.view).saturate();
     let lambda = ggx::part_lambda(l, n_dot_v, alpha);
-    let mut sum = [l.zero(); 3];
+    let mut sum = Vec3::zero(l);
     for light in context.lights {
         let sample = sample_light(l, light, surface.position);
-        let side = vec3::dot(l, surface.normal, sample.direction);
+        let side = surface.normal.dot(sample.direction);
         let behind = side.lt(l.zero());
         if !behind.any() {
             continue;
         }
-        let mirrored: V3<L> = each!(k => sample.direction[k] - surface.normal[k] * (side * 2.0));
-        let half = vec3::add(l, mirrored, surface.view);
-        let length = vec3::length(l, half).at_least(1e-6);
-        let n_dot_h = (vec3::dot(l, surface.normal, half) / length).saturate();
+        let mirrored = sample.direction - surface.normal * (side * 2.0);
+        let half = mirrored + surface.view;
+        let length = half.length().at_least(1e-6);
+        let n_dot_h = (surface.normal.dot(half) / length).saturate();
         let n_dot_l = side.abs().saturate();
         let lobe = ggx::smith_distribution_visibility(l, n_dot_h, n_dot_l, n_dot_v, alpha, lambda);
         let lobe = behind.select(lobe * n_dot_l, l.zero());
-        sum = each!(k => sum[k] + sample.irradiance[k] * lobe);
+        sum += sample.irradiance * lobe;
     }
     sum
 }

@@ -34,7 +34,7 @@ fn clearcoat(factor: f64, extensions: &Value) -> Value {
 }
 
 fn draw(scene: &Scene, model: ShadingModel) -> Frame {
-    let options = RenderOptions { width: 24, height: 24, shading: Some(model), ..RenderOptions::default() };
+    let options = RenderOptions::default().with_width(24).with_height(24).with_shading(model);
     let camera = Framing::default().camera(scene);
     Renderer::new(1).render(scene, &camera, &options).unwrap().frame
 }
@@ -179,7 +179,7 @@ fn a_coat_of_weight_0_changes_nothing() {
         clearcoat(0.0, &json!({"KHR_materials_clearcoat_color": {"clearcoatColorFactor": [1, 0, 0]}}));
     let (tinted, _) = scene(&tinted);
     let (on, _) = scene(&json!({"KHR_materials_coat": {"coatFactor": 1, "coatColorFactor": [1, 0, 0]}}));
-    for model in ShadingModel::ALL {
+    for &model in ShadingModel::ALL {
         let expected = draw(&bare, model).frame_hash();
         assert_eq!(draw(&off, model).frame_hash(), expected, "{}", model.name());
         assert_eq!(draw(&tinted, model).frame_hash(), expected, "{}", model.name());
@@ -248,8 +248,8 @@ fn animations_reach_coats() {
             samplers.push(json!({"input": input, "output": output}));
         }
         model.json["animations"] = json!([{"name": "all", "channels": channels, "samplers": samplers}]);
-        let animation = Some(AnimationChoice { name: "all".to_owned(), time: 0.0, repeat: false });
-        let options = LoadOptions { animation, ..LoadOptions::default() };
+        let animation = AnimationChoice { name: "all".to_owned(), time: 0.0, repeat: false };
+        let options = LoadOptions::default().with_animation(animation);
         let (limits, jobs) = (Limits::default(), Jobs::new(1));
         let context = Context { resolver: &model.files, limits: &limits, jobs: &jobs };
         let loaded = load_bytes_with(&model.glb(), None, &options, &context).unwrap();

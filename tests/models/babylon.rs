@@ -9,7 +9,7 @@ use overcoat::coat::babylon::{
 };
 use overcoat::math::lanes::{Float, LANES, Lanes, Scalar, SimdLevel};
 use overcoat::math::scalar::pow;
-use overcoat::math::vec3::{self, V3};
+use overcoat::math::vec3::{V3, Vec3};
 use std::f32::consts::FRAC_1_PI;
 
 const L: Scalar = Scalar;
@@ -19,7 +19,7 @@ fn f(x: f32) -> F {
     L.splat(x)
 }
 fn grey(x: f32) -> V3<Scalar> {
-    [f(x); 3]
+    Vec3::uniform(f(x))
 }
 fn up() -> V3<Scalar> {
     tilted(1.0)
@@ -73,7 +73,7 @@ fn seen_with(
 }
 #[inline(never)]
 fn lit(surface: &Surface<Scalar>, direction: V3<Scalar>, color: f32) -> V3<Scalar> {
-    babylon::direct(L, surface, direction, grey(color), f(1.0), f(LIGHT_RADIUS))
+    babylon::direct(L, surface, direction, grey(color), f(LIGHT_RADIUS))
 }
 #[inline(never)]
 fn around(
@@ -181,13 +181,13 @@ fn rough_diffuse_light_is_preserved() {
 }
 
 fn bits(v: V3<Scalar>) -> [[u32; LANES]; 3] {
-    v.map(|c| c.to_array().map(f32::to_bits))
+    v.map(|c| c.to_array().map(f32::to_bits)).to_array()
 }
 
 /// A coat of intensity 0 and no coat are the same to the bit, whatever else it has; so are a white tint and none.
 #[test]
 fn features_of_no_strength_are_absent() {
-    let direction = vec3::normalize(L, vec3::splat(L, [-0.3, 0.4, 0.6]));
+    let direction = Vec3::splat(L, [-0.3, 0.4, 0.6]).normalize();
     let tint = |color: f32| Some(Tint { color: grey(color), at_distance: f(0.5), thickness: f(2.0) });
     for options in both() {
         for (cosine, roughness) in [(0.9, 0.3), (0.2, 0.8), (0.01, 0.1)] {
@@ -212,12 +212,12 @@ fn features_of_no_strength_are_absent() {
 /// An anisotropy of intensity 0 is none, up to rounding, whatever its direction.
 #[test]
 fn anisotropy_of_no_strength_is_isotropic() {
-    let direction = vec3::normalize(L, vec3::splat(L, [-0.3, 0.4, 0.6]));
+    let direction = Vec3::splat(L, [-0.3, 0.4, 0.6]).normalize();
     let anisotropy = Anisotropy {
         intensity: f(0.0),
         direction: [f(0.8), f(0.6)],
-        tangent: vec3::splat(L, [1.0, 0.0, 0.0]),
-        bitangent: vec3::splat(L, [0.0, 1.0, 0.0]),
+        tangent: Vec3::splat(L, [1.0, 0.0, 0.0]),
+        bitangent: Vec3::splat(L, [0.0, 1.0, 0.0]),
     };
     for legacy_anisotropy in [false, true] {
         let options = Options { legacy_anisotropy, ..Options::default() };
@@ -233,7 +233,7 @@ fn anisotropy_of_no_strength_is_isotropic() {
 /// What lies beneath gets darker as the coat gets stronger, for light whose highlight is elsewhere.
 #[test]
 fn more_coat_is_darker_beneath() {
-    let direction = vec3::normalize(L, vec3::splat(L, [0.0, 0.95, 0.3]));
+    let direction = Vec3::splat(L, [0.0, 0.95, 0.3]).normalize();
     let mut last = [f32::MAX; 2];
     for k in 0..=20 {
         let coat = Some(clear(k as f32 / 20.0, 0.0));
@@ -293,7 +293,7 @@ fn f0_changes_under_the_coat() {
 /// Towards the silhouette nothing jumps: neighbouring views differ little, down to grazing ones.
 #[test]
 fn grazing_views_are_continuous() {
-    let direction = vec3::normalize(L, vec3::splat(L, [-0.5, 0.3, 0.6]));
+    let direction = Vec3::splat(L, [-0.5, 0.3, 0.6]).normalize();
     let tint = Some(Tint { color: grey(0.7), at_distance: f(1.0), thickness: f(1.0) });
     let data = SurfaceData { coat: Some(Coat { tint, ..clear(1.0, 0.3) }), ..plain(0.7, 0.5, 0.5) };
     let at = |cosine: f32| {
@@ -313,7 +313,8 @@ fn grazing_views_are_continuous() {
 /// The environment answers to whoever asked: base and coat, each at its own roughness.
 #[test]
 fn answers_reach_who_asked() {
-    let answer = |roughness: F| -> V3<Scalar> { [roughness, roughness + 1.0, roughness * roughness] };
+    let answer =
+        |roughness: F| -> V3<Scalar> { Vec3::new(roughness, roughness + 1.0, roughness * roughness) };
     let data = SurfaceData { coat: Some(clear(0.8, 0.2)), ..plain(0.5, 0.5, 0.4) };
     let surface = seen(&data, 0.6);
     let ask = |query: EnvironmentQuery<Scalar>| answer(query.perceptual_roughness);
@@ -347,8 +348,8 @@ fn draw<L: Lanes>(l: L, draws: &mut Draws) -> SurfaceData<L> {
     let anisotropy = Anisotropy {
         intensity: draws.unit(l),
         direction: [draws.unit(l) * 2.0 - 1.0, draws.unit(l) * 2.0 - 1.0],
-        tangent: vec3::splat(l, [1.0, 0.0, 0.0]),
-        bitangent: vec3::splat(l, [0.0, 1.0, 0.0]),
+        tangent: Vec3::splat(l, [1.0, 0.0, 0.0]),
+        bitangent: Vec3::splat(l, [0.0, 1.0, 0.0]),
     };
     SurfaceData {
         base_color: draws.color(l),
@@ -396,7 +397,7 @@ fn any_input_on<L: Lanes>(l: L) {
         let options = draw_options(&mut draws);
         let data = draw(l, &mut draws);
         let (view, light) = (draws.direction(l), draws.direction(l));
-        let light = if draws.coin() { light } else { vec3::neg(l, view) };
+        let light = if draws.coin() { light } else { -view };
         let normal = draws.normal(l);
         let table = match round % 16 {
             0 => Some(&black),
@@ -405,15 +406,15 @@ fn any_input_on<L: Lanes>(l: L) {
         };
         let surface = babylon::surface(l, &options, &data, normal, view, table);
         let sent = draws.color(l);
-        let direct = babylon::direct(l, &surface, light, [l.splat(1e4); 3], l.splat(1.0), draws.unit(l));
+        let direct = babylon::direct(l, &surface, light, Vec3::splat(l, [1e4; 3]), draws.unit(l));
         // A direction of no length would show.
         let indirect = babylon::indirect(
             l,
             &surface,
             #[inline(always)]
-            |normal| vec3::scale(l, sent, vec3::dot(l, normal, normal).recip()),
+            |normal| sent * normal.dot(normal).recip(),
             #[inline(always)]
-            |query| vec3::scale(l, sent, vec3::dot(l, query.direction, query.direction).recip()),
+            |query| sent * query.direction.dot(query.direction).recip(),
             draws.unit(l),
         );
         assert!(

@@ -1,7 +1,7 @@
 //! Random inputs for the tests of the models: a fixed sequence, sixteen at a time, with the edges of every range in it.
 
 use overcoat::math::lanes::{Float, LANES, Lanes, Mask, Scalar};
-use overcoat::math::vec3::{self, V3};
+use overcoat::math::vec3::{V3, Vec3};
 
 /// Vectors of sixteen random numbers, of any instruction set: the numbers do not depend on it.
 pub struct Draws {
@@ -45,7 +45,7 @@ impl Draws {
     /// Three of [`Draws::unit`].
     #[inline(always)]
     pub fn color<L: Lanes>(&mut self, l: L) -> V3<L> {
-        [self.unit(l), self.unit(l), self.unit(l)]
+        Vec3::new(self.unit(l), self.unit(l), self.unit(l))
     }
 
     /// Unit vectors in the hemisphere of +Z or close beneath it, on its pole and its rim too.
@@ -55,14 +55,14 @@ impl Draws {
         let (x, y) = (self.unit(l) * 2.0 - 1.0, self.unit(l) * 2.0 - 1.0);
         let planar = (x * x + y * y).at_least(1e-6).sqrt();
         let radius = (z * z).one_minus().at_least(0.0).sqrt() / planar;
-        vec3::normalize(l, [x * radius, y * radius, z])
+        Vec3::new(x * radius, y * radius, z).normalize()
     }
 
     /// +Z once in two, or any of [`Draws::direction`].
     #[inline(always)]
     pub fn normal<L: Lanes>(&mut self, l: L) -> V3<L> {
         let direction = self.direction(l);
-        if self.coin() { direction } else { vec3::splat(l, [0.0, 0.0, 1.0]) }
+        if self.coin() { direction } else { Vec3::splat(l, [0.0, 0.0, 1.0]) }
     }
 
     /// True once in two.
@@ -75,16 +75,12 @@ impl Draws {
 #[inline(always)]
 pub fn all_from<L: Lanes>(l: L, v: V3<L>, least: f32) -> bool {
     let (least, infinity) = (l.splat(least), l.splat(f32::INFINITY));
-    let mut all = v[0].ge(least) & v[0].lt(infinity);
-    for k in 1..3 {
-        all = all & v[k].ge(least) & v[k].lt(infinity);
-    }
-    all.all()
+    v.to_array().into_iter().all(|c| (c.ge(least) & c.lt(infinity)).all())
 }
 
 /// A vector of one lane.
 pub fn lane<L: Lanes>(v: V3<L>, k: usize) -> [f32; 3] {
-    v.map(|c| c.to_array()[k])
+    v.lane(k)
 }
 
 /// Directions that stand for equal parts of the hemisphere about +Z: as many vectors of sixteen.
@@ -96,7 +92,7 @@ pub fn hemisphere(rings: u32) -> Vec<V3<Scalar>> {
         let radius = (1.0 - z[0] * z[0]).sqrt();
         let x = std::array::from_fn(|k| radius * overcoat::math::scalar::cos(angle(k)));
         let y = std::array::from_fn(|k| radius * overcoat::math::scalar::sin(angle(k)));
-        directions.push([x, y, z].map(|c| Scalar.load(&c)));
+        directions.push(Vec3::from_array([x, y, z]).map(|c| Scalar.load(&c)));
     }
     directions
 }
@@ -107,8 +103,8 @@ pub fn reflectance(rings: u32, mut reflected: impl FnMut(V3<Scalar>) -> V3<Scala
     let mut sum = [0.0_f64; 3];
     for direction in hemisphere(rings) {
         let light = reflected(direction);
-        for (sum, c) in sum.iter_mut().zip(light) {
-            *sum += c.to_array().iter().map(|&x| f64::from(x)).sum::<f64>();
+        for (sum, c) in sum.iter_mut().zip(light.to_arrays()) {
+            *sum += c.iter().map(|&x| f64::from(x)).sum::<f64>();
         }
     }
     let scale = std::f64::consts::TAU / f64::from(rings * LANES as u32);
@@ -117,7 +113,7 @@ pub fn reflectance(rings: u32, mut reflected: impl FnMut(V3<Scalar>) -> V3<Scala
 
 /// A unit vector in the plane of X and Z.
 pub fn tilted(cosine: f32) -> V3<Scalar> {
-    vec3::splat(Scalar, [(1.0 - cosine * cosine).sqrt(), 0.0, cosine])
+    Vec3::splat(Scalar, [(1.0 - cosine * cosine).sqrt(), 0.0, cosine])
 }
 
 /// How many sets of random inputs a test takes of each model: ten million where the compiler optimises.

@@ -6,7 +6,7 @@ use overcoat::coat::filament::standard::{self, Anisotropy, Coat, Sheen, SurfaceD
 use overcoat::coat::filament::{Quality, cloth, f0_clear_coat_to_surface};
 use overcoat::coat::filament_2018::{self, Attenuation};
 use overcoat::math::lanes::{Float, LANES, Lanes, Scalar, SimdLevel};
-use overcoat::math::vec3::{self, V3};
+use overcoat::math::vec3::{V3, Vec3};
 
 const QUALITIES: [Quality; 2] = [Quality::Desktop, Quality::Mobile];
 const UP: [f32; 3] = [0.0, 0.0, 1.0];
@@ -48,7 +48,7 @@ impl Random {
     }
     #[inline(always)]
     pub fn color<L: Lanes>(&mut self, l: L) -> V3<L> {
-        [self.units(l), self.units(l), self.units(l)]
+        Vec3::new(self.units(l), self.units(l), self.units(l))
     }
     /// Vectors of any length but 0, many of them on axes or next to an axis.
     fn vectors(&mut self) -> [[f32; LANES]; 3] {
@@ -68,7 +68,7 @@ impl Random {
     #[inline(always)]
     pub fn directions<L: Lanes>(&mut self, l: L) -> V3<L> {
         let [x, y, z] = self.vectors();
-        vec3::normalize(l, [l.load(&x), l.load(&y), l.load(&z)])
+        Vec3::new(l.load(&x), l.load(&y), l.load(&z)).normalize()
     }
     fn scales(&mut self) -> [f32; LANES] {
         std::array::from_fn(|_| match self.next() & 15 {
@@ -85,12 +85,12 @@ impl Random {
     pub fn directions_about<L: Lanes>(&mut self, l: L, other: V3<L>) -> V3<L> {
         let v = self.directions(l);
         let scale = l.load(&self.scales());
-        vec3::normalize(l, vec3::add(l, v, vec3::scale(l, other, scale)))
+        (v + other * scale).normalize()
     }
 }
 
 pub fn first(v: V3<Scalar>) -> [f32; 3] {
-    v.map(|c| c.to_array()[0])
+    v.lane(0)
 }
 
 /// A unit vector at a cosine to +Z.
@@ -112,8 +112,8 @@ pub fn reflected(brdf_times_cosine: impl Fn(V3<Scalar>) -> V3<Scalar>) -> f64 {
                 std::array::from_fn(|k| ((start + k) as f32 + 0.5) * std::f32::consts::TAU / sectors as f32);
             let x = phi.map(|phi| sine * overcoat::math::scalar::cos(phi));
             let y = phi.map(|phi| sine * overcoat::math::scalar::sin(phi));
-            let light = [Scalar.load(&x), Scalar.load(&y), Scalar.splat(cosine)];
-            let value = brdf_times_cosine(light)[0].to_array();
+            let light = Vec3::new(Scalar.load(&x), Scalar.load(&y), Scalar.splat(cosine));
+            let value = brdf_times_cosine(light).x.to_array();
             sum += value.iter().map(|&v| f64::from(v)).sum::<f64>() * f64::from(2.0 * t);
         }
     }
@@ -142,10 +142,10 @@ impl Fragment {
     fn data(&self) -> SurfaceData<Scalar> {
         let l = Scalar;
         SurfaceData {
-            base_color: [l.splat(self.color); 3],
+            base_color: Vec3::splat(l, [self.color; 3]),
             metallic: l.splat(self.metallic),
             perceptual_roughness: l.splat(self.roughness),
-            dielectric_f0: [l.splat(self.f0); 3],
+            dielectric_f0: Vec3::splat(l, [self.f0; 3]),
             coat: self.coat.map(|(mask, p)| Coat {
                 mask: l.splat(mask),
                 perceptual_roughness: l.splat(p),
@@ -154,22 +154,23 @@ impl Fragment {
                 roughens_base: true,
             }),
             anisotropy: None,
-            sheen: self
-                .sheen
-                .map(|(color, p)| Sheen { color: [l.splat(color); 3], perceptual_roughness: l.splat(p) }),
+            sheen: self.sheen.map(|(color, p)| Sheen {
+                color: Vec3::splat(l, [color; 3]),
+                perceptual_roughness: l.splat(p),
+            }),
         }
     }
 
     fn surface(&self, view: [f32; 3]) -> standard::Surface<Scalar> {
         let l = Scalar;
-        let (normal, view) = (vec3::splat(l, UP), vec3::splat(l, view));
+        let (normal, view) = (Vec3::splat(l, UP), Vec3::splat(l, view));
         standard::surface_with_table(l, self.quality, &self.data(), normal, view, filament_dfg())
     }
 
     /// Radiance under an environment of radiance 1.
     fn furnace(&self, n_dot_v: f32) -> f32 {
         let l = Scalar;
-        let one = [l.splat(1.0); 3];
+        let one = Vec3::splat(l, [1.0; 3]);
         let surface = self.surface(at_cosine(n_dot_v));
         first(standard::indirect(l, &surface, one, |_| one, l.splat(1.0)))[0]
     }
@@ -177,9 +178,9 @@ impl Fragment {
     /// The same by lights from everywhere.
     fn lights(&self, n_dot_v: f32) -> f64 {
         let l = Scalar;
-        let one = [l.splat(1.0); 3];
+        let one = Vec3::splat(l, [1.0; 3]);
         let surface = self.surface(at_cosine(n_dot_v));
-        reflected(|light| standard::direct(l, &surface, light, one, one[0]))
+        reflected(|light| standard::direct(l, &surface, light, one))
     }
 }
 
@@ -187,7 +188,7 @@ impl Fragment {
 fn lit(surface: &standard::Surface<Scalar>, light: [f32; 3]) -> [f32; 3] {
     let l = Scalar;
     let one = l.splat(1.0);
-    first(standard::direct(l, surface, vec3::splat(l, light), [one; 3], one))
+    first(standard::direct(l, surface, Vec3::splat(l, light), Vec3::uniform(one)))
 }
 
 /// A white Lambert surface shows E / pi cos under a light, and its surroundings' colour under an environment.
@@ -285,9 +286,9 @@ fn mask_zero_is_no_coat_bit_for_bit() {
             let attenuation = random.units(l);
             let [with, without] = [coated, bare].map(|data| {
                 let surface = standard::surface_with_table(l, quality, &data, normal, view, filament_dfg());
-                let direct = standard::direct(l, &surface, light, color, attenuation);
+                let direct = standard::direct(l, &surface, light, color * attenuation);
                 let indirect = standard::indirect(l, &surface, color, |query| query.direction, one);
-                [direct, indirect].map(|v| v.map(|c| c.to_array().map(|x| (x + 0.0).to_bits())))
+                [direct, indirect].map(|v| v.to_arrays().map(|c| c.map(|x| (x + 0.0).to_bits())))
             });
             for lane in (0..LANES).step_by(2) {
                 for (with, without) in with.iter().flatten().zip(without.iter().flatten()) {
@@ -306,18 +307,18 @@ fn lobes_are_reciprocal() {
     let l = Scalar;
     let mut worst = 0.0_f32;
     for round in 0..500 {
-        let up = vec3::splat(l, UP);
+        let up = Vec3::splat(l, UP);
         let mut above = || {
             let v = random.directions(l);
-            let z = v[2].abs().at_least(0.1);
-            vec3::normalize(l, [v[0], v[1], z])
+            let z = v.z.abs().at_least(0.1);
+            Vec3::new(v.x, v.y, z).normalize()
         };
         let (a, b) = (above(), above());
         let data = SurfaceData {
             base_color: random.color(l),
             metallic: random.units(l),
             perceptual_roughness: random.units(l).at_least(0.2),
-            dielectric_f0: [l.splat(0.04); 3],
+            dielectric_f0: Vec3::splat(l, [0.04; 3]),
             coat: random.coin().then(|| Coat {
                 mask: random.units(l),
                 perceptual_roughness: random.units(l).at_least(0.2),
@@ -327,7 +328,7 @@ fn lobes_are_reciprocal() {
             }),
             anisotropy: random.coin().then(|| Anisotropy {
                 strength: random.units(l),
-                direction: vec3::splat(l, [0.6, 0.8, 0.0]),
+                direction: Vec3::splat(l, [0.6, 0.8, 0.0]),
                 geometric_normal: up,
             }),
             sheen: random
@@ -336,13 +337,13 @@ fn lobes_are_reciprocal() {
         };
         let [there, back] = [(a, b), (b, a)].map(|(view, light)| {
             let parameters = standard::parameters(l, QUALITIES[round % 2], &data, up, view);
-            let dfg = vec3::splat(l, [0.1, 0.7, 0.2]);
+            let dfg = Vec3::splat(l, [0.1, 0.7, 0.2]);
             let surface = standard::surface(l, &parameters, dfg, l.splat(0.3));
-            let lit = standard::direct(l, &surface, light, [l.splat(1.0); 3], l.splat(1.0));
-            vec3::scale(l, lit, light[2].recip())
+            let lit = standard::direct(l, &surface, light, Vec3::splat(l, [1.0; 3]));
+            lit * light.z.recip()
         });
-        for (there, back) in there.iter().zip(back) {
-            for (there, back) in there.to_array().into_iter().zip(back.to_array()) {
+        for (there, back) in there.to_arrays().into_iter().zip(back.to_arrays()) {
+            for (there, back) in there.into_iter().zip(back) {
                 let error = (there - back).abs() / if there > 1.0 { there } else { 1.0 };
                 worst = if error > worst { error } else { worst };
             }
@@ -360,10 +361,10 @@ fn limits_are_reached_without_a_step() {
     let mut data = isotropic.data();
     data.anisotropy = Some(Anisotropy {
         strength: l.zero(),
-        direction: vec3::splat(l, [0.8, 0.6, 0.0]),
-        geometric_normal: vec3::splat(l, UP),
+        direction: Vec3::splat(l, [0.8, 0.6, 0.0]),
+        geometric_normal: Vec3::splat(l, UP),
     });
-    let (normal, v) = (vec3::splat(l, UP), vec3::splat(l, view));
+    let (normal, v) = (Vec3::splat(l, UP), Vec3::splat(l, view));
     let brushed = standard::surface_with_table(l, Quality::Desktop, &data, normal, v, filament_dfg());
     let plain = isotropic.surface(view);
     for cosine in [1.0, 0.8, 0.3, 0.01] {
@@ -386,7 +387,7 @@ fn limits_are_reached_without_a_step() {
 #[test]
 fn coat_darkens_the_base_and_takes_its_reflection() {
     let l = Scalar;
-    let one = [l.splat(1.0); 3];
+    let one = Vec3::splat(l, [1.0; 3]);
     for quality in QUALITIES {
         let mut last = f32::INFINITY;
         for mask in [0.0, 0.1, 0.5, 0.9, 1.0] {
@@ -411,7 +412,7 @@ fn coat_darkens_the_base_and_takes_its_reflection() {
 #[test]
 fn cloth_in_the_white_furnace() {
     let l = Scalar;
-    let one = [l.splat(1.0); 3];
+    let one = Vec3::splat(l, [1.0; 3]);
     for quality in QUALITIES {
         for roughness in [0.0, 0.3, 0.7, 1.0] {
             for n_dot_v in [1.0, 0.5, 0.1, 0.0] {
@@ -420,12 +421,12 @@ fn cloth_in_the_white_furnace() {
                         base_color: one,
                         sheen_color: one,
                         perceptual_roughness: l.splat(roughness),
-                        subsurface_color: subsurface.map(|s| [l.splat(s); 3]),
+                        subsurface_color: subsurface.map(|s| Vec3::splat(l, [s; 3])),
                     };
-                    let view = vec3::splat(l, at_cosine(n_dot_v));
-                    let up = vec3::splat(l, UP);
+                    let view = Vec3::splat(l, at_cosine(n_dot_v));
+                    let up = Vec3::splat(l, UP);
                     let surface = cloth::surface_with_table(l, quality, &data, up, view, filament_dfg());
-                    let albedo = first(surface.specular_dfg(l))[0];
+                    let albedo = first(surface.specular_dfg())[0];
                     let found = first(cloth::indirect(l, &surface, one, |_| one, l.splat(1.0)))[0];
                     match subsurface {
                         None => assert!((found - 1.0).abs() < 1e-5 * (1.0 + albedo), "{found}"),
@@ -446,10 +447,10 @@ fn editions_of_the_document() {
     let l = Scalar;
     let radiance = |mask: Option<f32>, attenuation, metallic: f32| {
         let data = filament_2018::SurfaceData {
-            base_color: [l.splat(0.9); 3],
+            base_color: Vec3::splat(l, [0.9; 3]),
             metallic: l.splat(metallic),
             perceptual_roughness: l.splat(0.4),
-            dielectric_f0: [l.splat(0.04); 3],
+            dielectric_f0: Vec3::splat(l, [0.04; 3]),
             coat: mask.map(|mask| filament_2018::Coat {
                 mask: l.splat(mask),
                 perceptual_roughness: l.splat(0.1),
@@ -457,13 +458,13 @@ fn editions_of_the_document() {
                 attenuation,
             }),
         };
-        let surface = filament_2018::surface(l, &data, vec3::splat(l, UP), vec3::splat(l, at_cosine(0.5)));
+        let surface = filament_2018::surface(l, &data, Vec3::splat(l, UP), Vec3::splat(l, at_cosine(0.5)));
         let mut light = at_cosine(0.6);
         light[0] = -light[0];
-        let one = [l.splat(1.0); 3];
-        let direct = filament_2018::direct(l, &surface, vec3::splat(l, light), one, one[0]);
-        let dfg = vec3::splat(l, [0.05, 0.95, 0.0]);
-        [first(direct)[0], first(filament_2018::indirect(l, &surface, dfg, one, |_| one, one[0]))[0]]
+        let one = Vec3::splat(l, [1.0; 3]);
+        let direct = filament_2018::direct(l, &surface, Vec3::splat(l, light), one);
+        let dfg = Vec3::splat(l, [0.05, 0.95, 0.0]);
+        [first(direct)[0], first(filament_2018::indirect(l, &surface, dfg, one, |_| one, one.x))[0]]
     };
     for metallic in [0.0, 1.0] {
         let bare = radiance(None, Attenuation::Code, metallic);
@@ -540,7 +541,7 @@ fn standard_is_finite<L: Lanes>(l: L, random: &mut Random, round: usize) {
     };
     let surface = standard::surface_with_table(l, QUALITIES[round & 1], &data, normal, view, filament_dfg());
     let one = l.splat(1.0);
-    let direct = standard::direct(l, &surface, light, [one; 3], one);
+    let direct = standard::direct(l, &surface, light, Vec3::uniform(one));
     let indirect = standard::indirect(
         l,
         &surface,
@@ -570,10 +571,10 @@ fn cloth_and_document_are_finite<L: Lanes>(l: L, random: &mut Random, round: usi
         base_color: color,
         sheen_color,
         perceptual_roughness: a,
-        subsurface_color: if round & 2 == 2 { Some([b; 3]) } else { None },
+        subsurface_color: if round & 2 == 2 { Some(Vec3::uniform(b)) } else { None },
     };
     let surface = cloth::surface_with_table(l, QUALITIES[round & 1], &data, normal, view, filament_dfg());
-    let direct = cloth::direct(l, &surface, light, color, one);
+    let direct = cloth::direct(l, &surface, light, color);
     let indirect = cloth::indirect(
         l,
         &surface,
@@ -597,7 +598,7 @@ fn cloth_and_document_are_finite<L: Lanes>(l: L, random: &mut Random, round: usi
         }),
     };
     let surface = filament_2018::surface(l, &data, normal, view);
-    let direct = filament_2018::direct(l, &surface, light, color, one);
+    let direct = filament_2018::direct(l, &surface, light, color);
     let indirect = filament_2018::indirect(
         l,
         &surface,
@@ -608,7 +609,7 @@ fn cloth_and_document_are_finite<L: Lanes>(l: L, random: &mut Random, round: usi
         one,
     );
     assert!(all_from(l, direct, 0.0) && all_from(l, indirect, f32::MIN), "round {round}");
-    for f0 in color {
+    for f0 in color.to_array() {
         let found = filament_2018::f0_under_coat_by_index(l, f0);
         assert!(found.to_array().iter().all(|x| (0.0..=1.0).contains(x)), "round {round}");
     }

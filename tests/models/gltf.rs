@@ -8,7 +8,7 @@ use overcoat::coat::gltf::{
     Tables,
 };
 use overcoat::math::lanes::{Float, LANES, Lanes, Scalar, SimdLevel};
-use overcoat::math::vec3::{self, V3};
+use overcoat::math::vec3::{V3, Vec3};
 use std::f32::consts::{FRAC_1_PI, PI};
 
 const L: Scalar = Scalar;
@@ -18,7 +18,7 @@ fn f(x: f32) -> F {
     L.splat(x)
 }
 fn grey(x: f32) -> V3<Scalar> {
-    [f(x); 3]
+    Vec3::uniform(f(x))
 }
 fn up() -> V3<Scalar> {
     tilted(1.0)
@@ -65,7 +65,7 @@ fn seen_with(
 }
 #[inline(never)]
 fn lit_with(surface: &Surface<Scalar>, table: &Table<1>, direction: V3<Scalar>, color: f32) -> V3<Scalar> {
-    gltf::direct(L, surface, table, direction, grey(color), f(1.0))
+    gltf::direct(L, surface, table, direction, grey(color))
 }
 #[inline(never)]
 fn around(surface: &Surface<Scalar>, irradiance: V3<Scalar>, asked: Asked<'_>, occlusion: F) -> V3<Scalar> {
@@ -137,13 +137,13 @@ fn lambert_planes_are_equally_bright() {
 }
 
 fn bits(v: V3<Scalar>) -> [[u32; LANES]; 3] {
-    v.map(|c| c.to_array().map(f32::to_bits))
+    v.map(|c| c.to_array().map(f32::to_bits)).to_array()
 }
 
 /// A coat of factor 0, a black sheen, a film without thickness and no coat, sheen or film are the same to the bit.
 #[test]
 fn features_of_no_strength_are_absent() {
-    let direction = vec3::normalize(L, vec3::splat(L, [-0.3, 0.4, 0.6]));
+    let direction = Vec3::splat(L, [-0.3, 0.4, 0.6]).normalize();
     for (cosine, roughness) in [(0.9, 0.3), (0.2, 0.8), (0.01, 0.1)] {
         let without = plain(0.7, 0.4, roughness);
         let iridescence = Some(Iridescence { factor: f(1.0), ior: f(1.4), thickness: f(0.0) });
@@ -176,7 +176,7 @@ fn coat_f0_is_a_choice() {
 /// What lies beneath gets darker as the coat gets stronger: for light whose highlight is elsewhere, and for emission.
 #[test]
 fn more_coat_is_darker_beneath() {
-    let direction = vec3::normalize(L, vec3::splat(L, [0.0, 0.95, 0.3]));
+    let direction = Vec3::splat(L, [0.0, 0.95, 0.3]).normalize();
     let (mut last, mut last_emission) = (f32::MAX, f32::MAX);
     for k in 0..=20 {
         let surface = seen(&SurfaceData { coat: coat(k as f32 / 20.0, 0.1), ..plain(0.8, 0.0, 0.6) }, 0.3);
@@ -194,12 +194,12 @@ fn base_and_sheen_are_reciprocal() {
     for (a, b) in [(0.9, 0.3), (0.05, 0.7), (0.5, 0.45)] {
         let turned = |cosine: f32| {
             let v = tilted(cosine);
-            [v[0] * 0.6, v[0] * 0.8, v[2]]
+            Vec3::new(v.x * 0.6, v.x * 0.8, v.z)
         };
         let data = SurfaceData { sheen: sheen(0.4, 0.5), ..plain(0.5, 0.3, 0.4) };
         let value = |view: V3<Scalar>, light: V3<Scalar>| {
             let surface = seen_with(CoatF0::BaseIor, &data, view, tables());
-            lane::<Scalar>(lit(&surface, light), 0)[0] / light[2].to_array()[0]
+            lane::<Scalar>(lit(&surface, light), 0)[0] / light.z.to_array()[0]
         };
         let (there, back) = (value(tilted(a), turned(b)), value(turned(b), tilted(a)));
         assert!((there - back).abs() <= 2e-5 * there, "{there} {back}");
@@ -209,7 +209,7 @@ fn base_and_sheen_are_reciprocal() {
 /// Towards the silhouette nothing jumps: neighbouring views differ little, down to grazing ones.
 #[test]
 fn grazing_views_are_continuous() {
-    let direction = vec3::normalize(L, vec3::splat(L, [-0.5, 0.3, 0.6]));
+    let direction = Vec3::splat(L, [-0.5, 0.3, 0.6]).normalize();
     let data = SurfaceData { coat: coat(1.0, 0.3), sheen: sheen(0.5, 0.5), ..plain(0.7, 0.5, 0.5) };
     let at = |cosine: f32| {
         let surface = seen(&data, cosine);
@@ -229,7 +229,7 @@ fn grazing_views_are_continuous() {
 #[test]
 fn answers_reach_who_asked() {
     let answer = |query: EnvironmentQuery<Scalar>| -> V3<Scalar> {
-        [query.direction[0] + 1.0, query.perceptual_roughness, query.direction[2]]
+        Vec3::new(query.direction.x + 1.0, query.perceptual_roughness, query.direction.z)
     };
     for (with_coat, with_sheen) in [(false, false), (true, false), (false, true), (true, true)] {
         let data = SurfaceData {
@@ -240,7 +240,10 @@ fn answers_reach_who_asked() {
         let surface = seen(&data, 0.6);
         let ask = |roughness: f32| {
             let v = tilted(0.6);
-            answer(EnvironmentQuery { direction: [-v[0], v[1], v[2]], perceptual_roughness: f(roughness) })
+            answer(EnvironmentQuery {
+                direction: Vec3::new(-v.x, v.y, v.z),
+                perceptual_roughness: f(roughness),
+            })
         };
         let environment = Environment {
             irradiance: grey(2.0),
@@ -267,8 +270,8 @@ fn draw<L: Lanes>(l: L, draws: &mut Draws) -> SurfaceData<L> {
     let anisotropy = Anisotropy {
         strength: draws.unit(l),
         direction: [l.splat(0.8), l.splat(-0.6)],
-        tangent: vec3::splat(l, [1.0, 0.0, 0.0]),
-        bitangent: vec3::splat(l, [0.0, 1.0, 0.0]),
+        tangent: Vec3::splat(l, [1.0, 0.0, 0.0]),
+        bitangent: Vec3::splat(l, [0.0, 1.0, 0.0]),
         geometric_normal: draws.direction(l),
     };
     SurfaceData {
@@ -296,14 +299,14 @@ fn any_input_on<L: Lanes>(l: L) {
     for round in 0..SETS / LANES {
         let data = draw(l, &mut draws);
         let (view, light) = (draws.direction(l), draws.direction(l));
-        let light = if draws.coin() { light } else { vec3::neg(l, view) };
+        let light = if draws.coin() { light } else { -view };
         let tables = if round % 16 == 0 { black } else { shared };
         let coat_f0 = if draws.coin() { CoatF0::BaseIor } else { CoatF0::Fixed };
         let normal = draws.normal(l);
         let surface = gltf::surface(l, coat_f0, &data, normal, view, tables);
         let sent = draws.color(l);
-        let (color, one) = ([l.splat(1e4); 3], l.splat(1.0));
-        let direct = gltf::direct(l, &surface, tables.sheen_albedo, light, color, one);
+        let color = Vec3::splat(l, [1e4; 3]);
+        let direct = gltf::direct(l, &surface, tables.sheen_albedo, light, color);
         let occlusion = draws.unit(l);
         // A direction of no length would show.
         let indirect = gltf::indirect(
@@ -312,7 +315,7 @@ fn any_input_on<L: Lanes>(l: L) {
             #[inline(always)]
             |_| sent,
             #[inline(always)]
-            |query| vec3::scale(l, sent, vec3::dot(l, query.direction, query.direction).recip()),
+            |query| sent * query.direction.dot(query.direction).recip(),
             occlusion,
         );
         let sampled = gltf::indirect_sampled(
@@ -321,7 +324,7 @@ fn any_input_on<L: Lanes>(l: L) {
             #[inline(always)]
             |_| sent,
             #[inline(always)]
-            |query| vec3::scale(l, sent, vec3::dot(l, query.direction, query.direction).recip()),
+            |query| sent * query.direction.dot(query.direction).recip(),
             occlusion,
         );
         // A film may take more from beneath than there is.

@@ -6,7 +6,7 @@ use overcoat::coat::hdrp_lit::{
 };
 use overcoat::math::lanes::{Float, LANES, Lanes, SimdLevel};
 use overcoat::math::scalar;
-use overcoat::math::vec3::{self, V3};
+use overcoat::math::vec3::{V3, Vec3};
 use std::f32::consts::{PI, TAU};
 
 type Column = [f32; LANES];
@@ -55,11 +55,11 @@ struct Evaluated {
 
 #[inline(always)]
 fn load3<L: Lanes>(l: L, v: &Columns) -> V3<L> {
-    [l.load(&v[0]), l.load(&v[1]), l.load(&v[2])]
+    Vec3::new(l.load(&v[0]), l.load(&v[1]), l.load(&v[2]))
 }
 
 fn store3<L: Lanes>(_: L, v: V3<L>) -> Columns {
-    v.map(Float::to_array)
+    v.map(Float::to_array).to_array()
 }
 
 #[inline(always)]
@@ -103,7 +103,7 @@ fn evaluate_on<L: Lanes>(l: L, lot: &Lot) -> Evaluated {
         &surface,
         #[inline(always)]
         |query: EnvironmentQuery<L>| {
-            longest = longest.max(vec3::length(l, query.direction));
+            longest = longest.max(query.direction.length());
             roughest = roughest.max(query.perceptual_roughness);
             sky
         },
@@ -118,7 +118,7 @@ fn evaluate_on<L: Lanes>(l: L, lot: &Lot) -> Evaluated {
         },
         None => Occlusion::of_material(l, &surface, smoothness, l.splat(1.0)),
     };
-    let output = lit::compose(l, &surface, &direct, mirrored, sky, [l.zero(); 3], &occlusion);
+    let output = lit::compose(l, &surface, &direct, mirrored, sky, Vec3::zero(l), &occlusion);
     Evaluated {
         direct: [store3(l, direct.diffuse), store3(l, direct.specular)],
         all: [store3(l, output.diffuse), store3(l, output.specular)],
@@ -192,9 +192,9 @@ impl Fragment {
             normal: everywhere([0.0, 0.0, 1.0]),
             view: everywhere(self.view),
             light: std::array::from_fn(|k| lights.map(|light| light[k])),
-            lamp: everywhere([lamp; 3]),
+            lamp: everywhere(Vec3::uniform(lamp).to_array()),
             min_roughness: [self.min_roughness; LANES],
-            sky: everywhere([sky; 3]),
+            sky: everywhere(Vec3::uniform(sky).to_array()),
             occlusion: None,
         }
     }
@@ -329,7 +329,7 @@ fn effects_grow_with_the_mask() {
     for smoothness in [0.0, 0.3, 0.8] {
         let of = |mask: f32, color: f32, dielectric_f0: f32| {
             let fragment = Fragment {
-                base_color: [color; 3],
+                base_color: Vec3::uniform(color).to_array(),
                 dielectric_f0,
                 smoothness,
                 coat: Some(mask),
@@ -379,7 +379,7 @@ fn white_furnace_of_the_environment() {
             for cosine in 0..=40 {
                 let t = cosine as f32 / 40.0;
                 let found = Fragment {
-                    base_color: [color; 3],
+                    base_color: Vec3::uniform(color).to_array(),
                     metallic,
                     coat,
                     smoothness: smoothness as f32 / 20.0,

@@ -3,7 +3,7 @@
 use overcoat::brdf::tables;
 use overcoat::coat::openpbr::{self, AlbedoSource, Coat, SurfaceData};
 use overcoat::math::lanes::{Float, LANES, Lanes, Scalar, SimdLevel};
-use overcoat::math::vec3::{self, V3};
+use overcoat::math::vec3::{V3, Vec3};
 use overcoat::{dispatch, each};
 
 /// Numbers of a material; every lane has the same.
@@ -49,17 +49,17 @@ const VARNISH: CoatMaterial =
 fn data<L: Lanes>(l: L, m: &Material) -> SurfaceData<L> {
     SurfaceData {
         base_weight: l.splat(1.0),
-        base_color: vec3::splat(l, m.color),
+        base_color: Vec3::splat(l, m.color),
         metalness: l.splat(m.metalness),
         specular_weight: l.splat(m.specular_weight),
-        specular_color: vec3::splat(l, m.tint),
+        specular_color: Vec3::splat(l, m.tint),
         roughness: l.splat(m.roughness),
         anisotropy: l.splat(m.anisotropy),
         ior: l.splat(m.ior),
         coat: match &m.coat {
             Some(coat) => Some(Coat {
                 weight: l.splat(coat.weight),
-                color: vec3::splat(l, coat.color),
+                color: Vec3::splat(l, coat.color),
                 roughness: l.splat(coat.roughness),
                 anisotropy: l.zero(),
                 ior: l.splat(coat.ior),
@@ -81,11 +81,11 @@ fn direction(cosine: f32, azimuth: f32) -> [f32; 3] {
 /// The first lane of `direct` for a light of irradiance 1.
 fn lit(m: &Material, view: [f32; 3], light: [f32; 3]) -> [f32; 3] {
     let l = Scalar;
-    let [normal, tangent] = [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]].map(|v| vec3::splat(l, v));
+    let [normal, tangent] = [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]].map(|v| Vec3::splat(l, v));
     let table = AlbedoSource::Table(tables::ggx_albedo());
-    let surface = openpbr::surface(l, &data(l, m), normal, tangent, vec3::splat(l, view), table);
+    let surface = openpbr::surface(l, &data(l, m), normal, tangent, Vec3::splat(l, view), table);
     let one = l.splat(1.0);
-    openpbr::direct(l, &surface, vec3::splat(l, light), [one; 3], one).map(|c| c.to_array()[0])
+    openpbr::direct(l, &surface, Vec3::splat(l, light), Vec3::uniform(one)).lane(0)
 }
 
 /// The share of light from everywhere that leaves towards the view: the integral of the BRDF times the cosine.
@@ -95,8 +95,8 @@ fn furnace_of_lights(m: &Material, view_cosine: f32) -> f32 {
 
 #[inline(always)]
 fn furnace_of_lights_on<L: Lanes>(l: L, m: &Material, view_cosine: f32) -> f32 {
-    let [normal, tangent] = [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]].map(|v| vec3::splat(l, v));
-    let view = vec3::splat(l, direction(view_cosine, 0.0));
+    let [normal, tangent] = [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]].map(|v| Vec3::splat(l, v));
+    let view = Vec3::splat(l, direction(view_cosine, 0.0));
     let surface =
         openpbr::surface(l, &data(l, m), normal, tangent, view, AlbedoSource::Table(tables::ggx_albedo()));
     let (rings, sectors) = (256, 256);
@@ -111,10 +111,10 @@ fn furnace_of_lights_on<L: Lanes>(l: L, m: &Material, view_cosine: f32) -> f32 {
                     axis[lane] = value;
                 }
             }
-            let light: V3<L> = [l.load(&light[0]), l.load(&light[1]), l.load(&light[2])];
+            let light = Vec3::new(l.load(&light[0]), l.load(&light[1]), l.load(&light[2]));
             let one = l.splat(1.0);
-            let lit = openpbr::direct(l, &surface, light, [one; 3], one);
-            sum += lit[1].to_array().iter().map(|v| f64::from(*v)).sum::<f64>();
+            let lit = openpbr::direct(l, &surface, light, Vec3::uniform(one));
+            sum += lit.y.to_array().iter().map(|v| f64::from(*v)).sum::<f64>();
         }
     }
     (sum * f64::from(std::f32::consts::TAU) / (rings * sectors) as f64) as f32
@@ -123,12 +123,12 @@ fn furnace_of_lights_on<L: Lanes>(l: L, m: &Material, view_cosine: f32) -> f32 {
 /// The radiance under a white environment.
 fn furnace_of_environment(m: &Material, view_cosine: f32) -> f32 {
     let l = Scalar;
-    let [normal, tangent] = [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]].map(|v| vec3::splat(l, v));
-    let view = vec3::splat(l, direction(view_cosine, 0.0));
+    let [normal, tangent] = [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]].map(|v| Vec3::splat(l, v));
+    let view = Vec3::splat(l, direction(view_cosine, 0.0));
     let table = AlbedoSource::Table(tables::ggx_albedo());
     let surface = openpbr::surface(l, &data(l, m), normal, tangent, view, table);
     let one = l.splat(1.0);
-    openpbr::indirect(l, &surface, [one; 3], |_| [one; 3], one)[1].to_array()[0]
+    openpbr::indirect(l, &surface, Vec3::uniform(one), |_| Vec3::uniform(one), one).y.to_array()[0]
 }
 
 #[test]
@@ -211,7 +211,8 @@ fn index_one_changes_nothing() {
 #[test]
 fn the_coat_absorbs_monotonically() {
     let shown = |color: f32, darkening: f32, view: f32| {
-        let coat = CoatMaterial { color: [color; 3], darkening, roughness: 0.3, ..VARNISH };
+        let coat =
+            CoatMaterial { color: Vec3::uniform(color).to_array(), darkening, roughness: 0.3, ..VARNISH };
         let m = Material { color: [0.6; 3], coat: Some(coat), ..CHALK };
         // Away from the highlight.
         lit(&m, direction(view, 0.0), direction(0.8, 0.0))[0]
@@ -262,8 +263,8 @@ fn nothing_is_ever_nan() {
 /// `v` at length 1, or the z axis where it has next to none.
 #[inline(always)]
 fn unit_vector<L: Lanes>(l: L, v: V3<L>) -> V3<L> {
-    let none = vec3::length(l, v).lt(l.splat(1e-3));
-    vec3::select(l, none, vec3::splat(l, [0.0, 0.0, 1.0]), vec3::normalize(l, v))
+    let none = v.length().lt(l.splat(1e-3));
+    Vec3::select(none, Vec3::splat(l, [0.0, 0.0, 1.0]), v.normalize())
 }
 
 /// How many of the results are not finite.
@@ -294,27 +295,26 @@ fn hunt_on<L: Lanes>(l: L, rounds: usize) -> usize {
             l.load(&lanes)
         };
         let [normal, view, light] =
-            each!(_k => unit_vector(l, [unit(2.0, -1.0), unit(2.0, -1.0), unit(2.0, -1.0)]));
+            each!(_k => unit_vector(l, Vec3::new(unit(2.0, -1.0), unit(2.0, -1.0), unit(2.0, -1.0))));
         // Any direction at right angles to the normal.
-        let helper = vec3::select(
-            l,
-            normal[0].abs().lt(l.splat(0.7)),
-            vec3::splat(l, [1.0, 0.0, 0.0]),
-            vec3::splat(l, [0.0, 1.0, 0.0]),
+        let helper = Vec3::select(
+            normal.x.abs().lt(l.splat(0.7)),
+            Vec3::splat(l, [1.0, 0.0, 0.0]),
+            Vec3::splat(l, [0.0, 1.0, 0.0]),
         );
-        let tangent = vec3::normalize(l, vec3::cross(l, normal, helper));
+        let tangent = normal.cross(helper).normalize();
         let data = SurfaceData {
             base_weight: unit(1.0, 0.0),
-            base_color: [unit(1.0, 0.0), unit(1.0, 0.0), unit(1.0, 0.0)],
+            base_color: Vec3::new(unit(1.0, 0.0), unit(1.0, 0.0), unit(1.0, 0.0)),
             metalness: unit(1.0, 0.0),
             specular_weight: unit(1.0, 0.0),
-            specular_color: [unit(1.0, 0.0), unit(1.0, 0.0), unit(1.0, 0.0)],
+            specular_color: Vec3::new(unit(1.0, 0.0), unit(1.0, 0.0), unit(1.0, 0.0)),
             roughness: unit(1.0, 0.0),
             anisotropy: unit(1.0, 0.0),
             ior: unit(2.0, 1.0),
             coat: Some(Coat {
                 weight: unit(1.0, 0.0),
-                color: [unit(1.0, 0.0), unit(1.0, 0.0), unit(1.0, 0.0)],
+                color: Vec3::new(unit(1.0, 0.0), unit(1.0, 0.0), unit(1.0, 0.0)),
                 roughness: unit(1.0, 0.0),
                 anisotropy: unit(1.0, 0.0),
                 ior: unit(2.0, 1.0),
@@ -325,12 +325,11 @@ fn hunt_on<L: Lanes>(l: L, rounds: usize) -> usize {
         };
         let surface = openpbr::surface(l, &data, normal, tangent, view, AlbedoSource::Table(table));
         let one = l.splat(1.0);
-        let direct = openpbr::direct(l, &surface, light, [one; 3], one);
-        let indirect = openpbr::indirect(l, &surface, [one; 3], |query| query.direction, one);
-        for k in 0..3 {
+        let direct = openpbr::direct(l, &surface, light, Vec3::uniform(one));
+        let indirect = openpbr::indirect(l, &surface, Vec3::uniform(one), |query| query.direction, one);
+        for (direct, indirect) in direct.to_arrays().into_iter().zip(indirect.to_arrays()) {
             for lane in 0..LANES {
-                let (direct, indirect) = (direct[k].to_array()[lane], indirect[k].to_array()[lane]);
-                if !direct.is_finite() || !indirect.is_finite() {
+                if !direct[lane].is_finite() || !indirect[lane].is_finite() {
                     bad += 1;
                 }
             }

@@ -8,7 +8,7 @@ use overcoat::coat::stacklit::{
     TopNormalFix, Transmission, Version,
 };
 use overcoat::math::lanes::{Float, LANES, Lanes, Scalar, SimdLevel};
-use overcoat::math::vec3::{self, V3};
+use overcoat::math::vec3::{V3, Vec3};
 
 type Column = [f32; LANES];
 type Color = [Column; 3];
@@ -132,11 +132,11 @@ impl Lot {
 
 #[inline(always)]
 fn load3<L: Lanes>(l: L, v: &Color) -> V3<L> {
-    [l.load(&v[0]), l.load(&v[1]), l.load(&v[2])]
+    Vec3::new(l.load(&v[0]), l.load(&v[1]), l.load(&v[2]))
 }
 
 fn store3<L: Lanes>(_: L, v: V3<L>) -> Color {
-    v.map(Float::to_array)
+    v.map(Float::to_array).to_array()
 }
 
 #[inline(always)]
@@ -149,7 +149,7 @@ fn evaluate_on<L: Lanes>(l: L, lot: &Lot) -> Found {
         reflectance: if has(SPECULAR) {
             Reflectance::Specular { color: load3(l, &lot.specular_color) }
         } else {
-            Reflectance::Metallic { dielectric_f0: [l.load(&lot.dielectric_f0); 3] }
+            Reflectance::Metallic { dielectric_f0: Vec3::uniform(l.load(&lot.dielectric_f0)) }
         },
         smoothness: l.load(&lot.smoothness[0]),
         second_lobe: if has(SECOND_LOBE) {
@@ -196,7 +196,7 @@ fn evaluate_on<L: Lanes>(l: L, lot: &Lot) -> Found {
                 use_profile_ior: true,
                 subsurface_mask: if has(SUBSURFACE) { Some(mask) } else { None },
                 transmission: if has(TRANSMISSION) {
-                    Some(Transmission { thickness, mask: [one; 3] })
+                    Some(Transmission { thickness, mask: Vec3::uniform(one) })
                 } else {
                     None
                 },
@@ -219,7 +219,7 @@ fn evaluate_on<L: Lanes>(l: L, lot: &Lot) -> Found {
         normal,
         geometric_normal: load3(l, &lot.geometric_normal),
         tangent,
-        bitangent: vec3::cross(l, normal, tangent),
+        bitangent: normal.cross(tangent),
         view: load3(l, &lot.view),
     };
     let pre = stacklit::surface(l, &lot.options, &data, &frame, unity_fgd());
@@ -234,7 +234,7 @@ fn evaluate_on<L: Lanes>(l: L, lot: &Lot) -> Found {
         |_| sky,
     );
     let baked = stacklit::baked_diffuse(l, &pre, sky, sky);
-    let total = stacklit::compose(l, &pre, &direct, environment, baked, [l.zero(); 3]);
+    let total = stacklit::compose(l, &pre, &direct, environment, baked, Vec3::zero(l));
     Found {
         direct: [store3(l, direct.diffuse), store3(l, direct.specular)],
         environment: store3(l, environment),
@@ -752,23 +752,23 @@ mod adding {
 
     fn adding_of(mask: f32, smoothness: f32, ior: f32, cosine: f32, metal: f32) -> Adding<Scalar> {
         let l = Scalar;
-        let up = vec3::splat(l, [0.0, 0.0, 1.0]);
+        let up = Vec3::splat(l, [0.0, 0.0, 1.0]);
         let mut data =
-            SurfaceData::plain(l, vec3::splat(l, [0.9, 0.5, 0.1]), l.splat(metal), l.splat(0.6), up);
+            SurfaceData::plain(l, Vec3::splat(l, [0.9, 0.5, 0.1]), l.splat(metal), l.splat(0.6), up);
         data.coat = Some(Coat {
             mask: l.splat(mask),
             smoothness: l.splat(smoothness),
             ior: l.splat(ior),
             thickness: l.splat(0.5),
-            extinction: vec3::splat(l, [0.1, 0.4, 0.8]),
+            extinction: Vec3::splat(l, [0.1, 0.4, 0.8]),
             normal: None,
         });
-        let view = vec3::splat(l, [(1.0 - cosine * cosine).sqrt(), 0.0, cosine]);
+        let view = Vec3::splat(l, [(1.0 - cosine * cosine).sqrt(), 0.0, cosine]);
         let frame = Frame {
             normal: up,
             geometric_normal: up,
-            tangent: vec3::splat(l, [1.0, 0.0, 0.0]),
-            bitangent: vec3::splat(l, [0.0, 1.0, 0.0]),
+            tangent: Vec3::splat(l, [1.0, 0.0, 0.0]),
+            bitangent: Vec3::splat(l, [0.0, 1.0, 0.0]),
             view,
         };
         let pre = stacklit::surface(l, &Options::default(), &data, &frame, unity_fgd());
@@ -789,8 +789,8 @@ mod adding {
             let layers: [Layer; 3] = std::array::from_fn(|i| {
                 let s = adding.statistics(Scalar, i);
                 Layer {
-                    r12: s.energies[0].map(number),
-                    t12: s.energies[1].map(number),
+                    r12: s.energies[0].map(number).to_array(),
+                    t12: s.energies[1].map(number).to_array(),
                     s_r12: number(s.variances[0]),
                     s_t12: number(s.variances[1]),
                     s_t21: number(s.variances[3]),
@@ -801,9 +801,10 @@ mod adding {
             let near = |a: f64, b: f64| assert!((a - b).abs() <= 1e-5 * b.abs() + 1e-6, "{a} {b}");
             near(number(adding.layers.top), increments[0][1]);
             let state = adding.state_after(Scalar, 2);
+            let (bottom, energy) = (adding.layers.bottom.to_array(), state.energies[3].to_array());
             for k in 0..3 {
-                near(number(adding.layers.bottom[k]), increments[2][k]);
-                near(number(state.energies[3][k]), out[k]);
+                near(number(bottom[k]), increments[2][k]);
+                near(number(energy[k]), out[k]);
             }
             near(number(state.mean_rr), last[0]);
             let entered = adding.state_after(Scalar, 1);

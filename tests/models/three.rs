@@ -8,7 +8,7 @@ use overcoat::coat::three::{
 };
 use overcoat::coat::three_legacy::{self as legacy, LightUnits, ThreeVersion};
 use overcoat::math::lanes::{Float, LANES, Lanes, Scalar, SimdLevel};
-use overcoat::math::vec3::{self, V3};
+use overcoat::math::vec3::{V3, Vec3};
 use std::f32::consts::{FRAC_1_PI, PI};
 
 const L: Scalar = Scalar;
@@ -18,7 +18,7 @@ fn f(x: f32) -> F {
     L.splat(x)
 }
 fn grey(x: f32) -> V3<Scalar> {
-    [f(x); 3]
+    Vec3::uniform(f(x))
 }
 fn up() -> V3<Scalar> {
     tilted(1.0)
@@ -58,8 +58,8 @@ fn plain_legacy(color: f32, metalness: f32, roughness: f32) -> legacy::SurfaceDa
     }
 }
 
-fn legacy_coat(factor: f32, roughness: f32) -> Option<legacy::Coat<Scalar>> {
-    Some(legacy::Coat { factor: f(factor), roughness: f(roughness), normal: up() })
+fn legacy_coat(factor: f32, roughness: f32) -> Option<Coat<Scalar>> {
+    Some(Coat { factor: f(factor), roughness: f(roughness), normal: up() })
 }
 
 /// The environment by query.
@@ -72,11 +72,11 @@ fn seen_with(data: &SurfaceData<Scalar>, view: V3<Scalar>, dfg: &Table<2>) -> Su
 }
 #[inline(never)]
 fn lit(surface: &Surface<Scalar>, direction: V3<Scalar>, color: f32) -> V3<Scalar> {
-    three::direct(L, surface, direction, grey(color), f(1.0))
+    three::direct(L, surface, direction, grey(color))
 }
 #[inline(never)]
-fn around(surface: &Surface<Scalar>, light: [V3<Scalar>; 2], asked: Asked<'_>, occlusion: F) -> V3<Scalar> {
-    three::indirect(L, surface, light[0], |_| light[1], asked, occlusion)
+fn around(surface: &Surface<Scalar>, irradiance: V3<Scalar>, asked: Asked<'_>, occlusion: F) -> V3<Scalar> {
+    three::indirect(L, surface, |_| irradiance, asked, occlusion)
 }
 #[inline(never)]
 fn legacy_seen_with(
@@ -93,16 +93,16 @@ fn legacy_lit_in(
     direction: V3<Scalar>,
     color: f32,
 ) -> V3<Scalar> {
-    legacy::direct(L, units, surface, direction, grey(color), f(1.0))
+    legacy::direct(L, units, surface, direction, grey(color))
 }
 #[inline(never)]
 fn legacy_around(
     surface: &legacy::Surface<Scalar>,
-    light: [V3<Scalar>; 2],
+    irradiance: V3<Scalar>,
     asked: Asked<'_>,
     occlusion: F,
 ) -> V3<Scalar> {
-    legacy::indirect(L, surface, light[0], |_| light[1], asked, occlusion)
+    legacy::indirect(L, surface, |_| irradiance, asked, occlusion)
 }
 
 fn seen(data: &SurfaceData<Scalar>, cosine: f32) -> Surface<Scalar> {
@@ -117,10 +117,10 @@ fn legacy_lit(surface: &legacy::Surface<Scalar>, direction: V3<Scalar>) -> V3<Sc
 
 /// Under a white environment of radiance 1.
 fn in_white(surface: &Surface<Scalar>) -> [f32; 3] {
-    lane::<Scalar>(around(surface, [grey(0.0), grey(PI)], &|_| grey(1.0), f(1.0)), 0)
+    lane::<Scalar>(around(surface, grey(PI), &|_| grey(1.0), f(1.0)), 0)
 }
 fn legacy_in_white(surface: &legacy::Surface<Scalar>) -> [f32; 3] {
-    lane::<Scalar>(legacy_around(surface, [grey(0.0), grey(PI)], &|_| grey(1.0), f(1.0)), 0)
+    lane::<Scalar>(legacy_around(surface, grey(PI), &|_| grey(1.0), f(1.0)), 0)
 }
 
 /// A white surface under a white environment.
@@ -204,13 +204,13 @@ fn lambert_planes_are_equally_bright() {
 }
 
 fn bits(v: V3<Scalar>) -> [[u32; LANES]; 3] {
-    v.map(|c| c.to_array().map(f32::to_bits))
+    v.map(|c| c.to_array().map(f32::to_bits)).to_array()
 }
 
 /// A coat of factor 0, a black sheen, a film without thickness and no coat, sheen or film are the same to the bit.
 #[test]
 fn features_of_no_strength_are_absent() {
-    let direction = vec3::normalize(L, vec3::splat(L, [-0.3, 0.4, 0.6]));
+    let direction = Vec3::splat(L, [-0.3, 0.4, 0.6]).normalize();
     for (cosine, roughness) in [(0.9, 0.3), (0.2, 0.8), (0.01, 0.1)] {
         let without = plain(0.7, 0.4, roughness);
         let sheen = Some(Sheen { color: grey(0.0), roughness: f(0.5) });
@@ -238,12 +238,12 @@ fn features_of_no_strength_are_absent() {
 /// An anisotropy of strength 0 is none, up to rounding, whatever its direction.
 #[test]
 fn anisotropy_of_no_strength_is_isotropic() {
-    let direction = vec3::normalize(L, vec3::splat(L, [-0.3, 0.4, 0.6]));
+    let direction = Vec3::splat(L, [-0.3, 0.4, 0.6]).normalize();
     let expected = seen(&plain(0.7, 0.4, 0.4), 0.7);
     let anisotropy = Anisotropy {
         vector: [f(0.0), f(0.0)],
-        tangent: vec3::splat(L, [0.8, 0.6, 0.0]),
-        bitangent: vec3::splat(L, [-0.6, 0.8, 0.0]),
+        tangent: Vec3::splat(L, [0.8, 0.6, 0.0]),
+        bitangent: Vec3::splat(L, [-0.6, 0.8, 0.0]),
     };
     let found = seen(&SurfaceData { anisotropy: Some(anisotropy), ..plain(0.7, 0.4, 0.4) }, 0.7);
     let (a, b) = (
@@ -257,7 +257,7 @@ fn anisotropy_of_no_strength_is_isotropic() {
 /// What lies beneath gets darker as the coat gets stronger: for light whose highlight is elsewhere, and for emission.
 #[test]
 fn more_coat_is_darker_beneath() {
-    let direction = vec3::normalize(L, vec3::splat(L, [0.0, 0.95, 0.3]));
+    let direction = Vec3::splat(L, [0.0, 0.95, 0.3]).normalize();
     let (mut last, mut last_legacy, mut last_emission) = (f32::MAX, f32::MAX, f32::MAX);
     for k in 0..=20 {
         let factor = k as f32 / 20.0;
@@ -278,12 +278,12 @@ fn the_legacy_base_is_reciprocal() {
     for (a, b) in [(0.9, 0.3), (0.05, 0.7), (0.5, 0.45)] {
         let turned = |cosine: f32| {
             let v = tilted(cosine);
-            [v[0] * 0.6, v[0] * 0.8, v[2]]
+            Vec3::new(v.x * 0.6, v.x * 0.8, v.z)
         };
         let data = plain_legacy(0.5, 0.3, 0.4);
         let value = |view: V3<Scalar>, light: V3<Scalar>| {
             let surface = legacy_seen_with(ThreeVersion::R131, &data, view);
-            lane::<Scalar>(legacy_lit(&surface, light), 0)[0] / light[2].to_array()[0]
+            lane::<Scalar>(legacy_lit(&surface, light), 0)[0] / light.z.to_array()[0]
         };
         let (there, back) = (value(tilted(a), turned(b)), value(turned(b), tilted(a)));
         assert!((there - back).abs() <= 2e-5 * there, "{there} {back}");
@@ -293,7 +293,7 @@ fn the_legacy_base_is_reciprocal() {
 /// Towards the silhouette nothing jumps: neighbouring views differ little, down to grazing ones.
 #[test]
 fn grazing_views_are_continuous() {
-    let direction = vec3::normalize(L, vec3::splat(L, [-0.5, 0.3, 0.6]));
+    let direction = Vec3::splat(L, [-0.5, 0.3, 0.6]).normalize();
     let data = SurfaceData {
         coat: coat(1.0, 0.3),
         sheen: Some(Sheen { color: grey(0.5), roughness: f(0.4) }),
@@ -322,31 +322,32 @@ fn grazing_views_are_continuous() {
 /// The environment answers to whoever asked: base and coat, each at its own roughness.
 #[test]
 fn answers_reach_who_asked() {
-    let answer = |roughness: F| -> V3<Scalar> { [roughness, roughness + 1.0, roughness * roughness] };
+    let answer =
+        |roughness: F| -> V3<Scalar> { Vec3::new(roughness, roughness + 1.0, roughness * roughness) };
     let data = SurfaceData { coat: coat(0.8, 0.2), ..plain(0.5, 0.5, 0.4) };
     let surface = seen(&data, 0.6);
     let light = three::Indirect {
-        ambient: grey(0.5),
+        ambient: grey(0.0),
         irradiance: grey(2.0),
         radiance: answer(f(0.4)),
         coat_radiance: answer(f(0.2)),
     };
     let expected = three::outgoing_light(L, &surface, &three::indirect_terms(L, &surface, &light));
     let ask = |query: EnvironmentQuery<Scalar>| answer(query.perceptual_roughness);
-    let found = around(&surface, [grey(0.5), grey(2.0)], &ask, f(1.0));
+    let found = around(&surface, grey(2.0), &ask, f(1.0));
     assert_eq!(bits(found), bits(expected));
 
     let data = legacy::SurfaceData { coat: legacy_coat(0.8, 0.2), ..plain_legacy(0.5, 0.5, 0.4) };
     let surface = legacy_seen(&data, 0.6);
     let light = legacy::Indirect {
-        ambient: grey(0.5),
+        ambient: grey(0.0),
         irradiance: grey(2.0),
         radiance: answer(f(0.4)),
         coat_radiance: answer(f(0.2)),
     };
     let terms = legacy::indirect_terms(L, &surface, &light);
-    let found = legacy_around(&surface, [grey(0.5), grey(2.0)], &ask, f(1.0));
-    assert_eq!(bits(found), bits(vec3::add(L, terms.diffuse, terms.specular)));
+    let found = legacy_around(&surface, grey(2.0), &ask, f(1.0));
+    assert_eq!(bits(found), bits(terms.diffuse + terms.specular));
 }
 
 /// Random surfaces of today's material.
@@ -358,8 +359,8 @@ fn draw<L: Lanes>(l: L, draws: &mut Draws) -> SurfaceData<L> {
         Iridescence { factor: draws.unit(l), ior: draws.unit(l) * 4.0 + 1.0, thickness: draws.unit(l) * 1e4 };
     let anisotropy = Anisotropy {
         vector: [draws.unit(l) * 2.0 - 1.0, draws.unit(l) * 2.0 - 1.0],
-        tangent: vec3::splat(l, [1.0, 0.0, 0.0]),
-        bitangent: vec3::splat(l, [0.0, 1.0, 0.0]),
+        tangent: Vec3::splat(l, [1.0, 0.0, 0.0]),
+        bitangent: Vec3::splat(l, [0.0, 1.0, 0.0]),
     };
     SurfaceData {
         color: draws.color(l),
@@ -379,7 +380,7 @@ fn draw<L: Lanes>(l: L, draws: &mut Draws) -> SurfaceData<L> {
 
 #[inline(always)]
 fn draw_legacy<L: Lanes>(l: L, draws: &mut Draws) -> legacy::SurfaceData<L> {
-    let coat = legacy::Coat { factor: draws.unit(l), roughness: draws.unit(l), normal: draws.direction(l) };
+    let coat = Coat { factor: draws.unit(l), roughness: draws.unit(l), normal: draws.direction(l) };
     let sheen = draws.color(l);
     legacy::SurfaceData {
         color: draws.color(l),
@@ -399,7 +400,7 @@ fn draw_legacy<L: Lanes>(l: L, draws: &mut Draws) -> legacy::SurfaceData<L> {
 fn draw_directions<L: Lanes>(l: L, draws: &mut Draws) -> [V3<L>; 2] {
     let view = draws.direction(l);
     let light = draws.direction(l);
-    [view, if draws.coin() { light } else { vec3::neg(l, view) }]
+    [view, if draws.coin() { light } else { -view }]
 }
 
 #[inline(always)]
@@ -413,16 +414,15 @@ fn any_input_on<L: Lanes>(l: L) {
         let normal = draws.normal(l);
         let surface = three::surface(l, &data, normal, view, if round % 16 == 0 { &black } else { dfg });
         let sent = draws.color(l);
-        let direct = three::direct(l, &surface, light, [l.splat(1e4); 3], l.splat(1.0));
+        let direct = three::direct(l, &surface, light, Vec3::splat(l, [1e4; 3]));
         let indirect = three::indirect(
             l,
             &surface,
-            sent,
             #[inline(always)]
             |_| sent,
             // A direction of no length would show.
             #[inline(always)]
-            |query| vec3::scale(l, sent, vec3::dot(l, query.direction, query.direction).recip()),
+            |query| sent * query.direction.dot(query.direction).recip(),
             draws.unit(l),
         );
         // The film's F0 may be negative.
@@ -446,16 +446,15 @@ fn any_legacy_input_on<L: Lanes>(l: L) {
         let normal = draws.normal(l);
         let surface = legacy::surface(l, version, &data, normal, view);
         let sent = draws.color(l);
-        let (color, one) = ([l.splat(1e4); 3], l.splat(1.0));
-        let direct = legacy::direct(l, LightUnits::Legacy, &surface, light, color, one);
+        let color = Vec3::splat(l, [1e4; 3]);
+        let direct = legacy::direct(l, LightUnits::Legacy, &surface, light, color);
         let indirect = legacy::indirect(
             l,
             &surface,
-            sent,
             #[inline(always)]
             |_| sent,
             #[inline(always)]
-            |query| vec3::scale(l, sent, vec3::dot(l, query.direction, query.direction).recip()),
+            |query| sent * query.direction.dot(query.direction).recip(),
             draws.unit(l),
         );
         // The fit of the environment's bias ends at -0.0024.

@@ -3,7 +3,7 @@
 use super::draws::{Draws, SETS, all_from};
 use overcoat::coat::urp::{self, Coat, Reflectance, SurfaceData, UrpVersion};
 use overcoat::math::lanes::{Float, LANES, Lanes, SimdLevel};
-use overcoat::math::vec3;
+use overcoat::math::vec3::Vec3;
 
 #[inline(always)]
 fn any_input_on<L: Lanes>(l: L) {
@@ -26,17 +26,17 @@ fn any_input_on<L: Lanes>(l: L) {
         };
         let (view, light) = (draws.direction(l), draws.direction(l));
         // From the light's own direction, and against it, too.
-        let light = if draws.coin() { light } else { vec3::neg(l, view) };
+        let light = if draws.coin() { light } else { -view };
         let surface = urp::surface(l, version, &data, draws.normal(l), view);
         let sent = draws.color(l);
-        let direct = urp::direct(l, &surface, light, [l.splat(1e4); 3], draws.unit(l));
+        let direct = urp::direct(l, &surface, light, Vec3::uniform(draws.unit(l) * 1e4));
         let indirect = urp::indirect(
             l,
             &surface,
             sent,
             // A direction of no length would show.
             #[inline(always)]
-            |query| vec3::scale(l, sent, vec3::dot(l, query.direction, query.direction).recip()),
+            |query| sent * query.direction.dot(query.direction).recip(),
             draws.unit(l),
         );
         assert!(

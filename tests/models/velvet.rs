@@ -6,7 +6,7 @@ use overcoat::brdf::tables::filament_dfg;
 use overcoat::brdf::velvet::VelvetAlbedo;
 use overcoat::coat::velvet::{self, Specular, Surface, SurfaceData};
 use overcoat::math::lanes::{Float, Lanes, Scalar, SimdLevel};
-use overcoat::math::vec3::{self, V3};
+use overcoat::math::vec3::{V3, Vec3};
 
 const UP: [f32; 3] = [0.0, 0.0, 1.0];
 
@@ -14,32 +14,32 @@ const UP: [f32; 3] = [0.0, 0.0, 1.0];
 fn data(base: f32, velvet: f32, roughness: f32, specular: Option<(f32, f32, f32)>) -> SurfaceData<Scalar> {
     let l = Scalar;
     SurfaceData {
-        base_color: [l.splat(base); 3],
-        velvet_color: [l.splat(velvet); 3],
+        base_color: Vec3::splat(l, [base; 3]),
+        velvet_color: Vec3::splat(l, [velvet; 3]),
         velvet_roughness: l.splat(roughness),
         specular: specular.map(|(f0, p, anisotropy)| Specular {
-            f0: [l.splat(f0); 3],
+            f0: Vec3::splat(l, [f0; 3]),
             perceptual_roughness: l.splat(p),
             anisotropy: l.splat(anisotropy),
-            direction: vec3::splat(l, [0.8, 0.6, 0.0]),
+            direction: Vec3::splat(l, [0.8, 0.6, 0.0]),
         }),
     }
 }
 
 fn surface(data: &SurfaceData<Scalar>, n_dot_v: f32) -> Surface<'static, Scalar> {
     let l = Scalar;
-    let (up, view) = (vec3::splat(l, UP), vec3::splat(l, at_cosine(n_dot_v)));
+    let (up, view) = (Vec3::splat(l, UP), Vec3::splat(l, at_cosine(n_dot_v)));
     velvet::surface(l, data, up, view, VelvetAlbedo::shared(), filament_dfg())
 }
 
 fn lit(surface: &Surface<'_, Scalar>, light: V3<Scalar>) -> V3<Scalar> {
     let one = Scalar.splat(1.0);
-    velvet::direct(Scalar, surface, light, [one; 3], one)
+    velvet::direct(Scalar, surface, light, Vec3::uniform(one))
 }
 
 fn furnace(surface: &Surface<'_, Scalar>) -> f32 {
-    let one = [Scalar.splat(1.0); 3];
-    first(velvet::indirect(Scalar, surface, one, |_| one, one[0]))[0]
+    let (white, one) = (Vec3::splat(Scalar, [1.0; 3]), Scalar.splat(1.0));
+    first(velvet::indirect(Scalar, surface, white, |_| white, one))[0]
 }
 
 const ROUGHNESSES: [f32; 6] = [0.0, 0.05, 0.2, 0.35, 0.7, 1.0];
@@ -76,16 +76,16 @@ fn reciprocity() {
     for round in 0..300 {
         let mut above = || {
             let v = random.directions(l);
-            let z = v[2].abs().at_least(0.1);
-            vec3::normalize(l, [v[0], v[1], z])
+            let z = v.z.abs().at_least(0.1);
+            Vec3::new(v.x, v.y, z).normalize()
         };
         let (a, b) = (above(), above());
         let specular = (round % 2 == 0).then_some((0.3, 0.5, 0.4));
         let data = data(random.unit(), random.unit(), random.unit(), specular);
-        let up = vec3::splat(l, UP);
+        let up = Vec3::splat(l, UP);
         let [there, back] = [(a, b), (b, a)].map(|(view, light)| {
             let surface = velvet::surface(l, &data, up, view, VelvetAlbedo::shared(), filament_dfg());
-            vec3::scale(l, lit(&surface, light), light[2].recip())[0].to_array()
+            (lit(&surface, light) * light.z.recip()).x.to_array()
         });
         for (there, back) in there.into_iter().zip(back) {
             assert!((there - back).abs() <= 1e-4 * there.max(1.0), "{there} {back}");
@@ -99,7 +99,7 @@ fn reciprocity() {
 fn limits() {
     let l = Scalar;
     let cosine = 0.4;
-    let light = vec3::splat(l, at_cosine(cosine));
+    let light = Vec3::splat(l, at_cosine(cosine));
     for roughness in ROUGHNESSES {
         let lambert = surface(&data(0.7, 0.0, roughness, None), 0.3);
         let found = first(lit(&lambert, light))[0];
@@ -114,7 +114,7 @@ fn limits() {
     let mut turned = data(0.2, 0.5, 0.3, Some((0.5, 0.4, 0.0)));
     let along = first(lit(&surface(&turned, 0.3), light))[0];
     if let Some(specular) = &mut turned.specular {
-        specular.direction = vec3::splat(l, [0.0, 1.0, 0.0]);
+        specular.direction = Vec3::splat(l, [0.0, 1.0, 0.0]);
     }
     let across = first(lit(&surface(&turned, 0.3), light))[0];
     assert!((along - across).abs() < 1e-5 * along, "{along} {across}");
@@ -129,14 +129,14 @@ fn velvet_looks_like_velvet() {
         let cloth = data(0.0, 1.0, roughness, None);
         let shown = [1.0, 0.5, 0.2, 0.05].map(|n_dot_v| furnace(&surface(&cloth, n_dot_v)));
         assert!(shown.windows(2).all(|pair| pair[0] < pair[1]), "{shown:?}");
-        let front = vec3::splat(l, UP);
+        let front = Vec3::splat(l, UP);
         let base = [0.0, 0.3, 0.6, 1.0].map(|velvet| {
             let [with, without] = [0.5, 0.0]
                 .map(|base| first(lit(&surface(&data(base, velvet, roughness, None), 0.1), front))[0]);
             with - without
         });
         assert!(base.windows(2).all(|pair| pair[0] > pair[1]), "{base:?}");
-        let at = |cosine: f32| first(lit(&surface(&cloth, 0.3), vec3::splat(l, at_cosine(cosine))))[0];
+        let at = |cosine: f32| first(lit(&surface(&cloth, 0.3), Vec3::splat(l, at_cosine(cosine))))[0];
         assert!(at(1e-3) > at(1e-5) && at(1e-5) < 1e-4);
         assert_eq!((at(0.0), at(-0.1), at(-1.0)), (0.0, 0.0, 0.0));
     }
@@ -146,7 +146,7 @@ fn velvet_looks_like_velvet() {
 #[test]
 fn environment_is_asked_where_the_light_comes_from() {
     let l = Scalar;
-    let one = [l.splat(1.0); 3];
+    let one = Vec3::splat(l, [1.0; 3]);
     let mut last = 0.01;
     for n_dot_v in [1.0, 0.6, 0.3] {
         let surface = surface(&data(0.0, 1.0, 0.5, None), n_dot_v);
@@ -159,7 +159,7 @@ fn environment_is_asked_where_the_light_comes_from() {
                 asked = first(query.direction);
                 one
             },
-            one[0],
+            one.x,
         );
         assert!(asked[2] > 0.4 && asked[1] == 0.0);
         assert!(if n_dot_v == 1.0 { asked[0].abs() < last } else { asked[0] > last }, "{asked:?}");
@@ -201,7 +201,7 @@ fn is_finite<L: Lanes>(l: L, random: &mut Random, round: usize) {
         },
     };
     let surface = velvet::surface(l, &data, normal, view, VelvetAlbedo::shared(), filament_dfg());
-    let direct = velvet::direct(l, &surface, light, [one; 3], one);
+    let direct = velvet::direct(l, &surface, light, Vec3::uniform(one));
     let indirect = velvet::indirect(
         l,
         &surface,

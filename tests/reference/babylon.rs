@@ -7,7 +7,7 @@ use overcoat::coat::babylon::{
     Options, Surface, SurfaceData, Tint,
 };
 use overcoat::math::lanes::{Float, LANES, Lanes, SimdLevel};
-use overcoat::math::vec3::V3;
+use overcoat::math::vec3::{V3, Vec3};
 
 pub const ADAPTERS: &[Adapter] = &[
     Adapter { table: "babylon_direct", uniform: DIRECT, run: direct, skipped: &[] },
@@ -68,11 +68,11 @@ fn load<L: Lanes>(l: L, batch: &Batch<'_>, name: &str) -> L::F {
 
 #[inline(always)]
 fn load3<L: Lanes>(l: L, batch: &Batch<'_>, name: &str) -> V3<L> {
-    batch.get3(name).map(|c| l.load(&c))
+    Vec3::from_array(batch.get3(name)).map(|c| l.load(&c))
 }
 
 fn store3<L: Lanes>(v: V3<L>) -> [[f32; LANES]; 3] {
-    v.map(Float::to_array)
+    v.map(Float::to_array).to_array()
 }
 
 /// The switches of a row. Those that a table does not have are off.
@@ -112,11 +112,11 @@ fn store_coat<L: Lanes>(l: L, found: &mut Found, coat: Option<&CoatSurface<L>>) 
     found.set("ccNdotV", coat.map_or(zero, |c| c.n_dot_v).to_array());
     found.set("ccAlphaG", coat.map_or(zero, |c| c.alpha_g).to_array());
     found.set("conservationFactor", coat.map_or(one, |c| c.conservation_factor).to_array());
-    found.set3("ccEnergyFactor", store3::<L>(coat.map_or([one; 3], |c| c.energy_factor)));
+    found.set3("ccEnergyFactor", store3::<L>(coat.map_or(Vec3::uniform(one), |c| c.energy_factor)));
     let tint = coat.and_then(|c| c.tint.as_ref());
-    found.set3("extinction", store3::<L>(tint.map_or([zero; 3], |t| t.extinction)));
+    found.set3("extinction", store3::<L>(tint.map_or(Vec3::uniform(zero), |t| t.extinction)));
     found.set("ccNdotVRefract", tint.map_or(zero, |t| t.n_dot_v_refract).to_array());
-    found.set3("absorptionView", store3::<L>(tint.map_or([one; 3], |t| t.absorption)));
+    found.set3("absorptionView", store3::<L>(tint.map_or(Vec3::uniform(one), |t| t.absorption)));
 }
 
 #[inline(always)]
@@ -167,17 +167,17 @@ fn surface<L: Lanes>(l: L, batch: &Batch<'_>, has_table: bool, found: &mut Found
     found.set3("surfaceAlbedo", store3::<L>(surface.surface_albedo));
     found.set("reflectanceF0", surface.reflectance_f0.to_array());
     found.set3("F0", store3::<L>(surface.f0));
-    found.set3("F90", store3::<L>([surface.f90; 3]));
+    found.set3("F90", store3::<L>(Vec3::uniform(surface.f90)));
     found.set("perceptualRoughness", surface.roughness.to_array());
     found.set("alphaG", surface.alpha_g.to_array());
     store_aa(found, "", &surface.aa);
     found.set("NdotV", surface.n_dot_v.to_array());
     found.set3("F0Coated", store3::<L>(surface.f0_coated));
     found.set3("energyFactor", store3::<L>(surface.energy_factor));
-    found.set3("baseEnergyFactor", store3::<L>([surface.base_energy_factor; 3]));
+    found.set3("baseEnergyFactor", store3::<L>(Vec3::uniform(surface.base_energy_factor)));
     let frame = match &surface.anisotropy {
         Some(anisotropy) => [anisotropy.tangent, anisotropy.bitangent, anisotropy.normal],
-        None => [[zero; 3]; 3],
+        None => [Vec3::uniform(zero); 3],
     };
     for (name, vector) in ["anisotropicT", "anisotropicB", "anisotropicN"].into_iter().zip(frame) {
         found.set3(name, store3::<L>(vector));
@@ -223,11 +223,11 @@ fn direct_on<L: Lanes>(l: L, batch: &Batch<'_>) -> Found {
     found.set("ccFresnel", coat.map_or(zero, |c| c.fresnel).to_array());
     found.set("ccD", coat.map_or(zero, |c| c.distribution).to_array());
     found.set("ccVis", coat.map_or(zero, |c| c.visibility).to_array());
-    found.set3("ccLobe", store3::<L>(coat.map_or([zero; 3], |c| c.lobe)));
+    found.set3("ccLobe", store3::<L>(coat.map_or(Vec3::uniform(zero), |c| c.lobe)));
     found.set("ccAttenuation", coat.map_or(one, |c| c.attenuation).to_array());
     found.set("ccNdotLRefract", coat.map_or(zero, |c| c.n_dot_l_refract).to_array());
-    found.set3("absorption", store3::<L>(coat.map_or([one; 3], |c| c.absorption)));
-    found.set3("color", store3::<L>(babylon::direct(l, &surface, light, color, one, extent)));
+    found.set3("absorption", store3::<L>(coat.map_or(Vec3::uniform(one), |c| c.absorption)));
+    found.set3("color", store3::<L>(babylon::direct(l, &surface, light, color, extent)));
     found
 }
 
@@ -249,7 +249,7 @@ fn ibl_on<L: Lanes>(l: L, batch: &Batch<'_>) -> Found {
         ["lod", "reflectionDir", "lookupRoughness", "radiance"],
         ["ccLod", "ccReflectionDir", "ccLookupRoughness", "ccRadiance"],
     ];
-    let mut radiance = [[zero; 3]; 2];
+    let mut radiance = [Vec3::uniform(zero); 2];
     for k in 0..2 {
         let [lod, direction, roughness, seen] = names[k];
         let asked = k < count;
@@ -259,7 +259,7 @@ fn ibl_on<L: Lanes>(l: L, batch: &Batch<'_>) -> Found {
         }
         let level = if asked { babylon::lod(l, linear, alphas[k], width, scale) } else { zero };
         found.set(lod, level.to_array());
-        found.set3(direction, store3::<L>(if asked { query.direction } else { [zero; 3] }));
+        found.set3(direction, store3::<L>(if asked { query.direction } else { Vec3::uniform(zero) }));
         found.set(roughness, if asked { query.perceptual_roughness } else { zero }.to_array());
         found.set3(seen, store3::<L>(radiance[k]));
     }
@@ -278,12 +278,12 @@ fn ibl_on<L: Lanes>(l: L, batch: &Batch<'_>) -> Found {
     let environment = Environment { irradiance, radiance: radiance[0], coat_radiance: radiance[1] };
     let terms = babylon::indirect_terms(l, &surface, &environment, &occlusion);
     found.set3("environmentRadiance", store3::<L>(terms.environment_radiance));
-    found.set3("baseReflectance", store3::<L>([terms.base_reflectance; 3]));
+    found.set3("baseReflectance", store3::<L>(Vec3::uniform(terms.base_reflectance)));
     found.set3("specularReflectance", store3::<L>(terms.specular_reflectance));
     found.set("radianceOcclusion", terms.radiance_occlusion.to_array());
     found.set("horizonOcclusion", terms.horizon_occlusion.to_array());
     found.set("ccHorizonOcclusion", terms.coat_horizon_occlusion.to_array());
-    found.set3("ccReflectance", store3::<L>([terms.coat_reflectance; 3]));
+    found.set3("ccReflectance", store3::<L>(Vec3::uniform(terms.coat_reflectance)));
     found.set3("finalIrradiance", store3::<L>(terms.final_irradiance));
     found.set3("finalRadiance", store3::<L>(terms.final_radiance));
     found.set3("finalClearCoatRadiance", store3::<L>(terms.final_coat_radiance));

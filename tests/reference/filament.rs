@@ -6,7 +6,7 @@ use overcoat::coat::filament::standard::{Anisotropy, Coat, EnvironmentQuery, She
 use overcoat::coat::filament::{Quality, cloth, dielectric_f0, f0_clear_coat_to_surface, standard};
 use overcoat::coat::filament_2018::{self, Attenuation};
 use overcoat::math::lanes::{Float, Lanes, Mask, SimdLevel};
-use overcoat::math::vec3::{self, V3};
+use overcoat::math::vec3::{V3, Vec3};
 
 pub const ADAPTERS: &[Adapter] = &[
     Adapter { table: "filament_direct", uniform: SWITCHES, run: standard_direct, skipped: &[] },
@@ -57,7 +57,7 @@ fn load<L: Lanes>(l: L, batch: &Batch<'_>, name: &str) -> L::F {
 
 #[inline(always)]
 fn load3<L: Lanes>(l: L, batch: &Batch<'_>, name: &str) -> V3<L> {
-    batch.get3(name).map(|c| l.load(&c))
+    Vec3::from_array(batch.get3(name)).map(|c| l.load(&c))
 }
 
 /// Sets columns from lane numbers.
@@ -68,7 +68,7 @@ impl Columns {
         self.0.set(name, value.to_array());
     }
     fn three<L: Lanes>(&mut self, _: L, name: &str, value: V3<L>) {
-        self.0.set3(name, value.map(Float::to_array));
+        self.0.set3(name, value.map(Float::to_array).to_array());
     }
 }
 
@@ -85,7 +85,7 @@ fn standard_surface<L: Lanes>(l: L, batch: &Batch<'_>) -> Surface<L> {
         base_color: load3(l, batch, "baseColor"),
         metallic: load(l, batch, "metallic"),
         perceptual_roughness: load(l, batch, "roughness"),
-        dielectric_f0: [dielectric_f0(l, load(l, batch, "reflectance")); 3],
+        dielectric_f0: Vec3::uniform(dielectric_f0(l, load(l, batch, "reflectance"))),
         coat: on("clearCoat").then(|| Coat {
             mask: load(l, batch, "clearCoat"),
             perceptual_roughness: load(l, batch, "clearCoatRoughness"),
@@ -153,7 +153,7 @@ fn standard_direct_on<L: Lanes>(l: L, batch: &Batch<'_>) -> Found {
     found.one(l, "attenuation", coat.map_or(l.splat(1.0), |c| c.f.one_minus()));
     let color = load3(l, batch, "lightColor");
     let attenuation = load(l, batch, "lightAttenuation");
-    found.three(l, "color", standard::direct(l, &surface, light, color, attenuation));
+    found.three(l, "color", standard::direct(l, &surface, light, color * attenuation));
     found.0
 }
 
@@ -165,16 +165,16 @@ fn standard_ibl_on<L: Lanes>(l: L, batch: &Batch<'_>) -> Found {
     let (zero, one) = (l.zero(), l.splat(1.0));
     let base = surface.base_query(l);
     let radiance = stub_query(l, base);
-    found.three(l, "E", surface.specular_dfg(l));
+    found.three(l, "E", surface.specular_dfg());
     found.three(l, "reflDir", base.direction);
     found.three(l, "radiance", radiance);
     let irradiance = stub::environment(l, load3(l, batch, "N"), one);
-    let sheen_radiance = surface.sheen_query(l).map_or([zero; 3], |query| stub_query(l, query));
+    let sheen_radiance = surface.sheen_query().map_or(Vec3::uniform(zero), |query| stub_query(l, query));
     // The original looks nothing up for a coat of mask 0.
     let coated = !load(l, batch, "clearCoat").eq(zero);
     let coat_radiance = surface
-        .coat_query(l)
-        .map_or([zero; 3], |query| vec3::select(l, coated, stub_query(l, query), [zero; 3]));
+        .coat_query()
+        .map_or(Vec3::uniform(zero), |query| Vec3::select(coated, stub_query(l, query), Vec3::uniform(zero)));
     let below = standard::base_indirect(l, &surface, irradiance, radiance, sheen_radiance);
     found.three(l, "FdBeforeCoat", below.diffuse);
     found.three(l, "FrBeforeCoat", below.specular);
@@ -200,7 +200,7 @@ fn cloth_surface<L: Lanes>(l: L, batch: &Batch<'_>, found: &mut Columns) -> clot
     };
     let (normal, view) = (load3(l, batch, "N"), load3(l, batch, "V"));
     let dfg = load3(l, batch, "dfg");
-    let surface = cloth::surface(l, quality(batch), &data, normal, view, |_, _| dfg[2]);
+    let surface = cloth::surface(l, quality(batch), &data, normal, view, |_, _| dfg.z);
     let (zero, one) = (l.zero(), l.splat(1.0));
     found.three(l, "diffuseColor", data.base_color);
     found.three(l, "f0", data.sheen_color);
@@ -208,7 +208,7 @@ fn cloth_surface<L: Lanes>(l: L, batch: &Batch<'_>, found: &mut Columns) -> clot
     found.one(l, "roughness", surface.roughness);
     found.one(l, "NoV", surface.n_dot_v);
     // What the model does not have.
-    found.three(l, "energyCompensation", [one; 3]);
+    found.three(l, "energyCompensation", Vec3::uniform(one));
     for column in ["ccPerceptualRoughness", "ccRoughness", "sheenScaling"] {
         found.one(l, column, zero);
     }
@@ -235,7 +235,7 @@ fn cloth_direct_on<L: Lanes>(l: L, batch: &Batch<'_>) -> Found {
     }
     let color = load3(l, batch, "lightColor");
     let attenuation = load(l, batch, "lightAttenuation");
-    found.three(l, "color", cloth::direct(l, &surface, light, color, attenuation));
+    found.three(l, "color", cloth::direct(l, &surface, light, color * attenuation));
     found.0
 }
 
@@ -248,7 +248,7 @@ fn cloth_ibl_on<L: Lanes>(l: L, batch: &Batch<'_>) -> Found {
     let radiance = stub_query(l, query);
     let irradiance = stub::environment(l, load3(l, batch, "N"), one);
     let parts = cloth::indirect_parts(l, &surface, irradiance, radiance);
-    found.three(l, "E", surface.specular_dfg(l));
+    found.three(l, "E", surface.specular_dfg());
     found.three(l, "reflDir", query.direction);
     found.three(l, "radiance", radiance);
     for suffix in ["BeforeCoat", ""] {
@@ -257,7 +257,7 @@ fn cloth_ibl_on<L: Lanes>(l: L, batch: &Batch<'_>) -> Found {
     }
     found.one(l, "ccNoV", zero);
     found.one(l, "Fc", zero);
-    found.three(l, "ccRadiance", [zero; 3]);
+    found.three(l, "ccRadiance", Vec3::uniform(zero));
     let color = cloth::indirect(l, &surface, irradiance, |query| stub_query(l, query), one);
     found.three(l, "color", color);
     found.0
@@ -274,7 +274,7 @@ fn document_surface<L: Lanes>(
         base_color: load3(l, batch, "baseColor"),
         metallic: load(l, batch, "metallic"),
         perceptual_roughness: load(l, batch, "perceptualRoughness"),
-        dielectric_f0: [dielectric_f0(l, load(l, batch, "reflectance")); 3],
+        dielectric_f0: Vec3::uniform(dielectric_f0(l, load(l, batch, "reflectance"))),
         coat: Some(filament_2018::Coat {
             mask: load(l, batch, "clearCoat"),
             perceptual_roughness: load(l, batch, "clearCoatPerceptualRoughness"),
@@ -294,8 +294,8 @@ fn document_on<L: Lanes>(l: L, batch: &Batch<'_>) -> Found {
         let surface = document_surface(l, batch, attenuation);
         let lobes = filament_2018::lobes(l, &surface, light);
         let brdf = filament_2018::brdf(l, &surface, &lobes);
-        found.three(l, &format!("brdf{form}"), vec3::mul(l, color, brdf));
-        let lit = filament_2018::direct(l, &surface, light, color, l.splat(1.0));
+        found.three(l, &format!("brdf{form}"), color * brdf);
+        let lit = filament_2018::direct(l, &surface, light, color);
         found.three(l, &format!("lit{form}"), lit);
         if attenuation == Attenuation::Later {
             continue;

@@ -6,7 +6,7 @@ use overcoat::coat::gltf::{
     self, Anisotropy, Coat, CoatF0, Environment, Iridescence, Lookups, Sheen, Surface, SurfaceData, Terms,
 };
 use overcoat::math::lanes::{Float, LANES, Lanes, SimdLevel};
-use overcoat::math::vec3::{self, V3};
+use overcoat::math::vec3::{V3, Vec3};
 use std::f32::consts::PI;
 
 pub const ADAPTERS: &[Adapter] = &[
@@ -32,11 +32,11 @@ fn load<L: Lanes>(l: L, batch: &Batch<'_>, name: &str) -> L::F {
 
 #[inline(always)]
 fn load3<L: Lanes>(l: L, batch: &Batch<'_>, name: &str) -> V3<L> {
-    batch.get3(name).map(|c| l.load(&c))
+    Vec3::from_array(batch.get3(name)).map(|c| l.load(&c))
 }
 
 fn store3<L: Lanes>(v: V3<L>) -> [[f32; LANES]; 3] {
-    v.map(Float::to_array)
+    v.map(Float::to_array).to_array()
 }
 
 #[inline(always)]
@@ -48,7 +48,7 @@ fn surface<L: Lanes>(l: L, batch: &Batch<'_>, found: &mut Found) -> Surface<L> {
         roughness: load(l, batch, "roughness"),
         ior: load(l, batch, "ior"),
         specular_factor: if specular { load(l, batch, "specularFactor") } else { l.splat(1.0) },
-        specular_color: if specular { load3(l, batch, "specularColor") } else { [l.splat(1.0); 3] },
+        specular_color: if specular { load3(l, batch, "specularColor") } else { Vec3::splat(l, [1.0; 3]) },
         coat: batch.is_on("clearcoat_on").then(|| Coat {
             factor: load(l, batch, "clearcoat"),
             roughness: load(l, batch, "clearcoatRoughness"),
@@ -78,9 +78,9 @@ fn surface<L: Lanes>(l: L, batch: &Batch<'_>, found: &mut Found) -> Surface<L> {
     };
     let (normal, view) = (load3(l, batch, "N"), load3(l, batch, "V"));
     let surface = gltf::surface_with_lookups(l, CoatF0::BaseIor, &data, normal, view, &lookups);
-    let zero = [l.zero(); 3];
+    let zero = Vec3::zero(l);
     found.set3("f0Dielectric", store3::<L>(surface.f0_dielectric));
-    found.set3("f90Dielectric", store3::<L>([surface.specular_weight; 3]));
+    found.set3("f90Dielectric", store3::<L>(Vec3::uniform(surface.specular_weight)));
     found.set("specularWeight", surface.specular_weight.to_array());
     found.set("alphaRoughness", surface.alpha_roughness.to_array());
     let (tangent, bitangent) = match &surface.anisotropy {
@@ -99,7 +99,7 @@ fn surface<L: Lanes>(l: L, batch: &Batch<'_>, found: &mut Found) -> Surface<L> {
         Some(coat) => coat.weight,
         None => l.zero(),
     };
-    found.set3("clearcoatWeight", store3::<L>([weight; 3]));
+    found.set3("clearcoatWeight", store3::<L>(Vec3::uniform(weight)));
     surface
 }
 
@@ -133,11 +133,11 @@ fn ibl_on<L: Lanes>(l: L, batch: &Batch<'_>) -> Found {
     let mut found = Found::default();
     let surface = surface(l, batch, &mut found);
     let all = gltf::environment_queries(l, &surface);
-    let mut radiance = [[l.zero(); 3]; 3];
+    let mut radiance = [Vec3::zero(l); 3];
     for (radiance, query) in radiance.iter_mut().zip(all.queries).take(all.count) {
         *radiance = stub::environment(l, query.direction, query.perceptual_roughness);
     }
-    let irradiance = |normal| vec3::scale(l, stub::environment(l, normal, l.splat(1.0)), l.splat(PI));
+    let irradiance = |normal| stub::environment(l, normal, l.splat(1.0)) * PI;
     let environment = Environment {
         irradiance: irradiance(surface.normal),
         radiance: radiance[0],
@@ -148,7 +148,7 @@ fn ibl_on<L: Lanes>(l: L, batch: &Batch<'_>) -> Found {
     store_terms(l, &mut found, "f", &surface, &indirect.terms);
     found.set3("metalFresnelIbl", store3::<L>(indirect.metal_fresnel));
     found.set3("dielectricFresnelIbl", store3::<L>(indirect.dielectric_fresnel));
-    let coat = if surface.coat.is_some() { indirect.terms.coat } else { [l.zero(); 3] };
+    let coat = if surface.coat.is_some() { indirect.terms.coat } else { Vec3::zero(l) };
     found.set3("clearcoatRadiance", store3::<L>(coat));
     found.set3("color", store3::<L>(gltf::color(l, &surface, &indirect.terms)));
     found

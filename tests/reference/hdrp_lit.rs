@@ -7,6 +7,7 @@ use overcoat::coat::hdrp_lit::{
     self as lit, Anisotropy, EnvironmentQuery, Iridescence, Occlusion, Reflectance, Surface, SurfaceData,
 };
 use overcoat::math::lanes::{Float, LANES, Lanes, SimdLevel};
+use overcoat::math::vec3::Vec3;
 
 pub const ADAPTERS: &[Adapter] =
     &[Adapter { table: "hdrp_lit_coat", uniform: &["in_materialFeatures"], run: coat, skipped: &[] }];
@@ -30,7 +31,7 @@ fn material<L: Lanes>(l: L, batch: &Batch<'_>) -> SurfaceData<L> {
     } else {
         Reflectance::Metallic {
             metallic: load(l, batch, "metallic"),
-            dielectric_f0: [l.splat(lit::DIELECTRIC_F0); 3],
+            dielectric_f0: Vec3::uniform(l.splat(lit::DIELECTRIC_F0)),
         }
     };
     SurfaceData {
@@ -85,9 +86,9 @@ fn coat_on<L: Lanes>(l: L, batch: &Batch<'_>) -> Found {
 
     let (light, min_roughness) = (load3(l, batch, "L"), load(l, batch, "lightMinRoughness"));
     let bsdf = lit::evaluate_bsdf(l, &surface, light, min_roughness);
-    found.set3("diffR", store3::<L>([bsdf.diffuse_reflected; 3]));
+    found.set3("diffR", store3::<L>(Vec3::uniform(bsdf.diffuse_reflected)));
     found.set3("specR", store3::<L>(bsdf.specular_reflected));
-    found.set3("diffT", store3::<L>([bsdf.diffuse_transmitted; 3]));
+    found.set3("diffT", store3::<L>(Vec3::uniform(bsdf.diffuse_transmitted)));
     let direct = lit::direct(l, &surface, light, load3(l, batch, "lightColor"), min_roughness);
     found.set3("litDiffuse", store3::<L>(direct.diffuse));
     found.set3("litSpecular", store3::<L>(direct.specular));
@@ -108,7 +109,7 @@ fn coat_on<L: Lanes>(l: L, batch: &Batch<'_>) -> Found {
         direct_strength: load(l, batch, "directAOParam"),
         specular_blend: l.splat(1.0),
     };
-    let output = lit::compose(l, &surface, &direct, env, baked_gi, [l.zero(); 3], &occlusion);
+    let output = lit::compose(l, &surface, &direct, env, baked_gi, Vec3::zero(l), &occlusion);
     found.set3("finalDiffuse", store3::<L>(output.diffuse));
     found.set3("finalSpecular", store3::<L>(output.specular));
     found

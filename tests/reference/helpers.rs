@@ -3,11 +3,11 @@
 use super::stub;
 use super::table::{Adapter, Batch, Found, Table as Csv};
 use overcoat::brdf::fgd::pre_integrated_fgd;
-use overcoat::brdf::occlusion::{self, BentNormalTilt, VisibilityCone};
+use overcoat::brdf::occlusion::{self, BentNormalTilt, BentOcclusion, VisibilityCone};
 use overcoat::brdf::table::{Table, TexelGrid};
 use overcoat::brdf::{diffuse, ggx, integrate, reflection};
 use overcoat::math::lanes::{Float, LANES, Lanes, SimdLevel};
-use overcoat::math::vec3::{self, V3};
+use overcoat::math::vec3::{V3, Vec3};
 use std::path::Path;
 use std::sync::LazyLock;
 
@@ -55,12 +55,12 @@ pub fn load<L: Lanes>(l: L, batch: &Batch<'_>, name: &str) -> L::F {
 /// Three columns.
 #[inline(always)]
 pub fn load3<L: Lanes>(l: L, batch: &Batch<'_>, name: &str) -> V3<L> {
-    batch.get3(name).map(|c| l.load(&c))
+    Vec3::from_array(batch.get3(name)).map(|c| l.load(&c))
 }
 
 /// Three columns back.
 pub fn store3<L: Lanes>(v: V3<L>) -> [[f32; LANES]; 3] {
-    v.map(Float::to_array)
+    v.to_arrays()
 }
 
 #[inline(always)]
@@ -68,9 +68,9 @@ fn ggx_on<L: Lanes>(l: L, batch: &Batch<'_>) -> Found {
     let get = |name: &str| load(l, batch, name);
     let (nh, nl, nv, lv) = (get("NdotH"), get("NdotL"), get("NdotV"), get("LdotV"));
     let a = get("roughness");
-    let half = [get("TdotH"), get("BdotH"), nh];
-    let light = [get("TdotL"), get("BdotL"), nl];
-    let view = [get("TdotV"), get("BdotV"), nv];
+    let half = Vec3::new(get("TdotH"), get("BdotH"), nh);
+    let light = Vec3::new(get("TdotL"), get("BdotL"), nl);
+    let view = Vec3::new(get("TdotV"), get("BdotV"), nv);
     let ab = [get("roughnessT"), get("roughnessB")];
     let lambda = ggx::part_lambda(l, nv, a);
     let lambda_ab = ggx::anisotropic_part_lambda(l, view, ab);
@@ -99,14 +99,15 @@ fn occlusion_on<L: Lanes>(l: L, batch: &Batch<'_>) -> Found {
     let [n, v, bent, geometric] = ["N", "V", "bent", "geom"].map(|name| load3(l, batch, name));
     let (ao, p) = (get("ao"), get("perceptualRoughness"));
     let a = p * p;
-    let n_dot_v = vec3::dot(l, n, v).at_least(1e-4);
+    let n_dot_v = n.dot(v).at_least(1e-4);
+    let open = BentOcclusion { normal: n, bent_normal: bent, ao };
     let mut found = Found::default();
     let bounced = occlusion::gtao_multi_bounce(l, ao, load3(l, batch, "albedo"));
     found.set3("GTAOMultiBounce", store3::<L>(bounced));
     let mut set = |name: &str, value: L::F| found.set(name, value.to_array());
     set("SOFromAO", occlusion::specular_occlusion_from_ao(l, n_dot_v, ao, a));
-    set("BentAO_ConeCone_core", occlusion::specular_occlusion_cone_cone(l, v, bent, n, ao, a));
-    set("BentAO_SG_core", occlusion::specular_occlusion_gaussian(l, v, bent, n, ao, a));
+    set("BentAO_ConeCone_core", occlusion::specular_occlusion_cone_cone(l, v, &open, a));
+    set("BentAO_SG_core", occlusion::specular_occlusion_gaussian(l, v, &open, a));
     set("HorizonOcclusion", occlusion::horizon_occlusion(l, v, n, geometric, get("horizonFade")));
     let between = get("cosB");
     let area = occlusion::spherical_cap_intersection(l, get("cosC1"), get("cosC2"), between);
@@ -125,7 +126,7 @@ fn occlusion_on<L: Lanes>(l: L, batch: &Batch<'_>) -> Found {
         ("cos_fixRough", VisibilityCone::Cosine, None),
         ("cos_fixTilt", VisibilityCone::Cosine, Some(tilt)),
     ] {
-        let value = occlusion::specular_occlusion_cone_cone_tilted(l, v, bent, n, ao, p, cone, tilt);
+        let value = occlusion::specular_occlusion_cone_cone_tilted(l, v, &open, p, cone, tilt);
         set(&format!("ConeCone_{name}"), value);
     }
     found
@@ -137,11 +138,11 @@ fn ibl_on<L: Lanes>(l: L, batch: &Batch<'_>) -> Found {
     let [n, v, t, h] = ["N", "V", "T", "H"].map(|name| load3(l, batch, name));
     let p = get("perceptualRoughness");
     let mut found = Found::default();
-    let r = vec3::reflect(l, vec3::neg(l, v), n);
+    let r = (-v).reflect(n);
     found.set3("reflectR", store3::<L>(r));
     let dominant = reflection::specular_dominant_direction(l, n, r, p, get("NdotV"));
     found.set3("SpecularDominantDir", store3::<L>(dominant));
-    let b = vec3::cross(l, n, t);
+    let b = n.cross(t);
     let k = get("anisotropy");
     let (bent, roughness) = reflection::anisotropic_normal_and_roughness(l, b, t, n, v, k, p);
     found.set3("anisoN", store3::<L>(bent));

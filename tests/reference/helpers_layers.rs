@@ -5,7 +5,7 @@ use super::table::{Adapter, Batch, Found};
 use overcoat::brdf::{fresnel, iridescence, roughness};
 use overcoat::coat::stacklit::haze::{Haze, HazyLobes, haze_mapping};
 use overcoat::math::lanes::{Float, Lanes, SimdLevel};
-use overcoat::math::vec3::V3;
+use overcoat::math::vec3::{V3, Vec3};
 
 pub const ADAPTERS: &[Adapter] = &[
     Adapter { table: "helpers_fresnel", uniform: &[], run: fresnel, skipped: &[] },
@@ -34,11 +34,11 @@ fn load<L: Lanes>(l: L, batch: &Batch<'_>, name: &str) -> L::F {
 
 #[inline(always)]
 fn load3<L: Lanes>(l: L, batch: &Batch<'_>, name: &str) -> V3<L> {
-    batch.get3(name).map(|c| l.load(&c))
+    Vec3::from_array(batch.get3(name)).map(|c| l.load(&c))
 }
 
 fn store3<L: Lanes>(v: V3<L>) -> [[f32; 16]; 3] {
-    v.map(Float::to_array)
+    v.map(Float::to_array).to_array()
 }
 
 #[inline(always)]
@@ -50,9 +50,9 @@ fn fresnel_on<L: Lanes>(l: L, batch: &Batch<'_>) -> Found {
     let one = l.splat(1.0);
     let mut set = |name: &str, value: L::F| found.set(name, value.to_array());
     set("FresnelUnpolarized", fresnel::fresnel_unpolarized(l, cosine, n1, n2));
-    set("F_Schlick_s_f90", fresnel::schlick(l, f0[0], f90, cosine));
-    set("F_Schlick_s", fresnel::schlick(l, f0[0], one, cosine));
-    set("F_Transm_Schlick_f90", fresnel::schlick_transmission(l, f0[0], f90, cosine));
+    set("F_Schlick_s_f90", fresnel::schlick(l, f0.x, f90, cosine));
+    set("F_Schlick_s", fresnel::schlick(l, f0.x, one, cosine));
+    set("F_Transm_Schlick_f90", fresnel::schlick_transmission(l, f0.x, f90, cosine));
     set("F_FresnelDielectric_n2", fresnel::fresnel_dielectric(l, n2, cosine));
     set("IorToFresnel0_n2", fresnel::ior_to_fresnel0(l, n2, one));
     set("IorToFresnel0_n2_n1", fresnel::ior_to_fresnel0(l, n2, n1));

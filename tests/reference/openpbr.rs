@@ -3,7 +3,7 @@
 use super::table::{Adapter, Batch, Found};
 use overcoat::coat::openpbr::{self, AlbedoSource, Coat, SurfaceData};
 use overcoat::math::lanes::{Float, Lanes, SimdLevel};
-use overcoat::math::vec3::V3;
+use overcoat::math::vec3::{V3, Vec3};
 
 pub const ADAPTERS: &[Adapter] =
     &[Adapter { table: "openpbr_coat", uniform: &["in_tirFix"], run: coat, skipped: &[] }];
@@ -19,7 +19,7 @@ fn load<L: Lanes>(l: L, batch: &Batch<'_>, name: &str) -> L::F {
 
 #[inline(always)]
 fn load3<L: Lanes>(l: L, batch: &Batch<'_>, name: &str) -> V3<L> {
-    batch.get3(name).map(|c| l.load(&c))
+    Vec3::from_array(batch.get3(name)).map(|c| l.load(&c))
 }
 
 #[inline(always)]
@@ -58,7 +58,7 @@ fn coat_on<L: Lanes>(l: L, batch: &Batch<'_>) -> Found {
     set("alphaB", surface.base.alpha[1]);
     set("NoL", lobes.n_dot_l);
     set("NoV", surface.base.n_dot_v());
-    set("NoH", surface.base.n_dot_h(l, light, view));
+    set("NoH", surface.base.n_dot_h(light, view));
     set("VoH", lobes.v_dot_h);
     set("D", lobes.base_dv[0]);
     set("V", lobes.base_dv[1]);
@@ -78,7 +78,7 @@ fn coat_on<L: Lanes>(l: L, batch: &Batch<'_>) -> Found {
         set("Fc", lobes.coat.fresnel);
         set("fCoat", lobes.coat.value);
     }
-    let mut set3 = |name: &str, value: V3<L>| found.set3(name, value.map(Float::to_array));
+    let mut set3 = |name: &str, value: V3<L>| found.set3(name, value.map(Float::to_array).to_array());
     if let Some(coat) = &surface.coat {
         set3("Eb", coat.base_albedo);
         set3("Delta", coat.delta);
@@ -92,6 +92,6 @@ fn coat_on<L: Lanes>(l: L, batch: &Batch<'_>) -> Found {
     set3("fBase", lobes.base);
     set3("fCoated", lobes.total(l, &surface));
     let color = load3(l, batch, "lightColor");
-    set3("lit", openpbr::direct(l, &surface, light, color, l.splat(1.0)));
+    set3("lit", openpbr::direct(l, &surface, light, color));
     found
 }

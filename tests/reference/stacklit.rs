@@ -11,7 +11,7 @@ use overcoat::coat::stacklit::{
     ScreenSpaceOcclusion, SecondLobe, SpecularOcclusion, SurfaceData, Transmission, Version,
 };
 use overcoat::math::lanes::{Float, LANES, Lanes, Mask, SimdLevel};
-use overcoat::math::vec3::{self, V3};
+use overcoat::math::vec3::{V3, Vec3};
 
 pub const ADAPTERS: &[Adapter] = &[
     Adapter { table: "stacklit_adding", uniform: UNIFORM_ADDING, run: adding, skipped: &[] },
@@ -101,7 +101,7 @@ fn frame<L: Lanes>(l: L, batch: &Batch<'_>, has_geometric_normal: bool) -> Frame
         normal,
         geometric_normal: if has_geometric_normal { load3(l, batch, "geomN") } else { normal },
         tangent,
-        bitangent: vec3::cross(l, normal, tangent),
+        bitangent: normal.cross(tangent),
         view: load3(l, batch, "V"),
     }
 }
@@ -129,7 +129,7 @@ fn material<L: Lanes>(l: L, batch: &Batch<'_>, version: Version) -> SurfaceData<
         subsurface_mask: has(SUBSURFACE).then(|| number("subsurfaceMask")),
         transmission: has(TRANSMISSION).then(|| Transmission {
             thickness: number("thickness"),
-            mask: if version == Version::V13 { [one; 3] } else { color("transmissionMask") },
+            mask: if version == Version::V13 { Vec3::uniform(one) } else { color("transmissionMask") },
         }),
     });
     SurfaceData {
@@ -138,7 +138,9 @@ fn material<L: Lanes>(l: L, batch: &Batch<'_>, version: Version) -> SurfaceData<
         reflectance: if has(SPECULAR_COLOR) {
             Reflectance::Specular { color: color("specularColor") }
         } else {
-            Reflectance::Metallic { dielectric_f0: [ior_to_fresnel0(l, number("dielectricIor"), one); 3] }
+            Reflectance::Metallic {
+                dielectric_f0: Vec3::uniform(ior_to_fresnel0(l, number("dielectricIor"), one)),
+            }
         },
         smoothness: number("perceptualSmoothnessA"),
         second_lobe: Some(SecondLobe { smoothness: number("perceptualSmoothnessB"), mix: number("lobeMix") }),
@@ -199,7 +201,7 @@ fn store_bsdf<L: Lanes>(l: L, found: &mut Found, bsdf: &BsdfData<L>) {
 }
 
 fn store_layers<L: Lanes>(found: &mut Found, layers: &Layers<L>) {
-    found.set3("vLayerEnergyCoeffTOP", store3::<L>([layers.top; 3]));
+    found.set3("vLayerEnergyCoeffTOP", store3::<L>(Vec3::uniform(layers.top)));
     found.set3("vLayerEnergyCoeffBOTTOM", store3::<L>(layers.bottom));
     found.set3("diffuseEnergy", store3::<L>(layers.diffuse_energy));
     found.set3("fresnelIrid", store3::<L>(layers.iridescent));
@@ -294,7 +296,7 @@ fn final_light<L: Lanes>(
     l.run(
         #[inline(always)]
         || {
-            let behind = vec3::scale(l, *baked, l.splat(0.5));
+            let behind = *baked * 0.5;
             let baked = stacklit::baked_diffuse(l, pre, *baked, behind);
             let environment = stacklit::environment(
                 l,
@@ -302,7 +304,7 @@ fn final_light<L: Lanes>(
                 #[inline(always)]
                 |query| stub::environment(l, query.direction, query.perceptual_roughness),
             );
-            let total = stacklit::compose(l, pre, lit, environment, baked, [l.zero(); 3]);
+            let total = stacklit::compose(l, pre, lit, environment, baked, Vec3::zero(l));
             (baked, environment, total)
         },
     )
@@ -400,7 +402,7 @@ fn scattering_on<L: Lanes>(l: L, batch: &Batch<'_>, version: Version) -> Found {
     data.occlusion = occlusion(l, batch);
     let pre = surface(l, &options, &data, &frame(l, batch, false));
     store_bsdf(l, &mut found, &pre.bsdf);
-    let zero = [l.zero(); 3];
+    let zero = Vec3::zero(l);
     found.set3("transmittance", store3::<L>(pre.bsdf.transmittance.unwrap_or(zero)));
     found.set3("modifiedDiffuseColorForSSS", store3::<L>(pre.bsdf.modified_diffuse_color));
     let light = Light::new(l, load3(l, batch, "L"), load3(l, batch, "lightColor"));
@@ -418,10 +420,10 @@ mod examples {
         let l = Scalar;
         let mut data = SurfaceData::plain(
             l,
-            vec3::splat(l, [0.8, 0.1, 0.1]),
+            Vec3::splat(l, [0.8, 0.1, 0.1]),
             l.splat(0.9),
             l.splat(0.6),
-            vec3::splat(l, [0.0, 0.0, 1.0]),
+            Vec3::splat(l, [0.0, 0.0, 1.0]),
         );
         data.second_lobe = Some(SecondLobe { smoothness: l.splat(0.3), mix: l.splat(0.3) });
         data.anisotropy = Some(Anisotropy { a: l.splat(0.5), b: l.splat(0.2) });
@@ -430,7 +432,7 @@ mod examples {
             smoothness: l.splat(0.9),
             ior: l.splat(1.5),
             thickness: l.splat(0.5),
-            extinction: vec3::splat(l, [0.1, 0.4, 0.8]),
+            extinction: Vec3::splat(l, [0.1, 0.4, 0.8]),
             normal: None,
         });
         data
@@ -438,20 +440,20 @@ mod examples {
 
     fn shade(options: &Options, data: &SurfaceData<Scalar>) -> (PreLight<Scalar>, Cbsdf<Scalar>, V3<Scalar>) {
         let l = Scalar;
-        let up = vec3::splat(l, [0.0, 0.0, 1.0]);
+        let up = Vec3::splat(l, [0.0, 0.0, 1.0]);
         let frame = Frame {
             normal: up,
             geometric_normal: up,
-            tangent: vec3::splat(l, [1.0, 0.0, 0.0]),
-            bitangent: vec3::splat(l, [0.0, 1.0, 0.0]),
-            view: vec3::splat(l, [0.5, 0.0, 0.75_f32.sqrt()]),
+            tangent: Vec3::splat(l, [1.0, 0.0, 0.0]),
+            bitangent: Vec3::splat(l, [0.0, 1.0, 0.0]),
+            view: Vec3::splat(l, [0.5, 0.0, 0.75_f32.sqrt()]),
         };
         let sin_40_degrees = 0.642_787_6_f32;
         let z = (1.0 - sin_40_degrees * sin_40_degrees - 0.04).sqrt();
         let pre = surface(l, options, data, &frame);
-        let light = Light::new(l, vec3::splat(l, [-sin_40_degrees, 0.2, z]), [l.splat(1.0); 3]);
+        let light = Light::new(l, Vec3::splat(l, [-sin_40_degrees, 0.2, z]), Vec3::splat(l, [1.0; 3]));
         let lighting = lit(l, &pre, &light).1;
-        let (_, environment, _) = final_light(l, &pre, &lighting, &vec3::splat(l, [0.5; 3]));
+        let (_, environment, _) = final_light(l, &pre, &lighting, &Vec3::splat(l, [0.5; 3]));
         let bsdf = evaluate_bsdf(l, &pre, &light);
         (pre, bsdf, environment)
     }
@@ -462,7 +464,7 @@ mod examples {
     }
 
     fn near3(what: &str, found: V3<Scalar>, expected: [f32; 3]) {
-        for (found, expected) in found.into_iter().zip(expected) {
+        for (found, expected) in found.to_array().into_iter().zip(expected) {
             near(what, found, expected);
         }
     }

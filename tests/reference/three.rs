@@ -8,7 +8,7 @@ use overcoat::coat::three::{
 };
 use overcoat::coat::three_legacy::{self as legacy, LightUnits, ThreeVersion};
 use overcoat::math::lanes::{Float, LANES, Lanes, SimdLevel};
-use overcoat::math::vec3::{self, V3};
+use overcoat::math::vec3::{V3, Vec3};
 use std::f32::consts::PI;
 use std::path::Path;
 
@@ -66,17 +66,17 @@ fn load<L: Lanes>(l: L, batch: &Batch<'_>, name: &str) -> L::F {
 
 #[inline(always)]
 fn load3<L: Lanes>(l: L, batch: &Batch<'_>, name: &str) -> V3<L> {
-    batch.get3(name).map(|c| l.load(&c))
+    Vec3::from_array(batch.get3(name)).map(|c| l.load(&c))
 }
 
 fn store3<L: Lanes>(v: V3<L>) -> [[f32; LANES]; 3] {
-    v.map(Float::to_array)
+    v.map(Float::to_array).to_array()
 }
 
 /// What the originals feed as the environment's irradiance at a normal.
 #[inline(always)]
 fn stub_irradiance<L: Lanes>(l: L, normal: V3<L>) -> V3<L> {
-    vec3::scale(l, stub::environment(l, normal, l.splat(1.0)), l.splat(PI))
+    stub::environment(l, normal, l.splat(1.0)) * PI
 }
 
 #[inline(always)]
@@ -87,7 +87,7 @@ fn legacy_surface<L: Lanes>(
     found: &mut Found,
 ) -> legacy::Surface<L> {
     let tinted = version == ThreeVersion::R131;
-    let coat = batch.is_on("clearcoat_on").then(|| legacy::Coat {
+    let coat = batch.is_on("clearcoat_on").then(|| Coat {
         factor: load(l, batch, "clearcoat"),
         roughness: load(l, batch, "clearcoatRoughness"),
         normal: load3(l, batch, "Ncc"),
@@ -99,14 +99,14 @@ fn legacy_surface<L: Lanes>(
         geometry_roughness: l.zero(),
         reflectivity: load(l, batch, "reflectivity"),
         specular_intensity: if tinted { load(l, batch, "specularIntensity") } else { l.splat(1.0) },
-        specular_tint: if tinted { load3(l, batch, "specularTint") } else { [l.splat(1.0); 3] },
+        specular_tint: if tinted { load3(l, batch, "specularTint") } else { Vec3::splat(l, [1.0; 3]) },
         coat,
         sheen: batch.is_on("sheen_on").then(|| load3(l, batch, "sheenColor")),
     };
     let surface = legacy::surface(l, version, &data, load3(l, batch, "N"), load3(l, batch, "V"));
     found.set3("m_diffuseColor", store3::<L>(surface.diffuse_color));
     found.set3("m_specularColor", store3::<L>(surface.specular_color));
-    found.set3("m_specularColorF90", store3::<L>([surface.specular_f90; 3]));
+    found.set3("m_specularColorF90", store3::<L>(Vec3::uniform(surface.specular_f90)));
     found.set("m_specularRoughness", surface.roughness.to_array());
     let (factor, roughness) = match &surface.coat {
         Some(coat) => (coat.factor, coat.roughness),
@@ -129,7 +129,7 @@ fn legacy_direct_on<L: Lanes>(l: L, version: ThreeVersion, batch: &Batch<'_>) ->
     let color = load3(l, batch, "lightColor");
     let (cosine, albedo) = match &surface.coat {
         Some(coat) => {
-            let cosine = vec3::dot(l, coat.normal, light).saturate();
+            let cosine = coat.normal.dot(light).saturate();
             (cosine, legacy::clearcoat_dhr_approx(l, coat.roughness, cosine))
         }
         None => (l.zero(), l.zero()),
@@ -137,12 +137,12 @@ fn legacy_direct_on<L: Lanes>(l: L, version: ThreeVersion, batch: &Batch<'_>) ->
     found.set("ccDotNL", cosine.to_array());
     found.set("clearcoatDHRApprox", albedo.to_array());
     let (base, coat) = legacy::specular_brdfs(l, &surface, light);
-    found.set3("ccBRDF", store3::<L>([coat; 3]));
+    found.set3("ccBRDF", store3::<L>(Vec3::uniform(coat)));
     found.set3("baseSpecBRDF", store3::<L>(base));
     let terms = legacy::direct_terms(l, units(batch), &surface, light, color);
     found.set3("directDiffuse", store3::<L>(terms.diffuse));
     found.set3("directSpecular", store3::<L>(terms.specular));
-    let outgoing = vec3::add(l, terms.diffuse, terms.specular);
+    let outgoing = terms.diffuse + terms.specular;
     found.set3("outgoing", store3::<L>(outgoing));
     found
 }
@@ -162,7 +162,7 @@ fn legacy_indirect_on<L: Lanes>(l: L, version: ThreeVersion, batch: &Batch<'_>) 
     };
     found.set("ccDotNV", cosine.to_array());
     found.set("clearcoatDHRApprox", albedo.to_array());
-    found.set3("ccEnvBRDF", store3::<L>([brdf; 3]));
+    found.set3("ccEnvBRDF", store3::<L>(Vec3::uniform(brdf)));
     let (single, multi) = legacy::multiscattering_environment(l, &surface);
     found.set3("singleScatter", store3::<L>(single));
     found.set3("multiScatter", store3::<L>(multi));
@@ -170,7 +170,7 @@ fn legacy_indirect_on<L: Lanes>(l: L, version: ThreeVersion, batch: &Batch<'_>) 
     found.set("dfg_x", dfg[0].to_array());
     found.set("dfg_y", dfg[1].to_array());
 
-    let mut radiance = [[zero; 3]; 2];
+    let mut radiance = [Vec3::uniform(zero); 2];
     let (queries, count) = legacy::environment_queries(l, &surface);
     for (radiance, query) in radiance.iter_mut().zip(queries).take(count) {
         *radiance = stub::environment(l, query.direction, query.perceptual_roughness);
@@ -184,7 +184,7 @@ fn legacy_indirect_on<L: Lanes>(l: L, version: ThreeVersion, batch: &Batch<'_>) 
     let terms = legacy::indirect_terms(l, &surface, &light);
     found.set3("indirectDiffuse", store3::<L>(terms.diffuse));
     found.set3("indirectSpecular", store3::<L>(terms.specular));
-    let outgoing = vec3::add(l, terms.diffuse, terms.specular);
+    let outgoing = terms.diffuse + terms.specular;
     found.set3("outgoing", store3::<L>(outgoing));
     found
 }
@@ -229,13 +229,13 @@ fn current_surface<L: Lanes>(l: L, dfg: &Table<2>, batch: &Batch<'_>, found: &mu
     found.set("m_roughness", surface.roughness.to_array());
     let (alpha_t, tangent) = match &surface.anisotropy {
         Some(anisotropy) => (anisotropy.alpha_t, anisotropy.tangent),
-        None => (zero, [zero; 3]),
+        None => (zero, Vec3::uniform(zero)),
     };
     found.set("m_alphaT", alpha_t.to_array());
     found.set3("m_anisotropyT", store3::<L>(tangent));
     let films = match &surface.film {
         Some(film) => [film.fresnel, film.f0_dielectric, film.f0_metallic],
-        None => [[zero; 3]; 3],
+        None => [Vec3::uniform(zero); 3],
     };
     for (name, value) in
         ["iridescenceFresnel", "iridescenceF0Dielectric", "iridescenceF0Metallic"].into_iter().zip(films)
@@ -252,7 +252,7 @@ fn current_surface<L: Lanes>(l: L, dfg: &Table<2>, batch: &Batch<'_>, found: &mu
     found.set("m_clearcoat", coat[0].to_array());
     found.set("m_clearcoatRoughness", coat[1].to_array());
     found.set("dotNVcc", coat[2].to_array());
-    found.set3("Fcc", store3::<L>([coat[3]; 3]));
+    found.set3("Fcc", store3::<L>(Vec3::uniform(coat[3])));
     found.set("ccDfg_x", coat[4].to_array());
     found.set("ccDfg_y", coat[5].to_array());
     surface
@@ -282,7 +282,7 @@ fn current_direct_on<L: Lanes>(l: L, dfg: &Table<2>, batch: &Batch<'_>) -> Found
 fn current_indirect_on<L: Lanes>(l: L, dfg: &Table<2>, batch: &Batch<'_>) -> Found {
     let mut found = Found::default();
     let surface = current_surface(l, dfg, batch, &mut found);
-    let mut radiance = [[l.zero(); 3]; 2];
+    let mut radiance = [Vec3::zero(l); 2];
     let (queries, count) = three::environment_queries(l, &surface);
     for (radiance, query) in radiance.iter_mut().zip(queries).take(count) {
         *radiance = stub::environment(l, query.direction, query.perceptual_roughness);

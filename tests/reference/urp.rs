@@ -4,7 +4,7 @@ use super::stub;
 use super::table::{Adapter, Batch, Found};
 use overcoat::coat::urp::{self, BrdfData, Coat, Reflectance, Surface, SurfaceData, UrpVersion};
 use overcoat::math::lanes::{Float, Lanes, SimdLevel};
-use overcoat::math::vec3::V3;
+use overcoat::math::vec3::{V3, Vec3};
 
 pub const ADAPTERS: &[Adapter] = &[
     Adapter { table: "urp_brdf", uniform: UNIFORM, run: brdf, skipped: &[] },
@@ -49,11 +49,11 @@ fn version_17(batch: &Batch<'_>) -> UrpVersion {
 
 #[inline(always)]
 fn load3<L: Lanes>(l: L, batch: &Batch<'_>, name: &str) -> V3<L> {
-    batch.get3(name).map(|c| l.load(&c))
+    Vec3::from_array(batch.get3(name)).map(|c| l.load(&c))
 }
 
 fn store3<L: Lanes>(v: V3<L>) -> [[f32; 16]; 3] {
-    v.map(Float::to_array)
+    v.map(Float::to_array).to_array()
 }
 
 #[inline(always)]
@@ -63,7 +63,7 @@ fn material<L: Lanes>(l: L, batch: &Batch<'_>) -> SurfaceData<L> {
     } else {
         Reflectance::Metallic {
             metallic: l.load(&batch.get("metallic")),
-            dielectric_f0: [l.splat(urp::DIELECTRIC_F0); 3],
+            dielectric_f0: Vec3::splat(l, [urp::DIELECTRIC_F0; 3]),
         }
     };
     SurfaceData {
@@ -109,7 +109,7 @@ fn brdf_on<L: Lanes>(l: L, version: UrpVersion, batch: &Batch<'_>) -> Found {
     store_roughness(&mut found, "base0", &before);
     store_colors(&mut found, "base0", &before);
     // The layers as the shading pass has them; directions do not enter.
-    let up = [l.zero(), l.zero(), l.splat(1.0)];
+    let up = Vec3::splat(l, [0.0, 0.0, 1.0]);
     let surface = urp::surface(l, version, &material, up, up);
     store_roughness(&mut found, "base", &surface.base);
     if let Some(coat) = &surface.coat {
@@ -133,7 +133,7 @@ fn direct_on<L: Lanes>(l: L, version: UrpVersion, batch: &Batch<'_>) -> Found {
         term("coat_DirectBRDFSpecular", &coat.data);
     }
     let color = load3(l, batch, "lightColor");
-    let lit = urp::direct(l, &surface, light, color, l.load(&batch.get("attenuation")));
+    let lit = urp::direct(l, &surface, light, color * l.load(&batch.get("attenuation")));
     found.set3("lit", store3::<L>(lit));
     found
 }
@@ -147,8 +147,8 @@ fn stub_query<L: Lanes>(l: L, query: urp::EnvironmentQuery<L>) -> V3<L> {
 fn gi_on<L: Lanes>(l: L, version: UrpVersion, batch: &Batch<'_>) -> Found {
     let mut found = Found::default();
     let surface = surface(l, version, batch);
-    found.set3("envBase", store3::<L>(stub_query(l, surface.base_query(l))));
-    if let Some(query) = surface.coat_query(l) {
+    found.set3("envBase", store3::<L>(stub_query(l, surface.base_query())));
+    if let Some(query) = surface.coat_query() {
         found.set3("envCoat", store3::<L>(stub_query(l, query)));
     }
     let baked_gi = load3(l, batch, "bakedGI");

@@ -7,7 +7,7 @@ use overcoat::brdf::velvet::{
     anisotropic_roughness, distribution_velvet, distribution_velvet_real_time, velvet_lobe,
 };
 use overcoat::math::lanes::{Float, Lanes, SimdLevel};
-use overcoat::math::vec3::{self, V3};
+use overcoat::math::vec3::{V3, Vec3};
 
 pub const ADAPTERS: &[Adapter] = &[Adapter { table: "velvet_aniso", uniform: &[], run: lobes, skipped: &[] }];
 
@@ -20,7 +20,7 @@ fn lobes(level: SimdLevel, batch: &Batch<'_>) -> Found {
 
 #[inline(always)]
 fn load3<L: Lanes>(l: L, batch: &Batch<'_>, name: &str) -> V3<L> {
-    batch.get3(name).map(|c| l.load(&c))
+    Vec3::from_array(batch.get3(name)).map(|c| l.load(&c))
 }
 
 #[inline(always)]
@@ -30,14 +30,14 @@ fn lobes_on<L: Lanes>(l: L, batch: &Batch<'_>) -> Found {
     let load = |name: &str| l.load(&batch.get(name));
     let (normal, tangent) = (load3(l, batch, "N"), load3(l, batch, "T"));
     let (view, light) = (load3(l, batch, "V"), load3(l, batch, "L"));
-    let bitangent = vec3::cross(l, normal, tangent);
-    let half = vec3::divide_by_length(l, vec3::add(l, view, light));
-    let in_frame = |v: V3<L>| [tangent, bitangent, normal].map(|axis| vec3::dot(l, axis, v));
+    let bitangent = normal.cross(tangent);
+    let half = (view + light).divide_by_length();
+    let in_frame = |v: V3<L>| Vec3::from_array([tangent, bitangent, normal]).map(|axis| axis.dot(v));
     let (half, view, light) = (in_frame(half), in_frame(view), in_frame(light));
-    for (name, value) in ["ToH", "BoH", "NoH"].into_iter().zip(half) {
+    for (name, value) in ["ToH", "BoH", "NoH"].into_iter().zip(half.to_array()) {
         set(name, value);
     }
-    let (n_dot_h, n_dot_v, n_dot_l) = (half[2], view[2], light[2]);
+    let (n_dot_h, n_dot_v, n_dot_l) = (half.z, view.z, light.z);
     set("NoV", n_dot_v);
     set("NoL", n_dot_l);
 

@@ -4,10 +4,10 @@ use super::{
     AaRoughness, Coat, EPSILON, Options, aa_roughness, abs_eps, average_slope, energy_factor, mix_number,
 };
 use crate::brdf::microfacet::schlick;
-use crate::each;
 use crate::math::lanes::{Float, Lanes, Mask};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
 use crate::math::{exp, ln};
+use crate::vec3;
 
 /// Index at which F0 of the base follows the fit.
 const DEFAULT_IOR: f32 = 1.5;
@@ -62,7 +62,7 @@ pub struct CoatSurface<L: Lanes> {
 pub(super) fn f0_under_coat<L: Lanes>(l: L, f0: V3<L>, ior: L::F) -> V3<L> {
     let fitted = ior.eq(l.splat(DEFAULT_IOR));
     let (a, b) = (ior.one_minus(), ior + 1.0);
-    each!(f0 in f0 => {
+    vec3!(f0 in f0 => {
         let fit = f0 * (f0 * (f0 * -0.263_008 + 0.941_892) + 0.346_479) - 0.028_599_8;
         let root = f0.sqrt();
         fitted.select(fit.saturate(), ((a + b * root) / (b + a * root)).squared())
@@ -73,11 +73,11 @@ pub(super) fn f0_under_coat<L: Lanes>(l: L, f0: V3<L>, ior: L::F) -> V3<L> {
 /// Zero where the reflection is total.
 #[inline(always)]
 fn refract<L: Lanes>(l: L, incident: V3<L>, normal: V3<L>, eta: L::F) -> V3<L> {
-    let cosine = vec3::dot(l, normal, incident);
+    let cosine = normal.dot(incident);
     let k = (eta * eta * (cosine * cosine).one_minus()).one_minus();
     let along = eta * cosine + k.at_least(0.0).sqrt();
     let refracts = k.ge(l.zero());
-    each!(c => refracts.select(incident[c] * eta - normal[c] * along, l.zero()))
+    Vec3::select(refracts, incident * eta - normal * along, Vec3::zero(l))
 }
 
 /// `computeClearCoatAbsorption`: what is left of light that crosses the medium at this cosine, above 0, and at that of the
@@ -91,7 +91,7 @@ pub(super) fn absorption<L: Lanes>(
 ) -> V3<L> {
     let n_dot_v_refract = tint.n_dot_v_refract;
     let path = tint.thickness * ((n_dot_l_refract + n_dot_v_refract) / (n_dot_l_refract * n_dot_v_refract));
-    each!(e in tint.extinction => mix_number(l, l.splat(1.0), exp(l, -e * path), intensity))
+    vec3!(e in tint.extinction => mix_number(l, l.splat(1.0), exp(l, -e * path), intensity))
 }
 
 /// The coat for the view. `base_f0` is that of the base under the coat.
@@ -105,25 +105,25 @@ pub(super) fn coat_surface<L: Lanes>(
     brdf: Option<[L::F; 2]>,
 ) -> CoatSurface<L> {
     let one = l.splat(1.0);
-    let n_dot_v = abs_eps(l, vec3::dot(l, coat.normal, view));
+    let n_dot_v = abs_eps(l, coat.normal.dot(view));
     let f0 = (coat.ior.one_minus() / (coat.ior + 1.0)).squared();
     let eta = coat.ior.recip();
     let aa = aa_roughness(l, coat.normal_slope);
     let energy = match brdf {
         Some([_, albedo]) if options.energy_conservation => {
-            each!(f0 in base_f0 => energy_factor(l, f0, albedo))
+            vec3!(f0 in base_f0 => energy_factor(l, f0, albedo))
         }
-        _ => [one; 3],
+        _ => Vec3::uniform(one),
     };
     let tint = match &coat.tint {
         Some(tint) => {
             let distance = tint.at_distance.at_least(LEAST_DISTANCE);
-            let inside = refract(l, vec3::neg(l, view), coat.normal, eta);
+            let inside = refract(l, -view, coat.normal, eta);
             let mut tint = TintSurface {
-                extinction: each!(c in tint.color => -ln(l, c) / distance),
+                extinction: vec3!(c in tint.color => -ln(l, c) / distance),
                 thickness: tint.thickness.at_least(LEAST_DISTANCE),
-                n_dot_v_refract: abs_eps(l, vec3::dot(l, coat.normal, inside)),
-                absorption: [one; 3],
+                n_dot_v_refract: abs_eps(l, coat.normal.dot(inside)),
+                absorption: Vec3::uniform(one),
             };
             tint.absorption = absorption(l, coat.intensity, &tint, tint.n_dot_v_refract);
             Some(tint)
@@ -152,6 +152,6 @@ impl<L: Lanes> CoatSurface<L> {
     #[inline(always)]
     pub(super) fn n_dot_l_refract(&self, l: L, light: V3<L>) -> L::F {
         let inside = refract(l, light, self.normal, self.eta);
-        vec3::dot(l, self.normal, vec3::neg(l, inside)).clamp_to(EPSILON, 1.0)
+        self.normal.dot(-inside).clamp_to(EPSILON, 1.0)
     }
 }

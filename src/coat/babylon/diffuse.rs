@@ -1,7 +1,6 @@
 //! The diffuse lobes: `diffuseBRDF_Burley`, `diffuseBRDF_EON`.
 
 use super::EPSILON;
-use crate::each;
 use crate::math::lanes::{Float, Lanes, Mask};
 use crate::math::vec3::V3;
 use std::f32::consts::{FRAC_1_PI, PI};
@@ -56,9 +55,7 @@ pub(super) fn eon<L: Lanes>(
     let mean = scale * (sigma * EON_2 + 1.0);
     let losses = eon_loss(l, n_dot_v, sigma, scale) * eon_loss(l, n_dot_l, sigma, scale);
     let shape = losses / mean.one_minus().at_least(EPSILON) * FRAC_1_PI;
-    each!(rho in albedo => {
-        let rho = rho.clamp_to(0.1, 1.0);
-        let bounced = rho * mean / (rho * mean.one_minus()).one_minus();
-        lobe + bounced * shape
-    })
+    let rho = albedo.clamp_to(0.1, 1.0);
+    let bounced = rho * mean / (rho * mean.one_minus()).one_minus();
+    bounced * shape + lobe
 }

@@ -10,7 +10,7 @@ use crate::brdf::microfacet::{
 use crate::coat::glsl::half_vector;
 use crate::each;
 use crate::math::lanes::{Float, Lanes};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
 use std::f32::consts::FRAC_1_PI;
 
 /// Least alpha along either axis.
@@ -97,8 +97,8 @@ pub struct Direct<L: Lanes> {
 
 /// `clampEps`.
 #[inline(always)]
-fn cosine<L: Lanes>(l: L, normal: V3<L>, direction: V3<L>) -> L::F {
-    vec3::dot(l, normal, direction).clamp_to(EPSILON, 1.0)
+fn cosine<L: Lanes>(_: L, normal: V3<L>, direction: V3<L>) -> L::F {
+    normal.dot(direction).clamp_to(EPSILON, 1.0)
 }
 
 /// `adjustRoughnessFromLightProperties`.
@@ -118,9 +118,9 @@ fn diffuse_term<L: Lanes>(
     let roughness = surface.diffuse_roughness;
     match surface.options.diffuse {
         DiffuseModel::Eon => eon(l, surface.surface_albedo, n_dot_l, surface.n_dot_v, l_dot_v, roughness),
-        DiffuseModel::Lambert => [l.splat(FRAC_1_PI); 3],
-        DiffuseModel::Burley => [burley(l, n_dot_l, surface.n_dot_v, v_dot_h, roughness); 3],
-        DiffuseModel::Legacy => [burley(l, n_dot_l, surface.n_dot_v, v_dot_h, light_roughness); 3],
+        DiffuseModel::Lambert => Vec3::splat(l, [FRAC_1_PI; 3]),
+        DiffuseModel::Burley => Vec3::uniform(burley(l, n_dot_l, surface.n_dot_v, v_dot_h, roughness)),
+        DiffuseModel::Legacy => Vec3::uniform(burley(l, n_dot_l, surface.n_dot_v, v_dot_h, light_roughness)),
     }
 }
 
@@ -153,11 +153,11 @@ fn base_lobe<L: Lanes>(
     let (t, b) = (anisotropy.tangent, anisotropy.bitangent);
     let view = surface.view;
     let distribution =
-        distribution_ggx_anisotropic(l, [vec3::dot(l, t, half), vec3::dot(l, b, half), n_dot_h], alphas, 0.0);
+        distribution_ggx_anisotropic(l, Vec3::new(t.dot(half), b.dot(half), n_dot_h), alphas, 0.0);
     let visibility = visibility_smith_anisotropic(
         l,
-        [vec3::dot(l, t, light), vec3::dot(l, b, light), n_dot_l],
-        [vec3::dot(l, t, view), vec3::dot(l, b, view), n_dot_v],
+        Vec3::new(t.dot(light), b.dot(light), n_dot_l),
+        Vec3::new(t.dot(view), b.dot(view), n_dot_v),
         alphas,
         LEAST_SMITH,
     );
@@ -203,7 +203,7 @@ fn coat_lobe<L: Lanes>(
             let inside = coat.n_dot_l_refract(l, light);
             (inside, absorption(l, coat.intensity, tint, inside))
         }
-        None => (l.zero(), [one; 3]),
+        None => (l.zero(), Vec3::uniform(one)),
     };
     CoatLobe {
         light_roughness,
@@ -213,7 +213,7 @@ fn coat_lobe<L: Lanes>(
         fresnel,
         distribution,
         visibility,
-        lobe: vec3::scale(l, color, lobe),
+        lobe: color * lobe,
         attenuation: fresnel.one_minus(),
         n_dot_l_refract,
         absorption,
@@ -233,38 +233,38 @@ pub fn direct_terms<L: Lanes>(
     extent: L::F,
 ) -> Direct<L> {
     // As the original does; sharp highlights need the last bit.
-    let light = vec3::divide_by_length(l, direction);
+    let light = direction.divide_by_length();
     let (half, v_dot_h) = half_vector(l, surface.view, light, surface.normal);
     let n_dot_l = cosine(l, surface.normal, light);
     let n_dot_h = cosine(l, surface.normal, half);
-    let l_dot_v = vec3::dot(l, light, surface.view);
+    let l_dot_v = light.dot(surface.view);
     let light_roughness = light_roughness(l, surface, surface.roughness, extent);
 
     let term = diffuse_term(l, surface, [n_dot_l, v_dot_h, l_dot_v], light_roughness);
-    let diffuse_light: V3<L> = each!(k => term[k] * n_dot_l * color[k]);
+    let diffuse_light = term * n_dot_l * color;
     let diffuse_before_coat = if surface.options.legacy_energy {
         diffuse_light
     } else {
         // N.H with its sign.
-        let weight = schlick_weight(l, vec3::dot(l, surface.normal, half));
+        let weight = schlick_weight(l, surface.normal.dot(half));
         let f0 = surface.reflectance_f0;
-        vec3::scale(l, diffuse_light, (f0 + (surface.f90 - f0) * weight).one_minus())
+        diffuse_light * (f0 + (surface.f90 - f0) * weight).one_minus()
     };
 
     let fresnel = schlick_color(l, surface.f0_coated, surface.f90, v_dot_h);
     let (distribution, visibility, alphas) =
         base_lobe(l, surface, [light, half], [n_dot_l, n_dot_h], light_roughness);
     let lobe = distribution * visibility * n_dot_l;
-    let specular_before_coat: V3<L> = each!(k => fresnel[k] * lobe * color[k]);
+    let specular_before_coat = fresnel * lobe * color;
 
     let (mut diffuse, mut specular) = (diffuse_before_coat, specular_before_coat);
-    let mut final_coat = [l.zero(); 3];
+    let mut final_coat = Vec3::zero(l);
     let coat = match &surface.coat {
         Some(coat) => {
             let lobe = coat_lobe(l, surface, coat, [light, half], v_dot_h, color, extent);
-            diffuse = each!(k => diffuse[k] * lobe.absorption[k] * lobe.attenuation);
-            specular = each!(k => specular[k] * lobe.absorption[k] * lobe.attenuation);
-            final_coat = each!(k => lobe.lobe[k].at_least(0.0) * coat.energy_factor[k]);
+            diffuse = diffuse * lobe.absorption * lobe.attenuation;
+            specular = specular * lobe.absorption * lobe.attenuation;
+            final_coat = lobe.lobe.at_least(0.0) * coat.energy_factor;
             Some(lobe)
         }
         None => None,
@@ -289,26 +289,19 @@ pub fn direct_terms<L: Lanes>(
         diffuse,
         specular,
         coat,
-        final_diffuse: each!(k => (diffuse[k] * surface.surface_albedo[k]).at_least(0.0)),
-        final_specular: each!(k => specular[k].at_least(0.0) * surface.energy_factor[k]),
+        final_diffuse: (diffuse * surface.surface_albedo).at_least(0.0),
+        final_specular: specular.at_least(0.0) * surface.energy_factor,
         final_coat,
     }
 }
 
 /// One light: the radiance that the fragments reflect.
 ///
-/// `direction` is the unit vector to the light, `color` its irradiance at normal incidence, `attenuation` the product of
-/// distance, cone and shadow, 0 to 1; `extent` the light's radius over its distance, 0 or more: by default
+/// `direction` is the unit vector to the light, `color` its irradiance at normal incidence, with distance, cone
+/// and shadow applied; `extent` the light's radius over its distance, 0 or more: by default
 /// [`super::LIGHT_RADIUS`] over the distance, which is 1 for light from afar.
 #[inline(always)]
-pub fn direct<L: Lanes>(
-    l: L,
-    surface: &Surface<L>,
-    direction: V3<L>,
-    color: V3<L>,
-    attenuation: L::F,
-    extent: L::F,
-) -> V3<L> {
-    let terms = direct_terms(l, surface, direction, vec3::scale(l, color, attenuation), extent);
-    each!(k => terms.final_specular[k] + terms.final_coat[k] + terms.final_diffuse[k])
+pub fn direct<L: Lanes>(l: L, surface: &Surface<L>, direction: V3<L>, color: V3<L>, extent: L::F) -> V3<L> {
+    let terms = direct_terms(l, surface, direction, color, extent);
+    terms.final_specular + terms.final_coat + terms.final_diffuse
 }

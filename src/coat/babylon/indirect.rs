@@ -4,10 +4,11 @@
 use super::{DiffuseModel, EnvironmentQuery, Surface, mix_number};
 use crate::brdf::microfacet::schlick_weight;
 use crate::coat::glsl::{mix, normalize_or};
-use crate::each;
+use crate::coat::look_up;
 use crate::math::lanes::{Float, Lanes};
 use crate::math::log2;
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
+use crate::vec3;
 
 /// How much of reflections a mapped normal keeps at the horizon: 1 + 1.1 cosine, squared.
 const HORIZON_SLOPE: f32 = 1.1;
@@ -28,14 +29,14 @@ impl<L: Lanes> AmbientOcclusion<L> {
     /// `AMBIENTINGRAYSCALE`.
     #[inline(always)]
     pub fn gray(_: L, occlusion: L::F) -> Self {
-        Self { color: [occlusion; 3], luminance: occlusion }
+        Self { color: Vec3::uniform(occlusion), luminance: occlusion }
     }
 
     /// A coloured map.
     #[inline(always)]
     pub fn colored(l: L, color: V3<L>) -> Self {
-        let weights = vec3::splat(l, [0.2126, 0.7152, 0.0722]);
-        Self { color, luminance: vec3::dot(l, color, weights).saturate() }
+        let weights = Vec3::splat(l, [0.2126, 0.7152, 0.0722]);
+        Self { color, luminance: color.dot(weights).saturate() }
     }
 }
 
@@ -50,7 +51,7 @@ pub fn lod<L: Lanes>(l: L, linear: bool, alpha: L::F, width: L::F, scale: L::F) 
 /// The mirrored view, for a perceptual roughness and its alpha.
 #[inline(always)]
 fn query<L: Lanes>(
-    l: L,
+    _: L,
     surface: &Surface<L>,
     normal: V3<L>,
     roughness: L::F,
@@ -58,7 +59,7 @@ fn query<L: Lanes>(
 ) -> EnvironmentQuery<L> {
     let linear = surface.options.linear_specular;
     EnvironmentQuery {
-        direction: vec3::reflect(l, vec3::neg(l, surface.view), normal),
+        direction: (-surface.view).reflect(normal),
         perceptual_roughness: if linear { roughness.saturate() } else { alpha.at_most(1.0).sqrt() },
     }
 }
@@ -88,7 +89,7 @@ fn mirror_normal<L: Lanes>(surface: &Surface<L>) -> V3<L> {
 pub fn irradiance_direction<L: Lanes>(l: L, surface: &Surface<L>) -> V3<L> {
     let in_vertex = surface.options.irradiance_in_vertex;
     let (cosine, normal) = if in_vertex {
-        (vec3::dot(l, surface.geometric_normal, surface.view), surface.geometric_normal)
+        (surface.geometric_normal.dot(surface.view), surface.geometric_normal)
     } else {
         (surface.n_dot_v_unclamped, mirror_normal(surface))
     };
@@ -139,10 +140,10 @@ pub struct Indirect<L: Lanes> {
 
 /// `environmentHorizonOcclusion`.
 #[inline(always)]
-fn horizon_occlusion<L: Lanes>(l: L, surface: &Surface<L>, normal: V3<L>) -> L::F {
-    let mirrored = vec3::reflect(l, vec3::neg(l, surface.view), normal);
-    let left = vec3::dot(l, mirrored, surface.geometric_normal) * HORIZON_SLOPE + 1.0;
-    left.saturate().squared()
+fn horizon_occlusion<L: Lanes>(_: L, surface: &Surface<L>, normal: V3<L>) -> L::F {
+    let mirrored = (-surface.view).reflect(normal);
+    let faded = mirrored.dot(surface.geometric_normal) * HORIZON_SLOPE + 1.0;
+    faded.saturate().squared()
 }
 
 /// `getReflectanceFromBRDFLookup`, or `getReflectanceFromAnalyticalBRDFLookup_Jones` without a table.
@@ -188,7 +189,7 @@ pub fn indirect_terms<L: Lanes>(
     let has_horizon = options.horizon_occlusion && has_table && surface.normal_mapped;
     let base_horizon = if has_horizon { horizon_occlusion(l, surface, surface.normal) } else { one };
 
-    let (mut conservation, mut absorption) = (one, [one; 3]);
+    let (mut conservation, mut absorption) = (one, Vec3::uniform(one));
     let (mut coat_horizon, mut coat_reflectance) = (one, l.zero());
     if let Some(coat) = &surface.coat {
         conservation = coat.conservation_factor;
@@ -209,21 +210,17 @@ pub fn indirect_terms<L: Lanes>(
     }
 
     let base_reflectance = reflectance(l, surface, surface.reflectance_f0);
-    let specular_reflectance: V3<L> = each!(k => {
-        let seen = reflectance(l, surface, surface.f0_coated[k]) * radiance_occlusion * base_horizon;
-        seen * conservation * absorption[k]
-    });
+    let seen =
+        vec3!(f0 in surface.f0_coated => reflectance(l, surface, f0)) * radiance_occlusion * base_horizon;
+    let specular_reflectance = seen * conservation * absorption;
     let diffuse_share = if options.legacy_energy {
         one
     } else {
         (base_reflectance * surface.base_energy_factor).one_minus().saturate()
     };
-    let final_irradiance: V3<L> = each!(k => {
-        let beneath = irradiance[k] * diffuse_share * conservation * absorption[k];
-        beneath * surface.surface_albedo[k] * occlusion.color[k]
-    });
-    let final_radiance: V3<L> =
-        each!(k => environment_radiance[k] * specular_reflectance[k] * surface.energy_factor[k]);
+    let beneath = irradiance * diffuse_share * conservation * absorption;
+    let final_irradiance = beneath * surface.surface_albedo * occlusion.color;
+    let final_radiance = environment_radiance * specular_reflectance * surface.energy_factor;
     Indirect {
         environment_radiance,
         base_reflectance,
@@ -234,17 +231,15 @@ pub fn indirect_terms<L: Lanes>(
         coat_reflectance,
         final_irradiance,
         final_radiance,
-        final_coat_radiance: vec3::scale(l, environment.coat_radiance, coat_reflectance),
+        final_coat_radiance: environment.coat_radiance * coat_reflectance,
     }
 }
 
 /// The environment's light together, as far as it is not negative.
 #[inline(always)]
 pub fn color<L: Lanes>(_: L, terms: &Indirect<L>) -> V3<L> {
-    each!(k => {
-        let sum = terms.final_irradiance[k] + terms.final_radiance[k] + terms.final_coat_radiance[k];
-        sum.at_least(0.0)
-    })
+    let sum = terms.final_irradiance + terms.final_radiance + terms.final_coat_radiance;
+    sum.at_least(0.0)
 }
 
 /// The radiance that the fragments reflect of the environment.
@@ -256,17 +251,12 @@ pub fn indirect<L: Lanes>(
     l: L,
     surface: &Surface<L>,
     irradiance: impl FnOnce(V3<L>) -> V3<L>,
-    mut environment: impl FnMut(EnvironmentQuery<L>) -> V3<L>,
+    environment: impl FnMut(EnvironmentQuery<L>) -> V3<L>,
     occlusion: L::F,
 ) -> V3<L> {
     let (queries, count) = environment_queries(l, surface);
-    let mut radiance = [[l.zero(); 3]; 2];
-    // One loop, so that the environment is compiled once.
-    for k in 0..count {
-        radiance[k] = environment(queries[k]);
-    }
+    let [radiance, coat_radiance] = look_up(l, &queries, count, environment);
     let normal = normalize_or(l, irradiance_direction(l, surface), surface.geometric_normal);
-    let environment =
-        Environment { irradiance: irradiance(normal), radiance: radiance[0], coat_radiance: radiance[1] };
+    let environment = Environment { irradiance: irradiance(normal), radiance, coat_radiance };
     color(l, &indirect_terms(l, surface, &environment, &AmbientOcclusion::gray(l, occlusion)))
 }

@@ -58,10 +58,10 @@ pub use indirect::{
 
 use super::glsl::{mix, mix_number, normalize_or};
 use crate::brdf::table::Table;
-use crate::each;
 use crate::math::lanes::{Float, Lanes};
 use crate::math::pow;
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
+use crate::vec3;
 
 /// Irradiance is what a light's colour means.
 pub const LIGHT_COLOR_PER_IRRADIANCE: f32 = 1.0;
@@ -325,7 +325,7 @@ fn energy_factor<L: Lanes>(_: L, f0: L::F, albedo: L::F) -> L::F {
 /// What the table of [`surface`] holds for a layer.
 #[inline(always)]
 fn fetch<L: Lanes>(l: L, table: &Table<3>, normal: V3<L>, view: V3<L>, roughness: L::F) -> [L::F; 2] {
-    table.fetch_first(l, abs_eps(l, vec3::dot(l, normal, view)).sqrt(), roughness)
+    table.fetch_first(l, abs_eps(l, normal.dot(view)).sqrt(), roughness)
 }
 
 /// Prepares sixteen fragments: the material and all that depends on the view only.
@@ -370,22 +370,21 @@ pub fn surface_with_lookups<L: Lanes>(
 ) -> Surface<L> {
     let one = l.splat(1.0);
     // As the original does; sharp highlights need the last bit.
-    let view = vec3::divide_by_length(l, view);
-    let n_dot_v_unclamped = vec3::dot(l, normal, view);
+    let view = view.divide_by_length();
+    let n_dot_v_unclamped = normal.dot(view);
     let n_dot_v = abs_eps(l, n_dot_v_unclamped);
     let metallic = data.metallic;
     let roughness = data.roughness.one_minus().saturate().one_minus();
 
     let weighted_f0 = ((data.ior - 1.0) / (data.ior + 1.0)).squared() * data.specular_weight;
-    let dielectric_f0: V3<L> = each!(c in data.specular_color => (c * weighted_f0).at_most(1.0));
+    let dielectric_f0 = (data.specular_color * weighted_f0).at_most(1.0);
     let f0 = mix(l, dielectric_f0, data.base_color, metallic);
     let (f90, reflectance_f0, surface_albedo) = if options.legacy_energy {
-        let albedo: V3<L> =
-            each!(k => data.base_color[k] * dielectric_f0[k].one_minus() * metallic.one_minus());
-        (data.specular_weight, vec3::max_component(l, f0), albedo)
+        let albedo = data.base_color * dielectric_f0.one_minus() * metallic.one_minus();
+        (data.specular_weight, f0.max_component(), albedo)
     } else {
         let grazing = data.specular_weight * ((data.ior - 1.0) * 2.0).saturate();
-        let largest = vec3::max_component(l, dielectric_f0);
+        let largest = dielectric_f0.max_component();
         (mix_number(l, grazing, one, metallic), mix_number(l, largest, one, metallic), data.base_color)
     };
     let aa = aa_roughness(l, data.normal_slope);
@@ -396,10 +395,10 @@ pub fn surface_with_lookups<L: Lanes>(
     let compensation = if options.energy_conservation { lookups } else { None };
     let (energy, base_energy) = match compensation {
         Some(found) => (
-            each!(f0 in f0_coated => energy_factor(l, f0, found.base[1])),
+            vec3!(f0 in f0_coated => energy_factor(l, f0, found.base[1])),
             energy_factor(l, reflectance_f0, found.base[1]),
         ),
-        None => ([one; 3], one),
+        None => (Vec3::uniform(one), one),
     };
     let (base_brdf, coat_brdf) = match lookups {
         Some(found) => (Some(found.base), Some(found.coat)),
@@ -450,18 +449,17 @@ fn anisotropy_surface<L: Lanes>(
 ) -> AnisotropySurface<L> {
     let k = anisotropy.intensity;
     let [x, y] = anisotropy.direction;
-    let (along, across) =
-        (vec3::divide_by_length(l, anisotropy.tangent), vec3::divide_by_length(l, anisotropy.bitangent));
-    let tangent = vec3::divide_by_length(l, each!(c => along[c] * x + across[c] * y));
-    let unit_normal = vec3::divide_by_length(l, normal);
-    let bitangent = vec3::divide_by_length(l, vec3::cross(l, unit_normal, tangent));
+    let (along, across) = (anisotropy.tangent.divide_by_length(), anisotropy.bitangent.divide_by_length());
+    let tangent = (along * x + across * y).divide_by_length();
+    let unit_normal = normal.divide_by_length();
+    let bitangent = unit_normal.cross(tangent).divide_by_length();
     let bent = if options.legacy_anisotropy {
-        let grooves = vec3::select(l, k.ge(l.zero()), bitangent, tangent);
-        let unit = vec3::divide_by_length(l, grooves);
-        let bent = vec3::cross(l, vec3::cross(l, unit, view), grooves);
+        let grooves = Vec3::select(k.ge(l.zero()), bitangent, tangent);
+        let unit = grooves.divide_by_length();
+        let bent = unit.cross(view).cross(grooves);
         mix(l, normal, bent, k.abs())
     } else {
-        let across = vec3::cross(l, vec3::cross(l, bitangent, view), bitangent);
+        let across = bitangent.cross(view).cross(bitangent);
         let bent = normalize_or(l, across, normal);
         let towards = (k * roughness.one_minus()).one_minus();
         let towards2 = towards * towards;

@@ -14,7 +14,7 @@ use crate::brdf::sheen::{LEAST_SINE_SQUARED, distribution_charlie, visibility_ne
 use crate::brdf::table::Table;
 use crate::coat::EnvironmentQuery;
 use crate::math::lanes::{Float, Lanes, Mask};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::V3;
 use std::f32::consts::FRAC_1_PI;
 
 /// The wrap of the diffuse cosine.
@@ -122,64 +122,48 @@ fn wrapped<L: Lanes>(_: L, cosine: L::F) -> L::F {
 
 /// sat(subsurface + cosine) times a scale.
 #[inline(always)]
-fn tinted<L: Lanes>(l: L, color: V3<L>, subsurface: V3<L>, cosine: L::F) -> V3<L> {
-    vec3::from_fn(
-        l,
-        #[inline(always)]
-        |k| color[k] * (subsurface[k] + cosine).saturate(),
-    )
+fn tinted<L: Lanes>(_: L, color: V3<L>, subsurface: V3<L>, cosine: L::F) -> V3<L> {
+    color * (subsurface + cosine).saturate()
 }
 
 /// Evaluates the lobes for the unit vector to a light.
 #[inline(always)]
 pub fn lobes<L: Lanes>(l: L, surface: &Surface<L>, light: V3<L>) -> Lobes<L> {
     let half = Half::new(l, surface.view, light);
-    let cosine = vec3::dot(l, surface.normal, light);
+    let cosine = surface.normal.dot(light);
     let n_dot_l = cosine.saturate();
-    let n_dot_h = vec3::dot(l, surface.normal, half.vector).saturate();
+    let n_dot_h = surface.normal.dot(half.vector).saturate();
     let d = distribution_charlie(l, n_dot_h, surface.roughness, LEAST_SINE_SQUARED);
     let d = half.defined.select(d, l.zero());
     let v = visibility_neubelt(l, n_dot_l, surface.n_dot_v, surface.quality.least_neubelt());
-    let specular = vec3::scale(l, surface.data.sheen_color, d * v);
+    let specular = surface.data.sheen_color * (d * v);
     let base_color = surface.data.base_color;
     let diffuse = match surface.data.subsurface_color {
         Some(subsurface) => {
             let weight = wrapped(l, cosine) * FRAC_1_PI;
-            tinted(l, vec3::scale(l, base_color, weight), subsurface, n_dot_l)
+            tinted(l, base_color * weight, subsurface, n_dot_l)
         }
-        None => vec3::scale(l, base_color, l.splat(FRAC_1_PI)),
+        None => base_color * FRAC_1_PI,
     };
     Lobes { n_dot_l, n_dot_h, l_dot_h: half.l_dot_h, d, v, specular, diffuse }
 }
 
 /// One light: the radiance that the fragments reflect. Arguments as of [`super::standard::direct`].
 #[inline(always)]
-pub fn direct<L: Lanes>(
-    l: L,
-    surface: &Surface<L>,
-    direction: V3<L>,
-    color: V3<L>,
-    attenuation: L::F,
-) -> V3<L> {
+pub fn direct<L: Lanes>(l: L, surface: &Surface<L>, direction: V3<L>, color: V3<L>) -> V3<L> {
     let lobes = lobes(l, surface, direction);
     let wraps = surface.data.subsurface_color.is_some();
     // With subsurface colour the diffuse lobe brings its own cosine.
     let diffuse_cosine = if wraps { l.splat(1.0) } else { lobes.n_dot_l };
-    vec3::from_fn(
-        l,
-        #[inline(always)]
-        |k| {
-            let value = lobes.diffuse[k] * diffuse_cosine + lobes.specular[k] * lobes.n_dot_l;
-            value * color[k] * attenuation
-        },
-    )
+    let value = lobes.diffuse * diffuse_cosine + lobes.specular * lobes.n_dot_l;
+    value * color
 }
 
 impl<L: Lanes> Surface<L> {
     /// What the cloth lobe reflects.
     #[inline(always)]
     pub fn query(&self, l: L) -> EnvironmentQuery<L> {
-        let mirrored = vec3::reflect(l, vec3::neg(l, self.view), self.normal);
+        let mirrored = (-self.view).reflect(self.normal);
         EnvironmentQuery {
             direction: dominant_direction(l, self.normal, mirrored, self.roughness),
             perceptual_roughness: self.perceptual_roughness,
@@ -188,8 +172,8 @@ impl<L: Lanes> Surface<L> {
 
     /// The share of uniform light that the cloth lobe reflects; above 1 for smooth cloth at grazing angles.
     #[inline(always)]
-    pub fn specular_dfg(&self, l: L) -> V3<L> {
-        vec3::scale(l, self.data.sheen_color, self.dfg)
+    pub fn specular_dfg(&self) -> V3<L> {
+        self.data.sheen_color * self.dfg
     }
 }
 
@@ -201,22 +185,15 @@ pub fn indirect_parts<L: Lanes>(
     irradiance: V3<L>,
     radiance: V3<L>,
 ) -> Indirect<L> {
-    let e = surface.specular_dfg(l);
+    let e = surface.specular_dfg();
     let scattered = match surface.data.subsurface_color {
         Some(subsurface) => {
             let weight = wrapped(l, surface.n_dot_v);
-            tinted(l, vec3::scale(l, surface.data.base_color, weight), subsurface, surface.n_dot_v)
+            tinted(l, surface.data.base_color * weight, subsurface, surface.n_dot_v)
         }
         None => surface.data.base_color,
     };
-    Indirect {
-        diffuse: vec3::from_fn(
-            l,
-            #[inline(always)]
-            |k| scattered[k] * irradiance[k] * e[k].one_minus(),
-        ),
-        specular: vec3::mul(l, e, radiance),
-    }
+    Indirect { diffuse: scattered * irradiance * e.one_minus(), specular: e * radiance }
 }
 
 /// The environment: the radiance that the fragments reflect. Arguments as of [`super::standard::indirect`]; the
@@ -230,5 +207,5 @@ pub fn indirect<L: Lanes>(
     occlusion: L::F,
 ) -> V3<L> {
     let parts = indirect_parts(l, surface, irradiance, environment(surface.query(l)));
-    vec3::scale(l, vec3::add(l, parts.diffuse, parts.specular), occlusion)
+    (parts.diffuse + parts.specular) * occlusion
 }

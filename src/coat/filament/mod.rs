@@ -28,7 +28,7 @@ use super::glsl::{mix, mix_number};
 use crate::brdf::fresnel::f0_under_coat_fast;
 use crate::brdf::microfacet::{schlick_color, visibility_smith};
 use crate::math::lanes::{Float, Lanes};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
 use std::f32::consts::FRAC_1_PI;
 
 /// Which compilation of the shaders. Arithmetic is 32-bit in both.
@@ -125,8 +125,8 @@ pub fn f0_clear_coat_to_surface<L: Lanes>(l: L, quality: Quality, f0: L::F) -> L
 
 /// N.V as Filament shades with it: at least 1e-4.
 #[inline(always)]
-pub(super) fn clamp_n_dot_v<L: Lanes>(l: L, normal: V3<L>, view: V3<L>) -> L::F {
-    vec3::dot(l, normal, view).at_least(LEAST_N_DOT_V)
+pub(super) fn clamp_n_dot_v<L: Lanes>(_: L, normal: V3<L>, view: V3<L>) -> L::F {
+    normal.dot(view).at_least(LEAST_N_DOT_V)
 }
 
 /// The half vector of a light and the view.
@@ -142,10 +142,10 @@ pub(super) struct Half<L: Lanes> {
 impl<L: Lanes> Half<L> {
     #[inline(always)]
     pub(super) fn new(l: L, view: V3<L>, light: V3<L>) -> Self {
-        let vector = vec3::divide_by_length(l, vec3::add(l, view, light));
+        let vector = (view + light).divide_by_length();
         // A sum of unit vectors is zero or at least the rounding of a component.
-        let defined = vec3::dot(l, vector, vector).gt(l.splat(0.5));
-        Self { vector, defined, l_dot_h: vec3::dot(l, light, vector).saturate() }
+        let defined = vector.dot(vector).gt(l.splat(0.5));
+        Self { vector, defined, l_dot_h: light.dot(vector).saturate() }
     }
 }
 
@@ -162,12 +162,12 @@ fn d_ggx<L: Lanes>(l: L, roughness: L::F, n_dot_h: L::F, one_minus_n_dot_h_squar
 
 /// 1 - (N.H)^2 as [`d_ggx`] takes it; mobile avoids the cancellation.
 #[inline(always)]
-fn sine_squared<L: Lanes>(l: L, quality: Quality, normal: V3<L>, half: V3<L>, n_dot_h: L::F) -> L::F {
+fn sine_squared<L: Lanes>(_: L, quality: Quality, normal: V3<L>, half: V3<L>, n_dot_h: L::F) -> L::F {
     match quality {
         Quality::Desktop => (n_dot_h * n_dot_h).one_minus(),
         Quality::Mobile => {
-            let c = vec3::cross(l, normal, half);
-            vec3::dot(l, c, c)
+            let c = normal.cross(half);
+            c.dot(c)
         }
     }
 }
@@ -191,7 +191,7 @@ fn visibility<L: Lanes>(l: L, quality: Quality, roughness: L::F, n_dot_v: L::F, 
 #[inline(always)]
 pub(super) fn f90_of<L: Lanes>(l: L, quality: Quality, f0: V3<L>) -> L::F {
     match quality {
-        Quality::Desktop => ((f0[0] + f0[1] + f0[2]) * (50.0 * 0.33)).saturate(),
+        Quality::Desktop => ((f0.x + f0.y + f0.z) * (50.0 * 0.33)).saturate(),
         Quality::Mobile => l.splat(1.0),
     }
 }
@@ -213,10 +213,10 @@ pub(super) fn bent_mirror<L: Lanes>(
     anisotropy: L::F,
     perceptual_roughness: L::F,
 ) -> V3<L> {
-    let axis = vec3::select(l, anisotropy.ge(l.zero()), frame[1], frame[0]);
-    let bent = vec3::cross(l, vec3::cross(l, axis, view), axis);
+    let axis = Vec3::select(anisotropy.ge(l.zero()), frame[1], frame[0]);
+    let bent = axis.cross(view).cross(axis);
     let bend = anisotropy.abs() * (perceptual_roughness * 5.0).saturate();
-    vec3::reflect(l, vec3::neg(l, view), vec3::normalize(l, mix(l, normal, bent, bend)))
+    (-view).reflect(mix(l, normal, bent, bend).normalize())
 }
 
 /// `getSpecularDominantDirection`: from the mirror direction towards the normal by alpha^2. Not of unit length.

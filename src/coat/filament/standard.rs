@@ -27,9 +27,10 @@ use crate::brdf::microfacet::{
 };
 use crate::brdf::sheen::{LEAST_SINE_SQUARED, distribution_charlie, visibility_neubelt};
 use crate::brdf::table::Table;
-use crate::coat::glsl::mix_number;
+use crate::coat::glsl::{mix, mix_number};
 use crate::math::lanes::{Float, Lanes, Mask};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
+use crate::vec3;
 use std::f32::consts::FRAC_1_PI;
 
 /// F0 of the coat.
@@ -121,8 +122,8 @@ pub struct AnisotropyParameters<L: Lanes> {
 impl<L: Lanes> AnisotropyParameters<L> {
     /// A vector in the frame, given its cosine with the normal.
     #[inline(always)]
-    fn in_frame(&self, l: L, v: V3<L>, n_dot: L::F) -> V3<L> {
-        [vec3::dot(l, self.tangent, v), vec3::dot(l, self.bitangent, v), n_dot]
+    fn in_frame(&self, v: V3<L>, n_dot: L::F) -> V3<L> {
+        Vec3::new(self.tangent.dot(v), self.bitangent.dot(v), n_dot)
     }
 }
 
@@ -181,12 +182,8 @@ pub fn parameters<L: Lanes>(
 ) -> Parameters<L> {
     let least = quality.least_perceptual_roughness();
     let one_minus_metallic = data.metallic.one_minus();
-    let diffuse_color = vec3::scale(l, data.base_color, one_minus_metallic);
-    let mut f0: V3<L> = vec3::from_fn(
-        l,
-        #[inline(always)]
-        |k| data.base_color[k] * data.metallic + data.dielectric_f0[k] * one_minus_metallic,
-    );
+    let diffuse_color = data.base_color * one_minus_metallic;
+    let mut f0 = data.base_color * data.metallic + data.dielectric_f0 * one_minus_metallic;
     let n_dot_v = clamp_n_dot_v(l, normal, view);
 
     let mut p = data.perceptual_roughness;
@@ -194,12 +191,8 @@ pub fn parameters<L: Lanes>(
         Some(coat) => {
             let coat_p = coat.perceptual_roughness.clamp_to(least, 1.0);
             if coat.ior_change {
-                f0 = vec3::map(
-                    l,
-                    f0,
-                    #[inline(always)]
-                    |f0| mix_number(l, f0, f0_clear_coat_to_surface(l, quality, f0), coat.mask),
-                );
+                let under_coat = vec3!(f0 in f0 => f0_clear_coat_to_surface(l, quality, f0));
+                f0 = mix(l, f0, under_coat, coat.mask);
             }
             if coat.roughens_base {
                 p = mix_number(l, p, p.max(coat_p), coat.mask);
@@ -225,8 +218,8 @@ pub fn parameters<L: Lanes>(
     let anisotropy = match &data.anisotropy {
         Some(anisotropy) => {
             let k = anisotropy.strength;
-            let tangent = vec3::normalize(l, anisotropy.direction);
-            let bitangent = vec3::normalize(l, vec3::cross(l, anisotropy.geometric_normal, tangent));
+            let tangent = anisotropy.direction.normalize();
+            let bitangent = anisotropy.geometric_normal.cross(tangent).normalize();
             let floor = quality.least_roughness();
             let along = (roughness * (k + 1.0)).at_least(floor);
             let across = (roughness * k.one_minus()).at_least(floor);
@@ -273,15 +266,10 @@ pub struct Surface<L: Lanes> {
 /// roughness of the cloth (of no effect without).
 #[inline(always)]
 pub fn surface<L: Lanes>(l: L, parameters: &Parameters<L>, dfg: V3<L>, sheen_dfg: L::F) -> Surface<L> {
-    let gain = dfg[1].at_least(LEAST_DFG).recip() - 1.0;
-    let energy_compensation = vec3::map(
-        l,
-        parameters.f0,
-        #[inline(always)]
-        |f0| f0 * gain + 1.0,
-    );
+    let gain = dfg.y.at_least(LEAST_DFG).recip() - 1.0;
+    let energy_compensation = parameters.f0 * gain + 1.0;
     let sheen_scaling = match &parameters.sheen {
-        Some(sheen) => (vec3::max_component(l, sheen.color) * sheen_dfg).one_minus(),
+        Some(sheen) => (sheen.color.max_component() * sheen_dfg).one_minus(),
         None => l.splat(1.0),
     };
     Surface { parameters: *parameters, dfg, sheen_dfg, energy_compensation, sheen_scaling }
@@ -304,7 +292,7 @@ pub fn surface_with_table<L: Lanes>(
         Some(sheen) => table.fetch(l, u, sheen.perceptual_roughness)[2],
         None => l.zero(),
     };
-    surface(l, &parameters, dfg, sheen_dfg)
+    surface(l, &parameters, Vec3::from_array(dfg), sheen_dfg)
 }
 
 /// Distribution and visibility of the cloth for one light.
@@ -363,22 +351,22 @@ pub struct Lobes<L: Lanes> {
 pub fn lobes<L: Lanes>(l: L, surface: &Surface<L>, light: V3<L>) -> Lobes<L> {
     let it = &surface.parameters;
     let half = Half::new(l, it.view, light);
-    let n_dot_l = vec3::dot(l, it.normal, light).saturate();
-    let n_dot_h = vec3::dot(l, it.normal, half.vector).saturate();
+    let n_dot_l = it.normal.dot(light).saturate();
+    let n_dot_h = it.normal.dot(half.vector).saturate();
     let sine_squared = sine_squared(l, it.quality, it.normal, half.vector, n_dot_h);
 
     let (d, v) = match &it.anisotropy {
         Some(a) => {
             let d = distribution_ggx_anisotropic(
                 l,
-                a.in_frame(l, half.vector, n_dot_h),
+                a.in_frame(half.vector, n_dot_h),
                 a.roughness,
                 LEAST_ANISOTROPIC,
             );
             let v = visibility_smith_anisotropic(
                 l,
-                a.in_frame(l, light, n_dot_l),
-                a.in_frame(l, it.view, it.n_dot_v),
+                a.in_frame(light, n_dot_l),
+                a.in_frame(it.view, it.n_dot_v),
                 a.roughness,
                 it.quality.least_smith_anisotropic(),
             );
@@ -391,13 +379,8 @@ pub fn lobes<L: Lanes>(l: L, surface: &Surface<L>, light: V3<L>) -> Lobes<L> {
     };
     let d = half.defined.select(d, l.zero());
     let f = fresnel(l, it.quality, it.f0, half.l_dot_h);
-    let specular = vec3::scale(l, f, d * v);
-    let diffuse = vec3::map(
-        l,
-        it.diffuse_color,
-        #[inline(always)]
-        |c| c * FRAC_1_PI,
-    );
+    let specular = f * (d * v);
+    let diffuse = it.diffuse_color * FRAC_1_PI;
 
     let sheen = match &it.sheen {
         Some(sheen) => {
@@ -410,10 +393,7 @@ pub fn lobes<L: Lanes>(l: L, surface: &Surface<L>, light: V3<L>) -> Lobes<L> {
     let coat = match &it.coat {
         Some(coat) => {
             let (n_dot_h, n_dot_l) = if coat.separate_normal {
-                (
-                    vec3::dot(l, coat.normal, half.vector).saturate(),
-                    vec3::dot(l, coat.normal, light).saturate(),
-                )
+                (coat.normal.dot(half.vector).saturate(), coat.normal.dot(light).saturate())
             } else {
                 (n_dot_h, n_dot_l)
             };
@@ -434,32 +414,18 @@ pub fn lobes<L: Lanes>(l: L, surface: &Surface<L>, light: V3<L>) -> Lobes<L> {
 
 /// One light, `surfaceShading`: the radiance that the fragments reflect.
 ///
-/// `direction` is the unit vector to the light, `color` its irradiance at normal incidence, `attenuation` the product
-/// of distance, cone, shadow and occlusion, 0 to 1.
+/// `direction` is the unit vector to the light, `color` its irradiance at normal incidence, with
+/// distance, cone, shadow and occlusion applied.
 #[inline(always)]
-pub fn direct<L: Lanes>(
-    l: L,
-    surface: &Surface<L>,
-    direction: V3<L>,
-    color: V3<L>,
-    attenuation: L::F,
-) -> V3<L> {
+pub fn direct<L: Lanes>(l: L, surface: &Surface<L>, direction: V3<L>, color: V3<L>) -> V3<L> {
     let lobes = lobes(l, surface, direction);
     let it = &surface.parameters;
-    let mut value: V3<L> = vec3::from_fn(
-        l,
-        #[inline(always)]
-        |k| lobes.diffuse[k] + lobes.specular[k] * surface.energy_compensation[k],
-    );
+    let mut value = lobes.diffuse + lobes.specular * surface.energy_compensation;
     if let (Some(sheen), Some(lobe)) = (&it.sheen, &lobes.sheen) {
         let dv = lobe.d * lobe.v;
-        value = vec3::from_fn(
-            l,
-            #[inline(always)]
-            |k| value[k] * surface.sheen_scaling + sheen.color[k] * dv,
-        );
+        value = value * surface.sheen_scaling + sheen.color * dv;
     }
-    let mut weight = attenuation * lobes.n_dot_l;
+    let mut weight = lobes.n_dot_l;
     if let (Some(coat), Some(lobe)) = (&it.coat, &lobes.coat) {
         let transmittance = lobe.f.one_minus();
         if coat.separate_normal {
@@ -469,34 +435,20 @@ pub fn direct<L: Lanes>(
             let one = l.splat(1.0);
             let below = coated.select(transmittance * lobes.n_dot_l, one);
             let above = lobe.value * lobe.n_dot_l;
-            weight = coated.select(attenuation, weight);
-            value = vec3::map(
-                l,
-                value,
-                #[inline(always)]
-                |c| c * below + above,
-            );
+            weight = coated.select(one, weight);
+            value = value * below + above;
         } else {
-            value = vec3::map(
-                l,
-                value,
-                #[inline(always)]
-                |c| c * transmittance + lobe.value,
-            );
+            value = value * transmittance + lobe.value;
         }
     }
-    vec3::from_fn(
-        l,
-        #[inline(always)]
-        |k| value[k] * color[k] * weight,
-    )
+    value * color * weight
 }
 
 impl<L: Lanes> Surface<L> {
     /// The mirror direction of the view at a normal.
     #[inline(always)]
-    fn mirrored(&self, l: L, normal: V3<L>) -> V3<L> {
-        vec3::reflect(l, vec3::neg(l, self.parameters.view), normal)
+    fn mirrored(&self, normal: V3<L>) -> V3<L> {
+        (-self.parameters.view).reflect(normal)
     }
 
     /// What the base reflects: `getReflectedVector`, for an anisotropic lobe at a normal bent towards the plane of view
@@ -513,7 +465,7 @@ impl<L: Lanes> Surface<L> {
                 a.strength,
                 it.perceptual_roughness,
             ),
-            None => self.mirrored(l, it.normal),
+            None => self.mirrored(it.normal),
         };
         EnvironmentQuery {
             direction: dominant_direction(l, it.normal, mirrored, it.roughness),
@@ -523,10 +475,10 @@ impl<L: Lanes> Surface<L> {
 
     /// What the cloth reflects, if there is any.
     #[inline(always)]
-    pub fn sheen_query(&self, l: L) -> Option<EnvironmentQuery<L>> {
+    pub fn sheen_query(&self) -> Option<EnvironmentQuery<L>> {
         match &self.parameters.sheen {
             Some(sheen) => Some(EnvironmentQuery {
-                direction: self.mirrored(l, self.parameters.normal),
+                direction: self.mirrored(self.parameters.normal),
                 perceptual_roughness: sheen.perceptual_roughness,
             }),
             None => None,
@@ -535,10 +487,10 @@ impl<L: Lanes> Surface<L> {
 
     /// What the coat reflects, if there is one.
     #[inline(always)]
-    pub fn coat_query(&self, l: L) -> Option<EnvironmentQuery<L>> {
+    pub fn coat_query(&self) -> Option<EnvironmentQuery<L>> {
         match &self.parameters.coat {
             Some(coat) => Some(EnvironmentQuery {
-                direction: self.mirrored(l, coat.normal),
+                direction: self.mirrored(coat.normal),
                 perceptual_roughness: coat.perceptual_roughness,
             }),
             None => None,
@@ -547,14 +499,9 @@ impl<L: Lanes> Surface<L> {
 
     /// `specularDFG`: the share of uniform light that the base's specular lobe reflects, before compensation.
     #[inline(always)]
-    pub fn specular_dfg(&self, l: L) -> V3<L> {
-        let (x, y) = (self.dfg[0], self.dfg[1]);
-        vec3::map(
-            l,
-            self.parameters.f0,
-            #[inline(always)]
-            |f0| mix_number(l, x, y, f0),
-        )
+    pub fn specular_dfg(&self) -> V3<L> {
+        let f0 = self.parameters.f0;
+        f0.one_minus() * self.dfg.x + f0 * self.dfg.y
     }
 
     /// Fresnel reflectance of the coat for the view, times mask; `None` without coat.
@@ -579,31 +526,19 @@ pub struct Indirect<L: Lanes> {
 /// Base and cloth under the environment, before the coat: `evaluateIBL` down to `evaluateSheenIBL`.
 #[inline(always)]
 pub fn base_indirect<L: Lanes>(
-    l: L,
+    _: L,
     surface: &Surface<L>,
     irradiance: V3<L>,
     base_radiance: V3<L>,
     sheen_radiance: V3<L>,
 ) -> Indirect<L> {
     let it = &surface.parameters;
-    let e = surface.specular_dfg(l);
-    let mut diffuse: V3<L> = vec3::from_fn(
-        l,
-        #[inline(always)]
-        |k| it.diffuse_color[k] * irradiance[k] * e[k].one_minus(),
-    );
-    let mut specular: V3<L> = vec3::from_fn(
-        l,
-        #[inline(always)]
-        |k| e[k] * base_radiance[k] * surface.energy_compensation[k],
-    );
+    let e = surface.specular_dfg();
+    let mut diffuse = it.diffuse_color * irradiance * e.one_minus();
+    let mut specular = e * base_radiance * surface.energy_compensation;
     if let Some(sheen) = &it.sheen {
-        diffuse = vec3::scale(l, diffuse, surface.sheen_scaling);
-        specular = vec3::from_fn(
-            l,
-            #[inline(always)]
-            |k| specular[k] * surface.sheen_scaling + surface.sheen_dfg * sheen.color[k] * sheen_radiance[k],
-        );
+        diffuse *= surface.sheen_scaling;
+        specular = specular * surface.sheen_scaling + sheen.color * surface.sheen_dfg * sheen_radiance;
     }
     Indirect { diffuse, specular }
 }
@@ -619,12 +554,8 @@ pub fn coat_indirect<L: Lanes>(
     let Some(f) = surface.coat_fresnel(l) else { return below };
     let transmittance = f.one_minus();
     Indirect {
-        diffuse: vec3::scale(l, below.diffuse, transmittance),
-        specular: vec3::from_fn(
-            l,
-            #[inline(always)]
-            |k| below.specular[k] * transmittance + coat_radiance[k] * f,
-        ),
+        diffuse: below.diffuse * transmittance,
+        specular: below.specular * transmittance + coat_radiance * f,
     }
 }
 
@@ -640,13 +571,13 @@ pub fn indirect<L: Lanes>(
     mut environment: impl FnMut(EnvironmentQuery<L>) -> V3<L>,
     occlusion: L::F,
 ) -> V3<L> {
-    let mut radiance = [[l.zero(); 3]; 3];
+    let mut radiance = [Vec3::zero(l); 3];
     // A loop, so that the look-up is compiled once.
     for (k, radiance) in radiance.iter_mut().enumerate() {
         let query = match k {
             0 => Some(surface.base_query(l)),
-            1 => surface.sheen_query(l),
-            _ => surface.coat_query(l),
+            1 => surface.sheen_query(),
+            _ => surface.coat_query(),
         };
         if let Some(query) = query {
             *radiance = environment(query);
@@ -654,5 +585,5 @@ pub fn indirect<L: Lanes>(
     }
     let below = base_indirect(l, surface, irradiance, radiance[0], radiance[1]);
     let all = coat_indirect(l, surface, below, radiance[2]);
-    vec3::scale(l, vec3::add(l, all.diffuse, all.specular), occlusion)
+    (all.diffuse + all.specular) * occlusion
 }

@@ -10,7 +10,7 @@ use crate::brdf::table::Table;
 use crate::coat::glsl::half_vector;
 use crate::each;
 use crate::math::lanes::{Float, Lanes, Mask};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
 use crate::math::{exp, pow};
 use std::f32::consts::{FRAC_1_PI, PI};
 
@@ -52,17 +52,17 @@ fn specular_ggx_anisotropy<L: Lanes>(
         surface.alpha_roughness.clamp_to(0.001, 1.0),
     ];
     let (t, b) = (anisotropy.tangent, anisotropy.bitangent);
-    let n_dot_h = vec3::dot(l, surface.normal, half).clamp_to(0.001, 1.0);
-    let n_dot_v = vec3::dot(l, surface.normal, surface.view);
+    let n_dot_h = surface.normal.dot(half).clamp_to(0.001, 1.0);
+    let n_dot_v = surface.normal.dot(surface.view);
     let denominator = smith_denominator_anisotropic(
         l,
-        [vec3::dot(l, t, light), vec3::dot(l, b, light), n_dot_l],
-        [vec3::dot(l, t, surface.view), vec3::dot(l, b, surface.view), n_dot_v],
+        Vec3::new(t.dot(light), b.dot(light), n_dot_l),
+        Vec3::new(t.dot(surface.view), b.dot(surface.view), n_dot_v),
         alpha,
     );
     // 0.5 / 0 counts as 1.
     let visibility = (l.splat(0.5) / denominator).saturate();
-    let half = [vec3::dot(l, t, half), vec3::dot(l, b, half), n_dot_h];
+    let half = Vec3::new(t.dot(half), b.dot(half), n_dot_h);
     let distribution = distribution_ggx_anisotropic(l, half, alpha, 0.0);
     visibility * bounded(l, distribution, alpha[0] * alpha[1], l.splat(LARGEST_DISTRIBUTION))
 }
@@ -153,34 +153,32 @@ pub fn direct_terms<L: Lanes>(
     sheen_albedo: L::F,
 ) -> Direct<L> {
     // As the original does; sharp highlights need the last bit.
-    let direction = vec3::divide_by_length(l, direction);
+    let direction = direction.divide_by_length();
     let n_dot_l = cosine(l, surface.normal, direction);
     let (half, v_dot_h) = half_vector(l, direction, surface.view, surface.normal);
     let weight = schlick_weight(l, v_dot_h);
     let specular_weight = surface.specular_weight;
-    let dielectric_fresnel: V3<L> = each!(f0 in surface.f0_dielectric => {
-        let f0 = f0 * specular_weight;
-        f0 + (specular_weight - f0) * weight
-    });
-    let metal_fresnel: V3<L> = each!(f0 in surface.base_color => f0 + f0.one_minus() * weight);
+    let f0 = surface.f0_dielectric * specular_weight;
+    let dielectric_fresnel = f0 + (Vec3::uniform(specular_weight) - f0) * weight;
+    let metal_fresnel = surface.base_color + surface.base_color.one_minus() * weight;
 
-    let irradiance = vec3::scale(l, light_color, n_dot_l);
-    let diffuse: V3<L> = each!(k => irradiance[k] * (surface.base_color[k] * FRAC_1_PI));
+    let irradiance = light_color * n_dot_l;
+    let diffuse = irradiance * (surface.base_color * FRAC_1_PI);
     let n_dot_h = cosine(l, surface.normal, half);
     let lobe = match &surface.anisotropy {
         Some(anisotropy) => specular_ggx_anisotropy(l, surface, anisotropy, direction, half, n_dot_l),
         None => specular_ggx(l, surface.alpha_roughness, n_dot_l, surface.n_dot_v, n_dot_h),
     };
-    let specular = vec3::scale(l, irradiance, lobe);
+    let specular = irradiance * lobe;
     let [dielectric, metal] =
         dielectric_and_metal(l, surface, [diffuse, specular], [dielectric_fresnel, metal_fresnel]);
 
-    let zero = [l.zero(); 3];
+    let zero = Vec3::zero(l);
     let (sheen, sheen_scaling) = match &surface.sheen {
         Some(sheen) => {
             let lobe = sheen_lobe(l, sheen, n_dot_l, n_dot_h);
             let scaling = (sheen.largest * sheen_albedo).one_minus().min(sheen.scaling);
-            (each!(k => irradiance[k] * (sheen.color[k] * lobe)), scaling)
+            (irradiance * (sheen.color * lobe), scaling)
         }
         None => (zero, l.splat(1.0)),
     };
@@ -189,7 +187,7 @@ pub fn direct_terms<L: Lanes>(
             let n_dot_l = cosine(l, coat.normal, direction);
             let n_dot_h = cosine(l, coat.normal, half);
             let alpha = coat.roughness * coat.roughness;
-            vec3::scale(l, light_color, n_dot_l * specular_ggx(l, alpha, n_dot_l, coat.n_dot_v, n_dot_h))
+            light_color * (n_dot_l * specular_ggx(l, alpha, n_dot_l, coat.n_dot_v, n_dot_h))
         }
         None => zero,
     };
@@ -199,8 +197,8 @@ pub fn direct_terms<L: Lanes>(
 
 /// One light: the radiance that the fragments reflect.
 ///
-/// `direction` is the unit vector to the light, `light_color` its irradiance at normal incidence, `attenuation` the
-/// product of distance, cone and shadow, 0 to 1; `sheen_albedo` as in [`super::Tables`].
+/// `direction` is the unit vector to the light, `light_color` its irradiance at normal incidence, with
+/// distance, cone and shadow applied; `sheen_albedo` as in [`super::Tables`].
 #[inline(always)]
 pub fn direct<L: Lanes>(
     l: L,
@@ -208,7 +206,6 @@ pub fn direct<L: Lanes>(
     sheen_albedo: &Table<1>,
     direction: V3<L>,
     light_color: V3<L>,
-    attenuation: L::F,
 ) -> V3<L> {
     let sheen_albedo = match &surface.sheen {
         Some(sheen) => {
@@ -217,6 +214,5 @@ pub fn direct<L: Lanes>(
         }
         None => l.zero(),
     };
-    let light_color = vec3::scale(l, light_color, attenuation);
     color(l, surface, &direct_terms(l, surface, direction, light_color, sheen_albedo).terms)
 }

@@ -3,9 +3,10 @@
 use super::{EnvironmentQuery, Surface, Terms, color, dielectric_and_metal};
 use crate::brdf::microfacet::schlick_weight;
 use crate::coat::glsl::{mix, normalize_or};
-use crate::each;
+use crate::coat::look_up;
 use crate::math::lanes::{Float, Lanes, Mask};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
+use crate::vec3;
 use std::f32::consts::FRAC_1_PI;
 
 /// What base, coat and sheen ask of the prefiltered environment.
@@ -21,11 +22,8 @@ pub struct EnvironmentQueries<L: Lanes> {
 
 /// The mirrored view.
 #[inline(always)]
-fn query<L: Lanes>(l: L, view: V3<L>, normal: V3<L>, roughness: L::F) -> EnvironmentQuery<L> {
-    EnvironmentQuery {
-        direction: vec3::reflect(l, vec3::neg(l, view), normal),
-        perceptual_roughness: roughness,
-    }
+fn query<L: Lanes>(_: L, view: V3<L>, normal: V3<L>, roughness: L::F) -> EnvironmentQuery<L> {
+    EnvironmentQuery { direction: (-view).reflect(normal), perceptual_roughness: roughness }
 }
 
 /// What base, coat and sheen ask.
@@ -35,7 +33,7 @@ pub fn environment_queries<L: Lanes>(l: L, surface: &Surface<L>) -> EnvironmentQ
     if let Some(anisotropy) = &surface.anisotropy {
         // `getIBLRadianceAnisotropy`. The first vector is not of unit length, as in the original.
         let b = anisotropy.bitangent;
-        let across = vec3::cross(l, vec3::cross(l, b, surface.view), b);
+        let across = b.cross(surface.view).cross(b);
         let bend = (anisotropy.strength * surface.roughness.one_minus()).one_minus();
         let bend2 = bend * bend;
         normal = normalize_or(l, mix(l, across, normal, bend2 * bend2), normal);
@@ -80,15 +78,13 @@ pub fn ibl_ggx_fresnel<L: Lanes>(
     let weight = schlick_weight(l, n_dot_v);
     let smooth = roughness.one_minus();
     let missing = (scale + bias).one_minus();
-    each!(f0 in f0 => {
-        let fresnel = f0 + (smooth.max(f0) - f0) * weight;
-        let single = specular_weight * (fresnel * scale + bias);
-        let mean = specular_weight * (f0 + f0.one_minus() / 21.0);
-        let divisor = (mean * missing).one_minus();
-        // Only where the tables say that nothing is reflected once.
-        let divisor = divisor.eq(l.zero()).select(l.splat(1.0), divisor);
-        single + missing * single * mean / divisor
-    })
+    let fresnel = f0 + (Vec3::uniform(smooth).max(f0) - f0) * weight;
+    let single = (fresnel * scale + bias) * specular_weight;
+    let mean = (f0 + f0.one_minus() / 21.0) * specular_weight;
+    let divisor = (mean * missing).one_minus();
+    // Only where the tables say that nothing is reflected once.
+    let divisor = vec3!(d in divisor => d.eq(l.zero()).select(l.splat(1.0), d));
+    single + single * missing * mean / divisor
 }
 
 /// What each lobe reflects of the environment, and the Fresnel reflectances beside it.
@@ -106,7 +102,7 @@ pub struct Indirect<L: Lanes> {
 #[inline(always)]
 pub fn indirect_terms<L: Lanes>(l: L, surface: &Surface<L>, environment: &Environment<L>) -> Indirect<L> {
     let one = l.splat(1.0);
-    let diffuse: V3<L> = each!(k => environment.irradiance[k] * FRAC_1_PI * surface.base_color[k]);
+    let diffuse = environment.irradiance * FRAC_1_PI * surface.base_color;
     let specular = environment.radiance;
     let (ggx, n_dot_v, roughness) = (surface.ggx, surface.n_dot_v, surface.roughness);
     let dielectric_fresnel =
@@ -116,10 +112,10 @@ pub fn indirect_terms<L: Lanes>(l: L, surface: &Surface<L>, environment: &Enviro
         dielectric_and_metal(l, surface, [diffuse, specular], [dielectric_fresnel, metal_fresnel]);
     let (sheen, sheen_scaling) = match &surface.sheen {
         Some(sheen) => {
-            let reflected = each!(k => environment.sheen_radiance[k] * (sheen.color[k] * sheen.charlie));
+            let reflected = environment.sheen_radiance * (sheen.color * sheen.charlie);
             (reflected, sheen.scaling)
         }
-        None => ([l.zero(); 3], one),
+        None => (Vec3::zero(l), one),
     };
     let coat = environment.coat_radiance;
     let terms = Terms { diffuse, specular, metal, dielectric, sheen, sheen_scaling, coat };
@@ -135,15 +131,11 @@ pub fn indirect<L: Lanes>(
     l: L,
     surface: &Surface<L>,
     irradiance: impl FnOnce(V3<L>) -> V3<L>,
-    mut environment: impl FnMut(EnvironmentQuery<L>) -> V3<L>,
+    environment: impl FnMut(EnvironmentQuery<L>) -> V3<L>,
     occlusion: L::F,
 ) -> V3<L> {
     let all = environment_queries(l, surface);
-    let mut radiance = [[l.zero(); 3]; 3];
-    // One loop, so that the environment is compiled once.
-    for k in 0..all.count {
-        radiance[k] = environment(all.queries[k]);
-    }
+    let radiance = look_up(l, &all.queries, all.count, environment);
     let environment = Environment {
         irradiance: irradiance(surface.normal),
         radiance: radiance[0],
@@ -151,5 +143,5 @@ pub fn indirect<L: Lanes>(
         sheen_radiance: radiance[all.sheen],
     };
     let indirect = indirect_terms(l, surface, &environment);
-    vec3::scale(l, color(l, surface, &indirect.terms), occlusion)
+    color(l, surface, &indirect.terms) * occlusion
 }

@@ -33,6 +33,7 @@ mod indirect;
 mod sampled;
 
 pub use super::EnvironmentQuery;
+pub use super::layers::{Coat, Iridescence, Sheen};
 pub use direct::{Direct, direct, direct_terms};
 pub use indirect::{
     Environment, EnvironmentQueries, Indirect, environment_queries, ibl_ggx_fresnel, indirect, indirect_terms,
@@ -43,9 +44,8 @@ use super::glsl::mix;
 use crate::brdf::microfacet::schlick;
 use crate::brdf::table::Table;
 use crate::brdf::thin_film::{SchlickWeight, ThinFilm, eval_iridescence};
-use crate::each;
 use crate::math::lanes::{Float, Lanes, Mask};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::V3;
 
 /// Irradiance is what a light's colour means.
 pub const LIGHT_COLOR_PER_IRRADIANCE: f32 = 1.0;
@@ -58,37 +58,6 @@ pub enum CoatF0 {
     BaseIor,
     /// 0.04, an index of 1.5: the text of KHR_materials_clearcoat.
     Fixed,
-}
-
-/// The clear coat of a material.
-#[derive(Clone, Copy)]
-pub struct Coat<L: Lanes> {
-    /// 0 none to 1 full (`clearcoatFactor`).
-    pub factor: L::F,
-    /// Perceptual, 0 to 1.
-    pub roughness: L::F,
-    /// Unit normal of the coat: its own map's, or the geometric one.
-    pub normal: V3<L>,
-}
-
-/// The sheen of a material.
-#[derive(Clone, Copy)]
-pub struct Sheen<L: Lanes> {
-    /// Linear, 0 to 1.
-    pub color: V3<L>,
-    /// Perceptual, 0 to 1.
-    pub roughness: L::F,
-}
-
-/// The thin film of a material.
-#[derive(Clone, Copy)]
-pub struct Iridescence<L: Lanes> {
-    /// 0 none to 1 full.
-    pub factor: L::F,
-    /// Refractive index of the film, 1 or more.
-    pub ior: L::F,
-    /// Nanometres; 0 is no film.
-    pub thickness: L::F,
 }
 
 /// The anisotropy of a material.
@@ -271,7 +240,7 @@ pub struct Terms<L: Lanes> {
 pub fn beneath_coat<L: Lanes>(l: L, surface: &Surface<L>, terms: &Terms<L>) -> V3<L> {
     let base = mix(l, terms.dielectric, terms.metal, surface.metallic);
     match surface.sheen {
-        Some(_) => each!(k => terms.sheen[k] + base[k] * terms.sheen_scaling),
+        Some(_) => terms.sheen + base * terms.sheen_scaling,
         None => base,
     }
 }
@@ -295,21 +264,20 @@ fn dielectric_and_metal<L: Lanes>(
     [diffuse, specular]: [V3<L>; 2],
     [dielectric_fresnel, metal_fresnel]: [V3<L>; 2],
 ) -> [V3<L>; 2] {
-    let dielectric: V3<L> =
-        each!(k => diffuse[k] * dielectric_fresnel[k].one_minus() + specular[k] * dielectric_fresnel[k]);
-    let metal = vec3::mul(l, metal_fresnel, specular);
+    let dielectric = diffuse * dielectric_fresnel.one_minus() + specular * dielectric_fresnel;
+    let metal = metal_fresnel * specular;
     let Some(film) = &surface.film else { return [dielectric, metal] };
     // `rgb_mix`.
-    let beneath = vec3::max_component(l, film.dielectric).one_minus();
-    let filmed: V3<L> = each!(k => diffuse[k] * beneath + film.dielectric[k] * specular[k]);
-    let filmed_metal = vec3::mul(l, specular, film.metallic);
+    let beneath = film.dielectric.max_component().one_minus();
+    let filmed = diffuse * beneath + film.dielectric * specular;
+    let filmed_metal = specular * film.metallic;
     [mix(l, dielectric, filmed, film.factor), mix(l, metal, filmed_metal, film.factor)]
 }
 
 /// N.X, saturated.
 #[inline(always)]
-fn cosine<L: Lanes>(l: L, normal: V3<L>, direction: V3<L>) -> L::F {
-    vec3::dot(l, normal, direction).saturate()
+fn cosine<L: Lanes>(_: L, normal: V3<L>, direction: V3<L>) -> L::F {
+    normal.dot(direction).saturate()
 }
 
 /// Prepares sixteen fragments: the material and all that depends on the view only.
@@ -338,6 +306,15 @@ pub fn surface<L: Lanes>(
     surface_with_lookups(l, coat_f0, data, normal, view, &lookups)
 }
 
+/// The film's reflectance for the view on a dielectric and a metal of these F0.
+#[inline(always)]
+fn film_surface<L: Lanes>(l: L, film: &Iridescence<L>, n_dot_v: L::F, bases: [V3<L>; 2]) -> FilmSurface<L> {
+    let factor = film.thickness.eq(l.zero()).select(l.zero(), film.factor.saturate());
+    let film = ThinFilm { ior: film.ior, thickness: film.thickness };
+    let [dielectric, metallic] = eval_iridescence(l, SchlickWeight::Power, &film, n_dot_v, &bases);
+    FilmSurface { factor, dielectric, metallic }
+}
+
 /// [`surface`] with what was fetched of the tables.
 #[inline(always)]
 pub fn surface_with_lookups<L: Lanes>(
@@ -349,24 +326,18 @@ pub fn surface_with_lookups<L: Lanes>(
     lookups: &Lookups<L>,
 ) -> Surface<L> {
     // As the original does; sharp highlights need the last bit.
-    let view = vec3::divide_by_length(l, view);
+    let view = view.divide_by_length();
     let n_dot_v = cosine(l, normal, view);
     let roughness = data.roughness.saturate();
     let f0 = ((data.ior - 1.0) / (data.ior + 1.0)).squared();
-    let f0_dielectric: V3<L> = each!(c in data.specular_color => (c * f0).at_most(1.0));
+    let f0_dielectric = (data.specular_color * f0).at_most(1.0);
     let film = match &data.iridescence {
-        Some(iridescence) => {
-            let film = ThinFilm { ior: iridescence.ior, thickness: iridescence.thickness };
-            let bases = [f0_dielectric, data.base_color];
-            let [dielectric, metallic] = eval_iridescence(l, SchlickWeight::Power, &film, n_dot_v, &bases);
-            let factor = iridescence.thickness.eq(l.zero()).select(l.zero(), iridescence.factor.saturate());
-            Some(FilmSurface { factor, dielectric, metallic })
-        }
+        Some(film) => Some(film_surface(l, film, n_dot_v, [f0_dielectric, data.base_color])),
         None => None,
     };
     let sheen = match &data.sheen {
         Some(sheen) => {
-            let largest = vec3::max_component(l, sheen.color);
+            let largest = sheen.color.max_component();
             Some(SheenSurface {
                 color: sheen.color,
                 largest,
@@ -381,11 +352,11 @@ pub fn surface_with_lookups<L: Lanes>(
     let anisotropy = match &data.anisotropy {
         Some(anisotropy) => {
             let [x, y] = anisotropy.direction;
-            let tangent: V3<L> = each!(k => anisotropy.tangent[k] * x + anisotropy.bitangent[k] * y);
+            let tangent = anisotropy.tangent * x + anisotropy.bitangent * y;
             Some(AnisotropySurface {
                 strength: anisotropy.strength.saturate(),
                 tangent,
-                bitangent: vec3::cross(l, anisotropy.geometric_normal, tangent),
+                bitangent: anisotropy.geometric_normal.cross(tangent),
             })
         }
         None => None,

@@ -13,7 +13,7 @@ use crate::brdf::microfacet::schlick_weight;
 use crate::coat::glsl::normalize_or;
 use crate::each;
 use crate::math::lanes::{Float, Lanes, Mask};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
 use std::f32::consts::{FRAC_1_PI, PI};
 
 /// Samples of a lobe.
@@ -72,13 +72,13 @@ struct Lobe<L: Lanes> {
 
 impl<L: Lanes> Lobe<L> {
     #[inline(always)]
-    fn new(l: L, normal: V3<L>, tangent: V3<L>, view: V3<L>, alpha: [L::F; 2]) -> Self {
-        let bitangent = vec3::cross(l, normal, tangent);
-        let cosine = vec3::dot(l, normal, view).at_least(1e-4);
-        let local = [vec3::dot(l, tangent, view), vec3::dot(l, bitangent, view), cosine];
-        let stretched = [alpha[0] * local[0], alpha[1] * local[1], local[2]];
-        let lambda = vec3::length(l, stretched);
-        let stretched = vec3::scale(l, stretched, lambda.recip());
+    fn new(_: L, normal: V3<L>, tangent: V3<L>, view: V3<L>, alpha: [L::F; 2]) -> Self {
+        let bitangent = normal.cross(tangent);
+        let cosine = normal.dot(view).at_least(1e-4);
+        let local = Vec3::new(tangent.dot(view), bitangent.dot(view), cosine);
+        let stretched = Vec3::new(alpha[0] * local.x, alpha[1] * local.y, local.z);
+        let lambda = stretched.length();
+        let stretched = stretched * lambda.recip();
         Self { normal, tangent, bitangent, view: local, alpha, stretched, lambda }
     }
 
@@ -88,32 +88,29 @@ impl<L: Lanes> Lobe<L> {
         let zero = l.zero();
         // On the cap above the stretched view's horizon; no axes of its own, so nothing turns from pixel to pixel.
         let [share, cos, sin] = CAP[k];
-        let rim = self.stretched[2];
+        let rim = self.stretched.z;
         let height = (rim + 1.0) * (1.0 - share) - rim;
         let radius = (height * height).one_minus().at_least(0.0).sqrt();
-        let cap = [radius * cos, radius * sin, height];
-        let sum = vec3::add(l, cap, self.stretched);
-        let half = [self.alpha[0] * sum[0], self.alpha[1] * sum[1], sum[2].at_least(1e-6)];
-        let half = vec3::normalize(l, half);
-        let v_dot_h = vec3::dot(l, self.view, half).saturate();
-        let light: V3<L> = each!(i => half[i] * (v_dot_h * 2.0) - self.view[i]);
-        let n_dot_l = light[2].at_least(0.0);
-        let n_dot_v = self.view[2];
-        let lambda_l = vec3::length(l, [self.alpha[0] * light[0], self.alpha[1] * light[1], light[2]]);
+        let cap = Vec3::new(radius * cos, radius * sin, height);
+        let sum = cap + self.stretched;
+        let [at, ab] = self.alpha;
+        let half = Vec3::new(at * sum.x, ab * sum.y, sum.z.at_least(1e-6)).normalize();
+        let v_dot_h = self.view.dot(half).saturate();
+        let light = half * (v_dot_h * 2.0) - self.view;
+        let n_dot_l = light.z.at_least(0.0);
+        let n_dot_v = self.view.z;
+        let lambda_l = Vec3::new(at * light.x, ab * light.y, light.z).length();
         let weight = n_dot_l * (n_dot_v + self.lambda) / (n_dot_l * self.lambda + n_dot_v * lambda_l);
         // D of the half vector; the density of the sample is D / (2 (N.V + lambda)).
-        let [at, ab] = self.alpha;
-        let e = [half[0] / at, half[1] / ab, half[2]];
-        let e2 = vec3::dot(l, e, e);
+        let e = Vec3::new(half.x / at, half.y / ab, half.z);
+        let e2 = e.dot(e);
         let distribution = (at * ab * e2 * e2 * PI).recip();
         let density = distribution / ((n_dot_v + self.lambda) * 2.0);
         // A lobe of alpha a, seen from above, has the solid angle 4 pi a^2.
         let alpha2 = (density * (4.0 * PI * SAMPLES as f32 / OVERLAP)).recip().at_most(1.0);
-        let direction = each!(i => {
-            light[0] * self.tangent[i] + light[1] * self.bitangent[i] + light[2] * self.normal[i]
-        });
+        let direction = self.tangent * light.x + self.bitangent * light.y + self.normal * light.z;
         let query = EnvironmentQuery { direction, perceptual_roughness: alpha2.sqrt().sqrt() };
-        (query, v_dot_h, light[2].gt(zero).select(weight, zero))
+        (query, v_dot_h, light.z.gt(zero).select(weight, zero))
     }
 }
 
@@ -123,13 +120,38 @@ impl<L: Lanes> Lobe<L> {
 #[inline(always)]
 fn smooth_tangent<L: Lanes>(l: L, normal: V3<L>, view: V3<L>) -> V3<L> {
     // Perpendicular to the view; singular from straight below (Frisvad 2012, "Building an Orthonormal Basis").
-    let [x, y, z] = view;
+    let Vec3 { x, y, z } = view;
     let a = (y + 1.0).at_least(1e-6).recip();
-    let across = [(x * x * a).one_minus(), -x, -x * z * a];
-    let bend = vec3::dot(l, across, normal) / (vec3::dot(l, view, normal) + 1.0).at_least(1e-3);
-    let (zero, one) = (l.zero(), l.splat(1.0));
-    let turned = each!(k => across[k] - (view[k] + normal[k]) * bend);
-    normalize_or(l, turned, [one, zero, zero])
+    let across = Vec3::new((x * x * a).one_minus(), -x, -x * z * a);
+    let bend = across.dot(normal) / (view.dot(normal) + 1.0).at_least(1e-3);
+    let turned = across - (view + normal) * bend;
+    normalize_or(l, turned, Vec3::splat(l, [1.0, 0.0, 0.0]))
+}
+
+/// The lobe of layer 0 (base), 1 (coat) or 2 (sheen), if there is that layer.
+#[inline(always)]
+fn lobe_of<L: Lanes>(l: L, surface: &Surface<L>, layer: usize) -> Option<Lobe<L>> {
+    let (normal, view) = (surface.normal, surface.view);
+    match (layer, &surface.coat, &surface.sheen, &surface.anisotropy) {
+        (0, _, _, Some(anisotropy)) => {
+            let alpha = surface.alpha_roughness.at_least(LEAST_ALPHA);
+            let strength2 = anisotropy.strength * anisotropy.strength;
+            let along = alpha * strength2.one_minus() + strength2;
+            Some(Lobe::new(l, normal, anisotropy.tangent, view, [along, alpha]))
+        }
+        (0, _, _, None) => {
+            let alpha = surface.alpha_roughness.at_least(LEAST_ALPHA);
+            Some(Lobe::new(l, normal, smooth_tangent(l, normal, view), view, [alpha; 2]))
+        }
+        (1, Some(coat), _, _) => {
+            let alpha = (coat.roughness * coat.roughness).at_least(LEAST_ALPHA);
+            Some(Lobe::new(l, coat.normal, smooth_tangent(l, coat.normal, view), view, [alpha; 2]))
+        }
+        (2, _, Some(_), _) => {
+            Some(Lobe::new(l, normal, smooth_tangent(l, normal, view), view, [l.splat(1.0); 2]))
+        }
+        _ => None,
+    }
 }
 
 /// The radiance that the fragments reflect of the environment, by samples. Arguments as of [`super::indirect()`];
@@ -143,42 +165,17 @@ pub fn indirect_sampled<L: Lanes>(
     occlusion: L::F,
 ) -> V3<L> {
     let one = l.splat(1.0);
-    let zero = [l.zero(); 3];
+    let zero = Vec3::zero(l);
     // What base and coat reflect, without Fresnel weight and with Schlick's; then sheen.
     let mut reflected = [[zero; 2]; 3];
     for layer in 0..3 {
-        let lobe = match (layer, &surface.coat, &surface.sheen) {
-            (0, _, _) => {
-                let alpha = surface.alpha_roughness.at_least(LEAST_ALPHA);
-                match &surface.anisotropy {
-                    Some(anisotropy) => {
-                        let strength2 = anisotropy.strength * anisotropy.strength;
-                        let along = alpha * strength2.one_minus() + strength2;
-                        Lobe::new(l, surface.normal, anisotropy.tangent, surface.view, [along, alpha])
-                    }
-                    None => {
-                        let tangent = smooth_tangent(l, surface.normal, surface.view);
-                        Lobe::new(l, surface.normal, tangent, surface.view, [alpha; 2])
-                    }
-                }
-            }
-            (1, Some(coat), _) => {
-                let alpha = (coat.roughness * coat.roughness).at_least(LEAST_ALPHA);
-                let tangent = smooth_tangent(l, coat.normal, surface.view);
-                Lobe::new(l, coat.normal, tangent, surface.view, [alpha; 2])
-            }
-            (2, _, Some(_)) => {
-                let tangent = smooth_tangent(l, surface.normal, surface.view);
-                Lobe::new(l, surface.normal, tangent, surface.view, [one; 2])
-            }
-            _ => continue,
-        };
+        let Some(lobe) = lobe_of(l, surface, layer) else { continue };
         let count = if layer < 2 { SAMPLES } else { 1 };
         for k in 0..count {
             let (mut query, v_dot_h, mut weight) = lobe.sample(l, k);
             if let (2, Some(sheen)) = (layer, &surface.sheen) {
                 query = EnvironmentQuery {
-                    direction: vec3::reflect(l, vec3::neg(l, surface.view), surface.normal),
+                    direction: (-surface.view).reflect(surface.normal),
                     perceptual_roughness: sheen.roughness,
                 };
                 weight = one;
@@ -186,50 +183,38 @@ pub fn indirect_sampled<L: Lanes>(
             let radiance = environment(query);
             let schlick = schlick_weight(l, v_dot_h);
             let [all, at_grazing] = &mut reflected[layer];
-            for channel in 0..3 {
-                let seen = radiance[channel] * weight;
-                all[channel] = all[channel] + seen;
-                at_grazing[channel] = at_grazing[channel] + seen * schlick;
-            }
+            let seen = radiance * weight;
+            *all += seen;
+            *at_grazing += seen * schlick;
         }
         if layer < 2 {
             let share = 1.0 / SAMPLES as f32;
-            reflected[layer] = each!(v in reflected[layer] => each!(c in v => c * share));
+            reflected[layer] = each!(v in reflected[layer] => v * share);
         }
     }
     let [[specular, grazing], [coat, _], [sheen_radiance, _]] = reflected;
     let f90 = surface.specular_weight;
-    let f0: V3<L> = each!(c in surface.f0_dielectric => c * f90);
+    let f0 = surface.f0_dielectric * f90;
     let over_pi = irradiance(surface.normal);
-    let diffuse: V3<L> = each!(k => over_pi[k] * FRAC_1_PI * surface.base_color[k]);
+    let diffuse = over_pi * FRAC_1_PI * surface.base_color;
     let mean = mean_schlick_weight(l, surface.n_dot_v);
-    let dielectric: V3<L> = each!(k => {
-        let left = (f0[k] + (f90 - f0[k]) * mean).one_minus();
-        diffuse[k] * left + specular[k] * f0[k] + grazing[k] * (f90 - f0[k])
-    });
-    let metal: V3<L> = each!(k => {
-        let f0 = surface.base_color[k];
-        specular[k] * f0 + grazing[k] * f0.one_minus()
-    });
+    let to_f90 = Vec3::uniform(f90) - f0;
+    let dielectric = diffuse * (f0 + to_f90 * mean).one_minus() + specular * f0 + grazing * to_f90;
+    let metal = specular * surface.base_color + grazing * surface.base_color.one_minus();
     // A thin film has its own reflectance for the view.
     let [dielectric, metal] = match &surface.film {
         Some(film) => {
             let weight = film.factor;
-            let filmed: V3<L> = each!(k => {
-                let beneath = vec3::max_component(l, film.dielectric).one_minus();
-                diffuse[k] * beneath + film.dielectric[k] * specular[k]
-            });
-            [
-                each!(k => dielectric[k].lerp(filmed[k], weight)),
-                each!(k => metal[k].lerp(specular[k] * film.metallic[k], weight)),
-            ]
+            let beneath = film.dielectric.max_component().one_minus();
+            let filmed = diffuse * beneath + film.dielectric * specular;
+            [dielectric.lerp(filmed, weight), metal.lerp(specular * film.metallic, weight)]
         }
         None => [dielectric, metal],
     };
     let (sheen, sheen_scaling) = match &surface.sheen {
-        Some(sheen) => (each!(k => sheen_radiance[k] * (sheen.color[k] * sheen.charlie)), sheen.scaling),
+        Some(sheen) => (sheen_radiance * (sheen.color * sheen.charlie), sheen.scaling),
         None => (zero, one),
     };
     let terms = Terms { diffuse, specular, metal, dielectric, sheen, sheen_scaling, coat };
-    vec3::scale(l, color(l, surface, &terms), occlusion)
+    color(l, surface, &terms) * occlusion
 }

@@ -22,12 +22,13 @@ use crate::brdf::roughness::{
 };
 use crate::each;
 use crate::math::lanes::{Float, Lanes, Mask};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
+use crate::vec3;
 
 /// The mean of a colour, as energies of lobes are weighed.
 #[inline(always)]
 fn mean<L: Lanes>(_: L, v: V3<L>) -> L::F {
-    (v[0] + v[1] + v[2]) * (1.0 / 3.0)
+    (v.x + v.y + v.z) * (1.0 / 3.0)
 }
 
 /// For whom the layers are combined.
@@ -155,15 +156,13 @@ pub fn compute_adding<L: Lanes>(
     let reflectance = face.reflectance;
     let passing = reflectance.one_minus();
     // T0i = Ti0 and Ri0 of all above the base.
-    let above: V3<L> = each!(b in absorbed => passing * b);
-    let from_below: V3<L> = each!(b in absorbed => b * reflectance * b);
-    let series: V3<L> = each!(k => {
-        let rest = (from_below[k] * base.reflectance[k]).one_minus();
-        rest.gt(zero).select(rest.recip(), zero)
-    });
-    let bottom: V3<L> = each!(k => above[k] * base.reflectance[k] * above[k] * series[k]);
-    let transmitted_out: V3<L> = each!(k => base.reflectance[k].one_minus() * above[k] * series[k]);
-    let mean_rr = mean(l, each!(k => from_below[k] * base.reflectance[k] * series[k]));
+    let above = absorbed * passing;
+    let from_below = absorbed * reflectance * absorbed;
+    let rest = (from_below * base.reflectance).one_minus();
+    let series = vec3!(rest in rest => rest.gt(zero).select(rest.recip(), zero));
+    let bottom = above * base.reflectance * above * series;
+    let transmitted_out = base.reflectance.one_minus() * above * series;
+    let mean_rr = mean(l, from_below * base.reflectance * series);
     let variance_from_below = mean(l, from_below).gt(zero).select(face.reflected_variance, zero);
 
     let mut lobes = [LayeredLobe { perceptual_roughness: zero, anisotropy: zero, roughness: [zero; 2] }; 2];
@@ -190,7 +189,6 @@ pub fn compute_adding<L: Lanes>(
         };
         lobes[x] = LayeredLobe { perceptual_roughness: layered_p, anisotropy, roughness };
     }
-    let one = l.splat(1.0);
     Adding {
         coat: face,
         medium_cosine,
@@ -204,7 +202,7 @@ pub fn compute_adding<L: Lanes>(
         layers: Layers {
             top: reflectance,
             bottom,
-            diffuse_energy: each!(t in transmitted_out => one.lerp(t, coat.mask)),
+            diffuse_energy: Vec3::splat(l, [1.0; 3]).lerp(transmitted_out, coat.mask),
             iridescent: base.iridescent,
             bottom_cosine: base.cosine,
             lobes,
@@ -240,7 +238,8 @@ impl<L: Lanes> Adding<L> {
         let (zero, one) = (l.zero(), l.splat(1.0));
         match layer {
             0 => {
-                let (r, t) = ([self.coat.reflectance; 3], [self.coat.reflectance.one_minus(); 3]);
+                let r = Vec3::uniform(self.coat.reflectance);
+                let t = r.one_minus();
                 let s = &self.coat;
                 Statistics {
                     cosines: [s.cosine, s.transmitted_cosine],
@@ -251,18 +250,13 @@ impl<L: Lanes> Adding<L> {
             }
             1 => Statistics {
                 cosines: [self.medium_cosine; 2],
-                energies: [[zero; 3], self.medium, [zero; 3], self.medium],
+                energies: [Vec3::zero(l), self.medium, Vec3::zero(l), self.medium],
                 variances: [zero; 4],
                 jacobians: [one; 2],
             },
             _ => {
                 let r = self.base.reflectance;
-                let t = vec3::map(
-                    l,
-                    r,
-                    #[inline(always)]
-                    |r| r.one_minus(),
-                );
+                let t = r.one_minus();
                 Statistics {
                     cosines: [self.medium_cosine; 2],
                     energies: [r, t, r, t],
@@ -276,8 +270,8 @@ impl<L: Lanes> Adding<L> {
     /// The loop's state after layer 0, 1 or 2.
     #[inline(always)]
     pub fn state_after(&self, l: L, layer: usize) -> State<L> {
-        let (zero, r) = (l.zero(), [self.coat.reflectance; 3]);
-        let passing = [self.coat.reflectance.one_minus(); 3];
+        let (zero, r) = (l.zero(), Vec3::uniform(self.coat.reflectance));
+        let passing = r.one_minus();
         let reflects = self.coat.reflectance.gt(zero);
         let top_variance = reflects.select(self.coat.reflected_variance, zero);
         let (s_in, s_out) = (self.coat.variance_in, self.coat.variance_out);
@@ -288,7 +282,7 @@ impl<L: Lanes> Adding<L> {
                 variances: [top_variance, s_in, s_out],
             };
         }
-        let above = vec3::mul(l, passing, self.medium);
+        let above = passing * self.medium;
         if layer == 1 {
             return State {
                 energies: [r, above, self.reflectance_from_below, above],
@@ -297,17 +291,17 @@ impl<L: Lanes> Adding<L> {
             };
         }
         let bottom = self.layers.bottom;
-        let total = vec3::add(l, r, bottom);
+        let total = r + bottom;
         let base = self.base.reflectance;
-        let out: V3<L> = each!(b in base => b.one_minus());
-        let series = vec3::mul(l, out, self.series);
-        let from_below: V3<L> = each!(k => base[k] + series[k] * self.reflectance_from_below[k] * out[k]);
+        let out = base.one_minus();
+        let series = out * self.series;
+        let from_below = base + series * self.reflectance_from_below * out;
         let between = self.variance_from_below * self.mean_rr;
         let lobe = s_out + self.coat.jacobian * (s_in + between);
         let energy = mean(l, total);
         let weighed = mean(l, r) * top_variance + mean(l, bottom) * lobe;
         State {
-            energies: [total, vec3::mul(l, above, series), from_below, self.transmitted_out],
+            energies: [total, above * series, from_below, self.transmitted_out],
             mean_rr: self.mean_rr,
             variances: [
                 energy.gt(zero).select(weighed / energy, zero),

@@ -3,13 +3,13 @@
 
 use super::haze::{Haze, HazyLobes, haze_mapping};
 use super::options::{Options, Version};
-use super::parameters::{Iridescence, Occlusion, Reflectance, SurfaceData};
+use super::parameters::{Coat, Iridescence, Occlusion, Reflectance, SurfaceData};
 use super::subsurface;
 use crate::brdf::fresnel::f0_under_ior;
 use crate::brdf::roughness::{anisotropic_roughness, clamp_roughness_for_analytical_lights};
 use crate::each;
 use crate::math::lanes::{Float, Lanes};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
 
 /// A base lobe without the coat's influence.
 #[derive(Clone, Copy)]
@@ -96,11 +96,11 @@ fn colors<L: Lanes>(l: L, options: &Options, data: &SurfaceData<L>) -> (V3<L>, V
         Version::Newest => metallic,
     };
     let mut fresnel0 = match data.reflectance {
-        Reflectance::Metallic { dielectric_f0 } => vec3::lerp(l, dielectric_f0, base_color, metallic_for_f0),
+        Reflectance::Metallic { dielectric_f0 } => dielectric_f0.lerp(base_color, metallic_for_f0),
         Reflectance::Specular { color } => {
             metallic = l.zero();
             if options.energy_conserving_specular {
-                base_color = vec3::scale(l, base_color, vec3::max_component(l, color).one_minus());
+                base_color *= color.max_component().one_minus();
             }
             color
         }
@@ -108,16 +108,14 @@ fn colors<L: Lanes>(l: L, options: &Options, data: &SurfaceData<L>) -> (V3<L>, V
     if let Some(scattering) = &data.scattering
         && (options.version == Version::V13 || scattering.use_profile_ior)
     {
-        fresnel0 = [l.splat(scattering.profile.fresnel0); 3];
+        fresnel0 = Vec3::splat(l, [scattering.profile.fresnel0; 3]);
     }
-    (vec3::scale(l, base_color, metallic.one_minus()), fresnel0)
+    (base_color * metallic.one_minus(), fresnel0)
 }
 
-/// `ConvertSurfaceDataToBSDFData`. `normal` is that of the base.
+/// The base's lobes without a coat's influence, their mix, and F0, which haze changes.
 #[inline(always)]
-pub fn convert<L: Lanes>(l: L, options: &Options, data: &SurfaceData<L>, normal: V3<L>) -> BsdfData<L> {
-    let (diffuse_color, mut fresnel0) = colors(l, options, data);
-
+fn base_lobes<L: Lanes>(l: L, data: &SurfaceData<L>, fresnel0: V3<L>) -> ([BaseLobe<L>; 2], L::F, V3<L>) {
     let (k_a, k_b) = match &data.anisotropy {
         Some(anisotropy) => (anisotropy.a, anisotropy.b),
         None => (l.zero(), l.zero()),
@@ -128,7 +126,7 @@ pub fn convert<L: Lanes>(l: L, options: &Options, data: &SurfaceData<L>, normal:
         roughness: anisotropic_roughness(l, p_a * p_a, k_a),
         anisotropy: k_a,
     };
-    let (mut lobe_b, mut lobe_mix) = match &data.second_lobe {
+    let (lobe_b, lobe_mix) = match &data.second_lobe {
         Some(second) => {
             let p = second.smoothness.one_minus();
             let roughness = anisotropic_roughness(l, p * p, k_b);
@@ -136,54 +134,64 @@ pub fn convert<L: Lanes>(l: L, options: &Options, data: &SurfaceData<L>, normal:
         }
         None => (lobe_a, l.zero()),
     };
-    if let Some(hazy) = &data.haze {
-        let haze = Haze {
-            haziness: hazy.haziness,
-            extent: hazy.extent,
-            extent_anisotropy: k_b,
-            max_f0: [hazy.max_dielectric_f0.lerp(l.splat(1.0), data.metallic); 3],
-        };
-        let before = HazyLobes {
-            fresnel0,
-            lobe_mix: l.zero(),
-            anisotropy_b: lobe_b.anisotropy,
-            perceptual_roughness_b: lobe_b.perceptual_roughness,
-            roughness_b: lobe_b.roughness,
-        };
-        let lobes = haze_mapping(l, fresnel0, lobe_a.roughness, &haze, &before);
-        fresnel0 = lobes.fresnel0;
-        lobe_mix = lobes.lobe_mix;
-        lobe_b = BaseLobe {
-            perceptual_roughness: lobes.perceptual_roughness_b,
-            roughness: lobes.roughness_b,
-            anisotropy: lobes.anisotropy_b,
-        };
-    }
-    let mut lobes = [lobe_a, lobe_b];
+    let Some(hazy) = &data.haze else { return ([lobe_a, lobe_b], lobe_mix, fresnel0) };
+    let haze = Haze {
+        haziness: hazy.haziness,
+        extent: hazy.extent,
+        extent_anisotropy: k_b,
+        max_f0: Vec3::uniform(hazy.max_dielectric_f0.lerp(l.splat(1.0), data.metallic)),
+    };
+    let before = HazyLobes {
+        fresnel0,
+        lobe_mix: l.zero(),
+        anisotropy_b: lobe_b.anisotropy,
+        perceptual_roughness_b: lobe_b.perceptual_roughness,
+        roughness_b: lobe_b.roughness,
+    };
+    let lobes = haze_mapping(l, fresnel0, lobe_a.roughness, &haze, &before);
+    let lobe_b = BaseLobe {
+        perceptual_roughness: lobes.perceptual_roughness_b,
+        roughness: lobes.roughness_b,
+        anisotropy: lobes.anisotropy_b,
+    };
+    ([lobe_a, lobe_b], lobes.lobe_mix, lobes.fresnel0)
+}
 
+/// The coat over a base with this normal.
+#[inline(always)]
+fn coat_data<L: Lanes>(l: L, options: &Options, coat: &Coat<L>, normal: V3<L>) -> CoatData<L> {
+    let uncoated = if options.zero_mask_is_uncoated { coat.mask.eq(l.zero()) } else { l.mask(0) };
+    let ior = l.splat(1.0).lerp(coat.ior, coat.mask);
+    let p = coat.smoothness.one_minus();
+    #[expect(clippy::manual_map, reason = "Option::map would leave the instruction set")]
+    let normal = match coat.normal {
+        Some(coat_normal) => Some(Vec3::select(uncoated, normal, coat_normal)),
+        None => None,
+    };
+    CoatData {
+        mask: coat.mask,
+        ior,
+        ieta: ior.recip(),
+        thickness: coat.thickness * coat.mask,
+        extinction: coat.extinction,
+        perceptual_roughness: p,
+        roughness: p * p,
+        normal,
+        uncoated,
+    }
+}
+
+/// `ConvertSurfaceDataToBSDFData`. `normal` is that of the base.
+#[inline(always)]
+pub fn convert<L: Lanes>(l: L, options: &Options, data: &SurfaceData<L>, normal: V3<L>) -> BsdfData<L> {
+    let (diffuse_color, fresnel0) = colors(l, options, data);
+    let (mut lobes, lobe_mix, mut fresnel0) = base_lobes(l, data, fresnel0);
     let coat = match &data.coat {
         Some(coat) => {
-            let uncoated = if options.zero_mask_is_uncoated { coat.mask.eq(l.zero()) } else { l.mask(0) };
-            let ior = l.splat(1.0).lerp(coat.ior, coat.mask);
-            let under_coat = f0_under_ior(l, fresnel0, ior);
-            fresnel0 = vec3::select(l, uncoated, fresnel0, under_coat);
-            let p = coat.smoothness.one_minus();
-            #[expect(clippy::manual_map, reason = "Option::map would leave the instruction set")]
-            let normal = match coat.normal {
-                Some(coat_normal) => Some(vec3::select(l, uncoated, normal, coat_normal)),
-                None => None,
-            };
-            Some(CoatData {
-                mask: coat.mask,
-                ior,
-                ieta: ior.recip(),
-                thickness: coat.thickness * coat.mask,
-                extinction: coat.extinction,
-                perceptual_roughness: p,
-                roughness: p * p,
-                normal,
-                uncoated,
-            })
+            let coat = coat_data(l, options, coat, normal);
+            let under_coat = f0_under_ior(l, fresnel0, coat.ior);
+            fresnel0 = Vec3::select(coat.uncoated, fresnel0, under_coat);
+            Some(coat)
         }
         None => {
             for lobe in &mut lobes {

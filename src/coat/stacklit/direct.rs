@@ -11,7 +11,7 @@ use crate::brdf::ggx::{
 use crate::brdf::reflection::coat_refract;
 use crate::each;
 use crate::math::lanes::{Float, Lanes, Mask};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
 
 /// Where D V ends. No highlight comes near it: it is reached where the guards of the quotient take over (light behind the
 /// surface, or exactly opposite to the view), and keeps the products with colours finite.
@@ -102,51 +102,40 @@ pub fn is_non_zero<L: Lanes>(l: L, pre: &PreLight<L>, direction: V3<L>) -> L::M 
 
 /// The larger of the cosines of a light with base and coat.
 #[inline(always)]
-fn larger_cosine<L: Lanes>(l: L, pre: &PreLight<L>, direction: V3<L>) -> L::F {
-    vec3::dot(l, pre.frame.normal, direction).max(vec3::dot(l, pre.coat_normal, direction))
+fn larger_cosine<L: Lanes>(_: L, pre: &PreLight<L>, direction: V3<L>) -> L::F {
+    pre.frame.normal.dot(direction).max(pre.coat_normal.dot(direction))
 }
 
-/// `EvaluateBSDF` of a light direction.
+/// View and light as the base finds them, which the coat may have refracted.
+struct BaseAngles<L: Lanes> {
+    view: V3<L>,
+    direction: V3<L>,
+    half: V3<L>,
+    n_dot_h: L::F,
+    n_dot_l: L::F,
+    n_dot_v: L::F,
+}
+
+/// D V times energy compensation of the base, both lobes mixed.
 #[inline(always)]
-pub fn evaluate_bsdf<L: Lanes>(l: L, pre: &PreLight<L>, light: &Light<L>) -> Cbsdf<L> {
+fn base_lobes<L: Lanes>(l: L, pre: &PreLight<L>, layers: &Layers<L>, seen: &BaseAngles<L>) -> V3<L> {
     let (options, bsdf, frame) = (&pre.options, &pre.bsdf, &pre.frame);
-    let (zero, one) = (l.zero(), l.splat(1.0));
-    let [n_dot_v, n_dot_v_coat] = pre.n_dot_v;
-    let n_dot_l_given = vec3::dot(l, frame.normal, light.direction);
-    let n_dot_l_coat = vec3::dot(l, pre.coat_normal, light.direction);
-    let angles = bsdf_angles(l, light.direction, frame.view, n_dot_l_given, n_dot_v);
-    let l_dot_h = angles.l_dot_h;
-    let half = vec3::scale(l, vec3::add(l, light.direction, frame.view), angles.inverse_length);
-    let layers = layers_for_light(l, pre, l_dot_h, light.min_roughness);
-
-    let (mut view, mut direction) = (frame.view, light.direction);
-    let (mut n_dot_l, mut n_dot_v_base) = (n_dot_l_given, n_dot_v.at_least(MIN_N_DOT_V));
-    if let (Some(coat), true) = (&bsdf.coat, options.refracted_angles_for_base) {
-        let refracted = coat_refract(l, frame.view, half, coat.ieta);
-        let mirrored = vec3::reflect(l, vec3::neg(l, refracted), half);
-        view = vec3::select(l, coat.uncoated, frame.view, refracted);
-        direction = vec3::select(l, coat.uncoated, light.direction, mirrored);
-        n_dot_l = vec3::dot(l, frame.normal, direction);
-        n_dot_v_base = vec3::dot(l, frame.normal, view).at_least(MIN_N_DOT_V);
-    }
-
     let along = if bsdf.anisotropic {
         let [t, b] = [frame.tangent, frame.bitangent];
         [
-            [vec3::dot(l, t, half), vec3::dot(l, b, half), angles.n_dot_h],
-            [vec3::dot(l, t, direction), vec3::dot(l, b, direction), n_dot_l],
+            Vec3::new(t.dot(seen.half), b.dot(seen.half), seen.n_dot_h),
+            Vec3::new(t.dot(seen.direction), b.dot(seen.direction), seen.n_dot_l),
         ]
     } else {
-        [[zero; 3]; 2]
+        [Vec3::zero(l); 2]
     };
     let per_light_lambda = options.recompute_per_light && bsdf.coat.is_some();
-    // D V times energy compensation, both lobes mixed.
-    let mut base: V3<L> = [zero; 3];
+    let mut base = Vec3::zero(l);
     for x in 0..bsdf.lobe_count {
         let lobe = &pre.lobes[1 + x];
         let layered = &layers.lobes[x];
         let lambda = if per_light_lambda {
-            lobe_lambda(l, bsdf, frame, view, n_dot_v_base, layered)
+            lobe_lambda(l, bsdf, frame, seen.view, seen.n_dot_v, layered)
         } else {
             lobe.part_lambda_v
         };
@@ -155,62 +144,95 @@ pub fn evaluate_bsdf<L: Lanes>(l: L, pre: &PreLight<L>, light: &Light<L>) -> Cbs
                 l,
                 along[0],
                 along[1],
-                n_dot_v_base,
+                seen.n_dot_v,
                 layered.roughness,
                 lambda,
             )
         } else {
             smith_distribution_visibility(
                 l,
-                angles.n_dot_h,
-                n_dot_l,
-                n_dot_v_base,
+                seen.n_dot_h,
+                seen.n_dot_l,
+                seen.n_dot_v,
                 layered.roughness[0],
                 lambda,
             )
         };
         let dv = dv.at_most(GREATEST_DV);
-        base = each!(k => {
-            let term = dv * lobe.energy_compensation[k];
-            // Not base + mix (term - base), which rounding makes negative where one lobe is a spike.
-            if x == 0 { term } else { base[k] * bsdf.lobe_mix.one_minus() + term * bsdf.lobe_mix }
-        });
+        let term = lobe.energy_compensation * dv;
+        // Not base + mix (term - base), which rounding makes negative where one lobe is a spike.
+        base = if x == 0 { term } else { base * bsdf.lobe_mix.one_minus() + term * bsdf.lobe_mix };
     }
+    base
+}
+
+/// D V of the coat.
+#[inline(always)]
+fn coat_lobe<L: Lanes>(
+    l: L,
+    pre: &PreLight<L>,
+    layers: &Layers<L>,
+    n_dot_l: L::F,
+    inverse_length: L::F,
+) -> L::F {
+    let n_dot_v = pre.n_dot_v[1];
+    let clamped = n_dot_v.at_least(MIN_N_DOT_V);
+    let n_dot_h = ((n_dot_l + n_dot_v) * inverse_length).saturate();
+    let lambda = if pre.options.recompute_per_light {
+        part_lambda(l, clamped, layers.coat_roughness)
+    } else {
+        pre.lobes[COAT_LOBE].part_lambda_v
+    };
+    smith_distribution_visibility(l, n_dot_h, n_dot_l, clamped, layers.coat_roughness, lambda)
+        .at_most(GREATEST_DV)
+}
+
+/// `EvaluateBSDF` of a light direction.
+#[inline(always)]
+pub fn evaluate_bsdf<L: Lanes>(l: L, pre: &PreLight<L>, light: &Light<L>) -> Cbsdf<L> {
+    let (options, bsdf, frame) = (&pre.options, &pre.bsdf, &pre.frame);
+    let (zero, one) = (l.zero(), l.splat(1.0));
+    let [n_dot_v, _] = pre.n_dot_v;
+    let n_dot_l_given = frame.normal.dot(light.direction);
+    let n_dot_l_coat = pre.coat_normal.dot(light.direction);
+    let angles = bsdf_angles(l, light.direction, frame.view, n_dot_l_given, n_dot_v);
+    let l_dot_h = angles.l_dot_h;
+    let half = (light.direction + frame.view) * angles.inverse_length;
+    let layers = layers_for_light(l, pre, l_dot_h, light.min_roughness);
+
+    let (mut view, mut direction) = (frame.view, light.direction);
+    let (mut n_dot_l, mut n_dot_v_base) = (n_dot_l_given, n_dot_v.at_least(MIN_N_DOT_V));
+    if let (Some(coat), true) = (&bsdf.coat, options.refracted_angles_for_base) {
+        let refracted = coat_refract(l, frame.view, half, coat.ieta);
+        let mirrored = (-refracted).reflect(half);
+        view = Vec3::select(coat.uncoated, frame.view, refracted);
+        direction = Vec3::select(coat.uncoated, light.direction, mirrored);
+        n_dot_l = frame.normal.dot(direction);
+        n_dot_v_base = frame.normal.dot(view).at_least(MIN_N_DOT_V);
+    }
+
+    let seen = BaseAngles { view, direction, half, n_dot_h: angles.n_dot_h, n_dot_l, n_dot_v: n_dot_v_base };
+    let base = base_lobes(l, pre, &layers, &seen);
 
     let mut fresnel = schlick_color(l, bsdf.fresnel0, one, l_dot_h);
     if let Some(film) = &bsdf.iridescence {
-        fresnel = vec3::lerp(l, fresnel, layers.iridescent, film.mask);
+        fresnel = fresnel.lerp(layers.iridescent, film.mask);
     }
     let lit = n_dot_l.at_least(0.0);
-    let mut diffuse = [l.splat(LAMBERT); 3];
+    let mut diffuse = Vec3::splat(l, [LAMBERT; 3]);
     let specular = match &bsdf.coat {
         Some(coat) => {
             if options.recompute_per_light {
-                fresnel = vec3::select(l, coat.uncoated, fresnel, layers.bottom);
+                fresnel = Vec3::select(coat.uncoated, fresnel, layers.bottom);
             }
-            fresnel = vec3::lerp(l, fresnel, layers.bottom, coat.mask);
-            diffuse = vec3::scale(l, layers.diffuse_energy, l.splat(LAMBERT));
-            let n_dot_v_coat_clamped = n_dot_v_coat.at_least(MIN_N_DOT_V);
-            let n_dot_h = ((n_dot_l_coat + n_dot_v_coat) * angles.inverse_length).saturate();
-            let lobe = &pre.lobes[COAT_LOBE];
-            let lambda = if options.recompute_per_light {
-                part_lambda(l, n_dot_v_coat_clamped, layers.coat_roughness)
-            } else {
-                lobe.part_lambda_v
-            };
-            let dv = smith_distribution_visibility(
-                l,
-                n_dot_h,
-                n_dot_l_coat,
-                n_dot_v_coat_clamped,
-                layers.coat_roughness,
-                lambda,
-            );
-            let dv = dv.at_most(GREATEST_DV);
+            fresnel = fresnel.lerp(layers.bottom, coat.mask);
+            diffuse = layers.diffuse_energy * LAMBERT;
+            let dv = coat_lobe(l, pre, &layers, n_dot_l_coat, angles.inverse_length);
             let top = n_dot_l_coat.at_least(0.0) * layers.top;
-            each!(k => lit * fresnel[k] * base[k] + top * lobe.energy_compensation[k] * dv)
+            let compensation = pre.lobes[COAT_LOBE].energy_compensation;
+            fresnel * lit * base + compensation * top * dv
         }
-        None => each!(k => lit * fresnel[k] * base[k]),
+        None => fresnel * lit * base,
     };
 
     let larger = n_dot_l_given.max(n_dot_l_coat);
@@ -218,9 +240,9 @@ pub fn evaluate_bsdf<L: Lanes>(l: L, pre: &PreLight<L>, light: &Light<L>) -> Cbs
     let transmitted = wrapped_cosine(l, -behind, TRANSMISSION_WRAP_LIGHT);
     let reflected = n_dot_l.saturate();
     Cbsdf {
-        diffuse_reflected: vec3::scale(l, diffuse, reflected),
+        diffuse_reflected: diffuse * reflected,
         specular_reflected: specular,
-        diffuse_transmitted: vec3::scale(l, diffuse, transmitted),
+        diffuse_transmitted: diffuse * transmitted,
     }
 }
 
@@ -228,18 +250,22 @@ pub fn evaluate_bsdf<L: Lanes>(l: L, pre: &PreLight<L>, light: &Light<L>) -> Cbs
 #[inline(always)]
 pub fn direct<L: Lanes>(l: L, pre: &PreLight<L>, light: &Light<L>) -> Lighting<L> {
     let zero = l.zero();
-    let shows = is_non_zero(l, pre, light.direction) & vec3::max_component(l, light.color).gt(zero);
+    let shows = is_non_zero(l, pre, light.direction) & light.color.max_component().gt(zero);
     if !shows.any() {
-        return Lighting { diffuse: [zero; 3], specular: [zero; 3] };
+        return Lighting { diffuse: Vec3::zero(l), specular: Vec3::zero(l) };
     }
     let found = evaluate_bsdf(l, pre, light);
     let [diffuse_dimmer, specular_dimmer] = light.dimmers;
-    let diffuse: V3<L> = match &pre.bsdf.transmittance {
-        Some(t) => each!(k => found.diffuse_reflected[k] + found.diffuse_transmitted[k] * t[k]),
+    let diffuse = match &pre.bsdf.transmittance {
+        Some(t) => found.diffuse_reflected + found.diffuse_transmitted * *t,
         None => found.diffuse_reflected,
     };
     Lighting {
-        diffuse: each!(k => shows.select(diffuse[k] * light.color[k] * diffuse_dimmer, zero)),
-        specular: each!(k => shows.select(found.specular_reflected[k] * light.color[k] * specular_dimmer, zero)),
+        diffuse: Vec3::select(shows, diffuse * light.color * diffuse_dimmer, Vec3::zero(l)),
+        specular: Vec3::select(
+            shows,
+            found.specular_reflected * light.color * specular_dimmer,
+            Vec3::zero(l),
+        ),
     }
 }

@@ -5,9 +5,8 @@ use super::occlusion::diffuse_occlusion;
 use super::prelight::{COAT_LOBE, PreLight};
 use crate::brdf::reflection::{environment_direction, specular_dominant_direction};
 use crate::coat::EnvironmentQuery;
-use crate::each;
 use crate::math::lanes::{Float, Lanes};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
 
 /// What is asked for a lobe: coat (0), A (1), B (2).
 #[inline(always)]
@@ -40,14 +39,12 @@ pub fn environment<L: Lanes>(
     mut radiance: impl FnMut(EnvironmentQuery<L>) -> V3<L>,
 ) -> V3<L> {
     let first = if pre.bsdf.coat.is_some() { COAT_LOBE } else { 1 };
-    let mut sum = [l.zero(); 3];
+    let mut sum = Vec3::zero(l);
     for lobe in first..=pre.bsdf.lobe_count {
         let found = radiance(query(l, pre, lobe));
         let lobe = &pre.lobes[lobe];
-        sum = each!(k => {
-            let share = found[k] * lobe.specular_fgd[k] * lobe.energy_compensation[k];
-            sum[k] + share * lobe.specular_occlusion[k]
-        });
+        let share = found * lobe.specular_fgd * lobe.energy_compensation;
+        sum += share * lobe.specular_occlusion;
     }
     sum
 }
@@ -57,20 +54,20 @@ pub fn environment<L: Lanes>(
 /// `baked` is the irradiance at the base's normal over pi, `baked_from_behind` the same at its opposite, which is read
 /// if the material transmits light.
 #[inline(always)]
-pub fn baked_diffuse<L: Lanes>(l: L, pre: &PreLight<L>, baked: V3<L>, baked_from_behind: V3<L>) -> V3<L> {
+pub fn baked_diffuse<L: Lanes>(_: L, pre: &PreLight<L>, baked: V3<L>, baked_from_behind: V3<L>) -> V3<L> {
     let bsdf = &pre.bsdf;
     let incoming = match &bsdf.transmittance {
-        Some(t) => each!(k => baked[k] + baked_from_behind[k] * t[k]),
+        Some(t) => baked + baked_from_behind * *t,
         None => baked,
     };
     let mut color = bsdf.modified_diffuse_color;
     if pre.options.replace_diffuse_for_indirect > 0.0 {
-        let weight = ((vec3::max_component(l, bsdf.fresnel0) - 0.2) / 0.25).saturate();
+        let weight = ((bsdf.fresnel0.max_component() - 0.2) / 0.25).saturate();
         let weight = weight * pre.options.replace_diffuse_for_indirect;
-        color = vec3::lerp(l, bsdf.diffuse_color, bsdf.fresnel0, weight);
+        color = bsdf.diffuse_color.lerp(bsdf.fresnel0, weight);
     }
     let energy = pre.layers.diffuse_energy;
-    each!(k => incoming[k] * energy[k] * color[k])
+    incoming * energy * color
 }
 
 /// `PostEvaluateBSDF`: the sum of all lights, the environment ([`environment`]) and the baked light
@@ -85,13 +82,8 @@ pub fn compose<L: Lanes>(
     emissive: V3<L>,
 ) -> Lighting<L> {
     let bsdf = &pre.bsdf;
-    let tint = vec3::mul(l, bsdf.diffuse_color, pre.layers.diffuse_energy);
+    let tint = bsdf.diffuse_color * pre.layers.diffuse_energy;
     let [direct, ambient] = diffuse_occlusion(l, &bsdf.occlusion, tint);
-    Lighting {
-        diffuse: each!(k => {
-            let lit = bsdf.modified_diffuse_color[k] * (lights.diffuse[k] * direct[k]);
-            lit + baked[k] * ambient[k] + emissive[k]
-        }),
-        specular: vec3::add(l, lights.specular, environment),
-    }
+    let scattered = bsdf.modified_diffuse_color * (lights.diffuse * direct);
+    Lighting { diffuse: scattered + baked * ambient + emissive, specular: lights.specular + environment }
 }

@@ -6,7 +6,7 @@
 use crate::brdf::roughness::{MIN_ANALYTICAL_ROUGHNESS, anisotropy_of_roughness, roughness_of_anisotropic};
 use crate::each;
 use crate::math::lanes::{Float, Lanes, Mask};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
 
 /// Below this the base reflects nothing that could be hazy (`FLT_EPS` of Unity's shaders, 2^-24).
 const EPSILON: f32 = 5.960_464_5e-8;
@@ -56,7 +56,7 @@ pub fn haze_mapping<L: Lanes>(
     /// Weight of haze in the perceptual space that the paper found.
     const W: f32 = 10.0;
     let one = l.splat(1.0);
-    let strongest = vec3::max_component(l, fresnel0);
+    let strongest = fresnel0.max_component();
     let reflects = strongest.gt(l.splat(EPSILON));
     let rm = reflects.select(strongest, one);
 
@@ -88,10 +88,8 @@ pub fn haze_mapping<L: Lanes>(
     let cross = u.one_minus() * 2.0 * u * W;
     let haze_part = cross * haze.haziness / (u.one_minus().squared() + cross + u * u);
     let total = rm + peak.one_minus() * haze_part;
-    let fresnel0: V3<L> = each!(c => {
-        let scaled = total * (fresnel0[c] / rm);
-        reflects.select(scaled.min(haze.max_f0[c]), fresnel0[c])
-    });
+    let scaled = fresnel0 / rm * total;
+    let fresnel0 = Vec3::select(reflects, scaled.min(haze.max_f0), fresnel0);
     let anisotropy = anisotropy_of_roughness(l, wide[0], wide[1]);
     let p = roughness_of_anisotropic(l, wide[0], anisotropy).sqrt();
     HazyLobes {

@@ -3,12 +3,12 @@
 use super::options::{DataOcclusion, Options, ScreenSpaceOcclusion, SpecularOcclusion};
 use super::parameters::{Frame, Occlusion};
 use crate::brdf::occlusion::{
-    BentNormalTilt, VisibilityCone, gtao_multi_bounce, specular_occlusion_cone_cone_tilted,
+    BentNormalTilt, BentOcclusion, VisibilityCone, gtao_multi_bounce, specular_occlusion_cone_cone_tilted,
     specular_occlusion_from_ao,
 };
 use crate::each;
 use crate::math::lanes::{Float, Lanes};
-use crate::math::vec3::V3;
+use crate::math::vec3::{V3, Vec3};
 
 /// What a lobe is occluded with.
 #[derive(Clone, Copy)]
@@ -36,7 +36,7 @@ pub(super) fn hemisphere_occlusion<L: Lanes>(
     lobe: &OccludedLobe<L>,
 ) -> V3<L> {
     let Some(SpecularOcclusion { screen_space, data }) = options.specular_occlusion else {
-        return [l.splat(1.0); 3];
+        return Vec3::splat(l, [1.0; 3]);
     };
     let alpha = lobe.perceptual_roughness.squared();
     // One loop over both kinds, so that the code of a method is there once.
@@ -85,9 +85,7 @@ fn cones<L: Lanes>(
     specular_occlusion_cone_cone_tilted(
         l,
         frame.view,
-        occlusion.bent_normal,
-        lobe.normal,
-        ambient,
+        &BentOcclusion { normal: lobe.normal, bent_normal: occlusion.bent_normal, ao: ambient },
         lobe.perceptual_roughness.squared(),
         cone,
         tilt,

@@ -3,7 +3,7 @@
 //! Features of a material are `Option`s, one for all lanes: what is `None` costs nothing.
 
 use crate::math::lanes::{Float, Lanes};
-use crate::math::vec3::V3;
+use crate::math::vec3::{V3, Vec3};
 
 /// How F0 is stated.
 #[derive(Clone, Copy)]
@@ -193,7 +193,7 @@ impl<L: Lanes> SurfaceData<L> {
         Self {
             base_color,
             metallic,
-            reflectance: Reflectance::Metallic { dielectric_f0: [l.splat(0.04); 3] },
+            reflectance: Reflectance::Metallic { dielectric_f0: Vec3::splat(l, [0.04; 3]) },
             smoothness,
             second_lobe: None,
             anisotropy: None,

@@ -12,7 +12,7 @@ use crate::brdf::ggx::{anisotropic_part_lambda, part_lambda};
 use crate::brdf::reflection::anisotropic_normal_and_roughness;
 use crate::brdf::table::Table;
 use crate::math::lanes::{Float, Lanes, Mask};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
 
 /// Least divisor of the coat normal's cosine that [`TopNormalFix::Flip`] leaves.
 const LEAST_FLIPPED_COSINE: f32 = 0.1;
@@ -86,8 +86,8 @@ fn bare_layers<L: Lanes>(l: L, bsdf: &BsdfData<L>, n_dot_v: L::F) -> Layers<L> {
     }
     Layers {
         top: zero,
-        bottom: [zero; 3],
-        diffuse_energy: [one; 3],
+        bottom: Vec3::uniform(zero),
+        diffuse_energy: Vec3::uniform(one),
         iridescent: bare_iridescence(l, bsdf, n_dot_v),
         bottom_cosine: zero,
         lobes,
@@ -100,7 +100,7 @@ fn bare_layers<L: Lanes>(l: L, bsdf: &BsdfData<L>, n_dot_v: L::F) -> Layers<L> {
 pub(super) fn bare_iridescence<L: Lanes>(l: L, bsdf: &BsdfData<L>, cosine: L::F) -> V3<L> {
     match &bsdf.iridescence {
         Some(film) => film_reflectance(l, film, l.splat(1.0), cosine, &bsdf.fresnel0),
-        None => [l.zero(); 3],
+        None => Vec3::zero(l),
     }
 }
 
@@ -161,6 +161,105 @@ struct LobeInput<L: Lanes> {
     share: L::F,
 }
 
+/// The base as the view finds it below the coat and under the film.
+struct BaseSeen<L: Lanes> {
+    layers: Layers<L>,
+    /// Cosine with the view where the base is looked up.
+    n_dot_v: L::F,
+    /// F0 that is looked up: the base's own, the film's, what the coat leaves.
+    fgd_fresnel0: V3<L>,
+    /// Reflectance between the folds of the surface.
+    tint: V3<L>,
+}
+
+/// `n_dot_v` are the cosines of the view with base and coat.
+#[inline(always)]
+fn base_seen<L: Lanes>(
+    l: L,
+    options: &Options,
+    bsdf: &BsdfData<L>,
+    frame: &Frame<L>,
+    n_dot_v: [L::F; 2],
+) -> BaseSeen<L> {
+    let clamped = n_dot_v[0].at_least(MIN_N_DOT_V);
+    let film_mask = match &bsdf.iridescence {
+        Some(film) => film.mask,
+        None => l.zero(),
+    };
+    match &bsdf.coat {
+        Some(coat) => {
+            let layers = layers_once(l, options, bsdf, coat, &view_call(l, options, coat, frame, n_dot_v));
+            let seen = match coat.normal {
+                Some(_) => layers.bottom_cosine,
+                // Snell without the fade that the operator gives rough coats.
+                None => {
+                    let sine2 = coat.ieta * coat.ieta * (clamped * clamped - 1.0);
+                    (sine2 + 1.0).at_least(0.0).sqrt()
+                }
+            };
+            let bare = bsdf.fresnel0.lerp(layers.iridescent, film_mask);
+            let tint = if bsdf.iridescence.is_some() { layers.iridescent } else { bsdf.fresnel0 };
+            BaseSeen {
+                n_dot_v: coat.uncoated.select(clamped, seen.at_least(MIN_N_DOT_V)),
+                fgd_fresnel0: bare.lerp(layers.bottom, coat.mask),
+                tint: Vec3::select(coat.uncoated, tint, layers.bottom),
+                layers,
+            }
+        }
+        None => {
+            let layers = bare_layers(l, bsdf, clamped);
+            BaseSeen {
+                n_dot_v: clamped,
+                fgd_fresnel0: bsdf.fresnel0.lerp(layers.iridescent, film_mask),
+                // As in the original, a film of mask 0 leaves a black tint.
+                tint: if bsdf.iridescence.is_some() { layers.iridescent } else { bsdf.fresnel0 },
+                layers,
+            }
+        }
+    }
+}
+
+/// What coat, A and B bring into the loop over them. `clamped` are the cosines of the view with base and coat.
+#[inline(always)]
+fn lobe_inputs<L: Lanes>(
+    l: L,
+    bsdf: &BsdfData<L>,
+    [normal, coat_normal]: [V3<L>; 2],
+    clamped: [L::F; 2],
+    seen: &BaseSeen<L>,
+) -> [LobeInput<L>; 3] {
+    let base = LobeInput {
+        normal,
+        n_dot_v: clamped[0],
+        fgd_n_dot_v: seen.n_dot_v,
+        fgd_fresnel0: seen.fgd_fresnel0,
+        compensated_fresnel0: bsdf.fresnel0,
+        tint: seen.tint,
+        perceptual_roughness: l.zero(),
+        share: l.zero(),
+    };
+    let mut inputs = [base; 3];
+    if let Some(coat) = &bsdf.coat {
+        let fresnel0 = Vec3::uniform(ior_to_fresnel0(l, coat.ior, l.splat(1.0)));
+        inputs[COAT_LOBE] = LobeInput {
+            normal: coat_normal,
+            n_dot_v: clamped[1],
+            fgd_n_dot_v: clamped[1],
+            fgd_fresnel0: Vec3::uniform(seen.layers.top),
+            compensated_fresnel0: fresnel0,
+            tint: fresnel0,
+            perceptual_roughness: coat.perceptual_roughness,
+            share: coat.mask,
+        };
+    }
+    for x in 0..2 {
+        inputs[1 + x].perceptual_roughness = seen.layers.lobes[x].perceptual_roughness;
+    }
+    inputs[1].share = bsdf.lobe_mix.one_minus();
+    inputs[2].share = bsdf.lobe_mix;
+    inputs
+}
+
 /// `GetPreLightData`.
 #[inline(always)]
 pub fn prelight<L: Lanes>(
@@ -175,84 +274,21 @@ pub fn prelight<L: Lanes>(
         Some(CoatData { normal: Some(normal), .. }) => *normal,
         _ => frame.normal,
     };
-    let n_dot_v_base = vec3::dot(l, frame.normal, frame.view);
-    let n_dot_v = [n_dot_v_base, vec3::dot(l, coat_normal, frame.view)];
+    let n_dot_v = [frame.normal.dot(frame.view), coat_normal.dot(frame.view)];
     let clamped = [n_dot_v[0].at_least(MIN_N_DOT_V), n_dot_v[1].at_least(MIN_N_DOT_V)];
-
-    // The bare base's F0, or the film's.
-    let film_mask = match &bsdf.iridescence {
-        Some(film) => film.mask,
-        None => zero,
-    };
-    let layers;
-    let base_layer_n_dot_v;
-    let mut tint;
-    let mut fgd_fresnel0;
-    match &bsdf.coat {
-        Some(coat) => {
-            layers = layers_once(l, options, &bsdf, coat, &view_call(l, options, coat, frame, n_dot_v));
-            let seen = match coat.normal {
-                Some(_) => layers.bottom_cosine,
-                // Snell without the fade that the operator gives rough coats.
-                None => {
-                    let sine2 = coat.ieta * coat.ieta * (clamped[0] * clamped[0] - 1.0);
-                    (sine2 + 1.0).at_least(0.0).sqrt()
-                }
-            };
-            base_layer_n_dot_v = coat.uncoated.select(clamped[0], seen.at_least(MIN_N_DOT_V));
-            fgd_fresnel0 = vec3::lerp(l, bsdf.fresnel0, layers.iridescent, film_mask);
-            fgd_fresnel0 = vec3::lerp(l, fgd_fresnel0, layers.bottom, coat.mask);
-            tint = if bsdf.iridescence.is_some() { layers.iridescent } else { bsdf.fresnel0 };
-            tint = vec3::select(l, coat.uncoated, tint, layers.bottom);
-        }
-        None => {
-            layers = bare_layers(l, &bsdf, clamped[0]);
-            base_layer_n_dot_v = clamped[0];
-            fgd_fresnel0 = vec3::lerp(l, bsdf.fresnel0, layers.iridescent, film_mask);
-            // As in the original, a film of mask 0 leaves a black tint.
-            tint = if bsdf.iridescence.is_some() { layers.iridescent } else { bsdf.fresnel0 };
-        }
-    }
-
-    // One loop over coat, A and B, so that the code of a lobe is there once.
-    let base: LobeInput<L> = LobeInput {
-        normal: frame.normal,
-        n_dot_v: clamped[0],
-        fgd_n_dot_v: base_layer_n_dot_v,
-        fgd_fresnel0,
-        compensated_fresnel0: bsdf.fresnel0,
-        tint,
-        perceptual_roughness: zero,
-        share: zero,
-    };
-    let mut inputs: [LobeInput<L>; 3] = [base; 3];
-    if let Some(coat) = &bsdf.coat {
-        let fresnel0 = [ior_to_fresnel0(l, coat.ior, one); 3];
-        inputs[COAT_LOBE] = LobeInput {
-            normal: coat_normal,
-            n_dot_v: clamped[1],
-            fgd_n_dot_v: clamped[1],
-            fgd_fresnel0: [layers.top; 3],
-            compensated_fresnel0: fresnel0,
-            tint: fresnel0,
-            perceptual_roughness: coat.perceptual_roughness,
-            share: coat.mask,
-        };
-    }
-    for x in 0..2 {
-        inputs[1 + x].perceptual_roughness = layers.lobes[x].perceptual_roughness;
-    }
-    inputs[1].share = bsdf.lobe_mix.one_minus();
-    inputs[2].share = bsdf.lobe_mix;
+    let seen = base_seen(l, options, &bsdf, frame, n_dot_v);
+    let inputs = lobe_inputs(l, &bsdf, [frame.normal, coat_normal], clamped, &seen);
+    let layers = seen.layers;
 
     let mut lobes = [Lobe {
-        specular_fgd: [zero; 3],
-        energy_compensation: [one; 3],
-        specular_occlusion: [one; 3],
+        specular_fgd: Vec3::uniform(zero),
+        energy_compensation: Vec3::uniform(one),
+        specular_occlusion: Vec3::uniform(one),
         reflection: frame.normal,
         perceptual_roughness: zero,
         part_lambda_v: zero,
     }; 3];
+    // One loop over coat, A and B, so that the code of a lobe is there once.
     let first = if bsdf.coat.is_some() { COAT_LOBE } else { 1 };
     for k in first..=bsdf.lobe_count {
         let input = &inputs[k];
@@ -266,7 +302,7 @@ pub fn prelight<L: Lanes>(
             tint: input.tint,
         };
         let lobe = &mut lobes[k];
-        lobe.specular_fgd = vec3::scale(l, specular, input.share);
+        lobe.specular_fgd = specular * input.share;
         if options.energy_compensation {
             lobe.energy_compensation =
                 energy_compensation_factor(l, reflectivity, input.compensated_fresnel0);
@@ -284,7 +320,7 @@ pub fn prelight<L: Lanes>(
                 p,
             );
         }
-        lobe.reflection = vec3::reflect(l, vec3::neg(l, frame.view), normal);
+        lobe.reflection = (-frame.view).reflect(normal);
         lobe.perceptual_roughness = ibl_roughness;
         if !(options.recompute_per_light && bsdf.coat.is_some()) {
             lobe.part_lambda_v = if k == COAT_LOBE {
@@ -300,7 +336,7 @@ pub fn prelight<L: Lanes>(
         frame: *frame,
         coat_normal,
         n_dot_v,
-        base_layer_n_dot_v,
+        base_layer_n_dot_v: seen.n_dot_v,
         layers,
         lobes,
     }
@@ -317,7 +353,7 @@ pub(super) fn lobe_lambda<L: Lanes>(
     lobe: &LayeredLobe<L>,
 ) -> L::F {
     if bsdf.anisotropic {
-        let cosines = [vec3::dot(l, frame.tangent, view), vec3::dot(l, frame.bitangent, view), n_dot_v];
+        let cosines = Vec3::new(frame.tangent.dot(view), frame.bitangent.dot(view), n_dot_v);
         anisotropic_part_lambda(l, cosines, lobe.roughness)
     } else {
         part_lambda(l, n_dot_v, lobe.roughness[0])

@@ -15,10 +15,10 @@ use super::parameters::Iridescence;
 use crate::brdf::fresnel::{fresnel_unpolarized, schlick_color};
 use crate::brdf::iridescence::eval_iridescence;
 use crate::brdf::roughness::roughness_to_linear_variance;
-use crate::each;
 use crate::math;
 use crate::math::lanes::{Float, Lanes, Mask};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
+use crate::vec3;
 
 /// Least cosine with the view (`ClampNdotV`). There is no upper limit.
 pub(super) const MIN_N_DOT_V: f32 = 1e-4;
@@ -56,11 +56,11 @@ pub struct GeometricPath<L: Lanes> {
 impl<L: Lanes> GeometricPath<L> {
     /// The path of a view direction.
     #[inline(always)]
-    pub fn new(l: L, normal: V3<L>, view: V3<L>) -> Self {
-        let cosine = vec3::dot(l, view, normal);
+    pub fn new(_: L, normal: V3<L>, view: V3<L>) -> Self {
+        let cosine = view.dot(normal);
         let sine2 = (cosine * cosine).one_minus().at_least(5.960_464_5e-8);
-        let across = vec3::sub(l, view, vec3::scale(l, normal, cosine));
-        let across = vec3::scale(l, across, sine2.sqrt().recip());
+        let across = view - normal * cosine;
+        let across = across * sine2.sqrt().recip();
         Self { cosine: cosine.at_least(MIN_N_DOT_V), normal, across }
     }
 }
@@ -111,9 +111,9 @@ pub fn coat_interface<L: Lanes>(
 pub fn medium<L: Lanes>(l: L, coat: &CoatData<L>, cosine: L::F) -> V3<L> {
     // Coats of thickness 0, the default, absorb nothing; exp(0) is exactly 1.
     if coat.thickness.eq(l.zero()).all() {
-        return [l.splat(1.0); 3];
+        return Vec3::splat(l, [1.0; 3]);
     }
-    each!(e in coat.extinction => math::exp_transmittance(l, -(coat.thickness * e) / cosine))
+    vec3!(e in coat.extinction => math::exp_transmittance(l, -(coat.thickness * e) / cosine))
 }
 
 /// Layer 2, the base.
@@ -141,8 +141,8 @@ pub fn base_interface<L: Lanes>(
     let cosine = match path {
         Some((path, normal)) => {
             let sine = (cosine * cosine).one_minus().at_least(0.0).sqrt();
-            let direction: V3<L> = each!(k => path.normal[k] * cosine + path.across[k] * sine);
-            vec3::dot(l, *normal, direction).at_least(MIN_N_DOT_V)
+            let direction = path.normal * cosine + path.across * sine;
+            normal.dot(direction).at_least(MIN_N_DOT_V)
         }
         None => cosine,
     };
@@ -153,9 +153,9 @@ pub fn base_interface<L: Lanes>(
             let top = coat.uncoated.select(l.splat(1.0), top);
             let seen = coat.uncoated.select(uncoated_cosine, cosine);
             let iridescent = film_reflectance(l, film, top, seen, &bsdf.fresnel0);
-            BaseInterface { cosine, reflectance: vec3::lerp(l, plain, iridescent, film.mask), iridescent }
+            BaseInterface { cosine, reflectance: plain.lerp(iridescent, film.mask), iridescent }
         }
-        None => BaseInterface { cosine, reflectance: plain, iridescent: [l.zero(); 3] },
+        None => BaseInterface { cosine, reflectance: plain, iridescent: Vec3::zero(l) },
     }
 }
 
@@ -186,7 +186,7 @@ pub(super) fn film_reflectance<L: Lanes>(
         || {
             let present = film.mask.gt(l.zero());
             let color = eval_iridescence(l, top, cosine, film.thickness, *fresnel0);
-            vec3::select(l, present, color, [l.zero(); 3])
+            Vec3::select(present, color, Vec3::zero(l))
         },
     )
 }

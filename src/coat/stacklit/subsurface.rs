@@ -6,15 +6,15 @@
 
 use super::options::{Options, Version};
 use super::parameters::{DiffusionProfile, Scattering, Transmission};
-use crate::each;
 use crate::math;
-use crate::math::lanes::{Float, Lanes, Mask};
-use crate::math::vec3::V3;
+use crate::math::lanes::{Float, Lanes};
+use crate::math::vec3::{V3, Vec3};
+use crate::vec3;
 
 /// What is left of light after a distance (millimetres) through the medium, per channel: exp(-S d / 3).
 #[inline(always)]
 fn third_of_depth<L: Lanes>(l: L, shape: [f32; 3], distance: L::F) -> V3<L> {
-    each!(k => math::exp_transmittance(l, distance * (shape[k] * (-1.0 / 3.0))))
+    vec3!(s in Vec3::from_array(shape) => math::exp_transmittance(l, distance * (s * (-1.0 / 3.0))))
 }
 
 /// Share of light that comes through a slab: tint e (e^2 + 3) with e = exp(-S thickness / 3), where the tint carries
@@ -29,10 +29,8 @@ pub fn transmittance<L: Lanes>(
     let thickness = transmission.thickness * profile.thickness_remap_scale + profile.thickness_remap_min;
     let e = third_of_depth(l, profile.shape, thickness);
     let masked = version == Version::Newest;
-    each!(k => {
-        let share = e[k] * (e[k] * e[k] + 3.0) * profile.transmission_tint[k];
-        if masked { share * transmission.mask[k] } else { share }
-    })
+    let share = e * (e * e + 3.0) * Vec3::splat(l, profile.transmission_tint);
+    if masked { share * transmission.mask } else { share }
 }
 
 /// Transmittance of a thick object behind which a shadow map knows where light enters: the transmittance of
@@ -46,7 +44,7 @@ pub fn thick_transmittance<L: Lanes>(
     beyond: L::F,
 ) -> V3<L> {
     let dimming = third_of_depth(l, profile.shape, beyond.at_least(0.0));
-    each!(k => transmittance[k] * dimming[k])
+    transmittance * dimming
 }
 
 /// The diffuse colour that is applied before the blur (`GetModifiedDiffuseColorForSSS`): white or the root of
@@ -68,8 +66,7 @@ pub(super) fn modified_diffuse_color<L: Lanes>(
         Version::V13 => l.mask(0),
         Version::Newest => mask.eq(l.zero()),
     };
-    each!(c in diffuse_color => {
-        let modified = if profile.post_scatter { l.splat(1.0) } else { c.at_least(0.0).sqrt() };
-        kept.select(c, modified)
-    })
+    let modified =
+        if profile.post_scatter { Vec3::splat(l, [1.0; 3]) } else { diffuse_color.at_least(0.0).sqrt() };
+    Vec3::select(kept, diffuse_color, modified)
 }

@@ -7,9 +7,8 @@ use super::{
 use crate::brdf::microfacet::{distribution_ggx_anisotropic, visibility_smith_anisotropic};
 use crate::brdf::sheen::{LEAST_SINE_SQUARED, distribution_charlie, visibility_neubelt};
 use crate::coat::glsl::{half_vector, mix};
-use crate::each;
 use crate::math::lanes::{Float, Lanes};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
 use std::f32::consts::FRAC_1_PI;
 
 /// No distribution exceeds this, so that nothing overflows; the sharpest peak is 8e4.
@@ -40,9 +39,9 @@ fn base_lobe<L: Lanes>(l: L, surface: &Surface<L>, light: V3<L>, half: V3<L>, n_
     let alpha = [anisotropy.alpha_t, surface.roughness * surface.roughness];
     let (t, b) = (anisotropy.tangent, anisotropy.bitangent);
     let in_frame = [
-        [vec3::dot(l, t, half), vec3::dot(l, b, half), n_dot_h],
-        [vec3::dot(l, t, light), vec3::dot(l, b, light), n_dot_l],
-        [vec3::dot(l, t, surface.view), vec3::dot(l, b, surface.view), surface.n_dot_v],
+        Vec3::new(t.dot(half), b.dot(half), n_dot_h),
+        Vec3::new(t.dot(light), b.dot(light), n_dot_l),
+        Vec3::new(t.dot(surface.view), b.dot(surface.view), surface.n_dot_v),
     ];
     // A half vector at right angles to all of a degenerate frame would divide by 0.
     let d = distribution_ggx_anisotropic(l, in_frame[0], alpha, 0.0).at_most(LARGEST_DISTRIBUTION);
@@ -57,21 +56,21 @@ pub fn direct_terms<L: Lanes>(l: L, surface: &Surface<L>, direction: V3<L>, colo
     let n_dot_l = cosine(l, surface.normal, direction);
     let (half, v_dot_h) = half_vector(l, direction, surface.view, surface.normal);
     let weight = fresnel_weight(l, v_dot_h);
-    let mut irradiance = vec3::scale(l, color, n_dot_l);
-    let zero = [l.zero(); 3];
+    let mut irradiance = color * n_dot_l;
+    let zero = Vec3::zero(l);
     let mut terms = Terms { diffuse: zero, specular: zero, sheen: zero, coat: zero };
 
     if let Some(coat) = &surface.coat {
         let n_dot_l = cosine(l, coat.normal, direction);
         let lobe = ggx(l, n_dot_l, coat.n_dot_v, cosine(l, coat.normal, half), coat.roughness);
         let reflectance = (weight.one_minus() * COAT_F0 + weight) * lobe * n_dot_l;
-        terms.coat = vec3::scale(l, color, reflectance);
+        terms.coat = color * reflectance;
     }
     if let Some(sheen) = &surface.sheen {
         let n_dot_h = cosine(l, surface.normal, half);
         let lobe = sheen_lobe(l, n_dot_l, surface.n_dot_v, n_dot_h, sheen.roughness);
-        terms.sheen = each!(k => irradiance[k] * (sheen.color[k] * lobe));
-        irradiance = vec3::scale(l, irradiance, beneath_sheen(l, sheen, n_dot_l));
+        terms.sheen = irradiance * (sheen.color * lobe);
+        irradiance *= beneath_sheen(l, sheen, n_dot_l);
     }
 
     let lobe = base_lobe(l, surface, direction, half, n_dot_l);
@@ -79,26 +78,18 @@ pub fn direct_terms<L: Lanes>(l: L, surface: &Surface<L>, direction: V3<L>, colo
     if let Some(film) = &surface.film {
         fresnel = mix(l, fresnel, film.fresnel, film.factor);
     }
-    terms.specular =
-        each!(k => irradiance[k] * (fresnel[k] * lobe * surface.multi_scattering_compensation[k]));
+    terms.specular = irradiance * (fresnel * lobe * surface.multi_scattering_compensation);
     let dielectric = f_schlick(l, surface.specular_color, surface.specular_f90, weight);
-    terms.diffuse =
-        each!(k => irradiance[k] * (surface.diffuse_contribution[k] * FRAC_1_PI) * dielectric[k].one_minus());
+    terms.diffuse = irradiance * (surface.diffuse_contribution * FRAC_1_PI) * dielectric.one_minus();
     terms
 }
 
 /// One light: the radiance that the fragments reflect.
 ///
-/// `direction` is the unit vector to the light, `color` its irradiance at normal incidence, `attenuation` the
-/// product of distance, cone and shadow, 0 to 1.
+/// `direction` is the unit vector to the light, `color` its irradiance at normal incidence, with
+/// distance, cone and shadow applied.
 #[inline(always)]
-pub fn direct<L: Lanes>(
-    l: L,
-    surface: &Surface<L>,
-    direction: V3<L>,
-    color: V3<L>,
-    attenuation: L::F,
-) -> V3<L> {
-    let terms = direct_terms(l, surface, direction, vec3::scale(l, color, attenuation));
+pub fn direct<L: Lanes>(l: L, surface: &Surface<L>, direction: V3<L>, color: V3<L>) -> V3<L> {
+    let terms = direct_terms(l, surface, direction, color);
     outgoing_light(l, surface, &terms)
 }

@@ -3,9 +3,9 @@
 use super::lobes::{bent_reflection, multiple_scattering, pow4, specular_occlusion};
 use super::{COAT_F0, EnvironmentQuery, Surface, Terms, outgoing_light};
 use crate::coat::glsl::{mix, normalize_or};
-use crate::each;
+use crate::coat::look_up;
 use crate::math::lanes::{Float, Lanes, Mask};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
 use std::f32::consts::FRAC_1_PI;
 
 /// What the surroundings send.
@@ -37,7 +37,7 @@ pub fn environment_queries<L: Lanes>(l: L, surface: &Surface<L>) -> ([Environmen
     if let Some(anisotropy) = &surface.anisotropy {
         // `getIBLAnisotropyRadiance`.
         let b = anisotropy.bitangent;
-        let across = vec3::cross(l, vec3::cross(l, b, surface.view), b);
+        let across = b.cross(surface.view).cross(b);
         let bent = normalize_or(l, across, normal);
         let towards = pow4(l, (anisotropy.strength * surface.roughness.one_minus()).one_minus());
         normal = normalize_or(l, mix(l, bent, normal, towards), normal);
@@ -62,7 +62,7 @@ fn scattering<L: Lanes>(
         None => f0,
     };
     let [scale, bias] = surface.dfg;
-    let single: V3<L> = each!(c in f0 => c * scale + surface.specular_f90 * bias);
+    let single = f0 * scale + surface.specular_f90 * bias;
     (single, multiple_scattering(l, single, f0, scale + bias))
 }
 
@@ -78,23 +78,21 @@ pub fn indirect_terms<L: Lanes>(l: L, surface: &Surface<L>, light: &Indirect<L>)
     let single = mix(l, single_d, single_m, surface.metalness);
     let multi = mix(l, multi_d, multi_m, surface.metalness);
 
-    let cosine_weighted: V3<L> = each!(k => light.irradiance[k] * FRAC_1_PI);
-    let ambient: V3<L> = each!(k => light.ambient[k] * FRAC_1_PI);
-    let specular: V3<L> = each!(k => light.radiance[k] * single[k] + multi[k] * cosine_weighted[k]);
-    let diffuse: V3<L> = each!(k => {
-        let through = (single_d[k] + multi_d[k]).one_minus();
-        surface.diffuse_contribution[k] * through * (cosine_weighted[k] + ambient[k])
-    });
-    let mut terms = Terms { diffuse, specular, sheen: [l.zero(); 3], coat: [l.zero(); 3] };
+    let cosine_weighted = light.irradiance * FRAC_1_PI;
+    let ambient = light.ambient * FRAC_1_PI;
+    let specular = light.radiance * single + multi * cosine_weighted;
+    let through = (single_d + multi_d).one_minus();
+    let diffuse = surface.diffuse_contribution * through * (cosine_weighted + ambient);
+    let mut terms = Terms { diffuse, specular, sheen: Vec3::zero(l), coat: Vec3::zero(l) };
     if let Some(sheen) = &surface.sheen {
         let beneath = (sheen.largest * sheen.albedo).one_minus();
-        terms.sheen = each!(k => (cosine_weighted[k] + ambient[k]) * sheen.color[k] * sheen.albedo);
-        terms.specular = vec3::scale(l, specular, beneath);
-        terms.diffuse = vec3::scale(l, diffuse, beneath);
+        terms.sheen = (cosine_weighted + ambient) * sheen.color * sheen.albedo;
+        terms.specular = specular * beneath;
+        terms.diffuse = diffuse * beneath;
     }
     if let Some(coat) = &surface.coat {
         let reflectance = coat.dfg[0] * COAT_F0 + coat.dfg[1];
-        terms.coat = vec3::scale(l, light.coat_radiance, reflectance);
+        terms.coat = light.coat_radiance * reflectance;
     }
     terms
 }
@@ -112,39 +110,29 @@ pub fn ambient_occlusion<L: Lanes>(
     }
     let reflected = specular_occlusion(l, surface.n_dot_v, occlusion, surface.roughness);
     Terms {
-        diffuse: vec3::scale(l, terms.diffuse, occlusion),
-        specular: vec3::scale(l, terms.specular, reflected),
-        sheen: vec3::scale(l, terms.sheen, occlusion),
-        coat: vec3::scale(l, terms.coat, occlusion),
+        diffuse: terms.diffuse * occlusion,
+        specular: terms.specular * reflected,
+        sheen: terms.sheen * occlusion,
+        coat: terms.coat * occlusion,
     }
 }
 
-/// The radiance that the fragments reflect of the surroundings.
+/// The radiance that the fragments reflect of the surroundings, which are the environment alone: no ambient light.
 ///
-/// `ambient` is the irradiance of ambient lights (0 where the environment is all there is), `irradiance` that of the
-/// environment at a unit normal, `environment` its prefiltered radiance, asked once, or twice with a coat;
-/// `occlusion` 0 (hidden) to 1.
+/// `irradiance` is that of the environment at a unit normal, `environment` its prefiltered radiance, asked once, or twice
+/// with a coat; `occlusion` 0 (hidden) to 1.
 #[inline(always)]
 pub fn indirect<L: Lanes>(
     l: L,
     surface: &Surface<L>,
-    ambient: V3<L>,
     irradiance: impl FnOnce(V3<L>) -> V3<L>,
-    mut environment: impl FnMut(EnvironmentQuery<L>) -> V3<L>,
+    environment: impl FnMut(EnvironmentQuery<L>) -> V3<L>,
     occlusion: L::F,
 ) -> V3<L> {
     let (queries, count) = environment_queries(l, surface);
-    let mut radiance = [[l.zero(); 3]; 2];
-    // One loop, so that the environment is compiled once.
-    for k in 0..count {
-        radiance[k] = environment(queries[k]);
-    }
-    let light = Indirect {
-        ambient,
-        irradiance: irradiance(surface.normal),
-        radiance: radiance[0],
-        coat_radiance: radiance[1],
-    };
+    let [radiance, coat_radiance] = look_up(l, &queries, count, environment);
+    let light =
+        Indirect { ambient: Vec3::zero(l), irradiance: irradiance(surface.normal), radiance, coat_radiance };
     let terms = indirect_terms(l, surface, &light);
     outgoing_light(l, surface, &ambient_occlusion(l, surface, &terms, occlusion))
 }

@@ -2,10 +2,10 @@
 
 use crate::brdf::microfacet::{distribution_ggx, visibility_smith};
 use crate::coat::glsl::{mix, normalize_or};
-use crate::each;
 use crate::math::lanes::{Float, Lanes, Mask};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::V3;
 use crate::math::{exp2, pow};
+use crate::vec3;
 
 /// `EPSILON`: least denominator of the visibility.
 pub(in crate::coat) const EPSILON: f32 = 1e-6;
@@ -42,18 +42,16 @@ pub(in crate::coat) fn ggx<L: Lanes>(
 #[inline(always)]
 pub(in crate::coat) fn multiple_scattering<L: Lanes>(l: L, single: V3<L>, f0: V3<L>, sum: L::F) -> V3<L> {
     let missing = sum.one_minus();
-    each!(k => {
-        let mean = f0[k] + f0[k].one_minus() * MEAN_SCHLICK_WEIGHT;
-        let divisor = (missing * mean).one_minus();
-        let divisor = divisor.eq(l.zero()).select(l.splat(EPSILON), divisor);
-        single[k] * mean / divisor * missing
-    })
+    let mean = f0 + f0.one_minus() * MEAN_SCHLICK_WEIGHT;
+    let divisor = (mean * missing).one_minus();
+    let divisor = vec3!(d in divisor => d.eq(l.zero()).select(l.splat(EPSILON), d));
+    single * mean / divisor * missing
 }
 
 /// `getIBLRadiance`: the direction to ask, for the view mirrored at `normal`, bent by `bend` towards it.
 #[inline(always)]
 pub(in crate::coat) fn bent_reflection<L: Lanes>(l: L, view: V3<L>, normal: V3<L>, bend: L::F) -> V3<L> {
-    let mirrored = vec3::reflect(l, vec3::neg(l, view), normal);
+    let mirrored = (-view).reflect(normal);
     normalize_or(l, mix(l, mirrored, normal, bend), normal)
 }
 

@@ -31,6 +31,7 @@ pub(super) mod lobes;
 
 pub use super::EnvironmentQuery;
 use super::glsl::mix;
+pub use super::layers::{Coat, Iridescence, Sheen};
 pub use direct::{direct, direct_terms};
 pub use indirect::{Indirect, ambient_occlusion, environment_queries, indirect, indirect_terms};
 
@@ -40,7 +41,7 @@ use crate::brdf::thin_film::{SchlickWeight, ThinFilm, eval_iridescence};
 use crate::each;
 use crate::math::exp;
 use crate::math::lanes::{Float, Lanes, Mask};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
 use lobes::EPSILON;
 
 /// Irradiance is what a light's colour means.
@@ -51,37 +52,6 @@ pub const COAT_F0: f32 = 0.04;
 
 /// Least perceptual roughness of base and coat.
 pub const LEAST_ROUGHNESS: f32 = 0.045;
-
-/// The clear coat of a material.
-#[derive(Clone, Copy)]
-pub struct Coat<L: Lanes> {
-    /// 0 none to 1 full (`clearcoat`).
-    pub factor: L::F,
-    /// Perceptual, 0 to 1.
-    pub roughness: L::F,
-    /// Unit normal of the coat.
-    pub normal: V3<L>,
-}
-
-/// The sheen of a material.
-#[derive(Clone, Copy)]
-pub struct Sheen<L: Lanes> {
-    /// Linear, 0 to 1.
-    pub color: V3<L>,
-    /// Perceptual, 0 to 1.
-    pub roughness: L::F,
-}
-
-/// The thin film of a material.
-#[derive(Clone, Copy)]
-pub struct Iridescence<L: Lanes> {
-    /// 0 none to 1 full.
-    pub factor: L::F,
-    /// Refractive index of the film, 1 or more.
-    pub ior: L::F,
-    /// Nanometres; 0 is no film.
-    pub thickness: L::F,
-}
 
 /// The anisotropy of a material.
 #[derive(Clone, Copy)]
@@ -243,13 +213,13 @@ pub struct Terms<L: Lanes> {
 
 /// The layers together: what the eye sees of the terms.
 #[inline(always)]
-pub fn outgoing_light<L: Lanes>(l: L, surface: &Surface<L>, terms: &Terms<L>) -> V3<L> {
-    let mut out = vec3::add(l, terms.diffuse, terms.specular);
+pub fn outgoing_light<L: Lanes>(_: L, surface: &Surface<L>, terms: &Terms<L>) -> V3<L> {
+    let mut out = terms.diffuse + terms.specular;
     if surface.sheen.is_some() {
-        out = vec3::add(l, out, terms.sheen);
+        out += terms.sheen;
     }
     if let Some(coat) = &surface.coat {
-        out = each!(k => out[k] * coat.transmittance + terms.coat[k] * coat.factor);
+        out = out * coat.transmittance + terms.coat * coat.factor;
     }
     out
 }
@@ -258,7 +228,7 @@ pub fn outgoing_light<L: Lanes>(l: L, surface: &Surface<L>, terms: &Terms<L>) ->
 #[inline(always)]
 pub(super) fn f_schlick<L: Lanes>(_: L, f0: V3<L>, f90: L::F, weight: L::F) -> V3<L> {
     let (rest, grazing) = (weight.one_minus(), f90 * weight);
-    each!(c in f0 => c * rest + grazing)
+    f0 * rest + grazing
 }
 
 /// The weight for a cosine of 0 to 1.
@@ -286,8 +256,8 @@ fn material_roughness<L: Lanes>(_: L, roughness: L::F, geometry_roughness: L::F)
 
 /// N.V, saturated.
 #[inline(always)]
-fn cosine<L: Lanes>(l: L, normal: V3<L>, direction: V3<L>) -> L::F {
-    vec3::dot(l, normal, direction).saturate()
+fn cosine<L: Lanes>(_: L, normal: V3<L>, direction: V3<L>) -> L::F {
+    normal.dot(direction).saturate()
 }
 
 /// Prepares sixteen fragments: the material and all that depends on the view only.
@@ -330,8 +300,7 @@ pub fn surface_with_dfg<L: Lanes>(
     let metalness = data.metalness;
 
     let f0 = ((data.ior - 1.0) / (data.ior + 1.0)).squared();
-    let specular_color: V3<L> =
-        each!(c in data.specular_color => (c * f0).at_most(1.0) * data.specular_intensity);
+    let specular_color = (data.specular_color * f0).at_most(1.0) * data.specular_intensity;
     let specular_f90 = data.specular_intensity * metalness.one_minus() + metalness;
     let specular_color_blended = mix(l, specular_color, data.color, metalness);
     let scattered_once = (dfg[0] + dfg[1]).at_least(EPSILON);
@@ -352,7 +321,7 @@ pub fn surface_with_dfg<L: Lanes>(
             let roughness = sheen.roughness.clamp_to(1e-4, 1.0);
             Some(SheenSurface {
                 color: sheen.color,
-                largest: vec3::max_component(l, sheen.color),
+                largest: sheen.color.max_component(),
                 roughness,
                 albedo: sheen_albedo(l, n_dot_v, roughness),
             })
@@ -382,14 +351,14 @@ pub fn surface_with_dfg<L: Lanes>(
         view,
         n_dot_v,
         diffuse_color: data.color,
-        diffuse_contribution: vec3::scale(l, data.color, metalness.one_minus()),
+        diffuse_contribution: data.color * metalness.one_minus(),
         metalness,
         specular_color,
         specular_color_blended,
         specular_f90,
         roughness,
         dfg,
-        multi_scattering_compensation: each!(c in specular_color_blended => c * lost + 1.0),
+        multi_scattering_compensation: specular_color_blended * lost + 1.0,
         coat,
         sheen,
         film,
@@ -412,15 +381,15 @@ fn film_surface<L: Lanes>(
         eval_iridescence(l, SchlickWeight::SphericalGaussian, &film, n_dot_v, &[dielectric_f0, metal_f0]);
     // `Schlick_to_F0`, with the power.
     let weight = schlick_weight(l, n_dot_v).clamp_to(0.0, 0.9999);
-    let f0: [V3<L>; 2] = each!(f in fresnel => each!(c in f => (c - weight) / weight.one_minus()));
+    let f0: [V3<L>; 2] = each!(f in fresnel => (f - weight) / weight.one_minus());
     let factor = iridescence.thickness.eq(l.zero()).select(l.zero(), iridescence.factor.saturate());
     let present = factor.gt(l.zero());
-    let none = [l.zero(); 3];
+    let none = Vec3::zero(l);
     FilmSurface {
         factor,
-        fresnel: vec3::select(l, present, mix(l, fresnel[0], fresnel[1], metalness), none),
-        f0_dielectric: vec3::select(l, present, f0[0], none),
-        f0_metallic: vec3::select(l, present, f0[1], none),
+        fresnel: Vec3::select(present, mix(l, fresnel[0], fresnel[1], metalness), none),
+        f0_dielectric: Vec3::select(present, f0[0], none),
+        f0_metallic: Vec3::select(present, f0[1], none),
     }
 }
 
@@ -440,7 +409,7 @@ fn anisotropy_surface<L: Lanes>(l: L, anisotropy: &Anisotropy<L>, roughness: L::
     AnisotropySurface {
         strength,
         alpha_t: (alpha * strength2.one_minus() + strength2).max(alpha),
-        tangent: each!(k => t[k] * x + b[k] * y),
-        bitangent: each!(k => b[k] * x - t[k] * y),
+        tangent: t * x + b * y,
+        bitangent: b * x - t * y,
     }
 }

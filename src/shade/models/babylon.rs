@@ -4,13 +4,13 @@ use super::super::Surface;
 use super::super::model::{AdditiveModel, Source};
 use super::{MetallicBase, stretched};
 use crate::brdf::tables;
-use crate::coat::babylon::{self, Anisotropy, Coat, EnvironmentQuery, Options, SurfaceData, Tint};
-use crate::each;
+use crate::coat::babylon::{self, Anisotropy, Coat, Options, SurfaceData, Tint};
 use crate::light::LightSample;
 use crate::math::exp;
-use crate::math::lanes::{Float, Lanes};
-use crate::math::vec3::V3;
+use crate::math::lanes::Lanes;
+use crate::math::vec3::{V3, Vec3};
 use crate::scene::{CoatMedium, Material};
+use crate::vec3;
 
 /// Largest index of refraction that the material takes.
 const LARGEST_IOR: f32 = 3.0;
@@ -29,7 +29,7 @@ impl AdditiveModel for Babylon {
     #[inline(always)]
     fn layers<L: Lanes>(self, l: L, material: &Material, surface: &Surface<L>) -> Self::Layers<L> {
         let base = MetallicBase::new(l, surface);
-        let (ior, specular_color) = base.index_and_color(l, LARGEST_IOR);
+        let (ior, specular_color) = base.index_and_color(LARGEST_IOR);
         let (strength, tangent, bitangent) = stretched(l, surface);
         let data = SurfaceData {
             base_color: base.color,
@@ -69,8 +69,7 @@ impl AdditiveModel for Babylon {
     #[inline(always)]
     fn direct<L: Lanes>(self, l: L, layers: &Self::Layers<L>, light: &LightSample<L>) -> V3<L> {
         // Lights have no extent here: what the engine's default adds to the roughness is 1e-5 over the distance.
-        let (one, extent) = (l.splat(1.0), l.zero());
-        babylon::direct(l, layers, light.direction, light.irradiance, one, extent)
+        babylon::direct(l, layers, light.direction, light.irradiance, l.zero())
     }
 
     #[inline(always)]
@@ -80,8 +79,7 @@ impl AdditiveModel for Babylon {
             layers,
             #[inline(always)]
             |normal: V3<L>| source.irradiance_over_pi(l, normal),
-            #[inline(always)]
-            |query: EnvironmentQuery<L>| source.radiance(l, query),
+            source.radiance_lookup(l),
             source.occlusion(l),
         )
     }
@@ -98,9 +96,9 @@ fn tint<L: Lanes>(l: L, material: &Material, surface: &Surface<L>) -> Option<Tin
     }
     let values = &surface.lobes;
     let one = l.splat(1.0);
-    let left: V3<L> = each!(k => {
-        let absorbed = if absorbs { exp(l, values.coat_thickness * -extinction[k]) } else { one };
-        values.coat_color[k].sqrt() * absorbed
-    });
-    Some(Tint { color: left, at_distance: one, thickness: one })
+    let mut color = values.coat_color.sqrt();
+    if absorbs {
+        color *= vec3!(e in Vec3::from_array(*extinction) => exp(l, values.coat_thickness * -e));
+    }
+    Some(Tint { color, at_distance: one, thickness: one })
 }

@@ -4,12 +4,12 @@ use super::super::Surface;
 use super::super::model::{AdditiveModel, Source};
 use super::MetallicBase;
 use crate::brdf::tables;
-use crate::coat::filament::standard::{Anisotropy, Coat, EnvironmentQuery, Sheen, SurfaceData};
+use crate::coat::filament::standard::{Anisotropy, Coat, Sheen, SurfaceData};
 use crate::coat::filament::{Quality, cloth, standard};
 use crate::coat::filament_2018::{self, Attenuation};
 use crate::light::LightSample;
 use crate::math::lanes::Lanes;
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
 use crate::scene::Material;
 
 /// The standard model in a quality.
@@ -55,7 +55,7 @@ impl AdditiveModel for Standard {
 
     #[inline(always)]
     fn direct<L: Lanes>(self, l: L, layers: &Self::Layers<L>, light: &LightSample<L>) -> V3<L> {
-        standard::direct(l, layers, light.direction, light.irradiance, l.splat(1.0))
+        standard::direct(l, layers, light.direction, light.irradiance)
     }
 
     #[inline(always)]
@@ -64,8 +64,7 @@ impl AdditiveModel for Standard {
             l,
             layers,
             source.irradiance_over_pi(l, source.surface.normal),
-            #[inline(always)]
-            |query: EnvironmentQuery<L>| source.radiance(l, query),
+            source.radiance_lookup(l),
             source.occlusion(l),
         )
     }
@@ -85,8 +84,7 @@ impl AdditiveModel for Cloth {
     #[inline(always)]
     fn layers<L: Lanes>(self, l: L, material: &Material, surface: &Surface<L>) -> Self::Layers<L> {
         let scatters = material.lobes.subsurface.mask.factor > 0.0;
-        let subsurface =
-            vec3::scale(l, vec3::splat(l, material.lobes.subsurface.transmission), surface.lobes.subsurface);
+        let subsurface = Vec3::splat(l, material.lobes.subsurface.transmission) * surface.lobes.subsurface;
         let data = cloth::SurfaceData {
             base_color: surface.base_color,
             sheen_color: surface.lobes.sheen_color,
@@ -99,7 +97,7 @@ impl AdditiveModel for Cloth {
 
     #[inline(always)]
     fn direct<L: Lanes>(self, l: L, layers: &Self::Layers<L>, light: &LightSample<L>) -> V3<L> {
-        cloth::direct(l, layers, light.direction, light.irradiance, l.splat(1.0))
+        cloth::direct(l, layers, light.direction, light.irradiance)
     }
 
     #[inline(always)]
@@ -108,8 +106,7 @@ impl AdditiveModel for Cloth {
             l,
             layers,
             source.irradiance_over_pi(l, source.surface.normal),
-            #[inline(always)]
-            |query: EnvironmentQuery<L>| source.radiance(l, query),
+            source.radiance_lookup(l),
             source.occlusion(l),
         )
     }
@@ -150,12 +147,12 @@ impl AdditiveModel for Standard2018 {
         };
         let layers = filament_2018::surface(l, &data, surface.normal, surface.view);
         let dfg = tables::filament_dfg().fetch(l, layers.n_dot_v, layers.perceptual_roughness);
-        (layers, dfg)
+        (layers, Vec3::from_array(dfg))
     }
 
     #[inline(always)]
     fn direct<L: Lanes>(self, l: L, layers: &Self::Layers<L>, light: &LightSample<L>) -> V3<L> {
-        filament_2018::direct(l, &layers.0, light.direction, light.irradiance, l.splat(1.0))
+        filament_2018::direct(l, &layers.0, light.direction, light.irradiance)
     }
 
     #[inline(always)]
@@ -165,8 +162,7 @@ impl AdditiveModel for Standard2018 {
             &layers.0,
             layers.1,
             source.irradiance_over_pi(l, source.surface.normal),
-            #[inline(always)]
-            |query: EnvironmentQuery<L>| source.radiance(l, query),
+            source.radiance_lookup(l),
             source.occlusion(l),
         )
     }

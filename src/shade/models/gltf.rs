@@ -5,12 +5,10 @@ use super::super::model::{AdditiveModel, Source};
 use super::{MetallicBase, stretched};
 use crate::brdf::table::Table;
 use crate::brdf::tables;
-use crate::coat::gltf::{
-    self, Anisotropy, Coat, CoatF0, EnvironmentQuery, Iridescence, Sheen, SurfaceData, Tables,
-};
+use crate::coat::gltf::{self, Anisotropy, Coat, CoatF0, Iridescence, Sheen, SurfaceData, Tables};
 use crate::light::LightSample;
 use crate::math::lanes::Lanes;
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::V3;
 use crate::scene::{Material, Workflow};
 
 /// The Sample Renderer's material.
@@ -73,14 +71,13 @@ impl AdditiveModel for Gltf {
 
     #[inline(always)]
     fn emission<L: Lanes>(self, l: L, (layers, _): &Self::Layers<L>, surface: &Surface<L>) -> V3<L> {
-        vec3::scale(l, surface.emissive, layers.coat_transmittance(l))
+        surface.emissive * layers.coat_transmittance(l)
     }
 
     #[inline(always)]
     fn direct<L: Lanes>(self, l: L, layers: &Self::Layers<L>, light: &LightSample<L>) -> V3<L> {
         let (layers, sheen_albedo) = layers;
-        let one = l.splat(1.0);
-        gltf::direct(l, layers, sheen_albedo, light.direction, light.irradiance, one)
+        gltf::direct(l, layers, sheen_albedo, light.direction, light.irradiance)
     }
 
     #[inline(always)]
@@ -91,15 +88,7 @@ impl AdditiveModel for Gltf {
         }
         // What is exact of one is exact of the other.
         let source = if self.sampled { &source.by_facets() } else { source };
-        gltf::indirect(
-            l,
-            layers,
-            #[inline(always)]
-            |normal: V3<L>| source.irradiance(l, normal),
-            #[inline(always)]
-            |query: EnvironmentQuery<L>| source.radiance(l, query),
-            source.occlusion(l),
-        )
+        gltf::indirect(l, layers, source.irradiance_lookup(l), source.radiance_lookup(l), source.occlusion(l))
     }
 }
 
@@ -112,10 +101,8 @@ fn sampled_environment<L: Lanes>(l: L, source: &Source<'_, L>, layers: &gltf::Su
             gltf::indirect_sampled(
                 l,
                 layers,
-                #[inline(always)]
-                |normal: V3<L>| source.irradiance(l, normal),
-                #[inline(always)]
-                |query: EnvironmentQuery<L>| source.radiance(l, query),
+                source.irradiance_lookup(l),
+                source.radiance_lookup(l),
                 source.occlusion(l),
             )
         },

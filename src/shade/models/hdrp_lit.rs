@@ -9,7 +9,7 @@ use crate::coat::hdrp_lit::{
 };
 use crate::light::LightSample;
 use crate::math::lanes::{Float, Lanes};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
 use crate::scene::Material;
 
 /// Least roughness (alpha) of lights without extent, with which polished surfaces still show a highlight.
@@ -65,14 +65,14 @@ impl Model for HdrpLit {
 
     #[inline(always)]
     fn begin<L: Lanes>(self, l: L, _: &Self::Layers<L>, _: &Surface<L>) -> Sum<L> {
-        Sum { lamps: DirectLighting::none(l), radiance: [l.zero(); 3] }
+        Sum { lamps: DirectLighting::none(l), radiance: Vec3::zero(l) }
     }
 
     #[inline(always)]
     fn direct<L: Lanes>(self, l: L, layers: &Self::Layers<L>, light: &LightSample<L>, sum: Sum<L>) -> Sum<L> {
         let roughness = l.splat(LEAST_LIGHT_ROUGHNESS);
         let lit = hdrp_lit::direct(l, layers, light.direction, light.irradiance, roughness);
-        Sum { lamps: sum.lamps.plus(l, lit), ..sum }
+        Sum { lamps: sum.lamps.plus(lit), ..sum }
     }
 
     #[inline(always)]
@@ -98,15 +98,15 @@ impl Model for HdrpLit {
         let mut baked = source.irradiance_over_pi(l, surface.normal);
         if let (Some(coat), false) = (&layers.pre.coat, far) {
             // `EvaluateBSDF_Rect` dims diffuse light under the coat, which baked light is not.
-            baked = vec3::scale(l, baked, coat.ibl_f.one_minus());
+            baked *= coat.ibl_f.one_minus();
         }
-        let emissive = if far { surface.emissive } else { [l.zero(); 3] };
+        let emissive = if far { surface.emissive } else { Vec3::zero(l) };
         let lamps = if far { sum.lamps } else { DirectLighting::none(l) };
         let smoothness = surface.roughness.one_minus();
         let occlusion = Occlusion::of_material(l, layers, smoothness, source.occlusion(l));
         let out = hdrp_lit::compose(l, layers, &lamps, reflected, baked, emissive, &occlusion);
-        let composed = vec3::add(l, out.diffuse, out.specular);
-        Sum { radiance: vec3::add(l, sum.radiance, composed), ..sum }
+        let composed = out.diffuse + out.specular;
+        Sum { radiance: sum.radiance + composed, ..sum }
     }
 
     #[inline(always)]

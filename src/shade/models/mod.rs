@@ -14,10 +14,9 @@ use super::model;
 use super::{Reflectance, ShadeContext, Surface};
 use crate::coat::filament::Quality;
 use crate::coat::urp::UrpVersion;
-use crate::each;
 use crate::gbuffer::layout::SurfacePlanes;
 use crate::math::lanes::{Float, Lanes};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
 use crate::scene::{Material, ShadingModel};
 
 /// What `$body` makes of the [`Model`] `$of` that stands for a [`ShadingModel`].
@@ -98,7 +97,7 @@ impl<L: Lanes> MetallicBase<L> {
                 specular_color: dielectric.color,
             },
             Reflectance::Specular { f0 } => Self {
-                color: vec3::scale(l, surface.base_color, vec3::max_component(l, f0).one_minus()),
+                color: surface.base_color * f0.max_component().one_minus(),
                 metallic: l.zero(),
                 f0,
                 weight: l.splat(1.0),
@@ -111,20 +110,20 @@ impl<L: Lanes> MetallicBase<L> {
     /// Index of refraction, and the specular colour that goes with it: what lies beyond the largest index (other workflows,
     /// diamonds) goes into the colour.
     #[inline(always)]
-    fn index_and_color(&self, l: L, largest_ior: f32) -> (f32, V3<L>) {
+    fn index_and_color(&self, largest_ior: f32) -> (f32, V3<L>) {
         let largest_f0 =
             ((largest_ior - 1.0) / (largest_ior + 1.0)) * ((largest_ior - 1.0) / (largest_ior + 1.0));
         if self.f0_of_ior <= largest_f0 {
             let root = self.f0_of_ior.sqrt();
             return ((1.0 + root) / (1.0 - root), self.specular_color);
         }
-        (largest_ior, vec3::scale(l, self.specular_color, l.splat(self.f0_of_ior / largest_f0)))
+        (largest_ior, self.specular_color * (self.f0_of_ior / largest_f0))
     }
 
     /// F0 with its weight.
     #[inline(always)]
     fn weighted_f0(&self) -> V3<L> {
-        each!(c in self.f0 => c * self.weight)
+        self.f0 * self.weight
     }
 }
 
@@ -133,8 +132,8 @@ impl<L: Lanes> MetallicBase<L> {
 #[inline(always)]
 fn stretched<L: Lanes>(l: L, surface: &Surface<L>) -> (L::F, V3<L>, V3<L>) {
     let across = surface.lobes.anisotropy.lt(l.zero());
-    let tangent = vec3::select(l, across, surface.bitangent, surface.tangent);
-    let bitangent = vec3::select(l, across, vec3::neg(l, surface.tangent), surface.bitangent);
+    let tangent = Vec3::select(across, surface.bitangent, surface.tangent);
+    let bitangent = Vec3::select(across, -surface.tangent, surface.bitangent);
     (surface.lobes.anisotropy.abs(), tangent, bitangent)
 }
 

@@ -4,11 +4,10 @@ use super::super::model::{AdditiveModel, Source};
 use super::super::{Reflectance, Surface};
 use super::{has_coat_normal, stretched};
 use crate::brdf::tables;
-use crate::coat::openpbr::{self, AlbedoSource, Coat, EnvironmentQuery, SurfaceData};
-use crate::each;
+use crate::coat::openpbr::{self, AlbedoSource, Coat, SurfaceData};
 use crate::light::LightSample;
 use crate::math::lanes::{Float, Lanes, Mask};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::V3;
 use crate::scene::Material;
 
 /// Largest index of refraction of the base.
@@ -32,7 +31,7 @@ impl AdditiveModel for OpenPbr {
         let (strength, tangent, _) = stretched(l, surface);
         let data = SurfaceData {
             base_weight: l.splat(1.0),
-            base_color: each!(c in surface.base_color => c.at_most(1.0)),
+            base_color: surface.base_color.at_most(1.0),
             metalness,
             specular_weight,
             specular_color,
@@ -56,7 +55,7 @@ impl AdditiveModel for OpenPbr {
 
     #[inline(always)]
     fn direct<L: Lanes>(self, l: L, layers: &Self::Layers<L>, light: &LightSample<L>) -> V3<L> {
-        openpbr::direct(l, layers, light.direction, light.irradiance, l.splat(1.0))
+        openpbr::direct(l, layers, light.direction, light.irradiance)
     }
 
     #[inline(always)]
@@ -65,8 +64,7 @@ impl AdditiveModel for OpenPbr {
             l,
             layers,
             source.irradiance_over_pi(l, source.surface.normal),
-            #[inline(always)]
-            |query: EnvironmentQuery<L>| source.radiance(l, query),
+            source.radiance_lookup(l),
             source.occlusion(l),
         )
     }
@@ -80,16 +78,16 @@ fn reflectance<L: Lanes>(l: L, material: &Material, surface: &Surface<L>) -> (L:
         Reflectance::Metallic { metallic, dielectric } => {
             let ior =
                 if material.ior == 0.0 || material.ior > LARGEST_IOR { LARGEST_IOR } else { material.ior };
-            let color: V3<L> = each!(c in dielectric.color => c.at_most(1.0));
+            let color = dielectric.color.at_most(1.0);
             (metallic, dielectric.weight, color, l.splat(ior))
         }
         Reflectance::Specular { f0 } => {
-            let largest = vec3::max_component(l, f0);
+            let largest = f0.max_component();
             let root = largest.clamp_to(0.0, 0.25).sqrt();
             let ior = (root + 1.0) / root.one_minus();
             let black = largest.eq(l.zero());
             let divisor = black.select(l.splat(1.0), largest);
-            (l.zero(), l.splat(1.0), each!(c in f0 => c / divisor), ior)
+            (l.zero(), l.splat(1.0), f0 / divisor, ior)
         }
     }
 }

@@ -6,14 +6,14 @@ use super::{has_coat_normal, hdrp_film_thickness};
 use crate::brdf::occlusion::VisibilityCone;
 use crate::brdf::tables;
 use crate::coat::stacklit::{
-    self, Anisotropy, Coat, DataOcclusion, DiffusionProfile, EnvironmentQuery, Frame, HazyGloss, Iridescence,
-    Light, Lighting, Occlusion, Options, PreLight, Scattering, ScreenSpaceOcclusion, SecondLobe,
-    SpecularOcclusion, SurfaceData, TopNormalFix, Transmission, Version,
+    self, Anisotropy, Coat, DataOcclusion, DiffusionProfile, Frame, HazyGloss, Iridescence, Light, Lighting,
+    Occlusion, Options, PreLight, Scattering, ScreenSpaceOcclusion, SecondLobe, SpecularOcclusion,
+    SurfaceData, TopNormalFix, Transmission, Version,
 };
 use crate::each;
 use crate::light::LightSample;
 use crate::math::lanes::{Float, Lanes};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::{V3, Vec3};
 use crate::scene::{DualNormalFix, Material, ModelOptions, OcclusionCone, SpecularOcclusionMethod};
 
 /// HDRP StackLit.
@@ -50,7 +50,7 @@ impl Model for StackLit {
 
     #[inline(always)]
     fn begin<L: Lanes>(self, l: L, _: &PreLight<L>, _: &Surface<L>) -> Sum<L> {
-        let zero = [l.zero(); 3];
+        let zero = Vec3::zero(l);
         Sum { lights: Lighting { diffuse: zero, specular: zero }, radiance: zero }
     }
 
@@ -62,15 +62,15 @@ impl Model for StackLit {
         };
         let lit = stacklit::direct(l, pre, &light);
         let lights = Lighting {
-            diffuse: vec3::add(l, sum.lights.diffuse, lit.diffuse),
-            specular: vec3::add(l, sum.lights.specular, lit.specular),
+            diffuse: sum.lights.diffuse + lit.diffuse,
+            specular: sum.lights.specular + lit.specular,
         };
         Sum { lights, ..sum }
     }
 
     #[inline(always)]
     fn indirect<L: Lanes>(self, l: L, pre: &PreLight<L>, source: &Source<'_, L>, sum: Sum<L>) -> Sum<L> {
-        let (zero, surface, far) = ([l.zero(); 3], source.surface, source.is_environment());
+        let (zero, surface, far) = (Vec3::zero(l), source.surface, source.is_environment());
         // A large structure: it is copied for area lights only.
         let near;
         let asked = if far {
@@ -79,25 +79,20 @@ impl Model for StackLit {
             near = near_lobes(l, pre);
             &near
         };
-        let reflected = stacklit::environment(
-            l,
-            asked,
-            #[inline(always)]
-            |query: EnvironmentQuery<L>| source.radiance(l, query),
-        );
+        let reflected = stacklit::environment(l, asked, source.radiance_lookup(l));
         // One call from one place: the normal, and its opposite for light from behind.
         let transmits = source.material.lobes.subsurface.transmission != [0.0; 3];
         let mut baked = [zero; 2];
         for side in 0..if transmits { 2 } else { 1 } {
-            let normal = if side == 0 { surface.normal } else { vec3::neg(l, surface.normal) };
+            let normal = if side == 0 { surface.normal } else { -surface.normal };
             baked[side] = source.irradiance_over_pi(l, normal);
         }
         let baked = stacklit::baked_diffuse(l, pre, baked[0], baked[1]);
         let emissive = if far { surface.emissive } else { zero };
         let lights = if far { sum.lights } else { Lighting { diffuse: zero, specular: zero } };
         let out = stacklit::compose(l, asked, &lights, reflected, baked, emissive);
-        let composed = vec3::add(l, out.diffuse, out.specular);
-        Sum { radiance: vec3::add(l, sum.radiance, composed), ..sum }
+        let composed = out.diffuse + out.specular;
+        Sum { radiance: sum.radiance + composed, ..sum }
     }
 
     #[inline(always)]
@@ -192,15 +187,17 @@ fn surface_data<L: Lanes>(l: L, material: &Material, surface: &Surface<L>) -> Su
             smoothness: surface.coat_roughness.one_minus(),
             ior: l.splat(given.coat.ior),
             thickness: lobes.coat_thickness,
-            extinction: vec3::splat(l, given.coat.extinction),
+            extinction: Vec3::splat(l, given.coat.extinction),
             normal: has_coat_normal(material).then_some(surface.coat_normal),
         }),
         scattering: (scatters || transmits).then_some(Scattering {
             profile: profile(material),
             use_profile_ior: true,
             subsurface_mask: scatters.then_some(lobes.subsurface),
-            transmission: transmits
-                .then_some(Transmission { thickness: lobes.subsurface_thickness, mask: [l.splat(1.0); 3] }),
+            transmission: transmits.then_some(Transmission {
+                thickness: lobes.subsurface_thickness,
+                mask: Vec3::splat(l, [1.0; 3]),
+            }),
         }),
         occlusion: Occlusion {
             ambient: surface.occlusion,
@@ -219,7 +216,7 @@ fn near_lobes<L: Lanes>(l: L, pre: &PreLight<L>) -> PreLight<L> {
     let mut near = *pre;
     near.bsdf.occlusion.ambient = one;
     for k in 0..3 {
-        near.lobes[k].specular_occlusion = [one; 3];
+        near.lobes[k].specular_occlusion = Vec3::uniform(one);
         if k > 0 && !pre.bsdf.anisotropic {
             near.lobes[k].perceptual_roughness = pre.bsdf.lobes[k - 1].perceptual_roughness;
         }

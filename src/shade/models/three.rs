@@ -4,11 +4,11 @@ use super::super::Surface;
 use super::super::model::{AdditiveModel, Source};
 use super::{MetallicBase, stretched};
 use crate::brdf::tables;
-use crate::coat::three::{self, Anisotropy, Coat, EnvironmentQuery, Iridescence, Sheen, SurfaceData};
+use crate::coat::three::{self, Anisotropy, Coat, Iridescence, Sheen, SurfaceData};
 use crate::coat::three_legacy::{self, LightUnits, ThreeVersion};
 use crate::light::LightSample;
 use crate::math::lanes::Lanes;
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::V3;
 use crate::scene::Material;
 
 /// Largest index of refraction that the material takes.
@@ -29,7 +29,7 @@ impl AdditiveModel for Three {
     fn layers<L: Lanes>(self, l: L, material: &Material, surface: &Surface<L>) -> Self::Layers<L> {
         let base = MetallicBase::new(l, surface);
         let (lobes, values) = (&material.lobes, &surface.lobes);
-        let (ior, specular_color) = base.index_and_color(l, LARGEST_IOR);
+        let (ior, specular_color) = base.index_and_color(LARGEST_IOR);
         let (strength, tangent, bitangent) = stretched(l, surface);
         let data = SurfaceData {
             color: base.color,
@@ -63,12 +63,12 @@ impl AdditiveModel for Three {
 
     #[inline(always)]
     fn emission<L: Lanes>(self, l: L, layers: &Self::Layers<L>, surface: &Surface<L>) -> V3<L> {
-        vec3::scale(l, surface.emissive, layers.coat_transmittance(l))
+        surface.emissive * layers.coat_transmittance(l)
     }
 
     #[inline(always)]
     fn direct<L: Lanes>(self, l: L, layers: &Self::Layers<L>, light: &LightSample<L>) -> V3<L> {
-        three::direct(l, layers, light.direction, light.irradiance, l.splat(1.0))
+        three::direct(l, layers, light.direction, light.irradiance)
     }
 
     #[inline(always)]
@@ -76,11 +76,8 @@ impl AdditiveModel for Three {
         three::indirect(
             l,
             layers,
-            [l.zero(); 3],
-            #[inline(always)]
-            |normal: V3<L>| source.irradiance(l, normal),
-            #[inline(always)]
-            |query: EnvironmentQuery<L>| source.radiance(l, query),
+            source.irradiance_lookup(l),
+            source.radiance_lookup(l),
             source.occlusion(l),
         )
     }
@@ -103,7 +100,7 @@ impl AdditiveModel for ThreeLegacy {
         // F0 = 0.16 r^2; what lies beyond goes into the tint, which r119 has not.
         let share = base.f0_of_ior / 0.16;
         let (reflectivity, beyond) = if share < 1.0 { (share.sqrt(), 1.0) } else { (1.0, share) };
-        let specular_tint = vec3::scale(l, base.specular_color, l.splat(beyond));
+        let specular_tint = base.specular_color * beyond;
         let version = if material.options.three_r119 { ThreeVersion::R119 } else { ThreeVersion::R131 };
         let data = three_legacy::SurfaceData {
             color: base.color,
@@ -113,7 +110,7 @@ impl AdditiveModel for ThreeLegacy {
             reflectivity: l.splat(reflectivity),
             specular_intensity: base.weight,
             specular_tint,
-            coat: (material.coat > 0.0).then_some(three_legacy::Coat {
+            coat: (material.coat > 0.0).then_some(Coat {
                 factor: surface.coat,
                 roughness: surface.coat_roughness,
                 normal: surface.coat_normal,
@@ -125,7 +122,7 @@ impl AdditiveModel for ThreeLegacy {
 
     #[inline(always)]
     fn direct<L: Lanes>(self, l: L, layers: &Self::Layers<L>, light: &LightSample<L>) -> V3<L> {
-        three_legacy::direct(l, LightUnits::Physical, layers, light.direction, light.irradiance, l.splat(1.0))
+        three_legacy::direct(l, LightUnits::Physical, layers, light.direction, light.irradiance)
     }
 
     #[inline(always)]
@@ -133,11 +130,8 @@ impl AdditiveModel for ThreeLegacy {
         three_legacy::indirect(
             l,
             layers,
-            [l.zero(); 3],
-            #[inline(always)]
-            |normal: V3<L>| source.irradiance(l, normal),
-            #[inline(always)]
-            |query: EnvironmentQuery<L>| source.radiance(l, query),
+            source.irradiance_lookup(l),
+            source.radiance_lookup(l),
             source.occlusion(l),
         )
     }

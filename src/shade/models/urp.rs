@@ -4,11 +4,10 @@
 use super::super::model::{AdditiveModel, Source};
 use super::super::{Reflectance, Surface};
 use super::has_coat_normal;
-use crate::coat::EnvironmentQuery;
 use crate::coat::urp::{self, UrpVersion};
 use crate::light::LightSample;
 use crate::math::lanes::{Float, Lanes};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::V3;
 use crate::scene::Material;
 use std::f32::consts::FRAC_1_PI;
 
@@ -50,8 +49,8 @@ impl AdditiveModel for Urp {
 
     #[inline(always)]
     fn direct<L: Lanes>(self, l: L, layers: &urp::Surface<L>, light: &LightSample<L>) -> V3<L> {
-        let color = vec3::scale(l, light.irradiance, l.splat(FRAC_1_PI));
-        urp::direct(l, layers, light.direction, color, l.splat(1.0))
+        let color = light.irradiance * FRAC_1_PI;
+        urp::direct(l, layers, light.direction, color)
     }
 
     #[inline(always)]
@@ -60,8 +59,7 @@ impl AdditiveModel for Urp {
             l,
             layers,
             source.irradiance_over_pi(l, source.surface.normal),
-            #[inline(always)]
-            |query: EnvironmentQuery<L>| source.radiance(l, query),
+            source.radiance_lookup(l),
             source.occlusion(l),
         )
     }

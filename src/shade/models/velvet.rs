@@ -5,12 +5,10 @@ use super::super::model::{AdditiveModel, Source};
 use super::MetallicBase;
 use crate::brdf::tables;
 use crate::brdf::velvet::VelvetAlbedo;
-use crate::coat::EnvironmentQuery;
 use crate::coat::velvet::{self, Specular, SurfaceData};
-use crate::each;
 use crate::light::LightSample;
 use crate::math::lanes::{Float, Lanes};
-use crate::math::vec3::{self, V3};
+use crate::math::vec3::V3;
 use crate::scene::Material;
 
 /// Velvet over Lambert. The GGX lobe is left out where a dielectric states that it reflects nothing (specular 0).
@@ -29,11 +27,11 @@ impl AdditiveModel for Velvet {
         let base = MetallicBase::new(l, surface);
         let dielectric = base.weighted_f0();
         let data = SurfaceData {
-            base_color: vec3::scale(l, base.color, base.metallic.one_minus()),
+            base_color: base.color * base.metallic.one_minus(),
             velvet_color: surface.lobes.sheen_color,
             velvet_roughness: surface.lobes.sheen_roughness.squared(),
             specular: (material.specular > 0.0).then_some(Specular {
-                f0: each!(k => dielectric[k].lerp(base.color[k], base.metallic)),
+                f0: dielectric.lerp(base.color, base.metallic),
                 perceptual_roughness: surface.roughness,
                 anisotropy: surface.lobes.anisotropy,
                 direction: surface.tangent,
@@ -45,7 +43,7 @@ impl AdditiveModel for Velvet {
 
     #[inline(always)]
     fn direct<L: Lanes>(self, l: L, layers: &Self::Layers<L>, light: &LightSample<L>) -> V3<L> {
-        velvet::direct(l, layers, light.direction, light.irradiance, l.splat(1.0))
+        velvet::direct(l, layers, light.direction, light.irradiance)
     }
 
     #[inline(always)]
@@ -54,8 +52,7 @@ impl AdditiveModel for Velvet {
             l,
             layers,
             source.irradiance_over_pi(l, source.surface.normal),
-            #[inline(always)]
-            |query: EnvironmentQuery<L>| source.radiance(l, query),
+            source.radiance_lookup(l),
             source.occlusion(l),
         )
     }
