@@ -166,6 +166,14 @@ fn every_key_is_documented_parses_and_changes_the_material() {
     }
 }
 
+#[test]
+fn keys_say_which_models_read_them() {
+    let read_by = |name: &str| material_keys().find(|key| key.name == name).unwrap().read_by;
+    assert!(read_by("roughness").is_empty());
+    assert_eq!(read_by("coat_ior"), [ShadingModel::StackLit, ShadingModel::OpenPbr, ShadingModel::Babylon]);
+    assert_eq!(read_by("options.three_r119"), [ShadingModel::ThreeLegacy]);
+}
+
 /// A file that says everything that is so anyway says nothing.
 #[test]
 fn documented_defaults_are_the_defaults() {

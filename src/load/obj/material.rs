@@ -17,6 +17,7 @@ use crate::load::mesh_formats::default_material;
 use crate::load::names::shown;
 use crate::load::text::{float, quoted};
 use crate::load::warnings::Warnings;
+use crate::scene::parameters::EMISSIVE;
 use crate::scene::{AlphaMode, Material, Workflow};
 
 /// The texture statements of a material.
@@ -86,10 +87,9 @@ impl Source {
         // `Tr` is transparency, but MeshLab writes the opacity there: a surface that nobody could see is not meant.
         let transparency = number("Tr").filter(|&t| t < 1.0);
         let alpha = mtl.dissolve.or(transparency.map(|t| 1.0 - t)).map_or(1.0, saturate);
-        let emissive = mtl
-            .emissive
-            .unwrap_or([0.0; 3])
-            .map(|c| if c > 0.0 { if c < 1e6 { c } else { 1e6 } } else { 0.0 });
+        // Not a number is none.
+        let radiance = |c: f32| if c > 0.0 { EMISSIVE.range().clamp(f64::from(c)) } else { 0.0 };
+        let emissive = mtl.emissive.unwrap_or([0.0; 3]).map(radiance);
         let material = Material {
             name: shown(&mtl.name),
             base_color: [r, g, b, alpha],

@@ -394,11 +394,12 @@ mod tests {
             for parameter in PARAMETERS.iter().filter(|p| p.width() > 0 && p.is_in(&own)) {
                 let Range { low, high, .. } = parameter.range();
                 for wrong in [low - 1.0 - low.abs(), high * 2.0 + 1.0, f32::NAN, f32::NEG_INFINITY] {
-                    let mut material = own.clone();
-                    parameter.set_numbers(&mut material, [wrong; 4]);
-                    if wrong == f32::INFINITY || !parameter.is_in(&material) {
+                    // Twice an infinite end is still in range.
+                    if wrong == f32::INFINITY {
                         continue;
                     }
+                    let mut material = own.clone();
+                    parameter.set_numbers(&mut material, [wrong; 4]);
                     let error = check(&material, 0).unwrap_err().to_string();
                     assert!(error.starts_with(parameter.label), "{}: {error}", parameter.name);
                 }
