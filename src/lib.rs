@@ -23,8 +23,8 @@
 //!
 //! Whole programs, from a file to pixels and from nothing to a scene, are on a page: [`guide::library`].
 //!
-//! [`output`] makes files of it, [`golden`] compares them, and [`decode`] reads them again. [`description`] reads a whole picture, with camera, lights and
-//! options, from a scene file, and the program `overcoat` is a command line over all of it.
+//! [`output`] makes files of it, [`golden`] compares them, and [`decode`] reads them again. [`description`] reads a whole
+//! picture, with camera, lights and options, from a scene file, and the program `overcoat` is a command line over all of it.
 //!
 //! [`sandbox`] gives up what none of this needs from the system, before the first byte of input is read.
 //!

@@ -138,6 +138,11 @@ impl Golden {
                 reason: "the name of a golden is a relative path with an extension".to_owned(),
             })
         })?;
+        if let Actual::Image(image) = actual
+            && let Some(reason) = not_a_picture(image)
+        {
+            return Err(only(GoldenError::Malformed { path: new, reason }));
+        }
         let thresholds = self.read_thresholds(file_name).map_err(only)?;
         if self.update {
             actual.write(&new).map_err(only)?;
@@ -225,6 +230,13 @@ impl Actual<'_> {
         }
         Ok(())
     }
+}
+
+/// Why a picture is none: it is empty, or has another number of pixels than its size says.
+fn not_a_picture(image: &DisplayImage) -> Option<String> {
+    let DisplayImage { width, height, pixels } = image;
+    let whole = pixels.len() as u64 == u64::from(*width) * u64::from(*height) && !pixels.is_empty();
+    (!whole).then(|| format!("the actual picture of {width} x {height} has {} pixels", pixels.len()))
 }
 
 /// `cars/red.new.png` in a folder. `None` for names that lead elsewhere or have no extension.
@@ -338,6 +350,19 @@ mod tests {
             assert!(matches!(golden.check(name, &picture(1)), Err(GoldenError::Malformed { .. })), "{name}");
         }
         assert_eq!(names(root.path()), [""; 0]);
+    }
+
+    #[test]
+    fn what_is_no_picture_is_neither_compared_nor_recorded() {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("a.png"), encode_png(&picture(1)).unwrap()).unwrap();
+        let cut = DisplayImage { pixels: vec![[1, 7, 9, 255]; 199], ..picture(1) };
+        let empty = DisplayImage { width: 0, height: 10, pixels: Vec::new() };
+        for (image, update) in [(&cut, false), (&cut, true), (&empty, false), (&empty, true)] {
+            let error = Golden::new(folder.path()).updating(update).check("a", image).unwrap_err();
+            assert!(matches!(error, GoldenError::Malformed { .. }), "{error}");
+        }
+        assert_eq!(names(folder.path()), ["a.png"]);
     }
 
     #[test]

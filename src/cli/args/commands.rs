@@ -61,8 +61,8 @@ pub struct MovieArgs {
     pub encoding: EncodingArgs,
 
     /// Frames a second, 0.1 to 1000
-    #[arg(long, value_name = "N", value_parser = value_parsers::within::<f64>(0.1, 1000.0), allow_negative_numbers = true,
-          default_value = "24")]
+    #[arg(long, value_name = "N", value_parser = value_parsers::within::<f64>(0.1, 1000.0),
+          allow_negative_numbers = true, default_value = "24")]
     pub fps: f64,
 }
 
@@ -79,8 +79,8 @@ pub struct TurntableArgs {
     pub movie: MovieArgs,
 
     /// Frames of the turn [default: as many as --seconds and --fps make]
-    #[arg(long, value_name = "N", value_parser = value_parsers::within::<u32>(1, u32::MAX), allow_negative_numbers = true,
-          conflicts_with = "seconds")]
+    #[arg(long, value_name = "N", value_parser = value_parsers::within::<u32>(1, u32::MAX),
+          allow_negative_numbers = true, conflicts_with = "seconds")]
     pub frames: Option<u32>,
 
     /// Seconds of the turn [default: 3]
@@ -253,13 +253,13 @@ pub struct BenchArgs {
     pub inputs: Vec<PathBuf>,
 
     /// Frames that are counted, evenly spaced over one turn of the camera
-    #[arg(long, value_name = "N", value_parser = value_parsers::within::<u32>(1, 1_000_000), allow_negative_numbers = true,
-          default_value_t = 60)]
+    #[arg(long, value_name = "N", value_parser = value_parsers::within::<u32>(1, 1_000_000),
+          allow_negative_numbers = true, default_value_t = 60)]
     pub frames: u32,
 
     /// A new model each frame: passes over all models that are counted [default: 1]
-    #[arg(long, value_name = "N", value_parser = value_parsers::within::<u32>(1, 1_000_000), allow_negative_numbers = true,
-          conflicts_with = "frames")]
+    #[arg(long, value_name = "N", value_parser = value_parsers::within::<u32>(1, 1_000_000),
+          allow_negative_numbers = true, conflicts_with = "frames")]
     pub rounds: Option<u32>,
 
     /// Make pictures of 8 bits, as for PNG, in place of frames of linear light

@@ -121,7 +121,8 @@ pub struct CameraArgs {
     pub eye: Option<[f64; 3]>,
 
     /// What the camera looks at [default: the middle of the model]
-    #[arg(long, value_name = "X,Y,Z", value_parser = value_parsers::position, allow_hyphen_values = true, requires = "eye")]
+    #[arg(long, value_name = "X,Y,Z", value_parser = value_parsers::position,
+          allow_hyphen_values = true, requires = "eye")]
     pub target: Option<[f64; 3]>,
 
     /// Which way is up in the picture; the model stays as it is (--up turns it) [default: 0,1,0]
@@ -135,8 +136,8 @@ pub struct CameraArgs {
     pub near: Option<f32>,
 
     /// Vertical field of view in degrees, 0.1 to 179 [default: 30]
-    #[arg(long, value_name = "DEGREES", value_parser = value_parsers::within::<f32>(0.1, 179.0), allow_negative_numbers = true,
-          conflicts_with_all = ["camera", "ortho"])]
+    #[arg(long, value_name = "DEGREES", value_parser = value_parsers::within::<f32>(0.1, 179.0),
+          allow_negative_numbers = true, conflicts_with_all = ["camera", "ortho"])]
     pub fov: Option<f32>,
 
     /// Parallel projection, HEIGHT metres from the top of the picture to its bottom [default: fits the model]
@@ -199,16 +200,19 @@ pub struct PictureArgs {
 
     /// Shade triangles smaller than two pixels as one where their normals differ by less than this many degrees, 0 to 45:
     /// faster on dense meshes, with less smoothing of sharp reflections [default: 0]
-    #[arg(long, value_name = "DEGREES", value_parser = value_parsers::within::<f32>(0.0, 45.0), allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEGREES", value_parser = value_parsers::within::<f32>(0.0, 45.0),
+          allow_negative_numbers = true)]
     pub merge_angle: Option<f32>,
 
     /// Width of lines in pixels, 0.1 to 64 [default: 1.5]
-    #[arg(long, value_name = "PIXELS", value_parser = value_parsers::within::<f32>(0.1, 64.0), allow_negative_numbers = true)]
+    #[arg(long, value_name = "PIXELS", value_parser = value_parsers::within::<f32>(0.1, 64.0),
+          allow_negative_numbers = true)]
     pub line_width: Option<f32>,
 
     /// Diameter of points in pixels, 0.1 to 64 [default: by the distances between them, at least about a pixel; 3 if they are
     /// far apart]
-    #[arg(long, value_name = "PIXELS", value_parser = value_parsers::within::<f32>(0.1, 64.0), allow_negative_numbers = true)]
+    #[arg(long, value_name = "PIXELS", value_parser = value_parsers::within::<f32>(0.1, 64.0),
+          allow_negative_numbers = true)]
     pub point_size: Option<f32>,
 }
 
@@ -237,8 +241,8 @@ pub struct DisplayArgs {
 #[derive(Debug, Args)]
 pub struct ThreadArgs {
     /// Worker threads, 0 to 256; 0 stands for one per processor
-    #[arg(long, value_name = "N", value_parser = value_parsers::within::<u16>(0, MAX_THREADS as u16), allow_negative_numbers = true,
-          default_value_t = 0, help_heading = MACHINE)]
+    #[arg(long, value_name = "N", value_parser = value_parsers::within::<u16>(0, MAX_THREADS as u16),
+          allow_negative_numbers = true, default_value_t = 0, help_heading = MACHINE)]
     pub threads: u16,
 }
 

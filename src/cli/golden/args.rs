@@ -65,7 +65,8 @@ pub struct FolderArgs {
     pub thresholds: Option<PathBuf>,
 
     /// Pixels in one degree of the observer's view, 1 to 1000, for FLIP [default: 67.02, 3840 pixels on 0.7 m seen from 0.7 m]
-    #[arg(long, value_name = "N", value_parser = value_parsers::within::<f32>(1.0, 1000.0), allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = value_parsers::within::<f32>(1.0, 1000.0),
+          allow_negative_numbers = true)]
     pub pixels_per_degree: Option<f32>,
 
     /// What is behind translucent pixels for PSNR, SSIM and FLIP, an sRGB colour, #808080 if not given
