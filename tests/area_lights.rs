@@ -3,9 +3,9 @@
 use overcoat::brdf::linearly_transformed_cosine::{LightFrame, Lobe, rectangle, tube};
 use overcoat::brdf::microfacet_light::Facets;
 use overcoat::brdf::{integrate, tables};
-use overcoat::math::lanes::{Float, LANES, Lanes, Scalar, SimdLevel};
+use overcoat::math::lanes::{Float, LANES, Lanes, Scalar};
 use overcoat::math::vec3::{V3, Vec3};
-use overcoat::{dispatch, each};
+use overcoat::{dispatch_baseline, each};
 
 type Point = [f64; 3];
 
@@ -270,7 +270,7 @@ fn the_sense_of_rotation_does_not_matter() {
 #[test]
 fn shares_are_numbers_from_0_to_1() {
     let rounds = if cfg!(debug_assertions) { 500 } else { 30_000 };
-    let bad = dispatch!(SimdLevel::best(), l => hunt(l, rounds));
+    let bad = dispatch_baseline!(l => hunt(l, rounds));
     assert_eq!(bad, 0);
 }
 

@@ -2,7 +2,7 @@
 //! go.
 
 use overcoat::coat::urp::{self, Coat, Reflectance, Surface, SurfaceData, UrpVersion};
-use overcoat::math::lanes::{Float, LANES, Lanes, Scalar, SimdLevel};
+use overcoat::math::lanes::{Float, LANES, Lanes, Scalar};
 use overcoat::math::vec3::Vec3;
 use std::f32::consts::FRAC_1_PI;
 
@@ -69,7 +69,7 @@ impl Fragment {
     }
 
     fn direct_uncoated(&self, lights: &[[f32; 3]; LANES], uncoated: u16) -> [[f32; 3]; LANES] {
-        overcoat::dispatch!(SimdLevel::best(), l => {
+        overcoat::dispatch_baseline!(l => {
             let surface = self.surface(l, uncoated);
             let axis = |k: usize| l.load(&std::array::from_fn(|lane| lights[lane][k]));
             let one = l.splat(1.0);
@@ -83,7 +83,7 @@ impl Fragment {
     }
 
     fn indirect_uncoated(&self, radiance: f32, uncoated: u16) -> [[f32; 3]; LANES] {
-        overcoat::dispatch!(SimdLevel::best(), l => {
+        overcoat::dispatch_baseline!(l => {
             let surface = self.surface(l, uncoated);
             let e = Vec3::splat(l, [radiance; 3]);
             transpose(urp::indirect(l, &surface, e, |_| e, l.splat(1.0)).to_arrays())

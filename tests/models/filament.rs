@@ -5,7 +5,7 @@ use overcoat::brdf::tables::filament_dfg;
 use overcoat::coat::filament::standard::{self, Anisotropy, Coat, Sheen, SurfaceData};
 use overcoat::coat::filament::{Quality, cloth, f0_clear_coat_to_surface};
 use overcoat::coat::filament_2018::{self, Attenuation};
-use overcoat::math::lanes::{Float, LANES, Lanes, Scalar, SimdLevel};
+use overcoat::math::lanes::{Float, LANES, Lanes, Scalar};
 use overcoat::math::vec3::{V3, Vec3};
 
 const QUALITIES: [Quality; 2] = [Quality::Desktop, Quality::Mobile];
@@ -257,7 +257,7 @@ fn white_furnace_of_lights_gains_what_the_documentation_says() {
 #[test]
 fn mask_zero_is_no_coat_bit_for_bit() {
     let mut random = Random(0x5eed_0001);
-    overcoat::dispatch!(SimdLevel::best(), l => {
+    overcoat::dispatch_baseline!(l => {
         for round in 0..2000 {
             let quality = QUALITIES[round % 2];
             let (normal, sheen) = (random.directions(l), random.coin());
@@ -488,13 +488,13 @@ fn editions_of_the_document() {
 /// the light of lamps not negative without sheen. (The environment's is, as it is asked here.)
 #[test]
 fn nothing_but_finite_numbers() {
-    overcoat::dispatch!(SimdLevel::best(), l => {
+    overcoat::dispatch_baseline!(l => {
         let mut random = Random(0x5eed_0003);
         for round in 0..ROUNDS {
             standard_is_finite(l, &mut random, round);
         }
     });
-    overcoat::dispatch!(SimdLevel::best(), l => {
+    overcoat::dispatch_baseline!(l => {
         let mut random = Random(0x5eed_0004);
         for round in 0..ROUNDS {
             cloth_and_document_are_finite(l, &mut random, round);

@@ -7,7 +7,7 @@ use overcoat::coat::gltf::{
     self, Anisotropy, Coat, CoatF0, Environment, EnvironmentQuery, Iridescence, Sheen, Surface, SurfaceData,
     Tables,
 };
-use overcoat::math::lanes::{Float, LANES, Lanes, Scalar, SimdLevel};
+use overcoat::math::lanes::{Float, LANES, Lanes, Scalar};
 use overcoat::math::vec3::{V3, Vec3};
 use std::f32::consts::{FRAC_1_PI, PI};
 
@@ -342,5 +342,5 @@ fn any_input_on<L: Lanes>(l: L) {
 /// Ten million sets in release builds: nothing infinite, no NaN, and nothing negative without a film.
 #[test]
 fn any_input_in_range_gives_numbers() {
-    overcoat::dispatch!(SimdLevel::best(), l => any_input_on(l));
+    overcoat::dispatch_baseline!(l => any_input_on(l));
 }

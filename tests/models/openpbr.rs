@@ -2,9 +2,9 @@
 
 use overcoat::brdf::tables;
 use overcoat::coat::openpbr::{self, AlbedoSource, Coat, SurfaceData};
-use overcoat::math::lanes::{Float, LANES, Lanes, Scalar, SimdLevel};
+use overcoat::math::lanes::{Float, LANES, Lanes, Scalar};
 use overcoat::math::vec3::{V3, Vec3};
-use overcoat::{dispatch, each};
+use overcoat::{dispatch_baseline, each};
 
 /// Numbers of a material; every lane has the same.
 #[derive(Clone, Copy, Debug)]
@@ -90,7 +90,7 @@ fn lit(m: &Material, view: [f32; 3], light: [f32; 3]) -> [f32; 3] {
 
 /// The share of light from everywhere that leaves towards the view: the integral of the BRDF times the cosine.
 fn furnace_of_lights(m: &Material, view_cosine: f32) -> f32 {
-    dispatch!(SimdLevel::best(), l => furnace_of_lights_on(l, m, view_cosine))
+    dispatch_baseline!(l => furnace_of_lights_on(l, m, view_cosine))
 }
 
 #[inline(always)]
@@ -256,7 +256,7 @@ fn grazing_angles_are_continuous() {
 #[test]
 fn nothing_is_ever_nan() {
     let rounds = if cfg!(debug_assertions) { 2_000 } else { 10_000_000 / LANES };
-    let bad = dispatch!(SimdLevel::best(), l => hunt_on(l, rounds));
+    let bad = dispatch_baseline!(l => hunt_on(l, rounds));
     assert_eq!(bad, 0);
 }
 

@@ -7,7 +7,7 @@ use overcoat::coat::stacklit::{
     Options, Reflectance, Scattering, ScreenSpaceOcclusion, SecondLobe, SpecularOcclusion, SurfaceData,
     TopNormalFix, Transmission, Version,
 };
-use overcoat::math::lanes::{Float, LANES, Lanes, Scalar, SimdLevel};
+use overcoat::math::lanes::{Float, LANES, Lanes, Scalar};
 use overcoat::math::vec3::{V3, Vec3};
 
 type Column = [f32; LANES];
@@ -247,7 +247,7 @@ fn evaluate_on<L: Lanes>(l: L, lot: &Lot) -> Found {
 /// The only place that compiles the model for every instruction set.
 #[inline(never)]
 fn evaluate(lot: &Lot) -> Found {
-    overcoat::dispatch!(SimdLevel::best(), l => evaluate_on(l, lot))
+    overcoat::dispatch_baseline!(l => evaluate_on(l, lot))
 }
 
 /// Numbers of a fixed seed.

@@ -7,7 +7,7 @@ use overcoat::coat::three::{
     self, Anisotropy, Coat, EnvironmentQuery, Iridescence, Sheen, Surface, SurfaceData,
 };
 use overcoat::coat::three_legacy::{self as legacy, LightUnits, ThreeVersion};
-use overcoat::math::lanes::{Float, LANES, Lanes, Scalar, SimdLevel};
+use overcoat::math::lanes::{Float, LANES, Lanes, Scalar};
 use overcoat::math::vec3::{V3, Vec3};
 use std::f32::consts::{FRAC_1_PI, PI};
 
@@ -470,11 +470,11 @@ fn any_legacy_input_on<L: Lanes>(l: L) {
 /// Ten million sets in release builds: nothing infinite, no NaN, and nothing negative without a film.
 #[test]
 fn any_input_in_range_gives_numbers() {
-    overcoat::dispatch!(SimdLevel::best(), l => any_input_on(l));
+    overcoat::dispatch_baseline!(l => any_input_on(l));
 }
 
 /// As many: nothing infinite, no NaN, nothing negative but for what the environment's fit has below 0.
 #[test]
 fn any_legacy_input_in_range_gives_numbers() {
-    overcoat::dispatch!(SimdLevel::best(), l => any_legacy_input_on(l));
+    overcoat::dispatch_baseline!(l => any_legacy_input_on(l));
 }

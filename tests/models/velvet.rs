@@ -5,7 +5,7 @@ use super::filament::{ROUNDS, Random, at_cosine, first, reflected};
 use overcoat::brdf::tables::filament_dfg;
 use overcoat::brdf::velvet::VelvetAlbedo;
 use overcoat::coat::velvet::{self, Specular, Surface, SurfaceData};
-use overcoat::math::lanes::{Float, Lanes, Scalar, SimdLevel};
+use overcoat::math::lanes::{Float, Lanes, Scalar};
 use overcoat::math::vec3::{V3, Vec3};
 
 const UP: [f32; 3] = [0.0, 0.0, 1.0];
@@ -171,7 +171,7 @@ fn environment_is_asked_where_the_light_comes_from() {
 /// lamps not negative. (The environment's is, as it is asked here.)
 #[test]
 fn nothing_but_finite_numbers() {
-    overcoat::dispatch!(SimdLevel::best(), l => {
+    overcoat::dispatch_baseline!(l => {
         let mut random = Random(0x5eed_0012);
         for round in 0..ROUNDS {
             is_finite(l, &mut random, round);

@@ -6,7 +6,7 @@ use overcoat::coat::babylon::{
     self, AaRoughness, AmbientOcclusion, Anisotropy, Coat, CoatSurface, DiffuseModel, Environment, Lookups,
     Options, Surface, SurfaceData, Tint,
 };
-use overcoat::math::lanes::{Float, LANES, Lanes, SimdLevel};
+use overcoat::math::lanes::{Float, LANES, Lanes};
 use overcoat::math::vec3::{V3, Vec3};
 
 pub const ADAPTERS: &[Adapter] = &[
@@ -54,11 +54,11 @@ const IBL: &[&str] = &[
     "in_aoGray_on",
 ];
 
-fn direct(level: SimdLevel, batch: &Batch<'_>) -> Found {
-    overcoat::dispatch!(level, l => direct_on(l, batch))
+fn direct(batch: &Batch<'_>) -> Found {
+    overcoat::dispatch_baseline!(l => direct_on(l, batch))
 }
-fn ibl(level: SimdLevel, batch: &Batch<'_>) -> Found {
-    overcoat::dispatch!(level, l => ibl_on(l, batch))
+fn ibl(batch: &Batch<'_>) -> Found {
+    overcoat::dispatch_baseline!(l => ibl_on(l, batch))
 }
 
 #[inline(always)]

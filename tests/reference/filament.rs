@@ -5,7 +5,7 @@ use super::table::{Adapter, Batch, Found};
 use overcoat::coat::filament::standard::{Anisotropy, Coat, EnvironmentQuery, Sheen, Surface, SurfaceData};
 use overcoat::coat::filament::{Quality, cloth, dielectric_f0, f0_clear_coat_to_surface, standard};
 use overcoat::coat::filament_2018::{self, Attenuation};
-use overcoat::math::lanes::{Float, Lanes, Mask, SimdLevel};
+use overcoat::math::lanes::{Float, Lanes, Mask};
 use overcoat::math::vec3::{V3, Vec3};
 
 pub const ADAPTERS: &[Adapter] = &[
@@ -29,21 +29,21 @@ const SWITCHES: &[&str] = &[
 /// As [`SWITCHES`], of cloth.
 const CLOTH_SWITCHES: &[&str] = &["in_mobile", "in_subsurfaceColor_on"];
 
-fn standard_direct(level: SimdLevel, batch: &Batch<'_>) -> Found {
-    overcoat::dispatch!(level, l => standard_direct_on(l, batch))
+fn standard_direct(batch: &Batch<'_>) -> Found {
+    overcoat::dispatch_baseline!(l => standard_direct_on(l, batch))
 }
-fn standard_ibl(level: SimdLevel, batch: &Batch<'_>) -> Found {
-    overcoat::dispatch!(level, l => standard_ibl_on(l, batch))
+fn standard_ibl(batch: &Batch<'_>) -> Found {
+    overcoat::dispatch_baseline!(l => standard_ibl_on(l, batch))
 }
-fn cloth_direct(level: SimdLevel, batch: &Batch<'_>) -> Found {
-    overcoat::dispatch!(level, l => cloth_direct_on(l, batch))
+fn cloth_direct(batch: &Batch<'_>) -> Found {
+    overcoat::dispatch_baseline!(l => cloth_direct_on(l, batch))
 }
-fn cloth_ibl(level: SimdLevel, batch: &Batch<'_>) -> Found {
-    overcoat::dispatch!(level, l => cloth_ibl_on(l, batch))
+fn cloth_ibl(batch: &Batch<'_>) -> Found {
+    overcoat::dispatch_baseline!(l => cloth_ibl_on(l, batch))
 }
 
-fn document(level: SimdLevel, batch: &Batch<'_>) -> Found {
-    overcoat::dispatch!(level, l => document_on(l, batch))
+fn document(batch: &Batch<'_>) -> Found {
+    overcoat::dispatch_baseline!(l => document_on(l, batch))
 }
 
 fn quality(batch: &Batch<'_>) -> Quality {

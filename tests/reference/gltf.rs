@@ -5,7 +5,7 @@ use super::table::{Adapter, Batch, Found};
 use overcoat::coat::gltf::{
     self, Anisotropy, Coat, CoatF0, Environment, Iridescence, Lookups, Sheen, Surface, SurfaceData, Terms,
 };
-use overcoat::math::lanes::{Float, LANES, Lanes, SimdLevel};
+use overcoat::math::lanes::{Float, LANES, Lanes};
 use overcoat::math::vec3::{V3, Vec3};
 use std::f32::consts::PI;
 
@@ -18,11 +18,11 @@ pub const ADAPTERS: &[Adapter] = &[
 const UNIFORM: &[&str] =
     &["in_clearcoat_on", "in_specular_on", "in_sheen_on", "in_iridescence_on", "in_anisotropy_on"];
 
-fn direct(level: SimdLevel, batch: &Batch<'_>) -> Found {
-    overcoat::dispatch!(level, l => direct_on(l, batch))
+fn direct(batch: &Batch<'_>) -> Found {
+    overcoat::dispatch_baseline!(l => direct_on(l, batch))
 }
-fn ibl(level: SimdLevel, batch: &Batch<'_>) -> Found {
-    overcoat::dispatch!(level, l => ibl_on(l, batch))
+fn ibl(batch: &Batch<'_>) -> Found {
+    overcoat::dispatch_baseline!(l => ibl_on(l, batch))
 }
 
 #[inline(always)]

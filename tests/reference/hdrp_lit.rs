@@ -6,14 +6,14 @@ use super::table::{Adapter, Batch, Found};
 use overcoat::coat::hdrp_lit::{
     self as lit, Anisotropy, EnvironmentQuery, Iridescence, Occlusion, Reflectance, Surface, SurfaceData,
 };
-use overcoat::math::lanes::{Float, LANES, Lanes, SimdLevel};
+use overcoat::math::lanes::{Float, LANES, Lanes};
 use overcoat::math::vec3::Vec3;
 
 pub const ADAPTERS: &[Adapter] =
     &[Adapter { table: "hdrp_lit_coat", uniform: &["in_materialFeatures"], run: coat, skipped: &[] }];
 
-fn coat(level: SimdLevel, batch: &Batch<'_>) -> Found {
-    overcoat::dispatch!(level, l => coat_on(l, batch))
+fn coat(batch: &Batch<'_>) -> Found {
+    overcoat::dispatch_baseline!(l => coat_on(l, batch))
 }
 
 /// Bits of `materialFeatures`.

@@ -6,7 +6,7 @@ use overcoat::brdf::fgd::pre_integrated_fgd;
 use overcoat::brdf::occlusion::{self, BentNormalTilt, BentOcclusion, VisibilityCone};
 use overcoat::brdf::table::{Table, TexelGrid};
 use overcoat::brdf::{diffuse, ggx, integrate, reflection};
-use overcoat::math::lanes::{Float, LANES, Lanes, SimdLevel};
+use overcoat::math::lanes::{Float, LANES, Lanes};
 use overcoat::math::vec3::{V3, Vec3};
 use std::path::Path;
 use std::sync::LazyLock;
@@ -18,17 +18,17 @@ pub const ADAPTERS: &[Adapter] = &[
     Adapter { table: "helpers_fgd", uniform: &[], run: fgd, skipped: &[] },
 ];
 
-fn ggx(level: SimdLevel, batch: &Batch<'_>) -> Found {
-    overcoat::dispatch!(level, l => ggx_on(l, batch))
+fn ggx(batch: &Batch<'_>) -> Found {
+    overcoat::dispatch_baseline!(l => ggx_on(l, batch))
 }
-fn occlusion(level: SimdLevel, batch: &Batch<'_>) -> Found {
-    overcoat::dispatch!(level, l => occlusion_on(l, batch))
+fn occlusion(batch: &Batch<'_>) -> Found {
+    overcoat::dispatch_baseline!(l => occlusion_on(l, batch))
 }
-fn ibl(level: SimdLevel, batch: &Batch<'_>) -> Found {
-    overcoat::dispatch!(level, l => ibl_on(l, batch))
+fn ibl(batch: &Batch<'_>) -> Found {
+    overcoat::dispatch_baseline!(l => ibl_on(l, batch))
 }
-fn fgd(level: SimdLevel, batch: &Batch<'_>) -> Found {
-    overcoat::dispatch!(level, l => fgd_on(l, batch))
+fn fgd(batch: &Batch<'_>) -> Found {
+    overcoat::dispatch_baseline!(l => fgd_on(l, batch))
 }
 
 /// The FGD table that the originals of all HDRP tables read.

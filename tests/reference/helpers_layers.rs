@@ -4,7 +4,7 @@
 use super::table::{Adapter, Batch, Found};
 use overcoat::brdf::{fresnel, iridescence, roughness};
 use overcoat::coat::stacklit::haze::{Haze, HazyLobes, haze_mapping};
-use overcoat::math::lanes::{Float, Lanes, SimdLevel};
+use overcoat::math::lanes::{Float, Lanes};
 use overcoat::math::vec3::{V3, Vec3};
 
 pub const ADAPTERS: &[Adapter] = &[
@@ -14,17 +14,17 @@ pub const ADAPTERS: &[Adapter] = &[
     Adapter { table: "helpers_haze", uniform: &[], run: haze, skipped: &[] },
 ];
 
-fn fresnel(level: SimdLevel, batch: &Batch<'_>) -> Found {
-    overcoat::dispatch!(level, l => fresnel_on(l, batch))
+fn fresnel(batch: &Batch<'_>) -> Found {
+    overcoat::dispatch_baseline!(l => fresnel_on(l, batch))
 }
-fn roughness(level: SimdLevel, batch: &Batch<'_>) -> Found {
-    overcoat::dispatch!(level, l => roughness_on(l, batch))
+fn roughness(batch: &Batch<'_>) -> Found {
+    overcoat::dispatch_baseline!(l => roughness_on(l, batch))
 }
-fn iridescence(level: SimdLevel, batch: &Batch<'_>) -> Found {
-    overcoat::dispatch!(level, l => iridescence_on(l, batch))
+fn iridescence(batch: &Batch<'_>) -> Found {
+    overcoat::dispatch_baseline!(l => iridescence_on(l, batch))
 }
-fn haze(level: SimdLevel, batch: &Batch<'_>) -> Found {
-    overcoat::dispatch!(level, l => haze_on(l, batch))
+fn haze(batch: &Batch<'_>) -> Found {
+    overcoat::dispatch_baseline!(l => haze_on(l, batch))
 }
 
 #[inline(always)]

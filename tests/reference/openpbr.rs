@@ -2,14 +2,14 @@
 
 use super::table::{Adapter, Batch, Found};
 use overcoat::coat::openpbr::{self, AlbedoSource, Coat, SurfaceData};
-use overcoat::math::lanes::{Float, Lanes, SimdLevel};
+use overcoat::math::lanes::{Float, Lanes};
 use overcoat::math::vec3::{V3, Vec3};
 
 pub const ADAPTERS: &[Adapter] =
     &[Adapter { table: "openpbr_coat", uniform: &["in_tirFix"], run: coat, skipped: &[] }];
 
-fn coat(level: SimdLevel, batch: &Batch<'_>) -> Found {
-    overcoat::dispatch!(level, l => coat_on(l, batch))
+fn coat(batch: &Batch<'_>) -> Found {
+    overcoat::dispatch_baseline!(l => coat_on(l, batch))
 }
 
 #[inline(always)]

@@ -10,7 +10,7 @@ use overcoat::coat::stacklit::{
     HazyGloss, Iridescence, Layers, Light, Lighting, Occlusion, Options, PreLight, Reflectance, Scattering,
     ScreenSpaceOcclusion, SecondLobe, SpecularOcclusion, SurfaceData, Transmission, Version,
 };
-use overcoat::math::lanes::{Float, LANES, Lanes, Mask, SimdLevel};
+use overcoat::math::lanes::{Float, LANES, Lanes, Mask};
 use overcoat::math::vec3::{V3, Vec3};
 
 pub const ADAPTERS: &[Adapter] = &[
@@ -41,20 +41,20 @@ const UNIFORM_IBL: &[&str] = &[
 const UNIFORM_PROFILE: &[&str] = &["in_materialFeatures", "row"];
 const UNIFORM_PROFILE_17: &[&str] = &["in_materialFeatures", "in_useProfileIor", "row"];
 
-fn adding(level: SimdLevel, batch: &Batch<'_>) -> Found {
-    overcoat::dispatch!(level, l => adding_on(l, batch))
+fn adding(batch: &Batch<'_>) -> Found {
+    overcoat::dispatch_baseline!(l => adding_on(l, batch))
 }
-fn direct(level: SimdLevel, batch: &Batch<'_>) -> Found {
-    overcoat::dispatch!(level, l => direct_on(l, batch))
+fn direct(batch: &Batch<'_>) -> Found {
+    overcoat::dispatch_baseline!(l => direct_on(l, batch))
 }
-fn ibl(level: SimdLevel, batch: &Batch<'_>) -> Found {
-    overcoat::dispatch!(level, l => ibl_on(l, batch))
+fn ibl(batch: &Batch<'_>) -> Found {
+    overcoat::dispatch_baseline!(l => ibl_on(l, batch))
 }
-fn scattering(level: SimdLevel, batch: &Batch<'_>) -> Found {
-    overcoat::dispatch!(level, l => scattering_on(l, batch, Version::V13))
+fn scattering(batch: &Batch<'_>) -> Found {
+    overcoat::dispatch_baseline!(l => scattering_on(l, batch, Version::V13))
 }
-fn scattering_17(level: SimdLevel, batch: &Batch<'_>) -> Found {
-    overcoat::dispatch!(level, l => scattering_on(l, batch, Version::Newest))
+fn scattering_17(batch: &Batch<'_>) -> Found {
+    overcoat::dispatch_baseline!(l => scattering_on(l, batch, Version::Newest))
 }
 
 /// Bits of `materialFeatures`.

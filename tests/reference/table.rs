@@ -1,6 +1,6 @@
 //! A table of inputs and outputs, and its twin in double precision.
 
-use overcoat::math::lanes::{LANES, SimdLevel};
+use overcoat::math::lanes::LANES;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -10,7 +10,7 @@ pub struct Adapter {
     pub table: &'static str,
     /// Columns that choose code and are therefore the same in all rows of a vector.
     pub uniform: &'static [&'static str],
-    pub run: fn(SimdLevel, &Batch<'_>) -> Found,
+    pub run: fn(&Batch<'_>) -> Found,
     /// Outputs that are not reproduced, without `out_`, and why.
     pub skipped: &'static [(&'static str, &'static str)],
 }

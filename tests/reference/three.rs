@@ -7,7 +7,7 @@ use overcoat::coat::three::{
     self, Anisotropy, Coat, Indirect, Iridescence, Sheen, Surface, SurfaceData, Terms,
 };
 use overcoat::coat::three_legacy::{self as legacy, LightUnits, ThreeVersion};
-use overcoat::math::lanes::{Float, LANES, Lanes, SimdLevel};
+use overcoat::math::lanes::{Float, LANES, Lanes};
 use overcoat::math::vec3::{V3, Vec3};
 use std::f32::consts::PI;
 use std::path::Path;
@@ -26,25 +26,25 @@ const LEGACY: &[&str] = &["in_clearcoat_on", "in_sheen_on", "in_physicallyCorrec
 /// As [`LEGACY`], of the current release.
 const CURRENT: &[&str] = &["in_clearcoat_on", "in_sheen_on", "in_iridescence_on", "in_anisotropy_on"];
 
-fn r119_direct(level: SimdLevel, batch: &Batch<'_>) -> Found {
-    overcoat::dispatch!(level, l => legacy_direct_on(l, ThreeVersion::R119, batch))
+fn r119_direct(batch: &Batch<'_>) -> Found {
+    overcoat::dispatch_baseline!(l => legacy_direct_on(l, ThreeVersion::R119, batch))
 }
-fn r131_direct(level: SimdLevel, batch: &Batch<'_>) -> Found {
-    overcoat::dispatch!(level, l => legacy_direct_on(l, ThreeVersion::R131, batch))
+fn r131_direct(batch: &Batch<'_>) -> Found {
+    overcoat::dispatch_baseline!(l => legacy_direct_on(l, ThreeVersion::R131, batch))
 }
-fn r119_indirect(level: SimdLevel, batch: &Batch<'_>) -> Found {
-    overcoat::dispatch!(level, l => legacy_indirect_on(l, ThreeVersion::R119, batch))
+fn r119_indirect(batch: &Batch<'_>) -> Found {
+    overcoat::dispatch_baseline!(l => legacy_indirect_on(l, ThreeVersion::R119, batch))
 }
-fn r131_indirect(level: SimdLevel, batch: &Batch<'_>) -> Found {
-    overcoat::dispatch!(level, l => legacy_indirect_on(l, ThreeVersion::R131, batch))
+fn r131_indirect(batch: &Batch<'_>) -> Found {
+    overcoat::dispatch_baseline!(l => legacy_indirect_on(l, ThreeVersion::R131, batch))
 }
-fn current_direct(level: SimdLevel, batch: &Batch<'_>) -> Found {
+fn current_direct(batch: &Batch<'_>) -> Found {
     let table = dfg_table();
-    overcoat::dispatch!(level, l => current_direct_on(l, &table, batch))
+    overcoat::dispatch_baseline!(l => current_direct_on(l, &table, batch))
 }
-fn current_indirect(level: SimdLevel, batch: &Batch<'_>) -> Found {
+fn current_indirect(batch: &Batch<'_>) -> Found {
     let table = dfg_table();
-    overcoat::dispatch!(level, l => current_indirect_on(l, &table, batch))
+    overcoat::dispatch_baseline!(l => current_indirect_on(l, &table, batch))
 }
 
 /// The look-up table that the release ships.

@@ -3,7 +3,7 @@
 use super::stub;
 use super::table::{Adapter, Batch, Found};
 use overcoat::coat::urp::{self, BrdfData, Coat, Reflectance, Surface, SurfaceData, UrpVersion};
-use overcoat::math::lanes::{Float, Lanes, SimdLevel};
+use overcoat::math::lanes::{Float, Lanes};
 use overcoat::math::vec3::{V3, Vec3};
 
 pub const ADAPTERS: &[Adapter] = &[
@@ -20,23 +20,23 @@ const UNIFORM: &[&str] = &["in_mobile", "in_specularWorkflow"];
 /// As [`UNIFORM`], of the tables of the newest version.
 const UNIFORM_17: &[&str] = &["in_realIsHalf", "in_specularWorkflow"];
 
-fn brdf(level: SimdLevel, batch: &Batch<'_>) -> Found {
-    overcoat::dispatch!(level, l => brdf_on(l, version_13(batch), batch))
+fn brdf(batch: &Batch<'_>) -> Found {
+    overcoat::dispatch_baseline!(l => brdf_on(l, version_13(batch), batch))
 }
-fn brdf_17(level: SimdLevel, batch: &Batch<'_>) -> Found {
-    overcoat::dispatch!(level, l => brdf_on(l, version_17(batch), batch))
+fn brdf_17(batch: &Batch<'_>) -> Found {
+    overcoat::dispatch_baseline!(l => brdf_on(l, version_17(batch), batch))
 }
-fn direct(level: SimdLevel, batch: &Batch<'_>) -> Found {
-    overcoat::dispatch!(level, l => direct_on(l, version_13(batch), batch))
+fn direct(batch: &Batch<'_>) -> Found {
+    overcoat::dispatch_baseline!(l => direct_on(l, version_13(batch), batch))
 }
-fn direct_17(level: SimdLevel, batch: &Batch<'_>) -> Found {
-    overcoat::dispatch!(level, l => direct_on(l, version_17(batch), batch))
+fn direct_17(batch: &Batch<'_>) -> Found {
+    overcoat::dispatch_baseline!(l => direct_on(l, version_17(batch), batch))
 }
-fn gi(level: SimdLevel, batch: &Batch<'_>) -> Found {
-    overcoat::dispatch!(level, l => gi_on(l, version_13(batch), batch))
+fn gi(batch: &Batch<'_>) -> Found {
+    overcoat::dispatch_baseline!(l => gi_on(l, version_13(batch), batch))
 }
-fn gi_17(level: SimdLevel, batch: &Batch<'_>) -> Found {
-    overcoat::dispatch!(level, l => gi_on(l, version_17(batch), batch))
+fn gi_17(batch: &Batch<'_>) -> Found {
+    overcoat::dispatch_baseline!(l => gi_on(l, version_17(batch), batch))
 }
 
 fn version_13(batch: &Batch<'_>) -> UrpVersion {

@@ -6,7 +6,7 @@ use overcoat::brdf::sheen::{self, distribution_charlie, visibility_neubelt};
 use overcoat::brdf::velvet::{
     anisotropic_roughness, distribution_velvet, distribution_velvet_real_time, velvet_lobe,
 };
-use overcoat::math::lanes::{Float, Lanes, SimdLevel};
+use overcoat::math::lanes::{Float, Lanes};
 use overcoat::math::vec3::{V3, Vec3};
 
 pub const ADAPTERS: &[Adapter] = &[Adapter { table: "velvet_aniso", uniform: &[], run: lobes, skipped: &[] }];
@@ -14,8 +14,8 @@ pub const ADAPTERS: &[Adapter] = &[Adapter { table: "velvet_aniso", uniform: &[]
 /// Least alpha of the clamped columns: Filament's on desktop.
 const LEAST_ALPHA: f32 = 0.002_025;
 
-fn lobes(level: SimdLevel, batch: &Batch<'_>) -> Found {
-    overcoat::dispatch!(level, l => lobes_on(l, batch))
+fn lobes(batch: &Batch<'_>) -> Found {
+    overcoat::dispatch_baseline!(l => lobes_on(l, batch))
 }
 
 #[inline(always)]

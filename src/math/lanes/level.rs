@@ -196,6 +196,31 @@ macro_rules! dispatch_available {
     }};
 }
 
+/// Runs an expression compiled for one instruction set alone: the least that every processor of the machine's kind has. For tests
+/// of formulas, which would take four times as long to compile with [`dispatch!`](crate::dispatch); that all give the same bits is
+/// shown of the operations, and of whole pictures.
+#[macro_export]
+#[doc(hidden)]
+macro_rules! dispatch_baseline {
+    ($l:ident => $body:expr) => {{
+        use $crate::math::lanes::Lanes as _;
+        #[cfg(target_arch = "x86_64")]
+        let Some($l) = $crate::math::lanes::sse2($crate::math::lanes::SimdLevel::Sse2) else {
+            unreachable!("every processor of the kind has it")
+        };
+        #[cfg(target_arch = "aarch64")]
+        let Some($l) = $crate::math::lanes::neon($crate::math::lanes::SimdLevel::Neon) else {
+            unreachable!("every processor of the kind has it")
+        };
+        #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+        let $l = $crate::math::lanes::Scalar;
+        $l.run(
+            #[inline(always)]
+            || $body,
+        )
+    }};
+}
+
 /// The AVX-512 token, if that is the level asked for and the machine has it.
 #[cfg(target_arch = "x86_64")]
 #[doc(hidden)]
