@@ -153,8 +153,8 @@ impl Converter<'_> {
         let (name, what) = (self.name(), property.label());
         let name = || format!("{name}: {what}");
         let alpha = if slot.holds == Holds::ColorAndAlpha { alpha_use(material) } else { AlphaUse::Data };
-        let space = slot.color_space();
-        self.textures.refer(self.root, info, space, alpha, &mut self.uv_sets, self.warnings, &name)
+        let meaning = (slot.color_space(), alpha);
+        self.textures.refer(self.root, info, meaning, &mut self.uv_sets, self.warnings, &name)
     }
 }
 

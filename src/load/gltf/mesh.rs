@@ -55,6 +55,17 @@ pub(super) fn name(root: &Root, mesh: usize, primitive: usize) -> String {
     format!("{}, primitive {primitive}", root.meshes.label(mesh))
 }
 
+/// What the use of a primitive asks of its mesh.
+#[derive(Clone, Copy)]
+pub(super) struct Wanted<'a> {
+    /// The texture coordinates for which tangents are made.
+    pub tangents_for: Option<usize>,
+    /// The sets of texture coordinates that its material reads.
+    pub uv_sets: [u32; 2],
+    /// What moves it.
+    pub usage: &'a Usage,
+}
+
 /// What a primitive needs to become a mesh, or `None`, with a warning, if it has no triangles. Reads no data yet, but
 /// makes sure of the buffers.
 ///
@@ -63,14 +74,13 @@ pub(super) fn name(root: &Root, mesh: usize, primitive: usize) -> String {
 pub(super) fn plan(
     root: &Root,
     (mesh, primitive): (usize, usize),
-    tangents_for: Option<usize>,
-    uv_sets: [u32; 2],
-    usage: &Usage,
+    wanted: Wanted<'_>,
     buffers: &mut Buffers<'_>,
     context: &Context<'_>,
     budget: &mut Budget,
     warnings: &mut Warnings,
 ) -> Result<Option<(Source, Geometry)>, LoadError> {
+    let Wanted { tangents_for, uv_sets, usage } = wanted;
     let given = root.meshes.at(mesh)?.primitives.at(primitive)?;
     let name = || name(root, mesh, primitive);
     let mode = given.mode.map_or(4, |mode| mode.0);
@@ -86,17 +96,7 @@ pub(super) fn plan(
     let stored = accessor::get(root, position).map_err(|e| inside(name(), e))?;
     let compression = given.extensions.as_deref().and_then(|e| e.draco.as_ref());
     if let Some(compression) = compression {
-        if topology != Topology::List {
-            let message = format!(
-                "{}: KHR_draco_mesh_compression of anything but lists of triangles cannot be read",
-                name()
-            );
-            return Err(LoadError::unsupported(FORMAT, message));
-        }
-        let (Some(view), Some(_)) = (compression.buffer_view, given.indices) else {
-            let what = format!("{}: KHR_draco_mesh_compression without a bufferView or indices", name());
-            return Err(LoadError::malformed(FORMAT, what));
-        };
+        let view = compressed_view(compression, given, topology, &name)?;
         buffers.require(view, context, budget).map_err(|e| inside(name(), e))?;
     }
     // Without normals there is flat shading, and tangents mean nothing; nor do they on points and lines.
@@ -117,48 +117,8 @@ pub(super) fn plan(
         tangents_for: tangents_for.filter(|&set| uvs.get(set).is_some_and(Option::is_some)),
         deform: deform::Source::new(given, usage, uv_sets, &name, warnings),
     };
-    let compressed = |what: &str| compression.is_some_and(|c| c.attributes.named(what).is_some());
-    let needed = [
-        Some(position).filter(|_| !compressed("POSITION")),
-        source.indices.filter(|_| compression.is_none()),
-    ];
-    for index in needed.into_iter().flatten() {
-        accessor::require(root, index, buffers, context, budget).map_err(|e| inside(name(), e))?;
-    }
-    let [uv0, uv1] = &mut source.uvs;
-    let [name0, name1] = uv_sets.map(|set| format!("TEXCOORD_{set}"));
-    let optional = [
-        ("NORMAL", &mut source.normal),
-        ("TANGENT", &mut source.tangent),
-        (name0.as_str(), uv0),
-        (name1.as_str(), uv1),
-        ("COLOR_0", &mut source.color),
-    ];
-    for (what, place) in optional {
-        let Some(index) = place.filter(|_| !compressed(what)) else { continue };
-        match accessor::require(root, index, buffers, context, budget) {
-            Err(error) if error.is_partial() => {
-                warnings.add(|| format!("{}: {what} is left out: {}", name(), error.reason()));
-                *place = None;
-            }
-            result => result?,
-        }
-    }
-    let influences: Vec<(Index, Index)> =
-        compression.map_or(Vec::new(), |c| attributes.influences_in(&c.attributes).collect());
-    let stored_apart = |index: &Index| influences.iter().all(|(known, _)| known != index);
-    let moved = source
-        .deform
-        .accessors()
-        .filter(stored_apart)
-        .try_for_each(|index| accessor::require(root, index, buffers, context, budget));
-    match moved {
-        Err(error) if error.is_partial() => {
-            warnings.add(|| format!("{} does not move: {}", name(), error.reason()));
-            source.deform = deform::Source::default();
-        }
-        result => result.map_err(|e| inside(name(), e))?,
-    }
+    let mut require = |index| accessor::require(root, index, buffers, context, budget);
+    require_accessors(&mut source, given, &mut require, &name, warnings)?;
     let vertices = stored.count.0;
     let corners = match given.indices {
         Some(indices) => accessor::get(root, indices).map_err(|e| inside(name(), e))?.count.0,
@@ -172,6 +132,78 @@ pub(super) fn plan(
         warnings.add(|| format!("{}: {corners} vertices are no whole number of lines", name()));
     }
     Ok(Some((source.clone(), Geometry { source, of: (mesh, primitive), triangles, vertices })))
+}
+
+/// The buffer view that a compressed primitive lies in.
+fn compressed_view(
+    compression: &model::Draco,
+    given: &model::Primitive,
+    topology: Topology,
+    name: &dyn Fn() -> String,
+) -> Result<Index, LoadError> {
+    if topology != Topology::List {
+        let message = format!(
+            "{}: KHR_draco_mesh_compression of anything but lists of triangles cannot be read",
+            name()
+        );
+        return Err(LoadError::unsupported(FORMAT, message));
+    }
+    let (Some(view), Some(_)) = (compression.buffer_view, given.indices) else {
+        let what = format!("{}: KHR_draco_mesh_compression without a bufferView or indices", name());
+        return Err(LoadError::malformed(FORMAT, what));
+    };
+    Ok(view)
+}
+
+/// Makes sure of what a mesh is read from. Attributes that it can do without are left out, with a warning, where they cannot be
+/// had.
+fn require_accessors(
+    source: &mut Source,
+    given: &model::Primitive,
+    require: &mut dyn FnMut(Index) -> Result<(), LoadError>,
+    name: &dyn Fn() -> String,
+    warnings: &mut Warnings,
+) -> Result<(), LoadError> {
+    let compression = given.extensions.as_deref().and_then(|e| e.draco.as_ref());
+    let compressed = |what: &str| compression.is_some_and(|c| c.attributes.named(what).is_some());
+    let needed = [
+        Some(source.position).filter(|_| !compressed("POSITION")),
+        source.indices.filter(|_| compression.is_none()),
+    ];
+    for index in needed.into_iter().flatten() {
+        require(index).map_err(|e| inside(name(), e))?;
+    }
+    let [uv0, uv1] = &mut source.uvs;
+    let [name0, name1] = source.uv_sets.map(|set| format!("TEXCOORD_{set}"));
+    let optional = [
+        ("NORMAL", &mut source.normal),
+        ("TANGENT", &mut source.tangent),
+        (name0.as_str(), uv0),
+        (name1.as_str(), uv1),
+        ("COLOR_0", &mut source.color),
+    ];
+    for (what, place) in optional {
+        let Some(index) = place.filter(|_| !compressed(what)) else { continue };
+        match require(index) {
+            Err(error) if error.is_partial() => {
+                warnings.add(|| format!("{}: {what} is left out: {}", name(), error.reason()));
+                *place = None;
+            }
+            result => result?,
+        }
+    }
+    let influences: Vec<(Index, Index)> =
+        compression.map_or(Vec::new(), |c| given.attributes.influences_in(&c.attributes).collect());
+    let stored_apart = |index: &Index| influences.iter().all(|(known, _)| known != index);
+    let moved = source.deform.accessors().filter(stored_apart).try_for_each(require);
+    match moved {
+        Err(error) if error.is_partial() => {
+            warnings.add(|| format!("{} does not move: {}", name(), error.reason()));
+            source.deform = deform::Source::default();
+        }
+        result => result.map_err(|e| inside(name(), e))?,
+    }
+    Ok(())
 }
 
 impl Geometry {

@@ -159,12 +159,15 @@ impl Loader<'_> {
             }
             let material = self.plan_material(material, mesh::is_unlit(primitive))?;
             let tangents_for = self.materials.get(material).and_then(|(_, material)| tangent_set(material));
+            let wanted = mesh::Wanted {
+                tangents_for,
+                uv_sets: self.uv_sets.get(material).copied().unwrap_or([0, 1]),
+                usage,
+            };
             let planned = mesh::plan(
                 root,
                 (mesh, k),
-                tangents_for,
-                self.uv_sets.get(material).copied().unwrap_or([0, 1]),
-                usage,
+                wanted,
                 &mut self.buffers,
                 self.context,
                 &mut self.budget,

@@ -50,13 +50,12 @@ pub(super) struct Textures {
 }
 
 impl Textures {
-    /// A use of a texture. `None`, with a warning, if there is no such texture or it cannot be read.
+    /// A use of a texture, and what its values and its alpha are. `None`, with a warning, if there is no such texture or it cannot be read.
     pub(super) fn refer(
         &mut self,
         root: &Root,
         info: &TextureInfo,
-        color_space: ColorSpace,
-        alpha: AlphaUse,
+        (color_space, alpha): (ColorSpace, AlphaUse),
         uv_sets: &mut UvSets,
         warnings: &mut Warnings,
         what: &dyn Fn() -> String,
