@@ -298,8 +298,8 @@ fn stacklit(row: &Row) -> Told {
         material.coat = row["in_coatMask"];
         material.coat_roughness = 1.0 - row["in_coatPerceptualSmoothness"];
     }
-    material.options.stacklit_recompute_per_light = on(row, "cfg_recomputePerLight");
-    material.options.stacklit_refracted_angles = on(row, "cfg_refractedAnglesForBase");
+    material.options.stacklit.recompute_per_light = on(row, "cfg_recomputePerLight");
+    material.options.stacklit.refracted_angles = on(row, "cfg_refractedAnglesForBase");
     let (diffuse, specular) = (vector(row, "out_litDiffuse"), vector(row, "out_litSpecular"));
     let color = vector(row, "in_baseColor").map(|c| c * (1.0 - row["in_metallic"]));
     Some((material, ShadingModel::StackLit, std::array::from_fn(|k| color[k] * diffuse[k] + specular[k])))
@@ -338,7 +338,7 @@ fn filament_2018(row: &Row) -> Told {
     material.coat_roughness = row["in_clearCoatPerceptualRoughness"];
     // Every other row in the other form.
     let single = row["row"] as u32 % 2 == 1;
-    material.options.filament_2018_single_attenuation = single;
+    material.options.filament_2018.single_attenuation = single;
     let out = vector(row, if single { "out_litFormB" } else { "out_litFormA" });
     Some((material, ShadingModel::Filament2018, out))
 }
@@ -376,7 +376,7 @@ fn three_legacy(row: &Row, r119: bool) -> Told {
     let mut material = metallic(row, "in_diffuse", row["in_metalness"], row["in_roughness"]);
     let reflectivity = row["in_reflectivity"];
     material.ior = ior_of(0.16 * reflectivity * reflectivity);
-    material.options.three_r119 = r119;
+    material.options.three.r119 = r119;
     if !r119 {
         material.specular = row["in_specularIntensity"];
         material.specular_color = vector(row, "in_specularTint");

@@ -110,7 +110,7 @@ pub struct Light {
     pub intensity: f32,
     /// Surfaces are at least as rough as this under it (alpha, the square of perceptual roughness, 0 to 1), so that a
     /// light without extent has a highlight with one: Unity's `minRoughness`. StackLit reads it where the material says
-    /// so, [`super::ModelOptions::stacklit_honor_light_minimum_roughness`].
+    /// so, [`super::StackLitOptions::honor_light_minimum_roughness`].
     pub minimum_roughness: f32,
 }
 

@@ -181,7 +181,7 @@ impl Default for Subsurface {
 }
 
 /// What a material knows of the occlusion of its reflections beyond ambient occlusion. Which of it is read, if any, is
-/// decided by [`super::ModelOptions::stacklit_specular_occlusion`].
+/// decided by [`super::StackLitOptions::specular_occlusion`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReflectionOcclusion {
     /// Visibility of reflections, 0 none to 1 all, for [`super::SpecularOcclusionMethod::Custom`].

@@ -2,7 +2,8 @@
 
 use super::error::within;
 use super::lobes::Lobes;
-use super::model::{ModelOptions, ShadingModel};
+use super::model::ShadingModel;
+use super::model_options::ModelOptions;
 use super::parameters::{check, slots};
 use super::{SceneError, TextureId};
 

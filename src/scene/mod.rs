@@ -18,6 +18,7 @@ mod material;
 mod mesh;
 mod mipmap;
 mod model;
+mod model_options;
 mod orientation;
 mod origin;
 pub(crate) mod parameters;
@@ -40,7 +41,11 @@ pub use lobes::{
 };
 pub use material::{AlphaMode, Material, NormalTexture, TextureRef, UvTransform, Workflow};
 pub use mesh::{MAX_VERTICES, Mesh, MeshData, PrimitiveKind, Surfels};
-pub use model::{DualNormalFix, ModelOptions, OcclusionCone, ShadingModel, SpecularOcclusionMethod};
+pub use model::ShadingModel;
+pub use model_options::{
+    BabylonOptions, DualNormalFix, Filament2018Options, GltfOptions, ModelOptions, OcclusionCone,
+    SpecularOcclusionMethod, StackLitOptions, ThreeOptions,
+};
 pub use orientation::{Axis, Orientation};
 pub(crate) use splats::rotation_rows;
 pub use splats::{

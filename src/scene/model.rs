@@ -26,7 +26,7 @@ pub enum ShadingModel {
     Filament2018,
     /// three.js r187, `MeshPhysicalMaterial`.
     Three,
-    /// three.js r131 or, by [`ModelOptions::three_r119`], r119.
+    /// three.js r131 or, by [`super::ThreeOptions::r119`], r119.
     ThreeLegacy,
     /// The Khronos glTF Sample Renderer: what materials mean that name no model.
     #[default]
@@ -254,115 +254,6 @@ impl ShadingModel {
         let in_material = |feature: &Feature| feature.is_in(material);
         Feature::ALL.into_iter().filter(missed).filter(in_material).map(Feature::name)
     }
-}
-
-/// `ALL`, `name` and `from_name` for an enum of choices that files name.
-macro_rules! named {
-    ($of:ident { $($variant:ident $name:literal),+ $(,)? }) => {
-        impl $of {
-            /// All of them.
-            pub const ALL: &'static [Self] = &[$(Self::$variant),+];
-
-            /// Name as files have it.
-            #[must_use]
-            pub fn name(self) -> &'static str {
-                match self {
-                    $(Self::$variant => $name),+
-                }
-            }
-
-            /// The choice of that name.
-            #[must_use]
-            pub fn from_name(name: &str) -> Option<Self> {
-                Self::ALL.iter().copied().find(|choice| choice.name() == name)
-            }
-        }
-    };
-}
-
-/// How StackLit bends the coat's cosine where coat and base have normals of their own
-/// (`_VLAYERED_DUAL_NORMALS_TOP_FIX_*`).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub enum DualNormalFix {
-    /// The smaller of |coat normal . V| and geometric normal . V; Unity's default.
-    #[default]
-    Flip,
-    /// The geometric normal's cosine.
-    Geometric,
-    /// The coat normal's cosine as it is.
-    None,
-}
-
-named!(DualNormalFix { Flip "flip", Geometric "geometric", None "none" });
-
-/// Where StackLit takes the occlusion of reflections from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub enum SpecularOcclusionMethod {
-    /// Nowhere.
-    Off,
-    /// From ambient occlusion, view angle and roughness (Lagarde and de Rousiers 2014).
-    #[default]
-    FromAmbientOcclusion,
-    /// The intersection of the cone of visible directions, about the bent normal, with the cone of the lobe.
-    ConeCone,
-    /// The same with the bent normal of strongly occluded places turned towards the geometric normal.
-    ConeConeTilted,
-    /// What the material states: [`super::ReflectionOcclusion::specular`].
-    Custom,
-}
-
-named!(SpecularOcclusionMethod { Off "off", FromAmbientOcclusion "from-ambient-occlusion", ConeCone "cone-cone", ConeConeTilted "cone-cone-tilted", Custom "custom" });
-
-/// How ambient occlusion was weighted when it was baked, for the cone of visible directions
-/// (`BENT_VISIBILITY_FROM_AO_*`).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub enum OcclusionCone {
-    /// Every direction of the hemisphere alike.
-    Uniform,
-    /// By the cosine with the cone's axis.
-    #[default]
-    Cosine,
-    /// By the cosine with the normal, from which the axis deviates.
-    CosineWithBentCorrection,
-}
-
-named!(OcclusionCone { Uniform "uniform", Cosine "cosine", CosineWithBentCorrection "cosine-with-bent-correction" });
-
-/// Switches of the models: what the engines decide when a shader is compiled.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ModelOptions {
-    /// StackLit: the layers are added up for every light, from its half vector (`VLAYERED_RECOMPUTE_PERLIGHT`).
-    pub stacklit_recompute_per_light: bool,
-    /// StackLit: the base sees light and viewer refracted (`VLAYERED_USE_REFRACTED_ANGLES_FOR_BASE`).
-    pub stacklit_refracted_angles: bool,
-    /// StackLit: the cosine at the coat with two normals.
-    pub stacklit_dual_normal_fix: DualNormalFix,
-    /// StackLit: a light's own least roughness instead of 1/1024 (`_STACK_LIT_HONORS_LIGHT_MIN_ROUGHNESS`).
-    pub stacklit_honor_light_minimum_roughness: bool,
-    /// StackLit: occlusion of reflections.
-    pub stacklit_specular_occlusion: SpecularOcclusionMethod,
-    /// StackLit: the cone of visible directions, where occlusion goes by cones.
-    pub stacklit_occlusion_cone: OcclusionCone,
-    /// StackLit: the light that is lost between microfacets stays lost (`STACK_LIT_USE_GGX_ENERGY_COMPENSATION` off).
-    pub stacklit_no_energy_compensation: bool,
-    /// StackLit, specular workflow: the base colour is not dimmed by the specular colour.
-    pub stacklit_no_specular_energy_conservation: bool,
-    /// StackLit: the newest text of the conversion instead of 13.0's.
-    pub stacklit_newest: bool,
-    /// Filament 2018: the later document's attenuation instead of the one of its code, which darkens the base's
-    /// specular twice.
-    pub filament_2018_single_attenuation: bool,
-    /// three.js, older composition: r119 instead of r131.
-    pub three_r119: bool,
-    /// glTF: the coat's F0 is 0.04, as KHR_materials_clearcoat has it, instead of that of the base's index of refraction,
-    /// as the Sample Renderer computes it. They differ where KHR_materials_ior is not 1.5.
-    pub gltf_fixed_coat_f0: bool,
-    /// Babylon.js: F0 of the base becomes that of its interface with the coat, as in materials that are made in the engine; from
-    /// glTF files it stays.
-    pub babylon_remap_f0: bool,
 }
 
 #[cfg(test)]

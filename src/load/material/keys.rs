@@ -7,7 +7,7 @@ use std::sync::LazyLock;
 /// A key of material files.
 #[derive(Clone, Debug)]
 pub(super) struct Key {
-    /// As written; keys of the table `[options]` with that in front: `options.three_r119`.
+    /// As written; keys of the table `[options]` with that in front: `options.three.r119`.
     pub(super) name: &'static str,
     /// What it takes and where that goes.
     pub(super) kind: Kind,
@@ -177,7 +177,7 @@ impl Key {
 /// A key of material files, for people.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MaterialKey {
-    /// As written; keys of the table `[options]` with that in front: `options.three_r119`.
+    /// As written; keys of the table `[options]` with that in front: `options.three.r119`.
     pub name: &'static str,
     /// What it takes.
     pub takes: String,

@@ -2,9 +2,8 @@
 
 use super::{Access, Holds, Kind, MAX_FACTOR, Parameter, Place, Range, Slot};
 use crate::scene::material::{AlphaMode, Material, TextureRef, Workflow};
-use crate::scene::model::{
-    DualNormalFix, Feature as F, OcclusionCone, ShadingModel, SpecularOcclusionMethod,
-};
+use crate::scene::model::{Feature as F, ShadingModel};
+use crate::scene::model_options::{DualNormalFix, OcclusionCone, SpecularOcclusionMethod};
 
 const STACKLIT: &[ShadingModel] = &[ShadingModel::StackLit];
 
@@ -764,67 +763,67 @@ parameters! {
     // Switches of the models.
     STACKLIT_RECOMPUTE_PER_LIGHT = switch!(
         "options.stacklit_recompute_per_light",
-        m => m.options.stacklit_recompute_per_light,
+        m => m.options.stacklit.recompute_per_light,
         "The layers are added up for every light, from its half vector."
     ).of(STACKLIT);
     STACKLIT_REFRACTED_ANGLES = switch!(
         "options.stacklit_refracted_angles",
-        m => m.options.stacklit_refracted_angles,
+        m => m.options.stacklit.refracted_angles,
         "The base sees light and viewer refracted."
     ).of(STACKLIT);
     STACKLIT_DUAL_NORMAL_FIX = choice!(
         "options.stacklit_dual_normal_fix",
         DualNormalFix,
-        m => m.options.stacklit_dual_normal_fix,
+        m => m.options.stacklit.dual_normal_fix,
         "The cosine at the coat where coat and base have normals of their own."
     ).of(STACKLIT);
     STACKLIT_HONOR_LIGHT_MINIMUM_ROUGHNESS = switch!(
         "options.stacklit_honor_light_minimum_roughness",
-        m => m.options.stacklit_honor_light_minimum_roughness,
+        m => m.options.stacklit.honor_light_minimum_roughness,
         "A light's own least roughness."
     ).of(STACKLIT);
     STACKLIT_SPECULAR_OCCLUSION = choice!(
         "options.stacklit_specular_occlusion",
         SpecularOcclusionMethod,
-        m => m.options.stacklit_specular_occlusion,
+        m => m.options.stacklit.specular_occlusion,
         "Where the occlusion of reflections comes from. Unity's pivot method is not offered: its table is in no public text."
     ).of(STACKLIT);
     STACKLIT_OCCLUSION_CONE = choice!(
         "options.stacklit_occlusion_cone",
         OcclusionCone,
-        m => m.options.stacklit_occlusion_cone,
+        m => m.options.stacklit.occlusion_cone,
         "How the ambient occlusion was weighted when it was baked, for the cones."
     ).of(STACKLIT);
     STACKLIT_NO_ENERGY_COMPENSATION = switch!(
         "options.stacklit_no_energy_compensation",
-        m => m.options.stacklit_no_energy_compensation,
+        m => m.options.stacklit.no_energy_compensation,
         "Light that is lost between microfacets stays lost."
     ).of(STACKLIT);
     STACKLIT_NO_SPECULAR_ENERGY_CONSERVATION = switch!(
         "options.stacklit_no_specular_energy_conservation",
-        m => m.options.stacklit_no_specular_energy_conservation,
+        m => m.options.stacklit.no_specular_energy_conservation,
         "In the specular workflow, the base colour is not dimmed by the specular colour."
     ).of(STACKLIT);
     STACKLIT_NEWEST = switch!(
         "options.stacklit_newest",
-        m => m.options.stacklit_newest,
+        m => m.options.stacklit.newest,
         "The newest text of the conversion instead of 13.0's."
     ).of(STACKLIT);
     FILAMENT_2018_SINGLE_ATTENUATION = switch!(
         "options.filament_2018_single_attenuation",
-        m => m.options.filament_2018_single_attenuation,
+        m => m.options.filament_2018.single_attenuation,
         "The later document's attenuation, which darkens the base's specular once."
     ).of(&[ShadingModel::Filament2018]);
-    THREE_R119 = switch!("options.three_r119", m => m.options.three_r119, "r119 instead of r131.")
+    THREE_R119 = switch!("options.three_r119", m => m.options.three.r119, "r119 instead of r131.")
         .of(&[ShadingModel::ThreeLegacy]);
     GLTF_FIXED_COAT_F0 = switch!(
         "options.gltf_fixed_coat_f0",
-        m => m.options.gltf_fixed_coat_f0,
+        m => m.options.gltf.fixed_coat_f0,
         "The coat's F0 is 0.04 instead of that of the base's index of refraction."
     ).of(&[ShadingModel::Gltf, ShadingModel::GltfSampled]);
     BABYLON_REMAP_F0 = switch!(
         "options.babylon_remap_f0",
-        m => m.options.babylon_remap_f0,
+        m => m.options.babylon.remap_f0,
         "F0 of the base becomes that of its interface with the coat."
     ).of(&[ShadingModel::Babylon]);
 }

@@ -50,7 +50,7 @@ impl AdditiveModel for Babylon {
                     ior: l.splat(material.lobes.coat.ior),
                     normal: surface.coat_normal,
                     normal_slope: None,
-                    remaps_f0: material.options.babylon_remap_f0,
+                    remaps_f0: material.options.babylon.remap_f0,
                     tint: tint(l, material, surface),
                 },
             ),

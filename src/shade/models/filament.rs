@@ -128,7 +128,7 @@ impl AdditiveModel for Standard2018 {
     #[inline(always)]
     fn layers<L: Lanes>(self, l: L, material: &Material, surface: &Surface<L>) -> Self::Layers<L> {
         let base = MetallicBase::new(l, surface);
-        let attenuation = if material.options.filament_2018_single_attenuation {
+        let attenuation = if material.options.filament_2018.single_attenuation {
             Attenuation::Later
         } else {
             Attenuation::Code

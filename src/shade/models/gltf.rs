@@ -64,7 +64,7 @@ impl AdditiveModel for Gltf {
             }),
         };
         let coat_f0 =
-            if material.options.gltf_fixed_coat_f0 || ior == 0.0 { CoatF0::Fixed } else { CoatF0::BaseIor };
+            if material.options.gltf.fixed_coat_f0 || ior == 0.0 { CoatF0::Fixed } else { CoatF0::BaseIor };
         let tables = Tables { brdf: tables::khronos(), sheen_albedo: tables::sheen_albedo() };
         (gltf::surface(l, coat_f0, &data, surface.normal, surface.view, tables), tables.sheen_albedo)
     }

@@ -14,7 +14,7 @@ use crate::each;
 use crate::light::LightSample;
 use crate::math::lanes::{Float, Lanes};
 use crate::math::vec3::{V3, Vec3};
-use crate::scene::{DualNormalFix, Material, ModelOptions, OcclusionCone, SpecularOcclusionMethod};
+use crate::scene::{DualNormalFix, Material, OcclusionCone, SpecularOcclusionMethod, StackLitOptions};
 
 /// HDRP StackLit.
 #[derive(Clone, Copy)]
@@ -45,7 +45,7 @@ impl Model for StackLit {
             view: surface.view,
         };
         let data = surface_data(l, material, surface);
-        stacklit::surface(l, &options(&material.options), &data, &frame, tables::unity_fgd())
+        stacklit::surface(l, &options(&material.options.stacklit), &data, &frame, tables::unity_fgd())
     }
 
     #[inline(always)]
@@ -102,13 +102,13 @@ impl Model for StackLit {
 }
 
 /// The switches of the shader.
-fn options(given: &ModelOptions) -> Options {
-    let cone = match given.stacklit_occlusion_cone {
+fn options(given: &StackLitOptions) -> Options {
+    let cone = match given.occlusion_cone {
         OcclusionCone::Uniform => VisibilityCone::Uniform,
         OcclusionCone::Cosine => VisibilityCone::Cosine,
         OcclusionCone::CosineWithBentCorrection => VisibilityCone::CosineWithBentCorrection,
     };
-    let data = match given.stacklit_specular_occlusion {
+    let data = match given.specular_occlusion {
         SpecularOcclusionMethod::Off => DataOcclusion::Off,
         SpecularOcclusionMethod::FromAmbientOcclusion => DataOcclusion::FromAmbientOcclusion,
         SpecularOcclusionMethod::ConeCone => DataOcclusion::ConeCone { cone, tilt_bent_normal: false },
@@ -116,11 +116,11 @@ fn options(given: &ModelOptions) -> Options {
         SpecularOcclusionMethod::Custom => DataOcclusion::Custom,
     };
     Options {
-        version: if given.stacklit_newest { Version::Newest } else { Version::V13 },
-        recompute_per_light: given.stacklit_recompute_per_light,
-        refracted_angles_for_base: given.stacklit_refracted_angles,
-        honor_light_min_roughness: given.stacklit_honor_light_minimum_roughness,
-        top_normal_fix: match given.stacklit_dual_normal_fix {
+        version: if given.newest { Version::Newest } else { Version::V13 },
+        recompute_per_light: given.recompute_per_light,
+        refracted_angles_for_base: given.refracted_angles,
+        honor_light_min_roughness: given.honor_light_minimum_roughness,
+        top_normal_fix: match given.dual_normal_fix {
             DualNormalFix::Flip => TopNormalFix::Flip,
             DualNormalFix::Geometric => TopNormalFix::Geometric,
             DualNormalFix::None => TopNormalFix::None,
@@ -128,8 +128,8 @@ fn options(given: &ModelOptions) -> Options {
         // There is no occlusion from the screen.
         specular_occlusion: (data != DataOcclusion::Off)
             .then_some(SpecularOcclusion { screen_space: ScreenSpaceOcclusion::Off, data }),
-        energy_compensation: !given.stacklit_no_energy_compensation,
-        energy_conserving_specular: !given.stacklit_no_specular_energy_conservation,
+        energy_compensation: !given.no_energy_compensation,
+        energy_conserving_specular: !given.no_specular_energy_conservation,
         ..Options::default()
     }
 }

@@ -101,7 +101,7 @@ impl AdditiveModel for ThreeLegacy {
         let share = base.f0_of_ior / 0.16;
         let (reflectivity, beyond) = if share < 1.0 { (share.sqrt(), 1.0) } else { (1.0, share) };
         let specular_tint = base.specular_color * beyond;
-        let version = if material.options.three_r119 { ThreeVersion::R119 } else { ThreeVersion::R131 };
+        let version = if material.options.three.r119 { ThreeVersion::R119 } else { ThreeVersion::R131 };
         let data = three_legacy::SurfaceData {
             color: base.color,
             metalness: base.metallic,
