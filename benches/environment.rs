@@ -1,4 +1,4 @@
-//! Environment prefilter and lookups per instruction set: `cargo bench --bench environment`.
+//! Environment prefilter and lookups per instruction set: `cargo bench -p overcoat-benches --bench environment`.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use overcoat::jobs::Jobs;

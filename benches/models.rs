@@ -1,7 +1,7 @@
 //! What each shading model costs: sixteen fragments of a coated paint under one light and the studio, from the planes of
 //! the G-buffer to radiance.
 //!
-//! Figures are per fragment: `cargo bench --bench models`.
+//! Figures are per fragment: `cargo bench -p overcoat-benches --bench models`.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use overcoat::gbuffer::layout::{self, Plane, SurfacePlanes};

@@ -1,6 +1,6 @@
 //! Setup and raster of triangles by size, filling the G-buffer, and the whole frame.
 //!
-//! `cargo bench --bench pipeline`
+//! `cargo bench -p overcoat-benches --bench pipeline`
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use overcoat::gbuffer::{Batch, Draw, Fragment, SourceTriangle, TriangleSource, extract_fragments, locate};

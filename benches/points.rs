@@ -1,7 +1,7 @@
 //! Clouds of one and of ten million points: reading a binary PLY file, and the first picture of it at 512 x 512, for which
 //! sizes and normals are found; then the next picture of the same cloud.
 //!
-//! `cargo bench --bench points`; ten million points take about 1 GB.
+//! `cargo bench -p overcoat-benches --bench points`; ten million points take about 1 GB.
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use overcoat::jobs::Jobs;

@@ -1,7 +1,7 @@
 //! Speed of shading and of the functions under it, per instruction set: time per element is nanoseconds per
 //! fragment or per function value, on one core.
 //!
-//! `cargo bench --bench shading -- urp/desktop` runs one group.
+//! `cargo bench -p overcoat-benches --bench shading -- urp/desktop` runs one group.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use overcoat::coat::urp::{self, Coat, Reflectance, SurfaceData, UrpVersion};

@@ -1,7 +1,7 @@
 //! Processor time of warm frames against pixels, samples, fragments, lights, triangles and threads.
 //!
-//! `cargo bench --bench scaling` measures for some minutes and writes `scaling.md`, a table, and `scaling.svg`, a plot,
-//! to `target/scaling`. `cargo bench --bench scaling -- lights threads` measures some of them and writes nothing. What
+//! `cargo bench -p overcoat-benches --bench scaling` measures for some minutes and writes `scaling.md`, a table, and `scaling.svg`, a plot,
+//! to `target/scaling`. `cargo bench -p overcoat-benches --bench scaling -- lights threads` measures some of them and writes nothing. What
 //! came out once, and what it means, is in `benches/scaling.md`.
 
 mod axis;
