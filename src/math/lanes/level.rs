@@ -197,7 +197,7 @@ macro_rules! dispatch_available {
 }
 
 /// Runs an expression compiled for one instruction set alone: the least that every processor of the machine's kind has. For tests
-/// of formulas, which would take four times as long to compile with [`dispatch!`](crate::dispatch); that all give the same bits is
+/// of formulas, which take about twice as long to compile with [`dispatch!`](crate::dispatch); that all give the same bits is
 /// shown of the operations, and of whole pictures.
 #[macro_export]
 #[doc(hidden)]
