@@ -71,10 +71,11 @@ fn blocks(text: &str, language: &str) -> Vec<String> {
 fn options_in_the_readme_exist_and_all_of_render_are_there() {
     let known: BTreeSet<String> = COMMANDS.iter().flat_map(|c| options(&help(c))).collect();
     // Cargo's own.
-    let cargos: BTreeSet<String> = ["--release", "--bench", "--example", "--help", "--open", "--path"]
-        .map(str::to_owned)
-        .into_iter()
-        .collect();
+    let cargos: BTreeSet<String> =
+        ["--release", "--bench", "--example", "--help", "--locked", "--open", "--path"]
+            .map(str::to_owned)
+            .into_iter()
+            .collect();
     let mentioned = options(&readme());
     for option in mentioned.difference(&cargos) {
         assert!(known.contains(option), "{option} is in the README and not in --help");
