@@ -116,12 +116,14 @@ macro_rules! dispatch {
                         || $body,
                     );
                 }
+                #[cfg(not(overcoat_one_level))]
                 if let Some($l) = $crate::math::lanes::avx2(level) {
                     break 'done $l.run(
                         #[inline(always)]
                         || $body,
                     );
                 }
+                #[cfg(not(overcoat_one_level))]
                 if let Some($l) = $crate::math::lanes::sse2(level) {
                     break 'done $l.run(
                         #[inline(always)]
@@ -170,12 +172,14 @@ macro_rules! dispatch_available {
                             || $body,
                         );
                     }
+                    #[cfg(not(overcoat_one_level))]
                     if let Some($l) = $crate::math::lanes::avx2(level) {
                         break 'done $l.run(
                             #[inline(always)]
                             || $body,
                         );
                     }
+                    #[cfg(not(overcoat_one_level))]
                     if let Some($l) = $crate::math::lanes::sse2(level) {
                         break 'done $l.run(
                             #[inline(always)]
