@@ -76,6 +76,8 @@ pub mod scene;
 #[doc(hidden)]
 pub mod brdf;
 #[doc(hidden)]
+pub mod bvh;
+#[doc(hidden)]
 pub mod coat;
 #[doc(hidden)]
 pub mod gbuffer;
@@ -89,6 +91,8 @@ pub mod math;
 pub mod raster;
 #[doc(hidden)]
 pub mod shade;
+#[doc(hidden)]
+pub mod shadow;
 #[doc(hidden)]
 pub mod splat;
 #[doc(hidden)]

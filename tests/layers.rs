@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// Which module may use which, and why no more.
-const MAY_USE: [(&str, &[&str]); 29] = [
+const MAY_USE: [(&str, &[&str]); 31] = [
     // The foundations: whoever wants to know what the bits of a sum are reads these and nothing else.
     ("math", &[]),
     ("jobs", &[]),
@@ -17,6 +17,10 @@ const MAY_USE: [(&str, &[&str]); 29] = [
     // Pure functions over lanes.
     ("color", &["math"]),
     ("brdf", &["math"]),
+    // What blocks light: maps of depth, whatever the triangles are of.
+    ("shadow", &["math", "jobs"]),
+    // Rays against triangles, whatever they are of.
+    ("bvh", &["math", "jobs"]),
     // A scene can be built and checked without anything that loads or draws it.
     ("scene", &["math", "color"]),
     // Encoded pictures to those that scenes have (scene), and to those that are compared and shown (frame).

@@ -2,6 +2,7 @@
 
 mod area;
 mod chain;
+mod directions;
 mod environment;
 mod equirect;
 mod file;
@@ -17,6 +18,7 @@ mod texel;
 mod tests;
 
 pub use area::{AreaLight, AreaShape};
+pub use directions::LightDirections;
 pub use environment::{EnvironmentLight, PrefilteredEnvironment};
 pub use file::EnvironmentFileError;
 pub use punctual::{LightSample, PunctualLight};

@@ -1,0 +1,212 @@
+//! A few directions that stand for all of an environment.
+
+use super::PrefilteredEnvironment;
+use super::octahedral;
+use crate::math::lanes::{Float, Lanes, Scalar};
+
+/// The directions of an environment that shadows are asked for, in its own frame.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LightDirections {
+    /// Unit vectors towards the light.
+    pub directions: Vec<[f32; 3]>,
+    /// What each stands for: radiance times solid angle, linear Rec. 709. The sum is the flux of the whole sphere.
+    pub fluxes: Vec<[f32; 3]>,
+}
+
+/// Share of the energy that is spread evenly over the sphere when it is divided: dark parts, too, need some directions.
+const EVEN_SHARE: f64 = 0.2;
+
+/// Samples along a side of the map that is divided.
+const SIZE: usize = 129;
+
+/// A part of the map, columns and rows from first to end, and how many directions it gets.
+#[derive(Clone, Copy)]
+struct Part {
+    first: [usize; 2],
+    end: [usize; 2],
+    directions: usize,
+}
+
+/// Radiance by samples of the map.
+struct Samples {
+    /// Unit direction of each.
+    directions: Vec<[f32; 3]>,
+    /// Radiance times solid angle of each.
+    fluxes: Vec<[f64; 3]>,
+    /// What is divided evenly among the directions.
+    energies: Vec<f64>,
+}
+
+impl PrefilteredEnvironment {
+    /// Up to `count` directions, each of which stands for a part of the sphere with about as much light as the others': the
+    /// median cut of Debevec (2005, "A median cut algorithm for light probe sampling") on the octahedral map, with a fifth of
+    /// them for what is dark. Where all light comes from one place, there are fewer. None if nothing shines.
+    #[must_use]
+    pub fn light_directions(&self, count: usize) -> LightDirections {
+        let mut found = LightDirections::default();
+        let samples = Samples::of(self);
+        let mut parts = vec![Part { first: [0; 2], end: [SIZE; 2], directions: count }];
+        while let Some(part) = parts.pop() {
+            match samples.halves(&part) {
+                Some([first, second]) => parts.extend([second, first]),
+                None => samples.add(&part, &mut found),
+            }
+        }
+        found
+    }
+}
+
+impl Samples {
+    fn of(environment: &PrefilteredEnvironment) -> Self {
+        let cell = 2.0 / (SIZE - 1) as f64;
+        let mut samples = Self { directions: Vec::new(), fluxes: Vec::new(), energies: Vec::new() };
+        let mut solid_angles = Vec::new();
+        for index in 0..SIZE * SIZE {
+            let (u, v) = octahedral::positions(Scalar, SIZE, index);
+            let (direction, density) = octahedral::directions(Scalar, u, v);
+            let share = octahedral::cell_share(SIZE, index % SIZE, index / SIZE);
+            let solid_angle = f64::from(density.to_array()[0] * share) * cell * cell;
+            // Sharp, but no sharper than the samples are far apart.
+            let radiance = environment.chain.radiance(Scalar, direction, Scalar.splat(0.1));
+            samples.directions.push(direction.lane(0));
+            samples.fluxes.push(radiance.lane(0).map(|c| f64::from(c) * solid_angle));
+            solid_angles.push(solid_angle);
+        }
+        let luminance = |[r, g, b]: [f64; 3]| 0.2126 * r + 0.7152 * g + 0.0722 * b;
+        let energies = samples.fluxes.iter().map(|flux| luminance(*flux));
+        let (all, sphere) = (energies.clone().sum::<f64>(), solid_angles.iter().sum::<f64>());
+        let even = EVEN_SHARE / (1.0 - EVEN_SHARE) * all / sphere;
+        samples.energies = energies.zip(&solid_angles).map(|(energy, angle)| energy + even * angle).collect();
+        samples
+    }
+
+    /// Numbers of the samples of a part.
+    fn numbers(part: &Part) -> impl Iterator<Item = usize> + use<> {
+        let Part { first, end, .. } = *part;
+        (first[1]..end[1]).flat_map(move |row| (first[0]..end[0]).map(move |column| row * SIZE + column))
+    }
+
+    /// Divides a part across its longer side so that both get energy and directions in the same proportion; `None` if it is
+    /// one direction or one sample.
+    fn halves(&self, part: &Part) -> Option<[Part; 2]> {
+        let size = [part.end[0] - part.first[0], part.end[1] - part.first[1]];
+        let axis = usize::from(size[1] > size[0]);
+        if part.directions < 2 || size[axis] < 2 {
+            return None;
+        }
+        let mut lines = vec![0.0; size[axis]];
+        for number in Self::numbers(part) {
+            let place = [number % SIZE, number / SIZE];
+            lines[place[axis] - part.first[axis]] += self.energies[number];
+        }
+        let all: f64 = lines.iter().sum();
+        let first_directions = part.directions / 2;
+        let wanted = all * first_directions as f64 / part.directions as f64;
+        // The line after which the sum is nearest to what is wanted.
+        let (mut best, mut sum) = ((f64::INFINITY, 1), 0.0);
+        for (k, line) in lines.iter().enumerate().take(size[axis] - 1) {
+            sum += line;
+            let miss = (sum - wanted).abs();
+            if miss < best.0 {
+                best = (miss, k + 1);
+            }
+        }
+        let (mut first, mut second) = (*part, *part);
+        first.end[axis] = part.first[axis] + best.1;
+        second.first[axis] = first.end[axis];
+        first.directions = first_directions;
+        second.directions = part.directions - first_directions;
+        Some([first, second])
+    }
+
+    /// Adds the direction that a part's light comes from on average.
+    fn add(&self, part: &Part, found: &mut LightDirections) {
+        let (mut flux, mut towards) = ([0.0; 3], [0.0; 3]);
+        for number in Self::numbers(part) {
+            for c in 0..3 {
+                flux[c] += self.fluxes[number][c];
+                towards[c] += self.energies[number] * f64::from(self.directions[number][c]);
+            }
+        }
+        let length = (towards[0] * towards[0] + towards[1] * towards[1] + towards[2] * towards[2]).sqrt();
+        if length > 0.0 && flux.iter().any(|c| *c > 0.0) {
+            found.directions.push(towards.map(|c| (c / length) as f32));
+            found.fluxes.push(flux.map(|c| c as f32));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::jobs::Jobs;
+    use crate::light::{DistantRadiance, Studio};
+    use crate::math::lanes::{Mask, SimdLevel};
+    use crate::math::vec3::{V3, Vec3};
+
+    struct Uniform;
+
+    impl DistantRadiance for Uniform {
+        fn radiance<L: Lanes>(&self, l: L, _: V3<L>) -> V3<L> {
+            Vec3::splat(l, [1.0, 0.5, 0.25])
+        }
+    }
+
+    /// A sun of 3 degrees at +X, and nothing else.
+    struct Sun;
+
+    impl DistantRadiance for Sun {
+        fn radiance<L: Lanes>(&self, l: L, direction: V3<L>) -> V3<L> {
+            let cosine = direction.x / direction.length();
+            Vec3::uniform(cosine.gt(l.splat(0.9986)).select(l.splat(1000.0), l.zero()))
+        }
+    }
+
+    fn of(source: &(impl DistantRadiance + Sync), count: usize) -> LightDirections {
+        let level = SimdLevel::best();
+        PrefilteredEnvironment::from_radiance(source, 8, &Jobs::new(1), level).light_directions(count)
+    }
+
+    #[test]
+    fn even_light_comes_from_everywhere_alike() {
+        let found = of(&Uniform, 64);
+        assert_eq!(found.directions.len(), 64);
+        let sphere = 4.0 * std::f32::consts::PI;
+        let sum = found.fluxes.iter().fold([0.0; 3], |s, f| [s[0] + f[0], s[1] + f[1], s[2] + f[2]]);
+        for (c, radiance) in [1.0, 0.5, 0.25].into_iter().enumerate() {
+            assert!((sum[c] / sphere - radiance).abs() < 0.01 * radiance, "{sum:?}");
+        }
+        let mean = sphere / 64.0;
+        assert!(found.fluxes.iter().all(|f| f[0] > 0.5 * mean && f[0] < 1.6 * mean), "{:?}", found.fluxes);
+        // No direction is far from all of them.
+        for k in 0..6 {
+            let axis = |c: usize| if c == k / 2 { 1.0 - (k % 2) as f32 * 2.0 } else { 0.0 };
+            let nearest = found.directions.iter().map(|d| (0..3).map(|c| d[c] * axis(c)).sum::<f32>());
+            assert!(nearest.fold(-1.0, |m: f32, v| if v > m { v } else { m }) > 0.9);
+        }
+    }
+
+    #[test]
+    fn a_sun_gets_most_directions_and_they_point_at_it() {
+        let found = of(&Sun, 64);
+        let all: f32 = found.fluxes.iter().map(|f| f[0]).sum();
+        let there: f32 =
+            found.directions.iter().zip(&found.fluxes).filter(|(d, _)| d[0] > 0.99).map(|(_, f)| f[0]).sum();
+        assert!(there > 0.9 * all, "{there} of {all}");
+        assert!(found.directions.iter().filter(|d| d[0] > 0.99).count() > 8);
+    }
+
+    #[test]
+    fn the_studio_gets_as_many_as_were_asked_for() {
+        for count in [1, 16, 48, 64, 128] {
+            let found = of(&Studio, count);
+            assert_eq!(found.directions.len(), count);
+            for d in &found.directions {
+                let length = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+                assert!((length - 1.0).abs() < 1e-5);
+            }
+        }
+        let black = PrefilteredEnvironment::black().light_directions(64);
+        assert!(black.directions.is_empty());
+    }
+}

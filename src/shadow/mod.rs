@@ -1,0 +1,13 @@
+//! What lies between surfaces and light: depth maps from many directions.
+//!
+//! Every map looks along one direction at the whole of the scene, so it knows nothing of the camera: a turntable makes them
+//! once. What blocks light is a list of triangles in world space ([`Blockers`]); a map holds, for each of its texels, how far
+//! towards the light the outermost of them reaches ([`DepthMap`]).
+
+mod blockers;
+mod depth_map;
+#[cfg(test)]
+mod tests;
+
+pub use blockers::Blockers;
+pub use depth_map::{DepthMap, DepthMaps};
