@@ -98,7 +98,13 @@ impl Description {
             BackgroundChoice::Environment => (Background::Environment, None),
             BackgroundChoice::Color(color) => (Background::Transparent, Some(color)),
         };
+        let mut visibility = crate::render::Visibility::NONE; // EXPERIMENT
+        if let Ok(v) = std::env::var("OC_VIS") {
+            let n: Vec<u32> = v.split(',').map(|x| x.parse().unwrap()).collect();
+            visibility = crate::render::Visibility::new(n[0], n[1], n[2]);
+        }
         let options = RenderOptions {
+            visibility,
             // Within output_side, which is a u32.
             width: width as u32,
             height: height as u32,

@@ -228,6 +228,24 @@ impl Batch {
         batch
     }
 
+    /// Triangles that rays hit, up to sixteen, of one material: vertices in the order of their mesh, and the draw. For what is
+    /// read by barycentric weights alone; the batch has no place on the screen.
+    #[inline(never)]
+    pub fn of_hits(&mut self, hits: &[([u32; 3], u32)], back_facing: u16) {
+        self.len = hits.len().min(LANES);
+        (self.back_facing, self.reversed, self.partial, self.any_clipped) = (back_facing, 0, false, false);
+        let Some(last) = self.len.checked_sub(1) else { return };
+        let lanes = &mut self.vertices;
+        (lanes.starts, lanes.one_draw) = (0, true);
+        for k in 0..LANES {
+            (lanes.vertices[k], lanes.draws[k]) = hits[k.min(last)];
+            if k == 0 || (k <= last && hits[k] != hits[k - 1]) {
+                lanes.starts |= 1 << k;
+            }
+            lanes.one_draw &= lanes.draws[k] == lanes.draws[0];
+        }
+    }
+
     /// The triangle of a run of lanes.
     #[inline(always)]
     fn gather_triangle(&mut self, lanes: Range<usize>, triangle: &Triangle, clip: Option<&[[f32; 2]; 3]>) {

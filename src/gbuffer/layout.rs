@@ -5,7 +5,8 @@
 //! | [`CORE`] | place, normals, base, coat, emission | 140 | every shading model |
 //! | [`LOBES`] | tangent frame, sheen, anisotropy, film, the coat's medium, second lobe, subsurface, occlusion of reflections | 104 | every model but URP's |
 //! | [`TRANSMISSION`] | what of the light passes through the surface, and how thick it is | 40 | shading, where the material transmits |
-//! | [`EFFECTS`] | what the fragments have to do with the rest of the picture: what is seen through them | 24 | shading, where an effect has filled them |
+//! | [`FACE`] | the normal of the triangle | 12 | effects that ask for it |
+//! | [`EFFECTS`] | what the fragments have to do with the rest of the scene: what light reaches them, what is seen through them | 112 | shading, where an effect has filled them |
 //!
 //! The first two are the surface, [`SURFACE`]: what users can look at and what is hashed. Each group is written by one stage
 //! and by none after it.
@@ -142,6 +143,24 @@ planes! {
     VOLUME_THICKNESS "volume-thickness" 1 Range::new(0.0, f32::MAX);
     /// Whether the surface is there at all: its opacity, or 0 and 1 by its mask.
     PRESENCE "presence" 1 Range::UNIT;
+    /// Unit normal of the triangle, on the side that is seen.
+    FACE_NORMAL "face-normal" 3 VECTOR;
+    /// Share of the environment's irradiance that reaches the base.
+    DIFFUSE_SEEN "diffuse-seen" 3 Range::UNIT;
+    /// Irradiance over pi from other surfaces.
+    DIFFUSE_BOUNCE "diffuse-bounce" 3 Range::new(0.0, f32::MAX);
+    /// Share of the environment's light in the base's lobe that reaches it.
+    BASE_SEEN "base-seen" 3 Range::UNIT;
+    /// Mean radiance from other surfaces over the base's lobe.
+    BASE_BOUNCE "base-bounce" 3 Range::new(0.0, f32::MAX);
+    /// Share of the environment's light in the coat's lobe that reaches it.
+    COAT_SEEN "coat-seen" 3 Range::UNIT;
+    /// Mean radiance from other surfaces over the coat's lobe.
+    COAT_BOUNCE "coat-bounce" 3 Range::new(0.0, f32::MAX);
+    /// Share of the sphere's half above the surface that no other surface covers, weighted by the cosine.
+    SKY "visibility" 1 Range::UNIT;
+    /// Mean of the directions that no other surface covers, weighted by the cosine; the normal where all are covered.
+    SKY_NORMAL "unoccluded-normal" 3 VECTOR;
     /// Premultiplied linear colour of what is seen through the surface.
     BACKDROP_COLOR "backdrop-color" 3 Range::new(0.0, f32::MAX);
     /// Its opacity in red, green and blue, which dispersion bends to different places.
@@ -158,10 +177,13 @@ pub const LOBES: std::ops::Range<usize> = TANGENT.first..KEPT_COLOR.first;
 pub const SURFACE: std::ops::Range<usize> = CORE.start..LOBES.end;
 
 /// Rows that have a meaning where the material lets light through.
-pub const TRANSMISSION: std::ops::Range<usize> = KEPT_COLOR.first..BACKDROP_COLOR.first;
+pub const TRANSMISSION: std::ops::Range<usize> = KEPT_COLOR.first..FACE_NORMAL.first;
+
+/// Rows of the triangle, which effects ask for.
+pub const FACE: std::ops::Range<usize> = FACE_NORMAL.first..DIFFUSE_SEEN.first;
 
 /// Rows that effects fill, each its own, where the material needs it.
-pub const EFFECTS: std::ops::Range<usize> = BACKDROP_COLOR.first..ROWS;
+pub const EFFECTS: std::ops::Range<usize> = DIFFUSE_SEEN.first..ROWS;
 
 /// The G-buffer of sixteen fragments.
 #[derive(Clone, Debug)]
@@ -199,7 +221,7 @@ mod tests {
         }
         assert_eq!(next, ROWS);
         // What the table of the module says.
-        assert_eq!([CORE, LOBES, TRANSMISSION, EFFECTS].map(|rows| rows.len() * 4), [140, 104, 40, 24]);
+        assert_eq!([CORE, LOBES, TRANSMISSION, FACE, EFFECTS].map(|rows| rows.len() * 4), [140, 104, 40, 12, 112]);
         let mut names: Vec<&str> = PLANES.iter().map(|p| p.name).collect();
         names.sort_unstable();
         names.dedup();

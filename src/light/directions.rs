@@ -11,6 +11,8 @@ pub struct LightDirections {
     pub directions: Vec<[f32; 3]>,
     /// What each stands for: radiance times solid angle, linear Rec. 709. The sum is the flux of the whole sphere.
     pub fluxes: Vec<[f32; 3]>,
+    /// Solid angles of the parts.
+    pub solid_angles: Vec<f32>,
 }
 
 /// Share of the energy that is spread evenly over the sphere when it is divided: dark parts, too, need some directions.
@@ -35,6 +37,7 @@ struct Samples {
     fluxes: Vec<[f64; 3]>,
     /// What is divided evenly among the directions.
     energies: Vec<f64>,
+    solid_angles: Vec<f64>,
 }
 
 impl PrefilteredEnvironment {
@@ -59,7 +62,7 @@ impl PrefilteredEnvironment {
 impl Samples {
     fn of(environment: &PrefilteredEnvironment) -> Self {
         let cell = 2.0 / (SIZE - 1) as f64;
-        let mut samples = Self { directions: Vec::new(), fluxes: Vec::new(), energies: Vec::new() };
+        let mut samples = Self { directions: Vec::new(), fluxes: Vec::new(), energies: Vec::new(), solid_angles: Vec::new() };
         let mut solid_angles = Vec::new();
         for index in 0..SIZE * SIZE {
             let (u, v) = octahedral::positions(Scalar, SIZE, index);
@@ -77,6 +80,7 @@ impl Samples {
         let (all, sphere) = (energies.clone().sum::<f64>(), solid_angles.iter().sum::<f64>());
         let even = EVEN_SHARE / (1.0 - EVEN_SHARE) * all / sphere;
         samples.energies = energies.zip(&solid_angles).map(|(energy, angle)| energy + even * angle).collect();
+        samples.solid_angles = solid_angles;
         samples
     }
 
@@ -121,15 +125,17 @@ impl Samples {
 
     /// Adds the direction that a part's light comes from on average.
     fn add(&self, part: &Part, found: &mut LightDirections) {
-        let (mut flux, mut towards) = ([0.0; 3], [0.0; 3]);
+        let (mut flux, mut towards, mut angle) = ([0.0; 3], [0.0; 3], 0.0);
         for number in Self::numbers(part) {
+            angle += self.solid_angles[number];
             for c in 0..3 {
                 flux[c] += self.fluxes[number][c];
                 towards[c] += self.energies[number] * f64::from(self.directions[number][c]);
             }
         }
         let length = (towards[0] * towards[0] + towards[1] * towards[1] + towards[2] * towards[2]).sqrt();
-        if length > 0.0 && flux.iter().any(|c| *c > 0.0) {
+        if length > 0.0 {
+            found.solid_angles.push(angle as f32);
             found.directions.push(towards.map(|c| (c / length) as f32));
             found.fluxes.push(flux.map(|c| c as f32));
         }

@@ -1,6 +1,6 @@
 //! Light from afar: what surrounds the scene, prepared for lookups.
 
-use super::DistantRadiance;
+use super::{DistantRadiance, LightDirections};
 use super::chain::{Chain, IRRADIANCE, MAX_CELLS, MIN_CELLS};
 use super::equirect;
 use super::prefilter::{self, Grid};
@@ -120,6 +120,22 @@ impl<'a> EnvironmentLight<'a> {
     fn turned_back<L: Lanes>(&self, _: L, direction: V3<L>) -> V3<L> {
         let Vec3 { x, y, z } = direction;
         Vec3::new(x * self.cos - z * self.sin, y, x * self.sin + z * self.cos)
+    }
+
+    /// A direction of the environment's own frame in the scene.
+    #[must_use]
+    pub fn turned(&self, [x, y, z]: [f32; 3]) -> [f32; 3] {
+        [x * self.cos + z * self.sin, y, z * self.cos - x * self.sin]
+    }
+
+    /// [`PrefilteredEnvironment::light_directions`] in the scene. The fluxes are those of intensity 1.
+    #[must_use]
+    pub fn light_directions(&self, count: usize) -> LightDirections {
+        let mut found = self.environment.light_directions(count);
+        for direction in &mut found.directions {
+            *direction = self.turned(*direction);
+        }
+        found
     }
 
     /// Radiance that arrives from around `direction` (away from the surface, any length), filtered for a surface of

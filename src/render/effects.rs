@@ -6,7 +6,11 @@
 //! them: [`EffectMemory::after`].
 
 use super::crew::Crew;
+use super::options::RenderOptions;
 use super::pass::PassKind;
+use super::visibility::VisibilityMemory;
+use crate::light::EnvironmentLight;
+use crate::scene::Scene;
 use crate::shade::{Backdrop, Effects};
 use crate::tile::TileGrid;
 
@@ -14,16 +18,26 @@ use crate::tile::TileGrid;
 #[derive(Debug, Default)]
 pub(super) struct EffectMemory {
     backdrop: Backdrop,
+    visibility: VisibilityMemory,
 }
 
 impl EffectMemory {
     /// The effects that fragments of a pass are shaded with.
     pub(super) fn of(&self, kind: PassKind) -> Effects<'_> {
-        match kind {
-            // Nothing refracts in these.
-            PassKind::Backdrop | PassKind::Whole => Effects { backdrop: None },
-            PassKind::OverBackdrop => Effects { backdrop: Some(&self.backdrop) },
-        }
+        // Nothing refracts in other passes.
+        let backdrop = (kind == PassKind::OverBackdrop).then_some(&self.backdrop);
+        Effects { backdrop, visibility: self.visibility.get() }
+    }
+
+    /// Prepares what is found of the scene alone.
+    pub(super) fn before(
+        &mut self,
+        crew: &Crew<'_>,
+        scene: &Scene,
+        environment: &EnvironmentLight<'_>,
+        options: &RenderOptions,
+    ) {
+        self.visibility.prepare(crew, scene, environment, options);
     }
 
     /// Prepares what needs the linear pixels that a pass has drawn.

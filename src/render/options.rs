@@ -1,5 +1,6 @@
 //! What a user can ask of a picture.
 
+use super::quality::Visibility;
 use super::trace::StageHashes;
 use crate::frame::{Aov, AovPlane, Clipping, DisplayImage, Frame};
 use crate::limits::{LimitExceeded, Limits};
@@ -52,6 +53,8 @@ pub struct RenderOptions {
     /// Diameter of points in pixels, 0.1 to 64, facing the viewer. Default: discs along the surface that they are points of,
     /// as large as their distances ask for; points far apart have 3 pixels.
     pub point_size: Option<f32>,
+    /// What blocks the light of the environment.
+    pub visibility: Visibility,
     /// G-buffer planes to keep.
     pub aovs: Vec<Aov>,
     /// Whether to find [`RenderStats::stage_hashes`], which takes longer than the picture.
@@ -75,6 +78,7 @@ impl Default for RenderOptions {
             merge_angle: 0.0,
             line_width: 1.5,
             point_size: None,
+            visibility: Visibility::NONE,
             aovs: Vec::new(),
             stage_hashes: false,
             limits: Limits::default(),
@@ -159,6 +163,12 @@ impl RenderOptions {
     #[must_use]
     pub fn with_point_size(self, point_size: Option<f32>) -> Self {
         Self { point_size, ..self }
+    }
+
+    /// The same with another [`RenderOptions::visibility`].
+    #[must_use]
+    pub fn with_visibility(self, visibility: Visibility) -> Self {
+        Self { visibility, ..self }
     }
 
     /// The same with another [`RenderOptions::aovs`].

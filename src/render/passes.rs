@@ -39,6 +39,7 @@ impl PassMemory {
         if developer.is_none() || kinds.contains(&PassKind::Backdrop) || options.stage_hashes {
             planes.add_light(&mut self.planes, count, frame.tints);
         }
+        self.effects.before(crew, scene, frame.shade.environment, options);
         let mut found = Found::default();
         for &kind in kinds {
             let mut wanted = Wanted::default();

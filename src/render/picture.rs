@@ -256,6 +256,7 @@ fn shade_context<'a>(
         model: options.shading,
         area_light_method: options.area_lights,
         anisotropy: options.anisotropy,
+        visibility: options.visibility.is_on(),
     }
 }
 

@@ -17,7 +17,7 @@ use crate::math::vec3::V3;
 use crate::reuse::reserve_like;
 use crate::scene::{Material, ShadingModel};
 use crate::shade::{
-    ShadeContext, SurfacePlace, SurfaceReading, pass_through, shade, store_surface, store_transmission,
+    ShadeContext, SurfacePlace, SurfaceReading, pass_through, shade, store_face_normal, store_surface, store_transmission,
 };
 
 /// What the fragments of a tile, or of a part of it, are shaded by.
@@ -185,6 +185,10 @@ pub(super) fn shade_fragments<L: Lanes>(
             // Find where the next read their textures: what these read is read.
             if next.is_some() {
                 place.find(l, context, &of.reading, following);
+            }
+
+            if pass.effects.visibility.is_some() {
+                store_face_normal(l, context, batch, planes);
             }
 
             // Fill what the rest of the picture has to do with them, and shade them.

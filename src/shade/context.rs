@@ -74,4 +74,6 @@ pub struct ShadeContext<'a> {
     pub area_light_method: AreaLightMethod,
     /// Largest number of texture probes along a stretched footprint.
     pub anisotropy: u32,
+    /// What blocks the environment is known: the planes of it are filled.
+    pub visibility: bool,
 }

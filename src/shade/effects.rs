@@ -5,7 +5,7 @@
 //! ([`layout::EFFECTS`](crate::gbuffer::layout::EFFECTS)): it writes no others, and nobody else writes these. Shading reads
 //! them in one place each.
 
-use super::{Backdrop, ShadeContext};
+use super::{Backdrop, LightVisibility, ShadeContext};
 use crate::gbuffer::layout::SurfacePlanes;
 use crate::math::lanes::Lanes;
 use crate::scene::Material;
@@ -32,6 +32,8 @@ pub trait Effect: Sync {
 pub struct Effects<'a> {
     /// What is seen through refracting surfaces.
     pub backdrop: Option<&'a Backdrop>,
+    /// What light from afar reaches surfaces past others.
+    pub visibility: Option<LightVisibility<'a>>,
 }
 
 impl Effects<'_> {
@@ -44,6 +46,9 @@ impl Effects<'_> {
         material: &Material,
         planes: &mut SurfacePlanes,
     ) {
+        if let Some(visibility) = self.visibility.filter(|effect| effect.is_read(material)) {
+            visibility.fill(l, context, material, planes);
+        }
         if let Some(backdrop) = self.backdrop.filter(|effect| effect.is_read(material)) {
             backdrop.fill(l, context, material, planes);
         }

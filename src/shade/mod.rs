@@ -16,6 +16,7 @@ mod record;
 mod refraction;
 mod surface;
 mod transmission;
+mod visibility;
 
 pub use alpha::alpha_passes;
 pub use backdrop::{Backdrop, Level};
@@ -25,5 +26,6 @@ pub use effects::{Effect, Effects};
 pub use lighting::shade;
 pub use lobes::LobeValues;
 pub use record::store_surface;
-pub use surface::{Dielectric, Reflectance, Surface, SurfacePlace, SurfaceReading};
+pub use surface::{Dielectric, Reflectance, Surface, SurfacePlace, SurfaceReading, store_face_normal};
+pub use visibility::{DistantLight, LightVisibility};
 pub use transmission::{Passed, pass_through, store_transmission};

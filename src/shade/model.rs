@@ -6,6 +6,7 @@
 
 use super::incident::{Surroundings, sample_light};
 use super::transmission::shaded_color;
+use super::visibility::LightVisibility;
 use super::{ShadeContext, Surface};
 use crate::coat::EnvironmentQuery;
 use crate::gbuffer::layout::SurfacePlanes;
@@ -137,6 +138,7 @@ pub(super) struct Source<'a, L: Lanes> {
     pub(super) context: &'a ShadeContext<'a>,
     pub(super) material: &'a Material,
     pub(super) surface: &'a Surface<L>,
+    pub(super) planes: &'a SurfacePlanes,
 }
 
 impl<L: Lanes> Source<'_, L> {
@@ -146,10 +148,17 @@ impl<L: Lanes> Source<'_, L> {
         self.surroundings == Surroundings::Environment
     }
 
+    /// What blocks it is known.
+    #[inline(always)]
+    fn is_blocked(&self) -> bool {
+        self.context.visibility && self.is_environment()
+    }
+
     /// Irradiance over pi on a surface of this unit normal.
     #[inline(always)]
     pub(super) fn irradiance_over_pi(&self, l: L, normal: V3<L>) -> V3<L> {
-        self.surroundings.irradiance_over_pi(l, self.context, self.surface, normal)
+        let unoccluded = self.surroundings.irradiance_over_pi(l, self.context, self.surface, normal);
+        if self.is_blocked() { LightVisibility::irradiance(l, self.planes, unoccluded) } else { unoccluded }
     }
 
     /// Irradiance on a surface of this unit normal.
@@ -161,7 +170,11 @@ impl<L: Lanes> Source<'_, L> {
     /// The average of radiance over a lobe.
     #[inline(always)]
     pub(super) fn radiance(&self, l: L, query: EnvironmentQuery<L>) -> V3<L> {
-        self.surroundings.radiance(l, self.context, self.material, self.surface, query)
+        let unoccluded = self.surroundings.radiance(l, self.context, self.material, self.surface, query);
+        if !self.is_blocked() {
+            return unoccluded;
+        }
+        LightVisibility::radiance(l, self.planes, self.material, &query, unoccluded)
     }
 
     /// [`Source::irradiance`] as models take it.
@@ -205,7 +218,13 @@ pub(super) fn radiance<L: Lanes, M: Model>(
     l.run(
         #[inline(always)]
         || {
-            let surface = Surface::load_with(l, material, M::READS_LOBES, planes, shaded_color(material));
+            let mut surface = Surface::load_with(l, material, M::READS_LOBES, planes, shaded_color(material));
+            if context.visibility {
+                // What occlusion textures guess is known.
+                surface.occlusion = l.splat(1.0);
+                surface.lobes.specular_occlusion = l.splat(1.0);
+                surface.bent_normal = surface.normal;
+            }
             let layers = model.layers(l, material, &surface);
             let mut sum = model.begin(l, &layers, &surface);
             if M::LIGHTS_FIRST {
@@ -213,7 +232,7 @@ pub(super) fn radiance<L: Lanes, M: Model>(
             }
             // A loop, so that a model's code is compiled once.
             for &surroundings in Surroundings::of(context) {
-                let source = Source { surroundings, context, material, surface: &surface };
+                let source = Source { surroundings, context, material, surface: &surface, planes };
                 sum = model.indirect(l, &layers, &source, sum);
             }
             if !M::LIGHTS_FIRST {

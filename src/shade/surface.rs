@@ -9,8 +9,10 @@
 
 use super::ShadeContext;
 use super::lobes::LobeValues;
+use super::record::{get_vector, put};
 use super::reader::{Coordinates, Reader, ReadingPlan, coordinates};
 use crate::each;
+use crate::gbuffer::layout::{self, SurfacePlanes};
 use crate::gbuffer::texture::{Fetched, SamplePlan};
 use crate::gbuffer::{Batch, Location, locate};
 use crate::math::lanes::{Float, Lanes, Mask};
@@ -159,6 +161,19 @@ pub struct SurfacePlace<L: Lanes> {
     /// What was read of the textures, in the slots of their plan.
     texels: [[L::F; 4]; PLACES],
     fetched: Fetched<L>,
+    /// Where fragments are seen from that no ray of the camera meets; else the camera.
+    seen_from: Option<SeenFrom<L>>,
+}
+
+/// A point that is seen from elsewhere than the camera.
+#[derive(Clone, Copy)]
+pub struct SeenFrom<L: Lanes> {
+    /// The point.
+    pub position: V3<L>,
+    /// Unit vector towards the viewer.
+    pub view: V3<L>,
+    /// How far away the viewer is.
+    pub distance: L::F,
 }
 
 impl<L: Lanes> SurfacePlace<L> {
@@ -171,7 +186,38 @@ impl<L: Lanes> SurfacePlace<L> {
             samples: [SamplePlan::none(l); PLACES],
             texels: [[l.zero(); 4]; PLACES],
             fetched: Fetched::none(l),
+            seen_from: None,
         }
+    }
+
+    /// As [`SurfacePlace::find`], for points that rays hit: at these `barycentric` weights of the second and third vertices, of
+    /// which a footprint takes `width`.
+    #[inline(never)]
+    pub fn find_hits(
+        &mut self,
+        l: L,
+        context: &ShadeContext<'_>,
+        reading: &SurfaceReading<'_>,
+        batch: &Batch,
+        (barycentric, width, seen_from): ([L::F; 2], [L::F; 2], SeenFrom<L>),
+    ) {
+        l.run(
+            #[inline(always)]
+            || {
+                let zero = l.zero();
+                self.location = Location {
+                    barycentric,
+                    barycentric_dx: [width[0], zero],
+                    barycentric_dy: [zero, width[1]],
+                    depth: zero,
+                    screen: [zero; 2],
+                };
+                self.seen_from = Some(seen_from);
+                self.coordinates = coordinates(l, context, batch, &self.location);
+                let reader = Reader::new(l, context, &self.coordinates, batch);
+                reader.plan_samples(&reading.textures.plan, &mut self.samples);
+            },
+        );
     }
 
     /// Finds where the fragments of a batch lie, in place of what was there, and asks the processor for the texels that they
@@ -202,12 +248,11 @@ pub(super) fn evaluate_surface<L: Lanes>(
     place: &mut SurfacePlace<L>,
 ) -> Surface<L> {
     let &SurfaceReading { material, ref textures, lobes: wants_lobes } = reading;
-    let SurfacePlace { location, coordinates, samples, texels, fetched } = place;
-    let distance = context.rays.distance(l, location.depth);
-    let (start, ray) = context.rays.ray(l, location.screen);
-    let position = start + ray * distance;
-    let up = Vec3::splat(l, [0.0, 0.0, 1.0]);
-    let view = normalize_or(l, ray * -1.0, up);
+    let SurfacePlace { location, coordinates, samples, texels, fetched, seen_from } = place;
+    let SeenFrom { position, view, distance } = match seen_from {
+        Some(seen_from) => *seen_from,
+        None => seen_by_camera(l, context, location),
+    };
 
     let uv = coordinates.uv[0];
     let reader = Reader::new(l, context, coordinates, batch);
@@ -270,6 +315,37 @@ pub(super) fn evaluate_surface<L: Lanes>(
         distance,
         depth: location.depth,
     }
+}
+
+/// Points that the camera sees.
+#[inline(always)]
+fn seen_by_camera<L: Lanes>(l: L, context: &ShadeContext<'_>, location: &Location<L>) -> SeenFrom<L> {
+    let distance = context.rays.distance(l, location.depth);
+    let (start, ray) = context.rays.ray(l, location.screen);
+    let up = Vec3::splat(l, [0.0, 0.0, 1.0]);
+    SeenFrom { position: start + ray * distance, view: normalize_or(l, ray * -1.0, up), distance }
+}
+
+/// Writes the unit normals of the triangles of a batch, on the side that is seen: the plane [`layout::FACE_NORMAL`].
+#[inline(never)]
+pub fn store_face_normal<L: Lanes>(
+    l: L,
+    context: &ShadeContext<'_>,
+    batch: &Batch,
+    planes: &mut SurfacePlanes,
+) {
+    l.run(
+        #[inline(always)]
+        || {
+            let object = geometric_normal(l, context, batch);
+            let world = batch.vertices.transform(l, context.draws, |d| d.normal_matrix, object);
+            let view = get_vector(l, planes, layout::VIEW);
+            let unit = normalize_or(l, world, view);
+            // By the view and not by the order of vertices: light is blocked on the other side, whatever is the front.
+            let away = unit.dot(view).lt(l.zero());
+            put(planes, layout::FACE_NORMAL, Vec3::select(away, -unit, unit).to_array());
+        },
+    );
 }
 
 /// How many textures every model reads.

@@ -1,0 +1,241 @@
+//! How much of the environment reaches surfaces past others, and what those send in its place.
+//!
+//! Light from afar is a number of directions, each with its share of the environment's flux and of the sphere (Agarwal et al.
+//! 2003, "Structured importance sampling of environment maps"), and one depth map each. What a lobe sees is a ratio: the flux
+//! of the directions that are open over that of all, both weighted by the lobe. The light itself stays the prefiltered one
+//! (ratio estimator: Heitz, Hill and McGuire 2018, "Combining analytic direct illumination and stochastic shadows"), so that
+//! where nothing is blocked not a bit changes, however few directions there are.
+//!
+//! What is blocked sends light too. Of a scene that is known by its maps alone, this is taken to be what the fragment itself
+//! would send diffusely in the same place: with albedo r, open share V of the irradiance E and open share A of the half
+//! sphere, B = r (E V + (1 - A) B), so B = r E V / (1 - r (1 - A)). That is Jimenez et al. 2016 ("Practical real-time strategies
+//! for accurate indirect occlusion") before their fit, with V and A apart: in a white furnace, V = A, a white surface sends
+//! B = E however much is blocked.
+
+use super::effects::Effect;
+use super::record::{get, get_vector, put};
+use super::ShadeContext;
+use crate::coat::EnvironmentQuery;
+use crate::gbuffer::layout::{self, SurfacePlanes};
+use crate::math::lanes::{Float, Lanes, Mask};
+use crate::math::vec3::{V3, Vec3};
+use crate::scene::Material;
+use crate::shadow::DepthMaps;
+
+/// One of the directions that the environment's light comes from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DistantLight {
+    /// Unit vector towards it.
+    pub direction: [f32; 3],
+    /// Radiance times solid angle, linear.
+    pub flux: [f32; 3],
+    /// Solid angle.
+    pub solid_angle: f32,
+}
+
+/// What is prepared of a scene, whatever the camera.
+#[derive(Clone, Copy, Debug)]
+pub struct LightVisibility<'a> {
+    /// The directions.
+    pub lights: &'a [DistantLight],
+    /// What is seen from each.
+    pub maps: &'a DepthMaps,
+}
+
+impl Effect for LightVisibility<'_> {
+    fn is_read(&self, material: &Material) -> bool {
+        !material.unlit
+    }
+
+    #[inline(never)]
+    fn fill<L: Lanes>(
+        &self,
+        l: L,
+        context: &ShadeContext<'_>,
+        material: &Material,
+        planes: &mut SurfacePlanes,
+    ) {
+        l.run(
+            #[inline(always)]
+            || look_up(l, self, context, material, planes),
+        )
+    }
+}
+
+impl LightVisibility<'_> {
+    /// Irradiance over pi that reaches the base, of that which would.
+    #[inline(always)]
+    pub(super) fn irradiance<L: Lanes>(l: L, planes: &SurfacePlanes, unoccluded: V3<L>) -> V3<L> {
+        let seen = get_vector(l, planes, layout::DIFFUSE_SEEN);
+        unoccluded * seen + get_vector(l, planes, layout::DIFFUSE_BOUNCE)
+    }
+
+    /// Mean radiance over a lobe, of that which would reach it: the lobe is the base's or the coat's, whichever has the more
+    /// similar direction and roughness.
+    #[inline(always)]
+    pub(super) fn radiance<L: Lanes>(
+        l: L,
+        planes: &SurfacePlanes,
+        material: &Material,
+        query: &EnvironmentQuery<L>,
+        unoccluded: V3<L>,
+    ) -> V3<L> {
+        let mut seen = get_vector(l, planes, layout::BASE_SEEN);
+        let mut bounce = get_vector(l, planes, layout::BASE_BOUNCE);
+        if material.coat > 0.0 {
+            let view = get_vector(l, planes, layout::VIEW);
+            let distance = |normal, roughness| {
+                let mirror = (-view).reflect(get_vector(l, planes, normal));
+                let [own] = get::<L, 1>(l, planes, roughness);
+                let apart = mirror - query.direction;
+                apart.dot(apart) * 0.25 + (own - query.perceptual_roughness).squared()
+            };
+            let base = distance(layout::NORMAL, layout::ROUGHNESS);
+            let is_coat = distance(layout::COAT_NORMAL, layout::COAT_ROUGHNESS).lt(base);
+            seen = Vec3::select(is_coat, get_vector(l, planes, layout::COAT_SEEN), seen);
+            bounce = Vec3::select(is_coat, get_vector(l, planes, layout::COAT_BOUNCE), bounce);
+        }
+        unoccluded * seen + bounce
+    }
+}
+
+/// The least square of GGX's alpha by which directions are weighted: a lobe that lies between them sees its neighbours.
+const LEAST_ALPHA_2: f32 = 0.03;
+
+/// Sums over the directions for one lobe.
+#[derive(Clone, Copy)]
+struct Lobe<L: Lanes> {
+    normal: V3<L>,
+    direction: V3<L>,
+    alpha_2: L::F,
+    open: V3<L>,
+    all: V3<L>,
+    open_angle: L::F,
+    all_angle: L::F,
+}
+
+impl<L: Lanes> Lobe<L> {
+    /// The mirror direction, and GGX about it.
+    #[inline(always)]
+    fn new(l: L, view: V3<L>, normal: V3<L>, roughness: L::F) -> Self {
+        let alpha_2 = roughness.squared().squared().at_least(LEAST_ALPHA_2);
+        let (zero, none) = (l.zero(), Vec3::zero(l));
+        Self {
+            normal,
+            direction: (-view).reflect(normal),
+            alpha_2,
+            open: none,
+            all: none,
+            open_angle: zero,
+            all_angle: zero,
+        }
+    }
+
+    /// Adds one direction. GGX's D(h) where the view is the mirror direction: the half vector lies half as far from the normal
+    /// as the light from the direction, (n.h)^2 = (1 + c) / 2.
+    #[inline(always)]
+    fn add(&mut self, l: L, light: &DistantLight, towards: V3<L>, visible: L::F) {
+        let cosine = self.normal.dot(towards).at_least(0.0);
+        let c = self.direction.dot(towards);
+        let weight = cosine / (c.one_minus() + self.alpha_2 * (c + 1.0)).squared();
+        let flux = Vec3::splat(l, light.flux) * weight;
+        self.all = self.all + flux;
+        self.open = self.open + flux * visible;
+        let angle = weight * light.solid_angle;
+        self.all_angle = self.all_angle + angle;
+        self.open_angle = self.open_angle + angle * visible;
+    }
+
+    /// Open shares of light and of solid angle.
+    #[inline(always)]
+    fn shares(&self, l: L) -> (V3<L>, L::F) {
+        (share(l, self.open, self.all), ratio(l, self.open_angle, self.all_angle))
+    }
+}
+
+/// `part / all`, 0 to 1; 1 of nothing.
+#[inline(always)]
+fn ratio<L: Lanes>(l: L, part: L::F, all: L::F) -> L::F {
+    let some = all.gt(l.splat(1e-20));
+    let one = l.splat(1.0);
+    (some.select(part, one) / some.select(all, one)).saturate()
+}
+
+/// The same, component by component.
+#[inline(always)]
+fn share<L: Lanes>(l: L, part: V3<L>, all: V3<L>) -> V3<L> {
+    Vec3::new(ratio(l, part.x, all.x), ratio(l, part.y, all.y), ratio(l, part.z, all.z))
+}
+
+#[inline(always)]
+fn look_up<L: Lanes>(
+    l: L,
+    of: &LightVisibility<'_>,
+    context: &ShadeContext<'_>,
+    material: &Material,
+    planes: &mut SurfacePlanes,
+) {
+    let position = get_vector(l, planes, layout::POSITION);
+    let face = get_vector(l, planes, layout::FACE_NORMAL);
+    let view = get_vector(l, planes, layout::VIEW);
+    let normal = get_vector(l, planes, layout::NORMAL);
+    let [roughness] = get(l, planes, layout::ROUGHNESS);
+    let mut base = Lobe::new(l, view, normal, roughness);
+    let coat_normal = get_vector(l, planes, layout::COAT_NORMAL);
+    let [coat_roughness] = get(l, planes, layout::COAT_ROUGHNESS);
+    let mut coat = Lobe::new(l, view, coat_normal, coat_roughness);
+    let has_coat = material.coat > 0.0;
+    let (mut all, mut open) = (Vec3::zero(l), Vec3::zero(l));
+    let (mut angle, mut open_angle, mut mean) = (l.zero(), l.zero(), Vec3::zero(l));
+
+    let texel = of.maps.texel();
+    let start = position + face * texel;
+    for (number, light) in of.lights.iter().enumerate() {
+        let towards = Vec3::splat(l, light.direction);
+        let slope = face.dot(towards);
+        let above = slope.gt(l.zero());
+        let mut visible = l.zero();
+        if above.any() {
+            // A texel is a square of the surface seen at an angle: the steeper, the further its depths lie apart.
+            let cosine = slope.at_least(0.05);
+            let tangent = cosine.squared().one_minus().at_least(0.0).sqrt() / cosine;
+            let slack = tangent.at_most(4.0) * texel;
+            visible = above.select(of.maps.visibility(l, number, &start.to_array(), slack), l.zero());
+        }
+        let cosine = normal.dot(towards).at_least(0.0);
+        let flux = Vec3::splat(l, light.flux) * cosine;
+        all = all + flux;
+        open = open + flux * visible;
+        let weight = cosine * light.solid_angle;
+        angle = angle + weight;
+        open_angle = open_angle + weight * visible;
+        mean = mean + towards * (weight * visible);
+        base.add(l, light, towards, visible);
+        if has_coat {
+            coat.add(l, light, towards, visible);
+        }
+    }
+
+    let seen = share(l, open, all);
+    let sky = ratio(l, open_angle, angle);
+    let color = get_vector(l, planes, layout::BASE_COLOR).at_most(1.0);
+    let irradiance = context.environment.irradiance_over_pi(l, normal);
+    let blocked = sky.one_minus();
+    // Never 1 - 1: a white pit gives back all that it gets.
+    let sent = irradiance * seen * color / (color * blocked).one_minus().at_least(1e-3);
+    put(planes, layout::DIFFUSE_SEEN, seen.to_array());
+    put(planes, layout::DIFFUSE_BOUNCE, (sent * blocked).to_array());
+    let (seen, sky_of_lobe) = base.shares(l);
+    put(planes, layout::BASE_SEEN, seen.to_array());
+    put(planes, layout::BASE_BOUNCE, (sent * sky_of_lobe.one_minus()).to_array());
+    if has_coat {
+        let (seen, sky_of_lobe) = coat.shares(l);
+        put(planes, layout::COAT_SEEN, seen.to_array());
+        put(planes, layout::COAT_BOUNCE, (sent * sky_of_lobe.one_minus()).to_array());
+    }
+    put(planes, layout::SKY, [sky]);
+    let square = mean.dot(mean);
+    let lost = square.lt(l.splat(1e-12));
+    let inverse = lost.select(l.splat(1.0), square).sqrt().recip();
+    put(planes, layout::SKY_NORMAL, Vec3::select(lost, normal, mean * inverse).to_array());
+}
