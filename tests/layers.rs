@@ -38,7 +38,7 @@ const MAY_USE: [(&str, &[&str]); 31] = [
     ("gbuffer", &["raster", "scene", "math", "color"]),
     // Surfaces are evaluated from the scene's materials as they are (scene).
     // Pre-integrated tables are handed to the models here (brdf).
-    ("shade", &["gbuffer", "coat", "brdf", "light", "math", "scene", "shadow"]),
+    ("shade", &["gbuffer", "coat", "brdf", "light", "math", "scene", "shadow", "bvh"]),
     // Splats go their own way from the scene to the pixels of a tile.
     ("splat", &["geometry", "raster", "scene", "math", "color"]),
     // What comes out can be stored and compared without the renderer.
@@ -51,7 +51,7 @@ const MAY_USE: [(&str, &[&str]); 31] = [
     (
         "render",
         &[
-            "geometry", "tile", "raster", "gbuffer", "shade", "shadow", "splat", "coat", "light", "brdf", "scene",
+            "geometry", "tile", "raster", "gbuffer", "shade", "shadow", "bvh", "splat", "coat", "light", "brdf", "scene",
             "color", "math", "frame", "jobs", "limits", "reuse",
         ],
     ),

@@ -26,7 +26,7 @@ impl EffectMemory {
     pub(super) fn of(&self, kind: PassKind) -> Effects<'_> {
         // Nothing refracts in other passes.
         let backdrop = (kind == PassKind::OverBackdrop).then_some(&self.backdrop);
-        Effects { backdrop, visibility: self.visibility.get() }
+        Effects { backdrop, visibility: self.visibility.get(), traced: self.visibility.traced() }
     }
 
     /// Prepares what is found of the scene alone.

@@ -17,7 +17,7 @@ use crate::math::vec3::V3;
 use crate::reuse::reserve_like;
 use crate::scene::{Material, ShadingModel};
 use crate::shade::{
-    ShadeContext, SurfacePlace, SurfaceReading, pass_through, shade, store_face_normal, store_surface, store_transmission,
+    ShadeContext, SurfacePlace, SurfaceReading, TraceScratch, pass_through, shade, store_face_normal, store_surface, store_transmission,
 };
 
 /// What the fragments of a tile, or of a part of it, are shaded by.
@@ -83,6 +83,7 @@ pub(super) struct ShadingScratch {
     batches: [Batch; 2],
     /// The G-buffer of those that are being shaded.
     planes: SurfacePlanes,
+    trace: TraceScratch,
 }
 
 impl ShadingScratch {
@@ -134,7 +135,7 @@ pub(super) fn shade_fragments<L: Lanes>(
 ) -> bool {
     let &ShadingInput { context, ref triangles, fragments, .. } = input;
     let (frame, origin) = (pass.frame, input.tile.origin);
-    let ShadingScratch { order, batches, planes } = scratch;
+    let ShadingScratch { order, batches, planes, trace } = scratch;
     let [mut batch, mut following] = batches.each_mut();
 
     // List the fragments in their order of shading, and count what that takes before it is done.
@@ -193,6 +194,10 @@ pub(super) fn shade_fragments<L: Lanes>(
 
             // Fill what the rest of the picture has to do with them, and shade them.
             pass.effects.fill(l, context, of.material, planes);
+            if let Some(traced) = &pass.effects.traced {
+                let pixels = batch.fragments.map(|f| [input.tile.corner[0] + f.column(), input.tile.corner[1] + f.row()]);
+                traced.fill(l, context, of.material, (indices.len(), &pixels), planes, trace);
+            }
             let mut radiance = shade(l, context, of.model, of.material, planes);
             if of.material.transmits() {
                 radiance = add_transmitted(l, context, &of, planes, indices, radiance, out);

@@ -5,7 +5,7 @@
 //! ([`layout::EFFECTS`](crate::gbuffer::layout::EFFECTS)): it writes no others, and nobody else writes these. Shading reads
 //! them in one place each.
 
-use super::{Backdrop, LightVisibility, ShadeContext};
+use super::{Backdrop, LightVisibility, ShadeContext, TracedLight};
 use crate::gbuffer::layout::SurfacePlanes;
 use crate::math::lanes::Lanes;
 use crate::scene::Material;
@@ -34,6 +34,8 @@ pub struct Effects<'a> {
     pub backdrop: Option<&'a Backdrop>,
     /// What light from afar reaches surfaces past others.
     pub visibility: Option<LightVisibility<'a>>,
+    /// What light other surfaces send, by rays; [`TracedLight::fill`] is called by itself, after these.
+    pub traced: Option<TracedLight<'a>>,
 }
 
 impl Effects<'_> {

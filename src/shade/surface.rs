@@ -116,10 +116,20 @@ pub(super) fn opacity<L: Lanes>(
     material: &Material,
     batch: &Batch,
 ) -> L::F {
-    let location = locate(l, batch, context.rays.perspective);
+    opacity_at(l, context, material, batch, &locate(l, batch, context.rays.perspective))
+}
+
+#[inline(always)]
+fn opacity_at<L: Lanes>(
+    l: L,
+    context: &ShadeContext<'_>,
+    material: &Material,
+    batch: &Batch,
+    location: &Location<L>,
+) -> L::F {
     let mut alpha = l.splat(material.base_color[3]);
     if let Some(texture) = &material.base_color_texture {
-        let coordinates = coordinates(l, context, batch, &location);
+        let coordinates = coordinates(l, context, batch, location);
         let reader = Reader::new(l, context, &coordinates, batch);
         alpha = alpha * reader.read(texture)[3];
     }
@@ -128,6 +138,19 @@ pub(super) fn opacity<L: Lanes>(
         alpha = alpha * location.interpolate(&colors)[3];
     }
     alpha
+}
+
+/// Opacity at points that rays hit, by their barycentric weights: of the finest texels.
+#[inline(always)]
+pub(super) fn hit_opacity<L: Lanes>(
+    l: L,
+    context: &ShadeContext<'_>,
+    material: &Material,
+    batch: &Batch,
+    barycentric: [L::F; 2],
+) -> L::F {
+    let location = Location { barycentric, ..Location::none(l) };
+    opacity_at(l, context, material, batch, &location)
 }
 
 /// Base colour and opacity times the colours of the vertices.
@@ -597,7 +620,7 @@ fn geometric_normal<L: Lanes>(l: L, context: &ShadeContext<'_>, batch: &Batch) -
 
 /// A tangent and bitangent for a unit normal (Duff et al. 2017, "Building an Orthonormal Basis, Revisited").
 #[inline(always)]
-fn any_basis<L: Lanes>(l: L, n: V3<L>) -> (V3<L>, V3<L>) {
+pub(super) fn any_basis<L: Lanes>(l: L, n: V3<L>) -> (V3<L>, V3<L>) {
     let sign = n.z.lt(l.zero()).select(l.splat(-1.0), l.splat(1.0));
     let a = (sign + n.z).recip() * -1.0;
     let b = n.x * n.y * a;

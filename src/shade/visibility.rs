@@ -163,7 +163,7 @@ fn ratio<L: Lanes>(l: L, part: L::F, all: L::F) -> L::F {
 
 /// The same, component by component.
 #[inline(always)]
-fn share<L: Lanes>(l: L, part: V3<L>, all: V3<L>) -> V3<L> {
+pub(super) fn share<L: Lanes>(l: L, part: V3<L>, all: V3<L>) -> V3<L> {
     Vec3::new(ratio(l, part.x, all.x), ratio(l, part.y, all.y), ratio(l, part.z, all.z))
 }
 
