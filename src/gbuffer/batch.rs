@@ -19,6 +19,8 @@ pub struct Draw<'a> {
     pub material: u32,
     /// Number of the object.
     pub object: u32,
+    /// Object to world space for positions, row by row.
+    pub position_matrix: [[f32; 4]; 3],
     /// Object to world space for normals; keeps lengths where the transform scales uniformly.
     pub normal_matrix: [[f32; 3]; 3],
     /// Object to world space for tangents; likewise.
@@ -389,6 +391,14 @@ impl VertexLanes {
             return l.splat(of(&draws[self.draws[0] as usize]));
         }
         l.load(&each!(d in self.draws => of(&draws[d as usize])))
+    }
+
+    /// A place of each lane's draw, in world space.
+    #[inline(always)]
+    pub fn to_world<L: Lanes>(&self, l: L, draws: &[Draw<'_>], place: V3<L>) -> V3<L> {
+        let shift = |axis: usize| self.number(l, draws, |draw| draw.position_matrix[axis][3]);
+        let turned = self.transform(l, draws, |d| d.position_matrix.map(|[x, y, z, _]| [x, y, z]), place);
+        turned + Vec3::new(shift(0), shift(1), shift(2))
     }
 
     /// A matrix of each lane's draw, applied to a vector.

@@ -5,8 +5,8 @@
 //! | [`CORE`] | place, normals, base, coat, emission | 140 | every shading model |
 //! | [`LOBES`] | tangent frame, sheen, anisotropy, film, the coat's medium, second lobe, subsurface, occlusion of reflections | 104 | every model but URP's |
 //! | [`TRANSMISSION`] | what of the light passes through the surface, and how thick it is | 40 | shading, where the material transmits |
-//! | [`FACE`] | the normal of the triangle | 12 | effects that ask for it |
-//! | [`EFFECTS`] | what the fragments have to do with the rest of the scene: what light reaches them, what is seen through them | 112 | shading, where an effect has filled them |
+//! | [`FACE`] | the plane of the triangle | 24 | effects that ask for it |
+//! | [`EFFECTS`] | what the fragments have to do with the rest of the scene: what light reaches them, what is seen through them | 120 | shading, where an effect has filled them |
 //!
 //! The first two are the surface, [`SURFACE`]: what users can look at and what is hashed. Each group is written by one stage
 //! and by none after it.
@@ -145,6 +145,8 @@ planes! {
     PRESENCE "presence" 1 Range::UNIT;
     /// Unit normal of the triangle, on the side that is seen.
     FACE_NORMAL "face-normal" 3 VECTOR;
+    /// The place on the triangle, which rounding puts less far above or below it than the position on the view's ray.
+    FACE_POSITION "face-position" 3 ANY;
     /// Share of the environment's irradiance that reaches the base.
     DIFFUSE_SEEN "diffuse-seen" 3 Range::UNIT;
     /// Irradiance over pi from other surfaces.
@@ -159,6 +161,8 @@ planes! {
     COAT_BOUNCE "coat-bounce" 3 Range::new(0.0, f32::MAX);
     /// Share of the sphere's half above the surface that no other surface covers, weighted by the cosine.
     SKY "visibility" 1 Range::UNIT;
+    /// The same share of the base's lobe, and of the coat's.
+    LOBE_SKY "lobe-visibility" 2 Range::UNIT;
     /// Mean of the directions that no other surface covers, weighted by the cosine; the normal where all are covered.
     SKY_NORMAL "unoccluded-normal" 3 VECTOR;
     /// Premultiplied linear colour of what is seen through the surface.
@@ -221,7 +225,7 @@ mod tests {
         }
         assert_eq!(next, ROWS);
         // What the table of the module says.
-        assert_eq!([CORE, LOBES, TRANSMISSION, FACE, EFFECTS].map(|rows| rows.len() * 4), [140, 104, 40, 12, 112]);
+        assert_eq!([CORE, LOBES, TRANSMISSION, FACE, EFFECTS].map(|rows| rows.len() * 4), [140, 104, 40, 24, 120]);
         let mut names: Vec<&str> = PLANES.iter().map(|p| p.name).collect();
         names.sort_unstable();
         names.dedup();

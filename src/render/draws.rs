@@ -59,6 +59,7 @@ pub(super) fn prepare<'a>(
             mesh,
             material: instance.material.0,
             object: instance.object,
+            position_matrix: transform.rows().map(|row| row.map(|c| c as f32)),
             normal_matrix: transform.normal_matrix(),
             tangent_matrix: tangent_matrix(transform),
             handedness: if mirrored { -1.0 } else { 1.0 },

@@ -17,7 +17,7 @@ use crate::math::vec3::V3;
 use crate::reuse::reserve_like;
 use crate::scene::{Material, ShadingModel};
 use crate::shade::{
-    ShadeContext, SurfacePlace, SurfaceReading, TraceScratch, pass_through, shade, store_face_normal, store_surface, store_transmission,
+    ShadeContext, SurfacePlace, SurfaceReading, TraceScratch, pass_through, shade, store_face, store_surface, store_transmission,
 };
 
 /// What the fragments of a tile, or of a part of it, are shaded by.
@@ -182,14 +182,13 @@ pub(super) fn shade_fragments<L: Lanes>(
             if of.material.transmits() {
                 store_transmission(l, context, of.material, batch, &place, planes);
             }
+            if pass.effects.visibility.is_some() {
+                store_face(l, context, batch, &place, planes);
+            }
 
             // Find where the next read their textures: what these read is read.
             if next.is_some() {
                 place.find(l, context, &of.reading, following);
-            }
-
-            if pass.effects.visibility.is_some() {
-                store_face_normal(l, context, batch, planes);
             }
 
             // Fill what the rest of the picture has to do with them, and shade them.

@@ -18,17 +18,19 @@ pub struct LobeSamples {
 }
 
 impl LobeSamples {
-    /// A Hammersley set of `count` points, and turns of Roberts' R2 sequence (2018, "The unreasonable effectiveness of
-    /// quasirandom sequences") in the order of Bayer's matrix (1973), so that neighbours differ most.
+    /// `count` points of Roberts' R2 sequence (2018, "The unreasonable effectiveness of quasirandom sequences"), of which the
+    /// first few do for narrow lobes, and turns of another part of it in the order of Bayer's matrix (1973), so that neighbours
+    /// differ most.
     #[must_use]
     pub fn new(count: u32) -> Self {
-        let angle = |turn: f64, other: f64| {
+        let at = |number: u32| {
+            let along = |step: f64| {
+                let place = f64::from(number) * step + 0.5;
+                place - place.floor()
+            };
+            let (turn, other) = (along(0.754_877_666_246_692_8), along(0.569_840_290_998_053_2));
             let (sin, cos) = double::sin_cos(turn * std::f64::consts::TAU);
             [cos as f32, sin as f32, other as f32]
-        };
-        let point = |k: u32| {
-            let other = f64::from(k.reverse_bits()) / (f64::from(u32::MAX) + 1.0);
-            angle((f64::from(k) + 0.5) / f64::from(count), other + 0.5 / f64::from(count))
         };
         let turn = |pixel: u32| {
             let (x, y) = (pixel % SIDE, pixel / SIDE);
@@ -37,13 +39,9 @@ impl LobeSamples {
                 let (column, row) = (x >> bit & 1, y >> bit & 1);
                 order |= ((column ^ row) << 1 | row) << (2 * (2 - bit));
             }
-            let along = |step: f64| {
-                let place = f64::from(order) * step;
-                place - place.floor()
-            };
-            angle(along(0.754_877_666_246_692_8), along(0.569_840_290_998_053_2))
+            at(order * count)
         };
-        Self { points: (0..count).map(point).collect(), turns: (0..SIDE * SIDE).map(turn).collect() }
+        Self { points: (0..count).map(at).collect(), turns: (0..SIDE * SIDE).map(turn).collect() }
     }
 
     /// Number of points.

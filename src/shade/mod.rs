@@ -29,7 +29,7 @@ pub use lighting::shade;
 pub use lobe_samples::LobeSamples;
 pub use lobes::LobeValues;
 pub use record::store_surface;
-pub use surface::{Dielectric, Reflectance, Surface, SurfacePlace, SurfaceReading, store_face_normal};
+pub use surface::{Dielectric, Reflectance, Surface, SurfacePlace, SurfaceReading, store_face};
 pub use visibility::{DistantLight, LightVisibility};
 pub use traced::{TraceScratch, TracedLight};
 pub use transmission::{Passed, pass_through, store_transmission};

@@ -349,12 +349,14 @@ fn seen_by_camera<L: Lanes>(l: L, context: &ShadeContext<'_>, location: &Locatio
     SeenFrom { position: start + ray * distance, view: normalize_or(l, ray * -1.0, up), distance }
 }
 
-/// Writes the unit normals of the triangles of a batch, on the side that is seen: the plane [`layout::FACE_NORMAL`].
+/// Writes places on the triangles of a batch, and the triangles' unit normals on the side that is seen: the rows
+/// [`layout::FACE`].
 #[inline(never)]
-pub fn store_face_normal<L: Lanes>(
+pub fn store_face<L: Lanes>(
     l: L,
     context: &ShadeContext<'_>,
     batch: &Batch,
+    place: &SurfacePlace<L>,
     planes: &mut SurfacePlanes,
 ) {
     l.run(
@@ -367,6 +369,10 @@ pub fn store_face_normal<L: Lanes>(
             // By the view and not by the order of vertices: light is blocked on the other side, whatever is the front.
             let away = unit.dot(view).lt(l.zero());
             put(planes, layout::FACE_NORMAL, Vec3::select(away, -unit, unit).to_array());
+            let corners = batch.vertices.attribute(l, context.draws, [0.0; 3], Mesh::positions);
+            let on_triangle = Vec3::from_array(place.location.interpolate(&corners));
+            let position = batch.vertices.to_world(l, context.draws, on_triangle);
+            put(planes, layout::FACE_POSITION, position.to_array());
         },
     );
 }

@@ -8,13 +8,13 @@
 use super::effects::Effect;
 use super::lobe_samples::{LobeSamples, cosine_direction, ggx_direction};
 use super::record::{get, get_vector, put};
-use super::surface::{SeenFrom, SurfacePlace, SurfaceReading, any_basis, hit_opacity, store_face_normal};
+use super::surface::{SeenFrom, SurfacePlace, SurfaceReading, any_basis, hit_opacity, store_face};
 use super::visibility::{LightVisibility, share};
 use super::{ShadeContext, shade, store_surface};
 use crate::bvh::{Hierarchy, Hit, Ray, Traversal};
 use crate::gbuffer::Batch;
 use crate::gbuffer::layout::{self, Plane, SurfacePlanes};
-use crate::math::lanes::{Float, LANES, Lanes};
+use crate::math::lanes::{Float, LANES, Lanes, Mask};
 use crate::math::vec3::{V3, Vec3};
 use crate::scene::{AlphaMode, Material};
 
@@ -44,6 +44,18 @@ enum Lobe {
 }
 
 impl Lobe {
+    /// The open share of the sphere under the lobe, by the maps.
+    #[inline(always)]
+    fn sky<L: Lanes>(self, l: L, planes: &SurfacePlanes) -> L::F {
+        let [all] = get(l, planes, layout::SKY);
+        let [base, coat] = get(l, planes, layout::LOBE_SKY);
+        match self {
+            Self::Diffuse => all,
+            Self::Base => base,
+            Self::Coat => coat,
+        }
+    }
+
     fn planes(self) -> [Plane; 2] {
         match self {
             Self::Diffuse => [layout::DIFFUSE_SEEN, layout::DIFFUSE_BOUNCE],
@@ -79,6 +91,8 @@ pub struct TraceScratch {
 
 /// The rays of one lobe of sixteen fragments, gathered.
 struct Sums<L: Lanes> {
+    /// See [`wide`].
+    wide: L::F,
     weight: L::F,
     all: V3<L>,
     open: V3<L>,
@@ -137,12 +151,13 @@ impl TracedLight<'_> {
         planes: &SurfacePlanes,
         scratch: &mut TraceScratch,
     ) -> Sums<L> {
-        let mut sums = Sums { weight: l.zero(), all: Vec3::zero(l), open: Vec3::zero(l) };
+        let mut sums =
+            Sums { wide: l.splat(1.0), weight: l.zero(), all: Vec3::zero(l), open: Vec3::zero(l) };
         scratch.hits.clear();
         l.run(
             #[inline(always)]
             || {
-                let position = get_vector(l, planes, layout::POSITION);
+                let position = get_vector(l, planes, layout::FACE_POSITION);
                 let face = get_vector(l, planes, layout::FACE_NORMAL);
                 let view = get_vector(l, planes, layout::VIEW);
                 let [normal, roughness] = match lobe {
@@ -157,6 +172,16 @@ impl TracedLight<'_> {
                 let turns = self.samples.turns(l, pixels, lobe as u32);
                 // What one of the rays stands for is as rough as its part of the lobe.
                 let part = roughness * if self.samples.len() < 8 { 0.7 } else { 0.5 };
+                // Nothing is sent where the maps find nothing in the way, and few rays into narrow lobes.
+                let most = self.samples.len() as f32;
+                let mut wanted = l.splat(most);
+                let mut open = lobe.sky(l, planes).ge(l.splat(1.0));
+                if lobe != Lobe::Diffuse {
+                    sums.wide = wide::<L>(alpha);
+                    wanted = (alpha * (1.0 / (SHARP[0] + SHARP[1]))).saturate() * (most - 1.0) + 1.0;
+                    open = open & Lobe::Diffuse.sky(l, planes).ge(l.splat(1.0));
+                }
+                let wanted = open.select(l.zero(), wanted);
                 for number in 0..self.samples.len() {
                     let point = self.samples.point(l, number, &turns);
                     let (towards, weight) = match lobe {
@@ -166,6 +191,11 @@ impl TracedLight<'_> {
                     // Nothing is sent below the surface: what a bump would see is its neighbour.
                     let height = face.dot(towards);
                     let towards = towards - face * (height * 2.0).at_most(0.0);
+                    let sent = wanted.gt(l.splat(number as f32));
+                    if !sent.any() {
+                        break;
+                    }
+                    let weight = sent.select(weight, l.zero());
                     let mut hit = 0_u16;
                     let (directions, weights) = (towards.to_arrays(), weight.to_array());
                     for lane in 0..len {
@@ -257,7 +287,7 @@ impl TracedLight<'_> {
             surface.find_hits(l, context, &reading, batch, place);
             store_surface(l, context, &reading, batch, &mut surface, planes);
             if !material.unlit {
-                store_face_normal(l, context, batch, planes);
+                store_face(l, context, batch, &surface, planes);
                 self.visibility.fill(l, context, material, planes);
             }
             let radiance = shade(l, context, model, material, planes).to_arrays();
@@ -325,20 +355,44 @@ impl TracedLight<'_> {
     }
 }
 
+/// GGX's alpha of lobes that rays alone know, and by how much more that the maps know them as well: what rays say of wide lobes
+/// is noise.
+const SHARP: [f32; 2] = [0.05, 0.15];
+
+/// How many rays the estimate of the maps counts for beside those that hit something.
+const PRIOR: f32 = 0.5;
+
+/// How wide a lobe is: 0 of those that rays alone know, 1 of those whose open share the maps know.
+#[inline(always)]
+fn wide<L: Lanes>(alpha: L::F) -> L::F {
+    ((alpha - SHARP[0]) * (1.0 / SHARP[1])).saturate()
+}
+
 /// Writes what the rays of a lobe have found.
 #[inline(always)]
 fn store<L: Lanes>(l: L, lobe: Lobe, sums: &Sums<L>, hits: &[RayHit], planes: &mut SurfacePlanes) {
-    let mut bounce = [[0.0; LANES]; 3];
+    let (mut sent, mut weights) = ([[0.0; LANES]; 3], [0.0; LANES]);
     for hit in hits {
+        weights[hit.lane] += hit.weight;
         for k in 0..3 {
-            bounce[k][hit.lane] += hit.radiance[k] * hit.weight;
+            sent[k][hit.lane] += hit.radiance[k] * hit.weight;
         }
     }
-    let inverse = sums.weight.at_least(1e-6).recip();
-    let bounce = Vec3::new(l.load(&bounce[0]), l.load(&bounce[1]), l.load(&bounce[2])) * inverse;
+    let sent = Vec3::new(l.load(&sent[0]), l.load(&sent[1]), l.load(&sent[2]));
+    let weights = l.load(&weights);
     let [seen_plane, bounce_plane] = lobe.planes();
-    put(planes, bounce_plane, bounce.to_array());
-    if lobe != Lobe::Diffuse {
-        put(planes, seen_plane, share(l, sums.open, sums.all).to_array());
+    // The open share by the maps, and from what is blocked the mean of what rays have met there.
+    let (estimate, blocked) = (get_vector(l, planes, bounce_plane), lobe.sky(l, planes).one_minus());
+    let mean = (sent * blocked + estimate * PRIOR) / (weights + PRIOR);
+    if lobe == Lobe::Diffuse {
+        return put(planes, bounce_plane, mean.to_array());
     }
+    // By the rays alone.
+    let bounce = sent / sums.weight.at_least(1e-6);
+    let seen = share(l, sums.open, sums.all);
+    let traced = sums.weight.gt(l.zero());
+    let bounce = Vec3::select(traced, bounce.lerp(mean, sums.wide), estimate);
+    put(planes, bounce_plane, bounce.to_array());
+    let known = get_vector(l, planes, seen_plane);
+    put(planes, seen_plane, Vec3::select(traced, seen.lerp(known, sums.wide), known).to_array());
 }

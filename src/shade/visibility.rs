@@ -175,7 +175,7 @@ fn look_up<L: Lanes>(
     material: &Material,
     planes: &mut SurfacePlanes,
 ) {
-    let position = get_vector(l, planes, layout::POSITION);
+    let position = get_vector(l, planes, layout::FACE_POSITION);
     let face = get_vector(l, planes, layout::FACE_NORMAL);
     let view = get_vector(l, planes, layout::VIEW);
     let normal = get_vector(l, planes, layout::NORMAL);
@@ -225,15 +225,18 @@ fn look_up<L: Lanes>(
     let sent = irradiance * seen * color / (color * blocked).one_minus().at_least(1e-3);
     put(planes, layout::DIFFUSE_SEEN, seen.to_array());
     put(planes, layout::DIFFUSE_BOUNCE, (sent * blocked).to_array());
-    let (seen, sky_of_lobe) = base.shares(l);
+    let (seen, base_sky) = base.shares(l);
     put(planes, layout::BASE_SEEN, seen.to_array());
-    put(planes, layout::BASE_BOUNCE, (sent * sky_of_lobe.one_minus()).to_array());
+    put(planes, layout::BASE_BOUNCE, (sent * base_sky.one_minus()).to_array());
+    let mut coat_sky = l.splat(1.0);
     if has_coat {
-        let (seen, sky_of_lobe) = coat.shares(l);
+        let (seen, sky) = coat.shares(l);
         put(planes, layout::COAT_SEEN, seen.to_array());
-        put(planes, layout::COAT_BOUNCE, (sent * sky_of_lobe.one_minus()).to_array());
+        put(planes, layout::COAT_BOUNCE, (sent * sky.one_minus()).to_array());
+        coat_sky = sky;
     }
     put(planes, layout::SKY, [sky]);
+    put(planes, layout::LOBE_SKY, [base_sky, coat_sky]);
     let square = mean.dot(mean);
     let lost = square.lt(l.splat(1e-12));
     let inverse = lost.select(l.splat(1.0), square).sqrt().recip();
