@@ -208,8 +208,8 @@ fn bad_input_ends_in_one_clear_line() {
             &["out.png", "--output-format jpg contradicts"],
         ),
         (&["render", "quad.glb", "--output-format", "jpgg"], 2, &["jpgg", "did you mean 'jpg'?"]),
-        (&["render", "quad.glb", "--quality", "80"], 2, &["--quality is for .jpg"]),
-        (&["render", "quad.glb", "--quality", "101"], 2, &["--quality", "expected 1 to 100"]),
+        (&["render", "quad.glb", "--jpeg-quality", "80"], 2, &["--jpeg-quality is for .jpg"]),
+        (&["render", "quad.glb", "--jpeg-quality", "101"], 2, &["--jpeg-quality", "expected 1 to 100"]),
         (&["turntable", "quad.glb", "-o", "x.png", "--output-format", "exr"], 2, &["x.png", "contradicts"]),
         (&["turntable", "quad.glb", "-o", "x.jpg"], 2, &["x.jpg", "JPEG does not move"]),
         (&["sheet", "quad.glb", "-o", "x.exr"], 2, &["x.exr", "a contact sheet is a .png, .webp or .jpg"]),
@@ -1021,7 +1021,7 @@ fn pictures_are_written_as_webp_and_jpeg() {
         fs::read(folder.path().join("a.jpg")).unwrap(),
         fs::read(folder.path().join("a.JPEG")).unwrap()
     );
-    run(&["render", "quad.glb", "-o", "poor.jpg", "--quality", "20"]);
+    run(&["render", "quad.glb", "-o", "poor.jpg", "--jpeg-quality", "20"]);
     assert!(size("poor.jpg") < size("a.jpg"));
     // Through a pipe, and with a report, in which case the picture is made of a frame.
     let (piped, _) = run(&["render", "quad.glb", "-o", "-", "--output-format", "webp"]);

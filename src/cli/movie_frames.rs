@@ -6,7 +6,7 @@ use super::failure::Failure;
 use super::losses::{clipped, left_out, lost_tint};
 use super::movie_output::{MovieOutput, MovieWriter};
 use super::render_task::{RenderTask, RenderedPicture};
-use super::report::{self, MovieReport, Versions};
+use super::report::{self, MovieReport, Versions, VisibilityReport};
 use crate::frame::DisplayOptions;
 use crate::limits::Limits;
 use crate::load::Warning;
@@ -146,6 +146,7 @@ impl MovieFrames {
             width: task.options.width,
             height: task.options.height,
             samples: task.options.samples,
+            visibility: VisibilityReport::new(&task.options.visibility),
             shading,
             exposure: task.display.exposure,
             up_axis,

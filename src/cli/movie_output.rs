@@ -40,7 +40,7 @@ impl MovieOutput {
         inputs: &[PathBuf],
         json: bool,
     ) -> Result<Self, Failure> {
-        let quality = encoding.quality.unwrap_or(DEFAULT_JPEG_QUALITY);
+        let quality = encoding.jpeg_quality.unwrap_or(DEFAULT_JPEG_QUALITY);
         let target = |format, picture| Self { path: path.to_owned(), format, picture, quality };
         let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
         let standard_output = is_standard_stream(path);
@@ -205,7 +205,7 @@ mod tests {
     #[test]
     fn the_name_tells_the_format() {
         let target = |name: &str, asked| {
-            let encoding = EncodingArgs { output_format: asked, quality: None };
+            let encoding = EncodingArgs { output_format: asked, jpeg_quality: None };
             MovieOutput::new(Path::new(name), &encoding, &[], false)
         };
         let format = |name: &str| target(name, None).map(|target| (target.format, target.picture));

@@ -53,7 +53,7 @@ impl OutputFile {
             };
             planes = aovs.iter().map(|&aov| (aov, named(aov))).collect();
         }
-        let quality = encoding.quality.unwrap_or(DEFAULT_JPEG_QUALITY);
+        let quality = encoding.jpeg_quality.unwrap_or(DEFAULT_JPEG_QUALITY);
         let target = Self { path: path.to_owned(), format, quality, planes };
         if standard_output {
             check_standard_output(json)?;
@@ -138,9 +138,9 @@ pub(super) fn file_format(path: &Path, asked: Option<OutputFormat>) -> Result<Ou
 /// # Errors
 /// [`Failure`] if it is given for another format.
 pub(super) fn check_quality(encoding: &EncodingArgs, format: OutputFormat) -> Result<(), Failure> {
-    match encoding.quality {
+    match encoding.jpeg_quality {
         Some(_) if format != OutputFormat::Jpeg => {
-            Err(Failure::usage(format!("--quality is for .jpg; .{format} loses nothing")))
+            Err(Failure::usage(format!("--jpeg-quality is for .jpg; .{format} loses nothing")))
         }
         _ => Ok(()),
     }

@@ -6,7 +6,7 @@ use super::failure::{Failure, file_name};
 use super::losses::{left_out, losses};
 use super::output_file::OutputFile;
 use super::render_task::{Pixels, RenderTask, RenderedPicture};
-use super::report::{self, Stages, Versions};
+use super::report::{self, Stages, Versions, VisibilityReport};
 use crate::frame::DisplayOptions;
 use crate::load::Loaded;
 use serde::{Serialize, Serializer};
@@ -19,6 +19,7 @@ struct Report<'a> {
     width: u32,
     height: u32,
     samples: u32,
+    visibility: VisibilityReport,
     shading: &'a str,
     simd: &'a str,
     threads: usize,
@@ -126,6 +127,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         width: options.width,
         height: options.height,
         samples: options.samples,
+        visibility: VisibilityReport::new(&options.visibility),
         shading: report::shading_name(options.shading, &scene),
         simd: options.simd.name(),
         threads: renderer.jobs().threads(),

@@ -3,6 +3,7 @@
 use super::camera_report::CameraReport;
 use super::failure::{Failure, one_line};
 use crate::jobs::Jobs;
+use crate::render::Visibility;
 use crate::scene::{Scene, ShadingModel};
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
@@ -163,6 +164,20 @@ pub fn shading_name(chosen: Option<ShadingModel>, scene: &Scene) -> &'static str
     }
 }
 
+/// What a picture was worth: the numbers that were used.
+#[derive(Debug, Serialize)]
+pub(super) struct VisibilityReport {
+    maps: u32,
+    map_size: u32,
+    rays: u32,
+}
+
+impl VisibilityReport {
+    pub(super) fn new(&Visibility { maps, map_size, rays, .. }: &Visibility) -> Self {
+        Self { maps, map_size, rays }
+    }
+}
+
 /// What `--json` prints of a moving picture. Fields are only ever added.
 #[derive(Debug, Serialize)]
 pub(super) struct MovieReport {
@@ -174,6 +189,7 @@ pub(super) struct MovieReport {
     pub(super) width: u32,
     pub(super) height: u32,
     pub(super) samples: u32,
+    pub(super) visibility: VisibilityReport,
     pub(super) shading: &'static str,
     /// Stops of all frames.
     pub(super) exposure: f32,

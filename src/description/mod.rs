@@ -83,6 +83,7 @@ pub use schema::scene_schema;
 use crate::color::ToneCurve;
 use crate::limits::Limits;
 use crate::load::{AnimationChoice, LoadError, Warning, has_folder, inner_extension, read_input};
+use crate::render::Quality;
 use crate::scene::Axis;
 use crate::scene::{AreaLightMethod, ShadingModel};
 use keys::SCENE;
@@ -131,6 +132,14 @@ pub struct Description {
     pub exposure: Option<ExposureChoice>,
     /// Coverage samples a pixel: 1, 4, 8 or 16.
     pub samples: Option<u32>,
+    /// What a picture is worth: names for the settings of the next three.
+    pub quality: Option<Quality>,
+    /// Directions of the environment's light, each with a depth map, 0 to 256.
+    pub maps: Option<u32>,
+    /// Texels along a side of a depth map, 32 to 2048.
+    pub map_size: Option<u32>,
+    /// Rays of a lobe, 0 to 256.
+    pub rays: Option<u32>,
     /// Shading model by name.
     pub shading: Option<ShadingModel>,
     /// A material for every mesh: the path of a material file, or the name of a built-in one.

@@ -98,11 +98,10 @@ impl Description {
             BackgroundChoice::Environment => (Background::Environment, None),
             BackgroundChoice::Color(color) => (Background::Transparent, Some(color)),
         };
-        let mut visibility = crate::render::Visibility::NONE; // EXPERIMENT
-        if let Ok(v) = std::env::var("OC_VIS") {
-            let n: Vec<u32> = v.split(',').map(|x| x.parse().unwrap()).collect();
-            visibility = crate::render::Visibility::new(n[0], n[1], n[2]);
-        }
+        let mut visibility = self.quality.unwrap_or_default().visibility();
+        visibility.maps = self.maps.unwrap_or(visibility.maps);
+        visibility.map_size = self.map_size.unwrap_or(visibility.map_size);
+        visibility.rays = self.rays.unwrap_or(visibility.rays);
         let options = RenderOptions {
             visibility,
             // Within output_side, which is a u32.

@@ -4,6 +4,7 @@
 use super::keys::{Key, SCENE};
 use super::spelling::{VIEWS, background_names, tone_curve_names};
 use crate::load::BuiltinMaterial;
+use crate::render::Quality;
 use crate::scene::Axis;
 use crate::scene::ShadingModel;
 use serde_json::{Map, Value, json};
@@ -151,6 +152,11 @@ pub(super) fn area_lights() -> Value {
     json!({"enum": ["ltc", "facets"]})
 }
 
+pub(super) fn quality() -> Value {
+    let names: Vec<&str> = Quality::ALL.iter().map(|quality| quality.name()).collect();
+    json!({"enum": names})
+}
+
 pub(super) fn material() -> Value {
     let names: Vec<&str> = BuiltinMaterial::all().iter().map(|material| material.name).collect();
     let path = r"[/\\]|\.toml$";
@@ -263,6 +269,7 @@ mod tests {
             json!({"size": [64, 32], "background": "teal", "tone_mapping": ["aces", "none"], "exposure": "auto"}),
             json!({"background": "env", "shading": "gltf", "anisotropy": 16, "area_lights": "facets"}),
             json!({"merge_angle_deg": 45, "line_width": 0.1, "point_size": 64, "lights": false}),
+            json!({"quality": "best", "maps": 0, "map_size": 2048, "rays": 256}),
             json!({"material": "velvet", "materials": {"a": "x.toml", "b": "x/y"}}),
             json!({"animation": 0, "time": 0.5, "loop": true}),
             json!({"camera": {"eye": [1, 2, 3], "target": [0, 0, 0], "up": [0, 1, 0], "fov_y_deg": 0.1, "near": 1}}),
@@ -298,6 +305,9 @@ mod tests {
             json!({"anisotropy": 17}),
             json!({"anisotropy": 2.5}),
             json!({"lights": "no"}),
+            json!({"quality": "ultra"}),
+            json!({"maps": 257}),
+            json!({"map_size": 16}),
             json!({"time": -1}),
             json!({"animation": true}),
             json!({"merge_angle_deg": 46}),

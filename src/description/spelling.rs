@@ -3,6 +3,7 @@
 use super::camera::ViewDirection;
 use super::options::BackgroundChoice;
 use crate::color::{ToneCurve, hex_color};
+use crate::render::Quality;
 use crate::scene::Axis;
 use crate::scene::{AreaLightMethod, ShadingModel};
 use crate::suggest::{nearest_name, suggestion};
@@ -125,6 +126,14 @@ pub(crate) fn tone_curve(text: &str) -> Result<ToneCurve, String> {
 /// How area lights are integrated, by name.
 pub(crate) fn area_lights(text: &str) -> Result<AreaLightMethod, String> {
     AreaLightMethod::from_name(text).ok_or_else(|| one_of(text, ["ltc", "facets"].into_iter()))
+}
+
+/// What a picture is worth.
+///
+/// # Errors
+/// What was expected.
+pub(crate) fn quality(text: &str) -> Result<Quality, String> {
+    Quality::from_name(text).ok_or_else(|| one_of(text, Quality::ALL.iter().map(|quality| quality.name())))
 }
 
 /// Views by name. glTF models face +Z; left and right are those of someone who looks at the front.

@@ -8,6 +8,7 @@ use super::spelling;
 use super::tree::{Node, short};
 use crate::color::{ToneCurve, hex_color, srgb::srgb8_to_linear};
 use crate::load::Warning;
+use crate::render::Quality;
 use crate::scene::Axis;
 use crate::scene::{AreaLightMethod, ShadingModel};
 use std::cell::RefCell;
@@ -180,6 +181,11 @@ impl<'a> Value<'a> {
     /// How area lights are integrated.
     pub(super) fn area_lights(&self) -> Result<AreaLightMethod, String> {
         self.parsed("ltc or facets", spelling::area_lights)
+    }
+
+    /// What a picture is worth.
+    pub(super) fn quality(&self) -> Result<Quality, String> {
+        self.parsed("draft, fast, good or best", spelling::quality)
     }
 
     /// Where an automatic camera stands.

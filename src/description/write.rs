@@ -10,6 +10,7 @@ use super::materials::MaterialSource;
 use super::options::{BackgroundChoice, ExposureChoice};
 use super::spelling;
 use crate::color::ToneCurve;
+use crate::render::Quality;
 use crate::scene::Axis;
 use crate::scene::{AreaLightMethod, ShadingModel};
 use serde::de::{Deserialize, Deserializer, Error as _};
@@ -173,6 +174,10 @@ pub(super) fn area_lights(method: &AreaLightMethod) -> Result<Value, String> {
     Ok(json!(method.name()))
 }
 
+pub(super) fn quality(quality: &Quality) -> Result<Value, String> {
+    Ok(json!(quality.name()))
+}
+
 pub(super) fn material(source: &MaterialSource) -> Result<Value, String> {
     match source {
         MaterialSource::File(file) => path(file),
@@ -217,6 +222,10 @@ mod tests {
         material = "x/y.toml"
         anisotropy = 3
         area_lights = "facets"
+        quality = "good"
+        maps = 32
+        map_size = 64
+        rays = 2
         merge_angle_deg = 12.5
         line_width = 0.1
         point_size = 2.5

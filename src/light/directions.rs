@@ -78,7 +78,8 @@ impl Samples {
         let luminance = |[r, g, b]: [f64; 3]| 0.2126 * r + 0.7152 * g + 0.0722 * b;
         let energies = samples.fluxes.iter().map(|flux| luminance(*flux));
         let (all, sphere) = (energies.clone().sum::<f64>(), solid_angles.iter().sum::<f64>());
-        let even = EVEN_SHARE / (1.0 - EVEN_SHARE) * all / sphere;
+        let share = std::env::var("OC_E").map_or(0.2, |v| v.parse::<f64>().unwrap());
+        let even = share / (1.0 - share) * all / sphere;
         samples.energies = energies.zip(&solid_angles).map(|(energy, angle)| energy + even * angle).collect();
         samples.solid_angles = solid_angles;
         samples

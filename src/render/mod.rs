@@ -38,7 +38,7 @@ mod work;
 
 pub use builder::RendererBuilder;
 pub use options::{Background, RenderError, RenderOptions, RenderStats, Rendered, RenderedImage};
-pub use quality::Visibility;
+pub use quality::{Quality, Visibility};
 pub use trace::StageHashes;
 pub use unseen::Unseen;
 pub use work::WorkDone;

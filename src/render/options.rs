@@ -220,6 +220,7 @@ impl RenderOptions {
                 return Err(option(name, width.to_string(), "0.1 to 64 pixels"));
             }
         }
+        check_visibility(&self.visibility)?;
         check_simd(self.simd)?;
         kept.filter(|pattern| pattern.len() == self.samples as usize)
             .or_else(|| SamplePattern::new(self.samples))
@@ -235,6 +236,21 @@ pub(super) fn check_tile_size(side: Option<u32>) -> Result<(), RenderError> {
             Err(RenderError::Option { option: "tile size", value: side.to_string(), allowed: "16, 32 or 64" })
         }
     }
+}
+
+/// `Ok` if there can be so many maps and rays.
+fn check_visibility(asked: &Visibility) -> Result<(), RenderError> {
+    let option = |option, value: u32, allowed| Err(RenderError::Option { option, value: value.to_string(), allowed });
+    if asked.maps > Visibility::MOST_MAPS {
+        return option("maps", asked.maps, "0 to 256");
+    }
+    if !(Visibility::SMALLEST_MAP..=Visibility::LARGEST_MAP).contains(&asked.map_size) {
+        return option("map size", asked.map_size, "32 to 2048");
+    }
+    if asked.rays > Visibility::MOST_RAYS {
+        return option("rays", asked.rays, "0 to 256");
+    }
+    Ok(())
 }
 
 /// `Ok` if this machine has the instruction set.

@@ -31,5 +31,5 @@ pub use lobes::LobeValues;
 pub use record::store_surface;
 pub use surface::{Dielectric, Reflectance, Surface, SurfacePlace, SurfaceReading, store_face};
 pub use visibility::{DistantLight, LightVisibility};
-pub use traced::{TraceScratch, TracedLight};
+pub use traced::{tune, TraceScratch, TracedLight};
 pub use transmission::{Passed, pass_through, store_transmission};

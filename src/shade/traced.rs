@@ -93,6 +93,7 @@ pub struct TraceScratch {
 struct Sums<L: Lanes> {
     /// See [`wide`].
     wide: L::F,
+    wide_b: L::F,
     weight: L::F,
     all: V3<L>,
     open: V3<L>,
@@ -152,7 +153,7 @@ impl TracedLight<'_> {
         scratch: &mut TraceScratch,
     ) -> Sums<L> {
         let mut sums =
-            Sums { wide: l.splat(1.0), weight: l.zero(), all: Vec3::zero(l), open: Vec3::zero(l) };
+            Sums { wide: l.splat(1.0), wide_b: l.splat(1.0), weight: l.zero(), all: Vec3::zero(l), open: Vec3::zero(l) };
         scratch.hits.clear();
         l.run(
             #[inline(always)]
@@ -178,7 +179,8 @@ impl TracedLight<'_> {
                 let mut open = lobe.sky(l, planes).ge(l.splat(1.0));
                 if lobe != Lobe::Diffuse {
                     sums.wide = wide::<L>(alpha);
-                    wanted = (alpha * (1.0 / (SHARP[0] + SHARP[1]))).saturate() * (most - 1.0) + 1.0;
+                    sums.wide_b = ((alpha - tune(2)) * (1.0 / tune(3))).saturate();
+                    wanted = (alpha * (1.0 / tune(5))).saturate() * (most - 1.0) + 1.0;
                     open = open & Lobe::Diffuse.sky(l, planes).ge(l.splat(1.0));
                 }
                 let wanted = open.select(l.zero(), wanted);
@@ -365,7 +367,15 @@ const PRIOR: f32 = 0.5;
 /// How wide a lobe is: 0 of those that rays alone know, 1 of those whose open share the maps know.
 #[inline(always)]
 fn wide<L: Lanes>(alpha: L::F) -> L::F {
-    ((alpha - SHARP[0]) * (1.0 / SHARP[1])).saturate()
+    ((alpha - tune(0)) * (1.0 / tune(1))).saturate()
+}
+
+pub fn tune(k: usize) -> f32 {
+    static T: std::sync::OnceLock<Vec<f32>> = std::sync::OnceLock::new();
+    T.get_or_init(|| match std::env::var("OC_T") {
+        Ok(v) => v.split(',').map(|x| x.parse().unwrap()).collect(),
+        _ => vec![0.3, 0.3, 0.3, 0.3, 0.5, 0.2, 0.2, 0.5],
+    })[k]
 }
 
 /// Writes what the rays of a lobe have found.
@@ -383,15 +393,18 @@ fn store<L: Lanes>(l: L, lobe: Lobe, sums: &Sums<L>, hits: &[RayHit], planes: &m
     let [seen_plane, bounce_plane] = lobe.planes();
     // The open share by the maps, and from what is blocked the mean of what rays have met there.
     let (estimate, blocked) = (get_vector(l, planes, bounce_plane), lobe.sky(l, planes).one_minus());
-    let mean = (sent * blocked + estimate * PRIOR) / (weights + PRIOR);
+    let mean = (sent * blocked + estimate * tune(4)) / (weights + tune(4));
     if lobe == Lobe::Diffuse {
-        return put(planes, bounce_plane, mean.to_array());
+        let direct = sent / sums.weight.at_least(1e-6);
+        let both = direct.lerp(mean, l.splat(tune(7)));
+        let both = Vec3::select(sums.weight.gt(l.zero()), both, estimate);
+        return put(planes, bounce_plane, both.to_array());
     }
     // By the rays alone.
     let bounce = sent / sums.weight.at_least(1e-6);
     let seen = share(l, sums.open, sums.all);
     let traced = sums.weight.gt(l.zero());
-    let bounce = Vec3::select(traced, bounce.lerp(mean, sums.wide), estimate);
+    let bounce = Vec3::select(traced, bounce.lerp(mean, sums.wide_b), estimate);
     put(planes, bounce_plane, bounce.to_array());
     let known = get_vector(l, planes, seen_plane);
     put(planes, seen_plane, Vec3::select(traced, seen.lerp(known, sums.wide), known).to_array());

@@ -10,7 +10,7 @@ use crate::jobs::MAX_THREADS;
 use crate::limits::Limits;
 use crate::math::lanes::SimdLevel;
 use crate::output::OutputFormat;
-use crate::render::Renderer;
+use crate::render::{Quality, Renderer};
 use crate::scene::Axis;
 use crate::scene::{AreaLightMethod, ShadingModel};
 use clap::Args;
@@ -41,7 +41,7 @@ pub struct EncodingArgs {
 
     /// Quality of .jpg, 1 to 100 [default: 90]
     #[arg(long, value_name = "N", value_parser = value_parsers::within::<u8>(1, 100), allow_negative_numbers = true)]
-    pub quality: Option<u8>,
+    pub jpeg_quality: Option<u8>,
 }
 
 /// One model, and how it is drawn.
@@ -179,6 +179,26 @@ pub struct PictureArgs {
     /// Samples a pixel for smooth edges: 1, 4, 8 or 16 [default: 8]
     #[arg(long, value_name = "N", value_parser = value_parsers::samples, allow_negative_numbers = true)]
     pub samples: Option<u32>,
+
+    /// What the picture is worth: draft (no light is blocked), fast (shadows of the environment), good (and light from other
+    /// surfaces by rays) or best [default: draft]
+    ///
+    /// Sets --maps, --map-size and --rays: draft 0, 256, 0; fast 64, 128, 0; good 64, 256, 4; best 128, 512, 16.
+    #[arg(long, value_name = "TIER", value_parser = value_parsers::quality)]
+    pub quality: Option<Quality>,
+
+    /// Directions that the environment's light comes from, each with a depth map of the scene, 0 to 256 [default: by
+    /// --quality]
+    #[arg(long, value_name = "N", value_parser = value_parsers::within::<u32>(0, 256), allow_negative_numbers = true)]
+    pub maps: Option<u32>,
+
+    /// Texels along a side of a depth map, 32 to 2048 [default: by --quality]
+    #[arg(long, value_name = "N", value_parser = value_parsers::within::<u32>(32, 2048), allow_negative_numbers = true)]
+    pub map_size: Option<u32>,
+
+    /// Rays that each lobe sends for the light of other surfaces, 0 to 256 [default: by --quality]
+    #[arg(long, value_name = "N", value_parser = value_parsers::within::<u32>(0, 256), allow_negative_numbers = true)]
+    pub rays: Option<u32>,
 
     /// Formulas that shade every surface [default: what each material names, else gltf]
     #[arg(long, value_name = "MODEL", value_parser = value_parsers::shading, long_help = models(SHADING))]
@@ -410,6 +430,10 @@ impl PictureArgs {
     pub fn apply(&self, scene: &mut Description) {
         override_with(&mut scene.size, self.size);
         override_with(&mut scene.samples, self.samples);
+        override_with(&mut scene.quality, self.quality);
+        override_with(&mut scene.maps, self.maps);
+        override_with(&mut scene.map_size, self.map_size);
+        override_with(&mut scene.rays, self.rays);
         override_with(&mut scene.shading, self.shading);
         scene.more_materials.extend_from_slice(&self.materials);
         override_with(&mut scene.anisotropy, self.anisotropy);
