@@ -51,8 +51,8 @@ const MAY_USE: [(&str, &[&str]); 31] = [
     (
         "render",
         &[
-            "geometry", "tile", "raster", "gbuffer", "shade", "shadow", "bvh", "splat", "coat", "light", "brdf", "scene",
-            "color", "math", "frame", "jobs", "limits", "reuse",
+            "geometry", "tile", "raster", "gbuffer", "shade", "shadow", "bvh", "splat", "coat", "light",
+            "brdf", "scene", "color", "math", "frame", "jobs", "limits", "reuse",
         ],
     ),
     // What a picture shows, for whoever asks: the command line, tests and programs. Says what to load and to draw, and draws

@@ -116,9 +116,19 @@ pub(super) static SCENE: &[Key<Description>] = &[
     key!("exposure", s.exposure, exposure(), "Exposure of 8-bit output in stops, or auto"),
     key!("samples", s.samples, samples(), "Coverage samples a pixel"),
     key!("quality", s.quality, quality(), "What a picture is worth: sets maps, map_size and rays"),
-    key!("maps", s.maps, whole(0, 256), "Directions of the environment's light, each with a depth map; 0: nothing blocks it"),
+    key!(
+        "maps",
+        s.maps,
+        whole(0, 256),
+        "Directions of the environment's light, each with a depth map; 0: nothing blocks it"
+    ),
     key!("map_size", s.map_size, whole(32, 2048), "Texels along a side of a depth map"),
-    key!("rays", s.rays, whole(0, 256), "Rays that each lobe of a fragment sends for the light of other surfaces"),
+    key!(
+        "rays",
+        s.rays,
+        whole(0, 256),
+        "Rays that each lobe of a fragment sends for the light of other surfaces"
+    ),
     key!(
         "shading",
         s.shading,

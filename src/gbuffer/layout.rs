@@ -225,7 +225,10 @@ mod tests {
         }
         assert_eq!(next, ROWS);
         // What the table of the module says.
-        assert_eq!([CORE, LOBES, TRANSMISSION, FACE, EFFECTS].map(|rows| rows.len() * 4), [140, 104, 40, 24, 120]);
+        assert_eq!(
+            [CORE, LOBES, TRANSMISSION, FACE, EFFECTS].map(|rows| rows.len() * 4),
+            [140, 104, 40, 24, 120]
+        );
         let mut names: Vec<&str> = PLANES.iter().map(|p| p.name).collect();
         names.sort_unstable();
         names.dedup();

@@ -16,7 +16,7 @@ pub struct LightDirections {
 }
 
 /// Share of the energy that is spread evenly over the sphere when it is divided: dark parts, too, need some directions.
-const EVEN_SHARE: f64 = 0.2;
+const EVEN_SHARE: f64 = 0.4;
 
 /// Samples along a side of the map that is divided.
 const SIZE: usize = 129;
@@ -42,7 +42,7 @@ struct Samples {
 
 impl PrefilteredEnvironment {
     /// Up to `count` directions, each of which stands for a part of the sphere with about as much light as the others': the
-    /// median cut of Debevec (2005, "A median cut algorithm for light probe sampling") on the octahedral map, with a fifth of
+    /// median cut of Debevec (2005, "A median cut algorithm for light probe sampling") on the octahedral map, with two fifths of
     /// them for what is dark. Where all light comes from one place, there are fewer. None if nothing shines.
     #[must_use]
     pub fn light_directions(&self, count: usize) -> LightDirections {
@@ -62,7 +62,12 @@ impl PrefilteredEnvironment {
 impl Samples {
     fn of(environment: &PrefilteredEnvironment) -> Self {
         let cell = 2.0 / (SIZE - 1) as f64;
-        let mut samples = Self { directions: Vec::new(), fluxes: Vec::new(), energies: Vec::new(), solid_angles: Vec::new() };
+        let mut samples = Self {
+            directions: Vec::new(),
+            fluxes: Vec::new(),
+            energies: Vec::new(),
+            solid_angles: Vec::new(),
+        };
         let mut solid_angles = Vec::new();
         for index in 0..SIZE * SIZE {
             let (u, v) = octahedral::positions(Scalar, SIZE, index);
@@ -78,8 +83,7 @@ impl Samples {
         let luminance = |[r, g, b]: [f64; 3]| 0.2126 * r + 0.7152 * g + 0.0722 * b;
         let energies = samples.fluxes.iter().map(|flux| luminance(*flux));
         let (all, sphere) = (energies.clone().sum::<f64>(), solid_angles.iter().sum::<f64>());
-        let share = std::env::var("OC_E").map_or(0.2, |v| v.parse::<f64>().unwrap());
-        let even = share / (1.0 - share) * all / sphere;
+        let even = EVEN_SHARE / (1.0 - EVEN_SHARE) * all / sphere;
         samples.energies = energies.zip(&solid_angles).map(|(energy, angle)| energy + even * angle).collect();
         samples.solid_angles = solid_angles;
         samples

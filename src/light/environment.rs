@@ -1,9 +1,9 @@
 //! Light from afar: what surrounds the scene, prepared for lookups.
 
-use super::{DistantRadiance, LightDirections};
 use super::chain::{Chain, IRRADIANCE, MAX_CELLS, MIN_CELLS};
 use super::equirect;
 use super::prefilter::{self, Grid};
+use super::{DistantRadiance, LightDirections};
 use crate::jobs::Jobs;
 use crate::math;
 use crate::math::lanes::{Lanes, SimdLevel};

@@ -240,7 +240,8 @@ pub(super) fn check_tile_size(side: Option<u32>) -> Result<(), RenderError> {
 
 /// `Ok` if there can be so many maps and rays.
 fn check_visibility(asked: &Visibility) -> Result<(), RenderError> {
-    let option = |option, value: u32, allowed| Err(RenderError::Option { option, value: value.to_string(), allowed });
+    let option =
+        |option, value: u32, allowed| Err(RenderError::Option { option, value: value.to_string(), allowed });
     if asked.maps > Visibility::MOST_MAPS {
         return option("maps", asked.maps, "0 to 256");
     }

@@ -256,7 +256,8 @@ fn shade_context<'a>(
         model: options.shading,
         area_light_method: options.area_lights,
         anisotropy: options.anisotropy,
-        visibility: options.visibility.is_on(),
+        maps: options.visibility.maps,
+        rays: options.visibility.rays,
     }
 }
 

@@ -17,7 +17,8 @@ use crate::math::vec3::V3;
 use crate::reuse::reserve_like;
 use crate::scene::{Material, ShadingModel};
 use crate::shade::{
-    ShadeContext, SurfacePlace, SurfaceReading, TraceScratch, pass_through, shade, store_face, store_surface, store_transmission,
+    ShadeContext, SurfacePlace, SurfaceReading, TraceScratch, pass_through, shade, store_face, store_surface,
+    store_transmission,
 };
 
 /// What the fragments of a tile, or of a part of it, are shaded by.
@@ -194,7 +195,9 @@ pub(super) fn shade_fragments<L: Lanes>(
             // Fill what the rest of the picture has to do with them, and shade them.
             pass.effects.fill(l, context, of.material, planes);
             if let Some(traced) = &pass.effects.traced {
-                let pixels = batch.fragments.map(|f| [input.tile.corner[0] + f.column(), input.tile.corner[1] + f.row()]);
+                let pixels = batch
+                    .fragments
+                    .map(|f| [input.tile.corner[0] + f.column(), input.tile.corner[1] + f.row()]);
                 traced.fill(l, context, of.material, (indices.len(), &pixels), planes, trace);
             }
             let mut radiance = shade(l, context, of.model, of.material, planes);

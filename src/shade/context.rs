@@ -74,6 +74,8 @@ pub struct ShadeContext<'a> {
     pub area_light_method: AreaLightMethod,
     /// Largest number of texture probes along a stretched footprint.
     pub anisotropy: u32,
-    /// What blocks the environment is known: the planes of it are filled.
-    pub visibility: bool,
+    /// Depth maps that say what blocks the environment; with 0 nothing does, and no plane says so.
+    pub maps: u32,
+    /// Rays that each lobe sends.
+    pub rays: u32,
 }

@@ -24,6 +24,12 @@ const LIGHT_THROUGH: u64 = 3;
 const AREA_LIGHT: u64 = 60;
 const AREA_LIGHT_BY_FACETS: u64 = 1200;
 
+/// One depth map looked up by a fragment.
+const MAP: u64 = 4;
+
+/// One ray, without what it takes to shade what it hits.
+const RAY: u64 = 400;
+
 /// Sorting and summing a fragment of a blended surface.
 const BLENDING: u64 = 90;
 
@@ -64,11 +70,17 @@ impl ShadingCost {
         let area = if by_facets { AREA_LIGHT_BY_FACETS } else { AREA_LIGHT };
         let (through, light_through) =
             if material.transmits() { (TRANSMISSION, LIGHT_THROUGH) } else { (0, 0) };
+        let visibility = MAP * u64::from(context.maps);
+        let fragment = if layered { layers } else { plain }
+            + textures
+            + through
+            + area * context.area_lights.len() as u64
+            + visibility;
+        // Diffuse, base, coat. What is hit is taken to be like this.
+        let lobes = if material.coat > 0.0 { 3 } else { 2 };
+        let rays = if context.maps > 0 { lobes * u64::from(context.rays) } else { 0 };
         Self {
-            fragment: if layered { layers } else { plain }
-                + textures
-                + through
-                + area * context.area_lights.len() as u64,
+            fragment: fragment + rays * (RAY + fragment),
             light: if layered { light_on_layers } else { light } + light_through,
             blending: BLENDING,
             mask,

@@ -30,6 +30,6 @@ pub use lobe_samples::LobeSamples;
 pub use lobes::LobeValues;
 pub use record::store_surface;
 pub use surface::{Dielectric, Reflectance, Surface, SurfacePlace, SurfaceReading, store_face};
-pub use visibility::{DistantLight, LightVisibility};
-pub use traced::{tune, TraceScratch, TracedLight};
+pub use traced::{TraceScratch, TracedLight};
 pub use transmission::{Passed, pass_through, store_transmission};
+pub use visibility::{DistantLight, LightVisibility};

@@ -151,7 +151,7 @@ impl<L: Lanes> Source<'_, L> {
     /// What blocks it is known.
     #[inline(always)]
     fn is_blocked(&self) -> bool {
-        self.context.visibility && self.is_environment()
+        self.context.maps > 0 && self.is_environment()
     }
 
     /// Irradiance over pi on a surface of this unit normal.
@@ -219,7 +219,7 @@ pub(super) fn radiance<L: Lanes, M: Model>(
         #[inline(always)]
         || {
             let mut surface = Surface::load_with(l, material, M::READS_LOBES, planes, shaded_color(material));
-            if context.visibility {
+            if context.maps > 0 {
                 // What occlusion textures guess is known.
                 surface.occlusion = l.splat(1.0);
                 surface.lobes.specular_occlusion = l.splat(1.0);

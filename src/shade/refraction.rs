@@ -138,6 +138,8 @@ mod tests {
             model: None,
             area_light_method: AreaLightMethod::default(),
             anisotropy: 1,
+            maps: 0,
+            rays: 0,
         };
         let mut glass = Material::default();
         glass.lobes.transmission.factor = 1.0.into();

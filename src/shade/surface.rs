@@ -9,8 +9,8 @@
 
 use super::ShadeContext;
 use super::lobes::LobeValues;
-use super::record::{get_vector, put};
 use super::reader::{Coordinates, Reader, ReadingPlan, coordinates};
+use super::record::{get_vector, put};
 use crate::each;
 use crate::gbuffer::layout::{self, SurfacePlanes};
 use crate::gbuffer::texture::{Fetched, SamplePlan};

@@ -91,9 +91,8 @@ pub struct TraceScratch {
 
 /// The rays of one lobe of sixteen fragments, gathered.
 struct Sums<L: Lanes> {
-    /// See [`wide`].
+    /// Share of what the maps say: what few rays say of a wide lobe is noise.
     wide: L::F,
-    wide_b: L::F,
     weight: L::F,
     all: V3<L>,
     open: V3<L>,
@@ -152,8 +151,7 @@ impl TracedLight<'_> {
         planes: &SurfacePlanes,
         scratch: &mut TraceScratch,
     ) -> Sums<L> {
-        let mut sums =
-            Sums { wide: l.splat(1.0), wide_b: l.splat(1.0), weight: l.zero(), all: Vec3::zero(l), open: Vec3::zero(l) };
+        let mut sums = Sums { wide: l.splat(1.0), weight: l.zero(), all: Vec3::zero(l), open: Vec3::zero(l) };
         scratch.hits.clear();
         l.run(
             #[inline(always)]
@@ -176,11 +174,11 @@ impl TracedLight<'_> {
                 // Nothing is sent where the maps find nothing in the way, and few rays into narrow lobes.
                 let most = self.samples.len() as f32;
                 let mut wanted = l.splat(most);
+                sums.wide = l.splat(2.0 / most.sqrt()).at_most(1.0);
                 let mut open = lobe.sky(l, planes).ge(l.splat(1.0));
                 if lobe != Lobe::Diffuse {
-                    sums.wide = wide::<L>(alpha);
-                    sums.wide_b = ((alpha - tune(2)) * (1.0 / tune(3))).saturate();
-                    wanted = (alpha * (1.0 / tune(5))).saturate() * (most - 1.0) + 1.0;
+                    sums.wide = ((alpha - SHARP[0] * most) * (1.0 / SHARP[1])).saturate();
+                    wanted = (alpha * (1.0 / NARROW)).saturate() * (most - 1.0) + 1.0;
                     open = open & Lobe::Diffuse.sky(l, planes).ge(l.splat(1.0));
                 }
                 let wanted = open.select(l.zero(), wanted);
@@ -204,10 +202,13 @@ impl TracedLight<'_> {
                         if weights[lane] <= 0.0 {
                             continue;
                         }
-                        let along = |planes: &[[f32; LANES]; 3]| [planes[0][lane], planes[1][lane], planes[2][lane]];
+                        let along =
+                            |planes: &[[f32; LANES]; 3]| [planes[0][lane], planes[1][lane], planes[2][lane]];
                         let (origin, direction) = (along(&start), along(&directions));
                         let ray = Ray { origin, direction, near: 0.0, far: f32::INFINITY };
-                        if let Some(found) = self.nearest(l, context, &ray, &mut scratch.traversal, &mut scratch.batch) {
+                        if let Some(found) =
+                            self.nearest(l, context, &ray, &mut scratch.traversal, &mut scratch.batch)
+                        {
                             hit |= 1 << lane;
                             let (draw, _) = self.place(found.triangle);
                             scratch.hits.push(RayHit {
@@ -347,36 +348,23 @@ impl TracedLight<'_> {
         let load = |planes: &[[f32; LANES]; 3]| {
             Vec3::new(l.load(&planes[0]), l.load(&planes[1]), l.load(&planes[2]))
         };
-        let seen_from =
-            SeenFrom { position: load(&position), view: load(&view).normalize(), distance: l.load(&distance) };
-        (
-            [l.load(&weights[0]), l.load(&weights[1])],
-            [l.load(&widths[0]), l.load(&widths[1])],
-            seen_from,
-        )
+        let seen_from = SeenFrom {
+            position: load(&position),
+            view: load(&view).normalize(),
+            distance: l.load(&distance),
+        };
+        ([l.load(&weights[0]), l.load(&weights[1])], [l.load(&widths[0]), l.load(&widths[1])], seen_from)
     }
 }
 
-/// GGX's alpha of lobes that rays alone know, and by how much more that the maps know them as well: what rays say of wide lobes
-/// is noise.
-const SHARP: [f32; 2] = [0.05, 0.15];
-
 /// How many rays the estimate of the maps counts for beside those that hit something.
-const PRIOR: f32 = 0.5;
+const PRIOR: f32 = 0.25;
 
-/// How wide a lobe is: 0 of those that rays alone know, 1 of those whose open share the maps know.
-#[inline(always)]
-fn wide<L: Lanes>(alpha: L::F) -> L::F {
-    ((alpha - tune(0)) * (1.0 / tune(1))).saturate()
-}
+/// From which alpha on the maps have a say about a lobe, for each ray that it sends, and over how much of alpha it becomes all.
+const SHARP: [f32; 2] = [0.02, 0.3];
 
-pub fn tune(k: usize) -> f32 {
-    static T: std::sync::OnceLock<Vec<f32>> = std::sync::OnceLock::new();
-    T.get_or_init(|| match std::env::var("OC_T") {
-        Ok(v) => v.split(',').map(|x| x.parse().unwrap()).collect(),
-        _ => vec![0.3, 0.3, 0.3, 0.3, 0.5, 0.2, 0.2, 0.5],
-    })[k]
-}
+/// Lobes of less than this alpha send fewer rays than others: in a mirror all are the same.
+const NARROW: f32 = 0.2;
 
 /// Writes what the rays of a lobe have found.
 #[inline(always)]
@@ -393,19 +381,15 @@ fn store<L: Lanes>(l: L, lobe: Lobe, sums: &Sums<L>, hits: &[RayHit], planes: &m
     let [seen_plane, bounce_plane] = lobe.planes();
     // The open share by the maps, and from what is blocked the mean of what rays have met there.
     let (estimate, blocked) = (get_vector(l, planes, bounce_plane), lobe.sky(l, planes).one_minus());
-    let mean = (sent * blocked + estimate * tune(4)) / (weights + tune(4));
-    if lobe == Lobe::Diffuse {
-        let direct = sent / sums.weight.at_least(1e-6);
-        let both = direct.lerp(mean, l.splat(tune(7)));
-        let both = Vec3::select(sums.weight.gt(l.zero()), both, estimate);
-        return put(planes, bounce_plane, both.to_array());
-    }
+    let mean = (sent * blocked + estimate * PRIOR) / (weights + PRIOR);
     // By the rays alone.
-    let bounce = sent / sums.weight.at_least(1e-6);
-    let seen = share(l, sums.open, sums.all);
+    let direct = sent / sums.weight.at_least(1e-6);
     let traced = sums.weight.gt(l.zero());
-    let bounce = Vec3::select(traced, bounce.lerp(mean, sums.wide_b), estimate);
+    let bounce = Vec3::select(traced, direct.lerp(mean, sums.wide), estimate);
     put(planes, bounce_plane, bounce.to_array());
-    let known = get_vector(l, planes, seen_plane);
-    put(planes, seen_plane, Vec3::select(traced, seen.lerp(known, sums.wide), known).to_array());
+    if lobe != Lobe::Diffuse {
+        let (direct, known) = (share(l, sums.open, sums.all), get_vector(l, planes, seen_plane));
+        let seen = Vec3::select(traced, direct.lerp(known, sums.wide), known);
+        put(planes, seen_plane, seen.to_array());
+    }
 }

@@ -12,9 +12,9 @@
 //! for accurate indirect occlusion") before their fit, with V and A apart: in a white furnace, V = A, a white surface sends
 //! B = E however much is blocked.
 
+use super::ShadeContext;
 use super::effects::Effect;
 use super::record::{get, get_vector, put};
-use super::ShadeContext;
 use crate::coat::EnvironmentQuery;
 use crate::gbuffer::layout::{self, SurfacePlanes};
 use crate::math::lanes::{Float, Lanes, Mask};
