@@ -85,6 +85,8 @@ fn models(criterion: &mut Criterion) {
         model: None,
         area_light_method: AreaLightMethod::default(),
         anisotropy: 1,
+        maps: 0,
+        lobe_rays: 0,
     };
     for level in SimdLevel::available() {
         let mut group = criterion.benchmark_group(format!("models/{level}"));

@@ -257,7 +257,7 @@ fn shade_context<'a>(
         area_light_method: options.area_lights,
         anisotropy: options.anisotropy,
         maps: options.visibility.maps,
-        rays: options.visibility.rays,
+        lobe_rays: options.visibility.rays,
     }
 }
 

@@ -77,5 +77,5 @@ pub struct ShadeContext<'a> {
     /// Depth maps that say what blocks the environment; with 0 nothing does, and no plane says so.
     pub maps: u32,
     /// Rays that each lobe sends.
-    pub rays: u32,
+    pub lobe_rays: u32,
 }

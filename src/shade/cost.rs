@@ -78,7 +78,7 @@ impl ShadingCost {
             + visibility;
         // Diffuse, base, coat. What is hit is taken to be like this.
         let lobes = if material.coat > 0.0 { 3 } else { 2 };
-        let rays = if context.maps > 0 { lobes * u64::from(context.rays) } else { 0 };
+        let rays = if context.maps > 0 { lobes * u64::from(context.lobe_rays) } else { 0 };
         Self {
             fragment: fragment + rays * (RAY + fragment),
             light: if layered { light_on_layers } else { light } + light_through,

@@ -139,7 +139,7 @@ mod tests {
             area_light_method: AreaLightMethod::default(),
             anisotropy: 1,
             maps: 0,
-            rays: 0,
+            lobe_rays: 0,
         };
         let mut glass = Material::default();
         glass.lobes.transmission.factor = 1.0.into();
