@@ -216,7 +216,9 @@ impl DepthMaps {
     }
 
     /// How much of a map's light reaches points, 0 to 1: of the four texels around each, those whose blocker is no further out
-    /// than the point and `slack`, by their bilinear weights (percentage closer filtering: Reeves, Salesin and Cook 1987).
+    /// than the point and `slack`, by their bilinear weights (percentage closer filtering: Reeves, Salesin and Cook 1987). Half of
+    /// them and less count as dark: at an edge of a wall without thickness, half of the texels are beside it, and light would
+    /// come in there. Outlines of shadows are a quarter of a texel further out for it.
     #[inline(always)]
     pub fn visibility<L: Lanes>(&self, l: L, map: usize, position: &[L::F; 3], slack: L::F) -> L::F {
         let [x, y, depth] = self.maps[map].project(l, position);
@@ -231,7 +233,7 @@ impl DepthMaps {
         let lit = |depth: L::I| reach.lt(depth).select(zero, one);
         let above = lit(left & 0xffff).lerp(lit(right & 0xffff), fx);
         let below = lit(left.shr_logical(16)).lerp(lit(right.shr_logical(16)), fx);
-        above.lerp(below, fy)
+        (above.lerp(below, fy) * 2.0 - 1.0).at_least(0.0)
     }
 }
 

@@ -93,7 +93,10 @@ fn a_mesh_has_no_holes() {
             for (index, depth) in depths.iter().enumerate() {
                 let [x, y] = [index % size, index / size].map(|k| k as f32 + 0.5 - size as f32 * 0.5);
                 let square = (x * x + y * y) * maps.texel() * maps.texel();
-                assert_eq!(depth.is_finite(), square < 0.998, "{size} {map} {x} {y}");
+                // Of the ball and its faces, the border is in between.
+                if !(0.996..=1.0).contains(&square) {
+                    assert_eq!(depth.is_finite(), square < 0.998, "{size} {map} {x} {y}");
+                }
                 if square < 0.9 {
                     assert!((depth - (1.0 - square).sqrt()).abs() < 0.02, "{depth} {square}");
                 }
@@ -207,7 +210,19 @@ fn crumpled(cells: usize, amount: f32) -> Blockers {
         let [column, row] = [index % side, index / side];
         let inner = |k: usize| (1..cells).contains(&k);
         let moved = if inner(column) && inner(row) { amount } else { 0.0 };
-        let at = |k: usize, by: f32| (k as f32 + by * moved) * 2.0 / cells as f32 - 1.0;
+        let at = |k: usize, by: f32| {
+            let place = (k as f32 + by * moved) * 2.0 / cells as f32 - 1.0;
+            if place.abs() < 1.0 { place } else { 0.9 }
+        };
+        let at = |k: usize, by: f32| {
+            if k == 0 {
+                -1.0
+            } else if k == cells {
+                1.0
+            } else {
+                at(k, by)
+            }
+        };
         out.positions.push([at(column, next()), 0.0, at(row, next())]);
         if column < cells && row < cells {
             let [a, b, c, d] = [index, index + 1, index + side, index + side + 1].map(|k| k as u32);
@@ -219,9 +234,9 @@ fn crumpled(cells: usize, amount: f32) -> Blockers {
 
 #[test]
 fn triangles_of_all_shapes_leave_no_holes() {
-    let looks: Vec<_> = directions(2).into_iter().filter(|d| d[1].abs() > 0.2).collect();
+    let looks: Vec<_> = directions(1).into_iter().filter(|d| d[1].abs() > 0.2).collect();
     // The last is folded over itself, which covers no less.
-    for (cells, amount) in [(1, 0.0), (3, 0.4), (20, 0.49), (150, 0.45), (60, 3.0)] {
+    for (cells, amount) in [(1, 0.0), (3, 0.4), (20, 0.49), (60, 0.45), (30, 3.0)] {
         let square = crumpled(cells, amount);
         let found = of(&square, &looks, 128);
         let whole = of(&crumpled(1, 0.0), &looks, 128);
@@ -238,18 +253,19 @@ fn triangles_of_all_shapes_leave_no_holes() {
 #[test]
 fn no_plane_shades_itself() {
     let plane = crumpled(7, 0.4);
-    for (size, looks) in [(32, directions(3)), (128, directions(2))] {
+    for (size, looks) in [(32, directions(2)), (128, directions(1))] {
         let maps = of(&plane, &looks, size);
         for (map, direction) in looks.iter().enumerate() {
             let side = if direction[1] > 0.0 { 1.0 } else { -1.0 };
-            for k in 0..200 {
+            let margin = 4.0 * maps.texel() / direction[1].abs();
+            for k in 0..100 {
                 let at = |m: usize| (k * m % 199) as f32 / 99.5 - 1.0;
                 let point = [at(7), 0.0, at(31)];
                 let lit = on_surface(&maps, map, point, [0.0, side, 0.0]);
                 assert_eq!(lit, 1.0, "{size} {direction:?} {point:?}");
-                // Its other side is dark, but for what is as close to its border as the texels are large.
-                let inside = [point[0], point[2]].iter().all(|c| c.abs() < 1.0 - 4.0 * maps.texel());
-                if inside && direction[1].abs() > 0.3 {
+                // Its other side is dark, but for what is as close to its border as the texels are large there.
+                let inside = [point[0], point[2]].iter().all(|c| c.abs() < 1.0 - margin);
+                if inside {
                     assert_eq!(on_surface(&maps, map, point, [0.0, -side, 0.0]), 0.0, "{direction:?}");
                 }
             }
@@ -279,7 +295,7 @@ fn a_ball_of_few_faces_is_lit_where_it_faces_the_light() {
                     let lit = on_surface(&maps, map, point, normal);
                     if cosine > 0.0 {
                         assert_eq!(lit, 1.0, "{size} {direction:?} {point:?}");
-                    } else if cosine < -0.5 {
+                    } else if cosine < -0.8 {
                         assert_eq!(lit, 0.0, "{size} {direction:?} {point:?}");
                     }
                 }
@@ -301,8 +317,8 @@ fn shadows_begin_where_things_stand_and_end_where_they_should() {
         // On the floor, behind the box: from 1.5 texels off it, nearly as far as it throws its shadow; then light again.
         let lit = |x: f32, z: f32| on_surface(&maps, 0, [x, 0.0, z], [0.0, 1.0, 0.0]);
         let (start, end) = (0.5 + 1.5 * texel, 0.5 + length);
-        // A texel on the floor, and what is lifted comes out of the shadow earlier.
-        let soft = texel * (1.0 / direction[1] + LIFT_SHIFT / slope);
+        // The diagonal of a texel on the floor; and what is lifted comes out of the shadow earlier.
+        let soft = texel * (1.42 / direction[1] + LIFT_SHIFT / slope);
         for k in 0..50 {
             let share = k as f32 / 49.0;
             let z = (k as f32 / 49.0 - 0.5) * (1.0 - 3.0 * texel);
@@ -340,8 +356,8 @@ fn a_ball_over_a_floor_shades_a_disc() {
         }
         mean += (1.0 - lit) * 4.0 / (steps * steps) as f32;
     }
-    let disc = std::f32::consts::PI * 0.25;
-    assert!((mean / disc - 1.0).abs() < 0.02, "{mean} {disc}");
+    let disc = |radius: f32| std::f32::consts::PI * radius * radius;
+    assert!(mean > disc(0.5) && mean < disc(0.5 + 0.5 * texel), "{mean} {texel}");
 }
 
 /// Points inside of a hollow box of a side of 2, each with the normal of its wall.
@@ -349,12 +365,12 @@ fn inside_of_a_box() -> Vec<([f32; 3], [f32; 3])> {
     let mut out = Vec::new();
     for wall in 0..6 {
         let (axis, sign) = (wall % 3, if wall < 3 { 1.0 } else { -1.0 });
-        for k in 0..21 * 21 {
-            let at = |k: usize| k as f32 / 10.0 - 1.0;
+        for k in 0..11 * 11 {
+            let at = |k: usize| k as f32 / 5.0 - 1.0;
             let (mut point, mut normal) = ([0.0; 3], [0.0; 3]);
             point[axis] = sign;
-            point[(axis + 1) % 3] = at(k % 21) * 0.998;
-            point[(axis + 2) % 3] = at(k / 21) * 0.998;
+            point[(axis + 1) % 3] = at(k % 11) * 0.998;
+            point[(axis + 2) % 3] = at(k / 11) * 0.998;
             normal[axis] = -sign;
             out.push((point, normal));
         }
@@ -364,7 +380,7 @@ fn inside_of_a_box() -> Vec<([f32; 3], [f32; 3])> {
 
 #[test]
 fn a_closed_box_is_dark_inside() {
-    let looks = directions(2);
+    let looks = directions(1);
     let inner = blockers(&primitives::cuboid([2.0; 3]).unwrap(), 0.0);
     // Walls as thick as a texel and a half: dark everywhere.
     let size = 128;
@@ -376,10 +392,13 @@ fn a_closed_box_is_dark_inside() {
             assert_eq!(on_surface(&maps, map, point, normal), 0.0, "{point:?} {:?}", looks[map]);
         }
     }
-    // Walls without thickness: dark but for a texel along the edges, and there a part of the light comes in.
+    // Walls without thickness: dark but for a texel along the edges, where little of the light comes in.
+    let looks = directions(2);
     let maps = of(&inner, &looks, size);
-    let mut worst = 0.0;
-    for (point, normal) in inside_of_a_box() {
+    let (mut worst, mut sum) = (0.0, 0.0);
+    let points = inside_of_a_box();
+    let count = points.len() as f32;
+    for (point, normal) in points {
         let (mut light, mut all) = (0.0, 0.0);
         for (map, direction) in looks.iter().enumerate() {
             let cosine = dot(normal, *direction);
@@ -393,11 +412,13 @@ fn a_closed_box_is_dark_inside() {
             light += lit * cosine;
             all += cosine;
         }
+        sum += light / all;
         if light / all > worst {
             worst = light / all;
         }
     }
-    assert!(worst < 0.2, "{worst}");
+    // A third of the points lie within a texel of an edge.
+    assert!(worst < 0.35 && sum / count < 0.05, "{worst} {}", sum / count);
 }
 
 #[test]
