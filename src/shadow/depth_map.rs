@@ -47,10 +47,17 @@ const SIZES: [usize; 2] = [LANES, 4096];
 /// Maps that are drawn at once by one thread. Triangles pass through the cache once for all of them, and all of them fit in.
 const MAPS_PER_JOB: usize = 4;
 
-/// How far off its surface a point is looked up, in texels along the geometric normal. The four texels around a point are up
-/// to the square root of two away, and a plane through the point rises by that times the tangent of its slope: lifted by
-/// that, no plane shades itself, however steep.
-const LIFT: f32 = 1.5;
+/// How far off its surface a point is looked up, in texels along the geometric normal.
+///
+/// Further is safer, and light leaks in where things touch. On a plane, a texel `d` texels away is covered by something further
+/// out than the lifted point if `d` sin(slope) is more than the lift. Of the four around a point, with a lift of one, only the
+/// furthest can be, and its weight is (1 - 1/sqrt 2)^2 at most: as [`LEAST_LIT`] counts as lit, no plane shades itself, however
+/// steep. On a knot and the floor below it (maps of 128 x 128, 64 directions, against rays) visibility is off by 0.010 and
+/// 0.013 on average, in the mean by less than 0.001; with a lift of 1.5 by 0.013 and 0.018.
+const LIFT: f32 = 1.0;
+
+/// What part of the light counts as all of it.
+const LEAST_LIT: f32 = 0.914;
 
 impl DepthMap {
     /// The map that looks against a unit direction towards the light, at a sphere.
@@ -208,7 +215,7 @@ impl DepthMaps {
     }
 
     /// Where points of surfaces with unit geometric normals are to be looked up, so that a surface does not shade itself: a texel
-    /// and a half off, on the side that the normal points to. Once for all maps, with a slack of zero.
+    /// off, on the side that the normal points to. Once for all maps.
     #[inline(always)]
     pub fn lifted<L: Lanes>(&self, _: L, position: &[L::F; 3], normal: &[L::F; 3]) -> [L::F; 3] {
         let lift = LIFT * self.texel;
@@ -216,9 +223,11 @@ impl DepthMaps {
     }
 
     /// How much of a map's light reaches points, 0 to 1: of the four texels around each, those whose blocker is no further out
-    /// than the point and `slack`, by their bilinear weights (percentage closer filtering: Reeves, Salesin and Cook 1987). Half of
-    /// them and less count as dark: at an edge of a wall without thickness, half of the texels are beside it, and light would
-    /// come in there. Outlines of shadows are a quarter of a texel further out for it.
+    /// than the point and `slack`, by their bilinear weights (percentage closer filtering: Reeves, Salesin and Cook 1987). For
+    /// points of surfaces that were [lifted](Self::lifted), the slack is zero.
+    ///
+    /// Walls keep light out if they are as thick as a texel's diagonal; along inner edges of thinner ones, texels beside them let
+    /// some of it in, a texel wide.
     #[inline(always)]
     pub fn visibility<L: Lanes>(&self, l: L, map: usize, position: &[L::F; 3], slack: L::F) -> L::F {
         let [x, y, depth] = self.maps[map].project(l, position);
@@ -233,7 +242,7 @@ impl DepthMaps {
         let lit = |depth: L::I| reach.lt(depth).select(zero, one);
         let above = lit(left & 0xffff).lerp(lit(right & 0xffff), fx);
         let below = lit(left.shr_logical(16)).lerp(lit(right.shr_logical(16)), fx);
-        (above.lerp(below, fy) * 2.0 - 1.0).at_least(0.0)
+        (above.lerp(below, fy) * (1.0 / LEAST_LIT)).at_most(1.0)
     }
 }
 
