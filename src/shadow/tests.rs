@@ -135,7 +135,8 @@ fn levels_and_threads_give_the_same_bits() {
 
 /// Squares that are there and not, as many as `size` along a side.
 fn checker(size: usize) -> Cutout {
-    let alphas = (0..size * size).map(|k| if (k % size + k / size) % 2 == 0 { 255 } else { 0 }).collect();
+    let alphas =
+        (0..size * size).map(|k| if (k % size + k / size).is_multiple_of(2) { 255 } else { 0 }).collect();
     Cutout { size: [size; 2], alphas, wrap: [Wrap::Repeat; 2], cutoff: 0.5 }
 }
 
