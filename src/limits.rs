@@ -37,12 +37,12 @@ pub struct Limits {
     /// frame may take so many times the number of its pixels, or times 2^18 (512 x 512) if it has fewer. Default 2^13.
     pub shading: u64,
     /// Blocks of 4 x 4 pixels that the triangles of one frame are drawn into, hidden ones included: the rasterizer's
-    /// work. Default 2^27.
+    /// work. Of the depth maps of what blocks light, sixteens of triangles and of texels, counted apart. Default 2^27.
     pub blocks: u64,
     /// Fragments of blended surfaces in one frame, which are kept until their tile is done. Default 2^25.
     pub blend_entries: u64,
     /// Bytes that drawing one frame takes beside the scene and the picture: objects, vertices and triangles on the screen,
-    /// the tiles' lists of them. Default 512 MiB.
+    /// the tiles' lists of them. Depth maps of what blocks light may take as many again. Default 512 MiB.
     pub frame_bytes: u64,
     /// Frames of one moving picture. Default 3600.
     pub frames: u64,

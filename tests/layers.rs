@@ -17,8 +17,8 @@ const MAY_USE: [(&str, &[&str]); 31] = [
     // Pure functions over lanes.
     ("color", &["math"]),
     ("brdf", &["math"]),
-    // What blocks light: maps of depth, whatever the triangles are of.
-    ("shadow", &["math", "jobs"]),
+    // What blocks light of a scene, and maps of its depth.
+    ("shadow", &["scene", "math", "jobs", "limits"]),
     // Rays against triangles, whatever they are of.
     ("bvh", &["math", "jobs"]),
     // A scene can be built and checked without anything that loads or draws it.

@@ -2,7 +2,8 @@
 
 use super::PrefilteredEnvironment;
 use super::octahedral;
-use crate::math::lanes::{Float, Lanes, Scalar};
+use crate::dispatch;
+use crate::math::lanes::{Float, LANES, Lanes, SimdLevel};
 
 /// The directions of an environment that shadows are asked for, in its own frame.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -11,7 +12,7 @@ pub struct LightDirections {
     pub directions: Vec<[f32; 3]>,
     /// What each stands for: radiance times solid angle, linear Rec. 709. The sum is the flux of the whole sphere.
     pub fluxes: Vec<[f32; 3]>,
-    /// Solid angles of the parts.
+    /// The part of the sphere that each stands for, in steradians. The sum is 4 pi.
     pub solid_angles: Vec<f32>,
 }
 
@@ -35,9 +36,10 @@ struct Samples {
     directions: Vec<[f32; 3]>,
     /// Radiance times solid angle of each.
     fluxes: Vec<[f64; 3]>,
+    /// Solid angle of each, in steradians.
+    solid_angles: Vec<f64>,
     /// What is divided evenly among the directions.
     energies: Vec<f64>,
-    solid_angles: Vec<f64>,
 }
 
 impl PrefilteredEnvironment {
@@ -61,32 +63,49 @@ impl PrefilteredEnvironment {
 
 impl Samples {
     fn of(environment: &PrefilteredEnvironment) -> Self {
-        let cell = 2.0 / (SIZE - 1) as f64;
         let mut samples = Self {
-            directions: Vec::new(),
-            fluxes: Vec::new(),
+            directions: Vec::with_capacity(SIZE * SIZE),
+            fluxes: Vec::with_capacity(SIZE * SIZE),
+            solid_angles: Vec::with_capacity(SIZE * SIZE),
             energies: Vec::new(),
-            solid_angles: Vec::new(),
         };
-        let mut solid_angles = Vec::new();
-        for index in 0..SIZE * SIZE {
-            let (u, v) = octahedral::positions(Scalar, SIZE, index);
-            let (direction, density) = octahedral::directions(Scalar, u, v);
-            let share = octahedral::cell_share(SIZE, index % SIZE, index / SIZE);
-            let solid_angle = f64::from(density.to_array()[0] * share) * cell * cell;
-            // Sharp, but no sharper than the samples are far apart.
-            let radiance = environment.chain.radiance(Scalar, direction, Scalar.splat(0.1));
-            samples.directions.push(direction.lane(0));
-            samples.fluxes.push(radiance.lane(0).map(|c| f64::from(c) * solid_angle));
-            solid_angles.push(solid_angle);
+        dispatch!(SimdLevel::best(), l => {
+            for first in (0..SIZE * SIZE).step_by(LANES) {
+                samples.add_sixteen(l, environment, first);
+            }
+        });
+        // So that they add up to the sphere, which they miss by the curvature of the map.
+        let sphere = samples.solid_angles.iter().sum::<f64>() / (4.0 * std::f64::consts::PI);
+        for (flux, solid_angle) in samples.fluxes.iter_mut().zip(&mut samples.solid_angles) {
+            *solid_angle /= sphere;
+            for c in flux {
+                *c *= *solid_angle;
+            }
         }
         let luminance = |[r, g, b]: [f64; 3]| 0.2126 * r + 0.7152 * g + 0.0722 * b;
         let energies = samples.fluxes.iter().map(|flux| luminance(*flux));
-        let (all, sphere) = (energies.clone().sum::<f64>(), solid_angles.iter().sum::<f64>());
-        let even = EVEN_SHARE / (1.0 - EVEN_SHARE) * all / sphere;
-        samples.energies = energies.zip(&solid_angles).map(|(energy, angle)| energy + even * angle).collect();
-        samples.solid_angles = solid_angles;
+        let all = energies.clone().sum::<f64>();
+        let even = EVEN_SHARE / (1.0 - EVEN_SHARE) * all / (4.0 * std::f64::consts::PI);
+        let solid_angles = &samples.solid_angles;
+        samples.energies = energies.zip(solid_angles).map(|(energy, angle)| energy + even * angle).collect();
         samples
+    }
+
+    /// Adds the samples from number `first` on, with radiance in the place of fluxes.
+    #[inline(always)]
+    fn add_sixteen<L: Lanes>(&mut self, l: L, environment: &PrefilteredEnvironment, first: usize) {
+        let cell = 2.0 / (SIZE - 1) as f64;
+        let (u, v) = octahedral::positions(l, SIZE, first);
+        let (direction, density) = octahedral::directions(l, u, v);
+        // Sharp, but no sharper than the samples are far apart.
+        let radiance = environment.chain.radiance(l, direction, l.splat(0.1)).to_arrays();
+        let (directions, densities) = (direction.to_arrays(), density.to_array());
+        for (k, index) in (first..SIZE * SIZE).take(LANES).enumerate() {
+            let share = octahedral::cell_share(SIZE, index % SIZE, index / SIZE);
+            self.directions.push(directions.map(|c| c[k]));
+            self.fluxes.push(radiance.map(|c| f64::from(c[k])));
+            self.solid_angles.push(f64::from(densities[k] * share) * cell * cell);
+        }
     }
 
     /// Numbers of the samples of a part.
@@ -104,9 +123,13 @@ impl Samples {
             return None;
         }
         let mut lines = vec![0.0; size[axis]];
-        for number in Self::numbers(part) {
-            let place = [number % SIZE, number / SIZE];
-            lines[place[axis] - part.first[axis]] += self.energies[number];
+        for row in part.first[1]..part.end[1] {
+            let energies = &self.energies[row * SIZE..][part.first[0]..part.end[0]];
+            if axis == 0 {
+                lines.iter_mut().zip(energies).for_each(|(line, energy)| *line += energy);
+            } else {
+                lines[row - part.first[1]] = energies.iter().sum();
+            }
         }
         let all: f64 = lines.iter().sum();
         let first_directions = part.directions / 2;
@@ -130,9 +153,9 @@ impl Samples {
 
     /// Adds the direction that a part's light comes from on average.
     fn add(&self, part: &Part, found: &mut LightDirections) {
-        let (mut flux, mut towards, mut angle) = ([0.0; 3], [0.0; 3], 0.0);
+        let (mut flux, mut towards, mut solid_angle) = ([0.0; 3], [0.0; 3], 0.0);
         for number in Self::numbers(part) {
-            angle += self.solid_angles[number];
+            solid_angle += self.solid_angles[number];
             for c in 0..3 {
                 flux[c] += self.fluxes[number][c];
                 towards[c] += self.energies[number] * f64::from(self.directions[number][c]);
@@ -140,9 +163,9 @@ impl Samples {
         }
         let length = (towards[0] * towards[0] + towards[1] * towards[1] + towards[2] * towards[2]).sqrt();
         if length > 0.0 {
-            found.solid_angles.push(angle as f32);
             found.directions.push(towards.map(|c| (c / length) as f32));
             found.fluxes.push(flux.map(|c| c as f32));
+            found.solid_angles.push(solid_angle as f32);
         }
     }
 }
@@ -152,7 +175,7 @@ mod tests {
     use super::*;
     use crate::jobs::Jobs;
     use crate::light::{DistantRadiance, Studio};
-    use crate::math::lanes::{Mask, SimdLevel};
+    use crate::math::lanes::Mask;
     use crate::math::vec3::{V3, Vec3};
 
     struct Uniform;
@@ -187,6 +210,11 @@ mod tests {
         for (c, radiance) in [1.0, 0.5, 0.25].into_iter().enumerate() {
             assert!((sum[c] / sphere - radiance).abs() < 0.01 * radiance, "{sum:?}");
         }
+        let angles: f32 = found.solid_angles.iter().sum();
+        assert!((angles / sphere - 1.0).abs() < 1e-5, "{angles}");
+        for (flux, angle) in found.fluxes.iter().zip(&found.solid_angles) {
+            assert!((flux[0] - angle).abs() < 0.01 * angle, "{flux:?} {angle}");
+        }
         let mean = sphere / 64.0;
         assert!(found.fluxes.iter().all(|f| f[0] > 0.5 * mean && f[0] < 1.6 * mean), "{:?}", found.fluxes);
         // No direction is far from all of them.
@@ -212,6 +240,8 @@ mod tests {
         for count in [1, 16, 48, 64, 128] {
             let found = of(&Studio, count);
             assert_eq!(found.directions.len(), count);
+            let angles: f32 = found.solid_angles.iter().sum();
+            assert!((angles / (4.0 * std::f32::consts::PI) - 1.0).abs() < 1e-5, "{angles}");
             for d in &found.directions {
                 let length = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
                 assert!((length - 1.0).abs() < 1e-5);

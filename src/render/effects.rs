@@ -10,6 +10,7 @@ use super::options::RenderOptions;
 use super::pass::PassKind;
 use super::visibility::VisibilityMemory;
 use crate::light::EnvironmentLight;
+use crate::limits::LimitExceeded;
 use crate::scene::Scene;
 use crate::shade::{Backdrop, Effects};
 use crate::tile::TileGrid;
@@ -26,7 +27,7 @@ impl EffectMemory {
     pub(super) fn of(&self, kind: PassKind) -> Effects<'_> {
         // Nothing refracts in other passes.
         let backdrop = (kind == PassKind::OverBackdrop).then_some(&self.backdrop);
-        Effects { backdrop, visibility: self.visibility.get(), traced: self.visibility.traced() }
+        Effects { backdrop, visibility: self.visibility.maps(), traced: self.visibility.traced() }
     }
 
     /// Prepares what is found of the scene alone.
@@ -36,8 +37,8 @@ impl EffectMemory {
         scene: &Scene,
         environment: &EnvironmentLight<'_>,
         options: &RenderOptions,
-    ) {
-        self.visibility.prepare(crew, scene, environment, options);
+    ) -> Result<(), LimitExceeded> {
+        self.visibility.prepare(crew, scene, environment, options)
     }
 
     /// Prepares what needs the linear pixels that a pass has drawn.

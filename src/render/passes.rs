@@ -16,7 +16,7 @@ use crate::shade::Effects;
 #[derive(Debug, Default)]
 pub(super) struct PassMemory {
     tiles: TileMemory,
-    effects: EffectMemory,
+    pub effects: EffectMemory,
     /// Those of pictures that were given back.
     pub planes: Planes,
 }
@@ -39,7 +39,6 @@ impl PassMemory {
         if developer.is_none() || kinds.contains(&PassKind::Backdrop) || options.stage_hashes {
             planes.add_light(&mut self.planes, count, frame.tints);
         }
-        self.effects.before(crew, scene, frame.shade.environment, options);
         let mut found = Found::default();
         for &kind in kinds {
             let mut wanted = Wanted::default();

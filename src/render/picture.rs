@@ -95,10 +95,11 @@ impl Memory {
         let (pattern, view, budget) = self.check(request)?;
         let mut crew = Crew::new(jobs);
 
-        // Filter the environment, and find where the lights shine.
+        // Filter the environment, and find where the lights shine and what is in their way.
         let filtered = self.environments.get(&scene.environment().source, jobs, options.simd);
         let environment = environment_light(scene, &filtered);
         self.lights.list(scene, &view);
+        self.passes.effects.before(&crew, scene, &environment, options)?;
         let environment_time = crew.lap();
 
         // Bring the vertices to the screen.

@@ -1,110 +1,151 @@
-//! What blocks light in a scene, whatever the camera: depth maps from the directions of its environment.
+//! What blocks light in a scene, whatever the camera: depth maps from the directions of its environment, and what rays are
+//! traced through. Kept for as long as neither changes: the frames of a turntable share them.
 
 use super::crew::Crew;
 use super::options::RenderOptions;
 use crate::bvh::Hierarchy;
 use crate::light::EnvironmentLight;
-use crate::reuse::emptied;
-use crate::scene::{AlphaMode, PrimitiveKind, Scene};
+use crate::limits::{LimitExceeded, Limits};
+use crate::scene::{AlphaMode, Material, PrimitiveKind, Scene};
 use crate::shade::{DistantLight, LightVisibility, LobeSamples, TracedLight};
 use crate::shadow::{Blockers, DepthMaps};
+
+/// Lengths below this part of a scene's size mean nothing: rays start so far off their surface.
+const EPSILON: f32 = 3e-6;
+
+/// Bytes that a triangle takes for rays: its corners, and its share of the hierarchy while that is built.
+const BYTES_PER_TRIANGLE: u64 = 200;
 
 /// What was found of the last scene.
 #[derive(Debug, Default)]
 pub(super) struct VisibilityMemory {
     lights: Vec<DistantLight>,
     blockers: Blockers,
+    size: u32,
     maps: DepthMaps,
-    corners: Vec<[[f32; 3]; 3]>,
-    draws: Vec<(u32, u32)>,
-    hierarchy: Hierarchy,
+    traced: TracedScene,
     samples: LobeSamples,
-    epsilon: f32,
     is_on: bool,
 }
 
+/// What rays are traced through.
+#[derive(Debug, Default)]
+struct TracedScene {
+    /// Corners of all triangles, in world space.
+    corners: Vec<[[f32; 3]; 3]>,
+    /// Draws with triangles among them, and the first triangle of each.
+    draws: Vec<(u32, u32)>,
+    hierarchy: Hierarchy,
+    /// Distance by which rays start off their surface.
+    epsilon: f32,
+}
+
 impl VisibilityMemory {
-    /// Finds what blocks the light of an environment in a scene.
+    /// Finds what blocks the light of an environment in a scene, unless it is known.
     pub(super) fn prepare(
         &mut self,
         crew: &Crew<'_>,
         scene: &Scene,
         environment: &EnvironmentLight<'_>,
         options: &RenderOptions,
-    ) {
-        self.is_on = options.visibility.is_on();
+    ) -> Result<(), LimitExceeded> {
+        let asked = &options.visibility;
+        self.is_on = asked.is_on();
         if !self.is_on {
-            return;
+            return Ok(());
         }
-        let found = environment.light_directions(options.visibility.maps as usize);
-        self.lights.clear();
-        for ((direction, flux), solid_angle) in
-            found.directions.iter().zip(&found.fluxes).zip(&found.solid_angles)
-        {
-            let (direction, flux, solid_angle) = (*direction, *flux, *solid_angle);
-            self.lights.push(DistantLight { direction, flux, solid_angle });
+        let limits = &options.limits;
+        let lights = distant_lights(environment, asked.maps);
+        let blockers = Blockers::of_scene(scene, limits, crew.jobs)?;
+        let moved = self.blockers != blockers;
+        if moved || self.lights != lights || self.size != asked.map_size {
+            let directions: Vec<_> = lights.iter().map(|light| light.direction).collect();
+            let size = asked.map_size as usize;
+            self.size = 0;
+            self.maps = DepthMaps::within(limits, &blockers, &directions, size, crew.jobs, options.simd)?;
+            (self.lights, self.size) = (lights, asked.map_size);
         }
-        list_blockers(scene, &mut self.blockers, &mut self.draws);
-        let size = options.visibility.map_size as usize;
-        self.maps = DepthMaps::new(&self.blockers, &found.directions, size, crew.jobs, options.simd);
-        if options.visibility.rays > 0 {
-            self.build_hierarchy(crew, options.visibility.rays);
-        } else {
-            self.samples = LobeSamples::default();
+        if moved {
+            (self.blockers, self.traced) = (blockers, TracedScene::default());
         }
+        if self.samples.len() != asked.rays as usize {
+            self.samples = LobeSamples::new(asked.rays);
+        }
+        if asked.rays > 0 && self.traced.corners.is_empty() {
+            self.traced.build(crew, scene, limits)?;
+        }
+        Ok(())
     }
 
-    /// Builds what rays are traced through.
-    fn build_hierarchy(&mut self, crew: &Crew<'_>, rays: u32) {
-        let positions = &self.blockers.positions;
-        self.corners.clear();
-        self.corners.extend(self.blockers.triangles.iter().map(|t| t.map(|v| positions[v as usize])));
-        self.hierarchy = Hierarchy::new(&self.corners, crew.jobs);
-        let radius = self.blockers.bounding_sphere(crew.jobs).map_or(0.0, |(centre, radius)| {
-            let [x, y, z] = centre.map(f32::abs);
-            radius + x + y + z
-        });
-        self.epsilon = radius * 3e-6;
-        if self.samples.len() != rays as usize {
-            self.samples = LobeSamples::new(rays);
-        }
+    /// What the maps know; `None` if nothing blocks light.
+    pub(super) fn maps(&self) -> Option<LightVisibility<'_>> {
+        self.is_on.then_some(LightVisibility { lights: &self.lights, maps: &self.maps })
     }
 
     /// What rays find; `None` without rays.
     pub(super) fn traced(&self) -> Option<TracedLight<'_>> {
-        let visibility = self.get()?;
-        (!self.samples.is_empty()).then_some(TracedLight {
-            hierarchy: &self.hierarchy,
-            corners: &self.corners,
-            draws: &self.draws,
+        let visibility = self.maps()?;
+        let TracedScene { corners, draws, hierarchy, epsilon } = &self.traced;
+        (!self.samples.is_empty() && !hierarchy.is_empty()).then_some(TracedLight {
+            hierarchy,
+            corners,
+            draws,
             samples: &self.samples,
-            epsilon: self.epsilon,
+            epsilon: *epsilon,
             visibility,
         })
     }
-
-    /// What shading asks; `None` if nothing blocks light.
-    pub(super) fn get(&self) -> Option<LightVisibility<'_>> {
-        self.is_on.then_some(LightVisibility { lights: &self.lights, maps: &self.maps })
-    }
 }
 
-/// The triangles that block light, in world space: those of opaque and masked surfaces.
-fn list_blockers(scene: &Scene, blockers: &mut Blockers, draws: &mut Vec<(u32, u32)>) {
-    draws.clear();
-    blockers.positions = emptied(std::mem::take(&mut blockers.positions));
-    blockers.triangles.clear();
-    for (draw, instance) in scene.instances().iter().enumerate() {
-        let mesh = &scene.meshes()[instance.mesh.index()];
-        let material = &scene.materials()[instance.material.index()];
-        let passes = material.alpha_mode == AlphaMode::Blend || material.transmits();
-        if mesh.kind() != PrimitiveKind::Triangles || passes {
-            continue;
+/// The directions that an environment's light comes from.
+fn distant_lights(environment: &EnvironmentLight<'_>, count: u32) -> Vec<DistantLight> {
+    let found = environment.light_directions(count as usize);
+    let parts = found.directions.iter().zip(&found.fluxes).zip(&found.solid_angles);
+    parts
+        .map(|((direction, flux), solid_angle)| DistantLight {
+            direction: *direction,
+            flux: *flux,
+            solid_angle: *solid_angle,
+        })
+        .collect()
+}
+
+/// Whether rays go through surfaces of a material as if they were not there.
+fn passes(material: &Material) -> bool {
+    material.alpha_mode == AlphaMode::Blend || material.is_transmissive()
+}
+
+impl TracedScene {
+    /// Lists the triangles of opaque and alpha-masked surfaces, and builds their hierarchy.
+    fn build(&mut self, crew: &Crew<'_>, scene: &Scene, limits: &Limits) -> Result<(), LimitExceeded> {
+        let what = || "triangles that rays can hit".to_owned();
+        let blocking = || {
+            scene.instances().iter().enumerate().filter_map(|(draw, instance)| {
+                let mesh = &scene.meshes()[instance.mesh.index()];
+                let material = &scene.materials()[instance.material.index()];
+                let blocks = mesh.kind() == PrimitiveKind::Triangles && !passes(material);
+                blocks.then_some((draw as u32, mesh, &instance.transform))
+            })
+        };
+        let count: u64 = blocking().map(|(_, mesh, _)| mesh.triangles().len() as u64).sum();
+        Limits::check(what, count.saturating_mul(BYTES_PER_TRIANGLE), limits.frame_bytes, "frame_bytes")?;
+        Limits::check(what, count, Hierarchy::MAX_TRIANGLES as u64, "triangles")?;
+        self.corners.reserve_exact(count as usize);
+        let mut largest = 0.0_f32;
+        let mut positions: Vec<[f32; 3]> = Vec::new();
+        for (draw, mesh, transform) in blocking() {
+            self.draws.push((draw, self.corners.len() as u32));
+            positions.clear();
+            positions
+                .extend(mesh.positions().iter().map(|p| transform.point(p.map(f64::from)).map(|c| c as f32)));
+            let corners = mesh.triangles().iter().map(|triangle| triangle.map(|v| positions[v as usize]));
+            self.corners.extend(corners);
         }
-        draws.push((draw as u32, blockers.triangles.len() as u32));
-        let first = blockers.positions.len() as u32;
-        let world = |p: &[f32; 3]| instance.transform.point(p.map(f64::from)).map(|c| c as f32);
-        blockers.positions.extend(mesh.positions().iter().map(world));
-        blockers.triangles.extend(mesh.triangles().iter().map(|t| t.map(|v| v + first)));
+        for c in self.corners.as_flattened().as_flattened() {
+            largest = if c.abs() > largest { c.abs() } else { largest };
+        }
+        self.epsilon = largest * EPSILON;
+        self.hierarchy = Hierarchy::new(&self.corners, crew.jobs);
+        Ok(())
     }
 }

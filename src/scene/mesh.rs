@@ -190,7 +190,7 @@ impl Mesh {
         &self.bounds
     }
     /// For each vertex whether a triangle uses it that can be seen; `None` if each one is used.
-    pub(super) fn used_vertices(&self) -> Option<Vec<bool>> {
+    pub(crate) fn used_vertices(&self) -> Option<Vec<bool>> {
         if self.all_used {
             return None;
         }

@@ -188,20 +188,16 @@ fn look_up<L: Lanes>(
     let (mut all, mut open) = (Vec3::zero(l), Vec3::zero(l));
     let (mut angle, mut open_angle, mut mean) = (l.zero(), l.zero(), Vec3::zero(l));
 
-    let texel = of.maps.texel();
-    let start = position + face * texel;
+    let start = of.maps.lifted(l, &position.to_array(), &face.to_array());
     for (number, light) in of.lights.iter().enumerate() {
         let towards = Vec3::splat(l, light.direction);
-        let slope = face.dot(towards);
-        let above = slope.gt(l.zero());
-        let mut visible = l.zero();
-        if above.any() {
-            // A texel is a square of the surface seen at an angle: the steeper, the further its depths lie apart.
-            let cosine = slope.at_least(0.05);
-            let tangent = cosine.squared().one_minus().at_least(0.0).sqrt() / cosine;
-            let slack = tangent.at_most(4.0) * texel;
-            visible = above.select(of.maps.visibility(l, number, &start.to_array(), slack), l.zero());
-        }
+        // The surface itself is in the way of what comes from below.
+        let above = face.dot(towards).gt(l.zero());
+        let visible = if above.any() {
+            above.select(of.maps.visibility(l, number, &start, l.zero()), l.zero())
+        } else {
+            l.zero()
+        };
         let cosine = normal.dot(towards).at_least(0.0);
         let flux = Vec3::splat(l, light.flux) * cosine;
         all = all + flux;

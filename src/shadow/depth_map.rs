@@ -1,18 +1,21 @@
 //! Orthographic depth maps.
 //!
-//! Depth grows towards the light. A texel is covered where its centre lies inside of a triangle, edges included: every centre
-//! inside of a mesh is covered, those on shared edges twice, which changes nothing since only the outermost counts.
+//! Depth grows towards the light. What a map knows are whole steps of depth, 65534 of them over the whole of what blocks, and
+//! the outermost surface at the centre of each texel.
 
-use super::Blockers;
+use super::blockers::Blockers;
+use super::draw::Triangles;
 use crate::dispatch_available;
 use crate::each;
 use crate::jobs::Jobs;
+use crate::limits::{LimitExceeded, Limits};
 use crate::math::lanes::{Float, Int, LANES, Lanes, Mask, SimdLevel};
 
 /// One map's frame: where a point lies on it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DepthMap {
-    /// Rows of the matrix from world space to texels (across, down) and depth in units of length, the last column a shift.
+    /// Rows of the matrix from world space to texels (across, down; centres of texels are whole numbers) and steps of depth, the
+    /// last column a shift.
     pub rows: [[f32; 4]; 3],
 }
 
@@ -22,17 +25,39 @@ pub struct DepthMaps {
     /// Texels along a side.
     size: usize,
     maps: Vec<DepthMap>,
-    /// Map by map, row by row; minus infinity where there is nothing.
-    depths: Vec<f32>,
+    /// Map by map, row by row: in the lower half the depth of a texel, in the upper half that of the texel below it, so that
+    /// the four around a point are read in one go; 0 where there is nothing.
+    texels: Vec<u32>,
     /// Length of a texel's side.
     texel: f32,
+    /// Length of a step of depth.
+    step: f32,
 }
 
-/// Where nothing is.
-const NOTHING: f32 = f32::NEG_INFINITY;
+/// Depths that surfaces have, in steps; 0 is nothing.
+pub(super) const DEEPEST: f32 = 1.0;
+pub(super) const OUTERMOST: f32 = 65535.0;
 
 /// Texels beside the scene on each side, which stay empty: what lies outside is read there.
 const MARGIN: usize = 2;
+
+/// Sides of maps. The lower bound is a vector of texels; numbers of texels have to be exact as floats.
+const SIZES: [usize; 2] = [LANES, 4096];
+
+/// Maps that are drawn at once by one thread. Triangles pass through the cache once for all of them, and all of them fit in.
+const MAPS_PER_JOB: usize = 4;
+
+/// How far off its surface a point is looked up, in texels along the geometric normal.
+///
+/// Further is safer, and light leaks in where things touch. On a plane, a texel `d` texels away is covered by something further
+/// out than the lifted point if `d` sin(slope) is more than the lift. Of the four around a point, with a lift of one, only the
+/// furthest can be, and its weight is (1 - 1/sqrt 2)^2 at most: as [`LEAST_LIT`] counts as lit, no plane shades itself, however
+/// steep. On a knot and the floor below it (maps of 128 x 128, 64 directions, against rays) visibility is off by 0.010 and
+/// 0.013 on average, in the mean by less than 0.001; with a lift of 1.5 by 0.013 and 0.018.
+const LIFT: f32 = 1.0;
+
+/// What part of the light counts as all of it.
+const LEAST_LIT: f32 = 0.914;
 
 impl DepthMap {
     /// The map that looks against a unit direction towards the light, at a sphere.
@@ -45,25 +70,39 @@ impl DepthMap {
         let across = [1.0 + sign * towards[0] * towards[0] * a, sign * b, -sign * towards[0]];
         let down = [b, sign + towards[1] * towards[1] * a, -towards[1]];
         let scale = (size - 2 * MARGIN) as f64 * 0.5 / f64::from(radius);
-        let middle = size as f64 * 0.5;
+        let middle = (size - 1) as f64 * 0.5;
         let row = |axis: [f64; 3], scale: f64, shift: f64| {
             let at_centre: f64 = (0..3).map(|k| axis[k] * f64::from(centre[k])).sum();
             let [x, y, z] = axis.map(|c| (c * scale) as f32);
             [x, y, z, (shift - at_centre * scale) as f32]
         };
-        Self { rows: [row(across, scale, middle), row(down, scale, middle), row(towards, 1.0, 0.0)] }
+        let steps = f64::from(OUTERMOST - DEEPEST) * 0.5;
+        let depth = row(towards, steps / f64::from(radius), steps + f64::from(DEEPEST));
+        Self { rows: [row(across, scale, middle), row(down, scale, middle), depth] }
     }
 
-    /// Column and row of a point in texels, and its depth.
+    /// Column and row of a point in texels, and its depth in steps.
     #[inline(always)]
     pub fn project<L: Lanes>(&self, _: L, p: &[L::F; 3]) -> [L::F; 3] {
-        each!(row in self.rows => ((p[0] * row[0] + p[1] * row[1]) + p[2] * row[2]) + row[3])
+        each!(k => self.row(k, p))
+    }
+
+    /// One of the numbers of [`DepthMap::project`].
+    #[inline(always)]
+    pub(super) fn row<F: Float>(&self, k: usize, p: &[F; 3]) -> F {
+        let row = self.rows[k];
+        ((p[0] * row[0] + p[1] * row[1]) + p[2] * row[2]) + row[3]
+    }
+
+    /// [`DepthMap::project`] of one point.
+    pub(super) fn project_one(&self, p: &[f32; 3]) -> [f32; 3] {
+        self.rows.map(|row| ((p[0] * row[0] + p[1] * row[1]) + p[2] * row[2]) + row[3])
     }
 }
 
 impl DepthMaps {
     /// Draws blockers as they are seen from each of the unit `directions` towards light, on maps of `size` x `size` texels
-    /// (at least 16). The result depends on neither threads nor instruction set.
+    /// (counts as 16 to 4096). The result depends on neither threads nor instruction set.
     #[must_use]
     pub fn new(
         blockers: &Blockers,
@@ -72,20 +111,71 @@ impl DepthMaps {
         jobs: &Jobs,
         level: SimdLevel,
     ) -> Self {
-        let size = size.max(16);
-        let Some((centre, radius)) = blockers.bounding_sphere(jobs) else { return Self::default() };
-        // A single point is as large as a number can tell.
-        let least =
-            centre.iter().fold(f32::MIN_POSITIVE, |m, c| if c.abs() * 1e-6 > m { c.abs() * 1e-6 } else { m });
+        Self::draw(blockers, directions, size, u64::MAX, jobs, level).0
+    }
+
+    /// The same within limits.
+    ///
+    /// # Errors
+    /// [`LimitExceeded`] if the maps and what they are drawn of take more than [`Limits::frame_bytes`], or drawing them looks at
+    /// more sixteens of triangles and of texels than [`Limits::blocks`].
+    pub fn within(
+        limits: &Limits,
+        blockers: &Blockers,
+        directions: &[[f32; 3]],
+        size: usize,
+        jobs: &Jobs,
+        level: SimdLevel,
+    ) -> Result<Self, LimitExceeded> {
+        let size = size.clamp(SIZES[0], SIZES[1]);
+        let texels = (size as u64 * size as u64).saturating_mul(directions.len() as u64);
+        let beside = blockers.bytes().saturating_add(Triangles::bytes(blockers));
+        let bytes = texels.saturating_mul(4).saturating_add(beside);
+        Limits::check(|| "depth maps of one frame".to_owned(), bytes, limits.frame_bytes, "frame_bytes")?;
+        Limits::check_memory(|| "depth maps of one frame".to_owned(), bytes)?;
+        let (maps, work) = Self::draw(blockers, directions, size, limits.blocks, jobs, level);
+        if work > limits.blocks {
+            return Err(LimitExceeded::beyond("depth maps of one frame", limits.blocks, "blocks"));
+        }
+        Ok(maps)
+    }
+
+    /// The maps, and how many sixteens of texels they took. They are unfinished if these are more than `most`.
+    fn draw(
+        blockers: &Blockers,
+        directions: &[[f32; 3]],
+        size: usize,
+        most: u64,
+        jobs: &Jobs,
+        level: SimdLevel,
+    ) -> (Self, u64) {
+        let size = size.clamp(SIZES[0], SIZES[1]);
+        let Some((centre, radius)) = blockers.bounding_sphere(jobs) else { return (Self::default(), 0) };
+        // A single point is as large as a number can tell, and no scale is infinite.
+        let least = centre.iter().fold(1e-30, |m, c| if c.abs() * 1e-6 > m { c.abs() * 1e-6 } else { m });
         let radius = if radius > least { radius } else { least };
         let maps: Vec<DepthMap> =
             directions.iter().map(|direction| DepthMap::new(*direction, centre, radius, size)).collect();
-        let mut depths = vec![NOTHING; maps.len() * size * size];
-        jobs.for_each_chunk_mut(&mut depths, size * size, |number, depths| {
-            let mut vertices = Vec::new();
-            dispatch_available!(level, l => draw(l, &maps[number], blockers, size, &mut vertices, depths));
+        let triangles = Triangles::new(blockers, jobs);
+        let map_len = size * size;
+        let mut texels = vec![0; maps.len() * map_len];
+        let mut groups: Vec<(&[DepthMap], &mut [u32], u64)> = maps
+            .chunks(MAPS_PER_JOB)
+            .zip(texels.chunks_mut(MAPS_PER_JOB * map_len))
+            .map(|(maps, texels)| (maps, texels, 0))
+            .collect();
+        jobs.for_each_mut(&mut groups, |_, (maps, texels, work)| {
+            dispatch_available!(level, l => {
+                *work = triangles.draw(l, maps, most, size, texels);
+                for map in texels.chunks_exact_mut(map_len) {
+                    pack(l, map, size);
+                }
+            });
         });
-        Self { size, maps, depths, texel: 2.0 * radius / (size - 2 * MARGIN) as f32 }
+        let work = groups.iter().fold(0, |sum: u64, group| sum.saturating_add(group.2));
+        let texel = 2.0 * radius / (size - 2 * MARGIN) as f32;
+        let step = 2.0 * radius / (OUTERMOST - DEEPEST);
+        (Self { size, maps, texels, texel, step }, work)
     }
 
     /// Number of maps.
@@ -106,142 +196,74 @@ impl DepthMaps {
         self.texel
     }
 
-    /// The depths of one map, row by row; minus infinity where nothing is.
+    /// The depths of one map, row by row: lengths along its direction, right to a part in 65534 of the diameter of all that
+    /// blocks; minus infinity where nothing is.
     #[must_use]
-    pub fn depths(&self, map: usize) -> &[f32] {
-        &self.depths[map * self.size * self.size..][..self.size * self.size]
+    pub fn depths(&self, map: usize) -> Vec<f32> {
+        let [_, _, depth] = self.maps[map].rows;
+        let depth = |texel: &u32| match texel & 0xffff {
+            0 => f32::NEG_INFINITY,
+            steps => (steps as f32 + 0.5 - depth[3]) * self.step,
+        };
+        self.texels_of(map).iter().map(depth).collect()
+    }
+
+    /// The texels of one map.
+    #[inline(always)]
+    fn texels_of(&self, map: usize) -> &[u32] {
+        &self.texels[map * self.size * self.size..][..self.size * self.size]
+    }
+
+    /// Where points of surfaces with unit geometric normals are to be looked up, so that a surface does not shade itself: a texel
+    /// off, on the side that the normal points to. Once for all maps.
+    #[inline(always)]
+    pub fn lifted<L: Lanes>(&self, _: L, position: &[L::F; 3], normal: &[L::F; 3]) -> [L::F; 3] {
+        let lift = LIFT * self.texel;
+        each!(c => position[c] + normal[c] * lift)
     }
 
     /// How much of a map's light reaches points, 0 to 1: of the four texels around each, those whose blocker is no further out
-    /// than the point and `slack`, by their bilinear weights (percentage closer filtering: Reeves, Salesin and Cook 1987).
+    /// than the point and `slack`, by their bilinear weights (percentage closer filtering: Reeves, Salesin and Cook 1987). For
+    /// points of surfaces that were [lifted](Self::lifted), the slack is zero.
+    ///
+    /// Walls keep light out if they are as thick as a texel's diagonal; along inner edges of thinner ones, texels beside them let
+    /// some of it in, a texel wide.
     #[inline(always)]
     pub fn visibility<L: Lanes>(&self, l: L, map: usize, position: &[L::F; 3], slack: L::F) -> L::F {
         let [x, y, depth] = self.maps[map].project(l, position);
         let last = (self.size - 2) as f32;
-        let (x, y) = ((x - 0.5).clamp_to(0.0, last), (y - 0.5).clamp_to(0.0, last));
+        let (x, y) = (x.clamp_to(0.0, last), y.clamp_to(0.0, last));
         let (left, top) = (x.floor(), y.floor());
         let (fx, fy) = (x - left, y - top);
-        let depths = self.depths(map);
-        let index = left.to_int() + top.to_int() * self.size as i32;
-        let reach = depth + slack;
-        let lit = |offset: usize| l.gather(depths, index + offset as i32).le(reach);
+        let index = (top * self.size as f32 + left).to_int();
+        let reach = (depth + slack * (1.0 / self.step)).clamp_to(0.0, OUTERMOST).to_int();
+        let [left, right] = l.gather_pairs_u32(self.texels_of(map), index);
         let (one, zero) = (l.splat(1.0), l.zero());
-        let row = |offset: usize| {
-            let (first, second) = (lit(offset).select(one, zero), lit(offset + 1).select(one, zero));
-            first.lerp(second, fx)
-        };
-        row(0).lerp(row(self.size), fy)
+        let lit = |depth: L::I| reach.lt(depth).select(zero, one);
+        let above = lit(left & 0xffff).lerp(lit(right & 0xffff), fx);
+        let below = lit(left.shr_logical(16)).lerp(lit(right.shr_logical(16)), fx);
+        (above.lerp(below, fy) * (1.0 / LEAST_LIT)).at_most(1.0)
     }
 }
 
-/// Draws all triangles into one map.
+/// From bits of floats to pairs of whole numbers: each texel's depth with that of the texel below.
 #[inline(always)]
-fn draw<L: Lanes>(
-    l: L,
-    map: &DepthMap,
-    blockers: &Blockers,
-    size: usize,
-    vertices: &mut Vec<[f32; 3]>,
-    depths: &mut [f32],
-) {
-    vertices.clear();
-    vertices.reserve_exact(blockers.positions.len());
-    for sixteen in blockers.positions.chunks(LANES) {
-        let mut positions = [[0.0; 3]; LANES];
-        positions[..sixteen.len()].copy_from_slice(sixteen);
-        let [x, y, z] = each!(v in map.project(l, &l.load_triples(&positions)) => v.to_array());
-        for k in 0..sixteen.len() {
-            vertices.push([x[k], y[k], z[k]]);
+fn pack<L: Lanes>(l: L, map: &mut [u32], size: usize) {
+    let both = |depth: u32, below: u32| f32::from_bits(depth) as u32 | (f32::from_bits(below) as u32) << 16;
+    let pairs = map.len() - size;
+    let vectors = pairs / LANES * LANES;
+    let load = |texels: &[u32]| {
+        let texels = texels.first_chunk::<LANES>().unwrap_or(&[0; LANES]);
+        l.load_i(&each!(texel in *texels => texel as i32)).float_from_bits().to_int()
+    };
+    for first in (0..vectors).step_by(LANES) {
+        let packed = (load(&map[first..]) | load(&map[first + size..]).shl(16)).to_array();
+        for (texel, packed) in map[first..].iter_mut().zip(packed) {
+            *texel = packed as u32;
         }
     }
-    for sixteen in blockers.triangles.chunks(LANES) {
-        let last = sixteen.len() - 1;
-        let corners = each!(corner => {
-            let corner: [[f32; 3]; LANES] = each!(k => vertices[sixteen[k.min(last)][corner] as usize]);
-            corner
-        });
-        let [a, b, c] = each!(corner in corners => l.load_triples(&corner));
-        // Columns and rows whose centres lie inside of the box.
-        let low: [L::F; 2] = each!(k => (a[k].min(b[k]).min(c[k]) - 0.5).clamp_to(-1.0, size as f32));
-        let high: [L::F; 2] = each!(k => (a[k].max(b[k]).max(c[k]) - 0.5).clamp_to(-1.0, size as f32 - 1.0));
-        let first: [L::F; 2] = each!(k => -(-low[k]).floor());
-        let end: [L::F; 2] = each!(k => high[k].floor());
-        let some = first[0].le(end[0]) & first[1].le(end[1]);
-        let mut left = some.bits() & ((2_u32 << last) - 1) as u16;
-        if left == 0 {
-            continue;
-        }
-        let (first, end) =
-            (each!(v in first => v.to_int().to_array()), each!(v in end => v.to_int().to_array()));
-        while left != 0 {
-            let k = left.trailing_zeros() as usize % LANES;
-            left &= left - 1;
-            let triangle = each!(corner in corners => corner[k]);
-            let columns = [first[0][k].max(0) as usize, end[0][k].max(0) as usize];
-            let rows = [first[1][k].max(0) as usize, end[1][k].max(0) as usize];
-            draw_triangle(&triangle, columns, rows, size, depths);
-        }
-    }
-}
-
-/// Draws one triangle, into the texels from first to last of columns and rows.
-#[inline(always)]
-fn draw_triangle(
-    [a, b, c]: &[[f32; 3]; 3],
-    columns: [usize; 2],
-    rows: [usize; 2],
-    size: usize,
-    depths: &mut [f32],
-) {
-    let area = (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);
-    if area == 0.0 || !area.is_finite() {
-        return;
-    }
-    let (b, c, area) = if area < 0.0 { (c, b, -area) } else { (b, c, area) };
-    // Change of depth across and down, and the range that rounding must not leave.
-    let inverse = 1.0 / area;
-    let (ab, ac) = (b[2] - a[2], c[2] - a[2]);
-    let across = (ab * (c[1] - a[1]) - ac * (b[1] - a[1])) * inverse;
-    let down = (ac * (b[0] - a[0]) - ab * (c[0] - a[0])) * inverse;
-    let lower = |p: f32, q: f32| if p < q { p } else { q };
-    let higher = |p: f32, q: f32| if p > q { p } else { q };
-    let (least, largest) = (lower(lower(a[2], b[2]), c[2]), higher(higher(a[2], b[2]), c[2]));
-    let edges = [Edge::new(a, b), Edge::new(b, c), Edge::new(c, a)];
-    for row in rows[0]..=rows[1] {
-        let y = row as f32 + 0.5;
-        let line = &mut depths[row * size..][..size];
-        for column in columns[0]..=columns[1] {
-            let x = column as f32 + 0.5;
-            if edges.iter().all(|edge| edge.value(x, y) >= 0.0) {
-                let depth = a[2] + ((x - a[0]) * across + (y - a[1]) * down);
-                let depth = lower(higher(depth, least), largest);
-                if depth > line[column] {
-                    line[column] = depth;
-                }
-            }
-        }
-    }
-}
-
-/// A directed edge: positive on the inside.
-struct Edge {
-    start: [f32; 2],
-    step: [f32; 2],
-    sign: f32,
-}
-
-impl Edge {
-    /// The same numbers for both of the triangles that share it, but for the sign.
-    #[inline(always)]
-    fn new(p: &[f32; 3], q: &[f32; 3]) -> Self {
-        let (p, q) = ([p[0], p[1]], [q[0], q[1]]);
-        let forward = p[0] < q[0] || (p[0] == q[0] && p[1] < q[1]);
-        let (start, end, sign) = if forward { (p, q, 1.0) } else { (q, p, -1.0) };
-        Self { start, step: [end[0] - start[0], end[1] - start[1]], sign }
-    }
-
-    #[inline(always)]
-    fn value(&self, x: f32, y: f32) -> f32 {
-        (self.step[0] * (y - self.start[1]) - self.step[1] * (x - self.start[0])) * self.sign
+    for first in vectors..map.len() {
+        let below = map.get(first + size).copied().unwrap_or(0);
+        map[first] = both(map[first], below);
     }
 }

@@ -6,8 +6,10 @@
 
 mod blockers;
 mod depth_map;
+mod draw;
+mod of_scene;
 #[cfg(test)]
 mod tests;
 
-pub use blockers::Blockers;
+pub use blockers::{Blockers, Cutout, Masked};
 pub use depth_map::{DepthMap, DepthMaps};
