@@ -144,7 +144,7 @@ impl Memory {
         };
 
         // Draw the tiles.
-        let work = Work::new(&options.limits, grid.pixel_count() as u64);
+        let work = Work::new(&options.limits, grid.pixel_count() as u64, options.visibility.rays);
         let (planes, found) = self.passes.draw(&mut crew, &frame, &work, request);
         self.work_done = work.done();
         if work.is_stopped() {

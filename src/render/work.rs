@@ -41,9 +41,11 @@ pub(super) struct Work {
 }
 
 impl Work {
-    /// Nothing done yet of a picture of so many pixels.
-    pub(super) fn new(limits: &Limits, pixels: u64) -> Self {
+    /// Nothing done yet of a picture of so many pixels, whose lobes send so many rays: each ray is allowed what all shading is
+    /// without them.
+    pub(super) fn new(limits: &Limits, pixels: u64, rays: u32) -> Self {
         let shading = limits.shading.saturating_mul(pixels.max(FEWEST_PIXELS));
+        let shading = shading.saturating_mul(1 + u64::from(rays));
         Self {
             sums: Default::default(),
             most: [limits.blocks, limits.blend_entries, limits.fragments, shading],
@@ -126,7 +128,7 @@ mod tests {
     #[test]
     fn what_is_allowed_is_allowed_and_one_more_stops_everything() {
         let limits = Limits { blocks: 10, fragments: 5, ..Limits::default() };
-        let work = Work::new(&limits, 1);
+        let work = Work::new(&limits, 1, 0);
         assert!(work.spend(Spent::Blocks, 10) && work.spend(Spent::Fragments, 5) && work.check().is_ok());
         assert!(!work.spend(Spent::Fragments, 1) && work.is_stopped());
         // Other work stops too, and is not blamed.
@@ -138,8 +140,8 @@ mod tests {
     #[test]
     fn shading_is_allowed_by_the_pixel() {
         let limits = Limits { shading: 3, ..Limits::default() };
-        for (pixels, most) in [(1, 3 << 18), (1 << 18, 3 << 18), (1 << 20, 3 << 20)] {
-            let work = Work::new(&limits, pixels);
+        for (pixels, rays, most) in [(1, 0, 3 << 18), (1 << 18, 0, 3 << 18), (1 << 20, 0, 3 << 20), (1, 4, 15 << 18)] {
+            let work = Work::new(&limits, pixels, rays);
             assert!(work.spend(Spent::Shading, most) && !work.spend(Spent::Shading, 1), "{pixels}");
             assert_eq!(work.check().unwrap_err().limit, 3);
         }

@@ -25,7 +25,7 @@ const AREA_LIGHT: u64 = 60;
 const AREA_LIGHT_BY_FACETS: u64 = 1200;
 
 /// One depth map looked up by a fragment.
-const MAP: u64 = 4;
+const MAP: u64 = 3;
 
 /// One ray, without what it takes to shade what it hits.
 const RAY: u64 = 400;

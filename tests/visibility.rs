@@ -1,0 +1,261 @@
+//! Light that is blocked and comes back: what physics says of it, and that its bits are the same everywhere.
+
+use overcoat::color::ToneCurve;
+use overcoat::math::lanes::SimdLevel;
+use overcoat::render::{Quality, RenderOptions, Renderer, Visibility};
+use overcoat::scene::{
+    Camera, Environment, EnvironmentSource, EquirectImage, Instance, Material, Mesh, Scene, ShadingModel, Transform,
+    Workflow, primitives,
+};
+use std::sync::Arc;
+
+const SIZE: u32 = 64;
+
+/// A scene under an environment of one radiance.
+fn under(radiance: [f32; 3]) -> Scene {
+    let mut scene = Scene::new();
+    let sky = EquirectImage::new(8, 4, vec![radiance; 32]).unwrap();
+    let source = EnvironmentSource::Image(Arc::new(sky));
+    scene.set_environment(Environment { source, ..Environment::default() }).unwrap();
+    scene
+}
+
+fn matte(color: [f32; 3]) -> Material {
+    Material {
+        base_color: [color[0], color[1], color[2], 1.0],
+        workflow: Workflow::MetallicRoughness { metallic: 0.0, roughness: 1.0, texture: None },
+        specular: 0.0,
+        ..Material::default()
+    }
+}
+
+fn metal(roughness: f32) -> Material {
+    Material {
+        base_color: [1.0; 4],
+        workflow: Workflow::MetallicRoughness { metallic: 1.0, roughness, texture: None },
+        ..Material::default()
+    }
+}
+
+fn put(scene: &mut Scene, mesh: Mesh, material: Material, place: [f64; 3]) {
+    let mesh = scene.add_mesh(mesh).unwrap();
+    let material = scene.add_material(Material { double_sided: true, ..material }).unwrap();
+    let transform = Transform::translation(place).unwrap();
+    scene.add_instance(Instance { mesh, material, transform, object: 0 }).unwrap();
+}
+
+/// A camera at `eye` that looks at `target`.
+fn looking(eye: [f64; 3], target: [f64; 3]) -> Camera {
+    let up = if eye[0] == target[0] && eye[2] == target[2] { [0.0, 0.0, -1.0] } else { [0.0, 1.0, 0.0] };
+    Camera { eye, target, up, ..Camera::default() }
+}
+
+fn options(visibility: Visibility) -> RenderOptions {
+    RenderOptions::new(SIZE, SIZE).with_samples(1).with_shading(ShadingModel::Three).with_visibility(visibility)
+}
+
+fn draw(scene: &Scene, camera: &Camera, visibility: Visibility) -> Vec<[f32; 4]> {
+    Renderer::new(2).render(scene, camera, &options(visibility)).unwrap().frame.pixels
+}
+
+/// The tiers that know what is blocked.
+fn tiers() -> impl Iterator<Item = Visibility> {
+    Quality::ALL.iter().map(|quality| quality.visibility()).filter(Visibility::is_on)
+}
+
+#[test]
+fn where_nothing_is_blocked_no_bit_changes() {
+    let mut scene = under([0.9, 0.5, 0.2]);
+    put(&mut scene, primitives::plane([2.0, 2.0]).unwrap(), matte([0.8, 0.7, 0.6]), [0.0; 3]);
+    let camera = looking([0.0, 5.0, 0.0], [0.0; 3]);
+    let open = draw(&scene, &camera, Visibility::NONE);
+    for visibility in tiers() {
+        assert_eq!(draw(&scene, &camera, visibility), open, "{visibility:?}");
+    }
+}
+
+/// In a white furnace a white scene is white, however much is blocked; and nothing ever sends more than it gets.
+#[test]
+fn a_furnace_stays_a_furnace() {
+    for material in [matte([1.0; 3]), metal(1.0), metal(0.3), metal(0.05)] {
+        let mut scene = under([1.0; 3]);
+        for (x, y) in [(-0.6, -0.6), (0.6, -0.6), (-0.6, 0.6), (0.6, 0.6), (0.0, 0.0)] {
+            put(&mut scene, primitives::sphere(0.5, 48).unwrap(), material.clone(), [x, y, 0.0]);
+        }
+        put(&mut scene, primitives::plane([4.0, 4.0]).unwrap(), material.clone(), [0.0, -1.2, 0.0]);
+        let camera = looking([0.0, 1.0, 4.0], [0.0; 3]);
+        let open = draw(&scene, &camera, Visibility::NONE);
+        for visibility in tiers() {
+            let seen = draw(&scene, &camera, visibility);
+            for (pixel, open) in seen.iter().zip(&open).filter(|(pixel, _)| pixel[3] == 1.0) {
+                assert!((pixel[0] - open[0]).abs() < 0.06, "{visibility:?} {material:?}: {pixel:?} for {open:?}");
+            }
+        }
+    }
+}
+
+/// The sky share of a floor between two walls of height h at distance d, right between them: sqrt-free, by the angle.
+#[test]
+fn a_floor_between_black_walls_gets_the_light_of_its_sky() {
+    let mut scene = under([1.0; 3]);
+    put(&mut scene, primitives::plane([40.0, 40.0]).unwrap(), matte([1.0; 3]), [0.0; 3]);
+    for x in [-1.5, 1.5] {
+        put(&mut scene, primitives::cuboid([1.0, 2.0, 40.0]).unwrap(), matte([0.0; 3]), [x, 1.0, 0.0]);
+    }
+    // Half an infinite trench: the sky's share is the sine of its half angle, of atan(1 / 2).
+    let sky = 0.447;
+    let camera = looking([0.0, 6.0, 0.0], [0.0; 3]);
+    for visibility in tiers() {
+        let pixels = draw(&scene, &camera, visibility);
+        let middle = pixels[(SIZE / 2 * SIZE + SIZE / 2) as usize];
+        // A white floor sends back what its walls do not: nothing by rays; by the maps' estimate, a white floor's own.
+        let most = if visibility.rays > 0 { sky + 0.08 } else { 1.01 };
+        assert!(middle[0] > sky - 0.08 && middle[0] < most, "{visibility:?}: {middle:?}");
+    }
+}
+
+/// Rays bring the colour of what they hit.
+#[test]
+fn a_red_wall_reddens_the_floor_beside_it() {
+    let mut scene = under([1.0; 3]);
+    put(&mut scene, primitives::plane([4.0, 4.0]).unwrap(), matte([0.8; 3]), [0.0; 3]);
+    put(&mut scene, primitives::cuboid([0.2, 2.0, 4.0]).unwrap(), matte([0.8, 0.0, 0.0]), [-0.6, 1.0, 0.0]);
+    let camera = looking([1.0, 2.0, 0.0], [0.0; 3]);
+    for visibility in tiers().filter(|visibility| visibility.rays > 0) {
+        let pixels = draw(&scene, &camera, visibility);
+        let middle = pixels[(SIZE / 2 * SIZE + SIZE / 2) as usize];
+        assert!(middle[0] > middle[1] + 0.05 && (middle[1] - middle[2]).abs() < 0.01, "{visibility:?}: {middle:?}");
+    }
+}
+
+/// No light reaches the inside of a closed box, whose walls are thicker than a texel.
+#[test]
+fn a_closed_box_is_dark_inside() {
+    let mut scene = under([1.0; 3]);
+    let walls = [
+        ([4.4, 0.4, 4.4], [0.0, -2.0, 0.0]),
+        ([4.4, 0.4, 4.4], [0.0, 2.0, 0.0]),
+        ([0.4, 4.4, 4.4], [-2.0, 0.0, 0.0]),
+        ([0.4, 4.4, 4.4], [2.0, 0.0, 0.0]),
+        ([4.4, 4.4, 0.4], [0.0, 0.0, -2.0]),
+        ([4.4, 4.4, 0.4], [0.0, 0.0, 2.0]),
+    ];
+    for (size, place) in walls {
+        put(&mut scene, primitives::cuboid(size).unwrap(), matte([0.8; 3]), place);
+    }
+    put(&mut scene, primitives::sphere(0.5, 32).unwrap(), matte([0.8; 3]), [0.0; 3]);
+    let camera = looking([1.2, 1.0, 1.5], [0.0; 3]);
+    for visibility in tiers() {
+        let brightest = draw(&scene, &camera, visibility).iter().fold(0.0, |m: f32, p| if p[0] > m { p[0] } else { m });
+        assert!(brightest < 0.02, "{visibility:?}: {brightest}");
+    }
+}
+
+fn crowd() -> Scene {
+    let mut scene = under([0.8, 0.9, 1.0]);
+    let colors = [[0.9, 0.2, 0.1], [0.1, 0.6, 0.9], [0.8, 0.8, 0.2]];
+    for (k, color) in colors.into_iter().enumerate() {
+        let place = [k as f64 * 0.7 - 0.7, 0.3, (k as f64 - 1.0) * 0.4];
+        let material = Material { coat: 1.0, coat_roughness: 0.1 * k as f32, ..matte(color) };
+        put(&mut scene, primitives::sphere(0.45, 24).unwrap(), material, place);
+    }
+    put(&mut scene, primitives::torus_knot(0.5, 0.15, [48, 8]).unwrap(), metal(0.25), [0.0, 0.9, 0.0]);
+    put(&mut scene, primitives::plane([4.0, 4.0]).unwrap(), matte([0.7; 3]), [0.0, -0.2, 0.0]);
+    scene
+}
+
+#[test]
+fn threads_tiles_and_instruction_sets_do_not_show() {
+    let (scene, camera) = (crowd(), looking([1.0, 1.5, 3.0], [0.0, 0.3, 0.0]));
+    for visibility in tiers() {
+        let options = options(visibility).with_samples(4);
+        let hash = |threads, options: &RenderOptions| {
+            Renderer::new(threads).render(&scene, &camera, options).unwrap().frame.frame_hash()
+        };
+        let expected = hash(1, &options);
+        for level in SimdLevel::available() {
+            assert_eq!(hash(2, &options.clone().with_simd(level)), expected, "{visibility:?} {level}");
+        }
+        for side in [16, 32, 64] {
+            assert_eq!(hash(3, &options.clone().with_tile_size(Some(side))), expected, "{visibility:?} {side}");
+        }
+    }
+}
+
+/// What is kept from one picture to the next does not show: neither the view nor the scene before.
+#[test]
+fn a_view_is_the_same_alone_and_after_others() {
+    let scene = crowd();
+    let mut other = crowd();
+    put(&mut other, primitives::cuboid([1.0; 3]).unwrap(), matte([0.5; 3]), [0.0, 2.0, 0.0]);
+    let (first, second) = (looking([1.0, 1.5, 3.0], [0.0; 3]), looking([-3.0, 1.0, 0.0], [0.0; 3]));
+    for visibility in tiers() {
+        let options = options(visibility);
+        let mut kept = Renderer::new(2);
+        let mut hash = |scene: &Scene, camera: &Camera, options: &RenderOptions| {
+            kept.render(scene, camera, options).unwrap().frame.frame_hash()
+        };
+        let alone = Renderer::new(1).render(&scene, &second, &options).unwrap().frame.frame_hash();
+        hash(&scene, &first, &options);
+        assert_eq!(hash(&scene, &second, &options), alone, "{visibility:?}");
+        hash(&other, &second, &options);
+        hash(&scene, &first, &options.clone().with_visibility(Visibility::new(3, 32, 1)));
+        assert_eq!(hash(&scene, &second, &options), alone, "{visibility:?}");
+    }
+}
+
+#[test]
+fn scenes_at_the_ends_of_what_there_is_have_a_picture_or_an_error() {
+    let camera = looking([0.0, 1.0, 3.0], [0.0; 3]);
+    let nothing = under([1.0; 3]);
+    let mut flat = under([1.0; 3]);
+    put(&mut flat, primitives::plane([1.0, 1e-30]).unwrap(), matte([1.0; 3]), [0.0; 3]);
+    let mut vast = under([1.0; 3]);
+    put(&mut vast, primitives::cuboid([1e9; 3]).unwrap(), matte([1.0; 3]), [0.0, -5e8, 0.0]);
+    put(&mut vast, primitives::sphere(1.0, 16).unwrap(), matte([1.0; 3]), [0.0; 3]);
+    let mut dark = crowd();
+    dark.set_environment(Environment { source: EnvironmentSource::None, ..Environment::default() }).unwrap();
+    for scene in [nothing, flat, vast, dark] {
+        for visibility in tiers() {
+            let pixels = draw(&scene, &camera, visibility);
+            assert!(pixels.iter().flatten().all(|c| c.is_finite() && *c >= 0.0), "{visibility:?}");
+        }
+    }
+}
+
+#[test]
+fn numbers_out_of_range_are_refused() {
+    let scene = crowd();
+    for (visibility, expected) in [
+        (Visibility::new(257, 128, 0), "maps: 257 is not 0 to 256"),
+        (Visibility::new(64, 31, 0), "map size: 31 is not 32 to 2048"),
+        (Visibility::new(64, 128, 257), "rays: 257 is not 0 to 256"),
+    ] {
+        let error = Renderer::new(1).render(&scene, &Camera::default(), &options(visibility)).unwrap_err();
+        assert_eq!(error.to_string(), expected);
+    }
+}
+
+/// What rays may cost is limited like everything else, and the answer does not depend on the tiles.
+#[test]
+fn rays_count_as_work() {
+    let (scene, camera) = (crowd(), looking([1.0, 1.5, 3.0], [0.0; 3]));
+    for side in [16, 64] {
+        let options = options(Visibility::new(64, 128, 16)).with_tile_size(Some(side));
+        let limits = options.limits.clone().with_shading(4);
+        let error = Renderer::new(2).render(&scene, &camera, &options.with_limits(limits)).unwrap_err();
+        assert!(error.to_string().contains("shading"), "{error}");
+    }
+}
+
+#[test]
+fn tone_curves_do_not_care() {
+    // A picture for a screen is that of the frame, with rays as without.
+    let (scene, camera) = (crowd(), looking([1.0, 1.5, 3.0], [0.0; 3]));
+    let options = options(Quality::Good.visibility());
+    let display = overcoat::frame::DisplayOptions { tone_curve: ToneCurve::None, ..Default::default() };
+    let mut renderer = Renderer::new(2);
+    let frame = renderer.render(&scene, &camera, &options).unwrap().frame;
+    let image = renderer.render_image(&scene, &camera, &options, &display).unwrap().image;
+    assert_eq!(overcoat::frame::DisplayImage::new(&frame, &display).pixels, image.pixels);
+}
