@@ -45,9 +45,9 @@ fn put(scene: &mut Scene, mesh: Mesh, material: Material, place: [f64; 3]) {
 }
 
 /// A camera at `eye` that looks at `target`.
-fn looking(eye: [f64; 3], target: [f64; 3]) -> Camera {
+fn looking(eye: [f32; 3], target: [f32; 3]) -> Camera {
     let up = if eye[0] == target[0] && eye[2] == target[2] { [0.0, 0.0, -1.0] } else { [0.0, 1.0, 0.0] };
-    Camera { eye, target, up, ..Camera::default() }
+    Camera::look_at(eye, target, up).unwrap()
 }
 
 fn options(visibility: Visibility) -> RenderOptions {
@@ -159,7 +159,7 @@ fn crowd() -> Scene {
         let material = Material { coat: 1.0, coat_roughness: 0.1 * k as f32, ..matte(color) };
         put(&mut scene, primitives::sphere(0.45, 24).unwrap(), material, place);
     }
-    put(&mut scene, primitives::torus_knot(0.5, 0.15, [48, 8]).unwrap(), metal(0.25), [0.0, 0.9, 0.0]);
+    put(&mut scene, primitives::torus_knot([2, 3], 0.5, 0.15, [48, 8]).unwrap(), metal(0.25), [0.0, 0.9, 0.0]);
     put(&mut scene, primitives::plane([4.0, 4.0]).unwrap(), matte([0.7; 3]), [0.0, -0.2, 0.0]);
     scene
 }
@@ -231,7 +231,7 @@ fn numbers_out_of_range_are_refused() {
         (Visibility::new(64, 31, 0), "map size: 31 is not 32 to 2048"),
         (Visibility::new(64, 128, 257), "rays: 257 is not 0 to 256"),
     ] {
-        let error = Renderer::new(1).render(&scene, &Camera::default(), &options(visibility)).unwrap_err();
+        let error = Renderer::new(1).render(&scene, &looking([0.0, 0.0, 3.0], [0.0; 3]), &options(visibility)).unwrap_err();
         assert_eq!(error.to_string(), expected);
     }
 }
@@ -253,7 +253,7 @@ fn tone_curves_do_not_care() {
     // A picture for a screen is that of the frame, with rays as without.
     let (scene, camera) = (crowd(), looking([1.0, 1.5, 3.0], [0.0; 3]));
     let options = options(Quality::Good.visibility());
-    let display = overcoat::frame::DisplayOptions { tone_curve: ToneCurve::None, ..Default::default() };
+    let display = overcoat::frame::DisplayOptions::default().with_tone_curve(ToneCurve::None);
     let mut renderer = Renderer::new(2);
     let frame = renderer.render(&scene, &camera, &options).unwrap().frame;
     let image = renderer.render_image(&scene, &camera, &options, &display).unwrap().image;
