@@ -75,6 +75,12 @@ const F82_SCALE: f32 = 823_543.0 / 46_656.0;
 /// (1 - 1/7)^5.
 const F82_SCHLICK: f32 = 7776.0 / 16_807.0;
 
+/// Mean of (1 - u)^5 over the hemisphere.
+const MEAN_SCHLICK_WEIGHT: f32 = 1.0 / 21.0;
+
+/// Mean of u (1 - u)^6 over the hemisphere.
+const MEAN_DIP: f32 = 1.0 / 126.0;
+
 /// Mean cosine of light that falls on a Lambert surface from everywhere.
 const MEAN_COSINE: f32 = 2.0 / 3.0;
 
@@ -274,6 +280,8 @@ pub struct Surface<L: Lanes> {
     pub specular_albedo: L::F,
     /// Albedo of the metal for the view.
     pub metal_albedo: V3<L>,
+    /// All bounces between facets over the first, of the dielectric and of the metal; 1 where albedos are given.
+    pub bounces: (L::F, V3<L>),
 }
 
 /// `a (1 - t) + b t`.
@@ -333,6 +341,13 @@ fn dielectric_albedo<L: Lanes>(_: L, all: L::F, grazing: L::F, f0: L::F) -> L::F
     (f0 * (all - grazing) + f90 * grazing).saturate()
 }
 
+/// All bounces between facets over the first, 1 / (1 - F (1 - E)), for the mean Fresnel reflectance F and the albedo E of
+/// facets that absorb nothing (Turquin 2019, with the mean of Fdez-Aguera 2019).
+#[inline(always)]
+fn all_bounces<L: Lanes>(_: L, mean: L::F, all: L::F) -> L::F {
+    (mean.saturate() * all.one_minus()).one_minus().at_least(0.01).recip()
+}
+
 /// Prepares sixteen fragments: layers, albedos and all that depends on the view only.
 ///
 /// `normal`, `tangent` and `view` are unit vectors in one space, tangent and normal at right angles; `view` points to
@@ -363,17 +378,22 @@ pub fn surface<L: Lanes>(
     let f0 = f0_of_ior(l, eta);
     let eta_modified = modified_eta(l, eta, f0, data.specular_weight);
     let base = Interface::new(l, frame, roughness, data.anisotropy, view);
-    let (specular_albedo, metal_albedo) = match albedos {
+    let (specular_albedo, metal_albedo, bounces) = match albedos {
         AlbedoSource::Table(table) => {
             let [all, grazing, dip] = lookup(l, table, &base);
             let full = f82_dip(l, base_color, data.specular_color);
             let schlick = base_color * (all - grazing) + grazing;
-            let metal = (schlick - full * dip).at_least(0.0) * data.specular_weight;
-            (dielectric_albedo(l, all, grazing, f0_of_ior(l, eta_modified)), metal)
+            let mean = base_color + base_color.one_minus() * MEAN_SCHLICK_WEIGHT - full * MEAN_DIP;
+            let of_metal = vec3!(f in mean => all_bounces(l, f, all));
+            let metal = (schlick - full * dip).at_least(0.0) * of_metal * data.specular_weight;
+            let f0 = f0_of_ior(l, eta_modified);
+            let of_dielectric = all_bounces(l, f0 + f0.one_minus() * MEAN_SCHLICK_WEIGHT, all);
+            let specular = (dielectric_albedo(l, all, grazing, f0) * of_dielectric).saturate();
+            (specular, metal, (of_dielectric, of_metal))
         }
         AlbedoSource::Given { specular, .. } => {
             let metal = fresnel_f82(l, base_color, data.specular_color, base.view.z);
-            (specular, metal * data.specular_weight)
+            (specular, metal * data.specular_weight, (l.splat(1.0), Vec3::splat(l, [1.0; 3])))
         }
     };
     let mut surface = Surface {
@@ -389,6 +409,7 @@ pub fn surface<L: Lanes>(
         eta_modified,
         specular_albedo,
         metal_albedo,
+        bounces,
     };
     surface.coat = match &data.coat {
         Some(coat) => Some(coat_surface(l, &surface, data, coat, albedos)),
@@ -541,9 +562,9 @@ pub fn lobes<L: Lanes>(l: L, surface: &Surface<L>, light: V3<L>) -> Lobes<L> {
     let metal_fresnel =
         fresnel_f82(l, surface.base_color, surface.specular_color, v_dot_h) * surface.specular_weight;
     let dv = d * v;
-    let specular = surface.specular_color * (dv * dielectric_fresnel);
+    let specular = surface.specular_color * (dv * dielectric_fresnel * surface.bounces.0);
     let diffuse = surface.base_color * FRAC_1_PI;
-    let metal = metal_fresnel * dv;
+    let metal = metal_fresnel * dv * surface.bounces.1;
     let unreflected = surface.specular_albedo.one_minus();
     let base = (specular + diffuse * unreflected).lerp(metal, surface.metalness);
     let zero = l.zero();

@@ -43,7 +43,7 @@ pub use material::{AlphaMode, Material, NormalTexture, TextureRef, UvTransform, 
 pub use mesh::{MAX_VERTICES, Mesh, MeshData, PrimitiveKind, Surfels};
 pub use model::ShadingModel;
 pub use model_options::{
-    BabylonOptions, DualNormalFix, Filament2018Options, GltfOptions, ModelOptions, OcclusionCone,
+    BabylonOptions, DualNormalFix, Filament2018Options, FilamentOptions, GltfOptions, ModelOptions, OcclusionCone,
     SpecularOcclusionMethod, StackLitOptions, ThreeOptions,
 };
 pub use orientation::{Axis, Orientation};
