@@ -22,16 +22,18 @@
 //!   this.
 //!
 //! The dielectric base is GGX with the exact Fresnel term over Lambert (no diffuse roughness), balanced by albedo
-//! scaling; the metal is GGX with the F82 tint. Left out of OpenPBR: transmission, subsurface, fuzz, thin film,
-//! emission, and light scattered between facets.
+//! scaling; the metal is GGX with the F82 tint. Both lobes are scaled for the light that leaves after more than one bounce
+//! between the facets, by 1 / (1 - F (1 - E)) (**choice**: Turquin 2019, with the mean F of Fdez-Aguera 2019; the
+//! specification asks for it and leaves the way open). The coat's lobe is not: of a dielectric it would be 2 percent. Left out
+//! of OpenPBR: transmission, subsurface, fuzz, thin film and emission.
 //!
 //! The F82 term of a dark `specular_color` falls below 0 near its angle, in the text as here: a metal's `direct` can be
 //! negative by up to 0.09 of the highlight. Whoever adds lights up ends at 0.
 //!
 //! **Energy** (measured in `tests/models/openpbr.rs`): under white light from everywhere nothing shows more than 1; of
 //! separate lights a white surface returns at most 1.021, because the albedos that scale the layers are Schlick's and
-//! the lobes have the exact Fresnel term. Light lost between facets stays lost: a white metal of roughness 1 returns 0.31
-//! of the light at normal view. Only the base's metal lobe is reciprocal.
+//! the lobes have the exact Fresnel term. A white metal keeps its light at every roughness. Nothing is reciprocal: albedos look at
+//! the view only.
 //!
 //! The specification's fit of the mean Fresnel reflectance is 0.0017 at index 1: an index-matched coat darkens a little.
 //!

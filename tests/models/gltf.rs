@@ -108,8 +108,7 @@ fn white_environment() {
 fn sampled_metals_keep_their_light() {
     #[inline(never)]
     fn sampled(surface: &Surface<Scalar>, scattering: Scattering) -> f32 {
-        let seen =
-            gltf::indirect_sampled(L, surface, scattering, |_| grey(PI), |_| grey(1.0), f(1.0));
+        let seen = gltf::indirect_sampled(L, surface, scattering, |_| grey(PI), |_| grey(1.0), f(1.0));
         lane::<Scalar>(seen, 0)[0]
     }
     for roughness in [0.0, 0.3, 0.6, 1.0] {

@@ -80,7 +80,8 @@ fn in_white(surface: &Surface<Scalar>) -> f32 {
 /// Charlie's albedo, which is a fit.
 #[test]
 fn white_furnace() {
-    let far = |data: SurfaceData<Scalar>, cosine: f32| f64::from((in_white(&seen(&data, cosine)) - 1.0).abs());
+    let far =
+        |data: SurfaceData<Scalar>, cosine: f32| f64::from((in_white(&seen(&data, cosine)) - 1.0).abs());
     let bare = most(|cosine, roughness, metallic| far(plain(1.0, metallic, roughness), cosine));
     let coated = most(|cosine, roughness, metallic| {
         far(SurfaceData { coat: coat(1.0, roughness), ..plain(1.0, metallic, 0.5) }, cosine)
@@ -221,11 +222,7 @@ fn lookups_find_what_the_integral_finds() {
 }
 
 /// What the prefiltered environment holds of a sky: the mean over a lobe that is seen along its axis.
-fn mean_over_round_lobe(
-    axis: [f32; 3],
-    alpha: f32,
-    sky: &dyn Fn(V3<Scalar>) -> V3<Scalar>,
-) -> V3<Scalar> {
+fn mean_over_round_lobe(axis: [f32; 3], alpha: f32, sky: &dyn Fn(V3<Scalar>) -> V3<Scalar>) -> V3<Scalar> {
     let [x, y, z] = axis;
     let side = if z.abs() < 0.9 { [0.0, 0.0, 1.0] } else { [1.0, 0.0, 0.0] };
     let cross = |a: [f32; 3], b: [f32; 3]| {

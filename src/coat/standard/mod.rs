@@ -29,8 +29,8 @@
 //!
 //! mean(L) is the radiance over the whole lobe, by three lookups of the prefiltered environment in place of one
 //! (`lobe.rs`): the lobe of a view at an angle is longer in the plane of incidence than across it, and three round ones of a
-//! smaller roughness in a row come nearer to it than sixteen samples of its visible normals, ten times as near as one
-//! lookup in the mirrored direction at middle angles. mean_S is weighted with Schlick's term. A brushed surface asks twelve
+//! smaller roughness in a row come nearer to it than sixteen samples of its visible normals, and three times as near as one
+//! lookup in the mirrored direction. mean_S is weighted with Schlick's term. A brushed surface asks twelve
 //! times more along the grain. Sheen takes its albedo times the irradiance at the normal: it is the widest of lobes.
 //!
 //! **Physics.** Under white light from everywhere a surface that absorbs nothing shows 1 for every view, roughness and
@@ -286,8 +286,7 @@ pub fn surface<L: Lanes>(
             let n_dot_v = coat.normal.dot(view).saturate();
             let (factor, roughness) = (coat.factor.saturate(), coat.roughness.saturate());
             let f0 = Vec3::splat(l, [COAT_F0; 3]);
-            let reflectance =
-                Reflectance::new(l, f0, l.splat(1.0), albedos(l, table, n_dot_v, roughness));
+            let reflectance = Reflectance::new(l, f0, l.splat(1.0), albedos(l, table, n_dot_v, roughness));
             let transmittance = (factor * reflectance.albedo(l).x).one_minus().at_least(0.0);
             Some(CoatSurface { factor, roughness, normal: coat.normal, n_dot_v, reflectance, transmittance })
         }
@@ -298,12 +297,7 @@ pub fn surface<L: Lanes>(
 
 /// The base's reflection and what is left of its colour beneath.
 #[inline(always)]
-fn base<L: Lanes>(
-    l: L,
-    data: &SurfaceData<L>,
-    n_dot_v: L::F,
-    albedos: [L::F; 2],
-) -> (Reflectance<L>, V3<L>) {
+fn base<L: Lanes>(l: L, data: &SurfaceData<L>, n_dot_v: L::F, albedos: [L::F; 2]) -> (Reflectance<L>, V3<L>) {
     let metallic = data.metallic.saturate();
     let mut dielectric = Reflectance::new(l, data.dielectric_f0, data.dielectric_f90, albedos);
     let mut metal = Reflectance::new(l, data.color, l.splat(1.0), albedos);

@@ -5,7 +5,9 @@ use super::super::model::{AdditiveModel, Source};
 use super::{MetallicBase, stretched};
 use crate::brdf::table::Table;
 use crate::brdf::tables;
-use crate::coat::gltf::{self, Anisotropy, Coat, CoatF0, Iridescence, Scattering, Sheen, SurfaceData, Tables};
+use crate::coat::gltf::{
+    self, Anisotropy, Coat, CoatF0, Iridescence, Scattering, Sheen, SurfaceData, Tables,
+};
 use crate::light::LightSample;
 use crate::math::lanes::Lanes;
 use crate::math::vec3::V3;

@@ -18,7 +18,7 @@ impl AdditiveModel for Standard {
     type Layers<L: Lanes> = standard::Surface<L>;
 
     fn cost(self) -> [u64; 4] {
-        [90, 190, 5, 10]
+        [82, 290, 5, 10]
     }
 
     #[inline(always)]
