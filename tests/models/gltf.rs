@@ -102,8 +102,8 @@ fn white_environment() {
     measured(&[("bare", bare, 1.0), ("coated", coated, 1.0), ("sheen", sheen, 1.4661)]);
 }
 
-/// By samples, a white metal keeps all of a white environment at every roughness; with one bounce a rough one keeps less than
-/// half.
+/// By samples, a white metal keeps all of a white environment at every roughness; with one bounce a rough one keeps a third
+/// to two thirds.
 #[test]
 fn sampled_metals_keep_their_light() {
     #[inline(never)]
@@ -117,7 +117,7 @@ fn sampled_metals_keep_their_light() {
             let (all, once) =
                 (sampled(&surface, Scattering::Multiple), sampled(&surface, Scattering::Single));
             assert!((all - 1.0).abs() < 1e-4, "{roughness} {cosine}: {all}");
-            assert!(once <= all && (roughness < 1.0 || once < 0.62), "{roughness} {cosine}: {once}");
+            assert!(once <= all && (roughness < 1.0 || once < 0.7), "{roughness} {cosine}: {once}");
         }
     }
 }

@@ -2,9 +2,9 @@
 
 use super::draws::{Draws, SETS, all_from, lane, measured, most, reflectance, tilted};
 use overcoat::brdf::table::Table;
-use overcoat::brdf::tables::ggx_albedo;
+use overcoat::brdf::tables::{filament_dfg, ggx_albedo};
 use overcoat::coat::standard::{
-    self, Anisotropy, Coat, Environment, EnvironmentQuery, Iridescence, Sheen, Surface, SurfaceData,
+    self, Anisotropy, Coat, Environment, EnvironmentQuery, Iridescence, Sheen, Surface, SurfaceData, Tables,
 };
 use overcoat::math::lanes::{Float, LANES, Lanes, Scalar};
 use overcoat::math::vec3::{V3, Vec3};
@@ -22,6 +22,10 @@ fn grey(x: f32) -> V3<Scalar> {
 }
 fn up() -> V3<Scalar> {
     tilted(1.0)
+}
+
+fn tables() -> Tables<'static> {
+    Tables { ggx: ggx_albedo(), cloth: filament_dfg() }
 }
 
 fn plain(color: f32, metallic: f32, roughness: f32) -> SurfaceData<Scalar> {
@@ -56,7 +60,7 @@ type Asked<'a> = &'a dyn Fn(EnvironmentQuery<Scalar>) -> V3<Scalar>;
 // Each function of the model is compiled once here: they are large.
 #[inline(never)]
 fn seen_from(data: &SurfaceData<Scalar>, view: V3<Scalar>) -> Surface<Scalar> {
-    standard::surface(L, data, up(), view, ggx_albedo())
+    standard::surface(L, data, up(), view, tables())
 }
 #[inline(never)]
 fn lit(surface: &Surface<Scalar>, direction: V3<Scalar>) -> V3<Scalar> {
@@ -76,8 +80,7 @@ fn in_white(surface: &Surface<Scalar>) -> f32 {
     lane::<Scalar>(around(surface, Environment::Distant, 1.0, &|_| grey(1.0)), 0)[0]
 }
 
-/// A surface that absorbs nothing shows the white environment, whatever its layers: to the rounding of the tables, and of
-/// Charlie's albedo, which is a fit.
+/// A surface that absorbs nothing shows the white environment, whatever its layers.
 #[test]
 fn white_furnace() {
     let far =
@@ -190,23 +193,24 @@ fn lobes_ask_as_often_as_they_must() {
     assert_eq!(asked(SurfaceData { anisotropy: brushed(0.5), ..rough }, Environment::Distant).0, 15);
 }
 
-/// A lobe's lookups are where the lobe is: under a sky that is as bright as the direction is high (in the plane of incidence
-/// too), they find what an integral of the BRDF over lights of that brightness finds.
+/// A lobe's lookups are where the lobe is: under a sky without sharp edges they find what the integral of the BRDF over lights
+/// of that brightness finds, and less than a third as far from it as one lookup in the mirrored direction.
 #[test]
 fn lookups_find_what_the_integral_finds() {
-    for (cosine, roughness) in [(0.9, 0.3), (0.6, 0.35), (0.6, 0.6), (0.35, 0.5), (0.35, 0.8), (0.2, 0.6)] {
+    let mut far = [0.0_f32; 2];
+    for (cosine, roughness) in [(0.9, 0.7), (0.6, 0.6), (0.6, 0.8), (0.35, 0.6), (0.35, 0.8), (0.2, 0.7)] {
         let surface = seen(&plain(1.0, 1.0, roughness), cosine);
-        // A sky without sharp edges, which the lookups' own width blurs little.
         let sky = |d: V3<Scalar>| {
             let x = d.x * 0.8 - d.z * 0.6;
-            Vec3::new(d.z + 1.0, (x + 1.2) * (x + 1.2), (d.z * 0.9 - d.x * 0.4 + 1.0).squared().squared())
+            Vec3::new(d.z + 1.0, x + 1.5, (d.z * 0.6 - d.x * 0.4 + 1.0).squared())
         };
         let blurred = |query: EnvironmentQuery<Scalar>| {
             let axis = query.direction.normalize();
             let alpha = query.perceptual_roughness.to_array()[0] * query.perceptual_roughness.to_array()[0];
             mean_over_round_lobe(lane::<Scalar>(axis, 0), alpha, &sky)
         };
-        let found = lane::<Scalar>(around(&surface, Environment::Distant, 0.0, &blurred), 0);
+        let kinds = [Environment::Distant, Environment::Near];
+        let found = kinds.map(|kind| lane::<Scalar>(around(&surface, kind, 0.0, &blurred), 0));
         let mut expected = [0.0; 3];
         for channel in 0..3 {
             let of = |direction: V3<Scalar>| {
@@ -215,10 +219,14 @@ fn lookups_find_what_the_integral_finds() {
             };
             expected[channel] = reflectance(600, of) as f32;
         }
-        for (a, b) in found.iter().zip(expected) {
-            assert!((a - b).abs() < 0.04 * b, "{cosine} {roughness}: {found:?} not {expected:?}");
+        for (far, found) in far.iter_mut().zip(found) {
+            for (a, b) in found.iter().zip(expected) {
+                *far = far.max((a - b).abs() / b);
+            }
         }
+        println!("{cosine} {roughness}: {found:?}, expected {expected:?}");
     }
+    assert!(far[0] < 0.07 && far[0] < 0.3 * far[1], "{far:?}");
 }
 
 /// What the prefiltered environment holds of a sky: the mean over a lobe that is seen along its axis.
@@ -277,16 +285,16 @@ fn draw<L: Lanes>(l: L, draws: &mut Draws) -> SurfaceData<L> {
 
 #[inline(always)]
 fn any_input_on<L: Lanes>(l: L) {
-    // A table that says nothing is reflected, too.
+    // Tables that say nothing is reflected, too.
     let black = Table::constant([0.0; 3]);
     let mut draws = Draws::new(11);
     for round in 0..SETS / LANES {
         let data = draw(l, &mut draws);
         let (view, light) = (draws.direction(l), draws.direction(l));
         let light = if draws.coin() { light } else { -view };
-        let table = if round % 16 == 0 { &black } else { ggx_albedo() };
+        let tables = if round % 16 == 0 { Tables { ggx: &black, cloth: &black } } else { tables() };
         let normal = draws.normal(l);
-        let surface = standard::surface(l, &data, normal, view, table);
+        let surface = standard::surface(l, &data, normal, view, tables);
         let sent = draws.color(l);
         let direct = standard::direct(l, &surface, light, Vec3::splat(l, [1e4; 3]));
         let kind = if draws.coin() { Environment::Distant } else { Environment::Near };

@@ -241,19 +241,20 @@ pub fn indirect_sampled<L: Lanes>(
         Scattering::Single => one,
         Scattering::Multiple => (base_albedo * (1.0 / SAMPLES as f32)).saturate(),
     };
-    let more = |mean: V3<L>| all_bounces(l, mean, albedo);
-    let reflection = (specular * f0 + grazing * to_f90) * more(f0 + to_f90 * MEAN_SCHLICK_WEIGHT);
+    let reflection =
+        (specular * f0 + grazing * to_f90) * all_bounces(l, f0 + to_f90 * MEAN_SCHLICK_WEIGHT, albedo);
     let dielectric = diffuse * (f0 + to_f90 * mean).one_minus() + reflection;
     let to_white = surface.base_color.one_minus();
     let metal = (specular * surface.base_color + grazing * to_white)
-        * more(surface.base_color + to_white * MEAN_SCHLICK_WEIGHT);
+        * all_bounces(l, surface.base_color + to_white * MEAN_SCHLICK_WEIGHT, albedo);
     // A thin film has its own reflectance for the view.
     let [dielectric, metal] = match &surface.film {
         Some(film) => {
             let weight = film.factor;
             let beneath = film.dielectric.max_component().one_minus();
-            let filmed = diffuse * beneath + film.dielectric * specular * more(film.dielectric);
-            let filmed_metal = specular * film.metallic * more(film.metallic);
+            let filmed =
+                diffuse * beneath + film.dielectric * specular * all_bounces(l, film.dielectric, albedo);
+            let filmed_metal = specular * film.metallic * all_bounces(l, film.metallic, albedo);
             [dielectric.lerp(filmed, weight), metal.lerp(filmed_metal, weight)]
         }
         None => [dielectric, metal],

@@ -58,7 +58,7 @@ pub fn direct<L: Lanes>(l: L, surface: &Surface<L>, direction: V3<L>, light_colo
             let n_dot_h = surface.normal.dot(half).saturate();
             let d = distribution_charlie(l, n_dot_h, sheen.roughness.squared(), LEAST_SINE_SQUARED);
             let v = visibility_neubelt(l, n_dot_l, surface.n_dot_v, 0.0).saturate();
-            irradiance * (sheen.color * (d * v))
+            irradiance * (sheen.color * (d * v * sheen.scale))
         }
         None => Vec3::zero(l),
     };

@@ -5,7 +5,6 @@ use crate::brdf::microfacet::schlick_weight;
 use crate::coat::glsl::normalize_or;
 use crate::math::lanes::{Float, Lanes, Mask};
 use crate::math::vec3::{V3, Vec3};
-use crate::vec3;
 
 /// Round lobes that stand for one of a surface that is equally rough in all directions.
 pub(super) const ROUND: usize = 3;
@@ -144,11 +143,8 @@ impl<L: Lanes> Lobe<L> {
         let light = half * (v_dot_h * 2.0) - self.view;
         let n_dot_l = light.dot(self.normal);
         // Its visible share, D G2 (V.H) / N.V over the half vectors (Heitz 2014).
-        let length = |v: V3<L>, cosine: L::F| {
-            let (x, y) = (anisotropy.tangent.dot(v), anisotropy.bitangent.dot(v));
-            Vec3::new(along * x, across * y, cosine).length()
-        };
-        let shadowed = n_dot_l * length(self.view, self.n_dot_v) + self.n_dot_v * length(light, n_dot_l);
+        let masked = n_dot_l * stretched_length(l, anisotropy, self.view, self.n_dot_v);
+        let shadowed = masked + self.n_dot_v * stretched_length(l, anisotropy, light, n_dot_l);
         let share = n_dot_l * v_dot_h / (half.dot(self.normal) * shadowed.at_least(1e-6));
         let seen = n_dot_l.gt(l.zero()).select(share, l.zero()).at_least(0.0);
         let alpha = (across * 0.8).max(spread * gap).at_most(1.0);
@@ -158,6 +154,14 @@ impl<L: Lanes> Lobe<L> {
         let light = normalize_or(l, bent, self.normal);
         Sample { query: query(l, light, roughness), share: seen, v_dot_h: v_dot_h.saturate() }
     }
+}
+
+/// |(at V.t, ab V.b, V.n)|, by which Smith's shadowing goes.
+#[inline(always)]
+fn stretched_length<L: Lanes>(_: L, anisotropy: &AnisotropySurface<L>, v: V3<L>, cosine: L::F) -> L::F {
+    let [along, across] = anisotropy.alpha;
+    let (x, y) = (anisotropy.tangent.dot(v), anisotropy.bitangent.dot(v));
+    Vec3::new(along * x, across * y, cosine).length()
 }
 
 /// Slopes of GGX along one axis in units of alpha, in the middle of twelve equal shares (u / sqrt(1 - u^2) for u = (2 k + 1)
@@ -225,11 +229,8 @@ impl<L: Lanes> Sums<L> {
     /// The means; where one lookup is all, that.
     #[inline(always)]
     pub(super) fn mean(&self, _: L, one: L::M) -> Mean<L> {
-        let mean = |sum: V3<L>, share: L::F| {
-            let factor = share.at_least(1e-20).recip();
-            let scaled = vec3!(c in sum => c * factor);
-            Vec3::select(one, self.first, scaled)
-        };
-        Mean { all: mean(self.all, self.share), grazing: mean(self.grazing, self.grazing_share) }
+        let all = self.all * self.share.at_least(1e-20).recip();
+        let grazing = self.grazing * self.grazing_share.at_least(1e-20).recip();
+        Mean { all: Vec3::select(one, self.first, all), grazing: Vec3::select(one, self.first, grazing) }
     }
 }

@@ -31,7 +31,8 @@
 //! (`lobe.rs`): the lobe of a view at an angle is longer in the plane of incidence than across it, and three round ones of a
 //! smaller roughness in a row come nearer to it than sixteen samples of its visible normals, and three times as near as one
 //! lookup in the mirrored direction. mean_S is weighted with Schlick's term. A brushed surface asks twelve
-//! times more along the grain. Sheen takes its albedo times the irradiance at the normal: it is the widest of lobes.
+//! times more along the grain. Sheen takes its albedo times the irradiance at the normal: it is the widest of lobes. (Its
+//! albedo is the integral of the lobe; the fit that three.js has is half of it at a roughness of 0.5.)
 //!
 //! **Physics.** Under white light from everywhere a surface that absorbs nothing shows 1 for every view, roughness and
 //! metalness, with or without coat. Nothing is reciprocal: albedos look at the view only. The coat neither absorbs nor refracts
@@ -49,7 +50,6 @@ pub use super::layers::{Coat, Iridescence, Sheen};
 pub use direct::direct;
 pub use indirect::{Environment, indirect};
 
-use super::three::sheen_albedo;
 use crate::brdf::table::Table;
 use crate::brdf::thin_film::{SchlickWeight, ThinFilm, eval_iridescence};
 use crate::math::lanes::{Float, Lanes, Mask};
@@ -103,6 +103,15 @@ pub struct SurfaceData<L: Lanes> {
     pub anisotropy: Option<Anisotropy<L>>,
 }
 
+/// The pre-integrated tables of the model.
+#[derive(Clone, Copy)]
+pub struct Tables<'a> {
+    /// [`super::super::brdf::tables::ggx_albedo`].
+    pub ggx: &'a Table<3>,
+    /// [`super::super::brdf::tables::filament_dfg`], of which the albedo of Charlie with Neubelt's visibility is read.
+    pub cloth: &'a Table<3>,
+}
+
 /// A coat as [`surface`] prepares it.
 #[derive(Clone, Copy)]
 pub struct CoatSurface<L: Lanes> {
@@ -129,6 +138,8 @@ pub struct SheenSurface<L: Lanes> {
     pub roughness: L::F,
     /// Directional albedo for the view.
     pub albedo: L::F,
+    /// What is left of the lobe where its albedo would exceed 1: smooth sheen at grazing angles.
+    pub scale: L::F,
     /// What the sheen leaves of the light from beneath.
     pub transmittance: L::F,
 }
@@ -249,16 +260,16 @@ fn albedos<L: Lanes>(l: L, table: &Table<3>, n_dot_v: L::F, roughness: L::F) -> 
 
 /// Prepares sixteen fragments: the material and all that depends on the view only.
 ///
-/// `normal` and `view` are unit vectors in one space; `view` points to the eye. `table` is
-/// [`super::super::brdf::tables::ggx_albedo`].
+/// `normal` and `view` are unit vectors in one space; `view` points to the eye.
 #[inline(always)]
 pub fn surface<L: Lanes>(
     l: L,
     data: &SurfaceData<L>,
     normal: V3<L>,
     view: V3<L>,
-    table: &Table<3>,
+    tables: Tables<'_>,
 ) -> Surface<L> {
+    let table = tables.ggx;
     let n_dot_v = normal.dot(view).saturate();
     let roughness = data.roughness.saturate();
     let anisotropy = match &data.anisotropy {
@@ -275,9 +286,11 @@ pub fn surface<L: Lanes>(
     let sheen = match &data.sheen {
         Some(sheen) => {
             let roughness = sheen.roughness.clamp_to(LEAST_SHEEN_ROUGHNESS, 1.0);
-            let albedo = sheen_albedo(l, n_dot_v, roughness);
+            let [_, _, albedo] = tables.cloth.fetch(l, n_dot_v, roughness);
+            let scale = albedo.at_least(1.0).recip();
+            let albedo = albedo.clamp_to(0.0, 1.0);
             let transmittance = (sheen.color.max_component() * albedo).one_minus();
-            Some(SheenSurface { color: sheen.color, roughness, albedo, transmittance })
+            Some(SheenSurface { color: sheen.color, roughness, albedo, scale, transmittance })
         }
         None => None,
     };

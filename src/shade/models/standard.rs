@@ -4,7 +4,7 @@ use super::super::Surface;
 use super::super::model::{AdditiveModel, Source};
 use super::{MetallicBase, stretched};
 use crate::brdf::tables;
-use crate::coat::standard::{self, Anisotropy, Coat, Environment, Iridescence, Sheen, SurfaceData};
+use crate::coat::standard::{self, Anisotropy, Coat, Environment, Iridescence, Sheen, SurfaceData, Tables};
 use crate::light::LightSample;
 use crate::math::lanes::Lanes;
 use crate::math::vec3::V3;
@@ -46,7 +46,8 @@ impl AdditiveModel for Standard {
             }),
             anisotropy: (lobes.anisotropy.strength != 0.0).then_some(Anisotropy { strength, tangent }),
         };
-        standard::surface(l, &data, surface.normal, surface.view, tables::ggx_albedo())
+        let tables = Tables { ggx: tables::ggx_albedo(), cloth: tables::filament_dfg() };
+        standard::surface(l, &data, surface.normal, surface.view, tables)
     }
 
     #[inline(always)]
