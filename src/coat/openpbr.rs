@@ -130,6 +130,8 @@ pub struct SurfaceData<L: Lanes> {
     /// Whether a coat of higher index than the base has the ratio of indices inverted, which avoids a ring of total
     /// reflection that a real coat does not show (the specification recommends it). One for all lanes.
     pub invert_ratio: bool,
+    /// Whether light that meets more than one facet is lost. One for all lanes.
+    pub single_scattering: bool,
 }
 
 /// Directional albedos of lobes for the view.
@@ -282,7 +284,7 @@ pub struct Surface<L: Lanes> {
     pub specular_albedo: L::F,
     /// Albedo of the metal for the view.
     pub metal_albedo: V3<L>,
-    /// All bounces between facets over the first, of the dielectric and of the metal; 1 where albedos are given.
+    /// All bounces between facets over the first, of the dielectric and of the metal; 1 where albedos are given and for single scattering.
     pub bounces: (L::F, V3<L>),
 }
 
@@ -383,13 +385,14 @@ pub fn surface<L: Lanes>(
     let (specular_albedo, metal_albedo, bounces) = match albedos {
         AlbedoSource::Table(table) => {
             let [all, grazing, dip] = lookup(l, table, &base);
+            let kept = if data.single_scattering { l.splat(1.0) } else { all };
             let full = f82_dip(l, base_color, data.specular_color);
             let schlick = base_color * (all - grazing) + grazing;
             let mean = base_color + base_color.one_minus() * MEAN_SCHLICK_WEIGHT - full * MEAN_DIP;
-            let of_metal = vec3!(f in mean => all_bounces(l, f, all));
+            let of_metal = vec3!(f in mean => all_bounces(l, f, kept));
             let metal = (schlick - full * dip).at_least(0.0) * of_metal * data.specular_weight;
             let f0 = f0_of_ior(l, eta_modified);
-            let of_dielectric = all_bounces(l, f0 + f0.one_minus() * MEAN_SCHLICK_WEIGHT, all);
+            let of_dielectric = all_bounces(l, f0 + f0.one_minus() * MEAN_SCHLICK_WEIGHT, kept);
             let specular = (dielectric_albedo(l, all, grazing, f0) * of_dielectric).saturate();
             (specular, metal, (of_dielectric, of_metal))
         }

@@ -44,7 +44,7 @@ pub use mesh::{MAX_VERTICES, Mesh, MeshData, PrimitiveKind, Surfels};
 pub use model::ShadingModel;
 pub use model_options::{
     BabylonOptions, DualNormalFix, Filament2018Options, FilamentOptions, GltfOptions, ModelOptions,
-    OcclusionCone, SpecularOcclusionMethod, StackLitOptions, ThreeOptions,
+    OcclusionCone, OpenPbrOptions, SpecularOcclusionMethod, StackLitOptions, ThreeOptions,
 };
 pub use orientation::{Axis, Orientation};
 pub(crate) use splats::rotation_rows;

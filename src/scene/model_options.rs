@@ -13,6 +13,8 @@ pub struct ModelOptions {
     pub three: ThreeOptions,
     /// glTF's sample renderer.
     pub gltf: GltfOptions,
+    /// OpenPBR.
+    pub openpbr: OpenPbrOptions,
     /// Babylon.js.
     pub babylon: BabylonOptions,
 }
@@ -69,6 +71,13 @@ pub struct GltfOptions {
     /// Sample Renderer computes it. They differ where KHR_materials_ior is not 1.5.
     pub fixed_coat_f0: bool,
     /// `gltf-sampled`: light that is lost between microfacets stays lost, as in the appendix of glTF.
+    pub single_scattering: bool,
+}
+
+/// Switches of OpenPBR.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct OpenPbrOptions {
+    /// Light that is lost between microfacets stays lost.
     pub single_scattering: bool,
 }
 

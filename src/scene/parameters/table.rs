@@ -831,6 +831,11 @@ parameters! {
         m => m.options.gltf.single_scattering,
         "Light that is lost between microfacets stays lost."
     ).of(&[ShadingModel::GltfSampled]);
+    OPENPBR_SINGLE_SCATTERING = switch!(
+        "options.openpbr_single_scattering",
+        m => m.options.openpbr.single_scattering,
+        "Light that is lost between microfacets stays lost."
+    ).of(&[ShadingModel::OpenPbr]);
     BABYLON_REMAP_F0 = switch!(
         "options.babylon_remap_f0",
         m => m.options.babylon.remap_f0,
