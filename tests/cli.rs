@@ -397,7 +397,7 @@ fn json_has_what_it_promises() {
     assert_eq!(report["samples"], 4);
     assert_eq!(report["threads"], 2);
     assert_eq!(report["triangles"], 2);
-    assert_eq!(report["shading"], "gltf");
+    assert_eq!(report["shading"], "standard");
     assert!(report["fragments"].as_u64().unwrap() > 100);
     assert_eq!(report["warnings"], json!([]));
     assert_eq!(report["versions"]["overcoat"], env!("CARGO_PKG_VERSION"));

@@ -12,7 +12,9 @@
 
 use overcoat::frame::{DisplayImage, DisplayOptions};
 use overcoat::output::encode_png;
-use overcoat::scene::{Camera, Framing, Instance, Material, Mesh, MeshData, SceneError, Transform, Workflow};
+use overcoat::scene::{
+    Camera, Framing, Instance, Material, Mesh, MeshData, SceneError, ShadingModel, Transform, Workflow,
+};
 use overcoat::{RenderOptions, Renderer, Scene};
 use std::error::Error;
 
@@ -53,7 +55,8 @@ fn gem() -> Result<(Scene, Camera), SceneError> {
 
 /// The picture of a scene, 8 bits a channel with straight alpha.
 fn draw(scene: &Scene, camera: &Camera) -> Result<DisplayImage, Box<dyn Error>> {
-    let options = RenderOptions::new(128, 128);
+    // Named, so that another default changes nothing.
+    let options = RenderOptions::new(128, 128).with_shading(ShadingModel::Gltf);
     let rendered = Renderer::new(1).render(scene, camera, &options)?;
     Ok(DisplayImage::new(&rendered.frame, &DisplayOptions::default()))
 }

@@ -22,16 +22,18 @@
 //!   this.
 //!
 //! The dielectric base is GGX with the exact Fresnel term over Lambert (no diffuse roughness), balanced by albedo
-//! scaling; the metal is GGX with the F82 tint. Left out of OpenPBR: transmission, subsurface, fuzz, thin film,
-//! emission, and light scattered between facets.
+//! scaling; the metal is GGX with the F82 tint. Both lobes are scaled for the light that leaves after more than one bounce
+//! between the facets, by 1 / (1 - F (1 - E)) (**choice**: Turquin 2019, with the mean F of Fdez-Aguera 2019; the
+//! specification asks for it and leaves the way open). The coat's lobe is not: of a dielectric it would be 2 percent. Left out
+//! of OpenPBR: transmission, subsurface, fuzz, thin film and emission.
 //!
 //! The F82 term of a dark `specular_color` falls below 0 near its angle, in the text as here: a metal's `direct` can be
 //! negative by up to 0.09 of the highlight. Whoever adds lights up ends at 0.
 //!
 //! **Energy** (measured in `tests/models/openpbr.rs`): under white light from everywhere nothing shows more than 1; of
 //! separate lights a white surface returns at most 1.021, because the albedos that scale the layers are Schlick's and
-//! the lobes have the exact Fresnel term. Light lost between facets stays lost: a white metal of roughness 1 returns 0.31
-//! of the light at normal view. Only the base's metal lobe is reciprocal.
+//! the lobes have the exact Fresnel term. A white metal keeps its light at every roughness. Nothing is reciprocal: albedos look at
+//! the view only.
 //!
 //! The specification's fit of the mean Fresnel reflectance is 0.0017 at index 1: an index-matched coat darkens a little.
 //!
@@ -74,6 +76,12 @@ const F82_SCALE: f32 = 823_543.0 / 46_656.0;
 
 /// (1 - 1/7)^5.
 const F82_SCHLICK: f32 = 7776.0 / 16_807.0;
+
+/// Mean of (1 - u)^5 over the hemisphere.
+const MEAN_SCHLICK_WEIGHT: f32 = 1.0 / 21.0;
+
+/// Mean of u (1 - u)^6 over the hemisphere.
+const MEAN_DIP: f32 = 1.0 / 126.0;
 
 /// Mean cosine of light that falls on a Lambert surface from everywhere.
 const MEAN_COSINE: f32 = 2.0 / 3.0;
@@ -122,6 +130,8 @@ pub struct SurfaceData<L: Lanes> {
     /// Whether a coat of higher index than the base has the ratio of indices inverted, which avoids a ring of total
     /// reflection that a real coat does not show (the specification recommends it). One for all lanes.
     pub invert_ratio: bool,
+    /// Whether light that meets more than one facet is lost. One for all lanes.
+    pub single_scattering: bool,
 }
 
 /// Directional albedos of lobes for the view.
@@ -274,6 +284,8 @@ pub struct Surface<L: Lanes> {
     pub specular_albedo: L::F,
     /// Albedo of the metal for the view.
     pub metal_albedo: V3<L>,
+    /// All bounces between facets over the first, of the dielectric and of the metal; 1 where albedos are given and for single scattering.
+    pub bounces: (L::F, V3<L>),
 }
 
 /// `a (1 - t) + b t`.
@@ -333,6 +345,13 @@ fn dielectric_albedo<L: Lanes>(_: L, all: L::F, grazing: L::F, f0: L::F) -> L::F
     (f0 * (all - grazing) + f90 * grazing).saturate()
 }
 
+/// All bounces between facets over the first, 1 / (1 - F (1 - E)), for the mean Fresnel reflectance F and the albedo E of
+/// facets that absorb nothing (Turquin 2019, with the mean of Fdez-Aguera 2019).
+#[inline(always)]
+fn all_bounces<L: Lanes>(_: L, mean: L::F, all: L::F) -> L::F {
+    (mean.saturate() * all.one_minus()).one_minus().at_least(0.01).recip()
+}
+
 /// Prepares sixteen fragments: layers, albedos and all that depends on the view only.
 ///
 /// `normal`, `tangent` and `view` are unit vectors in one space, tangent and normal at right angles; `view` points to
@@ -363,17 +382,23 @@ pub fn surface<L: Lanes>(
     let f0 = f0_of_ior(l, eta);
     let eta_modified = modified_eta(l, eta, f0, data.specular_weight);
     let base = Interface::new(l, frame, roughness, data.anisotropy, view);
-    let (specular_albedo, metal_albedo) = match albedos {
+    let (specular_albedo, metal_albedo, bounces) = match albedos {
         AlbedoSource::Table(table) => {
             let [all, grazing, dip] = lookup(l, table, &base);
+            let kept = if data.single_scattering { l.splat(1.0) } else { all };
             let full = f82_dip(l, base_color, data.specular_color);
             let schlick = base_color * (all - grazing) + grazing;
-            let metal = (schlick - full * dip).at_least(0.0) * data.specular_weight;
-            (dielectric_albedo(l, all, grazing, f0_of_ior(l, eta_modified)), metal)
+            let mean = base_color + base_color.one_minus() * MEAN_SCHLICK_WEIGHT - full * MEAN_DIP;
+            let of_metal = vec3!(f in mean => all_bounces(l, f, kept));
+            let metal = (schlick - full * dip).at_least(0.0) * of_metal * data.specular_weight;
+            let f0 = f0_of_ior(l, eta_modified);
+            let of_dielectric = all_bounces(l, f0 + f0.one_minus() * MEAN_SCHLICK_WEIGHT, kept);
+            let specular = (dielectric_albedo(l, all, grazing, f0) * of_dielectric).saturate();
+            (specular, metal, (of_dielectric, of_metal))
         }
         AlbedoSource::Given { specular, .. } => {
             let metal = fresnel_f82(l, base_color, data.specular_color, base.view.z);
-            (specular, metal * data.specular_weight)
+            (specular, metal * data.specular_weight, (l.splat(1.0), Vec3::splat(l, [1.0; 3])))
         }
     };
     let mut surface = Surface {
@@ -389,6 +414,7 @@ pub fn surface<L: Lanes>(
         eta_modified,
         specular_albedo,
         metal_albedo,
+        bounces,
     };
     surface.coat = match &data.coat {
         Some(coat) => Some(coat_surface(l, &surface, data, coat, albedos)),
@@ -541,9 +567,9 @@ pub fn lobes<L: Lanes>(l: L, surface: &Surface<L>, light: V3<L>) -> Lobes<L> {
     let metal_fresnel =
         fresnel_f82(l, surface.base_color, surface.specular_color, v_dot_h) * surface.specular_weight;
     let dv = d * v;
-    let specular = surface.specular_color * (dv * dielectric_fresnel);
+    let specular = surface.specular_color * (dv * dielectric_fresnel * surface.bounces.0);
     let diffuse = surface.base_color * FRAC_1_PI;
-    let metal = metal_fresnel * dv;
+    let metal = metal_fresnel * dv * surface.bounces.1;
     let unreflected = surface.specular_albedo.one_minus();
     let base = (specular + diffuse * unreflected).lerp(metal, surface.metalness);
     let zero = l.zero();

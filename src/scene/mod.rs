@@ -43,8 +43,8 @@ pub use material::{AlphaMode, Material, NormalTexture, TextureRef, UvTransform, 
 pub use mesh::{MAX_VERTICES, Mesh, MeshData, PrimitiveKind, Surfels};
 pub use model::ShadingModel;
 pub use model_options::{
-    BabylonOptions, DualNormalFix, Filament2018Options, GltfOptions, ModelOptions, OcclusionCone,
-    SpecularOcclusionMethod, StackLitOptions, ThreeOptions,
+    BabylonOptions, DualNormalFix, Filament2018Options, FilamentOptions, GltfOptions, ModelOptions,
+    OcclusionCone, OpenPbrOptions, SpecularOcclusionMethod, StackLitOptions, ThreeOptions,
 };
 pub use orientation::{Axis, Orientation};
 pub(crate) use splats::rotation_rows;

@@ -28,11 +28,10 @@ pub enum ShadingModel {
     Three,
     /// three.js r131 or, by [`super::ThreeOptions::r119`], r119.
     ThreeLegacy,
-    /// The Khronos glTF Sample Renderer: what materials mean that name no model.
-    #[default]
+    /// The Khronos glTF Sample Renderer.
     Gltf,
-    /// The same BRDF with sixteen filtered lookups a lobe in place of one, and no compensation for multiple scattering: the
-    /// nearest to the integral that the appendix of glTF describes.
+    /// The same BRDF with sixteen filtered lookups a lobe in place of one: the nearest to the integral that the appendix of
+    /// glTF describes, with all bounces between microfacets.
     GltfSampled,
     /// OpenPBR 1.1: coat over a metallic or glossy-diffuse base.
     OpenPbr,
@@ -40,6 +39,9 @@ pub enum ShadingModel {
     Velvet,
     /// Babylon.js 9.35, `PBRMaterial`.
     Babylon,
+    /// The model of the house, of the parts that come nearest to a path tracer: what materials mean that name no model.
+    #[default]
+    Standard,
 }
 
 /// What a material can have that some models do not know.
@@ -196,6 +198,7 @@ const TABLE: &[Entry] = {
             "Babylon.js 9.35",
             &[F::Coat, F::CoatNormal, F::CoatAbsorption, F::CoatColor, F::CoatIor, F::Anisotropy],
         ),
+        entry(M::Standard, "standard", "what comes nearest to a path tracer", KHRONOS),
     ]
 };
 

@@ -5,12 +5,16 @@
 pub struct ModelOptions {
     /// HDRP's StackLit.
     pub stacklit: StackLitOptions,
+    /// Filament's standard model.
+    pub filament: FilamentOptions,
     /// Filament's models of 2018.
     pub filament_2018: Filament2018Options,
     /// three.js, older composition.
     pub three: ThreeOptions,
     /// glTF's sample renderer.
     pub gltf: GltfOptions,
+    /// OpenPBR.
+    pub openpbr: OpenPbrOptions,
     /// Babylon.js.
     pub babylon: BabylonOptions,
 }
@@ -38,6 +42,14 @@ pub struct StackLitOptions {
     pub newest: bool,
 }
 
+/// Switches of Filament's standard model.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FilamentOptions {
+    /// F0 of the base becomes that of its interface with the coat, as in materials that are made in the engine; those that
+    /// its loader makes of glTF files leave it (`clearCoatIorChange`).
+    pub coat_ior_change: bool,
+}
+
 /// Switches of Filament's models of 2018.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Filament2018Options {
@@ -58,6 +70,15 @@ pub struct GltfOptions {
     /// The coat's F0 is 0.04, as KHR_materials_clearcoat has it, instead of that of the base's index of refraction, as the
     /// Sample Renderer computes it. They differ where KHR_materials_ior is not 1.5.
     pub fixed_coat_f0: bool,
+    /// `gltf-sampled`: light that is lost between microfacets stays lost, as in the appendix of glTF.
+    pub single_scattering: bool,
+}
+
+/// Switches of OpenPBR.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct OpenPbrOptions {
+    /// Light that is lost between microfacets stays lost.
+    pub single_scattering: bool,
 }
 
 /// Switches of Babylon.js.

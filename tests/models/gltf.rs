@@ -4,8 +4,8 @@ use super::draws::{Draws, SETS, all_from, lane, measured, most, reflectance, til
 use overcoat::brdf::table::Table;
 use overcoat::brdf::tables::{khronos, sheen_albedo};
 use overcoat::coat::gltf::{
-    self, Anisotropy, Coat, CoatF0, Environment, EnvironmentQuery, Iridescence, Sheen, Surface, SurfaceData,
-    Tables,
+    self, Anisotropy, Coat, CoatF0, Environment, EnvironmentQuery, Iridescence, Scattering, Sheen, Surface,
+    SurfaceData, Tables,
 };
 use overcoat::math::lanes::{Float, LANES, Lanes, Scalar};
 use overcoat::math::vec3::{V3, Vec3};
@@ -100,6 +100,26 @@ fn white_environment() {
         f64::from(in_white(&seen(&data, cosine))[0])
     });
     measured(&[("bare", bare, 1.0), ("coated", coated, 1.0), ("sheen", sheen, 1.4661)]);
+}
+
+/// By samples, a white metal keeps all of a white environment at every roughness; with one bounce a rough one keeps a third
+/// to two thirds.
+#[test]
+fn sampled_metals_keep_their_light() {
+    #[inline(never)]
+    fn sampled(surface: &Surface<Scalar>, scattering: Scattering) -> f32 {
+        let seen = gltf::indirect_sampled(L, surface, scattering, |_| grey(PI), |_| grey(1.0), f(1.0));
+        lane::<Scalar>(seen, 0)[0]
+    }
+    for roughness in [0.0, 0.3, 0.6, 1.0] {
+        for cosine in [1.0, 0.6, 0.2] {
+            let surface = seen(&plain(1.0, 1.0, roughness), cosine);
+            let (all, once) =
+                (sampled(&surface, Scattering::Multiple), sampled(&surface, Scattering::Single));
+            assert!((all - 1.0).abs() < 1e-4, "{roughness} {cosine}: {all}");
+            assert!(once <= all && (roughness < 1.0 || once < 0.7), "{roughness} {cosine}: {once}");
+        }
+    }
 }
 
 /// What a white surface reflects of lights from everywhere. Sharper lobes would not be integrated.
@@ -318,9 +338,11 @@ fn any_input_on<L: Lanes>(l: L) {
             |query| sent * query.direction.dot(query.direction).recip(),
             occlusion,
         );
+        let scattering = if draws.coin() { Scattering::Single } else { Scattering::Multiple };
         let sampled = gltf::indirect_sampled(
             l,
             &surface,
+            scattering,
             #[inline(always)]
             |_| sent,
             #[inline(always)]

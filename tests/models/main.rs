@@ -7,6 +7,7 @@ mod gltf;
 mod hdrp_lit;
 mod openpbr;
 mod stacklit;
+mod standard;
 mod three;
 mod urp;
 mod velvet;

@@ -69,6 +69,7 @@ fn data<L: Lanes>(l: L, m: &Material) -> SurfaceData<L> {
             None => None,
         },
         invert_ratio: true,
+        single_scattering: false,
     }
 }
 
@@ -322,6 +323,7 @@ fn hunt_on<L: Lanes>(l: L, rounds: usize) -> usize {
                 normal: Some(normal),
             }),
             invert_ratio: round & 1 == 0,
+            single_scattering: false,
         };
         let surface = openpbr::surface(l, &data, normal, tangent, view, AlbedoSource::Table(table));
         let one = l.splat(1.0);

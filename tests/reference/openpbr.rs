@@ -43,6 +43,7 @@ fn coat_on<L: Lanes>(l: L, batch: &Batch<'_>) -> Found {
             normal: None,
         }),
         invert_ratio: batch.is_on("tirFix"),
+        single_scattering: false,
     };
     let [normal, tangent, view, light] = ["N", "T", "V", "L"].map(|name| load3(l, batch, name));
     let albedos = AlbedoSource::Given { coat: load(l, batch, "Ecoat"), specular: load(l, batch, "Espec") };

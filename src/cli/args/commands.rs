@@ -227,7 +227,7 @@ pub struct CompareModelsArgs {
     pub models: Vec<ShadingModel>,
 
     /// Shading model that the others are compared with
-    #[arg(long, value_name = "MODEL", value_parser = value_parsers::shading, default_value = "gltf")]
+    #[arg(long, value_name = "MODEL", value_parser = value_parsers::shading, default_value = "standard")]
     pub against: ShadingModel,
 
     #[command(flatten)]

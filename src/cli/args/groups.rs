@@ -18,7 +18,7 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 
 /// What `--shading` is.
-const SHADING: &str = "Formulas that shade every surface [default: what each material names, else gltf]";
+const SHADING: &str = "Formulas that shade every surface [default: what each material names, else standard]";
 
 /// Help of an option that takes shading models: what it is, and all of them.
 pub(super) fn models(what: &str) -> String {
@@ -200,7 +200,7 @@ pub struct PictureArgs {
     #[arg(long, value_name = "N", value_parser = value_parsers::within::<u32>(0, 256), allow_negative_numbers = true)]
     pub rays: Option<u32>,
 
-    /// Formulas that shade every surface [default: what each material names, else gltf]
+    /// Formulas that shade every surface [default: what each material names, else standard]
     #[arg(long, value_name = "MODEL", value_parser = value_parsers::shading, long_help = models(SHADING))]
     pub shading: Option<ShadingModel>,
 

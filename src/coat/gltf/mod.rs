@@ -38,7 +38,7 @@ pub use direct::{Direct, direct, direct_terms};
 pub use indirect::{
     Environment, EnvironmentQueries, Indirect, environment_queries, ibl_ggx_fresnel, indirect, indirect_terms,
 };
-pub use sampled::{indirect_sampled, mean_schlick_weight};
+pub use sampled::{Scattering, indirect_sampled, mean_schlick_weight};
 
 use super::glsl::mix;
 use crate::brdf::microfacet::schlick;

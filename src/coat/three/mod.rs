@@ -28,6 +28,7 @@
 mod direct;
 mod indirect;
 pub(super) mod lobes;
+pub(super) use lobes::specular_occlusion;
 
 pub use super::EnvironmentQuery;
 use super::glsl::mix;

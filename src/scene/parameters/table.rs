@@ -809,6 +809,11 @@ parameters! {
         m => m.options.stacklit.newest,
         "The newest text of the conversion instead of 13.0's."
     ).of(STACKLIT);
+    FILAMENT_COAT_IOR_CHANGE = switch!(
+        "options.filament_coat_ior_change",
+        m => m.options.filament.coat_ior_change,
+        "F0 of the base becomes that of its interface with the coat."
+    ).of(&[ShadingModel::Filament, ShadingModel::FilamentMobile]);
     FILAMENT_2018_SINGLE_ATTENUATION = switch!(
         "options.filament_2018_single_attenuation",
         m => m.options.filament_2018.single_attenuation,
@@ -821,6 +826,16 @@ parameters! {
         m => m.options.gltf.fixed_coat_f0,
         "The coat's F0 is 0.04 instead of that of the base's index of refraction."
     ).of(&[ShadingModel::Gltf, ShadingModel::GltfSampled]);
+    GLTF_SINGLE_SCATTERING = switch!(
+        "options.gltf_single_scattering",
+        m => m.options.gltf.single_scattering,
+        "Light that is lost between microfacets stays lost."
+    ).of(&[ShadingModel::GltfSampled]);
+    OPENPBR_SINGLE_SCATTERING = switch!(
+        "options.openpbr_single_scattering",
+        m => m.options.openpbr.single_scattering,
+        "Light that is lost between microfacets stays lost."
+    ).of(&[ShadingModel::OpenPbr]);
     BABYLON_REMAP_F0 = switch!(
         "options.babylon_remap_f0",
         m => m.options.babylon.remap_f0,

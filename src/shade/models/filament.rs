@@ -36,7 +36,7 @@ impl AdditiveModel for Standard {
                 mask: surface.coat,
                 perceptual_roughness: surface.coat_roughness,
                 normal: material.has_normal_maps().then_some(surface.coat_normal),
-                ior_change: true,
+                ior_change: material.options.filament.coat_ior_change,
                 roughens_base: true,
             }),
             anisotropy: (lobes.anisotropy.strength != 0.0).then_some(Anisotropy {

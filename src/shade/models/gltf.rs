@@ -5,7 +5,9 @@ use super::super::model::{AdditiveModel, Source};
 use super::{MetallicBase, stretched};
 use crate::brdf::table::Table;
 use crate::brdf::tables;
-use crate::coat::gltf::{self, Anisotropy, Coat, CoatF0, Iridescence, Sheen, SurfaceData, Tables};
+use crate::coat::gltf::{
+    self, Anisotropy, Coat, CoatF0, Iridescence, Scattering, Sheen, SurfaceData, Tables,
+};
 use crate::light::LightSample;
 use crate::math::lanes::Lanes;
 use crate::math::vec3::V3;
@@ -95,12 +97,15 @@ impl AdditiveModel for Gltf {
 /// What is reflected of the environment, by samples.
 #[inline(never)]
 fn sampled_environment<L: Lanes>(l: L, source: &Source<'_, L>, layers: &gltf::Surface<L>) -> V3<L> {
+    let single = source.material.options.gltf.single_scattering;
+    let scattering = if single { Scattering::Single } else { Scattering::Multiple };
     l.run(
         #[inline(always)]
         || {
             gltf::indirect_sampled(
                 l,
                 layers,
+                scattering,
                 source.irradiance_lookup(l),
                 source.radiance_lookup(l),
                 source.occlusion(l),

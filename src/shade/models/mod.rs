@@ -6,6 +6,7 @@ mod gltf;
 mod hdrp_lit;
 mod openpbr;
 mod stacklit;
+mod standard;
 mod three;
 mod urp;
 mod velvet;
@@ -39,6 +40,7 @@ macro_rules! registered {
             OpenPbr => openpbr::OpenPbr,
             Velvet => velvet::Velvet,
             Babylon => babylon::Babylon,
+            Standard => standard::Standard,
         )
     };
     (@ $model:expr, $of:ident, $body:expr, $($name:ident => $value:expr,)+) => {

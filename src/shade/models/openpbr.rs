@@ -48,6 +48,7 @@ impl AdditiveModel for OpenPbr {
                 normal: has_coat_normal(material).then_some(surface.coat_normal),
             }),
             invert_ratio: true,
+            single_scattering: material.options.openpbr.single_scattering,
         };
         let albedos = AlbedoSource::Table(tables::ggx_albedo());
         openpbr::surface(l, &data, surface.normal, tangent, surface.view, albedos)

@@ -1,0 +1,70 @@
+//! The model of the house on surface fragments.
+
+use super::super::Surface;
+use super::super::model::{AdditiveModel, Source};
+use super::{MetallicBase, stretched};
+use crate::brdf::tables;
+use crate::coat::standard::{self, Anisotropy, Coat, Environment, Iridescence, Sheen, SurfaceData, Tables};
+use crate::light::LightSample;
+use crate::math::lanes::Lanes;
+use crate::math::vec3::V3;
+use crate::scene::Material;
+
+/// The standard model.
+#[derive(Clone, Copy)]
+pub(in super::super) struct Standard;
+
+impl AdditiveModel for Standard {
+    type Layers<L: Lanes> = standard::Surface<L>;
+
+    fn cost(self) -> [u64; 4] {
+        [82, 290, 5, 10]
+    }
+
+    #[inline(always)]
+    fn layers<L: Lanes>(self, l: L, material: &Material, surface: &Surface<L>) -> Self::Layers<L> {
+        let base = MetallicBase::new(l, surface);
+        let (lobes, values) = (&material.lobes, &surface.lobes);
+        let (strength, tangent, _) = stretched(l, surface);
+        let data = SurfaceData {
+            color: base.color,
+            metallic: base.metallic,
+            roughness: surface.roughness,
+            dielectric_f0: base.weighted_f0(),
+            dielectric_f90: base.weight,
+            coat: (material.coat > 0.0).then_some(Coat {
+                factor: surface.coat,
+                roughness: surface.coat_roughness,
+                normal: surface.coat_normal,
+            }),
+            sheen: (lobes.sheen.color.factor != [0.0; 3])
+                .then_some(Sheen { color: values.sheen_color, roughness: values.sheen_roughness }),
+            iridescence: (lobes.iridescence.mask.factor > 0.0).then_some(Iridescence {
+                factor: values.iridescence,
+                ior: l.splat(lobes.iridescence.ior),
+                thickness: values.iridescence_thickness,
+            }),
+            anisotropy: (lobes.anisotropy.strength != 0.0).then_some(Anisotropy { strength, tangent }),
+        };
+        let tables = Tables { ggx: tables::ggx_albedo(), cloth: tables::filament_dfg() };
+        standard::surface(l, &data, surface.normal, surface.view, tables)
+    }
+
+    #[inline(always)]
+    fn emission<L: Lanes>(self, l: L, layers: &Self::Layers<L>, surface: &Surface<L>) -> V3<L> {
+        surface.emissive * layers.coat_transmittance(l)
+    }
+
+    #[inline(always)]
+    fn direct<L: Lanes>(self, l: L, layers: &Self::Layers<L>, light: &LightSample<L>) -> V3<L> {
+        standard::direct(l, layers, light.direction, light.irradiance)
+    }
+
+    #[inline(always)]
+    fn indirect<L: Lanes>(self, l: L, layers: &Self::Layers<L>, source: &Source<'_, L>) -> V3<L> {
+        let kind = if source.is_environment() { Environment::Distant } else { Environment::Near };
+        let irradiance_over_pi = source.irradiance_over_pi(l, source.surface.normal);
+        let radiance = source.radiance_lookup(l);
+        standard::indirect(l, layers, kind, irradiance_over_pi, radiance, source.occlusion(l))
+    }
+}

@@ -1,0 +1,324 @@
+//! Physics of `overcoat::coat::standard`.
+
+use super::draws::{Draws, SETS, all_from, lane, measured, most, reflectance, tilted};
+use overcoat::brdf::table::Table;
+use overcoat::brdf::tables::{filament_dfg, ggx_albedo};
+use overcoat::coat::standard::{
+    self, Anisotropy, Coat, Environment, EnvironmentQuery, Iridescence, Sheen, Surface, SurfaceData, Tables,
+};
+use overcoat::math::lanes::{Float, LANES, Lanes, Scalar};
+use overcoat::math::vec3::{V3, Vec3};
+use std::cell::Cell;
+use std::f32::consts::FRAC_1_PI;
+
+const L: Scalar = Scalar;
+type F = <Scalar as Lanes>::F;
+
+fn f(x: f32) -> F {
+    L.splat(x)
+}
+fn grey(x: f32) -> V3<Scalar> {
+    Vec3::uniform(f(x))
+}
+fn up() -> V3<Scalar> {
+    tilted(1.0)
+}
+
+fn tables() -> Tables<'static> {
+    Tables { ggx: ggx_albedo(), cloth: filament_dfg() }
+}
+
+fn plain(color: f32, metallic: f32, roughness: f32) -> SurfaceData<Scalar> {
+    SurfaceData {
+        color: grey(color),
+        metallic: f(metallic),
+        roughness: f(roughness),
+        dielectric_f0: grey(0.04),
+        dielectric_f90: f(1.0),
+        coat: None,
+        sheen: None,
+        iridescence: None,
+        anisotropy: None,
+    }
+}
+
+fn coat(factor: f32, roughness: f32) -> Option<Coat<Scalar>> {
+    Some(Coat { factor: f(factor), roughness: f(roughness), normal: up() })
+}
+
+fn sheen(color: f32, roughness: f32) -> Option<Sheen<Scalar>> {
+    Some(Sheen { color: grey(color), roughness: f(roughness) })
+}
+
+fn brushed(strength: f32) -> Option<Anisotropy<Scalar>> {
+    Some(Anisotropy { strength: f(strength), tangent: Vec3::splat(L, [0.6, 0.8, 0.0]) })
+}
+
+/// The environment by query.
+type Asked<'a> = &'a dyn Fn(EnvironmentQuery<Scalar>) -> V3<Scalar>;
+
+// Each function of the model is compiled once here: they are large.
+#[inline(never)]
+fn seen_from(data: &SurfaceData<Scalar>, view: V3<Scalar>) -> Surface<Scalar> {
+    standard::surface(L, data, up(), view, tables())
+}
+#[inline(never)]
+fn lit(surface: &Surface<Scalar>, direction: V3<Scalar>) -> V3<Scalar> {
+    standard::direct(L, surface, direction, grey(1.0))
+}
+#[inline(never)]
+fn around(surface: &Surface<Scalar>, kind: Environment, diffuse: f32, asked: Asked<'_>) -> V3<Scalar> {
+    standard::indirect(L, surface, kind, grey(diffuse), asked, f(1.0))
+}
+
+fn seen(data: &SurfaceData<Scalar>, cosine: f32) -> Surface<Scalar> {
+    seen_from(data, tilted(cosine))
+}
+
+/// Under a white environment of radiance 1.
+fn in_white(surface: &Surface<Scalar>) -> f32 {
+    lane::<Scalar>(around(surface, Environment::Distant, 1.0, &|_| grey(1.0)), 0)[0]
+}
+
+/// A surface that absorbs nothing shows the white environment, whatever its layers.
+#[test]
+fn white_furnace() {
+    let far =
+        |data: SurfaceData<Scalar>, cosine: f32| f64::from((in_white(&seen(&data, cosine)) - 1.0).abs());
+    let bare = most(|cosine, roughness, metallic| far(plain(1.0, metallic, roughness), cosine));
+    let coated = most(|cosine, roughness, metallic| {
+        far(SurfaceData { coat: coat(1.0, roughness), ..plain(1.0, metallic, 0.5) }, cosine)
+    });
+    let sheen = most(|cosine, roughness, metallic| {
+        far(SurfaceData { sheen: sheen(1.0, roughness), ..plain(1.0, metallic, 0.5) }, cosine)
+    });
+    let grooves = most(|cosine, roughness, metallic| {
+        far(SurfaceData { anisotropy: brushed(0.8), ..plain(1.0, metallic, roughness) }, cosine)
+    });
+    for (what, found) in [("bare", bare), ("coated", coated), ("sheen", sheen), ("grooves", grooves)] {
+        assert!(found < 1e-4, "{what}: {found}");
+    }
+}
+
+/// What a white surface reflects of lights from everywhere. Sharper lobes would not be integrated.
+#[test]
+fn white_lights() {
+    let rings = 500;
+    let of = |data: SurfaceData<Scalar>, cosine: f32| {
+        let surface = seen(&data, cosine);
+        reflectance(rings, |direction| lit(&surface, direction))
+    };
+    let bare = most(|cosine, roughness, metallic| of(plain(1.0, metallic, roughness.max(0.25)), cosine));
+    let coated = most(|cosine, roughness, metallic| {
+        of(SurfaceData { coat: coat(1.0, roughness.max(0.25)), ..plain(1.0, metallic, 0.5) }, cosine)
+    });
+    let sheen = most(|cosine, roughness, metallic| {
+        of(SurfaceData { sheen: sheen(1.0, roughness.max(0.25)), ..plain(1.0, metallic, 0.5) }, cosine)
+    });
+    measured(&[("bare", bare, 1.0), ("coated", coated, 1.0), ("sheen", sheen, 1.0)]);
+}
+
+/// Lambert's law, E c / pi, where nothing is reflected; the environment likewise.
+#[test]
+fn lambert_planes_are_equally_bright() {
+    let data = SurfaceData { dielectric_f0: grey(0.0), dielectric_f90: f(0.0), ..plain(0.6, 0.0, 0.5) };
+    let surface = seen(&data, 0.8);
+    let found = lane::<Scalar>(lit(&surface, tilted(0.5)), 0)[0];
+    assert!((found - 0.5 * 0.6 * FRAC_1_PI).abs() < 1e-6, "{found}");
+    assert!((in_white(&surface) - 0.6).abs() < 1e-6);
+}
+
+fn bits(v: V3<Scalar>) -> [[u32; LANES]; 3] {
+    v.map(|c| c.to_array().map(f32::to_bits)).to_array()
+}
+
+/// A coat of factor 0, a black sheen, a film without thickness are the same to the bit as none.
+#[test]
+fn features_of_no_strength_are_absent() {
+    let direction = Vec3::splat(L, [-0.3, 0.4, 0.6]).normalize();
+    let sky = |query: EnvironmentQuery<Scalar>| grey(1.0) * (query.direction.x + 2.0);
+    for (cosine, roughness) in [(0.9, 0.3), (0.2, 0.8), (0.01, 0.1)] {
+        let without = plain(0.7, 0.4, roughness);
+        let iridescence = Some(Iridescence { factor: f(1.0), ior: f(1.4), thickness: f(0.0) });
+        let expected = seen(&without, cosine);
+        for data in [
+            SurfaceData { coat: coat(0.0, 0.2), ..without },
+            SurfaceData { sheen: sheen(0.0, 0.4), ..without },
+            SurfaceData { iridescence, ..without },
+        ] {
+            let found = seen(&data, cosine);
+            assert_eq!(bits(lit(&found, direction)), bits(lit(&expected, direction)));
+            let indirect = |surface| bits(around(surface, Environment::Distant, 1.0, &sky));
+            assert_eq!(indirect(&found), indirect(&expected));
+        }
+    }
+}
+
+/// What lies beneath gets darker as the coat gets stronger: for light whose highlight is elsewhere, and for emission.
+#[test]
+fn more_coat_is_darker_beneath() {
+    let direction = Vec3::splat(L, [0.0, 0.95, 0.3]).normalize();
+    let (mut last, mut last_emission) = (f32::MAX, f32::MAX);
+    for k in 0..=20 {
+        let surface = seen(&SurfaceData { coat: coat(k as f32 / 20.0, 0.1), ..plain(0.8, 0.0, 0.6) }, 0.3);
+        let found = lane::<Scalar>(lit(&surface, direction), 0)[0];
+        let emission = surface.coat_transmittance(L).to_array()[0];
+        assert!(found < last && emission < last_emission, "{k}");
+        (last, last_emission) = (found, emission);
+    }
+}
+
+/// Mirrors ask once, in the mirrored direction; rough surfaces three times, sources near by once; a coat as often again, and
+/// brushed surfaces twelve times more.
+#[test]
+fn lobes_ask_as_often_as_they_must() {
+    let asked = |data: SurfaceData<Scalar>, kind: Environment| {
+        let count = Cell::new(0);
+        let ask = |query: EnvironmentQuery<Scalar>| {
+            count.set(count.get() + 1);
+            query.direction
+        };
+        let found = lane::<Scalar>(around(&seen(&data, 0.6), kind, 0.0, &ask), 0);
+        (count.get(), found)
+    };
+    let (count, mirrored) = asked(plain(1.0, 1.0, 0.0), Environment::Distant);
+    let expected = tilted(0.6);
+    assert_eq!(count, 1);
+    let [x, _, z] = [0, 1, 2].map(|axis| mirrored[axis]);
+    assert!((x + expected.x.to_array()[0]).abs() < 1e-4 && (z - 0.6).abs() < 1e-4, "{mirrored:?}");
+    let rough = plain(1.0, 1.0, 0.5);
+    assert_eq!(asked(rough, Environment::Distant).0, 3);
+    assert_eq!(asked(rough, Environment::Near).0, 1);
+    assert_eq!(asked(SurfaceData { coat: coat(1.0, 0.3), ..rough }, Environment::Distant).0, 6);
+    assert_eq!(asked(SurfaceData { anisotropy: brushed(0.5), ..rough }, Environment::Distant).0, 15);
+}
+
+/// A lobe's lookups are where the lobe is: under a sky without sharp edges they find what the integral of the BRDF over lights
+/// of that brightness finds, and less than a third as far from it as one lookup in the mirrored direction.
+#[test]
+fn lookups_find_what_the_integral_finds() {
+    let mut far = [0.0_f32; 2];
+    for (cosine, roughness) in [(0.9, 0.7), (0.6, 0.6), (0.6, 0.8), (0.35, 0.6), (0.35, 0.8), (0.2, 0.7)] {
+        let surface = seen(&plain(1.0, 1.0, roughness), cosine);
+        let sky = |d: V3<Scalar>| {
+            let x = d.x * 0.8 - d.z * 0.6;
+            Vec3::new(d.z + 1.0, x + 1.5, (d.z * 0.6 - d.x * 0.4 + 1.0).squared())
+        };
+        let blurred = |query: EnvironmentQuery<Scalar>| {
+            let axis = query.direction.normalize();
+            let alpha = query.perceptual_roughness.to_array()[0] * query.perceptual_roughness.to_array()[0];
+            mean_over_round_lobe(lane::<Scalar>(axis, 0), alpha, &sky)
+        };
+        let kinds = [Environment::Distant, Environment::Near];
+        let found = kinds.map(|kind| lane::<Scalar>(around(&surface, kind, 0.0, &blurred), 0));
+        let mut expected = [0.0; 3];
+        for channel in 0..3 {
+            let of = |direction: V3<Scalar>| {
+                let sent = sky(direction).to_array()[channel];
+                lit(&surface, direction) * sent
+            };
+            expected[channel] = reflectance(600, of) as f32;
+        }
+        for (far, found) in far.iter_mut().zip(found) {
+            for (a, b) in found.iter().zip(expected) {
+                *far = far.max((a - b).abs() / b);
+            }
+        }
+        println!("{cosine} {roughness}: {found:?}, expected {expected:?}");
+    }
+    assert!(far[0] < 0.07 && far[0] < 0.3 * far[1], "{far:?}");
+}
+
+/// What the prefiltered environment holds of a sky: the mean over a lobe that is seen along its axis.
+fn mean_over_round_lobe(axis: [f32; 3], alpha: f32, sky: &dyn Fn(V3<Scalar>) -> V3<Scalar>) -> V3<Scalar> {
+    let [x, y, z] = axis;
+    let side = if z.abs() < 0.9 { [0.0, 0.0, 1.0] } else { [1.0, 0.0, 0.0] };
+    let cross = |a: [f32; 3], b: [f32; 3]| {
+        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    };
+    let unit = |v: [f32; 3]| {
+        let length = (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
+        v.map(|c| c / length)
+    };
+    let t = unit(cross(side, [x, y, z]));
+    let b = cross([x, y, z], t);
+    let (mut sum, mut weights) = ([0.0; 3], 0.0);
+    for ring in 0..64 {
+        let share = (ring as f32 + 0.5) / 64.0 / (1.0 + alpha * alpha);
+        let cos2 = (1.0 - share) / (1.0 + (alpha * alpha - 1.0) * share);
+        let (cos, sin) = (2.0 * cos2 - 1.0, 2.0 * (cos2 * (1.0 - cos2)).max(0.0).sqrt());
+        for k in 0..16 {
+            let turn = (k as f32 + 0.5) * std::f32::consts::TAU / 16.0;
+            let (c, s) = (overcoat::math::scalar::cos(turn) * sin, overcoat::math::scalar::sin(turn) * sin);
+            let d = [0, 1, 2].map(|n| t[n] * c + b[n] * s + axis[n] * cos);
+            let seen = lane::<Scalar>(sky(Vec3::splat(L, d)), 0);
+            for (sum, v) in sum.iter_mut().zip(seen) {
+                *sum += v * cos;
+            }
+            weights += cos;
+        }
+    }
+    Vec3::splat(L, sum.map(|v: f32| v / weights))
+}
+
+/// Random materials.
+#[inline(always)]
+fn draw<L: Lanes>(l: L, draws: &mut Draws) -> SurfaceData<L> {
+    let coat = Coat { factor: draws.unit(l), roughness: draws.unit(l), normal: draws.direction(l) };
+    let sheen = Sheen { color: draws.color(l), roughness: draws.unit(l) };
+    let iridescence =
+        Iridescence { factor: draws.unit(l), ior: draws.unit(l) * 4.0 + 1.0, thickness: draws.unit(l) * 1e4 };
+    let anisotropy = Anisotropy { strength: draws.unit(l), tangent: draws.direction(l) };
+    SurfaceData {
+        color: draws.color(l),
+        metallic: draws.unit(l),
+        roughness: draws.unit(l),
+        dielectric_f0: draws.color(l),
+        dielectric_f90: draws.unit(l),
+        coat: if draws.coin() { Some(coat) } else { None },
+        sheen: if draws.coin() { Some(sheen) } else { None },
+        // The costliest feature, in a few of the sets.
+        iridescence: if draws.coin() && draws.coin() && draws.coin() { Some(iridescence) } else { None },
+        anisotropy: if draws.coin() { Some(anisotropy) } else { None },
+    }
+}
+
+#[inline(always)]
+fn any_input_on<L: Lanes>(l: L) {
+    // Tables that say nothing is reflected, too.
+    let black = Table::constant([0.0; 3]);
+    let mut draws = Draws::new(11);
+    for round in 0..SETS / LANES {
+        let data = draw(l, &mut draws);
+        let (view, light) = (draws.direction(l), draws.direction(l));
+        let light = if draws.coin() { light } else { -view };
+        let tables = if round % 16 == 0 { Tables { ggx: &black, cloth: &black } } else { tables() };
+        let normal = draws.normal(l);
+        let surface = standard::surface(l, &data, normal, view, tables);
+        let sent = draws.color(l);
+        let direct = standard::direct(l, &surface, light, Vec3::splat(l, [1e4; 3]));
+        let kind = if draws.coin() { Environment::Distant } else { Environment::Near };
+        // A direction of no length would show.
+        let indirect = standard::indirect(
+            l,
+            &surface,
+            kind,
+            sent,
+            #[inline(always)]
+            |query| sent * query.direction.dot(query.direction).recip(),
+            draws.unit(l),
+        );
+        assert!(
+            all_from(l, direct, 0.0) && all_from(l, indirect, 0.0),
+            "set {round}: {:?} {:?}",
+            direct.map(Float::to_array),
+            indirect.map(Float::to_array)
+        );
+    }
+}
+
+/// Ten million sets in release builds: nothing infinite, no NaN, nothing negative.
+#[test]
+fn any_input_in_range_gives_numbers() {
+    overcoat::dispatch_baseline!(l => any_input_on(l));
+}
