@@ -146,6 +146,8 @@ impl MovieFrames {
             width: task.options.width,
             height: task.options.height,
             samples: task.options.samples,
+            shading_rate: task.options.shading_rate,
+            shade_everywhere: task.options.shade_everywhere,
             shading,
             exposure: task.display.exposure,
             up_axis,

@@ -174,6 +174,8 @@ pub(super) struct MovieReport {
     pub(super) width: u32,
     pub(super) height: u32,
     pub(super) samples: u32,
+    pub(super) shading_rate: u32,
+    pub(super) shade_everywhere: bool,
     pub(super) shading: &'static str,
     /// Stops of all frames.
     pub(super) exposure: f32,

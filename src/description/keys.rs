@@ -116,6 +116,18 @@ pub(super) static SCENE: &[Key<Description>] = &[
     key!("exposure", s.exposure, exposure(), "Exposure of 8-bit output in stops, or auto"),
     key!("samples", s.samples, samples(), "Coverage samples a pixel"),
     key!(
+        "shading_rate",
+        s.shading_rate,
+        samples(),
+        "Shadings a pixel where one would show; a picture has at least as many samples"
+    ),
+    key!(
+        "shade_everywhere",
+        s.shade_everywhere,
+        switch(),
+        "Every surface is shaded as often, and not only where one shading would show"
+    ),
+    key!(
         "shading",
         s.shading,
         shading(),

@@ -131,6 +131,10 @@ pub struct Description {
     pub exposure: Option<ExposureChoice>,
     /// Coverage samples a pixel: 1, 4, 8 or 16.
     pub samples: Option<u32>,
+    /// Shadings a pixel where one would show: 1, 4, 8 or 16. A picture has at least as many samples.
+    pub shading_rate: Option<u32>,
+    /// All surfaces are shaded as often.
+    pub shade_everywhere: Option<bool>,
     /// Shading model by name.
     pub shading: Option<ShadingModel>,
     /// A material for every mesh: the path of a material file, or the name of a built-in one.

@@ -98,11 +98,23 @@ impl Description {
             BackgroundChoice::Environment => (Background::Environment, None),
             BackgroundChoice::Color(color) => (Background::Transparent, Some(color)),
         };
+        let shading_rate = self.shading_rate.unwrap_or(defaults.shading_rate);
+        if let Some(samples) = self.samples.filter(|&samples| samples < shading_rate) {
+            return Err(DescriptionError::out_of_range(format!(
+                "shading rate {shading_rate}: a pixel with {samples} samples is shaded at most {samples} times"
+            )));
+        }
         let options = RenderOptions {
             // Within output_side, which is a u32.
             width: width as u32,
             height: height as u32,
-            samples: self.samples.unwrap_or(defaults.samples),
+            samples: self.samples.unwrap_or(if shading_rate > defaults.samples {
+                shading_rate
+            } else {
+                defaults.samples
+            }),
+            shading_rate,
+            shade_everywhere: self.shade_everywhere.unwrap_or(defaults.shade_everywhere),
             tile_size: machine.tile_size,
             simd: machine.simd,
             shading: self.shading,

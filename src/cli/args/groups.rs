@@ -180,6 +180,15 @@ pub struct PictureArgs {
     #[arg(long, value_name = "N", value_parser = value_parsers::samples, allow_negative_numbers = true)]
     pub samples: Option<u32>,
 
+    /// Shadings a pixel where one would show (sharp highlights on curved surfaces, alpha masks, shining normal maps,
+    /// textures without mip levels): 1, 4, 8 or 16, and at least as many samples [default: 1]
+    #[arg(long, value_name = "N", value_parser = value_parsers::samples, allow_negative_numbers = true)]
+    pub shading_rate: Option<u32>,
+
+    /// Shade every surface as often as --shading-rate says
+    #[arg(long)]
+    pub shade_everywhere: bool,
+
     /// Formulas that shade every surface [default: what each material names, else gltf]
     #[arg(long, value_name = "MODEL", value_parser = value_parsers::shading, long_help = models(SHADING))]
     pub shading: Option<ShadingModel>,
@@ -410,6 +419,8 @@ impl PictureArgs {
     pub fn apply(&self, scene: &mut Description) {
         override_with(&mut scene.size, self.size);
         override_with(&mut scene.samples, self.samples);
+        override_with(&mut scene.shading_rate, self.shading_rate);
+        override_with(&mut scene.shade_everywhere, self.shade_everywhere.then_some(true));
         override_with(&mut scene.shading, self.shading);
         scene.more_materials.extend_from_slice(&self.materials);
         override_with(&mut scene.anisotropy, self.anisotropy);
