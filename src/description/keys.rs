@@ -148,6 +148,12 @@ pub(super) static SCENE: &[Key<Description>] = &[
     },
     key!("anisotropy", s.anisotropy, whole(1, 16), "Largest anisotropy of texture filtering"),
     key!(
+        "specular_antialiasing",
+        s.specular_antialiasing,
+        switch(),
+        "Roughness grows where normals vary within a pixel; models of three.js always have their own way"
+    ),
+    key!(
         "area_lights",
         s.area_lights,
         area_lights(),

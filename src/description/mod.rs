@@ -145,6 +145,8 @@ pub struct Description {
     pub more_materials: Vec<MaterialChoice>,
     /// Largest anisotropy of texture filtering, 1 to 16.
     pub anisotropy: Option<u32>,
+    /// Roughness grows where normals vary within a pixel.
+    pub specular_antialiasing: Option<bool>,
     /// How reflections of rectangles and tubes are integrated: `ltc` or `facets`.
     pub area_lights: Option<AreaLightMethod>,
     /// Triangles smaller than a pixel are shaded as one where their normals differ by less than this, 0 to 45 degrees.

@@ -47,6 +47,10 @@ pub struct RenderOptions {
     pub background: Background,
     /// Largest number of texture probes along a stretched footprint: 1 (trilinear) to 16.
     pub anisotropy: u32,
+    /// Whether roughness grows where normals vary within a pixel, so that highlights narrower than a pixel do not flicker:
+    /// as Filament has it in its models, as Tokuyoshi and Kaplanyan (2019) in others. Models of three.js always have
+    /// their own.
+    pub specular_antialiasing: bool,
     /// How reflections of area lights are integrated. [`ShadingModel::GltfSampled`] always goes by facets.
     pub area_lights: AreaLightMethod,
     /// Neighbouring triangles smaller than two pixels, of one object and without differing vertex colours, are shaded as
@@ -80,6 +84,7 @@ impl Default for RenderOptions {
             shading: None,
             background: Background::default(),
             anisotropy: 8,
+            specular_antialiasing: false,
             area_lights: AreaLightMethod::default(),
             merge_angle: 0.0,
             line_width: 1.5,
@@ -156,6 +161,12 @@ impl RenderOptions {
     #[must_use]
     pub fn with_anisotropy(self, anisotropy: u32) -> Self {
         Self { anisotropy, ..self }
+    }
+
+    /// The same with another [`RenderOptions::specular_antialiasing`].
+    #[must_use]
+    pub fn with_specular_antialiasing(self, specular_antialiasing: bool) -> Self {
+        Self { specular_antialiasing, ..self }
     }
 
     /// The same with another [`RenderOptions::area_lights`].

@@ -260,6 +260,7 @@ fn shade_context<'a>(
         model: options.shading,
         area_light_method: options.area_lights,
         anisotropy: options.anisotropy,
+        specular_antialiasing: options.specular_antialiasing,
     }
 }
 

@@ -74,4 +74,6 @@ pub struct ShadeContext<'a> {
     pub area_light_method: AreaLightMethod,
     /// Largest number of texture probes along a stretched footprint.
     pub anisotropy: u32,
+    /// Roughness grows where normals vary within a pixel, also in models whose engines leave it out.
+    pub specular_antialiasing: bool,
 }

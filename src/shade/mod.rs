@@ -16,6 +16,7 @@ mod record;
 mod refraction;
 mod surface;
 mod transmission;
+mod variation;
 
 pub use alpha::alpha_passes;
 pub use backdrop::{Backdrop, Level};
@@ -27,3 +28,4 @@ pub use lobes::LobeValues;
 pub use record::store_surface;
 pub use surface::{Dielectric, Reflectance, Surface, SurfacePlace, SurfaceReading};
 pub use transmission::{Passed, pass_through, store_transmission};
+pub use variation::NormalFilter;

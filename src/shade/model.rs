@@ -6,6 +6,7 @@
 
 use super::incident::{Surroundings, sample_light};
 use super::transmission::shaded_color;
+use super::variation::{NormalFilter, NormalFiltering, shaded_roughness};
 use super::{ShadeContext, Surface};
 use crate::coat::EnvironmentQuery;
 use crate::gbuffer::layout::SurfacePlanes;
@@ -33,6 +34,11 @@ pub(super) trait Model: Copy {
     /// What a fragment takes, in units of about a nanosecond: of a base without layers under the environment, of one with coat,
     /// sheen, thin film and the rest, and what each light without extent adds to the one and to the other.
     fn cost(self) -> [u64; 4];
+
+    /// How the roughness of base and coat grows where normals vary within a pixel.
+    fn normal_filtering(self) -> NormalFiltering {
+        NormalFiltering::Asked(NormalFilter::TOKUYOSHI)
+    }
 
     /// Reads the material and the surface.
     fn layers<L: Lanes>(self, l: L, material: &Material, surface: &Surface<L>) -> Self::Layers<L>;
@@ -80,6 +86,11 @@ pub(super) trait AdditiveModel: Copy {
     /// As [`Model::cost`].
     fn cost(self) -> [u64; 4];
 
+    /// As [`Model::normal_filtering`].
+    fn normal_filtering(self) -> NormalFiltering {
+        NormalFiltering::Asked(NormalFilter::TOKUYOSHI)
+    }
+
     /// As [`Model::layers`].
     fn layers<L: Lanes>(self, l: L, material: &Material, surface: &Surface<L>) -> Self::Layers<L>;
 
@@ -103,6 +114,10 @@ impl<A: AdditiveModel> Model for A {
 
     fn cost(self) -> [u64; 4] {
         AdditiveModel::cost(self)
+    }
+
+    fn normal_filtering(self) -> NormalFiltering {
+        AdditiveModel::normal_filtering(self)
     }
 
     #[inline(always)]
@@ -205,7 +220,9 @@ pub(super) fn radiance<L: Lanes, M: Model>(
     l.run(
         #[inline(always)]
         || {
-            let surface = Surface::load_with(l, material, M::READS_LOBES, planes, shaded_color(material));
+            let mut surface =
+                Surface::load_with(l, material, M::READS_LOBES, planes, shaded_color(material));
+            [surface.roughness, surface.coat_roughness] = shaded_roughness(l, context, material, planes);
             let layers = model.layers(l, material, &surface);
             let mut sum = model.begin(l, &layers, &surface);
             if M::LIGHTS_FIRST {

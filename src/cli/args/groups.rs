@@ -207,6 +207,11 @@ pub struct PictureArgs {
     #[arg(long, value_name = "N", value_parser = value_parsers::within::<u32>(1, 16), allow_negative_numbers = true)]
     pub anisotropy: Option<u32>,
 
+    /// Let roughness grow where normals vary within a pixel, against flickering highlights: Filament's way in its models,
+    /// Tokuyoshi's and Kaplanyan's of 2019 in others; those of three.js always have their own
+    #[arg(long)]
+    pub specular_antialiasing: bool,
+
     /// Shade triangles smaller than two pixels as one where their normals differ by less than this many degrees, 0 to 45:
     /// faster on dense meshes, with less smoothing of sharp reflections [default: 0]
     #[arg(long, value_name = "DEGREES", value_parser = value_parsers::within::<f32>(0.0, 45.0),
@@ -424,6 +429,8 @@ impl PictureArgs {
         override_with(&mut scene.shading, self.shading);
         scene.more_materials.extend_from_slice(&self.materials);
         override_with(&mut scene.anisotropy, self.anisotropy);
+        let antialiasing = self.specular_antialiasing.then_some(true);
+        override_with(&mut scene.specular_antialiasing, antialiasing);
         override_with(&mut scene.area_lights, self.area_lights);
         override_with(&mut scene.merge_angle_degrees, self.merge_angle);
         override_with(&mut scene.line_width, self.line_width);
