@@ -73,7 +73,10 @@ fn more_shadings_are_nearer_to_many_pixels_made_one() {
         assert!(four < 0.8 * one, "{name}: {one} with one shading, {four} with four");
         assert!(all < four, "{name}: {four} with four shadings, {all} with sixteen");
         let adaptive = of(&options(16, 4));
-        assert!(adaptive < 0.9 * one, "{name}: {one} with one shading, {adaptive} with four where it matters");
+        assert!(
+            adaptive < 0.9 * one,
+            "{name}: {one} with one shading, {adaptive} with four where it matters"
+        );
     }
 }
 
@@ -106,20 +109,21 @@ fn one_shading_is_the_default_and_everywhere_says_nothing_then() {
 #[test]
 fn tiles_threads_and_instruction_sets_do_not_show() {
     // Blended layers, masks, glass before glass, splats, points, pixels of many triangles.
-    for name in ["blend", "mask", "transmission-under-blend", "splats-and-surfaces", "point-clouds", "dense"] {
+    for name in ["blend", "mask", "transmission-under-blend", "splats-and-surfaces", "point-clouds", "dense"]
+    {
         let scene = if name == "dense" { ball(0.3) } else { built(name) };
         for options in [options(8, 4), everywhere(16, 16).with_merge_angle(5.0)] {
             let options = options.with_stage_hashes(true);
             let mut expected = None;
-            for (threads, tile) in [(1, 16), (3, 32), (2, 64)] {
+            // Each instruction set with another size of tiles, and all of those with the best.
+            let settings = SimdLevel::available().chain([SimdLevel::best(); 3]);
+            for (k, level) in settings.enumerate() {
+                let (threads, tile) = [(1, 16), (3, 32), (2, 64)][k % 3];
                 let mut renderer = Renderer::new(threads);
-                for level in SimdLevel::available() {
-                    let options = options.clone().with_tile_size(Some(tile)).with_simd(level);
-                    let rendered = renderer.render(&scene.0, &scene.1, &options).unwrap();
-                    let found =
-                        (rendered.stats.stage_hashes, rendered.stats.fragments, renderer.work_done());
-                    assert_eq!(*expected.get_or_insert(found), found, "{name}: tiles of {tile}, {level}");
-                }
+                let options = options.clone().with_tile_size(Some(tile)).with_simd(level);
+                let rendered = renderer.render(&scene.0, &scene.1, &options).unwrap();
+                let found = (rendered.stats.stage_hashes, rendered.stats.fragments, renderer.work_done());
+                assert_eq!(*expected.get_or_insert(found), found, "{name}: tiles of {tile}, {level}");
             }
         }
     }

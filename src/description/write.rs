@@ -213,10 +213,13 @@ mod tests {
         tone_mapping = "aces"
         exposure = -1.5
         samples = 16
+        shading_rate = 4
+        shade_everywhere = true
         shading = "velvet"
         material = "x/y.toml"
         anisotropy = 3
         area_lights = "facets"
+        specular_antialiasing = true
         merge_angle_deg = 12.5
         line_width = 0.1
         point_size = 2.5

@@ -109,10 +109,7 @@ pub(super) fn is_finer(frame: &FrameContext<'_>, triangles: &TileTriangles<'_>, 
     match frame.finer[draw.material as usize] {
         Finer::Never => false,
         // Where triangles are merged, one answers for the pixel.
-        _ if frame.merge.is_some()
-            && !chunk.points
-            && chunk.triangles[index as usize].small_samples != 0 =>
-        {
+        _ if frame.merge.is_some() && !chunk.points && chunk.triangles[index as usize].small_samples != 0 => {
             false
         }
         Finer::Always => true,

@@ -105,7 +105,9 @@ pub(super) fn draw_blended<L: Lanes>(
                         let lit =
                             own.fragment + own.light * frame.reach.count(x + column as u32, y + row as u32);
                         let count = match split {
-                            Some(pattern) => masks.iter().map(|&mask| pattern.parts(mask).count() as u64).sum(),
+                            Some(pattern) => {
+                                masks.iter().map(|&mask| pattern.parts(mask).count() as u64).sum()
+                            }
                             None => masks.iter().map(|&mask| u64::from(mask != 0)).sum::<u64>(),
                         };
                         let more = if count < LANES as u64 { PARTIAL_BLOCK } else { 0 };

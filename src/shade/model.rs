@@ -220,8 +220,7 @@ pub(super) fn radiance<L: Lanes, M: Model>(
     l.run(
         #[inline(always)]
         || {
-            let mut surface =
-                Surface::load_with(l, material, M::READS_LOBES, planes, shaded_color(material));
+            let mut surface = Surface::load_with(l, material, M::READS_LOBES, planes, shaded_color(material));
             [surface.roughness, surface.coat_roughness] = shaded_roughness(l, context, material, planes);
             let layers = model.layers(l, material, &surface);
             let mut sum = model.begin(l, &layers, &surface);

@@ -9,8 +9,8 @@
 
 use super::ShadeContext;
 use super::lobes::LobeValues;
-use super::variation::{NormalFilter, normal_filter};
 use super::reader::{Coordinates, Reader, ReadingPlan, coordinates};
+use super::variation::{NormalFilter, normal_filter};
 use crate::each;
 use crate::gbuffer::texture::{Fetched, SamplePlan};
 use crate::gbuffer::{Batch, Location, locate};

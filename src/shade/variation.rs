@@ -135,3 +135,69 @@ fn view_axes(rays: &ViewRays) -> [[f32; 3]; 3] {
     };
     [unit(rays.right), unit(rays.down), rays.forward]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::lanes::{LANES, SimdLevel};
+
+    const RAYS: ViewRays = ViewRays {
+        eye: [0.0; 3],
+        right: [0.0, 0.0, -0.01],
+        down: [0.0, -0.01, 0.0],
+        forward: [1.0, 0.0, 0.0],
+        perspective: true,
+    };
+
+    /// Roughness of base and coat after a change of the normal.
+    fn filtered(filter: NormalFilter, roughness: [f32; 2], change: [[f32; 3]; 2]) -> [f32; 2] {
+        let mut found: Option<[f32; 2]> = None;
+        for level in SimdLevel::available() {
+            let mut planes = SurfacePlanes::default();
+            planes.rows[layout::ROUGHNESS.first] = [roughness[0]; LANES];
+            planes.rows[layout::COAT_ROUGHNESS.first] = [roughness[1]; LANES];
+            let before = planes.clone();
+            crate::dispatch!(level, l => {
+                let change = change.map(|c| Vec3::splat(l, c));
+                store_filtered(l, &RAYS, filter, change, &mut planes);
+            });
+            let out = [layout::FILTERED_ROUGHNESS, layout::FILTERED_COAT_ROUGHNESS]
+                .map(|plane| planes.rows[plane.first][5]);
+            assert_eq!(*found.get_or_insert(out), out, "{level}");
+            for rows in [layout::SURFACE, layout::TRANSMISSION, layout::EFFECTS] {
+                assert_eq!(planes.rows[rows.clone()], before.rows[rows]);
+            }
+        }
+        found.unwrap_or_default()
+    }
+
+    #[test]
+    fn three_adds_the_largest_change_of_a_component_in_view_space() {
+        let three = NormalFilter::LargestChange { least: 0.045 };
+        assert_eq!(filtered(three, [0.3, 0.0], [[0.0; 3]; 2]), [0.3, 0.045]);
+        // Along the view's axes, which are not the world's.
+        let [base, coat] = filtered(three, [0.3, 0.1], [[0.01, -0.02, 0.0], [0.0, 0.03, -0.05]]);
+        assert!((base - 0.35).abs() < 1e-6 && (coat - 0.15).abs() < 1e-6, "{base} {coat}");
+        assert_eq!(filtered(three, [0.9, 1.0], [[0.0, 0.0, 7.0], [0.0; 3]]), [1.0; 2]);
+    }
+
+    #[test]
+    fn a_kernel_adds_to_the_square_of_alpha_up_to_its_limit() {
+        for (filter, variance, most) in
+            [(NormalFilter::TOKUYOSHI, 0.159_154_94, 0.18), (NormalFilter::FILAMENT, 0.15, 0.04)]
+        {
+            let kept = filtered(filter, [0.4, 1.0], [[0.0; 3]; 2]);
+            assert!((kept[0] - 0.4).abs() < 1e-6 && kept[1] == 1.0, "{kept:?}");
+            let mut before = 0.0;
+            for turn in [0.01, 0.1, 0.3, 1.0, 100.0_f32] {
+                let [found, from_mirror] = filtered(filter, [0.4, 0.0], [[0.0, turn, 0.0], [turn, 0.0, 0.0]]);
+                let kernel = (2.0 * variance * (2.0 * f64::from(turn) * f64::from(turn))).min(most);
+                let expected = (0.4_f64.powi(4) + kernel).sqrt().sqrt();
+                assert!((f64::from(found) - expected).abs() < 1e-5, "{turn}: {found}, {expected}");
+                assert!((f64::from(from_mirror) - kernel.sqrt().sqrt()).abs() < 1e-5);
+                assert!(found >= before && found <= 1.0);
+                before = found;
+            }
+        }
+    }
+}
