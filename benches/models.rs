@@ -85,6 +85,7 @@ fn models(criterion: &mut Criterion) {
         model: None,
         area_light_method: AreaLightMethod::default(),
         anisotropy: 1,
+        specular_antialiasing: false,
     };
     for level in SimdLevel::available() {
         let mut group = criterion.benchmark_group(format!("models/{level}"));

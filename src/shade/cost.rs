@@ -6,6 +6,7 @@
 //! upper bounds where a material decides: one with any of its lobes costs as if it had all of them, and a texture is counted as
 //! if every footprint were as long as [`ShadeContext::anisotropy`] allows.
 
+use super::variation::normal_filter;
 use super::{ShadeContext, models};
 use crate::scene::{AlphaMode, AreaLightMethod, Lobes, Material, ShadingModel};
 
@@ -23,6 +24,9 @@ const LIGHT_THROUGH: u64 = 3;
 /// A rectangle or tube through linearly transformed cosines, and by facets.
 const AREA_LIGHT: u64 = 60;
 const AREA_LIGHT_BY_FACETS: u64 = 1200;
+
+/// Roughness that grows where normals vary within a pixel.
+const NORMAL_FILTER: u64 = 9;
 
 /// Sorting and summing a fragment of a blended surface.
 const BLENDING: u64 = 90;
@@ -64,9 +68,11 @@ impl ShadingCost {
         let area = if by_facets { AREA_LIGHT_BY_FACETS } else { AREA_LIGHT };
         let (through, light_through) =
             if material.transmits() { (TRANSMISSION, LIGHT_THROUGH) } else { (0, 0) };
+        let filter = if normal_filter(context, material).is_some() { NORMAL_FILTER } else { 0 };
         Self {
             fragment: if layered { layers } else { plain }
                 + textures
+                + filter
                 + through
                 + area * context.area_lights.len() as u64,
             light: if layered { light_on_layers } else { light } + light_through,
