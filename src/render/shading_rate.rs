@@ -117,9 +117,10 @@ pub(super) fn is_finer(frame: &FrameContext<'_>, triangles: &TileTriangles<'_>, 
         Finer::Where { .. } if chunk.points => false,
         Finer::Where { turn, colors } => {
             let on_screen = OnScreen { draw, source: triangles.triangle(identity) };
-            // True as well where a change is no number.
-            !(on_screen.turn() <= turn)
-                || colors.is_some_and(|(texels, set)| !(on_screen.area(set) * texels <= SHRUNK))
+            // A change that is no number is none that is small.
+            let is_even = on_screen.turn() <= turn
+                && colors.is_none_or(|(texels, set)| on_screen.area(set) * texels <= SHRUNK);
+            !is_even
         }
     }
 }
