@@ -87,6 +87,7 @@ fn models(criterion: &mut Criterion) {
         anisotropy: 1,
         maps: 0,
         lobe_rays: 0,
+        specular_antialiasing: false,
     };
     for level in SimdLevel::available() {
         let mut group = criterion.benchmark_group(format!("models/{level}"));

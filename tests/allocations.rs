@@ -136,14 +136,16 @@ fn warm_frames_allocate_nothing() {
     let mut kept = Vec::new();
     for threads in [1, 2] {
         let display = DisplayOptions::default();
-        for (samples, merge_angle, background, display) in [
-            (1, 0.0, Background::Transparent, None),
-            (8, 0.0, Background::Environment, None),
-            (8, 10.0, Background::Transparent, None),
-            (8, 0.0, Background::Transparent, Some(&display)),
+        for (samples, rate, merge_angle, background, display) in [
+            (1, 1, 0.0, Background::Transparent, None),
+            (8, 1, 0.0, Background::Environment, None),
+            (8, 1, 10.0, Background::Transparent, None),
+            (8, 4, 0.0, Background::Transparent, None),
+            (8, 1, 0.0, Background::Transparent, Some(&display)),
         ] {
             let options = RenderOptions::new(80, 56)
                 .with_samples(samples)
+                .with_shading_rate(rate)
                 .with_merge_angle(merge_angle)
                 .with_background(background);
             // One thread needs no queue. Several get each frame through one place of it, which nothing can avoid: the

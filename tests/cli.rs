@@ -220,6 +220,12 @@ fn bad_input_ends_in_one_clear_line() {
         (&["render", "quad.glb", "--sizes", "8"], 2, &["'--sizes'", "did you mean '--size'?"]),
         (&["render", "quad.glb", "--fov", "-10"], 2, &["'-10'", "--fov", "expected 0.1 to 179"]),
         (&["render", "quad.glb", "--samples", "-4"], 2, &["'-4'", "--samples", "1, 4, 8 or 16"]),
+        (&["render", "quad.glb", "--shading-rate", "9"], 2, &["'9'", "--shading-rate", "1, 4, 8 or 16"]),
+        (
+            &["render", "quad.glb", "--shading-rate", "8", "--samples", "4"],
+            2,
+            &["shading rate 8: a pixel with 4 samples is shaded at most 4 times"],
+        ),
         (&["render", "quad.glb", "--anisotropy", "x"], 2, &["--anisotropy", "expected 1 to 16"]),
         (&["render", "quad.glb", "--merge-angle", "nan"], 2, &["--merge-angle", "expected 0 to 45"]),
         (&["render", "quad.glb", "--line-width", "-1"], 2, &["--line-width", "expected 0.1 to 64"]),

@@ -4,8 +4,8 @@ use overcoat::color::ToneCurve;
 use overcoat::math::lanes::SimdLevel;
 use overcoat::render::{Quality, RenderOptions, Renderer, Visibility};
 use overcoat::scene::{
-    Camera, Environment, EnvironmentSource, EquirectImage, Instance, Material, Mesh, Scene, ShadingModel, Transform,
-    Workflow, primitives,
+    Camera, Environment, EnvironmentSource, EquirectImage, Instance, Material, Mesh, Scene, ShadingModel,
+    Transform, Workflow, primitives,
 };
 use std::sync::Arc;
 
@@ -51,7 +51,10 @@ fn looking(eye: [f32; 3], target: [f32; 3]) -> Camera {
 }
 
 fn options(visibility: Visibility) -> RenderOptions {
-    RenderOptions::new(SIZE, SIZE).with_samples(1).with_shading(ShadingModel::Three).with_visibility(visibility)
+    RenderOptions::new(SIZE, SIZE)
+        .with_samples(1)
+        .with_shading(ShadingModel::Three)
+        .with_visibility(visibility)
 }
 
 fn draw(scene: &Scene, camera: &Camera, visibility: Visibility) -> Vec<[f32; 4]> {
@@ -88,7 +91,10 @@ fn a_furnace_stays_a_furnace() {
         for visibility in tiers() {
             let seen = draw(&scene, &camera, visibility);
             for (pixel, open) in seen.iter().zip(&open).filter(|(pixel, _)| pixel[3] == 1.0) {
-                assert!((pixel[0] - open[0]).abs() < 0.06, "{visibility:?} {material:?}: {pixel:?} for {open:?}");
+                assert!(
+                    (pixel[0] - open[0]).abs() < 0.06,
+                    "{visibility:?} {material:?}: {pixel:?} for {open:?}"
+                );
             }
         }
     }
@@ -124,7 +130,10 @@ fn a_red_wall_reddens_the_floor_beside_it() {
     for visibility in tiers().filter(|visibility| visibility.rays > 0) {
         let pixels = draw(&scene, &camera, visibility);
         let middle = pixels[(SIZE / 2 * SIZE + SIZE / 2) as usize];
-        assert!(middle[0] > middle[1] + 0.05 && (middle[1] - middle[2]).abs() < 0.01, "{visibility:?}: {middle:?}");
+        assert!(
+            middle[0] > middle[1] + 0.05 && (middle[1] - middle[2]).abs() < 0.01,
+            "{visibility:?}: {middle:?}"
+        );
     }
 }
 
@@ -146,7 +155,8 @@ fn a_closed_box_is_dark_inside() {
     put(&mut scene, primitives::sphere(0.5, 32).unwrap(), matte([0.8; 3]), [0.0; 3]);
     let camera = looking([1.2, 1.0, 1.5], [0.0; 3]);
     for visibility in tiers() {
-        let brightest = draw(&scene, &camera, visibility).iter().fold(0.0, |m: f32, p| if p[0] > m { p[0] } else { m });
+        let brightest =
+            draw(&scene, &camera, visibility).iter().fold(0.0, |m: f32, p| if p[0] > m { p[0] } else { m });
         assert!(brightest < 0.02, "{visibility:?}: {brightest}");
     }
 }
@@ -159,7 +169,12 @@ fn crowd() -> Scene {
         let material = Material { coat: 1.0, coat_roughness: 0.1 * k as f32, ..matte(color) };
         put(&mut scene, primitives::sphere(0.45, 24).unwrap(), material, place);
     }
-    put(&mut scene, primitives::torus_knot([2, 3], 0.5, 0.15, [48, 8]).unwrap(), metal(0.25), [0.0, 0.9, 0.0]);
+    put(
+        &mut scene,
+        primitives::torus_knot([2, 3], 0.5, 0.15, [48, 8]).unwrap(),
+        metal(0.25),
+        [0.0, 0.9, 0.0],
+    );
     put(&mut scene, primitives::plane([4.0, 4.0]).unwrap(), matte([0.7; 3]), [0.0, -0.2, 0.0]);
     scene
 }
@@ -177,7 +192,11 @@ fn threads_tiles_and_instruction_sets_do_not_show() {
             assert_eq!(hash(2, &options.clone().with_simd(level)), expected, "{visibility:?} {level}");
         }
         for side in [16, 32, 64] {
-            assert_eq!(hash(3, &options.clone().with_tile_size(Some(side))), expected, "{visibility:?} {side}");
+            assert_eq!(
+                hash(3, &options.clone().with_tile_size(Some(side))),
+                expected,
+                "{visibility:?} {side}"
+            );
         }
     }
 }
@@ -231,7 +250,9 @@ fn numbers_out_of_range_are_refused() {
         (Visibility::new(64, 31, 0), "map size: 31 is not 32 to 2048"),
         (Visibility::new(64, 128, 257), "rays: 257 is not 0 to 256"),
     ] {
-        let error = Renderer::new(1).render(&scene, &looking([0.0, 0.0, 3.0], [0.0; 3]), &options(visibility)).unwrap_err();
+        let error = Renderer::new(1)
+            .render(&scene, &looking([0.0, 0.0, 3.0], [0.0; 3]), &options(visibility))
+            .unwrap_err();
         assert_eq!(error.to_string(), expected);
     }
 }

@@ -147,6 +147,8 @@ impl MovieFrames {
             height: task.options.height,
             samples: task.options.samples,
             visibility: VisibilityReport::new(&task.options.visibility),
+            shading_rate: task.options.shading_rate,
+            shade_everywhere: task.options.shade_everywhere,
             shading,
             exposure: task.display.exposure,
             up_axis,

@@ -190,6 +190,8 @@ pub(super) struct MovieReport {
     pub(super) height: u32,
     pub(super) samples: u32,
     pub(super) visibility: VisibilityReport,
+    pub(super) shading_rate: u32,
+    pub(super) shade_everywhere: bool,
     pub(super) shading: &'static str,
     /// Stops of all frames.
     pub(super) exposure: f32,

@@ -130,6 +130,18 @@ pub(super) static SCENE: &[Key<Description>] = &[
         "Rays that each lobe of a fragment sends for the light of other surfaces"
     ),
     key!(
+        "shading_rate",
+        s.shading_rate,
+        samples(),
+        "Shadings a pixel where one would show; a picture has at least as many samples"
+    ),
+    key!(
+        "shade_everywhere",
+        s.shade_everywhere,
+        switch(),
+        "Every surface is shaded as often, and not only where one shading would show"
+    ),
+    key!(
         "shading",
         s.shading,
         shading(),
@@ -149,6 +161,12 @@ pub(super) static SCENE: &[Key<Description>] = &[
         schema: schema::materials,
     },
     key!("anisotropy", s.anisotropy, whole(1, 16), "Largest anisotropy of texture filtering"),
+    key!(
+        "specular_antialiasing",
+        s.specular_antialiasing,
+        switch(),
+        "Roughness grows where normals vary within a pixel; models of three.js always have their own way"
+    ),
     key!(
         "area_lights",
         s.area_lights,

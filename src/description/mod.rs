@@ -140,6 +140,10 @@ pub struct Description {
     pub map_size: Option<u32>,
     /// Rays of a lobe, 0 to 256.
     pub rays: Option<u32>,
+    /// Shadings a pixel where one would show: 1, 4, 8 or 16. A picture has at least as many samples.
+    pub shading_rate: Option<u32>,
+    /// All surfaces are shaded as often.
+    pub shade_everywhere: Option<bool>,
     /// Shading model by name.
     pub shading: Option<ShadingModel>,
     /// A material for every mesh: the path of a material file, or the name of a built-in one.
@@ -150,6 +154,8 @@ pub struct Description {
     pub more_materials: Vec<MaterialChoice>,
     /// Largest anisotropy of texture filtering, 1 to 16.
     pub anisotropy: Option<u32>,
+    /// Roughness grows where normals vary within a pixel.
+    pub specular_antialiasing: Option<bool>,
     /// How reflections of rectangles and tubes are integrated: `ltc` or `facets`.
     pub area_lights: Option<AreaLightMethod>,
     /// Triangles smaller than a pixel are shaded as one where their normals differ by less than this, 0 to 45 degrees.

@@ -102,17 +102,30 @@ impl Description {
         visibility.maps = self.maps.unwrap_or(visibility.maps);
         visibility.map_size = self.map_size.unwrap_or(visibility.map_size);
         visibility.rays = self.rays.unwrap_or(visibility.rays);
+        let shading_rate = self.shading_rate.unwrap_or(defaults.shading_rate);
+        if let Some(samples) = self.samples.filter(|&samples| samples < shading_rate) {
+            return Err(DescriptionError::out_of_range(format!(
+                "shading rate {shading_rate}: a pixel with {samples} samples is shaded at most {samples} times"
+            )));
+        }
         let options = RenderOptions {
             visibility,
             // Within output_side, which is a u32.
             width: width as u32,
             height: height as u32,
-            samples: self.samples.unwrap_or(defaults.samples),
+            samples: self.samples.unwrap_or(if shading_rate > defaults.samples {
+                shading_rate
+            } else {
+                defaults.samples
+            }),
+            shading_rate,
+            shade_everywhere: self.shade_everywhere.unwrap_or(defaults.shade_everywhere),
             tile_size: machine.tile_size,
             simd: machine.simd,
             shading: self.shading,
             background,
             anisotropy: self.anisotropy.unwrap_or(defaults.anisotropy),
+            specular_antialiasing: self.specular_antialiasing.unwrap_or(defaults.specular_antialiasing),
             area_lights: self.area_lights.unwrap_or_default(),
             merge_angle: self.merge_angle_degrees.unwrap_or(defaults.merge_angle),
             line_width: self.line_width.unwrap_or(defaults.line_width),

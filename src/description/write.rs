@@ -218,6 +218,8 @@ mod tests {
         tone_mapping = "aces"
         exposure = -1.5
         samples = 16
+        shading_rate = 4
+        shade_everywhere = true
         shading = "velvet"
         material = "x/y.toml"
         anisotropy = 3
@@ -226,6 +228,7 @@ mod tests {
         maps = 32
         map_size = 64
         rays = 2
+        specular_antialiasing = true
         merge_angle_deg = 12.5
         line_width = 0.1
         point_size = 2.5

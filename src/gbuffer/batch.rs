@@ -85,6 +85,10 @@ pub struct Batch {
     pub(super) samples: [i32; LANES],
     /// If not, the centroid of all samples relative to the pixel's corner, in sub-pixels.
     pub(super) whole_centroid: [f32; 2],
+    /// Some lane stands for less than a pixel.
+    pub(super) finer: bool,
+    /// If so, the side of the square that each stands for, in pixels.
+    pub(super) sides: [f32; LANES],
     /// The tile's corner relative to the viewport's centre, in sub-pixels.
     pub(super) origin: [i32; 2],
     /// Vertices on the screen, relative to the viewport's centre, in sub-pixels.
@@ -117,6 +121,8 @@ impl Default for Batch {
             partial: false,
             samples: [0; LANES],
             whole_centroid: [0.0; 2],
+            finer: false,
+            sides: [1.0; LANES],
             origin: [0; 2],
             x: [[0; LANES]; 3],
             y: [[0; LANES]; 3],
@@ -163,6 +169,12 @@ impl Batch {
         if self.partial {
             for (samples, fragment) in self.samples.iter_mut().zip(&self.fragments) {
                 *samples = pattern.sums(fragment.mask).packed();
+            }
+        }
+        self.finer = self.partial && pattern.rate() > 1;
+        if self.finer {
+            for (side, fragment) in self.sides.iter_mut().zip(&self.fragments) {
+                *side = pattern.side(fragment.mask);
             }
         }
         // Neighbours often see the same triangle. All triangles are looked up before any is used: in a dense mesh each is
@@ -224,6 +236,10 @@ impl Batch {
         batch.len = LANES;
         batch.partial = true;
         batch.samples = [pattern.sums(1 << sample).packed(); LANES];
+        if pattern.rate() > 1 {
+            batch.finer = true;
+            batch.sides = [pattern.group_side(); LANES];
+        }
         for k in 0..LANES {
             batch.pixel[k] += i32::from(Fragment::pixel_at((k % 4) as u32, (k / 4) as u32));
         }

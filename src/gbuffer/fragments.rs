@@ -4,7 +4,7 @@ use super::merge::Merger;
 use super::{Draw, TriangleSource};
 use crate::each;
 use crate::math::lanes::{Int, LANES, Lanes, Mask};
-use crate::raster::{BLOCK, NO_TRIANGLE, Visibility};
+use crate::raster::{BLOCK, NO_TRIANGLE, SamplePattern, Visibility};
 
 /// The part of one pixel that sees one triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -160,20 +160,25 @@ fn list_rounds<L: Lanes>(l: L, seen: &[[i32; LANES]], full: u16, rounds: &mut [R
 }
 
 /// Lists the pixels of one block that see a triangle, given their sample masks, within a rectangle of the tile: left, top,
-/// and the ends.
+/// and the ends. With a pattern each is split by its groups of samples.
 #[inline(always)]
 pub fn push_masked_fragments(
     triangle: u32,
     column: i32,
     row: i32,
     masks: &[u16; LANES],
+    split: Option<&SamplePattern>,
     [left, top, right, bottom]: [u32; 4],
     out: &mut Vec<Fragment>,
 ) {
     for (k, &mask) in masks.iter().enumerate() {
         let (x, y) = (column as u32 + (k % BLOCK) as u32, row as u32 + (k / BLOCK) as u32);
         if mask != 0 && x >= left && x < right && y >= top && y < bottom {
-            out.push(Fragment { triangle, pixel: Fragment::pixel_at(x, y), mask });
+            let fragment = |mask| Fragment { triangle, pixel: Fragment::pixel_at(x, y), mask };
+            match split {
+                Some(pattern) => out.extend(pattern.parts(mask).map(fragment)),
+                None => out.push(fragment(mask)),
+            }
         }
     }
 }

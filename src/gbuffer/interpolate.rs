@@ -11,9 +11,9 @@ use crate::raster::{SUBPIXEL_BITS, SUBPIXELS, SampleSums};
 pub struct Location<L: Lanes> {
     /// Weights of vertices 1 and 2, perspective-correct, 0 to 1.
     pub barycentric: [L::F; 2],
-    /// Their change per pixel to the right.
+    /// Their change per pixel to the right; of fragments that stand for a part of a pixel, over the side of that.
     pub barycentric_dx: [L::F; 2],
-    /// Their change per pixel down.
+    /// Their change per pixel down, likewise.
     pub barycentric_dy: [L::F; 2],
     /// Depth: 1 / distance for perspective, -distance for orthographic views.
     pub depth: L::F,
@@ -77,6 +77,10 @@ pub fn locate<L: Lanes>(l: L, batch: &Batch, perspective: bool) -> Location<L> {
         b = interpolate(&corners, &b);
         [dx, dy] = each!(d in [dx, dy] =>
             each!(n => d[0] * (corners[1][n] - corners[0][n]) + d[1] * (corners[2][n] - corners[0][n])));
+    }
+    if batch.finer {
+        let side = l.load(&batch.sides);
+        (dx, dy) = (each!(n => dx[n] * side), each!(n => dy[n] * side));
     }
     Location { barycentric: b, barycentric_dx: dx, barycentric_dy: dy, depth, screen }
 }

@@ -4,6 +4,7 @@
 //! |---|---|---|---|
 //! | [`CORE`] | place, normals, base, coat, emission | 140 | every shading model |
 //! | [`LOBES`] | tangent frame, sheen, anisotropy, film, the coat's medium, second lobe, subsurface, occlusion of reflections | 104 | every model but URP's |
+//! | [`FILTERED`] | roughness for normals that vary within a pixel | 8 | shading, where the model asks for it |
 //! | [`TRANSMISSION`] | what of the light passes through the surface, and how thick it is | 40 | shading, where the material transmits |
 //! | [`FACE`] | the plane of the triangle | 24 | effects that ask for it |
 //! | [`EFFECTS`] | what the fragments have to do with the rest of the scene: what light reaches them, what is seen through them | 120 | shading, where an effect has filled them |
@@ -131,6 +132,10 @@ planes! {
     SPECULAR_OCCLUSION "specular-occlusion" 1 p::SPECULAR_OCCLUSION.range();
     /// Unit mean of the directions that are not occluded; the normal where the material has no map of it.
     BENT_NORMAL "bent-normal" 3 VECTOR;
+    /// Perceptual roughness of the base that the surface is shaded with, where normals vary within a pixel.
+    FILTERED_ROUGHNESS "filtered-roughness" 1 Range::UNIT;
+    /// That of the coat.
+    FILTERED_COAT_ROUGHNESS "filtered-coat-roughness" 1 Range::UNIT;
     /// Linear base colour that the surface is shaded with: dimmed by the next two.
     KEPT_COLOR "kept-color" 3 Range::new(-0.000_001, 65504.0);
     /// Share of the light that is not reflected that passes straight through.
@@ -175,10 +180,13 @@ planes! {
 pub const CORE: std::ops::Range<usize> = 0..TANGENT.first;
 
 /// Rows that every model but URP's reads.
-pub const LOBES: std::ops::Range<usize> = TANGENT.first..KEPT_COLOR.first;
+pub const LOBES: std::ops::Range<usize> = TANGENT.first..FILTERED_ROUGHNESS.first;
 
 /// Rows of the surface itself.
 pub const SURFACE: std::ops::Range<usize> = CORE.start..LOBES.end;
+
+/// Rows that have a meaning where roughness grows with what normals vary within a pixel.
+pub const FILTERED: std::ops::Range<usize> = FILTERED_ROUGHNESS.first..KEPT_COLOR.first;
 
 /// Rows that have a meaning where the material lets light through.
 pub const TRANSMISSION: std::ops::Range<usize> = KEPT_COLOR.first..FACE_NORMAL.first;
@@ -226,8 +234,8 @@ mod tests {
         assert_eq!(next, ROWS);
         // What the table of the module says.
         assert_eq!(
-            [CORE, LOBES, TRANSMISSION, FACE, EFFECTS].map(|rows| rows.len() * 4),
-            [140, 104, 40, 24, 120]
+            [CORE, LOBES, FILTERED, TRANSMISSION, FACE, EFFECTS].map(|rows| rows.len() * 4),
+            [140, 104, 8, 40, 24, 120]
         );
         let mut names: Vec<&str> = PLANES.iter().map(|p| p.name).collect();
         names.sort_unstable();

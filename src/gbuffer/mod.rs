@@ -7,6 +7,7 @@ mod batch;
 mod fragments;
 mod interpolate;
 mod merge;
+mod split;
 
 pub mod layout;
 pub mod texture;
@@ -14,3 +15,4 @@ pub mod texture;
 pub use batch::{Batch, Draw, SourceTriangle, TriangleSource, VertexLanes};
 pub use fragments::{Fragment, extract_fragments, push_masked_fragments};
 pub use interpolate::{Location, locate};
+pub use split::split_fragments;

@@ -1,4 +1,4 @@
-//! Where the coverage samples of a pixel lie.
+//! Where the coverage samples of a pixel lie, and which of them are shaded together.
 
 use crate::math::lanes::{Int, Lanes};
 
@@ -16,6 +16,12 @@ pub struct SamplePattern {
     sums: [[SampleSums; 256]; 2],
     /// The centroid of all samples.
     center: [f32; 2],
+    /// Samples that are shaded together, as masks: the first `rate` of them.
+    groups: [u16; 16],
+    /// How many groups there are: shadings a pixel.
+    rate: usize,
+    /// Side of the square that one group stands for, in pixels.
+    group_side: f32,
 }
 
 /// Sixteenths of a pixel from the centre.
@@ -62,9 +68,70 @@ impl SamplePattern {
         for (k, offset) in offsets.iter().enumerate() {
             (lanes[0][k], lanes[1][k]) = (offset[0], offset[1]);
         }
-        let mut pattern = Self { sums, lanes, offsets, center: [0.0; 2] };
+        let (mut groups, center) = ([0; 16], [0.0; 2]);
+        groups[0] = ((1_u32 << offsets.len()) - 1) as u16;
+        let mut pattern = Self { sums, lanes, offsets, center, groups, rate: 1, group_side: 1.0 };
         pattern.center = pattern.mean(pattern.full_mask());
         Some(pattern)
+    }
+
+    /// The same samples, shaded in `rate` groups of neighbours, all of one size: 1, 4, 8 or 16, and no more than there are
+    /// samples; `None` for any other number.
+    ///
+    /// The pixel is halved at the middle of its samples, each half likewise across, and so on: of 4 groups each is a quarter of
+    /// the pixel.
+    #[must_use]
+    pub fn shaded_in_groups(mut self, rate: u32) -> Option<Self> {
+        let rate = rate as usize;
+        if !matches!(rate, 1 | 4 | 8 | 16) || rate > self.len() {
+            return None;
+        }
+        let mut order: [usize; 16] = std::array::from_fn(|k| k);
+        let (mut size, mut axis) = (self.len(), 0);
+        while size > self.len() / rate {
+            for part in order[..self.len()].chunks_mut(size) {
+                // No two samples share a column or a row.
+                part.sort_unstable_by_key(|&k| self.offsets[k][axis]);
+            }
+            (size, axis) = (size / 2, 1 - axis);
+        }
+        self.groups = [0; 16];
+        for (group, part) in self.groups.iter_mut().zip(order[..self.offsets.len()].chunks(size)) {
+            *group = part.iter().map(|k| 1 << k).sum();
+        }
+        // The first sample's first, so that parts of a mask come nearly in the order of their lowest samples.
+        self.groups[..rate].sort_unstable_by_key(|group| group.trailing_zeros());
+        self.rate = rate;
+        self.group_side = 1.0 / (rate as f32).sqrt();
+        Some(self)
+    }
+
+    /// The most shadings that the samples of a pixel are split into where one surface covers them.
+    #[inline(always)]
+    #[must_use]
+    pub fn rate(&self) -> usize {
+        self.rate
+    }
+
+    /// The samples of a mask by groups, those without any left out.
+    #[inline(always)]
+    pub fn parts(&self, mask: u16) -> impl Iterator<Item = u16> {
+        self.groups[..self.rate].iter().map(move |group| group & mask).filter(|&part| part != 0)
+    }
+
+    /// Side of the square that a fragment of these samples stands for, in pixels: that of a group if it lies in one, else 1.
+    #[inline(always)]
+    #[must_use]
+    pub fn side(&self, mask: u16) -> f32 {
+        let lies_within = |group: &u16| mask & !group == 0;
+        if self.rate > 1 && self.groups[..self.rate].iter().any(lies_within) { self.group_side } else { 1.0 }
+    }
+
+    /// Side of the square that a group of samples stands for, in pixels.
+    #[inline(always)]
+    #[must_use]
+    pub fn group_side(&self) -> f32 {
+        self.group_side
     }
 
     /// The offset of the only sample, where a pixel has one.
@@ -207,6 +274,38 @@ mod tests {
             assert!((mean(x) - 128.0).abs() <= 8.0 && (mean(y) - 128.0).abs() <= 8.0);
         }
         assert!(SamplePattern::new(2).is_none());
+    }
+
+    #[test]
+    fn groups_are_of_one_size_and_near_each_other() {
+        for samples in [1, 4, 8, 16] {
+            for rate in [0, 1, 2, 4, 8, 9, 16, 32] {
+                let pattern = SamplePattern::new(samples).unwrap().shaded_in_groups(rate);
+                let allowed = rate <= samples && [1, 4, 8, 16].contains(&rate);
+                assert_eq!(pattern.is_some(), allowed, "{rate} of {samples}");
+                let Some(pattern) = pattern else { continue };
+                let full = pattern.full_mask();
+                let parts: Vec<u16> = pattern.parts(full).collect();
+                assert_eq!(parts.len(), rate as usize);
+                assert!(parts.iter().all(|part| part.count_ones() == samples / rate));
+                assert_eq!(parts.iter().fold(0, |all, part| all ^ part), full, "each sample once");
+                assert!(parts.windows(2).all(|w| w[0].trailing_zeros() < w[1].trailing_zeros()));
+                for &part in &parts {
+                    assert_eq!(pattern.parts(part).collect::<Vec<_>>(), [part]);
+                    let side = if rate == 1 { 1.0 } else { 1.0 / (rate as f32).sqrt() };
+                    assert_eq!([pattern.side(part), pattern.group_side()], [side; 2]);
+                }
+                assert_eq!(pattern.side(full), 1.0);
+                if rate == 4 {
+                    // A quarter of the pixel each.
+                    let quarters: Vec<[bool; 2]> =
+                        parts.iter().map(|&part| pattern.centroid(part).map(|c| c < 128.0)).collect();
+                    for k in 0..4 {
+                        assert!(!quarters[..k].contains(&quarters[k]), "{samples} samples");
+                    }
+                }
+            }
+        }
     }
 
     #[test]

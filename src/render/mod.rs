@@ -21,6 +21,7 @@ mod reach;
 mod resolve;
 mod setup;
 mod shading_order;
+mod shading_rate;
 mod splat_layers;
 mod splat_tile;
 mod splats;

@@ -30,6 +30,13 @@ pub struct RenderOptions {
     pub height: u32,
     /// Coverage samples a pixel: 1, 4, 8 or 16.
     pub samples: u32,
+    /// Shadings a pixel: 1, 4, 8 or 16, and no more than [`RenderOptions::samples`]. Above 1, a surface is shaded once for each
+    /// group of that many neighbouring samples where one shading would show: where normals turn faster than highlights are
+    /// wide, with alpha masks, shining normal maps and textures that are not averaged when they shrink. The other surfaces
+    /// are shaded once.
+    pub shading_rate: u32,
+    /// Whether all surfaces have [`RenderOptions::shading_rate`].
+    pub shade_everywhere: bool,
     /// Side of a tile in pixels: 16, 32 or 64; `None` chooses by the number of samples. Never changes the picture.
     pub tile_size: Option<u32>,
     /// Instruction set. Never changes the picture.
@@ -41,6 +48,10 @@ pub struct RenderOptions {
     pub background: Background,
     /// Largest number of texture probes along a stretched footprint: 1 (trilinear) to 16.
     pub anisotropy: u32,
+    /// Whether roughness grows where normals vary within a pixel, so that highlights narrower than a pixel do not flicker:
+    /// as Filament has it in its models, as Tokuyoshi and Kaplanyan (2019) in others. Models of three.js always have
+    /// their own.
+    pub specular_antialiasing: bool,
     /// How reflections of area lights are integrated. [`ShadingModel::GltfSampled`] always goes by facets.
     pub area_lights: AreaLightMethod,
     /// Neighbouring triangles smaller than two pixels, of one object and without differing vertex colours, are shaded as
@@ -69,11 +80,14 @@ impl Default for RenderOptions {
             width: 512,
             height: 512,
             samples: 8,
+            shading_rate: 1,
+            shade_everywhere: false,
             tile_size: None,
             simd: SimdLevel::best(),
             shading: None,
             background: Background::default(),
             anisotropy: 8,
+            specular_antialiasing: false,
             area_lights: AreaLightMethod::default(),
             merge_angle: 0.0,
             line_width: 1.5,
@@ -111,6 +125,18 @@ impl RenderOptions {
         Self { samples, ..self }
     }
 
+    /// The same with another [`RenderOptions::shading_rate`].
+    #[must_use]
+    pub fn with_shading_rate(self, shading_rate: u32) -> Self {
+        Self { shading_rate, ..self }
+    }
+
+    /// The same with another [`RenderOptions::shade_everywhere`].
+    #[must_use]
+    pub fn with_shade_everywhere(self, shade_everywhere: bool) -> Self {
+        Self { shade_everywhere, ..self }
+    }
+
     /// The same with another [`RenderOptions::tile_size`].
     #[must_use]
     pub fn with_tile_size(self, tile_size: Option<u32>) -> Self {
@@ -139,6 +165,12 @@ impl RenderOptions {
     #[must_use]
     pub fn with_anisotropy(self, anisotropy: u32) -> Self {
         Self { anisotropy, ..self }
+    }
+
+    /// The same with another [`RenderOptions::specular_antialiasing`].
+    #[must_use]
+    pub fn with_specular_antialiasing(self, specular_antialiasing: bool) -> Self {
+        Self { specular_antialiasing, ..self }
     }
 
     /// The same with another [`RenderOptions::area_lights`].
@@ -222,9 +254,16 @@ impl RenderOptions {
         }
         check_visibility(&self.visibility)?;
         check_simd(self.simd)?;
-        kept.filter(|pattern| pattern.len() == self.samples as usize)
-            .or_else(|| SamplePattern::new(self.samples))
-            .ok_or_else(|| option("samples", self.samples.to_string(), "1, 4, 8 or 16"))
+        let (samples, rate) = (self.samples as usize, self.shading_rate as usize);
+        if let Some(kept) = kept.filter(|pattern| (pattern.len(), pattern.rate()) == (samples, rate)) {
+            return Ok(kept);
+        }
+        let pattern = SamplePattern::new(self.samples)
+            .ok_or_else(|| option("samples", self.samples.to_string(), "1, 4, 8 or 16"))?;
+        let rates = "1, 4, 8 or 16, no more than samples";
+        pattern
+            .shaded_in_groups(self.shading_rate)
+            .ok_or_else(|| option("shading rate", self.shading_rate.to_string(), rates))
     }
 }
 

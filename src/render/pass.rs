@@ -2,6 +2,7 @@
 
 use super::draws::DrawState;
 use super::reach::Reach;
+use super::shading_rate::Finer;
 use super::splats::SplatScene;
 use super::work::Work;
 use crate::frame::{Aov, Developer};
@@ -30,6 +31,8 @@ pub(super) struct FrameContext<'a> {
     pub tints: bool,
     /// Least square of the cosine between the normals of small triangles that are shaded as one, if any are.
     pub merge: Option<f32>,
+    /// Where the samples of a pixel are shaded in groups, of each material: none at one shading a pixel.
+    pub finer: &'a [Finer],
 }
 
 /// Which surfaces a pass draws, and over what.

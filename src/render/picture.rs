@@ -9,6 +9,7 @@ use super::pass::FrameContext;
 use super::passes::{PassMemory, check_limits};
 use super::reach::Reach;
 use super::setup::{GeometryMemory, SetUp, unknown_clouds};
+use super::shading_rate::Finer;
 use super::splats::SplatMemory;
 use super::tile_pass::default_tile_size;
 use super::tiles::Found;
@@ -56,6 +57,7 @@ pub(super) struct Memory {
     pub environments: EnvironmentCache,
     lights: LightMemory,
     costs: Vec<ShadingCost>,
+    finer: Vec<Finer>,
     /// Empty between pictures.
     draws: Vec<Draw<'static>>,
     geometry: GeometryMemory,
@@ -127,6 +129,7 @@ impl Memory {
         let shade = shade_context(request, &view, &draws, &environment, &self.lights);
         self.costs.clear();
         self.costs.extend(scene.materials().iter().map(|material| ShadingCost::of(material, &shade)));
+        Finer::list(scene.materials(), scene.textures(), options, &mut self.finer);
         let show_environment = options.background == Background::Environment;
         let frame = FrameContext {
             grid,
@@ -141,6 +144,7 @@ impl Memory {
             show_environment,
             tints: !show_environment && states.iter().any(|state| state.transmissive),
             merge: merge_cosine(options.merge_angle),
+            finer: &self.finer,
         };
 
         // Draw the tiles.
@@ -259,6 +263,7 @@ fn shade_context<'a>(
         anisotropy: options.anisotropy,
         maps: options.visibility.maps,
         lobe_rays: options.visibility.rays,
+        specular_antialiasing: options.specular_antialiasing,
     }
 }
 

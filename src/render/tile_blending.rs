@@ -1,7 +1,9 @@
 //! Fragments of blended and transmissive triangles, in parts of the tile that can be kept.
 
 use super::pass::{Pass, Tile};
+use super::shading_rate::is_finer;
 use super::tile_pass::TileCost;
+use super::tile_triangles::TileTriangles;
 use super::tile_visibility::TileVisibility;
 use super::work::Spent;
 use crate::gbuffer::{Fragment, push_masked_fragments};
@@ -92,6 +94,9 @@ pub(super) fn draw_blended<L: Lanes>(
                 let chunk = &frame.chunks[chunk as usize];
                 let own = frame.costs[frame.shade.draws[chunk.draw as usize].material as usize];
                 let mut is_seen = false;
+                let split = (frame.pattern.rate() > 1
+                    && is_finer(frame, &TileTriangles { chunks: frame.chunks, identities, discs }, identity))
+                .then_some(frame.pattern);
                 // No arithmetic of lanes in it.
                 let mut visit = |column: i32, row: i32, masks: &[u16; LANES]| {
                     is_seen = true;
@@ -99,12 +104,17 @@ pub(super) fn draw_blended<L: Lanes>(
                         let [x, y] = tile.corner;
                         let lit =
                             own.fragment + own.light * frame.reach.count(x + column as u32, y + row as u32);
-                        let count = masks.iter().map(|&mask| u64::from(mask != 0)).sum::<u64>();
+                        let count = match split {
+                            Some(pattern) => {
+                                masks.iter().map(|&mask| pattern.parts(mask).count() as u64).sum()
+                            }
+                            None => masks.iter().map(|&mask| u64::from(mask != 0)).sum::<u64>(),
+                        };
                         let more = if count < LANES as u64 { PARTIAL_BLOCK } else { 0 };
                         shading += count * (lit + own.blending) + more * lit;
                     }
                     if fits {
-                        push_masked_fragments(identity, column, row, masks, part.pixels, fragments);
+                        push_masked_fragments(identity, column, row, masks, split, part.pixels, fragments);
                     }
                 };
                 let (origin, pattern, pixels) = (tile.origin, frame.pattern, part.pixels);

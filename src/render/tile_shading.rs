@@ -108,7 +108,7 @@ impl<'a> OneMaterial<'a> {
     fn new(frame: &FrameContext<'a>, number: u32, shows_lobes: bool) -> Self {
         let material = &frame.shade.materials[number as usize];
         let model = material.shading(frame.shade.model);
-        let reading = SurfaceReading::of(material, frame.shade.textures, model.reads_lobes() || shows_lobes);
+        let reading = SurfaceReading::of(&frame.shade, material, model.reads_lobes() || shows_lobes);
         Self { number, material, model, reading }
     }
 }

@@ -1,10 +1,11 @@
 //! Visibility: which opaque or masked triangle each sample of a tile sees, and the fragments that this comes to.
 
 use super::pass::{FrameContext, Pass, Tile};
+use super::shading_rate::is_finer;
 use super::tile_pass::TileCost;
 use super::tile_triangles::{Discs, TileTriangles};
 use super::work::Spent;
-use crate::gbuffer::{Batch, Fragment, extract_fragments};
+use crate::gbuffer::{Batch, Fragment, extract_fragments, split_fragments};
 use crate::geometry::Chunk;
 use crate::math::lanes::{LANES, Lanes, Mask};
 use crate::raster::{Disc, TileOrigin, Visibility};
@@ -28,6 +29,8 @@ pub(super) struct TileVisibility {
     pub discs: Discs,
     /// Identities of blended and transmissive triangles: of the tile, and after them of its parts.
     pub blended: Vec<u32>,
+    /// Fragments before they are split.
+    whole: Vec<Fragment>,
     /// How many triangles are small.
     small: u64,
 }
@@ -61,6 +64,7 @@ impl TileVisibility {
         reserve_like(&mut self.identities, &other.identities);
         self.discs.reserve_like(&other.discs);
         reserve_like(&mut self.blended, &other.blended);
+        reserve_like(&mut self.whole, &other.whole);
     }
 }
 
@@ -117,6 +121,11 @@ pub(super) fn list_fragments<L: Lanes>(
     extract_fragments(l, &seen.samples, width, height, frame.pattern.len(), merge, fragments);
     let TileVisibility { identities, discs, .. } = seen;
     discs.list(frame, identities, fragments);
+    if frame.pattern.rate() > 1 {
+        let source = TileTriangles { chunks: frame.chunks, identities, discs };
+        let finer = |identity| is_finer(frame, &source, identity);
+        split_fragments(frame.pattern, finer, fragments, &mut seen.whole);
+    }
 }
 
 /// Asks the processor for the first triangles of a run. Changes no result.

@@ -140,7 +140,9 @@ mod tests {
     #[test]
     fn shading_is_allowed_by_the_pixel() {
         let limits = Limits { shading: 3, ..Limits::default() };
-        for (pixels, rays, most) in [(1, 0, 3 << 18), (1 << 18, 0, 3 << 18), (1 << 20, 0, 3 << 20), (1, 4, 15 << 18)] {
+        for (pixels, rays, most) in
+            [(1, 0, 3 << 18), (1 << 18, 0, 3 << 18), (1 << 20, 0, 3 << 20), (1, 4, 15 << 18)]
+        {
             let work = Work::new(&limits, pixels, rays);
             assert!(work.spend(Spent::Shading, most) && !work.spend(Spent::Shading, 1), "{pixels}");
             assert_eq!(work.check().unwrap_err().limit, 3);

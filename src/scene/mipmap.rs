@@ -264,44 +264,59 @@ fn round(code: f32) -> u8 {
     (code + 0.5) as u8
 }
 
-/// Scales the alpha of every level so that the fraction of texels at or above the cutoff comes as close as possible
-/// to that of the image (Castano, "Computing Alpha Mipmaps", 2010). Without this, foliage and fences thin out
-/// with distance. The scale is found exactly: the level's alpha value that should lie at the cutoff is a quantile.
+/// Scales alpha in every level so that the fraction of texels at or above the cutoff comes as close as possible to that of the
+/// image (Castano, "Computing Alpha Mipmaps", 2010). Without this, foliage and fences thin out with distance.
+///
+/// Only texels are scaled whose share of the image is visible in part. Where all of it is visible or none, the average is on
+/// the right side of the cutoff as it is: a gradient keeps its edge within a texel of each level, whatever thin features
+/// elsewhere in the image lose. The scale is found exactly: the alpha value that should lie at the cutoff is a quantile.
 fn keep_coverage(image: &Image, levels: &[LevelLayout], texels: &mut [[u8; 4]], cutoff: f32) {
     // The least visible code. Above 1 or NaN nothing can be kept, at 0 and below everything is visible.
     let Some(visible) = (1..=255_u8).find(|&code| f32::from(code) >= cutoff * 255.0) else { return };
     if cutoff <= 0.0 {
         return;
     }
-    let wanted = image.texels().iter().filter(|texel| texel[3] >= visible).count() as u64;
-    let of = image.texels().len() as u64;
-    if wanted == 0 || wanted == of {
+    let hard: Vec<[u8; 4]> =
+        image.texels().iter().map(|texel| [if texel[3] >= visible { 255 } else { 0 }; 4]).collect();
+    let first = hard.first().map_or(0, |texel| texel[0]);
+    if hard.iter().all(|texel| texel[0] == first) {
         return;
     }
+    let Ok(hard) = Image::new(image.width(), image.height(), hard) else { return };
+    let coverage = cascade::<false, false>(&hard, levels);
     for level in levels {
         let count = level.width as usize * level.height as usize;
         let texels = &mut texels[level.offset as usize..][..count];
-        let mut histogram = [0_u64; 256];
-        for texel in &*texels {
+        keep_coverage_of_level(texels, &coverage[level.offset as usize..][..count], visible, cutoff);
+    }
+}
+
+/// Scales the alpha of one level where the `coverage` of a texel's share is neither 0 nor 255.
+fn keep_coverage_of_level(texels: &mut [[u8; 4]], coverage: &[[u8; 4]], visible: u8, cutoff: f32) {
+    let is_mixed = |share: &[u8; 4]| (1..=254).contains(&share[0]);
+    let (mut histogram, mut wanted) = ([0_u64; 256], 0);
+    for (texel, share) in texels.iter().zip(coverage) {
+        if is_mixed(share) {
             histogram[usize::from(texel[3])] += 1;
+            wanted += u64::from(share[0]);
         }
-        // Both fractions over their common denominator: at most 2^52.
-        let target = wanted * count as u64;
-        let mut above = 0;
-        let mut best = (u64::MAX, u16::MAX, 0);
-        for least in (1..=256_u16).rev() {
-            above += histogram.get(usize::from(least)).copied().unwrap_or(0);
-            let key = ((above * of).abs_diff(target), least.abs_diff(u16::from(visible)));
-            if key < (best.0, best.1) {
-                best = (key.0, key.1, least);
-            }
+    }
+    let mut above = 0;
+    let mut best = (u64::MAX, u16::MAX, 0);
+    for least in (1..=256_u16).rev() {
+        above += histogram.get(usize::from(least)).copied().unwrap_or(0);
+        let key = ((above * 255).abs_diff(wanted), least.abs_diff(u16::from(visible)));
+        if key < (best.0, best.1) {
+            best = (key.0, key.1, least);
         }
-        let least = best.2;
-        if least == u16::from(visible) {
-            continue;
-        }
-        let scale = cutoff * 255.0 / (f32::from(least) - 0.5);
-        for texel in texels {
+    }
+    let least = best.2;
+    if least == u16::from(visible) {
+        return;
+    }
+    let scale = cutoff * 255.0 / (f32::from(least) - 0.5);
+    for (texel, share) in texels.iter_mut().zip(coverage) {
+        if is_mixed(share) {
             let scaled = round(f32::from(texel[3]) * scale);
             // Rounding must not move a texel across the cutoff.
             texel[3] =
@@ -511,6 +526,40 @@ mod tests {
         // 4 x 4 texels cannot come closer than a thirty-second.
         assert!(worst(AlphaUse::mask(cutoff)) <= 1.0 / 32.0);
         assert!(worst(AlphaUse::Coverage) > 0.2, "without the scale the mask vanishes");
+    }
+
+    #[test]
+    fn thin_features_stay_and_do_not_move_the_cut_of_a_gradient() {
+        // A gradient from top to bottom; on the right half single texels, a fifth of all, on nothing.
+        let mut byte = noise();
+        let mut texel = |k: u32| {
+            let single = if byte() < 51 { 255 } else { 0 };
+            let (x, y) = (k % 256, k / 256);
+            [255, 255, 255, if x < 128 { 255 - y as u8 } else { single }]
+        };
+        let texels: Vec<[u8; 4]> = (0..256 * 256).map(&mut texel).collect();
+        for cutoff in [0.25, 0.5, 0.75] {
+            let made = |alpha| texture(256, 256, ColorSpace::Srgb, alpha, |k| texels[k as usize]);
+            let (scaled, plain) = (made(AlphaUse::mask(cutoff)), made(AlphaUse::Coverage));
+            let is_visible = |texel: &[u8; 4]| f32::from(texel[3]) >= cutoff * 255.0;
+            for (level, unscaled) in scaled.levels().zip(plain.levels()).take(6) {
+                let side = level.width as usize;
+                for column in 0..side / 2 {
+                    let rows = level.texels.iter().skip(column).step_by(side).filter(|t| is_visible(t));
+                    let off = rows.count() as f32 - (1.0 - cutoff) * side as f32;
+                    assert!(off.abs() <= 1.0, "{cutoff}: the cut is off by {off} of {side} rows");
+                }
+                let visible = |texels: &[[u8; 4]]| {
+                    let halves = texels.chunks(side).map(|row| &row[side / 2..]);
+                    halves.flatten().filter(|t| is_visible(t)).count() as f32 / (side * side / 2) as f32
+                };
+                let kept = visible(level.texels);
+                assert!((kept - 0.2).abs() < 0.05, "{cutoff}: {kept} of the texels at {side}");
+                if side <= 64 && cutoff > 0.25 {
+                    assert!(visible(unscaled.texels) < 0.01, "without the scale they vanish");
+                }
+            }
+        }
     }
 
     #[test]

@@ -78,4 +78,6 @@ pub struct ShadeContext<'a> {
     pub maps: u32,
     /// Rays that each lobe sends.
     pub lobe_rays: u32,
+    /// Roughness grows where normals vary within a pixel, also in models whose engines leave it out.
+    pub specular_antialiasing: bool,
 }

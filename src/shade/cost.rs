@@ -6,6 +6,7 @@
 //! upper bounds where a material decides: one with any of its lobes costs as if it had all of them, and a texture is counted as
 //! if every footprint were as long as [`ShadeContext::anisotropy`] allows.
 
+use super::variation::normal_filter;
 use super::{ShadeContext, models};
 use crate::scene::{AlphaMode, AreaLightMethod, Lobes, Material, ShadingModel};
 
@@ -29,6 +30,8 @@ const MAP: u64 = 3;
 
 /// One ray, without what it takes to shade what it hits.
 const RAY: u64 = 400;
+/// Roughness that grows where normals vary within a pixel.
+const NORMAL_FILTER: u64 = 9;
 
 /// Sorting and summing a fragment of a blended surface.
 const BLENDING: u64 = 90;
@@ -70,12 +73,13 @@ impl ShadingCost {
         let area = if by_facets { AREA_LIGHT_BY_FACETS } else { AREA_LIGHT };
         let (through, light_through) =
             if material.transmits() { (TRANSMISSION, LIGHT_THROUGH) } else { (0, 0) };
-        let visibility = MAP * u64::from(context.maps);
+        let filter = if normal_filter(context, material).is_some() { NORMAL_FILTER } else { 0 };
         let fragment = if layered { layers } else { plain }
             + textures
+            + filter
             + through
             + area * context.area_lights.len() as u64
-            + visibility;
+            + MAP * u64::from(context.maps);
         // Diffuse, base, coat. What is hit is taken to be like this.
         let lobes = if material.coat > 0.0 { 3 } else { 2 };
         let rays = if context.maps > 0 { lobes * u64::from(context.lobe_rays) } else { 0 };

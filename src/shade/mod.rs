@@ -18,6 +18,7 @@ mod refraction;
 mod surface;
 mod traced;
 mod transmission;
+mod variation;
 mod visibility;
 
 pub use alpha::alpha_passes;
@@ -32,4 +33,5 @@ pub use record::store_surface;
 pub use surface::{Dielectric, Reflectance, Surface, SurfacePlace, SurfaceReading, store_face};
 pub use traced::{TraceScratch, TracedLight};
 pub use transmission::{Passed, pass_through, store_transmission};
+pub use variation::NormalFilter;
 pub use visibility::{DistantLight, LightVisibility};

@@ -6,6 +6,7 @@
 
 use super::incident::{Surroundings, sample_light};
 use super::transmission::shaded_color;
+use super::variation::{NormalFilter, NormalFiltering, shaded_roughness};
 use super::visibility::LightVisibility;
 use super::{ShadeContext, Surface};
 use crate::coat::EnvironmentQuery;
@@ -34,6 +35,11 @@ pub(super) trait Model: Copy {
     /// What a fragment takes, in units of about a nanosecond: of a base without layers under the environment, of one with coat,
     /// sheen, thin film and the rest, and what each light without extent adds to the one and to the other.
     fn cost(self) -> [u64; 4];
+
+    /// How the roughness of base and coat grows where normals vary within a pixel.
+    fn normal_filtering(self) -> NormalFiltering {
+        NormalFiltering::Asked(NormalFilter::TOKUYOSHI)
+    }
 
     /// Reads the material and the surface.
     fn layers<L: Lanes>(self, l: L, material: &Material, surface: &Surface<L>) -> Self::Layers<L>;
@@ -81,6 +87,11 @@ pub(super) trait AdditiveModel: Copy {
     /// As [`Model::cost`].
     fn cost(self) -> [u64; 4];
 
+    /// As [`Model::normal_filtering`].
+    fn normal_filtering(self) -> NormalFiltering {
+        NormalFiltering::Asked(NormalFilter::TOKUYOSHI)
+    }
+
     /// As [`Model::layers`].
     fn layers<L: Lanes>(self, l: L, material: &Material, surface: &Surface<L>) -> Self::Layers<L>;
 
@@ -104,6 +115,10 @@ impl<A: AdditiveModel> Model for A {
 
     fn cost(self) -> [u64; 4] {
         AdditiveModel::cost(self)
+    }
+
+    fn normal_filtering(self) -> NormalFiltering {
+        AdditiveModel::normal_filtering(self)
     }
 
     #[inline(always)]
@@ -225,6 +240,7 @@ pub(super) fn radiance<L: Lanes, M: Model>(
                 surface.lobes.specular_occlusion = l.splat(1.0);
                 surface.bent_normal = surface.normal;
             }
+            [surface.roughness, surface.coat_roughness] = shaded_roughness(l, context, material, planes);
             let layers = model.layers(l, material, &surface);
             let mut sum = model.begin(l, &layers, &surface);
             if M::LIGHTS_FIRST {

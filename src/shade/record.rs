@@ -1,6 +1,7 @@
 //! Surfaces into the planes of the G-buffer and back, bit for bit.
 
 use super::surface::{Dielectric, Reflectance, Surface, SurfacePlace, SurfaceReading, evaluate_surface};
+use super::variation::store_filtered;
 use super::{LobeValues, ShadeContext};
 use crate::each;
 use crate::gbuffer::Batch;
@@ -33,7 +34,7 @@ pub(super) fn get_vector<L: Lanes>(l: L, planes: &SurfacePlanes, plane: Plane) -
 }
 
 /// Evaluates sixteen fragments at their `place`, as the surfaces of their material are read, into the planes of the G-buffer;
-/// without the lobes, only into the core.
+/// without the lobes, only into the core. With them the roughness that they are shaded with, where that is another one.
 ///
 /// A function of its own for each instruction set: textures are read here and nowhere in the shading models.
 #[inline(never)]
@@ -47,7 +48,13 @@ pub fn store_surface<L: Lanes>(
 ) {
     l.run(
         #[inline(always)]
-        || evaluate_surface(l, context, reading, batch, place).store(l, reading.lobes, planes),
+        || {
+            let (surface, change) = evaluate_surface(l, context, reading, batch, place);
+            surface.store(l, reading.lobes, planes);
+            if let Some((filter, change)) = reading.filter.zip(change) {
+                store_filtered(l, &context.rays, filter, change, planes);
+            }
+        },
     );
 }
 

@@ -6,6 +6,7 @@
 
 use super::effects::Effect;
 use super::record::{get, get_vector, put};
+use super::variation::shaded_roughness;
 use super::{Backdrop, ShadeContext};
 use crate::gbuffer::layout::{self, SurfacePlanes};
 use crate::math::lanes::{Float, Lanes};
@@ -57,7 +58,7 @@ fn refracted<L: Lanes>(
     let position = get_vector(l, planes, layout::POSITION);
     let normal = get_vector(l, planes, layout::NORMAL);
     let view = get_vector(l, planes, layout::VIEW);
-    let [roughness] = get(l, planes, layout::ROUGHNESS);
+    let [roughness, _] = shaded_roughness(l, context, material, planes);
     let [thickness] = get(l, planes, layout::VOLUME_THICKNESS);
     let level = blur(l, backdrop, refracted_roughness(material, roughness)).to_array();
     let transmission = &material.lobes.transmission;
@@ -140,6 +141,7 @@ mod tests {
             anisotropy: 1,
             maps: 0,
             lobe_rays: 0,
+            specular_antialiasing: false,
         };
         let mut glass = Material::default();
         glass.lobes.transmission.factor = 1.0.into();

@@ -11,6 +11,7 @@ use super::ShadeContext;
 use super::lobes::LobeValues;
 use super::reader::{Coordinates, Reader, ReadingPlan, coordinates};
 use super::record::{get_vector, put};
+use super::variation::{NormalFilter, normal_filter};
 use crate::each;
 use crate::gbuffer::layout::{self, SurfacePlanes};
 use crate::gbuffer::texture::{Fetched, SamplePlan};
@@ -261,7 +262,8 @@ impl<L: Lanes> SurfacePlace<L> {
     }
 }
 
-/// Evaluates sixteen fragments at their `place`, as the surfaces of their material are read.
+/// Evaluates sixteen fragments at their `place`, as the surfaces of their material are read. With a filter of normals, also
+/// how the unit vertex normal changes per pixel to the right and per pixel down, in world space.
 #[inline(always)]
 pub(super) fn evaluate_surface<L: Lanes>(
     l: L,
@@ -269,8 +271,8 @@ pub(super) fn evaluate_surface<L: Lanes>(
     reading: &SurfaceReading<'_>,
     batch: &Batch,
     place: &mut SurfacePlace<L>,
-) -> Surface<L> {
-    let &SurfaceReading { material, ref textures, lobes: wants_lobes } = reading;
+) -> (Surface<L>, Option<[V3<L>; 2]>) {
+    let &SurfaceReading { material, ref textures, lobes: wants_lobes, filter } = reading;
     let SurfacePlace { location, coordinates, samples, texels, fetched, seen_from } = place;
     let SeenFrom { position, view, distance } = match seen_from {
         Some(seen_from) => *seen_from,
@@ -301,6 +303,7 @@ pub(super) fn evaluate_surface<L: Lanes>(
     let [coat_roughness] = scaled(l, [material.coat_roughness], textures.coat_roughness, &[coat_rough[1]; 4]);
 
     let frame = NormalFrame::new(l, context, material, batch, location, view);
+    let change = filter.is_some().then(|| normal_change(l, context, batch, location));
     let normal = frame.shading_normal(l, material.normal_texture.as_ref(), mapped, view);
     let coat_normal = frame.coat_normal(l, material, coat_mapped, normal, view);
 
@@ -316,7 +319,7 @@ pub(super) fn evaluate_surface<L: Lanes>(
         }
     }
 
-    Surface {
+    let surface = Surface {
         position,
         view,
         normal,
@@ -337,7 +340,8 @@ pub(super) fn evaluate_surface<L: Lanes>(
         uv,
         distance,
         depth: location.depth,
-    }
+    };
+    (surface, change)
 }
 
 /// Points that the camera sees.
@@ -388,13 +392,16 @@ pub struct SurfaceReading<'a> {
     textures: SurfaceTextures<'a>,
     /// With the material's lobes and tangents, which are left out otherwise.
     pub(super) lobes: bool,
+    /// How roughness grows where normals vary within a pixel.
+    pub(super) filter: Option<NormalFilter>,
 }
 
 impl<'a> SurfaceReading<'a> {
     /// Of a material of the scene, with its lobes or without.
     #[must_use]
-    pub fn of(material: &'a Material, textures: &'a [Texture], lobes: bool) -> Self {
-        Self { material, textures: SurfaceTextures::of(material, textures), lobes }
+    pub fn of(context: &ShadeContext<'a>, material: &'a Material, lobes: bool) -> Self {
+        let textures = SurfaceTextures::of(material, context.textures);
+        Self { material, textures, lobes, filter: normal_filter(context, material) }
     }
 }
 
@@ -606,6 +613,30 @@ fn face_viewer<L: Lanes>(l: L, normal: V3<L>, view: V3<L>) -> V3<L> {
     let bent = normal + view * -cosine;
     let bent = normalize_or(l, bent, view);
     Vec3::select(away, bent, normal)
+}
+
+/// Change of the unit vertex normal per pixel to the right and per pixel down, in world space; 0 where the mesh has no normals.
+/// Which side is seen does not matter to its size.
+#[inline(always)]
+fn normal_change<L: Lanes>(
+    l: L,
+    context: &ShadeContext<'_>,
+    batch: &Batch,
+    location: &Location<L>,
+) -> [V3<L>; 2] {
+    let vertices = batch.vertices.attribute(l, context.draws, [0.0; 3], Mesh::shading_normals);
+    let to_world = |v| batch.vertices.transform(l, context.draws, |d| d.normal_matrix, v);
+    let normal = to_world(Vec3::from_array(location.interpolate(&vertices)));
+    let square = normal.dot(normal);
+    let none = !square.gt(l.zero());
+    let inverse = none.select(l.splat(1.0), square).sqrt().recip();
+    let unit = normal * inverse;
+    each!(derivative in location.derivatives(&vertices) => {
+        let change = to_world(Vec3::from_array(derivative)) * inverse;
+        // What lengthens the vector does not turn it.
+        let across = change - unit * unit.dot(change);
+        Vec3::select(none, Vec3::zero(l), across)
+    })
 }
 
 /// The normal of each lane's triangle in object space, on its front; zero for triangles without area.

@@ -284,7 +284,7 @@ impl TracedLight<'_> {
             rest = others;
             let material = &context.materials[number as usize];
             let model = material.shading(context.model);
-            let reading = SurfaceReading::of(material, context.textures, model.reads_lobes());
+            let reading = SurfaceReading::of(context, material, model.reads_lobes());
             let place = self.gather(l, context, sixteen, hits, &spread, batch);
             let mut surface = SurfacePlace::none(l);
             surface.find_hits(l, context, &reading, batch, place);

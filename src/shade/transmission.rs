@@ -26,6 +26,7 @@ use super::reader::Reader;
 use super::record::{get, get_vector, put};
 use super::refraction::refracted_roughness;
 use super::surface::{SurfacePlace, opacity};
+use super::variation::shaded_roughness;
 use super::{Reflectance, ShadeContext, Surface};
 use crate::brdf::{fresnel, ggx, tables};
 use crate::coat::gltf::ibl_ggx_fresnel;
@@ -118,7 +119,8 @@ pub fn pass_through<L: Lanes>(
     l.run(
         #[inline(always)]
         || {
-            let surface = Surface::load(l, material, false, planes);
+            let mut surface = Surface::load(l, material, false, planes);
+            [surface.roughness, surface.coat_roughness] = shaded_roughness(l, context, material, planes);
             let [straight] = get(l, planes, layout::STRAIGHT_SHARE);
             let [scattered] = get(l, planes, layout::SCATTERED_SHARE);
             let scattered_color = get_vector(l, planes, layout::SCATTERED_COLOR);

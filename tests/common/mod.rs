@@ -4,7 +4,7 @@ pub mod files;
 mod images;
 pub mod scenes;
 pub mod shapes;
-mod stage;
+pub mod stage;
 
 use overcoat::description::{CameraDescription, Description, Machine, Materials};
 use overcoat::frame::DisplayOptions;

@@ -200,6 +200,15 @@ pub struct PictureArgs {
     #[arg(long, value_name = "N", value_parser = value_parsers::within::<u32>(0, 256), allow_negative_numbers = true)]
     pub rays: Option<u32>,
 
+    /// Shadings a pixel where one would show (sharp highlights on curved surfaces, alpha masks, shining normal maps,
+    /// textures without mip levels): 1, 4, 8 or 16, and at least as many samples [default: 1]
+    #[arg(long, value_name = "N", value_parser = value_parsers::samples, allow_negative_numbers = true)]
+    pub shading_rate: Option<u32>,
+
+    /// Shade every surface as often as --shading-rate says
+    #[arg(long)]
+    pub shade_everywhere: bool,
+
     /// Formulas that shade every surface [default: what each material names, else standard]
     #[arg(long, value_name = "MODEL", value_parser = value_parsers::shading, long_help = models(SHADING))]
     pub shading: Option<ShadingModel>,
@@ -217,6 +226,11 @@ pub struct PictureArgs {
     /// Largest anisotropy of texture filtering, 1 to 16 [default: 8]
     #[arg(long, value_name = "N", value_parser = value_parsers::within::<u32>(1, 16), allow_negative_numbers = true)]
     pub anisotropy: Option<u32>,
+
+    /// Let roughness grow where normals vary within a pixel, against flickering highlights: Filament's way in its models,
+    /// Tokuyoshi's and Kaplanyan's of 2019 in others; those of three.js always have their own
+    #[arg(long)]
+    pub specular_antialiasing: bool,
 
     /// Shade triangles smaller than two pixels as one where their normals differ by less than this many degrees, 0 to 45:
     /// faster on dense meshes, with less smoothing of sharp reflections [default: 0]
@@ -434,9 +448,13 @@ impl PictureArgs {
         override_with(&mut scene.maps, self.maps);
         override_with(&mut scene.map_size, self.map_size);
         override_with(&mut scene.rays, self.rays);
+        override_with(&mut scene.shading_rate, self.shading_rate);
+        override_with(&mut scene.shade_everywhere, self.shade_everywhere.then_some(true));
         override_with(&mut scene.shading, self.shading);
         scene.more_materials.extend_from_slice(&self.materials);
         override_with(&mut scene.anisotropy, self.anisotropy);
+        let antialiasing = self.specular_antialiasing.then_some(true);
+        override_with(&mut scene.specular_antialiasing, antialiasing);
         override_with(&mut scene.area_lights, self.area_lights);
         override_with(&mut scene.merge_angle_degrees, self.merge_angle);
         override_with(&mut scene.line_width, self.line_width);

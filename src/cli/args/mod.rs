@@ -103,7 +103,8 @@ mod tests {
     /// What a value is parsed to is what its option takes: a difference is found out at run time only.
     #[test]
     fn every_option_can_be_read() {
-        let picture = "--fov 1 --env-rotation -1 --env-intensity 1 --size 1 --samples 1 --anisotropy 1 --merge-angle 1 \
+        let picture = "--fov 1 --env-rotation -1 --env-intensity 1 --size 1 --samples 1 --shading-rate 1 --shade-everywhere \
+                       --specular-antialiasing --anisotropy 1 --merge-angle 1 \
                        --line-width 1 --point-size 1 --exposure -1 --threads 1 --tile 16 --limit nodes=1";
         for line in [
             &format!("render x -o y --time 1 --loop --camera-up 0,1,0 --up -z {picture} --aov uv,depth"),

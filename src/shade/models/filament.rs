@@ -2,6 +2,7 @@
 
 use super::super::Surface;
 use super::super::model::{AdditiveModel, Source};
+use super::super::variation::{NormalFilter, NormalFiltering};
 use super::MetallicBase;
 use crate::brdf::tables;
 use crate::coat::filament::standard::{Anisotropy, Coat, Sheen, SurfaceData};
@@ -21,6 +22,10 @@ impl AdditiveModel for Standard {
 
     fn cost(self) -> [u64; 4] {
         [43, 70, 4, 7]
+    }
+
+    fn normal_filtering(self) -> NormalFiltering {
+        NormalFiltering::Asked(NormalFilter::FILAMENT)
     }
 
     #[inline(always)]
@@ -79,6 +84,10 @@ impl AdditiveModel for Cloth {
 
     fn cost(self) -> [u64; 4] {
         [40, 41, 6, 6]
+    }
+
+    fn normal_filtering(self) -> NormalFiltering {
+        NormalFiltering::Asked(NormalFilter::FILAMENT)
     }
 
     #[inline(always)]

@@ -12,6 +12,7 @@ mod urp;
 mod velvet;
 
 use super::model;
+use super::variation::NormalFiltering;
 use super::{Reflectance, ShadeContext, Surface};
 use crate::coat::filament::Quality;
 use crate::coat::urp::UrpVersion;
@@ -68,6 +69,11 @@ pub(super) fn radiance<L: Lanes>(
 /// What a fragment of a model takes: see [`Model::cost`](model::Model::cost).
 pub(super) fn cost(shading: ShadingModel) -> [u64; 4] {
     registered!(shading, of => model::Model::cost(of))
+}
+
+/// How a model's roughness grows: see [`Model::normal_filtering`](model::Model::normal_filtering).
+pub(super) fn normal_filtering(shading: ShadingModel) -> NormalFiltering {
+    registered!(shading, of => model::Model::normal_filtering(of))
 }
 
 /// A base in the metallic workflow, whatever the material's own.

@@ -2,6 +2,7 @@
 
 use super::super::Surface;
 use super::super::model::{AdditiveModel, Source};
+use super::super::variation::{NormalFilter, NormalFiltering};
 use super::{MetallicBase, stretched};
 use crate::brdf::tables;
 use crate::coat::three::{self, Anisotropy, Coat, Iridescence, Sheen, SurfaceData};
@@ -25,6 +26,10 @@ impl AdditiveModel for Three {
         [45, 86, 5, 10]
     }
 
+    fn normal_filtering(self) -> NormalFiltering {
+        NormalFiltering::Always(NormalFilter::LargestChange { least: three::LEAST_ROUGHNESS })
+    }
+
     #[inline(always)]
     fn layers<L: Lanes>(self, l: L, material: &Material, surface: &Surface<L>) -> Self::Layers<L> {
         let base = MetallicBase::new(l, surface);
@@ -35,6 +40,7 @@ impl AdditiveModel for Three {
             color: base.color,
             metalness: base.metallic,
             roughness: surface.roughness,
+            // The roughness has it already.
             geometry_roughness: l.zero(),
             ior: l.splat(ior),
             specular_intensity: base.weight,
@@ -94,6 +100,10 @@ impl AdditiveModel for ThreeLegacy {
         [40, 52, 4, 8]
     }
 
+    fn normal_filtering(self) -> NormalFiltering {
+        NormalFiltering::Always(NormalFilter::LargestChange { least: three_legacy::LEAST_ROUGHNESS })
+    }
+
     #[inline(always)]
     fn layers<L: Lanes>(self, l: L, material: &Material, surface: &Surface<L>) -> Self::Layers<L> {
         let base = MetallicBase::new(l, surface);
@@ -106,6 +116,7 @@ impl AdditiveModel for ThreeLegacy {
             color: base.color,
             metalness: base.metallic,
             roughness: surface.roughness,
+            // The roughness has it already.
             geometry_roughness: l.zero(),
             reflectivity: l.splat(reflectivity),
             specular_intensity: base.weight,

@@ -1,0 +1,203 @@
+//! Roughness for normals that vary within a pixel: what highlights narrower than a pixel become.
+//!
+//! A pixel shows the mean of what its part of the surface reflects. Where the normal turns within the pixel, that is nearly
+//! what a rougher surface with one normal reflects, and without aliasing. How the normal changes from pixel to pixel is known
+//! from the triangle ([`Location::derivatives`](crate::gbuffer::Location::derivatives)), so that no neighbour is asked as
+//! the engines' `dFdx` does, and it does not depend on where a quad of pixels begins. Fragments that stand for a part of a
+//! pixel have the change over that part.
+//!
+//! What shading is to read is written into planes of its own
+//! ([`layout::FILTERED`](crate::gbuffer::layout::FILTERED)); the planes of the surface stay as the material has them.
+
+use super::record::{get, put};
+use super::{ShadeContext, ViewRays, models};
+use crate::each;
+use crate::gbuffer::layout::{self, SurfacePlanes};
+use crate::math::lanes::{Float, Lanes};
+use crate::math::vec3::{V3, Vec3};
+use crate::scene::Material;
+
+/// How roughness grows where normals vary within a pixel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum NormalFilter {
+    /// `geometryRoughness` of three.js (`lights_physical_fragment`): the largest change of a component of the normal in view
+    /// space is added to the perceptual roughness.
+    LargestChange {
+        /// Perceptual roughness that the material has at least, before.
+        least: f32,
+    },
+    /// Tokuyoshi and Kaplanyan 2019, "Improved Geometric Specular Antialiasing", section 4, the isotropic one: the square of
+    /// alpha grows by twice the variance of the normal under a Gaussian pixel, up to a limit.
+    Kernel {
+        /// Variance of the pixel's Gaussian, in pixels squared.
+        variance: f32,
+        /// Most that is added to the square of alpha.
+        most: f32,
+    },
+}
+
+impl NormalFilter {
+    /// As the paper has it: `SIGMA2` and `KAPPA` of its listing.
+    pub const TOKUYOSHI: Self = Self::Kernel { variance: 0.159_154_94, most: 0.18 };
+
+    /// `normalFiltering` of Filament (`surface_shading_lit.fs`) with the variance of .15 and the square of the threshold of .2
+    /// that materials have by default.
+    pub const FILAMENT: Self = Self::Kernel { variance: 0.15, most: 0.2 * 0.2 };
+
+    /// A perceptual roughness that has grown, 0 to 1.
+    #[inline(always)]
+    fn roughened<F: Float>(self, roughness: F, change: F) -> F {
+        match self {
+            Self::LargestChange { least } => (roughness.at_least(least) + change).at_most(1.0),
+            Self::Kernel { variance, most } => {
+                let kernel = (change * (2.0 * variance)).at_most(most);
+                (roughness.squared().squared() + kernel).saturate().sqrt().sqrt()
+            }
+        }
+    }
+}
+
+/// When a model's roughness grows where normals vary.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum NormalFiltering {
+    /// Always: the engine has no other way.
+    Always(NormalFilter),
+    /// Where a picture asks for it.
+    Asked(NormalFilter),
+}
+
+/// How the surfaces of a material are roughened, if they are.
+#[inline(always)]
+pub(super) fn normal_filter(context: &ShadeContext<'_>, material: &Material) -> Option<NormalFilter> {
+    if material.unlit {
+        return None;
+    }
+    match models::normal_filtering(material.shading(context.model)) {
+        NormalFiltering::Always(filter) => Some(filter),
+        NormalFiltering::Asked(filter) => context.specular_antialiasing.then_some(filter),
+    }
+}
+
+/// The roughness of base and coat that a material is shaded with. The surface is in `planes`.
+#[inline(always)]
+pub(super) fn shaded_roughness<L: Lanes>(
+    l: L,
+    context: &ShadeContext<'_>,
+    material: &Material,
+    planes: &SurfacePlanes,
+) -> [L::F; 2] {
+    let [base, coat] = if normal_filter(context, material).is_some() {
+        [layout::FILTERED_ROUGHNESS, layout::FILTERED_COAT_ROUGHNESS]
+    } else {
+        [layout::ROUGHNESS, layout::COAT_ROUGHNESS]
+    };
+    let ([base], [coat]) = (get(l, planes, base), get(l, planes, coat));
+    [base, coat]
+}
+
+/// Writes the roughness that a surface in `planes` is shaded with, if it is another one. `change` is that of the unit vertex
+/// normal per pixel to the right and per pixel down, in world space.
+#[inline(always)]
+pub(super) fn store_filtered<L: Lanes>(
+    l: L,
+    rays: &ViewRays,
+    filter: NormalFilter,
+    change: [V3<L>; 2],
+    planes: &mut SurfacePlanes,
+) {
+    let change = match filter {
+        NormalFilter::LargestChange { .. } => largest_component(l, rays, change),
+        NormalFilter::Kernel { .. } => change[0].dot(change[0]) + change[1].dot(change[1]),
+    };
+    let ([base], [coat]) = (get(l, planes, layout::ROUGHNESS), get(l, planes, layout::COAT_ROUGHNESS));
+    put(planes, layout::FILTERED_ROUGHNESS, [filter.roughened::<L::F>(base, change)]);
+    put(planes, layout::FILTERED_COAT_ROUGHNESS, [filter.roughened::<L::F>(coat, change)]);
+}
+
+/// The largest absolute component of two vectors in view space.
+#[inline(always)]
+fn largest_component<L: Lanes>(l: L, rays: &ViewRays, vectors: [V3<L>; 2]) -> L::F {
+    let mut largest = l.zero();
+    for axis in view_axes(rays) {
+        let axis = Vec3::splat(l, axis);
+        for vector in vectors {
+            largest = vector.dot(axis).abs().max(largest);
+        }
+    }
+    largest
+}
+
+/// Unit vectors to the right, down and forward.
+fn view_axes(rays: &ViewRays) -> [[f32; 3]; 3] {
+    let unit = |v: [f32; 3]| {
+        let inverse = 1.0 / (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
+        each!(x in v => x * inverse)
+    };
+    [unit(rays.right), unit(rays.down), rays.forward]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::lanes::{LANES, SimdLevel};
+
+    const RAYS: ViewRays = ViewRays {
+        eye: [0.0; 3],
+        right: [0.0, 0.0, -0.01],
+        down: [0.0, -0.01, 0.0],
+        forward: [1.0, 0.0, 0.0],
+        perspective: true,
+    };
+
+    /// Roughness of base and coat after a change of the normal.
+    fn filtered(filter: NormalFilter, roughness: [f32; 2], change: [[f32; 3]; 2]) -> [f32; 2] {
+        let mut found: Option<[f32; 2]> = None;
+        for level in SimdLevel::available() {
+            let mut planes = SurfacePlanes::default();
+            planes.rows[layout::ROUGHNESS.first] = [roughness[0]; LANES];
+            planes.rows[layout::COAT_ROUGHNESS.first] = [roughness[1]; LANES];
+            let before = planes.clone();
+            crate::dispatch!(level, l => {
+                let change = change.map(|c| Vec3::splat(l, c));
+                store_filtered(l, &RAYS, filter, change, &mut planes);
+            });
+            let out = [layout::FILTERED_ROUGHNESS, layout::FILTERED_COAT_ROUGHNESS]
+                .map(|plane| planes.rows[plane.first][5]);
+            assert_eq!(*found.get_or_insert(out), out, "{level}");
+            for rows in [layout::SURFACE, layout::TRANSMISSION, layout::EFFECTS] {
+                assert_eq!(planes.rows[rows.clone()], before.rows[rows]);
+            }
+        }
+        found.unwrap_or_default()
+    }
+
+    #[test]
+    fn three_adds_the_largest_change_of_a_component_in_view_space() {
+        let three = NormalFilter::LargestChange { least: 0.045 };
+        assert_eq!(filtered(three, [0.3, 0.0], [[0.0; 3]; 2]), [0.3, 0.045]);
+        // Along the view's axes, which are not the world's.
+        let [base, coat] = filtered(three, [0.3, 0.1], [[0.01, -0.02, 0.0], [0.0, 0.03, -0.05]]);
+        assert!((base - 0.35).abs() < 1e-6 && (coat - 0.15).abs() < 1e-6, "{base} {coat}");
+        assert_eq!(filtered(three, [0.9, 1.0], [[0.0, 0.0, 7.0], [0.0; 3]]), [1.0; 2]);
+    }
+
+    #[test]
+    fn a_kernel_adds_to_the_square_of_alpha_up_to_its_limit() {
+        for (filter, variance, most) in
+            [(NormalFilter::TOKUYOSHI, 0.159_154_94, 0.18), (NormalFilter::FILAMENT, 0.15, 0.04)]
+        {
+            let kept = filtered(filter, [0.4, 1.0], [[0.0; 3]; 2]);
+            assert!((kept[0] - 0.4).abs() < 1e-6 && kept[1] == 1.0, "{kept:?}");
+            let mut before = 0.0;
+            for turn in [0.01, 0.1, 0.3, 1.0, 100.0_f32] {
+                let [found, from_mirror] = filtered(filter, [0.4, 0.0], [[0.0, turn, 0.0], [turn, 0.0, 0.0]]);
+                let kernel = (2.0 * variance * (2.0 * f64::from(turn) * f64::from(turn))).min(most);
+                let expected = (0.4 * 0.4 * 0.4 * 0.4 + kernel).sqrt().sqrt();
+                assert!((f64::from(found) - expected).abs() < 1e-5, "{turn}: {found}, {expected}");
+                assert!((f64::from(from_mirror) - kernel.sqrt().sqrt()).abs() < 1e-5);
+                assert!(found >= before && found <= 1.0);
+                before = found;
+            }
+        }
+    }
+}

@@ -1,0 +1,171 @@
+//! Several shadings a pixel: what they change and what they must not.
+
+#[allow(dead_code, reason = "other tests use the rest")]
+mod common;
+
+use common::{scenes, stage};
+use overcoat::limits::Limits;
+use overcoat::math::lanes::SimdLevel;
+use overcoat::render::{RenderError, RenderOptions, Rendered, Renderer};
+use overcoat::scene::{Camera, Mesh, Scene, ShadingModel, Transform};
+
+const SIDE: u32 = 48;
+
+fn options(samples: u32, rate: u32) -> RenderOptions {
+    RenderOptions::new(SIDE, SIDE).with_samples(samples).with_shading_rate(rate)
+}
+
+fn everywhere(samples: u32, rate: u32) -> RenderOptions {
+    options(samples, rate).with_shade_everywhere(true)
+}
+
+fn try_render((scene, camera): &(Scene, Camera), options: &RenderOptions) -> Result<Rendered, RenderError> {
+    Renderer::new(2).render(scene, camera, options)
+}
+
+fn render(of: &(Scene, Camera), options: &RenderOptions) -> Rendered {
+    try_render(of, options).unwrap()
+}
+
+fn built(name: &str) -> (Scene, Camera) {
+    scenes::build(name).unwrap().unwrap()
+}
+
+/// A ball of this roughness.
+fn ball(roughness: f32) -> (Scene, Camera) {
+    let mut stage = stage::Stage::new().unwrap();
+    let mesh = stage.scene.add_mesh(Mesh::new(common::shapes::sphere(48)).unwrap()).unwrap();
+    let material = stage.material(stage::metal(0.9, 0.9, 0.9, roughness)).unwrap();
+    stage.place(mesh, material, Transform::IDENTITY).unwrap();
+    stage.key_light(8.0).unwrap();
+    (stage.scene, stage::look([0.0, 0.0, 4.0], [0.0; 3], 35.0))
+}
+
+/// Mean of the squares of differences of colours.
+fn error(a: &[[f32; 4]], b: &[[f32; 4]]) -> f64 {
+    let differences = a.as_flattened().iter().zip(b.as_flattened()).map(|(a, b)| f64::from(a - b));
+    differences.map(|d| d * d).sum::<f64>() / a.len() as f64
+}
+
+/// Means of squares of pixels.
+fn reduced(picture: &Rendered, by: u32) -> Vec<[f32; 4]> {
+    let width = picture.frame.width;
+    let mut out = vec![[0.0; 4]; (SIDE * SIDE) as usize];
+    for (k, pixel) in (0_u32..).zip(&picture.frame.pixels) {
+        let to = &mut out[(k / width / by * SIDE + k % width / by) as usize];
+        for c in 0..4 {
+            to[c] += pixel[c] / (by * by) as f32;
+        }
+    }
+    out
+}
+
+#[test]
+fn more_shadings_are_nearer_to_many_pixels_made_one() {
+    // Sharp highlights, textures of every filter, masks from afar.
+    for (name, scene) in
+        [("ball", ball(0.15)), ("filters", built("filters")), ("mask-far", built("mask-far"))]
+    {
+        let large = RenderOptions::new(SIDE * 4, SIDE * 4).with_samples(16);
+        let truth = reduced(&render(&scene, &large), 4);
+        let of = |options: &RenderOptions| error(&render(&scene, options).frame.pixels, &truth);
+        let [one, four, all] = [options(16, 1), everywhere(16, 4), everywhere(16, 16)].map(|o| of(&o));
+        assert!(four < 0.8 * one, "{name}: {one} with one shading, {four} with four");
+        assert!(all < four, "{name}: {four} with four shadings, {all} with sixteen");
+        let adaptive = of(&options(16, 4));
+        assert!(
+            adaptive < 0.9 * one,
+            "{name}: {one} with one shading, {adaptive} with four where it matters"
+        );
+    }
+}
+
+#[test]
+fn coverage_stays_what_it_is() {
+    for name in ["coat-grid", "transmission-layers", "splats-and-surfaces", "point-clouds"] {
+        let scene = built(name);
+        let once = render(&scene, &options(8, 1));
+        for rate in [4, 8] {
+            let often = render(&scene, &everywhere(8, rate));
+            let pixels = once.frame.pixels.iter().zip(&often.frame.pixels);
+            for (a, b) in pixels {
+                // Transmission tints by angle: alpha of glass is shaded, that of the rest is counted.
+                let most = if name.starts_with("trans") || name.starts_with("splats") { 0.2 } else { 0.0 };
+                assert!((a[3] - b[3]).abs() <= most, "{name}: {a:?} {b:?}");
+            }
+            assert!(often.stats.fragments > once.stats.fragments, "{name}");
+        }
+    }
+}
+
+#[test]
+fn one_shading_is_the_default_and_everywhere_says_nothing_then() {
+    let scene = built("blend");
+    let expected = render(&scene, &RenderOptions::new(SIDE, SIDE)).frame.frame_hash();
+    assert_eq!(render(&scene, &everywhere(8, 1)).frame.frame_hash(), expected);
+    assert_ne!(render(&scene, &everywhere(8, 4)).frame.frame_hash(), expected);
+}
+
+#[test]
+fn tiles_threads_and_instruction_sets_do_not_show() {
+    // Blended layers, masks, glass before glass, splats, points, pixels of many triangles.
+    for name in ["blend", "mask", "transmission-under-blend", "splats-and-surfaces", "point-clouds", "dense"]
+    {
+        let scene = if name == "dense" { ball(0.3) } else { built(name) };
+        for options in [options(8, 4), everywhere(16, 16).with_merge_angle(5.0)] {
+            let options = options.with_stage_hashes(true);
+            let mut expected = None;
+            // Each instruction set with another size of tiles, and all of those with the best.
+            let settings = SimdLevel::available().chain([SimdLevel::best(); 3]);
+            for (k, level) in settings.enumerate() {
+                let (threads, tile) = [(1, 16), (3, 32), (2, 64)][k % 3];
+                let mut renderer = Renderer::new(threads);
+                let options = options.clone().with_tile_size(Some(tile)).with_simd(level);
+                let rendered = renderer.render(&scene.0, &scene.1, &options).unwrap();
+                let found = (rendered.stats.stage_hashes, rendered.stats.fragments, renderer.work_done());
+                assert_eq!(*expected.get_or_insert(found), found, "{name}: tiles of {tile}, {level}");
+            }
+        }
+    }
+}
+
+#[test]
+fn matt_surfaces_are_shaded_once_and_shining_ones_more_often() {
+    let fragments = |roughness: f32, rate| {
+        let options = options(8, rate).with_width(192).with_height(192);
+        render(&ball(roughness), &options).stats.fragments
+    };
+    let [once, matt, shining] = [fragments(1.0, 1), fragments(1.0, 4), fragments(0.1, 4)];
+    // At the rim normals turn within a pixel whatever the surface is like.
+    assert!(matt < once * 3 / 2, "{once} fragments became {matt}");
+    assert!(shining > once * 5 / 2, "{once} fragments became {shining}");
+}
+
+#[test]
+fn shadings_count_against_the_limits_whatever_the_tiles() {
+    let scene = built("blend");
+    let fragments = |rate| render(&scene, &everywhere(8, rate)).stats.fragments;
+    let (once, often) = (fragments(1), fragments(4));
+    assert!(often > 2 * once);
+    for tile in [16, 32, 64] {
+        let try_with = |rate, most| {
+            let limits = Limits::default().with_fragments(most);
+            try_render(&scene, &everywhere(8, rate).with_limits(limits).with_tile_size(Some(tile)))
+        };
+        assert!(try_with(1, once).is_ok() && try_with(4, often).is_ok());
+        let Err(RenderError::Limit(limit)) = try_with(4, often - 1) else { panic!("too many fragments") };
+        assert_eq!(limit.limit, often - 1);
+    }
+}
+
+#[test]
+fn rates_that_samples_do_not_allow_are_refused() {
+    let scene = ball(0.5);
+    for (samples, rate) in [(8, 0), (8, 2), (8, 9), (8, 16), (1, 4), (16, 32)] {
+        let message = try_render(&scene, &options(samples, rate)).unwrap_err().to_string();
+        assert!(message.starts_with(&format!("shading rate: {rate} is not 1, 4, 8 or 16")), "{message}");
+    }
+    for (samples, rate) in [(1, 1), (4, 4), (8, 8), (16, 8), (16, 16)] {
+        assert!(try_render(&scene, &options(samples, rate).with_shading(ShadingModel::Three)).is_ok());
+    }
+}
