@@ -90,12 +90,14 @@ fn a_furnace_stays_a_furnace() {
         let open = draw(&scene, &camera, Visibility::NONE);
         for visibility in tiers() {
             let seen = draw(&scene, &camera, visibility);
+            // Half of few rays may meet something where a third would.
+            let noise = if visibility.rays > 0 { (visibility.rays as f32).sqrt().recip() } else { 0.02 };
             let (mut sum, mut expected) = (0.0_f32, 0.0_f32);
             for (pixel, open) in seen.iter().zip(&open).filter(|(pixel, _)| pixel[3] == 1.0) {
                 // Few rays and few maps do not agree to the last.
                 let apart = (pixel[0] - open[0]).abs();
                 let of = &material.workflow;
-                assert!(apart < 0.2, "{visibility:?} {of:?}: {pixel:?} for {open:?}");
+                assert!(apart < noise, "{visibility:?} {of:?}: {pixel:?} for {open:?}");
                 (sum, expected) = (sum + pixel[0], expected + open[0]);
             }
             let of = &material.workflow;
@@ -121,7 +123,12 @@ fn a_floor_between_black_walls_gets_the_light_of_its_sky() {
         let square = (0..64).map(|k| pixels[((SIZE / 2 + k / 8) * SIZE + SIZE / 2 - 4 + k % 8) as usize][0]);
         let middle = square.sum::<f32>() / 64.0;
         // A white floor sends back what its walls do not: nothing by rays; by the maps' estimate, a white floor's own.
-        let most = if visibility.rays > 0 { sky + 0.08 } else { 1.01 };
+        let most = match visibility.rays {
+            0 => 1.01,
+            // That estimate counts for a quarter of a ray.
+            1..8 => sky + 0.15,
+            _ => sky + 0.08,
+        };
         assert!(middle > sky - 0.08 && middle < most, "{visibility:?}: {middle}");
     }
 }

@@ -187,16 +187,16 @@ pub struct PictureArgs {
     #[arg(long, value_name = "TIER", value_parser = value_parsers::quality)]
     pub quality: Option<Quality>,
 
-    /// Directions that the environment's light comes from, each with a depth map of the scene, 0 to 256 [default: by
-    /// --quality]
+    /// Directions that the environment's light comes from, each with a depth map of the scene, 0 to 256 [default: by the
+    /// tier]
     #[arg(long, value_name = "N", value_parser = value_parsers::within::<u32>(0, 256), allow_negative_numbers = true)]
     pub maps: Option<u32>,
 
-    /// Texels along a side of a depth map, 32 to 2048 [default: by --quality]
+    /// Texels along a side of a depth map, 32 to 2048 [default: by the tier]
     #[arg(long, value_name = "N", value_parser = value_parsers::within::<u32>(32, 2048), allow_negative_numbers = true)]
     pub map_size: Option<u32>,
 
-    /// Rays that each lobe sends for the light of other surfaces, 0 to 256 [default: by --quality]
+    /// Rays that each lobe sends for the light of other surfaces, 0 to 256 [default: by the tier]
     #[arg(long, value_name = "N", value_parser = value_parsers::within::<u32>(0, 256), allow_negative_numbers = true)]
     pub rays: Option<u32>,
 
