@@ -35,7 +35,7 @@ pub struct Limits {
     pub fragments: u64,
     /// Shading of one frame, in units of about a nanosecond, for each pixel of the picture: the
     /// frame may take so many times the number of its pixels, or times 2^18 (512 x 512) if it has fewer; and as much again for
-    /// every ray that its lobes send. Default 2^13.
+    /// every ray that its lobes send, all of it for each shading a pixel. Default 2^13.
     pub shading: u64,
     /// Blocks of 4 x 4 pixels that the triangles of one frame are drawn into, hidden ones included: the rasterizer's
     /// work. Of the depth maps of what blocks light, sixteens of triangles and of texels, counted apart. Default 2^27.

@@ -98,11 +98,14 @@ impl Description {
             BackgroundChoice::Environment => (Background::Environment, None),
             BackgroundChoice::Color(color) => (Background::Transparent, Some(color)),
         };
-        let mut visibility = self.quality.unwrap_or_default().visibility();
+        let quality = self.quality.unwrap_or_default();
+        let mut visibility = quality.visibility();
         visibility.maps = self.maps.unwrap_or(visibility.maps);
         visibility.map_size = self.map_size.unwrap_or(visibility.map_size);
         visibility.rays = self.rays.unwrap_or(visibility.rays);
-        let shading_rate = self.shading_rate.unwrap_or(defaults.shading_rate);
+        // That of a tier is for as many samples as there are.
+        let own_rate = quality.shading_rate().min(self.samples.unwrap_or(defaults.samples));
+        let shading_rate = self.shading_rate.unwrap_or(own_rate);
         if let Some(samples) = self.samples.filter(|&samples| samples < shading_rate) {
             return Err(DescriptionError::out_of_range(format!(
                 "shading rate {shading_rate}: a pixel with {samples} samples is shaded at most {samples} times"

@@ -148,7 +148,11 @@ impl Memory {
         };
 
         // Draw the tiles.
-        let work = Work::new(&options.limits, grid.pixel_count() as u64, options.visibility.rays);
+        let work = Work::new(
+            &options.limits,
+            grid.pixel_count() as u64,
+            [options.shading_rate, options.visibility.rays],
+        );
         let (planes, found) = self.passes.draw(&mut crew, &frame, &work, request);
         self.work_done = work.done();
         if work.is_stopped() {

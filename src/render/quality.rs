@@ -72,9 +72,9 @@ pub enum Quality {
     Draft,
     /// Shadows of the environment from small depth maps; other surfaces send back what the fragment itself would.
     Fast,
-    /// Larger maps, and few rays for the light of other surfaces.
+    /// Larger maps, few rays for the light of other surfaces, and four shadings a pixel where one would show.
     Good,
-    /// More maps and rays.
+    /// The same with more maps and rays.
     Best,
 }
 
@@ -97,6 +97,15 @@ impl Quality {
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.iter().copied().find(|quality| quality.name() == name)
+    }
+
+    /// Shadings a pixel where one would show, see [`RenderOptions::shading_rate`](super::RenderOptions::shading_rate).
+    #[must_use]
+    pub const fn shading_rate(self) -> u32 {
+        match self {
+            Self::Draft | Self::Fast => 1,
+            Self::Good | Self::Best => 4,
+        }
     }
 
     /// What it knows of blocked light.
@@ -129,6 +138,7 @@ mod tests {
         for pair in Quality::ALL.windows(2) {
             let [worse, better] = [pair[0].visibility(), pair[1].visibility()];
             assert!(worse.maps <= better.maps && worse.rays <= better.rays);
+            assert!(pair[0].shading_rate() <= pair[1].shading_rate());
             assert!(!worse.is_on() || worse.map_size <= better.map_size);
         }
     }

@@ -41,11 +41,11 @@ pub(super) struct Work {
 }
 
 impl Work {
-    /// Nothing done yet of a picture of so many pixels, whose lobes send so many rays: each ray is allowed what all shading is
-    /// without them.
-    pub(super) fn new(limits: &Limits, pixels: u64, rays: u32) -> Self {
+    /// Nothing done yet of a picture of so many pixels. Each of its shadings a pixel, and each ray of its lobes, is allowed what
+    /// all shading is with one and without rays.
+    pub(super) fn new(limits: &Limits, pixels: u64, [shadings, rays]: [u32; 2]) -> Self {
         let shading = limits.shading.saturating_mul(pixels.max(FEWEST_PIXELS));
-        let shading = shading.saturating_mul(1 + u64::from(rays));
+        let shading = shading.saturating_mul(u64::from(shadings) * (1 + u64::from(rays)));
         Self {
             sums: Default::default(),
             most: [limits.blocks, limits.blend_entries, limits.fragments, shading],
@@ -128,7 +128,7 @@ mod tests {
     #[test]
     fn what_is_allowed_is_allowed_and_one_more_stops_everything() {
         let limits = Limits { blocks: 10, fragments: 5, ..Limits::default() };
-        let work = Work::new(&limits, 1, 0);
+        let work = Work::new(&limits, 1, [1, 0]);
         assert!(work.spend(Spent::Blocks, 10) && work.spend(Spent::Fragments, 5) && work.check().is_ok());
         assert!(!work.spend(Spent::Fragments, 1) && work.is_stopped());
         // Other work stops too, and is not blamed.
@@ -143,7 +143,7 @@ mod tests {
         for (pixels, rays, most) in
             [(1, 0, 3 << 18), (1 << 18, 0, 3 << 18), (1 << 20, 0, 3 << 20), (1, 4, 15 << 18)]
         {
-            let work = Work::new(&limits, pixels, rays);
+            let work = Work::new(&limits, pixels, [1, rays]);
             assert!(work.spend(Spent::Shading, most) && !work.spend(Spent::Shading, 1), "{pixels}");
             assert_eq!(work.check().unwrap_err().limit, 3);
         }

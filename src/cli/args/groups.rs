@@ -183,7 +183,8 @@ pub struct PictureArgs {
     /// What the picture is worth: draft (no light is blocked), fast (shadows of the environment), good (and light from other
     /// surfaces by rays) or best [default: draft]
     ///
-    /// Sets --maps, --map-size and --rays: draft 0, 256, 0; fast 64, 128, 0; good 64, 256, 4; best 128, 512, 16.
+    /// Sets --maps, --map-size, --rays and --shading-rate: draft 0, 256, 0, 1; fast 64, 128, 0, 1; good 64, 256, 4, 4; best
+    /// 128, 512, 16, 4.
     #[arg(long, value_name = "TIER", value_parser = value_parsers::quality)]
     pub quality: Option<Quality>,
 
