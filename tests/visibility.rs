@@ -247,7 +247,12 @@ fn scenes_at_the_ends_of_what_there_is_have_a_picture_or_an_error() {
     put(&mut vast, primitives::sphere(1.0, 16).unwrap(), matte([1.0; 3]), [0.0; 3]);
     let mut dark = crowd();
     dark.set_environment(Environment { source: EnvironmentSource::None, ..Environment::default() }).unwrap();
-    for scene in [nothing, flat, vast, dark] {
+    // Nothing that blocks light, and something to see.
+    let mut glass = under([1.0; 3]);
+    let mut material = matte([1.0; 3]);
+    material.lobes.transmission.factor = 1.0.into();
+    put(&mut glass, primitives::sphere(1.0, 16).unwrap(), material, [0.0; 3]);
+    for scene in [nothing, flat, vast, dark, glass] {
         for visibility in tiers() {
             let pixels = draw(&scene, &camera, visibility);
             assert!(pixels.iter().flatten().all(|c| c.is_finite() && *c >= 0.0), "{visibility:?}");

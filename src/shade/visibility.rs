@@ -193,7 +193,9 @@ fn look_up<L: Lanes>(
         let towards = Vec3::splat(l, light.direction);
         // The surface itself is in the way of what comes from below.
         let above = face.dot(towards).gt(l.zero());
-        let visible = if above.any() {
+        let visible = if of.maps.is_empty() {
+            l.splat(1.0)
+        } else if above.any() {
             above.select(of.maps.visibility(l, number, &start, l.zero()), l.zero())
         } else {
             l.zero()
