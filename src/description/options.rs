@@ -114,6 +114,7 @@ impl Description {
             background,
             anisotropy: self.anisotropy.unwrap_or(defaults.anisotropy),
             area_lights: self.area_lights.unwrap_or_default(),
+            ground: self.ground.unwrap_or_default(),
             merge_angle: self.merge_angle_degrees.unwrap_or(defaults.merge_angle),
             line_width: self.line_width.unwrap_or(defaults.line_width),
             point_size: self.point_size,

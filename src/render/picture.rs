@@ -4,6 +4,8 @@ use super::bands::Planes;
 use super::budget::FrameBudget;
 use super::crew::{Crew, arithmetic_is_default};
 use super::environment::EnvironmentCache;
+use super::ground_light::GroundLight;
+use super::ground_pixels::GroundView;
 use super::options::{Background, RenderError, RenderOptions, RenderStats};
 use super::pass::FrameContext;
 use super::passes::{PassMemory, check_limits};
@@ -13,6 +15,7 @@ use super::splats::SplatMemory;
 use super::tile_pass::default_tile_size;
 use super::tiles::Found;
 use super::trace::{self, StageHashes};
+use super::visibility::asked_for;
 use super::work::{Spent, Work, WorkDone};
 use crate::dispatch;
 use crate::frame::{Clipping, Developer, DisplayImage, DisplayOptions, Frame};
@@ -61,6 +64,7 @@ pub(super) struct Memory {
     geometry: GeometryMemory,
     bins: TileBins,
     splats: SplatMemory,
+    ground: GroundLight,
     pub passes: PassMemory,
     pub work_done: WorkDone,
 }
@@ -100,6 +104,8 @@ impl Memory {
         let environment = environment_light(scene, &filtered);
         self.lights.list(scene, &view);
         self.passes.effects.before(&crew, scene, &environment, options)?;
+        let maps = options.ground.is_seen().then(|| self.passes.effects.maps_of_ground());
+        self.ground.prepare(&crew, scene, maps, options);
         let environment_time = crew.lap();
 
         // Bring the vertices to the screen.
@@ -128,6 +134,8 @@ impl Memory {
         self.costs.clear();
         self.costs.extend(scene.materials().iter().map(|material| ShadingCost::of(material, &shade)));
         let show_environment = options.background == Background::Environment;
+        let maps = asked_for(options).maps;
+        let ground = GroundView::new(&self.ground, options.ground, maps, &view, &environment, options.simd);
         let frame = FrameContext {
             grid,
             pattern: &pattern,
@@ -139,12 +147,13 @@ impl Memory {
             costs: &self.costs,
             reach: &self.lights.reach,
             show_environment,
+            ground,
             tints: !show_environment && states.iter().any(|state| state.transmissive),
             merge: merge_cosine(options.merge_angle),
         };
 
         // Draw the tiles.
-        let work = Work::new(&options.limits, grid.pixel_count() as u64);
+        let work = frame.work(&options.limits);
         let (planes, found) = self.passes.draw(&mut crew, &frame, &work, request);
         self.work_done = work.done();
         if work.is_stopped() {

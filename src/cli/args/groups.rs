@@ -10,7 +10,7 @@ use crate::jobs::MAX_THREADS;
 use crate::limits::Limits;
 use crate::math::lanes::SimdLevel;
 use crate::output::OutputFormat;
-use crate::render::{Quality, Renderer};
+use crate::render::{Ground, Quality, Renderer};
 use crate::scene::Axis;
 use crate::scene::{AreaLightMethod, ShadingModel};
 use clap::Args;
@@ -199,6 +199,15 @@ pub struct PictureArgs {
     /// Rays that each lobe sends for the light of other surfaces, 0 to 256 [default: by --quality]
     #[arg(long, value_name = "N", value_parser = value_parsers::within::<u32>(0, 256), allow_negative_numbers = true)]
     pub rays: Option<u32>,
+
+    /// What is seen of a floor under the model: none, shadow (that of the model, which darkens what is behind it), #rrggbb or a
+    /// colour name (a matt floor that fades) [default: none]
+    ///
+    /// The floor lies at the lowest point of the model and is seen from above. The environment lights it past the model, by the
+    /// depth maps of --maps, or by those of --quality fast if there are none; lights cast no shadow on it yet. An automatic
+    /// camera leaves some room for it.
+    #[arg(long, value_name = "SHADOW|COLOR", value_parser = value_parsers::ground)]
+    pub ground: Option<Ground>,
 
     /// Formulas that shade every surface [default: what each material names, else gltf]
     #[arg(long, value_name = "MODEL", value_parser = value_parsers::shading, long_help = models(SHADING))]
@@ -434,6 +443,7 @@ impl PictureArgs {
         override_with(&mut scene.maps, self.maps);
         override_with(&mut scene.map_size, self.map_size);
         override_with(&mut scene.rays, self.rays);
+        override_with(&mut scene.ground, self.ground);
         override_with(&mut scene.shading, self.shading);
         scene.more_materials.extend_from_slice(&self.materials);
         override_with(&mut scene.anisotropy, self.anisotropy);
