@@ -68,6 +68,7 @@ impl Description {
             orthographic: description.orthographic_height.is_some(),
             aspect: options.width as f32 / options.height as f32,
             margin: defaults.margin,
+            ground: options.ground.is_seen(),
         })
     }
 
