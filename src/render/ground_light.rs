@@ -12,7 +12,7 @@ use crate::shade::{DistantLight, LightVisibility};
 
 /// Texels along a side of the picture. In the middle they are a 170th of [`Footing::radius`] wide, which is more than maps of
 /// 128 x 128 tell apart.
-const SIZE: usize = 256;
+const SIZE: usize = 192;
 
 /// How far the floor reaches, in [`Footing::radius`].
 const REACH: f64 = 2.0;
@@ -69,9 +69,11 @@ impl GroundLight {
         self.texels.clear();
         self.texels.resize(SIZE * SIZE * planes, 0);
         let level = options.simd;
+        let t0 = std::time::Instant::now();
         crew.jobs.for_each_chunk_mut(&mut self.texels, SIZE * planes, |row, texels| {
             dispatch_available!(level, l => shadows.row(l, row, texels));
         });
+        if std::env::var("TIMEG").is_ok() { eprintln!("ground {:?}", t0.elapsed()); }
     }
 
     /// Where the floor lies, if there is one.
@@ -86,13 +88,13 @@ impl GroundLight {
 
     /// How far the floor reaches from its middle.
     pub(super) fn reach(footing: &Footing) -> f64 {
-        footing.radius * REACH
+        footing.radius * f64::from(crate::shadow::tune(4))
     }
 
     /// How much of the floor is there at the square of a distance from its middle, 1 being its reach.
     #[inline(always)]
     pub(super) fn fade<L: Lanes>(_: L, square: L::F) -> L::F {
-        let t = (square.sqrt().one_minus() * (1.0 / (1.0 - WHOLE))).saturate();
+        let t = (square.sqrt().one_minus() * (1.0 / (1.0 - crate::shadow::tune(3)))).saturate();
         // Hermite's smooth step.
         t.squared() * (t * -2.0 + 3.0)
     }

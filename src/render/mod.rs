@@ -15,6 +15,8 @@ mod environment;
 mod ground;
 mod ground_light;
 mod ground_pixels;
+#[cfg(test)]
+mod ground_tests;
 mod options;
 mod pass;
 mod passes;

@@ -255,14 +255,14 @@ impl Fit {
             self.reach.visit_splats(&self.reach.measures(&placed(&instance.transform)), cloud);
         }
         if self.framing.ground {
-            self.include_ground(&bounds);
+            self.include_ground(&scene.tight_bounds(by));
         }
     }
 
     /// Takes in the floor around what stands in a box: an ellipse that fits in, and a tenth of the box's half diagonal more.
     fn include_ground(&mut self, bounds: &Bounds) {
         let ([x, _, z], [width, height, depth]) = (bounds.center(), bounds.size());
-        let more = 0.05 * (width * width + height * height + depth * depth).sqrt();
+        let more = f64::from(std::env::var("MORE").ok().and_then(|v| v.parse::<f32>().ok()).unwrap_or(0.05)) * (width * width + height * height + depth * depth).sqrt();
         let measures = self.reach.measures(&Transform::IDENTITY);
         for k in 0..16 {
             let (sin, cos) = crate::math::double::sin_cos(f64::from(k) * (std::f64::consts::TAU / 16.0));

@@ -152,7 +152,7 @@ mod tests {
             ([1.0; LANES], [1.0; LANES]);
         before.rows[layout::POSITION.first] = std::array::from_fn(|k| k as f32 * 0.1 - 0.8);
         let backdrop = backdrop();
-        let effects = Effects { backdrop: Some(&backdrop) };
+        let effects = Effects { backdrop: Some(&backdrop), ..Effects::default() };
         let fill = |level, effects: Effects<'_>, material: &Material| {
             let mut planes = before.clone();
             crate::dispatch!(level, l => effects.fill(l, &context, material, &mut planes));

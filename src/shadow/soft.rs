@@ -60,6 +60,8 @@ impl DepthMaps {
         if self.is_empty() {
             return l.splat(1.0);
         }
+        let mode = crate::shadow::tune(0); let wide = crate::shadow::tune(1); let reject = crate::shadow::tune(2);
+        let spread = spread * wide;
         let [x, y, depth] = self.project(l, map, position);
         let reach = self.reach(depth);
         let around = furthest * (spread / self.texel());
@@ -68,16 +70,19 @@ impl DepthMaps {
             let outermost = self.depth_at(l, map, [x + around * across, y + around * down]);
             let distance = (outermost - reach).to_float();
             // What is so near there lies outside of the cone.
-            let blocks = (distance * spread * self.steepness()).gt(around * off);
+            let blocks = (distance * spread * self.steepness()).gt(around * off * reject);
             let blocks = blocks & distance.gt(l.zero());
             found = found + blocks.select(l.splat(1.0), l.zero());
-            nearness = nearness + blocks.select(distance.at_least(1.0).recip(), l.zero());
+            let dd = distance.at_least(1.0);
+            let nn = if mode == 0.0 { dd } else if mode == 1.0 { dd.recip() } else { dd.recip().squared() };
+            nearness = nearness + blocks.select(nn, l.zero());
         }
         let some = found.gt(l.zero());
         if !some.any() {
             return l.splat(1.0);
         }
         let distance = some.select(found, l.zero()) / some.select(nearness, l.splat(1.0));
+        let distance = if mode == 0.0 { some.select(distance.recip(), l.zero()) } else if mode == 1.0 { distance } else { distance.sqrt() };
         let width = distance * (spread * self.steepness());
         let mut open = l.zero();
         for [across, down] in DISC {
