@@ -129,7 +129,12 @@ pub(super) static SCENE: &[Key<Description>] = &[
         whole(0, 256),
         "Rays that each lobe of a fragment sends for the light of other surfaces"
     ),
-    key!("ground", s.ground, ground(), "What is seen of a floor under the model: none, shadow, a colour name or #rrggbb"),
+    key!(
+        "ground",
+        s.ground,
+        ground(),
+        "What is seen of a floor under the model: none, shadow, a colour name or #rrggbb"
+    ),
     key!(
         "shading",
         s.shading,

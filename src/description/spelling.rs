@@ -214,7 +214,10 @@ mod tests {
     #[test]
     fn grounds() {
         assert_eq!((ground("none"), ground("Shadow")), (Ok(Ground::None), Ok(Ground::Shadow)));
-        assert_eq!((ground("white"), ground("#0a141e")), (Ok(Ground::Color([255; 3])), Ok(Ground::Color([10, 20, 30]))));
+        assert_eq!(
+            (ground("white"), ground("#0a141e")),
+            (Ok(Ground::Color([255; 3])), Ok(Ground::Color([10, 20, 30])))
+        );
         assert!(ground("shadwo").unwrap_err().ends_with("did you mean 'shadow'?"));
         for bad in ["", "#", "env", "transparent", "#12345", "ff880033"] {
             assert!(ground(bad).is_err(), "{bad}");

@@ -3,6 +3,8 @@
 use super::crew::Crew;
 use super::ground::Ground;
 use super::options::RenderOptions;
+use super::quality::Visibility;
+use super::visibility::asked_for;
 use crate::dispatch_available;
 use crate::each;
 use crate::math::lanes::{Float, Int, LANES, Lanes, Mask};
@@ -10,9 +12,9 @@ use crate::math::vec3::Vec3;
 use crate::scene::{Footing, Scene};
 use crate::shade::{DistantLight, LightVisibility};
 
-/// Texels along a side of the picture. In the middle they are a 170th of [`Footing::radius`] wide, which is more than maps of
-/// 128 x 128 tell apart.
-const SIZE: usize = 192;
+/// Least and most texels along a side of the picture, which has as many as the maps between these. Of 128, those in the middle are
+/// a 96th of [`Footing::radius`] wide: less than those of the maps.
+const SIZES: [u32; 2] = [128, 256];
 
 /// How far the floor reaches, in [`Footing::radius`].
 const REACH: f64 = 2.0;
@@ -37,6 +39,8 @@ const LUMINANCE: [f32; 3] = [0.2126, 0.7152, 0.0722];
 #[derive(Debug, Default)]
 pub(super) struct GroundLight {
     known: Option<Known>,
+    /// Texels along a side.
+    size: usize,
     /// Bits of floats, row by row, in each row one colour after the other: what part of the light arrives; or of luminance alone
     /// what part does not.
     texels: Vec<u32>,
@@ -65,15 +69,14 @@ impl GroundLight {
         let known = found.map(|((_, maps), footing)| Known { footing, maps, planes });
         let is_known = std::mem::replace(&mut self.known, known) == known;
         let Some(((visibility, _), footing)) = found.filter(|_| !is_known) else { return };
-        let shadows = Shadows::new(&visibility, footing, planes == 1);
+        self.size = size_of_picture(&asked_for(options));
+        let shadows = Shadows { size: self.size, ..Shadows::new(&visibility, footing, planes == 1) };
         self.texels.clear();
-        self.texels.resize(SIZE * SIZE * planes, 0);
+        self.texels.resize(self.size * self.size * planes, 0);
         let level = options.simd;
-        let t0 = std::time::Instant::now();
-        crew.jobs.for_each_chunk_mut(&mut self.texels, SIZE * planes, |row, texels| {
+        crew.jobs.for_each_chunk_mut(&mut self.texels, self.size * planes, |row, texels| {
             dispatch_available!(level, l => shadows.row(l, row, texels));
         });
-        if std::env::var("TIMEG").is_ok() { eprintln!("ground {:?}", t0.elapsed()); }
     }
 
     /// Where the floor lies, if there is one.
@@ -82,19 +85,20 @@ impl GroundLight {
     }
 
     /// What finding it counts as, in units of shading.
-    pub(super) fn units(maps: u32) -> u64 {
-        TEXEL * u64::from(maps) * (SIZE * SIZE) as u64
+    pub(super) fn units(asked: &Visibility) -> u64 {
+        let size = size_of_picture(asked) as u64;
+        TEXEL * u64::from(asked.maps) * size * size
     }
 
     /// How far the floor reaches from its middle.
     pub(super) fn reach(footing: &Footing) -> f64 {
-        footing.radius * f64::from(crate::shadow::tune(4))
+        footing.radius * REACH
     }
 
     /// How much of the floor is there at the square of a distance from its middle, 1 being its reach.
     #[inline(always)]
     pub(super) fn fade<L: Lanes>(_: L, square: L::F) -> L::F {
-        let t = (square.sqrt().one_minus() * (1.0 / (1.0 - crate::shadow::tune(3)))).saturate();
+        let t = (square.sqrt().one_minus() * (1.0 / (1.0 - WHOLE))).saturate();
         // Hermite's smooth step.
         t.squared() * (t * -2.0 + 3.0)
     }
@@ -102,16 +106,17 @@ impl GroundLight {
     /// The first `N` colours at places within the reach, by bilinear weights.
     #[inline(always)]
     pub(super) fn look_up<L: Lanes, const N: usize>(&self, l: L, place: [L::F; 2]) -> [L::F; N] {
+        let half = self.size as f32 * 0.5;
         let [x, y] = each!(v in place => {
             let bent = v * (1.0 + BEND) / (v.abs() + BEND);
-            (bent * (SIZE as f32 * 0.5) + (SIZE as f32 * 0.5 - 0.5)).clamp_to(0.0, (SIZE - 1) as f32 - 0.001)
+            (bent * half + (half - 0.5)).clamp_to(0.0, half * 2.0 - 1.001)
         });
         let (left, top) = (x.floor(), y.floor());
         let (fx, fy) = (x - left, y - top);
         let (column, row) = (left.to_int(), top.to_int());
         each!(plane => {
             let of_row = |row: L::I| {
-                let index = (row * N as i32 + plane as i32) * SIZE as i32 + column;
+                let index = (row * N as i32 + plane as i32) * self.size as i32 + column;
                 let [left, right] = l.gather_pairs_u32(&self.texels, index);
                 left.float_from_bits().lerp(right.float_from_bits(), fx)
             };
@@ -144,6 +149,8 @@ struct Shadows<'a> {
     height: f32,
     radius: f32,
     luminance_alone: bool,
+    /// Texels along a side of the picture.
+    size: usize,
 }
 
 impl<'a> Shadows<'a> {
@@ -167,6 +174,7 @@ impl<'a> Shadows<'a> {
             height: footing.height as f32,
             radius: footing.radius as f32,
             luminance_alone,
+            size: 0,
         }
     }
 
@@ -174,20 +182,22 @@ impl<'a> Shadows<'a> {
     #[inline(always)]
     fn row<L: Lanes>(&self, l: L, row: usize, out: &mut [u32]) {
         let place = |index: L::F| {
-            let bent = (index + 0.5) * (2.0 / SIZE as f32) - 1.0;
+            let bent = (index + 0.5) * (2.0 / self.size as f32) - 1.0;
             bent * BEND / (bent.abs() * -1.0 + (1.0 + BEND))
         };
         let z = place(l.splat(row as f32));
-        for first in (0..SIZE).step_by(LANES) {
+        for first in (0..self.size).step_by(LANES) {
             let x = place(l.lane_indices().to_float() + first as f32);
             let arriving = self.arriving(l, [x, z]);
             let mut put = |plane: usize, values: L::F| {
-                let texels = &mut out[plane * SIZE + first..][..LANES];
+                let texels = &mut out[plane * self.size + first..][..LANES];
                 texels.iter_mut().zip(values.to_array()).for_each(|(to, value)| *to = value.to_bits());
             };
             if self.luminance_alone {
                 let of = |rgb: [L::F; 3]| (rgb[0] + rgb[1]) + rgb[2];
-                let all = l.splat((self.sum[0] * LUMINANCE[0] + self.sum[1] * LUMINANCE[1]) + self.sum[2] * LUMINANCE[2]);
+                let all = l.splat(
+                    (self.sum[0] * LUMINANCE[0] + self.sum[1] * LUMINANCE[1]) + self.sum[2] * LUMINANCE[2],
+                );
                 put(0, share(l, of(each!(c => arriving[c] * LUMINANCE[c])), all).one_minus());
             } else {
                 (0..3).for_each(|c| put(c, share(l, arriving[c], l.splat(self.sum[c]))));
@@ -220,6 +230,11 @@ impl<'a> Shadows<'a> {
         }
         sum
     }
+}
+
+/// Texels along a side: whole vectors of them.
+fn size_of_picture(asked: &Visibility) -> usize {
+    asked.map_size.clamp(SIZES[0], SIZES[1]) as usize / LANES * LANES
 }
 
 /// `part / all`, 0 to 1; 1 of nothing.

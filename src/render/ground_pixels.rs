@@ -2,6 +2,7 @@
 
 use super::ground::Ground;
 use super::ground_light::GroundLight;
+use super::quality::Visibility;
 use super::resolve::{Distant, TilePixels};
 use crate::color::srgb::SRGB8_TO_LINEAR;
 use crate::dispatch;
@@ -40,7 +41,7 @@ impl<'a> GroundView<'a> {
     pub(super) fn new(
         light: &'a GroundLight,
         ground: Ground,
-        maps: u32,
+        asked: &Visibility,
         view: &View,
         environment: &EnvironmentLight<'_>,
         level: SimdLevel,
@@ -59,7 +60,7 @@ impl<'a> GroundView<'a> {
                 Some(each!(c => irradiance[c][0] * SRGB8_TO_LINEAR[usize::from(color[c])]))
             }
         };
-        is_above.then_some(Self { light, rays, radiance, units: GroundLight::units(maps) })
+        is_above.then_some(Self { light, rays, radiance, units: GroundLight::units(asked) })
     }
 
     /// What a tile of so many pixels counts as.

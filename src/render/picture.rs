@@ -134,8 +134,14 @@ impl Memory {
         self.costs.clear();
         self.costs.extend(scene.materials().iter().map(|material| ShadingCost::of(material, &shade)));
         let show_environment = options.background == Background::Environment;
-        let maps = asked_for(options).maps;
-        let ground = GroundView::new(&self.ground, options.ground, maps, &view, &environment, options.simd);
+        let ground = GroundView::new(
+            &self.ground,
+            options.ground,
+            &asked_for(options),
+            &view,
+            &environment,
+            options.simd,
+        );
         let frame = FrameContext {
             grid,
             pattern: &pattern,

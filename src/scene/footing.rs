@@ -1,6 +1,6 @@
 //! Where a scene stands.
 
-use super::{Bounds, Scene, Transform};
+use super::{Bounds, Scene};
 
 /// Where a floor lies under a scene, and how large the scene is over it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,7 +17,7 @@ impl Scene {
     /// Where the scene stands: at its lowest vertex that can be seen, of splats the lowest that a camera is to show. `None` of
     /// an empty one, and of one that is a point.
     pub(crate) fn footing(&self) -> Option<Footing> {
-        let bounds = self.tight_bounds(&Transform::IDENTITY);
+        let bounds = self.tight_bounds();
         if bounds.is_empty() {
             return None;
         }
@@ -28,20 +28,18 @@ impl Scene {
         (radius > least).then_some(Footing { center: [x, bounds.min[1], z], height, radius })
     }
 
-    /// The box around the vertices that can be seen, and around what of splats a camera is to show, when the scene stands
-    /// elsewhere. [`Scene::shown_bounds`] is that around the boxes of instances, which is far larger where they are turned.
-    pub(super) fn tight_bounds(&self, by: &Transform) -> Bounds {
-        // What overflows there cannot be drawn either.
-        let placed = |transform: &Transform| by.after(transform).unwrap_or(*transform);
+    /// The box around the vertices that can be seen, and around what of splats a camera is to show.
+    /// [`Scene::shown_bounds`] is that around the boxes of instances, which reach far beyond them where they are turned.
+    fn tight_bounds(&self) -> Bounds {
         let mut all = Bounds::EMPTY;
         for instance in self.splat_instances() {
             let cloud = &self.splats()[instance.cloud.index()];
-            all = all.union(&cloud.shown_bounds().transformed(&placed(&instance.transform)));
+            all = all.union(&cloud.shown_bounds().transformed(&instance.transform));
         }
         for instance in self.seen_instances() {
             let mesh = &self.meshes()[instance.mesh.index()];
-            let transform = placed(&instance.transform);
-            let own = mesh.bounds().transformed(&transform);
+            let transform = &instance.transform;
+            let own = mesh.bounds().transformed(transform);
             if all.union(&own) == all {
                 continue;
             }
@@ -65,7 +63,7 @@ impl Scene {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Instance, Material, primitives};
+    use crate::scene::{Instance, Material, Transform, primitives};
 
     /// However it is turned, a ball stands where it touches the floor.
     #[test]

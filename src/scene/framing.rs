@@ -102,8 +102,6 @@ pub struct Framing {
     pub aspect: f32,
     /// Part of the picture left free at each border, 0 to 0.45.
     pub margin: f32,
-    /// Leaves some room for the shadow on a floor below the model.
-    pub ground: bool,
 }
 
 impl Default for Framing {
@@ -116,7 +114,6 @@ impl Default for Framing {
             orthographic: false,
             aspect: 1.0,
             margin: 0.04,
-            ground: false,
         }
     }
 }
@@ -253,21 +250,6 @@ impl Fit {
         for instance in scene.splat_instances() {
             let cloud = &scene.splats()[instance.cloud.index()];
             self.reach.visit_splats(&self.reach.measures(&placed(&instance.transform)), cloud);
-        }
-        if self.framing.ground {
-            self.include_ground(&scene.tight_bounds(by));
-        }
-    }
-
-    /// Takes in the floor around what stands in a box: an ellipse that fits in, and a tenth of the box's half diagonal more.
-    fn include_ground(&mut self, bounds: &Bounds) {
-        let ([x, _, z], [width, height, depth]) = (bounds.center(), bounds.size());
-        let more = f64::from(std::env::var("MORE").ok().and_then(|v| v.parse::<f32>().ok()).unwrap_or(0.05)) * (width * width + height * height + depth * depth).sqrt();
-        let measures = self.reach.measures(&Transform::IDENTITY);
-        for k in 0..16 {
-            let (sin, cos) = crate::math::double::sin_cos(f64::from(k) * (std::f64::consts::TAU / 16.0));
-            let place = [x + (0.5 * width + more) * cos, bounds.min[1], z + (0.5 * depth + more) * sin];
-            self.reach.include(&measures, place);
         }
     }
 
@@ -542,7 +524,6 @@ mod tests {
                     orthographic,
                     aspect,
                     margin: 0.04,
-                    ground: false,
                 })
             })
         })
