@@ -236,7 +236,8 @@ fn glass_shows_the_floor_behind_it_once() {
 fn mixed() -> (Scene, RenderOptions) {
     let mut scene = ball();
     add(&mut scene, primitives::sphere(0.4, 24).unwrap(), glass(0.2), [1.3, -0.6, 1.0]);
-    let options = options(Ground::Shadow).with_width(101).with_height(75);
+    let few = Visibility::new(12, 32, 0);
+    let options = options(Ground::Shadow).with_width(101).with_height(75).with_visibility(few);
     (scene, options)
 }
 
@@ -276,7 +277,7 @@ fn a_scene_that_changes_has_another_shadow() {
         (&ball(), Ground::None),
         (&low, Ground::Shadow),
     ] {
-        let options = options(ground);
+        let options = options(ground).with_visibility(Visibility::new(12, 32, 0));
         let kept = renderer.render(scene, &from_the_side(2.0), &options).unwrap();
         assert!(kept.frame == draw(scene, &from_the_side(2.0), &options).frame, "{ground:?}");
     }
