@@ -3,7 +3,7 @@
 pub use super::limit_values::{LIMIT_NAMES, limit, limits, set_limit};
 use super::names::around_last_equals;
 pub(super) use crate::description::spelling::{
-    area_lights, axis, background, quality, samples, shading, tone_curve, view,
+    area_lights, axis, background, ground, quality, samples, shading, tone_curve, view,
 };
 use crate::description::spelling::{one_of, three, vector};
 use crate::description::{ExposureChoice, MaterialChoice, MaterialSource};
@@ -138,6 +138,7 @@ mod tests {
             (aov("nromal").unwrap_err(), "normal"),
             (background("whitee").unwrap_err(), "white"),
             (background("transparant").unwrap_err(), "transparent"),
+            (ground("shadw").unwrap_err(), "shadow"),
             (area_lights("facet").unwrap_err(), "facets"),
             (limit("triangle=1").unwrap_err(), "triangles"),
             (shading("filamant").unwrap_err(), "filament"),

@@ -39,6 +39,9 @@ pub struct ViewDirection {
     pub up: [f32; 3],
 }
 
+/// Part of the picture left free at each border over a floor, where [`Framing::default`] has 0.04: models are a twelfth smaller.
+const MARGIN_OVER_GROUND: f32 = 0.08;
+
 impl Description {
     /// The camera: the one that is described, one of the file, or one that frames the model.
     ///
@@ -67,7 +70,8 @@ impl Description {
             fov_y: description.fov_y_degrees.map_or(defaults.fov_y, f32::to_radians),
             orthographic: description.orthographic_height.is_some(),
             aspect: options.width as f32 / options.height as f32,
-            margin: defaults.margin,
+            // Its shadow is part of the picture.
+            margin: if options.ground.is_seen() { MARGIN_OVER_GROUND } else { defaults.margin },
         })
     }
 

@@ -142,6 +142,12 @@ pub(super) static SCENE: &[Key<Description>] = &[
         "Every surface is shaded as often, and not only where one shading would show"
     ),
     key!(
+        "ground",
+        s.ground,
+        ground(),
+        "What is seen of a floor under the model: none, shadow, a colour name or #rrggbb"
+    ),
+    key!(
         "shading",
         s.shading,
         shading(),

@@ -83,7 +83,7 @@ pub use schema::scene_schema;
 use crate::color::ToneCurve;
 use crate::limits::Limits;
 use crate::load::{AnimationChoice, LoadError, Warning, has_folder, inner_extension, read_input};
-use crate::render::Quality;
+use crate::render::{Ground, Quality};
 use crate::scene::Axis;
 use crate::scene::{AreaLightMethod, ShadingModel};
 use keys::SCENE;
@@ -144,6 +144,8 @@ pub struct Description {
     pub shading_rate: Option<u32>,
     /// All surfaces are shaded as often.
     pub shade_everywhere: Option<bool>,
+    /// What is seen of a floor under the model: `none`, `shadow`, a colour name or `#rrggbb`.
+    pub ground: Option<Ground>,
     /// Shading model by name.
     pub shading: Option<ShadingModel>,
     /// A material for every mesh: the path of a material file, or the name of a built-in one.

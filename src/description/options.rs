@@ -130,6 +130,7 @@ impl Description {
             anisotropy: self.anisotropy.unwrap_or(defaults.anisotropy),
             specular_antialiasing: self.specular_antialiasing.unwrap_or(defaults.specular_antialiasing),
             area_lights: self.area_lights.unwrap_or_default(),
+            ground: self.ground.unwrap_or_default(),
             merge_angle: self.merge_angle_degrees.unwrap_or(defaults.merge_angle),
             line_width: self.line_width.unwrap_or(defaults.line_width),
             point_size: self.point_size,

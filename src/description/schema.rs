@@ -2,7 +2,7 @@
 //! in which a value is read ([`Value`](super::value::Value)) there is one of the same name here that says what is read.
 
 use super::keys::{Key, SCENE};
-use super::spelling::{VIEWS, background_names, tone_curve_names};
+use super::spelling::{VIEWS, background_names, ground_names, tone_curve_names};
 use crate::load::BuiltinMaterial;
 use crate::render::Quality;
 use crate::scene::Axis;
@@ -122,6 +122,11 @@ pub(super) fn environment() -> Value {
 
 pub(super) fn background() -> Value {
     let names: Vec<&str> = background_names().collect();
+    json!({"anyOf": [{"enum": names}, {"type": "string", "pattern": HEX_COLOR}]})
+}
+
+pub(super) fn ground() -> Value {
+    let names: Vec<&str> = ground_names().collect();
     json!({"anyOf": [{"enum": names}, {"type": "string", "pattern": HEX_COLOR}]})
 }
 
@@ -269,6 +274,8 @@ mod tests {
             json!({"size": [64, 32], "background": "teal", "tone_mapping": ["aces", "none"], "exposure": "auto"}),
             json!({"background": "env", "shading": "gltf", "anisotropy": 16, "area_lights": "facets"}),
             json!({"merge_angle_deg": 45, "line_width": 0.1, "point_size": 64, "lights": false}),
+            json!({"ground": "shadow"}),
+            json!({"ground": "#456"}),
             json!({"quality": "best", "maps": 0, "map_size": 2048, "rays": 256}),
             json!({"material": "velvet", "materials": {"a": "x.toml", "b": "x/y"}}),
             json!({"animation": 0, "time": 0.5, "loop": true}),
@@ -305,6 +312,8 @@ mod tests {
             json!({"anisotropy": 17}),
             json!({"anisotropy": 2.5}),
             json!({"lights": "no"}),
+            json!({"ground": "env"}),
+            json!({"ground": "shadows"}),
             json!({"quality": "ultra"}),
             json!({"maps": 257}),
             json!({"map_size": 16}),

@@ -3,7 +3,7 @@
 use super::camera::ViewDirection;
 use super::options::BackgroundChoice;
 use crate::color::{ToneCurve, hex_color};
-use crate::render::Quality;
+use crate::render::{Ground, Quality};
 use crate::scene::Axis;
 use crate::scene::{AreaLightMethod, ShadingModel};
 use crate::suggest::{nearest_name, suggestion};
@@ -46,20 +46,46 @@ pub(crate) fn background(text: &str) -> Result<BackgroundChoice, String> {
         "env" | "environment" => return Ok(BackgroundChoice::Environment),
         _ => {}
     }
+    color(&lower).map(BackgroundChoice::Color).ok_or_else(|| no_color(&lower, background_names()))
+}
+
+/// A colour by name or digits, without alpha.
+fn color(lower: &str) -> Option<[u8; 3]> {
     if let Some((_, color)) = COLORS.iter().find(|(name, _)| *name == lower) {
-        return Ok(BackgroundChoice::Color(*color));
+        return Some(*color);
     }
-    match hex_color(&lower) {
-        Some((color, None)) => Ok(BackgroundChoice::Color(color)),
-        _ => {
-            let names = background_names();
-            Err(format!(
-                "neither #rrggbb nor one of {}{}",
-                names.clone().collect::<Vec<_>>().join(", "),
-                suggestion(nearest_name(&lower, names))
-            ))
-        }
+    match hex_color(lower) {
+        Some((color, None)) => Some(color),
+        _ => None,
     }
+}
+
+/// What could have been written, and what may have been meant.
+fn no_color(text: &str, names: impl Iterator<Item = &'static str> + Clone) -> String {
+    format!(
+        "neither #rrggbb nor one of {}{}",
+        names.clone().collect::<Vec<_>>().join(", "),
+        suggestion(nearest_name(text, names))
+    )
+}
+
+/// What a floor may be called.
+pub(super) fn ground_names() -> impl Iterator<Item = &'static str> + Clone {
+    ["none", "shadow"].into_iter().chain(COLORS.iter().map(|(name, _)| *name))
+}
+
+/// `none`, `shadow`, a colour name, `#rgb` or `#rrggbb`, both without `#` as well.
+///
+/// # Errors
+/// What was expected.
+pub(crate) fn ground(text: &str) -> Result<Ground, String> {
+    let lower = text.to_ascii_lowercase();
+    match lower.as_str() {
+        "none" => return Ok(Ground::None),
+        "shadow" => return Ok(Ground::Shadow),
+        _ => {}
+    }
+    color(&lower).map(Ground::Color).ok_or_else(|| no_color(&lower, ground_names()))
 }
 
 /// `expected one of` the names, and the one that may have been meant.
@@ -182,6 +208,19 @@ mod tests {
         assert_eq!(background("ff8800"), Ok(BackgroundChoice::Color([255, 136, 0])));
         for bad in ["", "#", "#12", "#12345", "#gggggg", "#1234567", "whitish", "é", "#éé", "ff880033"] {
             assert!(background(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn grounds() {
+        assert_eq!((ground("none"), ground("Shadow")), (Ok(Ground::None), Ok(Ground::Shadow)));
+        assert_eq!(
+            (ground("white"), ground("#0a141e")),
+            (Ok(Ground::Color([255; 3])), Ok(Ground::Color([10, 20, 30])))
+        );
+        assert!(ground("shadwo").unwrap_err().ends_with("did you mean 'shadow'?"));
+        for bad in ["", "#", "env", "transparent", "#12345", "ff880033"] {
+            assert!(ground(bad).is_err(), "{bad}");
         }
     }
 

@@ -8,7 +8,7 @@ use super::spelling;
 use super::tree::{Node, short};
 use crate::color::{ToneCurve, hex_color, srgb::srgb8_to_linear};
 use crate::load::Warning;
-use crate::render::Quality;
+use crate::render::{Ground, Quality};
 use crate::scene::Axis;
 use crate::scene::{AreaLightMethod, ShadingModel};
 use std::cell::RefCell;
@@ -171,6 +171,11 @@ impl<'a> Value<'a> {
     /// What is behind the model.
     pub(super) fn background(&self) -> Result<BackgroundChoice, String> {
         self.parsed("a colour, transparent or env", spelling::background)
+    }
+
+    /// What is seen of a floor.
+    pub(super) fn ground(&self) -> Result<Ground, String> {
+        self.parsed("none, shadow or a colour", spelling::ground)
     }
 
     /// A shading model.

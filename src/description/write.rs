@@ -10,7 +10,7 @@ use super::materials::MaterialSource;
 use super::options::{BackgroundChoice, ExposureChoice};
 use super::spelling;
 use crate::color::ToneCurve;
-use crate::render::Quality;
+use crate::render::{Ground, Quality};
 use crate::scene::Axis;
 use crate::scene::{AreaLightMethod, ShadingModel};
 use serde::de::{Deserialize, Deserializer, Error as _};
@@ -151,6 +151,14 @@ pub(super) fn background(background: &BackgroundChoice) -> Result<Value, String>
     })
 }
 
+pub(super) fn ground(ground: &Ground) -> Result<Value, String> {
+    Ok(match ground {
+        Ground::None => json!("none"),
+        Ground::Shadow => json!("shadow"),
+        Ground::Color([r, g, b]) => json!(format!("#{r:02x}{g:02x}{b:02x}")),
+    })
+}
+
 pub(super) fn exposure(exposure: &ExposureChoice) -> Result<Value, String> {
     match exposure {
         ExposureChoice::Auto => Ok(json!("auto")),
@@ -229,6 +237,7 @@ mod tests {
         map_size = 64
         rays = 2
         specular_antialiasing = true
+        ground = "#304050"
         merge_angle_deg = 12.5
         line_width = 0.1
         point_size = 2.5

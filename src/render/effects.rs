@@ -12,7 +12,7 @@ use super::visibility::VisibilityMemory;
 use crate::light::EnvironmentLight;
 use crate::limits::LimitExceeded;
 use crate::scene::Scene;
-use crate::shade::{Backdrop, Effects};
+use crate::shade::{Backdrop, Effects, LightVisibility};
 use crate::tile::TileGrid;
 
 /// What is prepared, in memory that is kept from one picture to the next.
@@ -39,6 +39,11 @@ impl EffectMemory {
         options: &RenderOptions,
     ) -> Result<(), LimitExceeded> {
         self.visibility.prepare(crew, scene, environment, options)
+    }
+
+    /// What is known of the environment's light, for a floor, and its number among all that was.
+    pub(super) fn maps_of_ground(&self) -> (LightVisibility<'_>, u64) {
+        self.visibility.maps_of_ground()
     }
 
     /// Prepares what needs the linear pixels that a pass has drawn.

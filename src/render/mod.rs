@@ -12,6 +12,11 @@ mod crew;
 mod draws;
 mod effects;
 mod environment;
+mod ground;
+mod ground_light;
+mod ground_pixels;
+#[cfg(test)]
+mod ground_tests;
 mod options;
 mod pass;
 mod passes;
@@ -38,6 +43,7 @@ mod visibility;
 mod work;
 
 pub use builder::RendererBuilder;
+pub use ground::Ground;
 pub use options::{Background, RenderError, RenderOptions, RenderStats, Rendered, RenderedImage};
 pub use quality::{Quality, Visibility};
 pub use trace::StageHashes;

@@ -1,5 +1,6 @@
 //! What a user can ask of a picture.
 
+use super::ground::Ground;
 use super::quality::Visibility;
 use super::trace::StageHashes;
 use crate::frame::{Aov, AovPlane, Clipping, DisplayImage, Frame};
@@ -66,6 +67,8 @@ pub struct RenderOptions {
     pub point_size: Option<f32>,
     /// What blocks the light of the environment.
     pub visibility: Visibility,
+    /// What is seen of a floor under the model.
+    pub ground: Ground,
     /// G-buffer planes to keep.
     pub aovs: Vec<Aov>,
     /// Whether to find [`RenderStats::stage_hashes`], which takes longer than the picture.
@@ -93,6 +96,7 @@ impl Default for RenderOptions {
             line_width: 1.5,
             point_size: None,
             visibility: Visibility::NONE,
+            ground: Ground::None,
             aovs: Vec::new(),
             stage_hashes: false,
             limits: Limits::default(),
@@ -201,6 +205,12 @@ impl RenderOptions {
     #[must_use]
     pub fn with_visibility(self, visibility: Visibility) -> Self {
         Self { visibility, ..self }
+    }
+
+    /// The same with another [`RenderOptions::ground`].
+    #[must_use]
+    pub fn with_ground(self, ground: Ground) -> Self {
+        Self { ground, ..self }
     }
 
     /// The same with another [`RenderOptions::aovs`].
@@ -385,8 +395,8 @@ pub struct RenderStats {
     pub fragments: u64,
     /// Units of shading, see [`Limits::shading`](crate::Limits::shading), that were counted.
     pub shading: u64,
-    /// Pixels in which something of the scene shows: with an opacity that 8 bits have a code for. What the environment covers
-    /// does not count.
+    /// Pixels in which something of the scene shows: with an opacity that 8 bits have a code for. What the environment and the
+    /// ground cover does not count.
     pub covered: u64,
     /// See [`RenderStats::stages`].
     pub(crate) stages: [(&'static str, Duration); 4],

@@ -1,12 +1,15 @@
 //! What a run over all tiles is told: what never changes in a frame, and what kind of run it is.
 
 use super::draws::DrawState;
+use super::ground_pixels::GroundView;
+use super::options::RenderOptions;
 use super::reach::Reach;
 use super::shading_rate::Finer;
 use super::splats::SplatScene;
-use super::work::Work;
+use super::work::{Spent, Work};
 use crate::frame::{Aov, Developer};
 use crate::geometry::Chunk;
+
 use crate::raster::{Disc, SamplePattern, TileOrigin};
 use crate::scene::AlphaMode;
 use crate::shade::{Effects, ShadeContext, ShadingCost};
@@ -27,6 +30,8 @@ pub(super) struct FrameContext<'a> {
     /// Where the lights shine.
     pub reach: &'a Reach,
     pub show_environment: bool,
+    /// The floor, if it is seen.
+    pub ground: Option<GroundView<'a>>,
     /// Something may tint what is behind the picture.
     pub tints: bool,
     /// Least square of the cosine between the normals of small triangles that are shaded as one, if any are.
@@ -163,6 +168,17 @@ impl<'a> Pass<'a> {
 }
 
 impl FrameContext<'_> {
+    /// What has been done for the frame before its tiles, within limits.
+    pub(super) fn work(&self, options: &RenderOptions) -> Work {
+        let pixels = self.grid.pixel_count() as u64;
+        let counts = [options.shading_rate, options.visibility.rays];
+        let work = Work::new(&options.limits, pixels, counts);
+        if let Some(ground) = &self.ground {
+            work.spend(Spent::Shading, ground.units);
+        }
+        work
+    }
+
     /// The draw that a run's triangles belong to.
     #[inline(always)]
     pub(super) fn state(&self, run: &Run) -> &DrawState {

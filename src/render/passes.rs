@@ -62,11 +62,7 @@ impl PassMemory {
 
 /// The limit that one thread would pass first, if the work of a frame passes any.
 pub(super) fn check_limits(frame: &FrameContext<'_>, options: &RenderOptions) -> Result<(), LimitExceeded> {
-    let work = &Work::new(
-        &options.limits,
-        frame.grid.pixel_count() as u64,
-        [options.shading_rate, options.visibility.rays],
-    );
+    let work = &frame.work(options);
     let mut costs = Vec::new();
     for &kind in PassKind::of(frame.states) {
         let pass = Pass { frame, kind, purpose: Purpose::Count, effects: Effects::default(), work };

@@ -4,6 +4,8 @@ use super::bands::Planes;
 use super::budget::FrameBudget;
 use super::crew::{Crew, arithmetic_is_default};
 use super::environment::EnvironmentCache;
+use super::ground_light::GroundLight;
+use super::ground_pixels::GroundView;
 use super::options::{Background, RenderError, RenderOptions, RenderStats};
 use super::pass::FrameContext;
 use super::passes::{PassMemory, check_limits};
@@ -14,6 +16,7 @@ use super::splats::SplatMemory;
 use super::tile_pass::default_tile_size;
 use super::tiles::Found;
 use super::trace::{self, StageHashes};
+use super::visibility::asked_for;
 use super::work::{Spent, Work, WorkDone};
 use crate::dispatch;
 use crate::frame::{Clipping, Developer, DisplayImage, DisplayOptions, Frame};
@@ -63,6 +66,7 @@ pub(super) struct Memory {
     geometry: GeometryMemory,
     bins: TileBins,
     splats: SplatMemory,
+    ground: GroundLight,
     pub passes: PassMemory,
     pub work_done: WorkDone,
 }
@@ -102,6 +106,8 @@ impl Memory {
         let environment = environment_light(scene, &filtered);
         self.lights.list(scene, &view);
         self.passes.effects.before(&crew, scene, &environment, options)?;
+        let maps = options.ground.is_seen().then(|| self.passes.effects.maps_of_ground());
+        self.ground.prepare(&crew, scene, maps, options);
         let environment_time = crew.lap();
 
         // Bring the vertices to the screen.
@@ -131,6 +137,14 @@ impl Memory {
         self.costs.extend(scene.materials().iter().map(|material| ShadingCost::of(material, &shade)));
         Finer::list(scene.materials(), scene.textures(), options, &mut self.finer);
         let show_environment = options.background == Background::Environment;
+        let ground = GroundView::new(
+            &self.ground,
+            options.ground,
+            &asked_for(options),
+            &view,
+            &environment,
+            options.simd,
+        );
         let frame = FrameContext {
             grid,
             pattern: &pattern,
@@ -142,17 +156,14 @@ impl Memory {
             costs: &self.costs,
             reach: &self.lights.reach,
             show_environment,
+            ground,
             tints: !show_environment && states.iter().any(|state| state.transmissive),
             merge: merge_cosine(options.merge_angle),
             finer: &self.finer,
         };
 
         // Draw the tiles.
-        let work = Work::new(
-            &options.limits,
-            grid.pixel_count() as u64,
-            [options.shading_rate, options.visibility.rays],
-        );
+        let work = frame.work(options);
         let (planes, found) = self.passes.draw(&mut crew, &frame, &work, request);
         self.work_done = work.done();
         if work.is_stopped() {

@@ -17,23 +17,28 @@ pub(super) struct TilePixels {
     pub linear: Vec<[f32; 4]>,
     /// As many as pixels where something may tint what is behind the picture, none otherwise.
     pub transmittance: Vec<[f32; 3]>,
+    /// Of tiles with transmissive surfaces over a floor: pixels that have it behind them.
+    pub has_ground: Vec<bool>,
 }
 
 impl TilePixels {
     /// Empties the pixels of a tile of that width and height.
-    pub(super) fn clear(&mut self, [width, height]: [u32; 2], tints: bool) {
+    pub(super) fn clear(&mut self, [width, height]: [u32; 2], tints: bool, over_ground: bool) {
         self.width = width as usize;
         let count = self.width * height as usize;
         self.linear.clear();
         self.linear.resize(count, [0.0; 4]);
         // All of them are written by the resolve.
         self.transmittance.resize(if tints { count } else { 0 }, [1.0; 3]);
+        self.has_ground.clear();
+        self.has_ground.resize(if over_ground { count } else { 0 }, false);
     }
 
     /// Takes as much memory as `other` has.
     pub(super) fn reserve_like(&mut self, other: &Self) {
         reserve_like(&mut self.linear, &other.linear);
         reserve_like(&mut self.transmittance, &other.transmittance);
+        reserve_like(&mut self.has_ground, &other.has_ground);
     }
 
     /// Where a fragment's pixel is.
@@ -52,12 +57,25 @@ pub(super) struct Transmitted {
     pub keep: [f32; 3],
 }
 
+/// What is behind all surfaces, in one pixel.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Distant {
+    /// Premultiplied.
+    pub color: [f32; 3],
+    /// The part of it that comes from behind the picture.
+    pub open: f32,
+}
+
+impl Distant {
+    pub(super) const NOTHING: Self = Self { color: [0.0; 3], open: 1.0 };
+}
+
 /// What lies behind blended fragments in tiles with transmissive surfaces; both lists are empty in others.
 pub(super) struct Behind<'a> {
     /// What each fragment lets through; `None` for blended ones.
     pub kept: &'a [Option<Transmitted>],
-    /// The environment behind each pixel of the tile, if it shows.
-    pub environment: &'a [[f32; 3]],
+    /// The environment and the floor behind each pixel of the tile, if one of them shows.
+    pub distant: &'a [Distant],
 }
 
 /// Working memory of the resolve.
@@ -154,9 +172,12 @@ pub(super) fn blend(
         // Only where something transmits: the pixel must not know what else is in its tile.
         let transmitted = |k: u32| background.kept.get(k as usize).copied().flatten();
         let pixel = if run.iter().any(|&k| transmitted(k).is_some()) {
-            let environment = background.environment.get(index);
+            let distant = background.distant.get(index).copied().unwrap_or(Distant::NOTHING);
+            if let Some(has_ground) = pixels.has_ground.get_mut(index) {
+                *has_ground = true;
+            }
             let blended = run.iter().map(|&k| (of(k), transmitted(k)));
-            let (color, open) = transmit_samples(samples, environment.copied(), behind, blended);
+            let (color, open) = transmit_samples(samples, distant, behind, blended);
             if let Some(transmittance) = pixels.transmittance.get_mut(index) {
                 *transmittance = open;
             }
@@ -210,13 +231,12 @@ fn blend_samples<'a>(
 /// A pixel with transmissive surfaces: colour and transmittance of all samples.
 fn transmit_samples<'a>(
     samples: usize,
-    environment: Option<[f32; 3]>,
+    distant: Distant,
     behind: impl Iterator<Item = (&'a Fragment, &'a ShadedFragment)>,
     blended: impl Iterator<Item = ((&'a Fragment, &'a ShadedFragment), Option<Transmitted>)>,
 ) -> ([f32; 3], [f32; 3]) {
-    let nothing = if environment.is_some() { 0.0 } else { 1.0 };
-    let mut colors = [environment.unwrap_or_default(); 16];
-    let mut opens = [[nothing; 3]; 16];
+    let mut colors = [distant.color; 16];
+    let mut opens = [[distant.open; 3]; 16];
     for (fragment, shaded) in behind {
         for (s, (color, open)) in colors.iter_mut().zip(&mut opens).enumerate().take(samples) {
             if fragment.mask >> s & 1 == 1 {
@@ -272,16 +292,15 @@ pub(super) fn environment_behind<L: Lanes>(
     l: L,
     context: &ShadeContext<'_>,
     origin: TileOrigin,
-    [width, height]: [u32; 2],
-    out: &mut Vec<[f32; 3]>,
+    width: u32,
+    out: &mut [Distant],
 ) {
     let width = width as usize;
-    out.resize(width * height as usize, [0.0; 3]);
     for (y, row) in out.chunks_mut(width).enumerate() {
         for (block, pixels) in row.chunks_mut(LANES).enumerate() {
             let color = environment_pixels(l, context, origin, block, y);
             for (k, pixel) in pixels.iter_mut().enumerate() {
-                *pixel = [color[0][k], color[1][k], color[2][k]];
+                *pixel = Distant { color: each!(c => color[c][k]), open: 0.0 };
             }
         }
     }

@@ -3,6 +3,7 @@
 //! Surfaces blend in linear light, splats in the space of their colours. So what follows each other without a surface in
 //! between is blended as splats are and becomes one layer, which is blended as surfaces are.
 
+use super::resolve::Distant;
 use super::splat_tile::Surfaces;
 use super::splats::SplatScene;
 use crate::each;
@@ -59,12 +60,9 @@ pub(super) fn blend_layers(pixel: &LayerPixel<'_>) -> ([f32; 3], [f32; 3]) {
     let kept = |k: u32| behind.kept.get(k as usize).copied().flatten();
     // What transmits is blended before the environment, as without splats.
     let transmits = pixel.blended.iter().any(|&k| kept(k).is_some());
-    let environment = behind.environment.get(pixel.index).copied().filter(|_| transmits);
-    let nothing = Sample {
-        color: environment.unwrap_or_default(),
-        open: if environment.is_some() { [0.0; 3] } else { [1.0; 3] },
-        group: NO_GROUP,
-    };
+    let distant = behind.distant.get(pixel.index).copied().filter(|_| transmits);
+    let Distant { color, open } = distant.unwrap_or(Distant::NOTHING);
+    let nothing = Sample { color, open: [open; 3], group: NO_GROUP };
     let mut all = [nothing; 16];
     let samples = &mut all[..pixel.samples];
     let fragment = |k: u32| (&pixel.surfaces.fragments[k as usize], &pixel.surfaces.shaded[k as usize]);

@@ -2,8 +2,9 @@
 
 use super::aov::TileAovs;
 use super::bands::TileRows;
+use super::ground_pixels::GroundView;
 use super::pass::{Pass, Tile};
-use super::resolve::{self, Behind, ResolveScratch, TilePixels};
+use super::resolve::{self, Behind, Distant, ResolveScratch, TilePixels};
 use super::splat_tile::{SplatScratch, Surfaces};
 use super::tile_blending::{TilePart, draw_blended};
 use super::tile_shading::{Shaded, ShadingInput, ShadingScratch, shade_fragments};
@@ -36,8 +37,8 @@ struct TileStages {
     fragments: Vec<Fragment>,
     shading: ShadingScratch,
     shaded: Shaded,
-    /// The environment behind each pixel of tiles with transmissive surfaces, where it shows.
-    environment: Vec<[f32; 3]>,
+    /// The environment and the floor behind each pixel of tiles with transmissive surfaces, where one of them shows.
+    distant: Vec<Distant>,
     /// Parts of the tile that are yet to be blended.
     parts: Vec<TilePart>,
     resolve: ResolveScratch,
@@ -51,8 +52,9 @@ impl TileStages {
         self.visibility.blended.clear();
         self.fragments.clear();
         self.shaded.transmitted.clear();
-        self.environment.clear();
-        self.pixels.clear(tile.size, pass.frame.tints);
+        self.distant.clear();
+        let over_ground = tile.transmissive && pass.frame.ground.is_some();
+        self.pixels.clear(tile.size, pass.frame.tints, over_ground);
     }
 
     /// Takes as much memory as `other` has.
@@ -61,7 +63,7 @@ impl TileStages {
         reserve_like(&mut self.fragments, &other.fragments);
         self.shading.reserve_like(&other.shading);
         self.shaded.reserve_like(&other.shaded);
-        reserve_like(&mut self.environment, &other.environment);
+        reserve_like(&mut self.distant, &other.distant);
         reserve_like(&mut self.parts, &other.parts);
         self.resolve.reserve_like(&other.resolve);
         self.splats.reserve_like(&other.splats);
@@ -98,7 +100,7 @@ pub(super) struct TileCost {
     pub blocks: u64,
     /// Units of [`ShadingCost`](crate::shade::ShadingCost).
     pub shading: u64,
-    /// Pixels in which something of the scene shows, the environment left out.
+    /// Pixels in which something of the scene shows, environment and floor left out.
     pub covered: u64,
 }
 
@@ -148,7 +150,11 @@ pub(super) fn render_tile<L: Lanes>(
     if pass.work.is_stopped() {
         return;
     }
-    if tile.runs.is_empty() && tile.splats.is_empty() && !frame.show_environment {
+    if !count_ground(pass, tile, job) {
+        return;
+    }
+    let shows_behind = frame.show_environment || frame.ground.is_some();
+    if tile.runs.is_empty() && tile.splats.is_empty() && !shows_behind {
         return store_nothing(pass, rows);
     }
     stages.clear(pass, tile);
@@ -167,8 +173,8 @@ pub(super) fn render_tile<L: Lanes>(
     }
 
     // Find what lies behind transmissive surfaces, and the lights that reach the tile.
-    if tile.transmissive && frame.show_environment && !pass.only_counts() {
-        resolve::environment_behind(l, &frame.shade, tile.origin, tile.size, &mut stages.environment);
+    if tile.transmissive && shows_behind && !pass.only_counts() {
+        find_distant(l, pass, tile, &mut stages.distant);
     }
     let one_material = frame.one_material(tile.runs);
     let context = &lit_context(pass, tile, lights);
@@ -186,13 +192,39 @@ pub(super) fn render_tile<L: Lanes>(
         return;
     }
 
-    // Put the environment behind the pixels, and hand them on.
+    // Put the floor and the environment behind the pixels, and hand them on.
     job.cost.covered = resolve::covered(pixels);
+    if let Some(ground) = &frame.ground {
+        ground.composite(l, tile.origin, pixels);
+    }
     if frame.show_environment {
         resolve::composite_environment(l, &frame.shade, tile.origin, pixels);
     }
     job.clipping = store(l, pass, pixels, rows);
     job.tinted = pixels.transmittance.iter().any(is_tinted);
+}
+
+/// Counts what looking up the floor takes. False if a limit stops it.
+fn count_ground(pass: &Pass<'_>, tile: &Tile<'_>, job: &mut TileJob) -> bool {
+    if pass.frame.ground.is_none() {
+        return true;
+    }
+    let units = GroundView::units_of_tile(tile.size);
+    job.cost.shading += units;
+    pass.work.spend(Spent::Shading, units)
+}
+
+/// Finds what is behind all surfaces in each pixel of a tile: the environment, and before it the floor.
+#[inline(always)]
+fn find_distant<L: Lanes>(l: L, pass: &Pass<'_>, tile: &Tile<'_>, out: &mut Vec<Distant>) {
+    let ([width, height], frame) = (tile.size, pass.frame);
+    out.resize(width as usize * height as usize, Distant::NOTHING);
+    if frame.show_environment {
+        resolve::environment_behind(l, &frame.shade, tile.origin, width, out);
+    }
+    if let Some(ground) = &frame.ground {
+        ground.cover(l, tile.origin, width, out);
+    }
 }
 
 /// The frame's context with the lights that reach the tile.
@@ -271,8 +303,7 @@ fn shade_and_resolve<L: Lanes>(
     job: &mut TileJob,
 ) -> bool {
     let &TileParts { tile, context, opaque, one_material } = of;
-    let TileStages { visibility, fragments, shading, shaded, environment, resolve: scratch, pixels, .. } =
-        stages;
+    let TileStages { visibility, fragments, shading, shaded, distant, resolve: scratch, pixels, .. } = stages;
     let (fragments, triangles) = (&fragments[..], visibility.triangles(pass.frame));
     let input = ShadingInput { tile, context, triangles, fragments, start, opaque, one_material, whole };
     shaded.resize(&input);
@@ -288,7 +319,7 @@ fn shade_and_resolve<L: Lanes>(
         resolve::transmittance_of(pixels);
     }
     if opaque < fragments.len() {
-        let behind = Behind { kept: &shaded.transmitted, environment };
+        let behind = Behind { kept: &shaded.transmitted, distant };
         resolve::blend(samples, fragments, &shaded.fragments, opaque, &behind, scratch, pixels);
     }
     true
@@ -305,7 +336,7 @@ fn draw_splats_among_surfaces<L: Lanes>(
     job: &mut TileJob,
 ) -> bool {
     let &TileParts { tile, opaque, .. } = of;
-    let TileStages { visibility, fragments, shaded, environment, resolve, pixels, splats, .. } = stages;
+    let TileStages { visibility, fragments, shaded, distant, resolve, pixels, splats, .. } = stages;
     let surfaces = Surfaces {
         part: part.pixels,
         visibility: &visibility.samples,
@@ -314,7 +345,7 @@ fn draw_splats_among_surfaces<L: Lanes>(
         opaque,
         // Without blended fragments the list is another part's.
         blended: if opaque < fragments.len() { &resolve.blended } else { &[] },
-        behind: Behind { kept: &shaded.transmitted, environment },
+        behind: Behind { kept: &shaded.transmitted, distant },
     };
     splats.draw_among(l, pass, tile, &surfaces, pixels, &mut job.aovs)
 }

@@ -36,7 +36,7 @@ pub(super) fn store<L: Lanes>(
     rows: &mut TileRows<'_>,
 ) -> Clipping {
     let mut clipping = Clipping::default();
-    let TilePixels { width, linear, transmittance } = pixels;
+    let TilePixels { width, linear, transmittance, .. } = pixels;
     for (row, pixels) in rows.linear.iter_mut().zip(linear.chunks(*width)) {
         row.copy_from_slice(pixels);
     }

@@ -3,6 +3,7 @@
 
 use super::crew::Crew;
 use super::options::RenderOptions;
+use super::quality::{Quality, Visibility};
 use crate::bvh::Hierarchy;
 use crate::light::EnvironmentLight;
 use crate::limits::{LimitExceeded, Limits};
@@ -25,7 +26,10 @@ pub(super) struct VisibilityMemory {
     maps: DepthMaps,
     traced: TracedScene,
     samples: LobeSamples,
+    /// Surfaces are shaded with it.
     is_on: bool,
+    /// How many times maps were made.
+    made: u64,
 }
 
 /// What rays are traced through.
@@ -49,9 +53,9 @@ impl VisibilityMemory {
         environment: &EnvironmentLight<'_>,
         options: &RenderOptions,
     ) -> Result<(), LimitExceeded> {
-        let asked = &options.visibility;
-        self.is_on = asked.is_on();
-        if !self.is_on {
+        let asked = &asked_for(options);
+        self.is_on = options.visibility.is_on();
+        if !asked.is_on() {
             return Ok(());
         }
         let limits = &options.limits;
@@ -62,6 +66,7 @@ impl VisibilityMemory {
             let directions: Vec<_> = lights.iter().map(|light| light.direction).collect();
             let size = asked.map_size as usize;
             self.size = 0;
+            self.made += 1;
             self.maps = DepthMaps::within(limits, &blockers, &directions, size, crew.jobs, options.simd)?;
             (self.lights, self.size) = (lights, asked.map_size);
         }
@@ -82,6 +87,11 @@ impl VisibilityMemory {
         self.is_on.then_some(LightVisibility { lights: &self.lights, maps: &self.maps })
     }
 
+    /// What the maps know, whether surfaces are shaded with it or not, and how many times maps were made until then.
+    pub(super) fn maps_of_ground(&self) -> (LightVisibility<'_>, u64) {
+        (LightVisibility { lights: &self.lights, maps: &self.maps }, self.made)
+    }
+
     /// What rays find; `None` without rays.
     pub(super) fn traced(&self) -> Option<TracedLight<'_>> {
         let visibility = self.maps()?;
@@ -94,6 +104,14 @@ impl VisibilityMemory {
             epsilon: *epsilon,
             visibility,
         })
+    }
+}
+
+/// What is to be known for a picture: a floor has maps of its own where surfaces have none.
+pub(super) fn asked_for(options: &RenderOptions) -> Visibility {
+    match options.visibility {
+        asked if asked.is_on() || !options.ground.is_seen() => asked,
+        _ => Quality::Fast.visibility().with_rays(0),
     }
 }
 

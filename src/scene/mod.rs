@@ -10,6 +10,7 @@ mod environment;
 mod error;
 mod extent;
 mod facing;
+mod footing;
 mod framing;
 mod front;
 mod light;
@@ -33,6 +34,7 @@ pub use camera::{Camera, Projection};
 pub use crowd::Crowd;
 pub use environment::{Environment, EnvironmentSource, EquirectImage};
 pub use error::SceneError;
+pub(crate) use footing::Footing;
 pub use framing::{Bounds, Fit, Framing};
 pub use light::{AreaLightMethod, Light, LightKind};
 pub use lobes::{

@@ -231,18 +231,50 @@ impl DepthMaps {
     #[inline(always)]
     pub fn visibility<L: Lanes>(&self, l: L, map: usize, position: &[L::F; 3], slack: L::F) -> L::F {
         let [x, y, depth] = self.maps[map].project(l, position);
+        self.open(l, map, [x, y], self.reach(depth + slack * (1.0 / self.step)))
+    }
+
+    /// A depth in whole steps.
+    #[inline(always)]
+    pub(super) fn reach<F: Float>(&self, depth: F) -> F::I {
+        depth.clamp_to(0.0, OUTERMOST).to_int()
+    }
+
+    /// How much of four texels around a place is no further out than a depth, by their bilinear weights.
+    #[inline(always)]
+    pub(super) fn open<L: Lanes>(&self, l: L, map: usize, [x, y]: [L::F; 2], reach: L::I) -> L::F {
         let last = (self.size - 2) as f32;
         let (x, y) = (x.clamp_to(0.0, last), y.clamp_to(0.0, last));
         let (left, top) = (x.floor(), y.floor());
         let (fx, fy) = (x - left, y - top);
         let index = (top * self.size as f32 + left).to_int();
-        let reach = (depth + slack * (1.0 / self.step)).clamp_to(0.0, OUTERMOST).to_int();
         let [left, right] = l.gather_pairs_u32(self.texels_of(map), index);
         let (one, zero) = (l.splat(1.0), l.zero());
         let lit = |depth: L::I| reach.lt(depth).select(zero, one);
         let above = lit(left & 0xffff).lerp(lit(right & 0xffff), fx);
         let below = lit(left.shr_logical(16)).lerp(lit(right.shr_logical(16)), fx);
         (above.lerp(below, fy) * (1.0 / LEAST_LIT)).at_most(1.0)
+    }
+
+    /// The depth, in steps, of the texel that a place lies in.
+    #[inline(always)]
+    pub(super) fn depth_at<L: Lanes>(&self, l: L, map: usize, [x, y]: [L::F; 2]) -> L::I {
+        let last = (self.size - 2) as f32;
+        let place = |v: L::F| (v + 0.5).clamp_to(0.0, last).floor();
+        let index = (place(y) * self.size as f32 + place(x)).to_int();
+        let [depth, _] = l.gather_pairs_u32(self.texels_of(map), index);
+        depth & 0xffff
+    }
+
+    /// Where a point lies on a map, and its depth in steps.
+    #[inline(always)]
+    pub(super) fn project<L: Lanes>(&self, l: L, map: usize, position: &[L::F; 3]) -> [L::F; 3] {
+        self.maps[map].project(l, position)
+    }
+
+    /// Length of a step of depth in texels.
+    pub(super) fn steepness(&self) -> f32 {
+        self.step / self.texel
     }
 }
 

@@ -2,12 +2,14 @@
 //!
 //! Every map looks along one direction at the whole of the scene, so it knows nothing of the camera: a turntable makes them
 //! once. What blocks light is a list of triangles in world space ([`Blockers`]); a map holds, for each of its texels, how far
-//! towards the light the outermost of them reaches ([`DepthMap`]).
+//! towards the light the outermost of them reaches ([`DepthMap`]). Where a direction stands for light from around it, what lies
+//! below everything has soft shadows (`soft.rs`).
 
 mod blockers;
 mod depth_map;
 mod draw;
 mod of_scene;
+mod soft;
 #[cfg(test)]
 mod tests;
 

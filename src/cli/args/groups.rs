@@ -10,7 +10,7 @@ use crate::jobs::MAX_THREADS;
 use crate::limits::Limits;
 use crate::math::lanes::SimdLevel;
 use crate::output::OutputFormat;
-use crate::render::{Quality, Renderer};
+use crate::render::{Ground, Quality, Renderer};
 use crate::scene::Axis;
 use crate::scene::{AreaLightMethod, ShadingModel};
 use clap::Args;
@@ -209,6 +209,15 @@ pub struct PictureArgs {
     /// Shade every surface as often as --shading-rate says
     #[arg(long)]
     pub shade_everywhere: bool,
+
+    /// What is seen of a floor under the model: none, shadow (that of the model, which darkens what is behind it), #rrggbb or a
+    /// colour name (a matt floor that fades) [default: none]
+    ///
+    /// The floor lies at the lowest point of the model and is seen from above. The environment lights it past the model, by the
+    /// depth maps of --maps, or by those of --quality fast if there are none; lights cast no shadow on it yet. An automatic
+    /// camera leaves some room for it.
+    #[arg(long, value_name = "SHADOW|COLOR", value_parser = value_parsers::ground)]
+    pub ground: Option<Ground>,
 
     /// Formulas that shade every surface [default: what each material names, else standard]
     #[arg(long, value_name = "MODEL", value_parser = value_parsers::shading, long_help = models(SHADING))]
@@ -451,6 +460,7 @@ impl PictureArgs {
         override_with(&mut scene.rays, self.rays);
         override_with(&mut scene.shading_rate, self.shading_rate);
         override_with(&mut scene.shade_everywhere, self.shade_everywhere.then_some(true));
+        override_with(&mut scene.ground, self.ground);
         override_with(&mut scene.shading, self.shading);
         scene.more_materials.extend_from_slice(&self.materials);
         override_with(&mut scene.anisotropy, self.anisotropy);

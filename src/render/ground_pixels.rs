@@ -1,0 +1,160 @@
+//! The floor in the pixels of a tile: behind the surfaces, and before what is behind the picture.
+
+use super::ground::Ground;
+use super::ground_light::GroundLight;
+use super::quality::Visibility;
+use super::resolve::{Distant, TilePixels};
+use crate::color::srgb::SRGB8_TO_LINEAR;
+use crate::dispatch;
+use crate::each;
+use crate::geometry::View;
+use crate::light::EnvironmentLight;
+use crate::math::lanes::{Float, Int, LANES, Lanes, Mask, SimdLevel};
+use crate::math::vec3::Vec3;
+use crate::raster::{SUBPIXELS, TileOrigin};
+use crate::scene::Footing;
+use crate::shade::ViewRays;
+
+/// Units of shading (about a nanosecond) for one pixel.
+const PIXEL: u64 = 4;
+
+/// The floor as one picture sees it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct GroundView<'a> {
+    light: &'a GroundLight,
+    /// About the middle of the floor, in lengths of its reach.
+    rays: ViewRays,
+    /// Radiance where all light arrives; `None` of a shadow.
+    radiance: Option<[f32; 3]>,
+    /// What finding its light counts as, in units of shading.
+    pub units: u64,
+}
+
+/// What is seen of the floor in sixteen pixels: premultiplied colour and opacity.
+struct Seen<L: Lanes> {
+    color: [L::F; 3],
+    opacity: L::F,
+}
+
+impl<'a> GroundView<'a> {
+    /// `None` if nothing is seen of it.
+    pub(super) fn new(
+        light: &'a GroundLight,
+        ground: Ground,
+        asked: &Visibility,
+        view: &View,
+        environment: &EnvironmentLight<'_>,
+        level: SimdLevel,
+    ) -> Option<Self> {
+        let footing = light.footing()?;
+        let rays = rays_about(view, footing);
+        let is_above = if rays.perspective { rays.eye[1] > 0.0 } else { true };
+        let radiance = match ground {
+            Ground::None => return None,
+            Ground::Shadow => None,
+            Ground::Color(color) => {
+                let irradiance = dispatch!(level, l => {
+                    let up = Vec3::splat(l, [0.0, 1.0, 0.0]);
+                    environment.irradiance_over_pi(l, up).to_arrays()
+                });
+                Some(each!(c => irradiance[c][0] * SRGB8_TO_LINEAR[usize::from(color[c])]))
+            }
+        };
+        is_above.then_some(Self { light, rays, radiance, units: GroundLight::units(asked) })
+    }
+
+    /// What a tile of so many pixels counts as.
+    pub(super) fn units_of_tile([width, height]: [u32; 2]) -> u64 {
+        PIXEL * u64::from(width) * u64::from(height)
+    }
+
+    /// What is seen of the floor in sixteen neighbouring pixels of a row; `None` if nothing is in any.
+    #[inline(always)]
+    fn seen<L: Lanes>(&self, l: L, origin: TileOrigin, block: usize, row: usize) -> Option<Seen<L>> {
+        const HALF: i32 = SUBPIXELS / 2;
+        const PIXELS: f32 = 1.0 / SUBPIXELS as f32;
+        let y = (origin.y + row as i32 * SUBPIXELS + HALF) as f32 * PIXELS;
+        let x = (l.lane_indices().to_float() + (block * LANES) as f32) + (origin.x + HALF) as f32 * PIXELS;
+        let (from, ray) = self.rays.ray(l, [x, l.splat(y)]);
+        // From above: downwards, and before the viewer.
+        let falls = ray.y.lt(l.zero()) & from.y.gt(l.zero());
+        let distance = from.y / falls.select(-ray.y, l.splat(1.0));
+        let place = from + ray * distance;
+        let square = place.x.squared() + place.z.squared();
+        let is_floor = falls & square.lt(l.splat(1.0));
+        if !is_floor.any() {
+            return None;
+        }
+        let place = each!(v in [place.x, place.z] => is_floor.select(v, l.zero()));
+        let there = is_floor.select(GroundLight::fade(l, is_floor.select(square, l.zero())), l.zero());
+        Some(match self.radiance {
+            None => {
+                let [shadow] = self.light.look_up(l, place);
+                Seen { color: [l.zero(); 3], opacity: shadow * there }
+            }
+            Some(radiance) => {
+                let open: [L::F; 3] = self.light.look_up(l, place);
+                Seen { color: each!(c => open[c] * there * radiance[c]), opacity: there }
+            }
+        })
+    }
+
+    /// Puts the floor behind the pixels of a tile, but for those that have it behind them.
+    #[inline(always)]
+    pub(super) fn composite<L: Lanes>(&self, l: L, origin: TileOrigin, pixels: &mut TilePixels) {
+        let TilePixels { width, linear, transmittance, has_ground } = pixels;
+        for (y, row) in linear.chunks_mut(*width).enumerate() {
+            for (block, pixels) in row.chunks_mut(LANES).enumerate() {
+                if pixels.iter().all(|p| p[3] >= 1.0) {
+                    continue;
+                }
+                let Some(Seen { color, opacity }) = self.seen(l, origin, block, y) else { continue };
+                let (color, opacity) = (each!(c in color => c.to_array()), opacity.to_array());
+                let first = y * *width + block * LANES;
+                for (k, pixel) in pixels.iter_mut().enumerate() {
+                    if opacity[k] == 0.0 || has_ground.get(first + k).is_some_and(|has| *has) {
+                        continue;
+                    }
+                    let open = 1.0 - pixel[3];
+                    for c in 0..3 {
+                        pixel[c] += color[c][k] * open;
+                    }
+                    pixel[3] += opacity[k] * open;
+                    if let Some(open) = transmittance.get_mut(first + k) {
+                        *open = open.map(|open| open * (1.0 - opacity[k]));
+                    }
+                }
+            }
+        }
+    }
+
+    /// Puts the floor before what is behind all surfaces.
+    #[inline(always)]
+    pub(super) fn cover<L: Lanes>(&self, l: L, origin: TileOrigin, width: u32, behind: &mut [Distant]) {
+        for (y, row) in behind.chunks_mut(width as usize).enumerate() {
+            for (block, pixels) in row.chunks_mut(LANES).enumerate() {
+                let Some(Seen { color, opacity }) = self.seen(l, origin, block, y) else { continue };
+                let (color, opacity) = (each!(c in color => c.to_array()), opacity.to_array());
+                for (k, pixel) in pixels.iter_mut().enumerate() {
+                    let keep = 1.0 - opacity[k];
+                    pixel.color = each!(c => color[c][k] + pixel.color[c] * keep);
+                    pixel.open *= keep;
+                }
+            }
+        }
+    }
+}
+
+/// The view's rays about the middle of the floor, in lengths of its reach, rounded once.
+fn rays_about(view: &View, footing: &Footing) -> ViewRays {
+    let [right, up, back] = view.axes;
+    let reach = GroundLight::reach(footing);
+    let scaled = |axis: [f64; 3], scale: f64| axis.map(|v| (v * scale / reach) as f32);
+    ViewRays {
+        eye: std::array::from_fn(|k| ((view.eye[k] - footing.center[k]) / reach) as f32),
+        right: scaled(right, 1.0 / view.scale),
+        down: scaled(up, -1.0 / view.scale),
+        forward: scaled(back, -1.0),
+        perspective: view.perspective,
+    }
+}
