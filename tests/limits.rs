@@ -143,6 +143,7 @@ fn shading_stops_at_its_limit_before_anything_beyond_it_is_shaded() {
             .with_samples(4)
             .with_limits(limits)
             .with_tile_size(tile_size)
+            .with_shading(ShadingModel::Gltf)
             .with_simd(simd);
         let result = renderer.render(&scene, &camera, &options).map(|rendered| rendered.stats.shading);
         (result, renderer.work_done().shading)
