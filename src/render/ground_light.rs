@@ -65,7 +65,7 @@ impl GroundLight {
         options: &RenderOptions,
     ) {
         let planes = if options.ground == Ground::Shadow { 1 } else { 3 };
-        let found = visibility.zip(scene.footing());
+        let found = visibility.and_then(|maps| Some((maps, scene.footing()?)));
         let known = found.map(|((_, maps), footing)| Known { footing, maps, planes });
         let is_known = std::mem::replace(&mut self.known, known) == known;
         let Some(((visibility, _), footing)) = found.filter(|_| !is_known) else { return };

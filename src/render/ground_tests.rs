@@ -95,7 +95,8 @@ fn a_ball_throws_the_shadow_that_the_sky_leaves() {
         }
     }
     // Darkest where it stands, and lighter from ring to ring.
-    let means: Vec<f32> = rings.iter().map(|[sum, count]| sum / count).collect();
+    let seen = rings.iter().filter(|[_, count]| *count > 0.0);
+    let means: Vec<f32> = seen.map(|[sum, count]| sum / count).collect();
     assert!(means[0] > 0.85, "{means:?}");
     assert!(means.windows(2).all(|pair| pair[0] >= pair[1]), "{means:?}");
     assert_eq!(found.stats.covered, 0);

@@ -226,8 +226,8 @@ impl TracedLight<'_> {
                     sums.weight = sums.weight + weight;
                     if lobe != Lobe::Diffuse {
                         let light = context.environment.radiance(l, towards, part) * weight;
-                        sums.all = sums.all + light;
-                        sums.open = sums.open + Vec3::select(l.mask(hit), Vec3::zero(l), light);
+                        sums.all += light;
+                        sums.open += Vec3::select(l.mask(hit), Vec3::zero(l), light);
                     }
                 }
             },

@@ -139,8 +139,8 @@ impl<L: Lanes> Lobe<L> {
         let c = self.direction.dot(towards);
         let weight = cosine / (c.one_minus() + self.alpha_2 * (c + 1.0)).squared();
         let flux = Vec3::splat(l, light.flux) * weight;
-        self.all = self.all + flux;
-        self.open = self.open + flux * visible;
+        self.all += flux;
+        self.open += flux * visible;
         let angle = weight * light.solid_angle;
         self.all_angle = self.all_angle + angle;
         self.open_angle = self.open_angle + angle * visible;
@@ -202,12 +202,12 @@ fn look_up<L: Lanes>(
         };
         let cosine = normal.dot(towards).at_least(0.0);
         let flux = Vec3::splat(l, light.flux) * cosine;
-        all = all + flux;
-        open = open + flux * visible;
+        all += flux;
+        open += flux * visible;
         let weight = cosine * light.solid_angle;
         angle = angle + weight;
         open_angle = open_angle + weight * visible;
-        mean = mean + towards * (weight * visible);
+        mean += towards * (weight * visible);
         base.add(l, light, towards, visible);
         if has_coat {
             coat.add(l, light, towards, visible);

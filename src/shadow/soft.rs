@@ -28,6 +28,7 @@ const DISC: [[f32; 2]; 16] = [
 ];
 
 /// Where blockers are looked for: fewer of the same, the first in the middle; and how far off it.
+#[allow(clippy::approx_constant, reason = "places in a disc, which are no constants")]
 const SEARCH: [[f32; 3]; 9] = [
     [0.0, 0.0, 0.0],
     [-0.301_030, 0.275_768, 0.408_248],
