@@ -4,8 +4,8 @@ use overcoat::color::ToneCurve;
 use overcoat::math::lanes::SimdLevel;
 use overcoat::render::{Quality, RenderOptions, Renderer, Visibility};
 use overcoat::scene::{
-    Camera, Environment, EnvironmentSource, EquirectImage, Instance, Material, Mesh, Scene, ShadingModel,
-    Transform, Workflow, primitives,
+    Camera, Environment, EnvironmentSource, EquirectImage, Instance, Light, LightKind, Material, Mesh, Scene,
+    ShadingModel, Transform, Workflow, primitives,
 };
 use std::sync::Arc;
 
@@ -212,6 +212,51 @@ fn threads_tiles_and_instruction_sets_do_not_show() {
             );
         }
     }
+}
+
+/// Lamps that reach one tile and not its neighbour shine on what the rays of both hit.
+#[test]
+fn lamps_of_short_reach_shine_on_what_rays_hit() {
+    let mut scene = crowd();
+    for x in [-1.0_f32, 0.0, 1.0] {
+        let kind = LightKind::Point { position: [x, 0.4, 0.6], range: Some(0.8) };
+        scene.add_light(Light { color: [1.0, 0.5, 0.2], intensity: 2.0, ..Light::new(kind) }).unwrap();
+    }
+    let camera = looking([1.0, 1.5, 3.0], [0.0, 0.3, 0.0]);
+    let visibility = Visibility::new(32, 64, 4);
+    let hash = |side| {
+        let options = options(visibility).with_tile_size(Some(side));
+        Renderer::new(2).render(&scene, &camera, &options).unwrap().frame.frame_hash()
+    };
+    let expected = hash(64);
+    for side in [16, 32] {
+        assert_eq!(hash(side), expected, "tiles of {side}");
+    }
+}
+
+/// The same triangles in another draw than before are shaded as those of that draw.
+#[test]
+fn what_rays_hit_is_found_anew_where_draws_have_other_numbers() {
+    let glass = || {
+        let mut material = matte([1.0; 3]);
+        material.lobes.transmission.factor = 1.0.into();
+        material
+    };
+    let scene = |with_glass: bool| {
+        let mut scene = under([0.8; 3]);
+        if with_glass {
+            put(&mut scene, primitives::plane([0.2, 0.2]).unwrap(), glass(), [0.0, 2.0, 0.0]);
+        }
+        put(&mut scene, primitives::torus_knot([2, 3], 0.5, 0.15, [48, 8]).unwrap(), metal(0.25), [0.0; 3]);
+        scene
+    };
+    let (camera, options) = (looking([1.0, 1.5, 3.0], [0.0; 3]), options(Quality::Good.visibility()));
+    let mut kept = Renderer::new(1);
+    let mut hash = |scene: &Scene| kept.render(scene, &camera, &options).unwrap().frame.frame_hash();
+    let plain = hash(&scene(false));
+    let alone = Renderer::new(1).render(&scene(true), &camera, &options).unwrap().frame.frame_hash();
+    assert_eq!(hash(&scene(true)), alone);
+    assert_eq!(hash(&scene(false)), plain);
 }
 
 /// What is kept from one picture to the next does not show: neither the view nor the scene before.

@@ -198,7 +198,8 @@ pub(super) fn shade_fragments<L: Lanes>(
                 let pixels = batch
                     .fragments
                     .map(|f| [input.tile.corner[0] + f.column(), input.tile.corner[1] + f.row()]);
-                traced.fill(l, context, of.material, (indices.len(), &pixels), planes, trace);
+                // What is hit may lie where lights shine that do not reach the tile.
+                traced.fill(l, &frame.shade, of.material, (indices.len(), &pixels), planes, trace);
             }
             let mut radiance = shade(l, context, of.model, of.material, planes);
             if of.material.transmits() {

@@ -7,7 +7,7 @@ use super::quality::{Quality, Visibility};
 use crate::bvh::Hierarchy;
 use crate::light::EnvironmentLight;
 use crate::limits::{LimitExceeded, Limits};
-use crate::scene::{AlphaMode, Material, PrimitiveKind, Scene};
+use crate::scene::{AlphaMode, Material, Mesh, PrimitiveKind, Scene, Transform};
 use crate::shade::{DistantLight, LightVisibility, LobeSamples, TracedLight};
 use crate::shadow::{Blockers, DepthMaps};
 
@@ -76,7 +76,9 @@ impl VisibilityMemory {
         if self.samples.len() != asked.rays as usize {
             self.samples = LobeSamples::new(asked.rays);
         }
-        if asked.rays > 0 && self.traced.corners.is_empty() {
+        // The same triangles may be those of other draws.
+        if asked.rays > 0 && self.traced.draws != blocking_draws(scene) {
+            self.traced = TracedScene::default();
             self.traced.build(crew, scene, limits)?;
         }
         Ok(())
@@ -133,26 +135,39 @@ fn passes(material: &Material) -> bool {
     material.alpha_mode == AlphaMode::Blend || material.is_transmissive()
 }
 
+/// The draws whose triangles rays can hit: number, mesh, place.
+fn blocking(scene: &Scene) -> impl Iterator<Item = (u32, &Mesh, &Transform)> {
+    scene.instances().iter().enumerate().filter_map(|(draw, instance)| {
+        let mesh = &scene.meshes()[instance.mesh.index()];
+        let material = &scene.materials()[instance.material.index()];
+        let blocks = mesh.kind() == PrimitiveKind::Triangles && !passes(material);
+        blocks.then_some((draw as u32, mesh, &instance.transform))
+    })
+}
+
+/// Their numbers, and the first triangle of each.
+fn blocking_draws(scene: &Scene) -> Vec<(u32, u32)> {
+    let mut first = 0;
+    let next = |(draw, mesh, _): (u32, &Mesh, &Transform)| {
+        let own = first;
+        first += mesh.triangles().len() as u32;
+        (draw, own)
+    };
+    blocking(scene).map(next).collect()
+}
+
 impl TracedScene {
     /// Lists the triangles of opaque and alpha-masked surfaces, and builds their hierarchy.
     fn build(&mut self, crew: &Crew<'_>, scene: &Scene, limits: &Limits) -> Result<(), LimitExceeded> {
         let what = || "triangles that rays can hit".to_owned();
-        let blocking = || {
-            scene.instances().iter().enumerate().filter_map(|(draw, instance)| {
-                let mesh = &scene.meshes()[instance.mesh.index()];
-                let material = &scene.materials()[instance.material.index()];
-                let blocks = mesh.kind() == PrimitiveKind::Triangles && !passes(material);
-                blocks.then_some((draw as u32, mesh, &instance.transform))
-            })
-        };
-        let count: u64 = blocking().map(|(_, mesh, _)| mesh.triangles().len() as u64).sum();
+        let count: u64 = blocking(scene).map(|(_, mesh, _)| mesh.triangles().len() as u64).sum();
         Limits::check(what, count.saturating_mul(BYTES_PER_TRIANGLE), limits.frame_bytes, "frame_bytes")?;
         Limits::check(what, count, Hierarchy::MAX_TRIANGLES as u64, "triangles")?;
         self.corners.reserve_exact(count as usize);
         let mut largest = 0.0_f32;
         let mut positions: Vec<[f32; 3]> = Vec::new();
-        for (draw, mesh, transform) in blocking() {
-            self.draws.push((draw, self.corners.len() as u32));
+        self.draws = blocking_draws(scene);
+        for (_, mesh, transform) in blocking(scene) {
             positions.clear();
             positions
                 .extend(mesh.positions().iter().map(|p| transform.point(p.map(f64::from)).map(|c| c as f32)));

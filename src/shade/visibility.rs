@@ -186,7 +186,7 @@ fn look_up<L: Lanes>(
     let mut coat = Lobe::new(l, view, coat_normal, coat_roughness);
     let has_coat = material.coat > 0.0;
     let (mut all, mut open) = (Vec3::zero(l), Vec3::zero(l));
-    let (mut angle, mut open_angle, mut mean) = (l.zero(), l.zero(), Vec3::zero(l));
+    let (mut angle, mut open_angle) = (l.zero(), l.zero());
 
     let start = of.maps.lifted(l, &position.to_array(), &face.to_array());
     for (number, light) in of.lights.iter().enumerate() {
@@ -207,7 +207,6 @@ fn look_up<L: Lanes>(
         let weight = cosine * light.solid_angle;
         angle = angle + weight;
         open_angle = open_angle + weight * visible;
-        mean += towards * (weight * visible);
         base.add(l, light, towards, visible);
         if has_coat {
             coat.add(l, light, towards, visible);
@@ -235,8 +234,4 @@ fn look_up<L: Lanes>(
     }
     put(planes, layout::SKY, [sky]);
     put(planes, layout::LOBE_SKY, [base_sky, coat_sky]);
-    let square = mean.dot(mean);
-    let lost = square.lt(l.splat(1e-12));
-    let inverse = lost.select(l.splat(1.0), square).sqrt().recip();
-    put(planes, layout::SKY_NORMAL, Vec3::select(lost, normal, mean * inverse).to_array());
 }
