@@ -86,6 +86,7 @@ fn models(criterion: &mut Criterion) {
         area_light_method: AreaLightMethod::default(),
         anisotropy: 1,
         maps: 0,
+        lamps: None,
         lobe_rays: 0,
         specular_antialiasing: false,
     };

@@ -7,6 +7,7 @@
 //! | [`FILTERED`] | roughness for normals that vary within a pixel | 8 | shading, where the model asks for it |
 //! | [`TRANSMISSION`] | what of the light passes through the surface, and how thick it is | 40 | shading, where the material transmits |
 //! | [`FACE`] | the plane of the triangle | 24 | effects that ask for it |
+//! | [`LIT`] | the smooth surface, and what of lamps with an extent reaches it | 60 | shading, where lamps cast shadows |
 //! | [`EFFECTS`] | what the fragments have to do with the rest of the scene: what light reaches them, what is seen through them | 108 | shading, where an effect has filled them |
 //!
 //! The first two are the surface, [`SURFACE`]: what users can look at and what is hashed. Each group is written by one stage
@@ -152,6 +153,16 @@ planes! {
     FACE_NORMAL "face-normal" 3 VECTOR;
     /// The place on the triangle, which rounding puts less far above or below it than the position on the view's ray.
     FACE_POSITION "face-position" 3 ANY;
+    /// The place on the surface that is bent through the triangle's corners: where lamps shine on.
+    LIT_POSITION "lit-position" 3 ANY;
+    /// Unit normal there.
+    LIT_NORMAL "lit-normal" 3 VECTOR;
+    /// Share of the irradiance of all rectangles and tubes that reaches the base.
+    LAMPS_DIFFUSE_SEEN "lamps-diffuse-seen" 3 Range::UNIT;
+    /// Share of their light in the base's lobe that reaches it.
+    LAMPS_BASE_SEEN "lamps-base-seen" 3 Range::UNIT;
+    /// Share of their light in the coat's lobe that reaches it.
+    LAMPS_COAT_SEEN "lamps-coat-seen" 3 Range::UNIT;
     /// Share of the environment's irradiance that reaches the base.
     DIFFUSE_SEEN "diffuse-seen" 3 Range::UNIT;
     /// Irradiance over pi from other surfaces.
@@ -190,7 +201,10 @@ pub const FILTERED: std::ops::Range<usize> = FILTERED_ROUGHNESS.first..KEPT_COLO
 pub const TRANSMISSION: std::ops::Range<usize> = KEPT_COLOR.first..FACE_NORMAL.first;
 
 /// Rows of the triangle, which effects ask for.
-pub const FACE: std::ops::Range<usize> = FACE_NORMAL.first..DIFFUSE_SEEN.first;
+pub const FACE: std::ops::Range<usize> = FACE_NORMAL.first..LIT_POSITION.first;
+
+/// Rows of what lamps shine on, where it is known what is in their way.
+pub const LIT: std::ops::Range<usize> = LIT_POSITION.first..DIFFUSE_SEEN.first;
 
 /// Rows that effects fill, each its own, where the material needs it.
 pub const EFFECTS: std::ops::Range<usize> = DIFFUSE_SEEN.first..ROWS;
@@ -232,8 +246,8 @@ mod tests {
         assert_eq!(next, ROWS);
         // What the table of the module says.
         assert_eq!(
-            [CORE, LOBES, FILTERED, TRANSMISSION, FACE, EFFECTS].map(|rows| rows.len() * 4),
-            [140, 104, 8, 40, 24, 108]
+            [CORE, LOBES, FILTERED, TRANSMISSION, FACE, LIT, EFFECTS].map(|rows| rows.len() * 4),
+            [140, 104, 8, 40, 24, 60, 108]
         );
         let mut names: Vec<&str> = PLANES.iter().map(|p| p.name).collect();
         names.sort_unstable();

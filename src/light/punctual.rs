@@ -21,6 +21,8 @@ const MIN_DISTANCE_SQUARED: f32 = 1e-6;
 pub struct PunctualLight {
     /// Colour times intensity: lux or candela.
     intensity: [f32; 3],
+    /// Its number among the lights without extent of the scene; 0 until it is given one.
+    pub number: u32,
     /// Least alpha of what it shines on, 0 to 1.
     pub minimum_roughness: f32,
     kind: Kind,
@@ -77,7 +79,13 @@ impl PunctualLight {
             }
             LightKind::Rect { .. } | LightKind::Tube { .. } => return None,
         };
-        Some(Self { intensity, minimum_roughness: light.minimum_roughness, kind })
+        Some(Self { intensity, number: 0, minimum_roughness: light.minimum_roughness, kind })
+    }
+
+    /// The same with a number.
+    #[must_use]
+    pub fn with_number(self, number: u32) -> Self {
+        Self { number, ..self }
     }
 
     /// Where it is, and the distance from which on it gives nothing at all; `None` if there is none.

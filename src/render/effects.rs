@@ -41,6 +41,11 @@ impl EffectMemory {
         self.visibility.prepare(crew, scene, environment, options)
     }
 
+    /// What is known of the scene.
+    pub(super) fn visibility(&self) -> &VisibilityMemory {
+        &self.visibility
+    }
+
     /// What is known of the environment's light, for a floor, and its number among all that was.
     pub(super) fn maps_of_ground(&self) -> (LightVisibility<'_>, u64) {
         self.visibility.maps_of_ground()

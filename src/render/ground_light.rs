@@ -2,15 +2,19 @@
 
 use super::crew::Crew;
 use super::ground::Ground;
+use super::lamps::LightMemory;
 use super::options::RenderOptions;
 use super::quality::Visibility;
 use super::visibility::asked_for;
-use crate::dispatch_available;
 use crate::each;
+use crate::light::EnvironmentLight;
 use crate::math::lanes::{Float, Int, LANES, Lanes, Mask};
 use crate::math::vec3::Vec3;
 use crate::scene::{Footing, Scene};
 use crate::shade::{DistantLight, LightVisibility};
+use crate::shadow::Receiver;
+use crate::{dispatch, dispatch_available};
+use std::f32::consts::FRAC_1_PI;
 
 /// Least and most texels along a side of the picture, which has as many as the maps between these. Of 128, those in the middle are
 /// a 96th of [`Footing::radius`] wide: less than those of the maps.
@@ -41,8 +45,8 @@ pub(super) struct GroundLight {
     known: Option<Known>,
     /// Texels along a side.
     size: usize,
-    /// Bits of floats, row by row, in each row one colour after the other: what part of the light arrives; or of luminance alone
-    /// what part does not.
+    /// Bits of floats, row by row, in each row one colour after the other: irradiance over pi; or one number, what part of its
+    /// luminance does not arrive.
     texels: Vec<u32>,
 }
 
@@ -53,6 +57,8 @@ struct Known {
     /// Number of the maps.
     maps: u64,
     planes: usize,
+    /// How many times lights were others.
+    lights: u64,
 }
 
 impl GroundLight {
@@ -62,18 +68,29 @@ impl GroundLight {
         crew: &Crew<'_>,
         scene: &Scene,
         visibility: Option<(LightVisibility<'_>, u64)>,
+        (environment, lights): (&EnvironmentLight<'_>, &LightMemory),
         options: &RenderOptions,
     ) {
         let planes = if options.ground == Ground::Shadow { 1 } else { 3 };
         let found = visibility.and_then(|maps| Some((maps, scene.footing()?)));
-        let known = found.map(|((_, maps), footing)| Known { footing, maps, planes });
+        let known =
+            found.map(|((_, maps), footing)| Known { footing, maps, planes, lights: lights.changes() });
         let is_known = std::mem::replace(&mut self.known, known) == known;
         let Some(((visibility, _), footing)) = found.filter(|_| !is_known) else { return };
         self.size = size_of_picture(&asked_for(options));
-        let shadows = Shadows { size: self.size, ..Shadows::new(&visibility, footing, planes == 1) };
+        let level = options.simd;
+        let above = dispatch!(level, l => {
+            let up = Vec3::splat(l, [0.0, 1.0, 0.0]);
+            environment.irradiance_over_pi(l, up).to_arrays()
+        });
+        let shadows = Shadows {
+            size: self.size,
+            irradiance: each!(c in above => c[0]),
+            lights: Some(lights),
+            ..Shadows::new(&visibility, footing, planes == 1)
+        };
         self.texels.clear();
         self.texels.resize(self.size * self.size * planes, 0);
-        let level = options.simd;
         crew.jobs.for_each_chunk_mut(&mut self.texels, self.size * planes, |row, texels| {
             dispatch_available!(level, l => shadows.row(l, row, texels));
         });
@@ -149,6 +166,10 @@ struct Shadows<'a> {
     height: f32,
     radius: f32,
     luminance_alone: bool,
+    /// Of the environment, over pi.
+    irradiance: [f32; 3],
+    /// The other lights.
+    lights: Option<&'a LightMemory>,
     /// Texels along a side of the picture.
     size: usize,
 }
@@ -158,7 +179,7 @@ impl<'a> Shadows<'a> {
         let lamp = |(number, light): (usize, &DistantLight)| {
             let cosine = light.direction[1];
             // The angle of a cap of that size, if it is small.
-            let spread = (light.solid_angle * std::f32::consts::FRAC_1_PI).sqrt();
+            let spread = (light.solid_angle * FRAC_1_PI).sqrt();
             let spread = if spread < WIDEST { spread } else { WIDEST };
             let flux = each!(c in light.flux => c * cosine);
             (cosine > 1e-4).then_some(Lamp { number, towards: light.direction, flux, spread })
@@ -174,6 +195,8 @@ impl<'a> Shadows<'a> {
             height: footing.height as f32,
             radius: footing.radius as f32,
             luminance_alone,
+            irradiance: [0.0; 3],
+            lights: None,
             size: 0,
         }
     }
@@ -189,23 +212,43 @@ impl<'a> Shadows<'a> {
         for first in (0..self.size).step_by(LANES) {
             let x = place(l.lane_indices().to_float() + first as f32);
             let arriving = self.arriving(l, [x, z]);
+            let [open, all] = self.of_lights(l, [x, z]);
             let mut put = |plane: usize, values: L::F| {
                 let texels = &mut out[plane * self.size + first..][..LANES];
                 texels.iter_mut().zip(values.to_array()).for_each(|(to, value)| *to = value.to_bits());
             };
             if self.luminance_alone {
                 let of = |rgb: [L::F; 3]| (rgb[0] + rgb[1]) + rgb[2];
-                let all = l.splat(
-                    (self.sum[0] * LUMINANCE[0] + self.sum[1] * LUMINANCE[1]) + self.sum[2] * LUMINANCE[2],
-                );
-                put(0, share(l, of(each!(c => arriving[c] * LUMINANCE[c])), all).one_minus());
+                let arriving = of(each!(c => (arriving[c] + open[c]) * LUMINANCE[c]));
+                let all = of(each!(c => (all[c] + self.sum[c]) * LUMINANCE[c]));
+                put(0, share(l, arriving, all).one_minus());
             } else {
-                (0..3).for_each(|c| put(c, share(l, arriving[c], l.splat(self.sum[c]))));
+                for c in 0..3 {
+                    let sky = share(l, arriving[c], l.splat(self.sum[c])) * self.irradiance[c];
+                    put(c, sky + open[c] * FRAC_1_PI);
+                }
             }
         }
     }
 
-    /// Irradiance that arrives at places on the floor.
+    /// Irradiance from lights at places on the floor: that arrives, and that would.
+    #[inline(always)]
+    fn of_lights<L: Lanes>(&self, l: L, [x, z]: [L::F; 2]) -> [[L::F; 3]; 2] {
+        let lights = self.lights.and_then(|lights| Some((lights, lights.shadows_of_ground()?)));
+        let Some((lights, shadows)) = lights else { return [[l.zero(); 3]; 2] };
+        let [center_x, low, center_z] = self.center;
+        // As wide as the finest texels.
+        let texel = self.reach / self.size as f32 * (BEND / (1.0 + BEND));
+        let receiver = Receiver {
+            position: Vec3::new(x * self.reach + center_x, l.splat(low), z * self.reach + center_z),
+            normal: Vec3::splat(l, [0.0, 1.0, 0.0]),
+            pixel: l.splat(texel),
+            two_sided: false,
+        };
+        shadows.on_floor(l, &lights.punctual, &lights.areas, &receiver).map(Vec3::to_array)
+    }
+
+    /// Irradiance of the environment that arrives at places on the floor.
     #[inline(always)]
     fn arriving<L: Lanes>(&self, l: L, [x, z]: [L::F; 2]) -> [L::F; 3] {
         let [center_x, low, center_z] = self.center;

@@ -5,12 +5,9 @@ use super::ground_light::GroundLight;
 use super::quality::Visibility;
 use super::resolve::{Distant, TilePixels};
 use crate::color::srgb::SRGB8_TO_LINEAR;
-use crate::dispatch;
 use crate::each;
 use crate::geometry::View;
-use crate::light::EnvironmentLight;
-use crate::math::lanes::{Float, Int, LANES, Lanes, Mask, SimdLevel};
-use crate::math::vec3::Vec3;
+use crate::math::lanes::{Float, Int, LANES, Lanes, Mask};
 use crate::raster::{SUBPIXELS, TileOrigin};
 use crate::scene::Footing;
 use crate::shade::ViewRays;
@@ -24,8 +21,8 @@ pub(super) struct GroundView<'a> {
     light: &'a GroundLight,
     /// About the middle of the floor, in lengths of its reach.
     rays: ViewRays,
-    /// Radiance where all light arrives; `None` of a shadow.
-    radiance: Option<[f32; 3]>,
+    /// Linear colour of a matt floor; `None` of a shadow.
+    color: Option<[f32; 3]>,
     /// What finding its light counts as, in units of shading.
     pub units: u64,
 }
@@ -43,24 +40,16 @@ impl<'a> GroundView<'a> {
         ground: Ground,
         asked: &Visibility,
         view: &View,
-        environment: &EnvironmentLight<'_>,
-        level: SimdLevel,
     ) -> Option<Self> {
         let footing = light.footing()?;
         let rays = rays_about(view, footing);
         let is_above = if rays.perspective { rays.eye[1] > 0.0 } else { true };
-        let radiance = match ground {
+        let color = match ground {
             Ground::None => return None,
             Ground::Shadow => None,
-            Ground::Color(color) => {
-                let irradiance = dispatch!(level, l => {
-                    let up = Vec3::splat(l, [0.0, 1.0, 0.0]);
-                    environment.irradiance_over_pi(l, up).to_arrays()
-                });
-                Some(each!(c => irradiance[c][0] * SRGB8_TO_LINEAR[usize::from(color[c])]))
-            }
+            Ground::Color(color) => Some(each!(c in color => SRGB8_TO_LINEAR[usize::from(c)])),
         };
-        is_above.then_some(Self { light, rays, radiance, units: GroundLight::units(asked) })
+        is_above.then_some(Self { light, rays, color, units: GroundLight::units(asked) })
     }
 
     /// What a tile of so many pixels counts as.
@@ -87,14 +76,14 @@ impl<'a> GroundView<'a> {
         }
         let place = each!(v in [place.x, place.z] => is_floor.select(v, l.zero()));
         let there = is_floor.select(GroundLight::fade(l, is_floor.select(square, l.zero())), l.zero());
-        Some(match self.radiance {
+        Some(match self.color {
             None => {
                 let [shadow] = self.light.look_up(l, place);
                 Seen { color: [l.zero(); 3], opacity: shadow * there }
             }
-            Some(radiance) => {
+            Some(own) => {
                 let open: [L::F; 3] = self.light.look_up(l, place);
-                Seen { color: each!(c => open[c] * there * radiance[c]), opacity: there }
+                Seen { color: each!(c => open[c] * there * own[c]), opacity: there }
             }
         })
     }

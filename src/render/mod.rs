@@ -17,6 +17,7 @@ mod ground_light;
 mod ground_pixels;
 #[cfg(test)]
 mod ground_tests;
+mod lamps;
 mod options;
 mod pass;
 mod passes;

@@ -6,10 +6,10 @@ use super::crew::{Crew, arithmetic_is_default};
 use super::environment::EnvironmentCache;
 use super::ground_light::GroundLight;
 use super::ground_pixels::GroundView;
+use super::lamps::LightMemory;
 use super::options::{Background, RenderError, RenderOptions, RenderStats};
 use super::pass::FrameContext;
 use super::passes::{PassMemory, check_limits};
-use super::reach::Reach;
 use super::setup::{GeometryMemory, SetUp, unknown_clouds};
 use super::shading_rate::Finer;
 use super::splats::SplatMemory;
@@ -23,7 +23,7 @@ use crate::frame::{Clipping, Developer, DisplayImage, DisplayOptions, Frame};
 use crate::gbuffer::Draw;
 use crate::geometry::View;
 use crate::jobs::Jobs;
-use crate::light::{AreaLight, EnvironmentLight, PrefilteredEnvironment, PunctualLight};
+use crate::light::{EnvironmentLight, PrefilteredEnvironment};
 use crate::limits::{LimitExceeded, Limits};
 use crate::raster::SamplePattern;
 use crate::reuse::emptied;
@@ -71,28 +71,6 @@ pub(super) struct Memory {
     pub work_done: WorkDone,
 }
 
-/// The lights of a picture.
-#[derive(Debug, Default)]
-struct LightMemory {
-    /// Lights without extent.
-    punctual: Vec<PunctualLight>,
-    /// Rectangles and tubes.
-    areas: Vec<AreaLight>,
-    /// Where those without extent shine.
-    reach: Reach,
-}
-
-impl LightMemory {
-    /// Takes over the lights of a scene.
-    fn list(&mut self, scene: &Scene, view: &View) {
-        self.punctual.clear();
-        self.punctual.extend(scene.lights().iter().filter_map(PunctualLight::new));
-        self.areas.clear();
-        self.areas.extend(scene.lights().iter().filter_map(AreaLight::new));
-        self.reach.find(&self.punctual, view);
-    }
-}
-
 impl Memory {
     /// Draws a picture, on a worker: a frame, or one for a screen.
     pub(super) fn draw(&mut self, request: &Request<'_>) -> Result<Drawn, RenderError> {
@@ -106,8 +84,9 @@ impl Memory {
         let environment = environment_light(scene, &filtered);
         self.lights.list(scene, &view);
         self.passes.effects.before(&crew, scene, &environment, options)?;
+        self.lights.find_shadows(&crew, scene, self.passes.effects.visibility(), options)?;
         let maps = options.ground.is_seen().then(|| self.passes.effects.maps_of_ground());
-        self.ground.prepare(&crew, scene, maps, options);
+        self.ground.prepare(&crew, scene, maps, (&environment, &self.lights), options);
         let environment_time = crew.lap();
 
         // Bring the vertices to the screen.
@@ -137,14 +116,7 @@ impl Memory {
         self.costs.extend(scene.materials().iter().map(|material| ShadingCost::of(material, &shade)));
         Finer::list(scene.materials(), scene.textures(), options, &mut self.finer);
         let show_environment = options.background == Background::Environment;
-        let ground = GroundView::new(
-            &self.ground,
-            options.ground,
-            &asked_for(options),
-            &view,
-            &environment,
-            options.simd,
-        );
+        let ground = GroundView::new(&self.ground, options.ground, &asked_for(options), &view);
         let frame = FrameContext {
             grid,
             pattern: &pattern,
@@ -277,6 +249,7 @@ fn shade_context<'a>(
         area_light_method: options.area_lights,
         anisotropy: options.anisotropy,
         maps: options.visibility.maps,
+        lamps: lights.shadows(),
         lobe_rays: options.visibility.rays,
         specular_antialiasing: options.specular_antialiasing,
     }

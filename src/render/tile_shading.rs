@@ -17,8 +17,8 @@ use crate::math::vec3::V3;
 use crate::reuse::reserve_like;
 use crate::scene::{Material, ShadingModel};
 use crate::shade::{
-    ShadeContext, SurfacePlace, SurfaceReading, TraceScratch, pass_through, shade, store_face, store_surface,
-    store_transmission,
+    ShadeContext, SurfacePlace, SurfaceReading, TraceScratch, pass_through, shade, store_face, store_lit,
+    store_surface, store_transmission,
 };
 
 /// What the fragments of a tile, or of a part of it, are shaded by.
@@ -185,6 +185,7 @@ pub(super) fn shade_fragments<L: Lanes>(
             }
             if pass.effects.visibility.is_some() {
                 store_face(l, context, batch, &place, planes);
+                store_lit(l, context, of.material, batch, &place, planes);
             }
 
             // Find where the next read their textures: what these read is read.

@@ -30,6 +30,8 @@ pub(super) struct VisibilityMemory {
     is_on: bool,
     /// How many times maps were made.
     made: u64,
+    /// How many times other things blocked light.
+    moved: u64,
 }
 
 /// What rays are traced through.
@@ -71,6 +73,7 @@ impl VisibilityMemory {
             (self.lights, self.size) = (lights, asked.map_size);
         }
         if moved {
+            self.moved += 1;
             (self.blockers, self.traced) = (blockers, TracedScene::default());
         }
         if self.samples.len() != asked.rays as usize {
@@ -92,6 +95,11 @@ impl VisibilityMemory {
     /// What the maps know, whether surfaces are shaded with it or not, and how many times maps were made until then.
     pub(super) fn maps_of_ground(&self) -> (LightVisibility<'_>, u64) {
         (LightVisibility { lights: &self.lights, maps: &self.maps }, self.made)
+    }
+
+    /// What blocks light, if it was asked for, and its number among all that did.
+    pub(super) fn blockers(&self, options: &RenderOptions) -> Option<(&Blockers, u64)> {
+        asked_for(options).is_on().then_some((&self.blockers, self.moved))
     }
 
     /// What rays find; `None` without rays.

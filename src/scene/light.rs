@@ -44,7 +44,7 @@ pub enum LightKind {
         outer_cone_cosine: f32,
     },
     /// A rectangle that shines from its front, equally in all directions; intensity is luminance in candela per square
-    /// metre. It casts no shadows and is not seen itself.
+    /// metre. It is not seen itself.
     Rect {
         /// World-space centre in metres.
         position: [f32; 3],
@@ -56,8 +56,8 @@ pub enum LightKind {
         /// Shines from its back as well.
         two_sided: bool,
     },
-    /// A thin tube with round cross-section and dark ends; intensity is luminance in candela per square metre. It
-    /// casts no shadows and is not seen itself.
+    /// A thin tube with round cross-section and dark ends; intensity is luminance in candela per square metre. It is
+    /// not seen itself.
     Tube {
         /// World-space ends of its axis in metres.
         ends: [[f32; 3]; 2],

@@ -3,7 +3,7 @@
 //! Linearly transformed cosines, as engines have them, are off by 2 percent (seen from above) to 15 percent (N.V = 0.3)
 //! of a GGX lobe; the sampled glTF model integrates over the lobe's facets instead.
 //!
-//! Neither casts shadows. A lobe is given by its mirror direction, as models ask for reflections; its normal is that of
+//! What is in their way is found apart (`lamps.rs`). A lobe is given by its mirror direction, as models ask for reflections; its normal is that of
 //! the layer whose mirror direction is the nearest to it.
 
 use super::{ShadeContext, Surface};

@@ -1,5 +1,6 @@
 //! What the shading pass knows of the picture as a whole.
 
+use super::LampVisibility;
 use crate::each;
 use crate::gbuffer::Draw;
 use crate::light::{AreaLight, EnvironmentLight, PunctualLight};
@@ -76,6 +77,8 @@ pub struct ShadeContext<'a> {
     pub anisotropy: u32,
     /// Depth maps that say what blocks the environment; with 0 nothing does, and no plane says so.
     pub maps: u32,
+    /// What is in the way of lights, if that is known.
+    pub lamps: Option<LampVisibility<'a>>,
     /// Rays that each lobe sends.
     pub lobe_rays: u32,
     /// Roughness grows where normals vary within a pixel, also in models whose engines leave it out.

@@ -28,6 +28,10 @@ const AREA_LIGHT_BY_FACETS: u64 = 1200;
 /// One depth map looked up by a fragment.
 const MAP: u64 = 3;
 
+/// What is in the way of a light without extent, and of a part of one with.
+const SHADOW: u64 = 20;
+const SHADOW_OF_PART: u64 = 35;
+
 /// One ray, without what it takes to shade what it hits.
 const RAY: u64 = 400;
 /// Roughness that grows where normals vary within a pixel.
@@ -71,6 +75,10 @@ impl ShadingCost {
         let by_facets =
             model == ShadingModel::GltfSampled || context.area_light_method == AreaLightMethod::Facets;
         let area = if by_facets { AREA_LIGHT_BY_FACETS } else { AREA_LIGHT };
+        let (shadow, parts) = match &context.lamps {
+            Some(lamps) => (SHADOW, SHADOW_OF_PART * lamps.parts.len() as u64),
+            None => (0, 0),
+        };
         let (through, light_through) =
             if material.transmits() { (TRANSMISSION, LIGHT_THROUGH) } else { (0, 0) };
         let filter = if normal_filter(context, material).is_some() { NORMAL_FILTER } else { 0 };
@@ -79,13 +87,14 @@ impl ShadingCost {
             + filter
             + through
             + area * context.area_lights.len() as u64
+            + parts
             + MAP * u64::from(context.maps);
         // Diffuse, base, coat. What is hit is taken to be like this.
         let lobes = if material.coat > 0.0 { 3 } else { 2 };
         let rays = if context.maps > 0 { lobes * u64::from(context.lobe_rays) } else { 0 };
         Self {
             fragment: fragment + rays * (RAY + fragment),
-            light: if layered { light_on_layers } else { light } + light_through,
+            light: if layered { light_on_layers } else { light } + light_through + shadow,
             blending: BLENDING,
             mask,
         }

@@ -7,6 +7,7 @@
 use super::area::{Receiver, area_irradiance_over_pi, area_radiance};
 use super::{ShadeContext, Surface};
 use crate::coat::EnvironmentQuery;
+use crate::gbuffer::layout::SurfacePlanes;
 use crate::light::{LightSample, PunctualLight};
 use crate::math::lanes::{Float, Lanes, Mask};
 use crate::math::vec3::V3;
@@ -124,9 +125,25 @@ fn environment_irradiance_over_pi<L: Lanes>(l: L, context: &ShadeContext<'_>, no
     )
 }
 
-/// What arrives from a light without extent.
+/// What arrives from a light without extent at surfaces in `planes`, past what is known to be in its way.
+#[inline(always)]
+pub(super) fn arriving_light<L: Lanes>(
+    l: L,
+    context: &ShadeContext<'_>,
+    material: &Material,
+    light: &PunctualLight,
+    position: V3<L>,
+    planes: &SurfacePlanes,
+) -> LightSample<L> {
+    let sample = sample_light(l, light, position);
+    let Some(lamps) = &context.lamps else { return sample };
+    let visible = lamps.of_light(l, context, material, light, planes);
+    LightSample { irradiance: sample.irradiance * visible, ..sample }
+}
+
+/// What a light without extent sends.
 #[inline(never)]
-pub(super) fn sample_light<L: Lanes>(l: L, light: &PunctualLight, position: V3<L>) -> LightSample<L> {
+fn sample_light<L: Lanes>(l: L, light: &PunctualLight, position: V3<L>) -> LightSample<L> {
     l.run(
         #[inline(always)]
         || light.sample(l, position),

@@ -4,7 +4,8 @@
 //! extent ([`Model::direct`]), and what of one of its surroundings ([`Model::indirect`]), which it asks for averages over lobes
 //! by way of [`Source`]. Most are [`AdditiveModel`]s; those that compose diffuse and specular light apart have a sum of their own.
 
-use super::incident::{Surroundings, sample_light};
+use super::incident::{Surroundings, arriving_light};
+use super::lamps::LampVisibility;
 use super::transmission::shaded_color;
 use super::variation::{NormalFilter, NormalFiltering, shaded_roughness};
 use super::visibility::LightVisibility;
@@ -166,14 +167,20 @@ impl<L: Lanes> Source<'_, L> {
     /// What blocks it is known.
     #[inline(always)]
     fn is_blocked(&self) -> bool {
-        self.context.maps > 0 && self.is_environment()
+        if self.is_environment() { self.context.maps > 0 } else { self.context.lamps.is_some() }
     }
 
     /// Irradiance over pi on a surface of this unit normal.
     #[inline(always)]
     pub(super) fn irradiance_over_pi(&self, l: L, normal: V3<L>) -> V3<L> {
         let unoccluded = self.surroundings.irradiance_over_pi(l, self.context, self.surface, normal);
-        if self.is_blocked() { LightVisibility::irradiance(l, self.planes, unoccluded) } else { unoccluded }
+        if !self.is_blocked() {
+            unoccluded
+        } else if self.is_environment() {
+            LightVisibility::irradiance(l, self.planes, unoccluded)
+        } else {
+            LampVisibility::irradiance(l, self.planes, unoccluded)
+        }
     }
 
     /// Irradiance on a surface of this unit normal.
@@ -187,9 +194,12 @@ impl<L: Lanes> Source<'_, L> {
     pub(super) fn radiance(&self, l: L, query: EnvironmentQuery<L>) -> V3<L> {
         let unoccluded = self.surroundings.radiance(l, self.context, self.material, self.surface, query);
         if !self.is_blocked() {
-            return unoccluded;
+            unoccluded
+        } else if self.is_environment() {
+            LightVisibility::radiance(l, self.planes, self.material, &query, unoccluded)
+        } else {
+            LampVisibility::radiance(l, self.planes, self.material, &query, unoccluded)
         }
-        LightVisibility::radiance(l, self.planes, self.material, &query, unoccluded)
     }
 
     /// [`Source::irradiance`] as models take it.
@@ -244,7 +254,7 @@ pub(super) fn radiance<L: Lanes, M: Model>(
             let layers = model.layers(l, material, &surface);
             let mut sum = model.begin(l, &layers, &surface);
             if M::LIGHTS_FIRST {
-                sum = add_lights(l, model, context, &surface, &layers, sum);
+                sum = add_lights(l, model, context, (material, planes), &surface, &layers, sum);
             }
             // A loop, so that a model's code is compiled once.
             for &surroundings in Surroundings::of(context) {
@@ -252,7 +262,7 @@ pub(super) fn radiance<L: Lanes, M: Model>(
                 sum = model.indirect(l, &layers, &source, sum);
             }
             if !M::LIGHTS_FIRST {
-                sum = add_lights(l, model, context, &surface, &layers, sum);
+                sum = add_lights(l, model, context, (material, planes), &surface, &layers, sum);
             }
             model.finish(l, &layers, &surface, sum)
         },
@@ -265,12 +275,13 @@ fn add_lights<L: Lanes, M: Model>(
     l: L,
     model: M,
     context: &ShadeContext<'_>,
+    (material, planes): (&Material, &SurfacePlanes),
     surface: &Surface<L>,
     layers: &M::Layers<L>,
     mut sum: M::Sum<L>,
 ) -> M::Sum<L> {
     for light in context.lights {
-        let sample = sample_light(l, light, surface.position);
+        let sample = arriving_light(l, context, material, light, surface.position, planes);
         sum = model.direct(l, layers, &sample, sum);
     }
     sum

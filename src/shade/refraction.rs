@@ -140,6 +140,7 @@ mod tests {
             area_light_method: AreaLightMethod::default(),
             anisotropy: 1,
             maps: 0,
+            lamps: None,
             lobe_rays: 0,
             specular_antialiasing: false,
         };

@@ -201,6 +201,11 @@ pub struct SeenFrom<L: Lanes> {
 }
 
 impl<L: Lanes> SurfacePlace<L> {
+    /// Where on their triangles.
+    pub(super) fn location(&self) -> &Location<L> {
+        &self.location
+    }
+
     /// A place that has no meaning yet.
     #[inline(always)]
     pub fn none(l: L) -> Self {

@@ -10,7 +10,7 @@ use super::lobe_samples::{LobeSamples, cosine_direction, ggx_direction};
 use super::record::{get, get_vector, put};
 use super::surface::{SeenFrom, SurfacePlace, SurfaceReading, any_basis, hit_opacity, store_face};
 use super::visibility::{LightVisibility, share};
-use super::{ShadeContext, shade, store_surface};
+use super::{ShadeContext, shade, store_lit, store_surface};
 use crate::bvh::{Hierarchy, Hit, Ray, Traversal};
 use crate::gbuffer::Batch;
 use crate::gbuffer::layout::{self, Plane, SurfacePlanes};
@@ -291,6 +291,7 @@ impl TracedLight<'_> {
             store_surface(l, context, &reading, batch, &mut surface, planes);
             if !material.unlit {
                 store_face(l, context, batch, &surface, planes);
+                store_lit(l, context, material, batch, &surface, planes);
                 self.visibility.fill(l, context, material, planes);
             }
             let radiance = shade(l, context, model, material, planes).to_arrays();

@@ -19,7 +19,7 @@
 //! - A picture without background stays transparent behind the surface: it knows how much of each colour passes
 //!   ([`crate::frame::Frame::transmittance`]), and opacity is 1 less the mean of that.
 
-use super::incident::{Surroundings, sample_light};
+use super::incident::{Surroundings, arriving_light};
 use super::lighting::MAX_RADIANCE;
 use super::lobes::{color, scalar};
 use super::reader::Reader;
@@ -133,13 +133,13 @@ pub fn pass_through<L: Lanes>(
             let tint = open * surface.base_color * volume * straight;
             let mut sum = radiance;
             if material.lobes.transmission.diffuse.factor > 0.0 {
-                let behind = light_from_behind(l, context, &surface);
+                let behind = light_from_behind(l, context, material, &surface, planes);
                 sum += scattered * behind;
             }
             let mut keep = tint;
             let mut open = Vec3::zero(l);
             if material.is_transmissive() {
-                let lights = lights_through(l, context, material, &surface);
+                let lights = lights_through(l, context, material, &surface, planes);
                 sum += tint * lights;
             }
             if material.refracts() {
@@ -176,14 +176,20 @@ fn not_reflected<L: Lanes>(l: L, surface: &Surface<L>) -> V3<L> {
 
 /// Radiance of a white diffuse surface, lit from the other side.
 #[inline(always)]
-fn light_from_behind<L: Lanes>(l: L, context: &ShadeContext<'_>, surface: &Surface<L>) -> V3<L> {
+fn light_from_behind<L: Lanes>(
+    l: L,
+    context: &ShadeContext<'_>,
+    material: &Material,
+    surface: &Surface<L>,
+    planes: &SurfacePlanes,
+) -> V3<L> {
     let back = -surface.normal;
     let mut sum = Vec3::zero(l);
     for &source in Surroundings::of(context) {
         sum += source.irradiance_over_pi(l, context, surface, back);
     }
     for light in context.lights {
-        let sample = sample_light(l, light, surface.position);
+        let sample = arriving_light(l, context, material, light, surface.position, planes);
         let cosine = back.dot(sample.direction).saturate() * FRAC_1_PI;
         sum += sample.irradiance * cosine;
     }
@@ -198,13 +204,14 @@ fn lights_through<L: Lanes>(
     context: &ShadeContext<'_>,
     material: &Material,
     surface: &Surface<L>,
+    planes: &SurfacePlanes,
 ) -> V3<L> {
     let alpha = refracted_roughness(material, surface.roughness.squared()).at_least(LEAST_ALPHA);
     let n_dot_v = surface.normal.dot(surface.view).saturate();
     let lambda = ggx::part_lambda(l, n_dot_v, alpha);
     let mut sum = Vec3::zero(l);
     for light in context.lights {
-        let sample = sample_light(l, light, surface.position);
+        let sample = arriving_light(l, context, material, light, surface.position, planes);
         let side = surface.normal.dot(sample.direction);
         let behind = side.lt(l.zero());
         if !behind.any() {

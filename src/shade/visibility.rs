@@ -70,8 +70,7 @@ impl LightVisibility<'_> {
         unoccluded * seen + get_vector(l, planes, layout::DIFFUSE_BOUNCE)
     }
 
-    /// Mean radiance over a lobe, of that which would reach it: the lobe is the base's or the coat's, whichever has the more
-    /// similar direction and roughness.
+    /// Mean radiance over a lobe, of that which would reach it.
     #[inline(always)]
     pub(super) fn radiance<L: Lanes>(
         l: L,
@@ -80,18 +79,10 @@ impl LightVisibility<'_> {
         query: &EnvironmentQuery<L>,
         unoccluded: V3<L>,
     ) -> V3<L> {
-        let mut seen = get_vector(l, planes, layout::BASE_SEEN);
-        let mut bounce = get_vector(l, planes, layout::BASE_BOUNCE);
+        let [mut seen, mut bounce] =
+            [layout::BASE_SEEN, layout::BASE_BOUNCE].map(|p| get_vector(l, planes, p));
         if material.coat > 0.0 {
-            let view = get_vector(l, planes, layout::VIEW);
-            let distance = |normal, roughness| {
-                let mirror = (-view).reflect(get_vector(l, planes, normal));
-                let [own] = get::<L, 1>(l, planes, roughness);
-                let apart = mirror - query.direction;
-                apart.dot(apart) * 0.25 + (own - query.perceptual_roughness).squared()
-            };
-            let base = distance(layout::NORMAL, layout::ROUGHNESS);
-            let is_coat = distance(layout::COAT_NORMAL, layout::COAT_ROUGHNESS).lt(base);
+            let is_coat = is_coat(l, planes, query);
             seen = Vec3::select(is_coat, get_vector(l, planes, layout::COAT_SEEN), seen);
             bounce = Vec3::select(is_coat, get_vector(l, planes, layout::COAT_BOUNCE), bounce);
         }
@@ -99,12 +90,26 @@ impl LightVisibility<'_> {
     }
 }
 
+/// Whether a lobe is the coat's, of a surface that has one: the one that has the more similar direction and roughness.
+#[inline(always)]
+pub(super) fn is_coat<L: Lanes>(l: L, planes: &SurfacePlanes, query: &EnvironmentQuery<L>) -> L::M {
+    let view = get_vector(l, planes, layout::VIEW);
+    let distance = |normal, roughness| {
+        let mirror = (-view).reflect(get_vector(l, planes, normal));
+        let [own] = get::<L, 1>(l, planes, roughness);
+        let apart = mirror - query.direction;
+        apart.dot(apart) * 0.25 + (own - query.perceptual_roughness).squared()
+    };
+    let base = distance(layout::NORMAL, layout::ROUGHNESS);
+    distance(layout::COAT_NORMAL, layout::COAT_ROUGHNESS).lt(base)
+}
+
 /// The least square of GGX's alpha by which directions are weighted: a lobe that lies between them sees its neighbours.
 const LEAST_ALPHA_2: f32 = 0.03;
 
 /// Sums over the directions for one lobe.
 #[derive(Clone, Copy)]
-struct Lobe<L: Lanes> {
+pub(super) struct LobeShares<L: Lanes> {
     normal: V3<L>,
     direction: V3<L>,
     alpha_2: L::F,
@@ -114,10 +119,10 @@ struct Lobe<L: Lanes> {
     all_angle: L::F,
 }
 
-impl<L: Lanes> Lobe<L> {
+impl<L: Lanes> LobeShares<L> {
     /// The mirror direction, and GGX about it.
     #[inline(always)]
-    fn new(l: L, view: V3<L>, normal: V3<L>, roughness: L::F) -> Self {
+    pub(super) fn new(l: L, view: V3<L>, normal: V3<L>, roughness: L::F) -> Self {
         let alpha_2 = roughness.squared().squared().at_least(LEAST_ALPHA_2);
         let (zero, none) = (l.zero(), Vec3::zero(l));
         Self {
@@ -131,24 +136,24 @@ impl<L: Lanes> Lobe<L> {
         }
     }
 
-    /// Adds one direction. GGX's D(h) where the view is the mirror direction: the half vector lies half as far from the normal
+    /// Adds light from one direction, of a flux and a solid angle. GGX's D(h) where the view is the mirror direction: the half vector lies half as far from the normal
     /// as the light from the direction, (n.h)^2 = (1 + c) / 2.
     #[inline(always)]
-    fn add(&mut self, l: L, light: &DistantLight, towards: V3<L>, visible: L::F) {
+    pub(super) fn add(&mut self, towards: V3<L>, flux: V3<L>, solid_angle: L::F, visible: L::F) {
         let cosine = self.normal.dot(towards).at_least(0.0);
         let c = self.direction.dot(towards);
         let weight = cosine / (c.one_minus() + self.alpha_2 * (c + 1.0)).squared();
-        let flux = Vec3::splat(l, light.flux) * weight;
+        let flux = flux * weight;
         self.all += flux;
         self.open += flux * visible;
-        let angle = weight * light.solid_angle;
+        let angle = weight * solid_angle;
         self.all_angle = self.all_angle + angle;
         self.open_angle = self.open_angle + angle * visible;
     }
 
     /// Open shares of light and of solid angle.
     #[inline(always)]
-    fn shares(&self, l: L) -> (V3<L>, L::F) {
+    pub(super) fn shares(&self, l: L) -> (V3<L>, L::F) {
         (share(l, self.open, self.all), ratio(l, self.open_angle, self.all_angle))
     }
 }
@@ -180,10 +185,10 @@ fn look_up<L: Lanes>(
     let view = get_vector(l, planes, layout::VIEW);
     let normal = get_vector(l, planes, layout::NORMAL);
     let [roughness] = get(l, planes, layout::ROUGHNESS);
-    let mut base = Lobe::new(l, view, normal, roughness);
+    let mut base = LobeShares::new(l, view, normal, roughness);
     let coat_normal = get_vector(l, planes, layout::COAT_NORMAL);
     let [coat_roughness] = get(l, planes, layout::COAT_ROUGHNESS);
-    let mut coat = Lobe::new(l, view, coat_normal, coat_roughness);
+    let mut coat = LobeShares::new(l, view, coat_normal, coat_roughness);
     let has_coat = material.coat > 0.0;
     let (mut all, mut open) = (Vec3::zero(l), Vec3::zero(l));
     let (mut angle, mut open_angle) = (l.zero(), l.zero());
@@ -201,15 +206,17 @@ fn look_up<L: Lanes>(
             l.zero()
         };
         let cosine = normal.dot(towards).at_least(0.0);
-        let flux = Vec3::splat(l, light.flux) * cosine;
+        let own = Vec3::splat(l, light.flux);
+        let flux = own * cosine;
         all += flux;
         open += flux * visible;
         let weight = cosine * light.solid_angle;
         angle = angle + weight;
         open_angle = open_angle + weight * visible;
-        base.add(l, light, towards, visible);
+        let solid_angle = l.splat(light.solid_angle);
+        base.add(towards, own, solid_angle, visible);
         if has_coat {
-            coat.add(l, light, towards, visible);
+            coat.add(towards, own, solid_angle, visible);
         }
     }
 

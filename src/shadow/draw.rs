@@ -10,8 +10,12 @@
 //! same amount for all triangles around it, and rounding keeps the order of the two products, so that the sign of `w` is
 //! right for the moved corners or `w` is zero; from the other side of an edge, it is the same number with the other sign.
 //! Centres on edges are covered from both sides, which changes nothing, since only the outermost surface counts.
+//!
+//! On maps that are seen from a point, places are divided by the distance along the map's axis, and depth is its inverse, which
+//! is linear there. Triangles that reach nearer than the map begins are cut off there, one by one (`clip.rs`).
 
-use super::blockers::{Blockers, Masked};
+use super::blockers::{Blockers, Cutout, Masked};
+use super::clip::{Corner, clipped};
 use super::depth_map::{DEEPEST, DepthMap, OUTERMOST};
 use crate::each;
 use crate::jobs::Jobs;
@@ -99,7 +103,8 @@ impl<'a> Triangles<'a> {
         size: usize,
         map: &mut [u32],
     ) -> u64 {
-        let mut bits = Projected::new(l, frame, sixteen, size).some.bits();
+        let projected = Projected::new(l, frame, sixteen, size);
+        let mut bits = (projected.some | projected.cut).bits();
         let mut work = 1;
         while bits != 0 {
             let k = bits.trailing_zeros() as usize % LANES;
@@ -137,14 +142,16 @@ fn gather<'a>(
 
 /// Sixteen triangles on a map.
 struct Projected<L: Lanes> {
-    points: [[L::F; 3]; 3],
     x: [L::F; 3],
     y: [L::F; 3],
+    z: [L::F; 3],
     /// Their boxes' first and last columns and rows.
     low: [L::F; 2],
     end: [L::F; 2],
-    /// Those whose box has the centre of a texel.
+    /// Those whose box has the centre of a texel, and that lie where the map is drawn.
     some: L::M,
+    /// Those that lie there in part.
+    cut: L::M,
 }
 
 impl<L: Lanes> Projected<L> {
@@ -152,34 +159,49 @@ impl<L: Lanes> Projected<L> {
     fn new(l: L, frame: &DepthMap, sixteen: &Sixteen, size: usize) -> Self {
         let points: [[L::F; 3]; 3] = each!(k => each!(c => l.load(&sixteen.0[3 * k + c])));
         let last = (size - 1) as f32;
-        let x: [L::F; 3] = each!(p in points => frame.row(0, &p));
-        let y: [L::F; 3] = each!(p in points => frame.row(1, &p));
+        let mut x: [L::F; 3] = each!(p in points => frame.row(0, &p));
+        let mut y: [L::F; 3] = each!(p in points => frame.row(1, &p));
+        let mut z: [L::F; 3] = each!(p in points => frame.row(2, &p));
+        let (mut there, mut cut) = (l.mask(u16::MAX), l.mask(0));
+        if frame.near > 0.0 {
+            let near = l.splat(frame.near);
+            let before = each!(z in z => z.lt(near));
+            let all = before[0] & before[1] & before[2];
+            there = !(before[0] | before[1] | before[2]);
+            cut = !there & !all;
+            let inverse: [L::F; 3] = each!(z in z => z.max(near).recip());
+            x = each!(k => x[k] * inverse[k]);
+            y = each!(k => y[k] * inverse[k]);
+            z = each!(inverse in inverse => inverse * frame.nearest());
+        }
         let low: [L::F; 2] = each!(c in [x, y] => c[0].min(c[1]).min(c[2]));
         let end: [L::F; 2] = each!(c in [x, y] => c[0].max(c[1]).max(c[2]).floor().at_most(last));
-        let some = low[0].le(end[0]) & low[1].le(end[1]);
-        Self { points, x, y, low, end, some }
+        let some = low[0].le(end[0]) & low[1].le(end[1]) & there;
+        Self { x, y, z, low, end, some, cut }
     }
 }
 
 /// Draws sixteen triangles.
 #[inline(always)]
 fn draw_solid<L: Lanes>(l: L, frame: &DepthMap, sixteen: &Sixteen, size: usize, map: &mut [u32]) -> u64 {
-    let Projected { points, x, y, low, end, some } = Projected::new(l, frame, sixteen, size);
+    let Projected { x, y, z, low, end, some, cut } = Projected::new(l, frame, sixteen, size);
+    let mut work = 1;
+    if cut.any() {
+        work += draw_cut(l, frame, sixteen, cut.bits(), size, map);
+    }
     if !some.any() {
-        return 1;
+        return work;
     }
     // The smallest integers not below.
     let first: [L::F; 2] = each!(c in low => (-(-c).floor()).at_least(0.0));
-    let z: [L::F; 3] = each!(p in points => frame.row(2, &p));
     let small = (end[0] - first[0]).lt(l.splat(SMALL)) & (end[1] - first[1]).lt(l.splat(SMALL));
     draw_small::<L>(&[x, y, z], first, end, some & small, size, map);
     let mut large = (some & !small).bits();
     if large == 0 {
-        return 1;
+        return work;
     }
     let corners = each!(k => [x[k].to_array(), y[k].to_array(), z[k].to_array()]);
     let (first, end) = (each!(c in first => c.to_array()), each!(c in end => c.to_array()));
-    let mut work = 1;
     while large != 0 {
         let k = large.trailing_zeros() as usize % LANES;
         large &= large - 1;
@@ -284,22 +306,74 @@ fn draw_large<L: Lanes>(
     work
 }
 
+/// Draws what lies beyond the near plane of triangles that reach over it.
+#[inline(never)]
+fn draw_cut<L: Lanes>(
+    l: L,
+    frame: &DepthMap,
+    sixteen: &Sixteen,
+    mut which: u16,
+    size: usize,
+    map: &mut [u32],
+) -> u64 {
+    let mut work = 0;
+    while which != 0 {
+        let k = which.trailing_zeros() as usize % LANES;
+        which &= which - 1;
+        let corner = |corner: usize| {
+            let position: [f32; 3] = each!(c => sixteen.0[3 * corner + c][k]);
+            Corner { place: frame.project_one(&position), ..Corner::default() }
+        };
+        for corners in clipped([corner(0), corner(1), corner(2)], frame.near) {
+            let corners = corners.map(|corner| frame.seen(corner.place));
+            let Some([columns, rows]) = texels_of(&corners, size) else { continue };
+            work += draw_large(l, &corners, [columns[0], rows[0]], [columns[1], rows[1]], size, map);
+        }
+    }
+    work
+}
+
+/// First and last columns, and first and last rows of a triangle; `None` if it has the centre of no texel.
+fn texels_of(corners: &[[f32; 3]; 3], size: usize) -> Option<[[usize; 2]; 2]> {
+    let last = (size - 1) as f32;
+    let range = |c: usize| {
+        let [p, q, r] = corners.map(|corner| corner[c]);
+        let (low, high) = (smaller(smaller(p, q), r), -smaller(smaller(-p, -q), -r));
+        let (first, end) = (-(-low).floor(), smaller(high.floor(), last));
+        let first = if first > 0.0 { first } else { 0.0 };
+        (first <= end).then_some([first as usize, end as usize])
+    };
+    Some([range(0)?, range(1)?])
+}
+
 /// Draws a triangle where its alpha lets it be.
 fn draw_masked(frame: &DepthMap, blockers: &Blockers, masked: &Masked, size: usize, map: &mut [u32]) -> u64 {
     let Some(corners) = blockers.corners(&masked.corners) else { return 0 };
     let Some(cutout) = blockers.cutouts.get(masked.cutout as usize) else { return 0 };
-    let corners = corners.map(|corner| frame.project_one(&corner));
-    let range = |c: usize| {
-        let [p, q, r] = corners.map(|corner| corner[c]);
-        let (low, high) = (smaller(smaller(p, q), r), -smaller(smaller(-p, -q), -r));
-        let first = -(-low).floor();
-        (if first > 0.0 { first as usize } else { 0 }, high.floor())
+    let corner = |k: usize| Corner {
+        place: frame.project_one(&corners[k]),
+        uv: masked.uvs[k],
+        alpha: masked.alphas[k],
     };
-    let ((left, right), (top, bottom)) = (range(0), range(1));
+    let corners = [corner(0), corner(1), corner(2)];
+    if frame.near > 0.0 {
+        let parts = clipped(corners, frame.near);
+        parts.map(|corners| draw_cutout(frame, cutout, &corners, size, map)).sum()
+    } else {
+        draw_cutout(frame, cutout, &corners, size, map)
+    }
+}
+
+/// Draws a triangle where a cutout lets it be.
+fn draw_cutout(frame: &DepthMap, cutout: &Cutout, masked: &[Corner; 3], size: usize, map: &mut [u32]) -> u64 {
+    let corners = masked.map(|corner| frame.seen(corner.place));
+    let Some([columns, rows]) = texels_of(&corners, size) else { return 0 };
+    // Seen from a point, what is linear in space is not on the map: each corner counts by the inverse of its distance.
+    let nearness = if frame.near > 0.0 { corners.map(|corner| corner[2]) } else { [1.0; 3] };
     let mut work = 0;
-    for row in (top..size).take_while(|row| *row as f32 <= bottom) {
+    for row in rows[0]..=rows[1] {
         work += 1;
-        for column in (left..size).take_while(|column| *column as f32 <= right) {
+        for column in columns[0]..=columns[1] {
             let [a, b, c] = corners.map(|[x, y, _]| [x - column as f32, y - row as f32]);
             let weight = |p: [f32; 2], q: [f32; 2]| p[0] * q[1] - q[0] * p[1];
             let w = [weight(b, c), weight(c, a), weight(a, b)];
@@ -308,10 +382,13 @@ fn draw_masked(frame: &DepthMap, blockers: &Blockers, masked: &Masked, size: usi
             if !one_sign || sum == 0.0 {
                 continue;
             }
-            let mean = |v: [f32; 3]| ((w[0] * v[0] + w[1] * v[1]) + w[2] * v[2]) / sum;
-            let place = [mean(masked.uvs.map(|uv| uv[0])), mean(masked.uvs.map(|uv| uv[1]))];
-            if cutout.is_present(place, mean(masked.alphas)) {
-                let depth = -smaller(-smaller(mean(corners.map(|corner| corner[2])), OUTERMOST), -DEEPEST);
+            let mean = |w: [f32; 3], sum: f32, v: [f32; 3]| ((w[0] * v[0] + w[1] * v[1]) + w[2] * v[2]) / sum;
+            let own: [f32; 3] = each!(k => w[k] * nearness[k]);
+            let of_corners = |v: [f32; 3]| mean(own, (own[0] + own[1]) + own[2], v);
+            let place = [of_corners(masked.map(|c| c.uv[0])), of_corners(masked.map(|c| c.uv[1]))];
+            if cutout.is_present(place, of_corners(masked.map(|c| c.alpha))) {
+                let depth = mean(w, sum, corners.map(|corner| corner[2]));
+                let depth = -smaller(-smaller(depth, OUTERMOST), -DEEPEST);
                 let texel = &mut map[row * size + column];
                 *texel = (*texel).max(depth.to_bits());
             }

@@ -4,10 +4,14 @@
 //! once. What blocks light is a list of triangles in world space ([`Blockers`]); a map holds, for each of its texels, how far
 //! towards the light the outermost of them reaches ([`DepthMap`]). Where a direction stands for light from around it, what lies
 //! below everything has soft shadows (`soft.rs`).
+//! Lamps have maps of their own, seen along a direction or from a point ([`LampMaps`]).
 
 mod blockers;
+mod clip;
 mod depth_map;
 mod draw;
+mod lamp_filter;
+mod lamp_maps;
 mod of_scene;
 mod soft;
 #[cfg(test)]
@@ -15,3 +19,5 @@ mod tests;
 
 pub use blockers::{Blockers, Cutout, Masked};
 pub use depth_map::{DepthMap, DepthMaps};
+pub use lamp_filter::Receiver;
+pub use lamp_maps::{LampMaps, LampPlace, LampSource};

@@ -8,7 +8,7 @@ use crate::math::lanes::{Float, Int, Lanes, Mask};
 
 /// Places on a disc of radius 1, each for as much of it: sunflower seeds (Vogel 1979, "A better way to construct the sunflower
 /// head"), at sqrt((k + 1/2) / n) and k times 137.5 degrees.
-const DISC: [[f32; 2]; 16] = [
+pub(super) const DISC: [[f32; 2]; 16] = [
     [0.176_777, 0.0],
     [-0.225_772, 0.206_826],
     [0.034_558, -0.393_771],
@@ -29,7 +29,7 @@ const DISC: [[f32; 2]; 16] = [
 
 /// Where blockers are looked for: fewer of the same, the first in the middle; and how far off it.
 #[allow(clippy::approx_constant, reason = "places in a disc, which are no constants")]
-const SEARCH: [[f32; 3]; 9] = [
+pub(super) const SEARCH: [[f32; 3]; 9] = [
     [0.0, 0.0, 0.0],
     [-0.301_030, 0.275_768, 0.408_248],
     [0.046_077, -0.525_028, 0.527_046],

@@ -4,6 +4,7 @@ mod clouds;
 pub mod compressed;
 mod formats;
 mod geometry;
+mod lamps;
 mod lighting;
 mod materials;
 mod models;
@@ -26,6 +27,7 @@ pub const SCENES: &[&[Entry]] = &[
     models::SCENES,
     texturing::SCENES,
     lighting::SCENES,
+    lamps::SCENES,
     transmission::SCENES,
     motion::SCENES,
     nodes::SCENES,
