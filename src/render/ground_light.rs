@@ -65,7 +65,8 @@ impl GroundLight {
         options: &RenderOptions,
     ) {
         let planes = if options.ground == Ground::Shadow { 1 } else { 3 };
-        let found = visibility.and_then(|maps| Some((maps, scene.footing()?)));
+        let footing = || options.ground_under.map_or_else(|| scene.footing(), |all| Footing::under(&all));
+        let found = visibility.and_then(|maps| Some((maps, footing()?)));
         let known = found.map(|((_, maps), footing)| Known { footing, maps, planes });
         let is_known = std::mem::replace(&mut self.known, known) == known;
         let Some(((visibility, _), footing)) = found.filter(|_| !is_known) else { return };
@@ -99,8 +100,7 @@ impl GroundLight {
     #[inline(always)]
     pub(super) fn fade<L: Lanes>(_: L, square: L::F) -> L::F {
         let t = (square.sqrt().one_minus() * (1.0 / (1.0 - WHOLE))).saturate();
-        // Hermite's smooth step.
-        t.squared() * (t * -2.0 + 3.0)
+        smooth(t)
     }
 
     /// The first `N` colours at places within the reach, by bilinear weights.
@@ -123,6 +123,12 @@ impl GroundLight {
             of_row(row).lerp(of_row(row + 1), fy)
         })
     }
+}
+
+/// Hermite's smooth step of what lies between 0 and 1.
+#[inline(always)]
+pub(super) fn smooth<F: Float>(t: F) -> F {
+    t.squared() * (t * -2.0 + 3.0)
 }
 
 /// One direction of the environment's light, as the floor has it.

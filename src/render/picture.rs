@@ -16,7 +16,6 @@ use super::splats::SplatMemory;
 use super::tile_pass::default_tile_size;
 use super::tiles::Found;
 use super::trace::{self, StageHashes};
-use super::visibility::asked_for;
 use super::work::{Spent, Work, WorkDone};
 use crate::dispatch;
 use crate::frame::{Clipping, Developer, DisplayImage, DisplayOptions, Frame};
@@ -137,14 +136,7 @@ impl Memory {
         self.costs.extend(scene.materials().iter().map(|material| ShadingCost::of(material, &shade)));
         Finer::list(scene.materials(), scene.textures(), options, &mut self.finer);
         let show_environment = options.background == Background::Environment;
-        let ground = GroundView::new(
-            &self.ground,
-            options.ground,
-            &asked_for(options),
-            &view,
-            &environment,
-            options.simd,
-        );
+        let ground = GroundView::new(&self.ground, options, &view, &environment);
         let frame = FrameContext {
             grid,
             pattern: &pattern,
