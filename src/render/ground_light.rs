@@ -85,6 +85,11 @@ impl GroundLight {
         self.known.as_ref().map(|known| &known.footing)
     }
 
+    /// All that is known of it; nothing without a floor.
+    pub(super) fn texels(&self) -> &[u32] {
+        if self.known.is_some() { &self.texels } else { &[] }
+    }
+
     /// What finding it counts as, in units of shading.
     pub(super) fn units(asked: &Visibility) -> u64 {
         let size = size_of_picture(asked) as u64;

@@ -135,9 +135,16 @@ impl<'a> GroundView<'a> {
         })
     }
 
-    /// Puts the floor behind the pixels of a tile, but for those that have it behind them.
+    /// Puts the floor behind the pixels of a tile, but for those that have it behind them. Tells `see` what is seen of it in each
+    /// pixel.
     #[inline(always)]
-    pub(super) fn composite<L: Lanes>(&self, l: L, origin: TileOrigin, pixels: &mut TilePixels) {
+    pub(super) fn composite<L: Lanes>(
+        &self,
+        l: L,
+        origin: TileOrigin,
+        pixels: &mut TilePixels,
+        mut see: Option<impl FnMut(usize, f32)>,
+    ) {
         let TilePixels { width, linear, transmittance, has_ground } = pixels;
         for (y, row) in linear.chunks_mut(*width).enumerate() {
             for (block, pixels) in row.chunks_mut(LANES).enumerate() {
@@ -156,6 +163,9 @@ impl<'a> GroundView<'a> {
                         pixel[c] += color[c][k] * open;
                     }
                     pixel[3] += opacity[k] * open;
+                    if let Some(see) = &mut see {
+                        see(first + k, opacity[k] * open);
+                    }
                     if let Some(open) = transmittance.get_mut(first + k) {
                         *open = open.map(|open| open * (1.0 - opacity[k]));
                     }

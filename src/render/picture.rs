@@ -127,7 +127,11 @@ impl Memory {
 
         let hashes = options.stage_hashes.then(|| {
             let geometry = trace::geometry(vertices, chunks, states, &draws, splats.in_order());
-            StageHashes::before_tiles(scene, &filtered, geometry)
+            let mut hashes = StageHashes::before_tiles(scene, &filtered, geometry);
+            (hashes.depth_maps, hashes.hierarchy) = self.passes.effects.hashes(options.ground.is_seen());
+            let light = options.ground.is_seen().then(|| self.ground.texels());
+            hashes.ground = light.filter(|texels| !texels.is_empty()).map_or(0, trace::ground);
+            hashes
         });
 
         // Say what all tiles share.
