@@ -404,6 +404,18 @@ fn json_has_what_it_promises() {
     assert_eq!(report["threads"], 2);
     assert_eq!(report["triangles"], 2);
     assert_eq!(report["shading"], "standard");
+    // The defaults, and what else may be asked for.
+    assert_eq!(report["visibility"], json!({"maps": 64, "map_size": 128, "rays": 0}));
+    assert_eq!(report["ground"], "shadow");
+    let other = |options: &[&str]| -> Value {
+        let output = overcoat(folder.path(), &[&args[..9], options].concat());
+        serde_json::from_slice(&output.stdout).unwrap()
+    };
+    let named = other(&["--quality", "fast", "--ground", "shadow"]);
+    assert_eq!(named["frame_hash"], report["frame_hash"]);
+    let draft = other(&["--quality", "draft"]);
+    assert_eq!((&draft["visibility"]["maps"], &draft["ground"]), (&json!(0), &json!("none")));
+    assert_eq!(other(&["--quality", "draft", "--ground", "#0a141e"])["ground"], "#0a141e");
     assert!(report["fragments"].as_u64().unwrap() > 100);
     assert_eq!(report["warnings"], json!([]));
     assert_eq!(report["versions"]["overcoat"], env!("CARGO_PKG_VERSION"));
@@ -807,7 +819,7 @@ fn bench_reports_each_stage_and_a_hash() {
     assert!(a["stages_ms"].as_object().unwrap().len() >= 3);
 }
 
-/// Each frame is another file; the hashes are those of `overcoat render`, whatever was rendered before.
+/// Each frame is another file; the hashes are those of `overcoat render` of that quality, whatever was rendered before.
 #[test]
 fn bench_loads_a_model_each_frame() {
     let folder = folder();
@@ -833,7 +845,7 @@ fn bench_loads_a_model_each_frame() {
         assert!(report["stages_ms"][stage]["median"].is_number(), "{stage}");
     }
     let expected = ["quad.glb", "blue.glb", "quad.glb"].map(|name| {
-        let rendered = json(&["render", name, "-o", "out.png"]);
+        let rendered = json(&["render", name, "-o", "out.png", "--quality", "draft"]);
         (name.to_owned(), rendered["frame_hash"].as_str().unwrap().to_owned())
     });
     let report = json(&bench);

@@ -64,7 +64,20 @@ fn columns(pixels: &[u8], width: usize) -> (usize, usize) {
 #[test]
 fn an_animation_is_played_in_a_picture_that_stays() {
     let folder = folder();
-    let args = ["animate", "walk.gltf", "-o", "walk.png", "--size", "64x32", "--fps", "4", "--view", "front"];
+    let args = [
+        "animate",
+        "walk.gltf",
+        "-o",
+        "walk.png",
+        "--size",
+        "64x32",
+        "--fps",
+        "4",
+        "--view",
+        "front",
+        "--ground",
+        "none",
+    ];
     let done = overcoat(folder.path(), &[&args[..], &["--json"]].concat());
     assert_eq!((done.status.code(), stderr(&done).as_str()), (Some(0), ""));
     let report: Value = serde_json::from_slice(&done.stdout).unwrap();
@@ -116,6 +129,8 @@ fn a_turn_shows_a_flat_model_from_all_sides() {
                 "front",
                 "--turn",
                 turn,
+                "--ground",
+                "none",
             ],
         );
         assert_eq!((done.status.code(), stderr(&done).as_str()), (Some(0), ""));

@@ -98,6 +98,52 @@ fn options_in_the_readme_exist_and_all_of_render_are_there() {
     }
 }
 
+/// Pictures, each with the command that stands under it.
+fn pictures() -> Vec<(String, String)> {
+    let readme = readme();
+    let mut lines = readme.lines();
+    let mut found = Vec::new();
+    while let Some(line) = lines.next() {
+        let Some(path) = line.strip_prefix("![").and_then(|line| line.split(['(', ')']).nth(1)) else {
+            continue;
+        };
+        assert_eq!(
+            [lines.next(), lines.next()],
+            [Some(""), Some("```sh")],
+            "there is no command under {path}"
+        );
+        found.push((path.to_owned(), lines.next().unwrap().to_owned()));
+    }
+    found
+}
+
+/// What a reader sees is what the command under it makes. `UPDATE_PICTURES=1` makes them anew, and fails: look at them.
+#[test]
+fn pictures_are_what_the_commands_under_them_make() {
+    let folder = tempfile::tempdir().unwrap();
+    let made = folder.path().join("picture.png");
+    let pictures = pictures();
+    assert!(pictures.len() > 1, "{pictures:?}");
+    for (path, command) in pictures {
+        let output = format!(" -o {path}");
+        assert!(command.contains(&output), "{command} does not write {path}");
+        let arguments = command.replace(&output, "");
+        let mut arguments: Vec<&str> = arguments.split_whitespace().skip(1).collect();
+        arguments.extend(["-o", made.to_str().unwrap()]);
+        let output = overcoat(root(), &arguments);
+        assert_eq!((output.status.code(), output.stderr.len()), (Some(0), 0), "{command}");
+        let bytes = std::fs::read(&made).unwrap();
+        let known = root().join(&path);
+        if std::fs::read(&known).unwrap() != bytes {
+            let update = std::env::var_os("UPDATE_PICTURES").is_some_and(|value| value == "1");
+            if update {
+                std::fs::write(&known, bytes).unwrap();
+            }
+            panic!("{path} {} what its command makes", if update { "is now" } else { "is not" });
+        }
+    }
+}
+
 /// Every example of the program is accepted: it fails for want of its files and not for its options.
 #[test]
 fn examples_in_the_readme_and_in_help_are_accepted() {

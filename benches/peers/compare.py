@@ -50,7 +50,7 @@ KINDS = ("cold", "warm", "textured", "large", "models")
 PATIENCE = 900.0
 # Share of pixels by which a peer's silhouette may differ from overcoat's.
 SILHOUETTE = 0.01
-OUR_SHADING = ["--shading", "urp-desktop"]
+OUR_SHADING = ["--shading", "urp-desktop", "--quality", "draft"]
 
 
 class RunFailed(Exception):

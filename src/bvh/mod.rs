@@ -78,6 +78,11 @@ impl Hierarchy {
         self.nodes.is_empty()
     }
 
+    /// Numbers of the triangles in the leaves, sixteen a leaf, [`u32::MAX`] for those that are missing.
+    pub fn triangles(&self) -> impl Iterator<Item = u32> + '_ {
+        self.leaves.iter().flat_map(|leaf| leaf.triangles)
+    }
+
     /// Bytes that nodes and leaves take.
     #[must_use]
     pub fn bytes(&self) -> usize {

@@ -8,7 +8,7 @@ use super::movie_output::MovieOutput;
 use super::render_task::RenderTask;
 use crate::jobs::Jobs;
 use crate::load::{AnimatedModel, Warning};
-use crate::scene::{Camera, Fit, Scene};
+use crate::scene::{Bounds, Camera, Fit, Scene};
 
 /// Renders an animation.
 ///
@@ -48,7 +48,8 @@ pub fn run(args: &AnimateArgs) -> Result<(), Failure> {
     }
     let frames = frame_count(to - args.from, args.movie.fps);
     let mut movie = MovieFrames::new(task, target, &args.movie, frames)?;
-    let camera = steady_camera(movie.task(), frames, &mut poses, renderer.jobs())?;
+    let (camera, ground_under) = steady(movie.task(), frames, &mut poses, renderer.jobs())?;
+    movie.put_ground_under(ground_under);
     for k in 0..frames {
         let task = movie.task();
         let mut scene = poses.at(k, task, renderer.jobs())?;
@@ -91,28 +92,34 @@ impl Poses {
     }
 }
 
-/// One camera for all frames, unless the file's own moves.
-fn steady_camera(
+/// One camera for all frames, unless the file's own moves, and the box that one floor lies under, if there is one: what leaves
+/// the ground must not take it along.
+fn steady(
     task: &RenderTask,
     frames: u32,
     poses: &mut Poses,
     jobs: &Jobs,
-) -> Result<Option<Camera>, Failure> {
+) -> Result<(Option<Camera>, Option<Bounds>), Failure> {
     let description = &task.description;
     let first = poses.at(0, task, jobs)?;
-    if let Some(framing) = description.framing(&first, &task.options) {
-        let mut fit = Fit::new(framing);
+    let mut fit = description.framing(&first, &task.options).map(Fit::new);
+    let mut bounds = task.options.ground.is_seen().then(|| first.tight_bounds());
+    if let Some(fit) = &mut fit {
         fit.include(&first);
-        for k in 1..frames {
-            task.progress.step("fitting the picture", k, frames);
-            fit.include(&poses.at(k, task, jobs)?);
+    }
+    for k in 1..if fit.is_some() || bounds.is_some() { frames } else { 0 } {
+        task.progress.step("fitting the picture", k, frames);
+        let pose = poses.at(k, task, jobs)?;
+        if let Some(fit) = &mut fit {
+            fit.include(&pose);
         }
-        let fitted = description.fitted(fit.camera()).map_err(|error| error.at(&task.source.path))?;
-        return Ok(Some(fitted));
+        bounds = bounds.map(|bounds| bounds.union(&pose.tight_bounds()));
     }
-    if description.camera.from_model.is_some() {
-        return Ok(None);
-    }
-    // A place without a target looks at the middle of the first frame.
-    task.camera(&task.source, &first).map(Some)
+    let camera = match fit {
+        Some(fit) => Some(description.fitted(fit.camera()).map_err(|error| error.at(&task.source.path))?),
+        None if description.camera.from_model.is_some() => None,
+        // A place without a target looks at the middle of the first frame.
+        None => Some(task.camera(&task.source, &first)?),
+    };
+    Ok((camera, bounds))
 }

@@ -35,7 +35,7 @@ struct Report {
 struct ModelReport {
     model: &'static str,
     frame_hash: String,
-    /// Of 255, over the pixels that the scene covers.
+    /// Of 255, over the pixels in which the scene shows, without its shadow on the ground.
     mean_difference: f64,
     /// Of 255.
     max_difference: u8,
@@ -49,21 +49,21 @@ struct Difference {
 }
 
 impl Difference {
-    /// Absolute differences of the display values, amplified for the picture. Both pictures have the same coverage.
-    fn new(a: &DisplayImage, b: &DisplayImage) -> Self {
-        let (mut sum, mut covered, mut max) = (0_u64, 0_u64, 0);
+    /// Absolute differences of the display values, amplified for the picture. The scene shows in `covered` pixels of either:
+    /// what else they have in common, ground and background, counts neither as a difference nor as a pixel.
+    fn new(a: &DisplayImage, b: &DisplayImage, covered: u64) -> Self {
+        let (mut sum, mut max) = (0_u64, 0);
         let mut pixels = Vec::with_capacity(a.pixels.len());
         for (p, q) in a.pixels.iter().zip(&b.pixels) {
             let d: [u8; 3] = std::array::from_fn(|k| p[k].abs_diff(q[k]));
             if p[3] > 0 {
-                covered += 3;
                 sum += d.iter().map(|&v| u64::from(v)).sum::<u64>();
                 max = d.into_iter().fold(max, u8::max);
             }
             let [r, g, b] = d.map(|v| (u16::from(v) * AMPLIFICATION).min(255) as u8);
             pixels.push([r, g, b, p[3]]);
         }
-        let mean = if covered == 0 { 0.0 } else { sum as f64 / covered as f64 };
+        let mean = if covered == 0 { 0.0 } else { sum as f64 / (3 * covered) as f64 };
         Self { image: DisplayImage { width: a.width, height: a.height, pixels }, mean, max }
     }
 }
@@ -116,7 +116,7 @@ pub fn run(args: &CompareModelsArgs) -> Result<(), Failure> {
     let mut reports = Vec::new();
     for &model in &models {
         let (image, rendered) = render(model)?;
-        let difference = Difference::new(&image, &reference);
+        let difference = Difference::new(&image, &reference, rendered.stats.covered);
         let second = if model == args.against {
             "compared with".to_owned()
         } else {
@@ -166,13 +166,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn differences_count_covered_pixels_only() {
+    fn differences_are_a_mean_over_covered_pixels() {
         let image = |pixels: Vec<[u8; 4]>| DisplayImage { width: pixels.len() as u32, height: 1, pixels };
         let a = image(vec![[10, 20, 30, 255], [0, 0, 0, 0]]);
         let b = image(vec![[13, 20, 130, 255], [0, 0, 0, 0]]);
-        let difference = Difference::new(&a, &b);
+        let difference = Difference::new(&a, &b, 1);
         assert_eq!(difference.image.pixels, [[12, 0, 255, 255], [0; 4]]);
         assert_eq!((difference.mean, difference.max), (103.0 / 3.0, 100));
-        assert_eq!(Difference::new(&image(Vec::new()), &image(Vec::new())).mean, 0.0);
+        assert_eq!(Difference::new(&image(Vec::new()), &image(Vec::new()), 0).mean, 0.0);
     }
 }

@@ -10,7 +10,7 @@ use crate::description::{Description, ViewDirection, builtin};
 use crate::frame::{DisplayImage, DisplayOptions};
 use crate::limits::Limits;
 use crate::load::{BuiltinMaterial, MaterialFile, material_keys};
-use crate::render::{RenderOptions, Renderer};
+use crate::render::{Ground, RenderOptions, Renderer};
 use crate::scene::{Scene, ShadingModel};
 use serde::Serialize;
 use std::fmt::Write;
@@ -155,6 +155,8 @@ fn sheet(
     let progress = Progress::new(args.report.quiet);
     let mut description =
         Description { size: Some(args.size.unwrap_or(DEFAULT_CELL)), ..Description::default() };
+    // What is shown are materials: the ball stands nowhere.
+    description.ground = Some(Ground::None);
     // A little from above, with the poles at the sides.
     description.camera.view = Some(ViewDirection { direction: [0.0, 0.35, 1.0], up: [0.0, 1.0, 0.0] });
     args.light.apply(&mut description);

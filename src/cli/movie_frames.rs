@@ -7,11 +7,12 @@ use super::losses::{clipped, left_out, lost_tint};
 use super::movie_output::{MovieOutput, MovieWriter};
 use super::render_task::{RenderTask, RenderedPicture};
 use super::report::{self, MovieReport, Versions, VisibilityReport};
+use crate::description::spelling::ground_name;
 use crate::frame::DisplayOptions;
 use crate::limits::Limits;
 use crate::load::Warning;
 use crate::render::Renderer;
-use crate::scene::{Camera, Scene};
+use crate::scene::{Bounds, Camera, Scene};
 
 /// As many frames as fit best, at least one.
 pub(super) fn frame_count(seconds: f64, frames_a_second: f64) -> u32 {
@@ -71,6 +72,11 @@ impl MovieFrames {
     /// What the frames show.
     pub(super) fn task(&self) -> &RenderTask {
         &self.task
+    }
+
+    /// Puts the floor of all frames under a box, see [`RenderOptions::ground_under`](crate::RenderOptions::ground_under).
+    pub(super) fn put_ground_under(&mut self, bounds: Option<Bounds>) {
+        self.task.options.ground_under = bounds;
     }
 
     /// Renders frame `k`.
@@ -147,6 +153,7 @@ impl MovieFrames {
             height: task.options.height,
             samples: task.options.samples,
             visibility: VisibilityReport::new(&task.options.visibility),
+            ground: ground_name(task.options.ground),
             shading_rate: task.options.shading_rate,
             shade_everywhere: task.options.shade_everywhere,
             shading,

@@ -7,6 +7,7 @@ use super::losses::{left_out, losses};
 use super::output_file::OutputFile;
 use super::render_task::{Pixels, RenderTask, RenderedPicture};
 use super::report::{self, Stages, Versions, VisibilityReport};
+use crate::description::spelling::ground_name;
 use crate::frame::DisplayOptions;
 use crate::load::Loaded;
 use serde::{Serialize, Serializer};
@@ -20,6 +21,8 @@ struct Report<'a> {
     height: u32,
     samples: u32,
     visibility: VisibilityReport,
+    /// As `--ground` takes it.
+    ground: String,
     shading_rate: u32,
     shade_everywhere: bool,
     shading: &'a str,
@@ -130,6 +133,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         height: options.height,
         samples: options.samples,
         visibility: VisibilityReport::new(&options.visibility),
+        ground: ground_name(options.ground),
         shading_rate: options.shading_rate,
         shade_everywhere: options.shade_everywhere,
         shading: report::shading_name(options.shading, &scene),

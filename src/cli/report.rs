@@ -190,6 +190,8 @@ pub(super) struct MovieReport {
     pub(super) height: u32,
     pub(super) samples: u32,
     pub(super) visibility: VisibilityReport,
+    /// As `--ground` takes it.
+    pub(super) ground: String,
     pub(super) shading_rate: u32,
     pub(super) shade_everywhere: bool,
     pub(super) shading: &'static str,

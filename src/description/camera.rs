@@ -2,7 +2,7 @@
 
 use super::Description;
 use super::error::DescriptionError;
-use crate::render::RenderOptions;
+use crate::render::{Ground, RenderOptions};
 use crate::scene::{Camera, Framing, Projection, Scene};
 use crate::suggest::{nearest_name, suggestion};
 
@@ -39,8 +39,8 @@ pub struct ViewDirection {
     pub up: [f32; 3],
 }
 
-/// Part of the picture left free at each border over a floor, where [`Framing::default`] has 0.04: models are a twelfth smaller.
-const MARGIN_OVER_GROUND: f32 = 0.08;
+/// Part of the picture left free at each border over a floor, where [`Framing::default`] has 0.04: models are 3 percent smaller.
+const MARGIN_OVER_GROUND: f32 = 0.053;
 
 impl Description {
     /// The camera: the one that is described, one of the file, or one that frames the model.
@@ -64,15 +64,18 @@ impl Description {
         // Which view shows something is looked for only where none is given.
         let defaults =
             if description.view.is_some() { Framing::default() } else { Framing::automatic(scene) };
-        Some(Framing {
+        let mut framing = Framing {
             direction: description.view.map_or(defaults.direction, |v| v.direction),
             up: description.up.or(description.view.map(|v| v.up)).unwrap_or(defaults.up),
             fov_y: description.fov_y_degrees.map_or(defaults.fov_y, f32::to_radians),
             orthographic: description.orthographic_height.is_some(),
             aspect: options.width as f32 / options.height as f32,
-            // Its shadow is part of the picture.
-            margin: if options.ground.is_seen() { MARGIN_OVER_GROUND } else { defaults.margin },
-        })
+            margin: defaults.margin,
+        };
+        if shows_ground(scene, &framing, options) {
+            framing.margin = MARGIN_OVER_GROUND;
+        }
+        Some(framing)
     }
 
     /// A camera that fits the model, with what the description says of it.
@@ -99,6 +102,18 @@ impl Description {
         camera.validate()?;
         Ok(camera)
     }
+}
+
+/// Whether anything of the floor can be in a picture: it is seen from above, and a shadow needs something that casts it.
+fn shows_ground(scene: &Scene, framing: &Framing, options: &RenderOptions) -> bool {
+    let Framing { direction: [_, height, _], orthographic, .. } = *framing;
+    let from_above = height > 0.0 || height == 0.0 && !orthographic;
+    let is_there = match options.ground {
+        Ground::None => false,
+        Ground::Shadow => scene.blocks_light(),
+        Ground::Color(_) => true,
+    };
+    from_above && is_there
 }
 
 /// A camera of the file, by name first, then by number.

@@ -115,7 +115,12 @@ pub(super) static SCENE: &[Key<Description>] = &[
     ),
     key!("exposure", s.exposure, exposure(), "Exposure of 8-bit output in stops, or auto"),
     key!("samples", s.samples, samples(), "Coverage samples a pixel"),
-    key!("quality", s.quality, quality(), "What a picture is worth: sets maps, map_size and rays"),
+    key!(
+        "quality",
+        s.quality,
+        quality(),
+        "What a picture is worth: sets maps, map_size, rays and shading_rate; fast if absent"
+    ),
     key!(
         "maps",
         s.maps,
@@ -145,7 +150,7 @@ pub(super) static SCENE: &[Key<Description>] = &[
         "ground",
         s.ground,
         ground(),
-        "What is seen of a floor under the model: none, shadow, a colour name or #rrggbb"
+        "What is seen of a floor under the model: none, shadow, a colour name or #rrggbb; if absent shadow, without maps none"
     ),
     key!(
         "shading",

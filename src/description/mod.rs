@@ -132,7 +132,7 @@ pub struct Description {
     pub exposure: Option<ExposureChoice>,
     /// Coverage samples a pixel: 1, 4, 8 or 16.
     pub samples: Option<u32>,
-    /// What a picture is worth: names for the settings of the next three.
+    /// What a picture is worth: names for the settings of the next four. [`Description::DEFAULT_QUALITY`] if absent.
     pub quality: Option<Quality>,
     /// Directions of the environment's light, each with a depth map, 0 to 256.
     pub maps: Option<u32>,
@@ -144,7 +144,8 @@ pub struct Description {
     pub shading_rate: Option<u32>,
     /// All surfaces are shaded as often.
     pub shade_everywhere: Option<bool>,
-    /// What is seen of a floor under the model: `none`, `shadow`, a colour name or `#rrggbb`.
+    /// What is seen of a floor under the model: `none`, `shadow`, a colour name or `#rrggbb`. If absent its shadow, and nothing
+    /// without maps.
     pub ground: Option<Ground>,
     /// Shading model by name.
     pub shading: Option<ShadingModel>,
@@ -479,5 +480,25 @@ mod tests {
         // What is read over may be as deep as it likes, and null is nothing.
         let note = format!("{{\"note\": {}{}, \"size\": null}}", "[".repeat(90_000), "]".repeat(90_000));
         assert_eq!(Description::from_json(&note).unwrap(), Description::default());
+    }
+
+    /// Where nothing is said of them: the tier, and a shadow where the light of the environment can be blocked.
+    #[test]
+    fn defaults_of_quality_and_ground() {
+        let options = |text: &str| {
+            let description = Description::from_toml(text).unwrap();
+            description.options(Machine::default(), &Limits::default()).unwrap().0
+        };
+        let plain = options("");
+        assert_eq!(plain.visibility, Description::DEFAULT_QUALITY.visibility());
+        assert_eq!((plain.ground, plain.ground_under), (Ground::Shadow, None));
+        assert!(plain.ground_edge > 0.1);
+        assert_eq!(plain, options("quality = 'fast'\nground = 'shadow'"));
+        for text in ["quality = 'draft'", "maps = 0", "ground = 'none'"] {
+            assert_eq!(options(text).ground, Ground::None, "{text}");
+        }
+        for text in ["quality = 'best'", "quality = 'draft'\nmaps = 16", "maps = 0\nground = 'shadow'"] {
+            assert_eq!(options(text).ground, Ground::Shadow, "{text}");
+        }
     }
 }

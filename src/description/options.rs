@@ -6,7 +6,7 @@ use crate::color::ToneCurve;
 use crate::frame::DisplayOptions;
 use crate::limits::Limits;
 use crate::math::lanes::SimdLevel;
-use crate::render::{Background, RenderOptions};
+use crate::render::{Background, Ground, Quality, RenderOptions};
 use crate::scene::Scene;
 
 /// What a scene file's `background` and the option `--background` say.
@@ -61,8 +61,20 @@ impl Machine {
     }
 }
 
+/// Part of the way from the picture's border to its middle over which a floor appears. Less shows as a frame, more takes the
+/// shadow from what lies near the border. It is the same for every camera, so that the numbers of an automatic one give its
+/// picture again.
+const GROUND_EDGE: f32 = 0.36;
+
 impl Description {
+    /// The tier of a picture whose description names none.
+    pub const DEFAULT_QUALITY: Quality = Quality::Fast;
+
     /// The renderer's options and the way to 8 bits. Sizes beyond the limits end here, before any work.
+    ///
+    /// Where the description says nothing of them, the tier is [`Description::DEFAULT_QUALITY`], and the model casts its
+    /// shadow on a floor ([`Ground::Shadow`]) if the light of the environment can be blocked at all: not without maps, as in
+    /// [`Quality::Draft`].
     ///
     /// # Errors
     /// [`DescriptionError`] naming the option.
@@ -98,11 +110,13 @@ impl Description {
             BackgroundChoice::Environment => (Background::Environment, None),
             BackgroundChoice::Color(color) => (Background::Transparent, Some(color)),
         };
-        let quality = self.quality.unwrap_or_default();
+        let quality = self.quality.unwrap_or(Self::DEFAULT_QUALITY);
         let mut visibility = quality.visibility();
         visibility.maps = self.maps.unwrap_or(visibility.maps);
         visibility.map_size = self.map_size.unwrap_or(visibility.map_size);
         visibility.rays = self.rays.unwrap_or(visibility.rays);
+        // A picture in which nothing blocks light has no shadow.
+        let own_ground = if visibility.is_on() { Ground::Shadow } else { Ground::None };
         // That of a tier is for as many samples as there are.
         let own_rate = quality.shading_rate().min(self.samples.unwrap_or(defaults.samples));
         let shading_rate = self.shading_rate.unwrap_or(own_rate);
@@ -130,7 +144,9 @@ impl Description {
             anisotropy: self.anisotropy.unwrap_or(defaults.anisotropy),
             specular_antialiasing: self.specular_antialiasing.unwrap_or(defaults.specular_antialiasing),
             area_lights: self.area_lights.unwrap_or_default(),
-            ground: self.ground.unwrap_or_default(),
+            ground: self.ground.unwrap_or(own_ground),
+            ground_under: None,
+            ground_edge: GROUND_EDGE,
             merge_angle: self.merge_angle_degrees.unwrap_or(defaults.merge_angle),
             line_width: self.line_width.unwrap_or(defaults.line_width),
             point_size: self.point_size,

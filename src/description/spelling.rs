@@ -74,6 +74,15 @@ pub(super) fn ground_names() -> impl Iterator<Item = &'static str> + Clone {
     ["none", "shadow"].into_iter().chain(COLORS.iter().map(|(name, _)| *name))
 }
 
+/// A floor as it is written.
+pub(crate) fn ground_name(ground: Ground) -> String {
+    match ground {
+        Ground::None => "none".to_owned(),
+        Ground::Shadow => "shadow".to_owned(),
+        Ground::Color([r, g, b]) => format!("#{r:02x}{g:02x}{b:02x}"),
+    }
+}
+
 /// `none`, `shadow`, a colour name, `#rgb` or `#rrggbb`, both without `#` as well.
 ///
 /// # Errors

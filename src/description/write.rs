@@ -152,11 +152,7 @@ pub(super) fn background(background: &BackgroundChoice) -> Result<Value, String>
 }
 
 pub(super) fn ground(ground: &Ground) -> Result<Value, String> {
-    Ok(match ground {
-        Ground::None => json!("none"),
-        Ground::Shadow => json!("shadow"),
-        Ground::Color([r, g, b]) => json!(format!("#{r:02x}{g:02x}{b:02x}")),
-    })
+    Ok(json!(spelling::ground_name(*ground)))
 }
 
 pub(super) fn exposure(exposure: &ExposureChoice) -> Result<Value, String> {

@@ -51,7 +51,7 @@ pub struct Frame {
 pub struct AovPlane {
     /// Which quantity.
     pub aov: Aov,
-    /// [`Aov::channels`] numbers a pixel, row by row from the top; 0 where no surface is.
+    /// [`Aov::channels`] numbers a pixel, row by row from the top; 0 where no surface is, and of [`Aov::Ground`] no floor.
     pub data: Vec<f32>,
 }
 
@@ -101,7 +101,9 @@ pub enum Aov {
     Subsurface,
     /// Visibility of reflections as the material states it, 0 to 1.
     SpecularOcclusion,
-    /// World-space mean of the directions that are not occluded, unit length.
+    /// World-space mean of the directions that are not occluded, weighted by the cosine, unit length: by the depth maps of
+    /// [`RenderOptions::visibility`](crate::RenderOptions::visibility); without them what the material has a map of, else
+    /// the normal.
     BentNormal,
     /// Number of the material plus 1, of the nearest surface with the largest coverage; 0 where none is.
     MaterialId,
@@ -111,6 +113,13 @@ pub enum Aov {
     Uv,
     /// Part of the pixel that surfaces cover, 0 to 1.
     Coverage,
+    /// Part of the environment's red, green and blue diffuse light that reaches the surface past others, each 0 to 1; 1 without
+    /// depth maps and of unlit surfaces.
+    Visibility,
+    /// Opacity of the floor ([`RenderOptions::ground`](crate::RenderOptions::ground)) as far as surfaces leave it to be seen: of
+    /// [`Ground::Shadow`](crate::render::Ground::Shadow) how much it darkens. 0 where it is behind what refracts. Of the floor,
+    /// not of surfaces.
+    Ground,
 }
 
 impl Aov {
@@ -142,6 +151,8 @@ impl Aov {
         Self::ObjectId,
         Self::Uv,
         Self::Coverage,
+        Self::Visibility,
+        Self::Ground,
     ];
 
     /// Name as `--aov` takes it.
@@ -174,6 +185,8 @@ impl Aov {
             Self::ObjectId => "object-id",
             Self::Uv => "uv",
             Self::Coverage => "coverage",
+            Self::Visibility => "visibility",
+            Self::Ground => "ground",
         }
     }
 
@@ -197,7 +210,8 @@ impl Aov {
             | Self::Emissive
             | Self::CoatColor
             | Self::SheenColor
-            | Self::SecondLobe => 3,
+            | Self::SecondLobe
+            | Self::Visibility => 3,
             Self::Coat | Self::Iridescence | Self::Subsurface | Self::Uv => 2,
             _ => 1,
         }

@@ -8,7 +8,7 @@
 //! | [`TRANSMISSION`] | what of the light passes through the surface, and how thick it is | 40 | shading, where the material transmits |
 //! | [`FACE`] | the plane of the triangle | 24 | effects that ask for it |
 //! | [`LIT`] | the smooth surface, and what of lamps with an extent reaches it | 60 | shading, where lamps cast shadows |
-//! | [`EFFECTS`] | what the fragments have to do with the rest of the scene: what light reaches them, what is seen through them | 108 | shading, where an effect has filled them |
+//! | [`EFFECTS`] | what the fragments have to do with the rest of the scene: what light reaches them, what is seen through them | 120 | shading, where an effect has filled them |
 //!
 //! The first two are the surface, [`SURFACE`]: what users can look at and what is hashed. Each group is written by one stage
 //! and by none after it.
@@ -179,6 +179,8 @@ planes! {
     SKY "visibility" 1 Range::UNIT;
     /// The same share of the base's lobe, and of the coat's.
     LOBE_SKY "lobe-visibility" 2 Range::UNIT;
+    /// Unit mean of the directions that no other surface covers, weighted by the cosine; for users alone, where they ask for it.
+    OPEN_DIRECTION "open-direction" 3 VECTOR;
     /// Premultiplied linear colour of what is seen through the surface.
     BACKDROP_COLOR "backdrop-color" 3 Range::new(0.0, f32::MAX);
     /// Its opacity in red, green and blue, which dispersion bends to different places.
@@ -247,7 +249,7 @@ mod tests {
         // What the table of the module says.
         assert_eq!(
             [CORE, LOBES, FILTERED, TRANSMISSION, FACE, LIT, EFFECTS].map(|rows| rows.len() * 4),
-            [140, 104, 8, 40, 24, 60, 108]
+            [140, 104, 8, 40, 24, 60, 120]
         );
         let mut names: Vec<&str> = PLANES.iter().map(|p| p.name).collect();
         names.sort_unstable();

@@ -1,6 +1,7 @@
 //! What the formats of meshes (OBJ, STL, PLY, 3MF) have in common: default materials, meshes within the limits, pictures by
 //! name.
 use super::budget::Budget;
+use super::clay::clay;
 use super::image::{self, Picture};
 use super::nearby::Nearby;
 use super::text::quoted;
@@ -15,12 +16,17 @@ use crate::scene::{
 /// neighbours differ by 32, are round.
 pub(super) const CREASE_ANGLE: f32 = 40.0;
 
-/// What a surface without a material is made of: a light grey satin dielectric. Drawn from both sides, since the
-/// winding of such files cannot be trusted.
+/// What a surface without a material is made of: clay, drawn from both sides, since the winding of such files cannot be
+/// trusted.
 pub(super) fn default_material() -> Material {
+    Material { name: "default".to_owned(), double_sided: true, ..clay() }
+}
+
+/// What a surface is made of of which the file tells a colour and nothing else: a satin dielectric, likewise.
+pub(super) fn material_of(base_color: [f32; 4]) -> Material {
     Material {
         name: "default".to_owned(),
-        base_color: [0.6, 0.6, 0.6, 1.0],
+        base_color,
         workflow: Workflow::MetallicRoughness { metallic: 0.0, roughness: 0.5, texture: None },
         double_sided: true,
         ..Material::default()
@@ -29,7 +35,7 @@ pub(super) fn default_material() -> Material {
 
 /// The same for meshes with colours of their own, which multiply the base colour.
 pub(super) fn white_material() -> Material {
-    Material { name: "vertex colours".to_owned(), base_color: [1.0; 4], ..default_material() }
+    Material { name: "vertex colours".to_owned(), ..material_of([1.0; 4]) }
 }
 
 /// True if a position can be part of a scene.

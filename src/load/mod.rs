@@ -24,6 +24,7 @@
 
 mod animated;
 mod budget;
+mod clay;
 mod environment;
 mod error;
 mod foreign;

@@ -12,7 +12,8 @@ use crate::frame::{Aov, AovPlane, Frame};
 /// | normal, coat-normal, bent-normal, tangent | xyz * 0.5 + 0.5 as RGB |
 /// | anisotropy | -1 black to 1 white |
 /// | base-color, specular-color, emissive, coat-color, sheen-color | sRGB, tagged as such |
-/// | roughness, metallic, occlusion, sheen-roughness, specular-occlusion, coverage | 0 to 1, grey |
+/// | roughness, metallic, occlusion, sheen-roughness, specular-occlusion, coverage, ground | 0 to 1, grey |
+/// | visibility | 0 to 1, as RGB |
 /// | coat | mask in red, roughness in green |
 /// | second-lobe | roughness, mix and haziness in red, green and blue |
 /// | iridescence, subsurface | mask in red, thickness t in green as t / (t + 500 nm) or t / (t + 1 mm) |
@@ -53,7 +54,7 @@ fn picture(plane: &AovPlane) -> Vec<[u8; 3]> {
                 [x, y, z].map(|v| byte(v * 0.5 + 0.5))
             }
             (aov, &[r, g, b]) if is_color(aov) => [r, g, b].map(linear_to_srgb8),
-            (Aov::SecondLobe, &[roughness, mix, haziness]) => [roughness, mix, haziness].map(byte),
+            (Aov::SecondLobe | Aov::Visibility, &[a, b, c]) => [a, b, c].map(byte),
             (Aov::Position, &[x, y, z]) => [x, y, z].map(|v| byte(v - v.floor())),
             (Aov::Anisotropy, &[strength]) => [byte(strength * 0.5 + 0.5); 3],
             (Aov::Iridescence, &[mask, nm]) => [byte(mask), byte(nm / (nm + 500.0)), 0],

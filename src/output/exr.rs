@@ -97,9 +97,12 @@ fn channel_names(aov: Aov) -> &'static [&'static str] {
     match aov {
         Aov::Depth => &["Z"],
         Aov::Position | Aov::Normal | Aov::CoatNormal | Aov::BentNormal | Aov::Tangent => &["X", "Y", "Z"],
-        Aov::BaseColor | Aov::SpecularColor | Aov::Emissive | Aov::CoatColor | Aov::SheenColor => {
-            &["R", "G", "B"]
-        }
+        Aov::BaseColor
+        | Aov::SpecularColor
+        | Aov::Emissive
+        | Aov::CoatColor
+        | Aov::SheenColor
+        | Aov::Visibility => &["R", "G", "B"],
         Aov::Coat => &["mask", "roughness"],
         Aov::Iridescence | Aov::Subsurface => &["mask", "thickness"],
         Aov::SecondLobe => &["roughness", "mix", "haziness"],

@@ -5,8 +5,8 @@ use crate::gbuffer::layout::{self, SurfacePlanes};
 use crate::gbuffer::{Batch, Draw};
 use crate::math::lanes::LANES;
 
-/// The rows of the G-buffer that a quantity shows; `None` where it is not of the surface.
-fn rows(aov: Aov) -> Option<std::ops::Range<usize>> {
+/// The rows of the G-buffer that a quantity shows; `None` where it is not of the surface. Depth maps know some better.
+fn rows(aov: Aov, has_maps: bool) -> Option<std::ops::Range<usize>> {
     let first = match aov {
         Aov::Depth => layout::DISTANCE,
         Aov::Position => layout::POSITION,
@@ -30,9 +30,11 @@ fn rows(aov: Aov) -> Option<std::ops::Range<usize>> {
         Aov::SheenRoughness => layout::SHEEN_ROUGHNESS,
         Aov::Anisotropy => layout::ANISOTROPY,
         Aov::SpecularOcclusion => layout::SPECULAR_OCCLUSION,
+        Aov::BentNormal if has_maps => layout::OPEN_DIRECTION,
         Aov::BentNormal => layout::BENT_NORMAL,
+        Aov::Visibility if has_maps => layout::DIFFUSE_SEEN,
         Aov::Uv => layout::UV,
-        Aov::MaterialId | Aov::ObjectId | Aov::Coverage => return None,
+        Aov::MaterialId | Aov::ObjectId | Aov::Coverage | Aov::Visibility | Aov::Ground => return None,
     };
     Some(first.first..first.first + aov.channels())
 }
@@ -41,6 +43,8 @@ fn rows(aov: Aov) -> Option<std::ops::Range<usize>> {
 #[derive(Clone, Debug, Default)]
 pub(super) struct TileAovs {
     wanted: Vec<Aov>,
+    /// Depth maps tell what light reaches surfaces, but unlit ones.
+    has_maps: bool,
     width: usize,
     planes: Vec<Vec<f32>>,
     /// Coverage summed so far, and the largest coverage of a single fragment with its depth, for identities.
@@ -64,6 +68,7 @@ pub(super) struct AovBatch<'a> {
     pub batch: &'a Batch,
     pub planes: &'a SurfacePlanes,
     pub material: u32,
+    pub unlit: bool,
     pub draws: &'a [Draw<'a>],
     /// The places of the fragments in the list of the tile.
     pub indices: &'a [u32],
@@ -75,10 +80,11 @@ pub(super) struct AovBatch<'a> {
 
 impl TileAovs {
     /// Planes for a tile of `width` x `height` pixels.
-    pub(super) fn new(wanted: &[Aov], width: usize, height: usize) -> Self {
+    pub(super) fn new(wanted: &[Aov], width: usize, height: usize, has_maps: bool) -> Self {
         let pixels = if wanted.is_empty() { 0 } else { width * height };
         Self {
             wanted: wanted.to_vec(),
+            has_maps,
             width,
             planes: wanted.iter().map(|aov| vec![0.0; aov.channels() * pixels]).collect(),
             coverage: vec![0.0; pixels],
@@ -93,12 +99,14 @@ impl TileAovs {
 
     /// True if some plane is one of the material's lobes.
     pub(super) fn wants_lobes(&self) -> bool {
-        self.wanted.iter().any(|&aov| rows(aov).is_some_and(|rows| rows.end > layout::LOBES.start))
+        self.wanted.iter().any(|&aov| rows(aov, false).is_some_and(|rows| rows.end > layout::LOBES.start))
     }
 
     /// Adds a batch of fragments. Blended ones are not part of the G-buffer.
     pub(super) fn add(&mut self, added: &AovBatch<'_>) {
-        let &AovBatch { batch, planes: surface, material, draws, indices, opaque, samples } = added;
+        let &AovBatch { batch, planes: surface, material, unlit, draws, indices, opaque, samples } = added;
+        // Effects fill nothing for unlit surfaces.
+        let has_maps = self.has_maps && !unlit;
         let depth = &surface.rows[layout::DEPTH.first];
         let pixel_of = |k: usize| {
             let fragment = &batch.fragments[k];
@@ -107,10 +115,10 @@ impl TileAovs {
         let weight_of = |k: usize| batch.fragments[k].mask.count_ones() as f32 / samples as f32;
         let members: Vec<usize> = (0..batch.len).filter(|&k| (indices[k] as usize) < opaque).collect();
         for (aov, plane) in self.wanted.iter().zip(&mut self.planes) {
-            let whole = [[1.0; LANES]];
-            let values: &[[f32; LANES]] = match rows(*aov) {
+            let whole = [[1.0; LANES]; 3];
+            let values: &[[f32; LANES]] = match rows(*aov, has_maps) {
                 Some(rows) => &surface.rows[rows],
-                None if *aov == Aov::Coverage => &whole,
+                None if matches!(aov, Aov::Coverage | Aov::Visibility) => &whole[..aov.channels()],
                 None => continue,
             };
             for &k in &members {
@@ -147,10 +155,22 @@ impl TileAovs {
         }
     }
 
+    /// Whether the floor is to be looked at.
+    pub(super) fn wants_ground(&self) -> bool {
+        self.wanted.contains(&Aov::Ground)
+    }
+
+    /// Says how much of the floor is seen in a pixel.
+    pub(super) fn set_ground(&mut self, pixel: usize, opacity: f32) {
+        for (_, plane) in self.wanted.iter().zip(&mut self.planes).filter(|(aov, _)| **aov == Aov::Ground) {
+            plane[pixel] = opacity;
+        }
+    }
+
     /// Divides by coverage, makes normals unit length, and hands the planes over, in the order of the request.
     pub(super) fn finish(mut self) -> Vec<Vec<f32>> {
         for (aov, plane) in self.wanted.iter().zip(&mut self.planes) {
-            if matches!(aov, Aov::Coverage | Aov::MaterialId | Aov::ObjectId) {
+            if matches!(aov, Aov::Coverage | Aov::MaterialId | Aov::ObjectId | Aov::Ground) {
                 continue;
             }
             for (values, &coverage) in plane.chunks_exact_mut(aov.channels()).zip(&self.coverage) {
@@ -189,7 +209,7 @@ mod tests {
     #[test]
     fn quantities_are_whole_planes() {
         for &aov in Aov::ALL {
-            let Some(rows) = rows(aov) else { continue };
+            let Some(rows) = rows(aov, false) else { continue };
             let planes: Vec<_> = layout::PLANES
                 .iter()
                 .filter(|p| rows.contains(&p.first))
@@ -204,6 +224,19 @@ mod tests {
                 _ => &[aov.name()],
             };
             assert_eq!(planes.iter().map(|p| p.0).collect::<Vec<_>>(), expected);
+        }
+    }
+
+    /// With maps there are others: as many planes of other names.
+    #[test]
+    fn maps_know_better() {
+        for &aov in Aov::ALL {
+            let (without, with) = (rows(aov, false), rows(aov, true));
+            match aov {
+                Aov::Visibility => assert_eq!((without, with.map(|rows| rows.len())), (None, Some(3))),
+                Aov::BentNormal => assert!(without != with && with.map(|rows| rows.len()) == Some(3)),
+                _ => assert_eq!(without, with),
+            }
         }
     }
 }

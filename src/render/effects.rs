@@ -8,11 +8,13 @@
 use super::crew::Crew;
 use super::options::RenderOptions;
 use super::pass::PassKind;
+use super::trace;
 use super::visibility::VisibilityMemory;
+use crate::frame::Aov;
 use crate::light::EnvironmentLight;
 use crate::limits::LimitExceeded;
 use crate::scene::Scene;
-use crate::shade::{Backdrop, Effects, LightVisibility};
+use crate::shade::{Backdrop, Effects, LightVisibility, OpenDirections};
 use crate::tile::TileGrid;
 
 /// What is prepared, in memory that is kept from one picture to the next.
@@ -23,11 +25,13 @@ pub(super) struct EffectMemory {
 }
 
 impl EffectMemory {
-    /// The effects that fragments of a pass are shaded with.
-    pub(super) fn of(&self, kind: PassKind) -> Effects<'_> {
+    /// The effects that fragments of a pass are shaded with, and those that planes for users ask for.
+    pub(super) fn of(&self, kind: PassKind, aovs: &[Aov]) -> Effects<'_> {
         // Nothing refracts in other passes.
         let backdrop = (kind == PassKind::OverBackdrop).then_some(&self.backdrop);
-        Effects { backdrop, visibility: self.visibility.maps(), traced: self.visibility.traced() }
+        let visibility = self.visibility.maps();
+        let open_directions = visibility.filter(|_| aovs.contains(&Aov::BentNormal)).map(OpenDirections);
+        Effects { backdrop, visibility, open_directions, traced: self.visibility.traced() }
     }
 
     /// Prepares what is found of the scene alone.
@@ -49,6 +53,18 @@ impl EffectMemory {
     /// What is known of the environment's light, for a floor, and its number among all that was.
     pub(super) fn maps_of_ground(&self) -> (LightVisibility<'_>, u64) {
         self.visibility.maps_of_ground()
+    }
+
+    /// Hashes of the depth maps, of what surfaces are shaded by or else the floor, and of what rays can hit; 0 where there is
+    /// none.
+    pub(super) fn hashes(&self, has_ground: bool) -> (u128, u128) {
+        let ground = || has_ground.then(|| self.maps_of_ground().0);
+        let maps = self.visibility.maps().or_else(ground);
+        let traced = self.visibility.traced();
+        (
+            maps.map_or(0, |maps| trace::depth_maps(&maps)),
+            traced.map_or(0, |traced| trace::hierarchy(&traced)),
+        )
     }
 
     /// Prepares what needs the linear pixels that a pass has drawn.

@@ -72,7 +72,8 @@ impl GroundLight {
         options: &RenderOptions,
     ) {
         let planes = if options.ground == Ground::Shadow { 1 } else { 3 };
-        let found = visibility.and_then(|maps| Some((maps, scene.footing()?)));
+        let footing = || options.ground_under.map_or_else(|| scene.footing(), |all| Footing::under(&all));
+        let found = visibility.and_then(|maps| Some((maps, footing()?)));
         let known =
             found.map(|((_, maps), footing)| Known { footing, maps, planes, lights: lights.changes() });
         let is_known = std::mem::replace(&mut self.known, known) == known;
@@ -101,6 +102,11 @@ impl GroundLight {
         self.known.as_ref().map(|known| &known.footing)
     }
 
+    /// All that is known of it; nothing without a floor.
+    pub(super) fn texels(&self) -> &[u32] {
+        if self.known.is_some() { &self.texels } else { &[] }
+    }
+
     /// What finding it counts as, in units of shading.
     pub(super) fn units(asked: &Visibility) -> u64 {
         let size = size_of_picture(asked) as u64;
@@ -116,8 +122,7 @@ impl GroundLight {
     #[inline(always)]
     pub(super) fn fade<L: Lanes>(_: L, square: L::F) -> L::F {
         let t = (square.sqrt().one_minus() * (1.0 / (1.0 - WHOLE))).saturate();
-        // Hermite's smooth step.
-        t.squared() * (t * -2.0 + 3.0)
+        smooth(t)
     }
 
     /// The first `N` colours at places within the reach, by bilinear weights.
@@ -140,6 +145,12 @@ impl GroundLight {
             of_row(row).lerp(of_row(row + 1), fy)
         })
     }
+}
+
+/// Hermite's smooth step of what lies between 0 and 1.
+#[inline(always)]
+pub(super) fn smooth<F: Float>(t: F) -> F {
+    t.squared() * (t * -2.0 + 3.0)
 }
 
 /// One direction of the environment's light, as the floor has it.

@@ -1,9 +1,10 @@
 //! The floor in the pixels of a tile: behind the surfaces, and before what is behind the picture.
 
 use super::ground::Ground;
-use super::ground_light::GroundLight;
-use super::quality::Visibility;
+use super::ground_light::{GroundLight, smooth};
+use super::options::RenderOptions;
 use super::resolve::{Distant, TilePixels};
+use super::visibility::asked_for;
 use crate::color::srgb::SRGB8_TO_LINEAR;
 use crate::each;
 use crate::geometry::View;
@@ -23,8 +24,38 @@ pub(super) struct GroundView<'a> {
     rays: ViewRays,
     /// Linear colour of a matt floor; `None` of a shadow.
     color: Option<[f32; 3]>,
+    /// Where it fades towards the edges of the picture.
+    edge: Option<Edge>,
     /// What finding its light counts as, in units of shading.
     pub units: u64,
+}
+
+/// How much of the floor is there near the border of the picture.
+///
+/// The border is that of a rounded rectangle, (x^4 + y^4)^(1/4) = 1 in halves of the picture's width and height: a straight
+/// one shows as a line, however softly the floor fades.
+#[derive(Clone, Copy, Debug)]
+struct Edge {
+    /// 1 / half of the picture's width and height in pixels.
+    scale: [f32; 2],
+    /// 1 / the part of the way to the middle over which it fades.
+    slope: f32,
+}
+
+impl Edge {
+    /// `None` if it does not fade there.
+    fn new(view: &View, part: f32) -> Option<Self> {
+        let scale = [view.width, view.height].map(|side| 2.0 / side as f32);
+        (part > 0.0).then(|| Self { scale, slope: 1.0 / part })
+    }
+
+    /// The part that is there, at a place from the middle of the picture in pixels.
+    #[inline(always)]
+    fn fade<L: Lanes>(&self, _: L, place: [L::F; 2]) -> L::F {
+        let [x, y]: [L::F; 2] = each!(k => (place[k] * self.scale[k]).squared().squared());
+        let distance = (x + y).sqrt().sqrt();
+        smooth((distance.one_minus() * self.slope).saturate())
+    }
 }
 
 /// What is seen of the floor in sixteen pixels: premultiplied colour and opacity.
@@ -37,19 +68,20 @@ impl<'a> GroundView<'a> {
     /// `None` if nothing is seen of it.
     pub(super) fn new(
         light: &'a GroundLight,
-        ground: Ground,
-        asked: &Visibility,
+        options: &RenderOptions,
         view: &View,
     ) -> Option<Self> {
         let footing = light.footing()?;
         let rays = rays_about(view, footing);
         let is_above = if rays.perspective { rays.eye[1] > 0.0 } else { true };
-        let color = match ground {
+        let color = match options.ground {
             Ground::None => return None,
             Ground::Shadow => None,
             Ground::Color(color) => Some(each!(c in color => SRGB8_TO_LINEAR[usize::from(c)])),
         };
-        is_above.then_some(Self { light, rays, color, units: GroundLight::units(asked) })
+        let edge = Edge::new(view, options.ground_edge);
+        let units = GroundLight::units(&asked_for(options));
+        is_above.then_some(Self { light, rays, color, edge, units })
     }
 
     /// What a tile of so many pixels counts as.
@@ -64,7 +96,8 @@ impl<'a> GroundView<'a> {
         const PIXELS: f32 = 1.0 / SUBPIXELS as f32;
         let y = (origin.y + row as i32 * SUBPIXELS + HALF) as f32 * PIXELS;
         let x = (l.lane_indices().to_float() + (block * LANES) as f32) + (origin.x + HALF) as f32 * PIXELS;
-        let (from, ray) = self.rays.ray(l, [x, l.splat(y)]);
+        let on_screen = [x, l.splat(y)];
+        let (from, ray) = self.rays.ray(l, on_screen);
         // From above: downwards, and before the viewer.
         let falls = ray.y.lt(l.zero()) & from.y.gt(l.zero());
         let distance = from.y / falls.select(-ray.y, l.splat(1.0));
@@ -75,7 +108,10 @@ impl<'a> GroundView<'a> {
             return None;
         }
         let place = each!(v in [place.x, place.z] => is_floor.select(v, l.zero()));
-        let there = is_floor.select(GroundLight::fade(l, is_floor.select(square, l.zero())), l.zero());
+        let mut there = is_floor.select(GroundLight::fade(l, is_floor.select(square, l.zero())), l.zero());
+        if let Some(edge) = &self.edge {
+            there = there * edge.fade(l, on_screen);
+        }
         Some(match self.color {
             None => {
                 let [shadow] = self.light.look_up(l, place);
@@ -88,9 +124,16 @@ impl<'a> GroundView<'a> {
         })
     }
 
-    /// Puts the floor behind the pixels of a tile, but for those that have it behind them.
+    /// Puts the floor behind the pixels of a tile, but for those that have it behind them. Tells `see` what is seen of it in each
+    /// pixel.
     #[inline(always)]
-    pub(super) fn composite<L: Lanes>(&self, l: L, origin: TileOrigin, pixels: &mut TilePixels) {
+    pub(super) fn composite<L: Lanes>(
+        &self,
+        l: L,
+        origin: TileOrigin,
+        pixels: &mut TilePixels,
+        mut see: Option<impl FnMut(usize, f32)>,
+    ) {
         let TilePixels { width, linear, transmittance, has_ground } = pixels;
         for (y, row) in linear.chunks_mut(*width).enumerate() {
             for (block, pixels) in row.chunks_mut(LANES).enumerate() {
@@ -109,6 +152,9 @@ impl<'a> GroundView<'a> {
                         pixel[c] += color[c][k] * open;
                     }
                     pixel[3] += opacity[k] * open;
+                    if let Some(see) = &mut see {
+                        see(first + k, opacity[k] * open);
+                    }
                     if let Some(open) = transmittance.get_mut(first + k) {
                         *open = open.map(|open| open * (1.0 - opacity[k]));
                     }

@@ -7,7 +7,7 @@ use crate::frame::{Aov, AovPlane, Clipping, DisplayImage, Frame};
 use crate::limits::{LimitExceeded, Limits};
 use crate::math::lanes::SimdLevel;
 use crate::raster::SamplePattern;
-use crate::scene::{AreaLightMethod, SceneError, ShadingModel};
+use crate::scene::{AreaLightMethod, Bounds, SceneError, ShadingModel};
 use std::time::Duration;
 
 /// What is seen where no surface is.
@@ -22,6 +22,10 @@ pub enum Background {
 }
 
 /// Options of one picture.
+///
+/// The default is what costs least: nothing blocks light, as in [`Quality::Draft`](super::Quality::Draft), and there is no floor.
+/// Descriptions and the program have another one, see
+/// [`Description::options`](crate::description::Description::options).
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct RenderOptions {
@@ -69,6 +73,12 @@ pub struct RenderOptions {
     pub visibility: Visibility,
     /// What is seen of a floor under the model.
     pub ground: Ground,
+    /// The box in world space that the floor lies under, and whose size says how far it reaches: of pictures that follow each
+    /// other, one that holds all of them. `None`: the box around the scene.
+    pub ground_under: Option<Bounds>,
+    /// Part of the way from the picture's border to its middle over which the floor appears, 0 to 1, so that no shadow is cut:
+    /// it is gone at the border of a rounded rectangle that touches that of the picture. 0: it is cut.
+    pub ground_edge: f32,
     /// G-buffer planes to keep.
     pub aovs: Vec<Aov>,
     /// Whether to find [`RenderStats::stage_hashes`], which takes longer than the picture.
@@ -97,6 +107,8 @@ impl Default for RenderOptions {
             point_size: None,
             visibility: Visibility::NONE,
             ground: Ground::None,
+            ground_under: None,
+            ground_edge: 0.0,
             aovs: Vec::new(),
             stage_hashes: false,
             limits: Limits::default(),
@@ -213,6 +225,18 @@ impl RenderOptions {
         Self { ground, ..self }
     }
 
+    /// The same with another [`RenderOptions::ground_under`].
+    #[must_use]
+    pub fn with_ground_under(self, ground_under: Option<Bounds>) -> Self {
+        Self { ground_under, ..self }
+    }
+
+    /// The same with another [`RenderOptions::ground_edge`].
+    #[must_use]
+    pub fn with_ground_edge(self, ground_edge: f32) -> Self {
+        Self { ground_edge, ..self }
+    }
+
     /// The same with another [`RenderOptions::aovs`].
     #[must_use]
     pub fn with_aovs(self, aovs: Vec<Aov>) -> Self {
@@ -255,6 +279,9 @@ impl RenderOptions {
         }
         if !(0.0..=45.0).contains(&self.merge_angle) {
             return Err(option("merge angle", self.merge_angle.to_string(), "0 to 45 degrees"));
+        }
+        if !(0.0..=1.0).contains(&self.ground_edge) {
+            return Err(option("ground edge", self.ground_edge.to_string(), "0 to 1"));
         }
         let widths = [("line width", Some(self.line_width)), ("point size", self.point_size)];
         for (name, width) in widths.into_iter().filter_map(|(name, width)| Some((name, width?))) {

@@ -49,7 +49,7 @@ impl PassMemory {
                     planes.add_display(&mut self.planes, count);
                 }
             }
-            let (purpose, effects) = (Purpose::Draw(wanted), self.effects.of(kind));
+            let (purpose, effects) = (Purpose::Draw(wanted), self.effects.of(kind, wanted.aovs));
             let pass = Pass { frame, kind, purpose, effects, work };
             let fragments = found.fragments;
             found = render_tiles(crew, &pass, &mut self.tiles, &mut planes, options.simd);

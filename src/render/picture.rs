@@ -16,7 +16,6 @@ use super::splats::SplatMemory;
 use super::tile_pass::default_tile_size;
 use super::tiles::Found;
 use super::trace::{self, StageHashes};
-use super::visibility::asked_for;
 use super::work::{Spent, Work, WorkDone};
 use crate::dispatch;
 use crate::frame::{Clipping, Developer, DisplayImage, DisplayOptions, Frame};
@@ -107,7 +106,11 @@ impl Memory {
 
         let hashes = options.stage_hashes.then(|| {
             let geometry = trace::geometry(vertices, chunks, states, &draws, splats.in_order());
-            StageHashes::before_tiles(scene, &filtered, geometry)
+            let mut hashes = StageHashes::before_tiles(scene, &filtered, geometry);
+            (hashes.depth_maps, hashes.hierarchy) = self.passes.effects.hashes(options.ground.is_seen());
+            let light = options.ground.is_seen().then(|| self.ground.texels());
+            hashes.ground = light.filter(|texels| !texels.is_empty()).map_or(0, trace::ground);
+            hashes
         });
 
         // Say what all tiles share.
@@ -116,7 +119,7 @@ impl Memory {
         self.costs.extend(scene.materials().iter().map(|material| ShadingCost::of(material, &shade)));
         Finer::list(scene.materials(), scene.textures(), options, &mut self.finer);
         let show_environment = options.background == Background::Environment;
-        let ground = GroundView::new(&self.ground, options.ground, &asked_for(options), &view);
+        let ground = GroundView::new(&self.ground, options, &view);
         let frame = FrameContext {
             grid,
             pattern: &pattern,

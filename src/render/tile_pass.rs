@@ -195,7 +195,9 @@ pub(super) fn render_tile<L: Lanes>(
     // Put the floor and the environment behind the pixels, and hand them on.
     job.cost.covered = resolve::covered(pixels);
     if let Some(ground) = &frame.ground {
-        ground.composite(l, tile.origin, pixels);
+        let aovs = &mut job.aovs;
+        let see = aovs.wants_ground().then_some(|pixel, opacity| aovs.set_ground(pixel, opacity));
+        ground.composite(l, tile.origin, pixels, see);
     }
     if frame.show_environment {
         resolve::composite_environment(l, &frame.shade, tile.origin, pixels);

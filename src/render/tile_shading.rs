@@ -210,7 +210,7 @@ pub(super) fn shade_fragments<L: Lanes>(
             // Hand them on: to the pixels or the resolve, to hashes and to planes for users.
             let done = ShadedBatch { of: &of, batch, planes, indices };
             hand_on(input, &done, radiance.to_arrays(), out, pixels);
-            describe(frame, input, &done, &out.fragments, job);
+            describe(pass, input, &done, &out.fragments, job);
             std::mem::swap(&mut batch, &mut following);
         }
     }
@@ -276,20 +276,21 @@ fn hand_on(
 /// Adds a batch to the planes for users and to the hashes of its stages, where they are wanted.
 #[inline(always)]
 fn describe(
-    frame: &FrameContext<'_>,
+    pass: &Pass<'_>,
     input: &ShadingInput<'_>,
     done: &ShadedBatch<'_>,
     shaded: &[ShadedFragment],
     job: &mut TileJob,
 ) {
+    let (frame, has_maps) = (pass.frame, pass.effects.visibility.is_some());
     let &ShadedBatch { of, batch, planes, indices } = done;
     if let Some(hashes) = &mut job.hashes {
-        add_hashes(hashes, input, done, shaded);
+        add_hashes(hashes, input, done, shaded, has_maps);
     }
     if job.aovs.is_wanted() {
-        let (material, draws) = (of.number, frame.shade.draws);
+        let (material, unlit, draws) = (of.number, of.material.unlit, frame.shade.draws);
         let (opaque, samples) = (input.opaque, frame.pattern.len());
-        job.aovs.add(&AovBatch { batch, planes, material, draws, indices, opaque, samples });
+        job.aovs.add(&AovBatch { batch, planes, material, unlit, draws, indices, opaque, samples });
     }
 }
 
@@ -300,6 +301,7 @@ fn add_hashes(
     input: &ShadingInput<'_>,
     done: &ShadedBatch<'_>,
     shaded: &[ShadedFragment],
+    has_maps: bool,
 ) {
     let corner = input.tile.corner;
     let rows = if done.of.model.reads_lobes() { layout::SURFACE } else { layout::CORE };
@@ -310,6 +312,9 @@ fn add_hashes(
         let key = [corner[0] + fragment.column(), corner[1] + fragment.row(), chunk, triangle];
         hashes.add_samples(key, fragment.mask);
         hashes.add_surface(key, done.planes, rows.clone(), lane);
+        if has_maps && !done.of.material.unlit {
+            hashes.add_visibility(key, done.planes, done.of.material.coat > 0.0, lane);
+        }
         hashes.add_shaded(key, &shaded[index as usize]);
     }
 }

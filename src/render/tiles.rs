@@ -51,12 +51,13 @@ pub(super) fn render_tiles(
 ) -> Found {
     let grid = &pass.frame.grid;
     let wanted = pass.wanted();
+    let has_maps = pass.effects.visibility.is_some();
     let bands = Bands::of(planes, grid, &mut memory.bands);
     let mut tiles = std::mem::take(&mut memory.tiles);
     tiles.extend((0..grid.len()).map(|tile| {
         let [_, _, width, height] = grid.pixels(tile);
         TileJob {
-            aovs: TileAovs::new(wanted.aovs, width as usize, height as usize),
+            aovs: TileAovs::new(wanted.aovs, width as usize, height as usize, has_maps),
             cost: memory.costs.get(tile).copied().unwrap_or_default(),
             hashes: wanted.hashes.then(FragmentHashes::default),
             ..TileJob::default()

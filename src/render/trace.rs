@@ -9,10 +9,11 @@ use super::draws::DrawState;
 use super::tile_shading::ShadedFragment;
 use crate::frame::Frame;
 use crate::gbuffer::Draw;
-use crate::gbuffer::layout::SurfacePlanes;
+use crate::gbuffer::layout::{self, SurfacePlanes};
 use crate::geometry::{Chunk, ScreenVertices};
 use crate::light::PrefilteredEnvironment;
 use crate::scene::Scene;
+use crate::shade::{LightVisibility, TracedLight};
 use crate::splat::ScreenSplat;
 use std::ops::Range;
 use xxhash_rust::xxh3::{Xxh3, xxh3_128};
@@ -26,12 +27,20 @@ pub struct StageHashes {
     pub scene: u128,
     /// The filtered environment.
     pub environment: u128,
+    /// Directions of the environment's light, and the depth maps of each; 0 without.
+    pub depth_maps: u128,
+    /// Triangles that rays can hit, and in which order they are listed for that; 0 without rays.
+    pub hierarchy: u128,
+    /// What light reaches the floor, from above; 0 without a floor.
+    pub ground: u128,
     /// Vertices on the screen, triangles that are clipped, culled and set up, and splats in their order.
     pub geometry: u128,
     /// Which sample sees which triangle.
     pub raster: u128,
     /// Surfaces of the fragments, every plane of the G-buffer that their models read.
     pub gbuffer: u128,
+    /// What light reaches the fragments past other surfaces, and what those send; 0 without maps.
+    pub visibility: u128,
     /// Radiance and opacity of the fragments.
     pub shading: u128,
     /// The frame: see [`Frame::frame_hash`], which is this number.
@@ -44,9 +53,13 @@ impl StageHashes {
         [
             ("scene", self.scene),
             ("environment", self.environment),
+            ("depth_maps", self.depth_maps),
+            ("hierarchy", self.hierarchy),
+            ("ground", self.ground),
             ("geometry", self.geometry),
             ("raster", self.raster),
             ("gbuffer", self.gbuffer),
+            ("visibility", self.visibility),
             ("shading", self.shading),
             ("resolve", self.resolve),
         ]
@@ -68,6 +81,7 @@ pub(super) type FragmentKey = [u32; 4];
 pub(super) struct FragmentHashes {
     raster: u128,
     gbuffer: u128,
+    visibility: u128,
     shading: u128,
     bytes: Vec<u8>,
 }
@@ -92,6 +106,24 @@ impl FragmentHashes {
         self.gbuffer = self.gbuffer.wrapping_add(xxh3_128(&self.bytes));
     }
 
+    /// Adds what lane `lane` has of light that reaches a fragment past others.
+    pub(super) fn add_visibility(
+        &mut self,
+        key: FragmentKey,
+        planes: &SurfacePlanes,
+        has_coat: bool,
+        lane: usize,
+    ) {
+        let coat = [layout::COAT_SEEN, layout::COAT_BOUNCE];
+        let planes_read =
+            [layout::DIFFUSE_SEEN, layout::DIFFUSE_BOUNCE, layout::BASE_SEEN, layout::BASE_BOUNCE]
+                .into_iter()
+                .chain(coat.into_iter().filter(|_| has_coat));
+        let rows = planes_read.flat_map(|plane| planes.plane(plane));
+        self.start(key).extend(rows.flat_map(|row| row[lane].to_le_bytes()));
+        self.visibility = self.visibility.wrapping_add(xxh3_128(&self.bytes));
+    }
+
     /// Adds what shading made of a fragment.
     pub(super) fn add_shaded(&mut self, key: FragmentKey, shaded: &ShadedFragment) {
         let ShadedFragment { radiance: [r, g, b], alpha, depth } = *shaded;
@@ -103,6 +135,7 @@ impl FragmentHashes {
     pub(super) fn add(&mut self, other: &Self) {
         self.raster = self.raster.wrapping_add(other.raster);
         self.gbuffer = self.gbuffer.wrapping_add(other.gbuffer);
+        self.visibility = self.visibility.wrapping_add(other.visibility);
         self.shading = self.shading.wrapping_add(other.shading);
     }
 
@@ -155,6 +188,34 @@ fn scene(scene: &Scene) -> u128 {
 fn environment(filtered: &PrefilteredEnvironment) -> u128 {
     let mut hasher = Xxh3::new();
     feed(&mut hasher, filtered.texels().iter().map(|v| v.to_le_bytes()));
+    hasher.digest128()
+}
+
+/// The hash of what light from afar is taken to come from, and of what is seen from there.
+pub(super) fn depth_maps(of: &LightVisibility<'_>) -> u128 {
+    let mut hasher = Xxh3::new();
+    let lights = of.lights.iter().flat_map(|light| {
+        light.direction.into_iter().chain(light.flux).chain([light.solid_angle]).map(f32::to_le_bytes)
+    });
+    feed(&mut hasher, lights);
+    feed(&mut hasher, of.maps.texels().iter().map(|word| word.to_le_bytes()));
+    hasher.digest128()
+}
+
+/// The hash of what rays can hit.
+pub(super) fn hierarchy(of: &TracedLight<'_>) -> u128 {
+    let mut hasher = Xxh3::new();
+    let corners = of.corners.as_flattened().as_flattened();
+    feed(&mut hasher, corners.iter().map(|v| v.to_le_bytes()));
+    feed(&mut hasher, of.draws.iter().flat_map(|(draw, first)| [*draw, *first]).map(u32::to_le_bytes));
+    feed(&mut hasher, of.hierarchy.triangles().map(u32::to_le_bytes));
+    hasher.digest128()
+}
+
+/// The hash of the light on the floor.
+pub(super) fn ground(texels: &[u32]) -> u128 {
+    let mut hasher = Xxh3::new();
+    feed(&mut hasher, texels.iter().map(|bits| bits.to_le_bytes()));
     hasher.digest128()
 }
 
@@ -211,6 +272,7 @@ impl StageHashes {
     pub(super) fn finish(mut self, fragments: &FragmentHashes, frame: &Frame) -> Self {
         self.raster = fragments.raster;
         self.gbuffer = fragments.gbuffer;
+        self.visibility = fragments.visibility;
         self.shading = fragments.shading;
         self.resolve = frame.digest();
         self

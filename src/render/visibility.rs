@@ -190,3 +190,48 @@ impl TracedScene {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::jobs::Jobs;
+    use crate::scene::primitives;
+
+    /// What the limit counts holds the corners, the boxes that they are sorted by, and the hierarchy, whatever the triangles
+    /// are like.
+    #[test]
+    fn triangles_take_no_more_than_is_counted() {
+        let mut state = 1_u32;
+        let mut number = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) as f32 / (1 << 24) as f32
+        };
+        let mut soup = |size: f32| -> Vec<[[f32; 3]; 3]> {
+            let corner = |centre: [f32; 3], by: [f32; 3]| std::array::from_fn(|k| centre[k] + size * by[k]);
+            let mut point = || std::array::from_fn(|_| number());
+            let mut triangle = || {
+                let centre = point();
+                [(); 3].map(|()| corner(centre, point()))
+            };
+            (0..20_000).map(|_| triangle()).collect()
+        };
+        let sphere = primitives::sphere(1.0, 128).unwrap();
+        let corners = |t: &[u32; 3]| t.map(|v| sphere.positions()[v as usize]);
+        let shapes = [
+            ("sphere", sphere.triangles().iter().map(corners).collect()),
+            ("small", soup(0.001)),
+            ("large", soup(1.0)),
+            ("alike", vec![[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]; 20_000]),
+        ];
+        let jobs = Jobs::new(2);
+        for (name, triangles) in shapes {
+            let count = triangles.len() as u64;
+            let bytes = Hierarchy::new(&triangles, &jobs).bytes() as u64;
+            let own = size_of_val(&triangles[0]) as u64;
+            let sorted = 28;
+            let all = bytes / count + own + sorted;
+            assert!(all <= BYTES_PER_TRIANGLE, "{name}: {all} bytes for each of {count} triangles");
+            assert!(all > BYTES_PER_TRIANGLE / 4, "{name}: {all} bytes for each of {count} triangles");
+        }
+    }
+}

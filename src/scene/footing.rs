@@ -1,6 +1,6 @@
 //! Where a scene stands.
 
-use super::{Bounds, Scene};
+use super::{AlphaMode, Bounds, PrimitiveKind, Scene};
 
 /// Where a floor lies under a scene, and how large the scene is over it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,11 +13,9 @@ pub(crate) struct Footing {
     pub radius: f64,
 }
 
-impl Scene {
-    /// Where the scene stands: at its lowest vertex that can be seen, of splats the lowest that a camera is to show. `None` of
-    /// an empty one, and of one that is a point.
-    pub(crate) fn footing(&self) -> Option<Footing> {
-        let bounds = self.tight_bounds();
+impl Footing {
+    /// The floor under a box. `None` under an empty one, and under a point.
+    pub(crate) fn under(bounds: &Bounds) -> Option<Self> {
         if bounds.is_empty() {
             return None;
         }
@@ -25,12 +23,29 @@ impl Scene {
         let radius = 0.5 * (width * width + height * height + depth * depth).sqrt();
         let least = [x, y, z].iter().fold(1e-12, |m: f64, v| m.max(v.abs() * 1e-6));
         let height = if height > least { height } else { least };
-        (radius > least).then_some(Footing { center: [x, bounds.min[1], z], height, radius })
+        (radius > least).then_some(Self { center: [x, bounds.min[1], z], height, radius })
+    }
+}
+
+impl Scene {
+    /// Where the scene stands: at its lowest vertex that can be seen, of splats the lowest that a camera is to show. `None` of
+    /// an empty one, and of one that is a point.
+    pub(crate) fn footing(&self) -> Option<Footing> {
+        Footing::under(&self.tight_bounds())
+    }
+
+    /// Whether anything is in the way of light: an opaque or alpha-masked triangle.
+    pub(crate) fn blocks_light(&self) -> bool {
+        self.seen_instances().any(|instance| {
+            let material = &self.materials()[instance.material.index()];
+            let passes = material.alpha_mode == AlphaMode::Blend || material.is_transmissive();
+            !passes && self.meshes()[instance.mesh.index()].kind() == PrimitiveKind::Triangles
+        })
     }
 
     /// The box around the vertices that can be seen, and around what of splats a camera is to show.
     /// [`Scene::shown_bounds`] is that around the boxes of instances, which reach far beyond them where they are turned.
-    fn tight_bounds(&self) -> Bounds {
+    pub(crate) fn tight_bounds(&self) -> Bounds {
         let mut all = Bounds::EMPTY;
         for instance in self.splat_instances() {
             let cloud = &self.splats()[instance.cloud.index()];

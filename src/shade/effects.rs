@@ -5,7 +5,7 @@
 //! ([`layout::EFFECTS`](crate::gbuffer::layout::EFFECTS)): it writes no others, and nobody else writes these. Shading reads
 //! them in one place each.
 
-use super::{Backdrop, LightVisibility, ShadeContext, TracedLight};
+use super::{Backdrop, LightVisibility, OpenDirections, ShadeContext, TracedLight};
 use crate::gbuffer::layout::SurfacePlanes;
 use crate::math::lanes::Lanes;
 use crate::scene::Material;
@@ -34,6 +34,8 @@ pub struct Effects<'a> {
     pub backdrop: Option<&'a Backdrop>,
     /// What light from afar reaches surfaces past others.
     pub visibility: Option<LightVisibility<'a>>,
+    /// From where light can arrive, if users ask for it.
+    pub open_directions: Option<OpenDirections<'a>>,
     /// What light other surfaces send, by rays; [`TracedLight::fill`] is called by itself, after these.
     pub traced: Option<TracedLight<'a>>,
 }
@@ -50,6 +52,9 @@ impl Effects<'_> {
     ) {
         if let Some(visibility) = self.visibility.filter(|effect| effect.is_read(material)) {
             visibility.fill(l, context, material, planes);
+        }
+        if let Some(open) = self.open_directions.filter(|effect| effect.is_read(material)) {
+            open.fill(l, context, material, planes);
         }
         if let Some(backdrop) = self.backdrop.filter(|effect| effect.is_read(material)) {
             backdrop.fill(l, context, material, planes);

@@ -231,6 +231,12 @@ impl DepthMaps {
         self.maps.is_empty()
     }
 
+    /// Everything that is seen from the directions: map by map, row by row, two depths in steps in each word.
+    #[must_use]
+    pub fn texels(&self) -> &[u32] {
+        &self.texels
+    }
+
     /// Length of a texel's side in the scene.
     #[must_use]
     pub fn texel(&self) -> f32 {

@@ -11,7 +11,7 @@ use overcoat::frame::DisplayOptions;
 use overcoat::golden::{DescribedGolden, GoldenFolder};
 use overcoat::jobs::Jobs;
 use overcoat::limits::Limits;
-use overcoat::render::RenderOptions;
+use overcoat::render::{Ground, Quality, RenderOptions};
 use overcoat::scene::{Camera, Scene};
 use std::path::{Path, PathBuf};
 
@@ -46,6 +46,9 @@ impl Shot {
         if file.shading.is_none() && !of_materials {
             return Err("a golden names its shading model: shading = \"...\"".to_owned());
         }
+        // Likewise: goldens are drafts without ground where they say nothing of either.
+        file.quality.get_or_insert(Quality::Draft);
+        file.ground.get_or_insert(Ground::None);
         let limits = Limits::default();
         let model = file.model.as_ref().and_then(|model| model.to_str()).unwrap_or_default().to_owned();
         let Some(name) = model.strip_prefix("builtin:") else {

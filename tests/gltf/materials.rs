@@ -26,13 +26,41 @@ fn defaults_are_those_of_the_specification() {
     };
     assert_eq!(material(json!({})), expected);
     assert_eq!(material(json!({"pbrMetallicRoughness": {}})), expected);
-    assert_eq!(Model::triangle().load().unwrap().scene.materials(), [expected]);
+    // A primitive without a material, in a file that has one for others.
+    let mut model = Model::triangle();
+    model.json["materials"] = json!([{"name": "of nothing"}]);
+    assert_eq!(model.load().unwrap().scene.materials(), [expected]);
     assert_eq!(material(json!({"alphaMode": "MASK"})).alpha_mode, AlphaMode::Mask { cutoff: 0.5 });
     let coat = material(json!({"extensions": {"KHR_materials_clearcoat": {}}}));
     assert_eq!((coat.coat, coat.coat_roughness), (0.0, 0.0));
     let glossy = material(json!({"extensions": {"KHR_materials_pbrSpecularGlossiness": {}}}));
     let expected = Workflow::SpecularGlossiness { specular: [1.0; 3], glossiness: 1.0, texture: None };
     assert_eq!((glossy.workflow, glossy.base_color), (expected, [1.0; 4]));
+}
+
+/// Nobody who writes no material means a rough white metal.
+#[test]
+fn files_without_any_material_are_of_clay() {
+    let clay = Model::triangle().load().unwrap().scene.materials().to_vec();
+    let [Material { base_color, workflow: Workflow::MetallicRoughness { metallic, roughness, .. }, .. }] =
+        clay[..]
+    else {
+        panic!("{clay:?}")
+    };
+    assert!(metallic == 0.0 && (0.4..0.8).contains(&roughness), "{clay:?}");
+    assert!(base_color[..3].iter().all(|c| (0.3..0.6).contains(c)) && base_color[3] == 1.0, "{clay:?}");
+
+    // Colours of vertices are not tinted by it.
+    let mut model = Model::triangle();
+    let colors = model.floats("VEC3", &[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]);
+    let mut other = model.primitive().clone();
+    model.primitive()["attributes"]["COLOR_0"] = colors.into();
+    let list = model.json["meshes"][0]["primitives"].as_array_mut().unwrap();
+    list.push(std::mem::take(&mut other));
+    let scene = model.load().unwrap().scene;
+    let found: Vec<[f32; 4]> =
+        scene.instances().iter().map(|i| scene.materials()[i.material.index()].base_color).collect();
+    assert_eq!(found, [[1.0; 4], base_color]);
 }
 
 #[test]

@@ -160,7 +160,7 @@ fn scene_text(recipe: &Recipe, model: &str, environment: &str) -> String {
         text,
         "model = \"{model}\"\nenv = \"{environment}\"\nenv_rotation_deg = {:?}\nenv_intensity = {:?}\n\
          size = [{width}, {height}]\nsamples = {}\nbackground = \"{}\"\ntone_mapping = \"{}\"\nexposure = {:?}\n\
-         anisotropy = {}\n",
+         anisotropy = {}\nquality = \"draft\"\n",
         recipe.environment_rotation,
         recipe.environment_intensity,
         recipe.samples,

@@ -181,7 +181,7 @@ pub struct PictureArgs {
     pub samples: Option<u32>,
 
     /// What the picture is worth: draft (no light is blocked), fast (shadows of the environment), good (and light from other
-    /// surfaces by rays) or best [default: draft]
+    /// surfaces by rays) or best [default: fast; of bench draft]
     ///
     /// Sets --maps, --map-size, --rays and --shading-rate: draft 0, 256, 0, 1; fast 64, 128, 0, 1; good 64, 256, 4, 4; best
     /// 128, 512, 16, 4.
@@ -211,11 +211,12 @@ pub struct PictureArgs {
     pub shade_everywhere: bool,
 
     /// What is seen of a floor under the model: none, shadow (that of the model, which darkens what is behind it), #rrggbb or a
-    /// colour name (a matt floor that fades) [default: none]
+    /// colour name (a matt floor that fades) [default: shadow; of bench and without maps none]
     ///
     /// The floor lies at the lowest point of the model and is seen from above. The environment lights it past the model, by the
-    /// depth maps of --maps, or by those of --quality fast if there are none; lights cast no shadow on it yet. An automatic
-    /// camera leaves some room for it.
+    /// depth maps of --maps, or by those of --quality fast if there are none; lights cast no shadow on it yet. It fades before
+    /// the border of the picture, where automatic cameras leave some room for it. Unless one is asked for, there is none where
+    /// nothing blocks light (in --quality draft, with --maps 0) and in bench.
     #[arg(long, value_name = "SHADOW|COLOR", value_parser = value_parsers::ground)]
     pub ground: Option<Ground>,
 

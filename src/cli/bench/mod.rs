@@ -6,6 +6,8 @@ mod report;
 
 use super::args::BenchArgs;
 use super::failure::Failure;
+use crate::description::Description;
+use crate::render::{Ground, Quality};
 
 /// Measures frames.
 ///
@@ -17,4 +19,13 @@ pub fn run(args: &BenchArgs) -> Result<(), Failure> {
     } else {
         orbit::run(args)
     }
+}
+
+/// What is measured. Where nobody says what the picture is worth it is what costs least, not what other commands draw, so that
+/// figures of all versions can be compared.
+fn describe(args: &BenchArgs) -> Result<Description, Failure> {
+    let mut description = args.draw.describe(&args.inputs)?;
+    description.quality.get_or_insert(Quality::Draft);
+    description.ground.get_or_insert(Ground::None);
+    Ok(description)
 }

@@ -18,7 +18,7 @@ use std::time::{Duration, Instant};
 /// # Errors
 /// [`Failure`] if a model cannot be loaded or rendered.
 pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
-    let mut task = RenderTask::new(&args.draw, args.draw.describe(&args.inputs)?, &args.inputs)?;
+    let mut task = RenderTask::new(&args.draw, super::describe(args)?, &args.inputs)?;
     if task.sources().any(|source| is_standard_input(&source.path) || !has_folder(&source.path)) {
         return Err(Failure::usage(
             "standard input and pipes can be read only once; a model each frame is a file",

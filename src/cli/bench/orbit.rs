@@ -15,7 +15,7 @@ use std::time::Instant;
 /// # Errors
 /// [`Failure`] if the model cannot be loaded or rendered.
 pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
-    let mut task = RenderTask::new(&args.draw, args.draw.describe(&args.inputs)?, &args.inputs)?;
+    let mut task = RenderTask::new(&args.draw, super::describe(args)?, &args.inputs)?;
     task.progress.stage("loading");
     let mut renderer = args.draw.renderer();
     let Loaded { scene, mut warnings, .. } = task.load(renderer.jobs(), &mut Stages::default())?;

@@ -9,7 +9,7 @@ use crate::load::warnings::Warnings;
 use crate::scene::parameters::{EMISSIVE_TEXTURE, Holds, Kind, Slot, slots};
 use crate::scene::{AlphaMode, AlphaUse, Material, TextureId, TextureRef, Workflow};
 
-/// What primitives without a material are made of: section 3.9.2 of the specification with its default factors,
+/// What primitives without a material are made of in files that have materials: section 3.9.2 of the specification with its default factors,
 /// which is a rough white metal.
 pub(super) fn default_material() -> Material {
     Material {

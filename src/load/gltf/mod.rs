@@ -235,8 +235,9 @@ struct Loader<'a> {
     materials: Vec<(Option<usize>, Material)>,
     /// Which texture coordinates of the file each of them reads.
     uv_sets: Vec<[u32; 2]>,
-    /// Number in the file (`None`: the default material) to place.
-    material_places: BTreeMap<(Option<usize>, bool), usize>,
+    /// Number in the file (`None`: the default material), whether it is without light and whether primitives have colours, to
+    /// place.
+    material_places: BTreeMap<(Option<usize>, bool, bool), usize>,
     /// Used geometries in the order of first use.
     geometries: Vec<Geometry>,
     /// Used clouds of splats in the order of first use.

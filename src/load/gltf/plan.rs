@@ -11,6 +11,7 @@ use super::rig::{Draw, Drawn, Weights};
 use super::{FORMAT, Loader, camera, instancing, material, pose, skin, splats, variant};
 use crate::limits::Limits;
 use crate::load::LoadError;
+use crate::load::clay::{clay, white_clay};
 use crate::load::tangents::tangent_set;
 use crate::scene::Material;
 use std::collections::{BTreeMap, BTreeSet};
@@ -157,7 +158,11 @@ impl Loader<'_> {
                     .add(|| format!("{}: there is no material {missing}; the default one is used", name()));
                 material = None;
             }
-            let material = self.plan_material(material, mesh::is_unlit(primitive))?;
+            let material = self.plan_material(
+                material,
+                mesh::is_unlit(primitive),
+                primitive.attributes.color.is_some(),
+            )?;
             let tangents_for = self.materials.get(material).and_then(|(_, material)| tangent_set(material));
             let wanted = mesh::Wanted {
                 tangents_for,
@@ -196,14 +201,25 @@ impl Loader<'_> {
         Ok((draws, clouds))
     }
 
-    /// The place of a material, or of the same one without light.
-    fn plan_material(&mut self, index: Option<usize>, unlit: bool) -> Result<usize, LoadError> {
-        if let Some(&place) = self.material_places.get(&(index, unlit)) {
+    /// The place of a material, or of the same one without light, for a primitive that may have colours of its own.
+    fn plan_material(
+        &mut self,
+        index: Option<usize>,
+        unlit: bool,
+        colored: bool,
+    ) -> Result<usize, LoadError> {
+        // Only those that the file says nothing of depend on them.
+        let colored = colored && index.is_none();
+        let key = (index, unlit, colored);
+        if let Some(&place) = self.material_places.get(&key) {
             return Ok(place);
         }
         // Far larger than what the file says of it; twice, for a list that grows.
         self.budget.charge(|| "materials".to_owned(), 2, size_of::<Material>() as u64)?;
         let (mut material, uv_sets) = match index {
+            // A rough white metal is what a primitive among others is made of, and nobody's choice for a whole file.
+            None if self.root.materials.is_empty() && colored => (white_clay(), [0, 1]),
+            None if self.root.materials.is_empty() => (clay(), [0, 1]),
             None => (material::default_material(), [0, 1]),
             Some(index) => material::convert(self.root, index, &mut self.textures, &mut self.warnings)?,
         };
@@ -211,7 +227,7 @@ impl Loader<'_> {
         let place = self.materials.len();
         self.materials.push((index, material));
         self.uv_sets.push(uv_sets);
-        self.material_places.insert((index, unlit), place);
+        self.material_places.insert(key, place);
         Ok(place)
     }
 }

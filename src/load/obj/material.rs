@@ -13,7 +13,7 @@
 
 use super::maps::Map;
 use crate::color::srgb::srgb_to_linear;
-use crate::load::mesh_formats::default_material;
+use crate::load::mesh_formats::material_of;
 use crate::load::names::shown;
 use crate::load::text::{float, quoted};
 use crate::load::warnings::Warnings;
@@ -92,7 +92,6 @@ impl Source {
         let emissive = mtl.emissive.unwrap_or([0.0; 3]).map(radiance);
         let material = Material {
             name: shown(&mtl.name),
-            base_color: [r, g, b, alpha],
             alpha_mode: if alpha < 1.0 { AlphaMode::Blend } else { AlphaMode::Opaque },
             workflow: Workflow::MetallicRoughness {
                 metallic: number("Pm").map_or(0.0, saturate),
@@ -103,7 +102,7 @@ impl Source {
             emissive,
             coat: number("Pc").map_or(0.0, saturate),
             coat_roughness: number("Pcr").map_or(0.0, saturate),
-            ..default_material()
+            ..material_of([r, g, b, alpha])
         };
         Self { material, maps }
     }

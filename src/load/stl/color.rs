@@ -15,7 +15,7 @@
 //! Otherwise the part is plain, with a warning.
 
 use crate::color::srgb::{srgb_to_linear, srgb8_to_linear};
-use crate::load::mesh_formats::{default_material, white_material};
+use crate::load::mesh_formats::{default_material, material_of, white_material};
 use crate::load::splitting::Copies;
 use crate::scene::{Material, MeshData};
 use std::collections::BTreeSet;
@@ -96,7 +96,8 @@ impl Colors {
         };
         let first = self.codes.first().copied().unwrap_or(OF_THE_WHOLE);
         if self.codes.iter().all(|&code| code == first) {
-            return Material { base_color: of_code(first), ..default_material() };
+            let is_plain = first == OF_THE_WHOLE && self.whole.is_none();
+            return if is_plain { default_material() } else { material_of(of_code(first)) };
         }
         let mut copies = Copies::new(mesh.positions.len(), NONE, SEARCHED);
         let mut triangles = std::mem::take(&mut mesh.triangles);

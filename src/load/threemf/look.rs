@@ -6,7 +6,7 @@ use super::slicer::Settings;
 use super::{Builder, FORMAT};
 use crate::limits::Limits;
 use crate::load::LoadError;
-use crate::load::mesh_formats::{default_material, picture_of};
+use crate::load::mesh_formats::{default_material, material_of, picture_of};
 use crate::load::text::quoted;
 use crate::scene::{
     AlphaMode, AlphaUse, ColorSpace, Material, MaterialId, Texture, TextureId, TextureRef, UvTransform,
@@ -194,8 +194,7 @@ impl Builder<'_> {
             Key::Filament(extruder) => filament(&self.settings, extruder),
             Key::Base { group, place } => self.base(model, group, place),
             Key::Painted { texture, finish } => {
-                let mut material =
-                    Material { name: "colours".to_owned(), base_color: WHITE, ..default_material() };
+                let mut material = Material { name: "colours".to_owned(), ..material_of(WHITE) };
                 if let Some(texture) = texture
                     && let Some(texture) = self.texture(model, texture)?
                 {
@@ -218,8 +217,7 @@ impl Builder<'_> {
         if let Some(Members::Bases(bases)) = of.and_then(|of| of.group(group)).map(|group| &group.members)
             && let Some(base) = bases.get(place as usize)
         {
-            material.name.clone_from(&base.name);
-            material.base_color = base.color;
+            material = Material { name: base.name.clone(), ..material_of(base.color) };
         }
         if material.base_color[3] == 0.0 {
             material.base_color[3] = 1.0;
@@ -300,5 +298,5 @@ impl Builder<'_> {
 
 fn filament(settings: &Settings, extruder: u32) -> Material {
     let [r, g, b, _] = settings.filament(Some(extruder)).unwrap_or(WHITE);
-    Material { name: format!("filament {extruder}"), base_color: [r, g, b, 1.0], ..default_material() }
+    Material { name: format!("filament {extruder}"), ..material_of([r, g, b, 1.0]) }
 }
