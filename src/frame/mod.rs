@@ -116,6 +116,9 @@ pub enum Aov {
     /// Part of the environment's red, green and blue diffuse light that reaches the surface past others, each 0 to 1; 1 without
     /// depth maps and of unlit surfaces.
     Visibility,
+    /// Part of the light of all lights (not of the environment) that reaches the surface past others, by the luminance of the
+    /// irradiance on its base, 0 to 1; 1 without depth maps, where no light shines, and of unlit surfaces.
+    Shadow,
     /// Opacity of the floor ([`RenderOptions::ground`](crate::RenderOptions::ground)) as far as surfaces leave it to be seen: of
     /// [`Ground::Shadow`](crate::render::Ground::Shadow) how much it darkens. 0 where it is behind what refracts. Of the floor,
     /// not of surfaces.
@@ -152,6 +155,7 @@ impl Aov {
         Self::Uv,
         Self::Coverage,
         Self::Visibility,
+        Self::Shadow,
         Self::Ground,
     ];
 
@@ -186,6 +190,7 @@ impl Aov {
             Self::Uv => "uv",
             Self::Coverage => "coverage",
             Self::Visibility => "visibility",
+            Self::Shadow => "shadow",
             Self::Ground => "ground",
         }
     }

@@ -7,7 +7,7 @@
 //! | [`FILTERED`] | roughness for normals that vary within a pixel | 8 | shading, where the model asks for it |
 //! | [`TRANSMISSION`] | what of the light passes through the surface, and how thick it is | 40 | shading, where the material transmits |
 //! | [`FACE`] | the plane of the triangle | 24 | effects that ask for it |
-//! | [`LIT`] | the smooth surface, and what of lamps with an extent reaches it | 60 | shading, where lamps cast shadows |
+//! | [`LIT`] | the smooth surface, and what of lamps with an extent reaches it | 64 | shading, where lamps cast shadows |
 //! | [`EFFECTS`] | what the fragments have to do with the rest of the scene: what light reaches them, what is seen through them | 120 | shading, where an effect has filled them |
 //!
 //! The first two are the surface, [`SURFACE`]: what users can look at and what is hashed. Each group is written by one stage
@@ -163,6 +163,8 @@ planes! {
     LAMPS_BASE_SEEN "lamps-base-seen" 3 Range::UNIT;
     /// Share of their light in the coat's lobe that reaches it.
     LAMPS_COAT_SEEN "lamps-coat-seen" 3 Range::UNIT;
+    /// Share of the irradiance of all lights that reaches the base, by luminance; filled where users ask for it.
+    LIT_SHARE "shadow" 1 Range::UNIT;
     /// Share of the environment's irradiance that reaches the base.
     DIFFUSE_SEEN "diffuse-seen" 3 Range::UNIT;
     /// Irradiance over pi from other surfaces.
@@ -249,7 +251,7 @@ mod tests {
         // What the table of the module says.
         assert_eq!(
             [CORE, LOBES, FILTERED, TRANSMISSION, FACE, LIT, EFFECTS].map(|rows| rows.len() * 4),
-            [140, 104, 8, 40, 24, 60, 120]
+            [140, 104, 8, 40, 24, 64, 120]
         );
         let mut names: Vec<&str> = PLANES.iter().map(|p| p.name).collect();
         names.sort_unstable();

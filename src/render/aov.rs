@@ -33,8 +33,11 @@ fn rows(aov: Aov, has_maps: bool) -> Option<std::ops::Range<usize>> {
         Aov::BentNormal if has_maps => layout::OPEN_DIRECTION,
         Aov::BentNormal => layout::BENT_NORMAL,
         Aov::Visibility if has_maps => layout::DIFFUSE_SEEN,
+        Aov::Shadow if has_maps => layout::LIT_SHARE,
         Aov::Uv => layout::UV,
-        Aov::MaterialId | Aov::ObjectId | Aov::Coverage | Aov::Visibility | Aov::Ground => return None,
+        Aov::MaterialId | Aov::ObjectId | Aov::Coverage | Aov::Visibility | Aov::Shadow | Aov::Ground => {
+            return None;
+        }
     };
     Some(first.first..first.first + aov.channels())
 }
@@ -118,7 +121,9 @@ impl TileAovs {
             let whole = [[1.0; LANES]; 3];
             let values: &[[f32; LANES]] = match rows(*aov, has_maps) {
                 Some(rows) => &surface.rows[rows],
-                None if matches!(aov, Aov::Coverage | Aov::Visibility) => &whole[..aov.channels()],
+                None if matches!(aov, Aov::Coverage | Aov::Visibility | Aov::Shadow) => {
+                    &whole[..aov.channels()]
+                }
                 None => continue,
             };
             for &k in &members {
@@ -234,6 +239,7 @@ mod tests {
             let (without, with) = (rows(aov, false), rows(aov, true));
             match aov {
                 Aov::Visibility => assert_eq!((without, with.map(|rows| rows.len())), (None, Some(3))),
+                Aov::Shadow => assert_eq!((without, with.map(|rows| rows.len())), (None, Some(1))),
                 Aov::BentNormal => assert!(without != with && with.map(|rows| rows.len()) == Some(3)),
                 _ => assert_eq!(without, with),
             }

@@ -14,7 +14,7 @@ use crate::frame::Aov;
 use crate::light::EnvironmentLight;
 use crate::limits::LimitExceeded;
 use crate::scene::Scene;
-use crate::shade::{Backdrop, Effects, LightVisibility, OpenDirections};
+use crate::shade::{Backdrop, Effects, LightVisibility, LitShares, OpenDirections};
 use crate::tile::TileGrid;
 
 /// What is prepared, in memory that is kept from one picture to the next.
@@ -31,7 +31,8 @@ impl EffectMemory {
         let backdrop = (kind == PassKind::OverBackdrop).then_some(&self.backdrop);
         let visibility = self.visibility.maps();
         let open_directions = visibility.filter(|_| aovs.contains(&Aov::BentNormal)).map(OpenDirections);
-        Effects { backdrop, visibility, open_directions, traced: self.visibility.traced() }
+        let lit_shares = visibility.filter(|_| aovs.contains(&Aov::Shadow)).map(|_| LitShares);
+        Effects { backdrop, visibility, open_directions, lit_shares, traced: self.visibility.traced() }
     }
 
     /// Prepares what is found of the scene alone.

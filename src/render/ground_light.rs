@@ -256,7 +256,7 @@ impl<'a> Shadows<'a> {
             pixel: l.splat(texel),
             two_sided: false,
         };
-        shadows.on_floor(l, &lights.punctual, &lights.areas, &receiver).map(Vec3::to_array)
+        shadows.irradiance_of_all(l, &lights.punctual, &lights.areas, &receiver).map(Vec3::to_array)
     }
 
     /// Irradiance of the environment that arrives at places on the floor.

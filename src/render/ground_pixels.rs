@@ -66,11 +66,7 @@ struct Seen<L: Lanes> {
 
 impl<'a> GroundView<'a> {
     /// `None` if nothing is seen of it.
-    pub(super) fn new(
-        light: &'a GroundLight,
-        options: &RenderOptions,
-        view: &View,
-    ) -> Option<Self> {
+    pub(super) fn new(light: &'a GroundLight, options: &RenderOptions, view: &View) -> Option<Self> {
         let footing = light.footing()?;
         let rays = rays_about(view, footing);
         let is_above = if rays.perspective { rays.eye[1] > 0.0 } else { true };

@@ -108,6 +108,12 @@ impl Memory {
             let geometry = trace::geometry(vertices, chunks, states, &draws, splats.in_order());
             let mut hashes = StageHashes::before_tiles(scene, &filtered, geometry);
             (hashes.depth_maps, hashes.hierarchy) = self.passes.effects.hashes(options.ground.is_seen());
+            let lamps = if options.ground.is_seen() {
+                self.lights.shadows_of_ground()
+            } else {
+                self.lights.shadows()
+            };
+            hashes.lamp_maps = lamps.map_or(0, |lamps| trace::lamp_maps(&lamps));
             let light = options.ground.is_seen().then(|| self.ground.texels());
             hashes.ground = light.filter(|texels| !texels.is_empty()).map_or(0, trace::ground);
             hashes

@@ -13,7 +13,7 @@ use crate::gbuffer::layout::{self, SurfacePlanes};
 use crate::geometry::{Chunk, ScreenVertices};
 use crate::light::PrefilteredEnvironment;
 use crate::scene::Scene;
-use crate::shade::{LightVisibility, TracedLight};
+use crate::shade::{LampVisibility, LightVisibility, TracedLight};
 use crate::splat::ScreenSplat;
 use std::ops::Range;
 use xxhash_rust::xxh3::{Xxh3, xxh3_128};
@@ -29,6 +29,8 @@ pub struct StageHashes {
     pub environment: u128,
     /// Directions of the environment's light, and the depth maps of each; 0 without.
     pub depth_maps: u128,
+    /// Parts of rectangles and tubes, and the depth maps of all lamps; 0 without.
+    pub lamp_maps: u128,
     /// Triangles that rays can hit, and in which order they are listed for that; 0 without rays.
     pub hierarchy: u128,
     /// What light reaches the floor, from above; 0 without a floor.
@@ -54,6 +56,7 @@ impl StageHashes {
             ("scene", self.scene),
             ("environment", self.environment),
             ("depth_maps", self.depth_maps),
+            ("lamp_maps", self.lamp_maps),
             ("hierarchy", self.hierarchy),
             ("ground", self.ground),
             ("geometry", self.geometry),
@@ -198,6 +201,15 @@ pub(super) fn depth_maps(of: &LightVisibility<'_>) -> u128 {
         light.direction.into_iter().chain(light.flux).chain([light.solid_angle]).map(f32::to_le_bytes)
     });
     feed(&mut hasher, lights);
+    feed(&mut hasher, of.maps.texels().iter().map(|word| word.to_le_bytes()));
+    hasher.digest128()
+}
+
+/// The hash of what lamps see.
+pub(super) fn lamp_maps(of: &LampVisibility<'_>) -> u128 {
+    let mut hasher = Xxh3::new();
+    let parts = of.parts.iter().flat_map(|part| part.position.into_iter().chain([part.area]));
+    feed(&mut hasher, parts.map(f32::to_le_bytes));
     feed(&mut hasher, of.maps.texels().iter().map(|word| word.to_le_bytes()));
     hasher.digest128()
 }

@@ -5,7 +5,7 @@
 //! ([`layout::EFFECTS`](crate::gbuffer::layout::EFFECTS)): it writes no others, and nobody else writes these. Shading reads
 //! them in one place each.
 
-use super::{Backdrop, LightVisibility, OpenDirections, ShadeContext, TracedLight};
+use super::{Backdrop, LightVisibility, LitShares, OpenDirections, ShadeContext, TracedLight};
 use crate::gbuffer::layout::SurfacePlanes;
 use crate::math::lanes::Lanes;
 use crate::scene::Material;
@@ -36,6 +36,8 @@ pub struct Effects<'a> {
     pub visibility: Option<LightVisibility<'a>>,
     /// From where light can arrive, if users ask for it.
     pub open_directions: Option<OpenDirections<'a>>,
+    /// How much of all lights arrives, if users ask for it.
+    pub lit_shares: Option<LitShares>,
     /// What light other surfaces send, by rays; [`TracedLight::fill`] is called by itself, after these.
     pub traced: Option<TracedLight<'a>>,
 }
@@ -52,6 +54,9 @@ impl Effects<'_> {
     ) {
         if let Some(visibility) = self.visibility.filter(|effect| effect.is_read(material)) {
             visibility.fill(l, context, material, planes);
+        }
+        if let Some(lit) = self.lit_shares.filter(|effect| effect.is_read(material)) {
+            lit.fill(l, context, material, planes);
         }
         if let Some(open) = self.open_directions.filter(|effect| effect.is_read(material)) {
             open.fill(l, context, material, planes);

@@ -5,6 +5,7 @@
 //! would be dark where shading is not (Hanika 2021, "Hacking the shadow terminator", Ray Tracing Gems II, chapter 4).
 
 use super::ShadeContext;
+use super::effects::Effect;
 use super::record::{get, get_vector, put};
 use super::surface::SurfacePlace;
 use super::visibility::{LobeShares, is_coat, share};
@@ -124,9 +125,9 @@ impl LampVisibility<'_> {
         unoccluded * seen
     }
 
-    /// Irradiance from all lights on surfaces that are in no map, and what it would be without anything in their way.
+    /// Irradiance from all lights on surfaces, and what it would be without anything in their way.
     #[inline(never)]
-    pub fn on_floor<L: Lanes>(
+    pub fn irradiance_of_all<L: Lanes>(
         &self,
         l: L,
         lights: &[PunctualLight],
@@ -207,6 +208,41 @@ impl LampVisibility<'_> {
         put(planes, layout::LAMPS_DIFFUSE_SEEN, share(l, open, all).to_array());
         put(planes, layout::LAMPS_BASE_SEEN, base.shares(l).0.to_array());
         put(planes, layout::LAMPS_COAT_SEEN, coat.shares(l).0.to_array());
+    }
+}
+
+/// How much of all lights arrives, as data for users: in a plane of its own that no shading model reads.
+#[derive(Clone, Copy, Debug)]
+pub struct LitShares;
+
+impl Effect for LitShares {
+    fn is_read(&self, material: &Material) -> bool {
+        !material.unlit
+    }
+
+    #[inline(never)]
+    fn fill<L: Lanes>(
+        &self,
+        l: L,
+        context: &ShadeContext<'_>,
+        material: &Material,
+        planes: &mut SurfacePlanes,
+    ) {
+        l.run(
+            #[inline(always)]
+            || {
+                let mut seen = l.splat(1.0);
+                if let Some(lamps) = &context.lamps {
+                    let receiver = receiver(l, context, material, planes);
+                    let sums = lamps.irradiance_of_all(l, context.lights, context.area_lights, &receiver);
+                    // Of Rec. 709.
+                    let [open, all] =
+                        each!(sum in sums => Vec3::uniform(sum.dot(Vec3::splat(l, [0.2126, 0.7152, 0.0722]))));
+                    seen = share(l, open, all).x;
+                }
+                put(planes, layout::LIT_SHARE, [seen]);
+            },
+        )
     }
 }
 

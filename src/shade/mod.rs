@@ -28,7 +28,7 @@ pub use backdrop::{Backdrop, Level};
 pub use context::{ShadeContext, ViewRays};
 pub use cost::ShadingCost;
 pub use effects::{Effect, Effects};
-pub use lamps::{LampPart, LampVisibility, store_lit};
+pub use lamps::{LampPart, LampVisibility, LitShares, store_lit};
 pub use lighting::shade;
 pub use lobe_samples::LobeSamples;
 pub use lobes::LobeValues;

@@ -254,6 +254,11 @@ impl LampMaps {
         sources.iter().map(|source| source.place.frames(centre, radius, SIZES[0]).1.len()).sum()
     }
 
+    /// All texels, as they are in memory.
+    pub(crate) fn texels(&self) -> &[u32] {
+        &self.texels
+    }
+
     /// Number of lamps.
     #[must_use]
     pub fn len(&self) -> usize {

@@ -35,7 +35,7 @@ pub struct RenderArgs {
     /// Comma-separated: depth, position, normal, coat-normal, tangent, base-color, roughness, metallic, specular-color,
     /// occlusion, emissive, coat, coat-thickness, coat-color, sheen-color, sheen-roughness, anisotropy, iridescence,
     /// second-lobe, subsurface, specular-occlusion, bent-normal, material-id, object-id, uv, coverage, visibility (share of the
-    /// environment's light), ground (opacity of the floor).
+    /// environment's light that arrives), shadow (share of that of lights), ground (opacity of the floor).
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = value_parsers::aov)]
     pub aov: Vec<Aov>,
 
