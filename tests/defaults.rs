@@ -282,6 +282,7 @@ fn stages_of_light_have_hashes() {
             "scene",
             "environment",
             "depth_maps",
+            "lamp_maps",
             "hierarchy",
             "ground",
             "geometry",

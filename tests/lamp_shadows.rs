@@ -241,10 +241,9 @@ fn masks_let_light_through_where_they_are_cut_out() {
     {
         let mut scene = lit_by(light);
         floor(&mut scene);
-        let texels =
-            (0..4).flat_map(|k| [255, 255, 255, if (k + k / 2) % 2 == 0 { 255 } else { 0 }]).collect();
+        let texels = (0..4).map(|k| [255, 255, 255, if (k + k / 2) % 2 == 0 { 255 } else { 0 }]).collect();
         let image = std::sync::Arc::new(Image::new(2, 2, texels).unwrap());
-        let texture = Texture::new(image, ColorSpace::Srgb, AlphaUse::Opacity, Sampler::default());
+        let texture = Texture::new(image, ColorSpace::Srgb, AlphaUse::mask(0.5), Sampler::default());
         let texture = scene.add_texture(texture).unwrap();
         let material = Material {
             alpha_mode: AlphaMode::Mask { cutoff: 0.5 },

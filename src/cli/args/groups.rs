@@ -213,8 +213,8 @@ pub struct PictureArgs {
     /// What is seen of a floor under the model: none, shadow (that of the model, which darkens what is behind it), #rrggbb or a
     /// colour name (a matt floor that fades) [default: shadow; of bench and without maps none]
     ///
-    /// The floor lies at the lowest point of the model and is seen from above. The environment lights it past the model, by the
-    /// depth maps of --maps, or by those of --quality fast if there are none; lights cast no shadow on it yet. It fades before
+    /// The floor lies at the lowest point of the model and is seen from above. The environment and all lights shine on it past the
+    /// model, by the depth maps of --maps, or by those of --quality fast if there are none. It fades before
     /// the border of the picture, where automatic cameras leave some room for it. Unless one is asked for, there is none where
     /// nothing blocks light (in --quality draft, with --maps 0) and in bench.
     #[arg(long, value_name = "SHADOW|COLOR", value_parser = value_parsers::ground)]

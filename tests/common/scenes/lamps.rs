@@ -4,7 +4,7 @@ use super::Entry;
 use crate::common::shapes::{ground, sphere};
 use crate::common::stage::{Built, Stage, at, look, metal, plastic};
 use overcoat::scene::{
-    AlphaMode, AlphaUse, ColorSpace, Image, Light, LightKind, Material, Mesh, Sampler, SceneError, Transform,
+    AlphaMode, AlphaUse, ColorSpace, Image, Light, LightKind, Material, Sampler, SceneError, Transform,
     primitives,
 };
 
@@ -63,9 +63,9 @@ fn in_a_box() -> Built {
 fn fence() -> Built {
     let mut s = Stage::dark()?;
     floor(&mut s)?;
-    let texels = (0..16_u32).flat_map(|k| [200, 150, 90, if k % 2 == 0 { 255 } else { 0 }]).collect();
+    let texels = (0..16_u32).map(|k| [200, 150, 90, if k % 2 == 0 { 255 } else { 0 }]).collect();
     let image = Image::new(16, 1, texels)?;
-    let texture = s.texture(image, ColorSpace::Srgb, AlphaUse::Opacity, Sampler::default())?;
+    let texture = s.texture(image, ColorSpace::Srgb, AlphaUse::mask(0.5), Sampler::default())?;
     let material = Material {
         alpha_mode: AlphaMode::Mask { cutoff: 0.5 },
         base_color_texture: Some(texture),
