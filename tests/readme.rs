@@ -124,6 +124,8 @@ fn pictures_are_what_the_commands_under_them_make() {
     let made = folder.path().join("picture.png");
     let pictures = pictures();
     assert!(pictures.len() > 1, "{pictures:?}");
+    let update = std::env::var_os("UPDATE_PICTURES").is_some_and(|value| value == "1");
+    let mut others = Vec::new();
     for (path, command) in pictures {
         let output = format!(" -o {path}");
         assert!(command.contains(&output), "{command} does not write {path}");
@@ -135,13 +137,14 @@ fn pictures_are_what_the_commands_under_them_make() {
         let bytes = std::fs::read(&made).unwrap();
         let known = root().join(&path);
         if std::fs::read(&known).unwrap() != bytes {
-            let update = std::env::var_os("UPDATE_PICTURES").is_some_and(|value| value == "1");
             if update {
                 std::fs::write(&known, bytes).unwrap();
             }
-            panic!("{path} {} what its command makes", if update { "is now" } else { "is not" });
+            others.push(path);
         }
     }
+    let how = if update { "made anew" } else { "not what their commands make" };
+    assert!(others.is_empty(), "{how}: {}", others.join(", "));
 }
 
 /// Every example of the program is accepted: it fails for want of its files and not for its options.

@@ -6,11 +6,13 @@
 
 /// What is seen of a floor at the lowest point of the model along +Y, from above.
 ///
-/// It is lit by the environment and by all lights, past the opaque and the alpha-masked triangles of the model ([`Visibility`] says
-/// how well; without maps the floor has those of [`Quality::Fast`] for itself). In darkness there is no shadow. All of it is there within half of the diagonal of the box around the model, about the
-/// place below its middle; from there to twice as far, where nothing is left, it fades. It is in no plane of the G-buffer, is no
-/// part of what [`RenderStats::covered`](super::RenderStats::covered) counts, and
-/// [`RenderStats::stage_hashes`](super::RenderStats::stage_hashes) know of it by the pixels alone.
+/// It is lit by the environment and by all lights, past the opaque and the alpha-masked triangles of the model ([`Visibility`]
+/// says how well; without maps the floor has those of [`Quality::Fast`] for itself). In darkness there is no shadow. All of it
+/// is there within half of the diagonal of the box around the model, about the place below its middle; from there to twice as
+/// far, where nothing is left, it fades, and near the border of the picture
+/// ([`RenderOptions::ground_edge`](super::RenderOptions::ground_edge)). Its opacity is the plane
+/// [`Aov::Ground`](crate::frame::Aov::Ground); it is no part of what
+/// [`RenderStats::covered`](super::RenderStats::covered) counts.
 ///
 /// [`Visibility`]: super::Visibility
 /// [`Quality::Fast`]: super::Quality::Fast
