@@ -115,6 +115,12 @@ impl<'a> EnvironmentLight<'a> {
         Self { environment, cos: cos as f32, sin: sin as f32, intensity }
     }
 
+    /// Whether no light comes from it.
+    #[must_use]
+    pub fn is_dark(&self) -> bool {
+        matches!(self.environment.found, Found::Darkness) || self.intensity == 0.0
+    }
+
     /// The direction in the environment's own frame: turned back.
     #[inline(always)]
     fn turned_back<L: Lanes>(&self, _: L, direction: V3<L>) -> V3<L> {
