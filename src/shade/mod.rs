@@ -12,6 +12,7 @@ mod lobe_samples;
 mod lobes;
 mod model;
 mod models;
+mod normals;
 mod reader;
 mod record;
 mod refraction;
