@@ -1,6 +1,7 @@
 //! Physics of `overcoat::coat::gltf`.
 
 use super::draws::{Draws, SETS, all_from, lane, measured, most, reflectance, tilted};
+use super::one_lane::{Asked, F, L, coat, f, grey, sheen, up};
 use overcoat::brdf::table::Table;
 use overcoat::brdf::tables::{khronos, sheen_albedo};
 use overcoat::coat::gltf::{
@@ -11,18 +12,6 @@ use overcoat::math::lanes::{Float, LANES, Lanes, Scalar};
 use overcoat::math::vec3::{V3, Vec3};
 use std::f32::consts::{FRAC_1_PI, PI};
 
-const L: Scalar = Scalar;
-type F = <Scalar as Lanes>::F;
-
-fn f(x: f32) -> F {
-    L.splat(x)
-}
-fn grey(x: f32) -> V3<Scalar> {
-    Vec3::uniform(f(x))
-}
-fn up() -> V3<Scalar> {
-    tilted(1.0)
-}
 fn tables() -> Tables<'static> {
     Tables { brdf: khronos(), sheen_albedo: sheen_albedo() }
 }
@@ -41,17 +30,6 @@ fn plain(color: f32, metallic: f32, roughness: f32) -> SurfaceData<Scalar> {
         anisotropy: None,
     }
 }
-
-fn coat(factor: f32, roughness: f32) -> Option<Coat<Scalar>> {
-    Some(Coat { factor: f(factor), roughness: f(roughness), normal: up() })
-}
-
-fn sheen(color: f32, roughness: f32) -> Option<Sheen<Scalar>> {
-    Some(Sheen { color: grey(color), roughness: f(roughness) })
-}
-
-/// The environment by query.
-type Asked<'a> = &'a dyn Fn(EnvironmentQuery<Scalar>) -> V3<Scalar>;
 
 // Each function of the model is compiled once here: they are large.
 #[inline(never)]
@@ -108,7 +86,14 @@ fn white_environment() {
 fn sampled_metals_keep_their_light() {
     #[inline(never)]
     fn sampled(surface: &Surface<Scalar>, scattering: Scattering) -> f32 {
-        let seen = gltf::indirect_sampled(L, surface, scattering, |_| grey(PI), |_| grey(1.0), f(1.0));
+        let seen = gltf::indirect_sampled(
+            L,
+            surface,
+            scattering,
+            |_| grey(PI),
+            |_| grey(1.0),
+            f(1.0),
+        );
         lane::<Scalar>(seen, 0)[0]
     }
     for roughness in [0.0, 0.3, 0.6, 1.0] {
