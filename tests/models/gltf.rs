@@ -47,7 +47,7 @@ fn lit_with(surface: &Surface<Scalar>, table: &Table<1>, direction: V3<Scalar>, 
 }
 #[inline(never)]
 fn around(surface: &Surface<Scalar>, irradiance: V3<Scalar>, asked: Asked<'_>, occlusion: F) -> V3<Scalar> {
-    gltf::indirect(L, surface, |_| irradiance, asked, occlusion)
+    gltf::indirect(L, surface, |_| irradiance, asked, asked, occlusion)
 }
 
 fn seen(data: &SurfaceData<Scalar>, cosine: f32) -> Surface<Scalar> {
@@ -91,6 +91,7 @@ fn sampled_metals_keep_their_light() {
             surface,
             scattering,
             |_| grey(PI),
+            |_| grey(1.0),
             |_| grey(1.0),
             f(1.0),
         );
@@ -321,6 +322,8 @@ fn any_input_on<L: Lanes>(l: L) {
             |_| sent,
             #[inline(always)]
             |query| sent * query.direction.dot(query.direction).recip(),
+            #[inline(always)]
+            |query| sent * query.direction.dot(query.direction).recip(),
             occlusion,
         );
         let scattering = if draws.coin() { Scattering::Single } else { Scattering::Multiple };
@@ -330,6 +333,8 @@ fn any_input_on<L: Lanes>(l: L) {
             scattering,
             #[inline(always)]
             |_| sent,
+            #[inline(always)]
+            |query| sent * query.direction.dot(query.direction).recip(),
             #[inline(always)]
             |query| sent * query.direction.dot(query.direction).recip(),
             occlusion,

@@ -79,7 +79,9 @@ impl AdditiveModel for Gltf {
         }
         // What is exact of one is exact of the other.
         let source = if self.sampled { &source.by_facets() } else { source };
-        gltf::indirect(l, layers, source.irradiance_lookup(l), source.radiance_lookup(l), source.occlusion(l))
+        let (irradiance, radiance, sheen) =
+            (source.irradiance_lookup(l), source.radiance_lookup(l), source.sheen_lookup(l));
+        gltf::indirect(l, layers, irradiance, radiance, sheen, source.occlusion(l))
     }
 }
 
@@ -97,6 +99,7 @@ fn sampled_environment<L: Lanes>(l: L, source: &Source<'_, L>, layers: &gltf::Su
                 scattering,
                 source.irradiance_lookup(l),
                 source.radiance_lookup(l),
+                source.sheen_lookup(l),
                 source.occlusion(l),
             )
         },
