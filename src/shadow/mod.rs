@@ -15,3 +15,4 @@ mod tests;
 
 pub use blockers::{Blockers, Cutout, Masked};
 pub use depth_map::{DepthMap, DepthMaps};
+pub use of_scene::{Blocking, blocking_draws};
