@@ -161,11 +161,11 @@ fn shadings_count_against_the_limits_whatever_the_tiles() {
 #[test]
 fn rates_that_samples_do_not_allow_are_refused() {
     let scene = ball(0.5);
-    for (samples, rate) in [(8, 0), (8, 2), (8, 9), (8, 16), (1, 4), (16, 32)] {
+    for (samples, rate) in [(8, 0), (8, 2), (8, 9), (16, 10), (8, 16), (1, 4), (16, 32)] {
         let message = try_render(&scene, &options(samples, rate)).unwrap_err().to_string();
-        assert!(message.starts_with(&format!("shading rate: {rate} is not 1, 4, 8 or 16")), "{message}");
+        assert!(message.starts_with(&format!("shading rate: {rate} is not 1, 4, 8, 9 or 16")), "{message}");
     }
-    for (samples, rate) in [(1, 1), (4, 4), (8, 8), (16, 8), (16, 16)] {
+    for (samples, rate) in [(1, 1), (4, 4), (8, 8), (16, 8), (16, 9), (16, 16)] {
         assert!(try_render(&scene, &options(samples, rate).with_shading(ShadingModel::Three)).is_ok());
     }
 }

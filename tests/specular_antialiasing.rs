@@ -5,7 +5,10 @@ mod common;
 
 use common::stage;
 use overcoat::render::{RenderOptions, Renderer};
-use overcoat::scene::{Camera, Mesh, MeshData, Scene, ShadingModel};
+use overcoat::scene::{
+    AlphaUse, Camera, ColorSpace, Image, Light, LightKind, Mesh, MeshData, NormalTexture, Sampler, Scene,
+    ShadingModel,
+};
 
 const SIDE: u32 = 40;
 
@@ -50,6 +53,67 @@ fn highlights_of_moving_surfaces_flicker_less() {
     for model in [ShadingModel::Gltf, ShadingModel::Filament, ShadingModel::OpenPbr, ShadingModel::HdrpLit] {
         let [without, with] = [false, true].map(|on| flicker(&light(model, on)));
         assert!(with < 0.7 * without, "{model:?}: {without} became {with}");
+    }
+}
+
+/// A polished plate with a map of facets whose slopes are evenly spread, sixteen texels along a side of a pixel of the small
+/// picture; as base or as coat.
+fn facets(coated: bool) -> Scene {
+    const TEXELS: u32 = 256;
+    let mut state = 1_u32;
+    let mut slope = || {
+        // The sum of four even numbers is nearly a Gauss's.
+        let mut sum = -2.0;
+        for _ in 0..4 {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            sum += f64::from(state >> 8) / f64::from(1 << 24);
+        }
+        0.4 * sum
+    };
+    let texels = (0..TEXELS * TEXELS).map(|_| {
+        let (x, y) = (slope(), slope());
+        let length = (x * x + y * y + 1.0).sqrt();
+        let [x, y, z] = [x, y, 1.0].map(|c| ((c / length + 1.0) * 127.5).round() as u8);
+        [x, y, z, 255]
+    });
+    let image = Image::new(TEXELS, TEXELS, texels.collect()).unwrap();
+    let mut stage = stage::Stage::dark().unwrap();
+    let texture = stage.texture(image, ColorSpace::Linear, AlphaUse::Normals, Sampler::default()).unwrap();
+    let map = Some(NormalTexture { texture, scale: 1.0 });
+    let mut material = stage::metal(0.9, 0.9, 0.9, 0.3);
+    if coated {
+        material = stage::plastic(0.0, 0.0, 0.0, 1.0);
+        material.specular = 0.0;
+        (material.coat, material.coat_roughness, material.coat_normal_texture) = (1.0, 0.3, map);
+    } else {
+        material.normal_texture = map;
+    }
+    let mesh = stage.scene.add_mesh(Mesh::new(common::shapes::square(1)).unwrap()).unwrap();
+    let material = stage.material(material).unwrap();
+    stage.place(mesh, material, stage::at([0.0; 3], 1.0).unwrap()).unwrap();
+    // Half vectors near one standard deviation of the slopes.
+    let light = LightKind::Directional { direction: [0.42, 0.0, -0.907_524_1] };
+    stage.scene.add_light(Light { intensity: 3.0, ..Light::new(light) }).unwrap();
+    stage.scene
+}
+
+/// Where a normal map shrinks, what it shows is what its texels show together: the light of a picture that has a pixel for each.
+#[test]
+fn what_normal_maps_lose_as_they_shrink_becomes_roughness() {
+    for coated in [false, true] {
+        let scene = facets(coated);
+        let mean = |side, antialiasing| {
+            let options = RenderOptions::new(side, side)
+                .with_samples(4)
+                .with_shading(ShadingModel::Standard)
+                .with_specular_antialiasing(antialiasing);
+            let frame = Renderer::new(1).render(&scene, &stage::flat_view(), &options).unwrap().frame;
+            frame.pixels.iter().map(|p| f64::from(p[1])).sum::<f64>() / frame.pixels.len() as f64
+        };
+        let truth = mean(512, false);
+        let [without, with] = [false, true].map(|antialiasing| mean(16, antialiasing) / truth);
+        assert!((with - 1.0).abs() < 0.2, "coated {coated}: {with} of the light");
+        assert!((without - 1.0).abs() > 0.4, "coated {coated}: {without} of the light without");
     }
 }
 

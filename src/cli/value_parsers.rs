@@ -3,7 +3,7 @@
 pub use super::limit_values::{LIMIT_NAMES, limit, limits, set_limit};
 use super::names::around_last_equals;
 pub(super) use crate::description::spelling::{
-    area_lights, axis, background, ground, quality, samples, shading, tone_curve, view,
+    area_lights, axis, background, ground, quality, samples, shading, shading_rate, tone_curve, view,
 };
 use crate::description::spelling::{one_of, three, vector};
 use crate::description::{ExposureChoice, MaterialChoice, MaterialSource};

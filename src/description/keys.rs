@@ -137,7 +137,7 @@ pub(super) static SCENE: &[Key<Description>] = &[
     key!(
         "shading_rate",
         s.shading_rate,
-        samples(),
+        shading_rate(),
         "Shadings a pixel where one would show; a picture has at least as many samples"
     ),
     key!(

@@ -140,7 +140,7 @@ pub struct Description {
     pub map_size: Option<u32>,
     /// Rays of a lobe, 0 to 256.
     pub rays: Option<u32>,
-    /// Shadings a pixel where one would show: 1, 4, 8 or 16. A picture has at least as many samples.
+    /// Shadings a pixel where one would show: 1, 4, 8, 9 or 16. A picture has at least as many samples.
     pub shading_rate: Option<u32>,
     /// All surfaces are shaded as often.
     pub shade_everywhere: Option<bool>,

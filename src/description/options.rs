@@ -131,7 +131,7 @@ impl Description {
             width: width as u32,
             height: height as u32,
             samples: self.samples.unwrap_or(if shading_rate > defaults.samples {
-                shading_rate
+                16
             } else {
                 defaults.samples
             }),

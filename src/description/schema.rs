@@ -143,6 +143,10 @@ pub(super) fn samples() -> Value {
     json!({"enum": [1, 4, 8, 16]})
 }
 
+pub(super) fn shading_rate() -> Value {
+    json!({"enum": [1, 4, 8, 9, 16]})
+}
+
 pub(super) fn tone_curve() -> Value {
     let names: Vec<&str> = tone_curve_names().collect();
     json!({"anyOf": [{"enum": names}, {"type": "array", "items": {"enum": names}}]})

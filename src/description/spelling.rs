@@ -138,6 +138,14 @@ pub(crate) fn samples(text: &str) -> Result<u32, String> {
     }
 }
 
+/// Shadings a pixel.
+pub(crate) fn shading_rate(text: &str) -> Result<u32, String> {
+    match text {
+        "9" => Ok(9),
+        _ => samples(text).map_err(|_| "expected 1, 4, 8, 9 or 16".to_owned()),
+    }
+}
+
 /// A shading model by name.
 pub(crate) fn shading(text: &str) -> Result<ShadingModel, String> {
     ShadingModel::from_name(text).ok_or_else(|| {

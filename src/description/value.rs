@@ -230,6 +230,12 @@ impl<'a> Value<'a> {
         number.ok_or_else(|| self.expected("1, 4, 8 or 16"))
     }
 
+    /// Shadings a pixel.
+    pub(super) fn shading_rate(&self) -> Result<u32, String> {
+        let number = self.node.whole().and_then(|number| spelling::shading_rate(&number.to_string()).ok());
+        number.ok_or_else(|| self.expected("1, 4, 8, 9 or 16"))
+    }
+
     /// One name, or a list of names of which the first counts.
     pub(super) fn tone_curve(&self) -> Result<ToneCurve, String> {
         let expected = "the name of a tone curve, or a list of names";

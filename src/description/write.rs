@@ -111,6 +111,10 @@ pub(super) fn samples(samples: &u32) -> Result<Value, String> {
     whole(samples)
 }
 
+pub(super) fn shading_rate(rate: &u32) -> Result<Value, String> {
+    whole(rate)
+}
+
 fn numbers(list: &[f32]) -> Result<Value, String> {
     list.iter().map(number).collect()
 }

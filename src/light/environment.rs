@@ -1,6 +1,7 @@
 //! Light from afar: what surrounds the scene, prepared for lookups.
 
 use super::chain::{Chain, IRRADIANCE, MAX_CELLS, MIN_CELLS};
+use super::charlie::CharlieMaps;
 use super::equirect;
 use super::prefilter::{self, Grid};
 use super::{DistantRadiance, LightDirections};
@@ -9,7 +10,7 @@ use crate::math;
 use crate::math::lanes::{Lanes, SimdLevel};
 use crate::math::vec3::{V3, Vec3};
 use crate::scene::EquirectImage;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// An environment that is ready to light surfaces: its mirror image, its reflections in twelve roughnesses
 /// and its diffuse irradiance. It knows neither rotation nor intensity, see [`EnvironmentLight`].
@@ -19,6 +20,8 @@ pub struct PrefilteredEnvironment {
     /// The original, where there is one, for visible backgrounds.
     pub(super) picture: Option<Arc<EquirectImage>>,
     pub(super) found: Found,
+    /// What cloth sees, once it is asked for.
+    charlie: OnceLock<CharlieMaps>,
 }
 
 /// What surfaces find when they look up the light around them.
@@ -77,7 +80,12 @@ impl PrefilteredEnvironment {
     }
 
     fn from_grid(grid: Grid, jobs: &Jobs, level: SimdLevel) -> Self {
-        Self { chain: prefilter::filter(grid, jobs, level), picture: None, found: Found::Maps }
+        Self::of_chain(prefilter::filter(grid, jobs, level))
+    }
+
+    /// Of maps that are filtered.
+    pub(super) fn of_chain(chain: Chain) -> Self {
+        Self { chain, picture: None, found: Found::Maps, charlie: OnceLock::new() }
     }
 
     /// The analytic environment `E(d, p)` of the reference tables of shading models, with the same irradiance over pi
@@ -90,7 +98,7 @@ impl PrefilteredEnvironment {
     /// Darkness.
     #[must_use]
     pub fn black() -> Self {
-        Self { chain: Chain::dark(MIN_CELLS + 1), picture: None, found: Found::Darkness }
+        Self { found: Found::Darkness, ..Self::of_chain(Chain::dark(MIN_CELLS + 1)) }
     }
 }
 
@@ -113,6 +121,12 @@ impl<'a> EnvironmentLight<'a> {
         let turns = degrees / 360.0;
         let (sin, cos) = math::double::sin_cos((turns - turns.floor()) * std::f64::consts::TAU);
         Self { environment, cos: cos as f32, sin: sin as f32, intensity }
+    }
+
+    /// Whether no light comes from it.
+    #[must_use]
+    pub fn is_dark(&self) -> bool {
+        matches!(self.environment.found, Found::Darkness) || self.intensity == 0.0
     }
 
     /// The direction in the environment's own frame: turned back.
@@ -149,6 +163,25 @@ impl<'a> EnvironmentLight<'a> {
         let direction = self.turned_back(l, direction);
         let rgb = match self.environment.found {
             Found::Maps => self.environment.chain.radiance(l, direction, perceptual_roughness),
+            Found::Darkness => return Vec3::zero(l),
+            Found::Reference(_) => super::reference::radiance(l, direction, perceptual_roughness),
+        };
+        rgb * self.intensity
+    }
+
+    /// Radiance that arrives from around `direction` (away from the surface, any length), filtered for the sheen of cloth of this
+    /// perceptual roughness: Charlie's distribution in place of GGX. The first who asks makes its maps.
+    #[inline(always)]
+    #[must_use]
+    pub fn charlie_radiance<L: Lanes>(&self, l: L, direction: V3<L>, perceptual_roughness: L::F) -> V3<L> {
+        let direction = self.turned_back(l, direction);
+        let PrefilteredEnvironment { chain, charlie, .. } = self.environment;
+        let rgb = match self.environment.found {
+            Found::Maps => charlie.get_or_init(|| CharlieMaps::new(l, chain)).radiance(
+                l,
+                direction,
+                perceptual_roughness,
+            ),
             Found::Darkness => return Vec3::zero(l),
             Found::Reference(_) => super::reference::radiance(l, direction, perceptual_roughness),
         };

@@ -25,7 +25,6 @@
 
 use super::PrefilteredEnvironment;
 use super::chain::{Chain, MAPS, MAX_CELLS, MIN_CELLS};
-use super::environment::Found;
 
 const MAGIC: &[u8; 8] = b"OVRCTENV";
 const VERSION: u32 = 1;
@@ -100,7 +99,7 @@ impl PrefilteredEnvironment {
         if !rest.is_empty() {
             return Err(EnvironmentFileError::Damaged);
         }
-        Ok(Self { chain, picture: None, found: Found::Maps })
+        Ok(Self::of_chain(chain))
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod area;
 mod chain;
+mod charlie;
 mod directions;
 mod environment;
 mod equirect;

@@ -75,29 +75,40 @@ impl SamplePattern {
         Some(pattern)
     }
 
-    /// The same samples, shaded in `rate` groups of neighbours, all of one size: 1, 4, 8 or 16, and no more than there are
-    /// samples; `None` for any other number.
+    /// The same samples, shaded in `rate` groups of neighbours: 1, 4, 8, 9 or 16, and no more than there are samples; `None` for
+    /// any other number.
     ///
-    /// The pixel is halved at the middle of its samples, each half likewise across, and so on: of 4 groups each is a quarter of
-    /// the pixel.
+    /// The pixel is cut at the middle of its samples, each half likewise across, and so on: of 4 groups each is a quarter of the
+    /// pixel. For 9 groups it is cut at the thirds and each third across: of 16 samples seven groups have two and two have
+    /// one, which weighs half as much in the pixel. All others are of one size.
     #[must_use]
     pub fn shaded_in_groups(mut self, rate: u32) -> Option<Self> {
-        let rate = rate as usize;
-        if !matches!(rate, 1 | 4 | 8 | 16) || rate > self.len() {
+        let cuts: &[usize] = match rate {
+            1 => &[],
+            4 => &[2, 2],
+            8 => &[2, 2, 2],
+            9 => &[3, 3],
+            16 => &[2, 2, 2, 2],
+            _ => return None,
+        };
+        let (rate, count) = (rate as usize, self.len());
+        if rate > count {
             return None;
         }
         let mut order: [usize; 16] = std::array::from_fn(|k| k);
-        let (mut size, mut axis) = (self.len(), 0);
-        while size > self.len() / rate {
-            for part in order[..self.len()].chunks_mut(size) {
+        let part = |number: usize, of: usize| (number * count + of / 2) / of;
+        let mut parts = 1;
+        for (cut, into) in cuts.iter().enumerate() {
+            for number in 0..parts {
                 // No two samples share a column or a row.
-                part.sort_unstable_by_key(|&k| self.offsets[k][axis]);
+                order[part(number, parts)..part(number + 1, parts)]
+                    .sort_unstable_by_key(|&k| self.offsets[k][cut % 2]);
             }
-            (size, axis) = (size / 2, 1 - axis);
+            parts *= into;
         }
         self.groups = [0; 16];
-        for (group, part) in self.groups.iter_mut().zip(order[..self.offsets.len()].chunks(size)) {
-            *group = part.iter().map(|k| 1 << k).sum();
+        for (number, group) in self.groups[..rate].iter_mut().enumerate() {
+            *group = order[part(number, rate)..part(number + 1, rate)].iter().map(|k| 1 << k).sum();
         }
         // The first sample's first, so that parts of a mask come nearly in the order of their lowest samples.
         self.groups[..rate].sort_unstable_by_key(|group| group.trailing_zeros());
@@ -277,17 +288,18 @@ mod tests {
     }
 
     #[test]
-    fn groups_are_of_one_size_and_near_each_other() {
+    fn groups_are_of_one_size_as_far_as_can_be_and_near_each_other() {
         for samples in [1, 4, 8, 16] {
             for rate in [0, 1, 2, 4, 8, 9, 16, 32] {
                 let pattern = SamplePattern::new(samples).unwrap().shaded_in_groups(rate);
-                let allowed = rate <= samples && [1, 4, 8, 16].contains(&rate);
+                let allowed = rate <= samples && [1, 4, 8, 9, 16].contains(&rate);
                 assert_eq!(pattern.is_some(), allowed, "{rate} of {samples}");
                 let Some(pattern) = pattern else { continue };
                 let full = pattern.full_mask();
                 let parts: Vec<u16> = pattern.parts(full).collect();
                 assert_eq!(parts.len(), rate as usize);
-                assert!(parts.iter().all(|part| part.count_ones() == samples / rate));
+                let sizes = samples / rate..=samples.div_ceil(rate);
+                assert!(parts.iter().all(|part| sizes.contains(&part.count_ones())));
                 assert_eq!(parts.iter().fold(0, |all, part| all ^ part), full, "each sample once");
                 assert!(parts.windows(2).all(|w| w[0].trailing_zeros() < w[1].trailing_zeros()));
                 for &part in &parts {

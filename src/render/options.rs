@@ -35,8 +35,8 @@ pub struct RenderOptions {
     pub height: u32,
     /// Coverage samples a pixel: 1, 4, 8 or 16.
     pub samples: u32,
-    /// Shadings a pixel: 1, 4, 8 or 16, and no more than [`RenderOptions::samples`]. Above 1, a surface is shaded once for each
-    /// group of that many neighbouring samples where one shading would show: where normals turn faster than highlights are
+    /// Shadings a pixel: 1, 4, 8, 9 or 16, and no more than [`RenderOptions::samples`]. Above 1, a surface is shaded once for
+    /// each of that many groups of neighbouring samples where one shading would show: where normals turn faster than highlights are
     /// wide, with alpha masks, shining normal maps and textures that are not averaged when they shrink. The other surfaces
     /// are shaded once.
     pub shading_rate: u32,
@@ -54,8 +54,8 @@ pub struct RenderOptions {
     /// Largest number of texture probes along a stretched footprint: 1 (trilinear) to 16.
     pub anisotropy: u32,
     /// Whether roughness grows where normals vary within a pixel, so that highlights narrower than a pixel do not flicker:
-    /// as Filament has it in its models, as Tokuyoshi and Kaplanyan (2019) in others. Models of three.js always have
-    /// their own.
+    /// as Filament has it in its models, as Tokuyoshi and Kaplanyan (2019) in others, and by what normal maps have lost in
+    /// their mip levels (Toksvig 2005). Models of three.js always have their own way.
     pub specular_antialiasing: bool,
     /// How reflections of area lights are integrated. [`ShadingModel::GltfSampled`] always goes by facets.
     pub area_lights: AreaLightMethod,
@@ -297,7 +297,7 @@ impl RenderOptions {
         }
         let pattern = SamplePattern::new(self.samples)
             .ok_or_else(|| option("samples", self.samples.to_string(), "1, 4, 8 or 16"))?;
-        let rates = "1, 4, 8 or 16, no more than samples";
+        let rates = "1, 4, 8, 9 or 16, no more than samples";
         pattern
             .shaded_in_groups(self.shading_rate)
             .ok_or_else(|| option("shading rate", self.shading_rate.to_string(), rates))

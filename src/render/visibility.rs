@@ -7,9 +7,9 @@ use super::quality::{Quality, Visibility};
 use crate::bvh::Hierarchy;
 use crate::light::EnvironmentLight;
 use crate::limits::{LimitExceeded, Limits};
-use crate::scene::{AlphaMode, Material, Mesh, PrimitiveKind, Scene, Transform};
+use crate::scene::{Mesh, Scene, Transform};
 use crate::shade::{DistantLight, LightVisibility, LobeSamples, TracedLight};
-use crate::shadow::{Blockers, DepthMaps};
+use crate::shadow::{self, Blockers, DepthMaps};
 
 /// Lengths below this part of a scene's size mean nothing: rays start so far off their surface.
 const EPSILON: f32 = 3e-6;
@@ -80,7 +80,7 @@ impl VisibilityMemory {
             self.samples = LobeSamples::new(asked.rays);
         }
         // The same triangles may be those of other draws.
-        if asked.rays > 0 && self.traced.draws != blocking_draws(scene) {
+        if asked.rays > 0 && self.traced.draws != numbered(scene) {
             self.traced = TracedScene::default();
             self.traced.build(crew, scene, limits)?;
         }
@@ -138,23 +138,14 @@ fn distant_lights(environment: &EnvironmentLight<'_>, count: u32) -> Vec<Distant
         .collect()
 }
 
-/// Whether rays go through surfaces of a material as if they were not there.
-fn passes(material: &Material) -> bool {
-    material.alpha_mode == AlphaMode::Blend || material.is_transmissive()
-}
-
 /// The draws whose triangles rays can hit: number, mesh, place.
 fn blocking(scene: &Scene) -> impl Iterator<Item = (u32, &Mesh, &Transform)> {
-    scene.instances().iter().enumerate().filter_map(|(draw, instance)| {
-        let mesh = &scene.meshes()[instance.mesh.index()];
-        let material = &scene.materials()[instance.material.index()];
-        let blocks = mesh.kind() == PrimitiveKind::Triangles && !passes(material);
-        blocks.then_some((draw as u32, mesh, &instance.transform))
-    })
+    shadow::blocking_draws(scene)
+        .map(|(draw, instance, _)| (draw, &scene.meshes()[instance.mesh.index()], &instance.transform))
 }
 
 /// Their numbers, and the first triangle of each.
-fn blocking_draws(scene: &Scene) -> Vec<(u32, u32)> {
+fn numbered(scene: &Scene) -> Vec<(u32, u32)> {
     let mut first = 0;
     let next = |(draw, mesh, _): (u32, &Mesh, &Transform)| {
         let own = first;
@@ -174,7 +165,7 @@ impl TracedScene {
         self.corners.reserve_exact(count as usize);
         let mut largest = 0.0_f32;
         let mut positions: Vec<[f32; 3]> = Vec::new();
-        self.draws = blocking_draws(scene);
+        self.draws = numbered(scene);
         for (_, mesh, transform) in blocking(scene) {
             positions.clear();
             positions

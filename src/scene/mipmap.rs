@@ -16,9 +16,25 @@ use crate::color::srgb::{SRGB8_TO_LINEAR, linear_to_srgb8};
 /// invisible share is its plain average; a power of two, so that its averages are exact.
 const INVISIBLE: f32 = 1.0 / 65536.0;
 
-/// A texel before rounding. Without coverage: colours in linear light 0 to 1 (sRGB) or codes 0 to 255, alpha in
-/// codes. With coverage: colours times weight, and the weight `INVISIBLE + (1 - INVISIBLE) * alpha`.
+/// A texel before rounding, in units of its [`Meaning`].
 type Sum = [f32; 4];
+
+/// What texels are, and so what is averaged.
+trait Meaning {
+    /// What is added up of a texel.
+    fn decode(texel: [u8; 4]) -> Sum;
+    /// The texel of an average.
+    fn encode(mean: Sum) -> [u8; 4];
+}
+
+/// Colours in linear light 0 to 1 (sRGB) or codes 0 to 255, alpha in codes.
+struct Plain<const SRGB: bool>;
+
+/// Colours as those of [`Plain`] times a weight, and the weight `INVISIBLE + (1 - INVISIBLE) * alpha`.
+struct Covered<const SRGB: bool>;
+
+/// The components of normals in codes, and the square of their length ([`length_squared`]).
+struct Normals;
 
 /// The levels below one of the given size, largest first: none for 1 x 1.
 pub(super) fn layout(width: u32, height: u32) -> impl Iterator<Item = LevelLayout> {
@@ -46,14 +62,15 @@ pub(super) fn reduce(
     alpha: AlphaUse,
 ) -> Vec<[u8; 4]> {
     let mut texels = match (color_space, alpha) {
-        (ColorSpace::Srgb, AlphaUse::Data) => cascade::<true, false>(image, levels),
-        (ColorSpace::Linear, AlphaUse::Data) => cascade::<false, false>(image, levels),
+        (ColorSpace::Srgb, AlphaUse::Data) => cascade::<Plain<true>>(image, levels),
+        (ColorSpace::Linear, AlphaUse::Data) => cascade::<Plain<false>>(image, levels),
         (ColorSpace::Srgb, AlphaUse::Coverage | AlphaUse::Mask { .. }) => {
-            cascade::<true, true>(image, levels)
+            cascade::<Covered<true>>(image, levels)
         }
         (ColorSpace::Linear, AlphaUse::Coverage | AlphaUse::Mask { .. }) => {
-            cascade::<false, true>(image, levels)
+            cascade::<Covered<false>>(image, levels)
         }
+        (_, AlphaUse::Normals) => cascade::<Normals>(image, levels),
     };
     if let AlphaUse::Mask { cutoff_bits } = alpha {
         keep_coverage(image, levels, &mut texels, f32::from_bits(cutoff_bits));
@@ -127,11 +144,11 @@ impl Stage {
     }
 
     /// Rounds the row last finished into its place.
-    fn store<const SRGB: bool, const COVERAGE: bool>(&mut self, texels: &mut [[u8; 4]]) {
+    fn store<M: Meaning>(&mut self, texels: &mut [[u8; 4]]) {
         let start = (self.level.offset + self.finished * self.level.width) as usize;
         self.finished += 1;
         for (to, &sum) in texels[start..].iter_mut().zip(&self.row) {
-            *to = encode::<SRGB, COVERAGE>(sum);
+            *to = M::encode(sum);
         }
     }
 
@@ -178,7 +195,7 @@ fn add_weighted(sums: &mut [Sum], row: &[Sum], weight: f32) {
 }
 
 /// Sends the rows of the image through all levels.
-fn cascade<const SRGB: bool, const COVERAGE: bool>(image: &Image, levels: &[LevelLayout]) -> Vec<[u8; 4]> {
+fn cascade<M: Meaning>(image: &Image, levels: &[LevelLayout]) -> Vec<[u8; 4]> {
     let count = levels.last().map_or(0, |last| last.offset + last.width * last.height);
     let mut texels = vec![[0; 4]; count as usize];
     let (width, height) = (image.width(), image.height());
@@ -193,69 +210,109 @@ fn cascade<const SRGB: bool, const COVERAGE: bool>(image: &Image, levels: &[Leve
     {
         for rows in image.texels().chunks_exact(2 * width as usize) {
             let (upper, lower) = rows.split_at(width as usize);
-            halve::<SRGB, COVERAGE>(upper, lower, &mut first.row);
-            first.store::<SRGB, COVERAGE>(&mut texels);
-            descend::<SRGB, COVERAGE>(further, &first.row, &mut texels);
+            halve::<M>(upper, lower, &mut first.row);
+            first.store::<M>(&mut texels);
+            descend::<M>(further, &first.row, &mut texels);
         }
     } else {
         let mut decoded = vec![[0.0; 4]; width as usize];
         for row in image.texels().chunks_exact(width as usize) {
             for (to, &texel) in decoded.iter_mut().zip(row) {
-                *to = decode::<SRGB, COVERAGE>(texel);
+                *to = M::decode(texel);
             }
-            descend::<SRGB, COVERAGE>(&mut stages, &decoded, &mut texels);
+            descend::<M>(&mut stages, &decoded, &mut texels);
         }
     }
     texels
 }
 
 /// Sends a row down through levels, as far as it finishes rows.
-fn descend<const SRGB: bool, const COVERAGE: bool>(
-    stages: &mut [Stage],
-    row: &[Sum],
-    texels: &mut [[u8; 4]],
-) {
+fn descend<M: Meaning>(stages: &mut [Stage], row: &[Sum], texels: &mut [[u8; 4]]) {
     let mut row = row;
     for stage in stages {
         if !stage.take(row) {
             return;
         }
-        stage.store::<SRGB, COVERAGE>(texels);
+        stage.store::<M>(texels);
         row = &stage.row;
     }
 }
 
 /// The row that two rows of an image of even size make: what a [`Stage`] would make of them one after the other, with the
 /// same bits, but nothing is kept between. Three quarters of all texels pass here.
-fn halve<const SRGB: bool, const COVERAGE: bool>(upper: &[[u8; 4]], lower: &[[u8; 4]], row: &mut [Sum]) {
+fn halve<M: Meaning>(upper: &[[u8; 4]], lower: &[[u8; 4]], row: &mut [Sum]) {
     let pairs = upper.as_chunks().0.iter().zip(lower.as_chunks().0);
     for (to, ([a, b], [c, d])) in row.iter_mut().zip(pairs) {
-        let [a, b, c, d] = [*a, *b, *c, *d].map(decode::<SRGB, COVERAGE>);
+        let [a, b, c, d] = [*a, *b, *c, *d].map(M::decode);
         *to = std::array::from_fn(|k| ((a[k] + c[k]) + (b[k] + d[k])) * 0.25);
     }
 }
 
+/// A colour's channel in the unit that is averaged.
 #[inline(always)]
-fn decode<const SRGB: bool, const COVERAGE: bool>([r, g, b, a]: [u8; 4]) -> Sum {
-    let color = |code: u8| if SRGB { SRGB8_TO_LINEAR[usize::from(code)] } else { f32::from(code) };
-    let [r, g, b] = [color(r), color(g), color(b)];
-    if COVERAGE {
-        let weight = INVISIBLE + (1.0 - INVISIBLE) / 255.0 * f32::from(a);
-        [r * weight, g * weight, b * weight, weight]
-    } else {
+fn decode_channel<const SRGB: bool>(code: u8) -> f32 {
+    if SRGB { SRGB8_TO_LINEAR[usize::from(code)] } else { f32::from(code) }
+}
+
+/// The nearest code of an average of such.
+#[inline(always)]
+fn encode_channel<const SRGB: bool>(value: f32) -> u8 {
+    if SRGB { linear_to_srgb8(value) } else { round(value) }
+}
+
+impl<const SRGB: bool> Meaning for Plain<SRGB> {
+    #[inline(always)]
+    fn decode([r, g, b, a]: [u8; 4]) -> Sum {
+        let [r, g, b] = [r, g, b].map(decode_channel::<SRGB>);
         [r, g, b, f32::from(a)]
+    }
+
+    #[inline(always)]
+    fn encode([r, g, b, a]: Sum) -> [u8; 4] {
+        let [r, g, b] = [r, g, b].map(encode_channel::<SRGB>);
+        [r, g, b, round(a)]
     }
 }
 
+impl<const SRGB: bool> Meaning for Covered<SRGB> {
+    #[inline(always)]
+    fn decode([r, g, b, a]: [u8; 4]) -> Sum {
+        let [r, g, b] = [r, g, b].map(decode_channel::<SRGB>);
+        let weight = INVISIBLE + (1.0 - INVISIBLE) / 255.0 * f32::from(a);
+        [r * weight, g * weight, b * weight, weight]
+    }
+
+    #[inline(always)]
+    fn encode([r, g, b, a]: Sum) -> [u8; 4] {
+        let scale = 1.0 / a;
+        let [r, g, b] = [r, g, b].map(|sum| encode_channel::<SRGB>(sum * scale));
+        [r, g, b, round((a - INVISIBLE) * (255.0 / (1.0 - INVISIBLE)))]
+    }
+}
+
+/// The square of the length of a normal in codes, times 255^2: exact for a texel.
 #[inline(always)]
-fn encode<const SRGB: bool, const COVERAGE: bool>([r, g, b, a]: Sum) -> [u8; 4] {
-    let (scale, alpha) =
-        if COVERAGE { (1.0 / a, (a - INVISIBLE) * (255.0 / (1.0 - INVISIBLE))) } else { (1.0, a) };
-    let color = |sum: f32| {
-        let value = if COVERAGE { sum * scale } else { sum };
-        if SRGB { linear_to_srgb8(value) } else { round(value) }
-    };
-    [color(r), color(g), color(b), round(alpha)]
+fn length_squared(normal: [f32; 3]) -> f32 {
+    let [x, y, z] = normal.map(|code| code * 2.0 - 255.0);
+    (x * x + y * y) + z * z
+}
+
+impl Meaning for Normals {
+    #[inline(always)]
+    fn decode([r, g, b, _]: [u8; 4]) -> Sum {
+        let [r, g, b] = [r, g, b].map(f32::from);
+        [r, g, b, length_squared([r, g, b])]
+    }
+
+    /// The mean of the squares less the square of the mean is what the normals vary by: nothing where all are equal, whatever
+    /// rounding has made of their length.
+    #[inline(always)]
+    fn encode([r, g, b, square]: Sum) -> [u8; 4] {
+        let variance = square - length_squared([r, g, b]);
+        let deviation = if variance > 0.0 { variance.sqrt() } else { 0.0 };
+        let [r, g, b] = [r, g, b].map(round);
+        [r, g, b, round(255.0 - if deviation < 255.0 { deviation } else { 255.0 })]
+    }
 }
 
 /// The nearest code.
@@ -283,7 +340,7 @@ fn keep_coverage(image: &Image, levels: &[LevelLayout], texels: &mut [[u8; 4]], 
         return;
     }
     let Ok(hard) = Image::new(image.width(), image.height(), hard) else { return };
-    let coverage = cascade::<false, false>(&hard, levels);
+    let coverage = cascade::<Plain<false>>(&hard, levels);
     for level in levels {
         let count = level.width as usize * level.height as usize;
         let texels = &mut texels[level.offset as usize..][..count];
@@ -326,252 +383,4 @@ fn keep_coverage_of_level(texels: &mut [[u8; 4]], coverage: &[[u8; 4]], visible:
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::scene::{MipFilter, Sampler, Texture};
-    use std::sync::Arc;
-
-    fn texture(
-        width: u32,
-        height: u32,
-        color_space: ColorSpace,
-        alpha: AlphaUse,
-        texel: impl FnMut(u32) -> [u8; 4],
-    ) -> Texture {
-        let image = Image::new(width, height, (0..width * height).map(texel).collect()).unwrap();
-        Texture::new(Arc::new(image), color_space, alpha, Sampler::default())
-    }
-
-    /// Bytes that look random, the same in every run.
-    fn noise() -> impl FnMut() -> u8 {
-        let mut state = 1_u32;
-        move || {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (state >> 24) as u8
-        }
-    }
-
-    fn sizes(texture: &Texture) -> Vec<(u32, u32)> {
-        texture.levels().map(|level| (level.width, level.height)).collect()
-    }
-
-    #[test]
-    fn sizes_are_halved_and_rounded_down_to_one_texel() {
-        let of = |width, height| sizes(&texture(width, height, ColorSpace::Srgb, AlphaUse::Data, |_| [0; 4]));
-        assert_eq!(of(8, 8), [(8, 8), (4, 4), (2, 2), (1, 1)]);
-        assert_eq!(of(13, 3), [(13, 3), (6, 1), (3, 1), (1, 1)]);
-        assert_eq!(of(1, 5), [(1, 5), (1, 2), (1, 1)]);
-        assert_eq!(of(1, 1), [(1, 1)]);
-    }
-
-    #[test]
-    fn two_rows_at_once_have_the_bits_of_one_after_the_other() {
-        fn check<const SRGB: bool, const COVERAGE: bool>(rows: &[Vec<[u8; 4]>; 2]) {
-            let width = rows[0].len() as u32;
-            let level = LevelLayout { width: width / 2, height: 1, offset: 0 };
-            let mut stage = Stage::new([width, 2], level);
-            for row in rows {
-                let decoded: Vec<Sum> = row.iter().map(|&texel| decode::<SRGB, COVERAGE>(texel)).collect();
-                stage.take(&decoded);
-            }
-            let mut row = vec![[0.0; 4]; level.width as usize];
-            halve::<SRGB, COVERAGE>(&rows[0], &rows[1], &mut row);
-            let bits = |row: &[Sum]| row.iter().map(|sum| sum.map(f32::to_bits)).collect::<Vec<_>>();
-            assert_eq!(bits(&row), bits(&stage.row));
-        }
-        let mut noise = noise();
-        for width in [2, 4, 26, 256] {
-            let rows = [(); 2].map(|()| (0..width).map(|_| [noise(), noise(), noise(), noise()]).collect());
-            check::<false, false>(&rows);
-            check::<false, true>(&rows);
-            check::<true, false>(&rows);
-            check::<true, true>(&rows);
-        }
-    }
-
-    #[test]
-    fn a_sampler_without_mip_levels_gets_none() {
-        let image = Arc::new(Image::new(8, 8, vec![[7; 4]; 64]).unwrap());
-        let sampler = Sampler { mip: MipFilter::None, ..Sampler::default() };
-        let texture = Texture::new(image, ColorSpace::Srgb, AlphaUse::Data, sampler);
-        assert_eq!(sizes(&texture), [(8, 8)]);
-    }
-
-    /// The next level in double precision: overlaps of intervals, nothing else.
-    fn next_level(source: &[[f64; 4]], from: [u32; 2], to: [u32; 2]) -> Vec<[f64; 4]> {
-        let overlap = |source: u32, target: u32, from: u32, to: u32| {
-            let scale = f64::from(from) / f64::from(to);
-            let (low, high) = (f64::from(target) * scale, f64::from(target + 1) * scale);
-            (high.min(f64::from(source + 1)) - low.max(f64::from(source))).max(0.0) / scale
-        };
-        let mut level = vec![[0.0; 4]; (to[0] * to[1]) as usize];
-        for (k, texel) in level.iter_mut().enumerate() {
-            let (x, y) = (k as u32 % to[0], k as u32 / to[0]);
-            for (j, value) in source.iter().enumerate() {
-                let (u, v) = (j as u32 % from[0], j as u32 / from[0]);
-                let weight = overlap(u, x, from[0], to[0]) * overlap(v, y, from[1], to[1]);
-                *texel = std::array::from_fn(|c| texel[c] + weight * value[c]);
-            }
-        }
-        level
-    }
-
-    #[test]
-    fn levels_of_any_size_are_area_averages() {
-        for (width, height) in [(16, 16), (7, 5), (13, 1), (1, 9), (33, 20), (30, 23), (14, 3)] {
-            let mut byte = noise();
-            let made = texture(width, height, ColorSpace::Linear, AlphaUse::Data, |_| {
-                std::array::from_fn(|_| byte())
-            });
-            let mut exact: Vec<[f64; 4]> = made.image().texels().iter().map(|t| t.map(f64::from)).collect();
-            let mut size = [width, height];
-            for level in made.levels().skip(1) {
-                let next = [level.width, level.height];
-                exact = next_level(&exact, size, next);
-                size = next;
-                for (texel, exact) in level.texels.iter().zip(&exact) {
-                    for c in 0..4 {
-                        let error = (f64::from(texel[c]) - exact[c]).abs();
-                        assert!(error <= 0.5 + 1e-4, "{width}x{height} at {next:?}: {texel:?} {exact:?}");
-                    }
-                }
-            }
-            let count = f64::from(width * height);
-            let sum = made
-                .image()
-                .texels()
-                .iter()
-                .fold([0.0; 4], |s: [f64; 4], t| std::array::from_fn(|c| s[c] + f64::from(t[c])));
-            for c in 0..4 {
-                assert!((exact[0][c] - sum[c] / count).abs() < 1e-9, "the last level is the mean of all");
-            }
-        }
-    }
-
-    #[test]
-    fn every_color_survives_all_levels() {
-        for code in 0..=255 {
-            for color_space in [ColorSpace::Srgb, ColorSpace::Linear] {
-                for alpha in [AlphaUse::Data, AlphaUse::Coverage, AlphaUse::mask(0.5)] {
-                    let texel = [code, 255 - code, 255, code];
-                    let made = texture(12, 7, color_space, alpha, |_| texel);
-                    for level in made.levels() {
-                        assert!(
-                            level.texels.iter().all(|&t| t == texel),
-                            "{texel:?} {color_space:?} {alpha:?}"
-                        );
-                    }
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn light_is_averaged_and_not_codes() {
-        let stripes = |k: u32| if k.is_multiple_of(2) { [255; 4] } else { [0, 0, 0, 255] };
-        let last = |color_space| {
-            let made = texture(16, 16, color_space, AlphaUse::Data, stripes);
-            made.levels().last().map(|level| level.texels[0])
-        };
-        assert_eq!(last(ColorSpace::Srgb), Some([188, 188, 188, 255]));
-        assert_eq!(last(ColorSpace::Linear), Some([128, 128, 128, 255]));
-    }
-
-    #[test]
-    fn invisible_texels_do_not_bleed() {
-        // Red leaves on an invisible green ground.
-        let leaf = |k: u32| if k.is_multiple_of(3) { [255, 0, 0, 255] } else { [0, 255, 0, 0] };
-        let made = texture(9, 8, ColorSpace::Srgb, AlphaUse::Coverage, leaf);
-        let reduced = || made.levels().skip(1).flat_map(|level| level.texels);
-        for texel in reduced().filter(|texel| texel[3] > 0) {
-            assert!(texel[0] == 255 && texel[1] <= 1, "{texel:?}");
-        }
-        let last = reduced().last().unwrap();
-        assert_eq!(last[3], 85, "alpha itself is a plain average");
-        // As data, green wins.
-        let made = texture(9, 8, ColorSpace::Srgb, AlphaUse::Data, leaf);
-        let last = made.levels().last().unwrap().texels[0];
-        assert!(last[1] > last[0], "{last:?}");
-    }
-
-    #[test]
-    fn wholly_invisible_texels_have_their_plain_mean() {
-        let texel = |k: u32| if k.is_multiple_of(2) { [100, 0, 40, 0] } else { [200, 0, 40, 0] };
-        let made = texture(8, 8, ColorSpace::Linear, AlphaUse::Coverage, texel);
-        assert_eq!(made.levels().last().unwrap().texels[0], [150, 0, 40, 0]);
-    }
-
-    #[test]
-    fn a_mask_keeps_its_visible_fraction_in_every_level() {
-        // Smooth noise of which 30 percent reach the cutoff.
-        let mut byte = noise();
-        let cells: Vec<u32> = (0..64 * 64).map(|_| u32::from(byte())).collect();
-        let smooth = |k: u32| {
-            let (x, y) = (k % 64, k / 64);
-            let at = |dx, dy| cells[((y + dy) % 64 * 64 + (x + dx) % 64) as usize];
-            [255, 255, 255, ((at(0, 0) * 2 + at(1, 0) + at(0, 1)) / 4) as u8]
-        };
-        let cutoff = 0.6;
-        let visible = |texels: &[[u8; 4]]| {
-            let count = texels.iter().filter(|t| f32::from(t[3]) >= cutoff * 255.0).count();
-            count as f64 / texels.len() as f64
-        };
-        let worst = |alpha| {
-            let made = texture(64, 64, ColorSpace::Srgb, alpha, smooth);
-            let wanted = visible(made.image().texels());
-            assert!((0.2..0.4).contains(&wanted), "{wanted}");
-            let levels = made.levels().skip(1).take(4);
-            levels.map(|level| (visible(level.texels) - wanted).abs()).fold(0.0, f64::max)
-        };
-        // 4 x 4 texels cannot come closer than a thirty-second.
-        assert!(worst(AlphaUse::mask(cutoff)) <= 1.0 / 32.0);
-        assert!(worst(AlphaUse::Coverage) > 0.2, "without the scale the mask vanishes");
-    }
-
-    #[test]
-    fn thin_features_stay_and_do_not_move_the_cut_of_a_gradient() {
-        // A gradient from top to bottom; on the right half single texels, a fifth of all, on nothing.
-        let mut byte = noise();
-        let mut texel = |k: u32| {
-            let single = if byte() < 51 { 255 } else { 0 };
-            let (x, y) = (k % 256, k / 256);
-            [255, 255, 255, if x < 128 { 255 - y as u8 } else { single }]
-        };
-        let texels: Vec<[u8; 4]> = (0..256 * 256).map(&mut texel).collect();
-        for cutoff in [0.25, 0.5, 0.75] {
-            let made = |alpha| texture(256, 256, ColorSpace::Srgb, alpha, |k| texels[k as usize]);
-            let (scaled, plain) = (made(AlphaUse::mask(cutoff)), made(AlphaUse::Coverage));
-            let is_visible = |texel: &[u8; 4]| f32::from(texel[3]) >= cutoff * 255.0;
-            for (level, unscaled) in scaled.levels().zip(plain.levels()).take(6) {
-                let side = level.width as usize;
-                for column in 0..side / 2 {
-                    let rows = level.texels.iter().skip(column).step_by(side).filter(|t| is_visible(t));
-                    let off = rows.count() as f32 - (1.0 - cutoff) * side as f32;
-                    assert!(off.abs() <= 1.0, "{cutoff}: the cut is off by {off} of {side} rows");
-                }
-                let visible = |texels: &[[u8; 4]]| {
-                    let halves = texels.chunks(side).map(|row| &row[side / 2..]);
-                    halves.flatten().filter(|t| is_visible(t)).count() as f32 / (side * side / 2) as f32
-                };
-                let kept = visible(level.texels);
-                assert!((kept - 0.2).abs() < 0.05, "{cutoff}: {kept} of the texels at {side}");
-                if side <= 64 && cutoff > 0.25 {
-                    assert!(visible(unscaled.texels) < 0.01, "without the scale they vanish");
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn a_cutoff_that_shows_all_or_nothing_changes_nothing() {
-        let mut byte = noise();
-        let texels: Vec<[u8; 4]> = (0..60).map(|_| std::array::from_fn(|_| byte())).collect();
-        let made = |alpha| {
-            let made = texture(10, 6, ColorSpace::Srgb, alpha, |k| texels[k as usize]);
-            made.reduced().to_vec()
-        };
-        for cutoff in [0.0, -1.0, 1.5, f32::INFINITY, f32::NAN] {
-            assert_eq!(made(AlphaUse::mask(cutoff)), made(AlphaUse::Coverage), "{cutoff}");
-        }
-    }
-}
+mod tests;

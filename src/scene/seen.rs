@@ -73,6 +73,11 @@ pub(super) fn keep_seen(data: &MeshData, used: &mut [bool]) {
 impl Scene {
     /// The draws that can be seen; all of them if none can.
     pub(crate) fn seen_instances(&self) -> impl Iterator<Item = &Instance> {
+        self.seen_draws().map(|(_, instance)| instance)
+    }
+
+    /// The same with their numbers among all instances.
+    pub(crate) fn seen_draws(&self) -> impl Iterator<Item = (u32, &Instance)> {
         let invisible: Vec<bool> =
             self.materials.iter().map(|material| self.is_invisible(material)).collect();
         let can_be_seen = move |instance: &Instance| {
@@ -82,7 +87,10 @@ impl Scene {
             kept && !invisible[material] && !hides(&self.materials[material], mesh)
         };
         let any = self.instances.iter().any(&can_be_seen);
-        self.instances.iter().filter(move |instance| !any || can_be_seen(instance))
+        let draws = self.instances.iter().enumerate();
+        draws
+            .filter(move |(_, instance)| !any || can_be_seen(instance))
+            .map(|(number, instance)| (number as u32, instance))
     }
 
     /// True if something of a draw has an area, a length or, if it is made of points, a place.

@@ -75,6 +75,10 @@ pub enum AlphaUse {
         /// Bits of the cutoff, so that uses can be compared and hashed.
         cutoff_bits: u32,
     },
+    /// None: the texture is a map of normals. Alpha of the mip levels is then 1 less the standard deviation of the normals that
+    /// a texel stands for, in the unit of their length. A map that is not opaque in itself has no such levels: they are made
+    /// as those of [`AlphaUse::Data`] are.
+    Normals,
 }
 
 impl AlphaUse {
@@ -178,6 +182,8 @@ pub struct Texture {
     layout: Vec<LevelLayout>,
     /// Alpha is 1 everywhere.
     is_opaque: bool,
+    /// Alpha is 1 less the standard deviation of normals.
+    has_variance: bool,
     color_space: ColorSpace,
     sampler: Sampler,
 }
@@ -188,6 +194,9 @@ impl Texture {
     #[must_use]
     pub fn new(image: Arc<Image>, color_space: ColorSpace, alpha: AlphaUse, sampler: Sampler) -> Self {
         let mut layout = vec![LevelLayout { width: image.width, height: image.height, offset: 0 }];
+        let image_is_opaque = is_opaque(&image.texels);
+        let has_variance = alpha == AlphaUse::Normals && image_is_opaque;
+        let alpha = if alpha == AlphaUse::Normals && !has_variance { AlphaUse::Data } else { alpha };
         let reduced = match sampler.mip {
             MipFilter::None => Vec::new(),
             MipFilter::Nearest | MipFilter::Linear => {
@@ -195,8 +204,8 @@ impl Texture {
                 mipmap::reduce(&image, &layout[1..], color_space, alpha)
             }
         };
-        let is_opaque = is_opaque(&image.texels) && is_opaque(&reduced);
-        Self { image, reduced: Arc::new(reduced), layout, is_opaque, color_space, sampler }
+        let is_opaque = image_is_opaque && is_opaque(&reduced);
+        Self { image, reduced: Arc::new(reduced), layout, is_opaque, has_variance, color_space, sampler }
     }
     /// Number of mip levels, at least 1.
     #[must_use]
@@ -238,6 +247,12 @@ impl Texture {
     #[must_use]
     pub fn is_opaque(&self) -> bool {
         self.is_opaque
+    }
+    /// Whether alpha says how far normals stray: 1 less their standard deviation. True of maps that were made for
+    /// [`AlphaUse::Normals`].
+    #[must_use]
+    pub fn has_variance(&self) -> bool {
+        self.has_variance
     }
     /// What the colour channels mean.
     #[must_use]

@@ -94,7 +94,7 @@ impl Surroundings {
 
 /// Prefiltered radiance of the environment in a direction of any length, for a perceptual roughness of 0 to 1.
 ///
-/// This and the next two are functions of their own for each instruction set: every model asks, and copies in each would
+/// This and the next three are functions of their own for each instruction set: every model asks, and copies in each would
 /// be a third of the program. They take no more of the surface than they need: what is passed by reference must lie
 /// in memory, whole, which took a twelfth of a frame.
 #[inline(never)]
@@ -112,6 +112,26 @@ fn reflected_radiance<L: Lanes>(
             let direction =
                 if material.has_normal_maps() { above_horizon(l, direction, horizon) } else { direction };
             context.environment.radiance(l, direction, perceptual_roughness)
+        },
+    )
+}
+
+/// The same for the sheen of cloth.
+#[inline(never)]
+pub(super) fn sheen_radiance<L: Lanes>(
+    l: L,
+    context: &ShadeContext<'_>,
+    material: &Material,
+    horizon: V3<L>,
+    query: EnvironmentQuery<L>,
+) -> V3<L> {
+    let EnvironmentQuery { direction, perceptual_roughness } = query;
+    l.run(
+        #[inline(always)]
+        || {
+            let direction =
+                if material.has_normal_maps() { above_horizon(l, direction, horizon) } else { direction };
+            context.environment.charlie_radiance(l, direction, perceptual_roughness)
         },
     )
 }

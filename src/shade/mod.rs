@@ -13,6 +13,7 @@ mod lobe_samples;
 mod lobes;
 mod model;
 mod models;
+mod normals;
 mod open_direction;
 mod reader;
 mod record;

@@ -4,7 +4,7 @@
 //! extent ([`Model::direct`]), and what of one of its surroundings ([`Model::indirect`]), which it asks for averages over lobes
 //! by way of [`Source`]. Most are [`AdditiveModel`]s; those that compose diffuse and specular light apart have a sum of their own.
 
-use super::incident::{Surroundings, arriving_light};
+use super::incident::{Surroundings, arriving_light, sheen_radiance};
 use super::lamps::LampVisibility;
 use super::transmission::shaded_color;
 use super::variation::{NormalFilter, NormalFiltering, shaded_roughness};
@@ -214,6 +214,24 @@ impl<L: Lanes> Source<'_, L> {
     pub(super) fn radiance_lookup(&self, l: L) -> impl Fn(EnvironmentQuery<L>) -> V3<L> {
         #[inline(always)]
         move |query| self.radiance(l, query)
+    }
+
+    /// The average of radiance over the lobe of cloth of a roughness, about a direction. As much of it is blocked as of the
+    /// irradiance: it is nearly as wide.
+    #[inline(always)]
+    pub(super) fn sheen_radiance(&self, l: L, query: EnvironmentQuery<L>) -> V3<L> {
+        if !self.is_environment() {
+            return self.radiance(l, query);
+        }
+        let unoccluded = sheen_radiance(l, self.context, self.material, self.surface.vertex_normal, query);
+        if self.is_blocked() { LightVisibility::irradiance(l, self.planes, unoccluded) } else { unoccluded }
+    }
+
+    /// [`Source::sheen_radiance`] as models take it.
+    #[inline(always)]
+    pub(super) fn sheen_lookup(&self, l: L) -> impl Fn(EnvironmentQuery<L>) -> V3<L> {
+        #[inline(always)]
+        move |query| self.sheen_radiance(l, query)
     }
 
     /// How much of it reaches the surface.

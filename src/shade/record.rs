@@ -49,10 +49,10 @@ pub fn store_surface<L: Lanes>(
     l.run(
         #[inline(always)]
         || {
-            let (surface, change) = evaluate_surface(l, context, reading, batch, place);
+            let (surface, variation) = evaluate_surface(l, context, reading, batch, place);
             surface.store(l, reading.lobes, planes);
-            if let Some((filter, change)) = reading.filter.zip(change) {
-                store_filtered(l, &context.rays, filter, change, planes);
+            if let Some((filter, variation)) = reading.filter.zip(variation) {
+                store_filtered(l, &context.rays, filter, &variation, planes);
             }
         },
     );

@@ -1,15 +1,21 @@
 //! What refracting surfaces show of what is behind them: the effect that looks the [`Backdrop`] up.
 //!
 //! Source: `getIBLVolumeRefraction`, `getVolumeTransmissionRay` and `applyIorToRoughness` of the Khronos glTF Sample Renderer
-//! 1.1, KHR_materials_dispersion. Deviation: blur is a share of the picture, that of the original's buffer of 1024 pixels,
-//! whatever the picture's size.
+//! 1.1, KHR_materials_dispersion. Deviations:
+//!
+//! - Blur is a share of the picture, that of the original's buffer of 1024 pixels, whatever the picture's size.
+//! - Where the blurred picture has nothing opaque, a rough surface shows the environment, by as much as it is rough, and only
+//!   the rest of what is behind the picture. The wider the blur, the more of it lies beyond everything opaque: with
+//!   nothing in that place the roughest glass is as dark as the page behind the picture (three.js has white there,
+//!   half transparent).
 
 use super::effects::Effect;
 use super::record::{get, get_vector, put};
 use super::variation::shaded_roughness;
 use super::{Backdrop, ShadeContext};
+use crate::each;
 use crate::gbuffer::layout::{self, SurfacePlanes};
-use crate::math::lanes::{Float, Lanes};
+use crate::math::lanes::{Float, Lanes, Mask};
 use crate::math::log2;
 use crate::math::vec3::{V3, Vec3};
 use crate::scene::Material;
@@ -33,7 +39,7 @@ impl Effect for Backdrop {
             || {
                 let [color, opacity] = refracted(l, context, self, material, planes);
                 put(planes, layout::BACKDROP_COLOR, color.to_array());
-                put(planes, layout::BACKDROP_OPACITY, opacity.to_array());
+                put(planes, layout::BACKDROP_OPACITY, opacity.at_most(1.0).to_array());
             },
         )
     }
@@ -60,7 +66,11 @@ fn refracted<L: Lanes>(
     let view = get_vector(l, planes, layout::VIEW);
     let [roughness, _] = shaded_roughness(l, context, material, planes);
     let [thickness] = get(l, planes, layout::VOLUME_THICKNESS);
-    let level = blur(l, backdrop, refracted_roughness(material, roughness)).to_array();
+    let roughness = refracted_roughness(material, roughness);
+    let level = blur(l, backdrop, roughness).to_array();
+    let scattered = if context.environment.is_dark() { l.zero() } else { roughness };
+    let scatters = scattered.gt(l.zero()).any();
+    let is_thin = thickness.le(l.zero());
     let transmission = &material.lobes.transmission;
     let ior = if material.ior > 1.0 { material.ior } else { 1.0 };
     // Half of what red and blue lie apart: KHR_materials_dispersion.
@@ -74,15 +84,22 @@ fn refracted<L: Lanes>(
         let eta = 1.0 / if ior > 1.0 { ior } else { 1.0 };
         let inside = (n_dot_v.squared().one_minus() * (eta * eta)).one_minus().at_least(0.0).sqrt();
         let along_normal = n_dot_v * eta - inside;
-        let exit = position + (normal * along_normal - view * eta) * thickness;
+        let inside = normal * along_normal - view * eta;
+        let exit = position + inside * thickness;
         let screen = context.rays.project(l, exit);
         let seen = backdrop.sample([screen[0].to_array(), screen[1].to_array()], level);
-        let own_opacity = l.load(&seen[3]);
-        if count == 1 {
-            let [r, g, b, _] = &seen;
-            return [Vec3::new(l.load(r), l.load(g), l.load(b)), Vec3::uniform(own_opacity)];
+        let [r, g, b, mut own_opacity] = each!(k => l.load(&seen[k]));
+        let mut own_color = Vec3::new(r, g, b);
+        if scatters {
+            let direction = Vec3::select(is_thin, -view, inside);
+            let share = own_opacity.one_minus().at_least(0.0) * scattered;
+            own_color += context.environment.radiance(l, direction, roughness) * share;
+            own_opacity = own_opacity + share;
         }
-        color[k] = l.load(&seen[k]);
+        if count == 1 {
+            return [own_color, Vec3::uniform(own_opacity)];
+        }
+        color[k] = own_color.to_array()[k];
         opacity[k] = own_opacity;
     }
     [Vec3::from_array(color), Vec3::from_array(opacity)]
@@ -114,6 +131,25 @@ mod tests {
         perspective: true,
     };
 
+    fn context<'a>(environment: &'a EnvironmentLight<'a>) -> ShadeContext<'a> {
+        ShadeContext {
+            draws: &[],
+            materials: &[],
+            textures: &[],
+            rays: VIEW,
+            environment,
+            lights: &[],
+            area_lights: &[],
+            model: None,
+            area_light_method: AreaLightMethod::default(),
+            anisotropy: 1,
+            maps: 0,
+            lamps: None,
+            lobe_rays: 0,
+            specular_antialiasing: false,
+        }
+    }
+
     fn backdrop() -> Backdrop {
         let pixels: Vec<[f32; 4]> = (0..64).map(|k| [k as f32, 2.0, 0.5, 1.0]).collect();
         let mut backdrop = Backdrop::default();
@@ -124,26 +160,43 @@ mod tests {
         backdrop
     }
 
+    /// Where nothing opaque is behind, rough glass shows the environment, the more the rougher it is; smooth glass and darkness
+    /// leave what is behind the picture.
+    #[test]
+    fn rough_glass_shows_the_environment_where_nothing_is_behind() {
+        let white = PrefilteredEnvironment::reference([0.5; 3]);
+        let dark = PrefilteredEnvironment::black();
+        let mut empty = Backdrop::default();
+        empty.start(8, 8, &[[0.0; 4]; 64]);
+        while let Some((last, rows)) = empty.halve() {
+            rows.into_iter().enumerate().for_each(|(y, row)| last.halved_row(y, row));
+        }
+        let mut glass = Material::default();
+        glass.lobes.transmission.factor = 1.0.into();
+        let opacity = |environment: &PrefilteredEnvironment, roughness: f32| {
+            let light = EnvironmentLight::new(environment, 0.0, 1.0);
+            let context = context(&light);
+            let mut planes = SurfacePlanes::default();
+            planes.rows[layout::ROUGHNESS.first] = [roughness; LANES];
+            (planes.rows[layout::NORMAL.first + 2], planes.rows[layout::VIEW.first + 2]) =
+                ([1.0; LANES], [1.0; LANES]);
+            let effects = Effects { backdrop: Some(&empty), ..Effects::default() };
+            crate::dispatch!(SimdLevel::best(), l => effects.fill(l, &context, &glass, &mut planes));
+            let color = planes.rows[layout::BACKDROP_COLOR.first][3];
+            let opacity = planes.rows[layout::BACKDROP_OPACITY.first][3];
+            assert_eq!(color > 0.0, opacity > 0.0);
+            opacity
+        };
+        assert_eq!([0.0, 0.25, 0.5, 1.0].map(|roughness| opacity(&white, roughness)), [0.0, 0.25, 0.5, 1.0]);
+        assert_eq!([0.0, 0.5, 1.0].map(|roughness| opacity(&dark, roughness)), [0.0; 3]);
+    }
+
     /// The planes of its own are filled for materials that refract, and no others are written, at every instruction set alike.
     #[test]
     fn the_backdrop_fills_its_own_planes_and_no_others() {
         let dark = PrefilteredEnvironment::black();
-        let context = ShadeContext {
-            draws: &[],
-            materials: &[],
-            textures: &[],
-            rays: VIEW,
-            environment: &EnvironmentLight::new(&dark, 0.0, 1.0),
-            lights: &[],
-            area_lights: &[],
-            model: None,
-            area_light_method: AreaLightMethod::default(),
-            anisotropy: 1,
-            maps: 0,
-            lamps: None,
-            lobe_rays: 0,
-            specular_antialiasing: false,
-        };
+        let light = EnvironmentLight::new(&dark, 0.0, 1.0);
+        let context = context(&light);
         let mut glass = Material::default();
         glass.lobes.transmission.factor = 1.0.into();
         glass.lobes.transmission.dispersion = 0.5;

@@ -1,24 +1,18 @@
 //! Material and geometry of sixteen fragments: everything that the shading models read.
-//!
-//! Two rules keep normals honest, here and nowhere else:
-//!
-//! * *Normals that face away.* An interpolated or mapped normal can point away from the viewer although the surface
-//!   is seen (N.V < 0). It is bent to the silhouette: its part along the view is taken out, so that N.V = 0.
-//!   Reflections then leave at grazing angles, without black rims.
-//! * *Reflections into the surface.* See `incident.rs`.
 
 use super::ShadeContext;
 use super::lobes::LobeValues;
+use super::normals::{NormalFrame, geometric_normal, normal_change, normalize_or};
 use super::reader::{Coordinates, Reader, ReadingPlan, coordinates};
 use super::record::{get_vector, put};
-use super::variation::{NormalFilter, normal_filter};
+use super::variation::{NormalFilter, NormalVariation, mapped_variance, normal_filter};
 use crate::each;
 use crate::gbuffer::layout::{self, SurfacePlanes};
 use crate::gbuffer::texture::{Fetched, SamplePlan};
 use crate::gbuffer::{Batch, Location, locate};
-use crate::math::lanes::{Float, Lanes, Mask};
+use crate::math::lanes::{Float, Lanes};
 use crate::math::vec3::{V3, Vec3};
-use crate::scene::{AlphaMode, Material, Mesh, NormalTexture, Texture, TextureRef, Workflow};
+use crate::scene::{AlphaMode, Material, Mesh, Texture, TextureRef, Workflow};
 
 /// Reflectance of the base in the workflow of its material.
 #[derive(Clone, Copy)]
@@ -268,7 +262,7 @@ impl<L: Lanes> SurfacePlace<L> {
 }
 
 /// Evaluates sixteen fragments at their `place`, as the surfaces of their material are read. With a filter of normals, also
-/// how the unit vertex normal changes per pixel to the right and per pixel down, in world space.
+/// how those vary.
 #[inline(always)]
 pub(super) fn evaluate_surface<L: Lanes>(
     l: L,
@@ -276,7 +270,7 @@ pub(super) fn evaluate_surface<L: Lanes>(
     reading: &SurfaceReading<'_>,
     batch: &Batch,
     place: &mut SurfacePlace<L>,
-) -> (Surface<L>, Option<[V3<L>; 2]>) {
+) -> (Surface<L>, Option<NormalVariation<L>>) {
     let &SurfaceReading { material, ref textures, lobes: wants_lobes, filter } = reading;
     let SurfacePlace { location, coordinates, samples, texels, fetched, seen_from } = place;
     let SeenFrom { position, view, distance } = match seen_from {
@@ -308,7 +302,11 @@ pub(super) fn evaluate_surface<L: Lanes>(
     let [coat_roughness] = scaled(l, [material.coat_roughness], textures.coat_roughness, &[coat_rough[1]; 4]);
 
     let frame = NormalFrame::new(l, context, material, batch, location, view);
-    let change = filter.is_some().then(|| normal_change(l, context, batch, location));
+    let variation = filter.is_some().then(|| {
+        let (normal, change) = normal_change(l, context, batch, location);
+        let mapped = textures.normal_variances(l, material, mapped, coat_mapped);
+        NormalVariation { normal, change, mapped }
+    });
     let normal = frame.shading_normal(l, material.normal_texture.as_ref(), mapped, view);
     let coat_normal = frame.coat_normal(l, material, coat_mapped, normal, view);
 
@@ -346,7 +344,7 @@ pub(super) fn evaluate_surface<L: Lanes>(
         distance,
         depth: location.depth,
     };
-    (surface, change)
+    (surface, variation)
 }
 
 /// Points that the camera sees.
@@ -418,6 +416,8 @@ struct SurfaceTextures<'a> {
     emissive: Option<&'a TextureRef>,
     coat: Option<&'a TextureRef>,
     coat_roughness: Option<&'a TextureRef>,
+    /// Whether the maps of base and coat know how far their normals stray.
+    knows_variance: [bool; 2],
     plan: ReadingPlan<'a, PLACES>,
 }
 
@@ -440,7 +440,25 @@ impl<'a> SurfaceTextures<'a> {
         let places =
             [base_color, workflow.as_ref(), occlusion, emissive, coat, coat_roughness, normal, coat_normal];
         let plan = ReadingPlan::new(places, textures);
-        Self { base_color, occlusion, emissive, coat, coat_roughness, plan }
+        let knows = |map: &TextureRef| textures[map.texture.index()].has_variance();
+        let knows_variance = [normal, coat_normal].map(|map| map.is_some_and(knows));
+        Self { base_color, occlusion, emissive, coat, coat_roughness, knows_variance, plan }
+    }
+
+    /// What the normals of base and coat vary by within their texels.
+    #[inline(always)]
+    fn normal_variances<L: Lanes>(
+        &self,
+        l: L,
+        material: &Material,
+        mapped: &[L::F; 4],
+        coat_mapped: &[L::F; 4],
+    ) -> [L::F; 2] {
+        let maps = [(&material.normal_texture, mapped), (&material.coat_normal_texture, coat_mapped)];
+        each!(which => match maps[which] {
+            (Some(map), texel) if self.knows_variance[which] => mapped_variance(l, texel, map.scale),
+            _ => l.zero(),
+        })
     }
 }
 
@@ -489,193 +507,4 @@ fn dielectric<L: Lanes>(material: &Material, reader: &Reader<'_, L>) -> Dielectr
     let color = reader.factor(material.specular_color, material.specular_color_texture.as_ref(), [0, 1, 2]);
     let [weight] = reader.factor([material.specular], material.specular_texture.as_ref(), [3]);
     Dielectric { f0_of_ior: material.dielectric_f0(), color: Vec3::from_array(color), weight }
-}
-
-/// The tangent space of a batch.
-struct NormalFrame<L: Lanes> {
-    /// Unit vertex normal, on the side of the viewer's face.
-    normal: V3<L>,
-    /// Interpolated, not normalised (MikkTSpace): tangent, bitangent, normal.
-    basis: Option<[V3<L>; 3]>,
-}
-
-impl<L: Lanes> NormalFrame<L> {
-    #[inline(always)]
-    fn new(
-        l: L,
-        context: &ShadeContext<'_>,
-        material: &Material,
-        batch: &Batch,
-        location: &Location<L>,
-        view: V3<L>,
-    ) -> Self {
-        let draws = context.draws;
-        let vertices = batch.vertices.attribute(l, draws, [0.0; 3], Mesh::shading_normals);
-        let smooth = Vec3::from_array(location.interpolate(&vertices));
-        let zero = smooth.dot(smooth).eq(l.zero());
-        let object = if zero.any() {
-            let flat = geometric_normal(l, context, batch);
-            Vec3::select(zero, flat, smooth)
-        } else {
-            smooth
-        };
-        let world = batch.vertices.transform(l, draws, |d| d.normal_matrix, object);
-        // Backs of double-sided surfaces turn the whole tangent space around.
-        let side = l.mask(batch.back_facing).select(l.splat(-1.0), l.splat(1.0));
-        let unit = normalize_or(l, world, view) * side;
-        if !material.needs_tangents() {
-            return Self { normal: unit, basis: None };
-        }
-        let tangents = batch.vertices.attribute(l, draws, [0.0; 4], Mesh::tangents);
-        let [x, y, z, sign] = location.interpolate(&tangents);
-        let tangent = batch.vertices.transform(l, draws, |d| d.tangent_matrix, Vec3::new(x, y, z));
-        let mirror = batch.vertices.number(l, draws, |d| d.handedness);
-        let bitangent = world.cross(tangent) * (sign * mirror);
-        // No texture coordinates, or degenerate ones: any fixed basis around the normal.
-        let lost = tangent.dot(tangent).eq(l.zero()) | bitangent.dot(bitangent).eq(l.zero());
-        let (tangent, bitangent) = if lost.any() {
-            let (t, b) = any_basis(l, unit);
-            let t = t * side;
-            let b = b * side;
-            (Vec3::select(lost, t, tangent), Vec3::select(lost, b, bitangent))
-        } else {
-            (tangent, bitangent)
-        };
-        let basis = [tangent * side, bitangent * side, world * side];
-        Self { normal: unit, basis: Some(basis) }
-    }
-
-    /// The normal of the clear coat, that of the base being known.
-    #[inline(always)]
-    fn coat_normal(
-        &self,
-        l: L,
-        material: &Material,
-        mapped: &[L::F; 4],
-        normal: V3<L>,
-        view: V3<L>,
-    ) -> V3<L> {
-        if material.coat <= 0.0 {
-            face_viewer(l, self.normal, view)
-        } else if material.coat_normal_texture == material.normal_texture {
-            normal
-        } else {
-            self.shading_normal(l, material.coat_normal_texture.as_ref(), mapped, view)
-        }
-    }
-
-    /// Unit tangent and bitangent about a shading normal, turned by the direction of the anisotropy. Some basis where the
-    /// surface has no tangents.
-    #[inline(always)]
-    fn tangents(&self, l: L, direction: [L::F; 2], normal: V3<L>) -> (V3<L>, V3<L>) {
-        let Some([tangent, bitangent, _]) = &self.basis else {
-            return any_basis(l, normal);
-        };
-        let flat = *tangent - normal * tangent.dot(normal);
-        let (any, _) = any_basis(l, normal);
-        let t = normalize_or(l, flat, any);
-        let b = normal.cross(t);
-        // The side on which texture coordinates put the bitangent.
-        let mirrored = b.dot(*bitangent).lt(l.zero());
-        let b = Vec3::select(mirrored, -b, b);
-        let [x, y] = direction;
-        let turned = t * x + b * y;
-        let across = b * x - t * y;
-        (turned, across)
-    }
-
-    /// The normal after a texel of a normal map, unit length, facing the viewer.
-    #[inline(always)]
-    fn shading_normal(&self, l: L, map: Option<&NormalTexture>, texel: &[L::F; 4], view: V3<L>) -> V3<L> {
-        match map {
-            Some(map) => face_viewer(l, self.mapped_normal(l, map, texel), view),
-            None => face_viewer(l, self.normal, view),
-        }
-    }
-
-    /// The vector of a texel of a map of normals, unit length.
-    #[inline(always)]
-    fn mapped_normal(&self, l: L, map: &NormalTexture, texel: &[L::F; 4]) -> V3<L> {
-        let Some([tangent, bitangent, normal]) = &self.basis else {
-            return self.normal;
-        };
-        let x = (texel[0] * 2.0 - 1.0) * map.scale;
-        let y = (texel[1] * 2.0 - 1.0) * map.scale;
-        let z = texel[2] * 2.0 - 1.0;
-        let mapped = *tangent * x + *bitangent * y + *normal * z;
-        normalize_or(l, mapped, self.normal)
-    }
-}
-
-/// Takes the part of a unit normal out that points away from the viewer.
-#[inline(always)]
-fn face_viewer<L: Lanes>(l: L, normal: V3<L>, view: V3<L>) -> V3<L> {
-    let cosine = normal.dot(view);
-    let away = cosine.lt(l.zero());
-    if !away.any() {
-        return normal;
-    }
-    let bent = normal + view * -cosine;
-    let bent = normalize_or(l, bent, view);
-    Vec3::select(away, bent, normal)
-}
-
-/// Change of the unit vertex normal per pixel to the right and per pixel down, in world space; 0 where the mesh has no normals.
-/// Which side is seen does not matter to its size.
-#[inline(always)]
-fn normal_change<L: Lanes>(
-    l: L,
-    context: &ShadeContext<'_>,
-    batch: &Batch,
-    location: &Location<L>,
-) -> [V3<L>; 2] {
-    let vertices = batch.vertices.attribute(l, context.draws, [0.0; 3], Mesh::shading_normals);
-    let to_world = |v| batch.vertices.transform(l, context.draws, |d| d.normal_matrix, v);
-    let normal = to_world(Vec3::from_array(location.interpolate(&vertices)));
-    let square = normal.dot(normal);
-    let none = !square.gt(l.zero());
-    let inverse = none.select(l.splat(1.0), square).sqrt().recip();
-    let unit = normal * inverse;
-    each!(derivative in location.derivatives(&vertices) => {
-        let change = to_world(Vec3::from_array(derivative)) * inverse;
-        // What lengthens the vector does not turn it.
-        let across = change - unit * unit.dot(change);
-        Vec3::select(none, Vec3::zero(l), across)
-    })
-}
-
-/// The normal of each lane's triangle in object space, on its front; zero for triangles without area.
-#[inline(always)]
-fn geometric_normal<L: Lanes>(l: L, context: &ShadeContext<'_>, batch: &Batch) -> V3<L> {
-    let corners = batch.vertices.attribute(l, context.draws, [0.0; 3], Mesh::positions);
-    let [a, b, c]: [V3<L>; 3] = each!(corner in corners => Vec3::from_array(corner));
-    let (e1, e2) = (b - a, c - a);
-    // Scaled to the longest component, so that neither huge nor tiny triangles leave the range of f32.
-    let mut largest = l.zero();
-    for v in [e1.to_array(), e2.to_array()].as_flattened() {
-        largest = v.abs().max(largest);
-    }
-    let factor = largest.gt(l.zero()).select(largest, l.splat(1.0)).recip();
-    let sign = l.mask(batch.reversed).select(l.splat(-1.0), l.splat(1.0));
-    (e1 * factor).cross(e2 * factor) * sign
-}
-
-/// A tangent and bitangent for a unit normal (Duff et al. 2017, "Building an Orthonormal Basis, Revisited").
-#[inline(always)]
-pub(super) fn any_basis<L: Lanes>(l: L, n: V3<L>) -> (V3<L>, V3<L>) {
-    let sign = n.z.lt(l.zero()).select(l.splat(-1.0), l.splat(1.0));
-    let a = (sign + n.z).recip() * -1.0;
-    let b = n.x * n.y * a;
-    let tangent = Vec3::new(sign * n.x * n.x * a + 1.0, sign * b, -sign * n.x);
-    let bitangent = Vec3::new(b, sign + n.y * n.y * a, -n.y);
-    (tangent, bitangent)
-}
-
-/// A vector at unit length, or `fallback` where it is zero.
-#[inline(always)]
-fn normalize_or<L: Lanes>(l: L, v: V3<L>, fallback: V3<L>) -> V3<L> {
-    let square = v.dot(v);
-    let zero = !square.gt(l.zero());
-    let inverse = zero.select(l.splat(1.0), square).sqrt().recip();
-    Vec3::select(zero, fallback, v * inverse)
 }

@@ -7,8 +7,9 @@
 
 use super::effects::Effect;
 use super::lobe_samples::{LobeSamples, cosine_direction, ggx_direction};
+use super::normals::any_basis;
 use super::record::{get, get_vector, put};
-use super::surface::{SeenFrom, SurfacePlace, SurfaceReading, any_basis, hit_opacity, store_face};
+use super::surface::{SeenFrom, SurfacePlace, SurfaceReading, hit_opacity, store_face};
 use super::visibility::{LightVisibility, share};
 use super::{ShadeContext, shade, store_lit, store_surface};
 use crate::bvh::{Hierarchy, Hit, Ray, Traversal};

@@ -14,7 +14,7 @@
 //!   place of looking it up; everything else sees the opaque surfaces behind it, not blended and other transmissive ones.
 //! - The layers on top are the dielectric's own reflection (`getIBLGGXFresnel`) and the coat; sheen and thin films do not
 //!   dim what passes.
-//! - Blur is a share of the picture: that of the original's buffer of 1024 pixels, whatever the picture's size.
+//! - Blur is a share of the picture, and what it finds nothing opaque in is filled with the environment: see `refraction.rs`.
 //! - Punctual light that a rough surface scatters forward is multiplied by its cosine, which the original leaves out.
 //! - A picture without background stays transparent behind the surface: it knows how much of each colour passes
 //!   ([`crate::frame::Frame::transmittance`]), and opacity is 1 less the mean of that.

@@ -21,3 +21,4 @@ pub use blockers::{Blockers, Cutout, Masked};
 pub use depth_map::{DepthMap, DepthMaps};
 pub use lamp_filter::Receiver;
 pub use lamp_maps::{LampMaps, LampPlace, LampSource};
+pub use of_scene::{Blocking, blocking_draws};

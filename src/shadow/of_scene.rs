@@ -12,8 +12,8 @@ const CUTOUT_TEXELS: usize = 1 << 20;
 const POSITIONS_PER_JOB: usize = 1 << 13;
 
 /// How the triangles of an instance block light.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Blocking {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Blocking {
     /// Not at all.
     Nothing,
     /// Everywhere.
@@ -22,19 +22,23 @@ enum Blocking {
     Masked,
 }
 
+/// The instances whose triangles block light, for depth maps and for rays: their numbers among all of a scene, and how. What
+/// is blended or transmits light does not block any, nor do lines, points, splats and what cannot be seen.
+pub fn blocking_draws(scene: &Scene) -> impl Iterator<Item = (u32, &Instance, Blocking)> {
+    let draws = scene.seen_draws().map(|(draw, instance)| (draw, instance, of_instance(scene, instance)));
+    draws.filter(|(_, _, blocking)| *blocking != Blocking::Nothing)
+}
+
 impl Blockers {
-    /// The triangles of all instances, from both sides, where they are: opaque ones everywhere, alpha-masked ones where their
-    /// alpha (base colour's, texture's by the nearest texel, vertices') reaches the cutoff. What is blended or transmits light
-    /// does not block any, nor do lines, points and splats.
+    /// The triangles of all instances that block light ([`blocking_draws`]), from both sides, where they are: opaque ones
+    /// everywhere, alpha-masked ones where their alpha (base colour's, texture's by the nearest texel, vertices') reaches the
+    /// cutoff.
     ///
     /// # Errors
     /// [`LimitExceeded`] if they would take more than [`Limits::frame_bytes`].
     pub fn of_scene(scene: &Scene, limits: &Limits, jobs: &Jobs) -> Result<Self, LimitExceeded> {
-        let instances: Vec<(&Instance, Blocking)> = scene
-            .seen_instances()
-            .map(|instance| (instance, of_instance(scene, instance)))
-            .filter(|(_, blocking)| *blocking != Blocking::Nothing)
-            .collect();
+        let instances: Vec<(&Instance, Blocking)> =
+            blocking_draws(scene).map(|(_, instance, blocking)| (instance, blocking)).collect();
         let mut out = Self::default();
         out.reserve(scene, &instances, limits)?;
         // By materials: the numbers of their cutouts, once they have been made.

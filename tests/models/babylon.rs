@@ -1,6 +1,7 @@
 //! Physics of `overcoat::coat::babylon`.
 
 use super::draws::{Draws, SETS, all_from, lane, measured, most, reflectance, tilted};
+use super::one_lane::{F, L, f, grey, up};
 use overcoat::brdf::table::Table;
 use overcoat::brdf::tables::ggx_albedo;
 use overcoat::coat::babylon::{
@@ -11,19 +12,6 @@ use overcoat::math::lanes::{Float, LANES, Lanes, Scalar};
 use overcoat::math::scalar::pow;
 use overcoat::math::vec3::{V3, Vec3};
 use std::f32::consts::FRAC_1_PI;
-
-const L: Scalar = Scalar;
-type F = <Scalar as Lanes>::F;
-
-fn f(x: f32) -> F {
-    L.splat(x)
-}
-fn grey(x: f32) -> V3<Scalar> {
-    Vec3::uniform(f(x))
-}
-fn up() -> V3<Scalar> {
-    tilted(1.0)
-}
 
 fn plain(color: f32, metallic: f32, roughness: f32) -> SurfaceData<Scalar> {
     SurfaceData {

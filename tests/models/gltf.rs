@@ -1,6 +1,7 @@
 //! Physics of `overcoat::coat::gltf`.
 
 use super::draws::{Draws, SETS, all_from, lane, measured, most, reflectance, tilted};
+use super::one_lane::{Asked, F, L, coat, f, grey, sheen, up};
 use overcoat::brdf::table::Table;
 use overcoat::brdf::tables::{khronos, sheen_albedo};
 use overcoat::coat::gltf::{
@@ -11,18 +12,6 @@ use overcoat::math::lanes::{Float, LANES, Lanes, Scalar};
 use overcoat::math::vec3::{V3, Vec3};
 use std::f32::consts::{FRAC_1_PI, PI};
 
-const L: Scalar = Scalar;
-type F = <Scalar as Lanes>::F;
-
-fn f(x: f32) -> F {
-    L.splat(x)
-}
-fn grey(x: f32) -> V3<Scalar> {
-    Vec3::uniform(f(x))
-}
-fn up() -> V3<Scalar> {
-    tilted(1.0)
-}
 fn tables() -> Tables<'static> {
     Tables { brdf: khronos(), sheen_albedo: sheen_albedo() }
 }
@@ -42,17 +31,6 @@ fn plain(color: f32, metallic: f32, roughness: f32) -> SurfaceData<Scalar> {
     }
 }
 
-fn coat(factor: f32, roughness: f32) -> Option<Coat<Scalar>> {
-    Some(Coat { factor: f(factor), roughness: f(roughness), normal: up() })
-}
-
-fn sheen(color: f32, roughness: f32) -> Option<Sheen<Scalar>> {
-    Some(Sheen { color: grey(color), roughness: f(roughness) })
-}
-
-/// The environment by query.
-type Asked<'a> = &'a dyn Fn(EnvironmentQuery<Scalar>) -> V3<Scalar>;
-
 // Each function of the model is compiled once here: they are large.
 #[inline(never)]
 fn seen_with(
@@ -69,7 +47,7 @@ fn lit_with(surface: &Surface<Scalar>, table: &Table<1>, direction: V3<Scalar>, 
 }
 #[inline(never)]
 fn around(surface: &Surface<Scalar>, irradiance: V3<Scalar>, asked: Asked<'_>, occlusion: F) -> V3<Scalar> {
-    gltf::indirect(L, surface, |_| irradiance, asked, occlusion)
+    gltf::indirect(L, surface, |_| irradiance, asked, asked, occlusion)
 }
 
 fn seen(data: &SurfaceData<Scalar>, cosine: f32) -> Surface<Scalar> {
@@ -108,7 +86,15 @@ fn white_environment() {
 fn sampled_metals_keep_their_light() {
     #[inline(never)]
     fn sampled(surface: &Surface<Scalar>, scattering: Scattering) -> f32 {
-        let seen = gltf::indirect_sampled(L, surface, scattering, |_| grey(PI), |_| grey(1.0), f(1.0));
+        let seen = gltf::indirect_sampled(
+            L,
+            surface,
+            scattering,
+            |_| grey(PI),
+            |_| grey(1.0),
+            |_| grey(1.0),
+            f(1.0),
+        );
         lane::<Scalar>(seen, 0)[0]
     }
     for roughness in [0.0, 0.3, 0.6, 1.0] {
@@ -336,6 +322,8 @@ fn any_input_on<L: Lanes>(l: L) {
             |_| sent,
             #[inline(always)]
             |query| sent * query.direction.dot(query.direction).recip(),
+            #[inline(always)]
+            |query| sent * query.direction.dot(query.direction).recip(),
             occlusion,
         );
         let scattering = if draws.coin() { Scattering::Single } else { Scattering::Multiple };
@@ -345,6 +333,8 @@ fn any_input_on<L: Lanes>(l: L) {
             scattering,
             #[inline(always)]
             |_| sent,
+            #[inline(always)]
+            |query| sent * query.direction.dot(query.direction).recip(),
             #[inline(always)]
             |query| sent * query.direction.dot(query.direction).recip(),
             occlusion,

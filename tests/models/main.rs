@@ -5,6 +5,7 @@ mod draws;
 mod filament;
 mod gltf;
 mod hdrp_lit;
+mod one_lane;
 mod openpbr;
 mod stacklit;
 mod standard;

@@ -1,6 +1,7 @@
 //! Physics of `overcoat::coat::standard`.
 
 use super::draws::{Draws, SETS, all_from, lane, measured, most, reflectance, tilted};
+use super::one_lane::{Asked, L, coat, f, grey, sheen, up};
 use overcoat::brdf::table::Table;
 use overcoat::brdf::tables::{filament_dfg, ggx_albedo};
 use overcoat::coat::standard::{
@@ -10,19 +11,6 @@ use overcoat::math::lanes::{Float, LANES, Lanes, Scalar};
 use overcoat::math::vec3::{V3, Vec3};
 use std::cell::Cell;
 use std::f32::consts::FRAC_1_PI;
-
-const L: Scalar = Scalar;
-type F = <Scalar as Lanes>::F;
-
-fn f(x: f32) -> F {
-    L.splat(x)
-}
-fn grey(x: f32) -> V3<Scalar> {
-    Vec3::uniform(f(x))
-}
-fn up() -> V3<Scalar> {
-    tilted(1.0)
-}
 
 fn tables() -> Tables<'static> {
     Tables { ggx: ggx_albedo(), cloth: filament_dfg() }
@@ -42,20 +30,9 @@ fn plain(color: f32, metallic: f32, roughness: f32) -> SurfaceData<Scalar> {
     }
 }
 
-fn coat(factor: f32, roughness: f32) -> Option<Coat<Scalar>> {
-    Some(Coat { factor: f(factor), roughness: f(roughness), normal: up() })
-}
-
-fn sheen(color: f32, roughness: f32) -> Option<Sheen<Scalar>> {
-    Some(Sheen { color: grey(color), roughness: f(roughness) })
-}
-
 fn brushed(strength: f32) -> Option<Anisotropy<Scalar>> {
     Some(Anisotropy { strength: f(strength), tangent: Vec3::splat(L, [0.6, 0.8, 0.0]) })
 }
-
-/// The environment by query.
-type Asked<'a> = &'a dyn Fn(EnvironmentQuery<Scalar>) -> V3<Scalar>;
 
 // Each function of the model is compiled once here: they are large.
 #[inline(never)]

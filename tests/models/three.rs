@@ -1,6 +1,7 @@
 //! Physics of `overcoat::coat::three` and `overcoat::coat::three_legacy`.
 
 use super::draws::{Draws, SETS, all_from, lane, measured, most, reflectance, tilted};
+use super::one_lane::{Asked, F, L, coat, f, grey, up};
 use overcoat::brdf::table::Table;
 use overcoat::brdf::tables::three_dfg;
 use overcoat::coat::three::{
@@ -10,19 +11,6 @@ use overcoat::coat::three_legacy::{self as legacy, LightUnits, ThreeVersion};
 use overcoat::math::lanes::{Float, LANES, Lanes, Scalar};
 use overcoat::math::vec3::{V3, Vec3};
 use std::f32::consts::{FRAC_1_PI, PI};
-
-const L: Scalar = Scalar;
-type F = <Scalar as Lanes>::F;
-
-fn f(x: f32) -> F {
-    L.splat(x)
-}
-fn grey(x: f32) -> V3<Scalar> {
-    Vec3::uniform(f(x))
-}
-fn up() -> V3<Scalar> {
-    tilted(1.0)
-}
 
 fn plain(color: f32, metalness: f32, roughness: f32) -> SurfaceData<Scalar> {
     SurfaceData {
@@ -40,10 +28,6 @@ fn plain(color: f32, metalness: f32, roughness: f32) -> SurfaceData<Scalar> {
     }
 }
 
-fn coat(factor: f32, roughness: f32) -> Option<Coat<Scalar>> {
-    Some(Coat { factor: f(factor), roughness: f(roughness), normal: up() })
-}
-
 fn plain_legacy(color: f32, metalness: f32, roughness: f32) -> legacy::SurfaceData<Scalar> {
     legacy::SurfaceData {
         color: grey(color),
@@ -57,13 +41,6 @@ fn plain_legacy(color: f32, metalness: f32, roughness: f32) -> legacy::SurfaceDa
         sheen: None,
     }
 }
-
-fn legacy_coat(factor: f32, roughness: f32) -> Option<Coat<Scalar>> {
-    Some(Coat { factor: f(factor), roughness: f(roughness), normal: up() })
-}
-
-/// The environment by query.
-type Asked<'a> = &'a dyn Fn(EnvironmentQuery<Scalar>) -> V3<Scalar>;
 
 // Each function of the models is compiled once here: they are large.
 #[inline(never)]
@@ -137,8 +114,7 @@ fn white_environment() {
         f64::from(legacy_in_white(&legacy_seen(&plain_legacy(1.0, metalness, roughness), cosine))[0])
     });
     let legacy_coated = most(|cosine, roughness, metalness| {
-        let data =
-            legacy::SurfaceData { coat: legacy_coat(1.0, roughness), ..plain_legacy(1.0, metalness, 0.5) };
+        let data = legacy::SurfaceData { coat: coat(1.0, roughness), ..plain_legacy(1.0, metalness, 0.5) };
         f64::from(legacy_in_white(&legacy_seen(&data, cosine))[0])
     });
     measured(&[
@@ -167,10 +143,8 @@ fn white_lights() {
         reflectance(rings, |direction| legacy_lit(&surface, direction))
     });
     let legacy_coated = most(|cosine, roughness, metalness| {
-        let data = legacy::SurfaceData {
-            coat: legacy_coat(1.0, roughness.max(0.25)),
-            ..plain_legacy(1.0, metalness, 0.5)
-        };
+        let data =
+            legacy::SurfaceData { coat: coat(1.0, roughness.max(0.25)), ..plain_legacy(1.0, metalness, 0.5) };
         let surface = legacy_seen(&data, cosine);
         reflectance(rings, |direction| legacy_lit(&surface, direction))
     });
@@ -228,7 +202,7 @@ fn features_of_no_strength_are_absent() {
         let without = plain_legacy(0.7, 0.4, roughness);
         let (expected, found) = (
             legacy_seen(&without, cosine),
-            legacy_seen(&legacy::SurfaceData { coat: legacy_coat(0.0, 0.2), ..without }, cosine),
+            legacy_seen(&legacy::SurfaceData { coat: coat(0.0, 0.2), ..without }, cosine),
         );
         assert_eq!(bits(legacy_lit(&found, direction)), bits(legacy_lit(&expected, direction)));
         assert_eq!(legacy_in_white(&found), legacy_in_white(&expected));
@@ -264,7 +238,7 @@ fn more_coat_is_darker_beneath() {
         let surface = seen(&SurfaceData { coat: coat(factor, 0.0), ..plain(0.8, 0.0, 0.6) }, 0.3);
         let found = lane::<Scalar>(lit(&surface, direction, 1.0), 0)[0];
         let emission = surface.coat_transmittance(L).to_array()[0];
-        let data = legacy::SurfaceData { coat: legacy_coat(factor, 0.0), ..plain_legacy(0.8, 0.0, 0.6) };
+        let data = legacy::SurfaceData { coat: coat(factor, 0.0), ..plain_legacy(0.8, 0.0, 0.6) };
         let found_legacy = lane::<Scalar>(legacy_lit(&legacy_seen(&data, 0.3), direction), 0)[0];
         assert!(found < last && found_legacy < last_legacy && emission < last_emission, "{factor}");
         (last, last_legacy, last_emission) = (found, found_legacy, emission);
@@ -299,7 +273,7 @@ fn grazing_views_are_continuous() {
         sheen: Some(Sheen { color: grey(0.5), roughness: f(0.4) }),
         ..plain(0.7, 0.5, 0.5)
     };
-    let legacy_data = legacy::SurfaceData { coat: legacy_coat(1.0, 0.3), ..plain_legacy(0.7, 0.5, 0.5) };
+    let legacy_data = legacy::SurfaceData { coat: coat(1.0, 0.3), ..plain_legacy(0.7, 0.5, 0.5) };
     let at = |cosine: f32| {
         let (now, then) = (seen(&data, cosine), legacy_seen(&legacy_data, cosine));
         [
@@ -337,7 +311,7 @@ fn answers_reach_who_asked() {
     let found = around(&surface, grey(2.0), &ask, f(1.0));
     assert_eq!(bits(found), bits(expected));
 
-    let data = legacy::SurfaceData { coat: legacy_coat(0.8, 0.2), ..plain_legacy(0.5, 0.5, 0.4) };
+    let data = legacy::SurfaceData { coat: coat(0.8, 0.2), ..plain_legacy(0.5, 0.5, 0.4) };
     let surface = legacy_seen(&data, 0.6);
     let light = legacy::Indirect {
         ambient: grey(0.0),

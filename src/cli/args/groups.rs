@@ -202,8 +202,8 @@ pub struct PictureArgs {
     pub rays: Option<u32>,
 
     /// Shadings a pixel where one would show (sharp highlights on curved surfaces, alpha masks, shining normal maps,
-    /// textures without mip levels): 1, 4, 8 or 16, and at least as many samples [default: 1]
-    #[arg(long, value_name = "N", value_parser = value_parsers::samples, allow_negative_numbers = true)]
+    /// textures without mip levels): 1, 4, 8, 9 or 16, and at least as many samples [default: 1]
+    #[arg(long, value_name = "N", value_parser = value_parsers::shading_rate, allow_negative_numbers = true)]
     pub shading_rate: Option<u32>,
 
     /// Shade every surface as often as --shading-rate says
@@ -239,7 +239,8 @@ pub struct PictureArgs {
     pub anisotropy: Option<u32>,
 
     /// Let roughness grow where normals vary within a pixel, against flickering highlights: Filament's way in its models,
-    /// Tokuyoshi's and Kaplanyan's of 2019 in others; those of three.js always have their own
+    /// Tokuyoshi's and Kaplanyan's of 2019 in others, and for what normal maps lose as they shrink; those of three.js always
+    /// have their own
     #[arg(long)]
     pub specular_antialiasing: bool,
 

@@ -1,6 +1,6 @@
 //! The environment.
 
-use super::{EnvironmentQuery, Surface, Terms, color, dielectric_and_metal};
+use super::{EnvironmentQuery, SheenSurface, Surface, Terms, color, dielectric_and_metal};
 use crate::brdf::microfacet::schlick_weight;
 use crate::coat::glsl::{mix, normalize_or};
 use crate::coat::look_up;
@@ -26,6 +26,16 @@ fn query<L: Lanes>(_: L, view: V3<L>, normal: V3<L>, roughness: L::F) -> Environ
     EnvironmentQuery { direction: (-view).reflect(normal), perceptual_roughness: roughness }
 }
 
+/// What sheen asks.
+#[inline(always)]
+pub(super) fn sheen_query<L: Lanes>(
+    l: L,
+    surface: &Surface<L>,
+    sheen: &SheenSurface<L>,
+) -> EnvironmentQuery<L> {
+    query(l, surface.view, surface.normal, sheen.roughness)
+}
+
 /// What base, coat and sheen ask.
 #[inline(always)]
 pub fn environment_queries<L: Lanes>(l: L, surface: &Surface<L>) -> EnvironmentQueries<L> {
@@ -45,7 +55,7 @@ pub fn environment_queries<L: Lanes>(l: L, surface: &Surface<L>) -> EnvironmentQ
         (all.count, all.sheen) = (2, 2);
     }
     if let Some(sheen) = &surface.sheen {
-        all.queries[all.sheen] = query(l, surface.view, surface.normal, sheen.roughness);
+        all.queries[all.sheen] = sheen_query(l, surface, sheen);
         all.count += 1;
     }
     all
@@ -125,22 +135,25 @@ pub fn indirect_terms<L: Lanes>(l: L, surface: &Surface<L>, environment: &Enviro
 /// The radiance that the fragments reflect of the environment.
 ///
 /// `irradiance` is that of the environment at a unit normal, `environment` its prefiltered radiance, asked once, and
-/// once more each for coat and sheen; `occlusion` 0 (hidden) to 1.
+/// once more for a coat, `sheen` the same prefiltered for cloth; `occlusion` 0 (hidden) to 1.
 #[inline(always)]
 pub fn indirect<L: Lanes>(
     l: L,
     surface: &Surface<L>,
     irradiance: impl FnOnce(V3<L>) -> V3<L>,
     environment: impl FnMut(EnvironmentQuery<L>) -> V3<L>,
+    sheen: impl FnOnce(EnvironmentQuery<L>) -> V3<L>,
     occlusion: L::F,
 ) -> V3<L> {
     let all = environment_queries(l, surface);
-    let radiance = look_up(l, &all.queries, all.count, environment);
+    // The sheen's is the last.
+    let radiance = look_up(l, &all.queries, all.sheen, environment);
+    let sheen_radiance = if surface.sheen.is_some() { sheen(all.queries[all.sheen]) } else { Vec3::zero(l) };
     let environment = Environment {
         irradiance: irradiance(surface.normal),
         radiance: radiance[0],
         coat_radiance: radiance[1],
-        sheen_radiance: radiance[all.sheen],
+        sheen_radiance,
     };
     let indirect = indirect_terms(l, surface, &environment);
     color(l, surface, &indirect.terms) * occlusion

@@ -25,7 +25,8 @@
 //! **Deviations.** The Sample Renderer takes the coat's F0 from the *base's* index of refraction, the extension's text
 //! says 0.04; both are a value ([`CoatF0`]). Distributions of roughness 0, which the original divides by zero, give no
 //! highlight, and end at 10^12. Directions that it leaves undefined (light and view opposite, view along the
-//! bitangent) have one here. Every result is finite for inputs in range and unit vectors. A thin film can be brighter
+//! bitangent) have one here. The cube for sheen that the original is given has a level for each roughness; the maps here
+//! have six between 0.18 and 1 (`light/charlie.rs`), and smoother cloth sees what 0.18 sees. Every result is finite for inputs in range and unit vectors. A thin film can be brighter
 //! than 1 in a channel and then takes more from beneath than there is: as in the original.
 
 mod direct;

@@ -20,6 +20,7 @@
 //! Fresnel's term over its own directions and not for the albedo of what lies above: more is left at grazing angles than
 //! energy allows.
 
+use super::indirect::sheen_query;
 use super::{EnvironmentQuery, Surface, Terms, color};
 use crate::brdf::microfacet::schlick_weight;
 use crate::coat::glsl::normalize_or;
@@ -152,27 +153,24 @@ fn smooth_tangent<L: Lanes>(l: L, normal: V3<L>, view: V3<L>) -> V3<L> {
     normalize_or(l, turned, Vec3::splat(l, [1.0, 0.0, 0.0]))
 }
 
-/// The lobe of layer 0 (base), 1 (coat) or 2 (sheen), if there is that layer.
+/// The lobe of layer 0 (base) or 1 (coat), if there is that layer.
 #[inline(always)]
 fn lobe_of<L: Lanes>(l: L, surface: &Surface<L>, layer: usize) -> Option<Lobe<L>> {
     let (normal, view) = (surface.normal, surface.view);
-    match (layer, &surface.coat, &surface.sheen, &surface.anisotropy) {
-        (0, _, _, Some(anisotropy)) => {
+    match (layer, &surface.coat, &surface.anisotropy) {
+        (0, _, Some(anisotropy)) => {
             let alpha = surface.alpha_roughness.at_least(LEAST_ALPHA);
             let strength2 = anisotropy.strength * anisotropy.strength;
             let along = alpha * strength2.one_minus() + strength2;
             Some(Lobe::new(l, normal, anisotropy.tangent, view, [along, alpha]))
         }
-        (0, _, _, None) => {
+        (0, _, None) => {
             let alpha = surface.alpha_roughness.at_least(LEAST_ALPHA);
             Some(Lobe::new(l, normal, smooth_tangent(l, normal, view), view, [alpha; 2]))
         }
-        (1, Some(coat), _, _) => {
+        (1, Some(coat), _) => {
             let alpha = (coat.roughness * coat.roughness).at_least(LEAST_ALPHA);
             Some(Lobe::new(l, coat.normal, smooth_tangent(l, coat.normal, view), view, [alpha; 2]))
-        }
-        (2, _, Some(_), _) => {
-            Some(Lobe::new(l, normal, smooth_tangent(l, normal, view), view, [l.splat(1.0); 2]))
         }
         _ => None,
     }
@@ -188,7 +186,7 @@ pub enum Scattering {
 }
 
 /// The radiance that the fragments reflect of the environment, by samples. Arguments as of [`super::indirect()`];
-/// `environment` is asked sixteen times a lobe, once for sheen.
+/// `environment` is asked sixteen times a lobe.
 #[inline(always)]
 pub fn indirect_sampled<L: Lanes>(
     l: L,
@@ -196,25 +194,18 @@ pub fn indirect_sampled<L: Lanes>(
     scattering: Scattering,
     irradiance: impl FnOnce(V3<L>) -> V3<L>,
     mut environment: impl FnMut(EnvironmentQuery<L>) -> V3<L>,
+    sheen: impl FnOnce(EnvironmentQuery<L>) -> V3<L>,
     occlusion: L::F,
 ) -> V3<L> {
     let one = l.splat(1.0);
     let zero = Vec3::zero(l);
-    // What base and coat reflect, without Fresnel weight and with Schlick's; then sheen.
-    let mut reflected = [[zero; 2]; 3];
+    // What base and coat reflect, without Fresnel weight and with Schlick's.
+    let mut reflected = [[zero; 2]; 2];
     let mut base_albedo = l.zero();
-    for layer in 0..3 {
+    for layer in 0..2 {
         let Some(lobe) = lobe_of(l, surface, layer) else { continue };
-        let count = if layer < 2 { SAMPLES } else { 1 };
-        for k in 0..count {
-            let (mut query, v_dot_h, mut weight) = lobe.sample(l, k);
-            if let (2, Some(sheen)) = (layer, &surface.sheen) {
-                query = EnvironmentQuery {
-                    direction: (-surface.view).reflect(surface.normal),
-                    perceptual_roughness: sheen.roughness,
-                };
-                weight = one;
-            }
+        for k in 0..SAMPLES {
+            let (query, v_dot_h, weight) = lobe.sample(l, k);
             let radiance = environment(query);
             let schlick = schlick_weight(l, v_dot_h);
             let [all, at_grazing] = &mut reflected[layer];
@@ -225,12 +216,10 @@ pub fn indirect_sampled<L: Lanes>(
             *all += seen;
             *at_grazing += seen * schlick;
         }
-        if layer < 2 {
-            let share = 1.0 / SAMPLES as f32;
-            reflected[layer] = each!(v in reflected[layer] => v * share);
-        }
+        let share = 1.0 / SAMPLES as f32;
+        reflected[layer] = each!(v in reflected[layer] => v * share);
     }
-    let [[specular, grazing], [coat, _], [sheen_radiance, _]] = reflected;
+    let [[specular, grazing], [coat, _]] = reflected;
     let f90 = surface.specular_weight;
     let f0 = surface.f0_dielectric * f90;
     let over_pi = irradiance(surface.normal);
@@ -260,7 +249,10 @@ pub fn indirect_sampled<L: Lanes>(
         None => [dielectric, metal],
     };
     let (sheen, sheen_scaling) = match &surface.sheen {
-        Some(sheen) => (sheen_radiance * (sheen.color * sheen.charlie), sheen.scaling),
+        Some(surface_of_sheen) => {
+            let query = sheen_query(l, surface, surface_of_sheen);
+            (sheen(query) * (surface_of_sheen.color * surface_of_sheen.charlie), surface_of_sheen.scaling)
+        }
         None => (zero, one),
     };
     let terms = Terms { diffuse, specular, metal, dielectric, sheen, sheen_scaling, coat };

@@ -31,8 +31,10 @@
 //! (`lobe.rs`): the lobe of a view at an angle is longer in the plane of incidence than across it, and three round ones of a
 //! smaller roughness in a row come nearer to it than sixteen samples of its visible normals, and three times as near as one
 //! lookup in the mirrored direction. mean_S is weighted with Schlick's term. A brushed surface asks twelve
-//! times more along the grain. Sheen takes its albedo times the irradiance at the normal: it is the widest of lobes. (Its
-//! albedo is the integral of the lobe; the fit that three.js has is half of it at a roughness of 0.5.)
+//! times more along the grain. Sheen takes its albedo times the irradiance at the normal: it is the widest of lobes. (What
+//! Charlie's lobe sees about the normal is nearer to the integral of that lobe, and further from the path tracer, whose cloth
+//! is another: FLIP 0.230 in place of 0.222 on SheenCloth. The albedo is the integral of the lobe; the fit that three.js has
+//! is half of it at a roughness of 0.5.)
 //!
 //! **Physics.** Under white light from everywhere a surface that absorbs nothing shows 1 for every view, roughness and
 //! metalness, with or without coat. Nothing is reciprocal: albedos look at the view only. The coat neither absorbs nor refracts

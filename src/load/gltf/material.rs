@@ -6,8 +6,8 @@ use super::texture::Textures;
 use super::uv_sets::UvSets;
 use crate::load::LoadError;
 use crate::load::warnings::Warnings;
-use crate::scene::parameters::{EMISSIVE_TEXTURE, Holds, Kind, Slot, slots};
-use crate::scene::{AlphaMode, AlphaUse, Material, TextureId, TextureRef, Workflow};
+use crate::scene::parameters::{EMISSIVE_TEXTURE, Kind, Slot, slots};
+use crate::scene::{AlphaMode, Material, TextureId, TextureRef, Workflow};
 
 /// What primitives without a material are made of in files that have materials: section 3.9.2 of the specification with its default factors,
 /// which is a rough white metal.
@@ -152,20 +152,7 @@ impl Converter<'_> {
     ) -> Option<TextureRef> {
         let (name, what) = (self.name(), property.label());
         let name = || format!("{name}: {what}");
-        let alpha = if slot.holds == Holds::ColorAndAlpha { alpha_use(material) } else { AlphaUse::Data };
-        let meaning = (slot.color_space(), alpha);
+        let meaning = (slot.color_space(), slot.alpha_use(material));
         self.textures.refer(self.root, info, meaning, &mut self.uv_sets, self.warnings, &name)
-    }
-}
-
-/// What the alpha of a material's base colour texture means.
-fn alpha_use(material: &Material) -> AlphaUse {
-    match material.alpha_mode {
-        AlphaMode::Opaque => AlphaUse::Data,
-        // The cutoff is compared with the product of texture and factor.
-        AlphaMode::Mask { cutoff } if material.base_color[3] > 0.0 => {
-            AlphaUse::mask(cutoff / material.base_color[3])
-        }
-        AlphaMode::Mask { .. } | AlphaMode::Blend => AlphaUse::Coverage,
     }
 }

@@ -11,8 +11,8 @@ use crate::load::grouped::Grouped;
 use crate::load::tangents::{add_tangents, tangent_set};
 use crate::scene::parameters::{Holds, Kind as Of, METALLIC_ROUGHNESS_TEXTURE, Parameter, Slot};
 use crate::scene::{
-    AlphaMode, AlphaUse, ColorSpace, Image, Material, MaterialId, Mesh, MeshData, MeshId, Sampler, Scene,
-    SceneError, Texture, TextureId, TextureRef,
+    AlphaUse, ColorSpace, Image, Material, MaterialId, Mesh, MeshData, MeshId, Sampler, Scene, SceneError,
+    Texture, TextureId, TextureRef,
 };
 use crate::suggest::nearest_name;
 use std::collections::BTreeSet;
@@ -145,7 +145,7 @@ impl Builder<'_> {
             slot.set(material, None);
             return Ok(());
         };
-        let alpha = if slot.holds == Holds::ColorAndAlpha { alpha_use(material) } else { AlphaUse::Data };
+        let alpha = slot.alpha_use(material);
         let reference = match (slot.holds, texture.channel) {
             (Holds::Channel(usual), channel) if slot.names_channel() => {
                 slot.set_channel(material, channel.unwrap_or(usual));
@@ -247,18 +247,6 @@ impl Builder<'_> {
             }
         };
         Ok(TextureRef { texture: id, uv_set: texture.uv_set, transform: texture.transform })
-    }
-}
-
-/// What the alpha of a material's base colour texture means.
-fn alpha_use(material: &Material) -> AlphaUse {
-    match material.alpha_mode {
-        AlphaMode::Opaque => AlphaUse::Data,
-        // The cutoff is compared with the product of texture and factor.
-        AlphaMode::Mask { cutoff } if material.base_color[3] > 0.0 => {
-            AlphaUse::mask(cutoff / material.base_color[3])
-        }
-        AlphaMode::Mask { .. } | AlphaMode::Blend => AlphaUse::Coverage,
     }
 }
 

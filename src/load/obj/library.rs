@@ -278,9 +278,10 @@ impl<'a> Library<'a> {
         scene: &mut Scene,
         map: Option<&Map>,
         color_space: ColorSpace,
+        alpha: AlphaUse,
     ) -> Result<Option<TextureRef>, LoadError> {
         let (Some(map), Some(image)) = (map, self.image(map).cloned()) else { return Ok(None) };
-        self.texture(scene, map, &[&map.file], image, color_space, AlphaUse::Data).map(Some)
+        self.texture(scene, map, &[&map.file], image, color_space, alpha).map(Some)
     }
 
     fn material(
@@ -293,16 +294,19 @@ impl<'a> Library<'a> {
         let m = &source.maps;
         self.base_color(scene, source, &mut material)?;
         self.metallic_roughness(scene, source, &mut material)?;
-        material.specular_color_texture = self.plain(scene, m.specular.as_ref(), ColorSpace::Srgb)?;
-        material.emissive_texture = self.plain(scene, m.emissive.as_ref(), ColorSpace::Srgb)?;
+        material.specular_color_texture =
+            self.plain(scene, m.specular.as_ref(), ColorSpace::Srgb, AlphaUse::Data)?;
+        material.emissive_texture =
+            self.plain(scene, m.emissive.as_ref(), ColorSpace::Srgb, AlphaUse::Data)?;
         if material.emissive_texture.is_some() && material.emissive == [0.0; 3] {
             material.emissive = [1.0; 3];
         }
-        material.coat_texture = self.plain(scene, m.coat.as_ref(), ColorSpace::Linear)?;
+        material.coat_texture = self.plain(scene, m.coat.as_ref(), ColorSpace::Linear, AlphaUse::Data)?;
         if material.coat_texture.is_some() {
             material.coat = 1.0;
         }
-        material.coat_roughness_texture = self.plain(scene, m.coat_roughness.as_ref(), ColorSpace::Linear)?;
+        material.coat_roughness_texture =
+            self.plain(scene, m.coat_roughness.as_ref(), ColorSpace::Linear, AlphaUse::Data)?;
         if material.coat_roughness_texture.is_some() {
             material.coat_roughness = 1.0;
         }
@@ -323,7 +327,7 @@ impl<'a> Library<'a> {
             material.base_color[..3].fill(1.0);
         }
         let Some(opacity) = opacity_map else {
-            material.base_color_texture = self.plain(scene, color_map, ColorSpace::Srgb)?;
+            material.base_color_texture = self.plain(scene, color_map, ColorSpace::Srgb, AlphaUse::Data)?;
             return Ok(());
         };
         let map = color_map.unwrap_or(opacity);
@@ -390,7 +394,9 @@ impl<'a> Library<'a> {
         source: &Source,
         warnings: &mut Warnings,
     ) -> Result<Option<NormalTexture>, LoadError> {
-        if let Some(texture) = self.plain(scene, source.maps.normal.as_ref(), ColorSpace::Linear)? {
+        if let Some(texture) =
+            self.plain(scene, source.maps.normal.as_ref(), ColorSpace::Linear, AlphaUse::Normals)?
+        {
             return Ok(Some(NormalTexture { texture, scale: 1.0 }));
         }
         let Some(map) = source.maps.bump.as_ref() else { return Ok(None) };
@@ -401,7 +407,7 @@ impl<'a> Library<'a> {
             let file = quoted(map.file.as_bytes());
             warnings
                 .add(|| format!("OBJ: the bump map {file} is taken for what it looks like: a normal map"));
-            let texture = self.plain(scene, Some(map), ColorSpace::Linear)?;
+            let texture = self.plain(scene, Some(map), ColorSpace::Linear, AlphaUse::Normals)?;
             return Ok(texture.map(|texture| NormalTexture { texture, scale: 1.0 }));
         }
         let parts = ["normals", &map.file, &map.bump.to_string(), &format!("{:?}", map.sampler)];
@@ -411,7 +417,7 @@ impl<'a> Library<'a> {
             |_| false,
             |_| maps::normals_of_heights(&image, map.bump, &map.sampler).map(Arc::new),
         )?;
-        let texture = self.texture(scene, map, &parts, image, ColorSpace::Linear, AlphaUse::Data)?;
+        let texture = self.texture(scene, map, &parts, image, ColorSpace::Linear, AlphaUse::Normals)?;
         Ok(Some(NormalTexture { texture, scale: 1.0 }))
     }
 }

@@ -13,9 +13,9 @@ pub(crate) use table::*;
 use super::SceneError;
 use super::error::within;
 use super::lobes::ScalarParameter;
-use super::material::{Material, NormalTexture, TextureRef};
+use super::material::{AlphaMode, Material, NormalTexture, TextureRef};
 use super::model::{Feature, ShadingModel};
-use super::texture::ColorSpace;
+use super::texture::{AlphaUse, ColorSpace};
 
 /// Largest factor of an emissive or specular colour, largest length.
 pub(crate) const MAX_FACTOR: f32 = 1e6;
@@ -248,6 +248,20 @@ impl Slot {
         match self.holds {
             Holds::Color | Holds::ColorAndAlpha => ColorSpace::Srgb,
             Holds::Data | Holds::Channel(_) | Holds::Normals => ColorSpace::Linear,
+        }
+    }
+
+    /// What the alpha of a texture in this place means.
+    pub(crate) fn alpha_use(&self, material: &Material) -> AlphaUse {
+        match (self.holds, material.alpha_mode) {
+            (Holds::Normals, _) => AlphaUse::Normals,
+            (Holds::Color | Holds::Data | Holds::Channel(_), _) => AlphaUse::Data,
+            (Holds::ColorAndAlpha, AlphaMode::Opaque) => AlphaUse::Data,
+            // The cutoff is compared with the product of texture and factor.
+            (Holds::ColorAndAlpha, AlphaMode::Mask { cutoff }) if material.base_color[3] > 0.0 => {
+                AlphaUse::mask(cutoff / material.base_color[3])
+            }
+            (Holds::ColorAndAlpha, AlphaMode::Mask { .. } | AlphaMode::Blend) => AlphaUse::Coverage,
         }
     }
 

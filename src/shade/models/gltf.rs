@@ -2,12 +2,10 @@
 
 use super::super::Surface;
 use super::super::model::{AdditiveModel, Source};
-use super::{MetallicBase, stretched};
+use super::{LayersAbove, MetallicBase, stretched};
 use crate::brdf::table::Table;
 use crate::brdf::tables;
-use crate::coat::gltf::{
-    self, Anisotropy, Coat, CoatF0, Iridescence, Scattering, Sheen, SurfaceData, Tables,
-};
+use crate::coat::gltf::{self, Anisotropy, CoatF0, Scattering, SurfaceData, Tables};
 use crate::light::LightSample;
 use crate::math::lanes::Lanes;
 use crate::math::vec3::V3;
@@ -30,7 +28,7 @@ impl AdditiveModel for Gltf {
     #[inline(always)]
     fn layers<L: Lanes>(self, l: L, material: &Material, surface: &Surface<L>) -> Self::Layers<L> {
         let base = MetallicBase::new(l, surface);
-        let (lobes, values) = (&material.lobes, &surface.lobes);
+        let layers = LayersAbove::new(l, material, surface);
         // Index 0 makes F0 that of the specular colour.
         let ior = match material.workflow {
             Workflow::MetallicRoughness { .. } => material.ior,
@@ -44,20 +42,11 @@ impl AdditiveModel for Gltf {
             ior: l.splat(ior),
             specular_factor: base.weight,
             specular_color: base.specular_color,
-            coat: (material.coat > 0.0).then_some(Coat {
-                factor: surface.coat,
-                roughness: surface.coat_roughness,
-                normal: surface.coat_normal,
-            }),
-            sheen: (lobes.sheen.color.factor != [0.0; 3])
-                .then_some(Sheen { color: values.sheen_color, roughness: values.sheen_roughness }),
-            iridescence: (lobes.iridescence.mask.factor > 0.0).then_some(Iridescence {
-                factor: values.iridescence,
-                ior: l.splat(lobes.iridescence.ior),
-                thickness: values.iridescence_thickness,
-            }),
+            coat: layers.coat,
+            sheen: layers.sheen,
+            iridescence: layers.iridescence,
             // Tangent and bitangent are turned already.
-            anisotropy: (lobes.anisotropy.strength != 0.0).then_some(Anisotropy {
+            anisotropy: (material.lobes.anisotropy.strength != 0.0).then_some(Anisotropy {
                 strength,
                 direction: [l.splat(1.0), l.zero()],
                 tangent,
@@ -90,7 +79,9 @@ impl AdditiveModel for Gltf {
         }
         // What is exact of one is exact of the other.
         let source = if self.sampled { &source.by_facets() } else { source };
-        gltf::indirect(l, layers, source.irradiance_lookup(l), source.radiance_lookup(l), source.occlusion(l))
+        let (irradiance, radiance, sheen) =
+            (source.irradiance_lookup(l), source.radiance_lookup(l), source.sheen_lookup(l));
+        gltf::indirect(l, layers, irradiance, radiance, sheen, source.occlusion(l))
     }
 }
 
@@ -108,6 +99,7 @@ fn sampled_environment<L: Lanes>(l: L, source: &Source<'_, L>, layers: &gltf::Su
                 scattering,
                 source.irradiance_lookup(l),
                 source.radiance_lookup(l),
+                source.sheen_lookup(l),
                 source.occlusion(l),
             )
         },

@@ -15,6 +15,7 @@ use super::model;
 use super::variation::NormalFiltering;
 use super::{Reflectance, ShadeContext, Surface};
 use crate::coat::filament::Quality;
+use crate::coat::gltf::{Coat, Iridescence, Sheen};
 use crate::coat::urp::UrpVersion;
 use crate::gbuffer::layout::SurfacePlanes;
 use crate::math::lanes::{Float, Lanes};
@@ -132,6 +133,36 @@ impl<L: Lanes> MetallicBase<L> {
     #[inline(always)]
     fn weighted_f0(&self) -> V3<L> {
         self.f0 * self.weight
+    }
+}
+
+/// What lies above a base in the terms of glTF's extensions, for models that take it as it is: `None` where the material has no
+/// such layer.
+#[derive(Clone, Copy)]
+struct LayersAbove<L: Lanes> {
+    coat: Option<Coat<L>>,
+    sheen: Option<Sheen<L>>,
+    iridescence: Option<Iridescence<L>>,
+}
+
+impl<L: Lanes> LayersAbove<L> {
+    #[inline(always)]
+    fn new(l: L, material: &Material, surface: &Surface<L>) -> Self {
+        let (lobes, values) = (&material.lobes, &surface.lobes);
+        Self {
+            coat: (material.coat > 0.0).then_some(Coat {
+                factor: surface.coat,
+                roughness: surface.coat_roughness,
+                normal: surface.coat_normal,
+            }),
+            sheen: (lobes.sheen.color.factor != [0.0; 3])
+                .then_some(Sheen { color: values.sheen_color, roughness: values.sheen_roughness }),
+            iridescence: (lobes.iridescence.mask.factor > 0.0).then_some(Iridescence {
+                factor: values.iridescence,
+                ior: l.splat(lobes.iridescence.ior),
+                thickness: values.iridescence_thickness,
+            }),
+        }
     }
 }
 

@@ -2,9 +2,9 @@
 
 use super::super::Surface;
 use super::super::model::{AdditiveModel, Source};
-use super::{MetallicBase, stretched};
+use super::{LayersAbove, MetallicBase, stretched};
 use crate::brdf::tables;
-use crate::coat::standard::{self, Anisotropy, Coat, Environment, Iridescence, Sheen, SurfaceData, Tables};
+use crate::coat::standard::{self, Anisotropy, Environment, SurfaceData, Tables};
 use crate::light::LightSample;
 use crate::math::lanes::Lanes;
 use crate::math::vec3::V3;
@@ -24,7 +24,7 @@ impl AdditiveModel for Standard {
     #[inline(always)]
     fn layers<L: Lanes>(self, l: L, material: &Material, surface: &Surface<L>) -> Self::Layers<L> {
         let base = MetallicBase::new(l, surface);
-        let (lobes, values) = (&material.lobes, &surface.lobes);
+        let layers = LayersAbove::new(l, material, surface);
         let (strength, tangent, _) = stretched(l, surface);
         let data = SurfaceData {
             color: base.color,
@@ -32,19 +32,11 @@ impl AdditiveModel for Standard {
             roughness: surface.roughness,
             dielectric_f0: base.weighted_f0(),
             dielectric_f90: base.weight,
-            coat: (material.coat > 0.0).then_some(Coat {
-                factor: surface.coat,
-                roughness: surface.coat_roughness,
-                normal: surface.coat_normal,
-            }),
-            sheen: (lobes.sheen.color.factor != [0.0; 3])
-                .then_some(Sheen { color: values.sheen_color, roughness: values.sheen_roughness }),
-            iridescence: (lobes.iridescence.mask.factor > 0.0).then_some(Iridescence {
-                factor: values.iridescence,
-                ior: l.splat(lobes.iridescence.ior),
-                thickness: values.iridescence_thickness,
-            }),
-            anisotropy: (lobes.anisotropy.strength != 0.0).then_some(Anisotropy { strength, tangent }),
+            coat: layers.coat,
+            sheen: layers.sheen,
+            iridescence: layers.iridescence,
+            anisotropy: (material.lobes.anisotropy.strength != 0.0)
+                .then_some(Anisotropy { strength, tangent }),
         };
         let tables = Tables { ggx: tables::ggx_albedo(), cloth: tables::filament_dfg() };
         standard::surface(l, &data, surface.normal, surface.view, tables)

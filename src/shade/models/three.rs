@@ -3,9 +3,9 @@
 use super::super::Surface;
 use super::super::model::{AdditiveModel, Source};
 use super::super::variation::{NormalFilter, NormalFiltering};
-use super::{MetallicBase, stretched};
+use super::{LayersAbove, MetallicBase, stretched};
 use crate::brdf::tables;
-use crate::coat::three::{self, Anisotropy, Coat, Iridescence, Sheen, SurfaceData};
+use crate::coat::three::{self, Anisotropy, SurfaceData};
 use crate::coat::three_legacy::{self, LightUnits, ThreeVersion};
 use crate::light::LightSample;
 use crate::math::lanes::Lanes;
@@ -33,7 +33,7 @@ impl AdditiveModel for Three {
     #[inline(always)]
     fn layers<L: Lanes>(self, l: L, material: &Material, surface: &Surface<L>) -> Self::Layers<L> {
         let base = MetallicBase::new(l, surface);
-        let (lobes, values) = (&material.lobes, &surface.lobes);
+        let layers = LayersAbove::new(l, material, surface);
         let (ior, specular_color) = base.index_and_color(LARGEST_IOR);
         let (strength, tangent, bitangent) = stretched(l, surface);
         let data = SurfaceData {
@@ -45,20 +45,11 @@ impl AdditiveModel for Three {
             ior: l.splat(ior),
             specular_intensity: base.weight,
             specular_color,
-            coat: (material.coat > 0.0).then_some(Coat {
-                factor: surface.coat,
-                roughness: surface.coat_roughness,
-                normal: surface.coat_normal,
-            }),
-            sheen: (lobes.sheen.color.factor != [0.0; 3])
-                .then_some(Sheen { color: values.sheen_color, roughness: values.sheen_roughness }),
-            iridescence: (lobes.iridescence.mask.factor > 0.0).then_some(Iridescence {
-                factor: values.iridescence,
-                ior: l.splat(lobes.iridescence.ior),
-                thickness: values.iridescence_thickness,
-            }),
+            coat: layers.coat,
+            sheen: layers.sheen,
+            iridescence: layers.iridescence,
             // The tangent is turned already.
-            anisotropy: (lobes.anisotropy.strength != 0.0).then_some(Anisotropy {
+            anisotropy: (material.lobes.anisotropy.strength != 0.0).then_some(Anisotropy {
                 vector: [strength, l.zero()],
                 tangent,
                 bitangent,
@@ -121,11 +112,7 @@ impl AdditiveModel for ThreeLegacy {
             reflectivity: l.splat(reflectivity),
             specular_intensity: base.weight,
             specular_tint,
-            coat: (material.coat > 0.0).then_some(Coat {
-                factor: surface.coat,
-                roughness: surface.coat_roughness,
-                normal: surface.coat_normal,
-            }),
+            coat: LayersAbove::new(l, material, surface).coat,
             sheen: (material.lobes.sheen.color.factor != [0.0; 3]).then_some(surface.lobes.sheen_color),
         };
         three_legacy::surface(l, version, &data, surface.normal, surface.view)
