@@ -145,7 +145,7 @@ fn sources(lights: &[Light], areas: &[AreaLight], count: usize) -> (Vec<LampSour
         let (radius, cone) = add_parts(number as u32, &area.shape, count, &mut parts);
         sources.extend(parts[first..].iter().map(|part| {
             let place = LampPlace::Near { position: part.position, cone };
-            LampSource { place, radius, size: 0 }
+            LampSource { place, radius, size: 0, places: 8 }
         }));
     }
     (sources, parts)
@@ -154,15 +154,18 @@ fn sources(lights: &[Light], areas: &[AreaLight], count: usize) -> (Vec<LampSour
 /// A light without extent, as it throws shadows.
 fn source(light: &LightKind) -> Option<LampSource> {
     Some(match *light {
-        LightKind::Directional { direction } => {
-            LampSource { place: LampPlace::Distant(each!(c in direction => -c)), radius: SUN, size: 0 }
-        }
+        LightKind::Directional { direction } => LampSource {
+            place: LampPlace::Distant(each!(c in direction => -c)),
+            radius: SUN,
+            size: 0,
+            places: 16,
+        },
         LightKind::Point { position, .. } => {
-            LampSource { place: LampPlace::Near { position, cone: None }, radius: 0.0, size: 0 }
+            LampSource { place: LampPlace::Near { position, cone: None }, radius: 0.0, size: 0, places: 16 }
         }
         LightKind::Spot { position, direction, outer_cone_cosine, .. } => {
             let cone = Some((direction, outer_cone_cosine));
-            LampSource { place: LampPlace::Near { position, cone }, radius: 0.0, size: 0 }
+            LampSource { place: LampPlace::Near { position, cone }, radius: 0.0, size: 0, places: 16 }
         }
         LightKind::Rect { .. } | LightKind::Tube { .. } => return None,
     })
@@ -192,6 +195,8 @@ fn add_parts(light: u32, shape: &AreaShape, count: usize, parts: &mut Vec<LampPa
             ((area * std::f32::consts::FRAC_1_PI).sqrt(), None)
         }
         AreaShape::Tube { ends: [a, b], radius } => {
+            // In one row: so many would be longer than those of a rectangle.
+            let count = (2 * count).min(MOST_PARTS);
             let axis: [f32; 3] = each!(k => b[k] - a[k]);
             let part = length(axis) / count as f32;
             for k in 0..count {
@@ -225,7 +230,7 @@ mod tests {
         {
             for count in [1, 4, 16] {
                 let (_, parts) = sources(&[], &[light], count);
-                assert!(!parts.is_empty() && parts.len() <= count);
+                assert!(!parts.is_empty() && parts.len() <= 2 * count);
                 let sum: f32 = parts.iter().map(|part| part.area).sum();
                 assert!((sum / whole - 1.0).abs() < 1e-5, "{sum} of {whole}");
                 for (k, middle) in [1.0, 2.0, 3.0].into_iter().enumerate() {

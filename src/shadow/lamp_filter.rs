@@ -23,10 +23,10 @@ pub struct Receiver<L: Lanes> {
     pub two_sided: bool,
 }
 
-/// Places of [`DISC`] that stand for all: where these are all lit, or none is, so are the others.
-const RING: std::ops::Range<usize> = 11..16;
+/// Of the places that are looked up, the last: an outer ring. Where these are all lit, or none is, so are the others.
+const RING: usize = 5;
 
-/// Light that falls in flatter than this (a tangent) is not looked for along the surface itself.
+/// Light that falls in flatter than this (a tangent) is looked for in a narrower disc, or its places would lie far along it.
 const FLATTEST: f32 = 16.0;
 
 impl LampMaps {
@@ -45,23 +45,27 @@ impl LampMaps {
             return l.zero();
         }
         let texel = distance * lamp.texel;
-        let disc = Disc {
-            center: receiver.position + normal * (texel * LIFT),
-            across: across(l, towards),
-            towards,
-            normal,
-            steepness: cosine.abs().at_least(1e-6).recip(),
-        };
+        let center = receiver.position + normal * (texel * LIFT);
+        let disc = Disc::new(l, center, towards, normal, cosine.abs());
         let least = texel.max(receiver.pixel);
-        let radius = self.edge(l, lamp, &disc, distance).max(least);
-        lit.select(self.mean(l, lamp, &disc, radius), l.zero())
+        let (edge, clear) = self.edge(l, lamp, &disc, distance, least);
+        let open = lit & !clear;
+        let mean = if open.any() { self.mean(l, lamp, &disc, edge.max(least)) } else { one };
+        lit.select(clear.select(one, mean), l.zero())
     }
 
-    /// How wide the edge of the shadow is: 0 where nothing blocks.
+    /// How wide the edge of the shadow is, 0 where nothing is found to block; and where nothing does, `least` around included.
     #[inline(always)]
-    fn edge<L: Lanes>(&self, l: L, lamp: &LampMap, disc: &Disc<L>, distance: L::F) -> L::F {
+    fn edge<L: Lanes>(
+        &self,
+        l: L,
+        lamp: &LampMap,
+        disc: &Disc<L>,
+        distance: L::F,
+        least: L::F,
+    ) -> (L::F, L::M) {
         if lamp.radius <= 0.0 {
-            return l.zero();
+            return (l.zero(), l.mask(0));
         }
         let [own, _] = self.depths(l, lamp, disc.center);
         let outermost = l.splat(lamp.outermost()).max(own);
@@ -76,27 +80,30 @@ impl LampMaps {
             nearness = nearness + blocks.select(edge.at_least(1e-30).recip(), l.zero());
         }
         let some = found.gt(l.zero());
-        some.select(some.select(found, l.zero()) / some.select(nearness, l.splat(1.0)), l.zero())
+        let width = some.select(found, l.zero()) / some.select(nearness, l.splat(1.0));
+        (some.select(width, l.zero()), !some & around.ge(least))
     }
 
     /// The mean over a disc. Where a ring of it is of one kind, so is the rest.
     #[inline(always)]
     fn mean<L: Lanes>(&self, l: L, lamp: &LampMap, disc: &Disc<L>, radius: L::F) -> L::F {
+        // The first of a sunflower's seeds are one of their own, if they are spread as far.
+        let count = lamp.places;
+        let radius = radius * (DISC.len() as f32 / count as f32).sqrt();
         let open = |[x, y]: [f32; 2]| self.open(l, lamp, disc.at([radius * x, radius * y]));
-        let mut ring = l.zero();
-        for place in &DISC[RING] {
-            ring = ring + open(*place);
+        let (inner, ring) = DISC[..count].split_at(count - RING);
+        let mut sum = l.zero();
+        for place in ring {
+            sum = sum + open(*place);
         }
-        let count = RING.len() as f32;
-        let (dark, lit) = (ring.le(l.zero()), ring.ge(l.splat(count)));
+        let (dark, lit) = (sum.le(l.zero()), sum.ge(l.splat(RING as f32)));
         if (dark | lit).all() {
             return dark.select(l.zero(), l.splat(1.0));
         }
-        let mut sum = ring;
-        for place in &DISC[..RING.start] {
+        for place in inner {
             sum = sum + open(*place);
         }
-        let mean = sum * (1.0 / DISC.len() as f32);
+        let mean = sum * (1.0 / count as f32);
         dark.select(l.zero(), lit.select(l.splat(1.0), mean))
     }
 }
@@ -107,19 +114,37 @@ struct Disc<L: Lanes> {
     across: [V3<L>; 2],
     towards: V3<L>,
     normal: V3<L>,
-    /// Inverse of the cosine of the light.
-    steepness: L::F,
+    /// What a place is moved by for each unit that it lies aside along the normal: across the light, to make the disc narrower
+    /// where light is flat; and towards it.
+    narrowing: V3<L>,
+    rise: L::F,
 }
 
 impl<L: Lanes> Disc<L> {
+    #[inline(always)]
+    fn new(l: L, center: V3<L>, towards: V3<L>, normal: V3<L>, cosine: L::F) -> Self {
+        let sine_2 = cosine.squared().one_minus().at_least(1e-12);
+        let tangent = sine_2.sqrt() / cosine.at_least(1e-6);
+        let keep = (tangent.recip() * FLATTEST).at_most(1.0);
+        let slope = normal - towards * cosine;
+        Self {
+            center,
+            across: across(l, towards),
+            towards,
+            normal,
+            narrowing: slope * ((keep - 1.0) / sine_2),
+            rise: keep / cosine.at_least(1e-6),
+        }
+    }
+
     /// A place of the disc, moved towards the light as far as the surface's plane rises there, so that the surface does not
     /// shade itself. Where the plane falls it stays: what stands there is not to be in the way.
     #[inline(always)]
     fn at(&self, [x, y]: [L::F; 2]) -> V3<L> {
         let aside = self.across[0] * x + self.across[1] * y;
-        let rise = -(self.normal.dot(aside) * self.steepness);
-        let most = (x.squared() + y.squared()).sqrt() * FLATTEST;
-        self.center + aside + self.towards * rise.at_least(0.0).min(most)
+        let along = self.normal.dot(aside);
+        let rise = -(along * self.rise);
+        self.center + aside + self.narrowing * along + self.towards * rise.at_least(0.0)
     }
 }
 

@@ -22,6 +22,8 @@ pub struct LampSource {
     pub radius: f32,
     /// Texels along a side of its maps; counts as 16 to 4096.
     pub size: usize,
+    /// Places that are averaged where its shadow has an edge; counts as 8 to 16.
+    pub places: usize,
 }
 
 /// Where a lamp is.
@@ -54,6 +56,8 @@ enum Projection {
 pub(super) struct LampMap {
     projection: Projection,
     frame: DepthMap,
+    /// See [`LampSource::places`].
+    pub places: usize,
     /// Texels along a side of its maps.
     size: usize,
     /// Its first texel.
@@ -324,7 +328,19 @@ impl LampMap {
             let scale = (across[0] * across[0] + across[1] * across[1] + across[2] * across[2]).sqrt();
             (1.0 / scale, (far - frame.near) / steps, source.radius)
         };
-        Self { projection, frame, size, first, place, radius: near_radius, texel, step, far, nearest: far }
+        Self {
+            projection,
+            frame,
+            places: source.places.clamp(8, 16),
+            size,
+            first,
+            place,
+            radius: near_radius,
+            texel,
+            step,
+            far,
+            nearest: far,
+        }
     }
 
     /// Unit vectors towards the lamp, and what texels are to be multiplied by at these places.
