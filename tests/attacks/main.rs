@@ -21,7 +21,7 @@ use overcoat::cli::failure::Failure;
 use overcoat::description::{Description, EnvironmentChoice, Machine, MaterialSource};
 use overcoat::limits::Limits;
 use overcoat::output::{OutputFormat, OutputOptions, encode};
-use overcoat::render::Renderer;
+use overcoat::render::{Quality, Renderer};
 use std::collections::BTreeSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
@@ -72,6 +72,8 @@ fn carry_out(attack: &Attack, folder: &Path) -> Result<Vec<String>, Failure> {
     };
     description.model.get_or_insert(good);
     description.size.get_or_insert([64, 64]);
+    // Depth maps are more work than these limits allow any picture.
+    description.quality.get_or_insert(Quality::Draft);
     let limits = limits();
     let mut renderer = Renderer::new(2);
     let picture = description.picture(Machine::default(), &limits, renderer.jobs())?;

@@ -343,7 +343,7 @@ mod tests {
         assert_eq!(roughness(lambert), 1.0);
         assert_eq!(paint.base_color, [0.5, 0.25, 0.125, 1.0]);
         assert_eq!((paint.coat, paint.coat_roughness, paint.emissive), (0.9, 0.05, [2.0, 0.0, 0.0]));
-        assert_eq!(roughness(lost), 0.5);
+        assert_eq!(lost, &default_material());
         let messages: Vec<String> = loaded.warnings.iter().map(ToString::to_string).collect();
         assert_eq!(
             messages,
