@@ -17,6 +17,7 @@ mod ground_light;
 mod ground_pixels;
 #[cfg(test)]
 mod ground_tests;
+mod light_pool;
 mod options;
 mod pass;
 mod passes;
@@ -31,6 +32,7 @@ mod splat_layers;
 mod splat_tile;
 mod splats;
 mod tile_blending;
+mod tile_light;
 mod tile_pass;
 mod tile_shading;
 mod tile_store;

@@ -110,13 +110,13 @@ macro_rules! dispatch {
         let done = 'done: {
             #[cfg(target_arch = "x86_64")]
             {
+                #[cfg(not(overcoat_one_level))]
                 if let Some($l) = $crate::math::lanes::avx512(level) {
                     break 'done $l.run(
                         #[inline(always)]
                         || $body,
                     );
                 }
-                #[cfg(not(overcoat_one_level))]
                 if let Some($l) = $crate::math::lanes::avx2(level) {
                     break 'done $l.run(
                         #[inline(always)]
@@ -166,13 +166,13 @@ macro_rules! dispatch_available {
             'done: {
                 #[cfg(target_arch = "x86_64")]
                 {
+                    #[cfg(not(overcoat_one_level))]
                     if let Some($l) = $crate::math::lanes::avx512(level) {
                         break 'done $l.run(
                             #[inline(always)]
                             || $body,
                         );
                     }
-                    #[cfg(not(overcoat_one_level))]
                     if let Some($l) = $crate::math::lanes::avx2(level) {
                         break 'done $l.run(
                             #[inline(always)]
