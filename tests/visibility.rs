@@ -200,10 +200,13 @@ fn light_between_facing_plates_is_the_series_of_its_bounces() {
         }
         let camera = looking([2.5, 1.2, 0.0], [0.0; 3]);
         let expected = radiosity_between_plates(f64::from(albedo)) as f32;
-        for (visibility, tolerance) in [(Quality::Good.visibility(), 0.06), (Quality::Best.visibility(), 0.04)] {
+        for (visibility, tolerance) in
+            [(Quality::Good.visibility(), 0.06), (Quality::Best.visibility(), 0.04)]
+        {
             let pixels = draw(&scene, &camera, visibility);
             // Of a square of pixels as large as that after which rays repeat.
-            let square = (0..64).map(|k| pixels[((SIZE / 2 - 4 + k / 8) * SIZE + SIZE / 2 - 4 + k % 8) as usize][0]);
+            let square =
+                (0..64).map(|k| pixels[((SIZE / 2 - 4 + k / 8) * SIZE + SIZE / 2 - 4 + k % 8) as usize][0]);
             let middle = square.sum::<f32>() / 64.0;
             let off = middle / expected - 1.0;
             assert!(off.abs() < tolerance, "{visibility:?} {albedo}: {middle} for {expected}");

@@ -1,10 +1,9 @@
 //! Rays of neighbouring pixels, taken together.
 //!
-//! Rays are turned from pixel to pixel, so that those of sixteen pixels are as good as one set of sixteen times as many
+//! Rays are turned from pixel to pixel, so that those of many pixels are as good as one set of so many times as many
 //! (interleaved sampling: Keller and Heidrich 2001). Where neighbours are alike (of one material, on one plane, with lobes of
-//! nearly one direction and width), what their rays have found counts for each of them. They are every other pixel along rows
-//! and columns (as the holes of Dammertz et al. 2010): what noise is left then differs from each pixel to the next, and not
-//! from patch to patch, where it would be seen.
+//! nearly one direction and width), what their rays have found counts for each of them: first in squares of 2 x 2 pixels, of
+//! which those that are alike have one sum, and then over 4 x 4 of such squares.
 //!
 //! **Invariant:** pixels have neighbours only in their own cell of 16 x 16, which lies in one tile whatever the tiles' size.
 
@@ -12,15 +11,25 @@ use super::reach::CELL;
 use crate::gbuffer::Fragment;
 use crate::gbuffer::layout::{self, Plane, SurfacePlanes};
 use crate::reuse::reserve_like;
-use crate::scene::Material;
 use crate::shade::{Found, TracedLobe};
 
-/// Neighbours along a side of their square, and the step from each to the next.
+/// Squares of 2 x 2 pixels along a side of the neighbourhood.
 const SIDE: u32 = 4;
-const STEP: u32 = 2;
 
-/// Pixels along a row of the largest tile.
-const COLUMNS: usize = 64;
+/// Squares along a side of a cell.
+const SQUARES: u32 = CELL / 2;
+
+/// Squares along a row of the largest tile.
+const COLUMNS: u32 = 64 / 2;
+
+/// No receiver.
+const NONE: u32 = u32::MAX;
+
+/// Sums that a square has at the most: receivers that are like none of these have what their own rays have found.
+const MOST_LEADERS: usize = 8;
+
+/// Receivers of a square that are as like as this have one sum.
+const ALIKE: f32 = 0.8;
 
 /// How a surface receives light, as far as neighbours have to be alike.
 #[derive(Clone, Copy, Debug, Default)]
@@ -51,7 +60,6 @@ impl Receiver {
             roughness,
         }
     }
-
 }
 
 /// Square of the sine of the angle by which a neighbour may lie above or below the plane of a surface.
@@ -69,46 +77,52 @@ const LOBE: [f32; 2] = [0.5, 0.3];
 /// What a receiver asks of its neighbours.
 struct Likeness<'a> {
     of: &'a Receiver,
-    /// How much its lobes take of others at the most: none, if they have sent no rays.
-    most: [f32; TracedLobe::COUNT],
+    /// How much its lobes take of others at the most.
+    most: Shares,
     /// For base and coat, how fast that sinks with the square of the difference of normals, and with the difference of alpha.
     slopes: [[f32; 2]; 2],
 }
 
-impl<'a> Likeness<'a> {
-    #[inline(always)]
-    fn new(of: &'a Receiver, own: &Found, material: &Material) -> Self {
-        let mut likeness = Self { of, most: [0.0; TracedLobe::COUNT], slopes: [[0.0; 2]; 2] };
-        for &lobe in TracedLobe::of(material) {
-            if !own.has_sent(lobe) {
-                continue;
-            }
-            likeness.most[lobe as usize] = match lobe {
+/// A share for each lobe.
+type Shares = [f32; TracedLobe::COUNT];
+
+/// How much the lobes of a receiver take of others at the most: nothing if they have sent no rays, or if they are narrow.
+#[inline(always)]
+fn most_taken(of: &Receiver, own: &Found) -> Shares {
+    let mut most = [0.0; TracedLobe::COUNT];
+    for lobe in TracedLobe::ALL {
+        if own.has_sent(lobe) {
+            most[lobe as usize] = match lobe {
                 TracedLobe::Diffuse => 1.0,
-                TracedLobe::Base | TracedLobe::Coat => {
-                    let k = usize::from(lobe == TracedLobe::Coat);
-                    let alpha = of.alpha[k];
-                    let wide = (alpha - NARROW[0]) * (1.0 / NARROW[1]);
-                    if wide <= 0.0 {
-                        continue;
-                    }
-                    likeness.slopes[k] = [1.0 / (LOBE[0] * alpha * alpha), 1.0 / (LOBE[1] * alpha)];
-                    if wide < 1.0 { wide } else { 1.0 }
-                }
+                TracedLobe::Base => at_most_1((of.alpha[0] - NARROW[0]) * (1.0 / NARROW[1])),
+                TracedLobe::Coat => at_most_1((of.alpha[1] - NARROW[0]) * (1.0 / NARROW[1])),
             };
         }
-        likeness
+    }
+    most
+}
+
+impl<'a> Likeness<'a> {
+    #[inline(always)]
+    fn new(of: &'a Receiver, most: Shares) -> Self {
+        let slopes = of.alpha.map(|alpha| {
+            let alpha = if alpha > NARROW[0] { alpha } else { NARROW[0] };
+            [1.0 / (LOBE[0] * alpha * alpha), 1.0 / (LOBE[1] * alpha)]
+        });
+        Self { of, most, slopes }
     }
 
-    /// Whether any lobe takes something.
+    /// Whether another of the same square has what it has.
     #[inline(always)]
-    fn is_some(&self) -> bool {
-        self.most.iter().any(|most| *most > 0.0)
+    fn is_alike(&self, other: &Receiver, most: Shares) -> bool {
+        let shares = self.with(other);
+        let own = self.most;
+        own == most && (0..shares.len()).all(|k| own[k] == 0.0 || (own[k] == 1.0 && shares[k] > ALIKE))
     }
 
     /// How much what the rays of another have found counts, lobe by lobe.
     #[inline(always)]
-    fn with(&self, other: &Receiver) -> [f32; TracedLobe::COUNT] {
+    fn with(&self, other: &Receiver) -> Shares {
         let none = [0.0; TracedLobe::COUNT];
         if self.of.material != other.material {
             return none;
@@ -129,6 +143,12 @@ impl<'a> Likeness<'a> {
         let height = dot(apart, self.of.face);
         if height * height > PLANE * square(apart) { none } else { likeness }
     }
+}
+
+/// From 0 to 1; 0 of what is no number.
+#[inline(always)]
+fn at_most_1(x: f32) -> f32 {
+    at_least_0(if x > 1.0 { 1.0 } else { x })
 }
 
 /// Not less than 0; 0 of what is no number.
@@ -152,62 +172,125 @@ fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
     (a[0] * b[0] + a[1] * b[1]) + a[2] * b[2]
 }
 
-/// The receivers of each pixel of a tile.
+/// The receivers of a tile, and what those that are alike have found.
 #[derive(Debug, Default)]
 pub(super) struct Pool {
-    /// The first of each pixel and, after those of each row, of the next.
+    /// For each square the first of those that lead, and for each of those the next.
     first: Vec<u32>,
+    next: Vec<u32>,
+    /// For each receiver, the one of its square whose sum it has.
+    leader: Vec<u32>,
+    /// How much the lobes of each take at the most.
+    most: Vec<Shares>,
+    /// Sums of those that have one leader, and of all around them.
+    squares: Vec<Found>,
+    sums: Vec<Found>,
 }
 
 impl Pool {
     /// Takes as much memory as `other` has.
     pub(super) fn reserve_like(&mut self, other: &Self) {
         reserve_like(&mut self.first, &other.first);
+        reserve_like(&mut self.next, &other.next);
+        reserve_like(&mut self.leader, &other.leader);
+        reserve_like(&mut self.most, &other.most);
+        reserve_like(&mut self.squares, &other.squares);
+        reserve_like(&mut self.sums, &other.sums);
     }
 
-    /// Finds the first fragment of each pixel; those of a pixel follow each other.
-    pub(super) fn list(&mut self, fragments: &[Fragment]) {
-        self.first.clear();
-        self.first.resize(COLUMNS * COLUMNS, u32::MAX);
-        for (number, fragment) in fragments.iter().enumerate().rev() {
-            self.first[usize::from(fragment.pixel)] = number as u32;
-        }
-    }
-
-    /// What the rays of a receiver and of those around it have found.
-    #[inline(always)]
-    pub(super) fn sum(
-        &self,
-        material: &Material,
+    /// Adds up what the rays of receivers have found, each of a fragment of a tile of this size.
+    pub(super) fn add_up(
+        &mut self,
         fragments: &[Fragment],
-        place: u32,
         receivers: &[Receiver],
         found: &[Found],
         size: [u32; 2],
-    ) -> Found {
-        let own = &found[place as usize];
-        let likeness = Likeness::new(&receivers[place as usize], own, material);
-        let mut sum = *own;
-        if !likeness.is_some() {
-            return sum;
+    ) {
+        self.squares.clear();
+        self.squares.extend_from_slice(found);
+        self.most.clear();
+        self.most.extend(receivers.iter().zip(found).map(|(receiver, own)| most_taken(receiver, own)));
+        self.lead(fragments, receivers, found);
+        self.sums.clear();
+        self.sums.extend_from_slice(&self.squares);
+        for (number, fragment) in fragments.iter().enumerate() {
+            if self.leader[number] == number as u32 {
+                self.add_neighbours(number, fragment, receivers, size);
+            }
         }
-        let fragment = &fragments[place as usize];
-        let columns = window(fragment.column(), size[0]);
-        for row in window(fragment.row(), size[1]) {
-            for column in columns.clone() {
-                let pixel = Fragment::pixel_at(column, row);
-                let first = self.first[usize::from(pixel)] as usize;
-                let is_same = |k: &usize| fragments.get(*k).is_some_and(|other| other.pixel == pixel);
-                for k in (first..).take_while(is_same) {
-                    if k == place as usize {
+    }
+
+    /// Finds a leader for each receiver that takes anything, and adds up what those of one have found.
+    fn lead(&mut self, fragments: &[Fragment], receivers: &[Receiver], found: &[Found]) {
+        self.first.clear();
+        self.first.resize((COLUMNS * COLUMNS) as usize, NONE);
+        self.next.clear();
+        self.next.resize(receivers.len(), NONE);
+        self.leader.clear();
+        self.leader.resize(receivers.len(), NONE);
+        for (number, fragment) in fragments.iter().enumerate() {
+            if self.most[number] == [0.0; TracedLobe::COUNT] {
+                continue;
+            }
+            let square = (fragment.row() / 2 * COLUMNS + fragment.column() / 2) as usize;
+            let (mut leader, mut leaders) = (self.first[square], 0);
+            while leader != NONE {
+                leaders += 1;
+                let k = leader as usize;
+                if Likeness::new(&receivers[k], self.most[k]).is_alike(&receivers[number], self.most[number])
+                {
+                    break;
+                }
+                leader = self.next[k];
+            }
+            if leader == NONE {
+                if leaders == MOST_LEADERS {
+                    continue;
+                }
+                leader = number as u32;
+                self.next[number] = std::mem::replace(&mut self.first[square], leader);
+            } else {
+                for lobe in TracedLobe::ALL {
+                    self.squares[leader as usize].add_share(lobe, &found[number], 1.0);
+                }
+            }
+            self.leader[number] = leader;
+        }
+    }
+
+    /// Adds what those around a leader have found.
+    fn add_neighbours(&mut self, number: usize, fragment: &Fragment, receivers: &[Receiver], size: [u32; 2]) {
+        let Self { first, next, most, squares, sums, .. } = self;
+        let likeness = Likeness::new(&receivers[number], most[number]);
+        let sum = &mut sums[number];
+        for row in window(fragment.row() / 2, size[1].div_ceil(2)) {
+            for column in window(fragment.column() / 2, size[0].div_ceil(2)) {
+                let mut other = first[(row * COLUMNS + column) as usize];
+                while other != NONE {
+                    let k = other as usize;
+                    other = next[k];
+                    if k == number {
                         continue;
                     }
                     let shares = likeness.with(&receivers[k]);
-                    for &lobe in TracedLobe::of(material) {
+                    for lobe in TracedLobe::ALL {
                         if shares[lobe as usize] > 0.0 {
-                            sum.add_share(lobe, &found[k], shares[lobe as usize]);
+                            sum.add_share(lobe, &squares[k], shares[lobe as usize]);
                         }
                     }
+                }
+            }
+        }
+    }
+
+    /// What counts for a receiver, whose own rays have found `own`.
+    #[inline(always)]
+    pub(super) fn sum(&self, place: u32, own: &Found) -> Found {
+        let mut sum = *own;
+        if let Some(all) = self.sums.get(self.leader[place as usize] as usize) {
+            for lobe in TracedLobe::ALL {
+                if self.most[place as usize][lobe as usize] > 0.0 {
+                    sum.take(lobe, all);
                 }
             }
         }
@@ -215,15 +298,15 @@ impl Pool {
     }
 }
 
-/// The neighbours of a pixel along one axis, in a tile of this size: moved into the cell where they would pass its sides.
+/// The neighbours of a square along one axis, in a tile of this size in squares: moved into the cell where they would pass its
+/// sides.
 #[inline(always)]
-fn window(at: u32, size: u32) -> impl Iterator<Item = u32> + Clone {
-    let (cell, place) = (at / CELL * CELL, at % CELL);
-    let (odd, number) = (place % STEP, place / STEP);
-    let count = ((size - cell).min(CELL) - odd).div_ceil(STEP);
+fn window(at: u32, size: u32) -> std::ops::Range<u32> {
+    let (cell, number) = (at / SQUARES * SQUARES, at % SQUARES);
+    let count = (size - cell).min(SQUARES);
     // By turns one more on the one side and on the other.
     let first = number.saturating_sub(SIDE / 2 - number % 2).min(count.saturating_sub(SIDE));
-    (first..count.min(first + SIDE)).map(move |k| cell + odd + k * STEP)
+    cell + first..cell + count.min(first + SIDE)
 }
 
 #[cfg(test)]
@@ -231,15 +314,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn neighbours_lie_in_the_cell_and_every_pixel_is_its_own() {
-        for size in [1, 2, 5, 16, 20, 64] {
+    fn neighbours_lie_in_the_cell_and_every_square_is_its_own() {
+        for size in [1, 2, 5, 8, 10, 32] {
             for at in 0..size {
-                let found: Vec<u32> = window(at, size).collect();
-                let cell = |pixel: u32| pixel / CELL;
-                assert!(found.contains(&at), "{at} {size} {found:?}");
-                assert!(found.iter().all(|k| *k < size && cell(*k) == cell(at) && k % STEP == at % STEP));
-                let most = ((size - cell(at) * CELL).min(CELL) - at % STEP).div_ceil(STEP);
-                assert_eq!(found.len() as u32, most.min(SIDE));
+                let found = window(at, size);
+                let cell = |square: u32| square / SQUARES;
+                assert!(found.contains(&at) && found.end <= size, "{at} {size} {found:?}");
+                assert!(found.clone().all(|k| cell(k) == cell(at)), "{at} {size} {found:?}");
+                assert_eq!(found.len() as u32, (size - cell(at) * SQUARES).min(SIDE));
             }
         }
     }

@@ -13,7 +13,8 @@ use crate::gbuffer::{Batch, Fragment};
 use crate::math::lanes::{LANES, Lanes};
 use crate::reuse::reserve_like;
 use crate::shade::{
-    Effect, Found, Senders, SurfacePlace, SurfaceReading, TraceScratch, TracedLight, store_face, store_surface,
+    Effect, Found, Senders, SurfacePlace, SurfaceReading, TraceScratch, TracedLight, store_face,
+    store_surface,
 };
 
 /// Rows that are kept of each receiver: those that depth maps and rays fill.
@@ -122,7 +123,10 @@ impl TileLight {
                 continue;
             }
             let mut last = None;
-            for whole in indices.iter().filter_map(|index| whole_of.get(*index as usize).filter(|_| (*index as usize) < opaque)) {
+            for whole in indices
+                .iter()
+                .filter_map(|index| whole_of.get(*index as usize).filter(|_| (*index as usize) < opaque))
+            {
                 if last != Some(*whole) {
                     out.push(*whole);
                 }
@@ -167,9 +171,15 @@ impl TileLight {
 
     /// Adds up what neighbours have found, and keeps what it comes to.
     #[inline(always)]
-    fn store<L: Lanes>(&mut self, l: L, pass: &Pass<'_>, input: &ShadingInput<'_>, planes: &mut SurfacePlanes) {
+    fn store<L: Lanes>(
+        &mut self,
+        l: L,
+        pass: &Pass<'_>,
+        input: &ShadingInput<'_>,
+        planes: &mut SurfacePlanes,
+    ) {
         let Self { whole, rows, found, receivers, order, stretches, pool, .. } = self;
-        pool.list(whole);
+        pool.add_up(whole, receivers, found, input.tile.size);
         let mut listed = 0;
         for &(number, end) in &*stretches {
             let material = &pass.frame.shade.materials[number as usize];
@@ -182,7 +192,7 @@ impl TileLight {
                     let receiver = &receivers[place as usize];
                     planes.rows[layout::ROUGHNESS.first][lane] = receiver.roughness[0];
                     planes.rows[layout::COAT_ROUGHNESS.first][lane] = receiver.roughness[1];
-                    pooled[lane] = pool.sum(material, whole, place, receivers, found, input.tile.size);
+                    pooled[lane] = pool.sum(place, &found[place as usize]);
                 }
                 Found::store(l, material, &pooled, planes);
                 for (lane, &place) in places.iter().enumerate() {

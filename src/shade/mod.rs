@@ -31,7 +31,7 @@ pub use lobe_samples::LobeSamples;
 pub use lobes::LobeValues;
 pub use record::store_surface;
 pub use surface::{Dielectric, Reflectance, Surface, SurfacePlace, SurfaceReading, store_face};
-pub use traced::{Found, Senders, TraceScratch, TracedLight, TracedLobe, knob};
+pub use traced::{Found, Senders, TraceScratch, TracedLight, TracedLobe};
 pub use transmission::{Passed, pass_through, store_transmission};
 pub use variation::NormalFilter;
 pub use visibility::{DistantLight, LightVisibility};

@@ -55,6 +55,12 @@ impl Found {
         }
     }
 
+    /// Takes what another has of a lobe.
+    #[inline(always)]
+    pub fn take(&mut self, lobe: TracedLobe, other: &Self) {
+        self.lobes[lobe as usize] = other.lobes[lobe as usize];
+    }
+
     /// Fills the planes of up to sixteen fragments of a material with what rays have found, where they were sent; what the maps
     /// know is in them.
     #[inline(never)]
@@ -85,7 +91,8 @@ fn transposed<L: Lanes>(l: L, lobe: TracedLobe, found: &[Found; LANES]) -> Sums<
             row[lane] = *sum;
         }
     }
-    let vector = |first: usize| Vec3::new(l.load(&rows[first]), l.load(&rows[first + 1]), l.load(&rows[first + 2]));
+    let vector =
+        |first: usize| Vec3::new(l.load(&rows[first]), l.load(&rows[first + 1]), l.load(&rows[first + 2]));
     Sums { sent: vector(0), hit: l.load(&rows[3]), weight: l.load(&rows[4]), all: vector(5), open: vector(8) }
 }
 

@@ -1,6 +1,6 @@
 //! What rays have hit, and what it sends back.
 
-use super::{Found, TraceScratch, TracedLight, TracedLobe, each_of, knob};
+use super::{Found, TraceScratch, TracedLight, TracedLobe, each_of};
 use crate::gbuffer::Batch;
 use crate::math::lanes::{LANES, Lanes};
 use crate::math::vec3::Vec3;
@@ -28,10 +28,14 @@ pub(super) struct RayHit {
 /// All parts of the maps.
 const ALL: u8 = u8::MAX;
 
+/// Directions of a part, at least.
+const DIRECTIONS: usize = 32;
+
 impl TracedLight<'_> {
-    /// Into how many parts the maps are divided.
+    /// Into how many parts the maps are divided: each enough for the rough idea that wide lobes want of what shines on one hit
+    /// of many.
     fn parts(&self) -> usize {
-        (knob(2, 1.0) as usize).max(1)
+        (self.visibility.lights.len() / DIRECTIONS).clamp(1, usize::from(ALL))
     }
 
     /// The directions that a ray's hit is lit by: each of a wide lobe's by some, those of a narrow one by all.

@@ -24,13 +24,6 @@ use crate::math::vec3::{V3, Vec3};
 use crate::scene::{AlphaMode, Material, Workflow};
 use hits::RayHit;
 
-/// For tuning.
-pub fn knob(number: usize, default: f32) -> f32 {
-    static KNOBS: std::sync::OnceLock<Vec<Option<f32>>> = std::sync::OnceLock::new();
-    let read = || (0..24).map(|k| std::env::var(format!("K{k}")).ok()?.parse().ok()).collect();
-    KNOBS.get_or_init(read)[number].unwrap_or(default)
-}
-
 /// What rays meet in a scene.
 #[derive(Clone, Copy, Debug)]
 pub struct TracedLight<'a> {
@@ -60,6 +53,8 @@ pub enum TracedLobe {
 }
 
 impl TracedLobe {
+    /// All of them.
+    pub const ALL: [Self; Self::COUNT] = [Self::Diffuse, Self::Base, Self::Coat];
     /// How many there are.
     pub const COUNT: usize = 3;
 
@@ -206,7 +201,7 @@ impl TracedLight<'_> {
             open = open & TracedLobe::Diffuse.sky(l, planes).ge(one);
         }
         let shown = weight_in_picture(l, lobe, material, planes);
-        let gain = if lobe == TracedLobe::Diffuse { knob(0, 2.0) } else { knob(1, 8.0) };
+        let gain = if lobe == TracedLobe::Diffuse { ALL_RAYS[0] } else { ALL_RAYS[1] };
         let wanted = narrow * (shown * gain).saturate() * (most - 1.0) + 1.0;
         (open | shown.lt(l.splat(LEAST_SHOWN))).select(l.zero(), wanted)
     }
@@ -326,17 +321,16 @@ impl TracedLight<'_> {
     }
 }
 
+/// Inverse of the share that lobes show from which on they send all their rays: of diffuse ones, and of reflections, whose light
+/// is less even.
+const ALL_RAYS: [f32; 2] = [2.0, 8.0];
+
 /// Lobes that show less of the light send no rays.
 const LEAST_SHOWN: f32 = 0.01;
 
 /// Which share of the light in a lobe is seen, about: the largest of red, green and blue of what the surface reflects of it.
 #[inline(always)]
-fn weight_in_picture<L: Lanes>(
-    l: L,
-    lobe: TracedLobe,
-    material: &Material,
-    planes: &SurfacePlanes,
-) -> L::F {
+fn weight_in_picture<L: Lanes>(l: L, lobe: TracedLobe, material: &Material, planes: &SurfacePlanes) -> L::F {
     let largest = |color: V3<L>| color.x.max(color.y).max(color.z);
     let color = largest(get_vector(l, planes, layout::BASE_COLOR));
     let [metallic] = get(l, planes, layout::METALLIC);
