@@ -78,7 +78,8 @@ impl TileLight {
                     return false;
                 }
                 let places = first..end.min(first + LANES);
-                self.send(l, pass, traced, input, (number, &reading), places, batch, &mut place, planes);
+                let memory = (&mut *batch, &mut place, &mut *planes);
+                self.send(l, (pass, traced), input, (number, &reading), places, memory);
                 if self.trace.waiting() >= HITS_AT_ONCE {
                     traced.shade_hits(l, &pass.frame.shade, &mut self.trace, &mut self.found);
                 }
@@ -141,14 +142,11 @@ impl TileLight {
     fn send<L: Lanes>(
         &mut self,
         l: L,
-        pass: &Pass<'_>,
-        traced: &TracedLight<'_>,
+        (pass, traced): (&Pass<'_>, &TracedLight<'_>),
         input: &ShadingInput<'_>,
         (number, reading): (u32, &SurfaceReading<'_>),
         places: std::ops::Range<usize>,
-        batch: &mut Batch,
-        place: &mut SurfacePlace<L>,
-        planes: &mut SurfacePlanes,
+        (batch, place, planes): (&mut Batch, &mut SurfacePlace<L>, &mut SurfacePlanes),
     ) {
         let (frame, tile) = (pass.frame, input.tile);
         let (context, material) = (&frame.shade, reading.material);
@@ -160,7 +158,7 @@ impl TileLight {
         store_face(l, context, batch, place, planes);
         traced.visibility.fill(l, context, material, planes);
         let pixels = batch.fragments.map(|f| [tile.corner[0] + f.column(), tile.corner[1] + f.row()]);
-        traced.send(l, context, material, &Senders { places, pixels: &pixels }, planes, trace, found);
+        traced.send(l, context, material, &Senders { places, pixels: &pixels }, planes, (trace, found));
         for (lane, &place) in places.iter().enumerate() {
             for (kept, row) in rows[place as usize].iter_mut().zip(&planes.rows[KEPT]) {
                 *kept = row[lane];

@@ -88,7 +88,7 @@ impl TracedLight<'_> {
         let mut found = [Found::default(); LANES];
         let places: [u32; LANES] = std::array::from_fn(|k| k as u32);
         let senders = Senders { places: &places[..len.min(LANES)], pixels };
-        self.send(l, context, material, &senders, planes, scratch, &mut found);
+        self.send(l, context, material, &senders, planes, (&mut *scratch, &mut found));
         self.shade_hits(l, context, scratch, &mut found);
         Found::store(l, material, &found, planes);
     }
@@ -102,13 +102,12 @@ impl TracedLight<'_> {
         material: &Material,
         senders: &Senders<'_>,
         planes: &SurfacePlanes,
-        scratch: &mut TraceScratch,
-        found: &mut [Found],
+        (scratch, found): (&mut TraceScratch, &mut [Found]),
     ) {
         for &lobe in TracedLobe::of(material) {
             l.run(
                 #[inline(always)]
-                || self.send_of(l, context, (lobe, material), senders, planes, scratch, found),
+                || self.send_of(l, context, (lobe, material), senders, planes, (&mut *scratch, &mut *found)),
             );
         }
     }
@@ -133,8 +132,7 @@ impl TracedLight<'_> {
         (lobe, material): (TracedLobe, &Material),
         senders: &Senders<'_>,
         planes: &SurfacePlanes,
-        scratch: &mut TraceScratch,
-        found: &mut [Found],
+        (scratch, found): (&mut TraceScratch, &mut [Found]),
     ) {
         let face = get_vector(l, planes, layout::FACE_NORMAL);
         let view = get_vector(l, planes, layout::VIEW);
