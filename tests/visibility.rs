@@ -133,6 +133,87 @@ fn a_floor_between_black_walls_gets_the_light_of_its_sky() {
     }
 }
 
+/// A closed box whose walls emit a fifth and send back four fifths of what they get: in the end everything is 1, whatever
+/// the view. One bounce and what the maps estimate of the rest never come to more, and to no less than one bounce.
+#[test]
+fn a_closed_white_box_never_gains_energy() {
+    let mut scene = under([1.0; 3]);
+    let wall = Material { emissive: [0.2; 3], ..matte([0.8; 3]) };
+    for axis in 0..3 {
+        for side in [-1.0, 1.0] {
+            let mut size = [4.4_f32; 3];
+            let mut place = [0.0; 3];
+            (size[axis], place[axis]) = (0.4, 2.0 * side);
+            put(&mut scene, primitives::cuboid(size).unwrap(), wall.clone(), place);
+        }
+    }
+    put(&mut scene, primitives::sphere(0.5, 32).unwrap(), matte([0.8; 3]), [0.0; 3]);
+    let camera = looking([1.2, 1.0, 1.5], [0.0; 3]);
+    for visibility in tiers().filter(|visibility| visibility.rays > 0) {
+        let pixels = draw(&scene, &camera, visibility);
+        let of = |better: fn(f32, f32) -> bool| {
+            pixels.iter().fold(pixels[0][0], |found, p| if better(p[0], found) { p[0] } else { found })
+        };
+        let [most, least] = [of(|a, b| a > b), of(|a, b| a < b)];
+        assert!(most < 1.0, "{visibility:?}: {most}");
+        // The sphere emits nothing: what it gets is one bounce of the walls' own light.
+        assert!(least > 0.8 * 0.2 * 0.9, "{visibility:?}: {least}");
+    }
+}
+
+/// Two square plates that face each other under an even sky, as far apart as they are half wide: the radiosity of the middle of
+/// one by the whole series of bounces, each plate in cells.
+fn radiosity_between_plates(albedo: f64) -> f64 {
+    const CELLS: usize = 24;
+    let at = |k: usize| ((k % CELLS) as f64 + 0.5, (k / CELLS) as f64 + 0.5);
+    let side = 2.0 / CELLS as f64;
+    // The share of what leaves one cell's neighbourhood that arrives at another plate's cell: cosines and distance.
+    let form = |a: (f64, f64), b: (f64, f64)| {
+        let (x, y) = ((a.0 - b.0) * side, (a.1 - b.1) * side);
+        let square = 1.0 + x * x + y * y;
+        side * side / (std::f64::consts::PI * square * square)
+    };
+    let cells: Vec<_> = (0..CELLS * CELLS).map(at).collect();
+    let step = |sent: &[f64], from: (f64, f64)| {
+        let (mut blocked, mut got) = (0.0, 0.0);
+        for (cell, sent) in cells.iter().zip(sent) {
+            let share = form(from, *cell);
+            (blocked, got) = (blocked + share, got + share * sent);
+        }
+        albedo * (1.0 - blocked + got)
+    };
+    let mut sent = vec![0.0; cells.len()];
+    for _ in 0..60 {
+        sent = cells.iter().map(|cell| step(&sent, *cell)).collect();
+    }
+    let middle = CELLS as f64 * 0.5;
+    step(&sent, (middle, middle))
+}
+
+/// Rays bring the first bounce, the maps estimate the rest of the series.
+#[test]
+fn light_between_facing_plates_is_the_series_of_its_bounces() {
+    for albedo in [0.5_f32, 0.9] {
+        let mut scene = under([1.0; 3]);
+        for y in [0.0, 1.0] {
+            put(&mut scene, primitives::plane([2.0, 2.0]).unwrap(), matte([albedo; 3]), [0.0, y, 0.0]);
+        }
+        let camera = looking([2.5, 1.2, 0.0], [0.0; 3]);
+        let expected = radiosity_between_plates(f64::from(albedo)) as f32;
+        for (visibility, tolerance) in
+            [(Quality::Good.visibility(), 0.06), (Quality::Best.visibility(), 0.04)]
+        {
+            let pixels = draw(&scene, &camera, visibility);
+            // Of a square of pixels as large as that after which rays repeat.
+            let square =
+                (0..64).map(|k| pixels[((SIZE / 2 - 4 + k / 8) * SIZE + SIZE / 2 - 4 + k % 8) as usize][0]);
+            let middle = square.sum::<f32>() / 64.0;
+            let off = middle / expected - 1.0;
+            assert!(off.abs() < tolerance, "{visibility:?} {albedo}: {middle} for {expected}");
+        }
+    }
+}
+
 /// Rays bring the colour of what they hit.
 #[test]
 fn a_red_wall_reddens_the_floor_beside_it() {
@@ -196,20 +277,27 @@ fn crowd() -> Scene {
 fn threads_tiles_and_instruction_sets_do_not_show() {
     let (scene, camera) = (crowd(), looking([1.0, 1.5, 3.0], [0.0, 0.3, 0.0]));
     for visibility in tiers() {
-        let options = options(visibility).with_samples(4);
+        let options = options(visibility).with_samples(4).with_shading_rate(4);
         let hash = |threads, options: &RenderOptions| {
             Renderer::new(threads).render(&scene, &camera, options).unwrap().frame.frame_hash()
         };
         let expected = hash(1, &options);
-        for level in SimdLevel::available() {
-            assert_eq!(hash(2, &options.clone().with_simd(level)), expected, "{visibility:?} {level}");
-        }
         for side in [16, 32, 64] {
             assert_eq!(
                 hash(3, &options.clone().with_tile_size(Some(side))),
                 expected,
                 "{visibility:?} {side}"
             );
+        }
+    }
+    for visibility in tiers() {
+        let options = options(visibility).with_samples(4).with_shading_rate(4);
+        let hash = |options: &RenderOptions| {
+            Renderer::new(2).render(&scene, &camera, options).unwrap().frame.frame_hash()
+        };
+        let expected = hash(&options);
+        for level in SimdLevel::available() {
+            assert_eq!(hash(&options.clone().with_simd(level)), expected, "{visibility:?} {level}");
         }
     }
 }

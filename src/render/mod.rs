@@ -18,6 +18,7 @@ mod ground_pixels;
 #[cfg(test)]
 mod ground_tests;
 mod lamps;
+mod light_pool;
 mod options;
 mod pass;
 mod passes;
@@ -32,6 +33,7 @@ mod splat_layers;
 mod splat_tile;
 mod splats;
 mod tile_blending;
+mod tile_light;
 mod tile_pass;
 mod tile_shading;
 mod tile_store;

@@ -9,8 +9,9 @@ pub struct Visibility {
     pub maps: u32,
     /// Texels along a side of a depth map, [`Visibility::SMALLEST_MAP`] to [`Visibility::LARGEST_MAP`].
     pub map_size: u32,
-    /// Rays that each lobe of a fragment sends for the light of other surfaces, 0 to [`Visibility::MOST_RAYS`]; with 0 that
-    /// light is estimated from the maps. Of no effect without maps.
+    /// Rays that each lobe of a surface of a pixel sends for the light of other surfaces, 0 to [`Visibility::MOST_RAYS`]; fewer
+    /// where it is narrow or shows little. Those of neighbouring pixels count together where these are alike. With 0 that light
+    /// is estimated from the maps. Of no effect without maps.
     pub rays: u32,
 }
 

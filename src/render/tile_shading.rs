@@ -5,6 +5,7 @@ use super::pass::{FrameContext, Pass, Tile};
 use super::reach::CELL;
 use super::resolve::{TilePixels, Transmitted, whole_pixel};
 use super::shading_order::ShadingOrder;
+use super::tile_light::TileLight;
 use super::tile_pass::TileJob;
 use super::tile_triangles::TileTriangles;
 use super::trace::FragmentHashes;
@@ -17,8 +18,8 @@ use crate::math::vec3::V3;
 use crate::reuse::reserve_like;
 use crate::scene::{Material, ShadingModel};
 use crate::shade::{
-    ShadeContext, SurfacePlace, SurfaceReading, TraceScratch, pass_through, shade, store_face, store_lit,
-    store_surface, store_transmission,
+    Effects, ShadeContext, SurfacePlace, SurfaceReading, TraceScratch, pass_through, shade, store_face,
+    store_lit, store_surface, store_transmission,
 };
 
 /// What the fragments of a tile, or of a part of it, are shaded by.
@@ -85,12 +86,14 @@ pub(super) struct ShadingScratch {
     /// The G-buffer of those that are being shaded.
     planes: SurfacePlanes,
     trace: TraceScratch,
+    light: TileLight,
 }
 
 impl ShadingScratch {
     /// Takes as much memory as `other` has.
     pub(super) fn reserve_like(&mut self, other: &Self) {
         self.order.reserve_like(&other.order);
+        self.light.reserve_like(&other.light);
     }
 }
 
@@ -136,7 +139,7 @@ pub(super) fn shade_fragments<L: Lanes>(
 ) -> bool {
     let &ShadingInput { context, ref triangles, fragments, .. } = input;
     let (frame, origin) = (pass.frame, input.tile.origin);
-    let ShadingScratch { order, batches, planes, trace } = scratch;
+    let ShadingScratch { order, batches, planes, trace, light } = scratch;
     let [mut batch, mut following] = batches.each_mut();
 
     // List the fragments in their order of shading, and count what that takes before it is done.
@@ -150,10 +153,20 @@ pub(super) fn shade_fragments<L: Lanes>(
         return true;
     }
 
+    // Find the light that reaches opaque surfaces past others, once for the parts of each.
+    let traced = pass.effects.traced.as_ref();
+    let found_first = if input.start == 0 { traced } else { None };
+    if let Some(traced) = found_first
+        && !light.find(l, pass, traced, input, order, (batch, planes))
+    {
+        return false;
+    }
+
     let mut place = SurfacePlace::none(l);
     let mut listed = 0;
     for &(number, end) in &order.stretches {
         let indices = &order.indices[listed..end];
+        let is_found = found_first.is_some() && indices.iter().all(|index| (*index as usize) < input.opaque);
         listed = end;
         let of = OneMaterial::new(frame, number, job.aovs.wants_lobes());
         let part = |k: usize| indices.chunks(LANES).nth(k);
@@ -194,13 +207,18 @@ pub(super) fn shade_fragments<L: Lanes>(
             }
 
             // Fill what the rest of the picture has to do with them, and shade them.
-            pass.effects.fill(l, context, of.material, planes);
-            if let Some(traced) = &pass.effects.traced {
-                let pixels = batch
-                    .fragments
-                    .map(|f| [input.tile.corner[0] + f.column(), input.tile.corner[1] + f.row()]);
-                // What is hit may lie where lights shine that do not reach the tile.
-                traced.fill(l, &frame.shade, of.material, (indices.len(), &pixels), planes, trace);
+            if is_found {
+                light.load(indices, planes);
+                Effects { visibility: None, ..pass.effects }.fill(l, context, of.material, planes);
+            } else {
+                pass.effects.fill(l, context, of.material, planes);
+                if let Some(traced) = traced {
+                    let pixels = batch
+                        .fragments
+                        .map(|f| [input.tile.corner[0] + f.column(), input.tile.corner[1] + f.row()]);
+                    // What is hit may lie where lights shine that do not reach the tile.
+                    traced.fill(l, &frame.shade, of.material, (indices.len(), &pixels), planes, trace);
+                }
             }
             let mut radiance = shade(l, context, of.model, of.material, planes);
             if of.material.transmits() {

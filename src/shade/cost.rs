@@ -34,6 +34,10 @@ const SHADOW_OF_PART: u64 = 35;
 
 /// One ray, without what it takes to shade what it hits.
 const RAY: u64 = 400;
+
+/// What the rays of a fragment's neighbours have found, added to what its own have.
+const POOL: u64 = 300;
+
 /// Roughness that grows where normals vary within a pixel.
 const NORMAL_FILTER: u64 = 9;
 
@@ -89,11 +93,14 @@ impl ShadingCost {
             + area * context.area_lights.len() as u64
             + parts
             + MAP * u64::from(context.maps);
-        // Diffuse, base, coat. What is hit is taken to be like this.
+        // Diffuse, base, coat. What is hit is taken to be like this. The parts of a fragment that is split are counted as if each
+        // sent rays of its own: which of them do is known only later.
         let lobes = if material.coat > 0.0 { 3 } else { 2 };
         let rays = if context.maps > 0 { lobes * u64::from(context.lobe_rays) } else { 0 };
+        // The surface is found once more for its rays.
+        let receiving = if rays > 0 { fragment + POOL + rays * (RAY + fragment) } else { 0 };
         Self {
-            fragment: fragment + rays * (RAY + fragment),
+            fragment: fragment + receiving,
             light: if layered { light_on_layers } else { light } + light_through + shadow,
             blending: BLENDING,
             mask,

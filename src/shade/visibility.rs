@@ -55,14 +55,27 @@ impl Effect for LightVisibility<'_> {
         material: &Material,
         planes: &mut SurfacePlanes,
     ) {
-        l.run(
-            #[inline(always)]
-            || look_up(l, self, context, material, planes),
-        )
+        self.fill_by(l, context, material, planes, (0, 1));
     }
 }
 
 impl LightVisibility<'_> {
+    /// As [`Effect::fill`], by every `step`-th of the directions, from this one on.
+    #[inline(never)]
+    pub(super) fn fill_by<L: Lanes>(
+        &self,
+        l: L,
+        context: &ShadeContext<'_>,
+        material: &Material,
+        planes: &mut SurfacePlanes,
+        directions: (usize, usize),
+    ) {
+        l.run(
+            #[inline(always)]
+            || look_up(l, self, context, material, planes, directions),
+        )
+    }
+
     /// Irradiance over pi that reaches the base, of that which would.
     #[inline(always)]
     pub(super) fn irradiance<L: Lanes>(l: L, planes: &SurfacePlanes, unoccluded: V3<L>) -> V3<L> {
@@ -179,6 +192,7 @@ fn look_up<L: Lanes>(
     context: &ShadeContext<'_>,
     material: &Material,
     planes: &mut SurfacePlanes,
+    (first, step): (usize, usize),
 ) {
     let position = get_vector(l, planes, layout::FACE_POSITION);
     let face = get_vector(l, planes, layout::FACE_NORMAL);
@@ -194,7 +208,7 @@ fn look_up<L: Lanes>(
     let (mut angle, mut open_angle) = (l.zero(), l.zero());
 
     let start = of.maps.lifted(l, &position.to_array(), &face.to_array());
-    for (number, light) in of.lights.iter().enumerate() {
+    for (number, light) in of.lights.iter().enumerate().skip(first).step_by(step) {
         let towards = Vec3::splat(l, light.direction);
         // The surface itself is in the way of what comes from below.
         let above = face.dot(towards).gt(l.zero());
