@@ -15,8 +15,9 @@ pub use lobe::TracedLobe;
 
 use super::ShadeContext;
 use super::lobe_samples::{LobeSamples, cosine_direction, ggx_direction};
+use super::normals::any_basis;
 use super::record::{get, get_vector};
-use super::surface::{any_basis, hit_opacity};
+use super::surface::hit_opacity;
 use super::visibility::LightVisibility;
 use crate::bvh::{Hierarchy, Hit, Ray, Traversal};
 use crate::gbuffer::Batch;
