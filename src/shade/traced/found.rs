@@ -109,10 +109,9 @@ const FEWEST: f32 = 4.0;
 #[inline(always)]
 fn store<L: Lanes>(l: L, lobe: TracedLobe, sums: &Sums<L>, planes: &mut SurfacePlanes) {
     let [seen_plane, bounce_plane] = lobe.planes();
-    // How much of a wide lobe is open the maps know better than few rays, and of diffuse light they always say: what is open and
-    // what is sent back in the place of the rest then add up.
+    // What few rays say of a wide lobe is noise: so much of what counts is what the maps say.
     let wide = if lobe == TracedLobe::Diffuse {
-        l.splat(1.0)
+        (sums.weight.at_least(1.0).sqrt().recip() * 2.0).at_most(1.0)
     } else {
         let [roughness] = get::<L, 1>(l, planes, lobe.shape()[1]);
         ((roughness.squared() - sums.weight.at_least(FEWEST) * SHARP[0]) * (1.0 / SHARP[1])).saturate()
