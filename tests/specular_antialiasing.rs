@@ -110,7 +110,7 @@ fn what_normal_maps_lose_as_they_shrink_becomes_roughness() {
             let frame = Renderer::new(1).render(&scene, &stage::flat_view(), &options).unwrap().frame;
             frame.pixels.iter().map(|p| f64::from(p[1])).sum::<f64>() / frame.pixels.len() as f64
         };
-        let truth = mean(512, false);
+        let truth = mean(256, false);
         let [without, with] = [false, true].map(|antialiasing| mean(16, antialiasing) / truth);
         assert!((with - 1.0).abs() < 0.2, "coated {coated}: {with} of the light");
         assert!((without - 1.0).abs() > 0.4, "coated {coated}: {without} of the light without");

@@ -146,7 +146,7 @@ fn filter<L: Lanes>(l: L, lights: &[Light], first: usize) -> [[[f32; LANES]; 3];
 mod tests {
     use crate::jobs::Jobs;
     use crate::light::{DistantRadiance, EnvironmentLight, PrefilteredEnvironment};
-    use crate::math::lanes::{Float, Lanes, SimdLevel};
+    use crate::math::lanes::{Lanes, SimdLevel};
     use crate::math::vec3::{V3, Vec3};
 
     /// One half everywhere, and as much more or less as a direction is up or down.
