@@ -11,7 +11,7 @@ use overcoat::frame::Aov;
 use overcoat::jobs::Jobs;
 use overcoat::load::Format;
 use overcoat::output::{OutputFormat, OutputOptions, encode};
-use overcoat::render::Renderer;
+use overcoat::render::{Quality, Renderer};
 use overcoat::scene::{Filter, MipFilter, ShadingModel, Wrap};
 use std::collections::BTreeSet;
 use std::fmt::Debug;
@@ -28,6 +28,8 @@ fn touched(recipe: &Recipe) -> BTreeSet<String> {
     add("output", &recipe.output);
     add("samples", &recipe.samples);
     add("anisotropy", &recipe.anisotropy);
+    add("quality", &recipe.quality);
+    add("ground", &recipe.ground.split_at(1).0);
     add("background", &recipe.background.split_at(1).0);
     add("environment", &recipe.environment);
     add("orthographic", &recipe.camera.orthographic_height.is_some());
@@ -110,6 +112,8 @@ fn wanted() -> BTreeSet<String> {
     add("plane", debug(Aov::ALL));
     add("samples", debug([1, 4, 8, 16]));
     add("anisotropy", debug([1, 2, 4, 16]));
+    add("quality", debug(Quality::ALL));
+    add("ground", debug(["n", "s", "#"]));
     add("background", debug(["t", "e", "#"]));
     add("environment", debug([EnvironmentRecipe::None, EnvironmentRecipe::Studio]));
     add("environment", debug(pictures.clone().map(EnvironmentRecipe::Hdr)));

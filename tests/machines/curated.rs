@@ -18,6 +18,7 @@ use overcoat::description::{CameraDescription, LightDescription};
 use overcoat::frame::Aov;
 use overcoat::load::Format;
 use overcoat::output::OutputFormat;
+use overcoat::render::Quality;
 use overcoat::scene::{Filter, MipFilter, ShadingModel, Wrap};
 
 /// Models of the first round of recorded scenes; those that came later keep its scenes as they are.
@@ -222,6 +223,8 @@ fn with_keys(name: &str, model: ShadingModel, number: usize) -> Recipe {
     ];
     recipe.materials[0].keys = keys_of_group(name, model, number);
     recipe.samples = [1, 4, 8, 16][number % 4];
+    recipe.quality = Quality::ALL[(number + number / 4) % Quality::ALL.len()];
+    recipe.ground = ["none", "shadow", "#806040"][number % 3];
     // The second round of the models is of another format.
     let round = number / FIRST_MODELS;
     recipe.output = OUTPUTS[(number + round) % OUTPUTS.len()];

@@ -5,6 +5,7 @@ use super::recipe::{EnvironmentRecipe, KeyValue, Recipe, TextureUse};
 use super::{gltf, pictures, plain};
 use overcoat::description::LightDescription;
 use overcoat::load::Format;
+use overcoat::render::Quality;
 use overcoat::scene::{Filter, Wrap};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -160,7 +161,7 @@ fn scene_text(recipe: &Recipe, model: &str, environment: &str) -> String {
         text,
         "model = \"{model}\"\nenv = \"{environment}\"\nenv_rotation_deg = {:?}\nenv_intensity = {:?}\n\
          size = [{width}, {height}]\nsamples = {}\nbackground = \"{}\"\ntone_mapping = \"{}\"\nexposure = {:?}\n\
-         anisotropy = {}\nquality = \"draft\"\n",
+         anisotropy = {}\nquality = \"{}\"\nground = \"{}\"\n",
         recipe.environment_rotation,
         recipe.environment_intensity,
         recipe.samples,
@@ -168,7 +169,13 @@ fn scene_text(recipe: &Recipe, model: &str, environment: &str) -> String {
         recipe.tone_curve.name(),
         recipe.exposure,
         recipe.anisotropy,
+        recipe.quality.name(),
+        recipe.ground,
     );
+    if recipe.quality != Quality::Draft {
+        // So many scenes do not look at large maps for long.
+        text += "map_size = 32\n";
+    }
     if let Some(model) = recipe.shading {
         let _ = writeln!(text, "shading = \"{}\"", model.name());
     }

@@ -13,6 +13,7 @@ use overcoat::description::{CameraDescription, LightDescription};
 use overcoat::frame::Aov;
 use overcoat::load::Format;
 use overcoat::output::OutputFormat;
+use overcoat::render::Quality;
 use overcoat::scene::{Filter, MipFilter, ShadingModel, Wrap};
 
 /// Formats of the files whose bytes are compared between machines.
@@ -79,6 +80,9 @@ impl Recipe {
             recipe.instances.push(instance(dice, mesh, material));
         }
         recipe.lights = (0..dice.pick(&[0, 1, 1, 2, 3])).map(|_| light(dice)).collect();
+        let [draft, fast, good, best] = [Quality::Draft, Quality::Fast, Quality::Good, Quality::Best];
+        recipe.quality = dice.pick(&[draft, draft, draft, fast, fast, good, best]);
+        recipe.ground = dice.pick(&["none", "none", "shadow", "#a08060"]);
         recipe.compact()
     }
 }

@@ -5,6 +5,7 @@ use overcoat::description::{CameraDescription, LightDescription};
 use overcoat::frame::Aov;
 use overcoat::load::Format;
 use overcoat::output::OutputFormat;
+use overcoat::render::Quality;
 use overcoat::scene::{Filter, MeshData, MipFilter, ShadingModel, Wrap};
 
 /// Everything about one picture. Indices that lead nowhere are mistakes; parts that nothing refers to are left out of
@@ -30,6 +31,9 @@ pub struct Recipe {
     pub tone_curve: ToneCurve,
     pub exposure: f32,
     pub anisotropy: u32,
+    pub quality: Quality,
+    /// As `ground` of scene files.
+    pub ground: &'static str,
     /// Over the models that materials name.
     pub shading: Option<ShadingModel>,
     pub aovs: Vec<Aov>,
@@ -274,6 +278,8 @@ impl Recipe {
             tone_curve: ToneCurve::None,
             exposure: 0.0,
             anisotropy: 1,
+            quality: Quality::Draft,
+            ground: "none",
             shading: None,
             aovs: Vec::new(),
             output: OutputFormat::Png,

@@ -6,6 +6,7 @@ use super::recipe::{
 use overcoat::color::ToneCurve;
 use overcoat::description::LightDescription;
 use overcoat::load::Format;
+use overcoat::render::Quality;
 use std::ops::Range;
 
 /// A way to make recipes smaller: the candidate of each number, until there are no more.
@@ -129,6 +130,8 @@ fn plainer_picture(recipe: &Recipe, number: usize) -> Option<Recipe> {
         |r, _| r.environment_intensity = 1.0,
         |r, _| r.container = Format::Gltf,
         |r, _| r.anisotropy = 1,
+        |r, _| r.quality = Quality::Draft,
+        |r, _| r.ground = "none",
         |r, _| r.shading = None,
         |r, _| r.exposure = 0.0,
         |r, _| r.tone_curve = ToneCurve::None,

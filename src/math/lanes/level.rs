@@ -47,11 +47,11 @@ impl SimdLevel {
                 cfg!(any(feature = "scalar-lanes", not(any(target_arch = "x86_64", target_arch = "aarch64"))))
             }
             #[cfg(target_arch = "x86_64")]
-            Self::Sse2 => machine.as_sse2().is_some(),
+            Self::Sse2 => cfg!(not(overcoat_one_level)) && machine.as_sse2().is_some(),
             #[cfg(target_arch = "x86_64")]
             Self::Avx2 => machine.as_avx2().is_some(),
             #[cfg(target_arch = "x86_64")]
-            Self::Avx512 => machine.as_avx512().is_some(),
+            Self::Avx512 => cfg!(not(overcoat_one_level)) && machine.as_avx512().is_some(),
             #[cfg(target_arch = "aarch64")]
             Self::Neon => machine.as_neon().is_some(),
             #[allow(unreachable_patterns)]
