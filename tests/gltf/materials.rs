@@ -189,8 +189,8 @@ fn every_texture_slot_has_its_colour_space() {
     let scene = model.load().unwrap().scene;
     let m = &scene.materials()[0];
     assert_eq!(m.textures().count(), 10);
-    // One image in two forms.
-    assert_eq!(scene.textures().len(), 2);
+    // One image in three forms: colours, numbers and normals.
+    assert_eq!(scene.textures().len(), 3);
     let space = |t: &overcoat::scene::TextureRef| scene.textures()[t.texture.index()].color_space();
     let Workflow::MetallicRoughness { texture: Some(metallic_roughness), .. } = &m.workflow else { panic!() };
     for (slot, expected) in [

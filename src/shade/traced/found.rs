@@ -109,9 +109,10 @@ const FEWEST: f32 = 4.0;
 #[inline(always)]
 fn store<L: Lanes>(l: L, lobe: TracedLobe, sums: &Sums<L>, planes: &mut SurfacePlanes) {
     let [seen_plane, bounce_plane] = lobe.planes();
-    // What few rays say of a wide lobe is noise: so much of what counts is what the maps say.
+    // How much of a wide lobe is open the maps know better than few rays, and of diffuse light they always say: what is open and
+    // what is sent back in the place of the rest then add up.
     let wide = if lobe == TracedLobe::Diffuse {
-        (sums.weight.at_least(1.0).sqrt().recip() * 2.0).at_most(1.0)
+        l.splat(1.0)
     } else {
         let [roughness] = get::<L, 1>(l, planes, lobe.shape()[1]);
         ((roughness.squared() - sums.weight.at_least(FEWEST) * SHARP[0]) * (1.0 / SHARP[1])).saturate()
@@ -119,10 +120,10 @@ fn store<L: Lanes>(l: L, lobe: TracedLobe, sums: &Sums<L>, planes: &mut SurfaceP
     // The open share by the maps, and from what is blocked the mean of what rays have met there.
     let (estimate, blocked) = (get_vector(l, planes, bounce_plane), lobe.sky(l, planes).one_minus());
     let mean = (sums.sent * blocked + estimate * PRIOR) / (sums.hit + PRIOR);
-    // Where none has met anything though some should have, less is blocked.
+    // Where none has met anything though some should have, less is blocked. Of diffuse light the maps say how much.
     let expected = (sums.weight * blocked + 1.0).recip();
     let none = !sums.hit.gt(l.zero());
-    let mean = mean * none.select(expected, l.splat(1.0));
+    let mean = if lobe == TracedLobe::Diffuse { mean } else { mean * none.select(expected, l.splat(1.0)) };
     // By the rays alone.
     let direct = sums.sent / sums.weight.at_least(1e-6);
     let traced = sums.weight.gt(l.zero());
