@@ -25,6 +25,9 @@ pub use file::EnvironmentFileError;
 pub use punctual::{LightSample, PunctualLight};
 pub use studio::Studio;
 
+/// Luminance of linear Rec. 709.
+pub(crate) const LUMINANCE: [f32; 3] = [0.2126, 0.7152, 0.0722];
+
 use crate::math::lanes::Lanes;
 use crate::math::vec3::V3;
 

@@ -130,6 +130,21 @@ impl<F: Float> Vec3<F> {
         self / self.dot(self).at_least(f32::MIN_POSITIVE).sqrt()
     }
 
+    /// Two unit vectors that are perpendicular to this one, of unit length, and to each other: (b1, b2, n) is right-handed.
+    ///
+    /// Duff et al. 2017, "Building an Orthonormal Basis, Revisited", listing 3.
+    #[inline(always)]
+    pub fn any_basis<L: Lanes<F = F>>(self, l: L) -> [Self; 2] {
+        let Self { x, y, z } = self;
+        let sign = z.lt(l.zero()).select(l.splat(-1.0), l.splat(1.0));
+        let a = (sign + z).recip() * -1.0;
+        let b = x * y * a;
+        [
+            Self { x: sign * x * x * a + 1.0, y: sign * b, z: -sign * x },
+            Self { x: b, y: sign + y * y * a, z: -y },
+        ]
+    }
+
     /// The incident direction mirrored at the plane with normal n: i - 2 (n.i) n, both pointing as in HLSL
     /// `reflect` (i towards the surface, the result away from it).
     #[inline(always)]

@@ -7,7 +7,7 @@ use super::options::RenderOptions;
 use super::quality::Visibility;
 use super::visibility::asked_for;
 use crate::each;
-use crate::light::EnvironmentLight;
+use crate::light::{EnvironmentLight, LUMINANCE};
 use crate::math::lanes::{Float, Int, LANES, Lanes, Mask};
 use crate::math::vec3::Vec3;
 use crate::scene::{Footing, Scene};
@@ -35,9 +35,6 @@ const WIDEST: f32 = 0.5;
 
 /// Units of shading (about a nanosecond) for one texel and one map.
 const TEXEL: u64 = 12;
-
-/// Luminance of linear Rec. 709.
-const LUMINANCE: [f32; 3] = [0.2126, 0.7152, 0.0722];
 
 /// The floor's picture, and what it was made of.
 #[derive(Debug, Default)]

@@ -29,6 +29,7 @@ pub(super) struct LightMemory {
 /// What is in the way of lights.
 #[derive(Debug, Default)]
 struct LampShadows {
+    /// Without the sizes of their maps.
     sources: Vec<LampSource>,
     parts: Vec<LampPart>,
     /// Of the blockers that the maps were made of, and of the maps.
@@ -86,21 +87,21 @@ impl LightMemory {
         shadows.is_on = options.visibility.is_on();
         let Some((blockers, made)) = visibility.blockers(options) else { return Ok(()) };
         let map_size = super::visibility::asked_for(options).map_size as usize;
-        let (mut sources, parts) = sources(scene.lights(), &self.areas, parts_of_lamp(map_size));
-        let (punctual, of_areas) = sources.split_at_mut(self.punctual.len());
+        let (sources, parts) = sources(scene.lights(), &self.areas, parts_of_lamp(map_size));
+        if shadows.made_of == (made, map_size) && shadows.sources == sources {
+            return Ok(());
+        }
+        self.changes += 1;
+        shadows.made_of = (0, 0);
+        let mut sized = sources.clone();
+        let (punctual, of_areas) = sized.split_at_mut(self.punctual.len());
         for (lamps, finer) in [(punctual, FINER), (of_areas, FINER_OF_PARTS)] {
             let size = side(finer * map_size, map_size, LampMaps::count(blockers, lamps, crew.jobs));
             lamps.iter_mut().for_each(|lamp| lamp.size = size);
         }
-        if sources.is_empty() {
-            shadows.maps = LampMaps::default();
-        } else if shadows.made_of != (made, map_size) || shadows.sources != sources {
-            shadows.made_of = (0, 0);
-            self.changes += 1;
-            shadows.maps = LampMaps::within(&options.limits, blockers, &sources, crew.jobs, options.simd)?;
-            shadows.made_of = (made, map_size);
-        }
+        shadows.maps = LampMaps::within(&options.limits, blockers, &sized, crew.jobs, options.simd)?;
         (shadows.sources, shadows.parts) = (sources, parts);
+        shadows.made_of = (made, map_size);
         Ok(())
     }
 

@@ -13,7 +13,7 @@ use crate::coat::EnvironmentQuery;
 use crate::each;
 use crate::gbuffer::Batch;
 use crate::gbuffer::layout::{self, SurfacePlanes};
-use crate::light::{AreaLight, AreaShape, LightSample, PunctualLight};
+use crate::light::{AreaLight, AreaShape, LUMINANCE, LightSample, PunctualLight};
 use crate::math::lanes::{Float, Lanes, Mask};
 use crate::math::vec3::{V3, Vec3};
 use crate::scene::{Material, Mesh};
@@ -134,22 +134,29 @@ impl LampVisibility<'_> {
         area_lights: &[AreaLight],
         receiver: &Receiver<L>,
     ) -> [V3<L>; 2] {
-        let (mut open, mut all) = (Vec3::zero(l), Vec3::zero(l));
-        let mut add = |number: usize, towards: V3<L>, light: V3<L>| {
-            let light = light * receiver.normal.dot(towards).at_least(0.0);
-            all += light;
-            open += light * self.maps.visibility(l, number, receiver);
-        };
-        for light in lights {
-            let LightSample { direction, irradiance, .. } = light.sample(l, receiver.position);
-            add(light.number as usize, direction, irradiance);
-        }
-        for (number, part) in self.parts.iter().enumerate() {
-            let Some(light) = area_lights.get(part.light as usize) else { continue };
-            let (towards, angle) = seen_from(l, light, part, receiver.position);
-            add(self.punctual + number, towards, Vec3::splat(l, light.radiance) * angle);
-        }
-        [open, all]
+        l.run(
+            #[inline(always)]
+            || {
+                let (mut open, mut all) = (Vec3::zero(l), Vec3::zero(l));
+                for light in lights {
+                    let LightSample { direction, irradiance, .. } = light.sample(l, receiver.position);
+                    let seen = self.maps.visibility(l, light.number as usize, receiver);
+                    let light = irradiance * receiver.normal.dot(direction).at_least(0.0);
+                    all += light;
+                    open += light * seen;
+                }
+                for (number, part) in self.parts.iter().enumerate() {
+                    let Some(light) = area_lights.get(part.light as usize) else { continue };
+                    let (towards, angle) = seen_from(l, light, part, receiver.position);
+                    let seen = self.maps.visibility(l, self.punctual + number, receiver);
+                    let cosine = receiver.normal.dot(towards).at_least(0.0);
+                    let light = Vec3::splat(l, light.radiance) * angle * cosine;
+                    all += light;
+                    open += light * seen;
+                }
+                [open, all]
+            },
+        )
     }
 
     /// How much of a light without extent reaches surfaces, 0 to 1.
@@ -235,9 +242,7 @@ impl Effect for LitShares {
                 if let Some(lamps) = &context.lamps {
                     let receiver = receiver(l, context, material, planes);
                     let sums = lamps.irradiance_of_all(l, context.lights, context.area_lights, &receiver);
-                    // Of Rec. 709.
-                    let [open, all] =
-                        each!(sum in sums => Vec3::uniform(sum.dot(Vec3::splat(l, [0.2126, 0.7152, 0.0722]))));
+                    let [open, all] = each!(sum in sums => Vec3::uniform(sum.dot(Vec3::splat(l, LUMINANCE))));
                     seen = share(l, open, all).x;
                 }
                 put(planes, layout::LIT_SHARE, [seen]);
@@ -274,28 +279,15 @@ fn seen_from<L: Lanes>(l: L, light: &AreaLight, part: &LampPart, position: V3<L>
     let facing = match light.shape {
         AreaShape::Rect { corners: [a, b, c, _], two_sided } => {
             // The outline runs up along the right edge first.
-            let (up, left) = (minus(b, a), minus(c, b));
-            let front = unit(cross(up, left));
-            let cosine = -towards.dot(Vec3::splat(l, front));
+            let [a, b, c] = each!(corner in [a, b, c] => Vec3::splat(l, corner));
+            let cosine = -towards.dot((b - a).cross(c - b).normalize());
             if two_sided { cosine.abs() } else { cosine.at_least(0.0) }
         }
         AreaShape::Tube { ends, .. } => {
-            let along = towards.dot(Vec3::splat(l, unit(minus(ends[1], ends[0]))));
+            let [start, end] = each!(end in ends => Vec3::splat(l, end));
+            let along = towards.dot((end - start).normalize());
             along.squared().one_minus().at_least(0.0).sqrt()
         }
     };
     (towards, facing * part.area / square)
-}
-
-fn minus(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
-    each!(k => a[k] - b[k])
-}
-
-fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-fn unit(v: [f32; 3]) -> [f32; 3] {
-    let length = (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
-    each!(c in v => c / length)
 }

@@ -54,7 +54,7 @@ impl<L: Lanes> NormalFrame<L> {
         // No texture coordinates, or degenerate ones: any fixed basis around the normal.
         let lost = tangent.dot(tangent).eq(l.zero()) | bitangent.dot(bitangent).eq(l.zero());
         let (tangent, bitangent) = if lost.any() {
-            let (t, b) = any_basis(l, unit);
+            let [t, b] = unit.any_basis(l);
             let t = t * side;
             let b = b * side;
             (Vec3::select(lost, t, tangent), Vec3::select(lost, b, bitangent))
@@ -89,10 +89,10 @@ impl<L: Lanes> NormalFrame<L> {
     #[inline(always)]
     pub(super) fn tangents(&self, l: L, direction: [L::F; 2], normal: V3<L>) -> (V3<L>, V3<L>) {
         let Some([tangent, bitangent, _]) = &self.basis else {
-            return any_basis(l, normal);
+            return normal.any_basis(l).into();
         };
         let flat = *tangent - normal * tangent.dot(normal);
-        let (any, _) = any_basis(l, normal);
+        let [any, _] = normal.any_basis(l);
         let t = normalize_or(l, flat, any);
         let b = normal.cross(t);
         // The side on which texture coordinates put the bitangent.
@@ -185,17 +185,6 @@ pub(super) fn geometric_normal<L: Lanes>(l: L, context: &ShadeContext<'_>, batch
     let factor = largest.gt(l.zero()).select(largest, l.splat(1.0)).recip();
     let sign = l.mask(batch.reversed).select(l.splat(-1.0), l.splat(1.0));
     (e1 * factor).cross(e2 * factor) * sign
-}
-
-/// A tangent and bitangent for a unit normal (Duff et al. 2017, "Building an Orthonormal Basis, Revisited").
-#[inline(always)]
-pub(super) fn any_basis<L: Lanes>(l: L, n: V3<L>) -> (V3<L>, V3<L>) {
-    let sign = n.z.lt(l.zero()).select(l.splat(-1.0), l.splat(1.0));
-    let a = (sign + n.z).recip() * -1.0;
-    let b = n.x * n.y * a;
-    let tangent = Vec3::new(sign * n.x * n.x * a + 1.0, sign * b, -sign * n.x);
-    let bitangent = Vec3::new(b, sign + n.y * n.y * a, -n.y);
-    (tangent, bitangent)
 }
 
 /// A vector at unit length, or `fallback` where it is zero.

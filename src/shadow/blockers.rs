@@ -132,10 +132,12 @@ fn furthest(positions: &[[f32; 3]], centre: [f32; 3]) -> f64 {
     })
 }
 
-fn smaller(a: f32, b: f32) -> f32 {
+/// The smaller of two numbers.
+pub(super) fn smaller(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
 }
 
-fn larger(a: f32, b: f32) -> f32 {
+/// The larger of two numbers.
+pub(super) fn larger(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }

@@ -14,7 +14,7 @@
 //! On maps that are seen from a point, places are divided by the distance along the map's axis, and depth is its inverse, which
 //! is linear there. Triangles that reach nearer than the map begins are cut off there, one by one (`clip.rs`).
 
-use super::blockers::{Blockers, Cutout, Masked};
+use super::blockers::{Blockers, Cutout, Masked, smaller};
 use super::clip::{Corner, clipped};
 use super::depth_map::{DEEPEST, DepthMap, OUTERMOST};
 use crate::each;
@@ -395,8 +395,4 @@ fn draw_cutout(frame: &DepthMap, cutout: &Cutout, masked: &[Corner; 3], size: us
         }
     }
     work
-}
-
-fn smaller(a: f32, b: f32) -> f32 {
-    if a < b { a } else { b }
 }

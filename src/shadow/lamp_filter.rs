@@ -90,18 +90,17 @@ impl LampMaps {
         // The first of a sunflower's seeds are one of their own, if they are spread as far.
         let count = lamp.places;
         let radius = radius * (DISC.len() as f32 / count as f32).sqrt();
-        let open = |[x, y]: [f32; 2]| self.open(l, lamp, disc.at([radius * x, radius * y]));
         let (inner, ring) = DISC[..count].split_at(count - RING);
         let mut sum = l.zero();
-        for place in ring {
-            sum = sum + open(*place);
+        for [x, y] in ring {
+            sum = sum + self.open(l, lamp, disc.at([radius * *x, radius * *y]));
         }
         let (dark, lit) = (sum.le(l.zero()), sum.ge(l.splat(RING as f32)));
         if (dark | lit).all() {
             return dark.select(l.zero(), l.splat(1.0));
         }
-        for place in inner {
-            sum = sum + open(*place);
+        for [x, y] in inner {
+            sum = sum + self.open(l, lamp, disc.at([radius * *x, radius * *y]));
         }
         let mean = sum * (1.0 / count as f32);
         dark.select(l.zero(), lit.select(l.splat(1.0), mean))
@@ -129,7 +128,7 @@ impl<L: Lanes> Disc<L> {
         let slope = normal - towards * cosine;
         Self {
             center,
-            across: across(l, towards),
+            across: towards.any_basis(l),
             towards,
             normal,
             narrowing: slope * ((keep - 1.0) / sine_2),
@@ -146,13 +145,4 @@ impl<L: Lanes> Disc<L> {
         let rise = -(along * self.rise);
         self.center + aside + self.narrowing * along + self.towards * rise.at_least(0.0)
     }
-}
-
-/// Two unit vectors across a unit vector: Duff et al. 2017, "Building an orthonormal basis, revisited".
-#[inline(always)]
-fn across<L: Lanes>(l: L, v: V3<L>) -> [V3<L>; 2] {
-    let sign = v.z.lt(l.zero()).select(l.splat(-1.0), l.splat(1.0));
-    let a = l.splat(-1.0) / (sign + v.z);
-    let b = v.x * v.y * a;
-    [Vec3::new(sign * v.x * v.x * a + 1.0, sign * b, -(sign * v.x)), Vec3::new(b, sign + v.y * v.y * a, -v.y)]
 }

@@ -3,7 +3,7 @@
 //!
 //! What maps from a point hold is the distance along their axis, in as many steps as [`DepthMaps`](super::DepthMaps) have.
 
-use super::blockers::Blockers;
+use super::blockers::{Blockers, larger};
 use super::depth_map::{DEEPEST, DepthMap, MARGIN, OUTERMOST, SIZES, basis, depth_at, open, pack};
 use super::draw::Triangles;
 use crate::dispatch_available;
@@ -254,7 +254,8 @@ impl LampMaps {
     /// How many maps lamps have between them.
     #[must_use]
     pub fn count(blockers: &Blockers, sources: &[LampSource], jobs: &Jobs) -> usize {
-        let Some((centre, radius)) = blockers.bounding_sphere(jobs) else { return 0 };
+        let sphere = if sources.is_empty() { None } else { blockers.bounding_sphere(jobs) };
+        let Some((centre, radius)) = sphere else { return 0 };
         sources.iter().map(|source| source.place.frames(centre, radius, SIZES[0]).1.len()).sum()
     }
 
@@ -411,12 +412,12 @@ impl LampMap {
                 let (ax, ay, az) = (x.abs(), y.abs(), z.abs());
                 let along_x = ax.ge(ay) & ax.ge(az);
                 let along_y = !along_x & ay.ge(az);
-                let pick = |x: L::F, y: L::F, z: L::F| along_x.select(x, along_y.select(y, z));
-                let distance = pick(ax, ay, az);
+                let along = [along_x, along_y];
+                let distance = pick::<L>(along, ax, ay, az);
                 let inverse = distance.at_least(self.frame.near).recip();
                 let (scale, middle) = ((size - 2 * MARGIN) as f32 * 0.5, (size - 1) as f32 * 0.5);
-                let at = each!(v in [pick(y, z, x), pick(z, x, y)] => v * inverse * scale + middle);
-                let backwards = pick(x, y, z).lt(l.zero());
+                let at = each!(v in [pick::<L>(along, y, z, x), pick::<L>(along, z, x, y)] => v * inverse * scale + middle);
+                let backwards = pick::<L>(along, x, y, z).lt(l.zero());
                 let axis = along_x.select_i(l.splat_i(0), along_y.select_i(l.splat_i(2), l.splat_i(4)));
                 let face = axis + backwards.select_i(l.splat_i(1), l.splat_i(0));
                 OnMap { at, depth: self.depth(l, distance), first: face * (size * size) as i32 + own }
@@ -429,6 +430,13 @@ impl LampMap {
     fn depth<L: Lanes>(&self, l: L, distance: L::F) -> L::F {
         (l.splat(self.far) - distance) * (1.0 / self.step) + DEEPEST
     }
+}
+
+/// The first number along x, the second along y, else the third. No closure: those that have a name are not compiled for the
+/// instruction set of their lanes.
+#[inline(always)]
+fn pick<L: Lanes>([along_x, along_y]: [L::M; 2], x: L::F, y: L::F, z: L::F) -> L::F {
+    along_x.select(x, along_y.select(y, z))
 }
 
 /// From inverse distances to depths, texel by texel. Returns the least distance.
@@ -451,8 +459,4 @@ fn from_inverse<L: Lanes>(l: L, frame: &DepthMap, far: f32, texels: &mut [u32]) 
     }
     let most = most.to_array().into_iter().fold(0.0_f32, larger);
     if most > 0.0 { frame.nearest() / most } else { far }
-}
-
-fn larger(a: f32, b: f32) -> f32 {
-    if a > b { a } else { b }
 }

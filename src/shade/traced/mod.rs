@@ -15,7 +15,6 @@ pub use lobe::TracedLobe;
 
 use super::ShadeContext;
 use super::lobe_samples::{LobeSamples, cosine_direction, ggx_direction};
-use super::normals::any_basis;
 use super::record::{get, get_vector};
 use super::surface::hit_opacity;
 use super::visibility::LightVisibility;
@@ -144,7 +143,7 @@ impl TracedLight<'_> {
         if !wanted.gt(l.zero()).any() {
             return;
         }
-        let (tangent, bitangent) = any_basis(l, normal);
+        let [tangent, bitangent] = normal.any_basis(l);
         let frame = [tangent, bitangent, normal];
         let position = get_vector(l, planes, layout::FACE_POSITION);
         let start = (position + face * self.epsilon).to_arrays();
