@@ -27,6 +27,7 @@ mod names;
 mod output_file;
 mod progress;
 mod render;
+mod render_report;
 mod render_task;
 mod report;
 mod sandbox;
@@ -34,6 +35,7 @@ mod sheet;
 mod signals;
 mod turntable;
 pub mod value_parsers;
+pub mod worker;
 
 use crate::limits::Limits;
 use crate::suggest::suggestion;
