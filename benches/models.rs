@@ -88,6 +88,7 @@ fn models(criterion: &mut Criterion) {
         maps: 0,
         lamps: None,
         lobe_rays: 0,
+        emitter_rays: 0,
         specular_antialiasing: false,
     };
     for level in SimdLevel::available() {

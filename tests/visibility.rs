@@ -231,6 +231,45 @@ fn a_red_wall_reddens_the_floor_beside_it() {
     }
 }
 
+/// A square that shines lights the floor below it by its form factor, evenly, and not past what is in its way.
+#[test]
+fn a_small_square_that_shines_lights_the_floor_by_its_form_factor() {
+    const CELLS: usize = 64;
+    let (side, radiance, albedo) = (0.4_f64, 20.0_f32, 0.5_f32);
+    let along = |k: usize| ((k as f64 + 0.5) / CELLS as f64 - 0.5) * side;
+    let form: f64 = (0..CELLS * CELLS)
+        .map(|k| {
+            let (x, y) = (along(k % CELLS), along(k / CELLS));
+            let square = 1.0 + x * x + y * y;
+            (side / CELLS as f64).powi(2) / (std::f64::consts::PI * square * square)
+        })
+        .sum();
+    let expected = albedo * radiance * form as f32;
+    let lamp = Material { emissive: [radiance; 3], ..matte([0.0; 3]) };
+    let room = |blocked: bool| {
+        let mut scene = under([0.0; 3]);
+        put(&mut scene, primitives::plane([6.0, 6.0]).unwrap(), matte([albedo; 3]), [0.0; 3]);
+        put(&mut scene, primitives::plane([0.4, 0.4]).unwrap(), lamp.clone(), [0.0, 1.0, 0.0]);
+        if blocked {
+            put(&mut scene, primitives::plane([1.0, 1.0]).unwrap(), matte([0.0; 3]), [0.0, 0.8, 0.0]);
+        }
+        scene
+    };
+    let camera = looking([2.0, 0.7, 0.0], [0.0; 3]);
+    // The middle of the picture.
+    let square = |pixels: &[[f32; 4]]| -> Vec<f32> {
+        (0..4).map(|k| pixels[((SIZE / 2 - 1 + k / 2) * SIZE + SIZE / 2 - 1 + k % 2) as usize][0]).collect()
+    };
+    for visibility in tiers().filter(|visibility| visibility.rays > 0) {
+        let lit = square(&draw(&room(false), &camera, visibility));
+        for value in &lit {
+            assert!((value / expected - 1.0).abs() < 0.02, "{visibility:?}: {value} for {expected}");
+        }
+        let dark = square(&draw(&room(true), &camera, visibility));
+        assert!(dark.iter().all(|value| *value < 0.02 * expected), "{visibility:?}: {dark:?}");
+    }
+}
+
 /// No light reaches the inside of a closed box, whose walls are thicker than a texel.
 #[test]
 fn a_closed_box_is_dark_inside() {

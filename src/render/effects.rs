@@ -51,6 +51,11 @@ impl EffectMemory {
         &self.visibility
     }
 
+    /// Rays of a fragment to surfaces that shine.
+    pub(super) fn emitter_rays(&self) -> u32 {
+        self.visibility.traced().map_or(0, |traced| traced.emitter_rays())
+    }
+
     /// What is known of the environment's light, for a floor, and its number among all that was.
     pub(super) fn maps_of_ground(&self) -> (LightVisibility<'_>, u64) {
         self.visibility.maps_of_ground()

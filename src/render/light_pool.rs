@@ -66,7 +66,7 @@ impl Receiver {
 const PLANE: f32 = 0.1;
 
 /// From this alpha on reflections are taken together, and over how much of it it becomes all.
-const NARROW: [f32; 2] = [0.04, 0.15];
+const NARROW: [f32; 2] = [0.02, 0.06];
 
 /// Square of the length of the difference of unit normals from which on diffuse light is another one.
 const TURNED: f32 = 0.3;

@@ -126,7 +126,8 @@ impl Memory {
         });
 
         // Say what all tiles share.
-        let shade = shade_context(request, &view, &draws, &environment, &self.lights);
+        let emitter_rays = self.passes.effects.emitter_rays();
+        let shade = shade_context(request, &view, &draws, &environment, &self.lights, emitter_rays);
         self.costs.clear();
         self.costs.extend(scene.materials().iter().map(|material| ShadingCost::of(material, &shade)));
         Finer::list(scene.materials(), scene.textures(), options, &mut self.finer);
@@ -273,6 +274,7 @@ fn shade_context<'a>(
     draws: &'a [Draw<'a>],
     environment: &'a EnvironmentLight<'a>,
     lights: &'a LightMemory,
+    emitter_rays: u32,
 ) -> ShadeContext<'a> {
     let &Request { scene, options, .. } = request;
     ShadeContext {
@@ -289,6 +291,7 @@ fn shade_context<'a>(
         maps: options.visibility.maps,
         lamps: lights.shadows(),
         lobe_rays: options.visibility.rays,
+        emitter_rays,
         specular_antialiasing: options.specular_antialiasing,
     }
 }

@@ -8,7 +8,7 @@ use crate::bvh::Hierarchy;
 use crate::light::EnvironmentLight;
 use crate::limits::{LimitExceeded, Limits};
 use crate::scene::{Mesh, Scene, Transform};
-use crate::shade::{DistantLight, LightVisibility, LobeSamples, TracedLight};
+use crate::shade::{DistantLight, Emitters, LightVisibility, LobeSamples, TracedLight};
 use crate::shadow::{self, Blockers, DepthMaps};
 
 /// Lengths below this part of a scene's size mean nothing: rays start so far off their surface.
@@ -26,6 +26,7 @@ pub(super) struct VisibilityMemory {
     maps: DepthMaps,
     traced: TracedScene,
     samples: LobeSamples,
+    emitters: Emitters,
     /// Surfaces are shaded with it.
     is_on: bool,
     /// How many times maps were made.
@@ -84,6 +85,9 @@ impl VisibilityMemory {
             self.traced = TracedScene::default();
             self.traced.build(crew, scene, limits)?;
         }
+        if asked.rays > 0 {
+            self.traced.list_emitters(scene, &mut self.emitters);
+        }
         Ok(())
     }
 
@@ -112,6 +116,7 @@ impl VisibilityMemory {
             draws,
             samples: &self.samples,
             epsilon: *epsilon,
+            emitters: &self.emitters,
             visibility,
         })
     }
@@ -179,6 +184,35 @@ impl TracedScene {
         self.epsilon = largest * EPSILON;
         self.hierarchy = Hierarchy::new(&self.corners, crew.jobs);
         Ok(())
+    }
+
+    /// Lists the triangles that shine, by materials as they are now.
+    fn list_emitters(&self, scene: &Scene, emitters: &mut Emitters) {
+        emitters.clear(scene.materials().len());
+        let shining = || {
+            let ends = self.draws.iter().skip(1).map(|(_, first)| *first).chain([self.corners.len() as u32]);
+            let ranges = self.draws.iter().zip(ends).map(|((_, first), end)| *first as usize..end as usize);
+            let draws = shadow::blocking_draws(scene).zip(ranges);
+            draws.filter_map(|((_, instance, _), range)| {
+                let number = instance.material.index();
+                let material = &scene.materials()[number];
+                Emitters::shines(material).then(|| (instance, number, material, &self.corners[range]))
+            })
+        };
+        for (_, number, _, triangles) in shining() {
+            triangles.iter().for_each(|triangle| emitters.count(triangle, number));
+        }
+        let [x, y, z] = scene.bounds().size();
+        emitters.choose((2.0 * (x * y + y * z + z * x)) as f32);
+        for (instance, number, material, triangles) in shining() {
+            let mirrored = instance.transform.determinant() < 0.0;
+            for &[a, b, c] in triangles {
+                let corners = if mirrored { [a, c, b] } else { [a, b, c] };
+                if !emitters.add(&corners, number, material) {
+                    return;
+                }
+            }
+        }
     }
 }
 

@@ -81,6 +81,8 @@ pub struct ShadeContext<'a> {
     pub lamps: Option<LampVisibility<'a>>,
     /// Rays that each lobe sends.
     pub lobe_rays: u32,
+    /// Rays of a fragment to surfaces that shine.
+    pub emitter_rays: u32,
     /// Roughness grows where normals vary within a pixel, also in models whose engines leave it out.
     pub specular_antialiasing: bool,
 }

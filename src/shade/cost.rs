@@ -98,7 +98,8 @@ impl ShadingCost {
         let lobes = if material.coat > 0.0 { 3 } else { 2 };
         let rays = if context.maps > 0 { lobes * u64::from(context.lobe_rays) } else { 0 };
         // The surface is found once more for its rays.
-        let receiving = if rays > 0 { fragment + POOL + rays * (RAY + fragment) } else { 0 };
+        let to_lamps = RAY * u64::from(context.emitter_rays);
+        let receiving = if rays > 0 { fragment + POOL + rays * (RAY + fragment) + to_lamps } else { 0 };
         Self {
             fragment: fragment + receiving,
             light: if layered { light_on_layers } else { light } + light_through + shadow,

@@ -36,7 +36,7 @@ pub use lobes::LobeValues;
 pub use open_direction::OpenDirections;
 pub use record::store_surface;
 pub use surface::{Dielectric, Reflectance, Surface, SurfacePlace, SurfaceReading, store_face};
-pub use traced::{Found, Senders, TraceScratch, TracedLight, TracedLobe};
+pub use traced::{Emitters, Found, Senders, TraceScratch, TracedLight, TracedLobe};
 pub use transmission::{Passed, pass_through, store_transmission};
 pub use variation::NormalFilter;
 pub use visibility::{DistantLight, LightVisibility};

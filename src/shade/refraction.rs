@@ -146,6 +146,7 @@ mod tests {
             maps: 0,
             lamps: None,
             lobe_rays: 0,
+            emitter_rays: 0,
             specular_antialiasing: false,
         }
     }

@@ -189,7 +189,7 @@ for leg in "${legs[@]}"; do
                     RUSTC_BOOTSTRAP=1 CARGO_TARGET_S390X_UNKNOWN_LINUX_GNU_LINKER=$work/s390x-cc \
                     cross "$leg" s390x-unknown-linux-gnu -Z build-std=std,panic_unwind
                 # Its emulator computes floats one by one in software.
-                machine "$leg/6" "$root/usr/bin/qemu-s390x-static -L $root/usr/s390x-linux-gnu $program"
+                machine "$leg/24" "$root/usr/bin/qemu-s390x-static -L $root/usr/s390x-linux-gnu $program"
             else
                 skip "$leg" "$why"
             fi ;;

@@ -9,7 +9,8 @@ use crate::shade::record::{get, get_vector, put};
 use crate::shade::visibility::share;
 
 /// Numbers of a lobe: what was sent back (3), the weight of what was hit, the weight of all, the environment's light (3) and
-/// what of it was open (3); and one more, so that they are whole vectors.
+/// what of it was open (3); and one more, so that they are whole vectors. Of diffuse lobes, in place of the environment's light that
+/// of lamps (3) and how many have looked for it (1).
 const SUMS: usize = 12;
 
 /// Sums over the rays of each lobe of a fragment. Those of fragments that are alike may be added.
@@ -28,6 +29,16 @@ impl Found {
             sums[5 + k] += all[k];
             sums[8 + k] += open[k];
         }
+    }
+
+    /// Adds the light of lamps to diffuse light.
+    #[inline(always)]
+    pub(super) fn add_direct(&mut self, light: [f32; 3]) {
+        let sums = &mut self.lobes[TracedLobe::Diffuse as usize];
+        for k in 0..3 {
+            sums[5 + k] += light[k];
+        }
+        sums[8] += 1.0;
     }
 
     /// Adds a ray that has hit something.
@@ -55,10 +66,13 @@ impl Found {
         }
     }
 
-    /// Takes what another has of a lobe.
+    /// Takes what another has of a lobe, but for the light of lamps.
     #[inline(always)]
     pub fn take(&mut self, lobe: TracedLobe, other: &Self) {
-        self.lobes[lobe as usize] = other.lobes[lobe as usize];
+        let own = std::mem::replace(&mut self.lobes[lobe as usize], other.lobes[lobe as usize]);
+        if lobe == TracedLobe::Diffuse {
+            self.lobes[lobe as usize][5..].copy_from_slice(&own[5..]);
+        }
     }
 
     /// Fills the planes of up to sixteen fragments of a material with what rays have found, where they were sent; what the maps
@@ -127,7 +141,10 @@ fn store<L: Lanes>(l: L, lobe: TracedLobe, sums: &Sums<L>, planes: &mut SurfaceP
     // By the rays alone.
     let direct = sums.sent / sums.weight.at_least(1e-6);
     let traced = sums.weight.gt(l.zero());
-    let bounce = Vec3::select(traced, direct.lerp(mean, wide), estimate);
+    let mut bounce = Vec3::select(traced, direct.lerp(mean, wide), estimate);
+    if lobe == TracedLobe::Diffuse {
+        bounce += sums.all / sums.open.x.at_least(1e-6);
+    }
     put(planes, bounce_plane, bounce.to_array());
     if lobe != TracedLobe::Diffuse {
         let (direct, known) = (share(l, sums.open, sums.all), get_vector(l, planes, seen_plane));

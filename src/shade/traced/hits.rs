@@ -1,6 +1,6 @@
 //! What rays have hit, and what it sends back.
 
-use super::{Found, TraceScratch, TracedLight, TracedLobe, each_of};
+use super::{Emitters, Found, TraceScratch, TracedLight, TracedLobe, each_of};
 use crate::gbuffer::Batch;
 use crate::math::lanes::{LANES, Lanes};
 use crate::math::vec3::Vec3;
@@ -95,7 +95,13 @@ impl TracedLight<'_> {
         }
         // In the order in which they were hit.
         for (hit, radiance) in hits.iter().zip(&*found_radiance) {
-            found[hit.sender as usize].add_hit(hit.lobe, hit.weight, *radiance);
+            let mut radiance = *radiance;
+            let material = &context.materials[hit.material as usize];
+            let is_diffuse = hit.lobe == TracedLobe::Diffuse;
+            if self.emitters.has(hit.material) && (is_diffuse || hit.part != ALL) {
+                radiance = Emitters::without_own(radiance, material, is_diffuse);
+            }
+            found[hit.sender as usize].add_hit(hit.lobe, hit.weight, radiance);
         }
         hits.clear();
     }

@@ -77,7 +77,7 @@ impl TracedLobe {
         let mut open = self.sky(l, planes).ge(one);
         let mut narrow = one;
         if self != Self::Diffuse {
-            narrow = (alpha * (1.0 / NARROW)).saturate();
+            narrow = (alpha * (1.0 / FEW)).saturate();
             open = open & Self::Diffuse.sky(l, planes).ge(one);
         }
         let shown = weight_in_picture(l, self, material, planes);
@@ -88,6 +88,9 @@ impl TracedLobe {
 }
 
 /// Lobes of less than this alpha send fewer rays than others: in a mirror all are the same.
+const FEW: f32 = 0.05;
+
+/// What lobes of more than this alpha meet is lit by a part of the maps, one ray by one part and another by another.
 pub(super) const NARROW: f32 = 0.2;
 
 /// Inverse of the share that lobes show from which on they send all their rays: of diffuse ones, and of reflections, whose light

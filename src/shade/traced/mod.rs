@@ -6,10 +6,12 @@
 //! reach it (`hits.rs`). What rays have found is kept as sums ([`Found`]), so that those of neighbours can be added before
 //! shading reads what they come to.
 
+mod emitters;
 mod found;
 mod hits;
 mod lobe;
 
+pub use emitters::Emitters;
 pub use found::Found;
 pub use lobe::TracedLobe;
 
@@ -24,6 +26,7 @@ use crate::gbuffer::layout::{self, SurfacePlanes};
 use crate::math::lanes::{Float, LANES, Lanes, Mask};
 use crate::math::vec3::Vec3;
 use crate::scene::{AlphaMode, Material};
+use emitters::LitPlace;
 use hits::RayHit;
 use lobe::NARROW;
 
@@ -40,6 +43,8 @@ pub struct TracedLight<'a> {
     pub samples: &'a LobeSamples,
     /// Length below which distances mean nothing.
     pub epsilon: f32,
+    /// What of the triangles shines.
+    pub emitters: &'a Emitters,
     /// What light reaches the places that are hit.
     pub visibility: LightVisibility<'a>,
 }
@@ -140,13 +145,23 @@ impl TracedLight<'_> {
         let (normal, [roughness]) = (get_vector(l, planes, normal), get(l, planes, roughness));
         let alpha = roughness.squared().at_least(1e-4);
         let wanted = lobe.wanted(l, self.samples.len() as f32, material, alpha, planes);
-        if !wanted.gt(l.zero()).any() {
+        let looks_for_lamps = lobe == TracedLobe::Diffuse && !self.emitters.is_empty();
+        if !wanted.gt(l.zero()).any() && !looks_for_lamps {
             return;
         }
         let [tangent, bitangent] = normal.any_basis(l);
         let frame = [tangent, bitangent, normal];
         let position = get_vector(l, planes, layout::FACE_POSITION);
         let start = (position + face * self.epsilon).to_arrays();
+        if looks_for_lamps {
+            let (face, normal) = (face.to_arrays(), normal.to_arrays());
+            for (lane, &sender) in senders.places.iter().enumerate().take(LANES) {
+                let (start, pixel) = (each_of(&start, lane), senders.pixels[lane]);
+                let at =
+                    LitPlace { start, face: each_of(&face, lane), normal: each_of(&normal, lane), pixel };
+                found[sender as usize].add_direct(self.from_emitters(l, context, &at, scratch));
+            }
+        }
         let spread = self.spread(l, lobe, planes);
         let is_wide = if lobe == TracedLobe::Diffuse { l.mask(u16::MAX) } else { alpha.gt(l.splat(NARROW)) };
         let wide = is_wide.select(l.splat(1.0), l.zero()).to_array();
@@ -218,15 +233,19 @@ impl TracedLight<'_> {
         traversal: &mut Traversal,
         batch: &mut Batch,
     ) -> Option<Hit> {
-        self.hierarchy.nearest(l, ray, traversal, |hit| {
-            let (draw, triangle) = self.place(hit.triangle);
-            let of = &context.draws[draw as usize];
-            let material = &context.materials[of.material as usize];
-            let AlphaMode::Mask { cutoff } = material.alpha_mode else { return true };
-            batch.of_hits(&[(of.mesh.triangles()[triangle as usize], draw)], 0);
-            let weights = hit.barycentrics.map(|b| l.splat(b));
-            hit_opacity(l, context, material, batch, weights).to_array()[0] >= cutoff
-        })
+        self.hierarchy.nearest(l, ray, traversal, |hit| self.is_opaque(l, context, hit, batch))
+    }
+
+    /// Whether a triangle is there where it is hit.
+    #[inline(always)]
+    fn is_opaque<L: Lanes>(&self, l: L, context: &ShadeContext<'_>, hit: &Hit, batch: &mut Batch) -> bool {
+        let (draw, triangle) = self.place(hit.triangle);
+        let of = &context.draws[draw as usize];
+        let material = &context.materials[of.material as usize];
+        let AlphaMode::Mask { cutoff } = material.alpha_mode else { return true };
+        batch.of_hits(&[(of.mesh.triangles()[triangle as usize], draw)], 0);
+        let weights = hit.barycentrics.map(|b| l.splat(b));
+        hit_opacity(l, context, material, batch, weights).to_array()[0] >= cutoff
     }
 
     /// The draw of a triangle, and the triangle's number in it.
