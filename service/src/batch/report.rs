@@ -5,7 +5,7 @@ use crate::pool::WorkError;
 use overcoat::cli::worker::protocol::{FailureClass, FailureReport};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
-use std::fs::{File, OpenOptions};
+use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{BufRead, BufReader, Seek, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
@@ -155,9 +155,14 @@ impl Report {
             .read(true)
             .write(true)
             .create(true)
-            .truncate(!go_on)
+            // Not before it is this process's own.
+            .truncate(false)
             .open(path)
             .map_err(about)?;
+        wait_for_others(&file, path).map_err(about)?;
+        if !go_on {
+            file.set_len(0).map_err(about)?;
+        }
         let previous = Previous::read(&mut file).map_err(about)?;
         Ok((Self { path: path.to_owned(), file: Mutex::new(file) }, previous))
     }
@@ -171,6 +176,21 @@ impl Report {
         line.push(b'\n');
         let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
         file.write_all(&line).map_err(|e| format!("{}: {e}", self.path.display()))
+    }
+}
+
+/// Waits until no other process adds to a report. One whose parent was killed may still be at work on the same: what it makes is
+/// kept, and not made twice.
+fn wait_for_others(file: &File, path: &Path) -> std::io::Result<()> {
+    match file.try_lock() {
+        Ok(()) => Ok(()),
+        Err(TryLockError::WouldBlock) => {
+            eprintln!("{}: waits for another process that adds to it", path.display());
+            file.lock()
+        }
+        // File systems without locks have no other process either, as far as anybody can tell.
+        Err(TryLockError::Error(e)) if e.kind() == std::io::ErrorKind::Unsupported => Ok(()),
+        Err(TryLockError::Error(e)) => Err(e),
     }
 }
 
