@@ -8,7 +8,7 @@ use std::path::Path;
 const OF_THE_TREE: [&str; 3] = ["ARCHITECTURE.md", "CONTRIBUTING.md", "SECURITY.md"];
 
 /// What is directly in the tree and belongs into the code map, beside everything in `src`.
-const FOLDERS: [&str; 7] = ["tests", "golden", "assets", "examples", "benches", "fuzz", ".ci"];
+const FOLDERS: [&str; 8] = ["tests", "golden", "assets", "examples", "benches", "fuzz", "packaging", ".ci"];
 
 /// How names of files end that documents mention without their folder.
 const EXTENSIONS: [&str; 6] = [".rs", ".md", ".toml", ".tsv", ".sh", ".py"];

@@ -7,8 +7,9 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 /// Every command that has a help of its own.
-const COMMANDS: [&str; 13] = [
+const COMMANDS: [&str; 16] = [
     "render",
+    "thumbnail",
     "turntable",
     "animate",
     "info",
@@ -21,6 +22,8 @@ const COMMANDS: [&str; 13] = [
     "golden check",
     "golden report",
     "golden accept",
+    "completions",
+    "man",
 ];
 
 fn root() -> &'static Path {

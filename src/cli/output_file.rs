@@ -65,6 +65,24 @@ impl OutputFile {
         Ok(target)
     }
 
+    /// The same for a picture of this format, whatever its name says.
+    ///
+    /// # Errors
+    /// As [`OutputFile::new`].
+    pub(super) fn of_format(
+        path: &Path,
+        format: OutputFormat,
+        inputs: &[PathBuf],
+        json: bool,
+    ) -> Result<Self, Failure> {
+        if is_standard_output(path) {
+            check_standard_output(json)?;
+        } else {
+            check_file(path, inputs)?;
+        }
+        Ok(Self { path: path.to_owned(), format, quality: DEFAULT_JPEG_QUALITY, planes: Vec::new() })
+    }
+
     /// The format of the picture.
     #[must_use]
     pub fn format(&self) -> OutputFormat {
@@ -157,6 +175,12 @@ impl Encoded {
     #[must_use]
     pub fn new(path: PathBuf, bytes: Vec<u8>) -> Self {
         Self { files: vec![(path, bytes)] }
+    }
+
+    /// Several files.
+    #[must_use]
+    pub(super) fn of_files(files: Vec<(PathBuf, Vec<u8>)>) -> Self {
+        Self { files }
     }
 
     /// Bytes of all files.
