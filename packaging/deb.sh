@@ -4,7 +4,7 @@
 # Needs a Rust toolchain, python3 and dpkg-dev (apt-get install dpkg-dev). Runs where the C library is at least as new as here.
 # Usage: packaging/deb.sh
 # Writes target/packages/overcoat_VERSION_ARCH.deb.
-# OVERCOAT_BINARY, if set, is a program to take in place of building one.
+# OVERCOAT_BINARY, if set, is a program to take in place of building one; OVERCOAT_MAINTAINER, NAME <ADDRESS>, who answers for it.
 . "$(dirname "$0")/common.sh"
 need dpkg-deb dpkg
 need dpkg-shlibdeps dpkg-dev
@@ -47,7 +47,7 @@ gzip -9n "$share"/man/man1/*.1
 put 644 packaging/copyright "$doc/copyright"
 gzip -9n <CHANGELOG.md | made "$doc/changelog.gz"
 python3 packaging/notices.py "$target" | gzip -9n | made "$doc/third-party-licenses.gz"
-maintainer='The overcoat developers <overcoat@users.noreply.github.com>'
+maintainer=${OVERCOAT_MAINTAINER:-The overcoat developers <overcoat-render@users.noreply.github.com>}
 gzip -9n <<END | made "$doc/changelog.Debian.gz"
 overcoat ($version-1) unstable; urgency=medium
 
@@ -67,7 +67,7 @@ Package: overcoat
 Version: $version-1
 Architecture: $(dpkg --print-architecture)
 Maintainer: $maintainer
-Installed-Size: $(du -k -s --apparent-size "$root/usr" | cut -f1)
+Installed-Size: $(find "$root/usr" -type f -printf '%s\n' | awk '{ kib += int(($1 + 1023) / 1024) } END { print kib }')
 ${depends:+Depends: $depends
 }Section: graphics
 Priority: optional

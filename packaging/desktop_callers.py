@@ -145,6 +145,19 @@ class Tumbler:
         return None
 
 
+def check_mime_types(folder):
+    """What the system's database and the package's file say of names and contents."""
+    kinds = {"car.glb": "gltf-binary", "box.gltf": "gltf+json", "box.obj": "obj", "box.stl": "stl", "box.ply": "ply"}
+    for name, kind in kinds.items():
+        assert mime_type(folder / name) == f"model/{kind}", f"{name} is {mime_type(folder / name)}"
+    # By content alone.
+    nameless = folder / "nameless"
+    shutil.copy(folder / "box.ply", nameless)
+    assert mime_type(nameless) == "model/ply", mime_type(nameless)
+    other = "application/vnd.ms-package.3dmanufacturing-3dmodel+xml"
+    assert Gio.content_type_equals(other, "model/3mf") or Gio.content_type_is_a(other, "model/3mf")
+
+
 def check(caller, folder, pictures):
     """Models that every caller has a picture of, and what becomes of those that lack a part."""
     whole = ["car.glb", "box.stl", "box.ply", "box.obj", "lonely.obj", "50% größer #1.stl"]
@@ -203,6 +216,7 @@ def main():
     folder = pathlib.Path(os.environ["HOME"]) / "models"
     folder.mkdir()
     write_models(folder, root)
+    check_mime_types(folder)
     for caller in [Gnome(), Tumbler()]:
         check(caller, folder, pictures)
     check_without_walls(folder)

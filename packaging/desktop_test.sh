@@ -9,13 +9,7 @@ deb=$(realpath "${1:?usage: packaging/desktop_test.sh PACKAGE.deb}")
 [ "$(id -u)" = 0 ] || die 'root is needed, to lay the package over /usr'
 
 wanted=(gir1.2-gnomedesktop-4.0 python3-gi tumbler bubblewrap shared-mime-info dbus util-linux)
-missing=$(dpkg-query -W -f '${Package} ${db:Status-Status}\n' "${wanted[@]}" 2>/dev/null | awk '$2 == "installed" { print $1 }' |
-    grep -vxFf - <(printf '%s\n' "${wanted[@]}") || true)
-if [ -n "$missing" ]; then
-    # shellcheck disable=SC2086
-    DEBIAN_FRONTEND=noninteractive apt-get install -qq -y --no-install-recommends $missing >/dev/null ||
-        die "apt-get cannot install: $(echo $missing)"
-fi
+install_missing "${wanted[@]}"
 
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
@@ -28,6 +22,7 @@ export HOME=$scratch/home XDG_RUNTIME_DIR=$scratch/run XDG_CACHE_HOME=$scratch/h
 export XDG_DATA_HOME=$scratch/home/.local/share XDG_CONFIG_HOME=$scratch/home/.config
 
 # In a mount name space of its own, so that nothing stays.
+# shellcheck disable=SC2016
 unshare --mount --propagation private bash -euo pipefail -c '
     mkdir "$SCRATCH/over"
     mount -t tmpfs tmpfs "$SCRATCH/over"
@@ -35,5 +30,8 @@ unshare --mount --propagation private bash -euo pipefail -c '
     mount -t overlay overlay -o "lowerdir=/usr,upperdir=$SCRATCH/over/upper,workdir=$SCRATCH/over/work" /usr
     dpkg -x "$DEB" /
     update-mime-database /usr/share/mime
-    dbus-run-session -- /usr/bin/python3 "$ROOT/packaging/desktop_callers.py" "$ROOT" "$PICTURES"
+    dbus-run-session -- /usr/bin/python3 "$ROOT/packaging/desktop_callers.py" "$ROOT" "$PICTURES" 2>"$SCRATCH/said" ||
+        { cat "$SCRATCH/said" >&2; exit 1; }
+    # Where the sandbox can be had at all it can be had within those of the callers, or a thumbnailer would have said so.
+    if overcoat --sandbox formats >"$SCRATCH/formats" && grep "not everything is given up" "$SCRATCH/said" >&2; then exit 1; fi
 '

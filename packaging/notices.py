@@ -49,7 +49,10 @@ def main():
         print(f"{name}, {package['license'] or 'see below'}, {package['repository'] or 'https://crates.io'}")
         for author in package["authors"]:
             print(f"  {author}")
-        for text in texts(package):
+        found = texts(package)
+        if not found:
+            print("  (the package has no file with its licence)")
+        for text in found:
             # Many have the same words.
             if text in seen:
                 print(f"\nA text as that of {seen[text]}.")

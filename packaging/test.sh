@@ -8,23 +8,10 @@
 # OVERCOAT_BINARY, OVERCOAT_STATIC_BINARY, if set: programs to take in place of building them.
 # PACKAGING_REBUILD=yes builds the static program a second time, in another folder, and compares.
 . "$(dirname "$0")/common.sh"
-start=$SECONDS
+start=$SECONDS arch=$(uname -m)
 
 wanted=(binutils dpkg-dev file bubblewrap bash-completion fish libxml2-utils lintian python3 skopeo umoci zsh man-db)
-# Those that are not installed.
-missing() {
-    local name
-    for name in "$@"; do
-        dpkg-query -W -f '${db:Status-Status}' "$name" 2>/dev/null | grep -qx installed || echo "$name"
-    done
-}
-need dpkg-query dpkg
-mapfile -t lacking < <(missing "${wanted[@]}")
-if [ ${#lacking[@]} -gt 0 ]; then
-    [ "$(id -u)" = 0 ] || die "as root: apt-get install ${lacking[*]}"
-    apt-get -qq update
-    DEBIAN_FRONTEND=noninteractive apt-get -qq -y --no-install-recommends install "${lacking[@]}" >/dev/null
-fi
+install_missing "${wanted[@]}"
 
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
@@ -41,12 +28,12 @@ build() {
         export OVERCOAT_BINARY=$PWD/target/release/overcoat
     fi
     if [ -z "${OVERCOAT_STATIC_BINARY-}" ]; then
-        packaging/static.sh "$(uname -m)"
-        export OVERCOAT_STATIC_BINARY=$packages/overcoat-$version-linux-$(uname -m)
+        packaging/static.sh "$arch"
+        export OVERCOAT_STATIC_BINARY=$packages/overcoat-$version-linux-$arch
     fi
     for folder in first second; do
         # The time zone, the mask of permissions and the locale of whoever builds do not matter.
-        (umask 077 && OVERCOAT_PACKAGES=$work/$folder packaging/deb.sh && OVERCOAT_PACKAGES=$work/$folder packaging/oci.sh "$(uname -m)")
+        (umask 077 && OVERCOAT_PACKAGES=$work/$folder packaging/deb.sh && OVERCOAT_PACKAGES=$work/$folder packaging/oci.sh "$arch")
     done
     deb=$(echo "$work"/first/*.deb)
     image=$(echo "$work"/first/*.tar)
@@ -57,7 +44,7 @@ twice_the_same() {
     if [ "${PACKAGING_REBUILD-}" = yes ]; then
         mkdir "$work/elsewhere"
         git archive HEAD | tar -x -C "$work/elsewhere"
-        (cd "$work/elsewhere" && env -u OVERCOAT_STATIC_BINARY OVERCOAT_PACKAGES="$work/third" packaging/static.sh "$(uname -m)")
+        (cd "$work/elsewhere" && env -u OVERCOAT_STATIC_BINARY OVERCOAT_PACKAGES="$work/third" packaging/static.sh "$arch")
         cmp "$OVERCOAT_STATIC_BINARY" "$work"/third/overcoat-*
     fi
 }

@@ -83,8 +83,8 @@ pub fn run() -> ExitCode {
 
 /// Gives up rights, if that is wanted; for thumbnails, unless it is not.
 fn confine(cli: &mut Cli) -> Result<(), Failure> {
-    if let Command::Thumbnail(args) = &cli.command {
-        thumbnail::bound_memory(args.memory);
+    if let Command::Thumbnail(args) = &mut cli.command {
+        thumbnail::prepare(args);
         if !cli.sandbox && !args.no_sandbox {
             let reporter = Reporter { quiet: args.report.quiet };
             for missing in sandbox::enter_as_far_as_possible(&mut cli.command) {

@@ -10,11 +10,25 @@ use crate::output::OutputFormat;
 use std::slice::from_ref;
 use std::time::Instant;
 
-/// Bounds the memory of this process. Called before rights are given up: afterwards no limit can be set.
+/// Threads where nobody says how many. A file manager asks for several pictures at once; and each thread takes of the memory
+/// that the process may have.
+const MOST_THREADS: usize = 4;
+
+/// What has to be settled before rights are given up: afterwards no limit can be set, and nobody says how many processors
+/// there are.
+pub(super) fn prepare(args: &mut ThumbnailArgs) {
+    bound_memory(args.memory);
+    if args.workers.threads == 0 {
+        let processors = std::thread::available_parallelism();
+        args.workers.threads = processors.map_or(1, |n| n.get().min(MOST_THREADS) as u16);
+    }
+}
+
+/// Bounds the memory of this process.
 ///
 /// Counted is what the process may write to, touched or not (`RLIMIT_DATA`), and not its address space, of which C
 /// libraries set aside far more than they use.
-pub(super) fn bound_memory(bytes: u64) {
+fn bound_memory(bytes: u64) {
     #[cfg(any(target_os = "linux", target_os = "android"))]
     {
         use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};

@@ -11,7 +11,7 @@ pub const MEMORY_DEFAULT: &str = "512Mi";
 /// seconds of one processor.
 pub const THUMBNAIL_LIMITS: [(&str, u64); 7] = [
     ("input_bytes", 1 << 28),
-    ("decoded_bytes", 3 << 27),
+    ("decoded_bytes", 7 << 26),
     ("triangles", 1 << 22),
     ("texture_pixels", 1 << 25),
     ("total_texture_pixels", 1 << 26),

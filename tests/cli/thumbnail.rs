@@ -130,6 +130,23 @@ fn what_fails_writes_nothing() {
     assert_eq!(raised.status.code(), Some(0), "{}", stderr(&raised));
 }
 
+/// Tumbler makes an empty file, and reads from where it has opened it.
+#[test]
+fn a_file_that_waits_for_its_picture_gets_it() {
+    use std::io::Read;
+    let folder = folder();
+    let path = folder.path().join("waiting.png");
+    let mut waiting = fs::File::options().read(true).write(true).create_new(true).open(&path).unwrap();
+    let failed = overcoat(folder.path(), &["thumbnail", "gone.glb", "waiting.png"]);
+    assert_eq!((failed.status.code(), waiting.metadata().unwrap().len()), (Some(1), 0));
+    let done = overcoat(folder.path(), &["thumbnail", "quad.glb", "waiting.png", "--size", "16"]);
+    assert_eq!(done.status.code(), Some(0), "{}", stderr(&done));
+    let mut picture = Vec::new();
+    waiting.read_to_end(&mut picture).unwrap();
+    assert_eq!(read_png(&picture).0, 16);
+    assert_eq!(names(folder.path()), ["quad.glb", "waiting.png"]);
+}
+
 /// GNOME shows a thumbnailer the model's file alone.
 #[test]
 fn an_obj_without_its_library_is_of_clay() {
@@ -158,8 +175,8 @@ fn memory_is_bounded() {
     let mut facets = vec![0; 84];
     facets[80..].copy_from_slice(&400_000_u32.to_le_bytes());
     for k in 0..400_000_u32 {
-        let at = |corner: u32| ((k * 7 + corner * corner * 13) % 1009) as f32;
-        let numbers = [0.0, 0.0, 0.0, at(0), at(1), at(2), at(3), at(4), at(5), at(6), at(7), at(8)];
+        let (x, y) = ((k % 640) as f32, (k / 640) as f32);
+        let numbers = [0.0, 0.0, 0.0, x, y, 0.0, x + 1.0, y, 0.0, x, y + 1.0, 0.0];
         facets.extend(numbers.iter().flat_map(|v| v.to_le_bytes()));
         facets.extend([0, 0]);
     }

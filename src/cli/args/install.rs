@@ -9,7 +9,7 @@ use std::path::PathBuf;
 #[command(after_help = "Examples:
   overcoat completions bash > ~/.local/share/bash-completion/completions/overcoat
   overcoat completions fish > ~/.config/fish/completions/overcoat.fish
-  overcoat completions zsh > ~/.zfunc/_overcoat   (a folder of $fpath)")]
+  overcoat completions zsh > ~/.zfunc/_overcoat")]
 pub struct CompletionsArgs {
     /// The shell that reads it
     #[arg(value_name = "SHELL")]

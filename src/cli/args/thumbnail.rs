@@ -6,11 +6,14 @@ use crate::cli::value_parsers;
 use clap::Args;
 use std::path::PathBuf;
 
+/// What `--threads` is where each takes of a bounded memory.
+const THREADS: &str = "Worker threads, 0 to 256; 0 stands for one per processor, at most 4";
+
 /// `overcoat thumbnail`
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:
+#[command(mut_arg("threads", |threads| threads.help(THREADS)), after_long_help = explained(), after_help = "Examples:
   overcoat thumbnail part.stl part.png
-  overcoat thumbnail --size 512 file:///home/me/my%20car.glb car.png", after_long_help = explained())]
+  overcoat thumbnail --size 512 file:///home/me/my%20car.glb car.png")]
 pub struct ThumbnailArgs {
     /// Model file (.glb, .gltf, .obj, .stl, .ply, .3mf; also in gzip or Zstandard) or its file:// URI, or - for standard input
     #[arg(value_name = "IN", value_parser = value_parsers::file_or_uri())]
