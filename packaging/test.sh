@@ -10,7 +10,8 @@
 . "$(dirname "$0")/common.sh"
 start=$SECONDS arch=$(uname -m)
 
-wanted=(binutils dpkg-dev file bubblewrap bash-completion fish libxml2-utils lintian python3 skopeo umoci zsh man-db)
+wanted=(binutils dpkg-dev file bubblewrap bash-completion fish libxml2-utils lintian man-db python3 shared-mime-info skopeo
+    umoci zsh)
 install_missing "${wanted[@]}"
 
 work=$(mktemp -d)
@@ -60,7 +61,7 @@ mime_types_are_valid() {
     mkdir -p "$work/mime/packages"
     cp packaging/overcoat.xml "$work/mime/packages/"
     local said
-    said=$(update-mime-database "$work/mime" 2>&1)
+    said=$(XDG_DATA_HOME=$work update-mime-database "$work/mime" 2>&1)
     test -z "$said" || die "update-mime-database: $said"
 }
 

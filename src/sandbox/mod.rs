@@ -4,7 +4,8 @@
 //! second wall, for the day on which the first has a hole.
 //!
 //! On Linux (x86-64, 64-bit ARM) [`enter`] restricts files by landlock (Linux 5.13 and newer) and system calls by
-//! seccomp. Everything else is an error: a process that was asked for a sandbox never runs without.
+//! seccomp. Everything else is an error: a process that was asked for a sandbox never runs without. (Thumbnails, for which
+//! nobody has asked, go on with the walls that stand.)
 //!
 //! What is left after [`enter`]:
 //!
