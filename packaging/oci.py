@@ -38,7 +38,7 @@ def layer_of(program, time):
         add(archive, "usr", 0o755, time)
         add(archive, "usr/bin", 0o755, time)
         add(archive, "usr/bin/overcoat", 0o755, time, program)
-        add(archive, "work", 0o755, time)
+        add(archive, "mnt", 0o755, time)
     return layer.getvalue()
 
 
@@ -59,7 +59,7 @@ def config_of(layer, version, arch, created):
             "Env": ["PATH=/usr/bin"],
             "Entrypoint": ["/usr/bin/overcoat"],
             "Cmd": ["--help"],
-            "WorkingDir": "/work",
+            "WorkingDir": "/mnt",
             "Labels": labels,
         },
         "rootfs": {"type": "layers", "diff_ids": [digest(layer)]},

@@ -100,7 +100,7 @@ programs_make_the_same_frames() {
 }
 
 static_is_static() {
-    file "$OVERCOAT_STATIC_BINARY" | grep -E 'static(ally|-pie) linked'
+    file "$OVERCOAT_STATIC_BINARY" | grep -E 'static(ally|-pie) linked' || die 'the program is not static'
     test -z "$(readelf -d "$OVERCOAT_STATIC_BINARY" | grep NEEDED)" || die 'it needs libraries'
 }
 
@@ -113,12 +113,12 @@ the_image_runs_in_an_empty_root() {
     umoci unpack --rootless --image "$work/layout:$version" "$work/bundle" >/dev/null
     test "$(cd "$work/bundle/rootfs" && find . -type f)" = ./usr/bin/overcoat || die 'the image holds something else'
     # No /proc, no /dev, no library.
-    bwrap --unshare-all --bind "$work/bundle/rootfs" / --bind "$work/out" /work --chdir /work \
+    bwrap --unshare-all --bind "$work/bundle/rootfs" / --bind "$work/out" /mnt --chdir /mnt \
         /usr/bin/overcoat render - -o - --size 100 <assets/models/sports-car.glb >"$work/out/car.png"
     "$OVERCOAT_BINARY" render assets/models/sports-car.glb -o "$work/usual.png" --size 100
     cmp "$work/out/car.png" "$work/usual.png"
     cp assets/models/sports-car.glb "$work/out/"
-    bwrap --unshare-all --bind "$work/bundle/rootfs" / --bind "$work/out" /work --chdir /work \
+    bwrap --unshare-all --bind "$work/bundle/rootfs" / --bind "$work/out" /mnt --chdir /mnt \
         /usr/bin/overcoat thumbnail --size 100 sports-car.glb thumbnail.png
     cmp "$work/out/thumbnail.png" "$work/usual.png"
 }
