@@ -17,6 +17,8 @@ const NOT_ENOUGH_MEMORY: &str = "the system does not give enough memory";
 pub struct Failure {
     kind: Kind,
     message: String,
+    /// The limit that was passed, by the name that raises it.
+    limit: Option<String>,
 }
 
 /// The exit codes beside 0, which stands for done.
@@ -35,21 +37,22 @@ enum Kind {
 impl Failure {
     /// Exit code 1.
     pub fn failed(message: impl fmt::Display) -> Self {
-        Self { kind: Kind::Failed, message: one_line(&message.to_string()) }
+        Self { kind: Kind::Failed, message: one_line(&message.to_string()), limit: None }
     }
 
     /// Exit code 2.
     pub fn usage(message: impl fmt::Display) -> Self {
-        Self { kind: Kind::Usage, message: one_line(&message.to_string()) }
+        Self { kind: Kind::Usage, message: one_line(&message.to_string()), limit: None }
     }
 
     /// Exit code 3, with the option that raises the limit.
     pub fn limit(error: &LimitExceeded) -> Self {
         if error.field == MEMORY {
             let message = format!("{}: {NOT_ENOUGH_MEMORY}", error.what);
-            return Self { kind: Kind::Limit, message: one_line(&message) };
+            return Self { kind: Kind::Limit, message: one_line(&message), limit: None };
         }
-        let failure = Self { kind: Kind::Limit, message: one_line(&error.to_string()) };
+        let message = one_line(&error.to_string());
+        let failure = Self { kind: Kind::Limit, message, limit: Some(error.field.to_owned()) };
         if error.field == "output_side" && error.limit >= Limits::LARGEST_OUTPUT_SIDE.into() {
             return Self { message: format!("{}; it cannot be raised", failure.message), ..failure };
         }
@@ -58,7 +61,7 @@ impl Failure {
 
     /// Exit code 4.
     pub fn differ(message: impl fmt::Display) -> Self {
-        Self { kind: Kind::Differ, message: one_line(&message.to_string()) }
+        Self { kind: Kind::Differ, message: one_line(&message.to_string()), limit: None }
     }
 
     /// Exit code 3 if a limit stopped the loader, 1 otherwise.
@@ -67,10 +70,10 @@ impl Failure {
         match error {
             LoadError::Limit(limit) => Self::limit(limit),
             LoadError::Io(e) if e.kind() == std::io::ErrorKind::OutOfMemory => {
-                Self { kind: Kind::Limit, message: format!("{NOT_ENOUGH_MEMORY} to read it") }
+                Self { kind: Kind::Limit, message: format!("{NOT_ENOUGH_MEMORY} to read it"), limit: None }
             }
             LoadError::Resolve(e @ ResolveError::TooLarge { .. }) => {
-                Self { kind: Kind::Limit, message: one_line(&e.to_string()) }.raised_by("input_bytes")
+                Self { kind: Kind::Limit, ..Self::failed(e) }.raised_by("input_bytes")
             }
             other => Self::failed(other),
         }
@@ -115,7 +118,7 @@ impl Failure {
     /// Exit code 1 without a word: whoever read the picture has stopped, and knows.
     #[must_use]
     pub fn silent() -> Self {
-        Self { kind: Kind::Failed, message: String::new() }
+        Self { kind: Kind::Failed, message: String::new(), limit: None }
     }
 
     /// True if there is nothing to say.
@@ -127,6 +130,7 @@ impl Failure {
     /// The same with what can be done about it.
     fn raised_by(mut self, field: &str) -> Self {
         self.message = format!("{}; --limit {field}=N raises it", self.message);
+        self.limit = Some(field.to_owned());
         self
     }
 
@@ -144,6 +148,12 @@ impl Failure {
     pub fn at(mut self, path: &Path) -> Self {
         self.message = format!("{}: {}", file_name(path), self.message);
         self
+    }
+
+    /// The limit that was passed, by the name that `--limit` takes.
+    #[must_use]
+    pub fn limit_name(&self) -> Option<&str> {
+        self.limit.as_deref()
     }
 
     /// The number that the process ends with.

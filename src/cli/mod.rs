@@ -29,6 +29,7 @@ mod names;
 mod output_file;
 mod progress;
 mod render;
+mod render_report;
 mod render_task;
 mod report;
 mod sandbox;
@@ -38,6 +39,7 @@ mod thumbnail;
 pub mod thumbnail_limits;
 mod turntable;
 pub mod value_parsers;
+pub mod worker;
 
 use crate::limits::Limits;
 use crate::suggest::suggestion;

@@ -154,6 +154,7 @@ impl MovieFrames {
             samples: task.options.samples,
             visibility: VisibilityReport::new(&task.options.visibility),
             ground: ground_name(task.options.ground),
+            ground_reflection: task.options.ground_reflection,
             shading_rate: task.options.shading_rate,
             shade_everywhere: task.options.shade_everywhere,
             shading,

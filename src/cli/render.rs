@@ -1,63 +1,15 @@
 //! `overcoat render`: one model, one picture.
 
 use super::args::{DrawArgs, RenderArgs};
-use super::camera_report::CameraReport;
 use super::failure::{Failure, file_name};
 use super::losses::{left_out, losses};
 use super::output_file::OutputFile;
+use super::render_report::{RenderReport, Told};
 use super::render_task::{Pixels, RenderTask, RenderedPicture};
-use super::report::{self, Stages, Versions, VisibilityReport};
-use crate::description::spelling::ground_name;
+use super::report::{self, Stages};
 use crate::frame::DisplayOptions;
 use crate::load::Loaded;
-use serde::{Serialize, Serializer};
 use std::time::Instant;
-
-/// What `--json` prints. Fields are only ever added.
-#[derive(Debug, Serialize)]
-struct Report<'a> {
-    frame_hash: String,
-    width: u32,
-    height: u32,
-    samples: u32,
-    visibility: VisibilityReport,
-    /// As `--ground` takes it.
-    ground: String,
-    shading_rate: u32,
-    shade_everywhere: bool,
-    shading: &'a str,
-    simd: &'a str,
-    threads: usize,
-    /// Stops of the picture, if it is of 8 bits.
-    exposure: Option<f32>,
-    /// Axis of the model file that is up.
-    up_axis: &'static str,
-    camera: CameraReport,
-    triangles: u64,
-    triangles_rasterized: u64,
-    splats: u64,
-    splats_drawn: u64,
-    fragments: u64,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    stage_hashes: Option<StageHashesReport>,
-    stages_ms: Stages,
-    total_ms: f64,
-    peak_rss_bytes: Option<u64>,
-    warnings: Vec<String>,
-    versions: Versions,
-}
-
-/// Stages and their hashes, as an object of hexadecimal numbers in the order of the stages.
-#[derive(Debug)]
-struct StageHashesReport {
-    stages: Vec<(&'static str, u128)>,
-}
-
-impl Serialize for StageHashesReport {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_map(self.stages.iter().map(|(name, hash)| (name, format!("{hash:032x}"))))
-    }
-}
 
 /// Renders one model to one picture.
 ///
@@ -138,34 +90,16 @@ pub(super) fn carry_out(
         return Ok(());
     }
     let frame_hash = stages.time("hash", || frame.frame_hash());
-    let options = &task.options;
-    report::print_json(&Report {
+    let told = Told {
+        task: &task,
+        scene: &scene,
+        camera: &camera,
+        stats: &stats,
+        format: target.format(),
         frame_hash,
-        width: options.width,
-        height: options.height,
-        samples: options.samples,
-        visibility: VisibilityReport::new(&options.visibility),
-        ground: ground_name(options.ground),
-        shading_rate: options.shading_rate,
-        shade_everywhere: options.shade_everywhere,
-        shading: report::shading_name(options.shading, &scene),
-        simd: options.simd.name(),
+        encoded: encoded.digest(),
+        exposure,
         threads: renderer.jobs().threads(),
-        exposure: (!target.format().is_linear()).then_some(exposure),
-        up_axis: scene.orientation().up.name(),
-        camera: CameraReport::new(&camera, &scene),
-        triangles: stats.triangles,
-        triangles_rasterized: stats.triangles_rasterized,
-        splats: stats.splats,
-        splats_drawn: stats.splats_drawn,
-        fragments: stats.fragments,
-        stage_hashes: stats.stage_hashes.map(|hashes| StageHashesReport {
-            stages: hashes.stages().chain([("encode", encoded.digest())]).collect(),
-        }),
-        stages_ms: stages,
-        total_ms: report::milliseconds(start.elapsed()),
-        peak_rss_bytes: report::peak_rss_bytes(),
-        warnings: warnings.into_iter().map(|w| w.message).collect(),
-        versions: Versions::default(),
-    })
+    };
+    report::print_json(&RenderReport::new(&told, stages, start.elapsed(), warnings))
 }

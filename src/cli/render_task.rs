@@ -5,7 +5,7 @@ use super::failure::Failure;
 use super::input::{self, ModelSource};
 use super::progress::Progress;
 use super::report::{Reporter, Stages};
-use crate::description::{Description, EnvironmentChoice, Materials, Setting};
+use crate::description::{Description, EnvironmentChoice, Machine, Materials, Setting};
 use crate::frame::{Clipping, Frame};
 use crate::frame::{DisplayImage, DisplayOptions};
 use crate::jobs::Jobs;
@@ -140,6 +140,31 @@ impl RenderTask {
             source,
             more,
             inputs,
+            options,
+            display,
+        })
+    }
+
+    /// The work of one picture of a model that is loaded by others, without a word to a terminal.
+    ///
+    /// # Errors
+    /// [`Failure`] naming what is wrong.
+    pub(super) fn quiet(
+        description: Description,
+        source: ModelSource,
+        limits: &Limits,
+    ) -> Result<Self, Failure> {
+        let (options, display) = description.options(Machine::default(), limits)?;
+        Ok(Self {
+            reporter: Reporter { quiet: true },
+            progress: Progress::new(true),
+            json: false,
+            allow_empty: false,
+            limits: limits.clone(),
+            description,
+            source,
+            more: Vec::new(),
+            inputs: Vec::new(),
             options,
             display,
         })

@@ -192,6 +192,7 @@ pub(super) struct MovieReport {
     pub(super) visibility: VisibilityReport,
     /// As `--ground` takes it.
     pub(super) ground: String,
+    pub(super) ground_reflection: f32,
     pub(super) shading_rate: u32,
     pub(super) shade_everywhere: bool,
     pub(super) shading: &'static str,

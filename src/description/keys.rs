@@ -153,6 +153,12 @@ pub(super) static SCENE: &[Key<Description>] = &[
         "What is seen of a floor under the model: none, shadow, a colour name or #rrggbb; if absent shadow, without maps none"
     ),
     key!(
+        "ground_reflection",
+        s.ground_reflection,
+        number("of 1", 0.0, 1.0),
+        "How much of the model the floor mirrors; 0 if absent"
+    ),
+    key!(
         "shading",
         s.shading,
         shading(),

@@ -147,6 +147,8 @@ pub struct Description {
     /// What is seen of a floor under the model: `none`, `shadow`, a colour name or `#rrggbb`. If absent its shadow, and nothing
     /// without maps.
     pub ground: Option<Ground>,
+    /// Part of the light of the model that the floor mirrors, 0 to 1. With one there is a floor, unless `ground` says none.
+    pub ground_reflection: Option<f32>,
     /// Shading model by name.
     pub shading: Option<ShadingModel>,
     /// A material for every mesh: the path of a material file, or the name of a built-in one.

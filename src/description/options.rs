@@ -116,7 +116,9 @@ impl Description {
         visibility.map_size = self.map_size.unwrap_or(visibility.map_size);
         visibility.rays = self.rays.unwrap_or(visibility.rays);
         // A picture in which nothing blocks light has no shadow.
-        let own_ground = if visibility.is_on() { Ground::Shadow } else { Ground::None };
+        let ground_reflection = self.ground_reflection.unwrap_or(defaults.ground_reflection);
+        let has_ground = visibility.is_on() || ground_reflection > 0.0;
+        let own_ground = if has_ground { Ground::Shadow } else { Ground::None };
         // That of a tier is for as many samples as there are.
         let own_rate = quality.shading_rate().min(self.samples.unwrap_or(defaults.samples));
         let shading_rate = self.shading_rate.unwrap_or(own_rate);
@@ -147,6 +149,7 @@ impl Description {
             ground: self.ground.unwrap_or(own_ground),
             ground_under: None,
             ground_edge: GROUND_EDGE,
+            ground_reflection,
             merge_angle: self.merge_angle_degrees.unwrap_or(defaults.merge_angle),
             line_width: self.line_width.unwrap_or(defaults.line_width),
             point_size: self.point_size,

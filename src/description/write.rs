@@ -238,6 +238,7 @@ mod tests {
         rays = 2
         specular_antialiasing = true
         ground = "#304050"
+        ground_reflection = 0.25
         merge_angle_deg = 12.5
         line_width = 0.1
         point_size = 2.5

@@ -288,6 +288,22 @@ pub(crate) fn load_bytes_with_format(
     Ok((model.finish(options, context.jobs)?, format))
 }
 
+/// [`load_bytes_with`] of a file whose name says what its content does not.
+///
+/// # Errors
+/// As [`load_bytes_with`].
+#[cfg(feature = "cli")]
+pub(crate) fn load_named_bytes(
+    bytes: &[u8],
+    name: &Path,
+    options: &LoadOptions,
+    context: &Context<'_>,
+) -> Result<Loaded, LoadError> {
+    let named = inner_extension(name).and_then(|extension| Format::from_extension(&extension));
+    let claim = Claim { said: None, named };
+    read_bytes(bytes, claim, options, Purpose::Pictures, context)?.0.finish(options, context.jobs)
+}
+
 /// Reads a file in memory, unpacked if it is packed.
 fn read_bytes(
     bytes: &[u8],

@@ -2,6 +2,7 @@
 
 use super::ground::Ground;
 use super::ground_light::{GroundLight, smooth};
+use super::mirror::Mirror;
 use super::options::RenderOptions;
 use super::resolve::{Distant, TilePixels};
 use super::visibility::asked_for;
@@ -26,6 +27,8 @@ pub(super) struct GroundView<'a> {
     color: Option<[f32; 3]>,
     /// Where it fades towards the edges of the picture.
     edge: Option<Edge>,
+    /// What it sends back of the model.
+    mirror: Option<Mirror<'a>>,
     /// What finding its light counts as, in units of shading.
     pub units: u64,
 }
@@ -64,9 +67,26 @@ struct Seen<L: Lanes> {
     opacity: L::F,
 }
 
+impl<L: Lanes> Seen<L> {
+    /// With `over` before it.
+    #[inline(always)]
+    fn under(self, over: Self) -> Self {
+        let open = over.opacity.one_minus();
+        Self {
+            color: each!(c => self.color[c] * open + over.color[c]),
+            opacity: (self.opacity.one_minus() * open).one_minus(),
+        }
+    }
+}
+
 impl<'a> GroundView<'a> {
     /// `None` if nothing is seen of it.
-    pub(super) fn new(light: &'a GroundLight, options: &RenderOptions, view: &View) -> Option<Self> {
+    pub(super) fn new(
+        light: &'a GroundLight,
+        options: &RenderOptions,
+        view: &View,
+        mirror: Option<Mirror<'a>>,
+    ) -> Option<Self> {
         let footing = light.footing()?;
         let rays = rays_about(view, footing);
         let is_above = if rays.perspective { rays.eye[1] > 0.0 } else { true };
@@ -77,7 +97,7 @@ impl<'a> GroundView<'a> {
         };
         let edge = Edge::new(view, options.ground_edge);
         let units = GroundLight::units(&asked_for(options));
-        is_above.then_some(Self { light, rays, color, edge, units })
+        is_above.then_some(Self { light, rays, color, edge, mirror, units })
     }
 
     /// What a tile of so many pixels counts as.
@@ -108,7 +128,7 @@ impl<'a> GroundView<'a> {
         if let Some(edge) = &self.edge {
             there = there * edge.fade(l, on_screen);
         }
-        Some(match self.color {
+        let floor = match self.color {
             None => {
                 let [shadow] = self.light.look_up(l, place);
                 Seen { color: [l.zero(); 3], opacity: shadow * there }
@@ -117,7 +137,10 @@ impl<'a> GroundView<'a> {
                 let open: [L::F; 3] = self.light.look_up(l, place);
                 Seen { color: each!(c => open[c] * there * own[c]), opacity: there }
             }
-        })
+        };
+        let Some(mirror) = &self.mirror else { return Some(floor) };
+        let [r, g, b, opacity] = mirror.sixteen(l, origin, block, row);
+        Some(floor.under(Seen { color: each!(c in [r, g, b] => c * there), opacity: opacity * there }))
     }
 
     /// Puts the floor behind the pixels of a tile, but for those that have it behind them. Tells `see` what is seen of it in each

@@ -19,6 +19,9 @@ mod ground_pixels;
 mod ground_tests;
 mod lamps;
 mod light_pool;
+mod mirror;
+#[cfg(test)]
+mod mirror_tests;
 mod options;
 mod pass;
 mod passes;

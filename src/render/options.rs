@@ -79,6 +79,9 @@ pub struct RenderOptions {
     /// Part of the way from the picture's border to its middle over which the floor appears, 0 to 1, so that no shadow is cut:
     /// it is gone at the border of a rounded rectangle that touches that of the picture. 0: it is cut.
     pub ground_edge: f32,
+    /// Part of the light that the floor sends back as a mirror, of the model alone, 0 to 1: laid over its shadow or its colour, and
+    /// faded with it. It takes a picture more, which is held against the same limits.
+    pub ground_reflection: f32,
     /// G-buffer planes to keep.
     pub aovs: Vec<Aov>,
     /// Whether to find [`RenderStats::stage_hashes`], which takes longer than the picture.
@@ -109,6 +112,7 @@ impl Default for RenderOptions {
             ground: Ground::None,
             ground_under: None,
             ground_edge: 0.0,
+            ground_reflection: 0.0,
             aovs: Vec::new(),
             stage_hashes: false,
             limits: Limits::default(),
@@ -237,6 +241,12 @@ impl RenderOptions {
         Self { ground_edge, ..self }
     }
 
+    /// The same with another [`RenderOptions::ground_reflection`].
+    #[must_use]
+    pub fn with_ground_reflection(self, ground_reflection: f32) -> Self {
+        Self { ground_reflection, ..self }
+    }
+
     /// The same with another [`RenderOptions::aovs`].
     #[must_use]
     pub fn with_aovs(self, aovs: Vec<Aov>) -> Self {
@@ -280,8 +290,11 @@ impl RenderOptions {
         if !(0.0..=45.0).contains(&self.merge_angle) {
             return Err(option("merge angle", self.merge_angle.to_string(), "0 to 45 degrees"));
         }
-        if !(0.0..=1.0).contains(&self.ground_edge) {
-            return Err(option("ground edge", self.ground_edge.to_string(), "0 to 1"));
+        for (name, part) in [("ground edge", self.ground_edge), ("ground reflection", self.ground_reflection)]
+        {
+            if !(0.0..=1.0).contains(&part) {
+                return Err(option(name, part.to_string(), "0 to 1"));
+            }
         }
         let widths = [("line width", Some(self.line_width)), ("point size", self.point_size)];
         for (name, width) in widths.into_iter().filter_map(|(name, width)| Some((name, width?))) {
@@ -435,6 +448,14 @@ pub struct RenderStats {
 }
 
 impl RenderStats {
+    /// Adds what a picture took that was made for this one.
+    pub(super) fn add_cost(&mut self, other: &Self) {
+        self.fragments += other.fragments;
+        self.shading += other.shading;
+        self.serial += other.serial;
+        self.stages.iter_mut().zip(&other.stages).for_each(|((_, time), (_, more))| *time += *more);
+    }
+
     /// Wall time of each stage, in the order of the stages.
     #[must_use]
     pub fn stages(&self) -> &[(&'static str, Duration)] {

@@ -7,6 +7,7 @@ use super::environment::EnvironmentCache;
 use super::ground_light::GroundLight;
 use super::ground_pixels::GroundView;
 use super::lamps::LightMemory;
+use super::mirror::{MirrorMemory, camera_of_mirror, options_of_mirror};
 use super::options::{Background, RenderError, RenderOptions, RenderStats};
 use super::pass::FrameContext;
 use super::passes::{PassMemory, check_limits};
@@ -66,6 +67,7 @@ pub(super) struct Memory {
     bins: TileBins,
     splats: SplatMemory,
     ground: GroundLight,
+    mirror: MirrorMemory,
     pub passes: PassMemory,
     pub work_done: WorkDone,
 }
@@ -76,6 +78,7 @@ impl Memory {
         let &Request { jobs, scene, options, .. } = request;
         // Refuse what is out of range or too much, before anything is made.
         let (pattern, view, budget) = self.check(request)?;
+        let mirrored = self.draw_mirrored(request)?;
         let mut crew = Crew::new(jobs);
 
         // Filter the environment, and find where the lights shine and what is in their way.
@@ -116,6 +119,9 @@ impl Memory {
             hashes.lamp_maps = lamps.map_or(0, |lamps| trace::lamp_maps(&lamps));
             let light = options.ground.is_seen().then(|| self.ground.texels());
             hashes.ground = light.filter(|texels| !texels.is_empty()).map_or(0, trace::ground);
+            if mirrored.is_some() {
+                hashes.ground = self.mirror.of(1.0).hashed_with(hashes.ground);
+            }
             hashes
         });
 
@@ -125,7 +131,8 @@ impl Memory {
         self.costs.extend(scene.materials().iter().map(|material| ShadingCost::of(material, &shade)));
         Finer::list(scene.materials(), scene.textures(), options, &mut self.finer);
         let show_environment = options.background == Background::Environment;
-        let ground = GroundView::new(&self.ground, options, &view);
+        let mirror = mirrored.as_ref().map(|_| self.mirror.of(options.ground_reflection));
+        let ground = GroundView::new(&self.ground, options, &view, mirror);
         let frame = FrameContext {
             grid,
             pattern: &pattern,
@@ -163,12 +170,34 @@ impl Memory {
         let mut drawn = Drawn::new(planes, found.clipping, request);
         let times = [environment_time, vertices_time, triangles_time, crew.lap()];
         drawn.stats = stats(scene, &frame, &work, &found, times, crew.parallel());
+        if let Some(mirrored) = &mirrored {
+            drawn.stats.add_cost(mirrored);
+        }
         drawn.stats.stage_hashes =
             hashes.zip(found.hashes).map(|(hashes, found)| hashes.finish(&found, &drawn.frame));
         (drawn.frame.aovs, drawn.tinted) = (found.aovs, found.tinted);
         self.draws = emptied(draws);
         self.pattern = Some(pattern);
         Ok(drawn)
+    }
+
+    /// Draws what the floor mirrors, if it mirrors anything. Returns what that took.
+    fn draw_mirrored(&mut self, request: &Request<'_>) -> Result<Option<RenderStats>, RenderError> {
+        let &Request { scene, camera, options, .. } = request;
+        let Some(camera) = camera_of_mirror(scene, camera, options) else { return Ok(None) };
+        let options = options_of_mirror(options);
+        // Each of the two pictures finds its own memory again, and the first what it knows of the floor.
+        self.swap_with_mirror();
+        let drawn = self.draw(&Request { camera: &camera, options: &options, display: None, ..*request });
+        self.swap_with_mirror();
+        let Drawn { frame, stats, .. } = drawn?;
+        self.mirror.keep(frame);
+        Ok(Some(stats))
+    }
+
+    fn swap_with_mirror(&mut self) {
+        std::mem::swap(&mut self.passes.planes, &mut self.mirror.planes);
+        std::mem::swap(&mut self.ground, &mut self.mirror.light);
     }
 
     /// Holds options, camera, scene and threads against what is allowed. Returns the pattern of the samples, the view, and what

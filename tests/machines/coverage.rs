@@ -30,6 +30,9 @@ fn touched(recipe: &Recipe) -> BTreeSet<String> {
     add("anisotropy", &recipe.anisotropy);
     add("quality", &recipe.quality);
     add("ground", &recipe.ground.split_at(1).0);
+    if recipe.ground != "none" {
+        add("reflection", &(recipe.ground_reflection > 0.0));
+    }
     add("background", &recipe.background.split_at(1).0);
     add("environment", &recipe.environment);
     add("orthographic", &recipe.camera.orthographic_height.is_some());
@@ -114,6 +117,7 @@ fn wanted() -> BTreeSet<String> {
     add("anisotropy", debug([1, 2, 4, 16]));
     add("quality", debug(Quality::ALL));
     add("ground", debug(["n", "s", "#"]));
+    add("reflection", debug([false, true]));
     add("background", debug(["t", "e", "#"]));
     add("environment", debug([EnvironmentRecipe::None, EnvironmentRecipe::Studio]));
     add("environment", debug(pictures.clone().map(EnvironmentRecipe::Hdr)));

@@ -225,6 +225,7 @@ fn with_keys(name: &str, model: ShadingModel, number: usize) -> Recipe {
     recipe.samples = [1, 4, 8, 16][number % 4];
     recipe.quality = Quality::ALL[(number + number / 4) % Quality::ALL.len()];
     recipe.ground = ["none", "shadow", "#806040"][number % 3];
+    recipe.ground_reflection = [0.0, 0.0, 0.4][number / 3 % 3];
     // The second round of the models is of another format.
     let round = number / FIRST_MODELS;
     recipe.output = OUTPUTS[(number + round) % OUTPUTS.len()];

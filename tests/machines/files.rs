@@ -161,7 +161,7 @@ fn scene_text(recipe: &Recipe, model: &str, environment: &str) -> String {
         text,
         "model = \"{model}\"\nenv = \"{environment}\"\nenv_rotation_deg = {:?}\nenv_intensity = {:?}\n\
          size = [{width}, {height}]\nsamples = {}\nbackground = \"{}\"\ntone_mapping = \"{}\"\nexposure = {:?}\n\
-         anisotropy = {}\nquality = \"{}\"\nground = \"{}\"\n",
+         anisotropy = {}\nquality = \"{}\"\nground = \"{}\"\nground_reflection = {:?}\n",
         recipe.environment_rotation,
         recipe.environment_intensity,
         recipe.samples,
@@ -171,6 +171,7 @@ fn scene_text(recipe: &Recipe, model: &str, environment: &str) -> String {
         recipe.anisotropy,
         recipe.quality.name(),
         recipe.ground,
+        recipe.ground_reflection,
     );
     if recipe.quality != Quality::Draft {
         // So many scenes do not look at large maps for long.

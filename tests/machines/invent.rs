@@ -83,6 +83,7 @@ impl Recipe {
         let [draft, fast, good, best] = [Quality::Draft, Quality::Fast, Quality::Good, Quality::Best];
         recipe.quality = dice.pick(&[draft, draft, draft, fast, fast, good, best]);
         recipe.ground = dice.pick(&["none", "none", "shadow", "#a08060"]);
+        recipe.ground_reflection = dice.pick(&[0.0, 0.0, 0.3, 1.0]);
         recipe.compact()
     }
 }

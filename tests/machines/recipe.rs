@@ -34,6 +34,7 @@ pub struct Recipe {
     pub quality: Quality,
     /// As `ground` of scene files.
     pub ground: &'static str,
+    pub ground_reflection: f32,
     /// Over the models that materials name.
     pub shading: Option<ShadingModel>,
     pub aovs: Vec<Aov>,
@@ -280,6 +281,7 @@ impl Recipe {
             anisotropy: 1,
             quality: Quality::Draft,
             ground: "none",
+            ground_reflection: 0.0,
             shading: None,
             aovs: Vec::new(),
             output: OutputFormat::Png,

@@ -220,6 +220,13 @@ pub struct PictureArgs {
     #[arg(long, value_name = "SHADOW|COLOR", value_parser = value_parsers::ground)]
     pub ground: Option<Ground>,
 
+    /// How much of the model the floor mirrors, 0 to 1 [default: 0]
+    ///
+    /// The mirrored model is a second picture, with everything that the first has, and costs as much. It fades with the floor.
+    #[arg(long, value_name = "PART", value_parser = value_parsers::within::<f32>(0.0, 1.0),
+          allow_negative_numbers = true)]
+    pub ground_reflection: Option<f32>,
+
     /// Formulas that shade every surface [default: what each material names, else standard]
     #[arg(long, value_name = "MODEL", value_parser = value_parsers::shading, long_help = models(SHADING))]
     pub shading: Option<ShadingModel>,
@@ -470,6 +477,7 @@ impl PictureArgs {
         override_with(&mut scene.shading_rate, self.shading_rate);
         override_with(&mut scene.shade_everywhere, self.shade_everywhere.then_some(true));
         override_with(&mut scene.ground, self.ground);
+        override_with(&mut scene.ground_reflection, self.ground_reflection);
         override_with(&mut scene.shading, self.shading);
         scene.more_materials.extend_from_slice(&self.materials);
         override_with(&mut scene.anisotropy, self.anisotropy);

@@ -1,0 +1,111 @@
+//! The options of `overcoat batch`.
+
+use clap::Args;
+use overcoat::cli::args::{DrawArgs, EncodingArgs};
+use overcoat::cli::value_parsers;
+use overcoat::frame::Aov;
+use std::path::PathBuf;
+
+/// `overcoat batch`
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  overcoat batch models/ -o pictures/
+  overcoat batch models/ -o pictures/ --sizes 128,512 --views front,three-quarter --resume
+  overcoat batch list.jsonl -o pictures/ --output-format webp --verify 0.001
+  overcoat batch s3://bucket/models -o s3://bucket/pictures --report report.jsonl --shard auto/64
+
+A manifest has a model a row: {\"model\": \"a.glb\", \"out\": \"a.png\", \"size\": 256, \"view\": \"front\"}, or a CSV file with such
+columns. Every key of a scene file is one of a row; \"pictures\": [{...}, {...}] makes several of one model.
+
+Exit codes: 0 done, 1 some pictures were not made (the report says why), 2 wrong usage, 4 pictures differ (--verify)")]
+pub struct BatchArgs {
+    /// A folder of models, a manifest (.jsonl, .csv; - for JSON lines from standard input), or the URL of a prefix (s3://, gs://,
+    /// az://, http://, https://, file://)
+    #[arg(value_name = "IN", help_heading = None::<&str>)]
+    pub input: String,
+
+    /// Folder or URL of a prefix that the pictures go to
+    #[arg(short, long, value_name = "OUT", help_heading = None::<&str>)]
+    pub output: String,
+
+    /// Sides of square pictures, with commas: each model is drawn in each size
+    #[arg(long, value_name = "N,...", value_delimiter = ',', conflicts_with = "size",
+          value_parser = value_parsers::within::<u32>(1, 32768), help_heading = "Batch")]
+    pub sizes: Vec<u32>,
+
+    /// Views, with commas: three-quarter, front, back, left, right, top, bottom; each model is drawn from each
+    #[arg(long, value_name = "VIEW,...", value_delimiter = ',', conflicts_with_all = ["view", "eye", "camera"],
+          help_heading = "Batch")]
+    pub views: Vec<String>,
+
+    /// Write OUT.json beside each picture: what overcoat render --json tells, without times
+    #[arg(long, help_heading = "Batch")]
+    pub sidecars: bool,
+
+    /// Also write planes of the G-buffer, as overcoat render does
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = value_parsers::aov, help_heading = "Batch")]
+    pub aov: Vec<Aov>,
+
+    /// Where a line of JSON is written for each picture [default: report.jsonl beside the pictures]
+    #[arg(long, value_name = "FILE", help_heading = "Batch")]
+    pub report: Option<PathBuf>,
+
+    /// Go on with the report that is there: pictures that were made of the same are kept
+    #[arg(long, help_heading = "Batch")]
+    pub resume: bool,
+
+    /// Do one part of several, chosen by the models' names: INDEX/COUNT from 0, or auto or auto/COUNT for what a job of Kubernetes,
+    /// AWS Batch or SLURM says of itself
+    #[arg(long, value_name = "INDEX/COUNT", help_heading = "Batch")]
+    pub shard: Option<String>,
+
+    /// Draw this part of the pictures again in another process, 0 to 1, and fail those whose bytes differ
+    #[arg(long, value_name = "PART", default_value = "0", value_parser = value_parsers::within::<f64>(0.0, 1.0),
+          help_heading = "Batch")]
+    pub verify: f64,
+
+    /// Processes that draw, each with --threads threads (1 unless given) [default: one for each processor]
+    #[arg(long, value_name = "N", value_parser = value_parsers::within::<usize>(1, 4096), help_heading = "Workers")]
+    pub workers: Option<usize>,
+
+    /// Memory of a worker's data; suffixes as of --limit
+    #[arg(long, value_name = "BYTES", default_value = "2Gi", value_parser = bytes, help_heading = "Workers")]
+    pub memory: u64,
+
+    /// Seconds after which the work on one model is stopped
+    #[arg(long, value_name = "SECONDS", default_value = "60", value_parser = value_parsers::within::<f64>(0.01, 1e6),
+          help_heading = "Workers")]
+    pub deadline: f64,
+
+    /// Models that one worker draws before another takes its place
+    #[arg(long, value_name = "N", default_value = "200", value_parser = value_parsers::within::<u32>(1, u32::MAX),
+          help_heading = "Workers")]
+    pub models_of_worker: u32,
+
+    /// Leave workers the rights that they do not need (Linux takes them otherwise)
+    #[arg(long, help_heading = "Workers")]
+    pub no_sandbox: bool,
+
+    #[command(flatten)]
+    pub encoding: EncodingArgs,
+    #[command(flatten)]
+    pub draw: DrawArgs,
+}
+
+impl BatchArgs {
+    /// Processes that draw.
+    #[must_use]
+    pub fn workers(&self) -> usize {
+        let processors = || std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+        self.workers.unwrap_or_else(processors)
+    }
+}
+
+/// A number of bytes with a suffix.
+///
+/// # Errors
+/// One line.
+pub fn bytes(text: &str) -> Result<u64, String> {
+    // The same suffixes as those of limits, of which this is one that takes any number.
+    value_parsers::limit(&format!("input_bytes={text}")).map(|(_, bytes)| bytes)
+}

@@ -1,0 +1,241 @@
+//! The report of a batch: a line of JSON for each picture, as soon as it is there.
+
+use crate::files::Needed;
+use crate::pool::WorkError;
+use overcoat::cli::worker::protocol::{FailureClass, FailureReport};
+use serde::{Deserialize, Serialize};
+use std::collections::HashMap;
+use std::fs::{File, OpenOptions};
+use std::io::{BufRead, BufReader, Seek, Write};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+/// What became of a picture. Fields are only ever added.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Record {
+    /// The file, below where the pictures go.
+    pub out: String,
+    /// The model.
+    pub model: String,
+    /// What was done.
+    pub status: Status,
+    /// Content key: of all that the picture is made of.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub key: Option<String>,
+    /// BLAKE3 of the model's file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub model_hash: Option<String>,
+    /// Files that the model refers to.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub needed: Vec<Needed>,
+    /// All files of the picture, its own last.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub files: Vec<WrittenFile>,
+    /// Pixels.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub size: Option<[u32; 2]>,
+    /// Milliseconds by stage, of pictures that were drawn.
+    #[serde(default, skip_serializing_if = "serde_json::Value::is_null")]
+    pub stages_ms: serde_json::Value,
+    /// What the picture lacks.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<String>,
+    /// It was drawn twice, with the same bytes.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub verified: bool,
+    /// Why there is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub error: Option<RecordError>,
+}
+
+/// A file that was written.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct WrittenFile {
+    /// Below where the pictures go.
+    pub name: String,
+    /// How long it is.
+    pub bytes: u64,
+    /// BLAKE3 of what is in it.
+    pub hash: String,
+}
+
+/// What was done about a picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Status {
+    /// Rendered.
+    Drawn,
+    /// Another has the same content key: its files were copied.
+    Copied,
+    /// It was there already.
+    Kept,
+    /// There is none.
+    #[default]
+    Failed,
+}
+
+/// Why there is no picture.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RecordError {
+    /// Of what kind the reason is.
+    pub kind: ErrorKind,
+    /// One line.
+    pub message: String,
+    /// The limit that was passed, as `--limit` names it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub limit: Option<String>,
+}
+
+/// Kinds of reasons.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ErrorKind {
+    /// The model cannot be read from where it is.
+    Read,
+    /// The model is wrong.
+    Failed,
+    /// What was asked for makes no sense.
+    Usage,
+    /// A limit of the renderer.
+    Limit,
+    /// The worker's memory.
+    Memory,
+    /// The worker's time.
+    Timeout,
+    /// The worker ended.
+    Died,
+    /// The picture cannot be written.
+    Write,
+    /// Drawn twice it was two pictures.
+    Differs,
+}
+
+impl From<FailureReport> for RecordError {
+    fn from(FailureReport { class, message, limit }: FailureReport) -> Self {
+        let kind = match class {
+            FailureClass::Failed => ErrorKind::Failed,
+            FailureClass::Usage => ErrorKind::Usage,
+            FailureClass::Limit => ErrorKind::Limit,
+        };
+        Self { kind, message, limit }
+    }
+}
+
+impl From<WorkError> for RecordError {
+    fn from(error: WorkError) -> Self {
+        let message = error.to_string();
+        let kind = match error {
+            WorkError::Failed(failure) => return failure.into(),
+            WorkError::TimedOut(_) => ErrorKind::Timeout,
+            WorkError::Died(death) if death.of_memory => ErrorKind::Memory,
+            WorkError::Died(_) | WorkError::NoWorker(_) => ErrorKind::Died,
+        };
+        Self { kind, message, limit: None }
+    }
+}
+
+/// The file that records are added to.
+#[derive(Debug)]
+pub struct Report {
+    path: PathBuf,
+    file: Mutex<File>,
+}
+
+impl Report {
+    /// Opens a report: an empty one, or, to go on, the one that is there, with what it says.
+    ///
+    /// # Errors
+    /// One line.
+    pub fn open(path: &Path, go_on: bool) -> Result<(Self, Previous), String> {
+        let about = |e: std::io::Error| format!("{}: {e}", path.display());
+        if let Some(folder) = path.parent() {
+            std::fs::create_dir_all(folder).map_err(about)?;
+        }
+        let mut file = OpenOptions::new()
+            .read(true)
+            .write(true)
+            .create(true)
+            .truncate(!go_on)
+            .open(path)
+            .map_err(about)?;
+        let previous = Previous::read(&mut file).map_err(about)?;
+        Ok((Self { path: path.to_owned(), file: Mutex::new(file) }, previous))
+    }
+
+    /// Adds a record, whole.
+    ///
+    /// # Errors
+    /// One line.
+    pub fn add(&self, record: &Record) -> Result<(), String> {
+        let mut line = serde_json::to_vec(record).map_err(|e| e.to_string())?;
+        line.push(b'\n');
+        let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
+        file.write_all(&line).map_err(|e| format!("{}: {e}", self.path.display()))
+    }
+}
+
+/// What an earlier report says: by picture, what came last.
+#[derive(Debug, Default)]
+pub struct Previous {
+    pictures: HashMap<String, Record>,
+}
+
+impl Previous {
+    /// The pictures that are there. A last line that was cut is taken away: its picture is made again.
+    fn read(file: &mut File) -> std::io::Result<Self> {
+        let mut pictures = HashMap::new();
+        let mut whole = 0;
+        let mut lines = BufReader::new(&mut *file);
+        let mut line = Vec::new();
+        while lines.read_until(b'\n', &mut line)? > 0 && line.ends_with(b"\n") {
+            whole += line.len() as u64;
+            if let Ok(record) = serde_json::from_slice::<Record>(&line) {
+                pictures.insert(record.out.clone(), record);
+            }
+            line.clear();
+        }
+        file.set_len(whole)?;
+        file.seek(std::io::SeekFrom::End(0))?;
+        pictures.retain(|_, record| record.status != Status::Failed);
+        Ok(Self { pictures })
+    }
+
+    /// What is said of a picture that is there.
+    #[must_use]
+    pub fn picture(&self, out: &str) -> Option<&Record> {
+        self.pictures.get(out)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_report_goes_on_where_it_was_cut() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a/report.jsonl");
+        let record = |out: &str, status: Status| Record { out: out.to_owned(), status, ..Record::default() };
+        let (report, _) = Report::open(&path, true).unwrap();
+        for (out, status) in
+            [("a", Status::Drawn), ("b", Status::Failed), ("c", Status::Drawn), ("c", Status::Failed)]
+        {
+            report.add(&record(out, status)).unwrap();
+        }
+        drop(report);
+        let mut text = std::fs::read(&path).unwrap();
+        let whole = text.len();
+        text.extend(b"{\"out\": \"d\", \"sta");
+        std::fs::write(&path, &text).unwrap();
+        let (report, previous) = Report::open(&path, true).unwrap();
+        assert!(previous.picture("a").is_some());
+        assert!(["b", "c", "d"].iter().all(|out| previous.picture(out).is_none()));
+        assert_eq!(std::fs::metadata(&path).unwrap().len(), whole as u64);
+        report.add(&record("d", Status::Drawn)).unwrap();
+        drop(report);
+        let (_, previous) = Report::open(&path, true).unwrap();
+        assert!(previous.picture("d").is_some());
+        let (_, previous) = Report::open(&path, false).unwrap();
+        assert!(previous.picture("a").is_none());
+    }
+}

@@ -1,0 +1,84 @@
+//! What holds for all pictures of a batch or a service: from options to what workers are told first.
+
+use crate::key::Keys;
+use overcoat::cli::args::DrawArgs;
+use overcoat::cli::worker::protocol::Start;
+use overcoat::description::{Description, EnvironmentChoice, MaterialChoice};
+use std::path::{Path, PathBuf};
+
+/// Bytes of a file that all pictures have in common, at most.
+const LARGEST_FILE: u64 = 1 << 30;
+
+/// What workers are told, and the names of what is made by it.
+#[derive(Clone, Debug)]
+pub struct Common {
+    /// The first message.
+    pub start: Start,
+    /// Names of pictures.
+    pub keys: Keys,
+}
+
+impl Common {
+    /// Of the options that `overcoat render` has, too. The files that they name are read once, for the keys.
+    ///
+    /// # Errors
+    /// One line.
+    pub fn new(draw: &DrawArgs) -> Result<Self, String> {
+        let mut description = match &draw.scene {
+            Some(path) => Description::open(path).map_err(|e| e.to_string())?,
+            None => Description::default(),
+        };
+        description.model = None;
+        draw.apply(&mut description);
+        name_materials(&mut description);
+        let here = std::env::current_dir().map_err(|e| format!("the current folder: {e}"))?;
+        description.resolve_paths(&here);
+        let limits = draw.input.limits.limits();
+        // What is wrong with the options is found now, and not by every model.
+        description.options(draw.machine.machine(), &limits).map_err(|e| e.to_string())?;
+        description.load_options().map_err(|e| e.to_string())?;
+        let files = files_of(&description)?;
+        let start = Start {
+            description: serde_json::to_value(&description).map_err(|e| e.to_string())?,
+            variant: draw.input.variant.clone(),
+            limits: draw.input.limits.limits.clone(),
+            allow_empty: draw.allow_empty,
+            threads: draw.machine.workers.threads.max(1),
+            sandbox: true,
+            memory: None,
+        };
+        Ok(Self { keys: Keys::new(&start, &files), start })
+    }
+}
+
+/// A scene file has one material for all, and others by name: the last of each.
+fn name_materials(description: &mut Description) {
+    for MaterialChoice { name, source } in std::mem::take(&mut description.more_materials) {
+        match name {
+            Some(name) => drop(description.materials.insert(name, source)),
+            None => {
+                description.materials.clear();
+                description.material = Some(source);
+            }
+        }
+    }
+}
+
+/// The files that a description names, as it names them, and what is in them.
+fn files_of(description: &Description) -> Result<Vec<(String, Vec<u8>)>, String> {
+    let mut paths: Vec<PathBuf> = Vec::new();
+    if let Some(EnvironmentChoice::File(path)) = &description.env {
+        paths.push(path.clone());
+    }
+    paths.extend(description.material_choices().filter_map(|choice| Some(choice.source.file()?.to_owned())));
+    paths.iter().map(|path| Ok((path.to_string_lossy().into_owned(), read(path)?))).collect()
+}
+
+fn read(path: &Path) -> Result<Vec<u8>, String> {
+    let about = |reason: String| format!("{}: {reason}", path.display());
+    let size = std::fs::metadata(path).map_err(|e| about(e.to_string()))?.len();
+    if size > LARGEST_FILE {
+        return Err(about(format!("{size} bytes exceed {LARGEST_FILE}")));
+    }
+    std::fs::read(path).map_err(|e| about(e.to_string()))
+}

@@ -1,0 +1,120 @@
+//! Content keys: names for pictures that say all that they were made of.
+
+use crate::files::Needed;
+use overcoat::cli::worker::protocol::{PictureRequest, Start};
+use serde_json::Value;
+
+/// What two pictures must have in common to be the same.
+///
+/// BLAKE3 of the renderer's version, of what holds for all pictures (the contents of its files in place of their paths), of the
+/// model, of every file that it refers to, and of the picture's own options. 64 hexadecimal digits.
+#[derive(Clone, Debug)]
+pub struct Keys {
+    common: blake3::Hasher,
+}
+
+impl Keys {
+    /// Of this program, and of what it tells its workers; `files` are what that refers to, by the paths that stand there.
+    #[must_use]
+    pub fn new(start: &Start, files: &[(String, Vec<u8>)]) -> Self {
+        let mut common = blake3::Hasher::new();
+        part(&mut common, b"overcoat");
+        part(&mut common, env!("CARGO_PKG_VERSION").as_bytes());
+        // Memory, threads and sandbox change no picture; limits say whether there is one, but not which.
+        let mut description = start.description.clone();
+        for (path, bytes) in files {
+            replace(&mut description, path, &hash_of(bytes));
+        }
+        part(&mut common, description.to_string().as_bytes());
+        part(&mut common, start.variant.as_deref().unwrap_or_default().as_bytes());
+        Self { common }
+    }
+
+    /// The key of a picture of a model, of which its BLAKE3 hash and its name are known.
+    #[must_use]
+    pub fn of(&self, model: &str, name: &str, needed: &[Needed], request: &PictureRequest) -> String {
+        let mut hasher = self.common.clone();
+        part(&mut hasher, model.as_bytes());
+        // The extension says what the content does not.
+        let extension = name.rsplit_once('.').map_or("", |(_, extension)| extension);
+        part(&mut hasher, extension.to_ascii_lowercase().as_bytes());
+        part(&mut hasher, &(needed.len() as u64).to_le_bytes());
+        for file in needed {
+            part(&mut hasher, file.name.as_bytes());
+            part(&mut hasher, &[u8::from(file.alike)]);
+            part(&mut hasher, file.hash.as_deref().unwrap_or("-").as_bytes());
+        }
+        let request = serde_json::to_vec(request).unwrap_or_default();
+        part(&mut hasher, &request);
+        hasher.finalize().to_hex().to_string()
+    }
+}
+
+/// Puts a hash in the place of a path, which is another one on another machine.
+fn replace(value: &mut Value, path: &str, hash: &str) {
+    match value {
+        Value::String(text) if text == path => hash.clone_into(text),
+        Value::Array(values) => values.iter_mut().for_each(|value| replace(value, path, hash)),
+        Value::Object(values) => values.values_mut().for_each(|value| replace(value, path, hash)),
+        _ => {}
+    }
+}
+
+/// Adds a part with its length, so that no two lists of parts are alike.
+fn part(hasher: &mut blake3::Hasher, bytes: &[u8]) {
+    hasher.update(&(bytes.len() as u64).to_le_bytes());
+    hasher.update(bytes);
+}
+
+/// The hash of a model, as [`Keys::of`] takes it.
+#[must_use]
+pub fn hash_of(bytes: &[u8]) -> String {
+    blake3::hash(bytes).to_hex().to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whatever_changes_a_picture_changes_its_key() {
+        let start = Start::default();
+        let of = |start: &Start,
+                  files: &[(String, Vec<u8>)],
+                  model: &str,
+                  name: &str,
+                  needed: &[Needed],
+                  size: u32| {
+            let mut request = PictureRequest { format: "png".to_owned(), ..PictureRequest::default() };
+            request.keys.insert("size".to_owned(), size.into());
+            Keys::new(start, files).of(model, name, needed, &request)
+        };
+        let texture = Needed::found("a.png", false, b"x");
+        let plain = of(&start, &[], "m", "m.glb", &[], 64);
+        assert_eq!(plain, of(&start, &[], "m", "other.GLB", &[], 64));
+        let faster = Start { threads: 7, memory: Some(9), sandbox: true, ..Start::default() };
+        assert_eq!(plain, of(&faster, &[], "m", "m.glb", &[], 64));
+        let lit = |path: &str, bytes: u8| {
+            let start = Start { description: serde_json::json!({"env": path}), ..Start::default() };
+            of(&start, &[(path.to_owned(), vec![bytes])], "m", "m.glb", &[], 64)
+        };
+        // Where a file lies changes no picture, what is in it does.
+        assert_eq!(lit("/a/sky.hdr", 1), lit("/b/sky.hdr", 1));
+        let described = Start { description: serde_json::json!({"quality": "good"}), ..Start::default() };
+        let others = [
+            of(&described, &[], "m", "m.glb", &[], 64),
+            lit("/a/sky.hdr", 1),
+            lit("/a/sky.hdr", 2),
+            of(&start, &[], "n", "m.glb", &[], 64),
+            of(&start, &[], "m", "m.obj", &[], 64),
+            of(&start, &[], "m", "m.glb", std::slice::from_ref(&texture), 64),
+            of(&start, &[], "m", "m.glb", &[Needed::missing("a.png", false)], 64),
+            of(&start, &[], "m", "m.glb", &[Needed::found("a.png", false, b"y")], 64),
+            of(&start, &[], "m", "m.glb", &[], 65),
+        ];
+        let mut all: Vec<&String> = others.iter().chain([&plain]).collect();
+        all.sort();
+        all.dedup();
+        assert_eq!(all.len(), 10);
+    }
+}

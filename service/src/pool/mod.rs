@@ -1,0 +1,309 @@
+//! Workers: processes that draw, a fixed number of them, each replaced when it has served, died, hung or grown too large.
+
+mod process;
+
+pub use process::Death;
+
+use crate::files::{Files, Needed};
+use overcoat::cli::worker::protocol::{FailureReport, FromWorker, Start, ToWorker, Told, Work};
+use process::Process;
+use std::path::PathBuf;
+use std::sync::Mutex;
+use std::sync::PoisonError;
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+use std::time::Duration;
+use tokio::sync::{Semaphore, SemaphorePermit};
+use tokio::time::Instant;
+
+/// How workers are started and what they may take.
+#[derive(Clone, Debug)]
+pub struct PoolOptions {
+    /// The program that is a worker when its first argument is `worker`.
+    pub program: PathBuf,
+    /// What every worker is told first.
+    pub start: Start,
+    /// How many there are, at least 1.
+    pub workers: usize,
+    /// How long the work on one model may take.
+    pub deadline: Duration,
+    /// Models that a worker draws before it is replaced by a new one, at least 1.
+    pub works_of_one: u32,
+    /// Bytes of a file that a worker may hand over.
+    pub most_output: u64,
+}
+
+/// Why work was not done.
+#[derive(Clone, Debug, thiserror::Error)]
+pub enum WorkError {
+    /// The worker says so: the model is wrong, or beyond a limit.
+    #[error("{}", .0.message)]
+    Failed(FailureReport),
+    /// It took longer than is allowed, and was killed.
+    #[error("took longer than {} s and was stopped", .0.as_secs_f64())]
+    TimedOut(Duration),
+    /// The worker ended.
+    #[error("{0}")]
+    Died(Death),
+    /// No worker can be started.
+    #[error("no worker can be started: {0}")]
+    NoWorker(String),
+}
+
+/// A file of a picture.
+#[derive(Clone, Debug)]
+pub struct PictureFile {
+    /// The plane that it holds; none of the picture itself.
+    pub plane: Option<String>,
+    /// Media type.
+    pub media_type: String,
+    /// What is in it.
+    pub bytes: Vec<u8>,
+}
+
+/// A picture: its files, its own last, and what there is to tell of it.
+#[derive(Clone, Debug)]
+pub struct DrawnPicture {
+    /// Its own file is the last.
+    pub files: Vec<PictureFile>,
+    /// What there is to tell.
+    pub told: Told,
+}
+
+/// Pictures by their numbers, each drawn or refused.
+pub type Pictures = Vec<(usize, Result<DrawnPicture, FailureReport>)>;
+
+/// What has happened to workers so far.
+#[derive(Debug, Default)]
+pub struct Counters {
+    /// Processes that were started.
+    pub started: AtomicU64,
+    /// Processes that ended by themselves or by a limit of the system.
+    pub died: AtomicU64,
+    /// Processes that were killed because they took too long.
+    pub timed_out: AtomicU64,
+}
+
+/// The workers.
+#[derive(Debug)]
+pub struct Pool {
+    options: PoolOptions,
+    permits: Semaphore,
+    idle: Mutex<Vec<Process>>,
+    /// What has happened so far.
+    pub counters: Counters,
+}
+
+impl Pool {
+    /// Workers are started when there is work for them.
+    #[must_use]
+    pub fn new(options: PoolOptions) -> Self {
+        let permits = Semaphore::new(options.workers.max(1));
+        Self { options, permits, idle: Mutex::default(), counters: Counters::default() }
+    }
+
+    /// How they are started.
+    #[must_use]
+    pub fn options(&self) -> &PoolOptions {
+        &self.options
+    }
+
+    /// How many workers have work now.
+    #[must_use]
+    pub fn busy(&self) -> usize {
+        self.options.workers.max(1).saturating_sub(self.permits.available_permits())
+    }
+
+    /// Waits for a worker and lets it load a model, whose files come from `files`.
+    ///
+    /// # Errors
+    /// [`WorkError`].
+    pub async fn load<'a>(
+        &'a self,
+        work: &Work,
+        model: &[u8],
+        files: &'a dyn Files,
+    ) -> Result<Loaded<'a>, WorkError> {
+        // It is never closed.
+        let permit = self.permits.acquire().await.map_err(|e| WorkError::NoWorker(e.to_string()))?;
+        let end = Instant::now() + self.options.deadline;
+        let process = self.process(end).await?;
+        let mut loaded =
+            Loaded { pool: self, process: Some(process), files, needed: Vec::new(), end, _permit: permit };
+        let work = Work { waits: true, ..work.clone() };
+        loaded.send(&ToWorker::Work(work), model).await?;
+        loop {
+            match loaded.next().await? {
+                (FromWorker::Loaded, _) => return Ok(loaded),
+                (FromWorker::Failed { failure }, _) => {
+                    loaded.reuse();
+                    return Err(WorkError::Failed(failure));
+                }
+                // What is asked for is wrong in all pictures, whatever the model is.
+                (FromWorker::PictureFailed { failure, .. }, _) => {
+                    loaded.settle().await;
+                    return Err(WorkError::Failed(failure));
+                }
+                _ => return Err(loaded.give_up("says what was not asked for").await),
+            }
+        }
+    }
+
+    /// An idle worker, or a new one.
+    async fn process(&self, end: Instant) -> Result<Process, WorkError> {
+        while let Some(mut process) = self.pop_idle() {
+            if process.is_alive() {
+                return Ok(process);
+            }
+        }
+        self.counters.started.fetch_add(1, Relaxed);
+        let started = tokio::time::timeout_at(end, Process::start(&self.options)).await;
+        match started {
+            Ok(Ok(process)) => Ok(process),
+            Ok(Err(reason)) => Err(WorkError::NoWorker(reason)),
+            Err(_) => Err(WorkError::TimedOut(self.options.deadline)),
+        }
+    }
+
+    fn pop_idle(&self) -> Option<Process> {
+        self.idle.lock().unwrap_or_else(PoisonError::into_inner).pop()
+    }
+
+    /// Ends all workers that have no work.
+    pub fn end_idle(&self) {
+        self.idle.lock().unwrap_or_else(PoisonError::into_inner).clear();
+    }
+}
+
+/// A worker that has loaded a model. If it is dropped before its end, the worker is killed.
+pub struct Loaded<'a> {
+    pool: &'a Pool,
+    process: Option<Process>,
+    files: &'a dyn Files,
+    /// The files that the model refers to, in the order in which they were asked for.
+    pub needed: Vec<Needed>,
+    end: Instant,
+    _permit: SemaphorePermit<'a>,
+}
+
+impl Loaded<'_> {
+    /// Lets the worker draw the pictures of these numbers, none of which may be drawn twice.
+    ///
+    /// # Errors
+    /// [`WorkError`]; nothing is known of any picture then.
+    pub async fn draw(mut self, pictures: &[usize]) -> Result<(Pictures, Vec<Needed>), WorkError> {
+        self.send(&ToWorker::Draw { pictures: pictures.to_vec() }, &[]).await?;
+        let mut drawn = Pictures::new();
+        let mut files = Vec::new();
+        loop {
+            match self.next().await? {
+                (FromWorker::File { plane, media_type, .. }, bytes) => {
+                    files.push(PictureFile { plane, media_type, bytes });
+                }
+                (FromWorker::Picture { picture, told }, _) => {
+                    let files = std::mem::take(&mut files);
+                    drawn.push((picture, Ok(DrawnPicture { files, told: *told })));
+                }
+                (FromWorker::PictureFailed { picture, failure }, _) => {
+                    files.clear();
+                    drawn.push((picture, Err(failure)));
+                }
+                (FromWorker::Done, _) => break,
+                (FromWorker::Failed { failure }, _) => {
+                    self.reuse();
+                    return Err(WorkError::Failed(failure));
+                }
+                _ => return Err(self.give_up("says what was not asked for").await),
+            }
+        }
+        let complete = drawn.len() == pictures.len() && drawn.iter().all(|(k, _)| pictures.contains(k));
+        if !complete {
+            return Err(self.give_up("has not drawn what was asked for").await);
+        }
+        let needed = std::mem::take(&mut self.needed);
+        self.reuse();
+        Ok((drawn, needed))
+    }
+
+    /// The next message that is not a question for a file: those are answered.
+    async fn next(&mut self) -> Result<(FromWorker, Vec<u8>), WorkError> {
+        loop {
+            let Some(process) = &mut self.process else { return Err(gone()) };
+            let most = self.pool.options.most_output;
+            let (message, bytes) = match tokio::time::timeout_at(self.end, process.receive(most)).await {
+                Ok(Ok(message)) => message,
+                Ok(Err(_)) => return Err(self.ended().await),
+                Err(_) => return Err(self.timed_out().await),
+            };
+            let FromWorker::Need { name, limit, alike } = message else { return Ok((message, bytes)) };
+            let read = tokio::time::timeout_at(self.end, self.files.read(&name, limit, alike));
+            let Ok(found) = read.await else { return Err(self.timed_out().await) };
+            let answer = match found {
+                Ok(file) => {
+                    self.needed.push(Needed::found(&name, alike, &file.bytes));
+                    (ToWorker::File { found: file.name }, file.bytes)
+                }
+                Err(missing) => {
+                    self.needed.push(Needed::missing(&name, alike));
+                    (ToWorker::Missing(missing), Default::default())
+                }
+            };
+            self.send(&answer.0, &answer.1).await?;
+        }
+    }
+
+    async fn send(&mut self, message: &ToWorker, following: &[u8]) -> Result<(), WorkError> {
+        let Some(process) = &mut self.process else { return Err(gone()) };
+        match tokio::time::timeout_at(self.end, process.send(message, following)).await {
+            Ok(Ok(())) => Ok(()),
+            Ok(Err(_)) => Err(self.ended().await),
+            Err(_) => Err(self.timed_out().await),
+        }
+    }
+
+    /// Waits for the end of work that has failed already, so that the worker can be used again.
+    async fn settle(&mut self) {
+        while let Ok((message, _)) = self.next().await {
+            if matches!(message, FromWorker::Done | FromWorker::Failed { .. }) {
+                return self.reuse();
+            }
+        }
+    }
+
+    /// Puts the worker back, if it may serve once more.
+    fn reuse(&mut self) {
+        let Some(mut process) = self.process.take() else { return };
+        process.works += 1;
+        if process.works < self.pool.options.works_of_one {
+            self.pool.idle.lock().unwrap_or_else(PoisonError::into_inner).push(process);
+        }
+    }
+
+    async fn timed_out(&mut self) -> WorkError {
+        self.pool.counters.timed_out.fetch_add(1, Relaxed);
+        if let Some(process) = self.process.take() {
+            process.kill().await;
+        }
+        WorkError::TimedOut(self.pool.options.deadline)
+    }
+
+    async fn ended(&mut self) -> WorkError {
+        self.pool.counters.died.fetch_add(1, Relaxed);
+        match self.process.take() {
+            Some(process) => WorkError::Died(process.end().await),
+            None => gone(),
+        }
+    }
+
+    /// A worker that does not keep to the protocol is none any more.
+    async fn give_up(&mut self, what: &str) -> WorkError {
+        self.pool.counters.died.fetch_add(1, Relaxed);
+        if let Some(process) = self.process.take() {
+            process.kill().await;
+        }
+        WorkError::Died(Death::new(format!("the worker {what}")))
+    }
+}
+
+fn gone() -> WorkError {
+    WorkError::Died(Death::new("the worker is gone".to_owned()))
+}

@@ -1,0 +1,55 @@
+//! What a worker gives up before the first model comes.
+
+use super::protocol::Start;
+use crate::cli::failure::Failure;
+use crate::cli::report;
+use crate::description::{Description, EnvironmentChoice};
+use crate::sandbox::{self, Grants};
+
+/// Limits memory, ties the worker's life to that of its parent, and closes everything but the two streams and the files that all
+/// pictures have in common.
+pub(super) fn give_up(start: &Start, common: &Description) -> Result<(), Failure> {
+    report::keep_status_open();
+    bound(start)?;
+    if !start.sandbox {
+        return Ok(());
+    }
+    let mut grants = Grants::default();
+    if let Some(EnvironmentChoice::File(path)) = &common.env {
+        grants.read_files.push(path.clone());
+    }
+    for choice in common.material_choices() {
+        if let Some(path) = choice.source.file() {
+            grants.read_with_folder(path);
+        }
+    }
+    sandbox::enter(&grants).map(drop).map_err(Failure::failed)
+}
+
+/// Where the system knows such bounds.
+#[cfg(unix)]
+fn bound(start: &Start) -> Result<(), Failure> {
+    use rustix::process::{Resource, Rlimit, setrlimit};
+    let set = |resource, bytes: u64| {
+        let limit = Rlimit { current: Some(bytes), maximum: Some(bytes) };
+        setrlimit(resource, limit).map_err(|e| Failure::failed(format!("memory cannot be limited: {e}")))
+    };
+    if let Some(bytes) = start.memory {
+        // Where the system does not count mappings as data, address space does.
+        set(if cfg!(target_os = "linux") { Resource::Data } else { Resource::As }, bytes)?;
+    }
+    // A worker that is killed leaves no picture of its memory.
+    set(Resource::Core, 0)?;
+    #[cfg(target_os = "linux")]
+    {
+        use rustix::process::{Signal, set_parent_process_death_signal};
+        set_parent_process_death_signal(Some(Signal::KILL))
+            .map_err(|e| Failure::failed(format!("the end of the parent cannot be followed: {e}")))?;
+    }
+    Ok(())
+}
+
+#[cfg(not(unix))]
+fn bound(_: &Start) -> Result<(), Failure> {
+    Ok(())
+}
