@@ -49,6 +49,7 @@ fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
 /// The same, but a file that is there and empty gets its content as it is: who has made it beforehand for a name of their own,
 /// as file managers do, may read from where they have opened it. There is no old content that could be lost; on a failure
 /// it is empty again.
+#[cfg_attr(not(feature = "cli"), allow(dead_code))]
 pub(crate) fn fill_or_write_atomically(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
     let is_empty = |found: Metadata| found.is_file() && found.len() == 0 && !found.permissions().readonly();
     if !fs::metadata(path).is_ok_and(is_empty) {
