@@ -1,6 +1,10 @@
 //! Runs the program as a user does: exit codes, messages, what is written and what is not.
 #![cfg(feature = "cli")]
 
+#[path = "cli/install.rs"]
+mod install;
+#[path = "cli/thumbnail.rs"]
+mod thumbnail;
 #[path = "cli/views.rs"]
 mod views;
 

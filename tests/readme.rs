@@ -7,8 +7,9 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 /// Every command that has a help of its own.
-const COMMANDS: [&str; 13] = [
+const COMMANDS: [&str; 16] = [
     "render",
+    "thumbnail",
     "turntable",
     "animate",
     "info",
@@ -21,6 +22,8 @@ const COMMANDS: [&str; 13] = [
     "golden check",
     "golden report",
     "golden accept",
+    "completions",
+    "man",
 ];
 
 fn root() -> &'static Path {
@@ -70,14 +73,14 @@ fn blocks(text: &str, language: &str) -> Vec<String> {
 #[test]
 fn options_in_the_readme_exist_and_all_of_render_are_there() {
     let known: BTreeSet<String> = COMMANDS.iter().flat_map(|c| options(&help(c))).collect();
-    // Cargo's own.
-    let cargos: BTreeSet<String> =
-        ["--release", "--bench", "--example", "--help", "--locked", "--open", "--path"]
+    // Cargo's own, and those of containers.
+    let others: BTreeSet<String> =
+        ["--release", "--bench", "--example", "--help", "--locked", "--open", "--path", "--rm", "--network"]
             .map(str::to_owned)
             .into_iter()
             .collect();
     let mentioned = options(&readme());
-    for option in mentioned.difference(&cargos) {
+    for option in mentioned.difference(&others) {
         assert!(known.contains(option), "{option} is in the README and not in --help");
     }
     for option in ["Animation:", "Camera:", "Light:", "Picture:", "Display:"].iter().flat_map(|heading| {
@@ -163,7 +166,7 @@ fn examples_in_the_readme_and_in_help_are_accepted() {
             arguments.split(['<', '>', '|']).next().unwrap().split_whitespace().collect();
         let output = overcoat(folder.path(), &arguments);
         let message = String::from_utf8(output.stderr).unwrap();
-        if ["materials", "formats"].contains(&arguments[0]) {
+        if ["materials", "formats", "completions"].contains(&arguments[0]) || arguments == ["man"] {
             // It needs no file.
             assert_eq!((output.status.code(), message.as_str()), (Some(0), ""), "{line}");
             continue;

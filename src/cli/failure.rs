@@ -9,6 +9,9 @@ use crate::scene::SceneError;
 use std::fmt;
 use std::path::Path;
 
+/// What is said where memory cannot be had.
+const NOT_ENOUGH_MEMORY: &str = "the system does not give enough memory";
+
 /// Why a command ends without its result.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Failure {
@@ -45,7 +48,7 @@ impl Failure {
     /// Exit code 3, with the option that raises the limit.
     pub fn limit(error: &LimitExceeded) -> Self {
         if error.field == MEMORY {
-            let message = format!("{}: the system does not give enough memory", error.what);
+            let message = format!("{}: {NOT_ENOUGH_MEMORY}", error.what);
             return Self { kind: Kind::Limit, message: one_line(&message), limit: None };
         }
         let message = one_line(&error.to_string());
@@ -66,11 +69,9 @@ impl Failure {
     pub fn load(error: &LoadError) -> Self {
         match error {
             LoadError::Limit(limit) => Self::limit(limit),
-            LoadError::Io(e) if e.kind() == std::io::ErrorKind::OutOfMemory => Self {
-                kind: Kind::Limit,
-                message: "the system does not give enough memory to read it".to_owned(),
-                limit: None,
-            },
+            LoadError::Io(e) if e.kind() == std::io::ErrorKind::OutOfMemory => {
+                Self { kind: Kind::Limit, message: format!("{NOT_ENOUGH_MEMORY} to read it"), limit: None }
+            }
             LoadError::Resolve(e @ ResolveError::TooLarge { .. }) => {
                 Self { kind: Kind::Limit, ..Self::failed(e) }.raised_by("input_bytes")
             }
@@ -130,6 +131,15 @@ impl Failure {
     fn raised_by(mut self, field: &str) -> Self {
         self.message = format!("{}; --limit {field}=N raises it", self.message);
         self.limit = Some(field.to_owned());
+        self
+    }
+
+    /// The same with the option that gives more memory, if the lack of it is the reason.
+    #[must_use]
+    pub(super) fn with_memory_option(mut self, option: &str) -> Self {
+        if self.message.contains(NOT_ENOUGH_MEMORY) {
+            self.message = format!("{}; {option} raises its bound", self.message);
+        }
         self
     }
 

@@ -7,6 +7,20 @@ use crate::suggest::{nearest_name, suggestion};
 /// powers of 1024.
 pub fn limit(text: &str) -> Result<(String, u64), String> {
     let (name, value) = text.split_once('=').ok_or_else(|| "expected name=value".to_owned())?;
+    let number = number(value)?;
+    // Checked here, so that a misspelt name is a usage error.
+    set_limit(&mut Limits::default(), name, number)?;
+    Ok((name.to_owned(), number))
+}
+
+/// Bytes that a process may take: below the least of them it could not even begin.
+pub fn memory(text: &str) -> Result<u64, String> {
+    const LEAST: u64 = 64 << 20;
+    Some(number(text)?).filter(|bytes| *bytes >= LEAST).ok_or_else(|| "expected at least 64Mi".to_owned())
+}
+
+/// A whole number with its suffix.
+fn number(value: &str) -> Result<u64, String> {
     let value = value.trim();
     let digits = value.trim_end_matches(|c: char| c.is_ascii_alphabetic());
     let factor: u64 = match &value[digits.len()..] {
@@ -19,14 +33,8 @@ pub fn limit(text: &str) -> Result<(String, u64), String> {
         "Gi" => 1 << 30,
         other => return Err(format!("unknown suffix '{other}'; known are k, M, G, Ki, Mi and Gi")),
     };
-    let number = digits
-        .parse::<u64>()
-        .ok()
-        .and_then(|n| n.checked_mul(factor))
-        .ok_or_else(|| format!("'{value}' is not a whole number below 2^64"))?;
-    // Checked here, so that a misspelt name is a usage error.
-    set_limit(&mut Limits::default(), name, number)?;
-    Ok((name.to_owned(), number))
+    let number = digits.parse::<u64>().ok().and_then(|n| n.checked_mul(factor));
+    number.ok_or_else(|| format!("'{value}' is not a whole number below 2^64"))
 }
 
 /// Names of all limits, in the order of [`Limits`].
@@ -116,6 +124,15 @@ mod tests {
             let mut limits = Limits::default();
             set_limit(&mut limits, name, 7).unwrap();
             assert_ne!(limits, Limits::default(), "{name}");
+        }
+    }
+
+    #[test]
+    fn memory_is_a_number_of_bytes() {
+        assert_eq!(memory("512Mi"), Ok(512 << 20));
+        assert_eq!(memory("67108864"), Ok(64 << 20));
+        for bad in ["", "63Mi", "-1", "512MB", "lots"] {
+            assert!(memory(bad).is_err(), "{bad}");
         }
     }
 

@@ -13,10 +13,13 @@ mod compare;
 mod contact;
 mod coverage_check;
 pub mod failure;
+mod file_uri;
 mod formats_command;
 pub mod golden;
+mod hand_over;
 mod info;
 pub mod input;
+mod install;
 mod label;
 pub mod limit_values;
 mod losses;
@@ -33,6 +36,8 @@ mod report;
 mod sandbox;
 mod sheet;
 mod signals;
+mod thumbnail;
+pub mod thumbnail_limits;
 mod turntable;
 pub mod value_parsers;
 pub mod worker;
@@ -43,6 +48,7 @@ use args::{Cli, Command};
 use clap::Parser;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use failure::{Failure, one_line};
+use report::Reporter;
 use std::io::Write;
 use std::process::ExitCode;
 
@@ -53,7 +59,7 @@ pub fn run() -> ExitCode {
     let done = match Cli::try_parse() {
         Ok(mut cli) => {
             let memory = Limits::check_memory(|| "start".to_owned(), 0).map_err(|e| Failure::limit(&e));
-            let confined = if cli.sandbox { sandbox::enter(&mut cli.command) } else { Ok(()) };
+            let confined = confine(&mut cli);
             memory.and(confined).and_then(|()| dispatch(&cli.command))
         }
         Err(error) => match error.kind() {
@@ -78,10 +84,27 @@ pub fn run() -> ExitCode {
     }
 }
 
+/// Gives up rights, if that is wanted; for thumbnails, unless it is not.
+fn confine(cli: &mut Cli) -> Result<(), Failure> {
+    if let Command::Thumbnail(args) = &mut cli.command {
+        thumbnail::prepare(args);
+        if !cli.sandbox && !args.no_sandbox {
+            let reporter = Reporter { quiet: args.report.quiet };
+            for missing in sandbox::enter_as_far_as_possible(&mut cli.command) {
+                reporter.warning(format_args!("not everything is given up: {missing}"));
+            }
+        }
+    }
+    // Another program does these, in workers that have sandboxes of their own.
+    let is_handed_over = matches!(cli.command, Command::Batch(_) | Command::Serve(_));
+    if cli.sandbox && !is_handed_over { sandbox::enter(&mut cli.command) } else { Ok(()) }
+}
+
 /// Carries out one command.
 fn dispatch(command: &Command) -> Result<(), Failure> {
     match command {
         Command::Render(args) => render::run(args),
+        Command::Thumbnail(args) => thumbnail::run(args),
         Command::Turntable(args) => turntable::run(args),
         Command::Animate(args) => animate::run(args),
         Command::Info(args) => info::run(args),
@@ -91,6 +114,10 @@ fn dispatch(command: &Command) -> Result<(), Failure> {
         Command::Materials(args) => materials_command::run(args),
         Command::Formats(args) => formats_command::run(args),
         Command::Golden(args) => golden::run(args),
+        Command::Completions(args) => install::completions(args),
+        Command::Man(args) => install::man(args),
+        Command::Batch(args) => hand_over::run("batch", args),
+        Command::Serve(args) => hand_over::run("serve", args),
         Command::Attempt(args) => attempt::run(args),
     }
 }

@@ -8,7 +8,7 @@ use crate::frame::Aov;
 use crate::frame::{DisplayImage, DisplayOptions};
 use crate::output::{
     DEFAULT_JPEG_QUALITY, OutputError, OutputFormat, OutputOptions, destination, encode, encode_aov_png,
-    encode_image, write_atomically,
+    encode_image, fill_or_write_atomically, write_atomically,
 };
 use std::io::{ErrorKind, IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -23,6 +23,8 @@ pub struct OutputFile {
     quality: u8,
     /// Planes that go to files of their own.
     planes: Vec<(Aov, PathBuf)>,
+    /// Whether a file that is there and empty gets its content in place.
+    fills_empty: bool,
 }
 
 impl OutputFile {
@@ -54,7 +56,7 @@ impl OutputFile {
             planes = aovs.iter().map(|&aov| (aov, named(aov))).collect();
         }
         let quality = encoding.jpeg_quality.unwrap_or(DEFAULT_JPEG_QUALITY);
-        let target = Self { path: path.to_owned(), format, quality, planes };
+        let target = Self { path: path.to_owned(), format, quality, planes, fills_empty: false };
         if standard_output {
             check_standard_output(json)?;
             return Ok(target);
@@ -63,6 +65,26 @@ impl OutputFile {
             check_file(file, inputs)?;
         }
         Ok(target)
+    }
+
+    /// The same for a picture of this format, whatever its name says, for a caller who may have made an empty file of that
+    /// name and have it open: that one gets its content in place.
+    ///
+    /// # Errors
+    /// As [`OutputFile::new`].
+    pub(super) fn of_format(
+        path: &Path,
+        format: OutputFormat,
+        inputs: &[PathBuf],
+        json: bool,
+    ) -> Result<Self, Failure> {
+        if is_standard_output(path) {
+            check_standard_output(json)?;
+        } else {
+            check_file(path, inputs)?;
+        }
+        let (path, planes) = (path.to_owned(), Vec::new());
+        Ok(Self { path, format, quality: DEFAULT_JPEG_QUALITY, planes, fills_empty: true })
     }
 
     /// The format of the picture.
@@ -95,7 +117,7 @@ impl OutputFile {
             Pixels::Image(image) => encode_image(image, self.format, &self.options(display)),
         };
         files.push((self.path.clone(), bytes.map_err(|e| output_failure(&e, &self.path))?));
-        Ok(Encoded { files })
+        Ok(Encoded { files, fills_empty: self.fills_empty })
     }
 }
 
@@ -150,13 +172,21 @@ pub(super) fn check_quality(encoding: &EncodingArgs, format: OutputFormat) -> Re
 #[derive(Clone, Debug)]
 pub struct Encoded {
     files: Vec<(PathBuf, Vec<u8>)>,
+    /// As of [`OutputFile`].
+    fills_empty: bool,
 }
 
 impl Encoded {
     /// One file.
     #[must_use]
     pub fn new(path: PathBuf, bytes: Vec<u8>) -> Self {
-        Self { files: vec![(path, bytes)] }
+        Self::of_files(vec![(path, bytes)])
+    }
+
+    /// Several files.
+    #[must_use]
+    pub(super) fn of_files(files: Vec<(PathBuf, Vec<u8>)>) -> Self {
+        Self { files, fills_empty: false }
     }
 
     /// Bytes of all files.
@@ -186,7 +216,8 @@ impl Encoded {
                     _ => Failure::failed(format!("standard output cannot be written: {e}")),
                 })
             } else {
-                write_atomically(path, bytes).map_err(|e| output_failure(&e, path))
+                let write = if self.fills_empty { fill_or_write_atomically } else { write_atomically };
+                write(path, bytes).map_err(|e| output_failure(&e, path))
             };
             if let Err(failure) = written {
                 self.files[..k].iter().for_each(|(earlier, _)| remove(earlier));

@@ -1,6 +1,6 @@
 //! `overcoat render`: one model, one picture.
 
-use super::args::RenderArgs;
+use super::args::{DrawArgs, RenderArgs};
 use super::failure::{Failure, file_name};
 use super::losses::{left_out, losses};
 use super::output_file::OutputFile;
@@ -37,7 +37,19 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
             task.reporter.warning(message);
         }
     }
+    carry_out(task, draw, &target, start)
+}
 
+/// Loads, renders, writes and reports, once everything is known.
+///
+/// # Errors
+/// [`Failure`]; nothing is written then.
+pub(super) fn carry_out(
+    mut task: RenderTask,
+    draw: &DrawArgs,
+    target: &OutputFile,
+    start: Instant,
+) -> Result<(), Failure> {
     let source = &task.source;
     task.progress.stage(format!("loading {}", file_name(&source.path)));
     let mut stages = Stages::default();

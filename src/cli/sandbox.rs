@@ -39,6 +39,15 @@ pub(super) fn enter(command: &mut Command) -> Result<(), Failure> {
     confined.narrow(&grants).map_err(|e| failure(&e))
 }
 
+/// The same, as far as this system lets it, for a command that has no scene file: what could not be given up, and why.
+pub(super) fn enter_as_far_as_possible(command: &mut Command) -> Vec<SandboxError> {
+    report::keep_status_open();
+    count_threads(command);
+    let mut grants = writes(command);
+    reads(command, Description::default(), &mut grants);
+    sandbox::enter_as_far_as_possible(&grants)
+}
+
 fn failure(error: &SandboxError) -> Failure {
     Failure::failed(error)
 }
@@ -59,9 +68,16 @@ impl<'a> Files<'a> {
             Command::CompareModels(a) => (Some(&a.model.draw), a.model.input.as_slice(), Some(&a.output)),
             Command::Sheet(a) => (Some(&a.draw), a.inputs.as_slice(), Some(&a.output)),
             Command::Bench(a) => (Some(&a.draw), a.inputs.as_slice(), None),
+            Command::Thumbnail(a) => (None, from_ref(&a.input), Some(&a.output)),
             Command::Info(a) => (None, from_ref(&a.input), None),
             Command::Materials(a) => (None, [].as_slice(), a.output.as_ref()),
-            Command::Formats(_) | Command::Golden(_) | Command::Attempt(_) => (None, [].as_slice(), None),
+            Command::Formats(_)
+            | Command::Golden(_)
+            | Command::Completions(_)
+            | Command::Man(_)
+            | Command::Batch(_)
+            | Command::Serve(_)
+            | Command::Attempt(_) => (None, [].as_slice(), None),
         };
         Self { draw, models, output: output.map(PathBuf::as_path) }
     }
@@ -89,6 +105,7 @@ fn count_threads(command: &mut Command) {
         Command::CompareModels(args) => &mut args.model.draw.machine.workers,
         Command::Sheet(args) => &mut args.draw.machine.workers,
         Command::Bench(args) => &mut args.draw.machine.workers,
+        Command::Thumbnail(args) => &mut args.workers,
         Command::Info(args) => &mut args.workers,
         Command::Materials(args) => &mut args.machine.workers,
         Command::Golden(args) => match &mut args.command {
@@ -96,7 +113,12 @@ fn count_threads(command: &mut Command) {
             GoldenCommand::Report(args) => &mut args.folders.workers,
             GoldenCommand::Accept(args) => &mut args.folders.workers,
         },
-        Command::Formats(_) | Command::Attempt(_) => return,
+        Command::Formats(_)
+        | Command::Completions(_)
+        | Command::Man(_)
+        | Command::Batch(_)
+        | Command::Serve(_)
+        | Command::Attempt(_) => return,
     };
     if workers.threads == 0 {
         let processors = std::thread::available_parallelism();
@@ -133,6 +155,7 @@ fn writes(command: &Command) -> Grants {
             };
             json.iter().chain(junit).for_each(|path| write(path));
         }
+        Command::Man(args) => args.dir.iter().for_each(|folder| write(&folder.join("x"))),
         Command::Attempt(args) => args.output.iter().for_each(|folder| write(&folder.join("x"))),
         _ => {}
     }

@@ -1,6 +1,6 @@
 //! The values of options: how each is written and what it means.
 
-pub use super::limit_values::{LIMIT_NAMES, limit, limits, set_limit};
+pub use super::limit_values::{LIMIT_NAMES, limit, limits, memory, set_limit};
 use super::names::around_last_equals;
 pub(super) use crate::description::spelling::{
     area_lights, axis, background, ground, quality, samples, shading, shading_rate, tone_curve, view,
@@ -13,6 +13,7 @@ use crate::output::OutputFormat;
 use clap::builder::{OsStringValueParser, TypedValueParser};
 use std::ffi::OsStr;
 use std::fmt::Display;
+use std::path::PathBuf;
 use std::str::FromStr;
 
 /// Stops, or `auto`.
@@ -113,6 +114,11 @@ pub fn material(text: impl AsRef<OsStr>) -> Result<MaterialChoice, String> {
 /// [`material`] of arguments that need not be text.
 pub fn material_parser() -> impl TypedValueParser<Value = MaterialChoice> {
     OsStringValueParser::new().try_map(material)
+}
+
+/// A file by its path or its `file:` URI.
+pub fn file_or_uri() -> impl TypedValueParser<Value = PathBuf> {
+    OsStringValueParser::new().try_map(|text| super::file_uri::file_or_uri(&text))
 }
 
 /// A format of picture files by one of its extensions.

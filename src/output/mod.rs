@@ -24,9 +24,9 @@ pub use jpeg::{DEFAULT_JPEG_QUALITY, encode_jpeg};
 pub use movie::{MovieFormat, MovieFrame, durations, encode_movie};
 pub use png::{encode_png, encode_png_rgb};
 pub use webp::encode_webp;
-#[cfg(feature = "cli")]
-pub(crate) use write::destination;
 pub use write::write_atomically;
+#[cfg(feature = "cli")]
+pub(crate) use write::{destination, fill_or_write_atomically};
 
 use crate::formats::{self, FileFormat};
 use crate::frame::Frame;

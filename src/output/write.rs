@@ -46,6 +46,22 @@ fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
     }
 }
 
+/// The same, but a file that is there and empty gets its content as it is: who has made it beforehand for a name of their own,
+/// as file managers do, may read from where they have opened it. There is no old content that could be lost; on a failure
+/// it is empty again.
+#[cfg_attr(not(feature = "cli"), allow(dead_code))]
+pub(crate) fn fill_or_write_atomically(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
+    let is_empty = |found: Metadata| found.is_file() && found.len() == 0 && !found.permissions().readonly();
+    if !fs::metadata(path).is_ok_and(is_empty) {
+        return write_atomically(path, bytes);
+    }
+    write_over(path, bytes).map_err(|source| {
+        // The failure that counts is the one before.
+        let _ = OpenOptions::new().write(true).open(path).and_then(|file| file.set_len(0));
+        OutputError::Write { path: path.to_owned(), source }
+    })
+}
+
 /// Where writing to a path leads: through symbolic links, the last of which may lead to nothing.
 ///
 /// # Errors
@@ -268,6 +284,22 @@ mod tests {
             write_atomically(&path, content).unwrap();
             assert_eq!(fs::read(&path).unwrap(), content);
         }
+        assert_eq!(names(folder.path()), ["a.png"]);
+    }
+
+    #[test]
+    fn an_empty_file_is_filled_where_others_have_it_open() {
+        use std::io::Read;
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        let mut opened = File::options().read(true).write(true).create_new(true).open(&path).unwrap();
+        fill_or_write_atomically(&path, b"content").unwrap();
+        let mut found = String::new();
+        opened.read_to_string(&mut found).unwrap();
+        assert_eq!(found, "content");
+        // One with a content is replaced: its reader keeps the old one.
+        fill_or_write_atomically(&path, b"new").unwrap();
+        assert_eq!((opened.metadata().unwrap().len(), fs::read(&path).unwrap()), (7, b"new".to_vec()));
         assert_eq!(names(folder.path()), ["a.png"]);
     }
 

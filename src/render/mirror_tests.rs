@@ -12,7 +12,7 @@ fn boxes(places: &[[f64; 3]], scale: [f32; 3]) -> Scene {
     let mut scene = Scene::new();
     scene.set_environment(Environment { source: EnvironmentSource::None, ..Environment::default() }).unwrap();
     let [r, g, b] = BOX;
-    let material = Material { unlit: true, base_color: [r, g, b, 1.0].into(), ..Material::default() };
+    let material = Material { unlit: true, base_color: [r, g, b, 1.0], ..Material::default() };
     let material = scene.add_material(material).unwrap();
     let mesh = scene.add_mesh(primitives::cuboid([0.4, 0.5, 0.6]).unwrap()).unwrap();
     for &at in places {
@@ -138,7 +138,7 @@ fn its_bits_depend_on_no_machine() {
     let ball = scene.add_mesh(primitives::sphere(0.3, 24).unwrap()).unwrap();
     for (k, alpha_mode) in [AlphaMode::Opaque, AlphaMode::Blend].into_iter().enumerate() {
         let workflow = Workflow::MetallicRoughness { metallic: 1.0, roughness: 0.2, texture: None };
-        let base_color = [0.9, 0.8, 0.5, 0.5].into();
+        let base_color = [0.9, 0.8, 0.5, 0.5];
         let material =
             scene.add_material(Material { workflow, alpha_mode, base_color, ..Material::default() });
         let at = Transform::from_parts([-0.8, -0.4, 0.7 * k as f64], [0.0, 0.0, 0.0, 1.0], [1.0; 3]).unwrap();

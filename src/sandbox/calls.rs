@@ -195,6 +195,7 @@ fn deadly() -> Result<Calls, BackendError> {
         libc::SYS_execve,
         libc::SYS_execveat,
         libc::SYS_kill,
+        // By this one musl aborts; but it names a thread of any process, and a filter cannot know whose.
         libc::SYS_tkill,
         libc::SYS_rt_sigqueueinfo,
         libc::SYS_rt_tgsigqueueinfo,

@@ -4,7 +4,8 @@
 //! second wall, for the day on which the first has a hole.
 //!
 //! On Linux (x86-64, 64-bit ARM) [`enter`] restricts files by landlock (Linux 5.13 and newer) and system calls by
-//! seccomp. Everything else is an error: a process that was asked for a sandbox never runs without.
+//! seccomp. Everything else is an error: a process that was asked for a sandbox never runs without. (Thumbnails, for which
+//! nobody has asked, go on with the walls that stand.)
 //!
 //! What is left after [`enter`]:
 //!
@@ -100,11 +101,7 @@ pub struct Sandbox {
 pub fn enter(grants: &Grants) -> Result<Sandbox, SandboxError> {
     #[cfg(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64")))]
     {
-        match std::fs::read_dir("/proc/self/task").map(Iterator::count) {
-            Ok(count) if count > 1 => return Err(SandboxError::Threads(count)),
-            // Without /proc nobody can say; the call is at the beginning of the process then or not at all.
-            _ => {}
-        }
+        check_threads()?;
         files::restrict(grants)?;
         calls::restrict()?;
         Ok(Sandbox { _private: () })
@@ -113,6 +110,39 @@ pub fn enter(grants: &Grants) -> Result<Sandbox, SandboxError> {
     {
         let _ = grants;
         Err(unsupported())
+    }
+}
+
+/// The same, with as many of the walls as this system has; what is missing of them. For work that is better done without a
+/// sandbox than not at all.
+///
+/// Each wall lets through all that [`Grants`] and the work need, whichever others stand, so that the process can go on
+/// whatever has failed. One that is there already, of whoever started the process, may kill it for asking: nothing can be
+/// done about that here.
+#[cfg_attr(not(feature = "cli"), allow(dead_code))]
+pub(crate) fn enter_as_far_as_possible(grants: &Grants) -> Vec<SandboxError> {
+    #[cfg(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64")))]
+    {
+        if let Err(late) = check_threads() {
+            return vec![late];
+        }
+        // Files come first: afterwards they cannot be opened to name them.
+        [files::restrict(grants), calls::restrict()].into_iter().filter_map(Result::err).collect()
+    }
+    #[cfg(not(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64"))))]
+    {
+        let _ = grants;
+        vec![unsupported()]
+    }
+}
+
+/// An error if this process has more than one thread.
+#[cfg(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64")))]
+fn check_threads() -> Result<(), SandboxError> {
+    match std::fs::read_dir("/proc/self/task").map(Iterator::count) {
+        Ok(count) if count > 1 => Err(SandboxError::Threads(count)),
+        // Without /proc nobody can say; the call is at the beginning of the process then or not at all.
+        _ => Ok(()),
     }
 }
 

@@ -131,10 +131,12 @@ impl Process {
         tokio::time::sleep(Duration::from_millis(10)).await;
         let said = self.last_words.lock().unwrap_or_else(PoisonError::into_inner).clone();
         let (code, signal) = (status.code(), signal_of(status));
-        let of_memory = code == Some(NO_MEMORY) || signal == Some(SIGKILL);
-        let forbidden = signal == Some(SIGSYS);
+        // A static program (musl) that gets no memory ends itself by a call that the sandbox forbids; it says so before.
+        let no_memory = code == Some(NO_MEMORY) || said.contains("memory allocation of");
+        let of_memory = no_memory || signal == Some(SIGKILL);
+        let forbidden = signal == Some(SIGSYS) && !no_memory;
         let how = match (code, signal) {
-            (Some(NO_MEMORY), _) => "the worker ran out of memory".to_owned(),
+            _ if no_memory => "the worker ran out of memory".to_owned(),
             (_, Some(SIGKILL)) => "the worker was killed, as systems do that run out of memory".to_owned(),
             (_, Some(SIGSYS)) => "the worker tried what its sandbox forbids, and was ended".to_owned(),
             (_, Some(signal)) => format!("the worker was ended by signal {signal}"),

@@ -56,7 +56,7 @@ pub struct ModelArgs {
 }
 
 /// What every command takes that draws models.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 pub struct DrawArgs {
     /// Read model, environment, camera, size and the rest from a JSON or TOML file; options override it
     #[arg(long, value_name = "FILE", help_heading = None::<&str>)]
@@ -103,7 +103,7 @@ pub struct AnimationArgs {
 }
 
 /// Camera options.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 #[command(next_help_heading = "Camera")]
 pub struct CameraArgs {
     /// Direction from which the model is framed: three-quarter, front, back, left, right, top, bottom, or x,y,z from
@@ -147,7 +147,7 @@ pub struct CameraArgs {
 }
 
 /// Light options.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 #[command(next_help_heading = "Light")]
 pub struct LightArgs {
     /// Equirectangular picture (.hdr, .exr) that lights the scene, studio for the built-in one, or none
@@ -169,7 +169,7 @@ pub struct LightArgs {
 }
 
 /// Options that change the linear picture.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 #[command(next_help_heading = "Picture")]
 pub struct PictureArgs {
     /// Width and height in pixels; one number makes a square [default: 512x512]
@@ -270,7 +270,7 @@ pub struct PictureArgs {
 }
 
 /// Options of the way from linear light to 8 bits.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 #[command(next_help_heading = "Display")]
 pub struct DisplayArgs {
     /// What is behind the model: transparent, env, #rrggbb (the # may be left out) or a colour name
@@ -291,7 +291,7 @@ pub struct DisplayArgs {
 }
 
 /// How many threads work.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 pub struct ThreadArgs {
     /// Worker threads, 0 to 256; 0 stands for one per processor
     #[arg(long, value_name = "N", value_parser = value_parsers::within::<u16>(0, MAX_THREADS as u16),
@@ -317,7 +317,7 @@ pub struct MachineArgs {
 }
 
 /// Options of reading files.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 #[command(next_help_heading = "Input")]
 pub struct InputArgs {
     /// Format of a model from standard input: gltf, glb, obj, stl, ply or 3mf [default: by its content]
@@ -340,7 +340,7 @@ pub struct InputArgs {
 }
 
 /// Bounds that are changed.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 pub struct LimitArgs {
     /// Change a bound on what a file may ask for, e.g. texture_pixels=100M; may be repeated
     ///
@@ -352,7 +352,7 @@ pub struct LimitArgs {
 }
 
 /// Options of what is printed.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 #[command(next_help_heading = "Report")]
 pub struct ReportArgs {
     /// Print results and warnings as JSON to standard output
@@ -385,6 +385,13 @@ impl MachineArgs {
         let renderer = Renderer::new(self.workers.count());
         Reporter { quiet }.threads(renderer.jobs());
         renderer
+    }
+}
+
+impl Default for MachineArgs {
+    /// Without options.
+    fn default() -> Self {
+        Self { workers: ThreadArgs::default(), tile: None, simd: SimdLevel::best() }
     }
 }
 

@@ -5,6 +5,10 @@
 mod commands;
 #[allow(missing_docs)]
 mod groups;
+#[allow(missing_docs)]
+mod install;
+#[allow(missing_docs)]
+mod thumbnail;
 
 pub use commands::{
     AnimateArgs, BenchArgs, CellArgs, CompareModelsArgs, FormatsArgs, InfoArgs, MaterialsArgs, MovieArgs,
@@ -14,9 +18,12 @@ pub use groups::{
     AnimationArgs, CameraArgs, DisplayArgs, DrawArgs, EncodingArgs, InputArgs, LightArgs, LimitArgs,
     MachineArgs, ModelArgs, PictureArgs, ReportArgs, ThreadArgs,
 };
+pub use install::{CompletionsArgs, ManArgs};
+pub use thumbnail::ThumbnailArgs;
 
 use super::attempt::AttemptArgs;
 use super::golden::GoldenArgs;
+use super::hand_over::ServiceArgs;
 use clap::{Parser, Subcommand};
 
 /// Renders 3D models to pictures on machines that have only a processor; the same bytes on every machine.
@@ -50,6 +57,8 @@ pub struct Cli {
 pub enum Command {
     /// Render one model to a picture
     Render(Box<RenderArgs>),
+    /// Render one model to a small square PNG, confined and within small limits: what a file manager calls
+    Thumbnail(ThumbnailArgs),
     /// Turn a model once around: an animated PNG or WebP, or numbered pictures
     Turntable(Box<TurntableArgs>),
     /// Play an animation of a model: an animated PNG or WebP, or numbered pictures
@@ -68,6 +77,16 @@ pub enum Command {
     Formats(FormatsArgs),
     /// Compare pictures of any renderer with expected ones; report, accept
     Golden(Box<GoldenArgs>),
+    /// Print a script that completes commands and options in a shell
+    Completions(CompletionsArgs),
+    /// Print the manual page, or write those of all commands into a folder
+    Man(ManArgs),
+    /// Render the models of a folder, a manifest or an object store (by the program overcoat-service)
+    #[command(disable_help_flag = true)]
+    Batch(ServiceArgs),
+    /// Render models over HTTP (by the program overcoat-service)
+    #[command(disable_help_flag = true)]
+    Serve(ServiceArgs),
     /// Try what a program that was taken over would try, to see that --sandbox holds on this machine
     #[command(hide = true)]
     Attempt(AttemptArgs),
@@ -128,6 +147,9 @@ mod tests {
             "golden check a b --pixels-per-degree 1 --background #ffffff --threads 1 --limit nodes=1 --strict",
             "golden accept a b --all",
             "golden report a b -o y",
+            "thumbnail x y --size 1 --memory 64Mi --no-sandbox --threads 1 --limit nodes=1 --json",
+            "completions fish",
+            "man --dir x",
         ] {
             let arguments = std::iter::once("overcoat").chain(line.split_whitespace());
             assert!(Cli::try_parse_from(arguments).is_ok(), "{line}");
@@ -155,7 +177,7 @@ mod tests {
         {
             assert!(render.contains(&name), "render --help does not name {name}");
         }
-        for command in ["turntable", "animate", "info", "sheet", "bench", "compare-models"] {
+        for command in ["thumbnail", "turntable", "animate", "info", "sheet", "bench", "compare-models"] {
             let words = help(command);
             assert!(extensions().all(|name| words.contains(&name)), "{command} --help lacks a format");
         }
