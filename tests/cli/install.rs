@@ -161,7 +161,7 @@ fn every_model_has_a_mime_type() {
 fn batch_and_serve_are_handed_over() {
     let folder = tempfile::tempdir().unwrap();
     let own = folder.path().join("overcoat");
-    std::fs::copy(env!("CARGO_BIN_EXE_overcoat"), &own).unwrap();
+    fs::copy(env!("CARGO_BIN_EXE_overcoat"), &own).unwrap();
     let run = |arguments: &[&str]| {
         std::process::Command::new(&own).args(arguments).env("PATH", folder.path()).output().unwrap()
     };
@@ -170,8 +170,8 @@ fn batch_and_serve_are_handed_over() {
     assert_eq!((missing.status.code(), text.lines().count()), (Some(1), 1), "{text}");
     assert!(text.contains("overcoat-service") && text.contains("cargo install"), "{text}");
     let other = folder.path().join("overcoat-service");
-    std::fs::write(&other, "#!/bin/sh\necho \"$@\"\nexit 4\n").unwrap();
-    std::fs::set_permissions(&other, std::os::unix::fs::PermissionsExt::from_mode(0o755)).unwrap();
+    fs::write(&other, "#!/bin/sh\necho \"$@\"\nexit 4\n").unwrap();
+    fs::set_permissions(&other, std::os::unix::fs::PermissionsExt::from_mode(0o755)).unwrap();
     let done = run(&["serve", "--port", "0", "--help"]);
     assert_eq!(done.status.code(), Some(4));
     assert_eq!(String::from_utf8_lossy(&done.stdout), "serve --port 0 --help\n");
