@@ -116,7 +116,7 @@ impl Place {
         match self {
             Self::Folder(root) => {
                 let metadata = tokio::fs::metadata(root.join(name)).await.ok()?;
-                metadata.is_file().then(|| metadata.len())
+                metadata.is_file().then_some(metadata.len())
             }
             Self::Store(store, prefix, _) => {
                 store.head(&object_at(prefix, name)?).await.ok().map(|meta| meta.size)

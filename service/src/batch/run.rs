@@ -74,7 +74,7 @@ type Outcome = Result<Record, RecordError>;
 /// What is to be done about a picture.
 enum Plan {
     /// It is there.
-    Keep(Record),
+    Keep(Box<Record>),
     /// This run makes it elsewhere.
     Copy(watch::Receiver<Option<Outcome>>),
     /// It is drawn here.
@@ -120,7 +120,7 @@ impl Batch {
             let key = self.keys.of(&job.hash, &job.item.name, &needed, &wanted.request);
             if let Some(record) = self.is_there(wanted, &key).await {
                 self.ledger.knows(&key, &record);
-                self.keep(record);
+                self.keep();
             } else if let Some(made) = self.ledger.made_elsewhere(&key) {
                 copies.push((wanted, made));
             } else {
@@ -150,7 +150,7 @@ impl Batch {
         for wanted in &pictures {
             let key = self.keys.of(&job.hash, &job.item.name, &needed, &wanted.request);
             let plan = match self.is_there(wanted, &key).await {
-                Some(record) => Plan::Keep(record),
+                Some(record) => Plan::Keep(Box::new(record)),
                 None => self.ledger.claim(&key),
             };
             plans.push((key, plan));
@@ -169,7 +169,7 @@ impl Batch {
             let done = match plan {
                 Plan::Keep(record) => {
                     self.ledger.knows(&key, &record);
-                    self.keep(record);
+                    self.keep();
                     continue;
                 }
                 Plan::Copy(made) => {
@@ -344,7 +344,7 @@ impl Batch {
         Ok(needed)
     }
 
-    fn keep(&self, _: Record) {
+    fn keep(&self) {
         self.ledger.tally.kept.fetch_add(1, Relaxed);
     }
 

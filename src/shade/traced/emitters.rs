@@ -172,7 +172,7 @@ impl TracedLight<'_> {
 
     /// The light that arrives from all that shines, over pi: as the mean radiance of diffuse rays.
     #[inline(always)]
-    pub(super) fn from_emitters<L: Lanes>(
+    pub(super) fn light_of_emitters<L: Lanes>(
         &self,
         l: L,
         context: &ShadeContext<'_>,

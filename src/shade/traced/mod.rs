@@ -159,7 +159,7 @@ impl TracedLight<'_> {
                 let (start, pixel) = (each_of(&start, lane), senders.pixels[lane]);
                 let at =
                     LitPlace { start, face: each_of(&face, lane), normal: each_of(&normal, lane), pixel };
-                found[sender as usize].add_direct(self.from_emitters(l, context, &at, scratch));
+                found[sender as usize].add_direct(self.light_of_emitters(l, context, &at, scratch));
             }
         }
         let spread = self.spread(l, lobe, planes);
