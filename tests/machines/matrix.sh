@@ -230,6 +230,6 @@ done
 
 start=$SECONDS
 OVERCOAT_MACHINES=$(printf '%s\n' "${machines[@]}") \
-    cargo test --locked --release --test machines -- --nocapture other_machines
+    cargo test --locked --release ${PACKAGES_TESTED-} --test machines -- --nocapture other_machines
 times+=("$(printf '%5d s  draw and compare' $((SECONDS - start)))")
 printf '%s\n' "${skipped[@]-}" "${times[@]}"
