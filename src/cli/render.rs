@@ -3,10 +3,12 @@
 use super::args::{DrawArgs, RenderArgs};
 use super::failure::{Failure, file_name};
 use super::losses::{left_out, losses};
-use super::output_file::OutputFile;
+use super::output_file::{OutputFile, is_standard_output};
+use super::picture_format::PictureFormat;
 use super::render_report::{RenderReport, Told};
 use super::render_task::{Pixels, RenderTask, RenderedPicture};
 use super::report::{self, Stages};
+use super::terminal_size;
 use crate::frame::DisplayOptions;
 use crate::load::Loaded;
 use std::time::Instant;
@@ -20,9 +22,17 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let (draw, models) = (&args.model.draw, args.model.input.as_slice());
     let mut description = draw.describe(models)?;
     args.animation.apply(&mut description);
+    if description.size.is_none()
+        && is_standard_output(&args.output)
+        && let Some(format) = args.encoding.output_format.and_then(PictureFormat::terminal)
+    {
+        description.size = terminal_size::side(format).map(|side| [side; 2]);
+    }
     let mut task = RenderTask::new(draw, description, models)?;
     let target = OutputFile::new(&args.output, &args.encoding, &args.aov, &task.inputs, task.json)?;
-    task.behind_for(target.format());
+    if let PictureFormat::File(format) = target.format() {
+        task.behind_for(format);
+    }
     task.options.aovs.clone_from(&args.aov);
     task.options.aovs.dedup();
     task.options.stage_hashes = args.stage_hashes;
@@ -83,6 +93,8 @@ pub(super) fn carry_out(
 
     task.progress.stage("encoding");
     let encoded = stages.time("encode", || target.encode(&pixels, &display))?;
+    // It may go to the terminal on which the progress is.
+    task.progress.finish();
     stages.time("write", || encoded.write())?;
     task.finish(&warnings);
     let Pixels::Frame(frame) = pixels else { return Ok(()) };
