@@ -268,7 +268,10 @@ mod program {
     fn what_is_written_is_the_picture_of_the_png() {
         let folder = folder();
         let of = |format: &str| {
-            let done = render(folder.path(), &["-o", "-", "--size", "50x41", "--output-format", format]);
+            let done = render(
+                folder.path(),
+                &["-o", "-", "--size", "50x41", "--ground", "none", "--output-format", format],
+            );
             assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
             done.stdout
         };
@@ -290,6 +293,15 @@ mod program {
         let args = ["-o", "x.six", "--size", "50x41", "--output-format", "sixel", "--json"];
         assert!(render(folder.path(), &args).status.success());
         assert_eq!(std::fs::read(folder.path().join("x.six")).unwrap(), of("sixel"));
+        // Without transparency there is a shadow, as in every picture; and where someone asks for it.
+        let sixel = |more: &[&str]| {
+            let all = [&["-o", "-", "--size", "50x41", "--output-format", "sixel"], more].concat();
+            render(folder.path(), &all).stdout
+        };
+        assert_ne!(sixel(&["--ground", "shadow"]), of("sixel"));
+        let white = ["--background", "white"];
+        assert_eq!(sixel(&white), sixel(&[&white[..], &["--ground", "shadow"]].concat()));
+        assert_ne!(sixel(&white), sixel(&[&white[..], &["--ground", "none"]].concat()));
     }
 
     #[test]

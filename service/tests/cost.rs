@@ -38,6 +38,6 @@ fn a_page_that_is_wrong_is_told() {
     assert_eq!(right, (true, String::new()));
     let (success, message) = told(only.replace(row, "| PNG in KB, 256 x 256 | 1 | 2 | 3 | 4 | 5 |")).unwrap();
     assert!(!success && message.contains("| 1 | 2 |"), "{message}");
-    let (success, message) = told(text.replace("simulate.py measured", "simulate.py measure")).unwrap();
+    let (success, message) = told(only.replace("simulate.py measured", "simulate.py measure")).unwrap();
     assert!(!success && message.contains("in place of"), "{message}");
 }

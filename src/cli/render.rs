@@ -9,8 +9,11 @@ use super::render_report::{RenderReport, Told};
 use super::render_task::{Pixels, RenderTask, RenderedPicture};
 use super::report::{self, Stages};
 use super::terminal_size;
+use crate::description::{BackgroundChoice, Description};
 use crate::frame::DisplayOptions;
 use crate::load::Loaded;
+use crate::output::TerminalFormat;
+use crate::render::Ground;
 use std::time::Instant;
 
 /// Renders one model to one picture.
@@ -22,11 +25,8 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let (draw, models) = (&args.model.draw, args.model.input.as_slice());
     let mut description = draw.describe(models)?;
     args.animation.apply(&mut description);
-    if description.size.is_none()
-        && is_standard_output(&args.output)
-        && let Some(format) = args.encoding.output_format.and_then(PictureFormat::terminal)
-    {
-        description.size = terminal_size::side(format).map(|side| [side; 2]);
+    if let Some(format) = args.encoding.output_format.and_then(PictureFormat::terminal) {
+        suit_terminal(&mut description, format, is_standard_output(&args.output));
     }
     let mut task = RenderTask::new(draw, description, models)?;
     let target = OutputFile::new(&args.output, &args.encoding, &args.aov, &task.inputs, task.json)?;
@@ -48,6 +48,18 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         }
     }
     carry_out(task, draw, &target, start)
+}
+
+/// Settles what nobody has asked for: a picture that fits the terminal, if it is `sent` to one, and no shadow that would be
+/// there or not where it should be soft.
+fn suit_terminal(description: &mut Description, format: TerminalFormat, sent: bool) {
+    if description.size.is_none() && sent {
+        description.size = terminal_size::side(format).map(|side| [side; 2]);
+    }
+    let is_open = matches!(description.background, None | Some(BackgroundChoice::Transparent));
+    if is_open && !format.has_opacity() {
+        description.ground.get_or_insert(Ground::None);
+    }
 }
 
 /// Loads, renders, writes and reports, once everything is known.

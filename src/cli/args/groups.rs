@@ -53,7 +53,8 @@ pub struct PictureEncodingArgs {
     ///
     /// kitty is the graphics protocol of that terminal and others, sixel graphics as of the VT340, blocks half blocks in 24-bit
     /// colours for any other. Written to a terminal, they fit it unless --size says otherwise; a file takes them under any name
-    /// that is of no other format. Where less than half of a pixel is covered, sixel and blocks leave it out.
+    /// that is of no other format. Where less than half of a pixel is covered, sixel and blocks leave it out; they have no shadow on the
+    /// floor unless --ground or a --background asks for it.
     #[arg(long, value_name = "FORMAT", value_parser = value_parsers::picture_format)]
     pub output_format: Option<PictureFormat>,
 

@@ -43,6 +43,12 @@ impl TerminalFormat {
         Self::ALL.iter().copied().find(|format| format.name() == name)
     }
 
+    /// True where a part of a pixel can be covered; else pixels are there or not.
+    #[must_use]
+    pub fn has_opacity(self) -> bool {
+        self == Self::Kitty
+    }
+
     /// Columns and rows of pixels in a cell of a terminal whose cells have so many pixels.
     #[must_use]
     pub fn cell(self, pixels: [u32; 2]) -> [u32; 2] {

@@ -6,7 +6,8 @@ type Entry = ([u8; 3], u64);
 /// The registers of a picture's colours.
 #[derive(Debug)]
 pub(super) struct Palette {
-    /// What each register is, the mean of the colours in it.
+    /// What each register is, the mean of the colours in it. The darkest is the first: decoders without transparency show that
+    /// one where nothing is drawn.
     pub(super) registers: Vec<[u8; 3]>,
     /// Every colour of the picture with its register, in the order of the colours.
     of_colors: Vec<([u8; 3], u8)>,
@@ -24,7 +25,11 @@ impl Palette {
                 _ => entries.push((color, 1)),
             }
         }
-        let boxes = cut(entries);
+        let mut boxes = cut(entries);
+        boxes.sort_by_cached_key(|cut| {
+            let mean = mean(&cut.entries);
+            (mean.map(u32::from).iter().sum::<u32>(), mean)
+        });
         let registers = boxes.iter().map(|cut| mean(&cut.entries)).collect();
         let mut of_colors: Vec<([u8; 3], u8)> = (0..=u8::MAX)
             .zip(&boxes)
