@@ -282,3 +282,37 @@ fn the_material_of_the_readme_is_one() {
     let file = MaterialFile::from_bytes(text.as_bytes(), &context).unwrap();
     assert_eq!(file.model(), Some(overcoat::scene::ShadingModel::StackLit));
 }
+
+/// Every command line of the page of recipes is accepted, whatever is around it in a script, a rule or a configuration.
+#[test]
+fn recipes_are_accepted() {
+    let page = std::fs::read_to_string(root().join("packaging/RECIPES.md")).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let mut inside = false;
+    let mut tried = 0;
+    for line in page.lines() {
+        if line.starts_with("```") {
+            inside = !inside;
+        }
+        // As a word of its own: addresses end in the name as well.
+        let is_word = |at: usize| at == 0 || line[..at].ends_with(' ');
+        let command = line.match_indices("overcoat ").map(|(at, _)| at).find(|&at| is_word(at));
+        let Some(at) = command.filter(|_| inside) else { continue };
+        // Variables that stand for numbers; those that stand for files are names like others here.
+        let command = line[at..].replace("$((h * 2))", "48").replace("${w}", "40");
+        let command =
+            [" |", " &&", "'", " >"].iter().fold(&command[..], |line, end| line.split(end).next().unwrap());
+        let arguments: Vec<&str> =
+            command.split_whitespace().skip(1).map(|word| word.trim_matches('"')).collect();
+        let output = overcoat(folder.path(), &arguments);
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{line}: {message}");
+        assert!(message.contains("No such file"), "{line}: {message}");
+        tried += 1;
+    }
+    assert!(tried >= 10, "only {tried} recipes found");
+    for (at, _) in page.match_indices("](") {
+        let target = page[at + 2..].split([')', '#']).next().unwrap();
+        assert!(target.starts_with("https://") || root().join("packaging").join(target).exists(), "{target}");
+    }
+}

@@ -54,7 +54,7 @@ impl ContactSheet {
         cell: [u32; 2],
         limits: &Limits,
     ) -> Result<Self, Failure> {
-        let target = OutputFile::new(output, &args.encoding, &[], inputs, json)?;
+        let target = OutputFile::new(output, &(&args.encoding).into(), &[], inputs, json)?;
         if target.format().is_linear() {
             return Err(Failure::usage("a contact sheet is a .png, .webp or .jpg").at(output));
         }

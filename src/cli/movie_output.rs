@@ -7,6 +7,7 @@ use super::names::numbered;
 use super::output_file::{
     Encoded, check_file, check_quality, check_standard_output, file_format, output_failure, remove,
 };
+use super::picture_format::PictureFormat;
 use super::render_task::Pixels;
 use crate::description::is_standard_stream;
 use crate::frame::{DisplayImage, DisplayOptions};
@@ -59,7 +60,7 @@ impl MovieOutput {
             }
             asked => file_format(&named, asked)?,
         };
-        check_quality(encoding, picture)?;
+        check_quality(encoding.jpeg_quality, PictureFormat::File(picture))?;
         let target = match picture {
             picture if picture.is_linear() => return Err(unknown(known)),
             picture if numbered => target(None, picture),
@@ -71,7 +72,7 @@ impl MovieOutput {
             }
         };
         if standard_output {
-            check_standard_output(json)?;
+            check_standard_output(json, false)?;
         } else {
             target.check(1, inputs)?;
         }

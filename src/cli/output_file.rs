@@ -1,14 +1,15 @@
 //! Where a picture goes: checked before any work, written after all of it.
 
-use super::args::EncodingArgs;
+use super::args::PictureEncodingArgs;
 use super::failure::Failure;
+use super::picture_format::PictureFormat;
 use super::render_task::Pixels;
 use crate::description::is_standard_stream;
 use crate::frame::Aov;
 use crate::frame::{DisplayImage, DisplayOptions};
 use crate::output::{
     DEFAULT_JPEG_QUALITY, OutputError, OutputFormat, OutputOptions, destination, encode, encode_aov_png,
-    encode_image, fill_or_write_atomically, write_atomically,
+    encode_image, encode_terminal, fill_or_write_atomically, write_atomically,
 };
 use std::io::{ErrorKind, IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -18,7 +19,7 @@ use xxhash_rust::xxh3::Xxh3;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct OutputFile {
     path: PathBuf,
-    format: OutputFormat,
+    format: PictureFormat,
     /// Of JPEG.
     quality: u8,
     /// Planes that go to files of their own.
@@ -32,19 +33,20 @@ impl OutputFile {
     ///
     /// # Errors
     /// [`Failure`] naming the path if its format is unknown, its folder does not exist, it is a folder, or it is one
-    /// of `inputs`; also if it is standard output, to which a report (`json`) goes, or its name contradicts the format.
+    /// of `inputs`; also if it is standard output, to which a report (`json`) goes or which is a terminal that cannot show
+    /// the format, or its name contradicts the format.
     pub fn new(
         path: &Path,
-        encoding: &EncodingArgs,
+        encoding: &PictureEncodingArgs,
         aovs: &[Aov],
         inputs: &[PathBuf],
         json: bool,
     ) -> Result<Self, Failure> {
         let standard_output = is_standard_output(path);
-        let format = file_format(path, encoding.output_format)?;
-        check_quality(encoding, format)?;
+        let format = picture_format(path, encoding.output_format)?;
+        check_quality(encoding.jpeg_quality, format)?;
         let mut planes = Vec::new();
-        if !aovs.is_empty() && format != OutputFormat::Exr {
+        if !aovs.is_empty() && format != PictureFormat::File(OutputFormat::Exr) {
             if standard_output {
                 return Err(Failure::usage("planes go to standard output as .exr only: --output-format exr"));
             }
@@ -58,7 +60,7 @@ impl OutputFile {
         let quality = encoding.jpeg_quality.unwrap_or(DEFAULT_JPEG_QUALITY);
         let target = Self { path: path.to_owned(), format, quality, planes, fills_empty: false };
         if standard_output {
-            check_standard_output(json)?;
+            check_standard_output(json, format.terminal().is_some())?;
             return Ok(target);
         }
         for file in std::iter::once(path).chain(target.planes.iter().map(|(_, file)| file.as_path())) {
@@ -79,17 +81,18 @@ impl OutputFile {
         json: bool,
     ) -> Result<Self, Failure> {
         if is_standard_output(path) {
-            check_standard_output(json)?;
+            check_standard_output(json, false)?;
         } else {
             check_file(path, inputs)?;
         }
         let (path, planes) = (path.to_owned(), Vec::new());
+        let format = PictureFormat::File(format);
         Ok(Self { path, format, quality: DEFAULT_JPEG_QUALITY, planes, fills_empty: true })
     }
 
     /// The format of the picture.
     #[must_use]
-    pub fn format(&self) -> OutputFormat {
+    pub fn format(&self) -> PictureFormat {
         self.format
     }
 
@@ -112,9 +115,14 @@ impl OutputFile {
                     let bytes = encode_aov_png(frame, *aov).map_err(|e| output_failure(&e, path))?;
                     files.push((path.clone(), bytes));
                 }
-                encode(frame, self.format, &self.options(display))
+                match self.format {
+                    PictureFormat::File(format) => encode(frame, format, &self.options(display)),
+                    PictureFormat::Terminal(format) => {
+                        encode_terminal(&DisplayImage::new(frame, display), format)
+                    }
+                }
             }
-            Pixels::Image(image) => encode_image(image, self.format, &self.options(display)),
+            Pixels::Image(image) => self.bytes_of_image(image, display),
         };
         files.push((self.path.clone(), bytes.map_err(|e| output_failure(&e, &self.path))?));
         Ok(Encoded { files, fills_empty: self.fills_empty })
@@ -126,12 +134,20 @@ impl OutputFile {
         OutputOptions { display: display.clone(), jpeg_quality: self.quality, ..OutputOptions::default() }
     }
 
+    fn bytes_of_image(&self, image: &DisplayImage, display: &DisplayOptions) -> Result<Vec<u8>, OutputError> {
+        match self.format {
+            PictureFormat::File(format) => encode_image(image, format, &self.options(display)),
+            PictureFormat::Terminal(format) => encode_terminal(image, format),
+        }
+    }
+
     /// Encodes a picture that is for screens.
     ///
     /// # Errors
     /// [`Failure`] naming the file.
     pub(super) fn encode_image(&self, image: &DisplayImage) -> Result<Encoded, Failure> {
-        let bytes = encode_image(image, self.format, &self.options(&DisplayOptions::default()))
+        let bytes = self
+            .bytes_of_image(image, &DisplayOptions::default())
             .map_err(|e| output_failure(&e, &self.path))?;
         Ok(Encoded::new(self.path.clone(), bytes))
     }
@@ -155,16 +171,34 @@ pub(super) fn file_format(path: &Path, asked: Option<OutputFormat>) -> Result<Ou
     }
 }
 
+/// [`file_format`], or one for terminals, which no name says.
+fn picture_format(path: &Path, asked: Option<PictureFormat>) -> Result<PictureFormat, Failure> {
+    match asked {
+        Some(PictureFormat::Terminal(format)) => match OutputFormat::from_path(path) {
+            Ok(named) => {
+                let message = format!("--output-format {format} contradicts the name, which is of .{named}");
+                Err(Failure::usage(message).at(path))
+            }
+            Err(_) => Ok(PictureFormat::Terminal(format)),
+        },
+        Some(PictureFormat::File(format)) => file_format(path, Some(format)).map(PictureFormat::File),
+        None => file_format(path, None).map(PictureFormat::File),
+    }
+}
+
 /// A quality is for what loses something.
 ///
 /// # Errors
 /// [`Failure`] if it is given for another format.
-pub(super) fn check_quality(encoding: &EncodingArgs, format: OutputFormat) -> Result<(), Failure> {
-    match encoding.jpeg_quality {
-        Some(_) if format != OutputFormat::Jpeg => {
+pub(super) fn check_quality(quality: Option<u8>, format: PictureFormat) -> Result<(), Failure> {
+    match (quality, format) {
+        (None, _) | (_, PictureFormat::File(OutputFormat::Jpeg)) => Ok(()),
+        (_, PictureFormat::File(format)) => {
             Err(Failure::usage(format!("--jpeg-quality is for .jpg; .{format} loses nothing")))
         }
-        _ => Ok(()),
+        (_, PictureFormat::Terminal(format)) => {
+            Err(Failure::usage(format!("--jpeg-quality is for .jpg and not for {format}")))
+        }
     }
 }
 
@@ -240,7 +274,7 @@ pub(super) fn remove(path: &Path) {
 
 /// True if a path stands for standard output. `/dev/stdout` may lead to a regular file, which whoever started the program
 /// has open: replacing it would write to a file that nobody looks at.
-fn is_standard_output(path: &Path) -> bool {
+pub(super) fn is_standard_output(path: &Path) -> bool {
     let names = ["/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"];
     is_standard_stream(path) || (cfg!(unix) && names.iter().any(|name| path == Path::new(name)))
 }
@@ -254,13 +288,15 @@ pub(super) fn output_failure(error: &OutputError, path: &Path) -> Failure {
     }
 }
 
-/// Checks that standard output can take a picture.
-pub(super) fn check_standard_output(json: bool) -> Result<(), Failure> {
+/// Checks that standard output can take a picture: a terminal only what is `for_terminal`.
+pub(super) fn check_standard_output(json: bool, for_terminal: bool) -> Result<(), Failure> {
     if json {
         return Err(Failure::usage("--json and the picture cannot both go to standard output"));
     }
     if std::io::stdout().is_terminal() {
-        return Err(Failure::usage("standard output is a terminal, which cannot show a picture"));
+        let message = "standard output is a terminal, which shows what overcoat render makes with --output-format kitty, sixel \
+                       or blocks";
+        return if for_terminal { Ok(()) } else { Err(Failure::usage(message)) };
     }
     if is_lost() {
         return Err(Failure::failed(

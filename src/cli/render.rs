@@ -3,12 +3,17 @@
 use super::args::{DrawArgs, RenderArgs};
 use super::failure::{Failure, file_name};
 use super::losses::{left_out, losses};
-use super::output_file::OutputFile;
+use super::output_file::{OutputFile, is_standard_output};
+use super::picture_format::PictureFormat;
 use super::render_report::{RenderReport, Told};
 use super::render_task::{Pixels, RenderTask, RenderedPicture};
 use super::report::{self, Stages};
+use super::terminal_size;
+use crate::description::{BackgroundChoice, Description};
 use crate::frame::DisplayOptions;
 use crate::load::Loaded;
+use crate::output::TerminalFormat;
+use crate::render::Ground;
 use std::time::Instant;
 
 /// Renders one model to one picture.
@@ -20,9 +25,14 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let (draw, models) = (&args.model.draw, args.model.input.as_slice());
     let mut description = draw.describe(models)?;
     args.animation.apply(&mut description);
+    if let Some(format) = args.encoding.output_format.and_then(PictureFormat::terminal) {
+        suit_terminal(&mut description, format, is_standard_output(&args.output));
+    }
     let mut task = RenderTask::new(draw, description, models)?;
     let target = OutputFile::new(&args.output, &args.encoding, &args.aov, &task.inputs, task.json)?;
-    task.behind_for(target.format());
+    if let PictureFormat::File(format) = target.format() {
+        task.behind_for(format);
+    }
     task.options.aovs.clone_from(&args.aov);
     task.options.aovs.dedup();
     task.options.stage_hashes = args.stage_hashes;
@@ -38,6 +48,18 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         }
     }
     carry_out(task, draw, &target, start)
+}
+
+/// Settles what nobody has asked for: a picture that fits the terminal, if it is `sent` to one, and no shadow that would be
+/// there or not where it should be soft.
+fn suit_terminal(description: &mut Description, format: TerminalFormat, sent: bool) {
+    if description.size.is_none() && sent {
+        description.size = terminal_size::side(format).map(|side| [side; 2]);
+    }
+    let is_open = matches!(description.background, None | Some(BackgroundChoice::Transparent));
+    if is_open && !format.has_opacity() {
+        description.ground.get_or_insert(Ground::None);
+    }
 }
 
 /// Loads, renders, writes and reports, once everything is known.
@@ -83,6 +105,8 @@ pub(super) fn carry_out(
 
     task.progress.stage("encoding");
     let encoded = stages.time("encode", || target.encode(&pixels, &display))?;
+    // It may go to the terminal on which the progress is.
+    task.progress.finish();
     stages.time("write", || encoded.write())?;
     task.finish(&warnings);
     let Pixels::Frame(frame) = pixels else { return Ok(()) };

@@ -1,11 +1,11 @@
 //! What there is to tell of one picture, as `--json` prints it.
 
 use super::camera_report::CameraReport;
+use super::picture_format::PictureFormat;
 use super::render_task::RenderTask;
 use super::report::{self, Stages, Versions, VisibilityReport};
 use crate::description::spelling::ground_name;
 use crate::load::Warning;
-use crate::output::OutputFormat;
 use crate::render::RenderStats;
 use crate::scene::{Camera, Scene};
 use serde::{Serialize, Serializer};
@@ -64,7 +64,7 @@ pub(super) struct Told<'a> {
     pub(super) scene: &'a Scene,
     pub(super) camera: &'a Camera,
     pub(super) stats: &'a RenderStats,
-    pub(super) format: OutputFormat,
+    pub(super) format: PictureFormat,
     pub(super) frame_hash: String,
     /// Of the file's bytes.
     pub(super) encoded: u128,

@@ -2,6 +2,7 @@
 
 pub use super::limit_values::{LIMIT_NAMES, limit, limits, memory, set_limit};
 use super::names::around_last_equals;
+use super::picture_format::PictureFormat;
 pub(super) use crate::description::spelling::{
     area_lights, axis, background, ground, quality, samples, shading, shading_rate, tone_curve, view,
 };
@@ -127,6 +128,12 @@ pub fn output_format(text: &str) -> Result<OutputFormat, String> {
         .ok_or_else(|| one_of(text, OutputFormat::ALL.iter().copied().map(OutputFormat::extension)))
 }
 
+/// A format of picture files by one of its extensions, or one that a terminal shows by its name.
+pub fn picture_format(text: &str) -> Result<PictureFormat, String> {
+    let known = PictureFormat::from_name(text);
+    known.ok_or_else(|| one_of(text, PictureFormat::all().map(PictureFormat::name)))
+}
+
 /// A plane of the G-buffer by name.
 pub fn aov(text: &str) -> Result<Aov, String> {
     Aov::from_name(text).ok_or_else(|| one_of(text, Aov::ALL.iter().copied().map(Aov::name)))
@@ -142,6 +149,7 @@ mod tests {
             (view("fornt").unwrap_err(), "front"),
             (tone_curve("netral").unwrap_err(), "neutral"),
             (aov("nromal").unwrap_err(), "normal"),
+            (picture_format("sixl").unwrap_err(), "sixel"),
             (background("whitee").unwrap_err(), "white"),
             (background("transparant").unwrap_err(), "transparent"),
             (ground("shadw").unwrap_err(), "shadow"),

@@ -2,7 +2,8 @@
 //!
 //! A frame is linear, premultiplied radiance. The way to an 8-bit picture is [`DisplayImage::new`]: un-premultiply,
 //! exposure, tone curve, solid background, sRGB, straight alpha. OpenEXR and Radiance files keep the linear light
-//! and see none of these. [`encode`] makes the bytes of any format, [`write_atomically`] puts them into place.
+//! and see none of these. [`encode`] makes the bytes of any format, [`write_atomically`] puts them into place;
+//! [`encode_terminal`] makes what shows a picture in a terminal.
 //!
 //! Bytes of files are reproducible for one release and its `Cargo.lock`: no time stamp, one thread, no float
 //! function of the platform.
@@ -13,6 +14,7 @@ mod hdr;
 mod jpeg;
 mod movie;
 mod png;
+mod terminal;
 mod webp;
 mod write;
 
@@ -23,6 +25,7 @@ pub use hdr::encode_hdr;
 pub use jpeg::{DEFAULT_JPEG_QUALITY, encode_jpeg};
 pub use movie::{MovieFormat, MovieFrame, durations, encode_movie};
 pub use png::{encode_png, encode_png_rgb};
+pub use terminal::{TerminalFormat, encode_terminal};
 pub use webp::encode_webp;
 pub use write::write_atomically;
 #[cfg(feature = "cli")]
@@ -163,6 +166,14 @@ pub enum OutputError {
     Encode {
         /// The format.
         format: OutputFormat,
+        /// What is wrong.
+        reason: String,
+    },
+    /// The picture is none that a terminal could show.
+    #[error("cannot encode {format}: {reason}")]
+    Terminal {
+        /// The format.
+        format: TerminalFormat,
         /// What is wrong.
         reason: String,
     },

@@ -1,8 +1,8 @@
 //! The options of each command, beside the groups that it shares with others.
 
 use super::groups::{
-    AnimationArgs, DrawArgs, EncodingArgs, InputArgs, LightArgs, MachineArgs, ModelArgs, ReportArgs,
-    ThreadArgs, models,
+    AnimationArgs, DrawArgs, EncodingArgs, InputArgs, LightArgs, MachineArgs, ModelArgs, PictureEncodingArgs,
+    ReportArgs, ThreadArgs, models,
 };
 use crate::cli::value_parsers;
 use crate::frame::Aov;
@@ -20,6 +20,7 @@ use std::path::PathBuf;
   overcoat render --scene car.json -o car.png
   overcoat render fox.glb -o fox.png --animation Walk --time 0.4
   curl -s https://example.com/car.glb | overcoat render - -o - > car.png
+  overcoat render car.glb -o - --output-format sixel
 
 Exit codes: 0 done, 1 failed, 2 wrong usage, 3 limit exceeded")]
 pub struct RenderArgs {
@@ -28,7 +29,7 @@ pub struct RenderArgs {
     pub output: PathBuf,
 
     #[command(flatten)]
-    pub encoding: EncodingArgs,
+    pub encoding: PictureEncodingArgs,
 
     /// Also write planes of the G-buffer: layers of an .exr, files beside others (OUT.depth.png)
     ///

@@ -1,5 +1,6 @@
 //! Groups of options that commands have in common, each defined once.
 
+use crate::cli::picture_format::PictureFormat;
 use crate::cli::report::Reporter;
 use crate::cli::value_parsers;
 use crate::color::ToneCurve;
@@ -42,6 +43,30 @@ pub struct EncodingArgs {
     /// Quality of .jpg, 1 to 100 [default: 90]
     #[arg(long, value_name = "N", value_parser = value_parsers::within::<u8>(1, 100), allow_negative_numbers = true)]
     pub jpeg_quality: Option<u8>,
+}
+
+/// How the picture becomes a file, or what a terminal shows.
+#[derive(Debug, Default, Args)]
+pub struct PictureEncodingArgs {
+    /// Format of the file: png, webp (lossless), jpg, exr or hdr; or kitty, sixel or blocks, which a terminal shows
+    /// [default: by the name of OUT; png for -]
+    ///
+    /// kitty is the graphics protocol of that terminal and others, sixel graphics as of the VT340, blocks half blocks in 24-bit
+    /// colours for any other. Written to a terminal, they fit it unless --size says otherwise; a file takes them under any name
+    /// that is of no other format. Where less than half of a pixel is covered, sixel and blocks leave it out; they have no shadow on the
+    /// floor unless --ground or a --background asks for it.
+    #[arg(long, value_name = "FORMAT", value_parser = value_parsers::picture_format)]
+    pub output_format: Option<PictureFormat>,
+
+    /// Quality of .jpg, 1 to 100 [default: 90]
+    #[arg(long, value_name = "N", value_parser = value_parsers::within::<u8>(1, 100), allow_negative_numbers = true)]
+    pub jpeg_quality: Option<u8>,
+}
+
+impl From<&EncodingArgs> for PictureEncodingArgs {
+    fn from(args: &EncodingArgs) -> Self {
+        Self { output_format: args.output_format.map(PictureFormat::File), jpeg_quality: args.jpeg_quality }
+    }
 }
 
 /// One model, and how it is drawn.

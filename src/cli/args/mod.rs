@@ -16,7 +16,7 @@ pub use commands::{
 };
 pub use groups::{
     AnimationArgs, CameraArgs, DisplayArgs, DrawArgs, EncodingArgs, InputArgs, LightArgs, LimitArgs,
-    MachineArgs, ModelArgs, PictureArgs, ReportArgs, ThreadArgs,
+    MachineArgs, ModelArgs, PictureArgs, PictureEncodingArgs, ReportArgs, ThreadArgs,
 };
 pub use install::{CompletionsArgs, ManArgs};
 pub use thumbnail::ThumbnailArgs;

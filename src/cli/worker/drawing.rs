@@ -7,6 +7,7 @@ use super::protocol::{FromWorker, PictureRequest, Start, ToWorker, Told, Work};
 use crate::cli::failure::Failure;
 use crate::cli::input::ModelSource;
 use crate::cli::losses::{left_out, losses};
+use crate::cli::picture_format::PictureFormat;
 use crate::cli::render_report::{self, RenderReport};
 use crate::cli::render_task::{Pixels, RenderTask, RenderedPicture};
 use crate::cli::report::{self, Stages};
@@ -198,7 +199,7 @@ impl Drawing<'_> {
                     scene,
                     camera: &camera,
                     stats: &stats,
-                    format: *format,
+                    format: PictureFormat::File(*format),
                     frame_hash: frame.frame_hash(),
                     encoded,
                     exposure,
