@@ -123,12 +123,7 @@ impl Pool {
         model: &[u8],
         files: &'a dyn Files,
     ) -> Result<Loaded<'a>, WorkError> {
-        // It is never closed.
-        let permit = self.permits.acquire().await.map_err(|e| WorkError::NoWorker(e.to_string()))?;
-        let end = Instant::now() + self.options.deadline;
-        let process = self.process(end).await?;
-        let mut loaded =
-            Loaded { pool: self, process: Some(process), files, needed: Vec::new(), end, _permit: permit };
+        let mut loaded = self.begin(files).await?;
         let work = Work { waits: true, ..work.clone() };
         loaded.send(&ToWorker::Work(work), model).await?;
         loop {
@@ -146,6 +141,39 @@ impl Pool {
                 _ => return Err(loaded.give_up("says what was not asked for").await),
             }
         }
+    }
+
+    /// Waits for a worker and lets it tell what a model is: the JSON of `overcoat info --json`.
+    ///
+    /// # Errors
+    /// [`WorkError`].
+    pub async fn inspect(&self, name: &str, model: &[u8], files: &dyn Files) -> Result<Vec<u8>, WorkError> {
+        let mut inspected = self.begin(files).await?;
+        inspected.send(&ToWorker::Inspect { name: name.to_owned() }, model).await?;
+        let mut contents = None;
+        loop {
+            match (inspected.next().await?, &contents) {
+                ((FromWorker::Contents, bytes), None) => contents = Some(bytes),
+                ((FromWorker::Done, _), Some(_)) => {
+                    inspected.reuse();
+                    return Ok(contents.unwrap_or_default());
+                }
+                ((FromWorker::Failed { failure }, _), _) => {
+                    inspected.reuse();
+                    return Err(WorkError::Failed(failure));
+                }
+                _ => return Err(inspected.give_up("says what was not asked for").await),
+            }
+        }
+    }
+
+    /// Waits for a worker.
+    async fn begin<'a>(&'a self, files: &'a dyn Files) -> Result<Loaded<'a>, WorkError> {
+        // It is never closed.
+        let permit = self.permits.acquire().await.map_err(|e| WorkError::NoWorker(e.to_string()))?;
+        let end = Instant::now() + self.options.deadline;
+        let process = self.process(end).await?;
+        Ok(Loaded { pool: self, process: Some(process), files, needed: Vec::new(), end, _permit: permit })
     }
 
     /// An idle worker, or a new one.

@@ -17,13 +17,15 @@ pub struct Death {
     pub message: String,
     /// For want of memory.
     pub of_memory: bool,
+    /// By a signal from outside, as systems send that run out of memory.
+    pub killed: bool,
     /// Because it did what a worker may not do.
     pub forbidden: bool,
 }
 
 impl Death {
     pub(super) fn new(message: String) -> Self {
-        Self { message, of_memory: false, forbidden: false }
+        Self { message, of_memory: false, killed: false, forbidden: false }
     }
 }
 
@@ -131,7 +133,8 @@ impl Process {
         tokio::time::sleep(Duration::from_millis(10)).await;
         let said = self.last_words.lock().unwrap_or_else(PoisonError::into_inner).clone();
         let (code, signal) = (status.code(), signal_of(status));
-        let of_memory = code == Some(NO_MEMORY) || signal == Some(SIGKILL);
+        let killed = signal == Some(SIGKILL);
+        let of_memory = code == Some(NO_MEMORY) || killed;
         let forbidden = signal == Some(SIGSYS);
         let how = match (code, signal) {
             (Some(NO_MEMORY), _) => "the worker ran out of memory".to_owned(),
@@ -142,7 +145,7 @@ impl Process {
             _ => "the worker ended".to_owned(),
         };
         let message = if said.is_empty() { how } else { format!("{how}: {said}") };
-        Death { message, of_memory, forbidden }
+        Death { message, of_memory, killed, forbidden }
     }
 }
 
