@@ -1,6 +1,6 @@
 //! A test for each row of the table of errors in service/README.md.
 
-use crate::service::{form, model, model_path, ok, read_answer, source_server, start, start_with};
+use crate::service::{form, model, model_path, ok, read_answer, run, source_server, start, start_with};
 use std::io::Write;
 use std::path::Path;
 use std::time::Duration;
@@ -296,10 +296,7 @@ fn workers_that_cannot_be_started_are_told() {
     let answer = service.post("/render?size=16", &model("rounded-cube.glb"));
     assert_eq!(answer.error(503).0, "no_worker");
     // Nor does one start where no worker can.
-    let output = std::process::Command::new(crate::service::PROGRAM)
-        .args(["serve", "--listen", "127.0.0.1:0", "--memory", "1"])
-        .output()
-        .unwrap();
+    let output = run(&["serve", "--listen", "127.0.0.1:0", "--memory", "1"]);
     assert_eq!(output.status.code(), Some(1));
     assert!(String::from_utf8_lossy(&output.stderr).contains("a worker cannot draw"));
 }

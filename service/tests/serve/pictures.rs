@@ -1,6 +1,6 @@
 //! Pictures: what is asked for is what comes.
 
-use crate::service::{PROGRAM, form, model, model_path, start, start_with};
+use crate::service::{PROGRAM, form, model, model_path, run, start, start_with};
 use std::path::Path;
 
 /// A glTF file with a triangle, whose buffer and texture are files beside it.
@@ -124,7 +124,7 @@ fn clients_ask_for_what_they_have_not() {
     }
     // A tag is of the content: of another size it is another one, of the same model by another way it is the same.
     assert_ne!(service.get(&path.replace("32", "33")).etag(), whole.etag());
-    assert_eq!(service.post("/render?size=32x32&format=png", &model("rounded-cube.glb")).etag(), whole.etag());
+    assert_eq!(service.post("/render?size=32x32&format=png&name=a.glb", &model("rounded-cube.glb")).etag(), whole.etag());
 }
 
 #[test]
@@ -203,12 +203,12 @@ fn configurations_are_read_and_their_mistakes_named() {
         ("max_size = 'x'", "max-size"),
         ("a = = 1", "line 1"),
         ("preset = ['x']", "expected NAME=OPTIONS"),
-        ("preset = ['x=size:0']", "1 to 2048"),
+        ("preset = ['x=size:5000']", "1 to 2048"),
         ("key = ['abc']", "--key and --salt come in pairs"),
         ("allow_network = ['x']", "ADDRESS/BITS"),
     ] {
         std::fs::write(&file, text).unwrap();
-        let output = std::process::Command::new(PROGRAM).args(["serve", "--config", path]).output().unwrap();
+        let output = run(&["serve", "--config", path]);
         let error = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(2), "{text}: {error}");
         assert!(error.contains(what) && error.trim().lines().count() == 1, "{text}: {error}");

@@ -173,6 +173,22 @@ impl Service {
     }
 }
 
+/// The program with arguments that it does not go on with.
+pub fn run(args: &[&str]) -> std::process::Output {
+    let mut command = std::process::Command::new(PROGRAM);
+    command.args(args).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = command.spawn().unwrap();
+    let end = Instant::now() + Duration::from_secs(60);
+    while child.try_wait().unwrap().is_none() {
+        if Instant::now() > end {
+            let _ = child.kill();
+            panic!("it goes on with {args:?}");
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    child.wait_with_output().unwrap()
+}
+
 pub fn send_signal(name: &str, process: u32) {
     let done = std::process::Command::new("kill").args([&format!("-{name}"), &process.to_string()]).status();
     assert!(done.unwrap().success());
