@@ -15,6 +15,7 @@ import hashlib
 import hmac
 import http.client
 import json
+import math
 import os
 import random
 import shutil
@@ -279,15 +280,28 @@ class Load:
             client.join()
 
 
+def sphere(rings=50, parts=52):
+    """About five thousand triangles, as binary STL."""
+    at = lambda r, p: (math.sin(math.pi * r / rings) * math.cos(2 * math.pi * p / parts),
+                       math.sin(math.pi * r / rings) * math.sin(2 * math.pi * p / parts), math.cos(math.pi * r / rings))
+    triangles = []
+    for r in range(rings):
+        for p in range(parts):
+            a, b, c, d = at(r, p), at(r + 1, p), at(r + 1, p + 1), at(r, p + 1)
+            triangles += ([(a, b, c)] if r < rings - 1 else []) + ([(a, c, d)] if r > 0 else [])
+    body = b''.join(struct.pack('<12fH', 0, 0, 0, *a, *b, *c, 0) for a, b, c in triangles)
+    return b'\0' * 80 + struct.pack('<I', len(triangles)) + body
+
+
 def overhead(service):
     """Milliseconds of processor time that the service itself takes for a warm thumbnail, with a new key each time."""
-    model, count = read('material-ball.glb'), 60
+    model, count = sphere(), 100
     triangles = json.loads(service.request('POST', '/info', model)[2])['triangles']
     for size in range(100, 104):
         service.request('POST', f'/render?size={size}', model)
     own, children = service.cpu()
     times = []
-    for size in range(120, 120 + count):
+    for size in range(206, 206 + count):
         begun = time.monotonic()
         status, _, _ = service.request('POST', f'/render?size={size}', model)
         times.append(time.monotonic() - begun)
@@ -319,7 +333,7 @@ def stop_under_load(service, models):
     for client in clients:
         client.join()
     code = service.process.wait(60)
-    time.sleep(0.2)
+    time.sleep(1)
     left = [pid for pid in workers if os.path.exists(f'/proc/{pid}')]
     return collections.Counter(map(str, results)), code, left
 

@@ -196,6 +196,13 @@ impl Pool {
         self.idle.lock().unwrap_or_else(PoisonError::into_inner).pop()
     }
 
+    /// Ends all workers that have no work, and waits until they have ended.
+    pub async fn finish(&self) {
+        while let Some(process) = self.pop_idle() {
+            process.kill().await;
+        }
+    }
+
     /// Ends all workers that have no work.
     pub fn end_idle(&self) {
         self.idle.lock().unwrap_or_else(PoisonError::into_inner).clear();

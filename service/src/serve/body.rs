@@ -12,6 +12,8 @@ use tokio::time::Instant;
 
 /// Bytes of one permit.
 const UNIT: u64 = 1024;
+/// Bytes of memory that a body gets when it begins.
+const FIRST_ROOM: u64 = 4 << 20;
 /// What is read of a body that is refused, so that the client sees the answer and not a broken connection.
 const DRAINED: u64 = 64 << 20;
 /// How long that may take.
@@ -28,11 +30,27 @@ pub struct Bodies {
     pub rate: u64,
     /// What all of them may take together.
     memory: Arc<Semaphore>,
+    /// Permits of a body that is as large as it may be.
+    largest: u32,
 }
 
 /// Bytes that are counted for as long as this is kept.
 #[derive(Debug, Default)]
 pub struct Held(Option<OwnedSemaphorePermit>);
+
+impl Held {
+    /// Gives back what is not needed for so many bytes.
+    pub fn shrink(&mut self, bytes: u64) {
+        if let Some(permits) = &mut self.0 {
+            let spare = permits.num_permits().saturating_sub(permits_of(bytes) as usize);
+            drop(permits.split(spare));
+        }
+    }
+}
+
+fn permits_of(bytes: u64) -> u32 {
+    u32::try_from(bytes.div_ceil(UNIT)).unwrap_or(u32::MAX)
+}
 
 /// Of a body or a source.
 #[must_use]
@@ -46,7 +64,8 @@ impl Bodies {
     #[must_use]
     pub fn new(most: u64, patience: Duration, rate: u64, memory: u64) -> Self {
         let permits = usize::try_from(memory / UNIT).unwrap_or(usize::MAX).min(Semaphore::MAX_PERMITS);
-        Self { most, patience, rate: rate.max(1), memory: Arc::new(Semaphore::new(permits)) }
+        let largest = permits_of(most).min(u32::try_from(permits).unwrap_or(u32::MAX));
+        Self { most, patience, rate: rate.max(1), memory: Arc::new(Semaphore::new(permits)), largest }
     }
 
     /// Counts bytes that are kept.
@@ -54,8 +73,7 @@ impl Bodies {
     /// # Errors
     /// [`Kind::Busy`] if there are too many already.
     pub fn hold(&self, held: &mut Held, bytes: u64) -> Result<(), Problem> {
-        let permits = u32::try_from(bytes.div_ceil(UNIT)).unwrap_or(u32::MAX);
-        let taken = Arc::clone(&self.memory).try_acquire_many_owned(permits).map_err(|_| {
+        let taken = Arc::clone(&self.memory).try_acquire_many_owned(permits_of(bytes)).map_err(|_| {
             Problem::new(Kind::Busy, "the bodies of other requests take all the memory that they may")
                 .limited("body_memory", "start the service with --body-memory BYTES")
         })?;
@@ -66,6 +84,12 @@ impl Bodies {
         Ok(())
     }
 
+    /// Waits until there is memory for one that is as large as it may be: how large a source is shows when it has been read.
+    pub async fn hold_largest(&self) -> Held {
+        // It is never closed.
+        Held(Arc::clone(&self.memory).acquire_many_owned(self.largest).await.ok())
+    }
+
     /// Reads a body.
     ///
     /// # Errors
@@ -74,7 +98,7 @@ impl Bodies {
         let length = headers.get(header::CONTENT_LENGTH).and_then(|value| value.to_str().ok()?.parse::<u64>().ok());
         let read = match length {
             Some(length) if length > self.most => Err(too_large(self.most, "body")),
-            _ => self.collect(&mut body).await,
+            length => self.collect(&mut body, length).await,
         };
         if read.is_err() {
             self.turn_away(body, headers).await;
@@ -90,9 +114,11 @@ impl Bodies {
         }
     }
 
-    async fn collect(&self, body: &mut Body) -> Result<(Bytes, Held), Problem> {
+    async fn collect(&self, body: &mut Body, length: Option<u64>) -> Result<(Bytes, Held), Problem> {
         let begun = Instant::now();
-        let (mut bytes, mut held) = (BytesMut::new(), Held::default());
+        // What is announced need not come.
+        let room = length.unwrap_or(0).min(FIRST_ROOM) as usize;
+        let (mut bytes, mut held) = (BytesMut::with_capacity(room), Held::default());
         loop {
             let earned = Duration::from_secs_f64(bytes.len() as f64 / self.rate as f64);
             let Ok(frame) = tokio::time::timeout_at(begun + self.patience + earned, body.frame()).await else {

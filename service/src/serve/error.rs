@@ -7,6 +7,9 @@ use axum::response::{IntoResponse, Response};
 use overcoat::cli::worker::protocol::{FailureClass, FailureReport};
 use serde_json::{Map, Value, json};
 
+/// Characters of a message at most.
+const LONGEST_MESSAGE: usize = 500;
+
 /// Kinds of answers that are no pictures. The table of service/README.md has them all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
@@ -145,7 +148,10 @@ impl Problem {
     #[must_use]
     pub fn new(kind: Kind, message: impl Into<String>) -> Self {
         let retry_after = matches!(kind, Kind::Busy | Kind::Stopping | Kind::NoWorker).then_some(2);
-        Self { kind, message: message.into(), limit: None, raise: None, retry_after, header: None }
+        // Some of it may be the client's.
+        let message = message.into();
+        let message = message.chars().filter(|c| !c.is_control()).take(LONGEST_MESSAGE).collect();
+        Self { kind, message, limit: None, raise: None, retry_after, header: None }
     }
 
     /// The same with the limit that was passed, and the option of the service that raises it.

@@ -140,8 +140,12 @@ fn signed(app: &App, uri: &Uri, before: &str) -> Result<path::Asked, Problem> {
 
 async fn open(app: &App, source: &str) -> Result<(Source, Held), Problem> {
     let patience = Duration::from_secs_f64(app.args.source_seconds);
-    let opened = tokio::time::timeout(patience, app.sources.open(source)).await;
-    let mut source = opened.map_err(|_| {
+    let open = async {
+        let held = app.bodies.hold_largest().await;
+        Ok::<_, Problem>((app.sources.open(source).await?, held))
+    };
+    let opened = tokio::time::timeout(patience, open).await;
+    let (mut source, mut held) = opened.map_err(|_| {
         Problem::new(Kind::SourceTimeout, format!("the source took longer than {} s", patience.as_secs_f64()))
             .limited("source_seconds", "start the service with --source-seconds SECONDS")
     })??;
@@ -152,8 +156,7 @@ async fn open(app: &App, source: &str) -> Result<(Source, Held), Problem> {
         let known = overcoat::load::Format::from_extension(extension.split('.').next().unwrap_or_default());
         source.name = known.map_or("model".to_owned(), |_| format!("model.{extension}"));
     }
-    let mut held = Held::default();
-    app.bodies.hold(&mut held, source.model.len() as u64)?;
+    held.shrink(source.model.len() as u64);
     Ok((source, held))
 }
 

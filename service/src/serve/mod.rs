@@ -68,7 +68,7 @@ pub async fn run(args: ServeArgs) -> Result<u8, (u8, String)> {
     let (send, stop) = watch::channel(false);
     tokio::spawn(signals(send));
     listen::serve(Arc::clone(&app), listener, stop).await;
-    app.pool.end_idle();
+    app.pool.finish().await;
     tracing::info!("stopped");
     Ok(0)
 }

@@ -12,6 +12,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use url::Url;
 
+/// Files of one model that are asked for over HTTP: no model makes this service ask another one without end.
+const MOST_FILES: u64 = 256;
+
 /// The sources that a service allows.
 #[derive(Debug)]
 pub struct Sources {
@@ -122,7 +125,7 @@ impl Sources {
         let left = Arc::new(AtomicU64::new(self.limit));
         if matches!(url.scheme(), "http" | "https") {
             let model = self.fetch(&url, &left, self.limit).await?;
-            let files = Arc::new(HttpFiles { sources: Arc::clone(self), model: url, left });
+            let files = Arc::new(HttpFiles { sources: Arc::clone(self), model: url, left, count: AtomicU64::new(0) });
             return Ok(Source { name, model, files });
         }
         let (place, below) = self.place(&url)?;
@@ -226,6 +229,8 @@ struct HttpFiles {
     sources: Arc<Sources>,
     model: Url,
     left: Arc<AtomicU64>,
+    /// Files that were asked for.
+    count: AtomicU64,
 }
 
 impl Files for HttpFiles {
@@ -235,6 +240,9 @@ impl Files for HttpFiles {
                 return Err(crate::files::no_such_file());
             }
             let url = beside(&self.model, name).ok_or(Missing::Outside)?;
+            if self.count.fetch_add(1, Relaxed) >= MOST_FILES {
+                return Err(Missing::Unreadable { reason: format!("a model has {MOST_FILES} files at most here") });
+            }
             let bytes = self.sources.fetch(&url, &self.left, limit).await;
             let bytes = bytes.map_err(|problem| match problem.kind {
                 Kind::TooLarge => Missing::TooLarge,
