@@ -18,8 +18,12 @@ pub fn format(accept: Option<&str>, own: OutputFormat) -> Result<OutputFormat, P
         }
     }
     let none = || {
-        let types: Vec<&str> = OutputFormat::ALL.iter().map(|format| format.file_format().mime_type).collect();
-        Problem::new(Kind::NotAcceptable, format!("pictures are {}; Accept has none of them", types.join(", ")))
+        let types: Vec<&str> =
+            OutputFormat::ALL.iter().map(|format| format.file_format().mime_type).collect();
+        Problem::new(
+            Kind::NotAcceptable,
+            format!("pictures are {}; Accept has none of them", types.join(", ")),
+        )
     };
     best.map(|(_, format)| format).ok_or_else(none)
 }

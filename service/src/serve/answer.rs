@@ -39,7 +39,9 @@ impl Wishes<'_> {
     /// Whether the client says that it has the picture of a key.
     #[must_use]
     pub fn has(&self, key: &str) -> bool {
-        let Some(tags) = self.text(header::IF_NONE_MATCH).filter(|_| self.may_be_known()) else { return false };
+        let Some(tags) = self.text(header::IF_NONE_MATCH).filter(|_| self.may_be_known()) else {
+            return false;
+        };
         tags.split(',').map(|tag| tag.trim().trim_start_matches("W/")).any(|tag| tag == etag(key))
     }
 
@@ -210,7 +212,8 @@ mod tests {
     fn known_pictures_are_known_by_their_tags() {
         let mut headers = HeaderMap::new();
         headers.insert(header::IF_NONE_MATCH, "\"a\", W/\"b\"".parse().unwrap());
-        let has = |method: &Method, key: &str| Wishes { method, headers: &headers, negotiated: false }.has(key);
+        let has =
+            |method: &Method, key: &str| Wishes { method, headers: &headers, negotiated: false }.has(key);
         assert!(has(&Method::GET, "a") && has(&Method::HEAD, "b"));
         assert!(!has(&Method::GET, "c") && !has(&Method::POST, "a"));
     }

@@ -73,7 +73,8 @@ impl App {
         let rules = rules(&args, &common.start)?;
         let metrics = Arc::new(Metrics::default());
         let seconds = Duration::from_secs_f64;
-        let sources = Sources::new(args.local.as_deref(), &args.allow_source, &args.allow_network, args.max_body)?;
+        let sources =
+            Sources::new(args.local.as_deref(), &args.allow_source, &args.allow_network, args.max_body)?;
         Ok(Self {
             rules,
             pool: Pool::new(pool_options(&args, &common.start)?),
@@ -109,7 +110,8 @@ fn rules(args: &ServeArgs, start: &Start) -> Result<Rules, String> {
     };
     for text in &args.preset {
         let about = |reason: String| format!("--preset {text}: {reason}");
-        let (name, options) = text.split_once('=').ok_or_else(|| about("expected NAME=OPTIONS".to_owned()))?;
+        let (name, options) =
+            text.split_once('=').ok_or_else(|| about("expected NAME=OPTIONS".to_owned()))?;
         let pairs = options_of_preset(options).map_err(about)?;
         // What is wrong with a preset is found now, and not by every request.
         let mut asked = Options::default();

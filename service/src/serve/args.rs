@@ -9,7 +9,8 @@ use std::path::PathBuf;
 
 /// `overcoat serve`
 #[derive(Debug, Args)]
-#[command(after_help = "Every option can also be given by a variable of the environment (OVERCOAT_ and its name in capitals, as \
+#[command(
+    after_help = "Every option can also be given by a variable of the environment (OVERCOAT_ and its name in capitals, as \
 OVERCOAT_MAX_SIZE) and by a key of the configuration file (max_size = 1024). The command line wins over the environment, that over \
 the file.
 
@@ -17,7 +18,8 @@ Examples:
   overcoat-service serve
   overcoat-service serve --listen 0.0.0.0:8080 --cache /var/cache/overcoat --cache-bytes 20Gi
   overcoat-service serve --config /etc/overcoat.toml
-  curl --data-binary @model.glb 'localhost:8080/render?size=256&view=front' -o picture.png")]
+  curl --data-binary @model.glb 'localhost:8080/render?size=256&view=front' -o picture.png"
+)]
 pub struct ServeArgs {
     /// Configuration file (TOML): keys are the long names of these options
     #[arg(long, value_name = "FILE", help_heading = None::<&str>)]

@@ -95,7 +95,8 @@ impl Bodies {
     /// # Errors
     /// [`Kind::TooLarge`], [`Kind::Slow`], [`Kind::Busy`].
     pub async fn read(&self, mut body: Body, headers: &HeaderMap) -> Result<(Bytes, Held), Problem> {
-        let length = headers.get(header::CONTENT_LENGTH).and_then(|value| value.to_str().ok()?.parse::<u64>().ok());
+        let length =
+            headers.get(header::CONTENT_LENGTH).and_then(|value| value.to_str().ok()?.parse::<u64>().ok());
         let read = match length {
             Some(length) if length > self.most => Err(too_large(self.most, "body")),
             length => self.collect(&mut body, length).await,
@@ -121,11 +122,13 @@ impl Bodies {
         let (mut bytes, mut held) = (BytesMut::with_capacity(room), Held::default());
         loop {
             let earned = Duration::from_secs_f64(bytes.len() as f64 / self.rate as f64);
-            let Ok(frame) = tokio::time::timeout_at(begun + self.patience + earned, body.frame()).await else {
+            let Ok(frame) = tokio::time::timeout_at(begun + self.patience + earned, body.frame()).await
+            else {
                 return Err(self.slow());
             };
             let Some(frame) = frame else { return Ok((bytes.freeze(), held)) };
-            let frame = frame.map_err(|e| Problem::new(Kind::Options, format!("the body is broken off: {e}")))?;
+            let frame =
+                frame.map_err(|e| Problem::new(Kind::Options, format!("the body is broken off: {e}")))?;
             let Ok(part) = frame.into_data() else { continue };
             if (bytes.len() + part.len()) as u64 > self.most {
                 return Err(too_large(self.most, "body"));
@@ -137,9 +140,12 @@ impl Bodies {
 
     fn slow(&self) -> Problem {
         let (seconds, rate) = (self.patience.as_secs_f64(), self.rate);
-        Problem::new(Kind::Slow, format!("the body came too slowly: it has {seconds} s, and 1 s for {rate} bytes"))
-            .limited("body_seconds", "start the service with --body-seconds SECONDS or --body-rate BYTES")
-            .with(header::CONNECTION, "close")
+        Problem::new(
+            Kind::Slow,
+            format!("the body came too slowly: it has {seconds} s, and 1 s for {rate} bytes"),
+        )
+        .limited("body_seconds", "start the service with --body-seconds SECONDS or --body-rate BYTES")
+        .with(header::CONNECTION, "close")
     }
 }
 

@@ -37,7 +37,9 @@ impl Disk {
         let mut found = Vec::new();
         for folder in fs::read_dir(root).into_iter().flatten().flatten() {
             for entry in fs::read_dir(folder.path()).into_iter().flatten().flatten() {
-                let (Ok(name), Ok(metadata)) = (entry.file_name().into_string(), entry.metadata()) else { continue };
+                let (Ok(name), Ok(metadata)) = (entry.file_name().into_string(), entry.metadata()) else {
+                    continue;
+                };
                 if name.starts_with(UNFINISHED) {
                     remove_old(&entry.path(), &metadata);
                 } else if metadata.is_file() {

@@ -62,7 +62,8 @@ impl Fetcher {
             }
             let location = response.headers().get(header::LOCATION).and_then(|value| value.to_str().ok());
             let location = location.ok_or_else(|| failed("the source redirects to nowhere"))?;
-            let mut next = url.join(location).map_err(|e| failed(format!("the source redirects to no URL: {e}")))?;
+            let mut next =
+                url.join(location).map_err(|e| failed(format!("the source redirects to no URL: {e}")))?;
             next.set_fragment(None);
             if url.scheme() == "https" && next.scheme() == "http" {
                 return Err(failed("the source redirects from https to http"));
@@ -97,7 +98,8 @@ impl Fetcher {
         if allowed.is_empty() {
             return Err(Problem::new(Kind::Source, "the source is in a private network"));
         }
-        let stream = TcpStream::connect(&allowed[..]).await.map_err(|e| failed(format!("the source: {e}")))?;
+        let stream =
+            TcpStream::connect(&allowed[..]).await.map_err(|e| failed(format!("the source: {e}")))?;
         let peer = stream.peer_addr().map_err(|e| failed(format!("the source: {e}")))?;
         if !is_allowed(peer.ip(), &self.networks) {
             return Err(Problem::new(Kind::Source, "the source is in a private network"));
@@ -106,7 +108,9 @@ impl Fetcher {
             return Ok(Box::new(stream));
         }
         let name = match url.host() {
-            Some(Host::Domain(name)) => ServerName::try_from(name.to_owned()).map_err(|e| failed(e.to_string()))?,
+            Some(Host::Domain(name)) => {
+                ServerName::try_from(name.to_owned()).map_err(|e| failed(e.to_string()))?
+            }
             Some(Host::Ipv4(ip)) => ServerName::from(std::net::IpAddr::V4(ip)),
             Some(Host::Ipv6(ip)) => ServerName::from(std::net::IpAddr::V6(ip)),
             None => return Err(failed("the source names no host")),

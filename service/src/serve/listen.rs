@@ -54,7 +54,9 @@ pub async fn serve(app: Arc<App>, listener: TcpListener, mut stop: watch::Receiv
         while served.try_join_next().is_some() {}
     }
     app.stopping.store(true, Relaxed);
-    while let Ok(Ok((stream, permit))) = tokio::time::timeout(LAST_CALL, accept(&listener, &connections)).await {
+    while let Ok(Ok((stream, permit))) =
+        tokio::time::timeout(LAST_CALL, accept(&listener, &connections)).await
+    {
         begin(&mut served, stream, permit);
     }
     drop(listener);
@@ -62,7 +64,10 @@ pub async fn serve(app: Arc<App>, listener: TcpListener, mut stop: watch::Receiv
     stop.mark_unchanged();
 }
 
-async fn accept(listener: &TcpListener, connections: &Arc<Semaphore>) -> io::Result<(TcpStream, OwnedSemaphorePermit)> {
+async fn accept(
+    listener: &TcpListener,
+    connections: &Arc<Semaphore>,
+) -> io::Result<(TcpStream, OwnedSemaphorePermit)> {
     let permit = Arc::clone(connections).acquire_owned().await.map_err(io::Error::other)?;
     let (stream, _) = listener.accept().await?;
     // Heads and bodies of answers are not held back for one another.

@@ -31,7 +31,8 @@ const OTHERS: &[(&[u8], &str)] = &[
 ];
 
 /// First bytes of what may be a model, packed or not.
-const KNOWN: &[&[u8]] = &[b"glTF", b"ply", b"PLY", b"solid", b"PK\x03\x04", b"\x1f\x8b", b"\x28\xb5\x2f\xfd", b"{"];
+const KNOWN: &[&[u8]] =
+    &[b"glTF", b"ply", b"PLY", b"solid", b"PK\x03\x04", b"\x1f\x8b", b"\x28\xb5\x2f\xfd", b"{"];
 
 /// Endings of packed files.
 const PACKED: [&str; 2] = ["gz", "zst"];
@@ -82,15 +83,19 @@ pub fn check(bytes: &[u8], name: &str, media_type: Option<&str>) -> Result<(), P
         return Err(unsupported(&format!("it is called .{}", shown(&extension))));
     }
     let media_type = media_type.and_then(|text| text.split(';').next()).unwrap_or_default().trim();
-    if !matches!(media_type, "" | "application/octet-stream" | "application/x-www-form-urlencoded" | "text/plain")
-        && !media_type.starts_with("model/")
+    if !matches!(
+        media_type,
+        "" | "application/octet-stream" | "application/x-www-form-urlencoded" | "text/plain"
+    ) && !media_type.starts_with("model/")
     {
         return Err(unsupported(&format!("it is said to be {}", shown(media_type))));
     }
     // Binary STL has no mark, and OBJ begins with any of its words. (What begins like an archive is not looked into.)
     match Format::detect(bytes) {
         Some(_) => Ok(()),
-        None => Err(unsupported("nothing says what it is: its name, its type and its first bytes are of no known format")),
+        None => Err(unsupported(
+            "nothing says what it is: its name, its type and its first bytes are of no known format",
+        )),
     }
 }
 
@@ -100,7 +105,10 @@ fn shown(text: &str) -> String {
 
 fn unsupported(what: &str) -> Problem {
     let names: Vec<&str> = Format::ALL.iter().map(|format| format.extension()).collect();
-    Problem::new(Kind::MediaType, format!("{what}; models are {}, also in gzip or Zstandard", names.join(", ")))
+    Problem::new(
+        Kind::MediaType,
+        format!("{what}; models are {}, also in gzip or Zstandard", names.join(", ")),
+    )
 }
 
 #[cfg(test)]

@@ -81,18 +81,42 @@ impl Metrics {
     fn register(&mut self) {
         let registry = self.registry.get_mut().unwrap_or_else(PoisonError::into_inner);
         registry.register("requests", "Requests by route and status", self.requests.clone());
-        registry.register("refusals", "Answers that are no pictures, by the kind of their error", self.refusals.clone());
-        registry.register("request_seconds", "Time from the head of a request to the head of its answer", self.durations.clone());
-        registry.register("render_seconds", "Time of workers by stage; queue is the wait for one", self.stages.clone());
-        registry.register("cache", "What happened to the cache: hit, miss, write, damaged, errors", self.cache.clone());
+        registry.register(
+            "refusals",
+            "Answers that are no pictures, by the kind of their error",
+            self.refusals.clone(),
+        );
+        registry.register(
+            "request_seconds",
+            "Time from the head of a request to the head of its answer",
+            self.durations.clone(),
+        );
+        registry.register(
+            "render_seconds",
+            "Time of workers by stage; queue is the wait for one",
+            self.stages.clone(),
+        );
+        registry.register(
+            "cache",
+            "What happened to the cache: hit, miss, write, damaged, errors",
+            self.cache.clone(),
+        );
         registry.register("cache_bytes", "Bytes of the cache in a folder", self.cache_bytes.clone());
         registry.register("cache_entries", "Entries of the cache in a folder", self.cache_entries.clone());
         registry.register("connections", "Open connections", self.connections.clone());
         registry.register("workers_busy", "Requests that have a worker", self.working.clone());
         registry.register("queue_length", "Requests that wait for a worker", self.waiting.clone());
         registry.register("workers_started", "Workers that were started", self.started.clone());
-        registry.register("workers_died", "Workers that ended by themselves or by the system", self.died.clone());
-        registry.register("workers_timed_out", "Workers that were ended because they took too long", self.timed_out.clone());
+        registry.register(
+            "workers_died",
+            "Workers that ended by themselves or by the system",
+            self.died.clone(),
+        );
+        registry.register(
+            "workers_timed_out",
+            "Workers that were ended because they took too long",
+            self.timed_out.clone(),
+        );
     }
 
     /// A request has its answer.
@@ -119,12 +143,21 @@ impl Metrics {
 
     /// A connection is there, or gone.
     pub fn connection(&self, there: bool) {
-        if there { self.connections.inc() } else { self.connections.dec() };
+        if there {
+            self.connections.inc()
+        } else {
+            self.connections.dec()
+        };
     }
 
     /// Everything as text, with what others count.
     #[must_use]
-    pub fn text(&self, counters: &Counters, (working, waiting): (usize, usize), cache: Option<(u64, usize)>) -> String {
+    pub fn text(
+        &self,
+        counters: &Counters,
+        (working, waiting): (usize, usize),
+        cache: Option<(u64, usize)>,
+    ) -> String {
         self.working.set(working as i64);
         self.waiting.set(waiting as i64);
         if let Some((bytes, entries)) = cache {
@@ -134,9 +167,11 @@ impl Metrics {
         let mut text = String::new();
         // One at a time, so that a counter is not raised twice for the same.
         let registry = self.registry.lock().unwrap_or_else(PoisonError::into_inner);
-        for (own, count) in
-            [(&self.started, &counters.started), (&self.died, &counters.died), (&self.timed_out, &counters.timed_out)]
-        {
+        for (own, count) in [
+            (&self.started, &counters.started),
+            (&self.died, &counters.died),
+            (&self.timed_out, &counters.timed_out),
+        ] {
             own.inc_by(count.load(Relaxed).saturating_sub(own.get()));
         }
         // Writing to a string cannot fail.

@@ -111,7 +111,8 @@ async fn warm(app: &App) -> Result<(), String> {
     let loaded = futures_util::future::join_all((0..app.args.workers()).map(|_| draw())).await;
     for loaded in loaded {
         let about = |error: String| format!("a worker cannot draw: {error}");
-        let (drawn, _) = loaded.map_err(|e| about(e.to_string()))?.draw(&[0]).await.map_err(|e| about(e.to_string()))?;
+        let (drawn, _) =
+            loaded.map_err(|e| about(e.to_string()))?.draw(&[0]).await.map_err(|e| about(e.to_string()))?;
         for (_, picture) in drawn {
             picture.map_err(|failure| about(failure.message))?;
         }

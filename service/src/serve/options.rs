@@ -114,8 +114,9 @@ impl Options {
             "height" => self.side(1, text)?,
             "jpeg_quality" => {
                 let quality = text.parse().ok().filter(|quality| (1..=100).contains(quality));
-                self.jpeg_quality =
-                    Some(quality.ok_or_else(|| wrong(format!("jpeg_quality: expected 1 to 100, got '{text}'")))?);
+                self.jpeg_quality = Some(
+                    quality.ok_or_else(|| wrong(format!("jpeg_quality: expected 1 to 100, got '{text}'")))?,
+                );
             }
             "aov" => self.aovs = aovs(text)?,
             "preset" => {
@@ -172,7 +173,8 @@ impl Options {
         if let Some(sides) = self.size {
             let most = u64::from(rules.max_size);
             if sides.iter().any(|side| !(1..=most).contains(side)) {
-                let message = format!("size: expected 1 to {most} pixels a side, got {}x{}", sides[0], sides[1]);
+                let message =
+                    format!("size: expected 1 to {most} pixels a side, got {}x{}", sides[0], sides[1]);
                 return Err(wrong(message).limited("max_size", "start the service with --max-size N"));
             }
             keys.insert("size".to_owned(), json!(sides));
@@ -272,7 +274,10 @@ fn value(key: &str, text: &str, form: Form) -> Result<Value, Problem> {
         },
         Form::Position => {
             let numbers: Option<Vec<Value>> = text.split(',').map(|text| number(text.trim())).collect();
-            numbers.filter(|all| all.len() == 3).map(Value::from).ok_or_else(|| expected("three numbers with commas"))
+            numbers
+                .filter(|all| all.len() == 3)
+                .map(Value::from)
+                .ok_or_else(|| expected("three numbers with commas"))
         }
         Form::Json => serde_json::from_str(text).map_err(|e| expected(&format!("JSON ({e})"))),
     }
@@ -320,8 +325,14 @@ pub(super) mod tests {
     #[test]
     fn options_become_keys() {
         assert_eq!(
-            keys(&[("size", "64"), ("view", "1,0,2"), ("background", "102030"), ("exposure", "auto"), ("lights", "false")])
-                .unwrap(),
+            keys(&[
+                ("size", "64"),
+                ("view", "1,0,2"),
+                ("background", "102030"),
+                ("exposure", "auto"),
+                ("lights", "false")
+            ])
+            .unwrap(),
             json!({"size": [64, 64], "camera": {"view": "1,0,2"}, "background": "102030", "exposure": "auto", "lights": false})
         );
         assert_eq!(

@@ -60,7 +60,8 @@ fn entry(FileFormat { name, extensions, mime_type }: FileFormat) -> Value {
 }
 
 fn answer(value: &Value) -> Response {
-    ([(header::CONTENT_TYPE, HeaderValue::from_static("application/json"))], value.to_string()).into_response()
+    ([(header::CONTENT_TYPE, HeaderValue::from_static("application/json"))], value.to_string())
+        .into_response()
 }
 
 /// `GET /formats`
@@ -113,7 +114,11 @@ mod tests {
     fn the_page_asks_for_nothing_else() {
         for outside in ["http://", "https://", "//", "@import", "url(", " src=", "style=\"", "onclick"] {
             let found = PAGE.match_indices(outside).find(|(at, _)| !PAGE[..*at].ends_with("<!-- "));
-            assert!(found.is_none(), "{outside}: {:?}", found.map(|(at, _)| &PAGE[at..(at + 60).min(PAGE.len())]));
+            assert!(
+                found.is_none(),
+                "{outside}: {:?}",
+                found.map(|(at, _)| &PAGE[at..(at + 60).min(PAGE.len())])
+            );
         }
         for tag in ["script", "style"] {
             assert_eq!(PAGE.matches(&format!("<{tag}>")).count(), 1, "{tag}");

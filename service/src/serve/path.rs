@@ -39,7 +39,9 @@ pub fn read(path: &str, rules: &Rules) -> Result<Asked, Problem> {
         option(&mut options, &segment, rules)?;
     }
     let (source, format) = match source.rsplit_once('@') {
-        Some((before, extension)) if OutputFormat::from_extension(extension).is_some() => (before, Some(extension)),
+        Some((before, extension)) if OutputFormat::from_extension(extension).is_some() => {
+            (before, Some(extension))
+        }
         _ => (source, None),
     };
     if let Some(extension) = format {
@@ -75,9 +77,9 @@ fn option(options: &mut Options, segment: &str, rules: &Rules) -> Result<(), Pro
 
 /// The keys that an option stands for; imgproxy's short names are taken, too.
 fn pairs_of(segment: &str) -> Result<Vec<(String, String)>, Problem> {
-    let (name, value) = segment.split_once(':').ok_or_else(|| {
-        Problem::new(Kind::Options, format!("'{segment}': expected NAME:VALUE"))
-    })?;
+    let (name, value) = segment
+        .split_once(':')
+        .ok_or_else(|| Problem::new(Kind::Options, format!("'{segment}': expected NAME:VALUE")))?;
     let sides = |text: &str| -> Vec<(String, String)> {
         let mut sides = text.split(':').filter(|side| !matches!(*side, "" | "0"));
         let size = match (sides.next(), sides.next()) {
@@ -114,7 +116,8 @@ mod tests {
 
     #[test]
     fn paths_are_read() {
-        let asked = read("/size:64:32/view:front/quality:good/plain/local://a/b%20c.glb@webp", &rules()).unwrap();
+        let asked =
+            read("/size:64:32/view:front/quality:good/plain/local://a/b%20c.glb@webp", &rules()).unwrap();
         assert_eq!(asked.source, "local://a/b c.glb");
         assert_eq!(asked.options.format, Some(OutputFormat::WebP));
         assert_eq!(asked.options.size(), Some([64, 32]));

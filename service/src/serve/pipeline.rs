@@ -52,7 +52,13 @@ pub fn read(query: &str, rules: &Rules) -> Result<Options, Problem> {
     };
     let most = u64::from(rules.max_size);
     let longest = width.max(height);
-    let fit = |side: u64| if longest > most { ((u128::from(side) * u128::from(most)) / u128::from(longest)).max(1) } else { side.into() };
+    let fit = |side: u64| {
+        if longest > most {
+            ((u128::from(side) * u128::from(most)) / u128::from(longest)).max(1)
+        } else {
+            side.into()
+        }
+    };
     options.set("size", &format!("{}x{}", fit(width), fit(height)), rules)?;
     Ok(options)
 }
@@ -69,7 +75,8 @@ mod tests {
     use overcoat::output::OutputFormat;
 
     fn read(json: &str) -> Result<Options, Problem> {
-        let query: String = form_urlencoded::Serializer::new(String::new()).append_pair("operations", json).finish();
+        let query: String =
+            form_urlencoded::Serializer::new(String::new()).append_pair("operations", json).finish();
         super::read(&query, &rules())
     }
 

@@ -64,7 +64,9 @@ impl Signer {
         }
         let given = URL_SAFE_NO_PAD.decode(signature.trim_end_matches('='));
         let signed = given.is_ok_and(|given| self.pairs.iter().any(|pair| pair.signed(path, &given)));
-        signed.then_some(()).ok_or_else(|| Problem::new(Kind::Signature, "no key makes this signature of this path"))
+        signed
+            .then_some(())
+            .ok_or_else(|| Problem::new(Kind::Signature, "no key makes this signature of this path"))
     }
 
     /// The signature of a path by the first key, if there is one.

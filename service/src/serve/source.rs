@@ -49,7 +49,8 @@ pub struct Source {
 impl Allowed {
     fn new(text: &str) -> Result<Self, String> {
         let about = |reason: &str| format!("--allow-source {text}: {reason}");
-        let (scheme, rest) = text.split_once("://").ok_or_else(|| about("expected a URL, as https://example.com/"))?;
+        let (scheme, rest) =
+            text.split_once("://").ok_or_else(|| about("expected a URL, as https://example.com/"))?;
         let scheme = scheme.to_ascii_lowercase();
         let is_http = matches!(scheme.as_str(), "http" | "https");
         if is_http && rest.is_empty() {
@@ -101,7 +102,8 @@ impl Sources {
         networks: &[String],
         limit: u64,
     ) -> Result<Self, String> {
-        let networks = networks.iter().map(|text| Network::new(text).map_err(|e| format!("--allow-network {e}")));
+        let networks =
+            networks.iter().map(|text| Network::new(text).map_err(|e| format!("--allow-network {e}")));
         let fetcher = Fetcher::new(networks.collect::<Result<_, _>>()?);
         let allowed = allowed.iter().map(|text| Allowed::new(text)).collect::<Result<_, _>>()?;
         let local = match local {
@@ -125,7 +127,8 @@ impl Sources {
         let left = Arc::new(AtomicU64::new(self.limit));
         if matches!(url.scheme(), "http" | "https") {
             let model = self.fetch(&url, &left, self.limit).await?;
-            let files = Arc::new(HttpFiles { sources: Arc::clone(self), model: url, left, count: AtomicU64::new(0) });
+            let files =
+                Arc::new(HttpFiles { sources: Arc::clone(self), model: url, left, count: AtomicU64::new(0) });
             return Ok(Source { name, model, files });
         }
         let (place, below) = self.place(&url)?;
@@ -136,7 +139,8 @@ impl Sources {
     }
 
     async fn open_local(&self, path: &str) -> Result<Source, Problem> {
-        let refused = || Problem::new(Kind::Source, "local sources are not allowed here; --local DIR allows them");
+        let refused =
+            || Problem::new(Kind::Source, "local sources are not allowed here; --local DIR allows them");
         let root = self.local.as_ref().ok_or_else(refused)?;
         let path = Path::new(path.trim_start_matches('/'));
         let outside = || Problem::new(Kind::Source, "the source lies outside of the folder of local sources");
@@ -160,7 +164,8 @@ impl Sources {
 
     /// The place of an object, and its name there.
     fn place(&self, url: &Url) -> Result<(&Place, String), Problem> {
-        let found = self.allowed.iter().find_map(|allowed| Some((allowed.place.as_ref()?, allowed.below(url)?)));
+        let found =
+            self.allowed.iter().find_map(|allowed| Some((allowed.place.as_ref()?, allowed.below(url)?)));
         let (place, below) = found.ok_or_else(refused)?;
         let below = percent_encoding::percent_decode_str(&below).decode_utf8();
         let below = below.map_err(|_| Problem::new(Kind::Options, "the source is not UTF-8"))?;
@@ -187,7 +192,9 @@ impl Sources {
             Missing::Unreadable { reason } if reason.contains("o such file") => {
                 Problem::new(Kind::NotFound, "the source is not there")
             }
-            Missing::Unreadable { reason } => Problem::new(Kind::SourceFailed, format!("the source: {reason}")),
+            Missing::Unreadable { reason } => {
+                Problem::new(Kind::SourceFailed, format!("the source: {reason}"))
+            }
         }
     }
 }
@@ -241,7 +248,9 @@ impl Files for HttpFiles {
             }
             let url = beside(&self.model, name).ok_or(Missing::Outside)?;
             if self.count.fetch_add(1, Relaxed) >= MOST_FILES {
-                return Err(Missing::Unreadable { reason: format!("a model has {MOST_FILES} files at most here") });
+                return Err(Missing::Unreadable {
+                    reason: format!("a model has {MOST_FILES} files at most here"),
+                });
             }
             let bytes = self.sources.fetch(&url, &self.left, limit).await;
             let bytes = bytes.map_err(|problem| match problem.kind {

@@ -60,7 +60,9 @@ impl Upload {
             }
             let plain = extension.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'.');
             self.name = match extension.as_str() {
-                extension if !extension.is_empty() && plain && extension.len() < 20 => format!("model.{extension}"),
+                extension if !extension.is_empty() && plain && extension.len() < 20 => {
+                    format!("model.{extension}")
+                }
                 _ => "model".to_owned(),
             };
         }
@@ -128,7 +130,10 @@ async fn form(body: Bytes, boundary: String) -> Result<Upload, Problem> {
     let by_name = || files.iter().position(|(_, name, ..)| is_model(name));
     let alone = || (files.len() == 1).then_some(0);
     let at = by_part.or_else(by_name).or_else(alone).ok_or_else(|| {
-        Problem::new(Kind::Options, "the form has no model: a part that is called model, or a file with a model's name")
+        Problem::new(
+            Kind::Options,
+            "the form has no model: a part that is called model, or a file with a model's name",
+        )
     })?;
     let (_, name, media_type, model) = files.swap_remove(at);
     let mut beside = BTreeMap::new();
@@ -156,10 +161,11 @@ mod tests {
             all.insert(axum::http::HeaderName::from_bytes(name.as_bytes()).unwrap(), value.parse().unwrap());
         }
         let body = Bytes::copy_from_slice(body.as_bytes());
-        tokio::runtime::Builder::new_current_thread()
-            .build()
-            .unwrap()
-            .block_on(Upload::new(&all, body, Held::default()))
+        tokio::runtime::Builder::new_current_thread().build().unwrap().block_on(Upload::new(
+            &all,
+            body,
+            Held::default(),
+        ))
     }
 
     #[test]
@@ -190,7 +196,11 @@ mod tests {
         assert_eq!((form.name.as_str(), &form.model[..]), ("m.gltf", &b"{}"[..]));
         assert_eq!(form.fields, [("size".to_owned(), "64".to_owned())]);
         assert_eq!(form.files.files.keys().collect::<Vec<_>>(), ["t/a.png"]);
-        for body in ["--B--\r\n", "--B\r\nContent-Disposition: form-data; name=\"size\"\r\n\r\n64\r\n--B--\r\n", "xyz"] {
+        for body in [
+            "--B--\r\n",
+            "--B\r\nContent-Disposition: form-data; name=\"size\"\r\n\r\n64\r\n--B--\r\n",
+            "xyz",
+        ] {
             assert_eq!(upload(&[kind], body).unwrap_err().kind, Kind::Options, "{body}");
         }
     }

@@ -82,7 +82,8 @@ fn formats_that_nobody_makes_are_not_acceptable() {
     let cube = model("rounded-cube.glb");
     let answer = service.request("POST", "/render", &[("Accept", "text/html, image/gif")], &cube);
     assert_eq!(answer.error(406).0, "not_acceptable");
-    let answer = service.request("POST", "/render?size=16", &[("Accept", "image/webp, image/png;q=0.5")], &cube);
+    let answer =
+        service.request("POST", "/render?size=16", &[("Accept", "image/webp, image/png;q=0.5")], &cube);
     assert_eq!((answer.status, answer.headers["content-type"].as_str()), (200, "image/webp"));
     assert_eq!(answer.headers["vary"], "Accept");
 }
@@ -155,7 +156,10 @@ fn damaged_models_and_limits_are_told() {
     let answer = service.post("/render?size=16", &cube);
     assert_eq!(answer.error(422).0, "limit");
     let error = &answer.json()["error"];
-    assert_eq!((&error["limit"], &error["raise"]), (&"triangles".into(), &"start the service with --limit triangles=N".into()));
+    assert_eq!(
+        (&error["limit"], &error["raise"]),
+        (&"triangles".into(), &"start the service with --limit triangles=N".into())
+    );
     for damaged in [&cube[..cube.len() / 2], b"glTF\x02\0\0\0", b"{}", b"ply\nformat nothing\n"] {
         let (kind, message) = service.post("/render?size=16", damaged).error(422);
         assert_eq!(kind, "model", "{message}");
@@ -211,8 +215,15 @@ fn sources_that_fail_are_told() {
     });
     let base = format!("http://127.0.0.1:{port}");
     let service = start(&[
-        "--allow-unsigned", "--allow-source", &base, "--allow-network", "127.0.0.0/8", "--source-seconds", "1",
-        "--max-body", "100k",
+        "--allow-unsigned",
+        "--allow-source",
+        &base,
+        "--allow-network",
+        "127.0.0.0/8",
+        "--source-seconds",
+        "1",
+        "--max-body",
+        "100k",
     ]);
     for (name, status, kind) in [
         ("none.glb", 404, "not_found"),

@@ -30,7 +30,11 @@ fn a_form_is_a_model_with_its_files() {
         service.request("POST", "/render?size=64&background=white", &[("Content-Type", &kind)], &body)
     };
     let of = |texture: &[u8], name: &str| {
-        post(&[("file", Some("tri.bin"), &buffer), ("file", Some(name), texture), ("model", Some("t.gltf"), &json)])
+        post(&[
+            ("file", Some("tri.bin"), &buffer),
+            ("file", Some(name), texture),
+            ("model", Some("t.gltf"), &json),
+        ])
     };
     let checker = of(&textures[0], "textures/color.png");
     checker.png(64, 64);
@@ -45,7 +49,10 @@ fn a_form_is_a_model_with_its_files() {
     bare.png(32, 32);
     assert!(bare.headers["overcoat-warnings"].contains("color.png"), "{:?}", bare.headers);
     assert_eq!(post(&[("model", Some("t.gltf"), &json)]).error(422).0, "model");
-    assert_eq!(post(&[("a", Some("tri.bin"), &buffer), ("b", Some("x.png"), &textures[0])]).error(400).0, "options");
+    assert_eq!(
+        post(&[("a", Some("tri.bin"), &buffer), ("b", Some("x.png"), &textures[0])]).error(400).0,
+        "options"
+    );
     let (kind, body) = form(&[("model", Some("t.gltf"), &json), ("file", Some("tri.bin"), &buffer)]);
     let info = service.request("POST", "/info", &[("Content-Type", &kind)], &body).json();
     assert_eq!(info["triangles"], 1);
@@ -105,11 +112,15 @@ fn planes_are_pictures() {
 #[test]
 fn clients_ask_for_what_they_have_not() {
     let folder = model_path("");
-    let service = start(&["--allow-unsigned", "--local", folder.to_str().unwrap(), "--cache-control", "max-age=7"]);
+    let service =
+        start(&["--allow-unsigned", "--local", folder.to_str().unwrap(), "--cache-control", "max-age=7"]);
     let path = "/_/size:32/plain/local://rounded-cube.glb@png";
     let whole = service.get(path);
     whole.png(32, 32);
-    assert_eq!((whole.headers["cache-control"].as_str(), whole.headers["accept-ranges"].as_str()), ("max-age=7", "bytes"));
+    assert_eq!(
+        (whole.headers["cache-control"].as_str(), whole.headers["accept-ranges"].as_str()),
+        ("max-age=7", "bytes")
+    );
     let part = service.request("GET", path, &[("Range", "bytes=4-9"), ("If-Range", whole.etag())], &[]);
     assert_eq!((part.status, &part.body[..]), (206, &whole.body[4..10]));
     assert_eq!(part.headers["content-range"], format!("bytes 4-9/{}", whole.body.len()));
@@ -124,7 +135,10 @@ fn clients_ask_for_what_they_have_not() {
     }
     // A tag is of the content: of another size it is another one, of the same model by another way it is the same.
     assert_ne!(service.get(&path.replace("32", "33")).etag(), whole.etag());
-    assert_eq!(service.post("/render?size=32x32&format=png&name=a.glb", &model("rounded-cube.glb")).etag(), whole.etag());
+    assert_eq!(
+        service.post("/render?size=32x32&format=png&name=a.glb", &model("rounded-cube.glb")).etag(),
+        whole.etag()
+    );
 }
 
 #[test]
@@ -157,7 +171,9 @@ fn what_a_service_can_do_is_told() {
     assert_eq!(service.get("/ready").json()["status"], "ready");
     let cube = model("rounded-cube.glb");
     service.post("/render?preset=thumb", &cube).png(40, 40);
-    let info = service.request("POST", "/info", &[("Content-Disposition", "attachment; filename=\"a.glb\"")], &cube).json();
+    let info = service
+        .request("POST", "/info", &[("Content-Disposition", "attachment; filename=\"a.glb\"")], &cube)
+        .json();
     assert_eq!((&info["format"], &info["triangles"]), (&"glb".into(), &2028.into()));
     let metrics = String::from_utf8(service.get("/metrics").body).unwrap();
     for name in [
@@ -174,7 +190,11 @@ fn what_a_service_can_do_is_told() {
     let line = service.log().lines().find(|line| line.contains("\"render\"")).unwrap().to_owned();
     let line: serde_json::Value = serde_json::from_str(&line).unwrap();
     assert_eq!((&line["status"], &line["from"]), (&200.into(), &"drawn".into()));
-    assert!(line["key"].as_str().unwrap().len() == 64 && line["milliseconds"].is_number() && line["id"].is_string());
+    assert!(
+        line["key"].as_str().unwrap().len() == 64
+            && line["milliseconds"].is_number()
+            && line["id"].is_string()
+    );
 }
 
 #[test]

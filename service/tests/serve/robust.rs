@@ -17,7 +17,8 @@ fn equal_requests_are_drawn_once() {
     let car = model("sports-car.glb");
     let path = "/render?size=700&quality=good&view=front";
     let all: Vec<_> = (0..6).map(|_| in_background(service.address, path.to_owned(), car.clone())).collect();
-    let bodies: Vec<Vec<u8>> = all.into_iter().map(|one| one.join().unwrap().unwrap().png(700, 700).to_vec()).collect();
+    let bodies: Vec<Vec<u8>> =
+        all.into_iter().map(|one| one.join().unwrap().unwrap().png(700, 700).to_vec()).collect();
     assert!(bodies.windows(2).all(|two| two[0] == two[1]));
     assert_eq!(service.metric("overcoat_render_seconds_count{stage=\"load\"}"), 1.0);
     assert_eq!(service.log().matches("\"from\":\"shared\"").count(), 5);
@@ -57,7 +58,9 @@ fn the_end_loses_no_request() {
     let mut service = start(&["--workers", "2", "--queue", "64"]);
     let cube = model("rounded-cube.glb");
     let all: Vec<_> = (0..24)
-        .map(|k| in_background(service.address, format!("/render?size={}&quality=good", 200 + k), cube.clone()))
+        .map(|k| {
+            in_background(service.address, format!("/render?size={}&quality=good", 200 + k), cube.clone())
+        })
         .collect();
     service.wait_for("overcoat_queue_length", 4.0);
     service.signal("TERM");
@@ -82,7 +85,11 @@ fn the_end_loses_no_request() {
 #[test]
 fn a_second_signal_ends_at_once() {
     let mut service = start(&["--deadline", "100"]);
-    let slow = in_background(service.address, "/render?size=2048&quality=best&samples=16".to_owned(), model("sports-car.glb"));
+    let slow = in_background(
+        service.address,
+        "/render?size=2048&quality=best&samples=16".to_owned(),
+        model("sports-car.glb"),
+    );
     service.wait_for("overcoat_workers_busy", 1.0);
     let workers = service.workers();
     service.signal("INT");
@@ -130,6 +137,8 @@ fn the_cache_is_checked_bounded_and_kept() {
     let service = start(&args);
     let cube = model("rounded-cube.glb");
     let first = service.post("/render?size=64", &cube);
+    // It is written when the answer is on its way.
+    service.wait_for("overcoat_cache_total{event=\"write\"}", 2.0);
     let again = service.post("/render?size=64", &cube);
     assert_eq!(again.png(64, 64), first.body);
     assert_eq!(service.metric("overcoat_cache_total{event=\"hit\"}"), 1.0);
@@ -137,7 +146,8 @@ fn the_cache_is_checked_bounded_and_kept() {
     drop(service);
     let service = start(&args);
     assert!(service.post("/render?size=64", &cube).headers["server-timing"].contains("cache"));
-    let picture = entries(folder.path()).into_iter().find(|path| path.extension().unwrap() == "picture").unwrap();
+    let picture =
+        entries(folder.path()).into_iter().find(|path| path.extension().unwrap() == "picture").unwrap();
     let mut bytes = std::fs::read(&picture).unwrap();
     *bytes.last_mut().unwrap() ^= 1;
     std::fs::write(&picture, bytes).unwrap();
@@ -148,6 +158,8 @@ fn the_cache_is_checked_bounded_and_kept() {
     for size in 65..95 {
         service.post(&format!("/render?size={size}"), &cube).png(size, size);
     }
+    // Names and picture of each, and those of the one that was damaged.
+    service.wait_for("overcoat_cache_total{event=\"write\"}", 61.0);
     let bytes: u64 = entries(folder.path()).iter().map(|path| path.metadata().unwrap().len()).sum();
     assert!(bytes <= 30_000 && bytes > 10_000, "{bytes}");
     assert_eq!(service.metric("overcoat_cache_bytes"), bytes as f64);
@@ -206,9 +218,13 @@ async fn http2_is_spoken_too() {
         let mut sender = sender.clone();
         async move {
             let uri = format!("http://x/_/size:{size}/plain/local://rounded-cube.glb@png");
-            let request = hyper::Request::get(uri).body(http_body_util::Empty::<bytes::Bytes>::new()).unwrap();
+            let request =
+                hyper::Request::get(uri).body(http_body_util::Empty::<bytes::Bytes>::new()).unwrap();
             let response = sender.send_request(request).await.unwrap();
-            assert_eq!((response.status(), response.version()), (hyper::StatusCode::OK, hyper::Version::HTTP_2));
+            assert_eq!(
+                (response.status(), response.version()),
+                (hyper::StatusCode::OK, hyper::Version::HTTP_2)
+            );
             http_body_util::BodyExt::collect(response.into_body()).await.unwrap().to_bytes()
         }
     };

@@ -36,7 +36,8 @@ fn secrets_come_from_the_environment_and_stay_there() {
     assert_eq!(service.get("/AAAA/plain/local://x.glb").error(403).0, "signature");
     assert!(service.post("/render?size=65", &model("rounded-cube.glb")).error(400).1.contains("1 to 64"));
     assert!(!service.log().contains(secret));
-    let help = std::process::Command::new(PROGRAM).args(["serve", "--help"]).envs(variables).output().unwrap();
+    let help =
+        std::process::Command::new(PROGRAM).args(["serve", "--help"]).envs(variables).output().unwrap();
     let help = String::from_utf8(help.stdout).unwrap();
     assert!(help.contains("OVERCOAT_KEY") && !help.contains(secret));
 }
@@ -52,7 +53,9 @@ fn folders_are_left_by_nobody() {
     std::os::unix::fs::symlink("../secret.glb", models.join("link.glb")).unwrap();
     let service = start(&["--allow-unsigned", "--local", models.to_str().unwrap()]);
     service.get("/_/size:16/plain/local://a.obj@png").png(16, 16);
-    for source in ["local://../secret.glb", "local://%2e%2e/secret.glb", "local://link.glb", "local:///../secret.glb"] {
+    for source in
+        ["local://../secret.glb", "local://%2e%2e/secret.glb", "local://link.glb", "local:///../secret.glb"]
+    {
         let answer = service.get(&format!("/_/size:16/plain/{source}@png"));
         assert_eq!(answer.error(403).0, "source", "{source}");
     }
@@ -63,7 +66,16 @@ fn folders_are_left_by_nobody() {
 fn private_networks_are_refused() {
     let port = source_server(|_, _| ok(&model("rounded-cube.glb")));
     let service = start(&["--allow-unsigned", "--allow-source", "http://"]);
-    for host in ["127.0.0.1", "localhost", "[::1]", "[::ffff:127.0.0.1]", "0.0.0.0", "2130706433", "0x7f.1", "169.254.169.254"] {
+    for host in [
+        "127.0.0.1",
+        "localhost",
+        "[::1]",
+        "[::ffff:127.0.0.1]",
+        "0.0.0.0",
+        "2130706433",
+        "0x7f.1",
+        "169.254.169.254",
+    ] {
         let answer = service.get(&format!("/_/plain/http://{host}:{port}/x.glb@png"));
         let (kind, message) = answer.error(403);
         assert_eq!(kind, "source", "{host}: {message}");
@@ -91,7 +103,11 @@ fn redirects_are_bounded_and_checked() {
     let (allowed, elsewhere) = (format!("http://127.0.0.1:{port}/m/"), format!("http://127.0.0.2:{port}/"));
     // The second address is allowed as a source, and not as a network.
     let service = start(&[
-        "--allow-unsigned", "--allow-source", &format!("{allowed},{elsewhere}"), "--allow-network", "127.0.0.1/32",
+        "--allow-unsigned",
+        "--allow-source",
+        &format!("{allowed},{elsewhere}"),
+        "--allow-network",
+        "127.0.0.1/32",
     ]);
     let get = |name: &str| service.get(&format!("/_/size:16/plain/{allowed}{name}@png"));
     get("once.glb").png(16, 16);
