@@ -13,18 +13,21 @@ use std::time::Duration;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, watch};
 use tokio::task::JoinSet;
+use tokio::time::Instant;
 
 /// Bytes of a request's head at most.
 const LARGEST_HEAD: usize = 64 << 10;
 /// How long the listener is asked for connections after the service was told to stop: what the system has accepted is served.
 const LAST_CALL: Duration = Duration::from_millis(50);
+/// How long that goes on at most, and how long a connection has then to say something.
+const LAST_WORDS: Duration = Duration::from_secs(1);
 /// After an error of the system, as when there are no more descriptors.
 const PAUSE: Duration = Duration::from_millis(50);
 /// Requests at a time on one connection of HTTP/2.
 const STREAMS: u32 = 64;
 
 /// Serves connections until `stop` says so; then those that are there to their end, but no longer than is allowed.
-pub async fn serve(app: Arc<App>, listener: TcpListener, mut stop: watch::Receiver<bool>) {
+pub async fn serve(app: Arc<App>, listener: TcpListener, stop: watch::Receiver<bool>) {
     let connections = Arc::new(Semaphore::new(app.args.max_connections));
     let mut served = JoinSet::new();
     let service = TowerToHyperService::new(router(&app));
@@ -54,14 +57,15 @@ pub async fn serve(app: Arc<App>, listener: TcpListener, mut stop: watch::Receiv
         while served.try_join_next().is_some() {}
     }
     app.stopping.store(true, Relaxed);
-    while let Ok(Ok((stream, permit))) =
-        tokio::time::timeout(LAST_CALL, accept(&listener, &connections)).await
+    let end = Instant::now() + LAST_WORDS;
+    while Instant::now() < end
+        && let Ok(Ok((stream, permit))) =
+            tokio::time::timeout(LAST_CALL, accept(&listener, &connections)).await
     {
         begin(&mut served, stream, permit);
     }
     drop(listener);
     finish(&app, served).await;
-    stop.mark_unchanged();
 }
 
 async fn accept(
@@ -95,7 +99,13 @@ type Service = TowerToHyperService<axum::Router>;
 
 async fn connection(app: &App, service: Service, stream: TcpStream, mut stop: watch::Receiver<bool>) {
     let patience = Duration::from_secs_f64(app.args.header_seconds);
-    let Some(is_http2) = is_http2(&stream, patience).await else { return };
+    let mut stopped = stop.clone();
+    let at_the_end = async {
+        let _ = stopped.wait_for(|stop| *stop).await.map(drop);
+        tokio::time::sleep(LAST_WORDS).await;
+    };
+    let first = tokio::select! { first = is_http2(&stream, patience) => first, () = at_the_end => None };
+    let Some(is_http2) = first else { return };
     let stream = TokioIo::new(Patient::new(stream, Duration::from_secs_f64(app.args.write_seconds)));
     // What goes wrong is the client's, and told to nobody.
     if is_http2 {

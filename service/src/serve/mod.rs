@@ -2,6 +2,7 @@
 
 mod accept;
 mod address;
+mod allowed;
 mod answer;
 mod app;
 pub mod args;
@@ -14,6 +15,7 @@ mod fetch;
 mod flight;
 mod gate;
 mod handlers;
+mod keys;
 mod listen;
 mod media;
 mod metrics;

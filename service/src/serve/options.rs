@@ -1,6 +1,7 @@
 //! What a request may ask for: keys of scene files that read no file, and how the picture is written.
 
 use super::error::{Kind, Problem};
+use super::keys::{CAMERA, KEYS, size, value};
 use overcoat::cli::worker::protocol::PictureRequest;
 use overcoat::description::{Description, DescriptionError, Machine, MaterialSource};
 use overcoat::frame::Aov;
@@ -8,62 +9,6 @@ use overcoat::limits::Limits;
 use overcoat::output::OutputFormat;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
-
-/// How the text of a key becomes its value.
-#[derive(Clone, Copy)]
-enum Form {
-    Number,
-    Switch,
-    Text,
-    /// A number where it is one.
-    Either,
-    /// Numbers with commas.
-    Position,
-    Json,
-}
-
-/// Keys of scene files that requests may set. Those that name files are none of them.
-const KEYS: &[(&str, Form)] = &[
-    ("animation", Form::Text),
-    ("anisotropy", Form::Number),
-    ("area_lights", Form::Text),
-    ("background", Form::Text),
-    ("env_intensity", Form::Number),
-    ("env_rotation_deg", Form::Number),
-    ("exposure", Form::Either),
-    ("ground", Form::Text),
-    ("ground_reflection", Form::Number),
-    ("light", Form::Json),
-    ("lights", Form::Switch),
-    ("line_width", Form::Number),
-    ("loop", Form::Switch),
-    ("map_size", Form::Number),
-    ("maps", Form::Number),
-    ("merge_angle_deg", Form::Number),
-    ("point_size", Form::Number),
-    ("quality", Form::Text),
-    ("rays", Form::Number),
-    ("samples", Form::Number),
-    ("shade_everywhere", Form::Switch),
-    ("shading", Form::Text),
-    ("shading_rate", Form::Number),
-    ("specular_antialiasing", Form::Switch),
-    ("time", Form::Number),
-    ("tone_mapping", Form::Text),
-    ("up", Form::Text),
-];
-
-/// Keys of the camera, by their names in requests.
-const CAMERA: &[(&str, &str, Form)] = &[
-    ("view", "view", Form::Text),
-    ("camera", "camera", Form::Text),
-    ("eye", "eye", Form::Position),
-    ("target", "target", Form::Position),
-    ("camera_up", "up", Form::Position),
-    ("fov_y_deg", "fov_y_deg", Form::Number),
-    ("near", "near", Form::Number),
-    ("ortho_height", "ortho_height", Form::Number),
-];
 
 /// What a service allows.
 #[derive(Clone, Debug)]
@@ -237,15 +182,6 @@ fn format(text: &str) -> Result<OutputFormat, Problem> {
     })
 }
 
-/// One number for a square, or two with x or a colon.
-fn size(text: &str) -> Result<[u64; 2], Problem> {
-    let (width, height) = text.split_once(['x', ':']).unwrap_or((text, text));
-    let sides = width.parse().ok().zip(height.parse().ok());
-    let (width, height) =
-        sides.ok_or_else(|| wrong(format!("size: expected N or WIDTHxHEIGHT in pixels, got '{text}'")))?;
-    Ok([width, height])
-}
-
 fn aovs(text: &str) -> Result<Vec<String>, Problem> {
     let name = |name: &str| {
         let found = Aov::ALL.iter().find(|aov| aov.name() == name.trim());
@@ -255,32 +191,6 @@ fn aovs(text: &str) -> Result<Vec<String>, Problem> {
         })
     };
     text.split(',').map(name).collect()
-}
-
-fn value(key: &str, text: &str, form: Form) -> Result<Value, Problem> {
-    let number = |text: &str| {
-        let whole = text.parse::<u64>().ok().map(Value::from);
-        whole.or_else(|| text.parse::<f64>().ok().and_then(serde_json::Number::from_f64).map(Value::from))
-    };
-    let expected = |what: &str| wrong(format!("{key}: expected {what}, got '{text}'"));
-    match form {
-        Form::Text => Ok(text.into()),
-        Form::Number => number(text).ok_or_else(|| expected("a number")),
-        Form::Either => Ok(number(text).unwrap_or_else(|| text.into())),
-        Form::Switch => match text {
-            "true" | "1" => Ok(true.into()),
-            "false" | "0" => Ok(false.into()),
-            _ => Err(expected("true or false")),
-        },
-        Form::Position => {
-            let numbers: Option<Vec<Value>> = text.split(',').map(|text| number(text.trim())).collect();
-            numbers
-                .filter(|all| all.len() == 3)
-                .map(Value::from)
-                .ok_or_else(|| expected("three numbers with commas"))
-        }
-        Form::Json => serde_json::from_str(text).map_err(|e| expected(&format!("JSON ({e})"))),
-    }
 }
 
 #[cfg(test)]

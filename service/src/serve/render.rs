@@ -18,6 +18,9 @@ use std::time::Instant;
 /// Bytes that are hashed at once on a thread that has connections to serve.
 const HASHED_AT_ONCE: usize = 4 << 20;
 
+/// How often work is begun that others have given up.
+const ATTEMPTS: u32 = 5;
+
 /// A picture that is asked for.
 pub struct Asked {
     /// The name of the model's file.
@@ -67,7 +70,12 @@ pub async fn picture(
     }
     let flight = format!("{of}/{}", asked.identity);
     let asked = Arc::new(asked);
+    let mut attempts = 0;
     let (outcome, shared) = loop {
+        attempts += 1;
+        if attempts > ATTEMPTS {
+            return Err(Problem::new(Kind::Worker, "the work was given up several times"));
+        }
         let (wait, shared) = match app.flights.join(&flight) {
             Part::Follow(wait) => (wait, true),
             Part::Lead(lead, wait) => {
