@@ -67,6 +67,19 @@ pub struct MemoryFiles {
     pub files: BTreeMap<String, Bytes>,
 }
 
+impl MemoryFiles {
+    /// A file whose name differs in the case of letters; or the only one of its name in whatever folder, as what sends files
+    /// often leaves out where they lay.
+    fn alike(&self, wanted: &str) -> Option<(&String, &Bytes)> {
+        let base = |name: &str| name.rsplit('/').next().unwrap_or(name).to_ascii_lowercase();
+        let found = self.files.iter().find(|(other, _)| other.eq_ignore_ascii_case(wanted));
+        found.or_else(|| {
+            let mut named = self.files.iter().filter(|(other, _)| base(other) == base(wanted));
+            named.next().filter(|_| named.next().is_none())
+        })
+    }
+}
+
 impl Files for MemoryFiles {
     fn read<'a>(&'a self, name: &'a str, limit: u64, alike: bool) -> Boxed<'a, Result<Found, Missing>> {
         Box::pin(async move {
@@ -74,7 +87,7 @@ impl Files for MemoryFiles {
             let wanted = wanted.trim_start_matches("./");
             let file = match self.files.get_key_value(wanted) {
                 Some(file) => Some(file),
-                None if alike => self.files.iter().find(|(other, _)| other.eq_ignore_ascii_case(wanted)),
+                None if alike => self.alike(wanted),
                 None => None,
             };
             let (found, bytes) = file.ok_or_else(no_such_file)?;

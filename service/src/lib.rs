@@ -11,3 +11,6 @@ pub mod files;
 pub mod key;
 pub mod place;
 pub mod pool;
+// As are those of the service.
+#[allow(missing_docs)]
+pub mod serve;

@@ -1,11 +1,13 @@
-//! The `overcoat-service` command: `batch` and, started by itself, `worker`.
+//! The `overcoat-service` command: `batch`, `serve` and, started by itself, `worker`.
 
-use clap::{Parser, Subcommand};
+use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
 use overcoat_service::batch::{self, args::BatchArgs};
+use overcoat_service::serve::{self, args::ServeArgs};
+use std::ffi::OsString;
 use std::io::Write;
 use std::process::ExitCode;
 
-/// Renders many 3D models, in processes without rights: batches over folders and object stores.
+/// Renders many 3D models, in processes without rights: batches over folders and object stores, and pictures over HTTP.
 #[derive(Debug, Parser)]
 #[command(name = "overcoat-service", version, max_term_width = 100, arg_required_else_help = true)]
 struct Cli {
@@ -17,13 +19,25 @@ struct Cli {
 enum Command {
     /// Render the models of a folder, a manifest or a prefix of an object store
     Batch(Box<BatchArgs>),
+    /// Serve pictures of models over HTTP
+    Serve(Box<ServeArgs>),
     /// What this program starts to draw: serves its parent over standard streams
     #[command(hide = true)]
     Worker,
 }
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
+    // Options of the service come from the environment, too.
+    let command = Cli::command().mut_subcommand("serve", serve::config::with_environment);
+    let arguments: Vec<OsString> = std::env::args_os().collect();
+    let given = command.clone().try_get_matches_from(&arguments);
+    let read = given.and_then(|given| Cli::from_arg_matches(&given).map(|cli| (given, cli)));
+    let (given, cli) = match read {
+        Ok(read) => read,
+        // Help and version are no errors.
+        Err(error) if !error.use_stderr() || is_bare(&error) => error.exit(),
+        Err(error) => return fail(2, &overcoat::cli::usage(&error).to_string()),
+    };
     // Before any thread is started, for the sandbox.
     if matches!(cli.command, Command::Worker) {
         return overcoat::cli::worker::run();
@@ -37,12 +51,27 @@ fn main() -> ExitCode {
     let done = runtime.block_on(async {
         match &cli.command {
             Command::Batch(args) => batch::run(args).await,
+            Command::Serve(_) => {
+                serve::run(serve::config::read(&command, &arguments, &given, of_matches)?).await
+            }
             Command::Worker => Ok(0),
         }
     });
     match done {
         Ok(code) => ExitCode::from(code),
         Err((code, message)) => fail(code, &message),
+    }
+}
+
+/// Without any argument the help is shown, and the program has not been used as intended.
+fn is_bare(error: &clap::Error) -> bool {
+    error.kind() == clap::error::ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand
+}
+
+fn of_matches(given: &ArgMatches) -> Result<ServeArgs, clap::Error> {
+    match Cli::from_arg_matches(given)?.command {
+        Command::Serve(args) => Ok(*args),
+        _ => Err(clap::Error::new(clap::error::ErrorKind::MissingSubcommand)),
     }
 }
 

@@ -287,3 +287,17 @@ fn what_makes_no_sense_is_said_in_one_line() {
     }
     assert!(files(folder.path()).is_empty());
 }
+
+#[test]
+fn wrong_usage_is_one_line() {
+    for (arguments, what) in [
+        (&["batch"][..], "required arguments were not provided"),
+        (&["batch", "x", "-o", "y", "--sizes", "0"], "expected 1 to 32768"),
+        (&["bacth"], "did you mean 'batch'?"),
+        (&["worker"], "a worker is started by its parent"),
+    ] {
+        let output = Command::new(PROGRAM).args(arguments).stdin(Stdio::null()).output().unwrap();
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        assert!(told_line(&output).contains(what), "{}", told(&output));
+    }
+}

@@ -5,14 +5,15 @@ use super::failure::{Failure, file_name};
 use super::input;
 use super::report::{self, Reporter, Versions};
 use crate::jobs::Jobs;
-use crate::load::{AnimatedModel, AnimationInfo, Format};
+use crate::load::{AnimatedModel, AnimationInfo, Context, Format, LoadError, LoadOptions, Loaded};
 use crate::scene::parameters::slots;
 use crate::scene::{
-    AlphaMode, Bounds, ColorSpace, Light, LightKind, Material, Orientation, PrimitiveKind, Projection, Scene,
+    AlphaMode, ColorSpace, Light, LightKind, Material, Orientation, PrimitiveKind, Projection, Scene,
     SplatCloud, SplatColorSpace, Workflow,
 };
 use serde::Serialize;
 use std::fmt::Write;
+use std::path::Path;
 
 /// What `--json` prints. Fields are only ever added.
 #[derive(Debug, Serialize)]
@@ -128,49 +129,69 @@ pub fn run(args: &InfoArgs) -> Result<(), Failure> {
     let source = input::source(&args.input_options, &args.input)?;
     let model = input::open_animated(&source, &limits, &jobs)?;
     let loaded = model.at(0.0, &jobs).map_err(|e| Failure::load(&e).at(&source.path))?;
-    let scene = &loaded.scene;
-    let mut bounds = scene.bounds();
-    for k in 0..3 {
-        bounds.min[k] += scene.origin()[k];
-        bounds.max[k] += scene.origin()[k];
-    }
-    let Orientation { up, front_is_known } = scene.orientation();
-    let contents = Contents {
-        file: file_name(&args.input),
-        format: model.format().map(Format::extension),
-        triangles: scene.count_of(PrimitiveKind::Triangles),
-        lines: scene.count_of(PrimitiveKind::Lines),
-        points: scene.count_of(PrimitiveKind::Points),
-        up_axis: up.name(),
-        front_axis: up.front().name(),
-        front_is_known,
-        vertices: scene.meshes().iter().map(|m| m.positions().len() as u64).sum(),
-        instances: scene.instances().len(),
-        meshes: scene.meshes().len(),
-        splats: scene.splat_count(),
-        splat_clouds: scene.splats().iter().map(describe_splats).collect(),
-        bounds: (!bounds.is_empty()).then_some(Extent { min: bounds.min, max: bounds.max }),
-        materials: scene.materials().iter().map(describe_material).collect(),
-        textures: describe_textures(scene),
-        lights: scene.lights().iter().map(describe_light).collect(),
-        cameras: describe_cameras(scene),
-        animations: describe_animations(&model),
-        variants: model.variants().map(str::to_owned).collect(),
-        warnings: loaded.warnings.iter().map(ToString::to_string).collect(),
-        versions: Versions::default(),
-    };
+    let contents = Contents::of(&model, &loaded, file_name(&args.input));
     for warning in &loaded.warnings {
         reporter.warning(warning);
     }
     if args.report.json {
         return report::print_json(&contents);
     }
-    report::print(&contents.text(&bounds))
+    report::print(&contents.text())
+}
+
+/// What `--json` prints of a model in memory, whose name says what its content does not.
+///
+/// # Errors
+/// [`Failure`] if it cannot be loaded.
+pub(super) fn contents_of_bytes(
+    bytes: &[u8],
+    name: &Path,
+    options: &LoadOptions,
+    context: &Context<'_>,
+) -> Result<Vec<u8>, Failure> {
+    let about = |error: LoadError| Failure::load(&error).at(name);
+    let model = AnimatedModel::from_named_bytes(bytes, name, options, context).map_err(about)?;
+    let loaded = model.at(0.0, context.jobs).map_err(about)?;
+    serde_json::to_vec(&Contents::of(&model, &loaded, file_name(name))).map_err(Failure::failed)
 }
 
 impl Contents {
+    fn of(model: &AnimatedModel, loaded: &Loaded, file: String) -> Self {
+        let scene = &loaded.scene;
+        let mut bounds = scene.bounds();
+        for k in 0..3 {
+            bounds.min[k] += scene.origin()[k];
+            bounds.max[k] += scene.origin()[k];
+        }
+        let Orientation { up, front_is_known } = scene.orientation();
+        Self {
+            file,
+            format: model.format().map(Format::extension),
+            triangles: scene.count_of(PrimitiveKind::Triangles),
+            lines: scene.count_of(PrimitiveKind::Lines),
+            points: scene.count_of(PrimitiveKind::Points),
+            up_axis: up.name(),
+            front_axis: up.front().name(),
+            front_is_known,
+            vertices: scene.meshes().iter().map(|m| m.positions().len() as u64).sum(),
+            instances: scene.instances().len(),
+            meshes: scene.meshes().len(),
+            splats: scene.splat_count(),
+            splat_clouds: scene.splats().iter().map(describe_splats).collect(),
+            bounds: (!bounds.is_empty()).then_some(Extent { min: bounds.min, max: bounds.max }),
+            materials: scene.materials().iter().map(describe_material).collect(),
+            textures: describe_textures(scene),
+            lights: scene.lights().iter().map(describe_light).collect(),
+            cameras: describe_cameras(scene),
+            animations: describe_animations(model),
+            variants: model.variants().map(str::to_owned).collect(),
+            warnings: loaded.warnings.iter().map(ToString::to_string).collect(),
+            versions: Versions::default(),
+        }
+    }
+
     /// One line for each fact.
-    fn text(&self, bounds: &Bounds) -> String {
+    fn text(&self) -> String {
         let mut out = String::new();
         // Writing to a string cannot fail.
         let _ = writeln!(out, "{}: {}", self.file, self.format.unwrap_or("unknown format"));
@@ -195,7 +216,7 @@ impl Contents {
         let guess = if self.front_is_known { "" } else { " (the format does not say)" };
         let _ = writeln!(out, "  {} of the file is up, {} its front{}", self.up_axis, self.front_axis, guess);
         if let Some(Extent { min, max }) = &self.bounds {
-            let [w, h, d] = bounds.size();
+            let [w, h, d]: [f64; 3] = std::array::from_fn(|k| max[k] - min[k]);
             let point = |p: &[f64; 3]| format!("({})", p.map(|v| format!("{v:.6}")).join(", "));
             let _ =
                 writeln!(out, "  bounds {} to {}, size {w:.6} x {h:.6} x {d:.6} m", point(min), point(max));

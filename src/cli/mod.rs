@@ -125,7 +125,8 @@ fn dispatch(command: &Command) -> Result<(), Failure> {
 }
 
 /// The parser's message on one line: what is wrong and where help is.
-fn usage(error: &clap::Error) -> Failure {
+#[must_use]
+pub fn usage(error: &clap::Error) -> Failure {
     let text = error.to_string();
     let text = text.strip_prefix("error: ").unwrap_or(&text);
     // Paragraphs after the first are the usage and a hint that is repeated here in short.

@@ -57,6 +57,19 @@ impl AnimatedModel {
         Ok(Self { model, format, repeat: repeats(options) })
     }
 
+    /// [`AnimatedModel::from_bytes`] of a file whose name says what its content does not.
+    #[cfg(feature = "cli")]
+    pub(crate) fn from_named_bytes(
+        bytes: &[u8],
+        name: &Path,
+        options: &LoadOptions,
+        context: &Context<'_>,
+    ) -> Result<Self, LoadError> {
+        let claim = Claim { said: None, named: super::format_of_name(name) };
+        let (model, format) = super::read_bytes(bytes, claim, options, Purpose::Contents, context)?;
+        Ok(Self { model, format, repeat: repeats(options) })
+    }
+
     /// The format that the file was found to have.
     #[must_use]
     pub fn format(&self) -> Option<Format> {

@@ -299,9 +299,14 @@ pub(crate) fn load_named_bytes(
     options: &LoadOptions,
     context: &Context<'_>,
 ) -> Result<Loaded, LoadError> {
-    let named = inner_extension(name).and_then(|extension| Format::from_extension(&extension));
-    let claim = Claim { said: None, named };
+    let claim = Claim { said: None, named: format_of_name(name) };
     read_bytes(bytes, claim, options, Purpose::Pictures, context)?.0.finish(options, context.jobs)
+}
+
+/// The format that a file has by its name.
+#[cfg(feature = "cli")]
+fn format_of_name(name: &Path) -> Option<Format> {
+    inner_extension(name).and_then(|extension| Format::from_extension(&extension))
 }
 
 /// Reads a file in memory, unpacked if it is packed.

@@ -123,29 +123,55 @@ impl Pool {
         model: &[u8],
         files: &'a dyn Files,
     ) -> Result<Loaded<'a>, WorkError> {
+        let mut loaded = self.begin(files).await?;
+        let work = Work { waits: true, ..work.clone() };
+        loaded.send(&ToWorker::Work(work), model).await?;
+        match loaded.next().await? {
+            (FromWorker::Loaded, _) => Ok(loaded),
+            (FromWorker::Failed { failure }, _) => {
+                loaded.reuse();
+                Err(WorkError::Failed(failure))
+            }
+            // What is asked for is wrong in all pictures, whatever the model is.
+            (FromWorker::PictureFailed { failure, .. }, _) => {
+                loaded.settle().await;
+                Err(WorkError::Failed(failure))
+            }
+            _ => Err(loaded.give_up("says what was not asked for").await),
+        }
+    }
+
+    /// Waits for a worker and lets it tell what a model is: the JSON of `overcoat info --json`.
+    ///
+    /// # Errors
+    /// [`WorkError`].
+    pub async fn inspect(&self, name: &str, model: &[u8], files: &dyn Files) -> Result<Vec<u8>, WorkError> {
+        let mut inspected = self.begin(files).await?;
+        inspected.send(&ToWorker::Inspect { name: name.to_owned() }, model).await?;
+        let mut contents = None;
+        loop {
+            match (inspected.next().await?, &contents) {
+                ((FromWorker::Contents, bytes), None) => contents = Some(bytes),
+                ((FromWorker::Done, _), Some(_)) => {
+                    inspected.reuse();
+                    return Ok(contents.unwrap_or_default());
+                }
+                ((FromWorker::Failed { failure }, _), _) => {
+                    inspected.reuse();
+                    return Err(WorkError::Failed(failure));
+                }
+                _ => return Err(inspected.give_up("says what was not asked for").await),
+            }
+        }
+    }
+
+    /// Waits for a worker.
+    async fn begin<'a>(&'a self, files: &'a dyn Files) -> Result<Loaded<'a>, WorkError> {
         // It is never closed.
         let permit = self.permits.acquire().await.map_err(|e| WorkError::NoWorker(e.to_string()))?;
         let end = Instant::now() + self.options.deadline;
         let process = self.process(end).await?;
-        let mut loaded =
-            Loaded { pool: self, process: Some(process), files, needed: Vec::new(), end, _permit: permit };
-        let work = Work { waits: true, ..work.clone() };
-        loaded.send(&ToWorker::Work(work), model).await?;
-        loop {
-            match loaded.next().await? {
-                (FromWorker::Loaded, _) => return Ok(loaded),
-                (FromWorker::Failed { failure }, _) => {
-                    loaded.reuse();
-                    return Err(WorkError::Failed(failure));
-                }
-                // What is asked for is wrong in all pictures, whatever the model is.
-                (FromWorker::PictureFailed { failure, .. }, _) => {
-                    loaded.settle().await;
-                    return Err(WorkError::Failed(failure));
-                }
-                _ => return Err(loaded.give_up("says what was not asked for").await),
-            }
-        }
+        Ok(Loaded { pool: self, process: Some(process), files, needed: Vec::new(), end, _permit: permit })
     }
 
     /// An idle worker, or a new one.
@@ -166,6 +192,13 @@ impl Pool {
 
     fn pop_idle(&self) -> Option<Process> {
         self.idle.lock().unwrap_or_else(PoisonError::into_inner).pop()
+    }
+
+    /// Ends all workers that have no work, and waits until they have ended.
+    pub async fn finish(&self) {
+        while let Some(process) = self.pop_idle() {
+            process.kill().await;
+        }
     }
 
     /// Ends all workers that have no work.

@@ -17,13 +17,15 @@ pub struct Death {
     pub message: String,
     /// For want of memory.
     pub of_memory: bool,
+    /// By a signal from outside, as systems send that run out of memory.
+    pub killed: bool,
     /// Because it did what a worker may not do.
     pub forbidden: bool,
 }
 
 impl Death {
     pub(super) fn new(message: String) -> Self {
-        Self { message, of_memory: false, forbidden: false }
+        Self { message, of_memory: false, killed: false, forbidden: false }
     }
 }
 
@@ -133,7 +135,8 @@ impl Process {
         let (code, signal) = (status.code(), signal_of(status));
         // A static program (musl) that gets no memory ends itself by a call that the sandbox forbids; it says so before.
         let no_memory = code == Some(NO_MEMORY) || said.contains("memory allocation of");
-        let of_memory = no_memory || signal == Some(SIGKILL);
+        let killed = signal == Some(SIGKILL);
+        let of_memory = no_memory || killed;
         let forbidden = signal == Some(SIGSYS) && !no_memory;
         let how = match (code, signal) {
             _ if no_memory => "the worker ran out of memory".to_owned(),
@@ -144,7 +147,7 @@ impl Process {
             _ => "the worker ended".to_owned(),
         };
         let message = if said.is_empty() { how } else { format!("{how}: {said}") };
-        Death { message, of_memory, forbidden }
+        Death { message, of_memory, killed, forbidden }
     }
 }
 

@@ -5,6 +5,7 @@ use super::files::AskedFiles;
 use super::pipe::Pipe;
 use super::protocol::{FromWorker, PictureRequest, Start, ToWorker, Told, Work};
 use crate::cli::failure::Failure;
+use crate::cli::info;
 use crate::cli::input::ModelSource;
 use crate::cli::losses::{left_out, losses};
 use crate::cli::picture_format::PictureFormat;
@@ -87,6 +88,16 @@ impl Drawing<'_> {
             stages = Stages::default();
         }
         Ok(())
+    }
+
+    /// Loads a model and tells what is in it.
+    pub(super) fn inspect(&mut self, name: &str, bytes: &[u8]) -> Result<(), Failure> {
+        let jobs = self.renderer.jobs();
+        let files = AskedFiles { pipe: self.pipe, model: name };
+        let context = Context { resolver: &files, limits: &self.limits, jobs };
+        let options = LoadOptions { variant: self.start.variant.clone(), ..LoadOptions::default() };
+        let contents = info::contents_of_bytes(bytes, Path::new(name), &options, &context)?;
+        self.pipe.send(&FromWorker::Contents, &contents)
     }
 
     fn tell_failure(&self, picture: usize, plan: &Result<Planned, Failure>) -> Result<(), Failure> {

@@ -48,10 +48,12 @@ fn serve(pipe: &Pipe) -> Result<(), Failure> {
     };
     pipe.send(&FromWorker::Ready, &[])?;
     while let Some((message, bytes)) = pipe.receive()? {
-        let ToWorker::Work(work) = message else {
-            return Err(Failure::usage("the parent says what was not asked for"));
+        let done = match message {
+            ToWorker::Work(work) => drawing.draw(&work, &bytes),
+            ToWorker::Inspect { name } => drawing.inspect(&name, &bytes),
+            _ => return Err(Failure::usage("the parent says what was not asked for")),
         };
-        let end = match drawing.draw(&work, &bytes) {
+        let end = match done {
             Ok(()) => FromWorker::Done,
             Err(failure) => FromWorker::Failed { failure: (&failure).into() },
         };

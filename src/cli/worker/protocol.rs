@@ -22,6 +22,11 @@ pub enum ToWorker {
     Start(Box<Start>),
     /// A model to draw: its bytes follow.
     Work(Work),
+    /// A model to tell of: its bytes follow.
+    Inspect {
+        /// The name of the model's file, as in [`Work`].
+        name: String,
+    },
     /// What [`FromWorker::Need`] asked for: its bytes follow.
     File {
         /// Its name as it can be shown, where it is another than what was asked for.
@@ -123,6 +128,8 @@ pub enum FromWorker {
     },
     /// The model of [`Work::waits`] is loaded.
     Loaded,
+    /// After [`ToWorker::Inspect`]: what `overcoat info --json` tells of the model follows.
+    Contents,
     /// A file of a picture: its bytes follow. That of the picture itself comes after those of its planes.
     File {
         /// Number of the picture.

@@ -1,0 +1,136 @@
+//! What all requests share.
+
+use super::args::ServeArgs;
+use super::body::Bodies;
+use super::cache::{Cache, Picture};
+use super::error::Problem;
+use super::flight::Flights;
+use super::gate::Gate;
+use super::metrics::Metrics;
+use super::options::{Options, Rules};
+use super::path::options_of_preset;
+use super::sign::Signer;
+use super::source::Sources;
+use crate::common::Common;
+use crate::key::Keys;
+use crate::pool::{Pool, PoolOptions};
+use overcoat::cli::worker::protocol::Start;
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64};
+use std::time::Duration;
+
+/// Bytes of a picture that a worker may hand over.
+const LARGEST_PICTURE: u64 = 1 << 30;
+
+/// What becomes of a picture that several may wait for.
+pub type Outcome = Result<(Arc<Picture>, &'static str), Problem>;
+
+/// The service.
+#[derive(Debug)]
+pub struct App {
+    /// Its options.
+    pub args: ServeArgs,
+    /// What requests may ask for.
+    pub rules: Rules,
+    /// Who draws.
+    pub pool: Pool,
+    /// Names of pictures.
+    pub keys: Keys,
+    /// Who waits.
+    pub gate: Gate,
+    /// Pictures that are being drawn.
+    pub flights: Flights<Outcome>,
+    /// Pictures that were drawn.
+    pub cache: Cache,
+    /// What is counted.
+    pub metrics: Arc<Metrics>,
+    /// Who may ask for paths.
+    pub signer: Signer,
+    /// Where models of paths come from.
+    pub sources: Arc<Sources>,
+    /// What bodies may take.
+    pub bodies: Bodies,
+    /// Workers have shown that they can draw.
+    pub ready: AtomicBool,
+    /// No more requests are taken.
+    pub stopping: AtomicBool,
+    /// Requests so far.
+    pub count: AtomicU64,
+}
+
+impl App {
+    /// Of the options.
+    ///
+    /// # Errors
+    /// One line.
+    pub fn new(args: ServeArgs) -> Result<Self, String> {
+        let mut args = args;
+        // The first thread of a worker is its only one, unless more are asked for.
+        args.draw.machine.workers.threads = args.draw.machine.workers.threads.max(1);
+        let common = Common::new(&args.draw)?;
+        let rules = rules(&args, &common.start)?;
+        let metrics = Arc::new(Metrics::default());
+        let seconds = Duration::from_secs_f64;
+        let sources =
+            Sources::new(args.local.as_deref(), &args.allow_source, &args.allow_network, args.max_body)?;
+        Ok(Self {
+            rules,
+            pool: Pool::new(pool_options(&args, &common.start)?),
+            keys: common.keys,
+            gate: Gate::new(args.workers(), args.queue, seconds(args.queue_seconds)),
+            flights: Flights::default(),
+            cache: Cache::new(args.cache.as_deref(), args.cache_bytes, Arc::clone(&metrics))
+                .map_err(|e| format!("--cache {e}"))?,
+            metrics,
+            signer: Signer::new(&args.key, &args.salt, args.allow_unsigned)?,
+            sources: Arc::new(sources),
+            bodies: Bodies::new(args.max_body, seconds(args.body_seconds), args.body_rate, args.body_memory),
+            ready: AtomicBool::new(false),
+            stopping: AtomicBool::new(false),
+            count: AtomicU64::new(0),
+            args,
+        })
+    }
+}
+
+fn rules(args: &ServeArgs, start: &Start) -> Result<Rules, String> {
+    let common = match &start.description {
+        Value::Object(common) => common.clone(),
+        _ => serde_json::Map::new(),
+    };
+    let mut rules = Rules {
+        common,
+        limits: args.draw.input.limits.limits(),
+        max_size: args.max_size,
+        format: args.encoding.output_format.unwrap_or_default(),
+        jpeg_quality: args.encoding.jpeg_quality,
+        presets: BTreeMap::new(),
+    };
+    for text in &args.preset {
+        let about = |reason: String| format!("--preset {text}: {reason}");
+        let (name, options) =
+            text.split_once('=').ok_or_else(|| about("expected NAME=OPTIONS".to_owned()))?;
+        let pairs = options_of_preset(options).map_err(about)?;
+        // What is wrong with a preset is found now, and not by every request.
+        let mut asked = Options::default();
+        let set = pairs.iter().try_for_each(|(key, text)| asked.set(key, text, &rules));
+        set.and_then(|()| asked.request(rules.format, &rules)).map_err(|problem| about(problem.message))?;
+        rules.presets.insert(name.trim().to_owned(), pairs);
+    }
+    Ok(rules)
+}
+
+fn pool_options(args: &ServeArgs, start: &Start) -> Result<PoolOptions, String> {
+    let program = std::env::current_exe().map_err(|e| format!("this program's own file: {e}"))?;
+    let start = Start { memory: Some(args.memory), sandbox: !args.no_sandbox, ..start.clone() };
+    Ok(PoolOptions {
+        program,
+        start,
+        workers: args.workers(),
+        deadline: Duration::from_secs_f64(args.deadline),
+        works_of_one: args.models_of_worker,
+        most_output: LARGEST_PICTURE,
+    })
+}

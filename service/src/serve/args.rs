@@ -1,0 +1,175 @@
+//! The options of `overcoat serve`.
+
+use crate::batch::args::bytes;
+use clap::Args;
+use overcoat::cli::args::{DrawArgs, EncodingArgs};
+use overcoat::cli::value_parsers::within;
+use std::net::SocketAddr;
+use std::path::PathBuf;
+
+/// `overcoat serve`
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Every option can also be given by a variable of the environment (OVERCOAT_ and its name in capitals, as \
+OVERCOAT_MAX_SIZE) and by a key of the configuration file (max_size = 1024). The command line wins over the environment, that over \
+the file.
+
+Examples:
+  overcoat-service serve
+  overcoat-service serve --listen 0.0.0.0:8080 --cache /var/cache/overcoat --cache-bytes 20Gi
+  overcoat-service serve --config /etc/overcoat.toml
+  curl --data-binary @model.glb 'localhost:8080/render?size=256&view=front' -o picture.png"
+)]
+pub struct ServeArgs {
+    /// Configuration file (TOML): keys are the long names of these options
+    #[arg(long, value_name = "FILE", help_heading = None::<&str>)]
+    pub config: Option<PathBuf>,
+
+    /// Address and port that are listened on; port 0 takes a free one, which is printed
+    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8080", help_heading = None::<&str>)]
+    pub listen: SocketAddr,
+
+    /// Connections at a time; further ones wait
+    #[arg(long, value_name = "N", default_value = "1024", value_parser = within::<usize>(1, 1 << 20), help_heading = "Connections")]
+    pub max_connections: usize,
+
+    /// Seconds that the head of a request may take, and that a connection may be idle
+    #[arg(long, value_name = "SECONDS", default_value = "15", value_parser = within::<f64>(0.01, 1e6), help_heading = "Connections")]
+    pub header_seconds: f64,
+
+    /// Seconds that a client may take no byte of an answer
+    #[arg(long, value_name = "SECONDS", default_value = "30", value_parser = within::<f64>(0.01, 1e6), help_heading = "Connections")]
+    pub write_seconds: f64,
+
+    /// Bytes of a body, or of a model from a source with all its files; suffixes as of --limit
+    #[arg(long, value_name = "BYTES", default_value = "64Mi", value_parser = bytes, help_heading = "Connections")]
+    pub max_body: u64,
+
+    /// Seconds that a body may take beside those of --body-rate
+    #[arg(long, value_name = "SECONDS", default_value = "15", value_parser = within::<f64>(0.01, 1e6), help_heading = "Connections")]
+    pub body_seconds: f64,
+
+    /// Bytes a second that a body must have on average
+    #[arg(long, value_name = "BYTES", default_value = "64Ki", value_parser = bytes, help_heading = "Connections")]
+    pub body_rate: u64,
+
+    /// Bytes of all bodies and sources that are kept in memory at a time
+    #[arg(long, value_name = "BYTES", default_value = "512Mi", value_parser = bytes, help_heading = "Connections")]
+    pub body_memory: u64,
+
+    /// Seconds that accepted requests have to end after SIGTERM or SIGINT; a second signal ends at once
+    #[arg(long, value_name = "SECONDS", default_value = "30", value_parser = within::<f64>(0.0, 1e6), help_heading = "Connections")]
+    pub stop_seconds: f64,
+
+    /// Longest side of a picture that a request may ask for
+    #[arg(long, value_name = "PIXELS", default_value = "2048", value_parser = within::<u32>(1, 32768), help_heading = "Pictures")]
+    pub max_size: u32,
+
+    /// Cache-Control of pictures
+    #[arg(long, value_name = "TEXT", default_value = "public, max-age=3600", value_parser = header, help_heading = "Pictures")]
+    pub cache_control: String,
+
+    /// Options under a name, as in paths: thumb=size:256/view:front; may be repeated. In a file: [preset] thumb = \"...\"
+    #[arg(long, value_name = "NAME=OPTIONS", help_heading = "Pictures")]
+    pub preset: Vec<String>,
+
+    /// Where pictures are kept: a folder, or the URL of a prefix (s3://, gs://, az://) [default: nowhere]
+    #[arg(long, value_name = "DIR|URL", help_heading = "Cache")]
+    pub cache: Option<String>,
+
+    /// Bytes of the cache in a folder; what was not asked for longest goes first
+    #[arg(long, value_name = "BYTES", default_value = "1Gi", value_parser = bytes, help_heading = "Cache")]
+    pub cache_bytes: u64,
+
+    /// Key of signatures, hexadecimal; several for rotation, each with its --salt [default: none, paths are refused]
+    #[arg(long, value_name = "HEX", value_delimiter = ',', hide_env_values = true, help_heading = "Sources")]
+    pub key: Vec<String>,
+
+    /// Salt of signatures, hexadecimal; as many as there are keys
+    #[arg(long, value_name = "HEX", value_delimiter = ',', hide_env_values = true, help_heading = "Sources")]
+    pub salt: Vec<String>,
+
+    /// Print a path, from its options on, with its signature by the first key, and end: /size:256/plain/local://car.glb@png
+    #[arg(long, value_name = "PATH", help_heading = "Sources")]
+    pub sign: Option<String>,
+
+    /// Take paths without a signature: unsafe or _ in its place
+    #[arg(long, help_heading = "Sources")]
+    pub allow_unsigned: bool,
+
+    /// Serve signed paths alone: no /render, /pipeline, /info of bodies and no page
+    #[arg(long, help_heading = "Sources")]
+    pub signed_only: bool,
+
+    /// Folder of sources local://PATH
+    #[arg(long, value_name = "DIR", help_heading = "Sources")]
+    pub local: Option<PathBuf>,
+
+    /// Sources that begin with this URL may be read: https://example.com/models/, https://*.example.com, s3://bucket/models, or
+    /// https:// for all of a scheme; may be repeated [default: none]
+    #[arg(long, value_name = "URL", value_delimiter = ',', help_heading = "Sources")]
+    pub allow_source: Vec<String>,
+
+    /// Private network that sources may come from, ADDRESS/BITS; may be repeated [default: none]
+    #[arg(long, value_name = "NETWORK", value_delimiter = ',', help_heading = "Sources")]
+    pub allow_network: Vec<String>,
+
+    /// Seconds that a source may take, with all its files
+    #[arg(long, value_name = "SECONDS", default_value = "20", value_parser = within::<f64>(0.01, 1e6), help_heading = "Sources")]
+    pub source_seconds: f64,
+
+    /// Requests that wait for a worker; further ones are refused (429)
+    #[arg(long, value_name = "N", default_value = "64", value_parser = within::<usize>(0, 1 << 20), help_heading = "Workers")]
+    pub queue: usize,
+
+    /// Seconds that a request waits for a worker
+    #[arg(long, value_name = "SECONDS", default_value = "30", value_parser = within::<f64>(0.01, 1e6), help_heading = "Workers")]
+    pub queue_seconds: f64,
+
+    /// Processes that draw, each with --threads threads (1 unless given) [default: one for each processor]
+    #[arg(long, value_name = "N", value_parser = within::<usize>(1, 4096), help_heading = "Workers")]
+    pub workers: Option<usize>,
+
+    /// Memory of a worker's data; suffixes as of --limit
+    #[arg(long, value_name = "BYTES", default_value = "1Gi", value_parser = bytes, help_heading = "Workers")]
+    pub memory: u64,
+
+    /// Seconds after which the work on one model is stopped
+    #[arg(long, value_name = "SECONDS", default_value = "20", value_parser = within::<f64>(0.01, 1e6), help_heading = "Workers")]
+    pub deadline: f64,
+
+    /// Models that one worker draws before another takes its place
+    #[arg(long, value_name = "N", default_value = "500", value_parser = within::<u32>(1, u32::MAX), help_heading = "Workers")]
+    pub models_of_worker: u32,
+
+    /// Leave workers the rights that they do not need (Linux takes them otherwise)
+    #[arg(long, help_heading = "Workers")]
+    pub no_sandbox: bool,
+
+    /// What is logged to standard error, in lines of JSON: off, error (of the service), info (and each request), debug
+    #[arg(long, value_name = "LEVEL", default_value = "info",
+          value_parser = ["off", "error", "info", "debug"], help_heading = "Report")]
+    pub log: String,
+
+    #[command(flatten)]
+    pub encoding: EncodingArgs,
+    #[command(flatten)]
+    pub draw: DrawArgs,
+}
+
+impl ServeArgs {
+    /// Processes that draw.
+    #[must_use]
+    pub fn workers(&self) -> usize {
+        let processors = || std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+        self.workers.unwrap_or_else(processors)
+    }
+}
+
+/// What can stand in a header.
+fn header(text: &str) -> Result<String, String> {
+    match axum::http::HeaderValue::from_str(text) {
+        Ok(_) => Ok(text.to_owned()),
+        Err(_) => Err("cannot stand in a header".to_owned()),
+    }
+}

@@ -1,0 +1,279 @@
+//! What the service answers where there is no picture: a status, a kind and one line, in JSON.
+
+use crate::pool::WorkError;
+use axum::body::Body;
+use axum::http::{HeaderName, HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use overcoat::cli::worker::protocol::{FailureClass, FailureReport};
+use serde_json::{Map, Value, json};
+
+/// Characters of a message at most.
+const LONGEST_MESSAGE: usize = 500;
+
+/// Kinds of answers that are no pictures. The table of service/README.md has them all.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// An option is unknown, not allowed, or out of its range.
+    Options,
+    /// A path without a signature where one is needed.
+    Unsigned,
+    /// A signature that no key makes.
+    Signature,
+    /// A source that is not allowed.
+    Source,
+    /// No such route, or no such source.
+    NotFound,
+    /// Another method is needed.
+    Method,
+    /// No format that the client accepts.
+    NotAcceptable,
+    /// The body came too slowly.
+    Slow,
+    /// The body, or the source, is too large.
+    TooLarge,
+    /// No format that is read.
+    MediaType,
+    /// Bytes that the picture has not.
+    Range,
+    /// The model is damaged.
+    Model,
+    /// The model, or the picture, needs more than a limit of the renderer allows.
+    Limit,
+    /// The model needs more memory than a worker may take.
+    Memory,
+    /// The worker ended.
+    Worker,
+    /// The source cannot be read.
+    SourceFailed,
+    /// The queue is full.
+    QueueFull,
+    /// No worker was free in time, or there is no memory for another body.
+    Busy,
+    /// The service stops.
+    Stopping,
+    /// Workers cannot be started.
+    NoWorker,
+    /// Rendering took too long.
+    Timeout,
+    /// The source took too long.
+    SourceTimeout,
+}
+
+impl Kind {
+    /// Every kind.
+    pub const ALL: &[Self] = &[
+        Self::Options,
+        Self::Unsigned,
+        Self::Signature,
+        Self::Source,
+        Self::NotFound,
+        Self::Method,
+        Self::NotAcceptable,
+        Self::Slow,
+        Self::TooLarge,
+        Self::MediaType,
+        Self::Range,
+        Self::Model,
+        Self::Limit,
+        Self::Memory,
+        Self::Worker,
+        Self::SourceFailed,
+        Self::QueueFull,
+        Self::Busy,
+        Self::Stopping,
+        Self::NoWorker,
+        Self::Timeout,
+        Self::SourceTimeout,
+    ];
+
+    /// Its name in answers and metrics.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        self.row().1
+    }
+
+    /// Its status.
+    #[must_use]
+    pub fn status(self) -> StatusCode {
+        self.row().0
+    }
+
+    fn row(self) -> (StatusCode, &'static str) {
+        match self {
+            Self::Options => (StatusCode::BAD_REQUEST, "options"),
+            Self::Unsigned => (StatusCode::UNAUTHORIZED, "unsigned"),
+            Self::Signature => (StatusCode::FORBIDDEN, "signature"),
+            Self::Source => (StatusCode::FORBIDDEN, "source"),
+            Self::NotFound => (StatusCode::NOT_FOUND, "not_found"),
+            Self::Method => (StatusCode::METHOD_NOT_ALLOWED, "method"),
+            Self::NotAcceptable => (StatusCode::NOT_ACCEPTABLE, "not_acceptable"),
+            Self::Slow => (StatusCode::REQUEST_TIMEOUT, "slow"),
+            Self::TooLarge => (StatusCode::PAYLOAD_TOO_LARGE, "too_large"),
+            Self::MediaType => (StatusCode::UNSUPPORTED_MEDIA_TYPE, "media_type"),
+            Self::Range => (StatusCode::RANGE_NOT_SATISFIABLE, "range"),
+            Self::Model => (StatusCode::UNPROCESSABLE_ENTITY, "model"),
+            Self::Limit => (StatusCode::UNPROCESSABLE_ENTITY, "limit"),
+            Self::Memory => (StatusCode::UNPROCESSABLE_ENTITY, "memory"),
+            Self::Worker => (StatusCode::INTERNAL_SERVER_ERROR, "worker"),
+            Self::SourceFailed => (StatusCode::BAD_GATEWAY, "source_failed"),
+            Self::QueueFull => (StatusCode::TOO_MANY_REQUESTS, "queue_full"),
+            Self::Busy => (StatusCode::SERVICE_UNAVAILABLE, "busy"),
+            Self::Stopping => (StatusCode::SERVICE_UNAVAILABLE, "stopping"),
+            Self::NoWorker => (StatusCode::SERVICE_UNAVAILABLE, "no_worker"),
+            Self::Timeout => (StatusCode::GATEWAY_TIMEOUT, "timeout"),
+            Self::SourceTimeout => (StatusCode::GATEWAY_TIMEOUT, "source_timeout"),
+        }
+    }
+}
+
+/// An answer that is no picture.
+#[derive(Clone, Debug)]
+pub struct Problem {
+    /// Its kind, from which its status follows.
+    pub kind: Kind,
+    /// One line.
+    pub message: String,
+    /// The limit that was passed.
+    pub limit: Option<String>,
+    /// How that is raised.
+    pub raise: Option<String>,
+    /// Seconds after which it is worth another try.
+    pub retry_after: Option<u64>,
+    /// A header that belongs to the status.
+    pub header: Option<(HeaderName, String)>,
+}
+
+impl Problem {
+    /// One of a kind.
+    #[must_use]
+    pub fn new(kind: Kind, message: impl Into<String>) -> Self {
+        let retry_after = matches!(kind, Kind::Busy | Kind::Stopping | Kind::NoWorker).then_some(2);
+        // Some of it may be the client's.
+        let message = message.into();
+        let message = message.chars().filter(|c| !c.is_control()).take(LONGEST_MESSAGE).collect();
+        Self { kind, message, limit: None, raise: None, retry_after, header: None }
+    }
+
+    /// The same with the limit that was passed, and the option of the service that raises it.
+    #[must_use]
+    pub fn limited(self, limit: &str, raise: &str) -> Self {
+        Self { limit: Some(limit.to_owned()), raise: Some(raise.to_owned()), ..self }
+    }
+
+    /// The same with the seconds after which it is worth another try.
+    #[must_use]
+    pub fn retry_after(self, seconds: u64) -> Self {
+        Self { retry_after: Some(seconds), ..self }
+    }
+
+    /// The same with a header.
+    #[must_use]
+    pub fn with(self, name: HeaderName, value: impl Into<String>) -> Self {
+        Self { header: Some((name, value.into())), ..self }
+    }
+
+    /// As JSON.
+    #[must_use]
+    pub fn json(&self) -> Value {
+        let mut error = Map::new();
+        error.insert("kind".to_owned(), self.kind.name().into());
+        error.insert("message".to_owned(), self.message.clone().into());
+        for (key, value) in [("limit", &self.limit), ("raise", &self.raise)] {
+            if let Some(value) = value {
+                error.insert(key.to_owned(), value.clone().into());
+            }
+        }
+        json!({ "error": error })
+    }
+}
+
+/// Of what a worker says about a model or its picture.
+impl From<FailureReport> for Problem {
+    fn from(FailureReport { class, message, limit }: FailureReport) -> Self {
+        let kind = match class {
+            FailureClass::Failed => Kind::Model,
+            FailureClass::Usage => Kind::Options,
+            FailureClass::Limit => Kind::Limit,
+        };
+        let raise = limit.as_ref().map(|name| format!("start the service with --limit {name}=N"));
+        Self { limit, raise, ..Self::new(kind, message) }
+    }
+}
+
+impl From<WorkError> for Problem {
+    fn from(error: WorkError) -> Self {
+        match error {
+            WorkError::Failed(failure) => failure.into(),
+            WorkError::TimedOut(limit) => {
+                let message = format!("rendering took longer than {} s and was stopped", limit.as_secs_f64());
+                Self::new(Kind::Timeout, message)
+                    .limited("deadline", "start the service with --deadline SECONDS")
+            }
+            // What was killed from outside says nothing about the model.
+            WorkError::Died(death) if death.of_memory && !death.killed => {
+                Self::new(Kind::Memory, death.message)
+                    .limited("memory", "start the service with --memory BYTES")
+            }
+            WorkError::Died(death) => Self::new(Kind::Worker, death.message),
+            WorkError::NoWorker(reason) => {
+                Self::new(Kind::NoWorker, format!("no worker can be started: {reason}"))
+            }
+        }
+    }
+}
+
+/// What became of a request, for its line in the log and the metrics.
+#[derive(Clone, Debug, Default)]
+pub struct Told {
+    /// Why there is no picture.
+    pub refusal: Option<(&'static str, String)>,
+    /// The content key of the picture.
+    pub key: Option<String>,
+    /// Where the picture came from.
+    pub from: Option<&'static str>,
+}
+
+impl IntoResponse for Problem {
+    fn into_response(self) -> Response {
+        let mut response = Response::new(Body::from(self.json().to_string()));
+        *response.status_mut() = self.kind.status();
+        let headers = response.headers_mut();
+        headers.insert(header::CONTENT_TYPE, HeaderValue::from_static("application/json"));
+        headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
+        if let Some(seconds) = self.retry_after {
+            headers.insert(header::RETRY_AFTER, seconds.into());
+        }
+        if let Some((name, value)) = &self.header
+            && let Ok(value) = HeaderValue::from_str(value)
+        {
+            headers.insert(name.clone(), value);
+        }
+        let told = Told { refusal: Some((self.kind.name(), self.message)), ..Told::default() };
+        response.extensions_mut().insert(told);
+        response
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::time::Duration;
+
+    #[test]
+    fn limits_say_how_they_are_raised() {
+        let failure = FailureReport {
+            class: FailureClass::Limit,
+            message: "too many".to_owned(),
+            limit: Some("triangles".to_owned()),
+        };
+        let problem = Problem::from(WorkError::Failed(failure));
+        assert_eq!(problem.kind.status(), 422);
+        assert_eq!(problem.json()["error"]["raise"], "start the service with --limit triangles=N");
+        let problem = Problem::from(WorkError::TimedOut(Duration::from_secs(3)));
+        assert_eq!(problem.json()["error"]["kind"], "timeout");
+        let mut names: Vec<&str> = Kind::ALL.iter().map(|kind| kind.name()).collect();
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), Kind::ALL.len());
+    }
+}

@@ -1,0 +1,211 @@
+//! Requests for pictures, and for what models are.
+
+use super::accept;
+use super::answer::{Wishes, respond};
+use super::app::App;
+use super::body::Held;
+use super::error::{Kind, Problem};
+use super::media;
+use super::options::{Options, of_pairs};
+use super::path;
+use super::pipeline as operations;
+use super::render::{Asked, picture};
+use super::source::Source;
+use super::upload::Upload;
+use crate::files::Files;
+use axum::body::Body;
+use axum::extract::{Request, State};
+use axum::http::{HeaderMap, HeaderValue, Uri, header};
+use axum::response::{IntoResponse, Response};
+use bytes::Bytes;
+use overcoat::output::OutputFormat;
+use std::sync::Arc;
+use std::time::Duration;
+use url::form_urlencoded;
+
+/// `POST /render`
+///
+/// # Errors
+/// [`Problem`].
+pub async fn render(State(app): State<Arc<App>>, request: Request) -> Result<Response, Problem> {
+    let options = of_query(&app, request.uri());
+    answer_body(&app, request, options).await
+}
+
+/// `POST /pipeline?operations=[...]`, as Imaginary has it.
+///
+/// # Errors
+/// [`Problem`].
+pub async fn pipeline(State(app): State<Arc<App>>, request: Request) -> Result<Response, Problem> {
+    let options = operations::read(request.uri().query().unwrap_or_default(), &app.rules);
+    answer_body(&app, request, options).await
+}
+
+fn of_query(app: &App, uri: &Uri) -> Result<Options, Problem> {
+    of_pairs(form_urlencoded::parse(uri.query().unwrap_or_default().as_bytes()), &app.rules)
+}
+
+/// The picture of a model that comes as a body.
+async fn answer_body(
+    app: &Arc<App>,
+    request: Request,
+    options: Result<Options, Problem>,
+) -> Result<Response, Problem> {
+    let (parts, body) = request.into_parts();
+    // What is wrong with the options is told before the model is read.
+    let checked = options.and_then(|options| {
+        let (format, _) = format(app, &options, &parts.headers)?;
+        options.request(format, &app.rules)?;
+        Ok(options)
+    });
+    let mut options = match checked {
+        Ok(options) => options,
+        Err(problem) => {
+            app.bodies.turn_away(body, &parts.headers).await;
+            return Err(problem);
+        }
+    };
+    let mut upload = receive(app, body, &parts.headers).await?;
+    for (key, text) in &upload.fields {
+        options.set(key, text, &app.rules)?;
+    }
+    let (format, negotiated) = format(app, &options, &parts.headers)?;
+    let request = options.request(format, &app.rules)?;
+    settle(&mut upload, &options)?;
+    let wishes = Wishes { method: &parts.method, headers: &parts.headers, negotiated };
+    let asked = Asked {
+        identity: upload.identity(),
+        name: upload.name,
+        model: upload.model,
+        files: Arc::new(upload.files),
+        request,
+        held: upload.held,
+    };
+    let answer = picture(app, asked, |key| wishes.has(key)).await?;
+    Ok(respond(app, &wishes, &answer))
+}
+
+async fn receive(app: &App, body: Body, headers: &HeaderMap) -> Result<Upload, Problem> {
+    let (bytes, held) = app.bodies.read(body, headers).await?;
+    Upload::new(headers, bytes, held).await
+}
+
+fn settle(upload: &mut Upload, options: &Options) -> Result<(), Problem> {
+    let told = options.name.as_deref();
+    media::check(&upload.model, told.unwrap_or(&upload.name), upload.media_type.as_deref())?;
+    upload.settle_name(told);
+    Ok(())
+}
+
+/// The format of the picture, and whether `Accept` chose it.
+fn format(app: &App, options: &Options, headers: &HeaderMap) -> Result<(OutputFormat, bool), Problem> {
+    match options.format {
+        Some(format) => Ok((format, false)),
+        None => {
+            let accept = headers.get(header::ACCEPT).and_then(|value| value.to_str().ok());
+            Ok((accept::format(accept, app.rules.format)?, true))
+        }
+    }
+}
+
+/// `GET /{signature}/{options}/plain/{source}@{format}`
+///
+/// # Errors
+/// [`Problem`].
+pub async fn path(State(app): State<Arc<App>>, request: Request) -> Result<Response, Problem> {
+    let (parts, _) = request.into_parts();
+    let asked = signed(&app, &parts.uri, "")?;
+    let (format, negotiated) = format(&app, &asked.options, &parts.headers)?;
+    let request = asked.options.request(format, &app.rules)?;
+    let (Source { name, model, files }, held) = open(&app, &asked.source).await?;
+    let wishes = Wishes { method: &parts.method, headers: &parts.headers, negotiated };
+    let asked = Asked { name, model, files, identity: asked.source, request, held };
+    let answer = picture(&app, asked, |key| wishes.has(key)).await?;
+    Ok(respond(&app, &wishes, &answer))
+}
+
+/// What a path asks for, if it is signed; `before` stands before the signature.
+fn signed(app: &App, uri: &Uri, before: &str) -> Result<path::Asked, Problem> {
+    let whole = uri.path_and_query().map_or("", |path| path.as_str());
+    let whole = whole.strip_prefix(before).unwrap_or(whole);
+    let none = || Problem::new(Kind::NotFound, "there is nothing at this path");
+    let (signature, signed) = path::signed_part(whole).ok_or_else(none)?;
+    // What cannot be a path needs no signature to be told so.
+    if !signed.contains("/plain/") {
+        return Err(none());
+    }
+    app.signer.check(signature, signed)?;
+    path::read(signed, &app.rules)
+}
+
+async fn open(app: &App, source: &str) -> Result<(Source, Held), Problem> {
+    let patience = Duration::from_secs_f64(app.args.source_seconds);
+    let open = async {
+        let held = app.bodies.hold_largest().await;
+        Ok::<_, Problem>((app.sources.open(source).await?, held))
+    };
+    let opened = tokio::time::timeout(patience, open).await;
+    let (mut source, mut held) = opened.map_err(|_| {
+        Problem::new(Kind::SourceTimeout, format!("the source took longer than {} s", patience.as_secs_f64()))
+            .limited("source_seconds", "start the service with --source-seconds SECONDS")
+    })??;
+    media::check(&source.model, &source.name, None)?;
+    let extension = media::extension(&source.name);
+    // Only OBJ looks for files of its own name; a name that says no more than it must is the same for equal models.
+    if !extension.starts_with("obj") {
+        let known = overcoat::load::Format::from_extension(extension.split('.').next().unwrap_or_default());
+        source.name = known.map_or("model".to_owned(), |_| format!("model.{extension}"));
+    }
+    held.shrink(source.model.len() as u64);
+    Ok((source, held))
+}
+
+/// `POST /info`
+///
+/// # Errors
+/// [`Problem`].
+pub async fn info(State(app): State<Arc<App>>, request: Request) -> Result<Response, Problem> {
+    let (parts, body) = request.into_parts();
+    let options = match of_query(&app, &parts.uri) {
+        Ok(options) => options,
+        Err(problem) => {
+            app.bodies.turn_away(body, &parts.headers).await;
+            return Err(problem);
+        }
+    };
+    let mut upload = receive(&app, body, &parts.headers).await?;
+    settle(&mut upload, &options)?;
+    let Upload { name, model, files, held, .. } = upload;
+    inspect(&app, name, model, Arc::new(files), held).await
+}
+
+/// `GET /info/{signature}/plain/{source}`
+///
+/// # Errors
+/// [`Problem`].
+pub async fn info_of_path(State(app): State<Arc<App>>, request: Request) -> Result<Response, Problem> {
+    let asked = signed(&app, request.uri(), "/info")?;
+    let (Source { name, model, files }, held) = open(&app, &asked.source).await?;
+    inspect(&app, name, model, files, held).await
+}
+
+async fn inspect(
+    app: &Arc<App>,
+    name: String,
+    model: Bytes,
+    files: Arc<dyn Files>,
+    held: Held,
+) -> Result<Response, Problem> {
+    let place = app.gate.enter()?;
+    let app = Arc::clone(app);
+    // As for pictures, a worker ends what it has begun.
+    let work = tokio::spawn(async move {
+        let turn = app.gate.turn().await?;
+        let contents = app.pool.inspect(&name, &model, files.as_ref()).await;
+        drop((turn, place, held));
+        contents.map_err(Problem::from)
+    });
+    let contents = work.await.map_err(|e| Problem::new(Kind::Worker, e.to_string()))??;
+    let json = HeaderValue::from_static("application/json");
+    Ok(([(header::CONTENT_TYPE, json)], contents).into_response())
+}

@@ -1,0 +1,135 @@
+//! Connections: accepted, served and, at the end, waited for.
+
+use super::app::App;
+use super::routes::router;
+use super::stream::{Patient, is_http2};
+use hyper::server::conn::{http1, http2};
+use hyper_util::rt::{TokioExecutor, TokioIo, TokioTimer};
+use hyper_util::service::TowerToHyperService;
+use std::io;
+use std::sync::Arc;
+use std::sync::atomic::Ordering::Relaxed;
+use std::time::Duration;
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::{OwnedSemaphorePermit, Semaphore, watch};
+use tokio::task::JoinSet;
+use tokio::time::Instant;
+
+/// Bytes of a request's head at most.
+const LARGEST_HEAD: usize = 64 << 10;
+/// How long the listener is asked for connections after the service was told to stop: what the system has accepted is served.
+const LAST_CALL: Duration = Duration::from_millis(50);
+/// How long that goes on at most, and how long a connection has then to say something.
+const LAST_WORDS: Duration = Duration::from_secs(1);
+/// After an error of the system, as when there are no more descriptors.
+const PAUSE: Duration = Duration::from_millis(50);
+/// Requests at a time on one connection of HTTP/2.
+const STREAMS: u32 = 64;
+
+/// Serves connections until `stop` says so; then those that are there to their end, but no longer than is allowed.
+pub async fn serve(app: Arc<App>, listener: TcpListener, stop: watch::Receiver<bool>) {
+    let connections = Arc::new(Semaphore::new(app.args.max_connections));
+    let mut served = JoinSet::new();
+    let service = TowerToHyperService::new(router(&app));
+    let begin = |served: &mut JoinSet<()>, stream: TcpStream, permit: OwnedSemaphorePermit| {
+        let (app, service, stop) = (Arc::clone(&app), service.clone(), stop.clone());
+        served.spawn(async move {
+            app.metrics.connection(true);
+            connection(&app, service, stream, stop).await;
+            app.metrics.connection(false);
+            drop(permit);
+        });
+    };
+    let mut stopped = stop.clone();
+    loop {
+        let accepted = tokio::select! {
+            biased;
+            _ = stopped.wait_for(|stop| *stop) => break,
+            accepted = accept(&listener, &connections) => accepted,
+        };
+        match accepted {
+            Ok((stream, permit)) => begin(&mut served, stream, permit),
+            Err(error) => {
+                tracing::warn!(%error, "a connection cannot be accepted");
+                tokio::time::sleep(PAUSE).await;
+            }
+        }
+        while served.try_join_next().is_some() {}
+    }
+    app.stopping.store(true, Relaxed);
+    let end = Instant::now() + LAST_WORDS;
+    while Instant::now() < end
+        && let Ok(Ok((stream, permit))) =
+            tokio::time::timeout(LAST_CALL, accept(&listener, &connections)).await
+    {
+        begin(&mut served, stream, permit);
+    }
+    drop(listener);
+    finish(&app, served).await;
+}
+
+async fn accept(
+    listener: &TcpListener,
+    connections: &Arc<Semaphore>,
+) -> io::Result<(TcpStream, OwnedSemaphorePermit)> {
+    let permit = Arc::clone(connections).acquire_owned().await.map_err(io::Error::other)?;
+    let (stream, _) = listener.accept().await?;
+    // Heads and bodies of answers are not held back for one another.
+    let _ = stream.set_nodelay(true);
+    Ok((stream, permit))
+}
+
+/// Waits for all connections. Who is still in the queue when the time is over is sent away, and who is with a worker has as long
+/// again as the answer takes to be written.
+async fn finish(app: &App, mut served: JoinSet<()>) {
+    tracing::info!(connections = served.len(), "stopping: requests that were accepted are finished");
+    let all = async |served: &mut JoinSet<()>| while served.join_next().await.is_some() {};
+    let patience = Duration::from_secs_f64(app.args.stop_seconds);
+    if tokio::time::timeout(patience, all(&mut served)).await.is_ok() {
+        return;
+    }
+    app.gate.close();
+    let last = Duration::from_secs(1);
+    if tokio::time::timeout(last, all(&mut served)).await.is_err() {
+        tracing::error!(connections = served.len(), "the time to stop is over: requests are broken off");
+    }
+}
+
+type Service = TowerToHyperService<axum::Router>;
+
+async fn connection(app: &App, service: Service, stream: TcpStream, mut stop: watch::Receiver<bool>) {
+    let patience = Duration::from_secs_f64(app.args.header_seconds);
+    let mut stopped = stop.clone();
+    let at_the_end = async {
+        let _ = stopped.wait_for(|stop| *stop).await.map(drop);
+        tokio::time::sleep(LAST_WORDS).await;
+    };
+    let first = tokio::select! { first = is_http2(&stream, patience) => first, () = at_the_end => None };
+    let Some(is_http2) = first else { return };
+    let stream = TokioIo::new(Patient::new(stream, Duration::from_secs_f64(app.args.write_seconds)));
+    // What goes wrong is the client's, and told to nobody.
+    if is_http2 {
+        let mut builder = http2::Builder::new(TokioExecutor::new());
+        builder
+            .timer(TokioTimer::new())
+            .max_concurrent_streams(STREAMS)
+            .max_header_list_size(LARGEST_HEAD as u32)
+            .keep_alive_interval(patience)
+            .keep_alive_timeout(patience);
+        let mut connection = std::pin::pin!(builder.serve_connection(stream, service));
+        tokio::select! {
+            _ = connection.as_mut() => return,
+            _ = stop.wait_for(|stop| *stop) => connection.as_mut().graceful_shutdown(),
+        }
+        let _ = connection.await;
+    } else {
+        let mut builder = http1::Builder::new();
+        builder.timer(TokioTimer::new()).header_read_timeout(patience).max_buf_size(LARGEST_HEAD);
+        let mut connection = std::pin::pin!(builder.serve_connection(stream, service));
+        tokio::select! {
+            _ = connection.as_mut() => return,
+            _ = stop.wait_for(|stop| *stop) => connection.as_mut().graceful_shutdown(),
+        }
+        let _ = connection.await;
+    }
+}

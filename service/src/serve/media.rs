@@ -1,0 +1,146 @@
+//! What a file is, by its name, its media type and its first bytes. It is not parsed here.
+
+use super::error::{Kind, Problem};
+use overcoat::load::Format;
+
+/// First bytes of files that people have and that are no models here.
+const OTHERS: &[(&[u8], &str)] = &[
+    (b"\x89PNG", "a PNG picture"),
+    (b"\xff\xd8\xff", "a JPEG picture"),
+    (b"GIF8", "a GIF picture"),
+    (b"RIFF", "a WebP picture or a RIFF file"),
+    (b"II*\0", "a TIFF picture"),
+    (b"MM\0*", "a TIFF picture"),
+    (b"%PDF", "a PDF document"),
+    (b"Kaydara FBX Binary", "a binary FBX file"),
+    (b"; FBX", "an FBX file"),
+    (b"BLENDER", "a Blender file"),
+    (b"PXR-USDC", "a USD file"),
+    (b"#usda", "a USD file"),
+    (b"ISO-10303-21", "a STEP file"),
+    (b"<?xml", "an XML file"),
+    (b"<COLLADA", "a COLLADA file"),
+    (b"<!DOCTYPE", "an HTML page"),
+    (b"<!doctype", "an HTML page"),
+    (b"<html", "an HTML page"),
+    (b"Rar!", "a RAR archive"),
+    (b"7z\xbc\xaf", "a 7-Zip archive"),
+    (b"\x7fELF", "a program"),
+    (b"MZ", "a program"),
+    (b"#!", "a script"),
+];
+
+/// First bytes of what may be a model, packed or not.
+const KNOWN: &[&[u8]] =
+    &[b"glTF", b"ply", b"PLY", b"solid", b"PK\x03\x04", b"\x1f\x8b", b"\x28\xb5\x2f\xfd", b"{"];
+
+/// Endings of packed files.
+const PACKED: [&str; 2] = ["gz", "zst"];
+
+/// The part of a name that says what a file is, in lower case: `glb`, `obj.gz`. Empty if there is none.
+#[must_use]
+pub fn extension(name: &str) -> String {
+    let base = name.rsplit(['/', '\\']).next().unwrap_or(name).to_ascii_lowercase();
+    match base.rsplit_once('.') {
+        Some((stem, packed)) if PACKED.contains(&packed) => match stem.rsplit_once('.') {
+            Some((_, inner)) => format!("{inner}.{packed}"),
+            None => packed.to_owned(),
+        },
+        Some((_, extension)) => extension.to_owned(),
+        None => String::new(),
+    }
+}
+
+/// The extension of a model that comes with a media type and without a name.
+#[must_use]
+pub fn extension_of_type(media_type: &str) -> Option<&'static str> {
+    let name = media_type.split(';').next().unwrap_or_default().trim();
+    let found = Format::ALL.iter().find(|format| format.file_format().mime_type.eq_ignore_ascii_case(name));
+    found.map(|format| format.extension())
+}
+
+/// Whether bytes of this name and type may be a model.
+///
+/// # Errors
+/// [`Kind::MediaType`] with what it is.
+pub fn check(bytes: &[u8], name: &str, media_type: Option<&str>) -> Result<(), Problem> {
+    if bytes.is_empty() {
+        return Err(unsupported("it is empty"));
+    }
+    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    if let Some((_, what)) = OTHERS.iter().find(|(start, _)| text.trim_ascii_start().starts_with(start)) {
+        return Err(unsupported(&format!("it is {what}")));
+    }
+    if KNOWN.iter().any(|start| text.trim_ascii_start().starts_with(start)) {
+        return Ok(());
+    }
+    let extension = extension(name);
+    let inner = extension.split('.').next().unwrap_or_default();
+    if Format::from_extension(inner).is_some() {
+        return Ok(());
+    }
+    if !extension.is_empty() {
+        return Err(unsupported(&format!("it is called .{}", shown(&extension))));
+    }
+    let media_type = media_type.and_then(|text| text.split(';').next()).unwrap_or_default().trim();
+    if !matches!(
+        media_type,
+        "" | "application/octet-stream" | "application/x-www-form-urlencoded" | "text/plain"
+    ) && !media_type.starts_with("model/")
+    {
+        return Err(unsupported(&format!("it is said to be {}", shown(media_type))));
+    }
+    // Binary STL has no mark, and OBJ begins with any of its words. (What begins like an archive is not looked into.)
+    match Format::detect(bytes) {
+        Some(_) => Ok(()),
+        None => Err(unsupported(
+            "nothing says what it is: its name, its type and its first bytes are of no known format",
+        )),
+    }
+}
+
+fn shown(text: &str) -> String {
+    text.chars().filter(|c| !c.is_control()).take(60).collect()
+}
+
+fn unsupported(what: &str) -> Problem {
+    let names: Vec<&str> = Format::ALL.iter().map(|format| format.extension()).collect();
+    Problem::new(
+        Kind::MediaType,
+        format!("{what}; models are {}, also in gzip or Zstandard", names.join(", ")),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn other_files_are_called_what_they_are() {
+        for (bytes, name, media_type, what) in [
+            (&b"\x89PNG\r\n"[..], "model.glb", None, "PNG"),
+            (b"", "a.glb", None, "empty"),
+            (b"Kaydara FBX Binary  \0", "a.fbx", None, "FBX"),
+            (b"anything", "a.max", None, ".max"),
+            (b"anything", "", None, "nothing says"),
+            (b"anything", "", Some("text/css; x=y"), "text/css"),
+            (b"  <!DOCTYPE html>", "", None, "HTML"),
+        ] {
+            let problem = check(bytes, name, media_type).unwrap_err();
+            assert_eq!(problem.kind, Kind::MediaType);
+            assert!(problem.message.contains(what), "{}", problem.message);
+        }
+        for (bytes, name, media_type) in [
+            (&b"glTF"[..], "a.bin", None),
+            (b"v 0 0 0", "a.obj", Some("text/css")),
+            (b"v 0 0 0", "", Some("text/plain")),
+            (b"x", "a.stl.gz", None),
+            (b"v 0 0 0", "", None),
+        ] {
+            assert!(check(bytes, name, media_type).is_ok(), "{name} {media_type:?}");
+        }
+        assert_eq!(extension("a/b.OBJ.gz"), "obj.gz");
+        assert_eq!(extension("b"), "");
+        assert_eq!(extension_of_type("model/gltf-binary; a=b"), Some("glb"));
+    }
+}

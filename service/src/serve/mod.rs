@@ -1,0 +1,151 @@
+//! `overcoat serve`: pictures of models over HTTP.
+
+mod accept;
+mod address;
+mod allowed;
+mod answer;
+mod app;
+pub mod args;
+mod body;
+mod cache;
+pub mod config;
+mod disk;
+mod error;
+mod fetch;
+mod flight;
+mod gate;
+mod handlers;
+mod keys;
+mod listen;
+mod media;
+mod metrics;
+mod options;
+mod pages;
+mod path;
+mod pipeline;
+mod render;
+mod routes;
+mod sign;
+mod source;
+mod stream;
+mod upload;
+
+use crate::files::NoFiles;
+use app::App;
+use args::ServeArgs;
+use overcoat::cli::worker::protocol::{PictureRequest, Work};
+use sign::Signer;
+use std::io::Write;
+use std::sync::Arc;
+use std::sync::atomic::Ordering::Relaxed;
+use tokio::net::TcpListener;
+use tokio::sync::watch;
+use tracing_subscriber::filter::{LevelFilter, Targets};
+use tracing_subscriber::layer::SubscriberExt;
+use tracing_subscriber::util::SubscriberInitExt;
+
+/// The first model of every worker: it has to show that it can draw.
+const TRIANGLE: &[u8] = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 3 2 1\n";
+
+/// Serves until a signal. Returns the exit code.
+///
+/// # Errors
+/// Exit code and one line, where the service cannot begin.
+pub async fn run(args: ServeArgs) -> Result<u8, (u8, String)> {
+    if let Some(path) = &args.sign {
+        println!("{}", sign(&args, path).map_err(|message| (2, message))?);
+        return Ok(0);
+    }
+    log(&args.log);
+    let address = args.listen;
+    let app = Arc::new(App::new(args).map_err(|message| (2, message))?);
+    // Before a port is taken: who connects finds somebody who can draw.
+    warm(&app).await.map_err(|message| (1, message))?;
+    let listener = TcpListener::bind(address).await.map_err(|e| (1, format!("{address}: {e}")))?;
+    let bound = listener.local_addr().map_err(|e| (1, format!("{address}: {e}")))?;
+    // For people and for scripts that let the system choose the port; whoever closed the stream does not want to know.
+    let _ = writeln!(std::io::stdout(), "listening on http://{bound}");
+    let _ = std::io::stdout().flush();
+    tracing::info!(address = %bound, workers = app.args.workers(), "listening");
+    let (send, stop) = watch::channel(false);
+    tokio::spawn(signals(send));
+    listen::serve(Arc::clone(&app), listener, stop).await;
+    app.pool.finish().await;
+    tracing::info!("stopped");
+    Ok(0)
+}
+
+/// A path with its signature in front.
+fn sign(args: &ServeArgs, path: &str) -> Result<String, String> {
+    if !path.starts_with('/') {
+        return Err(format!("--sign {path}: a path begins with /"));
+    }
+    let signer = Signer::new(&args.key, &args.salt, false)?;
+    let signature = signer.sign(path).ok_or("--sign needs --key and --salt")?;
+    Ok(format!("/{signature}{path}"))
+}
+
+/// Lines of JSON on standard error.
+fn log(level: &str) {
+    let level = match level {
+        "off" => LevelFilter::OFF,
+        "error" => LevelFilter::ERROR,
+        "debug" => LevelFilter::DEBUG,
+        _ => LevelFilter::INFO,
+    };
+    // Other crates' notes are of no use to who runs a service.
+    let targets = Targets::new().with_target("overcoat_service", level);
+    let layer = tracing_subscriber::fmt::layer().json().flatten_event(true).with_target(false);
+    let layer = layer.with_current_span(false).with_span_list(false).with_writer(std::io::stderr);
+    // A second one, as in tests, changes nothing.
+    let _ = tracing_subscriber::registry().with(targets).with(layer).try_init();
+}
+
+/// Starts all workers, and lets each draw something.
+async fn warm(app: &App) -> Result<(), String> {
+    let draw = async || {
+        let mut request = PictureRequest { format: "png".to_owned(), ..PictureRequest::default() };
+        request.keys.insert("size".to_owned(), 16.into());
+        let work = Work { name: "model.obj".to_owned(), pictures: vec![request], waits: true };
+        // All of them hold a worker before the first one draws.
+        app.pool.load(&work, TRIANGLE, &NoFiles).await
+    };
+    let loaded = futures_util::future::join_all((0..app.args.workers()).map(|_| draw())).await;
+    for loaded in loaded {
+        let about = |error: String| format!("a worker cannot draw: {error}");
+        let (drawn, _) =
+            loaded.map_err(|e| about(e.to_string()))?.draw(&[0]).await.map_err(|e| about(e.to_string()))?;
+        for (_, picture) in drawn {
+            picture.map_err(|failure| about(failure.message))?;
+        }
+    }
+    app.ready.store(true, Relaxed);
+    Ok(())
+}
+
+/// The first signal asks for an end, the second ends at once.
+async fn signals(stop: watch::Sender<bool>) {
+    #[cfg(unix)]
+    {
+        use tokio::signal::unix::{SignalKind, signal};
+        let (Ok(mut interrupt), Ok(mut terminate)) =
+            (signal(SignalKind::interrupt()), signal(SignalKind::terminate()))
+        else {
+            return;
+        };
+        let mut next = async || tokio::select! { _ = interrupt.recv() => {}, _ = terminate.recv() => {} };
+        next().await;
+        stop.send_replace(true);
+        next().await;
+    }
+    #[cfg(not(unix))]
+    {
+        if tokio::signal::ctrl_c().await.is_err() {
+            return;
+        }
+        stop.send_replace(true);
+        let _ = tokio::signal::ctrl_c().await;
+    }
+    tracing::error!("a second signal: requests are broken off");
+    std::process::exit(1);
+}

@@ -1,0 +1,149 @@
+//! Paths as imgproxy has them: /{signature}/{options}/plain/{source}@{format}
+
+use super::error::{Kind, Problem};
+use super::options::{Options, Rules};
+use overcoat::output::OutputFormat;
+use percent_encoding::percent_decode_str;
+
+/// What a path asks for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Asked {
+    /// How.
+    pub options: Options,
+    /// Of which model.
+    pub source: String,
+}
+
+/// The signature of a path, and what is signed, which begins with a slash.
+#[must_use]
+pub fn signed_part(path: &str) -> Option<(&str, &str)> {
+    let rest = path.strip_prefix('/')?;
+    let (signature, _) = rest.split_once('/')?;
+    Some((signature, &rest[signature.len()..]))
+}
+
+/// Reads the part of a path that is signed.
+///
+/// # Errors
+/// [`Kind::NotFound`] of what is no such path, [`Kind::Options`].
+pub fn read(path: &str, rules: &Rules) -> Result<Asked, Problem> {
+    let none = || Problem::new(Kind::NotFound, "expected /SIGNATURE/OPTIONS/plain/SOURCE@FORMAT");
+    let path = path.strip_prefix('/').ok_or_else(none)?;
+    let (before, source) = match path.strip_prefix("plain/") {
+        Some(source) => ("", source),
+        None => path.split_once("/plain/").ok_or_else(none)?,
+    };
+    let mut options = Options::default();
+    for segment in before.split('/').filter(|segment| !segment.is_empty()) {
+        let segment = decoded(segment)?;
+        option(&mut options, &segment, rules)?;
+    }
+    let (source, format) = match source.rsplit_once('@') {
+        Some((before, extension)) if OutputFormat::from_extension(extension).is_some() => {
+            (before, Some(extension))
+        }
+        _ => (source, None),
+    };
+    if let Some(extension) = format {
+        options.set("format", extension, rules)?;
+    }
+    let source = decoded(source)?;
+    if source.is_empty() || source.contains(char::is_control) {
+        return Err(none());
+    }
+    Ok(Asked { options, source })
+}
+
+fn decoded(text: &str) -> Result<String, Problem> {
+    let text = percent_decode_str(text).decode_utf8();
+    text.map(Into::into).map_err(|_| Problem::new(Kind::Options, "the path is not UTF-8"))
+}
+
+/// An option of a preset as it is written in paths, one or several.
+///
+/// # Errors
+/// One line.
+pub fn options_of_preset(text: &str) -> Result<Vec<(String, String)>, String> {
+    let mut pairs = Vec::new();
+    for segment in text.split('/').filter(|segment| !segment.is_empty()) {
+        pairs.extend(pairs_of(segment).map_err(|problem| problem.message)?);
+    }
+    Ok(pairs)
+}
+
+fn option(options: &mut Options, segment: &str, rules: &Rules) -> Result<(), Problem> {
+    pairs_of(segment)?.iter().try_for_each(|(key, text)| options.set(key, text, rules))
+}
+
+/// The keys that an option stands for; imgproxy's short names are taken, too.
+fn pairs_of(segment: &str) -> Result<Vec<(String, String)>, Problem> {
+    let (name, value) = segment
+        .split_once(':')
+        .ok_or_else(|| Problem::new(Kind::Options, format!("'{segment}': expected NAME:VALUE")))?;
+    let sides = |text: &str| -> Vec<(String, String)> {
+        let mut sides = text.split(':').filter(|side| !matches!(*side, "" | "0"));
+        let size = match (sides.next(), sides.next()) {
+            (Some(width), Some(height)) => format!("{width}x{height}"),
+            (Some(side), None) => side.to_owned(),
+            _ => return Vec::new(),
+        };
+        vec![("size".to_owned(), size)]
+    };
+    let one = |key: &str| vec![(key.to_owned(), value.to_owned())];
+    let is_number = value.bytes().all(|byte| byte.is_ascii_digit());
+    Ok(match name {
+        "size" | "s" => sides(value),
+        // How a picture fills its size is not a question here: it is rendered in it.
+        "resize" | "rs" => sides(value.split_once(':').map_or("", |(_, size)| size)),
+        "w" => one("width"),
+        "h" => one("height"),
+        "q" => one("jpeg_quality"),
+        "quality" if is_number => one("jpeg_quality"),
+        "f" | "ext" => one("format"),
+        "pr" => one("preset"),
+        "bg" => one("background"),
+        "cachebuster" | "cb" => Vec::new(),
+        // What no source needs.
+        "name" => return Err(Problem::new(Kind::Options, "name: a source has its own")),
+        key => one(key),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::options::tests::rules;
+    use super::*;
+
+    #[test]
+    fn paths_are_read() {
+        let asked =
+            read("/size:64:32/view:front/quality:good/plain/local://a/b%20c.glb@webp", &rules()).unwrap();
+        assert_eq!(asked.source, "local://a/b c.glb");
+        assert_eq!(asked.options.format, Some(OutputFormat::WebP));
+        assert_eq!(asked.options.size(), Some([64, 32]));
+        let request = asked.options.request(OutputFormat::WebP, &rules()).unwrap();
+        assert_eq!(request.keys["quality"], "good");
+        assert_eq!(request.keys["camera"]["view"], "front");
+        let plain = read("/plain/https://x.org/a@b/c.glb?v=1", &rules()).unwrap();
+        assert_eq!((plain.source.as_str(), plain.options.format), ("https://x.org/a@b/c.glb?v=1", None));
+        let short = read("/pr:thumb/rs:fit:100:50/q:80/cb:3/plain/local://a.glb@jpg", &rules()).unwrap();
+        assert_eq!(short.options.size(), Some([100, 50]));
+        assert_eq!(signed_part("/abc/size:1/plain/x"), Some(("abc", "/size:1/plain/x")));
+        assert_eq!(signed_part("/abc"), None);
+    }
+
+    #[test]
+    fn what_is_no_path_is_refused() {
+        for (path, kind) in [
+            ("/size:1/x.glb", Kind::NotFound),
+            ("/plain/", Kind::NotFound),
+            ("/plain/a%00.glb", Kind::NotFound),
+            ("/size/plain/a", Kind::Options),
+            ("/env:%2fetc%2fpasswd/plain/a", Kind::Options),
+            ("/name:x/plain/a", Kind::Options),
+            ("/plain/%ff", Kind::Options),
+        ] {
+            assert_eq!(read(path, &rules()).unwrap_err().kind, kind, "{path}");
+        }
+    }
+}

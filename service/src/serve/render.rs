@@ -1,0 +1,203 @@
+//! From a model to its picture: by its key from the cache, from somebody who is drawing it, or from a worker.
+
+use super::app::{App, Outcome};
+use super::body::Held;
+use super::cache::Picture;
+use super::error::{Kind, Problem};
+use super::flight::{Lead, Part};
+use super::gate::Place;
+use crate::files::{Files, Needed};
+use crate::key::hash_of;
+use crate::pool::DrawnPicture;
+use bytes::Bytes;
+use overcoat::cli::worker::protocol::{Missing, PictureRequest, Work};
+use std::sync::Arc;
+use std::sync::atomic::Ordering::Relaxed;
+use std::time::Instant;
+
+/// Bytes that are hashed at once on a thread that has connections to serve.
+const HASHED_AT_ONCE: usize = 4 << 20;
+
+/// How often work is begun that others have given up.
+const ATTEMPTS: u32 = 5;
+
+/// A picture that is asked for.
+pub struct Asked {
+    /// The name of the model's file.
+    pub name: String,
+    /// What is in it.
+    pub model: Bytes,
+    /// The files that it may refer to.
+    pub files: Arc<dyn Files>,
+    /// What tells them from those of another request.
+    pub identity: String,
+    /// How it is drawn.
+    pub request: PictureRequest,
+    /// Its bytes, counted.
+    #[expect(dead_code, reason = "kept, not looked at")]
+    pub held: Held,
+}
+
+/// What is answered.
+pub enum Answer {
+    /// The picture, and where it came from: `drawn`, `shared` with an equal request, or the `cache`.
+    Picture(Arc<Picture>, &'static str),
+    /// The client has the picture of this key.
+    Known(String),
+}
+
+/// Finds or draws a picture, unless the client knows the one of its key already.
+///
+/// # Errors
+/// [`Problem`].
+pub async fn picture(
+    app: &Arc<App>,
+    asked: Asked,
+    is_known: impl Fn(&str) -> bool,
+) -> Result<Answer, Problem> {
+    let hash = hash(&asked.model).await?;
+    let of = name_of(app, &asked, &hash);
+    if let Some(names) = app.cache.names(&of).await
+        && let Some(needed) = needed(app, &asked, &names).await
+    {
+        let key = app.keys.of(&hash, &asked.name, &needed, &asked.request);
+        if is_known(&key) {
+            return Ok(Answer::Known(key));
+        }
+        if let Some(picture) = app.cache.picture(&key).await {
+            return Ok(Answer::Picture(Arc::new(picture), "cache"));
+        }
+    }
+    let flight = format!("{of}/{}", asked.identity);
+    let asked = Arc::new(asked);
+    let mut attempts = 0;
+    let (outcome, shared) = loop {
+        attempts += 1;
+        if attempts > ATTEMPTS {
+            return Err(Problem::new(Kind::Worker, "the work was given up several times"));
+        }
+        let (wait, shared) = match app.flights.join(&flight) {
+            Part::Follow(wait) => (wait, true),
+            Part::Lead(lead, wait) => {
+                let place = app.gate.enter()?;
+                let work = work(Arc::clone(app), Arc::clone(&asked), hash.clone(), of.clone(), lead, place);
+                // It goes on where the client goes away: others may wait, and a worker that is killed costs more.
+                tokio::spawn(work);
+                (wait, false)
+            }
+        };
+        // Work that was given up when nobody waited is begun again.
+        if let Some(outcome) = wait.result().await {
+            break (outcome, shared);
+        }
+    };
+    let (picture, from) = outcome?;
+    if is_known(&picture.key) {
+        return Ok(Answer::Known(picture.key.clone()));
+    }
+    Ok(Answer::Picture(picture, if shared { "shared" } else { from }))
+}
+
+async fn hash(model: &Bytes) -> Result<String, Problem> {
+    if model.len() <= HASHED_AT_ONCE {
+        return Ok(hash_of(model));
+    }
+    let model = model.clone();
+    let hashed = tokio::task::spawn_blocking(move || hash_of(&model)).await;
+    hashed.map_err(|e| Problem::new(Kind::Worker, e.to_string()))
+}
+
+/// What names the request as far as it is known without the files that the model refers to.
+fn name_of(app: &App, asked: &Asked, hash: &str) -> String {
+    let key = app.keys.of(hash, &asked.name, &[], &asked.request);
+    // Some models look for files of their own name.
+    hash_of(format!("{key}/{}", asked.name).as_bytes())
+}
+
+/// What is in the files that a model refers to; `None` if that takes a worker to find out.
+async fn needed(app: &App, asked: &Asked, names: &[(String, bool)]) -> Option<Vec<Needed>> {
+    let mut needed = Vec::with_capacity(names.len());
+    for (name, alike) in names {
+        needed.push(match asked.files.read(name, app.rules.limits.input_bytes, *alike).await {
+            Ok(found) => Needed::found(name, *alike, &found.bytes),
+            Err(Missing::TooLarge) => return None,
+            Err(_) => Needed::missing(name, *alike),
+        });
+    }
+    Some(needed)
+}
+
+async fn work(app: Arc<App>, asked: Arc<Asked>, hash: String, of: String, lead: Lead<Outcome>, place: Place) {
+    let begun = Instant::now();
+    let outcome = match app.gate.turn().await {
+        Err(problem) => Err(problem),
+        Ok(_) if !lead.is_wanted() => return,
+        Ok(turn) => {
+            let queue = begun.elapsed().as_secs_f64() * 1000.0;
+            app.metrics.stage("queue", queue);
+            let begun = Instant::now();
+            let outcome = draw(&app, &asked, &hash, &of, queue).await;
+            app.gate.note(begun.elapsed());
+            drop(turn);
+            outcome
+        }
+    };
+    drop(place);
+    let drawn = match &outcome {
+        Ok((picture, "drawn")) => Some(Arc::clone(picture)),
+        _ => None,
+    };
+    // The cache is written before the work is no longer under way, so that nobody finds neither; those who wait do not wait
+    // for that.
+    let landed = lead.tell(outcome);
+    if let Some(picture) = drawn {
+        app.cache.keep(&picture).await;
+    }
+    drop(landed);
+}
+
+/// Lets a worker draw.
+async fn draw(app: &App, asked: &Asked, hash: &str, of: &str, queue: f64) -> Outcome {
+    let work = Work { name: asked.name.clone(), pictures: vec![asked.request.clone()], waits: true };
+    let loaded = app.pool.load(&work, &asked.model, asked.files.as_ref()).await?;
+    let needed = loaded.needed.clone();
+    let key = app.keys.of(hash, &asked.name, &needed, &asked.request);
+    let names = needed.into_iter().map(|file| (file.name, file.alike)).collect();
+    if let Some(picture) = app.cache.picture(&key).await {
+        // With nothing to draw the worker is free for others.
+        loaded.draw(&[]).await?;
+        app.cache.learn(of, names).await;
+        return Ok((Arc::new(picture), "cache"));
+    }
+    let (drawn, _) = loaded.draw(&[0]).await?;
+    let nothing = || Problem::new(Kind::Worker, "the worker has not drawn it");
+    let (_, picture) = drawn.into_iter().next().ok_or_else(nothing)?;
+    let picture = told(app, asked, key, queue, picture?).ok_or_else(nothing)?;
+    app.cache.learn(of, names).await;
+    app.ready.store(true, Relaxed);
+    Ok((Arc::new(picture), "drawn"))
+}
+
+/// The file that is asked for, and what is told with it.
+fn told(app: &App, asked: &Asked, key: String, queue: f64, drawn: DrawnPicture) -> Option<Picture> {
+    let DrawnPicture { files, told } = drawn;
+    let stages: Vec<(String, f64)> = match &told.stages_ms {
+        serde_json::Value::Object(stages) => {
+            stages.iter().filter_map(|(name, time)| Some((name.clone(), time.as_f64()?))).collect()
+        }
+        _ => Vec::new(),
+    };
+    stages.iter().for_each(|(name, time)| app.metrics.stage(name, *time));
+    let is_plane = !asked.request.aovs.is_empty() && asked.request.format != "exr";
+    let mut files = files.into_iter();
+    let file = if is_plane { files.find(|file| file.plane.is_some()) } else { files.next_back() }?;
+    Some(Picture {
+        key,
+        media_type: file.media_type,
+        width: told.width,
+        height: told.height,
+        warnings: told.warnings,
+        stages: [("queue".to_owned(), queue)].into_iter().chain(stages).collect(),
+        bytes: file.bytes.into(),
+    })
+}

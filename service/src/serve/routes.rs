@@ -1,0 +1,115 @@
+//! Which request goes where, and what is noted of each.
+
+use super::app::App;
+use super::error::{Kind, Problem, Told};
+use super::{handlers, pages};
+use axum::Router;
+use axum::extract::{Request, State};
+use axum::http::{HeaderName, HeaderValue, Method, header};
+use axum::middleware::{self, Next};
+use axum::response::{IntoResponse, Response};
+use axum::routing::{get, post};
+use std::sync::Arc;
+use std::sync::atomic::Ordering::Relaxed;
+use std::time::Instant;
+
+/// Names of a request in answers, logs and other programs.
+const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
+/// Characters of a name that is taken over from a client.
+const LONGEST_ID: usize = 100;
+
+/// All routes.
+#[must_use]
+pub fn router(app: &Arc<App>) -> Router {
+    let mut router = Router::new()
+        .route("/formats", get(pages::formats))
+        .route("/health", get(pages::health))
+        .route("/ready", get(pages::ready))
+        .route("/metrics", get(pages::metrics))
+        .route("/info/{signature}/{*rest}", get(handlers::info_of_path))
+        .route("/{signature}/{*rest}", get(handlers::path));
+    if !app.args.signed_only {
+        router = router
+            .route("/", get(pages::page))
+            .route("/render", post(handlers::render))
+            .route("/pipeline", post(handlers::pipeline))
+            .route("/info", post(handlers::info));
+    }
+    router
+        .fallback(|| async { Problem::new(Kind::NotFound, "there is nothing at this path") })
+        .method_not_allowed_fallback(|method: Method| async move {
+            Problem::new(Kind::Method, format!("{method} is none of the methods of this path"))
+        })
+        .layer(middleware::from_fn_with_state(Arc::clone(app), note))
+        .with_state(Arc::clone(app))
+}
+
+/// The name of a route in logs and metrics: there are few of them, whatever paths are asked for.
+fn route(path: &str) -> &'static str {
+    match path {
+        "/" => "page",
+        "/render" => "render",
+        "/pipeline" => "pipeline",
+        "/formats" => "formats",
+        "/health" => "health",
+        "/ready" => "ready",
+        "/metrics" => "metrics",
+        path if path == "/info" || path.starts_with("/info/") => "info",
+        path if path.contains("/plain/") => "path",
+        _ => "other",
+    }
+}
+
+/// Names a request, and notes what became of it.
+async fn note(State(app): State<Arc<App>>, request: Request, next: Next) -> Response {
+    let begun = Instant::now();
+    let id = request_id(&app, &request);
+    let (method, route) = (request.method().clone(), route(request.uri().path()));
+    let mut response = next.run(request).await;
+    let time = begun.elapsed();
+    let status = response.status().as_u16();
+    let told = response.extensions_mut().remove::<Told>().unwrap_or_default();
+    app.metrics.request(route, status, time);
+    if let Some((kind, _)) = told.refusal {
+        app.metrics.refusal(kind);
+    }
+    let (kind, message) = told.refusal.unzip();
+    let milliseconds = (time.as_secs_f64() * 100_000.0).round() / 100.0;
+    tracing::info!(
+        id,
+        method = method.as_str(),
+        route,
+        status,
+        milliseconds,
+        key = told.key,
+        from = told.from,
+        error = kind,
+        message,
+    );
+    let headers = response.headers_mut();
+    if let Ok(id) = HeaderValue::from_str(&id) {
+        headers.insert(REQUEST_ID, id);
+    }
+    headers.insert(header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
+    response
+}
+
+/// The client's name for its request, or a number that no other request of this process has.
+fn request_id(app: &App, request: &Request) -> String {
+    let count = app.count.fetch_add(1, Relaxed);
+    let given = request.headers().get(REQUEST_ID).and_then(|value| value.to_str().ok());
+    let is_plain = |id: &&str| {
+        let plain = |byte: u8| byte.is_ascii_alphanumeric() || b"-_.:/=".contains(&byte);
+        !id.is_empty() && id.len() <= LONGEST_ID && id.bytes().all(plain)
+    };
+    match given.filter(is_plain) {
+        Some(id) => id.to_owned(),
+        None => format!("{:x}-{count:x}", std::process::id()),
+    }
+}
+
+impl IntoResponse for Box<Problem> {
+    fn into_response(self) -> Response {
+        (*self).into_response()
+    }
+}

@@ -1,0 +1,7 @@
+//! The service, as its clients see it: the real program on a port of this machine.
+
+mod errors;
+mod pictures;
+mod robust;
+mod service;
+mod sources;
