@@ -2,7 +2,7 @@
 """What one model costs: processor time and bytes over a folder of models, as quantiles for simulate.py.
 
 Draws the folder by one worker of `overcoat-service batch`, several times for each size, and keeps the least time of each model: on a
-machine that others use, what is above it is theirs. The table holds no names.
+machine that others use, what is above it is theirs (a busy one still adds half: let it be quiet). The table holds no names.
 
 Run:  measure.py overcoat-service MODELS > measured.tsv
 """

@@ -193,7 +193,8 @@ def table_totals():
 
 def table_shards():
     rows = [["models", "workers", "shard", "shards", "hours until the last", "starts", "lost to deaths", "waiting at the end", "of processors at work"]]
-    cases = [(10 ** 6, 100, (10, 100, 1000, 10_000)), (10 ** 9, 1000, (10_000, 100_000, 1_000_000))]
+    cases = [(10 ** 6, 100, (10, 100, 1000, 10_000)), (10 ** 6, 10, (1000, 10_000, 100_000)),
+             (10 ** 9, 1000, (10_000, 100_000, 1_000_000))]
     for n, workers, sizes in cases:
         times = Times(17)
         if n <= 10 ** 6:
