@@ -61,6 +61,7 @@ pub enum Kind {
 
 impl Kind {
     /// Every kind.
+    #[cfg(test)]
     pub const ALL: &[Self] = &[
         Self::Options,
         Self::Unsigned,
@@ -140,7 +141,7 @@ pub struct Problem {
     /// Seconds after which it is worth another try.
     pub retry_after: Option<u64>,
     /// A header that belongs to the status.
-    pub header: Option<(HeaderName, String)>,
+    pub header: Option<Box<(HeaderName, String)>>,
 }
 
 impl Problem {
@@ -169,7 +170,7 @@ impl Problem {
     /// The same with a header.
     #[must_use]
     pub fn with(self, name: HeaderName, value: impl Into<String>) -> Self {
-        Self { header: Some((name, value.into())), ..self }
+        Self { header: Some(Box::new((name, value.into()))), ..self }
     }
 
     /// As JSON.
@@ -243,7 +244,7 @@ impl IntoResponse for Problem {
         if let Some(seconds) = self.retry_after {
             headers.insert(header::RETRY_AFTER, seconds.into());
         }
-        if let Some((name, value)) = &self.header
+        if let Some((name, value)) = self.header.as_deref()
             && let Ok(value) = HeaderValue::from_str(value)
         {
             headers.insert(name.clone(), value);
@@ -275,5 +276,11 @@ mod tests {
         names.sort_unstable();
         names.dedup();
         assert_eq!(names.len(), Kind::ALL.len());
+        // The table of the documentation has each, with its status.
+        let table = include_str!("../../README.md");
+        for kind in Kind::ALL {
+            let row = format!("| {} | `{}` |", kind.status().as_u16(), kind.name());
+            assert!(table.contains(&row), "{row}");
+        }
     }
 }

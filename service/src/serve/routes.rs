@@ -7,7 +7,7 @@ use axum::Router;
 use axum::extract::{Request, State};
 use axum::http::{HeaderName, HeaderValue, Method, header};
 use axum::middleware::{self, Next};
-use axum::response::{IntoResponse, Response};
+use axum::response::Response;
 use axum::routing::{get, post};
 use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
@@ -19,7 +19,6 @@ const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 const LONGEST_ID: usize = 100;
 
 /// All routes.
-#[must_use]
 pub fn router(app: &Arc<App>) -> Router {
     let mut router = Router::new()
         .route("/formats", get(pages::formats))
@@ -105,11 +104,5 @@ fn request_id(app: &App, request: &Request) -> String {
     match given.filter(is_plain) {
         Some(id) => id.to_owned(),
         None => format!("{:x}-{count:x}", std::process::id()),
-    }
-}
-
-impl IntoResponse for Box<Problem> {
-    fn into_response(self) -> Response {
-        (*self).into_response()
     }
 }
