@@ -241,7 +241,7 @@ fn a_small_square_that_shines_lights_the_floor_by_its_form_factor() {
         .map(|k| {
             let (x, y) = (along(k % CELLS), along(k / CELLS));
             let square = 1.0 + x * x + y * y;
-            (side / CELLS as f64).powi(2) / (std::f64::consts::PI * square * square)
+            (side / CELLS as f64) * (side / CELLS as f64) / (std::f64::consts::PI * square * square)
         })
         .sum();
     let expected = albedo * radiance * form as f32;
