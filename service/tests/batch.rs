@@ -171,11 +171,13 @@ fn parts_make_the_whole() {
     assert!(told(&output).contains("--shard"), "{}", told(&output));
     let output = Command::new(PROGRAM)
         .args(["batch", from.to_str().unwrap(), "-o", to.to_str().unwrap(), "--shard", "auto/3", "-q"])
-        .args(["--size", "16", "--quality", "draft"])
+        .args(["--size", "16", "--quality", "draft", "--report", "{shard}.jsonl"])
         .env("JOB_COMPLETION_INDEX", "2")
+        .current_dir(folder.path())
         .output()
         .unwrap();
     assert!(output.status.code().is_some_and(|code| code <= 1), "{}", told(&output));
+    assert!(folder.path().join("2-of-3.jsonl").is_file());
 }
 
 #[test]

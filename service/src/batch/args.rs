@@ -46,7 +46,8 @@ pub struct BatchArgs {
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = value_parsers::aov, help_heading = "Batch")]
     pub aov: Vec<Aov>,
 
-    /// Where a line of JSON is written for each picture [default: report.jsonl beside the pictures]
+    /// Where a line of JSON is written for each picture; {shard} in it stands for INDEX-of-COUNT [default: report.jsonl beside the
+    /// pictures]
     #[arg(long, value_name = "FILE", help_heading = "Batch")]
     pub report: Option<PathBuf>,
 

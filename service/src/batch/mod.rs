@@ -183,7 +183,11 @@ fn pool_options(args: &BatchArgs, common: &Common, other: bool) -> Result<PoolOp
 
 fn report_path(args: &BatchArgs, to: &Place, shard: Shard) -> Result<PathBuf, (u8, String)> {
     if let Some(path) = &args.report {
-        return Ok(path.clone());
+        // Several processes have one command line.
+        return Ok(match path.to_str() {
+            Some(text) => PathBuf::from(text.replace("{shard}", &name_of_part(shard))),
+            None => path.clone(),
+        });
     }
     let Place::Folder(folder) = to else {
         return Err((
@@ -193,9 +197,13 @@ fn report_path(args: &BatchArgs, to: &Place, shard: Shard) -> Result<PathBuf, (u
     };
     let name = match shard.count {
         1 => "report.jsonl".to_owned(),
-        count => format!("report-{}-of-{count}.jsonl", shard.index),
+        _ => format!("report-{}.jsonl", name_of_part(shard)),
     };
     Ok(folder.join(name))
+}
+
+fn name_of_part(Shard { index, count }: Shard) -> String {
+    format!("{index}-of-{count}")
 }
 
 /// A flag that signals raise which ask for an end: what is begun is finished.
