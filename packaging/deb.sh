@@ -74,9 +74,9 @@ Priority: optional
 Homepage: https://github.com/overcoat-render/overcoat
 Description: pictures of many 3D models, in batches and over HTTP
  overcoat-service draws models as overcoat does, many of them: "overcoat batch"
- for folders, manifests and object stores, "overcoat serve" over HTTP. Models are
- read by worker processes alone, which have no rights and bounded memory and
- time.
+ for folders, manifests and object stores, "overcoat serve" over HTTP. Models
+ are read by worker processes alone, which have no rights and bounded memory
+ and time.
  .
  The service is not started before it is asked for: systemctl enable --now
  overcoat.service. It listens on 127.0.0.1:8080 then.

@@ -33,7 +33,7 @@ compiler_of() {
         need musl-gcc musl-tools
         export "$variable=musl-gcc"
     fi
-    command -v "${!variable}" >/dev/null || die "$variable: there is no ${!variable}"
+    command -v "${!variable%% *}" >/dev/null || die "$variable: there is no ${!variable%% *}"
 }
 
 for arch in "${architectures[@]}"; do

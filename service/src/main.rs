@@ -1,10 +1,10 @@
 //! The `overcoat-service` command: `batch`, `serve` and, started by itself, `worker`; for packages, `completions` and `man`.
 
 use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
-use overcoat_service::batch::{self, args::BatchArgs};
-use overcoat_service::serve::{self, args::ServeArgs};
 use overcoat::cli::args::{CompletionsArgs, ManArgs};
 use overcoat::cli::install;
+use overcoat_service::batch::{self, args::BatchArgs};
+use overcoat_service::serve::{self, args::ServeArgs};
 use std::ffi::OsString;
 use std::io::Write;
 use std::process::ExitCode;
@@ -27,12 +27,18 @@ enum Command {
     #[command(hide = true)]
     Worker,
     /// Print a script that completes commands in a shell
-    #[command(hide = true, after_help = "Example:
-  overcoat-service completions bash > ~/.local/share/bash-completion/completions/overcoat-service")]
+    #[command(
+        hide = true,
+        after_help = "Example:
+  overcoat-service completions bash > ~/.local/share/bash-completion/completions/overcoat-service"
+    )]
     Completions(CompletionsArgs),
     /// Print the manual page, or write those of all commands
-    #[command(hide = true, after_help = "Example:
-  overcoat-service man --dir ~/.local/share/man/man1")]
+    #[command(
+        hide = true,
+        after_help = "Example:
+  overcoat-service man --dir ~/.local/share/man/man1"
+    )]
     Man(ManArgs),
 }
 

@@ -63,8 +63,8 @@ impl Place {
             .map(|(name, value)| (name.to_ascii_lowercase(), value))
             // Whoever writes http:// means it.
             .chain((url.scheme() == "http").then(|| ("allow_http".to_owned(), "true".to_owned())));
-        let (store, prefix) = object_store::parse_url_opts(&url, options)
-            .map_err(|e| format!("{text}: {}", reason_of(&e)))?;
+        let (store, prefix) =
+            object_store::parse_url_opts(&url, options).map_err(|e| format!("{text}: {}", reason_of(&e)))?;
         Ok(Self::Store(store.into(), prefix, url))
     }
 
