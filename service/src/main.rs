@@ -57,7 +57,7 @@ fn main() -> ExitCode {
     // Before any thread is started, for the sandbox.
     let printed = match &cli.command {
         Command::Worker => return overcoat::cli::worker::run(),
-        Command::Completions(args) => Some(install::completions_of(&command, args)),
+        Command::Completions(args) => Some(install::completions_of("overcoat-service", &command, args)),
         Command::Man(args) => Some(install::man_of(command.clone(), args)),
         Command::Batch(_) | Command::Serve(_) => None,
     };

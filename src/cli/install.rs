@@ -14,17 +14,17 @@ use std::path::{Path, PathBuf};
 /// # Errors
 /// [`Failure`] if standard output cannot be written.
 pub fn completions(args: &CompletionsArgs) -> Result<(), Failure> {
-    completions_of(&Cli::command(), args)
+    completions_of("overcoat", &Cli::command(), args)
 }
 
-/// The same for the program that has these arguments.
+/// The same for the program that has this name and these arguments.
 ///
 /// # Errors
 /// As [`completions`].
-pub fn completions_of(all: &Command, args: &CompletionsArgs) -> Result<(), Failure> {
+pub fn completions_of(program: &'static str, all: &Command, args: &CompletionsArgs) -> Result<(), Failure> {
     let mut script = Vec::new();
-    let mut command = for_users(all);
-    clap_complete::generate(args.shell, &mut command, all.get_name(), &mut script);
+    let mut command = for_users(program, all);
+    clap_complete::generate(args.shell, &mut command, program, &mut script);
     report::print(&String::from_utf8(script).map_err(Failure::failed)?)
 }
 
@@ -56,9 +56,9 @@ pub fn man_of(all: Command, args: &ManArgs) -> Result<(), Failure> {
 }
 
 /// The program's arguments without the commands that are hidden, which completion would offer.
-fn for_users(all: &Command) -> Command {
+fn for_users(program: &'static str, all: &Command) -> Command {
     let shown = all.get_subcommands().filter(|below| !below.is_hide_set());
-    let bare = Command::new(all.get_name().to_owned()).version(env!("CARGO_PKG_VERSION"));
+    let bare = Command::new(program).version(env!("CARGO_PKG_VERSION"));
     bare.args(all.get_arguments()).subcommands(shown)
 }
 
