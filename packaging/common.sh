@@ -39,3 +39,9 @@ install_missing() {
     DEBIAN_FRONTEND=noninteractive apt-get -qq -y --no-install-recommends install "${lacking[@]}" >/dev/null ||
         die "apt-get cannot install all of: ${lacking[*]}"
 }
+
+# binary_variable PROGRAM [STATIC_]: the variable that names a program to take in place of building it, as OVERCOAT_SERVICE_BINARY.
+binary_variable() {
+    local name=${1^^}
+    printf '%s_%sBINARY' "${name//-/_}" "${2-}"
+}

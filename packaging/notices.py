@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Prints the licences of all packages that are compiled into the program: most of them ask for it.
+"""Prints the licences of all packages that are compiled into a program: most of them ask for it.
 
-Usage: packaging/notices.py TARGET   (as x86_64-unknown-linux-gnu; needs cargo)
+Usage: packaging/notices.py TARGET PROGRAM   (as x86_64-unknown-linux-gnu overcoat; needs cargo)
 """
 
 import json
@@ -12,13 +12,13 @@ import sys
 NAMES = ("licen", "copying", "notice", "unlicense")
 
 
-def compiled(target):
+def compiled(target, program):
     """The packages that the program is made of, by name and version: not those that only build or test it."""
     command = ["cargo", "metadata", "--locked", "--format-version", "1", "--filter-platform", target]
     metadata = json.loads(subprocess.run(command, check=True, stdout=subprocess.PIPE).stdout)
     packages = {package["id"]: package for package in metadata["packages"]}
     nodes = {node["id"]: node for node in metadata["resolve"]["nodes"]}
-    root = next(id for id, package in packages.items() if package["name"] == "overcoat")
+    root = next(id for id, package in packages.items() if package["name"] == program)
     found, waiting = set(), [root]
     while waiting:
         id = waiting.pop()
@@ -28,8 +28,9 @@ def compiled(target):
         for dependency in nodes[id]["deps"]:
             if any(kind["kind"] is None for kind in dependency["dep_kinds"]):
                 waiting.append(dependency["pkg"])
-    found.remove(root)
-    return sorted((packages[id] for id in found), key=lambda package: (package["name"], package["version"]))
+    # Its own packages come from no registry.
+    others = (packages[id] for id in found if packages[id]["source"])
+    return sorted(others, key=lambda package: (package["name"], package["version"]))
 
 
 def texts(package):
@@ -40,10 +41,10 @@ def texts(package):
 
 
 def main():
-    if len(sys.argv) != 2:
+    if len(sys.argv) != 3:
         sys.exit(__doc__.strip())
     seen = {}
-    for package in compiled(sys.argv[1]):
+    for package in compiled(sys.argv[1], sys.argv[2]):
         name = f"{package['name']} {package['version']}"
         print("=" * 100)
         print(f"{name}, {package['license'] or 'see below'}, {package['repository'] or 'https://crates.io'}")

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Writes a container image of one static program: the archive of an OCI image layout (image-spec 1.1).
 
-Usage: packaging/oci.py PROGRAM VERSION ARCH SOURCE_DATE_EPOCH OUT.tar
+Usage: packaging/oci.py PROGRAM NAME VERSION ARCH SOURCE_DATE_EPOCH OUT.tar
 
-The same program and time make the same bytes. manifest.json is for versions of docker load that know no layouts.
+NAME is the program's and the image's. The same program and time make the same bytes. manifest.json is for versions of docker load that know no layouts.
 """
 
 import datetime
@@ -31,21 +31,21 @@ def add(archive, name, mode, time, content=None):
         archive.addfile(entry, io.BytesIO(content))
 
 
-def layer_of(program, time):
+def layer_of(program, name, time):
     """The file system: the program, and a folder to mount files into."""
     layer = io.BytesIO()
     with tarfile.open(fileobj=layer, mode="w", format=tarfile.USTAR_FORMAT) as archive:
         add(archive, "usr", 0o755, time)
         add(archive, "usr/bin", 0o755, time)
-        add(archive, "usr/bin/overcoat", 0o755, time, program)
+        add(archive, f"usr/bin/{name}", 0o755, time, program)
         add(archive, "mnt", 0o755, time)
     return layer.getvalue()
 
 
-def config_of(layer, version, arch, created):
+def config_of(layer, name, version, arch, created):
     """What a container of the image runs."""
     labels = {
-        "org.opencontainers.image.title": "overcoat",
+        "org.opencontainers.image.title": name,
         "org.opencontainers.image.version": version,
         "org.opencontainers.image.licenses": "MIT OR Apache-2.0",
         "org.opencontainers.image.source": "https://github.com/overcoat-render/overcoat",
@@ -57,7 +57,7 @@ def config_of(layer, version, arch, created):
         "config": {
             "User": f"{USER}:{USER}",
             "Env": ["PATH=/usr/bin"],
-            "Entrypoint": ["/usr/bin/overcoat"],
+            "Entrypoint": [f"/usr/bin/{name}"],
             "Cmd": ["--help"],
             "WorkingDir": "/mnt",
             "Labels": labels,
@@ -80,28 +80,28 @@ def descriptor(kind, data, **more):
 
 
 def main():
-    if len(sys.argv) != 6:
+    if len(sys.argv) != 7:
         sys.exit(__doc__.strip())
-    program, version, arch, time, out = sys.argv[1:]
+    program, name, version, arch, time, out = sys.argv[1:]
     time = int(time)
     created = datetime.datetime.fromtimestamp(time, datetime.timezone.utc).strftime("%Y-%m-%dT%H:%M:%SZ")
     with open(program, "rb") as file:
-        layer = layer_of(file.read(), time)
+        layer = layer_of(file.read(), name, time)
     packed = gzip.compress(layer, 9, mtime=0)
-    config = encoded(config_of(layer, version, arch, created))
+    config = encoded(config_of(layer, name, version, arch, created))
     layers = [descriptor("layer.v1.tar+gzip", packed)]
     kind = "manifest.v1+json"
     manifest = encoded({"schemaVersion": 2, "mediaType": f"application/vnd.oci.image.{kind}",
                         "config": descriptor("config.v1+json", config), "layers": layers})
     platform = {"architecture": ARCHITECTURES[arch], "os": "linux"}
-    names = {"org.opencontainers.image.ref.name": version, "io.containerd.image.name": f"overcoat:{version}"}
+    names = {"org.opencontainers.image.ref.name": version, "io.containerd.image.name": f"{name}:{version}"}
     index = encoded({"schemaVersion": 2, "mediaType": "application/vnd.oci.image.index.v1+json",
                      "manifests": [descriptor(kind, manifest, platform=platform, annotations=names)]})
 
     def path(data):
         return "blobs/sha256/" + hashlib.sha256(data).hexdigest()
 
-    docker = [{"Config": path(config), "RepoTags": [f"overcoat:{version}"], "Layers": [path(packed)]}]
+    docker = [{"Config": path(config), "RepoTags": [f"{name}:{version}"], "Layers": [path(packed)]}]
     with tarfile.open(out, "w", format=tarfile.USTAR_FORMAT) as archive:
         add(archive, "blobs", 0o755, time)
         add(archive, "blobs/sha256", 0o755, time)

@@ -1,6 +1,8 @@
-//! The `overcoat-service` command: `batch`, `serve` and, started by itself, `worker`.
+//! The `overcoat-service` command: `batch`, `serve` and, started by itself, `worker`; for packages, `completions` and `man`.
 
 use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
+use overcoat::cli::args::{CompletionsArgs, ManArgs};
+use overcoat::cli::install;
 use overcoat_service::batch::{self, args::BatchArgs};
 use overcoat_service::serve::{self, args::ServeArgs};
 use std::ffi::OsString;
@@ -24,6 +26,20 @@ enum Command {
     /// What this program starts to draw: serves its parent over standard streams
     #[command(hide = true)]
     Worker,
+    /// Print a script that completes commands in a shell
+    #[command(
+        hide = true,
+        after_help = "Example:
+  overcoat-service completions bash > ~/.local/share/bash-completion/completions/overcoat-service"
+    )]
+    Completions(CompletionsArgs),
+    /// Print the manual page, or write those of all commands
+    #[command(
+        hide = true,
+        after_help = "Example:
+  overcoat-service man --dir ~/.local/share/man/man1"
+    )]
+    Man(ManArgs),
 }
 
 fn main() -> ExitCode {
@@ -39,8 +55,16 @@ fn main() -> ExitCode {
         Err(error) => return fail(2, &overcoat::cli::usage(&error).to_string()),
     };
     // Before any thread is started, for the sandbox.
-    if matches!(cli.command, Command::Worker) {
-        return overcoat::cli::worker::run();
+    let printed = match &cli.command {
+        Command::Worker => return overcoat::cli::worker::run(),
+        Command::Completions(args) => Some(install::completions_of("overcoat-service", &command, args)),
+        Command::Man(args) => Some(install::man_of(command.clone(), args)),
+        Command::Batch(_) | Command::Serve(_) => None,
+    };
+    match printed {
+        None => {}
+        Some(Ok(())) => return ExitCode::SUCCESS,
+        Some(Err(failure)) => return fail(1, &failure.to_string()),
     }
     // The cryptography of connections; a second time changes nothing.
     let _ = rustls::crypto::ring::default_provider().install_default();
@@ -54,7 +78,8 @@ fn main() -> ExitCode {
             Command::Serve(_) => {
                 serve::run(serve::config::read(&command, &arguments, &given, of_matches)?).await
             }
-            Command::Worker => Ok(0),
+            // Done above.
+            Command::Worker | Command::Completions(_) | Command::Man(_) => Ok(0),
         }
     });
     match done {

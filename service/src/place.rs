@@ -63,8 +63,8 @@ impl Place {
             .map(|(name, value)| (name.to_ascii_lowercase(), value))
             // Whoever writes http:// means it.
             .chain((url.scheme() == "http").then(|| ("allow_http".to_owned(), "true".to_owned())));
-        let (store, prefix) = object_store::parse_url_opts(&url, options)
-            .map_err(|e| format!("{text}: {}", reason_of(&e.to_string())))?;
+        let (store, prefix) =
+            object_store::parse_url_opts(&url, options).map_err(|e| format!("{text}: {}", reason_of(&e)))?;
         Ok(Self::Store(store.into(), prefix, url))
     }
 
@@ -80,7 +80,7 @@ impl Place {
                 listed.map_err(|e| e.to_string())?
             }
             Self::Store(store, prefix, url) => {
-                let about = |e: object_store::Error| format!("{url}: {}", reason_of(&e.to_string()));
+                let about = |e: object_store::Error| format!("{url}: {}", reason_of(&e));
                 let metas: Vec<_> = store.list(Some(prefix)).try_collect().await.map_err(about)?;
                 let below = |location: &ObjectPath| {
                     let parts = location.prefix_match(prefix)?;
@@ -147,7 +147,7 @@ impl Place {
                 attributes.insert(Attribute::ContentType, media_type.to_owned().into());
                 let options = PutOptions { attributes, ..PutOptions::default() };
                 let put = store.put_opts(&location, PutPayload::from(bytes), options).await;
-                put.map(drop).map_err(|e| format!("{location}: {}", reason_of(&e.to_string())))
+                put.map(drop).map_err(|e| format!("{location}: {}", reason_of(&e)))
             }
         }
     }
@@ -180,7 +180,7 @@ async fn read_object(store: &dyn ObjectStore, location: &ObjectPath, limit: u64)
     let got = store.get_opts(location, GetOptions::default()).await;
     let got = got.map_err(|e| match e {
         object_store::Error::NotFound { .. } => no_such_file(),
-        e => Missing::Unreadable { reason: reason_of(&e.to_string()) },
+        e => Missing::Unreadable { reason: reason_of(&e) },
     })?;
     if got.meta.size > limit {
         return Err(Missing::TooLarge);
@@ -189,7 +189,7 @@ async fn read_object(store: &dyn ObjectStore, location: &ObjectPath, limit: u64)
     let mut bytes = Vec::new();
     let mut stream = got.into_stream();
     while let Some(part) = stream.next().await {
-        let part = part.map_err(|e| Missing::Unreadable { reason: reason_of(&e.to_string()) })?;
+        let part = part.map_err(|e| Missing::Unreadable { reason: reason_of(&e) })?;
         if bytes.len() as u64 + part.len() as u64 > limit {
             return Err(Missing::TooLarge);
         }
@@ -245,8 +245,21 @@ fn unreadable(error: &impl ToString) -> Missing {
     Missing::Unreadable { reason: error.to_string() }
 }
 
-/// What of an error a person wants to know: stores tell whole pages, with the request and how long it took in front.
-fn reason_of(text: &str) -> String {
+/// What of an error a person wants to know.
+pub(crate) fn reason_of(error: &dyn std::error::Error) -> String {
+    // Why a client cannot be built is only told further down.
+    let mut below = Some(error);
+    while let Some(error) = below {
+        if error.to_string().contains("No CA certificates") {
+            return "this system has no root certificates: SSL_CERT_FILE names a file of them".to_owned();
+        }
+        below = error.source();
+    }
+    in_short(&error.to_string())
+}
+
+/// Stores tell whole pages, with the request and how long it took in front.
+fn in_short(text: &str) -> String {
     if text.contains("NoSuchBucket") || text.contains("ContainerNotFound") {
         return "there is no such bucket".to_owned();
     }
@@ -321,8 +334,8 @@ mod tests {
     fn errors_of_stores_are_told_in_short() {
         let text = "Generic S3 error: Error performing GET http://127.0.0.1:1/m?list-type=2 in 13.28ms - Server returned \
                     non-2xx status code: 403 Forbidden: <?xml version=\"1.0\"?>\n<Error>";
-        assert_eq!(reason_of(text), "Server returned non-2xx status code: 403 Forbidden");
-        assert_eq!(reason_of("x 404\n<Code>NoSuchBucket</Code>"), "there is no such bucket");
+        assert_eq!(in_short(text), "Server returned non-2xx status code: 403 Forbidden");
+        assert_eq!(in_short("x 404\n<Code>NoSuchBucket</Code>"), "there is no such bucket");
     }
 
     #[test]

@@ -271,6 +271,34 @@ fn workers_have_bounds() {
     assert!(kinds(&[]).contains("none"));
 }
 
+/// Damaged models alone make no exit code that asks for another try; what ends the batch as a whole still does.
+#[test]
+fn failures_can_be_allowed() {
+    let folder = tempfile::tempdir().unwrap();
+    let from = folder.path().join("models");
+    models(&from);
+    let to = folder.path().join("pictures");
+    let (from, to) = (from.to_str().unwrap(), to.to_str().unwrap());
+    let output = batch(&[from, "-o", to, "--allow-failures"]);
+    assert_eq!(output.status.code(), Some(0), "{}", told(&output));
+    assert!(told(&output).contains("2 failed"), "{}", told(&output));
+    assert_eq!(records(&Path::new(to).join("report.jsonl"))["broken.glb.png"]["status"], "failed");
+    // What is not the models' fault is not allowed: no folder, a report or a picture that cannot be written, a model that is not there.
+    std::fs::write(folder.path().join("list.jsonl"), "{\"model\": \"gone.glb\"}\n").unwrap();
+    let list = folder.path().join("list.jsonl");
+    let blocked = folder.path().join("blocked");
+    std::fs::create_dir_all(blocked.join("cube.stl.png/x")).unwrap();
+    for arguments in [
+        &["nowhere", "-o", to][..],
+        &[from, "-o", to, "--report", from],
+        &[from, "-o", blocked.to_str().unwrap()],
+        &[list.to_str().unwrap(), "-o", to],
+    ] {
+        let output = batch(&[arguments, &["--allow-failures"]].concat());
+        assert_eq!(output.status.code(), Some(1), "{arguments:?}: {}", told(&output));
+    }
+}
+
 #[test]
 fn what_makes_no_sense_is_said_in_one_line() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! `overcoat completions` and `overcoat man`: what packages bring along beside the program, made of the definition of its
+//! `overcoat completions` and `overcoat man`: what packages bring along beside a program, made of the definition of its
 //! arguments.
 
 use super::args::{Cli, CompletionsArgs, ManArgs};
@@ -14,9 +14,17 @@ use std::path::{Path, PathBuf};
 /// # Errors
 /// [`Failure`] if standard output cannot be written.
 pub fn completions(args: &CompletionsArgs) -> Result<(), Failure> {
+    completions_of("overcoat", &Cli::command(), args)
+}
+
+/// The same for the program that has this name and these arguments.
+///
+/// # Errors
+/// As [`completions`].
+pub fn completions_of(program: &'static str, all: &Command, args: &CompletionsArgs) -> Result<(), Failure> {
     let mut script = Vec::new();
-    let mut command = for_users();
-    clap_complete::generate(args.shell, &mut command, "overcoat", &mut script);
+    let mut command = for_users(program, all);
+    clap_complete::generate(args.shell, &mut command, program, &mut script);
     report::print(&String::from_utf8(script).map_err(Failure::failed)?)
 }
 
@@ -25,7 +33,15 @@ pub fn completions(args: &CompletionsArgs) -> Result<(), Failure> {
 /// # Errors
 /// [`Failure`]; nothing is written then.
 pub fn man(args: &ManArgs) -> Result<(), Failure> {
-    let mut command = Cli::command().disable_help_subcommand(true);
+    man_of(Cli::command(), args)
+}
+
+/// The same for the program that has these arguments.
+///
+/// # Errors
+/// As [`man`].
+pub fn man_of(all: Command, args: &ManArgs) -> Result<(), Failure> {
+    let mut command = all.disable_help_subcommand(true);
     command.build();
     let Some(folder) = &args.dir else {
         let page = String::from_utf8(page(&Man::new(command))?).map_err(Failure::failed)?;
@@ -40,10 +56,9 @@ pub fn man(args: &ManArgs) -> Result<(), Failure> {
 }
 
 /// The program's arguments without the commands that are hidden, which completion would offer.
-fn for_users() -> Command {
-    let all = Cli::command();
+fn for_users(program: &'static str, all: &Command) -> Command {
     let shown = all.get_subcommands().filter(|below| !below.is_hide_set());
-    let bare = Command::new("overcoat").version(env!("CARGO_PKG_VERSION"));
+    let bare = Command::new(program).version(env!("CARGO_PKG_VERSION"));
     bare.args(all.get_arguments()).subcommands(shown)
 }
 

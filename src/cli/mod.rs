@@ -19,7 +19,7 @@ pub mod golden;
 mod hand_over;
 mod info;
 pub mod input;
-mod install;
+pub mod install;
 mod label;
 pub mod limit_values;
 mod losses;

@@ -17,7 +17,8 @@ use std::path::PathBuf;
 A manifest has a model a row: {\"model\": \"a.glb\", \"out\": \"a.png\", \"size\": 256, \"view\": \"front\"}, or a CSV file with such
 columns. Every key of a scene file is one of a row; \"pictures\": [{...}, {...}] makes several of one model.
 
-Exit codes: 0 done, 1 some pictures were not made (the report says why), 2 wrong usage, 4 pictures differ (--verify)")]
+Exit codes: 0 done, 1 some pictures were not made (the report says why; 0 with --allow-failures), 2 wrong usage, 4 pictures differ
+(--verify)")]
 pub struct BatchArgs {
     /// A folder of models, a manifest (.jsonl, .csv; - for JSON lines from standard input), or the URL of a prefix (s3://, gs://,
     /// az://, http://, https://, file://)
@@ -54,6 +55,11 @@ pub struct BatchArgs {
     /// Go on with the report that is there: pictures that were made of the same are kept
     #[arg(long, help_heading = "Batch")]
     pub resume: bool,
+
+    /// Exit code 0, too, where models have no picture for reasons of their own (damaged, too large, too slow), which the report
+    /// says. What cannot be read or written, or has no worker, still makes it 1
+    #[arg(long, help_heading = "Batch")]
+    pub allow_failures: bool,
 
     /// Do one part of several, chosen by the models' names: INDEX/COUNT from 0, or auto or auto/COUNT for what a job of Kubernetes,
     /// AWS Batch or SLURM says of itself

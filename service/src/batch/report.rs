@@ -104,10 +104,20 @@ pub enum ErrorKind {
     Timeout,
     /// The worker ended.
     Died,
+    /// No worker could be started.
+    NoWorker,
     /// The picture cannot be written.
     Write,
     /// Drawn twice it was two pictures.
     Differs,
+}
+
+impl ErrorKind {
+    /// Whether it is no fault of the model's, so that another try may do better: a store, a disk, workers that cannot be started.
+    #[must_use]
+    pub const fn is_of_surroundings(self) -> bool {
+        matches!(self, Self::Read | Self::Write | Self::NoWorker)
+    }
 }
 
 impl From<FailureReport> for RecordError {
@@ -128,7 +138,8 @@ impl From<WorkError> for RecordError {
             WorkError::Failed(failure) => return failure.into(),
             WorkError::TimedOut(_) => ErrorKind::Timeout,
             WorkError::Died(death) if death.of_memory => ErrorKind::Memory,
-            WorkError::Died(_) | WorkError::NoWorker(_) => ErrorKind::Died,
+            WorkError::Died(_) => ErrorKind::Died,
+            WorkError::NoWorker(_) => ErrorKind::NoWorker,
         };
         Self { kind, message, limit: None }
     }

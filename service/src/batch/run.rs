@@ -60,6 +60,8 @@ pub struct Tally {
     pub kept: AtomicU64,
     /// Not made.
     pub failed: AtomicU64,
+    /// Those of them that are not for want of a model that can be drawn.
+    pub of_surroundings: AtomicU64,
     /// Drawn twice.
     pub verified: AtomicU64,
     /// Drawn twice, and not the same.
@@ -357,6 +359,9 @@ impl Batch {
             Status::Failed => &tally.failed,
         }
         .fetch_add(1, Relaxed);
+        if record.error.as_ref().is_some_and(|error| error.kind.is_of_surroundings()) {
+            tally.of_surroundings.fetch_add(1, Relaxed);
+        }
         if !record.warnings.is_empty() {
             tally.warned.fetch_add(1, Relaxed);
         }

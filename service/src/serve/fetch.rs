@@ -116,10 +116,10 @@ impl Fetcher {
             None => return Err(failed("the source names no host")),
         };
         let tls = self.tls.get_or_init(|| {
-            let config = ClientConfig::with_platform_verifier().map_err(|e| e.to_string())?;
+            let config = ClientConfig::with_platform_verifier().map_err(|e| crate::place::reason_of(&e))?;
             Ok(Arc::new(config))
         });
-        let tls = tls.clone().map_err(|e| failed(format!("certificates of this system: {e}")))?;
+        let tls = tls.clone().map_err(|e| failed(format!("the source: {e}")))?;
         let connected = TlsConnector::from(tls).connect(name, stream).await;
         Ok(Box::new(connected.map_err(|e| failed(format!("the source: {e}")))?))
     }
