@@ -1,0 +1,62 @@
+//! What the project's README says of this program is true.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+use std::process::Command;
+
+/// The sections of the README that are about this program.
+fn sections() -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../README.md");
+    let text = std::fs::read_to_string(path).unwrap();
+    let (_, rest) = text.split_once("\n### Many files\n").unwrap();
+    rest.split_once("\n### Motion\n").unwrap().0.to_owned()
+}
+
+/// All that look like options.
+fn options(text: &str) -> BTreeSet<String> {
+    let words = text.split(|c: char| !(c.is_ascii_alphanumeric() || c == '-'));
+    words.filter(|word| word.starts_with("--") && word.len() > 3).map(str::to_owned).collect()
+}
+
+fn help(command: &str) -> String {
+    let output =
+        Command::new(env!("CARGO_BIN_EXE_overcoat-service")).args([command, "--help"]).output().unwrap();
+    String::from_utf8(output.stdout).unwrap()
+}
+
+#[test]
+fn options_in_the_readme_exist() {
+    let mut known = options(&(help("batch") + &help("serve")));
+    // Of cargo, curl and of the other program.
+    known.extend(["--locked", "--path", "--data-binary"].map(str::to_owned));
+    let mentioned = options(&sections());
+    assert!(mentioned.len() > 8, "{mentioned:?}");
+    for option in mentioned {
+        assert!(known.contains(&option), "{option} is in the README and not in --help");
+    }
+}
+
+/// Every example is accepted: it fails for want of its files and not for its options.
+#[test]
+fn examples_in_the_readme_are_accepted() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = sections();
+    let lines = text
+        .lines()
+        .filter_map(|line| line.strip_prefix("overcoat "))
+        .filter(|line| line.starts_with("batch"));
+    let mut tried = 0;
+    // Stores are not asked.
+    for line in lines.filter(|line| !line.contains("://")) {
+        let output = Command::new(env!("CARGO_BIN_EXE_overcoat-service"))
+            .args(line.split_whitespace())
+            .current_dir(folder.path())
+            .output()
+            .unwrap();
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{line}: {message}");
+        assert!(message.contains("does not exist") || message.contains("No such file"), "{line}: {message}");
+        tried += 1;
+    }
+    assert!(tried >= 2);
+}
