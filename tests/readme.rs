@@ -73,12 +73,22 @@ fn blocks(text: &str, language: &str) -> Vec<String> {
 #[test]
 fn options_in_the_readme_exist_and_all_of_render_are_there() {
     let known: BTreeSet<String> = COMMANDS.iter().flat_map(|c| options(&help(c))).collect();
-    // Cargo's own, and those of containers.
-    let others: BTreeSet<String> =
-        ["--release", "--bench", "--example", "--help", "--locked", "--open", "--path", "--rm", "--network"]
-            .map(str::to_owned)
-            .into_iter()
-            .collect();
+    // Cargo's own, those of containers, and of overcoat-service in one.
+    let others: BTreeSet<String> = [
+        "--release",
+        "--bench",
+        "--example",
+        "--help",
+        "--locked",
+        "--open",
+        "--path",
+        "--rm",
+        "--network",
+        "--listen",
+    ]
+    .map(str::to_owned)
+    .into_iter()
+    .collect();
     // What another program does is held against its own help, by its own tests.
     let text = readme();
     let (before, rest) = text.split_once("\n### Many files\n").unwrap();
