@@ -31,15 +31,20 @@ def latest(report):
     return list({row["out"]: row for row in rows}.values())
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+def read_arguments(about):
+    """The command line of this example, and of Ray's."""
+    parser = argparse.ArgumentParser(description=about, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("models")
     parser.add_argument("pictures")
     parser.add_argument("--program", default="overcoat-service")
     parser.add_argument("--shards", type=int, default=16)
     parser.add_argument("--workers", type=int, default=4)
     parser.add_argument("--size", default="256")
-    arguments = parser.parse_args()
+    return parser.parse_args()
+
+
+def main():
+    arguments = read_arguments(__doc__)
     from dask.distributed import Client, LocalCluster
 
     with LocalCluster(n_workers=arguments.workers, threads_per_worker=1, dashboard_address=None) as cluster:

@@ -6,21 +6,13 @@ Run:      ray_batch.py MODELS PICTURES [--program overcoat-service] [--shards 16
 
 Ray runs the tasks of a process that dies again. What it had finished is kept, as with dask_batch.py, whose function this uses.
 """
-import argparse
 import json
 
-from dask_batch import draw_shard
+from dask_batch import draw_shard, read_arguments
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("models")
-    parser.add_argument("pictures")
-    parser.add_argument("--program", default="overcoat-service")
-    parser.add_argument("--shards", type=int, default=16)
-    parser.add_argument("--workers", type=int, default=4)
-    parser.add_argument("--size", default="256")
-    arguments = parser.parse_args()
+    arguments = read_arguments(__doc__)
     import ray
 
     ray.init(num_cpus=arguments.workers, include_dashboard=False, log_to_driver=False)

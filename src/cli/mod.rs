@@ -24,6 +24,7 @@ mod label;
 pub mod limit_values;
 mod losses;
 mod materials_command;
+mod memory_bound;
 mod movie_frames;
 mod movie_output;
 mod names;

@@ -2,6 +2,7 @@
 
 use super::args::{DrawArgs, InputArgs, MachineArgs, ReportArgs, ThreadArgs, ThumbnailArgs};
 use super::failure::Failure;
+use super::memory_bound::bound_memory;
 use super::output_file::OutputFile;
 use super::render;
 use super::render_task::RenderTask;
@@ -17,29 +18,12 @@ const MOST_THREADS: usize = 4;
 /// What has to be settled before rights are given up: afterwards no limit can be set, and nobody says how many processors
 /// there are.
 pub(super) fn prepare(args: &mut ThumbnailArgs) {
-    bound_memory(args.memory);
+    // Where the system refuses, it stays as it would be.
+    let _ = bound_memory(args.memory);
     if args.workers.threads == 0 {
         let processors = std::thread::available_parallelism();
         args.workers.threads = processors.map_or(1, |n| n.get().min(MOST_THREADS) as u16);
     }
-}
-
-/// Bounds the memory of this process.
-///
-/// Counted is what the process may write to, touched or not (`RLIMIT_DATA`), and not its address space, of which C
-/// libraries set aside far more than they use.
-fn bound_memory(bytes: u64) {
-    #[cfg(any(target_os = "linux", target_os = "android"))]
-    {
-        use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
-        let Rlimit { current, maximum } = getrlimit(Resource::Data);
-        // Whoever started the program may have been stricter.
-        let current = Some(current.map_or(bytes, |given| given.min(bytes)));
-        // Where the system refuses, it stays as it would be.
-        let _ = setrlimit(Resource::Data, Rlimit { current, maximum });
-    }
-    #[cfg(not(any(target_os = "linux", target_os = "android")))]
-    let _ = bytes;
 }
 
 /// Renders one model to a small PNG.

@@ -20,6 +20,7 @@ mod exp_log;
 pub mod lanes;
 mod real;
 mod trigonometry;
+pub mod triple;
 pub mod vec3;
 
 #[cfg(test)]

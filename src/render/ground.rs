@@ -4,6 +4,14 @@
 //! depth maps that surfaces are shaded with; frames that share the scene share it. The tiles look it up where they see the floor,
 //! between the surfaces and what is behind them (`ground_pixels.rs`).
 
+use super::options::RenderOptions;
+use crate::scene::{Footing, Scene};
+
+/// Where the floor of a picture lies.
+pub(super) fn footing_of(scene: &Scene, options: &RenderOptions) -> Option<Footing> {
+    options.ground_under.map_or_else(|| scene.footing(), |all| Footing::under(&all))
+}
+
 /// What is seen of a floor at the lowest point of the model along +Y, from above.
 ///
 /// It is lit by the environment and by all lights, past the opaque and the alpha-masked triangles of the model ([`Visibility`]

@@ -1,7 +1,7 @@
 //! How much light reaches the floor: a picture of it from above, found once for a scene.
 
 use super::crew::Crew;
-use super::ground::Ground;
+use super::ground::{Ground, footing_of};
 use super::lamps::LightMemory;
 use super::options::RenderOptions;
 use super::quality::Visibility;
@@ -69,8 +69,7 @@ impl GroundLight {
         options: &RenderOptions,
     ) {
         let planes = if options.ground == Ground::Shadow { 1 } else { 3 };
-        let footing = || options.ground_under.map_or_else(|| scene.footing(), |all| Footing::under(&all));
-        let found = visibility.and_then(|maps| Some((maps, footing()?)));
+        let found = visibility.and_then(|maps| Some((maps, footing_of(scene, options)?)));
         let known =
             found.map(|((_, maps), footing)| Known { footing, maps, planes, lights: lights.changes() });
         let is_known = std::mem::replace(&mut self.known, known) == known;

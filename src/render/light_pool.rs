@@ -10,6 +10,7 @@
 use super::reach::CELL;
 use crate::gbuffer::Fragment;
 use crate::gbuffer::layout::{self, Plane, SurfacePlanes};
+use crate::math::triple::{difference, dot};
 use crate::reuse::reserve_like;
 use crate::shade::{Found, TracedLobe};
 
@@ -160,16 +161,6 @@ fn at_least_0(x: f32) -> f32 {
 #[inline(always)]
 fn square(a: [f32; 3]) -> f32 {
     dot(a, a)
-}
-
-#[inline(always)]
-fn difference(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-#[inline(always)]
-fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
-    (a[0] * b[0] + a[1] * b[1]) + a[2] * b[2]
 }
 
 /// The receivers of a tile, and what those that are alike have found.

@@ -4,13 +4,14 @@
 //! splats are mirrored as they are seen, with as many samples. (Rays from the floor would bring opaque surfaces alone.)
 
 use super::bands::Planes;
+use super::ground::footing_of;
 use super::ground_light::GroundLight;
 use super::options::{Background, RenderOptions};
 use crate::each;
 use crate::frame::Frame;
 use crate::math::lanes::{LANES, Lanes};
 use crate::raster::{SUBPIXELS, TileOrigin};
-use crate::scene::{Camera, Footing, Scene};
+use crate::scene::{Camera, Projection, Scene};
 use xxhash_rust::xxh3::Xxh3;
 
 /// The mirrored picture, and memory for the next.
@@ -49,7 +50,11 @@ pub(super) fn camera_of_mirror(scene: &Scene, camera: &Camera, options: &RenderO
     if !options.ground.is_seen() || options.ground_reflection <= 0.0 {
         return None;
     }
-    let footing = options.ground_under.map_or_else(|| scene.footing(), |all| Footing::under(&all))?;
+    let footing = footing_of(scene, options)?;
+    let is_below = f64::from(camera.eye[1]) <= footing.center[1];
+    if is_below && matches!(camera.projection, Projection::Perspective { .. }) {
+        return None;
+    }
     let below = |[x, y, z]: [f32; 3]| [x, (2.0 * footing.center[1] - f64::from(y)) as f32, z];
     // Mirrored, the picture's right hand would be the left one: with its up turned around it is upside down in place of that.
     let [x, y, z] = camera.up;

@@ -9,6 +9,7 @@ use super::pass::FrameContext;
 use super::tile_triangles::TileTriangles;
 use crate::each;
 use crate::gbuffer::{Draw, SourceTriangle, TriangleSource};
+use crate::math::triple::dot;
 use crate::raster::SUBPIXELS;
 use crate::scene::{AlphaMode, Filter, Material, Mesh, MipFilter, Texture, TextureRef, Workflow};
 
@@ -177,8 +178,4 @@ impl OnScreen<'_> {
             each!(k => ((corners[1][k] - corners[0][k]) * u + (corners[2][k] - corners[0][k]) * v) / area)
         })
     }
-}
-
-fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
-    (a[0] * b[0] + a[1] * b[1]) + a[2] * b[2]
 }

@@ -2,6 +2,7 @@
 
 use super::protocol::Start;
 use crate::cli::failure::Failure;
+use crate::cli::memory_bound::bound_memory;
 use crate::cli::report;
 use crate::description::{Description, EnvironmentChoice};
 use crate::sandbox::{self, Grants};
@@ -27,29 +28,22 @@ pub(super) fn give_up(start: &Start, common: &Description) -> Result<(), Failure
 }
 
 /// Where the system knows such bounds.
-#[cfg(unix)]
 fn bound(start: &Start) -> Result<(), Failure> {
-    use rustix::process::{Resource, Rlimit, setrlimit};
-    let set = |resource, bytes: u64| {
-        let limit = Rlimit { current: Some(bytes), maximum: Some(bytes) };
-        setrlimit(resource, limit).map_err(|e| Failure::failed(format!("memory cannot be limited: {e}")))
-    };
     if let Some(bytes) = start.memory {
-        // Where the system does not count mappings as data, address space does.
-        set(if cfg!(target_os = "linux") { Resource::Data } else { Resource::As }, bytes)?;
+        bound_memory(bytes).map_err(|e| Failure::failed(format!("memory cannot be limited: {e}")))?;
     }
-    // A worker that is killed leaves no picture of its memory.
-    set(Resource::Core, 0)?;
+    #[cfg(unix)]
+    {
+        use rustix::process::{Resource, Rlimit, setrlimit};
+        // A worker that is killed leaves no picture of its memory.
+        setrlimit(Resource::Core, Rlimit { current: Some(0), maximum: Some(0) })
+            .map_err(|e| Failure::failed(format!("pictures of memory cannot be left out: {e}")))?;
+    }
     #[cfg(target_os = "linux")]
     {
         use rustix::process::{Signal, set_parent_process_death_signal};
         set_parent_process_death_signal(Some(Signal::KILL))
             .map_err(|e| Failure::failed(format!("the end of the parent cannot be followed: {e}")))?;
     }
-    Ok(())
-}
-
-#[cfg(not(unix))]
-fn bound(_: &Start) -> Result<(), Failure> {
     Ok(())
 }

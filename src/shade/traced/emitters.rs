@@ -4,6 +4,7 @@
 use super::{TraceScratch, TracedLight};
 use crate::bvh::Ray;
 use crate::math::lanes::Lanes;
+use crate::math::triple::{difference, dot};
 use crate::scene::Material;
 use crate::shade::ShadeContext;
 use std::f32::consts::{FRAC_1_PI, TAU};
@@ -219,16 +220,6 @@ fn cross([a, b, c]: &[[f32; 3]; 3]) -> ([f32; 3], f32) {
     let [[ax, ay, az], [bx, by, bz]] = [difference(*b, *a), difference(*c, *a)];
     let cross = [ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx];
     (cross, dot(cross, cross).sqrt())
-}
-
-#[inline(always)]
-fn difference(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-#[inline(always)]
-fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
-    (a[0] * b[0] + a[1] * b[1]) + a[2] * b[2]
 }
 
 #[cfg(test)]
