@@ -2,10 +2,13 @@
 
 mod display;
 mod meter;
+mod target;
 
 pub(crate) use display::{Developer, is_tinted};
 pub use display::{DisplayImage, DisplayOptions};
 pub use meter::Clipping;
+pub(crate) use target::TargetWriter;
+pub use target::{PixelFormat, Target};
 
 use std::slice::ChunksExact;
 use xxhash_rust::xxh3::Xxh3;

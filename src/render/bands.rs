@@ -1,5 +1,6 @@
 //! The planes of a picture by rows of tiles, cut into tiles when a thread comes to them.
 
+use crate::frame::Target;
 use crate::jobs::lock;
 use crate::reuse::{emptied, reserve_like};
 use crate::tile::TileGrid;
@@ -57,6 +58,10 @@ pub(super) struct TileRows<'a> {
     pub transmittance: Vec<&'a mut [[f32; 3]]>,
     /// As many of the screen's pixels, or none.
     pub display: Vec<&'a mut [[u8; 4]]>,
+    /// Those of its rows that a target holds, and of these no more than it holds; or none.
+    pub target: Vec<&'a mut [u8]>,
+    /// Columns and rows of the tile before what the target holds.
+    pub before_target: [usize; 2],
     pub blank: Blank,
 }
 
@@ -67,6 +72,8 @@ impl TileRows<'_> {
             linear: emptied(self.linear),
             transmittance: emptied(self.transmittance),
             display: emptied(self.display),
+            target: emptied(self.target),
+            before_target: [0; 2],
             blank: Blank::default(),
         }
     }
@@ -76,6 +83,7 @@ impl TileRows<'_> {
         reserve_like(&mut self.linear, &other.linear);
         reserve_like(&mut self.transmittance, &other.transmittance);
         reserve_like(&mut self.display, &other.display);
+        reserve_like(&mut self.target, &other.target);
     }
 }
 
@@ -87,6 +95,8 @@ impl TileRows<'_> {
 #[derive(Debug, Default)]
 pub(super) struct Bands<'a> {
     rows: Vec<Mutex<Band<'a>>>,
+    /// First column and row of the picture that a target holds, and the ends.
+    region: [u32; 4],
     blank: Blank,
 }
 
@@ -96,6 +106,9 @@ struct Band<'a> {
     linear: Part<'a, [f32; 4]>,
     transmittance: Part<'a, [f32; 3]>,
     display: Part<'a, [u8; 4]>,
+    /// Rows of a target, from the first that the target holds on, and the same cut at the borders of tiles, row by row.
+    target: Vec<&'a mut [u8]>,
+    target_pieces: Vec<&'a mut [u8]>,
 }
 
 /// What one row of tiles has of one plane.
@@ -114,8 +127,13 @@ impl<T> Default for Part<'_, T> {
 }
 
 impl<'a> Bands<'a> {
-    /// The rows of tiles of these planes.
-    pub(super) fn of(planes: &'a mut Planes, grid: &TileGrid, memory: &mut Bands<'static>) -> Self {
+    /// The rows of tiles of these planes, and of a part of the picture that a target holds.
+    pub(super) fn of(
+        planes: &'a mut Planes,
+        target: Option<(&'a mut Target<'_>, [u32; 4])>,
+        grid: &TileGrid,
+        memory: &mut Bands<'static>,
+    ) -> Self {
         let mut bands = std::mem::take(memory).emptied();
         bands.blank = planes.blank;
         bands.rows.resize_with(grid.rows() as usize, Mutex::default);
@@ -130,6 +148,12 @@ impl<'a> Bands<'a> {
             band.transmittance.pixels = transmittance.next().unwrap_or_default();
             band.display.pixels = display.next().unwrap_or_default();
         }
+        if let Some((target, region)) = target {
+            bands.region = region;
+            for (y, row) in (region[1]..).zip(target.rows(region)) {
+                lock(&bands.rows[(y / grid.side()) as usize]).target.push(row);
+            }
+        }
         bands
     }
 
@@ -140,17 +164,65 @@ impl<'a> Bands<'a> {
         band.linear.take(grid, tile % columns, &mut rows.linear);
         band.transmittance.take(grid, tile % columns, &mut rows.transmittance);
         band.display.take(grid, tile % columns, &mut rows.display);
+        rows.before_target = band.take_target(grid, tile, self.region, &mut rows.target);
         rows.blank = self.blank;
     }
 
     /// None, with the memory for as many.
     pub(super) fn emptied<'b>(self) -> Bands<'b> {
         let emptied = |band: Mutex<Band<'a>>| {
-            let Band { linear, transmittance, display } = std::mem::take(&mut *lock(&band));
+            let Band { linear, transmittance, display, target, target_pieces } =
+                std::mem::take(&mut *lock(&band));
             let (linear, transmittance) = (linear.emptied(), transmittance.emptied());
-            Mutex::new(Band { linear, transmittance, display: display.emptied() })
+            let (target, target_pieces) = (emptied(target), emptied(target_pieces));
+            Mutex::new(Band { linear, transmittance, display: display.emptied(), target, target_pieces })
         };
-        Bands { rows: self.rows.into_iter().map(emptied).collect(), blank: Blank::default() }
+        let rows = self.rows.into_iter().map(emptied).collect();
+        Bands { rows, region: [0; 4], blank: Blank::default() }
+    }
+}
+
+impl<'a> Band<'a> {
+    /// Moves what a target holds of the rows of a tile to `rows`. Returns how many columns and rows of the tile lie before that.
+    fn take_target(
+        &mut self,
+        grid: &TileGrid,
+        tile: usize,
+        region: [u32; 4],
+        rows: &mut Vec<&'a mut [u8]>,
+    ) -> [usize; 2] {
+        if !self.target.is_empty() {
+            self.cut_target(grid, region);
+        }
+        let [first, top, end, _] = grid.tiles_of_pixels(region);
+        let column = tile as u32 % grid.columns();
+        let [left, above, ..] = grid.pixels(tile);
+        if self.target_pieces.is_empty()
+            || !(first..end).contains(&column)
+            || tile as u32 / grid.columns() < top
+        {
+            return [0; 2];
+        }
+        let (column, columns) = ((column - first) as usize, (end - first) as usize);
+        rows.extend(self.target_pieces.iter_mut().skip(column).step_by(columns).map(std::mem::take));
+        [region[0].saturating_sub(left) as usize, region[1].saturating_sub(above) as usize]
+    }
+
+    /// Cuts the rows of a target at the borders of tiles.
+    fn cut_target(&mut self, grid: &TileGrid, region: [u32; 4]) {
+        let [first, _, end, _] = grid.tiles_of_pixels(region);
+        let width = (region[2] - region[0]) as usize;
+        for mut row in self.target.drain(..) {
+            let pixel = row.len() / width;
+            for column in first..end {
+                // As far as the next tile, or the end of the region.
+                let border =
+                    ((column + 1) * grid.side()).min(region[2]) - (column * grid.side()).max(region[0]);
+                let (piece, rest) = row.split_at_mut(border as usize * pixel);
+                self.target_pieces.push(piece);
+                row = rest;
+            }
+        }
     }
 }
 
@@ -185,6 +257,7 @@ impl<'a, T> Part<'a, T> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::frame::PixelFormat;
 
     #[test]
     fn every_tile_gets_its_own_pixels() {
@@ -194,7 +267,7 @@ mod tests {
             let place = |k: u32| [(k % width) as f32, (k / width) as f32, 0.0, 0.0];
             let linear = (0..width * height).map(place).collect();
             let mut planes = Planes { linear, ..Planes::default() };
-            let bands = Bands::of(&mut planes, &grid, &mut memory);
+            let bands = Bands::of(&mut planes, None, &grid, &mut memory);
             // From the last to the first: no thread knows which tiles others have taken.
             for tile in (0..grid.len()).rev() {
                 let mut rows = TileRows::default();
@@ -211,13 +284,54 @@ mod tests {
     }
 
     #[test]
+    fn every_tile_gets_what_a_target_holds_of_it() {
+        let grid = TileGrid::new(70, 50, 16);
+        let mut memory = Bands::default();
+        for region in [[0, 0, 70, 50], [5, 17, 6, 18], [16, 16, 32, 32], [15, 3, 65, 50], [69, 49, 70, 50]] {
+            let [left, top, right, bottom] = region;
+            let (width, height) = (right - left, bottom - top);
+            let stride = width as usize * 4 + 3;
+            let mut bytes = vec![7; stride * height as usize];
+            let mut target = Target::new(&mut bytes, stride, PixelFormat::Rgba8);
+            let (mut planes, mut count) = (Planes::default(), 0);
+            let bands = Bands::of(&mut planes, Some((&mut target, region)), &grid, &mut memory);
+            for tile in (0..grid.len()).rev() {
+                let mut rows = TileRows::default();
+                bands.take(&grid, tile, &mut rows);
+                let [x, y, ..] = grid.pixels(tile);
+                let [columns_before, rows_before] = rows.before_target;
+                for (k, row) in rows.target.iter_mut().enumerate() {
+                    for (j, pixel) in row.as_chunks_mut::<4>().0.iter_mut().enumerate() {
+                        *pixel =
+                            [x as u8 + (columns_before + j) as u8, y as u8 + (rows_before + k) as u8, 0, 1];
+                        count += 1;
+                    }
+                }
+            }
+            memory = bands.emptied();
+            assert_eq!(count, width * height, "{region:?}");
+            for (y, row) in bytes.chunks(stride).enumerate() {
+                let (pixels, rest) = row.split_at(stride - 3);
+                for (x, pixel) in pixels.chunks(4).enumerate() {
+                    assert_eq!(
+                        pixel,
+                        [(left as usize + x) as u8, (top as usize + y) as u8, 0, 1],
+                        "{region:?}"
+                    );
+                }
+                assert_eq!(rest, [7; 3], "between rows");
+            }
+        }
+    }
+
+    #[test]
     fn memory_stays_from_picture_to_picture() {
         let grid = TileGrid::new(100, 40, 32);
         let mut planes = Planes { display: vec![[0; 4]; 4000], ..Planes::default() };
         let mut memory = Bands::default();
         let mut places = Vec::new();
         for _ in 0..2 {
-            let bands = Bands::of(&mut planes, &grid, &mut memory);
+            let bands = Bands::of(&mut planes, None, &grid, &mut memory);
             bands.take(&grid, 0, &mut TileRows::default());
             memory = bands.emptied();
             let first = memory.rows[0].get_mut().unwrap();

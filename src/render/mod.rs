@@ -8,6 +8,7 @@ mod aov;
 mod bands;
 mod budget;
 mod builder;
+mod cancel;
 mod crew;
 mod draws;
 mod effects;
@@ -25,6 +26,7 @@ mod mirror_tests;
 mod options;
 mod pass;
 mod passes;
+mod pick;
 mod picture;
 mod quality;
 mod reach;
@@ -49,14 +51,18 @@ mod visibility;
 mod work;
 
 pub use builder::RendererBuilder;
+pub use cancel::Cancellation;
 pub use ground::Ground;
-pub use options::{Background, RenderError, RenderOptions, RenderStats, Rendered, RenderedImage};
+pub use options::{
+    Background, RenderError, RenderOptions, RenderStats, Rendered, RenderedImage, RenderedInto,
+};
+pub use pick::Hit;
 pub use quality::{Quality, Visibility};
 pub use trace::StageHashes;
 pub use unseen::Unseen;
 pub use work::WorkDone;
 
-use crate::frame::{DisplayImage, DisplayOptions, Frame};
+use crate::frame::{DisplayImage, DisplayOptions, Frame, PixelFormat, Target};
 use crate::jobs::Jobs;
 use crate::light::PrefilteredEnvironment;
 use crate::scene::{Camera, Scene};
@@ -71,6 +77,7 @@ pub struct Renderer {
     jobs: Jobs,
     fixed: Fixed,
     memory: Memory,
+    cancellation: Option<Cancellation>,
 }
 
 impl Renderer {
@@ -78,7 +85,12 @@ impl Renderer {
     /// many.
     #[must_use]
     pub fn new(threads: usize) -> Self {
-        Self { jobs: Jobs::new(threads), fixed: Fixed::default(), memory: Memory::default() }
+        Self {
+            jobs: Jobs::new(threads),
+            fixed: Fixed::default(),
+            memory: Memory::default(),
+            cancellation: None,
+        }
     }
 
     /// For a renderer with other settings than those of [`Renderer::new`].
@@ -160,6 +172,69 @@ impl Renderer {
         Ok(RenderedImage { image, aovs, tinted, clipping, exposure, stats })
     }
 
+    /// Draws one picture for a screen into memory of the caller, or the part of it that the [`Target`] holds: the pixels of
+    /// [`Renderer::render_image`], or of [`Renderer::render`] where its format is linear, in the order of the format. Tiles are
+    /// written to it as they are finished: nothing of the picture's size is kept or copied, but for surfaces that refract what
+    /// is behind them, a metered exposure and [`RenderOptions::stage_hashes`].
+    ///
+    /// Planes of the G-buffer are not made. A part costs about as much as its pixels and the vertices of the scene do.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`]; [`RenderError::Option`] if region, stride and buffer do not fit together. After an error, the
+    /// memory may hold parts of the picture.
+    pub fn render_into(
+        &mut self,
+        scene: &Scene,
+        camera: &Camera,
+        options: &RenderOptions,
+        display: &DisplayOptions,
+        target: &mut Target<'_>,
+    ) -> Result<RenderedInto, RenderError> {
+        let misfit = |(option, value, allowed)| RenderError::Option { option, value, allowed };
+        let region = target.fit([options.width, options.height]).map_err(misfit)?;
+        let mut display = std::borrow::Cow::Borrowed(display);
+        if target.format() == PixelFormat::Xrgb8 && display.background.is_none() {
+            display.to_mut().background = Some([0; 3]);
+        }
+        if display.meter || options.stage_hashes {
+            let drawn = self.draw(scene, camera, options, Some(&display))?;
+            target.copy_from(region, &drawn.frame, &drawn.image);
+            self.recycle(drawn.frame);
+            self.recycle_image(drawn.image);
+            return Ok(RenderedInto { tinted: drawn.tinted, exposure: drawn.exposure, stats: drawn.stats });
+        }
+        let drawn = self.with_request(scene, camera, options, Some(&display), |memory, request| {
+            memory.draw_into(request, Some((target, region)))
+        })?;
+        if !drawn.frame.pixels.is_empty() {
+            self.recycle(drawn.frame);
+        }
+        Ok(RenderedInto { tinted: drawn.tinted, exposure: drawn.exposure, stats: drawn.stats })
+    }
+
+    /// What is seen in the middle of a pixel, counted from the upper left corner: the nearest triangle, line or point whose
+    /// opacity there is not 0. `None` where nothing is; splats, the floor and the environment are not found.
+    ///
+    /// If the last picture was of this scene, camera and size, what its rasterizer has kept is asked: a few
+    /// microseconds, and no picture is drawn. Else vertices and triangles are brought to the screen first.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`]; [`RenderError::Option`] for a pixel outside of the picture.
+    pub fn pick(
+        &mut self,
+        scene: &Scene,
+        camera: &Camera,
+        options: &RenderOptions,
+        pixel: [u32; 2],
+    ) -> Result<Option<Hit>, RenderError> {
+        self.with_request(scene, camera, options, None, |memory, request| memory.pick(request, pixel))
+    }
+
+    /// Lets somebody stop the pictures that follow; `None`: nobody.
+    pub fn cancel_by(&mut self, cancellation: Option<Cancellation>) {
+        self.cancellation = cancellation;
+    }
+
     /// Draws a picture, as a frame or for a screen.
     fn draw(
         &mut self,
@@ -168,12 +243,25 @@ impl Renderer {
         options: &RenderOptions,
         display: Option<&DisplayOptions>,
     ) -> Result<Drawn, RenderError> {
+        self.with_request(scene, camera, options, display, |memory, request| memory.draw(request))
+    }
+
+    /// Carries out a request on a worker, so that work is handed over once and not in every loop.
+    fn with_request<T: Send>(
+        &mut self,
+        scene: &Scene,
+        camera: &Camera,
+        options: &RenderOptions,
+        display: Option<&DisplayOptions>,
+        carry_out: impl FnOnce(&mut Memory, &Request<'_>) -> Result<T, RenderError> + Send,
+    ) -> Result<T, RenderError> {
         if !arithmetic_is_default() {
             return Err(RenderError::FloatingPointMode);
         }
-        let Self { jobs, fixed, memory } = self;
+        let Self { jobs, fixed, memory, cancellation } = self;
         let options = fixed.among(options);
-        // All of it on a worker, so that work is handed over once and not in every loop.
-        jobs.on_worker(|| memory.draw(&Request { jobs, scene, camera, options: &options, display }))
+        let cancellation = cancellation.as_ref();
+        let request = Request { jobs, scene, camera, options: &options, display, cancellation };
+        jobs.on_worker(|| carry_out(memory, &request))
     }
 }

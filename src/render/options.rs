@@ -380,6 +380,9 @@ pub enum RenderError {
     /// The picture costs more than allowed.
     #[error(transparent)]
     Limit(#[from] LimitExceeded),
+    /// Somebody has stopped it, see [`Cancellation`](super::Cancellation).
+    #[error("cancelled")]
+    Cancelled,
 }
 
 /// A picture and what it took.
@@ -417,6 +420,18 @@ impl RenderedImage {
     pub fn plane(&self, aov: Aov) -> Option<&AovPlane> {
         crate::frame::plane(&self.aovs, aov)
     }
+}
+
+/// What drawing into a [`Target`](crate::frame::Target) says beside the pixels.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct RenderedInto {
+    /// As [`RenderedImage::tinted`], of the part that was drawn.
+    pub tinted: bool,
+    /// As [`RenderedImage::exposure`].
+    pub exposure: f32,
+    /// What it took.
+    pub stats: RenderStats,
 }
 
 /// Counts and times of one picture.

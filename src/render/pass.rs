@@ -2,12 +2,12 @@
 
 use super::draws::DrawState;
 use super::ground_pixels::GroundView;
-use super::options::RenderOptions;
+use super::picture::Request;
 use super::reach::Reach;
 use super::shading_rate::Finer;
 use super::splats::SplatScene;
 use super::work::{Spent, Work};
-use crate::frame::{Aov, Developer};
+use crate::frame::{Aov, Developer, TargetWriter};
 use crate::geometry::Chunk;
 
 use crate::raster::{Disc, SamplePattern, TileOrigin};
@@ -38,6 +38,8 @@ pub(super) struct FrameContext<'a> {
     pub merge: Option<f32>,
     /// Where the samples of a pixel are shaded in groups, of each material: none at one shading a pixel.
     pub finer: &'a [Finer],
+    /// Columns and rows of the tiles that are drawn, and the ends; others may be, where something refracts what is in them.
+    pub drawn: [u32; 4],
 }
 
 /// Which surfaces a pass draws, and over what.
@@ -80,6 +82,8 @@ pub(super) enum Purpose<'a> {
 pub(super) struct Wanted<'a> {
     /// How the screen's pixels are made, if they are wanted.
     pub developer: Option<Developer>,
+    /// How those of a target are made, if there is one.
+    pub target: Option<TargetWriter>,
     /// White and black pixels of the screen are counted.
     pub clipping: bool,
     /// Planes of the G-buffer.
@@ -95,7 +99,7 @@ pub(super) struct Pass<'a> {
     pub purpose: Purpose<'a>,
     /// The effects, as far as they are prepared.
     pub effects: Effects<'a>,
-    pub work: &'a Work,
+    pub work: &'a Work<'a>,
 }
 
 impl<'a> Pass<'a> {
@@ -120,6 +124,24 @@ impl<'a> Pass<'a> {
             Purpose::Draw(wanted) => wanted.developer.as_ref(),
             Purpose::Count => None,
         }
+    }
+
+    /// How the pixels of a target are made, if there is one.
+    #[inline(always)]
+    pub(super) fn target(&self) -> Option<&TargetWriter> {
+        match &self.purpose {
+            Purpose::Draw(wanted) => wanted.target.as_ref(),
+            Purpose::Count => None,
+        }
+    }
+
+    /// Whether a tile is drawn.
+    #[inline(always)]
+    pub(super) fn draws(&self, tile: usize) -> bool {
+        let FrameContext { grid, drawn: [left, top, right, bottom], .. } = self.frame;
+        let (column, row) = (tile as u32 % grid.columns(), tile as u32 / grid.columns());
+        self.kind == PassKind::Backdrop
+            || ((*left..*right).contains(&column) && (*top..*bottom).contains(&row))
     }
 
     /// Whether white and black pixels of the screen are counted.
@@ -169,10 +191,11 @@ impl<'a> Pass<'a> {
 
 impl FrameContext<'_> {
     /// What has been done for the frame before its tiles, within limits.
-    pub(super) fn work(&self, options: &RenderOptions) -> Work {
+    pub(super) fn work<'a>(&self, request: &Request<'a>) -> Work<'a> {
+        let &Request { options, cancellation, .. } = request;
         let pixels = self.grid.pixel_count() as u64;
         let counts = [options.shading_rate, options.visibility.rays];
-        let work = Work::new(&options.limits, pixels, counts);
+        let work = Work::new(&options.limits, pixels, counts).stopped_by(cancellation);
         if let Some(ground) = &self.ground {
             work.spend(Spent::Shading, ground.units);
         }

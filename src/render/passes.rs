@@ -3,12 +3,11 @@
 use super::bands::Planes;
 use super::crew::Crew;
 use super::effects::EffectMemory;
-use super::options::RenderOptions;
 use super::pass::{FrameContext, Pass, PassKind, Purpose, Wanted};
 use super::picture::Request;
 use super::tiles::{Found, TileMemory, count_tiles, render_tiles};
 use super::work::Work;
-use crate::frame::Developer;
+use crate::frame::{Developer, Target, TargetWriter};
 use crate::limits::LimitExceeded;
 use crate::shade::Effects;
 
@@ -27,16 +26,27 @@ impl PassMemory {
         &mut self,
         crew: &mut Crew<'_>,
         frame: &FrameContext<'_>,
-        work: &Work,
+        work: &Work<'_>,
         request: &Request<'_>,
+        mut target: Option<(&mut Target<'_>, [u32; 4])>,
     ) -> (Planes, Found) {
         let &Request { scene, options, display, .. } = request;
         let (kinds, count) = (PassKind::of(frame.states), frame.grid.pixel_count());
         // What is metered is developed when all of it is known.
-        let developer = display.filter(|display| !display.meter).map(Developer::new);
+        let mut developer = display.filter(|display| !display.meter).map(Developer::new);
+        let writer = target
+            .as_ref()
+            .zip(developer)
+            .map(|((target, _), developer)| TargetWriter::new(target.format(), developer));
+        if writer.is_some() {
+            developer = None;
+        }
         let mut planes = Planes::default();
         // Of the linear light nothing is kept but what is seen through surfaces that refract, what is metered, and hashes.
-        if developer.is_none() || kinds.contains(&PassKind::Backdrop) || options.stage_hashes {
+        if (developer.is_none() && writer.is_none())
+            || kinds.contains(&PassKind::Backdrop)
+            || options.stage_hashes
+        {
             planes.add_light(&mut self.planes, count, frame.tints);
         }
         let mut found = Found::default();
@@ -44,15 +54,21 @@ impl PassMemory {
             let mut wanted = Wanted::default();
             if kind != PassKind::Backdrop {
                 let (clipping, hashes) = (!scene.lights().is_empty(), options.stage_hashes);
-                wanted = Wanted { developer, clipping, aovs: &options.aovs, hashes };
-                if display.is_some() {
+                let clipping = clipping && writer.is_none();
+                let aovs = if writer.is_some() { &[] } else { &options.aovs[..] };
+                wanted = Wanted { developer, target: writer, clipping, aovs, hashes };
+                if display.is_some() && writer.is_none() {
                     planes.add_display(&mut self.planes, count);
                 }
             }
             let (purpose, effects) = (Purpose::Draw(wanted), self.effects.of(kind, wanted.aovs));
             let pass = Pass { frame, kind, purpose, effects, work };
             let fragments = found.fragments;
-            found = render_tiles(crew, &pass, &mut self.tiles, &mut planes, options.simd);
+            let target = target
+                .as_mut()
+                .filter(|_| wanted.target.is_some())
+                .map(|(target, region)| (&mut **target, *region));
+            found = render_tiles(crew, &pass, &mut self.tiles, &mut planes, target, options.simd);
             found.fragments += fragments;
             self.effects.after(kind, crew, &frame.grid, &planes.linear);
         }
@@ -61,12 +77,12 @@ impl PassMemory {
 }
 
 /// The limit that one thread would pass first, if the work of a frame passes any.
-pub(super) fn check_limits(frame: &FrameContext<'_>, options: &RenderOptions) -> Result<(), LimitExceeded> {
-    let work = &frame.work(options);
+pub(super) fn check_limits(frame: &FrameContext<'_>, request: &Request<'_>) -> Result<(), LimitExceeded> {
+    let work = &frame.work(request);
     let mut costs = Vec::new();
     for &kind in PassKind::of(frame.states) {
         let pass = Pass { frame, kind, purpose: Purpose::Count, effects: Effects::default(), work };
-        count_tiles(&pass, &mut costs, options.simd);
+        count_tiles(&pass, &mut costs, request.options.simd);
     }
     work.check()
 }

@@ -2,6 +2,7 @@
 
 use super::bands::Planes;
 use super::budget::FrameBudget;
+use super::cancel::Cancellation;
 use super::crew::{Crew, arithmetic_is_default};
 use super::environment::EnvironmentCache;
 use super::ground_light::GroundLight;
@@ -11,6 +12,7 @@ use super::mirror::{MirrorMemory, camera_of_mirror, options_of_mirror};
 use super::options::{Background, RenderError, RenderOptions, RenderStats};
 use super::pass::FrameContext;
 use super::passes::{PassMemory, check_limits};
+use super::pick::LastPicture;
 use super::setup::{GeometryMemory, SetUp, unknown_clouds};
 use super::shading_rate::Finer;
 use super::splats::SplatMemory;
@@ -19,7 +21,7 @@ use super::tiles::Found;
 use super::trace::{self, StageHashes};
 use super::work::{Spent, Work, WorkDone};
 use crate::dispatch;
-use crate::frame::{Clipping, Developer, DisplayImage, DisplayOptions, Frame};
+use crate::frame::{Clipping, Developer, DisplayImage, DisplayOptions, Frame, Target};
 use crate::gbuffer::Draw;
 use crate::geometry::View;
 use crate::jobs::Jobs;
@@ -41,6 +43,8 @@ pub(super) struct Request<'a> {
     pub options: &'a RenderOptions,
     /// For a screen; else a frame.
     pub display: Option<&'a DisplayOptions>,
+    /// Who may stop it.
+    pub cancellation: Option<&'a Cancellation>,
 }
 
 /// One picture, as a frame or for a screen: the planes of what is not wanted are empty.
@@ -56,29 +60,53 @@ pub(super) struct Drawn {
 /// What is kept from one picture to the next.
 #[derive(Debug, Default)]
 pub(super) struct Memory {
-    pattern: Option<SamplePattern>,
+    pub pattern: Option<SamplePattern>,
     pub environments: EnvironmentCache,
-    lights: LightMemory,
+    pub lights: LightMemory,
     costs: Vec<ShadingCost>,
     finer: Vec<Finer>,
     /// Empty between pictures.
-    draws: Vec<Draw<'static>>,
-    geometry: GeometryMemory,
-    bins: TileBins,
+    pub draws: Vec<Draw<'static>>,
+    pub geometry: GeometryMemory,
+    pub bins: TileBins,
     splats: SplatMemory,
     ground: GroundLight,
     mirror: MirrorMemory,
     pub passes: PassMemory,
     pub work_done: WorkDone,
+    /// What [`Memory::geometry`] and [`Memory::bins`] are of, if they are whole.
+    pub last: Option<LastPicture>,
+}
+
+impl Request<'_> {
+    /// `Ok` if nobody has stopped it.
+    pub(super) fn go_on(&self) -> Result<(), RenderError> {
+        match self.cancellation {
+            Some(cancellation) if cancellation.is_cancelled() => Err(RenderError::Cancelled),
+            _ => Ok(()),
+        }
+    }
 }
 
 impl Memory {
     /// Draws a picture, on a worker: a frame, or one for a screen.
     pub(super) fn draw(&mut self, request: &Request<'_>) -> Result<Drawn, RenderError> {
+        self.draw_into(request, None)
+    }
+
+    /// Draws a picture for a screen, or the part of it that a target holds, into the target alone.
+    pub(super) fn draw_into(
+        &mut self,
+        request: &Request<'_>,
+        target: Option<(&mut Target<'_>, [u32; 4])>,
+    ) -> Result<Drawn, RenderError> {
         let &Request { jobs, scene, options, .. } = request;
+        self.last = None;
         // Refuse what is out of range or too much, before anything is made.
         let (pattern, view, budget) = self.check(request)?;
+        request.go_on()?;
         let mirrored = self.draw_mirrored(request)?;
+        self.last = None;
         let mut crew = Crew::new(jobs);
 
         // Filter the environment, and find where the lights shine and what is in their way.
@@ -90,6 +118,7 @@ impl Memory {
         let maps = options.ground.is_seen().then(|| self.passes.effects.maps_of_ground());
         self.ground.prepare(&crew, scene, maps, (&environment, &self.lights), options);
         let environment_time = crew.lap();
+        request.go_on()?;
 
         // Bring the vertices to the screen.
         let mut draws = emptied(std::mem::take(&mut self.draws));
@@ -97,7 +126,15 @@ impl Memory {
         let vertices_time = crew.lap();
 
         // Set up triangles and splats, and list them for the tiles.
-        let grid = tile_grid(options, options.tile_size);
+        let mut grid = tile_grid(options, options.tile_size);
+        let mut drawn = [0, 0, grid.columns(), grid.rows()];
+        if let Some((_, region)) = &target {
+            drawn = grid.tiles_of_pixels(*region);
+            // What refracts may show whatever else is in the picture.
+            if !self.geometry.states.iter().any(|state| state.refracts) {
+                grid = grid.listed_within(*region);
+            }
+        }
         let to = SetUp { grid: &grid, pattern: &pattern, budget: &budget };
         let count = self.geometry.set_up_triangles(&mut crew, &draws, &to, options);
         let splats = self.splats.prepare(&mut crew, scene, &view, &grid, &budget);
@@ -149,19 +186,23 @@ impl Memory {
             tints: !show_environment && states.iter().any(|state| state.transmissive),
             merge: merge_cosine(options.merge_angle),
             finer: &self.finer,
+            drawn,
         };
 
         // Draw the tiles.
-        let work = frame.work(options);
-        let (planes, found) = self.passes.draw(&mut crew, &frame, &work, request);
+        let work = frame.work(request);
+        let mut target = target;
+        let reborrowed = target.as_mut().map(|(target, region)| (&mut **target, *region));
+        let (planes, found) = self.passes.draw(&mut crew, &frame, &work, request, reborrowed);
         self.work_done = work.done();
+        request.go_on()?;
         if work.is_stopped() {
             // Which limit is named must not depend on the tiles, nor on the threads: the first that one would pass is.
-            if grid != *budget.grid() {
+            if grid.side() != budget.grid().side() {
                 let options = &RenderOptions { tile_size: None, ..options.clone() };
-                return self.draw(&Request { options, ..*request });
+                return self.draw_into(&Request { options, ..*request }, target);
             }
-            check_limits(&frame, options)?;
+            check_limits(&frame, request)?;
         }
         if !crew.arithmetic_is_default() {
             return Err(RenderError::FloatingPointMode);
@@ -179,6 +220,7 @@ impl Memory {
         (drawn.frame.aovs, drawn.tinted) = (found.aovs, found.tinted);
         self.draws = emptied(draws);
         self.pattern = Some(pattern);
+        self.last = Some(LastPicture::new(request, grid, count));
         Ok(drawn)
     }
 
@@ -203,7 +245,10 @@ impl Memory {
 
     /// Holds options, camera, scene and threads against what is allowed. Returns the pattern of the samples, the view, and what
     /// is left for the picture's memory.
-    fn check(&mut self, request: &Request<'_>) -> Result<(SamplePattern, View, FrameBudget), RenderError> {
+    pub(super) fn check(
+        &mut self,
+        request: &Request<'_>,
+    ) -> Result<(SamplePattern, View, FrameBudget), RenderError> {
         let &Request { jobs, scene, camera, options, .. } = request;
         let pattern = options.validate(self.pattern.take())?;
         camera.validate()?;
@@ -256,19 +301,22 @@ fn check_scene(scene: &Scene, limits: &Limits) -> Result<(), LimitExceeded> {
 }
 
 /// The tiles of a picture, of that side or the default one.
-fn tile_grid(options: &RenderOptions, side: Option<u32>) -> TileGrid {
+pub(super) fn tile_grid(options: &RenderOptions, side: Option<u32>) -> TileGrid {
     let side = side.unwrap_or_else(|| default_tile_size(options.samples));
     TileGrid::new(options.width, options.height, side)
 }
 
 /// The filtered environment as a scene turns and dims it.
-fn environment_light<'a>(scene: &Scene, filtered: &'a PrefilteredEnvironment) -> EnvironmentLight<'a> {
+pub(super) fn environment_light<'a>(
+    scene: &Scene,
+    filtered: &'a PrefilteredEnvironment,
+) -> EnvironmentLight<'a> {
     let Environment { rotation_degrees, intensity, .. } = *scene.environment();
     EnvironmentLight::new(filtered, rotation_degrees, intensity)
 }
 
 /// What the shading knows of the picture as a whole.
-fn shade_context<'a>(
+pub(super) fn shade_context<'a>(
     request: &Request<'a>,
     view: &View,
     draws: &'a [Draw<'a>],

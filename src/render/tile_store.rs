@@ -17,6 +17,13 @@ pub(super) fn keep<L: Lanes>(l: L, pass: &Pass<'_>, rows: &mut TileRows<'_>, job
     {
         pass.work.spend(what, amount);
     }
+    if let Some(writer) = pass.target() {
+        let [columns, above] = rows.before_target;
+        for (linear, target) in rows.linear.iter().skip(above).zip(&mut rows.target) {
+            let count = target.len() / writer.bytes();
+            writer.write(l, &linear[columns..columns + count], &[], target);
+        }
+    }
     let Some(developer) = pass.developer() else { return };
     // Nothing in it tints.
     for (linear, display) in rows.linear.iter().zip(&mut rows.display) {
@@ -43,6 +50,15 @@ pub(super) fn store<L: Lanes>(
     for (row, open) in rows.transmittance.iter_mut().zip(transmittance.chunks(*width)) {
         row.copy_from_slice(open);
     }
+    if let Some(writer) = pass.target() {
+        let [columns, above] = rows.before_target;
+        let mut open = transmittance.chunks(*width).skip(above);
+        for (row, pixels) in rows.target.iter_mut().zip(linear.chunks(*width).skip(above)) {
+            let held = columns..columns + row.len() / writer.bytes();
+            let open = open.next().map_or(&[][..], |open| &open[held.clone()]);
+            writer.write(l, &pixels[held], open, row);
+        }
+    }
     if let Some(developer) = pass.developer() {
         let mut open = transmittance.chunks(*width);
         for (row, pixels) in rows.display.iter_mut().zip(linear.chunks(*width)) {
@@ -68,6 +84,9 @@ pub(super) fn store_nothing(pass: &Pass<'_>, rows: &mut TileRows<'_>) {
         }
     }
     rows.transmittance.iter_mut().for_each(|row| row.fill([1.0; 3]));
+    if let Some(writer) = pass.target() {
+        rows.target.iter_mut().for_each(|row| writer.write_nothing(row));
+    }
     let nothing = pass.developer().map_or([0; 4], Developer::nothing);
     if !rows.blank.display || nothing != [0; 4] {
         rows.display.iter_mut().for_each(|row| row.fill(nothing));

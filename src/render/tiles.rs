@@ -7,7 +7,7 @@ use super::pass::Pass;
 use super::tile_pass::{self, TileCost, TileJob, TileScratch};
 use super::trace::FragmentHashes;
 use crate::dispatch_available;
-use crate::frame::{Aov, AovPlane, Clipping};
+use crate::frame::{Aov, AovPlane, Clipping, Target};
 use crate::jobs::Scratch;
 use crate::math::lanes::SimdLevel;
 use crate::tile::TileGrid;
@@ -47,12 +47,13 @@ pub(super) fn render_tiles(
     pass: &Pass<'_>,
     memory: &mut TileMemory,
     planes: &mut Planes,
+    target: Option<(&mut Target<'_>, [u32; 4])>,
     simd: SimdLevel,
 ) -> Found {
     let grid = &pass.frame.grid;
     let wanted = pass.wanted();
     let has_maps = pass.effects.visibility.is_some();
-    let bands = Bands::of(planes, grid, &mut memory.bands);
+    let bands = Bands::of(planes, target, grid, &mut memory.bands);
     let mut tiles = std::mem::take(&mut memory.tiles);
     tiles.extend((0..grid.len()).map(|tile| {
         let [_, _, width, height] = grid.pixels(tile);
@@ -64,6 +65,10 @@ pub(super) fn render_tiles(
         }
     }));
     crew.for_each_with_scratch(&mut memory.scratch, &mut tiles, |scratch, tile, job| {
+        if !pass.draws(tile) {
+            job.cost = TileCost::default();
+            return;
+        }
         let mut rows = std::mem::take(&mut scratch.rows).emptied();
         bands.take(grid, tile, &mut rows);
         let tile = &pass.tile(tile);
@@ -101,6 +106,9 @@ pub(super) fn count_tiles(pass: &Pass<'_>, costs: &mut Vec<TileCost>, simd: Simd
     for (tile, cost) in costs.iter_mut().enumerate() {
         if pass.work.is_stopped() {
             return;
+        }
+        if !pass.draws(tile) {
+            continue;
         }
         let mut job = TileJob { cost: *cost, ..TileJob::default() };
         let (tile, scratch, job, rows) = (&pass.tile(tile), &mut scratch, &mut job, &mut TileRows::default());

@@ -7,7 +7,7 @@ use super::quality::{Quality, Visibility};
 use crate::bvh::Hierarchy;
 use crate::light::EnvironmentLight;
 use crate::limits::{LimitExceeded, Limits};
-use crate::scene::{Mesh, Scene, Transform};
+use crate::scene::{Mesh, Revision, Scene, Transform};
 use crate::shade::{DistantLight, Emitters, LightVisibility, LobeSamples, TracedLight};
 use crate::shadow::{self, Blockers, DepthMaps};
 
@@ -33,6 +33,8 @@ pub(super) struct VisibilityMemory {
     made: u64,
     /// How many times other things blocked light.
     moved: u64,
+    /// Whose blockers these are, and within which limits: of the same scene they need not be listed again.
+    of_scene: Option<(Revision, Limits)>,
 }
 
 /// What rays are traced through.
@@ -63,20 +65,28 @@ impl VisibilityMemory {
         }
         let limits = &options.limits;
         let lights = distant_lights(environment, asked.maps);
-        let blockers = Blockers::of_scene(scene, limits, crew.jobs)?;
-        let moved = self.blockers != blockers;
+        let of_scene = (scene.revision(), limits.clone());
+        let listed = if self.of_scene.as_ref() == Some(&of_scene) {
+            None
+        } else {
+            self.of_scene = None;
+            Some(Blockers::of_scene(scene, limits, crew.jobs)?).filter(|listed| *listed != self.blockers)
+        };
+        let moved = listed.is_some();
+        let blockers = listed.as_ref().unwrap_or(&self.blockers);
         if moved || self.lights != lights || self.size != asked.map_size {
             let directions: Vec<_> = lights.iter().map(|light| light.direction).collect();
             let size = asked.map_size as usize;
             self.size = 0;
             self.made += 1;
-            self.maps = DepthMaps::within(limits, &blockers, &directions, size, crew.jobs, options.simd)?;
+            self.maps = DepthMaps::within(limits, blockers, &directions, size, crew.jobs, options.simd)?;
             (self.lights, self.size) = (lights, asked.map_size);
         }
-        if moved {
+        if let Some(blockers) = listed {
             self.moved += 1;
             (self.blockers, self.traced) = (blockers, TracedScene::default());
         }
+        self.of_scene = Some(of_scene);
         if self.samples.len() != asked.rays as usize {
             self.samples = LobeSamples::new(asked.rays);
         }

@@ -7,6 +7,7 @@
 //! triangles of one tile that they would draw, the next 1024 blended triangles or 2^18 blended fragments that they would
 //! list. How far the sums got then depends on timing; the [error](Work::check) does not say it.
 
+use super::cancel::Cancellation;
 use crate::limits::{LimitExceeded, Limits};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
@@ -30,7 +31,7 @@ const KINDS: [Spent; 4] = [Spent::Blocks, Spent::Blended, Spent::Fragments, Spen
 
 /// The sums of one frame so far, by all threads, and how much is allowed.
 #[derive(Debug)]
-pub(super) struct Work {
+pub(super) struct Work<'a> {
     sums: [AtomicU64; 4],
     /// What each sum may reach.
     most: [u64; 4],
@@ -38,9 +39,11 @@ pub(super) struct Work {
     shading: u64,
     /// A sum has passed its limit.
     stopped: AtomicBool,
+    /// Who else may stop it.
+    cancellation: Option<&'a Cancellation>,
 }
 
-impl Work {
+impl<'a> Work<'a> {
     /// Nothing done yet of a picture of so many pixels. Each of its shadings a pixel, and each ray of its lobes, is allowed what
     /// all shading is with one and without rays.
     pub(super) fn new(limits: &Limits, pixels: u64, [shadings, rays]: [u32; 2]) -> Self {
@@ -51,7 +54,13 @@ impl Work {
             most: [limits.blocks, limits.blend_entries, limits.fragments, shading],
             shading: limits.shading,
             stopped: AtomicBool::new(false),
+            cancellation: None,
         }
+    }
+
+    /// The same, which stops when it is cancelled too.
+    pub(super) fn stopped_by(self, cancellation: Option<&'a Cancellation>) -> Self {
+        Self { cancellation, ..self }
     }
 
     /// Counts work that is about to be done; false if it must not be, or if other work has passed its limit already.
@@ -60,10 +69,13 @@ impl Work {
         if before.saturating_add(amount) > self.most[what as usize] {
             self.stopped.store(true, Ordering::Relaxed);
         }
+        if self.cancellation.is_some_and(Cancellation::is_cancelled) {
+            self.stopped.store(true, Ordering::Relaxed);
+        }
         !self.is_stopped()
     }
 
-    /// True once a limit is passed: nothing more is to be begun.
+    /// True once a limit is passed, or it was cancelled: nothing more is to be begun.
     #[inline(always)]
     pub(super) fn is_stopped(&self) -> bool {
         self.stopped.load(Ordering::Relaxed)

@@ -6,6 +6,7 @@
 
 mod camera;
 mod crowd;
+mod edit;
 mod environment;
 mod error;
 mod extent;
@@ -24,6 +25,7 @@ mod orientation;
 mod origin;
 pub(crate) mod parameters;
 pub mod primitives;
+mod revision;
 mod seen;
 mod splats;
 mod texture;
@@ -49,6 +51,7 @@ pub use model_options::{
     OcclusionCone, OpenPbrOptions, SpecularOcclusionMethod, StackLitOptions, ThreeOptions,
 };
 pub use orientation::{Axis, Orientation};
+pub(crate) use revision::Revision;
 pub(crate) use splats::rotation_rows;
 pub use splats::{
     LEAST_SPLAT_OPACITY, MAX_SPLAT_SCALE, Splat, SplatCloud, SplatCloudBuilder, SplatColorSpace, SplatOrder,
@@ -120,6 +123,7 @@ pub struct Scene {
     environment: Environment,
     origin: [f64; 3],
     orientation: Orientation,
+    revision: Revision,
 }
 
 impl Scene {
@@ -135,6 +139,7 @@ impl Scene {
     /// [`SceneError::TooMany`] beyond 2^32 - 1 textures.
     pub fn add_texture(&mut self, texture: Texture) -> Result<TextureId, SceneError> {
         let id = TextureId(next_id(self.textures.len(), "textures")?);
+        self.change();
         self.textures.push(texture);
         Ok(id)
     }
@@ -146,6 +151,7 @@ impl Scene {
     pub fn add_material(&mut self, material: Material) -> Result<MaterialId, SceneError> {
         material.validate(self.textures.len())?;
         let id = MaterialId(next_id(self.materials.len(), "materials")?);
+        self.change();
         self.materials.push(material);
         Ok(id)
     }
@@ -156,6 +162,7 @@ impl Scene {
     /// [`SceneError::TooMany`] beyond 2^32 - 1 meshes.
     pub fn add_mesh(&mut self, mesh: Mesh) -> Result<MeshId, SceneError> {
         let id = MeshId(next_id(self.meshes.len(), "meshes")?);
+        self.change();
         self.meshes.push(mesh);
         Ok(id)
     }
@@ -175,6 +182,7 @@ impl Scene {
         }
         check_placed(mesh.bounds(), &instance.transform)?;
         next_id(self.instances.len(), "instances")?;
+        self.change();
         self.instances.push(instance);
         Ok(())
     }
@@ -185,6 +193,7 @@ impl Scene {
     /// [`SceneError::TooMany`] beyond 2^32 - 1 clouds.
     pub fn add_splats(&mut self, cloud: SplatCloud) -> Result<SplatCloudId, SceneError> {
         let id = SplatCloudId(next_id(self.splats.len(), "splat clouds")?);
+        self.change();
         self.splats.push(cloud);
         Ok(id)
     }
@@ -198,6 +207,7 @@ impl Scene {
         let cloud = cloud.ok_or(SceneError::NoSuch { what: "splat cloud", index: instance.cloud.0 })?;
         check_placed(cloud.bounds(), &instance.transform)?;
         next_id(self.splat_instances.len(), "instances")?;
+        self.change();
         self.splat_instances.push(instance);
         Ok(())
     }
@@ -241,44 +251,14 @@ impl Scene {
         Ok(())
     }
 
-    /// Puts another material in the place of one, in every draw that is made of it.
-    ///
-    /// # Errors
-    /// As [`Scene::add_material`]; [`SceneError::NoSuch`] if there is no such material.
-    pub fn replace_material(&mut self, id: MaterialId, material: Material) -> Result<(), SceneError> {
-        material.validate(self.textures.len())?;
-        let place = self.materials.get_mut(id.index());
-        *place.ok_or(SceneError::NoSuch { what: "material", index: id.0 })? = material;
-        Ok(())
+    /// What it is made of has changed.
+    fn change(&mut self) {
+        self.revision = Revision::next();
     }
 
-    /// Puts another mesh in the place of one, in every draw of it.
-    ///
-    /// # Errors
-    /// [`SceneError`] if there is no such mesh or a draw of it would reach beyond [`MAX_COORDINATE`].
-    pub fn replace_mesh(&mut self, id: MeshId, mesh: Mesh) -> Result<(), SceneError> {
-        let place = self.meshes.get_mut(id.index());
-        let place = place.ok_or(SceneError::NoSuch { what: "mesh", index: id.0 })?;
-        for instance in self.instances.iter().filter(|instance| instance.mesh == id) {
-            check_placed(mesh.bounds(), &instance.transform)?;
-        }
-        *place = mesh;
-        Ok(())
-    }
-
-    /// Makes a draw one of another mesh.
-    ///
-    /// # Errors
-    /// As [`Scene::add_instance`]; [`SceneError::NoSuch`] if there is no such draw.
-    pub fn set_instance_mesh(&mut self, instance: usize, mesh: MeshId) -> Result<(), SceneError> {
-        let bounds =
-            self.meshes.get(mesh.index()).ok_or(SceneError::NoSuch { what: "mesh", index: mesh.0 })?.bounds();
-        let what = u32::try_from(instance).unwrap_or(u32::MAX);
-        let place = self.instances.get_mut(instance);
-        let place = place.ok_or(SceneError::NoSuch { what: "instance", index: what })?;
-        check_placed(bounds, &place.transform)?;
-        place.mesh = mesh;
-        Ok(())
+    /// Names what it is made of.
+    pub(crate) fn revision(&self) -> Revision {
+        self.revision
     }
 
     /// Turns everything that a file has placed so far (draws, lights, cameras), in its own coordinates, so that the axis
@@ -292,6 +272,7 @@ impl Scene {
         for instance in &mut self.instances {
             instance.transform = instance.transform.upright(up);
         }
+        self.change();
         self.origin = up.upright(self.origin);
         for instance in &mut self.splat_instances {
             instance.transform = instance.transform.upright(up);
@@ -302,11 +283,6 @@ impl Scene {
         for camera in &mut self.cameras {
             *camera = orientation::upright_camera(camera, up);
         }
-    }
-
-    /// Removes all lights.
-    pub fn clear_lights(&mut self) {
-        self.lights.clear();
     }
 
     /// The textures, by [`TextureId`].

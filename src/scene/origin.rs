@@ -68,6 +68,7 @@ impl Scene {
 
     /// Measures all draws from another point, which becomes zero.
     pub(crate) fn move_origin(&mut self, by: [f64; 3]) {
+        self.change();
         for instance in &mut self.instances {
             instance.transform = instance.transform.less(by);
         }

@@ -10,6 +10,8 @@ pub struct TileGrid {
     side: u32,
     columns: u32,
     rows: u32,
+    /// First column and row, and the ends, of the tiles that triangles are listed for.
+    listed: [u32; 4],
 }
 
 impl TileGrid {
@@ -17,7 +19,20 @@ impl TileGrid {
     #[must_use]
     pub fn new(width: u32, height: u32, side: u32) -> Self {
         let side = side.max(1);
-        Self { width, height, side, columns: width.div_ceil(side), rows: height.div_ceil(side) }
+        let (columns, rows) = (width.div_ceil(side), height.div_ceil(side));
+        Self { width, height, side, columns, rows, listed: [0, 0, columns, rows] }
+    }
+    /// The same tiles, of which triangles are listed for those alone that touch a box of pixels (`[left, top, end column, end
+    /// row]`).
+    #[must_use]
+    pub fn listed_within(self, pixels: [u32; 4]) -> Self {
+        Self { listed: self.tiles_of_pixels(pixels), ..self }
+    }
+    /// Columns and rows of the tiles that a box of pixels touches, half open, as the box is.
+    #[must_use]
+    pub fn tiles_of_pixels(&self, [left, top, right, bottom]: [u32; 4]) -> [u32; 4] {
+        let end = |pixel: u32, tiles: u32| pixel.div_ceil(self.side).min(tiles);
+        [left / self.side, top / self.side, end(right, self.columns), end(bottom, self.rows)]
     }
     /// Width of the picture in pixels.
     #[must_use]
@@ -49,6 +64,17 @@ impl TileGrid {
     pub fn rows(&self) -> u32 {
         self.rows
     }
+    /// The tile that a pixel of the picture lies in.
+    #[must_use]
+    pub fn tile_of(&self, [x, y]: [u32; 2]) -> usize {
+        (y / self.side) as usize * self.columns as usize + (x / self.side) as usize
+    }
+    /// Whether triangles are listed for the tile that a pixel lies in.
+    #[must_use]
+    pub fn lists(&self, [x, y]: [u32; 2]) -> bool {
+        let [left, top, right, bottom] = self.listed;
+        (left..right).contains(&(x / self.side)) && (top..bottom).contains(&(y / self.side))
+    }
     /// Number of tiles.
     #[must_use]
     pub fn len(&self) -> usize {
@@ -76,19 +102,17 @@ impl TileGrid {
         }
     }
     /// Columns and rows of the tiles that a box of sub-pixels (`[min x, min y, max x, max y]`, relative to the centre)
-    /// touches, half open: `[first column, first row, end column, end row]`.
+    /// touches, half open: `[first column, first row, end column, end row]`; only those that triangles are listed for.
     #[inline(always)]
     #[must_use]
     pub fn tiles_of_box(&self, bounds: [i32; 4]) -> [u32; 4] {
         let shift = SUBPIXEL_BITS + self.side.trailing_zeros();
         let half = [self.width, self.height].map(|side| side as i32 * (SUBPIXELS / 2));
-        let first = |v: i32, k: usize| ((v + half[k]) >> shift).max(0) as u32;
+        let [left, top, right, bottom] = self.listed;
+        let first = |v: i32, k: usize, least: u32| (((v + half[k]) >> shift).max(0) as u32).max(least);
         let end = |v: i32, k: usize, n: u32| ((((v + half[k]) >> shift) + 1).max(0) as u32).min(n);
-        [
-            first(bounds[0], 0),
-            first(bounds[1], 1),
-            end(bounds[2], 0, self.columns()),
-            end(bounds[3], 1, self.rows()),
-        ]
+        let [first_column, first_row] = [first(bounds[0], 0, left), first(bounds[1], 1, top)];
+        let [end_column, end_row] = [end(bounds[2], 0, right), end(bounds[3], 1, bottom)];
+        [first_column, first_row, end_column.max(first_column), end_row.max(first_row)]
     }
 }
