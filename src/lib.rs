@@ -71,6 +71,8 @@ pub mod load;
 pub mod output;
 pub mod render;
 pub mod scene;
+pub mod viewport;
+pub mod world;
 
 // Not part of the promise: for tests, benches and fuzz targets of this project.
 #[doc(hidden)]

@@ -6,7 +6,7 @@
 #[allow(dead_code, reason = "other tests use the rest")]
 mod shapes;
 
-use overcoat::frame::DisplayOptions;
+use overcoat::frame::{DisplayOptions, PixelFormat, Target};
 use overcoat::render::{Background, RenderOptions, Renderer};
 use overcoat::scene::{
     AlphaMode, AlphaUse, Camera, ColorSpace, Environment, EnvironmentSource, EquirectImage, Image, Instance,
@@ -129,6 +129,26 @@ fn count(
     region.change()
 }
 
+/// What pictures of several sizes and parts allocate that are drawn into one buffer, after each has been drawn.
+fn count_resized(renderer: &mut Renderer, scene: &Scene, frames: usize) -> Stats {
+    let (cameras, display) = (cameras(), DisplayOptions::default());
+    let sizes = [[160, 112], [80, 56], [33, 90], [160, 112], [16, 16]];
+    let options = sizes.map(|[width, height]| RenderOptions::new(width, height));
+    let mut buffer = vec![0; 160 * 112 * 4];
+    let mut frame = |number: usize| {
+        let (options, camera) = (&options[number % 5], &cameras[number % 4]);
+        let mut target = Target::new(&mut buffer, options.width as usize * 4, PixelFormat::Xrgb8);
+        if number % 3 == 2 {
+            target = target.with_region(5, 3, 9, 12);
+        }
+        renderer.render_into(scene, camera, options, &display, &mut target).unwrap();
+    };
+    (0..120).for_each(&mut frame);
+    let region = Region::new(COUNTED);
+    (0..frames).for_each(&mut frame);
+    region.change()
+}
+
 #[test]
 fn warm_frames_allocate_nothing() {
     let scene = scene();
@@ -159,5 +179,12 @@ fn warm_frames_allocate_nothing() {
             assert!(found.bytes_allocated <= blocks * BLOCK_BYTES, "{what}");
             assert_eq!(found.reallocations, 0, "{what}");
         }
+        let (frames, blocks) = if threads == 1 { (60, 0) } else { (PLACES, 1) };
+        let mut renderer = Renderer::new(threads);
+        let found = count_resized(&mut renderer, &scene, frames);
+        kept.push(renderer);
+        let what = format!("{threads} threads, {frames} frames of several sizes: {found:?}");
+        assert!(found.allocations <= blocks && found.deallocations <= blocks, "{what}");
+        assert_eq!(found.reallocations, 0, "{what}");
     }
 }

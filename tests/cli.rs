@@ -1,6 +1,8 @@
 //! Runs the program as a user does: exit codes, messages, what is written and what is not.
 #![cfg(feature = "cli")]
 
+#[path = "cli/diff.rs"]
+mod diff;
 #[path = "cli/install.rs"]
 mod install;
 #[path = "cli/thumbnail.rs"]
@@ -658,6 +660,7 @@ fn a_picture_of_nothing_is_a_failure() {
         ("turntable clear.glb --frames 3", "transparent all over"),
         ("animate nothing.glb --animation 0", "no triangles"),
         ("compare-models clear.glb --models gltf,three", "transparent all over"),
+        ("diff quad.glb clear.glb", "transparent all over"),
     ] {
         let mut args: Vec<&str> = line.split(' ').collect();
         let animated = args[0] == "animate";
@@ -1060,7 +1063,11 @@ fn pictures_are_written_as_webp_and_jpeg() {
     let corner = decode(&folder.path().join("c.jpg")).pixels[0];
     assert!(warning.is_empty() && corner[2] > 240.0 && corner[0] < 16.0, "{warning} {corner:?}");
 
-    for command in [&["sheet", "quad.glb"][..], &["compare-models", "quad.glb", "--models", "gltf"]] {
+    for command in [
+        &["sheet", "quad.glb"][..],
+        &["compare-models", "quad.glb", "--models", "gltf"],
+        &["diff", "quad.glb", "quad.glb"],
+    ] {
         let [png, webp, jpg] = ["s.png", "s.webp", "s.jpg"].map(|name| {
             run(&[command, &["-o", name]].concat());
             decode(&folder.path().join(name))
@@ -1110,6 +1117,7 @@ fn json_is_alike_everywhere() {
         "bench quad.glb --size 8 --frames 1",
         "bench quad.glb quad.glb --size 8 --image",
         "compare-models quad.glb -o x.png --size 8 --models gltf",
+        "diff quad.glb quad.glb -o x.png --size 8",
         "materials",
         "materials --keys",
         "materials velvet",

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// Which module may use which, and why no more.
-const MAY_USE: [(&str, &[&str]); 31] = [
+const MAY_USE: [(&str, &[&str]); 33] = [
     // The foundations: whoever wants to know what the bits of a sum are reads these and nothing else.
     ("math", &[]),
     ("jobs", &[]),
@@ -64,6 +64,10 @@ const MAY_USE: [(&str, &[&str]); 31] = [
             "suggest",
         ],
     ),
+    // For applications: scenes that change under names that stay, and pictures of them that follow each other. What changes is
+    // said in one place, what is drawn in the other.
+    ("world", &["jobs", "load", "scene"]),
+    ("viewport", &["frame", "math", "render", "scene"]),
     // Rights of the process; knows nothing of what they are for.
     ("sandbox", &[]),
     // Pages to read.

@@ -7,7 +7,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 /// Every command that has a help of its own.
-const COMMANDS: [&str; 16] = [
+const COMMANDS: [&str; 17] = [
     "render",
     "thumbnail",
     "turntable",
@@ -16,6 +16,7 @@ const COMMANDS: [&str; 16] = [
     "sheet",
     "bench",
     "compare-models",
+    "diff",
     "materials",
     "formats",
     "golden",

@@ -172,7 +172,7 @@ fn pictures_are_the_same_bytes() {
     let place = tempfile::tempdir().unwrap();
     let folder = place.path();
     models(folder);
-    let commands: [&[&str]; 9] = [
+    let commands: [&[&str]; 10] = [
         &["render", "models/x.obj", "-o", "pictures/p.png", "--size", "40"],
         &["render", "models/x.obj", "-o", "pictures/p.exr", "--size", "40", "--threads", "3"],
         &["render", "models/x.obj", "-o", "pictures/p.png", "--size", "40", "--aov", "depth"],
@@ -181,6 +181,7 @@ fn pictures_are_the_same_bytes() {
         &["render", "--scene", "scenes/s.json", "-o", "pictures/p.png"],
         &["sheet", "models/x.obj", "models/x.obj", "-o", "pictures/p.png", "--size", "40"],
         &["compare-models", "models/x.obj", "-o", "p.png", "--size", "16", "--models", "gltf,urp17"],
+        &["diff", "models/x.obj", "models/x.obj", "-o", "p.png", "--size", "16"],
         &["materials", "-o", "pictures/p.png", "--size", "16"],
     ];
     for args in commands {

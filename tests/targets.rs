@@ -154,7 +154,7 @@ fn a_target_holds_the_bytes_of_the_picture_in_its_own_order() {
     }
 }
 
-/// Pixels whose middle one surface covers alone with all samples around it: there the planes of the G-buffer say the same.
+/// Where the planes of the G-buffer have something, something is picked, and nearly always the same.
 #[test]
 fn what_is_picked_is_what_the_picture_shows_there() {
     for (name, shot) in shots() {
@@ -169,9 +169,12 @@ fn what_is_picked_is_what_the_picture_shows_there() {
             for x in (0..options.width).step_by(5) {
                 let hit = renderer.pick(scene, camera, options, [x, y]).unwrap();
                 let plane = |aov| frame.plane_pixel(aov, x, y).unwrap()[0];
+                let covered = plane(Aov::Coverage) > 0.0;
                 let Some(hit) = hit else {
-                    let splats_or_little = !scene.splats().is_empty() || plane(Aov::Coverage) < 0.999;
-                    assert!(splats_or_little, "{name}: nothing at {x}, {y}, which is covered");
+                    assert!(
+                        !covered || !scene.splats().is_empty(),
+                        "{name}: nothing at {x}, {y}, which is covered"
+                    );
                     continue;
                 };
                 hits += 1;

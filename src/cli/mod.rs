@@ -12,6 +12,7 @@ mod camera_report;
 mod compare;
 mod contact;
 mod coverage_check;
+mod diff;
 pub mod failure;
 mod file_uri;
 mod formats_command;
@@ -114,6 +115,7 @@ fn dispatch(command: &Command) -> Result<(), Failure> {
         Command::Sheet(args) => sheet::run(args),
         Command::Bench(args) => bench::run(args),
         Command::CompareModels(args) => compare::run(args),
+        Command::Diff(args) => diff::run(args),
         Command::Materials(args) => materials_command::run(args),
         Command::Formats(args) => formats_command::run(args),
         Command::Golden(args) => golden::run(args),

@@ -136,7 +136,10 @@ impl<'a> Bands<'a> {
     ) -> Self {
         let mut bands = std::mem::take(memory).emptied();
         bands.blank = planes.blank;
-        bands.rows.resize_with(grid.rows() as usize, Mutex::default);
+        // Those of larger pictures stay, with their memory.
+        if bands.rows.len() < grid.rows() as usize {
+            bands.rows.resize_with(grid.rows() as usize, Mutex::default);
+        }
         let pixels = grid.width() as usize * grid.side() as usize;
         let mut linear = planes.linear.chunks_mut(pixels);
         let mut transmittance = planes.transmittance.chunks_mut(pixels);

@@ -212,8 +212,8 @@ impl Renderer {
         Ok(RenderedInto { tinted: drawn.tinted, exposure: drawn.exposure, stats: drawn.stats })
     }
 
-    /// What is seen in the middle of a pixel, counted from the upper left corner: the nearest triangle, line or point whose
-    /// opacity there is not 0. `None` where nothing is; splats, the floor and the environment are not found.
+    /// What is seen in a pixel, counted from the upper left corner: the nearest triangle, line or point whose opacity is not 0 at
+    /// the sample nearest to the middle that sees any. `None` where nothing is; splats, the floor and the environment are not found.
     ///
     /// If the last picture was of this scene, camera and size, what its rasterizer has kept is asked: a few
     /// microseconds, and no picture is drawn. Else vertices and triangles are brought to the screen first.

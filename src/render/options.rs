@@ -1,7 +1,7 @@
 //! What a user can ask of a picture.
 
 use super::ground::Ground;
-use super::quality::Visibility;
+use super::quality::{Quality, Visibility};
 use super::trace::StageHashes;
 use crate::frame::{Aov, AovPlane, Clipping, DisplayImage, Frame};
 use crate::limits::{LimitExceeded, Limits};
@@ -221,6 +221,13 @@ impl RenderOptions {
     #[must_use]
     pub fn with_visibility(self, visibility: Visibility) -> Self {
         Self { visibility, ..self }
+    }
+
+    /// The same with what a tier knows of blocked light, and with its shadings a pixel as far as there are samples for them.
+    #[must_use]
+    pub fn with_quality(self, quality: Quality) -> Self {
+        let shading_rate = if quality.shading_rate() <= self.samples { quality.shading_rate() } else { 1 };
+        Self { visibility: quality.visibility(), shading_rate, ..self }
     }
 
     /// The same with another [`RenderOptions::ground`].

@@ -1,4 +1,7 @@
-//! What is seen in the middle of a pixel, asked of what the rasterizer has kept of the last picture.
+//! What is seen in a pixel, asked of what the rasterizer has kept of the last picture.
+//!
+//! It is asked where the samples of the picture are, that nearest to the middle first: of triangles that lie between samples nothing
+//! is kept.
 
 use super::crew::Crew;
 use super::draws::{self, DrawState};
@@ -18,7 +21,7 @@ use crate::tile::{TileBins, TileGrid};
 /// Least opacity of what is found: half a step of 8 bits.
 const LEAST_OPACITY: f32 = 0.5 / 255.0;
 
-/// What is seen in the middle of a pixel.
+/// What is seen in a pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Hit {
@@ -45,6 +48,7 @@ pub(super) struct LastPicture {
     scene: Revision,
     camera: Camera,
     size: [u32; 2],
+    samples: u32,
     widths: (f32, Option<f32>),
     grid: TileGrid,
     /// Number of chunks.
@@ -56,20 +60,21 @@ impl LastPicture {
         let &Request { scene, camera, options, .. } = request;
         let size = [options.width, options.height];
         let widths = (options.line_width, options.point_size);
-        Self { scene: scene.revision(), camera: *camera, size, widths, grid, count }
+        let samples = options.samples;
+        Self { scene: scene.revision(), camera: *camera, size, samples, widths, grid, count }
     }
 
     /// Whether triangles were listed in a tile of the picture that is asked for.
     fn serves(&self, request: &Request<'_>, pixel: [u32; 2]) -> bool {
         let own = Self::new(request, self.grid, self.count);
-        let alike = (own.scene, own.camera, own.size, own.widths)
-            == (self.scene, self.camera, self.size, self.widths);
+        let alike = (own.scene, own.camera, own.size, own.samples, own.widths)
+            == (self.scene, self.camera, self.size, self.samples, self.widths);
         alike && self.grid.lists(pixel)
     }
 }
 
 impl Memory {
-    /// What is seen in the middle of a pixel.
+    /// What is seen in a pixel.
     pub(super) fn pick(
         &mut self,
         request: &Request<'_>,
@@ -108,6 +113,7 @@ impl Memory {
                 draws: &draws,
                 grid: &last.grid,
                 view: &view,
+                pattern: &pattern,
             };
             let shade = shade_context(request, &view, &draws, &environment, &self.lights, 0);
             kept.nearest(scene, &shade, pixel)
@@ -126,9 +132,10 @@ struct Kept<'a> {
     draws: &'a [Draw<'a>],
     grid: &'a TileGrid,
     view: &'a View,
+    pattern: &'a SamplePattern,
 }
 
-/// A triangle or point at the pixel, before its opacity is known.
+/// A triangle or point at a sample, before its opacity is known.
 struct Candidate<'a> {
     depth: f32,
     chunk: &'a Chunk,
@@ -152,13 +159,24 @@ impl Kept<'_> {
         let origin = self.grid.origin(tile);
         let [left, top, ..] = self.grid.pixels(tile);
         let in_tile = [pixel[0] - left, pixel[1] - top];
-        let middle = |corner: i32, pixel: u32| corner + pixel as i32 * SUBPIXELS + SUBPIXELS / 2;
-        let at = [middle(origin.x, in_tile[0]), middle(origin.y, in_tile[1])];
-        let mut candidates = self.candidates(tile, at);
-        // The nearest first; of those at the same depth the first that was drawn, as in the picture.
-        candidates.sort_by(|a, b| b.depth.total_cmp(&a.depth));
-        let seen = candidates.iter().find(|candidate| self.is_seen(shade, candidate, origin, in_tile))?;
-        Some(self.hit(scene, seen, at))
+        let offsets = self.pattern.offsets();
+        let mut samples: Vec<usize> = (0..offsets.len()).collect();
+        let from_middle = |sample: &usize| {
+            let [x, y] = offsets[*sample].map(|v| v - SUBPIXELS / 2);
+            x * x + y * y
+        };
+        samples.sort_by_key(from_middle);
+        samples.into_iter().find_map(|sample| {
+            let [x, y] = offsets[sample];
+            let place = |corner: i32, pixel: u32, offset: i32| corner + pixel as i32 * SUBPIXELS + offset;
+            let at = [place(origin.x, in_tile[0], x), place(origin.y, in_tile[1], y)];
+            let mut candidates = self.candidates(tile, at);
+            // The nearest first; of those at the same depth the first that was drawn, as in the picture.
+            candidates.sort_by(|a, b| b.depth.total_cmp(&a.depth));
+            let is_seen =
+                |candidate: &&Candidate<'_>| self.is_seen(shade, candidate, origin, in_tile, sample);
+            Some(self.hit(scene, candidates.iter().find(is_seen)?, at))
+        })
     }
 
     /// All triangles and points of a tile that cover a place, in the order of drawing.
@@ -184,13 +202,14 @@ impl Kept<'_> {
         points.disc(self.draws[chunk.draw as usize].mesh, chunk.range.start + index as usize)
     }
 
-    /// Whether something of it shows at the pixel.
+    /// Whether something of it shows at a sample of the pixel.
     fn is_seen(
         &self,
         shade: &ShadeContext<'_>,
         candidate: &Candidate<'_>,
         origin: TileOrigin,
         [column, row]: [u32; 2],
+        sample: usize,
     ) -> bool {
         let number = candidate.chunk.draw;
         let cutoff = match self.states[number as usize].alpha_mode {
@@ -202,11 +221,10 @@ impl Kept<'_> {
         let screen = around.as_ref().unwrap_or_else(|| &candidate.chunk.triangles[candidate.index as usize]);
         let clip = if candidate.disc.is_some() { None } else { candidate.chunk.clip(candidate.index) };
         let source = One(SourceTriangle { screen, draw: number, clip });
-        let Some(middle) = SamplePattern::new(1) else { return false };
         let material = &shade.materials[self.draws[number as usize].material as usize];
         let (block, place) = ([column & !3, row & !3].map(|v| v as i32), (column & 3) + 4 * (row & 3));
         dispatch_baseline!(l => {
-            let batch = Batch::of_block(0, &source, origin, block[0], block[1], 0, &middle);
+            let batch = Batch::of_block(0, &source, origin, block[0], block[1], sample, self.pattern);
             alpha_passes(l, shade, material, cutoff, &batch).bits() >> place & 1 == 1
         })
     }

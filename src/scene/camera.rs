@@ -1,7 +1,7 @@
 //! Where a picture is taken from.
 
 use super::error::{finite, unit, within};
-use super::{MAX_COORDINATE, SceneError};
+use super::{MAX_COORDINATE, SceneError, Transform};
 use glam::DVec3;
 
 /// How depth becomes size.
@@ -69,6 +69,28 @@ impl Camera {
             up: unit("camera up", up)?,
             projection: Projection::Perspective { fov_y: std::f32::consts::FRAC_PI_6 },
             near: Self::usual_near(eye, target),
+        }
+        .checked()
+    }
+
+    /// The camera, moved with what it belongs to; distances are scaled as lengths are.
+    ///
+    /// # Errors
+    /// [`SceneError`] if it then spans no view, or a number of it is not finite or out of its range.
+    pub fn transformed(&self, by: &Transform) -> Result<Self, SceneError> {
+        let point = |p: [f32; 3]| by.point(p.map(f64::from)).map(|c| c as f32);
+        let scale = by.uniform_scale();
+        let length = |l: f32| (f64::from(l) * scale) as f32;
+        let projection = match self.projection {
+            Projection::Orthographic { height } => Projection::Orthographic { height: length(height) },
+            perspective @ Projection::Perspective { .. } => perspective,
+        };
+        Self {
+            eye: point(self.eye),
+            target: point(self.target),
+            up: unit("camera up", by.direction(self.up.map(f64::from)).map(|c| c as f32))?,
+            projection,
+            near: length(self.near),
         }
         .checked()
     }

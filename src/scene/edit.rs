@@ -4,8 +4,8 @@
 //! [`crate::world`].
 
 use super::{
-    Instance, Light, Material, MaterialId, Mesh, MeshId, Scene, SceneError, SplatInstance, Texture,
-    TextureId, Transform, check_placed,
+    Instance, Light, Material, MaterialId, Mesh, MeshId, Scene, SceneError, SplatCloud, SplatCloudId,
+    SplatInstance, Texture, TextureId, Transform, check_placed,
 };
 
 impl Scene {
@@ -115,6 +115,21 @@ impl Scene {
         Ok(self.instances.remove(instance))
     }
 
+    /// Puts another cloud of splats in the place of one.
+    ///
+    /// # Errors
+    /// [`SceneError::NoSuch`] if there is no such cloud; [`SceneError::OutOfRange`] if an instance of it would reach beyond
+    /// [`MAX_COORDINATE`](super::MAX_COORDINATE).
+    pub fn replace_splats(&mut self, id: SplatCloudId, cloud: SplatCloud) -> Result<(), SceneError> {
+        for instance in self.splat_instances.iter().filter(|instance| instance.cloud == id) {
+            check_placed(cloud.bounds(), &instance.transform)?;
+        }
+        let place = self.splats.get_mut(id.index());
+        *place.ok_or(SceneError::NoSuch { what: "splat cloud", index: id.0 })? = cloud;
+        self.change();
+        Ok(())
+    }
+
     /// Moves a cloud of splats to another place.
     ///
     /// # Errors
@@ -153,6 +168,7 @@ impl Scene {
         let with = with.checked()?;
         let no_such = SceneError::NoSuch { what: "light", index: number(light) };
         *self.lights.get_mut(light).ok_or(no_such)? = with;
+        self.relight();
         Ok(())
     }
 
@@ -164,12 +180,14 @@ impl Scene {
         if light >= self.lights.len() {
             return Err(SceneError::NoSuch { what: "light", index: number(light) });
         }
+        self.relight();
         Ok(self.lights.remove(light))
     }
 
     /// Removes all lights.
     pub fn clear_lights(&mut self) {
         self.lights.clear();
+        self.relight();
     }
 }
 

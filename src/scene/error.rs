@@ -34,6 +34,16 @@ pub enum SceneError {
         /// The number of positions.
         vertices: usize,
     },
+    /// There is not one of something for each triangle.
+    #[error("{what} has {len} elements for {triangles} triangles")]
+    FaceMismatch {
+        /// The attribute.
+        what: &'static str,
+        /// Its length.
+        len: usize,
+        /// The number of triangles.
+        triangles: usize,
+    },
     /// A triangle refers to a vertex that does not exist.
     #[error("triangle {triangle} refers to vertex {vertex} of {vertices}")]
     IndexOutOfRange {

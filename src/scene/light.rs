@@ -1,7 +1,7 @@
 //! Lights: punctual ones in the units of KHR_lights_punctual, rectangles and tubes by their luminance.
 
-use super::SceneError;
 use super::error::{unit, within};
+use super::{SceneError, Transform};
 
 /// Least and largest extent of an area light in metres: squares and products of edges stay far from the limits of f32.
 const MIN_EXTENT: f32 = 1e-6;
@@ -135,6 +135,41 @@ impl Light {
 }
 
 impl Light {
+    /// The light, moved with what it belongs to. Its range, the radius of a tube and the sides of a rectangle are scaled as lengths
+    /// are; its intensity stays.
+    ///
+    /// # Errors
+    /// [`SceneError`] if a number of it would not be finite or leave its range.
+    pub fn transformed(&self, by: &Transform) -> Result<Self, SceneError> {
+        let point = |p: &mut [f32; 3]| *p = by.point(p.map(f64::from)).map(|c| c as f32);
+        let along = |d: &mut [f32; 3]| *d = by.direction(d.map(f64::from)).map(|c| c as f32);
+        let scale = by.uniform_scale();
+        let length = |l: &mut f32| *l = (f64::from(*l) * scale) as f32;
+        let mut light = *self;
+        match &mut light.kind {
+            LightKind::Directional { direction } => along(direction),
+            LightKind::Point { position, range } => {
+                point(position);
+                range.iter_mut().for_each(length);
+            }
+            LightKind::Spot { position, direction, range, .. } => {
+                point(position);
+                along(direction);
+                range.iter_mut().for_each(length);
+            }
+            LightKind::Rect { position, half_width, half_height, .. } => {
+                point(position);
+                along(half_width);
+                along(half_height);
+            }
+            LightKind::Tube { ends, radius } => {
+                ends.iter_mut().for_each(point);
+                length(radius);
+            }
+        }
+        light.checked()
+    }
+
     /// True if it has an extent: the shading of surfaces is an integral over it.
     #[must_use]
     pub fn has_area(&self) -> bool {

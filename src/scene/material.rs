@@ -186,6 +186,17 @@ impl Material {
         slots().filter_map(|(_, slot)| slot.get(self))
     }
 
+    /// The same with other textures in the places of those that it reads.
+    #[must_use]
+    pub fn with_textures(mut self, other: impl Fn(TextureId) -> TextureId) -> Self {
+        for (_, slot) in slots() {
+            if let Some(reference) = slot.get_mut(&mut self) {
+                reference.texture = other(reference.texture);
+            }
+        }
+        self
+    }
+
     /// Whether it reads textures by each of the two sets of texture coordinates.
     #[must_use]
     pub fn uv_sets(&self) -> [bool; 2] {

@@ -115,6 +115,11 @@ impl Mesh {
     pub fn data(&self) -> &MeshData {
         &self.data
     }
+    /// Whether it is a copy of the same mesh.
+    #[must_use]
+    pub fn is_copy_of(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.data, &other.data)
+    }
     /// Object-space positions.
     #[must_use]
     pub fn positions(&self) -> &[[f32; 3]] {

@@ -10,6 +10,7 @@ mod edit;
 mod environment;
 mod error;
 mod extent;
+mod face_colors;
 mod facing;
 mod footing;
 mod framing;
@@ -124,6 +125,7 @@ pub struct Scene {
     origin: [f64; 3],
     orientation: Orientation,
     revision: Revision,
+    lighting: Revision,
 }
 
 impl Scene {
@@ -219,6 +221,7 @@ impl Scene {
     /// zero.
     pub fn add_light(&mut self, light: Light) -> Result<(), SceneError> {
         self.lights.push(light.checked()?);
+        self.relight();
         Ok(())
     }
 
@@ -248,12 +251,23 @@ impl Scene {
     pub fn set_environment(&mut self, environment: Environment) -> Result<(), SceneError> {
         environment.validate()?;
         self.environment = environment;
+        self.relight();
         Ok(())
     }
 
     /// What it is made of has changed.
     fn change(&mut self) {
         self.revision = Revision::next();
+    }
+
+    /// Its lights or its environment have changed.
+    fn relight(&mut self) {
+        self.lighting = Revision::next();
+    }
+
+    /// Names its lights and its environment, as [`Scene::revision`] names the rest.
+    pub(crate) fn lighting(&self) -> Revision {
+        self.lighting
     }
 
     /// Names what it is made of.
@@ -273,6 +287,7 @@ impl Scene {
             instance.transform = instance.transform.upright(up);
         }
         self.change();
+        self.relight();
         self.origin = up.upright(self.origin);
         for instance in &mut self.splat_instances {
             instance.transform = instance.transform.upright(up);

@@ -1,6 +1,6 @@
 //! Where zero is, for models far from it.
 
-use super::{Bounds, Scene};
+use super::{Bounds, Orientation, Scene};
 
 /// How many times its diagonal a box may be away from zero: single precision is left with 20 bits for the box, a thousandth
 /// of a pixel in a picture of 512.
@@ -57,6 +57,11 @@ impl Scene {
     /// Says where zero lies. Nothing moves.
     pub fn set_origin(&mut self, origin: [f64; 3]) {
         self.origin = origin;
+    }
+
+    /// Says how the axes of the file lie. Nothing moves.
+    pub(crate) fn set_orientation(&mut self, orientation: Orientation) {
+        self.orientation = orientation;
     }
 
     /// A position in the coordinates of the file, in those of the scene.

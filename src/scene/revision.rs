@@ -3,7 +3,7 @@
 use std::sync::{Mutex, PoisonError};
 
 /// Names what a scene is made of: textures, materials, meshes and where they are. Scenes with the same name are made of the same;
-/// copies share it until one of them changes. Lights, cameras and the environment do not count.
+/// copies share it until one of them changes. Lights and the environment have a name of their own; cameras do not count.
 ///
 /// It says nothing about scenes that are alike by chance, and is never part of a result.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -22,7 +22,7 @@ impl Revision {
 
 #[cfg(test)]
 mod tests {
-    use crate::scene::{Camera, Instance, Light, Material, Scene, Transform, primitives};
+    use crate::scene::{Camera, Environment, Instance, Light, Material, Scene, Transform, primitives};
 
     #[test]
     fn whatever_is_made_of_something_else_has_another_name() {
@@ -39,6 +39,11 @@ mod tests {
         scene.add_camera(Camera::look_at([0.0, 0.0, 3.0], [0.0; 3], [0.0, 1.0, 0.0]).unwrap()).unwrap();
         scene.clear_lights();
         assert_eq!(scene.revision(), before.revision(), "lights and cameras do not count");
+        assert_ne!(scene.lighting(), before.lighting());
+        let lit = scene.lighting();
+        scene.set_environment(Environment::default()).unwrap();
+        assert_ne!(scene.lighting(), lit);
+        let lit = scene.lighting();
 
         let mut seen = vec![scene.revision()];
         let mut change = |scene: &mut Scene, what: &str, change: &dyn Fn(&mut Scene)| {
@@ -51,7 +56,8 @@ mod tests {
         change(&mut scene, "material", &|s| s.replace_material(material, Material::default()).unwrap());
         change(&mut scene, "material of a draw", &|s| s.set_instance_material(0, material).unwrap());
         change(&mut scene, "mesh", &|s| s.replace_mesh(mesh, primitives::cuboid([2.0; 3]).unwrap()).unwrap());
-        change(&mut scene, "draw", &|s| s.remove_instance(0).unwrap());
+        change(&mut scene, "draw", &|s| drop(s.remove_instance(0).unwrap()));
+        assert_eq!(scene.lighting(), lit, "what it is made of is no light");
         // A copy goes its own way.
         let mut copy = before.clone();
         change(&mut copy, "the same change of a copy", &|s| s.set_instance_transform(0, moved).unwrap());

@@ -238,6 +238,36 @@ pub struct CompareModelsArgs {
     pub model: ModelArgs,
 }
 
+/// `overcoat diff`
+#[derive(Debug, Args)]
+#[command(mut_arg("size", |size| size.help("Width and height of each picture in pixels; one number makes a square [default: 512x512]")),
+          after_help = "Examples:
+  overcoat diff old.glb new.glb -o diff.png
+  overcoat diff old.glb new.glb -o diff.png --exit-code --json --view front --shading three
+
+One camera shows both whole; exposure and floor are those of the first. Left, what was; in the middle, what is; right, the \
+difference of what a screen shows, four times as strong: black where both agree.
+
+Exit codes: 0 done, 1 failed, 2 wrong usage, 3 limit exceeded, 4 the pictures differ (--exit-code)")]
+pub struct DiffArgs {
+    /// Model file as it was, and as it is (.glb, .gltf, .obj, .stl, .ply, .3mf)
+    #[arg(value_names = ["BEFORE", "AFTER"], num_args = 2, required = true)]
+    pub models: Vec<PathBuf>,
+
+    /// Labelled sheet to write (.png, .webp or .jpg), or - for standard output
+    #[arg(short, long, value_name = "OUT")]
+    pub output: PathBuf,
+
+    /// End with exit code 4 if the pictures differ in a bit of their linear light
+    #[arg(long)]
+    pub exit_code: bool,
+
+    #[command(flatten)]
+    pub cells: CellArgs,
+    #[command(flatten)]
+    pub draw: DrawArgs,
+}
+
 /// `overcoat bench`
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:

@@ -11,8 +11,8 @@ mod install;
 mod thumbnail;
 
 pub use commands::{
-    AnimateArgs, BenchArgs, CellArgs, CompareModelsArgs, FormatsArgs, InfoArgs, MaterialsArgs, MovieArgs,
-    RenderArgs, SheetArgs, Turn, TurntableArgs,
+    AnimateArgs, BenchArgs, CellArgs, CompareModelsArgs, DiffArgs, FormatsArgs, InfoArgs, MaterialsArgs,
+    MovieArgs, RenderArgs, SheetArgs, Turn, TurntableArgs,
 };
 pub use groups::{
     AnimationArgs, CameraArgs, DisplayArgs, DrawArgs, EncodingArgs, InputArgs, LightArgs, LimitArgs,
@@ -71,6 +71,8 @@ pub enum Command {
     Bench(Box<BenchArgs>),
     /// Render one model with every engine's shading model, side by side
     CompareModels(Box<CompareModelsArgs>),
+    /// Render two models from one camera, side by side with their difference
+    Diff(Box<DiffArgs>),
     /// List the built-in materials, print one, or show all on a contact sheet
     Materials(Box<MaterialsArgs>),
     /// List the formats of files that are read and written
@@ -135,6 +137,7 @@ mod tests {
             "info x --threads 1 --limit nodes=1 --variant 1 --format glb --up +z",
             "sheet x -o y --columns 1 --scene z",
             "compare-models x -o y --columns 1 --models gltf,velvet --against three",
+            "diff x y -o z --exit-code --columns 1",
             "bench x --frames 1",
             "bench x --rounds 1 --png",
             "materials -o y --size 1 --columns 1",

@@ -239,9 +239,9 @@ fn interpolation() -> Built {
     s.seen(flat_view())
 }
 
-/// Rows: seconds 0, 0.5 and 1. Columns: base colour from red to blue, emission from none to green, a texture that moves
-/// and one that turns, roughness from 0 to 1, a square that shows from second 1 on.
-fn animation_pointer() -> Built {
+/// Columns: base colour from red to blue, emission from none to green, a texture that moves and one that turns, roughness from
+/// 0 to 1, a square that shows from second 1 on.
+pub fn pointed() -> Result<Model, Box<dyn Error>> {
     let mut model = document();
     let mut mesh = square(1);
     mesh.tangents.clear();
@@ -297,6 +297,12 @@ fn animation_pointer() -> Built {
         (json!({"path": "pointer", "extensions": extension}), kind, values, how)
     });
     animate(&mut model, &[0.0, 1.0], &channels);
+    Ok(model)
+}
+
+/// Rows: seconds 0, 0.5 and 1.
+fn animation_pointer() -> Built {
+    let mut model = pointed()?;
     let mut s = Stage::new()?;
     for (row, time) in [0.0, 0.5, 1.0].into_iter().enumerate() {
         s.add(&model.finish(&at_time(time))?, at(0.0, 0.66 - 0.66 * row as f64, 0.66)?)?;

@@ -1,0 +1,158 @@
+//! Meshes in memory: what slicers and modellers hold.
+
+use crate::context::{overcoat, run};
+use crate::raw::{self, Sized32};
+use crate::status::{Failure, Status, overcoat_status};
+use renderer::color::srgb::SRGB8_TO_LINEAR;
+use renderer::scene::{Mesh, MeshData};
+use renderer::world::MeshHandle;
+
+/// Triangles in memory. Lists that may be null are said to.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+#[allow(non_camel_case_types)]
+pub struct overcoat_mesh {
+    /// Of this structure, see OVERCOAT_INIT.
+    pub size: u32,
+    /// Bytes from one position to the next: at least 12, a multiple of 4; 0: 12.
+    pub position_stride: u32,
+    /// x, y and z of each vertex, three floats.
+    pub positions: *const f32,
+    /// Number of vertices.
+    pub vertex_count: usize,
+    /// Three vertices of each triangle, counter-clockwise seen from the front. Null: each three vertices are a triangle.
+    pub indices: *const u32,
+    /// Number of triangles; without indices that of the vertices counts.
+    pub triangle_count: usize,
+    /// Three floats a vertex, of any length but zero; null: faces are flat.
+    pub normals: *const f32,
+    /// Two floats a vertex, (0, 0) is the upper left of a texture; null: none.
+    pub uvs: *const f32,
+    /// R, G, B, A of each vertex: sRGB with straight alpha, which multiplies the material's base colour; null: white.
+    pub vertex_colors: *const u8,
+    /// R, G, B, A of each triangle, in place of those of vertices; null: none.
+    pub face_colors: *const u8,
+}
+
+// SAFETY: begins with its size, and zeros are numbers and null pointers.
+unsafe impl Sized32 for overcoat_mesh {}
+
+fn linear(colors: &[[u8; 4]]) -> Vec<[f32; 4]> {
+    let of = |[r, g, b, a]: &[u8; 4]| {
+        let [r, g, b] = [r, g, b].map(|v| SRGB8_TO_LINEAR[usize::from(*v)]);
+        [r, g, b, f32::from(*a) / 255.0]
+    };
+    colors.iter().map(of).collect()
+}
+
+/// A list of a mesh, which may be null.
+unsafe fn list<T: Copy>(what: &str, pointer: *const T, length: usize) -> Result<Vec<T>, Failure> {
+    if pointer.is_null() {
+        return Ok(Vec::new());
+    }
+    // SAFETY: of the caller.
+    let list = unsafe { raw::slice(pointer, length) };
+    Ok(list.ok_or_else(|| Failure::argument(format!("{what}: not aligned, or too long")))?.to_vec())
+}
+
+/// Positions that may lie apart.
+unsafe fn positions(own: &overcoat_mesh) -> Result<Vec<[f32; 3]>, Failure> {
+    let stride = if own.position_stride == 0 { 12 } else { own.position_stride as usize };
+    if stride < 12 || stride % 4 != 0 {
+        return Err(Failure::argument(format!(
+            "position_stride: {stride} is not a multiple of 4 from 12 on"
+        )));
+    }
+    if own.vertex_count == 0 {
+        return Err(Failure::argument("vertex_count: a mesh has vertices"));
+    }
+    let (apart, last) = (stride / 4, own.vertex_count - 1);
+    let floats = last.checked_mul(apart).and_then(|before| before.checked_add(3));
+    // SAFETY: of the caller: three floats after the last stride.
+    let all = floats.and_then(|floats| unsafe { raw::slice(own.positions, floats) });
+    let all = all.ok_or_else(|| Failure::argument("positions: null, not aligned, or too long"))?;
+    Ok(all.chunks(apart).map(|vertex| [vertex[0], vertex[1], vertex[2]]).collect())
+}
+
+/// The library's mesh of a caller's.
+unsafe fn mesh(own: &overcoat_mesh) -> Result<Mesh, Failure> {
+    // SAFETY: of the caller, for each list.
+    unsafe {
+        let positions = positions(own)?;
+        let count = own.vertex_count;
+        let triangles = if own.indices.is_null() {
+            if count % 3 != 0 {
+                let message = format!("vertex_count: {count} vertices without indices are no triangles");
+                return Err(Failure::argument(message));
+            }
+            let last = u32::try_from(count)
+                .map_err(|_| Failure::new(Status::OVERCOAT_LIMIT, "too many vertices"))?;
+            (0..last / 3).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect()
+        } else {
+            list("indices", own.indices.cast::<[u32; 3]>(), own.triangle_count)?
+        };
+        let data = MeshData {
+            positions,
+            normals: list("normals", own.normals.cast::<[f32; 3]>(), count)?,
+            uvs: [list("uvs", own.uvs.cast::<[f32; 2]>(), count)?, Vec::new()],
+            colors: linear(&list("vertex_colors", own.vertex_colors.cast::<[u8; 4]>(), count)?),
+            triangles,
+            ..MeshData::default()
+        };
+        if own.face_colors.is_null() {
+            return Ok(Mesh::new(data)?);
+        }
+        let faces = list("face_colors", own.face_colors.cast::<[u8; 4]>(), data.triangles.len())?;
+        Ok(Mesh::new(data.with_face_colors(&linear(&faces))?)?)
+    }
+}
+
+/// Adds a mesh; it is copied. overcoat_add_instance() places it.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn overcoat_add_mesh(
+    overcoat: *mut overcoat,
+    world: u64,
+    mesh: *const overcoat_mesh,
+    mesh_out: *mut u64,
+) -> overcoat_status {
+    // SAFETY: of the caller.
+    unsafe {
+        run(overcoat, |inner, _| {
+            let own = raw::structure(mesh)
+                .ok_or_else(|| Failure::argument("mesh: null, or its size is not set"))?;
+            let handle = inner.world(world)?.add_mesh(self::mesh(&own)?)?;
+            raw::write(mesh_out, handle.to_bits());
+            Ok(())
+        })
+    }
+}
+
+/// Puts another mesh in the place of one, in every instance of it.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn overcoat_set_mesh(
+    overcoat: *mut overcoat,
+    world: u64,
+    mesh: u64,
+    with: *const overcoat_mesh,
+) -> overcoat_status {
+    // SAFETY: of the caller.
+    unsafe {
+        run(overcoat, |inner, _| {
+            let own = raw::structure(with)
+                .ok_or_else(|| Failure::argument("with: null, or its size is not set"))?;
+            let with = self::mesh(&own)?;
+            Ok(inner.world(world)?.set_mesh(MeshHandle::from_bits(mesh), with)?)
+        })
+    }
+}
+
+/// Removes a mesh of which there is no instance.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn overcoat_remove_mesh(
+    overcoat: *mut overcoat,
+    world: u64,
+    mesh: u64,
+) -> overcoat_status {
+    // SAFETY: of the caller.
+    unsafe { run(overcoat, |inner, _| Ok(inner.world(world)?.remove_mesh(MeshHandle::from_bits(mesh))?)) }
+}

@@ -1,0 +1,88 @@
+#!/usr/bin/env bash
+# The interface for C and C++: the header is that of the sources, and programs are compiled against it as strangers would, with the
+# shared and with the static library, and run: alone, under valgrind, with the address sanitizer, and in a window without a screen.
+set -euo pipefail
+cd "$(dirname "$0")/../.."
+root=$PWD
+here=$root/bindings/c
+target=${CARGO_TARGET_DIR:-$root/target}
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+
+needed=()
+command -v gcc >/dev/null && command -v g++ >/dev/null || needed+=(gcc g++)
+command -v valgrind >/dev/null || needed+=(valgrind)
+command -v pkg-config >/dev/null || needed+=(pkg-config)
+[ -n "${SKIP_QT-}" ] || pkg-config --exists Qt5Widgets 2>/dev/null || needed+=(qtbase5-dev)
+[ -n "${SKIP_QT-}" ] || command -v Xvfb >/dev/null || needed+=(xvfb)
+if [ ${#needed[@]} -gt 0 ]; then
+    apt-get update -qq
+    DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${needed[@]}" >/dev/null
+fi
+
+cargo build --locked --release -p overcoat --bins
+cargo build --locked --release -p overcoat-capi
+cargo test --locked --release -p overcoat-capi
+
+# As an installation has it.
+bindings/c/install.sh --prefix "$work/usr" --from "$target/release"
+export PKG_CONFIG_PATH=$work/usr/lib/pkgconfig LD_LIBRARY_PATH=$work/usr/lib
+soname=$(objdump -p "$work/usr/lib/libovercoat.so" | awk '$1 == "SONAME" { print $2 }')
+test "$soname" = libovercoat.so.0.1
+# Nothing else is exported.
+exported=$(nm -D --defined-only "$work/usr/lib/libovercoat.so" | awk '{ print $3 }' | sed 's/@.*//' | grep -v '^overcoat_' | grep -v '^_\(init\|fini\)$' || true)
+test -z "$exported" || { printf 'exported beside the interface:\n%s\n' "$exported" >&2; exit 1; }
+
+model=$root/assets/models/rounded-cube.glb
+hash=$("$target/release/overcoat" render "$model" --size 96x64 -o "$work/expected.png" --json | tr -d ' \n' | sed 's/.*"frame_hash":"\([0-9a-f]*\)".*/\1/')
+test ${#hash} = 32
+
+strict=(-Wall -Wextra -Wpedantic -Werror -O1 -g)
+read -ra shared < <(pkg-config --cflags --libs overcoat)
+read -ra static < <(pkg-config --cflags --libs --static overcoat | sed "s|-lovercoat|$work/usr/lib/libovercoat.a|")
+
+echo '== C, shared'
+gcc -std=gnu11 "${strict[@]}" "$here/tests/interface.c" -o "$work/shared" "${shared[@]}" -lpthread -lm
+"$work/shared" "$model" "$hash"
+echo '== C, static, address sanitizer'
+gcc -std=gnu11 "${strict[@]}" -fsanitize=address,undefined "$here/tests/interface.c" -o "$work/sanitized" "${static[@]}" -lm
+env -u LD_LIBRARY_PATH "$work/sanitized" "$model" "$hash"
+echo '== C, valgrind'
+valgrind -q --error-exitcode=9 --leak-check=full --errors-for-leak-kinds=definite \
+    "$work/shared" "$model" "$hash"
+
+echo '== examples'
+gcc -std=c11 "${strict[@]}" "$here/examples/thumbnail.c" -o "$work/thumbnail" "${shared[@]}"
+"$work/thumbnail" "$model" "$work/thumbnail.png" 128
+"$target/release/overcoat" render "$model" --size 128 -o "$work/expected.png" -q
+cmp "$work/thumbnail.png" "$work/expected.png"
+if "$work/thumbnail" /nowhere.glb "$work/none.png" 2>"$work/error"; then exit 1; fi
+grep -q '/nowhere.glb: /nowhere.glb: cannot be read' "$work/error"
+test ! -e "$work/none.png"
+g++ -std=c++17 "${strict[@]}" "$here/examples/slicer_thumbnail.cpp" -o "$work/slicer" "${shared[@]}"
+"$work/slicer" "$work/plate.gcode" "$work/plate.3mf"
+test "$(grep -c '^; thumbnail begin' "$work/plate.gcode")" = 2
+# The blocks are PNG pictures of their size; the 3MF is read again, with all of its triangles.
+python3 - "$work/plate.gcode" "$work/plate.3mf" <<'PY'
+import base64, re, struct, sys, zipfile
+text = open(sys.argv[1]).read()
+for width, height, count, body in re.findall(r"; thumbnail begin (\d+)x(\d+) (\d+)\n(.*?); thumbnail end", text, re.S):
+    digits = "".join(line[2:] for line in body.splitlines())
+    assert len(digits) == int(count)
+    png = base64.b64decode(digits, validate=True)
+    assert png[:8] == b"\x89PNG\r\n\x1a\n" and struct.unpack(">II", png[16:24]) == (int(width), int(height))
+with zipfile.ZipFile(sys.argv[2]) as package:
+    assert package.testzip() is None and package.read("Metadata/thumbnail.png")[:4] == b"\x89PNG"
+PY
+"$target/release/overcoat" info "$work/plate.3mf" | grep -q '14,400 triangles\|14400'
+
+if [ -z "${SKIP_QT-}" ]; then
+    echo '== Qt'
+    read -ra qt < <(pkg-config --cflags --libs Qt5Widgets)
+    g++ -std=c++17 -fPIC -Wall -Wextra -Werror -O1 "$here/examples/qt/viewer.cpp" -o "$work/viewer" "${shared[@]}" "${qt[@]}"
+    xvfb-run -a "$work/viewer" "$model" --grab "$work/grab.png"
+    "$target/release/overcoat" render "$model" --size 640x480 --quality good --background '#383a3e' -o "$work/window.png" -q
+    # What the widget shows is the picture of the command, in every pixel.
+    "$target/release/overcoat" golden check "$work/grab.png" "$work/window.png"
+fi
+echo 'C: all is well'

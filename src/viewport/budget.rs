@@ -1,0 +1,191 @@
+//! How well a picture is drawn, when there is only so much time for it.
+
+use crate::render::{Quality, RenderOptions, RenderStats, WorkDone};
+use crate::scene::Scene;
+use std::time::Duration;
+
+/// What a picture may take.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum FrameBudget {
+    /// Units of work, counted and not timed: the same pictures on every machine. A unit is about a nanosecond of one thread on a
+    /// machine of 2022, so that 16,000,000 is a sixtieth of a second there.
+    Work(u64),
+    /// Time by the clock. How well a picture is drawn then depends on the machine and what else it does, so no hash of it says
+    /// anything; each picture is the one of its [`Level`] all the same.
+    Time(Duration),
+}
+
+/// How well a picture is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Level {
+    /// The tier.
+    pub quality: Quality,
+    /// Coverage samples a pixel.
+    pub samples: u32,
+}
+
+impl Level {
+    /// From the best to the cheapest: first the tiers with all samples, then drafts with fewer.
+    pub(super) fn all(best: Quality, samples: u32) -> Vec<Self> {
+        let tiers = Quality::ALL.iter().rev().skip_while(|quality| **quality != best);
+        let tiers = tiers.map(|&quality| Self { quality, samples });
+        let fewer = [4, 1].into_iter().filter(|fewer| *fewer < samples);
+        tiers.chain(fewer.map(|samples| Self { quality: Quality::Draft, samples })).collect()
+    }
+
+    /// The better, the larger.
+    pub(super) fn rank(self) -> (usize, u32) {
+        (Quality::ALL.iter().position(|quality| *quality == self.quality).unwrap_or_default(), self.samples)
+    }
+
+    /// About what it takes beside a draft with eight samples: drafts of README's models at 1280 x 720, one thread.
+    fn weight(self) -> f64 {
+        let tier = match self.quality {
+            Quality::Draft => 1.0,
+            Quality::Fast => 1.3,
+            Quality::Good => 5.0,
+            Quality::Best => 14.0,
+        };
+        let samples = match self.samples {
+            1 => 0.5,
+            4 => 0.8,
+            16 => 1.5,
+            _ => 1.0,
+        };
+        tier * samples
+    }
+}
+
+/// Nanoseconds, about: of a triangle, whether it is seen or not; of a block of 4 x 4 pixels that a triangle is drawn into; of a
+/// pixel; of a fragment, beside its shading.
+const TRIANGLE: u64 = 12;
+const BLOCK: u64 = 12;
+const PIXEL: u64 = 3;
+const FRAGMENT: u64 = 12;
+/// Of a pixel of a model that nothing is known of, with all that is in it.
+const UNKNOWN_PIXEL: u64 = 60;
+
+/// Part of the budget that the next better level has to stay within: what it takes is only guessed.
+const ROOM: f64 = 0.8;
+
+/// Chooses levels.
+#[derive(Debug, Default)]
+pub(super) struct Controller {
+    budget: Option<FrameBudget>,
+    /// What the last picture took, in the unit of the budget, and its level.
+    last: Option<(f64, Level)>,
+}
+
+impl Controller {
+    pub(super) fn set_budget(&mut self, budget: Option<FrameBudget>) {
+        if self.budget != budget {
+            *self = Self { budget, last: None };
+        }
+    }
+
+    /// The level of the next picture, of those that there are, the best of them first.
+    pub(super) fn choose(&self, levels: &[Level], scene: &Scene, options: &RenderOptions) -> Level {
+        let best =
+            levels.first().copied().unwrap_or(Level { quality: Quality::Draft, samples: options.samples });
+        let Some(budget) = self.budget else { return best };
+        let most = match budget {
+            FrameBudget::Work(units) => units as f64,
+            FrameBudget::Time(time) => time.as_nanos() as f64,
+        };
+        let (spent, at) = self.last.unwrap_or_else(|| {
+            let pixels = u64::from(options.width) * u64::from(options.height);
+            let guess = scene.triangle_count() * TRIANGLE + pixels * UNKNOWN_PIXEL;
+            (guess as f64, Level { quality: Quality::Draft, samples: 8 })
+        });
+        let fits = |level: &&Level| {
+            // The level that it was needs no room; a better one is guessed to need some.
+            let room = if **level == at { 1.0 } else { ROOM };
+            spent * level.weight() / at.weight() <= most * room
+        };
+        levels.iter().find(fits).or(levels.last()).copied().unwrap_or(best)
+    }
+
+    /// Takes over what a picture took.
+    pub(super) fn learn(
+        &mut self,
+        level: Level,
+        stats: &RenderStats,
+        work: &WorkDone,
+        pixels: u64,
+        time: Duration,
+    ) {
+        let spent = match self.budget {
+            None => return,
+            Some(FrameBudget::Time(_)) => time.as_nanos() as f64,
+            Some(FrameBudget::Work(_)) => {
+                let counts = [
+                    (stats.triangles, TRIANGLE),
+                    (work.blocks, BLOCK),
+                    (work.fragments, FRAGMENT),
+                    (work.shading, 1),
+                    (pixels, PIXEL),
+                ];
+                counts.iter().fold(0_u64, |sum, (n, each)| sum.saturating_add(n.saturating_mul(*each))) as f64
+            }
+        };
+        self.last = Some((spent, level));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MEGA: u64 = 1_000_000;
+
+    fn levels() -> Vec<Level> {
+        Level::all(Quality::Good, 8)
+    }
+
+    fn learnt(spent: u64, level: Level, budget: u64) -> Level {
+        let mut controller = Controller::default();
+        controller.set_budget(Some(FrameBudget::Work(budget)));
+        let work = WorkDone { shading: spent, ..WorkDone::default() };
+        controller.learn(level, &RenderStats::default(), &work, 0, Duration::MAX);
+        controller.choose(&levels(), &Scene::new(), &RenderOptions::new(64, 64))
+    }
+
+    #[test]
+    fn levels_go_down_from_the_best() {
+        let names: Vec<_> = levels().iter().map(|level| (level.quality.name(), level.samples)).collect();
+        assert_eq!(names, [("good", 8), ("fast", 8), ("draft", 8), ("draft", 4), ("draft", 1)]);
+        assert!(levels().windows(2).all(|w| w[0].rank() > w[1].rank() && w[0].weight() > w[1].weight()));
+        assert_eq!(Level::all(Quality::Draft, 1).len(), 1);
+        assert_eq!(Level::all(Quality::Best, 16).len(), 6);
+    }
+
+    #[test]
+    fn a_picture_that_took_too_much_is_followed_by_a_cheaper_one_and_back_with_room() {
+        let [good, fast, draft, _, least] = levels()[..] else { panic!() };
+        assert_eq!(learnt(20 * MEGA, good, 30 * MEGA), good);
+        assert_eq!(learnt(50 * MEGA, good, 30 * MEGA), fast);
+        assert_eq!(learnt(900 * MEGA, good, 30 * MEGA), least);
+        assert_eq!(learnt(10 * MEGA, draft, 30 * MEGA), fast);
+        assert_eq!(learnt(10 * MEGA, draft, 70 * MEGA), good);
+        // What fits stays, though little is left.
+        assert_eq!(learnt(29 * MEGA, fast, 30 * MEGA), fast);
+    }
+
+    #[test]
+    fn the_clock_does_not_count_unless_it_is_asked_and_nothing_counts_without_a_budget() {
+        let mut controller = Controller::default();
+        let (scene, options) = (Scene::new(), RenderOptions::new(64, 64));
+        assert_eq!(controller.choose(&levels(), &scene, &options), levels()[0]);
+        controller.set_budget(Some(FrameBudget::Time(Duration::from_millis(10))));
+        let stats = RenderStats::default();
+        controller.learn(levels()[0], &stats, &WorkDone::default(), 0, Duration::from_millis(500));
+        assert_eq!(controller.choose(&levels(), &scene, &options), levels()[4]);
+        controller.learn(levels()[4], &stats, &WorkDone::default(), 0, Duration::from_micros(10));
+        assert_eq!(controller.choose(&levels(), &scene, &options), levels()[0]);
+        // Before anything is known, by the size of the picture.
+        controller.set_budget(Some(FrameBudget::Work(16 * MEGA)));
+        assert_eq!(controller.choose(&levels(), &scene, &options), levels()[0]);
+        assert_eq!(controller.choose(&levels(), &scene, &RenderOptions::new(4096, 4096)), levels()[4]);
+    }
+}

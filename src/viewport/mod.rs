@@ -1,0 +1,249 @@
+//! Pictures of a scene that follow each other, for windows: drawn into the window's own memory, as well as there is time for, and
+//! better when nothing moves.
+//!
+//! A [`Viewport`] keeps a [`Renderer`] and what it needs from one picture to the next. [`Viewport::draw`] makes the next picture
+//! of a scene and camera that may have changed; [`Viewport::refine`], called as long as nothing changes, makes it better tier by
+//! tier; [`Viewport::pick`] says what is seen in a pixel; [`Orbit`] is a camera for a mouse.
+//!
+//! ```
+//! use overcoat::frame::{PixelFormat, Target};
+//! use overcoat::render::{Quality, Renderer};
+//! use overcoat::scene::{Material, Transform, primitives};
+//! use overcoat::viewport::{Orbit, Viewport};
+//! use overcoat::world::World;
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let mut world = World::new();
+//! let mesh = world.add_mesh(primitives::cuboid([1.0; 3])?)?;
+//! let material = world.add_material(Material::default())?;
+//! let cube = world.add_instance(mesh, material, Transform::IDENTITY)?;
+//!
+//! let (width, height) = (96, 64);
+//! let mut viewport = Viewport::new(Renderer::new(1));
+//! viewport.resize(width, height);
+//! viewport.set_quality(Quality::Fast);
+//! let mut orbit = Orbit::around(world.scene(), width as f32 / height as f32);
+//! // What a window hands out.
+//! let mut buffer = vec![0; 4 * (width * height) as usize];
+//! let stride = 4 * width as usize;
+//!
+//! orbit.turn(0.3, 0.1);
+//! viewport.draw(world.scene(), &orbit.camera(), &mut Target::new(&mut buffer, stride, PixelFormat::Xrgb8))?;
+//! // Nothing moves any more.
+//! let mut target = Target::new(&mut buffer, stride, PixelFormat::Xrgb8);
+//! while let Some(better) = viewport.refine(world.scene(), &orbit.camera(), &mut target)? {
+//!     println!("{}", better.level.quality.name());
+//! }
+//! let hit = viewport.pick(world.scene(), &orbit.camera(), [48, 32])?.unwrap();
+//! assert_eq!(world.instance(hit.instance), Some(cube));
+//! # Ok(())
+//! # }
+//! ```
+
+mod budget;
+mod orbit;
+
+pub use budget::{FrameBudget, Level};
+pub use orbit::Orbit;
+
+use crate::frame::{DisplayOptions, Target};
+use crate::render::{Hit, Quality, RenderError, RenderOptions, RenderStats, Renderer};
+use crate::scene::{Camera, Revision, Scene};
+use budget::Controller;
+use std::time::Instant;
+
+/// Draws pictures that follow each other, see the [module](self).
+#[derive(Debug)]
+pub struct Viewport {
+    renderer: Renderer,
+    options: RenderOptions,
+    display: DisplayOptions,
+    quality: Quality,
+    controller: Controller,
+    /// What the last picture was of, and how it was drawn.
+    last: Option<(Subject, Level)>,
+}
+
+/// What a picture is of: another one of the same would be the same.
+#[derive(Clone, Debug, PartialEq)]
+struct Subject {
+    scene: [Revision; 2],
+    camera: Camera,
+    options: RenderOptions,
+    display: DisplayOptions,
+    quality: Quality,
+}
+
+/// A picture that has been drawn.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Drawn {
+    /// How it was drawn.
+    pub level: Level,
+    /// Whether [`Viewport::refine`] would draw no better one.
+    pub is_final: bool,
+    /// Exposure in stops that it has, see [`RenderedInto::exposure`](crate::render::RenderedInto::exposure).
+    pub exposure: f32,
+    /// What it took.
+    pub stats: RenderStats,
+}
+
+impl Viewport {
+    /// Draws with a renderer: its threads, instruction set, and environments that it has filtered already. Pictures have the
+    /// default options, and the tier [`Quality::Draft`], until others are set.
+    #[must_use]
+    pub fn new(renderer: Renderer) -> Self {
+        Self {
+            renderer,
+            options: RenderOptions::default(),
+            display: DisplayOptions::default(),
+            quality: Quality::Draft,
+            controller: Controller::default(),
+            last: None,
+        }
+    }
+
+    /// The renderer: for its threads, and to be stopped by [`Renderer::cancel_by`].
+    #[must_use]
+    pub fn renderer(&mut self) -> &mut Renderer {
+        &mut self.renderer
+    }
+
+    /// Options of the pictures. What a tier decides of them, and samples that there is no time for, are taken from
+    /// [`Viewport::set_quality`] and the budget.
+    #[must_use]
+    pub fn options(&self) -> &RenderOptions {
+        &self.options
+    }
+
+    /// Draws the following pictures with these options.
+    pub fn set_options(&mut self, options: RenderOptions) {
+        self.options = options;
+    }
+
+    /// How light becomes a picture for a screen.
+    #[must_use]
+    pub fn display(&self) -> &DisplayOptions {
+        &self.display
+    }
+
+    /// Draws the following pictures for such a screen.
+    pub fn set_display(&mut self, display: DisplayOptions) {
+        self.display = display;
+    }
+
+    /// Width and height in pixels of the following pictures. Memory is kept for the largest so far: going back and forth takes
+    /// none.
+    pub fn resize(&mut self, width: u32, height: u32) {
+        (self.options.width, self.options.height) = (width, height);
+    }
+
+    /// The tier that pictures reach.
+    #[must_use]
+    pub fn quality(&self) -> Quality {
+        self.quality
+    }
+
+    /// Lets pictures reach a tier.
+    pub fn set_quality(&mut self, quality: Quality) {
+        self.quality = quality;
+    }
+
+    /// How much a picture of [`Viewport::draw`] may take; `None`, the default: whatever the tier takes.
+    pub fn set_budget(&mut self, budget: Option<FrameBudget>) {
+        self.controller.set_budget(budget);
+    }
+
+    /// Draws the next picture: at the tier that was set, or, within a budget, as well as the pictures before say that there is
+    /// time for.
+    ///
+    /// # Errors
+    /// As [`Renderer::render_into`].
+    pub fn draw(
+        &mut self,
+        scene: &Scene,
+        camera: &Camera,
+        target: &mut Target<'_>,
+    ) -> Result<Drawn, RenderError> {
+        let levels = Level::all(self.quality, self.options.samples);
+        let level = self.controller.choose(&levels, scene, &self.options);
+        let start = Instant::now();
+        let drawn = self.draw_at(level, scene, camera, target)?;
+        let (work, pixels) =
+            (self.renderer.work_done(), u64::from(self.options.width) * u64::from(self.options.height));
+        self.controller.learn(level, &drawn.stats, &work, pixels, start.elapsed());
+        Ok(drawn)
+    }
+
+    /// Draws the next better picture of the same scene from the same camera: the tier after the last one that was drawn of it,
+    /// or the first one, [`Quality::Draft`], if anything is another. `None` if there is no better one: then nothing is drawn.
+    ///
+    /// The best is the picture that [`Renderer::render_into`] draws with these options and this tier. A budget does not count.
+    ///
+    /// # Errors
+    /// As [`Renderer::render_into`]. One that was [cancelled](Renderer::cancel_by) is drawn again the next time.
+    pub fn refine(
+        &mut self,
+        scene: &Scene,
+        camera: &Camera,
+        target: &mut Target<'_>,
+    ) -> Result<Option<Drawn>, RenderError> {
+        let levels = Level::all(self.quality, self.options.samples);
+        let subject = self.subject(scene, camera);
+        let tiers: Vec<Level> =
+            levels.into_iter().filter(|level| level.samples == self.options.samples).rev().collect();
+        let next = match &self.last {
+            Some((last, level)) if *last == subject => {
+                let better = |tier: &&Level| tier.rank() > level.rank();
+                tiers.iter().find(better)
+            }
+            _ => tiers.first(),
+        };
+        next.map(|level| self.draw_at(*level, scene, camera, target)).transpose()
+    }
+
+    /// What is seen in a pixel of the last picture, see [`Renderer::pick`]. The scene and the camera may have changed:
+    /// the answer is about them as they are.
+    ///
+    /// # Errors
+    /// As [`Renderer::pick`].
+    pub fn pick(
+        &mut self,
+        scene: &Scene,
+        camera: &Camera,
+        pixel: [u32; 2],
+    ) -> Result<Option<Hit>, RenderError> {
+        self.renderer.pick(scene, camera, &self.options, pixel)
+    }
+
+    fn draw_at(
+        &mut self,
+        level: Level,
+        scene: &Scene,
+        camera: &Camera,
+        target: &mut Target<'_>,
+    ) -> Result<Drawn, RenderError> {
+        let subject = self.subject(scene, camera);
+        self.last = None;
+        let options = self.options_at(level);
+        let done = self.renderer.render_into(scene, camera, &options, &self.display, target)?;
+        self.last = Some((subject, level));
+        let best = Level { quality: self.quality, samples: self.options.samples };
+        let is_final = level.rank() >= best.rank();
+        Ok(Drawn { level, is_final, exposure: done.exposure, stats: done.stats })
+    }
+
+    fn options_at(&self, level: Level) -> RenderOptions {
+        self.options.clone().with_samples(level.samples).with_quality(level.quality)
+    }
+
+    fn subject(&self, scene: &Scene, camera: &Camera) -> Subject {
+        Subject {
+            scene: [scene.revision(), scene.lighting()],
+            camera: *camera,
+            options: self.options.clone(),
+            display: self.display.clone(),
+            quality: self.quality,
+        }
+    }
+}
