@@ -23,6 +23,9 @@
 //!
 //! Whole programs, from a file to pixels and from nothing to a scene, are on a page: [`guide::library`].
 //!
+//! Applications that draw the same things again and again keep them in a [`world::World`], whose parts have names that stay, and
+//! draw them through a [`viewport::Viewport`] into the memory of a window.
+//!
 //! [`output`] makes files of it, [`golden`] compares them, and [`decode`] reads them again. [`description`] reads a whole
 //! picture, with camera, lights and options, from a scene file, and the program `overcoat` is a command line over all of it.
 //!

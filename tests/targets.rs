@@ -7,7 +7,8 @@ use common::Shot;
 use overcoat::description::Machine;
 use overcoat::frame::{Aov, DisplayImage, Frame, PixelFormat, Target};
 use overcoat::jobs::Jobs;
-use overcoat::render::{Cancellation, RenderError, RenderOptions, Renderer};
+use overcoat::limits::Limits;
+use overcoat::render::{Cancellation, Quality, RenderError, RenderOptions, Renderer};
 use overcoat::scene::{
     AlphaMode, Camera, Instance, Material, MaterialId, PrimitiveKind, Scene, Transform, primitives,
 };
@@ -298,4 +299,30 @@ fn a_picture_can_be_stopped() {
     assert_eq!(renderer.render(&scene, &camera, &options).unwrap_err(), RenderError::Cancelled);
     renderer.cancel_by(Some(Cancellation::new()));
     assert_eq!(renderer.render(&scene, &camera, &options).unwrap().frame, before);
+}
+
+/// Wherever a limit stops a picture, the next one is as if nothing had been drawn before.
+#[test]
+fn a_picture_that_was_stopped_leaves_nothing_behind() {
+    for (name, shot) in shots() {
+        println!("{name}");
+        let Shot { scene, camera, options, .. } = &shot;
+        let options = options.clone().with_quality(Quality::Best).with_samples(4);
+        let whole = Renderer::new(1).render(scene, camera, &options).unwrap();
+        let mut renderer = Renderer::new(1);
+        for part in 1..12_u64 {
+            let mut limits = Limits::default();
+            // Of each kind of work as much as a twelfth of the picture, and so on.
+            match part % 4 {
+                0 => limits.fragments = (whole.stats.fragments * part / 12).max(1),
+                1 => limits.blocks = (renderer.work_done().blocks * part / 12).max(1),
+                2 => limits.blend_entries = part * 20,
+                _ => limits.shading = part / 4,
+            }
+            let stopped = renderer.render(scene, camera, &options.clone().with_limits(limits));
+            assert!(matches!(stopped, Ok(_) | Err(RenderError::Limit(_))), "{stopped:?}");
+            let after = renderer.render(scene, camera, &options).unwrap();
+            assert_eq!(after.frame.frame_hash(), whole.frame.frame_hash(), "{name}, after part {part}");
+        }
+    }
 }

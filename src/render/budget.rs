@@ -53,6 +53,11 @@ impl FrameBudget {
         Ok(budget)
     }
 
+    /// Counts the references of those tiles alone that touch a box of pixels: [`TileGrid::listed_within`].
+    pub(super) fn list_within(&mut self, pixels: [u32; 4]) {
+        self.grid = self.grid.listed_within(pixels);
+    }
+
     /// True if nothing more may be added.
     pub(super) fn is_spent(&self) -> bool {
         self.spent.load(Ordering::Relaxed) > self.limit

@@ -103,7 +103,7 @@ impl Memory {
         let &Request { jobs, scene, options, .. } = request;
         self.last = None;
         // Refuse what is out of range or too much, before anything is made.
-        let (pattern, view, budget) = self.check(request)?;
+        let (pattern, view, mut budget) = self.check(request)?;
         request.go_on()?;
         let mirrored = self.draw_mirrored(request)?;
         self.last = None;
@@ -133,6 +133,7 @@ impl Memory {
             // What refracts may show whatever else is in the picture.
             if !self.geometry.states.iter().any(|state| state.refracts) {
                 grid = grid.listed_within(*region);
+                budget.list_within(*region);
             }
         }
         let to = SetUp { grid: &grid, pattern: &pattern, budget: &budget };

@@ -75,6 +75,8 @@ impl TileLight {
             let reading = SurfaceReading::of(&pass.frame.shade, material, false);
             for first in (listed..end).step_by(LANES) {
                 if pass.work.is_stopped() {
+                    // The next picture has other fragments.
+                    self.trace.forget();
                     return false;
                 }
                 let places = first..end.min(first + LANES);

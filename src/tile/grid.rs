@@ -116,3 +116,30 @@ impl TileGrid {
         [first_column, first_row, end_column.max(first_column), end_row.max(first_row)]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn boxes_list_the_tiles_that_they_touch_and_that_are_asked_for() {
+        let grid = TileGrid::new(100, 70, 32);
+        let all = |grid: &TileGrid| {
+            grid.tiles_of_box([-50 * SUBPIXELS, -35 * SUBPIXELS, 50 * SUBPIXELS, 35 * SUBPIXELS])
+        };
+        assert_eq!(all(&grid), [0, 0, 4, 3]);
+        let part = grid.listed_within([33, 10, 64, 33]);
+        assert_eq!(
+            (all(&part), part.lists([32, 0]), part.lists([31, 0]), part.lists([64, 63])),
+            ([1, 0, 2, 2], true, false, false)
+        );
+        // Beside it nothing, and no negative number of tiles.
+        for beside in [[-40, -30, -30, -20], [40, 30, 45, 33], [-40, 30, -30, 33]] {
+            let [left, top, right, bottom] = part.tiles_of_box(beside.map(|pixels| pixels * SUBPIXELS));
+            assert!(right >= left && bottom >= top && (right == left || bottom == top), "{beside:?}");
+        }
+        assert_eq!((grid.tile_of([99, 69]), grid.tile_of([32, 31])), (11, 1));
+        assert_eq!(grid.tiles_of_pixels([0, 0, 1, 1]), [0, 0, 1, 1]);
+        assert_eq!(grid.tiles_of_pixels([31, 32, 33, 65]), [0, 1, 2, 3]);
+    }
+}

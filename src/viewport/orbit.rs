@@ -20,6 +20,8 @@ pub struct Orbit {
     projection: Projection,
     /// Part of the distance before which nothing is drawn.
     near: f64,
+    /// What it was made of, until it moves: in every bit.
+    exact: Option<Camera>,
 }
 
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
@@ -33,7 +35,7 @@ impl Orbit {
         Self::from_camera(&Framing { aspect, ..Framing::automatic(scene) }.camera(scene))
     }
 
-    /// From where a camera is, around what it looks at.
+    /// From where a camera is, around what it looks at. Until it moves it is that camera; then +Y is up.
     #[must_use]
     pub fn from_camera(camera: &Camera) -> Self {
         let target = camera.target.map(f64::from);
@@ -48,13 +50,17 @@ impl Orbit {
             first_distance: distance,
             projection: camera.projection,
             near: (f64::from(camera.near) / distance).min(1e-3),
+            exact: None,
         };
-        orbit.with_height(back[1])
+        Self { exact: Some(*camera), ..orbit.with_height(back[1]) }
     }
 
     /// Where it is seen from.
     #[must_use]
     pub fn camera(&self) -> Camera {
+        if let Some(exact) = self.exact {
+            return exact;
+        }
         let eye: [f64; 3] = std::array::from_fn(|k| self.target[k] + self.back[k] * self.distance);
         let projection = match self.projection {
             Projection::Orthographic { height } => Projection::Orthographic {
@@ -78,6 +84,7 @@ impl Orbit {
         if !(right.is_finite() && up.is_finite()) {
             return;
         }
+        self.exact = None;
         // Angles beyond a turn say nothing more.
         let (sin, cos) = sin_cos(right % std::f64::consts::TAU);
         let [x, y, z] = self.back;
@@ -108,9 +115,7 @@ impl Orbit {
         let (across, above) = ([z / level, 0.0, -x / level], [-x * y / level, level, -z * y / level]);
         let moved: [f64; 3] =
             std::array::from_fn(|k| self.target[k] + (across[k] * right + above[k] * up) * height);
-        if moved.iter().all(|v| v.abs() < 1e15) {
-            self.target = moved;
-        }
+        self.set_target(moved);
     }
 
     /// Comes closer by a factor: 2 is half the distance.
@@ -118,6 +123,7 @@ impl Orbit {
         if factor > 0.0 && factor.is_finite() {
             let [least, most] = [NEAREST, FARTHEST].map(|times| times * self.first_distance);
             self.distance = (self.distance / factor).clamp(least, most);
+            self.exact = None;
         }
     }
 
@@ -130,7 +136,7 @@ impl Orbit {
     /// Goes around another point, in world space; the view moves with it.
     pub fn set_target(&mut self, target: [f64; 3]) {
         if target.iter().all(|v| v.abs() < 1e15) {
-            self.target = target;
+            (self.target, self.exact) = (target, None);
         }
     }
 
@@ -156,6 +162,16 @@ mod tests {
 
     fn near(a: [f32; 3], b: [f32; 3]) {
         assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-3), "{a:?} is not {b:?}");
+    }
+
+    #[test]
+    fn until_it_moves_it_is_the_camera_that_it_was_made_of() {
+        let camera = Camera::look_at([0.1, 7.3, 4.7], [0.3, 0.2, 0.1], [0.0, 1.0, 0.1]).unwrap();
+        let mut orbit = Orbit::from_camera(&camera);
+        assert_eq!(orbit.camera(), camera);
+        orbit.turn(0.0, 0.0);
+        near(orbit.camera().eye, camera.eye);
+        assert_eq!(orbit.camera().up, [0.0, 1.0, 0.0]);
     }
 
     #[test]

@@ -1,7 +1,8 @@
 //! What the window shows: a model, a camera and how it is drawn.
 
 use crate::arguments::Arguments;
-use overcoat::frame::{DisplayOptions, PixelFormat, Target};
+use overcoat::description::{BackgroundChoice, Description, Machine};
+use overcoat::frame::{PixelFormat, Target};
 use overcoat::jobs::Jobs;
 use overcoat::limits::Limits;
 use overcoat::load::{AnimatedModel, AnimationChoice, LoadError, LoadOptions};
@@ -39,13 +40,16 @@ impl Show {
         let world = World::new();
         let mut viewport = Viewport::new(Renderer::builder().threads(arguments.threads).build()?);
         let [width, height] = arguments.size;
-        viewport.set_options(
-            RenderOptions::new(width, height)
-                .with_shading(arguments.shading)
-                .with_ground(Ground::Shadow)
-                .with_ground_edge(0.25),
-        );
-        viewport.set_display(DisplayOptions::default().with_background(Some([0x38, 0x3a, 0x3e])));
+        // The defaults of the command: what rests is the picture that it makes.
+        let description = Description {
+            size: Some([width.into(), height.into()]),
+            shading: arguments.shading,
+            background: Some(BackgroundChoice::Color([0x38, 0x3a, 0x3e])),
+            ..Description::default()
+        };
+        let (options, display) = description.options(Machine::default(), &Limits::default())?;
+        viewport.set_options(options);
+        viewport.set_display(display);
         viewport.set_quality(arguments.quality);
         viewport.set_budget(Some(FrameBudget::Work(MOVING)));
         let orbit = Orbit::around(world.scene(), width as f32 / height as f32);

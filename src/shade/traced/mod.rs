@@ -75,6 +75,11 @@ impl TraceScratch {
     pub fn waiting(&self) -> usize {
         self.hits.len()
     }
+
+    /// Leaves hits that wait unshaded, for good.
+    pub fn forget(&mut self) {
+        self.hits.clear();
+    }
 }
 
 impl TracedLight<'_> {
