@@ -1,0 +1,102 @@
+//! Options of a picture: a scene description as JSON, limits, and what a description cannot hold.
+
+use crate::environment::Environment;
+use crate::errors::{self, Kind};
+use crate::material::InlineMaterial;
+use overcoat::cli::limit_values::set_limit;
+use overcoat::color::srgb::SRGB8_TO_LINEAR;
+use overcoat::description::Description;
+use overcoat::frame::Aov;
+use overcoat::output::write_atomically;
+use overcoat::{Limits, description};
+use pyo3::prelude::*;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+/// The JSON schema of scene files: the only list of options.
+#[pyfunction]
+pub(crate) fn scene_schema() -> String {
+    description::scene_schema()
+}
+
+/// Names of planes of the G-buffer, and how many channels each has.
+#[pyfunction]
+pub(crate) fn aov_names() -> Vec<(&'static str, usize)> {
+    Aov::ALL.iter().map(|aov| (aov.name(), aov.channels())).collect()
+}
+
+/// A scene file as JSON, with the paths in it as seen from the current folder.
+#[pyfunction]
+pub(crate) fn read_description(path: PathBuf) -> PyResult<String> {
+    let description = Description::open(&path).map_err(|e| errors::description(&e))?;
+    serde_json::to_string(&description).map_err(|e| Kind::Option.error(e))
+}
+
+/// Linear values of the codes of sRGB, 0 to 255.
+#[pyfunction]
+pub(crate) fn srgb_table() -> Vec<f32> {
+    SRGB8_TO_LINEAR.to_vec()
+}
+
+/// Writes a file whole or not at all.
+#[pyfunction]
+pub(crate) fn write_file(path: PathBuf, bytes: &[u8]) -> PyResult<()> {
+    write_atomically(&path, bytes).map_err(|e| errors::output(&e))
+}
+
+/// What one picture is asked for.
+pub(crate) struct Request {
+    pub(crate) description: Description,
+    pub(crate) limits: Limits,
+    pub(crate) environment: Option<Environment>,
+    /// Materials that are given as dicts, by the name of the material that they take the place of; `None` for all.
+    pub(crate) materials: Vec<InlineMaterial>,
+    pub(crate) aovs: Vec<Aov>,
+}
+
+/// What Python gives of it: `description` and each of `materials` are JSON.
+#[derive(FromPyObject)]
+pub(crate) struct GivenRequest<'py> {
+    #[pyo3(item)]
+    description: String,
+    #[pyo3(item)]
+    limits: BTreeMap<String, u64>,
+    #[pyo3(item)]
+    environment: Option<PyRef<'py, Environment>>,
+    #[pyo3(item)]
+    materials: Vec<(Option<String>, String)>,
+    #[pyo3(item)]
+    aov: Vec<String>,
+}
+
+impl Request {
+    /// Checks what Python has given.
+    pub(crate) fn new(given: GivenRequest<'_>) -> PyResult<Self> {
+        let description = Description::from_json(&given.description).map_err(|e| errors::description(&e))?;
+        let aovs = given.aov.iter().map(|name| aov(name)).collect::<PyResult<Vec<Aov>>>()?;
+        Ok(Self {
+            description,
+            limits: limits(&given.limits)?,
+            environment: given.environment.map(|environment| environment.clone()),
+            materials: given.materials.into_iter().map(|(name, json)| InlineMaterial { name, json }).collect(),
+            aovs,
+        })
+    }
+}
+
+/// The default limits with some of them changed.
+pub(crate) fn limits(given: &BTreeMap<String, u64>) -> PyResult<Limits> {
+    let mut limits = Limits::default();
+    for (name, value) in given {
+        set_limit(&mut limits, name, *value).map_err(|message| Kind::Option.error(message))?;
+    }
+    Ok(limits)
+}
+
+/// A plane by its name.
+pub(crate) fn aov(name: &str) -> PyResult<Aov> {
+    Aov::from_name(name).ok_or_else(|| {
+        let known: Vec<&str> = Aov::ALL.iter().map(|aov| aov.name()).collect();
+        Kind::Option.error(format_args!("aov '{name}': there is no such plane; known are {}", known.join(", ")))
+    })
+}
