@@ -5,7 +5,7 @@ use crate::errors::{self, Kind};
 use crate::material::InlineMaterial;
 use overcoat::cli::limit_values::set_limit;
 use overcoat::color::srgb::SRGB8_TO_LINEAR;
-use overcoat::description::Description;
+use overcoat::description::{Description, Machine};
 use overcoat::frame::Aov;
 use overcoat::output::write_atomically;
 use overcoat::{Limits, description};
@@ -67,6 +67,13 @@ pub(crate) struct GivenRequest<'py> {
     materials: Vec<(Option<String>, String)>,
     #[pyo3(item)]
     aov: Vec<String>,
+}
+
+/// Checks options without a model: their names, types and ranges, and that the picture is not too large.
+#[pyfunction]
+pub(crate) fn check_request(request: GivenRequest<'_>) -> PyResult<()> {
+    let Request { description, limits, .. } = Request::new(request)?;
+    description.options(Machine::default(), &limits).map(|_| ()).map_err(|e| errors::description(&e))
 }
 
 impl Request {

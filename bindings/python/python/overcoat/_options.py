@@ -104,7 +104,9 @@ class Options(Dict[str, Any]):
 
     def __init__(self, **options: Any) -> None:
         super().__init__(options)
-        self.request()
+        loading, drawing = split({name: value for name, value in options.items() if name != "model"})
+        check_names(loading, descriptions(), "Options()")
+        _overcoat.check_request(request(drawing, "Options()"))
 
     @classmethod
     def open(cls, path: Path) -> Options:
@@ -119,10 +121,6 @@ class Options(Dict[str, Any]):
         options = cls.__new__(cls)
         options.update(json.loads(text))
         return options
-
-    def request(self) -> Dict[str, Any]:
-        """What the native half takes."""
-        return request({name: value for name, value in self.items() if name != "model"})
 
     def __repr__(self) -> str:
         return f"Options({', '.join(f'{name}={value!r}' for name, value in self.items())})"

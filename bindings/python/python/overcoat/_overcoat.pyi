@@ -1,19 +1,12 @@
 """The native half of overcoat. Only `Environment`, `Image` and `Model` are for users, as `overcoat.Image` and so on."""
 
 import os
-from typing import Any, Mapping, Optional, Sequence, TypedDict, final
+from typing import Any, Mapping, Optional, Sequence, final
 
 import numpy as np
 import numpy.typing as npt
 
 __version__: str
-
-class _Request(TypedDict):
-    description: str
-    limits: Mapping[str, int]
-    environment: Optional[Environment]
-    materials: Sequence[tuple[Optional[str], str]]
-    aov: Sequence[str]
 
 @final
 class Environment:
@@ -135,6 +128,7 @@ class SceneBuilder:
 
 def aov_names() -> list[tuple[str, int]]: ...
 def arithmetic_is_default() -> bool: ...
+def check_request(request: Mapping[str, Any]) -> None: ...
 def encode_movie(images: Sequence[Image], format: str, per_second: float) -> bytes: ...
 def golden_check(
     folder: str | os.PathLike[str],

@@ -62,7 +62,7 @@ class Renderer:
             /,
             *,
             frames: int = 36,
-            turn: str = "camera",
+            turn: str = "model",
             **options: Unpack[PictureOptions],
         ) -> Movie:
             """As `overcoat.turntable`."""
@@ -74,7 +74,7 @@ class Renderer:
             """As `overcoat.render`."""
             return self._render(source, options)
 
-        def turntable(self, source, /, *, frames=36, turn="camera", **options):
+        def turntable(self, source, /, *, frames=36, turn="model", **options):
             """As `overcoat.turntable`."""
             return self._turntable(source, frames, turn, options)
 
@@ -96,7 +96,7 @@ class Renderer:
     def _loaded(self, source: Any, options: Mapping[str, Any]) -> tuple[_overcoat.Model, dict[str, Any]]:
         loading, drawing = split(options)
         # What is wrong with the options is found before a file is read.
-        request(drawing)
+        _overcoat.check_request(request(drawing))
         model, implied = load_source(self._native, source, loading, options.get("limits"))
         for name, value in implied.items():
             if name == "materials":
@@ -210,7 +210,7 @@ if TYPE_CHECKING:
         /,
         *,
         frames: int = 36,
-        turn: str = "camera",
+        turn: str = "model",
         renderer: Optional[Renderer] = None,
         **options: Unpack[PictureOptions],
     ) -> Movie: ...
@@ -276,13 +276,13 @@ else:
                 raise OptionError(f"{given[0]}: there are no vertices")
         return (renderer or shared_renderer())._render(source, options)
 
-    def turntable(source, /, *, frames=36, turn="camera", renderer=None, **options):
+    def turntable(source, /, *, frames=36, turn="model", renderer=None, **options):
         """Draws a model once around: the pictures of the command `overcoat turntable`.
 
         Args:
             source, options: As of `render`.
             frames: How many pictures, at least 1.
-            turn: `camera` goes around the model; `model` turns under a light that stays.
+            turn: `model` turns under a light that stays; `camera` goes around the model, and the light stays with it.
 
         Returns:
             A `Movie`, a sequence of `Image`: `.save("car.webp", fps=12)`.

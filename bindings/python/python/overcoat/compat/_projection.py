@@ -52,7 +52,8 @@ class Projection:
             else:
                 array = array[:, np.where(part < 0.5, low, high)]
         width, height = self.size
-        return np.ascontiguousarray(array[self.top : self.top + height, self.left : self.left + width])
+        # A copy: who has it may write to it, as in pyrender.
+        return np.array(array[self.top : self.top + height, self.left : self.left + width], order="C")
 
 
 def of_camera(camera: Any, width: int, height: int) -> Projection:

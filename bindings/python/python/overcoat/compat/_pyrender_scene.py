@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from typing import Any, Dict, List, Optional, Tuple
 
 from .. import _overcoat
-from .._arrays import array, floats, indices, matrix, points, segments, texels
+from .._arrays import array, floats, indices, matrix, points, segments, srgb_to_linear, texels
 from .._trimesh import factors
 
 # GLTF's modes of primitives.
@@ -102,6 +102,8 @@ class _Converter:
             found = floats("color_0", primitive.color_0, (3, 4))
             colors = np.ones((len(found), 4), dtype=np.float32)
             colors[:, : found.shape[1]] = np.clip(found, 0, None)
+            if self.drawing.is_flat:
+                colors[:, :3] = srgb_to_linear(colors[:, :3])
         kind, rows = _rows(primitive.mode, flat)
         wireframe = bool(getattr(material, "wireframe", False))
         if self.drawing.wireframe is not None:
@@ -153,6 +155,9 @@ class _Converter:
             data["base_color"] = _clipped(getattr(material, "diffuseFactor", [1, 1, 1, 1]))
             data["roughness"] = 1.0
             self._texture(data, "base_color_texture", getattr(material, "diffuseTexture", None), has_uv)
+        if self.drawing.is_flat:
+            # pyrender writes them to the screen as they are.
+            data["base_color"][:3] = srgb_to_linear(data["base_color"][:3]).tolist()
         # An index of refraction of 1.5 is pyrender's reflectance of 0.04.
         data["ior"] = 1.5
         self._texture(data, "normal_texture", material.normalTexture, has_uv)

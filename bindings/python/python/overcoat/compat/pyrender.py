@@ -10,7 +10,9 @@ or, for whole programs, `import overcoat.compat.pyrender as pyrender` in place o
 What is the same: geometry, cameras, units of lights, depth in metres, what is transparent. What is not, and why:
 
 - Colours go to the screen by the curve of sRGB, pyrender's by a power of 2.2, which is a little darker in the shadows.
-- Surfaces reflect by the formulas of glTF, pyrender's by older ones of the same kind: highlights differ in shape, a little.
+- Surfaces reflect by the formulas of glTF, pyrender's by older ones of the same kind: highlights differ in shape, a little, and
+  surfaces that are partly metal are darker there.
+- Depth of an orthographic camera is the distance, as of the others; pyrender (0.1.45) gives other numbers.
 - pyrender's ambient light is an environment of that radiance here, which glossy surfaces mirror.
 - `SHADOWS_DIRECTIONAL`, `SHADOWS_SPOT` and `SHADOWS_POINT` are one switch: with any of them all lights cast shadows, and what is
   ambient is blocked where surfaces are near.
