@@ -5,8 +5,9 @@ use crate::errors::{self, Kind};
 use crate::material::InlineMaterial;
 use overcoat::cli::limit_values::set_limit;
 use overcoat::color::srgb::SRGB8_TO_LINEAR;
-use overcoat::description::{Description, Machine};
+use overcoat::description::{Description, DescriptionError, Machine};
 use overcoat::frame::Aov;
+use overcoat::load::LoadOptions;
 use overcoat::output::write_atomically;
 use overcoat::{Limits, description};
 use pyo3::prelude::*;
@@ -79,7 +80,7 @@ pub(crate) fn check_request(request: GivenRequest<'_>) -> PyResult<()> {
 impl Request {
     /// Checks what Python has given.
     pub(crate) fn new(given: GivenRequest<'_>) -> PyResult<Self> {
-        let description = Description::from_json(&given.description).map_err(|e| errors::description(&e))?;
+        let description = read(&given.description)?;
         let aovs = given.aov.iter().map(|name| aov(name)).collect::<PyResult<Vec<Aov>>>()?;
         Ok(Self {
             description,
@@ -89,6 +90,21 @@ impl Request {
             aovs,
         })
     }
+}
+
+/// A scene file that Python has written, in one line that nobody has seen.
+fn read(json: &str) -> PyResult<Description> {
+    Description::from_json(json).map_err(|error| match error {
+        DescriptionError::Invalid(message) => {
+            Kind::Option.error(message.strip_prefix("line 1: ").unwrap_or(&message))
+        }
+        error => errors::description(&error),
+    })
+}
+
+/// What is loaded, of the options that say so.
+pub(crate) fn loading(json: &str) -> PyResult<LoadOptions> {
+    read(json)?.load_options().map_err(|e| errors::description(&e))
 }
 
 /// The default limits with some of them changed.

@@ -3,13 +3,13 @@
 use crate::errors;
 use crate::image::Image;
 use crate::model::Model;
-use crate::options::{GivenRequest, Request, limits};
+use crate::options::{GivenRequest, Request, limits, loading};
 use crate::pool::Pool;
 use crate::prepared::{Cache, Made, Plan};
 use crate::surface::losses;
 use overcoat::cli::args::Turn;
 use overcoat::cli::turntable::Turning;
-use overcoat::description::{Description, Machine};
+use overcoat::description::Machine;
 use overcoat::frame::DisplayOptions;
 use overcoat::jobs::MAX_THREADS;
 use overcoat::load::{Context, Format, Loaded, NoResolver, load_bytes_with, load_file_with};
@@ -57,8 +57,7 @@ impl Renderer {
         description: &str,
         given_limits: BTreeMap<String, u64>,
     ) -> PyResult<Model> {
-        let options = Description::from_json(description).and_then(|d| d.load_options());
-        let options = options.map_err(|e| errors::description(&e))?;
+        let options = loading(description)?;
         let limits = limits(&given_limits)?;
         self.pool.with(py, |renderer| {
             let loaded = load_file_with(&path, &options, &limits, renderer.jobs());
@@ -75,8 +74,7 @@ impl Renderer {
         description: &str,
         given_limits: BTreeMap<String, u64>,
     ) -> PyResult<Model> {
-        let options = Description::from_json(description).and_then(|d| d.load_options());
-        let options = options.map_err(|e| errors::description(&e))?;
+        let options = loading(description)?;
         let limits = limits(&given_limits)?;
         let format = match format {
             None => None,

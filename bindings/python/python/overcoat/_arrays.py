@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     Array = npt.NDArray[Any]
 
 #: What is made of nothing known: a satin, warm light grey, as for files without materials. Linear.
-CLAY = {"base_color": [0.479, 0.434, 0.392, 1.0], "metallic": 0.0, "roughness": 0.6, "double_sided": True}
+CLAY: dict[str, Any] = {"base_color": [0.479, 0.434, 0.392, 1.0], "metallic": 0.0, "roughness": 0.6, "double_sided": True}
 #: The same where vertices have colours, which multiply it.
-WHITE_CLAY = {**CLAY, "base_color": [1.0, 1.0, 1.0, 1.0]}
+WHITE_CLAY: dict[str, Any] = {**CLAY, "base_color": [1.0, 1.0, 1.0, 1.0]}
 
 
 @dataclass
@@ -178,11 +178,12 @@ def linear_colors(what: str, value: Any) -> npt.NDArray[np.float32]:
     return result
 
 
-def srgb_to_linear(encoded: Array) -> Array:
+def srgb_to_linear(encoded: Any) -> npt.NDArray[np.float32]:
     """IEC 61966-2-1, of values from 0 to 1, by a table of its 256 codes: the same bits on every machine."""
     import numpy as np
 
-    return _table()[np.rint(np.clip(encoded, 0, 1) * 255).astype(np.uint8)]
+    codes = np.rint(np.clip(encoded, 0, 1) * 255).astype(np.uint8)
+    return np.asarray(_table()[codes])
 
 
 def _table() -> npt.NDArray[np.float32]:

@@ -12,7 +12,6 @@ from . import _overcoat
 from ._errors import OptionError, UnknownOptionError
 
 if TYPE_CHECKING:
-    import numpy as np
     import numpy.typing as npt
 
     Vector = Union[Sequence[float], npt.NDArray[Any]]
@@ -158,8 +157,8 @@ def request(options: Mapping[str, Any], what: str = "render()") -> Dict[str, Any
             environment = _environment(value)
             if environment is not None:
                 continue
-        elif name == "camera" and isinstance(value, str):
-            value = {"view": value}
+        elif name == "camera":
+            value = _camera(value)
         elif name == "material" and isinstance(value, Mapping):
             materials.append((None, _material(value)))
             continue
@@ -211,6 +210,15 @@ def _is_finite(value: Any) -> bool:
     except ValueError:
         return False
     return True
+
+
+def _camera(value: Any) -> Any:
+    """A view is a name, or three numbers."""
+    if isinstance(value, str):
+        return {"view": value}
+    if isinstance(value, Mapping) and not isinstance(value.get("view", ""), (str, type(None))):
+        return {**value, "view": ",".join(str(part) for part in plain("camera.view", value["view"]))}
+    return value
 
 
 def _material(value: Mapping[str, Any]) -> str:

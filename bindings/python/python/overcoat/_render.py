@@ -105,7 +105,7 @@ class Renderer:
                 drawing.setdefault(name, value)
         return model, drawing
 
-    def _turntable(self, source: Any, frames: int, turn: str, options: Mapping[str, Any], level: int = 4) -> Movie:
+    def _turntable(self, source: Any, frames: Any, turn: str, options: Mapping[str, Any], level: int = 4) -> Movie:
         if isinstance(frames, bool) or not isinstance(frames, int) or not 1 <= frames < 2**32:
             raise OptionError(f"frames {frames!r}: expected a whole number, at least 1")
         if turn not in ("camera", "model"):

@@ -103,7 +103,8 @@ def overcoat_golden(request: pytest.FixtureRequest) -> Callable[..., None]:
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:
-    for base, failures in sorted(session.config.stash.get(_FOLDERS, set())):
+    folders: Set[Tuple[Path, Path]] = session.config.stash[_FOLDERS]
+    for base, failures in sorted(list(folders)):
         if not base.is_dir() or not failures.is_dir():
             continue
         page = failures / "report.html"

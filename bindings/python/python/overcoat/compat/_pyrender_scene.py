@@ -58,7 +58,7 @@ class _Converter:
         self._materials: Dict[Tuple[int, bool, bool, bool], int] = {}
 
     def convert(self) -> Converted:
-        nodes = []
+        nodes: List[Any] = []
         for node in self.scene.mesh_nodes:
             if not node.mesh.is_visible:
                 continue
@@ -164,9 +164,10 @@ class _Converter:
         self._texture(data, "occlusion_texture", material.occlusionTexture, has_uv)
         self._texture(data, "emissive_texture", material.emissiveTexture, has_uv)
         mode = str(material.alphaMode).lower()
-        texture = getattr(getattr(material, "baseColorTexture", None), "source", None)
-        clear_texture = has_uv and texture is not None and getattr(texture, "ndim", 0) == 3 and texture.shape[2] == 4
-        is_clear = is_clear or data["base_color"][3] < 1 or bool(clear_texture and (texture[:, :, 3] < 255).any())
+        texture: Any = getattr(getattr(material, "baseColorTexture", None), "source", None)
+        is_clear = is_clear or data["base_color"][3] < 1
+        if has_uv and texture is not None and getattr(texture, "ndim", 0) == 3 and texture.shape[2] == 4:
+            is_clear = is_clear or bool((texture[:, :, 3] < 255).any())
         # Most of pyrender's materials are called blended and have no part that is.
         data["alpha_mode"] = mode if mode == "mask" or (mode == "blend" and is_clear) else "opaque"
         if mode == "mask":

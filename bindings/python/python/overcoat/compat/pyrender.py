@@ -24,10 +24,12 @@ from __future__ import annotations
 
 import importlib
 import warnings
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Dict, Mapping, Optional
 
 from .._arrays import environment, matrix
 from .._errors import MissingFeatureWarning
+from .._overcoat import Environment
 from .._render import Renderer, shared_renderer
 from ._projection import of_camera
 from ._pyrender_scene import Drawing, convert
@@ -157,7 +159,7 @@ class OffscreenRenderer:
         background = np.concatenate([background, [1.0]])[:4]
         ambient = np.asarray(scene.ambient_light, dtype=np.float32).reshape(-1)[:3]
         if not is_plain and not flags & FLAT and (ambient > 0).any():
-            options["env"] = environment(np.broadcast_to(np.clip(ambient, 0, None), (8, 16, 3)))
+            options["env"] = _ambient(*(max(float(part), 0.0) for part in ambient))
         if not is_plain:
             options["background"] = "#" + "".join(f"{round(255 * part):02x}" for part in background[:3])
         options.update(self._options)
@@ -200,10 +202,18 @@ class OffscreenRenderer:
                 table[number + 1] = np.broadcast_to(np.asarray(colors[node], dtype=np.uint8), (3,))
         if beyond is not None:
             numbers = np.where(beyond, 0, numbers)
-        return table[numbers]
+        return np.asarray(table[numbers])
 
     def delete(self) -> None:
         """Nothing is held that would have to be given back."""
+
+
+@lru_cache(maxsize=16)
+def _ambient(red: float, green: float, blue: float) -> Environment:
+    """The same object for the same light: it is filtered once, and not for every picture."""
+    import numpy as np
+
+    return environment(np.full((8, 16, 3), (red, green, blue)))
 
 
 def __getattr__(name: str) -> Any:

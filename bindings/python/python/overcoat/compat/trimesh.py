@@ -64,7 +64,7 @@ def save_image(
         resolution = camera.resolution
     else:
         camera.resolution = resolution
-    width, height = (int(side) for side in resolution)
+    width, height = (int(side) for side in np.asarray(resolution).tolist())
     options = {name: value for name, value in kwargs.items() if name in descriptions()}
     _warn_of({name for name in kwargs if name not in options and name not in _OF_WINDOWS})
     _warn_of({f"flags['{name}']" for name, value in (flags or {}).items() if value and name != "cull"})
