@@ -38,12 +38,11 @@ pub fn run(args: &TurntableArgs) -> Result<(), Failure> {
     progress.stage(format!("loading {}", file_name(&source.path)));
     let mut renderer = draw.renderer();
     let Loaded { mut scene, warnings, .. } = movie.task().load(renderer.jobs(), &mut Stages::default())?;
-    let turning = Turning::new(description, &scene, options, frames, args.turn)
-        .map_err(|e| about(Failure::from(e)))?;
+    let turning =
+        Turning::new(description, &scene, options, frames, args.turn).map_err(|e| about(Failure::from(e)))?;
     for k in 0..frames {
-        let eye = turning
-            .pose(k, &mut scene)
-            .map_err(|e| Failure::scene(&e).at(&movie.task().source.path))?;
+        let eye =
+            turning.pose(k, &mut scene).map_err(|e| Failure::scene(&e).at(&movie.task().source.path))?;
         movie.render_frame(k, &mut renderer, &scene, &eye)?;
     }
     movie.finish(warnings)
@@ -92,7 +91,15 @@ impl Turning {
                 description.fitted(fit.camera())?
             }
         };
-        Ok(Self { frames, turn, center, camera, environment: scene.environment().clone(), lights, own_lights })
+        Ok(Self {
+            frames,
+            turn,
+            center,
+            camera,
+            environment: scene.environment().clone(),
+            lights,
+            own_lights,
+        })
     }
 
     /// Turns the scene's light as picture `k` needs it, and returns the camera.

@@ -91,7 +91,9 @@ mod aarch64 {
     pub(super) fn read() -> Control {
         let control: Control;
         // SAFETY: reads a register that every program may read.
-        unsafe { std::arch::asm!("mrs {}, fpcr", out(reg) control, options(nomem, nostack, preserves_flags)) };
+        unsafe {
+            std::arch::asm!("mrs {}, fpcr", out(reg) control, options(nomem, nostack, preserves_flags))
+        };
         control
     }
 

@@ -8,9 +8,9 @@ use overcoat::Scene;
 use overcoat::jobs::Jobs;
 use overcoat::load::{add_smooth_normals, add_tangents};
 use overcoat::scene::{
-    AlphaMode, AlphaUse, Axis, ColorSpace, Filter, Image, Instance, Light, LightKind, Material, MaterialId, Mesh,
-    MeshData, MeshId, MipFilter, NormalTexture, Orientation, PrimitiveKind, Sampler, Texture, TextureId, TextureRef,
-    Transform, UvTransform, Workflow, Wrap,
+    AlphaMode, AlphaUse, Axis, ColorSpace, Filter, Image, Instance, Light, LightKind, Material, MaterialId,
+    Mesh, MeshData, MeshId, MipFilter, NormalTexture, Orientation, PrimitiveKind, Sampler, Texture,
+    TextureId, TextureRef, Transform, UvTransform, Workflow, Wrap,
 };
 use pyo3::prelude::*;
 use serde::Deserialize;
@@ -190,7 +190,8 @@ impl SceneBuilder {
             let _arithmetic = crate::arithmetic::DefaultArithmetic::new();
             // Checked before anything is made of it.
             let checked = Mesh::new(data.clone())?;
-            let smooth = crease_degrees.filter(|_| data.normals.is_empty() && kind == PrimitiveKind::Triangles);
+            let smooth =
+                crease_degrees.filter(|_| data.normals.is_empty() && kind == PrimitiveKind::Triangles);
             if smooth.is_none() && tangents_of.is_none() {
                 return Ok(checked);
             }
@@ -220,9 +221,11 @@ impl SceneBuilder {
     ) -> PyResult<()> {
         let found = rows::<f64, 4>("transform", &matrix)?;
         let [first, second, third, ..] = *found.as_slice() else {
-            return Err(Kind::Mesh.error(format_args!("transform: expected shape (4, 4), found ({}, 4)", found.len())));
+            return Err(Kind::Mesh
+                .error(format_args!("transform: expected shape (4, 4), found ({}, 4)", found.len())));
         };
-        let transform = Transform::from_rows([first, second, third]).map_err(|e| errors::scene("instance", &e))?;
+        let transform =
+            Transform::from_rows([first, second, third]).map_err(|e| errors::scene("instance", &e))?;
         let mut parts = self.parts();
         let (Some(&mesh), Some(&material)) = (parts.meshes.get(mesh), parts.materials.get(material)) else {
             return Err(Kind::Mesh.error("instance: there is no such mesh or material"));
@@ -270,7 +273,8 @@ impl Parts {
             "mask" => AlphaMode::Mask { cutoff: data.alpha_cutoff },
             "blend" => AlphaMode::Blend,
             other => {
-                let message = format_args!("material: alpha_mode '{other}': expected opaque, mask or blend").to_string();
+                let message = format_args!("material: alpha_mode '{other}': expected opaque, mask or blend")
+                    .to_string();
                 return Err(Kind::Mesh.error(message));
             }
         };

@@ -19,12 +19,16 @@ impl Environment {
     fn new(radiance: PyReadonlyArray3<'_, f32>) -> PyResult<Self> {
         let shape = radiance.shape();
         let [height, width, 3] = *shape else {
-            return Err(Kind::Mesh.error(format_args!("environment: expected shape (H, W, 3), found {shape:?}")));
+            return Err(
+                Kind::Mesh.error(format_args!("environment: expected shape (H, W, 3), found {shape:?}"))
+            );
         };
         let size = |side: usize| u32::try_from(side).unwrap_or(u32::MAX);
         let values = radiance.as_slice().map_err(|error| Kind::Mesh.error(error))?;
         if let Some(bad) = values.iter().find(|value| !value.is_finite()) {
-            return Err(Kind::Mesh.error(format_args!("environment: {bad} is no radiance: expected finite numbers")));
+            return Err(
+                Kind::Mesh.error(format_args!("environment: {bad} is no radiance: expected finite numbers"))
+            );
         }
         let pixels = values.chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect();
         let image = EquirectImage::new(size(width), size(height), pixels)

@@ -3,12 +3,12 @@
 use crate::errors::{self, Kind};
 use crate::image::Image;
 use numpy::{PyReadonlyArray3, PyUntypedArrayMethods};
+use overcoat::Limits;
 use overcoat::decode::DecodedPicture;
 use overcoat::frame::DisplayImage;
 use overcoat::golden::check::compare_all_frames;
 use overcoat::golden::thresholds::{ThresholdFile, Thresholds};
 use overcoat::golden::{Golden, GoldenError};
-use overcoat::Limits;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::path::PathBuf;
@@ -90,7 +90,8 @@ pub(crate) fn golden_compare<'py>(
                 .map_err(|e| errors::golden(&e.into()))?,
         })
     };
-    let (expected, actual, thresholds) = (decoded(&expected)?, decoded(&actual)?, thresholds(thresholds_text)?);
+    let (expected, actual, thresholds) =
+        (decoded(&expected)?, decoded(&actual)?, thresholds(thresholds_text)?);
     let (result, ..) = py.detach(|| compare_all_frames("picture", &expected, &actual, &thresholds));
     let out = PyDict::new(py);
     out.set_item("verdict", result.verdict.name())?;

@@ -4,9 +4,7 @@ use crate::errors;
 use crate::pool::Pool;
 use overcoat::Frame;
 use overcoat::frame::{DisplayImage, DisplayOptions};
-use overcoat::output::{
-    ExrPrecision, OutputFormat, OutputOptions, encode, encode_png, write_atomically,
-};
+use overcoat::output::{ExrPrecision, OutputFormat, OutputOptions, encode, encode_png, write_atomically};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyList};
 use std::path::{Path, PathBuf};
@@ -147,11 +145,19 @@ impl Image {
     }
 
     #[pyo3(signature = (format, *, quality=90, half=true))]
-    fn encode<'py>(&self, py: Python<'py>, format: &str, quality: u8, half: bool) -> PyResult<Bound<'py, PyBytes>> {
+    fn encode<'py>(
+        &self,
+        py: Python<'py>,
+        format: &str,
+        quality: u8,
+        half: bool,
+    ) -> PyResult<Bound<'py, PyBytes>> {
         let format = OutputFormat::from_path(Path::new(&format!("x.{format}"))).map_err(|_| {
             let known: Vec<&str> = OutputFormat::ALL.iter().map(|f| f.extension()).collect();
-            errors::Kind::Option
-                .error(format_args!("format '{format}': there is no such format; known are {}", known.join(", ")))
+            errors::Kind::Option.error(format_args!(
+                "format '{format}': there is no such format; known are {}",
+                known.join(", ")
+            ))
         })?;
         let bytes = py.detach(|| self.encoded(format, quality, half))?;
         Ok(PyBytes::new(py, &bytes))

@@ -18,7 +18,8 @@ impl InlineMaterial {
     /// Lays it over a scene. Its textures are read from the current folder and the folders in it.
     pub(crate) fn assign(&self, scene: &mut Scene, limits: &Limits, jobs: &Jobs) -> PyResult<()> {
         let wrong = |message: String| Kind::Option.error(format_args!("material: {message}"));
-        let table: toml::Table = serde_json::from_str(&self.json).map_err(|error| wrong(error.to_string()))?;
+        let table: toml::Table =
+            serde_json::from_str(&self.json).map_err(|error| wrong(error.to_string()))?;
         let text = toml::to_string(&table).map_err(|error| wrong(error.to_string()))?;
         let resolver = DirectoryResolver::new(".");
         let context = Context { resolver: &resolver, limits, jobs };

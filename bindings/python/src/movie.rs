@@ -15,10 +15,13 @@ pub(crate) fn encode_movie<'py>(
     per_second: f64,
 ) -> PyResult<Bound<'py, PyBytes>> {
     let format = MovieFormat::from_extension(format).ok_or_else(|| {
-        Kind::Option.error(format_args!("format '{format}': moving pictures are written as png, apng and webp"))
+        Kind::Option
+            .error(format_args!("format '{format}': moving pictures are written as png, apng and webp"))
     })?;
     if !(per_second.is_finite() && (0.01..=1000.0).contains(&per_second)) {
-        return Err(Kind::Option.error(format_args!("fps {per_second}: expected 0.01 to 1000 pictures a second")));
+        return Err(
+            Kind::Option.error(format_args!("fps {per_second}: expected 0.01 to 1000 pictures a second"))
+        );
     }
     let shown: Vec<_> = images.iter().map(|image| image.shown(py)).collect();
     let bytes = py.detach(|| {

@@ -86,7 +86,11 @@ impl Request {
             description,
             limits: limits(&given.limits)?,
             environment: given.environment.map(|environment| environment.clone()),
-            materials: given.materials.into_iter().map(|(name, json)| InlineMaterial { name, json }).collect(),
+            materials: given
+                .materials
+                .into_iter()
+                .map(|(name, json)| InlineMaterial { name, json })
+                .collect(),
             aovs,
         })
     }
@@ -120,6 +124,7 @@ pub(crate) fn limits(given: &BTreeMap<String, u64>) -> PyResult<Limits> {
 pub(crate) fn aov(name: &str) -> PyResult<Aov> {
     Aov::from_name(name).ok_or_else(|| {
         let known: Vec<&str> = Aov::ALL.iter().map(|aov| aov.name()).collect();
-        Kind::Option.error(format_args!("aov '{name}': there is no such plane; known are {}", known.join(", ")))
+        Kind::Option
+            .error(format_args!("aov '{name}': there is no such plane; known are {}", known.join(", ")))
     })
 }

@@ -153,7 +153,14 @@ impl Made {
 impl Key {
     fn new(model: &Model, request: &Request) -> Self {
         let Description {
-            env, env_rotation_degrees, env_intensity, lights, lights_to_add, material, materials, ..
+            env,
+            env_rotation_degrees,
+            env_intensity,
+            lights,
+            lights_to_add,
+            material,
+            materials,
+            ..
         } = request.description.clone();
         let description = Description {
             env,

@@ -36,7 +36,9 @@ impl Renderer {
     fn new(threads: usize, simd: Option<&str>, tile_size: Option<u32>) -> PyResult<Self> {
         let mut machine = Machine::default().with_tile_size(tile_size);
         if let Some(name) = simd {
-            let level = name.parse::<SimdLevel>().map_err(|e| errors::Kind::Option.error(format_args!("simd: {e}")))?;
+            let level = name
+                .parse::<SimdLevel>()
+                .map_err(|e| errors::Kind::Option.error(format_args!("simd: {e}")))?;
             machine = machine.with_simd(level);
         }
         // What is out of range is said in the library's own words, and no threads are started for it.
@@ -82,8 +84,10 @@ impl Renderer {
                 let found = Format::from_name(name).or_else(|| Format::from_extension(name));
                 let known = || Format::ALL.iter().map(|f| f.extension()).collect::<Vec<_>>().join(", ");
                 Some(found.ok_or_else(|| {
-                    errors::Kind::Option
-                        .error(format_args!("format '{name}': there is no such format; known are {}", known()))
+                    errors::Kind::Option.error(format_args!(
+                        "format '{name}': there is no such format; known are {}",
+                        known()
+                    ))
                 })?)
             }
         };
@@ -121,11 +125,17 @@ impl Renderer {
         turn_model: bool,
     ) -> PyResult<Vec<Image>> {
         let (model, request) = (model.get(), Request::new(request)?);
-        overcoat::Limits::check(|| "moving picture".to_owned(), frames.into(), request.limits.frames, "frames")
-            .map_err(|e| errors::limit(&e, &e))?;
+        overcoat::Limits::check(
+            || "moving picture".to_owned(),
+            frames.into(),
+            request.limits.frames,
+            "frames",
+        )
+        .map_err(|e| errors::limit(&e, &e))?;
         let plan = self.cache.find(model, &request);
         let turn = if turn_model { Turn::Model } else { Turn::Camera };
-        let (drawn, made) = self.pool.with(py, |renderer| self.draw_turn(renderer, model, &request, plan, frames, turn))?;
+        let (drawn, made) =
+            self.pool.with(py, |renderer| self.draw_turn(renderer, model, &request, plan, frames, turn))?;
         if let Some(made) = made {
             self.cache.keep(made);
         }
@@ -194,8 +204,8 @@ impl Renderer {
         let options = options.with_aovs(request.aovs.clone());
         let (prepared, made) = prepare(plan, model, request, renderer)?;
         let mut scene = prepared.scene.clone();
-        let turning = Turning::new(description, &scene, &options, frames, turn)
-            .map_err(|e| errors::description(&e))?;
+        let turning =
+            Turning::new(description, &scene, &options, frames, turn).map_err(|e| errors::description(&e))?;
         let mut display = description.display_of(&scene, &display);
         let mut all = Vec::new();
         for k in 0..frames {

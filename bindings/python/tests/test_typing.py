@@ -45,7 +45,7 @@ def test_pyright():
     program = shutil.which("pyright") or str(Path(sys.executable).with_name("pyright"))
     if not Path(program).exists():
         pytest.skip("no pyright")
-    done = subprocess.run([program, "-p", "pyproject.toml"], cwd=PACKAGE, capture_output=True, text=True)
+    done = subprocess.run([program, "-p", "pyproject.toml", "--pythonpath", sys.executable], cwd=PACKAGE, capture_output=True, text=True)
     errors = [line for line in done.stdout.splitlines() if " - error: " in line and "typing_check.py" not in line]
     assert not errors, "\n".join(errors)
     assert wrong_lines(done.stdout) == marked_lines(), done.stdout + done.stderr
