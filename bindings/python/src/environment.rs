@@ -6,7 +6,9 @@ use overcoat::scene::EquirectImage;
 use pyo3::prelude::*;
 use std::sync::Arc;
 
-/// An equirectangular picture of linear radiance.
+/// Light from afar: (H, W, 3) float32, linear radiance of an equirectangular picture, row 0 at the zenith, contiguous.
+///
+/// Kept and given to several pictures it is filtered once, where an array is each time.
 #[pyclass(frozen, module = "overcoat._overcoat")]
 #[derive(Clone, Debug)]
 pub(crate) struct Environment {

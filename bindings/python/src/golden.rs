@@ -10,6 +10,7 @@ use overcoat::golden::check::compare_all_frames;
 use overcoat::golden::thresholds::{ThresholdFile, Thresholds};
 use overcoat::golden::{Golden, GoldenError};
 use pyo3::prelude::*;
+use pyo3::pybacked::PyBackedBytes;
 use pyo3::types::PyDict;
 use std::path::PathBuf;
 
@@ -20,7 +21,7 @@ pub(crate) enum Actual<'py> {
     /// (H, W, 4) bytes.
     Pixels(PyReadonlyArray3<'py, u8>),
     /// Of a picture file.
-    File(Vec<u8>),
+    File(PyBackedBytes),
 }
 
 /// An array as a picture.

@@ -10,7 +10,10 @@ use pyo3::types::{PyBytes, PyDict, PyList};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
-/// See `overcoat.Image`. Nothing in it changes, so that arrays may look at its memory.
+// Nothing in it changes, so that arrays may look at its memory. What is said here is what `help(overcoat.Image)` shows.
+/// A picture of linear light, and what is made of it when it is asked for. It never changes.
+///
+/// `numpy.asarray(image)` is `image.array`. A notebook shows it.
 #[pyclass(frozen, module = "overcoat._overcoat")]
 #[derive(Debug)]
 pub(crate) struct Image {
@@ -18,6 +21,7 @@ pub(crate) struct Image {
     display: DisplayOptions,
     /// No pixel is transparent: the environment is behind the model.
     is_filled: bool,
+    /// What the file asks for and the picture does not show, in one sentence each.
     #[pyo3(get)]
     warnings: Vec<String>,
     hash: OnceLock<String>,
@@ -82,21 +86,25 @@ impl Drop for Image {
 
 #[pymethods]
 impl Image {
+    /// In pixels.
     #[getter]
     fn width(&self) -> u32 {
         self.frame.width
     }
 
+    /// In pixels.
     #[getter]
     fn height(&self) -> u32 {
         self.frame.height
     }
 
+    /// Stops of the 8-bit picture; what was metered for `exposure="auto"`.
     #[getter]
     fn exposure(&self) -> f32 {
         self.display.exposure
     }
 
+    /// (H, W, 4) uint8, sRGB with straight, linear alpha, row 0 on top; a view without a copy, not to be written to.
     #[getter]
     fn array(slf: &Bound<'_, Self>) -> PyResult<Py<PyAny>> {
         let image = slf.get();
@@ -105,12 +113,14 @@ impl Image {
         Self::plane(slf, Content::Shown, vec![image.frame.height as usize, image.frame.width as usize, 4])
     }
 
+    /// (H, W, 4) float32, linear light multiplied by alpha, before exposure and tone curve; a view, likewise.
     #[getter]
     fn linear(slf: &Bound<'_, Self>) -> PyResult<Py<PyAny>> {
         let frame = &slf.get().frame;
         Self::plane(slf, Content::Linear, vec![frame.height as usize, frame.width as usize, 4])
     }
 
+    /// Planes of the G-buffer that were asked for by `aov=`: (H, W) or (H, W, C) float32 views, by their names.
     #[getter]
     fn aov<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let frame = &slf.get().frame;
@@ -125,6 +135,7 @@ impl Image {
         PyModule::import(slf.py(), "overcoat._planes")?.getattr("Planes")?.call1((planes,))
     }
 
+    /// XXH3-128 of the linear picture, 32 hexadecimal digits: as `overcoat render --json` prints it.
     #[getter]
     fn hash(&self, py: Python<'_>) -> String {
         if let Some(hash) = self.hash.get() {
@@ -134,6 +145,7 @@ impl Image {
         self.hash.get_or_init(|| hash).clone()
     }
 
+    /// The bytes of a PNG file, 8 bits.
     fn png<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let shown = self.shown(py);
         let bytes = py.detach(|| encode_png(shown)).map_err(|e| errors::output(&e))?;
@@ -144,6 +156,12 @@ impl Image {
         self.png(py)
     }
 
+    /// The bytes of a file.
+    ///
+    /// Args:
+    ///     format: `png`, `webp`, `jpg`, `exr` or `hdr`; the last two hold linear light, and `exr` the planes of `aov` too.
+    ///     quality: Of JPEG, 1 to 100. JPEG has no transparency: white is behind the picture unless it has a background.
+    ///     half: Whether `exr` has 16 bits a number, or 32.
     #[pyo3(signature = (format, *, quality=90, half=true))]
     fn encode<'py>(
         &self,
@@ -163,6 +181,7 @@ impl Image {
         Ok(PyBytes::new(py, &bytes))
     }
 
+    /// Writes a file whose extension tells the format; whole or not at all. Arguments as of `encode`.
     #[pyo3(signature = (path, *, quality=90, half=true))]
     fn save(&self, py: Python<'_>, path: PathBuf, quality: u8, half: bool) -> PyResult<()> {
         let format = OutputFormat::from_path(&path).map_err(|e| errors::output(&e))?;

@@ -6,13 +6,14 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// A scene that never changes, and what was lost when it was loaded.
+/// A loaded model, which never changes: drawn many times, read once.
 #[pyclass(frozen, module = "overcoat._overcoat")]
 #[derive(Debug)]
 pub(crate) struct Model {
     pub(crate) scene: Arc<Scene>,
     /// Tells models apart: of two that are equal, each has its own.
     pub(crate) id: u64,
+    /// What its file asks for and it does not have.
     #[pyo3(get)]
     pub(crate) warnings: Vec<String>,
 }
@@ -41,14 +42,14 @@ impl Model {
         self.scene.triangle_count()
     }
 
-    /// Names of its materials, each once, sorted.
+    /// Names of its materials, sorted, for the option `materials`.
     #[getter]
     fn materials(&self) -> Vec<String> {
         let names: BTreeSet<&str> = self.scene.materials().iter().map(|m| m.name.as_str()).collect();
         names.into_iter().filter(|name| !name.is_empty()).map(str::to_owned).collect()
     }
 
-    /// Names of its cameras, in their order.
+    /// Names of its cameras, for the option `camera={"camera": name}`.
     #[getter]
     fn cameras(&self) -> Vec<String> {
         self.scene.camera_names().to_vec()

@@ -15,6 +15,9 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 /// Renderers and frames that are kept at most: more threads than this seldom draw at the same time.
 const KEPT: usize = 4;
 
+/// Pixels of frames that are kept: larger ones are seldom drawn one after the other, and hold 28 bytes a pixel.
+const KEPT_PIXELS: usize = 1 << 21;
+
 /// See the module.
 #[derive(Debug)]
 pub(crate) struct Pool {
@@ -77,7 +80,7 @@ impl Pool {
     /// Takes back the memory of a picture that nobody looks at any more. Only with the interpreter.
     pub(crate) fn recycle(&self, frame: Frame) {
         let mut idle = self.lock();
-        if idle.frames.len() < KEPT {
+        if idle.frames.len() < KEPT && frame.pixels.len() <= KEPT_PIXELS {
             idle.frames.push(frame);
         }
     }

@@ -15,8 +15,9 @@ use overcoat::jobs::MAX_THREADS;
 use overcoat::load::{Context, Format, Loaded, NoResolver, load_bytes_with, load_file_with};
 use overcoat::render::{Background, Rendered};
 use overcoat::scene::Camera;
-use overcoat::{Scene, SimdLevel};
+use overcoat::{Limits, Scene, SimdLevel};
 use pyo3::prelude::*;
+use pyo3::pybacked::PyBackedBytes;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -71,7 +72,7 @@ impl Renderer {
     fn load_bytes(
         &self,
         py: Python<'_>,
-        bytes: Vec<u8>,
+        bytes: PyBackedBytes,
         format: Option<&str>,
         description: &str,
         given_limits: BTreeMap<String, u64>,
@@ -125,13 +126,8 @@ impl Renderer {
         turn_model: bool,
     ) -> PyResult<Vec<Image>> {
         let (model, request) = (model.get(), Request::new(request)?);
-        overcoat::Limits::check(
-            || "moving picture".to_owned(),
-            frames.into(),
-            request.limits.frames,
-            "frames",
-        )
-        .map_err(|e| errors::limit(&e, &e))?;
+        Limits::check(|| "moving picture".to_owned(), frames.into(), request.limits.frames, "frames")
+            .map_err(|e| errors::limit(&e, &e))?;
         let plan = self.cache.find(model, &request);
         let turn = if turn_model { Turn::Model } else { Turn::Camera };
         let (drawn, made) =
@@ -246,6 +242,10 @@ fn one(
     options: &overcoat::RenderOptions,
     display: DisplayOptions,
 ) -> PyResult<Drawn> {
+    // An allocation that fails would end the process; as the command does, for what is drawn and what is made of it.
+    let pixels = u64::from(options.width) * u64::from(options.height);
+    Limits::check_memory(|| format!("a picture of {pixels} pixels"), pixels.saturating_mul(24))
+        .map_err(|e| errors::limit(&e, &e))?;
     let rendered = renderer.render(scene, camera, options).map_err(|e| errors::render(&e))?;
     let display = display.metered(&rendered.frame);
     let warnings = losses(scene, camera, options, &display, &rendered.frame, &rendered.stats);

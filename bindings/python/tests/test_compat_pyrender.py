@@ -204,6 +204,12 @@ def test_points_lines_instances_and_textures():
     assert color[20, 30, 0] > 200 > color[20, 30, 2] and color[40, 30, 2] > 200 > color[40, 30, 0]
 
 
+def test_a_scene_is_a_model(scene):
+    image = overcoat.render(scene, size=(200, 150), aov="depth", env="none")
+    assert abs(image.aov["depth"][75, 100] - 3) < 0.01
+    assert image.linear[75, 100, 0] > 0.05
+
+
 def test_scenes_without_camera_and_with_nothing():
     with pytest.raises(ValueError, match="without a camera"):
         OffscreenRenderer(10, 10).render(pyrender.Scene())

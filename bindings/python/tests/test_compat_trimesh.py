@@ -101,7 +101,9 @@ def test_save_image_takes_trimeshs_camera():
     assert pixels(save_image(scene)).shape[:2] == (66, 92)
     assert (pixels(save_image(scene, background=[255, 0, 0, 255]))[0, 0] == [255, 0, 0, 255]).all()
     assert pixels(save_image(scene, background=[0, 0, 0, 0]))[0, 0, 3] == 0
-    assert save_image(scene, smooth=False, visible=True, quality="draft") != save_image(scene)
+    assert save_image(scene, visible=True, material="candy-red") != save_image(scene)
+    ball = trimesh.Scene(trimesh.creation.icosphere(subdivisions=1))
+    assert save_image(ball, (32, 24), smooth=False) != save_image(ball, (32, 24))
     with pytest.warns(overcoat.MissingFeatureWarning, match="wireframe"):
         save_image(scene, flags={"wireframe": True})
     with pytest.warns(overcoat.MissingFeatureWarning, match="fixed"):

@@ -5,6 +5,8 @@ from __future__ import annotations
 import io
 import json
 import pickle
+import subprocess
+import sys
 import warnings
 from pathlib import Path
 
@@ -228,6 +230,35 @@ def _has_scalar() -> bool:
         return bool(overcoat.Renderer(1, simd="scalar"))
     except overcoat.OptionError:
         return False
+
+
+def test_help_has_units_and_shapes():
+    stub = Path(overcoat.__file__).with_name("_overcoat.pyi").read_text()
+    for kind in (overcoat.Image, overcoat.Model, overcoat.Environment):
+        assert len(kind.__doc__) > 40
+        for name in vars(kind):
+            if not name.startswith("_"):
+                text = vars(kind)[name].__doc__
+                assert text, (kind, name)
+                assert text.split("\n")[0][:60] in stub or name in ("array", "linear", "aov"), (kind, name)
+    for function in (overcoat.render, overcoat.turntable, overcoat.load, overcoat.golden.check):
+        assert "Args:" in function.__doc__
+
+
+def test_memory_that_is_not_there_is_a_limit(model):
+    """Where the process may have no more, an allocation that fails would end it."""
+    code = f"""
+import resource, overcoat
+model = overcoat.load({model("rounded-cube.glb")!r})
+overcoat.render(model, size=16)
+resource.setrlimit(resource.RLIMIT_AS, (3 << 29, 3 << 29))
+try:
+    overcoat.render(model, size=8192, limits={{"output_pixels": 1 << 30}})
+except overcoat.LimitError as error:
+    print(error.field)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0 and done.stdout.strip() == "memory", done.stdout + done.stderr
 
 
 def test_settings_of_a_renderer_are_checked():

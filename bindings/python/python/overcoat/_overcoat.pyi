@@ -26,7 +26,7 @@ class Model:
 
     @property
     def bounds(self) -> Optional[tuple[list[float], list[float]]]:
-        """Corners of the box around it in metres, in its file's coordinates; `None` if it is empty."""
+        """Corners of the box around it, `((x, y, z), (x, y, z))` in metres in its file's coordinates; `None` if it is empty."""
     @property
     def triangles(self) -> int:
         """Triangles, every instance counted."""

@@ -43,9 +43,9 @@ def load(
     if isinstance(source, (list, tuple)) and source and all(isinstance(mesh, Mesh) for mesh in source):
         return model_of(source, up), {"materials": materials_of(source)}
     if hasattr(source, "mesh_nodes") and hasattr(source, "get_pose"):
-        from .compat._pyrender_scene import convert
+        from .compat._pyrender_scene import camera_of, convert
 
-        return convert(source).model, {}
+        return convert(source).model, camera_of(source)
     if (hasattr(source, "geometry") and hasattr(source, "graph")) or hasattr(source, "vertices"):
         from ._trimesh import model_of_trimesh
 

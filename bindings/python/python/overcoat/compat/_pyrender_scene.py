@@ -48,6 +48,27 @@ def convert(scene: Any, drawing: Drawing = Drawing()) -> Converted:
     return _Converter(scene, drawing).convert()
 
 
+def camera_of(scene: Any) -> Dict[str, Any]:
+    """The option `camera` for the main camera of a scene, as far as it has the picture's shape and its middle."""
+    node = getattr(scene, "main_camera_node", None)
+    if node is None:
+        return {}
+    pose, camera = matrix("camera", scene.get_pose(node)), node.camera
+    view: Dict[str, Any] = {
+        "eye": pose[:3, 3].tolist(),
+        "target": (pose[:3, 3] - pose[:3, 2]).tolist(),
+        "up": pose[:3, 1].tolist(),
+        "near": float(camera.znear),
+    }
+    if hasattr(camera, "yfov"):
+        view["fov_y_deg"] = math.degrees(float(camera.yfov))
+    elif hasattr(camera, "ymag"):
+        view["ortho_height"] = 2 * float(camera.ymag)
+    else:
+        return {}
+    return {"camera": view}
+
+
 class _Converter:
     def __init__(self, scene: Any, drawing: Drawing) -> None:
         self.scene = scene
