@@ -1,6 +1,6 @@
 """Scenes and meshes of trimesh as models: by their attributes, so that trimesh need not be there.
 
-Arrays are taken as they are. Through trimesh's exporter and a GLB in memory the same takes twice as long for 80 000 triangles with
+Arrays are taken as they are. Through trimesh's exporter and a GLB in memory the same takes two to seven times as long for 80 000 triangles with
 colours, and ten times for a texture of 1024 x 1024, which is encoded as PNG only to be decoded again (`measure.py`); and colours of
 faces would be averaged to those of vertices.
 """
