@@ -19,7 +19,7 @@ pub(super) fn losses(
 }
 
 /// What materials have and the formulas that shade them do not know: one line for each model.
-pub(super) fn left_out(scene: &Scene, chosen: Option<ShadingModel>) -> impl Iterator<Item = Warning> {
+pub fn left_out(scene: &Scene, chosen: Option<ShadingModel>) -> impl Iterator<Item = Warning> {
     ShadingModel::ALL.iter().copied().filter_map(move |model| {
         let mut names: Vec<&str> = Vec::new();
         for material in scene.materials() {

@@ -23,7 +23,7 @@ pub mod input;
 pub mod install;
 mod label;
 pub mod limit_values;
-mod losses;
+pub mod losses;
 mod materials_command;
 mod memory_bound;
 mod movie_frames;
@@ -42,7 +42,7 @@ mod signals;
 mod terminal_size;
 mod thumbnail;
 pub mod thumbnail_limits;
-mod turntable;
+pub mod turntable;
 pub mod value_parsers;
 pub mod worker;
 
@@ -53,14 +53,22 @@ use clap::Parser;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use failure::{Failure, one_line};
 use report::Reporter;
+use std::ffi::OsString;
 use std::io::Write;
 use std::process::ExitCode;
 
 /// Runs the command line of this process.
 #[must_use]
 pub fn run() -> ExitCode {
+    ExitCode::from(run_arguments(std::env::args_os()))
+}
+
+/// Runs a command line, of which the first argument is the program's name, in a process that is given up to it: rights may
+/// be given up, and signals are listened to. Returns the exit code.
+#[must_use]
+pub fn run_arguments(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> u8 {
     signals::listen();
-    let done = match Cli::try_parse() {
+    let done = match Cli::try_parse_from(arguments) {
         Ok(mut cli) => {
             let memory = Limits::check_memory(|| "start".to_owned(), 0).map_err(|e| Failure::limit(&e));
             let confined = confine(&mut cli);
@@ -72,18 +80,18 @@ pub fn run() -> ExitCode {
             | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
                 let _ = error.print();
                 // Bare `overcoat` shows its help and has still not been used as intended.
-                return ExitCode::from(error.exit_code() as u8);
+                return error.exit_code() as u8;
             }
             _ => Err(usage(&error)),
         },
     };
     match done {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(()) => 0,
         Err(failure) => {
             if !failure.is_silent() {
                 let _ = writeln!(std::io::stderr(), "overcoat: {failure}");
             }
-            ExitCode::from(failure.exit_code())
+            failure.exit_code()
         }
     }
 }

@@ -6,9 +6,11 @@ use super::movie_frames::{MovieFrames, frame_count};
 use super::movie_output::MovieOutput;
 use super::render_task::RenderTask;
 use super::report::Stages;
+use crate::description::{Description, DescriptionError};
 use crate::load::Loaded;
 use crate::math::double::sin_cos;
-use crate::scene::{Camera, Environment, Fit, Light, LightKind, Scene, Transform};
+use crate::render::RenderOptions;
+use crate::scene::{Camera, Environment, Fit, Light, LightKind, Scene, SceneError, Transform};
 use std::f64::consts::TAU;
 
 /// Directions from which a model is fitted into the picture at most: the camera would have to be farther away by less than
@@ -36,45 +38,89 @@ pub fn run(args: &TurntableArgs) -> Result<(), Failure> {
     progress.stage(format!("loading {}", file_name(&source.path)));
     let mut renderer = draw.renderer();
     let Loaded { mut scene, warnings, .. } = movie.task().load(renderer.jobs(), &mut Stages::default())?;
-    let environment = scene.environment().clone();
-    let lights = scene.lights().to_vec();
-    // Those of the scene file come after those of the model.
-    let own_lights = lights.len() - description.lights_to_add.len();
-
-    let bounds = scene.shown_bounds();
-    let center = if bounds.is_empty() { [0.0; 3] } else { bounds.center() };
-    let camera = match description.framing(&scene, options) {
-        None => description.camera(&scene, options),
-        Some(framing) => {
-            let mut fit = Fit::new(framing);
-            let directions = frames.min(DIRECTIONS);
-            for k in 0..directions {
-                let by = turned(center, TAU * f64::from(k) / f64::from(directions));
-                by.map(|by| fit.include_moved(&scene, &by)).map_err(|e| about(Failure::scene(&e)))?;
-            }
-            description.fitted(fit.camera())
-        }
-    }
-    .map_err(|e| about(e.into()))?;
-
+    let turning =
+        Turning::new(description, &scene, options, frames, args.turn).map_err(|e| about(Failure::from(e)))?;
     for k in 0..frames {
-        let angle = TAU * f64::from(k) / f64::from(frames);
-        let eye = match args.turn {
-            Turn::Camera => orbit(&camera, center, angle),
-            // What stays while the model turns goes around it the other way.
-            Turn::Model => {
-                turn_light(&mut scene, &environment, &lights, own_lights, center, -angle)
-                    .map_err(|failure| failure.at(&movie.task().source.path))?;
-                orbit(&camera, center, -angle)
-            }
-        };
+        let eye =
+            turning.pose(k, &mut scene).map_err(|e| Failure::scene(&e).at(&movie.task().source.path))?;
         movie.render_frame(k, &mut renderer, &scene, &eye)?;
     }
     movie.finish(warnings)
 }
 
+/// A turn around what a scene shows, picture after picture.
+#[derive(Debug)]
+pub struct Turning {
+    frames: u32,
+    turn: Turn,
+    center: [f64; 3],
+    /// Of the first picture.
+    camera: Camera,
+    environment: Environment,
+    lights: Vec<Light>,
+    /// How many of them are the model's.
+    own_lights: usize,
+}
+
+impl Turning {
+    /// Finds what lies in the middle, and a camera that shows all of the model from every side, unless one is described.
+    ///
+    /// # Errors
+    /// [`DescriptionError`] if there is no such camera, or it spans no view.
+    pub fn new(
+        description: &Description,
+        scene: &Scene,
+        options: &RenderOptions,
+        frames: u32,
+        turn: Turn,
+    ) -> Result<Self, DescriptionError> {
+        let lights = scene.lights().to_vec();
+        // Those of the scene file come after those of the model.
+        let own_lights = lights.len() - description.lights_to_add.len();
+        let bounds = scene.shown_bounds();
+        let center = if bounds.is_empty() { [0.0; 3] } else { bounds.center() };
+        let camera = match description.framing(scene, options) {
+            None => description.camera(scene, options)?,
+            Some(framing) => {
+                let mut fit = Fit::new(framing);
+                let directions = frames.min(DIRECTIONS);
+                for k in 0..directions {
+                    let by = turned(center, TAU * f64::from(k) / f64::from(directions))?;
+                    fit.include_moved(scene, &by);
+                }
+                description.fitted(fit.camera())?
+            }
+        };
+        Ok(Self {
+            frames,
+            turn,
+            center,
+            camera,
+            environment: scene.environment().clone(),
+            lights,
+            own_lights,
+        })
+    }
+
+    /// Turns the scene's light as picture `k` needs it, and returns the camera.
+    ///
+    /// # Errors
+    /// [`SceneError`] if a light leaves the range of coordinates.
+    pub fn pose(&self, k: u32, scene: &mut Scene) -> Result<Camera, SceneError> {
+        let angle = TAU * f64::from(k) / f64::from(self.frames);
+        match self.turn {
+            Turn::Camera => Ok(orbit(&self.camera, self.center, angle)),
+            // What stays while the model turns goes around it the other way.
+            Turn::Model => {
+                turn_light(scene, &self.environment, &self.lights, self.own_lights, self.center, -angle)?;
+                Ok(orbit(&self.camera, self.center, -angle))
+            }
+        }
+    }
+}
+
 /// A turn about the vertical axis through a point.
-fn turned(center: [f64; 3], angle: f64) -> Result<Transform, crate::scene::SceneError> {
+fn turned(center: [f64; 3], angle: f64) -> Result<Transform, SceneError> {
     let (sin, cos) = sin_cos(angle);
     let [x, _, z] = center;
     Transform::from_rows([
@@ -110,16 +156,14 @@ fn turn_light(
     own: usize,
     center: [f64; 3],
     angle: f64,
-) -> Result<(), Failure> {
+) -> Result<(), SceneError> {
     let rotation_degrees = environment.rotation_degrees + angle.to_degrees() as f32;
-    scene
-        .set_environment(Environment { rotation_degrees, ..environment.clone() })
-        .map_err(|e| Failure::scene(&e))?;
+    scene.set_environment(Environment { rotation_degrees, ..environment.clone() })?;
     scene.clear_lights();
     let turning = sin_cos(angle);
     for (k, light) in lights.iter().enumerate() {
         let light = if k < own { *light } else { turned_light(light, center, turning) };
-        scene.add_light(light).map_err(|e| Failure::scene(&e))?;
+        scene.add_light(light)?;
     }
     Ok(())
 }

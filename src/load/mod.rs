@@ -69,9 +69,11 @@ pub use material::{
     AssignError, BuiltinMaterial, MaterialError, MaterialErrorReason, MaterialFile, MaterialKey,
     material_keys,
 };
+pub use normals::add_smooth_normals;
 pub use options::{AnimationChoice, LoadOptions};
 pub(crate) use packed::inner_extension;
 pub use resolver::{DirectoryResolver, MemoryResolver, NoResolver, ResolveError, Resolver};
+pub use tangents::add_tangents;
 
 use crate::files::check_size;
 use crate::jobs::Jobs;

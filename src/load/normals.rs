@@ -27,7 +27,10 @@ const CELL_BITS: u32 = 3;
 /// and tangents, which would no longer fit, removed.
 ///
 /// Weights: G. Thürmer, C. Wüthrich, *Computing vertex normals from polygonal facets*, 1998 (angle), times area.
-pub(crate) fn add_smooth_normals(mesh: &mut MeshData, crease_angle_degrees: f32, jobs: &Jobs) {
+///
+/// For meshes that are made by hand; loaders do it where a format has no normals. What is no mesh (an index out of range) may
+/// give a mesh that is none; [`Mesh::new`](crate::scene::Mesh::new) says so.
+pub fn add_smooth_normals(mesh: &mut MeshData, crease_angle_degrees: f32, jobs: &Jobs) {
     mesh.normals = vec![[0.0; 3]; mesh.positions.len()];
     add_missing_normals(mesh, crease_angle_degrees, |_| true, jobs);
 }

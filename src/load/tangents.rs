@@ -24,7 +24,7 @@ const SEARCHED: usize = 64;
 /// Where more than 512 triangles meet at one position, they are averaged in runs of 512.
 ///
 /// Returns which vertex each added one is a copy of.
-pub(crate) fn add_tangents(mesh: &mut MeshData, uv_set: usize) -> Vec<u32> {
+pub fn add_tangents(mesh: &mut MeshData, uv_set: usize) -> Vec<u32> {
     mesh.tangents = Vec::new();
     let vertices = mesh.positions.len();
     let Some(uvs) = mesh.uvs.get(uv_set).filter(|uvs| uvs.len() == vertices) else { return Vec::new() };

@@ -1,0 +1,254 @@
+"""Options of a picture. Their names, ranges and defaults are those of scene files, which the library alone knows."""
+
+from __future__ import annotations
+
+import difflib
+import json
+import os
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, Dict, Iterable, Mapping, Optional, Sequence, Tuple, TypedDict, Union
+
+from . import _overcoat
+from ._errors import OptionError, UnknownOptionError
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    Vector = Union[Sequence[float], npt.NDArray[Any]]
+    Path = Union[str, "os.PathLike[str]"]
+
+
+class Camera(TypedDict, total=False):
+    """The option `camera`: lengths in metres, angles in degrees. Without `eye` the model is framed automatically."""
+
+    eye: Vector
+    target: Vector
+    up: Vector
+    fov_y_deg: float
+    near: float
+    ortho_height: float
+    view: Union[str, Vector]
+    camera: Union[str, int]
+
+
+class PictureOptions(TypedDict, total=False):
+    """Every option of `overcoat.render`, with its type; `help(overcoat.Options)` says what each does."""
+
+    # What is loaded.
+    up: str
+    animation: Union[str, int]
+    time: float
+    loop: bool
+    format: str
+    # The picture.
+    size: Union[int, Sequence[int]]
+    samples: int
+    quality: str
+    maps: int
+    map_size: int
+    rays: int
+    shading: str
+    shading_rate: int
+    shade_everywhere: bool
+    background: str
+    ground: str
+    ground_reflection: float
+    tone_mapping: Union[str, Sequence[str]]
+    exposure: Union[float, str]
+    anisotropy: int
+    specular_antialiasing: bool
+    area_lights: str
+    merge_angle_deg: float
+    line_width: float
+    point_size: float
+    # From where, in which light, of what.
+    camera: Union[Camera, str]
+    env: Union[Path, _overcoat.Environment, npt.NDArray[Any]]
+    env_rotation_deg: float
+    env_intensity: float
+    lights: bool
+    light: Sequence[Mapping[str, Any]]
+    material: Union[Path, Mapping[str, Any]]
+    materials: Mapping[str, Union[Path, Mapping[str, Any]]]
+    # Of this package.
+    aov: Union[str, Sequence[str]]
+    limits: Mapping[str, int]
+
+
+#: What says how a model is loaded.
+LOADING = ("up", "animation", "time", "loop")
+#: Keys of scene files that are no options: the model is an argument of its own, and others are notes for readers.
+NO_OPTIONS = ("model", "name", "note", "peers", "ground_truth")
+#: Options that scene files do not have.
+OWN = ("aov", "limits", "format")
+
+
+@lru_cache(maxsize=None)
+def descriptions() -> Dict[str, str]:
+    """What each option is for, in one line, by its name."""
+    properties = json.loads(_overcoat.scene_schema())["properties"]
+    found = {name: str(of.get("description", "")) for name, of in properties.items() if name not in NO_OPTIONS}
+    planes = ", ".join(name for name, _ in _overcoat.aov_names())
+    found["aov"] = f"Planes of the G-buffer to draw as well: {planes}"
+    found["limits"] = "Bounds on the work and on what a file may ask for, by the names of `overcoat render --limit`"
+    found["format"] = "Format of a model in memory, where its content does not tell: glb, gltf, obj, stl, ply, 3mf"
+    return found
+
+
+class Options(Dict[str, Any]):
+    """Options of a picture, checked when they are put together: `overcoat.render(model, **options)`.
+
+    A dict, so that they can be changed, merged (`Options(**options, samples=16)`), stored and pickled.
+    """
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(options)
+        loading, drawing = split({name: value for name, value in options.items() if name != "model"})
+        check_names(loading, descriptions(), "Options()")
+        _overcoat.check_request(request(drawing, "Options()"))
+
+    @classmethod
+    def open(cls, path: Path) -> Options:
+        """Reads a scene file, TOML or JSON. Paths in it are relative to its folder; its `model` stays among the options, so
+        that `overcoat.render(**Options.open("car.toml"))` draws it.
+
+        Raises:
+            LoadError, OptionError: The file is no scene file.
+            OSError: It cannot be read.
+        """
+        text = _overcoat.read_description(os.fspath(path))
+        options = cls.__new__(cls)
+        options.update(json.loads(text))
+        return options
+
+    def __repr__(self) -> str:
+        return f"Options({', '.join(f'{name}={value!r}' for name, value in self.items())})"
+
+
+def check_names(names: Iterable[str], known: Iterable[str], what: str) -> None:
+    """Refuses names that do not exist, and says which one may have been meant."""
+    known = list(known)
+    for name in names:
+        if name in known:
+            continue
+        nearest = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
+        hint = f"; did you mean '{nearest[0]}'?" if nearest else f"; known are {', '.join(known)}"
+        raise UnknownOptionError(f"{what} has no option '{name}'{hint}")
+
+
+def split(options: Mapping[str, Any]) -> Tuple[Dict[str, Any], Dict[str, Any]]:
+    """Options of loading, and those of drawing."""
+    loading = {name: value for name, value in options.items() if name in LOADING or name == "format"}
+    drawing = {name: value for name, value in options.items() if name not in loading}
+    return loading, drawing
+
+
+def request(options: Mapping[str, Any], what: str = "render()") -> Dict[str, Any]:
+    """Options as the native half takes them: a scene file as JSON, and what such a file cannot hold."""
+    check_names(options, descriptions(), what)
+    description: Dict[str, Any] = {}
+    environment = None
+    materials: list[Tuple[Optional[str], str]] = []
+    aov: list[str] = []
+    for name, value in options.items():
+        if value is None or name in OWN:
+            continue
+        if name == "env":
+            environment = _environment(value)
+            if environment is not None:
+                continue
+        elif name == "camera":
+            value = _camera(value)
+        elif name == "material" and isinstance(value, Mapping):
+            materials.append((None, _material(value)))
+            continue
+        elif name == "materials" and isinstance(value, Mapping):
+            inline = {key: of for key, of in value.items() if isinstance(of, Mapping)}
+            materials.extend((key, _material(of)) for key, of in inline.items())
+            value = {key: of for key, of in value.items() if key not in inline}
+        description[name] = plain(name, value)
+    planes = options.get("aov")
+    if planes is not None:
+        aov = [planes] if isinstance(planes, str) else [str(plane) for plane in planes]
+    return {
+        "description": _json(description),
+        "limits": _limits(options.get("limits")),
+        "environment": environment,
+        "materials": materials,
+        "aov": aov,
+    }
+
+
+def plain(name: str, value: Any) -> Any:
+    """A value as JSON has it: of paths, tuples and numpy's arrays and numbers too."""
+    if value is None or isinstance(value, (bool, int, float, str)):
+        return value
+    if isinstance(value, os.PathLike):
+        return os.fsdecode(os.fspath(value))
+    if isinstance(value, bytes):
+        return os.fsdecode(value)
+    if isinstance(value, Mapping):
+        return {str(key): plain(f"{name}.{key}", of) for key, of in value.items()}
+    if hasattr(value, "tolist"):
+        return plain(name, value.tolist())
+    if isinstance(value, (list, tuple)):
+        return [plain(name, of) for of in value]
+    raise OptionError(f"{name}: a value of type '{type(value).__name__}' is not understood")
+
+
+def _json(value: Any) -> str:
+    try:
+        return json.dumps(value, allow_nan=False)
+    except ValueError:
+        bad = next((name for name in value if not _is_finite(value[name])), "an option")
+        raise OptionError(f"{bad}: expected a finite number") from None
+
+
+def _is_finite(value: Any) -> bool:
+    try:
+        json.dumps(value, allow_nan=False)
+    except ValueError:
+        return False
+    return True
+
+
+def _camera(value: Any) -> Any:
+    """A view is a name, or three numbers."""
+    if isinstance(value, str):
+        return {"view": value}
+    if isinstance(value, Mapping) and not isinstance(value.get("view", ""), (str, type(None))):
+        return {**value, "view": ",".join(str(part) for part in plain("camera.view", value["view"]))}
+    return value
+
+
+def _material(value: Mapping[str, Any]) -> str:
+    return _json({str(key): plain(f"material.{key}", of) for key, of in value.items() if of is not None})
+
+
+def _environment(value: Any) -> Optional[_overcoat.Environment]:
+    if isinstance(value, _overcoat.Environment):
+        return value
+    if hasattr(value, "__array_interface__") or hasattr(value, "__array__"):
+        from ._arrays import environment
+
+        return environment(value)
+    return None
+
+
+def _limits(value: Any) -> Dict[str, int]:
+    if value is None:
+        return {}
+    if not isinstance(value, Mapping):
+        raise OptionError("limits: expected a dict of names and whole numbers")
+    for name, number in value.items():
+        if isinstance(number, bool) or not isinstance(number, int) or not 0 <= number < 2**64:
+            raise OptionError(f"limits: {name}: expected a whole number, 0 to 2^64 - 1, found {number!r}")
+    return dict(value)
+
+
+def _documented() -> str:
+    lines = [f"    {name}: {about}." for name, about in descriptions().items()]
+    return "\n".join(lines)
+
+
+Options.__doc__ = f"{Options.__doc__}\n    The options:\n\n{_documented()}\n"

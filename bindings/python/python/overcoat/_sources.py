@@ -1,0 +1,65 @@
+"""What a model may be given as."""
+
+from __future__ import annotations
+
+import os
+from typing import Any, Dict, Mapping, Tuple
+
+from . import _overcoat
+from ._arrays import Mesh, materials_of, model_of
+from ._errors import MeshError, OptionError
+from ._options import LOADING, _limits, _json, check_names, plain
+
+
+def load(
+    renderer: _overcoat.Renderer, source: Any, loading: Mapping[str, Any], limits: Any
+) -> Tuple[_overcoat.Model, Dict[str, Any]]:
+    """A model of whatever is given, and options that come with it."""
+    description = _json({name: plain(name, value) for name, value in loading.items() if name in LOADING and value is not None})
+    bounds = _limits(limits)
+    if isinstance(source, _overcoat.Model):
+        given = [name for name, value in loading.items() if value is not None]
+        if given:
+            raise OptionError(f"{given[0]}: the model is loaded already; give it to overcoat.load()")
+        return source, {}
+    if isinstance(source, (str, os.PathLike)):
+        return renderer.load_path(os.fspath(source), description, bounds), {}
+    form = loading.get("format")
+    if isinstance(source, (bytes, bytearray, memoryview)):
+        return renderer.load_bytes(bytes(source), form, description, bounds), {}
+    if hasattr(source, "read"):
+        content = source.read()
+        content = content.encode() if isinstance(content, str) else content
+        name = getattr(source, "name", None)
+        if form is None and isinstance(name, str) and "." in os.path.basename(name):
+            form = _known(os.path.splitext(name)[1].lstrip("."))
+        return renderer.load_bytes(bytes(content), form, description, bounds), {}
+    refused = [name for name, value in loading.items() if value is not None and name != "up"]
+    if refused:
+        raise OptionError(f"{refused[0]}: only model files have it, not a {type(source).__name__}")
+    up = loading.get("up")
+    if isinstance(source, Mesh):
+        return model_of([source], up), {"materials": materials_of([source])}
+    if isinstance(source, (list, tuple)) and source and all(isinstance(mesh, Mesh) for mesh in source):
+        return model_of(source, up), {"materials": materials_of(source)}
+    if hasattr(source, "mesh_nodes") and hasattr(source, "get_pose"):
+        from .compat._pyrender_scene import camera_of, convert
+
+        return convert(source).model, camera_of(source)
+    if (hasattr(source, "geometry") and hasattr(source, "graph")) or hasattr(source, "vertices"):
+        from ._trimesh import model_of_trimesh
+
+        return model_of_trimesh(source, up)
+    raise MeshError(
+        f"a model is a path, bytes, a file object, a Mesh or several, a scene or mesh of trimesh, or a scene of pyrender; "
+        f"not a {type(source).__name__}"
+    )
+
+
+def _known(extension: str) -> str | None:
+    return extension if extension.lower() in ("glb", "gltf", "obj", "stl", "ply", "3mf") else None
+
+
+def check_loading(options: Mapping[str, Any]) -> None:
+    """Refuses what is no option of loading."""
+    check_names(options, (*LOADING, "format", "limits"), "load()")

@@ -1,0 +1,5 @@
+"""Functions of other libraries, drawn by overcoat: programs that use them change one import.
+
+- `overcoat.compat.pyrender`: `OffscreenRenderer`
+- `overcoat.compat.trimesh`: `save_image`
+"""

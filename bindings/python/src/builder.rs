@@ -1,0 +1,353 @@
+//! Scenes of arrays: what `overcoat._arrays`, `_trimesh` and `compat.pyrender` make of other libraries' objects.
+
+use crate::arrays::{optional_rows, rows};
+use crate::errors::{self, Kind};
+use crate::model::Model;
+use numpy::{PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
+use overcoat::Scene;
+use overcoat::jobs::Jobs;
+use overcoat::load::{add_smooth_normals, add_tangents};
+use overcoat::scene::{
+    AlphaMode, AlphaUse, Axis, ColorSpace, Filter, Image, Instance, Light, LightKind, Material, MaterialId,
+    Mesh, MeshData, MeshId, MipFilter, NormalTexture, Orientation, PrimitiveKind, Sampler, Texture,
+    TextureId, TextureRef, Transform, UvTransform, Workflow, Wrap,
+};
+use pyo3::prelude::*;
+use serde::Deserialize;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// A scene that grows until it is finished.
+#[pyclass(frozen, module = "overcoat._overcoat")]
+#[derive(Debug, Default)]
+pub(crate) struct SceneBuilder(Mutex<Parts>);
+
+#[derive(Debug, Default)]
+struct Parts {
+    scene: Scene,
+    images: Vec<Arc<Image>>,
+    /// Image, sampler and use of each texture that was made.
+    textures: Vec<(usize, Sampler, ColorSpace, AlphaUse, TextureId)>,
+    materials: Vec<MaterialId>,
+    meshes: Vec<MeshId>,
+    warnings: Vec<String>,
+}
+
+/// A material as Python describes it: numbers as in glTF, textures by the number of their image.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct MaterialData {
+    name: String,
+    base_color: [f32; 4],
+    base_color_texture: Option<TextureData>,
+    metallic: f32,
+    roughness: f32,
+    metallic_roughness_texture: Option<TextureData>,
+    ior: f32,
+    emissive: [f32; 3],
+    emissive_texture: Option<TextureData>,
+    normal_texture: Option<TextureData>,
+    normal_scale: f32,
+    occlusion_texture: Option<TextureData>,
+    /// `opaque`, `mask` or `blend`.
+    alpha_mode: String,
+    alpha_cutoff: f32,
+    double_sided: bool,
+    unlit: bool,
+}
+
+impl Default for MaterialData {
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            base_color: [1.0; 4],
+            base_color_texture: None,
+            metallic: 0.0,
+            roughness: 0.5,
+            metallic_roughness_texture: None,
+            ior: 1.5,
+            emissive: [0.0; 3],
+            emissive_texture: None,
+            normal_texture: None,
+            normal_scale: 1.0,
+            occlusion_texture: None,
+            alpha_mode: "opaque".to_owned(),
+            alpha_cutoff: 0.5,
+            double_sided: false,
+            unlit: false,
+        }
+    }
+}
+
+/// An image and how it is read.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct TextureData {
+    image: usize,
+    /// OpenGL's numbers, as in glTF; 0 for the default.
+    wrap_u: u32,
+    wrap_v: u32,
+    magnification: u32,
+    minification: u32,
+    uv_set: u8,
+}
+
+/// A light; directions and positions in metres of the world.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LightData {
+    /// `directional`, `point` or `spot`.
+    kind: String,
+    #[serde(default)]
+    position: [f32; 3],
+    /// Of the light as it travels.
+    #[serde(default)]
+    direction: [f32; 3],
+    color: [f32; 3],
+    /// Lux for directional lights, candela for others.
+    intensity: f32,
+    range: Option<f32>,
+    #[serde(default)]
+    inner_cone_cosine: f32,
+    #[serde(default)]
+    outer_cone_cosine: f32,
+}
+
+/// What an object that is given as JSON says.
+fn parsed<'a, T: Deserialize<'a>>(what: &str, json: &'a str) -> PyResult<T> {
+    serde_json::from_str(json).map_err(|error| Kind::Mesh.error(format_args!("{what}: {error}")))
+}
+
+impl SceneBuilder {
+    fn parts(&self) -> MutexGuard<'_, Parts> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+#[pymethods]
+impl SceneBuilder {
+    #[new]
+    fn new() -> Self {
+        Self::default()
+    }
+
+    /// An image of (H, W, 4) bytes, row 0 on top; returns its number.
+    fn add_image(&self, texels: PyReadonlyArray3<'_, u8>) -> PyResult<usize> {
+        let shape = texels.shape();
+        let [height, width, 4] = *shape else {
+            return Err(Kind::Mesh.error(format_args!("texture: expected shape (H, W, 4), found {shape:?}")));
+        };
+        let values = texels.as_slice().map_err(|error| Kind::Mesh.error(format_args!("texture: {error}")))?;
+        let (texels, _) = values.as_chunks::<4>();
+        let side = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
+        let image = Image::new(side(width), side(height), texels.to_vec());
+        let image = image.map_err(|error| errors::scene("texture", &error))?;
+        let mut parts = self.parts();
+        parts.images.push(Arc::new(image));
+        Ok(parts.images.len() - 1)
+    }
+
+    /// A material; returns its number.
+    fn add_material(&self, json: &str) -> PyResult<usize> {
+        let data: MaterialData = parsed("material", json)?;
+        let mut parts = self.parts();
+        let material = parts.material(&data)?;
+        let id = parts.scene.add_material(material).map_err(|e| errors::scene("material", &e))?;
+        parts.materials.push(id);
+        Ok(parts.materials.len() - 1)
+    }
+
+    /// A mesh; returns its number. `kind` is `triangles`, `lines` or `points`; `crease_degrees` asks for smooth normals where
+    /// there are none; `tangents_of` for tangents over that set of texture coordinates, which normal maps need.
+    #[pyo3(signature = (positions, indices, normals=None, uv=None, colors=None, kind="triangles", crease_degrees=None, tangents_of=None))]
+    #[allow(clippy::too_many_arguments)]
+    fn add_mesh(
+        &self,
+        py: Python<'_>,
+        positions: PyReadonlyArray2<'_, f32>,
+        indices: PyReadonlyArray2<'_, u32>,
+        normals: Option<PyReadonlyArray2<'_, f32>>,
+        uv: Option<PyReadonlyArray2<'_, f32>>,
+        colors: Option<PyReadonlyArray2<'_, f32>>,
+        kind: &str,
+        crease_degrees: Option<f32>,
+        tangents_of: Option<usize>,
+    ) -> PyResult<usize> {
+        let kind = match kind {
+            "lines" => PrimitiveKind::Lines,
+            "points" => PrimitiveKind::Points,
+            _ => PrimitiveKind::Triangles,
+        };
+        let mut data = MeshData {
+            positions: rows("vertices", &positions)?,
+            normals: optional_rows("normals", normals)?,
+            tangents: Vec::new(),
+            uvs: [optional_rows("uv", uv)?, Vec::new()],
+            colors: optional_rows("colors", colors)?,
+            triangles: rows("faces", &indices)?,
+            kind,
+        };
+        let mesh = py.detach(|| {
+            let _arithmetic = crate::arithmetic::DefaultArithmetic::new();
+            // Checked before anything is made of it.
+            let checked = Mesh::new(data.clone())?;
+            let smooth =
+                crease_degrees.filter(|_| data.normals.is_empty() && kind == PrimitiveKind::Triangles);
+            if smooth.is_none() && tangents_of.is_none() {
+                return Ok(checked);
+            }
+            if let Some(angle) = smooth {
+                add_smooth_normals(&mut data, angle.clamp(0.0, 180.0), &Jobs::new(1));
+            }
+            if let Some(set) = tangents_of {
+                add_tangents(&mut data, set);
+            }
+            Mesh::new(data)
+        });
+        let mesh = mesh.map_err(|e| errors::scene("mesh", &e))?;
+        let mut parts = self.parts();
+        let id = parts.scene.add_mesh(mesh).map_err(|e| errors::scene("mesh", &e))?;
+        parts.meshes.push(id);
+        Ok(parts.meshes.len() - 1)
+    }
+
+    /// Places a mesh. `matrix` is (4, 4), object to world, in the way that columns are multiplied; `object` is the number
+    /// that the plane `object-id` shows, less 1.
+    fn add_instance(
+        &self,
+        mesh: usize,
+        material: usize,
+        matrix: PyReadonlyArray2<'_, f64>,
+        object: u32,
+    ) -> PyResult<()> {
+        let found = rows::<f64, 4>("transform", &matrix)?;
+        let [first, second, third, ..] = *found.as_slice() else {
+            return Err(Kind::Mesh
+                .error(format_args!("transform: expected shape (4, 4), found ({}, 4)", found.len())));
+        };
+        let transform =
+            Transform::from_rows([first, second, third]).map_err(|e| errors::scene("instance", &e))?;
+        let mut parts = self.parts();
+        let (Some(&mesh), Some(&material)) = (parts.meshes.get(mesh), parts.materials.get(material)) else {
+            return Err(Kind::Mesh.error("instance: there is no such mesh or material"));
+        };
+        let added = parts.scene.add_instance(Instance { mesh, material, transform, object });
+        added.map_err(|e| errors::scene("instance", &e))
+    }
+
+    fn add_light(&self, json: &str) -> PyResult<()> {
+        let data: LightData = parsed("light", json)?;
+        let LightData { position, direction, range, inner_cone_cosine, outer_cone_cosine, .. } = data;
+        let kind = match data.kind.as_str() {
+            "directional" => LightKind::Directional { direction },
+            "point" => LightKind::Point { position, range },
+            _ => LightKind::Spot { position, direction, range, inner_cone_cosine, outer_cone_cosine },
+        };
+        let light = Light { color: data.color, intensity: data.intensity, ..Light::new(kind) };
+        self.parts().scene.add_light(light).map_err(|e| errors::scene("light", &e))
+    }
+
+    /// Notes what cannot be shown.
+    fn warn(&self, message: String) {
+        self.parts().warnings.push(message);
+    }
+
+    /// The model; the builder is empty then. `up` is the axis that is up in the arrays, `+y` if it is not given.
+    #[pyo3(signature = (up=None))]
+    fn finish(&self, up: Option<&str>) -> PyResult<Model> {
+        let mut parts = std::mem::take(&mut *self.parts());
+        if let Some(name) = up {
+            let axis = Axis::from_name(name).ok_or_else(|| {
+                let known: Vec<&str> = Axis::ALL.iter().map(|axis| axis.name()).collect();
+                Kind::Option.error(format_args!("up '{name}': expected one of {}", known.join(", ")))
+            })?;
+            parts.scene.stand_up(Orientation { up: axis, front_is_known: false });
+        }
+        Ok(Model::new(parts.scene, parts.warnings))
+    }
+}
+
+impl Parts {
+    fn material(&mut self, data: &MaterialData) -> PyResult<Material> {
+        let alpha_mode = match data.alpha_mode.as_str() {
+            "opaque" => AlphaMode::Opaque,
+            "mask" => AlphaMode::Mask { cutoff: data.alpha_cutoff },
+            "blend" => AlphaMode::Blend,
+            other => {
+                let message = format_args!("material: alpha_mode '{other}': expected opaque, mask or blend")
+                    .to_string();
+                return Err(Kind::Mesh.error(message));
+            }
+        };
+        let alpha = match alpha_mode {
+            AlphaMode::Mask { cutoff } => AlphaUse::mask(cutoff / data.base_color[3].max(1e-6)),
+            AlphaMode::Blend => AlphaUse::Coverage,
+            _ => AlphaUse::Data,
+        };
+        let color = |parts: &mut Self, texture| parts.texture(texture, ColorSpace::Srgb, AlphaUse::Data);
+        let plain = |parts: &mut Self, texture| parts.texture(texture, ColorSpace::Linear, AlphaUse::Data);
+        let normal = self.texture(data.normal_texture, ColorSpace::Linear, AlphaUse::Normals)?;
+        Ok(Material {
+            name: data.name.clone(),
+            base_color: data.base_color,
+            base_color_texture: self.texture(data.base_color_texture, ColorSpace::Srgb, alpha)?,
+            workflow: Workflow::MetallicRoughness {
+                metallic: data.metallic,
+                roughness: data.roughness,
+                texture: plain(self, data.metallic_roughness_texture)?,
+            },
+            ior: data.ior,
+            emissive: data.emissive,
+            emissive_texture: color(self, data.emissive_texture)?,
+            normal_texture: normal.map(|texture| NormalTexture { texture, scale: data.normal_scale }),
+            occlusion_texture: plain(self, data.occlusion_texture)?,
+            alpha_mode,
+            double_sided: data.double_sided,
+            unlit: data.unlit,
+            ..Material::default()
+        })
+    }
+
+    fn texture(
+        &mut self,
+        data: Option<TextureData>,
+        color_space: ColorSpace,
+        alpha: AlphaUse,
+    ) -> PyResult<Option<TextureRef>> {
+        let Some(data) = data else { return Ok(None) };
+        let image = self.images.get(data.image).map(Arc::clone);
+        let image = image.ok_or_else(|| Kind::Mesh.error("material: there is no such texture"))?;
+        let sampler = sampler(&data);
+        let known = |t: &&(usize, Sampler, ColorSpace, AlphaUse, TextureId)| {
+            (t.0, t.1, t.2, t.3) == (data.image, sampler, color_space, alpha)
+        };
+        let id = match self.textures.iter().find(known) {
+            Some(known) => known.4,
+            None => {
+                let texture = Texture::new(image, color_space, alpha, sampler);
+                let id = self.scene.add_texture(texture).map_err(|e| errors::scene("texture", &e))?;
+                self.textures.push((data.image, sampler, color_space, alpha, id));
+                id
+            }
+        };
+        Ok(Some(TextureRef { texture: id, uv_set: data.uv_set, transform: UvTransform::IDENTITY }))
+    }
+}
+
+/// How a texture is read, of OpenGL's numbers.
+fn sampler(data: &TextureData) -> Sampler {
+    let wrap = |number| match number {
+        33071 => Wrap::ClampToEdge,
+        33648 => Wrap::MirroredRepeat,
+        _ => Wrap::Repeat,
+    };
+    let (minification, mip) = match data.minification {
+        9728 => (Filter::Nearest, MipFilter::None),
+        9729 => (Filter::Linear, MipFilter::None),
+        9984 => (Filter::Nearest, MipFilter::Nearest),
+        9985 => (Filter::Linear, MipFilter::Nearest),
+        9986 => (Filter::Nearest, MipFilter::Linear),
+        _ => (Filter::Linear, MipFilter::Linear),
+    };
+    let magnification = if data.magnification == 9728 { Filter::Nearest } else { Filter::Linear };
+    Sampler { magnification, minification, mip, wrap_u: wrap(data.wrap_u), wrap_v: wrap(data.wrap_v) }
+}

@@ -1,0 +1,30 @@
+//! What a picture lacks of what its user may expect.
+
+use overcoat::Scene;
+use overcoat::cli::losses::left_out;
+use overcoat::frame::{DisplayOptions, Frame};
+use overcoat::render::{RenderOptions, RenderStats};
+use overcoat::scene::Camera;
+
+/// One sentence for each.
+pub(crate) fn losses(
+    scene: &Scene,
+    camera: &Camera,
+    options: &RenderOptions,
+    display: &DisplayOptions,
+    frame: &Frame,
+    stats: &RenderStats,
+) -> Vec<String> {
+    let mut all: Vec<String> = left_out(scene, options.shading).map(|warning| warning.message).collect();
+    if display.background.is_none() && frame.is_tinted() {
+        all.push(
+            "glass tints what is behind it, which a picture with one opacity for all colours cannot show: it is grey there; \
+             a colour or 'env' as background shows it"
+                .to_owned(),
+        );
+    }
+    if let Some(unseen) = stats.unseen(scene, camera, options) {
+        all.push(format!("nothing to see: {unseen}"));
+    }
+    all
+}
