@@ -294,17 +294,20 @@ pub unsafe extern "C" fn overcoat_frame(
     // SAFETY: of the caller.
     unsafe {
         run(overcoat, |inner, _| {
+            let limits = inner.limits.clone();
             let scene = inner.world(world)?.scene();
             if !(aspect > 0.0 && aspect.is_finite()) {
                 return Err(Failure::new(Status::OVERCOAT_OUT_OF_RANGE, "aspect: not above 0"));
             }
-            let mut framing = if direction.is_null() {
-                Framing::automatic(scene)
-            } else {
+            // As the command frames it.
+            let description = Description::default();
+            let (options, _) = description.options(Machine::default(), &limits)?;
+            let framing = description.framing(scene, &options);
+            let mut framing = framing.unwrap_or_else(|| Framing::automatic(scene));
+            if !direction.is_null() {
                 let given = raw::slice(direction, 3).and_then(|d| <[f32; 3]>::try_from(d).ok());
-                let direction = given.ok_or_else(|| Failure::argument("direction: not aligned"))?;
-                Framing { direction, ..Framing::default() }
-            };
+                framing.direction = given.ok_or_else(|| Failure::argument("direction: not aligned"))?;
+            }
             framing.aspect = aspect;
             let camera = framing.camera(scene);
             let (fov_y, orthographic_height) = match camera.projection {

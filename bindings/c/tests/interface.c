@@ -175,7 +175,7 @@ static void formats_and_parts_agree(overcoat *o) {
     FAILS(overcoat_render(o, world, NULL, &picture, &target, NULL), OVERCOAT_INVALID_ARGUMENT, "settings: ");
     picture = small_picture();
     picture.samples = 3;
-    FAILS(overcoat_render(o, world, NULL, &picture, &target, NULL), OVERCOAT_INVALID_ARGUMENT, "samples");
+    FAILS(overcoat_render(o, world, NULL, &picture, &target, NULL), OVERCOAT_OUT_OF_RANGE, "samples");
     picture = small_picture();
     picture.shading = "cel";
     FAILS(overcoat_render(o, world, NULL, &picture, &target, NULL), OVERCOAT_INVALID_ARGUMENT, "shading: 'cel'");

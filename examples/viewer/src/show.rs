@@ -70,14 +70,10 @@ impl Show {
         (self.world, self.model) = (world, Some(handle));
         self.name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         self.surround(self.surroundings)?;
-        self.first = Orbit::around(self.world.scene(), self.aspect());
+        let options = self.viewport.options();
+        self.first = Orbit::from_camera(&Description::default().camera(self.world.scene(), options)?);
         self.orbit = self.first;
         Ok(warnings)
-    }
-
-    fn aspect(&self) -> f32 {
-        let options = self.viewport.options();
-        options.width as f32 / options.height as f32
     }
 
     pub fn reset(&mut self) {

@@ -1,0 +1,835 @@
+/* overcoat: models and meshes in memory to pictures in the caller's memory, by the processor alone.
+ *
+ * Everything belongs to an `overcoat` that overcoat_new() makes: threads, worlds, what is in them. There is no other state. One
+ * thread uses it at a time, any thread; several may have one each. overcoat_cancel() may be called by any thread at any time.
+ *
+ * What is in it is named by numbers that are never 0. A number whose thing has been removed, or that is of another world, is
+ * OVERCOAT_GONE and never another thing.
+ *
+ * Functions return OVERCOAT_OK or what is wrong, and then change nothing; overcoat_message() says it in a sentence. Nothing that
+ * is passed in is kept. Structures begin with their size, as the program that uses them knows it: set it by
+ * OVERCOAT_INIT(structure), which makes all else 0; 0 stands for a default that is said at each.
+ *
+ * Units are metres, +Y is up, colours are linear Rec. 709 unless they are said to be sRGB. Matrices are column by column, as glTF,
+ * OpenGL and Eigen have them.
+ *
+ * Made from src/ by cbindgen; see README.md for five minutes with it.
+ */
+
+#ifndef OVERCOAT_H
+#define OVERCOAT_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+/* Makes a structure of this header 0, and says how large it is. */
+#define OVERCOAT_INIT(structure) (memset(&(structure), 0, sizeof(structure)), (structure).size = sizeof(structure))
+
+
+/*
+ What a function returns.
+ */
+typedef enum {
+  /*
+   It is done.
+   */
+  OVERCOAT_OK = 0,
+  /*
+   An argument is null, too short, no UTF-8 or no value of its kind.
+   */
+  OVERCOAT_INVALID_ARGUMENT = 1,
+  /*
+   What a number names has been removed, never was, or is of another world.
+   */
+  OVERCOAT_GONE = 2,
+  /*
+   Something else needs it.
+   */
+  OVERCOAT_IN_USE = 3,
+  /*
+   A number is not finite or outside of its range.
+   */
+  OVERCOAT_OUT_OF_RANGE = 4,
+  /*
+   A file cannot be read.
+   */
+  OVERCOAT_IO = 5,
+  /*
+   A file is damaged, or of no format that is known.
+   */
+  OVERCOAT_MALFORMED = 6,
+  /*
+   It would take more than the limits allow.
+   */
+  OVERCOAT_LIMIT = 7,
+  /*
+   overcoat_cancel() was called.
+   */
+  OVERCOAT_CANCELLED = 8,
+  /*
+   The calling thread flushes subnormal numbers to zero or does not round to nearest: pictures would differ from other machines.
+   */
+  OVERCOAT_FLOATING_POINT_MODE = 9,
+  /*
+   A mistake of this library. What it was called for is in an unknown state; only overcoat_free() is left.
+   */
+  OVERCOAT_INTERNAL = 10,
+} overcoat_status;
+
+/*
+ How a pixel lies in memory.
+ */
+typedef enum {
+  /*
+   Bytes R, G, B, A: sRGB with straight alpha.
+   */
+  OVERCOAT_RGBA8 = 0,
+  /*
+   The same with R, G and B multiplied by alpha as they are encoded.
+   */
+  OVERCOAT_RGBA8_PREMULTIPLIED = 1,
+  /*
+   Bytes B, G, R, A: sRGB with straight alpha.
+   */
+  OVERCOAT_BGRA8 = 2,
+  /*
+   The same with B, G and R multiplied by alpha as they are encoded: ARGB32 of Cairo and Qt on little-endian machines.
+   */
+  OVERCOAT_BGRA8_PREMULTIPLIED = 3,
+  /*
+   A uint32_t 0x00RRGGBB. Without a background what is behind the picture is black.
+   */
+  OVERCOAT_XRGB8 = 4,
+  /*
+   Four floats: linear light with straight alpha.
+   */
+  OVERCOAT_RGBA_F32 = 5,
+  /*
+   The same with colours multiplied by alpha.
+   */
+  OVERCOAT_RGBA_F32_PREMULTIPLIED = 6,
+} overcoat_pixel_format;
+
+/*
+ How well a picture is drawn: what blocks light, and how often surfaces are shaded.
+ */
+typedef enum {
+  /*
+   That of the settings, or else fast.
+   */
+  OVERCOAT_QUALITY_DEFAULT = 0,
+  /*
+   Nothing blocks light.
+   */
+  OVERCOAT_QUALITY_DRAFT = 1,
+  /*
+   Shadows from small depth maps.
+   */
+  OVERCOAT_QUALITY_FAST = 2,
+  /*
+   Larger maps, rays for light of other surfaces, four shadings a pixel where they show.
+   */
+  OVERCOAT_QUALITY_GOOD = 3,
+  /*
+   The same with more of each.
+   */
+  OVERCOAT_QUALITY_BEST = 4,
+} overcoat_quality;
+
+/*
+ Where light from afar comes from.
+ */
+typedef enum {
+  /*
+   The built-in studio.
+   */
+  OVERCOAT_ENVIRONMENT_STUDIO = 0,
+  /*
+   Nowhere.
+   */
+  OVERCOAT_ENVIRONMENT_NONE = 1,
+  /*
+   A Radiance HDR or OpenEXR file: an equirectangular picture.
+   */
+  OVERCOAT_ENVIRONMENT_FILE = 2,
+  /*
+   The same in memory.
+   */
+  OVERCOAT_ENVIRONMENT_MEMORY = 3,
+} overcoat_environment_kind;
+
+/*
+ What a light is like.
+ */
+typedef enum {
+  /*
+   A sun: direction; intensity in lux.
+   */
+  OVERCOAT_LIGHT_DIRECTIONAL = 0,
+  /*
+   A bulb: position, range; intensity in candela.
+   */
+  OVERCOAT_LIGHT_POINT = 1,
+  /*
+   A spot: position, direction, range, cones; intensity in candela.
+   */
+  OVERCOAT_LIGHT_SPOT = 2,
+} overcoat_light_kind;
+
+/*
+ What everything belongs to: threads, worlds, what is in them.
+ */
+typedef struct overcoat overcoat;
+
+/*
+ What overcoat_new() is told.
+ */
+typedef struct {
+  /*
+   Of this structure, see OVERCOAT_INIT.
+   */
+  uint32_t size;
+  /*
+   Worker threads, up to 256; 0: one for each processor. With 1 there are none: all is done by the calling thread.
+   */
+  uint32_t threads;
+  /*
+   Bytes of a file, and of what it unpacks to, at most; 0: 1 GiB.
+   */
+  uint64_t input_bytes;
+  /*
+   Triangles of a world at most; 0: as many as the library allows by default.
+   */
+  uint64_t triangles;
+  /*
+   Pixels of a picture at most; 0: as many as the library allows by default.
+   */
+  uint64_t output_pixels;
+} overcoat_options;
+
+/*
+ Called with each thing that a file asks for and that is left out, in a sentence.
+ */
+typedef void (*overcoat_warning)(void *user, const char *message);
+
+/*
+ Triangles in memory. Lists that may be null are said to.
+ */
+typedef struct {
+  /*
+   Of this structure, see OVERCOAT_INIT.
+   */
+  uint32_t size;
+  /*
+   Bytes from one position to the next: at least 12, a multiple of 4; 0: 12.
+   */
+  uint32_t position_stride;
+  /*
+   x, y and z of each vertex, three floats.
+   */
+  const float *positions;
+  /*
+   Number of vertices.
+   */
+  size_t vertex_count;
+  /*
+   Three vertices of each triangle, counter-clockwise seen from the front. Null: each three vertices are a triangle.
+   */
+  const uint32_t *indices;
+  /*
+   Number of triangles; without indices that of the vertices counts.
+   */
+  size_t triangle_count;
+  /*
+   Three floats a vertex, of any length but zero; null: faces are flat.
+   */
+  const float *normals;
+  /*
+   Two floats a vertex, (0, 0) is the upper left of a texture; null: none.
+   */
+  const float *uvs;
+  /*
+   R, G, B, A of each vertex: sRGB with straight alpha, which multiplies the material's base colour; null: white.
+   */
+  const uint8_t *vertex_colors;
+  /*
+   R, G, B, A of each triangle, in place of those of vertices; null: none.
+   */
+  const uint8_t *face_colors;
+} overcoat_mesh;
+
+/*
+ What a surface is made of. overcoat_material_defaults() fills it.
+ */
+typedef struct {
+  /*
+   Of this structure, see OVERCOAT_INIT.
+   */
+  uint32_t size;
+  /*
+   0: opaque, 1: holes where alpha is below alpha_cutoff, 2: blended by alpha. Default 0.
+   */
+  uint32_t alpha_mode;
+  /*
+   Linear colour and alpha, 0 to 1. Default 1.
+   */
+  float base_color[4];
+  /*
+   0 to 1. Default 0.
+   */
+  float metallic;
+  /*
+   Perceptual roughness, 0 to 1. Default 1.
+   */
+  float roughness;
+  /*
+   Index of refraction, 1 or more, or 0. Default 1.5.
+   */
+  float ior;
+  /*
+   Strength of the clear coat, 0 to 1. Default 0.
+   */
+  float coat;
+  /*
+   Perceptual roughness of the clear coat, 0 to 1. Default 0.
+   */
+  float coat_roughness;
+  /*
+   Emitted light, linear. Default 0.
+   */
+  float emissive[3];
+  /*
+   Of alpha_mode 1. Default 0.5.
+   */
+  float alpha_cutoff;
+  /*
+   Seen from behind too. Default false.
+   */
+  bool double_sided;
+  /*
+   Has its colour whatever the light. Default false.
+   */
+  bool unlit;
+  /*
+   Name of the shading model that is used where the picture chooses none ("gltf", "urp-mobile", ...); null: the default.
+   */
+  const char *shading;
+} overcoat_material;
+
+/*
+ A light beside the environment. overcoat_light_defaults() fills it.
+ */
+typedef struct {
+  /*
+   Of this structure, see OVERCOAT_INIT.
+   */
+  uint32_t size;
+  /*
+   An overcoat_light_kind. Default OVERCOAT_LIGHT_DIRECTIONAL.
+   */
+  uint32_t kind;
+  /*
+   In metres. Default 0.
+   */
+  float position[3];
+  /*
+   In which the light travels, of any length but zero. Default 0, -1, 0.
+   */
+  float direction[3];
+  /*
+   Linear. Default 1.
+   */
+  float color[3];
+  /*
+   Lux or candela. Default 1.
+   */
+  float intensity;
+  /*
+   Distance in metres at which it has faded out; 0, the default: never.
+   */
+  float range;
+  /*
+   Cosine of the half angle inside which a spot is full. Default 0.9.
+   */
+  float inner_cone_cosine;
+  /*
+   Cosine of the half angle outside which it is dark. Default 0.8.
+   */
+  float outer_cone_cosine;
+} overcoat_light;
+
+/*
+ Where a picture is taken from. overcoat_frame() makes one that shows a whole world.
+ */
+typedef struct {
+  /*
+   Of this structure, see OVERCOAT_INIT.
+   */
+  uint32_t size;
+  /*
+   Where it is, in metres.
+   */
+  float eye[3];
+  /*
+   What is in the middle of the picture.
+   */
+  float target[3];
+  /*
+   Which way is up, of any length but zero.
+   */
+  float up[3];
+  /*
+   Vertical field of view in radians; 0: a parallel projection.
+   */
+  float fov_y;
+  /*
+   Height of the view in metres, of a parallel projection.
+   */
+  float orthographic_height;
+  /*
+   Distance in metres before which nothing is drawn; 0: a thousandth of that to the target.
+   */
+  float near;
+} overcoat_camera;
+
+/*
+ What is asked of a picture.
+ */
+typedef struct {
+  /*
+   Of this structure, see OVERCOAT_INIT.
+   */
+  uint32_t size;
+  /*
+   In pixels; 0: that of the settings, or else 512.
+   */
+  uint32_t width;
+  /*
+   Likewise.
+   */
+  uint32_t height;
+  /*
+   Coverage samples a pixel, 1, 4, 8 or 16; 0: those of the settings, or else 8.
+   */
+  uint32_t samples;
+  /*
+   An overcoat_quality.
+   */
+  uint32_t quality;
+  /*
+   Name of the shading model of all materials ("gltf", "urp-mobile", "stacklit", ...); null: that of the settings or the materials.
+   */
+  const char *shading;
+  /*
+   All other settings, as a JSON object with the keys of scene files ({"tone_mapping": "agx", "ground": "none"}); null: their
+   defaults. The model, the environment and lights are the world's, whatever stands there.
+   */
+  const char *settings;
+  /*
+   Units of work, about a nanosecond of one thread each, that a picture may take: it is drawn as well as that allows, by what
+   the pictures before have taken. The same on every machine. 0: no bound.
+   */
+  uint64_t work_budget;
+  /*
+   Makes overcoat_result.hash, for tests: that takes a picture more.
+   */
+  bool wants_hash;
+} overcoat_picture;
+
+/*
+ Memory that a picture, or a part of one, is drawn into.
+ */
+typedef struct {
+  /*
+   Of this structure, see OVERCOAT_INIT.
+   */
+  uint32_t size;
+  /*
+   An overcoat_pixel_format.
+   */
+  uint32_t format;
+  /*
+   The first byte of the first pixel. It need not be aligned.
+   */
+  uint8_t *pixels;
+  /*
+   Bytes that there are.
+   */
+  size_t length;
+  /*
+   Bytes from one row to the next; 0: as many as a row takes.
+   */
+  size_t stride;
+  /*
+   Left column, top row, width and height in pixels of the part of the picture that it holds; all 0: all of it.
+   */
+  uint32_t region[4];
+} overcoat_target;
+
+/*
+ What is said of a picture.
+ */
+typedef struct {
+  /*
+   Of this structure, see OVERCOAT_INIT.
+   */
+  uint32_t size;
+  /*
+   The overcoat_quality that it was drawn with.
+   */
+  uint32_t quality;
+  /*
+   Samples a pixel that it was drawn with.
+   */
+  uint32_t samples;
+  /*
+   Whether overcoat_refine() has no better one.
+   */
+  bool is_final;
+  /*
+   Triangles that went in.
+   */
+  uint64_t triangles;
+  /*
+   Surface fragments that were shaded.
+   */
+  uint64_t fragments;
+  /*
+   XXH3-128 of the linear picture, 32 hexadecimal digits and a 0, as the overcoat command prints it; empty if not wanted.
+   */
+  char hash[33];
+} overcoat_result;
+
+/*
+ What is seen in a pixel.
+ */
+typedef struct {
+  /*
+   Of this structure, see OVERCOAT_INIT.
+   */
+  uint32_t size;
+  /*
+   Number of the triangle in the mesh; of meshes with colours by face, of the face.
+   */
+  uint32_t triangle;
+  /*
+   The instance; 0: nothing is seen.
+   */
+  uint64_t instance;
+  /*
+   The model that it came with; 0: none.
+   */
+  uint64_t model;
+  /*
+   Weights of the triangle's vertices, of sum 1.
+   */
+  float barycentric[3];
+  /*
+   Distance along the view in metres.
+   */
+  float depth;
+  /*
+   Where that is in the world, in metres.
+   */
+  double position[3];
+} overcoat_hit;
+
+#ifdef __cplusplus
+extern "C" {
+#endif // __cplusplus
+
+/*
+ The version of the library, 10000 * major + 100 * minor + patch.
+ */
+uint32_t overcoat_version(void);
+
+/*
+ Makes an overcoat, with its threads. `options` may be null: all defaults. There is no message if that fails.
+ */
+overcoat_status overcoat_new(const overcoat_options *options, overcoat **overcoat_out);
+
+/*
+ Frees an overcoat with all that belongs to it, and sets the pointer to null, which all functions take for an invalid argument.
+ Null, or a pointer to null, is left alone.
+ */
+void overcoat_free(overcoat **overcoat);
+
+/*
+ What was wrong with the last call with this overcoat, in a sentence without a line break; empty if nothing was. It stays until the
+ next call with it.
+ */
+const char *overcoat_message(const overcoat *overcoat);
+
+/*
+ Stops the picture that another thread draws with this overcoat: that call returns OVERCOAT_CANCELLED soon. Without one, nothing
+ happens.
+ */
+void overcoat_cancel(const overcoat *overcoat);
+
+/*
+ Adds an empty world under the studio environment.
+ */
+overcoat_status overcoat_world_new(overcoat *overcoat, uint64_t *world_out);
+
+/*
+ Frees a world with all that is in it.
+ */
+overcoat_status overcoat_world_free(overcoat *overcoat, uint64_t world);
+
+/*
+ Adds the model in a file (glTF, GLB, OBJ, STL, PLY, 3MF, told by its content) at a place: `matrix` may be null. Files that it
+ refers to are read from its folder alone. Its first animation can be played by overcoat_set_pose(). `warning` may be null.
+ */
+overcoat_status overcoat_load_file(overcoat *overcoat,
+                                   uint64_t world,
+                                   const char *path,
+                                   const double *matrix,
+                                   overcoat_warning warning,
+                                   void *user,
+                                   uint64_t *model_out);
+
+/*
+ As overcoat_load_file(), from `length` bytes in memory. Other files that it refers to are not looked for. `format` is a file
+ name extension ("glb") for what content does not tell, or null.
+ */
+overcoat_status overcoat_load_memory(overcoat *overcoat,
+                                     uint64_t world,
+                                     const uint8_t *bytes,
+                                     size_t length,
+                                     const char *format,
+                                     const double *matrix,
+                                     overcoat_warning warning,
+                                     void *user,
+                                     uint64_t *model_out);
+
+/*
+ Brings a model to a time of its animation, in seconds; beyond the end it begins again. One without an animation stays as it is.
+ */
+overcoat_status overcoat_set_pose(overcoat *overcoat,
+                                  uint64_t world,
+                                  uint64_t model,
+                                  double seconds);
+
+/*
+ Moves a model with all of its parts.
+ */
+overcoat_status overcoat_set_model_transform(overcoat *overcoat,
+                                             uint64_t world,
+                                             uint64_t model,
+                                             const double *matrix);
+
+/*
+ Hides a model's instances, or shows them again.
+ */
+overcoat_status overcoat_set_model_visible(overcoat *overcoat, uint64_t world, uint64_t model, bool visible);
+
+/*
+ Removes a model with all of its parts.
+ */
+overcoat_status overcoat_remove_model(overcoat *overcoat, uint64_t world, uint64_t model);
+
+/*
+ Surrounds a world. `kind` is an overcoat_environment_kind; of a file `data` is its path and `length` does not count, of memory
+ they are its bytes; else null. It is turned about +Y by `rotation_degrees` and its light multiplied by `intensity` (1: as it is).
+ */
+overcoat_status overcoat_set_environment(overcoat *overcoat,
+                                         uint64_t world,
+                                         uint32_t kind,
+                                         const char *data,
+                                         size_t length,
+                                         float rotation_degrees,
+                                         float intensity);
+
+/*
+ Adds a mesh; it is copied. overcoat_add_instance() places it.
+ */
+overcoat_status overcoat_add_mesh(overcoat *overcoat,
+                                  uint64_t world,
+                                  const overcoat_mesh *mesh,
+                                  uint64_t *mesh_out);
+
+/*
+ Puts another mesh in the place of one, in every instance of it.
+ */
+overcoat_status overcoat_set_mesh(overcoat *overcoat,
+                                  uint64_t world,
+                                  uint64_t mesh,
+                                  const overcoat_mesh *with);
+
+/*
+ Removes a mesh of which there is no instance.
+ */
+overcoat_status overcoat_remove_mesh(overcoat *overcoat, uint64_t world, uint64_t mesh);
+
+/*
+ Fills a material with its defaults.
+ */
+void overcoat_material_defaults(overcoat_material *material);
+
+/*
+ Adds a material.
+ */
+overcoat_status overcoat_add_material(overcoat *overcoat,
+                                      uint64_t world,
+                                      const overcoat_material *material,
+                                      uint64_t *material_out);
+
+/*
+ Puts another material in the place of one, in everything that is made of it. Textures of a file's material are not kept.
+ */
+overcoat_status overcoat_set_material(overcoat *overcoat,
+                                      uint64_t world,
+                                      uint64_t material,
+                                      const overcoat_material *with);
+
+/*
+ Removes a material that nothing is made of.
+ */
+overcoat_status overcoat_remove_material(overcoat *overcoat, uint64_t world, uint64_t material);
+
+/*
+ Fills a light with its defaults.
+ */
+void overcoat_light_defaults(overcoat_light *light);
+
+/*
+ Adds a light.
+ */
+overcoat_status overcoat_add_light(overcoat *overcoat,
+                                   uint64_t world,
+                                   const overcoat_light *light,
+                                   uint64_t *light_out);
+
+/*
+ Puts another light in the place of one.
+ */
+overcoat_status overcoat_set_light(overcoat *overcoat,
+                                   uint64_t world,
+                                   uint64_t light,
+                                   const overcoat_light *with);
+
+/*
+ Removes a light.
+ */
+overcoat_status overcoat_remove_light(overcoat *overcoat, uint64_t world, uint64_t light);
+
+/*
+ Removes all lights of a world, those of its models too.
+ */
+overcoat_status overcoat_clear_lights(overcoat *overcoat, uint64_t world);
+
+/*
+ Places a mesh, made of a material. `matrix` may be null: as it is.
+ */
+overcoat_status overcoat_add_instance(overcoat *overcoat,
+                                      uint64_t world,
+                                      uint64_t mesh,
+                                      uint64_t material,
+                                      const double *matrix,
+                                      uint64_t *instance_out);
+
+/*
+ Moves an instance: where it is in the world or, of a model's instance, in its model.
+ */
+overcoat_status overcoat_set_transform(overcoat *overcoat,
+                                       uint64_t world,
+                                       uint64_t instance,
+                                       const double *matrix);
+
+/*
+ Hides an instance, or shows it again.
+ */
+overcoat_status overcoat_set_visible(overcoat *overcoat, uint64_t world, uint64_t instance, bool visible);
+
+/*
+ Makes an instance one of another material.
+ */
+overcoat_status overcoat_set_instance_material(overcoat *overcoat,
+                                               uint64_t world,
+                                               uint64_t instance,
+                                               uint64_t material);
+
+/*
+ Removes an instance. Its mesh and its material stay.
+ */
+overcoat_status overcoat_remove_instance(overcoat *overcoat, uint64_t world, uint64_t instance);
+
+/*
+ The number of a model's instances goes to `count_out`, and as many of their names as `capacity` has room for to `instances_out`,
+ which may be null if that is 0.
+ */
+overcoat_status overcoat_model_instances(overcoat *overcoat,
+                                         uint64_t world,
+                                         uint64_t model,
+                                         uint64_t *instances_out,
+                                         size_t capacity,
+                                         size_t *count_out);
+
+/*
+ Makes a camera that shows all of a world in a picture of that aspect (width over height). `direction` is three floats from the
+ world to the camera, or null: from where most is seen.
+ */
+overcoat_status overcoat_frame(overcoat *overcoat,
+                               uint64_t world,
+                               const float *direction,
+                               float aspect,
+                               overcoat_camera *camera_out);
+
+/*
+ Draws a world into memory of the caller, at once. `camera` may be null: that of the settings, or one that shows all.
+ `result_out` may be null. After an error the memory may hold parts of the picture.
+ */
+overcoat_status overcoat_render(overcoat *overcoat,
+                                uint64_t world,
+                                const overcoat_camera *camera,
+                                const overcoat_picture *picture,
+                                const overcoat_target *target,
+                                overcoat_result *result_out);
+
+/*
+ Draws the next better picture of what was drawn last, from draft to the quality that is asked for; from draft again if anything
+ has changed. `drawn_out` becomes false if there is no better one: then the memory is left alone. The work budget does not count.
+ */
+overcoat_status overcoat_refine(overcoat *overcoat,
+                                uint64_t world,
+                                const overcoat_camera *camera,
+                                const overcoat_picture *picture,
+                                const overcoat_target *target,
+                                bool *drawn_out,
+                                overcoat_result *result_out);
+
+/*
+ Finds what is seen in column `x` and row `y` of a picture, without drawing it. After a picture of the same it takes a few
+ microseconds. Splats, the floor and the environment are not found.
+ */
+overcoat_status overcoat_pick(overcoat *overcoat,
+                              uint64_t world,
+                              const overcoat_camera *camera,
+                              const overcoat_picture *picture,
+                              uint32_t x,
+                              uint32_t y,
+                              overcoat_hit *hit_out);
+
+/*
+ Encodes pixels in OVERCOAT_RGBA8 as PNG, for thumbnails in files. `bytes_out` is to be given to overcoat_bytes_free().
+ */
+overcoat_status overcoat_encode_png(overcoat *overcoat,
+                                    const uint8_t *pixels,
+                                    uint32_t width,
+                                    uint32_t height,
+                                    size_t stride,
+                                    uint8_t **bytes_out,
+                                    size_t *length_out);
+
+/*
+ Frees what overcoat_encode_png() has made, of the length that it said. Null is left alone.
+ */
+void overcoat_bytes_free(uint8_t *bytes, size_t length);
+
+#ifdef __cplusplus
+}  // extern "C"
+#endif  // __cplusplus
+
+#endif  /* OVERCOAT_H */
