@@ -20,9 +20,10 @@ if [ ${#needed[@]} -gt 0 ]; then
     DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${needed[@]}" >/dev/null
 fi
 
-cargo build --locked --release -p overcoat --bins
-cargo build --locked --release -p overcoat-capi
-cargo test --locked --release -p overcoat-capi
+# Together with whatever CI has built already: packages that are built apart have other features of what they share.
+read -ra packages <<<"${PACKAGES_TESTED--p overcoat -p overcoat-capi}"
+cargo build --locked --release "${packages[@]}" --lib --bins --tests
+cargo test --locked --release "${packages[@]}" --test header
 
 # As an installation has it.
 bindings/c/install.sh --prefix "$work/usr" --from "$target/release"

@@ -2,7 +2,7 @@
 # The viewer in a real window, without a screen: what it shows is the picture of the command, and keys, mouse and files do what they
 # say. Needs Xvfb, xdotool, xwd and Python; installs them on Debian.
 #
-#     examples/viewer/test.sh [VIEWER] [OVERCOAT]
+#     examples/viewer/test.sh
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 if ! command -v Xvfb xdotool xwd >/dev/null; then
@@ -10,8 +10,11 @@ if ! command -v Xvfb xdotool xwd >/dev/null; then
     DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends \
         xvfb xdotool x11-apps libxcursor1 libxi6 libxrandr2 libxkbcommon-x11-0 libx11-xcb1 >/dev/null
 fi
-viewer=${1-target/release/overcoat-viewer}
-overcoat=${2-target/release/overcoat}
+# Together with whatever CI has built already: packages that are built apart have other features of what they share.
+read -ra packages <<<"${PACKAGES_TESTED--p overcoat -p overcoat-viewer}"
+cargo build --locked --release "${packages[@]}" --lib --bins --tests
+viewer=${CARGO_TARGET_DIR:-target}/release/overcoat-viewer
+overcoat=${CARGO_TARGET_DIR:-target}/release/overcoat
 work=$(mktemp -d)
 display=:$((90 + RANDOM % 900))
 Xvfb "$display" -screen 0 800x600x24 >/dev/null 2>&1 &

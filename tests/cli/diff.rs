@@ -16,7 +16,7 @@ fn models_are_told_apart_by_their_pictures() {
     let folder = folder();
     let folder = folder.path();
     let mut red = quad();
-    red["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"] = json!([1, 0, 0, 1]);
+    red["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"] = json!([0, 0.8, 0.8, 1]);
     fs::write(folder.join("red.glb"), glb(&red, &quad_buffer())).unwrap();
     let mut away = quad();
     away["nodes"][0]["translation"] = json!([9, 0, 0]);
