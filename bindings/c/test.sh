@@ -21,9 +21,10 @@ if [ ${#needed[@]} -gt 0 ]; then
 fi
 
 # Together with whatever CI has built already: packages that are built apart have other features of what they share.
-read -ra packages <<<"${PACKAGES_TESTED--p overcoat -p overcoat-capi}"
-cargo build --locked --release "${packages[@]}" --lib --bins --tests
-cargo test --locked --release "${packages[@]}" --test header
+read -ra what <<<"${PACKAGES_TESTED+$PACKAGES_TESTED --lib --bins --tests}"
+[ -n "${what-}" ] || what=(-p overcoat -p overcoat-capi --lib --bins)
+cargo build --locked --release "${what[@]}"
+[ -n "${PACKAGES_TESTED-}" ] || cargo test --locked --release -p overcoat-capi --test header
 
 # As an installation has it.
 bindings/c/install.sh --prefix "$work/usr" --from "$target/release"

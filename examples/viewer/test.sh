@@ -11,8 +11,9 @@ if ! command -v Xvfb xdotool xwd >/dev/null; then
         xvfb xdotool x11-apps libxcursor1 libxi6 libxrandr2 libxkbcommon-x11-0 libx11-xcb1 >/dev/null
 fi
 # Together with whatever CI has built already: packages that are built apart have other features of what they share.
-read -ra packages <<<"${PACKAGES_TESTED--p overcoat -p overcoat-viewer}"
-cargo build --locked --release "${packages[@]}" --lib --bins --tests
+read -ra what <<<"${PACKAGES_TESTED+$PACKAGES_TESTED --lib --bins --tests}"
+[ -n "${what-}" ] || what=(-p overcoat -p overcoat-viewer --bins)
+cargo build --locked --release "${what[@]}"
 viewer=${CARGO_TARGET_DIR:-target}/release/overcoat-viewer
 overcoat=${CARGO_TARGET_DIR:-target}/release/overcoat
 work=$(mktemp -d)
