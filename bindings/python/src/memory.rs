@@ -31,6 +31,11 @@ enum Borrow<'py> {
     Words(PyReadwriteArray<'py, u32, numpy::Ix2>),
 }
 
+/// A shape in the words of numpy.
+fn tuple<T: ToString>(shape: &[T]) -> String {
+    format!("({})", shape.iter().map(ToString::to_string).collect::<Vec<_>>().join(", "))
+}
+
 /// What an array is refused for.
 fn wrong(reason: std::fmt::Arguments<'_>) -> PyErr {
     Kind::Option.error(format_args!("out: {reason}"))
@@ -92,15 +97,15 @@ impl<'py> Memory<'py> {
             (Borrow::Words(borrow(array)?), 4, format_of(format, false, true)?)
         } else {
             return Err(wrong(format_args!(
-                "expected (H, W, 4) uint8 or float32, or (H, W) uint32, found {:?} {}",
-                array.shape(),
+                "expected (H, W, 4) uint8 or float32, or (H, W) uint32, found {} {}",
+                tuple(array.shape()),
                 array.dtype()
             )));
         };
         let wanted = [height, width, 4];
         let wanted = if of == PixelFormat::Xrgb8 { &wanted[..2] } else { &wanted[..] };
         if array.shape() != wanted {
-            return Err(wrong(format_args!("expected shape {wanted:?}, found {:?}", array.shape())));
+            return Err(wrong(format_args!("expected shape {}, found {}", tuple(wanted), tuple(array.shape()))));
         }
         let strides = array.strides();
         let pixel = of.bytes();
@@ -110,7 +115,8 @@ impl<'py> Memory<'py> {
         let stride = if height == 1 { Some(row) } else { usize::try_from(strides[0]).ok() };
         let Some(stride) = stride.filter(|stride| packed && *stride >= row) else {
             return Err(wrong(format_args!(
-                "its pixels must follow each other in a row, and its rows from the top on; found strides of {strides:?} bytes"
+                "its pixels must follow each other in a row, and its rows from the top on; found strides of {} bytes",
+                tuple(strides)
             )));
         };
         let address = match &borrow {

@@ -281,7 +281,7 @@ class Scene:
         options = {name: value for name, value in options.items() if value is not None}
         placed = identity() if transform is None else matrix("transform", transform)
         native = self._renderer._native
-        laid = {name: options.pop(name) for name in ("material", "materials") if name in options}
+        laid: Dict[str, Any] = {name: options.pop(name) for name in ("material", "materials") if name in options}
         limits = options.pop("limits", None)
         if "animation" in options:
             if laid:

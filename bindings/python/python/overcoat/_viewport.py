@@ -235,7 +235,7 @@ def _asked(options: Mapping[str, Any]) -> Dict[str, Any]:
     return {name: value for name, value in options.items() if value is not None}
 
 
-def _budget(budget: Union[int, timedelta, None]) -> Tuple[Optional[int], Optional[float]]:
+def _budget(budget: Any) -> Tuple[Optional[int], Optional[float]]:
     if budget is None:
         return None, None
     if isinstance(budget, timedelta):
