@@ -280,9 +280,10 @@ fn what_is_used_is_not_removed_and_what_is_refused_changes_nothing() {
     assert!(matches!(world.remove_material(material), Err(WorldError::InUse { .. })));
     let message = world.remove_mesh(mesh).unwrap_err().to_string();
     assert_eq!(message, "the mesh is in use, by instance 0");
+    assert_eq!((world.instance_mesh(cube).unwrap(), world.visible(cube).unwrap()), (mesh, true));
     // Hidden ones need them too.
     world.set_visible(cube, false).unwrap();
-    assert!(world.remove_mesh(mesh).is_err());
+    assert!(world.remove_mesh(mesh).is_err() && !world.visible(cube).unwrap());
     world.set_visible(cube, true).unwrap();
     // Too far away, then not moved.
     let far = moved(1e15, 0.0, 0.0);
@@ -329,8 +330,10 @@ fn models_move_with_all_that_is_theirs() {
     world.set_model_transform(car, Transform::IDENTITY).unwrap();
     assert_eq!(hash(&mut one, world.scene(), Quality::Fast), hash(&mut other, &loaded.scene, Quality::Fast));
     world.set_model_visible(car, false).unwrap();
+    assert!(!world.model_visible(car).unwrap());
     assert_eq!((world.scene().instances().len(), world.scene().lights().len()), (0, 1));
     world.set_model_visible(car, true).unwrap();
+    assert!(world.model_visible(car).unwrap());
     assert_eq!(hash(&mut one, world.scene(), Quality::Fast), hash(&mut other, &loaded.scene, Quality::Fast));
     // Two of them have names of their own.
     let second = world.add_model(&loaded, place).unwrap();

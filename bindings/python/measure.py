@@ -43,6 +43,23 @@ def main():
     print(f"  the same, .hash:       {median(lambda: renderer.render(model, **options).hash):.3f}")
     print(f"  the same, .png():      {median(lambda: renderer.render(model, **options).png(), 50):.3f}")
     print(f"  from the path:         {median(lambda: renderer.render(path, **options), 50):.3f}")
+    scene = overcoat.Scene(renderer)
+    handle = scene.add_model(path)
+    viewport = overcoat.Viewport(renderer, size=(640, 480), quality="draft")
+    orbit, out = overcoat.Orbit.around(scene, 640 / 480), np.empty((480, 640, 4), np.uint8)
+    places = [np.eye(4), np.eye(4)]
+    places[1][0, 3] = 0.01
+
+    def move():
+        places.reverse()
+        handle.transform = places[0]
+        viewport.draw(scene, orbit, out)
+
+    print("a kept scene into an array, 640 x 480, draft")
+    print(f"  nothing moves:         {median(lambda: viewport.draw(scene, orbit, out)):.3f}")
+    print(f"  the model moves:       {median(move):.3f}")
+    print(f"  render().array:        {median(lambda: renderer.render(scene, size=(640, 480), quality='draft', camera=orbit).array):.3f}")
+    print(f"  pick:                  {median(lambda: viewport.pick(scene, 320, 240, orbit)):.4f}")
     try:
         import trimesh
     except ImportError:

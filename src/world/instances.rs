@@ -127,6 +127,15 @@ impl World {
         self.change(slot, |state| state.mesh = mesh)
     }
 
+    /// The mesh of an instance.
+    ///
+    /// # Errors
+    /// [`WorldError::Gone`] and [`WorldError::Foreign`].
+    pub fn instance_mesh(&self, instance: InstanceHandle) -> Result<MeshHandle, WorldError> {
+        let place = self.instances.get(self.number, instance)?.mesh.index();
+        self.meshes.handle(self.number, place).ok_or(WorldError::Gone { what: "mesh" })
+    }
+
     /// Hides an instance, or shows it again, in the place in the order of drawing that it had.
     ///
     /// # Errors
@@ -134,6 +143,15 @@ impl World {
     pub fn set_visible(&mut self, instance: InstanceHandle, visible: bool) -> Result<(), WorldError> {
         let slot = self.instances.place(self.number, instance)?;
         self.change(slot, |state| state.is_wanted = visible)
+    }
+
+    /// Whether the application shows an instance: what it was told last by [`World::set_visible`]. One that is not in its model's
+    /// pose, or whose model is hidden, is not drawn all the same.
+    ///
+    /// # Errors
+    /// [`WorldError::Gone`] and [`WorldError::Foreign`].
+    pub fn visible(&self, instance: InstanceHandle) -> Result<bool, WorldError> {
+        Ok(self.instances.get(self.number, instance)?.is_wanted)
     }
 
     /// Removes an instance. Its mesh and material stay. One of a model is hidden for good: poses do not bring it back.

@@ -161,6 +161,14 @@ impl World {
         self.refresh(model)
     }
 
+    /// Whether a model is shown, see [`World::set_model_visible`].
+    ///
+    /// # Errors
+    /// [`WorldError::Gone`] and [`WorldError::Foreign`].
+    pub fn model_visible(&self, model: ModelHandle) -> Result<bool, WorldError> {
+        Ok(self.models.get(self.number, model)?.is_wanted)
+    }
+
     /// Removes a model with all of its parts, and gives their memory back. Meshes and materials that other instances use by now
     /// stay.
     ///

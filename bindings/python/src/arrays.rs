@@ -1,8 +1,9 @@
 //! Arrays of numbers as attributes of meshes. What Python gives is of the right type and in one piece; what it says is checked
 //! here and by the library.
 
-use crate::errors::Kind;
+use crate::errors::{self, Kind};
 use numpy::{PyReadonlyArray2, PyUntypedArrayMethods};
+use overcoat::scene::Transform;
 use pyo3::prelude::*;
 
 /// Rows of N numbers.
@@ -26,4 +27,15 @@ pub(crate) fn optional_rows<T: numpy::Element + Copy, const N: usize>(
     array: Option<PyReadonlyArray2<'_, T>>,
 ) -> PyResult<Vec<[T; N]>> {
     array.map_or_else(|| Ok(Vec::new()), |array| rows(what, &array))
+}
+
+/// (4, 4), object to world, in the way that columns are multiplied.
+pub(crate) fn transform(matrix: &PyReadonlyArray2<'_, f64>) -> PyResult<Transform> {
+    let found = rows::<f64, 4>("transform", matrix)?;
+    let [first, second, third, ..] = *found.as_slice() else {
+        return Err(
+            Kind::Mesh.error(format_args!("transform: expected shape (4, 4), found ({}, 4)", found.len()))
+        );
+    };
+    Transform::from_rows([first, second, third]).map_err(|e| errors::scene("transform", &e))
 }

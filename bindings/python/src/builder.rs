@@ -1,6 +1,6 @@
 //! Scenes of arrays: what `overcoat._arrays`, `_trimesh` and `compat.pyrender` make of other libraries' objects.
 
-use crate::arrays::{optional_rows, rows};
+use crate::arrays::{optional_rows, rows, transform};
 use crate::errors::{self, Kind};
 use crate::model::Model;
 use numpy::{PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
@@ -10,7 +10,7 @@ use overcoat::load::{add_smooth_normals, add_tangents};
 use overcoat::scene::{
     AlphaMode, AlphaUse, Axis, ColorSpace, Filter, Image, Instance, Light, LightKind, Material, MaterialId,
     Mesh, MeshData, MeshId, MipFilter, NormalTexture, Orientation, PrimitiveKind, Sampler, Texture,
-    TextureId, TextureRef, Transform, UvTransform, Workflow, Wrap,
+    TextureId, TextureRef, UvTransform, Workflow, Wrap,
 };
 use pyo3::prelude::*;
 use serde::Deserialize;
@@ -117,6 +117,59 @@ fn parsed<'a, T: Deserialize<'a>>(what: &str, json: &'a str) -> PyResult<T> {
     serde_json::from_str(json).map_err(|error| Kind::Mesh.error(format_args!("{what}: {error}")))
 }
 
+/// Arrays of a mesh.
+pub(crate) struct MeshArrays<'py> {
+    pub(crate) positions: PyReadonlyArray2<'py, f32>,
+    pub(crate) indices: PyReadonlyArray2<'py, u32>,
+    pub(crate) normals: Option<PyReadonlyArray2<'py, f32>>,
+    pub(crate) uv: Option<PyReadonlyArray2<'py, f32>>,
+    pub(crate) colors: Option<PyReadonlyArray2<'py, f32>>,
+}
+
+impl MeshArrays<'_> {
+    /// A mesh of them, see [`SceneBuilder::add_mesh`].
+    pub(crate) fn mesh(
+        self,
+        py: Python<'_>,
+        kind: &str,
+        crease_degrees: Option<f32>,
+        tangents_of: Option<usize>,
+    ) -> PyResult<Mesh> {
+        let kind = match kind {
+            "lines" => PrimitiveKind::Lines,
+            "points" => PrimitiveKind::Points,
+            _ => PrimitiveKind::Triangles,
+        };
+        let mut data = MeshData {
+            positions: rows("vertices", &self.positions)?,
+            normals: optional_rows("normals", self.normals)?,
+            tangents: Vec::new(),
+            uvs: [optional_rows("uv", self.uv)?, Vec::new()],
+            colors: optional_rows("colors", self.colors)?,
+            triangles: rows("faces", &self.indices)?,
+            kind,
+        };
+        let mesh = py.detach(|| {
+            let _arithmetic = crate::arithmetic::DefaultArithmetic::new();
+            // Checked before anything is made of it.
+            let checked = Mesh::new(data.clone())?;
+            let smooth =
+                crease_degrees.filter(|_| data.normals.is_empty() && kind == PrimitiveKind::Triangles);
+            if smooth.is_none() && tangents_of.is_none() {
+                return Ok(checked);
+            }
+            if let Some(angle) = smooth {
+                add_smooth_normals(&mut data, angle.clamp(0.0, 180.0), &Jobs::new(1));
+            }
+            if let Some(set) = tangents_of {
+                add_tangents(&mut data, set);
+            }
+            Mesh::new(data)
+        });
+        mesh.map_err(|e| errors::scene("mesh", &e))
+    }
+}
+
 impl SceneBuilder {
     fn parts(&self) -> MutexGuard<'_, Parts> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
@@ -172,38 +225,8 @@ impl SceneBuilder {
         crease_degrees: Option<f32>,
         tangents_of: Option<usize>,
     ) -> PyResult<usize> {
-        let kind = match kind {
-            "lines" => PrimitiveKind::Lines,
-            "points" => PrimitiveKind::Points,
-            _ => PrimitiveKind::Triangles,
-        };
-        let mut data = MeshData {
-            positions: rows("vertices", &positions)?,
-            normals: optional_rows("normals", normals)?,
-            tangents: Vec::new(),
-            uvs: [optional_rows("uv", uv)?, Vec::new()],
-            colors: optional_rows("colors", colors)?,
-            triangles: rows("faces", &indices)?,
-            kind,
-        };
-        let mesh = py.detach(|| {
-            let _arithmetic = crate::arithmetic::DefaultArithmetic::new();
-            // Checked before anything is made of it.
-            let checked = Mesh::new(data.clone())?;
-            let smooth =
-                crease_degrees.filter(|_| data.normals.is_empty() && kind == PrimitiveKind::Triangles);
-            if smooth.is_none() && tangents_of.is_none() {
-                return Ok(checked);
-            }
-            if let Some(angle) = smooth {
-                add_smooth_normals(&mut data, angle.clamp(0.0, 180.0), &Jobs::new(1));
-            }
-            if let Some(set) = tangents_of {
-                add_tangents(&mut data, set);
-            }
-            Mesh::new(data)
-        });
-        let mesh = mesh.map_err(|e| errors::scene("mesh", &e))?;
+        let arrays = MeshArrays { positions, indices, normals, uv, colors };
+        let mesh = arrays.mesh(py, kind, crease_degrees, tangents_of)?;
         let mut parts = self.parts();
         let id = parts.scene.add_mesh(mesh).map_err(|e| errors::scene("mesh", &e))?;
         parts.meshes.push(id);
@@ -219,13 +242,7 @@ impl SceneBuilder {
         matrix: PyReadonlyArray2<'_, f64>,
         object: u32,
     ) -> PyResult<()> {
-        let found = rows::<f64, 4>("transform", &matrix)?;
-        let [first, second, third, ..] = *found.as_slice() else {
-            return Err(Kind::Mesh
-                .error(format_args!("transform: expected shape (4, 4), found ({}, 4)", found.len())));
-        };
-        let transform =
-            Transform::from_rows([first, second, third]).map_err(|e| errors::scene("instance", &e))?;
+        let transform = transform(&matrix)?;
         let mut parts = self.parts();
         let (Some(&mesh), Some(&material)) = (parts.meshes.get(mesh), parts.materials.get(material)) else {
             return Err(Kind::Mesh.error("instance: there is no such mesh or material"));

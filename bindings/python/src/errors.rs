@@ -7,6 +7,7 @@ use overcoat::load::{AssignError, LoadError, MaterialError};
 use overcoat::output::OutputError;
 use overcoat::render::RenderError;
 use overcoat::scene::SceneError;
+use overcoat::world::WorldError;
 use pyo3::exceptions::PyOSError;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
@@ -25,6 +26,8 @@ pub(crate) enum Kind {
     Output,
     Golden,
     Mismatch,
+    Handle,
+    Cancelled,
 }
 
 impl Kind {
@@ -37,6 +40,8 @@ impl Kind {
             Self::Output => "OutputError",
             Self::Golden => "GoldenError",
             Self::Mismatch => "Mismatch",
+            Self::Handle => "HandleError",
+            Self::Cancelled => "Cancelled",
         }
     }
 
@@ -132,11 +137,23 @@ pub(crate) fn scene(what: &str, error: &SceneError) -> PyErr {
     Kind::Mesh.error(format_args!("{what}: {error}"))
 }
 
+/// Of what is in a scene that changes.
+pub(crate) fn world(error: &WorldError) -> PyErr {
+    match error {
+        WorldError::Gone { .. } | WorldError::Foreign { .. } | WorldError::InUse { .. } => {
+            Kind::Handle.error(error)
+        }
+        WorldError::Load(source) => load(source, None),
+        _ => Kind::Mesh.error(error),
+    }
+}
+
 /// Of a picture.
 pub(crate) fn render(error: &RenderError) -> PyErr {
     match error {
         RenderError::Limit(exceeded) => limit(exceeded, error),
         RenderError::Option { .. } | RenderError::Camera(_) => Kind::Option.error(error),
+        RenderError::Cancelled => Kind::Cancelled.error("the picture was cancelled"),
         _ => Kind::Render.error(error),
     }
 }

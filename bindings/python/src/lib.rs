@@ -11,13 +11,18 @@ mod errors;
 mod golden;
 mod image;
 mod material;
+mod memory;
 mod model;
 mod movie;
 mod options;
+mod orbit;
 mod pool;
 mod prepared;
 mod renderer;
 mod surface;
+mod viewport;
+mod world;
+mod world_materials;
 
 use pyo3::prelude::*;
 
@@ -30,7 +35,10 @@ fn _overcoat(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<image::Image>()?;
     module.add_class::<image::Plane>()?;
     module.add_class::<model::Model>()?;
+    module.add_class::<orbit::Orbit>()?;
     module.add_class::<renderer::Renderer>()?;
+    module.add_class::<viewport::Viewport>()?;
+    module.add_class::<world::World>()?;
     module.add_function(wrap_pyfunction!(command::run_command, module)?)?;
     module.add_function(wrap_pyfunction!(golden::golden_check, module)?)?;
     module.add_function(wrap_pyfunction!(golden::golden_compare, module)?)?;

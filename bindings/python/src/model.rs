@@ -13,6 +13,8 @@ pub(crate) struct Model {
     pub(crate) scene: Arc<Scene>,
     /// Tells models apart: of two that are equal, each has its own.
     pub(crate) id: u64,
+    /// Its environment was chosen, and stays unless a picture asks for another; else it is what pictures have by default.
+    pub(crate) is_lit: bool,
     /// What its file asks for and it does not have.
     #[pyo3(get)]
     pub(crate) warnings: Vec<String>,
@@ -20,8 +22,17 @@ pub(crate) struct Model {
 
 impl Model {
     pub(crate) fn new(scene: Scene, warnings: Vec<String>) -> Self {
+        Self::with(scene, warnings, false)
+    }
+
+    /// A scene as it is now, with the light that it has.
+    pub(crate) fn lit(scene: Scene) -> Self {
+        Self::with(scene, Vec::new(), true)
+    }
+
+    fn with(scene: Scene, warnings: Vec<String>, is_lit: bool) -> Self {
         static NEXT: AtomicU64 = AtomicU64::new(0);
-        Self { scene: Arc::new(scene), id: NEXT.fetch_add(1, Ordering::Relaxed), warnings }
+        Self { scene: Arc::new(scene), id: NEXT.fetch_add(1, Ordering::Relaxed), is_lit, warnings }
     }
 }
 

@@ -3,12 +3,14 @@
 use crate::environment::Environment;
 use crate::errors::{self, Kind};
 use crate::material::InlineMaterial;
+use crate::orbit::Orbit;
 use overcoat::cli::limit_values::set_limit;
 use overcoat::color::srgb::SRGB8_TO_LINEAR;
 use overcoat::description::{Description, DescriptionError, Machine};
 use overcoat::frame::Aov;
 use overcoat::load::LoadOptions;
 use overcoat::output::write_atomically;
+use overcoat::scene::Camera;
 use overcoat::{Limits, description};
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
@@ -53,6 +55,8 @@ pub(crate) struct Request {
     /// Materials that are given as dicts, by the name of the material that they take the place of; `None` for all.
     pub(crate) materials: Vec<InlineMaterial>,
     pub(crate) aovs: Vec<Aov>,
+    /// In the place of the description's.
+    pub(crate) orbit: Option<Camera>,
 }
 
 /// What Python gives of it: `description` and each of `materials` are JSON.
@@ -68,6 +72,8 @@ pub(crate) struct GivenRequest<'py> {
     materials: Vec<(Option<String>, String)>,
     #[pyo3(item)]
     aov: Vec<String>,
+    #[pyo3(item)]
+    orbit: Option<PyRef<'py, Orbit>>,
 }
 
 /// Checks options without a model: their names, types and ranges, and that the picture is not too large.
@@ -92,12 +98,13 @@ impl Request {
                 .map(|(name, json)| InlineMaterial { name, json })
                 .collect(),
             aovs,
+            orbit: given.orbit.map(|orbit| orbit.camera()),
         })
     }
 }
 
 /// A scene file that Python has written, in one line that nobody has seen.
-fn read(json: &str) -> PyResult<Description> {
+pub(crate) fn read(json: &str) -> PyResult<Description> {
     Description::from_json(json).map_err(|error| match error {
         DescriptionError::Invalid(message) => {
             Kind::Option.error(message.strip_prefix("line 1: ").unwrap_or(&message))

@@ -21,7 +21,7 @@ const KEPT_PIXELS: usize = 1 << 21;
 /// See the module.
 #[derive(Debug)]
 pub(crate) struct Pool {
-    threads: usize,
+    pub(crate) threads: usize,
     idle: Mutex<Idle>,
 }
 

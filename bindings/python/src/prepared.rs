@@ -21,7 +21,7 @@ const KEPT: usize = 8;
 /// A scene that is ready for every camera, and what is doubtful about how it was made so.
 #[derive(Debug)]
 pub(crate) struct Prepared {
-    pub(crate) scene: Scene,
+    pub(crate) scene: Arc<Scene>,
     pub(crate) warnings: Vec<String>,
 }
 
@@ -85,6 +85,10 @@ impl Cache {
     /// The scene of a model, if it was prepared like this before.
     pub(crate) fn find(&self, model: &Model, request: &Request) -> Plan {
         let key = Key::new(model, request);
+        if model.is_lit && key.changes_nothing() {
+            let scene = Arc::clone(&model.scene);
+            return Plan::Done(Arc::new(Prepared { scene, warnings: Vec::new() }));
+        }
         let mut kept = self.lock();
         let found = kept.scenes.iter().position(|(other, _)| *other == key);
         if let Some(place) = found {
@@ -151,6 +155,11 @@ impl Made {
 }
 
 impl Key {
+    /// The scene stays as it is.
+    fn changes_nothing(&self) -> bool {
+        self.description == Description::default() && self.materials.is_empty() && self.environment.is_none()
+    }
+
     fn new(model: &Model, request: &Request) -> Self {
         let Description {
             env,
@@ -191,7 +200,7 @@ impl Key {
 
 impl Preparation {
     /// Lights a copy of the model's scene and lays materials over it.
-    pub(crate) fn carry_out(self, scene: &Scene, request: &Request, jobs: &Jobs) -> PyResult<Made> {
+    pub(crate) fn carry_out(self, model: &Model, request: &Request, jobs: &Jobs) -> PyResult<Made> {
         let Self { key, read } = self;
         let Request { description, limits, .. } = request;
         let failed = |error| errors::description(&error);
@@ -203,6 +212,12 @@ impl Preparation {
             }
             (None, Some(read)) => {
                 (described(description, read.environment.source.clone()), read.warnings.clone())
+            }
+            (None, None) if model.is_lit && description.env.is_none() => {
+                let own = model.scene.environment();
+                let rotation_degrees = description.env_rotation_degrees.unwrap_or(own.rotation_degrees);
+                let intensity = description.env_intensity.unwrap_or(own.intensity);
+                (Environment { rotation_degrees, intensity, ..own.clone() }, Vec::new())
             }
             (None, None) => description.environment(limits, jobs).map_err(failed)?,
         };
@@ -216,13 +231,13 @@ impl Preparation {
             _ => None,
         };
         let setting = Setting::new(description, materials, (environment, of_environment));
-        let mut scene = scene.clone();
+        let mut scene = Scene::clone(&model.scene);
         setting.apply(description, &mut scene, limits).map_err(failed)?;
         for material in &request.materials {
             material.assign(&mut scene, limits, jobs)?;
         }
         let warnings = setting.warnings.into_iter().map(|warning| warning.message).collect();
-        Ok(Made { key: Some(key), read, scene: Arc::new(Prepared { scene, warnings }) })
+        Ok(Made { key: Some(key), read, scene: Arc::new(Prepared { scene: Arc::new(scene), warnings }) })
     }
 }
 

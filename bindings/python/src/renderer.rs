@@ -26,9 +26,9 @@ use std::sync::Arc;
 #[pyclass(frozen, module = "overcoat._overcoat")]
 #[derive(Debug)]
 pub(crate) struct Renderer {
-    pool: Arc<Pool>,
+    pub(crate) pool: Arc<Pool>,
     cache: Cache,
-    machine: Machine,
+    pub(crate) machine: Machine,
 }
 
 #[pymethods]
@@ -79,19 +79,7 @@ impl Renderer {
     ) -> PyResult<Model> {
         let options = loading(description)?;
         let limits = limits(&given_limits)?;
-        let format = match format {
-            None => None,
-            Some(name) => {
-                let found = Format::from_name(name).or_else(|| Format::from_extension(name));
-                let known = || Format::ALL.iter().map(|f| f.extension()).collect::<Vec<_>>().join(", ");
-                Some(found.ok_or_else(|| {
-                    errors::Kind::Option.error(format_args!(
-                        "format '{name}': there is no such format; known are {}",
-                        known()
-                    ))
-                })?)
-            }
-        };
+        let format = format.map(format_of).transpose()?;
         self.pool.with(py, |renderer| {
             let context = Context { resolver: &NoResolver, limits: &limits, jobs: renderer.jobs() };
             let loaded = load_bytes_with(&bytes, format, &options, &context);
@@ -177,7 +165,10 @@ impl Renderer {
         let options = options.with_aovs(request.aovs.clone());
         let (prepared, made) = prepare(plan, model, request, renderer)?;
         let scene = &prepared.scene;
-        let camera = description.camera(scene, &options).map_err(|e| errors::description(&e))?;
+        let camera = match request.orbit {
+            Some(camera) => camera,
+            None => description.camera(scene, &options).map_err(|e| errors::description(&e))?,
+        };
         let display = description.display_of(scene, &display);
         let mut drawn = one(renderer, scene, &camera, &options, display)?;
         drawn.warnings.splice(0..0, model.warnings.iter().chain(&prepared.warnings).cloned());
@@ -199,7 +190,7 @@ impl Renderer {
             description.options(self.machine, &request.limits).map_err(|e| errors::description(&e))?;
         let options = options.with_aovs(request.aovs.clone());
         let (prepared, made) = prepare(plan, model, request, renderer)?;
-        let mut scene = prepared.scene.clone();
+        let mut scene = Scene::clone(&prepared.scene);
         let turning =
             Turning::new(description, &scene, &options, frames, turn).map_err(|e| errors::description(&e))?;
         let mut display = description.display_of(&scene, &display);
@@ -228,7 +219,7 @@ fn prepare(
     match plan {
         Plan::Done(prepared) => Ok((prepared, None)),
         Plan::Prepare(preparation) => {
-            let made = preparation.carry_out(&model.scene, request, renderer.jobs())?;
+            let made = preparation.carry_out(model, request, renderer.jobs())?;
             Ok((Arc::clone(&made.scene), Some(made)))
         }
     }
@@ -251,6 +242,15 @@ fn one(
     let warnings = losses(scene, camera, options, &display, &rendered.frame, &rendered.stats);
     let is_filled = options.background == Background::Environment;
     Ok(Drawn { rendered, display, is_filled, warnings })
+}
+
+/// A format by its name or its extension.
+pub(crate) fn format_of(name: &str) -> PyResult<Format> {
+    Format::from_name(name).or_else(|| Format::from_extension(name)).ok_or_else(|| {
+        let known = Format::ALL.iter().map(|f| f.extension()).collect::<Vec<_>>().join(", ");
+        errors::Kind::Option
+            .error(format_args!("format '{name}': there is no such format; known are {known}"))
+    })
 }
 
 /// What was loaded, as an object.

@@ -37,6 +37,21 @@ def uses() -> None:
     same: bool = golden.compare(pixels, png).ok
     color, found = OffscreenRenderer(3, 4).render(None)
     data: bytes = save_image(None, (3, 4), background=[0, 0, 0])
+    scene = overcoat.Scene()
+    car: overcoat.ModelHandle = scene.add_model("x.glb", np.eye(4), animation="walk")
+    ball = scene.add_mesh(np.zeros((3, 3)), [[0, 1, 2]])
+    placed: overcoat.InstanceHandle = scene.add_instance(ball, scene.add_material({"coat": 1}))
+    placed.transform = np.eye(4)
+    placed.visible = car.visible
+    scene.add_light(type="point", position=[0, 1, 0], intensity=3).intensity = 4
+    viewport = overcoat.Viewport(renderer, size=(3, 4), quality="draft", budget=10**7)
+    orbit = overcoat.Orbit.around(scene, 0.75)
+    drawn: overcoat.Drawn = viewport.draw(scene, orbit, np.zeros((4, 3, 4), np.uint8), region=(0, 0, 1, 1))
+    hit = viewport.pick(scene, 1, 2, "front")
+    if hit is not None:
+        hit.instance.remove()
+    overcoat.render(scene, camera=orbit)
+    print(drawn, viewport.refine(scene))
     print(linear, depth, text, last, first, same, color, found, data)
 
 
@@ -46,3 +61,6 @@ def misuses() -> None:
     overcoat.render("x.glb", camera={"eyes": [0, 0, 1]})  # expect-error
     overcoat.Renderer("2")  # expect-error
     overcoat.render("x.glb").save(3)  # expect-error
+    overcoat.Viewport(maps=3)  # expect-error
+    overcoat.Viewport().draw("x.glb")  # expect-error
+    overcoat.Scene().add_instance(overcoat.Scene().add_material(), 3)  # expect-error

@@ -14,8 +14,10 @@ from __future__ import annotations
 from . import golden
 from ._arrays import Mesh
 from ._errors import (
+    Cancelled,
     Error,
     GoldenError,
+    HandleError,
     LimitError,
     LoadError,
     MeshError,
@@ -27,32 +29,47 @@ from ._errors import (
     RenderError,
     UnknownOptionError,
 )
-from ._options import Camera, Options, PictureOptions
-from ._overcoat import Environment, Image, Model, __version__
+from ._options import Camera, Options, PictureOptions, ViewOptions
+from ._overcoat import Environment, Image, Model, Orbit, __version__
 from ._render import Movie, Renderer, load, render, turntable
+from ._scene import InstanceHandle, LightHandle, MaterialHandle, MeshHandle, ModelHandle, Scene
+from ._viewport import Drawn, Hit, Viewport
 
 __all__ = [
     "Camera",
+    "Cancelled",
+    "Drawn",
     "Environment",
     "Error",
     "GoldenError",
+    "HandleError",
+    "Hit",
     "Image",
+    "InstanceHandle",
+    "LightHandle",
     "LimitError",
     "LoadError",
+    "MaterialHandle",
     "Mesh",
     "MeshError",
+    "MeshHandle",
     "Mismatch",
     "MissingFeatureWarning",
     "Model",
+    "ModelHandle",
     "Movie",
     "OptionError",
     "Options",
+    "Orbit",
     "OutputError",
     "OvercoatWarning",
     "PictureOptions",
     "RenderError",
     "Renderer",
+    "Scene",
     "UnknownOptionError",
+    "ViewOptions",
+    "Viewport",
     "__version__",
     "golden",
     "load",

@@ -14,6 +14,18 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     Array = npt.NDArray[Any]
+    Floats = npt.NDArray[np.float32]
+    #: Vertices, faces, normals, uv, colours, kind, crease, set of texture coordinates for tangents.
+    MeshArrays = tuple[
+        Floats,
+        npt.NDArray[np.uint32],
+        Optional[Floats],
+        Optional[Floats],
+        Optional[Floats],
+        str,
+        Optional[float],
+        Optional[int],
+    ]
 
 #: What is made of nothing known: a satin, warm light grey, as for files without materials. Linear.
 CLAY: dict[str, Any] = {"base_color": [0.479, 0.434, 0.392, 1.0], "metallic": 0.0, "roughness": 0.6, "double_sided": True}
@@ -52,18 +64,28 @@ class Mesh:
 
     def add_to(self, builder: _overcoat.SceneBuilder, object_number: int, name: str) -> None:
         """Puts it into a scene that is being built."""
-        vertices = floats("vertices", self.vertices, (3,))
-        colors = None if self.colors is None else linear_colors("colors", self.colors)
+        vertices, indexed, normals, uv, colors, kind, crease, tangents = self.arrays()
         material = dict(WHITE_CLAY if colors is not None or self.texture is not None else CLAY)
         material["name"] = name
         if self.texture is not None:
             material["base_color_texture"] = {"image": builder.add_image(texels("texture", self.texture))}
         if colors is not None and (colors[:, 3] < 1).any():
             material["alpha_mode"] = "blend"
+        if self.material is None:
+            # The material of a file may have a normal map or a grain.
+            tangents = None
+        mesh = builder.add_mesh(vertices, indexed, normals, uv, colors, kind, crease, tangents)
+        placed = identity() if self.transform is None else matrix("transform", self.transform)
+        builder.add_instance(mesh, builder.add_material(json.dumps(material)), placed, object_number)
+
+    def arrays(self) -> MeshArrays:
+        """Its arrays as the native half takes them: of the right types, each in one piece, with tangents if there is `uv`."""
+        vertices = floats("vertices", self.vertices, (3,))
+        is_points = self.faces is None
+        colors = None if self.colors is None else linear_colors("colors", self.colors)
         normals = None if self.normals is None else floats("normals", self.normals, (3,))
         uv = None if self.uv is None else floats("uv", self.uv, (2,))
-        is_points = self.faces is None
-        mesh = builder.add_mesh(
+        return (
             vertices,
             points(len(vertices)) if is_points else indices("faces", self.faces, 3),
             normals,
@@ -71,11 +93,8 @@ class Mesh:
             colors,
             "points" if is_points else "triangles",
             self.crease_deg if not is_points else None,
-            # The material of a file may have a normal map or a grain.
-            0 if uv is not None and self.material is not None else None,
+            0 if uv is not None else None,
         )
-        placed = identity() if self.transform is None else matrix("transform", self.transform)
-        builder.add_instance(mesh, builder.add_material(json.dumps(material)), placed, object_number)
 
 
 def model_of(meshes: Sequence[Mesh], up: Optional[str]) -> _overcoat.Model:

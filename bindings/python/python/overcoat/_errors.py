@@ -53,6 +53,15 @@ class RenderError(Error):
     """A picture that cannot be drawn for a reason that is none of the others."""
 
 
+class HandleError(Error, LookupError):
+    """A handle of something that has been removed from its scene, or that is of another scene; or something that cannot be removed,
+    as something else needs it."""
+
+
+class Cancelled(Error):
+    """A picture that `Viewport.cancel` has stopped. The array may hold parts of it."""
+
+
 class OutputError(Error):
     """A picture that a file format cannot hold."""
 

@@ -31,24 +31,13 @@ class Camera(TypedDict, total=False):
     camera: Union[str, int]
 
 
-class PictureOptions(TypedDict, total=False):
-    """Every option of `overcoat.render`, with its type; `help(overcoat.Options)` says what each does."""
+class ViewOptions(TypedDict, total=False):
+    """Options of how a picture is drawn, whatever it shows: those of `overcoat.Viewport`."""
 
-    # What is loaded.
-    up: str
-    animation: Union[str, int]
-    time: float
-    loop: bool
-    format: str
-    # The picture.
     size: Union[int, Sequence[int]]
     samples: int
     quality: str
-    maps: int
-    map_size: int
-    rays: int
     shading: str
-    shading_rate: int
     shade_everywhere: bool
     background: str
     ground: str
@@ -61,8 +50,25 @@ class PictureOptions(TypedDict, total=False):
     merge_angle_deg: float
     line_width: float
     point_size: float
+    limits: Mapping[str, int]
+
+
+class PictureOptions(ViewOptions, total=False):
+    """Every option of `overcoat.render`, with its type; `help(overcoat.Options)` says what each does."""
+
+    # What is loaded.
+    up: str
+    animation: Union[str, int]
+    time: float
+    loop: bool
+    format: str
+    # What a tier decides.
+    maps: int
+    map_size: int
+    rays: int
+    shading_rate: int
     # From where, in which light, of what.
-    camera: Union[Camera, str]
+    camera: Union[Camera, str, _overcoat.Orbit]
     env: Union[Path, _overcoat.Environment, npt.NDArray[Any]]
     env_rotation_deg: float
     env_intensity: float
@@ -72,7 +78,6 @@ class PictureOptions(TypedDict, total=False):
     materials: Mapping[str, Union[Path, Mapping[str, Any]]]
     # Of this package.
     aov: Union[str, Sequence[str]]
-    limits: Mapping[str, int]
 
 
 #: What says how a model is loaded.
@@ -150,6 +155,7 @@ def request(options: Mapping[str, Any], what: str = "render()") -> Dict[str, Any
     environment = None
     materials: list[Tuple[Optional[str], str]] = []
     aov: list[str] = []
+    orbit: Optional[_overcoat.Orbit] = None
     for name, value in options.items():
         if value is None or name in OWN:
             continue
@@ -158,6 +164,9 @@ def request(options: Mapping[str, Any], what: str = "render()") -> Dict[str, Any
             if environment is not None:
                 continue
         elif name == "camera":
+            if isinstance(value, _overcoat.Orbit):
+                orbit = value
+                continue
             value = _camera(value)
         elif name == "material" and isinstance(value, Mapping):
             materials.append((None, _material(value)))
@@ -176,6 +185,7 @@ def request(options: Mapping[str, Any], what: str = "render()") -> Dict[str, Any
         "environment": environment,
         "materials": materials,
         "aov": aov,
+        "orbit": orbit,
     }
 
 
@@ -210,6 +220,15 @@ def _is_finite(value: Any) -> bool:
     except ValueError:
         return False
     return True
+
+
+def camera(value: Any) -> Tuple[Optional[_overcoat.Orbit], str]:
+    """A camera as the native half takes it: an orbit, or a description as JSON that has nothing else."""
+    if isinstance(value, _overcoat.Orbit):
+        return value, "{}"
+    if value is None:
+        return None, "{}"
+    return None, _json({"camera": plain("camera", _camera(value))})
 
 
 def _camera(value: Any) -> Any:

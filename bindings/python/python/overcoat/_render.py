@@ -9,6 +9,7 @@ from . import _overcoat
 from ._arrays import Mesh
 from ._errors import OptionError, OvercoatWarning
 from ._options import request, split
+from ._scene import Scene
 from ._sources import check_loading, load as load_source
 
 if TYPE_CHECKING:
@@ -80,6 +81,8 @@ class Renderer:
 
     def _render(self, source: Any, options: Mapping[str, Any], level: int = 4) -> _overcoat.Image:
         source, options = _source(source, options)
+        if isinstance(source, Scene):
+            source = source.snapshot()
         is_model = isinstance(source, _overcoat.Model)
         if is_model:
             model, drawing = source, options
@@ -111,6 +114,10 @@ class Renderer:
         if turn not in ("camera", "model"):
             raise OptionError(f"turn '{turn}': expected camera or model")
         source, options = _source(source, options)
+        if isinstance(source, Scene):
+            source = source.snapshot()
+        if isinstance(options.get("camera"), _overcoat.Orbit):
+            raise OptionError("camera: a turntable has a camera of its own, and no Orbit")
         model, drawing = self._loaded(source, options)
         images = self._native.turntable(model, request(drawing), frames, turn == "model")
         _warn(images[0].warnings[len(model.warnings) if isinstance(source, _overcoat.Model) else 0 :], level)
@@ -236,7 +243,7 @@ else:
 
         Args:
             source: Path of a model file (glTF, OBJ, STL, PLY, 3MF), its bytes, a file object, a `Model`, a `Mesh` or a list of
-                them, a scene or geometry of trimesh, or a scene of pyrender. In its place, arrays:
+                them, a `Scene`, a scene or geometry of trimesh, or a scene of pyrender. In its place, arrays:
             vertices, faces, normals, uv, colors, texture: As of `Mesh`.
             renderer: Whose threads are used; one that all calls share if `None`.
             options: Keys of scene files, see `help(overcoat.Options)`; among them

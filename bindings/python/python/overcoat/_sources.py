@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from typing import Any, Dict, Mapping, Tuple
+from typing import Any, Dict, Mapping, Optional, Tuple
 
 from . import _overcoat
 from ._arrays import Mesh, materials_of, model_of
@@ -22,18 +22,11 @@ def load(
         if given:
             raise OptionError(f"{given[0]}: the model is loaded already; give it to overcoat.load()")
         return source, {}
-    if isinstance(source, (str, os.PathLike)):
-        return renderer.load_path(os.fspath(source), description, bounds), {}
-    form = loading.get("format")
-    if isinstance(source, (bytes, bytearray, memoryview)):
-        return renderer.load_bytes(bytes(source), form, description, bounds), {}
-    if hasattr(source, "read"):
-        content = source.read()
-        content = content.encode() if isinstance(content, str) else content
-        name = getattr(source, "name", None)
-        if form is None and isinstance(name, str) and "." in os.path.basename(name):
-            form = _known(os.path.splitext(name)[1].lstrip("."))
-        return renderer.load_bytes(bytes(content), form, description, bounds), {}
+    path, content, form = file_of(source, loading.get("format"))
+    if path is not None:
+        return renderer.load_path(path, description, bounds), {}
+    if content is not None:
+        return renderer.load_bytes(content, form, description, bounds), {}
     refused = [name for name, value in loading.items() if value is not None and name != "up"]
     if refused:
         raise OptionError(f"{refused[0]}: only model files have it, not a {type(source).__name__}")
@@ -54,6 +47,22 @@ def load(
         f"a model is a path, bytes, a file object, a Mesh or several, a scene or mesh of trimesh, or a scene of pyrender; "
         f"not a {type(source).__name__}"
     )
+
+
+def file_of(source: Any, form: Any) -> Tuple[Optional[str], Optional[bytes], Any]:
+    """The path of a model file, or its content and what its format may be; neither if it is something else."""
+    if isinstance(source, (str, os.PathLike)):
+        return os.fsdecode(os.fspath(source)), None, form
+    if isinstance(source, (bytes, bytearray, memoryview)):
+        return None, bytes(source), form
+    if hasattr(source, "read"):
+        content = source.read()
+        content = content.encode() if isinstance(content, str) else content
+        name = getattr(source, "name", None)
+        if form is None and isinstance(name, str) and "." in os.path.basename(name):
+            form = _known(os.path.splitext(name)[1].lstrip("."))
+        return None, bytes(content), form
+    return None, None, form
 
 
 def _known(extension: str) -> str | None:
