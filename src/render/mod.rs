@@ -8,6 +8,7 @@ mod aov;
 mod bands;
 mod budget;
 mod builder;
+mod clock;
 mod crew;
 mod draws;
 mod effects;
