@@ -20,6 +20,13 @@ fn sentence(error: impl Display) -> JsError {
     JsError::new(&error.to_string())
 }
 
+/// Makes panics errors of JavaScript, which say what has happened; a trap would not. `js/engine.js` knows them by how they
+/// begin, and throws the instance away.
+#[wasm_bindgen(start)]
+pub fn start() {
+    std::panic::set_hook(Box::new(|info| wasm_bindgen::throw_str(&format!("panic: {info}"))));
+}
+
 /// The version of the library.
 #[wasm_bindgen]
 #[must_use]

@@ -13,8 +13,12 @@ fn main() -> ExitCode {
         return ExitCode::from(2);
     };
     let mut bindgen = Bindgen::new();
-    let made = bindgen.input_path(Path::new(input)).out_name("overcoat").typescript(false).web(true);
-    match made.and_then(|bindgen| bindgen.reset_state_function(true).generate(folder)) {
+    bindgen.input_path(Path::new(input)).out_name("overcoat").typescript(false);
+    // Nobody downloads the names of functions.
+    bindgen.remove_name_section(true).remove_producers_section(true);
+    // After a trap, a new instance takes the place of the old.
+    bindgen.reset_state_function(true);
+    match bindgen.web(true).and_then(|bindgen| bindgen.generate(folder)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("{input}: {error:#}");
