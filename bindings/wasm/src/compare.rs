@@ -1,11 +1,11 @@
 //! Two pictures held against each other, by the rules of `overcoat golden`.
 
-use crate::{limits, sentence};
+use crate::{about_options, limits, sentence};
 use overcoat::decode::DecodedPicture;
 use overcoat::golden::check::compare_all_frames;
 use overcoat::golden::thresholds::{ThresholdFile, Thresholds};
 use serde_json::json;
-use wasm_bindgen::JsError;
+use wasm_bindgen::JsValue;
 use wasm_bindgen::prelude::wasm_bindgen;
 
 /// Compares two picture files. `thresholds` is the text of a `thresholds.toml`, or empty: then every pixel must be equal.
@@ -20,15 +20,15 @@ pub fn compare(
     actual: &[u8],
     thresholds: &str,
     limits: &str,
-) -> Result<String, JsError> {
-    let limits = limits::read(limits).map_err(sentence)?;
+) -> Result<String, JsValue> {
+    let limits = limits::read(limits).map_err(about_options)?;
     let decode = |side: &str, bytes: &[u8]| {
         DecodedPicture::from_bytes(bytes, &limits).map_err(|e| sentence(format!("{name}, {side}: {e}")))
     };
     let (expected, actual) = (decode("expected", expected)?, decode("actual", actual)?);
     let rules = ThresholdFile::parse(thresholds);
     if let Some(problem) = rules.problems().first() {
-        return Err(sentence(format!("thresholds, line {}: {}", problem.line, problem.message)));
+        return Err(about_options(format!("thresholds, line {}: {}", problem.line, problem.message)));
     }
     let thresholds = rules.of(name, &Thresholds::default());
     let (result, _, _) = compare_all_frames(name, &expected, &actual, &thresholds);

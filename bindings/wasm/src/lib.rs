@@ -3,6 +3,7 @@
 //!
 //! Nothing of this package is a promise of its own: the interface is that of the npm package, see `README.md`.
 
+#[cfg(feature = "compare")]
 mod compare;
 mod limits;
 mod model;
@@ -12,12 +13,19 @@ use js_sys::Uint8Array;
 use overcoat::frame::DisplayImage;
 use overcoat::output::{OutputFormat, OutputOptions, encode_image};
 use std::fmt::Display;
-use wasm_bindgen::JsError;
+use wasm_bindgen::JsValue;
 use wasm_bindgen::prelude::wasm_bindgen;
 
 /// An error of the library as JavaScript has them: one sentence.
-fn sentence(error: impl Display) -> JsError {
-    JsError::new(&error.to_string())
+fn sentence(error: impl Display) -> JsValue {
+    js_sys::Error::new(&error.to_string()).into()
+}
+
+/// The same about what was asked for, and not about a file: `js/engine.js` knows it by its name.
+fn about_options(error: impl Display) -> JsValue {
+    let error = js_sys::Error::new(&error.to_string());
+    error.set_name("OptionsError");
+    error.into()
 }
 
 /// Makes panics errors of JavaScript, which say what has happened; a trap would not. `js/engine.js` knows them by how they
@@ -53,7 +61,7 @@ pub fn encode(
     pixels: &[u8],
     format: &str,
     quality: u8,
-) -> Result<Uint8Array, JsError> {
+) -> Result<Uint8Array, JsValue> {
     let (pixels, rest) = pixels.as_chunks::<4>();
     if !rest.is_empty() || pixels.len() as u64 != u64::from(width) * u64::from(height) {
         return Err(sentence("a picture has width * height pixels of four bytes"));

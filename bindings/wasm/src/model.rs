@@ -1,7 +1,7 @@
 //! A model that is loaded once and drawn many times.
 
 use crate::picture::Picture;
-use crate::{limits, sentence};
+use crate::{about_options, limits, sentence};
 use js_sys::{Array, Uint8Array};
 use overcoat::description::{Description, DescriptionError, Machine, Materials, Setting};
 use overcoat::frame::Aov;
@@ -9,7 +9,7 @@ use overcoat::load::{Context, LoadOptions, Loaded, MemoryResolver, Warning, load
 use overcoat::scene::{Environment, Scene};
 use overcoat::{Limits, Renderer};
 use wasm_bindgen::prelude::wasm_bindgen;
-use wasm_bindgen::{JsCast, JsError};
+use wasm_bindgen::{JsCast, JsValue};
 
 /// A model file with the files beside it, and what was made of them for the last picture.
 #[wasm_bindgen]
@@ -31,8 +31,8 @@ impl Model {
     /// # Errors
     /// If a name is no text, a content no `Uint8Array`, a limit unknown, or the model larger than `input_bytes`.
     #[wasm_bindgen(constructor)]
-    pub fn new(bytes: Vec<u8>, names: Vec<String>, contents: &Array, limits: &str) -> Result<Self, JsError> {
-        let limits = limits::read(limits).map_err(sentence)?;
+    pub fn new(bytes: Vec<u8>, names: Vec<String>, contents: &Array, limits: &str) -> Result<Self, JsValue> {
+        let limits = limits::read(limits).map_err(about_options)?;
         let mut files = MemoryResolver::default();
         for (name, content) in names.into_iter().zip(contents.iter()) {
             let content = content.dyn_into::<Uint8Array>();
@@ -56,8 +56,8 @@ impl Model {
     ///
     /// # Errors
     /// If the description or the model is wrong.
-    pub fn info(&mut self, description: &str) -> Result<String, JsError> {
-        let description = Description::from_json(description).map_err(sentence)?;
+    pub fn info(&mut self, description: &str) -> Result<String, JsValue> {
+        let description = Description::from_json(description).map_err(about_options)?;
         let loaded = self.load(&description).map_err(sentence)?;
         let scene = &loaded.scene;
         let warnings: Vec<&str> = loaded.warnings.iter().map(|warning| warning.message.as_str()).collect();
@@ -68,16 +68,19 @@ impl Model {
     ///
     /// # Errors
     /// If the description, the model or a file that either names is wrong, or a limit is exceeded.
-    pub fn render(&mut self, description: &str, planes: Vec<String>) -> Result<Picture, JsError> {
-        let mut planes = planes.iter().map(|name| {
+    pub fn render(&mut self, description: &str, planes: Vec<String>) -> Result<Picture, JsValue> {
+        let planes = planes.iter().map(|name| {
             Aov::from_name(name).ok_or_else(|| {
                 let known: Vec<&str> = Aov::ALL.iter().map(|plane| plane.name()).collect();
-                sentence(format!("aovs: there is no '{name}'; known are {}", known.join(", ")))
+                about_options(format!("aovs: there is no '{name}'; known are {}", known.join(", ")))
             })
         });
-        let planes = planes.by_ref().collect::<Result<Vec<Aov>, JsError>>()?;
-        let description = Description::from_json(description).map_err(sentence)?;
-        self.draw(&description, planes).map_err(sentence)
+        let planes = planes.collect::<Result<Vec<Aov>, JsValue>>()?;
+        let description = Description::from_json(description).map_err(about_options)?;
+        self.draw(&description, planes).map_err(|error| match error.downcast_ref::<DescriptionError>() {
+            Some(DescriptionError::Invalid(_) | DescriptionError::OutOfRange(_)) => about_options(error),
+            _ => sentence(error),
+        })
     }
 }
 

@@ -5,7 +5,7 @@ use js_sys::{Float32Array, Uint8ClampedArray};
 use overcoat::Frame;
 use overcoat::frame::{Aov, DisplayImage, DisplayOptions};
 use overcoat::load::Warning;
-use wasm_bindgen::JsError;
+use wasm_bindgen::JsValue;
 use wasm_bindgen::prelude::wasm_bindgen;
 
 /// A picture, linear and for a screen. Each plane is copied out once, when it is asked for.
@@ -68,7 +68,7 @@ impl Picture {
     ///
     /// # Errors
     /// If it was not asked for.
-    pub fn plane(&self, name: &str) -> Result<Float32Array, JsError> {
+    pub fn plane(&self, name: &str) -> Result<Float32Array, JsValue> {
         let plane = Aov::from_name(name).and_then(|aov| self.frame.plane(aov));
         let plane = plane.ok_or_else(|| sentence(format!("aovs: '{name}' was not drawn")))?;
         Ok(Float32Array::from(plane.data.as_slice()))
