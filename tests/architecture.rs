@@ -8,8 +8,8 @@ use std::path::Path;
 const OF_THE_TREE: [&str; 3] = ["ARCHITECTURE.md", "CONTRIBUTING.md", "SECURITY.md"];
 
 /// What is directly in the tree and belongs into the code map, beside everything in `src`.
-const FOLDERS: [&str; 9] =
-    ["tests", "golden", "assets", "examples", "benches", "service", "packaging", "fuzz", ".ci"];
+const FOLDERS: [&str; 10] =
+    ["tests", "golden", "assets", "examples", "benches", "service", "bindings", "packaging", "fuzz", ".ci"];
 
 /// How names of files end that documents mention without their folder.
 const EXTENSIONS: [&str; 6] = [".rs", ".md", ".toml", ".tsv", ".sh", ".py"];

@@ -99,7 +99,10 @@ export class Engine {
 
   /** An error as the user sees it. What is no sentence of the library's has ended the instance, and a new one is made. */
   #explain(error) {
-    if (error?.name === "OptionsError") return new OvercoatError(error.message, "options");
+    if (error?.name === "OptionsError") {
+      // The description came as one line.
+      return new OvercoatError(error.message.replace(/^line 1: /, ""), "options");
+    }
     if (error?.name === "Error" && !error.message.startsWith(PANIC)) return new OvercoatError(error.message);
     this.#models.clear();
     const why = (error?.message ?? String(error)).replace(/\s+/g, " ");

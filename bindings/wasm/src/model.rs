@@ -3,7 +3,9 @@
 use crate::picture::Picture;
 use crate::{about_options, limits, sentence};
 use js_sys::{Array, Uint8Array};
-use overcoat::description::{Description, DescriptionError, Machine, Materials, Setting};
+use overcoat::description::{
+    Description, DescriptionError, EnvironmentChoice, Machine, Materials, Setting,
+};
 use overcoat::frame::Aov;
 use overcoat::load::{Context, LoadOptions, Loaded, MemoryResolver, Warning, load_bytes_with};
 use overcoat::scene::{Environment, Scene};
@@ -19,8 +21,8 @@ pub struct Model {
     limits: Limits,
     renderer: Renderer,
     loaded: Option<(LoadOptions, Loaded)>,
-    /// The environment that was read last, by its name.
-    environment: Option<(String, Environment, Vec<Warning>)>,
+    /// The environment that was read last, and what it was asked for as.
+    environment: Option<(Option<EnvironmentChoice>, Environment, Vec<Warning>)>,
 }
 
 #[wasm_bindgen]
@@ -45,8 +47,10 @@ impl Model {
 
     /// Adds a file, or replaces one.
     pub fn set_file(&mut self, name: String, content: Vec<u8>) {
-        if self.environment.as_ref().is_some_and(|(of, ..)| *of == name) {
-            self.environment = None;
+        // Whether it is the one that was read, and what was loaded with it: read again, it is right either way.
+        self.environment = None;
+        if self.loaded.is_some() && self.files.files.contains_key(&name) {
+            self.loaded = None;
         }
         self.files.files.insert(name, content);
     }
@@ -117,14 +121,13 @@ impl Model {
     fn setting(&mut self, description: &Description) -> Result<Setting, DescriptionError> {
         let context = Context { resolver: &self.files, limits: &self.limits, jobs: self.renderer.jobs() };
         let materials = Materials::load_from(description, &context)?;
-        let name = format!("{:?}", description.env);
         let (mut environment, warnings) = match self.environment.take() {
-            Some((of, environment, warnings)) if of == name => (environment, warnings),
+            Some((of, environment, warnings)) if of == description.env => (environment, warnings),
             _ => description.environment_from(&context)?,
         };
         environment.rotation_degrees = description.env_rotation_degrees.unwrap_or(0.0);
         environment.intensity = description.env_intensity.unwrap_or(1.0);
-        self.environment = Some((name, environment.clone(), warnings.clone()));
+        self.environment = Some((description.env.clone(), environment.clone(), warnings.clone()));
         Ok(Setting::new(description, materials, (environment, warnings)))
     }
 }

@@ -1,6 +1,6 @@
 // What tests share: models of the tree, and the native program to compare with.
 import { execFileSync } from "node:child_process";
-import { readFileSync } from "node:fs";
+import { existsSync, readFileSync } from "node:fs";
 import { fileURLToPath } from "node:url";
 
 export const root = fileURLToPath(new URL("../../..", import.meta.url));
@@ -11,9 +11,13 @@ export const model = (name) => readFileSync(modelPath(name));
 /** The native program; test.sh says where it is. */
 export const program = process.env.OVERCOAT ?? `${root}target/release/overcoat`;
 
-/** Draws a model with the native program: its report, and the bytes of the file. */
+/** Why tests of the command line cannot run, if they cannot. */
+export const noCommand = existsSync(`${here}dist/cli/overcoat.wasm`) ? false : "this build has no command line";
+
+/** Draws a model (of the tree, or by its path) with the native program: its report, and the bytes of the file. */
 export function native(name, out, ...options) {
-  const report = execFileSync(program, ["render", modelPath(name), "-o", out, "--json", ...options], { encoding: "utf8" });
+  const path = name.includes("/") ? name : modelPath(name);
+  const report = execFileSync(program, ["render", path, "-o", out, "--json", ...options], { encoding: "utf8" });
   return { ...JSON.parse(report), file: readFileSync(out) };
 }
 

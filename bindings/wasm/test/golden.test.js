@@ -7,7 +7,7 @@ import { join } from "node:path";
 import test from "node:test";
 import { checkGolden } from "../js/golden.js";
 import { compare, render } from "../js/index.js";
-import { here, model, modelPath } from "./common.js";
+import { here, model, modelPath, noCommand } from "./common.js";
 
 const folder = mkdtempSync(join(tmpdir(), "overcoat-golden-"));
 const draw = (options) => render(model("torus-knot.glb"), { size: 32, quality: "draft", ...options });
@@ -91,7 +91,7 @@ for (const runner of ["vitest", "jest"]) {
   });
 }
 
-test("the command line runs by WASI", { timeout: 120_000 }, async () => {
+test("the command line runs by WASI", { timeout: 120_000, skip: noCommand }, async () => {
   const overcoat = (...args) =>
     spawnSync(process.execPath, ["--no-warnings", join(here, "bin/overcoat.js"), ...args], { cwd: folder, encoding: "utf8" });
   for (const name of ["expected", "actual"]) mkdirSync(join(folder, name));

@@ -6,7 +6,7 @@ import { join } from "node:path";
 import test from "node:test";
 import { render } from "../js/index.js";
 import { serve } from "../scripts/serve.mjs";
-import { model, modelPath, native } from "./common.js";
+import { model, native } from "./common.js";
 import { withBrowser } from "./browser.js";
 
 const folder = mkdtempSync(join(tmpdir(), "overcoat-page-"));
@@ -88,8 +88,10 @@ test("the demo page", { timeout: 300_000 }, () =>
     assert.equal(await change(() => page.click("#reset")), hash);
 
     // Files of one's own, one of which refers to the other; and one that is none.
-    const own = await change(() => page.setInputFiles("#file", [modelPath("torus-knot.obj"), modelPath("torus-knot.mtl")]));
-    assert.equal(native("torus-knot.obj", picture, ...flags).frame_hash, own);
+    const files = { "knot.obj": model("torus-knot.obj"), "torus-knot.mtl": Buffer.from("newmtl carbon\nKd 0.8 0.1 0.1\nPr 0.4\n") };
+    for (const [name, content] of Object.entries(files)) writeFileSync(join(folder, name), content);
+    const own = await change(() => page.setInputFiles("#file", Object.keys(files).map((name) => join(folder, name))));
+    assert.equal(native(join(folder, "knot.obj"), picture, ...flags).frame_hash, own);
     const junk = join(folder, "junk.glb");
     writeFileSync(junk, "glTF, but not really");
     await page.evaluate(() => delete document.body.dataset.state);

@@ -5,7 +5,7 @@ import { cpSync, mkdirSync, mkdtempSync, readFileSync, rmSync, symlinkSync, writ
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import test from "node:test";
-import { here, modelPath } from "./common.js";
+import { here, modelPath, noCommand } from "./common.js";
 import { withBrowser } from "./browser.js";
 
 const text = readFileSync(join(here, "README.md"), "utf8");
@@ -57,7 +57,7 @@ for (const [name, code] of named("js")) {
   });
 }
 
-test("commands", { timeout: 240_000 }, () => {
+test("commands", { timeout: 240_000, skip: noCommand }, () => {
   const overcoat = [node, "--no-warnings", join(here, "bin/overcoat.js")];
   const commands = listings.filter(({ language }) => language === "sh").flatMap(({ code }) => code.trim().split("\n"));
   let tried = 0;

@@ -61,7 +61,8 @@ test("a model that is kept draws what one that is loaded anew does, whatever cam
 });
 
 test("files beside the model are found by their names", async () => {
-  const files = { "torus-knot.mtl": model("torus-knot.mtl") };
+  const names = ["torus-knot.mtl", "textures/carbon-color.png", "textures/carbon-normal.png"];
+  const files = Object.fromEntries(names.map((name) => [name, model(name)]));
   const with_ = await render(model("torus-knot.obj"), { size: 48, files });
   const without = await render(model("torus-knot.obj"), { size: 48 });
   const command = native("torus-knot.obj", join(folder, "knot.png"), "--size", "48");
