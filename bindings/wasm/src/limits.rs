@@ -12,7 +12,8 @@ pub fn read(json: &str) -> Result<Limits, String> {
         serde_json::from_str(json).map_err(|_| "limits: expected an object of whole numbers".to_owned())?;
     for (name, value) in &given {
         let number = value.as_u64();
-        let number = number.ok_or_else(|| format!("limits.{name}: expected a whole number from 0 on, found {value}"))?;
+        let number = number
+            .ok_or_else(|| format!("limits.{name}: expected a whole number from 0 on, found {value}"))?;
         set(&mut limits, name, number)?;
     }
     Ok(limits)

@@ -3,9 +3,7 @@
 use crate::picture::Picture;
 use crate::{about_options, limits, sentence};
 use js_sys::{Array, Uint8Array};
-use overcoat::description::{
-    Description, DescriptionError, EnvironmentChoice, Machine, Materials, Setting,
-};
+use overcoat::description::{Description, DescriptionError, EnvironmentChoice, Machine, Materials, Setting};
 use overcoat::frame::Aov;
 use overcoat::load::{Context, LoadOptions, Loaded, MemoryResolver, Warning, load_bytes_with};
 use overcoat::scene::{Environment, Scene};
@@ -89,7 +87,11 @@ impl Model {
 }
 
 impl Model {
-    fn draw(&mut self, description: &Description, planes: Vec<Aov>) -> Result<Picture, Box<dyn std::error::Error>> {
+    fn draw(
+        &mut self,
+        description: &Description,
+        planes: Vec<Aov>,
+    ) -> Result<Picture, Box<dyn std::error::Error>> {
         // What can be wrong with the description is found before a file is read.
         let (options, display) = description.options(Machine::default(), &self.limits)?;
         let Loaded { mut scene, mut warnings, .. } = self.load(description)?.clone();

@@ -1,6 +1,10 @@
 //! The instruction sets by name, as values that a user can choose and a test can loop over.
 
-#[cfg(any(target_arch = "x86_64", target_arch = "aarch64", all(target_arch = "wasm32", target_feature = "simd128")))]
+#[cfg(any(
+    target_arch = "x86_64",
+    target_arch = "aarch64",
+    all(target_arch = "wasm32", target_feature = "simd128")
+))]
 use super::Vector;
 use fearless_simd::Level;
 use std::fmt;

@@ -25,10 +25,10 @@ pub use byte_table::ByteTable;
 #[cfg(target_arch = "aarch64")]
 #[doc(hidden)]
 pub use level::neon;
-pub use level::{SimdLevel, UnknownLevel};
 #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
 #[doc(hidden)]
 pub use level::simd128;
+pub use level::{SimdLevel, UnknownLevel};
 #[cfg(target_arch = "x86_64")]
 #[doc(hidden)]
 pub use level::{avx2, avx512, sse2};
