@@ -3,7 +3,8 @@
 # and the command line for WASI. Parts that are named are built, or all.
 #
 # Usage: bindings/wasm/build.sh [plain] [simd] [cli]
-# WASM_PROFILE: profile of Cargo, "wasm" (small and slow to build) or "release". WASM_OPT=yes: makes modules smaller still.
+# WASM_PROFILE: profile of Cargo, "wasm" (small and slow to build) or "release".
+# WASM_FEATURES: arguments of Cargo; --no-default-features leaves glTF with PNG and JPEG.
 # Needs rustup with the targets wasm32-unknown-unknown and wasm32-wasip1, or what RUSTC and BUILD_STD say.
 set -euo pipefail
 cd "$(dirname "$0")"
@@ -20,14 +21,6 @@ compile() {
     cargo build --locked --manifest-path ../../Cargo.toml --profile "$profile" ${BUILD_STD-} "$@"
 }
 
-# smaller FILE: by the optimizer of Binaryen.
-smaller() {
-    [ "${WASM_OPT-}" = yes ] || return 0
-    npx --no-install wasm-opt -O2 --enable-simd --enable-bulk-memory --enable-nontrapping-float-to-int --enable-sign-ext \
-        --enable-mutable-globals --enable-reference-types --enable-multivalue "$1" -o "$1.smaller"
-    mv "$1.smaller" "$1"
-}
-
 bindgen() {
     # By the first toolchain: it runs here.
     (unset RUSTC RUSTC_BOOTSTRAP && cd bindgen && cargo build --locked --quiet --target-dir "$target/bindgen")
@@ -38,18 +31,18 @@ for part in "${parts[@]}"; do
     printf '== %s\n' "$part"
     case $part in
         plain | simd)
-            features=
-            [ "$part" = plain ] || features='-C target-feature=+simd128'
-            RUSTFLAGS=$features compile -p overcoat-wasm --target wasm32-unknown-unknown --target-dir "$target/$part"
+            features='' level=s
+            # For small code with vectors the compiler takes 7 GB of memory and does not come to an end.
+            [ "$part" = plain ] || features='-C target-feature=+simd128' level=3
+            CARGO_PROFILE_WASM_OPT_LEVEL=$level RUSTFLAGS=$features \
+                compile -p overcoat-wasm ${WASM_FEATURES-} --target wasm32-unknown-unknown --target-dir "$target/$part"
             rm -rf "dist/$part"
             mkdir -p "dist/$part"
-            bindgen "$target/$part/wasm32-unknown-unknown/$profile/overcoat_wasm.wasm" "dist/$part"
-            smaller "dist/$part/overcoat_bg.wasm" ;;
+            bindgen "$target/$part/wasm32-unknown-unknown/$profile/overcoat_wasm.wasm" "dist/$part" ;;
         cli)
             RUSTFLAGS='-C target-feature=+simd128' compile -p overcoat --bin overcoat --target wasm32-wasip1 --target-dir "$target/cli"
             mkdir -p dist/cli
-            cp "$target/cli/wasm32-wasip1/$profile/overcoat.wasm" dist/cli/overcoat.wasm
-            smaller dist/cli/overcoat.wasm ;;
+            cp "$target/cli/wasm32-wasip1/$profile/overcoat.wasm" dist/cli/overcoat.wasm ;;
         *)
             printf 'unknown part %s\n' "$part" >&2
             exit 2 ;;
