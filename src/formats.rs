@@ -3,7 +3,11 @@
 
 /// Whether more is compiled in than glTF, PNG, JPEG and Radiance (the feature `all-formats`). Whoever reads or writes another
 /// format asks this first: what comes after is then no part of the program.
-pub(crate) const ALL: bool = cfg!(feature = "all-formats");
+pub(crate) const ALL: bool = all();
+
+const fn all() -> bool {
+    cfg!(feature = "all-formats")
+}
 
 /// What is said where it is not.
 pub(crate) const LEFT_OUT: &str = "this program was built without it";
