@@ -32,14 +32,15 @@ for part in "${parts[@]}"; do
     case $part in
         plain | simd)
             features='' level=s
-            # For small code with vectors the compiler takes 7 GB of memory and does not come to an end.
+            # Vectors at 3 only: at s or 1 the compiler takes 7 GB of memory and longer.
             [ "$part" = plain ] || features='-C target-feature=+simd128' level=3
-            CARGO_PROFILE_WASM_OPT_LEVEL=$level RUSTFLAGS=$features \
-                compile -p overcoat-wasm ${WASM_FEATURES-} --target wasm32-unknown-unknown --target-dir "$target/$part"
+            export "CARGO_PROFILE_${profile^^}_OPT_LEVEL=$level"
+            RUSTFLAGS=$features compile -p overcoat-wasm ${WASM_FEATURES-} --target wasm32-unknown-unknown --target-dir "$target/$part"
             rm -rf "dist/$part"
             mkdir -p "dist/$part"
             bindgen "$target/$part/wasm32-unknown-unknown/$profile/overcoat_wasm.wasm" "dist/$part" ;;
         cli)
+            export "CARGO_PROFILE_${profile^^}_OPT_LEVEL=3"
             RUSTFLAGS='-C target-feature=+simd128' compile -p overcoat --bin overcoat --target wasm32-wasip1 --target-dir "$target/cli"
             mkdir -p dist/cli
             cp "$target/cli/wasm32-wasip1/$profile/overcoat.wasm" dist/cli/overcoat.wasm ;;

@@ -3,13 +3,13 @@
 # Debian (Chromium, Node.js) as root; Rust's libraries for WebAssembly from rustup, or where its servers cannot be reached
 # from Debian, with a compiler of its own that builds the standard library along.
 #
-# Usage: bindings/wasm/test.sh [--no-cli]
+# Usage: bindings/wasm/test.sh [--all]   (with the command line for WASI, which takes three minutes more to build)
 # OVERCOAT: the native program to compare with. It is built if there is none in target/release.
 set -euo pipefail
 cd "$(dirname "$0")"
 tree=$(realpath ../..)
-parts=(simd plain cli)
-[ "${1-}" != --no-cli ] || parts=(simd plain)
+parts=(simd plain)
+[ "${1-}" != --all ] || parts+=(cli)
 
 install() {
     command -v "$1" >/dev/null && return
@@ -21,11 +21,11 @@ install npm npm
 
 npm ci --no-audit --no-fund
 
-# Bits are the same at every level, and these modules are for one run.
-export WASM_PROFILE=release CARGO_PROFILE_RELEASE_OPT_LEVEL=1 CARGO_PROFILE_RELEASE_LTO=off CARGO_INCREMENTAL=0
-native() { env -u CARGO_PROFILE_RELEASE_OPT_LEVEL -u CARGO_PROFILE_RELEASE_LTO cargo build --locked --release --bin overcoat --manifest-path "$tree/Cargo.toml"; }
 export OVERCOAT=${OVERCOAT-$tree/target/release/overcoat}
-[ -x "$OVERCOAT" ] || native
+[ -x "$OVERCOAT" ] || cargo build --locked --release --bin overcoat --manifest-path "$tree/Cargo.toml"
+
+# Bits are the same however the modules are built, and these are for one run.
+export WASM_PROFILE=release CARGO_PROFILE_RELEASE_LTO=off CARGO_INCREMENTAL=0
 
 for triple in wasm32-unknown-unknown wasm32-wasip1; do
     [ -d "$(rustc --print sysroot)/lib/rustlib/$triple" ] || rustup target add "$triple" 2>/dev/null || missing=yes
@@ -43,7 +43,7 @@ fi
 start=$SECONDS
 ./build.sh "${parts[@]}"
 printf '%5d s  build\n' $((SECONDS - start))
-unset RUSTC RUSTC_BOOTSTRAP CARGO_PROFILE_RELEASE_OPT_LEVEL CARGO_PROFILE_RELEASE_LTO
+unset RUSTC RUSTC_BOOTSTRAP CARGO_PROFILE_RELEASE_LTO
 
 start=$SECONDS
 # One file after the other: each uses all processors, and some all memory.
