@@ -108,7 +108,7 @@ test("the command line runs by WASI", { timeout: 120_000, skip: noCommand }, asy
   assert.match(check.stdout + check.stderr, /knot\.png/);
   overcoat("golden", "report", "expected", "actual", "-o", "report.html");
   assert.match(readFileSync(join(folder, "report.html"), "utf8"), /knot\.png/);
-  overcoat("golden", "accept", "expected", "actual");
+  assert.equal(overcoat("golden", "accept", "expected", "actual", "knot.png").status, 0);
   assert.equal(overcoat("golden", "check", "expected", "actual").status, 0);
   const wrong = overcoat("render", "missing.glb", "-o", "x.png");
   assert.notEqual(wrong.status, 0);
