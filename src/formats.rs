@@ -1,6 +1,17 @@
 //! Formats of files: their names, extensions and media types. What reads and what writes which is said where it is done, in
 //! terms of these.
 
+/// Whether more is compiled in than glTF, PNG, JPEG and Radiance (the feature `all-formats`). Whoever reads or writes another
+/// format asks this first: what comes after is then no part of the program.
+pub(crate) const ALL: bool = all();
+
+const fn all() -> bool {
+    cfg!(feature = "all-formats")
+}
+
+/// What is said where it is not.
+pub(crate) const LEFT_OUT: &str = "this program was built without it";
+
 /// A format of files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct FileFormat {

@@ -6,7 +6,7 @@ use super::input::{is_standard_input, read_standard_input};
 use super::name::file_name;
 use crate::jobs::Jobs;
 use crate::limits::Limits;
-use crate::load::{Context, NoResolver, Warning, load_environment, load_environment_file};
+use crate::load::{Context, LoadError, NoResolver, Warning, load_environment, load_environment_file};
 use crate::scene::{Environment, EnvironmentSource};
 use std::ffi::OsStr;
 use std::path::PathBuf;
@@ -66,11 +66,40 @@ impl Description {
                 EnvironmentSource::Image(Arc::new(loaded.image))
             }
         };
-        let environment = Environment {
+        Ok((self.turned(source), warnings))
+    }
+
+    /// [`Description::environment`], with the file from the context's resolver instead of the file system.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn environment_from(
+        &self,
+        context: &Context<'_>,
+    ) -> Result<(Environment, Vec<Warning>), DescriptionError> {
+        let (source, warnings) = match self.env.as_ref().unwrap_or(&EnvironmentChoice::Studio) {
+            EnvironmentChoice::Studio => (EnvironmentSource::Studio, Vec::new()),
+            EnvironmentChoice::None => (EnvironmentSource::None, Vec::new()),
+            EnvironmentChoice::File(path) => {
+                let about = |error: LoadError| DescriptionError::from(error).at(path);
+                let name = path.to_string_lossy();
+                let bytes = context.resolver.read(&name, context.limits.input_bytes);
+                let bytes = bytes.map_err(|e| about(e.into()))?;
+                let loaded = load_environment(&bytes, context).map_err(about)?;
+                let named = |w: &Warning| Warning::new(format!("{}: {w}", file_name(path)));
+                let warnings = loaded.warnings.iter().map(named).collect();
+                (EnvironmentSource::Image(Arc::new(loaded.image)), warnings)
+            }
+        };
+        Ok((self.turned(source), warnings))
+    }
+
+    /// Light from afar as described, of whatever picture.
+    fn turned(&self, source: EnvironmentSource) -> Environment {
+        Environment {
             source,
             rotation_degrees: self.env_rotation_degrees.unwrap_or(0.0),
             intensity: self.env_intensity.unwrap_or(1.0),
-        };
-        Ok((environment, warnings))
+        }
     }
 }

@@ -5,7 +5,7 @@ use super::error::DescriptionError;
 use super::name::file_name;
 use crate::jobs::Jobs;
 use crate::limits::Limits;
-use crate::load::{BuiltinMaterial, MaterialFile, Warning, inner_extension};
+use crate::load::{BuiltinMaterial, Context, LoadError, MaterialFile, Warning, inner_extension};
 use crate::scene::Scene;
 use crate::suggest::{nearest_name, suggestion};
 use std::ffi::OsStr;
@@ -61,6 +61,14 @@ impl MaterialSource {
         };
         loaded.map_err(|e| DescriptionError::from(e).at(path))
     }
+
+    fn load_from(&self, context: &Context<'_>) -> Result<MaterialFile, DescriptionError> {
+        let Self::File(path) = self else { return self.load(context.limits, context.jobs) };
+        let name = path.to_string_lossy();
+        let bytes = context.resolver.read(&name, context.limits.input_bytes);
+        let bytes = bytes.map_err(|e| DescriptionError::from(LoadError::from(e)).at(path))?;
+        MaterialFile::from_bytes(&bytes, context).map_err(|e| DescriptionError::from(e).at(path))
+    }
 }
 
 /// A built-in material.
@@ -99,6 +107,16 @@ impl Materials {
     /// [`DescriptionError`] naming the file, the line and the key.
     pub fn load(description: &Description, limits: &Limits, jobs: &Jobs) -> Result<Self, DescriptionError> {
         let load = |choice: MaterialChoice| choice.source.load(limits, jobs).map(|file| (choice, file));
+        description.material_choices().map(load).collect::<Result<_, _>>().map(Self)
+    }
+
+    /// [`Materials::load`], with files and their textures from the context's resolver instead of the file system. Textures
+    /// have the names that stand in the material files.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn load_from(description: &Description, context: &Context<'_>) -> Result<Self, DescriptionError> {
+        let load = |choice: MaterialChoice| choice.source.load_from(context).map(|file| (choice, file));
         description.material_choices().map(load).collect::<Result<_, _>>().map(Self)
     }
 

@@ -51,6 +51,16 @@ impl Setting {
         Ok(Self::new(description, materials, environment))
     }
 
+    /// [`Setting::load`], with every file from the context's resolver instead of the file system.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn load_from(description: &Description, context: &Context<'_>) -> Result<Self, DescriptionError> {
+        let materials = Materials::load_from(description, context)?;
+        let environment = description.environment_from(context)?;
+        Ok(Self::new(description, materials, environment))
+    }
+
     /// Puts together what has been read: the materials, and what [`Description::environment`] returns.
     #[must_use]
     pub fn new(

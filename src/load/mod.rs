@@ -363,6 +363,9 @@ fn read_unpacked(
             let rig = gltf::read(bytes, options, purpose, context)?;
             return Ok((Model::Rig(Box::new(rig)), format));
         }
+        Some(format) if !crate::formats::ALL => {
+            Err(LoadError::unsupported(format.name(), crate::formats::LEFT_OUT))
+        }
         Some(Format::Obj) => obj::load(bytes, context),
         Some(Format::Stl) => stl::load(bytes, context),
         Some(Format::Ply) => ply::load(bytes, context),

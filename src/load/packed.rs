@@ -109,6 +109,9 @@ impl<'a> Part<'a> {
                 rest = member.into_inner();
                 read
             }
+            Kind::Zstandard if !crate::formats::ALL => {
+                Err(Error::new(ErrorKind::InvalidData, crate::formats::LEFT_OUT))
+            }
             Kind::Zstandard => match StreamingDecoder::new_with_max_window_size(&mut rest, MAX_WINDOW) {
                 Ok(mut frame) => read_within(&mut frame, limits, out),
                 Err(error) => Err(Error::new(ErrorKind::InvalidData, error.to_string())),

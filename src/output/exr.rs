@@ -32,6 +32,10 @@ pub enum ExrPrecision {
 /// [`OutputError::Encode`] if a side is 0 or a plane does not have the frame's size.
 pub fn encode_exr(frame: &Frame, precision: ExrPrecision) -> Result<Vec<u8>, OutputError> {
     check_size(frame, OutputFormat::Exr)?;
+    if !crate::formats::ALL {
+        let reason = crate::formats::LEFT_OUT.to_owned();
+        return Err(OutputError::Encode { format: OutputFormat::Exr, reason });
+    }
     let failed = |error: ::exr::error::Error| OutputError::Encode {
         format: OutputFormat::Exr,
         reason: error.to_string(),

@@ -15,6 +15,9 @@ pub fn encode_webp(image: &DisplayImage) -> Result<Vec<u8>, OutputError> {
 
 /// The same with an alpha channel or without, as it is asked for; or what is wrong.
 pub(super) fn encode_webp_layout(image: &DisplayImage, alpha: bool) -> Result<Vec<u8>, String> {
+    if !crate::formats::ALL {
+        return Err(crate::formats::LEFT_OUT.to_owned());
+    }
     let mut file = Vec::new();
     let encoder = WebPEncoder::new_lossless(&mut file);
     let pixels = image.pixels.as_flattened();

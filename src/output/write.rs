@@ -28,7 +28,7 @@ fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let old = match fs::metadata(path) {
         Ok(old) if old.is_dir() => return Err(io::Error::from(ErrorKind::IsADirectory)),
         // Renaming over a read-only file would succeed; its owner did not want that.
-        Ok(old) if old.permissions().readonly() => {
+        Ok(old) if is_read_only(&old) => {
             return Err(io::Error::from(ErrorKind::PermissionDenied));
         }
         Ok(old) if !old.is_file() => return OpenOptions::new().write(true).open(path)?.write_all(bytes),
@@ -51,7 +51,7 @@ fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
 /// it is empty again.
 #[cfg_attr(not(feature = "cli"), allow(dead_code))]
 pub(crate) fn fill_or_write_atomically(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
-    let is_empty = |found: Metadata| found.is_file() && found.len() == 0 && !found.permissions().readonly();
+    let is_empty = |found: Metadata| found.is_file() && found.len() == 0 && !is_read_only(&found);
     if !fs::metadata(path).is_ok_and(is_empty) {
         return write_atomically(path, bytes);
     }
@@ -76,6 +76,11 @@ pub(crate) fn destination(path: &Path) -> io::Result<PathBuf> {
         found = found.parent().map_or(link.clone(), |folder| folder.join(&link));
     }
     fs::metadata(path).map(|_| found)
+}
+
+/// True if nobody may write to it. (WASI knows no permissions, which the standard library takes for none to write.)
+fn is_read_only(metadata: &Metadata) -> bool {
+    cfg!(not(target_os = "wasi")) && metadata.permissions().readonly()
 }
 
 /// True if a path stands for a file that the process has open.
@@ -117,6 +122,8 @@ fn put_named(target: &Path, bytes: &[u8], old: Option<&Metadata>) -> io::Result<
 
 fn fill(file: &mut File, bytes: &[u8], old: Option<&Metadata>) -> io::Result<()> {
     file.write_all(bytes)?;
+    // WASI has none.
+    let old = old.filter(|_| cfg!(not(target_os = "wasi")));
     old.map_or(Ok(()), |old| file.set_permissions(old.permissions()))
 }
 

@@ -1,8 +1,9 @@
 //! The loops of one picture on all threads: timed, and every thread that takes part looked at.
 
+use super::clock::Moment;
 use crate::jobs::{Jobs, Scratch};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Runs the loops of one picture and writes down how long they take. The times are only for the user to read: no result
 /// depends on them.
@@ -11,7 +12,7 @@ pub(super) struct Crew<'a> {
     /// Some thread's processor state is not the default.
     foreign: AtomicBool,
     /// Start of the stage.
-    last: Instant,
+    last: Moment,
     /// Time in loops.
     parallel: Duration,
 }
@@ -20,13 +21,13 @@ impl<'a> Crew<'a> {
     /// Starts the clock.
     pub(super) fn new(jobs: &'a Jobs) -> Self {
         let foreign = AtomicBool::new(!arithmetic_is_default());
-        Self { jobs, foreign, last: Instant::now(), parallel: Duration::ZERO }
+        Self { jobs, foreign, last: Moment::now(), parallel: Duration::ZERO }
     }
 
     /// How long it is since the last stage ended.
     pub(super) fn lap(&mut self) -> Duration {
-        let now = Instant::now();
-        let time = now - self.last;
+        let now = Moment::now();
+        let time = now.since(self.last);
         self.last = now;
         time
     }
@@ -43,7 +44,7 @@ impl<'a> Crew<'a> {
 
     /// As [`Jobs::for_each_mut`].
     pub(super) fn for_each_mut<T: Send>(&mut self, items: &mut [T], f: impl Fn(usize, &mut T) + Sync) {
-        let (start, foreign) = (Instant::now(), &self.foreign);
+        let (start, foreign) = (Moment::now(), &self.foreign);
         self.jobs.for_each_mut(items, |k, item| {
             look_at_this_thread(foreign);
             f(k, item);
@@ -58,7 +59,7 @@ impl<'a> Crew<'a> {
         items: &mut [T],
         f: impl Fn(&mut S, usize, &mut T) + Sync,
     ) {
-        let (start, foreign) = (Instant::now(), &self.foreign);
+        let (start, foreign) = (Moment::now(), &self.foreign);
         self.jobs.for_each_with_scratch(scratch, items, |scratch, k, item| {
             look_at_this_thread(foreign);
             f(scratch, k, item);

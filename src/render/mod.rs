@@ -9,6 +9,7 @@ mod bands;
 mod budget;
 mod builder;
 mod cancel;
+mod clock;
 mod crew;
 mod draws;
 mod effects;
@@ -52,6 +53,7 @@ mod work;
 
 pub use builder::RendererBuilder;
 pub use cancel::Cancellation;
+pub(crate) use clock::Moment;
 pub use ground::Ground;
 pub use options::{
     Background, RenderError, RenderOptions, RenderStats, Rendered, RenderedImage, RenderedInto,

@@ -47,10 +47,9 @@ pub use budget::{FrameBudget, Level};
 pub use orbit::Orbit;
 
 use crate::frame::{DisplayOptions, Target};
-use crate::render::{Hit, Quality, RenderError, RenderOptions, RenderStats, Renderer};
+use crate::render::{Hit, Moment, Quality, RenderError, RenderOptions, RenderStats, Renderer};
 use crate::scene::{Camera, Revision, Scene};
 use budget::Controller;
-use std::time::Instant;
 
 /// Draws pictures that follow each other, see the [module](self).
 #[derive(Debug)]
@@ -167,7 +166,7 @@ impl Viewport {
     ) -> Result<Drawn, RenderError> {
         let levels = Level::all(self.quality, self.options.samples);
         let level = self.controller.choose(&levels, scene, &self.options);
-        let start = Instant::now();
+        let start = Moment::now();
         let drawn = self.draw_at(level, scene, camera, target)?;
         let (work, pixels) =
             (self.renderer.work_done(), u64::from(self.options.width) * u64::from(self.options.height));

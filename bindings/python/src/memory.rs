@@ -105,7 +105,11 @@ impl<'py> Memory<'py> {
         let wanted = [height, width, 4];
         let wanted = if of == PixelFormat::Xrgb8 { &wanted[..2] } else { &wanted[..] };
         if array.shape() != wanted {
-            return Err(wrong(format_args!("expected shape {}, found {}", tuple(wanted), tuple(array.shape()))));
+            return Err(wrong(format_args!(
+                "expected shape {}, found {}",
+                tuple(wanted),
+                tuple(array.shape())
+            )));
         }
         let strides = array.strides();
         let pixel = of.bytes();

@@ -335,7 +335,7 @@ pub struct MachineArgs {
     #[arg(long, value_name = "N", value_parser = value_parsers::tile, allow_negative_numbers = true)]
     pub tile: Option<u32>,
 
-    /// Instruction set: auto, sse2, avx2, avx512, neon or (where it is compiled in) scalar; one that is not there is an
+    /// Instruction set: auto, sse2, avx2, avx512, neon, simd128 or (where it is compiled in) scalar; one that is not there is an
     /// error
     #[arg(long, value_name = "LEVEL", default_value = "auto", value_parser = value_parsers::simd)]
     pub simd: SimdLevel,

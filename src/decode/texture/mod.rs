@@ -8,6 +8,7 @@ use crate::color::srgb::linear_to_srgb8;
 use crate::formats::{self, FileFormat};
 use crate::limits::{LimitExceeded, Limits};
 use crate::scene::Image;
+use ::image::codecs::{jpeg::JpegDecoder, png::PngDecoder};
 use ::image::{ColorType, ImageDecoder, ImageFormat, ImageReader};
 use kind::Kind;
 use std::borrow::Cow;
@@ -96,12 +97,27 @@ fn damaged(error: impl std::fmt::Display) -> ImageError {
     ImageError::Damaged(line)
 }
 
-fn decoder(bytes: &[u8], format: ImageFormat, max_bytes: u64) -> Result<impl ImageDecoder + '_, ImageError> {
-    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+fn decoder(
+    bytes: &[u8],
+    format: ImageFormat,
+    max_bytes: u64,
+) -> Result<Box<dyn ImageDecoder + '_>, ImageError> {
+    let bytes = Cursor::new(bytes);
     let mut limits = ::image::Limits::no_limits();
     limits.max_alloc = Some(max_bytes.saturating_add(DECODER_BYTES));
-    reader.limits(limits);
-    reader.into_decoder().map_err(damaged)
+    if formats::ALL {
+        let mut reader = ImageReader::with_format(bytes, format);
+        reader.limits(limits);
+        return Ok(Box::new(reader.into_decoder().map_err(damaged)?));
+    }
+    // As the reader does, which has the others in it.
+    let mut decoder: Box<dyn ImageDecoder + '_> = match format {
+        ImageFormat::Png => Box::new(PngDecoder::with_limits(bytes, limits.clone()).map_err(damaged)?),
+        ImageFormat::Jpeg => Box::new(JpegDecoder::new(bytes).map_err(damaged)?),
+        _ => return Err(damaged(format!("{format:?} pictures: {}", formats::LEFT_OUT))),
+    };
+    decoder.set_limits(limits).map_err(damaged)?;
+    Ok(decoder)
 }
 
 /// Reads the header only, and checks it against `limits.texture_pixels`. `what` names the picture in the limit's

@@ -44,6 +44,9 @@ pub(super) struct Most {
 /// # Errors
 /// What is wrong with the stream.
 pub(super) fn decode(stream: &[u8], most: Most, ids: &[Index]) -> Result<(Vec<[u32; 3]>, Decoded), String> {
+    if !crate::formats::ALL {
+        return Err(format!("its data are compressed with Draco: {}", crate::formats::LEFT_OUT));
+    }
     let limits = DecodeLimits::default()
         .with_max_faces(most.triangles)
         .with_max_points(most.points)

@@ -1,6 +1,10 @@
 //! The instruction sets by name, as values that a user can choose and a test can loop over.
 
-#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
+#[cfg(any(
+    target_arch = "x86_64",
+    target_arch = "aarch64",
+    all(target_arch = "wasm32", target_feature = "simd128")
+))]
 use super::Vector;
 use fearless_simd::Level;
 use std::fmt;
@@ -21,11 +25,13 @@ pub enum SimdLevel {
     Avx512,
     /// 64-bit ARM, 128 bits.
     Neon,
+    /// WebAssembly with 128-bit vectors: of modules that are compiled with it, since a module cannot ask.
+    Simd128,
 }
 
 impl SimdLevel {
     /// Every level by its name, weakest first.
-    pub const ALL: &[Self] = &[Self::Scalar, Self::Sse2, Self::Avx2, Self::Avx512, Self::Neon];
+    pub const ALL: &[Self] = &[Self::Scalar, Self::Sse2, Self::Avx2, Self::Avx512, Self::Neon, Self::Simd128];
 
     /// The fastest level of this machine.
     #[must_use]
@@ -44,7 +50,14 @@ impl SimdLevel {
         let machine = Level::new();
         match self {
             Self::Scalar => {
-                cfg!(any(feature = "scalar-lanes", not(any(target_arch = "x86_64", target_arch = "aarch64"))))
+                cfg!(any(
+                    feature = "scalar-lanes",
+                    not(any(
+                        target_arch = "x86_64",
+                        target_arch = "aarch64",
+                        all(target_arch = "wasm32", target_feature = "simd128")
+                    ))
+                ))
             }
             #[cfg(target_arch = "x86_64")]
             Self::Sse2 => cfg!(not(overcoat_one_level)) && machine.as_sse2().is_some(),
@@ -54,6 +67,8 @@ impl SimdLevel {
             Self::Avx512 => cfg!(not(overcoat_one_level)) && machine.as_avx512().is_some(),
             #[cfg(target_arch = "aarch64")]
             Self::Neon => machine.as_neon().is_some(),
+            #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+            Self::Simd128 => machine.as_wasm_simd128().is_some(),
             #[allow(unreachable_patterns)]
             _ => {
                 let _ = machine;
@@ -71,6 +86,7 @@ impl SimdLevel {
             Self::Avx2 => "avx2",
             Self::Avx512 => "avx512",
             Self::Neon => "neon",
+            Self::Simd128 => "simd128",
         }
     }
 }
@@ -83,7 +99,7 @@ impl fmt::Display for SimdLevel {
 
 /// A name that is no instruction set.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("unknown instruction set '{0}'; known are scalar, sse2, avx2, avx512 and neon")]
+#[error("unknown instruction set '{0}'; known are scalar, sse2, avx2, avx512, neon and simd128")]
 pub struct UnknownLevel(String);
 
 impl FromStr for SimdLevel {
@@ -138,6 +154,13 @@ macro_rules! dispatch {
                     || $body,
                 );
             }
+            #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+            if let Some($l) = $crate::math::lanes::simd128(level) {
+                break 'done $l.run(
+                    #[inline(always)]
+                    || $body,
+                );
+            }
             let _ = level;
             let $l = $crate::math::lanes::Scalar;
             $l.run(
@@ -155,11 +178,25 @@ macro_rules! dispatch {
 #[doc(hidden)]
 macro_rules! dispatch_available {
     ($level:expr, $l:ident => $body:expr) => {{
-        #[cfg(any(feature = "scalar-lanes", not(any(target_arch = "x86_64", target_arch = "aarch64"))))]
+        #[cfg(any(
+            feature = "scalar-lanes",
+            not(any(
+                target_arch = "x86_64",
+                target_arch = "aarch64",
+                all(target_arch = "wasm32", target_feature = "simd128")
+            ))
+        ))]
         {
             $crate::dispatch!($level, $l => $body)
         }
-        #[cfg(all(not(feature = "scalar-lanes"), any(target_arch = "x86_64", target_arch = "aarch64")))]
+        #[cfg(all(
+            not(feature = "scalar-lanes"),
+            any(
+                target_arch = "x86_64",
+                target_arch = "aarch64",
+                all(target_arch = "wasm32", target_feature = "simd128")
+            )
+        ))]
         {
             use $crate::math::lanes::Lanes as _;
             let level: $crate::math::lanes::SimdLevel = $level;
@@ -189,6 +226,13 @@ macro_rules! dispatch_available {
                 }
                 #[cfg(target_arch = "aarch64")]
                 if let Some($l) = $crate::math::lanes::neon(level) {
+                    break 'done $l.run(
+                        #[inline(always)]
+                        || $body,
+                    );
+                }
+                #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+                if let Some($l) = $crate::math::lanes::simd128(level) {
                     break 'done $l.run(
                         #[inline(always)]
                         || $body,
@@ -255,4 +299,12 @@ pub fn sse2(level: SimdLevel) -> Option<Vector<fearless_simd::x86::Sse2>> {
 #[must_use]
 pub fn neon(level: SimdLevel) -> Option<Vector<fearless_simd::aarch64::Neon>> {
     (level == SimdLevel::Neon).then(|| Level::new().as_neon()).flatten().map(Vector)
+}
+
+/// The token of WebAssembly's vectors, if that is the level asked for. The module has them, or would not have been loaded.
+#[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+#[doc(hidden)]
+#[must_use]
+pub fn simd128(level: SimdLevel) -> Option<Vector<fearless_simd::wasm32::WasmSimd128>> {
+    (level == SimdLevel::Simd128).then(|| Level::new().as_wasm_simd128()).flatten().map(Vector)
 }

@@ -6,7 +6,7 @@
 //! reduction, no platform minimum. Whatever is written with it therefore has the same bits at every level.
 //!
 //! * [`Scalar`] is the definition: plain arrays, one lane after the other.
-//! * [`Vector`] wraps the vectors of `fearless_simd` for SSE2, AVX2, AVX-512 and NEON.
+//! * [`Vector`] wraps the vectors of `fearless_simd` for SSE2, AVX2, AVX-512, NEON and WebAssembly.
 //!
 //! A function takes the token `l: L` first; constants come from `l.splat(0.04)` or from mixed arithmetic
 //! (`x * 0.5 + 1.0`). Mark it `#[inline(always)]`: the instruction set is chosen once, by [`dispatch!`], and
@@ -25,6 +25,9 @@ pub use byte_table::ByteTable;
 #[cfg(target_arch = "aarch64")]
 #[doc(hidden)]
 pub use level::neon;
+#[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+#[doc(hidden)]
+pub use level::simd128;
 pub use level::{SimdLevel, UnknownLevel};
 #[cfg(target_arch = "x86_64")]
 #[doc(hidden)]

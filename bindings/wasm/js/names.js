@@ -1,0 +1,90 @@
+// Made of src/description/scene.schema.json by scripts/types.mjs.
+
+export const shadingModels = Object.freeze([
+  "urp-desktop",
+  "urp-mobile",
+  "urp17",
+  "hdrp-lit",
+  "stacklit",
+  "filament",
+  "filament-mobile",
+  "filament-cloth",
+  "filament-2018",
+  "three",
+  "three-legacy",
+  "gltf",
+  "gltf-sampled",
+  "openpbr",
+  "velvet",
+  "babylon",
+  "standard"
+]);
+
+export const qualities = Object.freeze([
+  "draft",
+  "fast",
+  "good",
+  "best"
+]);
+
+export const toneCurves = Object.freeze([
+  "none",
+  "neutral",
+  "aces",
+  "agx",
+  "linear"
+]);
+
+export const builtinMaterials = Object.freeze([
+  "anodised-aluminium",
+  "black-piano-lacquer",
+  "brushed-aluminium-lacquered",
+  "candy-red",
+  "carbon-fibre",
+  "frosted-coat",
+  "gold-leaf-varnished",
+  "hazy-gloss-plastic",
+  "matte-wrap",
+  "pearl-blue",
+  "red-metallic",
+  "skin",
+  "two-lobe-satin",
+  "varnished-oak",
+  "velvet",
+  "wet-stone"
+]);
+
+export const backgrounds = Object.freeze([
+  "transparent",
+  "env",
+  "black",
+  "silver",
+  "gray",
+  "grey",
+  "white",
+  "maroon",
+  "red",
+  "purple",
+  "fuchsia",
+  "magenta",
+  "green",
+  "lime",
+  "olive",
+  "yellow",
+  "navy",
+  "blue",
+  "teal",
+  "aqua",
+  "cyan",
+  "orange"
+]);
+
+export const views = Object.freeze([
+  "three-quarter",
+  "front",
+  "back",
+  "left",
+  "right",
+  "top",
+  "bottom"
+]);

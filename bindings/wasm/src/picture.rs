@@ -1,0 +1,76 @@
+//! What was drawn.
+
+use crate::sentence;
+use js_sys::{Float32Array, Uint8ClampedArray};
+use overcoat::Frame;
+use overcoat::frame::{Aov, DisplayImage, DisplayOptions};
+use overcoat::load::Warning;
+use wasm_bindgen::JsValue;
+use wasm_bindgen::prelude::wasm_bindgen;
+
+/// A picture, linear and for a screen. Each plane is copied out once, when it is asked for.
+#[wasm_bindgen]
+pub struct Picture {
+    frame: Frame,
+    image: DisplayImage,
+    warnings: Vec<String>,
+}
+
+impl Picture {
+    pub(crate) fn new(frame: Frame, display: &DisplayOptions, warnings: Vec<Warning>) -> Self {
+        let image = DisplayImage::new(&frame, display);
+        let warnings = warnings.into_iter().map(|warning| warning.message).collect();
+        Self { frame, image, warnings }
+    }
+}
+
+#[wasm_bindgen]
+impl Picture {
+    /// Width in pixels.
+    #[wasm_bindgen(getter)]
+    #[must_use]
+    pub fn width(&self) -> u32 {
+        self.image.width
+    }
+
+    /// Height in pixels.
+    #[wasm_bindgen(getter)]
+    #[must_use]
+    pub fn height(&self) -> u32 {
+        self.image.height
+    }
+
+    /// The hash of the linear frame, as the command prints it.
+    #[must_use]
+    pub fn hash(&self) -> String {
+        self.frame.frame_hash()
+    }
+
+    /// What the model asks for and the picture does not show.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<String> {
+        self.warnings.clone()
+    }
+
+    /// RGBA, 8 bits, sRGB, straight alpha, row by row from the top.
+    #[must_use]
+    pub fn pixels(&self) -> Uint8ClampedArray {
+        Uint8ClampedArray::from(self.image.as_bytes())
+    }
+
+    /// RGBA, linear Rec. 709, premultiplied, row by row from the top.
+    #[must_use]
+    pub fn linear(&self) -> Float32Array {
+        Float32Array::from(self.frame.pixels.as_flattened())
+    }
+
+    /// A plane of the G-buffer that was asked for when the picture was drawn: its numbers, pixel by pixel.
+    ///
+    /// # Errors
+    /// If it was not asked for.
+    pub fn plane(&self, name: &str) -> Result<Float32Array, JsValue> {
+        let plane = Aov::from_name(name).and_then(|aov| self.frame.plane(aov));
+        let plane = plane.ok_or_else(|| sentence(format!("aovs: '{name}' was not drawn")))?;
+        Ok(Float32Array::from(plane.data.as_slice()))
+    }
+}
