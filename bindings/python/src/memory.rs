@@ -12,8 +12,8 @@ use overcoat::frame::{PixelFormat, Target};
 use pyo3::prelude::*;
 use pyo3::types::PyModule;
 
-/// An array that is borrowed for writing, as long as this lives: nobody else of this package may write to it, and numpy neither frees nor
-/// moves it, as there is a reference to it, and a weak one to the array that owns the memory, with which
+/// An array that is borrowed for writing, as long as this lives: nobody else of this package may write to it, and numpy neither
+/// frees nor moves it, as there is a reference to it, and a weak one to the array that owns the memory, with which
 /// `resize(refcheck=False)` is refused too.
 pub(crate) struct Memory<'py> {
     _borrow: Borrow<'py>,
@@ -105,7 +105,11 @@ impl<'py> Memory<'py> {
         let wanted = [height, width, 4];
         let wanted = if of == PixelFormat::Xrgb8 { &wanted[..2] } else { &wanted[..] };
         if array.shape() != wanted {
-            return Err(wrong(format_args!("expected shape {}, found {}", tuple(wanted), tuple(array.shape()))));
+            return Err(wrong(format_args!(
+                "expected shape {}, found {}",
+                tuple(wanted),
+                tuple(array.shape())
+            )));
         }
         let strides = array.strides();
         let pixel = of.bytes();
