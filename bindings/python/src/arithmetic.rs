@@ -5,7 +5,7 @@
 //! bits would not be those of other machines. Python's user has done nothing wrong, so the state is put right for as long as
 //! the library works, on the calling thread and on the workers that are started meanwhile, and is put back after it.
 //!
-//! The only unsafe code written by hand in this package.
+//! Beside `memory`, the only unsafe code written by hand in this package.
 
 use pyo3::pyfunction;
 

@@ -12,8 +12,8 @@ use overcoat::frame::{PixelFormat, Target};
 use pyo3::prelude::*;
 use pyo3::types::PyModule;
 
-/// An array that is borrowed for writing, as long as this lives: nobody else of this package may write to it, and numpy neither frees nor
-/// moves it, as there is a reference to it, and a weak one to the array that owns the memory, with which
+/// An array that is borrowed for writing, as long as this lives: nobody else of this package may write to it, and numpy neither
+/// frees nor moves it, as there is a reference to it, and a weak one to the array that owns the memory, with which
 /// `resize(refcheck=False)` is refused too.
 pub(crate) struct Memory<'py> {
     _borrow: Borrow<'py>,

@@ -8,7 +8,8 @@ use overcoat::viewport;
 use pyo3::prelude::*;
 
 // What is said here is what `help(overcoat.Orbit)` shows.
-/// A camera for a mouse: it goes around a point, and +Y stays up. `camera=` of `Viewport.draw`, `Viewport.pick` and `render` takes it.
+/// A camera for a mouse: it goes around a point, and +Y stays up. `camera=` of `Viewport.draw`, `Viewport.pick` and
+/// `render` takes it.
 ///
 /// `Orbit.around(scene, aspect)` makes one; the cameras of a model in a scene, `ModelHandle.cameras`, are such ones too.
 #[pyclass(module = "overcoat._overcoat")]

@@ -60,15 +60,20 @@ impl World {
     }
 
     fn look<T>(&self, f: impl FnOnce(&world::World) -> Result<T, WorldError>) -> PyResult<T> {
-        f(&self.lock().world).map_err(|e| errors::world(&e))
+        let done = f(&self.lock().world);
+        done.map_err(|e| errors::world(&e))
     }
 
     fn change<T>(&self, f: impl FnOnce(&mut world::World) -> Result<T, WorldError>) -> PyResult<T> {
         let _arithmetic = DefaultArithmetic::new();
-        let mut kept = self.lock();
-        // What is refused may have changed something all the same.
-        kept.shown = None;
-        f(&mut kept.world).map_err(|e| errors::world(&e))
+        let done = {
+            let mut kept = self.lock();
+            // What is refused may have changed something all the same.
+            kept.shown = None;
+            f(&mut kept.world)
+        };
+        // Exceptions are objects of Python, whose making may run anything: not under the lock.
+        done.map_err(|e| errors::world(&e))
     }
 
     /// The name of a draw of a scene that [`World::model`] has given, if nothing has changed since.
@@ -113,12 +118,15 @@ impl World {
 
     /// The scene as it is now, which does not change with this one.
     pub(crate) fn model(&self, py: Python<'_>) -> PyResult<Py<Model>> {
-        let mut kept = self.lock();
-        if let Some(shown) = &kept.shown {
-            return Ok(shown.clone_ref(py));
-        }
-        let model = Py::new(py, Model::lit(kept.world.scene().clone()))?;
-        kept.shown = Some(model.clone_ref(py));
+        let scene = {
+            let kept = self.lock();
+            if let Some(shown) = &kept.shown {
+                return Ok(shown.clone_ref(py));
+            }
+            kept.world.scene().clone()
+        };
+        let model = Py::new(py, Model::lit(scene))?;
+        self.lock().shown = Some(model.clone_ref(py));
         Ok(model)
     }
 
@@ -192,7 +200,16 @@ impl World {
     }
 
     fn remove_model(&self, model: u64) -> PyResult<()> {
-        self.change(|world| world.remove_model(ModelHandle::from_bits(model)))
+        self.change(|world| world.remove_model(ModelHandle::from_bits(model)))?;
+        // Textures of materials that went with it.
+        let mut kept = self.lock();
+        let Kept { world, textures, .. } = &mut *kept;
+        let gone: Vec<MaterialHandle> =
+            textures.keys().filter(|material| world.material(**material).is_err()).copied().collect();
+        for own in gone.iter().filter_map(|material| textures.remove(material)).collect::<Vec<_>>() {
+            forget(world, own);
+        }
+        Ok(())
     }
 
     fn model_transform(&self, model: u64) -> PyResult<Matrix> {
@@ -298,10 +315,8 @@ impl World {
         let textures = self.lock().world.scene().textures().to_vec();
         let (made, warnings) =
             renderer.get().pool.with(py, |renderer| make(clay(), &textures, &request, renderer.jobs()))?;
-        let mut kept = self.lock();
-        kept.shown = None;
-        let (handle, own) = made.add(&mut kept.world).map_err(|e| errors::world(&e))?;
-        kept.textures.insert(handle, own);
+        let (handle, own) = self.change(|world| made.add(world))?;
+        self.lock().textures.insert(handle, own);
         Ok((handle.to_bits(), warnings))
     }
 
@@ -318,15 +333,18 @@ impl World {
         let textures = self.lock().world.scene().textures().to_vec();
         let (made, warnings) =
             renderer.get().pool.with(py, |renderer| make(over, &textures, &request, renderer.jobs()))?;
-        let mut kept = self.lock();
-        kept.shown = None;
-        let old = kept.textures.remove(&handle).unwrap_or_default();
-        let (own, done) = match made.replace(&mut kept.world, handle, old) {
-            Ok(own) => (own, Ok(warnings)),
-            Err((error, old)) => (old, Err(errors::world(&error))),
+        let done = {
+            let mut kept = self.lock();
+            kept.shown = None;
+            let old = kept.textures.remove(&handle).unwrap_or_default();
+            let (own, done) = match made.replace(&mut kept.world, handle, old) {
+                Ok(own) => (own, Ok(warnings)),
+                Err((error, old)) => (old, Err(error)),
+            };
+            kept.textures.insert(handle, own);
+            done
         };
-        kept.textures.insert(handle, own);
-        done
+        done.map_err(|e| errors::world(&e))
     }
 
     fn material_name(&self, material: u64) -> PyResult<String> {

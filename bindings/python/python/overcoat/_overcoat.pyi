@@ -90,7 +90,8 @@ class Image:
 
 @final
 class Orbit:
-    """A camera for a mouse: it goes around a point, and +Y stays up. `camera=` of `Viewport.draw`, `Viewport.pick` and `render` takes it.
+    """A camera for a mouse: it goes around a point, and +Y stays up. `camera=` of `Viewport.draw`, `Viewport.pick` and
+    `render` takes it.
 
     `Orbit.around(scene, aspect)` makes one; the cameras of a model in a scene, `ModelHandle.cameras`, are such ones too.
     """

@@ -26,8 +26,6 @@ if TYPE_CHECKING:
 class _Handle:
     """What handles have in common: two of the same thing are equal, and may be keys of dicts."""
 
-    _what = "thing"
-
     def __init__(self, scene: Scene, bits: int) -> None:
         self._scene = scene
         self._bits = bits
@@ -54,8 +52,6 @@ class _Handle:
 class MeshHandle(_Handle):
     """A mesh of a scene, for `Scene.add_instance`."""
 
-    _what = "mesh"
-
     def replace(self, vertices: Any, faces: Any = None, **arrays: Any) -> None:
         """Puts another mesh in its place, in every instance of it. Arguments as of `Scene.add_mesh`."""
         self._world.set_mesh(self._bits, *_mesh(vertices, faces, arrays).arrays())
@@ -71,8 +67,6 @@ class MeshHandle(_Handle):
 
 class MaterialHandle(_Handle):
     """A material of a scene: of `Scene.add_material`, or one of a model."""
-
-    _what = "material"
 
     @property
     def name(self) -> str:
@@ -100,8 +94,6 @@ class MaterialHandle(_Handle):
 
 class InstanceHandle(_Handle):
     """A mesh of some material at a place: of `Scene.add_instance`, or a part of a model."""
-
-    _what = "instance"
 
     @property
     def transform(self) -> npt.NDArray[np.float64]:
@@ -153,8 +145,6 @@ class InstanceHandle(_Handle):
 class LightHandle(_Handle):
     """A light of a scene: of `Scene.add_light`, or one of a model."""
 
-    _what = "light"
-
     @property
     def color(self) -> tuple[float, float, float]:
         """Linear red, green and blue."""
@@ -185,8 +175,6 @@ class LightHandle(_Handle):
 
 class ModelHandle(_Handle):
     """A model in a scene: one place and one pose, and the parts of its file."""
-
-    _what = "model"
 
     @property
     def transform(self) -> npt.NDArray[np.float64]:
