@@ -282,7 +282,7 @@ fn depth_of_disc(disc: &Disc, [px, py]: [i32; 2]) -> Option<f32> {
     let [a, b, c] = disc.conic;
     let form = a * dx * dx + b * dx * dy + c * dy * dy;
     let [gx, gy] = disc.depth_gradient;
-    (form <= 1.0).then(|| disc.depth + dx * gx + dy * gy - form * disc.sag)
+    (form <= 1.0).then_some(disc.depth + dx * gx + dy * gy - form * disc.sag)
 }
 
 /// Weights of the mesh's vertices at a place on the screen, and depth there: 1 / distance for perspective, -distance for

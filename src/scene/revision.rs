@@ -56,7 +56,9 @@ mod tests {
         change(&mut scene, "material", &|s| s.replace_material(material, Material::default()).unwrap());
         change(&mut scene, "material of a draw", &|s| s.set_instance_material(0, material).unwrap());
         change(&mut scene, "mesh", &|s| s.replace_mesh(mesh, primitives::cuboid([2.0; 3]).unwrap()).unwrap());
-        change(&mut scene, "draw", &|s| drop(s.remove_instance(0).unwrap()));
+        change(&mut scene, "draw", &|s| {
+            s.remove_instance(0).unwrap();
+        });
         assert_eq!(scene.lighting(), lit, "what it is made of is no light");
         // A copy goes its own way.
         let mut copy = before.clone();

@@ -58,7 +58,7 @@ unsafe fn list<T: Copy>(what: &str, pointer: *const T, length: usize) -> Result<
 /// Positions that may lie apart.
 unsafe fn positions(own: &overcoat_mesh) -> Result<Vec<[f32; 3]>, Failure> {
     let stride = if own.position_stride == 0 { 12 } else { own.position_stride as usize };
-    if stride < 12 || stride % 4 != 0 {
+    if stride < 12 || !stride.is_multiple_of(4) {
         return Err(Failure::argument(format!(
             "position_stride: {stride} is not a multiple of 4 from 12 on"
         )));
@@ -81,7 +81,7 @@ unsafe fn mesh(own: &overcoat_mesh) -> Result<Mesh, Failure> {
         let positions = positions(own)?;
         let count = own.vertex_count;
         let triangles = if own.indices.is_null() {
-            if count % 3 != 0 {
+            if !count.is_multiple_of(3) {
                 let message = format!("vertex_count: {count} vertices without indices are no triangles");
                 return Err(Failure::argument(message));
             }

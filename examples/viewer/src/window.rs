@@ -238,7 +238,8 @@ impl Viewer {
                     MouseScrollDelta::LineDelta(_, lines) => f64::from(lines),
                     MouseScrollDelta::PixelDelta(pixels) => pixels.y / 40.0,
                 };
-                self.refinement.stop().orbit.zoom(1.1_f64.powf(lines));
+                let closer = 1.0 + 0.1 * lines.abs();
+                self.refinement.stop().orbit.zoom(if lines < 0.0 { 1.0 / closer } else { closer });
                 self.redraw();
             }
             WindowEvent::KeyboardInput {
