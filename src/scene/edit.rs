@@ -24,7 +24,7 @@ impl Scene {
     /// Puts another mesh in the place of one, in every draw of it.
     ///
     /// # Errors
-    /// [`SceneError`] if there is no such mesh or a draw of it would reach beyond [`MAX_COORDINATE`].
+    /// [`SceneError`] if there is no such mesh or a draw of it would reach beyond [`MAX_COORDINATE`](super::MAX_COORDINATE).
     pub fn replace_mesh(&mut self, id: MeshId, mesh: Mesh) -> Result<(), SceneError> {
         let place = self.meshes.get_mut(id.index());
         let place = place.ok_or(SceneError::NoSuch { what: "mesh", index: id.0 })?;

@@ -132,7 +132,7 @@ impl World {
         self.textures.add(self.number, ())
     }
 
-    /// What a [`TextureRef`](crate::scene::TextureRef) calls it.
+    /// What a [`TextureRef`] calls it.
     ///
     /// # Errors
     /// [`WorldError::Gone`] and [`WorldError::Foreign`].
