@@ -7,14 +7,16 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use winit::event_loop::EventLoopProxy;
 
-/// A picture that the thread has drawn.
+/// A picture that the thread has drawn, or that there is no better one.
 #[derive(Debug)]
 pub struct Refined {
     /// Of which state it is.
     pub state: u64,
     pub size: [u32; 2],
+    /// Memory, of a picture if one was drawn.
     pub pixels: Vec<u32>,
-    pub title: String,
+    /// What the window's title says of it; `None`: what the window shows is the best.
+    pub title: Option<String>,
     pub is_final: bool,
 }
 
@@ -100,10 +102,12 @@ fn work(show: &Mutex<Show>, tasks: &Receiver<Task>, proxy: &EventLoopProxy<Refin
         show.viewport.renderer().cancel_by(Some(cancellation));
         let size = [show.viewport.options().width, show.viewport.options().height];
         pixels.resize(size[0] as usize * size[1] as usize, 0);
-        // Cancelled, or nothing is better: the window has what there is.
-        if let Ok(Some(drawn)) = show.refine(&mut pixels) {
-            let (title, is_final) = (show.title(&drawn), drawn.is_final);
-            let _ = proxy.send_event(Refined { state, size, pixels, title, is_final });
-        }
+        let (title, is_final) = match show.refine(&mut pixels) {
+            Ok(Some(drawn)) => (Some(show.title(&drawn)), drawn.is_final),
+            Ok(None) => (None, true),
+            // Cancelled: the window goes on.
+            Err(_) => continue,
+        };
+        let _ = proxy.send_event(Refined { state, size, pixels, title, is_final });
     }
 }

@@ -39,6 +39,8 @@ pub struct Viewer {
     /// Pictures of `--frames` that are drawn, and when the first was.
     frames: u32,
     start: Option<Instant>,
+    /// What the window's title says.
+    title: String,
     failure: Option<Box<dyn Error>>,
 }
 
@@ -58,6 +60,7 @@ impl Viewer {
             playing: None,
             frames: 0,
             start: None,
+            title: String::new(),
             failure: None,
         })
     }
@@ -109,6 +112,7 @@ impl Viewer {
         drop(show);
         buffer.present()?;
         window.set_title(&title);
+        self.title = title;
         if self.playing.is_none() && self.arguments.frames.is_none() {
             self.refinement.begin();
         }
@@ -120,11 +124,14 @@ impl Viewer {
         let Some(Open { window, surface }) = &mut self.open else { return Ok(()) };
         let size = window.inner_size();
         if self.refinement.is_current(&refined) && refined.size == [size.width, size.height] {
-            let mut buffer = surface.buffer_mut()?;
-            buffer.copy_from_slice(&refined.pixels);
-            buffer.present()?;
-            window.set_title(&refined.title);
-            println!("{}", refined.title);
+            if let Some(title) = &refined.title {
+                let mut buffer = surface.buffer_mut()?;
+                buffer.copy_from_slice(&refined.pixels);
+                buffer.present()?;
+                window.set_title(title);
+                self.title.clone_from(title);
+            }
+            println!("{}", self.title);
             if !refined.is_final {
                 self.refinement.recycle(refined);
                 self.refinement.begin();
