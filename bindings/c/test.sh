@@ -15,6 +15,9 @@ command -v valgrind >/dev/null || needed+=(valgrind)
 command -v pkg-config >/dev/null || needed+=(pkg-config)
 [ -n "${SKIP_QT-}" ] || pkg-config --exists Qt5Widgets 2>/dev/null || needed+=(qtbase5-dev)
 [ -n "${SKIP_QT-}" ] || command -v Xvfb >/dev/null || needed+=(xvfb)
+[ -n "${SKIP_QT-}" ] || command -v xauth >/dev/null || needed+=(xauth)
+command -v objdump >/dev/null || needed+=(binutils)
+command -v python3 >/dev/null || needed+=(python3)
 if [ ${#needed[@]} -gt 0 ]; then
     apt-get update -qq
     DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${needed[@]}" >/dev/null
