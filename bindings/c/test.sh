@@ -64,6 +64,10 @@ cmp "$work/thumbnail.png" "$work/expected.png"
 if "$work/thumbnail" /nowhere.glb "$work/none.png" 2>"$work/error"; then exit 1; fi
 grep -q '/nowhere.glb: /nowhere.glb: cannot be read' "$work/error"
 test ! -e "$work/none.png"
+# The listing of README.md.
+awk '/^```c$/ { on = 1; next } /^```$/ { on = 0 } on' "$here/README.md" >"$work/listing.c"
+gcc -std=c11 "${strict[@]}" "$work/listing.c" -o "$work/listing" "${shared[@]}"
+"$work/listing" "$model" | grep -q '^the pixel in the middle: [0-9]* [0-9]* [0-9]* 255$'
 g++ -std=c++17 "${strict[@]}" "$here/examples/slicer_thumbnail.cpp" -o "$work/slicer" "${shared[@]}"
 "$work/slicer" "$work/plate.gcode" "$work/plate.3mf"
 test "$(grep -c '^; thumbnail begin' "$work/plate.gcode")" = 2
