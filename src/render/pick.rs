@@ -81,7 +81,7 @@ impl Memory {
         pixel: [u32; 2],
     ) -> Result<Option<Hit>, RenderError> {
         let &Request { jobs, scene, options, .. } = request;
-        let (pattern, view, mut budget) = self.check(request)?;
+        let (pattern, view, budget) = self.check(request)?;
         if pixel[0] >= options.width || pixel[1] >= options.height {
             let value = format!("{}, {} of {} x {}", pixel[0], pixel[1], options.width, options.height);
             return Err(RenderError::Option { option: "pixel", value, allowed: "in the picture" });
@@ -94,10 +94,8 @@ impl Memory {
             self.last = None;
             let mut crew = Crew::new(jobs);
             self.geometry.place_vertices(&mut crew, scene, &view, options, &mut draws);
-            let [x, y] = pixel;
-            let own = [x, y, x + 1, y + 1];
-            budget.list_within(own);
-            let grid = tile_grid(options, options.tile_size).listed_within(own);
+            // All of it, for whoever asks next.
+            let grid = tile_grid(options, options.tile_size);
             let to = SetUp { grid: &grid, pattern: &pattern, budget: &budget };
             let count = self.geometry.set_up_triangles(&mut crew, &draws, &to, options);
             budget.check()?;

@@ -212,7 +212,9 @@ impl Viewport {
         camera: &Camera,
         pixel: [u32; 2],
     ) -> Result<Option<Hit>, RenderError> {
-        self.renderer.pick(scene, camera, &self.options, pixel)
+        // With the samples that it was drawn with, the rasterizer's answer is there.
+        let samples = self.last.as_ref().map_or(self.options.samples, |(_, level)| level.samples);
+        self.renderer.pick(scene, camera, &self.options.clone().with_samples(samples), pixel)
     }
 
     fn draw_at(

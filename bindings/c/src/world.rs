@@ -1,6 +1,6 @@
 //! Worlds, and files in them.
 
-use crate::context::{overcoat, run};
+use crate::context::{Inner, overcoat, run};
 use crate::raw;
 use crate::status::{Failure, Status, overcoat_status};
 use renderer::jobs::Jobs;
@@ -191,7 +191,10 @@ pub unsafe extern "C" fn overcoat_set_pose(
             if !seconds.is_finite() {
                 return Err(Failure::new(Status::OVERCOAT_OUT_OF_RANGE, "seconds is not a finite number"));
             }
-            inner.world(world)?.set_pose(ModelHandle::from_bits(model), seconds, &Jobs::new(1))?;
+            inner.world(world)?;
+            let Inner { viewport, worlds, .. } = inner;
+            let Some(world) = worlds.get_mut(&world) else { return Ok(()) };
+            world.set_pose(ModelHandle::from_bits(model), seconds, viewport.renderer().jobs())?;
             Ok(())
         })
     }

@@ -14,7 +14,7 @@ use std::error::Error;
 use std::path::Path;
 
 /// Units of work of a picture that moves: a sixtieth of a second on two threads.
-const MOVING: u64 = 30_000_000;
+const MOVING: u64 = 33_000_000;
 
 /// How the environment is there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,7 +65,8 @@ impl Show {
             read(path, &limits, jobs)?
         };
         let mut world = World::new();
-        let (handle, lost) = world.add_animated_model(model, Transform::IDENTITY, &Jobs::new(1))?;
+        let jobs = self.viewport.renderer().jobs();
+        let (handle, lost) = world.add_animated_model(model, Transform::IDENTITY, jobs)?;
         warnings.extend(lost.into_iter().map(|warning| warning.to_string()));
         (self.world, self.model) = (world, Some(handle));
         self.name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -87,7 +88,7 @@ impl Show {
 
     pub fn pose(&mut self, time: f64) -> Result<(), Box<dyn Error>> {
         if let Some(model) = self.model {
-            self.world.set_pose(model, time, &Jobs::new(1))?;
+            self.world.set_pose(model, time, self.viewport.renderer().jobs())?;
         }
         Ok(())
     }

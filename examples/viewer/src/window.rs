@@ -148,7 +148,8 @@ impl Viewer {
         let start = *self.start.get_or_insert_with(Instant::now);
         if self.frames == frames {
             let seconds = start.elapsed().as_secs_f64();
-            println!("{frames} frames in {seconds:.3} s, {:.1} a second", f64::from(frames) / seconds);
+            let speed = f64::from(frames) / seconds;
+            println!("{frames} frames in {seconds:.3} s, {speed:.1} a second; the last: {}", self.title);
             return true;
         }
         self.frames += 1;
