@@ -424,6 +424,10 @@ fn pictures_become_better_until_nothing_is_better_and_begin_again_after_a_change
         }
         assert_eq!(refine(&mut viewport, &loaded.scene, &orbit), None);
     }
+    // Another part of the picture has not been drawn yet.
+    let mut part = vec![0; 4 * 16];
+    let mut target = Target::new(&mut part, 16, PixelFormat::Rgba8).with_region(30, 20, 4, 4);
+    assert!(viewport.refine(&loaded.scene, &orbit.camera(), &mut target).unwrap().is_some());
     // Another size, and the same again.
     viewport.resize(40, 30);
     let mut small = vec![0; 4 * 40 * 30];

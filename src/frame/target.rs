@@ -102,6 +102,11 @@ impl<'a> Target<'a> {
         self.format
     }
 
+    /// What of a picture it holds, and how: one that is alike holds the same bytes.
+    pub(crate) fn content(&self) -> (PixelFormat, Option<[u32; 4]>) {
+        (self.format, self.region)
+    }
+
     /// The part of a picture of that size that it holds: first column and row, and the ends. An error says what does not fit, its
     /// value and what it may be.
     pub(crate) fn fit(&self, size: [u32; 2]) -> Result<[u32; 4], (&'static str, String, &'static str)> {

@@ -46,7 +46,7 @@ mod orbit;
 pub use budget::{FrameBudget, Level};
 pub use orbit::Orbit;
 
-use crate::frame::{DisplayOptions, Target};
+use crate::frame::{DisplayOptions, PixelFormat, Target};
 use crate::render::{Hit, Moment, Quality, RenderError, RenderOptions, RenderStats, Renderer};
 use crate::scene::{Camera, Revision, Scene};
 use budget::Controller;
@@ -71,6 +71,8 @@ struct Subject {
     options: RenderOptions,
     display: DisplayOptions,
     quality: Quality,
+    /// Format and part of the target: another one is yet to be drawn into.
+    content: (PixelFormat, Option<[u32; 4]>),
 }
 
 /// A picture that has been drawn.
@@ -177,6 +179,8 @@ impl Viewport {
     /// Draws the next better picture of the same scene from the same camera: the tier after the last one that was drawn of it,
     /// or the first one, [`Quality::Draft`], if anything is another. `None` if there is no better one: then nothing is drawn.
     ///
+    /// Targets are told apart by format and part, not by their memory: who changes to another buffer copies, or draws.
+    ///
     /// The best is the picture that [`Renderer::render_into`] draws with these options and this tier. A budget does not count.
     ///
     /// # Errors
@@ -188,7 +192,7 @@ impl Viewport {
         target: &mut Target<'_>,
     ) -> Result<Option<Drawn>, RenderError> {
         let levels = Level::all(self.quality, self.options.samples);
-        let subject = self.subject(scene, camera);
+        let subject = self.subject(scene, camera, target);
         let tiers: Vec<Level> =
             levels.into_iter().filter(|level| level.samples == self.options.samples).rev().collect();
         let next = match &self.last {
@@ -224,7 +228,7 @@ impl Viewport {
         camera: &Camera,
         target: &mut Target<'_>,
     ) -> Result<Drawn, RenderError> {
-        let subject = self.subject(scene, camera);
+        let subject = self.subject(scene, camera, target);
         self.last = None;
         let options = self.options_at(level);
         let done = self.renderer.render_into(scene, camera, &options, &self.display, target)?;
@@ -238,13 +242,14 @@ impl Viewport {
         self.options.clone().with_samples(level.samples).with_quality(level.quality)
     }
 
-    fn subject(&self, scene: &Scene, camera: &Camera) -> Subject {
+    fn subject(&self, scene: &Scene, camera: &Camera, target: &Target<'_>) -> Subject {
         Subject {
             scene: [scene.revision(), scene.lighting()],
             camera: *camera,
             options: self.options.clone(),
             display: self.display.clone(),
             quality: self.quality,
+            content: target.content(),
         }
     }
 }
