@@ -5,7 +5,7 @@ use super::failure::{Failure, file_name};
 use super::input;
 use super::report::{self, Reporter, Versions};
 use crate::jobs::Jobs;
-use crate::load::{AnimatedModel, AnimationInfo, Context, Format, LoadError, LoadOptions, Loaded};
+use crate::load::{AnimatedModel, AnimationInfo, Context, Format, LoadError, LoadOptions, Loaded, TextureLoading};
 use crate::scene::parameters::slots;
 use crate::scene::{
     AlphaMode, ColorSpace, Light, LightKind, Material, Orientation, PrimitiveKind, Projection, Scene,
@@ -126,7 +126,9 @@ pub fn run(args: &InfoArgs) -> Result<(), Failure> {
     let limits = args.input_options.limits.limits();
     let jobs = Jobs::new(args.workers.count());
     reporter.threads(&jobs);
-    let source = input::source(&args.input_options, &args.input)?;
+    let mut source = input::source(&args.input_options, &args.input)?;
+    // Whether a file is sound is found out by reading all of it.
+    source.options.textures = TextureLoading::Whole;
     let model = input::open_animated(&source, &limits, &jobs)?;
     let loaded = model.at(0.0, &jobs).map_err(|e| Failure::load(&e).at(&source.path))?;
     let contents = Contents::of(&model, &loaded, file_name(&args.input));
@@ -134,9 +136,16 @@ pub fn run(args: &InfoArgs) -> Result<(), Failure> {
         reporter.warning(warning);
     }
     if args.report.json {
-        return report::print_json(&contents);
+        report::print_json(&contents)?;
+    } else {
+        report::print(&contents.text())?;
     }
-    report::print(&contents.text())
+    match loaded.warnings.len() {
+        1.. if args.strict => {
+            Err(Failure::failed("something was dropped, see the warnings (--strict)").at(&source.path))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// What `--json` prints of a model in memory, whose name says what its content does not.
@@ -326,8 +335,8 @@ fn describe_material(material: &Material) -> MaterialInfo {
 
 fn describe_textures(scene: &Scene) -> Vec<TextureInfo> {
     let describe = |texture: &crate::scene::Texture| TextureInfo {
-        width: texture.image().width(),
-        height: texture.image().height(),
+        width: texture.width(),
+        height: texture.height(),
         color_space: match texture.color_space() {
             ColorSpace::Srgb => "sRGB",
             ColorSpace::Linear => "linear",

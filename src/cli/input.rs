@@ -6,7 +6,7 @@ use crate::description::{is_standard_input, read_standard_input};
 use crate::jobs::Jobs;
 use crate::limits::Limits;
 use crate::load::{
-    AnimatedModel, Context, Format, LoadOptions, Loaded, NoResolver, load_bytes_with_format,
+    AnimatedModel, Context, Format, LoadOptions, Loaded, NoResolver, TextureLoading, load_bytes_with_format,
     load_file_with_format,
 };
 use crate::suggest::{nearest_name, suggestion};
@@ -28,7 +28,10 @@ pub struct ModelSource {
 /// # Errors
 /// [`Failure`] if they name an unknown format.
 pub fn source(args: &InputArgs, path: &Path) -> Result<ModelSource, Failure> {
-    let options = LoadOptions { variant: args.variant.clone(), up: args.up, ..LoadOptions::default() };
+    // What is wrong with textures is told once they are drawn.
+    let textures = TextureLoading::ByNeed;
+    let options =
+        LoadOptions { variant: args.variant.clone(), up: args.up, textures, ..LoadOptions::default() };
     Ok(ModelSource { path: path.to_owned(), format: format(args, path)?, options })
 }
 

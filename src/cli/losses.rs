@@ -6,6 +6,21 @@ use crate::frame::DisplayOptions;
 use crate::load::Warning;
 use crate::scene::{EnvironmentSource, Scene, ShadingModel};
 
+/// What pictures have found to be wrong with textures that are decoded when they are read, beyond what is `known`.
+pub(super) fn texture_losses(scene: &Scene, known: &[Warning]) -> Vec<Warning> {
+    let mut losses: Vec<Warning> = scene.texture_losses().into_iter().map(Warning::new).collect();
+    losses.retain(|loss| !known.contains(loss));
+    if losses.len() > MOST {
+        let more = losses.len() - MOST;
+        losses.truncate(MOST);
+        losses.push(Warning::new(format!("and {more} more warnings about textures")));
+    }
+    losses
+}
+
+/// Most warnings about textures of one model.
+const MOST: usize = 100;
+
 /// All of it, of one picture for a screen.
 pub(super) fn losses(
     scene: &Scene,

@@ -3,7 +3,7 @@
 use super::args::MovieArgs;
 use super::camera_report::CameraReport;
 use super::failure::Failure;
-use super::losses::{clipped, left_out, lost_tint};
+use super::losses::{clipped, left_out, lost_tint, texture_losses};
 use super::movie_output::{MovieOutput, MovieWriter};
 use super::render_task::{RenderTask, RenderedPicture};
 use super::report::{self, MovieReport, Versions, VisibilityReport};
@@ -116,6 +116,7 @@ impl MovieFrames {
             self.warnings.extend(left_out(scene, options.shading));
             self.shading = report::shading_name(options.shading, scene);
         }
+        self.warnings.extend(texture_losses(scene, &self.warnings));
         if self.tint.is_none() {
             self.tint = lost_tint(tinted, &self.task.display);
         }

@@ -2,7 +2,7 @@
 
 use super::args::{DrawArgs, RenderArgs};
 use super::failure::{Failure, file_name};
-use super::losses::{left_out, losses};
+use super::losses::{left_out, losses, texture_losses};
 use super::output_file::{OutputFile, is_standard_output};
 use super::picture_format::PictureFormat;
 use super::render_report::{RenderReport, Told};
@@ -88,6 +88,7 @@ pub(super) fn carry_out(
     }
     let shading = task.options.shading;
     let display = task.display_of(&scene);
+    warnings.extend(texture_losses(&scene, &warnings));
     warnings.extend(match target.format() {
         format if format.is_linear() => left_out(&scene, shading).collect(),
         _ => losses(&scene, shading, &display, tinted, clipping),

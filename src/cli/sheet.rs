@@ -5,7 +5,7 @@ use super::camera_report::CameraReport;
 use super::contact::{ContactSheet, DEFAULT_CELL};
 use super::failure::{Failure, file_name};
 use super::input::ModelSource;
-use super::losses::losses;
+use super::losses::{losses, texture_losses};
 use super::render_task::RenderTask;
 use super::report::{self, Stages, Versions};
 use crate::description::{Setting, is_standard_stream};
@@ -119,7 +119,8 @@ fn render_cell(
     let tinted = rendered.frame.is_tinted();
     let display = task.display_of(scene);
     let clipping = task.clipping(scene, &rendered.frame);
-    let losses = losses(scene, task.options.shading, &display, tinted, clipping);
+    let mut losses = losses(scene, task.options.shading, &display, tinted, clipping);
+    losses.extend(texture_losses(scene, &loaded.warnings));
     let display = display.metered(&rendered.frame);
     report.warnings = loaded.warnings.iter().chain(&losses).map(ToString::to_string).collect();
     let coverage = task.check_coverage(source, scene, &camera, &rendered.stats)?;

@@ -70,6 +70,7 @@ pub fn sample_together<L: Lanes>(
         || {
             let mut plan = SamplePlan::none(l);
             plan.make(l, texture, uv, footprint, max_anisotropy, active);
+            plan.ask(l, textures, active);
             plan.sample(l, textures, &mut Fetched::none(l), out);
         },
     );
@@ -127,6 +128,42 @@ impl<L: Lanes> SamplePlan<L> {
         );
     }
 
+    /// Asks textures of which only some rows are there for those that are read.
+    #[inline(always)]
+    pub fn ask(&self, l: L, textures: &[&Texture], active: L::M) {
+        if textures.first().is_some_and(|texture| texture.bands().is_some()) {
+            self.ask_for_bands(l, textures, active);
+        }
+    }
+
+    #[inline(never)]
+    fn ask_for_bands(&self, l: L, textures: &[&Texture], active: L::M) {
+        let Some(sampler) = textures.first().map(|texture| texture.sampler()) else { return };
+        l.run(
+            #[inline(always)]
+            || {
+                for k in 0..self.probes.most {
+                    let wrapped = texels::wrap(sampler, self.probe(l, k));
+                    self.mips.ask(l, textures, wrapped, active.bits());
+                }
+            },
+        );
+    }
+
+    /// Where a probe lies: of one, in the middle.
+    #[inline(always)]
+    fn probe(&self, l: L, k: u32) -> [L::F; 2] {
+        let Self { uv, probes, .. } = self;
+        if probes.most == 1 {
+            return *uv;
+        }
+        let counts = l.splat(k as f32).lt(probes.count);
+        let spacing = (probes.count + 1.0).recip();
+        // Probe k of N lies at (k + 1) / (N + 1) - 1/2 of the major axis (EXT_texture_filter_anisotropic).
+        let along = counts.select(spacing * (k as f32 + 1.0) - 0.5, l.zero());
+        [uv[0] + along * probes.major[0], uv[1] + along * probes.major[1]]
+    }
+
     /// Asks the processor for texels. Changes no result.
     #[inline(always)]
     pub fn prefetch(&self, textures: &[&Texture]) {
@@ -159,13 +196,9 @@ impl<L: Lanes> SamplePlan<L> {
                 *sum = [l.zero(); 4];
             }
             let weight = probes.count.recip();
-            let spacing = (probes.count + 1.0).recip();
             for k in 0..probes.most {
                 let counts = l.splat(k as f32).lt(probes.count);
-                // Probe k of N lies at (k + 1) / (N + 1) - 1/2 of the major axis (EXT_texture_filter_anisotropic).
-                let along = counts.select(spacing * (k as f32 + 1.0) - 0.5, l.zero());
-                let at = [uv[0] + along * probes.major[0], uv[1] + along * probes.major[1]];
-                mips.sample(l, textures, at, None, parts, probe);
+                mips.sample(l, textures, self.probe(l, k), None, parts, probe);
                 let weight = counts.select(weight, l.zero());
                 for (sum, texel) in out.iter_mut().zip(&*probe) {
                     for n in 0..4 {

@@ -2,7 +2,7 @@
 //! and others have here.
 
 pub use crate::decode::texture::FORMATS;
-pub(crate) use crate::decode::texture::{Header, ImageError, Picture, area, decode, scaled_texel};
+pub(crate) use crate::decode::texture::{Header, ImageError, Picture, area, decode, rows, scaled_texel};
 
 use super::foreign;
 use crate::decode::texture;

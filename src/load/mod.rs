@@ -70,7 +70,7 @@ pub use material::{
     material_keys,
 };
 pub use normals::add_smooth_normals;
-pub use options::{AnimationChoice, LoadOptions};
+pub use options::{AnimationChoice, LoadOptions, TextureLoading};
 pub(crate) use packed::inner_extension;
 pub use resolver::{DirectoryResolver, MemoryResolver, NoResolver, ResolveError, Resolver};
 pub use tangents::add_tangents;

@@ -14,9 +14,32 @@ pub struct LoadOptions {
     /// Which axis of the model file is up. The model with its lights and cameras is turned, without a loss, so that this axis
     /// is +Y of the scene and its [`Axis::front`] +Z. Default: [`Format::orientation`](super::Format::orientation).
     pub up: Option<Axis>,
+    /// When the images of textures are decoded. Default: while the file is loaded.
+    pub textures: TextureLoading,
+}
+
+/// When the images of textures are decoded.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum TextureLoading {
+    /// While the file is loaded: whatever is wrong with them is among the warnings of loading.
+    #[default]
+    Whole,
+    /// When a picture reads them, and as finely as it does: the pictures are the same, and those of which a few are drawn take a
+    /// part of the time and of the memory. What is wrong with them is found then, and [`Scene::texture_losses`] has it. Files of
+    /// glTF alone; others are loaded as with [`TextureLoading::Whole`].
+    ///
+    /// [`Scene::texture_losses`]: crate::Scene::texture_losses
+    ByNeed,
 }
 
 impl LoadOptions {
+    /// The same with another [`LoadOptions::textures`].
+    #[must_use]
+    pub fn with_textures(self, textures: TextureLoading) -> Self {
+        Self { textures, ..self }
+    }
+
     /// The same with another [`LoadOptions::variant`].
     #[must_use]
     pub fn with_variant(self, variant: impl Into<Option<String>>) -> Self {

@@ -11,7 +11,7 @@ use crate::each;
 use crate::frame::Frame;
 use crate::math::lanes::{LANES, Lanes};
 use crate::raster::{SUBPIXELS, TileOrigin};
-use crate::scene::{Camera, Projection, Scene};
+use crate::scene::{Camera, Projection, Revision, Scene};
 use xxhash_rust::xxh3::Xxh3;
 
 /// The mirrored picture, and memory for the next.
@@ -20,6 +20,8 @@ pub(super) struct MirrorMemory {
     /// Where it was drawn into; all that is kept are its linear pixels.
     pub planes: Planes,
     pub light: GroundLight,
+    /// The scene of which is known which textures the mirrored picture reads.
+    pub surveyed: Option<Revision>,
     size: [u32; 2],
 }
 

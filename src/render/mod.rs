@@ -38,6 +38,7 @@ mod shading_rate;
 mod splat_layers;
 mod splat_tile;
 mod splats;
+mod textures;
 mod tile_blending;
 mod tile_light;
 mod tile_pass;

@@ -461,7 +461,7 @@ pub struct RenderStats {
     /// ground cover does not count.
     pub covered: u64,
     /// See [`RenderStats::stages`].
-    pub(crate) stages: [(&'static str, Duration); 4],
+    pub(crate) stages: [(&'static str, Duration); 5],
     /// Wall time of these stages in which one thread worked alone, however many there are: all but the loops over
     /// vertices, triangles and tiles. Filtering a new environment counts as such.
     pub serial: Duration,

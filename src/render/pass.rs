@@ -75,6 +75,8 @@ pub(super) enum Purpose<'a> {
     Draw(Wanted<'a>),
     /// Work is counted and not done, and there will be no picture: to find out which limit is passed first.
     Count,
+    /// Nothing is shaded: fragments ask textures that are decoded by need for the levels that they read.
+    Survey,
 }
 
 /// What is wanted of a pass beside linear pixels.
@@ -106,14 +108,20 @@ impl<'a> Pass<'a> {
     /// Whether nothing is drawn.
     #[inline(always)]
     pub(super) fn only_counts(&self) -> bool {
-        matches!(self.purpose, Purpose::Count)
+        matches!(self.purpose, Purpose::Count | Purpose::Survey)
+    }
+
+    /// Whether fragments ask for the textures that they read, and that is all.
+    #[inline(always)]
+    pub(super) fn surveys(&self) -> bool {
+        matches!(self.purpose, Purpose::Survey)
     }
 
     /// What is wanted beside linear pixels.
     pub(super) fn wanted(&self) -> Wanted<'a> {
         match self.purpose {
             Purpose::Draw(wanted) => wanted,
-            Purpose::Count => Wanted::default(),
+            Purpose::Count | Purpose::Survey => Wanted::default(),
         }
     }
 
@@ -122,7 +130,7 @@ impl<'a> Pass<'a> {
     pub(super) fn developer(&self) -> Option<&Developer> {
         match &self.purpose {
             Purpose::Draw(wanted) => wanted.developer.as_ref(),
-            Purpose::Count => None,
+            Purpose::Count | Purpose::Survey => None,
         }
     }
 
@@ -131,7 +139,7 @@ impl<'a> Pass<'a> {
     pub(super) fn target(&self) -> Option<&TargetWriter> {
         match &self.purpose {
             Purpose::Draw(wanted) => wanted.target.as_ref(),
-            Purpose::Count => None,
+            Purpose::Count | Purpose::Survey => None,
         }
     }
 
@@ -180,6 +188,8 @@ impl<'a> Pass<'a> {
         let wanted = match &self.purpose {
             Purpose::Draw(wanted) => wanted.hashes || !wanted.aovs.is_empty(),
             Purpose::Count => false,
+            // Its fragments are wanted.
+            Purpose::Survey => true,
         };
         self.kind == PassKind::OverBackdrop
             && !wanted

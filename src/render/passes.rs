@@ -5,7 +5,7 @@ use super::crew::Crew;
 use super::effects::EffectMemory;
 use super::pass::{FrameContext, Pass, PassKind, Purpose, Wanted};
 use super::picture::Request;
-use super::tiles::{Found, TileMemory, count_tiles, render_tiles};
+use super::tiles::{Found, TileMemory, count_tiles, render_tiles, survey_tiles};
 use super::work::Work;
 use crate::frame::{Developer, Target, TargetWriter};
 use crate::limits::LimitExceeded;
@@ -21,6 +21,15 @@ pub(super) struct PassMemory {
 }
 
 impl PassMemory {
+    /// Asks for the textures that all tiles of a frame read.
+    pub(super) fn survey(&mut self, crew: &mut Crew<'_>, frame: &FrameContext<'_>, request: &Request<'_>) {
+        // The last pass has all surfaces. What it takes is counted by those that draw.
+        let Some(&kind) = PassKind::of(frame.states).last() else { return };
+        let work = &frame.work(request);
+        let pass = Pass { frame, kind, purpose: Purpose::Survey, effects: Effects::default(), work };
+        survey_tiles(crew, &pass, &mut self.tiles, request.options.simd);
+    }
+
     /// Draws all tiles of a frame: in one pass, or in one for each [`PassKind`] that it takes.
     pub(super) fn draw(
         &mut self,

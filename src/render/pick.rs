@@ -102,6 +102,8 @@ impl Memory {
             self.bins.build(grid.len(), self.geometry.chunks[..count].iter().map(|c| &c.bins));
             self.last = Some(LastPicture::new(request, grid, count));
         }
+        let mut textures = std::mem::take(&mut self.textures);
+        textures.begin_picking(request);
         // Opacity does not ask for light.
         let dark = self.environments.get(&EnvironmentSource::None, jobs, options.simd);
         let environment = environment_light(scene, &dark);
@@ -115,10 +117,12 @@ impl Memory {
                 view: &view,
                 pattern: &pattern,
             };
-            let shade = shade_context(request, &view, &draws, &environment, &self.lights, 0);
+            let shade = shade_context(request, textures.of(scene), &view, &draws, &environment, &self.lights, 0);
             kept.nearest(scene, &shade, pixel)
         });
         self.draws = emptied(draws);
+        textures.end();
+        self.textures = textures;
         self.pattern = Some(pattern);
         Ok(found)
     }

@@ -16,6 +16,7 @@ use super::pick::LastPicture;
 use super::setup::{GeometryMemory, SetUp, unknown_clouds};
 use super::shading_rate::Finer;
 use super::splats::SplatMemory;
+use super::textures::TextureMemory;
 use super::tile_pass::default_tile_size;
 use super::tiles::Found;
 use super::trace::{self, StageHashes};
@@ -29,7 +30,7 @@ use crate::light::{EnvironmentLight, PrefilteredEnvironment};
 use crate::limits::{LimitExceeded, Limits};
 use crate::raster::SamplePattern;
 use crate::reuse::emptied;
-use crate::scene::{Camera, Environment, Scene};
+use crate::scene::{Camera, Environment, Scene, Texture};
 use crate::shade::{ShadeContext, ShadingCost, ViewRays};
 use crate::tile::{TileBins, TileGrid};
 use std::time::Duration;
@@ -69,6 +70,7 @@ pub(super) struct Memory {
     pub draws: Vec<Draw<'static>>,
     pub geometry: GeometryMemory,
     pub bins: TileBins,
+    pub textures: TextureMemory,
     splats: SplatMemory,
     ground: GroundLight,
     mirror: MirrorMemory,
@@ -108,6 +110,14 @@ impl Memory {
         let mirrored = self.draw_mirrored(request)?;
         self.last = None;
         let mut crew = Crew::new(jobs);
+
+        // Decode the textures that decide about what is seen, if they are decoded by need.
+        let mut textures = std::mem::take(&mut self.textures);
+        let mut unsurveyed = textures.begin(request);
+        if let Some(scene) = &scene.without_lost_textures() {
+            return self.draw_into(&Request { scene, ..*request }, target);
+        }
+        let mut textures_time = crew.lap();
 
         // Filter the environment, and find where the lights shine and what is in their way.
         let filtered = self.environments.get(&scene.environment().source, jobs, options.simd);
@@ -165,36 +175,63 @@ impl Memory {
 
         // Say what all tiles share.
         let emitter_rays = self.passes.effects.emitter_rays();
-        let shade = shade_context(request, &view, &draws, &environment, &self.lights, emitter_rays);
+        let shade =
+            shade_context(request, scene.textures(), &view, &draws, &environment, &self.lights, emitter_rays);
         self.costs.clear();
         self.costs.extend(scene.materials().iter().map(|material| ShadingCost::of(material, &shade)));
         Finer::list(scene.materials(), scene.textures(), options, &mut self.finer);
         let show_environment = options.background == Background::Environment;
         let mirror = mirrored.as_ref().map(|_| self.mirror.of(options.ground_reflection));
         let ground = GroundView::new(&self.ground, options, &view, mirror);
-        let frame = FrameContext {
-            grid,
-            pattern: &pattern,
-            chunks,
-            bins: &self.bins,
-            states,
-            splats,
-            shade,
-            costs: &self.costs,
-            reach: &self.lights.reach,
-            show_environment,
-            ground,
-            tints: !show_environment && states.iter().any(|state| state.transmissive),
-            merge: merge_cosine(options.merge_angle),
-            finer: &self.finer,
-            drawn,
-        };
-
-        // Draw the tiles.
-        let work = frame.work(request);
+        let mut tiles_time = Duration::ZERO;
         let mut target = target;
-        let reborrowed = target.as_mut().map(|(target, region)| (&mut **target, *region));
-        let (planes, found) = self.passes.draw(&mut crew, &frame, &work, request, reborrowed);
+        let (frame, work, planes, found) = loop {
+            let frame = FrameContext {
+                grid,
+                pattern: &pattern,
+                chunks,
+                bins: &self.bins,
+                states,
+                splats,
+                shade: ShadeContext { textures: textures.of(scene), ..shade },
+                costs: &self.costs,
+                reach: &self.lights.reach,
+                show_environment,
+                ground: ground.clone(),
+                tints: !show_environment && states.iter().any(|state| state.transmissive),
+                merge: merge_cosine(options.merge_angle),
+                finer: &self.finer,
+                drawn,
+            };
+
+            // Decode the textures that it reads, if they are decoded by need.
+            if std::mem::take(&mut unsurveyed) {
+                self.passes.survey(&mut crew, &frame, request);
+                let survey_time = crew.lap();
+                textures.fetch(jobs, scene);
+                textures_time += crew.lap();
+                tiles_time += survey_time;
+                if let Some(scene) = &scene.without_lost_textures() {
+                    return self.draw_into(&Request { scene, ..*request }, target);
+                }
+                continue;
+            }
+
+            // Draw the tiles; again if they read what is not there.
+            let work = frame.work(request);
+            let reborrowed = target.as_mut().map(|(target, region)| (&mut **target, *region));
+            let (planes, found) = self.passes.draw(&mut crew, &frame, &work, request, reborrowed);
+            if !textures.lacks() || work.is_stopped() {
+                break (frame, work, planes, found);
+            }
+            tiles_time += crew.lap();
+            self.passes.planes = planes;
+            textures.fetch(jobs, scene);
+            textures_time += crew.lap();
+            if let Some(scene) = &scene.without_lost_textures() {
+                return self.draw_into(&Request { scene, ..*request }, target);
+            }
+        };
         self.work_done = work.done();
         request.go_on()?;
         if work.is_stopped() {
@@ -211,7 +248,8 @@ impl Memory {
 
         // Make the picture of their pixels.
         let mut drawn = Drawn::new(planes, found.clipping, request);
-        let times = [environment_time, vertices_time, triangles_time, crew.lap()];
+        tiles_time += crew.lap();
+        let times = [textures_time, environment_time, vertices_time, triangles_time, tiles_time];
         drawn.stats = stats(scene, &frame, &work, &found, times, crew.parallel());
         if let Some(mirrored) = &mirrored {
             drawn.stats.add_cost(mirrored);
@@ -220,6 +258,8 @@ impl Memory {
             hashes.zip(found.hashes).map(|(hashes, found)| hashes.finish(&found, &drawn.frame));
         (drawn.frame.aovs, drawn.tinted) = (found.aovs, found.tinted);
         self.draws = emptied(draws);
+        textures.end();
+        self.textures = textures;
         self.pattern = Some(pattern);
         self.last = Some(LastPicture::new(request, grid, count));
         Ok(drawn)
@@ -242,6 +282,7 @@ impl Memory {
     fn swap_with_mirror(&mut self) {
         std::mem::swap(&mut self.passes.planes, &mut self.mirror.planes);
         std::mem::swap(&mut self.ground, &mut self.mirror.light);
+        std::mem::swap(&mut self.textures.surveyed, &mut self.mirror.surveyed);
     }
 
     /// Holds options, camera, scene and threads against what is allowed. Returns the pattern of the samples, the view, and what
@@ -319,6 +360,7 @@ pub(super) fn environment_light<'a>(
 /// What the shading knows of the picture as a whole.
 pub(super) fn shade_context<'a>(
     request: &Request<'a>,
+    textures: &'a [Texture],
     view: &View,
     draws: &'a [Draw<'a>],
     environment: &'a EnvironmentLight<'a>,
@@ -329,7 +371,7 @@ pub(super) fn shade_context<'a>(
     ShadeContext {
         draws,
         materials: scene.materials(),
-        textures: scene.textures(),
+        textures,
         rays: view_rays(view),
         environment,
         lights: &lights.punctual,
@@ -351,10 +393,10 @@ fn stats(
     frame: &FrameContext<'_>,
     work: &Work,
     found: &Found,
-    times: [Duration; 4],
+    times: [Duration; 5],
     parallel: Duration,
 ) -> RenderStats {
-    let [environment, vertices, triangles, tiles] = times;
+    let [textures, environment, vertices, triangles, tiles] = times;
     let chunks = frame.chunks.iter();
     RenderStats {
         triangles: scene.triangle_count(),
@@ -365,6 +407,7 @@ fn stats(
         shading: work.sum(Spent::Shading),
         covered: found.covered,
         stages: [
+            ("textures", textures),
             ("environment", environment),
             ("vertices", vertices),
             ("triangles", triangles),

@@ -96,9 +96,9 @@ fn least_roughness(material: &Material) -> f32 {
 
 /// Texels in a square of texture coordinates of side 1.
 fn area(place: &TextureRef, textures: &[Texture]) -> f32 {
-    let image = textures[place.texture.index()].image();
+    let texture = &textures[place.texture.index()];
     let [[a, b, _], [c, d, _]] = place.transform.rows;
-    (image.width() as f32 * image.height() as f32) * (a * d - b * c).abs()
+    (texture.width() as f32 * texture.height() as f32) * (a * d - b * c).abs()
 }
 
 /// Whether the fragments of a triangle or point are shaded more than once a pixel. The rate is above one.

@@ -18,7 +18,7 @@ use crate::math::vec3::V3;
 use crate::reuse::reserve_like;
 use crate::scene::{Material, ShadingModel};
 use crate::shade::{
-    Effects, ShadeContext, SurfacePlace, SurfaceReading, TraceScratch, pass_through, shade, store_face,
+    Effects, ShadeContext, SurfacePlace, SurfaceReading, TraceScratch, ask_for_textures, pass_through, shade, store_face,
     store_lit, store_surface, store_transmission,
 };
 
@@ -149,6 +149,9 @@ pub(super) fn shade_fragments<L: Lanes>(
     if !pass.work.spend(Spent::Shading, units) {
         return false;
     }
+    if pass.surveys() {
+        survey(l, pass, input, order, batch, job.aovs.wants_lobes());
+    }
     if pass.only_counts() {
         return true;
     }
@@ -233,6 +236,30 @@ pub(super) fn shade_fragments<L: Lanes>(
         }
     }
     true
+}
+
+/// Asks for the textures that the fragments of the input read.
+#[inline(never)]
+fn survey<L: Lanes>(
+    l: L,
+    pass: &Pass<'_>,
+    input: &ShadingInput<'_>,
+    order: &ShadingOrder,
+    batch: &mut Batch,
+    shows_lobes: bool,
+) {
+    let (frame, origin) = (pass.frame, input.tile.origin);
+    let mut place = SurfacePlace::none(l);
+    let mut listed = 0;
+    for &(number, end) in &order.stretches {
+        let of = OneMaterial::new(frame, number, shows_lobes);
+        for indices in order.indices[listed..end].chunks(LANES) {
+            batch.gather(input.fragments, indices, &input.triangles, origin, frame.pattern);
+            place.find(l, input.context, &of.reading, batch);
+            ask_for_textures(l, input.context, &of.reading, batch, &place);
+        }
+        listed = end;
+    }
 }
 
 /// Orders the fragments for shading.

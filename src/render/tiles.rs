@@ -97,6 +97,20 @@ pub(super) fn render_tiles(
     found
 }
 
+/// Asks for the textures that the fragments of all tiles read.
+pub(super) fn survey_tiles(crew: &mut Crew<'_>, pass: &Pass<'_>, memory: &mut TileMemory, simd: SimdLevel) {
+    let mut tiles = std::mem::take(&mut memory.tiles);
+    tiles.extend((0..pass.frame.grid.len()).map(|_| TileJob::default()));
+    crew.for_each_with_scratch(&mut memory.scratch, &mut tiles, |scratch, tile, job| {
+        if pass.draws(tile) {
+            let (tile, rows) = (&pass.tile(tile), &mut TileRows::default());
+            dispatch_available!(simd, l => tile_pass::render_tile(l, pass, tile, scratch, rows, job));
+        }
+    });
+    tiles.clear();
+    memory.tiles = tiles;
+}
+
 /// Counts the work of all tiles in their order, on one thread and without shading anything, until a limit stops it: the sums
 /// then say which one is passed first. `costs` is what each tile took in the pass before, and then in this one.
 pub(super) fn count_tiles(pass: &Pass<'_>, costs: &mut Vec<TileCost>, simd: SimdLevel) {

@@ -9,6 +9,7 @@
 //! the next. Levels are stored in 8 bits a channel but never made from rounded texels, so that errors do not grow
 //! from level to level.
 
+use super::bands::Bands;
 use super::{AlphaUse, ColorSpace, Image, LevelLayout};
 use crate::color::srgb::{SRGB8_TO_LINEAR, linear_to_srgb8};
 
@@ -20,7 +21,7 @@ const INVISIBLE: f32 = 1.0 / 65536.0;
 type Sum = [f32; 4];
 
 /// What texels are, and so what is averaged.
-trait Meaning {
+trait Meaning: Send {
     /// What is added up of a texel.
     fn decode(texel: [u8; 4]) -> Sum;
     /// The texel of an average.
@@ -52,6 +53,69 @@ pub(super) fn layout(width: u32, height: u32) -> impl Iterator<Item = LevelLayou
         next_offset += level.width * level.height;
         Some(level)
     })
+}
+
+/// Rows of all levels that are made while the rows of an image come in.
+pub(super) struct Chain {
+    bands: Bands,
+    /// Rows of the image that came in.
+    row: u32,
+    levels: Box<dyn Rows>,
+    /// Of the bands.
+    texels: Vec<[u8; 4]>,
+}
+
+impl Chain {
+    /// Of an image with these levels, of which those rows are kept that are in `bands`. `alpha` is no mask: those ask for the
+    /// whole image.
+    pub(super) fn new(levels: &[LevelLayout], bands: Bands, color_space: ColorSpace, alpha: AlphaUse) -> Self {
+        fn of<M: Meaning + 'static>(levels: &[LevelLayout]) -> Box<dyn Rows> {
+            let Some((image, levels)) = levels.split_first() else { return Box::new(()) };
+            if levels.is_empty() {
+                return Box::new(());
+            }
+            Box::new(Cascade::<M>::new([image.width, image.height], levels))
+        }
+        let levels = match (color_space, alpha) {
+            (ColorSpace::Srgb, AlphaUse::Data) => of::<Plain<true>>(levels),
+            (ColorSpace::Linear, AlphaUse::Data) => of::<Plain<false>>(levels),
+            (ColorSpace::Srgb, AlphaUse::Coverage | AlphaUse::Mask { .. }) => of::<Covered<true>>(levels),
+            (ColorSpace::Linear, AlphaUse::Coverage | AlphaUse::Mask { .. }) => of::<Covered<false>>(levels),
+            (_, AlphaUse::Normals) => of::<Normals>(levels),
+        };
+        let texels = vec![[0; 4]; bands.texels()];
+        Self { bands, row: 0, levels, texels }
+    }
+
+    /// Takes the next row of the image, from the top.
+    pub(super) fn take(&mut self, row: &[[u8; 4]]) {
+        if let Some(start) = self.bands.place(0, self.row) {
+            self.texels[start..][..row.len()].copy_from_slice(row);
+        }
+        self.row += 1;
+        self.levels.take(row, &mut Kept { bands: Some(&self.bands), texels: &mut self.texels });
+    }
+
+    /// The bands, and their texels once all rows are in.
+    pub(super) fn finish(self) -> (Bands, Vec<[u8; 4]>) {
+        (self.bands, self.texels)
+    }
+}
+
+/// Takes the rows of an image and makes levels of them.
+trait Rows: Send {
+    fn take(&mut self, row: &[[u8; 4]], kept: &mut Kept<'_>);
+}
+
+/// No levels.
+impl Rows for () {
+    fn take(&mut self, _: &[[u8; 4]], _: &mut Kept<'_>) {}
+}
+
+/// What is kept of levels: all of them, or some bands.
+struct Kept<'a> {
+    bands: Option<&'a Bands>,
+    texels: &'a mut [[u8; 4]],
 }
 
 /// The texels of all levels below the image, one level after the other.
@@ -92,13 +156,16 @@ struct Stage {
     row: Vec<Sum>,
     /// Rows finished.
     finished: u32,
+    /// Its number; that of the image is 0.
+    number: usize,
 }
 
 impl Stage {
-    fn new(source: [u32; 2], level: LevelLayout) -> Self {
+    fn new(source: [u32; 2], level: LevelLayout, number: usize) -> Self {
         Self {
             source,
             level,
+            number,
             sums: vec![[0.0; 4]; source[0] as usize],
             taken: 0,
             row: vec![[0.0; 4]; level.width as usize],
@@ -143,11 +210,16 @@ impl Stage {
         ends
     }
 
-    /// Rounds the row last finished into its place.
-    fn store<M: Meaning>(&mut self, texels: &mut [[u8; 4]]) {
-        let start = (self.level.offset + self.finished * self.level.width) as usize;
+    /// Rounds the row last finished into its place, if it is kept.
+    fn store<M: Meaning>(&mut self, kept: &mut Kept<'_>) {
+        let row = self.finished;
         self.finished += 1;
-        for (to, &sum) in texels[start..].iter_mut().zip(&self.row) {
+        let start = match kept.bands {
+            None => Some((self.level.offset + row * self.level.width) as usize),
+            Some(bands) => bands.place(self.number, row),
+        };
+        let Some(start) = start else { return };
+        for (to, &sum) in kept.texels[start..].iter_mut().zip(&self.row) {
             *to = M::encode(sum);
         }
     }
@@ -198,42 +270,88 @@ fn add_weighted(sums: &mut [Sum], row: &[Sum], weight: f32) {
 fn cascade<M: Meaning>(image: &Image, levels: &[LevelLayout]) -> Vec<[u8; 4]> {
     let count = levels.last().map_or(0, |last| last.offset + last.width * last.height);
     let mut texels = vec![[0; 4]; count as usize];
-    let (width, height) = (image.width(), image.height());
-    let mut source = [width, height];
-    let mut stages = Vec::with_capacity(levels.len());
-    for &level in levels {
-        stages.push(Stage::new(source, level));
-        source = [level.width, level.height];
-    }
-    if let ([first, further @ ..], true) =
-        (&mut stages[..], width.is_multiple_of(2) && height.is_multiple_of(2))
-    {
-        for rows in image.texels().chunks_exact(2 * width as usize) {
-            let (upper, lower) = rows.split_at(width as usize);
-            halve::<M>(upper, lower, &mut first.row);
-            first.store::<M>(&mut texels);
-            descend::<M>(further, &first.row, &mut texels);
+    let kept = &mut Kept { bands: None, texels: &mut texels };
+    let width = image.width() as usize;
+    let mut cascade = Cascade::<M>::new([image.width(), image.height()], levels);
+    if cascade.is_even {
+        for rows in image.texels().chunks_exact(2 * width) {
+            let (upper, lower) = rows.split_at(width);
+            cascade.take_pair(upper, lower, kept);
         }
     } else {
-        let mut decoded = vec![[0.0; 4]; width as usize];
-        for row in image.texels().chunks_exact(width as usize) {
-            for (to, &texel) in decoded.iter_mut().zip(row) {
-                *to = M::decode(texel);
-            }
-            descend::<M>(&mut stages, &decoded, &mut texels);
-        }
+        image.texels().chunks_exact(width).for_each(|row| cascade.take_row(row, kept));
     }
     texels
 }
 
+/// All levels, each made of the one before it.
+struct Cascade<M> {
+    /// Both sides of the image are even: its rows are taken by pairs.
+    is_even: bool,
+    /// The first row of a pair.
+    upper: Vec<[u8; 4]>,
+    decoded: Vec<Sum>,
+    stages: Vec<Stage>,
+    meaning: std::marker::PhantomData<M>,
+}
+
+impl<M: Meaning> Cascade<M> {
+    /// Of an image of this size.
+    fn new([width, height]: [u32; 2], levels: &[LevelLayout]) -> Self {
+        let is_even = width.is_multiple_of(2) && height.is_multiple_of(2) && !levels.is_empty();
+        let mut source = [width, height];
+        let mut stages = Vec::with_capacity(levels.len());
+        for (k, &level) in levels.iter().enumerate() {
+            stages.push(Stage::new(source, level, k + 1));
+            source = [level.width, level.height];
+        }
+        Self {
+            is_even,
+            upper: Vec::new(),
+            decoded: vec![[0.0; 4]; if is_even { 0 } else { width as usize }],
+            stages,
+            meaning: std::marker::PhantomData,
+        }
+    }
+
+    fn take_pair(&mut self, upper: &[[u8; 4]], lower: &[[u8; 4]], kept: &mut Kept<'_>) {
+        let Some((first, further)) = self.stages.split_first_mut() else { return };
+        halve::<M>(upper, lower, &mut first.row);
+        first.store::<M>(kept);
+        descend::<M>(further, &first.row, kept);
+    }
+
+    fn take_row(&mut self, row: &[[u8; 4]], kept: &mut Kept<'_>) {
+        for (to, &texel) in self.decoded.iter_mut().zip(row) {
+            *to = M::decode(texel);
+        }
+        descend::<M>(&mut self.stages, &self.decoded, kept);
+    }
+}
+
+impl<M: Meaning + Send> Rows for Cascade<M> {
+    fn take(&mut self, row: &[[u8; 4]], kept: &mut Kept<'_>) {
+        if !self.is_even {
+            self.take_row(row, kept);
+        } else if self.upper.is_empty() {
+            self.upper.extend_from_slice(row);
+        } else {
+            let mut upper = std::mem::take(&mut self.upper);
+            self.take_pair(&upper, row, kept);
+            upper.clear();
+            self.upper = upper;
+        }
+    }
+}
+
 /// Sends a row down through levels, as far as it finishes rows.
-fn descend<M: Meaning>(stages: &mut [Stage], row: &[Sum], texels: &mut [[u8; 4]]) {
+fn descend<M: Meaning>(stages: &mut [Stage], row: &[Sum], kept: &mut Kept<'_>) {
     let mut row = row;
     for stage in stages {
         if !stage.take(row) {
             return;
         }
-        stage.store::<M>(texels);
+        stage.store::<M>(kept);
         row = &stage.row;
     }
 }

@@ -4,8 +4,10 @@
 //! index ranges, finite numbers, ids that exist), so that no later stage has to: the renderer cannot meet malformed
 //! input. World space is glTF's: right-handed, +Y up, metres; colours are linear Rec. 709 unless said otherwise.
 
+mod bands;
 mod camera;
 mod crowd;
+mod deferred;
 mod edit;
 mod environment;
 mod error;
@@ -33,8 +35,10 @@ mod texture;
 mod transform;
 mod transmission;
 
+pub(crate) use bands::BAND_SHIFT;
 pub use camera::{Camera, Projection};
 pub use crowd::Crowd;
+pub(crate) use deferred::{DeferredImage, ImageSource, settle};
 pub use environment::{Environment, EnvironmentSource, EquirectImage};
 pub use error::SceneError;
 pub(crate) use footing::Footing;

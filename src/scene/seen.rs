@@ -1,6 +1,6 @@
 //! What of a scene can be seen from somewhere, as far as that decides which part of the world a picture shows.
 
-use super::{AlphaMode, Bounds, Instance, Material, Mesh, MeshData, PrimitiveKind, Scene};
+use super::{AlphaMode, Bounds, Instance, Material, Mesh, MeshData, PrimitiveKind, Scene, Texture};
 
 /// Largest height of a triangle without area, in lengths of its longest side: below, a triangle that fits into a picture of
 /// 16384 pixels is a sixtieth of one wide, and corners on one line are as far off it in single precision.
@@ -109,8 +109,10 @@ impl Scene {
             return true;
         }
         let texture = material.base_color_texture.and_then(|t| self.textures.get(t.texture.index()));
-        let passes = |texel: &[u8; 4]| f32::from(texel[3]) * (1.0 / 255.0) * alpha >= least;
-        texture.is_some_and(|texture| !texture.image().texels().iter().any(passes))
+        let passes = |texel: u8| f32::from(texel) * (1.0 / 255.0) * alpha >= least;
+        // One that cannot be read hides nothing.
+        let is_lost = |texture: &Texture| texture.form().is_some_and(|form| form.image().is_lost());
+        texture.is_some_and(|texture| !texture.has_alpha(passes) && !is_lost(texture))
     }
 }
 

@@ -1,5 +1,7 @@
 //! Images and the textures made of them.
 
+use super::bands::Bands;
+use super::deferred::{DeferredImage, Form};
 use super::{SceneError, mipmap};
 use std::sync::Arc;
 
@@ -27,6 +29,10 @@ impl Image {
             return Err(SceneError::ImageSize { width, height, len: texels.len() * 4 });
         }
         Ok(Self { width, height, texels })
+    }
+    /// One white texel.
+    pub(super) fn white() -> Self {
+        Self { width: 1, height: 1, texels: vec![[255; 4]] }
     }
     /// Width in texels.
     #[must_use]
@@ -168,7 +174,7 @@ pub(crate) struct LevelLayout {
 /// their texels.
 #[derive(Clone, Debug)]
 pub struct Texture {
-    /// Level 0.
+    /// Level 0; another picture where that is not there.
     image: Arc<Image>,
     /// All further levels in one array, so that lanes of different levels can read from one base.
     ///
@@ -179,13 +185,19 @@ pub struct Texture {
     reduced: Arc<Vec<[u8; 4]>>,
     /// Each level half the size of the one before it (rounded down, at least 1) down to 1 x 1; level 0 alone where
     /// the sampler uses no mip levels. Never empty.
-    layout: Vec<LevelLayout>,
+    layout: Arc<[LevelLayout]>,
+    /// Size of level 0.
+    size: [u32; 2],
+    /// Which rows are there, if not all are: in `reduced`, those of level 0 too.
+    bands: Option<Arc<Bands>>,
     /// Alpha is 1 everywhere.
     is_opaque: bool,
     /// Alpha is 1 less the standard deviation of normals.
     has_variance: bool,
     color_space: ColorSpace,
     sampler: Sampler,
+    /// Where levels come from that are not there.
+    deferred: Option<Form>,
 }
 
 impl Texture {
@@ -193,20 +205,62 @@ impl Texture {
     /// the image.
     #[must_use]
     pub fn new(image: Arc<Image>, color_space: ColorSpace, alpha: AlphaUse, sampler: Sampler) -> Self {
-        let mut layout = vec![LevelLayout { width: image.width, height: image.height, offset: 0 }];
+        let size = [image.width, image.height];
+        let layout = full_layout(size, &sampler);
         let image_is_opaque = is_opaque(&image.texels);
         let has_variance = alpha == AlphaUse::Normals && image_is_opaque;
         let alpha = if alpha == AlphaUse::Normals && !has_variance { AlphaUse::Data } else { alpha };
-        let reduced = match sampler.mip {
-            MipFilter::None => Vec::new(),
-            MipFilter::Nearest | MipFilter::Linear => {
-                layout.extend(mipmap::layout(image.width, image.height));
-                mipmap::reduce(&image, &layout[1..], color_space, alpha)
-            }
+        let reduced = if layout.len() > 1 {
+            mipmap::reduce(&image, &layout[1..], color_space, alpha)
+        } else {
+            Vec::new()
         };
         let is_opaque = image_is_opaque && is_opaque(&reduced);
-        Self { image, reduced: Arc::new(reduced), layout, is_opaque, has_variance, color_space, sampler }
+        let (reduced, layout) = (Arc::new(reduced), layout.into());
+        Self {
+            image,
+            reduced,
+            layout,
+            size,
+            bands: None,
+            is_opaque,
+            has_variance,
+            color_space,
+            sampler,
+            deferred: None,
+        }
     }
+
+    /// A texture without texels, of an image that is decoded when they are asked for.
+    pub(crate) fn deferred(image: &Arc<DeferredImage>, form: usize) -> Option<Self> {
+        let deferred = Form::new(image, form)?;
+        let (color_space, sampler) = (deferred.color_space(), deferred.sampler());
+        let size = image.size();
+        let layout = full_layout(size, &sampler);
+        let bands = Bands::new(deferred.band_layout(), Vec::new());
+        // What is read of it before it is there is white, and not shown.
+        Some(Self {
+            image: Arc::new(Image::white()),
+            reduced: Arc::new(vec![[255; 4]]),
+            layout: layout.into(),
+            size,
+            bands: Some(Arc::new(bands)),
+            is_opaque: false,
+            has_variance: false,
+            color_space,
+            sampler,
+            deferred: Some(deferred),
+        })
+    }
+
+    /// The same with the rows of some `bands`, of which `reduced` has the texels.
+    pub(super) fn with_bands(&self, bands: Bands, reduced: Vec<[u8; 4]>, facts: [bool; 2]) -> Self {
+        let [is_opaque, has_variance] = facts;
+        let is_opaque = is_opaque && self::is_opaque(&reduced);
+        let (reduced, bands) = (Arc::new(reduced), Some(Arc::new(bands)));
+        Self { reduced, bands, is_opaque, has_variance, ..self.clone() }
+    }
+
     /// Number of mip levels, at least 1.
     #[must_use]
     pub fn level_count(&self) -> usize {
@@ -214,11 +268,12 @@ impl Texture {
     }
     /// The mip levels, largest first.
     pub fn levels(&self) -> impl ExactSizeIterator<Item = MipLevel<'_>> {
-        self.layout.iter().enumerate().map(|(k, level)| {
+        let whole = self.whole();
+        whole.layout.iter().enumerate().map(|(k, level)| {
             let (width, height) = (level.width, level.height);
             let texels = match k {
-                0 => self.image.texels(),
-                _ => &self.reduced[level.offset as usize..][..width as usize * height as usize],
+                0 => whole.image.texels(),
+                _ => &whole.reduced[level.offset as usize..][..width as usize * height as usize],
             };
             MipLevel { width, height, texels }
         })
@@ -226,9 +281,41 @@ impl Texture {
     /// The image of level 0.
     #[must_use]
     pub fn image(&self) -> &Arc<Image> {
-        &self.image
+        &self.whole().image
     }
-    /// All levels but the first, one after the other.
+    /// Width of level 0 in texels.
+    #[must_use]
+    pub fn width(&self) -> u32 {
+        self.size[0]
+    }
+    /// Height of level 0 in texels.
+    #[must_use]
+    pub fn height(&self) -> u32 {
+        self.size[1]
+    }
+    /// All of it: of a texture whose image has not been decoded so far, that is done now. Of one that cannot be, a white texel.
+    pub(crate) fn whole(&self) -> &Self {
+        self.deferred.as_ref().map_or(self, |form| form.whole(self))
+    }
+    /// Where levels come from that are not there.
+    pub(crate) fn form(&self) -> Option<&Form> {
+        self.deferred.as_ref()
+    }
+    /// What is there of it now, to be read for a picture.
+    pub(crate) fn resident(&self) -> Self {
+        self.deferred.as_ref().map_or_else(|| self.clone(), |form| form.resident(self))
+    }
+    /// Which rows are there, if not all are.
+    #[inline(always)]
+    pub(crate) fn bands(&self) -> Option<&Bands> {
+        self.bands.as_deref()
+    }
+    /// The array in which level 0 lies.
+    #[inline(always)]
+    pub(crate) fn first_texels(&self) -> &[[u8; 4]] {
+        if self.bands.is_none() { &self.image.texels } else { &self.reduced }
+    }
+    /// All levels but the first, one after the other; all rows that are there, if not all are.
     pub(crate) fn reduced(&self) -> &[[u8; 4]] {
         &self.reduced
     }
@@ -240,18 +327,37 @@ impl Texture {
     /// same.
     #[must_use]
     pub fn is_read_like(&self, other: &Self) -> bool {
-        (self.image.width, self.image.height, self.sampler)
-            == (other.image.width, other.image.height, other.sampler)
+        (self.size, self.sampler) == (other.size, other.sampler)
+            && self.bands().map(Bands::present) == other.bands().map(Bands::present)
     }
     /// Whether alpha is 1 everywhere, in all levels.
     #[must_use]
     pub fn is_opaque(&self) -> bool {
+        match &self.deferred {
+            Some(form) => form.image().is_opaque() || self.whole().is_opaque,
+            None => self.is_opaque,
+        }
+    }
+    /// [`Texture::is_opaque`] of what is there.
+    #[inline(always)]
+    pub(crate) fn reads_opaque(&self) -> bool {
         self.is_opaque
+    }
+    /// Whether the alpha of some texel of level 0 passes.
+    pub(crate) fn has_alpha(&self, passes: impl Fn(u8) -> bool) -> bool {
+        match &self.deferred {
+            Some(form) => form.image().has_alpha(&passes),
+            None => self.image.texels.iter().any(|texel| passes(texel[3])),
+        }
     }
     /// Whether alpha says how far normals stray: 1 less their standard deviation. True of maps that were made for
     /// [`AlphaUse::Normals`].
     #[must_use]
     pub fn has_variance(&self) -> bool {
+        self.whole().has_variance
+    }
+    /// [`Texture::has_variance`] of what is there.
+    pub(crate) fn reads_variance(&self) -> bool {
         self.has_variance
     }
     /// What the colour channels mean.
@@ -266,8 +372,18 @@ impl Texture {
     }
 }
 
+/// Where all levels of an image lie.
+pub(super) fn full_layout(size: [u32; 2], sampler: &Sampler) -> Vec<LevelLayout> {
+    let [width, height] = size;
+    let mut layout = vec![LevelLayout { width, height, offset: 0 }];
+    if sampler.mip != MipFilter::None {
+        layout.extend(mipmap::layout(width, height));
+    }
+    layout
+}
+
 /// Whether all texels have an alpha of 1.
-fn is_opaque(texels: &[[u8; 4]]) -> bool {
+pub(super) fn is_opaque(texels: &[[u8; 4]]) -> bool {
     // By parts without a branch inside.
     texels.chunks(1024).all(|part| part.iter().fold(255, |alpha, texel| alpha & texel[3]) == 255)
 }

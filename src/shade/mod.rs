@@ -35,7 +35,9 @@ pub use lobe_samples::LobeSamples;
 pub use lobes::LobeValues;
 pub use open_direction::OpenDirections;
 pub use record::store_surface;
-pub use surface::{Dielectric, Reflectance, Surface, SurfacePlace, SurfaceReading, store_face};
+pub use surface::{
+    Dielectric, Reflectance, Surface, SurfacePlace, SurfaceReading, ask_for_textures, store_face,
+};
 pub use traced::{Emitters, Found, Senders, TraceScratch, TracedLight, TracedLobe};
 pub use transmission::{Passed, pass_through, store_transmission};
 pub use variation::NormalFilter;

@@ -59,7 +59,19 @@ impl<'a, L: Lanes> Reader<'a, L> {
         for (group, sample) in plan.groups.iter().flatten().zip(samples) {
             let (uv, footprint) = self.place(group.first);
             sample.make(self.l, group.textures[0], &uv, &footprint, anisotropy, self.active);
+            sample.ask(self.l, &group.textures[..group.len], self.active);
             sample.prefetch(&group.textures[..group.len]);
+        }
+    }
+
+    /// Asks for the levels that [`Reader::read`] reads of a texture, and reads none.
+    pub(super) fn ask(&self, texture: &TextureRef) {
+        let of = &self.context.textures[texture.texture.index()];
+        if of.bands().is_some() {
+            let (uv, footprint) = self.place(texture);
+            let mut plan = SamplePlan::none(self.l);
+            plan.make(self.l, of, &uv, &footprint, self.context.anisotropy, self.active);
+            plan.ask(self.l, &[of], self.active);
         }
     }
 

@@ -261,6 +261,27 @@ impl<L: Lanes> SurfacePlace<L> {
     }
 }
 
+/// Asks for the texels that sixteen fragments read, where textures are decoded by need: [`SurfacePlace::find`] has asked for
+/// those that every model reads. Others of the material may be asked for in vain.
+#[inline(never)]
+pub fn ask_for_textures<L: Lanes>(
+    l: L,
+    context: &ShadeContext<'_>,
+    reading: &SurfaceReading<'_>,
+    batch: &Batch,
+    place: &SurfacePlace<L>,
+) {
+    l.run(
+        #[inline(always)]
+        || {
+            let reader = Reader::new(l, context, &place.coordinates, batch);
+            for texture in reading.further_textures() {
+                reader.ask(texture);
+            }
+        },
+    );
+}
+
 /// Evaluates sixteen fragments at their `place`, as the surfaces of their material are read. With a filter of normals, also
 /// how those vary.
 #[inline(always)]
@@ -406,6 +427,26 @@ impl<'a> SurfaceReading<'a> {
         let textures = SurfaceTextures::of(material, context.textures);
         Self { material, textures, lobes, filter: normal_filter(context, material) }
     }
+
+    /// Textures that some models read beside those that all do.
+    fn further_textures(&self) -> impl Iterator<Item = &'a TextureRef> {
+        let material = self.material;
+        let known = [
+            material.base_color_texture.as_ref(),
+            material.occlusion_texture.as_ref(),
+            material.emissive_texture.as_ref(),
+            material.coat_texture.as_ref(),
+            material.coat_roughness_texture.as_ref(),
+            material.normal_texture.as_ref().map(|map| &map.texture),
+            material.coat_normal_texture.as_ref().map(|map| &map.texture),
+            match &material.workflow {
+                Workflow::MetallicRoughness { texture, .. }
+                | Workflow::SpecularGlossiness { texture, .. } => texture.as_ref(),
+            },
+        ];
+        let is_known = move |texture: &TextureRef| known.into_iter().flatten().any(|k| std::ptr::eq(k, texture));
+        material.textures().filter(move |texture| !is_known(texture))
+    }
 }
 
 /// The textures of a material that every model reads, without those of no effect, and how they are read.
@@ -440,7 +481,7 @@ impl<'a> SurfaceTextures<'a> {
         let places =
             [base_color, workflow.as_ref(), occlusion, emissive, coat, coat_roughness, normal, coat_normal];
         let plan = ReadingPlan::new(places, textures);
-        let knows = |map: &TextureRef| textures[map.texture.index()].has_variance();
+        let knows = |map: &TextureRef| textures[map.texture.index()].reads_variance();
         let knows_variance = [normal, coat_normal].map(|map| map.is_some_and(knows));
         Self { base_color, occlusion, emissive, coat, coat_roughness, knows_variance, plan }
     }

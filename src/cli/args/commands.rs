@@ -145,6 +145,10 @@ pub struct InfoArgs {
     #[arg(value_name = "IN")]
     pub input: PathBuf,
 
+    /// Fail if anything of the file cannot be read: whatever would be a warning
+    #[arg(long)]
+    pub strict: bool,
+
     #[command(flatten)]
     pub workers: ThreadArgs,
     #[command(flatten)]

@@ -7,7 +7,7 @@ use super::protocol::{FromWorker, PictureRequest, Start, ToWorker, Told, Work};
 use crate::cli::failure::Failure;
 use crate::cli::info;
 use crate::cli::input::ModelSource;
-use crate::cli::losses::{left_out, losses};
+use crate::cli::losses::{left_out, losses, texture_losses};
 use crate::cli::picture_format::PictureFormat;
 use crate::cli::render_report::{self, RenderReport};
 use crate::cli::render_task::{Pixels, RenderTask, RenderedPicture};
@@ -15,7 +15,7 @@ use crate::cli::report::{self, Stages};
 use crate::description::{Description, Machine, Setting};
 use crate::frame::{Aov, DisplayOptions};
 use crate::limits::Limits;
-use crate::load::{Context, LoadOptions, Loaded, Warning, load_named_bytes};
+use crate::load::{Context, LoadOptions, Loaded, TextureLoading, Warning, load_named_bytes};
 use crate::output::{OutputFormat, OutputOptions, encode, encode_aov_png, encode_image};
 use crate::render::Renderer;
 use crate::scene::Scene;
@@ -108,7 +108,8 @@ impl Drawing<'_> {
     /// Finds out what can be wrong with a request.
     fn plan(&self, request: &PictureRequest) -> Result<Planned, Failure> {
         let description = self.describe(request)?;
-        let options = LoadOptions { variant: self.start.variant.clone(), ..description.load_options()? };
+        let options = description.load_options()?.with_textures(TextureLoading::ByNeed);
+        let options = options.with_variant(self.start.variant.clone());
         description.options(Machine::default(), &self.limits)?;
         let format = OutputFormat::from_extension(&request.format)
             .ok_or_else(|| Failure::usage(format!("'{}' is no format of pictures", request.format)))?;
@@ -194,6 +195,7 @@ impl Drawing<'_> {
         let display = task.display_of(scene);
         let shading = task.options.shading;
         let mut warnings = model.warnings.clone();
+        warnings.extend(texture_losses(scene, &warnings));
         warnings.extend(match format.is_linear() {
             true => left_out(scene, shading).collect(),
             false => losses(scene, shading, &display, tinted, clipping),

@@ -3,13 +3,13 @@
 mod damaged;
 mod kind;
 mod ktx2;
+mod rows;
 
-use crate::color::srgb::linear_to_srgb8;
 use crate::formats::{self, FileFormat};
 use crate::limits::{LimitExceeded, Limits};
 use crate::scene::Image;
 use ::image::codecs::{jpeg::JpegDecoder, png::PngDecoder};
-use ::image::{ColorType, ImageDecoder, ImageFormat, ImageReader};
+use ::image::{ImageDecoder, ImageFormat, ImageReader};
 use kind::Kind;
 use std::borrow::Cow;
 use std::io::Cursor;
@@ -47,9 +47,16 @@ pub(crate) struct Header {
     kind: Kind,
     /// Bytes before the picture.
     start: usize,
+    /// Its kind of texels has no alpha.
+    opaque: bool,
 }
 
 impl Header {
+    /// Whether its kind of texels has no alpha.
+    pub(crate) fn is_opaque(&self) -> bool {
+        self.opaque
+    }
+
     /// Number of texels.
     pub(crate) fn texels(&self) -> u64 {
         area(self.width, self.height)
@@ -138,12 +145,13 @@ pub(crate) fn probe(
     };
     let (kind, start) = kind::find(bytes, foreign).map_err(ImageError::Damaged)?;
     let bytes = bytes.get(start..).unwrap_or_default();
-    let header = |width, height, transient| Header { width, height, transient, kind, start };
+    let header =
+        |width, height, transient, opaque| Header { width, height, transient, kind, start, opaque };
     let format = match kind {
         Kind::Ktx2 => {
             let ktx2::Ktx2 { width, height, .. } = ktx2::open(bytes).map_err(ImageError::Damaged)?;
             check(width, height)?;
-            return Ok(header(width, height, ktx2::TRANSIENT));
+            return Ok(header(width, height, ktx2::TRANSIENT, false));
         }
         Kind::Image(format) => format,
     };
@@ -160,7 +168,7 @@ pub(crate) fn probe(
             };
             let (width, height) = size.ok_or(error)?;
             check(width, height)?;
-            return Ok(header(width, height, 4));
+            return Ok(header(width, height, 4, false));
         }
     };
     let (width, height) = decoder.dimensions();
@@ -168,13 +176,30 @@ pub(crate) fn probe(
         return Err(ImageError::Damaged(format!("it has {width} x {height} texels")));
     }
     check(width, height)?;
-    Ok(header(width, height, decoder.color_type().bytes_per_pixel().into()))
+    let color_type = decoder.color_type();
+    Ok(header(width, height, color_type.bytes_per_pixel().into(), !color_type.has_alpha()))
 }
 
 /// Width and height by the first chunk of a PNG file.
 fn png_size(bytes: &[u8]) -> Option<(u32, u32)> {
     let word = |at: usize| bytes.get(at..)?.first_chunk().map(|&word| u32::from_be_bytes(word));
     (bytes.get(12..16)? == b"IHDR").then(|| word(16).zip(word(20))).flatten()
+}
+
+/// Gives the rows of a sound picture whose header has been accepted, from the top on, until one is not `taken`; the texels are
+/// those of [`decode`]. `raw` is room for what decoders write, whatever it holds. False if the picture is not sound, whatever
+/// rows were given.
+pub(crate) fn rows(
+    bytes: &[u8],
+    header: &Header,
+    raw: &mut Vec<u8>,
+    take: &mut dyn FnMut(&[[u8; 4]]) -> bool,
+) -> bool {
+    let (Kind::Image(format), 0) = (header.kind, header.start) else { return false };
+    if format == ImageFormat::Jpeg && damaged::is_cut_jpeg(bytes) {
+        return false;
+    }
+    rows::read(format, bytes, header, raw, take).is_ok()
 }
 
 /// Decodes a picture whose header has been accepted. 16-bit channels are rounded to 8 bits, grey becomes RGB, what
@@ -192,7 +217,7 @@ pub(crate) fn decode(bytes: &[u8], header: &Header) -> Result<Picture, ImageErro
             let texels = texture.decode().map_err(ImageError::Damaged)?;
             (Image::new(header.width, header.height, texels).map_err(damaged)?, None)
         }
-        Kind::Image(format) => match decode_as(format, bytes, header) {
+        Kind::Image(format) => match rows::image(format, bytes, header) {
             Ok(image) => {
                 let cut = format == ImageFormat::Jpeg && damaged::is_cut_jpeg(bytes);
                 (image, cut.then(|| "it ends early; the rest of it is made up".to_owned()))
@@ -212,85 +237,6 @@ pub(crate) fn decode(bytes: &[u8], header: &Header) -> Result<Picture, ImageErro
         flaw = Some(flaw.map_or_else(|| junk.clone(), |flaw| format!("{junk}; {flaw}")));
     }
     Ok(Picture { image, flaw })
-}
-
-/// Decodes a picture that is whole.
-fn decode_as(format: ImageFormat, bytes: &[u8], header: &Header) -> Result<Image, ImageError> {
-    let max_bytes = header.texels().saturating_mul(header.transient.saturating_add(4));
-    let decoder = decoder(bytes, format, max_bytes)?;
-    if decoder.dimensions() != (header.width, header.height) {
-        return Err(ImageError::Damaged("its header changed while it was read".to_owned()));
-    }
-    let count = usize::try_from(header.texels()).map_err(damaged)?;
-    let color_type = decoder.color_type();
-    let mut texels = vec![[0u8; 4]; count];
-    if color_type == ColorType::Rgba8 {
-        decoder.read_image(texels.as_flattened_mut()).map_err(damaged)?;
-    } else {
-        let mut raw = vec![0u8; usize::try_from(decoder.total_bytes()).map_err(damaged)?];
-        decoder.read_image(&mut raw).map_err(damaged)?;
-        match color_type {
-            ColorType::L8 => expand(&raw, &mut texels, |[l]: [u8; 1]| [l, l, l, 255]),
-            ColorType::La8 => expand(&raw, &mut texels, |[l, a]: [u8; 2]| [l, l, l, a]),
-            ColorType::Rgb8 => expand(&raw, &mut texels, |[r, g, b]: [u8; 3]| [r, g, b, 255]),
-            ColorType::L16 => expand(&raw, &mut texels, |[a, b]: [u8; 2]| {
-                let l = narrow([a, b]);
-                [l, l, l, 255]
-            }),
-            ColorType::La16 => expand(&raw, &mut texels, |[a, b, c, d]: [u8; 4]| {
-                let l = narrow([a, b]);
-                [l, l, l, narrow([c, d])]
-            }),
-            ColorType::Rgb16 => expand(&raw, &mut texels, |[a, b, c, d, e, f]: [u8; 6]| {
-                [narrow([a, b]), narrow([c, d]), narrow([e, f]), 255]
-            }),
-            ColorType::Rgba16 => expand(&raw, &mut texels, |[a, b, c, d, e, f, g, h]: [u8; 8]| {
-                [[a, b], [c, d], [e, f], [g, h]].map(narrow)
-            }),
-            ColorType::Rgb32F => expand(&raw, &mut texels, |floats: [u8; 12]| {
-                let [r, g, b] = light(&floats);
-                [r, g, b, 255]
-            }),
-            ColorType::Rgba32F => expand(&raw, &mut texels, |floats: [u8; 16]| {
-                let [r, g, b, _] = light(&floats);
-                let [_, _, _, a] = floats_of(&floats);
-                [r, g, b, (saturate(a) * 255.0 + 0.5) as u8]
-            }),
-            other => return Err(ImageError::Damaged(format!("texels of the kind {other:?} are not known"))),
-        }
-    }
-    Image::new(header.width, header.height, texels).map_err(damaged)
-}
-
-fn expand<const S: usize>(raw: &[u8], texels: &mut [[u8; 4]], convert: impl Fn([u8; S]) -> [u8; 4]) {
-    for (texel, from) in texels.iter_mut().zip(raw.as_chunks::<S>().0) {
-        *texel = convert(*from);
-    }
-}
-
-/// Numbers in this machine's byte order; zeros behind the last one.
-fn floats_of<const N: usize>(raw: &[u8]) -> [f32; N] {
-    let mut floats = [0.0; N];
-    for (float, bytes) in floats.iter_mut().zip(raw.as_chunks::<4>().0) {
-        *float = f32::from_ne_bytes(*bytes);
-    }
-    floats
-}
-
-/// Linear light as codes.
-fn light<const N: usize>(raw: &[u8]) -> [u8; N] {
-    floats_of(raw).map(|v| linear_to_srgb8(saturate(v)))
-}
-
-/// 0 to 1; NaN becomes 0.
-fn saturate(v: f32) -> f32 {
-    if v > 0.0 { if v < 1.0 { v } else { 1.0 } } else { 0.0 }
-}
-
-/// A channel of 16 bits in this machine's byte order, rounded to 8 bits.
-fn narrow(channel: [u8; 2]) -> u8 {
-    let v = u32::from(u16::from_ne_bytes(channel));
-    (v.saturating_mul(255).saturating_add(32767) / 65535) as u8
 }
 
 /// Texels of a picture. Two numbers of 32 bits have a product of 64: it does not saturate.

@@ -54,7 +54,7 @@ impl<L: Lanes> Probes<L> {
         {
             return Self::one(l, l.zero());
         }
-        let size = [texture.image().width() as f32, texture.image().height() as f32];
+        let size = [texture.width() as f32, texture.height() as f32];
         let [ux, vx] = texels::<L>(&footprint.dx, size);
         let [uy, vy] = texels::<L>(&footprint.dy, size);
         let (length_x, length_y) = (ux * ux + vx * vx, uy * uy + vy * vy);

@@ -4,7 +4,7 @@ use super::MAX_TOGETHER;
 use super::texels::{Corners, LevelLanes, wrap};
 use crate::each;
 use crate::math::lanes::{Float, Int, LANES, Lanes, Mask};
-use crate::scene::{MipFilter, Texture};
+use crate::scene::{Filter, MipFilter, Texture};
 
 /// Parts that are fetched before any is used: texels that are not in the cache come together.
 pub(super) const TOGETHER: usize = 2;
@@ -188,6 +188,32 @@ impl<L: Lanes> Mips<L> {
     /// Where the texels of a part lie, for coordinates that [`wrap`] gave.
     #[inline(always)]
     pub fn corners(&self, l: L, texture: &Texture, wrapped: [L::F; 2], part: Part) -> Corners<L> {
+        let (levels, filter) = self.levels(l, texture, part);
+        Corners::new(l, texture.sampler(), &levels, wrapped, filter)
+    }
+
+    /// Asks textures of which only some rows are there for those that active lanes read at wrapped coordinates.
+    pub fn ask(&self, l: L, textures: &[&Texture], wrapped: [L::F; 2], active: u16) {
+        let Some(&first) = textures.first() else { return };
+        let mut last = u32::MAX;
+        for &part in self.parts() {
+            let (levels, filter) = self.levels(l, first, part);
+            let Some(rows) = levels.bands_of(wrapped[1], first.sampler(), filter) else { return };
+            for k in (0..LANES).filter(|k| active >> k & 1 == 1) {
+                for band in rows.map(|bands| bands[k] as u32) {
+                    // Neighbours read the same.
+                    if band != last {
+                        textures.iter().for_each(|texture| want(texture, band));
+                        last = band;
+                    }
+                }
+            }
+        }
+    }
+
+    /// The levels of a part, and how they are filtered.
+    #[inline(always)]
+    fn levels<'a>(&self, l: L, texture: &'a Texture, part: Part) -> (LevelLanes<'a, L>, Filter) {
         let sampler = texture.sampler();
         let last = (texture.level_count() - 1) as i32;
         let (level, common, filter) = match part {
@@ -207,6 +233,15 @@ impl<L: Lanes> Mips<L> {
             Some(level) => LevelLanes::uniform(l, texture, level),
             None => LevelLanes::reduced(l, texture, &level.to_array()),
         };
-        Corners::new(l, sampler, &levels, wrapped, filter)
+        (levels, filter)
+    }
+}
+
+/// Asks for a band of rows, unless it is there.
+fn want(texture: &Texture, band: u32) {
+    if let (Some(bands), Some(form)) = (texture.bands(), texture.form())
+        && !bands.has(band)
+    {
+        form.want(band);
     }
 }

@@ -3,7 +3,7 @@
 use crate::color::srgb::SRGB8_LANES;
 use crate::each;
 use crate::math::lanes::{Float, Int, LANES, Lanes, Mask};
-use crate::scene::{ColorSpace, Filter, LevelLayout, Sampler, Texture, Wrap};
+use crate::scene::{BAND_SHIFT, ColorSpace, Filter, LevelLayout, Sampler, Texture, Wrap};
 use prefetch_index::prefetch_index;
 
 /// The largest code counts as 1.
@@ -54,30 +54,36 @@ pub(super) fn finish<F: Float>(color_space: ColorSpace, [r, g, b, a]: [F; 4]) ->
 }
 
 /// Size and place of the level of each lane.
-pub(super) struct LevelLanes<L: Lanes> {
+pub(super) struct LevelLanes<'a, L: Lanes> {
     /// Level 0, which lies in an array of its own.
     is_0: bool,
     width: L::I,
     height: L::I,
     offset: L::I,
+    /// Where only some rows are there: what takes texels of each band of rows to their places in place of the offset, and the
+    /// first band of the level.
+    bands: Option<(&'a [[u8; 4]], L::I)>,
 }
 
-impl<L: Lanes> LevelLanes<L> {
+impl<'a, L: Lanes> LevelLanes<'a, L> {
     /// One level, which must exist, for all lanes.
     #[inline(always)]
-    pub fn uniform(l: L, texture: &Texture, level: i32) -> Self {
+    pub fn uniform(l: L, texture: &'a Texture, level: i32) -> Self {
         let LevelLayout { width, height, offset } = texture.layout()[level as usize];
         Self {
             is_0: level == 0,
             width: l.splat_i(width as i32),
             height: l.splat_i(height as i32),
             offset: l.splat_i(offset as i32),
+            bands: texture
+                .bands()
+                .map(|bands| (bands.places(), l.splat_i(bands.first(level as usize) as i32))),
         }
     }
 
-    /// Any levels but 0; lanes at level 0 read something of no meaning.
+    /// Any levels but 0; lanes at level 0 read something of no meaning, unless only some rows are there.
     #[inline(always)]
-    pub fn reduced(l: L, texture: &Texture, levels: &[i32; LANES]) -> Self {
+    pub fn reduced(l: L, texture: &'a Texture, levels: &[i32; LANES]) -> Self {
         let mut planes = [[0; LANES]; 3];
         for k in 0..LANES {
             let LevelLayout { width, height, offset } = texture.layout()[levels[k] as usize];
@@ -90,7 +96,41 @@ impl<L: Lanes> LevelLanes<L> {
             width: l.load_i(&planes[0]),
             height: l.load_i(&planes[1]),
             offset: l.load_i(&planes[2]),
+            bands: texture.bands().map(|bands| {
+                let firsts = each!(level in *levels => bands.first(level as usize) as i32);
+                (bands.places(), l.load_i(&firsts))
+            }),
         }
+    }
+
+    /// The upper and the lower row that a filter reads at the wrapped coordinate `v`, and how far it is from one to the other.
+    #[inline(always)]
+    fn rows(&self, v: L::F, sampler: &Sampler, filter: Filter) -> ([L::I; 2], L::F) {
+        let v = v * self.height.to_float();
+        match filter {
+            Filter::Nearest => {
+                let y = v.to_int().min(self.height + -1);
+                ([y; 2], v)
+            }
+            Filter::Linear => neighbours(v, self.height, sampler.wrap_v),
+        }
+    }
+
+    /// Where a row begins.
+    #[inline(always)]
+    fn start(&self, l: L, row: L::I) -> L::I {
+        let place = match self.bands {
+            None => self.offset,
+            Some((places, first)) => l.gather_bytes(places, row.shr(BAND_SHIFT) + first),
+        };
+        row * self.width + place
+    }
+
+    /// The bands of rows that lanes read; none where all rows are there.
+    pub fn bands_of(&self, v: L::F, sampler: &Sampler, filter: Filter) -> Option<[[i32; LANES]; 2]> {
+        let (_, first) = self.bands?;
+        let (rows, _) = self.rows(v, sampler, filter);
+        Some(each!(row in rows => (row.shr(BAND_SHIFT) + first).to_array()))
     }
 }
 
@@ -126,22 +166,25 @@ impl<L: Lanes> Corners<L> {
 
     /// Those of coordinates that [`wrap`] gave.
     #[inline(always)]
-    pub fn new(l: L, sampler: &Sampler, levels: &LevelLanes<L>, wrapped: [L::F; 2], filter: Filter) -> Self {
-        let LevelLanes { is_0, width, height, offset } = *levels;
+    pub fn new(
+        l: L,
+        sampler: &Sampler,
+        levels: &LevelLanes<'_, L>,
+        wrapped: [L::F; 2],
+        filter: Filter,
+    ) -> Self {
+        let LevelLanes { is_0, width, .. } = *levels;
         let u = wrapped[0] * width.to_float();
-        let v = wrapped[1] * height.to_float();
+        let ([y0, y1], t) = levels.rows(wrapped[1], sampler, filter);
         match filter {
             Filter::Nearest => {
                 let x = u.to_int().min(width + -1);
-                let y = v.to_int().min(height + -1);
-                let index = y * width + offset + x;
+                let index = levels.start(l, y0) + x;
                 Self { is_0, are_pairs: false, index: [index; 4], weights: Weights::one(l) }
             }
             Filter::Linear => {
                 let ([x0, x1], s) = neighbours(u, width, sampler.wrap_u);
-                let ([y0, y1], t) = neighbours(v, height, sampler.wrap_v);
-                let upper = y0 * width + offset;
-                let lower = y1 * width + offset;
+                let (upper, lower) = (levels.start(l, y0), levels.start(l, y1));
                 Self {
                     is_0,
                     are_pairs: x1.eq(x0 + 1).all(),
@@ -225,7 +268,7 @@ impl<L: Lanes> Corners<L> {
 
     #[inline(always)]
     fn texels<'a>(&self, texture: &'a Texture) -> &'a [[u8; 4]] {
-        if self.is_0 { texture.image().texels() } else { texture.reduced() }
+        if self.is_0 { texture.first_texels() } else { texture.reduced() }
     }
 }
 
@@ -243,7 +286,7 @@ impl<L: Lanes> Weights<L> {
             ColorSpace::Linear => self.blend::<Linear>(l, texels),
         };
         // Of texels that have it all, every mean is the same.
-        let alpha = if texture.is_opaque() { l.splat(255.0) } else { self.blend_alpha(texels) };
+        let alpha = if texture.reads_opaque() { l.splat(255.0) } else { self.blend_alpha(texels) };
         [r, g, b, alpha]
     }
 

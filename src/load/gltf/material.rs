@@ -6,8 +6,8 @@ use super::texture::Textures;
 use super::uv_sets::UvSets;
 use crate::load::LoadError;
 use crate::load::warnings::Warnings;
-use crate::scene::parameters::{EMISSIVE_TEXTURE, Kind, Slot, slots};
-use crate::scene::{AlphaMode, Material, TextureId, TextureRef, Workflow};
+use crate::scene::parameters::{Kind, Slot};
+use crate::scene::{AlphaMode, Material, TextureId, TextureRef, Workflow, settle};
 
 /// What primitives without a material are made of in files that have materials: section 3.9.2 of the specification with its default factors,
 /// which is a rough white metal.
@@ -37,15 +37,7 @@ pub(super) fn convert(
 
 /// Replaces provisional texture ids by those of the scene; uses of textures that could not be read are removed.
 pub(super) fn settle_textures(material: &mut Material, ids: &[Option<TextureId>]) {
-    for (parameter, slot) in slots() {
-        let Some(&provisional) = slot.get(material) else { continue };
-        let settled = ids.get(provisional.texture.index()).copied().flatten();
-        if settled.is_none() && parameter.name == EMISSIVE_TEXTURE.name {
-            // The factor alone would make all of it glow.
-            material.emissive = [0.0; 3];
-        }
-        slot.set(material, settled.map(|texture| TextureRef { texture, ..provisional }));
-    }
+    settle(material, &|provisional| ids.get(provisional.index()).copied().flatten());
 }
 
 struct Converter<'a> {

@@ -56,7 +56,7 @@ pub(super) use texture::transform_of;
 
 use super::budget::Budget;
 use super::warnings::Warnings;
-use super::{AnimationInfo, Context, Format, LoadError, LoadOptions};
+use super::{AnimationInfo, Context, Format, LoadError, LoadOptions, TextureLoading};
 use crate::limits::Limits;
 use crate::scene::{Material, Scene, SplatCloud, Texture, TextureId};
 use accessor::Pick;
@@ -162,6 +162,7 @@ fn read_parts(
         sources: BTreeMap::new(),
         skins: BTreeMap::new(),
         failures: Failures::default(),
+        by_need: options.textures == TextureLoading::ByNeed,
     };
     let (draws, contents) = loader.plan(&mut tree, channels)?;
     let (animation, animations) = loader.read_animations(channels, purpose)?;
@@ -246,6 +247,8 @@ struct Loader<'a> {
     /// Used skins by their numbers in the file.
     skins: BTreeMap<usize, Skin>,
     failures: Failures,
+    /// Images are decoded when a picture asks for them.
+    by_need: bool,
 }
 
 /// Elements that cannot be read. The rest of the file is drawn without them; where nothing is left, the first of them is why.
@@ -383,6 +386,17 @@ impl Loader<'_> {
                 }
             }
         }
+        let mut textures: Vec<Option<Texture>> = (0..self.textures.count()).map(|_| None).collect();
+        let mut encoded = encoded;
+        if self.by_need {
+            encoded.retain(|image| match image.defer(buffers, &mut self.warnings) {
+                None => true,
+                Some(list) => {
+                    place(&mut textures, list);
+                    false
+                }
+            });
+        }
         // Images first: they take longest.
         let images = encoded.iter().map(Work::Image);
         let picked = geometries.iter().zip(picks);
@@ -404,7 +418,7 @@ impl Loader<'_> {
         });
         drop(work);
         self.buffers.warn_of_short(&mut self.warnings);
-        self.collect(results, &encoded)
+        self.collect(results, &encoded, textures)
     }
 
     #[allow(clippy::type_complexity)]
@@ -412,10 +426,10 @@ impl Loader<'_> {
         &mut self,
         results: Vec<Part>,
         encoded: &[Encoded],
+        mut textures: Vec<Option<Texture>>,
     ) -> Result<(Vec<Option<Texture>>, Vec<Shape>), LoadError> {
         // Images come first, in their order.
         let mut encoded = encoded.iter();
-        let mut textures: Vec<Option<Texture>> = (0..self.textures.count()).map(|_| None).collect();
         let mut meshes = Vec::with_capacity(self.geometries.len());
         for result in results {
             match result {
@@ -432,11 +446,7 @@ impl Loader<'_> {
                         )?,
                         (Err(_), None) => Vec::new(),
                     };
-                    for (id, texture) in list {
-                        if let Some(place) = textures.get_mut(id as usize) {
-                            *place = Some(texture);
-                        }
-                    }
+                    place(&mut textures, list);
                 }
                 Part::Mesh(mesh, repaired) => {
                     let of = self.geometries.get(meshes.len()).map_or((0, 0), |geometry| geometry.of);
@@ -472,6 +482,15 @@ impl Loader<'_> {
         let mut materials = std::mem::take(&mut self.materials);
         materials.iter_mut().for_each(|(_, material)| material::settle_textures(material, &ids));
         Ok((scene, materials))
+    }
+}
+
+/// Puts textures in the places of their provisional ids.
+fn place(textures: &mut [Option<Texture>], list: Vec<(u32, Texture)>) {
+    for (id, texture) in list {
+        if let Some(place) = textures.get_mut(id as usize) {
+            *place = Some(texture);
+        }
     }
 }
 

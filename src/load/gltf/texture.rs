@@ -12,7 +12,7 @@ use crate::load::image::{self, Header, ImageError, Picture};
 use crate::load::warnings::Warnings;
 use crate::load::{Context, LoadError, ResolveError};
 use crate::scene::{
-    AlphaUse, ColorSpace, Filter, MipFilter, Sampler, Texture, TextureId, TextureRef, UvTransform, Wrap,
+    AlphaUse, ColorSpace, DeferredImage, Filter, Image, ImageSource, MipFilter, Sampler, Texture, TextureId, TextureRef, UvTransform, Wrap,
 };
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -282,6 +282,36 @@ impl Encoded {
         }
     }
 
+    /// The textures of this image with their provisional ids, to be decoded when a picture asks for them. `None` if that is done
+    /// at once: where something else takes its place if it cannot be decoded.
+    pub(super) fn defer(
+        &self,
+        buffers: &Buffers<'_>,
+        warnings: &mut Warnings,
+    ) -> Option<Vec<(u32, Texture)>> {
+        let Self { what, used, bytes, header, substitute: None, forms } = self else { return None };
+        let bytes = match bytes {
+            Bytes::Own(bytes) => bytes.clone(),
+            Bytes::View(view) => buffers.view(*view).and_then(|view| view.bytes()).ok()?.into_owned(),
+        };
+        if let Some(unusual) = self.unusual() {
+            warnings.add(|| unusual);
+        }
+        let source = Box::new(Source { name: format!("{what}{used}"), bytes, header: *header });
+        let forms_of_image = forms.iter().map(|(form, _)| (form.color_space, form.alpha, form.sampler));
+        let size = [header.width, header.height];
+        let image = Arc::new(DeferredImage::new(size, header.is_opaque(), source, forms_of_image));
+        let texture =
+            |(number, (_, id)): (usize, &(Form, u32))| Some((*id, Texture::deferred(&image, number)?));
+        forms.iter().enumerate().map(texture).collect()
+    }
+
+    /// What is to be said of a kind of picture that glTF does not have.
+    fn unusual(&self) -> Option<String> {
+        let kind = self.header.unusual()?;
+        Some(format!("{}{}: it is {kind}, which glTF does not have", self.what, self.used))
+    }
+
     /// The textures of this image, or why there are none.
     pub(super) fn decode(&self, buffers: &Buffers<'_>) -> Result<Decoded, String> {
         let bytes = match &self.bytes {
@@ -294,16 +324,39 @@ impl Encoded {
             Ok(picture) => picture,
             Err(error) => return Err(error.loss().unwrap_or_else(|limit| limit.to_string())),
         };
-        let unusual = self.header.unusual().map(|kind| format!("it is {kind}, which glTF does not have"));
-        let flaws = [unusual, flaw]
-            .into_iter()
-            .flatten()
-            .map(|flaw| format!("{}{}: {flaw}", self.what, self.used))
-            .collect();
+        let flaw = flaw.map(|flaw| format!("{}{}: {flaw}", self.what, self.used));
+        let flaws = [self.unusual(), flaw].into_iter().flatten().collect();
         let image = Arc::new(image);
         let texture =
             |form: &Form| Texture::new(Arc::clone(&image), form.color_space, form.alpha, form.sampler);
         Ok(Decoded { textures: self.forms.iter().map(|(form, id)| (*id, texture(form))).collect(), flaws })
+    }
+}
+
+/// An image that is decoded later.
+struct Source {
+    /// It and what uses it, in messages.
+    name: String,
+    bytes: Vec<u8>,
+    header: Header,
+}
+
+impl ImageSource for Source {
+    fn rows(&self, raw: &mut Vec<u8>, take: &mut dyn FnMut(&[[u8; 4]]) -> bool) -> bool {
+        image::rows(&self.bytes, &self.header, raw, take)
+    }
+
+    fn image(&self) -> Result<(Image, Vec<String>), String> {
+        match image::decode(&self.bytes, &self.header) {
+            Ok(Picture { image, flaw }) => {
+                let flaw = flaw.map(|flaw| format!("{}: {flaw}", self.name));
+                Ok((image, flaw.into_iter().collect()))
+            }
+            Err(error) => {
+                let loss = error.loss().unwrap_or_else(|limit| limit.to_string());
+                Err(format!("{}: {loss}; drawn without it", self.name))
+            }
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 //! Levels of textures against double precision.
 
 use super::*;
+use crate::scene::bands::BandLayout;
 use crate::scene::{MipFilter, Sampler, Texture};
 use std::sync::Arc;
 
@@ -42,7 +43,7 @@ fn two_rows_at_once_have_the_bits_of_one_after_the_other() {
     fn check<M: Meaning>(rows: &[Vec<[u8; 4]>; 2]) {
         let width = rows[0].len() as u32;
         let level = LevelLayout { width: width / 2, height: 1, offset: 0 };
-        let mut stage = Stage::new([width, 2], level);
+        let mut stage = Stage::new([width, 2], level, 1);
         for row in rows {
             let decoded: Vec<Sum> = row.iter().map(|&texel| M::decode(texel)).collect();
             stage.take(&decoded);
@@ -271,5 +272,38 @@ fn a_cutoff_that_shows_all_or_nothing_changes_nothing() {
     };
     for cutoff in [0.0, -1.0, 1.5, f32::INFINITY, f32::NAN] {
         assert_eq!(made(AlphaUse::mask(cutoff)), made(AlphaUse::Coverage), "{cutoff}");
+    }
+}
+
+/// Whatever rows are kept, their texels are those of the whole image.
+#[test]
+fn rows_that_are_kept_have_the_texels_of_all() {
+    let mut byte = noise();
+    for (width, height) in [(64, 64), (61, 37), (1, 90), (90, 1), (96, 33), (33, 96), (8, 8), (1, 1)] {
+        for color_space in [ColorSpace::Srgb, ColorSpace::Linear] {
+            for alpha in [AlphaUse::Data, AlphaUse::Coverage, AlphaUse::Normals] {
+                let opaque = alpha == AlphaUse::Normals;
+                let mut texel = |_| [byte(), byte(), byte(), if opaque { 255 } else { byte() }];
+                let whole = texture(width, height, color_space, alpha, &mut texel);
+                let levels = whole.layout();
+                let layout = BandLayout::new(levels);
+                for kept in [0, u64::MAX, u64::from(byte()) << 3 | u64::from(byte())] {
+                    let bands = Bands::new(&layout, vec![kept; layout.words()]);
+                    let mut chain = Chain::new(levels, bands, color_space, alpha);
+                    whole.image().texels().chunks(width as usize).for_each(|row| chain.take(row));
+                    let (bands, texels) = chain.finish();
+                    let mut count = 0;
+                    for (number, level) in whole.levels().enumerate() {
+                        for (row, expected) in level.texels.chunks(level.width as usize).enumerate() {
+                            let Some(start) = bands.place(number, row as u32) else { continue };
+                            assert_eq!(&texels[start..][..expected.len()], expected, "{number} {row}");
+                            count += expected.len();
+                        }
+                    }
+                    assert_eq!(count, texels.len());
+                    assert!(kept != u64::MAX || count == layout.texels());
+                }
+            }
+        }
     }
 }
