@@ -12,7 +12,7 @@ use overcoat::cli::turntable::Turning;
 use overcoat::description::Machine;
 use overcoat::frame::DisplayOptions;
 use overcoat::jobs::MAX_THREADS;
-use overcoat::load::{Context, Format, Loaded, NoResolver, load_bytes_with, load_file_with};
+use overcoat::load::{Context, Format, Loaded, NoResolver, load_bytes_with, load_file_with, TextureLoading};
 use overcoat::render::{Background, Rendered};
 use overcoat::scene::Camera;
 use overcoat::{Limits, Scene, SimdLevel};
@@ -60,7 +60,7 @@ impl Renderer {
         description: &str,
         given_limits: BTreeMap<String, u64>,
     ) -> PyResult<Model> {
-        let options = loading(description)?;
+        let options = loading(description)?.with_textures(TextureLoading::ByNeed);
         let limits = limits(&given_limits)?;
         self.pool.with(py, |renderer| {
             let loaded = load_file_with(&path, &options, &limits, renderer.jobs());
@@ -77,7 +77,7 @@ impl Renderer {
         description: &str,
         given_limits: BTreeMap<String, u64>,
     ) -> PyResult<Model> {
-        let options = loading(description)?;
+        let options = loading(description)?.with_textures(TextureLoading::ByNeed);
         let limits = limits(&given_limits)?;
         let format = format.map(format_of).transpose()?;
         self.pool.with(py, |renderer| {

@@ -16,6 +16,7 @@ pub(crate) fn losses(
     stats: &RenderStats,
 ) -> Vec<String> {
     let mut all: Vec<String> = left_out(scene, options.shading).map(|warning| warning.message).collect();
+    all.extend(scene.texture_losses());
     if display.background.is_none() && frame.is_tinted() {
         all.push(
             "glass tints what is behind it, which a picture with one opacity for all colours cannot show: it is grey there; \
