@@ -27,7 +27,9 @@ fn picture(width: u32, height: u32, seed: u32, kind: Kind) -> DynamicImage {
     let rgb = |x, y| [0, 1, 2].map(|c| channel(x, y, c) as u8);
     match kind {
         Kind::Rgb => ImageBuffer::from_fn(width, height, |x, y| image::Rgb(rgb(x, y))).into(),
-        Kind::Grey => ImageBuffer::from_fn(width, height, |x, y| image::Luma([channel(x, y, 0) as u8])).into(),
+        Kind::Grey => {
+            ImageBuffer::from_fn(width, height, |x, y| image::Luma([channel(x, y, 0) as u8])).into()
+        }
         Kind::Wide => ImageBuffer::from_fn(width, height, |x, y| {
             image::Rgb([0, 1, 2].map(|c| (channel(x, y, c) * 257.0) as u16))
         })
@@ -272,10 +274,15 @@ fn pictures_are_those_of_textures_that_are_decoded_as_a_whole() {
                 );
             }
             assert_eq!(fresh.texture_losses(), [""; 0]);
-            for pixel in [[20, 20], [75, 45], [33, 30]].map(|p: [u32; 2]| [p[0] % options.width, p[1] % options.height]) {
+            for pixel in [[20, 20], [75, 45], [33, 30]]
+                .map(|p: [u32; 2]| [p[0] % options.width, p[1] % options.height])
+            {
                 let fresh = scene(&file, TextureLoading::ByNeed);
                 let pick = |renderer: &mut Renderer, scene: &Scene| {
-                    renderer.pick(scene, camera, &options, pixel).unwrap().map(|hit| (hit.instance, hit.primitive))
+                    renderer
+                        .pick(scene, camera, &options, pixel)
+                        .unwrap()
+                        .map(|hit| (hit.instance, hit.primitive))
                 };
                 assert_eq!(pick(&mut third, &fresh), pick(&mut first, &whole), "{number} {pixel:?}");
             }
@@ -287,7 +294,8 @@ fn pictures_are_those_of_textures_that_are_decoded_as_a_whole() {
 fn with_images(files: &[Vec<u8>], roles: &[&str]) -> Vec<u8> {
     let mut model: Model = document();
     let shape = model.shape(&square(1));
-    let mut material = json!({"pbrMetallicRoughness": {"metallicFactor": 0.0}, "emissiveFactor": [0.3, 0.3, 0.3]});
+    let mut material =
+        json!({"pbrMetallicRoughness": {"metallicFactor": 0.0}, "emissiveFactor": [0.3, 0.3, 0.3]});
     for (file, role) in files.iter().zip(roles) {
         let texture = model.texture(file);
         match *role {

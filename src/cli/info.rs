@@ -5,7 +5,9 @@ use super::failure::{Failure, file_name};
 use super::input;
 use super::report::{self, Reporter, Versions};
 use crate::jobs::Jobs;
-use crate::load::{AnimatedModel, AnimationInfo, Context, Format, LoadError, LoadOptions, Loaded, TextureLoading};
+use crate::load::{
+    AnimatedModel, AnimationInfo, Context, Format, LoadError, LoadOptions, Loaded, TextureLoading,
+};
 use crate::scene::parameters::slots;
 use crate::scene::{
     AlphaMode, ColorSpace, Light, LightKind, Material, Orientation, PrimitiveKind, Projection, Scene,

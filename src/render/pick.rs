@@ -117,7 +117,8 @@ impl Memory {
                 view: &view,
                 pattern: &pattern,
             };
-            let shade = shade_context(request, textures.of(scene), &view, &draws, &environment, &self.lights, 0);
+            let shade =
+                shade_context(request, textures.of(scene), &view, &draws, &environment, &self.lights, 0);
             kept.nearest(scene, &shade, pixel)
         });
         self.draws = emptied(draws);

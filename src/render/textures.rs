@@ -82,7 +82,8 @@ impl TextureMemory {
             }
         }
         // The largest first: what is left at the end is small.
-        images.sort_by_key(|list| std::cmp::Reverse(u64::from(list[0].width()) * u64::from(list[0].height())));
+        images
+            .sort_by_key(|list| std::cmp::Reverse(u64::from(list[0].width()) * u64::from(list[0].height())));
         jobs.for_each_with_scratch(&mut self.raw, &mut images, |raw, _, textures| {
             if let Some(form) = textures.first().and_then(|texture| texture.form()) {
                 form.image().provide(textures, raw);

@@ -18,8 +18,8 @@ use crate::math::vec3::V3;
 use crate::reuse::reserve_like;
 use crate::scene::{Material, ShadingModel};
 use crate::shade::{
-    Effects, ShadeContext, SurfacePlace, SurfaceReading, TraceScratch, ask_for_textures, pass_through, shade, store_face,
-    store_lit, store_surface, store_transmission,
+    Effects, ShadeContext, SurfacePlace, SurfaceReading, TraceScratch, ask_for_textures, pass_through, shade,
+    store_face, store_lit, store_surface, store_transmission,
 };
 
 /// What the fragments of a tile, or of a part of it, are shaded by.

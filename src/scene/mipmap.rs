@@ -68,7 +68,12 @@ pub(super) struct Chain {
 impl Chain {
     /// Of an image with these levels, of which those rows are kept that are in `bands`. `alpha` is no mask: those ask for the
     /// whole image.
-    pub(super) fn new(levels: &[LevelLayout], bands: Bands, color_space: ColorSpace, alpha: AlphaUse) -> Self {
+    pub(super) fn new(
+        levels: &[LevelLayout],
+        bands: Bands,
+        color_space: ColorSpace,
+        alpha: AlphaUse,
+    ) -> Self {
         fn of<M: Meaning + 'static>(levels: &[LevelLayout]) -> Box<dyn Rows> {
             let Some((image, levels)) = levels.split_first() else { return Box::new(()) };
             if levels.is_empty() {

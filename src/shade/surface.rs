@@ -444,7 +444,8 @@ impl<'a> SurfaceReading<'a> {
                 | Workflow::SpecularGlossiness { texture, .. } => texture.as_ref(),
             },
         ];
-        let is_known = move |texture: &TextureRef| known.into_iter().flatten().any(|k| std::ptr::eq(k, texture));
+        let is_known =
+            move |texture: &TextureRef| known.into_iter().flatten().any(|k| std::ptr::eq(k, texture));
         material.textures().filter(move |texture| !is_known(texture))
     }
 }

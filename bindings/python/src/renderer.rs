@@ -12,7 +12,7 @@ use overcoat::cli::turntable::Turning;
 use overcoat::description::Machine;
 use overcoat::frame::DisplayOptions;
 use overcoat::jobs::MAX_THREADS;
-use overcoat::load::{Context, Format, Loaded, NoResolver, load_bytes_with, load_file_with, TextureLoading};
+use overcoat::load::{Context, Format, Loaded, NoResolver, TextureLoading, load_bytes_with, load_file_with};
 use overcoat::render::{Background, Rendered};
 use overcoat::scene::Camera;
 use overcoat::{Limits, Scene, SimdLevel};

@@ -145,8 +145,7 @@ pub(crate) fn probe(
     };
     let (kind, start) = kind::find(bytes, foreign).map_err(ImageError::Damaged)?;
     let bytes = bytes.get(start..).unwrap_or_default();
-    let header =
-        |width, height, transient, opaque| Header { width, height, transient, kind, start, opaque };
+    let header = |width, height, transient, opaque| Header { width, height, transient, kind, start, opaque };
     let format = match kind {
         Kind::Ktx2 => {
             let ktx2::Ktx2 { width, height, .. } = ktx2::open(bytes).map_err(ImageError::Damaged)?;

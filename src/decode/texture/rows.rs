@@ -27,9 +27,15 @@ pub(super) fn read(
     }
     let decoder = checked(format, bytes, header)?;
     let color_type = decoder.color_type();
-    // Of what decoders leave out the last picture must not show.
-    raw.clear();
-    raw.resize(usize::try_from(decoder.total_bytes()).map_err(damaged)?, 0);
+    let bytes = usize::try_from(decoder.total_bytes()).map_err(damaged)?;
+    if raw.capacity() < bytes {
+        // Memory that the system gives is empty already.
+        *raw = vec![0; bytes];
+    } else {
+        // Of what decoders leave out the last picture must not show.
+        raw.clear();
+        raw.resize(bytes, 0);
+    }
     decoder.read_image(raw).map_err(damaged)?;
     let stride = width.saturating_mul(color_type.bytes_per_pixel().into());
     for packed in raw.chunks_exact(stride.max(1)) {
@@ -69,7 +75,7 @@ fn read_png(
         (png::ColorType::Rgba, png::BitDepth::Sixteen) => ColorType::Rgba16,
         _ => return Ok(None),
     };
-    let is_wide = color_type.bytes_per_pixel() > u8::from(color_type.channel_count()) ;
+    let is_wide = color_type.bytes_per_pixel() > color_type.channel_count();
     raw.clear();
     raw.resize(row.len().saturating_mul(color_type.bytes_per_pixel().into()), 0);
     for _ in 0..header.height {

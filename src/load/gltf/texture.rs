@@ -12,7 +12,8 @@ use crate::load::image::{self, Header, ImageError, Picture};
 use crate::load::warnings::Warnings;
 use crate::load::{Context, LoadError, ResolveError};
 use crate::scene::{
-    AlphaUse, ColorSpace, DeferredImage, Filter, Image, ImageSource, MipFilter, Sampler, Texture, TextureId, TextureRef, UvTransform, Wrap,
+    AlphaUse, ColorSpace, DeferredImage, Filter, Image, ImageSource, MipFilter, Sampler, Texture, TextureId,
+    TextureRef, UvTransform, Wrap,
 };
 use std::borrow::Cow;
 use std::collections::HashMap;
