@@ -144,10 +144,12 @@ test("a promise that is cancelled rejects with the signal's reason", async () =>
   const never = renderer.render(knot, { size: 16, signal: second.signal });
   second.abort();
   await assert.rejects(never, { name: "AbortError" });
+  const behind = kept.render();
   setTimeout(() => controller.abort(), 200);
   await assert.rejects(long, { name: "AbortError" });
   assert.ok(performance.now() - start < 10_000, "at once");
   assert.match((await waiting).hash, /^[0-9a-f]{32}$/, "what waited behind it is drawn");
+  assert.equal((await behind).hash, (await waiting).hash, "and a model that was loaded before, if its picture waited, too");
   assert.equal((await kept.render()).hash, (await waiting).hash, "models live on");
   const last = renderer.render(knot, { size: 2048, quality: "best", rays: 256 });
   renderer.close();
