@@ -45,12 +45,13 @@ export class MaterialHandle extends Handle {
   }
 }
 
-/** A model: its parts in the order of the file, and the seconds of its animation. */
+/** A model: what it is, as of load(); its parts in the order of the file, and the seconds of its animation. */
 export class ModelHandle extends Handle {
   instances = [];
   materials = [];
   lights = [];
   duration = null;
+  info;
 
   constructor(scene) {
     super("model", scene);

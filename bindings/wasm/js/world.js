@@ -174,7 +174,10 @@ export class World {
 
   #takeParts({ makes, about, parts }, found) {
     const model = makes ?? about;
-    if (makes !== undefined) this.#names.add(model, BigInt(found.model));
+    if (makes !== undefined) {
+      this.#names.add(model, BigInt(found.model));
+      model.info = found.info;
+    }
     // When it is done again, what comes has its handles.
     let known = 0;
     const take = (kind, number, make) => {

@@ -57,9 +57,7 @@ impl Model {
     pub fn info(&mut self, description: &str) -> Result<String, JsValue> {
         let description = Description::from_json(description).map_err(about_options)?;
         let loaded = self.load(&description).map_err(sentence)?;
-        let scene = &loaded.scene;
-        let warnings: Vec<&str> = loaded.warnings.iter().map(|warning| warning.message.as_str()).collect();
-        Ok(about(scene, &warnings).to_string())
+        Ok(about(&loaded.scene, &loaded.warnings).to_string())
     }
 
     /// Draws what a description (JSON) says, with the planes of these names beside the pixels.
@@ -124,7 +122,8 @@ impl Model {
 }
 
 /// What a loaded model is.
-fn about(scene: &Scene, warnings: &[&str]) -> serde_json::Value {
+pub(crate) fn about(scene: &Scene, warnings: &[Warning]) -> serde_json::Value {
+    let warnings: Vec<&str> = warnings.iter().map(|warning| warning.message.as_str()).collect();
     let bounds = scene.shown_bounds();
     let materials: Vec<&str> = scene.materials().iter().map(|material| material.name.as_str()).collect();
     serde_json::json!({

@@ -3,6 +3,7 @@
 
 use crate::arrays::{MeshArrays, transform};
 use crate::files::Files;
+use crate::model::about;
 use crate::picture::Picture;
 use crate::world_materials::{Textures, clay, made};
 use crate::{about_options, limits, of_description, of_world, planes, sentence};
@@ -12,7 +13,7 @@ use overcoat::load::{AnimatedModel, Loaded, Warning, load_bytes_with};
 use overcoat::scene::{Environment, Light};
 use overcoat::world::{InstanceHandle, LightHandle, MaterialHandle, MeshHandle, ModelHandle};
 use overcoat::{Limits, Renderer, Scene};
-use serde_json::json;
+use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use wasm_bindgen::JsValue;
 use wasm_bindgen::prelude::wasm_bindgen;
@@ -58,7 +59,8 @@ impl World {
         })
     }
 
-    /// Adds a model file as a description (JSON) says that has keys of loading and materials. Returns [`World::parts`] of it.
+    /// Adds a model file as a description (JSON) says that has keys of loading and materials. Returns [`World::parts`] of it, with
+    /// what it is.
     ///
     /// # Errors
     /// If the description, the model, one of the files or the matrix is wrong.
@@ -75,22 +77,27 @@ impl World {
         let options = description.load_options().map_err(of_description)?;
         let files = Files::new(names, contents)?;
         let context = files.context(&self.limits, self.renderer.jobs());
-        if let Some(animation) = &options.animation {
-            let time = animation.time;
+        let jobs = self.renderer.jobs();
+        let (model, info) = if let Some(animation) = &options.animation {
             let source = AnimatedModel::from_bytes(bytes, None, &options, &context).map_err(sentence)?;
-            let jobs = self.renderer.jobs();
-            let (model, warnings) = self.world.add_animated_model(source, place, jobs).map_err(of_world)?;
+            let posed = source.at(animation.time, jobs).map_err(sentence)?;
+            let info = about(&posed.scene, &posed.warnings);
+            let (model, _) = self.world.add_animated_model(source, place, jobs).map_err(of_world)?;
+            let warnings = self.world.set_pose(model, animation.time, jobs).map_err(of_world)?;
             self.warnings.insert(About::Pose(model), warnings);
-            return if time > 0.0 { self.set_pose(model.to_bits(), time) } else { self.parts(model) };
-        }
-        let mut loaded = load_bytes_with(bytes, None, &options, &context).map_err(sentence)?;
-        let materials = Materials::load_from(&description, &context).map_err(of_description)?;
-        materials.assign(&mut loaded.scene, &self.limits).map_err(of_description)?;
-        let mut warnings = std::mem::take(&mut loaded.warnings);
-        warnings.extend(materials.warnings());
-        let model = self.world.add_model(&Loaded::from(loaded.scene), place).map_err(of_world)?;
-        self.warnings.insert(About::Model(model), warnings);
-        self.parts(model)
+            (model, info)
+        } else {
+            let mut loaded = load_bytes_with(bytes, None, &options, &context).map_err(sentence)?;
+            let materials = Materials::load_from(&description, &context).map_err(of_description)?;
+            materials.assign(&mut loaded.scene, &self.limits).map_err(of_description)?;
+            let mut warnings = std::mem::take(&mut loaded.warnings);
+            warnings.extend(materials.warnings());
+            let info = about(&loaded.scene, &warnings);
+            let model = self.world.add_model(&Loaded::from(loaded.scene), place).map_err(of_world)?;
+            self.warnings.insert(About::Model(model), warnings);
+            (model, info)
+        };
+        self.parts(model, Some(info))
     }
 
     /// Brings a model to a time of its animation. Returns [`World::parts`], of which there may be more.
@@ -107,7 +114,7 @@ impl World {
         }
         let warnings = self.world.set_pose(handle, seconds, self.renderer.jobs()).map_err(of_world)?;
         self.warnings.insert(About::Pose(handle), warnings);
-        self.parts(handle)
+        self.parts(handle, None)
     }
 
     /// Adds a mesh: three numbers a position, three vertices a triangle, three numbers a normal, two a texture coordinate, four a
@@ -287,7 +294,6 @@ impl World {
             source,
             rotation_degrees: description.env_rotation_degrees.unwrap_or(own.rotation_degrees),
             intensity: description.env_intensity.unwrap_or(own.intensity),
-            ..own
         };
         self.world.set_environment(environment).map_err(of_world)?;
         if let Some(warnings) = warnings {
@@ -377,7 +383,7 @@ fn text(bits: u64) -> String {
 
 impl World {
     /// A model and what is in it, as a JSON object: names as text, materials with what they are called in the file.
-    fn parts(&self, model: ModelHandle) -> Done<String> {
+    fn parts(&self, model: ModelHandle, info: Option<Value>) -> Done<String> {
         let world = &self.world;
         let instances = world.model_instances(model).map_err(of_world)?;
         // Those that were removed by themselves are still among the names.
@@ -400,6 +406,7 @@ impl World {
             "materials": materials,
             "lights": lights,
             "duration": duration,
+            "info": info,
         });
         Ok(found.to_string())
     }

@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 import { Engine } from "../js/engine.js";
-import { OvercoatError, Scene, createRenderer, render } from "../js/index.js";
+import { OvercoatError, Scene, createRenderer, load, render } from "../js/index.js";
 import { glb, model } from "./common.js";
 
 const knot = model("torus-knot.glb");
@@ -32,6 +32,7 @@ for (const worker of [false, true]) {
       const once = await render(model(name), { size: 64, worker });
       const scene = await Scene.load(model(name), { size: 64, worker });
       const kept = await scene.render();
+      assert.deepEqual((await scene.addModel(model(name))).info, (await load(model(name), { worker })).info);
       assert.equal(kept.hash, once.hash, name);
       assert.deepEqual(kept.pixels, once.pixels);
       scene.free();
@@ -339,6 +340,10 @@ test("a model with an animation is posed", async () => {
   const scene = new Scene({ ...SMALL, camera: FRONT });
   const model = await scene.addModel(moving, { animation: 0 });
   assert.equal(model.duration, 1);
+  assert.deepEqual([model.info.triangles, model.info.max[0]], [1, 1]);
+  const late = await scene.addModel(moving, { animation: 0, time: 1 });
+  assert.equal(late.info.max[0], 2);
+  await scene.remove(late);
   assert.deepEqual(model.materials.map(({ name }) => name), ["paint"]);
   const first = (await scene.render()).hash;
   assert.equal((await render(moving, { ...SMALL, camera: FRONT, animation: 0, time: 0 })).hash, first);

@@ -1,4 +1,4 @@
-import type { Bytes, Limits, RenderedImage, RenderOptions } from "./index.js";
+import type { Bytes, Limits, ModelInfo, RenderedImage, RenderOptions } from "./index.js";
 import type { Description } from "./description.js";
 
 type HandleKind = "model" | "instance" | "mesh" | "material" | "light";
@@ -20,6 +20,8 @@ export interface MaterialHandle extends Handle<"material"> {
 
 /** A model: one place and one pose, and the parts of its file, in its order. */
 export interface ModelHandle extends Handle<"model"> {
+  /** What the file is, as it was added; its box is that of the model's own axes. */
+  readonly info: ModelInfo;
   readonly instances: readonly Handle<"instance">[];
   readonly materials: readonly MaterialHandle[];
   readonly lights: readonly Handle<"light">[];
