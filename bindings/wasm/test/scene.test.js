@@ -2,6 +2,8 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 import { Engine } from "../js/engine.js";
+import { Handle } from "../js/handles.js";
+import { Journal } from "../js/journal.js";
 import { OvercoatError, Scene, createRenderer, load, render } from "../js/index.js";
 import { glb, model } from "./common.js";
 
@@ -368,20 +370,27 @@ test("a module that was started anew has the scene as it was", { timeout: 240_00
   const posed = await scene.addModel(moving, { animation: 0 });
   const sun = await scene.addLight({ type: "directional", direction: [0, -1, -1], intensity: 2 });
   await scene.addLight({ type: "point", position: [0, 3, 0], intensity: 30 });
-  await scene.setPose(posed, 0.25);
+  // The same pose again moves nothing: what was moved since stays.
+  await scene.setPose(posed, 0.75);
   await scene.setTransform(posed.instances[0], away(0, 1));
   await scene.setPose(posed, 0.75);
-  await scene.setInstanceMaterial(instance, red);
+  const late = await scene.addMaterial({ base_color: "#0ff" });
+  await scene.setInstanceMaterial(instance, late);
   await scene.setInstanceMesh(instance, mesh);
   await scene.remove(gone);
   await scene.remove(spare);
-  await scene.setMaterial(red, { over: true, roughness: 0.2 });
-  await scene.setMaterial(red, { over: true, coat: 1 });
+  await scene.setMaterial(late, { over: true, roughness: 0.2 });
+  await scene.setMaterial(late, { over: true, coat: 1 });
   // An instance of a material of a model that is removed.
   const borrowed = await scene.addModel(knot);
   const second = await scene.addInstance(mesh, borrowed.materials[0], away(3, 1));
   await scene.remove(borrowed);
   await scene.setTransform(second, away(3, 1.5));
+  const third = await scene.addInstance(mesh, red, away(0, 2));
+  const lent = await scene.addModel(knot);
+  await scene.setInstanceMaterial(third, lent.materials[0]);
+  await scene.remove(lent);
+  await scene.setInstanceMaterial(third, lent.materials[0]);
   await scene.setEnvironment({ env_rotation_deg: 45 });
   await scene.setEnvironment({ env_intensity: 0.5 });
   await scene.remove(sun);
@@ -392,7 +401,7 @@ test("a module that was started anew has the scene as it was", { timeout: 240_00
     return found;
   };
   const seen = await hits();
-  assert.deepEqual(new Set(seen), new Set([undefined, still.instances[0], instance, posed.instances[0], second]));
+  assert.deepEqual(new Set(seen), new Set([undefined, still.instances[0], instance, posed.instances[0], second, third]));
 
   for (let turn = 0; turn < 2; turn++) {
     // Ends the thread, with what waits behind.
@@ -420,6 +429,34 @@ test("a module that was started anew has the scene as it was", { timeout: 240_00
   assert.equal((await waiting).hash, before.hash);
   renderer.close();
   await fails(scene.render(), /^the renderer was closed$/);
+});
+
+test("what no longer counts is not kept", async () => {
+  // As a scene keeps it: what is said again, and what is gone, leaves nothing behind.
+  const asked = [];
+  const journal = new Journal();
+  const scene = {};
+  const [mesh, instance] = [new Handle("mesh", scene), new Handle("instance", scene)];
+  const material = () => {
+    const made = new Handle("material", scene);
+    journal.add({ operation: "add_material", args: ["{}"], makes: made });
+    return made;
+  };
+  journal.add({ operation: "add_mesh", args: [], makes: mesh });
+  let own = material();
+  journal.add({ operation: "add_instance", args: [mesh, own], makes: instance });
+  for (let k = 0; k < 10; k++) {
+    const next = material();
+    journal.addSubstance({ operation: "set_instance_material", args: [instance, next], about: instance }, "material", 1);
+    journal.remove(own, { operation: "remove", args: ["material", own], about: own });
+    journal.add({ operation: "set_transform", args: ["instance", instance, k], about: instance }, "place");
+    own = next;
+    asked.push([...journal].map(({ operation }) => operation));
+  }
+  for (const all of asked) assert.deepEqual(all, ["add_mesh", "add_material", "add_instance", "set_transform"]);
+  assert.deepEqual([...journal].map(({ args }) => args), [[], ["{}"], [mesh, own], ["instance", instance, 9]]);
+  journal.remove(instance, { operation: "remove", args: ["instance", instance], about: instance });
+  assert.deepEqual([...journal].map(({ operation }) => operation), ["add_mesh", "add_material"]);
 });
 
 test("both builds pick and draw the same", async () => {
