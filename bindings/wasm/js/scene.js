@@ -4,36 +4,11 @@ import { OvercoatError, what } from "./error.js";
 import { Handle, MaterialHandle, ModelHandle, checked } from "./handles.js";
 import { hostFor } from "./hosts.js";
 import { RenderedImage } from "./image.js";
-import { bytesOf, describe, fileBytes, takeApart } from "./options.js";
+import { bytesOf, describe, fileBytes } from "./options.js";
+import { describeLight, pictureOptions, takeOwn } from "./scene-options.js";
 import { World } from "./world.js";
 
 const wrong = (message) => new OvercoatError(message, "options");
-
-/** Keys of a description that are the scene's, and what sets them. */
-const OF_THE_SCENE = {
-  env: "setEnvironment()", env_rotation_deg: "setEnvironment()", env_intensity: "setEnvironment()",
-  light: "addLight()", lights: "remove()", material: "setMaterial()", materials: "setMaterial()",
-  animation: "addModel()", loop: "addModel()", up: "addModel()", time: "setPose()",
-};
-
-/** Options of a picture of a scene. */
-function pictureOptions(options) {
-  const taken = takeApart(options);
-  for (const [key, setter] of Object.entries(OF_THE_SCENE)) {
-    if (key in taken.description) throw wrong(`${key}: is the scene's, by ${setter}`);
-  }
-  if (taken.files.length > 0) throw wrong("files: come with what refers to them, by addModel(), addMaterial() and setEnvironment()");
-  return taken;
-}
-
-/** Options of a call that takes these keys of a description, and files. */
-function takeOwn(options, keys) {
-  const { description, files } = takeApart(options);
-  const known = [...keys, "files"];
-  const unknown = Object.keys(options ?? {}).find((key) => options[key] !== undefined && !known.includes(key));
-  if (unknown !== undefined) throw wrong(`${unknown}: there is no such key here; known are ${known.join(", ")}`);
-  return { description, files };
-}
 
 /** See `types/scene.d.ts`. */
 export class Scene {
@@ -203,11 +178,4 @@ export class Scene {
     const read = await fileBytes({ files, limits: this.#limits });
     return [read.map(([name]) => name), read.map(([, content]) => content)];
   }
-}
-
-function describeLight(light) {
-  if (typeof light !== "object" || light === null || Array.isArray(light)) {
-    throw wrong(`light: expected an object, found ${what(light)}`);
-  }
-  return describe(light);
 }

@@ -9,6 +9,16 @@ let worlds = 0;
 /** The part of a model that a list of the module names. */
 const PARTS = { instance: "instances", material: "materials", light: "lights" };
 
+/** What is promised, or at once the reason of a signal, however long it has to wait for its turn. */
+function orAborted(signal, done) {
+  if (signal === undefined) return done;
+  return new Promise((resolve, reject) => {
+    const stop = () => reject(signal.reason);
+    signal.addEventListener("abort", stop, { once: true });
+    done.then(resolve, reject).finally(() => signal.removeEventListener("abort", stop));
+  });
+}
+
 export class World {
   host;
   #id = ++worlds;
@@ -95,16 +105,17 @@ export class World {
   }
 
   draw(request, signal) {
-    return this.#next([], () => this.#ask("drawWorld", () => request, { signal }));
+    return orAborted(signal, this.#next([], () => this.#ask("drawWorld", () => request, { signal })));
   }
 
   pick(request, signal) {
-    return this.#next([], async () => {
+    const picked = this.#next([], async () => {
       const hit = JSON.parse(await this.#ask("pick", () => request, { signal }));
       if (hit === null) return null;
       const of = (kind) => (hit[kind] === null ? null : (this.#names.handle(kind, hit[kind]) ?? null));
       return { ...hit, instance: of("instance"), model: of("model"), material: of("material") };
     });
+    return orAborted(signal, picked);
   }
 
   free() {
@@ -137,6 +148,7 @@ export class World {
   /** Asks the module, which is given the scene first if it has been started anew, before or while it is asked. */
   async #ask(operation, request, options) {
     for (;;) {
+      options?.signal?.throwIfAborted();
       if (this.#isFreed) throw new OvercoatError("the scene was freed", "options");
       try {
         if (!this.#isWhole) await this.#restore();

@@ -408,6 +408,11 @@ test("a module that was started anew has the scene as it was", { timeout: 240_00
     const controller = new AbortController();
     const long = scene.render({ size: 4096, quality: "best", rays: 256, signal: controller.signal });
     const waiting = scene.render();
+    const second = new AbortController();
+    const never = scene.render({ signal: second.signal });
+    setTimeout(() => second.abort(new Error("changed my mind")), 50);
+    const first = await Promise.race([long.then(() => "long"), never.catch((error) => error.message)]);
+    assert.equal(first, "changed my mind", "at once, and not when its turn has come");
     setTimeout(() => controller.abort(), 300);
     await assert.rejects(long, { name: "AbortError" });
     assert.equal((await waiting).hash, before.hash, "what waited is drawn, of the same scene");

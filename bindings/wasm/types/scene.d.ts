@@ -64,7 +64,10 @@ export type PictureOptions = Omit<
 export interface SceneOptions extends Omit<PictureOptions, "signal"> {
   /** Of each file, mesh and picture. */
   limits?: Limits;
-  /** On a thread of its own (true) or the caller's (false). If absent: true in browsers, false in Node.js. */
+  /**
+   * On a thread of its own (true) or the caller's (false), where what has begun cannot be cancelled. If absent: true in browsers,
+   * false in Node.js.
+   */
   worker?: boolean;
 }
 
