@@ -9,10 +9,11 @@ use crate::world_materials::{Textures, clay, made};
 use crate::{about_options, limits, of_description, of_world, planes, sentence};
 use js_sys::Array;
 use overcoat::description::{Description, Machine, Materials};
+use overcoat::frame::DisplayOptions;
 use overcoat::load::{AnimatedModel, Loaded, Warning, load_bytes_with};
-use overcoat::scene::{Environment, Light};
+use overcoat::scene::{Camera, Environment, Light};
 use overcoat::world::{InstanceHandle, LightHandle, MaterialHandle, MeshHandle, ModelHandle};
-use overcoat::{Limits, Renderer, Scene};
+use overcoat::{Limits, RenderOptions, Renderer, Scene};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use wasm_bindgen::JsValue;
@@ -39,6 +40,17 @@ pub struct World {
     textures: Textures,
     /// What pictures of it lack.
     warnings: BTreeMap<About, Vec<Warning>>,
+    /// How it was looked at last, by the description that said so, while nothing has changed: framing asks every triangle.
+    view: Option<(String, View)>,
+}
+
+/// How a picture is taken.
+#[derive(Clone)]
+struct View {
+    description: Description,
+    options: RenderOptions,
+    display: DisplayOptions,
+    camera: Camera,
 }
 
 #[wasm_bindgen]
@@ -56,6 +68,7 @@ impl World {
             renderer: Renderer::new(1),
             textures: Textures::default(),
             warnings: BTreeMap::new(),
+            view: None,
         })
     }
 
@@ -72,6 +85,7 @@ impl World {
         names: Vec<String>,
         contents: &Array,
     ) -> Done<String> {
+        self.view = None;
         let place = transform(matrix)?;
         let description = Description::from_json(description).map_err(about_options)?;
         let options = description.load_options().map_err(of_description)?;
@@ -105,6 +119,7 @@ impl World {
     /// # Errors
     /// If the time is none, or the model has no animation or is not there.
     pub fn set_pose(&mut self, model: u64, seconds: f64) -> Done<String> {
+        self.view = None;
         let handle = ModelHandle::from_bits(model);
         if self.world.animation_length(handle).map_err(of_world)?.is_none() {
             return Err(about_options("pose: the model was added without an animation"));
@@ -133,6 +148,7 @@ impl World {
         colors: Option<Vec<f32>>,
         crease_deg: f32,
     ) -> Done<u64> {
+        self.view = None;
         let mesh = MeshArrays { positions, indices, normals, uvs, colors }.mesh(crease_deg, &self.limits)?;
         Ok(self.world.add_mesh(mesh).map_err(of_world)?.to_bits())
     }
@@ -152,6 +168,7 @@ impl World {
         colors: Option<Vec<f32>>,
         crease_deg: f32,
     ) -> Done<()> {
+        self.view = None;
         let with = MeshArrays { positions, indices, normals, uvs, colors }.mesh(crease_deg, &self.limits)?;
         self.world.set_mesh(MeshHandle::from_bits(mesh), with).map_err(of_world)
     }
@@ -161,6 +178,7 @@ impl World {
     /// # Errors
     /// If the material or one of its textures is wrong.
     pub fn add_material(&mut self, source: &str, names: Vec<String>, contents: &Array) -> Done<u64> {
+        self.view = None;
         let files = Files::new(names, contents)?;
         let context = files.context(&self.limits, self.renderer.jobs());
         let (made, warnings) = made(source, clay(), self.world.scene(), &context)?;
@@ -180,6 +198,7 @@ impl World {
         names: Vec<String>,
         contents: &Array,
     ) -> Done<()> {
+        self.view = None;
         let handle = MaterialHandle::from_bits(material);
         let over = self.world.material(handle).map_err(of_world)?.clone();
         let files = Files::new(names, contents)?;
@@ -195,6 +214,7 @@ impl World {
     /// # Errors
     /// If the matrix is wrong, or the mesh or the material is not there.
     pub fn add_instance(&mut self, mesh: u64, material: u64, matrix: &[f64]) -> Done<u64> {
+        self.view = None;
         let (mesh, material) = (MeshHandle::from_bits(mesh), MaterialHandle::from_bits(material));
         Ok(self.world.add_instance(mesh, material, transform(matrix)?).map_err(of_world)?.to_bits())
     }
@@ -204,6 +224,7 @@ impl World {
     /// # Errors
     /// If one of them is not there.
     pub fn set_instance_mesh(&mut self, instance: u64, mesh: u64) -> Done<()> {
+        self.view = None;
         let (instance, mesh) = (InstanceHandle::from_bits(instance), MeshHandle::from_bits(mesh));
         self.world.set_instance_mesh(instance, mesh).map_err(of_world)
     }
@@ -213,6 +234,7 @@ impl World {
     /// # Errors
     /// If one of them is not there.
     pub fn set_instance_material(&mut self, instance: u64, material: u64) -> Done<()> {
+        self.view = None;
         let (instance, material) = (InstanceHandle::from_bits(instance), MaterialHandle::from_bits(material));
         self.world.set_instance_material(instance, material).map_err(of_world)
     }
@@ -222,6 +244,7 @@ impl World {
     /// # Errors
     /// If the matrix is wrong, or what is to move is not there.
     pub fn set_transform(&mut self, kind: &str, handle: u64, matrix: &[f64]) -> Done<()> {
+        self.view = None;
         let place = transform(matrix)?;
         let done = match kind {
             "model" => self.world.set_model_transform(ModelHandle::from_bits(handle), place),
@@ -248,6 +271,7 @@ impl World {
     /// # Errors
     /// If it is not there.
     pub fn set_visible(&mut self, kind: &str, handle: u64, visible: bool) -> Done<()> {
+        self.view = None;
         let done = match kind {
             "model" => self.world.set_model_visible(ModelHandle::from_bits(handle), visible),
             _ => self.world.set_visible(InstanceHandle::from_bits(handle), visible),
@@ -260,6 +284,7 @@ impl World {
     /// # Errors
     /// If one of them is wrong.
     pub fn add_light(&mut self, json: &str) -> Done<u64> {
+        self.view = None;
         let light = self.light(json)?;
         Ok(self.world.add_light(light).map_err(of_world)?.to_bits())
     }
@@ -269,6 +294,7 @@ impl World {
     /// # Errors
     /// As [`World::add_light`]; if the light is not there.
     pub fn set_light(&mut self, light: u64, json: &str) -> Done<()> {
+        self.view = None;
         let with = self.light(json)?;
         self.world.set_light(LightHandle::from_bits(light), with).map_err(of_world)
     }
@@ -278,6 +304,7 @@ impl World {
     /// # Errors
     /// If the description or the picture is wrong.
     pub fn set_environment(&mut self, description: &str, names: Vec<String>, contents: &Array) -> Done<()> {
+        self.view = None;
         let description = Description::from_json(description).map_err(about_options)?;
         let own = self.world.scene().environment().clone();
         let files = Files::new(names, contents)?;
@@ -307,6 +334,7 @@ impl World {
     /// # Errors
     /// If it is not there, or something needs it.
     pub fn remove(&mut self, kind: &str, handle: u64) -> Done<()> {
+        self.view = None;
         let world = &mut self.world;
         match kind {
             "model" => {
@@ -331,13 +359,9 @@ impl World {
     /// If the description is wrong, or a limit is exceeded.
     pub fn render(&mut self, description: &str, names: Vec<String>) -> Done<Picture> {
         let planes = planes(&names)?;
-        let description = Description::from_json(description).map_err(about_options)?;
-        let (options, display) =
-            description.options(Machine::default(), &self.limits).map_err(of_description)?;
-        let scene = self.world.scene();
-        let camera = description.camera(scene, &options).map_err(of_description)?;
-        let display = description.display_of(scene, &display);
-        let rendered = self.renderer.render(scene, &camera, &options.with_aovs(planes)).map_err(sentence)?;
+        let View { description, options, display, camera } = self.view(description)?;
+        let options = options.with_aovs(planes);
+        let rendered = self.renderer.render(self.world.scene(), &camera, &options).map_err(sentence)?;
         let warnings = description.warnings.iter().chain(self.warnings.values().flatten());
         Ok(Picture::new(rendered.frame, &display, warnings.cloned().collect()))
     }
@@ -348,10 +372,8 @@ impl World {
     /// # Errors
     /// As there; if the pixel is not in the picture.
     pub fn pick(&mut self, description: &str, x: u32, y: u32) -> Done<Option<String>> {
-        let description = Description::from_json(description).map_err(about_options)?;
-        let (options, _) = description.options(Machine::default(), &self.limits).map_err(of_description)?;
+        let View { options, camera, .. } = self.view(description)?;
         let scene = self.world.scene();
-        let camera = description.camera(scene, &options).map_err(of_description)?;
         let hit = self.renderer.pick(scene, &camera, &options, [x, y]).map_err(about_options)?;
         let Some((hit, instance)) = hit.and_then(|hit| Some((hit, self.world.instance(hit.instance)?)))
         else {
@@ -382,6 +404,24 @@ fn text(bits: u64) -> String {
 }
 
 impl World {
+    /// How a description (JSON) looks at it.
+    fn view(&mut self, json: &str) -> Done<View> {
+        if let Some((of, view)) = &self.view
+            && of == json
+        {
+            return Ok(view.clone());
+        }
+        let description = Description::from_json(json).map_err(about_options)?;
+        let (options, display) =
+            description.options(Machine::default(), &self.limits).map_err(of_description)?;
+        let scene = self.world.scene();
+        let camera = description.camera(scene, &options).map_err(of_description)?;
+        let display = description.display_of(scene, &display);
+        let view = View { description, options, display, camera };
+        self.view = Some((json.to_owned(), view.clone()));
+        Ok(view)
+    }
+
     /// A model and what is in it, as a JSON object: names as text, materials with what they are called in the file.
     fn parts(&self, model: ModelHandle, info: Option<Value>) -> Done<String> {
         let world = &self.world;

@@ -63,6 +63,32 @@ for (const worker of [false, true]) {
   });
 }
 
+test("a picture without a camera is framed for the scene as it is", async () => {
+  const make = async (seen) => {
+    const scene = new Scene(SMALL);
+    const look = async () => seen && scene.render();
+    const first = await scene.addModel(cube);
+    await look();
+    const second = await scene.addModel(knot, { transform: away(1) });
+    await look();
+    await scene.setTransform(second, away(4));
+    const moved = (await scene.render()).hash;
+    await scene.setVisible(first, false);
+    const hidden = (await scene.render()).hash;
+    await look();
+    await scene.addInstance(await scene.addMesh(square()), await scene.addMaterial(), away(0, 9));
+    const added = (await scene.render()).hash;
+    await scene.remove(first);
+    await look();
+    await scene.remove(second);
+    return [moved, hidden, added, (await scene.render()).hash];
+  };
+  const all = await make(true);
+  assert.deepEqual(all, await make(false));
+  // Framed for the first state, what was moved away would not be in the picture.
+  assert.equal(new Set(all).size, 4);
+});
+
 test("meshes, materials, instances and lights of arrays", async () => {
   const scene = new Scene({ ...SMALL, camera: FRONT });
   const empty = await scene.render();
