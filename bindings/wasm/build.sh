@@ -4,7 +4,8 @@
 #
 # Usage: bindings/wasm/build.sh [plain] [simd] [cli]
 # WASM_PROFILE: profile of Cargo, "wasm" (small and slow to build) or "release".
-# WASM_FEATURES: arguments of Cargo; --no-default-features leaves glTF with PNG and JPEG.
+# WASM_FEATURES: arguments of Cargo; --no-default-features leaves glTF with PNG and JPEG, and the models standard and gltf.
+# WASM_DIST: where it goes, if not to dist/.
 # Needs rustup with the targets wasm32-unknown-unknown and wasm32-wasip1, or what RUSTC and BUILD_STD say.
 set -euo pipefail
 cd "$(dirname "$0")"
@@ -13,6 +14,7 @@ parts=("$@")
 profile=${WASM_PROFILE-wasm}
 target=$(realpath ../../target 2>/dev/null || (mkdir -p ../../target && realpath ../../target))
 target=${WASM_TARGET_DIR-$target/wasm}
+dist=${WASM_DIST-dist}
 export CARGO_TERM_COLOR=never
 
 # compile PACKAGE-ARGUMENTS...: with the standard library of rustup, or one that is compiled along.
@@ -36,14 +38,14 @@ for part in "${parts[@]}"; do
             [ "$part" = plain ] || features='-C target-feature=+simd128' level=3
             export "CARGO_PROFILE_${profile^^}_OPT_LEVEL=$level"
             RUSTFLAGS=$features compile -p overcoat-wasm ${WASM_FEATURES-} --target wasm32-unknown-unknown --target-dir "$target/$part"
-            rm -rf "dist/$part"
-            mkdir -p "dist/$part"
-            bindgen "$target/$part/wasm32-unknown-unknown/$profile/overcoat_wasm.wasm" "dist/$part" ;;
+            rm -rf "$dist/$part"
+            mkdir -p "$dist/$part"
+            bindgen "$target/$part/wasm32-unknown-unknown/$profile/overcoat_wasm.wasm" "$dist/$part" ;;
         cli)
             export "CARGO_PROFILE_${profile^^}_OPT_LEVEL=3"
             RUSTFLAGS='-C target-feature=+simd128' compile -p overcoat --bin overcoat --target wasm32-wasip1 --target-dir "$target/cli"
-            mkdir -p dist/cli
-            cp "$target/cli/wasm32-wasip1/$profile/overcoat.wasm" dist/cli/overcoat.wasm ;;
+            mkdir -p "$dist/cli"
+            cp "$target/cli/wasm32-wasip1/$profile/overcoat.wasm" "$dist/cli/overcoat.wasm" ;;
         *)
             printf 'unknown part %s\n' "$part" >&2
             exit 2 ;;

@@ -3,7 +3,7 @@
 # Debian (Chromium, Node.js) as root; Rust's libraries for WebAssembly from rustup, or where its servers cannot be reached
 # from Debian, with a compiler of its own that builds the standard library along.
 #
-# Usage: bindings/wasm/test.sh [--all]   (with the command line for WASI, which takes three minutes more to build)
+# Usage: bindings/wasm/test.sh [--all]   (with the command line for WASI and the small module, which take some minutes more to build)
 # OVERCOAT: the native program to compare with. It is built if there is none in target/release.
 set -euo pipefail
 cd "$(dirname "$0")"
@@ -42,6 +42,7 @@ if [ "${missing-}" = yes ]; then
 fi
 start=$SECONDS
 ./build.sh "${parts[@]}"
+[ "${1-}" != --all ] || WASM_FEATURES=--no-default-features WASM_DIST=dist/small ./build.sh plain
 printf '%5d s  build\n' $((SECONDS - start))
 unset RUSTC RUSTC_BOOTSTRAP CARGO_PROFILE_RELEASE_LTO
 

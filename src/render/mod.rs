@@ -68,7 +68,7 @@ pub use work::WorkDone;
 use crate::frame::{DisplayImage, DisplayOptions, Frame, PixelFormat, Target};
 use crate::jobs::Jobs;
 use crate::light::PrefilteredEnvironment;
-use crate::scene::{Camera, Scene};
+use crate::scene::{Camera, Scene, ShadingModel};
 use builder::Fixed;
 use crew::arithmetic_is_default;
 use picture::{Drawn, Memory, Request};
@@ -262,10 +262,27 @@ impl Renderer {
         if !arithmetic_is_default() {
             return Err(RenderError::FloatingPointMode);
         }
+        check_models(scene, options)?;
         let Self { jobs, fixed, memory, cancellation } = self;
         let options = fixed.among(options);
         let cancellation = cancellation.as_ref();
         let request = Request { jobs, scene, camera, options: &options, display, cancellation };
         jobs.on_worker(|| carry_out(memory, &request))
+    }
+}
+
+/// `Ok` if this build has the formulas of every model that the picture is drawn by.
+fn check_models(scene: &Scene, options: &RenderOptions) -> Result<(), RenderError> {
+    if ShadingModel::ALL.iter().all(|model| model.is_built()) {
+        return Ok(());
+    }
+    let materials = scene.instances().iter().map(|instance| &scene.materials()[instance.material.index()]);
+    match materials.map(|material| material.shading(options.shading)).find(|model| !model.is_built()) {
+        None => Ok(()),
+        Some(model) => Err(RenderError::Option {
+            option: "shading",
+            value: model.name().to_owned(),
+            allowed: "standard, gltf or gltf-sampled: this program was built without others",
+        }),
     }
 }

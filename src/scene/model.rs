@@ -219,6 +219,13 @@ impl ShadingModel {
         &TABLE[self as usize]
     }
 
+    /// Whether its formulas are compiled in: of all models with the feature `all-models` (a default one), else of `standard`,
+    /// `gltf` and `gltf-sampled`. A picture by another is an error.
+    #[must_use]
+    pub const fn is_built(self) -> bool {
+        cfg!(feature = "all-models") || matches!(self, Self::Standard | Self::Gltf | Self::GltfSampled)
+    }
+
     /// Name as `--shading` and material files take it.
     #[must_use]
     pub fn name(self) -> &'static str {

@@ -1,5 +1,6 @@
-// The demo page: one model, turned by hand; every picture with its hash and the command that draws it elsewhere.
-import { about, backgrounds, builtinMaterials, load, qualities, shadingModels, toneCurves } from "../js/index.js";
+// The demo page: one model, turned by hand; every picture with its hash and the command that draws it elsewhere; a click names what
+// is there.
+import { Scene, about, backgrounds, builtinMaterials, qualities, shadingModels, toneCurves } from "../js/index.js";
 import { Orbit } from "./orbit.js";
 
 const $ = (id) => document.getElementById(id);
@@ -19,9 +20,14 @@ choose("background", backgrounds.filter((name) => name !== "grey"));
 $("quality").value = "fast";
 
 const orbit = new Orbit($("view"));
+/** The scene, the one model in it, and what both were made of. */
+let scene;
 let model;
+let opened;
 let fileName;
 let drawn;
+/** Options of the picture that is shown. */
+let shown;
 let cancel;
 let turning = false;
 
@@ -55,7 +61,26 @@ function say(text, isError = false) {
   $("status").classList.toggle("error", isError);
 }
 
-function show(image) {
+let preparing = Promise.resolve();
+/** Brings the scene to what is chosen of it, after all that was chosen before, and returns the rest: options of a picture. */
+function prepare({ material, env = "studio", env_rotation_deg = 0, ...options }) {
+  const of = scene;
+  const done = preparing.then(async () => {
+    await of.setEnvironment({ env, env_rotation_deg });
+    if (of === scene && opened.material !== material) {
+      const { bytes, files } = opened;
+      const next = await of.addModel(bytes, { files, material });
+      await of.remove(model);
+      [model, opened] = [next, { bytes, files, material }];
+    }
+    return options;
+  });
+  preparing = done.catch(() => {});
+  return done;
+}
+
+function show(image, options) {
+  shown = options;
   const canvas = $("view");
   canvas.width = image.width;
   canvas.height = image.height;
@@ -77,10 +102,11 @@ async function draw() {
     }
     say("drawing…");
     const start = performance.now();
-    const image = await model.render({ ...options, size, signal });
+    const picture = { ...(await prepare(options)), size };
+    const image = await scene.render({ ...picture, signal });
     const time = performance.now() - start;
     if (signal.aborted) return;
-    show(image);
+    show(image, picture);
     drawn = image;
     $("hash").textContent = image.hash;
     $("facts").textContent = `${size} × ${size} in ${(time / 1000).toFixed(2)} s; ${model.info.triangles.toLocaleString("en")} triangles`;
@@ -107,7 +133,8 @@ async function drawTurning() {
   try {
     do {
       again = false;
-      show(await model.render({ ...description(), size: DRAFT, quality: "draft", ground: "none", samples: 4 }));
+      const picture = { ...(await prepare(description())), size: DRAFT, quality: "draft", ground: "none", samples: 4 };
+      show(await scene.render(picture), picture);
     } while (again && turning);
   } finally {
     busy = false;
@@ -127,9 +154,11 @@ async function open(name, bytes, files = {}) {
   say(`reading ${name}…`);
   cancel?.abort();
   try {
-    const next = await load(bytes, { files });
-    model?.free();
-    model = next;
+    const next = new Scene();
+    const { material } = description();
+    const added = await next.addModel(bytes, { files, material });
+    scene?.free();
+    [scene, model, opened] = [next, added, { bytes, files, material }];
     fileName = /^[\w./-]+$/.test(name) ? name : `'${name.replaceAll("'", "'\\''")}'`;
     orbit.around(model.info.min, model.info.max);
     await draw();
@@ -157,6 +186,19 @@ async function openBuiltIn() {
   await open(`${name}.glb`, await response.blob());
 }
 
+/** Names what is under the pointer. */
+async function point({ offsetX, offsetY }) {
+  if (!shown) return;
+  const canvas = $("view");
+  const at = (offset, side, pixels) => Math.min(pixels - 1, Math.max(0, Math.floor((offset / side) * pixels)));
+  const hit = await scene.pick(at(offsetX, canvas.clientWidth, canvas.width), at(offsetY, canvas.clientHeight, canvas.height), shown);
+  if (hit === null) return say("nothing there");
+  const part = `part ${model.instances.indexOf(hit.instance) + 1} of ${model.instances.length}`;
+  const name = hit.material?.name ? `, ${hit.material.name}` : "";
+  say(`${part}${name}: triangle ${hit.triangle}, ${hit.depth.toFixed(2)} m away`);
+}
+
+orbit.addEventListener("point", ({ detail }) => point(detail).catch((error) => say(error.message, true)));
 orbit.addEventListener("turn", () => {
   turning = true;
   draw();

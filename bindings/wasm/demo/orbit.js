@@ -5,7 +5,7 @@ const FOV = 30;
 const PAUSE = 250;
 const round = (v) => Number(v.toFixed(4));
 
-/** Fires "turn" while it moves and "rest" when it has stopped. `camera` is undefined until it is first moved. */
+/** Fires "turn" while it moves, "rest" when it has stopped and "point" (with `detail`, the event) for a click. `camera` is undefined until it is first moved. */
 export class Orbit extends EventTarget {
   #target = [0, 0, 0];
   #radius = 1;
@@ -15,22 +15,28 @@ export class Orbit extends EventTarget {
   #moved = false;
   #timer;
   #last;
+  #hasMoved = false;
 
   constructor(element) {
     super();
     this.reset();
     element.addEventListener("pointerdown", (event) => {
       this.#last = [event.clientX, event.clientY];
+      this.#hasMoved = false;
       element.setPointerCapture(event.pointerId);
     });
     element.addEventListener("pointermove", (event) => {
       if (!this.#last) return;
       const [x, y] = this.#last;
+      // A hand that clicks is not quite still.
+      if (!this.#hasMoved && Math.hypot(event.clientX - x, event.clientY - y) < 3) return;
+      this.#hasMoved = true;
       this.#last = [event.clientX, event.clientY];
       this.#turn((x - event.clientX) * 0.008, (event.clientY - y) * 0.008);
     });
     for (const name of ["pointerup", "pointercancel"]) {
-      element.addEventListener(name, () => {
+      element.addEventListener(name, (event) => {
+        if (name === "pointerup" && this.#last && !this.#hasMoved) this.dispatchEvent(new CustomEvent("point", { detail: event }));
         this.#last = undefined;
         if (this.#timer !== undefined) this.#rest();
       });

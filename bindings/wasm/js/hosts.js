@@ -5,8 +5,6 @@ import { inNode } from "./wasm.js";
 
 /** On the caller's thread: it waits for every picture, and what has begun cannot be cancelled. */
 class ThisThread {
-  /** How many times the module was started anew: models of another number are gone. */
-  generation = 0;
   #engine;
 
   async run(operation, request, { signal } = {}) {
@@ -17,12 +15,7 @@ class ThisThread {
     });
     const engine = await this.#engine;
     signal?.throwIfAborted();
-    try {
-      return engine.call(operation, request);
-    } catch (error) {
-      if (error.code === "crash") this.generation++;
-      throw error;
-    }
+    return engine.call(operation, request);
   }
 }
 
@@ -30,7 +23,6 @@ const closed = () => new OvercoatError("the renderer was closed", "options");
 
 /** On a thread of its own, one request after the other. A request that is cancelled while it runs ends the thread. */
 class OwnThread {
-  generation = 0;
   #worker;
   #queue = [];
   #running;
@@ -141,7 +133,6 @@ class OwnThread {
   }
 
   #end() {
-    this.generation++;
     this.#worker?.then((worker) => worker.terminate()).catch(() => {});
     this.#worker = undefined;
   }

@@ -89,6 +89,10 @@ function isBytes(value) {
 const isBuffer = (value) => /^\[object (Shared)?ArrayBuffer\]$/.test(Object.prototype.toString.call(value));
 const isBlob = (value) => typeof value?.arrayBuffer === "function" && typeof value?.size === "number";
 
+/** Copies of files' bytes, with their names. */
+export const fileBytes = ({ files, limits }) =>
+  Promise.all(files.map(async ([name, content]) => [name, await bytesOf(content, `files: '${name}'`, limits)]));
+
 /** A copy of a file's bytes that may be given away. Its size is looked at before. */
 export async function bytesOf(value, name, limits) {
   if (!isBytes(value)) {

@@ -3,15 +3,21 @@
 //!
 //! Nothing of this package is a promise of its own: the interface is that of the npm package, see `README.md`.
 
+mod arrays;
 #[cfg(feature = "compare")]
 mod compare;
+mod files;
 mod limits;
 mod model;
 mod picture;
+mod world;
+mod world_materials;
 
 use js_sys::Uint8Array;
-use overcoat::frame::DisplayImage;
+use overcoat::description::DescriptionError;
+use overcoat::frame::{Aov, DisplayImage};
 use overcoat::output::{OutputFormat, OutputOptions, encode_image};
+use overcoat::world::WorldError;
 use std::fmt::Display;
 use wasm_bindgen::JsValue;
 use wasm_bindgen::prelude::wasm_bindgen;
@@ -26,6 +32,33 @@ fn about_options(error: impl Display) -> JsValue {
     let error = js_sys::Error::new(&error.to_string());
     error.set_name("OptionsError");
     error.into()
+}
+
+/// What is wrong with a description: of itself, or of a file that it names.
+fn of_description(error: DescriptionError) -> JsValue {
+    match error {
+        DescriptionError::Invalid(_) | DescriptionError::OutOfRange(_) => about_options(error),
+        _ => sentence(error),
+    }
+}
+
+/// What a world refuses: what was asked, unless a file cannot be brought to a pose.
+fn of_world(error: WorldError) -> JsValue {
+    match error {
+        WorldError::Load(_) => sentence(error),
+        _ => about_options(error),
+    }
+}
+
+/// Planes of the G-buffer by their names.
+fn planes(names: &[String]) -> Result<Vec<Aov>, JsValue> {
+    let plane = |name: &String| {
+        Aov::from_name(name).ok_or_else(|| {
+            let known: Vec<&str> = Aov::ALL.iter().map(|plane| plane.name()).collect();
+            about_options(format!("aovs: there is no '{name}'; known are {}", known.join(", ")))
+        })
+    };
+    names.iter().map(plane).collect()
 }
 
 /// Makes panics errors of JavaScript, which say what has happened; a trap would not. `js/engine.js` knows them by how they

@@ -1,21 +1,22 @@
 //! A model that is loaded once and drawn many times.
 
+use crate::files::Files;
 use crate::picture::Picture;
 use crate::{about_options, limits, sentence};
-use js_sys::{Array, Uint8Array};
+use js_sys::Array;
 use overcoat::description::{Description, DescriptionError, EnvironmentChoice, Machine, Materials, Setting};
 use overcoat::frame::Aov;
-use overcoat::load::{Context, LoadOptions, Loaded, MemoryResolver, Warning, load_bytes_with};
+use overcoat::load::{LoadOptions, Loaded, Warning, load_bytes_with};
 use overcoat::scene::{Environment, Scene};
 use overcoat::{Limits, Renderer};
+use wasm_bindgen::JsValue;
 use wasm_bindgen::prelude::wasm_bindgen;
-use wasm_bindgen::{JsCast, JsValue};
 
 /// A model file with the files beside it, and what was made of them for the last picture.
 #[wasm_bindgen]
 pub struct Model {
     bytes: Vec<u8>,
-    files: MemoryResolver,
+    files: Files,
     limits: Limits,
     renderer: Renderer,
     loaded: Option<(LoadOptions, Loaded)>,
@@ -33,12 +34,7 @@ impl Model {
     #[wasm_bindgen(constructor)]
     pub fn new(bytes: Vec<u8>, names: Vec<String>, contents: &Array, limits: &str) -> Result<Self, JsValue> {
         let limits = limits::read(limits).map_err(about_options)?;
-        let mut files = MemoryResolver::default();
-        for (name, content) in names.into_iter().zip(contents.iter()) {
-            let content = content.dyn_into::<Uint8Array>();
-            let content = content.map_err(|_| sentence(format!("files: '{name}' is no Uint8Array")))?;
-            files.files.insert(name, content.to_vec());
-        }
+        let files = Files::new(names, contents)?;
         let renderer = Renderer::new(1);
         Ok(Self { bytes, files, limits, renderer, loaded: None, environment: None })
     }
@@ -47,10 +43,10 @@ impl Model {
     pub fn set_file(&mut self, name: String, content: Vec<u8>) {
         // Whether it is the one that was read, and what was loaded with it: read again, it is right either way.
         self.environment = None;
-        if self.loaded.is_some() && self.files.files.contains_key(&name) {
+        if self.loaded.is_some() && self.files.0.files.contains_key(&name) {
             self.loaded = None;
         }
-        self.files.files.insert(name, content);
+        self.files.0.files.insert(name, content);
     }
 
     /// Reads the model as a description (JSON) says, and tells what it is: a JSON object with its size, the middle of it, and
@@ -61,9 +57,7 @@ impl Model {
     pub fn info(&mut self, description: &str) -> Result<String, JsValue> {
         let description = Description::from_json(description).map_err(about_options)?;
         let loaded = self.load(&description).map_err(sentence)?;
-        let scene = &loaded.scene;
-        let warnings: Vec<&str> = loaded.warnings.iter().map(|warning| warning.message.as_str()).collect();
-        Ok(about(scene, &warnings).to_string())
+        Ok(about(&loaded.scene, &loaded.warnings).to_string())
     }
 
     /// Draws what a description (JSON) says, with the planes of these names beside the pixels.
@@ -71,13 +65,7 @@ impl Model {
     /// # Errors
     /// If the description, the model or a file that either names is wrong, or a limit is exceeded.
     pub fn render(&mut self, description: &str, planes: Vec<String>) -> Result<Picture, JsValue> {
-        let planes = planes.iter().map(|name| {
-            Aov::from_name(name).ok_or_else(|| {
-                let known: Vec<&str> = Aov::ALL.iter().map(|plane| plane.name()).collect();
-                about_options(format!("aovs: there is no '{name}'; known are {}", known.join(", ")))
-            })
-        });
-        let planes = planes.collect::<Result<Vec<Aov>, JsValue>>()?;
+        let planes = crate::planes(&planes)?;
         let description = Description::from_json(description).map_err(about_options)?;
         self.draw(&description, planes).map_err(|error| match error.downcast_ref::<DescriptionError>() {
             Some(DescriptionError::Invalid(_) | DescriptionError::OutOfRange(_)) => about_options(error),
@@ -111,8 +99,7 @@ impl Model {
         let loaded = match self.loaded.take() {
             Some((by, loaded)) if by == options => loaded,
             _ => {
-                let context =
-                    Context { resolver: &self.files, limits: &self.limits, jobs: self.renderer.jobs() };
+                let context = self.files.context(&self.limits, self.renderer.jobs());
                 load_bytes_with(&self.bytes, None, &options, &context)?
             }
         };
@@ -121,7 +108,7 @@ impl Model {
 
     /// Materials and light from afar. A picture of the surroundings is decoded once.
     fn setting(&mut self, description: &Description) -> Result<Setting, DescriptionError> {
-        let context = Context { resolver: &self.files, limits: &self.limits, jobs: self.renderer.jobs() };
+        let context = self.files.context(&self.limits, self.renderer.jobs());
         let materials = Materials::load_from(description, &context)?;
         let (mut environment, warnings) = match self.environment.take() {
             Some((of, environment, warnings)) if of == description.env => (environment, warnings),
@@ -135,7 +122,8 @@ impl Model {
 }
 
 /// What a loaded model is.
-fn about(scene: &Scene, warnings: &[&str]) -> serde_json::Value {
+pub(crate) fn about(scene: &Scene, warnings: &[Warning]) -> serde_json::Value {
+    let warnings: Vec<&str> = warnings.iter().map(|warning| warning.message.as_str()).collect();
     let bounds = scene.shown_bounds();
     let materials: Vec<&str> = scene.materials().iter().map(|material| material.name.as_str()).collect();
     serde_json::json!({

@@ -1,7 +1,7 @@
 // Whatever comes in, a promise rejects with one sentence, and the next picture is drawn.
 import assert from "node:assert/strict";
 import test from "node:test";
-import { OvercoatError, createRenderer, load, render } from "../js/index.js";
+import { OvercoatError, Scene, createRenderer, load, render } from "../js/index.js";
 import { glb, model } from "./common.js";
 
 const knot = model("torus-knot.glb");
@@ -118,12 +118,15 @@ test("when memory runs out, a new module takes over", { timeout: 240_000 }, asyn
   for (const worker of [false, true]) {
     const kept = await load(knot, { size: 16, worker });
     const before = (await kept.render()).hash;
+    const scene = await Scene.load(knot, { size: 16, worker });
+    assert.equal((await scene.render()).hash, before);
     // Two gigabytes of zeros: as much again does not fit beside them, whatever the limits allow.
     const limits = { input_bytes: 2 ** 31 - 1, decoded_bytes: 2 ** 40, output_pixels: 2 ** 40, frame_bytes: 2 ** 40 };
     const most = { size: 16384, limits: { ...limits, output_side: 16384 }, worker, linear: true, aovs: ["position", "normal", "uv", "depth"] };
     await fails(render(knot, most), "crash", /memory.*started anew/);
     await works({ worker });
     assert.equal((await kept.render()).hash, before, "models of before are loaded again");
+    assert.equal((await scene.render()).hash, before, "and scenes are made again");
     kept.free();
   }
 });
@@ -144,10 +147,12 @@ test("a promise that is cancelled rejects with the signal's reason", async () =>
   const never = renderer.render(knot, { size: 16, signal: second.signal });
   second.abort();
   await assert.rejects(never, { name: "AbortError" });
+  const behind = kept.render();
   setTimeout(() => controller.abort(), 200);
   await assert.rejects(long, { name: "AbortError" });
   assert.ok(performance.now() - start < 10_000, "at once");
   assert.match((await waiting).hash, /^[0-9a-f]{32}$/, "what waited behind it is drawn");
+  assert.equal((await behind).hash, (await waiting).hash, "and a model that was loaded before, if its picture waited, too");
   assert.equal((await kept.render()).hash, (await waiting).hash, "models live on");
   const last = renderer.render(knot, { size: 2048, quality: "best", rays: 256 });
   renderer.close();

@@ -87,6 +87,21 @@ test("the demo page", { timeout: 300_000 }, () =>
     assert.notEqual(await change(() => page.locator("#view").press("ArrowLeft")), turned);
     assert.equal(await change(() => page.click("#reset")), hash);
 
+    // A click names what is there.
+    await change(() => page.selectOption("#model", "sports-car"));
+    await page.mouse.click(x, y);
+    await page.waitForFunction(() => /^part/.test(document.querySelector("#status").textContent));
+    assert.match(await page.textContent("#status"), /^part \d+ of \d+, .+: triangle \d+, \d+\.\d\d m away$/);
+    if (shots) await page.screenshot({ path: join(shots, "picked.png") });
+    await page.mouse.click(box.x + 4, box.y + 4);
+    await page.waitForFunction(() => document.querySelector("#status").textContent === "nothing there");
+    await change(() => page.selectOption("#material", "candy-red"));
+    const red = await page.textContent("#hash");
+    const redCommand = (await page.textContent("#command")).split(" ").slice(5).filter((flag) => flag !== "--json");
+    assert.equal(native("sports-car.glb", picture, ...redCommand).frame_hash, red, redCommand.join(" "));
+    await change(() => page.selectOption("#material", ""));
+    await change(() => page.selectOption("#model", "torus-knot"));
+
     // Files of one's own, one of which refers to the other; and one that is none.
     const files = { "knot.obj": model("torus-knot.obj"), "torus-knot.mtl": Buffer.from("newmtl carbon\nKd 0.8 0.1 0.1\nPr 0.4\n") };
     for (const [name, content] of Object.entries(files)) writeFileSync(join(folder, name), content);

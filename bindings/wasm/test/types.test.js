@@ -15,7 +15,7 @@ test("types and names are those of the schema", () => {
 });
 
 test("everything that is exported has a type, and nothing else has", () => {
-  const typed = ["index", "names"].flatMap((name) => {
+  const typed = ["index", "names", "scene"].flatMap((name) => {
     const text = readFileSync(join(here, `types/${name}.d.ts`), "utf8");
     return [...text.matchAll(/^export declare (?:class|function|const) (\w+)/gm)].map(([, exported]) => exported);
   });
@@ -30,7 +30,7 @@ test("a program with types compiles, one with mistakes does not", { timeout: 120
   symlinkSync(join(here, "node_modules/vitest"), join(folder, "node_modules/vitest"));
   writeFileSync(join(folder, "package.json"), '{ "type": "module" }');
   const good = `
-    import { load, render, OvercoatError, type RenderedImage } from "overcoat";
+    import { Scene, createRenderer, load, render, OvercoatError, type Handle, type Hit, type RenderedImage } from "overcoat";
     import "overcoat/element";
     import { checkGolden } from "overcoat/golden";
     const bytes = new Uint8Array(3);
@@ -39,13 +39,27 @@ test("a program with types compiles, one with mistakes does not", { timeout: 120
     const png: Uint8Array = await image.png();
     const model = await load(bytes, { worker: true, limits: { triangles: 10 } });
     await model.render({ background: "#fff", aovs: ["depth"], light: [{ type: "point", position: [0, 0, 0], intensity: 1 }] });
+    const scene: Scene = new Scene({ size: 64, worker: false, limits: { triangles: 10 } });
+    const car = await scene.addModel(bytes, { transform: new Float32Array(16), material: "velvet" });
+    const mesh: Handle<"mesh"> = await scene.addMesh({ positions: new Float32Array(9), uvs: [0, 0, 1, 0, 1, 1] });
+    const paint = await scene.addMaterial({ base_color: "#fff", coat: 1 });
+    const one = await scene.addInstance(mesh, paint, new DOMMatrix());
+    await scene.addLight({ type: "point", position: [0, 0, 0], intensity: 1 });
+    await scene.setEnvironment({ env: bytes, env_rotation_deg: 90 });
+    await scene.setTransform(car, await scene.getTransform(one));
+    const hit: Hit | null = await scene.pick(3, 4);
+    if (hit?.model === car) await scene.setMaterial(car.materials[0]!, null);
+    await scene.remove(one);
+    const picture: RenderedImage = await (await Scene.load(bytes)).render({ quality: "good" });
+    createRenderer().scene().free();
+    console.log(picture.hash, car.duration);
     document.createElement("overcoat-image").redraw();
     await checkGolden(image, "name", { folder: "x" });
     try { throw new Error(); } catch (e) { if (e instanceof OvercoatError) console.log(e.code === "crash", data, png); }
   `;
   writeFileSync(join(folder, "good.ts"), good);
-  const bad = ['render(bytes, { sise: 1 })', 'render("a.glb")', 'render(bytes, { quality: "ultra" })', 'render(bytes, { camera: { eye: [1, 2] } })', 'render(bytes, { shading: "phong" })'];
-  writeFileSync(join(folder, "bad.ts"), `import { render } from "overcoat";\nconst bytes = new Uint8Array(3);\n${bad.map((line) => `await ${line};\n`).join("")}`);
+  const bad = ['render(bytes, { sise: 1 })', 'render("a.glb")', 'render(bytes, { quality: "ultra" })', 'render(bytes, { camera: { eye: [1, 2] } })', 'render(bytes, { shading: "phong" })', 'new Scene().addInstance(await new Scene().addMaterial(), await new Scene().addMaterial())', 'new Scene().render({ env: "none" })', 'new Scene().addMesh({ indices: [0, 1, 2] })', 'new Scene().addLight({ type: "sun" })'];
+  writeFileSync(join(folder, "bad.ts"), `import { Scene, render } from "overcoat";\nconst bytes = new Uint8Array(3);\n${bad.map((line) => `await ${line};\n`).join("")}`);
   const tsc = (file) =>
     spawnSync(process.execPath, [join(here, "node_modules/typescript/bin/tsc"), "--noEmit", "--strict", "--target", "es2023", "--module", "nodenext", "--lib", "es2023,dom,esnext.disposable", "--types", "", file], { cwd: folder, encoding: "utf8" });
   const compiled = tsc("good.ts");

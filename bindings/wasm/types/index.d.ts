@@ -1,7 +1,9 @@
 import type { Description } from "./description.js";
+import type { Scene, SceneOptions } from "./scene.js";
 
 export type { Description } from "./description.js";
 export * from "./names.js";
+export * from "./scene.js";
 
 /** The bytes of a file. They are copied; whoever gives them keeps them. */
 export type Bytes = Uint8Array | ArrayBuffer | ArrayBufferView | Blob;
@@ -115,6 +117,7 @@ export declare function load(model: Bytes, options?: LoadOptions): Promise<Model
 export declare function createRenderer(): {
   render(model: Bytes, options?: LoadOptions): Promise<RenderedImage>;
   load(model: Bytes, options?: LoadOptions): Promise<Model>;
+  scene(options?: Omit<SceneOptions, "worker">): Scene;
   about(): Promise<{ version: string; lanes: "simd128" | "scalar" }>;
   /** Ends the thread; what it has not finished rejects. */
   close(): void;

@@ -48,8 +48,14 @@ macro_rules! registered {
     (@ $model:expr, $of:ident, $body:expr, $($name:ident => $value:expr,)+) => {
         match $model {
             $(ShadingModel::$name => {
-                let $of = $value;
-                $body
+                // Of a model that is left out no formula is compiled; the renderer has refused it.
+                if ShadingModel::$name.is_built() {
+                    let $of = $value;
+                    $body
+                } else {
+                    let $of = standard::Standard;
+                    $body
+                }
             })+
         }
     };
