@@ -291,6 +291,9 @@ impl RenderOptions {
         let pixels = u64::from(self.width) * u64::from(self.height);
         Limits::check(|| "picture".to_owned(), pixels, self.limits.output_pixels, "output_pixels")?;
         check_tile_size(self.tile_size)?;
+        if let Some(model) = self.shading {
+            check_model(model)?;
+        }
         if !(1..=16).contains(&self.anisotropy) {
             return Err(option("anisotropy", self.anisotropy.to_string(), "1 to 16"));
         }
@@ -390,6 +393,16 @@ pub enum RenderError {
     /// Somebody has stopped it, see [`Cancellation`](super::Cancellation).
     #[error("cancelled")]
     Cancelled,
+}
+
+/// `Ok` if this program has the formulas of a model.
+pub(super) fn check_model(model: ShadingModel) -> Result<(), RenderError> {
+    let lacks = || RenderError::Option {
+        option: "shading",
+        value: model.name().to_owned(),
+        allowed: "a model that this program was built with",
+    };
+    if model.is_built() { Ok(()) } else { Err(lacks()) }
 }
 
 /// A picture and what it took.

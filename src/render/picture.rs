@@ -9,7 +9,7 @@ use super::ground_light::GroundLight;
 use super::ground_pixels::GroundView;
 use super::lamps::LightMemory;
 use super::mirror::{MirrorMemory, camera_of_mirror, options_of_mirror};
-use super::options::{Background, RenderError, RenderOptions, RenderStats};
+use super::options::{Background, RenderError, check_model, RenderOptions, RenderStats};
 use super::pass::FrameContext;
 use super::passes::{PassMemory, check_limits};
 use super::pick::LastPicture;
@@ -295,6 +295,9 @@ impl Memory {
         let pattern = options.validate(self.pattern.take())?;
         camera.validate()?;
         check_scene(scene, &options.limits)?;
+        if options.shading.is_none() {
+            scene.materials().iter().try_for_each(|material| check_model(material.shading(None)))?;
+        }
         let budget = FrameBudget::new(scene, &options.limits, tile_grid(options, None))?;
         let view = View::new(camera, options.width, options.height)?;
         // What is filtered now, or found of points, is used for many pictures.

@@ -215,6 +215,24 @@ impl ShadingModel {
         all
     };
 
+    /// Whether this program has its formulas: the features of the crate say which it has beside [`ShadingModel::Standard`].
+    #[must_use]
+    pub const fn is_built(self) -> bool {
+        match self {
+            Self::UrpDesktop | Self::UrpMobile | Self::Urp17 => cfg!(feature = "urp"),
+            Self::HdrpLit | Self::StackLit => cfg!(feature = "hdrp"),
+            Self::Filament | Self::FilamentMobile | Self::FilamentCloth | Self::Filament2018 => {
+                cfg!(feature = "filament")
+            }
+            Self::Three | Self::ThreeLegacy => cfg!(feature = "three"),
+            Self::Gltf | Self::GltfSampled => cfg!(feature = "gltf-sample"),
+            Self::OpenPbr => cfg!(feature = "openpbr"),
+            Self::Velvet => cfg!(feature = "velvet"),
+            Self::Babylon => cfg!(feature = "babylon"),
+            Self::Standard => true,
+        }
+    }
+
     fn entry(self) -> &'static Entry {
         &TABLE[self as usize]
     }
