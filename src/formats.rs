@@ -1,12 +1,21 @@
 //! Formats of files: their names, extensions and media types. What reads and what writes which is said where it is done, in
 //! terms of these.
 
-/// Whether more is compiled in than glTF, PNG, JPEG and Radiance (the feature `all-formats`). Whoever reads or writes another
-/// format asks this first: what comes after is then no part of the program.
-pub(crate) const ALL: bool = all();
-
-const fn all() -> bool {
-    cfg!(feature = "all-formats")
+/// Which formats are compiled in beside glTF, PNG, JPEG and Radiance, by features. Whoever reads or writes another one asks this
+/// first: what comes after is then no part of the program.
+pub(crate) mod built {
+    pub(crate) const THREE_MF: bool = cfg!(feature = "3mf");
+    pub(crate) const OBJ: bool = cfg!(feature = "obj");
+    pub(crate) const PLY: bool = cfg!(feature = "ply");
+    pub(crate) const STL: bool = cfg!(feature = "stl");
+    pub(crate) const DRACO: bool = cfg!(feature = "draco");
+    pub(crate) const MESHOPT: bool = cfg!(feature = "meshopt");
+    pub(crate) const KTX2: bool = cfg!(feature = "ktx2");
+    pub(crate) const WEBP: bool = cfg!(feature = "webp");
+    /// BMP, TGA, GIF, TIFF, PNM, QOI.
+    pub(crate) const MORE_TEXTURES: bool = cfg!(feature = "more-textures");
+    pub(crate) const EXR: bool = cfg!(feature = "exr");
+    pub(crate) const ZSTD: bool = cfg!(feature = "zstd");
 }
 
 /// What is said where it is not.

@@ -21,7 +21,7 @@ type Pixels = (u32, u32, Vec<[f32; 3]>);
 
 /// The picture, and what is doubtful about it.
 pub(crate) fn read(bytes: &[u8], limits: &Limits) -> Result<(Pixels, Option<String>), DecodeError> {
-    if !crate::formats::ALL {
+    if !crate::formats::built::EXR {
         return Err(DecodeError::unsupported(FORMAT, crate::formats::LEFT_OUT));
     }
     let meta = read_meta(bytes, limits)?;

@@ -4,12 +4,14 @@
 //! threads. Whatever is computed with this module is the same for one thread as for sixty-four.
 
 mod parts;
+mod pool;
 mod scratch;
 
 #[doc(hidden)]
 pub use scratch::Scratch;
 
 use parts::{Parts, part_size};
+use pool::{Pool, divide};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Workers of one pool at most. More would take longer to start than most pictures take.
@@ -18,7 +20,7 @@ pub const MAX_THREADS: usize = 256;
 /// A pool of worker threads.
 pub struct Jobs {
     /// `None`: everything runs on the calling thread.
-    pool: Option<rayon::ThreadPool>,
+    pool: Option<Pool>,
     threads: usize,
     /// As many as there should be.
     wanted: usize,
@@ -38,21 +40,18 @@ impl Default for Jobs {
 
 impl Jobs {
     /// A pool of `threads` workers, at most [`MAX_THREADS`]; 0 stands for one per processor. Where the system does not
-    /// give so many, half of them, and so on down to the calling thread: [`Jobs::missing`] tells.
+    /// give so many, half of them, and so on down to the calling thread: [`Jobs::missing`] tells. Without the feature `threads`
+    /// of the crate there is the calling thread alone.
     #[must_use]
     pub fn new(threads: usize) -> Self {
         let wanted = match threads {
             0 => std::thread::available_parallelism().map_or(1, usize::from),
             n => n,
         };
-        let wanted = wanted.min(MAX_THREADS);
+        let wanted = if cfg!(feature = "threads") { wanted.min(MAX_THREADS) } else { 1 };
         let mut threads = wanted;
         while threads > 1 {
-            let pool = rayon::ThreadPoolBuilder::new()
-                .num_threads(threads)
-                .thread_name(|k| format!("overcoat-{k}"))
-                .build();
-            if let Ok(pool) = pool {
+            if let Some(pool) = Pool::new(threads) {
                 return Self { pool: Some(pool), threads, wanted };
             }
             threads /= 2;
@@ -113,7 +112,7 @@ impl Jobs {
     #[doc(hidden)]
     pub fn on_every_worker<T: Send>(&self, f: impl Fn() -> T + Sync) -> Vec<T> {
         match &self.pool {
-            Some(pool) => pool.broadcast(|_| f()),
+            Some(pool) => pool.broadcast(f),
             None => vec![f()],
         }
     }
@@ -166,21 +165,12 @@ impl Jobs {
     fn on_workers(&self, items: usize, work: &(dyn Fn(usize) + Sync)) {
         match &self.pool {
             Some(pool) if items > 1 => {
-                let work = || work(pool.current_thread_index().unwrap_or(0));
+                let work = || work(pool.this_thread());
                 pool.install(|| divide(items.min(self.threads), &work));
             }
             _ => work(0),
         }
     }
-}
-
-/// Runs `work` so many times, on as many workers as are free.
-fn divide(count: usize, work: &(dyn Fn() + Sync)) {
-    if count < 2 {
-        return work();
-    }
-    let half = count / 2;
-    rayon::join(|| divide(count - half, work), || divide(half, work));
 }
 
 /// The guarded value, also after a worker has panicked: the panic itself is passed on by the pool.

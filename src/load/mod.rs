@@ -76,6 +76,7 @@ pub use resolver::{DirectoryResolver, MemoryResolver, NoResolver, ResolveError, 
 pub use tangents::add_tangents;
 
 use crate::files::check_size;
+use crate::formats::built;
 use crate::jobs::Jobs;
 use crate::limits::Limits;
 use crate::scene::{Axis, Orientation, Scene};
@@ -363,13 +364,11 @@ fn read_unpacked(
             let rig = gltf::read(bytes, options, purpose, context)?;
             return Ok((Model::Rig(Box::new(rig)), format));
         }
-        Some(format) if !crate::formats::ALL => {
-            Err(LoadError::unsupported(format.name(), crate::formats::LEFT_OUT))
-        }
-        Some(Format::Obj) => obj::load(bytes, context),
-        Some(Format::Stl) => stl::load(bytes, context),
-        Some(Format::Ply) => ply::load(bytes, context),
-        Some(Format::ThreeMf) => threemf::load(bytes, context),
+        Some(Format::Obj) if built::OBJ => obj::load(bytes, context),
+        Some(Format::Stl) if built::STL => stl::load(bytes, context),
+        Some(Format::Ply) if built::PLY => ply::load(bytes, context),
+        Some(Format::ThreeMf) if built::THREE_MF => threemf::load(bytes, context),
+        Some(format) => Err(LoadError::unsupported(format.name(), crate::formats::LEFT_OUT)),
         None => Err(LoadError::UnknownFormat(format!("the format is not known; {READ}"))),
     };
     let mut loaded = loaded?;

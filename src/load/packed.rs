@@ -109,7 +109,7 @@ impl<'a> Part<'a> {
                 rest = member.into_inner();
                 read
             }
-            Kind::Zstandard if !crate::formats::ALL => {
+            Kind::Zstandard if !crate::formats::built::ZSTD => {
                 Err(Error::new(ErrorKind::InvalidData, crate::formats::LEFT_OUT))
             }
             Kind::Zstandard => match StreamingDecoder::new_with_max_window_size(&mut rest, MAX_WINDOW) {

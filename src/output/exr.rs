@@ -32,7 +32,7 @@ pub enum ExrPrecision {
 /// [`OutputError::Encode`] if a side is 0 or a plane does not have the frame's size.
 pub fn encode_exr(frame: &Frame, precision: ExrPrecision) -> Result<Vec<u8>, OutputError> {
     check_size(frame, OutputFormat::Exr)?;
-    if !crate::formats::ALL {
+    if !crate::formats::built::EXR {
         let reason = crate::formats::LEFT_OUT.to_owned();
         return Err(OutputError::Encode { format: OutputFormat::Exr, reason });
     }

@@ -15,7 +15,7 @@ pub fn encode_webp(image: &DisplayImage) -> Result<Vec<u8>, OutputError> {
 
 /// The same with an alpha channel or without, as it is asked for; or what is wrong.
 pub(super) fn encode_webp_layout(image: &DisplayImage, alpha: bool) -> Result<Vec<u8>, String> {
-    if !crate::formats::ALL {
+    if !crate::formats::built::WEBP {
         return Err(crate::formats::LEFT_OUT.to_owned());
     }
     let mut file = Vec::new();

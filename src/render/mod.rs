@@ -282,7 +282,7 @@ fn check_models(scene: &Scene, options: &RenderOptions) -> Result<(), RenderErro
         Some(model) => Err(RenderError::Option {
             option: "shading",
             value: model.name().to_owned(),
-            allowed: "standard, gltf or gltf-sampled: this program was built without others",
+            allowed: "a model that was compiled in: this program was built without it",
         }),
     }
 }

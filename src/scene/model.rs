@@ -215,15 +215,27 @@ impl ShadingModel {
         all
     };
 
-    fn entry(self) -> &'static Entry {
-        &TABLE[self as usize]
-    }
-
-    /// Whether its formulas are compiled in: of all models with the feature `all-models` (a default one), else of `standard`,
-    /// `gltf` and `gltf-sampled`. A picture by another is an error.
+    /// Whether its formulas are compiled in: the features of the crate say which are beside [`ShadingModel::Standard`]; by default,
+    /// all. A picture by another is an error.
     #[must_use]
     pub const fn is_built(self) -> bool {
-        cfg!(feature = "all-models") || matches!(self, Self::Standard | Self::Gltf | Self::GltfSampled)
+        match self {
+            Self::UrpDesktop | Self::UrpMobile | Self::Urp17 => cfg!(feature = "urp"),
+            Self::HdrpLit | Self::StackLit => cfg!(feature = "hdrp"),
+            Self::Filament | Self::FilamentMobile | Self::FilamentCloth | Self::Filament2018 => {
+                cfg!(feature = "filament")
+            }
+            Self::Three | Self::ThreeLegacy => cfg!(feature = "three"),
+            Self::Gltf | Self::GltfSampled => cfg!(feature = "gltf-sample"),
+            Self::OpenPbr => cfg!(feature = "openpbr"),
+            Self::Velvet => cfg!(feature = "velvet"),
+            Self::Babylon => cfg!(feature = "babylon"),
+            Self::Standard => true,
+        }
+    }
+
+    fn entry(self) -> &'static Entry {
+        &TABLE[self as usize]
     }
 
     /// Name as `--shading` and material files take it.

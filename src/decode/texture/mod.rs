@@ -8,7 +8,7 @@ mod rows;
 use crate::formats::{self, FileFormat};
 use crate::limits::{LimitExceeded, Limits};
 use crate::scene::Image;
-use ::image::codecs::{jpeg::JpegDecoder, png::PngDecoder};
+use ::image::codecs::{jpeg::JpegDecoder, png::PngDecoder, webp::WebPDecoder};
 use ::image::{ImageDecoder, ImageFormat, ImageReader};
 use kind::Kind;
 use std::borrow::Cow;
@@ -112,7 +112,8 @@ fn decoder(
     let bytes = Cursor::new(bytes);
     let mut limits = ::image::Limits::no_limits();
     limits.max_alloc = Some(max_bytes.saturating_add(DECODER_BYTES));
-    if formats::ALL {
+    // All the others together.
+    if formats::built::MORE_TEXTURES && (formats::built::WEBP || format != ImageFormat::WebP) {
         let mut reader = ImageReader::with_format(bytes, format);
         reader.limits(limits);
         return Ok(Box::new(reader.into_decoder().map_err(damaged)?));
@@ -121,6 +122,7 @@ fn decoder(
     let mut decoder: Box<dyn ImageDecoder + '_> = match format {
         ImageFormat::Png => Box::new(PngDecoder::with_limits(bytes, limits.clone()).map_err(damaged)?),
         ImageFormat::Jpeg => Box::new(JpegDecoder::new(bytes).map_err(damaged)?),
+        ImageFormat::WebP if formats::built::WEBP => Box::new(WebPDecoder::new(bytes).map_err(damaged)?),
         _ => return Err(damaged(format!("{format:?} pictures: {}", formats::LEFT_OUT))),
     };
     decoder.set_limits(limits).map_err(damaged)?;

@@ -5,6 +5,7 @@ use super::list::Index;
 use super::meshopt;
 use super::model::{BufferView, Compressed, Root};
 use super::source::Source;
+use crate::formats::{LEFT_OUT, built};
 use crate::jobs::Jobs;
 use crate::load::budget::Budget;
 use crate::load::nearby::Nearby;
@@ -172,6 +173,10 @@ impl<'a> Buffers<'a> {
             let (Some(given), Some(known)) = (self.compression(view), self.compressed.get(&view)) else {
                 return Ok(Vec::new());
             };
+            if !built::MESHOPT {
+                let message = format!("its data are compressed with meshopt: {LEFT_OUT}");
+                return Err(malformed(format!("bufferView {view}: {message}")));
+            }
             let stream = self.compressed_source(view, given)?.bytes()?;
             let decoded = known.layout.decode(&stream);
             decoded.map_err(|message| malformed(format!("bufferView {view}: {message}")))

@@ -44,7 +44,7 @@ pub(super) struct Most {
 /// # Errors
 /// What is wrong with the stream.
 pub(super) fn decode(stream: &[u8], most: Most, ids: &[Index]) -> Result<(Vec<[u32; 3]>, Decoded), String> {
-    if !crate::formats::ALL {
+    if !crate::formats::built::DRACO {
         return Err(format!("its data are compressed with Draco: {}", crate::formats::LEFT_OUT));
     }
     let limits = DecodeLimits::default()

@@ -60,11 +60,13 @@ impl SimdLevel {
                 ))
             }
             #[cfg(target_arch = "x86_64")]
-            Self::Sse2 => cfg!(not(overcoat_one_level)) && machine.as_sse2().is_some(),
+            Self::Sse2 => cfg!(any(not(overcoat_one_level), not(feature = "wide-lanes"))) && machine.as_sse2().is_some(),
             #[cfg(target_arch = "x86_64")]
-            Self::Avx2 => machine.as_avx2().is_some(),
+            Self::Avx2 => cfg!(feature = "wide-lanes") && machine.as_avx2().is_some(),
             #[cfg(target_arch = "x86_64")]
-            Self::Avx512 => cfg!(not(overcoat_one_level)) && machine.as_avx512().is_some(),
+            Self::Avx512 => {
+                cfg!(all(feature = "wide-lanes", not(overcoat_one_level))) && machine.as_avx512().is_some()
+            }
             #[cfg(target_arch = "aarch64")]
             Self::Neon => machine.as_neon().is_some(),
             #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
@@ -113,6 +115,57 @@ impl FromStr for SimdLevel {
     }
 }
 
+/// Code for AVX-512, if that is compiled in: decided by the features of this crate and not of the one that uses
+/// [`dispatch!`](crate::dispatch).
+#[cfg(all(feature = "wide-lanes", not(overcoat_one_level)))]
+#[doc(hidden)]
+#[macro_export]
+macro_rules! with_avx512 {
+    ($($code:tt)*) => { $($code)* };
+}
+
+/// Not compiled in.
+#[cfg(not(all(feature = "wide-lanes", not(overcoat_one_level))))]
+#[doc(hidden)]
+#[macro_export]
+macro_rules! with_avx512 {
+    ($($code:tt)*) => {};
+}
+
+/// Code for AVX2, if that is compiled in: decided by the features of this crate and not of the one that uses
+/// [`dispatch!`](crate::dispatch).
+#[cfg(feature = "wide-lanes")]
+#[doc(hidden)]
+#[macro_export]
+macro_rules! with_avx2 {
+    ($($code:tt)*) => { $($code)* };
+}
+
+/// Not compiled in.
+#[cfg(not(feature = "wide-lanes"))]
+#[doc(hidden)]
+#[macro_export]
+macro_rules! with_avx2 {
+    ($($code:tt)*) => {};
+}
+
+/// Code for SSE2, if that is compiled in: decided by the features of this crate and not of the one that uses
+/// [`dispatch!`](crate::dispatch).
+#[cfg(any(not(overcoat_one_level), not(feature = "wide-lanes")))]
+#[doc(hidden)]
+#[macro_export]
+macro_rules! with_sse2 {
+    ($($code:tt)*) => { $($code)* };
+}
+
+/// Not compiled in.
+#[cfg(not(any(not(overcoat_one_level), not(feature = "wide-lanes"))))]
+#[doc(hidden)]
+#[macro_export]
+macro_rules! with_sse2 {
+    ($($code:tt)*) => {};
+}
+
 /// Runs an expression compiled for the given level: `dispatch!(level, l => kernel(l, ...))`, where `l` is the
 /// [`Lanes`](super::Lanes) token. A level that the machine lacks runs as [`SimdLevel::Scalar`], with the same bits;
 /// who lets users choose a level checks [`SimdLevel::is_available`] first.
@@ -126,25 +179,29 @@ macro_rules! dispatch {
         let done = 'done: {
             #[cfg(target_arch = "x86_64")]
             {
-                #[cfg(not(overcoat_one_level))]
-                if let Some($l) = $crate::math::lanes::avx512(level) {
-                    break 'done $l.run(
-                        #[inline(always)]
-                        || $body,
-                    );
+                $crate::with_avx512! {
+                    if let Some($l) = $crate::math::lanes::avx512(level) {
+                        break 'done $l.run(
+                            #[inline(always)]
+                            || $body,
+                        );
+                    }
                 }
-                if let Some($l) = $crate::math::lanes::avx2(level) {
-                    break 'done $l.run(
-                        #[inline(always)]
-                        || $body,
-                    );
+                $crate::with_avx2! {
+                    if let Some($l) = $crate::math::lanes::avx2(level) {
+                        break 'done $l.run(
+                            #[inline(always)]
+                            || $body,
+                        );
+                    }
                 }
-                #[cfg(not(overcoat_one_level))]
-                if let Some($l) = $crate::math::lanes::sse2(level) {
-                    break 'done $l.run(
-                        #[inline(always)]
-                        || $body,
-                    );
+                $crate::with_sse2! {
+                    if let Some($l) = $crate::math::lanes::sse2(level) {
+                        break 'done $l.run(
+                            #[inline(always)]
+                            || $body,
+                        );
+                    }
                 }
             }
             #[cfg(target_arch = "aarch64")]
@@ -203,25 +260,29 @@ macro_rules! dispatch_available {
             'done: {
                 #[cfg(target_arch = "x86_64")]
                 {
-                    #[cfg(not(overcoat_one_level))]
-                    if let Some($l) = $crate::math::lanes::avx512(level) {
-                        break 'done $l.run(
-                            #[inline(always)]
-                            || $body,
-                        );
+                    $crate::with_avx512! {
+                        if let Some($l) = $crate::math::lanes::avx512(level) {
+                            break 'done $l.run(
+                                #[inline(always)]
+                                || $body,
+                            );
+                        }
                     }
-                    if let Some($l) = $crate::math::lanes::avx2(level) {
-                        break 'done $l.run(
-                            #[inline(always)]
-                            || $body,
-                        );
+                    $crate::with_avx2! {
+                        if let Some($l) = $crate::math::lanes::avx2(level) {
+                            break 'done $l.run(
+                                #[inline(always)]
+                                || $body,
+                            );
+                        }
                     }
-                    #[cfg(not(overcoat_one_level))]
-                    if let Some($l) = $crate::math::lanes::sse2(level) {
-                        break 'done $l.run(
-                            #[inline(always)]
-                            || $body,
-                        );
+                    $crate::with_sse2! {
+                        if let Some($l) = $crate::math::lanes::sse2(level) {
+                            break 'done $l.run(
+                                #[inline(always)]
+                                || $body,
+                            );
+                        }
                     }
                 }
                 #[cfg(target_arch = "aarch64")]

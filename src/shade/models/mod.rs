@@ -47,16 +47,15 @@ macro_rules! registered {
     };
     (@ $model:expr, $of:ident, $body:expr, $($name:ident => $value:expr,)+) => {
         match $model {
-            $(ShadingModel::$name => {
-                // Of a model that is left out no formula is compiled; the renderer has refused it.
-                if ShadingModel::$name.is_built() {
-                    let $of = $value;
-                    $body
-                } else {
-                    let $of = standard::Standard;
-                    $body
-                }
+            $(ShadingModel::$name if const { ShadingModel::$name.is_built() } => {
+                let $of = $value;
+                $body
             })+
+            // None of those that the program lacks gets here: the renderer refuses them.
+            _ => {
+                let $of = standard::Standard;
+                $body
+            }
         }
     };
 }
