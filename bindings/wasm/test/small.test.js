@@ -32,7 +32,7 @@ test("the small module", { skip }, async () => {
   }
   const left = "this program was built without";
   assert.throws(() => draw(small, "torus-knot.glb", { shading: "stacklit" }), {
-    message: `shading: stacklit is not standard, gltf or gltf-sampled: ${left} others`,
+    message: `shading: stacklit is not a model that was compiled in: ${left} it`,
   });
   assert.throws(() => draw(small, "vase.ply", {}), { message: new RegExp(left) });
   assert.throws(() => draw(small, "torus-knot.glb", { material: "velvet" }), /velvet|material/);
