@@ -197,7 +197,7 @@ impl Memory {
                 costs: &self.costs,
                 reach: &self.lights.reach,
                 show_environment,
-                ground: ground.clone(),
+                ground,
                 tints: !show_environment && states.iter().any(|state| state.transmissive),
                 merge: merge_cosine(options.merge_angle),
                 finer: &self.finer,

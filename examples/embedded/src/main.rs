@@ -49,7 +49,9 @@ fn main() -> ExitCode {
         _ => (&Default::default(), &Default::default(), None),
     };
     let Some(side) = side else {
-        eprintln!("usage: overcoat-embedded IN OUT [SIDE]   a PNG of a .glb, .gltf or .stl file, 256 pixels wide");
+        eprintln!(
+            "usage: overcoat-embedded IN OUT [SIDE]   a PNG of a .glb, .gltf or .stl file, 256 pixels wide"
+        );
         return ExitCode::from(2);
     };
     match thumbnail(Path::new(input), Path::new(output), side) {

@@ -60,7 +60,9 @@ impl SimdLevel {
                 ))
             }
             #[cfg(target_arch = "x86_64")]
-            Self::Sse2 => cfg!(any(not(overcoat_one_level), not(feature = "wide-lanes"))) && machine.as_sse2().is_some(),
+            Self::Sse2 => {
+                cfg!(any(not(overcoat_one_level), not(feature = "wide-lanes"))) && machine.as_sse2().is_some()
+            }
             #[cfg(target_arch = "x86_64")]
             Self::Avx2 => cfg!(feature = "wide-lanes") && machine.as_avx2().is_some(),
             #[cfg(target_arch = "x86_64")]
