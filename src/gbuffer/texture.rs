@@ -8,6 +8,7 @@
 
 mod footprint;
 mod mips;
+mod rows;
 mod texels;
 
 #[cfg(test)]
@@ -70,8 +71,32 @@ pub fn sample_together<L: Lanes>(
         || {
             let mut plan = SamplePlan::none(l);
             plan.make(l, texture, uv, footprint, max_anisotropy, active);
-            plan.ask(l, textures, active);
+            plan.ask(textures, active);
             plan.sample(l, textures, &mut Fetched::none(l), out);
+        },
+    );
+}
+
+/// Asks textures that are read alike, and of which only some rows are there, for those that [`sample_together`] reads.
+#[inline(never)]
+pub fn ask_together<L: Lanes>(
+    l: L,
+    textures: &[&Texture],
+    uv: &[L::F; 2],
+    footprint: &Footprint<L>,
+    max_anisotropy: u32,
+    active: L::M,
+) {
+    let Some(&texture) = textures.first() else { return };
+    if texture.bands().is_none() {
+        return;
+    }
+    l.run(
+        #[inline(always)]
+        || {
+            let probes = Probes::new(l, texture, footprint, max_anisotropy, active);
+            let mips = Mips::new(l, texture, probes.lambda, active);
+            rows::ask(textures, &mips, (uv[1], probes.major[1].abs() * 0.5), active);
         },
     );
 }
@@ -130,24 +155,11 @@ impl<L: Lanes> SamplePlan<L> {
 
     /// Asks textures of which only some rows are there for those that are read.
     #[inline(always)]
-    pub fn ask(&self, l: L, textures: &[&Texture], active: L::M) {
+    pub fn ask(&self, textures: &[&Texture], active: L::M) {
         if textures.first().is_some_and(|texture| texture.bands().is_some()) {
-            self.ask_for_bands(l, textures, active);
+            let reach = self.probes.major[1].abs() * 0.5;
+            rows::ask(textures, &self.mips, (self.uv[1], reach), active);
         }
-    }
-
-    #[inline(never)]
-    fn ask_for_bands(&self, l: L, textures: &[&Texture], active: L::M) {
-        let Some(sampler) = textures.first().map(|texture| texture.sampler()) else { return };
-        l.run(
-            #[inline(always)]
-            || {
-                for k in 0..self.probes.most {
-                    let wrapped = texels::wrap(sampler, self.probe(l, k));
-                    self.mips.ask(l, textures, wrapped, active.bits());
-                }
-            },
-        );
     }
 
     /// Where a probe lies: of one, in the middle.

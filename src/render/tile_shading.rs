@@ -249,14 +249,16 @@ fn survey<L: Lanes>(
     shows_lobes: bool,
 ) {
     let (frame, origin) = (pass.frame, input.tile.origin);
-    let mut place = SurfacePlace::none(l);
     let mut listed = 0;
     for &(number, end) in &order.stretches {
         let of = OneMaterial::new(frame, number, shows_lobes);
+        if !of.material.textures().any(|read| frame.shade.textures[read.texture.index()].bands().is_some()) {
+            listed = end;
+            continue;
+        }
         for indices in order.indices[listed..end].chunks(LANES) {
             batch.gather(input.fragments, indices, &input.triangles, origin, frame.pattern);
-            place.find(l, input.context, &of.reading, batch);
-            ask_for_textures(l, input.context, &of.reading, batch, &place);
+            ask_for_textures(l, input.context, &of.reading, batch);
         }
         listed = end;
     }

@@ -46,7 +46,17 @@ impl BandLayout {
         self.count.div_ceil(64)
     }
 
+    /// The bits of all bands.
+    pub(super) fn all(&self) -> impl Iterator<Item = u64> {
+        let bits = |word: usize| match self.count - word * 64 {
+            64.. => u64::MAX,
+            rest => (1 << rest) - 1,
+        };
+        (0..self.words()).map(bits)
+    }
+
     /// Texels of all bands.
+    #[cfg(test)]
     pub(super) fn texels(&self) -> usize {
         self.levels.iter().map(|level| level.width as usize * level.height as usize).sum()
     }
@@ -135,5 +145,7 @@ mod tests {
         }
         assert_eq!(bands.texels(), next);
         assert_eq!(Bands::new(&layout, vec![]).texels(), 0);
+        assert_eq!(layout.all().collect::<Vec<_>>(), [0b1_1111_1111]);
+        assert_eq!(Bands::new(&layout, layout.all().collect()).texels(), layout.texels());
     }
 }

@@ -9,7 +9,7 @@ use super::mipmap::Chain;
 use super::parameters::{EMISSIVE_TEXTURE, slots};
 use super::texture::{full_layout, is_opaque};
 use super::{AlphaUse, ColorSpace, Image, Material, Sampler, Scene, Texture, TextureId, TextureRef};
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 /// Where the rows of an image come from.
@@ -43,8 +43,6 @@ struct FormState {
     layout: BandLayout,
     /// A bit for each band of rows that was asked for.
     wanted: Vec<AtomicU64>,
-    /// All of it was asked for.
-    wants_all: AtomicBool,
     /// What there is of it.
     texture: Mutex<Option<Texture>>,
     whole: OnceLock<Box<Texture>>,
@@ -99,15 +97,18 @@ impl Form {
 
     /// Asks for all of it.
     pub(crate) fn want_all(&self) {
-        self.state().wants_all.store(true, Ordering::Relaxed);
+        let FormState { layout, wanted, .. } = self.state();
+        for (word, all) in wanted.iter().zip(layout.all()) {
+            word.fetch_or(all, Ordering::Relaxed);
+        }
     }
 
     /// Whether something was asked for that `texture`, which is of this form, does not have.
     pub(crate) fn lacks(&self, texture: &Texture) -> bool {
         let Some(bands) = texture.bands() else { return false };
-        let FormState { wanted, wants_all, .. } = self.state();
+        let wanted = &self.state().wanted;
         let lacks = |(wanted, present): (&AtomicU64, &u64)| wanted.load(Ordering::Relaxed) & !present != 0;
-        wants_all.load(Ordering::Relaxed) || wanted.iter().zip(bands.present()).any(lacks)
+        wanted.iter().zip(bands.present()).any(lacks)
     }
 
     /// What there is of `texture`, which is of this form.
@@ -142,8 +143,8 @@ impl DeferredImage {
         let state = |(color_space, alpha, sampler)| {
             let layout = BandLayout::new(&full_layout(size, &sampler));
             let wanted = (0..layout.words()).map(|_| AtomicU64::new(0)).collect();
-            let (wants_all, texture, whole) = (AtomicBool::new(false), Mutex::new(None), OnceLock::new());
-            FormState { color_space, alpha, sampler, layout, wanted, wants_all, texture, whole }
+            let (texture, whole) = (Mutex::new(None), OnceLock::new());
+            FormState { color_space, alpha, sampler, layout, wanted, texture, whole }
         };
         Self {
             size,
@@ -215,7 +216,8 @@ impl DeferredImage {
             return;
         }
         if self.image.get().is_none()
-            && !lacking.iter().any(|of| of.wants_all)
+            // Levels of a mask are made of the whole image.
+            && !lacking.iter().any(|of| matches!(of.form.state().alpha, AlphaUse::Mask { .. }))
             && let Some(made) = self.stream(&lacking, raw)
         {
             for (of, texture) in lacking.iter().zip(made) {
@@ -223,7 +225,7 @@ impl DeferredImage {
             }
             return;
         }
-        // It is there already, or not sound, or wanted as a whole.
+        // It is there already, or not sound, or a mask.
         if self.decoded().is_some() {
             lacking.iter().for_each(|of| {
                 of.texture.whole();
@@ -269,8 +271,6 @@ struct Lacking<'a> {
     form: &'a Form,
     /// The bands that were asked for.
     wanted: Vec<u64>,
-    /// All of it was asked for, or so much that the rest is not worth the trouble.
-    wants_all: bool,
 }
 
 impl<'a> Lacking<'a> {
@@ -279,14 +279,8 @@ impl<'a> Lacking<'a> {
         if !form.lacks(&form.resident(texture)) {
             return None;
         }
-        let FormState { layout, wanted, wants_all, alpha, .. } = form.state();
-        let wanted: Vec<u64> = wanted.iter().map(|word| word.load(Ordering::Relaxed)).collect();
-        let texels = Bands::new(layout, wanted.clone()).texels();
-        let wants_all = wants_all.load(Ordering::Relaxed)
-            // Levels of a mask are made of the whole image.
-            || matches!(alpha, AlphaUse::Mask { .. })
-            || texels >= layout.texels() / 4 * 3;
-        Some(Self { texture, form, wanted, wants_all })
+        let wanted = form.state().wanted.iter().map(|word| word.load(Ordering::Relaxed)).collect();
+        Some(Self { texture, form, wanted })
     }
 
     /// What makes the bands that were asked for; of normals as such if they are `opaque`.

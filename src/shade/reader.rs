@@ -2,7 +2,7 @@
 
 use super::ShadeContext;
 use crate::each;
-use crate::gbuffer::texture::{Fetched, Footprint, MAX_TOGETHER, SamplePlan, sample};
+use crate::gbuffer::texture::{Fetched, Footprint, MAX_TOGETHER, SamplePlan, ask_together, sample};
 use crate::gbuffer::{Batch, Location};
 use crate::math::lanes::Lanes;
 use crate::scene::{Texture, TextureRef, UvTransform};
@@ -59,7 +59,7 @@ impl<'a, L: Lanes> Reader<'a, L> {
         for (group, sample) in plan.groups.iter().flatten().zip(samples) {
             let (uv, footprint) = self.place(group.first);
             sample.make(self.l, group.textures[0], &uv, &footprint, anisotropy, self.active);
-            sample.ask(self.l, &group.textures[..group.len], self.active);
+            sample.ask(&group.textures[..group.len], self.active);
             sample.prefetch(&group.textures[..group.len]);
         }
     }
@@ -69,9 +69,16 @@ impl<'a, L: Lanes> Reader<'a, L> {
         let of = &self.context.textures[texture.texture.index()];
         if of.bands().is_some() {
             let (uv, footprint) = self.place(texture);
-            let mut plan = SamplePlan::none(self.l);
-            plan.make(self.l, of, &uv, &footprint, self.context.anisotropy, self.active);
-            plan.ask(self.l, &[of], self.active);
+            ask_together(self.l, &[of], &uv, &footprint, self.context.anisotropy, self.active);
+        }
+    }
+
+    /// Asks for what [`ReadingPlan::read`] reads.
+    pub(super) fn ask_for_plan<const N: usize>(&self, plan: &ReadingPlan<'_, N>) {
+        for group in plan.groups.iter().flatten() {
+            let (uv, footprint) = self.place(group.first);
+            let textures = &group.textures[..group.len];
+            ask_together(self.l, textures, &uv, &footprint, self.context.anisotropy, self.active);
         }
     }
 

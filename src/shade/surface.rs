@@ -261,20 +261,22 @@ impl<L: Lanes> SurfacePlace<L> {
     }
 }
 
-/// Asks for the texels that sixteen fragments read, where textures are decoded by need: [`SurfacePlace::find`] has asked for
-/// those that every model reads. Others of the material may be asked for in vain.
+/// Asks for the texels that sixteen fragments read, where textures are decoded by need. Some of the material may be asked for in
+/// vain.
 #[inline(never)]
 pub fn ask_for_textures<L: Lanes>(
     l: L,
     context: &ShadeContext<'_>,
     reading: &SurfaceReading<'_>,
     batch: &Batch,
-    place: &SurfacePlace<L>,
 ) {
     l.run(
         #[inline(always)]
         || {
-            let reader = Reader::new(l, context, &place.coordinates, batch);
+            let location = locate(l, batch, context.rays.perspective);
+            let coordinates = coordinates(l, context, batch, &location);
+            let reader = Reader::new(l, context, &coordinates, batch);
+            reader.ask_for_plan(&reading.textures.plan);
             for texture in reading.further_textures() {
                 reader.ask(texture);
             }

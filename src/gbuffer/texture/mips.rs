@@ -192,23 +192,10 @@ impl<L: Lanes> Mips<L> {
         Corners::new(l, texture.sampler(), &levels, wrapped, filter)
     }
 
-    /// Asks textures of which only some rows are there for those that active lanes read at wrapped coordinates.
-    pub fn ask(&self, l: L, textures: &[&Texture], wrapped: [L::F; 2], active: u16) {
-        let Some(&first) = textures.first() else { return };
-        let mut last = u32::MAX;
-        for &part in self.parts() {
-            let (levels, filter) = self.levels(l, first, part);
-            let Some(rows) = levels.bands_of(wrapped[1], first.sampler(), filter) else { return };
-            for k in (0..LANES).filter(|k| active >> k & 1 == 1) {
-                for band in rows.map(|bands| bands[k] as u32) {
-                    // Neighbours read the same.
-                    if band != last {
-                        textures.iter().for_each(|texture| want(texture, band));
-                        last = band;
-                    }
-                }
-            }
-        }
+    /// The finest level of each lane: magnified ones read level 0, which is theirs.
+    #[inline(always)]
+    pub fn finest(&self) -> [i32; LANES] {
+        self.level.to_array()
     }
 
     /// The levels of a part, and how they are filtered.
@@ -234,14 +221,5 @@ impl<L: Lanes> Mips<L> {
             None => LevelLanes::reduced(l, texture, &level.to_array()),
         };
         (levels, filter)
-    }
-}
-
-/// Asks for a band of rows, unless it is there.
-fn want(texture: &Texture, band: u32) {
-    if let (Some(bands), Some(form)) = (texture.bands(), texture.form())
-        && !bands.has(band)
-    {
-        form.want(band);
     }
 }

@@ -125,13 +125,6 @@ impl<'a, L: Lanes> LevelLanes<'a, L> {
         };
         row * self.width + place
     }
-
-    /// The bands of rows that lanes read; none where all rows are there.
-    pub fn bands_of(&self, v: L::F, sampler: &Sampler, filter: Filter) -> Option<[[i32; LANES]; 2]> {
-        let (_, first) = self.bands?;
-        let (rows, _) = self.rows(v, sampler, filter);
-        Some(each!(row in rows => (row.shr(BAND_SHIFT) + first).to_array()))
-    }
 }
 
 /// Where the texels lie that a filter combines, and how far each lane is from one to the next: the same in all textures
