@@ -121,6 +121,12 @@ impl Renderer {
         self.memory.environments.given = environment;
     }
 
+    /// Surveys which textures pictures read whether it pays or not: for tests.
+    #[doc(hidden)]
+    pub fn always_survey(&mut self) {
+        self.memory.textures.always = true;
+    }
+
     /// Gives back a frame that is not needed any more: the next picture takes its memory in place of new memory, which
     /// the system would have to clear.
     ///

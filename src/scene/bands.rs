@@ -87,6 +87,11 @@ impl Bands {
         self.texels
     }
 
+    /// Whether all are there.
+    pub(super) fn are_all(&self) -> bool {
+        self.layout.all().eq(self.present.iter().copied())
+    }
+
     /// The first band of a level.
     #[inline(always)]
     pub(crate) fn first(&self, level: usize) -> u32 {
@@ -103,6 +108,23 @@ impl Bands {
     #[inline(always)]
     pub(crate) fn has(&self, band: u32) -> bool {
         self.present.get(band as usize / 64).is_some_and(|word| word >> (band % 64) & 1 == 1)
+    }
+
+    /// How many rows of the image, from the top, decide about the rows that are there.
+    pub(super) fn source_rows(&self) -> u32 {
+        let BandLayout { levels, firsts, .. } = &self.layout;
+        let mut rows = 0_u32;
+        for (k, (level, &first)) in levels.iter().zip(firsts).enumerate().rev() {
+            let bands = level.height.div_ceil(1 << BAND_SHIFT);
+            let own = (0..bands).rev().find(|band| self.has(first + band));
+            let own = own.map_or(0, |band| (band + 1) << BAND_SHIFT).min(level.height);
+            rows = if rows > own { rows } else { own };
+            if let Some(finer) = k.checked_sub(1).and_then(|k| levels.get(k)) {
+                // A row is made of two, of an odd number of rows three.
+                rows = (2 * rows + u32::from(rows > 0)).min(finer.height);
+            }
+        }
+        rows
     }
 
     /// A bit for each band that is there.
@@ -145,6 +167,9 @@ mod tests {
         }
         assert_eq!(bands.texels(), next);
         assert_eq!(Bands::new(&layout, vec![]).texels(), 0);
+        let rows = |bits: u64| Bands::new(&layout, vec![bits]).source_rows();
+        assert_eq!([0, 1, 0b10, 0b1_0000, 0b10_0000, 0b100_0000].map(rows), [0, 8, 16, 33, 17, 33]);
+        assert_eq!([0b1000_0000, 0b1_0000_0000].map(rows), [33, 15]);
         assert_eq!(layout.all().collect::<Vec<_>>(), [0b1_1111_1111]);
         assert_eq!(Bands::new(&layout, layout.all().collect()).texels(), layout.texels());
     }

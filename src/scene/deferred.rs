@@ -235,31 +235,32 @@ impl DeferredImage {
 
     /// Textures with the rows that are lacking, and those that were there. `None` if the image is not sound.
     fn stream(&self, lacking: &[Lacking<'_>], raw: &mut Vec<u8>) -> Option<Vec<Texture>> {
+        let is_normals = |of: &Lacking<'_>| of.form.state().alpha == AlphaUse::Normals;
+        // Whether some texel has alpha decides about what normals have in its place.
+        let needs_all = !self.opaque && lacking.iter().any(is_normals);
         let mut opaque = true;
         let mut made = lacking.iter().map(|of| of.start(true)).collect::<Vec<_>>();
         let sound = self.source.rows(raw, &mut |row| {
             opaque &= self.opaque || is_opaque(row);
             made.iter_mut().for_each(|made| made.take(row));
-            true
+            needs_all || !made.iter().all(Chain::is_done)
         });
         if !sound {
             return None;
         }
-        let is_normals = |of: &Lacking<'_>| of.form.state().alpha == AlphaUse::Normals;
         if !opaque && lacking.iter().any(is_normals) {
             // Their alpha is another number.
             made = lacking.iter().map(|of| of.start(false)).collect::<Vec<_>>();
             let again = self.source.rows(raw, &mut |row| {
                 made.iter_mut().for_each(|made| made.take(row));
-                true
+                !made.iter().all(Chain::is_done)
             });
             if !again {
                 return None;
             }
         }
         let finish = |(of, made): (&Lacking<'_>, Chain)| {
-            let (bands, texels) = made.finish();
-            of.texture.with_bands(bands, texels, [opaque, opaque && is_normals(of)])
+            of.texture.with_bands(made, [opaque, opaque && is_normals(of)])
         };
         Some(lacking.iter().zip(made).map(finish).collect())
     }

@@ -60,9 +60,13 @@ pub(super) struct Chain {
     bands: Bands,
     /// Rows of the image that came in.
     row: u32,
+    /// How many rows decide.
+    rows: u32,
     levels: Box<dyn Rows>,
-    /// Of the bands.
+    /// Of the bands; if those are all, of the levels below the image.
     texels: Vec<[u8; 4]>,
+    /// The image, if all bands are kept.
+    image: Option<Vec<[u8; 4]>>,
 }
 
 impl Chain {
@@ -74,6 +78,7 @@ impl Chain {
         color_space: ColorSpace,
         alpha: AlphaUse,
     ) -> Self {
+        let size = levels.first().map(|image| image.width as usize * image.height as usize);
         fn of<M: Meaning + 'static>(levels: &[LevelLayout]) -> Box<dyn Rows> {
             let Some((image, levels)) = levels.split_first() else { return Box::new(()) };
             if levels.is_empty() {
@@ -88,22 +93,38 @@ impl Chain {
             (ColorSpace::Linear, AlphaUse::Coverage | AlphaUse::Mask { .. }) => of::<Covered<false>>(levels),
             (_, AlphaUse::Normals) => of::<Normals>(levels),
         };
-        let texels = vec![[0; 4]; bands.texels()];
-        Self { bands, row: 0, levels, texels }
+        let rows = bands.source_rows();
+        let (mut count, mut image) = (bands.texels(), None);
+        if let (true, Some(size)) = (bands.are_all(), size) {
+            count -= size;
+            image = Some(Vec::with_capacity(size));
+        }
+        Self { bands, row: 0, rows, levels, texels: vec![[0; 4]; count], image }
+    }
+
+    /// Whether no further row of the image decides about what is kept.
+    pub(super) fn is_done(&self) -> bool {
+        self.row >= self.rows
     }
 
     /// Takes the next row of the image, from the top.
     pub(super) fn take(&mut self, row: &[[u8; 4]]) {
-        if let Some(start) = self.bands.place(0, self.row) {
-            self.texels[start..][..row.len()].copy_from_slice(row);
+        match &mut self.image {
+            Some(image) => image.extend_from_slice(row),
+            None => {
+                if let Some(start) = self.bands.place(0, self.row) {
+                    self.texels[start..][..row.len()].copy_from_slice(row);
+                }
+            }
         }
         self.row += 1;
-        self.levels.take(row, &mut Kept { bands: Some(&self.bands), texels: &mut self.texels });
+        let bands = if self.image.is_some() { None } else { Some(&self.bands) };
+        self.levels.take(row, &mut Kept { bands, texels: &mut self.texels });
     }
 
-    /// The bands, and their texels once all rows are in.
-    pub(super) fn finish(self) -> (Bands, Vec<[u8; 4]>) {
-        (self.bands, self.texels)
+    /// The bands, and their texels once all rows are in; if those are all, the texels of the image apart.
+    pub(super) fn finish(self) -> (Bands, Vec<[u8; 4]>, Option<Vec<[u8; 4]>>) {
+        (self.bands, self.texels, self.image)
     }
 }
 
@@ -243,7 +264,9 @@ impl Stage {
         } else if width.is_multiple_of(2) {
             let scale = 1.0 / (rows as f32 * 2.0);
             for (to, [a, b]) in self.row.iter_mut().zip(self.sums.as_chunks().0) {
-                *to = std::array::from_fn(|c| (a[c] + b[c]) * scale);
+                for (to, (a, b)) in to.iter_mut().zip(a.iter().zip(b)) {
+                    *to = (a + b) * scale;
+                }
             }
         } else {
             let half = width / 2;
@@ -366,8 +389,10 @@ fn descend<M: Meaning>(stages: &mut [Stage], row: &[Sum], kept: &mut Kept<'_>) {
 fn halve<M: Meaning>(upper: &[[u8; 4]], lower: &[[u8; 4]], row: &mut [Sum]) {
     let pairs = upper.as_chunks().0.iter().zip(lower.as_chunks().0);
     for (to, ([a, b], [c, d])) in row.iter_mut().zip(pairs) {
-        let [a, b, c, d] = [*a, *b, *c, *d].map(M::decode);
-        *to = std::array::from_fn(|k| ((a[k] + c[k]) + (b[k] + d[k])) * 0.25);
+        // Written out: closures of arrays were called and not inlined, which took twice as long.
+        let (a, b, c, d) = (M::decode(*a), M::decode(*b), M::decode(*c), M::decode(*d));
+        let mean = |k: usize| ((a[k] + c[k]) + (b[k] + d[k])) * 0.25;
+        *to = [mean(0), mean(1), mean(2), mean(3)];
     }
 }
 
@@ -386,45 +411,47 @@ fn encode_channel<const SRGB: bool>(value: f32) -> u8 {
 impl<const SRGB: bool> Meaning for Plain<SRGB> {
     #[inline(always)]
     fn decode([r, g, b, a]: [u8; 4]) -> Sum {
-        let [r, g, b] = [r, g, b].map(decode_channel::<SRGB>);
-        [r, g, b, f32::from(a)]
+        let of = decode_channel::<SRGB>;
+        [of(r), of(g), of(b), f32::from(a)]
     }
 
     #[inline(always)]
     fn encode([r, g, b, a]: Sum) -> [u8; 4] {
-        let [r, g, b] = [r, g, b].map(encode_channel::<SRGB>);
-        [r, g, b, round(a)]
+        let of = encode_channel::<SRGB>;
+        [of(r), of(g), of(b), round(a)]
     }
 }
 
 impl<const SRGB: bool> Meaning for Covered<SRGB> {
     #[inline(always)]
     fn decode([r, g, b, a]: [u8; 4]) -> Sum {
-        let [r, g, b] = [r, g, b].map(decode_channel::<SRGB>);
+        let of = decode_channel::<SRGB>;
         let weight = INVISIBLE + (1.0 - INVISIBLE) / 255.0 * f32::from(a);
-        [r * weight, g * weight, b * weight, weight]
+        [of(r) * weight, of(g) * weight, of(b) * weight, weight]
     }
 
     #[inline(always)]
     fn encode([r, g, b, a]: Sum) -> [u8; 4] {
         let scale = 1.0 / a;
-        let [r, g, b] = [r, g, b].map(|sum| encode_channel::<SRGB>(sum * scale));
-        [r, g, b, round((a - INVISIBLE) * (255.0 / (1.0 - INVISIBLE)))]
+        let of = encode_channel::<SRGB>;
+        let alpha = round((a - INVISIBLE) * (255.0 / (1.0 - INVISIBLE)));
+        [of(r * scale), of(g * scale), of(b * scale), alpha]
     }
 }
 
 /// The square of the length of a normal in codes, times 255^2: exact for a texel.
 #[inline(always)]
-fn length_squared(normal: [f32; 3]) -> f32 {
-    let [x, y, z] = normal.map(|code| code * 2.0 - 255.0);
+fn length_squared([x, y, z]: [f32; 3]) -> f32 {
+    let signed = |code: f32| code * 2.0 - 255.0;
+    let (x, y, z) = (signed(x), signed(y), signed(z));
     (x * x + y * y) + z * z
 }
 
 impl Meaning for Normals {
     #[inline(always)]
     fn decode([r, g, b, _]: [u8; 4]) -> Sum {
-        let [r, g, b] = [r, g, b].map(f32::from);
-        [r, g, b, length_squared([r, g, b])]
+        let normal @ [x, y, z] = [f32::from(r), f32::from(g), f32::from(b)];
+        [x, y, z, length_squared(normal)]
     }
 
     /// The mean of the squares less the square of the mean is what the normals vary by: nothing where all are equal, whatever
@@ -433,8 +460,7 @@ impl Meaning for Normals {
     fn encode([r, g, b, square]: Sum) -> [u8; 4] {
         let variance = square - length_squared([r, g, b]);
         let deviation = if variance > 0.0 { variance.sqrt() } else { 0.0 };
-        let [r, g, b] = [r, g, b].map(round);
-        [r, g, b, round(255.0 - if deviation < 255.0 { deviation } else { 255.0 })]
+        [round(r), round(g), round(b), round(255.0 - if deviation < 255.0 { deviation } else { 255.0 })]
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::bands::Bands;
 use super::deferred::{DeferredImage, Form};
+use super::mipmap::Chain;
 use super::{SceneError, mipmap};
 use std::sync::Arc;
 
@@ -253,11 +254,20 @@ impl Texture {
         })
     }
 
-    /// The same with the rows of some `bands`, of which `reduced` has the texels.
-    pub(super) fn with_bands(&self, bands: Bands, reduced: Vec<[u8; 4]>, facts: [bool; 2]) -> Self {
+    /// The same with the rows that were made, all of which came in.
+    pub(super) fn with_bands(&self, made: Chain, facts: [bool; 2]) -> Self {
         let [is_opaque, has_variance] = facts;
+        let (bands, reduced, image) = made.finish();
         let is_opaque = is_opaque && self::is_opaque(&reduced);
-        let (reduced, bands) = (Arc::new(reduced), Some(Arc::new(bands)));
+        let reduced = Arc::new(reduced);
+        if let Some(texels) = image {
+            // As if it had been made of the image: nothing looks for rows any more.
+            let [width, height] = self.size;
+            let image = Arc::new(Image { width, height, texels });
+            let (bands, deferred) = (None, None);
+            return Self { image, reduced, bands, deferred, is_opaque, has_variance, ..self.clone() };
+        }
+        let bands = Some(Arc::new(bands));
         Self { reduced, bands, is_opaque, has_variance, ..self.clone() }
     }
 

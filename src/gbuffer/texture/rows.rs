@@ -22,12 +22,7 @@ struct Run {
 /// Asks textures that are read alike for the rows that active lanes read: around `v`, up to `reach` away, of the levels of
 /// `mips`. Neighbouring lanes are taken together, so a few rows are asked for in vain.
 #[inline(always)]
-pub(super) fn ask<L: Lanes>(
-    textures: &[&Texture],
-    mips: &Mips<L>,
-    (v, reach): (L::F, L::F),
-    active: L::M,
-) {
+pub(super) fn ask<L: Lanes>(textures: &[&Texture], mips: &Mips<L>, (v, reach): (L::F, L::F), active: L::M) {
     let Some(&first) = textures.first() else { return };
     let (low, high, levels) = ((v - reach).to_array(), (v + reach).to_array(), mips.finest());
     let (lanes, layout) = (active.bits(), first.layout());

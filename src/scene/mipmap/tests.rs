@@ -290,8 +290,18 @@ fn rows_that_are_kept_have_the_texels_of_all() {
                 for kept in [0, u64::MAX, u64::from(byte()) << 3 | u64::from(byte())] {
                     let bands = Bands::new(&layout, vec![kept; layout.words()]);
                     let mut chain = Chain::new(levels, bands, color_space, alpha);
-                    whole.image().texels().chunks(width as usize).for_each(|row| chain.take(row));
-                    let (bands, texels) = chain.finish();
+                    for row in whole.image().texels().chunks(width as usize) {
+                        if !chain.is_done() {
+                            chain.take(row);
+                        }
+                    }
+                    let (bands, mut texels, image) = chain.finish();
+                    // All of them come as an image and what is below.
+                    assert_eq!(image.is_some(), bands.are_all());
+                    if let Some(mut image) = image {
+                        image.append(&mut texels);
+                        texels = image;
+                    }
                     let mut count = 0;
                     for (number, level) in whole.levels().enumerate() {
                         for (row, expected) in level.texels.chunks(level.width as usize).enumerate() {
