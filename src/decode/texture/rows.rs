@@ -78,7 +78,7 @@ fn read_png(
     let is_wide = color_type.bytes_per_pixel() > color_type.channel_count();
     raw.clear();
     raw.resize(row.len().saturating_mul(color_type.bytes_per_pixel().into()), 0);
-    for _ in 0..header.height {
+    for number in 1..=header.height {
         if reader.read_row(raw).map_err(damaged)?.is_none() {
             return Err(ImageError::Damaged("rows of it are missing".to_owned()));
         }
@@ -88,7 +88,7 @@ fn read_png(
             }
         }
         expand(color_type, raw, row)?;
-        if !take(row) {
+        if !take(row) && number < header.height {
             return Ok(Some(()));
         }
     }
