@@ -122,10 +122,20 @@ impl Chain {
         self.levels.take(row, &mut Kept { bands, texels: &mut self.texels });
     }
 
-    /// The bands, and their texels once all rows are in; if those are all, the texels of the image apart.
-    pub(super) fn finish(self) -> (Bands, Vec<[u8; 4]>, Option<Vec<[u8; 4]>>) {
-        (self.bands, self.texels, self.image)
+    /// What was made, once all rows are in.
+    pub(super) fn finish(self) -> Made {
+        let Self { bands, texels, image, .. } = self;
+        Made { bands, texels, image }
     }
+}
+
+/// What a [`Chain`] made.
+pub(super) struct Made {
+    pub bands: Bands,
+    /// Of the bands; if those are all, of the levels below the image.
+    pub texels: Vec<[u8; 4]>,
+    /// The texels of the image, if all bands were kept.
+    pub image: Option<Vec<[u8; 4]>>,
 }
 
 /// Takes the rows of an image and makes levels of them.

@@ -2,7 +2,7 @@
 
 use super::bands::Bands;
 use super::deferred::{DeferredImage, Form};
-use super::mipmap::Chain;
+use super::mipmap::{Chain, Made};
 use super::{SceneError, mipmap};
 use std::sync::Arc;
 
@@ -257,7 +257,7 @@ impl Texture {
     /// The same with the rows that were made, all of which came in.
     pub(super) fn with_bands(&self, made: Chain, facts: [bool; 2]) -> Self {
         let [is_opaque, has_variance] = facts;
-        let (bands, reduced, image) = made.finish();
+        let Made { bands, texels: reduced, image } = made.finish();
         let is_opaque = is_opaque && self::is_opaque(&reduced);
         let reduced = Arc::new(reduced);
         if let Some(texels) = image {

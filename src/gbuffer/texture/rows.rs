@@ -74,7 +74,7 @@ fn ask_for(textures: &[&Texture], Run { level, from, to }: Run) {
         let slack = SLACK + far * rows * (4.0 * f32::EPSILON);
         let (low, high) = ((from - base) * rows - slack, (to - base) * rows + slack);
         // All of them, also where a coordinate is no number.
-        let all = !(high - low < rows);
+        let all = high - low >= rows || !(high - low).is_finite();
         let mut asking = Asking { textures, level, last: u32::MAX };
         match wrap {
             _ if all => asking.ask(0, height - 1),

@@ -295,7 +295,7 @@ fn rows_that_are_kept_have_the_texels_of_all() {
                             chain.take(row);
                         }
                     }
-                    let (bands, mut texels, image) = chain.finish();
+                    let Made { bands, mut texels, image } = chain.finish();
                     // All of them come as an image and what is below.
                     assert_eq!(image.is_some(), bands.are_all());
                     if let Some(mut image) = image {
