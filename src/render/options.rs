@@ -463,7 +463,7 @@ pub struct RenderStats {
     /// See [`RenderStats::stages`].
     pub(crate) stages: [(&'static str, Duration); 5],
     /// Wall time of these stages in which one thread worked alone, however many there are: all but the loops over
-    /// vertices, triangles and tiles. Filtering a new environment counts as such.
+    /// vertices, triangles and tiles. Filtering a new environment and decoding textures count as such.
     pub serial: Duration,
     /// What each stage handed to the next, if [`RenderOptions::stage_hashes`] asks for it.
     pub stage_hashes: Option<StageHashes>,

@@ -221,7 +221,11 @@ impl DeferredImage {
             && let Some(made) = self.stream(&lacking, raw)
         {
             for (of, texture) in lacking.iter().zip(made) {
-                *lock(&of.form.state().texture) = Some(texture);
+                let mut kept = lock(&of.form.state().texture);
+                // Another picture of the scene may have asked for more in the meantime: what was asked for stays asked for.
+                if kept.as_ref().is_none_or(|kept| kept.band_count() < texture.band_count()) {
+                    *kept = Some(texture);
+                }
             }
             return;
         }

@@ -320,6 +320,11 @@ impl Texture {
     pub(crate) fn bands(&self) -> Option<&Bands> {
         self.bands.as_deref()
     }
+    /// How many bands of rows are there.
+    pub(super) fn band_count(&self) -> u32 {
+        let count = |bands: &Bands| bands.present().iter().map(|word| word.count_ones()).sum();
+        self.bands().map_or(u32::MAX, count)
+    }
     /// The array in which level 0 lies.
     #[inline(always)]
     pub(crate) fn first_texels(&self) -> &[[u8; 4]] {
