@@ -563,6 +563,25 @@ fn planes_go_beside_a_png_and_into_an_exr() {
 }
 
 #[test]
+fn info_strict_fails_where_something_is_dropped() {
+    let folder = tempfile::tempdir().unwrap();
+    let triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    fs::write(folder.path().join("sound.obj"), triangle).unwrap();
+    fs::write(folder.path().join("lacks.obj"), format!("mtllib missing.mtl\n{triangle}")).unwrap();
+    for (args, code) in [
+        (&["info", "sound.obj", "--strict"][..], 0),
+        (&["info", "lacks.obj"], 0),
+        (&["info", "lacks.obj", "--strict"], 1),
+        (&["info", "lacks.obj", "--strict", "--json"], 1),
+    ] {
+        let output = overcoat(folder.path(), args);
+        assert_eq!(output.status.code(), Some(code), "{args:?}: {}", stderr(&output));
+        assert_eq!(stderr(&output).contains("(--strict)"), code == 1, "{args:?}");
+        assert!(!output.stdout.is_empty());
+    }
+}
+
+#[test]
 fn info_tells_what_is_inside() {
     let folder = folder();
     let text = overcoat(folder.path(), &["info", "quad.glb"]);

@@ -121,11 +121,15 @@ impl Form {
 
     /// All of `texture`, which is of this form.
     pub(super) fn whole<'a>(&'a self, texture: &'a Texture) -> &'a Texture {
-        let FormState { color_space, alpha, sampler, whole, .. } = self.state();
+        let FormState { color_space, alpha, sampler, texture: made, whole, .. } = self.state();
         if texture.bands().is_none() {
             return texture;
         }
         whole.get_or_init(|| {
+            // A picture may have asked for all of it: it is not decoded again.
+            if let Some(made) = lock(made).as_ref().filter(|made| made.bands().is_none()) {
+                return Box::new(made.clone());
+            }
             let image = self.image.decoded().unwrap_or_else(|| Arc::new(Image::white()));
             Box::new(Texture::new(image, *color_space, *alpha, *sampler))
         })
