@@ -1,21 +1,29 @@
-//! Textures that are decoded when pictures read them: the pictures are those of textures that are decoded as a whole, what is
-//! wrong with images is told, and nothing is decoded that no pixel asks for.
+//! Textures that are decoded and environments that are filtered when pictures read them: the pictures are those of textures that
+//! are decoded as a whole and of environments that are filtered at every roughness, what is wrong with images is told, and nothing
+//! is decoded that no pixel asks for.
 
 #[allow(dead_code, unused_imports, reason = "other tests use the rest")]
 mod common;
 
 use common::files::document::document;
 use common::files::model::{Model, push};
+use common::images::sky;
 use common::shapes::{noise, repeat_uv, sphere, square};
 use image::{DynamicImage, ImageBuffer, ImageFormat};
 use overcoat::frame::{Aov, DisplayOptions};
 use overcoat::jobs::Jobs;
+use overcoat::light::PrefilteredEnvironment;
 use overcoat::limits::Limits;
 use overcoat::load::{Context, Format, LoadOptions, Loaded, MemoryResolver, TextureLoading, load_bytes_with};
+use overcoat::math::lanes::SimdLevel;
 use overcoat::render::{Background, Ground, Quality, RenderOptions, Renderer};
-use overcoat::scene::{Camera, Framing, MeshData, Scene, ShadingModel};
+use overcoat::scene::{
+    Camera, Environment, EnvironmentSource, Framing, Instance, Material, Mesh, MeshData, Scene, ShadingModel,
+    Transform, Workflow,
+};
 use serde_json::{Value, json};
 use std::io::Cursor;
+use std::sync::Arc;
 
 /// An image of some kind of texels.
 fn picture(width: u32, height: u32, seed: u32, kind: Kind) -> DynamicImage {
@@ -418,4 +426,56 @@ fn what_no_pixel_asks_for_is_not_decoded() {
     assert!(losses[0].contains("image 0 (material 0: baseColorTexture): only "), "{losses:?}");
     // Whoever asks for the texels themselves gets them.
     assert_eq!(scene.textures()[0].image().width(), 200);
+}
+
+/// A sphere of one roughness, with what else asks for levels of its own.
+fn sphere_under(environment: &Environment, number: usize) -> Scene {
+    let mut material = Material { base_color: [0.7, 0.6, 0.5, 1.0], ..Material::default() };
+    let roughness = [0.0, 0.07, 0.2, 0.45, 0.7, 1.0][number % 6];
+    material.workflow = Workflow::MetallicRoughness { metallic: 0.5, roughness, texture: None };
+    match number / 6 {
+        0 => {}
+        1 => (material.coat, material.coat_roughness) = (1.0, 0.3),
+        2 => (material.lobes.sheen.color, material.lobes.sheen.roughness) = ([0.8; 3].into(), 0.4.into()),
+        3 => material.lobes.anisotropy.strength = 0.9,
+        _ => {
+            (material.lobes.second.mix, material.lobes.second.roughness) = (0.4.into(), 0.9.into());
+            (material.coat, material.coat_roughness, material.lobes.coat.ior) = (1.0, 0.5, 2.0);
+        }
+    }
+    let mut scene = Scene::new();
+    let mesh = scene.add_mesh(Mesh::new(sphere(24)).unwrap()).unwrap();
+    let material = scene.add_material(material).unwrap();
+    scene.add_instance(Instance { mesh, material, transform: Transform::IDENTITY, object: 0 }).unwrap();
+    scene.set_environment(environment.clone()).unwrap();
+    scene
+}
+
+#[test]
+fn pictures_are_those_of_environments_that_are_filtered_at_every_roughness() {
+    let picture = Arc::new(sky().unwrap());
+    let source = EnvironmentSource::Image(Arc::clone(&picture));
+    let environment = Environment { source, rotation_degrees: 40.0, intensity: 1.5 };
+    let (mut whole, mut kept) = (Renderer::new(2), Renderer::new(2));
+    let filtered = PrefilteredEnvironment::new(&picture, whole.jobs(), SimdLevel::best());
+    whole.use_environment(Some(Arc::new(filtered)));
+    let models = ShadingModel::ALL.iter().filter(|model| model.is_built());
+    for (round, &shading) in models.enumerate() {
+        for number in 0..30 {
+            let scene = sphere_under(&environment, number);
+            let camera = Framing::automatic(&scene).camera(&scene);
+            let mut options = sized(24, 24);
+            options.shading = Some(shading);
+            if (round + number) % 2 == 0 {
+                options = options.with_quality(Quality::Draft);
+            }
+            options.specular_antialiasing = number % 5 == 4;
+            let expected = whole.render(&scene, &camera, &options).unwrap().frame.frame_hash();
+            let fresh = Renderer::new(1).render(&scene, &camera, &options).unwrap().frame.frame_hash();
+            assert_eq!(fresh, expected, "{shading:?} {number}");
+            // What some pictures have looked up stays for those that follow.
+            let kept = kept.render(&scene, &camera, &options).unwrap().frame.frame_hash();
+            assert_eq!(kept, expected, "kept: {shading:?} {number}");
+        }
+    }
 }

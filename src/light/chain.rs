@@ -4,6 +4,7 @@ use super::{octahedral, texel};
 use crate::each;
 use crate::math::lanes::{Float, Int, LANES, Lanes, Mask};
 use crate::math::vec3::{V3, Vec3};
+use std::sync::atomic::{AtomicU32, Ordering};
 
 /// Number of roughnesses: two steps for each of the six mip levels of Unity's reflection probes
 /// (`UNITY_SPECCUBE_LOD_STEPS`), and the mirror. A blend of two roughnesses is not the roughness between; with single
@@ -24,9 +25,64 @@ const CELLS: [usize; MAPS] = [1024, 256, 256, 128, 128, 128, 64, 64, 64, 64, 32,
 pub(crate) const MAX_CELLS: usize = CELLS[0];
 pub(crate) const MIN_CELLS: usize = 2;
 
-/// Radiance for all roughnesses, and irradiance.
-#[derive(Clone, PartialEq)]
+/// Some of the levels of a chain.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Levels(u32);
+
+impl Levels {
+    pub(crate) const ALL: Self = Self((1 << LEVELS) - 1);
+    pub(crate) const NONE: Self = Self(0);
+
+    /// One alone, of those that there are.
+    pub(crate) fn of(level: usize) -> Self {
+        Self(1 << level.min(LEVELS - 1))
+    }
+
+    /// Those that lookups for perceptual roughnesses from `least` to `most` read, both between 0 and 1: see
+    /// [`Chain::radiance`].
+    pub(crate) const fn for_roughness(least: f32, most: f32) -> Self {
+        const LAST: f32 = (LEVELS - 1) as f32;
+        // Conversion rounds down and takes what is below 0 for 0.
+        let (first, last) = (least * (least * -0.7 + 1.7) * LAST, most * (most * -0.7 + 1.7) * LAST);
+        let first = if first < LAST { first as u32 } else { LEVELS as u32 - 2 };
+        let end = if last < LAST { last as u32 } else { LEVELS as u32 - 1 };
+        let end = if last > end as f32 { end + 1 } else { end };
+        // From bit `first` to bit `end`.
+        Self(((2 << end) - 1) & !((1 << first) - 1) & Self::ALL.0)
+    }
+
+    /// Those of both.
+    pub(crate) const fn with(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
+    /// Those that the other has not.
+    pub(crate) fn without(self, other: Self) -> Self {
+        Self(self.0 & !other.0)
+    }
+
+    /// In ascending order.
+    pub(crate) fn iter(self) -> impl Iterator<Item = usize> {
+        (0..LEVELS).filter(move |level| self.0 >> level & 1 == 1)
+    }
+}
+
+/// Levels that were looked up; a copy has its own.
+#[derive(Default)]
+struct Asked(AtomicU32);
+
+impl Clone for Asked {
+    fn clone(&self) -> Self {
+        Self(AtomicU32::new(self.0.load(Ordering::Relaxed)))
+    }
+}
+
+/// Radiance for all roughnesses, and irradiance. Levels may be missing: they are dark, and whoever looks them up is remembered.
+#[derive(Clone)]
 pub(crate) struct Chain {
+    /// Levels that are filtered.
+    pub(super) present: Levels,
+    asked: Asked,
     texels: Vec<u32>,
     /// Where each map starts in `texels`.
     starts: [i32; LANES],
@@ -44,7 +100,7 @@ impl Chain {
             *size_of_map = (cells.min(size - 1) + 1) as i32;
             end += *size_of_map * *size_of_map;
         }
-        Self { texels: vec![0; end as usize], starts, sizes }
+        Self { present: Levels::ALL, asked: Asked::default(), texels: vec![0; end as usize], starts, sizes }
     }
 
     /// Perceptual roughness of a level: the inverse of Unity's `PerceptualRoughnessToMipmapLevel`, which is
@@ -62,6 +118,21 @@ impl Chain {
     /// The texels of all maps.
     pub(crate) fn texels(&self) -> &[u32] {
         &self.texels
+    }
+
+    /// Levels that were looked up though they are missing.
+    pub(crate) fn lacking(&self) -> Levels {
+        Levels(self.asked.0.load(Ordering::Relaxed)).without(self.present)
+    }
+
+    /// Remembers that these levels were looked up, and the next ones too if it is blended.
+    #[cold]
+    #[inline(never)]
+    fn ask(&self, levels: [i32; LANES], blended: bool) {
+        let all = levels.iter().map(|&level| Levels::of(level.max(0) as usize));
+        let Levels(first) = all.fold(Levels::NONE, Levels::with);
+        let second = if blended { first << 1 } else { 0 };
+        self.asked.0.fetch_or((first | second) & Levels::ALL.0, Ordering::Relaxed);
     }
 
     /// One map's texels, row by row.
@@ -85,7 +156,11 @@ impl Chain {
         let place = octahedral::encode(l, direction);
         let sharper = self.map_at(l, index, place);
         // A coat as smooth as a mirror is the commonest of all.
-        if fraction.eq(l.zero()).all() {
+        let blended = !fraction.eq(l.zero()).all();
+        if self.present != Levels::ALL {
+            self.ask(index.to_array(), blended);
+        }
+        if !blended {
             return sharper;
         }
         let blurrier = self.map_at(l, index + 1, place);
@@ -165,4 +240,26 @@ fn add_row<L: Lanes>(
         sum += mantissas * weight;
     }
     sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dispatch;
+    use crate::math::lanes::SimdLevel;
+
+    #[test]
+    fn levels_of_a_roughness_are_those_that_its_lookup_reads() {
+        for k in 0..=2000 {
+            let p = k as f32 / 2000.0;
+            let mut chain = Chain::dark(33);
+            chain.present = Levels::NONE;
+            dispatch!(SimdLevel::best(), l => chain.radiance(l, Vec3::splat(l, [0.3, 0.2, -0.7]), l.splat(p)).lane(0));
+            assert_eq!(chain.lacking(), Levels::for_roughness(p, p), "{p}");
+        }
+        let both = Levels::for_roughness(0.2, 0.2).with(Levels::for_roughness(0.6, 0.6));
+        assert_eq!(both.without(Levels::for_roughness(0.2, 0.6)), Levels::NONE);
+        assert_eq!(Levels::for_roughness(0.0, 1.0), Levels::ALL);
+        assert_eq!(Levels::for_roughness(0.0, 0.0), Levels::of(0));
+    }
 }

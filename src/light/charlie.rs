@@ -16,7 +16,7 @@
 //! the mean radiance, at roughness 0.5) is 0.93 with GGX's map in the mirrored direction, 0.55 with this one there,
 //! 0.48 with the irradiance of the normal, and 0.26 with this map at the normal.
 
-use super::chain::{Chain, bilinear};
+use super::chain::{Chain, Levels, bilinear};
 use super::{octahedral, texel};
 use crate::math::lanes::{Float, LANES, Lanes, Mask};
 use crate::math::log2;
@@ -33,6 +33,9 @@ const SOURCE: usize = 65;
 
 /// Perceptual roughness for which the chain is read there: lobes as wide as the samples are apart.
 const SOURCE_ROUGHNESS: f32 = 0.15;
+
+/// The levels that are read there.
+pub(crate) const SHEEN: Levels = Levels::for_roughness(SOURCE_ROUGHNESS, SOURCE_ROUGHNESS);
 
 /// What cloth sees of an environment.
 #[derive(Clone, Debug)]

@@ -1,6 +1,7 @@
 //! A few directions that stand for all of an environment.
 
 use super::PrefilteredEnvironment;
+use super::chain::Levels;
 use super::octahedral;
 use crate::dispatch;
 use crate::math::lanes::{Float, LANES, Lanes, SimdLevel};
@@ -21,6 +22,12 @@ const EVEN_SHARE: f64 = 0.4;
 
 /// Samples along a side of the map that is divided.
 const SIZE: usize = 129;
+
+/// Perceptual roughness for which the chain is read there: sharp, but no sharper than the samples are far apart.
+const ROUGHNESS: f32 = 0.1;
+
+/// The levels that [`PrefilteredEnvironment::light_directions`] reads.
+pub(crate) const LIGHT_DIRECTIONS: Levels = Levels::for_roughness(ROUGHNESS, ROUGHNESS);
 
 /// A part of the map, columns and rows from first to end, and how many directions it gets.
 #[derive(Clone, Copy)]
@@ -97,8 +104,7 @@ impl Samples {
         let cell = 2.0 / (SIZE - 1) as f64;
         let (u, v) = octahedral::positions(l, SIZE, first);
         let (direction, density) = octahedral::directions(l, u, v);
-        // Sharp, but no sharper than the samples are far apart.
-        let radiance = environment.chain.radiance(l, direction, l.splat(0.1)).to_arrays();
+        let radiance = environment.chain.radiance(l, direction, l.splat(ROUGHNESS)).to_arrays();
         let (directions, densities) = (direction.to_arrays(), density.to_array());
         for (k, index) in (first..SIZE * SIZE).take(LANES).enumerate() {
             let share = octahedral::cell_share(SIZE, index % SIZE, index / SIZE);

@@ -1,9 +1,9 @@
 //! Light from afar: what surrounds the scene, prepared for lookups.
 
-use super::chain::{Chain, IRRADIANCE, MAX_CELLS, MIN_CELLS};
+use super::chain::{Chain, IRRADIANCE, Levels, MAX_CELLS, MIN_CELLS};
 use super::charlie::CharlieMaps;
 use super::equirect;
-use super::prefilter::{self, Grid};
+use super::prefilter::{self, Grid, Pyramid};
 use super::{DistantRadiance, LightDirections};
 use crate::jobs::Jobs;
 use crate::math;
@@ -22,6 +22,8 @@ pub struct PrefilteredEnvironment {
     pub(super) found: Found,
     /// What cloth sees, once it is asked for.
     charlie: OnceLock<CharlieMaps>,
+    /// What levels that are missing are filtered from.
+    unfiltered: Option<Arc<Pyramid>>,
 }
 
 /// What surfaces find when they look up the light around them.
@@ -56,6 +58,13 @@ impl PrefilteredEnvironment {
     /// Its mirror level has half as many samples across as the picture is wide, up to 1025.
     #[must_use]
     pub fn new(picture: &Arc<EquirectImage>, jobs: &Jobs, level: SimdLevel) -> Self {
+        let mut environment = Self::by_need(picture, jobs, level);
+        environment.filter(Levels::ALL, jobs, level);
+        environment
+    }
+
+    /// The same without its rough levels: [`PrefilteredEnvironment::filter`] adds those that somebody needs.
+    pub(crate) fn by_need(picture: &Arc<EquirectImage>, jobs: &Jobs, level: SimdLevel) -> Self {
         // What is finer than the map would alias; four lookups a sample reach every pixel of a picture of 2048.
         let small = equirect::reduced(picture, 2048, 1024);
         let source = small.as_ref().unwrap_or(picture);
@@ -64,6 +73,27 @@ impl PrefilteredEnvironment {
         let mut environment = Self::from_grid(Grid::paint(source, cells + 1, 2, jobs, level), jobs, level);
         environment.picture = Some(Arc::clone(picture));
         environment
+    }
+
+    /// Filters what is missing of these levels.
+    pub(crate) fn filter(&mut self, levels: Levels, jobs: &Jobs, level: SimdLevel) {
+        let Some(pyramid) = &self.unfiltered else { return };
+        pyramid.filter_into(&mut self.chain, levels, jobs, level);
+        // Made of levels, perhaps of such as were missing.
+        self.charlie = OnceLock::new();
+        if self.chain.present == Levels::ALL {
+            self.unfiltered = None;
+        }
+    }
+
+    /// Levels that were looked up though they are missing.
+    pub(crate) fn lacking(&self) -> Levels {
+        self.chain.lacking()
+    }
+
+    /// Whether some of these levels are missing.
+    pub(crate) fn misses_any_of(&self, levels: Levels) -> bool {
+        levels.without(self.chain.present) != Levels::NONE
     }
 
     /// Filters radiance that is given by a formula. The mirror level gets `2^size_log2 + 1` samples across;
@@ -76,16 +106,20 @@ impl PrefilteredEnvironment {
         level: SimdLevel,
     ) -> Self {
         let size = (1 << size_log2.clamp(5, 10)) + 1;
-        Self::from_grid(Grid::paint(source, size, 4, jobs, level), jobs, level)
+        let mut environment = Self::from_grid(Grid::paint(source, size, 4, jobs, level), jobs, level);
+        environment.filter(Levels::ALL, jobs, level);
+        environment
     }
 
+    /// The mirror and the irradiance.
     fn from_grid(grid: Grid, jobs: &Jobs, level: SimdLevel) -> Self {
-        Self::of_chain(prefilter::filter(grid, jobs, level))
+        let (chain, pyramid) = prefilter::begin(grid, jobs, level);
+        Self { unfiltered: Some(Arc::new(pyramid)), ..Self::of_chain(chain) }
     }
 
     /// Of maps that are filtered.
     pub(super) fn of_chain(chain: Chain) -> Self {
-        Self { chain, picture: None, found: Found::Maps, charlie: OnceLock::new() }
+        Self { chain, picture: None, found: Found::Maps, charlie: OnceLock::new(), unfiltered: None }
     }
 
     /// The analytic environment `E(d, p)` of the reference tables of shading models, with the same irradiance over pi

@@ -19,6 +19,9 @@ mod texel;
 mod tests;
 
 pub use area::{AreaLight, AreaShape};
+pub(crate) use chain::Levels;
+pub(crate) use charlie::SHEEN;
+pub(crate) use directions::LIGHT_DIRECTIONS;
 pub use directions::LightDirections;
 pub use environment::{EnvironmentLight, PrefilteredEnvironment};
 pub use file::EnvironmentFileError;

@@ -14,7 +14,7 @@
 //! sampling, Krivanek and Colbert 2008). That makes a small bright sun a smooth lobe and not a spray of fireflies.
 
 use super::DistantRadiance;
-use super::chain::{Chain, IRRADIANCE, LEVELS, bilinear, seal};
+use super::chain::{Chain, IRRADIANCE, LEVELS, Levels, bilinear, seal};
 use super::{harmonics, octahedral, texel};
 use crate::dispatch;
 use crate::jobs::Jobs;
@@ -120,8 +120,9 @@ fn paint_run<L: Lanes>(
     }
 }
 
-/// The reduced copies of an environment, each half the size of the one before.
-struct Pyramid {
+/// The reduced copies of an environment, each half the size of the one before: what rough levels are filtered from.
+#[derive(Clone)]
+pub(super) struct Pyramid {
     texels: Vec<u32>,
     /// Where each copy starts, and its size.
     levels: Vec<(usize, usize)>,
@@ -184,8 +185,9 @@ fn square(x: f64) -> f64 {
 /// Samples along a side of the reduced copy that irradiance is computed from. It sees degree 8 at most.
 const IRRADIANCE_SOURCE: usize = 65;
 
-/// Filters the painted environment into the chain of all roughnesses, and its irradiance.
-pub(crate) fn filter(mut grid: Grid, jobs: &Jobs, level: SimdLevel) -> Chain {
+/// A chain that has the mirror and the irradiance of the painted environment and no rough level, and what
+/// [`Pyramid::filter_into`] filters those from.
+pub(super) fn begin(mut grid: Grid, jobs: &Jobs, level: SimdLevel) -> (Chain, Pyramid) {
     let mut chain = Chain::dark(grid.size);
     let mut pyramid = Pyramid { texels: Vec::new(), levels: Vec::new() };
     let mut irradiance = None;
@@ -205,15 +207,23 @@ pub(crate) fn filter(mut grid: Grid, jobs: &Jobs, level: SimdLevel) -> Chain {
     }
     let mirror = chain.map_mut(0);
     mirror.copy_from_slice(&pyramid.texels[..mirror.len()]);
-    for k in 1..LEVELS {
-        let size = chain.size(k);
-        let (samples, sum) = lobe(SAMPLES[k], Chain::perceptual_roughness(k), &pyramid.levels);
-        jobs.for_each_chunk_mut(chain.map_mut(k), 256, |chunk, texels| {
-            dispatch!(level, l => filter_run(l, &pyramid, &samples, sum, size, chunk * 256, texels));
-        });
-        seal(chain.map_mut(k), size);
+    chain.present = Levels::of(0);
+    (chain, pyramid)
+}
+
+impl Pyramid {
+    /// Filters those levels of a chain that are not there yet. What is in a level does not depend on when.
+    pub(super) fn filter_into(&self, chain: &mut Chain, levels: Levels, jobs: &Jobs, level: SimdLevel) {
+        for k in levels.without(chain.present).iter() {
+            let size = chain.size(k);
+            let (samples, sum) = lobe(SAMPLES[k], Chain::perceptual_roughness(k), &self.levels);
+            jobs.for_each_chunk_mut(chain.map_mut(k), 256, |chunk, texels| {
+                dispatch!(level, l => filter_run(l, self, &samples, sum, size, chunk * 256, texels));
+            });
+            seal(chain.map_mut(k), size);
+        }
+        chain.present = chain.present.with(levels);
     }
-    chain
 }
 
 /// Filters consecutive texels from number `first` on.

@@ -302,7 +302,7 @@ fn the_same_bits_at_every_level_and_for_any_number_of_threads() {
     for level in SimdLevel::available() {
         for threads in [1, 2, 3, 7] {
             let found = PrefilteredEnvironment::new(&picture, &Jobs::new(threads), level);
-            assert!(found.chain == expected.chain, "{level}, {threads} threads");
+            assert!(found.chain.texels() == expected.chain.texels(), "{level}, {threads} threads");
         }
     }
     let light = EnvironmentLight::new(&expected, 12.5, 1.5);
@@ -346,7 +346,7 @@ fn odd_directions_and_roughnesses_are_safe() {
 fn bytes_keep_an_environment_and_its_sharpest_map_fits_the_picture() {
     let environment = filtered(&BoxLight, 6);
     let read = PrefilteredEnvironment::from_bytes(&environment.to_bytes()).unwrap();
-    assert!(read.chain == environment.chain);
+    assert!(read.chain.texels() == environment.chain.texels());
     for (width, height, size) in [(1, 1, 33), (128, 64, 65), (200, 100, 129)] {
         let pixels = vec![[1.0; 3]; width * height];
         let picture = Arc::new(EquirectImage::new(width as u32, height as u32, pixels).unwrap());

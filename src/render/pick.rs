@@ -11,6 +11,7 @@ use super::setup::SetUp;
 use crate::dispatch_baseline;
 use crate::gbuffer::{Batch, Draw, SourceTriangle, TriangleSource};
 use crate::geometry::{Chunk, View};
+use crate::light::Levels;
 use crate::math::lanes::Mask;
 use crate::raster::{Disc, SUBPIXELS, SamplePattern, TileOrigin, Triangle};
 use crate::reuse::emptied;
@@ -105,7 +106,7 @@ impl Memory {
         let mut textures = std::mem::take(&mut self.textures);
         textures.begin_picking(request);
         // Opacity does not ask for light.
-        let dark = self.environments.get(&EnvironmentSource::None, jobs, options.simd);
+        let dark = self.environments.get(&EnvironmentSource::None, Levels::NONE, jobs, options.simd);
         let environment = environment_light(scene, &dark);
         let found = self.last.as_ref().and_then(|last| {
             let kept = Kept {

@@ -4,7 +4,7 @@ use super::bands::Planes;
 use super::budget::FrameBudget;
 use super::cancel::Cancellation;
 use super::crew::{Crew, arithmetic_is_default};
-use super::environment::EnvironmentCache;
+use super::environment::{EnvironmentCache, foreseen};
 use super::ground_light::GroundLight;
 use super::ground_pixels::GroundView;
 use super::lamps::LightMemory;
@@ -120,7 +120,8 @@ impl Memory {
         let mut textures_time = crew.lap();
 
         // Filter the environment, and find where the lights shine and what is in their way.
-        let filtered = self.environments.get(&scene.environment().source, jobs, options.simd);
+        let levels = foreseen(scene, options);
+        let filtered = self.environments.get(&scene.environment().source, levels, jobs, options.simd);
         let environment = environment_light(scene, &filtered);
         self.lights.list(scene, &view);
         self.passes.effects.before(&crew, scene, &environment, options)?;
@@ -221,11 +222,16 @@ impl Memory {
             let work = frame.work(request);
             let reborrowed = target.as_mut().map(|(target, region)| (&mut **target, *region));
             let (planes, found) = self.passes.draw(&mut crew, &frame, &work, request, reborrowed);
-            if !textures.lacks() || work.is_stopped() {
+            let dark = filtered.misses_any_of(filtered.lacking());
+            if !(textures.lacks() || dark) || work.is_stopped() {
                 break (frame, work, planes, found);
             }
             tiles_time += crew.lap();
             self.passes.planes = planes;
+            if dark {
+                self.textures = textures;
+                return self.draw_into(request, target);
+            }
             textures.fetch(jobs, scene);
             textures_time += crew.lap();
             if let Some(scene) = &scene.without_lost_textures() {
@@ -298,7 +304,7 @@ impl Memory {
         let budget = FrameBudget::new(scene, &options.limits, tile_grid(options, None))?;
         let view = View::new(camera, options.width, options.height)?;
         // What is filtered now, or found of points, is used for many pictures.
-        let filters = self.environments.would_filter(&scene.environment().source);
+        let filters = self.environments.would_filter(&scene.environment().source, foreseen(scene, options));
         let finds = unknown_clouds(scene).next().is_some();
         if (filters || finds) && jobs.on_every_worker(arithmetic_is_default).contains(&false) {
             return Err(RenderError::FloatingPointMode);

@@ -1,7 +1,7 @@
 //! From a golden's description to a frame, for the tests that go through all of them.
 
 pub mod files;
-mod images;
+pub mod images;
 pub mod scenes;
 pub mod shapes;
 pub mod stage;
