@@ -61,6 +61,8 @@
 //! # }
 //! ```
 
+#[cfg(feature = "cache")]
+pub mod cache;
 pub mod color;
 pub mod decode;
 pub mod description;

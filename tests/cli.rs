@@ -1,6 +1,8 @@
 //! Runs the program as a user does: exit codes, messages, what is written and what is not.
 #![cfg(feature = "cli")]
 
+#[path = "cli/cache.rs"]
+mod cache;
 #[path = "cli/diff.rs"]
 mod diff;
 #[path = "cli/install.rs"]

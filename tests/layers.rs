@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// Which module may use which, and why no more.
-const MAY_USE: [(&str, &[&str]); 33] = [
+const MAY_USE: [(&str, &[&str]); 34] = [
     // The foundations: whoever wants to know what the bits of a sum are reads these and nothing else.
     ("math", &[]),
     ("jobs", &[]),
@@ -55,6 +55,8 @@ const MAY_USE: [(&str, &[&str]); 33] = [
             "brdf", "scene", "color", "math", "frame", "jobs", "limits", "reuse",
         ],
     ),
+    // Keeps what the renderer has made of pictures.
+    ("cache", &["output", "render", "scene"]),
     // What a picture shows, for whoever asks: the command line, tests and programs. Says what to load and to draw, and draws
     // nothing.
     (
@@ -77,6 +79,7 @@ const MAY_USE: [(&str, &[&str]); 33] = [
         "cli",
         &[
             "brdf",
+            "cache",
             "coat",
             "color",
             "decode",
@@ -106,7 +109,9 @@ const MAY_USE: [(&str, &[&str]); 33] = [
 ];
 
 /// Packages that one module hides from all others: that is where their rules are kept.
-const ONLY_IN: [(&str, &str); 7] = [
+const ONLY_IN: [(&str, &str); 8] = [
+    // What others may have written is trusted in one place.
+    ("blake3", "cache"),
     // What the process may do is decided in one place.
     ("landlock", "sandbox"),
     ("seccompiler", "sandbox"),

@@ -4,6 +4,7 @@ A peer is a script `peer_NAME.py` that draws with one renderer and prints one JS
 
   probe    version, or a reason on standard error and exit code 1 if the renderer is not installed
   picture  one picture to --picture, then exit (what the whole process takes is the cold figure)
+  file     the same of any file, as the renderer shows it by itself (F3D)
   warm     --frames pictures of an orbit after --warm-up ones, each read back; processor time a frame
   models   every --model loaded, drawn and read back, twice; processor time a model of the second time
 """
@@ -29,7 +30,7 @@ LIGHT = (0.4, 0.8, 0.45)
 
 def arguments(description, argv=None):
     parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("mode", choices=("probe", "picture", "warm", "models"))
+    parser.add_argument("mode", choices=("probe", "picture", "file", "warm", "models"))
     parser.add_argument("--model", nargs="+", default=[], metavar="GLB")
     parser.add_argument("--environment", metavar="HDR", help="equirectangular picture that lights the scene")
     parser.add_argument("--size", default="512x512", metavar="WxH")

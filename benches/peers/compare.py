@@ -113,8 +113,8 @@ def chosen(parser, option, text, known):
     return tuple(name for name in known if name in names)
 
 
-def run(command, variables=()):
-    """Runs a program; (processor seconds of it and its children, wall seconds, standard output)."""
+def run(command, variables=(), memory=False):
+    """Runs a program; (processor seconds of it and its children, wall seconds, standard output[, peak memory in MiB])."""
     with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
         start = time.perf_counter()
         child = subprocess.Popen(
@@ -138,7 +138,8 @@ def run(command, variables=()):
     if child.returncode:
         said = errors.strip().splitlines()[-1:] or [f"exit code {child.returncode}"]
         raise RunFailed(f"after {PATIENCE:g} s: ended" if wall > PATIENCE else said[0])
-    return usage.ru_utime + usage.ru_stime, wall, output
+    found = (usage.ru_utime + usage.ru_stime, wall, output)
+    return (*found, usage.ru_maxrss / 1024.0) if memory else found
 
 
 def last_json(output):

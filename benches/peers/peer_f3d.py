@@ -60,6 +60,11 @@ def main():
         options["render.effect.antialiasing.mode"] = "ssaa"
     program.window.size = (args.width, args.height)
     camera = program.window.camera
+    if args.mode == "file":
+        program.scene.add(args.model[0])
+        program.window.render_to_image().save(args.picture)
+        common.finish({"peer": "f3d", "version": version, "startup_cpu_s": STARTUP})
+        return
 
     def shot(k, n):
         camera.position = common.eye(k, n)

@@ -13,6 +13,7 @@ mod compare;
 mod contact;
 mod coverage_check;
 mod diff;
+mod environment_cache;
 pub mod failure;
 mod file_uri;
 mod formats_command;

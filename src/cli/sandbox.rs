@@ -170,9 +170,14 @@ fn reads(command: &Command, mut description: Description, grants: &mut Grants) {
     let Files { draw, models, .. } = Files::of(command);
     if let Some(draw) = draw {
         draw.apply(&mut description);
+        // Not to be written: who has taken over the process could put another light there for those that follow.
+        grants.read_folders.extend(draw.machine.cache.clone());
     }
     match command {
-        Command::Materials(args) => args.light.apply(&mut description),
+        Command::Materials(args) => {
+            args.light.apply(&mut description);
+            grants.read_folders.extend(args.machine.cache.clone());
+        }
         Command::Golden(args) => read_pictures(args, grants),
         Command::Attempt(args) => grants.read_folders.extend(args.input.clone()),
         _ => {}

@@ -66,13 +66,18 @@ impl PrefilteredEnvironment {
     /// The same without its rough levels: [`PrefilteredEnvironment::filter`] adds those that somebody needs.
     pub(crate) fn by_need(picture: &Arc<EquirectImage>, jobs: &Jobs, level: SimdLevel) -> Self {
         // What is finer than the map would alias; four lookups a sample reach every pixel of a picture of 2048.
-        let small = equirect::reduced(picture, 2048, 1024);
+        let small = equirect::reduced(picture, LARGEST[0], LARGEST[1]);
         let source = small.as_ref().unwrap_or(picture);
-        let cells =
-            (source.width().max(2 * source.height()) as usize / 2).next_power_of_two().clamp(32, MAX_CELLS);
-        let mut environment = Self::from_grid(Grid::paint(source, cells + 1, 2, jobs, level), jobs, level);
+        let size = mirror_size(picture);
+        let mut environment = Self::from_grid(Grid::paint(source, size, 2, jobs, level), jobs, level);
         environment.picture = Some(Arc::clone(picture));
         environment
+    }
+
+    /// Takes maps for those of a picture, if they have the size that it gives them.
+    pub(crate) fn of_picture(mut self, picture: &Arc<EquirectImage>) -> Option<Self> {
+        self.picture = Some(Arc::clone(picture));
+        (self.chain.size(0) == mirror_size(picture)).then_some(self)
     }
 
     /// Filters what is missing of these levels.
@@ -134,6 +139,15 @@ impl PrefilteredEnvironment {
     pub fn black() -> Self {
         Self { found: Found::Darkness, ..Self::of_chain(Chain::dark(MIN_CELLS + 1)) }
     }
+}
+
+/// Pixels across and down of a picture up to which it is filtered as it is.
+const LARGEST: [u32; 2] = [2048, 1024];
+
+/// Samples along a side of the mirror map of a picture.
+fn mirror_size(picture: &EquirectImage) -> usize {
+    let (width, height) = (picture.width().min(LARGEST[0]), picture.height().min(LARGEST[1]));
+    (width.max(2 * height) as usize / 2).next_power_of_two().clamp(32, MAX_CELLS) + 1
 }
 
 /// An environment as one frame sees it: turned and scaled.

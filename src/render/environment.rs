@@ -4,10 +4,11 @@
 //! up beyond that is remembered, filtered, and the picture drawn again: no picture shows what was foreseen.
 
 use super::options::RenderOptions;
+use crate::coat::standard::roughness_of_lookups;
 use crate::jobs::Jobs;
 use crate::light::{LIGHT_DIRECTIONS, Levels, PrefilteredEnvironment, SHEEN};
 use crate::math::lanes::SimdLevel;
-use crate::scene::{EnvironmentSource, EquirectImage, Material, Scene, Workflow};
+use crate::scene::{EnvironmentSource, EquirectImage, Material, Scene, ShadingModel, Workflow};
 use std::sync::Arc;
 
 /// The environment that was used last.
@@ -15,6 +16,8 @@ use std::sync::Arc;
 pub(super) struct EnvironmentCache {
     picture: Option<(Arc<EquirectImage>, Arc<PrefilteredEnvironment>)>,
     dark: Option<Arc<PrefilteredEnvironment>>,
+    /// Where filtered pictures are kept beyond this renderer.
+    pub(super) store: Option<Arc<dyn EnvironmentStore>>,
     /// Used whatever the scene says.
     pub(super) given: Option<Arc<PrefilteredEnvironment>>,
 }
@@ -48,9 +51,10 @@ impl EnvironmentCache {
             }
             EnvironmentSource::Image(picture) => {
                 let kept = self.picture.take().filter(|(key, _)| Arc::ptr_eq(key, picture));
-                let mut filtered = match kept {
-                    Some((_, filtered)) => filtered,
-                    None => Arc::new(PrefilteredEnvironment::by_need(picture, jobs, level)),
+                let mut filtered = match (kept, &self.store) {
+                    (Some((_, filtered)), _) => filtered,
+                    (None, Some(store)) => Arc::new(stored(store.as_ref(), picture, jobs, level)),
+                    (None, None) => Arc::new(PrefilteredEnvironment::by_need(picture, jobs, level)),
                 };
                 let levels = levels.with(filtered.lacking());
                 if filtered.misses_any_of(levels) {
@@ -61,6 +65,32 @@ impl EnvironmentCache {
             }
         }
     }
+}
+
+/// Keeps filtered environments beyond a renderer, for [`Renderer::set_environment_store`](super::Renderer::set_environment_store):
+/// [`cache::EnvironmentFolder`](crate::cache::EnvironmentFolder) is one. What is got has to be what was put for equal pixels by
+/// the same version of this crate; bytes that no filter has made are taken for none.
+pub trait EnvironmentStore: std::fmt::Debug + Send + Sync {
+    /// The filtered form of a picture, if it is there and whole.
+    fn get(&self, picture: &EquirectImage) -> Option<Vec<u8>>;
+    /// Keeps the filtered form of a picture: some megabytes. Where that fails the picture is drawn all the same.
+    fn put(&self, picture: &EquirectImage, filtered: &[u8]);
+}
+
+/// A picture with all its levels, from a store if it is there.
+fn stored(
+    store: &dyn EnvironmentStore,
+    picture: &Arc<EquirectImage>,
+    jobs: &Jobs,
+    level: SimdLevel,
+) -> PrefilteredEnvironment {
+    let found = store.get(picture).and_then(|bytes| PrefilteredEnvironment::from_bytes(&bytes).ok());
+    if let Some(found) = found.and_then(|found| found.of_picture(picture)) {
+        return found;
+    }
+    let filtered = PrefilteredEnvironment::new(picture, jobs, level);
+    store.put(picture, &filtered.to_bytes());
+    filtered
 }
 
 /// Pixels of a picture up to which it pays to draw it once more rather than to filter what no lookup may need: all levels of a
@@ -77,19 +107,19 @@ pub(super) fn foreseen(scene: &Scene, options: &RenderOptions) -> Levels {
     }
     let blocked = options.visibility.maps > 0 || options.ground.is_seen();
     let begin = if blocked { LIGHT_DIRECTIONS } else { Levels::NONE };
-    let filters_normals = options.specular_antialiasing;
-    scene.materials().iter().map(|material| of_material(material, filters_normals)).fold(begin, Levels::with)
+    scene.materials().iter().map(|material| of_material(material, options)).fold(begin, Levels::with)
 }
 
-/// Those of one material, of any model.
-fn of_material(material: &Material, filters_normals: bool) -> Levels {
+/// Those of one material.
+fn of_material(material: &Material, options: &RenderOptions) -> Levels {
     if material.unlit {
         return Levels::NONE;
     }
+    let round = material.shading(options.shading) == ShadingModel::Standard;
     // A texture scales the factor, to anything below it.
     let range = |factor: f32, textured: bool| {
-        let most = if filters_normals { 1.0 } else { factor };
-        (if textured { 0.0 } else { factor }, most)
+        let [least, most] = if round { roughness_of_lookups(factor) } else { [factor; 2] };
+        (if textured { 0.0 } else { least }, if options.specular_antialiasing { 1.0 } else { most })
     };
     let base = match &material.workflow {
         Workflow::MetallicRoughness { roughness, texture, .. } => range(*roughness, texture.is_some()),
@@ -137,11 +167,12 @@ mod tests {
         let mesh = scene.add_mesh(primitives::sphere(1.0, 16).unwrap()).unwrap();
         scene.add_instance(Instance { mesh, material, transform: Transform::IDENTITY, object: 0 }).unwrap();
         let levels = foreseen(&scene, &options);
-        assert_eq!(levels, LIGHT_DIRECTIONS.with(Levels::for_roughness(1.0, 1.0)));
+        let [least, most] = roughness_of_lookups(1.0);
+        assert_eq!(levels, LIGHT_DIRECTIONS.with(Levels::for_roughness(least, most)));
         let mut cache = EnvironmentCache::default();
         assert!(cache.would_filter(&source, levels));
         let first = cache.get(&source, levels, &jobs, SimdLevel::best());
-        assert!(!first.misses_any_of(levels) && first.misses_any_of(Levels::for_roughness(0.5, 0.5)));
+        assert!(!first.misses_any_of(levels) && first.misses_any_of(Levels::for_roughness(0.15, 0.15)));
         assert!(!cache.would_filter(&source, levels));
         // The same as long as nothing is lacking; then the same texels and more.
         assert!(Arc::ptr_eq(&first, &cache.get(&source, levels, &jobs, SimdLevel::best())));
@@ -150,5 +181,41 @@ mod tests {
         assert!(cache.would_filter(&source, Levels::ALL));
         let all = cache.get(&source, Levels::ALL, &jobs, SimdLevel::best());
         assert!(!all.misses_any_of(Levels::ALL) && !cache.would_filter(&source, Levels::ALL));
+    }
+
+    /// Answers with the environment of another picture, or with what nobody has made.
+    #[derive(Debug)]
+    struct Swapped(Vec<u8>, std::sync::atomic::AtomicUsize);
+
+    impl EnvironmentStore for Swapped {
+        fn get(&self, _: &EquirectImage) -> Option<Vec<u8>> {
+            Some(self.0.clone())
+        }
+        fn put(&self, _: &EquirectImage, filtered: &[u8]) {
+            assert!(PrefilteredEnvironment::from_bytes(filtered).is_ok());
+            self.1.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+        }
+    }
+
+    #[test]
+    fn what_is_stored_is_used_if_it_fits() {
+        let picture = |size: u32, light: f32| {
+            Arc::new(
+                EquirectImage::new(2 * size, size, vec![[light; 3]; (2 * size * size) as usize]).unwrap(),
+            )
+        };
+        let jobs = Jobs::new(1);
+        let filtered = |picture| PrefilteredEnvironment::new(&picture, &jobs, SimdLevel::best());
+        let (bright, large) = (filtered(picture(32, 5.0)), filtered(picture(64, 5.0)));
+        for (bytes, used) in [(bright.to_bytes(), true), (large.to_bytes(), false), (vec![1, 2, 3], false)] {
+            let store = Arc::new(Swapped(bytes, Default::default()));
+            let mut cache = EnvironmentCache { store: Some(store.clone()), ..EnvironmentCache::default() };
+            let source = EnvironmentSource::Image(picture(32, 1.0));
+            let found = cache.get(&source, Levels::NONE, &jobs, SimdLevel::best());
+            let expected = if used { &bright } else { &filtered(picture(32, 1.0)) };
+            assert!(found.texels() == expected.texels());
+            assert!(!found.misses_any_of(Levels::ALL));
+            assert_eq!(store.1.load(std::sync::atomic::Ordering::Relaxed), usize::from(!used));
+        }
     }
 }

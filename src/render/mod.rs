@@ -55,6 +55,7 @@ mod work;
 pub use builder::RendererBuilder;
 pub use cancel::Cancellation;
 pub(crate) use clock::Moment;
+pub use environment::EnvironmentStore;
 pub use ground::Ground;
 pub use options::{
     Background, RenderError, RenderOptions, RenderStats, Rendered, RenderedImage, RenderedInto,
@@ -112,6 +113,12 @@ impl Renderer {
     #[must_use]
     pub fn work_done(&self) -> WorkDone {
         self.memory.work_done
+    }
+
+    /// Keeps filtered environments of pictures beyond this renderer and finds them there again; `None`, the default, filters
+    /// what is not in its memory. Pictures are the same.
+    pub fn set_environment_store(&mut self, store: Option<Arc<dyn EnvironmentStore>>) {
+        self.memory.environments.store = store;
     }
 
     /// Lights the following pictures by an environment that is filtered already, in place of the scene's picture; its

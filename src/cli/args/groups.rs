@@ -1,5 +1,6 @@
 //! Groups of options that commands have in common, each defined once.
 
+use crate::cli::environment_cache::keep_environments;
 use crate::cli::picture_format::PictureFormat;
 use crate::cli::report::Reporter;
 use crate::cli::value_parsers;
@@ -339,6 +340,13 @@ pub struct MachineArgs {
     /// error
     #[arg(long, value_name = "LEVEL", default_value = "auto", value_parser = value_parsers::simd)]
     pub simd: SimdLevel,
+
+    /// Keep filtered environments in this folder and find them there: environments from files then take a tenth of the time
+    ///
+    /// The folder is made if it is not there, and may be shared. It is kept below 256 MiB: what was written first goes first. Of
+    /// what is damaged nothing is used. With --sandbox nothing is added to it.
+    #[arg(long, value_name = "FOLDER")]
+    pub cache: Option<PathBuf>,
 }
 
 /// Options of reading files.
@@ -407,8 +415,11 @@ impl MachineArgs {
     /// A renderer with as many threads as are wanted; a warning, unless `quiet`, if the system does not give them.
     #[must_use]
     pub fn renderer(&self, quiet: bool) -> Renderer {
-        let renderer = Renderer::new(self.workers.count());
-        Reporter { quiet }.threads(renderer.jobs());
+        let (mut renderer, reporter) = (Renderer::new(self.workers.count()), Reporter { quiet });
+        reporter.threads(renderer.jobs());
+        if let Some(folder) = &self.cache {
+            keep_environments(&mut renderer, folder, reporter);
+        }
         renderer
     }
 }
@@ -416,7 +427,7 @@ impl MachineArgs {
 impl Default for MachineArgs {
     /// Without options.
     fn default() -> Self {
-        Self { workers: ThreadArgs::default(), tile: None, simd: SimdLevel::best() }
+        Self { workers: ThreadArgs::default(), tile: None, simd: SimdLevel::best(), cache: None }
     }
 }
 

@@ -126,7 +126,7 @@ mod tests {
     fn every_option_can_be_read() {
         let picture = "--fov 1 --env-rotation -1 --env-intensity 1 --size 1 --samples 1 --shading-rate 1 --shade-everywhere \
                        --specular-antialiasing --anisotropy 1 --merge-angle 1 \
-                       --line-width 1 --point-size 1 --exposure -1 --threads 1 --tile 16 --limit nodes=1";
+                       --line-width 1 --point-size 1 --exposure -1 --threads 1 --tile 16 --cache x --limit nodes=1";
         for line in [
             &format!("render x -o y --time 1 --loop --camera-up 0,1,0 --up -z {picture} --aov uv,depth"),
             "render x -o y --eye 0,0,1 --target 0,0,0 --near 0.1 --exposure auto --ortho=1 --simd auto --background red --tone-map aces",

@@ -3,7 +3,7 @@
 use super::{AnisotropySurface, EnvironmentQuery};
 use crate::brdf::microfacet::schlick_weight;
 use crate::coat::glsl::normalize_or;
-use crate::math::lanes::{Float, Lanes, Mask};
+use crate::math::lanes::{Float, Lanes, Mask, Scalar};
 use crate::math::vec3::{V3, Vec3};
 
 /// Round lobes that stand for one of a surface that is equally rough in all directions.
@@ -78,6 +78,23 @@ fn polynomial<L: Lanes>(_: L, c: &[f32; 10], u: L::F, p: L::F) -> L::F {
     let square = (u * c[3] + p * c[4]) * u + p * p * c[5];
     let cube = (u * c[6] + p * c[7]) * (u * u) + (u * c[8] + p * c[9]) * (p * p);
     linear + square + cube
+}
+
+/// The least and the largest perceptual roughness that lookups for a surface of this one have, over all views: about, by the
+/// fit at 17 of them.
+#[must_use]
+pub fn roughness_of_lookups(roughness: f32) -> [f32; 2] {
+    if roughness < SMOOTH {
+        return [roughness; 2];
+    }
+    let (p, [mut least, mut most]) = (Scalar.splat(roughness), [roughness; 2]);
+    for (k, view) in (0..ROUND).flat_map(|k| (0..=16).map(move |view| (k, view))) {
+        let scale = polynomial(Scalar, &FIT[k][1], Scalar.splat(view as f32 / 16.0), p);
+        let [found, ..] = (p * scale.clamp_to(0.05, 1.2)).at_most(1.0).to_array();
+        least = if found < least { found } else { least };
+        most = if found > most { found } else { most };
+    }
+    [least, most]
 }
 
 /// An interface as its lookups see it.

@@ -51,6 +51,7 @@ pub use super::EnvironmentQuery;
 pub use super::layers::{Coat, Iridescence, Sheen};
 pub use direct::direct;
 pub use indirect::{Environment, indirect};
+pub use lobe::roughness_of_lookups;
 
 use crate::brdf::table::Table;
 use crate::brdf::thin_film::{SchlickWeight, ThinFilm, eval_iridescence};
