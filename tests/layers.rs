@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// Which module may use which, and why no more.
-const MAY_USE: [(&str, &[&str]); 33] = [
+const MAY_USE: [(&str, &[&str]); 34] = [
     // The foundations: whoever wants to know what the bits of a sum are reads these and nothing else.
     ("math", &[]),
     ("jobs", &[]),
@@ -70,6 +70,8 @@ const MAY_USE: [(&str, &[&str]); 33] = [
     ("viewport", &["frame", "math", "render", "scene"]),
     // Rights of the process; knows nothing of what they are for.
     ("sandbox", &[]),
+    // The referee judges models and shares nothing with them but arithmetic: a mistake of theirs must not be one of its own.
+    ("truth", &["math"]),
     // Pages to read.
     ("guide", &[]),
     // Arguments in, library calls out.

@@ -35,8 +35,8 @@ impl Albedo {
 }
 
 impl Stack {
-    /// Directional albedo: what leaves of the energy that arrives from `wo`, which is [`Stack::evaluate`] integrated over all `wi`, and
-    /// what goes into one direction alone.
+    /// Directional albedo: what leaves of the energy that arrives from `wo`, which is [`Stack::evaluate`] integrated over all
+    /// `wi`, and what goes into one direction alone.
     ///
     /// # Errors
     ///

@@ -48,7 +48,9 @@ pub enum StackError {
         most: usize,
     },
     /// A medium that is not between two interfaces.
-    #[error("{layer} is not between two interfaces: a medium follows an interface, and an interface a medium")]
+    #[error(
+        "{layer} is not between two interfaces: a medium follows an interface, and an interface a medium"
+    )]
     Order {
         /// Which.
         layer: Layer,
@@ -74,7 +76,9 @@ pub enum StackError {
         what: &'static str,
     },
     /// A direction of which there is no value.
-    #[error("direction {name} is {found:?}; allowed are unit vectors (to one part in 10^6) with |z| of at least 10^-6")]
+    #[error(
+        "direction {name} is {found:?}; allowed are unit vectors (to one part in 10^6) with |z| of at least 10^-6"
+    )]
     Direction {
         /// Which: `wo` or `wi`.
         name: &'static str,
@@ -82,7 +86,9 @@ pub enum StackError {
         found: [f64; 3],
     },
     /// A range of samples that cannot be summed in the fixed order.
-    #[error("samples begin at {first} and are {count}; allowed are multiples of {chunk}, and at least one, below 2^53 together")]
+    #[error(
+        "samples begin at {first} and are {count}; allowed are multiples of {chunk}, and at least one, below 2^53 together"
+    )]
     Samples {
         /// The first.
         first: u64,
@@ -92,7 +98,9 @@ pub enum StackError {
         chunk: u64,
     },
     /// Estimates that do not follow each other.
-    #[error("an estimate that ends at sample {end} is followed by one that begins at {start}; they must meet, at a multiple of {chunk}")]
+    #[error(
+        "an estimate to sample {end} is followed by one from {start}; they must meet, at a multiple of {chunk}"
+    )]
     NotAdjacent {
         /// The sample after the last of the first estimate.
         end: u64,

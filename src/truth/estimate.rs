@@ -24,8 +24,8 @@ impl Samples {
         Self { first: 0, count, seed: 0 }
     }
 
-    /// The same samples in parts of at most `chunks` times [`CHUNK`], for several threads: estimates of the parts, merged in their
-    /// order, have the bits of the estimate of the whole.
+    /// The same samples in parts of at most `chunks` times [`CHUNK`], for several threads: estimates of the parts, merged in
+    /// their order, have the bits of the estimate of the whole.
     #[must_use]
     pub fn parts(&self, chunks: u64) -> Vec<Self> {
         let size = CHUNK.saturating_mul(if chunks > 0 { chunks } else { 1 });
@@ -33,7 +33,11 @@ impl Samples {
         (0..parts)
             .map(|part| {
                 let (begin, left) = (part * size, self.count - part * size);
-                Self { first: self.first + begin, count: if left < size { left } else { size }, seed: self.seed }
+                Self {
+                    first: self.first + begin,
+                    count: if left < size { left } else { size },
+                    seed: self.seed,
+                }
             })
             .collect()
     }

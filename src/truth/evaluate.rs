@@ -1,9 +1,10 @@
 //! The value of a stack for two directions: two walks, one from each direction, connected wherever they can be.
 //!
-//! A path is a sequence of events at interfaces and depths of media, and of directions between them. A walk from `wo` makes its
-//! beginning, one from `wi` its end; they meet at an event of the first that a ray of the second passes. So a path of n events can
-//! be found in n ways, which share it by the balance heuristic (Veach 1997, section 9.2). Densities in the weights are those of
-//! walks that know no channels; that they are not quite those that paths are made with costs a little variance and no bias.
+//! A path is a sequence of events at interfaces and depths of media, and of directions between them. A walk from `wo` makes
+//! its beginning, one from `wi` its end; they meet at an event of the first that a ray of the second passes. So a path of n
+//! events can be found in n ways, which share it by the balance heuristic (Veach 1997, section 9.2). Densities in the weights
+//! are those of walks that know no channels; that they are not quite those that paths are made with costs a little variance
+//! and no bias.
 
 use super::error::StackError;
 use super::estimate::{Estimate, Samples, estimate};
@@ -18,7 +19,8 @@ const REACH: usize = 16;
 /// What [`Stack::evaluate`] finds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Evaluation {
-    /// Reflection by the first interface alone (at all its facets, if it has multiple scattering). Without that its variance is 0.
+    /// Reflection by the first interface alone (at all its facets, if it has multiple scattering). Without that its variance
+    /// is 0.
     pub coat: Estimate,
     /// Everything else.
     pub base: Estimate,
@@ -40,10 +42,10 @@ impl Evaluation {
 }
 
 impl Stack {
-    /// The share of the energy that arrives from `wo` that leaves per solid angle about `wi`, which is the bidirectional scattering
-    /// distribution function times the cosine of `wi`: of reflection as it is, of transmission with
-    /// [`Stack::radiance_scale`]. Directions point away from the stack, z up. What a smooth stack sends into one direction alone has no
-    /// density and is not in it.
+    /// The share of the energy that arrives from `wo` that leaves per solid angle about `wi`, which is the bidirectional
+    /// scattering distribution function times the cosine of `wi`: of reflection as it is, of transmission with
+    /// [`Stack::radiance_scale`]. Directions point away from the stack, z up. What a smooth stack sends into one direction
+    /// alone has no density and is not in it.
     ///
     /// # Errors
     ///
@@ -58,8 +60,8 @@ impl Stack {
         Ok(Evaluation { coat, base, total })
     }
 
-    /// The density by solid angle of what [`Stack::sample`] gives for `wo` at `wi`, where it is not `delta`, with absorption as a
-    /// result of its own: the mean of the channels of [`Stack::evaluate`].
+    /// The density by solid angle of what [`Stack::sample`] gives for `wo` at `wi`, where it is not `delta`, with absorption
+    /// as a result of its own: the mean of the channels of [`Stack::evaluate`].
     ///
     /// # Errors
     ///
@@ -82,7 +84,8 @@ struct Returning {
     beta: Channels,
     /// Density of the ray's direction and of the depth that it begins at.
     density: f64,
-    /// Over ways of finding the path that meet closer to `wi`, relative to the one that meets where the ray begins, that included.
+    /// Over ways of finding the path that meet closer to `wi`, relative to the one that meets where the ray begins, that
+    /// included.
     closer: f64,
 }
 
@@ -107,14 +110,14 @@ fn reached_back(stack: &Stack, ray: &Ray, distance: f64) -> f64 {
 /// The walk from `wi`.
 fn returning(stack: &Stack, wi: Vector, trial: &mut Trial) -> ([Option<Returning>; REACH + 1], usize) {
     let mut rays = [None; REACH + 1];
-    let first =
-        Returning { ray: Ray::entering(stack, wi), beta: [1.0; 3], density: 1.0, closer: 0.0 };
+    let first = Returning { ray: Ray::entering(stack, wi), beta: [1.0; 3], density: 1.0, closer: 0.0 };
     rays[0] = Some(first);
     let (mut last, mut count) = (first, 1);
     while count <= REACH {
         let Returning { ray, mut beta, .. } = last;
         let Some(at) = arrive(stack, &ray, &mut beta, trial) else { break };
-        let arrived = reach(stack.slab(ray.space), at.distance, steepness(ray.direction), at.interface.is_none());
+        let arrived =
+            reach(stack.slab(ray.space), at.distance, steepness(ray.direction), at.interface.is_none());
         let Some((next, delta)) = scatter(stack, &ray, &at, &mut beta, trial) else { break };
         if count > 3 && !goes_on(&mut beta, trial) {
             break;
@@ -122,10 +125,16 @@ fn returning(stack: &Stack, wi: Vector, trial: &mut Trial) -> ([Option<Returning
         let (i, o) = (negated(ray.direction), next.direction);
         let mut closer = if delta { 0.0 } else { 1.0 };
         if count > 1 {
-            let forward = density(stack, ray.space, &at, o, i, delta) * reached_back(stack, &ray, at.distance);
+            let forward =
+                density(stack, ray.space, &at, o, i, delta) * reached_back(stack, &ray, at.distance);
             closer += forward / last.density * last.closer;
         }
-        last = Returning { ray: next, beta, density: density(stack, ray.space, &at, i, o, delta) * arrived, closer };
+        last = Returning {
+            ray: next,
+            beta,
+            density: density(stack, ray.space, &at, i, o, delta) * arrived,
+            closer,
+        };
         rays[count] = Some(last);
         count += 1;
     }
@@ -177,7 +186,8 @@ fn connect(stack: &Stack, wo: Vector, wi: Vector, trial: &mut Trial) -> (Channel
                 let (o, mu) = (negated(other.direction), steepness(other.direction));
                 let between = stack.slab(other.space);
                 let carried = product(beta, returning.beta);
-                let carried = between.map_or(carried, |slab| product(carried, slab.transmittance(distance, mu)));
+                let carried =
+                    between.map_or(carried, |slab| product(carried, slab.transmittance(distance, mu)));
                 if total(carried) <= 0.0 {
                     continue;
                 }
@@ -191,7 +201,8 @@ fn connect(stack: &Stack, wo: Vector, wi: Vector, trial: &mut Trial) -> (Channel
                 }
                 let mut ways = 1.0;
                 if step > 0 {
-                    let reverse = density(stack, ray.space, &at, o, i, false) * reach(between, distance, mu, in_medium);
+                    let reverse =
+                        density(stack, ray.space, &at, o, i, false) * reach(between, distance, mu, in_medium);
                     ways += reverse / sampled * further[REACH - t];
                 }
                 let mut scale = 1.0;

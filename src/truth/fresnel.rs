@@ -46,8 +46,8 @@ pub(super) fn schlick(f0: Channels, cosine: f64) -> Channels {
     f0.map(|f0| f0 + (1.0 - f0) * power)
 }
 
-/// A conductor of index n + ik relative to the medium before it: Fresnel's equations with a complex index, for unpolarised light
-/// (Born and Wolf, "Principles of Optics", 7th edition, section 14.2).
+/// A conductor of index n + ik relative to the medium before it: Fresnel's equations with a complex index, for unpolarised
+/// light (Born and Wolf, "Principles of Optics", 7th edition, section 14.2).
 pub(super) fn conductor(cosine: f64, n: f64, k: f64) -> f64 {
     let (c2, n2, k2) = (cosine * cosine, n * n, k * k);
     let s2 = positive(1.0 - c2);

@@ -19,7 +19,10 @@ pub enum Masking {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum ConductorFresnel {
     /// Index n and extinction k by channel.
-    Exact { n: Channels, k: Channels },
+    Exact {
+        n: Channels,
+        k: Channels,
+    },
     Schlick(Channels),
 }
 
@@ -43,7 +46,13 @@ pub struct Interface {
 
 impl Interface {
     const fn of(kind: Kind) -> Self {
-        Self { kind, alpha: [0.0; 2], rotation: 0.0, masking: Masking::Correlated, multiple_scattering: false }
+        Self {
+            kind,
+            alpha: [0.0; 2],
+            rotation: 0.0,
+            masking: Masking::Correlated,
+            multiple_scattering: false,
+        }
     }
 
     /// A smooth dielectric with Fresnel's equations. `eta` is the index of refraction below relative to that above, 0.1 to 10;
@@ -80,8 +89,8 @@ impl Interface {
         Self::diffuser(reflectance, [0.0; 3])
     }
 
-    /// A thin diffuse sheet, alike from both sides, that reflects and transmits evenly over either hemisphere. The two shares add
-    /// up to 1 at most.
+    /// A thin diffuse sheet, alike from both sides, that reflects and transmits evenly over either hemisphere. The two shares
+    /// add up to 1 at most.
     #[must_use]
     pub const fn diffuser(reflectance: [f64; 3], transmittance: [f64; 3]) -> Self {
         Self::of(Kind::Lambertian { reflectance, transmittance })
@@ -126,10 +135,14 @@ impl Interface {
 
     pub(super) fn check(&self, number: usize) -> Result<(), StackError> {
         let layer = Layer::Interface(number);
-        let share = |parameter, values: [f64; 3]| layer.check(parameter, &values, "0 to 1", |x| (0.0..=1.0).contains(&x));
+        let share = |parameter, values: [f64; 3]| {
+            layer.check(parameter, &values, "0 to 1", |x| (0.0..=1.0).contains(&x))
+        };
         match self.kind {
             Kind::Dielectric { eta, fresnel } => {
-                layer.check("relative index of refraction", &[eta], "0.1 to 10", |x| (0.1..=10.0).contains(&x))?;
+                layer.check("relative index of refraction", &[eta], "0.1 to 10", |x| {
+                    (0.1..=10.0).contains(&x)
+                })?;
                 if let DielectricFresnel::Schlick(f0) = fresnel {
                     share("reflectance at normal incidence", f0)?;
                 }
@@ -148,7 +161,9 @@ impl Interface {
             }
         }
         layer.check("alpha", &self.alpha, "0, or 0.0001 to 1", |x| x == 0.0 || (1e-4..=1.0).contains(&x))?;
-        layer.check("rotation in radians", &[self.rotation], "-1000 to 1000", |x| (-1000.0..=1000.0).contains(&x))?;
+        layer.check("rotation in radians", &[self.rotation], "-1000 to 1000", |x| {
+            (-1000.0..=1000.0).contains(&x)
+        })?;
         let contradiction = |what| Err(StackError::Contradiction { layer, what });
         let rough = self.alpha != [0.0; 2];
         if rough && matches!(self.kind, Kind::Lambertian { .. }) {
@@ -162,7 +177,9 @@ impl Interface {
                 return contradiction("multiple scattering needs an alpha above 0");
             }
             if matches!(self.kind, Kind::Dielectric { eta: 1.0, .. }) {
-                return contradiction("multiple scattering of a dielectric needs a relative index other than 1");
+                return contradiction(
+                    "multiple scattering of a dielectric needs a relative index other than 1",
+                );
             }
             if self.masking != Masking::Correlated {
                 return contradiction("multiple scattering needs correlated masking");
@@ -180,7 +197,8 @@ impl Interface {
             Kind::Conductor(ConductorFresnel::Schlick(f0)) => (3.0, f0, [0.0; 3]),
             Kind::Lambertian { reflectance, transmittance } => (4.0, reflectance, transmittance),
         };
-        let flags = f64::from(u8::from(self.masking == Masking::Separable) + 2 * u8::from(self.multiple_scattering));
+        let flags =
+            f64::from(u8::from(self.masking == Masking::Separable) + 2 * u8::from(self.multiple_scattering));
         [&[tag, flags, self.rotation], &a[..], &b[..], &self.alpha[..]].concat()
     }
 }

@@ -1,8 +1,8 @@
 //! Rough surfaces of GGX microfacets with Smith's masking, for directions on either side of the horizon.
 //!
-//! Walter, Marschner, Li and Torrance 2007, "Microfacet Models for Refraction through Rough Surfaces"; Heitz 2014, "Understanding
-//! the Masking-Shadowing Function in Microfacet-Based BRDFs"; sampling of visible normals by Dupuy and Benyoub 2023, "Sampling
-//! Visible GGX Normals with Spherical Caps".
+//! Walter, Marschner, Li and Torrance 2007, "Microfacet Models for Refraction through Rough Surfaces"; Heitz 2014,
+//! "Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs"; sampling of visible normals by Dupuy and Benyoub
+//! 2023, "Sampling Visible GGX Normals with Spherical Caps".
 
 use super::interface::Masking;
 use super::vector::{Vector, dot, normalized, positive};
@@ -92,8 +92,8 @@ pub(super) fn reflection_normal(i: Vector, o: Vector) -> Vector {
     normalized([i[0] + o[0], i[1] + o[1], i[2] + o[2]])
 }
 
-/// The normal, above the horizon, of the facet that refracts i to o, if there is one; eta is the index on the side of o relative to
-/// that of i.
+/// The normal, above the horizon, of the facet that refracts i to o, if there is one; eta is the index on the side of o
+/// relative to that of i.
 pub(super) fn refraction_normal(i: Vector, o: Vector, eta: f64) -> Option<Vector> {
     let sum = [i[0] + eta * o[0], i[1] + eta * o[1], i[2] + eta * o[2]];
     let length = dot(sum, sum).sqrt();
@@ -173,7 +173,11 @@ mod tests {
                 }
                 for c in 0..3 {
                     let expected = over_normals(ggx, |m| ggx.visible(w, m) * m[c]);
-                    assert!((sampled[c] - expected).abs() < 6e-3, "{alpha:?} {w:?} {c}: {} {expected}", sampled[c]);
+                    assert!(
+                        (sampled[c] - expected).abs() < 6e-3,
+                        "{alpha:?} {w:?} {c}: {} {expected}",
+                        sampled[c]
+                    );
                 }
             }
         }

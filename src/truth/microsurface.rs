@@ -1,13 +1,16 @@
 //! Light that meets more than one facet: a random walk on Smith's microsurface.
 //!
-//! Heitz, Hanika, d'Eon and Dachsbacher 2016, "Multiple-Scattering Microfacet BSDFs with the Smith Model". Heights are known by
-//! the share of the surface that is below them, `u`, so that the distribution of heights, on which nothing depends, never appears.
-//! Inside of a dielectric the surface is upside down: the same with 1 - u, mirrored directions and the inverse index.
+//! Heitz, Hanika, d'Eon and Dachsbacher 2016, "Multiple-Scattering Microfacet BSDFs with the Smith Model". Heights are known
+//! by the share of the surface that is below them, `u`, so that the distribution of heights, on which nothing depends, never
+//! appears. Inside of a dielectric the surface is upside down: the same with 1 - u, mirrored directions and the inverse
+//! index.
 
 use super::microfacet::Ggx;
 use super::random::Trial;
 use super::surface::{Surface, choose};
-use super::vector::{Channels, Vector, dot, mirrored, negated, plus, product, reflected, refracted, scaled, total};
+use super::vector::{
+    Channels, Vector, dot, mirrored, negated, plus, product, reflected, refracted, scaled, total,
+};
 use crate::math::double::{exp, ln};
 
 /// A ray between facets. Directions are those of propagation, in the frame of the side that the walk came from.
@@ -97,8 +100,16 @@ pub(super) fn scatter(
     Some(walk.direction)
 }
 
-/// An unbiased estimate of the energy from i to o by two facets or more: at each beyond the first, what goes to o straight from it.
-pub(super) fn further(surface: &Surface, ggx: Ggx, i: Vector, o: Vector, eta: f64, trial: &mut Trial) -> Channels {
+/// An unbiased estimate of the energy from i to o by two facets or more: at each beyond the first, what goes to o straight
+/// from it.
+pub(super) fn further(
+    surface: &Surface,
+    ggx: Ggx,
+    i: Vector,
+    o: Vector,
+    eta: f64,
+    trial: &mut Trial,
+) -> Channels {
     let (mut walk, mut beta, mut sum) = (Walk::new(i), [1.0; 3], [0.0; 3]);
     let mut first = true;
     while walk.advance(ggx, trial) {

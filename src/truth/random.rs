@@ -1,5 +1,5 @@
-//! Random numbers by counters: what a sample draws depends on its index alone, so that samples can be taken in any order, on any
-//! number of threads.
+//! Random numbers by counters: what a sample draws depends on its index alone, so that samples can be taken in any order, on
+//! any number of threads.
 //!
 //! Philox4x32-10: Salmon, Moraes, Dror and Shaw 2011, "Parallel Random Numbers: As Easy as 1, 2, 3".
 
@@ -11,7 +11,12 @@ fn philox(mut counter: [u32; 4], mut key: [u32; 2]) -> [u32; 4] {
     for _ in 0..10 {
         let a = u64::from(counter[0]) * 0xd251_1f53;
         let b = u64::from(counter[2]) * 0xcd9e_8d57;
-        counter = [(b >> 32) as u32 ^ counter[1] ^ key[0], b as u32, (a >> 32) as u32 ^ counter[3] ^ key[1], a as u32];
+        counter = [
+            (b >> 32) as u32 ^ counter[1] ^ key[0],
+            b as u32,
+            (a >> 32) as u32 ^ counter[3] ^ key[1],
+            a as u32,
+        ];
         key = [key[0].wrapping_add(0x9e37_79b9), key[1].wrapping_add(0xbb67_ae85)];
     }
     counter
@@ -51,7 +56,8 @@ impl Trial {
     /// A number above 0 and below 1, of 52 bits.
     pub fn uniform(&mut self) -> f64 {
         if self.left == 0 {
-            let counter = [self.index as u32, (self.index >> 32) as u32, self.block as u32, (self.block >> 32) as u32];
+            let counter =
+                [self.index as u32, (self.index >> 32) as u32, self.block as u32, (self.block >> 32) as u32];
             self.words = philox(counter, self.key);
             self.block += 1;
             self.left = 4;
@@ -83,7 +89,10 @@ mod tests {
     #[test]
     fn philox_has_the_known_answers() {
         assert_eq!(philox([0; 4], [0; 2]), [0x6627_e8d5, 0xe169_c58d, 0xbc57_ac4c, 0x9b00_dbd8]);
-        assert_eq!(philox([u32::MAX; 4], [u32::MAX; 2]), [0x408f_276d, 0x41c8_3b0e, 0xa20b_c7c6, 0x6d54_51fd]);
+        assert_eq!(
+            philox([u32::MAX; 4], [u32::MAX; 2]),
+            [0x408f_276d, 0x41c8_3b0e, 0xa20b_c7c6, 0x6d54_51fd]
+        );
         let counter = [0x243f_6a88, 0x85a3_08d3, 0x1319_8a2e, 0x0370_7344];
         let expected = [0xd16c_fe09, 0x94fd_cceb, 0x5001_e420, 0x2412_6ea1];
         assert_eq!(philox(counter, [0xa409_3822, 0x299f_31d0]), expected);

@@ -12,7 +12,8 @@ pub const MAX_INTERFACES: usize = 128;
 
 /// A stack of interfaces with homogeneous media between them, which is valid by construction.
 ///
-/// Spaces are counted from the top: space 0 is outside and above interface 0, space k above interface k, and the last is below all.
+/// Spaces are counted from the top: space 0 is outside and above interface 0, space k above interface k, and the last is
+/// below all.
 #[derive(Clone, Debug)]
 pub struct Stack {
     pub(super) surfaces: Vec<Surface>,
@@ -117,9 +118,9 @@ impl Stack {
         self.index[self.surfaces.len()]
     }
 
-    /// What [`Stack::evaluate`], which is about energy, is multiplied by to be the bidirectional scattering distribution function of
-    /// radiance times the cosine of `wi`: the square of the index on the side of `wo` over that on the side of `wi`. 1 for
-    /// reflection.
+    /// What [`Stack::evaluate`], which is about energy, is multiplied by to be the bidirectional scattering distribution
+    /// function of radiance times the cosine of `wi`: the square of the index on the side of `wo` over that on the side of
+    /// `wi`. 1 for reflection.
     #[must_use]
     pub fn radiance_scale(&self, wo: [f64; 3], wi: [f64; 3]) -> f64 {
         let side = |w: [f64; 3]| if w[2] > 0.0 { 1.0 } else { self.index_below() };

@@ -1,8 +1,8 @@
 //! Interfaces as walks meet them: how light scatters at one.
 //!
-//! Everything here is about energy: `kernel(i, o)` is the share of what arrives from `i` that leaves per solid angle about `o`, the
-//! cosine of `o` included. Both point away from the interface. Seen from below, an interface is its mirror image with the inverse
-//! index.
+//! Everything here is about energy: `kernel(i, o)` is the share of what arrives from `i` that leaves per solid angle about
+//! `o`, the cosine of `o` included. Both point away from the interface. Seen from below, an interface is its mirror image
+//! with the inverse index.
 
 use super::fresnel::{conductor, schlick};
 use super::interface::{ConductorFresnel, Interface, Kind, Masking};
@@ -10,8 +10,8 @@ use super::microfacet::{Ggx, reflection_normal, refraction_jacobian, refraction_
 use super::microsurface;
 use super::random::Trial;
 use super::vector::{
-    Channels, Vector, complement, disc, dot, mean, mirrored, negated, positive, product, reflected, refracted, scaled,
-    total,
+    Channels, Vector, complement, disc, dot, mean, mirrored, negated, positive, product, reflected,
+    refracted, scaled, total,
 };
 use crate::math::double::sin_cos;
 use std::f64::consts::FRAC_1_PI;
@@ -148,7 +148,11 @@ impl Surface {
             let m = reflection_normal(i, o);
             let cosine = dot(i, m);
             let visible = ggx.visible(i, m);
-            if visible <= 0.0 { [0.0; 3] } else { scaled(self.facet(cosine, eta).0, visible / (4.0 * cosine)) }
+            if visible <= 0.0 {
+                [0.0; 3]
+            } else {
+                scaled(self.facet(cosine, eta).0, visible / (4.0 * cosine))
+            }
         } else {
             if !self.is_dielectric() || eta == 1.0 {
                 return [0.0; 3];
@@ -202,9 +206,8 @@ impl Surface {
         let (i, eta) = (self.local(i, from_above), self.eta(from_above));
         let branches = if let Kind::Lambertian { reflectance, transmittance } = self.kind {
             let up = diffuse(trial);
-            let branch = |direction, weight| {
-                Some(Branch { scattered: Scattered { direction, delta: false }, weight })
-            };
+            let branch =
+                |direction, weight| Some(Branch { scattered: Scattered { direction, delta: false }, weight });
             [branch(up, reflectance), branch(mirrored(up), transmittance)]
         } else if self.multiple {
             return None;
@@ -241,7 +244,10 @@ impl Surface {
     fn transmission(&self, i: Vector, m: Vector, beyond: f64, eta: f64) -> Option<Branch> {
         if eta == 1.0 {
             // Straight on, whatever facet it is; nothing masks it.
-            return Some(Branch { scattered: Scattered { direction: negated(i), delta: true }, weight: [1.0; 3] });
+            return Some(Branch {
+                scattered: Scattered { direction: negated(i), delta: true },
+                weight: [1.0; 3],
+            });
         }
         if beyond <= 0.0 {
             return None;
@@ -250,7 +256,8 @@ impl Surface {
         if direction[2] >= 0.0 {
             return None;
         }
-        let shadowing = self.ggx.map_or(1.0, |ggx| ggx.shadowing(self.masking, i, mirrored(direction), false));
+        let shadowing =
+            self.ggx.map_or(1.0, |ggx| ggx.shadowing(self.masking, i, mirrored(direction), false));
         Some(Branch { scattered: Scattered { direction, delta: self.ggx.is_none() }, weight: [shadowing; 3] })
     }
 

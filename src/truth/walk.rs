@@ -1,7 +1,7 @@
 //! Rays through a stack: which event is next, and where light goes from it.
 //!
-//! Only depth counts: where on the stack something happens is integrated out (Guo, Hasan and Zhao 2018), because nothing depends
-//! on it.
+//! Only depth counts: where on the stack something happens is integrated out (Guo, Hasan and Zhao 2018), because nothing
+//! depends on it.
 
 use super::medium::Slab;
 use super::random::Trial;
@@ -67,16 +67,16 @@ impl Ray {
     }
 }
 
-/// Density (by depth) of arriving in the medium after a distance, or probability of getting that far, without channels: about that
-/// of [`arrive`], as weights between strategies need it.
+/// Density (by depth) of arriving in the medium after a distance, or probability of getting that far, without channels: about
+/// that of [`arrive`], as weights between strategies need it.
 pub(super) fn reach(slab: Option<&Slab>, distance: f64, mu: f64, in_medium: bool) -> f64 {
     let Some(slab) = slab else { return 1.0 };
     let passes = slab.transmittance(distance, mu);
     mean(if in_medium { product(passes, scaled(slab.optical, 1.0 / mu)) } else { passes })
 }
 
-/// Follows a ray to where it ends; none if it leaves. `beta` is multiplied by what gets there over the probability, in which all
-/// channels have a part by what they carry, so that their sum stays what it is.
+/// Follows a ray to where it ends; none if it leaves. `beta` is multiplied by what gets there over the probability, in which
+/// all channels have a part by what they carry, so that their sum stays what it is.
 pub(super) fn arrive(stack: &Stack, ray: &Ray, beta: &mut Channels, trial: &mut Trial) -> Option<Arrival> {
     let interface = ray.ahead(stack)?;
     let at_interface = |distance| {

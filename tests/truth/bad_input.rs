@@ -22,34 +22,74 @@ fn stacks_that_are_none() {
     refused(with(glass).medium(Medium::CLEAR), &format!("medium 1 {order}"));
     refused(with(glass).medium(Medium::CLEAR).medium(Medium::CLEAR), &format!("medium 1 {order}"));
 
-    for (eta, found) in [(0.0, "0"), (-1.5, "-1.5"), (11.0, "11"), (f64::NAN, "NaN"), (f64::INFINITY, "inf")] {
+    for (eta, found) in [(0.0, "0"), (-1.5, "-1.5"), (11.0, "11"), (f64::NAN, "NaN"), (f64::INFINITY, "inf")]
+    {
         let text = format!("interface 1: relative index of refraction is {found}; allowed is 0.1 to 10");
         refused(with(Interface::dielectric(eta)), &text);
     }
-    refused(with(Interface::schlick_dielectric(1.5, [0.0, 1.5, 0.0])), "interface 1: reflectance at normal incidence is 1.5; allowed is 0 to 1");
-    refused(with(Interface::schlick_conductor([-0.1; 3])), "interface 1: reflectance at normal incidence is -0.1; allowed is 0 to 1");
-    refused(with(Interface::conductor([0.0; 3], [1.0; 3])), "interface 1: index of refraction n is 0; allowed is above 0 to 100");
-    refused(with(Interface::conductor([1.0; 3], [-1.0; 3])), "interface 1: extinction k of the index is -1; allowed is 0 to 100");
+    refused(
+        with(Interface::schlick_dielectric(1.5, [0.0, 1.5, 0.0])),
+        "interface 1: reflectance at normal incidence is 1.5; allowed is 0 to 1",
+    );
+    refused(
+        with(Interface::schlick_conductor([-0.1; 3])),
+        "interface 1: reflectance at normal incidence is -0.1; allowed is 0 to 1",
+    );
+    refused(
+        with(Interface::conductor([0.0; 3], [1.0; 3])),
+        "interface 1: index of refraction n is 0; allowed is above 0 to 100",
+    );
+    refused(
+        with(Interface::conductor([1.0; 3], [-1.0; 3])),
+        "interface 1: extinction k of the index is -1; allowed is 0 to 100",
+    );
     refused(with(Interface::lambertian([2.0; 3])), "interface 1: reflectance is 2; allowed is 0 to 1");
-    refused(with(Interface::diffuser([0.5; 3], [0.75; 3])), "interface 1: reflectance + transmittance is 1.25; allowed is at most 1");
+    refused(
+        with(Interface::diffuser([0.5; 3], [0.75; 3])),
+        "interface 1: reflectance + transmittance is 1.25; allowed is at most 1",
+    );
     for (alpha, found) in [(-0.1, "-0.1"), (1.5, "1.5"), (1e-6, "0.000001"), (f64::NAN, "NaN")] {
-        refused(with(glass.rough(alpha)), &format!("interface 1: alpha is {found}; allowed is 0, or 0.0001 to 1"));
+        refused(
+            with(glass.rough(alpha)),
+            &format!("interface 1: alpha is {found}; allowed is 0, or 0.0001 to 1"),
+        );
     }
-    refused(with(glass.anisotropic([0.5, 0.0], 0.0)), "interface 1: alpha must be 0 along both axes or along none");
-    refused(with(glass.anisotropic([0.5; 2], f64::NAN)), "interface 1: rotation in radians is NaN; allowed is -1000 to 1000");
+    refused(
+        with(glass.anisotropic([0.5, 0.0], 0.0)),
+        "interface 1: alpha must be 0 along both axes or along none",
+    );
+    refused(
+        with(glass.anisotropic([0.5; 2], f64::NAN)),
+        "interface 1: rotation in radians is NaN; allowed is -1000 to 1000",
+    );
     refused(with(white.rough(0.5)), "interface 1: alpha is of dielectrics and conductors");
     refused(with(glass.multiple_scattering()), "interface 1: multiple scattering needs an alpha above 0");
     let unrefracted = Interface::schlick_dielectric(1.0, [0.04; 3]).rough(0.5).multiple_scattering();
-    refused(with(unrefracted), "interface 1: multiple scattering of a dielectric needs a relative index other than 1");
+    refused(
+        with(unrefracted),
+        "interface 1: multiple scattering of a dielectric needs a relative index other than 1",
+    );
     let separable = glass.rough(0.5).masking(overcoat::truth::Masking::Separable).multiple_scattering();
     refused(with(separable), "interface 1: multiple scattering needs correlated masking");
 
     let clear = Medium::CLEAR;
-    refused(medium(Medium { extinction: [0.0, -1.0, 0.0], ..clear }), "medium 0: extinction is -1; allowed is at least 0");
-    refused(medium(Medium { extinction: [f64::INFINITY; 3], ..clear }), "medium 0: extinction is inf; allowed is at least 0");
-    refused(medium(Medium { thickness: f64::NAN, ..clear }), "medium 0: thickness is NaN; allowed is at least 0");
+    refused(
+        medium(Medium { extinction: [0.0, -1.0, 0.0], ..clear }),
+        "medium 0: extinction is -1; allowed is at least 0",
+    );
+    refused(
+        medium(Medium { extinction: [f64::INFINITY; 3], ..clear }),
+        "medium 0: extinction is inf; allowed is at least 0",
+    );
+    refused(
+        medium(Medium { thickness: f64::NAN, ..clear }),
+        "medium 0: thickness is NaN; allowed is at least 0",
+    );
     refused(medium(Medium { albedo: [1.1; 3], ..clear }), "medium 0: albedo is 1.1; allowed is 0 to 1");
-    refused(medium(Medium { anisotropy: 1.0, ..clear }), "medium 0: anisotropy is 1; allowed is -0.999 to 0.999");
+    refused(
+        medium(Medium { anisotropy: 1.0, ..clear }),
+        "medium 0: anisotropy is 1; allowed is -0.999 to 0.999",
+    );
     let thick = Medium { extinction: [1e9; 3], thickness: 100.0, ..clear };
     refused(medium(thick), "medium 0: extinction times thickness is 100000000000; allowed is 0 to 10^10");
 }
@@ -121,41 +161,50 @@ fn extremes() {
     ];
     let horizon = direction(1e-6, 0.4);
     let directions = [[0.0, 0.0, 1.0], direction(0.5, 1.0), horizon, horizon.map(|x| -x), [0.0, 0.0, -1.0]];
-    let samples = Samples::new(8);
+    let samples = Samples::new(4);
     let mut answers = 0;
     for (number, &top) in ends.iter().enumerate() {
-        for (k, &bottom) in ends.iter().enumerate() {
+        // Each with every third, so that all meet each other's kinds.
+        for (k, &bottom) in ends.iter().enumerate().skip(number % 3).step_by(3) {
             let medium = media[(number + k) % media.len()];
             let stack = Stack::builder().interface(top).medium(medium).interface(bottom).build().unwrap();
             for &wo in &directions {
                 let albedo = stack.directional_albedo(wo, &samples).unwrap();
                 for estimate in [&albedo.coat, &albedo.base, &albedo.reflectance, &albedo.transmittance] {
                     for value in estimate.mean() {
-                        assert!(value.is_finite() && value >= 0.0, "{top:?} {medium:?} {bottom:?} {wo:?}: {value}");
+                        assert!(
+                            value.is_finite() && value >= 0.0,
+                            "{top:?} {medium:?} {bottom:?} {wo:?}: {value}"
+                        );
                     }
                 }
                 for &wi in &directions {
                     let found = stack.evaluate(wo, wi, &samples).unwrap().total;
-                    let good = found.mean().iter().chain(&found.variance()).all(|v| v.is_finite() && *v >= 0.0);
+                    let good =
+                        found.mean().iter().chain(&found.variance()).all(|v| v.is_finite() && *v >= 0.0);
                     assert!(good, "{top:?} {medium:?} {bottom:?} {wo:?} {wi:?}: {found:?}");
                     answers += 1;
                 }
                 for index in 0..4 {
                     if let Outcome::Left(sample) = stack.sample(wo, 0, index).unwrap() {
-                        assert!(sample.weight.iter().chain(&sample.direction).all(|v| v.is_finite()), "{sample:?}");
+                        assert!(
+                            sample.weight.iter().chain(&sample.direction).all(|v| v.is_finite()),
+                            "{sample:?}"
+                        );
                     }
                 }
             }
         }
     }
-    assert!(answers > 10_000);
+    assert!(answers > 5_000);
 }
 
 /// As many interfaces as there may be.
 #[test]
 fn a_hundred_interfaces() {
     let glass = |k: usize| Interface::dielectric(if k.is_multiple_of(2) { 1.2 } else { 1.0 / 1.2 });
-    let builder = (0..MAX_INTERFACES - 1).fold(Stack::builder(), |builder, k| builder.interface(glass(k).rough(0.1)));
+    let builder =
+        (0..MAX_INTERFACES - 1).fold(Stack::builder(), |builder, k| builder.interface(glass(k).rough(0.1)));
     let stack = builder.interface(Interface::lambertian([0.5; 3])).build().unwrap();
     let albedo = stack.directional_albedo(direction(0.7, 0.0), &Samples::new(100)).unwrap();
     assert!(albedo.reflectance.mean().iter().all(|r| *r > 0.0 && *r < 1.0));
@@ -163,7 +212,8 @@ fn a_hundred_interfaces() {
     assert!(value.mean().iter().all(|v| v.is_finite()));
 }
 
-/// Walks that never end are given up, and counted. Without absorption in a medium without end, one of some thousands is as long.
+/// Walks that never end are given up, and counted. Without absorption in a medium without end, one of some thousands is as
+/// long.
 #[test]
 fn walks_without_end_are_counted() {
     let fog = |albedo| Medium { extinction: [1e9; 3], albedo: [albedo; 3], anisotropy: 0.0, thickness: 1.0 };
@@ -171,7 +221,7 @@ fn walks_without_end_are_counted() {
         let nothing = Interface::dielectric(1.0);
         Stack::builder().interface(nothing).medium(fog(albedo)).interface(nothing).build().unwrap()
     };
-    let samples = Samples::new(4 * CHUNK);
+    let samples = Samples::new(16 * CHUNK);
     let found = stack(1.0).directional_albedo([0.0, 0.0, 1.0], &samples).unwrap();
     let truncated = found.reflectance.truncated();
     assert!(truncated > 0 && truncated < 20, "{truncated}");

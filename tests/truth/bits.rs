@@ -51,7 +51,8 @@ fn parts_merge_to_the_whole() {
     for chunks in [1, 2, 5] {
         let parts = samples.parts(chunks);
         // In any order, merged in theirs.
-        let mut estimates: Vec<_> = parts.iter().rev().map(|part| stack.evaluate(wo, wi, part).unwrap()).collect();
+        let mut estimates: Vec<_> =
+            parts.iter().rev().map(|part| stack.evaluate(wo, wi, part).unwrap()).collect();
         let mut merged = estimates.pop().unwrap();
         while let Some(next) = estimates.pop() {
             merged.merge(&next).unwrap();

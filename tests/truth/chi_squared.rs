@@ -1,5 +1,6 @@
-//! Directions that are sampled against the values that are evaluated, bin by bin: Pearson's test, as Mitsuba and pbrt have it, with
-//! Sidak's correction. The two share no code but the interfaces: evaluation connects two walks with weights, sampling follows one.
+//! Directions that are sampled against the values that are evaluated, bin by bin: Pearson's test, as Mitsuba and pbrt have
+//! it, with Sidak's correction. The two share no code but the interfaces: evaluation connects two walks with weights,
+//! sampling follows one.
 
 use crate::direction;
 use crate::reciprocity::stacks;
@@ -7,8 +8,8 @@ use crate::statistics::{Family, Points, gamma_q};
 use overcoat::truth::{Interface, Outcome, Samples, Stack};
 use std::f64::consts::TAU;
 
-const RINGS: usize = 10;
-const TURNS: usize = 12;
+const RINGS: usize = 6;
+const TURNS: usize = 8;
 
 /// Of so many samples, how many in each bin of both hemispheres; how many of them absorbed; and how many sharp.
 fn histogram(stack: &Stack, wo: [f64; 3], count: u64) -> (Vec<f64>, f64, f64) {
@@ -33,7 +34,7 @@ fn histogram(stack: &Stack, wo: [f64; 3], count: u64) -> (Vec<f64>, f64, f64) {
 }
 
 /// What the values say of each bin, with its variance.
-fn expected(stack: &Stack, wo: [f64; 3], count: u64, seed: u64) -> Vec<(f64, f64)> {
+fn expected(stack: &Stack, wo: [f64; 3], count: u64, seed: u64, samples: u64) -> Vec<(f64, f64)> {
     let mut points = Points::new(seed);
     let mut bins = Vec::new();
     for ring in 0..2 * RINGS {
@@ -49,7 +50,7 @@ fn expected(stack: &Stack, wo: [f64; 3], count: u64, seed: u64) -> Vec<(f64, f64
                 let z = (ring as f64 + u) / RINGS as f64 - 1.0;
                 let z = if z.abs() < 1e-5 { 1e-5 } else { z };
                 let phi = ((turn as f64 + v) / TURNS as f64 - 0.5) * TAU;
-                let value = stack.density(wo, direction(z, phi), &Samples::new(2)).unwrap().mean()[0];
+                let value = stack.density(wo, direction(z, phi), &Samples::new(samples)).unwrap().mean()[0];
                 sum += value;
                 squares += value * value;
             }
@@ -97,7 +98,10 @@ fn what_is_sampled_is_what_is_evaluated() {
     all.push(("rough glass", single(glass.anisotropic([0.8, 0.3], 0.4))));
     all.push(("rough glass, all facets", single(glass.anisotropic([0.9, 0.5], 0.4).multiple_scattering())));
     all.push(("bubble, all facets", single(Interface::dielectric(0.7).rough(0.6).multiple_scattering())));
-    all.push(("conductor, all facets", single(Interface::schlick_conductor([1.0, 0.8, 0.2]).rough(1.0).multiple_scattering())));
+    all.push((
+        "conductor, all facets",
+        single(Interface::schlick_conductor([1.0, 0.8, 0.2]).rough(1.0).multiple_scattering()),
+    ));
     all.push(("sheet", single(Interface::diffuser([0.1, 0.5, 0.5], [0.9, 0.2, 0.0]))));
     for (number, (name, stack)) in all.iter().enumerate() {
         for cosine in [0.95, 0.4, -0.7] {
@@ -106,21 +110,30 @@ fn what_is_sampled_is_what_is_evaluated() {
             let (found, absorbed, sharp) = histogram(stack, wo, count);
             let left: f64 = found.iter().sum();
             assert_eq!(left + absorbed + sharp, count as f64);
-            let expected = expected(stack, wo, count, number as u64);
+            // Values at rough interfaces with all facets are few and large, or small.
+            let samples = if name.contains("facets") { 16 } else { 8 };
+            let expected = expected(stack, wo, count, number as u64, samples);
             compare(&mut family, &format!("{name} at {cosine}"), &found, &expected);
         }
     }
     family.judge();
 }
 
-/// The test sees an error of a few percent.
+/// The test sees an error of five percent.
 #[test]
 fn errors_are_seen() {
-    let (_, stack) = stacks().remove(0);
-    let wo = direction(0.9, 0.5);
-    let (found, ..) = histogram(&stack, wo, 30_000);
-    let wrong: Vec<_> = expected(&stack, wo, 30_000, 0).iter().map(|(e, v)| (1.07 * e, *v)).collect();
-    let mut family = Family::default();
-    compare(&mut family, "seven percent more", &found, &wrong);
-    assert!(std::panic::catch_unwind(|| family.judge()).is_err());
+    let stack = Stack::builder()
+        .interface(Interface::dielectric(1.5))
+        .interface(Interface::lambertian([0.9; 3]))
+        .build()
+        .unwrap();
+    let (wo, count) = (direction(0.9, 0.5), 30_000);
+    let (found, ..) = histogram(&stack, wo, count);
+    for (factor, passes) in [(1.0, true), (1.05, false)] {
+        let values: Vec<_> =
+            expected(&stack, wo, count, 0, 40).iter().map(|(e, v)| (factor * e, *v)).collect();
+        let mut family = Family::default();
+        compare(&mut family, "values times a factor", &found, &values);
+        assert_eq!(std::panic::catch_unwind(|| family.judge()).is_ok(), passes);
+    }
 }

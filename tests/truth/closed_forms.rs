@@ -23,7 +23,8 @@ fn diffuse(critical: f64, f: impl Fn(f64) -> f64) -> f64 {
     let part = |a: f64, b: f64| {
         // Squares, because reflectance has the slope of a root beyond the critical angle.
         let nodes = gauss_legendre(200, 0.0, 1.0);
-        let at = |(t, w): (f64, f64)| w * 2.0 * t * (b - a) * 2.0 * f(a + (b - a) * t * t) * (a + (b - a) * t * t);
+        let at =
+            |(t, w): (f64, f64)| w * 2.0 * t * (b - a) * 2.0 * f(a + (b - a) * t * t) * (a + (b - a) * t * t);
         nodes.into_iter().map(at).sum::<f64>()
     };
     (if critical > 0.0 { part(0.0, critical) } else { 0.0 }) + part(critical, 1.0)
@@ -97,21 +98,27 @@ fn smooth_coat_on_a_diffuse_base() {
         let stack = coated.stack();
         let name = format!("eta {}", coated.eta);
         for (co, ci) in [(1.0, 0.8), (0.75, 0.75), (0.9, 0.15), (0.05, 0.95)] {
-            let found = stack.evaluate(direction(co, 0.0), direction(ci, 2.0), &Samples::new(1 << 14)).unwrap();
+            let found =
+                stack.evaluate(direction(co, 0.0), direction(ci, 2.0), &Samples::new(1 << 14)).unwrap();
             family.exact(&format!("{name}, {co} to {ci}"), &found.total, coated.value(co, ci));
             assert_eq!(found.coat.mean(), [0.0; 3]);
         }
         for cosine in [1.0, 0.75, 0.2] {
             let found = stack.directional_albedo(direction(cosine, 1.0), &Samples::new(1 << 14)).unwrap();
-            family.exact(&format!("{name}, coat at {cosine}"), &found.coat, [fresnel(cosine, coated.eta).0; 3]);
+            family.exact(
+                &format!("{name}, coat at {cosine}"),
+                &found.coat,
+                [fresnel(cosine, coated.eta).0; 3],
+            );
             family.exact(&format!("{name}, base at {cosine}"), &found.base, coated.base(cosine));
         }
     }
     family.judge();
 }
 
-/// OpenPBR Surface 1.1, section "Coat", darkening of a rough base: `(1 - K) E / (1 - E K)` below a coat that transmits `1 - F`, with `K`
-/// of the reflectance of the coat from outside. For a smooth coat without colour on a diffuse base that is exact.
+/// OpenPBR Surface 1.1, section "Coat", darkening of a rough base: `(1 - K) E / (1 - E K)` below a coat that transmits `1 -
+/// F`, with `K` of the reflectance of the coat from outside. For a smooth coat without colour on a diffuse base that is
+/// exact.
 #[test]
 fn darkening_of_openpbr() {
     let mut family = Family::default();
@@ -125,7 +132,8 @@ fn darkening_of_openpbr() {
             for c in 0..3 {
                 assert!((f + coated.base(cosine)[c] - expected[c]).abs() < 1e-6, "{eta} {cosine} {c}");
             }
-            let found = coated.stack().directional_albedo(direction(cosine, 0.0), &Samples::new(1 << 18)).unwrap();
+            let found =
+                coated.stack().directional_albedo(direction(cosine, 0.0), &Samples::new(1 << 18)).unwrap();
             family.exact(&format!("eta {eta} at {cosine}"), &found.reflectance, expected);
             assert!(found.reflectance.standard_error().iter().all(|&error| error < 1e-3));
         }
@@ -155,11 +163,16 @@ fn panes() {
             let name = format!("eta {eta} at {cosine}");
             if r < 1.0 {
                 family.exact(&format!("{name}, back"), &found.reflectance, [back(0), back(1), back(2)]);
-                family.exact(&format!("{name}, through"), &found.transmittance, [through(0), through(1), through(2)]);
+                family.exact(
+                    &format!("{name}, through"),
+                    &found.transmittance,
+                    [through(0), through(1), through(2)],
+                );
             } else {
                 assert_eq!(found.reflectance.mean(), [1.0; 3]);
             }
-            let nothing = stack.evaluate(direction(cosine, 0.0), direction(cosine, 3.0), &Samples::new(10)).unwrap();
+            let nothing =
+                stack.evaluate(direction(cosine, 0.0), direction(cosine, 3.0), &Samples::new(10)).unwrap();
             assert_eq!(nothing.total.mean(), [0.0; 3]);
         }
     }
@@ -178,7 +191,8 @@ fn mirrors() {
         .interface(Interface::schlick_conductor(f0))
         .build()
         .unwrap();
-    let schlick = |f0: f64, c: f64| f0 + (1.0 - f0) * (1.0 - c) * (1.0 - c) * (1.0 - c) * (1.0 - c) * (1.0 - c);
+    let schlick =
+        |f0: f64, c: f64| f0 + (1.0 - f0) * (1.0 - c) * (1.0 - c) * (1.0 - c) * (1.0 - c) * (1.0 - c);
     for cosine in [1.0, 0.4, 0.1] {
         let found = mirror.directional_albedo(direction(cosine, 0.0), &Samples::new(100)).unwrap();
         family.exact("mirror", &found.reflectance, f0.map(|f0| schlick(f0, cosine)));
@@ -206,7 +220,8 @@ fn unrefracted_coats() {
             .unwrap()
     };
     let smooth = stack(0.0);
-    let schlick = |f0: f64, c: f64| f0 + (1.0 - f0) * (1.0 - c) * (1.0 - c) * (1.0 - c) * (1.0 - c) * (1.0 - c);
+    let schlick =
+        |f0: f64, c: f64| f0 + (1.0 - f0) * (1.0 - c) * (1.0 - c) * (1.0 - c) * (1.0 - c) * (1.0 - c);
     for (co, ci) in [(0.9, 0.8), (0.3, 0.7)] {
         let expected = [0, 1, 2].map(|c| {
             let back = diffuse(0.5, |mu| schlick(f0[c], mu));
@@ -216,7 +231,8 @@ fn unrefracted_coats() {
         let found = smooth.evaluate(direction(co, 0.0), direction(ci, 2.0), &Samples::new(1 << 14)).unwrap();
         family.exact("smooth", &found.total, expected);
         // A little rough is nearly the same: the base to half a percent.
-        let rough = stack(0.01).evaluate(direction(co, 0.0), direction(ci, 2.0), &Samples::new(1 << 16)).unwrap();
+        let rough =
+            stack(0.01).evaluate(direction(co, 0.0), direction(ci, 2.0), &Samples::new(1 << 16)).unwrap();
         for c in 0..3 {
             let ratio = rough.base.mean()[c] / expected[c];
             assert!((ratio - 1.0).abs() < 0.005, "{ratio}");

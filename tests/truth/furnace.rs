@@ -39,7 +39,11 @@ fn one_interface() {
             // Both ways on of a sample are correlated, so each sample is looked at: energy is conserved in every single one.
             for c in 0..3 {
                 let sum = albedo.reflectance.mean()[c] + albedo.transmittance.mean()[c];
-                family.compare(format!("{name} at {cosine}, channel {c}"), (sum, error(&albedo, c)), (1.0, 0.0));
+                family.compare(
+                    format!("{name} at {cosine}, channel {c}"),
+                    (sum, error(&albedo, c)),
+                    (1.0, 0.0),
+                );
             }
         }
     }
@@ -55,11 +59,22 @@ fn error(albedo: &overcoat::truth::Albedo, c: usize) -> f64 {
 
 #[test]
 fn stacks_of_many() {
-    let fog = |depth, g| Medium { extinction: [depth, 0.5 * depth, 0.0], albedo: WHITE, anisotropy: g, thickness: 1.0 };
+    let fog = |depth, g| Medium {
+        extinction: [depth, 0.5 * depth, 0.0],
+        albedo: WHITE,
+        anisotropy: g,
+        thickness: 1.0,
+    };
     let rough = |eta, alpha| Interface::dielectric(eta).rough(alpha).multiple_scattering();
     let stacks = [
-        ("smooth coat on white", Stack::builder().interface(Interface::dielectric(1.5)).interface(Interface::lambertian(WHITE))),
-        ("rough coat on white", Stack::builder().interface(rough(1.5, 0.5)).interface(Interface::lambertian(WHITE))),
+        (
+            "smooth coat on white",
+            Stack::builder().interface(Interface::dielectric(1.5)).interface(Interface::lambertian(WHITE)),
+        ),
+        (
+            "rough coat on white",
+            Stack::builder().interface(rough(1.5, 0.5)).interface(Interface::lambertian(WHITE)),
+        ),
         (
             "rough coat with fog on a rough white conductor",
             Stack::builder()
@@ -90,7 +105,11 @@ fn stacks_of_many() {
             let albedo = stack.directional_albedo(direction(cosine, 0.3), &Samples::new(8192)).unwrap();
             for c in 0..3 {
                 let sum = albedo.reflectance.mean()[c] + albedo.transmittance.mean()[c];
-                family.compare(format!("{name} at {cosine}, channel {c}"), (sum, error(&albedo, c)), (1.0, 0.0));
+                family.compare(
+                    format!("{name} at {cosine}, channel {c}"),
+                    (sum, error(&albedo, c)),
+                    (1.0, 0.0),
+                );
             }
         }
     }

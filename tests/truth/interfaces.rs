@@ -73,7 +73,11 @@ fn rough_reflection_is_that_of_engines() {
             let below = stack.evaluate(wo, [wi[0], wi[1], -wi[2]], &Samples::new(3)).unwrap();
             assert_eq!(below.total.mean(), [0.0; 3]);
             let flipped = |w: [f64; 3]| [w[0], w[1], -w[2]];
-            close("back", stack.evaluate(flipped(wo), flipped(wi), &Samples::new(1)).unwrap().total.mean(), expected);
+            close(
+                "back",
+                stack.evaluate(flipped(wo), flipped(wi), &Samples::new(1)).unwrap().total.mean(),
+                expected,
+            );
         }
     }
 }
@@ -103,7 +107,9 @@ fn rough_refraction_is_walters() {
                             let g = g_i * walter(alpha, m, o).1;
                             let t = 1.0 - fresnel(dot(i, m), n_o / n_i);
                             let sum = n_i * dot(i, ht) + n_o * dot(o, ht);
-                            (dot(i, m) * dot(o, m) / (i[2] * o[2])).abs() * n_o * n_o * t * g * d / (sum * sum) * o[2].abs()
+                            (dot(i, m) * dot(o, m) / (i[2] * o[2])).abs() * n_o * n_o * t * g * d
+                                / (sum * sum)
+                                * o[2].abs()
                         }
                     } else {
                         let m = unit([0, 1, 2].map(|k| i[k] + o[k]));
@@ -112,7 +118,13 @@ fn rough_refraction_is_walters() {
                         fresnel(dot(i, m).abs(), n_o / n_i) * d * g / (4.0 * (i[2] * o[2]).abs()) * o[2].abs()
                     };
                     let found = stack.evaluate(wo, wi, &Samples::new(2)).unwrap();
-                    close(&format!("{n_below} of {n_above}, {alpha}, {from_below} {transmitted} {co} {ci} {phi}"), found.total.mean(), [expected; 3]);
+                    close(
+                        &format!(
+                            "{n_below} of {n_above}, {alpha}, {from_below} {transmitted} {co} {ci} {phi}"
+                        ),
+                        found.total.mean(),
+                        [expected; 3],
+                    );
                     assert_eq!(found.total.variance(), [0.0; 3]);
                 }
             }
@@ -164,7 +176,8 @@ fn albedo_is_the_integral() {
                 let mut values = [vec![], vec![], vec![]];
                 for _ in 0..20_000 {
                     let (z, phi) = (1e-6 + (1.0 - 1e-6) * points.next(), TAU * points.next());
-                    let value = stack.evaluate(wo, direction(sign * z, phi), &Samples::new(1)).unwrap().total.mean();
+                    let value =
+                        stack.evaluate(wo, direction(sign * z, phi), &Samples::new(1)).unwrap().total.mean();
                     for c in 0..3 {
                         values[c].push(value[c] * TAU);
                     }
@@ -175,7 +188,11 @@ fn albedo_is_the_integral() {
             let (reflected, transmitted) = (side(sign), side(-sign));
             for c in 0..3 {
                 let of = |e: &Estimate| (e.mean()[c], e.standard_error()[c]);
-                family.compare(format!("{name} at {cosine}, {c} reflected"), of(&albedo.reflectance), reflected[c]);
+                family.compare(
+                    format!("{name} at {cosine}, {c} reflected"),
+                    of(&albedo.reflectance),
+                    reflected[c],
+                );
                 // What is unrefracted has no density.
                 if name != "unrefracted" {
                     let found = of(&albedo.transmittance);

@@ -1,7 +1,7 @@
 //! The referee against closed forms, against integrators of other kinds, and against itself.
 //!
-//! Random numbers are by counters, so that what passes once passes always, and everywhere. Comparisons of estimates are Z-tests of a
-//! family, with Sidak's correction for their number.
+//! Random numbers are by counters, so that what passes once passes always, and everywhere. Comparisons of estimates are
+//! Z-tests of a family, with Sidak's correction for their number.
 
 #![cfg(feature = "truth")]
 

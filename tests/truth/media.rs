@@ -17,15 +17,17 @@ fn phase(g: f64, from: [f64; 3], to: [f64; 3]) -> f64 {
     (1.0 - g * g) / (4.0 * PI * x * x.sqrt())
 }
 
-/// Hanrahan and Krueger 1993, section 4: first order reflection and transmission of a slab. The albedo is so small that there is no
-/// second.
+/// Hanrahan and Krueger 1993, section 4: first order reflection and transmission of a slab. The albedo is so small that there
+/// is no second.
 #[test]
 fn single_scattering() {
     let mut family = Family::default();
     let albedo = [1e-6, 2e-6, 1e-7];
     for (depth, g) in [([0.5, 1.0, 2.0], 0.0), ([0.1, 1.0, 5.0], 0.8), ([3.0; 3], -0.5)] {
         let stack = slab(Medium { extinction: depth, albedo, anisotropy: g, thickness: 1.0 });
-        for (co, ci) in [(0.9, 0.6), (0.3, 0.8), (0.7, 0.1), (0.8, -0.4), (0.2, -0.9), (-0.5, 0.9), (-0.3, -0.4)] {
+        for (co, ci) in
+            [(0.9, 0.6), (0.3, 0.8), (0.7, 0.1), (0.8, -0.4), (0.2, -0.9), (-0.5, 0.9), (-0.3, -0.4)]
+        {
             let (wo, wi) = (direction(co, 0.0), direction(ci, 2.0));
             let p = phase(g, wo.map(|x| -x), wi);
             let (o, i) = (f64::abs(co), f64::abs(ci));
@@ -55,8 +57,8 @@ fn single_scattering() {
     family.judge();
 }
 
-/// The H function of isotropic scattering, by iteration of `1/H = sqrt(1 - a) + a/2 int H(x) x / (m + x) dx` (Chandrasekhar 1960,
-/// section 40).
+/// The H function of isotropic scattering, by iteration of `1/H = sqrt(1 - a) + a/2 int H(x) x / (m + x) dx` (Chandrasekhar
+/// 1960, section 40).
 fn chandrasekhar(albedo: f64) -> impl Fn(f64) -> f64 {
     let nodes = gauss_legendre(64, 0.0, 1.0);
     let root = (1.0 - albedo).sqrt();
@@ -79,7 +81,8 @@ fn medium_without_end() {
     let albedo = [0.3, 0.8, 0.95];
     let stack = slab(Medium { extinction: [40.0; 3], albedo, anisotropy: 0.0, thickness: 1.0 });
     for (o, i) in [(1.0, 0.9), (0.5, 0.3), (0.1, 0.8), (0.9, 0.05)] {
-        let found = stack.evaluate(direction(o, 0.0), direction(i, 1.0), &Samples::new(1 << 14)).unwrap().total;
+        let found =
+            stack.evaluate(direction(o, 0.0), direction(i, 1.0), &Samples::new(1 << 14)).unwrap().total;
         let expected = albedo.map(|a| {
             let h = chandrasekhar(a);
             a / (4.0 * PI) * h(o) * h(i) / (o + i) * i
@@ -92,8 +95,14 @@ fn medium_without_end() {
 /// Extinction and thickness count by their product alone.
 #[test]
 fn thickness_times_extinction() {
-    let medium = |extinction: f64, thickness| Medium { extinction: [extinction; 3], albedo: [0.5; 3], anisotropy: 0.3, thickness };
-    let at = |medium| slab(medium).evaluate(direction(0.5, 0.0), direction(0.5, 1.0), &Samples::new(256)).unwrap();
+    let medium = |extinction: f64, thickness| Medium {
+        extinction: [extinction; 3],
+        albedo: [0.5; 3],
+        anisotropy: 0.3,
+        thickness,
+    };
+    let at =
+        |medium| slab(medium).evaluate(direction(0.5, 0.0), direction(0.5, 1.0), &Samples::new(256)).unwrap();
     assert_eq!(at(medium(4.0, 0.5)), at(medium(1.0, 2.0)));
     assert_ne!(at(medium(4.0, 0.5)), at(medium(1.0, 1.0)));
 }

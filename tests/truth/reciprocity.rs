@@ -7,7 +7,8 @@ use std::f64::consts::TAU;
 
 /// Stacks of all kinds that spread light, each with what it is.
 pub fn stacks() -> Vec<(&'static str, Stack)> {
-    let fog = |depth: [f64; 3], albedo, g| Medium { extinction: depth, albedo, anisotropy: g, thickness: 1.0 };
+    let fog =
+        |depth: [f64; 3], albedo, g| Medium { extinction: depth, albedo, anisotropy: g, thickness: 1.0 };
     let gold = Interface::conductor([0.2, 0.4, 1.5], [3.9, 2.4, 1.9]);
     let glass = |eta: f64, alpha| Interface::dielectric(eta).rough(alpha);
     let builders = [
@@ -34,14 +35,16 @@ pub fn stacks() -> Vec<(&'static str, Stack)> {
         (
             "two coats on metal",
             Stack::builder()
-                .interface(Interface::schlick_dielectric(1.4, [0.03, 0.04, 0.05]).anisotropic([0.5, 0.2], 0.5))
+                .interface(
+                    Interface::schlick_dielectric(1.4, [0.03, 0.04, 0.05]).anisotropic([0.5, 0.2], 0.5),
+                )
                 .medium(fog([0.3; 3], [0.5; 3], -0.3))
                 .interface(glass(1.3, 0.5))
                 .medium(fog([0.5, 0.1, 0.0], [1.0; 3], 0.0))
                 .interface(Interface::schlick_conductor([0.9, 0.6, 0.3]).anisotropic([0.2, 0.6], -0.4)),
         ),
         (
-            "fog that lets light through",
+            "fog that lets light through, below all facets",
             Stack::builder()
                 .interface(glass(1.5, 0.5))
                 .medium(fog([1.0, 0.5, 2.0], [0.9, 1.0, 0.3], 0.4))
@@ -76,7 +79,8 @@ fn evaluation_is_reciprocal() {
             let back = stack.evaluate(wi, wo, &samples).unwrap().total;
             // Of radiance: f(wo, wi) over the square of the index at wo is symmetric (Veach 1997, section 5.2).
             let index = |w: [f64; 3]| if w[2] > 0.0 { 1.0 } else { stack.index_below() };
-            let scale = |wo, wi: [f64; 3]| stack.radiance_scale(wo, wi) / (wi[2].abs() * index(wo) * index(wo));
+            let scale =
+                |wo, wi: [f64; 3]| stack.radiance_scale(wo, wi) / (wi[2].abs() * index(wo) * index(wo));
             for c in 0..3 {
                 let of = |e: &overcoat::truth::Estimate, s: f64| (e.mean()[c] * s, e.standard_error()[c] * s);
                 let (x, y) = (of(&there, scale(wo, wi)), of(&back, scale(wi, wo)));

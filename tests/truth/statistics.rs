@@ -109,7 +109,8 @@ pub fn mean_and_error(values: &[f64]) -> (f64, f64) {
     (mean, (variance / n).sqrt())
 }
 
-/// Numbers of 0 to 1 for points of tests: a Weyl sequence is even, and here it need be no more; each with a hash against patterns.
+/// Numbers of 0 to 1 for points of tests: a Weyl sequence is even, and here it need be no more; each with a hash against
+/// patterns.
 pub struct Points(u64);
 
 impl Points {
