@@ -24,22 +24,19 @@ impl Samples {
         Self { first: 0, count, seed: 0 }
     }
 
-    /// The same samples in parts of at most `chunks` times [`CHUNK`], for several threads: estimates of the parts, merged in
-    /// their order, have the bits of the estimate of the whole.
+    /// The same samples in so many parts at most, for several threads: estimates of the parts, merged in their order, have the bits
+    /// of the estimate of the whole.
     #[must_use]
-    pub fn parts(&self, chunks: u64) -> Vec<Self> {
-        let size = CHUNK.saturating_mul(if chunks > 0 { chunks } else { 1 });
-        let parts = self.count.div_ceil(size);
-        (0..parts)
-            .map(|part| {
-                let (begin, left) = (part * size, self.count - part * size);
-                Self {
-                    first: self.first + begin,
-                    count: if left < size { left } else { size },
-                    seed: self.seed,
-                }
-            })
-            .collect()
+    pub fn parts(&self, most: usize) -> Vec<Self> {
+        let chunks = self.count.div_ceil(CHUNK);
+        let size = chunks.div_ceil(if most > 0 { most as u64 } else { 1 }).saturating_mul(CHUNK);
+        let (mut parts, mut rest) = (Vec::new(), *self);
+        while rest.count > size {
+            parts.push(Self { count: size, ..rest });
+            rest = Self { first: rest.first.saturating_add(size), count: rest.count - size, ..rest };
+        }
+        parts.push(rest);
+        parts
     }
 
     pub(super) fn check(&self) -> Result<(), StackError> {
@@ -225,8 +222,9 @@ mod tests {
                 let samples = Samples { first, count, seed: 0 };
                 let whole = of(&samples);
                 assert_eq!(whole.count(), count);
-                for chunks in [0, 1, 2, 3, 7] {
-                    let parts = samples.parts(chunks);
+                for most in [0, 1, 2, 3, 7, 1000] {
+                    let parts = samples.parts(most);
+                    assert!(parts.len() <= if most > 0 { most } else { 1 });
                     let mut merged = of(&parts[0]);
                     for part in &parts[1..] {
                         merged.merge(&of(part)).unwrap();

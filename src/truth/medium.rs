@@ -74,14 +74,7 @@ impl Slab {
         let x = 1.0 + g * s;
         let y = s + 0.5 * g * (s * s + 3.0) + g * g * s + 0.5 * g * g * g * (s * s - 1.0);
         let cosine = y / (x * x);
-        let cosine = if cosine > 1.0 {
-            1.0
-        } else if cosine < -1.0 {
-            -1.0
-        } else {
-            cosine
-        };
-        around(from, cosine, v)
+        around(from, cosine.clamp(-1.0, 1.0), v)
     }
 }
 

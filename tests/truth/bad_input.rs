@@ -124,6 +124,11 @@ fn directions_that_are_none() {
         assert!(error.starts_with("samples begin at"), "{error}");
         assert!(stack.directional_albedo(up, &samples).is_err());
     }
+    // Parts of what is no range are none either, and few.
+    let none = Samples { first: u64::MAX, count: u64::MAX, seed: 0 };
+    assert!(
+        none.parts(7).len() <= 7 && none.parts(7).iter().all(|part| stack.evaluate(up, up, part).is_err())
+    );
     // Single precision is good enough.
     let w = [0.577_350_3_f32; 3].map(f64::from);
     assert!(stack.evaluate(w, w, &samples).is_ok());
