@@ -115,3 +115,20 @@ fn stacks_of_many() {
     }
     family.judge();
 }
+
+/// Where something is absorbed, nothing is won.
+#[test]
+fn energy_is_conserved() {
+    for (name, stack) in crate::reciprocity::stacks() {
+        for cosine in COSINES.into_iter().flat_map(|cosine| [cosine, -cosine]) {
+            let albedo = stack.directional_albedo(direction(cosine, 0.3), &Samples::new(2048)).unwrap();
+            for c in 0..3 {
+                let (r, t) = (&albedo.reflectance, &albedo.transmittance);
+                let error = r.standard_error()[c] + t.standard_error()[c];
+                let sum = r.mean()[c] + t.mean()[c];
+                assert!(sum <= 1.0 + 4.0 * error && sum > 0.0, "{name} at {cosine}: {sum}");
+                assert!((r.mean()[c] - albedo.coat.mean()[c] - albedo.base.mean()[c]).abs() < 1e-12);
+            }
+        }
+    }
+}

@@ -2,7 +2,7 @@
 
 use crate::direction;
 use crate::statistics::{Family, Points, mean_and_error};
-use overcoat::truth::{Estimate, Interface, Masking, Samples, Stack};
+use overcoat::truth::{Estimate, Interface, Masking, Medium, Samples, Stack};
 use std::f64::consts::{PI, TAU};
 
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
@@ -199,6 +199,42 @@ fn albedo_is_the_integral() {
                     family.compare(format!("{name} at {cosine}, {c} transmitted"), found, transmitted[c]);
                 }
             }
+        }
+    }
+    family.judge();
+}
+
+/// What is called the coat is what the first interface reflects, whatever is below it.
+#[test]
+fn the_coat_is_the_first_interface() {
+    let coats = [
+        Interface::dielectric(1.5).rough(0.2),
+        Interface::schlick_dielectric(1.0, [0.04, 0.1, 0.2]).anisotropic([0.3, 0.6], 0.4),
+        Interface::diffuser([0.2, 0.4, 0.1], [0.3, 0.3, 0.9]),
+    ];
+    let mut family = Family::default();
+    for coat in coats {
+        let stack = Stack::builder()
+            .interface(coat)
+            .medium(Medium::absorbing([0.1, 0.5, 0.0]))
+            .interface(Interface::lambertian([0.9; 3]))
+            .build()
+            .unwrap();
+        let alone = one(coat);
+        for (co, ci, phi) in PAIRS {
+            let (wo, wi) = (direction(co, 0.4), direction(ci, 0.4 + phi));
+            let found = stack.evaluate(wo, wi, &Samples::new(300)).unwrap();
+            let expected = alone.evaluate(wo, wi, &Samples::new(1)).unwrap().total.mean();
+            assert_eq!((found.coat.mean(), found.coat.variance()), (expected, [0.0; 3]));
+            assert!(found.base.mean().iter().all(|base| *base > 0.0));
+            let sum = |c: usize| found.coat.mean()[c] + found.base.mean()[c];
+            close("both lobes", found.total.mean(), [sum(0), sum(1), sum(2)]);
+        }
+        let albedo = stack.directional_albedo(direction(0.6, 0.4), &Samples::new(1 << 14)).unwrap();
+        let expected = alone.directional_albedo(direction(0.6, 0.4), &Samples::new(1 << 14)).unwrap();
+        for c in 0..3 {
+            let of = |e: &Estimate| (e.mean()[c], e.standard_error()[c]);
+            family.compare(format!("{coat:?}, channel {c}"), of(&albedo.coat), of(&expected.reflectance));
         }
     }
     family.judge();
