@@ -29,6 +29,8 @@
 //! [`output`] makes files of it, [`golden`] compares them, and [`decode`] reads them again. [`description`] reads a whole
 //! picture, with camera, lights and options, from a scene file, and the program `overcoat` is a command line over all of it.
 //!
+//! [`truth`] measures what the models are an approximation of: random walks through stacks of coats, without a renderer.
+//!
 //! [`sandbox`] gives up what none of this needs from the system, before the first byte of input is read.
 //!
 //! The same bits everywhere come from `math`: shading is written over lanes, whose operations IEEE
@@ -107,6 +109,9 @@ pub mod tile;
 
 #[cfg(feature = "sandbox")]
 pub mod sandbox;
+
+#[cfg(feature = "truth")]
+pub mod truth;
 
 mod files;
 mod reuse;

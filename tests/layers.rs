@@ -72,6 +72,8 @@ const MAY_USE: [(&str, &[&str]); 34] = [
     ("viewport", &["frame", "math", "render", "scene"]),
     // Rights of the process; knows nothing of what they are for.
     ("sandbox", &[]),
+    // The referee judges models and shares nothing with them but arithmetic: a mistake of theirs must not be one of its own.
+    ("truth", &["math"]),
     // Pages to read.
     ("guide", &[]),
     // Arguments in, library calls out.

@@ -368,3 +368,27 @@ fn double_precision_agrees_with_the_platform() {
     assert!(double::tan(std::f64::consts::FRAC_PI_4) - 1.0 < 3e-16);
     assert!(double::sin(f64::NAN).is_nan() && double::cos(f64::INFINITY).is_nan());
 }
+
+#[test]
+fn the_logarithm_of_gamma() {
+    // Of integers and of halves, by the recurrence from gamma(1) = 1 and gamma(1/2) = sqrt(pi).
+    let (mut factorial, mut half) = (0.0_f64, (std::f64::consts::PI.sqrt() / 2.0).ln());
+    for n in 1..=200 {
+        let x = f64::from(n);
+        let bound = |x: f64| 1e-14 * (1.0 + x * x.ln());
+        assert!((double::ln_gamma(x) - factorial).abs() <= bound(x), "{x}");
+        assert!((double::ln_gamma(x + 0.5) - half).abs() <= bound(x + 0.5), "{}", x + 0.5);
+        factorial += x.ln();
+        half += (x + 0.5).ln();
+    }
+    // Legendre's duplication, far out and between.
+    for k in 0..2000 {
+        let x = 1.0 + f64::from(k) * f64::from(k) * 0.37;
+        let sum = double::ln_gamma(x) + double::ln_gamma(x + 0.5);
+        let expected = (1.0 - 2.0 * x) * std::f64::consts::LN_2
+            + 0.5 * std::f64::consts::PI.ln()
+            + double::ln_gamma(2.0 * x);
+        assert!((sum - expected).abs() <= 3e-14 * (1.0 + 2.0 * x * (2.0 * x).ln()), "{x}");
+    }
+    assert!(double::ln_gamma(f64::NAN).is_nan());
+}

@@ -1,0 +1,101 @@
+//! What leaves a stack in all directions.
+
+use super::error::StackError;
+use super::estimate::{Estimate, Samples, estimate};
+use super::random::Trial;
+use super::stack::{Stack, checked};
+use super::vector::{Channels, Vector, negated, plus, product, total};
+use super::walk::{Ray, arrive, goes_on, leaving, scatter};
+
+/// Shares of the energy that arrives from one direction, smooth parts included.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Albedo {
+    /// Reflected by the first interface alone.
+    pub coat: Estimate,
+    /// Everything else that leaves on the side that it came from.
+    pub base: Estimate,
+    /// Both: everything that leaves on the side that it came from.
+    pub reflectance: Estimate,
+    /// What leaves on the other side.
+    pub transmittance: Estimate,
+}
+
+impl Albedo {
+    /// Adds the samples that follow.
+    ///
+    /// # Errors
+    ///
+    /// As [`Estimate::merge`].
+    pub fn merge(&mut self, following: &Self) -> Result<(), StackError> {
+        self.coat.merge(&following.coat)?;
+        self.base.merge(&following.base)?;
+        self.reflectance.merge(&following.reflectance)?;
+        self.transmittance.merge(&following.transmittance)
+    }
+}
+
+impl Stack {
+    /// Directional albedo: what leaves of the energy that arrives from `wo`, which is [`Stack::evaluate`] integrated over all
+    /// `wi`, and what goes into one direction alone.
+    ///
+    /// # Errors
+    ///
+    /// A direction that is not of length 1 or at the horizon; a range of samples without beginning or end.
+    pub fn directional_albedo(&self, wo: [f64; 3], samples: &Samples) -> Result<Albedo, StackError> {
+        let wo = checked("wo", wo)?;
+        let key = self.key(3, &[wo], samples.seed);
+        let [coat, base, reflectance, transmittance] = estimate(samples, key, |trial| {
+            let [coat, base, through] = leaves(self, wo, trial);
+            [coat, base, plus(coat, base), through]
+        })?;
+        Ok(Albedo { coat, base, reflectance, transmittance })
+    }
+}
+
+/// One sample: coat, base and transmission. At the outer interfaces both ways are taken, if one of them leaves.
+fn leaves(stack: &Stack, wo: Vector, trial: &mut Trial) -> [Channels; 3] {
+    let mut sums = [[0.0; 3]; 3];
+    let mut ray = Ray::entering(stack, wo);
+    let mut beta = [1.0; 3];
+    let mut step = 0;
+    while let Some(at) = arrive(stack, &ray, &mut beta, trial) {
+        let lobe = |direction: Vector| if direction[2] * wo[2] < 0.0 { 2 } else { usize::from(step > 0) };
+        let last = stack.interfaces() - 1;
+        let outer = at.interface.filter(|&k| k == 0 || k == last);
+        let branches = outer.and_then(|k| Some((k, stack.surfaces[k].split(negated(ray.direction), trial)?)));
+        let next = if let Some((k, branches)) = branches {
+            let mut inside = None;
+            for branch in branches.into_iter().flatten() {
+                let next = leaving(k, &branch.scattered);
+                if next.ahead(stack).is_some() {
+                    // Not both: an interface has one side inside, or the stack has only this one.
+                    inside = Some((next, product(beta, branch.weight)));
+                } else {
+                    let lobe = lobe(branch.scattered.direction);
+                    sums[lobe] = plus(sums[lobe], product(beta, branch.weight));
+                }
+            }
+            if !trial.spend() {
+                break;
+            }
+            inside.map(|(next, weight)| {
+                beta = weight;
+                next
+            })
+        } else {
+            scatter(stack, &ray, &at, &mut beta, trial).map(|(next, _)| next)
+        };
+        let Some(next) = next.filter(|_| total(beta) > 0.0) else { break };
+        if next.ahead(stack).is_none() {
+            let lobe = lobe(next.direction);
+            sums[lobe] = plus(sums[lobe], beta);
+            break;
+        }
+        if step > 3 && !goes_on(&mut beta, trial) {
+            break;
+        }
+        ray = next;
+        step += 1;
+    }
+    sums
+}
