@@ -34,9 +34,9 @@
 //! Simulation for Arbitrary Layered BSDFs"; pbrt-v4's `LayeredBxDF` is of the same kind. A path is a sequence of events and
 //! of the directions between them. Light goes
 //!
-//! - from one event to the next along a direction of cosine `m`: with `t` the optical thickness of the medium and `d` the part of
-//!   it that is crossed, the share `exp(-t d / |m|)` reaches the interface ahead, and the density of events in the medium by depth
-//!   is `t / |m| exp(-t d / |m|)`;
+//! - from one event to the next along a direction of cosine `m`: with `t` the optical thickness of the medium and `d` the
+//!   part of it that is crossed, the share `exp(-t d / |m|)` reaches the interface ahead, and the density of events in the
+//!   medium by depth is `t / |m| exp(-t d / |m|)`;
 //! - through an event in a medium with the single scattering albedo times the phase function of Henyey and Greenstein;
 //! - through an event at an interface with its kernel: the energy that leaves per solid angle. For GGX (Walter et al. 2007)
 //!   that is `F D G / (4 |i.n|)` for reflection and `(1 - F) D G |i.m| |o.m| e^2 / (|i.n| (i.m + e o.m)^2)` for transmission
@@ -45,9 +45,9 @@
 //!
 //! [`Stack::evaluate`] makes the integral over all such paths from `wo` to `wi` with two walks, one from each end. Wherever a
 //! ray of the second passes an event of the first, the two are connected; a path of n events can be found in n ways, which
-//! are weighed by the balance heuristic (Veach 1997). That works for stacks of any number of interfaces, sharp and rough ones
-//! mixed. [`Stack::directional_albedo`] and [`Stack::sample`] follow one walk. Walks that carry little end by Russian
-//! roulette, which changes no mean.
+//! are weighed by the balance heuristic (Veach 1997); the second walk has some sixteen rays at most, the first has no such
+//! end. That works for stacks of any number of interfaces, sharp and rough ones mixed. [`Stack::directional_albedo`] and
+//! [`Stack::sample`] follow one walk. Walks that carry little end by Russian roulette, which changes no mean.
 //!
 //! # Conventions
 //!
