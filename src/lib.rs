@@ -73,6 +73,8 @@ pub mod frame;
 pub mod golden;
 pub mod guide;
 pub mod jobs;
+#[cfg(feature = "truth")]
+pub mod lab;
 pub mod limits;
 pub mod load;
 pub mod output;

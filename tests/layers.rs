@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// Which module may use which, and why no more.
-const MAY_USE: [(&str, &[&str]); 34] = [
+const MAY_USE: [(&str, &[&str]); 35] = [
     // The foundations: whoever wants to know what the bits of a sum are reads these and nothing else.
     ("math", &[]),
     ("jobs", &[]),
@@ -55,6 +55,8 @@ const MAY_USE: [(&str, &[&str]); 34] = [
             "brdf", "scene", "color", "math", "frame", "jobs", "limits", "reuse",
         ],
     ),
+    // Pictures of models beside what the referee says; reads no file.
+    ("lab", &["jobs", "math", "render", "scene", "truth"]),
     // Keeps what the renderer has made of pictures.
     ("cache", &["output", "render", "scene"]),
     // What a picture shows, for whoever asks: the command line, tests and programs. Says what to load and to draw, and draws
@@ -93,6 +95,7 @@ const MAY_USE: [(&str, &[&str]); 34] = [
             "geometry",
             "golden",
             "jobs",
+            "lab",
             "light",
             "limits",
             "load",
@@ -105,13 +108,14 @@ const MAY_USE: [(&str, &[&str]); 34] = [
             "shade",
             "suggest",
             "tile",
+            "truth",
         ],
     ),
     ("main", &["cli"]),
 ];
 
 /// Packages that one module hides from all others: that is where their rules are kept.
-const ONLY_IN: [(&str, &str); 8] = [
+const ONLY_IN: [(&str, &str); 9] = [
     // What others may have written is trusted in one place.
     ("blake3", "cache"),
     // What the process may do is decided in one place.
@@ -125,6 +129,7 @@ const ONLY_IN: [(&str, &str); 8] = [
     // The library has no command line.
     ("clap", "cli"),
     ("tiny_skia", "cli"),
+    ("plotters", "cli"),
 ];
 
 /// All Rust sources below `src`, with `/` between the parts of their paths.

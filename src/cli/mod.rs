@@ -22,6 +22,7 @@ mod hand_over;
 mod info;
 pub mod input;
 pub mod install;
+pub mod lab;
 mod label;
 pub mod limit_values;
 pub mod losses;
@@ -127,6 +128,7 @@ fn dispatch(command: &Command) -> Result<(), Failure> {
         Command::Diff(args) => diff::run(args),
         Command::Materials(args) => materials_command::run(args),
         Command::Formats(args) => formats_command::run(args),
+        Command::Lab(args) => lab::run(args),
         Command::Golden(args) => golden::run(args),
         Command::Completions(args) => install::completions(args),
         Command::Man(args) => install::man(args),

@@ -72,6 +72,7 @@ impl<'a> Files<'a> {
             Command::Thumbnail(a) => (None, from_ref(&a.input), Some(&a.output)),
             Command::Info(a) => (None, from_ref(&a.input), None),
             Command::Materials(a) => (None, [].as_slice(), a.output.as_ref()),
+            Command::Lab(a) => (None, [].as_slice(), a.output.as_ref()),
             Command::Formats(_)
             | Command::Golden(_)
             | Command::Completions(_)
@@ -116,6 +117,7 @@ fn count_threads(command: &mut Command) {
             GoldenCommand::Report(args) => &mut args.folders.workers,
             GoldenCommand::Accept(args) => &mut args.folders.workers,
         },
+        Command::Lab(args) => &mut args.workers,
         Command::Formats(_)
         | Command::Completions(_)
         | Command::Man(_)

@@ -1,0 +1,82 @@
+//! Specimens by the shading models of engines: pictures of one pixel.
+
+use super::{LabError, Light, Specimen, direction};
+use crate::jobs::Jobs;
+use crate::render::{Quality, RenderOptions, Renderer};
+use crate::scene::{
+    self, Camera, Environment, EnvironmentSource, EquirectImage, Instance, Projection, Scene, ShadingModel,
+    Transform, primitives,
+};
+use std::sync::Arc;
+
+/// Distance of the camera, and half the height of what it sees: any, since nothing is near and the surface is even.
+const DISTANCE: f64 = 4.0;
+
+/// Shades specimens.
+#[derive(Debug)]
+pub struct Bench {
+    renderer: Renderer,
+    /// Radiance 1 from everywhere, filtered once.
+    white: EnvironmentSource,
+}
+
+impl Bench {
+    /// With that many threads for the referee's samples ([`Bench::jobs`]); 0 stands for one per processor.
+    #[must_use]
+    pub fn new(threads: usize) -> Self {
+        // Always possible: the numbers agree.
+        let white = EquirectImage::new(64, 32, vec![[1.0; 3]; 64 * 32]);
+        let white = white.map_or(EnvironmentSource::None, |image| EnvironmentSource::Image(Arc::new(image)));
+        Self { renderer: Renderer::new(threads), white }
+    }
+
+    /// Its threads.
+    #[must_use]
+    pub fn jobs(&self) -> &Jobs {
+        self.renderer.jobs()
+    }
+
+    /// What a model shows of a specimen from `view` degrees off the normal, linear.
+    ///
+    /// # Errors
+    /// [`LabError`] if a number is out of its range.
+    pub fn radiance(
+        &mut self,
+        specimen: &Specimen,
+        model: ShadingModel,
+        view: f64,
+        light: Light,
+    ) -> Result<[f64; 3], LabError> {
+        let eye = upright(direction("view", view)?.map(|c| (c * DISTANCE) as f32));
+        let mut camera = Camera::look_at(eye, [0.0; 3], [0.0, 0.0, 1.0])?;
+        camera.projection = Projection::Orthographic { height: 0.1 };
+        let scene = self.scene(specimen, light)?;
+        let mut options = RenderOptions::new(1, 1).with_samples(1).with_quality(Quality::Draft);
+        options.shading = Some(model);
+        let frame = self.renderer.render(&scene, &camera, &options)?.frame;
+        let [r, g, b, _] = frame.pixels[0];
+        Ok([r, g, b].map(f64::from))
+    }
+
+    fn scene(&self, specimen: &Specimen, light: Light) -> Result<Scene, LabError> {
+        let mut scene = Scene::new();
+        let mesh = scene.add_mesh(primitives::plane([2.0; 2])?)?;
+        let material = scene.add_material(specimen.material())?;
+        scene.add_instance(Instance { mesh, material, transform: Transform::IDENTITY, object: 0 })?;
+        let source = match light {
+            Light::White => self.white.clone(),
+            Light::Direct(degrees) => {
+                let travels = upright(direction("light", -degrees)?.map(|c| -c as f32));
+                scene.add_light(scene::Light::directional(travels, 1.0))?;
+                EnvironmentSource::None
+            }
+        };
+        scene.set_environment(Environment { source, ..Environment::default() })?;
+        Ok(scene)
+    }
+}
+
+/// A direction about the normal +Z in the frame of a plane that faces +Y.
+fn upright([x, y, z]: [f32; 3]) -> [f32; 3] {
+    [x, z, -y]
+}
