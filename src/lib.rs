@@ -81,6 +81,8 @@ pub mod world;
 #[doc(hidden)]
 pub mod brdf;
 #[doc(hidden)]
+pub mod built;
+#[doc(hidden)]
 pub mod bvh;
 #[doc(hidden)]
 pub mod coat;

@@ -1,5 +1,6 @@
 //! Filtered environments, kept from one picture to the next.
 
+use crate::built::Environments;
 use crate::jobs::Jobs;
 use crate::light::PrefilteredEnvironment;
 use crate::math::lanes::SimdLevel;
@@ -22,6 +23,11 @@ impl EnvironmentCache {
         self.given.is_none() && !self.picture.as_ref().is_some_and(|(key, _)| Arc::ptr_eq(key, picture))
     }
 
+    /// Darkness.
+    fn dark(&mut self) -> Arc<PrefilteredEnvironment> {
+        Arc::clone(self.dark.get_or_insert_with(|| Arc::new(PrefilteredEnvironment::black())))
+    }
+
     /// The filtered form of a source; a picture is filtered once for as long as the scenes share it.
     pub(super) fn get(
         &mut self,
@@ -34,9 +40,9 @@ impl EnvironmentCache {
         }
         match source {
             EnvironmentSource::Studio => PrefilteredEnvironment::studio(),
-            EnvironmentSource::None => {
-                Arc::clone(self.dark.get_or_insert_with(|| Arc::new(PrefilteredEnvironment::black())))
-            }
+            // Pictures without the part have been refused.
+            EnvironmentSource::Image(_) if !Environments::IS_BUILT => self.dark(),
+            EnvironmentSource::None => self.dark(),
             EnvironmentSource::Image(picture) => match &self.picture {
                 Some((key, filtered)) if Arc::ptr_eq(key, picture) => Arc::clone(filtered),
                 _ => {
