@@ -2,8 +2,8 @@
 
 use overcoat::render::{Ground, Quality, RenderError};
 use overcoat::scene::{
-    Environment, EnvironmentSource, EquirectImage, Framing, Instance, Light, LightKind, Material, Mesh, MeshData, Splat,
-    SplatCloudBuilder, SplatColorSpace, SplatInstance, SplatOrder, Transform,
+    Environment, EnvironmentSource, EquirectImage, Framing, Instance, Light, LightKind, Material, Mesh,
+    MeshData, Splat, SplatCloudBuilder, SplatColorSpace, SplatInstance, SplatOrder, Transform,
 };
 use overcoat::{RenderOptions, Renderer, Scene};
 use std::sync::Arc;
