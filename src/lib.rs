@@ -87,6 +87,8 @@ pub mod world;
 #[doc(hidden)]
 pub mod brdf;
 #[doc(hidden)]
+pub mod built;
+#[doc(hidden)]
 pub mod bvh;
 #[doc(hidden)]
 pub mod coat;

@@ -4,9 +4,11 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// Which module may use which, and why no more.
-const MAY_USE: [(&str, &[&str]); 35] = [
+const MAY_USE: [(&str, &[&str]); 36] = [
     // The foundations: whoever wants to know what the bits of a sum are reads these and nothing else.
     ("math", &[]),
+    // What is compiled in: each part of the renderer asks for itself.
+    ("built", &[]),
     ("jobs", &[]),
     ("limits", &[]),
     ("formats", &[]),
@@ -26,8 +28,8 @@ const MAY_USE: [(&str, &[&str]); 35] = [
     // Encoded pictures to those that scenes have (scene), and to those that are compared and shown (frame).
     ("decode", &["color", "files", "formats", "frame", "limits", "scene"]),
     // Ends where the scene begins: no stage of the renderer can meet malformed input.
-    ("load", &["scene", "math", "color", "decode", "files", "jobs", "limits", "formats", "suggest"]),
-    ("light", &["scene", "math", "color", "brdf", "jobs"]),
+    ("load", &["built", "scene", "math", "color", "decode", "files", "jobs", "limits", "formats", "suggest"]),
+    ("light", &["built", "scene", "math", "color", "brdf", "jobs"]),
     // A material model is a formula: it takes lookups as parameters and knows no scene.
     ("coat", &["brdf", "math"]),
     // Triangles flow one way: geometry fills tiles, tiles are rasterized.
@@ -38,7 +40,7 @@ const MAY_USE: [(&str, &[&str]); 35] = [
     ("gbuffer", &["raster", "scene", "math", "color"]),
     // Surfaces are evaluated from the scene's materials as they are (scene).
     // Pre-integrated tables are handed to the models here (brdf).
-    ("shade", &["gbuffer", "coat", "brdf", "light", "math", "scene", "shadow", "bvh"]),
+    ("shade", &["built", "gbuffer", "coat", "brdf", "light", "math", "scene", "shadow", "bvh"]),
     // Splats go their own way from the scene to the pixels of a tile.
     ("splat", &["geometry", "raster", "scene", "math", "color"]),
     // What comes out can be stored and compared without the renderer.
@@ -51,8 +53,8 @@ const MAY_USE: [(&str, &[&str]); 35] = [
     (
         "render",
         &[
-            "geometry", "tile", "raster", "gbuffer", "shade", "shadow", "bvh", "splat", "coat", "light",
-            "brdf", "scene", "color", "math", "frame", "jobs", "limits", "reuse",
+            "built", "geometry", "tile", "raster", "gbuffer", "shade", "shadow", "bvh", "splat", "coat",
+            "light", "brdf", "formats", "scene", "color", "math", "frame", "jobs", "limits", "reuse",
         ],
     ),
     // Pictures of models beside what the referee says; reads no file.

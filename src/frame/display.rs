@@ -3,7 +3,7 @@
 use super::{Frame, position, rows};
 use crate::color::ToneCurve;
 use crate::color::srgb::{SRGB8_TO_LINEAR, linear_to_srgb8_lanes};
-use crate::dispatch;
+use crate::dispatch_available;
 use crate::each;
 use crate::math::lanes::{Float, Int, LANES, Lanes, Mask, SimdLevel};
 use std::slice::ChunksExact;
@@ -102,7 +102,9 @@ impl DisplayImage {
     pub fn new(frame: &Frame, options: &DisplayOptions) -> Self {
         let mut pixels = vec![[0; 4]; frame.pixels.len()];
         let developer = Developer::new(&options.metered(frame));
-        dispatch!(options.simd, l => developer.develop(l, &frame.pixels, &frame.transmittance, &mut pixels));
+        // Whatever the level, the bits are the same.
+        let level = if options.simd.is_available() { options.simd } else { SimdLevel::best() };
+        dispatch_available!(level, l => developer.develop(l, &frame.pixels, &frame.transmittance, &mut pixels));
         Self { width: frame.width, height: frame.height, pixels }
     }
 

@@ -5,6 +5,7 @@ use super::charlie::CharlieMaps;
 use super::equirect;
 use super::prefilter::{self, Grid, Pyramid};
 use super::{DistantRadiance, LightDirections};
+use crate::built::Environments;
 use crate::jobs::Jobs;
 use crate::math;
 use crate::math::lanes::{Lanes, SimdLevel};
@@ -256,8 +257,8 @@ impl<'a> EnvironmentLight<'a> {
     pub fn background<L: Lanes>(&self, l: L, direction: V3<L>) -> V3<L> {
         let direction = self.turned_back(l, direction);
         let rgb = match &self.environment.picture {
-            Some(picture) => picture.radiance(l, direction),
-            None => self.environment.chain.lookup(l, 0, direction),
+            Some(picture) if Environments::IS_BUILT => picture.radiance(l, direction),
+            _ => self.environment.chain.lookup(l, 0, direction),
         };
         rgb * self.intensity
     }

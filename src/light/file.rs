@@ -28,8 +28,8 @@ use super::chain::{Chain, MAPS, MAX_CELLS, MIN_CELLS};
 
 const MAGIC: &[u8; 8] = b"OVRCTENV";
 const VERSION: u32 = 1;
-const HEADER: usize = 16;
-const RAW: u8 = 0b1110_0000;
+pub(super) const HEADER: usize = 16;
+pub(super) const RAW: u8 = 0b1110_0000;
 
 /// Why bytes are not a prefiltered environment.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -68,6 +68,13 @@ impl PrefilteredEnvironment {
             rest = after;
         }
         out
+    }
+
+    /// The same in fewer bytes, in seconds.
+    #[must_use]
+    pub fn to_packed_bytes(&self) -> Vec<u8> {
+        // What was just written is whole.
+        super::packed::pack(&self.to_bytes()).unwrap_or_default()
     }
 
     /// Reads what [`PrefilteredEnvironment::to_bytes`] wrote.

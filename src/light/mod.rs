@@ -9,6 +9,7 @@ mod equirect;
 mod file;
 mod harmonics;
 mod octahedral;
+mod packed;
 mod prefilter;
 mod punctual;
 mod reference;

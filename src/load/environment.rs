@@ -3,6 +3,7 @@
 use super::input::Input;
 use super::packed::{Unpacked, unpack};
 use super::{Context, LoadError, NoResolver, Warning};
+use crate::built::Environments;
 use crate::decode::{openexr, radiance};
 use crate::formats::{self, FileFormat};
 use crate::jobs::Jobs;
@@ -43,6 +44,9 @@ pub fn load(bytes: &[u8], context: &Context<'_>) -> Result<LoadedEnvironment, Lo
 }
 
 fn load_unpacked(bytes: &[u8], limits: &Limits) -> Result<LoadedEnvironment, LoadError> {
+    if !Environments::IS_BUILT {
+        return Err(LoadError::unsupported("environment", formats::LEFT_OUT));
+    }
     let (format, ((width, height, pixels), warning)) = if bytes.starts_with(b"#?") {
         (radiance::FORMAT, (radiance::read(bytes, limits)?, None))
     } else if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {

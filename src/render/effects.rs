@@ -57,14 +57,14 @@ impl EffectMemory {
     }
 
     /// What is known of the environment's light, for a floor, and its number among all that was.
-    pub(super) fn maps_of_ground(&self) -> (LightVisibility<'_>, u64) {
+    pub(super) fn maps_of_ground(&self) -> Option<(LightVisibility<'_>, u64)> {
         self.visibility.maps_of_ground()
     }
 
     /// Hashes of the depth maps, of what surfaces are shaded by or else the floor, and of what rays can hit; 0 where there is
     /// none.
     pub(super) fn hashes(&self, has_ground: bool) -> (u128, u128) {
-        let ground = || has_ground.then(|| self.maps_of_ground().0);
+        let ground = || self.maps_of_ground().filter(|_| has_ground).map(|(maps, _)| maps);
         let maps = self.visibility.maps().or_else(ground);
         let traced = self.visibility.traced();
         (

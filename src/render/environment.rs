@@ -4,6 +4,7 @@
 //! up beyond that is remembered, filtered, and the picture drawn again: no picture shows what was foreseen.
 
 use super::options::RenderOptions;
+use crate::built::Environments;
 use crate::coat::standard::roughness_of_lookups;
 use crate::jobs::Jobs;
 use crate::light::{LIGHT_DIRECTIONS, Levels, PrefilteredEnvironment, SHEEN};
@@ -32,6 +33,11 @@ impl EnvironmentCache {
             })
     }
 
+    /// Darkness.
+    fn dark(&mut self) -> Arc<PrefilteredEnvironment> {
+        Arc::clone(self.dark.get_or_insert_with(|| Arc::new(PrefilteredEnvironment::black())))
+    }
+
     /// The filtered form of a source, with these levels at least and those that were lacking the last time; a picture is
     /// filtered once for as long as the scenes share it.
     pub(super) fn get(
@@ -46,9 +52,9 @@ impl EnvironmentCache {
         }
         match source {
             EnvironmentSource::Studio => PrefilteredEnvironment::studio(),
-            EnvironmentSource::None => {
-                Arc::clone(self.dark.get_or_insert_with(|| Arc::new(PrefilteredEnvironment::black())))
-            }
+            // Pictures without the part have been refused.
+            EnvironmentSource::Image(_) if !Environments::IS_BUILT => self.dark(),
+            EnvironmentSource::None => self.dark(),
             EnvironmentSource::Image(picture) => {
                 let kept = self.picture.take().filter(|(key, _)| Arc::ptr_eq(key, picture));
                 let mut filtered = match (kept, &self.store) {

@@ -6,6 +6,7 @@ use super::lamps::LightMemory;
 use super::options::RenderOptions;
 use super::quality::Visibility;
 use super::visibility::asked_for;
+use crate::built;
 use crate::each;
 use crate::light::{EnvironmentLight, LUMINANCE};
 use crate::math::lanes::{Float, Int, LANES, Lanes, Mask};
@@ -68,6 +69,9 @@ impl GroundLight {
         (environment, lights): (&EnvironmentLight<'_>, &LightMemory),
         options: &RenderOptions,
     ) {
+        if !built::Shadows::IS_BUILT {
+            return;
+        }
         let planes = if options.ground == Ground::Shadow { 1 } else { 3 };
         let found = visibility.and_then(|maps| Some((maps, footing_of(scene, options)?)));
         let known =

@@ -6,6 +6,7 @@ use super::mirror::Mirror;
 use super::options::RenderOptions;
 use super::resolve::{Distant, TilePixels};
 use super::visibility::asked_for;
+use crate::built::Shadows;
 use crate::color::srgb::SRGB8_TO_LINEAR;
 use crate::each;
 use crate::geometry::View;
@@ -31,6 +32,8 @@ pub(super) struct GroundView<'a> {
     mirror: Option<Mirror<'a>>,
     /// What finding its light counts as, in units of shading.
     pub units: u64,
+    /// Shadows are compiled in.
+    _built: Shadows,
 }
 
 /// How much of the floor is there near the border of the picture.
@@ -97,7 +100,8 @@ impl<'a> GroundView<'a> {
         };
         let edge = Edge::new(view, options.ground_edge);
         let units = GroundLight::units(&asked_for(options));
-        is_above.then_some(Self { light, rays, color, edge, mirror, units })
+        let _built = Shadows::BUILT.filter(|_| is_above)?;
+        Some(Self { light, rays, color, edge, mirror, units, _built })
     }
 
     /// What a tile of so many pixels counts as.

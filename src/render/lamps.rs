@@ -4,6 +4,7 @@ use super::crew::Crew;
 use super::options::RenderOptions;
 use super::reach::Reach;
 use super::visibility::VisibilityMemory;
+use crate::built::{AreaLights, Shadows};
 use crate::each;
 use crate::geometry::View;
 use crate::light::{AreaLight, AreaShape, PunctualLight};
@@ -64,7 +65,7 @@ impl LightMemory {
     pub(super) fn list(&mut self, scene: &Scene, view: &View) {
         let lights = || scene.lights().iter().filter_map(PunctualLight::new);
         let punctual = || lights().enumerate().map(|(k, light)| light.with_number(k as u32));
-        let areas = || scene.lights().iter().filter_map(AreaLight::new);
+        let areas = || scene.lights().iter().filter(|_| AreaLights::IS_BUILT).filter_map(AreaLight::new);
         if !(punctual().eq(self.punctual.iter().copied()) && areas().eq(self.areas.iter().copied())) {
             self.changes += 1;
             self.punctual.clear();
@@ -85,6 +86,9 @@ impl LightMemory {
     ) -> Result<(), LimitExceeded> {
         let shadows = &mut self.shadows;
         shadows.is_on = options.visibility.is_on();
+        if !Shadows::IS_BUILT {
+            return Ok(());
+        }
         let Some((blockers, made)) = visibility.blockers(options) else { return Ok(()) };
         let map_size = super::visibility::asked_for(options).map_size as usize;
         let (sources, parts) = sources(scene.lights(), &self.areas, parts_of_lamp(map_size));
@@ -118,7 +122,8 @@ impl LightMemory {
     /// The same for a floor, whether surfaces are shaded with it or not.
     pub(super) fn shadows_of_ground(&self) -> Option<LampVisibility<'_>> {
         let LampShadows { parts, maps, .. } = &self.shadows;
-        (!maps.is_empty()).then_some(LampVisibility { maps, punctual: self.punctual.len(), parts })
+        let built = Shadows::BUILT.filter(|_| !maps.is_empty())?;
+        Some(LampVisibility { maps, punctual: self.punctual.len(), parts, built })
     }
 }
 

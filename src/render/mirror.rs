@@ -7,6 +7,7 @@ use super::bands::Planes;
 use super::ground::footing_of;
 use super::ground_light::GroundLight;
 use super::options::{Background, RenderOptions};
+use crate::built::Shadows;
 use crate::each;
 use crate::frame::Frame;
 use crate::math::lanes::{LANES, Lanes};
@@ -49,7 +50,7 @@ pub(super) fn options_of_mirror(options: &RenderOptions) -> RenderOptions {
 /// The camera that sees what the floor mirrors, upside down: below the floor as high as `camera` is above it. `None` where the floor
 /// mirrors nothing or is not seen.
 pub(super) fn camera_of_mirror(scene: &Scene, camera: &Camera, options: &RenderOptions) -> Option<Camera> {
-    if !options.ground.is_seen() || options.ground_reflection <= 0.0 {
+    if !Shadows::IS_BUILT || !options.ground.is_seen() || options.ground_reflection <= 0.0 {
         return None;
     }
     let footing = footing_of(scene, options)?;

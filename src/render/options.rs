@@ -3,6 +3,7 @@
 use super::ground::Ground;
 use super::quality::{Quality, Visibility};
 use super::trace::StageHashes;
+use crate::formats::LEFT_OUT;
 use crate::frame::{Aov, AovPlane, Clipping, DisplayImage, Frame};
 use crate::limits::{LimitExceeded, Limits};
 use crate::math::lanes::SimdLevel;
@@ -372,6 +373,15 @@ pub enum RenderError {
         value: String,
         /// What it may be.
         allowed: &'static str,
+    },
+    /// What is asked for, or what the scene holds, needs a feature of this package that the program was built without.
+    #[error("{part}: {LEFT_OUT}")]
+    #[non_exhaustive]
+    BuiltWithout {
+        /// What it needs.
+        part: &'static str,
+        /// The feature.
+        feature: &'static str,
     },
     /// The camera is not usable.
     #[error("camera: {0}")]

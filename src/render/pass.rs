@@ -7,6 +7,7 @@ use super::reach::Reach;
 use super::shading_rate::Finer;
 use super::splats::SplatScene;
 use super::work::{Spent, Work};
+use crate::built::Splats;
 use crate::frame::{Aov, Developer, TargetWriter};
 use crate::geometry::Chunk;
 
@@ -193,7 +194,7 @@ impl<'a> Pass<'a> {
         };
         self.kind == PassKind::OverBackdrop
             && !wanted
-            && tile.splats.is_empty()
+            && tile.splats().is_empty()
             && !tile.transmissive
             && !blends()
     }
@@ -245,7 +246,15 @@ pub(super) struct Tile<'a> {
     /// Its triangles and points.
     pub runs: &'a [Run],
     /// Its splats.
-    pub splats: &'a [Run],
+    splats: &'a [Run],
     /// Something that is drawn is transmissive.
     pub transmissive: bool,
+}
+
+impl<'a> Tile<'a> {
+    /// Its splats.
+    #[inline(always)]
+    pub(super) fn splats(&self) -> &'a [Run] {
+        if Splats::IS_BUILT { self.splats } else { &[] }
+    }
 }

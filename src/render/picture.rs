@@ -21,16 +21,17 @@ use super::tile_pass::default_tile_size;
 use super::tiles::Found;
 use super::trace::{self, StageHashes};
 use super::work::{Spent, Work, WorkDone};
-use crate::dispatch;
+use crate::built::{AreaLights, Environments, Shadows, Splats};
+use crate::dispatch_available;
 use crate::frame::{Clipping, Developer, DisplayImage, DisplayOptions, Frame, Target};
 use crate::gbuffer::Draw;
 use crate::geometry::View;
 use crate::jobs::Jobs;
-use crate::light::{EnvironmentLight, PrefilteredEnvironment};
+use crate::light::{AreaLight, EnvironmentLight, PrefilteredEnvironment};
 use crate::limits::{LimitExceeded, Limits};
 use crate::raster::SamplePattern;
 use crate::reuse::emptied;
-use crate::scene::{Camera, Environment, Scene, Texture};
+use crate::scene::{Camera, Environment, EnvironmentSource, Scene, Texture};
 use crate::shade::{ShadeContext, ShadingCost, ViewRays};
 use crate::tile::{TileBins, TileGrid};
 use std::time::Duration;
@@ -126,7 +127,7 @@ impl Memory {
         self.lights.list(scene, &view);
         self.passes.effects.before(&crew, scene, &environment, options)?;
         self.lights.find_shadows(&crew, scene, self.passes.effects.visibility(), options)?;
-        let maps = options.ground.is_seen().then(|| self.passes.effects.maps_of_ground());
+        let maps = self.passes.effects.maps_of_ground().filter(|_| options.ground.is_seen());
         self.ground.prepare(&crew, scene, maps, (&environment, &self.lights), options);
         let environment_time = crew.lap();
         request.go_on()?;
@@ -300,6 +301,7 @@ impl Memory {
         let &Request { jobs, scene, camera, options, .. } = request;
         let pattern = options.validate(self.pattern.take())?;
         camera.validate()?;
+        check_parts(scene, options)?;
         check_scene(scene, &options.limits)?;
         let budget = FrameBudget::new(scene, &options.limits, tile_grid(options, None))?;
         let view = View::new(camera, options.width, options.height)?;
@@ -331,11 +333,28 @@ impl Drawn {
             let metered = display.metered(&drawn.frame);
             let developer = Developer::new(&metered);
             let (light, open) = (&drawn.frame.pixels, &drawn.frame.transmittance);
-            dispatch!(options.simd, l => developer.develop(l, light, open, &mut drawn.image.pixels));
+            dispatch_available!(options.simd, l => developer.develop(l, light, open, &mut drawn.image.pixels));
             drawn.exposure = metered.exposure;
             drawn.clipping = drawn.image.clipping(&drawn.frame);
         }
         drawn
+    }
+}
+
+/// `Ok` if all that a picture needs is compiled in.
+fn check_parts(scene: &Scene, options: &RenderOptions) -> Result<(), RenderError> {
+    let has_areas = || scene.lights().iter().any(|light| AreaLight::new(light).is_some());
+    let has_picture = || matches!(scene.environment().source, EnvironmentSource::Image(_));
+    let parts = [
+        (Shadows::IS_BUILT || !options.visibility.is_on(), "quality beyond draft", "shadows"),
+        (Shadows::IS_BUILT || !options.ground.is_seen(), "ground", "shadows"),
+        (AreaLights::IS_BUILT || !has_areas(), "lights with an extent", "area-lights"),
+        (Splats::IS_BUILT || scene.splat_count() == 0, "splats", "splats"),
+        (Environments::IS_BUILT || !has_picture(), "an environment of a picture", "environments"),
+    ];
+    match parts.into_iter().find(|(is_there, ..)| !is_there) {
+        Some((_, part, feature)) => Err(RenderError::BuiltWithout { part, feature }),
+        None => Ok(()),
     }
 }
 

@@ -80,7 +80,7 @@ impl SplatScratch {
             || {
                 let splats = &pass.frame.splats;
                 let mut blocks = 0;
-                for run in place.splats {
+                for run in place.splats() {
                     let numbers = splats.numbers(run);
                     for (k, &number) in numbers.iter().enumerate() {
                         if let Some(&later) = numbers.get(k + SPLATS_AHEAD) {
@@ -191,7 +191,7 @@ impl SplatScratch {
         open.resize(PIXELS_OF_ROW, 1.0);
         let all = pass.frame.pattern.full_mask();
         let wanted = &covered[row * columns..][..columns];
-        for number in place.splats.iter().flat_map(|run| splats.numbers(run)).copied() {
+        for number in place.splats().iter().flat_map(|run| splats.numbers(run)).copied() {
             let splat = splats.splat(number);
             visit_row(
                 l,

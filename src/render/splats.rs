@@ -2,6 +2,7 @@
 
 use super::budget::FrameBudget;
 use super::crew::Crew;
+use crate::built::Splats;
 use crate::geometry::View;
 use crate::scene::{Scene, SplatColorSpace, SplatOrder};
 use crate::splat::{CloudView, ScreenSplat, sort_by_distance};
@@ -68,6 +69,9 @@ impl SplatMemory {
         grid: &TileGrid,
         budget: &FrameBudget,
     ) -> SplatScene<'_> {
+        if !Splats::IS_BUILT {
+            return SplatScene::none(self, view);
+        }
         let clouds = || scene.splat_instances().iter().map(|i| &scene.splats()[i.cloud.index()]);
         // One order and one way of blending for all.
         let by_distance = view.perspective && clouds().all(|cloud| cloud.order() == SplatOrder::Distance);
@@ -163,6 +167,12 @@ fn splat_of(chunks: &[SplatChunk], number: u32) -> &ScreenSplat {
 }
 
 impl<'a> SplatScene<'a> {
+    /// Without any.
+    fn none(memory: &'a SplatMemory, view: &View) -> Self {
+        let [is_linear, by_distance, perspective] = [false, false, view.perspective];
+        Self { memory, is_linear, by_distance, perspective, focal: view.scale as f32 }
+    }
+
     /// Number of splats that may be seen.
     pub(super) fn len(&self) -> usize {
         self.memory.order.len()
@@ -176,7 +186,7 @@ impl<'a> SplatScene<'a> {
 
     /// Those of a tile, the nearest first, in parts.
     pub(super) fn runs(&self, tile: usize) -> &'a [Run] {
-        if self.memory.order.is_empty() { &[] } else { self.memory.tiles.runs(tile) }
+        if !Splats::IS_BUILT || self.memory.order.is_empty() { &[] } else { self.memory.tiles.runs(tile) }
     }
 
     /// The numbers of one part.

@@ -154,7 +154,7 @@ pub(super) fn render_tile<L: Lanes>(
         return;
     }
     let shows_behind = frame.show_environment || frame.ground.is_some();
-    if tile.runs.is_empty() && tile.splats.is_empty() && !shows_behind {
+    if tile.runs.is_empty() && tile.splats().is_empty() && !shows_behind {
         return store_nothing(pass, rows);
     }
     stages.clear(pass, tile);
@@ -185,7 +185,7 @@ pub(super) fn render_tile<L: Lanes>(
 
     // Draw the splats of pixels without surfaces.
     let TileStages { splats, pixels, .. } = stages;
-    if !tile.splats.is_empty() && !pass.work.is_stopped() {
+    if !tile.splats().is_empty() && !pass.work.is_stopped() {
         job.cost.blocks += splats.draw_alone(l, pass, tile, pixels, &mut job.aovs);
     }
     if pass.only_counts() || pass.work.is_stopped() {
@@ -254,7 +254,7 @@ fn draw_parts<L: Lanes>(
     job: &mut TileJob,
 ) {
     let &TileParts { tile, opaque, .. } = of;
-    let has_splats = !tile.splats.is_empty();
+    let has_splats = !tile.splats().is_empty();
     if has_splats {
         stages.splats.start(pass, tile);
     }

@@ -157,9 +157,10 @@ pub(super) fn shade_fragments<L: Lanes>(
     }
 
     // Find the light that reaches opaque surfaces past others, once for the parts of each.
-    let traced = pass.effects.traced.as_ref();
-    let found_first = if input.start == 0 { traced } else { None };
-    if let Some(traced) = found_first
+    let traced = &pass.effects.traced;
+    let found_first = traced.is_some() && input.start == 0;
+    if let Some(traced) = traced
+        && found_first
         && !light.find(l, pass, traced, input, order, (batch, planes))
     {
         return false;
@@ -169,7 +170,7 @@ pub(super) fn shade_fragments<L: Lanes>(
     let mut listed = 0;
     for &(number, end) in &order.stretches {
         let indices = &order.indices[listed..end];
-        let is_found = found_first.is_some() && indices.iter().all(|index| (*index as usize) < input.opaque);
+        let is_found = found_first && indices.iter().all(|index| (*index as usize) < input.opaque);
         listed = end;
         let of = OneMaterial::new(frame, number, job.aovs.wants_lobes());
         let part = |k: usize| indices.chunks(LANES).nth(k);

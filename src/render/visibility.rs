@@ -4,6 +4,7 @@
 use super::crew::Crew;
 use super::options::RenderOptions;
 use super::quality::{Quality, Visibility};
+use crate::built::Shadows;
 use crate::bvh::Hierarchy;
 use crate::light::EnvironmentLight;
 use crate::limits::{LimitExceeded, Limits};
@@ -60,7 +61,7 @@ impl VisibilityMemory {
     ) -> Result<(), LimitExceeded> {
         let asked = &asked_for(options);
         self.is_on = options.visibility.is_on();
-        if !asked.is_on() {
+        if !Shadows::IS_BUILT || !asked.is_on() {
             return Ok(());
         }
         let limits = &options.limits;
@@ -103,12 +104,13 @@ impl VisibilityMemory {
 
     /// What the maps know; `None` if nothing blocks light.
     pub(super) fn maps(&self) -> Option<LightVisibility<'_>> {
-        self.is_on.then_some(LightVisibility { lights: &self.lights, maps: &self.maps })
+        self.maps_of_ground().map(|(maps, _)| maps).filter(|_| self.is_on)
     }
 
     /// What the maps know, whether surfaces are shaded with it or not, and how many times maps were made until then.
-    pub(super) fn maps_of_ground(&self) -> (LightVisibility<'_>, u64) {
-        (LightVisibility { lights: &self.lights, maps: &self.maps }, self.made)
+    pub(super) fn maps_of_ground(&self) -> Option<(LightVisibility<'_>, u64)> {
+        let built = Shadows::BUILT?;
+        Some((LightVisibility { lights: &self.lights, maps: &self.maps, built }, self.made))
     }
 
     /// What blocks light, if it was asked for, and its number among all that did.

@@ -1,6 +1,7 @@
 //! What the shading pass knows of the picture as a whole.
 
 use super::LampVisibility;
+use crate::built::Shadows;
 use crate::each;
 use crate::gbuffer::Draw;
 use crate::light::{AreaLight, EnvironmentLight, PunctualLight};
@@ -85,4 +86,12 @@ pub struct ShadeContext<'a> {
     pub emitter_rays: u32,
     /// Roughness grows where normals vary within a pixel, also in models whose engines leave it out.
     pub specular_antialiasing: bool,
+}
+
+impl ShadeContext<'_> {
+    /// Whether depth maps say what blocks the environment.
+    #[inline(always)]
+    pub(super) fn has_maps(&self) -> bool {
+        Shadows::IS_BUILT && self.maps > 0
+    }
 }

@@ -6,11 +6,12 @@
 
 use super::area::{Receiver, area_irradiance_over_pi, area_radiance};
 use super::{ShadeContext, Surface};
+use crate::built;
 use crate::coat::EnvironmentQuery;
 use crate::gbuffer::layout::SurfacePlanes;
 use crate::light::{LightSample, PunctualLight};
 use crate::math::lanes::{Float, Lanes, Mask};
-use crate::math::vec3::V3;
+use crate::math::vec3::{V3, Vec3};
 use crate::scene::{AreaLightMethod, Material};
 
 /// What surrounds a surface at a distance or near: sources that are known by their average over a lobe.
@@ -31,7 +32,8 @@ pub(super) enum Surroundings {
 impl Surroundings {
     /// Those that there are. Models ask each in turn, in a loop, so that their code is compiled once.
     pub(super) fn of(context: &ShadeContext<'_>) -> &'static [Self] {
-        if context.area_lights.is_empty() {
+        // Without the part there are none: who asks for some has been refused.
+        if !built::AreaLights::IS_BUILT || context.area_lights.is_empty() {
             &[Self::Environment]
         } else {
             match context.area_light_method {
@@ -61,6 +63,7 @@ impl Surroundings {
     ) -> V3<L> {
         match self {
             Self::Environment => environment_irradiance_over_pi(l, context, normal),
+            _ if !built::AreaLights::IS_BUILT => Vec3::zero(l),
             Self::AreaLights | Self::AreaLightsByFacets => {
                 area_irradiance_over_pi(l, context, &Receiver::of(surface), normal)
             }
@@ -83,6 +86,7 @@ impl Surroundings {
                 let horizon = surface.vertex_normal;
                 reflected_radiance(l, context, material, horizon, direction, perceptual_roughness)
             }
+            _ if !built::AreaLights::IS_BUILT => Vec3::zero(l),
             Self::AreaLights | Self::AreaLightsByFacets => {
                 let receiver = Receiver::of(surface);
                 let by_facets = self == Self::AreaLightsByFacets;

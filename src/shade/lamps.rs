@@ -9,6 +9,7 @@ use super::effects::Effect;
 use super::record::{get, get_vector, put};
 use super::surface::SurfacePlace;
 use super::visibility::{LobeShares, is_coat, share};
+use crate::built::{AreaLights, Shadows};
 use crate::coat::EnvironmentQuery;
 use crate::each;
 use crate::gbuffer::Batch;
@@ -28,6 +29,8 @@ pub struct LampVisibility<'a> {
     pub punctual: usize,
     /// Parts of rectangles and tubes.
     pub parts: &'a [LampPart],
+    /// Shadows are compiled in.
+    pub built: Shadows,
 }
 
 /// A part of a rectangle or tube.
@@ -65,7 +68,7 @@ pub fn store_lit<L: Lanes>(
             let vertex = get_vector(l, planes, layout::VERTEX_NORMAL);
             let is_smooth = vertex.dot(face).gt(l.splat(SMOOTH));
             put(planes, layout::LIT_NORMAL, Vec3::select(is_smooth, vertex, face).to_array());
-            if !lamps.parts.is_empty() {
+            if AreaLights::IS_BUILT && !lamps.parts.is_empty() {
                 lamps.look_up_parts(l, context, material, planes);
             }
         },

@@ -167,7 +167,7 @@ impl<L: Lanes> Source<'_, L> {
     /// What blocks it is known.
     #[inline(always)]
     fn is_blocked(&self) -> bool {
-        if self.is_environment() { self.context.maps > 0 } else { self.context.lamps.is_some() }
+        if self.is_environment() { self.context.has_maps() } else { self.context.lamps.is_some() }
     }
 
     /// Irradiance over pi on a surface of this unit normal.
@@ -262,7 +262,7 @@ pub(super) fn radiance<L: Lanes, M: Model>(
         #[inline(always)]
         || {
             let mut surface = Surface::load_with(l, material, M::READS_LOBES, planes, shaded_color(material));
-            if context.maps > 0 {
+            if context.has_maps() {
                 // What occlusion textures guess is known.
                 surface.occlusion = l.splat(1.0);
                 surface.lobes.specular_occlusion = l.splat(1.0);

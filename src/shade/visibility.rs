@@ -15,6 +15,7 @@
 use super::ShadeContext;
 use super::effects::Effect;
 use super::record::{get, get_vector, put};
+use crate::built::Shadows;
 use crate::coat::EnvironmentQuery;
 use crate::gbuffer::layout::{self, SurfacePlanes};
 use crate::math::lanes::{Float, Lanes, Mask};
@@ -40,6 +41,8 @@ pub struct LightVisibility<'a> {
     pub lights: &'a [DistantLight],
     /// What is seen from each.
     pub maps: &'a DepthMaps,
+    /// Shadows are compiled in.
+    pub built: Shadows,
 }
 
 impl Effect for LightVisibility<'_> {

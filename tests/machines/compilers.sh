@@ -14,6 +14,10 @@ declare -A packages=(
         linux-libc-dev-arm64-cross'
     [s390x]='gcc-12-s390x-linux-gnu cpp-12-s390x-linux-gnu binutils-s390x-linux-gnu libgcc-12-dev-s390x-cross
         libgcc-s1-s390x-cross libc6-dev-s390x-cross libc6-s390x-cross linux-libc-dev-s390x-cross'
+    [armv7]='gcc-12-arm-linux-gnueabihf cpp-12-arm-linux-gnueabihf binutils-arm-linux-gnueabihf libgcc-12-dev-armhf-cross
+        libgcc-s1-armhf-cross libc6-dev-armhf-cross libc6-armhf-cross linux-libc-dev-armhf-cross'
+    [riscv64]='gcc-12-riscv64-linux-gnu cpp-12-riscv64-linux-gnu binutils-riscv64-linux-gnu libgcc-12-dev-riscv64-cross
+        libgcc-s1-riscv64-cross libc6-dev-riscv64-cross libc6-riscv64-cross linux-libc-dev-riscv64-cross'
     [i686]='lib32gcc-12-dev lib32gcc-s1 libc6-dev-i386 libc6-i386'
     [wasm32]='wasi-libc'
     [emulators]='qemu-user-static'
@@ -63,7 +67,7 @@ fetch() {
         case $name in
             # One emulator each is enough of 380 MB.
             qemu-user-static*) dpkg --fsys-tarfile "$deb" | tar -x -C "$root" --wildcards './usr/bin/qemu-*' \
-                --exclude='*mips*' --exclude='*ppc*' --exclude='*sparc*' --exclude='*riscv*' --exclude='*sh4*' ;;
+                --exclude='*mips*' --exclude='*ppc*' --exclude='*sparc*' --exclude='*riscv32*' --exclude='*sh4*' ;;
             *) dpkg -x "$deb" "$root" ;;
         esac
     done

@@ -6,13 +6,13 @@
 # nothing is installed and no root is needed. A leg that cannot run says why.
 #
 # Usage: tests/machines/matrix.sh [LEG...]
-# Legs:  x86-64 x86-64-v3 aarch64 wasm32 i686 x86-64-v4 debug s390x   (default: all)
+# Legs:  x86-64 x86-64-v3 aarch64 wasm32 i686 x86-64-v4 debug s390x armv7 riscv64   (default: all)
 # MATRIX_SECONDS, if set: no leg is begun later than that; those left out say so.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 export CARGO_INCREMENTAL=0 CARGO_TERM_COLOR=never
 legs=("$@")
-[ ${#legs[@]} -gt 0 ] || legs=(x86-64 x86-64-v3 aarch64 wasm32 i686 x86-64-v4 debug s390x)
+[ ${#legs[@]} -gt 0 ] || legs=(x86-64 x86-64-v3 aarch64 wasm32 i686 x86-64-v4 debug s390x armv7 riscv64)
 # shellcheck source=tests/machines/compilers.sh
 . tests/machines/compilers.sh
 : >"$log"
@@ -54,6 +54,21 @@ cross() {
     shift 2
     build "$leg" --release --target "$target" --target-dir "$work/cross" "$@"
     program=$work/cross/$target/release/overcoat
+}
+
+# foreign EMULATOR TARGET SYSTEM: the leg of a processor that neither rustup nor Debian has a standard library for here: it is
+# built too, and runs in an emulator.
+foreign() {
+    if second_compiler && fetch emulators && fetch "$leg"; then
+        wrapper "$leg-cc" "$root/usr/bin/$3-gcc-12 -B$root/usr/$3/lib --sysroot=$root"
+        local linker=CARGO_TARGET_${2//-/_}_LINKER
+        export "${linker^^}=$work/$leg-cc"
+        RUSTC_BOOTSTRAP=1 cross "$leg" "$2" -Z build-std=std,panic_unwind
+        # The emulator takes half a minute to filter an environment there.
+        machine "$leg/6" "$root/usr/bin/qemu-$1-static -L $root/usr/$3 $program"
+    else
+        skip "$leg" "$why"
+    fi
 }
 
 level=$(x86_level)
@@ -110,6 +125,13 @@ for leg in "${legs[@]}"; do
             else
                 skip "$leg" "$why"
             fi ;;
+        armv7)
+            # 32-bit, with the floats of its scalar unit: NEON of that generation takes denormal numbers for zero, and the
+            # target has none. Two registers of 64 bits where others have four.
+            foreign arm armv7-unknown-linux-gnueabihf arm-linux-gnueabihf ;;
+        riscv64)
+            # NaN of arithmetic has no sign and no payload here, whatever went in.
+            foreign riscv64 riscv64gc-unknown-linux-gnu riscv64-linux-gnu ;;
         i686)
             # 32-bit, with SSE2: the x87 is not reproducible, and the library refuses to compile for it.
             if second_compiler && fetch emulators && fetch i686; then

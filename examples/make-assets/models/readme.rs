@@ -55,7 +55,7 @@ pub fn text(models: &[Model], textures: &[&str], material_textures: &[&str]) -> 
     text.push_str(
         "\n## environment\n\n\
          `environment/studio.env`: the built-in studio light, painted and prefiltered by\n\
-         `examples/make-assets/environment.rs`.\n\
+         `examples/make-assets/environment.rs`; `environment/studio.packed`: the same in fewer bytes.\n\
          \n## tables\n\n\
          What each engine integrates before it renders: `src/brdf/tables.rs` says what the columns mean, `src/brdf/integrate.rs`\n\
          integrates.\n\n\

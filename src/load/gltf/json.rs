@@ -15,10 +15,12 @@ const OBJECT_BYTES: u64 = 384;
 /// Bytes charged for a comma: a number in a list, and what growing lists hold in reserve.
 const COMMA_BYTES: u64 = 24;
 
-/// The same for documents that are read a second time: maps with their keys.
-const SECOND_OBJECT_BYTES: u64 = 1024;
-/// See [`SECOND_OBJECT_BYTES`].
-const SECOND_COMMA_BYTES: u64 = 128;
+/// The same for documents that are read a second time, or by way of a tree: maps with their keys.
+const SECOND: [u64; 2] = [1024, 128];
+
+/// Whether documents are read as they are parsed, without a tree of their values. Reading is compiled anew for each of the two
+/// ways, and the second reading of what breaks rules (`lenient.rs`) needs a tree.
+const STREAMED: bool = cfg!(feature = "streamed-json");
 
 /// Parses the document and checks that it is glTF 2. Of one that is JSON and breaks rules, what cannot be read is left
 /// out, with warnings.
@@ -31,8 +33,8 @@ pub(super) fn parse(text: &[u8], budget: &mut Budget, warnings: &mut Warnings) -
     // Some writers end it as a string in memory.
     let end = text.iter().rposition(|&b| b != 0).map_or(0, |last| last.saturating_add(1));
     let text = text.get(..end).unwrap_or(text);
-    charge(text, budget, [OBJECT_BYTES, COMMA_BYTES])?;
-    let root: Root = match serde_json::from_slice(text) {
+    charge(text, budget, if STREAMED { [OBJECT_BYTES, COMMA_BYTES] } else { SECOND })?;
+    let root = match document(text) {
         Ok(root) => root,
         Err(error) => {
             // glTF 1.0 has objects where 2.0 has lists: say so instead of where the first one is.
@@ -41,15 +43,14 @@ pub(super) fn parse(text: &[u8], budget: &mut Budget, warnings: &mut Warnings) -
             {
                 return Err(other_version(&asset));
             }
-            charge(text, budget, [SECOND_OBJECT_BYTES, SECOND_COMMA_BYTES])?;
+            charge(text, budget, SECOND)?;
             let reason = error.to_string();
             let mut second = None;
             for pairs in [false, true] {
                 let Some(repaired) = repaired(text, pairs) else { break };
                 let again = &repaired.text;
                 budget.charge(|| "JSON".to_owned(), again.len() as u64, 1)?;
-                second =
-                    serde_json::from_slice(again).ok().or_else(|| lenient::read(again, &reason, warnings));
+                second = document(again).ok().or_else(|| lenient::read(again, &reason, warnings));
                 if second.is_some() {
                     warnings.add(|| repaired.message().to_owned());
                     break;
@@ -66,6 +67,11 @@ pub(super) fn parse(text: &[u8], budget: &mut Budget, warnings: &mut Warnings) -
         return Err(LoadError::malformed(FORMAT, "there is no asset.version: is this a glTF file?"));
     }
     Ok(root)
+}
+
+/// Reads a document that keeps to the rules.
+fn document(text: &[u8]) -> Result<Root, serde_json::Error> {
+    if STREAMED { serde_json::from_slice(text) } else { lenient::strictly(text) }
 }
 
 #[derive(Deserialize)]

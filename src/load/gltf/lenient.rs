@@ -29,6 +29,11 @@ const DEPTH: u32 = 5;
 /// Values that are looked at to find what cannot be read; elements are left out whole after that.
 const MOST_WORK: u64 = 1 << 22;
 
+/// Reads a document that keeps to the rules, by way of the tree.
+pub(super) fn strictly(text: &[u8]) -> Result<Root, serde_json::Error> {
+    Root::deserialize(&serde_json::from_slice::<Value>(text)?)
+}
+
 /// Reads the document of a text that [`super::json::parse`] has refused because of `reason`. `None` if it is not JSON, or no
 /// object.
 pub(super) fn read(text: &[u8], reason: &str, warnings: &mut Warnings) -> Option<Root> {

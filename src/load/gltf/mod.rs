@@ -57,6 +57,8 @@ pub(super) use texture::transform_of;
 use super::budget::Budget;
 use super::warnings::Warnings;
 use super::{AnimationInfo, Context, Format, LoadError, LoadOptions, TextureLoading};
+use crate::built::Splats;
+use crate::formats::LEFT_OUT;
 use crate::limits::Limits;
 use crate::scene::{Material, Scene, SplatCloud, Texture, TextureId};
 use accessor::Pick;
@@ -304,6 +306,9 @@ impl Loader<'_> {
 
     /// Reads the clouds of splats.
     fn read_splats(&mut self) -> Result<Vec<SplatCloud>, LoadError> {
+        if !Splats::IS_BUILT && !self.clouds.is_empty() {
+            return Err(LoadError::unsupported(FORMAT, format!("Gaussian splats: {LEFT_OUT}")));
+        }
         let mut repaired = Vec::new();
         let mut clouds = Vec::with_capacity(self.clouds.len());
         for source in &self.clouds {

@@ -24,6 +24,8 @@ use super::text::quoted;
 use super::warnings::Warnings;
 use super::warnings::counted;
 use super::{Context, LoadError, Loaded};
+use crate::built::Splats;
+use crate::formats::LEFT_OUT;
 use crate::scene::{
     AlphaMode, AlphaUse, ColorSpace, Material, MeshData, Sampler, Scene, Texture, TextureRef, UvTransform,
 };
@@ -58,6 +60,9 @@ fn load_in(bytes: &[u8], region: Option<&Region>, context: &Context<'_>) -> Resu
         header.elements.iter_mut().for_each(|element| element.by_line = true);
     }
     if let Some(layout) = splats::layout(&header) {
+        if !Splats::IS_BUILT {
+            return Err(LoadError::unsupported(FORMAT, format!("Gaussian splats: {LEFT_OUT}")));
+        }
         return splats::load(&layout, &header, context, warnings);
     }
     let mut origin = Origin::default();

@@ -1,0 +1,48 @@
+//! Parts of the renderer that features of the package leave out, each a type that has a value only where the part is compiled in.
+//!
+//! What belongs to a part has such a value in a field. Where the part is left out nothing can be made of those types, the compiler
+//! knows so, and no code that would need one is in the program. Whoever is asked for the part says that it is not there
+//! ([`LEFT_OUT`](crate::formats::LEFT_OUT)) before anything is drawn.
+
+/// Declares a part: with its feature a unit, without it a type of which there is no value.
+macro_rules! part {
+    ($(#[$documentation:meta])* $name:ident, $feature:literal) => {
+        $(#[$documentation])*
+        #[cfg(feature = $feature)]
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub struct $name(());
+
+        $(#[$documentation])*
+        #[cfg(not(feature = $feature))]
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum $name {}
+
+        impl $name {
+            /// The part, if it is compiled in.
+            #[cfg(feature = $feature)]
+            pub const BUILT: Option<Self> = Some(Self(()));
+            /// The part, if it is compiled in.
+            #[cfg(not(feature = $feature))]
+            pub const BUILT: Option<Self> = None;
+            /// Whether it is compiled in.
+            pub const IS_BUILT: bool = Self::BUILT.is_some();
+        }
+    };
+}
+
+part! {
+    /// What is in the way of light, and what surfaces send each other: depth maps, rays, the floor.
+    Shadows, "shadows"
+}
+part! {
+    /// Light from rectangles and tubes.
+    AreaLights, "area-lights"
+}
+part! {
+    /// Gaussian splats.
+    Splats, "splats"
+}
+part! {
+    /// Environments of pictures, beside the studio and darkness.
+    Environments, "environments"
+}
