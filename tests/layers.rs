@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// Which module may use which, and why no more.
-const MAY_USE: [(&str, &[&str]); 36] = [
+const MAY_USE: &[(&str, &[&str])] = &[
     // The foundations: whoever wants to know what the bits of a sum are reads these and nothing else.
     ("math", &[]),
     // What is compiled in: each part of the renderer asks for itself.
@@ -117,7 +117,7 @@ const MAY_USE: [(&str, &[&str]); 36] = [
 ];
 
 /// Packages that one module hides from all others: that is where their rules are kept.
-const ONLY_IN: [(&str, &str); 9] = [
+const ONLY_IN: &[(&str, &str)] = &[
     // What others may have written is trusted in one place.
     ("blake3", "cache"),
     // What the process may do is decided in one place.
