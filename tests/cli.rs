@@ -7,6 +7,8 @@ mod cache;
 mod diff;
 #[path = "cli/install.rs"]
 mod install;
+#[path = "cli/lab.rs"]
+mod lab;
 #[path = "cli/thumbnail.rs"]
 mod thumbnail;
 #[path = "cli/views.rs"]

@@ -160,7 +160,10 @@ mod tests {
     #[test]
     fn the_file_is_what_the_generator_writes() {
         let made = Studio::prefilter(&Jobs::new(2), SimdLevel::best()).to_bytes();
-        assert!(bytes().is_some_and(|file| file[..] == made[..]), "run: cargo run --release --example make-assets");
+        assert!(
+            bytes().is_some_and(|file| file[..] == made[..]),
+            "run: cargo run --release --example make-assets"
+        );
         assert!(made.len() < 600_000, "{} bytes", made.len());
     }
 }

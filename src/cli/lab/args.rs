@@ -87,7 +87,8 @@ pub struct LabArgs {
 #[command(next_help_heading = "Specimen")]
 pub struct SpecimenArgs {
     /// Angle of the view from the normal in degrees, -89 to 89
-    #[arg(long, value_name = "DEGREES", default_value_t = 30.0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEGREES", default_value_t = 30.0, allow_negative_numbers = true,
+          value_parser = value_parsers::within::<f64>(-89.0, 89.0))]
     pub view: f64,
 
     /// white (from everywhere), or the angle of light from one direction in degrees, below 0 on the viewer's side
@@ -95,19 +96,23 @@ pub struct SpecimenArgs {
     pub light: Light,
 
     /// Share of the surface that has a coat, 0 to 1
-    #[arg(long, value_name = "SHARE", default_value_t = 1.0)]
+    #[arg(long, value_name = "SHARE", default_value_t = 1.0, allow_negative_numbers = true,
+          value_parser = value_parsers::within::<f64>(0.0, 1.0))]
     pub coat: f64,
 
     /// Perceptual roughness of the coat, 0 to 1
-    #[arg(long, value_name = "ROUGHNESS", default_value_t = 0.1)]
+    #[arg(long, value_name = "ROUGHNESS", default_value_t = 0.1, allow_negative_numbers = true,
+          value_parser = value_parsers::within::<f64>(0.0, 1.0))]
     pub coat_roughness: f64,
 
     /// Index of refraction of the coat, 1 to 3
-    #[arg(long, value_name = "INDEX", default_value_t = 1.5)]
+    #[arg(long, value_name = "INDEX", default_value_t = 1.5, allow_negative_numbers = true,
+          value_parser = value_parsers::within::<f64>(1.0, 3.0))]
     pub coat_ior: f64,
 
     /// Thickness of the coat in units of length [default: 1 with --extinction, else 0]
-    #[arg(long, value_name = "LENGTH")]
+    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true,
+          value_parser = value_parsers::within::<f64>(0.0, 1e6))]
     pub thickness: Option<f64>,
 
     /// Extinction of the coat per unit of length: red, green and blue
@@ -115,7 +120,8 @@ pub struct SpecimenArgs {
     pub extinction: [f64; 3],
 
     /// Perceptual roughness of what is beneath, 0 to 1
-    #[arg(long, value_name = "ROUGHNESS", default_value_t = 0.5)]
+    #[arg(long, value_name = "ROUGHNESS", default_value_t = 0.5, allow_negative_numbers = true,
+          value_parser = value_parsers::within::<f64>(0.0, 1.0))]
     pub base_roughness: f64,
 
     /// What is beneath is a metal
@@ -127,7 +133,8 @@ pub struct SpecimenArgs {
     pub color: [f64; 3],
 
     /// Strength of the specular part of what is no metal, 0 to 1; 0 leaves a matt surface
-    #[arg(long, value_name = "STRENGTH", default_value_t = 1.0)]
+    #[arg(long, value_name = "STRENGTH", default_value_t = 1.0, allow_negative_numbers = true,
+          value_parser = value_parsers::within::<f64>(0.0, 1.0))]
     pub specular: f64,
 }
 

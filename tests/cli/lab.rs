@@ -1,0 +1,83 @@
+//! `overcoat lab`: tables, plots and what it refuses.
+
+use super::{names, overcoat, stderr};
+use serde_json::Value;
+use std::fs;
+
+const FEW: [&str; 6] = ["--steps", "3", "--samples", "256", "--models", "three,openpbr"];
+
+#[test]
+fn a_slice_is_a_table_a_file_or_json() {
+    let work = tempfile::tempdir().unwrap();
+    let run = |extra: &[&str]| {
+        let output = overcoat(work.path(), &[&["lab"], &FEW[..], extra].concat());
+        assert!(output.status.success(), "{}", stderr(&output));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let table = run(&["--specular", "0"]);
+    let lines: Vec<&str> = table.lines().collect();
+    assert_eq!(lines.len(), 4, "{table}");
+    assert_eq!(lines[0].split_whitespace().collect::<Vec<_>>(), ["view", "truth", "+-", "three", "openpbr"]);
+    assert!(lines[1].contains('+') && lines[1].ends_with('%'));
+
+    let csv = run(&["--over", "thickness", "--extinction", "0.1,0.4,1", "-o", "-"]);
+    let rows: Vec<Vec<&str>> = csv.lines().map(|line| line.split(',').collect()).collect();
+    assert_eq!((rows.len(), rows[0][0], rows[0][1]), (4, "thickness", "truth_r"));
+    assert!(rows.iter().all(|row| row.len() == 16), "{csv}");
+    let number = |row: usize, column: usize| rows[row][column].parse::<f64>().unwrap();
+    assert!(number(1, 3) > number(3, 3), "what absorbs blue is darker in blue");
+
+    let json: Value = serde_json::from_str(&run(&["--json"])).unwrap();
+    assert_eq!(json["over"], "view");
+    assert_eq!(json["rows"][2]["models"][1]["model"], "openpbr");
+    assert_eq!(json["warnings"], serde_json::json!([]));
+
+    // The same bytes again, by other threads.
+    for (name, threads) in [("a.svg", "1"), ("b.svg", "3")] {
+        run(&["--over", "light", "-o", name, "--threads", threads]);
+    }
+    let [a, b] = ["a.svg", "b.svg"].map(|name| fs::read_to_string(work.path().join(name)).unwrap());
+    assert!(a == b && a.starts_with("<svg") && a.contains("referee") && a.contains("openpbr"));
+    run(&["--by", "coat-roughness", "-o", "map.svg"]);
+    run(&["-o", "view.csv"]);
+    assert_eq!(names(work.path()), ["a.svg", "b.svg", "map.svg", "view.csv"]);
+}
+
+#[test]
+fn the_summary_is_a_table_too() {
+    let work = tempfile::tempdir().unwrap();
+    let args = ["lab", "--summary", "--samples", "256", "--models", "gltf,openpbr"];
+    let output = overcoat(work.path(), &args);
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(text.starts_with("| model |") && text.contains("72 cases"), "{text}");
+    assert!(text.find("| openpbr |") < text.find("| gltf |"), "the nearest comes first: {text}");
+}
+
+#[test]
+fn what_cannot_be_measured_is_said_in_a_line() {
+    let work = tempfile::tempdir().unwrap();
+    for (args, said) in [
+        (&["--over", "cot"][..], "did you mean 'coat'?"),
+        (&["-o", "x.png"], "neither .svg nor .csv"),
+        (&["--by", "coat"], "name an .svg"),
+        (&["--coat-ior", "7"], "1 to 3"),
+        (&["--coat", "2"], "0 to 1"),
+        (&["--color", "2,0,0"], "is out of range"),
+        (&["--view", "95"], "-89 to 89"),
+        (&["--light", "-90"], "-89 to 89 degrees"),
+        (&["--light", "red"], "neither white nor a number"),
+        (&["--from", "-5", "--over", "coat"], "out of range"),
+        (&["--over", "view", "--to", "400"], "-89 to 89 degrees"),
+        (&["--steps", "1"], "2 to 1000"),
+        (&["--summary", "-o", "x.csv"], "cannot be used with"),
+        (&["--models", "thre"], "did you mean 'three'?"),
+        (&["--base-roughness", "NaN"], "0 to 1"),
+        (&["--over", "coat-ior", "--to", "7"], "limit 3"),
+    ] {
+        let output = overcoat(work.path(), &[&["lab", "--samples", "256"][..], args].concat());
+        let text = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{args:?}: {text}");
+        assert!(text.contains(said) && text.lines().count() == 1, "{args:?}: {text}");
+    }
+    assert_eq!(names(work.path()), [""; 0]);
+}
