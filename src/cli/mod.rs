@@ -44,7 +44,8 @@ mod signals;
 mod terminal_size;
 mod thumbnail;
 pub mod thumbnail_limits;
-pub mod turntable;
+pub mod translate;
+mod turntable;
 pub mod value_parsers;
 pub mod worker;
 
@@ -129,6 +130,7 @@ fn dispatch(command: &Command) -> Result<(), Failure> {
         Command::Materials(args) => materials_command::run(args),
         Command::Formats(args) => formats_command::run(args),
         Command::Lab(args) => lab::run(args),
+        Command::Translate(args) => translate::run(args),
         Command::Golden(args) => golden::run(args),
         Command::Completions(args) => install::completions(args),
         Command::Man(args) => install::man(args),

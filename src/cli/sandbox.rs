@@ -73,6 +73,7 @@ impl<'a> Files<'a> {
             Command::Info(a) => (None, from_ref(&a.input), None),
             Command::Materials(a) => (None, [].as_slice(), a.output.as_ref()),
             Command::Lab(a) => (None, [].as_slice(), a.output.as_ref()),
+            Command::Translate(a) => (None, [].as_slice(), a.output.as_ref()),
             Command::Formats(_)
             | Command::Golden(_)
             | Command::Completions(_)
@@ -118,6 +119,7 @@ fn count_threads(command: &mut Command) {
             GoldenCommand::Accept(args) => &mut args.folders.workers,
         },
         Command::Lab(args) => &mut args.workers,
+        Command::Translate(args) => &mut args.workers,
         Command::Formats(_)
         | Command::Completions(_)
         | Command::Man(_)
@@ -160,6 +162,7 @@ fn writes(command: &Command) -> Grants {
             };
             json.iter().chain(junit).for_each(|path| write(path));
         }
+        Command::Translate(args) => args.picture.iter().for_each(|path| write(path)),
         Command::Man(args) => args.dir.iter().for_each(|folder| write(&folder.join("x"))),
         Command::Attempt(args) => args.output.iter().for_each(|folder| write(&folder.join("x"))),
         _ => {}
@@ -182,6 +185,9 @@ fn reads(command: &Command, mut description: Description, grants: &mut Grants) {
         }
         Command::Golden(args) => read_pictures(args, grants),
         Command::Attempt(args) => grants.read_folders.extend(args.input.clone()),
+        Command::Translate(args) => {
+            args.material.source.file().into_iter().for_each(|path| read_model(path, grants));
+        }
         _ => {}
     }
     read_models(models, &description, grants);

@@ -4,8 +4,8 @@ use super::{LabError, Light, Specimen, direction};
 use crate::jobs::Jobs;
 use crate::render::{Quality, RenderOptions, Renderer};
 use crate::scene::{
-    self, Camera, Environment, EnvironmentSource, EquirectImage, Instance, Projection, Scene, ShadingModel,
-    Transform, primitives,
+    self, Camera, Environment, EnvironmentSource, EquirectImage, Instance, Material, Projection, Scene,
+    ShadingModel, Transform, primitives,
 };
 use std::sync::Arc;
 
@@ -47,10 +47,24 @@ impl Bench {
         view: f64,
         light: Light,
     ) -> Result<[f64; 3], LabError> {
+        self.material_radiance(&specimen.material(), model, view, light)
+    }
+
+    /// The same of any material that reads no textures.
+    ///
+    /// # Errors
+    /// [`LabError`] if a number is out of its range.
+    pub fn material_radiance(
+        &mut self,
+        material: &Material,
+        model: ShadingModel,
+        view: f64,
+        light: Light,
+    ) -> Result<[f64; 3], LabError> {
         let eye = upright(direction("view", view)?.map(|c| (c * DISTANCE) as f32));
         let mut camera = Camera::look_at(eye, [0.0; 3], [0.0, 0.0, 1.0])?;
         camera.projection = Projection::Orthographic { height: 0.1 };
-        let scene = self.scene(specimen, light)?;
+        let scene = self.scene(material, light)?;
         let mut options = RenderOptions::new(1, 1).with_samples(1).with_quality(Quality::Draft);
         options.shading = Some(model);
         let frame = self.renderer.render(&scene, &camera, &options)?.frame;
@@ -58,10 +72,10 @@ impl Bench {
         Ok([r, g, b].map(f64::from))
     }
 
-    fn scene(&self, specimen: &Specimen, light: Light) -> Result<Scene, LabError> {
+    fn scene(&self, material: &Material, light: Light) -> Result<Scene, LabError> {
         let mut scene = Scene::new();
         let mesh = scene.add_mesh(primitives::plane([2.0; 2])?)?;
-        let material = scene.add_material(specimen.material())?;
+        let material = scene.add_material(material.clone())?;
         scene.add_instance(Instance { mesh, material, transform: Transform::IDENTITY, object: 0 })?;
         let source = match light {
             Light::White => self.white.clone(),

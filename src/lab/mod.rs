@@ -2,7 +2,8 @@
 //!
 //! A [`Specimen`] is a coated surface in numbers. [`Bench`] shades it with the models of this crate, by pictures of one pixel,
 //! so that what is measured is what pictures show; [`Referee`] follows light through the same layers ([`crate::truth`]). A
-//! [`Slice`] varies one quantity, a [`Summary`] goes over a grid of specimens and says how far each model is off.
+//! [`Slice`] varies one quantity, a [`Summary`] goes over a grid of specimens and says how far each model is off; a [`Translator`]
+//! finds the parameters of one model whose pictures are nearest to another's.
 //!
 //! ```
 //! use overcoat::lab::{Bench, Light, Referee, Specimen};
@@ -33,12 +34,14 @@ mod referee;
 mod slice;
 mod specimen;
 mod summary;
+mod translate;
 
 pub use bench::Bench;
 pub use referee::{Measured, Referee};
 pub use slice::{Quantity, Row, Slice};
 pub use specimen::Specimen;
 pub use summary::{ModelError, Summary};
+pub use translate::{Distance, Translation, Translator};
 
 use crate::render::RenderError;
 use crate::scene::SceneError;

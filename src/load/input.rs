@@ -52,7 +52,7 @@ pub(crate) fn read_input(path: &Path, limits: &Limits) -> Result<(Vec<u8>, Optio
 }
 
 /// The way to the files beside one that a user names: none beside a pipe or a file that is known by its number only.
-pub(super) fn resolver_beside(path: &Path) -> Box<dyn Resolver> {
+pub(crate) fn resolver_beside(path: &Path) -> Box<dyn Resolver> {
     if has_folder(path) { Box::new(DirectoryResolver::of_model(path)) } else { Box::new(NoResolver) }
 }
 

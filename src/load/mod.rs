@@ -64,6 +64,7 @@ pub use environment::{
 pub use error::{LoadError, Warning};
 pub use format::Format;
 pub use image::FORMATS as TEXTURE_FORMATS;
+pub(crate) use input::resolver_beside;
 pub(crate) use input::{has_folder, read_input};
 pub use material::{
     AssignError, BuiltinMaterial, MaterialError, MaterialErrorReason, MaterialFile, MaterialKey,
@@ -81,7 +82,7 @@ use crate::jobs::Jobs;
 use crate::limits::Limits;
 use crate::scene::{Axis, Orientation, Scene};
 use gltf::Purpose;
-use input::{Input, resolver_beside};
+use input::Input;
 use packed::Unpacked;
 use std::path::Path;
 

@@ -169,7 +169,7 @@ pub struct FormatsArgs {
 }
 
 /// What contact sheets have in common.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 pub struct CellArgs {
     /// Cells in a row [default: as many as make the sheet about square]
     #[arg(long, value_name = "N", value_parser = value_parsers::within::<u32>(1, 1000), allow_negative_numbers = true,

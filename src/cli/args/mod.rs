@@ -25,6 +25,7 @@ use super::attempt::AttemptArgs;
 use super::golden::GoldenArgs;
 use super::hand_over::ServiceArgs;
 use super::lab::LabArgs;
+use super::translate::TranslateArgs;
 use clap::{Parser, Subcommand};
 
 /// Renders 3D models to pictures on machines that have only a processor; the same bytes on every machine.
@@ -78,6 +79,8 @@ pub enum Command {
     Materials(Box<MaterialsArgs>),
     /// Measure how far the clear coats of engines are from physics: tables, plots, a summary
     Lab(Box<LabArgs>),
+    /// Find the parameters with which another engine's pictures of a material are most alike
+    Translate(Box<TranslateArgs>),
     /// List the formats of files that are read and written
     Formats(FormatsArgs),
     /// Compare pictures of any renderer with expected ones; report, accept
@@ -145,6 +148,7 @@ mod tests {
             "bench x --rounds 1 --png",
             "materials -o y --size 1 --columns 1",
             "formats --json",
+            "translate candy-red --to three --from stacklit -o x.toml --picture y.png --json --quiet",
             "lab -o x.svg --over light --from -1 --to 1 --steps 2 --by coat --models three --samples 256 --view 1 --light -1",
             "lab --coat 1 --coat-roughness 1 --coat-ior 1 --thickness 1 --extinction 1,1,1 --base-roughness 1 --metal",
             "lab --summary --all --color 1,1,1 --specular 1 --json --quiet --threads 1",

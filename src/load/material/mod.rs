@@ -52,6 +52,7 @@ const MAX_BYTES: u64 = 1 << 20;
 pub struct MaterialFile {
     settings: Vec<Setting>,
     pictures: Pictures,
+    text: String,
 }
 
 impl MaterialFile {
@@ -100,7 +101,13 @@ impl MaterialFile {
             })
             .collect();
         let pictures = Pictures::load(&wanted, context)?;
-        Ok(Self { settings, pictures })
+        Ok(Self { settings, pictures, text: text.to_owned() })
+    }
+
+    /// The file as it was read.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        &self.text
     }
 
     /// The file's `description`; empty if it has none.
