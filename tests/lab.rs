@@ -81,7 +81,7 @@ fn engines_are_too_bright_under_lacquer_and_openpbr_is_not() {
 fn threads_and_parts_change_no_bit() {
     let specimen = Specimen { coat: 0.6, extinction: [0.1, 0.5, 1.0], thickness: 1.0, ..Specimen::default() };
     let referee = Referee::new(&specimen).unwrap();
-    for light in [Light::White, Light::Direct(20.0)] {
+    for light in [Light::White, Light::Overhead, Light::Direct(20.0)] {
         let alone = referee.radiance(35.0, light, &SAMPLES).unwrap();
         for threads in [1, 2, 5] {
             let bench = Bench::new(threads);
@@ -164,5 +164,26 @@ fn numbers_out_of_range_are_named() {
         ));
         let referee = Referee::new(&base).unwrap();
         assert!(referee.radiance(0.0, Light::Direct(angle), &SAMPLES).is_err());
+    }
+}
+
+/// The part of a cosine-weighted hemisphere that a soft box fills, and nothing of it in a mirror that looks beside it.
+#[test]
+fn a_soft_box_is_where_it_should_be() {
+    let specimen = Specimen { coat: 0.0, ..matt([0.5; 3]) };
+    let sine = overcoat::lab::OVERHEAD.to_radians().sin();
+    let mut bench = Bench::new(1);
+    let shown = bench.radiance(&specimen, ShadingModel::Standard, 20.0, Light::Overhead).unwrap()[0];
+    let truth =
+        Referee::new(&specimen).unwrap().radiance(20.0, Light::Overhead, &Samples::new(1 << 14)).unwrap();
+    let expected = 0.5 * sine * sine;
+    assert!((shown / expected - 1.0).abs() < 0.05, "{shown} {expected}");
+    assert!((truth.mean()[0] - expected).abs() < 4.0 * truth.standard_error()[0], "{truth:?} {expected}");
+    let mirror = Specimen { coat: 0.0, base_roughness: 0.0, metal: true, color: [0.9; 3], ..specimen };
+    let referee = Referee::new(&mirror).unwrap();
+    for (view, inside) in [(0.0, true), (30.0, true), (45.0, false), (70.0, false)] {
+        let shown = bench.radiance(&mirror, ShadingModel::Gltf, view, Light::Overhead).unwrap()[0];
+        let truth = referee.radiance(view, Light::Overhead, &SAMPLES).unwrap().mean()[0];
+        assert_eq!([shown > 0.5, truth > 0.5], [inside; 2], "{view}: {shown} {truth}");
     }
 }

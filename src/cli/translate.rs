@@ -31,7 +31,7 @@ const BALL: u32 = 256;
 
 Finds the parameters of --to whose surfaces look most like those of --from: least squares of lightness over five views, under
 white light and light from one direction. Textures stay as they are, relative to the file; parameters are found for where they
-are white. Differences are told as root mean squares of cube roots of radiance: 0.01 is about one step of lightness in a hundred.")]
+are white. Differences are root mean squares of lightness, which is 0 for black and 1 for white.")]
 pub struct TranslateArgs {
     /// Material file (.toml), or the name of a built-in material
     #[arg(value_name = "MATERIAL", value_parser = value_parsers::material_parser())]

@@ -1,6 +1,6 @@
 //! Specimens by the shading models of engines: pictures of one pixel.
 
-use super::{LabError, Light, Specimen, direction};
+use super::{LabError, Light, OVERHEAD, Specimen, direction};
 use crate::jobs::Jobs;
 use crate::render::{Quality, RenderOptions, Renderer};
 use crate::scene::{
@@ -18,16 +18,21 @@ pub struct Bench {
     renderer: Renderer,
     /// Radiance 1 from everywhere, filtered once.
     white: EnvironmentSource,
+    /// The same for a soft box, and the renderer that keeps it.
+    overhead: EnvironmentSource,
+    overhead_renderer: Renderer,
 }
 
 impl Bench {
     /// With that many threads for the referee's samples ([`Bench::jobs`]); 0 stands for one per processor.
     #[must_use]
     pub fn new(threads: usize) -> Self {
-        // Always possible: the numbers agree.
-        let white = EquirectImage::new(64, 32, vec![[1.0; 3]; 64 * 32]);
-        let white = white.map_or(EnvironmentSource::None, |image| EnvironmentSource::Image(Arc::new(image)));
-        Self { renderer: Renderer::new(threads), white }
+        Self {
+            renderer: Renderer::new(threads),
+            white: environment(|_| 1.0),
+            overhead: environment(|degrees| if degrees < OVERHEAD { 1.0 } else { 0.0 }),
+            overhead_renderer: Renderer::new(1),
+        }
     }
 
     /// Its threads.
@@ -67,7 +72,9 @@ impl Bench {
         let scene = self.scene(material, light)?;
         let mut options = RenderOptions::new(1, 1).with_samples(1).with_quality(Quality::Draft);
         options.shading = Some(model);
-        let frame = self.renderer.render(&scene, &camera, &options)?.frame;
+        let renderer =
+            if light == Light::Overhead { &mut self.overhead_renderer } else { &mut self.renderer };
+        let frame = renderer.render(&scene, &camera, &options)?.frame;
         let [r, g, b, _] = frame.pixels[0];
         Ok([r, g, b].map(f64::from))
     }
@@ -79,6 +86,7 @@ impl Bench {
         scene.add_instance(Instance { mesh, material, transform: Transform::IDENTITY, object: 0 })?;
         let source = match light {
             Light::White => self.white.clone(),
+            Light::Overhead => self.overhead.clone(),
             Light::Direct(degrees) => {
                 let travels = upright(direction("light", -degrees)?.map(|c| -c as f32));
                 scene.add_light(scene::Light::directional(travels, 1.0))?;
@@ -88,6 +96,18 @@ impl Bench {
         scene.set_environment(Environment { source, ..Environment::default() })?;
         Ok(scene)
     }
+}
+
+/// Rows of environments: each is 1.5 degrees.
+const ROWS: u32 = 120;
+
+/// An environment of radiance by degrees from the top.
+fn environment(radiance: impl Fn(f64) -> f32) -> EnvironmentSource {
+    let degrees = |k: u32| (f64::from(k / (2 * ROWS)) + 0.5) * 180.0 / f64::from(ROWS);
+    let pixels = (0..2 * ROWS * ROWS).map(|k| [radiance(degrees(k)); 3]).collect();
+    // Always possible: the numbers agree.
+    let image = EquirectImage::new(2 * ROWS, ROWS, pixels);
+    image.map_or(EnvironmentSource::None, |image| EnvironmentSource::Image(Arc::new(image)))
 }
 
 /// A direction about the normal +Z in the frame of a plane that faces +Y.

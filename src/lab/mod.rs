@@ -22,7 +22,7 @@
 //! # What is compared
 //!
 //! The value is always a radiance: under light from one direction the BRDF times the cosine of that direction (a lamp that a white
-//! Lambert surface would show as 1/pi if it shone from the normal), under white light from everywhere the directional albedo.
+//! Lambert surface would show as 1/pi if it shone from the normal), under white light from everywhere the directional albedo, under a soft box its part of that.
 //!
 //! The coat is a dielectric with Fresnel's equations over a medium that absorbs. What lies beneath is what engines say it is, seen
 //! alone: the coat is on trial, not the base. So a metal is GGX with Schlick's term and all its bounces, a dielectric base is GGX
@@ -55,7 +55,12 @@ pub enum Light {
     Direct(f64),
     /// Radiance 1 from everywhere.
     White,
+    /// Radiance 1 from up to [`OVERHEAD`] degrees off the normal, and darkness beyond: a round soft box.
+    Overhead,
 }
+
+/// Radius of [`Light::Overhead`], in degrees.
+pub const OVERHEAD: f64 = 37.5;
 
 /// Why something cannot be measured.
 #[derive(Debug, thiserror::Error)]

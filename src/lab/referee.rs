@@ -1,8 +1,8 @@
 //! Specimens by the random walk through their layers.
 
-use super::{LabError, Light, Specimen, direction};
+use super::{LabError, Light, OVERHEAD, Specimen, direction};
 use crate::jobs::Jobs;
-use crate::truth::{Samples, Stack, StackError};
+use crate::truth::{Outcome, Samples, Stack, StackError};
 
 /// What the random walk says of one specimen.
 #[derive(Clone, Debug)]
@@ -72,7 +72,7 @@ impl Referee {
     ) -> Result<Measured, LabError> {
         let wo = direction("view", view)?;
         let wi = match light {
-            Light::White => None,
+            Light::White | Light::Overhead => None,
             Light::Direct(degrees) => Some(direction("light", -degrees)?),
         };
         let of = |stack: &Stack| {
@@ -82,6 +82,10 @@ impl Referee {
                     let found = jobs.map_each(&parts, |part| stack.evaluate(wo, wi, part));
                     let all = merged(found, |all, next| all.merge(next))?;
                     Ok([all.total.mean(), all.total.standard_error(), all.coat.mean()])
+                }
+                None if light == Light::Overhead => {
+                    let found = jobs.map_each(&parts, |part| overhead(stack, wo, part));
+                    merged(found, Sums::add).map(|sums| sums.mean())
                 }
                 None => {
                     let found = jobs.map_each(&parts, |part| stack.directional_albedo(wo, part));
@@ -102,6 +106,51 @@ impl Referee {
             coat: coat.map(|c| m * c),
         })
     }
+}
+
+/// Sums of what walks bring from the soft box, of squares, and of what the coat alone reflects.
+struct Sums {
+    count: f64,
+    sum: [f64; 3],
+    squares: [f64; 3],
+    coat: [f64; 3],
+}
+
+impl Sums {
+    fn add(&mut self, next: &Self) -> Result<(), StackError> {
+        self.count += next.count;
+        for c in 0..3 {
+            self.sum[c] += next.sum[c];
+            self.squares[c] += next.squares[c];
+            self.coat[c] += next.coat[c];
+        }
+        Ok(())
+    }
+
+    /// The mean, its standard error, and the coat's part.
+    fn mean(&self) -> [[f64; 3]; 3] {
+        let mean = self.sum.map(|s| s / self.count);
+        let variance = |c: usize| (self.squares[c] / self.count - mean[c] * mean[c]).max(0.0);
+        [mean, std::array::from_fn(|c| (variance(c) / self.count).sqrt()), self.coat.map(|s| s / self.count)]
+    }
+}
+
+/// The walks that leave towards the soft box.
+fn overhead(stack: &Stack, wo: [f64; 3], samples: &Samples) -> Result<Sums, StackError> {
+    let least = crate::math::double::cos(OVERHEAD.to_radians());
+    let mut sums = Sums { count: samples.count as f64, sum: [0.0; 3], squares: [0.0; 3], coat: [0.0; 3] };
+    for index in samples.first..samples.first + samples.count {
+        if let Outcome::Left(sample) = stack.sample(wo, samples.seed, index)?
+            && sample.direction[2] > least
+        {
+            for c in 0..3 {
+                sums.sum[c] += sample.weight[c];
+                sums.squares[c] += sample.weight[c] * sample.weight[c];
+                sums.coat[c] += if sample.events == 1 { sample.weight[c] } else { 0.0 };
+            }
+        }
+    }
+    Ok(sums)
 }
 
 /// The first of some results with the others added in their order. There is always one.

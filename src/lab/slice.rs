@@ -152,8 +152,8 @@ impl Slice {
         let (mut specimen, mut view, mut light) = (self.specimen, self.view, self.light);
         match self.over {
             Quantity::View => view = value,
-            Quantity::Light if light == Light::White => {
-                let range = "that of light from one direction: white light has none";
+            Quantity::Light if !matches!(light, Light::Direct(_)) => {
+                let range = "that of light from one direction: this light has none";
                 return Err(LabError::OutOfRange { what: "angle of the light", value, range });
             }
             Quantity::Light => light = Light::Direct(value),

@@ -1,8 +1,9 @@
 //! Parameters of one model whose pictures are nearest to another's.
 //!
-//! Both are asked for the radiance of a flat surface from [`VIEWS`] under light from one direction and from everywhere. What is
-//! made small is the sum of squares of differences of cube roots, which is about how lightness is seen (CIE 1976 L* is 116 times
-//! the cube root, less 16), by the method of Levenberg (1944) and Marquardt (1963) with derivatives from differences, from a few
+//! Both are asked for the radiance of a flat surface from [`VIEWS`] under light from one direction, from a soft box and from
+//! everywhere. What is made small is the sum of squares of differences of lightness: the cube root (CIE 1976 L* is 116 times that, less 16) of
+//! x / (1 + x), since what is brighter than white is white in pictures. Views count by their cosine, which is the area that a
+//! surface seen from there has in pictures. That is done by the method of Levenberg (1944) and Marquardt (1963) with derivatives from differences, from a few
 //! starts; the best end counts, and the first of equal ones. Textures are kept as they are, and what they multiply is found
 //! where they are white.
 
@@ -13,14 +14,18 @@ use crate::scene::{Material, ShadingModel, Workflow};
 /// Angles of view, in degrees from the normal.
 const VIEWS: [f64; 5] = [0.0, 25.0, 50.0, 68.0, 80.0];
 
-/// Degrees between the mirrored view and light of a highlight. At 0 a sharp highlight would outweigh all else.
+/// Degrees between the mirrored view and light of a highlight. At 0 a sharp highlight would outweigh all else; what of it falls
+/// between them a soft box shows.
 const HIGHLIGHTS: [f64; 4] = [2.0, 5.0, 10.0, 18.0];
 
 /// Degrees between the mirrored view and other light.
 const AWAY: [f64; 3] = [35.0, 60.0, 95.0];
 
-/// White light counts as much as all highlights of its view.
+/// White light counts as much as half of the highlights of its view under light from one direction.
 const WHITE_WEIGHT: f64 = 2.0;
+
+/// A soft box, as much as all of them.
+const SOFT_WEIGHT: f64 = 4.0;
 
 /// Steps of a descent at most.
 const STEPS: usize = 60;
@@ -42,7 +47,7 @@ const FOUND: [&str; 13] = [
     "sheen_color",
 ];
 
-/// How far two models are from each other: root mean squares of the differences of cube roots of radiance.
+/// How far two models are from each other: root mean squares of the differences of lightness, 0 to 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Distance {
     /// Of all that was compared, weighted.
@@ -129,12 +134,12 @@ impl Translator {
         Ok(distance(&self.look(&untextured(a), of)?, &self.look(&untextured(b), by)?))
     }
 
-    /// Cube roots of radiance, three for each measure.
+    /// Lightness, three numbers for each measure.
     fn look(&mut self, material: &Material, model: ShadingModel) -> Result<Vec<f64>, LabError> {
         let mut seen = Vec::new();
         for Measure { view, light, .. } in measures() {
             let shown = self.bench.material_radiance(material, model, view, light)?;
-            seen.extend(shown.map(cube_root));
+            seen.extend(shown.map(lightness));
         }
         Ok(seen)
     }
@@ -203,19 +208,22 @@ impl Default for Translator {
 
 fn measures() -> impl Iterator<Item = Measure> {
     VIEWS.into_iter().flat_map(|view| {
+        let area = crate::math::double::cos(view.to_radians());
         let highlights =
-            HIGHLIGHTS.map(|off| Measure { view, light: Light::Direct(view - off), weight: 1.0, part: 1 });
+            HIGHLIGHTS.map(|off| Measure { view, light: Light::Direct(view - off), weight: area, part: 1 });
         // On the viewer's side, where that is above the horizon.
-        let lit = move |off: f64| Measure { view, light: Light::Direct(view - off), weight: 1.0, part: 2 };
+        let lit = move |off: f64| Measure { view, light: Light::Direct(view - off), weight: area, part: 2 };
         let body = AWAY.into_iter().filter(move |off| (view - off).abs() < 85.0).map(lit);
-        let white = Measure { view, light: Light::White, weight: WHITE_WEIGHT, part: 0 };
-        [white].into_iter().chain(highlights).chain(body)
+        // A sharp highlight is found by its energy: of a soft box in the mirrored view, or not.
+        let soft = Measure { view, light: Light::Overhead, weight: SOFT_WEIGHT * area, part: 1 };
+        let white = Measure { view, light: Light::White, weight: WHITE_WEIGHT * area, part: 0 };
+        [white, soft].into_iter().chain(highlights).chain(body)
     })
 }
 
-/// Cube root of what is not negative.
-fn cube_root(x: f64) -> f64 {
-    if x <= 0.0 { 0.0 } else { crate::math::double::pow(x, 1.0 / 3.0) }
+/// Lightness of a radiance that is not negative, 0 to 1.
+fn lightness(x: f64) -> f64 {
+    if x <= 0.0 { 0.0 } else { crate::math::double::pow(x / (1.0 + x), 1.0 / 3.0) }
 }
 
 fn residuals(target: &[f64], seen: &[f64]) -> Vec<f64> {
@@ -224,17 +232,15 @@ fn residuals(target: &[f64], seen: &[f64]) -> Vec<f64> {
 }
 
 fn distance(target: &[f64], seen: &[f64]) -> Distance {
-    let (mut sums, mut counts) = ([0.0; 3], [0.0; 3]);
-    let (mut all, mut weights) = (0.0, 0.0);
+    let (mut sums, mut weights) = ([0.0; 3], [0.0; 3]);
     for (measure, (a, b)) in measures().zip(target.chunks(3).zip(seen.chunks(3))) {
         let square: f64 = a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum();
-        sums[measure.part] += square;
-        counts[measure.part] += 3.0;
-        all += measure.weight * square;
-        weights += 3.0 * measure.weight;
+        sums[measure.part] += measure.weight * square;
+        weights[measure.part] += 3.0 * measure.weight;
     }
-    let [white, highlights, body] = std::array::from_fn(|part| (sums[part] / counts[part]).sqrt());
-    Distance { all: (all / weights).sqrt(), white, highlights, body }
+    let [white, highlights, body] = std::array::from_fn(|part| (sums[part] / weights[part]).sqrt());
+    let all = (sums.iter().sum::<f64>() / weights.iter().sum::<f64>()).sqrt();
+    Distance { all, white, highlights, body }
 }
 
 /// One number of a parameter, from 0 to 1.

@@ -65,7 +65,7 @@ fn what_cannot_be_measured_is_said_in_a_line() {
         (&["--color", "2,0,0"], "is out of range"),
         (&["--view", "95"], "-89 to 89"),
         (&["--light", "-90"], "-89 to 89 degrees"),
-        (&["--light", "red"], "neither white nor a number"),
+        (&["--light", "red"], "neither white, overhead nor a number"),
         (&["--from", "-5", "--over", "coat"], "out of range"),
         (&["--over", "view", "--to", "400"], "-89 to 89 degrees"),
         (&["--steps", "1"], "2 to 1000"),

@@ -91,8 +91,8 @@ pub struct SpecimenArgs {
           value_parser = value_parsers::within::<f64>(-89.0, 89.0))]
     pub view: f64,
 
-    /// white (from everywhere), or the angle of light from one direction in degrees, below 0 on the viewer's side
-    #[arg(long, value_name = "white|DEGREES", default_value = "white", value_parser = light, allow_negative_numbers = true)]
+    /// white (from everywhere), overhead (a soft box of 37.5 degrees around the normal), or the angle of light from one direction in degrees, below 0 on the viewer's side
+    #[arg(long, value_name = "white|overhead|DEGREES", default_value = "white", value_parser = light, allow_negative_numbers = true)]
     pub light: Light,
 
     /// Share of the surface that has a coat, 0 to 1
@@ -195,10 +195,12 @@ fn quantity(text: &str) -> Result<Quantity, String> {
 }
 
 fn light(text: &str) -> Result<Light, String> {
-    if text == "white" {
-        return Ok(Light::White);
+    match text {
+        "white" => return Ok(Light::White),
+        "overhead" => return Ok(Light::Overhead),
+        _ => {}
     }
-    let degrees = text.parse().map_err(|_| "neither white nor a number of degrees".to_owned())?;
+    let degrees = text.parse().map_err(|_| "neither white, overhead nor a number of degrees".to_owned())?;
     if (-89.0..=89.0).contains(&degrees) {
         Ok(Light::Direct(degrees))
     } else {

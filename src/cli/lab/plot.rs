@@ -58,6 +58,7 @@ fn caption(slice: &Slice) -> String {
     text += &said(Quantity::View, format!("; view {} degrees", slice.view));
     match slice.light {
         Light::White => text += "; white light",
+        Light::Overhead => text += "; soft box overhead",
         Light::Direct(degrees) => text += &said(Quantity::Light, format!("; light {degrees} degrees")),
     }
     text
@@ -110,6 +111,7 @@ fn curves(root: &Area<'_>, slice: &Slice, rows: &[Row]) -> Result<(), Box<dyn Er
         .build_cartesian_2d(first..last, 0.0..1.08 * most(slice, rows))?;
     let value = match slice.light {
         Light::White => "directional albedo (luminance)",
+        Light::Overhead => "radiance (luminance)",
         Light::Direct(_) => "BRDF times cosine (luminance)",
     };
     chart
