@@ -39,10 +39,9 @@ fn ggx<L: Lanes>(l: L, axes: &Option<Axes<L>>, alpha: [L::F; 2], at: &Meeting<L>
     let n_dot_h = at.normal.dot(at.half).saturate();
     match axes {
         Some(axes) => {
-            let local = |w: V3<L>, cosine| Vec3::new(axes.tangent.dot(w), axes.bitangent.dot(w), cosine);
             let alpha = [alpha[0].clamp_to(LEAST_ALPHA, 1.0), alpha[1].clamp_to(LEAST_ALPHA, 1.0)];
-            let d = distribution_ggx_anisotropic(l, local(at.half, n_dot_h), alpha, 0.0);
-            let (light, view) = (local(at.light, at.n_dot_l), local(at.view, at.n_dot_v));
+            let d = distribution_ggx_anisotropic(l, axes.local(l, at.half, n_dot_h), alpha, 0.0);
+            let (light, view) = (axes.local(l, at.light, at.n_dot_l), axes.local(l, at.view, at.n_dot_v));
             d.at_most(LARGEST_DISTRIBUTION) * visibility_smith_anisotropic(l, light, view, alpha, LEAST_SMITH)
         }
         None => {
@@ -133,7 +132,8 @@ fn through<L: Lanes>(
     let entering = coat.normal.dot(inside).at_least(LEAST_COSINE);
     let cosine = base.normal.dot(inside).clamp_to(LEAST_COSINE, 1.0);
     let share = coat.spread + face.spread(l, from.outer, entering);
-    let alpha = [0, 1].map(|k| (base.alpha[k].squared() + coat.alpha[k].squared() * share).sqrt());
+    let [x, y] = coat.variances(l, base, share);
+    let alpha = [x.sqrt(), y.sqrt()];
     let specular = lobe(l, surface, &coat.base, alpha, inside, cosine) * coat.around;
 
     // The Lambertian part with all its bounces.

@@ -5,7 +5,7 @@ use super::{Coated, EnvironmentQuery, LEAST_COSINE, Seen, Surface};
 use crate::brdf::reflection::{environment_direction, specular_dominant_direction};
 use crate::coat::glsl::normalize_or;
 use crate::coat::three::specular_occlusion;
-use crate::math::lanes::{Float, Lanes};
+use crate::math::lanes::{Float, Lanes, Mask};
 use crate::math::vec3::{V3, Vec3};
 use crate::vec3;
 
@@ -49,7 +49,7 @@ fn query_through<L: Lanes>(l: L, surface: &Surface<L>, coat: &Coated<L>) -> Envi
     let z = across.dot(across).one_minus().at_least(LEAST_COSINE).sqrt();
     let mirrored = normalize_or(l, across + coat.normal * z, coat.normal);
     let share = coat.spread * 2.0;
-    let [x, y] = [0, 1].map(|k| surface.base.alpha[k].squared() + coat.alpha[k].squared() * share);
+    let [x, y] = coat.variances(l, &surface.base, share);
     let alpha = (x * y).sqrt().sqrt();
     let outside = alpha * coat.face.ior * (coat.view.inner / coat.view.outer).sqrt();
     query(l, coat.normal, mirrored, outside.at_most(1.0).sqrt(), coat.view.outer)
@@ -87,23 +87,36 @@ pub fn indirect<L: Lanes>(
     }
     let [at_face, beneath, at_base] = radiance;
     let diffuse = irradiance_over_pi * occlusion;
-    let hidden = |n_dot_v, roughness| specular_occlusion(l, n_dot_v, occlusion, roughness);
+    let open = occlusion.eq(l.splat(1.0)).all();
     let coated = match &surface.coat {
         Some(coat) => {
-            let of_base = beneath * hidden(coat.base.n_dot_v, surface.base.roughness);
-            let of_face = at_face * hidden(coat.view.outer, coat.face.roughness);
+            let of_base = seen_of(l, beneath, open, coat.base.n_dot_v, occlusion, surface.base.roughness);
+            let of_face = seen_of(l, at_face, open, coat.view.outer, occlusion, coat.face.roughness);
             through(l, coat, diffuse, of_base) + of_face * coat.view.reflected
         }
         None => zero,
     };
     let bare = match &surface.bare {
         Some(seen) => {
-            let specular = at_base * hidden(seen.n_dot_v, surface.base.roughness);
+            let specular = seen_of(l, at_base, open, seen.n_dot_v, occlusion, surface.base.roughness);
             uncoated(l, surface, seen, diffuse, specular)
         }
         None => zero,
     };
     surface.mixed(l, coated, bare)
+}
+
+/// What of a reflection is not hidden by what occlusion says is near.
+#[inline(always)]
+fn seen_of<L: Lanes>(
+    l: L,
+    reflection: V3<L>,
+    open: bool,
+    n_dot_v: L::F,
+    occlusion: L::F,
+    roughness: L::F,
+) -> V3<L> {
+    if open { reflection } else { reflection * specular_occlusion(l, n_dot_v, occlusion, roughness) }
 }
 
 /// The base without a coat.

@@ -171,6 +171,14 @@ struct Axes<L: Lanes> {
     bitangent: V3<L>,
 }
 
+impl<L: Lanes> Axes<L> {
+    /// A vector along the axes, with its cosine to the normal.
+    #[inline(always)]
+    fn local(&self, _: L, w: V3<L>, cosine: L::F) -> V3<L> {
+        Vec3::new(self.tangent.dot(w), self.bitangent.dot(w), cosine)
+    }
+}
+
 /// Everything about sixteen fragments that does not depend on a light.
 #[derive(Clone, Copy)]
 pub struct Surface<L: Lanes> {
@@ -257,6 +265,15 @@ impl<L: Lanes> Base<L> {
         let left = self.left(l, n_dot_v, fresnel);
         let rest = vec3!(a in albedo => a.one_minus() / (a * fresnel).one_minus().at_least(1e-3));
         Seen { view, n_dot_v, bounces, albedo, left: left.min(rest) }
+    }
+}
+
+impl<L: Lanes> Coated<L> {
+    /// Variances of slopes of the base's lobe along each axis, where that share of the face's is added.
+    #[inline(always)]
+    fn variances(&self, _: L, base: &Base<L>, share: L::F) -> [L::F; 2] {
+        let ([x, y], [face_x, face_y]) = (base.alpha, self.alpha);
+        [x.squared() + face_x.squared() * share, y.squared() + face_y.squared() * share]
     }
 }
 

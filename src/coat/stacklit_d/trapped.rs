@@ -153,8 +153,8 @@ impl<L: Lanes> Trapped<L> {
         // Tangents of half the angles from the mirrored direction to the edge, ahead and behind.
         let ahead = (a - b) / (c + d + 1.0);
         let behind = (a + b) / (c - d + 1.0);
-        let tail = |slope: L::F| (slope / (self.variance + slope * slope).sqrt()).one_minus() * 0.5;
-        let line = tail(ahead) + tail(behind);
+        let tail = ahead / (self.variance + ahead * ahead).sqrt() + behind / (self.variance + behind * behind).sqrt();
+        let line = tail * -0.5 + 1.0;
         let round = self.variance / (self.variance + ahead * ahead);
         let oblique = (sine / edge_sine).at_most(1.0);
         (round.lerp(line, oblique) * self.beyond).saturate()
