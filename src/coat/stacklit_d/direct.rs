@@ -88,8 +88,7 @@ fn lobe<L: Lanes>(
 ) -> V3<L> {
     let base = &surface.base;
     let (half, v_dot_h) = half_vector(l, light, seen.view, base.normal);
-    let at =
-        Meeting { normal: base.normal, light, view: seen.view, half, n_dot_l, n_dot_v: seen.n_dot_v };
+    let at = Meeting { normal: base.normal, light, view: seen.view, half, n_dot_l, n_dot_v: seen.n_dot_v };
     schlick_color(l, base.f0, base.f90, v_dot_h) * seen.bounces * ggx(l, &surface.axes, alpha, &at)
 }
 
@@ -108,13 +107,7 @@ fn uncoated<L: Lanes>(l: L, surface: &Surface<L>, seen: &Seen<L>, light: V3<L>) 
 
 /// Coat and base: their BRDF times the cosine.
 #[inline(always)]
-fn through<L: Lanes>(
-    l: L,
-    surface: &Surface<L>,
-    coat: &Coated<L>,
-    light: V3<L>,
-    table: &Table<3>,
-) -> V3<L> {
+fn through<L: Lanes>(l: L, surface: &Surface<L>, coat: &Coated<L>, light: V3<L>, table: &Table<3>) -> V3<L> {
     let (base, face, trapped) = (&surface.base, &coat.face, &coat.trapped);
     let n_dot_l = coat.normal.dot(light).saturate();
     let lit = n_dot_l.gt(l.zero());
@@ -137,7 +130,7 @@ fn through<L: Lanes>(
     let specular = lobe(l, surface, &coat.base, alpha, inside, cosine) * coat.around;
 
     // The Lambertian part with all its bounces.
-    let left = base.left(l, cosine, from.fresnel);
+    let left = base.left(l, cosine, from.reflected);
     let diffuse = coat.base.left * left * trapped.diffuse * FRAC_1_PI;
 
     // What the base has mirrored beyond the cone. It keeps to the plane of incidence as long as it is not scattered much.
@@ -145,7 +138,7 @@ fn through<L: Lanes>(
     let cosine_between = (surface.view.dot(light) - n_dot_v * n_dot_l) / sines;
     let forward = (trapped.forward * cosine_between.clamp_to(-1.0, 1.0)).one_minus();
     let beyond = coat.beyond * trapped.share_beyond(l, from.inner) * forward;
-    let mirrored = trapped.mirrored * (beyond * FRAC_1_PI / trapped.mean_beyond.at_least(1e-6));
+    let mirrored = trapped.mirrored * coat.around * (beyond * FRAC_1_PI / trapped.mean_beyond.at_least(1e-6));
 
     let mut passes = coat.passes * (from.passes() * face.cone);
     if let Some(depth) = &coat.depth {

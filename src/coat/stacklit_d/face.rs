@@ -15,7 +15,7 @@ const LEANING: f32 = 1.0;
 /// Variance of the base's slopes that a face adds each way, over what its own variance and the law of refraction give to
 /// first order; and what limits it where a rough face is seen at grazing angles.
 const SPREAD: f32 = 0.45;
-const SPREAD_LIMIT: f32 = 3.3;
+const SPREAD_LIMIT: f32 = 4.0;
 
 /// All bounces of a face over the first, less 1, per light that the first bounce loses.
 const MORE_BOUNCES: f32 = 0.3;
@@ -47,9 +47,7 @@ pub(super) struct Crossing<L: Lanes> {
     pub(super) outer: L::F,
     /// That inside by the law of refraction.
     pub(super) inner: L::F,
-    /// Fresnel's reflectance of a smooth face.
-    pub(super) fresnel: L::F,
-    /// Reflectance of this one, all bounces between its facets included.
+    /// Reflectance, all bounces between its facets included.
     pub(super) reflected: L::F,
     /// All these bounces over the first.
     pub(super) bounces: L::F,
@@ -99,7 +97,7 @@ impl<L: Lanes> Face<L> {
         let once = self.f0 * all + to_grazing * grazing;
         let reflected = (once * ratio * bounces).saturate();
         let inner = ((outer * outer).one_minus() * self.cone).one_minus().at_least(1e-6).sqrt();
-        Crossing { outer, inner, fresnel, reflected, bounces }
+        Crossing { outer, inner, reflected, bounces }
     }
 
     /// A unit vector away from the face as it goes on inside, where the base sees it: the mean direction of what a rough face

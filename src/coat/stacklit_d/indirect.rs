@@ -136,7 +136,7 @@ fn through<L: Lanes>(l: L, coat: &Coated<L>, diffuse: V3<L>, specular: V3<L>) ->
     let escapes = (coat.back + coat.beyond).one_minus().at_least(0.0);
     let lobe = coat.base.albedo * coat.around * coat.medium * escapes * specular;
     let lambert = coat.base.left * trapped.diffuse * trapped.escape * diffuse;
-    let mirrored = trapped.mirrored * trapped.even * coat.beyond * diffuse;
+    let mirrored = trapped.mirrored * coat.around * trapped.even * coat.beyond * diffuse;
     let _ = l;
     (lobe + lambert + mirrored) * coat.passes
 }

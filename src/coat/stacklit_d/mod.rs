@@ -3,9 +3,9 @@
 //! Source: no engine's. The idea is that of Unity's StackLit: Belcour, "Efficient Rendering of Layered Materials using an Atomic
 //! Decomposition with Statistical Operators" (2018), which follows albedo, mean and variance of lobes through interfaces. What
 //! is repaired:
-//! - *Diffuse light is a kind of its own* with a closed sum over its bounces, as de Dinechin and Belcour, "Rendering Layered
-//!   Materials with Diffuse Interfaces" (2022), have it. StackLit counts it three times: in the base's lobes, whose energy it
-//!   passes on, in a Lambertian term above everything, and again with the coat's Fresnel term of the view only.
+//! - *Diffuse light is a kind of its own* with a closed sum over its bounces, counted once, as de Dinechin and Belcour, "Rendering
+//!   Layered Materials with Diffuse Interfaces" (2022), have it. StackLit scales Lambert by what passes for the view times the
+//!   bounces of the specular lobe: neither the way in nor what the face sends back to a base that absorbs is counted.
 //! - *Total reflection*: what a rough base mirrors beyond the cone of escape stays inside. StackLit takes Fresnel's term at
 //!   the mean direction, and is too bright over rough metal.
 //! - *The base is evaluated inside the coat*, with directions that are refracted one by one, and not outside with a lobe
@@ -14,7 +14,7 @@
 //!   Interfaces", 2020).
 //! - *All bounces between facets* of an interface, from its albedo (Turquin 2019).
 //!
-//! `src/guide/stacklit_d.md` has the derivation and the table of errors. Numbers that no derivation gives, nine of them, are
+//! `src/guide/stacklit_d.md` has the derivation and the table of errors. Numbers that no derivation gives, a dozen, are
 //! fitted to the referee ([`crate::truth`]) and named where they stand.
 //!
 //! **Use.** [`surface`] once for a vector of fragments, then [`direct`] for every light and [`indirect`] for the environment;
@@ -160,7 +160,7 @@ struct Coated<L: Lanes> {
     beyond: L::F,
     /// Bounces between base and face that stay in the lobe, over the first.
     around: V3<L>,
-    /// What Fresnel's term sends back of the lobe.
+    /// What the face sends back of the lobe.
     back: L::F,
 }
 
@@ -237,21 +237,21 @@ impl<L: Lanes> Base<L> {
         }
     }
 
-    /// What the dielectric's reflection leaves at a cosine, where `fresnel` is what a face above sends back of that
-    /// reflection: 1 - F and all that comes back.
+    /// What the dielectric's reflection leaves at a cosine, where a face above sends the share `back` of that reflection
+    /// back: 1 - F and all that comes of it.
     #[inline(always)]
-    fn left(&self, l: L, cosine: L::F, fresnel: L::F) -> V3<L> {
+    fn left(&self, l: L, cosine: L::F, back: L::F) -> V3<L> {
         let (f0, f90) = self.dielectric;
         let weight = schlick_weight(l, cosine);
         vec3!(f in f0 => {
             let f = f + (f90 - f) * weight;
-            f.one_minus() / (f * fresnel).one_minus().at_least(1e-3)
+            f.one_minus() / (f * back).one_minus().at_least(1e-3)
         })
     }
 
-    /// `view` is a unit vector where the base is, `fresnel` as for [`Base::left`].
+    /// `view` is a unit vector where the base is, `back` as for [`Base::left`].
     #[inline(always)]
-    fn seen(&self, l: L, table: &Table<3>, view: V3<L>, fresnel: L::F) -> Seen<L> {
+    fn seen(&self, l: L, table: &Table<3>, view: V3<L>, back: L::F) -> Seen<L> {
         let n_dot_v = self.normal.dot(view).clamp_to(LEAST_COSINE, 1.0);
         let [all, grazing] = albedos(l, table, n_dot_v, self.roughness);
         let f90 = self.f90;
@@ -262,8 +262,8 @@ impl<L: Lanes> Base<L> {
         let once = vec3!(f in self.f0 => f * all + (f90 - f) * grazing);
         let albedo = (once * bounces).at_most(1.0);
         // Rough facets reflect more at some angles than a smooth surface: that is not left either.
-        let left = self.left(l, n_dot_v, fresnel);
-        let rest = vec3!(a in albedo => a.one_minus() / (a * fresnel).one_minus().at_least(1e-3));
+        let left = self.left(l, n_dot_v, back);
+        let rest = vec3!(a in albedo => a.one_minus() / (a * back).one_minus().at_least(1e-3));
         Seen { view, n_dot_v, bounces, albedo, left: left.min(rest) }
     }
 }
@@ -350,10 +350,10 @@ fn coated<L: Lanes>(
     };
     let trapped = Trapped::new(l, &bounces);
     let beyond = trapped.share_beyond(l, at.inner);
-    let back = at.fresnel * beyond.one_minus();
+    let back = at.reflected * beyond.one_minus();
     let (inside, bend) = face.bend(l, view, coat.normal, &at);
     let spread = face.spread(l, at.outer, coat.normal.dot(inside).at_least(LEAST_COSINE));
-    let seen = base.seen(l, table, inside, at.fresnel);
+    let seen = base.seen(l, table, inside, at.reflected);
     let around = vec3!(a in seen.albedo => (a * back).one_minus().at_least(1e-3).recip());
     Coated {
         mask: coat.mask.saturate(),
