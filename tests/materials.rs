@@ -170,7 +170,8 @@ fn every_key_is_documented_parses_and_changes_the_material() {
 fn keys_say_which_models_read_them() {
     let read_by = |name: &str| material_keys().find(|key| key.name == name).unwrap().read_by;
     assert!(read_by("roughness").is_empty());
-    assert_eq!(read_by("coat_ior"), [ShadingModel::StackLit, ShadingModel::OpenPbr, ShadingModel::Babylon]);
+    let [stacklit, repaired] = [ShadingModel::StackLit, ShadingModel::StackLitD];
+    assert_eq!(read_by("coat_ior"), [stacklit, ShadingModel::OpenPbr, ShadingModel::Babylon, repaired]);
     assert_eq!(read_by("options.three_r119"), [ShadingModel::ThreeLegacy]);
 }
 

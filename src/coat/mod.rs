@@ -13,6 +13,7 @@ pub mod hdrp_lit;
 mod layers;
 pub mod openpbr;
 pub mod stacklit;
+pub mod stacklit_d;
 pub mod standard;
 pub mod three;
 pub mod three_legacy;

@@ -43,3 +43,7 @@ pub mod formats {}
 /// downwards. Any model is drawn so by
 /// `overcoat compare-models assets/models/material-ball.glb --models urp17,hdrp-lit,stacklit,filament,gltf,openpbr -o models.png`.
 pub mod clear_coat {}
+
+/// StackLit repaired: a coat over a base by the adding method, its derivation and its errors.
+#[doc = include_str!("stacklit_d.md")]
+pub mod stacklit_d {}

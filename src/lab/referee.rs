@@ -2,7 +2,8 @@
 
 use super::{LabError, Light, OVERHEAD, Specimen, direction};
 use crate::jobs::Jobs;
-use crate::truth::{Outcome, Samples, Stack, StackError};
+use crate::truth::{CHUNK, Outcome, Samples, Stack, StackError};
+use std::ops::Range;
 
 /// What the random walk says of one specimen.
 #[derive(Clone, Debug)]
@@ -85,7 +86,11 @@ impl Referee {
                 }
                 None if light == Light::Overhead => {
                     let found = jobs.map_each(&parts, |part| overhead(stack, wo, part));
-                    merged(found, Sums::add).map(|sums| sums.mean())
+                    let mut sums = Sums::default();
+                    for chunks in found {
+                        chunks?.iter().for_each(|chunk| sums.add(chunk));
+                    }
+                    Ok(sums.mean())
                 }
                 None => {
                     let found = jobs.map_each(&parts, |part| stack.directional_albedo(wo, part));
@@ -109,6 +114,7 @@ impl Referee {
 }
 
 /// Sums of what walks bring from the soft box, of squares, and of what the coat alone reflects.
+#[derive(Default)]
 struct Sums {
     count: f64,
     sum: [f64; 3],
@@ -117,14 +123,13 @@ struct Sums {
 }
 
 impl Sums {
-    fn add(&mut self, next: &Self) -> Result<(), StackError> {
+    fn add(&mut self, next: &Self) {
         self.count += next.count;
         for c in 0..3 {
             self.sum[c] += next.sum[c];
             self.squares[c] += next.squares[c];
             self.coat[c] += next.coat[c];
         }
-        Ok(())
     }
 
     /// The mean, its standard error, and the coat's part.
@@ -135,12 +140,19 @@ impl Sums {
     }
 }
 
-/// The walks that leave towards the soft box.
-fn overhead(stack: &Stack, wo: [f64; 3], samples: &Samples) -> Result<Sums, StackError> {
+/// The walks that leave towards the soft box, by chunks: their sums have the same bits however the samples are divided.
+fn overhead(stack: &Stack, wo: [f64; 3], samples: &Samples) -> Result<Vec<Sums>, StackError> {
+    let end = samples.first + samples.count;
+    let chunks = (samples.first..end).step_by(CHUNK as usize);
+    let chunk = |first: u64| chunk(stack, wo, samples.seed, first..end.min(first + CHUNK));
+    chunks.map(chunk).collect()
+}
+
+fn chunk(stack: &Stack, wo: [f64; 3], seed: u64, indices: Range<u64>) -> Result<Sums, StackError> {
     let least = crate::math::double::cos(OVERHEAD.to_radians());
-    let mut sums = Sums { count: samples.count as f64, sum: [0.0; 3], squares: [0.0; 3], coat: [0.0; 3] };
-    for index in samples.first..samples.first + samples.count {
-        if let Outcome::Left(sample) = stack.sample(wo, samples.seed, index)?
+    let mut sums = Sums { count: (indices.end - indices.start) as f64, ..Sums::default() };
+    for index in indices {
+        if let Outcome::Left(sample) = stack.sample(wo, seed, index)?
             && sample.direction[2] > least
         {
             for c in 0..3 {

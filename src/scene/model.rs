@@ -42,6 +42,8 @@ pub enum ShadingModel {
     /// The model of the house, of the parts that come nearest to a path tracer: what materials mean that name no model.
     #[default]
     Standard,
+    /// StackLit repaired: the adding method with a diffuse term of its own, measured on a random walk through the layers.
+    StackLitD,
 }
 
 /// What a material can have that some models do not know.
@@ -199,6 +201,12 @@ const TABLE: &[Entry] = {
             &[F::Coat, F::CoatNormal, F::CoatAbsorption, F::CoatColor, F::CoatIor, F::Anisotropy],
         ),
         entry(M::Standard, "standard", "what comes nearest to a path tracer", KHRONOS),
+        entry(
+            M::StackLitD,
+            "stacklit-d",
+            "StackLit repaired",
+            &[F::Coat, F::CoatNormal, F::CoatAbsorption, F::CoatIor, F::CoatAnisotropy, F::Anisotropy],
+        ),
     ]
 };
 
@@ -230,7 +238,7 @@ impl ShadingModel {
             Self::OpenPbr => cfg!(feature = "openpbr"),
             Self::Velvet => cfg!(feature = "velvet"),
             Self::Babylon => cfg!(feature = "babylon"),
-            Self::Standard => true,
+            Self::StackLitD | Self::Standard => true,
         }
     }
 

@@ -8,6 +8,7 @@ mod hdrp_lit;
 mod one_lane;
 mod openpbr;
 mod stacklit;
+mod stacklit_d;
 mod standard;
 mod three;
 mod urp;

@@ -17,7 +17,8 @@ export const shadingModels = Object.freeze([
   "openpbr",
   "velvet",
   "babylon",
-  "standard"
+  "standard",
+  "stacklit-d"
 ]);
 
 export const qualities = Object.freeze([

@@ -153,7 +153,7 @@ export interface Description {
   /** Every surface is shaded as often, and not only where one shading would show. */
   shade_everywhere?: boolean;
   /** Shading model of every material; what each material names if absent. */
-  shading?: "urp-desktop" | "urp-mobile" | "urp17" | "hdrp-lit" | "stacklit" | "filament" | "filament-mobile" | "filament-cloth" | "filament-2018" | "three" | "three-legacy" | "gltf" | "gltf-sampled" | "openpbr" | "velvet" | "babylon" | "standard";
+  shading?: "urp-desktop" | "urp-mobile" | "urp17" | "hdrp-lit" | "stacklit" | "filament" | "filament-mobile" | "filament-cloth" | "filament-2018" | "three" | "three-legacy" | "gltf" | "gltf-sampled" | "openpbr" | "velvet" | "babylon" | "standard" | "stacklit-d";
   /** Shadings a pixel where one would show; a picture has at least as many samples. */
   shading_rate?: 1 | 4 | 8 | 9 | 16;
   /** Width and height in pixels; one number makes a square. */

@@ -9,7 +9,7 @@ use crate::truth::Samples;
 use clap::Args;
 use std::path::PathBuf;
 
-/// One model of each engine.
+/// One model of each engine, and those of the house.
 const DEFAULT_MODELS: &[ShadingModel] = &[
     ShadingModel::Urp17,
     ShadingModel::HdrpLit,
@@ -20,6 +20,7 @@ const DEFAULT_MODELS: &[ShadingModel] = &[
     ShadingModel::OpenPbr,
     ShadingModel::Babylon,
     ShadingModel::Standard,
+    ShadingModel::StackLitD,
 ];
 
 /// `overcoat lab`

@@ -6,6 +6,7 @@ mod gltf;
 mod hdrp_lit;
 mod openpbr;
 mod stacklit;
+mod stacklit_d;
 mod standard;
 mod three;
 mod urp;
@@ -42,6 +43,7 @@ macro_rules! registered {
             OpenPbr => openpbr::OpenPbr,
             Velvet => velvet::Velvet,
             Babylon => babylon::Babylon,
+            StackLitD => stacklit_d::StackLitD,
             Standard => standard::Standard,
         )
     };
