@@ -268,7 +268,7 @@ fn balls(
         options.shading = Some(model);
         let mut scene = ball::scene().map_err(|e| Failure::scene(&e))?;
         file.assign(&mut scene, None, limits).map_err(|e| Failure::assign(&e))?;
-        let camera = description.camera(&mut scene, &options)?;
+        let camera = description.camera(&scene, &options)?;
         let rendered = renderer.render(&scene, &camera, &options).map_err(|e| Failure::render(&e))?;
         sheet.add(&[&DisplayImage::new(&rendered.frame, &display)], [model.name(), ""]);
     }

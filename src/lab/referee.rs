@@ -171,11 +171,7 @@ fn merged<T>(
     merge: impl Fn(&mut T, &T) -> Result<(), StackError>,
 ) -> Result<T, StackError> {
     let mut parts = parts.into_iter();
-    let mut all = parts.next().unwrap_or(Err(StackError::Samples {
-        first: 0,
-        count: 0,
-        chunk: crate::truth::CHUNK,
-    }))?;
+    let mut all = parts.next().unwrap_or(Err(StackError::Samples { first: 0, count: 0, chunk: CHUNK }))?;
     for part in parts {
         merge(&mut all, &part?)?;
     }

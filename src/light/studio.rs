@@ -33,7 +33,7 @@ impl PrefilteredEnvironment {
     pub fn studio() -> Arc<Self> {
         static STUDIO: OnceLock<Arc<PrefilteredEnvironment>> = OnceLock::new();
         // The file is made by this crate and compared by a test; darkness stands in for what cannot happen.
-        let read = || bytes().and_then(|bytes| Self::from_bytes(&bytes).ok()).unwrap_or_else(Self::black);
+        let read = || bytes().and_then(|bytes| Self::from_bytes(bytes.as_ref()).ok()).unwrap_or_else(Self::black);
         Arc::clone(STUDIO.get_or_init(|| Arc::new(read())))
     }
 }
