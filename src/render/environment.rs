@@ -121,7 +121,8 @@ fn of_material(material: &Material, options: &RenderOptions) -> Levels {
     if material.unlit {
         return Levels::NONE;
     }
-    let round = material.shading(options.shading) == ShadingModel::Standard;
+    let model = material.shading(options.shading);
+    let round = model == ShadingModel::Standard;
     // A texture scales the factor, to anything below it.
     let range = |factor: f32, textured: bool| {
         let [least, most] = if round { roughness_of_lookups(factor) } else { [factor; 2] };
@@ -140,7 +141,11 @@ fn of_material(material: &Material, options: &RenderOptions) -> Levels {
         levels = levels.with(Levels::for_roughness(coat.0, coat.1));
         // Seen through a rough coat, the base looks rougher (OpenPBR: the fourth powers add up).
         let fourth = |x: f32| (x * x) * (x * x);
-        let through = (fourth(base.1) + 2.0 * fourth(coat.1)).sqrt().sqrt();
+        let mut through = (fourth(base.1) + 2.0 * fourth(coat.1)).sqrt().sqrt();
+        if model == ShadingModel::StackLitD {
+            // Refraction spreads its lobe, at grazing angles without end.
+            through = 1.0;
+        }
         levels = levels.with(Levels::for_roughness(base.0, if through < 1.0 { through } else { 1.0 }));
     }
     let lobes = &material.lobes;

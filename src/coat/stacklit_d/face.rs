@@ -7,21 +7,30 @@ use crate::brdf::table::Table;
 use crate::math::lanes::{Float, Lanes};
 use crate::math::vec3::V3;
 
-/// How much further a facet sends refracted light than its tilt alone says, at grazing angles, per alpha: rough faces bend
-/// light less than smooth ones, because the facets that are seen lean towards the viewer. Of this file's numbers those with
-/// such a sentence are measured on the referee.
+// The constants of this file are fitted to the referee, [`crate::truth`].
+
+/// How much less a rough face bends light at grazing angles, per alpha, from 0 (as a smooth one) to 1 (not at all): the facets that
+/// are seen lean towards the viewer.
 const LEANING: f32 = 1.0;
 
-/// Variance of the base's slopes that a face adds each way, over what its own variance and the law of refraction give to
-/// first order; and what limits it where a rough face is seen at grazing angles.
+/// Share of the face's variance that is added to the base's each way, over the square of what a facet's tilt turns light by. Of
+/// Gaussian slopes it would be 0.25.
 const SPREAD: f32 = 0.45;
+
+/// What limits that where a rough face is seen at grazing angles, per alpha.
 const SPREAD_LIMIT: f32 = 4.0;
 
 /// All bounces of a face over the first, less 1, per light that the first bounce loses.
 const MORE_BOUNCES: f32 = 0.3;
 
-/// Fresnel's reflectance over Schlick's, averaged over the facets of the roughest face.
+/// Fresnel's reflectance over Schlick's, averaged over the facets of a rough face.
 const ROUGH_RATIO: f32 = 1.08;
+
+/// How much of that ratio counts, per roughness, against the one at the angle itself.
+const ROUGH_SHARE: f32 = 0.8;
+
+/// How much less a rough face reflects of light from everywhere: a facet that lets light through does not lose it.
+const LESS: f32 = 0.24;
 
 /// A coat's face.
 #[derive(Clone, Copy)]
@@ -74,8 +83,7 @@ impl<L: Lanes> Face<L> {
     pub(super) fn new(l: L, ior: L::F, roughness: L::F, alpha: L::F) -> Self {
         let ior = ior.clamp_to(1.0, 3.0);
         let smooth = mean_fresnel(l, ior);
-        // Rough faces reflect less, because light that a facet lets through is not lost to it. 0.24 is measured.
-        let mean = smooth * smooth / (smooth + alpha * roughness.sqrt() * 0.24).at_least(1e-6);
+        let mean = smooth * smooth / (smooth + alpha * roughness.sqrt() * LESS).at_least(1e-6);
         let f0 = ((ior - 1.0) / (ior + 1.0)).squared();
         Self { ior, f0, roughness, alpha, mean, cone: (ior * ior).recip() }
     }
@@ -92,7 +100,7 @@ impl<L: Lanes> Face<L> {
         let ratio = fresnel / schlick.at_least(1e-6);
         // Without a change of index there is nothing to reflect.
         let rough = (self.f0.sqrt() * 20.0).at_most(ROUGH_RATIO);
-        let ratio = ratio.lerp(rough, self.roughness * 0.8);
+        let ratio = ratio.lerp(rough, self.roughness * ROUGH_SHARE);
         let bounces = all.one_minus() * MORE_BOUNCES + 1.0;
         let once = self.f0 * all + to_grazing * grazing;
         let reflected = (once * ratio * bounces).saturate();
@@ -103,14 +111,13 @@ impl<L: Lanes> Face<L> {
     /// A unit vector away from the face as it goes on inside, where the base sees it: the mean direction of what a rough face
     /// scatters. Also the factor of its tangential part.
     #[inline(always)]
-    pub(super) fn bend(&self, l: L, w: V3<L>, normal: V3<L>, at: &Crossing<L>) -> (V3<L>, L::F) {
+    pub(super) fn bend(&self, _: L, w: V3<L>, normal: V3<L>, at: &Crossing<L>) -> (V3<L>, L::F) {
         let straight = (self.ior.recip()).one_minus();
         let lean = (self.alpha * at.outer.one_minus().squared() * LEANING).at_most(1.0);
         let factor = straight.one_minus() + straight * lean;
         let sine2 = (at.outer * at.outer).one_minus();
         let z = (sine2 * factor.squared()).one_minus().at_least(LEAST_COSINE).sqrt();
         let across = w - normal * w.dot(normal);
-        let _ = l;
         (across * factor + normal * z, factor)
     }
 

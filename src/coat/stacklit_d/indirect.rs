@@ -131,12 +131,11 @@ fn uncoated<L: Lanes>(_: L, surface: &Surface<L>, seen: &Seen<L>, diffuse: V3<L>
 
 /// The base beneath a coat: even light and what is in the lobe, with all bounces.
 #[inline(always)]
-fn through<L: Lanes>(l: L, coat: &Coated<L>, diffuse: V3<L>, specular: V3<L>) -> V3<L> {
+fn through<L: Lanes>(_: L, coat: &Coated<L>, diffuse: V3<L>, specular: V3<L>) -> V3<L> {
     let trapped = &coat.trapped;
     let escapes = (coat.back + coat.beyond).one_minus().at_least(0.0);
     let lobe = coat.base.albedo * coat.around * coat.medium * escapes * specular;
     let lambert = coat.base.left * trapped.diffuse * trapped.escape * diffuse;
     let mirrored = trapped.mirrored * coat.around * trapped.even * coat.beyond * diffuse;
-    let _ = l;
     (lobe + lambert + mirrored) * coat.passes
 }

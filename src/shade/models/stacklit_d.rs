@@ -18,7 +18,7 @@ impl AdditiveModel for StackLitD {
     type Layers<L: Lanes> = stacklit_d::Surface<L>;
 
     fn cost(self) -> [u64; 4] {
-        [64, 127, 4, 10]
+        [50, 85, 6, 15]
     }
 
     #[inline(always)]
