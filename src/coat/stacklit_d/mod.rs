@@ -17,7 +17,7 @@
 //! `src/guide/stacklit_d.md` has the derivation and the table of errors. Numbers that no derivation gives, a dozen, are
 //! fitted to the referee ([`crate::truth`]) and named where they stand.
 //!
-//! **Use.** [`surface`] once for a vector of fragments, then [`direct`] for every light and [`indirect`] for the environment;
+//! **Use.** [`surface`] once for a vector of fragments, then [`direct()`] for every light and [`indirect()`] for the environment;
 //! the sum is the reflected radiance.
 //!
 //! **Radiometry.** The BRDF contains its 1/pi: a light's colour is the irradiance that it delivers at normal incidence. The
