@@ -135,6 +135,11 @@ fn the_summary_tells_models_apart() {
     assert!(best.white < 0.12 && worst.white > 0.15 && worst.bias > 0.1, "{summary:?}");
     assert!(summary.noise < 0.05);
     assert!(Summary::specimens(true).len() > Summary::specimens(false).len());
+    let random = Summary::random(60);
+    assert_eq!((random.len(), &random[..5]), (60, &Summary::random(5)[..]));
+    assert!(random.iter().all(|specimen| Referee::new(specimen).is_ok()));
+    let mean = |of: fn(&Specimen) -> f64| random.iter().map(of).sum::<f64>() / 60.0;
+    assert!((mean(|s| s.coat_roughness) - 0.4).abs() < 0.05 && (mean(|s| s.color[1]) - 0.5).abs() < 0.06);
 }
 
 #[test]

@@ -85,6 +85,13 @@ impl Summary {
         found
     }
 
+    /// Specimens anywhere in the ranges, the same for the same number: what a model that was made with the grid at hand has not
+    /// seen. A third each is matt, plastic and metal; half of the coats absorb.
+    #[must_use]
+    pub fn random(count: u32) -> Vec<Specimen> {
+        (0..count).map(at_random).collect()
+    }
+
     /// Measures models on specimens; `done` is told how many of how many.
     ///
     /// # Errors
@@ -135,6 +142,33 @@ impl Summary {
         let mut errors: Vec<ModelError> = models.iter().zip(&sums).zip(&worst).map(error).collect();
         errors.sort_by(|a, b| a.white.total_cmp(&b.white));
         Ok(Self { cases, errors, noise: noise * share })
+    }
+}
+
+/// The specimen of a number, by the additive recurrence of Roberts (2018) in twelve dimensions: even over all ranges.
+fn at_random(number: u32) -> Specimen {
+    // The root of x^13 = x + 1.
+    const GENERATOR: f64 = 1.056_304_874_262_345;
+    let mut power = 1.0;
+    let mut next = || {
+        power /= GENERATOR;
+        let x = 0.5 + power * f64::from(number + 1);
+        x - x.floor()
+    };
+    let kind = number % 3;
+    let [coat_roughness, base_roughness, r, g, b] = std::array::from_fn(|_| next());
+    let (index, thickness, mask) = (next(), next(), next());
+    let extinction = std::array::from_fn(|_| 1.5 * next());
+    Specimen {
+        coat: if number % 4 == 3 { mask } else { 1.0 },
+        coat_roughness: 0.8 * coat_roughness,
+        coat_ior: 1.2 + 0.8 * index,
+        thickness: if number % 2 == 1 { thickness } else { 0.0 },
+        extinction: if number % 2 == 1 { extinction } else { [0.0; 3] },
+        base_roughness: 0.1 + 0.85 * base_roughness,
+        metal: kind == 2,
+        color: [r, g, b].map(|c| 0.05 + 0.9 * c),
+        specular: if kind == 0 { 0.0 } else { 1.0 },
     }
 }
 

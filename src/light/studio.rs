@@ -13,18 +13,19 @@ use super::{DistantRadiance, PrefilteredEnvironment};
 use crate::jobs::Jobs;
 use crate::math::lanes::{Float, Lanes, Mask, SimdLevel};
 use crate::math::vec3::{V3, Vec3};
+use std::borrow::Cow;
 use std::sync::{Arc, OnceLock};
 
 /// The prefiltered painting, see [`Studio::prefilter`].
 #[cfg(feature = "quick-studio")]
-fn bytes() -> Option<&'static [u8]> {
-    Some(include_bytes!("../../assets/environment/studio.env"))
+fn bytes() -> Option<Cow<'static, [u8]>> {
+    Some(Cow::Borrowed(include_bytes!("../../assets/environment/studio.env")))
 }
 
 /// The prefiltered painting, see [`Studio::prefilter`].
 #[cfg(not(feature = "quick-studio"))]
-fn bytes() -> Option<Vec<u8>> {
-    super::packed::unpack(include_bytes!("../../assets/environment/studio.packed"))
+fn bytes() -> Option<Cow<'static, [u8]>> {
+    super::packed::unpack(include_bytes!("../../assets/environment/studio.packed")).map(Cow::Owned)
 }
 
 impl PrefilteredEnvironment {
@@ -33,7 +34,7 @@ impl PrefilteredEnvironment {
     pub fn studio() -> Arc<Self> {
         static STUDIO: OnceLock<Arc<PrefilteredEnvironment>> = OnceLock::new();
         // The file is made by this crate and compared by a test; darkness stands in for what cannot happen.
-        let read = || bytes().and_then(|bytes| Self::from_bytes(bytes.as_ref()).ok()).unwrap_or_else(Self::black);
+        let read = || bytes().and_then(|bytes| Self::from_bytes(&bytes).ok()).unwrap_or_else(Self::black);
         Arc::clone(STUDIO.get_or_init(|| Arc::new(read())))
     }
 }

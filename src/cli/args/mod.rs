@@ -151,6 +151,7 @@ mod tests {
             "translate candy-red --to three --from stacklit -o x.toml --picture y.png --json --quiet",
             "lab -o x.svg --over light --from -1 --to 1 --steps 2 --by coat --models three --samples 256 --view 1 --light -1",
             "lab --coat 1 --coat-roughness 1 --coat-ior 1 --thickness 1 --extinction 1,1,1 --base-roughness 1 --metal",
+            "lab --summary --random 3",
             "lab --summary --all --color 1,1,1 --specular 1 --json --quiet --threads 1",
             "render x -o - --output-format webp",
             "sheet x -o y.jpg --jpeg-quality 80",

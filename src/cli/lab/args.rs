@@ -67,6 +67,10 @@ pub struct LabArgs {
     #[arg(long, requires = "summary")]
     pub all: bool,
 
+    /// With --summary: so many coats anywhere in the ranges in place of the grid, 1 to 10000
+    #[arg(long, value_name = "N", requires = "summary", conflicts_with = "all", value_parser = value_parsers::within::<u32>(1, 10_000))]
+    pub random: Option<u32>,
+
     /// Shading models, comma-separated [default: one of each engine]
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = value_parsers::shading)]
     pub models: Vec<ShadingModel>,

@@ -213,7 +213,7 @@ fn table(slice: &Slice, rows: &[Row]) -> String {
 }
 
 fn summary(args: &LabArgs, bench: &mut Bench, progress: Progress) -> Result<(), Failure> {
-    let specimens = Summary::specimens(args.all);
+    let specimens = args.random.map_or_else(|| Summary::specimens(args.all), Summary::random);
     let samples = Samples::new(args.samples.into());
     let done = |done, of| progress.step("specimens", done as u32, of as u32);
     let found =
