@@ -11,6 +11,8 @@ mod install;
 mod lab;
 #[path = "cli/thumbnail.rs"]
 mod thumbnail;
+#[path = "cli/translate.rs"]
+mod translate;
 #[path = "cli/views.rs"]
 mod views;
 

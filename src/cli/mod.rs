@@ -45,7 +45,7 @@ mod terminal_size;
 mod thumbnail;
 pub mod thumbnail_limits;
 pub mod translate;
-mod turntable;
+pub mod turntable;
 pub mod value_parsers;
 pub mod worker;
 

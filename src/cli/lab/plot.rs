@@ -136,6 +136,7 @@ fn curves(root: &Area<'_>, slice: &Slice, rows: &[Row]) -> Result<(), Box<dyn Er
     }
     chart
         .configure_series_labels()
+        .position(SeriesLabelPosition::UpperLeft)
         .background_style(WHITE.mix(0.85))
         .border_style(RGBColor(200, 200, 200))
         .label_font((FONT, 15))
