@@ -2,7 +2,7 @@
 //!
 //! What belongs to a part has such a value in a field. Where the part is left out nothing can be made of those types, the compiler
 //! knows so, and no code that would need one is in the program. Whoever is asked for the part says that it is not there
-//! ([`LEFT_OUT`](crate::formats::LEFT_OUT)) before anything is drawn.
+//! (`formats::LEFT_OUT`) before anything is drawn.
 
 /// Declares a part: with its feature a unit, without it a type of which there is no value.
 macro_rules! part {
