@@ -1,6 +1,11 @@
 //! A ball to show materials on.
 
+use super::failure::Failure;
+use crate::description::{Description, ViewDirection};
+use crate::frame::{DisplayImage, DisplayOptions};
+use crate::load::MaterialFile;
 use crate::math::double::sin_cos;
+use crate::render::{Ground, RenderOptions, Renderer};
 use crate::scene::{Instance, Material, Mesh, MeshData, Scene, SceneError, Transform};
 use std::f64::consts::{PI, TAU};
 
@@ -42,6 +47,31 @@ pub(super) fn scene() -> Result<Scene, SceneError> {
     let material = scene.add_material(Material { name: "ball".to_owned(), ..Material::default() })?;
     scene.add_instance(Instance { mesh, material, transform: Transform::IDENTITY, object: 0 })?;
     Ok(scene)
+}
+
+/// How balls are shown, in pictures of that size.
+pub(super) fn description(size: [u64; 2]) -> Description {
+    let mut description = Description { size: Some(size), ..Description::default() };
+    // What is shown are materials: the ball stands nowhere.
+    description.ground = Some(Ground::None);
+    // A little from above, with the poles at the sides.
+    description.camera.view = Some(ViewDirection { direction: [0.0, 0.35, 1.0], up: [0.0, 1.0, 0.0] });
+    description
+}
+
+/// The ball with one material, and the hash of its picture.
+pub(super) fn picture(
+    description: &Description,
+    ball: &mut Scene,
+    file: &MaterialFile,
+    options: &RenderOptions,
+    display: &DisplayOptions,
+    renderer: &mut Renderer,
+) -> Result<(DisplayImage, String), Failure> {
+    file.assign(ball, None, &options.limits).map_err(|e| Failure::assign(&e))?;
+    let camera = description.camera(ball, options)?;
+    let rendered = renderer.render(ball, &camera, options).map_err(|e| Failure::render(&e))?;
+    Ok((DisplayImage::new(&rendered.frame, display), rendered.frame.frame_hash()))
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use crate::description::DescriptionError;
 pub(super) use crate::description::{file_name, one_line};
+use crate::lab::LabError;
 use crate::limits::{LimitExceeded, Limits, MEMORY};
 use crate::load::{AssignError, LoadError, MaterialError, ResolveError};
 use crate::render::RenderError;
@@ -113,6 +114,15 @@ impl Failure {
     #[must_use]
     pub fn scene(error: &SceneError) -> Self {
         Self::usage(error)
+    }
+
+    /// Exit code 2: numbers of the command line that cannot be measured; as [`Failure::render`] where a picture fails.
+    #[must_use]
+    pub fn lab(error: &LabError) -> Self {
+        match error {
+            LabError::Render(error) => Self::render(error),
+            other => Self::usage(other),
+        }
     }
 
     /// Exit code 1 without a word: whoever read the picture has stopped, and knows.

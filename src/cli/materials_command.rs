@@ -6,12 +6,11 @@ use super::contact::{ContactSheet, DEFAULT_CELL};
 use super::failure::Failure;
 use super::progress::Progress;
 use super::report::{self, Reporter, Versions};
-use crate::description::{Description, ViewDirection, builtin};
-use crate::frame::{DisplayImage, DisplayOptions};
+use crate::description::builtin;
 use crate::limits::Limits;
 use crate::load::{BuiltinMaterial, MaterialFile, material_keys};
-use crate::render::{Ground, RenderOptions, Renderer};
-use crate::scene::{Scene, ShadingModel};
+use crate::render::Renderer;
+use crate::scene::ShadingModel;
 use serde::Serialize;
 use std::fmt::Write;
 use std::path::Path;
@@ -153,12 +152,7 @@ fn sheet(
     renderer: &mut Renderer,
 ) -> Result<Vec<String>, Failure> {
     let progress = Progress::new(args.report.quiet);
-    let mut description =
-        Description { size: Some(args.size.unwrap_or(DEFAULT_CELL)), ..Description::default() };
-    // What is shown are materials: the ball stands nowhere.
-    description.ground = Some(Ground::None);
-    // A little from above, with the poles at the sides.
-    description.camera.view = Some(ViewDirection { direction: [0.0, 0.35, 1.0], up: [0.0, 1.0, 0.0] });
+    let mut description = ball::description(args.size.unwrap_or(DEFAULT_CELL));
     args.light.apply(&mut description);
     let (options, display) = description.options(args.machine.machine(), limits)?;
     let (count, cell) = (loaded.len(), [options.width, options.height]);
@@ -172,7 +166,7 @@ fn sheet(
     for (k, (entry, file)) in loaded.iter_mut().enumerate() {
         progress.stage(format!("{} of {count}: {}", k + 1, entry.name));
         let mut scene = surroundings.clone();
-        let (image, hash) = picture(&description, &mut scene, file, &options, &display, renderer)
+        let (image, hash) = ball::picture(&description, &mut scene, file, &options, &display, renderer)
             .map_err(|failure| failure.at(Path::new(entry.name)))?;
         entry.frame_hash = Some(hash);
         sheet.add(&[&image], [entry.name, entry.model.unwrap_or("any model")]);
@@ -180,19 +174,4 @@ fn sheet(
     progress.stage("encoding");
     sheet.write()?;
     Ok(warnings)
-}
-
-/// The ball with one material, and the hash of its picture.
-fn picture(
-    description: &Description,
-    ball: &mut Scene,
-    file: &MaterialFile,
-    options: &RenderOptions,
-    display: &DisplayOptions,
-    renderer: &mut Renderer,
-) -> Result<(DisplayImage, String), Failure> {
-    file.assign(ball, None, &options.limits).map_err(|e| Failure::assign(&e))?;
-    let camera = description.camera(ball, options)?;
-    let rendered = renderer.render(ball, &camera, options).map_err(|e| Failure::render(&e))?;
-    Ok((DisplayImage::new(&rendered.frame, display), rendered.frame.frame_hash()))
 }

@@ -7,12 +7,11 @@ use super::output_file::{Encoded, check_file, is_standard_output};
 use super::progress::Progress;
 use super::report::{self, Reporter, Versions};
 use super::{ball, value_parsers};
-use crate::description::{Description, Machine, MaterialChoice, MaterialSource, ViewDirection, builtin};
-use crate::frame::DisplayImage;
-use crate::lab::{Distance, LabError, Translation, Translator};
+use crate::description::{Machine, MaterialChoice, MaterialSource, builtin};
+use crate::lab::{Distance, Translation, Translator};
 use crate::limits::Limits;
 use crate::load::{Context, MaterialFile, Resolver, resolver_beside};
-use crate::render::{Ground, Renderer};
+use crate::render::Renderer;
 use crate::scene::parameters::{Kind, PARAMETERS, slots};
 use crate::scene::{Material, ShadingModel};
 use clap::Args;
@@ -27,7 +26,7 @@ const BALL: u32 = 256;
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   overcoat translate candy-red --to three -o candy-three.toml
-  overcoat translate paint.toml --from stacklit --to openpbr -o paint-openpbr.toml --picture both.png
+  overcoat translate paint.toml --to openpbr -o new.toml --picture both.png
 
 Finds the parameters of --to whose surfaces look most like those of --from: least squares of lightness over five views, under
 white light and light from one direction. Textures stay as they are, relative to the file; parameters are found for where they
@@ -108,7 +107,7 @@ pub fn run(args: &TranslateArgs) -> Result<(), Failure> {
     }
     let progress = Progress::new(args.report.quiet);
     progress.stage(format!("{} to {}", from.name(), args.to.name()));
-    let found = Translator::new().translate(&material, from, args.to).map_err(|e| failure(&e))?;
+    let found = Translator::new().translate(&material, from, args.to).map_err(|e| Failure::lab(&e))?;
     warnings.extend(args.to.leaves_out(&material).map(|what| {
         format!("{} does not know {what}: what it looks like is approached by the rest", args.to.name())
     }));
@@ -150,13 +149,6 @@ fn check_output(args: &TranslateArgs) -> Result<(), Failure> {
     }
     let input: Vec<PathBuf> = args.material.source.file().map(Path::to_owned).into_iter().collect();
     check_file(path, &input)
-}
-
-fn failure(error: &LabError) -> Failure {
-    match error {
-        LabError::Render(error) => Failure::render(error),
-        other => Failure::usage(other),
-    }
 }
 
 /// Reads a material, and what finds its textures.
@@ -258,19 +250,15 @@ fn balls(
     limits: &Limits,
     renderer: &mut Renderer,
 ) -> Result<(), Failure> {
-    let view = ViewDirection { direction: [0.0, 0.35, 1.0], up: [0.0, 1.0, 0.0] };
-    let mut description = Description { size: Some([BALL.into(); 2]), ..Description::default() };
-    (description.ground, description.camera.view) = (Some(Ground::None), Some(view));
+    let description = ball::description([BALL.into(); 2]);
     let cells = CellArgs::default();
     let mut sheet = ContactSheet::new(output, &[], args.report.json, 2, &cells, [BALL; 2], limits)?;
     for (file, model) in materials {
         let (mut options, display) = description.options(Machine::default(), limits)?;
         options.shading = Some(model);
         let mut scene = ball::scene().map_err(|e| Failure::scene(&e))?;
-        file.assign(&mut scene, None, limits).map_err(|e| Failure::assign(&e))?;
-        let camera = description.camera(&scene, &options)?;
-        let rendered = renderer.render(&scene, &camera, &options).map_err(|e| Failure::render(&e))?;
-        sheet.add(&[&DisplayImage::new(&rendered.frame, &display)], [model.name(), ""]);
+        let (image, _) = ball::picture(&description, &mut scene, file, &options, &display, renderer)?;
+        sheet.add(&[&image], [model.name(), ""]);
     }
     sheet.write()
 }

@@ -87,6 +87,12 @@ pub enum LabError {
     },
 }
 
+/// Luminance of linear Rec. 709.
+#[must_use]
+pub fn luminance([r, g, b]: [f64; 3]) -> f64 {
+    0.2126 * r + 0.7152 * g + 0.0722 * b
+}
+
 /// The direction at an angle from the normal in degrees, in the plane of x and z.
 fn direction(what: &'static str, degrees: f64) -> Result<[f64; 3], LabError> {
     if !(-89.0..=89.0).contains(&degrees) {

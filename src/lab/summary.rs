@@ -1,6 +1,6 @@
 //! A grid of specimens, and how far each model is off on it.
 
-use super::{Bench, LabError, Light, Referee, Specimen};
+use super::{Bench, LabError, Light, Referee, Specimen, luminance};
 use crate::scene::ShadingModel;
 use crate::truth::Samples;
 
@@ -180,7 +180,6 @@ fn case(
     (specimen, view, light): (&Specimen, f64, Light),
     samples: &Samples,
 ) -> Result<Case, LabError> {
-    let luminance = |[r, g, b]: [f64; 3]| 0.2126 * r + 0.7152 * g + 0.0722 * b;
     let mut shown = Vec::new();
     for &model in models {
         shown.push(luminance(bench.radiance(specimen, model, view, light)?));

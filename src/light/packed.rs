@@ -1,6 +1,6 @@
 //! A prefiltered environment (`file.rs`) in fewer bytes, for programs that want to be small: deflated, after its codes were
 //! parted from what follows them, since each kind repeats itself in its own way. Two thirds of what deflating alone leaves, or
-//! three fifths of the file; unpacking takes as long as reading the file then does.
+//! three fifths of the file.
 //!
 //! A zlib stream of: the file's header of 16 bytes; the numbers of first bytes and of second bytes of its codes (32 bits, little
 //! endian); all first bytes; all second bytes; all texels that stand for themselves.

@@ -29,7 +29,7 @@ fn bytes() -> Option<Cow<'static, [u8]>> {
 }
 
 impl PrefilteredEnvironment {
-    /// The built-in studio, unpacked once per process (about 2 ms; packed, without the feature `quick-studio`, 4).
+    /// The built-in studio, unpacked once per process (about 2 ms, and without the feature `quick-studio` the time to inflate it).
     #[must_use]
     pub fn studio() -> Arc<Self> {
         static STUDIO: OnceLock<Arc<PrefilteredEnvironment>> = OnceLock::new();

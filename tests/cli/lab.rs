@@ -43,29 +43,6 @@ fn a_slice_is_a_table_a_file_or_json() {
     assert_eq!(names(work.path()), ["a.svg", "b.svg", "map.svg", "view.csv"]);
 }
 
-/// The plots of the documents are made by these commands.
-#[test]
-fn plots_of_the_documents_are_reproducible() {
-    let work = tempfile::tempdir().unwrap();
-    let models = ["--models", "stacklit-d,openpbr,three,filament,urp17,stacklit"];
-    let matt = "--specular 0 --color 0.18,0.18,0.18 --coat-roughness 0 --samples 16384 -o coat-albedo.svg";
-    let gold = "--over light --view 40 --coat-roughness 0.5 --base-roughness 0.35 --metal --color 0.9,0.6,0.3 --steps 60 \
-                -o coat-lobes.svg";
-    for line in [matt, gold] {
-        let args: Vec<&str> = ["lab"].into_iter().chain(models).chain(line.split_whitespace()).collect();
-        let output = overcoat(work.path(), &args);
-        assert!(output.status.success(), "{}", stderr(&output));
-    }
-    let guide = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src/guide");
-    for name in ["coat-albedo.svg", "coat-lobes.svg"] {
-        let (made, stored) = (fs::read(work.path().join(name)).unwrap(), guide.join(name));
-        if std::env::var_os("UPDATE_PICTURES").is_some() {
-            fs::write(&stored, &made).unwrap();
-        }
-        assert!(fs::read(&stored).is_ok_and(|kept| kept == made), "{name}: UPDATE_PICTURES=1 writes it anew");
-    }
-}
-
 #[test]
 fn the_summary_is_a_table_too() {
     let work = tempfile::tempdir().unwrap();

@@ -1,22 +1,10 @@
 //! Smooth stacks whose sums over all paths are known.
 
-use crate::direction;
 use crate::statistics::{Family, gauss_legendre};
+use crate::{direction, fresnel};
 use overcoat::math::double::exp;
 use overcoat::truth::{Interface, Medium, Samples, Stack};
 use std::f64::consts::FRAC_1_PI;
-
-/// Fresnel's reflectance, and the cosine beyond.
-fn fresnel(cosine: f64, eta: f64) -> (f64, f64) {
-    let square = 1.0 - (1.0 - cosine * cosine) / (eta * eta);
-    if square <= 0.0 {
-        return (1.0, 0.0);
-    }
-    let beyond = square.sqrt();
-    let s = (cosine - eta * beyond) / (cosine + eta * beyond);
-    let p = (eta * cosine - beyond) / (eta * cosine + beyond);
-    (0.5 * (s * s + p * p), beyond)
-}
 
 /// 2 times the integral of f(cosine) cosine over the hemisphere, below an interface whose critical angle is at a cosine.
 fn diffuse(critical: f64, f: impl Fn(f64) -> f64) -> f64 {

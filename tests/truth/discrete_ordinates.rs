@@ -1,8 +1,8 @@
 //! An integrator of another kind: discrete ordinates, for a smooth dielectric over a medium that scatters isotropically over
 //! a diffuse base (Chandrasekhar 1960; Stamnes et al. 1988). Nothing is random in it, and nothing of it is in the library.
 
-use crate::direction;
 use crate::statistics::{Family, gauss_legendre};
+use crate::{direction, fresnel};
 use overcoat::math::double::exp;
 use overcoat::truth::{Interface, Medium, Samples, Stack};
 use std::f64::consts::{FRAC_1_PI, PI};
@@ -12,17 +12,6 @@ struct Layers {
     depth: f64,
     scattering: f64,
     base: f64,
-}
-
-fn fresnel(cosine: f64, eta: f64) -> (f64, f64) {
-    let square = 1.0 - (1.0 - cosine * cosine) / (eta * eta);
-    if square <= 0.0 {
-        return (1.0, 0.0);
-    }
-    let beyond = square.sqrt();
-    let s = (cosine - eta * beyond) / (cosine + eta * beyond);
-    let p = (eta * cosine - beyond) / (eta * cosine + beyond);
-    (0.5 * (s * s + p * p), beyond)
 }
 
 impl Layers {

@@ -26,3 +26,15 @@ pub fn direction(cosine: f64, phi: f64) -> [f64; 3] {
     let (s, c) = sin_cos(phi);
     [sine * c, sine * s, cosine]
 }
+
+/// Fresnel's reflectance, and the cosine beyond.
+fn fresnel(cosine: f64, eta: f64) -> (f64, f64) {
+    let square = 1.0 - (1.0 - cosine * cosine) / (eta * eta);
+    if square <= 0.0 {
+        return (1.0, 0.0);
+    }
+    let beyond = square.sqrt();
+    let s = (cosine - eta * beyond) / (cosine + eta * beyond);
+    let p = (eta * cosine - beyond) / (eta * cosine + beyond);
+    (0.5 * (s * s + p * p), beyond)
+}

@@ -9,7 +9,7 @@ use super::failure::Failure;
 use super::output_file::{Encoded, check_file, is_standard_output};
 use super::progress::Progress;
 use super::report::{self, Reporter, Versions};
-use crate::lab::{Bench, LabError, Row, Slice, Summary};
+use crate::lab::{Bench, Row, Slice, Summary, luminance};
 use crate::scene::ShadingModel;
 use crate::truth::Samples;
 use serde::Serialize;
@@ -89,14 +89,14 @@ pub fn run(args: &LabArgs) -> Result<(), Failure> {
             let mut maps = Vec::new();
             for (k, value) in outer.values().into_iter().enumerate() {
                 done("rows of the map", k as u32, of);
-                let inner = slice.varied(by, value).map_err(|e| failure(&e))?;
-                maps.push((value, inner.measure(&mut bench, |_| {}).map_err(|e| failure(&e))?));
+                let inner = slice.varied(by, value).map_err(|e| Failure::lab(&e))?;
+                maps.push((value, inner.measure(&mut bench, |_| {}).map_err(|e| Failure::lab(&e))?));
             }
             plot::errors(&slice, by, &maps)
         }
         (None, form) => {
             let rows = slice.measure(&mut bench, |k| done(slice.over.name(), k as u32, of));
-            let rows = rows.map_err(|e| failure(&e))?;
+            let rows = rows.map_err(|e| Failure::lab(&e))?;
             if args.report.json {
                 drop(progress);
                 return report::print_json(&json(&slice, rows));
@@ -131,15 +131,6 @@ fn form(output: Option<&Path>) -> Result<Form, Failure> {
     }
 }
 
-fn failure(error: &LabError) -> Failure {
-    match error {
-        LabError::Render(error) => Failure::render(error),
-        LabError::Scene(error) => Failure::usage(error),
-        LabError::Stack(error) => Failure::usage(error),
-        LabError::OutOfRange { .. } => Failure::usage(error),
-    }
-}
-
 fn json(slice: &Slice, rows: Vec<Row>) -> Report {
     let entry = |row: Row| Entry {
         value: row.value,
@@ -161,11 +152,6 @@ fn json(slice: &Slice, rows: Vec<Row>) -> Report {
 
 fn names(models: &[ShadingModel]) -> impl Iterator<Item = &'static str> {
     models.iter().map(|model| model.name())
-}
-
-/// Luminance, linear Rec. 709.
-fn luminance([r, g, b]: [f64; 3]) -> f64 {
-    0.2126 * r + 0.7152 * g + 0.0722 * b
 }
 
 /// All channels.
@@ -217,7 +203,7 @@ fn summary(args: &LabArgs, bench: &mut Bench, progress: Progress) -> Result<(), 
     let samples = Samples::new(args.samples.into());
     let done = |done, of| progress.step("specimens", done as u32, of as u32);
     let found =
-        Summary::measure(bench, &args.models(), &specimens, &samples, done).map_err(|e| failure(&e))?;
+        Summary::measure(bench, &args.models(), &specimens, &samples, done).map_err(|e| Failure::lab(&e))?;
     drop(progress);
     if args.report.json {
         let entry = |e: &crate::lab::ModelError| SummaryEntry {

@@ -1,11 +1,13 @@
 //! Plots of the lab, as SVG: curves, lobes in polar coordinates, maps of errors.
 
-use super::{luminance, names};
-use crate::lab::{Light, Quantity, Row, Slice};
+use super::names;
+use crate::lab::{Light, Quantity, Row, Slice, luminance};
 use crate::math::double::sin_cos;
+use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use std::error::Error;
 
+type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
 
 const SIZE: (u32, u32) = (960, 640);
@@ -104,11 +106,12 @@ fn most(slice: &Slice, rows: &[Row]) -> f64 {
 
 fn curves(root: &Area<'_>, slice: &Slice, rows: &[Row]) -> Result<(), Box<dyn Error>> {
     let [first, last] = slice.range;
+    let most = 1.08 * most(slice, rows);
     let mut chart = ChartBuilder::on(root)
         .margin(16)
         .x_label_area_size(48)
         .y_label_area_size(64)
-        .build_cartesian_2d(first..last, 0.0..1.08 * most(slice, rows))?;
+        .build_cartesian_2d(first..last, 0.0..most)?;
     let value = match slice.light {
         Light::White => "directional albedo (luminance)",
         Light::Overhead => "radiance (luminance)",
@@ -128,9 +131,19 @@ fn curves(root: &Area<'_>, slice: &Slice, rows: &[Row]) -> Result<(), Box<dyn Er
         |sign: f64| move |row: &Row| (row.value, luminance(row.truth) + sign * 2.0 * luminance(row.error));
     let band: Vec<(f64, f64)> = rows.iter().map(edge(1.0)).chain(rows.iter().rev().map(edge(-1.0))).collect();
     chart.draw_series([Polygon::new(band, BLACK.mix(0.15))])?;
+    lines(&mut chart, slice, rows, |(value, shown)| (value, if shown < most { shown } else { most }))
+}
+
+/// The lines of all models and the referee's, each point put where `place` says, and what they are called.
+fn lines<'a>(
+    chart: &mut Chart<'a, 'a>,
+    slice: &Slice,
+    rows: &[Row],
+    place: impl Fn((f64, f64)) -> (f64, f64),
+) -> Result<(), Box<dyn Error>> {
     for (name, color, width, points) in series(slice, rows) {
         chart
-            .draw_series(LineSeries::new(points, color.stroke_width(width)))?
+            .draw_series(LineSeries::new(points.into_iter().map(&place), color.stroke_width(width)))?
             .label(name)
             .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], color.stroke_width(width)));
     }
@@ -179,20 +192,7 @@ fn lobes(root: &Area<'_>, slice: &Slice, rows: &[Row]) -> Result<(), Box<dyn Err
         .draw_series(DashedLineSeries::new([(0.0, 0.0), view], 6, 4, BLACK.stroke_width(1)))?
         .label("view")
         .legend(|(x, y)| PathElement::new([(x, y), (x + 7, y)], BLACK));
-    for (name, color, width, points) in series(slice, rows) {
-        chart
-            .draw_series(LineSeries::new(points.into_iter().map(cut), color.stroke_width(width)))?
-            .label(name)
-            .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], color.stroke_width(width)));
-    }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::UpperLeft)
-        .background_style(WHITE.mix(0.85))
-        .border_style(RGBColor(200, 200, 200))
-        .label_font((FONT, 14))
-        .draw()?;
-    Ok(())
+    lines(&mut chart, slice, rows, cut)
 }
 
 /// Signed relative errors of each model over two quantities, a map beside the other.
