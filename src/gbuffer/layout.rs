@@ -5,6 +5,7 @@
 //! | [`CORE`] | place, normals, base, coat, emission | 140 | every shading model |
 //! | [`LOBES`] | tangent frame, sheen, anisotropy, film, the coat's medium, second lobe, subsurface, occlusion of reflections | 104 | every model but URP's |
 //! | [`FILTERED`] | roughness for normals that vary within a pixel | 8 | shading, where the model asks for it |
+//! | [`PAINT`] | flakes, and scratches of the coat | 36 | shading, where the material has them |
 //! | [`TRANSMISSION`] | what of the light passes through the surface, and how thick it is | 40 | shading, where the material transmits |
 //! | [`FACE`] | the plane of the triangle | 24 | effects that ask for it |
 //! | [`LIT`] | the smooth surface, and what of lamps with an extent reaches it | 64 | shading, where lamps cast shadows |
@@ -137,6 +138,16 @@ planes! {
     FILTERED_ROUGHNESS "filtered-roughness" 1 Range::UNIT;
     /// That of the coat.
     FILTERED_COAT_ROUGHNESS "filtered-coat-roughness" 1 Range::UNIT;
+    /// Share of the base that flakes cover.
+    FLAKE_SHARE "flake-share" 1 Range::UNIT;
+    /// Unit mean of the normals of flakes, N.V >= 0 up to rounding.
+    FLAKE_NORMAL "flake-normal" 3 VECTOR;
+    /// Perceptual roughness of the flakes together.
+    FLAKE_ROUGHNESS "flake-roughness" 1 Range::UNIT;
+    /// Share of the coat that a scratch covers.
+    SCRATCH_SHARE "scratch-share" 1 Range::UNIT;
+    /// Unit normal of the scratch's wall, N.V >= 0 up to rounding.
+    SCRATCH_NORMAL "scratch-normal" 3 VECTOR;
     /// Linear base colour that the surface is shaded with: dimmed by the next two.
     KEPT_COLOR "kept-color" 3 Range::new(-0.000_001, 65504.0);
     /// Share of the light that is not reflected that passes straight through.
@@ -199,7 +210,10 @@ pub const LOBES: std::ops::Range<usize> = TANGENT.first..FILTERED_ROUGHNESS.firs
 pub const SURFACE: std::ops::Range<usize> = CORE.start..LOBES.end;
 
 /// Rows that have a meaning where roughness grows with what normals vary within a pixel.
-pub const FILTERED: std::ops::Range<usize> = FILTERED_ROUGHNESS.first..KEPT_COLOR.first;
+pub const FILTERED: std::ops::Range<usize> = FILTERED_ROUGHNESS.first..FLAKE_SHARE.first;
+
+/// Rows that have a meaning where the material has flakes or its coat scratches.
+pub const PAINT: std::ops::Range<usize> = FLAKE_SHARE.first..KEPT_COLOR.first;
 
 /// Rows that have a meaning where the material lets light through.
 pub const TRANSMISSION: std::ops::Range<usize> = KEPT_COLOR.first..FACE_NORMAL.first;

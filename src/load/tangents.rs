@@ -43,8 +43,27 @@ pub fn add_tangents(mesh: &mut MeshData, uv_set: usize) -> Vec<u32> {
     write_back(mesh, tangents)
 }
 
+/// One of the sets of texture coordinates that a mesh has.
+///
+/// No number: `None` of it is a value of the same byte, so that no compiler reads a number that is not there ahead of asking
+/// whether it is, which tools that watch memory take for a mistake.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum UvSet {
+    First,
+    Second,
+}
+
+impl UvSet {
+    pub(crate) fn index(self) -> usize {
+        match self {
+            Self::First => 0,
+            Self::Second => 1,
+        }
+    }
+}
+
 /// The texture coordinates for which a material needs tangents.
-pub(crate) fn tangent_set(material: &Material) -> Option<usize> {
+pub(crate) fn tangent_set(material: &Material) -> Option<UvSet> {
     if material.unlit {
         return None;
     }
@@ -56,7 +75,7 @@ pub(crate) fn tangent_set(material: &Material) -> Option<usize> {
         (None, None) if material.is_anisotropic() => 0,
         (None, None) => return None,
     };
-    Some(set.into())
+    Some(if set == 0 { UvSet::First } else { UvSet::Second })
 }
 
 /// The triangles in runs that are handed over together. Those with two corners at one position cover nothing and

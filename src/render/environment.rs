@@ -149,6 +149,10 @@ fn of_material(material: &Material, options: &RenderOptions) -> Levels {
         levels = levels.with(Levels::for_roughness(base.0, if through < 1.0 { through } else { 1.0 }));
     }
     let lobes = &material.lobes;
+    if lobes.flakes.share > 0.0 {
+        // Flakes alone, to all of them together.
+        levels = levels.with(Levels::for_roughness(lobes.flakes.roughness, 1.0));
+    }
     if lobes.sheen.color.factor != [0.0; 3] {
         let sheen = range(lobes.sheen.roughness.factor, lobes.sheen.roughness.texture.is_some());
         levels = levels.with(SHEEN).with(Levels::for_roughness(sheen.0, sheen.1));

@@ -3,6 +3,7 @@
 //! Every group's default is "none of it", and costs nothing.
 
 use super::material::{NormalTexture, TextureRef};
+use super::paint::{CoatSurface, Flakes};
 use super::transmission::Transmission;
 
 /// A number, and a channel of a texture that multiplies it.
@@ -215,4 +216,8 @@ pub struct Lobes {
     pub transmission: Transmission,
     /// Occlusion of reflections.
     pub occlusion: ReflectionOcclusion,
+    /// Flakes in the base.
+    pub flakes: Flakes,
+    /// Orange peel and scratches of the coat.
+    pub coat_surface: CoatSurface,
 }

@@ -26,6 +26,7 @@ mod model;
 mod model_options;
 mod orientation;
 mod origin;
+mod paint;
 pub(crate) mod parameters;
 pub mod primitives;
 mod revision;
@@ -56,6 +57,7 @@ pub use model_options::{
     OcclusionCone, OpenPbrOptions, SpecularOcclusionMethod, StackLitOptions, ThreeOptions,
 };
 pub use orientation::{Axis, Orientation};
+pub use paint::{CoatSurface, Flakes};
 pub(crate) use revision::Revision;
 pub(crate) use splats::rotation_rows;
 pub use splats::{

@@ -154,6 +154,8 @@ const TABLE: &[Entry] = {
     const URP: &[Feature] = &[F::Coat, F::CoatNormal];
     const FILAMENT: &[Feature] = &[F::Coat, F::CoatNormal, F::Sheen, F::Anisotropy];
     const KHRONOS: &[Feature] = &[F::Coat, F::CoatNormal, F::Sheen, F::Anisotropy, F::Iridescence];
+    const HOUSE: &[Feature] =
+        &[F::Coat, F::CoatNormal, F::CoatColor, F::Sheen, F::Anisotropy, F::Iridescence];
     const STACKLIT: &[Feature] = &[
         F::Anisotropy,
         F::Iridescence,
@@ -200,7 +202,7 @@ const TABLE: &[Entry] = {
             "Babylon.js 9.35",
             &[F::Coat, F::CoatNormal, F::CoatAbsorption, F::CoatColor, F::CoatIor, F::Anisotropy],
         ),
-        entry(M::Standard, "standard", "what comes nearest to a path tracer", KHRONOS),
+        entry(M::Standard, "standard", "what comes nearest to a path tracer", HOUSE),
         entry(
             M::StackLitD,
             "stacklit-d",

@@ -7,7 +7,7 @@
 //! if every footprint were as long as [`ShadeContext::anisotropy`] allows.
 
 use super::variation::normal_filter;
-use super::{ShadeContext, models};
+use super::{ShadeContext, models, paint};
 use crate::scene::{AlphaMode, AreaLightMethod, Lobes, Material, ShadingModel};
 
 /// A material without light or textures.
@@ -40,6 +40,9 @@ const POOL: u64 = 300;
 
 /// Roughness that grows where normals vary within a pixel.
 const NORMAL_FILTER: u64 = 9;
+
+/// Flakes, orange peel and scratches of a fragment, found; the surfaces that they add are counted as such.
+const PAINT: u64 = 60;
 
 /// Sorting and summing a fragment of a blended surface.
 const BLENDING: u64 = 90;
@@ -86,11 +89,15 @@ impl ShadingCost {
         let (through, light_through) =
             if material.transmits() { (TRANSMISSION, LIGHT_THROUGH) } else { (0, 0) };
         let filter = if normal_filter(context, material).is_some() { NORMAL_FILTER } else { 0 };
-        let fragment = if layered { layers } else { plain }
+        // Its flakes and what scratches leave of its coat are surfaces of their own.
+        let surfaces = paint::surfaces(material);
+        let painted = if paint::is_painted(material) { PAINT } else { 0 };
+        let fragment = surfaces
+            * (if layered { layers } else { plain } + area * context.area_lights.len() as u64)
+            + painted
             + textures
             + filter
             + through
-            + area * context.area_lights.len() as u64
             + parts
             + MAP * u64::from(context.maps);
         // Diffuse, base, coat. What is hit is taken to be like this. The parts of a fragment that is split are counted as if each
@@ -102,7 +109,7 @@ impl ShadingCost {
         let receiving = if rays > 0 { fragment + POOL + rays * (RAY + fragment) + to_lamps } else { 0 };
         Self {
             fragment: fragment + receiving,
-            light: if layered { light_on_layers } else { light } + light_through + shadow,
+            light: surfaces * if layered { light_on_layers } else { light } + light_through + shadow,
             blending: BLENDING,
             mask,
         }

@@ -15,6 +15,7 @@ mod model;
 mod models;
 mod normals;
 mod open_direction;
+mod paint;
 mod reader;
 mod record;
 mod refraction;

@@ -9,11 +9,11 @@ use super::lamps::LampVisibility;
 use super::transmission::shaded_color;
 use super::variation::{NormalFilter, NormalFiltering, shaded_roughness};
 use super::visibility::LightVisibility;
-use super::{ShadeContext, Surface};
+use super::{ShadeContext, Surface, paint};
 use crate::coat::EnvironmentQuery;
 use crate::gbuffer::layout::SurfacePlanes;
 use crate::light::LightSample;
-use crate::math::lanes::Lanes;
+use crate::math::lanes::{Float, Lanes, Mask};
 use crate::math::vec3::{V3, Vec3};
 use crate::scene::Material;
 use std::f32::consts::PI;
@@ -261,28 +261,45 @@ pub(super) fn radiance<L: Lanes, M: Model>(
     l.run(
         #[inline(always)]
         || {
-            let mut surface = Surface::load_with(l, material, M::READS_LOBES, planes, shaded_color(material));
-            if context.has_maps() {
-                // What occlusion textures guess is known.
-                surface.occlusion = l.splat(1.0);
-                surface.lobes.specular_occlusion = l.splat(1.0);
-                surface.bent_normal = surface.normal;
+            let mixed = paint::is_mixed(material);
+            let mut total = Vec3::zero(l);
+            // Loops, so that a model's code is compiled once.
+            for which in 0..paint::SURFACES {
+                let mut surface =
+                    Surface::load_with(l, material, M::READS_LOBES, planes, shaded_color(material));
+                if context.has_maps() {
+                    // What occlusion textures guess is known.
+                    surface.occlusion = l.splat(1.0);
+                    surface.lobes.specular_occlusion = l.splat(1.0);
+                    surface.bent_normal = surface.normal;
+                }
+                [surface.roughness, surface.coat_roughness] = shaded_roughness(l, context, material, planes);
+                let mut share = l.splat(1.0);
+                if mixed {
+                    share = paint::vary(l, material, planes, which, &mut surface);
+                    if !share.gt(l.zero()).any() {
+                        continue;
+                    }
+                }
+                let layers = model.layers(l, material, &surface);
+                let mut sum = model.begin(l, &layers, &surface);
+                if M::LIGHTS_FIRST {
+                    sum = add_lights(l, model, context, (material, planes), &surface, &layers, sum);
+                }
+                for &surroundings in Surroundings::of(context) {
+                    let source = Source { surroundings, context, material, surface: &surface, planes };
+                    sum = model.indirect(l, &layers, &source, sum);
+                }
+                if !M::LIGHTS_FIRST {
+                    sum = add_lights(l, model, context, (material, planes), &surface, &layers, sum);
+                }
+                let radiance = model.finish(l, &layers, &surface, sum);
+                if !mixed {
+                    return radiance;
+                }
+                total += radiance * share;
             }
-            [surface.roughness, surface.coat_roughness] = shaded_roughness(l, context, material, planes);
-            let layers = model.layers(l, material, &surface);
-            let mut sum = model.begin(l, &layers, &surface);
-            if M::LIGHTS_FIRST {
-                sum = add_lights(l, model, context, (material, planes), &surface, &layers, sum);
-            }
-            // A loop, so that a model's code is compiled once.
-            for &surroundings in Surroundings::of(context) {
-                let source = Source { surroundings, context, material, surface: &surface, planes };
-                sum = model.indirect(l, &layers, &source, sum);
-            }
-            if !M::LIGHTS_FIRST {
-                sum = add_lights(l, model, context, (material, planes), &surface, &layers, sum);
-            }
-            model.finish(l, &layers, &surface, sum)
+            total
         },
     )
 }

@@ -135,7 +135,7 @@ impl<L: Lanes> NormalFrame<L> {
 
 /// Takes the part of a unit normal out that points away from the viewer.
 #[inline(always)]
-fn face_viewer<L: Lanes>(l: L, normal: V3<L>, view: V3<L>) -> V3<L> {
+pub(super) fn face_viewer<L: Lanes>(l: L, normal: V3<L>, view: V3<L>) -> V3<L> {
     let cosine = normal.dot(view);
     let away = cosine.lt(l.zero());
     if !away.any() {

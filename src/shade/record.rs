@@ -2,7 +2,7 @@
 
 use super::surface::{Dielectric, Reflectance, Surface, SurfacePlace, SurfaceReading, evaluate_surface};
 use super::variation::store_filtered;
-use super::{LobeValues, ShadeContext};
+use super::{LobeValues, ShadeContext, paint};
 use crate::each;
 use crate::gbuffer::Batch;
 use crate::gbuffer::layout::{self, Plane, SurfacePlanes};
@@ -49,10 +49,12 @@ pub fn store_surface<L: Lanes>(
     l.run(
         #[inline(always)]
         || {
-            let (surface, variation) = evaluate_surface(l, context, reading, batch, place);
+            let (mut surface, variation) = evaluate_surface(l, context, reading, batch, place);
+            paint::store(l, context, reading.material, (batch, place), &mut surface, planes);
             surface.store(l, reading.lobes, planes);
             if let Some((filter, variation)) = reading.filter.zip(variation) {
-                store_filtered(l, &context.rays, filter, &variation, planes);
+                let change = store_filtered(l, &context.rays, filter, &variation, planes);
+                paint::store_filtered(l, reading.material, filter, change, planes);
             }
         },
     );

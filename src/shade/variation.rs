@@ -53,7 +53,7 @@ impl NormalFilter {
     /// A perceptual roughness that has grown, 0 to 1: by the `change` of the normal from pixel to pixel, and by the variance of
     /// `mapped` normals.
     #[inline(always)]
-    fn roughened<F: Float>(self, roughness: F, change: F, mapped: F) -> F {
+    pub(super) fn roughened<F: Float>(self, roughness: F, change: F, mapped: F) -> F {
         match self {
             Self::LargestChange { least } => (roughness.at_least(least) + change).at_most(1.0),
             Self::Kernel { variance, most } => {
@@ -128,7 +128,7 @@ pub(super) fn shaded_roughness<L: Lanes>(
     [base, coat]
 }
 
-/// Writes the roughness that a surface in `planes` is shaded with, if it is another one.
+/// Writes the roughness that a surface in `planes` is shaded with, if it is another one. Returns the change that it is for.
 #[inline(always)]
 pub(super) fn store_filtered<L: Lanes>(
     l: L,
@@ -136,7 +136,7 @@ pub(super) fn store_filtered<L: Lanes>(
     filter: NormalFilter,
     &NormalVariation { normal, change, mapped }: &NormalVariation<L>,
     planes: &mut SurfacePlanes,
-) {
+) -> L::F {
     let change = match filter {
         NormalFilter::LargestChange { .. } => {
             largest_component(l, rays, change.map(|change| (normal + change).normalize() - normal))
@@ -146,6 +146,7 @@ pub(super) fn store_filtered<L: Lanes>(
     let ([base], [coat]) = (get(l, planes, layout::ROUGHNESS), get(l, planes, layout::COAT_ROUGHNESS));
     put(planes, layout::FILTERED_ROUGHNESS, [filter.roughened::<L::F>(base, change, mapped[0])]);
     put(planes, layout::FILTERED_COAT_ROUGHNESS, [filter.roughened::<L::F>(coat, change, mapped[1])]);
+    change
 }
 
 /// The largest absolute component of two vectors in view space.

@@ -8,7 +8,7 @@
 //!
 //! **Use.** [`surface`] once for a vector of fragments, then [`direct()`] for every light and [`indirect()`] for the
 //! environment; the sum is the reflected radiance. What the material emits passes the coat:
-//! [`Surface::coat_transmittance`].
+//! [`Surface::above_coat`].
 //!
 //! **Radiometry.** The BRDF contains its 1/pi: a light's colour is the irradiance that it delivers at normal incidence.
 //! The environment is radiance, its irradiance is given over pi.
@@ -24,7 +24,7 @@
 //! a(f)     = M (f0 (E - G) + f90 G)                           its albedo
 //! base     = metallic lobe(color, 1) + (1 - metallic) (lobe(f0, f90) + color (1 - a(f0, f90)) irradiance / pi)
 //! sheen    = color charlie + (1 - max(color) a_s) base
-//! out      = coat lobe(0.04, 1) + (1 - coat a(0.04, 1)) (sheen + emission)
+//! out      = coat lobe(0.04, 1) + (1 - coat + coat (1 - a(0.04, 1)) coat_color^(1 / V'.N)) (sheen + emission)
 //! ```
 //!
 //! mean(L) is the radiance over the whole lobe, by three lookups of the prefiltered environment in place of one
@@ -37,8 +37,9 @@
 //! is half of it at a roughness of 0.5.)
 //!
 //! **Physics.** Under white light from everywhere a surface that absorbs nothing shows 1 for every view, roughness and
-//! metalness, with or without coat. Nothing is reciprocal: albedos look at the view only. The coat neither absorbs nor refracts
-//! nor changes F0 or roughness of the base, as KHR_materials_clearcoat has it.
+//! metalness, with or without coat. Nothing is reciprocal: albedos look at the view only. The coat neither refracts
+//! nor changes F0 or roughness of the base, as KHR_materials_clearcoat has it; if it has a colour, which glTF does not know, it absorbs
+//! along the refracted way of the view.
 //!
 //! **Left out:** retroreflection, diffuse roughness, polarisation, bounces between coat and base. Every result is
 //! finite and not negative for inputs in range and unit vectors; of a thin film at most 1 counts.
@@ -56,6 +57,7 @@ pub use lobe::roughness_of_lookups;
 use crate::brdf::table::Table;
 use crate::brdf::thin_film::{SchlickWeight, ThinFilm, eval_iridescence};
 use crate::math::lanes::{Float, Lanes, Mask};
+use crate::math::pow;
 use crate::math::vec3::{V3, Vec3};
 use crate::vec3;
 
@@ -64,6 +66,9 @@ pub const LIGHT_COLOR_PER_IRRADIANCE: f32 = 1.0;
 
 /// F0 of the coat: an index of 1.5.
 pub const COAT_F0: f32 = 0.04;
+
+/// Index of refraction of the coat.
+const COAT_IOR: f32 = 1.5;
 
 /// Mean of (1 - u)^5 over the hemisphere.
 const MEAN_SCHLICK_WEIGHT: f32 = 1.0 / 21.0;
@@ -98,6 +103,8 @@ pub struct SurfaceData<L: Lanes> {
     pub dielectric_f90: L::F,
     /// Clear coat.
     pub coat: Option<Coat<L>>,
+    /// What of light the coat lets through down and up at normal incidence, linear, 0 to 1; `None` is all.
+    pub coat_color: Option<V3<L>>,
     /// Sheen.
     pub sheen: Option<Sheen<L>>,
     /// Thin film.
@@ -128,8 +135,21 @@ pub struct CoatSurface<L: Lanes> {
     pub n_dot_v: L::F,
     /// Its reflection.
     pub reflectance: Reflectance<L>,
-    /// What the coat leaves of the light from beneath.
+    /// What the coat leaves of the light from beneath, without its colour.
     pub transmittance: L::F,
+    /// The same with its colour, if it has one.
+    pub tinted: Option<V3<L>>,
+}
+
+impl<L: Lanes> CoatSurface<L> {
+    /// What the eye sees of light from beneath.
+    #[inline(always)]
+    fn above(&self, light: V3<L>) -> V3<L> {
+        match self.tinted {
+            Some(tinted) => light * tinted,
+            None => light * self.transmittance,
+        }
+    }
 }
 
 /// Sheen as [`surface`] prepares it.
@@ -223,10 +243,10 @@ pub struct Surface<L: Lanes> {
 impl<L: Lanes> Surface<L> {
     /// What reaches the eye of light from beneath the coat, such as the material's emission.
     #[inline(always)]
-    pub fn coat_transmittance(&self, l: L) -> L::F {
+    pub fn above_coat(&self, _: L, light: V3<L>) -> V3<L> {
         match &self.coat {
-            Some(coat) => coat.transmittance,
-            None => l.splat(1.0),
+            Some(coat) => coat.above(light),
+            None => light,
         }
     }
 }
@@ -249,7 +269,7 @@ fn color<L: Lanes>(_: L, surface: &Surface<L>, terms: &Terms<L>) -> V3<L> {
         out = out * sheen.transmittance + terms.sheen;
     }
     if let Some(coat) = &surface.coat {
-        out = out * coat.transmittance + terms.coat * coat.factor;
+        out = coat.above(out) + terms.coat * coat.factor;
     }
     out
 }
@@ -304,11 +324,26 @@ pub fn surface<L: Lanes>(
             let f0 = Vec3::splat(l, [COAT_F0; 3]);
             let reflectance = Reflectance::new(l, f0, l.splat(1.0), albedos(l, table, n_dot_v, roughness));
             let transmittance = (factor * reflectance.albedo(l).x).one_minus().at_least(0.0);
-            Some(CoatSurface { factor, roughness, normal: coat.normal, n_dot_v, reflectance, transmittance })
+            let tinted = data.coat_color.map(
+                #[inline(always)]
+                |color| tinted(l, factor, reflectance.albedo(l).x, color, n_dot_v),
+            );
+            let normal = coat.normal;
+            Some(CoatSurface { factor, roughness, normal, n_dot_v, reflectance, transmittance, tinted })
         }
         None => None,
     };
     Surface { normal, view, n_dot_v, roughness, diffuse, reflectance, coat, sheen, anisotropy }
+}
+
+/// What a coat of this albedo leaves of light from beneath where it has a colour: to the power of how much longer the way through it
+/// is than straight, out and, for want of better, in.
+#[inline(always)]
+fn tinted<L: Lanes>(l: L, factor: L::F, albedo: L::F, color: V3<L>, n_dot_v: L::F) -> V3<L> {
+    let sine2 = n_dot_v.squared().one_minus() * (1.0 / (COAT_IOR * COAT_IOR));
+    let longer = sine2.one_minus().at_least(0.1).sqrt().recip();
+    let passed = albedo.one_minus().at_least(0.0);
+    vec3!(c in color => pow(l, c.saturate(), longer) * passed * factor + factor.one_minus())
 }
 
 /// The base's reflection and what is left of its colour beneath.

@@ -11,6 +11,7 @@ use super::shape::Topological;
 use super::topology::Topology;
 use crate::limits::Limits;
 use crate::load::budget::Budget;
+use crate::load::tangents::UvSet;
 use crate::load::warnings::Warnings;
 use crate::load::{Context, LoadError};
 use crate::scene::PrimitiveKind;
@@ -33,7 +34,7 @@ pub(super) struct Source {
     /// Mesh and primitive, of one that is compressed: each is decompressed for itself.
     pub draco: Option<(usize, usize)>,
     /// The texture coordinates for which tangents are made.
-    pub tangents_for: Option<usize>,
+    pub tangents_for: Option<UvSet>,
     /// What moves its vertices.
     pub deform: deform::Source,
 }
@@ -59,7 +60,7 @@ pub(super) fn name(root: &Root, mesh: usize, primitive: usize) -> String {
 #[derive(Clone, Copy)]
 pub(super) struct Wanted<'a> {
     /// The texture coordinates for which tangents are made.
-    pub tangents_for: Option<usize>,
+    pub tangents_for: Option<UvSet>,
     /// The sets of texture coordinates that its material reads.
     pub uv_sets: [u32; 2],
     /// What moves it.
@@ -114,7 +115,7 @@ pub(super) fn plan(
         uv_sets,
         color: attributes.color,
         draco: compression.map(|_| (mesh, primitive)),
-        tangents_for: tangents_for.filter(|&set| uvs.get(set).is_some_and(Option::is_some)),
+        tangents_for: tangents_for.filter(|set| uvs[set.index()].is_some()),
         deform: deform::Source::new(given, usage, uv_sets, &name, warnings),
     };
     let mut require = |index| accessor::require(root, index, buffers, context, budget);

@@ -216,7 +216,7 @@ impl Geometry {
                 origins = Some(make_flat(&mut data)?);
             }
             let before = data.positions.len() as u32;
-            let copies = add_tangents(&mut data, set);
+            let copies = add_tangents(&mut data, set.index());
             if !self.source.deform.is_still() {
                 let origins = origins.get_or_insert_with(|| (0..before).collect());
                 for copy in copies {

@@ -273,7 +273,7 @@ fn fit_meshes(
             .find_map(|&draw| tangent_set(scene.materials().get(material(draw)?.index())?))
             // Without normals there is flat shading, and tangents mean nothing.
             .filter(|&set| {
-                mesh.tangents().is_empty() && !mesh.normals().is_empty() && !mesh.uvs(set).is_empty()
+                mesh.tangents().is_empty() && !mesh.normals().is_empty() && !mesh.uvs(set.index()).is_empty()
             });
         let without_colors = replaced && !these.is_empty() && !mesh.colors().is_empty();
         if set.is_none() && !without_colors {
@@ -286,7 +286,7 @@ fn fit_meshes(
             data.colors = Vec::new();
         }
         if let Some(set) = set {
-            add_tangents(&mut data, set);
+            add_tangents(&mut data, set.index());
         }
         vertices = vertices.saturating_add(data.positions.len() as u64);
         if others.is_empty() {

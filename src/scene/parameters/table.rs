@@ -1,9 +1,13 @@
 //! The table. A row is a name, what messages call it, what it takes, where it is, and a sentence about it.
 
 use super::{Access, Holds, Kind, MAX_FACTOR, Parameter, Place, Range, Slot};
+use crate::scene::Flakes;
 use crate::scene::material::{AlphaMode, Material, TextureRef, Workflow};
 use crate::scene::model::{Feature as F, ShadingModel};
 use crate::scene::model_options::{DualNormalFix, OcclusionCone, SpecularOcclusionMethod};
+
+/// Lengths in metres of what paint is made of.
+const PAINT_SIZE: Range = Range::new(Flakes::LEAST_SIZE, MAX_FACTOR);
 
 const STACKLIT: &[ShadingModel] = &[ShadingModel::StackLit];
 
@@ -435,6 +439,93 @@ parameters! {
         m => m.lobes.coat.anisotropy,
         "Anisotropy of the coat."
     ).knowing(F::CoatAnisotropy);
+
+    COAT_PEEL = number!(
+        "coat_peel",
+        "orange peel",
+        Range::UNIT,
+        m => m.lobes.coat_surface.peel,
+        "Orange peel of the coat: root mean square of its slopes; .005 is good, .03 bad."
+    ).knowing(F::Coat);
+    COAT_PEEL_SIZE = number!(
+        "coat_peel_size",
+        "size of orange peel",
+        PAINT_SIZE,
+        m => m.lobes.coat_surface.peel_size,
+        "Length of the waves of the orange peel."
+    ).unit("metres").knowing(F::Coat);
+    COAT_SCRATCHES = number!(
+        "coat_scratches",
+        "scratches",
+        Range::UNIT,
+        m => m.lobes.coat_surface.scratches,
+        "Share of the coat that scratches and swirl marks cover; .01 is a car that brushes have washed."
+    ).knowing(F::Coat);
+    COAT_SCRATCH_LENGTH = number!(
+        "coat_scratch_length",
+        "length of scratches",
+        PAINT_SIZE,
+        m => m.lobes.coat_surface.scratch_length,
+        "Length of a scratch."
+    ).unit("metres").knowing(F::Coat);
+
+    // Flakes in the base.
+    FLAKES = number!(
+        "flakes",
+        "share of flakes",
+        Range::UNIT,
+        m => m.lobes.flakes.share,
+        "Share of the base that flakes of metal or mica cover."
+    );
+    FLAKE_COLOR = color!(
+        "flake_color",
+        "colour of flakes",
+        Range::UNIT,
+        m => m.lobes.flakes.color,
+        "Reflectance of a flake at normal incidence, beneath its film if it has one."
+    );
+    FLAKE_SIZE = number!(
+        "flake_size",
+        "size of flakes",
+        PAINT_SIZE,
+        m => m.lobes.flakes.size,
+        "Diameter of a flake."
+    ).unit("metres");
+    FLAKE_SPREAD = number!(
+        "flake_spread",
+        "spread of flakes",
+        Range::UNIT,
+        m => m.lobes.flakes.spread,
+        "How far flakes lie from flat: perceptual roughness of what smooth ones are together."
+    );
+    FLAKE_ROUGHNESS = number!(
+        "flake_roughness",
+        "roughness of flakes",
+        Range::UNIT,
+        m => m.lobes.flakes.roughness,
+        "Perceptual roughness of each flake."
+    );
+    FLAKE_FILM_THICKNESS = number!(
+        "flake_film_thickness",
+        "thickness of the flakes' film",
+        Range::new(0.0, 1e5),
+        m => m.lobes.flakes.film_thickness,
+        "Thickness of a film on the flakes (pearl); 0 is none."
+    ).unit("nanometres");
+    FLAKE_FILM_IOR = number!(
+        "flake_film_ior",
+        "index of refraction of the flakes' film",
+        Range::new(1.5, 5.0),
+        m => m.lobes.flakes.film_ior,
+        "Index of refraction of the film, in paint of 1.5."
+    );
+    FLAKE_TRANSPARENCY = number!(
+        "flake_transparency",
+        "transparency of flakes",
+        Range::UNIT,
+        m => m.lobes.flakes.transparency,
+        "How much of what flakes do not reflect reaches the base: 0 for metal, 1 for mica."
+    );
 
     // Further lobes.
     ANISOTROPY = number!(

@@ -33,6 +33,7 @@ impl AdditiveModel for Standard {
             dielectric_f0: base.weighted_f0(),
             dielectric_f90: base.weight,
             coat: layers.coat,
+            coat_color: (material.lobes.coat.color.factor != [1.0; 3]).then_some(surface.lobes.coat_color),
             sheen: layers.sheen,
             iridescence: layers.iridescence,
             anisotropy: (material.lobes.anisotropy.strength != 0.0)
@@ -44,7 +45,7 @@ impl AdditiveModel for Standard {
 
     #[inline(always)]
     fn emission<L: Lanes>(self, l: L, layers: &Self::Layers<L>, surface: &Surface<L>) -> V3<L> {
-        surface.emissive * layers.coat_transmittance(l)
+        layers.above_coat(l, surface.emissive)
     }
 
     #[inline(always)]
