@@ -112,7 +112,11 @@ impl Feature {
             F::Anisotropy => lobes.anisotropy.strength != 0.0,
             F::Iridescence => lobes.iridescence.mask.factor > 0.0,
             F::Coat => coated,
-            F::CoatNormal => coated && material.coat_normal_texture != material.normal_texture,
+            F::CoatNormal => {
+                let surface = &lobes.coat_surface;
+                let own = material.coat_normal_texture != material.normal_texture;
+                coated && (own || surface.peel > 0.0 || surface.scratches > 0.0)
+            }
             F::CoatAbsorption => coated && medium.thickness.factor > 0.0 && medium.extinction != [0.0; 3],
             F::CoatColor => coated && medium.color.factor != [1.0; 3],
             F::CoatIor => coated && medium.ior != 1.5,

@@ -4,7 +4,7 @@
 //! that it moves with the object and has the same size wherever on it. Lengths are metres of the scene (of the object, where its
 //! transform scales it: what is drawn twice as large has flakes of the size that is written here).
 //!
-//! Every shading model shows them. What a pixel shows is a mix of a few surfaces, each shaded by the model's own formulas: the
+//! Every shading model shows flakes, and every one whose coat has normals of its own shows the rest. What a pixel shows is a mix of a few surfaces, each shaded by the model's own formulas: the
 //! base as it is, the flakes, and both beneath what scratches have left of the coat.
 
 /// Flakes of metal or coated mica in the base.
@@ -20,8 +20,8 @@ pub struct Flakes {
     pub color: [f32; 3],
     /// Their diameter in metres, [`Flakes::LEAST_SIZE`] or more.
     pub size: f32,
-    /// How far they lie from flat, 0 (all of them flat) to 1: the perceptual roughness of the surface that perfectly smooth ones make
-    /// together. Slopes have a variance of half its fourth power along each axis.
+    /// How far they lie from flat, 0 (all of them flat) to 1: the perceptual roughness of the GGX surface that perfectly smooth
+    /// ones make together.
     pub spread: f32,
     /// Perceptual roughness of each flake, 0 to 1.
     pub roughness: f32,

@@ -446,28 +446,28 @@ parameters! {
         Range::UNIT,
         m => m.lobes.coat_surface.peel,
         "Orange peel of the coat: root mean square of its slopes; .005 is good, .03 bad."
-    ).knowing(F::Coat);
+    ).knowing(F::CoatNormal);
     COAT_PEEL_SIZE = number!(
         "coat_peel_size",
         "size of orange peel",
         PAINT_SIZE,
         m => m.lobes.coat_surface.peel_size,
         "Length of the waves of the orange peel."
-    ).unit("metres").knowing(F::Coat);
+    ).unit("metres").knowing(F::CoatNormal);
     COAT_SCRATCHES = number!(
         "coat_scratches",
         "scratches",
         Range::UNIT,
         m => m.lobes.coat_surface.scratches,
         "Share of the coat that scratches and swirl marks cover; .01 is a car that brushes have washed."
-    ).knowing(F::Coat);
+    ).knowing(F::CoatNormal);
     COAT_SCRATCH_LENGTH = number!(
         "coat_scratch_length",
         "length of scratches",
         PAINT_SIZE,
         m => m.lobes.coat_surface.scratch_length,
         "Length of a scratch."
-    ).unit("metres").knowing(F::Coat);
+    ).unit("metres").knowing(F::CoatNormal);
 
     // Flakes in the base.
     FLAKES = number!(

@@ -1,11 +1,12 @@
 //! Flakes in sixteen footprints: how many there are, where they face on average, and how far they stray from that.
 //!
 //! The flakes of a footprint are shaded as one surface of rough metal: its normal is the mean of theirs, and its roughness is that
-//! of each flake and of what their normals vary within the footprint, whose variances add up (Olano and Baker 2010, "LEAN
-//! Mapping", as for maps of normals). So one flake that fills the pixel is nearly a mirror at its own angle, and ten thousand are the rough
-//! metal that the paint looks like from afar, and the light that all pixels together reflect is the same at every size of picture.
+//! of each flake and of what their normals vary within the footprint (after Olano and Baker 2010, "LEAN Mapping"). So one flake
+//! that fills the pixel is nearly a mirror at its own angle, ten thousand are the rough metal that the paint looks like from afar,
+//! and the light that all pixels together reflect is the same at every size of picture: [`slope`].
 
 use super::cells::{Footprint, Hash, LARGEST_DEVIATION, Level, corners};
+use crate::math::exp;
 use crate::math::lanes::{Float, Int, Lanes, Mask};
 use crate::math::vec3::{V3, Vec3};
 use crate::scene::Flakes;
@@ -15,7 +16,7 @@ use crate::scene::Flakes;
 pub(super) struct Seen<L: Lanes> {
     /// Share of the footprint that they cover, 0 to 1.
     pub(super) share: L::F,
-    /// Mean of their deviations from flat in units of one standard deviation along each axis, in the object's space.
+    /// Which way they lie on average: a Gaussian of variance 1 in each component, in the object's space.
     pub(super) deviation: V3<L>,
     /// Share of the variance of all flakes that is left within the footprint, 0 (one flake) to 1 (all there are).
     pub(super) variance: L::F,
@@ -45,7 +46,41 @@ pub(super) fn seen<L: Lanes>(l: L, flakes: &Flakes, footprint: &Footprint<L>) ->
     }
     let inverse = share.at_least(1e-6).recip();
     let variance = (squares * inverse * inverse).one_minus().saturate();
-    Seen { share: share.at_most(1.0), deviation: deviation * inverse, variance }
+    let unit = squares.at_least(1e-12).sqrt().recip();
+    Seen { share: share.at_most(1.0), deviation: deviation * unit, variance }
+}
+
+/// The mean normal of flakes by what varies in it, a Gaussian of variance 1 along each axis `across` the surface, as the number that
+/// this is to be multiplied by for the slope; and the roughness of the flakes about it.
+///
+/// All flakes together are to be the GGX surface of `alpha^2 = of_each^2 + spread^2` wherever they are seen from. Slopes of GGX are
+/// Student's t of two degrees, which is no sum of Gaussians, but one that can be taken apart (Grosswald 1976: it is
+/// self-decomposable): for every part of alpha that is left as roughness there is a distribution of slopes which together with
+/// that roughness makes the whole. Its quantiles were found by numerical inversion of the ratio of the two characteristic
+/// functions, x K1(x) for x = alpha t; with c the part that is left and E = exp(R^2 / 2) - 1, R the length of the Gaussian, they are
+/// within 2 percent for c up to .5 and 7 up to .95
+///
+/// ```text
+/// r^2 = alpha^2 (1 - c^2) E (E + 3) / (E + 3 / (1.03 (1 - c)))
+/// ```
+///
+/// and exact at c = 0, where r^2 = alpha^2 E are the slopes of GGX.
+#[inline(always)]
+pub(super) fn slope<L: Lanes>(l: L, flakes: &Flakes, variance: L::F, across: V3<L>) -> (L::F, L::F) {
+    let fourth = |x: f32| (x * x) * (x * x);
+    let (of_each, spread) = (fourth(flakes.roughness), fourth(flakes.spread));
+    let left = variance * spread + of_each;
+    let roughness = left.at_most(1.0).sqrt().sqrt();
+    let all = of_each + spread;
+    if all <= 0.0 {
+        return (l.zero(), roughness);
+    }
+    let c2 = (left * (1.0 / all)).at_most(1.0);
+    let core = (c2.sqrt().one_minus() * 1.03).clamp_to(1e-6, 1.0);
+    let square = across.dot(across).clamp_to(1e-6, 18.0);
+    let e = exp(l, square * 0.5) - 1.0;
+    let stretched = (e + 3.0) / (e + core.recip() * 3.0);
+    ((c2.one_minus() * all * (e / square) * stretched).sqrt(), roughness)
 }
 
 /// Share of a cell that flakes cover: of the smallest all or nothing, of larger ones about what all have, varying as the mean of

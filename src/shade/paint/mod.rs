@@ -94,10 +94,10 @@ pub(super) fn store<L: Lanes>(
     }
     if has_flakes(material) {
         let seen = flakes::seen(l, flakes, &footprint(flakes.size));
-        let spread = (flakes.spread * flakes.spread) * (flakes.spread * flakes.spread);
-        let tilted = surface.normal + turned(seen.deviation, surface.normal) * (0.5 * spread).sqrt();
+        let across = turned(seen.deviation, surface.normal);
+        let (steepness, roughness) = flakes::slope(l, flakes, seen.variance, across);
+        let tilted = surface.normal + across * steepness;
         let normal = face_viewer(l, normalize_or(l, tilted, surface.normal), surface.view);
-        let roughness = rougher(l, l.splat(flakes.roughness), seen.variance * spread);
         put(planes, layout::FLAKE_SHARE, [seen.share]);
         put(planes, layout::FLAKE_NORMAL, normal.to_array());
         put(planes, layout::FLAKE_ROUGHNESS, [roughness]);
@@ -175,6 +175,8 @@ pub(super) fn vary<L: Lanes>(
 fn as_flakes<L: Lanes>(l: L, surface: &mut Surface<L>, normal: V3<L>, color: V3<L>) {
     let (zero, one) = (l.zero(), l.splat(1.0));
     surface.normal = normal;
+    // At right angles to it, whatever the base is brushed along.
+    [surface.tangent, surface.bitangent] = normal.any_basis(l);
     surface.base_color = color;
     let dielectric = Dielectric { f0_of_ior: 0.04, color: Vec3::uniform(one), weight: one };
     surface.reflectance = Reflectance::Metallic { metallic: one, dielectric };

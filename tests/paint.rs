@@ -1,0 +1,311 @@
+//! Car paint: flakes, pearl, orange peel and scratches, under every model.
+
+#[allow(dead_code, reason = "other tests use the rest")]
+mod common;
+
+use common::stage;
+use overcoat::render::{RenderOptions, Renderer};
+use overcoat::scene::{
+    CoatSurface, EquirectImage, Flakes, Light, LightKind, Material, Mesh, MeshData, Scene, ShadingModel,
+    Transform,
+};
+use std::sync::Arc;
+
+const HOUSE: [ShadingModel; 3] = [ShadingModel::Standard, ShadingModel::OpenPbr, ShadingModel::StackLitD];
+
+/// Flakes that cover everything, this many along the two units of the square of [`stage::flat_view`].
+fn flakes(across: f32) -> Flakes {
+    Flakes { share: 1.0, size: 2.0 / across, ..Flakes::default() }
+}
+
+fn painted(flakes: Flakes) -> Material {
+    let mut material = stage::plastic(0.0, 0.0, 0.0, 0.5);
+    material.specular = 0.0;
+    material.lobes.flakes = flakes;
+    material
+}
+
+/// A body of a material under a sky with a lamp.
+fn lit(mesh: MeshData, material: Material, direction: [f32; 3]) -> Scene {
+    let mut stage = stage::Stage::new().unwrap();
+    put(&mut stage, mesh, material, stage::at([0.0; 3], 1.0).unwrap());
+    let light = LightKind::Directional { direction };
+    stage.scene.add_light(Light { intensity: 3.0, ..Light::new(light) }).unwrap();
+    stage.scene
+}
+
+fn put(stage: &mut stage::Stage, mesh: MeshData, material: Material, transform: Transform) {
+    let mesh = stage.scene.add_mesh(Mesh::new(mesh).unwrap()).unwrap();
+    let material = stage.material(material).unwrap();
+    stage.place(mesh, material, transform).unwrap();
+}
+
+/// Radiance of 1 from everywhere.
+fn furnace(mesh: MeshData, material: Material) -> Scene {
+    let white = Arc::new(EquirectImage::new(8, 4, vec![[1.0; 3]; 32]).unwrap());
+    let mut stage = stage::Stage::under(white).unwrap();
+    put(&mut stage, mesh, material, stage::at([0.0; 3], 1.0).unwrap());
+    stage.scene
+}
+
+/// Linear pixels of the square of side 2.
+fn pixels(scene: &Scene, side: u32, model: ShadingModel) -> Vec<[f32; 4]> {
+    let options = RenderOptions::new(side, side).with_samples(1).with_shading(model);
+    Renderer::new(2).render(scene, &stage::flat_view(), &options).unwrap().frame.pixels
+}
+
+fn mean(pixels: &[[f32; 4]], channel: usize) -> f64 {
+    pixels.iter().map(|p| f64::from(p[channel])).sum::<f64>() / pixels.len() as f64
+}
+
+/// Root of the mean square of what pixels differ from their mean by, as a part of it.
+fn contrast(pixels: &[[f32; 4]]) -> f64 {
+    let mean = mean(pixels, 1);
+    let square = |p: &[f32; 4]| (f64::from(p[1]) - mean) * (f64::from(p[1]) - mean);
+    (pixels.iter().map(square).sum::<f64>() / pixels.len() as f64).sqrt() / mean
+}
+
+/// From a pixel for many flakes to many pixels for each.
+#[test]
+fn flakes_reflect_as_much_at_every_size_of_picture() {
+    for model in HOUSE {
+        for share in [1.0, 0.3] {
+            let material = painted(Flakes { share, ..flakes(250.0) });
+            let scene = lit(common::shapes::square(1), material, [0.3, -0.2, -0.93]);
+            let large = mean(&pixels(&scene, 2048, model), 1);
+            for side in [64, 256, 1024] {
+                let small = mean(&pixels(&scene, side, model), 1);
+                println!("{model:?} {share} {side}: {small:.4} {:.4}", small / large);
+                assert!((small / large - 1.0).abs() < 0.05, "{model:?}, {side}: {small} and {large}");
+            }
+        }
+    }
+}
+
+/// Mirrors that absorb nothing show what is all around, whichever way they lie.
+#[test]
+fn white_flakes_in_white_light_are_white() {
+    let white = Flakes { color: [1.0; 3], ..flakes(30.0) };
+    for side in [16, 64, 300] {
+        for pixel in pixels(&furnace(common::shapes::square(1), painted(white)), side, ShadingModel::Standard)
+        {
+            assert!((pixel[1] - 1.0).abs() < 0.01, "{side}: {pixel:?}");
+        }
+    }
+}
+
+/// Over black, in white light, a picture is as bright as flakes are many.
+#[test]
+fn as_many_flakes_are_seen_as_there_are() {
+    for share in [0.05, 0.3, 0.8] {
+        let material = painted(Flakes { share, color: [1.0; 3], ..flakes(300.0) });
+        let scene = furnace(common::shapes::square(1), material);
+        for side in [32, 100, 300, 1500] {
+            let seen = mean(&pixels(&scene, side, ShadingModel::Standard), 1);
+            // 90,000 flakes, each there or not.
+            assert!((seen - f64::from(share)).abs() < 0.012, "{side}: {seen} of {share}");
+        }
+    }
+}
+
+/// What sparkles from near is even from afar, and goes from one to the other without a step.
+#[test]
+fn flakes_fade_with_distance() {
+    let scene = |across| lit(common::shapes::square(1), painted(flakes(across)), [0.3, -0.2, -0.93]);
+    let of = |across| contrast(&pixels(&scene(across), 128, ShadingModel::Standard));
+    let found = [32.0, 128.0, 512.0, 2048.0].map(of);
+    println!("{found:?}");
+    assert!(found[0] > 0.3 && found[3] < 0.1 * found[0], "{found:?}");
+    assert!(found.windows(2).all(|pair| pair[1] < pair[0]), "{found:?}");
+    let steps = (0..33).map(|k| of(256.0 * (1.0 + k as f32 / 32.0))).collect::<Vec<_>>();
+    for pair in steps.windows(2) {
+        assert!((pair[1] / pair[0] - 1.0).abs() < 0.12, "{steps:?}");
+    }
+}
+
+/// The picture of a ball with flakes, turned by an angle in radians that is small.
+fn turned(angle: f64, across: f32) -> Vec<[f32; 4]> {
+    let mut stage = stage::Stage::new().unwrap();
+    let mesh = stage.scene.add_mesh(Mesh::new(common::shapes::sphere(64)).unwrap()).unwrap();
+    let material = stage.material(painted(flakes(across))).unwrap();
+    let half = 0.5 * angle;
+    let sin = half - half * half * half / 6.0;
+    let cos = (1.0 - sin * sin).sqrt();
+    let transform = stage::turned([0.0; 3], [0.0, 1.0, 0.0], [sin, cos], 1.0).unwrap();
+    stage.place(mesh, material, transform).unwrap();
+    stage.key_light(3.0).unwrap();
+    let options = RenderOptions::new(160, 160).with_samples(4);
+    Renderer::new(2).render(&stage.scene, &stage::flat_view(), &options).unwrap().frame.pixels
+}
+
+/// Mean difference of pixels.
+fn difference(a: &[[f32; 4]], b: &[[f32; 4]]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| f64::from((a[1] - b[1]).abs())).sum::<f64>() / a.len() as f64
+}
+
+/// What a turntable shows changes as little as the object turns: half the angle, half the difference, down to a hundredth
+/// of a pixel. Numbers that were drawn anew for each picture would differ by the contrast.
+#[test]
+fn flakes_do_not_flicker() {
+    for across in [60.0, 300.0] {
+        let still = turned(0.0, across);
+        let by = [0.000_5, 0.001, 0.002].map(|angle| difference(&still, &turned(angle, across)));
+        let far = difference(&still, &turned(0.5, across));
+        println!("{across}: {by:?}, far {far}");
+        assert!(by[0] < 0.1 * far, "{by:?} {far}");
+        assert!(by[1] / by[0] < 2.5 && by[2] / by[1] < 2.5, "{by:?}");
+    }
+}
+
+/// Flakes belong to the object, and have the size that is written wherever it goes and however large it is drawn.
+#[test]
+fn flakes_move_with_the_object_and_keep_their_size() {
+    let picture = |scale: f64, across: f32, middle: [f64; 3]| {
+        let mut stage = stage::Stage::new().unwrap();
+        put(
+            &mut stage,
+            common::shapes::square(1),
+            painted(flakes(across)),
+            stage::at(middle, scale).unwrap(),
+        );
+        pixels(&stage.scene, 64, ShadingModel::Standard)
+    };
+    let here = picture(1.0, 32.0, [0.0; 3]);
+    assert_eq!(here, picture(1.0, 32.0, [0.0, 0.0, -0.5]));
+    // What is drawn twice as large about its middle has the same flakes in the same places, and finer ones are others.
+    assert!(difference(&here, &picture(2.0, 32.0, [0.0; 3])) < 1e-4);
+    assert!(difference(&here, &picture(1.0, 64.0, [0.0; 3])) > 0.01);
+}
+
+#[test]
+fn a_film_has_another_color_at_every_angle() {
+    let pearl = Flakes { color: [0.3; 3], film_thickness: 300.0, ..flakes(4000.0) };
+    let scene = furnace(common::shapes::sphere(64), painted(pearl));
+    let seen = pixels(&scene, 65, ShadingModel::Standard);
+    let hue = |column: usize| {
+        let [r, g, b, _] = seen[32 * 65 + column];
+        [r / g, b / g]
+    };
+    let [middle, edge] = [hue(32), hue(60)];
+    assert!((middle[0] - edge[0]).abs() > 0.3 || (middle[1] - edge[1]).abs() > 0.3, "{middle:?} {edge:?}");
+    // A film of the paint's own index is none, and what has none has one colour.
+    let none = Flakes { film_ior: 1.5, ..pearl };
+    for pixel in pixels(&furnace(common::shapes::square(1), painted(none)), 8, ShadingModel::Standard) {
+        assert!((pixel[0] - pixel[2]).abs() < 0.02, "{pixel:?}");
+    }
+}
+
+/// What mica does not reflect reaches the base: over white, in white light, nothing is lost.
+#[test]
+fn mica_lets_through_what_it_does_not_reflect() {
+    let mut material = painted(Flakes { color: [0.2, 0.3, 0.1], transparency: 1.0, ..flakes(400.0) });
+    material.base_color = [1.0; 4];
+    let through = pixels(&furnace(common::shapes::square(1), material.clone()), 32, ShadingModel::Standard);
+    for pixel in &through {
+        // Of red .3 covers, of which a third absorbs; green loses nothing.
+        assert!((pixel[1] - 1.0).abs() < 0.02, "{pixel:?}");
+        assert!(pixel[2] < 0.95 && pixel[2] > 0.75, "{pixel:?}");
+    }
+    material.lobes.flakes.transparency = 0.0;
+    let opaque = pixels(&furnace(common::shapes::square(1), material), 32, ShadingModel::Standard);
+    assert!(mean(&opaque, 1) < 0.45);
+}
+
+fn coated(surface: CoatSurface) -> Material {
+    let mut material = stage::plastic(0.02, 0.02, 0.02, 0.5);
+    (material.coat, material.coat_roughness, material.lobes.coat_surface) = (1.0, 0.05, surface);
+    material
+}
+
+/// Waves bend what the coat mirrors, as far as pixels show them, and take nothing away.
+#[test]
+fn orange_peel_bends_reflections() {
+    let peel = |size: f32| CoatSurface { peel: 0.03, peel_size: size, ..CoatSurface::default() };
+    for model in HOUSE {
+        // The lamp is in the mirror.
+        let of =
+            |surface| pixels(&lit(common::shapes::square(1), coated(surface), [0.0, 0.05, -1.0]), 96, model);
+        let flat = of(CoatSurface::default());
+        let [near, far] = [peel(0.2), peel(0.002)].map(of);
+        println!("{model:?}: {} {} {}", contrast(&flat), contrast(&near), contrast(&far));
+        assert!(contrast(&flat) < 1e-3 && contrast(&near) > 0.05, "{model:?}");
+        // Where pixels are larger than waves the coat is even, and rougher.
+        assert!(contrast(&far) < 0.3 * contrast(&near) && far != flat, "{model:?}");
+        let white =
+            |surface| mean(&pixels(&furnace(common::shapes::square(1), coated(surface)), 64, model), 1);
+        let [even, waved] = [white(CoatSurface::default()), white(peel(0.2))];
+        assert!((waved / even - 1.0).abs() < 0.03, "{model:?}: {waved} and {even}");
+    }
+}
+
+#[test]
+fn scratches_cover_their_share() {
+    let scratched =
+        |share: f32| CoatSurface { scratches: share, scratch_length: 0.5, ..CoatSurface::default() };
+    for model in HOUSE {
+        let of = |surface| {
+            pixels(&lit(common::shapes::square(1), coated(surface), [0.3, -0.2, -0.93]), 400, model)
+        };
+        let flat = of(CoatSurface::default());
+        let part = |share: f32| {
+            let found = of(scratched(share));
+            let changed = |(a, b): &(&[f32; 4], &[f32; 4])| (a[1] - b[1]).abs() > 1e-4 * b[1];
+            flat.iter().zip(&found).filter(changed).count() as f64 / flat.len() as f64
+        };
+        let [few, more] = [part(0.03), part(0.12)];
+        println!("{model:?}: {few} {more}");
+        // A scratch of less than a pixel is seen in two.
+        assert!((0.02..0.12).contains(&few) && (0.08..0.24).contains(&more), "{model:?}: {few}, {more}");
+    }
+}
+
+/// None of it is a part of any engine, so that every one shows it.
+#[test]
+fn every_model_shows_paint() {
+    for &model in ShadingModel::ALL {
+        let picture = |material: Material| {
+            pixels(&lit(common::shapes::sphere(32), material, [0.3, -0.2, -0.93]), 48, model)
+        };
+        let plain = picture(coated(CoatSurface::default()));
+        let mut material = coated(CoatSurface::default());
+        material.lobes.flakes = flakes(20.0);
+        let with_flakes = picture(material);
+        assert!(difference(&plain, &with_flakes) > 0.005, "{model:?}");
+        assert!(with_flakes.iter().flatten().all(|v| v.is_finite() && *v >= 0.0), "{model:?}");
+    }
+}
+
+/// Sizes and numbers at the ends of their ranges, and coordinates far away.
+#[test]
+fn extremes_are_finite() {
+    let mut found = Vec::new();
+    for size in [Flakes::LEAST_SIZE, 1e-3, 1e6] {
+        for end in [0.0, 1.0] {
+            let mut material = painted(Flakes {
+                share: 0.5,
+                color: [end; 3],
+                size,
+                spread: end,
+                roughness: end,
+                film_thickness: end * 1e5,
+                film_ior: 5.0,
+                transparency: end,
+            });
+            material.coat = 1.0;
+            material.lobes.coat_surface =
+                CoatSurface { peel: 1.0, peel_size: size, scratches: 1.0, scratch_length: size };
+            let mut far = common::shapes::sphere(16);
+            for position in &mut far.positions {
+                position[0] += 1e7 * end;
+            }
+            let mut stage = stage::Stage::new().unwrap();
+            let back = stage::at([-1e7 * f64::from(end), 0.0, 0.0], 1.0).unwrap();
+            put(&mut stage, far, material, back);
+            stage.key_light(3.0).unwrap();
+            for model in HOUSE {
+                found.extend(pixels(&stage.scene, 24, model));
+            }
+        }
+    }
+    assert!(found.iter().flatten().all(|v| v.is_finite() && *v >= 0.0));
+}
