@@ -44,6 +44,13 @@ pub mod formats {}
 /// `overcoat compare-models assets/models/material-ball.glb --models urp17,hdrp-lit,stacklit,filament,gltf,openpbr -o models.png`.
 pub mod clear_coat {}
 
+/// Car paint: flakes, pearl, candy, orange peel and scratches.
+// Where its figure is comes first, since of two definitions the first one counts: the page's own leads to a file, which it is
+// shown with where it is a file itself.
+#[doc = include_str!("car_paint/figures.md")]
+#[doc = include_str!("car_paint.md")]
+pub mod car_paint {}
+
 /// StackLit repaired: a coat over a base by the adding method, its derivation and its errors.
 #[doc = include_str!("stacklit_d.md")]
 pub mod stacklit_d {}

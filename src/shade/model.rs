@@ -13,7 +13,7 @@ use super::{ShadeContext, Surface, paint};
 use crate::coat::EnvironmentQuery;
 use crate::gbuffer::layout::SurfacePlanes;
 use crate::light::LightSample;
-use crate::math::lanes::{Float, Lanes, Mask};
+use crate::math::lanes::Lanes;
 use crate::math::vec3::{V3, Vec3};
 use crate::scene::Material;
 use std::f32::consts::PI;
@@ -265,6 +265,11 @@ pub(super) fn radiance<L: Lanes, M: Model>(
             let mut total = Vec3::zero(l);
             // Loops, so that a model's code is compiled once.
             for which in 0..paint::SURFACES {
+                let mut share = l.splat(1.0);
+                let part = if mixed { paint::Part::new(l, material, planes, which) } else { None };
+                if mixed && part.is_none() {
+                    continue;
+                }
                 let mut surface =
                     Surface::load_with(l, material, M::READS_LOBES, planes, shaded_color(material));
                 if context.has_maps() {
@@ -274,12 +279,9 @@ pub(super) fn radiance<L: Lanes, M: Model>(
                     surface.bent_normal = surface.normal;
                 }
                 [surface.roughness, surface.coat_roughness] = shaded_roughness(l, context, material, planes);
-                let mut share = l.splat(1.0);
-                if mixed {
-                    share = paint::vary(l, material, planes, which, &mut surface);
-                    if !share.gt(l.zero()).any() {
-                        continue;
-                    }
+                if let Some(part) = part {
+                    part.apply(l, planes, &mut surface);
+                    share = part.share;
                 }
                 let layers = model.layers(l, material, &surface);
                 let mut sum = model.begin(l, &layers, &surface);

@@ -4,13 +4,12 @@
 //! polygons of three to six sides instead of squares. A cell's numbers come from its indices by a hash (Wellons 2018, "lowbias32",
 //! over the primes of Teschner et al. 2003), so that nothing is stored, and they are fixed to the object.
 //!
-//! *Footprints.* Where a pixel is smaller than a cell, the mean over the pixel is that of a box about its centre: cells with
-//! antialiased edges. Where it is larger there is a grid of larger cells, 2^k times as wide, of which each stands for the 4^k that
+//! *Footprints.* Where a pixel is smaller than a cell it shows that cell, and at edges a mean. Where it is larger there is a grid of larger cells, 2^k times as wide, of which each stands for the 4^k that
 //! a surface has in it and whose numbers vary by as much less: what a mean of 4^k numbers is distributed like. Between two such
 //! grids the mean goes smoothly from one to the other, so that nothing appears or vanishes suddenly when an object comes nearer.
 
 use crate::each;
-use crate::math::lanes::{Float, Int, Lanes, Mask};
+use crate::math::lanes::{Float, Int, Lanes};
 use crate::math::vec3::{V3, Vec3};
 
 /// A rotation that has no axis of the grid near one of the object's.
@@ -22,6 +21,10 @@ const TURN: [[f32; 3]; 3] = [
 
 /// Largest index of a cell that is told from its neighbours; single precision has no more.
 const FARTHEST: f32 = 8e6;
+
+/// By how much the transition from one cell to the next is shorter than the footprint. Where two flakes meet their mean is no flake, but
+/// a rough surface between them, which is seen from more sides than either: long transitions would outline every flake.
+const SHARPNESS: f32 = 2.0;
 
 /// Largest width of a footprint, in cells.
 const WIDEST: f32 = 1_048_576.0;
@@ -87,18 +90,23 @@ impl<I: Int> Hash<I> {
         (self.0.shr_logical(8)).to_float() * (1.0 / 16_777_216.0)
     }
 
-    /// Of mean 0 and variance 1: a sum of four bytes, near to a Gaussian, up to [`LARGEST_DEVIATION`].
+    /// Of mean 0 and variance 1, near to a Gaussian, up to [`LARGEST_DEVIATION`]: a sum of four bytes, stretched by as much as it lacks
+    /// in the tails (Cornish and Fisher 1938, the term of the fourth cumulant).
     #[inline(always)]
     pub(super) fn deviation(self) -> I::F {
         let pairs = (self.0 & 0x00ff_00ff) + (self.0.shr_logical(8) & 0x00ff_00ff);
         let sum = (pairs & 0xffff) + pairs.shr_logical(16);
         // The variance of a byte is (256^2 - 1) / 12.
-        (sum - 510).to_float() * (1.0 / 147.800_1)
+        let x = (sum - 510).to_float() * (1.0 / 147.800_1);
+        x * (x * x * (KURTOSIS / 24.0) + (1.0 - KURTOSIS / 8.0))
     }
 }
 
+/// What a sum of four even numbers lacks in kurtosis.
+const KURTOSIS: f32 = 0.3;
+
 /// Largest value of [`Hash::deviation`].
-pub(super) const LARGEST_DEVIATION: f32 = 3.451;
+pub(super) const LARGEST_DEVIATION: f32 = 3.84;
 
 /// A corner of the grid: its cell, and its share of the footprint.
 #[derive(Clone, Copy)]
@@ -107,25 +115,36 @@ pub(super) struct Corner<L: Lanes> {
     pub(super) weight: L::F,
 }
 
-/// The eight cells about a place in units of cells. `sharpness`: by how much a cell is larger than what its mean is taken over, 1 and
-/// more; the transition from one cell to the next is as much shorter.
-#[inline(always)]
-pub(super) fn corners<L: Lanes>(l: L, place: V3<L>, sharpness: L::F, mut each_corner: impl FnMut(Corner<L>)) {
-    let shifted = each!(x in place.to_array() => x - 0.5);
-    let floor = each!(x in shifted => x.floor());
-    let first: [L::I; 3] = each!(x in floor => x.to_int());
-    let share: [L::F; 3] = each!(k => {
-        (((shifted[k] - floor[k]) - 0.5) * sharpness + 0.5).saturate()
-    });
-    for corner in 0..8 {
-        let at = |axis: usize| (corner >> axis) & 1;
-        let cell = each!(axis => first[axis] + at(axis) as i32);
-        let weights: [L::F; 3] =
-            each!(axis => if at(axis) == 1 { share[axis] } else { share[axis].one_minus() });
-        let weight = weights[0] * weights[1] * weights[2];
-        if weight.gt(l.zero()).any() {
-            each_corner(Corner { cell, weight });
-        }
+/// The eight cells about a place.
+#[derive(Clone, Copy)]
+pub(super) struct Corners<L: Lanes> {
+    first: [L::I; 3],
+    /// Share of the second cell along each axis.
+    share: [L::F; 3],
+}
+
+impl<L: Lanes> Corners<L> {
+    pub(super) const COUNT: usize = 8;
+
+    /// About a place in units of cells. `sharpness`: by how much a cell is larger than what its mean is taken over, 1 and more; the
+    /// transition from one cell to the next is as much shorter.
+    #[inline(always)]
+    pub(super) fn about(_: L, place: V3<L>, sharpness: L::F) -> Self {
+        let shifted = each!(x in place.to_array() => x - 0.5);
+        let floor: [L::F; 3] = each!(x in shifted => x.floor());
+        let share = each!(k => (((shifted[k] - floor[k]) - 0.5) * sharpness + 0.5).saturate());
+        Self { first: each!(x in floor => x.to_int()), share }
+    }
+
+    /// One of them, and its share of the footprint.
+    #[inline(always)]
+    pub(super) fn get(&self, _: L, corner: usize) -> Corner<L> {
+        let beyond: [bool; 3] = each!(axis => (corner >> axis) & 1 == 1);
+        let cell = each!(axis => self.first[axis] + i32::from(beyond[axis]));
+        let [x, y, z]: [L::F; 3] = each!(axis => {
+            if beyond[axis] { self.share[axis] } else { self.share[axis].one_minus() }
+        });
+        Corner { cell, weight: x * y * z }
     }
 }
 
@@ -138,7 +157,7 @@ pub(super) struct Level<L: Lanes> {
     pub(super) inverse: L::F,
     /// Share of this grid.
     pub(super) share: L::F,
-    /// By how much a cell is larger than the footprint.
+    /// By how much cells are larger than the transitions between them.
     pub(super) sharpness: L::F,
 }
 
@@ -148,13 +167,15 @@ impl<L: Lanes> Level<L> {
     pub(super) fn of(l: L, width: L::F) -> [Self; 2] {
         let at_least_one = width.at_least(1.0);
         let exponent = at_least_one.bits().shr_logical(23) - 127;
-        let power = |grid: L::I| (l.splat_i(127) - grid).shl(23).float_from_bits();
-        let (finer, coarser) = (power(exponent), power(exponent + 1));
+        // 2^-k by its bits.
+        let [finer, coarser]: [L::F; 2] =
+            each!(k => (l.splat_i(127 - k as i32) - exponent).shl(23).float_from_bits());
         let towards = at_least_one * finer - 1.0;
-        let sharpness = width.at_most(1.0).recip();
+        let sharpness: [L::F; 2] =
+            each!(inverse in [finer, coarser] => ((width * inverse).recip() * SHARPNESS).at_least(1.0));
         [
-            Self { grid: exponent, inverse: finer, share: towards.one_minus(), sharpness },
-            Self { grid: exponent + 1, inverse: coarser, share: towards, sharpness: l.splat(1.0) },
+            Self { grid: exponent, inverse: finer, share: towards.one_minus(), sharpness: sharpness[0] },
+            Self { grid: exponent + 1, inverse: coarser, share: towards, sharpness: sharpness[1] },
         ]
     }
 }
@@ -205,13 +226,14 @@ mod tests {
                 let place = Vec3::new(l.splat(3.3), l.splat(-7.9), l.splat(0.01));
                 for sharpness in [1.0, 4.0, 1e6] {
                     let (mut sum, mut most) = (0.0, 0.0_f32);
-                    corners(l, place, l.splat(sharpness), |corner| {
-                        let [weight, ..] = corner.weight.to_array();
+                    let corners = Corners::about(l, place, l.splat(sharpness));
+                    for k in 0..8 {
+                        let [weight, ..] = corners.get(l, k).weight.to_array();
                         sum += weight;
                         if weight > most {
                             most = weight;
                         }
-                    });
+                    }
                     assert!((sum - 1.0).abs() < 1e-6);
                     assert!(sharpness < 1e6 || most == 1.0);
                 }

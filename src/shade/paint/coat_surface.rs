@@ -1,6 +1,6 @@
 //! What makes a coat less than a mirror: the waves of orange peel, and scratches.
 
-use super::cells::{Footprint, Hash, corners};
+use super::cells::{Corners, Footprint, Hash};
 use crate::math::lanes::{Float, Lanes, Mask};
 use crate::math::vec3::{V3, Vec3};
 
@@ -44,13 +44,15 @@ fn smooth<L: Lanes>(l: L, place: V3<L>, grid: i32) -> V3<L> {
         let t = x - whole;
         whole + t * t * (t * -2.0 + 3.0) + 0.5
     });
-    corners(l, rounded, l.splat(1.0), |corner| {
+    let corners = Corners::about(l, rounded, l.splat(1.0));
+    for k in 0..Corners::<L>::COUNT {
+        let corner = corners.get(l, k);
         let hash = Hash::new(corner.cell, l.splat_i(grid));
         let y = hash.next();
         let of_cell = Vec3::new(hash.deviation(), y.deviation(), y.next().deviation());
         sum += of_cell * corner.weight;
         squares = squares + corner.weight * corner.weight;
-    });
+    }
     sum * squares.at_least(1e-6).sqrt().recip()
 }
 

@@ -5,7 +5,7 @@
 //! that fills the pixel is nearly a mirror at its own angle, ten thousand are the rough metal that the paint looks like from afar,
 //! and the light that all pixels together reflect is the same at every size of picture: [`slope`].
 
-use super::cells::{Footprint, Hash, LARGEST_DEVIATION, Level, corners};
+use super::cells::{Corners, Footprint, Hash, LARGEST_DEVIATION, Level};
 use crate::math::exp;
 use crate::math::lanes::{Float, Int, Lanes, Mask};
 use crate::math::vec3::{V3, Vec3};
@@ -22,6 +22,9 @@ pub(super) struct Seen<L: Lanes> {
     pub(super) variance: L::F,
 }
 
+/// Largest square of a slope over `alpha^2 (1 - c^2)`, where c is 1.
+const FAR: f32 = 4.0;
+
 /// Looks at a footprint.
 #[inline(always)]
 pub(super) fn seen<L: Lanes>(l: L, flakes: &Flakes, footprint: &Footprint<L>) -> Seen<L> {
@@ -31,8 +34,12 @@ pub(super) fn seen<L: Lanes>(l: L, flakes: &Flakes, footprint: &Footprint<L>) ->
         if k == 1 && !level.share.gt(l.zero()).any() {
             break;
         }
-        let sharpness = level.sharpness;
-        corners(l, footprint.place * level.inverse, sharpness, |corner| {
+        let corners = Corners::about(l, footprint.place * level.inverse, level.sharpness);
+        for k in 0..Corners::<L>::COUNT {
+            let corner = corners.get(l, k);
+            if !corner.weight.gt(l.zero()).any() {
+                continue;
+            }
             let hash = Hash::new(corner.cell, level.grid);
             let weight = corner.weight * level.share * present(l, flakes.share, level, hash);
             let y = hash.next();
@@ -42,7 +49,7 @@ pub(super) fn seen<L: Lanes>(l: L, flakes: &Flakes, footprint: &Footprint<L>) ->
             deviation += of_cell * weighted;
             share = share + weight;
             squares = squares + weighted * weighted;
-        });
+        }
     }
     let inverse = share.at_least(1e-6).recip();
     let variance = (squares * inverse * inverse).one_minus().saturate();
@@ -65,10 +72,12 @@ pub(super) fn seen<L: Lanes>(l: L, flakes: &Flakes, footprint: &Footprint<L>) ->
 /// ```
 ///
 /// and exact at c = 0, where r^2 = alpha^2 E are the slopes of GGX.
+///
+/// Of many flakes (c near 1) the few means that lie far out are left out: they stand for one flake in a pixel of many, which would
+/// darken all of it. What is lost is a share 1 - c^2 of the tail of the lobe, which has the rest of it in its roughness.
 #[inline(always)]
 pub(super) fn slope<L: Lanes>(l: L, flakes: &Flakes, variance: L::F, across: V3<L>) -> (L::F, L::F) {
-    let fourth = |x: f32| (x * x) * (x * x);
-    let (of_each, spread) = (fourth(flakes.roughness), fourth(flakes.spread));
+    let [of_each, spread] = [flakes.roughness, flakes.spread].map(|x| (x * x) * (x * x));
     let left = variance * spread + of_each;
     let roughness = left.at_most(1.0).sqrt().sqrt();
     let all = of_each + spread;
@@ -79,8 +88,9 @@ pub(super) fn slope<L: Lanes>(l: L, flakes: &Flakes, variance: L::F, across: V3<
     let core = (c2.sqrt().one_minus() * 1.03).clamp_to(1e-6, 1.0);
     let square = across.dot(across).clamp_to(1e-6, 18.0);
     let e = exp(l, square * 0.5) - 1.0;
-    let stretched = (e + 3.0) / (e + core.recip() * 3.0);
-    ((c2.one_minus() * all * (e / square) * stretched).sqrt(), roughness)
+    let stretched = e * ((e + 3.0) / (e + core.recip() * 3.0));
+    let kept = stretched.min((c2 * c2).at_least(1e-6).recip() * FAR);
+    ((c2.one_minus() * all * (kept / square)).sqrt(), roughness)
 }
 
 /// Share of a cell that flakes cover: of the smallest all or nothing, of larger ones about what all have, varying as the mean of

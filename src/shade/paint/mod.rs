@@ -1,7 +1,7 @@
 //! Car paint: flakes, orange peel and scratches ([`Flakes`], [`CoatSurface`](crate::scene::CoatSurface)), under every model.
 //!
 //! Surface evaluation finds what of them each fragment shows ([`store`]); shading then goes over the surfaces that make it up
-//! ([`vary`]): the base, the flakes, and both under a scratched coat, each by the model's own formulas, and adds them up by
+//! ([`Part`]): the base, the flakes, and both under a scratched coat, each by the model's own formulas, and adds them up by
 //! their shares. What there is none of is not shaded.
 
 mod cells;
@@ -16,7 +16,7 @@ use super::{Reflectance, ShadeContext, Surface};
 use crate::brdf::thin_film::{SchlickWeight, ThinFilm, eval_iridescence};
 use crate::gbuffer::Batch;
 use crate::gbuffer::layout::{self, SurfacePlanes};
-use crate::math::lanes::{Float, Lanes};
+use crate::math::lanes::{Float, Lanes, Mask};
 use crate::math::vec3::{V3, Vec3};
 use crate::scene::{Flakes, Material, Mesh};
 use cells::Footprint;
@@ -60,6 +60,48 @@ pub(super) fn surfaces(material: &Material) -> u64 {
     if has_scratches(material) { 2 * flakes } else { flakes }
 }
 
+/// Where sixteen fragments are on their objects.
+struct Ground<'a, L: Lanes> {
+    context: &'a ShadeContext<'a>,
+    batch: &'a Batch,
+    /// In object space.
+    place: V3<L>,
+    /// Its change per pixel to the right and per pixel down.
+    change: [V3<L>; 2],
+    /// By how much objects are scaled.
+    scale: L::F,
+}
+
+impl<'a, L: Lanes> Ground<'a, L> {
+    #[inline(always)]
+    fn new(l: L, context: &'a ShadeContext<'a>, batch: &'a Batch, place: &SurfacePlace<L>) -> Self {
+        let positions = batch.vertices.attribute(l, context.draws, [0.0; 3], Mesh::positions);
+        let at = Vec3::from_array(place.location().interpolate(&positions));
+        let [right, down] = place.location().derivatives(&positions);
+        let change = [Vec3::from_array(right), Vec3::from_array(down)];
+        let scale = batch.vertices.number(
+            l,
+            context.draws,
+            #[inline(always)]
+            |draw| draw.scale,
+        );
+        Self { context, batch, place: at, change, scale }
+    }
+
+    /// In a grid of cells of this size in metres.
+    #[inline(always)]
+    fn footprint(&self, l: L, size: f32) -> Footprint<L> {
+        Footprint::new(l, self.place, self.change, self.scale / size)
+    }
+
+    /// The part of a vector of the object's that lies in the surface, in world space.
+    #[inline(always)]
+    fn along(&self, l: L, v: V3<L>, normal: V3<L>) -> V3<L> {
+        let world = self.batch.vertices.transform(l, self.context.draws, |draw| draw.normal_matrix, v);
+        world - normal * world.dot(normal)
+    }
+}
+
 /// Finds what sixteen fragments show of flakes and scratches, into their planes, and makes waves in the coat of their surface.
 #[inline(always)]
 pub(super) fn store<L: Lanes>(
@@ -74,27 +116,17 @@ pub(super) fn store<L: Lanes>(
     if !is_painted(material) {
         return;
     }
-    let draws = context.draws;
-    let positions = batch.vertices.attribute(l, draws, [0.0; 3], Mesh::positions);
-    let at = Vec3::from_array(place.location().interpolate(&positions));
-    let [right, down] = place.location().derivatives(&positions).map(Vec3::from_array);
-    let scale = batch.vertices.number(l, draws, |draw| draw.scale);
-    let footprint = |size: f32| Footprint::new(l, at, [right, down], scale / size);
-    // Unit variance in each direction in the surface.
-    let turned = |v: V3<L>, normal: V3<L>| {
-        let world = batch.vertices.transform(l, draws, |draw| draw.normal_matrix, v);
-        world - normal * world.dot(normal)
-    };
+    let ground = Ground::new(l, context, batch, place);
     if has_peel(material) {
-        let waves = coat_surface::waves(l, &footprint(0.5 * of_coat.peel_size));
-        let bent = surface.coat_normal + turned(waves.slope, surface.coat_normal) * of_coat.peel;
+        let waves = coat_surface::waves(l, &ground.footprint(l, 0.5 * of_coat.peel_size));
+        let bent = surface.coat_normal + ground.along(l, waves.slope, surface.coat_normal) * of_coat.peel;
         surface.coat_normal = face_viewer(l, normalize_or(l, bent, surface.coat_normal), surface.view);
         let lost = waves.lost * (2.0 * of_coat.peel * of_coat.peel);
         surface.coat_roughness = rougher(l, surface.coat_roughness, lost);
     }
     if has_flakes(material) {
-        let seen = flakes::seen(l, flakes, &footprint(flakes.size));
-        let across = turned(seen.deviation, surface.normal);
+        let seen = flakes::seen(l, flakes, &ground.footprint(l, flakes.size));
+        let across = ground.along(l, seen.deviation, surface.normal);
         let (steepness, roughness) = flakes::slope(l, flakes, seen.variance, across);
         let tilted = surface.normal + across * steepness;
         let normal = face_viewer(l, normalize_or(l, tilted, surface.normal), surface.view);
@@ -103,8 +135,9 @@ pub(super) fn store<L: Lanes>(
         put(planes, layout::FLAKE_ROUGHNESS, [roughness]);
     }
     if has_scratches(material) {
-        let found = coat_surface::scratches(l, of_coat.scratches, &footprint(of_coat.scratch_length));
-        let bent = surface.coat_normal + turned(found.slope, surface.coat_normal);
+        let found =
+            coat_surface::scratches(l, of_coat.scratches, &ground.footprint(l, of_coat.scratch_length));
+        let bent = surface.coat_normal + ground.along(l, found.slope, surface.coat_normal);
         let wall = face_viewer(l, normalize_or(l, bent, surface.coat_normal), surface.view);
         put(planes, layout::SCRATCH_SHARE, [found.share]);
         put(planes, layout::SCRATCH_NORMAL, wall.to_array());
@@ -132,42 +165,53 @@ fn rougher<L: Lanes>(_: L, roughness: L::F, more: L::F) -> L::F {
     (roughness.squared().squared() + more).saturate().sqrt().sqrt()
 }
 
-/// Makes of a surface one of the [`SURFACES`] that it is a mix of, and says what share of it that is. Shares add up to 1.
-#[inline(always)]
-pub(super) fn vary<L: Lanes>(
-    l: L,
-    material: &Material,
-    planes: &SurfacePlanes,
-    which: usize,
-    surface: &mut Surface<L>,
-) -> L::F {
-    let (of_flakes, of_scratches) = (which & 1 == 1, which & 2 == 2);
-    let mut share = l.splat(1.0);
-    if has_flakes(material) {
-        let flakes = &material.lobes.flakes;
-        let normal = get_vector(l, planes, layout::FLAKE_NORMAL);
-        let [covered] = get(l, planes, layout::FLAKE_SHARE);
-        let (color, opacity) = reflectance(l, flakes, normal.dot(surface.view).saturate());
-        let covered = covered * opacity;
-        share = if of_flakes { covered } else { covered.one_minus() };
-        if of_flakes {
-            as_flakes(l, surface, normal, color);
+/// One of the surfaces that a fragment is a mix of.
+pub(super) struct Part<L: Lanes> {
+    /// Its share of the fragment; shares add up to 1.
+    pub(super) share: L::F,
+    of_flakes: bool,
+    of_scratches: bool,
+    /// Reflectance of the flakes.
+    color: V3<L>,
+}
+
+impl<L: Lanes> Part<L> {
+    /// Number `which` of the [`SURFACES`]; `None` where no lane has any of it.
+    #[inline(always)]
+    pub(super) fn new(l: L, material: &Material, planes: &SurfacePlanes, which: usize) -> Option<Self> {
+        let (of_flakes, of_scratches) = (which & 1 == 1, which & 2 == 2);
+        if (of_flakes && !has_flakes(material)) || (of_scratches && !has_scratches(material)) {
+            return None;
+        }
+        let (mut share, mut color) = (l.splat(1.0), Vec3::zero(l));
+        if has_flakes(material) {
+            let normal = get_vector(l, planes, layout::FLAKE_NORMAL);
+            let view = get_vector(l, planes, layout::VIEW);
+            let [covered] = get(l, planes, layout::FLAKE_SHARE);
+            let opacity;
+            (color, opacity) = reflectance(l, &material.lobes.flakes, normal.dot(view).saturate());
+            let covered = covered * opacity;
+            share = if of_flakes { covered } else { covered.one_minus() };
+        }
+        if has_scratches(material) {
+            let [scratched] = get(l, planes, layout::SCRATCH_SHARE);
+            share = share * if of_scratches { scratched } else { scratched.one_minus() };
+        }
+        share.gt(l.zero()).any().then_some(Self { share, of_flakes, of_scratches, color })
+    }
+
+    /// Makes it of the surface.
+    #[inline(always)]
+    pub(super) fn apply(&self, l: L, planes: &SurfacePlanes, surface: &mut Surface<L>) {
+        if self.of_flakes {
+            as_flakes(l, surface, get_vector(l, planes, layout::FLAKE_NORMAL), self.color);
             [surface.roughness] = get(l, planes, layout::FLAKE_ROUGHNESS);
         }
-    } else if of_flakes {
-        return l.zero();
-    }
-    if has_scratches(material) {
-        let [scratched] = get(l, planes, layout::SCRATCH_SHARE);
-        share = share * if of_scratches { scratched } else { scratched.one_minus() };
-        if of_scratches {
+        if self.of_scratches {
             surface.coat_normal = get_vector(l, planes, layout::SCRATCH_NORMAL);
             surface.coat_roughness = surface.coat_roughness.at_least(coat_surface::WALL_ROUGHNESS);
         }
-    } else if of_scratches {
-        return l.zero();
     }
-    share
 }
 
 /// Metal of a colour in place of the base, without what the base alone has.
