@@ -192,7 +192,9 @@ fn examples_in_the_readme_and_in_help_are_accepted() {
             Some(k) if lab => [&arguments[..k], few, &arguments[k + 2..]].concat(),
             _ => [&arguments[..], few].concat(),
         };
-        std::fs::create_dir_all(folder.path().join("src/guide")).unwrap();
+        for outputs in ["src/guide", "assets"] {
+            std::fs::create_dir_all(folder.path().join(outputs)).unwrap();
+        }
         let output = overcoat(folder.path(), &arguments);
         let message = String::from_utf8(output.stderr).unwrap();
         if arguments.starts_with(&["translate", "candy-red"]) {
