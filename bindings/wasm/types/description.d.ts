@@ -131,9 +131,9 @@ export interface Description {
   /** Directions of the environment's light, each with a depth map; 0: nothing blocks it. */
   maps?: number;
   /** A material for every mesh: the path of a material file, or a built-in one. */
-  material?: "anodised-aluminium" | "black-piano-lacquer" | "brushed-aluminium-lacquered" | "candy-red" | "carbon-fibre" | "frosted-coat" | "gold-leaf-varnished" | "hazy-gloss-plastic" | "matte-wrap" | "pearl-blue" | "red-metallic" | "skin" | "two-lobe-satin" | "varnished-oak" | "velvet" | "wet-stone" | (string & {});
+  material?: "anodised-aluminium" | "black-piano-lacquer" | "brushed-aluminium-lacquered" | "candy-blue" | "candy-red" | "candy-violet" | "carbon-fibre" | "chameleon" | "champagne-metallic" | "frosted-coat" | "gold-leaf-varnished" | "hazy-gloss-plastic" | "matte-wrap" | "metalflake-red" | "midnight-flake" | "orange-peel-white" | "pearl-black" | "pearl-blue" | "pearl-white" | "red-metallic" | "satin-gunmetal" | "silver-metallic" | "skin" | "swirled-black" | "two-lobe-satin" | "varnished-oak" | "velvet" | "wet-stone" | (string & {});
   /** Materials by the names of those in the model that they take the place of. */
-  materials?: Record<string, "anodised-aluminium" | "black-piano-lacquer" | "brushed-aluminium-lacquered" | "candy-red" | "carbon-fibre" | "frosted-coat" | "gold-leaf-varnished" | "hazy-gloss-plastic" | "matte-wrap" | "pearl-blue" | "red-metallic" | "skin" | "two-lobe-satin" | "varnished-oak" | "velvet" | "wet-stone" | (string & {})>;
+  materials?: Record<string, "anodised-aluminium" | "black-piano-lacquer" | "brushed-aluminium-lacquered" | "candy-blue" | "candy-red" | "candy-violet" | "carbon-fibre" | "chameleon" | "champagne-metallic" | "frosted-coat" | "gold-leaf-varnished" | "hazy-gloss-plastic" | "matte-wrap" | "metalflake-red" | "midnight-flake" | "orange-peel-white" | "pearl-black" | "pearl-blue" | "pearl-white" | "red-metallic" | "satin-gunmetal" | "silver-metallic" | "skin" | "swirled-black" | "two-lobe-satin" | "varnished-oak" | "velvet" | "wet-stone" | (string & {})>;
   /** Triangles smaller than a pixel are shaded as one where their normals differ by less than this, in degrees. */
   merge_angle_deg?: number;
   /** A name, for readers. */
