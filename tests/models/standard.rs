@@ -24,6 +24,7 @@ fn plain(color: f32, metallic: f32, roughness: f32) -> SurfaceData<Scalar> {
         dielectric_f0: grey(0.04),
         dielectric_f90: f(1.0),
         coat: None,
+        coat_color: None,
         sheen: None,
         iridescence: None,
         anisotropy: None,
@@ -139,10 +140,30 @@ fn more_coat_is_darker_beneath() {
     for k in 0..=20 {
         let surface = seen(&SurfaceData { coat: coat(k as f32 / 20.0, 0.1), ..plain(0.8, 0.0, 0.6) }, 0.3);
         let found = lane::<Scalar>(lit(&surface, direction), 0)[0];
-        let emission = surface.coat_transmittance(L).to_array()[0];
+        let emission = surface.above_coat(L, grey(1.0)).x.to_array()[0];
         assert!(found < last && emission < last_emission, "{k}");
         (last, last_emission) = (found, emission);
     }
+}
+
+/// The colour of a coat is what is left of light from beneath, looked at from above; from the side more is lost, a white one takes
+/// nothing, and the coat's own reflection has no colour.
+#[test]
+fn coats_with_a_color_absorb_along_their_way() {
+    let red = Vec3::splat(L, [0.8, 0.2, 0.0]);
+    let beneath = |color, cosine| {
+        let data = SurfaceData { coat: coat(1.0, 0.1), coat_color: color, ..plain(0.8, 0.0, 0.6) };
+        lane::<Scalar>(seen(&data, cosine).above_coat(L, grey(1.0)), 0)
+    };
+    let [above, plain_above] = [beneath(Some(red), 1.0), beneath(None, 1.0)];
+    for (k, share) in [0.8, 0.2, 0.0].into_iter().enumerate() {
+        assert!((above[k] / plain_above[k] - share).abs() < 1e-4, "{above:?}");
+    }
+    let [aside, plain_aside] = [beneath(Some(red), 0.2), beneath(None, 0.2)];
+    // The way is 1 / cos(40.8 degrees) as long.
+    assert!((aside[1] / plain_aside[1] - 0.2_f32.powf(1.321)).abs() < 2e-3, "{aside:?} {plain_aside:?}");
+    let [white, plain] = [beneath(Some(grey(1.0)), 0.4), beneath(None, 0.4)];
+    assert!((white[0] - plain[0]).abs() < 1e-6);
 }
 
 /// Mirrors ask once, in the mirrored direction; rough surfaces three times, sources near by once; a coat as often again, and
@@ -253,6 +274,7 @@ fn draw<L: Lanes>(l: L, draws: &mut Draws) -> SurfaceData<L> {
         dielectric_f0: draws.color(l),
         dielectric_f90: draws.unit(l),
         coat: if draws.coin() { Some(coat) } else { None },
+        coat_color: if draws.coin() { Some(draws.color(l)) } else { None },
         sheen: if draws.coin() { Some(sheen) } else { None },
         // The costliest feature, in a few of the sets.
         iridescence: if draws.coin() && draws.coin() && draws.coin() { Some(iridescence) } else { None },
