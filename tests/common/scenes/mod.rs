@@ -10,6 +10,7 @@ mod materials;
 mod models;
 pub mod motion;
 pub mod nodes;
+mod paint;
 mod splats;
 mod surfaces;
 mod texturing;
@@ -24,6 +25,7 @@ pub type Entry = (&'static str, fn() -> Built);
 pub const SCENES: &[&[Entry]] = &[
     geometry::SCENES,
     materials::SCENES,
+    paint::SCENES,
     models::SCENES,
     texturing::SCENES,
     lighting::SCENES,
