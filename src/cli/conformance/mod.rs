@@ -7,6 +7,7 @@ mod score;
 
 use super::args::{ReportArgs, ThreadArgs};
 use super::failure::Failure;
+use super::lab::DEFAULT_MODELS;
 use super::progress::Progress;
 use super::report::{self, Reporter, Versions};
 use super::value_parsers;
@@ -20,20 +21,6 @@ use std::path::PathBuf;
 
 /// Version of the pack: the first number changes with scenes, truth or rules, the second with what leaves scores as they are.
 const VERSION: &str = "1.0";
-
-/// One model of each engine, and those of the house.
-const DEFAULT_MODELS: &[ShadingModel] = &[
-    ShadingModel::Urp17,
-    ShadingModel::HdrpLit,
-    ShadingModel::StackLit,
-    ShadingModel::Filament,
-    ShadingModel::Three,
-    ShadingModel::Gltf,
-    ShadingModel::OpenPbr,
-    ShadingModel::Babylon,
-    ShadingModel::Standard,
-    ShadingModel::StackLitD,
-];
 
 /// `overcoat conformance`
 #[derive(Debug, Args)]
