@@ -3,6 +3,8 @@
 
 #[path = "cli/cache.rs"]
 mod cache;
+#[path = "cli/conformance.rs"]
+mod conformance;
 #[path = "cli/diff.rs"]
 mod diff;
 #[path = "cli/install.rs"]

@@ -7,8 +7,9 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 /// Every command that has a help of its own.
-const COMMANDS: [&str; 19] = [
+const COMMANDS: [&str; 20] = [
     "lab",
+    "conformance",
     "translate",
     "render",
     "thumbnail",
@@ -192,6 +193,11 @@ fn examples_in_the_readme_and_in_help_are_accepted() {
             Some(k) if lab => [&arguments[..k], few, &arguments[k + 2..]].concat(),
             _ => [&arguments[..], few].concat(),
         };
+        let arguments: Vec<&str> = match arguments[..] {
+            // Nor does what is in the pack depend on how many pixels there are.
+            ["conformance", name, ..] => vec!["conformance", name, "--size", "32", "--samples", "32"],
+            _ => arguments,
+        };
         for outputs in ["src/guide", "assets"] {
             std::fs::create_dir_all(folder.path().join(outputs)).unwrap();
         }
@@ -202,7 +208,9 @@ fn examples_in_the_readme_and_in_help_are_accepted() {
             assert!(output.status.success() && message.starts_with("warning: "), "{line}: {message}");
             continue;
         }
-        if ["lab", "materials", "formats", "completions"].contains(&arguments[0]) || arguments == ["man"] {
+        if ["lab", "conformance", "materials", "formats", "completions"].contains(&arguments[0])
+            || arguments == ["man"]
+        {
             // It needs no file.
             assert_eq!((output.status.code(), message.as_str()), (Some(0), ""), "{line}");
             continue;

@@ -234,3 +234,19 @@ fn a_scene_file_opens_nothing_but_what_it_names() {
     assert_eq!(missing.status.code(), Some(1));
     assert!(stderr(&missing).contains("No such file"), "{}", stderr(&missing));
 }
+
+/// A folder of files is made in a folder that is there and in one that is not.
+#[test]
+fn conformance_packs_are_made_in_it() {
+    if !there_is_a_sandbox() {
+        return;
+    }
+    let place = tempfile::tempdir().unwrap();
+    fs::create_dir(place.path().join("there")).unwrap();
+    for name in ["there", "new"] {
+        let few = ["--size", "32", "--samples", "32", "--scenes", "furnace", "--models", "standard"];
+        let done = overcoat(place.path(), &[&["--sandbox", "conformance", name], &few[..]].concat());
+        assert!(done.status.success(), "{name}: {}", stderr(&done));
+        assert!(place.path().join(name).join("VERSION").is_file());
+    }
+}

@@ -10,6 +10,7 @@ mod ball;
 mod bench;
 mod camera_report;
 mod compare;
+pub mod conformance;
 mod contact;
 mod coverage_check;
 mod diff;
@@ -131,6 +132,7 @@ fn dispatch(command: &Command) -> Result<(), Failure> {
         Command::Formats(args) => formats_command::run(args),
         Command::Lab(args) => lab::run(args),
         Command::Translate(args) => translate::run(args),
+        Command::Conformance(args) => conformance::run(args),
         Command::Golden(args) => golden::run(args),
         Command::Completions(args) => install::completions(args),
         Command::Man(args) => install::man(args),

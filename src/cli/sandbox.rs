@@ -74,7 +74,8 @@ impl<'a> Files<'a> {
             Command::Materials(a) => (None, [].as_slice(), a.output.as_ref()),
             Command::Lab(a) => (None, [].as_slice(), a.output.as_ref()),
             Command::Translate(a) => (None, [].as_slice(), a.output.as_ref()),
-            Command::Formats(_)
+            Command::Conformance(_)
+            | Command::Formats(_)
             | Command::Golden(_)
             | Command::Completions(_)
             | Command::Man(_)
@@ -120,6 +121,7 @@ fn count_threads(command: &mut Command) {
         },
         Command::Lab(args) => &mut args.workers,
         Command::Translate(args) => &mut args.workers,
+        Command::Conformance(args) => &mut args.workers,
         Command::Formats(_)
         | Command::Completions(_)
         | Command::Man(_)
@@ -163,6 +165,10 @@ fn writes(command: &Command) -> Grants {
             json.iter().chain(junit).for_each(|path| write(path));
         }
         Command::Translate(args) => args.picture.iter().for_each(|path| write(path)),
+        Command::Conformance(args) => {
+            let folder = &args.folder;
+            write(&if folder.is_dir() { folder.join("x") } else { folder.clone() });
+        }
         Command::Man(args) => args.dir.iter().for_each(|folder| write(&folder.join("x"))),
         Command::Attempt(args) => args.output.iter().for_each(|folder| write(&folder.join("x"))),
         _ => {}
@@ -185,6 +191,8 @@ fn reads(command: &Command, mut description: Description, grants: &mut Grants) {
         }
         Command::Golden(args) => read_pictures(args, grants),
         Command::Attempt(args) => grants.read_folders.extend(args.input.clone()),
+        // Whether it is empty.
+        Command::Conformance(args) => grants.read_folders.push(args.folder.clone()),
         Command::Translate(args) => {
             args.material.source.file().into_iter().for_each(|path| read_model(path, grants));
         }

@@ -1,5 +1,5 @@
-//! Pages to read: what the shading models compute and why they differ; how pictures stay the same bits everywhere;
-//! what of glTF is drawn; how a program uses the library.
+//! Pages to read: what the shading models compute and why they differ; how other renderers are tested by the referee; how
+//! pictures stay the same bits everywhere; what of glTF is drawn; how a program uses the library.
 
 /// How a program uses the library.
 #[doc = include_str!("library.md")]
@@ -50,6 +50,10 @@ pub mod clear_coat {}
 #[doc = include_str!("car_paint/figures.md")]
 #[doc = include_str!("car_paint.md")]
 pub mod car_paint {}
+
+/// A test of clear coats for any renderer.
+#[doc = include_str!("conformance.md")]
+pub mod conformance {}
 
 /// StackLit repaired: a coat over a base by the adding method, its derivation and its errors.
 #[doc = include_str!("stacklit_d.md")]

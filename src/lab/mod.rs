@@ -30,6 +30,9 @@
 //! and 1 is that share of the surface with a coat and the rest without, as every engine defines it.
 
 mod bench;
+// What it makes is files, which are the program's.
+#[cfg(feature = "cli")]
+pub(crate) mod conformance;
 mod referee;
 mod slice;
 mod specimen;

@@ -85,6 +85,40 @@ pub fn encode_exr(frame: &Frame, precision: ExrPrecision) -> Result<Vec<u8>, Out
     Ok(bytes.into_inner())
 }
 
+/// An OpenEXR file of these channels, whatever they are: rows from the top, `width * height` numbers each, deflated in blocks of
+/// sixteen rows, which every reader knows.
+#[cfg(feature = "cli")]
+pub(crate) fn encode_exr_channels(
+    [width, height]: [usize; 2],
+    channels: Vec<(&str, Vec<f32>)>,
+    precision: ExrPrecision,
+) -> Result<Vec<u8>, OutputError> {
+    let failed = |reason: String| OutputError::Encode { format: OutputFormat::Exr, reason };
+    if !crate::formats::built::EXR {
+        return Err(failed(crate::formats::LEFT_OUT.to_owned()));
+    }
+    let channels = channels.into_iter().map(|(name, values)| {
+        let samples = match precision {
+            ExrPrecision::Half => FlatSamples::F16(values.into_iter().map(to_half).collect()),
+            ExrPrecision::Float => FlatSamples::F32(values),
+        };
+        AnyChannel::new(name, samples)
+    });
+    let encoding = Encoding {
+        compression: Compression::ZIP16,
+        blocks: Blocks::ScanLines,
+        line_order: LineOrder::Increasing,
+    };
+    let attributes =
+        LayerAttributes { software_name: Some(Text::from("overcoat")), ..LayerAttributes::default() };
+    let channels = AnyChannels::sort(channels.collect());
+    let image = Image::from_layer(Layer::new(Vec2(width, height), attributes, encoding, channels));
+    let mut bytes = Cursor::new(Vec::new());
+    let written = image.write().non_parallel().to_buffered(&mut bytes);
+    written.map_err(|error| failed(error.to_string()))?;
+    Ok(bytes.into_inner())
+}
+
 /// Nearest half; what is beyond the largest one becomes that, because infinities spoil filters.
 fn to_half(value: f32) -> f16 {
     let largest = f16::MAX.to_f32();

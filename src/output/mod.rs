@@ -20,6 +20,8 @@ mod write;
 
 use crate::frame::{DisplayImage, DisplayOptions};
 pub use aov::encode_aov_png;
+#[cfg(feature = "cli")]
+pub(crate) use exr::encode_exr_channels;
 pub use exr::{ExrPrecision, encode_exr};
 pub use hdr::encode_hdr;
 pub use jpeg::{DEFAULT_JPEG_QUALITY, encode_jpeg};

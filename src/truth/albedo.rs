@@ -45,15 +45,39 @@ impl Stack {
         let wo = checked("wo", wo)?;
         let key = self.key(3, &[wo], samples.seed);
         let [coat, base, reflectance, transmittance] = estimate(samples, key, |trial| {
-            let [coat, base, through] = leaves(self, wo, trial);
+            let [coat, base, through] = leaves(self, wo, trial, |_| [1.0; 3]);
             [coat, base, plus(coat, base), through]
         })?;
         Ok(Albedo { coat, base, reflectance, transmittance })
     }
+
+    /// What is seen from `wo` when `light` is the radiance that comes from each direction on the side of `wo`: the integral of
+    /// it times [`Stack::evaluate`] over those directions, and what goes into one direction alone. The same walks as
+    /// [`Stack::directional_albedo`], which is this under a radiance of 1; so it suits light from everywhere, and
+    /// [`Stack::evaluate`] a lamp.
+    ///
+    /// # Errors
+    ///
+    /// As [`Stack::directional_albedo`].
+    pub fn reflected(
+        &self,
+        wo: [f64; 3],
+        samples: &Samples,
+        light: impl Fn([f64; 3]) -> [f64; 3],
+    ) -> Result<Estimate, StackError> {
+        let wo = checked("wo", wo)?;
+        let key = self.key(3, &[wo], samples.seed);
+        let [reflected] = estimate(samples, key, |trial| {
+            let [coat, base, _] = leaves(self, wo, trial, &light);
+            [plus(coat, base)]
+        })?;
+        Ok(reflected)
+    }
 }
 
-/// One sample: coat, base and transmission. At the outer interfaces both ways are taken, if one of them leaves.
-fn leaves(stack: &Stack, wo: Vector, trial: &mut Trial) -> [Channels; 3] {
+/// One sample: coat, base and transmission, each direction times the light there. At the outer interfaces both ways are taken, if
+/// one of them leaves.
+fn leaves(stack: &Stack, wo: Vector, trial: &mut Trial, light: impl Fn(Vector) -> Channels) -> [Channels; 3] {
     let mut sums = [[0.0; 3]; 3];
     let mut ray = Ray::entering(stack, wo);
     let mut beta = [1.0; 3];
@@ -71,8 +95,9 @@ fn leaves(stack: &Stack, wo: Vector, trial: &mut Trial) -> [Channels; 3] {
                     // Not both: an interface has one side inside, or the stack has only this one.
                     inside = Some((next, product(beta, branch.weight)));
                 } else {
-                    let lobe = lobe(branch.scattered.direction);
-                    sums[lobe] = plus(sums[lobe], product(beta, branch.weight));
+                    let direction = branch.scattered.direction;
+                    let lobe = lobe(direction);
+                    sums[lobe] = plus(sums[lobe], product(product(beta, branch.weight), light(direction)));
                 }
             }
             if !trial.spend() {
@@ -88,7 +113,7 @@ fn leaves(stack: &Stack, wo: Vector, trial: &mut Trial) -> [Channels; 3] {
         let Some(next) = next.filter(|_| total(beta) > 0.0) else { break };
         if next.ahead(stack).is_none() {
             let lobe = lobe(next.direction);
-            sums[lobe] = plus(sums[lobe], beta);
+            sums[lobe] = plus(sums[lobe], product(beta, light(next.direction)));
             break;
         }
         if step > 3 && !goes_on(&mut beta, trial) {

@@ -113,6 +113,7 @@ fn directions_that_are_none() {
             stack.evaluate(up, w, &samples).map(|_| ()).unwrap_err(),
             stack.density(up, w, &samples).map(|_| ()).unwrap_err(),
             stack.directional_albedo(w, &samples).map(|_| ()).unwrap_err(),
+            stack.reflected(w, &samples, |_| [1.0; 3]).map(|_| ()).unwrap_err(),
             stack.sample(w, 0, 0).map(|_| ()).unwrap_err(),
         ] {
             let text = error.to_string();

@@ -12,6 +12,7 @@ mod bits;
 mod chi_squared;
 mod closed_forms;
 mod discrete_ordinates;
+mod environment;
 mod furnace;
 mod interfaces;
 mod media;

@@ -22,6 +22,7 @@ pub use install::{CompletionsArgs, ManArgs};
 pub use thumbnail::ThumbnailArgs;
 
 use super::attempt::AttemptArgs;
+use super::conformance::ConformanceArgs;
 use super::golden::GoldenArgs;
 use super::hand_over::ServiceArgs;
 use super::lab::LabArgs;
@@ -81,6 +82,8 @@ pub enum Command {
     Lab(Box<LabArgs>),
     /// Find the parameters with which another engine's pictures of a material are most alike
     Translate(Box<TranslateArgs>),
+    /// Make a folder with which any renderer of clear coats is tested: scenes, truth, tolerances, a script that scores
+    Conformance(Box<ConformanceArgs>),
     /// List the formats of files that are read and written
     Formats(FormatsArgs),
     /// Compare pictures of any renderer with expected ones; report, accept
@@ -152,6 +155,7 @@ mod tests {
             "lab -o x.svg --over light --from -1 --to 1 --steps 2 --by coat --models three --samples 256 --view 1 --light -1",
             "lab --coat 1 --coat-roughness 1 --coat-ior 1 --thickness 1 --extinction 1,1,1 --base-roughness 1 --metal",
             "lab --summary --random 3",
+            "conformance x --size 32 --samples 32 --seed 1 --scenes furnace,matt-lamp --models three --threads 1 --json --quiet",
             "lab --summary --all --color 1,1,1 --specular 1 --json --quiet --threads 1",
             "render x -o - --output-format webp",
             "sheet x -o y.jpg --jpeg-quality 80",

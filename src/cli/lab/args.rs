@@ -10,7 +10,7 @@ use clap::Args;
 use std::path::PathBuf;
 
 /// One model of each engine, and those of the house.
-const DEFAULT_MODELS: &[ShadingModel] = &[
+pub(in crate::cli) const DEFAULT_MODELS: &[ShadingModel] = &[
     ShadingModel::Urp17,
     ShadingModel::HdrpLit,
     ShadingModel::StackLit,

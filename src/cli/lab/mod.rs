@@ -3,6 +3,7 @@
 mod args;
 mod plot;
 
+pub(super) use args::DEFAULT_MODELS;
 pub use args::LabArgs;
 
 use super::failure::Failure;
