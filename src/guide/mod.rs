@@ -44,6 +44,14 @@ pub mod formats {}
 /// `overcoat compare-models assets/models/material-ball.glb --models urp17,hdrp-lit,stacklit,filament,gltf,openpbr -o models.png`.
 pub mod clear_coat {}
 
+/// Mistakes in notes on clear coats that circulate, with what they do to a picture.
+///
+// Where its figures are comes first, since of two definitions the first one counts: the page's own lead to files, which it is
+// shown with where it is a file itself.
+#[doc = include_str!("errata/figures.md")]
+#[doc = include_str!("errata.md")]
+pub mod errata {}
+
 /// StackLit repaired: a coat over a base by the adding method, its derivation and its errors.
 #[doc = include_str!("stacklit_d.md")]
 pub mod stacklit_d {}
