@@ -1,5 +1,5 @@
-//! How much rougher URP makes a base under a coat (Unity 6, `InitializeBRDFDataClearCoat` of universal/ShaderLibrary `Lighting`), and how much
-//! by copies that have lost brackets.
+//! How much rougher URP makes a base under a coat (Unity 6, universal/ShaderLibrary `Lighting`, `InitializeBRDFDataClearCoat`),
+//! and how much by copies that have lost brackets.
 
 use super::ball::{Color, L, Setting, color, number, view};
 use overcoat::coat::urp::{
