@@ -186,7 +186,7 @@ fn reads(command: &Command, mut description: Description, grants: &mut Grants) {
         Command::Golden(args) => read_pictures(args, grants),
         Command::Attempt(args) => grants.read_folders.extend(args.input.clone()),
         Command::Translate(args) => {
-            args.material.source.file().into_iter().for_each(|path| read_model(path, grants));
+            args.inputs().for_each(|path| read_model(path, grants));
         }
         _ => {}
     }
