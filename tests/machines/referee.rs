@@ -21,7 +21,7 @@ pub const RUNS: [(&str, &str); 3] = [
     ),
     (
         "referee-matt",
-        "--over view --steps 2 --samples 256 --light overhead --coat-roughness 0.2 --coat-ior 1.7 --specular 0 --models gltf",
+        "--over view --steps 2 --samples 256 --light overhead --coat-roughness 0 --coat-ior 1.7 --base-roughness 0 --specular 0 --models gltf",
     ),
 ];
 
