@@ -194,7 +194,7 @@ fn reads(command: &Command, mut description: Description, grants: &mut Grants) {
         // Whether it is empty.
         Command::Conformance(args) => grants.read_folders.push(args.folder.clone()),
         Command::Translate(args) => {
-            args.material.source.file().into_iter().for_each(|path| read_model(path, grants));
+            args.inputs().for_each(|path| read_model(path, grants));
         }
         _ => {}
     }

@@ -55,6 +55,14 @@ pub mod car_paint {}
 #[doc = include_str!("conformance.md")]
 pub mod conformance {}
 
+/// Mistakes in notes on clear coats that circulate, with what they do to a picture.
+///
+// Where its figures are comes first, since of two definitions the first one counts: the page's own lead to files, which it is
+// shown with where it is a file itself.
+#[doc = include_str!("errata/figures.md")]
+#[doc = include_str!("errata.md")]
+pub mod errata {}
+
 /// StackLit repaired: a coat over a base by the adding method, its derivation and its errors.
 #[doc = include_str!("stacklit_d.md")]
 pub mod stacklit_d {}

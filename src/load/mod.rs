@@ -63,6 +63,8 @@ pub use environment::{
 };
 pub use error::{LoadError, Warning};
 pub use format::Format;
+#[cfg(feature = "cli")]
+pub(crate) use gltf::{OwnTextures, Put, Rewriter};
 pub use image::FORMATS as TEXTURE_FORMATS;
 pub(crate) use input::resolver_beside;
 pub(crate) use input::{has_folder, read_input};

@@ -55,3 +55,170 @@ fn what_cannot_be_translated_is_said_in_a_line() {
     }
     assert_eq!(names(work.path()), ["paint.toml", "wrong.toml"]);
 }
+
+/// JSON and what follows it in a container.
+fn parts(file: &[u8]) -> (Value, Vec<u8>) {
+    let number = |at: usize| u32::from_le_bytes(file[at..at + 4].try_into().unwrap()) as usize;
+    assert_eq!((&file[..4], number(8), number(12) % 4), (&b"glTF"[..], file.len(), 0));
+    let end = 20 + number(12);
+    (serde_json::from_slice(&file[20..end]).unwrap(), file[end..].to_vec())
+}
+
+fn asset(name: &str) -> std::path::PathBuf {
+    std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/models").join(name)
+}
+
+/// What a report says of each material stands in the file, and is all that has changed of it.
+fn must_be_a_copy(original: &Value, copy: &Value, report: &Value) {
+    let mut back = copy.clone();
+    for material in report["materials"].as_array().unwrap() {
+        let index = material["index"].as_u64().unwrap() as usize;
+        assert_eq!(original["materials"][index]["name"], material["name"]);
+        let members = material["members"].as_object().unwrap();
+        assert!(!members.is_empty(), "{report}");
+        for (path, value) in members {
+            assert_eq!(copy["materials"][index].pointer(&format!("/{path}")), Some(value), "{path}");
+        }
+        back["materials"][index] = original["materials"][index].clone();
+    }
+    back["extensionsUsed"] = original["extensionsUsed"].clone();
+    assert_eq!(&back, original);
+}
+
+#[test]
+fn a_material_goes_into_a_copy_of_a_model() {
+    let work = tempfile::tempdir().unwrap();
+    fs::write(work.path().join("paint.toml"), PAINT).unwrap();
+    fs::copy(asset("material-ball.glb"), work.path().join("ball.glb")).unwrap();
+    let args = ["paint.toml", "--to", "gltf", "--into", "ball.glb", "--material", "paint", "-o", "new.glb"];
+    let output = overcoat(work.path(), &[&["translate", "--json"], &args[..]].concat());
+    assert!(output.status.success(), "{}", stderr(&output));
+    let said = stderr(&output);
+    assert!(said.contains("material 0 'paint': normal_texture of the file stays"), "{said}");
+    let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let read = |name: &str| fs::read(work.path().join(name)).unwrap();
+    let [(original, binary), (copy, other)] = [read("ball.glb"), read("new.glb")].map(|file| parts(&file));
+    assert!(binary == other);
+    must_be_a_copy(&original, &copy, &report);
+    assert_eq!(report["materials"].as_array().unwrap().len(), 1);
+    assert_eq!(copy["materials"][0]["normalTexture"], original["materials"][0]["normalTexture"]);
+
+    // The scene of the copy has the numbers of the material file that was printed.
+    let scene = overcoat::load::model(work.path().join("new.glb")).unwrap().scene;
+    let paint = scene.materials().iter().find(|material| material.name == "paint").unwrap();
+    let printed: toml::Table = report["material"].as_str().unwrap().parse().unwrap();
+    // What is not printed is 0 by default.
+    let number = |name: &str| printed.get(name).map_or(0.0, |value| value.as_float().unwrap() as f32);
+    let color: Vec<f32> =
+        printed["base_color"].as_array().unwrap().iter().map(|c| c.as_float().unwrap() as f32).collect();
+    assert_eq!(paint.base_color[..3], color[..3]);
+    assert_eq!((paint.coat, paint.coat_roughness), (number("coat"), number("coat_roughness")));
+    assert!(paint.normal_texture.is_some());
+
+    // People are told the same, and standard output takes the file alone.
+    let told = overcoat(work.path(), &[&["translate"], &args[..]].concat());
+    let told = String::from_utf8(told.stdout).unwrap();
+    assert!(
+        told.contains("material 0 'paint'") && told.contains("pbrMetallicRoughness/baseColorFactor ["),
+        "{told}"
+    );
+    let piped = overcoat(work.path(), &[&["translate"], &args[..8], &["-"]].concat());
+    assert!(piped.stdout == read("new.glb"), "{}", stderr(&piped));
+}
+
+#[test]
+fn materials_of_a_model_are_translated_in_a_copy_beside_it() {
+    let work = tempfile::tempdir().unwrap();
+    let other = work.path().join("other");
+    fs::create_dir(&other).unwrap();
+    // As text with a buffer beside it.
+    let (mut original, binary) = parts(&fs::read(asset("rounded-cube.glb")).unwrap());
+    original["buffers"][0]["uri"] = "cube.bin".into();
+    original["unknown"] = serde_json::json!({ "z": [1.5], "a": null });
+    fs::write(work.path().join("cube.bin"), &binary[8..]).unwrap();
+    let text = serde_json::to_string_pretty(&original).unwrap();
+    fs::write(work.path().join("cube.gltf"), &text).unwrap();
+    let args = ["translate", "cube.gltf", "--from", "three", "--to", "gltf", "--json", "-o"];
+    let output = overcoat(work.path(), &[&args[..], &["copy.gltf"]].concat());
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert!(
+        stderr(&output)
+            .contains("material 0 'lacquer': coat_roughness_texture of the file stays and multiplies"),
+        "{}",
+        stderr(&output)
+    );
+    let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(
+        report.get("material").is_none() && report["materials"][0]["after"]["all"].as_f64().unwrap() < 0.1
+    );
+    let copy = fs::read_to_string(work.path().join("copy.gltf")).unwrap();
+    must_be_a_copy(&original, &serde_json::from_str(&copy).unwrap(), &report);
+    // Lines that are not about it are those that they were.
+    let at = |text: &str| text.find("\"extensionsUsed\"").unwrap();
+    assert!(copy[..at(&copy)] == text[..at(&text)] && at(&text) > 1000);
+    assert!(overcoat::load::model(work.path().join("copy.gltf")).is_ok());
+
+    let output = overcoat(work.path(), &[&args[..], &["other/copy.gltf"]].concat());
+    let said = stderr(&output);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(said.contains("refers to 'cube.bin' beside it: write the copy into its folder"), "{said}");
+    assert_eq!(names(&other), [""; 0]);
+}
+
+#[test]
+fn what_cannot_go_into_a_model_is_said_in_a_line() {
+    let work = tempfile::tempdir().unwrap();
+    fs::write(work.path().join("paint.toml"), PAINT).unwrap();
+    fs::write(work.path().join("over.toml"), "over = true\ncoat = 1\n").unwrap();
+    fs::copy(asset("rounded-cube.glb"), work.path().join("cube.glb")).unwrap();
+    fs::write(work.path().join("none.gltf"), "{\"asset\":{\"version\":\"2.0\"}}").unwrap();
+    fs::write(
+        work.path().join("bare.gltf"),
+        "{\"asset\":{\"version\":\"2.0\"},\"materials\":[{\"name\":\"wood\"}]}",
+    )
+    .unwrap();
+    fs::write(work.path().join("odd.gltf"), "{\"asset\":{\"version\":\"2.0\"},\"materials\":[{},]}").unwrap();
+    fs::write(work.path().join("text.glb"), "glTF").unwrap();
+    let into = ["paint.toml", "--to", "gltf", "--into"];
+    let into = |rest: &[&'static str]| [&into[..], rest].concat();
+    let copy = |rest: &[&'static str]| [rest, &["--to", "gltf"][..]].concat();
+    for (args, code, said) in [
+        (into(&["cube.glb", "-o", "x.glb"]), 2, "--material (lacquer, steel)"),
+        (
+            into(&["cube.glb", "--material", "paint", "-o", "x.glb"]),
+            2,
+            "no material 'paint'; there are: lacquer, steel",
+        ),
+        (into(&["cube.glb", "--material", "steel"]), 2, "-o"),
+        (into(&["cube.glb", "--material", "steel", "-o", "x.gltf"]), 2, "is a .glb"),
+        (into(&["cube.glb", "--material", "steel", "-o", "cube.glb"]), 2, "it would be overwritten"),
+        (into(&["paint.toml", "-o", "x.glb"]), 2, "expected a .glb or .gltf file"),
+        (into(&["none.gltf", "-o", "x.gltf"]), 2, "it has no materials"),
+        (into(&["text.glb", "-o", "x.glb"]), 1, "text.glb: glTF"),
+        (into(&["odd.gltf", "-o", "x.gltf"]), 1, "trailing comma"),
+        (into(&["gone.glb", "-o", "x.glb"]), 1, "gone.glb"),
+        (into(&["cube.glb", "--material", "steel", "--json", "-o", "-"]), 2, "--json"),
+        (
+            vec!["over.toml", "--to", "gltf", "--into", "cube.glb", "--material", "steel", "-o", "x.glb"],
+            2,
+            "--into",
+        ),
+        (vec!["paint.toml", "--to", "gltf", "-o", "x.glb"], 2, "--into"),
+        (vec!["paint.toml", "--to", "gltf", "--material", "steel"], 2, "--into"),
+        (copy(&["cube.glb"]), 2, "-o"),
+        (copy(&["cube.glb", "--into", "cube.glb", "-o", "x.glb"]), 2, "--into"),
+        (copy(&["cube.glb", "--picture", "x.png", "-o", "x.glb"]), 2, "--picture"),
+        (
+            copy(&["bare.gltf", "-o", "x.gltf"]),
+            2,
+            "no material has a clear coat; --material takes any (wood)",
+        ),
+    ] {
+        let output = overcoat(work.path(), &[&["translate"][..], &args].concat());
+        let text = stderr(&output);
+        assert_eq!(output.status.code(), Some(code), "{args:?}: {text}");
+        let errors: Vec<&str> = text.lines().filter(|line| !line.starts_with("warning")).collect();
+        assert!(text.contains(said) && errors.len() == 1, "{args:?}: {text}");
+    }
+    assert!(names(work.path()).iter().all(|name| !name.starts_with('x')));
+}

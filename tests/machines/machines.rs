@@ -11,12 +11,14 @@ use super::curated::curated;
 use super::files::{Files, SCENE};
 use super::recipe::Recipe;
 use super::record::{self, Hashes};
+use super::referee;
 use super::shot::Shot;
 use overcoat::jobs::Jobs;
 use overcoat::math::lanes::SimdLevel;
 use overcoat::output::{OutputOptions, encode};
 use overcoat::render::Renderer;
 use serde_json::Value;
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -91,6 +93,17 @@ fn this_machine_gives_the_recorded_hashes() {
             Some(_) => {}
         }
         rows.push((name, hashes));
+    }
+    for (name, options) in referee::RUNS {
+        // The program, as on other machines.
+        let output =
+            Command::new(env!("CARGO_BIN_EXE_overcoat")).args(referee::words(options)).output().unwrap();
+        let hashes = referee::hashes(&String::from_utf8(output.stdout).unwrap());
+        let hashes = hashes.unwrap_or_else(|e| panic!("{name}: {e}"));
+        if recorded.get(name) != Some(&hashes) {
+            wrong.push(format!("{name}: another one, or none is recorded"));
+        }
+        rows.push((name.to_owned(), hashes));
     }
     if std::env::var_os("UPDATE_MACHINES").is_some_and(|value| value == "1") {
         std::fs::write(record::path(), record::to_text(&rows)).unwrap();
@@ -169,8 +182,41 @@ fn other_machines_give_the_recorded_hashes() {
             start.elapsed().as_secs_f64()
         );
         wrong.extend(problems);
+        let start = Instant::now();
+        let runs = referee::RUNS.iter();
+        let problems: Vec<String> =
+            runs.filter_map(|(name, options)| judge(machine, name, options, &recorded).err()).collect();
+        println!(
+            "{:<14} {} runs of the referee, {} differ, {:.0} s",
+            machine.name,
+            referee::RUNS.len(),
+            problems.len(),
+            start.elapsed().as_secs_f64()
+        );
+        wrong.extend(problems);
     }
     assert!(wrong.is_empty(), "\n{}", wrong.join("\n"));
+}
+
+/// Asks the referee of another program. Options of drawing are not its.
+fn judge(
+    machine: &Machine,
+    name: &str,
+    options: &str,
+    recorded: &BTreeMap<String, Hashes>,
+) -> Result<(), String> {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("machines").join(name);
+    let ask = || {
+        std::fs::create_dir_all(&folder).map_err(|e| e.to_string())?;
+        let expected = recorded.get(name).ok_or("no hash is recorded")?;
+        let found = referee::hashes(&execute(machine, &referee::words(options), &folder)?)?;
+        match (found.frame == expected.frame, found == *expected) {
+            (_, true) => Ok(()),
+            (false, _) => Err("other numbers of the referee".to_owned()),
+            (true, _) => Err("other numbers of the models".to_owned()),
+        }
+    };
+    ask().map_err(|problem: String| format!("{}: {name}: {problem}", machine.name))
 }
 
 /// A scene whose files are written.
@@ -244,19 +290,27 @@ fn compare(machine: &Machine, scene: &Scene, expected: &Hashes) -> Result<(), St
     Err(format!("{what}; {stage} ({})", scene.folder.join(SCENE).display()))
 }
 
-/// What the program prints.
+/// What the program prints when it draws a scene.
 fn run(machine: &Machine, scene: &Scene, out: &Path) -> Result<String, String> {
-    let (program, words) = machine.command.split_first().ok_or("no command")?;
-    let log = |name: &str| scene.folder.join(name);
+    let path = |path: &Path| path.to_string_lossy().into_owned();
+    let mut words = vec!["render".to_owned(), "--scene".to_owned(), path(&scene.folder.join(SCENE))];
+    words.extend(["-o".to_owned(), path(out), "--json".to_owned(), "--stage-hashes".to_owned()]);
+    words.extend(machine.options.iter().cloned());
+    if !scene.recipe.aovs.is_empty() {
+        let names: Vec<&str> = scene.recipe.aovs.iter().map(|aov| aov.name()).collect();
+        words.extend(["--aov".to_owned(), names.join(",")]);
+    }
+    execute(machine, &words, &scene.folder)
+}
+
+/// What the program prints, which also goes to a file of a folder.
+fn execute(machine: &Machine, words: &[String], folder: &Path) -> Result<String, String> {
+    let (program, first) = machine.command.split_first().ok_or("no command")?;
+    let log = |name: &str| folder.join(name);
     // Files, because nobody empties a pipe while this waits.
     let file = |name: &str| File::create(log(name)).map_err(|e| e.to_string());
     let mut command = Command::new(program);
-    command.args(words).args(["render", "--scene"]).arg(scene.folder.join(SCENE)).arg("-o").arg(out);
-    command.args(["--json", "--stage-hashes"]).args(&machine.options);
-    if !scene.recipe.aovs.is_empty() {
-        let names: Vec<&str> = scene.recipe.aovs.iter().map(|aov| aov.name()).collect();
-        command.args(["--aov", &names.join(",")]);
-    }
+    command.args(first).args(words);
     let mut child = command
         .stdin(Stdio::null())
         .stdout(file("stdout")?)

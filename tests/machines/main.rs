@@ -1,7 +1,7 @@
 //! Small scenes that touch every stage: the same hashes on every machine.
 //!
 //! [`leaks`] renders random ones in every way that must not matter; [`machines`] compares curated ones with recorded
-//! hashes, here and on other machines.
+//! hashes, here and on other machines, and so what the [`referee`] says.
 
 mod coverage;
 mod curated;
@@ -18,6 +18,7 @@ mod pictures;
 mod plain;
 mod recipe;
 mod record;
+mod referee;
 mod shot;
 mod shrink;
 

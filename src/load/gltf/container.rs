@@ -97,6 +97,36 @@ fn without_padding(mut json: &[u8]) -> &[u8] {
     json
 }
 
+/// A container that [`split`] can read with another JSON text and all else that it has.
+///
+/// # Errors
+/// [`LoadError::Unsupported`] if that is more than a container can say of itself.
+#[cfg(any(feature = "cli", test))]
+pub(super) fn join(container: &[u8], json: &[u8]) -> Result<Vec<u8>, LoadError> {
+    let Some(([_, version, length, claimed, kind], chunks)) = words(container) else {
+        return Err(LoadError::malformed(FORMAT, "the container is cut off"));
+    };
+    // What a header of a right length leaves out is no part of the file.
+    let whole = usize::try_from(length).ok().and_then(|length| length.checked_sub(20));
+    let chunks = whole.and_then(|length| chunks.get(..length)).unwrap_or(chunks);
+    let behind = u64::from(claimed).saturating_add(padding(claimed.into()) as u64);
+    let others = usize::try_from(behind).ok().and_then(|behind| chunks.get(behind..)).unwrap_or_default();
+    let padded = json.len().saturating_add(padding(json.len() as u64));
+    let total = padded.saturating_add(others.len()).saturating_add(20);
+    let size = |length: usize| {
+        u32::try_from(length)
+            .map_err(|_| LoadError::unsupported(FORMAT, "a container of more than 4 GiB cannot be written"))
+    };
+    let mut out = MAGIC.to_vec();
+    for word in [version, size(total)?, size(padded)?, kind] {
+        out.extend_from_slice(&word.to_le_bytes());
+    }
+    out.extend_from_slice(json);
+    out.resize(padded.saturating_add(20), b' ');
+    out.extend_from_slice(others);
+    Ok(out)
+}
+
 /// The JSON text of a container of `size` bytes, and where its binary chunk begins and how long that is. `None` for
 /// everything that is not a container as it should be, with both chunks: [`split`] knows what to say about it.
 pub(super) fn locate(file: &Shared<'_>, size: u64) -> Option<(Vec<u8>, (u64, u64))> {
@@ -149,6 +179,28 @@ mod tests {
                     Err(e) => assert!(matches!(e, LoadError::Malformed { .. })),
                 }
             }
+        }
+    }
+
+    #[test]
+    fn another_text_leaves_the_rest() {
+        let rest = b"\x08\0\0\0BIN\0abcdefgh\x03\0\0\0XYZ\0abc\0";
+        let file = [b"glTF\x02\0\0\0\x34\0\0\0\x04\0\0\0JSON{}  ", &rest[..]].concat();
+        assert_eq!(file.len(), 0x34);
+        for (json, padded) in [("{\"a\":1}", "{\"a\":1} "), ("{}", "{}  ")] {
+            let joined = join(&file, json.as_bytes()).unwrap();
+            assert_eq!(joined.len() as u32, u32::from_le_bytes(joined[8..12].try_into().unwrap()));
+            assert_eq!(quiet(&joined).unwrap(), (padded.as_bytes(), Some(&b"abcdefgh"[..])));
+            assert!(joined.ends_with(rest));
+        }
+        assert_eq!(join(&file, b"{}").unwrap(), file);
+        // Also where the length is wrong, and where something lies behind the end.
+        for (length, tail) in [(0x33, &b""[..]), (0xff, b""), (0x34, b"more")] {
+            let mut file = [&file[..], tail].concat();
+            file[8] = length;
+            let joined = join(&file, b"{}").unwrap();
+            assert!(joined.starts_with(b"glTF\x02\0\0\0\x34\0\0\0") || length == 0x33);
+            assert_eq!(quiet(&joined).unwrap().1, Some(&b"abcdefgh"[..]));
         }
     }
 

@@ -38,12 +38,16 @@ mod pointer;
 mod pose;
 mod properties;
 mod repair;
+#[cfg(feature = "cli")]
+mod rewrite;
 mod rig;
 mod sample;
 mod shape;
 mod skin;
 mod source;
 mod splats;
+#[cfg(feature = "cli")]
+mod splice;
 mod surface;
 mod texture;
 mod topology;
@@ -51,6 +55,8 @@ mod uv_sets;
 mod variant;
 
 pub(super) use container::MAGIC;
+#[cfg(feature = "cli")]
+pub(crate) use rewrite::{OwnTextures, Put, Rewriter};
 pub(crate) use rig::Rig;
 pub(super) use texture::transform_of;
 

@@ -1,8 +1,12 @@
-//! `overcoat translate`: a material file for another engine, with what is left of the difference.
+//! `overcoat translate`: a material for another engine, as a material file or in a copy of a glTF file, with what is left of the
+//! difference.
+
+mod model;
 
 use super::args::{CellArgs, ReportArgs, ThreadArgs};
 use super::contact::ContactSheet;
 use super::failure::Failure;
+use super::file_uri::file_or_uri;
 use super::output_file::{Encoded, check_file, is_standard_output};
 use super::progress::Progress;
 use super::report::{self, Reporter, Versions};
@@ -15,7 +19,12 @@ use crate::render::Renderer;
 use crate::scene::parameters::{Kind, PARAMETERS, slots};
 use crate::scene::{Material, ShadingModel};
 use clap::Args;
+use clap::builder::{OsStringValueParser, TypedValueParser};
+use model::{ModelCopy, is_model, unknown};
 use serde::Serialize;
+use serde::ser::{Error as _, SerializeMap, Serializer};
+use serde_json::value::RawValue;
+use std::ffi::OsString;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -27,14 +36,21 @@ const BALL: u32 = 256;
 #[command(after_help = "Examples:
   overcoat translate candy-red --to three -o candy-three.toml
   overcoat translate paint.toml --to openpbr -o new.toml --picture both.png
+  overcoat translate paint.toml --to gltf --into car.glb --material body -o painted.glb
+  overcoat translate car.glb --from three --to gltf -o copy.glb
 
 Finds the parameters of --to whose surfaces look most like those of --from: least squares of lightness over five views, under
 white light and light from one direction. Textures stay as they are, relative to the file; parameters are found for where they
-are white. Differences are root mean squares of lightness, which is 0 for black and 1 for white.")]
+are white. Differences are root mean squares of lightness, which is 0 for black and 1 for white.
+
+With --into the material takes the place of one of a glTF file, in a copy; normal maps and occlusion of the file stay, other
+textures of that material go. A glTF file in place of the material: each of its materials with a clear coat is translated in a
+copy, and its textures stay. Nothing else of a copy is changed. It refers to the same files, so that it goes beside the
+original where there are any.")]
 pub struct TranslateArgs {
-    /// Material file (.toml), or the name of a built-in material
-    #[arg(value_name = "MATERIAL", value_parser = value_parsers::material_parser())]
-    pub material: MaterialChoice,
+    /// Material file (.toml), the name of a built-in material, or a glTF file (.glb, .gltf)
+    #[arg(value_name = "MATERIAL", value_parser = subject_parser())]
+    pub subject: Subject,
 
     /// Shading model to find parameters for
     #[arg(long, value_name = "MODEL", value_parser = value_parsers::shading)]
@@ -44,7 +60,15 @@ pub struct TranslateArgs {
     #[arg(long, value_name = "MODEL", value_parser = value_parsers::shading)]
     pub from: Option<ShadingModel>,
 
-    /// Material file to write (.toml) [default: it is printed]
+    /// glTF file (.glb, .gltf) into a copy of which the material is put
+    #[arg(long, value_name = "MODEL", value_parser = model_parser())]
+    pub into: Option<PathBuf>,
+
+    /// Name of the material of the glTF file that is replaced or translated (repeatable)
+    #[arg(long, value_name = "NAME")]
+    pub material: Vec<String>,
+
+    /// File to write: material (.toml), or copy of the glTF file [default: the material is printed]
     #[arg(short, long, value_name = "OUT")]
     pub output: Option<PathBuf>,
 
@@ -58,19 +82,92 @@ pub struct TranslateArgs {
     pub report: ReportArgs,
 }
 
+/// What is translated.
+#[derive(Clone, Debug)]
+pub enum Subject {
+    /// A material.
+    Material(MaterialChoice),
+    /// Materials of a glTF file.
+    Model(PathBuf),
+}
+
+impl TranslateArgs {
+    /// The files that are read.
+    pub(super) fn inputs(&self) -> impl Iterator<Item = &Path> {
+        let subject = match &self.subject {
+            Subject::Material(choice) => choice.source.file(),
+            Subject::Model(path) => Some(path.as_path()),
+        };
+        subject.into_iter().chain(self.into.as_deref())
+    }
+}
+
+fn subject_parser() -> impl TypedValueParser<Value = Subject> {
+    OsStringValueParser::new().try_map(|text: OsString| {
+        if is_model(Path::new(&text)) {
+            file_or_uri(&text).map(Subject::Model)
+        } else {
+            value_parsers::material(text).map(Subject::Material)
+        }
+    })
+}
+
+fn model_parser() -> impl TypedValueParser<Value = PathBuf> {
+    OsStringValueParser::new().try_map(|text: OsString| {
+        if is_model(Path::new(&text)) {
+            file_or_uri(&text)
+        } else {
+            Err("expected a .glb or .gltf file".to_owned())
+        }
+    })
+}
+
 /// What `--json` prints. Fields are only ever added.
 #[derive(Debug, Serialize)]
 struct Report {
     from: &'static str,
     to: &'static str,
-    material: String,
-    before: Difference,
-    after: Difference,
+    /// Of a material, as a material file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    material: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    before: Option<Difference>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    after: Option<Difference>,
+    /// Of the copy of a glTF file.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    materials: Vec<Written>,
     warnings: Vec<String>,
     versions: Versions,
 }
 
+/// A material that was written into a glTF file.
 #[derive(Debug, Serialize)]
+struct Written {
+    index: usize,
+    name: String,
+    before: Difference,
+    after: Difference,
+    /// Members that have new values, by their paths from the material.
+    members: Members,
+}
+
+/// Members of a JSON object with the text of their values.
+#[derive(Debug)]
+struct Members(Vec<(String, String)>);
+
+impl Serialize for Members {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(self.0.len()))?;
+        for (name, value) in &self.0 {
+            let value = RawValue::from_string(value.clone()).map_err(S::Error::custom)?;
+            map.serialize_entry(name, &value)?;
+        }
+        map.end()
+    }
+}
+
+#[derive(Clone, Copy, Debug, Serialize)]
 struct Difference {
     all: f64,
     white: f64,
@@ -89,15 +186,128 @@ impl From<Distance> for Difference {
 /// # Errors
 /// [`Failure`] if the material cannot be read or what is asked for cannot be written.
 pub fn run(args: &TranslateArgs) -> Result<(), Failure> {
-    check_output(args)?;
     let limits = Limits::default();
+    match &args.subject {
+        Subject::Material(choice) => material(args, choice, &limits),
+        Subject::Model(path) => tuned(args, path, &limits),
+    }
+}
+
+/// Materials of a glTF file, in a copy.
+fn tuned(args: &TranslateArgs, source: &Path, limits: &Limits) -> Result<(), Failure> {
+    if args.into.is_some() {
+        return Err(Failure::usage(
+            "--into is for a material: a glTF file is translated in its own copy, -o",
+        ));
+    }
+    if args.picture.is_some() {
+        return Err(Failure::usage("--picture is of one material: draw the copy with overcoat render"));
+    }
+    let mut copy = ModelCopy::open(args, source, &[], &args.material, limits, true)?;
+    let from = args.from.unwrap_or_default();
+    check_built(from, args.to)?;
+    let progress = Progress::new(args.report.quiet);
+    copy.tune([from, args.to], &progress)?;
+    drop(progress);
+    finish(args, copy, from, None)
+}
+
+/// A material, as a file or in a copy of a glTF file.
+fn material(args: &TranslateArgs, choice: &MaterialChoice, limits: &Limits) -> Result<(), Failure> {
+    let source = &choice.source;
+    let mut copy = match &args.into {
+        Some(model) => {
+            let others: Vec<PathBuf> = source.file().map(Path::to_owned).into_iter().collect();
+            let wanted: Vec<String> = choice.name.iter().chain(&args.material).cloned().collect();
+            Some(ModelCopy::open(args, model, &others, &wanted, limits, false)?)
+        }
+        None => {
+            check_output(args, source)?;
+            None
+        }
+    };
     let mut renderer = Renderer::new(args.workers.count());
-    let (file, resolver) = read(&args.material.source, &limits, &renderer)?;
-    let reporter = Reporter { quiet: args.report.quiet };
+    let (file, resolver) = read(source, limits, &renderer)?;
+    if copy.is_some() && file.is_over() {
+        let what = "it changes a part of a model's own materials: --into needs one that says all";
+        return Err(Failure::usage(what));
+    }
     let mut warnings: Vec<String> = file.warnings().map(|warning| warning.to_string()).collect();
-    let material = material_of(&file, &limits)?;
+    let material = material_of(&file, limits)?;
     let from = material.shading(args.from);
-    for (model, whose) in [(from, "of --from"), (args.to, "of --to")] {
+    check_built(from, args.to)?;
+    let progress = Progress::new(args.report.quiet);
+    progress.stage(format!("{} to {}", from.name(), args.to.name()));
+    let found = Translator::new().translate(&material, from, args.to).map_err(|e| Failure::lab(&e))?;
+    warnings.extend(unknown(args.to, &material));
+    let toml = written(&found, file.text(), [from, args.to], source);
+    if let Some(picture) = &args.picture {
+        progress.stage("drawing");
+        let context = Context { resolver: resolver.as_ref(), limits, jobs: renderer.jobs() };
+        let written =
+            MaterialFile::from_bytes(toml.as_bytes(), &context).map_err(|e| Failure::material(&e))?;
+        balls(args, picture, [(&file, from), (&written, args.to)], limits, &mut renderer)?;
+    }
+    drop(progress);
+    if let Some(copy) = &mut copy {
+        copy.paint(&found)?;
+    }
+    if let Some(mut copy) = copy {
+        copy.warnings.splice(0..0, warnings);
+        return finish(args, copy, from, Some((toml, found)));
+    }
+    let reporter = Reporter { quiet: args.report.quiet };
+    warnings.iter().for_each(|warning| reporter.warning(warning));
+    if let Some(output) = args.output.as_ref().filter(|path| !is_standard_output(path)) {
+        Encoded::new(output.clone(), toml.clone().into_bytes()).write()?;
+    }
+    let [before, after] = [found.before, found.after].map(Difference::from);
+    if args.report.json {
+        return report::print_json(&Report {
+            from: from.name(),
+            to: args.to.name(),
+            material: Some(toml),
+            before: Some(before),
+            after: Some(after),
+            materials: Vec::new(),
+            warnings,
+            versions: Versions::default(),
+        });
+    }
+    match &args.output {
+        Some(path) if !is_standard_output(path) => report::print(&told(&before, &after)),
+        _ => report::print(&toml),
+    }
+}
+
+/// Writes a copy and says what is in it.
+fn finish(
+    args: &TranslateArgs,
+    copy: ModelCopy,
+    from: ShadingModel,
+    found: Option<(String, Translation)>,
+) -> Result<(), Failure> {
+    let reporter = Reporter { quiet: args.report.quiet };
+    copy.warnings.iter().for_each(|warning| reporter.warning(warning));
+    let to_standard_output = copy.write()?;
+    if args.report.json {
+        let (material, found) = found.unzip();
+        return report::print_json(&Report {
+            from: from.name(),
+            to: args.to.name(),
+            material,
+            before: found.as_ref().map(|found| found.before.into()),
+            after: found.as_ref().map(|found| found.after.into()),
+            materials: copy.written,
+            warnings: copy.warnings,
+            versions: Versions::default(),
+        });
+    }
+    if to_standard_output { Ok(()) } else { report::print(&copy.told()) }
+}
+
+fn check_built(from: ShadingModel, to: ShadingModel) -> Result<(), Failure> {
+    for (model, whose) in [(from, "of --from"), (to, "of --to")] {
         if !model.is_built() {
             return Err(Failure::usage(format!(
                 "the model {whose} is not in this program: {}",
@@ -105,49 +315,22 @@ pub fn run(args: &TranslateArgs) -> Result<(), Failure> {
             )));
         }
     }
-    let progress = Progress::new(args.report.quiet);
-    progress.stage(format!("{} to {}", from.name(), args.to.name()));
-    let found = Translator::new().translate(&material, from, args.to).map_err(|e| Failure::lab(&e))?;
-    warnings.extend(args.to.leaves_out(&material).map(|what| {
-        format!("{} does not know {what}: what it looks like is approached by the rest", args.to.name())
-    }));
-    let toml = written(&found, file.text(), [from, args.to], &args.material.source);
-    if let Some(picture) = &args.picture {
-        progress.stage("drawing");
-        let context = Context { resolver: resolver.as_ref(), limits: &limits, jobs: renderer.jobs() };
-        let written =
-            MaterialFile::from_bytes(toml.as_bytes(), &context).map_err(|e| Failure::material(&e))?;
-        balls(args, picture, [(&file, from), (&written, args.to)], &limits, &mut renderer)?;
-    }
-    drop(progress);
-    warnings.iter().for_each(|warning| reporter.warning(warning));
-    if let Some(output) = args.output.as_ref().filter(|path| !is_standard_output(path)) {
-        Encoded::new(output.clone(), toml.clone().into_bytes()).write()?;
-    }
-    let Translation { before, after, .. } = found;
-    if args.report.json {
-        return report::print_json(&Report {
-            from: from.name(),
-            to: args.to.name(),
-            material: toml,
-            before: before.into(),
-            after: after.into(),
-            warnings,
-            versions: Versions::default(),
-        });
-    }
-    match &args.output {
-        Some(path) if !is_standard_output(path) => report::print(&told(before, after)),
-        _ => report::print(&toml),
-    }
+    Ok(())
 }
 
-fn check_output(args: &TranslateArgs) -> Result<(), Failure> {
+fn check_output(args: &TranslateArgs, source: &MaterialSource) -> Result<(), Failure> {
+    if !args.material.is_empty() {
+        return Err(Failure::usage("--material is one of a glTF file: name that with --into"));
+    }
     let Some(path) = args.output.as_deref().filter(|path| !is_standard_output(path)) else { return Ok(()) };
+    if is_model(path) {
+        let what = "a material becomes part of a model: name the glTF file with --into";
+        return Err(Failure::usage(what).at(path));
+    }
     if path.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("toml")) {
         return Err(Failure::usage(format!("{} is no .toml", path.display())));
     }
-    let input: Vec<PathBuf> = args.material.source.file().map(Path::to_owned).into_iter().collect();
+    let input: Vec<PathBuf> = source.file().map(Path::to_owned).into_iter().collect();
     check_file(path, &input)
 }
 
@@ -232,7 +415,7 @@ fn short(value: f32) -> f64 {
     value.to_string().parse().unwrap_or_else(|_| f64::from(value))
 }
 
-fn told(before: Distance, after: Distance) -> String {
+fn told(before: &Difference, after: &Difference) -> String {
     let line = |name: &str, a: f64, b: f64| format!("{name:<12} {a:>8.4} {b:>8.4}\n");
     let mut text = format!("{:<12} {:>8} {:>8}\n", "difference", "before", "after");
     text += &line("all", before.all, after.all);
