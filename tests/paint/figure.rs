@@ -33,7 +33,8 @@ const STEP: f64 = 0.003_9;
 /// A ball of coarse flakes in the studio under a lamp, turned about the axis that stands upright.
 fn picture(side: usize, angle: f64) -> Vec<[f32; 4]> {
     let mut scene = Scene::new();
-    scene.set_environment(Environment { source: EnvironmentSource::Studio, ..Environment::default() });
+    let studio = Environment { source: EnvironmentSource::Studio, ..Environment::default() };
+    scene.set_environment(studio).unwrap();
     let mesh = scene.add_mesh(Mesh::new(shapes::sphere(128)).unwrap()).unwrap();
     let material = scene.add_material(Material::default()).unwrap();
     let (sin, cos) = sin_cos(0.5 * angle);
