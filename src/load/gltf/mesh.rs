@@ -115,7 +115,7 @@ pub(super) fn plan(
         uv_sets,
         color: attributes.color,
         draco: compression.map(|_| (mesh, primitive)),
-        tangents_for: tangents_for.filter(|set| uvs[set.index()].is_some()),
+        tangents_for: tangents_for.filter(|set| uvs.get(set.index()).is_some_and(Option::is_some)),
         deform: deform::Source::new(given, usage, uv_sets, &name, warnings),
     };
     let mut require = |index| accessor::require(root, index, buffers, context, budget);

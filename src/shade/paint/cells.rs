@@ -70,7 +70,7 @@ impl<I: Int> Hash<I> {
     /// Of a cell of one of several grids.
     #[inline(always)]
     pub(super) fn new([x, y, z]: [I; 3], grid: I) -> Self {
-        let h = x * 73_856_093 ^ y * 19_349_663 ^ z * 83_492_791 ^ grid * 0x3c6e_f372;
+        let h = (x * 73_856_093) ^ (y * 19_349_663) ^ (z * 83_492_791) ^ (grid * 0x3c6e_f372);
         let h = (h ^ h.shr_logical(16)) * 0x7feb_352d;
         let h = (h ^ h.shr_logical(15)) * (0x846c_a68b_u32 as i32);
         Self(h ^ h.shr_logical(16))
