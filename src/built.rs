@@ -39,6 +39,10 @@ part! {
     AreaLights, "area-lights"
 }
 part! {
+    /// Flakes, orange peel and scratches.
+    CarPaint, "car-paint"
+}
+part! {
     /// Gaussian splats.
     Splats, "splats"
 }

@@ -4,7 +4,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 export CARGO_INCREMENTAL=0
-for features in '' threads wide-lanes area-lights environments shadows splats \
+for features in '' threads wide-lanes area-lights car-paint environments shadows splats \
     all-formats,all-models,builtin-materials,quick-studio,streamed-json; do
     RUSTFLAGS="${RUSTFLAGS-} -D warnings" cargo check --locked --quiet --lib --no-default-features --features "$features" \
         --target-dir target/features

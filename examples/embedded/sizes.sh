@@ -14,7 +14,7 @@ if [ $# = 0 ]; then
     features=(
         obj ply 3mf draco meshopt ktx2 webp more-textures exr zstd all-formats
         urp hdrp filament three gltf-sample openpbr velvet babylon all-models
-        area-lights environments quick-studio shadows splats streamed-json all-parts
+        area-lights car-paint environments quick-studio shadows splats streamed-json all-parts
         builtin-materials threads
     )
 fi

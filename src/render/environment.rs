@@ -149,7 +149,7 @@ fn of_material(material: &Material, options: &RenderOptions) -> Levels {
         levels = levels.with(Levels::for_roughness(base.0, if through < 1.0 { through } else { 1.0 }));
     }
     let lobes = &material.lobes;
-    if lobes.flakes.share > 0.0 {
+    if material.has_flakes() {
         // Flakes alone, to all of them together.
         levels = levels.with(Levels::for_roughness(lobes.flakes.roughness, 1.0));
     }

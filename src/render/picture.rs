@@ -21,7 +21,7 @@ use super::tile_pass::default_tile_size;
 use super::tiles::Found;
 use super::trace::{self, StageHashes};
 use super::work::{Spent, Work, WorkDone};
-use crate::built::{AreaLights, Environments, Shadows, Splats};
+use crate::built::{AreaLights, CarPaint, Environments, Shadows, Splats};
 use crate::dispatch_available;
 use crate::frame::{Clipping, Developer, DisplayImage, DisplayOptions, Frame, Target};
 use crate::gbuffer::Draw;
@@ -31,7 +31,7 @@ use crate::light::{AreaLight, EnvironmentLight, PrefilteredEnvironment};
 use crate::limits::{LimitExceeded, Limits};
 use crate::raster::SamplePattern;
 use crate::reuse::emptied;
-use crate::scene::{Camera, Environment, EnvironmentSource, Scene, Texture};
+use crate::scene::{Camera, Environment, EnvironmentSource, Material, Scene, Texture};
 use crate::shade::{ShadeContext, ShadingCost, ViewRays};
 use crate::tile::{TileBins, TileGrid};
 use std::time::Duration;
@@ -344,11 +344,13 @@ impl Drawn {
 /// `Ok` if all that a picture needs is compiled in.
 fn check_parts(scene: &Scene, options: &RenderOptions) -> Result<(), RenderError> {
     let has_areas = || scene.lights().iter().any(|light| AreaLight::new(light).is_some());
+    let has_paint = || scene.materials().iter().any(Material::is_painted);
     let has_picture = || matches!(scene.environment().source, EnvironmentSource::Image(_));
     let parts = [
         (Shadows::IS_BUILT || !options.visibility.is_on(), "quality beyond draft", "shadows"),
         (Shadows::IS_BUILT || !options.ground.is_seen(), "ground", "shadows"),
         (AreaLights::IS_BUILT || !has_areas(), "lights with an extent", "area-lights"),
+        (CarPaint::IS_BUILT || !has_paint(), "car paint", "car-paint"),
         (Splats::IS_BUILT || scene.splat_count() == 0, "splats", "splats"),
         (Environments::IS_BUILT || !has_picture(), "an environment of a picture", "environments"),
     ];

@@ -113,9 +113,8 @@ impl Feature {
             F::Iridescence => lobes.iridescence.mask.factor > 0.0,
             F::Coat => coated,
             F::CoatNormal => {
-                let surface = &lobes.coat_surface;
                 let own = material.coat_normal_texture != material.normal_texture;
-                coated && (own || surface.peel > 0.0 || surface.scratches > 0.0)
+                (coated && own) || material.has_orange_peel() || material.has_scratches()
             }
             F::CoatAbsorption => coated && medium.thickness.factor > 0.0 && medium.extinction != [0.0; 3],
             F::CoatColor => coated && medium.color.factor != [1.0; 3],

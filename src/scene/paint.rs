@@ -7,6 +7,30 @@
 //! Every shading model shows flakes, and every one whose coat has normals of its own shows the rest. What a pixel shows is a mix of a few surfaces, each shaded by the model's own formulas: the
 //! base as it is, the flakes, and both beneath what scratches have left of the coat.
 
+use super::Material;
+
+impl Material {
+    /// Whether there are flakes in the base.
+    pub(crate) fn has_flakes(&self) -> bool {
+        self.lobes.flakes.share > 0.0
+    }
+
+    /// Whether the coat has waves.
+    pub(crate) fn has_orange_peel(&self) -> bool {
+        self.coat > 0.0 && self.lobes.coat_surface.peel > 0.0
+    }
+
+    /// Whether the coat has scratches.
+    pub(crate) fn has_scratches(&self) -> bool {
+        self.coat > 0.0 && self.lobes.coat_surface.scratches > 0.0
+    }
+
+    /// Whether there is any of it.
+    pub(crate) fn is_painted(&self) -> bool {
+        self.has_flakes() || self.has_orange_peel() || self.has_scratches()
+    }
+}
+
 /// Flakes of metal or coated mica in the base.
 ///
 /// Each flake is a metal mirror, a little rough, that lies at an angle of its own. Where pixels are smaller than flakes each is

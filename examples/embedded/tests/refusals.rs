@@ -47,6 +47,12 @@ fn what_is_left_out_is_refused_by_name() {
     lit.add_light(Light::new(tube)).unwrap();
     assert_eq!(missing(&lit, &draft()), Some("area-lights"));
 
+    let mut painted = triangle();
+    let mut paint = Material::default();
+    paint.lobes.flakes.share = 1.0;
+    painted.add_material(paint).unwrap();
+    assert_eq!(missing(&painted, &draft()), Some("car-paint"));
+
     let mut surrounded = triangle();
     let picture = EquirectImage::new(2, 1, vec![[1.0; 3]; 2]).unwrap();
     let source = EnvironmentSource::Image(Arc::new(picture));

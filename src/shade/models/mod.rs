@@ -185,8 +185,9 @@ fn stretched<L: Lanes>(l: L, surface: &Surface<L>) -> (L::F, V3<L>, V3<L>) {
 
 /// True if coat and base have normals of their own.
 fn has_coat_normal(material: &Material) -> bool {
-    let surface = &material.lobes.coat_surface;
-    material.coat_normal_texture != material.normal_texture || surface.peel > 0.0 || surface.scratches > 0.0
+    material.coat_normal_texture != material.normal_texture
+        || material.has_orange_peel()
+        || material.has_scratches()
 }
 
 /// What HDRP takes as thickness of a film, 0 to 1, from nanometres: 1 stands for 3 micrometres.

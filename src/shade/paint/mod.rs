@@ -14,6 +14,7 @@ use super::surface::{Dielectric, SurfacePlace};
 use super::variation::NormalFilter;
 use super::{Reflectance, ShadeContext, Surface};
 use crate::brdf::thin_film::{SchlickWeight, ThinFilm, eval_iridescence};
+use crate::built::CarPaint;
 use crate::gbuffer::Batch;
 use crate::gbuffer::layout::{self, SurfacePlanes};
 use crate::math::lanes::{Float, Lanes, Mask};
@@ -33,25 +34,25 @@ pub(super) fn is_mixed(material: &Material) -> bool {
     has_flakes(material) || has_scratches(material)
 }
 
+/// True of materials with anything of paint.
+#[inline(always)]
+pub(super) fn is_painted(material: &Material) -> bool {
+    CarPaint::IS_BUILT && material.is_painted()
+}
+
 #[inline(always)]
 fn has_flakes(material: &Material) -> bool {
-    material.lobes.flakes.share > 0.0
+    CarPaint::IS_BUILT && material.has_flakes()
 }
 
 #[inline(always)]
 fn has_scratches(material: &Material) -> bool {
-    material.coat > 0.0 && material.lobes.coat_surface.scratches > 0.0
+    CarPaint::IS_BUILT && material.has_scratches()
 }
 
 #[inline(always)]
 fn has_peel(material: &Material) -> bool {
-    material.coat > 0.0 && material.lobes.coat_surface.peel > 0.0
-}
-
-/// True of materials with anything of paint.
-#[inline(always)]
-pub(super) fn is_painted(material: &Material) -> bool {
-    is_mixed(material) || has_peel(material)
+    CarPaint::IS_BUILT && material.has_orange_peel()
 }
 
 /// Surfaces that a fragment of a material is shaded as, in mean.
