@@ -53,7 +53,7 @@ echo '== C, static, address sanitizer'
 gcc -std=gnu11 "${strict[@]}" -fsanitize=address,undefined "$here/tests/interface.c" -o "$work/sanitized" "${static[@]}" -lm
 env -u LD_LIBRARY_PATH "$work/sanitized" "$model" "$hash"
 echo '== C, valgrind'
-valgrind -q --error-exitcode=9 --leak-check=full --show-leak-kinds=definite --errors-for-leak-kinds=definite \
+valgrind -q --error-exitcode=9 --suppressions="$here/tests/valgrind.supp" --leak-check=full --show-leak-kinds=definite --errors-for-leak-kinds=definite \
     "$work/shared" "$model" "$hash"
 
 echo '== examples'
