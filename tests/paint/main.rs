@@ -146,7 +146,7 @@ fn difference(a: &[[f32; 4]], b: &[[f32; 4]]) -> f64 {
     a.iter().zip(b).map(|(a, b)| f64::from((a[1] - b[1]).abs())).sum::<f64>() / a.len() as f64
 }
 
-/// What a turntable shows changes as little as the object turns: half the angle, half the difference, down to a hundredth
+/// What a turntable shows changes as little as the object turns: half the angle, about half the difference, down to a twenty-fifth
 /// of a pixel. Numbers that were drawn anew for each picture would differ by the contrast.
 #[test]
 fn flakes_do_not_flicker() {

@@ -28,7 +28,10 @@ const FAR: f32 = 4.0;
 /// Looks at a footprint.
 #[inline(always)]
 pub(super) fn seen<L: Lanes>(l: L, flakes: &Flakes, footprint: &Footprint<L>) -> Seen<L> {
-    let (mut share, mut squares) = (l.zero(), l.zero());
+    let (mut share, mut facets, mut squares) = (l.zero(), l.zero(), l.zero());
+    // Of flakes that are larger than pixels, edges show one of the two: their mean would be no flake but a rough surface between
+    // them, and outline each with the light that it catches.
+    let large = (footprint.width.one_minus() * 2.0).saturate();
     let mut deviation = Vec3::zero(l);
     for (k, level) in Level::of(l, footprint.width).iter().enumerate() {
         if k == 1 && !level.share.gt(l.zero()).any() {
@@ -41,19 +44,24 @@ pub(super) fn seen<L: Lanes>(l: L, flakes: &Flakes, footprint: &Footprint<L>) ->
                 continue;
             }
             let hash = Hash::new(corner.cell, level.grid);
-            let weight = corner.weight * level.share * present(l, flakes.share, level, hash);
+            let there = level.share * present(l, flakes.share, level, hash);
+            // Nothing where there is nothing: which corners are left out depends on a fragment's neighbours.
+            let eighth = corner.weight.at_least(0.02).squared().squared().squared();
+            let eighth = corner.weight.gt(l.zero()).select(eighth, l.zero());
+            let facet = corner.weight.lerp(eighth, large) * there;
             let y = hash.next();
             let z = y.next();
             let of_cell = Vec3::new(hash.deviation(), y.deviation(), z.deviation());
-            let weighted = weight * level.inverse;
+            let weighted = facet * level.inverse;
             deviation += of_cell * weighted;
-            share = share + weight;
+            share = share + corner.weight * there;
+            facets = facets + facet;
             squares = squares + weighted * weighted;
         }
     }
-    let inverse = share.at_least(1e-6).recip();
+    let inverse = facets.at_least(1e-15).recip();
     let variance = (squares * inverse * inverse).one_minus().saturate();
-    let unit = squares.at_least(1e-12).sqrt().recip();
+    let unit = squares.at_least(1e-30).sqrt().recip();
     Seen { share: share.at_most(1.0), deviation: deviation * unit, variance }
 }
 

@@ -8,7 +8,7 @@ use overcoat::scene::{CoatSurface, Flakes, Material};
 pub const SCENES: &[Entry] = &[("car-paint", car_paint)];
 
 /// Flakes from a third of a pixel to many to the right; downwards: flakes that cover everything, a fifth of it under a coloured coat, with a film
-/// over white and over black, orange peel of that size, and scratches over flakes.
+/// over white and over black, orange peel of that size, and scratches over a fifth of flakes.
 fn car_paint() -> Built {
     grid(5, 6, |_, x, y| {
         let row = (y * 5.0 + 0.5) as u32;
@@ -32,7 +32,7 @@ fn car_paint() -> Built {
                     CoatSurface { peel: 0.04, peel_size: 2.0 * size, ..CoatSurface::default() }
             }
             _ => {
-                lobes.flakes = flakes;
+                lobes.flakes = Flakes { share: 0.2, ..flakes };
                 lobes.coat_surface =
                     CoatSurface { scratches: 0.1, scratch_length: 4.0 * size, ..CoatSurface::default() };
             }
