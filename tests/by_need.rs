@@ -3,12 +3,10 @@
 //! is decoded that no pixel asks for.
 
 #[allow(dead_code, unused_imports, reason = "other tests use the rest")]
-mod common;
-
-use common::files::document::document;
-use common::files::model::{Model, push};
-use common::images::sky;
-use common::shapes::{noise, repeat_uv, sphere, square};
+use crate::common::files::document::document;
+use crate::common::files::model::{Model, push};
+use crate::common::images::sky;
+use crate::common::shapes::{noise, repeat_uv, sphere, square};
 use image::{DynamicImage, ImageBuffer, ImageFormat};
 use overcoat::frame::{Aov, DisplayOptions};
 use overcoat::jobs::Jobs;

@@ -1,9 +1,6 @@
 //! Meshes with more triangles than the picture has pixels.
 
-#[path = "common/shapes.rs"]
-#[allow(dead_code, reason = "other tests use the rest")]
-mod shapes;
-
+use crate::common::shapes;
 use overcoat::limits::Limits;
 use overcoat::render::{RenderError, RenderOptions, Rendered, Renderer};
 use overcoat::scene::{Framing, Instance, Material, Mesh, Scene, Transform};

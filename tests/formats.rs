@@ -3,9 +3,7 @@
 
 #[path = "formats/far.rs"]
 mod far;
-#[path = "common/files/package.rs"]
-mod package;
-
+use crate::common::files::package;
 use overcoat::jobs::Jobs;
 use overcoat::limits::Limits;
 use overcoat::load::{

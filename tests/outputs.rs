@@ -2,6 +2,7 @@
 //! are not finished.
 #![cfg(all(feature = "cli", target_os = "linux"))]
 
+#[path = "streams/mod.rs"]
 mod streams;
 
 use std::ffi::{OsStr, OsString};

@@ -7,27 +7,22 @@
 //!
 //! A model joins by a line in the `ADAPTERS` of its file, and its file by a line in [`ADAPTERS`] here.
 
-mod reference {
-    pub mod babylon;
-    pub mod filament;
-    pub mod gltf;
-    pub mod hdrp_lit;
-    pub mod helpers;
-    pub mod helpers_layers;
-    pub mod openpbr;
-    pub mod stacklit;
-    pub mod stub;
-    pub mod table;
-    pub mod three;
-    pub mod urp;
-    pub mod velvet;
-}
+mod babylon;
+mod filament;
+mod gltf;
+mod hdrp_lit;
+mod helpers;
+mod helpers_layers;
+mod openpbr;
+mod stacklit;
+mod stub;
+pub mod table;
+mod three;
+mod urp;
+mod velvet;
 
-use reference::table::{Adapter, Table};
-use reference::{
-    babylon, filament, gltf, hdrp_lit, helpers, helpers_layers, openpbr, stacklit, three, urp, velvet,
-};
 use std::path::{Path, PathBuf};
+use table::{Adapter, Table};
 
 /// The models, each with its tables.
 const ADAPTERS: &[&[Adapter]] = &[

@@ -1,9 +1,7 @@
 //! Several shadings a pixel: what they change and what they must not.
 
 #[allow(dead_code, reason = "other tests use the rest")]
-mod common;
-
-use common::{scenes, stage};
+use crate::common::{scenes, stage};
 use overcoat::limits::Limits;
 use overcoat::math::lanes::SimdLevel;
 use overcoat::render::{RenderError, RenderOptions, Rendered, Renderer};
@@ -34,7 +32,7 @@ fn built(name: &str) -> (Scene, Camera) {
 /// A ball of this roughness.
 fn ball(roughness: f32) -> (Scene, Camera) {
     let mut stage = stage::Stage::new().unwrap();
-    let mesh = stage.scene.add_mesh(Mesh::new(common::shapes::sphere(48)).unwrap()).unwrap();
+    let mesh = stage.scene.add_mesh(Mesh::new(crate::common::shapes::sphere(48)).unwrap()).unwrap();
     let material = stage.material(stage::metal(0.9, 0.9, 0.9, roughness)).unwrap();
     stage.place(mesh, material, Transform::IDENTITY).unwrap();
     stage.key_light(8.0).unwrap();

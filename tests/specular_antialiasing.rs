@@ -1,9 +1,7 @@
 //! Roughness that grows where normals vary within a pixel.
 
 #[allow(dead_code, reason = "other tests use the rest")]
-mod common;
-
-use common::stage;
+use crate::common::stage;
 use overcoat::render::{RenderOptions, Renderer};
 use overcoat::scene::{
     AlphaUse, Camera, ColorSpace, Image, Light, LightKind, Mesh, MeshData, NormalTexture, Sampler, Scene,
@@ -24,7 +22,7 @@ fn body(mesh: MeshData, shift: f64) -> (Scene, Camera) {
 }
 
 fn ball(shift: f64) -> (Scene, Camera) {
-    body(common::shapes::sphere(64), shift)
+    body(crate::common::shapes::sphere(64), shift)
 }
 
 /// Sum of the light in each of several pictures.
@@ -88,7 +86,7 @@ fn facets(coated: bool) -> Scene {
     } else {
         material.normal_texture = map;
     }
-    let mesh = stage.scene.add_mesh(Mesh::new(common::shapes::square(1)).unwrap()).unwrap();
+    let mesh = stage.scene.add_mesh(Mesh::new(crate::common::shapes::square(1)).unwrap()).unwrap();
     let material = stage.material(material).unwrap();
     stage.place(mesh, material, stage::at([0.0; 3], 1.0).unwrap()).unwrap();
     // Half vectors near one standard deviation of the slopes.
@@ -126,7 +124,7 @@ fn models_of_three_have_their_own_whether_asked_or_not() {
 
 #[test]
 fn flat_surfaces_stay_as_they_are() {
-    let (scene, camera) = body(common::shapes::square(1), 0.0);
+    let (scene, camera) = body(crate::common::shapes::square(1), 0.0);
     for &model in ShadingModel::ALL {
         let hash = |on| {
             let options = RenderOptions::new(SIDE, SIDE).with_shading(model).with_specular_antialiasing(on);

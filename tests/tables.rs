@@ -1,15 +1,11 @@
 //! Pre-integrated tables: against those of the engines, and what they mean.
 
-#[path = "reference/table.rs"]
-#[allow(dead_code, reason = "shared with the tests of the models")]
-mod table;
-
+use crate::reference::table::Table;
 use overcoat::brdf::integrate;
 use overcoat::brdf::table::Table as Texels;
 use overcoat::brdf::tables::{self, Definition};
 use overcoat::math::lanes::{Float, Lanes, Scalar};
 use std::path::Path;
-use table::Table;
 
 /// A table of an engine's numbers.
 fn read(name: &str) -> Table {

@@ -1,9 +1,7 @@
 //! Pictures drawn into memory of the caller, in parts, and asked what is seen in a pixel: all of it agrees with the picture.
 
 #[allow(dead_code, unused_imports, reason = "other tests use the rest")]
-mod common;
-
-use common::Shot;
+use crate::common::Shot;
 use overcoat::description::Machine;
 use overcoat::frame::{Aov, DisplayImage, Frame, PixelFormat, Target};
 use overcoat::jobs::Jobs;
@@ -35,7 +33,7 @@ const SCENES: &[&str] = &[
 ];
 
 fn shots() -> Vec<(String, Shot)> {
-    let goldens = common::goldens().unwrap();
+    let goldens = crate::common::goldens().unwrap();
     let jobs = Jobs::new(2);
     let of = |name: &&str| {
         let golden = goldens.iter().find(|golden| golden.name() == *name).expect(name);

@@ -1,9 +1,6 @@
 //! Physics of light that passes through surfaces: what is known of a pane before a wall.
 
-#[path = "common/shapes.rs"]
-#[allow(dead_code, reason = "other tests use the rest")]
-mod shapes;
-
+use crate::common::shapes;
 use overcoat::frame::Frame;
 use overcoat::math::double;
 use overcoat::render::{Background, RenderOptions, Renderer};

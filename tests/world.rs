@@ -2,10 +2,8 @@
 //! has.
 
 #[allow(dead_code, unused_imports, reason = "other tests use the rest")]
-mod common;
-
-use common::files::at_time;
-use common::scenes::motion;
+use crate::common::files::at_time;
+use crate::common::scenes::motion;
 use overcoat::frame::{DisplayOptions, PixelFormat, Target};
 use overcoat::jobs::Jobs;
 use overcoat::limits::Limits;
@@ -35,7 +33,7 @@ fn model(name: &str) -> Loaded {
     overcoat::load::model(format!("{}/assets/models/{name}", env!("CARGO_MANIFEST_DIR"))).unwrap()
 }
 
-fn animated(model: &common::files::model::Model) -> AnimatedModel {
+fn animated(model: &crate::common::files::model::Model) -> AnimatedModel {
     let (limits, jobs) = (Limits::default(), Jobs::new(1));
     let context = Context { resolver: &NoResolver, limits: &limits, jobs: &jobs };
     AnimatedModel::from_bytes(&model.glb(), Some(Format::Glb), &at_time(0.0), &context).unwrap()
@@ -353,9 +351,9 @@ fn models_move_with_all_that_is_theirs() {
 
 #[test]
 fn splats_belong_to_their_model() {
-    let golden = common::goldens().unwrap();
+    let golden = crate::common::goldens().unwrap();
     let golden = golden.iter().find(|golden| golden.name() == "splats-and-surfaces").unwrap();
-    let shot = common::Shot::load(golden, Default::default(), &Jobs::new(1)).unwrap();
+    let shot = crate::common::Shot::load(golden, Default::default(), &Jobs::new(1)).unwrap();
     let mut scene = shot.scene.clone();
     scene.clear_lights();
     let loaded = Loaded::from(scene.clone());

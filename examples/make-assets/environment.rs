@@ -3,13 +3,12 @@
 use overcoat::jobs::Jobs;
 use overcoat::light::Studio;
 use overcoat::math::lanes::SimdLevel;
-use std::path::Path;
 
-/// Paints and prefilters the studio into `environment/studio.env`, and packs it into `environment/studio.packed`.
-pub fn write(folder: &Path) -> std::io::Result<()> {
-    let folder = folder.join("environment");
-    std::fs::create_dir_all(&folder)?;
+/// The painted and prefiltered studio, as it is and packed, by paths below `assets/`.
+pub fn files() -> Vec<(String, Vec<u8>)> {
     let studio = Studio::prefilter(&Jobs::new(0), SimdLevel::best());
-    std::fs::write(folder.join("studio.env"), studio.to_bytes())?;
-    std::fs::write(folder.join("studio.packed"), studio.to_packed_bytes())
+    vec![
+        ("environment/studio.env".to_owned(), studio.to_bytes()),
+        ("environment/studio.packed".to_owned(), studio.to_packed_bytes()),
+    ]
 }

@@ -3,7 +3,7 @@
 use super::aov::TileAovs;
 use super::bands::{Bands, Blank, Planes, TileRows};
 use super::crew::Crew;
-use super::pass::Pass;
+use super::pass::{Pass, Tile};
 use super::tile_pass::{self, TileCost, TileJob, TileScratch};
 use super::trace::FragmentHashes;
 use crate::dispatch_available;
@@ -41,6 +41,20 @@ pub(super) struct Found {
     pub hashes: Option<FragmentHashes>,
 }
 
+/// [`tile_pass::render_tile`] at an instruction set. The one place that chooses it: each further one would be another copy of
+/// all that tiles go through, for every instruction set.
+#[inline(never)]
+fn render_tile(
+    simd: SimdLevel,
+    pass: &Pass<'_>,
+    tile: &Tile<'_>,
+    scratch: &mut TileScratch,
+    rows: &mut TileRows<'_>,
+    job: &mut TileJob,
+) {
+    dispatch_available!(simd, l => tile_pass::render_tile(l, pass, tile, scratch, rows, job));
+}
+
 /// Draws all tiles into the planes, in a pass that draws.
 pub(super) fn render_tiles(
     crew: &mut Crew<'_>,
@@ -72,7 +86,7 @@ pub(super) fn render_tiles(
         let mut rows = std::mem::take(&mut scratch.rows).emptied();
         bands.take(grid, tile, &mut rows);
         let tile = &pass.tile(tile);
-        dispatch_available!(simd, l => tile_pass::render_tile(l, pass, tile, scratch, &mut rows, job));
+        render_tile(simd, pass, tile, scratch, &mut rows, job);
         scratch.rows = rows.emptied();
     });
     TileScratch::level(&mut memory.scratch);
@@ -104,7 +118,7 @@ pub(super) fn survey_tiles(crew: &mut Crew<'_>, pass: &Pass<'_>, memory: &mut Ti
     crew.for_each_with_scratch(&mut memory.scratch, &mut tiles, |scratch, tile, job| {
         if pass.draws(tile) {
             let (tile, rows) = (&pass.tile(tile), &mut TileRows::default());
-            dispatch_available!(simd, l => tile_pass::render_tile(l, pass, tile, scratch, rows, job));
+            render_tile(simd, pass, tile, scratch, rows, job);
         }
     });
     tiles.clear();
@@ -126,7 +140,7 @@ pub(super) fn count_tiles(pass: &Pass<'_>, costs: &mut Vec<TileCost>, simd: Simd
         }
         let mut job = TileJob { cost: *cost, ..TileJob::default() };
         let (tile, scratch, job, rows) = (&pass.tile(tile), &mut scratch, &mut job, &mut TileRows::default());
-        dispatch_available!(simd, l => tile_pass::render_tile(l, pass, tile, scratch, rows, job));
+        render_tile(simd, pass, tile, scratch, rows, job);
         *cost = job.cost;
     }
 }

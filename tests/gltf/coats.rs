@@ -1,6 +1,6 @@
 //! The coats that glTF is getting: KHR_materials_coat, and what extends KHR_materials_clearcoat.
 
-use crate::model::{Model, messages};
+use crate::common::files::model::{Model, messages};
 use overcoat::frame::Frame;
 use overcoat::jobs::Jobs;
 use overcoat::limits::Limits;

@@ -1,9 +1,9 @@
 //! Compressed data: meshopt views and Draco primitives give the scenes of their uncompressed forms.
 
-use crate::draco::stream as draco_stream;
-use crate::encoder::{self, Random};
-use crate::meshopt::Views;
-use crate::model::{F32, Model, U16, U32, messages, outcome, push};
+use crate::common::files::draco::stream as draco_stream;
+use crate::common::files::encoder::{self, Random};
+use crate::common::files::meshopt::Views;
+use crate::common::files::model::{F32, Model, U16, U32, messages, outcome, push};
 use overcoat::jobs::Jobs;
 use overcoat::limits::Limits;
 use overcoat::load::{Context, LoadError, Loaded, NoResolver, load_bytes};

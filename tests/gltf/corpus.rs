@@ -1,7 +1,7 @@
 //! Every model of the folder that `OVERCOAT_CORPUS` names: `gltf/`, whose `EXPECT.tsv` and `MANIFEST.md` say what
 //! comes out, and `hostile/`, of which nothing may panic, hang or take much memory.
 
-use crate::model::messages;
+use crate::common::files::model::messages;
 use overcoat::jobs::Jobs;
 use overcoat::limits::Limits;
 use overcoat::load::load_file;

@@ -1,7 +1,7 @@
 //! Files that break the rules: each ends in a line that names the element, none in a panic; what is whole in them is
 //! drawn.
 
-use crate::model::{Model, U8, U16, load_in_parts, load_text, messages, outcome};
+use crate::common::files::model::{Model, U8, U16, load_in_parts, load_text, messages, outcome};
 use overcoat::limits::Limits;
 use overcoat::load::LoadError;
 use proptest::prelude::*;

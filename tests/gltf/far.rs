@@ -1,6 +1,6 @@
 //! Nodes and vertices far from zero, and nodes that cannot be seen.
 
-use super::model::Model;
+use crate::common::files::model::Model;
 use overcoat::load::Loaded;
 use overcoat::render::{RenderOptions, Renderer};
 use overcoat::scene::{Camera, Framing, Projection};

@@ -1,6 +1,6 @@
 //! Containers, URIs and files on disk.
 
-use crate::model::{Model, messages, picture};
+use crate::common::files::model::{Model, messages, picture};
 use overcoat::jobs::Jobs;
 use overcoat::limits::Limits;
 use overcoat::load::{

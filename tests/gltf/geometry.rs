@@ -1,6 +1,6 @@
 //! Accessors and primitives.
 
-use crate::model::{F32, I8, I16, Model, U8, U16, U32, messages, push};
+use crate::common::files::model::{F32, I8, I16, Model, U8, U16, U32, messages, push};
 use overcoat::limits::Limits;
 use overcoat::scene::PrimitiveKind;
 use serde_json::json;

@@ -1,6 +1,6 @@
 //! Nodes, instances, cameras and lights.
 
-use crate::model::{F32, I8, Model, load_text, messages};
+use crate::common::files::model::{F32, I8, Model, load_text, messages};
 use overcoat::jobs::Jobs;
 use overcoat::limits::Limits;
 use overcoat::load::{Context, LoadError, load_bytes};

@@ -1,6 +1,6 @@
 //! Materials, textures and extensions.
 
-use crate::model::{Model, messages, picture, push};
+use crate::common::files::model::{Model, messages, picture, push};
 use overcoat::limits::Limits;
 use overcoat::load::LoadError;
 use overcoat::scene::{

@@ -1,6 +1,6 @@
 //! Skins, morph targets and animations.
 
-use crate::model::{F32, Model, U8, U16, U32, messages};
+use crate::common::files::model::{F32, Model, U8, U16, U32, messages};
 use overcoat::jobs::Jobs;
 use overcoat::limits::Limits;
 use overcoat::load::{
@@ -237,7 +237,7 @@ fn morphing() -> Model {
     let value = model.view(&2.0_f32.to_le_bytes().into_iter().chain([0; 8]).collect::<Vec<u8>>());
     let sparse = json!({"componentType": F32, "count": 3, "type": "VEC3", "sparse": {"count": 1,
         "indices": {"bufferView": index, "componentType": U8}, "values": {"bufferView": value}}});
-    let shift = crate::model::push(&mut model.json["accessors"], sparse);
+    let shift = crate::common::files::model::push(&mut model.json["accessors"], sparse);
     model.primitive()["targets"] = json!([{"POSITION": lift}, {"POSITION": shift}]);
     model
 }
@@ -558,7 +558,7 @@ fn hostile_animations() {
     let many = said(&|m| {
         for (key, kind) in [("input", "SCALAR"), ("output", "VEC3")] {
             let accessor = json!({"componentType": F32, "count": 1_000_000_000, "type": kind});
-            let index = crate::model::push(&mut m.json["accessors"], accessor);
+            let index = crate::common::files::model::push(&mut m.json["accessors"], accessor);
             sampler(m, key, index.into());
         }
     });

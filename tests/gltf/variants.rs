@@ -1,6 +1,6 @@
 //! KHR_materials_variants: which material a primitive has.
 
-use crate::model::Model;
+use crate::common::files::model::Model;
 use overcoat::jobs::Jobs;
 use overcoat::limits::Limits;
 use overcoat::load::{Context, Format, LoadError, LoadOptions, Loaded, NoResolver, load_bytes_with};

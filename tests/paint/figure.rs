@@ -3,7 +3,7 @@
 //!
 //! `UPDATE_PICTURES=1` makes it anew, and fails: look at it.
 
-use super::common::{shapes, stage};
+use crate::common::{shapes, stage};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use overcoat::color::srgb::linear_to_srgb8;

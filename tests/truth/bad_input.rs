@@ -1,6 +1,6 @@
 //! Whatever is asked: a finite answer, or an error that says which layer, what, and which values there may be.
 
-use crate::direction;
+use super::direction;
 use overcoat::truth::{CHUNK, Interface, MAX_INTERFACES, Medium, Outcome, Samples, Stack, StackBuilder};
 
 fn refused(builder: StackBuilder, expected: &str) {

@@ -2,8 +2,8 @@
 //!
 //! To record other ones, for a reason that is not the bits: what the first test says that it found.
 
-use crate::direction;
-use crate::reciprocity::stacks;
+use super::direction;
+use super::reciprocity::stacks;
 use overcoat::truth::{Estimate, Outcome, Samples};
 
 /// FNV-1a over bits of numbers.

@@ -2,9 +2,9 @@
 //! it, with Sidak's correction. The two share no code but the interfaces: evaluation connects two walks with weights,
 //! sampling follows one.
 
-use crate::direction;
-use crate::reciprocity::stacks;
-use crate::statistics::{Family, Points, gamma_q};
+use super::direction;
+use super::reciprocity::stacks;
+use super::statistics::{Family, Points, gamma_q};
 use overcoat::truth::{Interface, Outcome, Samples, Stack};
 use std::f64::consts::TAU;
 

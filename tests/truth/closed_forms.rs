@@ -1,7 +1,7 @@
 //! Smooth stacks whose sums over all paths are known.
 
-use crate::statistics::{Family, gauss_legendre};
-use crate::{direction, fresnel};
+use super::statistics::{Family, gauss_legendre};
+use super::{direction, fresnel};
 use overcoat::math::double::exp;
 use overcoat::truth::{Interface, Medium, Samples, Stack};
 use std::f64::consts::FRAC_1_PI;

@@ -1,8 +1,8 @@
 //! An integrator of another kind: discrete ordinates, for a smooth dielectric over a medium that scatters isotropically over
 //! a diffuse base (Chandrasekhar 1960; Stamnes et al. 1988). Nothing is random in it, and nothing of it is in the library.
 
-use crate::statistics::{Family, gauss_legendre};
-use crate::{direction, fresnel};
+use super::statistics::{Family, gauss_legendre};
+use super::{direction, fresnel};
 use overcoat::math::double::exp;
 use overcoat::truth::{Interface, Medium, Samples, Stack};
 use std::f64::consts::{FRAC_1_PI, PI};

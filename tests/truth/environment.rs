@@ -1,7 +1,7 @@
 //! Stacks under light from afar.
 
-use crate::direction;
-use crate::statistics::Family;
+use super::direction;
+use super::statistics::Family;
 use overcoat::truth::{Interface, Medium, Outcome, Samples, Stack};
 
 /// Rough lacquer that absorbs, over grey.

@@ -1,7 +1,7 @@
 //! Where nothing is absorbed, nothing is lost.
 
-use crate::direction;
-use crate::statistics::Family;
+use super::direction;
+use super::statistics::Family;
 use overcoat::truth::{Interface, Medium, Samples, Stack};
 
 const WHITE: [f64; 3] = [1.0; 3];
@@ -119,7 +119,7 @@ fn stacks_of_many() {
 /// Where something is absorbed, nothing is won.
 #[test]
 fn energy_is_conserved() {
-    for (name, stack) in crate::reciprocity::stacks() {
+    for (name, stack) in super::reciprocity::stacks() {
         for cosine in COSINES.into_iter().flat_map(|cosine| [cosine, -cosine]) {
             let albedo = stack.directional_albedo(direction(cosine, 0.3), &Samples::new(2048)).unwrap();
             for c in 0..3 {

@@ -1,7 +1,7 @@
 //! Stacks of one interface are that interface, to the last digits: formulas as they are published, written here again.
 
-use crate::direction;
-use crate::statistics::{Family, Points, mean_and_error};
+use super::direction;
+use super::statistics::{Family, Points, mean_and_error};
 use overcoat::truth::{Estimate, Interface, Masking, Medium, Samples, Stack};
 use std::f64::consts::{PI, TAU};
 

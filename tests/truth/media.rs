@@ -1,7 +1,7 @@
 //! Media that scatter: single scattering, and the semi-infinite medium of Chandrasekhar.
 
-use crate::direction;
-use crate::statistics::{Family, gauss_legendre};
+use super::direction;
+use super::statistics::{Family, gauss_legendre};
 use overcoat::math::double::exp;
 use overcoat::truth::{Interface, Medium, Samples, Stack};
 use std::f64::consts::PI;

@@ -1,7 +1,7 @@
 //! Light can be followed either way; and what is evaluated is what is sampled.
 
-use crate::direction;
-use crate::statistics::{Family, Points, mean_and_error};
+use super::direction;
+use super::statistics::{Family, Points, mean_and_error};
 use overcoat::truth::{Interface, Medium, Samples, Stack};
 use std::f64::consts::TAU;
 

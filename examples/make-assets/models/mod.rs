@@ -21,23 +21,12 @@ mod sweep;
 mod textures;
 
 use std::collections::BTreeMap;
-use std::path::Path;
 
 use model::Model;
 
-/// Writes `models/` and `materials/textures/` below `folder`. A model may refer to files below its own folder only, so the
-/// textures lie there.
-pub fn write(folder: &Path) -> std::io::Result<()> {
-    for (path, bytes) in files() {
-        let path = folder.join(path);
-        std::fs::create_dir_all(path.parent().unwrap_or(folder))?;
-        std::fs::write(path, bytes)?;
-    }
-    Ok(())
-}
-
-/// The bytes of every file by its path below `assets/`.
-fn files() -> BTreeMap<String, Vec<u8>> {
+/// The bytes of every file in `models/` and `materials/textures/`, by its path below `assets/`. A model may refer to files below its
+/// own folder only, so the textures lie there.
+pub fn files() -> BTreeMap<String, Vec<u8>> {
     let mut files = BTreeMap::new();
     let textures = textures::all();
     for (name, image) in &textures {

@@ -11,7 +11,7 @@ pub mod model;
 // The encoders of the decoder's own tests.
 #[allow(dead_code)]
 #[path = "../../../src/load/gltf/meshopt/encoder.rs"]
-mod encoder;
+pub mod encoder;
 pub mod meshopt;
 
 use overcoat::jobs::Jobs;

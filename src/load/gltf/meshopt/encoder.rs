@@ -1,26 +1,26 @@
 //! Encoders for tests. Where the format leaves a choice they choose at random, so that every code is met.
 
 /// Xorshift: the same numbers every time.
-pub(super) struct Random(u64);
+pub(crate) struct Random(u64);
 
 impl Random {
-    pub(super) fn new(seed: u64) -> Self {
+    pub(crate) fn new(seed: u64) -> Self {
         Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1)
     }
 
-    pub(super) fn next(&mut self) -> u32 {
+    pub(crate) fn next(&mut self) -> u32 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
         self.0 ^= self.0 << 17;
         (self.0 >> 32) as u32
     }
 
-    pub(super) fn below(&mut self, end: usize) -> usize {
+    pub(crate) fn below(&mut self, end: usize) -> usize {
         self.next() as usize % end.max(1)
     }
 
     /// Elements whose bytes change not at all, a little, or wildly.
-    pub(super) fn elements(&mut self, count: usize, stride: usize) -> Vec<u8> {
+    pub(crate) fn elements(&mut self, count: usize, stride: usize) -> Vec<u8> {
         let kinds: Vec<usize> = (0..stride).map(|_| self.below(4)).collect();
         let mut element: Vec<u8> = (0..stride).map(|_| self.next() as u8).collect();
         let mut out = Vec::new();
@@ -39,7 +39,7 @@ impl Random {
     }
 
     /// Indices of triangles that often have an edge with one of the last in common.
-    pub(super) fn triangles(&mut self, count: usize) -> Vec<u32> {
+    pub(crate) fn triangles(&mut self, count: usize) -> Vec<u32> {
         let (mut list, mut fresh): (Vec<u32>, u32) = (Vec::new(), 0);
         for _ in 0..count {
             let back = 3 * (1 + self.below(6));
@@ -71,7 +71,7 @@ fn zigzag(difference: u32) -> u32 {
 }
 
 /// Mode 0.
-pub(super) fn attributes(elements: &[u8], stride: usize, version: u8, random: &mut Random) -> Vec<u8> {
+pub(crate) fn attributes(elements: &[u8], stride: usize, version: u8, random: &mut Random) -> Vec<u8> {
     let count = elements.len() / stride;
     let mut stream = vec![0xa0 | version];
     let baseline: Vec<u8> = (0..stride).map(|_| random.next() as u8).collect();
@@ -180,7 +180,7 @@ fn number(mut value: u32, data: &mut Vec<u8>) {
 }
 
 /// Mode 1.
-pub(super) fn triangles(list: &[u32], random: &mut Random) -> Vec<u8> {
+pub(crate) fn triangles(list: &[u32], random: &mut Random) -> Vec<u8> {
     let (mut codes, mut data) = (Vec::new(), Vec::new());
     let mut table = [0u8; 16];
     for entry in table.iter_mut().take(14).skip(1) {
@@ -285,7 +285,7 @@ pub(super) fn triangles(list: &[u32], random: &mut Random) -> Vec<u8> {
 }
 
 /// Mode 2, of indices below 2^30: their differences fit.
-pub(super) fn indices(list: &[u32], random: &mut Random) -> Vec<u8> {
+pub(crate) fn indices(list: &[u32], random: &mut Random) -> Vec<u8> {
     let mut stream = vec![0xd1];
     let mut last = [0u32; 2];
     for &index in list {

@@ -1,11 +1,8 @@
 //! Car paint: flakes, pearl, orange peel and scratches, under every model; and the figure of `src/guide/car_paint.md`.
 
-#[path = "../common/mod.rs"]
-#[allow(dead_code, reason = "other tests use the rest")]
-mod common;
 mod figure;
 
-use common::stage;
+use crate::common::stage;
 use overcoat::render::{RenderOptions, Renderer};
 use overcoat::scene::{
     CoatSurface, EquirectImage, Flakes, Light, LightKind, Material, Mesh, MeshData, Scene, ShadingModel,
@@ -73,7 +70,7 @@ fn flakes_reflect_as_much_at_every_size_of_picture() {
     for model in HOUSE {
         for share in [1.0, 0.3] {
             let material = painted(Flakes { share, ..flakes(400.0) });
-            let scene = lit(common::shapes::square(1), material, [0.3, -0.2, -0.93]);
+            let scene = lit(crate::common::shapes::square(1), material, [0.3, -0.2, -0.93]);
             let large = mean(&pixels(&scene, 2048, model), 1);
             for side in [64, 256, 1024] {
                 let small = mean(&pixels(&scene, side, model), 1);
@@ -90,7 +87,8 @@ fn flakes_reflect_as_much_at_every_size_of_picture() {
 fn white_flakes_in_white_light_are_white() {
     let white = Flakes { color: [1.0; 3], ..flakes(30.0) };
     for side in [16, 64, 300] {
-        for pixel in pixels(&furnace(common::shapes::square(1), painted(white)), side, ShadingModel::Standard)
+        for pixel in
+            pixels(&furnace(crate::common::shapes::square(1), painted(white)), side, ShadingModel::Standard)
         {
             assert!((pixel[1] - 1.0).abs() < 0.01, "{side}: {pixel:?}");
         }
@@ -102,7 +100,7 @@ fn white_flakes_in_white_light_are_white() {
 fn as_many_flakes_are_seen_as_there_are() {
     for share in [0.05, 0.3, 0.8] {
         let material = painted(Flakes { share, color: [1.0; 3], ..flakes(300.0) });
-        let scene = furnace(common::shapes::square(1), material);
+        let scene = furnace(crate::common::shapes::square(1), material);
         for side in [32, 100, 300, 1500] {
             let seen = mean(&pixels(&scene, side, ShadingModel::Standard), 1);
             // 90,000 flakes, each there or not.
@@ -114,7 +112,7 @@ fn as_many_flakes_are_seen_as_there_are() {
 /// What sparkles from near is even from afar, and goes from one to the other without a step.
 #[test]
 fn flakes_fade_with_distance() {
-    let scene = |across| lit(common::shapes::square(1), painted(flakes(across)), [0.3, -0.2, -0.93]);
+    let scene = |across| lit(crate::common::shapes::square(1), painted(flakes(across)), [0.3, -0.2, -0.93]);
     let of = |across| contrast(&pixels(&scene(across), 128, ShadingModel::Standard));
     let found = [32.0, 128.0, 512.0, 2048.0].map(of);
     println!("{found:?}");
@@ -129,7 +127,7 @@ fn flakes_fade_with_distance() {
 /// The picture of a ball with flakes, turned by an angle in radians that is small.
 fn turned(angle: f64, across: f32) -> Vec<[f32; 4]> {
     let mut stage = stage::Stage::new().unwrap();
-    let mesh = stage.scene.add_mesh(Mesh::new(common::shapes::sphere(64)).unwrap()).unwrap();
+    let mesh = stage.scene.add_mesh(Mesh::new(crate::common::shapes::sphere(64)).unwrap()).unwrap();
     let material = stage.material(painted(flakes(across))).unwrap();
     let half = 0.5 * angle;
     let sin = half - half * half * half / 6.0;
@@ -167,7 +165,7 @@ fn flakes_move_with_the_object_and_keep_their_size() {
         let mut stage = stage::Stage::new().unwrap();
         put(
             &mut stage,
-            common::shapes::square(1),
+            crate::common::shapes::square(1),
             painted(flakes(across)),
             stage::at(middle, scale).unwrap(),
         );
@@ -183,7 +181,7 @@ fn flakes_move_with_the_object_and_keep_their_size() {
 #[test]
 fn a_film_has_another_color_at_every_angle() {
     let pearl = Flakes { color: [0.3; 3], film_thickness: 300.0, ..flakes(4000.0) };
-    let scene = furnace(common::shapes::sphere(64), painted(pearl));
+    let scene = furnace(crate::common::shapes::sphere(64), painted(pearl));
     let seen = pixels(&scene, 65, ShadingModel::Standard);
     let hue = |column: usize| {
         let [r, g, b, _] = seen[32 * 65 + column];
@@ -193,7 +191,8 @@ fn a_film_has_another_color_at_every_angle() {
     assert!((middle[0] - edge[0]).abs() > 0.3 || (middle[1] - edge[1]).abs() > 0.3, "{middle:?} {edge:?}");
     // A film of the paint's own index is none, and what has none has one colour.
     let none = Flakes { film_ior: 1.5, ..pearl };
-    for pixel in pixels(&furnace(common::shapes::square(1), painted(none)), 8, ShadingModel::Standard) {
+    for pixel in pixels(&furnace(crate::common::shapes::square(1), painted(none)), 8, ShadingModel::Standard)
+    {
         assert!((pixel[0] - pixel[2]).abs() < 0.02, "{pixel:?}");
     }
 }
@@ -203,14 +202,15 @@ fn a_film_has_another_color_at_every_angle() {
 fn mica_lets_through_what_it_does_not_reflect() {
     let mut material = painted(Flakes { color: [0.2, 0.3, 0.1], transparency: 1.0, ..flakes(400.0) });
     material.base_color = [1.0; 4];
-    let through = pixels(&furnace(common::shapes::square(1), material.clone()), 32, ShadingModel::Standard);
+    let through =
+        pixels(&furnace(crate::common::shapes::square(1), material.clone()), 32, ShadingModel::Standard);
     for pixel in &through {
         // Of red .3 covers, of which a third absorbs; green loses nothing.
         assert!((pixel[1] - 1.0).abs() < 0.02, "{pixel:?}");
         assert!(pixel[2] < 0.95 && pixel[2] > 0.75, "{pixel:?}");
     }
     material.lobes.flakes.transparency = 0.0;
-    let opaque = pixels(&furnace(common::shapes::square(1), material), 32, ShadingModel::Standard);
+    let opaque = pixels(&furnace(crate::common::shapes::square(1), material), 32, ShadingModel::Standard);
     assert!(mean(&opaque, 1) < 0.45);
 }
 
@@ -226,16 +226,18 @@ fn orange_peel_bends_reflections() {
     let peel = |size: f32| CoatSurface { peel: 0.03, peel_size: size, ..CoatSurface::default() };
     for model in HOUSE {
         // The lamp is in the mirror.
-        let of =
-            |surface| pixels(&lit(common::shapes::square(1), coated(surface), [0.0, 0.05, -1.0]), 96, model);
+        let of = |surface| {
+            pixels(&lit(crate::common::shapes::square(1), coated(surface), [0.0, 0.05, -1.0]), 96, model)
+        };
         let flat = of(CoatSurface::default());
         let [near, far] = [peel(0.2), peel(0.002)].map(of);
         println!("{model:?}: {} {} {}", contrast(&flat), contrast(&near), contrast(&far));
         assert!(contrast(&flat) < 1e-3 && contrast(&near) > 0.05, "{model:?}");
         // Where pixels are larger than waves the coat is even, and rougher.
         assert!(contrast(&far) < 0.3 * contrast(&near) && far != flat, "{model:?}");
-        let white =
-            |surface| mean(&pixels(&furnace(common::shapes::square(1), coated(surface)), 64, model), 1);
+        let white = |surface| {
+            mean(&pixels(&furnace(crate::common::shapes::square(1), coated(surface)), 64, model), 1)
+        };
         let [even, waved] = [white(CoatSurface::default()), white(peel(0.2))];
         assert!((waved / even - 1.0).abs() < 0.03, "{model:?}: {waved} and {even}");
     }
@@ -247,7 +249,7 @@ fn scratches_cover_their_share() {
         |share: f32| CoatSurface { scratches: share, scratch_length: 0.5, ..CoatSurface::default() };
     for model in HOUSE {
         let of = |surface| {
-            pixels(&lit(common::shapes::square(1), coated(surface), [0.3, -0.2, -0.93]), 400, model)
+            pixels(&lit(crate::common::shapes::square(1), coated(surface), [0.3, -0.2, -0.93]), 400, model)
         };
         let flat = of(CoatSurface::default());
         let part = |share: f32| {
@@ -267,7 +269,7 @@ fn scratches_cover_their_share() {
 fn every_model_shows_paint() {
     for &model in ShadingModel::ALL {
         let picture = |material: Material| {
-            pixels(&lit(common::shapes::sphere(32), material, [0.3, -0.2, -0.93]), 48, model)
+            pixels(&lit(crate::common::shapes::sphere(32), material, [0.3, -0.2, -0.93]), 48, model)
         };
         let plain = picture(coated(CoatSurface::default()));
         let mut material = coated(CoatSurface::default());
@@ -297,7 +299,7 @@ fn extremes_are_finite() {
             material.coat = 1.0;
             material.lobes.coat_surface =
                 CoatSurface { peel: 1.0, peel_size: size, scratches: 1.0, scratch_length: size };
-            let mut far = common::shapes::sphere(16);
+            let mut far = crate::common::shapes::sphere(16);
             for position in &mut far.positions {
                 position[0] += 1e7 * end;
             }

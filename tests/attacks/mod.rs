@@ -10,12 +10,10 @@ mod descriptions;
 mod documents;
 mod graphs;
 mod meshes;
-#[allow(dead_code)]
-#[path = "../gltf/model.rs"]
-mod model;
 mod paths;
 mod pictures;
 
+use crate::common::files::model;
 use attack::{Ask, Attack, Must};
 use overcoat::cli::failure::Failure;
 use overcoat::description::{Description, EnvironmentChoice, Machine, MaterialSource};

@@ -1,0 +1,22 @@
+//! What pictures show and what they take: the renderer through the public interface.
+//!
+//! One binary of many files, each a promise: linking takes longer than most of them run.
+
+mod area_lights;
+mod by_need;
+#[allow(dead_code, reason = "other tests use the rest")]
+mod common;
+mod defaults;
+mod dense_mesh;
+mod fill_rule;
+mod lamp_shadows;
+mod limits;
+mod renderer;
+mod setting;
+mod shading_rate;
+mod specular_antialiasing;
+mod splats;
+mod targets;
+mod transmission;
+mod visibility;
+mod world;
