@@ -219,10 +219,37 @@ fn tests_that_are_to_be_run_exist() {
     let words: Vec<&str> = text.split(|c: char| c.is_whitespace() || c == '`').collect();
     let named: Vec<&str> = words.windows(2).filter(|pair| pair[0] == "--test").map(|pair| pair[1]).collect();
     assert!(named.len() >= 5, "{named:?}");
+    let binaries = test_binaries();
+    // Those of other packages have their own manifests.
+    let of_packages = ["service/tests", "bindings/c/tests", "examples/embedded/tests"];
     for name in named {
-        let is_there = exists(&format!("tests/{name}.rs")) || exists(&format!("tests/{name}/main.rs"));
+        let is_there = binaries.iter().any(|binary| binary == name)
+            || of_packages.iter().any(|folder| exists(&format!("{folder}/{name}.rs")));
         assert!(is_there, "there is no test '{name}'");
     }
+}
+
+/// Names of the test binaries of the manifest.
+fn test_binaries() -> Vec<String> {
+    let manifest: toml::Table = read("Cargo.toml").parse().unwrap();
+    let tests = manifest["test"].as_array().unwrap();
+    tests.iter().map(|test| test["name"].as_str().unwrap().to_owned()).collect()
+}
+
+/// Cargo looks for no tests by itself (`autotests`), so a file that nothing includes would be a promise that nobody keeps.
+#[test]
+fn every_test_file_belongs_to_a_binary() {
+    let binaries = test_binaries();
+    let roots = binaries.iter().map(|name| format!("tests/{name}.rs")).filter(|path| exists(path));
+    let included = roots.map(|path| read(&path)).collect::<String>();
+    let is_module = |name: &str| included.contains(&format!("\nmod {name};\n"));
+    let entries = std::fs::read_dir(root().join("tests")).unwrap();
+    let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    let lost: Vec<String> = names
+        .filter_map(|file| file.strip_suffix(".rs").map(str::to_owned))
+        .filter(|name| !binaries.contains(name) && !is_module(name))
+        .collect();
+    assert!(lost.is_empty(), "in no test binary: {}", lost.join(", "));
 }
 
 #[test]

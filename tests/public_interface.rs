@@ -1,6 +1,6 @@
 //! The public interface, item by item, in `tests/public_interface.txt`: a change of it is a change of that file, and is seen.
 //!
-//! `UPDATE_INTERFACE=1 cargo test --test public_interface` writes the file anew.
+//! `UPDATE_INTERFACE=1 cargo test --test documents public_interface` writes the file anew.
 //!
 //! The sources are read line by line as rustfmt leaves them. Items that macros make are listed as they are handed to the macro.
 //! What is `#[doc(hidden)]` (stages, formulas, the program) is open to tests and benches and no part of the interface.
@@ -420,7 +420,7 @@ fn the_interface_is_the_recorded_one() {
     assert!(
         changes.is_empty(),
         "the public interface has changed:\n{}\nIf that is meant, say so in CHANGELOG.md and write the list anew:\n\
-         UPDATE_INTERFACE=1 cargo test --test public_interface",
+         UPDATE_INTERFACE=1 cargo test --test documents public_interface",
         changes.join("\n")
     );
 }
