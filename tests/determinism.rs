@@ -112,6 +112,12 @@ fn one_hash(golden: &DescribedGolden) -> Result<(), String> {
         if images.get_or_insert_with(|| direct.image.clone()) != &direct.image {
             return Err(format!("{setting}: the picture without a frame differs"));
         }
+        // Developed at the level, too.
+        let mut display = shot.display.clone();
+        display.simd = levels[level];
+        if DisplayImage::new(&rendered.frame, &display) != direct.image {
+            return Err(format!("{setting}: the picture of the frame is another one than that without"));
+        }
         match &first {
             None => first = Some((setting, rendered)),
             Some((reference, expected)) => {

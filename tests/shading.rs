@@ -1,4 +1,4 @@
-//! Formulas of the shading models: against tables of the engines, against physics and against the referee.
+//! Physics of the shading models, and what their pictures show.
 //!
 //! One binary of many files, each a promise: linking takes longer than most of them run.
 
@@ -6,11 +6,6 @@
 mod common;
 mod energy;
 mod errata;
-mod lab;
 mod lambert;
 mod models;
 mod paint;
-mod reference;
-mod reference_scene;
-mod tables;
-mod truth;

@@ -1,7 +1,6 @@
 use super::*;
 use crate::frame::{DisplayImage, DisplayOptions};
 use crate::limits::Limits;
-use crate::math::lanes::SimdLevel;
 use crate::scene::{
     Environment, EnvironmentSource, EquirectImage, Instance, Lobes, Material, Projection, Transform,
     Transmission, Workflow, primitives,
@@ -246,23 +245,21 @@ fn mixed() -> (Scene, RenderOptions) {
 }
 
 #[test]
-fn its_bits_depend_on_no_machine() {
+fn its_bits_depend_on_no_thread_and_no_tile() {
     let (scene, options) = mixed();
     for ground in [Ground::Shadow, Ground::Color([90, 200, 120])] {
         for background in [Background::Transparent, Background::Environment] {
             let options = options.clone().with_ground(ground).with_background(background);
             let expected = draw(&scene, &from_the_side(2.0), &options);
             for (threads, tile) in [(1, 16), (3, 32), (2, 64)] {
-                for level in SimdLevel::available() {
-                    let options = options.clone().with_tile_size(Some(tile)).with_simd(level);
-                    let mut renderer = Renderer::new(threads);
-                    // The second is drawn with what is kept of the first.
-                    for _ in 0..2 {
-                        let found = renderer.render(&scene, &from_the_side(2.0), &options).unwrap();
-                        assert!(found.frame == expected.frame, "{ground:?} {background:?} {tile} {level}");
-                        assert_eq!(found.stats.shading, expected.stats.shading);
-                        assert_eq!(found.stats.covered, expected.stats.covered);
-                    }
+                let options = options.clone().with_tile_size(Some(tile));
+                let mut renderer = Renderer::new(threads);
+                // The second is drawn with what is kept of the first.
+                for _ in 0..2 {
+                    let found = renderer.render(&scene, &from_the_side(2.0), &options).unwrap();
+                    assert!(found.frame == expected.frame, "{ground:?} {background:?} {tile}");
+                    assert_eq!(found.stats.shading, expected.stats.shading);
+                    assert_eq!(found.stats.covered, expected.stats.covered);
                 }
             }
         }

@@ -231,8 +231,27 @@ macro_rules! dispatch {
     }};
 }
 
+/// In this package's own unit tests, kernels as large as these run on AVX2 whatever level is asked for: three copies of all would be
+/// half of the time that the tests take to build. That levels agree is for `tests/determinism.rs`, which runs what is shipped.
+#[cfg(all(test, target_arch = "x86_64", feature = "wide-lanes"))]
+#[macro_export]
+#[doc(hidden)]
+macro_rules! dispatch_available {
+    ($level:expr, $l:ident => $body:expr) => {{
+        use $crate::math::lanes::Lanes as _;
+        let _: $crate::math::lanes::SimdLevel = $level;
+        let Some($l) = $crate::math::lanes::avx2($crate::math::lanes::SimdLevel::Avx2) else {
+            panic!("unit tests of the renderer need a processor with AVX2; the tests in tests/ do not")
+        };
+        $l.run(
+            #[inline(always)]
+            || $body,
+        )
+    }};
+}
 /// [`dispatch!`](crate::dispatch) without the scalar lanes where the renderer has none: for kernels so large that a copy
 /// which nobody runs counts. The level must be available.
+#[cfg(not(all(test, target_arch = "x86_64", feature = "wide-lanes")))]
 #[macro_export]
 #[doc(hidden)]
 macro_rules! dispatch_available {

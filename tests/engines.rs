@@ -1,0 +1,7 @@
+//! Shading models against numbers of the engines' own code.
+//!
+//! Apart from the other tests of models, so that both compile at the same time: either is one large unit of code.
+
+mod reference;
+mod reference_scene;
+mod tables;

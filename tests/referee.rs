@@ -1,0 +1,4 @@
+//! The referee, against closed forms and against itself, and the models against the referee.
+
+mod lab;
+mod truth;
