@@ -220,7 +220,7 @@ fn tests_that_are_to_be_run_exist() {
     let named: Vec<&str> = words.windows(2).filter(|pair| pair[0] == "--test").map(|pair| pair[1]).collect();
     assert!(named.len() >= 5, "{named:?}");
     let binaries = test_binaries();
-    // Those of other packages have their own manifests.
+    // Other packages declare their tests in manifests of their own.
     let of_packages = ["service/tests", "bindings/c/tests", "examples/embedded/tests"];
     for name in named {
         let is_there = binaries.iter().any(|binary| binary == name)

@@ -2,7 +2,6 @@
 //! are decoded as a whole and of environments that are filtered at every roughness, what is wrong with images is told, and nothing
 //! is decoded that no pixel asks for.
 
-#[allow(dead_code, unused_imports, reason = "other tests use the rest")]
 use crate::common::files::document::document;
 use crate::common::files::model::{Model, push};
 use crate::common::images::sky;

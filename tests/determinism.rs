@@ -112,7 +112,7 @@ fn one_hash(golden: &DescribedGolden) -> Result<(), String> {
         if images.get_or_insert_with(|| direct.image.clone()) != &direct.image {
             return Err(format!("{setting}: the picture without a frame differs"));
         }
-        // Developed at the level, too.
+        // Display development of the frame at this level.
         let mut display = shot.display.clone();
         display.simd = levels[level];
         if DisplayImage::new(&rendered.frame, &display) != direct.image {

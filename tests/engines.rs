@@ -1,6 +1,6 @@
 //! Shading models against numbers of the engines' own code.
 //!
-//! Apart from the other tests of models, so that both compile at the same time: either is one large unit of code.
+//! A binary apart from the other tests of models, so that both compile at the same time: either is one large unit of code.
 
 mod reference;
 mod reference_scene;

@@ -3,6 +3,7 @@
 
 #[path = "formats/far.rs"]
 mod far;
+
 use crate::common::files::package;
 use overcoat::jobs::Jobs;
 use overcoat::limits::Limits;

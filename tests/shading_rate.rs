@@ -1,6 +1,5 @@
 //! Several shadings a pixel: what they change and what they must not.
 
-#[allow(dead_code, reason = "other tests use the rest")]
 use crate::common::{scenes, stage};
 use overcoat::limits::Limits;
 use overcoat::math::lanes::SimdLevel;

@@ -1,6 +1,5 @@
 //! Roughness that grows where normals vary within a pixel.
 
-#[allow(dead_code, reason = "other tests use the rest")]
 use crate::common::stage;
 use overcoat::render::{RenderOptions, Renderer};
 use overcoat::scene::{

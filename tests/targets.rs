@@ -1,6 +1,5 @@
 //! Pictures drawn into memory of the caller, in parts, and asked what is seen in a pixel: all of it agrees with the picture.
 
-#[allow(dead_code, unused_imports, reason = "other tests use the rest")]
 use crate::common::Shot;
 use overcoat::description::Machine;
 use overcoat::frame::{Aov, DisplayImage, Frame, PixelFormat, Target};

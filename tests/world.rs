@@ -1,7 +1,6 @@
 //! Scenes that change under names that stay, and pictures of them that follow each other: each is the picture that a scene made anew
 //! has.
 
-#[allow(dead_code, unused_imports, reason = "other tests use the rest")]
 use crate::common::files::at_time;
 use crate::common::scenes::motion;
 use overcoat::frame::{DisplayOptions, PixelFormat, Target};

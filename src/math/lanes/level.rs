@@ -231,8 +231,8 @@ macro_rules! dispatch {
     }};
 }
 
-/// In this package's own unit tests, kernels as large as these run on AVX2 whatever level is asked for: three copies of all would be
-/// half of the time that the tests take to build. That levels agree is for `tests/determinism.rs`, which runs what is shipped.
+/// Unit tests of this package run kernels as large as these on AVX2, whatever level is asked for: three copies take half again as long
+/// to build. `tests/determinism.rs`, which runs the code that is shipped, compares the levels.
 #[cfg(all(test, target_arch = "x86_64", feature = "wide-lanes"))]
 #[macro_export]
 #[doc(hidden)]
