@@ -2,10 +2,10 @@
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use overcoat::jobs::Jobs;
-use overcoat::light::{EnvironmentLight, PrefilteredEnvironment};
-use overcoat::math::lanes::{Float, Int, LANES, Lanes, SimdLevel};
-use overcoat::math::vec3::Vec3;
 use overcoat::scene::EquirectImage;
+use overcoat_core::math::lanes::{Float, Int, LANES, Lanes, SimdLevel};
+use overcoat_core::math::vec3::Vec3;
+use overcoat_stages::light::{EnvironmentLight, PrefilteredEnvironment};
 use std::hint::black_box;
 use std::sync::Arc;
 
@@ -68,7 +68,7 @@ fn benches(c: &mut Criterion) {
             [("rough", 0.4, false), ("sharp", 0.03, false), ("diffuse", 0.0, true)]
         {
             group.bench_function(format!("{name}, {level}"), |b| {
-                b.iter(|| overcoat::dispatch!(level, l => lookups(l, black_box(&light), roughness, diffuse)));
+                b.iter(|| overcoat_core::dispatch!(level, l => lookups(l, black_box(&light), roughness, diffuse)));
             });
         }
     }

@@ -4,13 +4,13 @@
 //! Figures are per fragment: `cargo bench -p overcoat-benches --bench models`.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use overcoat::gbuffer::layout::{self, Plane, SurfacePlanes};
-use overcoat::light::{EnvironmentLight, PrefilteredEnvironment, PunctualLight};
-use overcoat::math::lanes::{Float, LANES, SimdLevel};
 use overcoat::scene::{
     AreaLightMethod, CoatMedium, Light, LightKind, Lobes, Material, SecondLobe, ShadingModel, Workflow,
 };
-use overcoat::shade::{ShadeContext, ViewRays, shade};
+use overcoat_core::math::lanes::{Float, LANES, SimdLevel};
+use overcoat_stages::gbuffer::layout::{self, Plane, SurfacePlanes};
+use overcoat_stages::light::{EnvironmentLight, PrefilteredEnvironment, PunctualLight};
+use overcoat_stages::shade::{ShadeContext, ViewRays, shade};
 use std::hint::black_box;
 
 /// Sixteen places on a ball, seen from +Z.
@@ -97,7 +97,7 @@ fn models(criterion: &mut Criterion) {
         let mut run = |name: &str, model: ShadingModel, material: &Material| {
             group.bench_function(name, |bencher| {
                 bencher.iter(|| {
-                    overcoat::dispatch!(level, l => {
+                    overcoat_core::dispatch!(level, l => {
                         let red = shade(l, &context, model, black_box(material), black_box(&planes)).x;
                         red.to_array()
                     })

@@ -4,8 +4,8 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use overcoat::color::ToneCurve;
 use overcoat::frame::Frame;
 use overcoat::frame::{DisplayImage, DisplayOptions};
-use overcoat::math::lanes::SimdLevel;
 use overcoat::output::{ExrPrecision, encode_exr, encode_hdr, encode_png};
+use overcoat_core::math::lanes::SimdLevel;
 use std::hint::black_box;
 use std::time::Duration;
 

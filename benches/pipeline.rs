@@ -3,15 +3,17 @@
 //! `cargo bench -p overcoat-benches --bench pipeline`
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use overcoat::gbuffer::{Batch, Draw, Fragment, SourceTriangle, TriangleSource, extract_fragments, locate};
-use overcoat::geometry::{Chunk, ChunkJob, ScreenVertices, View, process_chunk, transform_vertices};
-use overcoat::math::lanes::{Float, SimdLevel};
-use overcoat::raster::{SamplePattern, TileOrigin, Triangle, Visibility};
 use overcoat::render::{RenderOptions, Renderer};
 use overcoat::scene::{
     Camera, Framing, Instance, Material, Mesh, MeshData, Projection, Scene, Transform, Workflow,
 };
-use overcoat::tile::{TileBins, TileGrid};
+use overcoat_core::math::lanes::{Float, SimdLevel};
+use overcoat_stages::gbuffer::{
+    Batch, Draw, Fragment, SourceTriangle, TriangleSource, extract_fragments, locate,
+};
+use overcoat_stages::geometry::{Chunk, ChunkJob, ScreenVertices, View, process_chunk, transform_vertices};
+use overcoat_stages::raster::{SamplePattern, TileOrigin, Triangle, Visibility};
+use overcoat_stages::tile::{TileBins, TileGrid};
 use std::hint::black_box;
 
 /// A sheet of `columns` x `rows` cells, two triangles each, between -1 and 1, tilted a little in depth.
@@ -78,7 +80,7 @@ impl Rasterizer {
         let view = view.of_draw(&Transform::IDENTITY);
         let mesh = &self.mesh;
         let ScreenVertices { places, depths } = &mut self.vertices;
-        overcoat::dispatch!(level, l => transform_vertices(l, &view, mesh.positions(), places, depths));
+        overcoat_core::dispatch!(level, l => transform_vertices(l, &view, mesh.positions(), places, depths));
         let job = ChunkJob {
             mesh,
             vertices: self.vertices.slice(0..mesh.positions().len()),
@@ -88,7 +90,7 @@ impl Rasterizer {
             max_bins: usize::MAX,
         };
         let (job, chunk) = (&job, &mut self.chunk);
-        overcoat::dispatch!(SimdLevel::best(), l => process_chunk(l, chunk, job, &self.grid, &self.pattern));
+        overcoat_core::dispatch!(SimdLevel::best(), l => process_chunk(l, chunk, job, &self.grid, &self.pattern));
         self.bins.build(self.grid.len(), std::iter::once(&self.chunk.bins));
         let samples = self.pattern.len();
         for tile in 0..self.grid.len() {
@@ -98,7 +100,7 @@ impl Rasterizer {
                 for &t in self.chunk.bins.triangles(run) {
                     let (triangle, origin) = (&self.chunk.triangles[t as usize], self.grid.origin(tile));
                     let (visibility, pattern) = (&mut self.visibility, &self.pattern);
-                    overcoat::dispatch!(level, l => visibility.draw(l, triangle, t, origin, pattern, None));
+                    overcoat_core::dispatch!(level, l => visibility.draw(l, triangle, t, origin, pattern, None));
                 }
             }
         }
@@ -155,7 +157,7 @@ fn gbuffer(c: &mut Criterion) {
     let (origin, pattern) = (TileOrigin { x: 0, y: 0 }, SamplePattern::new(8).expect("8 samples exist"));
     let mut visibility = Visibility::default();
     visibility.clear(32, 32, 8);
-    overcoat::dispatch!(SimdLevel::best(), l => visibility.draw(l, &source.0, 0, origin, &pattern, None));
+    overcoat_core::dispatch!(SimdLevel::best(), l => visibility.draw(l, &source.0, 0, origin, &pattern, None));
     let mut fragments: Vec<Fragment> = Vec::new();
     let mut batch = Batch::default();
     group.throughput(Throughput::Elements(32 * 32));
@@ -163,7 +165,7 @@ fn gbuffer(c: &mut Criterion) {
         group.bench_function(format!("extract fragments, {level}"), |b| {
             b.iter(|| {
                 fragments.clear();
-                overcoat::dispatch!(level, l => {
+                overcoat_core::dispatch!(level, l => {
                     extract_fragments(l, &visibility, 32, 32, 8, None::<(&Single, _, _)>, &mut fragments);
                 });
                 fragments.len()
@@ -177,7 +179,7 @@ fn gbuffer(c: &mut Criterion) {
                 let mut sum = 0.0;
                 for run in indices.chunks(16) {
                     batch.gather(&fragments, run, &source, origin, &pattern);
-                    sum += overcoat::dispatch!(level, l => {
+                    sum += overcoat_core::dispatch!(level, l => {
                         let location = locate(l, &batch, true);
                         let normals = batch.vertices.attribute(l, &draws, [0.0; 3], Mesh::normals);
                         let uvs = batch.vertices.attribute(l, &draws, [0.0; 2], |m| m.uvs(0));
@@ -200,8 +202,8 @@ fn frame(c: &mut Criterion) {
     group.sample_size(20);
     let mut data = sheet(128, 64);
     for (position, normal) in data.positions.iter_mut().zip(&mut data.normals) {
-        let turn = overcoat::math::scalar::cos(position[0] * std::f32::consts::PI);
-        let side = overcoat::math::scalar::sin(position[0] * std::f32::consts::PI);
+        let turn = overcoat_core::math::scalar::cos(position[0] * std::f32::consts::PI);
+        let side = overcoat_core::math::scalar::sin(position[0] * std::f32::consts::PI);
         let ring = (1.0 - position[1] * position[1]).max(0.0).sqrt();
         *position = [ring * side, position[1], ring * turn];
         *normal = *position;

@@ -4,9 +4,9 @@
 //! `cargo bench -p overcoat-benches --bench shading -- urp/desktop` runs one group.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use overcoat::coat::urp::{self, Coat, Reflectance, SurfaceData, UrpVersion};
-use overcoat::math::lanes::{Float, LANES, Lanes, SimdLevel};
-use overcoat::math::vec3::{V3, Vec3};
+use overcoat_core::math::lanes::{Float, LANES, Lanes, SimdLevel};
+use overcoat_core::math::vec3::{V3, Vec3};
+use overcoat_shading::coat::urp::{self, Coat, Reflectance, SurfaceData, UrpVersion};
 use std::hint::black_box;
 use std::time::Duration;
 
@@ -85,7 +85,7 @@ fn bench_urp(c: &mut Criterion) {
             group.bench_function(BenchmarkId::from_parameter(level), |b| {
                 b.iter(|| {
                     let fragments = black_box(&fragments);
-                    overcoat::dispatch!(level, l => pass(l, version, fragments, coated))
+                    overcoat_core::dispatch!(level, l => pass(l, version, fragments, coated))
                 });
             });
         }
@@ -101,7 +101,7 @@ macro_rules! function {
             group.bench_function(BenchmarkId::from_parameter(level), |b| {
                 b.iter(|| {
                     let inputs: &[Planes] = black_box($inputs);
-                    overcoat::dispatch!(level, $l => {
+                    overcoat_core::dispatch!(level, $l => {
                         let mut sum = $l.zero();
                         for planes in inputs {
                             for pair in planes.chunks_exact(2) {
@@ -119,7 +119,7 @@ macro_rules! function {
 }
 
 fn bench_math(c: &mut Criterion) {
-    use overcoat::math;
+    use overcoat_core::math;
     let inputs = &fragments();
     function!(c, inputs, "exp", |l, x, y| math::exp(l, x - y));
     function!(c, inputs, "exp_transmittance", |l, x, y| math::exp_transmittance(l, x - y));

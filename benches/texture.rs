@@ -2,9 +2,9 @@
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use overcoat::color::srgb;
-use overcoat::gbuffer::texture::{Footprint, MAX_TOGETHER, sample_together};
-use overcoat::math::lanes::{Float, LANES, Lanes, SimdLevel};
 use overcoat::scene::{AlphaUse, ColorSpace, Image, Sampler, Texture};
+use overcoat_core::math::lanes::{Float, LANES, Lanes, SimdLevel};
+use overcoat_stages::gbuffer::texture::{Footprint, MAX_TOGETHER, sample_together};
 use std::hint::black_box;
 use std::sync::Arc;
 
@@ -106,7 +106,9 @@ fn filter(c: &mut Criterion) {
         group.throughput(Throughput::Elements(u64::from(BATCHES) * LANES as u64));
         for level in SimdLevel::available().filter(|&level| level != SimdLevel::Scalar) {
             group.bench_function(level.name(), |b| {
-                b.iter(|| overcoat::dispatch!(level, l => walk(l, &textures, black_box(across), down, 8)));
+                b.iter(
+                    || overcoat_core::dispatch!(level, l => walk(l, &textures, black_box(across), down, 8)),
+                );
             });
         }
     }

@@ -40,6 +40,9 @@ install_missing() {
         die "apt-get cannot install all of: ${lacking[*]}"
 }
 
+# package_of PROGRAM: the package that has it.
+package_of() { [ "$1" = overcoat ] && echo overcoat-cli || echo "$1"; }
+
 # binary_variable PROGRAM [STATIC_]: the variable that names a program to take in place of building it, as OVERCOAT_SERVICE_BINARY.
 binary_variable() {
     local name=${1^^}

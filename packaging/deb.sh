@@ -90,7 +90,7 @@ package() {
     variable=$(binary_variable "$program")
     binary=${!variable-}
     if [ -z "$binary" ]; then
-        cargo build --locked --release -p "$program" --bin "$program"
+        cargo build --locked --release -p "$(package_of "$program")" --bin "$program"
         binary=$PWD/target/release/$program
     fi
     root=$work/$program share=$work/$program/usr/share

@@ -11,7 +11,7 @@ case $REPORT in
 esac
 if ! command -v overcoat >/dev/null; then
     [ "$INSTALL" = true ] || { echo 'overcoat is not on the path, and install is not true' >&2; exit 2; }
-    cargo install --locked --path "$ACTION"
+    cargo install --locked --path "$ACTION/crates/cli"
     export PATH=$PATH:${CARGO_HOME:-$HOME/.cargo}/bin
 fi
 if [ -n "$RENDER" ]; then

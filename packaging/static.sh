@@ -47,7 +47,7 @@ for arch in "${architectures[@]}"; do
                 die "rustup cannot get the libraries of $target"
             [ "$program" = overcoat ] || compiler_of "$target"
             RUSTFLAGS=$flags CFLAGS=$c_flags CARGO_INCREMENTAL=0 CARGO_TARGET_DIR=$PWD/target/static \
-                cargo build --locked --release -p "$program" --bin "$program" --target "$target"
+                cargo build --locked --release -p "$(package_of "$program")" --bin "$program" --target "$target"
             built=$PWD/target/static/$target/release/$program
         fi
         install -m 755 "$built" "$out"

@@ -33,7 +33,7 @@ build() {
     for program in "${programs[@]}"; do
         variable=$(binary_variable "$program")
         if [ -z "${!variable-}" ]; then
-            cargo build --locked --release -p "$program" --bin "$program"
+            cargo build --locked --release -p "$(package_of "$program")" --bin "$program"
             export "$variable=$PWD/target/release/$program"
         fi
         usual[$program]=${!variable}

@@ -24,10 +24,10 @@
 //! **Concurrent processes** may share a folder: files are put into place whole. Two that miss the same environment both
 //! filter it, and write the same bytes.
 
-use crate::output::write_atomically;
-use crate::render::EnvironmentStore;
-use crate::scene::EquirectImage;
 use blake3::{Hash, Hasher};
+use overcoat_image::output::write_atomically;
+use overcoat_render::EnvironmentStore;
+use overcoat_scene::EquirectImage;
 use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
@@ -153,9 +153,9 @@ fn header(key: &Hash, content: &[u8]) -> [u8; HEADER] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::jobs::Jobs;
-    use crate::light::PrefilteredEnvironment;
-    use crate::math::lanes::SimdLevel;
+    use overcoat_core::jobs::Jobs;
+    use overcoat_core::math::lanes::SimdLevel;
+    use overcoat_stages::light::PrefilteredEnvironment;
     use std::sync::Arc;
 
     fn picture(seed: u32) -> EquirectImage {

@@ -37,9 +37,8 @@
 //! 754 rounds exactly, and [`jobs`] keeps the order of results independent of threads. How each layer keeps them, how a
 //! change breaks them, and which releases may change pictures is on a page: [`guide::bit_identity`].
 //!
-//! The stages and the formulas (`brdf`, `coat`, `gbuffer`, `geometry`, `light`, `math`, `raster`, `shade`, `splat`, `tile`) are
-//! open to this project's tests, benches and fuzz targets and left out of these pages: they are not part of the promise, and
-//! change in any release.
+//! The stages and the formulas are packages of their own (`overcoat-stages`, `overcoat-shading`, `overcoat-core`), open to this
+//! project's tests, benches and fuzz targets: they are not part of the promise, and change in any release.
 //!
 //! ```
 //! use overcoat::scene::{Framing, Instance, Material, Mesh, MeshData, Transform};
@@ -65,70 +64,159 @@
 
 #[cfg(feature = "cache")]
 pub mod cache;
-pub mod color;
-pub mod decode;
-pub mod description;
-pub mod formats;
-pub mod frame;
-pub mod golden;
 pub mod guide;
-pub mod jobs;
-#[cfg(feature = "truth")]
-pub mod lab;
-pub mod limits;
-pub mod load;
-pub mod output;
-pub mod render;
-pub mod scene;
 pub mod viewport;
 pub mod world;
 
-// Not part of the promise: for tests, benches and fuzz targets of this project.
-#[doc(hidden)]
-pub mod brdf;
-#[doc(hidden)]
-pub mod built;
-#[doc(hidden)]
-pub mod bvh;
-#[doc(hidden)]
-pub mod coat;
-#[doc(hidden)]
-pub mod gbuffer;
-#[doc(hidden)]
-pub mod geometry;
-#[doc(hidden)]
-pub mod light;
-#[doc(hidden)]
-pub mod math;
-#[doc(hidden)]
-pub mod raster;
-#[doc(hidden)]
-pub mod shade;
-#[doc(hidden)]
-pub mod shadow;
-#[doc(hidden)]
-pub mod splat;
-#[doc(hidden)]
-pub mod tile;
+/// Transfer functions and tone curves.
+pub mod color {
+    #[doc(inline)]
+    pub use overcoat_core::color::{ToneCurve, UnknownToneCurve, hex_color, srgb};
+}
 
-#[cfg(feature = "sandbox")]
-pub mod sandbox;
+/// Encoded pictures to numbers: what textures, environments and pictures to compare are read with. Whatever a file says, its
+/// claims are checked against [`Limits`] before anything of that size is allocated, and nothing panics.
+pub mod decode {
+    #[doc(inline)]
+    pub use overcoat_image::decode::{
+        DecodeError, DecodedPicture, ExrPlane, ExrSamples, FORMATS, FrameTime, Motion, MotionFrame,
+        SampleKind, extensions, read_display_image,
+    };
+}
+
+/// The description of a picture: what it shows, from where, in which light, how large. A typed `Description`, and the scene
+/// files that it is read from, JSON or TOML with the same keys.
+pub mod description {
+    #[doc(inline)]
+    pub use overcoat_description::{
+        BackgroundChoice, CameraDescription, Description, DescriptionError, EnvironmentChoice,
+        ExposureChoice, LightDescription, Machine, MaterialChoice, MaterialSource, Materials, Picture,
+        Setting, ViewDirection, scene_schema,
+    };
+}
+
+/// Formats of files: their names, extensions and media types. What reads and what writes which is said where it is done, in
+/// terms of these.
+pub mod formats {
+    #[doc(inline)]
+    pub use overcoat_core::formats::{
+        APNG, BMP, EXR, FileFormat, GIF, GLB, GLTF, HDR, JPEG, KTX2, OBJ, PLY, PNG, PNM, QOI, STL, TGA,
+        THREE_MF, TIFF, WEBP,
+    };
+}
+
+/// What comes out of a render: pixel planes in linear light, and what screens show of them.
+pub mod frame {
+    #[doc(inline)]
+    pub use overcoat_core::frame::{
+        Aov, AovPlane, Clipping, DisplayImage, DisplayOptions, Frame, PixelFormat, Target,
+    };
+}
+
+/// Golden pictures: what a renderer drew once, was looked at, and must draw again. For any project: nothing here knows
+/// how pictures are made.
+pub mod golden {
+    #[doc(inline)]
+    pub use overcoat_golden::{
+        DescribedGolden, Golden, GoldenError, GoldenFolder, check, metrics, thresholds,
+    };
+}
+
+/// Ordered parallel map and for-each over fixed chunks. The only module that knows the thread pool.
+pub mod jobs {
+    #[doc(inline)]
+    pub use overcoat_core::jobs::{Jobs, MAX_THREADS};
+}
 
 #[cfg(feature = "truth")]
-pub mod truth;
+/// How far the clear coats of engines are from physics: the same coated surface by a shading model and by the referee.
+pub mod lab {
+    #[doc(inline)]
+    pub use overcoat_lab::lab::{
+        Bench, Distance, LabError, Light, Measured, ModelError, OVERHEAD, Quantity, Referee, Row, Slice,
+        Specimen, Summary, Translation, Translator, luminance,
+    };
+}
 
-mod files;
-mod reuse;
-mod suggest;
+/// Every bound on untrusted input and on work, in one table.
+pub mod limits {
+    #[doc(inline)]
+    pub use overcoat_core::limits::{LimitExceeded, Limits, MEMORY};
+}
 
-// The program is no part of the library.
-#[cfg(feature = "cli")]
-#[doc(hidden)]
-pub mod cli;
+/// Bytes to scenes. Every reference to another file goes through one `Resolver`, every count through
+/// [`Limits`]. `load` ends where `scene` begins: what comes out is valid.
+pub mod load {
+    #[doc(inline)]
+    pub use overcoat_load::{
+        AnimatedModel, AnimationChoice, AnimationInfo, AssignError, BuiltinMaterial, Context,
+        DirectoryResolver, ENVIRONMENT_FORMATS, Format, LoadError, LoadOptions, Loaded, LoadedEnvironment,
+        MaterialError, MaterialErrorReason, MaterialFile, MaterialKey, MemoryResolver, NoResolver,
+        ResolveError, Resolver, TEXTURE_FORMATS, TextureLoading, Warning, add_smooth_normals, add_tangents,
+        environment, load_bytes, load_bytes_with, load_environment, load_environment_file, load_file,
+        load_file_with, material_keys, model, model_from_memory,
+    };
+}
+
+/// From a [`Frame`] to the bytes of a file.
+pub mod output {
+    #[doc(inline)]
+    pub use overcoat_image::output::{
+        DEFAULT_JPEG_QUALITY, ExrPrecision, MovieFormat, MovieFrame, OutputError, OutputFormat,
+        OutputOptions, TerminalFormat, durations, encode, encode_aov_png, encode_exr, encode_hdr,
+        encode_image, encode_jpeg, encode_movie, encode_png, encode_png_rgb, encode_terminal, encode_webp,
+        write_atomically,
+    };
+}
+
+/// The renderer: scene and options in, frame out. The only place that knows the order of the stages: those of a picture are in
+/// `picture.rs`, those of a tile in `tile_pass.rs`.
+pub mod render {
+    #[doc(inline)]
+    pub use overcoat_render::{
+        Background, Cancellation, EnvironmentStore, Ground, Hit, Quality, RenderError, RenderOptions,
+        RenderStats, Rendered, RenderedImage, RenderedInto, Renderer, RendererBuilder, StageHashes, Unseen,
+        Visibility, WorkDone,
+    };
+}
+
+#[cfg(feature = "sandbox")]
+/// Giving up rights before input is read: what a program that has been taken over by a hostile file could still do.
+pub mod sandbox {
+    #[doc(inline)]
+    pub use overcoat_sandbox::{Grants, Sandbox, SandboxError, enter};
+}
+
+/// The resolved scene: what is to be drawn, valid by construction.
+pub mod scene {
+    #[doc(inline)]
+    pub use overcoat_scene::{
+        AlphaMode, AlphaUse, Anisotropy, AreaLightMethod, Axis, BabylonOptions, Bounds, Camera, CoatMedium,
+        CoatSurface, ColorParameter, ColorSpace, Crowd, DualNormalFix, Environment, EnvironmentSource,
+        EquirectImage, Filament2018Options, FilamentOptions, Filter, Fit, Flakes, Framing, GltfOptions,
+        Image, Instance, Iridescence, LEAST_SPLAT_OPACITY, Light, LightKind, Lobes, MAX_COORDINATE,
+        MAX_SPLAT_SCALE, MAX_VERTICES, Material, MaterialId, Mesh, MeshData, MeshId, MipFilter, MipLevel,
+        ModelOptions, NormalTexture, OcclusionCone, OpenPbrOptions, Orientation, PrimitiveKind, Projection,
+        ReflectionOcclusion, Sampler, ScalarParameter, Scene, SceneError, SecondLobe, ShadingModel, Sheen,
+        SpecularOcclusionMethod, Splat, SplatCloud, SplatCloudBuilder, SplatCloudId, SplatColorSpace,
+        SplatInstance, SplatOrder, StackLitOptions, Subsurface, Surfels, Texture, TextureId, TextureRef,
+        ThreeOptions, Transform, Transmission, UvTransform, Workflow, Wrap, primitives,
+    };
+}
+
+#[cfg(feature = "truth")]
+/// The referee: what a stack of coats really does, by a random walk through it that is right on average.
+pub mod truth {
+    #[doc(inline)]
+    pub use overcoat_lab::truth::{
+        Albedo, CHUNK, Estimate, Evaluation, Interface, Layer, MAX_INTERFACES, Masking, Medium, Outcome,
+        Sample, Samples, Stack, StackBuilder, StackError,
+    };
+}
 
 pub use frame::Frame;
 pub use limits::Limits;
-pub use math::lanes::{SimdLevel, UnknownLevel};
+pub use overcoat_core::math::lanes::{SimdLevel, UnknownLevel};
 pub use render::{RenderOptions, Renderer};
 pub use scene::Scene;
 

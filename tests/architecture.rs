@@ -7,7 +7,7 @@ use std::path::Path;
 /// Documents that speak of this tree only: every path in them is one of it.
 const OF_THE_TREE: [&str; 3] = ["ARCHITECTURE.md", "CONTRIBUTING.md", "SECURITY.md"];
 
-/// What is directly in the tree and belongs into the code map, beside everything in `src`.
+/// What is directly in the tree and belongs into the code map, beside the packages.
 const FOLDERS: [&str; 10] =
     ["tests", "golden", "assets", "examples", "bindings", "benches", "service", "packaging", "fuzz", ".ci"];
 
@@ -25,7 +25,7 @@ const RECIPES: [&str; 6] = [
 ];
 
 fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
 }
 
 fn read(document: &str) -> String {
@@ -108,17 +108,33 @@ fn section<'a>(text: &'a str, heading: &str) -> Option<&'a str> {
     Some(&text[start..end])
 }
 
-/// What is missing in a code map: everything in `src` and the folders beside it, as `src/math/` or `src/limits.rs`.
+/// Names in a folder.
+fn names(folder: &str) -> Vec<String> {
+    let entries = std::fs::read_dir(root().join(folder)).unwrap();
+    entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect()
+}
+
+/// What is missing in a code map: every package, all modules of those whose root only lists them, as `crates/core/src/math/` or
+/// `crates/core/src/limits.rs`, and the folders beside them.
 fn missing_in_map(map: &str) -> Vec<String> {
-    let entries = std::fs::read_dir(root().join("src")).unwrap().map(Result::unwrap);
-    let mut wanted: Vec<String> = entries
-        .filter(|entry| entry.path().is_dir() || entry.path().extension().is_some_and(|e| e == "rs"))
-        .map(|entry| {
-            let end = if entry.path().is_dir() { "/" } else { "" };
-            format!("src/{}{end}", entry.file_name().to_string_lossy())
-        })
-        .collect();
-    assert!(wanted.len() > 20, "only {wanted:?} in src");
+    let mut wanted: Vec<String> = names("crates").iter().map(|name| format!("crates/{name}/")).collect();
+    assert!(wanted.len() > 10, "only {wanted:?} in crates");
+    for package in [
+        "src",
+        "crates/core/src",
+        "crates/image/src",
+        "crates/lab/src",
+        "crates/shading/src",
+        "crates/stages/src",
+    ] {
+        let modules = names(package);
+        wanted.extend(modules.iter().map(|name| {
+            let path = format!("{package}/{name}");
+            if root().join(&path).is_dir() { path + "/" } else { path }
+        }));
+    }
+    // What a package's own entry says.
+    wanted.retain(|path| !path.ends_with("/lib.rs") || path == "src/lib.rs");
     wanted.extend(FOLDERS.map(|folder| format!("{folder}/")));
     wanted.sort();
     // Named at the beginning of its own entry, and not only mentioned in another.
@@ -173,6 +189,7 @@ fn every_type_in_the_documents_exists() {
     }
     let mut sources = String::new();
     read_all(&root().join("src"), &mut sources);
+    read_all(&root().join("crates"), &mut sources);
     let mut defined = BTreeSet::new();
     for line in sources.lines() {
         let mut words = line.split(|c: char| !c.is_ascii_alphanumeric());
@@ -229,11 +246,12 @@ fn tests_that_are_to_be_run_exist() {
     }
 }
 
-/// Names of the test binaries of the manifest.
+/// Names of the test binaries of the packages whose tests are in `tests/`.
 fn test_binaries() -> Vec<String> {
-    let manifest: toml::Table = read("Cargo.toml").parse().unwrap();
-    let tests = manifest["test"].as_array().unwrap();
-    tests.iter().map(|test| test["name"].as_str().unwrap().to_owned()).collect()
+    let manifests = ["Cargo.toml", "crates/cli/Cargo.toml", "crates/shading/Cargo.toml"];
+    let tables = manifests.map(|path| read(path).parse::<toml::Table>().unwrap());
+    let tests = tables.iter().flat_map(|manifest| manifest["test"].as_array().unwrap());
+    tests.map(|test| test["name"].as_str().unwrap().to_owned()).collect()
 }
 
 /// Cargo looks for no tests by itself (`autotests`), so a file that nothing includes would be a promise that nobody keeps.
@@ -252,6 +270,23 @@ fn every_test_file_belongs_to_a_binary() {
     assert!(lost.is_empty(), "in no test binary: {}", lost.join(", "));
 }
 
+/// Words in quotes behind a key of a manifest.
+fn listed(manifest: &str, key: &str) -> Vec<String> {
+    let list = manifest.split(&format!("{key} = [")).nth(1).and_then(|rest| rest.split(']').next()).unwrap();
+    list.split('"').skip(1).step_by(2).map(str::to_owned).collect()
+}
+
+/// The guide lists the default features, so that one can be left out, and the README names them.
+#[test]
+fn documents_list_the_default_features() {
+    let features = listed(&read("Cargo.toml"), "\ndefault");
+    assert!(features.len() > 3, "{features:?}");
+    assert_eq!(listed(&read("src/guide/library.md"), "features"), features);
+    let readme = read("README.md");
+    let missing: Vec<_> = features.iter().filter(|name| !readme.contains(&format!("`{name}`"))).collect();
+    assert!(missing.is_empty(), "README.md does not name {missing:?}");
+}
+
 #[test]
 fn the_readme_leads_to_the_documents() {
     let links = links(&read("README.md"));
@@ -262,12 +297,16 @@ fn the_readme_leads_to_the_documents() {
 
 #[test]
 fn the_reader_sees_what_it_should() {
-    let text = "\n## Code map\n\n- `src/math/`: see [there](a.md#b), `src/nowhere.rs` and `x::y`; `cargo run tests/no/`.\n\n\
+    let text = "\n## Code map\n\n- `crates/core/src/math/`: see [there](a.md#b), `src/nowhere.rs` and `x::y`; `cargo run tests/no/`.\n\n\
                 ```sh\ncat src/never.rs `x\n```\n\n### Inner\n\n- `.toml` of `target/out/`, `/dev/null`, `Nothing.toml`\n\n\
                 ## Recipes\n\n### To add one\n\nIn `src/lib.rs`.\n\n### To add another\n\nSomewhere in `src/`.\n";
-    let of_the_tree = ["src/math/", "src/nowhere.rs", "tests/no/", "Nothing.toml", "src/lib.rs", "src/"];
+    let of_the_tree =
+        ["crates/core/src/math/", "src/nowhere.rs", "tests/no/", "Nothing.toml", "src/lib.rs", "src/"];
     assert_eq!(paths("ARCHITECTURE.md", text), of_the_tree);
-    assert_eq!(paths("README.md", text), ["src/math/", "src/nowhere.rs", "tests/no/", "src/lib.rs", "src/"]);
+    assert_eq!(
+        paths("README.md", text),
+        ["crates/core/src/math/", "src/nowhere.rs", "tests/no/", "src/lib.rs", "src/"]
+    );
     assert_eq!(links(text), ["a.md"]);
     let lost: Vec<&str> = of_the_tree.into_iter().filter(|path| !exists(path)).collect();
     assert_eq!(lost, ["src/nowhere.rs", "tests/no/", "Nothing.toml"]);
@@ -279,8 +318,8 @@ fn the_reader_sees_what_it_should() {
     assert!(map.contains("Inner") && !map.contains("To add"));
     assert!(section(text, "## Code").is_none());
     let missing = missing_in_map(map);
-    assert!(!missing.contains(&"src/math/".to_owned()));
-    assert!(missing.contains(&"src/cli/".to_owned()) && missing.contains(&"src/lib.rs".to_owned()));
+    assert!(!missing.contains(&"crates/core/src/math/".to_owned()));
+    assert!(missing.contains(&"crates/cli/".to_owned()) && missing.contains(&"src/lib.rs".to_owned()));
     let recipes = section(text, "## Recipes").unwrap();
     assert_eq!(recipes_without_files(recipes), ["### To add another"]);
 }

@@ -1,11 +1,11 @@
 //! Area lights by linearly transformed cosines against integration over the light.
 
-use overcoat::brdf::linearly_transformed_cosine::{LightFrame, Lobe, rectangle, tube};
-use overcoat::brdf::microfacet_light::Facets;
-use overcoat::brdf::{integrate, tables};
-use overcoat::math::lanes::{Float, LANES, Lanes, Scalar};
-use overcoat::math::vec3::{V3, Vec3};
-use overcoat::{dispatch_baseline, each};
+use overcoat_core::math::lanes::{Float, LANES, Lanes, Scalar};
+use overcoat_core::math::vec3::{V3, Vec3};
+use overcoat_core::{dispatch_baseline, each};
+use overcoat_shading::brdf::linearly_transformed_cosine::{LightFrame, Lobe, rectangle, tube};
+use overcoat_shading::brdf::microfacet_light::Facets;
+use overcoat_shading::brdf::{integrate, tables};
 
 type Point = [f64; 3];
 

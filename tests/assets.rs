@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 fn assets() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("assets")
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("assets")
 }
 
 /// Every file below a folder, in order.

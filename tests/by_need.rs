@@ -9,15 +9,15 @@ use crate::common::shapes::{noise, repeat_uv, sphere, square};
 use image::{DynamicImage, ImageBuffer, ImageFormat};
 use overcoat::frame::{Aov, DisplayOptions};
 use overcoat::jobs::Jobs;
-use overcoat::light::PrefilteredEnvironment;
 use overcoat::limits::Limits;
 use overcoat::load::{Context, Format, LoadOptions, Loaded, MemoryResolver, TextureLoading, load_bytes_with};
-use overcoat::math::lanes::SimdLevel;
 use overcoat::render::{Background, Ground, Quality, RenderOptions, Renderer};
 use overcoat::scene::{
     Camera, Environment, EnvironmentSource, Framing, Instance, Material, Mesh, MeshData, Scene, ShadingModel,
     Transform, Workflow,
 };
+use overcoat_core::math::lanes::SimdLevel;
+use overcoat_stages::light::PrefilteredEnvironment;
 use serde_json::{Value, json};
 use std::io::Cursor;
 use std::sync::Arc;
@@ -248,8 +248,7 @@ fn options() -> Vec<RenderOptions> {
         sized(40, 30).with_quality(Quality::Best),
     ];
     for shading in [ShadingModel::StackLit, ShadingModel::UrpDesktop, ShadingModel::Filament] {
-        let mut options = sized(150, 90);
-        options.shading = Some(shading);
+        let options = sized(150, 90).with_shading(Some(shading));
         list.push(options);
     }
     list
@@ -461,8 +460,7 @@ fn pictures_are_those_of_environments_that_are_filtered_at_every_roughness() {
         for number in 0..30 {
             let scene = sphere_under(&environment, number);
             let camera = Framing::automatic(&scene).camera(&scene);
-            let mut options = sized(24, 24);
-            options.shading = Some(shading);
+            let mut options = sized(24, 24).with_shading(Some(shading));
             if (round + number) % 2 == 0 {
                 options = options.with_quality(Quality::Draft);
             }

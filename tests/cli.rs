@@ -1,5 +1,4 @@
 //! Runs the program as a user does: exit codes, messages, what is written and what is not.
-#![cfg(feature = "cli")]
 
 #[path = "cli/cache.rs"]
 mod cache;
@@ -1026,7 +1025,8 @@ fn built_in_materials_are_listed_printed_and_shown() {
     assert_eq!(json["materials"].as_array().unwrap().len(), list.lines().count());
 
     let printed = overcoat(folder.path(), &["materials", "candy-red"]).stdout;
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/materials/candy-red.toml");
+    let file =
+        Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("assets/materials/candy-red.toml");
     assert_eq!(printed, fs::read(file).unwrap());
     let unknown = overcoat(folder.path(), &["materials", "candyred"]);
     assert_eq!(unknown.status.code(), Some(2));

@@ -16,7 +16,7 @@ const SIZE: u32 = 96;
 fn picture(text: &str, scene: Option<Scene>) -> Picture {
     let model = if scene.is_some() { "" } else { "model = 'assets/models/sports-car.glb'\n" };
     let mut description = Description::from_toml(&format!("{model}size = {SIZE}\n{text}")).unwrap();
-    description.resolve_paths(Path::new(env!("CARGO_MANIFEST_DIR")));
+    description.resolve_paths(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")));
     let (machine, limits, renderer) = (Machine::default(), Limits::default(), Renderer::new(1));
     let jobs = renderer.jobs();
     match scene {

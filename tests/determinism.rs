@@ -12,8 +12,8 @@ use libtest_mimic::{Arguments, Failed, Trial};
 use overcoat::description::Machine;
 use overcoat::frame::{Aov, AovPlane, DisplayImage, Frame};
 use overcoat::golden::DescribedGolden;
-use overcoat::math::lanes::SimdLevel;
 use overcoat::render::{Rendered, Renderer, WorkDone};
+use overcoat_core::math::lanes::SimdLevel;
 use std::collections::BTreeSet;
 use std::process::ExitCode;
 use std::sync::{Mutex, PoisonError};
@@ -113,8 +113,7 @@ fn one_hash(golden: &DescribedGolden) -> Result<(), String> {
             return Err(format!("{setting}: the picture without a frame differs"));
         }
         // Display development of the frame at this level.
-        let mut display = shot.display.clone();
-        display.simd = levels[level];
+        let display = shot.display.clone().with_simd(levels[level]);
         if DisplayImage::new(&rendered.frame, &display) != direct.image {
             return Err(format!("{setting}: the picture of the frame is another one than that without"));
         }

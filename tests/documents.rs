@@ -3,6 +3,4 @@
 //! One binary of many files, each a promise: linking takes longer than most of them run.
 
 mod architecture;
-mod layers;
-mod public_interface;
 mod readme;

@@ -1,9 +1,9 @@
 //! Physics of the shading models: what may not happen whatever the tables say, and how far the approximations
 //! go.
 
-use overcoat::coat::urp::{self, Coat, Reflectance, Surface, SurfaceData, UrpVersion};
-use overcoat::math::lanes::{Float, LANES, Lanes, Scalar};
-use overcoat::math::vec3::Vec3;
+use overcoat_core::math::lanes::{Float, LANES, Lanes, Scalar};
+use overcoat_core::math::vec3::Vec3;
+use overcoat_shading::coat::urp::{self, Coat, Reflectance, Surface, SurfaceData, UrpVersion};
 use std::f32::consts::FRAC_1_PI;
 
 const VERSIONS: [UrpVersion; 4] =
@@ -69,7 +69,7 @@ impl Fragment {
     }
 
     fn direct_uncoated(&self, lights: &[[f32; 3]; LANES], uncoated: u16) -> [[f32; 3]; LANES] {
-        overcoat::dispatch_baseline!(l => {
+        overcoat_core::dispatch_baseline!(l => {
             let surface = self.surface(l, uncoated);
             let axis = |k: usize| l.load(&std::array::from_fn(|lane| lights[lane][k]));
             let one = l.splat(1.0);
@@ -83,7 +83,7 @@ impl Fragment {
     }
 
     fn indirect_uncoated(&self, radiance: f32, uncoated: u16) -> [[f32; 3]; LANES] {
-        overcoat::dispatch_baseline!(l => {
+        overcoat_core::dispatch_baseline!(l => {
             let surface = self.surface(l, uncoated);
             let e = Vec3::splat(l, [radiance; 3]);
             transpose(urp::indirect(l, &surface, e, |_| e, l.splat(1.0)).to_arrays())
@@ -390,7 +390,8 @@ fn direct_highlights_reflect_at_most_twice_what_falls_in() {
                     for turn in (0..turns).step_by(LANES) {
                         let lights = std::array::from_fn(|lane| {
                             let t = (turn + lane) as f32 / turns as f32 * std::f32::consts::TAU;
-                            let (x, y) = (overcoat::math::scalar::cos(t), overcoat::math::scalar::sin(t));
+                            let (x, y) =
+                                (overcoat_core::math::scalar::cos(t), overcoat_core::math::scalar::sin(t));
                             [s * x, s * y, c]
                         });
                         sum += f.direct(&lights).iter().map(|v| f64::from(v[0] / c)).sum::<f64>();

@@ -3,5 +3,4 @@
 //! A binary apart from the other tests of models, so that both compile at the same time: either is one large unit of code.
 
 mod reference;
-mod reference_scene;
 mod tables;

@@ -1,13 +1,13 @@
 //! Every sample of a mesh with shared edges is covered exactly once: inside, at tile seams, at the near plane and at
 //! the guard band.
 
-use overcoat::geometry::{
+use overcoat::scene::{Camera, Mesh, MeshData, Projection, Transform};
+use overcoat_core::math::lanes::SimdLevel;
+use overcoat_stages::geometry::{
     Chunk, ChunkJob, ScreenVertex, ScreenVertices, View, process_chunk, transform_vertices,
 };
-use overcoat::math::lanes::SimdLevel;
-use overcoat::raster::{SamplePattern, TileOrigin, Triangle, Visibility};
-use overcoat::scene::{Camera, Mesh, MeshData, Projection, Transform};
-use overcoat::tile::TileGrid;
+use overcoat_stages::raster::{SamplePattern, TileOrigin, Triangle, Visibility};
+use overcoat_stages::tile::TileGrid;
 
 /// A generator of small random numbers with a fixed seed.
 struct Random(u64);
@@ -39,7 +39,7 @@ fn count_in_tile(
     let mut visibility = Visibility::default();
     for triangle in triangles {
         visibility.clear(side, side, samples as usize);
-        overcoat::dispatch!(level, l => visibility.draw(l, triangle, 0, origin, &pattern, None));
+        overcoat_core::dispatch!(level, l => visibility.draw(l, triangle, 0, origin, &pattern, None));
         for block in 0..visibility.block_count() {
             let (column, row) =
                 (block % visibility.block_columns() * 4, block / visibility.block_columns() * 4);
@@ -95,7 +95,7 @@ fn set_up(points: &[[i32; 2]], triangles: Vec<[u32; 3]>, size: u32, samples: u32
         max_bins: usize::MAX,
     };
     let (grid, pattern) = (TileGrid::new(size, size, 16), SamplePattern::new(samples).unwrap());
-    overcoat::dispatch!(level, l => process_chunk(l, &mut chunk, &job, &grid, &pattern));
+    overcoat_core::dispatch!(level, l => process_chunk(l, &mut chunk, &job, &grid, &pattern));
     chunk
 }
 
@@ -213,7 +213,7 @@ fn count_in_picture(data: MeshData, camera: &Camera, size: u32, side: u32, sampl
     let mut vertices = ScreenVertices::default();
     vertices.resize(mesh.positions().len());
     let ScreenVertices { places, depths } = &mut vertices;
-    overcoat::dispatch!(SimdLevel::best(), l => transform_vertices(l, &view, mesh.positions(), places, depths));
+    overcoat_core::dispatch!(SimdLevel::best(), l => transform_vertices(l, &view, mesh.positions(), places, depths));
     let grid = TileGrid::new(size, size, side);
     let pattern = SamplePattern::new(samples).unwrap();
     let mut chunk = Chunk { range: 0..mesh.triangles().len(), ..Chunk::default() };
@@ -225,8 +225,8 @@ fn count_in_picture(data: MeshData, camera: &Camera, size: u32, side: u32, sampl
         mirrored: false,
         max_bins: usize::MAX,
     };
-    overcoat::dispatch!(SimdLevel::best(), l => process_chunk(l, &mut chunk, &job, &grid, &pattern));
-    let mut bins = overcoat::tile::TileBins::default();
+    overcoat_core::dispatch!(SimdLevel::best(), l => process_chunk(l, &mut chunk, &job, &grid, &pattern));
+    let mut bins = overcoat_stages::tile::TileBins::default();
     bins.build(grid.len(), std::iter::once(&chunk.bins));
     let mut counts = vec![0; (size * size * samples) as usize];
     for tile in 0..grid.len() {

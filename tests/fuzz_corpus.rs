@@ -8,7 +8,7 @@ use std::path::Path;
 
 #[test]
 fn every_input_of_the_corpus_comes_back() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus");
+    let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("fuzz/corpus");
     let (mut inputs, mut bytes) = (0, 0);
     for (name, target) in targets::TARGETS {
         let mut files: Vec<_> = std::fs::read_dir(root.join(name))

@@ -1,5 +1,4 @@
 //! `overcoat golden` as its users meet it: folders of pictures, whoever made them.
-#![cfg(feature = "cli")]
 
 use overcoat::decode::DecodedPicture;
 use overcoat::frame::DisplayImage;

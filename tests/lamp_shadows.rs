@@ -1,11 +1,11 @@
 //! Shadows of lamps: where they begin and end, how soft they are, and that their bits are the same everywhere.
 
-use overcoat::math::lanes::SimdLevel;
 use overcoat::render::{Quality, RenderOptions, Renderer, Visibility};
 use overcoat::scene::{
     Camera, Environment, EnvironmentSource, Instance, Light, LightKind, Material, Mesh, Projection, Scene,
     ShadingModel, Transform, Workflow, primitives,
 };
+use overcoat_core::math::lanes::SimdLevel;
 
 const SIZE: u32 = 128;
 

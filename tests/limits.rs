@@ -138,7 +138,7 @@ fn shading_stops_at_its_limit_before_anything_beyond_it_is_shaded() {
     let limited = |shading: u64| Limits::default().with_shading(shading);
     let draw = |limits: Limits, threads, tile_size| {
         let mut renderer = Renderer::new(threads);
-        let simd = overcoat::math::lanes::SimdLevel::best();
+        let simd = overcoat_core::math::lanes::SimdLevel::best();
         let options = RenderOptions::new(64, 64)
             .with_samples(4)
             .with_limits(limits)
@@ -264,7 +264,6 @@ fn memory_of_a_frame_does_not_depend_on_the_tiles_that_are_chosen() {
 
 /// Every limit by its option, on files that need exactly so much: the least that is enough is known, one less is exit
 /// code 3 with its name, and 10^18 overflows nothing.
-#[cfg(feature = "cli")]
 mod by_option {
     use serde_json::{Value, json};
     use std::path::Path;
@@ -355,7 +354,7 @@ mod by_option {
             ("frame_bytes", "x.gltf", None, &small),
             ("frames", "x.gltf", Some(3), &["--frames", "3"]),
         ];
-        assert_eq!(cases.map(|case| case.0), overcoat::cli::value_parsers::LIMIT_NAMES);
+        assert_eq!(cases.map(|case| case.0), overcoat_cli::value_parsers::LIMIT_NAMES);
         for (name, model, expected, more) in cases {
             let code = |limit: u64| {
                 let done = render(folder.path(), model, &format!("{name}={limit}"), more);

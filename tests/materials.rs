@@ -419,7 +419,7 @@ fn textures_come_from_the_files_folder_only() {
 #[test]
 fn every_built_in_material_is_good() {
     let (limits, jobs) = (Limits::default(), Jobs::new(1));
-    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/materials");
+    let folder = std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("assets/materials");
     let mut names: Vec<String> = std::fs::read_dir(&folder)
         .unwrap()
         .filter_map(|e| e.unwrap().file_name().to_str().unwrap().strip_suffix(".toml").map(str::to_owned))

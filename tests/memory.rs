@@ -1,5 +1,5 @@
 //! Memory of a whole process on hostile files: within what the limits grant, plus a constant that the README states.
-#![cfg(all(feature = "cli", target_os = "linux"))]
+#![cfg(target_os = "linux")]
 
 use serde_json::json;
 use std::path::Path;

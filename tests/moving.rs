@@ -1,5 +1,4 @@
 //! Moving pictures by the program: `overcoat turntable`, `overcoat animate`, and poses of `overcoat render`.
-#![cfg(feature = "cli")]
 
 use image::AnimationDecoder;
 use serde_json::{Value, json};

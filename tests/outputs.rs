@@ -1,6 +1,6 @@
 //! Where pictures go that is no plain file: links, pipes, devices, standard output by its name; and what is left of those that
 //! are not finished.
-#![cfg(all(feature = "cli", target_os = "linux"))]
+#![cfg(target_os = "linux")]
 
 #[path = "streams/mod.rs"]
 mod streams;

@@ -183,7 +183,7 @@ fn tables_below(folder: &Path) -> Vec<PathBuf> {
 
 #[test]
 fn every_model_passes_its_tables() {
-    let own = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference");
+    let own = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("tests/reference");
     let elsewhere = std::env::var_os("OVERCOAT_REFERENCE").map(PathBuf::from);
     let folder = elsewhere.as_ref().unwrap_or(&own);
     let only = std::env::var("OVERCOAT_REFERENCE_ONLY").ok();
@@ -239,7 +239,7 @@ fn the_pass_rule_tells_good_from_bad() {
 fn missing_and_wrong_tables_fail() {
     let scratch = tempfile::tempdir().expect("a scratch folder");
     assert!(tables_below(scratch.path()).is_empty());
-    let own = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference/unity");
+    let own = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("tests/reference/unity");
     let text = std::fs::read_to_string(own.join("urp_gi.csv")).expect("the copy");
     let copy = scratch.path().join("urp_gi.csv");
     std::fs::write(&copy, &text).expect("writable");

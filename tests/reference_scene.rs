@@ -5,13 +5,13 @@
 //! original function returned. Rows that a scene file cannot express (other pre-integrated tables than the renderer's,
 //! occlusion from the screen, normals apart that need a map) are left out; each test states how many remain.
 
-use overcoat::light::PrefilteredEnvironment;
 use overcoat::render::{RenderOptions, Renderer};
 use overcoat::scene::{
     AlphaUse, Camera, ColorSpace, Environment, EnvironmentSource, Image, Instance, Light, LightKind,
     Material, Mesh, MeshData, Projection, Sampler, Scene, ShadingModel, Texture, TextureRef, Transform,
     UvTransform, Workflow,
 };
+use overcoat_stages::light::PrefilteredEnvironment;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;

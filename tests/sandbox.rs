@@ -1,7 +1,7 @@
 //! `--sandbox` holds: a process in it cannot do what a program that was taken over would do, and its pictures are the
 //! same. Each attempt is a process of its own, once with the sandbox and once without, which shows that the attempt is
 //! real.
-#![cfg(all(feature = "cli", target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64")))]
+#![cfg(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64")))]
 
 use std::fs;
 use std::os::unix::process::ExitStatusExt;

@@ -2,9 +2,9 @@
 
 use crate::common::{scenes, stage};
 use overcoat::limits::Limits;
-use overcoat::math::lanes::SimdLevel;
 use overcoat::render::{RenderError, RenderOptions, Rendered, Renderer};
 use overcoat::scene::{Camera, Mesh, Scene, ShadingModel, Transform};
+use overcoat_core::math::lanes::SimdLevel;
 
 const SIDE: u32 = 48;
 

@@ -6,12 +6,12 @@ use overcoat::frame::{Aov, Frame};
 use overcoat::jobs::Jobs;
 use overcoat::limits::Limits;
 use overcoat::load::{Context, Format, LoadOptions, Loaded, NoResolver, load_bytes, load_bytes_with};
-use overcoat::math::scalar::{exp, ln};
 use overcoat::render::{Background, RenderOptions, Renderer};
 use overcoat::scene::{
     AlphaMode, Axis, Camera, Framing, Instance, Material, Mesh, MeshData, Projection, Scene, Splat,
     SplatCloudBuilder, SplatColorSpace, SplatInstance, SplatOrder, Transform,
 };
+use overcoat_core::math::scalar::{exp, ln};
 use serde_json::{Value, json};
 
 const SIZE: u32 = 64;

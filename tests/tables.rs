@@ -1,15 +1,15 @@
 //! Pre-integrated tables: against those of the engines, and what they mean.
 
 use crate::reference::table::Table;
-use overcoat::brdf::integrate;
-use overcoat::brdf::table::Table as Texels;
-use overcoat::brdf::tables::{self, Definition};
-use overcoat::math::lanes::{Float, Lanes, Scalar};
+use overcoat_core::math::lanes::{Float, Lanes, Scalar};
+use overcoat_shading::brdf::integrate;
+use overcoat_shading::brdf::table::Table as Texels;
+use overcoat_shading::brdf::tables::{self, Definition};
 use std::path::Path;
 
 /// A table of an engine's numbers.
 fn read(name: &str) -> Table {
-    Table::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference").join(name))
+    Table::read(&Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("tests/reference").join(name))
         .expect("the table exists")
 }
 

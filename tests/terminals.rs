@@ -242,7 +242,7 @@ fn pictures_that_are_none_are_refused() {
     }
 }
 
-#[cfg(all(feature = "cli", target_os = "linux"))]
+#[cfg(target_os = "linux")]
 mod program {
     use super::{decode_blocks, decode_kitty, decode_sixel, expected, pixels};
     use overcoat::frame::DisplayImage;

@@ -1,8 +1,8 @@
 //! Materials for other engines: the same engine gives the same material, ways there and back end where they began, and no
 //! parameters at random do better.
 
-use overcoat::lab::Translator;
 use overcoat::scene::{Material, ShadingModel, Workflow};
+use overcoat_lab::lab::Translator;
 
 const MODELS: [ShadingModel; 6] = [
     ShadingModel::StackLit,

@@ -2,12 +2,12 @@
 
 use crate::common::shapes;
 use overcoat::frame::Frame;
-use overcoat::math::double;
 use overcoat::render::{Background, RenderOptions, Renderer};
 use overcoat::scene::{
     AlphaMode, Camera, Environment, EnvironmentSource, EquirectImage, Instance, Light, LightKind, Material,
     Mesh, MeshData, Projection, Scene, ShadingModel, Transform, Transmission, Workflow,
 };
+use overcoat_core::math::double;
 use std::sync::Arc;
 
 const SIDE: usize = 64;

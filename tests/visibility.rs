@@ -1,12 +1,12 @@
 //! Light that is blocked and comes back: what physics says of it, and that its bits are the same everywhere.
 
 use overcoat::color::ToneCurve;
-use overcoat::math::lanes::SimdLevel;
 use overcoat::render::{Quality, RenderOptions, Renderer, Visibility};
 use overcoat::scene::{
     Camera, Environment, EnvironmentSource, EquirectImage, Instance, Light, LightKind, Material, Mesh, Scene,
     ShadingModel, Transform, Workflow, primitives,
 };
+use overcoat_core::math::lanes::SimdLevel;
 use std::sync::Arc;
 
 const SIZE: u32 = 64;

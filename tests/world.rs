@@ -29,7 +29,7 @@ fn hash_from(renderer: &mut Renderer, scene: &Scene, camera: &Camera, quality: Q
 }
 
 fn model(name: &str) -> Loaded {
-    overcoat::load::model(format!("{}/assets/models/{name}", env!("CARGO_MANIFEST_DIR"))).unwrap()
+    overcoat::load::model(format!("{}/../../assets/models/{name}", env!("CARGO_MANIFEST_DIR"))).unwrap()
 }
 
 fn animated(model: &crate::common::files::model::Model) -> AnimatedModel {

@@ -1,10 +1,10 @@
 //! Scenes by formula.
 
-use overcoat::math::double;
 use overcoat::scene::{
     Camera, Framing, Instance, Light, LightKind, Material, Mesh, MeshData, Projection, Scene, Transform,
     Workflow,
 };
+use overcoat_core::math::double;
 use std::f64::consts::{PI, TAU};
 
 /// A torus knot of about that many triangles in a coat of paint, in the built-in studio.

@@ -25,7 +25,7 @@ fi
 
 # Together with whatever CI has built already: packages that are built apart have other features of what they share.
 read -ra what <<<"${PACKAGES_TESTED+$PACKAGES_TESTED --lib --bins --tests}"
-[ -n "${what-}" ] || what=(-p overcoat -p overcoat-capi --lib --bins)
+[ -n "${what-}" ] || what=(-p overcoat-cli -p overcoat-capi --lib --bins)
 cargo build --locked --release "${what[@]}"
 [ -n "${PACKAGES_TESTED-}" ] || cargo test --locked --release -p overcoat-capi --test header
 

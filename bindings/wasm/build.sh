@@ -43,7 +43,7 @@ for part in "${parts[@]}"; do
             bindgen "$target/$part/wasm32-unknown-unknown/$profile/overcoat_wasm.wasm" "$dist/$part" ;;
         cli)
             export "CARGO_PROFILE_${profile^^}_OPT_LEVEL=3"
-            RUSTFLAGS='-C target-feature=+simd128' compile -p overcoat --bin overcoat --target wasm32-wasip1 --target-dir "$target/cli"
+            RUSTFLAGS='-C target-feature=+simd128' compile -p overcoat-cli --bin overcoat --target wasm32-wasip1 --target-dir "$target/cli"
             mkdir -p "$dist/cli"
             cp "$target/cli/wasm32-wasip1/$profile/overcoat.wasm" "$dist/cli/overcoat.wasm" ;;
         *)

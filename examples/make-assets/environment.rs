@@ -1,8 +1,8 @@
 //! The built-in studio environment.
 
 use overcoat::jobs::Jobs;
-use overcoat::light::Studio;
-use overcoat::math::lanes::SimdLevel;
+use overcoat_core::math::lanes::SimdLevel;
+use overcoat_stages::light::Studio;
 
 /// The painted and prefiltered studio, as it is and packed, by paths below `assets/`.
 pub fn files() -> Vec<(String, Vec<u8>)> {

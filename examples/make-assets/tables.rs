@@ -1,7 +1,7 @@
 //! The pre-integrated tables.
 
-use overcoat::brdf::tables::{self, Definition};
 use overcoat::jobs::Jobs;
+use overcoat_shading::brdf::tables::{self, Definition};
 
 /// Every integrated table, by paths below `assets/`.
 pub fn files() -> Vec<(String, Vec<u8>)> {

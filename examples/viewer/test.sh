@@ -12,7 +12,7 @@ if ! { command -v Xvfb && command -v xdotool && command -v xwd && ldconfig -p | 
 fi
 # Together with whatever CI has built already: packages that are built apart have other features of what they share.
 read -ra what <<<"${PACKAGES_TESTED+$PACKAGES_TESTED --lib --bins --tests}"
-[ -n "${what-}" ] || what=(-p overcoat -p overcoat-viewer --bins)
+[ -n "${what-}" ] || what=(-p overcoat-cli -p overcoat-viewer --bins)
 cargo build --locked --release "${what[@]}"
 viewer=${CARGO_TARGET_DIR:-target}/release/overcoat-viewer
 overcoat=${CARGO_TARGET_DIR:-target}/release/overcoat

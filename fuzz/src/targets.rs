@@ -232,7 +232,6 @@ pub fn scene(data: &[u8]) {
 }
 
 /// A model of any format, drawn and encoded. The binary part of glTF follows a zero byte.
-#[cfg(feature = "cli")]
 pub fn pipeline(data: &[u8]) {
     use overcoat::output::{OutputFormat, OutputOptions, encode};
     use overcoat::{RenderOptions, Renderer};
@@ -272,6 +271,5 @@ pub const TARGETS: &[Target] = &[
     ("exr", exr),
     ("material", material),
     ("scene", scene),
-    #[cfg(feature = "cli")]
     ("pipeline", pipeline),
 ];

@@ -1,9 +1,9 @@
 //! What holds for all pictures of a batch or a service: from options to what workers are told first.
 
 use crate::key::Keys;
-use overcoat::cli::args::DrawArgs;
-use overcoat::cli::worker::protocol::Start;
 use overcoat::description::{Description, EnvironmentChoice, MaterialChoice};
+use overcoat_cli::args::DrawArgs;
+use overcoat_cli::worker::protocol::Start;
 use std::path::{Path, PathBuf};
 
 /// Bytes of a file that all pictures have in common, at most.

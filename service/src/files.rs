@@ -1,8 +1,8 @@
 //! The files that models refer to, for workers that can reach none themselves.
 
 use bytes::Bytes;
-use overcoat::cli::worker::protocol::Missing;
 use overcoat::load::{DirectoryResolver, ResolveError, Resolver};
+use overcoat_cli::worker::protocol::Missing;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::future::Future;

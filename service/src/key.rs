@@ -1,7 +1,7 @@
 //! Content keys: names for pictures that say all that they were made of.
 
 use crate::files::Needed;
-use overcoat::cli::worker::protocol::{PictureRequest, Start};
+use overcoat_cli::worker::protocol::{PictureRequest, Start};
 use serde_json::Value;
 
 /// What two pictures must have in common to be the same.

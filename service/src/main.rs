@@ -1,8 +1,8 @@
 //! The `overcoat-service` command: `batch`, `serve` and, started by itself, `worker`; for packages, `completions` and `man`.
 
 use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
-use overcoat::cli::args::{CompletionsArgs, ManArgs};
-use overcoat::cli::install;
+use overcoat_cli::args::{CompletionsArgs, ManArgs};
+use overcoat_cli::install;
 use overcoat_service::batch::{self, args::BatchArgs};
 use overcoat_service::serve::{self, args::ServeArgs};
 use std::ffi::OsString;
@@ -52,11 +52,11 @@ fn main() -> ExitCode {
         Ok(read) => read,
         // Help and version are no errors.
         Err(error) if !error.use_stderr() || is_bare(&error) => error.exit(),
-        Err(error) => return fail(2, &overcoat::cli::usage(&error).to_string()),
+        Err(error) => return fail(2, &overcoat_cli::usage(&error).to_string()),
     };
     // Before any thread is started, for the sandbox.
     let printed = match &cli.command {
-        Command::Worker => return overcoat::cli::worker::run(),
+        Command::Worker => return overcoat_cli::worker::run(),
         Command::Completions(args) => Some(install::completions_of("overcoat-service", &command, args)),
         Command::Man(args) => Some(install::man_of(command.clone(), args)),
         Command::Batch(_) | Command::Serve(_) => None,

@@ -1,7 +1,7 @@
 //! How well a picture is drawn, when there is only so much time for it.
 
-use crate::render::{Quality, RenderOptions, RenderStats, WorkDone};
-use crate::scene::Scene;
+use overcoat_render::{Quality, RenderOptions, RenderStats, WorkDone};
+use overcoat_scene::Scene;
 use std::time::Duration;
 
 /// What a picture may take.
@@ -154,7 +154,8 @@ mod tests {
     fn learnt(spent: u64, level: Level, budget: u64) -> Level {
         let mut controller = Controller::default();
         controller.set_budget(Some(FrameBudget::Work(budget)));
-        let stats = RenderStats { triangles: spent / TRIANGLE, ..RenderStats::default() };
+        let mut stats = RenderStats::default();
+        stats.triangles = spent / TRIANGLE;
         controller.learn(level, &stats, &WorkDone::default(), 0, Duration::MAX);
         controller.choose(&levels(), &Scene::new(), &RenderOptions::new(64, 64))
     }

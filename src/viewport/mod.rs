@@ -46,10 +46,10 @@ mod orbit;
 pub use budget::{FrameBudget, Level};
 pub use orbit::Orbit;
 
-use crate::frame::{DisplayOptions, PixelFormat, Target};
-use crate::render::{Hit, Moment, Quality, RenderError, RenderOptions, RenderStats, Renderer};
-use crate::scene::{Camera, Revision, Scene};
 use budget::Controller;
+use overcoat_core::frame::{DisplayOptions, PixelFormat, Target};
+use overcoat_render::{Hit, Moment, Quality, RenderError, RenderOptions, RenderStats, Renderer};
+use overcoat_scene::{Camera, Revision, Scene};
 
 /// Draws pictures that follow each other, see the [module](self).
 #[derive(Debug)]

@@ -1,7 +1,7 @@
 //! What a world refuses.
 
-use crate::load::LoadError;
-use crate::scene::SceneError;
+use overcoat_load::LoadError;
+use overcoat_scene::SceneError;
 
 /// Why a world is not changed.
 #[derive(Debug, thiserror::Error)]

@@ -1,7 +1,7 @@
 //! Instances: what is drawn where, hidden or not.
 
 use super::{InstanceHandle, MaterialHandle, MeshHandle, ModelHandle, World, WorldError};
-use crate::scene::{Instance, MaterialId, MeshId, SplatInstance, Transform};
+use overcoat_scene::{Instance, MaterialId, MeshId, SplatInstance, Transform};
 
 /// What is known of an instance.
 #[derive(Clone, Debug)]

@@ -38,13 +38,13 @@ mod models;
 pub use error::WorldError;
 pub use handle::{InstanceHandle, LightHandle, MaterialHandle, MeshHandle, ModelHandle, TextureHandle};
 
-use crate::scene::{
-    AlphaUse, ColorSpace, Environment, Image, Light, Material, MaterialId, Mesh, MeshData, MeshId, Sampler,
-    Scene, SceneError, Texture, TextureId, TextureRef,
-};
 use handle::{LAST_WORLD, Slots};
 use instances::{InstanceState, SplatState};
 use models::ModelState;
+use overcoat_scene::{
+    AlphaUse, ColorSpace, Environment, Image, Light, Material, MaterialId, Mesh, MeshData, MeshId, Sampler,
+    Scene, SceneError, Texture, TextureId, TextureRef,
+};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// A scene whose parts have names, see the [module](self).
@@ -125,7 +125,7 @@ impl World {
     pub fn add_texture(&mut self, texture: Texture) -> Result<TextureHandle, WorldError> {
         let slot = self.textures.next();
         if slot < self.scene.textures().len() {
-            self.scene.replace_texture(TextureId(slot as u32), texture)?;
+            self.scene.replace_texture(TextureId::from_index(slot as u32), texture)?;
         } else {
             self.scene.add_texture(texture)?;
         }
@@ -137,7 +137,7 @@ impl World {
     /// # Errors
     /// [`WorldError::Gone`] and [`WorldError::Foreign`].
     pub fn texture_id(&self, texture: TextureHandle) -> Result<TextureId, WorldError> {
-        Ok(TextureId(self.textures.place(self.number, texture)? as u32))
+        Ok(TextureId::from_index(self.textures.place(self.number, texture)? as u32))
     }
 
     /// Puts another texture in the place of one, in every material that reads it.
@@ -171,7 +171,7 @@ impl World {
         let slot = self.materials.next();
         self.check_textures(&material)?;
         if slot < self.scene.materials().len() {
-            self.scene.replace_material(MaterialId(slot as u32), material)?;
+            self.scene.replace_material(MaterialId::from_index(slot as u32), material)?;
         } else {
             self.scene.add_material(material)?;
         }
@@ -217,7 +217,7 @@ impl World {
     pub fn add_mesh(&mut self, mesh: Mesh) -> Result<MeshHandle, WorldError> {
         let slot = self.meshes.next();
         if slot < self.scene.meshes().len() {
-            self.scene.replace_mesh(MeshId(slot as u32), mesh)?;
+            self.scene.replace_mesh(MeshId::from_index(slot as u32), mesh)?;
         } else {
             self.scene.add_mesh(mesh)?;
         }
@@ -298,11 +298,11 @@ impl World {
     }
 
     fn material_id(&self, material: MaterialHandle) -> Result<MaterialId, WorldError> {
-        Ok(MaterialId(self.materials.place(self.number, material)? as u32))
+        Ok(MaterialId::from_index(self.materials.place(self.number, material)? as u32))
     }
 
     fn mesh_id(&self, mesh: MeshHandle) -> Result<MeshId, WorldError> {
-        Ok(MeshId(self.meshes.place(self.number, mesh)? as u32))
+        Ok(MeshId::from_index(self.meshes.place(self.number, mesh)? as u32))
     }
 
     /// `Ok` if a material reads no texture that has been removed.

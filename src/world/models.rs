@@ -4,9 +4,9 @@ use super::instances::{InstanceState, SplatState};
 use super::{
     InstanceHandle, LightHandle, MaterialHandle, MeshHandle, ModelHandle, TextureHandle, World, WorldError,
 };
-use crate::jobs::Jobs;
-use crate::load::{AnimatedModel, Loaded, Warning};
-use crate::scene::{
+use overcoat_core::jobs::Jobs;
+use overcoat_load::{AnimatedModel, Loaded, Warning};
+use overcoat_scene::{
     Camera, Light, Material, MaterialId, MeshId, Scene, SplatCloud, SplatCloudId, SplatInstance, Transform,
 };
 use std::collections::BTreeMap;
@@ -194,7 +194,7 @@ impl World {
             self.splats.remove(k);
         }
         for cloud in state.clouds {
-            self.scene.replace_splats(SplatCloudId(cloud), SplatCloud::default())?;
+            self.scene.replace_splats(SplatCloudId::from_index(cloud), SplatCloud::default())?;
             self.free_clouds.push(cloud);
         }
         for mesh in state.meshes {
@@ -363,8 +363,8 @@ impl World {
         let keys = keyed(next);
         for (key, instance) in keys.iter().zip(next.instances()) {
             let state = self.models.get(self.number, model)?;
-            let mesh = MeshId(state.meshes[instance.mesh.index()].slot());
-            let material = MaterialId(state.materials[instance.material.index()].slot());
+            let mesh = MeshId::from_index(state.meshes[instance.mesh.index()].slot());
+            let material = MaterialId::from_index(state.materials[instance.material.index()].slot());
             let last = before.get(key).map(|number| &last.instances()[*number]);
             match state.instances.get(key).copied() {
                 Some(own) => {
@@ -422,12 +422,12 @@ impl World {
         for cloud in next.splats().iter().skip(last.splats().len()) {
             let id = match self.free_clouds.pop() {
                 Some(free) => {
-                    self.scene.replace_splats(SplatCloudId(free), cloud.clone())?;
-                    SplatCloudId(free)
+                    self.scene.replace_splats(SplatCloudId::from_index(free), cloud.clone())?;
+                    SplatCloudId::from_index(free)
                 }
                 None => self.scene.add_splats(cloud.clone())?,
             };
-            self.models.get_mut(self.number, model)?.clouds.push(id.0);
+            self.models.get_mut(self.number, model)?.clouds.push(id.index() as u32);
         }
         let ModelState { clouds, first_object, .. } = self.models.get(self.number, model)?;
         let placed: Vec<SplatState> = next
@@ -438,7 +438,7 @@ impl World {
                 local: instance.transform,
                 is_shown: false,
                 instance: SplatInstance {
-                    cloud: SplatCloudId(clouds[instance.cloud.index()]),
+                    cloud: SplatCloudId::from_index(clouds[instance.cloud.index()]),
                     object: first_object.wrapping_add(instance.object),
                     ..*instance
                 },

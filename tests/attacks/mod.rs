@@ -2,7 +2,6 @@
 //! checking, drawing, encoding. What ends one is a count, never a clock, so it ends the same way on every machine.
 //!
 //! One more attack is one more entry in a list: a name, what it tries, the bytes, what must happen.
-#![cfg(feature = "cli")]
 
 mod accessors;
 mod attack;
@@ -15,11 +14,11 @@ mod pictures;
 
 use crate::common::files::model;
 use attack::{Ask, Attack, Must};
-use overcoat::cli::failure::Failure;
 use overcoat::description::{Description, EnvironmentChoice, Machine, MaterialSource};
 use overcoat::limits::Limits;
 use overcoat::output::{OutputFormat, OutputOptions, encode};
 use overcoat::render::{Quality, Renderer};
+use overcoat_cli::failure::Failure;
 use std::collections::BTreeSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;

@@ -5,9 +5,9 @@ use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, WritableImage,
     read_all_flat_layers_from_file,
 };
-use overcoat::lab::{Light, Referee, Specimen};
-use overcoat::math::double::{atan2, tan};
-use overcoat::truth::Samples;
+use overcoat_core::math::double::{atan2, tan};
+use overcoat_lab::lab::{Light, Referee, Specimen};
+use overcoat_lab::truth::Samples;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};

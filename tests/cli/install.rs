@@ -2,14 +2,14 @@
 
 use super::{folder, names, overcoat, stderr};
 use clap::CommandFactory;
-use overcoat::cli::args::Cli;
+use overcoat_cli::args::Cli;
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 /// A file of `packaging/`.
 fn packaging(name: &str) -> String {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("packaging").join(name);
+    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("packaging").join(name);
     fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 

@@ -1,7 +1,7 @@
 //! `overcoat thumbnail`, as file managers call it: names of their own, files that nobody has checked.
 
 use super::{folder, glb, names, overcoat, png_header, quad, quad_buffer, read_png, stderr};
-use overcoat::cli::thumbnail_limits::{MEMORY_DEFAULT, THUMBNAIL_LIMITS, spelled};
+use overcoat_cli::thumbnail_limits::{MEMORY_DEFAULT, THUMBNAIL_LIMITS, spelled};
 use serde_json::{Value, json};
 use std::fs;
 use std::path::Path;
@@ -231,7 +231,9 @@ fn rights_are_given_up_by_default() {
 fn limits_are_stated() {
     let help = overcoat(Path::new("."), &["thumbnail", "--help"]).stdout;
     let words: String = String::from_utf8(help).unwrap().split_whitespace().collect::<Vec<_>>().join(" ");
-    let readme = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md")).unwrap();
+    let readme =
+        fs::read_to_string(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("README.md"))
+            .unwrap();
     for limit in THUMBNAIL_LIMITS.into_iter().map(spelled).chain([MEMORY_DEFAULT.to_owned()]) {
         assert!(words.contains(&limit), "{limit} is not in --help");
         assert!(readme.contains(&format!("`{limit}`")), "{limit} is not in the README");

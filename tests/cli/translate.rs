@@ -65,7 +65,7 @@ fn parts(file: &[u8]) -> (Value, Vec<u8>) {
 }
 
 fn asset(name: &str) -> std::path::PathBuf {
-    std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/models").join(name)
+    std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("assets/models").join(name)
 }
 
 /// What a report says of each material stands in the file, and is all that has changed of it.

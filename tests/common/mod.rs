@@ -17,7 +17,9 @@ use std::path::{Path, PathBuf};
 
 /// Where the goldens are.
 pub fn folder() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("golden")
+    let package = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let repository = package.ancestors().find(|folder| folder.join("Cargo.lock").is_file());
+    repository.expect("the tests are those of a package of this repository").join("golden")
 }
 
 /// All goldens, or why they cannot be read.

@@ -1,7 +1,7 @@
 //! Meshes made by formula. Tangents follow u; v runs down, so that bitangents (w = 1) point up in the picture.
 
-use overcoat::math::double;
 use overcoat::scene::MeshData;
+use overcoat_core::math::double;
 use std::f64::consts::{PI, TAU};
 
 /// A point of a surface: position, normal, tangent.

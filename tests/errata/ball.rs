@@ -1,13 +1,13 @@
 //! A ball under one lamp and an even sky: as the renderer draws it, and shaded anew from the normals of that picture.
 
 use overcoat::frame::Aov;
-use overcoat::math::lanes::{Float, LANES, Lanes, Scalar};
-use overcoat::math::vec3::{V3, Vec3};
 use overcoat::render::{Quality, RenderOptions, Renderer};
 use overcoat::scene::{
     Camera, Environment, EnvironmentSource, EquirectImage, Instance, Light, Material, Projection, Scene,
     ShadingModel, Transform, primitives,
 };
+use overcoat_core::math::lanes::{Float, LANES, Lanes, Scalar};
+use overcoat_core::math::vec3::{V3, Vec3};
 use std::sync::Arc;
 
 pub const L: Scalar = Scalar;

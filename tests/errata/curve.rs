@@ -1,7 +1,7 @@
 //! Filament's squared attenuation over the angle: how much light from beneath the coat is missing.
 
 use super::filament::coat_reflectance;
-use overcoat::math::double::cos;
+use overcoat_core::math::double::cos;
 use std::fmt::Write;
 
 /// How much of the light from beneath is specular, colour and name of a curve.

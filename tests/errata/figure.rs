@@ -3,10 +3,10 @@
 use super::ball::{Ball, SIDE};
 use overcoat::color::srgb::linear_to_srgb8;
 use overcoat::frame::DisplayImage;
-use overcoat::golden::compress::{Effort, compress_png};
-use overcoat::lab::luminance;
 use overcoat::limits::Limits;
 use overcoat::output::{OutputFormat, OutputOptions, encode_image};
+use overcoat_golden::compress::{Effort, compress_png};
+use overcoat_lab::lab::luminance;
 
 const GAP: usize = 4;
 const BEHIND: [u8; 4] = [128, 128, 128, 255];

@@ -2,10 +2,10 @@
 //! two settings of a model.
 
 use super::ball::{Color, L, Setting, color, number, view};
-use overcoat::brdf::tables::filament_dfg;
-use overcoat::coat::filament_2018::{Attenuation, Coat, SurfaceData, direct, indirect, surface};
-use overcoat::math::vec3::Vec3;
 use overcoat::scene::{Material, ShadingModel, Workflow};
+use overcoat_core::math::vec3::Vec3;
+use overcoat_shading::brdf::tables::filament_dfg;
+use overcoat_shading::coat::filament_2018::{Attenuation, Coat, SurfaceData, direct, indirect, surface};
 
 pub const MODEL: ShadingModel = ShadingModel::Filament2018;
 

@@ -1,15 +1,15 @@
 //! The block of HDRP Lit that puts the coat over the base (13.0.0, `EvaluateBSDF` of `Lit`), right and as copies have it.
 
 use super::ball::{Color, L, Number, Setting, color, number, view};
-use overcoat::brdf::fresnel::schlick;
-use overcoat::brdf::ggx::{bsdf_angles, part_lambda, smith_distribution_visibility};
-use overcoat::brdf::tables::unity_fgd;
-use overcoat::coat::hdrp_lit::{
+use overcoat::scene::{Material, ShadingModel, Workflow};
+use overcoat_core::math::lanes::{Float, Scalar};
+use overcoat_core::math::vec3::Vec3;
+use overcoat_shading::brdf::fresnel::schlick;
+use overcoat_shading::brdf::ggx::{bsdf_angles, part_lambda, smith_distribution_visibility};
+use overcoat_shading::brdf::tables::unity_fgd;
+use overcoat_shading::coat::hdrp_lit::{
     self as lit, CosineWeightedBsdf, DirectLighting, Occlusion, Reflectance, Surface, SurfaceData,
 };
-use overcoat::math::lanes::{Float, Scalar};
-use overcoat::math::vec3::Vec3;
-use overcoat::scene::{Material, ShadingModel, Workflow};
 
 pub const MODEL: ShadingModel = ShadingModel::HdrpLit;
 

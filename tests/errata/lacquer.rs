@@ -12,12 +12,12 @@
 //! The highlight of a lamp in a smooth coat is a point, and not part of it.
 
 use super::ball::{Color, L, Number, Setting};
-use overcoat::lab::{Light, Referee, Specimen};
-use overcoat::math::double::sin_cos;
-use overcoat::math::lanes::{Float, LANES, Lanes};
-use overcoat::math::vec3::Vec3;
 use overcoat::scene::{Material, ShadingModel};
-use overcoat::truth::Samples;
+use overcoat_core::math::double::sin_cos;
+use overcoat_core::math::lanes::{Float, LANES, Lanes};
+use overcoat_core::math::vec3::Vec3;
+use overcoat_lab::lab::{Light, Referee, Specimen};
+use overcoat_lab::truth::Samples;
 use std::f64::consts::PI;
 
 /// Whose normals are shaded: any model's.

@@ -1,15 +1,15 @@
 //! StackLit's adding (HDRP 13.0.0, `ComputeAdding` and `GetPreLightData` of `StackLit`) as its loop, and as copies have it.
 
 use super::ball::{Color, L, Number, Setting, color, number, view};
-use overcoat::brdf::fgd::pre_integrated_specular;
-use overcoat::brdf::tables::unity_fgd;
-use overcoat::coat::stacklit::{
+use overcoat::scene::{Material, ShadingModel, Workflow};
+use overcoat_core::math::lanes::{Float, LANES, Lanes, Scalar};
+use overcoat_core::math::vec3::Vec3;
+use overcoat_shading::brdf::fgd::pre_integrated_specular;
+use overcoat_shading::brdf::tables::unity_fgd;
+use overcoat_shading::coat::stacklit::{
     Adding, Coat, Frame, Light, Options, PreLight, SurfaceData, Version, baked_diffuse, compose, direct,
     environment, surface,
 };
-use overcoat::math::lanes::{Float, LANES, Lanes, Scalar};
-use overcoat::math::vec3::Vec3;
-use overcoat::scene::{Material, ShadingModel, Workflow};
 
 pub const MODEL: ShadingModel = ShadingModel::StackLit;
 

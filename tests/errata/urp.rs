@@ -2,11 +2,11 @@
 //! and how much by copies that have lost brackets.
 
 use super::ball::{Color, L, Setting, color, number, view};
-use overcoat::coat::urp::{
+use overcoat::scene::{Material, ShadingModel, Workflow};
+use overcoat_core::math::lanes::{Float, Lanes};
+use overcoat_shading::coat::urp::{
     self, Coat, LIGHT_COLOR_PER_IRRADIANCE, Reflectance, SurfaceData, UrpVersion, direct, indirect,
 };
-use overcoat::math::lanes::{Float, Lanes};
-use overcoat::scene::{Material, ShadingModel, Workflow};
 
 pub const MODEL: ShadingModel = ShadingModel::Urp17;
 

@@ -17,8 +17,10 @@ fn ball(parts: f64) -> (Vec<[f64; 3]>, Vec<[usize; 3]>) {
     let mut points = Vec::new();
     for j in 0..=down {
         for i in 0..around {
-            let (sin_phi, cos_phi) = overcoat::math::double::sin_cos(TAU * f64::from(i) / f64::from(around));
-            let (sin_theta, cos_theta) = overcoat::math::double::sin_cos(PI * f64::from(j) / f64::from(down));
+            let (sin_phi, cos_phi) =
+                overcoat_core::math::double::sin_cos(TAU * f64::from(i) / f64::from(around));
+            let (sin_theta, cos_theta) =
+                overcoat_core::math::double::sin_cos(PI * f64::from(j) / f64::from(down));
             let point = [sin_theta * sin_phi, cos_theta, sin_theta * cos_phi];
             points.push(point.map(|v| (v * parts).round() / parts + 0.0));
         }

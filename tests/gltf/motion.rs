@@ -361,7 +361,7 @@ fn a_bone_turns_over_time() {
     animate(&mut model, json!({"node": 2, "path": "rotation"}), &[1.0, 3.0], "VEC4", &quarter, "LINEAR");
     let top = |time: f64| points(&play(&model, "move", time).unwrap().scene)[4];
     for (time, degrees) in [(0.0, 0.0), (1.0, 0.0), (2.0, 45.0), (2.5, 67.5), (3.0, 90.0)] {
-        let (s, c) = overcoat::math::double::sin_cos(f64::to_radians(degrees));
+        let (s, c) = overcoat_core::math::double::sin_cos(f64::to_radians(degrees));
         assert_near(&[top(time)], &[[-0.5, 1.0 + c, s]]);
     }
     // Without a choice nothing moves, and nothing is missed.

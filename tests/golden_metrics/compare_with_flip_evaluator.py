@@ -2,7 +2,7 @@
 
     python3 compare_with_flip_evaluator.py OVERCOAT [EXPECTED ACTUAL]
 
-OVERCOAT is the built program. Without more arguments it makes the pictures of `src/golden/metrics/tests.rs`, compares
+OVERCOAT is the built program. Without more arguments it makes the pictures of `crates/golden/src/metrics/tests.rs`, compares
 them, and prints the values that are recorded there; with two picture files it compares those.
 
 Needs flip-evaluator 1.7, numpy, pillow and OpenEXR (PyPI); scikit-image 0.26 for SSIM and PSNR, if it is there.

@@ -5,8 +5,8 @@ use super::recipe::Recipe;
 use super::shot::{Shot, Skies};
 use overcoat::frame::AovPlane;
 use overcoat::frame::DisplayImage;
-use overcoat::math::lanes::SimdLevel;
 use overcoat::render::{Rendered, Renderer};
+use overcoat_core::math::lanes::SimdLevel;
 use std::fmt;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -118,9 +118,7 @@ impl Bench {
     /// The picture of a scene.
     pub fn render(&mut self, shot: &Shot, setting: Setting) -> Result<Rendered, String> {
         let renderer = usize::from(setting.threads != THREADS[0]);
-        let mut options = shot.options.clone();
-        options.simd = setting.level;
-        options.tile_size = Some(setting.tile);
+        let options = shot.options.clone().with_simd(setting.level).with_tile_size(Some(setting.tile));
         self.renderers[renderer].render(&shot.scene, &shot.camera, &options).map_err(|e| e.to_string())
     }
 

@@ -131,7 +131,6 @@ fn texture_table(recipe: &Recipe, used: &TextureUse) -> String {
         Wrap::Repeat => "repeat",
         Wrap::MirroredRepeat => "mirror",
         Wrap::ClampToEdge => "clamp",
-        other => panic!("{other:?} has no name here"),
     };
     let mut table = format!("{{ file = \"{}\"", texture_name(recipe, used.texture));
     if let Some(channel) = used.channel {

@@ -2,8 +2,8 @@
 
 use super::dice::Dice;
 use super::shapes;
-use overcoat::math::double;
 use overcoat::scene::MeshData;
+use overcoat_core::math::double;
 
 /// A mesh that has every attribute that its triangles can have.
 pub fn random_mesh(dice: &mut Dice) -> MeshData {

@@ -138,7 +138,6 @@ impl Writer {
             Wrap::Repeat => 10497,
             Wrap::MirroredRepeat => 33648,
             Wrap::ClampToEdge => 33071,
-            other => panic!("{other:?} has no number in glTF"),
         };
         let magnification = if used.magnification == Filter::Nearest { 9728 } else { 9729 };
         let minification = match (used.minification, used.mip) {
@@ -148,7 +147,6 @@ impl Writer {
             (Filter::Linear, MipFilter::Nearest) => 9985,
             (Filter::Nearest, MipFilter::Linear) => 9986,
             (Filter::Linear, MipFilter::Linear) => 9987,
-            other => panic!("{other:?} has no number in glTF"),
         };
         self.textures.push(json!({ "source": used.texture, "sampler": self.samplers.len() }));
         self.samplers.push(json!({

@@ -29,7 +29,7 @@ skip() {
 build() {
     local leg=$1 start=$SECONDS
     shift
-    if ! RUSTFLAGS="${RUSTFLAGS-} --cfg overcoat_one_level" CARGO_PROFILE_DEV_DEBUG=0 CARGO_PROFILE_RELEASE_DEBUG=0 CARGO_PROFILE_RELEASE_LTO=off cargo rustc --locked --bin overcoat "$@" >>"$log" 2>&1; then
+    if ! RUSTFLAGS="${RUSTFLAGS-} --cfg overcoat_one_level" CARGO_PROFILE_DEV_DEBUG=0 CARGO_PROFILE_RELEASE_DEBUG=0 CARGO_PROFILE_RELEASE_LTO=off cargo rustc --locked -p overcoat-cli --bin overcoat "$@" >>"$log" 2>&1; then
         tail -n 40 "$log" >&2
         printf '%s does not build\n' "$leg" >&2
         exit 1
@@ -169,6 +169,6 @@ done
 
 start=$SECONDS
 OVERCOAT_MACHINES=$(printf '%s\n' "${machines[@]}") \
-    cargo test --locked --release ${PACKAGES_TESTED-} --test machines -- --nocapture other_machines
+    cargo test --locked --release ${PACKAGES_TESTED--p overcoat-cli} --test machines -- --nocapture other_machines
 times+=("$(printf '%5d s  draw and compare' $((SECONDS - start)))")
 printf '%s\n' "${skipped[@]-}" "${times[@]}"

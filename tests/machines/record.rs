@@ -39,7 +39,7 @@ fn parse(text: &str) -> BTreeMap<String, Hashes> {
 }
 
 pub fn path() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/machines/hashes.tsv")
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("tests/machines/hashes.tsv")
 }
 
 #[test]

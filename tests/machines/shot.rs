@@ -5,12 +5,12 @@ use super::recipe::{EnvironmentRecipe, Recipe};
 use overcoat::description::{Description, EnvironmentChoice, Machine, MaterialSource};
 use overcoat::frame::DisplayOptions;
 use overcoat::jobs::Jobs;
-use overcoat::light::PrefilteredEnvironment;
 use overcoat::limits::Limits;
 use overcoat::load::{Context, LoadOptions, MaterialFile, MemoryResolver, load_bytes_with, load_environment};
-use overcoat::math::lanes::SimdLevel;
 use overcoat::render::RenderOptions;
 use overcoat::scene::{Camera, Environment, EnvironmentSource, EquirectImage, Scene};
+use overcoat_core::math::lanes::SimdLevel;
+use overcoat_stages::light::PrefilteredEnvironment;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 

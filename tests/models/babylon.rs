@@ -1,16 +1,16 @@
-//! Physics of `overcoat::coat::babylon`.
+//! Physics of `overcoat_shading::coat::babylon`.
 
 use super::draws::{Draws, SETS, all_from, lane, measured, most, reflectance, tilted};
 use super::one_lane::{F, L, f, grey, up};
-use overcoat::brdf::table::Table;
-use overcoat::brdf::tables::ggx_albedo;
-use overcoat::coat::babylon::{
+use overcoat_core::math::lanes::{Float, LANES, Lanes, Scalar};
+use overcoat_core::math::scalar::pow;
+use overcoat_core::math::vec3::{V3, Vec3};
+use overcoat_shading::brdf::table::Table;
+use overcoat_shading::brdf::tables::ggx_albedo;
+use overcoat_shading::coat::babylon::{
     self, AmbientOcclusion, Anisotropy, Coat, DiffuseModel, Environment, EnvironmentQuery, LIGHT_RADIUS,
     Options, Surface, SurfaceData, Tint,
 };
-use overcoat::math::lanes::{Float, LANES, Lanes, Scalar};
-use overcoat::math::scalar::pow;
-use overcoat::math::vec3::{V3, Vec3};
 use std::f32::consts::FRAC_1_PI;
 
 fn plain(color: f32, metallic: f32, roughness: f32) -> SurfaceData<Scalar> {
@@ -417,5 +417,5 @@ fn any_input_on<L: Lanes>(l: L) {
 /// Ten million sets in release builds: nothing infinite, no NaN, nothing negative.
 #[test]
 fn any_input_in_range_gives_numbers() {
-    overcoat::dispatch_baseline!(l => any_input_on(l));
+    overcoat_core::dispatch_baseline!(l => any_input_on(l));
 }

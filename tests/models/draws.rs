@@ -1,7 +1,7 @@
 //! Random inputs for the tests of the models: a fixed sequence, sixteen at a time, with the edges of every range in it.
 
-use overcoat::math::lanes::{Float, LANES, Lanes, Mask, Scalar};
-use overcoat::math::vec3::{V3, Vec3};
+use overcoat_core::math::lanes::{Float, LANES, Lanes, Mask, Scalar};
+use overcoat_core::math::vec3::{V3, Vec3};
 
 /// Vectors of sixteen random numbers, of any instruction set: the numbers do not depend on it.
 pub struct Draws {
@@ -90,8 +90,8 @@ pub fn hemisphere(rings: u32) -> Vec<V3<Scalar>> {
         let z: [f32; LANES] = [(ring as f32 + 0.5) / rings as f32; LANES];
         let angle = |k: usize| (k as f32 + 0.5) * (std::f32::consts::TAU / LANES as f32);
         let radius = (1.0 - z[0] * z[0]).sqrt();
-        let x = std::array::from_fn(|k| radius * overcoat::math::scalar::cos(angle(k)));
-        let y = std::array::from_fn(|k| radius * overcoat::math::scalar::sin(angle(k)));
+        let x = std::array::from_fn(|k| radius * overcoat_core::math::scalar::cos(angle(k)));
+        let y = std::array::from_fn(|k| radius * overcoat_core::math::scalar::sin(angle(k)));
         directions.push(Vec3::from_array([x, y, z]).map(|c| Scalar.load(&c)));
     }
     directions

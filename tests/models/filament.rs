@@ -1,12 +1,12 @@
-//! Physics of `overcoat::coat::filament` and `overcoat::coat::filament_2018`.
+//! Physics of `overcoat_shading::coat::filament` and `overcoat_shading::coat::filament_2018`.
 
 use super::draws::all_from;
-use overcoat::brdf::tables::filament_dfg;
-use overcoat::coat::filament::standard::{self, Anisotropy, Coat, Sheen, SurfaceData};
-use overcoat::coat::filament::{Quality, cloth, f0_clear_coat_to_surface};
-use overcoat::coat::filament_2018::{self, Attenuation};
-use overcoat::math::lanes::{Float, LANES, Lanes, Scalar};
-use overcoat::math::vec3::{V3, Vec3};
+use overcoat_core::math::lanes::{Float, LANES, Lanes, Scalar};
+use overcoat_core::math::vec3::{V3, Vec3};
+use overcoat_shading::brdf::tables::filament_dfg;
+use overcoat_shading::coat::filament::standard::{self, Anisotropy, Coat, Sheen, SurfaceData};
+use overcoat_shading::coat::filament::{Quality, cloth, f0_clear_coat_to_surface};
+use overcoat_shading::coat::filament_2018::{self, Attenuation};
 
 const QUALITIES: [Quality; 2] = [Quality::Desktop, Quality::Mobile];
 const UP: [f32; 3] = [0.0, 0.0, 1.0];
@@ -110,8 +110,8 @@ pub fn reflected(brdf_times_cosine: impl Fn(V3<Scalar>) -> V3<Scalar>) -> f64 {
         for start in (0..sectors).step_by(LANES) {
             let phi: [f32; LANES] =
                 std::array::from_fn(|k| ((start + k) as f32 + 0.5) * std::f32::consts::TAU / sectors as f32);
-            let x = phi.map(|phi| sine * overcoat::math::scalar::cos(phi));
-            let y = phi.map(|phi| sine * overcoat::math::scalar::sin(phi));
+            let x = phi.map(|phi| sine * overcoat_core::math::scalar::cos(phi));
+            let y = phi.map(|phi| sine * overcoat_core::math::scalar::sin(phi));
             let light = Vec3::new(Scalar.load(&x), Scalar.load(&y), Scalar.splat(cosine));
             let value = brdf_times_cosine(light).x.to_array();
             sum += value.iter().map(|&v| f64::from(v)).sum::<f64>() * f64::from(2.0 * t);
@@ -257,7 +257,7 @@ fn white_furnace_of_lights_gains_what_the_documentation_says() {
 #[test]
 fn mask_zero_is_no_coat_bit_for_bit() {
     let mut random = Random(0x5eed_0001);
-    overcoat::dispatch_baseline!(l => {
+    overcoat_core::dispatch_baseline!(l => {
         for round in 0..2000 {
             let quality = QUALITIES[round % 2];
             let (normal, sheen) = (random.directions(l), random.coin());
@@ -488,13 +488,13 @@ fn editions_of_the_document() {
 /// the light of lamps not negative without sheen. (The environment's is, as it is asked here.)
 #[test]
 fn nothing_but_finite_numbers() {
-    overcoat::dispatch_baseline!(l => {
+    overcoat_core::dispatch_baseline!(l => {
         let mut random = Random(0x5eed_0003);
         for round in 0..ROUNDS {
             standard_is_finite(l, &mut random, round);
         }
     });
-    overcoat::dispatch_baseline!(l => {
+    overcoat_core::dispatch_baseline!(l => {
         let mut random = Random(0x5eed_0004);
         for round in 0..ROUNDS {
             cloth_and_document_are_finite(l, &mut random, round);

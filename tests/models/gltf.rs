@@ -1,15 +1,15 @@
-//! Physics of `overcoat::coat::gltf`.
+//! Physics of `overcoat_shading::coat::gltf`.
 
 use super::draws::{Draws, SETS, all_from, lane, measured, most, reflectance, tilted};
 use super::one_lane::{Asked, F, L, coat, f, grey, sheen, up};
-use overcoat::brdf::table::Table;
-use overcoat::brdf::tables::{khronos, sheen_albedo};
-use overcoat::coat::gltf::{
+use overcoat_core::math::lanes::{Float, LANES, Lanes, Scalar};
+use overcoat_core::math::vec3::{V3, Vec3};
+use overcoat_shading::brdf::table::Table;
+use overcoat_shading::brdf::tables::{khronos, sheen_albedo};
+use overcoat_shading::coat::gltf::{
     self, Anisotropy, Coat, CoatF0, Environment, EnvironmentQuery, Iridescence, Scattering, Sheen, Surface,
     SurfaceData, Tables,
 };
-use overcoat::math::lanes::{Float, LANES, Lanes, Scalar};
-use overcoat::math::vec3::{V3, Vec3};
 use std::f32::consts::{FRAC_1_PI, PI};
 
 fn tables() -> Tables<'static> {
@@ -354,5 +354,5 @@ fn any_input_on<L: Lanes>(l: L) {
 /// Ten million sets in release builds: nothing infinite, no NaN, and nothing negative without a film.
 #[test]
 fn any_input_in_range_gives_numbers() {
-    overcoat::dispatch_baseline!(l => any_input_on(l));
+    overcoat_core::dispatch_baseline!(l => any_input_on(l));
 }

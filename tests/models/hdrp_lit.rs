@@ -1,12 +1,12 @@
-//! Physics of `overcoat::coat::hdrp_lit`.
+//! Physics of `overcoat_shading::coat::hdrp_lit`.
 
-use overcoat::brdf::tables::unity_fgd;
-use overcoat::coat::hdrp_lit::{
+use overcoat_core::math::lanes::{Float, LANES, Lanes};
+use overcoat_core::math::scalar;
+use overcoat_core::math::vec3::{V3, Vec3};
+use overcoat_shading::brdf::tables::unity_fgd;
+use overcoat_shading::coat::hdrp_lit::{
     self as lit, Anisotropy, EnvironmentQuery, Iridescence, Occlusion, Reflectance, SurfaceData,
 };
-use overcoat::math::lanes::{Float, LANES, Lanes};
-use overcoat::math::scalar;
-use overcoat::math::vec3::{V3, Vec3};
 use std::f32::consts::{PI, TAU};
 
 type Column = [f32; LANES];
@@ -133,7 +133,7 @@ fn evaluate_on<L: Lanes>(l: L, lot: &Lot) -> Evaluated {
 /// The only place that compiles the model for every instruction set.
 #[inline(never)]
 fn evaluate(lot: &Lot) -> Evaluated {
-    overcoat::dispatch_baseline!(l => l.run(#[inline(always)] || evaluate_on(l, lot)))
+    overcoat_core::dispatch_baseline!(l => l.run(#[inline(always)] || evaluate_on(l, lot)))
 }
 
 /// One material and view, the same in every lane.

@@ -1,10 +1,10 @@
 //! Surfaces and light in the scalar lanes, as the tests of several models make them.
 
 use super::draws::tilted;
-use overcoat::coat::EnvironmentQuery;
-use overcoat::coat::gltf::{Coat, Sheen};
-use overcoat::math::lanes::{Lanes, Scalar};
-use overcoat::math::vec3::{V3, Vec3};
+use overcoat_core::math::lanes::{Lanes, Scalar};
+use overcoat_core::math::vec3::{V3, Vec3};
+use overcoat_shading::coat::EnvironmentQuery;
+use overcoat_shading::coat::gltf::{Coat, Sheen};
 
 pub const L: Scalar = Scalar;
 pub type F = <Scalar as Lanes>::F;

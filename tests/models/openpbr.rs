@@ -1,10 +1,10 @@
-//! Physics of `overcoat::coat::openpbr`.
+//! Physics of `overcoat_shading::coat::openpbr`.
 
-use overcoat::brdf::tables;
-use overcoat::coat::openpbr::{self, AlbedoSource, Coat, SurfaceData};
-use overcoat::math::lanes::{Float, LANES, Lanes, Scalar};
-use overcoat::math::vec3::{V3, Vec3};
-use overcoat::{dispatch_baseline, each};
+use overcoat_core::math::lanes::{Float, LANES, Lanes, Scalar};
+use overcoat_core::math::vec3::{V3, Vec3};
+use overcoat_core::{dispatch_baseline, each};
+use overcoat_shading::brdf::tables;
+use overcoat_shading::coat::openpbr::{self, AlbedoSource, Coat, SurfaceData};
 
 /// Numbers of a material; every lane has the same.
 #[derive(Clone, Copy, Debug)]
@@ -76,7 +76,11 @@ fn data<L: Lanes>(l: L, m: &Material) -> SurfaceData<L> {
 #[inline(always)]
 fn direction(cosine: f32, azimuth: f32) -> [f32; 3] {
     let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
-    [sine * overcoat::math::scalar::cos(azimuth), sine * overcoat::math::scalar::sin(azimuth), cosine]
+    [
+        sine * overcoat_core::math::scalar::cos(azimuth),
+        sine * overcoat_core::math::scalar::sin(azimuth),
+        cosine,
+    ]
 }
 
 /// The first lane of `direct` for a light of irradiance 1.

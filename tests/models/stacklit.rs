@@ -1,14 +1,14 @@
-//! Physics of `overcoat::coat::stacklit`.
+//! Physics of `overcoat_shading::coat::stacklit`.
 
-use overcoat::brdf::occlusion::VisibilityCone;
-use overcoat::brdf::tables::unity_fgd;
-use overcoat::coat::stacklit::{
+use overcoat_core::math::lanes::{Float, LANES, Lanes, Scalar};
+use overcoat_core::math::vec3::{V3, Vec3};
+use overcoat_shading::brdf::occlusion::VisibilityCone;
+use overcoat_shading::brdf::tables::unity_fgd;
+use overcoat_shading::coat::stacklit::{
     self, Anisotropy, Coat, DataOcclusion, DiffusionProfile, Frame, HazyGloss, Iridescence, Light, Occlusion,
     Options, Reflectance, Scattering, ScreenSpaceOcclusion, SecondLobe, SpecularOcclusion, SurfaceData,
     TopNormalFix, Transmission, Version,
 };
-use overcoat::math::lanes::{Float, LANES, Lanes, Scalar};
-use overcoat::math::vec3::{V3, Vec3};
 
 type Column = [f32; LANES];
 type Color = [Column; 3];
@@ -247,7 +247,7 @@ fn evaluate_on<L: Lanes>(l: L, lot: &Lot) -> Found {
 /// The only place that compiles the model for every instruction set.
 #[inline(never)]
 fn evaluate(lot: &Lot) -> Found {
-    overcoat::dispatch_baseline!(l => evaluate_on(l, lot))
+    overcoat_core::dispatch_baseline!(l => evaluate_on(l, lot))
 }
 
 /// Numbers of a fixed seed.
@@ -689,7 +689,7 @@ fn grazing_views_are_continuous() {
 /// closed form of the model.
 mod adding {
     use super::*;
-    use overcoat::coat::stacklit::Adding;
+    use overcoat_shading::coat::stacklit::Adding;
 
     #[derive(Clone, Copy)]
     struct Layer {

@@ -1,12 +1,12 @@
-//! Physics of `overcoat::coat::stacklit_d`.
+//! Physics of `overcoat_shading::coat::stacklit_d`.
 
 use super::draws::{Draws, SETS, all_from, lane, measured, most, reflectance, tilted};
 use super::one_lane::{Asked, L, f, grey, up};
-use overcoat::brdf::table::Table;
-use overcoat::brdf::tables::ggx_albedo;
-use overcoat::coat::stacklit_d::{self, Anisotropy, Coat, Surface, SurfaceData};
-use overcoat::math::lanes::{Float, LANES, Lanes, Scalar};
-use overcoat::math::vec3::{V3, Vec3};
+use overcoat_core::math::lanes::{Float, LANES, Lanes, Scalar};
+use overcoat_core::math::vec3::{V3, Vec3};
+use overcoat_shading::brdf::table::Table;
+use overcoat_shading::brdf::tables::ggx_albedo;
+use overcoat_shading::coat::stacklit_d::{self, Anisotropy, Coat, Surface, SurfaceData};
 use std::f32::consts::FRAC_1_PI;
 
 fn plain(color: f32, metallic: f32, roughness: f32) -> SurfaceData<Scalar> {
@@ -218,33 +218,6 @@ fn lambert_planes_are_equally_bright() {
     assert!((in_white(&surface) - 0.6).abs() < 1e-6);
 }
 
-/// Against the random walk through the layers, on specimens with few samples: a quarter of what StackLit is off.
-#[cfg(feature = "truth")]
-#[test]
-fn is_near_the_referee() {
-    use overcoat::lab::{Bench, Specimen, Summary};
-    use overcoat::scene::ShadingModel;
-    use overcoat::truth::Samples;
-    let base = Specimen::default();
-    let metal = Specimen { metal: true, ..base };
-    let specimens = [
-        Specimen { color: [0.18; 3], specular: 0.0, coat_roughness: 0.3, ..base },
-        Specimen { color: [0.8; 3], specular: 0.0, ..base },
-        Specimen { base_roughness: 0.6, ..base },
-        Specimen { color: [0.9; 3], base_roughness: 0.25, coat_roughness: 0.3, ..metal },
-        Specimen { color: [0.95, 0.64, 0.54], coat_ior: 1.9, ..metal },
-        Specimen { color: [0.95, 0.64, 0.54], thickness: 1.0, extinction: [0.1, 0.4, 1.0], ..metal },
-    ];
-    let models = [ShadingModel::StackLit, ShadingModel::StackLitD];
-    let mut bench = Bench::new(1);
-    let found = Summary::measure(&mut bench, &models, &specimens, &Samples::new(4096), |_, _| {}).unwrap();
-    let of = |model| found.errors.iter().find(|error| error.model == model).unwrap();
-    let (old, new) = (of(ShadingModel::StackLit), of(ShadingModel::StackLitD));
-    println!("{old:?}\n{new:?}");
-    assert!(new.white < 0.04 && new.white < 0.25 * old.white, "{new:?}");
-    assert!(new.direct < 0.08 && new.direct < 0.25 * old.direct, "{new:?}");
-}
-
 /// Random materials.
 #[inline(always)]
 fn draw<L: Lanes>(l: L, draws: &mut Draws) -> SurfaceData<L> {
@@ -303,7 +276,7 @@ fn any_input_on<L: Lanes>(l: L) {
 /// Ten million sets in release builds: nothing infinite, no NaN, nothing negative.
 #[test]
 fn any_input_in_range_gives_numbers() {
-    overcoat::dispatch_baseline!(l => any_input_on(l));
+    overcoat_core::dispatch_baseline!(l => any_input_on(l));
 }
 
 /// A fragment does not depend on its neighbours: sixteen views at once have the bits of each alone.

@@ -1,14 +1,14 @@
-//! Physics of `overcoat::coat::standard`.
+//! Physics of `overcoat_shading::coat::standard`.
 
 use super::draws::{Draws, SETS, all_from, lane, measured, most, reflectance, tilted};
 use super::one_lane::{Asked, L, coat, f, grey, sheen, up};
-use overcoat::brdf::table::Table;
-use overcoat::brdf::tables::{filament_dfg, ggx_albedo};
-use overcoat::coat::standard::{
+use overcoat_core::math::lanes::{Float, LANES, Lanes, Scalar};
+use overcoat_core::math::vec3::{V3, Vec3};
+use overcoat_shading::brdf::table::Table;
+use overcoat_shading::brdf::tables::{filament_dfg, ggx_albedo};
+use overcoat_shading::coat::standard::{
     self, Anisotropy, Coat, Environment, EnvironmentQuery, Iridescence, Sheen, Surface, SurfaceData, Tables,
 };
-use overcoat::math::lanes::{Float, LANES, Lanes, Scalar};
-use overcoat::math::vec3::{V3, Vec3};
 use std::cell::Cell;
 use std::f32::consts::FRAC_1_PI;
 
@@ -247,7 +247,8 @@ fn mean_over_round_lobe(axis: [f32; 3], alpha: f32, sky: &dyn Fn(V3<Scalar>) -> 
         let (cos, sin) = (2.0 * cos2 - 1.0, 2.0 * (cos2 * (1.0 - cos2)).max(0.0).sqrt());
         for k in 0..16 {
             let turn = (k as f32 + 0.5) * std::f32::consts::TAU / 16.0;
-            let (c, s) = (overcoat::math::scalar::cos(turn) * sin, overcoat::math::scalar::sin(turn) * sin);
+            let (c, s) =
+                (overcoat_core::math::scalar::cos(turn) * sin, overcoat_core::math::scalar::sin(turn) * sin);
             let d = [0, 1, 2].map(|n| t[n] * c + b[n] * s + axis[n] * cos);
             let seen = lane::<Scalar>(sky(Vec3::splat(L, d)), 0);
             for (sum, v) in sum.iter_mut().zip(seen) {
@@ -319,5 +320,5 @@ fn any_input_on<L: Lanes>(l: L) {
 /// Ten million sets in release builds: nothing infinite, no NaN, nothing negative.
 #[test]
 fn any_input_in_range_gives_numbers() {
-    overcoat::dispatch_baseline!(l => any_input_on(l));
+    overcoat_core::dispatch_baseline!(l => any_input_on(l));
 }

@@ -1,15 +1,15 @@
-//! Physics of `overcoat::coat::three` and `overcoat::coat::three_legacy`.
+//! Physics of `overcoat_shading::coat::three` and `overcoat_shading::coat::three_legacy`.
 
 use super::draws::{Draws, SETS, all_from, lane, measured, most, reflectance, tilted};
 use super::one_lane::{Asked, F, L, coat, f, grey, up};
-use overcoat::brdf::table::Table;
-use overcoat::brdf::tables::three_dfg;
-use overcoat::coat::three::{
+use overcoat_core::math::lanes::{Float, LANES, Lanes, Scalar};
+use overcoat_core::math::vec3::{V3, Vec3};
+use overcoat_shading::brdf::table::Table;
+use overcoat_shading::brdf::tables::three_dfg;
+use overcoat_shading::coat::three::{
     self, Anisotropy, Coat, EnvironmentQuery, Iridescence, Sheen, Surface, SurfaceData,
 };
-use overcoat::coat::three_legacy::{self as legacy, LightUnits, ThreeVersion};
-use overcoat::math::lanes::{Float, LANES, Lanes, Scalar};
-use overcoat::math::vec3::{V3, Vec3};
+use overcoat_shading::coat::three_legacy::{self as legacy, LightUnits, ThreeVersion};
 use std::f32::consts::{FRAC_1_PI, PI};
 
 fn plain(color: f32, metalness: f32, roughness: f32) -> SurfaceData<Scalar> {
@@ -444,11 +444,11 @@ fn any_legacy_input_on<L: Lanes>(l: L) {
 /// Ten million sets in release builds: nothing infinite, no NaN, and nothing negative without a film.
 #[test]
 fn any_input_in_range_gives_numbers() {
-    overcoat::dispatch_baseline!(l => any_input_on(l));
+    overcoat_core::dispatch_baseline!(l => any_input_on(l));
 }
 
 /// As many: nothing infinite, no NaN, nothing negative but for what the environment's fit has below 0.
 #[test]
 fn any_legacy_input_in_range_gives_numbers() {
-    overcoat::dispatch_baseline!(l => any_legacy_input_on(l));
+    overcoat_core::dispatch_baseline!(l => any_legacy_input_on(l));
 }

@@ -1,9 +1,9 @@
 //! URP over random inputs. Its energy is in `tests/energy.rs`, its formulas in the reference tables.
 
 use super::draws::{Draws, SETS, all_from};
-use overcoat::coat::urp::{self, Coat, Reflectance, SurfaceData, UrpVersion};
-use overcoat::math::lanes::{Float, LANES, Lanes};
-use overcoat::math::vec3::Vec3;
+use overcoat_core::math::lanes::{Float, LANES, Lanes};
+use overcoat_core::math::vec3::Vec3;
+use overcoat_shading::coat::urp::{self, Coat, Reflectance, SurfaceData, UrpVersion};
 
 #[inline(always)]
 fn any_input_on<L: Lanes>(l: L) {
@@ -51,5 +51,5 @@ fn any_input_on<L: Lanes>(l: L) {
 /// Ten million sets in release builds: nothing infinite, no NaN, nothing negative.
 #[test]
 fn any_input_in_range_gives_numbers() {
-    overcoat::dispatch_baseline!(l => any_input_on(l));
+    overcoat_core::dispatch_baseline!(l => any_input_on(l));
 }

@@ -1,12 +1,12 @@
-//! Physics of `overcoat::coat::velvet`.
+//! Physics of `overcoat_shading::coat::velvet`.
 
 use super::draws::all_from;
 use super::filament::{ROUNDS, Random, at_cosine, first, reflected};
-use overcoat::brdf::tables::filament_dfg;
-use overcoat::brdf::velvet::VelvetAlbedo;
-use overcoat::coat::velvet::{self, Specular, Surface, SurfaceData};
-use overcoat::math::lanes::{Float, Lanes, Scalar};
-use overcoat::math::vec3::{V3, Vec3};
+use overcoat_core::math::lanes::{Float, Lanes, Scalar};
+use overcoat_core::math::vec3::{V3, Vec3};
+use overcoat_shading::brdf::tables::filament_dfg;
+use overcoat_shading::brdf::velvet::VelvetAlbedo;
+use overcoat_shading::coat::velvet::{self, Specular, Surface, SurfaceData};
 
 const UP: [f32; 3] = [0.0, 0.0, 1.0];
 
@@ -171,7 +171,7 @@ fn environment_is_asked_where_the_light_comes_from() {
 /// lamps not negative. (The environment's is, as it is asked here.)
 #[test]
 fn nothing_but_finite_numbers() {
-    overcoat::dispatch_baseline!(l => {
+    overcoat_core::dispatch_baseline!(l => {
         let mut random = Random(0x5eed_0012);
         for round in 0..ROUNDS {
             is_finite(l, &mut random, round);

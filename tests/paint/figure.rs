@@ -8,14 +8,14 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use overcoat::color::srgb::linear_to_srgb8;
 use overcoat::frame::DisplayImage;
-use overcoat::golden::compress::{Effort, compress_png};
 use overcoat::jobs::Jobs;
 use overcoat::limits::Limits;
 use overcoat::load::BuiltinMaterial;
-use overcoat::math::double::sin_cos;
 use overcoat::output::{OutputFormat, OutputOptions, encode_image};
 use overcoat::render::{RenderOptions, Renderer};
 use overcoat::scene::{Environment, EnvironmentSource, Instance, Light, LightKind, Material, Mesh, Scene};
+use overcoat_core::math::double::sin_cos;
+use overcoat_golden::compress::{Effort, compress_png};
 use std::fs;
 use std::path::PathBuf;
 

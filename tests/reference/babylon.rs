@@ -2,12 +2,12 @@
 
 use super::stub;
 use super::table::{Adapter, Batch, Found};
-use overcoat::coat::babylon::{
+use overcoat_core::math::lanes::{Float, LANES, Lanes};
+use overcoat_core::math::vec3::{V3, Vec3};
+use overcoat_shading::coat::babylon::{
     self, AaRoughness, AmbientOcclusion, Anisotropy, Coat, CoatSurface, DiffuseModel, Environment, Lookups,
     Options, Surface, SurfaceData, Tint,
 };
-use overcoat::math::lanes::{Float, LANES, Lanes};
-use overcoat::math::vec3::{V3, Vec3};
 
 pub const ADAPTERS: &[Adapter] = &[
     Adapter { table: "babylon_direct", uniform: DIRECT, run: direct, skipped: &[] },
@@ -55,10 +55,10 @@ const IBL: &[&str] = &[
 ];
 
 fn direct(batch: &Batch<'_>) -> Found {
-    overcoat::dispatch_baseline!(l => direct_on(l, batch))
+    overcoat_core::dispatch_baseline!(l => direct_on(l, batch))
 }
 fn ibl(batch: &Batch<'_>) -> Found {
-    overcoat::dispatch_baseline!(l => ibl_on(l, batch))
+    overcoat_core::dispatch_baseline!(l => ibl_on(l, batch))
 }
 
 #[inline(always)]

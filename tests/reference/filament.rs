@@ -2,11 +2,13 @@
 
 use super::stub;
 use super::table::{Adapter, Batch, Found};
-use overcoat::coat::filament::standard::{Anisotropy, Coat, EnvironmentQuery, Sheen, Surface, SurfaceData};
-use overcoat::coat::filament::{Quality, cloth, dielectric_f0, f0_clear_coat_to_surface, standard};
-use overcoat::coat::filament_2018::{self, Attenuation};
-use overcoat::math::lanes::{Float, Lanes, Mask};
-use overcoat::math::vec3::{V3, Vec3};
+use overcoat_core::math::lanes::{Float, Lanes, Mask};
+use overcoat_core::math::vec3::{V3, Vec3};
+use overcoat_shading::coat::filament::standard::{
+    Anisotropy, Coat, EnvironmentQuery, Sheen, Surface, SurfaceData,
+};
+use overcoat_shading::coat::filament::{Quality, cloth, dielectric_f0, f0_clear_coat_to_surface, standard};
+use overcoat_shading::coat::filament_2018::{self, Attenuation};
 
 pub const ADAPTERS: &[Adapter] = &[
     Adapter { table: "filament_direct", uniform: SWITCHES, run: standard_direct, skipped: &[] },
@@ -30,20 +32,20 @@ const SWITCHES: &[&str] = &[
 const CLOTH_SWITCHES: &[&str] = &["in_mobile", "in_subsurfaceColor_on"];
 
 fn standard_direct(batch: &Batch<'_>) -> Found {
-    overcoat::dispatch_baseline!(l => standard_direct_on(l, batch))
+    overcoat_core::dispatch_baseline!(l => standard_direct_on(l, batch))
 }
 fn standard_ibl(batch: &Batch<'_>) -> Found {
-    overcoat::dispatch_baseline!(l => standard_ibl_on(l, batch))
+    overcoat_core::dispatch_baseline!(l => standard_ibl_on(l, batch))
 }
 fn cloth_direct(batch: &Batch<'_>) -> Found {
-    overcoat::dispatch_baseline!(l => cloth_direct_on(l, batch))
+    overcoat_core::dispatch_baseline!(l => cloth_direct_on(l, batch))
 }
 fn cloth_ibl(batch: &Batch<'_>) -> Found {
-    overcoat::dispatch_baseline!(l => cloth_ibl_on(l, batch))
+    overcoat_core::dispatch_baseline!(l => cloth_ibl_on(l, batch))
 }
 
 fn document(batch: &Batch<'_>) -> Found {
-    overcoat::dispatch_baseline!(l => document_on(l, batch))
+    overcoat_core::dispatch_baseline!(l => document_on(l, batch))
 }
 
 fn quality(batch: &Batch<'_>) -> Quality {

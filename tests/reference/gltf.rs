@@ -2,11 +2,11 @@
 
 use super::stub;
 use super::table::{Adapter, Batch, Found};
-use overcoat::coat::gltf::{
+use overcoat_core::math::lanes::{Float, LANES, Lanes};
+use overcoat_core::math::vec3::{V3, Vec3};
+use overcoat_shading::coat::gltf::{
     self, Anisotropy, Coat, CoatF0, Environment, Iridescence, Lookups, Sheen, Surface, SurfaceData, Terms,
 };
-use overcoat::math::lanes::{Float, LANES, Lanes};
-use overcoat::math::vec3::{V3, Vec3};
 use std::f32::consts::PI;
 
 pub const ADAPTERS: &[Adapter] = &[
@@ -19,10 +19,10 @@ const UNIFORM: &[&str] =
     &["in_clearcoat_on", "in_specular_on", "in_sheen_on", "in_iridescence_on", "in_anisotropy_on"];
 
 fn direct(batch: &Batch<'_>) -> Found {
-    overcoat::dispatch_baseline!(l => direct_on(l, batch))
+    overcoat_core::dispatch_baseline!(l => direct_on(l, batch))
 }
 fn ibl(batch: &Batch<'_>) -> Found {
-    overcoat::dispatch_baseline!(l => ibl_on(l, batch))
+    overcoat_core::dispatch_baseline!(l => ibl_on(l, batch))
 }
 
 #[inline(always)]

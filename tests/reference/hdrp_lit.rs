@@ -3,17 +3,17 @@
 use super::helpers::{FGD, load, load3, store3};
 use super::stub;
 use super::table::{Adapter, Batch, Found};
-use overcoat::coat::hdrp_lit::{
+use overcoat_core::math::lanes::{Float, LANES, Lanes};
+use overcoat_core::math::vec3::Vec3;
+use overcoat_shading::coat::hdrp_lit::{
     self as lit, Anisotropy, EnvironmentQuery, Iridescence, Occlusion, Reflectance, Surface, SurfaceData,
 };
-use overcoat::math::lanes::{Float, LANES, Lanes};
-use overcoat::math::vec3::Vec3;
 
 pub const ADAPTERS: &[Adapter] =
     &[Adapter { table: "hdrp_lit_coat", uniform: &["in_materialFeatures"], run: coat, skipped: &[] }];
 
 fn coat(batch: &Batch<'_>) -> Found {
-    overcoat::dispatch_baseline!(l => coat_on(l, batch))
+    overcoat_core::dispatch_baseline!(l => coat_on(l, batch))
 }
 
 /// Bits of `materialFeatures`.

@@ -2,12 +2,12 @@
 
 use super::stub;
 use super::table::{Adapter, Batch, Found, Table as Csv};
-use overcoat::brdf::fgd::pre_integrated_fgd;
-use overcoat::brdf::occlusion::{self, BentNormalTilt, BentOcclusion, VisibilityCone};
-use overcoat::brdf::table::{Table, TexelGrid};
-use overcoat::brdf::{diffuse, ggx, integrate, reflection};
-use overcoat::math::lanes::{Float, LANES, Lanes};
-use overcoat::math::vec3::{V3, Vec3};
+use overcoat_core::math::lanes::{Float, LANES, Lanes};
+use overcoat_core::math::vec3::{V3, Vec3};
+use overcoat_shading::brdf::fgd::pre_integrated_fgd;
+use overcoat_shading::brdf::occlusion::{self, BentNormalTilt, BentOcclusion, VisibilityCone};
+use overcoat_shading::brdf::table::{Table, TexelGrid};
+use overcoat_shading::brdf::{diffuse, ggx, integrate, reflection};
 use std::path::Path;
 use std::sync::LazyLock;
 
@@ -19,21 +19,22 @@ pub const ADAPTERS: &[Adapter] = &[
 ];
 
 fn ggx(batch: &Batch<'_>) -> Found {
-    overcoat::dispatch_baseline!(l => ggx_on(l, batch))
+    overcoat_core::dispatch_baseline!(l => ggx_on(l, batch))
 }
 fn occlusion(batch: &Batch<'_>) -> Found {
-    overcoat::dispatch_baseline!(l => occlusion_on(l, batch))
+    overcoat_core::dispatch_baseline!(l => occlusion_on(l, batch))
 }
 fn ibl(batch: &Batch<'_>) -> Found {
-    overcoat::dispatch_baseline!(l => ibl_on(l, batch))
+    overcoat_core::dispatch_baseline!(l => ibl_on(l, batch))
 }
 fn fgd(batch: &Batch<'_>) -> Found {
-    overcoat::dispatch_baseline!(l => fgd_on(l, batch))
+    overcoat_core::dispatch_baseline!(l => fgd_on(l, batch))
 }
 
 /// The FGD table that the originals of all HDRP tables read.
 pub static FGD: LazyLock<Table<3>> = LazyLock::new(|| {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference/unity/fgd_lut.csv");
+    let path =
+        Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("tests/reference/unity/fgd_lut.csv");
     let csv = Csv::read(&path).expect("the texels");
     let column = |name: &str| csv.column(name).expect("a column of the texels");
     let (ix, iy) = (column("ix"), column("iy"));

@@ -2,10 +2,10 @@
 //! `_iridescence`, `_haze`).
 
 use super::table::{Adapter, Batch, Found};
-use overcoat::brdf::{fresnel, iridescence, roughness};
-use overcoat::coat::stacklit::haze::{Haze, HazyLobes, haze_mapping};
-use overcoat::math::lanes::{Float, Lanes};
-use overcoat::math::vec3::{V3, Vec3};
+use overcoat_core::math::lanes::{Float, Lanes};
+use overcoat_core::math::vec3::{V3, Vec3};
+use overcoat_shading::brdf::{fresnel, iridescence, roughness};
+use overcoat_shading::coat::stacklit::haze::{Haze, HazyLobes, haze_mapping};
 
 pub const ADAPTERS: &[Adapter] = &[
     Adapter { table: "helpers_fresnel", uniform: &[], run: fresnel, skipped: &[] },
@@ -15,16 +15,16 @@ pub const ADAPTERS: &[Adapter] = &[
 ];
 
 fn fresnel(batch: &Batch<'_>) -> Found {
-    overcoat::dispatch_baseline!(l => fresnel_on(l, batch))
+    overcoat_core::dispatch_baseline!(l => fresnel_on(l, batch))
 }
 fn roughness(batch: &Batch<'_>) -> Found {
-    overcoat::dispatch_baseline!(l => roughness_on(l, batch))
+    overcoat_core::dispatch_baseline!(l => roughness_on(l, batch))
 }
 fn iridescence(batch: &Batch<'_>) -> Found {
-    overcoat::dispatch_baseline!(l => iridescence_on(l, batch))
+    overcoat_core::dispatch_baseline!(l => iridescence_on(l, batch))
 }
 fn haze(batch: &Batch<'_>) -> Found {
-    overcoat::dispatch_baseline!(l => haze_on(l, batch))
+    overcoat_core::dispatch_baseline!(l => haze_on(l, batch))
 }
 
 #[inline(always)]

@@ -1,15 +1,15 @@
 //! OpenPBR: `openpbr_coat`.
 
 use super::table::{Adapter, Batch, Found};
-use overcoat::coat::openpbr::{self, AlbedoSource, Coat, SurfaceData};
-use overcoat::math::lanes::{Float, Lanes};
-use overcoat::math::vec3::{V3, Vec3};
+use overcoat_core::math::lanes::{Float, Lanes};
+use overcoat_core::math::vec3::{V3, Vec3};
+use overcoat_shading::coat::openpbr::{self, AlbedoSource, Coat, SurfaceData};
 
 pub const ADAPTERS: &[Adapter] =
     &[Adapter { table: "openpbr_coat", uniform: &["in_tirFix"], run: coat, skipped: &[] }];
 
 fn coat(batch: &Batch<'_>) -> Found {
-    overcoat::dispatch_baseline!(l => coat_on(l, batch))
+    overcoat_core::dispatch_baseline!(l => coat_on(l, batch))
 }
 
 #[inline(always)]

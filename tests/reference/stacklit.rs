@@ -3,15 +3,15 @@
 use super::helpers::{FGD, load, load3, store3};
 use super::stub;
 use super::table::{Adapter, Batch, Found};
-use overcoat::brdf::fresnel::ior_to_fresnel0;
-use overcoat::brdf::occlusion::VisibilityCone;
-use overcoat::coat::stacklit::{
+use overcoat_core::math::lanes::{Float, LANES, Lanes, Mask};
+use overcoat_core::math::vec3::{V3, Vec3};
+use overcoat_shading::brdf::fresnel::ior_to_fresnel0;
+use overcoat_shading::brdf::occlusion::VisibilityCone;
+use overcoat_shading::coat::stacklit::{
     self, Adding, Anisotropy, BsdfData, COAT_LOBE, Cbsdf, Coat, DataOcclusion, DiffusionProfile, Frame,
     HazyGloss, Iridescence, Layers, Light, Lighting, Occlusion, Options, PreLight, Reflectance, Scattering,
     ScreenSpaceOcclusion, SecondLobe, SpecularOcclusion, SurfaceData, Transmission, Version,
 };
-use overcoat::math::lanes::{Float, LANES, Lanes, Mask};
-use overcoat::math::vec3::{V3, Vec3};
 
 pub const ADAPTERS: &[Adapter] = &[
     Adapter { table: "stacklit_adding", uniform: UNIFORM_ADDING, run: adding, skipped: &[] },
@@ -42,19 +42,19 @@ const UNIFORM_PROFILE: &[&str] = &["in_materialFeatures", "row"];
 const UNIFORM_PROFILE_17: &[&str] = &["in_materialFeatures", "in_useProfileIor", "row"];
 
 fn adding(batch: &Batch<'_>) -> Found {
-    overcoat::dispatch_baseline!(l => adding_on(l, batch))
+    overcoat_core::dispatch_baseline!(l => adding_on(l, batch))
 }
 fn direct(batch: &Batch<'_>) -> Found {
-    overcoat::dispatch_baseline!(l => direct_on(l, batch))
+    overcoat_core::dispatch_baseline!(l => direct_on(l, batch))
 }
 fn ibl(batch: &Batch<'_>) -> Found {
-    overcoat::dispatch_baseline!(l => ibl_on(l, batch))
+    overcoat_core::dispatch_baseline!(l => ibl_on(l, batch))
 }
 fn scattering(batch: &Batch<'_>) -> Found {
-    overcoat::dispatch_baseline!(l => scattering_on(l, batch, Version::V13))
+    overcoat_core::dispatch_baseline!(l => scattering_on(l, batch, Version::V13))
 }
 fn scattering_17(batch: &Batch<'_>) -> Found {
-    overcoat::dispatch_baseline!(l => scattering_on(l, batch, Version::Newest))
+    overcoat_core::dispatch_baseline!(l => scattering_on(l, batch, Version::Newest))
 }
 
 /// Bits of `materialFeatures`.
@@ -414,7 +414,7 @@ fn scattering_on<L: Lanes>(l: L, batch: &Batch<'_>, version: Version) -> Found {
 /// One material, light and view, worked out by the original functions (the specification's examples).
 mod examples {
     use super::*;
-    use overcoat::math::lanes::Scalar;
+    use overcoat_core::math::lanes::Scalar;
 
     fn example() -> SurfaceData<Scalar> {
         let l = Scalar;

@@ -1,7 +1,7 @@
 //! The environment that the tables' originals read in place of a prefiltered cube map.
 
-use overcoat::math::lanes::{Float, Lanes};
-use overcoat::math::vec3::{V3, Vec3};
+use overcoat_core::math::lanes::{Float, Lanes};
+use overcoat_core::math::vec3::{V3, Vec3};
 
 /// Radiance in a direction (of any length) for a perceptual roughness; see the README of the tables.
 #[inline(always)]

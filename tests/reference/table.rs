@@ -1,6 +1,6 @@
 //! A table of inputs and outputs, and its twin in double precision.
 
-use overcoat::math::lanes::LANES;
+use overcoat_core::math::lanes::LANES;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 

@@ -2,13 +2,13 @@
 
 use super::stub;
 use super::table::{Adapter, Batch, Found, Table as Rows};
-use overcoat::brdf::table::{Table, TexelGrid};
-use overcoat::coat::three::{
+use overcoat_core::math::lanes::{Float, LANES, Lanes};
+use overcoat_core::math::vec3::{V3, Vec3};
+use overcoat_shading::brdf::table::{Table, TexelGrid};
+use overcoat_shading::coat::three::{
     self, Anisotropy, Coat, Indirect, Iridescence, Sheen, Surface, SurfaceData, Terms,
 };
-use overcoat::coat::three_legacy::{self as legacy, LightUnits, ThreeVersion};
-use overcoat::math::lanes::{Float, LANES, Lanes};
-use overcoat::math::vec3::{V3, Vec3};
+use overcoat_shading::coat::three_legacy::{self as legacy, LightUnits, ThreeVersion};
 use std::f32::consts::PI;
 use std::path::Path;
 
@@ -27,29 +27,30 @@ const LEGACY: &[&str] = &["in_clearcoat_on", "in_sheen_on", "in_physicallyCorrec
 const CURRENT: &[&str] = &["in_clearcoat_on", "in_sheen_on", "in_iridescence_on", "in_anisotropy_on"];
 
 fn r119_direct(batch: &Batch<'_>) -> Found {
-    overcoat::dispatch_baseline!(l => legacy_direct_on(l, ThreeVersion::R119, batch))
+    overcoat_core::dispatch_baseline!(l => legacy_direct_on(l, ThreeVersion::R119, batch))
 }
 fn r131_direct(batch: &Batch<'_>) -> Found {
-    overcoat::dispatch_baseline!(l => legacy_direct_on(l, ThreeVersion::R131, batch))
+    overcoat_core::dispatch_baseline!(l => legacy_direct_on(l, ThreeVersion::R131, batch))
 }
 fn r119_indirect(batch: &Batch<'_>) -> Found {
-    overcoat::dispatch_baseline!(l => legacy_indirect_on(l, ThreeVersion::R119, batch))
+    overcoat_core::dispatch_baseline!(l => legacy_indirect_on(l, ThreeVersion::R119, batch))
 }
 fn r131_indirect(batch: &Batch<'_>) -> Found {
-    overcoat::dispatch_baseline!(l => legacy_indirect_on(l, ThreeVersion::R131, batch))
+    overcoat_core::dispatch_baseline!(l => legacy_indirect_on(l, ThreeVersion::R131, batch))
 }
 fn current_direct(batch: &Batch<'_>) -> Found {
     let table = dfg_table();
-    overcoat::dispatch_baseline!(l => current_direct_on(l, &table, batch))
+    overcoat_core::dispatch_baseline!(l => current_direct_on(l, &table, batch))
 }
 fn current_indirect(batch: &Batch<'_>) -> Found {
     let table = dfg_table();
-    overcoat::dispatch_baseline!(l => current_indirect_on(l, &table, batch))
+    overcoat_core::dispatch_baseline!(l => current_indirect_on(l, &table, batch))
 }
 
 /// The look-up table that the release ships.
 fn dfg_table() -> Table<2> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference/web/threejs_dfg_lut.csv");
+    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
+        .join("tests/reference/web/threejs_dfg_lut.csv");
     let rows = Rows::read(&path).expect("the copy");
     let [x, y, scale, bias] = ["ix", "iy", "scale", "bias"].map(|name| rows.column(name).expect("a column"));
     let mut texels = vec![[0.0; 2]; 256];

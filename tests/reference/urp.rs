@@ -2,9 +2,9 @@
 
 use super::stub;
 use super::table::{Adapter, Batch, Found};
-use overcoat::coat::urp::{self, BrdfData, Coat, Reflectance, Surface, SurfaceData, UrpVersion};
-use overcoat::math::lanes::{Float, Lanes};
-use overcoat::math::vec3::{V3, Vec3};
+use overcoat_core::math::lanes::{Float, Lanes};
+use overcoat_core::math::vec3::{V3, Vec3};
+use overcoat_shading::coat::urp::{self, BrdfData, Coat, Reflectance, Surface, SurfaceData, UrpVersion};
 
 pub const ADAPTERS: &[Adapter] = &[
     Adapter { table: "urp_brdf", uniform: UNIFORM, run: brdf, skipped: &[] },
@@ -21,22 +21,22 @@ const UNIFORM: &[&str] = &["in_mobile", "in_specularWorkflow"];
 const UNIFORM_17: &[&str] = &["in_realIsHalf", "in_specularWorkflow"];
 
 fn brdf(batch: &Batch<'_>) -> Found {
-    overcoat::dispatch_baseline!(l => brdf_on(l, version_13(batch), batch))
+    overcoat_core::dispatch_baseline!(l => brdf_on(l, version_13(batch), batch))
 }
 fn brdf_17(batch: &Batch<'_>) -> Found {
-    overcoat::dispatch_baseline!(l => brdf_on(l, version_17(batch), batch))
+    overcoat_core::dispatch_baseline!(l => brdf_on(l, version_17(batch), batch))
 }
 fn direct(batch: &Batch<'_>) -> Found {
-    overcoat::dispatch_baseline!(l => direct_on(l, version_13(batch), batch))
+    overcoat_core::dispatch_baseline!(l => direct_on(l, version_13(batch), batch))
 }
 fn direct_17(batch: &Batch<'_>) -> Found {
-    overcoat::dispatch_baseline!(l => direct_on(l, version_17(batch), batch))
+    overcoat_core::dispatch_baseline!(l => direct_on(l, version_17(batch), batch))
 }
 fn gi(batch: &Batch<'_>) -> Found {
-    overcoat::dispatch_baseline!(l => gi_on(l, version_13(batch), batch))
+    overcoat_core::dispatch_baseline!(l => gi_on(l, version_13(batch), batch))
 }
 fn gi_17(batch: &Batch<'_>) -> Found {
-    overcoat::dispatch_baseline!(l => gi_on(l, version_17(batch), batch))
+    overcoat_core::dispatch_baseline!(l => gi_on(l, version_17(batch), batch))
 }
 
 fn version_13(batch: &Batch<'_>) -> UrpVersion {

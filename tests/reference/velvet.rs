@@ -1,13 +1,13 @@
 //! Velvet and anisotropic GGX: `velvet_aniso`.
 
 use super::table::{Adapter, Batch, Found};
-use overcoat::brdf::microfacet::{distribution_ggx_anisotropic, visibility_smith_anisotropic};
-use overcoat::brdf::sheen::{self, distribution_charlie, visibility_neubelt};
-use overcoat::brdf::velvet::{
+use overcoat_core::math::lanes::{Float, Lanes};
+use overcoat_core::math::vec3::{V3, Vec3};
+use overcoat_shading::brdf::microfacet::{distribution_ggx_anisotropic, visibility_smith_anisotropic};
+use overcoat_shading::brdf::sheen::{self, distribution_charlie, visibility_neubelt};
+use overcoat_shading::brdf::velvet::{
     anisotropic_roughness, distribution_velvet, distribution_velvet_real_time, velvet_lobe,
 };
-use overcoat::math::lanes::{Float, Lanes};
-use overcoat::math::vec3::{V3, Vec3};
 
 pub const ADAPTERS: &[Adapter] = &[Adapter { table: "velvet_aniso", uniform: &[], run: lobes, skipped: &[] }];
 
@@ -15,7 +15,7 @@ pub const ADAPTERS: &[Adapter] = &[Adapter { table: "velvet_aniso", uniform: &[]
 const LEAST_ALPHA: f32 = 0.002_025;
 
 fn lobes(batch: &Batch<'_>) -> Found {
-    overcoat::dispatch_baseline!(l => lobes_on(l, batch))
+    overcoat_core::dispatch_baseline!(l => lobes_on(l, batch))
 }
 
 #[inline(always)]

@@ -1,7 +1,7 @@
 //! Whatever is asked: a finite answer, or an error that says which layer, what, and which values there may be.
 
 use super::direction;
-use overcoat::truth::{CHUNK, Interface, MAX_INTERFACES, Medium, Outcome, Samples, Stack, StackBuilder};
+use overcoat_lab::truth::{CHUNK, Interface, MAX_INTERFACES, Medium, Outcome, Samples, Stack, StackBuilder};
 
 fn refused(builder: StackBuilder, expected: &str) {
     let error = builder.build().map(|_| ()).unwrap_err().to_string();
@@ -69,7 +69,7 @@ fn stacks_that_are_none() {
         with(unrefracted),
         "interface 1: multiple scattering of a dielectric needs a relative index other than 1",
     );
-    let separable = glass.rough(0.5).masking(overcoat::truth::Masking::Separable).multiple_scattering();
+    let separable = glass.rough(0.5).masking(overcoat_lab::truth::Masking::Separable).multiple_scattering();
     refused(with(separable), "interface 1: multiple scattering needs correlated masking");
 
     let clear = Medium::CLEAR;

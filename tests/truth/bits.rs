@@ -4,7 +4,7 @@
 
 use super::direction;
 use super::reciprocity::stacks;
-use overcoat::truth::{Estimate, Outcome, Samples};
+use overcoat_lab::truth::{Estimate, Outcome, Samples};
 
 /// FNV-1a over bits of numbers.
 fn hash(numbers: impl IntoIterator<Item = f64>) -> u64 {

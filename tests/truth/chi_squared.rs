@@ -5,7 +5,7 @@
 use super::direction;
 use super::reciprocity::stacks;
 use super::statistics::{Family, Points, gamma_q};
-use overcoat::truth::{Interface, Outcome, Samples, Stack};
+use overcoat_lab::truth::{Interface, Outcome, Samples, Stack};
 use std::f64::consts::TAU;
 
 const RINGS: usize = 6;
@@ -24,7 +24,7 @@ fn histogram(stack: &Stack, wo: [f64; 3], count: u64) -> (Vec<f64>, f64, f64) {
                 assert!((sample.weight.iter().sum::<f64>() - 3.0).abs() < 1e-9, "{sample:?}");
                 let [x, y, z] = sample.direction;
                 assert!((x * x + y * y + z * z - 1.0).abs() < 1e-12);
-                let turn = overcoat::math::double::atan2(y, x) / TAU + 0.5;
+                let turn = overcoat_core::math::double::atan2(y, x) / TAU + 0.5;
                 let ring = (((z + 1.0) * RINGS as f64) as usize).min(2 * RINGS - 1);
                 bins[ring * TURNS + ((turn * TURNS as f64) as usize).min(TURNS - 1)] += 1.0;
             }

@@ -3,8 +3,8 @@
 
 use super::statistics::{Family, gauss_legendre};
 use super::{direction, fresnel};
-use overcoat::math::double::exp;
-use overcoat::truth::{Interface, Medium, Samples, Stack};
+use overcoat_core::math::double::exp;
+use overcoat_lab::truth::{Interface, Medium, Samples, Stack};
 use std::f64::consts::{FRAC_1_PI, PI};
 
 struct Layers {

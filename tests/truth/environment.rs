@@ -2,7 +2,7 @@
 
 use super::direction;
 use super::statistics::Family;
-use overcoat::truth::{Interface, Medium, Outcome, Samples, Stack};
+use overcoat_lab::truth::{Interface, Medium, Outcome, Samples, Stack};
 
 /// Rough lacquer that absorbs, over grey.
 fn lacquer() -> Stack {

@@ -2,7 +2,7 @@
 
 use super::direction;
 use super::statistics::Family;
-use overcoat::truth::{Interface, Medium, Samples, Stack};
+use overcoat_lab::truth::{Interface, Medium, Samples, Stack};
 
 const WHITE: [f64; 3] = [1.0; 3];
 const COSINES: [f64; 4] = [1.0, 0.6, 0.2, 0.02];
@@ -51,7 +51,7 @@ fn one_interface() {
 }
 
 /// Standard error of reflectance and transmittance together, at most.
-fn error(albedo: &overcoat::truth::Albedo, c: usize) -> f64 {
+fn error(albedo: &overcoat_lab::truth::Albedo, c: usize) -> f64 {
     // Of what adds up to 1 in every sample it is 0, which rounding is not.
     let (r, t) = (albedo.reflectance.standard_error()[c], albedo.transmittance.standard_error()[c]);
     if (r - t).abs() < 1e-9 { 0.0 } else { (r * r + t * t).sqrt() }

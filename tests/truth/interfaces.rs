@@ -2,7 +2,7 @@
 
 use super::direction;
 use super::statistics::{Family, Points, mean_and_error};
-use overcoat::truth::{Estimate, Interface, Masking, Medium, Samples, Stack};
+use overcoat_lab::truth::{Estimate, Interface, Masking, Medium, Samples, Stack};
 use std::f64::consts::{PI, TAU};
 
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {

@@ -2,8 +2,8 @@
 
 use super::direction;
 use super::statistics::{Family, gauss_legendre};
-use overcoat::math::double::exp;
-use overcoat::truth::{Interface, Medium, Samples, Stack};
+use overcoat_core::math::double::exp;
+use overcoat_lab::truth::{Interface, Medium, Samples, Stack};
 use std::f64::consts::PI;
 
 fn slab(medium: Medium) -> Stack {

@@ -19,7 +19,7 @@ mod media;
 mod reciprocity;
 mod statistics;
 
-use overcoat::math::double::sin_cos;
+use overcoat_core::math::double::sin_cos;
 
 /// A direction of a cosine (negative is below) and an angle about the normal.
 pub fn direction(cosine: f64, phi: f64) -> [f64; 3] {

@@ -2,7 +2,7 @@
 
 use super::direction;
 use super::statistics::{Family, Points, mean_and_error};
-use overcoat::truth::{Interface, Medium, Samples, Stack};
+use overcoat_lab::truth::{Interface, Medium, Samples, Stack};
 use std::f64::consts::TAU;
 
 /// Stacks of all kinds that spread light, each with what it is.
@@ -82,7 +82,8 @@ fn evaluation_is_reciprocal() {
             let scale =
                 |wo, wi: [f64; 3]| stack.radiance_scale(wo, wi) / (wi[2].abs() * index(wo) * index(wo));
             for c in 0..3 {
-                let of = |e: &overcoat::truth::Estimate, s: f64| (e.mean()[c] * s, e.standard_error()[c] * s);
+                let of =
+                    |e: &overcoat_lab::truth::Estimate, s: f64| (e.mean()[c] * s, e.standard_error()[c] * s);
                 let (x, y) = (of(&there, scale(wo, wi)), of(&back, scale(wi, wo)));
                 family.compare(format!("{name}, {wo:.2?} {wi:.2?}, channel {c}"), x, y);
             }
@@ -119,7 +120,7 @@ fn albedo_is_the_integral_of_the_value() {
             let reflected = if smooth { &albedo.base } else { &albedo.reflectance };
             let passes_straight = name.starts_with("unrefracted");
             for c in 0..3 {
-                let of = |e: &overcoat::truth::Estimate| (e.mean()[c], e.standard_error()[c]);
+                let of = |e: &overcoat_lab::truth::Estimate| (e.mean()[c], e.standard_error()[c]);
                 family.compare(
                     format!("{name} at {cosine}, reflected, channel {c}"),
                     of(reflected),

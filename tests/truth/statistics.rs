@@ -1,7 +1,7 @@
 //! Tests of hypotheses.
 
-use overcoat::math::double::{exp, ln, ln_gamma};
-use overcoat::truth::Estimate;
+use overcoat_core::math::double::{exp, ln, ln_gamma};
+use overcoat_lab::truth::Estimate;
 
 /// Chance that a family of comparisons fails though all is right.
 const SIGNIFICANCE: f64 = 0.01;
@@ -134,7 +134,7 @@ pub fn gauss_legendre(n: usize, a: f64, b: f64) -> Vec<(f64, f64)> {
         .map(|k| {
             // Newton's method from Tricomi's guess.
             let mut x =
-                overcoat::math::double::cos(std::f64::consts::PI * (k as f64 + 0.75) / (n as f64 + 0.5));
+                overcoat_core::math::double::cos(std::f64::consts::PI * (k as f64 + 0.75) / (n as f64 + 0.5));
             let mut slope = 0.0;
             for _ in 0..100 {
                 let (mut p0, mut p1) = (1.0, x);

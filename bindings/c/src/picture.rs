@@ -313,7 +313,6 @@ pub unsafe extern "C" fn overcoat_frame(
             let (fov_y, orthographic_height) = match camera.projection {
                 Projection::Orthographic { height } => (0.0, height),
                 Projection::Perspective { fov_y } => (fov_y, 0.0),
-                _ => return Err(Failure::argument("a camera of a kind that this interface does not know")),
             };
             let Camera { eye, target, up, near, .. } = camera;
             raw::write_structure(

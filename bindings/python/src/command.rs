@@ -9,6 +9,6 @@ use std::ffi::OsString;
 pub(crate) fn run_command(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
     py.detach(|| {
         let _arithmetic = DefaultArithmetic::new();
-        overcoat::cli::run_arguments(arguments)
+        overcoat_cli::run_arguments(arguments)
     })
 }

@@ -7,8 +7,6 @@ use crate::options::{GivenRequest, Request, limits, loading};
 use crate::pool::Pool;
 use crate::prepared::{Cache, Made, Plan};
 use crate::surface::losses;
-use overcoat::cli::args::Turn;
-use overcoat::cli::turntable::Turning;
 use overcoat::description::Machine;
 use overcoat::frame::DisplayOptions;
 use overcoat::jobs::MAX_THREADS;
@@ -16,6 +14,8 @@ use overcoat::load::{Context, Format, Loaded, NoResolver, TextureLoading, load_b
 use overcoat::render::{Background, Rendered};
 use overcoat::scene::Camera;
 use overcoat::{Limits, Scene, SimdLevel};
+use overcoat_cli::args::Turn;
+use overcoat_cli::turntable::Turning;
 use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedBytes;
 use std::collections::BTreeMap;

@@ -1,10 +1,10 @@
 //! What a picture lacks of what its user may expect.
 
 use overcoat::Scene;
-use overcoat::cli::losses::left_out;
 use overcoat::frame::{DisplayOptions, Frame};
 use overcoat::render::{RenderOptions, RenderStats};
 use overcoat::scene::Camera;
+use overcoat_cli::losses::left_out;
 
 /// One sentence for each.
 pub(crate) fn losses(

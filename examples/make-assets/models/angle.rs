@@ -1,6 +1,6 @@
 //! Sine and cosine of a part of a full turn, the same bits on every machine.
 //!
-//! The models do not use `overcoat::math`, so that a better polynomial there never moves a vertex here.
+//! The models do not use `overcoat_core::math`, so that a better polynomial there never moves a vertex here.
 
 use glam::DVec2;
 

@@ -57,7 +57,7 @@ pub fn text(models: &[Model], textures: &[&str], material_textures: &[&str]) -> 
          `environment/studio.env`: the built-in studio light, painted and prefiltered by\n\
          `examples/make-assets/environment.rs`; `environment/studio.packed`: the same in fewer bytes.\n\
          \n## tables\n\n\
-         What each engine integrates before it renders: `src/brdf/tables.rs` says what the columns mean, `src/brdf/integrate.rs`\n\
+         What each engine integrates before it renders: `crates/shading/src/brdf/tables.rs` says what the columns mean, `crates/shading/src/brdf/integrate.rs`\n\
          integrates.\n\n\
          | file | texels | read at |\n|---|---:|---|\n\
          | tables/unity-fgd.bin | 64 x 64 x 3 | square root of N.V, perceptual roughness |\n\

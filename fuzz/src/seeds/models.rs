@@ -3,7 +3,7 @@
 
 // The encoders of the decoder's own tests.
 #[allow(dead_code, reason = "they make more than seeds need")]
-#[path = "../../../src/load/gltf/meshopt/encoder.rs"]
+#[path = "../../../crates/load/src/gltf/meshopt/encoder.rs"]
 mod encoder;
 
 use draco_core::{

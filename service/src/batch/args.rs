@@ -1,9 +1,9 @@
 //! The options of `overcoat batch`.
 
 use clap::Args;
-use overcoat::cli::args::{DrawArgs, EncodingArgs};
-use overcoat::cli::value_parsers;
 use overcoat::frame::Aov;
+use overcoat_cli::args::{DrawArgs, EncodingArgs};
+use overcoat_cli::value_parsers;
 use std::path::PathBuf;
 
 /// `overcoat batch`

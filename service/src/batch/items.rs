@@ -1,8 +1,8 @@
 //! What a batch is made of: models and their pictures, from a manifest, a folder or a prefix.
 
 use crate::place::{Place, is_url};
-use overcoat::cli::worker::protocol::PictureRequest;
 use overcoat::load::Format;
+use overcoat_cli::worker::protocol::PictureRequest;
 use serde_json::{Map, Value};
 use std::path::Path;
 

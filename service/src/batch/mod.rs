@@ -15,7 +15,7 @@ use futures_util::StreamExt;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use items::{Defaults, Item, is_model};
 use manifest::{Manifest, is_manifest};
-use overcoat::cli::worker::protocol::PictureRequest;
+use overcoat_cli::worker::protocol::PictureRequest;
 use report::Report;
 use run::{Batch, Ledger, Tally};
 use serde_json::json;

@@ -5,7 +5,7 @@ mod process;
 pub use process::Death;
 
 use crate::files::{Files, Needed};
-use overcoat::cli::worker::protocol::{FailureReport, FromWorker, Start, ToWorker, Told, Work};
+use overcoat_cli::worker::protocol::{FailureReport, FromWorker, Start, ToWorker, Told, Work};
 use process::Process;
 use std::path::PathBuf;
 use std::sync::Mutex;

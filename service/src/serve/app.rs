@@ -14,7 +14,7 @@ use super::source::Sources;
 use crate::common::Common;
 use crate::key::Keys;
 use crate::pool::{Pool, PoolOptions};
-use overcoat::cli::worker::protocol::Start;
+use overcoat_cli::worker::protocol::Start;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::sync::Arc;

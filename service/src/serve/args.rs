@@ -2,8 +2,8 @@
 
 use crate::batch::args::bytes;
 use clap::Args;
-use overcoat::cli::args::{DrawArgs, EncodingArgs};
-use overcoat::cli::value_parsers::within;
+use overcoat_cli::args::{DrawArgs, EncodingArgs};
+use overcoat_cli::value_parsers::within;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 

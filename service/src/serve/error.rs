@@ -4,7 +4,7 @@ use crate::pool::WorkError;
 use axum::body::Body;
 use axum::http::{HeaderName, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use overcoat::cli::worker::protocol::{FailureClass, FailureReport};
+use overcoat_cli::worker::protocol::{FailureClass, FailureReport};
 use serde_json::{Map, Value, json};
 
 /// Characters of a message at most.

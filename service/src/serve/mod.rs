@@ -33,7 +33,7 @@ mod upload;
 use crate::files::NoFiles;
 use app::App;
 use args::ServeArgs;
-use overcoat::cli::worker::protocol::{PictureRequest, Work};
+use overcoat_cli::worker::protocol::{PictureRequest, Work};
 use sign::Signer;
 use std::io::Write;
 use std::sync::Arc;

@@ -2,11 +2,11 @@
 
 use super::error::{Kind, Problem};
 use super::keys::{CAMERA, KEYS, size, value};
-use overcoat::cli::worker::protocol::PictureRequest;
 use overcoat::description::{Description, DescriptionError, Machine, MaterialSource};
 use overcoat::frame::Aov;
 use overcoat::limits::Limits;
 use overcoat::output::OutputFormat;
+use overcoat_cli::worker::protocol::PictureRequest;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 

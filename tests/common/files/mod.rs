@@ -10,7 +10,7 @@ pub mod package;
 pub mod model;
 // The encoders of the decoder's own tests.
 #[allow(dead_code)]
-#[path = "../../../src/load/gltf/meshopt/encoder.rs"]
+#[path = "../../../crates/load/src/gltf/meshopt/encoder.rs"]
 pub mod encoder;
 pub mod meshopt;
 

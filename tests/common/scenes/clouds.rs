@@ -5,8 +5,8 @@ use crate::common::files::load;
 use crate::common::shapes::{noise, sphere};
 use crate::common::stage::{Built, Stage, at, flat_view, look, plastic, unlit};
 use overcoat::load::{Format, LoadOptions, MemoryResolver};
-use overcoat::math::double;
 use overcoat::scene::{AlphaMode, Material, MeshData, PrimitiveKind, Transform};
+use overcoat_core::math::double;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 

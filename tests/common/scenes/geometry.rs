@@ -3,8 +3,8 @@
 use super::Entry;
 use crate::common::shapes::{cube, gutter, letter, noise, repeat_uv, sphere, square, surface, torus};
 use crate::common::stage::{Built, Stage, at, flat_view, look, metal, plastic, turned, unlit};
-use overcoat::math::double;
 use overcoat::scene::{AlphaMode, Camera, Material, MeshData, PrimitiveKind, Projection, Transform};
+use overcoat_core::math::double;
 use std::f64::consts::TAU;
 
 pub const SCENES: &[Entry] = &[

@@ -3,11 +3,11 @@
 use super::Entry;
 use crate::common::shapes::{noise, sphere, square};
 use crate::common::stage::{Built, Stage, at, look, plastic, turned};
-use overcoat::math::double::sin_cos;
 use overcoat::scene::{
     AlphaMode, Material, SceneError, Splat, SplatCloudBuilder, SplatColorSpace, SplatInstance, SplatOrder,
     Transform, Transmission,
 };
+use overcoat_core::math::double::sin_cos;
 
 pub const SCENES: &[Entry] =
     &[("splats", splats), ("splats-harmonics", harmonics), ("splats-and-surfaces", splats_and_surfaces)];

@@ -4,11 +4,11 @@ use super::Entry;
 use crate::common::images::{checker, image, letter_f, ramp, soft_disc};
 use crate::common::shapes::{ground, noise, repeat_uv, sphere, square, surface};
 use crate::common::stage::{Built, Stage, at, flat_view, look, plastic, turned, unlit};
-use overcoat::math::double;
 use overcoat::scene::{
     AlphaMode, AlphaUse, ColorSpace, Filter, Material, MipFilter, Sampler, TextureRef, Transform,
     UvTransform, Wrap,
 };
+use overcoat_core::math::double;
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
 pub const SCENES: &[Entry] = &[

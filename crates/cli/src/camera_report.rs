@@ -1,0 +1,58 @@
+//! The camera that a picture was taken with, as `--json` tells it.
+
+use overcoat_scene::{Camera, Projection, Scene};
+use serde::Serialize;
+
+/// Options that make the same picture again: `--eye`, `--target`, `--camera-up`, `--near`, and `--fov` or `--ortho=HEIGHT`. In
+/// the coordinates of the scene, the upright model.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub(super) struct CameraReport {
+    eye: [f64; 3],
+    target: [f64; 3],
+    up: [f32; 3],
+    projection: &'static str,
+    /// Vertical field of view, of perspective cameras.
+    fov_y_degrees: Option<f32>,
+    /// Height of the view in metres, of orthographic cameras.
+    height: Option<f32>,
+    /// Distance in metres before which nothing is drawn.
+    near: f32,
+}
+
+impl CameraReport {
+    /// Of a camera in a scene.
+    pub(super) fn new(camera: &Camera, scene: &Scene) -> Self {
+        let &Camera { eye, target, up, projection, near } = camera;
+        let origin = scene.origin();
+        let [eye, target] = [eye, target].map(|p| std::array::from_fn(|k| f64::from(p[k]) + origin[k]));
+        let (projection, fov_y_degrees, height) = match projection {
+            Projection::Perspective { fov_y } => ("perspective", Some(degrees(fov_y)), None),
+            Projection::Orthographic { height } => ("orthographic", None, Some(height)),
+        };
+        Self { eye, target, up, projection, fov_y_degrees, height, near }
+    }
+}
+
+/// Degrees that are this angle when they are made radians again. Where there are none (of some angles of files), the nearest.
+fn degrees(radians: f32) -> f32 {
+    let nearest = radians.to_degrees();
+    let around = (-4..=4_i32).map(|steps| f32::from_bits(nearest.to_bits().saturating_add_signed(steps)));
+    let mut same = around.filter(|degrees| degrees.to_radians() == radians);
+    // The shortest to write, which is what somebody has asked for.
+    let first = same.next();
+    same.chain(first).min_by_key(|degrees| degrees.to_string().len()).unwrap_or(nearest)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn degrees_come_back() {
+        for tenths in 1..1790 {
+            let given = tenths as f32 / 10.0;
+            assert_eq!(degrees(given.to_radians()), given);
+        }
+        assert_eq!(degrees(std::f32::consts::FRAC_PI_6), 30.0);
+    }
+}

@@ -1,0 +1,91 @@
+//! `overcoat formats`: which formats of files are read and written.
+
+use super::args::FormatsArgs;
+use super::failure::Failure;
+use super::report::{self, Versions};
+use overcoat_core::formats::FileFormat;
+use overcoat_image::decode;
+use overcoat_image::output::{MovieFormat, OutputFormat};
+use overcoat_load::{ENVIRONMENT_FORMATS, Format, TEXTURE_FORMATS};
+use serde::Serialize;
+use std::fmt::Write;
+
+/// What `--json` prints. Fields are only ever added.
+#[derive(Debug, Serialize)]
+struct Report {
+    read: Read,
+    written: Written,
+    warnings: Vec<String>,
+    versions: Versions,
+}
+
+#[derive(Debug, Serialize)]
+struct Read {
+    models: Vec<Entry>,
+    textures: Vec<Entry>,
+    environments: Vec<Entry>,
+    /// By the commands of `golden`.
+    pictures: Vec<Entry>,
+}
+
+#[derive(Debug, Serialize)]
+struct Written {
+    pictures: Vec<Entry>,
+    movies: Vec<Entry>,
+}
+
+#[derive(Debug, Serialize)]
+struct Entry {
+    name: &'static str,
+    /// Without the dot; the usual one comes first.
+    extensions: &'static [&'static str],
+    mime_type: &'static str,
+}
+
+/// What the loaders and encoders say that they take.
+fn report() -> Report {
+    let entry = |FileFormat { name, extensions, mime_type }| Entry { name, extensions, mime_type };
+    Report {
+        read: Read {
+            models: Format::ALL.iter().copied().map(|format| entry(format.file_format())).collect(),
+            textures: TEXTURE_FORMATS.iter().copied().map(entry).collect(),
+            environments: ENVIRONMENT_FORMATS.iter().copied().map(entry).collect(),
+            pictures: decode::FORMATS.iter().copied().map(entry).collect(),
+        },
+        written: Written {
+            pictures: OutputFormat::ALL.iter().copied().map(|format| entry(format.file_format())).collect(),
+            movies: MovieFormat::ALL.iter().copied().map(|format| entry(format.file_format())).collect(),
+        },
+        warnings: Vec::new(),
+        versions: Versions::default(),
+    }
+}
+
+/// Prints the formats.
+///
+/// # Errors
+/// [`Failure`] if standard output cannot be written.
+pub fn run(args: &FormatsArgs) -> Result<(), Failure> {
+    let report = report();
+    if args.json {
+        return report::print_json(&report);
+    }
+    let mut text = String::new();
+    let Report { read, written, .. } = &report;
+    for (heading, entries) in [
+        ("models, read", &read.models),
+        ("textures, read", &read.textures),
+        ("environments, read", &read.environments),
+        ("pictures, written", &written.pictures),
+        ("moving pictures, written", &written.movies),
+        ("pictures, read by golden", &read.pictures),
+    ] {
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "{heading}");
+        for Entry { name, extensions, mime_type } in entries {
+            let extensions: Vec<String> = extensions.iter().map(|e| format!(".{e}")).collect();
+            let _ = writeln!(text, "  {name:<18}{:<14}{mime_type}", extensions.join(" "));
+        }
+    }
+    report::print(&text)
+}

@@ -1,0 +1,217 @@
+//! The options of `overcoat lab`.
+
+use crate::args::{ReportArgs, ThreadArgs};
+use crate::value_parsers;
+use clap::Args;
+use overcoat_core::suggest::suggestion;
+use overcoat_lab::lab::{Light, Quantity, Slice, Specimen};
+use overcoat_lab::truth::Samples;
+use overcoat_scene::ShadingModel;
+use std::path::PathBuf;
+
+/// One model of each engine, and those of the house.
+pub(crate) const DEFAULT_MODELS: &[ShadingModel] = &[
+    ShadingModel::Urp17,
+    ShadingModel::HdrpLit,
+    ShadingModel::StackLit,
+    ShadingModel::Filament,
+    ShadingModel::Three,
+    ShadingModel::Gltf,
+    ShadingModel::OpenPbr,
+    ShadingModel::Babylon,
+    ShadingModel::Standard,
+    ShadingModel::StackLitD,
+];
+
+/// `overcoat lab`
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  overcoat lab --specular 0 --color 0.18,0.18,0.18
+  overcoat lab --over light --light 45 --coat-roughness 0.2 -o lobes.svg
+  overcoat lab --over thickness --extinction 0.1,0.4,1 --metal -o thickness.csv
+  overcoat lab --over coat-roughness --by base-roughness --metal --models stacklit -o errors.svg
+  overcoat lab --summary
+
+Values are radiance: under --light white the directional albedo, under light from one direction the BRDF times its cosine.
+The referee is a random walk through the layers; its column comes with its standard error.")]
+pub struct LabArgs {
+    /// Plot to write (.svg), or table (.csv), or - for a table as .csv on standard output [default: a table to read]
+    #[arg(short, long, value_name = "OUT")]
+    pub output: Option<PathBuf>,
+
+    /// What varies: view, light, coat, coat-roughness, coat-ior, thickness, base-roughness, color or specular
+    #[arg(long, value_name = "WHAT", default_value = "view", value_parser = quantity)]
+    pub over: Quantity,
+
+    /// First value of what varies [default: by what it is]
+    #[arg(long, value_name = "VALUE", allow_negative_numbers = true)]
+    pub from: Option<f64>,
+
+    /// Last value of what varies [default: by what it is]
+    #[arg(long, value_name = "VALUE", allow_negative_numbers = true)]
+    pub to: Option<f64>,
+
+    /// Values of what varies, 2 to 1000
+    #[arg(long, value_name = "N", default_value_t = 18, value_parser = value_parsers::within::<u32>(2, 1000))]
+    pub steps: u32,
+
+    /// What varies down a map of errors (.svg) of each model
+    #[arg(long, value_name = "WHAT", value_parser = quantity)]
+    pub by: Option<Quantity>,
+
+    /// Tell how far each model is off over a grid of coats instead
+    #[arg(long, conflicts_with_all = ["over", "from", "to", "steps", "by", "output"])]
+    pub summary: bool,
+
+    /// With --summary: also coats that absorb or have another index, which not every engine knows
+    #[arg(long, requires = "summary")]
+    pub all: bool,
+
+    /// With --summary: so many coats anywhere in the ranges in place of the grid, 1 to 10000
+    #[arg(long, value_name = "N", requires = "summary", conflicts_with = "all", value_parser = value_parsers::within::<u32>(1, 10_000))]
+    pub random: Option<u32>,
+
+    /// Shading models, comma-separated [default: one of each engine]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = value_parsers::shading)]
+    pub models: Vec<ShadingModel>,
+
+    /// Samples of the referee for each value, 256 to 16777216
+    #[arg(long, value_name = "N", default_value_t = 4096, value_parser = value_parsers::within::<u32>(256, 1 << 24))]
+    pub samples: u32,
+
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "clap would take it for a heading of the help")]
+    pub specimen: SpecimenArgs,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "clap would take it for a heading of the help")]
+    pub workers: ThreadArgs,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "clap would take it for a heading of the help")]
+    pub report: ReportArgs,
+}
+
+/// What is looked at, and how.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Specimen")]
+pub struct SpecimenArgs {
+    /// Angle of the view from the normal in degrees, -89 to 89
+    #[arg(long, value_name = "DEGREES", default_value_t = 30.0, allow_negative_numbers = true,
+          value_parser = value_parsers::within::<f64>(-89.0, 89.0))]
+    pub view: f64,
+
+    /// white (from everywhere), overhead (a soft box of 37.5 degrees around the normal), or the angle of light from one direction in degrees, below 0 on the viewer's side
+    #[arg(long, value_name = "white|overhead|DEGREES", default_value = "white", value_parser = light, allow_negative_numbers = true)]
+    pub light: Light,
+
+    /// Share of the surface that has a coat, 0 to 1
+    #[arg(long, value_name = "SHARE", default_value_t = 1.0, allow_negative_numbers = true,
+          value_parser = value_parsers::within::<f64>(0.0, 1.0))]
+    pub coat: f64,
+
+    /// Perceptual roughness of the coat, 0 to 1
+    #[arg(long, value_name = "ROUGHNESS", default_value_t = 0.1, allow_negative_numbers = true,
+          value_parser = value_parsers::within::<f64>(0.0, 1.0))]
+    pub coat_roughness: f64,
+
+    /// Index of refraction of the coat, 1 to 3
+    #[arg(long, value_name = "INDEX", default_value_t = 1.5, allow_negative_numbers = true,
+          value_parser = value_parsers::within::<f64>(1.0, 3.0))]
+    pub coat_ior: f64,
+
+    /// Thickness of the coat in units of length [default: 1 with --extinction, else 0]
+    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true,
+          value_parser = value_parsers::within::<f64>(0.0, 1e6))]
+    pub thickness: Option<f64>,
+
+    /// Extinction of the coat per unit of length: red, green and blue
+    #[arg(long, value_name = "R,G,B", default_value = "0,0,0", value_parser = value_parsers::position)]
+    pub extinction: [f64; 3],
+
+    /// Perceptual roughness of what is beneath, 0 to 1
+    #[arg(long, value_name = "ROUGHNESS", default_value_t = 0.5, allow_negative_numbers = true,
+          value_parser = value_parsers::within::<f64>(0.0, 1.0))]
+    pub base_roughness: f64,
+
+    /// What is beneath is a metal
+    #[arg(long)]
+    pub metal: bool,
+
+    /// Reflectance of a metal, else albedo of the diffuse part, linear
+    #[arg(long, value_name = "R,G,B", default_value = "0.5,0.5,0.5", value_parser = value_parsers::position)]
+    pub color: [f64; 3],
+
+    /// Strength of the specular part of what is no metal, 0 to 1; 0 leaves a matt surface
+    #[arg(long, value_name = "STRENGTH", default_value_t = 1.0, allow_negative_numbers = true,
+          value_parser = value_parsers::within::<f64>(0.0, 1.0))]
+    pub specular: f64,
+}
+
+impl SpecimenArgs {
+    /// What the options describe.
+    pub(super) fn specimen(&self) -> Specimen {
+        let absorbs = self.extinction != [0.0; 3];
+        Specimen {
+            coat: self.coat,
+            coat_roughness: self.coat_roughness,
+            coat_ior: self.coat_ior,
+            thickness: self.thickness.unwrap_or(if absorbs { 1.0 } else { 0.0 }),
+            extinction: self.extinction,
+            base_roughness: self.base_roughness,
+            metal: self.metal,
+            color: self.color,
+            specular: self.specular,
+        }
+    }
+}
+
+impl LabArgs {
+    /// The models that are asked for.
+    pub(super) fn models(&self) -> Vec<ShadingModel> {
+        let all = if self.models.is_empty() { DEFAULT_MODELS } else { &self.models };
+        all.iter().copied().filter(|model| !self.models.is_empty() || model.is_built()).collect()
+    }
+
+    /// What is measured.
+    pub(super) fn slice(&self) -> Slice {
+        let [first, last] = self.over.range();
+        // What varies needs a light that has it.
+        let light = match self.specimen.light {
+            Light::White if self.over == Quantity::Light || self.by == Some(Quantity::Light) => {
+                Light::Direct(0.0)
+            }
+            light => light,
+        };
+        Slice {
+            specimen: self.specimen.specimen(),
+            view: self.specimen.view,
+            light,
+            over: self.over,
+            range: [self.from.unwrap_or(first), self.to.unwrap_or(last)],
+            steps: self.steps as usize,
+            models: self.models(),
+            samples: Samples::new(self.samples.into()),
+        }
+    }
+}
+
+fn quantity(text: &str) -> Result<Quantity, String> {
+    let named = Quantity::ALL.iter().find(|quantity| quantity.name() == text);
+    named.copied().ok_or_else(|| {
+        let names = Quantity::ALL.iter().map(|quantity| quantity.name());
+        format!("nothing that can vary{}", suggestion(overcoat_core::suggest::nearest_name(text, names)))
+    })
+}
+
+fn light(text: &str) -> Result<Light, String> {
+    match text {
+        "white" => return Ok(Light::White),
+        "overhead" => return Ok(Light::Overhead),
+        _ => {}
+    }
+    let degrees = text.parse().map_err(|_| "neither white, overhead nor a number of degrees".to_owned())?;
+    if (-89.0..=89.0).contains(&degrees) {
+        Ok(Light::Direct(degrees))
+    } else {
+        Err("not within -89 to 89 degrees".to_owned())
+    }
+}

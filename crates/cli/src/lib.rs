@@ -1,0 +1,160 @@
+//! The `overcoat` command: arguments in, library calls out.
+//!
+//! A picture is described by a [`Description`](overcoat_description::Description), whether it comes from a file, from options
+//! or from both; each command is a module that lays its options over it, carries it out and reports. Errors are one line on standard error and an exit code.
+
+mod animate;
+pub mod args;
+pub mod attempt;
+mod ball;
+mod bench;
+mod camera_report;
+mod compare;
+pub mod conformance;
+mod contact;
+mod coverage_check;
+mod diff;
+mod environment_cache;
+pub mod failure;
+mod file_uri;
+mod formats_command;
+pub mod golden;
+mod hand_over;
+mod info;
+pub mod input;
+pub mod install;
+pub mod lab;
+mod label;
+pub mod limit_values;
+pub mod losses;
+mod materials_command;
+mod memory_bound;
+mod movie_frames;
+mod movie_output;
+mod names;
+mod output_file;
+pub mod picture_format;
+mod progress;
+mod render;
+mod render_report;
+mod render_task;
+mod report;
+mod sandbox;
+mod sheet;
+mod signals;
+mod terminal_size;
+mod thumbnail;
+pub mod thumbnail_limits;
+pub mod translate;
+pub mod turntable;
+pub mod value_parsers;
+pub mod worker;
+
+use args::{Cli, Command};
+use clap::Parser;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+use failure::{Failure, one_line};
+use overcoat_core::limits::Limits;
+use overcoat_core::suggest::suggestion;
+use report::Reporter;
+use std::ffi::OsString;
+use std::io::Write;
+use std::process::ExitCode;
+
+/// Runs the command line of this process.
+#[must_use]
+pub fn run() -> ExitCode {
+    ExitCode::from(run_arguments(std::env::args_os()))
+}
+
+/// Runs a command line, of which the first argument is the program's name, in a process that is given up to it: rights may
+/// be given up, and signals are listened to. Returns the exit code.
+#[must_use]
+pub fn run_arguments(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> u8 {
+    signals::listen();
+    let done = match Cli::try_parse_from(arguments) {
+        Ok(mut cli) => {
+            let memory = Limits::check_memory(|| "start".to_owned(), 0).map_err(|e| Failure::limit(&e));
+            let confined = confine(&mut cli);
+            memory.and(confined).and_then(|()| dispatch(&cli.command))
+        }
+        Err(error) => match error.kind() {
+            ErrorKind::DisplayHelp
+            | ErrorKind::DisplayVersion
+            | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+                let _ = error.print();
+                // Bare `overcoat` shows its help and has still not been used as intended.
+                return error.exit_code() as u8;
+            }
+            _ => Err(usage(&error)),
+        },
+    };
+    match done {
+        Ok(()) => 0,
+        Err(failure) => {
+            if !failure.is_silent() {
+                let _ = writeln!(std::io::stderr(), "overcoat: {failure}");
+            }
+            failure.exit_code()
+        }
+    }
+}
+
+/// Gives up rights, if that is wanted; for thumbnails, unless it is not.
+fn confine(cli: &mut Cli) -> Result<(), Failure> {
+    if let Command::Thumbnail(args) = &mut cli.command {
+        thumbnail::prepare(args);
+        if !cli.sandbox && !args.no_sandbox {
+            let reporter = Reporter { quiet: args.report.quiet };
+            for missing in sandbox::enter_as_far_as_possible(&mut cli.command) {
+                reporter.warning(format_args!("not everything is given up: {missing}"));
+            }
+        }
+    }
+    // Another program does these, in workers that have sandboxes of their own.
+    let is_handed_over = matches!(cli.command, Command::Batch(_) | Command::Serve(_));
+    if cli.sandbox && !is_handed_over { sandbox::enter(&mut cli.command) } else { Ok(()) }
+}
+
+/// Carries out one command.
+fn dispatch(command: &Command) -> Result<(), Failure> {
+    match command {
+        Command::Render(args) => render::run(args),
+        Command::Thumbnail(args) => thumbnail::run(args),
+        Command::Turntable(args) => turntable::run(args),
+        Command::Animate(args) => animate::run(args),
+        Command::Info(args) => info::run(args),
+        Command::Sheet(args) => sheet::run(args),
+        Command::Bench(args) => bench::run(args),
+        Command::CompareModels(args) => compare::run(args),
+        Command::Diff(args) => diff::run(args),
+        Command::Materials(args) => materials_command::run(args),
+        Command::Formats(args) => formats_command::run(args),
+        Command::Lab(args) => lab::run(args),
+        Command::Translate(args) => translate::run(args),
+        Command::Conformance(args) => conformance::run(args),
+        Command::Golden(args) => golden::run(args),
+        Command::Completions(args) => install::completions(args),
+        Command::Man(args) => install::man(args),
+        Command::Batch(args) => hand_over::run("batch", args),
+        Command::Serve(args) => hand_over::run("serve", args),
+        Command::Attempt(args) => attempt::run(args),
+    }
+}
+
+/// The parser's message on one line: what is wrong and where help is.
+#[must_use]
+pub fn usage(error: &clap::Error) -> Failure {
+    let text = error.to_string();
+    let text = text.strip_prefix("error: ").unwrap_or(&text);
+    // Paragraphs after the first are the usage and a hint that is repeated here in short.
+    let what = text.split("\n\n").next().unwrap_or(text);
+    let what: Vec<&str> = what.lines().map(str::trim).collect();
+    let kinds = [ContextKind::SuggestedArg, ContextKind::SuggestedSubcommand, ContextKind::SuggestedValue];
+    let nearest = kinds.into_iter().find_map(|kind| match error.get(kind)? {
+        ContextValue::String(name) => Some(name.as_str()),
+        ContextValue::Strings(names) => names.first().map(String::as_str),
+        _ => None,
+    });
+    Failure::usage(format!("{}{} (see --help)", one_line(&what.join(" ")), suggestion(nearest)))
+}

@@ -1,0 +1,105 @@
+//! What a picture lacks of what its user may expect: found out once it is drawn.
+
+use overcoat_core::color::ToneCurve;
+use overcoat_core::frame::Clipping;
+use overcoat_core::frame::DisplayOptions;
+use overcoat_load::Warning;
+use overcoat_scene::{EnvironmentSource, Scene, ShadingModel};
+
+/// What pictures have found to be wrong with textures that are decoded when they are read, beyond what is `known`.
+pub(super) fn texture_losses(scene: &Scene, known: &[Warning]) -> Vec<Warning> {
+    let mut losses: Vec<Warning> = scene.texture_losses().into_iter().map(Warning::new).collect();
+    losses.retain(|loss| !known.contains(loss));
+    if losses.len() > MOST {
+        let more = losses.len() - MOST;
+        losses.truncate(MOST);
+        losses.push(Warning::new(format!("and {more} more warnings about textures")));
+    }
+    losses
+}
+
+/// Most warnings about textures of one model.
+const MOST: usize = 100;
+
+/// All of it, of one picture for a screen.
+pub(super) fn losses(
+    scene: &Scene,
+    shading: Option<ShadingModel>,
+    display: &DisplayOptions,
+    tinted: bool,
+    clipping: Clipping,
+) -> Vec<Warning> {
+    let warnings = left_out(scene, shading).chain(lost_tint(tinted, display));
+    warnings.chain(changed_splats(scene, display)).chain(clipped(scene, display, clipping)).collect()
+}
+
+/// What materials have and the formulas that shade them do not know: one line for each model.
+pub fn left_out(scene: &Scene, chosen: Option<ShadingModel>) -> impl Iterator<Item = Warning> {
+    ShadingModel::ALL.iter().copied().filter_map(move |model| {
+        let mut names: Vec<&str> = Vec::new();
+        for material in scene.materials() {
+            if material.shading(chosen) == model && !material.unlit {
+                names.extend(model.leaves_out(material));
+            }
+        }
+        names.sort_unstable();
+        names.dedup();
+        let list = names.join(", ");
+        (!names.is_empty()).then(|| Warning::new(format!("{} has no {list}: left out", model.name())))
+    })
+}
+
+/// An object of which lights leave nothing but white and black. Black is their doing only where there is no other light.
+pub(super) fn clipped(scene: &Scene, display: &DisplayOptions, clipping: Clipping) -> Option<Warning> {
+    let environment = scene.environment();
+    let dark = matches!(environment.source, EnvironmentSource::None) || environment.intensity == 0.0;
+    let Clipping { covered, white, black, .. } = clipping;
+    let lost = white + if dark { black } else { 0 };
+    // Lights have no part in what is unlit.
+    let lit = scene.materials().iter().any(|material| !material.unlit);
+    if covered == 0 || lost * 100 < covered * CLIPPED || scene.lights().is_empty() || !lit {
+        return None;
+    }
+    let percent = lost * 100 / covered;
+    let (color, strength) = if white * 2 >= lost { ("white", "bright") } else { ("black", "dark") };
+    let auto = if display.meter { "" } else { "--exposure auto meters it, " };
+    Some(Warning::new(format!(
+        "{percent} percent of the object is {color}: the lights are too {strength} for this exposure; {auto}--no-lights leaves \
+         out those of the file"
+    )))
+}
+
+/// Percent of the object that have to be white or black for a warning.
+const CLIPPED: u64 = 98;
+
+/// Coloured glass before no surface (see [`Frame::is_tinted`](overcoat_core::frame::Frame::is_tinted)), in a picture that has one
+/// opacity for all colours and nothing behind it.
+pub(super) fn lost_tint(tinted: bool, display: &DisplayOptions) -> Option<Warning> {
+    let message = "glass tints what is behind it, which a transparent picture cannot show: it is grey there; a background \
+                   colour, --background env or OpenEXR shows it";
+    (tinted && display.background.is_none()).then(|| Warning::new(message))
+}
+
+/// Splats beside surfaces: their colours are what a screen is to show, and surfaces need the curve.
+fn changed_splats(scene: &Scene, display: &DisplayOptions) -> Option<Warning> {
+    let curve = display.tone_curve;
+    let changes = scene.splat_count() > 0 && !scene.is_display_referred() && curve != ToneCurve::None;
+    let text =
+        || format!("the tone curve '{curve}' changes the colours of splats too: --tone-map none keeps them");
+    changes.then(|| Warning::new(text()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_what_a_transparent_picture_cannot_show_is_lost() {
+        let none = DisplayOptions::default();
+        let mut white = none.clone();
+        white.background = Some([255; 3]);
+        assert!(lost_tint(true, &none).is_some());
+        assert!(lost_tint(true, &white).is_none());
+        assert!(lost_tint(false, &none).is_none());
+    }
+}

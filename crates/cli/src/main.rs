@@ -1,0 +1,7 @@
+//! The `overcoat` command.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    overcoat_cli::run()
+}

@@ -1,0 +1,129 @@
+//! `overcoat render`: one model, one picture.
+
+use super::args::{DrawArgs, RenderArgs};
+use super::failure::{Failure, file_name};
+use super::losses::{left_out, losses, texture_losses};
+use super::output_file::{OutputFile, is_standard_output};
+use super::picture_format::PictureFormat;
+use super::render_report::{RenderReport, Told};
+use super::render_task::{Pixels, RenderTask, RenderedPicture};
+use super::report::{self, Stages};
+use super::terminal_size;
+use overcoat_description::{BackgroundChoice, Description};
+use overcoat_image::output::TerminalFormat;
+use overcoat_load::Loaded;
+use overcoat_render::Ground;
+use std::time::Instant;
+
+/// Renders one model to one picture.
+///
+/// # Errors
+/// [`Failure`]; nothing is written then.
+pub fn run(args: &RenderArgs) -> Result<(), Failure> {
+    let start = Instant::now();
+    let (draw, models) = (&args.model.draw, args.model.input.as_slice());
+    let mut description = draw.describe(models)?;
+    args.animation.apply(&mut description);
+    if let Some(format) = args.encoding.output_format.and_then(PictureFormat::terminal) {
+        suit_terminal(&mut description, format, is_standard_output(&args.output));
+    }
+    let mut task = RenderTask::new(draw, description, models)?;
+    let target = OutputFile::new(&args.output, &args.encoding, &args.aov, &task.inputs, task.json)?;
+    if let PictureFormat::File(format) = target.format() {
+        task.behind_for(format);
+    }
+    task.options.aovs.clone_from(&args.aov);
+    task.options.aovs.dedup();
+    task.options.stage_hashes = args.stage_hashes;
+    if target.format().is_linear() {
+        let display_only = [
+            (draw.display.tone_map.is_some(), "--tone-map"),
+            (draw.display.exposure.is_some(), "--exposure"),
+            (task.display.background.is_some(), "a background colour"),
+        ];
+        for (_, option) in display_only.into_iter().filter(|(given, _)| *given) {
+            let message = format!("{option} has no effect on a linear picture (.{})", target.format());
+            task.reporter.warning(message);
+        }
+    }
+    carry_out(task, draw, &target, start)
+}
+
+/// Settles what nobody has asked for: a picture that fits the terminal, if it is `sent` to one, and no shadow that would be
+/// there or not where it should be soft.
+fn suit_terminal(description: &mut Description, format: TerminalFormat, sent: bool) {
+    if description.size.is_none() && sent {
+        description.size = terminal_size::side(format).map(|side| [side; 2]);
+    }
+    let is_open = matches!(description.background, None | Some(BackgroundChoice::Transparent));
+    if is_open && !format.has_opacity() {
+        description.ground.get_or_insert(Ground::None);
+    }
+}
+
+/// Loads, renders, writes and reports, once everything is known.
+///
+/// # Errors
+/// [`Failure`]; nothing is written then.
+pub(super) fn carry_out(
+    mut task: RenderTask,
+    draw: &DrawArgs,
+    target: &OutputFile,
+    start: Instant,
+) -> Result<(), Failure> {
+    let source = &task.source;
+    task.progress.stage(format!("loading {}", file_name(&source.path)));
+    let mut stages = Stages::default();
+    let mut renderer = draw.renderer();
+    let Loaded { scene, mut warnings, .. } = task.load(renderer.jobs(), &mut stages)?;
+    let camera = task.camera(source, &scene)?;
+    task.progress.stage(format!("rendering {} triangles", scene.triangle_count()));
+    // The report names the frame's bits; nothing else needs more than the screen's.
+    let for_screen = target.takes_image() && !task.json;
+    let RenderedPicture { pixels, tinted, clipping, exposure, stats } =
+        task.render_picture(source, &mut renderer, &scene, &camera, for_screen)?;
+    for &(name, time) in stats.stages() {
+        stages.add(name, time);
+    }
+    let shading = task.options.shading;
+    let display = task.display_of(&scene);
+    warnings.extend(texture_losses(&scene, &warnings));
+    warnings.extend(match target.format() {
+        format if format.is_linear() => left_out(&scene, shading).collect(),
+        _ => losses(&scene, shading, &display, tinted, clipping),
+    });
+    match task.check_coverage(source, &scene, &camera, &stats) {
+        Ok(warning) => warnings.extend(warning),
+        Err(failure) => {
+            task.finish(&warnings);
+            return Err(failure);
+        }
+    }
+
+    // What was metered holds: nobody asks again.
+    let display = display.with_exposure(exposure).with_meter(false);
+
+    task.progress.stage("encoding");
+    let encoded = stages.time("encode", || target.encode(&pixels, &display))?;
+    // It may go to the terminal on which the progress is.
+    task.progress.finish();
+    stages.time("write", || encoded.write())?;
+    task.finish(&warnings);
+    let Pixels::Frame(frame) = pixels else { return Ok(()) };
+    if !task.json {
+        return Ok(());
+    }
+    let frame_hash = stages.time("hash", || frame.frame_hash());
+    let told = Told {
+        task: &task,
+        scene: &scene,
+        camera: &camera,
+        stats: &stats,
+        format: target.format(),
+        frame_hash,
+        encoded: encoded.digest(),
+        exposure,
+        threads: renderer.jobs().threads(),
+    };
+    report::print_json(&RenderReport::new(&told, stages, start.elapsed(), warnings))
+}

@@ -1,0 +1,449 @@
+//! `overcoat translate`: a material for another engine, as a material file or in a copy of a glTF file, with what is left of the
+//! difference.
+
+mod model;
+
+use super::args::{CellArgs, ReportArgs, ThreadArgs};
+use super::contact::ContactSheet;
+use super::failure::Failure;
+use super::file_uri::file_or_uri;
+use super::output_file::{Encoded, check_file, is_standard_output};
+use super::progress::Progress;
+use super::report::{self, Reporter, Versions};
+use super::{ball, value_parsers};
+use clap::Args;
+use clap::builder::{OsStringValueParser, TypedValueParser};
+use model::{ModelCopy, is_model, unknown};
+use overcoat_core::limits::Limits;
+use overcoat_description::{Machine, MaterialChoice, MaterialSource, builtin};
+use overcoat_lab::lab::{Distance, Translation, Translator};
+use overcoat_load::{Context, MaterialFile, Resolver, resolver_beside};
+use overcoat_render::Renderer;
+use overcoat_scene::parameters::{Kind, PARAMETERS, slots};
+use overcoat_scene::{Material, ShadingModel};
+use serde::Serialize;
+use serde::ser::{Error as _, SerializeMap, Serializer};
+use serde_json::value::RawValue;
+use std::ffi::OsString;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+/// Side of a ball in pixels.
+const BALL: u32 = 256;
+
+/// `overcoat translate`
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  overcoat translate candy-red --to three -o candy-three.toml
+  overcoat translate paint.toml --to openpbr -o new.toml --picture both.png
+  overcoat translate paint.toml --to gltf --into car.glb --material body -o painted.glb
+  overcoat translate car.glb --from three --to gltf -o copy.glb
+
+Finds the parameters of --to whose surfaces look most like those of --from: least squares of lightness over five views, under
+white light and light from one direction. Textures stay as they are, relative to the file; parameters are found for where they
+are white. Differences are root mean squares of lightness, which is 0 for black and 1 for white.
+
+With --into the material takes the place of one of a glTF file, in a copy; normal maps and occlusion of the file stay, other
+textures of that material go. A glTF file in place of the material: each of its materials with a clear coat is translated in a
+copy, and its textures stay. Nothing else of a copy is changed. It refers to the same files, so that it goes beside the
+original where there are any.")]
+pub struct TranslateArgs {
+    /// Material file (.toml), the name of a built-in material, or a glTF file (.glb, .gltf)
+    #[arg(value_name = "MATERIAL", value_parser = subject_parser())]
+    pub subject: Subject,
+
+    /// Shading model to find parameters for
+    #[arg(long, value_name = "MODEL", value_parser = value_parsers::shading)]
+    pub to: ShadingModel,
+
+    /// Shading model whose pictures are meant [default: what the material names, else standard]
+    #[arg(long, value_name = "MODEL", value_parser = value_parsers::shading)]
+    pub from: Option<ShadingModel>,
+
+    /// glTF file (.glb, .gltf) into a copy of which the material is put
+    #[arg(long, value_name = "MODEL", value_parser = model_parser())]
+    pub into: Option<PathBuf>,
+
+    /// Name of the material of the glTF file that is replaced or translated (repeatable)
+    #[arg(long, value_name = "NAME")]
+    pub material: Vec<String>,
+
+    /// File to write: material (.toml), or copy of the glTF file [default: the material is printed]
+    #[arg(short, long, value_name = "OUT")]
+    pub output: Option<PathBuf>,
+
+    /// Also write a picture of a ball of each material side by side (.png, .webp or .jpg)
+    #[arg(long, value_name = "PICTURE")]
+    pub picture: Option<PathBuf>,
+
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "clap would take it for a heading of the help")]
+    pub workers: ThreadArgs,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "clap would take it for a heading of the help")]
+    pub report: ReportArgs,
+}
+
+/// What is translated.
+#[derive(Clone, Debug)]
+pub enum Subject {
+    /// A material.
+    Material(MaterialChoice),
+    /// Materials of a glTF file.
+    Model(PathBuf),
+}
+
+impl TranslateArgs {
+    /// The files that are read.
+    pub(super) fn inputs(&self) -> impl Iterator<Item = &Path> {
+        let subject = match &self.subject {
+            Subject::Material(choice) => choice.source.file(),
+            Subject::Model(path) => Some(path.as_path()),
+        };
+        subject.into_iter().chain(self.into.as_deref())
+    }
+}
+
+fn subject_parser() -> impl TypedValueParser<Value = Subject> {
+    OsStringValueParser::new().try_map(|text: OsString| {
+        if is_model(Path::new(&text)) {
+            file_or_uri(&text).map(Subject::Model)
+        } else {
+            value_parsers::material(text).map(Subject::Material)
+        }
+    })
+}
+
+fn model_parser() -> impl TypedValueParser<Value = PathBuf> {
+    OsStringValueParser::new().try_map(|text: OsString| {
+        if is_model(Path::new(&text)) {
+            file_or_uri(&text)
+        } else {
+            Err("expected a .glb or .gltf file".to_owned())
+        }
+    })
+}
+
+/// What `--json` prints. Fields are only ever added.
+#[derive(Debug, Serialize)]
+struct Report {
+    from: &'static str,
+    to: &'static str,
+    /// Of a material, as a material file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    material: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    before: Option<Difference>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    after: Option<Difference>,
+    /// Of the copy of a glTF file.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    materials: Vec<Written>,
+    warnings: Vec<String>,
+    versions: Versions,
+}
+
+/// A material that was written into a glTF file.
+#[derive(Debug, Serialize)]
+struct Written {
+    index: usize,
+    name: String,
+    before: Difference,
+    after: Difference,
+    /// Members that have new values, by their paths from the material.
+    members: Members,
+}
+
+/// Members of a JSON object with the text of their values.
+#[derive(Debug)]
+struct Members(Vec<(String, String)>);
+
+impl Serialize for Members {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(self.0.len()))?;
+        for (name, value) in &self.0 {
+            let value = RawValue::from_string(value.clone()).map_err(S::Error::custom)?;
+            map.serialize_entry(name, &value)?;
+        }
+        map.end()
+    }
+}
+
+#[derive(Clone, Copy, Debug, Serialize)]
+struct Difference {
+    all: f64,
+    white: f64,
+    highlights: f64,
+    body: f64,
+}
+
+impl From<Distance> for Difference {
+    fn from(Distance { all, white, highlights, body }: Distance) -> Self {
+        Self { all, white, highlights, body }
+    }
+}
+
+/// Translates a material, writes it and says how far it is off.
+///
+/// # Errors
+/// [`Failure`] if the material cannot be read or what is asked for cannot be written.
+pub fn run(args: &TranslateArgs) -> Result<(), Failure> {
+    let limits = Limits::default();
+    match &args.subject {
+        Subject::Material(choice) => material(args, choice, &limits),
+        Subject::Model(path) => tuned(args, path, &limits),
+    }
+}
+
+/// Materials of a glTF file, in a copy.
+fn tuned(args: &TranslateArgs, source: &Path, limits: &Limits) -> Result<(), Failure> {
+    if args.into.is_some() {
+        return Err(Failure::usage(
+            "--into is for a material: a glTF file is translated in its own copy, -o",
+        ));
+    }
+    if args.picture.is_some() {
+        return Err(Failure::usage("--picture is of one material: draw the copy with overcoat render"));
+    }
+    let mut copy = ModelCopy::open(args, source, &[], &args.material, limits, true)?;
+    let from = args.from.unwrap_or_default();
+    check_built(from, args.to)?;
+    let progress = Progress::new(args.report.quiet);
+    copy.tune([from, args.to], &progress)?;
+    drop(progress);
+    finish(args, copy, from, None)
+}
+
+/// A material, as a file or in a copy of a glTF file.
+fn material(args: &TranslateArgs, choice: &MaterialChoice, limits: &Limits) -> Result<(), Failure> {
+    let source = &choice.source;
+    let mut copy = match &args.into {
+        Some(model) => {
+            let others: Vec<PathBuf> = source.file().map(Path::to_owned).into_iter().collect();
+            let wanted: Vec<String> = choice.name.iter().chain(&args.material).cloned().collect();
+            Some(ModelCopy::open(args, model, &others, &wanted, limits, false)?)
+        }
+        None => {
+            check_output(args, source)?;
+            None
+        }
+    };
+    let mut renderer = Renderer::new(args.workers.count());
+    let (file, resolver) = read(source, limits, &renderer)?;
+    if copy.is_some() && file.is_over() {
+        let what = "it changes a part of a model's own materials: --into needs one that says all";
+        return Err(Failure::usage(what));
+    }
+    let mut warnings: Vec<String> = file.warnings().map(|warning| warning.to_string()).collect();
+    let material = material_of(&file, limits)?;
+    let from = material.shading(args.from);
+    check_built(from, args.to)?;
+    let progress = Progress::new(args.report.quiet);
+    progress.stage(format!("{} to {}", from.name(), args.to.name()));
+    let found = Translator::new().translate(&material, from, args.to).map_err(|e| Failure::lab(&e))?;
+    warnings.extend(unknown(args.to, &material));
+    let toml = written(&found, file.text(), [from, args.to], source);
+    if let Some(picture) = &args.picture {
+        progress.stage("drawing");
+        let context = Context { resolver: resolver.as_ref(), limits, jobs: renderer.jobs() };
+        let written =
+            MaterialFile::from_bytes(toml.as_bytes(), &context).map_err(|e| Failure::material(&e))?;
+        balls(args, picture, [(&file, from), (&written, args.to)], limits, &mut renderer)?;
+    }
+    drop(progress);
+    if let Some(copy) = &mut copy {
+        copy.paint(&found)?;
+    }
+    if let Some(mut copy) = copy {
+        copy.warnings.splice(0..0, warnings);
+        return finish(args, copy, from, Some((toml, found)));
+    }
+    let reporter = Reporter { quiet: args.report.quiet };
+    warnings.iter().for_each(|warning| reporter.warning(warning));
+    if let Some(output) = args.output.as_ref().filter(|path| !is_standard_output(path)) {
+        Encoded::new(output.clone(), toml.clone().into_bytes()).write()?;
+    }
+    let [before, after] = [found.before, found.after].map(Difference::from);
+    if args.report.json {
+        return report::print_json(&Report {
+            from: from.name(),
+            to: args.to.name(),
+            material: Some(toml),
+            before: Some(before),
+            after: Some(after),
+            materials: Vec::new(),
+            warnings,
+            versions: Versions::default(),
+        });
+    }
+    match &args.output {
+        Some(path) if !is_standard_output(path) => report::print(&told(&before, &after)),
+        _ => report::print(&toml),
+    }
+}
+
+/// Writes a copy and says what is in it.
+fn finish(
+    args: &TranslateArgs,
+    copy: ModelCopy,
+    from: ShadingModel,
+    found: Option<(String, Translation)>,
+) -> Result<(), Failure> {
+    let reporter = Reporter { quiet: args.report.quiet };
+    copy.warnings.iter().for_each(|warning| reporter.warning(warning));
+    let to_standard_output = copy.write()?;
+    if args.report.json {
+        let (material, found) = found.unzip();
+        return report::print_json(&Report {
+            from: from.name(),
+            to: args.to.name(),
+            material,
+            before: found.as_ref().map(|found| found.before.into()),
+            after: found.as_ref().map(|found| found.after.into()),
+            materials: copy.written,
+            warnings: copy.warnings,
+            versions: Versions::default(),
+        });
+    }
+    if to_standard_output { Ok(()) } else { report::print(&copy.told()) }
+}
+
+fn check_built(from: ShadingModel, to: ShadingModel) -> Result<(), Failure> {
+    for (model, whose) in [(from, "of --from"), (to, "of --to")] {
+        if !model.is_built() {
+            return Err(Failure::usage(format!(
+                "the model {whose} is not in this program: {}",
+                model.name()
+            )));
+        }
+    }
+    Ok(())
+}
+
+fn check_output(args: &TranslateArgs, source: &MaterialSource) -> Result<(), Failure> {
+    if !args.material.is_empty() {
+        return Err(Failure::usage("--material is one of a glTF file: name that with --into"));
+    }
+    let Some(path) = args.output.as_deref().filter(|path| !is_standard_output(path)) else { return Ok(()) };
+    if is_model(path) {
+        let what = "a material becomes part of a model: name the glTF file with --into";
+        return Err(Failure::usage(what).at(path));
+    }
+    if path.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("toml")) {
+        return Err(Failure::usage(format!("{} is no .toml", path.display())));
+    }
+    let input: Vec<PathBuf> = source.file().map(Path::to_owned).into_iter().collect();
+    check_file(path, &input)
+}
+
+/// Reads a material, and what finds its textures.
+fn read(
+    source: &MaterialSource,
+    limits: &Limits,
+    renderer: &Renderer,
+) -> Result<(MaterialFile, Box<dyn Resolver>), Failure> {
+    let jobs = renderer.jobs();
+    match source {
+        MaterialSource::File(path) => {
+            let file = MaterialFile::open(path, limits, jobs).map_err(|e| Failure::material(&e).at(path))?;
+            Ok((file, resolver_beside(path)))
+        }
+        MaterialSource::Builtin(name) => {
+            let builtin = builtin(name).map_err(|e| Failure::usage(format!("'{name}' is {e}")))?;
+            let file = builtin.load(limits, jobs).map_err(|e| Failure::material(&e).at(Path::new(name)))?;
+            Ok((file, Box::new(*builtin)))
+        }
+    }
+}
+
+/// The material of a file.
+fn material_of(file: &MaterialFile, limits: &Limits) -> Result<Material, Failure> {
+    let mut scene = ball::scene().map_err(|e| Failure::scene(&e))?;
+    file.assign(&mut scene, None, limits).map_err(|e| Failure::assign(&e))?;
+    Ok(scene.materials()[0].clone())
+}
+
+/// The material file: numbers that are not the default, textures as the source names them.
+fn written(
+    found: &Translation,
+    text: &str,
+    [from, to]: [ShadingModel; 2],
+    source: &MaterialSource,
+) -> String {
+    let table: toml::Table = text.parse().unwrap_or_default();
+    let mut text = format!(
+        "# Made by overcoat translate from {} to {}. Difference {:.4}, before {:.4}.\n",
+        from.name(),
+        to.name(),
+        found.after.all,
+        found.before.all,
+    );
+    if source.file().is_none() && slots().any(|(_, slot)| slot.get(&found.material).is_some()) {
+        text += "# Its textures are in assets/materials of the sources.\n";
+    }
+    let mut put = |key: &str, value: &toml::Value| {
+        let _ = writeln!(text, "{key} = {value}");
+    };
+    if let Some(description) = table.get("description").and_then(|value| value.as_str()) {
+        put("description", &toml::Value::from(description));
+    }
+    put("model", &toml::Value::from(to.name()));
+    let default = Material::default();
+    for parameter in PARAMETERS.iter().filter(|p| p.is_in(&found.material) && p.name != "model") {
+        match parameter.kind {
+            // Also what is switched or named, which no number says.
+            Kind::Texture(_) | Kind::Switch(_) | Kind::Name { .. } => {
+                if let Some(value) = table.get(parameter.name) {
+                    put(parameter.name, value);
+                }
+            }
+            _ => {
+                let (numbers, plain) = (parameter.numbers(&found.material), parameter.numbers(&default));
+                if numbers != plain {
+                    let numbers = numbers.map(|c| toml::Value::from(short(c)));
+                    match &numbers[..parameter.width()] {
+                        [one] => put(parameter.name, one),
+                        several => put(parameter.name, &toml::Value::from(several.to_vec())),
+                    }
+                }
+            }
+        }
+    }
+    text
+}
+
+/// A number as few digits say it.
+fn short(value: f32) -> f64 {
+    value.to_string().parse().unwrap_or_else(|_| f64::from(value))
+}
+
+fn told(before: &Difference, after: &Difference) -> String {
+    let line = |name: &str, a: f64, b: f64| format!("{name:<12} {a:>8.4} {b:>8.4}\n");
+    let mut text = format!("{:<12} {:>8} {:>8}\n", "difference", "before", "after");
+    text += &line("all", before.all, after.all);
+    text += &line("white light", before.white, after.white);
+    text += &line("highlights", before.highlights, after.highlights);
+    text += &line("body", before.body, after.body);
+    text
+}
+
+/// Two balls side by side.
+fn balls(
+    args: &TranslateArgs,
+    output: &Path,
+    materials: [(&MaterialFile, ShadingModel); 2],
+    limits: &Limits,
+    renderer: &mut Renderer,
+) -> Result<(), Failure> {
+    let description = ball::description([BALL.into(); 2]);
+    let cells = CellArgs::default();
+    let mut sheet = ContactSheet::new(output, &[], args.report.json, 2, &cells, [BALL; 2], limits)?;
+    for (file, model) in materials {
+        let (mut options, display) = description.options(Machine::default(), limits)?;
+        options.shading = Some(model);
+        let mut scene = ball::scene().map_err(|e| Failure::scene(&e))?;
+        let (image, _) = ball::picture(&description, &mut scene, file, &options, &display, renderer)?;
+        sheet.add(&[&image], [model.name(), ""]);
+    }
+    sheet.write()
+}

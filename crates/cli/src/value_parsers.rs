@@ -1,0 +1,216 @@
+//! The values of options: how each is written and what it means.
+
+pub use super::limit_values::{LIMIT_NAMES, limit, limits, memory, set_limit};
+use super::names::around_last_equals;
+use super::picture_format::PictureFormat;
+use clap::builder::{OsStringValueParser, TypedValueParser};
+use overcoat_core::frame::Aov;
+use overcoat_core::math::lanes::SimdLevel;
+pub use overcoat_description::spelling::{
+    area_lights, axis, background, ground, quality, samples, shading, shading_rate, tone_curve, view,
+};
+use overcoat_description::spelling::{one_of, three, vector};
+use overcoat_description::{ExposureChoice, MaterialChoice, MaterialSource};
+use overcoat_image::output::OutputFormat;
+use std::ffi::OsStr;
+use std::fmt::Display;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+/// Stops, or `auto`.
+pub fn exposure(text: &str) -> Result<ExposureChoice, String> {
+    match text {
+        "auto" => Ok(ExposureChoice::Auto),
+        stops => {
+            let stops = within(-64.0, 64.0)(stops).map_err(|e| format!("{e} stops, or auto"))?;
+            Ok(ExposureChoice::Stops(stops))
+        }
+    }
+}
+
+/// `WxH` or `N` for a square. Zero and sizes beyond the limits are refused later, with the file's name.
+pub fn size(text: &str) -> Result<[u64; 2], String> {
+    let number = |t: &str| t.parse::<u64>().map_err(|_| "expected WxH or N, in pixels".to_owned());
+    match text.split_once(['x', 'X']) {
+        Some((w, h)) => Ok([number(w)?, number(h)?]),
+        None => number(text).map(|n| [n, n]),
+    }
+}
+
+/// A place, `x,y,z`: of double precision, for models far from zero.
+pub fn position(text: &str) -> Result<[f64; 3], String> {
+    three(text, |v: &f64| v.abs() <= f64::from(f32::MAX))
+}
+
+/// `x,y,z`, of any length but zero.
+pub fn direction(text: &str) -> Result<[f32; 3], String> {
+    let given = vector(text).ok().filter(|v| *v != [0.0; 3]);
+    given.ok_or_else(|| "expected a direction x,y,z other than 0,0,0".to_owned())
+}
+
+/// A number that is finite.
+pub fn finite(text: &str) -> Result<f32, String> {
+    text.parse::<f32>().ok().filter(|v| v.is_finite()).ok_or_else(|| "expected a number".to_owned())
+}
+
+/// A finite number that is not negative.
+pub fn not_negative(text: &str) -> Result<f32, String> {
+    finite(text).ok().filter(|&v| v >= 0.0).ok_or_else(|| "expected a number, at least 0".to_owned())
+}
+
+/// Seconds: a finite number that is not negative.
+pub fn seconds(text: &str) -> Result<f64, String> {
+    let number = text.parse::<f64>().ok().filter(|v| v.is_finite() && *v >= 0.0);
+    number.ok_or_else(|| "expected seconds, at least 0".to_owned())
+}
+
+/// A number between two others, which are allowed as well.
+pub fn within<T>(low: T, high: T) -> impl Fn(&str) -> Result<T, String> + Clone
+where
+    T: FromStr + PartialOrd + Display + Copy,
+{
+    move |text| {
+        let number = text.parse::<T>().ok().filter(|v| (low..=high).contains(v));
+        number.ok_or_else(|| format!("expected {low} to {high}"))
+    }
+}
+
+/// Side of a tile.
+pub fn tile(text: &str) -> Result<u32, String> {
+    match text {
+        "16" => Ok(16),
+        "32" => Ok(32),
+        "64" => Ok(64),
+        _ => Err("expected 16, 32 or 64".to_owned()),
+    }
+}
+
+/// An instruction set that this machine has; `auto` is the fastest of them.
+pub fn simd(text: &str) -> Result<SimdLevel, String> {
+    if text == "auto" {
+        return Ok(SimdLevel::best());
+    }
+    let level = text.parse::<SimdLevel>().map_err(|e| e.to_string())?;
+    if level.is_available() {
+        return Ok(level);
+    }
+    let names: Vec<&str> = SimdLevel::available().map(SimdLevel::name).collect();
+    Err(format!("this machine lacks {level}; it has {}", names.join(", ")))
+}
+
+/// `FILE`, `NAME=FILE` or the same with the name of a built-in material. A file's name ends in `.toml` or has a slash.
+pub fn material(text: impl AsRef<OsStr>) -> Result<MaterialChoice, String> {
+    let text = text.as_ref();
+    // The name is that of a model's material, which may have any character; that of the file is up to the user.
+    let (name, source) = match around_last_equals(text) {
+        Some((name, source)) => (Some(name.to_string_lossy().into_owned()), source),
+        None => (None, text.to_owned()),
+    };
+    if name.as_deref() == Some("") {
+        return Err("expected NAME=FILE".to_owned());
+    }
+    MaterialSource::of(&source).map(|source| MaterialChoice { name, source })
+}
+
+/// [`material`] of arguments that need not be text.
+pub fn material_parser() -> impl TypedValueParser<Value = MaterialChoice> {
+    OsStringValueParser::new().try_map(material)
+}
+
+/// A file by its path or its `file:` URI.
+pub fn file_or_uri() -> impl TypedValueParser<Value = PathBuf> {
+    OsStringValueParser::new().try_map(|text| super::file_uri::file_or_uri(&text))
+}
+
+/// A format of picture files by one of its extensions.
+pub fn output_format(text: &str) -> Result<OutputFormat, String> {
+    OutputFormat::from_extension(text)
+        .ok_or_else(|| one_of(text, OutputFormat::ALL.iter().copied().map(OutputFormat::extension)))
+}
+
+/// A format of picture files by one of its extensions, or one that a terminal shows by its name.
+pub fn picture_format(text: &str) -> Result<PictureFormat, String> {
+    let known = PictureFormat::from_name(text);
+    known.ok_or_else(|| one_of(text, PictureFormat::all().map(PictureFormat::name)))
+}
+
+/// A plane of the G-buffer by name.
+pub fn aov(text: &str) -> Result<Aov, String> {
+    Aov::from_name(text).ok_or_else(|| one_of(text, Aov::ALL.iter().copied().map(Aov::name)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_list_of_names_knows_which_was_meant() {
+        for (message, meant) in [
+            (view("fornt").unwrap_err(), "front"),
+            (tone_curve("netral").unwrap_err(), "neutral"),
+            (aov("nromal").unwrap_err(), "normal"),
+            (picture_format("sixl").unwrap_err(), "sixel"),
+            (background("whitee").unwrap_err(), "white"),
+            (background("transparant").unwrap_err(), "transparent"),
+            (ground("shadw").unwrap_err(), "shadow"),
+            (area_lights("facet").unwrap_err(), "facets"),
+            (limit("triangle=1").unwrap_err(), "triangles"),
+            (shading("filamant").unwrap_err(), "filament"),
+            (material("velvit").unwrap_err(), "velvet"),
+        ] {
+            assert!(message.ends_with(&format!("did you mean '{meant}'?")), "{message}");
+        }
+    }
+
+    #[test]
+    fn materials() {
+        let file = |path: &str| MaterialSource::File(path.into());
+        assert_eq!(material("a/b"), Ok(MaterialChoice { name: None, source: file("a/b") }));
+        let named = MaterialChoice { name: Some("body=1".to_owned()), source: file("x.TOML") };
+        assert_eq!(material("body=1=x.TOML"), Ok(named));
+        let red = MaterialChoice { name: None, source: MaterialSource::Builtin("candy-red") };
+        assert_eq!(material("candy-red"), Ok(red));
+        let message = material("candy-rod").unwrap_err();
+        assert!(message.contains("velvet") && message.ends_with("did you mean 'candy-red'?"), "{message}");
+        for bad in ["", "=", "=a.toml", "body="] {
+            assert!(material(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn sizes() {
+        assert_eq!(size("640x480"), Ok([640, 480]));
+        assert_eq!(size("512"), Ok([512, 512]));
+        assert_eq!(size("1000000000"), Ok([1_000_000_000; 2]));
+        for bad in ["", "x", "10x", "x10", "-1", "1.5", "10x10x10", "99999999999999999999"] {
+            assert!(size(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn vectors() {
+        assert_eq!(vector("-1, 2.5,3e2"), Ok([-1.0, 2.5, 300.0]));
+        for bad in ["", "1,2", "1,2,3,4", "nan,0,0", "inf,0,0", "a,b,c"] {
+            assert!(vector(bad).is_err(), "{bad}");
+        }
+        assert_eq!(direction("0,-1,0"), Ok([0.0, -1.0, 0.0]));
+        assert!(direction("0,-0,0").is_err());
+    }
+
+    #[test]
+    fn exposures() {
+        assert_eq!(exposure("auto"), Ok(ExposureChoice::Auto));
+        assert_eq!(exposure("-1.5"), Ok(ExposureChoice::Stops(-1.5)));
+        assert_eq!(exposure("65"), Err("expected -64 to 64 stops, or auto".to_owned()));
+        assert!(exposure("automatic").is_err());
+    }
+
+    #[test]
+    fn numbers_within_bounds() {
+        assert_eq!((within(0.1, 179.0)("179"), within(1_u32, 16)("1")), (Ok(179.0), Ok(1)));
+        for bad in ["0", "179.5", "nan", "inf", "", "x"] {
+            assert_eq!(within(0.1, 179.0)(bad), Err("expected 0.1 to 179".to_owned()), "{bad}");
+        }
+        assert_eq!(within(0_u16, 1024)("-1"), Err("expected 0 to 1024".to_owned()));
+    }
+}

@@ -1,0 +1,54 @@
+//! The two streams between a worker and its parent.
+
+use super::protocol::{self, FromWorker, ToWorker};
+use crate::failure::Failure;
+use std::io::{self, BufReader, Stdin, Stdout, StdoutLock};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// Standard input and output. One question at a time: threads that load textures share it.
+pub(super) struct Pipe {
+    streams: Mutex<Streams>,
+}
+
+struct Streams {
+    from: BufReader<Stdin>,
+    to: Stdout,
+}
+
+impl Pipe {
+    pub(super) fn standard() -> Self {
+        Self { streams: Mutex::new(Streams { from: BufReader::new(io::stdin()), to: io::stdout() }) }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Streams> {
+        self.streams.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The next message; `None` when the parent has no more.
+    ///
+    /// # Errors
+    /// [`Failure`] if the parent is gone in the middle of one.
+    pub(super) fn receive(&self) -> Result<Option<(ToWorker, Vec<u8>)>, Failure> {
+        protocol::receive(&mut self.lock().from).map_err(lost)
+    }
+
+    /// Says something.
+    ///
+    /// # Errors
+    /// [`Failure`] if the parent is gone.
+    pub(super) fn send(&self, message: &FromWorker, following: &[u8]) -> Result<(), Failure> {
+        let mut out: StdoutLock<'_> = self.lock().to.lock();
+        protocol::send(&mut out, message, following).map_err(lost)
+    }
+
+    /// Says something, and waits for the answer.
+    pub(super) fn ask(&self, message: &FromWorker) -> io::Result<Option<(ToWorker, Vec<u8>)>> {
+        let mut streams = self.lock();
+        protocol::send(&mut streams.to, message, &[])?;
+        protocol::receive(&mut streams.from)
+    }
+}
+
+fn lost(error: io::Error) -> Failure {
+    Failure::failed(format!("the worker's parent is gone: {error}"))
+}

@@ -1,0 +1,13 @@
+//! What all packages of overcoat stand on: arithmetic with the same bits on every machine ([`math`]), colour, frames, ordered
+//! jobs, limits and names of formats. Applications use the package `overcoat`.
+
+pub mod built;
+pub mod color;
+pub mod files;
+pub mod formats;
+pub mod frame;
+pub mod jobs;
+pub mod limits;
+pub mod math;
+pub mod reuse;
+pub mod suggest;

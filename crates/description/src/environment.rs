@@ -1,0 +1,105 @@
+//! Light from afar.
+
+use super::Description;
+use super::error::DescriptionError;
+use super::input::{is_standard_input, read_standard_input};
+use super::name::file_name;
+use overcoat_core::jobs::Jobs;
+use overcoat_core::limits::Limits;
+use overcoat_load::{Context, LoadError, NoResolver, Warning, load_environment, load_environment_file};
+use overcoat_scene::{Environment, EnvironmentSource};
+use std::ffi::OsStr;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// What a scene file's `env` and the option `--env` say.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum EnvironmentChoice {
+    /// The built-in studio.
+    Studio,
+    /// Darkness.
+    None,
+    /// An equirectangular picture.
+    File(PathBuf),
+}
+
+impl EnvironmentChoice {
+    /// `studio`, `none` or a path.
+    #[must_use]
+    pub fn new(text: impl AsRef<OsStr>) -> Self {
+        let text = text.as_ref();
+        match text.to_str() {
+            Some("studio") => Self::Studio,
+            Some("none") => Self::None,
+            _ => Self::File(PathBuf::from(text)),
+        }
+    }
+}
+
+impl Description {
+    /// The environment, read from its file if it has one, and what is doubtful about it. Scenes that share it share its
+    /// filtered form.
+    ///
+    /// # Errors
+    /// [`DescriptionError`] naming the environment's file and the reason.
+    pub fn environment(
+        &self,
+        limits: &Limits,
+        jobs: &Jobs,
+    ) -> Result<(Environment, Vec<Warning>), DescriptionError> {
+        let mut warnings = Vec::new();
+        let source = match self.env.as_ref().unwrap_or(&EnvironmentChoice::Studio) {
+            EnvironmentChoice::Studio => EnvironmentSource::Studio,
+            EnvironmentChoice::None => EnvironmentSource::None,
+            EnvironmentChoice::File(path) => {
+                let about = |error: DescriptionError| error.at(path);
+                let loaded = if is_standard_input(path) {
+                    let bytes = read_standard_input(limits).map_err(about)?;
+                    load_environment(&bytes, &Context { resolver: &NoResolver, limits, jobs })
+                } else {
+                    load_environment_file(path, limits, jobs)
+                };
+                let loaded = loaded.map_err(|e| about(e.into()))?;
+                let named = |w: &Warning| Warning::new(format!("{}: {w}", file_name(path)));
+                warnings.extend(loaded.warnings.iter().map(named));
+                EnvironmentSource::Image(Arc::new(loaded.image))
+            }
+        };
+        Ok((self.turned(source), warnings))
+    }
+
+    /// [`Description::environment`], with the file from the context's resolver instead of the file system.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn environment_from(
+        &self,
+        context: &Context<'_>,
+    ) -> Result<(Environment, Vec<Warning>), DescriptionError> {
+        let (source, warnings) = match self.env.as_ref().unwrap_or(&EnvironmentChoice::Studio) {
+            EnvironmentChoice::Studio => (EnvironmentSource::Studio, Vec::new()),
+            EnvironmentChoice::None => (EnvironmentSource::None, Vec::new()),
+            EnvironmentChoice::File(path) => {
+                let about = |error: LoadError| DescriptionError::from(error).at(path);
+                let name = path.to_string_lossy();
+                let bytes = context.resolver.read(&name, context.limits.input_bytes);
+                let bytes = bytes.map_err(|e| about(e.into()))?;
+                let loaded = load_environment(&bytes, context).map_err(about)?;
+                let named = |w: &Warning| Warning::new(format!("{}: {w}", file_name(path)));
+                let warnings = loaded.warnings.iter().map(named).collect();
+                (EnvironmentSource::Image(Arc::new(loaded.image)), warnings)
+            }
+        };
+        Ok((self.turned(source), warnings))
+    }
+
+    /// Light from afar as described, of whatever picture.
+    fn turned(&self, source: EnvironmentSource) -> Environment {
+        Environment {
+            source,
+            rotation_degrees: self.env_rotation_degrees.unwrap_or(0.0),
+            intensity: self.env_intensity.unwrap_or(1.0),
+        }
+    }
+}

@@ -1,0 +1,368 @@
+//! One pair of files compared, or a folder of them.
+
+use super::GoldenError;
+use super::compress::{Effort, compress_png};
+use super::metrics::exact::unmatched_planes;
+use super::metrics::{Measured, Metrics, measure};
+use super::thresholds::{Thresholds, short};
+use super::walk::Pair;
+use overcoat_core::files::read_file;
+use overcoat_core::frame::DisplayImage;
+use overcoat_core::limits::Limits;
+use overcoat_image::decode::{DecodeError, DecodedPicture, FrameTime, SampleKind};
+use overcoat_image::output::encode_png;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+/// A stored PNG may be larger by this factor than what the strongest compression makes of it.
+const OVERSIZE: f64 = 1.1;
+/// Files below this size are not worth a word.
+const OVERSIZE_FROM: usize = 1024;
+
+/// How a comparison came out, from good to bad.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum Verdict {
+    /// Every sample is the same.
+    Equal,
+    /// They differ, and no more than the thresholds allow.
+    Within,
+    /// They differ by more than the thresholds allow, or in size or depth.
+    Differs,
+    /// The stored file is larger than it must be (strict checks).
+    Oversized,
+    /// There is an actual picture and no expected one.
+    NoExpected,
+    /// There is an expected picture and no actual one.
+    NoActual,
+    /// There is a table of the threshold file and no picture for it (strict checks).
+    Unused,
+    /// Something cannot be read or compared.
+    Failed,
+}
+
+impl Verdict {
+    /// True if nobody has to do anything.
+    #[must_use]
+    pub fn is_good(self) -> bool {
+        matches!(self, Self::Equal | Self::Within)
+    }
+
+    /// All of them.
+    pub const ALL: &[Self] = &[
+        Self::Equal,
+        Self::Within,
+        Self::Differs,
+        Self::Oversized,
+        Self::NoExpected,
+        Self::NoActual,
+        Self::Unused,
+        Self::Failed,
+    ];
+
+    /// True if there are two pictures that could be compared.
+    #[must_use]
+    pub fn is_compared(self) -> bool {
+        self <= Self::Oversized
+    }
+
+    /// The word in tables.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Equal => "equal",
+            Self::Within => "within",
+            Self::Differs => "differs",
+            Self::Oversized => "oversized",
+            Self::NoExpected => "no expected picture",
+            Self::NoActual => "no actual picture",
+            Self::Unused => "unused thresholds",
+            Self::Failed => "failed",
+        }
+    }
+}
+
+/// What came of one name.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct FileResult {
+    /// Path below the folders, with `/` between its parts.
+    pub name: String,
+    /// How it came out.
+    pub verdict: Verdict,
+    /// Why, a sentence each; for pictures that pass, what is worth knowing.
+    pub reasons: Vec<String>,
+    /// The measures, where both pictures could be read and have the same size; of moving pictures those of the frame that
+    /// differs most.
+    pub metrics: Option<Metrics>,
+}
+
+impl FileResult {
+    /// A result without measures.
+    #[must_use]
+    pub fn new(name: &str, verdict: Verdict, reason: impl Into<String>) -> Self {
+        Self { name: name.to_owned(), verdict, reasons: vec![reason.into()], metrics: None }
+    }
+
+    /// Bad results order before good ones, then by what a person sees, then by the largest difference, then by name.
+    #[must_use]
+    pub fn badness_order(&self, other: &Self) -> std::cmp::Ordering {
+        let key = |r: &Self| {
+            let m = r.metrics.as_ref();
+            // What has no measures because the sizes differ is worse than what has.
+            m.map_or((f64::INFINITY, 0.0), |m| (m.flip_mean, m.exact.max_abs))
+        };
+        let ((flip_a, abs_a), (flip_b, abs_b)) = (key(self), key(other));
+        (!other.verdict.is_good())
+            .cmp(&!self.verdict.is_good())
+            .then(other.verdict.is_compared().cmp(&self.verdict.is_compared()).reverse())
+            .then(flip_b.total_cmp(&flip_a))
+            .then(abs_b.total_cmp(&abs_a))
+            .then_with(|| self.name.cmp(&other.name))
+    }
+}
+
+/// A result with what it was made of, for reports.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Compared {
+    /// The result.
+    pub result: FileResult,
+    /// The expected file and what it holds, if it can be read.
+    pub expected: Option<(Vec<u8>, DecodedPicture)>,
+    /// The actual file and what it holds, if it can be read.
+    pub actual: Option<(Vec<u8>, DecodedPicture)>,
+    /// The frame of moving pictures that the measures are of, from 0; 0 for still ones.
+    pub frame: usize,
+    /// The measures with the map of FLIP, as far as both can be compared.
+    pub measured: Option<Measured>,
+}
+
+/// A file that was read and decoded, or why that failed; without bytes for a picture that is no file.
+pub(super) type Side = Result<(Vec<u8>, DecodedPicture), DecodeError>;
+
+/// Reads and decodes one side of a comparison.
+pub(super) fn read_side(path: &Path, limits: &Limits) -> Side {
+    decode_side(read_file(path, limits)?, limits)
+}
+
+/// Decodes one side of a comparison.
+pub(super) fn decode_side(bytes: Vec<u8>, limits: &Limits) -> Side {
+    let picture = DecodedPicture::from_bytes(&bytes, limits)?;
+    Ok((bytes, picture))
+}
+
+/// Compares the two files of a name. `strict` also looks at how the expected file is stored.
+#[must_use]
+pub fn compare(pair: &Pair, thresholds: &Thresholds, strict: bool, limits: &Limits) -> Compared {
+    let read = |path: &Option<PathBuf>| path.as_deref().map(|path| read_side(path, limits));
+    let sides = [read(&pair.expected), read(&pair.actual)];
+    compare_sides(&pair.name, sides, pair.problem.clone(), thresholds, strict, limits)
+}
+
+/// Compares an expected and an actual picture, where there are such and they could be read. All comparisons come here.
+pub(super) fn compare_sides(
+    name: &str,
+    [expected, actual]: [Option<Side>; 2],
+    problem: Option<String>,
+    thresholds: &Thresholds,
+    strict: bool,
+    limits: &Limits,
+) -> Compared {
+    let mut failures = Vec::new();
+    let mut there = |side: Option<Side>, what: &str| {
+        side?.map_err(|e| failures.push(format!("{what} picture: {e}"))).ok()
+    };
+    let expected = there(expected, "expected");
+    let actual = there(actual, "actual");
+    failures.extend(problem);
+
+    let (mut measured, mut frame) = (None, 0);
+    let result = if !failures.is_empty() {
+        FileResult { name: name.to_owned(), verdict: Verdict::Failed, reasons: failures, metrics: None }
+    } else {
+        match (&expected, &actual) {
+            (Some((stored, e)), Some((_, a))) => {
+                let mut result;
+                (result, measured, frame) = compare_all_frames(name, e, a, thresholds);
+                if strict && let Some(reason) = oversize(stored, e, thresholds, limits) {
+                    result.reasons.push(reason);
+                    if result.verdict.is_good() {
+                        result.verdict = Verdict::Oversized;
+                    }
+                }
+                result
+            }
+            (Some(_), None) => FileResult::new(name, Verdict::NoActual, Verdict::NoActual.name()),
+            (None, _) => FileResult::new(name, Verdict::NoExpected, Verdict::NoExpected.name()),
+        }
+    };
+    Compared { result, expected, actual, frame, measured }
+}
+
+/// Frames whose differences are told one by one.
+const TOLD: usize = 3;
+
+/// Compares two pictures, or every frame of two moving ones with its time: all must be within the thresholds. Returns also
+/// the measures of the frame that differs most, and which that is.
+#[must_use]
+pub fn compare_all_frames(
+    name: &str,
+    expected: &DecodedPicture,
+    actual: &DecodedPicture,
+    thresholds: &Thresholds,
+) -> (FileResult, Option<Measured>, usize) {
+    let (e, a) = match (&expected.motion, &actual.motion) {
+        (None, None) => {
+            let (result, measured) = compare_pictures(name, expected, actual, thresholds);
+            return (result, measured, 0);
+        }
+        (Some(e), Some(a)) => (e, a),
+        _ => {
+            let reason = format!("expected {}, actual {}", expected.what_it_is(), actual.what_it_is());
+            return (FileResult::new(name, Verdict::Differs, reason), None, 0);
+        }
+    };
+    let mut reasons = Vec::new();
+    if e.frames.len() != a.frames.len() {
+        reasons.push(format!("expected {} frames, actual {}", e.frames.len(), a.frames.len()));
+    }
+    if e.plays != a.plays {
+        reasons.push(format!("expected to play {}, actual {}", e.how_often(), a.how_often()));
+    }
+    let time =
+        |time: Option<FrameTime>| time.map_or("outside of the animation".to_owned(), |t| t.to_string());
+    let other_times: Vec<(usize, String)> = e
+        .frames
+        .iter()
+        .zip(&a.frames)
+        .enumerate()
+        .filter(|(_, (e, a))| e.time != a.time)
+        .map(|(k, (e, a))| (k, format!("expected {}, actual {}", time(e.time), time(a.time))))
+        .collect();
+    tell(&mut reasons, e.frames.len(), other_times);
+    let mut other_pictures = Vec::new();
+    let mut within = Vec::new();
+    let mut worst: Option<(FileResult, Option<Measured>, usize)> = None;
+    for k in 0..e.frames.len().min(a.frames.len()) {
+        let (result, measured) = compare_pictures(name, &expected.frame(k), &actual.frame(k), thresholds);
+        if measured.is_none() {
+            // They have different sizes, as all others.
+            return (result, None, k);
+        }
+        match result.verdict {
+            Verdict::Equal => {}
+            Verdict::Within => within.push((k, result.reasons.join("; "))),
+            _ => other_pictures.push((k, result.reasons.join("; "))),
+        }
+        if worst.as_ref().is_none_or(|(most, ..)| result.badness_order(most).is_lt()) {
+            worst = Some((result, measured, k));
+        }
+    }
+    tell(&mut reasons, e.frames.len(), other_pictures);
+    let verdict = match (reasons.is_empty(), within.is_empty()) {
+        (false, _) => Verdict::Differs,
+        (true, false) => Verdict::Within,
+        (true, true) => Verdict::Equal,
+    };
+    if verdict == Verdict::Within {
+        tell(&mut reasons, e.frames.len(), within);
+    }
+    let (metrics, measured, frame) = worst.map_or((None, None, 0), |(r, m, k)| (r.metrics, m, k));
+    (FileResult { name: name.to_owned(), verdict, reasons, metrics }, measured, frame)
+}
+
+/// Adds what is to say of some of so many frames: of the first of them, and how many more there are.
+fn tell(reasons: &mut Vec<String>, of: usize, frames: Vec<(usize, String)>) {
+    let more = frames.len().saturating_sub(TOLD);
+    for (k, reason) in frames.into_iter().take(TOLD) {
+        reasons.push(format!("frame {} of {of}: {reason}", k + 1));
+    }
+    if more > 0 {
+        reasons.push(format!("and so on: {more} more frames"));
+    }
+}
+
+/// Compares two still pictures by their thresholds.
+#[must_use]
+pub fn compare_pictures(
+    name: &str,
+    expected: &DecodedPicture,
+    actual: &DecodedPicture,
+    thresholds: &Thresholds,
+) -> (FileResult, Option<Measured>) {
+    let measured = match measure(expected, actual, &thresholds.metrics) {
+        Ok(measured) => measured,
+        Err(error) => {
+            let verdict = match error {
+                GoldenError::Size { .. } => Verdict::Differs,
+                _ => Verdict::Failed,
+            };
+            return (FileResult::new(name, verdict, error.to_string()), None);
+        }
+    };
+    let mut reasons = Vec::new();
+    if expected.kind != actual.kind {
+        reasons.push(depth_reason(expected.kind, actual.kind));
+    }
+    let (lost, added) = unmatched_planes(expected, actual);
+    for (names, what) in [(lost, "is missing"), (added, "is not expected")] {
+        reasons.extend(names.iter().map(|name| format!("channel {name} {what}")));
+    }
+    reasons.extend(thresholds.violations(&measured.metrics));
+    let verdict = if !reasons.is_empty() {
+        Verdict::Differs
+    } else if measured.metrics.exact.pixels > 0 {
+        let exact = &measured.metrics.exact;
+        reasons.push(format!("{} pixels differ by up to {}", exact.pixels, short(exact.max_abs)));
+        Verdict::Within
+    } else {
+        Verdict::Equal
+    };
+    let metrics = Some(measured.metrics.clone());
+    (FileResult { name: name.to_owned(), verdict, reasons, metrics }, Some(measured))
+}
+
+fn depth_reason(expected: SampleKind, actual: SampleKind) -> String {
+    format!("expected {expected} a channel, actual {actual}")
+}
+
+/// Why a stored file is larger than it must be. What this crate's own encoder makes of a picture is not: a fresh render may be
+/// stored as it is.
+fn oversize(
+    stored: &[u8],
+    picture: &DecodedPicture,
+    thresholds: &Thresholds,
+    limits: &Limits,
+) -> Option<String> {
+    if let Some(most) = thresholds.max_bytes
+        && stored.len() as u64 > most
+    {
+        return Some(format!("{} bytes are stored, {most} are allowed (max_bytes)", stored.len()));
+    }
+    if stored.len() < OVERSIZE_FROM || !stored.starts_with(b"\x89PNG") {
+        return None;
+    }
+    if stored.len() <= fresh_size(picture).unwrap_or(0) {
+        return None;
+    }
+    let small = |effort| compress_png(stored, effort, limits).ok().map(|bytes| bytes.len());
+    let quick = small(Effort::Quick)?;
+    let too_large = |best: usize| stored.len() as f64 > OVERSIZE * best as f64;
+    // Zopfli takes seconds, and gains less than the margin: it is only asked about files that the quick search beats.
+    let best = if too_large(quick) || stored.len() <= quick { quick } else { small(Effort::Strongest)? };
+    too_large(best).then(|| {
+        format!("{} bytes are stored, {best} would do: accept it again to compress it", stored.len())
+    })
+}
+
+/// Bytes of the file that a renderer of this crate writes; `None` for what it does not write.
+fn fresh_size(picture: &DecodedPicture) -> Option<usize> {
+    if picture.kind != SampleKind::Unsigned8 || picture.motion.is_some() {
+        return None;
+    }
+    let pixels = picture.pixels.iter().map(|p| p.map(|v| v as u8)).collect();
+    let image = DisplayImage { width: picture.width, height: picture.height, pixels };
+    encode_png(&image).ok().map(|bytes| bytes.len())
+}

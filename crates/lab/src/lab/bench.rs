@@ -1,0 +1,116 @@
+//! Specimens by the shading models of engines: pictures of one pixel.
+
+use super::{LabError, Light, OVERHEAD, Specimen, direction};
+use overcoat_core::jobs::Jobs;
+use overcoat_render::{Quality, RenderOptions, Renderer};
+use overcoat_scene::{
+    self, Camera, Environment, EnvironmentSource, EquirectImage, Instance, Material, Projection, Scene,
+    ShadingModel, Transform, primitives,
+};
+use std::sync::Arc;
+
+/// Distance of the camera, and half the height of what it sees: any, since nothing is near and the surface is even.
+const DISTANCE: f64 = 4.0;
+
+/// Shades specimens.
+#[derive(Debug)]
+pub struct Bench {
+    renderer: Renderer,
+    /// Radiance 1 from everywhere, filtered once.
+    white: EnvironmentSource,
+    /// The same for a soft box, and the renderer that keeps it.
+    overhead: EnvironmentSource,
+    overhead_renderer: Renderer,
+}
+
+impl Bench {
+    /// With that many threads for the referee's samples ([`Bench::jobs`]); 0 stands for one per processor.
+    #[must_use]
+    pub fn new(threads: usize) -> Self {
+        Self {
+            renderer: Renderer::new(threads),
+            white: environment(|_| 1.0),
+            overhead: environment(|degrees| if degrees < OVERHEAD { 1.0 } else { 0.0 }),
+            overhead_renderer: Renderer::new(1),
+        }
+    }
+
+    /// Its threads.
+    #[must_use]
+    pub fn jobs(&self) -> &Jobs {
+        self.renderer.jobs()
+    }
+
+    /// What a model shows of a specimen from `view` degrees off the normal, linear.
+    ///
+    /// # Errors
+    /// [`LabError`] if a number is out of its range.
+    pub fn radiance(
+        &mut self,
+        specimen: &Specimen,
+        model: ShadingModel,
+        view: f64,
+        light: Light,
+    ) -> Result<[f64; 3], LabError> {
+        self.material_radiance(&specimen.material(), model, view, light)
+    }
+
+    /// The same of any material that reads no textures.
+    ///
+    /// # Errors
+    /// [`LabError`] if a number is out of its range.
+    pub fn material_radiance(
+        &mut self,
+        material: &Material,
+        model: ShadingModel,
+        view: f64,
+        light: Light,
+    ) -> Result<[f64; 3], LabError> {
+        let eye = upright(direction("view", view)?.map(|c| (c * DISTANCE) as f32));
+        let mut camera = Camera::look_at(eye, [0.0; 3], [0.0, 0.0, 1.0])?;
+        camera.projection = Projection::Orthographic { height: 0.1 };
+        let scene = self.scene(material, light)?;
+        let options =
+            RenderOptions::new(1, 1).with_samples(1).with_quality(Quality::Draft).with_shading(Some(model));
+        let renderer =
+            if light == Light::Overhead { &mut self.overhead_renderer } else { &mut self.renderer };
+        let frame = renderer.render(&scene, &camera, &options)?.frame;
+        let [r, g, b, _] = frame.pixels[0];
+        Ok([r, g, b].map(f64::from))
+    }
+
+    fn scene(&self, material: &Material, light: Light) -> Result<Scene, LabError> {
+        let mut scene = Scene::new();
+        let mesh = scene.add_mesh(primitives::plane([2.0; 2])?)?;
+        let material = scene.add_material(material.clone())?;
+        scene.add_instance(Instance { mesh, material, transform: Transform::IDENTITY, object: 0 })?;
+        let source = match light {
+            Light::White => self.white.clone(),
+            Light::Overhead => self.overhead.clone(),
+            Light::Direct(degrees) => {
+                let travels = upright(direction("light", -degrees)?.map(|c| -c as f32));
+                scene.add_light(overcoat_scene::Light::directional(travels, 1.0))?;
+                EnvironmentSource::None
+            }
+        };
+        scene.set_environment(Environment { source, ..Environment::default() })?;
+        Ok(scene)
+    }
+}
+
+/// Rows of environments: each is 1.5 degrees.
+const ROWS: u32 = 120;
+
+/// An environment of radiance by degrees from the top.
+fn environment(radiance: impl Fn(f64) -> f32) -> EnvironmentSource {
+    let degrees = |k: u32| (f64::from(k / (2 * ROWS)) + 0.5) * 180.0 / f64::from(ROWS);
+    let pixels = (0..2 * ROWS * ROWS).map(|k| [radiance(degrees(k)); 3]).collect();
+    // Always possible: the numbers agree.
+    let image = EquirectImage::new(2 * ROWS, ROWS, pixels);
+    image.map_or(EnvironmentSource::None, |image| EnvironmentSource::Image(Arc::new(image)))
+}
+
+/// A direction about the normal +Z in the frame of a plane that faces +Y.
+fn upright([x, y, z]: [f32; 3]) -> [f32; 3] {
+    [x, z, -y]
+}

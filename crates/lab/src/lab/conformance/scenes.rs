@@ -1,0 +1,174 @@
+//! The list of scenes. Those under one light follow each other, so that its map is filtered once.
+
+use super::light::Sky;
+use crate::lab::Specimen;
+use crate::truth::{Interface, Stack, StackError};
+
+/// A ball of a material under a light.
+#[derive(Clone, Copy, Debug)]
+pub struct Scene {
+    /// Name of its files.
+    pub name: &'static str,
+    /// What it is for, a sentence.
+    pub about: &'static str,
+    /// Layers of the ball.
+    pub specimen: Specimen,
+    /// Light around it.
+    pub sky: Sky,
+    /// How many times the walks of the others: where few find the light, or each takes little time.
+    pub effort: u32,
+}
+
+impl Scene {
+    /// Whether it has no coat, so that every correct renderer passes: it is about lights, maps, cameras and units.
+    pub fn is_plain(&self) -> bool {
+        self.specimen.coat == 0.0
+    }
+
+    /// Whether light between the facets of what is beneath the coat goes on. Of a plain scene it does not: that is GGX as it is in
+    /// every renderer, of which some have an estimate of the rest and others nothing.
+    pub fn has_all_bounces(&self) -> bool {
+        !self.is_plain()
+    }
+
+    /// The layers, with the coat or without.
+    pub fn stack(&self, coated: bool) -> Result<Stack, StackError> {
+        let Specimen { metal, color, base_roughness, .. } = self.specimen;
+        if metal && !self.has_all_bounces() {
+            let facets = Interface::schlick_conductor(color).rough(base_roughness * base_roughness);
+            return Stack::builder().interface(facets).build();
+        }
+        self.specimen.stack(coated)
+    }
+}
+
+/// A smooth coat of index 1.5 over a matt grey surface: what the others vary.
+const MATT: Specimen = Specimen {
+    coat: 1.0,
+    coat_roughness: 0.0,
+    coat_ior: 1.5,
+    thickness: 0.0,
+    extinction: [0.0; 3],
+    base_roughness: 0.5,
+    metal: false,
+    color: [0.18; 3],
+    specular: 0.0,
+};
+
+const COPPER: [f64; 3] = [0.95, 0.64, 0.54];
+
+/// All scenes.
+pub const SCENES: [Scene; 12] = [
+    Scene {
+        name: "furnace",
+        about: "No coat, matt, reflects all: the picture is 1.",
+        specimen: Specimen { coat: 0.0, color: [1.0; 3], ..MATT },
+        sky: Sky::White,
+        effort: 1,
+    },
+    Scene {
+        name: "coat-matt-white",
+        about: "A smooth coat over matt grey: light that the coat sends back down is seen again.",
+        specimen: MATT,
+        sky: Sky::White,
+        effort: 1,
+    },
+    Scene {
+        name: "coat-tinted-white",
+        about: "A smooth coat that absorbs over metal: the slant of the way through it.",
+        specimen: Specimen {
+            thickness: 1.0,
+            extinction: [0.1, 0.4, 1.0],
+            metal: true,
+            specular: 1.0,
+            color: [0.9; 3],
+            base_roughness: 0.3,
+            ..MATT
+        },
+        sky: Sky::White,
+        effort: 1,
+    },
+    Scene {
+        name: "matt-gradient",
+        about: "No coat, matt: the axes of the map.",
+        specimen: Specimen { coat: 0.0, color: [0.8; 3], ..MATT },
+        sky: Sky::Gradient,
+        effort: 1,
+    },
+    Scene {
+        name: "coat-plastic-gradient",
+        about: "A nearly smooth coat over plastic.",
+        specimen: Specimen { coat_roughness: 0.1, color: [0.5, 0.1, 0.1], specular: 1.0, ..MATT },
+        sky: Sky::Gradient,
+        effort: 2,
+    },
+    Scene {
+        name: "coat-dense-gradient",
+        about: "A coat of index 1.9 over matt: more of the light is caught beneath it.",
+        specimen: Specimen { coat_roughness: 0.2, coat_ior: 1.9, color: [0.5; 3], ..MATT },
+        sky: Sky::Gradient,
+        effort: 1,
+    },
+    Scene {
+        name: "coat-plastic-box",
+        about: "A coat over dark plastic in a dark room with one soft box.",
+        specimen: Specimen {
+            coat_roughness: 0.25,
+            color: [0.05, 0.08, 0.2],
+            specular: 1.0,
+            base_roughness: 0.6,
+            ..MATT
+        },
+        sky: Sky::Box,
+        effort: 6,
+    },
+    Scene {
+        name: "matt-lamp",
+        about: "No coat, matt: the unit and the direction of the lamp.",
+        specimen: Specimen { coat: 0.0, color: [0.8, 0.5, 0.2], ..MATT },
+        sky: Sky::Lamp,
+        effort: 1,
+    },
+    Scene {
+        name: "metal-lamp",
+        about: "No coat, dark metal of GGX with one bounce: the highlight's shape.",
+        specimen: Specimen {
+            coat: 0.0,
+            metal: true,
+            specular: 1.0,
+            color: [0.25, 0.2, 0.15],
+            base_roughness: 0.3,
+            ..MATT
+        },
+        sky: Sky::Lamp,
+        effort: 1,
+    },
+    Scene {
+        name: "coat-rough-lamp",
+        about: "A rough coat over matt.",
+        specimen: Specimen { coat_roughness: 0.5, color: [0.8, 0.4, 0.2], ..MATT },
+        sky: Sky::Lamp,
+        effort: 1,
+    },
+    Scene {
+        name: "coat-metal-lamp",
+        about: "A coat over metal: two highlights, of which one is widened by the other.",
+        specimen: Specimen {
+            coat_roughness: 0.3,
+            metal: true,
+            specular: 1.0,
+            color: COPPER,
+            base_roughness: 0.4,
+            ..MATT
+        },
+        sky: Sky::Lamp,
+        effort: 1,
+    },
+    Scene {
+        name: "coat-half-lamp",
+        about: "Half of the surface has a coat.",
+        specimen: Specimen { coat: 0.5, coat_roughness: 0.3, color: [0.2, 0.5, 0.3], ..MATT },
+        sky: Sky::Lamp,
+        effort: 1,
+    },
+];

@@ -1,0 +1,380 @@
+//! Bytes to scenes. Every reference to another file goes through one [`Resolver`], every count through
+//! [`Limits`]. `load` ends where `scene` begins: what comes out is valid.
+//!
+//! Partial loss (an extension that is not known, a texture that cannot be read) is a [`Warning`] that names what was
+//! dropped; a file that cannot be drawn as meant is a [`LoadError`].
+//!
+//! [`model`] and [`environment`] are the short way, with every choice left to its default. The functions with `load` in their
+//! names take what a program that loads more than one file, or files of strangers, wants to choose: [`Limits`] of its own,
+//! threads that it has already (`Renderer::jobs`), [`LoadOptions`], a [`Resolver`].
+//!
+//! Nothing here can panic, whatever a file says: no index, no slice and no arithmetic on integers without a check.
+
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::indexing_slicing,
+        clippy::arithmetic_side_effects,
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::unreachable
+    )
+)]
+
+mod animated;
+mod budget;
+mod clay;
+mod environment;
+mod error;
+mod foreign;
+mod format;
+mod gltf;
+mod grouped;
+mod image;
+mod input;
+mod material;
+mod mesh_formats;
+mod names;
+mod nearby;
+mod nonnumber;
+mod normals;
+mod obj;
+mod options;
+mod origin;
+mod packed;
+mod ply;
+mod polygon;
+mod resolver;
+mod splitting;
+mod stl;
+mod tangents;
+mod text;
+mod threemf;
+mod utf16;
+mod vertices;
+mod warnings;
+mod weld;
+
+pub use animated::{AnimatedModel, AnimationInfo};
+pub use environment::{
+    FORMATS as ENVIRONMENT_FORMATS, LoadedEnvironment, load as load_environment,
+    load_file as load_environment_file,
+};
+pub use error::{LoadError, Warning};
+pub use format::Format;
+pub use gltf::{OwnTextures, Put, Rewriter};
+pub use image::FORMATS as TEXTURE_FORMATS;
+pub use input::resolver_beside;
+pub use input::{has_folder, read_input};
+pub use material::{
+    AssignError, BuiltinMaterial, MaterialError, MaterialErrorReason, MaterialFile, MaterialKey,
+    material_keys,
+};
+pub use normals::add_smooth_normals;
+pub use options::{AnimationChoice, LoadOptions, TextureLoading};
+pub use packed::inner_extension;
+pub use resolver::{DirectoryResolver, MemoryResolver, NoResolver, ResolveError, Resolver};
+pub use tangents::add_tangents;
+
+use gltf::Purpose;
+use input::Input;
+use overcoat_core::files::check_size;
+use overcoat_core::formats::built;
+use overcoat_core::jobs::Jobs;
+use overcoat_core::limits::Limits;
+use overcoat_scene::{Axis, Orientation, Scene};
+use packed::Unpacked;
+use std::path::Path;
+
+/// A scene and what was lost on the way.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Loaded {
+    /// The scene.
+    pub scene: Scene,
+    /// What the file asks for and the scene does not have, in the order of finding.
+    pub warnings: Vec<Warning>,
+    /// The axis that is up by what the file says; `None`: the one of its format.
+    up: Option<Axis>,
+}
+
+impl From<Scene> for Loaded {
+    /// A scene that was made by hand: nothing is lost.
+    fn from(scene: Scene) -> Self {
+        Self { scene, warnings: Vec::new(), up: None }
+    }
+}
+
+/// What every loader works with.
+#[derive(Clone, Copy)]
+pub struct Context<'a> {
+    /// The only way to other files.
+    pub resolver: &'a dyn Resolver,
+    /// Bounds on every count.
+    pub limits: &'a Limits,
+    /// Threads for decoding images and the like.
+    pub jobs: &'a Jobs,
+}
+
+/// Loads a model file as [`load_file`] does, within the default [`Limits`] and with a thread per processor, which are started
+/// for it.
+///
+/// ```no_run
+/// # mod overcoat { pub use overcoat_load as load; }
+/// let loaded = overcoat::load::model("chair.glb")?;
+/// loaded.warnings.iter().for_each(|warning| eprintln!("{warning}"));
+/// let scene = loaded.scene;
+/// # Ok::<(), overcoat::load::LoadError>(())
+/// ```
+///
+/// # Errors
+/// As [`load_file`].
+pub fn model(path: impl AsRef<Path>) -> Result<Loaded, LoadError> {
+    load_file(path.as_ref(), &Limits::default(), &Jobs::default())
+}
+
+/// Loads a model from memory as [`load_bytes`] does, as [`model`] does from a file. Its content tells the format; other files
+/// that it refers to are not looked for.
+///
+/// # Errors
+/// As [`load_bytes`].
+pub fn model_from_memory(bytes: &[u8]) -> Result<Loaded, LoadError> {
+    let (limits, jobs) = (Limits::default(), Jobs::default());
+    load_bytes(bytes, None, &Context { resolver: &NoResolver, limits: &limits, jobs: &jobs })
+}
+
+/// Loads an environment file as [`load_environment_file`] does, within the default [`Limits`].
+///
+/// # Errors
+/// As [`load_environment_file`].
+pub fn environment(path: impl AsRef<Path>) -> Result<LoadedEnvironment, LoadError> {
+    // Its formats are read by one thread.
+    load_environment_file(path.as_ref(), &Limits::default(), &Jobs::new(1))
+}
+
+/// Loads a model file of any known format, told by its content and, where that says nothing, by its extension; gzip or
+/// Zstandard around it is unpacked. Files that it refers to are read from its folder and the folders in it, from nowhere
+/// else. A pipe is read to its end, and has no folder.
+///
+/// # Errors
+/// [`LoadError`]; its message does not contain the path.
+pub fn load_file(path: &Path, limits: &Limits, jobs: &Jobs) -> Result<Loaded, LoadError> {
+    load_file_with(path, &LoadOptions::default(), limits, jobs)
+}
+
+/// [`load_file`] with a choice of what is loaded.
+///
+/// # Errors
+/// As [`load_file`], and [`LoadError::NoSuch`] if the file does not have what is chosen.
+pub fn load_file_with(
+    path: &Path,
+    options: &LoadOptions,
+    limits: &Limits,
+    jobs: &Jobs,
+) -> Result<Loaded, LoadError> {
+    load_file_with_format(path, options, limits, jobs).map(|(loaded, _)| loaded)
+}
+
+/// [`load_file_with`], and the format that the file was found to have.
+///
+/// # Errors
+/// As [`load_file_with`].
+pub fn load_file_with_format(
+    path: &Path,
+    options: &LoadOptions,
+    limits: &Limits,
+    jobs: &Jobs,
+) -> Result<(Loaded, Option<Format>), LoadError> {
+    let (model, format) = read_path(path, options, Purpose::Pictures, limits, jobs)?;
+    Ok((model.finish(options, jobs)?, format))
+}
+
+/// What reading a file gives.
+enum Model {
+    /// A scene that never changes.
+    Still(Box<Loaded>),
+    /// A scene for any time.
+    Rig(Box<gltf::Rig>),
+}
+
+impl Model {
+    /// Adds to what is lost.
+    fn warn(&mut self, warning: Warning) {
+        match self {
+            Self::Still(loaded) => loaded.warnings.push(warning),
+            Self::Rig(rig) => rig.warn(warning),
+        }
+    }
+
+    /// The scene that the options choose.
+    fn finish(self, options: &LoadOptions, jobs: &Jobs) -> Result<Loaded, LoadError> {
+        match self {
+            Self::Still(loaded) => Ok(*loaded),
+            Self::Rig(rig) => {
+                let (time, repeat) = options.animation.as_ref().map_or((0.0, false), |a| (a.time, a.repeat));
+                rig.at(time, repeat, jobs)
+            }
+        }
+    }
+}
+
+/// Reads a file, and tells its format.
+fn read_path(
+    path: &Path,
+    options: &LoadOptions,
+    purpose: Purpose,
+    limits: &Limits,
+    jobs: &Jobs,
+) -> Result<(Model, Option<Format>), LoadError> {
+    let resolver = resolver_beside(path);
+    let context = Context { resolver: resolver.as_ref(), limits, jobs };
+    let input = Input::open(path, limits)?;
+    if let Input::File(file) = &input {
+        let size = file.metadata()?.len();
+        if (READ_IN_PARTS..=limits.input_bytes).contains(&size)
+            && let Some(rig) = gltf::read_file(file, size, options, purpose, &context)?
+        {
+            return Ok((Model::Rig(Box::new(rig)), Some(Format::Glb)));
+        }
+    }
+    let bytes = input.read(limits)?;
+    let named = inner_extension(path).and_then(|extension| Format::from_extension(&extension));
+    read_bytes(&bytes, Claim { said: None, named }, options, purpose, &context)
+}
+
+/// What is said of a file's format.
+#[derive(Clone, Copy, Default)]
+struct Claim {
+    /// By who gives it.
+    said: Option<Format>,
+    /// By its name, which counts for less than its content.
+    named: Option<Format>,
+}
+
+/// Bytes from which on a file that allows it is read in parts: below, having it in memory twice is no matter.
+const READ_IN_PARTS: u64 = 1 << 20;
+
+/// The end of the message for all others.
+const READ: &str = "models are read from glTF, OBJ, STL, PLY and 3MF";
+
+/// Loads a model from memory. Without a format, its content tells.
+///
+/// # Errors
+/// [`LoadError`].
+pub fn load_bytes(bytes: &[u8], format: Option<Format>, context: &Context<'_>) -> Result<Loaded, LoadError> {
+    load_bytes_with(bytes, format, &LoadOptions::default(), context)
+}
+
+/// [`load_bytes`] with a choice of what is loaded.
+///
+/// # Errors
+/// As [`load_bytes`], and [`LoadError::NoSuch`] if the file does not have what is chosen.
+pub fn load_bytes_with(
+    bytes: &[u8],
+    format: Option<Format>,
+    options: &LoadOptions,
+    context: &Context<'_>,
+) -> Result<Loaded, LoadError> {
+    load_bytes_with_format(bytes, format, options, context).map(|(loaded, _)| loaded)
+}
+
+/// [`load_bytes_with`], and the format that the bytes were found to have.
+///
+/// # Errors
+/// As [`load_bytes_with`].
+pub fn load_bytes_with_format(
+    bytes: &[u8],
+    format: Option<Format>,
+    options: &LoadOptions,
+    context: &Context<'_>,
+) -> Result<(Loaded, Option<Format>), LoadError> {
+    let claim = Claim { said: format, named: None };
+    let (model, format) = read_bytes(bytes, claim, options, Purpose::Pictures, context)?;
+    Ok((model.finish(options, context.jobs)?, format))
+}
+
+/// [`load_bytes_with`] of a file whose name says what its content does not.
+///
+/// # Errors
+/// As [`load_bytes_with`].
+pub fn load_named_bytes(
+    bytes: &[u8],
+    name: &Path,
+    options: &LoadOptions,
+    context: &Context<'_>,
+) -> Result<Loaded, LoadError> {
+    let claim = Claim { said: None, named: format_of_name(name) };
+    read_bytes(bytes, claim, options, Purpose::Pictures, context)?.0.finish(options, context.jobs)
+}
+
+/// The format that a file has by its name.
+fn format_of_name(name: &Path) -> Option<Format> {
+    inner_extension(name).and_then(|extension| Format::from_extension(&extension))
+}
+
+/// Reads a file in memory, unpacked if it is packed.
+fn read_bytes(
+    bytes: &[u8],
+    claim: Claim,
+    options: &LoadOptions,
+    purpose: Purpose,
+    context: &Context<'_>,
+) -> Result<(Model, Option<Format>), LoadError> {
+    check_size(bytes.len() as u64, context.limits)?;
+    let Some(Unpacked { bytes, warning }) = packed::unpack(bytes, context.limits)? else {
+        return read_unpacked(bytes, claim, options, purpose, context);
+    };
+    let (mut model, format) = read_unpacked(&bytes, claim, options, purpose, context)?;
+    if let Some(warning) = warning {
+        model.warn(warning);
+    }
+    Ok((model, format))
+}
+
+/// Reads a file of which nothing is packed as a whole.
+fn read_unpacked(
+    bytes: &[u8],
+    claim: Claim,
+    options: &LoadOptions,
+    purpose: Purpose,
+    context: &Context<'_>,
+) -> Result<(Model, Option<Format>), LoadError> {
+    if bytes.is_empty() {
+        return Err(LoadError::UnknownFormat("the file is empty".to_owned()));
+    }
+    let detected = Format::detect(bytes);
+    if detected.is_none()
+        && let Some(text) = utf16::to_utf8(bytes)
+        && Format::detect(&text).is_some()
+    {
+        return read_unpacked(&text, claim, options, purpose, context);
+    }
+    // What somebody says of a file, or its name, counts for less than what it begins with.
+    if detected.is_none()
+        && let Some(what) = foreign::what_it_is(bytes)
+    {
+        return Err(LoadError::UnknownFormat(format!("it is {what}; {READ}")));
+    }
+    let format = claim.said.or(detected).or(claim.named);
+    if !matches!(format, Some(Format::Gltf | Format::Glb) | None) {
+        options.refuse()?;
+    }
+    let loaded = match format {
+        Some(Format::Gltf | Format::Glb) => {
+            let rig = gltf::read(bytes, options, purpose, context)?;
+            return Ok((Model::Rig(Box::new(rig)), format));
+        }
+        Some(Format::Obj) if built::OBJ => obj::load(bytes, context),
+        Some(Format::Stl) if built::STL => stl::load(bytes, context),
+        Some(Format::Ply) if built::PLY => ply::load(bytes, context),
+        Some(Format::ThreeMf) if built::THREE_MF => threemf::load(bytes, context),
+        Some(format) => Err(LoadError::unsupported(format.name(), overcoat_core::formats::LEFT_OUT)),
+        None => Err(LoadError::UnknownFormat(format!("the format is not known; {READ}"))),
+    };
+    let mut loaded = loaded?;
+    let of_format = format.map(Format::orientation).unwrap_or_default();
+    let of_file = Orientation { up: loaded.up.unwrap_or(of_format.up), ..of_format };
+    loaded.scene.stand_up(options.orientation(of_file));
+    Ok((Model::Still(Box::new(loaded)), format))
+}

@@ -1,0 +1,150 @@
+//! Material files: what a surface is made of, in TOML, for any mesh.
+//!
+//! ```toml
+//! description = "Red lacquer over silver flakes"
+//! model = "stacklit"
+//! base_color = "#c0c4c8"
+//! metallic = 1
+//! roughness = 0.35
+//! normal_texture = { file = "textures/flakes.png", scale = 8 }
+//! coat = 1
+//! coat_thickness = 1
+//! coat_extinction = [0.1, 3.5, 3.2]
+//!
+//! [options]
+//! stacklit_refracted_angles = true
+//! ```
+//!
+//! The keys are those of [`material_keys`]. Numbers are linear; colours written as `"#rrggbb"` are sRGB. A texture is a
+//! path, or a table `{ file, channel, uv_set, scale, offset, rotation, wrap, filter }` with the transform of
+//! KHR_texture_transform (rotation in degrees), or `false` for none. A texture multiplies its number; where it is
+//! given alone and the number is 0, that becomes 1.
+//!
+//! A material file replaces what a mesh was made of, and its vertex colours with it; what belongs to the mesh and not
+//! to the substance stays: its name, and whether it is drawn from both sides. With `over = true` only the keys
+//! that are given change.
+//!
+//! Files are written by hand, so nothing is clamped or ignored: what is wrong is an error with line and key.
+mod assign;
+mod builtin;
+mod error;
+mod keys;
+mod parse;
+mod texture;
+
+pub use builtin::BuiltinMaterial;
+pub use error::{AssignError, MaterialError, MaterialErrorReason};
+pub use keys::{MaterialKey, material_keys};
+
+use super::{Context, LoadError, Warning};
+use overcoat_core::jobs::Jobs;
+use overcoat_core::limits::Limits;
+use overcoat_scene::ShadingModel;
+use parse::{Setting, Value};
+use std::path::Path;
+use texture::{Pictures, Wanted};
+
+/// Bytes of a material file at most: it holds names and numbers only.
+const MAX_BYTES: u64 = 1 << 20;
+
+/// A material file with its pictures, ready to be laid over scenes.
+#[derive(Debug)]
+pub struct MaterialFile {
+    settings: Vec<Setting>,
+    pictures: Pictures,
+    text: String,
+}
+
+impl MaterialFile {
+    /// Reads a material file. Textures are read from its folder and the folders in it, from nowhere else.
+    ///
+    /// # Errors
+    /// [`MaterialError`] with line and key; its message does not contain the path.
+    pub fn open(path: &Path, limits: &Limits, jobs: &Jobs) -> Result<Self, MaterialError> {
+        let most = if limits.input_bytes < MAX_BYTES { limits.input_bytes } else { MAX_BYTES };
+        let small = limits.clone().with_input_bytes(most);
+        let (bytes, damage) = super::input::read_input(path, &small).map_err(|error| {
+            MaterialError::whole(match error {
+                LoadError::Io(error) => MaterialErrorReason::Unreadable(error.to_string()),
+                LoadError::Limit(_) => MaterialErrorReason::TooLarge { limit: most },
+                other => MaterialErrorReason::Unreadable(other.to_string()),
+            })
+        })?;
+        if let Some(damage) = damage {
+            return Err(MaterialError::whole(MaterialErrorReason::Unreadable(damage.message)));
+        }
+        let resolver = super::input::resolver_beside(path);
+        Self::from_bytes(&bytes, &Context { resolver: resolver.as_ref(), limits, jobs })
+    }
+
+    /// Reads a material from memory; its textures come from the context's resolver.
+    ///
+    /// # Errors
+    /// [`MaterialError`] with line and key.
+    pub fn from_bytes(bytes: &[u8], context: &Context<'_>) -> Result<Self, MaterialError> {
+        let most =
+            if context.limits.input_bytes < MAX_BYTES { context.limits.input_bytes } else { MAX_BYTES };
+        if bytes.len() as u64 > most {
+            return Err(MaterialError::whole(MaterialErrorReason::TooLarge { limit: most }));
+        }
+        let text = std::str::from_utf8(bytes).map_err(|_| {
+            MaterialError::whole(MaterialErrorReason::Unreadable("it is not a text file".to_owned()))
+        })?;
+        let settings = parse::parse(text)?;
+        let wanted: Vec<Wanted<'_>> = settings
+            .iter()
+            .filter_map(|setting| match &setting.value {
+                Value::Texture(Some(texture)) => {
+                    Some(Wanted { line: setting.line, key: setting.key.name, file: &texture.file })
+                }
+                _ => None,
+            })
+            .collect();
+        let pictures = Pictures::load(&wanted, context)?;
+        Ok(Self { settings, pictures, text: text.to_owned() })
+    }
+
+    /// The file as it was read.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// The file's `description`; empty if it has none.
+    #[must_use]
+    pub fn description(&self) -> &str {
+        match self.value("description") {
+            Some(Value::Text(text)) => text,
+            _ => "",
+        }
+    }
+
+    /// The model that it names.
+    #[must_use]
+    pub fn model(&self) -> Option<ShadingModel> {
+        match self.value("model") {
+            Some(Value::Text(name)) => ShadingModel::from_name(name),
+            _ => None,
+        }
+    }
+
+    /// Keys that are spelt in another way than they should be.
+    pub fn warnings(&self) -> impl Iterator<Item = Warning> {
+        self.settings.iter().filter_map(|setting| {
+            let spelt = setting.spelt.as_deref()?;
+            let (line, name) = (setting.line, setting.key.name);
+            Some(Warning::new(format!("line {line}: {spelt}: the key is spelt {name}")))
+        })
+    }
+
+    /// True if it is laid over the model's own material instead of replacing it.
+    #[must_use]
+    pub fn is_over(&self) -> bool {
+        self.value("over") == Some(&Value::Switch(true))
+    }
+
+    /// What a key is set to.
+    fn value(&self, name: &str) -> Option<&Value> {
+        self.settings.iter().find(|setting| setting.key.name == name).map(|setting| &setting.value)
+    }
+}

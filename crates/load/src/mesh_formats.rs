@@ -1,0 +1,132 @@
+//! What the formats of meshes (OBJ, STL, PLY, 3MF) have in common: default materials, meshes within the limits, pictures by
+//! name.
+use super::budget::Budget;
+use super::clay::clay;
+use super::image::{self, Picture};
+use super::nearby::Nearby;
+use super::text::quoted;
+use super::{Context, LoadError, Loaded, Warning};
+use overcoat_core::limits::Limits;
+use overcoat_scene::{
+    Instance, MAX_COORDINATE, Material, MaterialId, Mesh, MeshData, MeshId, Scene, Transform, Workflow,
+};
+
+/// Triangles that meet at more than this stay apart when normals are generated, in degrees. Chamfers of 45 degrees and the
+/// edges of hexagons and octagons stay sharp; cylinders of twelve sides (30 degrees) and balls of sixteen, whose diagonal
+/// neighbours differ by 32, are round.
+pub(super) const CREASE_ANGLE: f32 = 40.0;
+
+/// What a surface without a material is made of: clay, drawn from both sides, since the winding of such files cannot be
+/// trusted.
+pub(super) fn default_material() -> Material {
+    Material { name: "default".to_owned(), double_sided: true, ..clay() }
+}
+
+/// What a surface is made of of which the file tells a colour and nothing else: a satin dielectric, likewise.
+pub(super) fn material_of(base_color: [f32; 4]) -> Material {
+    Material {
+        name: "default".to_owned(),
+        base_color,
+        workflow: Workflow::MetallicRoughness { metallic: 0.0, roughness: 0.5, texture: None },
+        double_sided: true,
+        ..Material::default()
+    }
+}
+
+/// The same for meshes with colours of their own, which multiply the base colour.
+pub(super) fn white_material() -> Material {
+    Material { name: "vertex colours".to_owned(), ..material_of([1.0; 4]) }
+}
+
+/// True if a position can be part of a scene.
+pub(super) fn drawable(position: [f32; 3]) -> bool {
+    position.iter().all(|v| v.abs() <= MAX_COORDINATE)
+}
+
+/// Adds a mesh and its only instance, where it stands.
+pub(super) fn add_object(
+    scene: &mut Scene,
+    element: &str,
+    data: MeshData,
+    material: MaterialId,
+    object: u32,
+) -> Result<(), LoadError> {
+    let mesh = Mesh::new(data).map_err(LoadError::scene(element))?;
+    let mesh = scene.add_mesh(mesh).map_err(LoadError::scene(element))?;
+    add_placed(scene, element, mesh, material, Transform::IDENTITY, object)
+}
+
+/// Places a mesh that the scene has.
+pub(super) fn add_placed(
+    scene: &mut Scene,
+    element: &str,
+    mesh: MeshId,
+    material: MaterialId,
+    transform: Transform,
+    object: u32,
+) -> Result<(), LoadError> {
+    scene.add_instance(Instance { mesh, material, transform, object }).map_err(LoadError::scene(element))
+}
+
+/// Checks the sizes of a mesh against the limits, before or while it is built.
+pub(super) fn check_mesh(context: &Context<'_>, triangles: u64, vertices: u64) -> Result<(), LoadError> {
+    let limits = context.limits;
+    Limits::check(|| "the model's triangles".to_owned(), triangles, limits.triangles, "triangles")?;
+    Limits::check(|| "the model's vertices".to_owned(), vertices, limits.vertices, "vertices")?;
+    // Positions and normals; indices and the list of corners that normals are made from.
+    let bytes = vertices.saturating_mul(24).saturating_add(triangles.saturating_mul(24));
+    Limits::check(|| "the model".to_owned(), bytes, limits.decoded_bytes, "decoded_bytes")?;
+    if bytes >= 1 << 20 {
+        Limits::check_memory(|| "the model".to_owned(), bytes)?;
+    }
+    Ok(())
+}
+
+/// Checks the size of the file itself.
+pub(super) fn check_input(context: &Context<'_>, bytes: &[u8]) -> Result<(), LoadError> {
+    Limits::check(|| "the file".to_owned(), bytes.len() as u64, context.limits.input_bytes, "input_bytes")?;
+    Ok(())
+}
+
+/// A finished scene; one without triangles says so.
+pub(super) fn finish(scene: Scene, mut warnings: Vec<Warning>) -> Loaded {
+    if scene.triangle_count() == 0 && scene.splat_count() == 0 {
+        warnings.push(Warning::new("the model has no triangles"));
+    }
+    Loaded { warnings, ..Loaded::from(scene) }
+}
+
+/// Reads and decodes one picture that the model names. The inner error says why it cannot be had.
+pub(super) fn read_picture(
+    context: &Context<'_>,
+    file: &str,
+    budget: &mut Budget,
+) -> Result<Result<Picture, String>, LoadError> {
+    let what = format!("texture {}", quoted(file.as_bytes()));
+    let left_out = |why: &dyn std::fmt::Display| Ok(Err(format!("{what} is left out: {why}")));
+    let bytes = match Nearby::default().read(context, "", [file], context.limits.input_bytes) {
+        Ok(found) => found.bytes,
+        Err(error) => return left_out(&error),
+    };
+    picture_of(&what, &bytes, context, budget)
+        .map(|picture| picture.map_err(|why| format!("{what} is left out: {why}")))
+}
+
+/// Decodes one picture. The inner error says why it cannot be had.
+pub(super) fn picture_of(
+    what: &str,
+    bytes: &[u8],
+    context: &Context<'_>,
+    budget: &mut Budget,
+) -> Result<Result<Picture, String>, LoadError> {
+    let header = match image::probe(what, bytes, context.limits) {
+        Ok(header) => header,
+        Err(error) => return Ok(Err(error.loss()?)),
+    };
+    // Texels, their mip levels and what is made of them.
+    budget.charge_texture(|| what.to_owned(), header.texels(), 12)?;
+    match image::decode(bytes, &header) {
+        Ok(picture) => Ok(Ok(picture)),
+        Err(error) => Ok(Err(error.loss()?)),
+    }
+}

@@ -1,0 +1,672 @@
+//! Stanford polygon files: text and binary of either byte order.
+//!
+//! Parsed here and not by a crate, which would hand over every value in a map of names: a hundred times the memory of
+//! the file, and no say in what a damaged one gives.
+//!
+//! Colours of whole numbers are sRGB, those of fractions linear. Coloured faces win over coloured vertices unless all
+//! faces have one colour. `comment TextureFile` names the texture of vertex (`s t`, `u v`, `texture_u texture_v`) or
+//! face (`texcoord`) coordinates. Files of Gaussian splats are known by their properties.
+mod body;
+mod header;
+mod packed;
+mod points;
+mod splats;
+mod values;
+
+use super::budget::Budget;
+use super::mesh_formats::{
+    CREASE_ANGLE, add_object, check_input, check_mesh, default_material, drawable, finish, read_picture,
+    white_material,
+};
+use super::normals::add_smooth_normals;
+use super::origin::{Origin, Region, load_about, lost_steps};
+use super::text::quoted;
+use super::warnings::Warnings;
+use super::warnings::counted;
+use super::{Context, LoadError, Loaded};
+use body::{Faces, Vertices};
+use header::{Element, Encoding, Header};
+use overcoat_core::built::Splats;
+use overcoat_core::formats::LEFT_OUT;
+use overcoat_scene::{
+    AlphaMode, AlphaUse, ColorSpace, Material, MeshData, Sampler, Scene, Texture, TextureRef, UvTransform,
+};
+use std::sync::Arc;
+use values::Values;
+
+const FORMAT: &str = "PLY";
+/// Names of elements of vertices.
+const VERTICES: [&str; 2] = ["vertex", "vertices"];
+/// Names of elements of faces.
+const FACES: [&str; 3] = ["face", "faces", "tristrips"];
+
+/// Reads a PLY file, and the texture that it names.
+///
+/// One that ends early is drawn as far as it goes, with a warning. Faces with vertices that do not exist or are not finite are
+/// left out, with a warning; words that are no numbers are not finite.
+pub(crate) fn load(bytes: &[u8], context: &Context<'_>) -> Result<Loaded, LoadError> {
+    check_input(context, bytes)?;
+    load_about(|region| load_in(bytes, region, context))
+}
+
+/// Reads a file, about an origin where its model is in a region far away.
+fn load_in(bytes: &[u8], region: Option<&Region>, context: &Context<'_>) -> Result<Loaded, LoadError> {
+    let mut warnings = Warnings::default();
+    let mut header = Header::read(bytes, &mut warnings)?;
+    if !header.longs.is_empty() && header.encoding != Encoding::Ascii && !fits(&header) {
+        header.shorten_longs();
+    }
+    if header.encoding == Encoding::Ascii && items_on_lines(&header) {
+        header.elements.iter_mut().for_each(|element| element.by_line = true);
+    }
+    if let Some(layout) = splats::layout(&header) {
+        if !Splats::IS_BUILT {
+            return Err(LoadError::unsupported(FORMAT, format!("Gaussian splats: {LEFT_OUT}")));
+        }
+        return splats::load(&layout, &header, context, warnings);
+    }
+    let mut origin = Origin::default();
+    let (vertices, faces) =
+        read_body(&header, region.map(|region| (region, &mut origin)), context, &mut warnings)?;
+    let mut scene = Scene::new();
+    scene.set_origin(origin.0);
+    if faces.triangles.is_empty() {
+        // Where a file has faces, and be it bad ones, its vertices alone are not what it shows.
+        let has_faces = faces.bad > 0 || faces.short > 0;
+        if vertices.positions.is_empty() || has_faces {
+            return Ok(finish(scene, warnings.finish()));
+        }
+    }
+    let is_cloud = faces.triangles.is_empty();
+    let mut data =
+        if is_cloud { points::cloud(vertices, &mut warnings) } else { build(vertices, faces, context)? };
+    if data.positions.is_empty() {
+        return Ok(finish(scene, warnings.finish()));
+    }
+    let mut material = default_material();
+    texture(&header, &mut scene, &mut material, &mut data, context, &mut warnings)?;
+    if !data.colors.is_empty() {
+        material = Material { base_color_texture: material.base_color_texture, ..white_material() };
+        let alpha = |a: fn(f32) -> bool| data.colors.iter().any(|c| a(c[3]));
+        if !alpha(|a| a > 0.0) {
+            // All transparent: written by programs that do not know alpha.
+            data.colors.iter_mut().for_each(|c| c[3] = 1.0);
+        } else if alpha(|a| a < 1.0) {
+            material.alpha_mode = AlphaMode::Blend;
+        }
+    }
+    if data.normals.is_empty() && !is_cloud {
+        add_smooth_normals(&mut data, CREASE_ANGLE, context.jobs);
+    }
+    let material = scene.add_material(material).map_err(LoadError::scene("PLY: material"))?;
+    add_object(&mut scene, "PLY: mesh", data, material, 0)?;
+    Ok(finish(scene, warnings.finish()))
+}
+
+/// True if the values of a binary file end where the file does.
+fn fits(header: &Header<'_>) -> bool {
+    let mut values = Values::new(header.encoding, header.body);
+    header.elements.iter().all(|element| body::skip(element, &mut values).is_ok()) && values.is_empty()
+}
+
+/// The vertices of a file whose faces come first, which the format allows: they are read ahead.
+fn vertices_behind_faces(
+    header: &Header<'_>,
+    far: &mut Option<(&Region, &mut Origin)>,
+    context: &Context<'_>,
+    warnings: &mut Warnings,
+) -> Result<Option<Vertices>, LoadError> {
+    let is_of = |names: &[&str], element: &Element| names.contains(&element.name.as_str());
+    let Some(at) = header.elements.iter().position(|e| is_of(&VERTICES, e)) else { return Ok(None) };
+    let Some((before, [element, ..])) = header.elements.split_at_checked(at) else { return Ok(None) };
+    if !before.iter().any(|e| is_of(&FACES, e)) {
+        return Ok(None);
+    }
+    let mut values = Values::new(header.encoding, header.body);
+    if before.iter().any(|e| body::skip(e, &mut values).is_err()) {
+        return Ok(None);
+    }
+    check_mesh(context, 0, element.count)?;
+    let start = values.clone();
+    let mut vertices = body::vertices(element, &mut values, header.encoding, header.body.len())?;
+    bring_near(element, start, far.take(), &mut vertices, warnings);
+    Ok(Some(vertices))
+}
+
+/// Measures vertices, whose values begin here, from an origin among them if they are in a region far away.
+fn bring_near(
+    element: &Element,
+    values: Values<'_>,
+    far: Option<(&Region, &mut Origin)>,
+    vertices: &mut Vertices,
+    warnings: &mut Warnings,
+) {
+    let Some((region, origin)) = far else { return };
+    let (found, single) = body::place(element, values, region, &mut vertices.positions);
+    *origin = found;
+    let lost = lost_steps("PLY: positions", region.bounds()).filter(|_| single);
+    lost.into_iter().for_each(|message| warnings.add(|| message));
+}
+
+/// True if a text file has as many lines as items.
+fn items_on_lines(header: &Header<'_>) -> bool {
+    let lines =
+        header.body.split(|b| matches!(b, b'\n' | b'\r')).filter(|line| !line.trim_ascii().is_empty());
+    let with_values = header.elements.iter().filter(|element| !element.properties.is_empty());
+    lines.count() as u64 == with_values.map(|element| element.count).fold(0, u64::saturating_add)
+}
+
+/// Reads the elements in the order of the header. Where the model is in a region far away, its vertices are about an origin
+/// there.
+fn read_body(
+    header: &Header<'_>,
+    mut far: Option<(&Region, &mut Origin)>,
+    context: &Context<'_>,
+    warnings: &mut Warnings,
+) -> Result<(Vertices, Faces), LoadError> {
+    let mut values = Values::new(header.encoding, header.body);
+    let mut vertices = vertices_behind_faces(header, &mut far, context, warnings)?.unwrap_or_default();
+    let mut faces = Faces::default();
+    for element in &header.elements {
+        let cut = match element.name.as_str() {
+            name if VERTICES.contains(&name) && vertices.positions.is_empty() => {
+                check_mesh(context, 0, element.count)?;
+                let before = values.clone();
+                vertices = body::vertices(element, &mut values, header.encoding, header.body.len())?;
+                bring_near(element, before, far.take(), &mut vertices, warnings);
+                vertices.cut.take()
+            }
+            name if FACES.contains(&name) && faces.triangles.is_empty() => {
+                let (read, given_up) = body::faces(element, &mut values, &vertices.positions, context)?;
+                faces = read;
+                if let Some(name) = &faces.unusual {
+                    let name = quoted(name.as_bytes());
+                    warnings.add(|| format!("PLY: the list {name} of faces is taken for their vertices"));
+                }
+                if faces.bad > 0 {
+                    let bad = counted(faces.bad, "face");
+                    warnings
+                        .add(|| format!("PLY: {bad} left out: vertices missing, not finite or beyond 1e15"));
+                }
+                if faces.short > 0 {
+                    let short = counted(faces.short, "face");
+                    warnings.add(|| format!("PLY: {short} of less than three vertices left out"));
+                }
+                if given_up > 0 {
+                    let polygons = counted(given_up, "concave polygon");
+                    warnings.add(|| format!("PLY: {polygons} with too many corners may be drawn wrongly"));
+                }
+                faces.cut.take()
+            }
+            _ => body::skip(element, &mut values).err(),
+        };
+        if let Some(cut) = cut {
+            // Points without faces are something to draw, where no faces are announced.
+            let announced = header.elements.iter().any(|e| FACES.contains(&e.name.as_str()) && e.count > 0);
+            if vertices.positions.is_empty() || announced && faces.triangles.is_empty() {
+                return Err(LoadError::malformed(FORMAT, cut));
+            }
+            warnings.add(|| format!("PLY: {cut}; what comes before is drawn"));
+            break;
+        }
+    }
+    Ok((vertices, faces))
+}
+
+/// One mesh of vertices and faces: with vertices of their own for each triangle where faces or corners have colours
+/// or texture coordinates.
+fn build(vertices: Vertices, faces: Faces, context: &Context<'_>) -> Result<MeshData, LoadError> {
+    let varies = faces.colors.iter().any(|c| Some(c) != faces.colors.first());
+    let face_colors = !faces.colors.is_empty() && (varies || vertices.colors.is_empty());
+    let Vertices { mut positions, normals, uvs, colors, .. } = vertices;
+    // Vertices that cannot be drawn have lost their faces; they stand where another one does.
+    let other = positions.iter().copied().find(|&position| drawable(position)).unwrap_or_default();
+    positions.iter_mut().filter(|position| !drawable(**position)).for_each(|position| *position = other);
+    if !face_colors && faces.corner_uvs.is_empty() {
+        let triangles = faces.triangles;
+        return Ok(MeshData {
+            positions,
+            normals,
+            uvs: [uvs, Vec::new()],
+            colors,
+            triangles,
+            ..MeshData::default()
+        });
+    }
+    let count = faces.triangles.len() as u64;
+    check_mesh(context, count, count.saturating_mul(3))?;
+    fn spread<T: Copy>(list: &[T], triangles: &[[u32; 3]]) -> Vec<T> {
+        if list.is_empty() {
+            Vec::new()
+        } else {
+            triangles.as_flattened().iter().filter_map(|&v| list.get(v as usize).copied()).collect()
+        }
+    }
+    let triangles = &faces.triangles;
+    Ok(MeshData {
+        positions: spread(&positions, triangles),
+        normals: spread(&normals, triangles),
+        uvs: [
+            if faces.corner_uvs.is_empty() {
+                spread(&uvs, triangles)
+            } else {
+                faces.corner_uvs.as_flattened().to_vec()
+            },
+            Vec::new(),
+        ],
+        colors: if face_colors {
+            faces.colors.iter().flat_map(|&c| [c; 3]).collect()
+        } else {
+            spread(&colors, triangles)
+        },
+        triangles: (0..triangles.len() as u32)
+            .map(|t| t.saturating_mul(3))
+            .map(|first| [first, first.saturating_add(1), first.saturating_add(2)])
+            .collect(),
+        ..MeshData::default()
+    })
+}
+
+/// Reads the texture that the header names, if the mesh has coordinates for it.
+fn texture(
+    header: &Header<'_>,
+    scene: &mut Scene,
+    material: &mut Material,
+    data: &mut MeshData,
+    context: &Context<'_>,
+    warnings: &mut Warnings,
+) -> Result<(), LoadError> {
+    let [name, more @ ..] = &header.textures[..] else { return Ok(()) };
+    if data.uvs[0].is_empty() {
+        return Ok(());
+    }
+    if !more.is_empty() {
+        warnings.add(|| format!("PLY: of {} textures only the first is drawn", header.textures.len()));
+    }
+    let mut budget = Budget::new(context.limits);
+    let image = match read_picture(context, name, &mut budget)? {
+        Ok(picture) => {
+            if let Some(flaw) = picture.flaw {
+                let name = quoted(name.as_bytes());
+                warnings.add(|| format!("PLY: texture {name}: {flaw}"));
+            }
+            picture.image
+        }
+        Err(message) => {
+            warnings.add(|| format!("PLY: {message}"));
+            return Ok(());
+        }
+    };
+    let texture = Texture::new(Arc::new(image), ColorSpace::Srgb, AlphaUse::Data, Sampler::default());
+    let texture = scene.add_texture(texture).map_err(LoadError::scene("PLY: texture"))?;
+    material.base_color_texture = Some(TextureRef { texture, uv_set: 0, transform: UvTransform::IDENTITY });
+    material.base_color = [1.0; 4];
+    // Programs write some colour for every vertex; one that is the same everywhere is not meant to tint a texture.
+    if data.colors.iter().all(|c| Some(c) == data.colors.first()) {
+        data.colors = Vec::new();
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::MemoryResolver;
+    use overcoat_core::jobs::Jobs;
+    use overcoat_core::limits::Limits;
+    use overcoat_scene::PrimitiveKind;
+
+    fn load_with(bytes: &[u8], limits: &Limits) -> Result<Loaded, LoadError> {
+        load(bytes, &Context { resolver: &MemoryResolver::default(), limits, jobs: &Jobs::new(1) })
+    }
+
+    fn load_bytes(bytes: impl AsRef<[u8]>) -> Result<Loaded, LoadError> {
+        load_with(bytes.as_ref(), &Limits::default())
+    }
+
+    const TRIANGLE: &str = "element vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+                            element face 1\nproperty list uchar int vertex_indices\nend_header\n";
+
+    fn binary(header: &str, body: &[&[u8]]) -> Vec<u8> {
+        [header.as_bytes(), &body.concat()].concat()
+    }
+
+    #[test]
+    fn every_encoding_and_type_reads_the_same() {
+        let types = ["char", "uchar", "short", "ushort", "int", "uint", "float", "double"];
+        for scalar in types {
+            let elements = format!(
+                "element vertex 3\nproperty {scalar} x\nproperty {scalar} y\nproperty {scalar} z\n\
+                 element face 1\nproperty list ushort {scalar} vertex_index\nend_header\n"
+            );
+            let values = [0, 0, 0, 2, 0, 0, 0, 3, 0];
+            let encode = |v: i32, big: bool| -> Vec<u8> {
+                let mut bytes = match scalar {
+                    "char" | "uchar" => (v as u8).to_be_bytes().to_vec(),
+                    "short" | "ushort" => (v as u16).to_be_bytes().to_vec(),
+                    "int" | "uint" => v.to_be_bytes().to_vec(),
+                    "float" => (v as f32).to_be_bytes().to_vec(),
+                    _ => f64::from(v).to_be_bytes().to_vec(),
+                };
+                if !big {
+                    bytes.reverse();
+                }
+                bytes
+            };
+            let body = |big: bool| -> Vec<u8> {
+                let count = if big { [0, 3] } else { [3, 0] };
+                let mut bytes: Vec<u8> = values.iter().flat_map(|&v| encode(v, big)).collect();
+                bytes.extend(count);
+                bytes.extend([0, 1, 2].iter().flat_map(|&v| encode(v, big)));
+                bytes
+            };
+            let ascii =
+                format!("ply\nformat ascii 1.0\n{elements}0 0 0\n2 0 0\n0 3 0\n3 0 1 2\n").into_bytes();
+            let little =
+                binary(&format!("ply\nformat binary_little_endian 1.0\n{elements}"), &[&body(false)]);
+            let big = binary(&format!("ply\nformat binary_big_endian 1.0\n{elements}"), &[&body(true)]);
+            for bytes in [ascii, little, big] {
+                let loaded = load_bytes(bytes).unwrap();
+                assert!(loaded.warnings.is_empty(), "{scalar}: {:?}", loaded.warnings);
+                let mesh = &loaded.scene.meshes()[0];
+                assert_eq!(mesh.positions(), [[0.0; 3], [2.0, 0.0, 0.0], [0.0, 3.0, 0.0]], "{scalar}");
+                assert_eq!(mesh.triangles(), [[0, 1, 2]]);
+            }
+        }
+    }
+
+    #[test]
+    fn numbers_beyond_an_item_are_no_part_of_the_next() {
+        let text = format!("ply\nformat ascii 1.0\n{TRIANGLE}0 0 0 9\n1 0 0 9 9\n\n0 1 0\n3 0 1 2 7");
+        let loaded = load_bytes(&text).unwrap();
+        assert_eq!(loaded.scene.meshes()[0].positions(), [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+        // Without lines it is one number after the other.
+        let text = format!("ply\nformat ascii 1.0\n{TRIANGLE}0 0 0 1 0 0\n0 1\n0 3 0 1 2");
+        assert_eq!(load_bytes(&text).unwrap().scene.triangle_count(), 1);
+    }
+
+    #[test]
+    fn faces_may_come_first() {
+        let text = "ply\nformat ascii 1.0\nelement face 1\nproperty list uchar int vertex_indices\nelement vertex 3\n\
+                    property float x\nproperty float y\nproperty float z\nend_header\n3 0 1 2\n0 0 0\n1 0 0\n0 1 0\n";
+        let loaded = load_bytes(text).unwrap();
+        assert_eq!(loaded.scene.triangle_count(), 1);
+        assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
+    }
+
+    #[test]
+    fn lines_end_in_three_ways() {
+        for end in ["\n", "\r\n", "\r"] {
+            let header =
+                format!("ply\nformat binary_little_endian 1.0\ncomment\n{TRIANGLE}").replace('\n', end);
+            // The first value looks like an end of line.
+            let positions: Vec<u8> =
+                [f32::from_le_bytes([10, 13, 10, 13]), 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]
+                    .iter()
+                    .flat_map(|v| v.to_le_bytes())
+                    .collect();
+            let loaded =
+                load_bytes(binary(&header, &[&positions, &[3, 0, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0]])).unwrap();
+            assert_eq!(loaded.scene.triangle_count(), 1, "{end:?}");
+        }
+    }
+
+    #[test]
+    fn colours_of_codes_are_srgb_and_those_of_fractions_linear() {
+        let vertex = |scalar: &str, values: [&str; 3]| {
+            let [a, b, c] = values;
+            format!(
+                "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+                 property {scalar} red\nproperty {scalar} green\nproperty {scalar} blue\nelement face 1\n\
+                 property list uchar int vertex_indices\nend_header\n0 0 0 {a}\n1 0 0 {b}\n0 1 0 {c}\n3 0 1 2\n"
+            )
+        };
+        let colors = |text: String| load_bytes(text).unwrap().scene.meshes()[0].colors().to_vec();
+        let codes = colors(vertex("uchar", ["255 0 188", "0 0 0", "0 0 0"]));
+        assert_eq!(codes[0][..2], [1.0, 0.0]);
+        assert!((codes[0][2] - 0.503).abs() < 1e-3 && codes[0][3] == 1.0);
+        assert_eq!(colors(vertex("float", ["0.5 2 nan", "0 0 0", "0 0 0"]))[0], [0.5, 1.0, 0.0, 1.0]);
+        assert_eq!(colors(vertex("ushort", ["65535 0 0", "0 0 0", "0 0 0"]))[0], [1.0, 0.0, 0.0, 1.0]);
+    }
+
+    #[test]
+    fn coloured_faces_have_their_own_vertices_and_shared_normals() {
+        let text = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+                    element face 2\nproperty list uchar int vertex_indices\nproperty uchar red\nproperty uchar green\n\
+                    property uchar blue\nend_header\n0 0 0\n1 0 0\n1 1 0.1\n0 1 0\n3 0 1 2 255 0 0\n3 0 2 3 0 255 0\n";
+        let loaded = load_bytes(text).unwrap();
+        let mesh = &loaded.scene.meshes()[0];
+        assert_eq!(mesh.positions().len(), 6);
+        assert_eq!(mesh.colors()[2], [1.0, 0.0, 0.0, 1.0]);
+        assert_eq!(mesh.colors()[3], [0.0, 1.0, 0.0, 1.0]);
+        assert_eq!(mesh.normals()[0], mesh.normals()[3]);
+    }
+
+    #[test]
+    fn polygons_strips_and_coordinates() {
+        let text = "ply\nformat ascii 1.0\ncomment TextureFile a b.png \nelement vertex 4\nproperty float x\n\
+                    property float y\nproperty float z\nproperty float s\nproperty float t\nelement tristrips 1\n\
+                    property list int int vertex_indices\nelement face 0\nend_header\n\
+                    0 0 0 0 0.25\n1 0 0 1 0\n0 1 0 0 1\n1 1 0 1 1\n8 0 1 2 3 -1 0 1 2\n";
+        let loaded = load_bytes(text).unwrap();
+        let mesh = &loaded.scene.meshes()[0];
+        assert_eq!(mesh.triangles(), [[0, 1, 2], [2, 1, 3], [0, 1, 2]]);
+        assert_eq!(mesh.uvs(0)[0], [0.0, 0.75]);
+        assert_eq!(loaded.warnings.len(), 1);
+        assert!(loaded.warnings[0].message.contains("'a b.png'"), "{:?}", loaded.warnings);
+    }
+
+    #[test]
+    fn damage_is_an_error_that_names_the_element() {
+        let ascii = format!("ply\nformat ascii 1.0\n{TRIANGLE}");
+        for (bytes, message) in [
+            (b"plx\n".to_vec(), "does not begin with 'ply'"),
+            (
+                b"ply\nformat ascii 1.0\nelement vertex 3\n".to_vec(),
+                "line 4: the header ends without 'end_header'",
+            ),
+            (b"ply\nend_header\n".to_vec(), "no 'format' line"),
+            (
+                b"ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty odd x\n".to_vec(),
+                "cannot be",
+            ),
+            (b"ply\nformat martian 1.0\nend_header\n".to_vec(), "unknown format 'martian'"),
+            (b"ply\nformat ascii 1.0\nproperty float x\n".to_vec(), "'property float x' cannot be"),
+            (b"ply\nformat ascii 1.0\nelement vertex -1\n".to_vec(), "cannot be"),
+            (b"ply\nformat ascii 1.0\nelement vertex 0\nend_header\n".to_vec(), "no x, y and z"),
+            (ascii.replace("vertex 3", "vertex 4000000000").into_bytes(), "exceeds the limit"),
+        ] {
+            let error = load_bytes(&bytes).unwrap_err().to_string();
+            assert!(error.contains(message) && !error.contains('\n'), "{message}: {error}");
+        }
+    }
+
+    #[test]
+    fn damaged_values_cost_what_depends_on_them() {
+        let ascii = format!("ply\nformat ascii 1.0\n{}", TRIANGLE.replace("face 1", "face 2"));
+        let good = "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+        for (body, triangles, warning) in [
+            (&format!("{good}3 0 1"), 1, "the file ends within element 'face', item 1 of 2"),
+            (&format!("{good}3 0 1 1.5"), 1, "1 face left out"),
+            (&format!("{good}-3 0 1 2"), 1, "1 face left out"),
+            (&format!("{good}x"), 1, "1 face left out"),
+            (&format!("{}3 0 1 2\n", good.replace("3 0 1 2", "3 zero 1 2")), 1, "1 face left out"),
+            (&format!("{}3 0 1 2\n", good.replace("1 0 0", "1 -nan(ind) 0")), 0, "2 faces left out"),
+            (&format!("{}3 0 1 2\n", good.replace("1 0 0", "1 x 0")), 0, "2 faces left out"),
+        ] {
+            let loaded = load_bytes(format!("{ascii}{body}")).unwrap();
+            assert_eq!(loaded.scene.triangle_count(), triangles, "{body}");
+            assert!(loaded.warnings[0].message.contains(warning), "{body}: {:?}", loaded.warnings);
+        }
+        // Of a mesh without a face nothing can be drawn; of points those that are there. Counts cost nothing.
+        let claims = ascii.replace("vertex 3", "vertex 40000000");
+        for (text, message) in [
+            (format!("{ascii}0 0 0 1 0 0 0 1"), "the file ends within element 'vertex', item 2 of 3"),
+            (format!("{ascii}0 0 0 1 0 0 0 1 0"), "the file ends within element 'face', item 0 of 2"),
+            (format!("{claims}{good}"), "the file ends within element 'vertex', item 4 of 40000000"),
+        ] {
+            let error = load_bytes(text).unwrap_err().to_string();
+            assert!(error.contains(message), "{error}");
+        }
+        let points = ascii.replace("face 2", "face 0") + "0 0 0 1 0 0 0 1";
+        let warnings = load_bytes(points).unwrap().warnings;
+        assert!(warnings[0].message.contains("ends within element 'vertex', item 2 of 3"), "{warnings:?}");
+        let binary = |body: &[&[u8]]| {
+            binary(
+                &format!("ply\nformat binary_little_endian 1.0\n{}", TRIANGLE.replace("face 1", "face 2")),
+                body,
+            )
+        };
+        let corners: Vec<u8> =
+            [0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0].iter().flat_map(|v| v.to_le_bytes()).collect();
+        let face: Vec<u8> = [&[3_u8][..], &[0, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0]].concat();
+        for cut in [0, 1, 12] {
+            let loaded = load_bytes(binary(&[&corners, &face, &face[..cut]])).unwrap();
+            assert_eq!((loaded.scene.triangle_count(), loaded.warnings.len()), (1, 1), "{cut}");
+        }
+    }
+
+    /// A triangle whose third corner is out of the way of its first two, so that what is behind the header is read aright.
+    fn assert_triangle(bytes: impl AsRef<[u8]>, warnings: usize) {
+        let loaded = load_bytes(bytes).unwrap();
+        assert_eq!(loaded.warnings.len(), warnings, "{:?}", loaded.warnings);
+        assert_eq!(loaded.scene.meshes()[0].positions(), [[0.0; 3], [2.0, 0.0, 0.0], [0.0, 3.0, 0.0]]);
+        assert_eq!(loaded.scene.meshes()[0].triangles(), [[0, 1, 2]]);
+    }
+
+    #[test]
+    fn headers_as_programs_write_them() {
+        let header = format!("ply\nformat ascii 1.0\n{TRIANGLE}");
+        let body = "0 0 0\n2 0 0\n0 3 0\n3 0 1 2\n";
+        let plain = header.clone() + body;
+        for (from, to, warnings) in [
+            ("ply\n", "\u{feff}ply\n", 0),
+            ("ply\n", "PLY\r\n", 0),
+            ("ply\n", "ply  \n", 0),
+            ("ply\n", "ply\r", 0),
+            ("end_header\n", "end_header\r\n", 0),
+            ("element face", "comment\nComment of no use\nOBJ_INFO x\n\nelement face", 0),
+            ("format ascii 1.0\n", "format ascii 1.0\nCreated by someone\ndate 2024-01-01\n", 1),
+            ("property float x", "PROPERTY Float X", 0),
+            ("element vertex 3", "Element Vertex 3", 0),
+            ("property float y", "property float32_t y", 0),
+            ("property float y", "property fixed y", 0),
+            ("list uchar int vertex_indices", "LIST UChar Int32 Vertex_Index", 0),
+            ("list uchar int vertex_indices", "list uint8 uint64 corners", 1),
+            ("element vertex", "element face", 1),
+        ] {
+            let text = plain.replacen(from, to, 1);
+            if to.starts_with("element face") {
+                // No vertices at all.
+                assert!(load_bytes(text).is_ok());
+                continue;
+            }
+            assert_triangle(text, warnings);
+        }
+    }
+
+    #[test]
+    fn numbers_of_64_and_16_bits_and_longs_of_both_kinds() {
+        let header = |extra: &str| {
+            let list = "property list uchar int vertex_indices";
+            let text =
+                TRIANGLE.replace("property float z\n", &format!("property float z\nproperty {extra}\n"));
+            let text = text.replace(list, "property list uchar int64 vertex_indices");
+            format!("ply\nformat binary_little_endian 1.0\n{text}")
+        };
+        let corners = [[0.0_f32, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 3.0, 0.0]];
+        for (name, size) in
+            [("int64", 8), ("UINT64", 8), ("long", 8), ("long", 4), ("ulong", 4), ("float16", 2)]
+        {
+            let mut bytes = header(&format!("{name} id")).into_bytes();
+            for corner in corners {
+                bytes.extend(corner.iter().flat_map(|v| v.to_le_bytes()));
+                bytes.extend(std::iter::repeat_n(1, size));
+            }
+            bytes.push(3);
+            bytes.extend([0_i64, 1, 2].iter().flat_map(|v| v.to_le_bytes()));
+            assert_triangle(bytes, 0);
+        }
+    }
+
+    #[test]
+    fn vertices_that_are_no_numbers_cost_their_faces_only() {
+        let text = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+                    element face 2\nproperty list uchar int vertex_indices\nend_header\n\
+                    -nan(ind) nan 1.#QNAN\n0 0 0\n1 0 0\n0 1 0\n3 1 2 3\n3 0 1 2\n";
+        let loaded = load_bytes(text).unwrap();
+        assert_eq!((loaded.scene.triangle_count(), loaded.warnings.len()), (1, 1), "{:?}", loaded.warnings);
+    }
+
+    #[test]
+    fn fractions_above_2_are_codes() {
+        let text = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+                    property float red\nproperty float green\nproperty float blue\nproperty float alpha\nelement face 1\n\
+                    property list uchar int vertex_indices\nend_header\n0 0 0 255 0 188 255\n1 0 0 0 0 0 255\n0 1 0 1 1 nan 255\n3 0 1 2\n";
+        let loaded = load_bytes(text).unwrap();
+        let colors = loaded.scene.meshes()[0].colors();
+        assert!(colors[0][0] == 1.0 && (colors[0][2] - 0.503).abs() < 1e-3 && colors[0][3] == 1.0);
+        assert!(colors[2][0] < 0.001 && colors[2][2] == 0.0);
+    }
+
+    #[test]
+    fn what_can_be_drawn_is() {
+        let ascii = format!("ply\nformat ascii 1.0\n{}", TRIANGLE.replace("face 1", "face 5"));
+        let loaded =
+            load_bytes(format!("{ascii}0 0 0 1 0 0 0 1 0 3 0 1 2 3 0 1 7 2 0 1 3 0 -1 2 4 0")).unwrap();
+        assert_eq!(loaded.scene.triangle_count(), 1);
+        assert_eq!(loaded.warnings.len(), 3, "{:?}", loaded.warnings);
+        assert!(loaded.warnings[2].message.contains("ends within element 'face', item 4 of 5"));
+        let points = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n\
+                      element thing 2\nproperty list uchar uint a\nproperty float b\nend_header\n1 2 3\n2 1 1 0.5\n0 1\n";
+        let loaded = load_bytes(points).unwrap();
+        assert_eq!(loaded.scene.meshes()[0].kind(), PrimitiveKind::Points);
+        assert_eq!(loaded.scene.meshes()[0].primitive_count(), 1);
+        assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
+    }
+
+    #[test]
+    fn vertices_without_faces_are_points() {
+        let cloud = |properties: &str, values: &str| {
+            let count = values.lines().count();
+            let text = format!(
+                "ply\nformat ascii 1.0\nelement vertex {count}\nproperty float x\nproperty float y\nproperty float z\n\
+                 {properties}element face 0\nproperty list uchar int vertex_indices\nend_header\n{values}"
+            );
+            load_bytes(text).unwrap()
+        };
+        let loaded = cloud("property float intensity\n", "0 0 0 7\n0 nan 0 9\n1 0 0 8\n2 0 0 inf\n");
+        let mesh = &loaded.scene.meshes()[0];
+        assert_eq!((mesh.kind(), mesh.primitive_count()), (PrimitiveKind::Points, 3));
+        assert_eq!(mesh.positions(), [[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]]);
+        let [a, b, c] = [0, 1, 2].map(|k| mesh.colors()[k][0]);
+        assert!(a < b && b == 1.0 && c == a, "{a} {b} {c}");
+        assert!(loaded.warnings.len() == 1 && loaded.warnings[0].message.contains("1 point left out"));
+
+        // The colour wins; among others the intensity.
+        let loaded =
+            cloud("property uchar label\nproperty float scalar_Intensity\n", "0 0 0 1 5\n1 0 0 2 3\n");
+        let colors = loaded.scene.meshes()[0].colors();
+        assert!(colors[0][0] > colors[1][0]);
+        let rgb = "property uchar label\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n";
+        let loaded = cloud(rgb, "0 0 0 1 255 0 0\n1 0 0 2 0 255 0\n");
+        assert_eq!(loaded.scene.meshes()[0].colors(), [[1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 1.0]]);
+        // Nothing to tell them apart: the default material.
+        let loaded = cloud("property uchar label\n", "0 0 0 1\n1 0 0 1\n");
+        assert!(loaded.scene.meshes()[0].colors().is_empty());
+        // Faces that cannot be drawn do not make points of their vertices.
+        let text = format!("ply\nformat ascii 1.0\n{TRIANGLE}0 0 0 1 0 0 0 1 0 3 0 1 7");
+        assert!(load_bytes(text).unwrap().scene.meshes().is_empty());
+    }
+
+    #[test]
+    fn lists_that_claim_too_much_cost_nothing() {
+        let header =
+            format!("ply\nformat binary_little_endian 1.0\n{}", TRIANGLE.replace("uchar int", "uint uint"));
+        let error = load_bytes(binary(&header, &[&[0; 36], &[255; 4], &[0; 12]])).unwrap_err().to_string();
+        assert!(error.contains("ends within element 'face', item 0 of 1"), "{error}");
+        let limits = Limits::default().with_vertices(2);
+        let ascii = format!("ply\nformat ascii 1.0\n{TRIANGLE}0 0 0 1 0 0 0 1 0 3 0 1 2");
+        assert!(matches!(load_with(ascii.as_bytes(), &limits), Err(LoadError::Limit(_))));
+    }
+}

@@ -1,0 +1,102 @@
+//! Vertices without faces: a cloud of points.
+//!
+//! Points without colours are grey by what else the file says of them: the intensity of their reflection, any other
+//! quantity, or the number of their class. The 1st percentile of a quantity is dark ([`DARK`], an sRGB code) and the 99th
+//! white, since a few bright reflections must not leave the rest black; classes run from the smallest number to the
+//! largest.
+
+use super::body::{Measure, Vertices};
+use crate::mesh_formats::drawable;
+use crate::warnings::Warnings;
+use crate::warnings::counted;
+use overcoat_core::color::srgb::srgb_to_linear;
+use overcoat_scene::{MeshData, PrimitiveKind};
+
+/// The least grey: black points on black say nothing.
+const DARK: f32 = 0.15;
+
+/// The points of a file, without those that cannot be drawn.
+pub(super) fn cloud(vertices: Vertices, warnings: &mut Warnings) -> MeshData {
+    let Vertices { mut positions, mut normals, mut uvs, mut colors, mut values, measure, .. } = vertices;
+    let before = positions.len();
+    if !positions.iter().all(|p| drawable(*p)) {
+        let keep: Vec<bool> = positions.iter().map(|p| drawable(*p)).collect();
+        retain(&mut normals, &keep);
+        retain(&mut uvs, &keep);
+        retain(&mut colors, &keep);
+        retain(&mut values, &keep);
+        retain(&mut positions, &keep);
+        let lost = counted(before.abs_diff(positions.len()) as u64, "point");
+        warnings.add(|| format!("PLY: {lost} left out: not finite or beyond 1e15"));
+    }
+    if colors.is_empty() {
+        colors = greys(&values, measure);
+    }
+    MeshData {
+        positions,
+        normals,
+        uvs: [uvs, Vec::new()],
+        colors,
+        kind: PrimitiveKind::Points,
+        ..MeshData::default()
+    }
+}
+
+/// Leaves out the items of a list that are not to be kept.
+fn retain<T>(list: &mut Vec<T>, keep: &[bool]) {
+    let mut keep = keep.iter();
+    list.retain(|_| keep.next().is_some_and(|keep| *keep));
+}
+
+/// A grey for each value; none if there are none, or all are alike.
+fn greys(values: &[f32], measure: Measure) -> Vec<[f32; 4]> {
+    let mut known: Vec<f32> = values.iter().copied().filter(|v| v.is_finite()).collect();
+    let Some(last) = known.len().checked_sub(1) else { return Vec::new() };
+    // In hundredths of the list.
+    let cut = if measure == Measure::Class { 0 } else { last / 100 };
+    let mut ranked = |place: usize| *known.select_nth_unstable_by(place, f32::total_cmp).1;
+    let (mut low, mut high) = (ranked(cut), ranked(last.saturating_sub(cut)));
+    if low >= high {
+        (low, high) = (ranked(0), ranked(last));
+    }
+    // In double precision no difference of two numbers is infinite.
+    let (low, size) = (f64::from(low), f64::from(high) - f64::from(low));
+    if size <= 0.0 {
+        return Vec::new();
+    }
+    let grey = |value: &f32| {
+        // What is no number is dark.
+        let part = if value.is_finite() { ((f64::from(*value) - low) / size) as f32 } else { 0.0 };
+        let part = if part > 0.0 { if part < 1.0 { part } else { 1.0 } } else { 0.0 };
+        let v = srgb_to_linear(DARK + (1.0 - DARK) * part);
+        [v, v, v, 1.0]
+    };
+    values.iter().map(grey).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn red(values: &[f32], measure: Measure) -> Vec<f32> {
+        greys(values, measure).iter().map(|c| c[0]).collect()
+    }
+
+    #[test]
+    fn quantities_are_grey_between_their_percentiles_and_classes_between_their_ends() {
+        let dark = srgb_to_linear(DARK);
+        let mut values: Vec<f32> = (0..200).map(|k| k as f32).collect();
+        values.push(1e9);
+        let found = red(&values, Measure::Quantity);
+        assert!(
+            found[0] == dark && found[2] == dark && found[3] > dark && found[200] == 1.0 && found[198] == 1.0
+        );
+        assert!((found[100] - srgb_to_linear(0.575)).abs() < 0.01);
+        assert_eq!(red(&[2.0, 5.0, f32::NAN, 2.0], Measure::Class), [dark, 1.0, dark, dark]);
+        assert!(red(&[3.0; 5], Measure::Quantity).is_empty() && red(&[], Measure::Class).is_empty());
+        // One bright point among many equal ones.
+        let mut values = vec![1.0; 500];
+        values[7] = 2.0;
+        assert_eq!(red(&values, Measure::Quantity)[6..8], [dark, 1.0]);
+    }
+}

@@ -1,0 +1,269 @@
+//! PLY files of Gaussian splats, as trainers write them.
+//!
+//! Of each vertex `x y z`, the logarithms `scale_0..2`, the quaternion `rot_0..3` (w first), the `opacity` before the
+//! logistic function, and coefficients of spherical harmonics: `f_dc_0..2` of degree 0, and `f_rest_*` of the others, all of
+//! red before all of green and blue. Such files come from photographs whose cameras look along +Z with +Y down, so -Y is up,
+//! unless a comment names another `Vertical Axis`.
+
+use super::body::{cut, skip, skip_property};
+use super::header::{Element, Encoding, Header, Kind, Scalar};
+use super::packed;
+use super::values::{Missing, Values};
+use super::{FACES, FORMAT, VERTICES};
+use crate::mesh_formats::finish;
+use crate::warnings::Warnings;
+use crate::warnings::counted;
+use crate::{Context, LoadError, Loaded};
+use overcoat_core::limits::Limits;
+use overcoat_core::math::scalar::exp;
+use overcoat_scene::{
+    Axis, MAX_COORDINATE, MAX_SPLAT_SCALE, Scene, Splat, SplatCloud, SplatCloudBuilder, SplatColorSpace,
+    SplatInstance, SplatOrder, Transform,
+};
+
+/// The spherical harmonic of degree 0.
+pub(super) const DEGREE_0: f32 = 0.282_094_8;
+
+/// Names of what every splat has, in the order of [`Row`]'s slots.
+const NAMES: [&str; 14] = [
+    "x", "y", "z", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3", "opacity", "f_dc_0",
+    "f_dc_1", "f_dc_2",
+];
+
+/// The one of [`NAMES`] that flat splats do not have.
+const THICKNESS: usize = 5;
+
+/// Bytes of a splat, but for its harmonics.
+const SPLAT_BYTES: u64 = size_of::<Splat>() as u64;
+
+/// How a file holds its splats.
+pub(super) enum Layout {
+    /// A number for each property.
+    Plain,
+    /// Several in each word, relative to boxes of 256 splats.
+    Packed,
+}
+
+/// How the file holds splats, if that is what it holds.
+pub(super) fn layout(header: &Header<'_>) -> Option<Layout> {
+    let is =
+        |names: &[&str]| header.elements.iter().find(|e| names.contains(&e.name.as_str()) && e.count > 0);
+    let vertex = is(&VERTICES)?;
+    let has = |names: &[&str]| names.iter().all(|name| vertex.properties.iter().any(|p| p.name == *name));
+    if is(&FACES).is_some() {
+        None
+    } else if has(&["scale_0", "scale_1", "rot_0", "opacity", "f_dc_0"]) {
+        Some(Layout::Plain)
+    } else if has(&["packed_position", "packed_rotation", "packed_scale", "packed_color"]) {
+        Some(Layout::Packed)
+    } else {
+        None
+    }
+}
+
+/// Reads a file of splats. One that ends too early is drawn as far as it goes, with a warning; splats that are not finite are
+/// left out, with a warning.
+pub(super) fn load(
+    layout: &Layout,
+    header: &Header<'_>,
+    context: &Context<'_>,
+    mut warnings: Warnings,
+) -> Result<Loaded, LoadError> {
+    let mut counts = Counts::default();
+    let cloud = match layout {
+        Layout::Plain => read(header, context, &mut counts, &mut warnings)?,
+        Layout::Packed => packed::read(header, context, &mut counts, &mut warnings)?,
+    };
+    counts.warn(&mut warnings);
+    let mut scene = Scene::new();
+    let cloud = scene.add_splats(cloud).map_err(LoadError::scene("PLY: splats"))?;
+    let instance = SplatInstance { cloud, transform: Transform::IDENTITY, object: 0 };
+    scene.add_splat_instance(instance).map_err(LoadError::scene("PLY: splats"))?;
+    let up = Some(header.up.unwrap_or(Axis::NegativeY));
+    Ok(Loaded { up, ..finish(scene, warnings.finish()) })
+}
+
+/// Splats that are not as they should be.
+#[derive(Debug, Default)]
+pub(super) struct Counts {
+    /// Numbers that are not finite, or too large.
+    pub bad: u64,
+    /// Without a direction.
+    pub unturned: u64,
+}
+
+impl Counts {
+    /// Adds a splat, unless nothing can be drawn of it.
+    pub(super) fn push(
+        &mut self,
+        builder: &mut SplatCloudBuilder,
+        mut splat: Splat,
+        harmonics: &mut [[f32; 3]],
+    ) {
+        if splat.rotation == [0.0; 4] {
+            self.unturned = self.unturned.saturating_add(1);
+            splat.rotation = [0.0, 0.0, 0.0, 1.0];
+        }
+        // Half floats end there; no color is beyond.
+        harmonics.as_flattened_mut().iter_mut().for_each(|v| *v = v.clamp(-65504.0, 65504.0));
+        if builder.push(&splat, harmonics).is_err() {
+            self.bad = self.bad.saturating_add(1);
+        }
+    }
+
+    fn warn(&self, warnings: &mut Warnings) {
+        if self.bad > 0 {
+            let (bad, scale) = (counted(self.bad, "splat"), MAX_SPLAT_SCALE);
+            let reason = format!("not finite, beyond {MAX_COORDINATE:e} or larger than {scale:e}");
+            warnings.add(|| format!("PLY: {bad} left out: {reason}"));
+        }
+        if self.unturned > 0 {
+            let splats = counted(self.unturned, "splat");
+            warnings.add(|| format!("PLY: {splats} with a rotation of zeros drawn without rotation"));
+        }
+    }
+}
+
+/// An empty cloud with room for as many splats as the file says, if it can hold them.
+pub(super) fn builder(
+    element: &Element,
+    encoding: Encoding,
+    bytes: usize,
+    degree: u8,
+    context: &Context<'_>,
+) -> Result<SplatCloudBuilder, LoadError> {
+    let least = element.min_size(encoding).max(1);
+    let count = element.count.min((bytes as u64).saturating_add(1).checked_div(least).unwrap_or(0));
+    Limits::check(|| "the model's splats".to_owned(), count, context.limits.vertices, "vertices")?;
+    let each = SPLAT_BYTES.saturating_add(6_u64.saturating_mul(coefficients(degree) as u64));
+    let limit = context.limits.decoded_bytes;
+    Limits::check(|| "the model's splats".to_owned(), count.saturating_mul(each), limit, "decoded_bytes")?;
+    let builder = SplatCloudBuilder::new(degree, SplatColorSpace::Srgb, SplatOrder::Depth);
+    let mut builder = builder.map_err(LoadError::scene("PLY: splats"))?;
+    builder.reserve(usize::try_from(count).unwrap_or(0));
+    Ok(builder)
+}
+
+/// Coefficients of one colour above degree 0.
+pub(super) fn coefficients(degree: u8) -> usize {
+    match degree {
+        0 => 0,
+        1 => 3,
+        2 => 8,
+        _ => 15,
+    }
+}
+
+/// The degree that so many coefficients of one colour above degree 0 suffice for. Others are left over, with a warning.
+pub(super) fn degree_of(each: usize, all: usize, warnings: &mut Warnings) -> u8 {
+    let degree = (0..=3).rev().find(|&degree| coefficients(degree) <= each).unwrap_or(0);
+    if coefficients(degree).saturating_mul(3) != all {
+        warnings.add(|| format!("PLY: of {all} properties 'f_rest_*' those of degree {degree} are drawn"));
+    }
+    degree
+}
+
+fn read(
+    header: &Header<'_>,
+    context: &Context<'_>,
+    counts: &mut Counts,
+    warnings: &mut Warnings,
+) -> Result<SplatCloud, LoadError> {
+    let mut values = Values::new(header.encoding, header.body);
+    for element in &header.elements {
+        if !VERTICES.contains(&element.name.as_str()) {
+            skip(element, &mut values).map_err(|message| LoadError::malformed(FORMAT, message))?;
+            continue;
+        }
+        let place = |name: &str| element.properties.iter().position(|p| p.name == name);
+        let mut places = [usize::MAX; NAMES.len()];
+        for (k, (slot, name)) in places.iter_mut().zip(NAMES).enumerate() {
+            match place(name) {
+                Some(found) => *slot = found,
+                None if k == THICKNESS => {}
+                None => {
+                    let message = format!("element 'vertex' has splats without '{name}'");
+                    return Err(LoadError::malformed(FORMAT, message));
+                }
+            }
+        }
+        let rest: Vec<usize> = (0..).map_while(|k| place(&format!("f_rest_{k}"))).collect();
+        let each = rest.len().checked_div(3).unwrap_or(0);
+        let degree = degree_of(each, rest.len(), warnings);
+        if place("filter_3D").is_some() {
+            warnings.add(|| "PLY: 'filter_3D' of the splats has no effect".to_owned());
+        }
+        let mut builder = builder(element, header.encoding, header.body.len(), degree, context)?;
+        let mut harmonics = [[0.0; 3]; 15];
+        let harmonics = harmonics.get_mut(..coefficients(degree)).unwrap_or_default();
+        each_row(element, &mut values, warnings, |row| {
+            let at = |place: usize| row.get(place).copied().unwrap_or(0.0);
+            let [x, y, z, s0, s1, s2, w, i, j, k, opacity, r, g, b] = places.map(at);
+            let flat = places.get(THICKNESS) == Some(&usize::MAX);
+            for (n, coefficient) in harmonics.iter_mut().enumerate() {
+                for (c, value) in coefficient.iter_mut().enumerate() {
+                    let place = rest.get(c.saturating_mul(each).saturating_add(n));
+                    *value = place.map_or(0.0, |&place| at(place));
+                }
+            }
+            let splat = Splat {
+                position: [x, y, z],
+                scale: [exp(s0), exp(s1), if flat { 0.0 } else { exp(s2) }],
+                rotation: [i, j, k, w],
+                opacity: 1.0 / (1.0 + exp(-opacity)),
+                color: [r, g, b].map(|v| 0.5 + DEGREE_0 * v),
+            };
+            counts.push(&mut builder, splat, harmonics);
+        })?;
+        return Ok(builder.finish());
+    }
+    Err(LoadError::malformed(FORMAT, "there is no element 'vertex'"))
+}
+
+/// Calls `f` with the numbers of each item, 0 in the place of a list. Where the file ends within them, those that are complete
+/// count, with a warning.
+pub(super) fn each_row(
+    element: &Element,
+    values: &mut Values<'_>,
+    warnings: &mut Warnings,
+    mut f: impl FnMut(&[f32]),
+) -> Result<(), LoadError> {
+    let mut row = vec![0.0_f32; element.properties.len()];
+    let mut read = 0_u64;
+    let plain = element.properties.iter().all(|p| matches!(p.kind, Kind::One(Scalar::F32)));
+    while read < element.count {
+        let mut next = || -> Result<(), Missing> {
+            // Nearly all files are like that, and large.
+            if let (Values::LittleEndian(bytes), true) = (&mut *values, plain) {
+                let (head, rest) = bytes.split_at_checked(row.len().saturating_mul(4)).ok_or(Missing::End)?;
+                *bytes = rest;
+                for (value, bytes) in row.iter_mut().zip(head.as_chunks().0) {
+                    *value = f32::from_le_bytes(*bytes);
+                }
+                return Ok(());
+            }
+            for (value, property) in row.iter_mut().zip(&element.properties) {
+                match property.kind {
+                    Kind::One(scalar) => *value = values.number(scalar)?,
+                    list @ Kind::List(..) => skip_property(list, values)?,
+                }
+            }
+            Ok(())
+        };
+        match next() {
+            Ok(()) => f(&row),
+            // Harmonics are no reason not to draw.
+            Err(Missing::End) if read > 0 || element.name == "sh" => {
+                let all = counted(element.count, "splat");
+                warnings.add(|| format!("PLY: the file ends after {read} of {all}"));
+                break;
+            }
+            Err(missing) => return Err(LoadError::malformed(FORMAT, cut(element, read, missing))),
+        }
+        if element.by_line {
+            values.skip_line();
+        }
+        read = read.saturating_add(1);
+    }
+    Ok(())
+}

@@ -1,0 +1,243 @@
+//! What slicers write beside the model: Slic3r and PrusaSlicer (`Metadata/Slic3r_PE*.config`), Bambu Studio and
+//! OrcaSlicer (`Metadata/model_settings.config`, `project_settings.config`).
+//!
+//! Two things of it change the picture: parts that are no objects but change how others are printed where they
+//! overlap them, and the filament that a part is printed with, whose colour it is shown in. All of it is optional: what
+//! cannot be read is as if it were not there.
+
+use super::archive::Archive;
+use super::property::color;
+use super::xml::{Tag, Xml, index, text_of};
+use crate::LoadError;
+use crate::budget::Budget;
+use crate::warnings::Warnings;
+use std::collections::BTreeMap;
+
+/// Filaments of one file; printers have up to 16 or so.
+const FILAMENTS: usize = 256;
+
+/// What the settings say of a part of an object.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Part {
+    /// Why it is not drawn.
+    pub(super) left_out: Option<&'static str>,
+    /// From 1.
+    pub(super) extruder: Option<u32>,
+    /// The object that the part belongs to.
+    owner: u32,
+}
+
+/// Triangles of a mesh that are a part of their own, the last one included.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Volume {
+    pub(super) first: u32,
+    pub(super) last: u32,
+    pub(super) left_out: bool,
+    pub(super) extruder: Option<u32>,
+}
+
+#[derive(Debug, Default)]
+struct Settled {
+    extruder: Option<u32>,
+    /// By the object that is the part.
+    parts: BTreeMap<u32, (Option<&'static str>, Option<u32>)>,
+    /// In the order of their triangles.
+    volumes: Vec<Volume>,
+}
+
+/// The settings of a file.
+#[derive(Debug, Default)]
+pub(super) struct Settings {
+    objects: BTreeMap<u32, Settled>,
+    /// Linear colours.
+    filaments: Vec<[f32; 4]>,
+}
+
+/// Why a part of this kind is not drawn.
+fn kind(name: &str) -> Option<&'static str> {
+    Some(match name {
+        "modifier_part" | "ParameterModifier" => "modifiers of a slicer",
+        "negative_part" | "NegativeVolume" => "negative volumes of a slicer, which are not cut out either",
+        "support_blocker" | "SupportBlocker" | "support_enforcer" | "SupportEnforcer" => {
+            "marks of a slicer for supports"
+        }
+        _ => return None,
+    })
+}
+
+impl Settings {
+    /// Reads what there is.
+    pub(super) fn read(archive: &Archive<'_>, budget: &mut Budget, warnings: &mut Warnings) -> Self {
+        let mut settings = Self::default();
+        let mut lost = |name: &str, read: Result<(), LoadError>| {
+            if let Err(error) = read {
+                warnings.add(|| format!("3MF: the settings in {name} are ignored: {error}"));
+            }
+        };
+        for name in ["Metadata/Slic3r_PE_model.config", "Metadata/model_settings.config"] {
+            if archive.has(name) {
+                lost(name, settings.read_objects(archive, name, budget));
+            }
+        }
+        for (name, read) in [
+            ("Metadata/Slic3r_PE.config", filaments_of_lines as fn(&str) -> Vec<[f32; 4]>),
+            ("Metadata/project_settings.config", filaments_of_json),
+        ] {
+            if archive.has(name) {
+                lost(name, settings.read_filaments(archive, name, read, budget));
+            }
+        }
+        settings
+    }
+
+    fn read_objects(
+        &mut self,
+        archive: &Archive<'_>,
+        name: &str,
+        budget: &mut Budget,
+    ) -> Result<(), LoadError> {
+        let bytes = archive.read(name, budget)?;
+        let text = text_of(&bytes, name, budget)?;
+        let mut xml = Xml::new(name, &text);
+        xml.root(|xml, _| {
+            xml.children(|xml, tag| {
+                let ("object", Some(id)) = (tag.name(), tag.number("id")) else { return Ok(()) };
+                budget.charge(|| "3MF: the slicer's settings".to_owned(), 1, 256)?;
+                let mut settled = Settled::default();
+                xml.children(|xml, tag| {
+                    budget.charge(|| "3MF: the slicer's settings".to_owned(), 1, 64)?;
+                    match tag.name() {
+                        "metadata" => extruder(tag, &mut settled.extruder),
+                        "part" => {
+                            let what = tag.attribute("subtype").and_then(|subtype| kind(&subtype));
+                            let mut printed_by = None;
+                            xml.children(|_, tag| {
+                                extruder(tag, &mut printed_by);
+                                Ok(())
+                            })?;
+                            if let Some(id) = tag.number("id") {
+                                settled.parts.insert(id, (what, printed_by));
+                            }
+                        }
+                        "volume" => settled.volumes.extend(volume(xml, tag)?),
+                        _ => {}
+                    }
+                    Ok(())
+                })?;
+                settled.volumes.sort_by_key(|volume| volume.first);
+                self.objects.insert(id, settled);
+                Ok(())
+            })
+        })
+    }
+
+    fn read_filaments(
+        &mut self,
+        archive: &Archive<'_>,
+        name: &str,
+        read: fn(&str) -> Vec<[f32; 4]>,
+        budget: &mut Budget,
+    ) -> Result<(), LoadError> {
+        let bytes = archive.read(name, budget)?;
+        // A tree of values takes many times the bytes of its text.
+        budget.charge(|| "3MF: the slicer's settings".to_owned(), bytes.len() as u64, 32)?;
+        let text = text_of(&bytes, name, budget)?;
+        self.filaments = read(&text);
+        Ok(())
+    }
+
+    /// What is said of an object that is built.
+    pub(super) fn object(&self, id: u32) -> Part {
+        let extruder = self.objects.get(&id).and_then(|settled| settled.extruder);
+        // Where slicers say nothing they print with the first one.
+        let first = (!self.filaments.is_empty() && !self.objects.is_empty()).then_some(1);
+        Part { left_out: None, extruder: extruder.or(first), owner: id }
+    }
+
+    /// What is said of an object that is part of another, which `printed_by` prints.
+    pub(super) fn part(&self, of: &Part, printed_by: Option<u32>, id: u32) -> Part {
+        let settled = self.objects.get(&of.owner).and_then(|settled| settled.parts.get(&id));
+        let (left_out, extruder) = settled.copied().unwrap_or((None, None));
+        Part { left_out, extruder: extruder.or(printed_by), owner: of.owner }
+    }
+
+    /// The volumes of an object with a mesh of its own.
+    pub(super) fn volumes(&self, id: u32) -> &[Volume] {
+        self.objects.get(&id).map_or(&[], |settled| &settled.volumes)
+    }
+
+    /// The colour of what an extruder prints.
+    pub(super) fn filament(&self, extruder: Option<u32>) -> Option<[f32; 4]> {
+        self.filaments.get(extruder?.checked_sub(1)? as usize).copied()
+    }
+}
+
+/// `<metadata key="extruder" value="2"/>`; 0 stands for that of the object.
+fn extruder(tag: &Tag<'_>, out: &mut Option<u32>) {
+    if tag.attribute("key").as_deref() == Some("extruder") {
+        *out = tag.number("value").filter(|&extruder| extruder > 0);
+    }
+}
+
+fn volume<'a>(xml: &mut Xml<'a>, tag: &Tag<'a>) -> Result<Option<Volume>, LoadError> {
+    let (first, last) = (tag.number("firstid"), tag.number("lastid"));
+    let mut left_out = false;
+    let mut printed_by = None;
+    xml.children(|_, tag| {
+        extruder(tag, &mut printed_by);
+        let value = tag.attribute("value").unwrap_or_default();
+        match tag.attribute("key").as_deref() {
+            Some("volume_type") => left_out |= kind(&value).is_some(),
+            Some("modifier") => left_out |= index(&value) == Some(1),
+            _ => {}
+        }
+        Ok(())
+    })?;
+    let (Some(first), Some(last)) = (first, last) else { return Ok(None) };
+    Ok(Some(Volume { first, last, left_out, extruder: printed_by }))
+}
+
+/// `; filament_colour = #FF8000;#DB5182`. `extruder_colour`, where it is set, is how the printer shows it.
+fn filaments_of_lines(text: &str) -> Vec<[f32; 4]> {
+    let (mut extruders, mut filaments) = (Vec::new(), Vec::new());
+    for line in text.lines() {
+        let Some((key, values)) = line.trim_start_matches([';', ' ']).split_once('=') else { continue };
+        let found = match key.trim() {
+            "extruder_colour" => &mut extruders,
+            "filament_colour" => &mut filaments,
+            _ => continue,
+        };
+        let of_text = |value: &str| color(value.trim().trim_matches('"'));
+        *found = values.split(';').take(FILAMENTS).map(of_text).collect();
+    }
+    let count = extruders.len().max(filaments.len());
+    let at = |list: &[Option<[f32; 4]>], k: usize| list.get(k).copied().flatten();
+    let colors = (0..count).map(|k| at(&extruders, k).or_else(|| at(&filaments, k)));
+    // Without any colour they are shown in that of what has no settings.
+    colors.map_while(|color| color).collect()
+}
+
+/// `{"filament_colour": ["#FF8000", ...], ...}`.
+fn filaments_of_json(text: &str) -> Vec<[f32; 4]> {
+    let value: serde_json::Value = serde_json::from_str(text).unwrap_or_default();
+    let list = value.get("filament_colour").and_then(|list| list.as_array());
+    let colors = list.into_iter().flatten().take(FILAMENTS);
+    colors.map_while(|value| color(value.as_str()?)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn filaments_are_listed_in_two_ways() {
+        let red = [1.0, 0.0, 0.0, 1.0];
+        let green = [0.0, 1.0, 0.0, 1.0];
+        assert_eq!(filaments_of_json(r##"{"filament_colour": ["#FF0000", "#00FF00FF", 3]}"##), [red, green]);
+        assert!(filaments_of_json("[").is_empty() && filaments_of_json("{}").is_empty());
+        let lines =
+            "; layer_height = 0.2\n; extruder_colour = ;\"#00FF00\"\n; filament_colour = #FF0000;#FF0000\n";
+        assert_eq!(filaments_of_lines(lines), [red, green]);
+        assert!(filaments_of_lines("; filament_colour =\n").is_empty());
+    }
+}

@@ -1,0 +1,109 @@
+//! The passes that the tiles of a frame take, in their order.
+
+use super::picture::Request;
+use super::tiles::{Found, TileMemory, count_tiles, render_tiles, survey_tiles};
+use overcoat_core::frame::{Developer, Target, TargetWriter};
+use overcoat_core::limits::LimitExceeded;
+use overcoat_stages::shade::Effects;
+use overcoat_tiles::bands::Planes;
+use overcoat_tiles::crew::Crew;
+use overcoat_tiles::effects::EffectMemory;
+use overcoat_tiles::pass::{FrameContext, Pass, PassKind, Purpose, Wanted};
+use overcoat_tiles::work::{Spent, Work};
+
+/// What is kept from one picture to the next.
+#[derive(Debug, Default)]
+pub(super) struct PassMemory {
+    tiles: TileMemory,
+    pub effects: EffectMemory,
+    /// Those of pictures that were given back.
+    pub planes: Planes,
+}
+
+impl PassMemory {
+    /// Asks for the textures that all tiles of a frame read.
+    pub(super) fn survey(&mut self, crew: &mut Crew<'_>, frame: &FrameContext<'_>, request: &Request<'_>) {
+        // The last pass has all surfaces. What it takes is counted by those that draw.
+        let Some(&kind) = PassKind::of(frame.states).last() else { return };
+        let work = &work_of(frame, request);
+        let pass = Pass { frame, kind, purpose: Purpose::Survey, effects: Effects::default(), work };
+        survey_tiles(crew, &pass, &mut self.tiles, request.options.simd);
+    }
+
+    /// Draws all tiles of a frame: in one pass, or in one for each [`PassKind`] that it takes.
+    pub(super) fn draw(
+        &mut self,
+        crew: &mut Crew<'_>,
+        frame: &FrameContext<'_>,
+        work: &Work<'_>,
+        request: &Request<'_>,
+        mut target: Option<(&mut Target<'_>, [u32; 4])>,
+    ) -> (Planes, Found) {
+        let &Request { scene, options, display, .. } = request;
+        let (kinds, count) = (PassKind::of(frame.states), frame.grid.pixel_count());
+        // What is metered is developed when all of it is known.
+        let mut developer = display.filter(|display| !display.meter).map(Developer::new);
+        let writer = target
+            .as_ref()
+            .zip(developer)
+            .map(|((target, _), developer)| TargetWriter::new(target.format(), developer));
+        if writer.is_some() {
+            developer = None;
+        }
+        let mut planes = Planes::default();
+        // Of the linear light nothing is kept but what is seen through surfaces that refract, what is metered, and hashes.
+        if (developer.is_none() && writer.is_none())
+            || kinds.contains(&PassKind::Backdrop)
+            || options.stage_hashes
+        {
+            planes.add_light(&mut self.planes, count, frame.tints);
+        }
+        let mut found = Found::default();
+        for &kind in kinds {
+            let mut wanted = Wanted::default();
+            if kind != PassKind::Backdrop {
+                let (clipping, hashes) = (!scene.lights().is_empty(), options.stage_hashes);
+                let clipping = clipping && writer.is_none();
+                let aovs = if writer.is_some() { &[] } else { &options.aovs[..] };
+                wanted = Wanted { developer, target: writer, clipping, aovs, hashes };
+                if display.is_some() && writer.is_none() {
+                    planes.add_display(&mut self.planes, count);
+                }
+            }
+            let (purpose, effects) = (Purpose::Draw(wanted), self.effects.of(kind, wanted.aovs));
+            let pass = Pass { frame, kind, purpose, effects, work };
+            let fragments = found.fragments;
+            let target = target
+                .as_mut()
+                .filter(|_| wanted.target.is_some())
+                .map(|(target, region)| (&mut **target, *region));
+            found = render_tiles(crew, &pass, &mut self.tiles, &mut planes, target, options.simd);
+            found.fragments += fragments;
+            self.effects.after(kind, crew, &frame.grid, &planes.linear);
+        }
+        (planes, found)
+    }
+}
+
+/// The limit that one thread would pass first, if the work of a frame passes any.
+pub(super) fn check_limits(frame: &FrameContext<'_>, request: &Request<'_>) -> Result<(), LimitExceeded> {
+    let work = &work_of(frame, request);
+    let mut costs = Vec::new();
+    for &kind in PassKind::of(frame.states) {
+        let pass = Pass { frame, kind, purpose: Purpose::Count, effects: Effects::default(), work };
+        count_tiles(&pass, &mut costs, request.options.simd);
+    }
+    work.check()
+}
+
+/// What has been done for a frame before its tiles, within limits.
+pub(super) fn work_of<'a>(frame: &FrameContext<'_>, request: &Request<'a>) -> Work<'a> {
+    let &Request { options, cancellation, .. } = request;
+    let pixels = frame.grid.pixel_count() as u64;
+    let counts = [options.shading_rate, options.visibility.rays];
+    let work = Work::new(&options.limits, pixels, counts).stopped_by(cancellation);
+    if let Some(ground) = &frame.ground {
+        work.spend(Spent::Shading, ground.units);
+    }
+    work
+}

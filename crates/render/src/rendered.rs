@@ -1,0 +1,98 @@
+//! What rendering gives: pictures, with counts and times of what they took.
+
+use crate::StageHashes;
+use overcoat_core::frame::{Aov, AovPlane, Clipping, DisplayImage, Frame};
+use std::time::Duration;
+
+/// A picture and what it took.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Rendered {
+    /// The picture.
+    pub frame: Frame,
+    /// What it took.
+    pub stats: RenderStats,
+}
+
+/// A picture for a screen and what it took.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct RenderedImage {
+    /// The picture.
+    pub image: DisplayImage,
+    /// The G-buffer planes that were asked for.
+    pub aovs: Vec<AovPlane>,
+    /// What [`Frame::is_tinted`] says of its frame: the light from behind the picture is coloured on its way, which a
+    /// picture without a background does not show.
+    pub tinted: bool,
+    /// What [`DisplayImage::clipping`] says of it, if the scene has lights; else 0.
+    pub clipping: Clipping,
+    /// Exposure in stops that it has: that of the options, with what was metered.
+    pub exposure: f32,
+    /// What it took.
+    pub stats: RenderStats,
+}
+
+impl RenderedImage {
+    /// The plane of a quantity; `None` if it was not asked for.
+    #[must_use]
+    pub fn plane(&self, aov: Aov) -> Option<&AovPlane> {
+        overcoat_core::frame::plane(&self.aovs, aov)
+    }
+}
+
+/// What drawing into a [`Target`](overcoat_core::frame::Target) says beside the pixels.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct RenderedInto {
+    /// As [`RenderedImage::tinted`], of the part that was drawn.
+    pub tinted: bool,
+    /// As [`RenderedImage::exposure`].
+    pub exposure: f32,
+    /// What it took.
+    pub stats: RenderStats,
+}
+
+/// Counts and times of one picture.
+#[derive(Clone, Debug, Default)]
+#[non_exhaustive]
+pub struct RenderStats {
+    /// Triangles that went in, every instance counted.
+    pub triangles: u64,
+    /// Triangles that reached the rasterizer after clipping and culling.
+    pub triangles_rasterized: u64,
+    /// Splats that went in, every instance counted.
+    pub splats: u64,
+    /// Splats of which some pixel may show something.
+    pub splats_drawn: u64,
+    /// Surface fragments that were shaded.
+    pub fragments: u64,
+    /// Units of shading, see [`Limits::shading`](overcoat_core::limits::Limits::shading), that were counted.
+    pub shading: u64,
+    /// Pixels in which something of the scene shows: with an opacity that 8 bits have a code for. What the environment and the
+    /// ground cover does not count.
+    pub covered: u64,
+    /// See [`RenderStats::stages`].
+    pub(super) stages: [(&'static str, Duration); 5],
+    /// Wall time of these stages in which one thread worked alone, however many there are: all but the loops over
+    /// vertices, triangles and tiles. Filtering a new environment and decoding textures count as such.
+    pub serial: Duration,
+    /// What each stage handed to the next, if `RenderOptions::stage_hashes` asks for it.
+    pub stage_hashes: Option<StageHashes>,
+}
+
+impl RenderStats {
+    /// Adds what a picture took that was made for this one.
+    pub(super) fn add_cost(&mut self, other: &Self) {
+        self.fragments += other.fragments;
+        self.shading += other.shading;
+        self.serial += other.serial;
+        self.stages.iter_mut().zip(&other.stages).for_each(|((_, time), (_, more))| *time += *more);
+    }
+
+    /// Wall time of each stage, in the order of the stages.
+    #[must_use]
+    pub fn stages(&self) -> &[(&'static str, Duration)] {
+        &self.stages
+    }
+}

@@ -1,0 +1,215 @@
+//! Where a picture is taken from.
+
+use super::error::{finite, unit, within};
+use super::{MAX_COORDINATE, SceneError, Transform};
+use glam::DVec3;
+
+/// How depth becomes size.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Projection {
+    /// A pinhole.
+    Perspective {
+        /// Vertical field of view in radians, above 0 and below pi.
+        fov_y: f32,
+    },
+    /// A parallel projection.
+    Orthographic {
+        /// Height of the view in metres, above 0.
+        height: f32,
+    },
+}
+
+/// A camera in world space: +Y up, metres.
+///
+/// ```
+/// # mod overcoat { pub use overcoat_scene as scene; }
+/// use overcoat::scene::Camera;
+///
+/// # fn main() -> Result<(), overcoat::scene::SceneError> {
+/// // From the right, the front and above, with 35 degrees from the lower to the upper border.
+/// let camera = Camera::look_at([3.0, 2.0, 4.0], [0.0; 3], [0.0, 1.0, 0.0])?.perspective(35_f32.to_radians())?;
+/// // The plan of it: from above, two metres high, -Z at the upper border.
+/// let plan = Camera::look_at([0.0, 5.0, 0.0], [0.0; 3], [0.0, 0.0, -1.0])?.orthographic(2.0)?;
+/// # assert_eq!((camera.up, plan.up), ([0.0, 1.0, 0.0], [0.0, 0.0, -1.0]));
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// Where it is.
+    pub eye: [f32; 3],
+    /// What is in the centre of the picture.
+    pub target: [f32; 3],
+    /// Which way is up, of any length above 1e-30; need not be perpendicular to the view.
+    pub up: [f32; 3],
+    /// Perspective or orthographic.
+    pub projection: Projection,
+    /// Distance in metres along the view direction before which nothing is drawn, at least 1e-18. There is no far
+    /// limit.
+    pub near: f32,
+}
+
+impl Camera {
+    /// Smallest distance of the near plane in metres.
+    pub const MIN_NEAR: f32 = 1e-18;
+
+    /// A camera at `eye` with `target` in the centre of its picture, both in metres. `up` may have any length but zero and
+    /// need not be perpendicular to the view.
+    ///
+    /// It is a pinhole with the field of view of [`super::Framing`], 30 degrees, and draws nothing nearer than a thousandth of
+    /// the distance to the target: see [`Camera::perspective`], [`Camera::orthographic`] and [`Camera::near_from`].
+    ///
+    /// # Errors
+    /// [`SceneError::NotFinite`] and [`SceneError::OutOfRange`] of a number; [`SceneError::NoLength`] if `up` is zero;
+    /// [`SceneError::DegenerateCamera`] if eye and target coincide or up points along the view.
+    pub fn look_at(eye: [f32; 3], target: [f32; 3], up: [f32; 3]) -> Result<Self, SceneError> {
+        Self {
+            eye,
+            target,
+            up: unit("camera up", up)?,
+            projection: Projection::Perspective { fov_y: std::f32::consts::FRAC_PI_6 },
+            near: Self::usual_near(eye, target),
+        }
+        .checked()
+    }
+
+    /// The camera, moved with what it belongs to; distances are scaled as lengths are.
+    ///
+    /// # Errors
+    /// [`SceneError`] if it then spans no view, or a number of it is not finite or out of its range.
+    pub fn transformed(&self, by: &Transform) -> Result<Self, SceneError> {
+        let point = |p: [f32; 3]| by.point(p.map(f64::from)).map(|c| c as f32);
+        let scale = by.uniform_scale();
+        let length = |l: f32| (f64::from(l) * scale) as f32;
+        let projection = match self.projection {
+            Projection::Orthographic { height } => Projection::Orthographic { height: length(height) },
+            perspective @ Projection::Perspective { .. } => perspective,
+        };
+        Self {
+            eye: point(self.eye),
+            target: point(self.target),
+            up: unit("camera up", by.direction(self.up.map(f64::from)).map(|c| c as f32))?,
+            projection,
+            near: length(self.near),
+        }
+        .checked()
+    }
+
+    /// How near a camera draws where nobody says: a thousandth of the distance to what it looks at.
+    pub fn usual_near(eye: [f32; 3], target: [f32; 3]) -> f32 {
+        let [x, y, z] = [0, 1, 2].map(|k| f64::from(eye[k]) - f64::from(target[k]));
+        let near = (1e-3 * (x * x + y * y + z * z).sqrt()) as f32;
+        if near > Self::MIN_NEAR { near } else { Self::MIN_NEAR }
+    }
+
+    /// The same camera as a pinhole with a vertical field of view in radians, 0.001 to pi - 0.001.
+    ///
+    /// # Errors
+    /// As [`Camera::validate`].
+    pub fn perspective(self, fov_y: f32) -> Result<Self, SceneError> {
+        Self { projection: Projection::Perspective { fov_y }, ..self }.checked()
+    }
+
+    /// The same camera with a parallel projection whose picture is `height` metres high, 1e-15 to 1e18.
+    ///
+    /// # Errors
+    /// As [`Camera::validate`].
+    pub fn orthographic(self, height: f32) -> Result<Self, SceneError> {
+        Self { projection: Projection::Orthographic { height }, ..self }.checked()
+    }
+
+    /// The same camera that draws nothing nearer than a distance in metres along the view, [`Camera::MIN_NEAR`] to 1e18.
+    ///
+    /// # Errors
+    /// As [`Camera::validate`].
+    pub fn near_from(self, near: f32) -> Result<Self, SceneError> {
+        Self { near, ..self }.checked()
+    }
+
+    fn checked(self) -> Result<Self, SceneError> {
+        self.validate()?;
+        Ok(self)
+    }
+
+    /// The view's axes in world space: right, up and backward (towards the viewer), of unit length.
+    ///
+    /// # Errors
+    /// [`SceneError::DegenerateCamera`] if eye and target coincide or up points along the view.
+    pub fn axes(&self) -> Result<[[f64; 3]; 3], SceneError> {
+        let v = |a: [f32; 3]| DVec3::from(a.map(f64::from));
+        let unit = |a: DVec3| {
+            let length = (a.x * a.x + a.y * a.y + a.z * a.z).sqrt();
+            (length > 1e-30 && length.is_finite()).then(|| a / length).ok_or(SceneError::DegenerateCamera)
+        };
+        let back = unit(v(self.eye) - v(self.target))?;
+        let side = unit(v(self.up))?.cross(back);
+        if side.x * side.x + side.y * side.y + side.z * side.z < 1e-12 {
+            return Err(SceneError::DegenerateCamera);
+        }
+        let right = unit(side)?;
+        Ok([right.to_array(), back.cross(right).to_array(), back.to_array()])
+    }
+
+    /// Checks that the camera spans a view and its numbers are in range.
+    ///
+    /// # Errors
+    /// [`SceneError`] naming the number that is not.
+    pub fn validate(&self) -> Result<(), SceneError> {
+        // A camera that sees all of the largest model stands outside of it.
+        let far = 1e3 * MAX_COORDINATE;
+        within("camera eye", &self.eye, -far, far)?;
+        within("camera target", &self.target, -far, far)?;
+        finite("camera up", &self.up)?;
+        within("camera near distance", &[self.near], Self::MIN_NEAR, far)?;
+        match self.projection {
+            Projection::Perspective { fov_y } => {
+                within("camera field of view", &[fov_y], 1e-3, std::f32::consts::PI - 1e-3)?;
+            }
+            Projection::Orthographic { height } => {
+                within("camera view height", &[height], 1e-15, far)?;
+            }
+        }
+        self.axes().map(|_| ())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const UP: [f32; 3] = [0.0, 1.0, 0.0];
+
+    #[test]
+    fn axes_are_those_of_the_view_whatever_the_length_of_up() {
+        for up in [UP, [0.0, 1e-40, 0.0], [0.0, 3e38, 0.0], [0.0, 2.0, 2.0]] {
+            let camera = Camera::look_at([0.0, 0.0, 5.0], [0.0; 3], up).unwrap();
+            assert_eq!(camera.axes().unwrap(), [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], "{up:?}");
+            assert_eq!(camera.near, 5e-3);
+        }
+    }
+
+    #[test]
+    fn what_spans_no_view_is_an_error_at_the_door() {
+        let look = |eye, up| Camera::look_at(eye, [0.0; 3], up).unwrap_err();
+        assert_eq!(look([0.0, 0.0, 1.0], [0.0; 3]), SceneError::NoLength { what: "camera up" });
+        assert_eq!(look([0.0, 0.0, 1.0], [0.0, f32::NAN, 0.0]), SceneError::NotFinite { what: "camera up" });
+        assert_eq!(look([f32::INFINITY, 0.0, 1.0], UP), SceneError::NotFinite { what: "camera eye" });
+        assert_eq!(look([0.0; 3], UP), SceneError::DegenerateCamera);
+        assert_eq!(look([0.0, 3.0, 0.0], UP), SceneError::DegenerateCamera);
+    }
+
+    #[test]
+    fn projections_are_checked() {
+        let camera = Camera::look_at([1.0, 2.0, 3.0], [0.0; 3], UP).unwrap();
+        let wide = camera.perspective(1.5).unwrap();
+        assert_eq!(wide, Camera { projection: Projection::Perspective { fov_y: 1.5 }, ..camera });
+        let parallel = camera.orthographic(2.0).unwrap().near_from(0.5).unwrap();
+        assert_eq!((parallel.projection, parallel.near), (Projection::Orthographic { height: 2.0 }, 0.5));
+        for bad in [0.0, -1.0, 4.0, f32::NAN] {
+            assert!(camera.perspective(bad).is_err(), "{bad}");
+        }
+        for bad in [0.0, -1.0, f32::INFINITY] {
+            assert!(camera.orthographic(bad).is_err() && camera.near_from(bad).is_err(), "{bad}");
+        }
+    }
+}

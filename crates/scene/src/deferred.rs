@@ -1,0 +1,352 @@
+//! Images that are decoded when it is known what of them is seen.
+//!
+//! Of each form of such an image, the rows of each level that pictures have asked for are kept: the same texels that
+//! [`Texture::new`] makes of the whole image, made while its rows are decoded. Pictures say which rows they read
+//! ([`Form::want`]), and whoever draws them sees to it that these are there ([`DeferredImage::provide`]).
+
+use super::bands::{BandLayout, Bands};
+use super::mipmap::Chain;
+use super::parameters::{EMISSIVE_TEXTURE, slots};
+use super::texture::{full_layout, is_opaque};
+use super::{AlphaUse, ColorSpace, Image, Material, Sampler, Scene, Texture, TextureId, TextureRef};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+
+/// Where the rows of an image come from.
+pub trait ImageSource: Send + Sync {
+    /// Gives the rows of a sound image from the top on, until one is not `taken`. `raw` is room for what decoders write,
+    /// whatever it holds. False if the image is not sound, whatever rows were given: then [`ImageSource::image`] says what
+    /// there is of it.
+    fn rows(&self, raw: &mut Vec<u8>, take: &mut dyn FnMut(&[[u8; 4]]) -> bool) -> bool;
+    /// The image and what is wrong with it, or why it is lost: each one line.
+    fn image(&self) -> Result<(Image, Vec<String>), String>;
+}
+
+/// An image and its forms.
+pub struct DeferredImage {
+    size: [u32; 2],
+    /// It has no alpha.
+    opaque: bool,
+    source: Box<dyn ImageSource>,
+    forms: Vec<FormState>,
+    /// All of it, if it has been decoded as a whole; `None` if it is lost.
+    image: OnceLock<Option<Arc<Image>>>,
+    /// What is wrong with it, as far as it is known.
+    flaws: Mutex<Vec<String>>,
+}
+
+/// A form in which an image is read.
+struct FormState {
+    color_space: ColorSpace,
+    alpha: AlphaUse,
+    sampler: Sampler,
+    layout: BandLayout,
+    /// A bit for each band of rows that was asked for.
+    wanted: Vec<AtomicU64>,
+    /// What there is of it.
+    texture: Mutex<Option<Texture>>,
+    whole: OnceLock<Box<Texture>>,
+}
+
+impl std::fmt::Debug for DeferredImage {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "DeferredImage({} x {})", self.size[0], self.size[1])
+    }
+}
+
+/// A texture's form of its image.
+#[derive(Clone, Debug)]
+pub struct Form {
+    image: Arc<DeferredImage>,
+    number: usize,
+}
+
+impl Form {
+    /// The form of a number, if there is one.
+    pub fn new(image: &Arc<DeferredImage>, number: usize) -> Option<Self> {
+        (number < image.forms.len()).then(|| Self { image: Arc::clone(image), number })
+    }
+
+    /// The image.
+    pub fn image(&self) -> &Arc<DeferredImage> {
+        &self.image
+    }
+
+    fn state(&self) -> &FormState {
+        &self.image.forms[self.number]
+    }
+
+    pub fn color_space(&self) -> ColorSpace {
+        self.state().color_space
+    }
+
+    pub fn sampler(&self) -> Sampler {
+        self.state().sampler
+    }
+
+    pub fn band_layout(&self) -> &BandLayout {
+        &self.state().layout
+    }
+
+    /// Asks for a band of rows.
+    pub fn want(&self, band: u32) {
+        if let Some(word) = self.state().wanted.get(band as usize / 64) {
+            word.fetch_or(1 << (band % 64), Ordering::Relaxed);
+        }
+    }
+
+    /// Asks for all of it.
+    pub fn want_all(&self) {
+        let FormState { layout, wanted, .. } = self.state();
+        for (word, all) in wanted.iter().zip(layout.all()) {
+            word.fetch_or(all, Ordering::Relaxed);
+        }
+    }
+
+    /// Whether something was asked for that `texture`, which is of this form, does not have.
+    pub fn lacks(&self, texture: &Texture) -> bool {
+        let Some(bands) = texture.bands() else { return false };
+        let wanted = &self.state().wanted;
+        let lacks = |(wanted, present): (&AtomicU64, &u64)| wanted.load(Ordering::Relaxed) & !present != 0;
+        wanted.iter().zip(bands.present()).any(lacks)
+    }
+
+    /// What there is of `texture`, which is of this form.
+    pub fn resident(&self, texture: &Texture) -> Texture {
+        if let Some(whole) = self.state().whole.get() {
+            return (**whole).clone();
+        }
+        lock(&self.state().texture).clone().unwrap_or_else(|| texture.clone())
+    }
+
+    /// All of `texture`, which is of this form.
+    pub(super) fn whole<'a>(&'a self, texture: &'a Texture) -> &'a Texture {
+        let FormState { color_space, alpha, sampler, texture: made, whole, .. } = self.state();
+        if texture.bands().is_none() {
+            return texture;
+        }
+        whole.get_or_init(|| {
+            // A picture may have asked for all of it: it is not decoded again.
+            if let Some(made) = lock(made).as_ref().filter(|made| made.bands().is_none()) {
+                return Box::new(made.clone());
+            }
+            let image = self.image.decoded().unwrap_or_else(|| Arc::new(Image::white()));
+            Box::new(Texture::new(image, *color_space, *alpha, *sampler))
+        })
+    }
+}
+
+impl DeferredImage {
+    /// An image of this size in some forms. `opaque`: it has no alpha.
+    pub fn new(
+        size: [u32; 2],
+        opaque: bool,
+        source: Box<dyn ImageSource>,
+        forms: impl IntoIterator<Item = (ColorSpace, AlphaUse, Sampler)>,
+    ) -> Self {
+        let state = |(color_space, alpha, sampler)| {
+            let layout = BandLayout::new(&full_layout(size, &sampler));
+            let wanted = (0..layout.words()).map(|_| AtomicU64::new(0)).collect();
+            let (texture, whole) = (Mutex::new(None), OnceLock::new());
+            FormState { color_space, alpha, sampler, layout, wanted, texture, whole }
+        };
+        Self {
+            size,
+            opaque,
+            source,
+            forms: forms.into_iter().map(state).collect(),
+            image: OnceLock::new(),
+            flaws: Mutex::new(Vec::new()),
+        }
+    }
+
+    /// In texels.
+    pub fn size(&self) -> [u32; 2] {
+        self.size
+    }
+
+    /// Its format has no alpha.
+    pub fn is_opaque(&self) -> bool {
+        self.opaque
+    }
+
+    /// True if it has been found that it cannot be read.
+    pub fn is_lost(&self) -> bool {
+        matches!(self.image.get(), Some(None))
+    }
+
+    /// What was found to be wrong with it so far, each one line.
+    pub(crate) fn flaws(&self) -> Vec<String> {
+        lock(&self.flaws).clone()
+    }
+
+    /// Whether the alpha of some texel passes. Rows are decoded up to the first that does.
+    pub(crate) fn has_alpha(&self, passes: &dyn Fn(u8) -> bool) -> bool {
+        if self.opaque && self.image.get().is_none() {
+            return passes(255);
+        }
+        let any = |row: &[[u8; 4]]| row.iter().any(|texel| passes(texel[3]));
+        if self.image.get().is_none() {
+            let mut found = false;
+            let sound = self.source.rows(&mut Vec::new(), &mut |row| {
+                found = any(row);
+                !found
+            });
+            if sound {
+                return found;
+            }
+        }
+        self.decoded().is_some_and(|image| any(image.texels()))
+    }
+
+    /// The image as a whole, decoded at the first call. `None` if it is lost.
+    fn decoded(&self) -> Option<Arc<Image>> {
+        let image = self.image.get_or_init(|| {
+            let (image, flaws) = match self.source.image() {
+                Ok((image, flaws)) => (Some(Arc::new(image)), flaws),
+                Err(loss) => (None, vec![loss]),
+            };
+            *lock(&self.flaws) = flaws;
+            image
+        });
+        image.clone()
+    }
+
+    /// Makes what was asked for and is not there, of all `textures` of the image: it is decoded once for them. `raw` is room
+    /// that decoders use, kept from image to image.
+    pub fn provide(&self, textures: &[&Texture], raw: &mut Vec<u8>) {
+        let lacking = textures.iter().filter_map(|texture| Lacking::of(texture)).collect::<Vec<_>>();
+        if lacking.is_empty() || self.is_lost() {
+            return;
+        }
+        if self.image.get().is_none()
+            // Levels of a mask are made of the whole image.
+            && !lacking.iter().any(|of| matches!(of.form.state().alpha, AlphaUse::Mask { .. }))
+            && let Some(made) = self.stream(&lacking, raw)
+        {
+            for (of, texture) in lacking.iter().zip(made) {
+                let mut kept = lock(&of.form.state().texture);
+                // Another picture of the scene may have asked for more in the meantime: what was asked for stays asked for.
+                if kept.as_ref().is_none_or(|kept| kept.band_count() < texture.band_count()) {
+                    *kept = Some(texture);
+                }
+            }
+            return;
+        }
+        // It is there already, or not sound, or a mask.
+        if self.decoded().is_some() {
+            lacking.iter().for_each(|of| {
+                of.texture.whole();
+            });
+        }
+    }
+
+    /// Textures with the rows that are lacking, and those that were there. `None` if the image is not sound.
+    fn stream(&self, lacking: &[Lacking<'_>], raw: &mut Vec<u8>) -> Option<Vec<Texture>> {
+        let is_normals = |of: &Lacking<'_>| of.form.state().alpha == AlphaUse::Normals;
+        // Whether some texel has alpha decides about what normals have in its place.
+        let needs_all = !self.opaque && lacking.iter().any(is_normals);
+        let mut opaque = true;
+        let mut made = lacking.iter().map(|of| of.start(true)).collect::<Vec<_>>();
+        let sound = self.source.rows(raw, &mut |row| {
+            opaque &= self.opaque || is_opaque(row);
+            made.iter_mut().for_each(|made| made.take(row));
+            needs_all || !made.iter().all(Chain::is_done)
+        });
+        if !sound {
+            return None;
+        }
+        if !opaque && lacking.iter().any(is_normals) {
+            // Their alpha is another number.
+            made = lacking.iter().map(|of| of.start(false)).collect::<Vec<_>>();
+            let again = self.source.rows(raw, &mut |row| {
+                made.iter_mut().for_each(|made| made.take(row));
+                !made.iter().all(Chain::is_done)
+            });
+            if !again {
+                return None;
+            }
+        }
+        let finish = |(of, made): (&Lacking<'_>, Chain)| {
+            of.texture.with_bands(made, [opaque, opaque && is_normals(of)])
+        };
+        Some(lacking.iter().zip(made).map(finish).collect())
+    }
+}
+
+/// A texture that lacks what was asked for.
+struct Lacking<'a> {
+    texture: &'a Texture,
+    form: &'a Form,
+    /// The bands that were asked for.
+    wanted: Vec<u64>,
+}
+
+impl<'a> Lacking<'a> {
+    fn of(texture: &'a Texture) -> Option<Self> {
+        let form = texture.form()?;
+        if !form.lacks(&form.resident(texture)) {
+            return None;
+        }
+        let wanted = form.state().wanted.iter().map(|word| word.load(Ordering::Relaxed)).collect();
+        Some(Self { texture, form, wanted })
+    }
+
+    /// What makes the bands that were asked for; of normals as such if they are `opaque`.
+    fn start(&self, opaque: bool) -> Chain {
+        let FormState { color_space, alpha, sampler, layout, .. } = self.form.state();
+        let alpha = if *alpha == AlphaUse::Normals && !opaque { AlphaUse::Data } else { *alpha };
+        let levels = full_layout(self.form.image.size, sampler);
+        Chain::new(&levels, Bands::new(layout, self.wanted.clone()), *color_space, alpha)
+    }
+}
+
+impl Scene {
+    /// What was lost of the textures of a model that are decoded when a picture asks for them, as far as pictures have asked:
+    /// one line each.
+    #[must_use]
+    pub fn texture_losses(&self) -> Vec<String> {
+        let mut losses: Vec<String> = Vec::new();
+        for form in self.textures().iter().filter_map(Texture::form) {
+            for flaw in form.image().flaws() {
+                if !losses.contains(&flaw) {
+                    losses.push(flaw);
+                }
+            }
+        }
+        losses
+    }
+
+    /// The scene without the uses of textures of which it was found that they cannot be read; `None` if there are none.
+    pub fn without_lost_textures(&self) -> Option<Self> {
+        let is_lost = |texture: &Texture| texture.form().is_some_and(|form| form.image().is_lost());
+        let reads_lost = |material: &Material| {
+            material.textures().any(|read| is_lost(&self.textures[read.texture.index()]))
+        };
+        if !self.materials.iter().any(reads_lost) {
+            return None;
+        }
+        let mut scene = self.clone();
+        for material in &mut scene.materials {
+            settle(material, &|id| (!is_lost(&self.textures[id.index()])).then_some(id));
+        }
+        Some(scene)
+    }
+}
+
+/// Puts other textures in the places of those that a material reads; those that become none are left out.
+pub fn settle(material: &mut Material, other: &dyn Fn(TextureId) -> Option<TextureId>) {
+    for (parameter, slot) in slots() {
+        let Some(&read) = slot.get(material) else { continue };
+        let settled = other(read.texture);
+        if settled.is_none() && parameter.name == EMISSIVE_TEXTURE.name {
+            // The factor alone would make all of it glow.
+            material.emissive = [0.0; 3];
+        }
+        slot.set(material, settled.map(|texture| TextureRef { texture, ..read }));
+    }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}

@@ -1,0 +1,252 @@
+//! Rays on their way through a hierarchy.
+
+use super::{Child, Hierarchy, Leaf, Node};
+use overcoat_core::each;
+use overcoat_core::math::lanes::{Float, LANES, Lanes, Mask};
+
+/// A ray, or a part of one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// Where distances are measured from.
+    pub origin: [f32; 3],
+    /// Where to; of any length but zero. Distances are in this length.
+    pub direction: [f32; 3],
+    /// Distance before which nothing is hit.
+    pub near: f32,
+    /// Distance from which on nothing is hit; may be infinite.
+    pub far: f32,
+}
+
+/// Where a ray meets a triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// In lengths of the ray's direction.
+    pub distance: f32,
+    /// Number of the triangle.
+    pub triangle: u32,
+    /// Weights of the triangle's second and third corners.
+    pub barycentrics: [f32; 2],
+}
+
+/// Memory of one thread for the way through a hierarchy, kept from ray to ray.
+#[derive(Clone, Debug, Default)]
+pub struct Traversal {
+    /// What is yet to be visited, and the distance at which the ray comes to it.
+    todo: Vec<(f32, Child)>,
+    /// Nodes and leaves that were visited since it was asked last.
+    visited: u64,
+}
+
+impl Traversal {
+    /// How many nodes and leaves were visited since the last call: a measure of work that depends on nothing but rays and
+    /// triangles.
+    pub fn take_visited(&mut self) -> u64 {
+        std::mem::take(&mut self.visited)
+    }
+}
+
+/// A ray in lanes, with what boxes and triangles ask of it.
+struct RayLanes<L: Lanes> {
+    origin: [L::F; 3],
+    inverse: [L::F; 3],
+    near: L::F,
+    /// The ray goes down along this axis: it enters boxes at their upper sides.
+    down: [bool; 3],
+    /// The axis along which it goes furthest comes last.
+    axes: [usize; 3],
+    /// What is taken away from the first two coordinates for each unit of the third, and the inverse of the direction's third:
+    /// so sheared and scaled, the ray is the third axis.
+    shear: [L::F; 3],
+}
+
+impl<L: Lanes> RayLanes<L> {
+    #[inline(always)]
+    fn new(l: L, ray: &Ray) -> Self {
+        // Instead of an infinite number: 0 times that would be none. What this shifts is far below rounding.
+        const LEAST: f32 = 1e-30;
+        let inverse = each!(d in ray.direction => 1.0 / if d < LEAST && d > -LEAST { LEAST } else { d });
+        let [x, y, z] = each!(d in ray.direction => d.abs());
+        let axes = if x >= y && x >= z {
+            [1, 2, 0]
+        } else if y >= z {
+            [2, 0, 1]
+        } else {
+            [0, 1, 2]
+        };
+        let [first, second, along] = each!(axis in axes => ray.direction[axis]);
+        Self {
+            origin: each!(v in ray.origin => l.splat(v)),
+            inverse: each!(v in inverse => l.splat(v)),
+            near: l.splat(ray.near),
+            down: each!(v in inverse => v < 0.0),
+            axes,
+            shear: [l.splat(first / along), l.splat(second / along), l.splat(1.0 / along)],
+        }
+    }
+
+    /// Distances at which boxes are entered, and which of them are, before `far`.
+    #[inline(always)]
+    fn enters(&self, l: L, node: &Node, far: f32) -> (L::F, L::M) {
+        let mut enter = self.near;
+        let mut leave = l.splat(far);
+        for k in 0..3 {
+            let (first, last) =
+                if self.down[k] { (&node.high[k], &node.low[k]) } else { (&node.low[k], &node.high[k]) };
+            enter = enter.max((l.load(first) - self.origin[k]) * self.inverse[k]);
+            leave = leave.min((l.load(last) - self.origin[k]) * self.inverse[k]);
+        }
+        (enter, enter.le(leave))
+    }
+
+    /// Distances and weights of the second and third corners where triangles are hit, and which of them are; from both sides.
+    ///
+    /// Woop, Benthin and Wald 2013, "Watertight ray/triangle intersection", without the second try in double precision: a
+    /// product that is larger is never rounded to one that is smaller, so the sign of an edge is right or 0, for all triangles
+    /// that share its corners, and 0 counts as inside of all of them.
+    #[inline(always)]
+    fn hits(&self, l: L, leaf: &Leaf) -> (L::F, [L::F; 2], L::M) {
+        let [a, b, c] = each!(corner in [&leaf.corners[0], &leaf.corners[1], &leaf.corners[2]] => {
+            let [x, y, z]: [L::F; 3] = each!(axis in self.axes => l.load(&corner[axis]) - self.origin[axis]);
+            [x - self.shear[0] * z, y - self.shear[1] * z, z * self.shear[2]]
+        });
+        let u = c[0] * b[1] - c[1] * b[0];
+        let v = a[0] * c[1] - a[1] * c[0];
+        let w = b[0] * a[1] - b[1] * a[0];
+        let zero = l.zero();
+        let inside = (u.ge(zero) & v.ge(zero) & w.ge(zero)) | (u.le(zero) & v.le(zero) & w.le(zero));
+        let sum = (u + v) + w;
+        let inverse = sum.recip();
+        let (v, w) = (v * inverse, w * inverse);
+        let distance = (u * inverse * a[2] + v * b[2]) + w * c[2];
+        // Not of triangles without area, nor of those that the ray lies in: there the sum is 0.
+        (distance, [v, w], inside & !sum.eq(zero) & distance.gt(self.near))
+    }
+}
+
+impl Hierarchy {
+    /// The nearest triangle that a ray hits and `accept` does not refuse (alpha masks); of equally near ones that with the
+    /// lowest number.
+    #[inline(always)]
+    pub fn nearest<L: Lanes>(
+        &self,
+        l: L,
+        ray: &Ray,
+        traversal: &mut Traversal,
+        mut accept: impl FnMut(&Hit) -> bool,
+    ) -> Option<Hit> {
+        let mut nearest: Option<Hit> = None;
+        self.visit(
+            l,
+            ray,
+            traversal,
+            #[inline(always)]
+            |hit, far| {
+                let tie = |other: &Hit| hit.distance == other.distance && hit.triangle > other.triangle;
+                if !nearest.as_ref().is_some_and(tie) && accept(&hit) {
+                    nearest = Some(hit);
+                    *far = hit.distance;
+                }
+                true
+            },
+        );
+        nearest
+    }
+
+    /// Whether a ray hits any triangle that `accept` does not refuse.
+    #[inline(always)]
+    pub fn is_blocked<L: Lanes>(
+        &self,
+        l: L,
+        ray: &Ray,
+        traversal: &mut Traversal,
+        mut accept: impl FnMut(&Hit) -> bool,
+    ) -> bool {
+        let mut blocked = false;
+        self.visit(
+            l,
+            ray,
+            traversal,
+            #[inline(always)]
+            |hit, _| {
+                blocked = accept(&hit);
+                !blocked
+            },
+        );
+        blocked
+    }
+
+    /// Visits hits up to `far`, which the visitor may bring nearer, until it returns false. Nearer boxes come first.
+    #[inline(always)]
+    fn visit<L: Lanes>(
+        &self,
+        l: L,
+        ray: &Ray,
+        traversal: &mut Traversal,
+        mut visit: impl FnMut(Hit, &mut f32) -> bool,
+    ) {
+        let Traversal { todo, visited } = traversal;
+        todo.clear();
+        if self.is_empty() {
+            return;
+        }
+        let lanes = RayLanes::new(l, ray);
+        let mut far = ray.far;
+        todo.push((ray.near, Child::node(0)));
+        while let Some((enter, child)) = todo.pop() {
+            // At the same distance another triangle may be hit, with a lower number.
+            if enter > far {
+                continue;
+            }
+            *visited += 1;
+            if child.0 & Child::LEAF == 0 {
+                push_children(l, &self.nodes[child.0 as usize], &lanes, far, todo);
+                continue;
+            }
+            let leaf = &self.leaves[(child.0 & !Child::LEAF) as usize];
+            let (distances, [v, w], hit) = lanes.hits(l, leaf);
+            let mut left = (hit & distances.le(l.splat(far))).bits();
+            if left == 0 {
+                continue;
+            }
+            let (distances, v, w) = (distances.to_array(), v.to_array(), w.to_array());
+            while left != 0 {
+                let k = left.trailing_zeros() as usize % LANES;
+                left &= left - 1;
+                let hit =
+                    Hit { distance: distances[k], triangle: leaf.triangles[k], barycentrics: [v[k], w[k]] };
+                // One before it may have been nearer. What lies at the end of the ray itself is beyond it.
+                if hit.distance > far || hit.distance >= ray.far {
+                    continue;
+                }
+                if !visit(hit, &mut far) {
+                    return;
+                }
+            }
+        }
+    }
+}
+
+/// Puts the children that a ray enters before `far` on the list, the nearest last.
+#[inline(always)]
+fn push_children<L: Lanes>(l: L, node: &Node, ray: &RayLanes<L>, far: f32, todo: &mut Vec<(f32, Child)>) {
+    let (enter, entered) = ray.enters(l, node, far);
+    let mut left = entered.bits();
+    if left == 0 {
+        return;
+    }
+    let enter = enter.to_array();
+    let first = todo.len();
+    while left != 0 {
+        let k = left.trailing_zeros() as usize % LANES;
+        left &= left - 1;
+        let item = (enter[k], node.children[k]);
+        // Few are entered: insertion is as fast as anything.
+        let mut place = todo.len();
+        todo.push(item);
+        while place > first && todo[place - 1].0 < item.0 {
+            todo[place] = todo[place - 1];
+            place -= 1;
+        }
+        todo[place] = item;
+    }
+}

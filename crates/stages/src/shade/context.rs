@@ -1,0 +1,97 @@
+//! What the shading pass knows of the picture as a whole.
+
+use super::LampVisibility;
+use crate::gbuffer::Draw;
+use crate::light::{AreaLight, EnvironmentLight, PunctualLight};
+use overcoat_core::built::Shadows;
+use overcoat_core::each;
+use overcoat_core::math::lanes::{Float, Lanes};
+use overcoat_core::math::vec3::{V3, Vec3};
+use overcoat_scene::{AreaLightMethod, Material, ShadingModel, Texture};
+
+/// From places on the screen to rays, in single precision.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ViewRays {
+    /// Where the camera is.
+    pub eye: [f32; 3],
+    /// Change of a ray (of unit depth; orthographic: of its origin) per pixel to the right.
+    pub right: [f32; 3],
+    /// The same per pixel down.
+    pub down: [f32; 3],
+    /// The view direction.
+    pub forward: [f32; 3],
+    /// Whether rays start at the eye.
+    pub perspective: bool,
+}
+
+impl ViewRays {
+    /// The ray of unit depth through a place on the screen: where it starts, and its direction (not normalised).
+    #[inline(always)]
+    pub fn ray<L: Lanes>(&self, l: L, screen: [L::F; 2]) -> (V3<L>, V3<L>) {
+        let across = Vec3::splat(l, self.right) * screen[0] + Vec3::splat(l, self.down) * screen[1];
+        let (eye, forward) = (Vec3::splat(l, self.eye), Vec3::splat(l, self.forward));
+        if self.perspective { (eye, across + forward) } else { (across + eye, forward) }
+    }
+
+    /// Where a point is seen: pixels right of and below the viewport's centre. Points behind the eye are seen far away.
+    #[inline(always)]
+    pub fn project<L: Lanes>(&self, l: L, point: V3<L>) -> [L::F; 2] {
+        let from_eye = point - Vec3::splat(l, self.eye);
+        let [x, y, depth] =
+            each!(axis in [self.right, self.down, self.forward] => from_eye.dot(Vec3::splat(l, axis)));
+        // The axes are as long as a pixel is wide.
+        let [a, b, c] = self.right;
+        let pixel = l.splat(a * a + b * b + c * c);
+        let depth = if self.perspective { depth.at_least(1e-18) } else { l.splat(1.0) };
+        [x / pixel / depth, y / pixel / depth]
+    }
+
+    /// Distance along the view direction from the depth that the rasterizer compares.
+    #[inline(always)]
+    pub fn distance<L: Lanes>(&self, _l: L, depth: L::F) -> L::F {
+        if self.perspective { depth.recip() } else { -depth }
+    }
+}
+
+/// The picture as the shading pass sees it.
+#[derive(Clone, Copy)]
+pub struct ShadeContext<'a> {
+    /// The draws.
+    pub draws: &'a [Draw<'a>],
+    /// The materials that draws refer to.
+    pub materials: &'a [Material],
+    /// The textures that materials refer to.
+    pub textures: &'a [Texture],
+    /// The view.
+    pub rays: ViewRays,
+    /// Light from afar.
+    pub environment: &'a EnvironmentLight<'a>,
+    /// Lights without extent.
+    pub lights: &'a [PunctualLight],
+    /// Rectangles and tubes.
+    pub area_lights: &'a [AreaLight],
+    /// Formulas of every surface, whatever its material names.
+    pub model: Option<ShadingModel>,
+    /// How reflections of area lights are integrated.
+    pub area_light_method: AreaLightMethod,
+    /// Largest number of texture probes along a stretched footprint.
+    pub anisotropy: u32,
+    /// Depth maps that say what blocks the environment; with 0 nothing does, and no plane says so.
+    pub maps: u32,
+    /// What is in the way of lights, if that is known.
+    pub lamps: Option<LampVisibility<'a>>,
+    /// Rays that each lobe sends.
+    pub lobe_rays: u32,
+    /// Rays of a fragment to surfaces that shine.
+    pub emitter_rays: u32,
+    /// Roughness grows where normals vary within a pixel, also in models whose engines leave it out.
+    pub specular_antialiasing: bool,
+}
+
+impl ShadeContext<'_> {
+    /// Whether depth maps say what blocks the environment.
+    #[inline(always)]
+    pub(super) fn has_maps(&self) -> bool {
+        Shadows::IS_BUILT && self.maps > 0
+    }
+}

@@ -1,0 +1,117 @@
+//! What shading a fragment takes, in units of about a nanosecond: one core of a Zen 5 processor with AVX2.
+//!
+//! Limits count work by this table and those of the models ([`Model::cost`](super::model::Model::cost)) and not by a clock, so that a file ends in the same way on every machine. The figures
+//! were measured as the processor time of whole frames (one square of 512 x 512 pixels, 1 sample, the studio, no lights or
+//! 33 points), divided by their fragments: rasterizing, reading attributes and writing the pixel are part of them. They are
+//! upper bounds where a material decides: one with any of its lobes costs as if it had all of them, and a texture is counted as
+//! if every footprint were as long as [`ShadeContext::anisotropy`] allows.
+
+use super::variation::normal_filter;
+use super::{ShadeContext, models, paint};
+use overcoat_scene::{AlphaMode, AreaLightMethod, Lobes, Material, ShadingModel};
+
+/// A material without light or textures.
+const UNLIT: u64 = 21;
+
+/// One texture, read with one probe; and each probe more.
+const TEXTURE: u64 = 14;
+const PROBE: u64 = 7;
+
+/// What passes through a surface, beside what is reflected; and of each light.
+const TRANSMISSION: u64 = 205;
+const LIGHT_THROUGH: u64 = 3;
+
+/// A rectangle or tube through linearly transformed cosines, and by facets.
+const AREA_LIGHT: u64 = 60;
+const AREA_LIGHT_BY_FACETS: u64 = 1200;
+
+/// One depth map looked up by a fragment.
+const MAP: u64 = 3;
+
+/// What is in the way of a light without extent, and of a part of one with.
+const SHADOW: u64 = 20;
+const SHADOW_OF_PART: u64 = 35;
+
+/// One ray, without what it takes to shade what it hits.
+const RAY: u64 = 400;
+
+/// What the rays of a fragment's neighbours have found, added to what its own have.
+const POOL: u64 = 300;
+
+/// Roughness that grows where normals vary within a pixel.
+const NORMAL_FILTER: u64 = 9;
+
+/// Flakes, orange peel and scratches of a fragment, found; the surfaces that they add are counted as such.
+const PAINT: u64 = 60;
+
+/// Sorting and summing a fragment of a blended surface.
+const BLENDING: u64 = 90;
+
+/// Alpha masks: one sample of one pixel of a surface that may be there, without its texture.
+const MASK: u64 = 7;
+
+/// What fragments of one material take, in units of about a nanosecond.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ShadingCost {
+    /// Each, in the light of the environment and of all rectangles and tubes.
+    pub fragment: u64,
+    /// Each once more for every light without extent that reaches it.
+    pub light: u64,
+    /// A fragment that is blended, beside the rest.
+    pub blending: u64,
+    /// One sample of one pixel whose alpha is held against a cutoff.
+    pub mask: u64,
+}
+
+impl ShadingCost {
+    /// Of a material of the scene.
+    #[must_use]
+    pub fn of(material: &Material, context: &ShadeContext<'_>) -> Self {
+        let probes = u64::from(context.anisotropy.clamp(1, 16)) - 1;
+        let texture = TEXTURE + PROBE * probes;
+        let masked = matches!(material.alpha_mode, AlphaMode::Mask { .. });
+        let alpha_texture = if material.base_color_texture.is_some() { texture } else { 0 };
+        let mask = if masked { MASK + alpha_texture } else { 0 };
+        let textures = texture * material.textures().count() as u64;
+        if material.unlit {
+            return Self { fragment: UNLIT + textures, light: 0, blending: BLENDING, mask };
+        }
+        let model = material.shading(context.model);
+        let [plain, layers, light, light_on_layers] = models::cost(model);
+        let layered = material.coat > 0.0 || material.lobes != Lobes::default();
+        let by_facets =
+            model == ShadingModel::GltfSampled || context.area_light_method == AreaLightMethod::Facets;
+        let area = if by_facets { AREA_LIGHT_BY_FACETS } else { AREA_LIGHT };
+        let (shadow, parts) = match &context.lamps {
+            Some(lamps) => (SHADOW, SHADOW_OF_PART * lamps.parts.len() as u64),
+            None => (0, 0),
+        };
+        let (through, light_through) =
+            if material.transmits() { (TRANSMISSION, LIGHT_THROUGH) } else { (0, 0) };
+        let filter = if normal_filter(context, material).is_some() { NORMAL_FILTER } else { 0 };
+        // Its flakes and what scratches leave of its coat are surfaces of their own.
+        let surfaces = paint::surfaces(material);
+        let painted = if paint::is_painted(material) { PAINT } else { 0 };
+        let fragment = surfaces
+            * (if layered { layers } else { plain } + area * context.area_lights.len() as u64)
+            + painted
+            + textures
+            + filter
+            + through
+            + parts
+            + MAP * u64::from(context.maps);
+        // Diffuse, base, coat. What is hit is taken to be like this. The parts of a fragment that is split are counted as if each
+        // sent rays of its own: which of them do is known only later.
+        let lobes = if material.coat > 0.0 { 3 } else { 2 };
+        let rays = if context.maps > 0 { lobes * u64::from(context.lobe_rays) } else { 0 };
+        // The surface is found once more for its rays.
+        let to_lamps = RAY * u64::from(context.emitter_rays);
+        let receiving = if rays > 0 { fragment + POOL + rays * (RAY + fragment) + to_lamps } else { 0 };
+        Self {
+            fragment: fragment + receiving,
+            light: surfaces * if layered { light_on_layers } else { light } + light_through + shadow,
+            blending: BLENDING,
+            mask,
+        }
+    }
+}

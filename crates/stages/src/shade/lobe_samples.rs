@@ -1,0 +1,122 @@
+//! Directions for rays: a fixed set of points of low discrepancy, turned from pixel to pixel, and the lobes that they are
+//! mapped onto.
+
+use overcoat_core::math::double;
+use overcoat_core::math::lanes::{Float, LANES, Lanes, Mask};
+use overcoat_core::math::vec3::{V3, Vec3};
+
+/// Pixels along a side of the square after which the turns repeat.
+const SIDE: u32 = 8;
+
+/// Points of the unit square, the first coordinate as an angle.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LobeSamples {
+    /// Cosine and sine of the angle, and the second coordinate.
+    points: Vec<[f32; 3]>,
+    /// What is added to them in each pixel of a square: an angle by its cosine and sine, and a shift.
+    turns: Vec<[f32; 3]>,
+}
+
+impl LobeSamples {
+    /// `count` points of Roberts' R2 sequence (2018, "The unreasonable effectiveness of quasirandom sequences"), of which the
+    /// first few do for narrow lobes, and turns of another part of it in the order of Bayer's matrix (1973), so that neighbours
+    /// differ most.
+    #[must_use]
+    pub fn new(count: u32) -> Self {
+        let at = |number: u32| {
+            let along = |step: f64| {
+                let place = f64::from(number) * step + 0.5;
+                place - place.floor()
+            };
+            let (turn, other) = (along(0.754_877_666_246_692_8), along(0.569_840_290_998_053_2));
+            let (sin, cos) = double::sin_cos(turn * std::f64::consts::TAU);
+            [cos as f32, sin as f32, other as f32]
+        };
+        let turn = |pixel: u32| {
+            let (x, y) = (pixel % SIDE, pixel / SIDE);
+            let mut order = 0;
+            for bit in 0..3 {
+                let (column, row) = (x >> bit & 1, y >> bit & 1);
+                order |= ((column ^ row) << 1 | row) << (2 * (2 - bit));
+            }
+            at(order * count)
+        };
+        Self { points: (0..count).map(at).collect(), turns: (0..SIDE * SIDE).map(turn).collect() }
+    }
+
+    /// Number of points.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.points.len()
+    }
+
+    /// True if there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.points.is_empty()
+    }
+
+    /// The turns of sixteen pixels, those of another set for each `lobe`.
+    #[inline(always)]
+    pub(super) fn turns<L: Lanes>(&self, l: L, pixels: &[[u32; 2]; LANES], lobe: u32) -> [L::F; 3] {
+        let mut planes = [[0.0; LANES]; 3];
+        for (lane, [x, y]) in pixels.iter().enumerate() {
+            let number = (x + 3 * lobe) % SIDE + (y + 5 * lobe) % SIDE * SIDE;
+            let turn = self.turns[number as usize];
+            for k in 0..3 {
+                planes[k][lane] = turn[k];
+            }
+        }
+        planes.map(|plane| l.load(&plane))
+    }
+
+    /// One point as sixteen pixels have it: cosine and sine of its angle, and the second coordinate.
+    #[inline(always)]
+    pub(super) fn point<L: Lanes>(&self, l: L, number: usize, turns: &[L::F; 3]) -> [L::F; 3] {
+        let [cos, sin, other] = self.points[number];
+        let [turn_cos, turn_sin, shift] = *turns;
+        let shifted = shift + other;
+        let one = l.splat(1.0);
+        let wrapped = shifted.ge(one).select(shifted - one, shifted);
+        [turn_cos * cos - turn_sin * sin, turn_sin * cos + turn_cos * sin, wrapped]
+    }
+}
+
+/// A direction about a normal by the cosine, from a point.
+#[inline(always)]
+pub(super) fn cosine_direction<L: Lanes>(
+    _: L,
+    [tangent, bitangent, normal]: &[V3<L>; 3],
+    [cos, sin, other]: [L::F; 3],
+) -> V3<L> {
+    let (radius, height) = (other.sqrt(), other.one_minus().at_least(0.0).sqrt());
+    *tangent * (radius * cos) + *bitangent * (radius * sin) + *normal * height
+}
+
+/// A direction into which GGX reflects the view, from a point, and its weight: Smith's shadowing once the masking is in the
+/// choice. Visible normals as Dupuy and Benyoub 2023 choose them ("Sampling visible GGX normals with spherical caps").
+#[inline(always)]
+pub(super) fn ggx_direction<L: Lanes>(
+    l: L,
+    [tangent, bitangent, normal]: &[V3<L>; 3],
+    view: V3<L>,
+    alpha: L::F,
+    [cos, sin, other]: [L::F; 3],
+) -> (V3<L>, L::F) {
+    let v = Vec3::new(tangent.dot(view), bitangent.dot(view), normal.dot(view).at_least(1e-4));
+    let stretched = Vec3::new(v.x * alpha, v.y * alpha, v.z).normalize();
+    let z = other.one_minus() * (stretched.z + 1.0) - stretched.z;
+    let radius = z.squared().one_minus().at_least(0.0).sqrt();
+    let cap = Vec3::new(radius * cos, radius * sin, z) + stretched;
+    let half = Vec3::new(cap.x * alpha, cap.y * alpha, cap.z.at_least(1e-6)).normalize();
+    let towards = (-v).reflect(half);
+    let lambda = |z: L::F| {
+        let square = z.squared().at_least(1e-8);
+        let tangent_2 = square.one_minus().at_least(0.0) / square;
+        ((tangent_2 * alpha.squared() + 1.0).sqrt() + 1.0) * 0.5
+    };
+    let own = lambda(v.z);
+    let below = towards.z.le(l.zero());
+    let weight = below.select(l.zero(), own / (own + lambda(towards.z) - 1.0));
+    (*tangent * towards.x + *bitangent * towards.y + *normal * towards.z, weight)
+}

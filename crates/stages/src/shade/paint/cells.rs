@@ -1,0 +1,258 @@
+//! Space in cells, each with random numbers of its own that are the same on every machine, and their means over a footprint.
+//!
+//! Cells are cubes of a grid that is turned against the axes, so that the flat panels of which objects are built cut it into
+//! polygons of three to six sides instead of squares. A cell's numbers come from its indices by a hash (Wellons 2018, "lowbias32",
+//! over the primes of Teschner et al. 2003), so that nothing is stored, and they are fixed to the object.
+//!
+//! *Footprints.* Where a pixel is smaller than a cell it shows that cell, and at edges a mean. Where it is larger there is a grid of larger cells, 2^k times as wide, of which each stands for the 4^k that
+//! a surface has in it and whose numbers vary by as much less: what a mean of 4^k numbers is distributed like. Between two such
+//! grids the mean goes smoothly from one to the other, so that nothing appears or vanishes suddenly when an object comes nearer.
+
+use overcoat_core::each;
+use overcoat_core::math::lanes::{Float, Int, Lanes};
+use overcoat_core::math::vec3::{V3, Vec3};
+
+/// A rotation that has no axis of the grid near one of the object's.
+const TURN: [[f32; 3]; 3] = [
+    [0.308_722_2, 0.660_243_1, 0.684_667_5],
+    [0.010_419_584, 0.717_438_8, -0.696_543_6],
+    [-0.951_095_2, 0.222_172_43, 0.214_609_83],
+];
+
+/// Largest index of a cell that is told from its neighbours; single precision has no more.
+const FARTHEST: f32 = 8e6;
+
+/// By how much the transition from one cell to the next is shorter than the footprint. Where two flakes meet their mean is no flake, but
+/// a rough surface between them, which is seen from more sides than either: long transitions would outline every flake.
+const SHARPNESS: f32 = 2.0;
+
+/// Largest width of a footprint, in cells.
+const WIDEST: f32 = 1_048_576.0;
+
+/// Where sixteen fragments are in a grid, and how wide their footprints are there.
+#[derive(Clone, Copy)]
+pub(super) struct Footprint<L: Lanes> {
+    /// In cells.
+    pub(super) place: V3<L>,
+    /// In cells, more than 0.
+    pub(super) width: L::F,
+}
+
+impl<L: Lanes> Footprint<L> {
+    /// Of a place in object space, its changes from pixel to pixel, and what turns lengths there into cells.
+    ///
+    /// The width is that of a square of the same area, and of a long footprint no less than half its length: samples that lie
+    /// further apart than they are wide would flicker in motion.
+    #[inline(always)]
+    pub(super) fn new(l: L, place: V3<L>, [right, down]: [V3<L>; 2], cells_per_length: L::F) -> Self {
+        let area = right.cross(down).length();
+        let longest = right.dot(right).max(down.dot(down)).sqrt() * 0.5;
+        let width = area.sqrt().max(longest) * cells_per_length;
+        let scaled = place * cells_per_length;
+        let place = Vec3::from_array(each!(row in TURN => {
+            scaled.dot(Vec3::splat(l, row)).clamp_to(-FARTHEST, FARTHEST)
+        }));
+        Self { place, width: width.clamp_to(1e-6, WIDEST) }
+    }
+
+    /// The same in a grid whose cells are this many times as wide.
+    #[inline(always)]
+    pub(super) fn in_cells_of(&self, size: f32) -> Self {
+        Self { place: self.place * (1.0 / size), width: self.width * (1.0 / size) }
+    }
+}
+
+/// The random numbers of a cell.
+#[derive(Clone, Copy)]
+pub(super) struct Hash<I>(I);
+
+impl<I: Int> Hash<I> {
+    /// Of a cell of one of several grids.
+    #[inline(always)]
+    pub(super) fn new([x, y, z]: [I; 3], grid: I) -> Self {
+        let h = (x * 73_856_093) ^ (y * 19_349_663) ^ (z * 83_492_791) ^ (grid * 0x3c6e_f372);
+        let h = (h ^ h.shr_logical(16)) * 0x7feb_352d;
+        let h = (h ^ h.shr_logical(15)) * (0x846c_a68b_u32 as i32);
+        Self(h ^ h.shr_logical(16))
+    }
+
+    /// Others of the same cell.
+    #[inline(always)]
+    pub(super) fn next(self) -> Self {
+        let h = (self.0 + 0x6a09_e667) * 0x2c1b_3c6d;
+        let h = (h ^ h.shr_logical(12)) * 0x297a_2d39;
+        Self(h ^ h.shr_logical(15))
+    }
+
+    /// 0 to 1, without 1, all equally likely.
+    #[inline(always)]
+    pub(super) fn uniform(self) -> I::F {
+        (self.0.shr_logical(8)).to_float() * (1.0 / 16_777_216.0)
+    }
+
+    /// Of mean 0 and variance 1, near to a Gaussian, up to [`LARGEST_DEVIATION`]: a sum of four bytes, stretched by as much as it lacks
+    /// in the tails (Cornish and Fisher 1938, the term of the fourth cumulant).
+    #[inline(always)]
+    pub(super) fn deviation(self) -> I::F {
+        let pairs = (self.0 & 0x00ff_00ff) + (self.0.shr_logical(8) & 0x00ff_00ff);
+        let sum = (pairs & 0xffff) + pairs.shr_logical(16);
+        // The variance of a byte is (256^2 - 1) / 12.
+        let x = (sum - 510).to_float() * (1.0 / 147.800_1);
+        x * (x * x * (KURTOSIS / 24.0) + (1.0 - KURTOSIS / 8.0))
+    }
+}
+
+/// What a sum of four even numbers lacks in kurtosis.
+const KURTOSIS: f32 = 0.3;
+
+/// Largest value of [`Hash::deviation`].
+pub(super) const LARGEST_DEVIATION: f32 = 3.84;
+
+/// A corner of the grid: its cell, and its share of the footprint.
+#[derive(Clone, Copy)]
+pub(super) struct Corner<L: Lanes> {
+    pub(super) cell: [L::I; 3],
+    pub(super) weight: L::F,
+}
+
+/// The eight cells about a place.
+#[derive(Clone, Copy)]
+pub(super) struct Corners<L: Lanes> {
+    first: [L::I; 3],
+    /// Share of the second cell along each axis.
+    share: [L::F; 3],
+}
+
+impl<L: Lanes> Corners<L> {
+    pub(super) const COUNT: usize = 8;
+
+    /// About a place in units of cells. `sharpness`: by how much a cell is larger than what its mean is taken over, 1 and more; the
+    /// transition from one cell to the next is as much shorter.
+    #[inline(always)]
+    pub(super) fn about(_: L, place: V3<L>, sharpness: L::F) -> Self {
+        let shifted = each!(x in place.to_array() => x - 0.5);
+        let floor: [L::F; 3] = each!(x in shifted => x.floor());
+        let share = each!(k => (((shifted[k] - floor[k]) - 0.5) * sharpness + 0.5).saturate());
+        Self { first: each!(x in floor => x.to_int()), share }
+    }
+
+    /// One of them, and its share of the footprint.
+    #[inline(always)]
+    pub(super) fn get(&self, _: L, corner: usize) -> Corner<L> {
+        let beyond: [bool; 3] = each!(axis => (corner >> axis) & 1 == 1);
+        let cell = each!(axis => self.first[axis] + i32::from(beyond[axis]));
+        let [x, y, z]: [L::F; 3] = each!(axis => {
+            if beyond[axis] { self.share[axis] } else { self.share[axis].one_minus() }
+        });
+        Corner { cell, weight: x * y * z }
+    }
+}
+
+/// The grid whose cells are as wide as a footprint, and how far that is on the way to the next.
+#[derive(Clone, Copy)]
+pub(super) struct Level<L: Lanes> {
+    /// Number of the grid: its cells are 2^that as wide.
+    pub(super) grid: L::I,
+    /// 2^-grid.
+    pub(super) inverse: L::F,
+    /// Share of this grid.
+    pub(super) share: L::F,
+    /// By how much cells are larger than the transitions between them.
+    pub(super) sharpness: L::F,
+}
+
+impl<L: Lanes> Level<L> {
+    /// The two grids for a footprint.
+    #[inline(always)]
+    pub(super) fn of(l: L, width: L::F) -> [Self; 2] {
+        let at_least_one = width.at_least(1.0);
+        let exponent = at_least_one.bits().shr_logical(23) - 127;
+        // 2^-k by its bits.
+        let [finer, coarser]: [L::F; 2] =
+            each!(k => (l.splat_i(127 - k as i32) - exponent).shl(23).float_from_bits());
+        let towards = at_least_one * finer - 1.0;
+        let sharpness: [L::F; 2] =
+            each!(inverse in [finer, coarser] => ((width * inverse).recip() * SHARPNESS).at_least(1.0));
+        [
+            Self { grid: exponent, inverse: finer, share: towards.one_minus(), sharpness: sharpness[0] },
+            Self { grid: exponent + 1, inverse: coarser, share: towards, sharpness: sharpness[1] },
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use overcoat_core::math::lanes::{LANES, Scalar, SimdLevel};
+
+    /// Sixteen numbers at a time of a million cells.
+    fn of_cells(number: impl Fn(Hash<<Scalar as Lanes>::I>) -> [f32; LANES]) -> Vec<f64> {
+        let l = Scalar;
+        let mut found = Vec::new();
+        for k in 0..4096 {
+            let cell = [l.lane_indices() + (k & 63) * 16, l.splat_i(k >> 6), l.splat_i(-(k & 7))];
+            found.extend(number(Hash::new(cell, l.splat_i(k & 3))).map(f64::from));
+        }
+        found
+    }
+
+    fn moments(values: &[f64]) -> [f64; 2] {
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        let variance = values.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() / values.len() as f64;
+        [mean, variance]
+    }
+
+    #[test]
+    fn numbers_of_cells_have_the_mean_and_variance_that_they_should_and_are_independent() {
+        let [mean, variance] = moments(&of_cells(|hash| hash.uniform().to_array()));
+        assert!((mean - 0.5).abs() < 0.005 && (variance - 1.0 / 12.0).abs() < 0.002, "{mean} {variance}");
+        let first = of_cells(|hash| hash.deviation().to_array());
+        let second = of_cells(|hash| hash.next().deviation().to_array());
+        for values in [&first, &second] {
+            let [mean, variance] = moments(values);
+            assert!(mean.abs() < 0.012 && (variance - 1.0).abs() < 0.015, "{mean} {variance}");
+            assert!(values.iter().all(|v| v.abs() <= f64::from(LARGEST_DEVIATION)));
+        }
+        let together: f64 = first.iter().zip(&second).map(|(a, b)| a * b).sum::<f64>() / first.len() as f64;
+        let beside: f64 = first.windows(2).map(|pair| pair[0] * pair[1]).sum::<f64>() / first.len() as f64;
+        assert!(together.abs() < 0.012 && beside.abs() < 0.012, "{together} {beside}");
+    }
+
+    /// The shares of all corners are one, and at a sharpness without end one cell has all.
+    #[test]
+    fn corners_share_the_footprint() {
+        for level in SimdLevel::available() {
+            overcoat_core::dispatch!(level, l => {
+                let place = Vec3::new(l.splat(3.3), l.splat(-7.9), l.splat(0.01));
+                for sharpness in [1.0, 4.0, 1e6] {
+                    let (mut sum, mut most) = (0.0, 0.0_f32);
+                    let corners = Corners::about(l, place, l.splat(sharpness));
+                    for k in 0..8 {
+                        let [weight, ..] = corners.get(l, k).weight.to_array();
+                        sum += weight;
+                        if weight > most {
+                            most = weight;
+                        }
+                    }
+                    assert!((sum - 1.0).abs() < 1e-6);
+                    assert!(sharpness < 1e6 || most == 1.0);
+                }
+            });
+        }
+    }
+
+    #[test]
+    fn grids_follow_the_footprint_without_a_step() {
+        let l = Scalar;
+        let shares = |width: f32| {
+            Level::of(l, l.splat(width)).map(|level| {
+                (level.grid.to_array()[0], level.inverse.to_array()[0], level.share.to_array()[0])
+            })
+        };
+        assert_eq!(shares(0.25)[0], (0, 1.0, 1.0));
+        assert_eq!(shares(1.5), [(0, 1.0, 0.5), (1, 0.5, 0.5)]);
+        let [before, after] = [shares(3.999_999), shares(4.0)];
+        assert_eq!((before[1].0, after[0]), (2, (2, 0.25, 1.0)));
+        assert!(before[1].2 > 0.999_99 && after[1].2 == 0.0);
+    }
+}

@@ -1,0 +1,256 @@
+//! Car paint: flakes, orange peel and scratches ([`Flakes`], [`CoatSurface`](overcoat_scene::CoatSurface)), under every model.
+//!
+//! Surface evaluation finds what of them each fragment shows ([`store`]); shading then goes over the surfaces that make it up
+//! ([`Part`]): the base, the flakes, and both under a scratched coat, each by the model's own formulas, and adds them up by
+//! their shares. What there is none of is not shaded.
+
+mod cells;
+mod coat_surface;
+mod flakes;
+
+use super::normals::{face_viewer, normalize_or};
+use super::record::{get, get_vector, put};
+use super::surface::{Dielectric, SurfacePlace};
+use super::variation::NormalFilter;
+use super::{Reflectance, ShadeContext, Surface};
+use crate::gbuffer::Batch;
+use crate::gbuffer::layout::{self, SurfacePlanes};
+use cells::Footprint;
+use overcoat_core::built::CarPaint;
+use overcoat_core::math::lanes::{Float, Lanes, Mask};
+use overcoat_core::math::vec3::{V3, Vec3};
+use overcoat_scene::{Flakes, Material, Mesh};
+use overcoat_shading::brdf::thin_film::{SchlickWeight, ThinFilm, eval_iridescence};
+
+/// Index of refraction of what flakes lie in.
+const PAINT_IOR: f32 = 1.5;
+
+/// How many surfaces a fragment may be a mix of.
+pub(super) const SURFACES: usize = 4;
+
+/// True of materials that are shaded as a mix.
+#[inline(always)]
+pub(super) fn is_mixed(material: &Material) -> bool {
+    has_flakes(material) || has_scratches(material)
+}
+
+/// True of materials with anything of paint.
+#[inline(always)]
+pub(super) fn is_painted(material: &Material) -> bool {
+    CarPaint::IS_BUILT && material.is_painted()
+}
+
+#[inline(always)]
+fn has_flakes(material: &Material) -> bool {
+    CarPaint::IS_BUILT && material.has_flakes()
+}
+
+#[inline(always)]
+fn has_scratches(material: &Material) -> bool {
+    CarPaint::IS_BUILT && material.has_scratches()
+}
+
+#[inline(always)]
+fn has_peel(material: &Material) -> bool {
+    CarPaint::IS_BUILT && material.has_orange_peel()
+}
+
+/// Surfaces that a fragment of a material is shaded as, in mean.
+pub(super) fn surfaces(material: &Material) -> u64 {
+    let flakes = if !has_flakes(material) || material.lobes.flakes.share >= 1.0 { 1 } else { 2 };
+    if has_scratches(material) { 2 * flakes } else { flakes }
+}
+
+/// Where sixteen fragments are on their objects.
+struct Ground<'a, L: Lanes> {
+    context: &'a ShadeContext<'a>,
+    batch: &'a Batch,
+    /// In object space.
+    place: V3<L>,
+    /// Its change per pixel to the right and per pixel down.
+    change: [V3<L>; 2],
+    /// By how much objects are scaled.
+    scale: L::F,
+}
+
+impl<'a, L: Lanes> Ground<'a, L> {
+    #[inline(always)]
+    fn new(l: L, context: &'a ShadeContext<'a>, batch: &'a Batch, place: &SurfacePlace<L>) -> Self {
+        let positions = batch.vertices.attribute(l, context.draws, [0.0; 3], Mesh::positions);
+        let at = Vec3::from_array(place.location().interpolate(&positions));
+        let [right, down] = place.location().derivatives(&positions);
+        let change = [Vec3::from_array(right), Vec3::from_array(down)];
+        let scale = batch.vertices.number(
+            l,
+            context.draws,
+            #[inline(always)]
+            |draw| draw.scale,
+        );
+        Self { context, batch, place: at, change, scale }
+    }
+
+    /// In a grid of cells of this size in metres.
+    #[inline(always)]
+    fn footprint(&self, l: L, size: f32) -> Footprint<L> {
+        Footprint::new(l, self.place, self.change, self.scale / size)
+    }
+
+    /// The part of a vector of the object's that lies in the surface, in world space.
+    #[inline(always)]
+    fn along(&self, l: L, v: V3<L>, normal: V3<L>) -> V3<L> {
+        let world = self.batch.vertices.transform(l, self.context.draws, |draw| draw.normal_matrix, v);
+        world - normal * world.dot(normal)
+    }
+}
+
+/// Finds what sixteen fragments show of flakes and scratches, into their planes, and makes waves in the coat of their surface.
+#[inline(always)]
+pub(super) fn store<L: Lanes>(
+    l: L,
+    context: &ShadeContext<'_>,
+    material: &Material,
+    (batch, place): (&Batch, &SurfacePlace<L>),
+    surface: &mut Surface<L>,
+    planes: &mut SurfacePlanes,
+) {
+    let (flakes, of_coat) = (&material.lobes.flakes, &material.lobes.coat_surface);
+    if !is_painted(material) {
+        return;
+    }
+    let ground = Ground::new(l, context, batch, place);
+    if has_peel(material) {
+        let waves = coat_surface::waves(l, &ground.footprint(l, 0.5 * of_coat.peel_size));
+        let bent = surface.coat_normal + ground.along(l, waves.slope, surface.coat_normal) * of_coat.peel;
+        surface.coat_normal = face_viewer(l, normalize_or(l, bent, surface.coat_normal), surface.view);
+        let lost = waves.lost * (2.0 * of_coat.peel * of_coat.peel);
+        surface.coat_roughness = rougher(l, surface.coat_roughness, lost);
+    }
+    if has_flakes(material) {
+        let seen = flakes::seen(l, flakes, &ground.footprint(l, flakes.size));
+        let across = ground.along(l, seen.deviation, surface.normal);
+        let (steepness, roughness) = flakes::slope(l, flakes, seen.variance, across);
+        let tilted = surface.normal + across * steepness;
+        let normal = face_viewer(l, normalize_or(l, tilted, surface.normal), surface.view);
+        put(planes, layout::FLAKE_SHARE, [seen.share]);
+        put(planes, layout::FLAKE_NORMAL, normal.to_array());
+        put(planes, layout::FLAKE_ROUGHNESS, [roughness]);
+    }
+    if has_scratches(material) {
+        let found =
+            coat_surface::scratches(l, of_coat.scratches, &ground.footprint(l, of_coat.scratch_length));
+        let bent = surface.coat_normal + ground.along(l, found.slope, surface.coat_normal);
+        let wall = face_viewer(l, normalize_or(l, bent, surface.coat_normal), surface.view);
+        put(planes, layout::SCRATCH_SHARE, [found.share]);
+        put(planes, layout::SCRATCH_NORMAL, wall.to_array());
+    }
+}
+
+/// Where normals vary within a pixel, flakes are rougher by as much as everything else: `change` is added to the square of alpha.
+#[inline(always)]
+pub(super) fn store_filtered<L: Lanes>(
+    l: L,
+    material: &Material,
+    filter: NormalFilter,
+    change: L::F,
+    planes: &mut SurfacePlanes,
+) {
+    if has_flakes(material) {
+        let [roughness] = get(l, planes, layout::FLAKE_ROUGHNESS);
+        put(planes, layout::FLAKE_ROUGHNESS, [filter.roughened(roughness, change, l.zero())]);
+    }
+}
+
+/// A perceptual roughness when the square of alpha grows.
+#[inline(always)]
+fn rougher<L: Lanes>(_: L, roughness: L::F, more: L::F) -> L::F {
+    (roughness.squared().squared() + more).saturate().sqrt().sqrt()
+}
+
+/// One of the surfaces that a fragment is a mix of.
+pub(super) struct Part<L: Lanes> {
+    /// Its share of the fragment; shares add up to 1.
+    pub(super) share: L::F,
+    of_flakes: bool,
+    of_scratches: bool,
+    /// Reflectance of the flakes.
+    color: V3<L>,
+}
+
+impl<L: Lanes> Part<L> {
+    /// Number `which` of the [`SURFACES`]; `None` where no lane has any of it.
+    #[inline(always)]
+    pub(super) fn new(l: L, material: &Material, planes: &SurfacePlanes, which: usize) -> Option<Self> {
+        let (of_flakes, of_scratches) = (which & 1 == 1, which & 2 == 2);
+        if (of_flakes && !has_flakes(material)) || (of_scratches && !has_scratches(material)) {
+            return None;
+        }
+        let (mut share, mut color) = (l.splat(1.0), Vec3::zero(l));
+        if has_flakes(material) {
+            let normal = get_vector(l, planes, layout::FLAKE_NORMAL);
+            let view = get_vector(l, planes, layout::VIEW);
+            let [covered] = get(l, planes, layout::FLAKE_SHARE);
+            let opacity;
+            (color, opacity) = reflectance(l, &material.lobes.flakes, normal.dot(view).saturate());
+            let covered = covered * opacity;
+            share = if of_flakes { covered } else { covered.one_minus() };
+        }
+        if has_scratches(material) {
+            let [scratched] = get(l, planes, layout::SCRATCH_SHARE);
+            share = share * if of_scratches { scratched } else { scratched.one_minus() };
+        }
+        share.gt(l.zero()).any().then_some(Self { share, of_flakes, of_scratches, color })
+    }
+
+    /// Makes it of the surface.
+    #[inline(always)]
+    pub(super) fn apply(&self, l: L, planes: &SurfacePlanes, surface: &mut Surface<L>) {
+        if self.of_flakes {
+            as_flakes(l, surface, get_vector(l, planes, layout::FLAKE_NORMAL), self.color);
+            [surface.roughness] = get(l, planes, layout::FLAKE_ROUGHNESS);
+        }
+        if self.of_scratches {
+            surface.coat_normal = get_vector(l, planes, layout::SCRATCH_NORMAL);
+            surface.coat_roughness = surface.coat_roughness.at_least(coat_surface::WALL_ROUGHNESS);
+        }
+    }
+}
+
+/// Metal of a colour in place of the base, without what the base alone has.
+#[inline(always)]
+fn as_flakes<L: Lanes>(l: L, surface: &mut Surface<L>, normal: V3<L>, color: V3<L>) {
+    let (zero, one) = (l.zero(), l.splat(1.0));
+    surface.normal = normal;
+    // At right angles to it, whatever the base is brushed along.
+    [surface.tangent, surface.bitangent] = normal.any_basis(l);
+    surface.base_color = color;
+    let dielectric = Dielectric { f0_of_ior: 0.04, color: Vec3::uniform(one), weight: one };
+    surface.reflectance = Reflectance::Metallic { metallic: one, dielectric };
+    surface.lobes.anisotropy = zero;
+    surface.lobes.iridescence = zero;
+    surface.lobes.lobe_mix = zero;
+    surface.lobes.haziness = zero;
+    surface.lobes.subsurface = zero;
+}
+
+/// Reflectance of flakes at normal incidence as it looks at an angle, and how opaque they are: light that passes through a flake
+/// belongs to the base. Of what is not opaque the colour is that of what covers.
+///
+/// The film lies between paint and flake: indices are those over that of the paint, its thickness counts in wavelengths there.
+#[inline(always)]
+fn reflectance<L: Lanes>(l: L, flakes: &Flakes, cosine: L::F) -> (V3<L>, L::F) {
+    let mut color = Vec3::splat(l, flakes.color);
+    if flakes.film_thickness > 0.0 {
+        // Air bends what the flake sees towards its normal.
+        let sine2 = cosine.squared().one_minus() * (1.0 / (PAINT_IOR * PAINT_IOR));
+        let film = ThinFilm {
+            ior: l.splat(flakes.film_ior / PAINT_IOR),
+            thickness: l.splat(flakes.film_thickness * PAINT_IOR),
+        };
+        let inside = sine2.one_minus().saturate().sqrt();
+        let [filmed, _] = eval_iridescence(l, SchlickWeight::Power, &film, inside, &[color, color]);
+        color = overcoat_core::vec3!(c in filmed => c.saturate());
+    }
+    let most = color.max_component();
+    let opacity = (most.one_minus() * flakes.transparency).one_minus();
+    (color * opacity.at_least(1e-6).recip(), opacity)
+}

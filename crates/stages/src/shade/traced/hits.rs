@@ -1,0 +1,163 @@
+//! What rays have hit, and what it sends back.
+
+use super::{Emitters, Found, TraceScratch, TracedLight, TracedLobe, each_of};
+use crate::gbuffer::Batch;
+use crate::shade::surface::{SeenFrom, SurfacePlace, SurfaceReading, store_face};
+use crate::shade::{ShadeContext, shade, store_lit, store_surface};
+use overcoat_core::math::lanes::{LANES, Lanes};
+use overcoat_core::math::vec3::Vec3;
+
+/// A ray that hits something.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct RayHit {
+    /// The fragment that has sent it, by its place among what is found.
+    pub(super) sender: u32,
+    pub(super) lobe: TracedLobe,
+    /// Which part of the maps it is lit by.
+    pub(super) part: u8,
+    pub(super) weight: f32,
+    pub(super) direction: [f32; 3],
+    pub(super) triangle: u32,
+    pub(super) material: u32,
+    pub(super) barycentrics: [f32; 2],
+    pub(super) distance: f32,
+    /// Angle between neighbouring rays.
+    pub(super) spread: f32,
+}
+
+/// All parts of the maps.
+const ALL: u8 = u8::MAX;
+
+/// Directions of a part, at least.
+const DIRECTIONS: usize = 32;
+
+impl TracedLight<'_> {
+    /// Into how many parts the maps are divided: each enough for the rough idea that wide lobes want of what shines on one hit
+    /// of many.
+    fn parts(&self) -> usize {
+        (self.visibility.lights.len() / DIRECTIONS).clamp(1, usize::from(ALL))
+    }
+
+    /// The directions that a ray's hit is lit by: each of a wide lobe's by some, those of a narrow one by all.
+    #[inline(always)]
+    pub(super) fn part_of(&self, is_wide: bool, [x, y]: [u32; 2], number: usize) -> u8 {
+        if is_wide { ((x + 2 * y + number as u32) % self.parts() as u32) as u8 } else { ALL }
+    }
+
+    /// Finds what the hits that wait send back, sixteen of one material at a time, and adds it to what is found.
+    #[inline(never)]
+    pub fn shade_hits<L: Lanes>(
+        &self,
+        l: L,
+        context: &ShadeContext<'_>,
+        scratch: &mut TraceScratch,
+        found: &mut [Found],
+    ) {
+        let TraceScratch { hits, order, radiance: found_radiance, batch, planes, .. } = scratch;
+        order.clear();
+        order.extend(0..hits.len() as u32);
+        order.sort_unstable_by_key(|k| {
+            let hit = &hits[*k as usize];
+            (hit.material, hit.part, hit.triangle, *k)
+        });
+        let mut rest = &order[..];
+        let mut known: Option<(u32, SurfaceReading<'_>)> = None;
+        found_radiance.resize(hits.len(), [0.0; 3]);
+        while let Some(first) = rest.first() {
+            let RayHit { material: number, part, .. } = hits[*first as usize];
+            let is_same = |k: &u32| hits[*k as usize].material == number && hits[*k as usize].part == part;
+            let same = rest.iter().take(LANES).take_while(|k| is_same(k)).count();
+            let (sixteen, others) = rest.split_at(same);
+            rest = others;
+            let material = &context.materials[number as usize];
+            let model = material.shading(context.model);
+            if known.as_ref().is_none_or(|(of, _)| *of != number) {
+                known = Some((number, SurfaceReading::of(context, material, model.reads_lobes())));
+            }
+            let Some((_, reading)) = &known else { continue };
+            let place = l.run(
+                #[inline(always)]
+                || self.gather(l, context, sixteen, hits, batch),
+            );
+            let mut surface = SurfacePlace::none(l);
+            surface.find_hits(l, context, reading, batch, place);
+            store_surface(l, context, reading, batch, &mut surface, planes);
+            if !material.unlit {
+                store_face(l, context, batch, &surface, planes);
+                store_lit(l, context, material, batch, &surface, planes);
+                let directions = if part == ALL { (0, 1) } else { (usize::from(part), self.parts()) };
+                self.visibility.fill_by(l, context, material, planes, directions);
+            }
+            let radiance = shade(l, context, model, material, planes).to_arrays();
+            for (lane, k) in sixteen.iter().enumerate() {
+                found_radiance[*k as usize] = each_of(&radiance, lane);
+            }
+        }
+        // In the order in which they were hit.
+        for (hit, radiance) in hits.iter().zip(&*found_radiance) {
+            let mut radiance = *radiance;
+            let material = &context.materials[hit.material as usize];
+            let is_diffuse = hit.lobe == TracedLobe::Diffuse;
+            if self.emitters.has(hit.material) && (is_diffuse || hit.part != ALL) {
+                radiance = Emitters::without_own(radiance, material, is_diffuse);
+            }
+            found[hit.sender as usize].add_hit(hit.lobe, hit.weight, radiance);
+        }
+        hits.clear();
+    }
+
+    /// Puts up to sixteen hits into a batch: their weights, how much of their triangles a ray stands for, and from where they
+    /// are seen.
+    #[inline(always)]
+    fn gather<L: Lanes>(
+        &self,
+        l: L,
+        context: &ShadeContext<'_>,
+        numbers: &[u32],
+        hits: &[RayHit],
+        batch: &mut Batch,
+    ) -> ([L::F; 2], [L::F; 2], SeenFrom<L>) {
+        let mut vertices = [([0; 3], 0); LANES];
+        let mut back_facing = 0;
+        let (mut weights, mut widths) = ([[0.0; LANES]; 2], [[0.0; LANES]; 2]);
+        let (mut position, mut view, mut distance) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3], [0.0; LANES]);
+        for lane in 0..LANES {
+            let hit = &hits[numbers[lane.min(numbers.len() - 1)] as usize];
+            let (draw, triangle) = self.place(hit.triangle);
+            let of = &context.draws[draw as usize];
+            vertices[lane] = (of.mesh.triangles()[triangle as usize], draw);
+            let [a, b, c] = self.corners[hit.triangle as usize];
+            let [v, w] = hit.barycentrics;
+            let (mut edges, mut lengths) = ([[0.0; 3]; 2], [0.0_f32; 2]);
+            for k in 0..3 {
+                edges[0][k] = b[k] - a[k];
+                edges[1][k] = c[k] - a[k];
+                lengths[0] += edges[0][k] * edges[0][k];
+                lengths[1] += edges[1][k] * edges[1][k];
+                position[k][lane] = a[k] + edges[0][k] * v + edges[1][k] * w;
+                view[k][lane] = -hit.direction[k];
+            }
+            let [[ex, ey, ez], [fx, fy, fz]] = edges;
+            let normal = [ey * fz - ez * fy, ez * fx - ex * fz, ex * fy - ey * fx];
+            let facing = (normal[0] * view[0][lane] + normal[1] * view[1][lane]) + normal[2] * view[2][lane];
+            back_facing |= u16::from(facing * of.handedness < 0.0) << lane;
+            let radius = hit.spread * hit.distance;
+            for k in 0..2 {
+                weights[k][lane] = hit.barycentrics[k];
+                let length = lengths[k].sqrt();
+                widths[k][lane] = if length > radius { radius / length } else { 1.0 };
+            }
+            distance[lane] = hit.distance;
+        }
+        batch.of_hits(&vertices[..numbers.len()], back_facing);
+        let load = |planes: &[[f32; LANES]; 3]| {
+            Vec3::new(l.load(&planes[0]), l.load(&planes[1]), l.load(&planes[2]))
+        };
+        let seen_from = SeenFrom {
+            position: load(&position),
+            view: load(&view).normalize(),
+            distance: l.load(&distance),
+        };
+        ([l.load(&weights[0]), l.load(&weights[1])], [l.load(&widths[0]), l.load(&widths[1])], seen_from)
+    }
+}

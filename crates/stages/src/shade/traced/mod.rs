@@ -1,0 +1,268 @@
+//! Light of other surfaces, by rays: what blocks a lobe is shaded where it is hit, one bounce.
+//!
+//! Each lobe of a fragment sends a few rays. Those that miss everything say how much of the environment's light is open (a
+//! ratio again, as in `visibility.rs`, so that open lobes keep the bits of the prefiltered environment); those that hit bring
+//! the radiance of what they hit, by the model and the textures of its own material, under the light that the depth maps let
+//! reach it (`hits.rs`). What rays have found is kept as sums ([`Found`]), so that those of neighbours can be added before
+//! shading reads what they come to.
+
+mod emitters;
+mod found;
+mod hits;
+mod lobe;
+
+pub use emitters::Emitters;
+pub use found::Found;
+pub use lobe::TracedLobe;
+
+use super::ShadeContext;
+use super::lobe_samples::{LobeSamples, cosine_direction, ggx_direction};
+use super::record::{get, get_vector};
+use super::surface::hit_opacity;
+use super::visibility::LightVisibility;
+use crate::bvh::{Hierarchy, Hit, Ray, Traversal};
+use crate::gbuffer::Batch;
+use crate::gbuffer::layout::{self, SurfacePlanes};
+use emitters::LitPlace;
+use hits::RayHit;
+use lobe::NARROW;
+use overcoat_core::math::lanes::{Float, LANES, Lanes, Mask};
+use overcoat_core::math::vec3::Vec3;
+use overcoat_scene::{AlphaMode, Material};
+
+/// What rays meet in a scene.
+#[derive(Clone, Copy, Debug)]
+pub struct TracedLight<'a> {
+    /// The triangles.
+    pub hierarchy: &'a Hierarchy,
+    /// Their corners in world space.
+    pub corners: &'a [[[f32; 3]; 3]],
+    /// The draws that have triangles among them, and the first triangle of each.
+    pub draws: &'a [(u32, u32)],
+    /// The rays of a lobe.
+    pub samples: &'a LobeSamples,
+    /// Length below which distances mean nothing.
+    pub epsilon: f32,
+    /// What of the triangles shines.
+    pub emitters: &'a Emitters,
+    /// What light reaches the places that are hit.
+    pub visibility: LightVisibility<'a>,
+}
+
+/// Those of whom rays are sent.
+#[derive(Clone, Copy, Debug)]
+pub struct Senders<'a> {
+    /// For each of up to sixteen fragments of a material, its place among what is found.
+    pub places: &'a [u32],
+    /// Their pixels in the picture.
+    pub pixels: &'a [[u32; 2]; LANES],
+}
+
+/// Memory of one thread.
+#[derive(Debug, Default)]
+pub struct TraceScratch {
+    traversal: Traversal,
+    hits: Vec<RayHit>,
+    order: Vec<u32>,
+    radiance: Vec<[f32; 3]>,
+    batch: Batch,
+    planes: SurfacePlanes,
+}
+
+impl TraceScratch {
+    /// How many hits wait for [`TracedLight::shade_hits`].
+    #[must_use]
+    pub fn waiting(&self) -> usize {
+        self.hits.len()
+    }
+
+    /// Leaves hits that wait unshaded, for good.
+    pub fn forget(&mut self) {
+        self.hits.clear();
+    }
+}
+
+impl TracedLight<'_> {
+    /// Sends the rays of up to sixteen fragments of a material, shades what they hit, and fills the planes of
+    /// [`LightVisibility`] anew.
+    #[inline(never)]
+    pub fn fill<L: Lanes>(
+        &self,
+        l: L,
+        context: &ShadeContext<'_>,
+        material: &Material,
+        (len, pixels): (usize, &[[u32; 2]; LANES]),
+        planes: &mut SurfacePlanes,
+        scratch: &mut TraceScratch,
+    ) {
+        let mut found = [Found::default(); LANES];
+        let places: [u32; LANES] = std::array::from_fn(|k| k as u32);
+        let senders = Senders { places: &places[..len.min(LANES)], pixels };
+        self.send(l, context, material, &senders, planes, (&mut *scratch, &mut found));
+        self.shade_hits(l, context, scratch, &mut found);
+        Found::store(l, material, &found, planes);
+    }
+
+    /// Sends the rays of up to sixteen fragments of a material, whose surface is in `planes`. What they hit waits to be shaded.
+    #[inline(never)]
+    pub fn send<L: Lanes>(
+        &self,
+        l: L,
+        context: &ShadeContext<'_>,
+        material: &Material,
+        senders: &Senders<'_>,
+        planes: &SurfacePlanes,
+        (scratch, found): (&mut TraceScratch, &mut [Found]),
+    ) {
+        for &lobe in TracedLobe::of(material) {
+            l.run(
+                #[inline(always)]
+                || self.send_of(l, context, (lobe, material), senders, planes, (&mut *scratch, &mut *found)),
+            );
+        }
+    }
+
+    /// How far apart the rays of a lobe are, as an angle: about the square root of the part of it that each stands for.
+    #[inline(always)]
+    fn spread<L: Lanes>(&self, l: L, lobe: TracedLobe, planes: &SurfacePlanes) -> [f32; LANES] {
+        let each = 1.5 / (self.samples.len() as f32).sqrt();
+        if lobe == TracedLobe::Diffuse {
+            return [each; LANES];
+        }
+        let [roughness] = get::<L, 1>(l, planes, lobe.shape()[1]);
+        ((roughness.squared() + 0.002) * each).to_array()
+    }
+
+    /// Sends the rays of one lobe.
+    #[inline(always)]
+    fn send_of<L: Lanes>(
+        &self,
+        l: L,
+        context: &ShadeContext<'_>,
+        (lobe, material): (TracedLobe, &Material),
+        senders: &Senders<'_>,
+        planes: &SurfacePlanes,
+        (scratch, found): (&mut TraceScratch, &mut [Found]),
+    ) {
+        let face = get_vector(l, planes, layout::FACE_NORMAL);
+        let view = get_vector(l, planes, layout::VIEW);
+        let [normal, roughness] = lobe.shape();
+        let (normal, [roughness]) = (get_vector(l, planes, normal), get(l, planes, roughness));
+        let alpha = roughness.squared().at_least(1e-4);
+        let wanted = lobe.wanted(l, self.samples.len() as f32, material, alpha, planes);
+        let looks_for_lamps = lobe == TracedLobe::Diffuse && !self.emitters.is_empty();
+        if !wanted.gt(l.zero()).any() && !looks_for_lamps {
+            return;
+        }
+        let [tangent, bitangent] = normal.any_basis(l);
+        let frame = [tangent, bitangent, normal];
+        let position = get_vector(l, planes, layout::FACE_POSITION);
+        let start = (position + face * self.epsilon).to_arrays();
+        if looks_for_lamps {
+            let (face, normal) = (face.to_arrays(), normal.to_arrays());
+            for (lane, &sender) in senders.places.iter().enumerate().take(LANES) {
+                let (start, pixel) = (each_of(&start, lane), senders.pixels[lane]);
+                let at =
+                    LitPlace { start, face: each_of(&face, lane), normal: each_of(&normal, lane), pixel };
+                found[sender as usize].add_direct(self.light_of_emitters(l, context, &at, scratch));
+            }
+        }
+        let spread = self.spread(l, lobe, planes);
+        let is_wide = if lobe == TracedLobe::Diffuse { l.mask(u16::MAX) } else { alpha.gt(l.splat(NARROW)) };
+        let wide = is_wide.select(l.splat(1.0), l.zero()).to_array();
+        let turns = self.samples.turns(l, senders.pixels, lobe as u32);
+        // What one of the rays stands for is as rough as its part of the lobe.
+        let part = roughness * if self.samples.len() < 8 { 0.7 } else { 0.5 };
+        let (mut sent_weight, mut all, mut open) = (l.zero(), Vec3::zero(l), Vec3::zero(l));
+        for number in 0..self.samples.len() {
+            let sent = wanted.gt(l.splat(number as f32));
+            if !sent.any() {
+                break;
+            }
+            let point = self.samples.point(l, number, &turns);
+            let (towards, weight) = match lobe {
+                TracedLobe::Diffuse => (cosine_direction(l, &frame, point), l.splat(1.0)),
+                _ => ggx_direction(l, &frame, view, alpha, point),
+            };
+            // Nothing is sent below the surface: what a bump would see is its neighbour.
+            let height = face.dot(towards);
+            let towards = towards - face * (height * 2.0).at_most(0.0);
+            let weight = sent.select(weight, l.zero());
+            let mut hit = 0_u16;
+            let (directions, weights) = (towards.to_arrays(), weight.to_array());
+            for (lane, &sender) in senders.places.iter().enumerate().take(LANES) {
+                if weights[lane] <= 0.0 {
+                    continue;
+                }
+                let along = |planes: &[[f32; LANES]; 3]| [planes[0][lane], planes[1][lane], planes[2][lane]];
+                let (origin, direction) = (along(&start), along(&directions));
+                let ray = Ray { origin, direction, near: 0.0, far: f32::INFINITY };
+                let TraceScratch { traversal, batch, hits, .. } = scratch;
+                if let Some(met) = self.nearest(l, context, &ray, traversal, batch) {
+                    hit |= 1 << lane;
+                    let (draw, _) = self.place(met.triangle);
+                    hits.push(RayHit {
+                        sender,
+                        lobe,
+                        part: self.part_of(wide[lane] > 0.0, senders.pixels[lane], number),
+                        weight: weights[lane],
+                        direction,
+                        triangle: met.triangle,
+                        material: context.draws[draw as usize].material,
+                        barycentrics: met.barycentrics,
+                        distance: met.distance,
+                        spread: spread[lane],
+                    });
+                }
+            }
+            sent_weight = sent_weight + weight;
+            if lobe != TracedLobe::Diffuse {
+                let light = context.environment.radiance(l, towards, part) * weight;
+                all += light;
+                open += Vec3::select(l.mask(hit), Vec3::zero(l), light);
+            }
+        }
+        let (weights, all, open) = (sent_weight.to_array(), all.to_arrays(), open.to_arrays());
+        for (lane, &sender) in senders.places.iter().enumerate().take(LANES) {
+            found[sender as usize].add_sent(lobe, weights[lane], each_of(&all, lane), each_of(&open, lane));
+        }
+    }
+
+    /// The nearest triangle that a ray hits.
+    #[inline(always)]
+    fn nearest<L: Lanes>(
+        &self,
+        l: L,
+        context: &ShadeContext<'_>,
+        ray: &Ray,
+        traversal: &mut Traversal,
+        batch: &mut Batch,
+    ) -> Option<Hit> {
+        self.hierarchy.nearest(l, ray, traversal, |hit| self.is_opaque(l, context, hit, batch))
+    }
+
+    /// Whether a triangle is there where it is hit.
+    #[inline(always)]
+    fn is_opaque<L: Lanes>(&self, l: L, context: &ShadeContext<'_>, hit: &Hit, batch: &mut Batch) -> bool {
+        let (draw, triangle) = self.place(hit.triangle);
+        let of = &context.draws[draw as usize];
+        let material = &context.materials[of.material as usize];
+        let AlphaMode::Mask { cutoff } = material.alpha_mode else { return true };
+        batch.of_hits(&[(of.mesh.triangles()[triangle as usize], draw)], 0);
+        let weights = hit.barycentrics.map(|b| l.splat(b));
+        hit_opacity(l, context, material, batch, weights).to_array()[0] >= cutoff
+    }
+
+    /// The draw of a triangle, and the triangle's number in it.
+    fn place(&self, triangle: u32) -> (u32, u32) {
+        let after = self.draws.partition_point(|(_, first)| *first <= triangle);
+        let (draw, first) = self.draws[after.saturating_sub(1)];
+        (draw, triangle - first)
+    }
+}
+
+/// One lane of three planes.
+#[inline(always)]
+fn each_of(planes: &[[f32; LANES]; 3], lane: usize) -> [f32; 3] {
+    [planes[0][lane], planes[1][lane], planes[2][lane]]
+}

@@ -1,0 +1,398 @@
+//! Triangles into depth maps, sixteen at a time.
+//!
+//! Texel centres are whole numbers. A centre is covered where the three products
+//!
+//! ```text
+//! w = (p.x - x) (q.y - y) - (q.x - x) (p.y - y)      of the corners p and q of each edge
+//! ```
+//!
+//! have one sign or are zero. That leaves no hole in a mesh, whatever is rounded: the differences move each corner by the
+//! same amount for all triangles around it, and rounding keeps the order of the two products, so that the sign of `w` is
+//! right for the moved corners or `w` is zero; from the other side of an edge, it is the same number with the other sign.
+//! Centres on edges are covered from both sides, which changes nothing, since only the outermost surface counts.
+//!
+//! On maps that are seen from a point, places are divided by the distance along the map's axis, and depth is its inverse, which
+//! is linear there. Triangles that reach nearer than the map begins are cut off there, one by one (`clip.rs`).
+
+use super::blockers::{Blockers, Cutout, Masked, smaller};
+use super::clip::{Corner, clipped};
+use super::depth_map::{DEEPEST, DepthMap, OUTERMOST};
+use overcoat_core::each;
+use overcoat_core::jobs::Jobs;
+use overcoat_core::math::lanes::{Float, Int, LANES, Lanes, Mask};
+
+/// The corners of sixteen triangles: x, y and z of the first, the second, the third. Aligned, so that a vector is one line of
+/// the cache.
+#[derive(Clone, Copy)]
+#[repr(align(64))]
+pub(super) struct Sixteen([[f32; LANES]; 9]);
+
+/// Sixteens that all maps of a job draw before the next: few enough for the first cache.
+const SIXTEENS_PER_TURN: usize = 32;
+
+/// Sixteens that are put together by one thread.
+const SIXTEENS_PER_JOB: usize = 1 << 10;
+
+/// Columns and rows of texels that a triangle has at most, less one, to be drawn with fifteen others, a texel of each at a
+/// time. Larger ones are drawn alone, sixteen texels at a time.
+const SMALL: f32 = 7.0;
+
+/// Triangles as maps are drawn of them.
+pub(super) struct Triangles<'a> {
+    blockers: &'a Blockers,
+    /// Of [`Blockers::triangles`].
+    solid: Vec<Sixteen>,
+    /// Of [`Blockers::masked`].
+    masked: Vec<Sixteen>,
+}
+
+impl<'a> Triangles<'a> {
+    /// Puts all corners one after the other: looking them up takes longer than to turn them, and every map turns them.
+    pub(super) fn new(blockers: &'a Blockers, jobs: &Jobs) -> Self {
+        let solid = gather(blockers, blockers.triangles.len(), jobs, |k| &blockers.triangles[k]);
+        let masked = gather(blockers, blockers.masked.len(), jobs, |k| &blockers.masked[k].corners);
+        Self { blockers, solid, masked }
+    }
+
+    /// Bytes that they take beside the blockers.
+    pub(super) fn bytes(blockers: &Blockers) -> u64 {
+        let sixteens = blockers.triangles.len() / LANES + blockers.masked.len() / LANES + 2;
+        (sixteens as u64).saturating_mul(size_of::<Sixteen>() as u64)
+    }
+
+    /// Draws all into several maps, whose texels are bits of floats, 0 where there is nothing: the outermost depths. Counts the
+    /// sixteens of triangles and of texels that are looked at; once they are more than `most`, the maps stay unfinished.
+    #[inline(always)]
+    pub(super) fn draw<L: Lanes>(
+        &self,
+        l: L,
+        frames: &[DepthMap],
+        most: u64,
+        size: usize,
+        maps: &mut [u32],
+    ) -> u64 {
+        let mut work = 0;
+        for turn in self.solid.chunks(SIXTEENS_PER_TURN) {
+            for (frame, map) in frames.iter().zip(maps.chunks_exact_mut(size * size)) {
+                for sixteen in turn {
+                    work += draw_solid(l, frame, sixteen, size, map);
+                }
+            }
+            if work > most {
+                return work;
+            }
+        }
+        for (number, sixteen) in self.masked.iter().enumerate() {
+            for (frame, map) in frames.iter().zip(maps.chunks_exact_mut(size * size)) {
+                work += self.draw_masked(l, frame, (sixteen, number), size, map);
+            }
+            if work > most {
+                return work;
+            }
+        }
+        work
+    }
+
+    /// Draws those of sixteen triangles that have a texel, where their alpha lets them be.
+    #[inline(always)]
+    fn draw_masked<L: Lanes>(
+        &self,
+        l: L,
+        frame: &DepthMap,
+        (sixteen, number): (&Sixteen, usize),
+        size: usize,
+        map: &mut [u32],
+    ) -> u64 {
+        let projected = Projected::new(l, frame, sixteen, size);
+        let mut bits = (projected.some | projected.cut).bits();
+        let mut work = 1;
+        while bits != 0 {
+            let k = bits.trailing_zeros() as usize % LANES;
+            bits &= bits - 1;
+            if let Some(masked) = self.blockers.masked.get(number * LANES + k) {
+                work += draw_masked(frame, self.blockers, masked, size, map);
+            }
+        }
+        work
+    }
+}
+
+/// The corners of `count` triangles, sixteen by sixteen.
+fn gather<'a>(
+    blockers: &Blockers,
+    count: usize,
+    jobs: &Jobs,
+    triangle: impl Fn(usize) -> &'a [u32; 3] + Sync,
+) -> Vec<Sixteen> {
+    let mut sixteens = vec![Sixteen([[0.0; LANES]; 9]); count.div_ceil(LANES)];
+    jobs.for_each_chunk_mut(&mut sixteens, SIXTEENS_PER_JOB, |job, sixteens| {
+        for (number, sixteen) in sixteens.iter_mut().enumerate() {
+            let first = (job * SIXTEENS_PER_JOB + number) * LANES;
+            for (k, index) in (first..count).take(LANES).enumerate() {
+                // What is not there or no number stays a point, which covers nothing.
+                let Some(corners) = blockers.corners(triangle(index)) else { continue };
+                for (place, number) in corners.as_flattened().iter().enumerate() {
+                    sixteen.0[place][k] = *number;
+                }
+            }
+        }
+    });
+    sixteens
+}
+
+/// Sixteen triangles on a map.
+struct Projected<L: Lanes> {
+    x: [L::F; 3],
+    y: [L::F; 3],
+    z: [L::F; 3],
+    /// Their boxes' first and last columns and rows.
+    low: [L::F; 2],
+    end: [L::F; 2],
+    /// Those whose box has the centre of a texel, and that lie where the map is drawn.
+    some: L::M,
+    /// Those that lie there in part.
+    cut: L::M,
+}
+
+impl<L: Lanes> Projected<L> {
+    #[inline(always)]
+    fn new(l: L, frame: &DepthMap, sixteen: &Sixteen, size: usize) -> Self {
+        let points: [[L::F; 3]; 3] = each!(k => each!(c => l.load(&sixteen.0[3 * k + c])));
+        let last = (size - 1) as f32;
+        let mut x: [L::F; 3] = each!(p in points => frame.row(0, &p));
+        let mut y: [L::F; 3] = each!(p in points => frame.row(1, &p));
+        let mut z: [L::F; 3] = each!(p in points => frame.row(2, &p));
+        let (mut there, mut cut) = (l.mask(u16::MAX), l.mask(0));
+        if frame.near > 0.0 {
+            let near = l.splat(frame.near);
+            let before = each!(z in z => z.lt(near));
+            let all = before[0] & before[1] & before[2];
+            there = !(before[0] | before[1] | before[2]);
+            cut = !there & !all;
+            let inverse: [L::F; 3] = each!(z in z => z.max(near).recip());
+            x = each!(k => x[k] * inverse[k]);
+            y = each!(k => y[k] * inverse[k]);
+            z = each!(inverse in inverse => inverse * frame.nearest());
+        }
+        let low: [L::F; 2] = each!(c in [x, y] => c[0].min(c[1]).min(c[2]));
+        let end: [L::F; 2] = each!(c in [x, y] => c[0].max(c[1]).max(c[2]).floor().at_most(last));
+        let some = low[0].le(end[0]) & low[1].le(end[1]) & there;
+        Self { x, y, z, low, end, some, cut }
+    }
+}
+
+/// Draws sixteen triangles.
+#[inline(always)]
+fn draw_solid<L: Lanes>(l: L, frame: &DepthMap, sixteen: &Sixteen, size: usize, map: &mut [u32]) -> u64 {
+    let Projected { x, y, z, low, end, some, cut } = Projected::new(l, frame, sixteen, size);
+    let mut work = 1;
+    if cut.any() {
+        work += draw_cut(l, frame, sixteen, cut.bits(), size, map);
+    }
+    if !some.any() {
+        return work;
+    }
+    // The smallest integers not below.
+    let first: [L::F; 2] = each!(c in low => (-(-c).floor()).at_least(0.0));
+    let small = (end[0] - first[0]).lt(l.splat(SMALL)) & (end[1] - first[1]).lt(l.splat(SMALL));
+    draw_small::<L>(&[x, y, z], first, end, some & small, size, map);
+    let mut large = (some & !small).bits();
+    if large == 0 {
+        return work;
+    }
+    let corners = each!(k => [x[k].to_array(), y[k].to_array(), z[k].to_array()]);
+    let (first, end) = (each!(c in first => c.to_array()), each!(c in end => c.to_array()));
+    while large != 0 {
+        let k = large.trailing_zeros() as usize % LANES;
+        large &= large - 1;
+        let corners = each!(corner in corners => each!(c in corner => c[k]));
+        let (first, end) = (each!(c in first => c[k] as usize), each!(c in end => c[k] as usize));
+        work += draw_large(l, &corners, first, end, size, map);
+    }
+    work
+}
+
+/// What a triangle's corners have of a texel, by the differences to them: the weights of the corners, of which sum.
+#[inline(always)]
+fn weights<F: Float>(x: [F; 3], y: [F; 3]) -> [F; 3] {
+    [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]]
+}
+
+/// Where all weights have one sign, and not all are zero, and the depth there.
+#[inline(always)]
+fn depth_inside<F: Float>([a, b, c]: [F; 3], z: &[F; 3]) -> (F::M, F) {
+    let zero = a.splat_like(0.0);
+    let sum = (a + b) + c;
+    let one_sign = a.min(b).min(c).ge(zero) | a.max(b).max(c).le(zero);
+    let depth = (((a * z[0] + b * z[1]) + c * z[2]) / sum).clamp_to(DEEPEST, OUTERMOST);
+    (one_sign & !sum.eq(zero), depth)
+}
+
+/// Draws one texel of each of sixteen triangles at a time.
+#[inline(always)]
+fn draw_small<L: Lanes>(
+    [x, y, z]: &[[L::F; 3]; 3],
+    first: [L::F; 2],
+    end: [L::F; 2],
+    some: L::M,
+    size: usize,
+    map: &mut [u32],
+) {
+    let mut row = first[1];
+    loop {
+        let in_rows = some & row.le(end[1]);
+        if !in_rows.any() {
+            return;
+        }
+        let dy: [L::F; 3] = each!(c in *y => c - row);
+        let mut column = first[0];
+        loop {
+            let present = in_rows & column.le(end[0]);
+            if !present.any() {
+                break;
+            }
+            let dx: [L::F; 3] = each!(c in *x => c - column);
+            let (inside, depth) = depth_inside(weights(dx, dy), z);
+            let mut hits = (inside & present).bits();
+            if hits != 0 {
+                // Exact: no map is larger than 4096 x 4096.
+                let texels = (row * size as f32 + column).to_int().to_array();
+                let depths = depth.bits().to_array();
+                while hits != 0 {
+                    let k = hits.trailing_zeros() as usize % LANES;
+                    hits &= hits - 1;
+                    if let Some(texel) = map.get_mut(texels[k] as usize) {
+                        *texel = (*texel).max(depths[k] as u32);
+                    }
+                }
+            }
+            column = column + 1.0;
+        }
+        row = row + 1.0;
+    }
+}
+
+/// Draws one triangle, from the first to the last column and row, and counts the sixteens of texels that it looks at.
+#[inline(always)]
+fn draw_large<L: Lanes>(
+    l: L,
+    corners: &[[f32; 3]; 3],
+    first: [usize; 2],
+    end: [usize; 2],
+    size: usize,
+    map: &mut [u32],
+) -> u64 {
+    let x: [L::F; 3] = each!(corner in *corners => l.splat(corner[0]));
+    let z: [L::F; 3] = each!(corner in *corners => l.splat(corner[2]));
+    let lanes = l.lane_indices().to_float();
+    let mut work = 0;
+    for (row, texels) in map.chunks_exact_mut(size).enumerate().take(end[1] + 1).skip(first[1]) {
+        let dy: [L::F; 3] = each!(corner in *corners => l.splat(corner[1] - row as f32));
+        for column in (first[0]..=end[0]).step_by(LANES) {
+            work += 1;
+            // Nothing is drawn outside of the triangle, so more columns may be looked at.
+            let start = column.min(size - LANES);
+            let Some(texels) = texels[start..].first_chunk_mut::<LANES>() else { continue };
+            let dx: [L::F; 3] = each!(x in x => x - (lanes + start as f32));
+            let (inside, depth) = depth_inside(weights(dx, dy), &z);
+            if inside.any() {
+                // Floats that are not negative are in the order of their bits.
+                let old = l.load_i(&each!(texel in *texels => texel as i32));
+                let new = inside.select_i(depth.bits().max(old), old).to_array();
+                *texels = each!(texel in new => texel as u32);
+            }
+        }
+    }
+    work
+}
+
+/// Draws what lies beyond the near plane of triangles that reach over it.
+#[inline(never)]
+fn draw_cut<L: Lanes>(
+    l: L,
+    frame: &DepthMap,
+    sixteen: &Sixteen,
+    mut which: u16,
+    size: usize,
+    map: &mut [u32],
+) -> u64 {
+    let mut work = 0;
+    while which != 0 {
+        let k = which.trailing_zeros() as usize % LANES;
+        which &= which - 1;
+        let corner = |corner: usize| {
+            let position: [f32; 3] = each!(c => sixteen.0[3 * corner + c][k]);
+            Corner { place: frame.project_one(&position), ..Corner::default() }
+        };
+        for corners in clipped([corner(0), corner(1), corner(2)], frame.near) {
+            let corners = corners.map(|corner| frame.seen(corner.place));
+            let Some([columns, rows]) = texels_of(&corners, size) else { continue };
+            work += draw_large(l, &corners, [columns[0], rows[0]], [columns[1], rows[1]], size, map);
+        }
+    }
+    work
+}
+
+/// First and last columns, and first and last rows of a triangle; `None` if it has the centre of no texel.
+fn texels_of(corners: &[[f32; 3]; 3], size: usize) -> Option<[[usize; 2]; 2]> {
+    let last = (size - 1) as f32;
+    let range = |c: usize| {
+        let [p, q, r] = corners.map(|corner| corner[c]);
+        let (low, high) = (smaller(smaller(p, q), r), -smaller(smaller(-p, -q), -r));
+        let (first, end) = (-(-low).floor(), smaller(high.floor(), last));
+        let first = if first > 0.0 { first } else { 0.0 };
+        (first <= end).then_some([first as usize, end as usize])
+    };
+    Some([range(0)?, range(1)?])
+}
+
+/// Draws a triangle where its alpha lets it be.
+fn draw_masked(frame: &DepthMap, blockers: &Blockers, masked: &Masked, size: usize, map: &mut [u32]) -> u64 {
+    let Some(corners) = blockers.corners(&masked.corners) else { return 0 };
+    let Some(cutout) = blockers.cutouts.get(masked.cutout as usize) else { return 0 };
+    let corner = |k: usize| Corner {
+        place: frame.project_one(&corners[k]),
+        uv: masked.uvs[k],
+        alpha: masked.alphas[k],
+    };
+    let corners = [corner(0), corner(1), corner(2)];
+    if frame.near > 0.0 {
+        let parts = clipped(corners, frame.near);
+        parts.map(|corners| draw_cutout(frame, cutout, &corners, size, map)).sum()
+    } else {
+        draw_cutout(frame, cutout, &corners, size, map)
+    }
+}
+
+/// Draws a triangle where a cutout lets it be.
+fn draw_cutout(frame: &DepthMap, cutout: &Cutout, masked: &[Corner; 3], size: usize, map: &mut [u32]) -> u64 {
+    let corners = masked.map(|corner| frame.seen(corner.place));
+    let Some([columns, rows]) = texels_of(&corners, size) else { return 0 };
+    // Seen from a point, what is linear in space is not on the map: each corner counts by the inverse of its distance.
+    let nearness = if frame.near > 0.0 { corners.map(|corner| corner[2]) } else { [1.0; 3] };
+    let mut work = 0;
+    for row in rows[0]..=rows[1] {
+        work += 1;
+        for column in columns[0]..=columns[1] {
+            let [a, b, c] = corners.map(|[x, y, _]| [x - column as f32, y - row as f32]);
+            let weight = |p: [f32; 2], q: [f32; 2]| p[0] * q[1] - q[0] * p[1];
+            let w = [weight(b, c), weight(c, a), weight(a, b)];
+            let sum = (w[0] + w[1]) + w[2];
+            let one_sign = w.iter().all(|w| *w >= 0.0) || w.iter().all(|w| *w <= 0.0);
+            if !one_sign || sum == 0.0 {
+                continue;
+            }
+            let mean = |w: [f32; 3], sum: f32, v: [f32; 3]| ((w[0] * v[0] + w[1] * v[1]) + w[2] * v[2]) / sum;
+            let own: [f32; 3] = each!(k => w[k] * nearness[k]);
+            let of_corners = |v: [f32; 3]| mean(own, (own[0] + own[1]) + own[2], v);
+            let place = [of_corners(masked.map(|c| c.uv[0])), of_corners(masked.map(|c| c.uv[1]))];
+            if cutout.is_present(place, of_corners(masked.map(|c| c.alpha))) {
+                let depth = mean(w, sum, corners.map(|corner| corner[2]));
+                let depth = -smaller(-smaller(depth, OUTERMOST), -DEEPEST);
+                let texel = &mut map[row * size + column];
+                *texel = (*texel).max(depth.to_bits());
+            }
+        }
+    }
+    work
+}

@@ -1,0 +1,180 @@
+//! What of a scene blocks light.
+
+use super::blockers::{Blockers, Cutout, Masked};
+use overcoat_core::jobs::Jobs;
+use overcoat_core::limits::{LimitExceeded, Limits};
+use overcoat_scene::{AlphaMode, Instance, Material, Mesh, PrimitiveKind, Scene, Texture, Wrap};
+
+/// Texels of a cutout at most; of a larger texture, a smaller mip level is taken. The texels of a depth map are far coarser.
+const CUTOUT_TEXELS: usize = 1 << 20;
+
+/// Corners that are placed by one thread.
+const POSITIONS_PER_JOB: usize = 1 << 13;
+
+/// How the triangles of an instance block light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Blocking {
+    /// Not at all.
+    Nothing,
+    /// Everywhere.
+    Solid,
+    /// Where alpha reaches the cutoff.
+    Masked,
+}
+
+/// The instances whose triangles block light, for depth maps and for rays: their numbers among all of a scene, and how. What
+/// is blended or transmits light does not block any, nor do lines, points, splats and what cannot be seen.
+pub fn blocking_draws(scene: &Scene) -> impl Iterator<Item = (u32, &Instance, Blocking)> {
+    let draws = scene.seen_draws().map(|(draw, instance)| (draw, instance, of_instance(scene, instance)));
+    draws.filter(|(_, _, blocking)| *blocking != Blocking::Nothing)
+}
+
+impl Blockers {
+    /// The triangles of all instances that block light ([`blocking_draws`]), from both sides, where they are: opaque ones
+    /// everywhere, alpha-masked ones where their alpha (base colour's, texture's by the nearest texel, vertices') reaches the
+    /// cutoff.
+    ///
+    /// # Errors
+    /// [`LimitExceeded`] if they would take more than [`Limits::frame_bytes`].
+    pub fn of_scene(scene: &Scene, limits: &Limits, jobs: &Jobs) -> Result<Self, LimitExceeded> {
+        let instances: Vec<(&Instance, Blocking)> =
+            blocking_draws(scene).map(|(_, instance, blocking)| (instance, blocking)).collect();
+        let mut out = Self::default();
+        out.reserve(scene, &instances, limits)?;
+        // By materials: the numbers of their cutouts, once they have been made.
+        let mut cutouts: Vec<Option<u32>> = vec![None; scene.materials().len()];
+        for (instance, blocking) in instances {
+            let mesh = &scene.meshes()[instance.mesh.index()];
+            let material = &scene.materials()[instance.material.index()];
+            let first = out.place(instance, mesh, jobs);
+            let corners = mesh.triangles().iter().map(|triangle| triangle.map(|vertex| vertex + first));
+            if blocking == Blocking::Solid {
+                out.triangles.extend(corners);
+                continue;
+            }
+            let cutout = *cutouts[instance.material.index()].get_or_insert_with(|| {
+                out.cutouts.push(cutout_of(scene, material));
+                out.cutouts.len() as u32 - 1
+            });
+            let triangles = mesh.triangles().iter().zip(corners);
+            out.masked.extend(triangles.map(|(t, corners)| masked(mesh, material, t, corners, cutout)));
+        }
+        Ok(out)
+    }
+
+    /// Makes room for what blocks of instances.
+    fn reserve(
+        &mut self,
+        scene: &Scene,
+        instances: &[(&Instance, Blocking)],
+        limits: &Limits,
+    ) -> Result<(), LimitExceeded> {
+        let what = || "triangles that block light".to_owned();
+        let (mut positions, mut solid, mut masked, mut cutouts) = (0_usize, 0_usize, 0_usize, 0_usize);
+        let mut has_cutout = vec![false; scene.materials().len()];
+        for (instance, blocking) in instances {
+            let mesh = &scene.meshes()[instance.mesh.index()];
+            positions = positions.saturating_add(mesh.positions().len());
+            let count = if *blocking == Blocking::Solid { &mut solid } else { &mut masked };
+            *count = count.saturating_add(mesh.triangles().len());
+            let has_cutout = &mut has_cutout[instance.material.index()];
+            cutouts += usize::from(*blocking == Blocking::Masked && !*has_cutout);
+            *has_cutout |= *blocking == Blocking::Masked;
+        }
+        let parts = [
+            (positions, size_of::<[f32; 3]>()),
+            (solid, size_of::<[u32; 3]>()),
+            (masked, size_of::<Masked>()),
+            (cutouts, CUTOUT_TEXELS),
+        ];
+        let bytes = parts.iter().fold(0_usize, |sum, (n, size)| sum.saturating_add(n.saturating_mul(*size)));
+        Limits::check(what, bytes as u64, limits.frame_bytes, "frame_bytes")?;
+        Limits::check(what, positions as u64, u64::from(u32::MAX), "vertices")?;
+        Limits::check_memory(what, bytes as u64)?;
+        self.positions.reserve_exact(positions);
+        self.triangles.reserve_exact(solid);
+        self.masked.reserve_exact(masked);
+        Ok(())
+    }
+
+    /// Adds an instance's vertices, those that no triangle uses as no numbers, and says where they begin.
+    fn place(&mut self, instance: &Instance, mesh: &Mesh, jobs: &Jobs) -> u32 {
+        let first = self.positions.len();
+        let vertices = mesh.positions();
+        self.positions.resize(first + vertices.len(), [f32::NAN; 3]);
+        let used = mesh.used_vertices();
+        jobs.for_each_chunk_mut(&mut self.positions[first..], POSITIONS_PER_JOB, |job, places| {
+            let start = job * POSITIONS_PER_JOB;
+            for (k, (place, vertex)) in places.iter_mut().zip(&vertices[start..]).enumerate() {
+                if used.as_ref().is_none_or(|used| used[start + k]) {
+                    *place = instance.transform.point(vertex.map(f64::from)).map(|c| c as f32);
+                }
+            }
+        });
+        first as u32
+    }
+}
+
+/// How the triangles of an instance block light.
+fn of_instance(scene: &Scene, instance: &Instance) -> Blocking {
+    let mesh = &scene.meshes()[instance.mesh.index()];
+    let material = &scene.materials()[instance.material.index()];
+    if material.is_transmissive() || mesh.kind() != PrimitiveKind::Triangles {
+        return Blocking::Nothing;
+    }
+    match material.alpha_mode {
+        AlphaMode::Opaque => Blocking::Solid,
+        AlphaMode::Blend => Blocking::Nothing,
+        AlphaMode::Mask { cutoff } => {
+            let texture = material.base_color_texture.map(|t| &scene.textures()[t.texture.index()]);
+            let whole = texture.is_none_or(Texture::is_opaque) && mesh.colors().is_empty();
+            let present = material.base_color[3] >= cutoff;
+            match (whole, present) {
+                (true, true) => Blocking::Solid,
+                (true, false) => Blocking::Nothing,
+                (false, _) => Blocking::Masked,
+            }
+        }
+    }
+}
+
+/// What is cut out of a material's triangles.
+fn cutout_of(scene: &Scene, material: &Material) -> Cutout {
+    let cutoff = if let AlphaMode::Mask { cutoff } = material.alpha_mode { cutoff } else { 0.0 };
+    let Some(reference) = &material.base_color_texture else {
+        return Cutout { size: [1; 2], alphas: vec![255], wrap: [Wrap::Repeat; 2], cutoff };
+    };
+    let texture = &scene.textures()[reference.texture.index()];
+    let sampler = texture.sampler();
+    let wrap = [sampler.wrap_u, sampler.wrap_v];
+    let small = texture.levels().find(|level| level.texels.len() <= CUTOUT_TEXELS);
+    if let Some(level) = small {
+        let alphas = level.texels.iter().map(|texel| texel[3]).collect();
+        return Cutout { size: [level.width as usize, level.height as usize], alphas, wrap, cutoff };
+    }
+    // Without smaller levels, some of its texels.
+    let image = texture.image();
+    let texels = [image.width(), image.height()];
+    let size = texels.map(|n| n.min(1024));
+    let at = |k: u32, axis: usize| (u64::from(k) * u64::from(texels[axis]) / u64::from(size[axis])) as u32;
+    let alphas = (0..size[1])
+        .flat_map(|row| (0..size[0]).map(move |column| (column, row)))
+        .map(|(column, row)| image.texel(at(column, 0), at(row, 1)).map_or(0, |texel| texel[3]))
+        .collect();
+    Cutout { size: size.map(|n| n as usize), alphas, wrap, cutoff }
+}
+
+/// One triangle with holes.
+fn masked(mesh: &Mesh, material: &Material, triangle: &[u32; 3], corners: [u32; 3], cutout: u32) -> Masked {
+    let place = |vertex: u32| {
+        let Some(reference) = &material.base_color_texture else { return [0.0; 2] };
+        let uvs = mesh.uvs(usize::from(reference.uv_set));
+        let [u, v] = uvs.get(vertex as usize).copied().unwrap_or([0.0; 2]);
+        reference.transform.rows.map(|row| (row[0] * u + row[1] * v) + row[2])
+    };
+    let alpha = |vertex: u32| {
+        let own = mesh.colors().get(vertex as usize).map_or(1.0, |color| color[3]);
+        own * material.base_color[3]
+    };
+    Masked { corners, uvs: triangle.map(place), alphas: triangle.map(alpha), cutout }
+}

@@ -1,0 +1,127 @@
+//! What of scenes blocks light.
+
+use crate::shadow::Blockers;
+use overcoat_core::jobs::Jobs;
+use overcoat_core::limits::Limits;
+use overcoat_scene::{
+    AlphaMode, AlphaUse, ColorSpace, Image, Instance, Material, Mesh, MeshData, PrimitiveKind, Sampler,
+    Scene, Texture, TextureRef, Transform, UvTransform, primitives,
+};
+use std::sync::Arc;
+
+fn of(scene: &Scene) -> Blockers {
+    Blockers::of_scene(scene, &Limits::default(), &Jobs::new(2)).unwrap()
+}
+
+fn add(scene: &mut Scene, mesh: Mesh, material: Material, transform: Transform) {
+    let mesh = scene.add_mesh(mesh).unwrap();
+    let material = scene.add_material(material).unwrap();
+    scene.add_instance(Instance { mesh, material, transform, object: 0 }).unwrap();
+}
+
+/// A scene of a plane of one material.
+fn plane_of(material: Material) -> Scene {
+    let mut scene = Scene::new();
+    add(&mut scene, primitives::plane([2.0, 2.0]).unwrap(), material, Transform::IDENTITY);
+    scene
+}
+
+fn mask(alpha: f32) -> Material {
+    Material {
+        base_color: [1.0, 1.0, 1.0, alpha],
+        alpha_mode: AlphaMode::Mask { cutoff: 0.5 },
+        ..Material::default()
+    }
+}
+
+#[test]
+fn opaque_surfaces_block_and_others_do_not() {
+    let mut glass = Material::default();
+    glass.lobes.transmission.factor.factor = 0.5;
+    let blend = Material { alpha_mode: AlphaMode::Blend, ..Material::default() };
+    for (material, expected) in
+        [(Material::default(), 2), (mask(0.6), 2), (mask(0.4), 0), (glass, 0), (blend, 0)]
+    {
+        let found = of(&plane_of(material));
+        assert_eq!((found.triangles.len(), found.masked.len()), (expected, 0));
+    }
+    for kind in [PrimitiveKind::Lines, PrimitiveKind::Points] {
+        let mut data = primitives::plane([2.0, 2.0]).unwrap().data().clone();
+        data.kind = kind;
+        let mut scene = Scene::new();
+        add(&mut scene, Mesh::new(data).unwrap(), Material::default(), Transform::IDENTITY);
+        assert!(of(&scene).triangles.is_empty());
+    }
+    assert_eq!(of(&Scene::new()), Blockers::default());
+}
+
+#[test]
+fn instances_block_where_they_are() {
+    let mut scene = plane_of(Material::default());
+    let moved = Transform::translation([10.0, 5.0, 0.0]).unwrap();
+    add(&mut scene, primitives::cuboid([2.0; 3]).unwrap(), Material::default(), moved);
+    let found = of(&scene);
+    assert_eq!(found.triangles.len(), 2 + 12);
+    for (number, triangle) in found.triangles.iter().enumerate() {
+        let corners = found.corners(triangle).unwrap();
+        let expected = if number < 2 { 0.0 } else { 10.0 };
+        assert!(corners.iter().all(|p| (p[0] - expected).abs() == 1.0), "{corners:?}");
+    }
+    // Vertices that nothing uses do not make maps larger.
+    let mut data = MeshData::clone(primitives::plane([2.0, 2.0]).unwrap().data());
+    data = MeshData { positions: data.positions, triangles: data.triangles, ..MeshData::default() };
+    data.positions.push([1e6; 3]);
+    let mut scene = Scene::new();
+    add(&mut scene, Mesh::new(data).unwrap(), Material::default(), Transform::IDENTITY);
+    let (_, radius) = of(&scene).bounding_sphere(&Jobs::new(1)).unwrap();
+    assert!((radius - 2.0_f32.sqrt()).abs() < 1e-6, "{radius}");
+}
+
+#[test]
+fn masked_surfaces_block_where_their_texture_says() {
+    // The left half is there.
+    let texels = vec![[255, 255, 255, 255], [255, 255, 255, 0]];
+    let image = Arc::new(Image::new(2, 1, texels).unwrap());
+    let mut scene = Scene::new();
+    let texture = Texture::new(image, ColorSpace::Srgb, AlphaUse::mask(0.5), Sampler::default());
+    let texture = scene.add_texture(texture).unwrap();
+    // And the texture is moved by a half: the right half is there.
+    let mut transform = UvTransform::IDENTITY;
+    transform.rows[0][2] = 0.5;
+    let material =
+        Material { base_color_texture: Some(TextureRef { texture, uv_set: 0, transform }), ..mask(1.0) };
+    add(&mut scene, primitives::plane([2.0, 2.0]).unwrap(), material, Transform::IDENTITY);
+    let found = of(&scene);
+    assert_eq!((found.triangles.len(), found.masked.len(), found.cutouts.len()), (0, 2, 1));
+    let maps = super::of(&found, &[[0.0, 1.0, 0.0]], 64);
+    for (x, expected) in [(-0.5, 1.0), (0.5, 0.0)] {
+        assert_eq!(super::visibility(&maps, 0, [x, -1.0, 0.3]), expected, "{x}");
+    }
+}
+
+#[test]
+fn alpha_of_vertices_counts() {
+    let mut data = primitives::plane([2.0, 2.0]).unwrap().data().clone();
+    data.colors =
+        data.positions.iter().map(|p| [1.0, 1.0, 1.0, if p[0] > 0.0 { 1.0 } else { 0.0 }]).collect();
+    let mut scene = Scene::new();
+    add(&mut scene, Mesh::new(data).unwrap(), mask(1.0), Transform::IDENTITY);
+    let maps = super::of(&of(&scene), &[[0.0, 1.0, 0.0]], 64);
+    for (x, expected) in [(-0.5, 1.0), (0.5, 0.0)] {
+        assert_eq!(super::visibility(&maps, 0, [x, -1.0, 0.3]), expected, "{x}");
+    }
+}
+
+#[test]
+fn a_million_instances_are_too_many_for_little_memory() {
+    let mut scene = plane_of(Material::default());
+    let instance = scene.instances()[0].clone();
+    for _ in 1..1_000_000 {
+        scene.add_instance(instance.clone()).unwrap();
+    }
+    let error =
+        Blockers::of_scene(&scene, &Limits::default().with_frame_bytes(1 << 24), &Jobs::new(1)).unwrap_err();
+    assert_eq!(error.field, "frame_bytes");
+    assert_eq!(error.asked, Some(1_000_000 * (4 * 12 + 2 * 12)));
+    assert_eq!(of(&scene).triangles.len(), 2_000_000);
+}

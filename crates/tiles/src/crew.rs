@@ -1,0 +1,88 @@
+//! The loops of one picture on all threads: timed, and every thread that takes part looked at.
+
+use super::clock::Moment;
+use overcoat_core::jobs::{Jobs, Scratch};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+/// Runs the loops of one picture and writes down how long they take. The times are only for the user to read: no result
+/// depends on them.
+pub struct Crew<'a> {
+    /// Worker threads.
+    pub jobs: &'a Jobs,
+    /// Some thread's processor state is not the default.
+    foreign: AtomicBool,
+    /// Start of the stage.
+    last: Moment,
+    /// Time in loops.
+    parallel: Duration,
+}
+
+impl<'a> Crew<'a> {
+    /// Starts the clock.
+    pub fn new(jobs: &'a Jobs) -> Self {
+        let foreign = AtomicBool::new(!arithmetic_is_default());
+        Self { jobs, foreign, last: Moment::now(), parallel: Duration::ZERO }
+    }
+
+    /// How long it is since the last stage ended.
+    pub fn lap(&mut self) -> Duration {
+        let now = Moment::now();
+        let time = now.since(self.last);
+        self.last = now;
+        time
+    }
+
+    /// How long the loops took so far.
+    pub fn parallel(&self) -> Duration {
+        self.parallel
+    }
+
+    /// True if the processor state of every thread that took part so far is the default.
+    pub fn arithmetic_is_default(&self) -> bool {
+        !self.foreign.load(Ordering::Relaxed)
+    }
+
+    /// As [`Jobs::for_each_mut`].
+    pub fn for_each_mut<T: Send>(&mut self, items: &mut [T], f: impl Fn(usize, &mut T) + Sync) {
+        let (start, foreign) = (Moment::now(), &self.foreign);
+        self.jobs.for_each_mut(items, |k, item| {
+            look_at_this_thread(foreign);
+            f(k, item);
+        });
+        self.parallel += start.elapsed();
+    }
+
+    /// As [`Jobs::for_each_with_scratch`].
+    pub fn for_each_with_scratch<T: Send, S: Send + Default>(
+        &mut self,
+        scratch: &mut Scratch<S>,
+        items: &mut [T],
+        f: impl Fn(&mut S, usize, &mut T) + Sync,
+    ) {
+        let (start, foreign) = (Moment::now(), &self.foreign);
+        self.jobs.for_each_with_scratch(scratch, items, |scratch, k, item| {
+            look_at_this_thread(foreign);
+            f(scratch, k, item);
+        });
+        self.parallel += start.elapsed();
+    }
+}
+
+fn look_at_this_thread(foreign: &AtomicBool) {
+    if !arithmetic_is_default() {
+        foreign.store(true, Ordering::Relaxed);
+    }
+}
+
+/// False if this thread's processor state flushes subnormal results or operands to zero, or rounds otherwise than to the
+/// nearest number.
+pub fn arithmetic_is_default() -> bool {
+    let smallest = std::hint::black_box(f32::MIN_POSITIVE);
+    let half = std::hint::black_box(smallest * 0.5);
+    let one = std::hint::black_box(1.0_f32);
+    let quarter_step = std::hint::black_box(f32::EPSILON * 0.25);
+    // Upwards, the sum would be more than 1; downwards or towards zero, the difference would be less.
+    let to_nearest = one + quarter_step == 1.0 && one - quarter_step == 1.0 && -one - quarter_step == -1.0;
+    half > 0.0 && half * 2.0 == smallest && to_nearest
+}

@@ -1,0 +1,300 @@
+//! How much light reaches the floor: a picture of it from above, found once for a scene.
+
+use super::crew::Crew;
+use super::ground::{Ground, footing_of};
+use super::lamps::LightMemory;
+use super::options::RenderOptions;
+use super::quality::Visibility;
+use super::visibility::asked_for;
+use overcoat_core::built;
+use overcoat_core::each;
+use overcoat_core::math::lanes::{Float, Int, LANES, Lanes, Mask};
+use overcoat_core::math::vec3::Vec3;
+use overcoat_core::{dispatch, dispatch_available};
+use overcoat_scene::{Footing, Scene};
+use overcoat_stages::light::{EnvironmentLight, LUMINANCE};
+use overcoat_stages::shade::{DistantLight, LightVisibility};
+use overcoat_stages::shadow::Receiver;
+use std::f32::consts::FRAC_1_PI;
+
+/// Least and most texels along a side of the picture, which has as many as the maps between these. Of 128, those in the middle are
+/// a 96th of [`Footing::radius`] wide: less than those of the maps.
+const SIZES: [u32; 2] = [128, 256];
+
+/// How far the floor reaches, in [`Footing::radius`].
+const REACH: f64 = 2.0;
+
+/// The part of the reach in which all of it is there.
+const WHOLE: f32 = 0.5;
+
+/// Texels are the finer the closer they lie to the middle: a place u = x (1 + c) / (|x| + c) along each axis, with x and u from
+/// -1 to 1 over the reach. The smaller c, the finer.
+const BEND: f32 = 0.5;
+
+/// Half of the widest angle that one direction stands for, as a tangent.
+const WIDEST: f32 = 0.5;
+
+/// Units of shading (about a nanosecond) for one texel and one map.
+const TEXEL: u64 = 12;
+
+/// The floor's picture, and what it was made of.
+#[derive(Debug, Default)]
+pub struct GroundLight {
+    known: Option<Known>,
+    /// Texels along a side.
+    size: usize,
+    /// Bits of floats, row by row, in each row one colour after the other: irradiance over pi; or one number, what part of its
+    /// luminance does not arrive.
+    texels: Vec<u32>,
+}
+
+/// What a picture is made of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Known {
+    footing: Footing,
+    /// Number of the maps.
+    maps: u64,
+    planes: usize,
+    /// How many times lights were others.
+    lights: u64,
+}
+
+impl GroundLight {
+    /// Finds it, unless it is known. `maps` is the number of the maps among all that were made.
+    pub fn prepare(
+        &mut self,
+        crew: &Crew<'_>,
+        scene: &Scene,
+        visibility: Option<(LightVisibility<'_>, u64)>,
+        (environment, lights): (&EnvironmentLight<'_>, &LightMemory),
+        options: &RenderOptions,
+    ) {
+        if !built::Shadows::IS_BUILT {
+            return;
+        }
+        let planes = if options.ground == Ground::Shadow { 1 } else { 3 };
+        let found = visibility.and_then(|maps| Some((maps, footing_of(scene, options)?)));
+        let known =
+            found.map(|((_, maps), footing)| Known { footing, maps, planes, lights: lights.changes() });
+        let is_known = std::mem::replace(&mut self.known, known) == known;
+        let Some(((visibility, _), footing)) = found.filter(|_| !is_known) else { return };
+        self.size = size_of_picture(&asked_for(options));
+        let level = options.simd;
+        let above = dispatch!(level, l => {
+            let up = Vec3::splat(l, [0.0, 1.0, 0.0]);
+            environment.irradiance_over_pi(l, up).to_arrays()
+        });
+        let shadows = Shadows {
+            size: self.size,
+            irradiance: each!(c in above => c[0]),
+            lights: Some(lights),
+            ..Shadows::new(&visibility, footing, planes == 1)
+        };
+        self.texels.clear();
+        self.texels.resize(self.size * self.size * planes, 0);
+        crew.jobs.for_each_chunk_mut(&mut self.texels, self.size * planes, |row, texels| {
+            dispatch_available!(level, l => shadows.row(l, row, texels));
+        });
+    }
+
+    /// Where the floor lies, if there is one.
+    pub fn footing(&self) -> Option<&Footing> {
+        self.known.as_ref().map(|known| &known.footing)
+    }
+
+    /// All that is known of it; nothing without a floor.
+    pub fn texels(&self) -> &[u32] {
+        if self.known.is_some() { &self.texels } else { &[] }
+    }
+
+    /// What finding it counts as, in units of shading.
+    pub fn units(asked: &Visibility) -> u64 {
+        let size = size_of_picture(asked) as u64;
+        TEXEL * u64::from(asked.maps) * size * size
+    }
+
+    /// How far the floor reaches from its middle.
+    pub fn reach(footing: &Footing) -> f64 {
+        footing.radius * REACH
+    }
+
+    /// How much of the floor is there at the square of a distance from its middle, 1 being its reach.
+    #[inline(always)]
+    pub fn fade<L: Lanes>(_: L, square: L::F) -> L::F {
+        let t = (square.sqrt().one_minus() * (1.0 / (1.0 - WHOLE))).saturate();
+        smooth(t)
+    }
+
+    /// The first `N` colours at places within the reach, by bilinear weights.
+    #[inline(always)]
+    pub fn look_up<L: Lanes, const N: usize>(&self, l: L, place: [L::F; 2]) -> [L::F; N] {
+        let half = self.size as f32 * 0.5;
+        let [x, y] = each!(v in place => {
+            let bent = v * (1.0 + BEND) / (v.abs() + BEND);
+            (bent * half + (half - 0.5)).clamp_to(0.0, half * 2.0 - 1.001)
+        });
+        let (left, top) = (x.floor(), y.floor());
+        let (fx, fy) = (x - left, y - top);
+        let (column, row) = (left.to_int(), top.to_int());
+        each!(plane => {
+            let of_row = |row: L::I| {
+                let index = (row * N as i32 + plane as i32) * self.size as i32 + column;
+                let [left, right] = l.gather_pairs_u32(&self.texels, index);
+                left.float_from_bits().lerp(right.float_from_bits(), fx)
+            };
+            of_row(row).lerp(of_row(row + 1), fy)
+        })
+    }
+}
+
+/// Hermite's smooth step of what lies between 0 and 1.
+#[inline(always)]
+pub fn smooth<F: Float>(t: F) -> F {
+    t.squared() * (t * -2.0 + 3.0)
+}
+
+/// One direction of the environment's light, as the floor has it.
+#[derive(Clone, Copy, Debug)]
+struct Lamp {
+    number: usize,
+    towards: [f32; 3],
+    /// Irradiance.
+    flux: [f32; 3],
+    /// Tangent of half the angle that it stands for.
+    spread: f32,
+}
+
+/// What the floor is shaded by.
+struct Shadows<'a> {
+    visibility: &'a LightVisibility<'a>,
+    lamps: Vec<Lamp>,
+    /// All light.
+    sum: [f32; 3],
+    /// Of the floor, in world space.
+    center: [f32; 3],
+    reach: f32,
+    /// Of the model.
+    height: f32,
+    radius: f32,
+    luminance_alone: bool,
+    /// Of the environment, over pi.
+    irradiance: [f32; 3],
+    /// The other lights.
+    lights: Option<&'a LightMemory>,
+    /// Texels along a side of the picture.
+    size: usize,
+}
+
+impl<'a> Shadows<'a> {
+    fn new(visibility: &'a LightVisibility<'a>, footing: Footing, luminance_alone: bool) -> Self {
+        let lamp = |(number, light): (usize, &DistantLight)| {
+            let cosine = light.direction[1];
+            // The angle of a cap of that size, if it is small.
+            let spread = (light.solid_angle * FRAC_1_PI).sqrt();
+            let spread = if spread < WIDEST { spread } else { WIDEST };
+            let flux = each!(c in light.flux => c * cosine);
+            (cosine > 1e-4).then_some(Lamp { number, towards: light.direction, flux, spread })
+        };
+        let lamps: Vec<Lamp> = visibility.lights.iter().enumerate().filter_map(lamp).collect();
+        let sum = lamps.iter().fold([0.0; 3], |sum, lamp| each!(c => sum[c] + lamp.flux[c]));
+        Self {
+            visibility,
+            lamps,
+            sum,
+            center: each!(c in footing.center => c as f32),
+            reach: GroundLight::reach(&footing) as f32,
+            height: footing.height as f32,
+            radius: footing.radius as f32,
+            luminance_alone,
+            irradiance: [0.0; 3],
+            lights: None,
+            size: 0,
+        }
+    }
+
+    /// One row of texels, in all planes.
+    #[inline(always)]
+    fn row<L: Lanes>(&self, l: L, row: usize, out: &mut [u32]) {
+        let place = |index: L::F| {
+            let bent = (index + 0.5) * (2.0 / self.size as f32) - 1.0;
+            bent * BEND / (bent.abs() * -1.0 + (1.0 + BEND))
+        };
+        let z = place(l.splat(row as f32));
+        for first in (0..self.size).step_by(LANES) {
+            let x = place(l.lane_indices().to_float() + first as f32);
+            let arriving = self.arriving(l, [x, z]);
+            let [open, all] = self.of_lights(l, [x, z]);
+            let mut put = |plane: usize, values: L::F| {
+                let texels = &mut out[plane * self.size + first..][..LANES];
+                texels.iter_mut().zip(values.to_array()).for_each(|(to, value)| *to = value.to_bits());
+            };
+            if self.luminance_alone {
+                let of = |rgb: [L::F; 3]| (rgb[0] + rgb[1]) + rgb[2];
+                let arriving = of(each!(c => (arriving[c] + open[c]) * LUMINANCE[c]));
+                let all = of(each!(c => (all[c] + self.sum[c]) * LUMINANCE[c]));
+                put(0, share(l, arriving, all).one_minus());
+            } else {
+                for c in 0..3 {
+                    let sky = share(l, arriving[c], l.splat(self.sum[c])) * self.irradiance[c];
+                    put(c, sky + open[c] * FRAC_1_PI);
+                }
+            }
+        }
+    }
+
+    /// Irradiance from lights at places on the floor: that arrives, and that would.
+    #[inline(always)]
+    fn of_lights<L: Lanes>(&self, l: L, [x, z]: [L::F; 2]) -> [[L::F; 3]; 2] {
+        let lights = self.lights.and_then(|lights| Some((lights, lights.shadows_of_ground()?)));
+        let Some((lights, shadows)) = lights else { return [[l.zero(); 3]; 2] };
+        let [center_x, low, center_z] = self.center;
+        // As wide as the finest texels.
+        let texel = self.reach / self.size as f32 * (BEND / (1.0 + BEND));
+        let receiver = Receiver {
+            position: Vec3::new(x * self.reach + center_x, l.splat(low), z * self.reach + center_z),
+            normal: Vec3::splat(l, [0.0, 1.0, 0.0]),
+            pixel: l.splat(texel),
+            two_sided: false,
+        };
+        shadows.irradiance_of_all(l, &lights.punctual, &lights.areas, &receiver).map(Vec3::to_array)
+    }
+
+    /// Irradiance of the environment that arrives at places on the floor.
+    #[inline(always)]
+    fn arriving<L: Lanes>(&self, l: L, [x, z]: [L::F; 2]) -> [L::F; 3] {
+        let [center_x, low, center_z] = self.center;
+        let position = [x * self.reach + center_x, l.splat(low), z * self.reach + center_z];
+        // From there to the middle of the model.
+        let to_middle = Vec3::new(x * -self.reach, l.splat(0.5 * self.height), z * -self.reach);
+        let square = to_middle.dot(to_middle);
+        let mut sum = [l.zero(); 3];
+        for lamp in &self.lamps {
+            let along = to_middle.dot(Vec3::splat(l, lamp.towards));
+            // The model ends at its height, and within its radius.
+            let furthest = (along + self.radius).at_most(self.height / lamp.towards[1]).at_least(0.0);
+            let bound = furthest * lamp.spread + self.radius;
+            let may_be_blocked = (square - along.squared()).lt(bound.squared());
+            let mut open = l.splat(1.0);
+            if may_be_blocked.any() {
+                let maps = self.visibility.maps;
+                let found = maps.soft_visibility(l, lamp.number, &position, lamp.spread, furthest);
+                open = may_be_blocked.select(found, open);
+            }
+            sum = each!(c => sum[c] + open * lamp.flux[c]);
+        }
+        sum
+    }
+}
+
+/// Texels along a side: whole vectors of them.
+fn size_of_picture(asked: &Visibility) -> usize {
+    asked.map_size.clamp(SIZES[0], SIZES[1]) as usize / LANES * LANES
+}
+
+/// `part / all`, 0 to 1; 1 of nothing.
+#[inline(always)]
+fn share<L: Lanes>(l: L, part: L::F, all: L::F) -> L::F {
+    let some = all.gt(l.zero());
+    let one = l.splat(1.0);
+    (some.select(part, one) / some.select(all, one)).saturate()
+}

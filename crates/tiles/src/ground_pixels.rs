@@ -1,0 +1,218 @@
+//! The floor in the pixels of a tile: behind the surfaces, and before what is behind the picture.
+
+use super::ground::Ground;
+use super::ground_light::{GroundLight, smooth};
+use super::mirror::Mirror;
+use super::options::RenderOptions;
+use super::resolve::{Distant, TilePixels};
+use super::visibility::asked_for;
+use overcoat_core::built::Shadows;
+use overcoat_core::color::srgb::SRGB8_TO_LINEAR;
+use overcoat_core::each;
+use overcoat_core::math::lanes::{Float, Int, LANES, Lanes, Mask};
+use overcoat_scene::Footing;
+use overcoat_stages::geometry::View;
+use overcoat_stages::raster::{SUBPIXELS, TileOrigin};
+use overcoat_stages::shade::ViewRays;
+
+/// Units of shading (about a nanosecond) for one pixel.
+const PIXEL: u64 = 4;
+
+/// The floor as one picture sees it.
+#[derive(Clone, Copy, Debug)]
+pub struct GroundView<'a> {
+    light: &'a GroundLight,
+    /// About the middle of the floor, in lengths of its reach.
+    rays: ViewRays,
+    /// Linear colour of a matt floor; `None` of a shadow.
+    color: Option<[f32; 3]>,
+    /// Where it fades towards the edges of the picture.
+    edge: Option<Edge>,
+    /// What it sends back of the model.
+    mirror: Option<Mirror<'a>>,
+    /// What finding its light counts as, in units of shading.
+    pub units: u64,
+    /// Shadows are compiled in.
+    _built: Shadows,
+}
+
+/// How much of the floor is there near the border of the picture.
+///
+/// The border is that of a rounded rectangle, (x^4 + y^4)^(1/4) = 1 in halves of the picture's width and height: a straight
+/// one shows as a line, however softly the floor fades.
+#[derive(Clone, Copy, Debug)]
+struct Edge {
+    /// 1 / half of the picture's width and height in pixels.
+    scale: [f32; 2],
+    /// 1 / the part of the way to the middle over which it fades.
+    slope: f32,
+}
+
+impl Edge {
+    /// `None` if it does not fade there.
+    fn new(view: &View, part: f32) -> Option<Self> {
+        let scale = [view.width, view.height].map(|side| 2.0 / side as f32);
+        (part > 0.0).then(|| Self { scale, slope: 1.0 / part })
+    }
+
+    /// The part that is there, at a place from the middle of the picture in pixels.
+    #[inline(always)]
+    fn fade<L: Lanes>(&self, _: L, place: [L::F; 2]) -> L::F {
+        let [x, y]: [L::F; 2] = each!(k => (place[k] * self.scale[k]).squared().squared());
+        let distance = (x + y).sqrt().sqrt();
+        smooth((distance.one_minus() * self.slope).saturate())
+    }
+}
+
+/// What is seen of the floor in sixteen pixels: premultiplied colour and opacity.
+struct Seen<L: Lanes> {
+    color: [L::F; 3],
+    opacity: L::F,
+}
+
+impl<L: Lanes> Seen<L> {
+    /// With `over` before it.
+    #[inline(always)]
+    fn under(self, over: Self) -> Self {
+        let open = over.opacity.one_minus();
+        Self {
+            color: each!(c => self.color[c] * open + over.color[c]),
+            opacity: (self.opacity.one_minus() * open).one_minus(),
+        }
+    }
+}
+
+impl<'a> GroundView<'a> {
+    /// `None` if nothing is seen of it.
+    pub fn new(
+        light: &'a GroundLight,
+        options: &RenderOptions,
+        view: &View,
+        mirror: Option<Mirror<'a>>,
+    ) -> Option<Self> {
+        let footing = light.footing()?;
+        let rays = rays_about(view, footing);
+        let is_above = if rays.perspective { rays.eye[1] > 0.0 } else { true };
+        let color = match options.ground {
+            Ground::None => return None,
+            Ground::Shadow => None,
+            Ground::Color(color) => Some(each!(c in color => SRGB8_TO_LINEAR[usize::from(c)])),
+        };
+        let edge = Edge::new(view, options.ground_edge);
+        let units = GroundLight::units(&asked_for(options));
+        let _built = Shadows::BUILT.filter(|_| is_above)?;
+        Some(Self { light, rays, color, edge, mirror, units, _built })
+    }
+
+    /// What a tile of so many pixels counts as.
+    pub fn units_of_tile([width, height]: [u32; 2]) -> u64 {
+        PIXEL * u64::from(width) * u64::from(height)
+    }
+
+    /// What is seen of the floor in sixteen neighbouring pixels of a row; `None` if nothing is in any.
+    #[inline(always)]
+    fn seen<L: Lanes>(&self, l: L, origin: TileOrigin, block: usize, row: usize) -> Option<Seen<L>> {
+        const HALF: i32 = SUBPIXELS / 2;
+        const PIXELS: f32 = 1.0 / SUBPIXELS as f32;
+        let y = (origin.y + row as i32 * SUBPIXELS + HALF) as f32 * PIXELS;
+        let x = (l.lane_indices().to_float() + (block * LANES) as f32) + (origin.x + HALF) as f32 * PIXELS;
+        let on_screen = [x, l.splat(y)];
+        let (from, ray) = self.rays.ray(l, on_screen);
+        // From above: downwards, and before the viewer.
+        let falls = ray.y.lt(l.zero()) & from.y.gt(l.zero());
+        let distance = from.y / falls.select(-ray.y, l.splat(1.0));
+        let place = from + ray * distance;
+        let square = place.x.squared() + place.z.squared();
+        let is_floor = falls & square.lt(l.splat(1.0));
+        if !is_floor.any() {
+            return None;
+        }
+        let place = each!(v in [place.x, place.z] => is_floor.select(v, l.zero()));
+        let mut there = is_floor.select(GroundLight::fade(l, is_floor.select(square, l.zero())), l.zero());
+        if let Some(edge) = &self.edge {
+            there = there * edge.fade(l, on_screen);
+        }
+        let floor = match self.color {
+            None => {
+                let [shadow] = self.light.look_up(l, place);
+                Seen { color: [l.zero(); 3], opacity: shadow * there }
+            }
+            Some(own) => {
+                let open: [L::F; 3] = self.light.look_up(l, place);
+                Seen { color: each!(c => open[c] * there * own[c]), opacity: there }
+            }
+        };
+        let Some(mirror) = &self.mirror else { return Some(floor) };
+        let [r, g, b, opacity] = mirror.sixteen(l, origin, block, row);
+        Some(floor.under(Seen { color: each!(c in [r, g, b] => c * there), opacity: opacity * there }))
+    }
+
+    /// Puts the floor behind the pixels of a tile, but for those that have it behind them. Tells `see` what is seen of it in each
+    /// pixel.
+    #[inline(always)]
+    pub fn composite<L: Lanes>(
+        &self,
+        l: L,
+        origin: TileOrigin,
+        pixels: &mut TilePixels,
+        mut see: Option<impl FnMut(usize, f32)>,
+    ) {
+        let TilePixels { width, linear, transmittance, has_ground } = pixels;
+        for (y, row) in linear.chunks_mut(*width).enumerate() {
+            for (block, pixels) in row.chunks_mut(LANES).enumerate() {
+                if pixels.iter().all(|p| p[3] >= 1.0) {
+                    continue;
+                }
+                let Some(Seen { color, opacity }) = self.seen(l, origin, block, y) else { continue };
+                let (color, opacity) = (each!(c in color => c.to_array()), opacity.to_array());
+                let first = y * *width + block * LANES;
+                for (k, pixel) in pixels.iter_mut().enumerate() {
+                    if opacity[k] == 0.0 || has_ground.get(first + k).is_some_and(|has| *has) {
+                        continue;
+                    }
+                    let open = 1.0 - pixel[3];
+                    for c in 0..3 {
+                        pixel[c] += color[c][k] * open;
+                    }
+                    pixel[3] += opacity[k] * open;
+                    if let Some(see) = &mut see {
+                        see(first + k, opacity[k] * open);
+                    }
+                    if let Some(open) = transmittance.get_mut(first + k) {
+                        *open = open.map(|open| open * (1.0 - opacity[k]));
+                    }
+                }
+            }
+        }
+    }
+
+    /// Puts the floor before what is behind all surfaces.
+    #[inline(always)]
+    pub fn cover<L: Lanes>(&self, l: L, origin: TileOrigin, width: u32, behind: &mut [Distant]) {
+        for (y, row) in behind.chunks_mut(width as usize).enumerate() {
+            for (block, pixels) in row.chunks_mut(LANES).enumerate() {
+                let Some(Seen { color, opacity }) = self.seen(l, origin, block, y) else { continue };
+                let (color, opacity) = (each!(c in color => c.to_array()), opacity.to_array());
+                for (k, pixel) in pixels.iter_mut().enumerate() {
+                    let keep = 1.0 - opacity[k];
+                    pixel.color = each!(c => color[c][k] + pixel.color[c] * keep);
+                    pixel.open *= keep;
+                }
+            }
+        }
+    }
+}
+
+/// The view's rays about the middle of the floor, in lengths of its reach, rounded once.
+fn rays_about(view: &View, footing: &Footing) -> ViewRays {
+    let [right, up, back] = view.axes;
+    let reach = GroundLight::reach(footing);
+    let scaled = |axis: [f64; 3], scale: f64| axis.map(|v| (v * scale / reach) as f32);
+    ViewRays {
+        eye: std::array::from_fn(|k| ((view.eye[k] - footing.center[k]) / reach) as f32),
+        right: scaled(right, 1.0 / view.scale),
+        down: scaled(up, -1.0 / view.scale),
+        forward: scaled(back, -1.0),
+        perspective: view.perspective,
+    }
+}

@@ -1,0 +1,257 @@
+//! The lights of a picture, and depth maps of what is in their way: kept for as long as neither changes, whatever the camera.
+
+use super::crew::Crew;
+use super::options::RenderOptions;
+use super::reach::Reach;
+use super::visibility::VisibilityMemory;
+use overcoat_core::built::{AreaLights, Shadows};
+use overcoat_core::each;
+use overcoat_core::limits::LimitExceeded;
+use overcoat_scene::{Light, LightKind, Scene};
+use overcoat_stages::geometry::View;
+use overcoat_stages::light::{AreaLight, AreaShape, PunctualLight};
+use overcoat_stages::shade::{LampPart, LampVisibility};
+use overcoat_stages::shadow::{LampMaps, LampPlace, LampSource};
+
+/// The lights of a picture.
+#[derive(Debug, Default)]
+pub struct LightMemory {
+    /// Lights without extent.
+    pub punctual: Vec<PunctualLight>,
+    /// Rectangles and tubes.
+    pub areas: Vec<AreaLight>,
+    /// Where those without extent shine.
+    pub reach: Reach,
+    shadows: LampShadows,
+    /// How many times they were others, or other things were in their way.
+    changes: u64,
+}
+
+/// What is in the way of lights.
+#[derive(Debug, Default)]
+struct LampShadows {
+    /// Without the sizes of their maps.
+    sources: Vec<LampSource>,
+    parts: Vec<LampPart>,
+    /// Of the blockers that the maps were made of, and of the maps.
+    made_of: (u64, usize),
+    maps: LampMaps,
+    /// Surfaces are shaded with them.
+    is_on: bool,
+}
+
+/// The tangent of half the angle that the sun is seen under (its radius over its distance): light from afar is taken to come from
+/// such a disc, since files do not say.
+const SUN: f32 = 0.004_65;
+
+/// Maps of lamps have this many times as many texels along a side as those of the environment: they throw sharp shadows.
+const FINER: usize = 8;
+
+/// The same of parts of lamps with an extent, whose shadows are soft: large maps would show the few places that are looked up.
+const FINER_OF_PARTS: usize = 2;
+
+/// Most texels along their sides.
+const LARGEST: usize = 2048;
+
+/// Texels of all of them, for each along a side of those of the environment.
+const TEXELS: usize = 1 << 15;
+
+/// Parts of a lamp: as many as sixty-fourths of a side of the environment's maps, squared; and at most.
+const PART: usize = 64;
+const MOST_PARTS: usize = 16;
+
+impl LightMemory {
+    /// Takes over the lights of a scene.
+    pub fn list(&mut self, scene: &Scene, view: &View) {
+        let lights = || scene.lights().iter().filter_map(PunctualLight::new);
+        let punctual = || lights().enumerate().map(|(k, light)| light.with_number(k as u32));
+        let areas = || scene.lights().iter().filter(|_| AreaLights::IS_BUILT).filter_map(AreaLight::new);
+        if !(punctual().eq(self.punctual.iter().copied()) && areas().eq(self.areas.iter().copied())) {
+            self.changes += 1;
+            self.punctual.clear();
+            self.punctual.extend(punctual());
+            self.areas.clear();
+            self.areas.extend(areas());
+        }
+        self.reach.find(&self.punctual, view);
+    }
+
+    /// Finds what is in the way of the lights of a scene, unless it is known.
+    pub fn find_shadows(
+        &mut self,
+        crew: &Crew<'_>,
+        scene: &Scene,
+        visibility: &VisibilityMemory,
+        options: &RenderOptions,
+    ) -> Result<(), LimitExceeded> {
+        let shadows = &mut self.shadows;
+        shadows.is_on = options.visibility.is_on();
+        if !Shadows::IS_BUILT {
+            return Ok(());
+        }
+        let Some((blockers, made)) = visibility.blockers(options) else { return Ok(()) };
+        let map_size = super::visibility::asked_for(options).map_size as usize;
+        let (sources, parts) = sources(scene.lights(), &self.areas, parts_of_lamp(map_size));
+        if shadows.made_of == (made, map_size) && shadows.sources == sources {
+            return Ok(());
+        }
+        self.changes += 1;
+        shadows.made_of = (0, 0);
+        let mut sized = sources.clone();
+        let (punctual, of_areas) = sized.split_at_mut(self.punctual.len());
+        for (lamps, finer) in [(punctual, FINER), (of_areas, FINER_OF_PARTS)] {
+            let size = side(finer * map_size, map_size, LampMaps::count(blockers, lamps, crew.jobs));
+            lamps.iter_mut().for_each(|lamp| lamp.size = size);
+        }
+        shadows.maps = LampMaps::within(&options.limits, blockers, &sized, crew.jobs, options.simd)?;
+        (shadows.sources, shadows.parts) = (sources, parts);
+        shadows.made_of = (made, map_size);
+        Ok(())
+    }
+
+    /// What is in the way of lights, if surfaces are shaded with it.
+    pub fn shadows(&self) -> Option<LampVisibility<'_>> {
+        self.shadows_of_ground().filter(|_| self.shadows.is_on)
+    }
+
+    /// How many times lights were others, or other things were in their way, until now.
+    pub fn changes(&self) -> u64 {
+        self.changes
+    }
+
+    /// The same for a floor, whether surfaces are shaded with it or not.
+    pub fn shadows_of_ground(&self) -> Option<LampVisibility<'_>> {
+        let LampShadows { parts, maps, .. } = &self.shadows;
+        let built = Shadows::BUILT.filter(|_| !maps.is_empty())?;
+        Some(LampVisibility { maps, punctual: self.punctual.len(), parts, built })
+    }
+}
+
+/// Texels along a side of each of so many maps, of so many that are wanted.
+fn side(wanted: usize, map_size: usize, maps: usize) -> usize {
+    let most = TEXELS * map_size / maps.max(1);
+    let mut side = wanted.min(LARGEST);
+    while side > 32 && side * side > most {
+        side /= 2;
+    }
+    side
+}
+
+/// Parts that a lamp with an extent is taken in.
+fn parts_of_lamp(map_size: usize) -> usize {
+    (map_size / PART).pow(2).clamp(1, MOST_PARTS)
+}
+
+/// What throws shadows: all lights without extent, then the parts of those with one.
+fn sources(lights: &[Light], areas: &[AreaLight], count: usize) -> (Vec<LampSource>, Vec<LampPart>) {
+    let mut sources: Vec<LampSource> = lights.iter().filter_map(|light| source(&light.kind)).collect();
+    let mut parts = Vec::new();
+    for (number, area) in areas.iter().enumerate() {
+        let first = parts.len();
+        let (radius, cone) = add_parts(number as u32, &area.shape, count, &mut parts);
+        sources.extend(parts[first..].iter().map(|part| {
+            let place = LampPlace::Near { position: part.position, cone };
+            LampSource { place, radius, size: 0, places: 8 }
+        }));
+    }
+    (sources, parts)
+}
+
+/// A light without extent, as it throws shadows.
+fn source(light: &LightKind) -> Option<LampSource> {
+    Some(match *light {
+        LightKind::Directional { direction } => LampSource {
+            place: LampPlace::Distant(each!(c in direction => -c)),
+            radius: SUN,
+            size: 0,
+            places: 16,
+        },
+        LightKind::Point { position, .. } => {
+            LampSource { place: LampPlace::Near { position, cone: None }, radius: 0.0, size: 0, places: 16 }
+        }
+        LightKind::Spot { position, direction, outer_cone_cosine, .. } => {
+            let cone = Some((direction, outer_cone_cosine));
+            LampSource { place: LampPlace::Near { position, cone }, radius: 0.0, size: 0, places: 16 }
+        }
+        LightKind::Rect { .. } | LightKind::Tube { .. } => return None,
+    })
+}
+
+/// The cone that a lamp shines in: its axis and the cosine of half its angle.
+type Cone = Option<([f32; 3], f32)>;
+
+/// Cuts a rectangle or a tube into about as many parts as asked for, about as long as wide. Returns the radius of a disc of the
+/// size of one.
+fn add_parts(light: u32, shape: &AreaShape, count: usize, parts: &mut Vec<LampPart>) -> (f32, Cone) {
+    let length = |v: [f32; 3]| (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
+    match *shape {
+        AreaShape::Rect { corners: [a, b, c, _], .. } => {
+            let (up, left): ([f32; 3], [f32; 3]) = (each!(k => b[k] - a[k]), each!(k => c[k] - b[k]));
+            let (height, width) = (length(up), length(left));
+            let columns = ((count as f32 * width / height).sqrt() + 0.5) as usize;
+            let columns = columns.clamp(1, count);
+            let rows = (count / columns).max(1);
+            let area = width * height / (columns * rows) as f32;
+            for k in 0..columns * rows {
+                let x = ((k % columns) as f32 + 0.5) / columns as f32;
+                let y = ((k / columns) as f32 + 0.5) / rows as f32;
+                let position = each!(c => a[c] + up[c] * y + left[c] * x);
+                parts.push(LampPart { light, position, area });
+            }
+            ((area * std::f32::consts::FRAC_1_PI).sqrt(), None)
+        }
+        AreaShape::Tube { ends: [a, b], radius } => {
+            // In one row: so many would be longer than those of a rectangle.
+            let count = (2 * count).min(MOST_PARTS);
+            let axis: [f32; 3] = each!(k => b[k] - a[k]);
+            let part = length(axis) / count as f32;
+            for k in 0..count {
+                let x = (k as f32 + 0.5) / count as f32;
+                let position = each!(c => a[c] + axis[c] * x);
+                parts.push(LampPart { light, position, area: 2.0 * radius * part });
+            }
+            let half = 0.5 * part;
+            (if half > radius { half } else { radius }, None)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn area(kind: LightKind) -> AreaLight {
+        AreaLight::new(&Light::new(kind)).unwrap()
+    }
+
+    #[test]
+    fn parts_make_up_the_whole() {
+        let rect = |x: f32, y: f32| {
+            let (half_width, half_height) = ([x, 0.0, 0.0], [0.0, y, 0.0]);
+            area(LightKind::Rect { position: [1.0, 2.0, 3.0], half_width, half_height, two_sided: false })
+        };
+        let tube = area(LightKind::Tube { ends: [[0.0, 2.0, 3.0], [2.0, 2.0, 3.0]], radius: 0.1 });
+        for (light, whole) in
+            [(rect(1.0, 1.0), 4.0), (rect(5.0, 0.1), 2.0), (rect(0.1, 5.0), 2.0), (tube, 0.4)]
+        {
+            for count in [1, 4, 16] {
+                let (_, parts) = sources(&[], &[light], count);
+                assert!(!parts.is_empty() && parts.len() <= 2 * count);
+                let sum: f32 = parts.iter().map(|part| part.area).sum();
+                assert!((sum / whole - 1.0).abs() < 1e-5, "{sum} of {whole}");
+                for (k, middle) in [1.0, 2.0, 3.0].into_iter().enumerate() {
+                    let mean: f32 =
+                        parts.iter().map(|part| part.position[k]).sum::<f32>() / parts.len() as f32;
+                    assert!((mean - middle).abs() < 1e-5);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn more_lamps_have_smaller_maps() {
+        assert_eq!([1, 4, 6, 256 * 6].map(|maps| side(1024, 128, maps)), [1024, 1024, 512, 32]);
+        assert_eq!([1, 6].map(|maps| side(4096, 512, maps)), [2048, 1024]);
+        assert_eq!([32, 128, 256, 512].map(parts_of_lamp), [1, 4, 16, 16]);
+    }
+}

@@ -1,0 +1,258 @@
+//! What a run over all tiles is told: what never changes in a frame, and what kind of run it is.
+
+use super::draws::DrawState;
+use super::ground_pixels::GroundView;
+use super::reach::Reach;
+use super::shading_rate::Finer;
+use super::splats::SplatScene;
+use super::work::Work;
+use overcoat_core::built::Splats;
+use overcoat_core::frame::{Aov, Developer, TargetWriter};
+use overcoat_stages::geometry::Chunk;
+
+use overcoat_scene::AlphaMode;
+use overcoat_stages::raster::{Disc, SamplePattern, TileOrigin};
+use overcoat_stages::shade::{Effects, ShadeContext, ShadingCost};
+use overcoat_stages::tile::{Run, TileBins, TileGrid};
+
+/// What all tiles of a frame share, in every pass.
+pub struct FrameContext<'a> {
+    /// Tiles of the picture.
+    pub grid: TileGrid,
+    /// Samples of a pixel.
+    pub pattern: &'a SamplePattern,
+    /// Triangles on the screen, by draw.
+    pub chunks: &'a [Chunk],
+    /// The triangles of each tile.
+    pub bins: &'a TileBins,
+    /// State of each draw.
+    pub states: &'a [DrawState],
+    /// Splats of the scene, and those of each tile.
+    pub splats: SplatScene<'a>,
+    /// Scene and lights as shading reads them.
+    pub shade: ShadeContext<'a>,
+    /// What fragments of each material take.
+    pub costs: &'a [ShadingCost],
+    /// Where the lights shine.
+    pub reach: &'a Reach,
+    /// The environment is the background.
+    pub show_environment: bool,
+    /// The floor, if it is seen.
+    pub ground: Option<GroundView<'a>>,
+    /// Something may tint what is behind the picture.
+    pub tints: bool,
+    /// Least square of the cosine between the normals of small triangles that are shaded as one, if any are.
+    pub merge: Option<f32>,
+    /// Where the samples of a pixel are shaded in groups, of each material: none at one shading a pixel.
+    pub finer: &'a [Finer],
+    /// Columns and rows of the tiles that are drawn, and the ends; others may be, where something refracts what is in them.
+    pub drawn: [u32; 4],
+}
+
+/// Which surfaces a pass draws, and over what.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PassKind {
+    /// Opaque surfaces alone: the picture that refracting ones show of what is behind them.
+    Backdrop,
+    /// All surfaces and splats, of a scene without refracting ones.
+    Whole,
+    /// All surfaces and splats, into the pixels of [`PassKind::Backdrop`], which stay wherever nothing else is drawn.
+    ///
+    /// The other tiles are drawn anew, opaque surfaces included. Keeping what the first pass has of these would save 1, 5 and 9
+    /// percent of the tiles' time at the most (the materials' sphere, SunglassesKhronos, AttenuationTest; 512 x 512 pixels, 8
+    /// samples, one thread), without what keeping costs: blending needs depth and triangle of each sample and the radiance of
+    /// each fragment, some 100 bytes a pixel, six times what its own pixels take, and 6 GB in the largest picture.
+    OverBackdrop,
+}
+
+impl PassKind {
+    /// The passes of a frame, in their order.
+    pub fn of(states: &[DrawState]) -> &'static [Self] {
+        if states.iter().any(|state| state.refracts) {
+            &[Self::Backdrop, Self::OverBackdrop]
+        } else {
+            &[Self::Whole]
+        }
+    }
+}
+
+/// What a pass is for.
+pub enum Purpose<'a> {
+    /// Linear pixels, and what is wanted beside them.
+    Draw(Wanted<'a>),
+    /// Work is counted and not done, and there will be no picture: to find out which limit is passed first.
+    Count,
+    /// Nothing is shaded: fragments ask textures that are decoded by need for the levels that they read.
+    Survey,
+}
+
+/// What is wanted of a pass beside linear pixels.
+#[derive(Clone, Copy, Default)]
+pub struct Wanted<'a> {
+    /// How the screen's pixels are made, if they are wanted.
+    pub developer: Option<Developer>,
+    /// How those of a target are made, if there is one.
+    pub target: Option<TargetWriter>,
+    /// White and black pixels of the screen are counted.
+    pub clipping: bool,
+    /// Planes of the G-buffer.
+    pub aovs: &'a [Aov],
+    /// Hashes of the fragments.
+    pub hashes: bool,
+}
+
+/// One run over all tiles.
+pub struct Pass<'a> {
+    /// The frame that it is a pass of.
+    pub frame: &'a FrameContext<'a>,
+    /// Surfaces that it draws.
+    pub kind: PassKind,
+    /// Why it is run.
+    pub purpose: Purpose<'a>,
+    /// The effects, as far as they are prepared.
+    pub effects: Effects<'a>,
+    /// Counters of the work, and its limits.
+    pub work: &'a Work<'a>,
+}
+
+impl<'a> Pass<'a> {
+    /// Whether nothing is drawn.
+    #[inline(always)]
+    pub fn only_counts(&self) -> bool {
+        matches!(self.purpose, Purpose::Count | Purpose::Survey)
+    }
+
+    /// Whether fragments ask for the textures that they read, and that is all.
+    #[inline(always)]
+    pub fn surveys(&self) -> bool {
+        matches!(self.purpose, Purpose::Survey)
+    }
+
+    /// What is wanted beside linear pixels.
+    pub fn wanted(&self) -> Wanted<'a> {
+        match self.purpose {
+            Purpose::Draw(wanted) => wanted,
+            Purpose::Count | Purpose::Survey => Wanted::default(),
+        }
+    }
+
+    /// How the screen's pixels are made, if they are wanted.
+    #[inline(always)]
+    pub fn developer(&self) -> Option<&Developer> {
+        match &self.purpose {
+            Purpose::Draw(wanted) => wanted.developer.as_ref(),
+            Purpose::Count | Purpose::Survey => None,
+        }
+    }
+
+    /// How the pixels of a target are made, if there is one.
+    #[inline(always)]
+    pub fn target(&self) -> Option<&TargetWriter> {
+        match &self.purpose {
+            Purpose::Draw(wanted) => wanted.target.as_ref(),
+            Purpose::Count | Purpose::Survey => None,
+        }
+    }
+
+    /// Whether a tile is drawn.
+    #[inline(always)]
+    pub fn draws(&self, tile: usize) -> bool {
+        let FrameContext { grid, drawn: [left, top, right, bottom], .. } = self.frame;
+        let (column, row) = (tile as u32 % grid.columns(), tile as u32 / grid.columns());
+        self.kind == PassKind::Backdrop
+            || ((*left..*right).contains(&column) && (*top..*bottom).contains(&row))
+    }
+
+    /// Whether white and black pixels of the screen are counted.
+    #[inline(always)]
+    pub fn counts_clipping(&self) -> bool {
+        matches!(&self.purpose, Purpose::Draw(Wanted { clipping: true, .. }))
+    }
+
+    /// How a draw covers what is behind it; `None` if the pass leaves it out.
+    #[inline(always)]
+    pub fn alpha_mode(&self, state: &DrawState) -> Option<AlphaMode> {
+        match if state.transmissive { AlphaMode::Blend } else { state.alpha_mode } {
+            AlphaMode::Blend if self.kind == PassKind::Backdrop => None,
+            mode => Some(mode),
+        }
+    }
+
+    /// The tile of a number.
+    #[inline(always)]
+    pub fn tile(&self, number: usize) -> Tile<'a> {
+        let FrameContext { grid, bins, splats, .. } = self.frame;
+        let [left, top, width, height] = grid.pixels(number);
+        // Like blended surfaces they are no part of what refracting ones see behind them.
+        let splats = if self.kind == PassKind::Backdrop { &[] } else { splats.runs(number) };
+        let runs = bins.runs(number);
+        let transmissive =
+            self.kind != PassKind::Backdrop && runs.iter().any(|run| self.frame.state(run).transmissive);
+        let (corner, size, origin) = ([left, top], [width, height], grid.origin(number));
+        Tile { corner, size, origin, runs, splats, transmissive }
+    }
+
+    /// Whether the pixels of a tile are what they have to become, because the pass before has drawn all there is in it, and
+    /// no more than pixels is wanted.
+    pub fn keeps(&self, tile: &Tile<'_>) -> bool {
+        let blends = || tile.runs.iter().any(|run| self.frame.state(run).alpha_mode == AlphaMode::Blend);
+        let wanted = match &self.purpose {
+            Purpose::Draw(wanted) => wanted.hashes || !wanted.aovs.is_empty(),
+            Purpose::Count => false,
+            // Its fragments are wanted.
+            Purpose::Survey => true,
+        };
+        self.kind == PassKind::OverBackdrop
+            && !wanted
+            && tile.splats().is_empty()
+            && !tile.transmissive
+            && !blends()
+    }
+}
+
+impl FrameContext<'_> {
+    /// The draw that a run's triangles belong to.
+    #[inline(always)]
+    pub fn state(&self, run: &Run) -> &DrawState {
+        &self.states[self.chunks[run.chunk as usize].draw as usize]
+    }
+
+    /// The disc of a point of a chunk.
+    #[inline(always)]
+    pub fn disc(&self, chunk: &Chunk, index: u32) -> Option<Disc> {
+        let points = self.states[chunk.draw as usize].points.as_ref()?;
+        points.disc(self.shade.draws[chunk.draw as usize].mesh, chunk.range.start + index as usize)
+    }
+
+    /// The material of all triangles of some runs, if it is one.
+    pub fn one_material(&self, runs: &[Run]) -> Option<u32> {
+        let of = |run: &Run| self.shade.draws[self.chunks[run.chunk as usize].draw as usize].material;
+        let first = of(runs.first()?);
+        runs.iter().all(|run| of(run) == first).then_some(first)
+    }
+}
+
+/// One tile, and what a pass draws in it.
+#[derive(Clone, Copy)]
+pub struct Tile<'a> {
+    /// Left and top pixel.
+    pub corner: [u32; 2],
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// The corner as the rasterizer has it.
+    pub origin: TileOrigin,
+    /// Its triangles and points.
+    pub runs: &'a [Run],
+    /// Its splats.
+    splats: &'a [Run],
+    /// Something that is drawn is transmissive.
+    pub transmissive: bool,
+}
+
+impl<'a> Tile<'a> {
+    /// Its splats.
+    #[inline(always)]
+    pub fn splats(&self) -> &'a [Run] {
+        if Splats::IS_BUILT { self.splats } else { &[] }
+    }
+}

@@ -1,0 +1,145 @@
+//! How much work a picture is worth.
+
+/// What is known of the light that other surfaces block and send back.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub struct Visibility {
+    /// Directions that the environment's light is taken to come from, each with a depth map of the scene: 0 (nothing is
+    /// blocked) to [`Visibility::MOST_MAPS`].
+    pub maps: u32,
+    /// Texels along a side of a depth map, [`Visibility::SMALLEST_MAP`] to [`Visibility::LARGEST_MAP`].
+    pub map_size: u32,
+    /// Rays that each lobe of a surface of a pixel sends for the light of other surfaces, 0 to [`Visibility::MOST_RAYS`]; fewer
+    /// where it is narrow or shows little. Those of neighbouring pixels count together where these are alike. With 0 that light
+    /// is estimated from the maps. Of no effect without maps.
+    pub rays: u32,
+}
+
+impl Visibility {
+    /// Nothing is blocked.
+    pub const NONE: Self = Self { maps: 0, map_size: 256, rays: 0 };
+    /// Largest number of maps.
+    pub const MOST_MAPS: u32 = 256;
+    /// Smallest side of a map.
+    pub const SMALLEST_MAP: u32 = 32;
+    /// Largest side of a map.
+    pub const LARGEST_MAP: u32 = 2048;
+    /// Largest number of rays.
+    pub const MOST_RAYS: u32 = 256;
+
+    /// This many maps, texels along a side of each, and rays.
+    #[must_use]
+    pub const fn new(maps: u32, map_size: u32, rays: u32) -> Self {
+        Self { maps, map_size, rays }
+    }
+
+    /// The same with another number of maps.
+    #[must_use]
+    pub const fn with_maps(self, maps: u32) -> Self {
+        Self { maps, ..self }
+    }
+
+    /// The same with maps of another size.
+    #[must_use]
+    pub const fn with_map_size(self, map_size: u32) -> Self {
+        Self { map_size, ..self }
+    }
+
+    /// The same with another number of rays.
+    #[must_use]
+    pub const fn with_rays(self, rays: u32) -> Self {
+        Self { rays, ..self }
+    }
+
+    /// Whether anything is found of what blocks light.
+    #[must_use]
+    pub const fn is_on(&self) -> bool {
+        self.maps > 0
+    }
+}
+
+impl Default for Visibility {
+    fn default() -> Self {
+        Self::NONE
+    }
+}
+
+/// Names for settings that go together.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Quality {
+    /// Nothing is blocked.
+    #[default]
+    Draft,
+    /// Shadows of the environment from small depth maps; other surfaces send back what the fragment itself would.
+    Fast,
+    /// Larger maps, few rays for the light of other surfaces, and four shadings a pixel where one would show.
+    Good,
+    /// The same with more maps and rays.
+    Best,
+}
+
+impl Quality {
+    /// All of them, in the order of what they take.
+    pub const ALL: &'static [Self] = &[Self::Draft, Self::Fast, Self::Good, Self::Best];
+
+    /// Name as `--quality` takes it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Draft => "draft",
+            Self::Fast => "fast",
+            Self::Good => "good",
+            Self::Best => "best",
+        }
+    }
+
+    /// The one of that name.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.iter().copied().find(|quality| quality.name() == name)
+    }
+
+    /// Shadings a pixel where one would show, see `RenderOptions::shading_rate`.
+    #[must_use]
+    pub const fn shading_rate(self) -> u32 {
+        match self {
+            Self::Draft | Self::Fast => 1,
+            Self::Good | Self::Best => 4,
+        }
+    }
+
+    /// What it knows of blocked light.
+    #[must_use]
+    pub const fn visibility(self) -> Visibility {
+        match self {
+            Self::Draft => Visibility::NONE,
+            Self::Fast => Visibility::new(64, 128, 0),
+            Self::Good => Visibility::new(64, 256, 4),
+            Self::Best => Visibility::new(128, 512, 16),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_lead_back() {
+        for quality in Quality::ALL {
+            assert_eq!(Quality::from_name(quality.name()), Some(*quality));
+        }
+        assert_eq!(Quality::from_name("ultra"), None);
+    }
+
+    /// A better tier has no less of anything.
+    #[test]
+    fn tiers_are_in_order() {
+        for pair in Quality::ALL.windows(2) {
+            let [worse, better] = [pair[0].visibility(), pair[1].visibility()];
+            assert!(worse.maps <= better.maps && worse.rays <= better.rays);
+            assert!(pair[0].shading_rate() <= pair[1].shading_rate());
+            assert!(!worse.is_on() || worse.map_size <= better.map_size);
+        }
+    }
+}
