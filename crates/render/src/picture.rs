@@ -24,6 +24,7 @@ use overcoat_tiles::bands::Planes;
 use overcoat_tiles::budget::FrameBudget;
 use overcoat_tiles::cancel::Cancellation;
 use overcoat_tiles::crew::{Crew, arithmetic_is_default};
+use overcoat_tiles::effects::EffectMemory;
 use overcoat_tiles::ground_light::GroundLight;
 use overcoat_tiles::ground_pixels::GroundView;
 use overcoat_tiles::lamps::LightMemory;
@@ -35,6 +36,7 @@ use overcoat_tiles::splats::SplatMemory;
 use overcoat_tiles::tile_pass::default_tile_size;
 use overcoat_tiles::trace::{self, StageHashes};
 use overcoat_tiles::work::{Spent, Work, WorkDone};
+use std::borrow::Cow;
 use std::time::Duration;
 
 /// What is asked for.
@@ -82,6 +84,22 @@ pub(super) struct Memory {
     pub last: Option<LastPicture>,
 }
 
+/// How an attempt at a picture ends, if without an error.
+#[allow(
+    clippy::large_enum_variant,
+    reason = "there is one at a time, and a box would be an allocation for each picture"
+)]
+enum Attempt {
+    /// With the picture.
+    Done(Drawn),
+    /// Without: some textures cannot be decoded. This is the scene without them.
+    LostTextures(Scene),
+    /// Without: it reads levels of the environment that nobody foresaw, and that are known now.
+    MoreLight,
+    /// Without: a limit is passed by tiles that were asked for. Those of the default say which.
+    DefaultTiles,
+}
+
 impl Request<'_> {
     /// `Ok` if nobody has stopped it.
     pub(super) fn go_on(&self) -> Result<(), RenderError> {
@@ -102,8 +120,29 @@ impl Memory {
     pub(super) fn draw_into(
         &mut self,
         request: &Request<'_>,
-        target: Option<(&mut Target<'_>, [u32; 4])>,
+        mut target: Option<(&mut Target<'_>, [u32; 4])>,
     ) -> Result<Drawn, RenderError> {
+        let mut without_lost = None;
+        let mut options = Cow::Borrowed(request.options);
+        loop {
+            let scene = without_lost.as_ref().unwrap_or(request.scene);
+            let request = Request { scene, options: &options, ..*request };
+            let target = target.as_mut().map(|(target, region)| (&mut **target, *region));
+            match self.attempt(&request, target)? {
+                Attempt::Done(drawn) => return Ok(drawn),
+                Attempt::LostTextures(rest) => without_lost = Some(rest),
+                Attempt::MoreLight => {}
+                Attempt::DefaultTiles => options.to_mut().tile_size = None,
+            }
+        }
+    }
+
+    /// Draws a picture, or says what it has to be drawn again with.
+    fn attempt(
+        &mut self,
+        request: &Request<'_>,
+        mut target: Option<(&mut Target<'_>, [u32; 4])>,
+    ) -> Result<Attempt, RenderError> {
         let &Request { jobs, scene, options, .. } = request;
         self.last = None;
         // Refuse what is out of range or too much, before anything is made.
@@ -116,8 +155,8 @@ impl Memory {
         // Decode the textures that decide about what is seen, if they are decoded by need.
         let mut textures = std::mem::take(&mut self.textures);
         let mut unsurveyed = textures.begin(request);
-        if let Some(scene) = &scene.without_lost_textures() {
-            return self.draw_into(&Request { scene, ..*request }, target);
+        if let Some(rest) = scene.without_lost_textures() {
+            return Ok(Attempt::LostTextures(rest));
         }
         let mut textures_time = crew.lap();
 
@@ -125,11 +164,7 @@ impl Memory {
         let levels = foreseen(scene, options);
         let filtered = self.environments.get(&scene.environment().source, levels, jobs, options.simd);
         let environment = environment_light(scene, &filtered);
-        self.lights.list(scene, &view);
-        self.passes.effects.before(&crew, scene, &environment, options)?;
-        self.lights.find_shadows(&crew, scene, self.passes.effects.visibility(), options)?;
-        let maps = self.passes.effects.maps_of_ground().filter(|_| options.ground.is_seen());
-        self.ground.prepare(&crew, scene, maps, (&environment, &self.lights), options);
+        self.prepare_lights(&crew, request, &view, &environment)?;
         let environment_time = crew.lap();
         request.go_on()?;
 
@@ -139,16 +174,8 @@ impl Memory {
         let vertices_time = crew.lap();
 
         // Set up triangles and splats, and list them for the tiles.
-        let mut grid = tile_grid(options, options.tile_size);
-        let mut drawn = [0, 0, grid.columns(), grid.rows()];
-        if let Some((_, region)) = &target {
-            drawn = grid.tiles_of_pixels(*region);
-            // What refracts may show whatever else is in the picture.
-            if !self.geometry.states.iter().any(|state| state.refracts) {
-                grid = grid.listed_within(*region);
-                budget.list_within(*region);
-            }
-        }
+        let region = target.as_ref().map(|(_, region)| *region);
+        let (grid, drawn) = self.listed_grid(options, region, &mut budget);
         let to = SetUp { grid: &grid, pattern: &pattern, budget: &budget };
         let count = self.geometry.set_up_triangles(&mut crew, &draws, &to, options);
         let splats = self.splats.prepare(&mut crew, scene, &view, &grid, &budget);
@@ -160,20 +187,9 @@ impl Memory {
 
         let hashes = options.stage_hashes.then(|| {
             let geometry = trace::geometry(vertices, chunks, states, &draws, splats.in_order());
-            let mut hashes = StageHashes::before_tiles(scene, &filtered, geometry);
-            (hashes.depth_maps, hashes.hierarchy) = self.passes.effects.hashes(options.ground.is_seen());
-            let lamps = if options.ground.is_seen() {
-                self.lights.shadows_of_ground()
-            } else {
-                self.lights.shadows()
-            };
-            hashes.lamp_maps = lamps.map_or(0, |lamps| trace::lamp_maps(&lamps));
-            let light = options.ground.is_seen().then(|| self.ground.texels());
-            hashes.ground = light.filter(|texels| !texels.is_empty()).map_or(0, trace::ground);
-            if mirrored.is_some() {
-                hashes.ground = self.mirror.of(1.0).hashed_with(hashes.ground);
-            }
-            hashes
+            let light = (&self.passes.effects, &self.lights, &self.ground);
+            let mirror = mirrored.as_ref().map(|_| &self.mirror);
+            hashes_before_tiles(request, StageHashes::before_tiles(scene, &filtered, geometry), light, mirror)
         });
 
         // Say what all tiles share.
@@ -187,7 +203,6 @@ impl Memory {
         let mirror = mirrored.as_ref().map(|_| self.mirror.of(options.ground_reflection));
         let ground = GroundView::new(&self.ground, options, &view, mirror);
         let mut tiles_time = Duration::ZERO;
-        let mut target = target;
         let (frame, work, planes, found) = loop {
             let frame = FrameContext {
                 grid,
@@ -214,8 +229,8 @@ impl Memory {
                 textures.fetch(jobs, scene);
                 textures_time += crew.lap();
                 tiles_time += survey_time;
-                if let Some(scene) = &scene.without_lost_textures() {
-                    return self.draw_into(&Request { scene, ..*request }, target);
+                if let Some(rest) = scene.without_lost_textures() {
+                    return Ok(Attempt::LostTextures(rest));
                 }
                 continue;
             }
@@ -232,12 +247,12 @@ impl Memory {
             self.passes.planes = planes;
             if dark {
                 self.textures = textures;
-                return self.draw_into(request, target);
+                return Ok(Attempt::MoreLight);
             }
             textures.fetch(jobs, scene);
             textures_time += crew.lap();
-            if let Some(scene) = &scene.without_lost_textures() {
-                return self.draw_into(&Request { scene, ..*request }, target);
+            if let Some(rest) = scene.without_lost_textures() {
+                return Ok(Attempt::LostTextures(rest));
             }
         };
         self.work_done = work.done();
@@ -245,9 +260,7 @@ impl Memory {
         if work.is_stopped() {
             // Which limit is named must not depend on the tiles, nor on the threads: the first that one would pass is.
             if grid.side() != budget.grid().side() {
-                let options = options.clone().with_tile_size(None);
-                let options = &options;
-                return self.draw_into(&Request { options, ..*request }, target);
+                return Ok(Attempt::DefaultTiles);
             }
             check_limits(&frame, request)?;
         }
@@ -271,7 +284,42 @@ impl Memory {
         self.textures = textures;
         self.pattern = Some(pattern);
         self.last = Some(LastPicture::new(request, grid, count));
-        Ok(drawn)
+        Ok(Attempt::Done(drawn))
+    }
+
+    /// Finds where the lights shine and what is in their way.
+    fn prepare_lights(
+        &mut self,
+        crew: &Crew<'_>,
+        request: &Request<'_>,
+        view: &View,
+        environment: &EnvironmentLight<'_>,
+    ) -> Result<(), RenderError> {
+        let &Request { scene, options, .. } = request;
+        self.lights.list(scene, view);
+        self.passes.effects.before(crew, scene, environment, options)?;
+        self.lights.find_shadows(crew, scene, self.passes.effects.visibility(), options)?;
+        let maps = self.passes.effects.maps_of_ground().filter(|_| options.ground.is_seen());
+        self.ground.prepare(crew, scene, maps, (environment, &self.lights), options);
+        Ok(())
+    }
+
+    /// The tiles for which triangles are listed, and columns and rows of those that are drawn: all, or where a region is.
+    fn listed_grid(
+        &self,
+        options: &RenderOptions,
+        region: Option<[u32; 4]>,
+        budget: &mut FrameBudget,
+    ) -> (TileGrid, [u32; 4]) {
+        let grid = tile_grid(options, options.tile_size);
+        let Some(region) = region else { return (grid, [0, 0, grid.columns(), grid.rows()]) };
+        let drawn = grid.tiles_of_pixels(region);
+        // What refracts may show whatever else is in the picture.
+        if self.geometry.states.iter().any(|state| state.refracts) {
+            return (grid, drawn);
+        }
+        budget.list_within(region);
+        (grid.listed_within(region), drawn)
     }
 
     /// Draws what the floor mirrors, if it mirrors anything. Returns what that took.
@@ -414,6 +462,25 @@ pub(super) fn shade_context<'a>(
         emitter_rays,
         specular_antialiasing: options.specular_antialiasing,
     }
+}
+
+/// Adds what is prepared of the light, and what the floor shows of it, to the hashes of the stages before.
+fn hashes_before_tiles(
+    request: &Request<'_>,
+    mut hashes: StageHashes,
+    (effects, lights, ground): (&EffectMemory, &LightMemory, &GroundLight),
+    mirror: Option<&MirrorMemory>,
+) -> StageHashes {
+    let has_ground = request.options.ground.is_seen();
+    (hashes.depth_maps, hashes.hierarchy) = effects.hashes(has_ground);
+    let lamps = if has_ground { lights.shadows_of_ground() } else { lights.shadows() };
+    hashes.lamp_maps = lamps.map_or(0, |lamps| trace::lamp_maps(&lamps));
+    let light = has_ground.then(|| ground.texels());
+    hashes.ground = light.filter(|texels| !texels.is_empty()).map_or(0, trace::ground);
+    if let Some(mirror) = mirror {
+        hashes.ground = mirror.of(1.0).hashed_with(hashes.ground);
+    }
+    hashes
 }
 
 /// What a picture took: `times` of its stages, and how long it was in loops on all threads.
