@@ -76,6 +76,11 @@ fn main() -> ExitCode {
         match &cli.command {
             Command::Batch(args) => batch::run(args).await,
             Command::Serve(_) => {
+                let names = std::env::vars_os().filter_map(|(name, _)| name.into_string().ok());
+                if let Some(options) = command.find_subcommand("serve") {
+                    serve::config::unknown_variables(options, names)
+                        .for_each(|warning| eprintln!("overcoat-service: warning: {warning}"));
+                }
                 serve::run(serve::config::read(&command, &arguments, &given, of_matches)?).await
             }
             // Done above.

@@ -3,6 +3,7 @@
 use super::args::ServeArgs;
 use clap::parser::ValueSource;
 use clap::{ArgAction, ArgMatches, Command};
+use overcoat_core::suggest::{nearest_name, suggestion};
 use std::ffi::OsString;
 use std::path::Path;
 use toml::{Table, Value};
@@ -17,6 +18,31 @@ pub fn with_environment(command: Command) -> Command {
         let name = argument.get_long().filter(|name| !matches!(*name, "help" | "version"));
         let Some(variable) = name.map(variable_of) else { return argument };
         argument.env(variable)
+    })
+}
+
+/// Warnings about variables that look like an option's and are none's: a misspelt one would be passed over in silence. What this
+/// project's tests and packages read is none of the service, nor what Kubernetes sets for a service of that name.
+pub fn unknown_variables(
+    serve: &Command,
+    names: impl IntoIterator<Item = String>,
+) -> impl Iterator<Item = String> {
+    let known: Vec<String> =
+        serve.get_arguments().filter_map(|option| option.get_long()).map(variable_of).collect();
+    let of_others = |name: &str| {
+        ["OVERCOAT_CORPUS", "OVERCOAT_MACHINES", "OVERCOAT_PORT", "OVERCOAT_REFERENCE", "OVERCOAT_SERVICE_"]
+            .iter()
+            .any(|start| name.starts_with(start))
+            || name.ends_with("_BINARY")
+    };
+    let mut unknown: Vec<String> = names
+        .into_iter()
+        .filter(|name| name.starts_with("OVERCOAT_") && !known.contains(name) && !of_others(name))
+        .collect();
+    unknown.sort_unstable();
+    unknown.into_iter().map(move |name| {
+        let near = suggestion(nearest_name(&name, known.iter().map(String::as_str)));
+        format!("{name}: there is no such option{near}")
     })
 }
 
@@ -140,6 +166,21 @@ mod tests {
             added(text, &["--queue", "5"]).unwrap(),
             ["--allow-unsigned", "--key=aa", "--key=bb", "--max-size=512", "--preset=thumb=size:64"]
         );
+    }
+
+    #[test]
+    fn misspelt_variables_are_named() {
+        let names = [
+            "HOME",
+            "OVERCOAT_MAX_SIZE",
+            "OVERCOAT_MAXSIZE",
+            "OVERCOAT_SERVICE_HOST",
+            "OVERCOAT_PORT_80_TCP",
+            "OVERCOAT_CORPUS",
+        ];
+        let found: Vec<String> = unknown_variables(&command(), names.map(str::to_owned)).collect();
+        assert!(found.len() == 1 && found[0].starts_with("OVERCOAT_MAXSIZE: "), "{found:?}");
+        assert!(found[0].contains("OVERCOAT_MAX_SIZE"), "{found:?}");
     }
 
     #[test]
