@@ -95,8 +95,7 @@ pub mod description {
     };
 }
 
-/// Formats of files: their names, extensions and media types. What reads and what writes which is said where it is done, in
-/// terms of these.
+/// Formats of files: their names, extensions and media types.
 pub mod formats {
     #[doc(inline)]
     pub use overcoat_core::formats::{
@@ -122,14 +121,14 @@ pub mod golden {
     };
 }
 
-/// Ordered parallel map and for-each over fixed chunks. The only module that knows the thread pool.
+/// Worker threads: ordered parallel map and for-each over fixed chunks.
 pub mod jobs {
     #[doc(inline)]
     pub use overcoat_core::jobs::{Jobs, MAX_THREADS};
 }
 
-#[cfg(feature = "truth")]
 /// How far the clear coats of engines are from physics: the same coated surface by a shading model and by the referee.
+#[cfg(feature = "truth")]
 pub mod lab {
     #[doc(inline)]
     pub use overcoat_lab::lab::{
@@ -169,8 +168,7 @@ pub mod output {
     };
 }
 
-/// The renderer: scene and options in, frame out. The only place that knows the order of the stages: those of a picture are in
-/// `picture.rs`, those of a tile in `tile_pass.rs`.
+/// The renderer: scene and options in, frame out.
 pub mod render {
     #[doc(inline)]
     pub use overcoat_render::{
@@ -180,8 +178,8 @@ pub mod render {
     };
 }
 
-#[cfg(feature = "sandbox")]
 /// Giving up rights before input is read: what a program that has been taken over by a hostile file could still do.
+#[cfg(feature = "sandbox")]
 pub mod sandbox {
     #[doc(inline)]
     pub use overcoat_sandbox::{Grants, Sandbox, SandboxError, enter};
@@ -204,8 +202,8 @@ pub mod scene {
     };
 }
 
-#[cfg(feature = "truth")]
 /// The referee: what a stack of coats really does, by a random walk through it that is right on average.
+#[cfg(feature = "truth")]
 pub mod truth {
     #[doc(inline)]
     pub use overcoat_lab::truth::{
