@@ -63,7 +63,8 @@ fn quoted(text: &str) -> Vec<String> {
 
 /// Whether a word leads into this tree: its first part is a folder that stands in it.
 fn leads_into_the_tree(word: &str) -> bool {
-    word.split_once('/').is_some_and(|(first, _)| first == "src" || FOLDERS.contains(&first))
+    word.split_once('/')
+        .is_some_and(|(first, _)| ["src", "crates"].contains(&first) || FOLDERS.contains(&first))
 }
 
 /// Whether a word of a document about the tree is meant as a path.
