@@ -30,7 +30,7 @@ pub mod environment {
 /// A material file and its textures.
 #[derive(Clone, Copy, Debug)]
 pub struct Material {
-    /// What it is called: the stem of its file.
+    /// Name: the stem of its file.
     pub name: &'static str,
     /// The file.
     pub text: &'static str,

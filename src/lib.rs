@@ -104,7 +104,7 @@ pub mod formats {
     };
 }
 
-/// What comes out of a render: pixel planes in linear light, and what screens show of them.
+/// Frames: pixel planes in linear light, and pictures for screens made of them.
 pub mod frame {
     #[doc(inline)]
     pub use overcoat_core::frame::{
@@ -127,7 +127,7 @@ pub mod jobs {
     pub use overcoat_core::jobs::{Jobs, MAX_THREADS};
 }
 
-/// How far the clear coats of engines are from physics: the same coated surface by a shading model and by the referee.
+/// Error of the clear coats of engines: the same coated surface by a shading model and by the referee.
 #[cfg(feature = "truth")]
 pub mod lab {
     #[doc(inline)]
@@ -157,7 +157,7 @@ pub mod load {
     };
 }
 
-/// From a [`Frame`] to the bytes of a file.
+/// Encoders: from a [`Frame`] to the bytes of a file.
 pub mod output {
     #[doc(inline)]
     pub use overcoat_image::output::{

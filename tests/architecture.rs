@@ -1,13 +1,13 @@
 //! The documents about the sources tell the truth: what they name is there, the code map is complete, and every recipe says
 //! which files it goes through.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// Documents that speak of this tree only: every path in them is one of it.
 const OF_THE_TREE: [&str; 3] = ["ARCHITECTURE.md", "CONTRIBUTING.md", "SECURITY.md"];
 
-/// What is directly in the tree and belongs into the code map, beside the packages.
+/// Folders at the top of the tree that belong into the code map, beside the packages.
 const FOLDERS: [&str; 10] =
     ["tests", "golden", "assets", "examples", "bindings", "benches", "service", "packaging", "fuzz", ".ci"];
 
@@ -115,7 +115,7 @@ fn names(folder: &str) -> Vec<String> {
     entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect()
 }
 
-/// What is missing in a code map: every package, all modules of those whose root only lists them, as `crates/core/src/math/` or
+/// Missing entries of a code map, which has every package, all modules of those whose root only lists them, as `crates/core/src/math/` or
 /// `crates/core/src/limits.rs`, and the folders beside them.
 fn missing_in_map(map: &str) -> Vec<String> {
     let mut wanted: Vec<String> = names("crates").iter().map(|name| format!("crates/{name}/")).collect();
@@ -134,7 +134,7 @@ fn missing_in_map(map: &str) -> Vec<String> {
             if root().join(&path).is_dir() { path + "/" } else { path }
         }));
     }
-    // What a package's own entry says.
+    // The entry of the package itself speaks of its root.
     wanted.retain(|path| !path.ends_with("/lib.rs") || path == "src/lib.rs");
     wanted.extend(FOLDERS.map(|folder| format!("{folder}/")));
     wanted.sort();
@@ -217,6 +217,41 @@ fn everything_in_src_is_in_the_code_map() {
     let map = section(&text, "## Code map").expect("there is a code map");
     let missing = missing_in_map(map);
     assert!(missing.is_empty(), "not in the code map: {}", missing.join(", "));
+}
+
+/// Packages of ours that a manifest names as dependencies, on any target, but for those of tests.
+fn own_dependencies(manifest: &toml::Table) -> BTreeSet<String> {
+    let of = |table: &toml::Table| -> Vec<String> {
+        let list = table.get("dependencies").and_then(toml::Value::as_table);
+        list.into_iter().flat_map(toml::Table::keys).cloned().collect()
+    };
+    let targets = manifest.get("target").and_then(toml::Value::as_table);
+    let of_targets = targets.into_iter().flat_map(toml::Table::values).filter_map(toml::Value::as_table);
+    of_targets.chain([manifest]).flat_map(of).filter(|name| name.starts_with("overcoat")).collect()
+}
+
+#[test]
+fn the_table_of_packages_is_that_of_the_manifests() {
+    let text = read("ARCHITECTURE.md");
+    let map = section(&text, "## Code map").expect("there is a code map");
+    let rows = map.lines().filter_map(|line| line.strip_prefix("| `overcoat"));
+    let told: BTreeMap<String, BTreeSet<String>> = rows
+        .map(|row| {
+            let (name, used) = row.split_once("` | ").expect("two columns");
+            let used = used.trim_end_matches(" |").split(", ").filter(|name| *name != "none");
+            let full = |name: &str| if name == "overcoat" { name.into() } else { format!("overcoat-{name}") };
+            (format!("overcoat{name}"), used.map(full).collect())
+        })
+        .collect();
+    let folders = names("crates").into_iter().map(|name| format!("crates/{name}"));
+    let there: BTreeMap<String, BTreeSet<String>> = folders
+        .chain(["assets".to_owned(), ".".to_owned()])
+        .map(|folder| {
+            let manifest: toml::Table = read(&format!("{folder}/Cargo.toml")).parse().unwrap();
+            (manifest["package"]["name"].as_str().unwrap().to_owned(), own_dependencies(&manifest))
+        })
+        .collect();
+    assert_eq!(told, there);
 }
 
 #[test]

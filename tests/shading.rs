@@ -1,4 +1,4 @@
-//! What pictures of the shading models show.
+//! Pictures of the shading models.
 //!
 //! One binary of many files, each a promise: linking takes longer than most of them run.
 

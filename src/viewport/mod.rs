@@ -85,7 +85,7 @@ pub struct Drawn {
     pub is_final: bool,
     /// Exposure in stops that it has, see [`RenderedInto::exposure`](crate::render::RenderedInto::exposure).
     pub exposure: f32,
-    /// What it took.
+    /// Counts and times.
     pub stats: RenderStats,
 }
 

@@ -1,4 +1,4 @@
-//! What all packages of overcoat stand on: arithmetic with the same bits on every machine ([`math`]), colour, frames, ordered
+//! Foundations of all packages of overcoat: arithmetic with the same bits on every machine ([`math`]), colour, frames, ordered
 //! jobs, limits and names of formats. Applications use the package `overcoat`.
 
 pub mod built;

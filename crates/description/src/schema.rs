@@ -9,7 +9,7 @@ use overcoat_scene::Axis;
 use overcoat_scene::ShadingModel;
 use serde_json::{Map, Value, json};
 
-/// Of colours, as [`hex_color`](overcoat_core::color::hex_color) takes them without alpha.
+/// Pattern of colours, as [`hex_color`](overcoat_core::color::hex_color) takes them without alpha.
 const HEX_COLOR: &str = "^#?([0-9A-Fa-f]{3}|[0-9A-Fa-f]{6})$";
 
 /// The JSON schema (draft 7) of scene files, in JSON or TOML. What it allows is read without a warning, unless a name leads

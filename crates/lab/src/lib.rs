@@ -1,4 +1,4 @@
-//! What shading models are an approximation of ([`truth`]), and how far each is from it ([`lab`]). Applications use the package
+//! The referee of shading models ([`truth`]), and the error of each model against it ([`lab`]). Applications use the package
 //! `overcoat`.
 
 pub mod lab;

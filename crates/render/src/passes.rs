@@ -96,7 +96,7 @@ pub(super) fn check_limits(frame: &FrameContext<'_>, request: &Request<'_>) -> R
     work.check()
 }
 
-/// What has been done for a frame before its tiles, within limits.
+/// Counters of a frame's work within its limits, with what was spent before the tiles.
 pub(super) fn work_of<'a>(frame: &FrameContext<'_>, request: &Request<'a>) -> Work<'a> {
     let &Request { options, cancellation, .. } = request;
     let pixels = frame.grid.pixel_count() as u64;

@@ -84,19 +84,19 @@ pub(super) struct Memory {
     pub last: Option<LastPicture>,
 }
 
-/// How an attempt at a picture ends, if without an error.
+/// Outcome of an attempt at a picture.
 #[allow(
     clippy::large_enum_variant,
     reason = "there is one at a time, and a box would be an allocation for each picture"
 )]
 enum Attempt {
-    /// With the picture.
+    /// The picture.
     Done(Drawn),
-    /// Without: some textures cannot be decoded. This is the scene without them.
+    /// Some textures cannot be decoded: the scene without them, which is to be drawn.
     LostTextures(Scene),
-    /// Without: it reads levels of the environment that nobody foresaw, and that are known now.
+    /// Levels of the environment were read that nobody foresaw: they are known now.
     MoreLight,
-    /// Without: a limit is passed by tiles that were asked for. Those of the default say which.
+    /// A limit was passed with tiles of a size that was asked for: those of the default say which limit.
     DefaultTiles,
 }
 
@@ -314,7 +314,7 @@ impl Memory {
         let grid = tile_grid(options, options.tile_size);
         let Some(region) = region else { return (grid, [0, 0, grid.columns(), grid.rows()]) };
         let drawn = grid.tiles_of_pixels(region);
-        // What refracts may show whatever else is in the picture.
+        // Refracting surfaces may show any other part of the picture.
         if self.geometry.states.iter().any(|state| state.refracts) {
             return (grid, drawn);
         }

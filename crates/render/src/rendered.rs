@@ -1,4 +1,4 @@
-//! What rendering gives: pictures, with counts and times of what they took.
+//! Results of rendering: pictures, with counts and times.
 
 use crate::StageHashes;
 use overcoat_core::frame::{Aov, AovPlane, Clipping, DisplayImage, Frame};
@@ -10,7 +10,7 @@ use std::time::Duration;
 pub struct Rendered {
     /// The picture.
     pub frame: Frame,
-    /// What it took.
+    /// Counts and times.
     pub stats: RenderStats,
 }
 
@@ -22,14 +22,14 @@ pub struct RenderedImage {
     pub image: DisplayImage,
     /// The G-buffer planes that were asked for.
     pub aovs: Vec<AovPlane>,
-    /// What [`Frame::is_tinted`] says of its frame: the light from behind the picture is coloured on its way, which a
-    /// picture without a background does not show.
+    /// Light from behind the picture is coloured on its way, as [`Frame::is_tinted`] says of a frame; a picture without a
+    /// background does not show it.
     pub tinted: bool,
-    /// What [`DisplayImage::clipping`] says of it, if the scene has lights; else 0.
+    /// White and black pixels, see [`DisplayImage::clipping`], if the scene has lights; else 0.
     pub clipping: Clipping,
     /// Exposure in stops that it has: that of the options, with what was metered.
     pub exposure: f32,
-    /// What it took.
+    /// Counts and times.
     pub stats: RenderStats,
 }
 
@@ -41,7 +41,7 @@ impl RenderedImage {
     }
 }
 
-/// What drawing into a [`Target`](overcoat_core::frame::Target) says beside the pixels.
+/// Result of drawing into a [`Target`](overcoat_core::frame::Target), beside the pixels.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct RenderedInto {
@@ -49,7 +49,7 @@ pub struct RenderedInto {
     pub tinted: bool,
     /// As [`RenderedImage::exposure`].
     pub exposure: f32,
-    /// What it took.
+    /// Counts and times.
     pub stats: RenderStats,
 }
 
@@ -77,7 +77,7 @@ pub struct RenderStats {
     /// Wall time of these stages in which one thread worked alone, however many there are: all but the loops over
     /// vertices, triangles and tiles. Filtering a new environment and decoding textures count as such.
     pub serial: Duration,
-    /// What each stage handed to the next, if `RenderOptions::stage_hashes` asks for it.
+    /// Hashes of what each stage handed to the next, if `RenderOptions::stage_hashes` asks for it.
     pub stage_hashes: Option<StageHashes>,
 }
 

@@ -2,30 +2,4 @@
 
 #![cfg(target_arch = "x86_64")]
 
-use overcoat_tiles::bands::TileRows;
-use overcoat_tiles::pass::{Pass, Tile};
-use overcoat_tiles::tile_pass::{TileJob, TileScratch};
-
-/// [`overcoat_tiles::tile_pass::render_tile`] on AVX2.
-///
-/// # Panics
-/// Where AVX2 is not compiled in, and on machines without it: `SimdLevel::is_available` is asked first.
-#[allow(unused_variables, reason = "where it is not compiled in")]
-pub fn render_tile(
-    pass: &Pass<'_>,
-    tile: &Tile<'_>,
-    scratch: &mut TileScratch,
-    rows: &mut TileRows<'_>,
-    job: &mut TileJob,
-) {
-    overcoat_core::with_avx2! {
-        use overcoat_core::math::lanes::{Lanes, SimdLevel, avx2};
-        if let Some(lanes) = avx2(SimdLevel::Avx2) {
-            return lanes.run(
-                #[inline(always)]
-                || overcoat_tiles::tile_pass::render_tile(lanes, pass, tile, scratch, rows, job),
-            );
-        }
-    }
-    unreachable!("the instruction set was checked before")
-}
+overcoat_tiles::render_tile_on!(with_avx2, avx2, Avx2);

@@ -70,11 +70,11 @@ struct PixelSplats {
 pub struct AovBatch<'a> {
     /// Sixteen fragments.
     pub batch: &'a Batch,
-    /// Their surfaces.
+    /// Surfaces of the fragments.
     pub planes: &'a SurfacePlanes,
     /// Index of their material.
     pub material: u32,
-    /// Their material emits and reflects nothing.
+    /// Material that emits and reflects nothing.
     pub unlit: bool,
     /// Draws of the frame.
     pub draws: &'a [Draw<'a>],
@@ -101,7 +101,7 @@ impl TileAovs {
         }
     }
 
-    /// Whether any plane was asked for.
+    /// True if any plane was asked for.
     pub fn is_wanted(&self) -> bool {
         !self.wanted.is_empty()
     }

@@ -83,7 +83,7 @@ pub struct RenderOptions {
     pub ground_reflection: f32,
     /// G-buffer planes to keep.
     pub aovs: Vec<Aov>,
-    /// Whether to find `RenderStats::stage_hashes`, which takes longer than the picture.
+    /// Asks for `RenderStats::stage_hashes`, which take longer than the picture.
     pub stage_hashes: bool,
     /// Bounds on the work.
     pub limits: Limits,

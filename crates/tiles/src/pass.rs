@@ -107,7 +107,7 @@ pub struct Pass<'a> {
     pub frame: &'a FrameContext<'a>,
     /// Surfaces that it draws.
     pub kind: PassKind,
-    /// Why it is run.
+    /// Purpose of the run.
     pub purpose: Purpose<'a>,
     /// The effects, as far as they are prepared.
     pub effects: Effects<'a>,

@@ -10,14 +10,14 @@ use std::sync::LazyLock;
 /// A material that comes with the program: a file of `assets/materials` and its textures.
 #[derive(Clone, Copy, Debug)]
 pub struct BuiltinMaterial {
-    /// What it is called: the stem of its file.
+    /// Name: the stem of its file.
     pub name: &'static str,
     /// The file.
     pub text: &'static str,
     textures: &'static [(&'static str, &'static [u8])],
 }
 
-/// By name.
+/// All materials, by name.
 static ALL: LazyLock<Vec<BuiltinMaterial>> = LazyLock::new(|| {
     let materials = MATERIALS.iter().copied();
     materials.map(|Material { name, text, textures }| BuiltinMaterial { name, text, textures }).collect()

@@ -103,7 +103,7 @@ pub enum Kind {
 /// A place for a texture.
 #[derive(Clone, Copy, Debug)]
 pub struct Slot {
-    /// What its texels are.
+    /// Kind of its texels.
     pub holds: Holds,
     /// What it multiplies.
     pub factor: Option<&'static Parameter>,

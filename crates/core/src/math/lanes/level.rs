@@ -297,7 +297,7 @@ macro_rules! dispatch_elsewhere {
     }};
 }
 
-/// There are none.
+/// No other instruction set is there.
 #[cfg(not(any(not(target_arch = "x86_64"), feature = "scalar-lanes")))]
 #[doc(hidden)]
 #[macro_export]
@@ -326,7 +326,7 @@ macro_rules! dispatch_in_unit_tests {
     }};
 }
 
-/// Without AVX2, what there is.
+/// The instruction sets that are compiled in, without AVX2.
 #[cfg(not(feature = "wide-lanes"))]
 #[doc(hidden)]
 #[macro_export]
