@@ -176,3 +176,13 @@ fn batch_and_serve_are_handed_over() {
     assert_eq!(done.status.code(), Some(4));
     assert_eq!(String::from_utf8_lossy(&done.stdout), "serve --port 0 --help\n");
 }
+
+/// Symbols are a sixth of the file, and no user reads them: an override of a profile for the program's package drops `strip`.
+#[cfg(all(target_os = "linux", not(debug_assertions)))]
+#[test]
+fn the_released_program_has_no_symbols() {
+    let program = fs::read(env!("CARGO_BIN_EXE_overcoat")).unwrap();
+    assert!(program.starts_with(b"\x7fELF"));
+    let has = |section: &[u8]| program.windows(section.len()).any(|bytes| bytes == section);
+    assert!(has(b"\0.shstrtab\0") && !has(b"\0.symtab\0"));
+}
