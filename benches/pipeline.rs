@@ -225,7 +225,7 @@ fn frame(c: &mut Criterion) {
     let mut renderer = Renderer::new(0);
     group.throughput(Throughput::Elements(512 * 512));
     for samples in [1, 8] {
-        let options = RenderOptions::default().with_samples(samples);
+        let options = RenderOptions::draft(512, 512).with_samples(samples);
         group.bench_function(format!("coated ball, {samples} samples"), |b| {
             b.iter(|| renderer.render(&scene, &camera, &options).expect("it renders"));
         });

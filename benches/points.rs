@@ -44,7 +44,7 @@ fn load(bytes: &[u8], jobs: &Jobs) -> Scene {
 }
 
 fn points(criterion: &mut Criterion) {
-    let options = RenderOptions::default();
+    let options = RenderOptions::draft(512, 512);
     for millions in [1, 10] {
         let bytes = ply(millions * 1_000_000);
         let mut renderer = Renderer::new(0);

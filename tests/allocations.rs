@@ -133,7 +133,7 @@ fn count(
 fn count_resized(renderer: &mut Renderer, scene: &Scene, frames: usize) -> Stats {
     let (cameras, display) = (cameras(), DisplayOptions::default());
     let sizes = [[160, 112], [80, 56], [33, 90], [160, 112], [16, 16]];
-    let options = sizes.map(|[width, height]| RenderOptions::new(width, height));
+    let options = sizes.map(|[width, height]| RenderOptions::draft(width, height));
     let mut buffer = vec![0; 160 * 112 * 4];
     let mut frame = |number: usize| {
         let (options, camera) = (&options[number % 5], &cameras[number % 4]);
@@ -163,7 +163,7 @@ fn warm_frames_allocate_nothing() {
             (8, 4, 0.0, Background::Transparent, None),
             (8, 1, 0.0, Background::Transparent, Some(&display)),
         ] {
-            let options = RenderOptions::new(80, 56)
+            let options = RenderOptions::draft(80, 56)
                 .with_samples(samples)
                 .with_shading_rate(rate)
                 .with_merge_angle(merge_angle)

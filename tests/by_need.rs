@@ -223,7 +223,7 @@ fn cameras(scene: &Scene) -> Vec<Camera> {
 }
 
 fn sized(width: u32, height: u32) -> RenderOptions {
-    let mut options = RenderOptions::default();
+    let mut options = RenderOptions::draft(512, 512);
     (options.width, options.height) = (width, height);
     options
 }

@@ -16,7 +16,8 @@ fn try_ball(options: RenderOptions) -> Result<Rendered, RenderError> {
 }
 
 fn ball(merge_angle: f32, tile_size: u32) -> Rendered {
-    try_ball(RenderOptions::default().with_merge_angle(merge_angle).with_tile_size(Some(tile_size))).unwrap()
+    try_ball(RenderOptions::draft(512, 512).with_merge_angle(merge_angle).with_tile_size(Some(tile_size)))
+        .unwrap()
 }
 
 #[test]
@@ -48,7 +49,7 @@ fn tiles_do_not_show_in_what_is_merged() {
 #[test]
 fn an_angle_out_of_range_is_refused() {
     for merge_angle in [-1.0, 46.0, f32::NAN] {
-        let options = RenderOptions::default().with_merge_angle(merge_angle);
+        let options = RenderOptions::draft(512, 512).with_merge_angle(merge_angle);
         let scene = Scene::new();
         let camera = Framing::default().camera(&scene);
         let message = Renderer::new(1).render(&scene, &camera, &options).unwrap_err().to_string();
@@ -60,8 +61,13 @@ fn an_angle_out_of_range_is_refused() {
 fn tiles_do_not_show_in_what_the_limit_on_blocks_lets_through() {
     let passes = |blocks: u64, tile_size: u32| {
         let limits = Limits::default().with_blocks(blocks);
-        try_ball(RenderOptions::default().with_limits(limits).with_samples(4).with_tile_size(Some(tile_size)))
-            .is_ok()
+        try_ball(
+            RenderOptions::draft(512, 512)
+                .with_limits(limits)
+                .with_samples(4)
+                .with_tile_size(Some(tile_size)),
+        )
+        .is_ok()
     };
     let (mut fails, mut enough) = (1, 1 << 20);
     assert!(!passes(fails, 32) && passes(enough, 32));

@@ -57,7 +57,8 @@ fn seen_by(
         projection: Projection::Orthographic { height: 1.0 },
         near: 0.01,
     };
-    let options = RenderOptions::new(3, 3).with_samples(1).with_shading(model).with_area_lights(area_lights);
+    let options =
+        RenderOptions::draft(3, 3).with_samples(1).with_shading(model).with_area_lights(area_lights);
     let [r, g, b, _] = renderer.render(scene, &camera, &options).unwrap().frame.pixels[4];
     [r, g, b]
 }

@@ -50,7 +50,7 @@ fn above() -> Camera {
 }
 
 fn options(visibility: Visibility) -> RenderOptions {
-    RenderOptions::new(SIZE, SIZE)
+    RenderOptions::draft(SIZE, SIZE)
         .with_samples(1)
         .with_shading(ShadingModel::Three)
         .with_visibility(visibility)

@@ -34,7 +34,7 @@ fn stack(count: u32, alpha_mode: AlphaMode) -> (Scene, Camera) {
 
 /// The field of the limit that stops a picture of 64 x 64 pixels, if one does.
 fn stopped_by(scene: &Scene, camera: &Camera, limits: Limits, threads: usize) -> Option<&'static str> {
-    let options = RenderOptions::new(64, 64).with_samples(4).with_limits(limits);
+    let options = RenderOptions::draft(64, 64).with_samples(4).with_limits(limits);
     match Renderer::new(threads).render(scene, camera, &options) {
         Ok(_) => None,
         Err(RenderError::Limit(e)) => {
@@ -74,7 +74,7 @@ fn blending_stops_at_its_limit() {
 fn more_layers_than_a_tile_keeps_are_blended_all_the_same() {
     let draw = |scene: &Scene, camera: &Camera, [width, height]: [u32; 2], samples, tile_size| {
         let tile_size = Some(tile_size);
-        let options = RenderOptions::new(width, height).with_samples(samples).with_tile_size(tile_size);
+        let options = RenderOptions::draft(width, height).with_samples(samples).with_tile_size(tile_size);
         let rendered = Renderer::new(1).render(scene, camera, &options).unwrap();
         (rendered.frame.pixels, rendered.stats.fragments)
     };
@@ -139,7 +139,7 @@ fn shading_stops_at_its_limit_before_anything_beyond_it_is_shaded() {
     let draw = |limits: Limits, threads, tile_size| {
         let mut renderer = Renderer::new(threads);
         let simd = overcoat_core::math::lanes::SimdLevel::best();
-        let options = RenderOptions::new(64, 64)
+        let options = RenderOptions::draft(64, 64)
             .with_samples(4)
             .with_limits(limits)
             .with_tile_size(tile_size)
@@ -192,7 +192,7 @@ fn work_does_not_depend_on_tiles() {
         let mut seen = Vec::new();
         for (threads, tile) in [(1, 64), (2, 32), (3, 16)] {
             let mut renderer = Renderer::new(threads);
-            let options = RenderOptions::new(100, 90).with_samples(samples).with_tile_size(Some(tile));
+            let options = RenderOptions::draft(100, 90).with_samples(samples).with_tile_size(Some(tile));
             renderer.render(&scene, &camera, &options).unwrap();
             seen.push(renderer.work_done());
         }
@@ -220,7 +220,7 @@ fn lights_out_of_reach_change_nothing() {
         add_lamps(&mut scene, 24, Some(0.5));
         for &model in ShadingModel::ALL {
             let draw = |scene: &Scene, tile_size| {
-                let options = RenderOptions::new(96, 80)
+                let options = RenderOptions::draft(96, 80)
                     .with_samples(1)
                     .with_tile_size(Some(tile_size))
                     .with_shading(model);
@@ -247,7 +247,7 @@ fn memory_of_a_frame_does_not_depend_on_the_tiles_that_are_chosen() {
     let draw = |frame_bytes, tile_size| {
         let limits = Limits::default().with_frame_bytes(frame_bytes);
         let options =
-            RenderOptions::new(200, 200).with_samples(4).with_limits(limits).with_tile_size(tile_size);
+            RenderOptions::draft(200, 200).with_samples(4).with_limits(limits).with_tile_size(tile_size);
         Renderer::new(2).render(&scene, &camera, &options).map(|_| ()).map_err(|error| error.to_string())
     };
     let (mut too_little, mut enough) = (0, 1 << 24);

@@ -441,7 +441,7 @@ fn every_built_in_material_is_good() {
         assert!(builtin.text.lines().filter(|line| line.starts_with("# ")).count() >= 1, "{name}");
         let mut scene = quad(Material::default());
         file.assign(&mut scene, None, &limits).unwrap();
-        let options = RenderOptions::new(16, 16).with_samples(1);
+        let options = RenderOptions::draft(16, 16).with_samples(1);
         let camera = Framing::default().camera(&scene);
         let frame = renderer.render(&scene, &camera, &options).unwrap().frame;
         let bad = frame.pixels.iter().find(|p| !p.iter().all(|v| v.is_finite() && *v >= 0.0));
@@ -465,7 +465,7 @@ fn stacklit_reads_its_own_inputs() {
         let kind = LightKind::Directional { direction: [0.0, 0.6, -0.8] };
         scene.add_light(Light { minimum_roughness, ..Light::new(kind) }).unwrap();
         let camera = Framing { direction: [0.0, 0.5, 0.86], ..Framing::default() }.camera(&scene);
-        let options = RenderOptions::new(3, 3).with_samples(1);
+        let options = RenderOptions::draft(3, 3).with_samples(1);
         Renderer::new(1).render(&scene, &camera, &options).unwrap().frame.pixels[4]
     };
     let occluded = "occlusion_texture = \"x.png\"\nocclusion_strength = 0.5\n";

@@ -5,6 +5,7 @@
 mod action;
 mod cli;
 mod corpus;
+mod default_picture;
 mod golden_command;
 mod memory;
 mod moving;

@@ -110,7 +110,7 @@ fn render(renderer: &mut Renderer, scene: &Scene, row: &Row, shading: ShadingMod
         projection: Projection::Orthographic { height: 0.1 },
         near: 0.01,
     };
-    let options = RenderOptions::new(5, 5).with_samples(4).with_shading(shading);
+    let options = RenderOptions::draft(5, 5).with_samples(4).with_shading(shading);
     let rendered = renderer.render(scene, &camera, &options).unwrap();
     let [r, g, b, a] = rendered.frame.pixels[12];
     assert_eq!(a, 1.0, "the quad fills the picture");

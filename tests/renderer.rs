@@ -34,7 +34,7 @@ fn camera(z: f32, target: f32) -> Camera {
 }
 
 fn found(scene: &Scene, camera: &Camera) -> (u64, Option<Unseen>) {
-    let options = RenderOptions::default().with_width(32).with_height(32);
+    let options = RenderOptions::draft(32, 32);
     let stats = Renderer::new(1).render(scene, camera, &options).unwrap().stats;
     (stats.covered, stats.unseen(scene, camera, &options))
 }
@@ -65,7 +65,7 @@ fn every_reason_is_found() {
 
 #[test]
 fn what_a_picture_says_of_settings_of_the_renderer_does_not_count() {
-    let wrong = RenderOptions::default().with_width(8).with_height(8).with_tile_size(Some(5));
+    let wrong = RenderOptions::draft(8, 8).with_tile_size(Some(5));
     let camera = Camera::look_at([0.0, 0.0, 2.0], [0.0; 3], [0.0, 1.0, 0.0]).unwrap();
     let mut renderer = Renderer::builder().threads(1).tile_size(16).build().unwrap();
     assert!(renderer.render(&Scene::new(), &camera, &wrong).is_ok());

@@ -9,7 +9,7 @@ use overcoat_core::math::lanes::SimdLevel;
 const SIDE: u32 = 48;
 
 fn options(samples: u32, rate: u32) -> RenderOptions {
-    RenderOptions::new(SIDE, SIDE).with_samples(samples).with_shading_rate(rate)
+    RenderOptions::draft(SIDE, SIDE).with_samples(samples).with_shading_rate(rate)
 }
 
 fn everywhere(samples: u32, rate: u32) -> RenderOptions {
@@ -63,7 +63,7 @@ fn more_shadings_are_nearer_to_many_pixels_made_one() {
     for (name, scene) in
         [("ball", ball(0.15)), ("filters", built("filters")), ("mask-far", built("mask-far"))]
     {
-        let large = RenderOptions::new(SIDE * 4, SIDE * 4).with_samples(16);
+        let large = RenderOptions::draft(SIDE * 4, SIDE * 4).with_samples(16);
         let truth = reduced(&render(&scene, &large), 4);
         let of = |options: &RenderOptions| error(&render(&scene, options).frame.pixels, &truth);
         let [one, four, all] = [options(16, 1), everywhere(16, 4), everywhere(16, 16)].map(|o| of(&o));
@@ -98,7 +98,7 @@ fn coverage_stays_what_it_is() {
 #[test]
 fn one_shading_is_the_default_and_everywhere_says_nothing_then() {
     let scene = built("blend");
-    let expected = render(&scene, &RenderOptions::new(SIDE, SIDE)).frame.frame_hash();
+    let expected = render(&scene, &RenderOptions::draft(SIDE, SIDE)).frame.frame_hash();
     assert_eq!(render(&scene, &everywhere(8, 1)).frame.frame_hash(), expected);
     assert_ne!(render(&scene, &everywhere(8, 4)).frame.frame_hash(), expected);
 }

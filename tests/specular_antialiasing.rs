@@ -31,7 +31,7 @@ fn light(model: ShadingModel, antialiasing: bool) -> Vec<f64> {
         .map(|k| {
             let (scene, camera) = ball(f64::from(k) / 8.0);
             let options =
-                RenderOptions::new(SIDE, SIDE).with_shading(model).with_specular_antialiasing(antialiasing);
+                RenderOptions::draft(SIDE, SIDE).with_shading(model).with_specular_antialiasing(antialiasing);
             let frame = renderer.render(&scene, &camera, &options).unwrap().frame;
             frame.pixels.iter().map(|p| f64::from(p[1])).sum()
         })
@@ -100,7 +100,7 @@ fn what_normal_maps_lose_as_they_shrink_becomes_roughness() {
     for coated in [false, true] {
         let scene = facets(coated);
         let mean = |side, antialiasing| {
-            let options = RenderOptions::new(side, side)
+            let options = RenderOptions::draft(side, side)
                 .with_samples(4)
                 .with_shading(ShadingModel::Standard)
                 .with_specular_antialiasing(antialiasing);
@@ -126,7 +126,7 @@ fn flat_surfaces_stay_as_they_are() {
     let (scene, camera) = body(crate::common::shapes::square(1), 0.0);
     for &model in ShadingModel::ALL {
         let hash = |on| {
-            let options = RenderOptions::new(SIDE, SIDE).with_shading(model).with_specular_antialiasing(on);
+            let options = RenderOptions::draft(SIDE, SIDE).with_shading(model).with_specular_antialiasing(on);
             Renderer::new(1).render(&scene, &camera, &options).unwrap().frame
         };
         let pixels = hash(false).pixels.into_iter().zip(hash(true).pixels);

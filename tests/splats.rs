@@ -36,7 +36,7 @@ fn parallel() -> Camera {
 }
 
 fn options() -> RenderOptions {
-    RenderOptions::new(SIZE, SIZE)
+    RenderOptions::draft(SIZE, SIZE)
 }
 
 fn add(scene: &mut Scene, splats: &[Splat], transform: Transform) {

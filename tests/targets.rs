@@ -224,7 +224,7 @@ fn two_cubes() -> (Scene, Camera, [MaterialId; 2]) {
 #[test]
 fn picking_sees_changes_and_through_what_cannot_be_seen() {
     let (mut scene, camera, [front, _]) = two_cubes();
-    let options = RenderOptions::new(64, 64);
+    let options = RenderOptions::draft(64, 64);
     let mut renderer = Renderer::new(1);
     // Without any picture before.
     let at = |renderer: &mut Renderer, scene: &Scene, pixel| {
@@ -265,7 +265,7 @@ fn picking_sees_changes_and_through_what_cannot_be_seen() {
 #[test]
 fn what_does_not_fit_is_an_error_and_draws_nothing() {
     let (scene, camera, _) = two_cubes();
-    let options = RenderOptions::new(8, 8);
+    let options = RenderOptions::draft(8, 8);
     let mut renderer = Renderer::new(1);
     let mut refused = |length: usize, stride, region: Option<[u32; 4]>| {
         let mut bytes = vec![7; length];
@@ -287,7 +287,7 @@ fn what_does_not_fit_is_an_error_and_draws_nothing() {
 #[test]
 fn a_picture_can_be_stopped() {
     let (scene, camera, _) = two_cubes();
-    let options = RenderOptions::new(64, 64);
+    let options = RenderOptions::draft(64, 64);
     let mut renderer = Renderer::new(2);
     let cancellation = Cancellation::new();
     renderer.cancel_by(Some(cancellation.clone()));

@@ -84,7 +84,7 @@ impl Box {
     }
 
     fn pixels(&self) -> Vec<[f32; 4]> {
-        self.render(RenderOptions::default().with_samples(1))
+        self.render(RenderOptions::draft(512, 512).with_samples(1))
     }
 }
 
@@ -106,7 +106,7 @@ fn a_clear_pane_is_invisible_in_every_model_and_way() {
     let expected = wall.pixels();
     for &model in ShadingModel::ALL {
         let shading = Some(model);
-        let options = RenderOptions::default().with_samples(1).with_shading(shading);
+        let options = RenderOptions::draft(512, 512).with_samples(1).with_shading(shading);
         // As a thin wall exactly, as a volume through the backdrop.
         let thin = Box::new().wall(8, stripes).pane(0.0, clear(through()));
         assert_close(&thin.render(options.clone()), &expected, 1e-6, model.name());
@@ -233,7 +233,7 @@ fn what_is_put_behind_a_picture_looks_like_a_wall_behind_the_scene() {
     let layers: [&[&Material]; 7] =
         [&[&red], &[&red, &blended], &[&half, &red], &[&deep], &[&deep, &blended], &[&blended, &half], &[]];
     for samples in [1, 8] {
-        let options = RenderOptions::default().with_samples(samples);
+        let options = RenderOptions::draft(512, 512).with_samples(samples);
         for (number, layers) in layers.iter().enumerate() {
             for is_rough in [false, true] {
                 // Panes at different heights, so that pixels have one, several and none, and edges of what is opaque.
@@ -288,7 +288,7 @@ fn glass_in_a_white_furnace_is_white() {
             let glass = Transmission { thickness: thickness.into(), ..through() };
             let material = Material { ior: 1.5, workflow, coat, ..clear(glass) };
             let seen = scene.pane(0.0, material);
-            let options = RenderOptions::default()
+            let options = RenderOptions::draft(512, 512)
                 .with_samples(1)
                 .with_shading(ShadingModel::Gltf)
                 .with_background(Background::Environment);
@@ -339,7 +339,7 @@ fn paper_glows_with_the_light_behind_it() {
             material.lobes.transmission.diffuse.factor = diffuse;
             let mut scene = Box::new().pane(0.0, material);
             scene.scene.add_light(light(z)).unwrap();
-            let options = RenderOptions::default().with_samples(1).with_shading(model);
+            let options = RenderOptions::draft(512, 512).with_samples(1).with_shading(model);
             *seen = scene.render(options)[SIDE * SIDE / 2 + SIDE / 2][0];
         }
         front_and_back
@@ -360,7 +360,7 @@ fn limits_let_through_the_same_whatever_the_tiles() {
     let small = Transform::from_parts([0.3, 0.2, 0.0], [0.0, 0.0, 0.0, 1.0], [0.2; 3]).unwrap();
     scene = scene.place(shapes::square(4), glass, small);
     let fragments = |tile: u32, limit: u64| {
-        let mut options = RenderOptions::default().with_tile_size(Some(tile));
+        let mut options = RenderOptions::draft(512, 512).with_tile_size(Some(tile));
         options.limits.fragments = limit;
         options.width = SIDE as u32;
         options.height = SIDE as u32;

@@ -51,7 +51,7 @@ fn looking(eye: [f32; 3], target: [f32; 3]) -> Camera {
 }
 
 fn options(visibility: Visibility) -> RenderOptions {
-    RenderOptions::new(SIZE, SIZE)
+    RenderOptions::draft(SIZE, SIZE)
         .with_samples(1)
         .with_shading(ShadingModel::Three)
         .with_visibility(visibility)

@@ -24,7 +24,7 @@ fn hash(renderer: &mut Renderer, scene: &Scene, quality: Quality) -> String {
 }
 
 fn hash_from(renderer: &mut Renderer, scene: &Scene, camera: &Camera, quality: Quality) -> String {
-    let options = RenderOptions::new(72, 56).with_quality(quality).with_ground(Ground::Shadow);
+    let options = RenderOptions::draft(72, 56).with_quality(quality).with_ground(Ground::Shadow);
     renderer.render(scene, camera, &options).unwrap().frame.frame_hash()
 }
 
@@ -389,7 +389,7 @@ fn viewport(quality: Quality) -> Viewport {
 }
 
 fn draw(scene: &Scene, camera: &Camera, quality: Quality, samples: u32) -> Vec<u8> {
-    let options = RenderOptions::new(SIZE.0, SIZE.1).with_samples(samples).with_quality(quality);
+    let options = RenderOptions::draft(SIZE.0, SIZE.1).with_samples(samples).with_quality(quality);
     let display = DisplayOptions::default();
     Renderer::new(1).render_image(scene, camera, &options, &display).unwrap().image.as_bytes().to_vec()
 }

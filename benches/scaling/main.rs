@@ -132,7 +132,7 @@ fn grouped(number: u64) -> String {
 fn options(side: u32, samples: u32) -> RenderOptions {
     // More lights than a file may ask for.
     let limits = Limits::default().with_lights(1000);
-    RenderOptions::new(side, side).with_samples(samples).with_limits(limits)
+    RenderOptions::draft(side, side).with_samples(samples).with_limits(limits)
 }
 
 fn pixels() -> Axis {

@@ -38,8 +38,9 @@ test "$soname" = libovercoat.so.0.1
 exported=$(nm -D --defined-only "$work/usr/lib/libovercoat.so" | awk '{ print $3 }' | sed 's/@.*//' | grep -v '^overcoat_' | grep -v '^_\(init\|fini\)$' || true)
 test -z "$exported" || { printf 'exported beside the interface:\n%s\n' "$exported" >&2; exit 1; }
 
-model=$root/assets/models/rounded-cube.glb
-hash=$("$target/release/overcoat" render "$model" --size 96x64 -o "$work/expected.png" --json | tr -d ' \n' | sed 's/.*"frame_hash":"\([0-9a-f]*\)".*/\1/')
+# The default picture, the same at every door.
+read -r model _ hash <"$root/tests/default-picture.txt"
+model=$root/$model
 test ${#hash} = 32
 
 strict=(-Wall -Wextra -Wpedantic -Werror -O1 -g)

@@ -56,7 +56,7 @@ fn gem() -> Result<(Scene, Camera), SceneError> {
 /// The picture of a scene, 8 bits a channel with straight alpha.
 fn draw(scene: &Scene, camera: &Camera) -> Result<DisplayImage, Box<dyn Error>> {
     // Named, so that another default changes nothing.
-    let options = RenderOptions::new(128, 128).with_shading(ShadingModel::Gltf);
+    let options = RenderOptions::draft(128, 128).with_shading(ShadingModel::Gltf);
     let rendered = Renderer::new(1).render(scene, camera, &options)?;
     Ok(DisplayImage::new(&rendered.frame, &DisplayOptions::default()))
 }

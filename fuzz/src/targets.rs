@@ -242,7 +242,7 @@ pub fn pipeline(data: &[u8]) {
     };
     let Ok(loaded) = loaded else { return };
     let limits = limits();
-    let options = RenderOptions::new(64, 64).with_samples(4).with_limits(limits);
+    let options = RenderOptions::draft(64, 64).with_samples(4).with_limits(limits);
     let camera = overcoat::scene::Framing::automatic(&loaded.scene).camera(&loaded.scene);
     if let Ok(rendered) = Renderer::new(1).render(&loaded.scene, &camera, &options) {
         assert!(rendered.frame.pixels.iter().flatten().all(|v| v.is_finite()), "a pixel is not finite");

@@ -157,7 +157,7 @@ mod tests {
         let mut stats = RenderStats::default();
         stats.triangles = spent / TRIANGLE;
         controller.learn(level, &stats, &WorkDone::default(), 0, Duration::MAX);
-        controller.choose(&levels(), &Scene::new(), &RenderOptions::new(64, 64))
+        controller.choose(&levels(), &Scene::new(), &RenderOptions::draft(64, 64))
     }
 
     #[test]
@@ -184,7 +184,7 @@ mod tests {
     #[test]
     fn the_clock_does_not_count_unless_it_is_asked_and_nothing_counts_without_a_budget() {
         let mut controller = Controller::default();
-        let (scene, options) = (Scene::new(), RenderOptions::new(64, 64));
+        let (scene, options) = (Scene::new(), RenderOptions::draft(64, 64));
         assert_eq!(controller.choose(&levels(), &scene, &options), levels()[0]);
         controller.set_budget(Some(FrameBudget::Time(Duration::from_millis(10))));
         let stats = RenderStats::default();
@@ -195,6 +195,6 @@ mod tests {
         // Before anything is known, by the size of the picture.
         controller.set_budget(Some(FrameBudget::Work(16 * MEGA)));
         assert_eq!(controller.choose(&levels(), &scene, &options), levels()[0]);
-        assert_eq!(controller.choose(&levels(), &scene, &RenderOptions::new(4096, 4096)), levels()[4]);
+        assert_eq!(controller.choose(&levels(), &scene, &RenderOptions::draft(4096, 4096)), levels()[4]);
     }
 }

@@ -91,14 +91,14 @@ pub struct Drawn {
 
 impl Viewport {
     /// Draws with a renderer: its threads, instruction set, and environments that it has filtered already. Pictures have the
-    /// default options, and the tier [`Quality::Draft`], until others are set.
+    /// default options and tier until others are set.
     #[must_use]
     pub fn new(renderer: Renderer) -> Self {
         Self {
             renderer,
             options: RenderOptions::default(),
             display: DisplayOptions::default(),
-            quality: Quality::Draft,
+            quality: Quality::default(),
             controller: Controller::default(),
             last: None,
         }

@@ -78,9 +78,8 @@ impl Ball {
         scene.set_environment(Environment { source, ..Environment::default() }).unwrap();
         let mut camera = Camera::look_at([0.0, 0.0, 4.0], [0.0; 3], [0.0, 1.0, 0.0]).unwrap();
         camera.projection = Projection::Orthographic { height: 2.06 };
-        let options = RenderOptions::new(FINE as u32, FINE as u32)
+        let options = RenderOptions::draft(FINE as u32, FINE as u32)
             .with_samples(1)
-            .with_quality(Quality::Draft)
             .with_shading(model)
             .with_aovs(vec![Aov::Normal]);
         let frame = Renderer::new(1).render(&scene, &camera, &options).unwrap().frame;

@@ -129,7 +129,7 @@ fn camera(loaded: &Loaded) -> Camera {
 /// The hash of a small picture, and the messages of the file.
 fn picture(bytes: &[u8], format: Format) -> (String, Vec<String>) {
     let loaded = load(bytes, format).unwrap();
-    let options = RenderOptions::new(48, 48).with_samples(4);
+    let options = RenderOptions::draft(48, 48).with_samples(4);
     let rendered = Renderer::new(1).render(&loaded.scene, &camera(&loaded), &options).unwrap();
     assert!(rendered.stats.covered > 900, "{format:?}: {}", rendered.stats.covered);
     (rendered.frame.frame_hash(), loaded.warnings.iter().map(ToString::to_string).collect())

@@ -34,7 +34,7 @@ fn clearcoat(factor: f64, extensions: &Value) -> Value {
 }
 
 fn draw(scene: &Scene, model: ShadingModel) -> Frame {
-    let options = RenderOptions::default().with_width(24).with_height(24).with_shading(model);
+    let options = RenderOptions::draft(24, 24).with_shading(model);
     let camera = Framing::default().camera(scene);
     Renderer::new(1).render(scene, &camera, &options).unwrap().frame
 }

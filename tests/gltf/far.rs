@@ -30,7 +30,7 @@ fn camera(loaded: &Loaded) -> Camera {
 }
 
 fn picture(loaded: &Loaded) -> String {
-    let options = RenderOptions::new(48, 48).with_samples(4);
+    let options = RenderOptions::draft(48, 48).with_samples(4);
     let rendered = Renderer::new(1).render(&loaded.scene, &camera(loaded), &options).unwrap();
     assert!(rendered.stats.covered > 300, "{}", rendered.stats.covered);
     rendered.frame.frame_hash()

@@ -45,7 +45,7 @@ fn picture(side: usize, angle: f64) -> Vec<[f32; 4]> {
     let paint = BuiltinMaterial::named("metalflake-red").unwrap();
     let file = paint.load(&Limits::default(), &Jobs::new(1)).unwrap();
     file.assign(&mut scene, None, &Limits::default()).unwrap();
-    let options = RenderOptions::new(side as u32, side as u32).with_samples(4);
+    let options = RenderOptions::draft(side as u32, side as u32).with_samples(4);
     Renderer::new(2).render(&scene, &stage::flat_view(), &options).unwrap().frame.pixels
 }
 

@@ -49,7 +49,7 @@ fn furnace(mesh: MeshData, material: Material) -> Scene {
 
 /// Linear pixels of the square of side 2.
 fn pixels(scene: &Scene, side: u32, model: ShadingModel) -> Vec<[f32; 4]> {
-    let options = RenderOptions::new(side, side).with_samples(1).with_shading(model);
+    let options = RenderOptions::draft(side, side).with_samples(1).with_shading(model);
     Renderer::new(2).render(scene, &stage::flat_view(), &options).unwrap().frame.pixels
 }
 
@@ -135,7 +135,7 @@ fn turned(angle: f64, across: f32) -> Vec<[f32; 4]> {
     let transform = stage::turned([0.0; 3], [0.0, 1.0, 0.0], [sin, cos], 1.0).unwrap();
     stage.place(mesh, material, transform).unwrap();
     stage.key_light(3.0).unwrap();
-    let options = RenderOptions::new(160, 160).with_samples(4);
+    let options = RenderOptions::draft(160, 160).with_samples(4);
     Renderer::new(2).render(&stage.scene, &stage::flat_view(), &options).unwrap().frame.pixels
 }
 

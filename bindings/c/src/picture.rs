@@ -221,7 +221,7 @@ impl Asked {
             None => self.description.camera(scene, &options)?,
         };
         let display = self.description.display_of(scene, &display);
-        inner.viewport.set_quality(self.description.quality.unwrap_or(Description::DEFAULT_QUALITY));
+        inner.viewport.set_quality(self.description.quality.unwrap_or_default());
         inner.viewport.set_options(options);
         inner.viewport.set_display(display);
         let budget = self.picture.work_budget;

@@ -126,7 +126,7 @@ impl Turn<'_> {
             let new = || viewport::Viewport::new(overcoat::Renderer::new(threads));
             let mut viewport = kept.unwrap_or_else(new);
             viewport.set_options(settings.options.clone());
-            viewport.set_quality(settings.description.quality.unwrap_or(Description::DEFAULT_QUALITY));
+            viewport.set_quality(settings.description.quality.unwrap_or_default());
             viewport.set_budget(settings.budget);
             viewport.renderer().cancel_by(Some(cancellation));
             let result = f(&mut viewport);

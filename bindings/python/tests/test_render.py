@@ -15,7 +15,8 @@ import pytest
 
 import overcoat
 from overcoat import _overcoat
-from overcoat._options import OWN, PictureOptions, descriptions
+from overcoat._option_types import PictureOptions
+from overcoat._options import OWN, descriptions
 
 
 @pytest.mark.parametrize(
@@ -97,6 +98,11 @@ def test_files_are_written_by_their_extension(model, tmp_path):
         image.save(tmp_path / "x.tga")
     with pytest.raises(FileNotFoundError):
         image.save(tmp_path / "nowhere" / "x.png")
+
+
+def test_the_default_picture_is_that_of_every_door(model):
+    expected = (Path(__file__).parents[3] / "tests/default-picture.txt").read_text().split()
+    assert overcoat.render(model("rounded-cube.glb"), size=(96, 64)).hash == expected[2]
 
 
 def test_every_option_has_a_type():

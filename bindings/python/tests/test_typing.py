@@ -25,6 +25,12 @@ def marked_lines() -> list[int]:
     return [number for number, line in enumerate(lines, 1) if line.endswith("# expect-error")]
 
 
+def test_types_are_those_of_the_schema():
+    script = PACKAGE / "scripts" / "option_types.py"
+    done = subprocess.run([sys.executable, script, "--check"], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
 def test_mypy():
     pytest.importorskip("mypy")
     run = [sys.executable, "-m", "mypy", "--no-incremental", "--config-file", "pyproject.toml"]

@@ -58,6 +58,7 @@ def uses() -> None:
 def misuses() -> None:
     overcoat.render("x.glb", sample=4)  # expect-error
     overcoat.render("x.glb", samples="4")  # expect-error
+    overcoat.render("x.glb", quality="ultra")  # expect-error
     overcoat.render("x.glb", camera={"eyes": [0, 0, 1]})  # expect-error
     overcoat.Renderer("2")  # expect-error
     overcoat.render("x.glb").save(3)  # expect-error

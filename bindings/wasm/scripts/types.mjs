@@ -4,7 +4,7 @@
 import { readFileSync, writeFileSync } from "node:fs";
 
 const here = new URL(".", import.meta.url);
-const schema = JSON.parse(readFileSync(new URL("../../../src/description/scene.schema.json", here)));
+const schema = JSON.parse(readFileSync(new URL("../../../crates/description/src/scene.schema.json", here)));
 
 const literal = (value) => JSON.stringify(value);
 const comment = (text, indent) => (text ? `${indent}/** ${text}. */\n` : "");
@@ -49,7 +49,7 @@ function table(of, indent) {
   return `{\n${members.join("")}${indent}}`;
 }
 
-const generated = "// Made of src/description/scene.schema.json by scripts/types.mjs.\n\n";
+const generated = "// Made of crates/description/src/scene.schema.json by scripts/types.mjs.\n\n";
 const properties = { ...schema.properties };
 // Of a file: in JavaScript the model comes as bytes.
 delete properties.model;

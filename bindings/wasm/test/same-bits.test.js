@@ -1,6 +1,6 @@
 // The same bits as the native program: on the caller's thread and on another, with vectors and without.
 import assert from "node:assert/strict";
-import { mkdtempSync } from "node:fs";
+import { mkdtempSync, readFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import test from "node:test";
@@ -16,6 +16,11 @@ const PICTURES = [
   ["rounded-cube.stl", { size: 64, camera: { view: "front" }, samples: 16 }, ["--size", "64", "--view", "front", "--samples", "16"]],
   ["draped-cloth.glb", { size: 64, env: "none", light: [{ type: "directional", direction: [0, -1, -1], intensity: 3 }] }, undefined],
 ];
+
+test("the default picture is that of every door", async () => {
+  const [, , hash] = readFileSync(new URL("../../../tests/default-picture.txt", import.meta.url), "utf8").split(/\s+/);
+  assert.equal((await render(model("rounded-cube.glb"), { size: [96, 64] })).hash, hash);
+});
 
 for (const [name, options, flags] of PICTURES) {
   test(`${name}, ${JSON.stringify(options)}`, async () => {

@@ -1,47 +1,47 @@
-// Made of src/description/scene.schema.json by scripts/types.mjs.
+// Made of crates/description/src/scene.schema.json by scripts/types.mjs.
 
 /** What a picture shows and how: the keys of scene files, but for the model. Every key may be left out. */
 export interface Description {
-  /** An animation of the model file, by name or number from 0. */
+  /** Animation of the model file (glTF), by name or by number from 0 [default: none, the pose of the file]. */
   animation?: string | number;
-  /** Largest anisotropy of texture filtering. */
+  /** Largest anisotropy of texture filtering, 1 to 16 [default: 8]. */
   anisotropy?: number;
-  /** How reflections of rectangles and tubes are integrated. */
+  /** Integration of the reflections of rectangles and tubes: ltc, as engines do, or facets, slower and within 1 percent [default: ltc]. */
   area_lights?: "ltc" | "facets";
-  /** What is behind the model: transparent, env, a colour name or #rrggbb. */
+  /** Background: transparent, env, #rrggbb (the # may be left out) or a colour name [default: transparent, of .jpg white]. */
   background?: "transparent" | "env" | "black" | "silver" | "gray" | "grey" | "white" | "maroon" | "red" | "purple" | "fuchsia" | "magenta" | "green" | "lime" | "olive" | "yellow" | "navy" | "blue" | "teal" | "aqua" | "cyan" | "orange" | (string & {});
   /** The camera. Without eye the model is framed automatically, seen along view. */
   camera?: {
-    /** A camera of the model file, by name or number from 0. */
+    /** Camera of the model file, by name or by number from 0. */
     camera?: string | number;
-    /** Where the camera is, in metres. */
+    /** Position of the camera in metres, in the scene: the upright model, +Y is up. */
     eye?: [number, number, number];
     /** Read over: there is no far limit. */
     far?: unknown;
-    /** Vertical field of view in degrees. */
+    /** Vertical field of view in degrees, 0.1 to 179 [default: 30]. */
     fov_y_deg?: number;
-    /** Nothing nearer than this distance in metres is drawn. */
+    /** Nothing nearer to the camera than this many metres is drawn [default: by the distance]. */
     near?: number;
     /** Parallel projection that shows this many metres from top to bottom; 0 fits the model. */
     ortho_height?: number;
-    /** What is in the centre of the picture, in metres; the middle of the model if absent. */
+    /** Point in the centre of the picture, in metres [default: the middle of the model]. */
     target?: [number, number, number];
-    /** Which way is up in the picture; +Y if absent. */
+    /** Direction that is up in the picture [default: 0,1,0]. */
     up?: [number, number, number];
-    /** Where an automatic camera stands: a name, or x,y,z from the model towards it. */
+    /** Direction from which the model is framed: three-quarter, front, back, left, right, top, bottom, or x,y,z from the model towards the camera [default: three-quarter, or another one from the front and above that shows twice as much]. */
     view?: "three-quarter" | "front" | "back" | "left" | "right" | "top" | "bottom" | (string & {});
   };
-  /** Light from afar: studio, none or the path of an equirectangular picture. */
+  /** Equirectangular picture (.hdr, .exr) that lights the scene, studio for the built-in one, or none [default: studio]. */
   env?: "studio" | "none" | (string & {});
-  /** Multiplies the environment's radiance. */
+  /** Factor of the environment's radiance [default: 1]. */
   env_intensity?: number;
-  /** Turns the environment about +Y, in degrees, counter-clockwise seen from above. */
+  /** Turn of the environment about the vertical axis in degrees, counter-clockwise seen from above [default: 0]. */
   env_rotation_deg?: number;
-  /** Exposure of 8-bit output in stops, or auto. */
+  /** Exposure of 8-bit pictures in stops, -64 to 64: +1 doubles the light; auto meters the object [default: 0]. */
   exposure?: number | "auto";
-  /** What is seen of a floor under the model: none, shadow, a colour name or #rrggbb; if absent shadow, without maps none. */
+  /** Floor under the model: none, shadow (only the model's shadow, over what is behind it), #rrggbb or a colour name (a matt floor that fades) [default: shadow; of bench and without maps none]. */
   ground?: "none" | "shadow" | "black" | "silver" | "gray" | "grey" | "white" | "maroon" | "red" | "purple" | "fuchsia" | "magenta" | "green" | "lime" | "olive" | "yellow" | "navy" | "blue" | "teal" | "aqua" | "cyan" | "orange" | (string & {});
-  /** How much of the model the floor mirrors; 0 if absent. */
+  /** Share of the model's light that the floor mirrors, 0 to 1 [default: 0]. */
   ground_reflection?: number;
   /** Pictures to compare with, for readers. */
   ground_truth?: unknown;
@@ -53,7 +53,7 @@ export interface Description {
     direction: [number, number, number];
     /** Lux of directional lights, candela of points and spots, candela per square metre of rectangles and tubes. */
     intensity: number;
-    /** Least roughness (alpha) of what it shines on, where a material honours it; 0 if absent. */
+    /** Least roughness (alpha) of what it shines on, where a material honours it; 0 if absent, 0 to 1. */
     min_roughness?: number;
     /** What kind of light it is. */
     type: "directional";
@@ -62,7 +62,7 @@ export interface Description {
     color?: [number, number, number] | string;
     /** Lux of directional lights, candela of points and spots, candela per square metre of rectangles and tubes. */
     intensity: number;
-    /** Least roughness (alpha) of what it shines on, where a material honours it; 0 if absent. */
+    /** Least roughness (alpha) of what it shines on, where a material honours it; 0 if absent, 0 to 1. */
     min_roughness?: number;
     /** Where it is, of a rectangle its centre, in metres. */
     position: [number, number, number];
@@ -73,13 +73,13 @@ export interface Description {
   } | {
     /** Linear red, green and blue, or an sRGB colour #rrggbb; white if absent. */
     color?: [number, number, number] | string;
-    /** Half angle inside which it is full, in degrees; 0 if absent. */
+    /** Half angle inside which it is full, in degrees; 0 if absent, 0 to 90. */
     inner_cone_deg?: number;
     /** Lux of directional lights, candela of points and spots, candela per square metre of rectangles and tubes. */
     intensity: number;
-    /** Least roughness (alpha) of what it shines on, where a material honours it; 0 if absent. */
+    /** Least roughness (alpha) of what it shines on, where a material honours it; 0 if absent, 0 to 1. */
     min_roughness?: number;
-    /** Half angle outside which it is dark, in degrees; 45 if absent. */
+    /** Half angle outside which it is dark, in degrees; 45 if absent, 0 to 90. */
     outer_cone_deg?: number;
     /** Where it is, of a rectangle its centre, in metres. */
     position: [number, number, number];
@@ -122,19 +122,19 @@ export interface Description {
   })[];
   /** False leaves out the lights of the model file. */
   lights?: boolean;
-  /** Width of lines in pixels. */
+  /** Width of lines in pixels, 0.1 to 64 [default: 1.5]. */
   line_width?: number;
-  /** After its end the animation begins again. */
+  /** Begin the animation again after its end. */
   loop?: boolean;
-  /** Texels along a side of a depth map. */
+  /** Texels along a side of a depth map, 32 to 2048 [default: by the tier]. */
   map_size?: number;
-  /** Directions of the environment's light, each with a depth map; 0: nothing blocks it. */
+  /** Directions of the environment's light, each with a depth map of the scene, 0 to 256 [default: by the tier]. */
   maps?: number;
-  /** A material for every mesh: the path of a material file, or a built-in one. */
+  /** Material of every mesh: the path of a material file, or the name of a built-in one. */
   material?: "anodised-aluminium" | "black-piano-lacquer" | "brushed-aluminium-lacquered" | "candy-blue" | "candy-red" | "candy-violet" | "carbon-fibre" | "chameleon" | "champagne-metallic" | "frosted-coat" | "gold-leaf-varnished" | "hazy-gloss-plastic" | "matte-wrap" | "metalflake-red" | "midnight-flake" | "orange-peel-white" | "pearl-black" | "pearl-blue" | "pearl-white" | "red-metallic" | "satin-gunmetal" | "silver-metallic" | "skin" | "swirled-black" | "two-lobe-satin" | "varnished-oak" | "velvet" | "wet-stone" | (string & {});
-  /** Materials by the names of those in the model that they take the place of. */
+  /** Materials by the names of the model's materials that they replace. */
   materials?: Record<string, "anodised-aluminium" | "black-piano-lacquer" | "brushed-aluminium-lacquered" | "candy-blue" | "candy-red" | "candy-violet" | "carbon-fibre" | "chameleon" | "champagne-metallic" | "frosted-coat" | "gold-leaf-varnished" | "hazy-gloss-plastic" | "matte-wrap" | "metalflake-red" | "midnight-flake" | "orange-peel-white" | "pearl-black" | "pearl-blue" | "pearl-white" | "red-metallic" | "satin-gunmetal" | "silver-metallic" | "skin" | "swirled-black" | "two-lobe-satin" | "varnished-oak" | "velvet" | "wet-stone" | (string & {})>;
-  /** Triangles smaller than a pixel are shaded as one where their normals differ by less than this, in degrees. */
+  /** Shade triangles smaller than two pixels as one where their normals differ by less than this many degrees: faster on dense meshes, with less smoothing of sharp reflections, 0 to 45 [default: 0]. */
   merge_angle_deg?: number;
   /** A name, for readers. */
   name?: unknown;
@@ -142,28 +142,28 @@ export interface Description {
   note?: unknown;
   /** Pictures of other programs, for readers. */
   peers?: unknown;
-  /** Diameter of points in pixels. */
+  /** Diameter of points in pixels, 0.1 to 64 [default: by the distances between them, at least about a pixel; 3 if they are far apart]. */
   point_size?: number;
-  /** What a picture is worth: sets maps, map_size, rays and shading_rate; fast if absent. */
+  /** Quality tier: draft (no shadows), fast (shadows of the environment), good (and light from other surfaces by rays) or best [default: fast; of bench draft]. */
   quality?: "draft" | "fast" | "good" | "best";
-  /** Rays that each lobe of a fragment sends for the light of other surfaces. */
+  /** Rays that each lobe sends for the light of other surfaces, 0 to 256 [default: by the tier]. */
   rays?: number;
-  /** Coverage samples a pixel. */
+  /** Samples a pixel for smooth edges, 1, 4, 8 or 16 [default: 8]. */
   samples?: 1 | 4 | 8 | 16;
-  /** Every surface is shaded as often, and not only where one shading would show. */
+  /** Shade every surface at the shading rate, and not only where one shading would show. */
   shade_everywhere?: boolean;
-  /** Shading model of every material; what each material names if absent. */
+  /** Shading model of every surface [default: what each material names, else standard]. */
   shading?: "urp-desktop" | "urp-mobile" | "urp17" | "hdrp-lit" | "stacklit" | "filament" | "filament-mobile" | "filament-cloth" | "filament-2018" | "three" | "three-legacy" | "gltf" | "gltf-sampled" | "openpbr" | "velvet" | "babylon" | "standard" | "stacklit-d";
-  /** Shadings a pixel where one would show; a picture has at least as many samples. */
+  /** Shadings a pixel where one would show (sharp highlights on curved surfaces, alpha masks, shining normal maps, textures without mip levels), with at least as many samples, 1, 4, 8, 9 or 16 [default: by the tier]. */
   shading_rate?: 1 | 4 | 8 | 9 | 16;
-  /** Width and height in pixels; one number makes a square. */
+  /** Width and height in pixels; one number makes a square [default: 512x512]. */
   size?: number | [number, number];
-  /** Roughness grows where normals vary within a pixel; models of three.js always have their own way. */
+  /** Let roughness grow where normals vary within a pixel, against flickering highlights: Filament's way in its models, Tokuyoshi's and Kaplanyan's of 2019 in others, and for what normal maps lose as they shrink; those of three.js always have their own. */
   specular_antialiasing?: boolean;
-  /** Seconds in the animation. */
+  /** Seconds in the animation; beyond its end it stays as it is there [default: 0]. */
   time?: number;
-  /** Tone curve of 8-bit output; of a list of names the first counts. */
+  /** Tone curve of 8-bit pictures: none (or linear), neutral, aces, agx; of a list of names in a scene file the first counts [default: neutral]. */
   tone_mapping?: "none" | "neutral" | "aces" | "agx" | "linear" | ("none" | "neutral" | "aces" | "agx" | "linear")[];
-  /** Which axis of the model file is up; what its format has if absent. */
+  /** Axis of the model file that is up; the model is turned upright, with its lights and cameras [default: +y for glTF, OBJ and PLY, +z for STL and 3MF]. */
   up?: "+x" | "-x" | "+y" | "-y" | "+z" | "-z" | "x" | "y" | "z";
 }

@@ -1,4 +1,4 @@
-// Made of src/description/scene.schema.json by scripts/types.mjs.
+// Made of crates/description/src/scene.schema.json by scripts/types.mjs.
 
 export declare const shadingModels: readonly string[];
 export declare const qualities: readonly string[];

@@ -74,7 +74,7 @@ impl Difference {
 /// [`Failure`]; nothing is written then.
 pub fn run(args: &CompareModelsArgs) -> Result<(), Failure> {
     let (draw, inputs) = (&args.model.draw, args.model.input.as_slice());
-    if draw.picture.shading.is_some() {
+    if draw.options.has("shading") {
         return Err(Failure::usage("--shading has no meaning here; --models chooses"));
     }
     let mut models: Vec<ShadingModel> = Vec::new();

@@ -31,7 +31,7 @@ pub fn source(args: &InputArgs, path: &Path) -> Result<ModelSource, Failure> {
     // What is wrong with textures is told once they are drawn.
     let textures = TextureLoading::ByNeed;
     let options =
-        LoadOptions::default().with_variant(args.variant.clone()).with_up(args.up).with_textures(textures);
+        LoadOptions::default().with_variant(args.variant.clone()).with_up(args.up()).with_textures(textures);
     Ok(ModelSource { path: path.to_owned(), format: format(args, path)?, options })
 }
 

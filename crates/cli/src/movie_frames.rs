@@ -8,7 +8,7 @@ use super::movie_output::{MovieOutput, MovieWriter};
 use super::render_task::{RenderTask, RenderedPicture};
 use super::report::{self, MovieReport, Versions, VisibilityReport};
 use overcoat_core::limits::Limits;
-use overcoat_description::spelling::ground_name;
+use overcoat_description::ground_name;
 use overcoat_load::Warning;
 use overcoat_render::Renderer;
 use overcoat_scene::{Bounds, Camera, Scene};

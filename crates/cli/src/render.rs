@@ -37,8 +37,8 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     task.options.stage_hashes = args.stage_hashes;
     if target.format().is_linear() {
         let display_only = [
-            (draw.display.tone_map.is_some(), "--tone-map"),
-            (draw.display.exposure.is_some(), "--exposure"),
+            (draw.options.has("tone-map"), "--tone-map"),
+            (draw.options.has("exposure"), "--exposure"),
             (task.display.background.is_some(), "a background colour"),
         ];
         for (_, option) in display_only.into_iter().filter(|(given, _)| *given) {

@@ -4,7 +4,7 @@ use super::camera_report::CameraReport;
 use super::picture_format::PictureFormat;
 use super::render_task::RenderTask;
 use super::report::{self, Stages, Versions, VisibilityReport};
-use overcoat_description::spelling::ground_name;
+use overcoat_description::ground_name;
 use overcoat_load::Warning;
 use overcoat_render::RenderStats;
 use overcoat_scene::{Camera, Scene};

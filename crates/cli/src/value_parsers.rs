@@ -6,62 +6,25 @@ use super::picture_format::PictureFormat;
 use clap::builder::{OsStringValueParser, TypedValueParser};
 use overcoat_core::frame::Aov;
 use overcoat_core::math::lanes::SimdLevel;
-pub use overcoat_description::spelling::{
-    area_lights, axis, background, ground, quality, samples, shading, shading_rate, tone_curve, view,
-};
-use overcoat_description::spelling::{one_of, three, vector};
-use overcoat_description::{ExposureChoice, MaterialChoice, MaterialSource};
+use overcoat_description::{MaterialChoice, MaterialSource, one_of};
+pub use overcoat_description::{background, position, size};
 use overcoat_image::output::OutputFormat;
+use overcoat_scene::ShadingModel;
 use std::ffi::OsStr;
 use std::fmt::Display;
 use std::path::PathBuf;
 use std::str::FromStr;
 
-/// Stops, or `auto`.
-pub fn exposure(text: &str) -> Result<ExposureChoice, String> {
-    match text {
-        "auto" => Ok(ExposureChoice::Auto),
-        stops => {
-            let stops = within(-64.0, 64.0)(stops).map_err(|e| format!("{e} stops, or auto"))?;
-            Ok(ExposureChoice::Stops(stops))
-        }
-    }
-}
-
-/// `WxH` or `N` for a square. Zero and sizes beyond the limits are refused later, with the file's name.
-pub fn size(text: &str) -> Result<[u64; 2], String> {
-    let number = |t: &str| t.parse::<u64>().map_err(|_| "expected WxH or N, in pixels".to_owned());
-    match text.split_once(['x', 'X']) {
-        Some((w, h)) => Ok([number(w)?, number(h)?]),
-        None => number(text).map(|n| [n, n]),
-    }
-}
-
-/// A place, `x,y,z`: of double precision, for models far from zero.
-pub fn position(text: &str) -> Result<[f64; 3], String> {
-    three(text, |v: &f64| v.abs() <= f64::from(f32::MAX))
-}
-
-/// `x,y,z`, of any length but zero.
-pub fn direction(text: &str) -> Result<[f32; 3], String> {
-    let given = vector(text).ok().filter(|v| *v != [0.0; 3]);
-    given.ok_or_else(|| "expected a direction x,y,z other than 0,0,0".to_owned())
-}
-
-/// A number that is finite.
-pub fn finite(text: &str) -> Result<f32, String> {
-    text.parse::<f32>().ok().filter(|v| v.is_finite()).ok_or_else(|| "expected a number".to_owned())
-}
-
-/// A finite number that is not negative.
-pub fn not_negative(text: &str) -> Result<f32, String> {
-    finite(text).ok().filter(|&v| v >= 0.0).ok_or_else(|| "expected a number, at least 0".to_owned())
-}
-
 /// Seconds: a finite number that is not negative.
 pub fn seconds(text: &str) -> Result<f64, String> {
     let number = text.parse::<f64>().ok().filter(|v| v.is_finite() && *v >= 0.0);
     number.ok_or_else(|| "expected seconds, at least 0".to_owned())
+}
+
+/// A shading model by name.
+pub fn shading(text: &str) -> Result<ShadingModel, String> {
+    ShadingModel::from_name(text)
+        .ok_or_else(|| one_of(text, ShadingModel::ALL.iter().map(|model| model.name())))
 }
 
 /// A number between two others, which are allowed as well.
@@ -146,14 +109,10 @@ mod tests {
     #[test]
     fn every_list_of_names_knows_which_was_meant() {
         for (message, meant) in [
-            (view("fornt").unwrap_err(), "front"),
-            (tone_curve("netral").unwrap_err(), "neutral"),
             (aov("nromal").unwrap_err(), "normal"),
             (picture_format("sixl").unwrap_err(), "sixel"),
             (background("whitee").unwrap_err(), "white"),
             (background("transparant").unwrap_err(), "transparent"),
-            (ground("shadw").unwrap_err(), "shadow"),
-            (area_lights("facet").unwrap_err(), "facets"),
             (limit("triangle=1").unwrap_err(), "triangles"),
             (shading("filamant").unwrap_err(), "filament"),
             (material("velvit").unwrap_err(), "velvet"),
@@ -175,42 +134,5 @@ mod tests {
         for bad in ["", "=", "=a.toml", "body="] {
             assert!(material(bad).is_err(), "{bad}");
         }
-    }
-
-    #[test]
-    fn sizes() {
-        assert_eq!(size("640x480"), Ok([640, 480]));
-        assert_eq!(size("512"), Ok([512, 512]));
-        assert_eq!(size("1000000000"), Ok([1_000_000_000; 2]));
-        for bad in ["", "x", "10x", "x10", "-1", "1.5", "10x10x10", "99999999999999999999"] {
-            assert!(size(bad).is_err(), "{bad}");
-        }
-    }
-
-    #[test]
-    fn vectors() {
-        assert_eq!(vector("-1, 2.5,3e2"), Ok([-1.0, 2.5, 300.0]));
-        for bad in ["", "1,2", "1,2,3,4", "nan,0,0", "inf,0,0", "a,b,c"] {
-            assert!(vector(bad).is_err(), "{bad}");
-        }
-        assert_eq!(direction("0,-1,0"), Ok([0.0, -1.0, 0.0]));
-        assert!(direction("0,-0,0").is_err());
-    }
-
-    #[test]
-    fn exposures() {
-        assert_eq!(exposure("auto"), Ok(ExposureChoice::Auto));
-        assert_eq!(exposure("-1.5"), Ok(ExposureChoice::Stops(-1.5)));
-        assert_eq!(exposure("65"), Err("expected -64 to 64 stops, or auto".to_owned()));
-        assert!(exposure("automatic").is_err());
-    }
-
-    #[test]
-    fn numbers_within_bounds() {
-        assert_eq!((within(0.1, 179.0)("179"), within(1_u32, 16)("1")), (Ok(179.0), Ok(1)));
-        for bad in ["0", "179.5", "nan", "inf", "", "x"] {
-            assert_eq!(within(0.1, 179.0)(bad), Err("expected 0.1 to 179".to_owned()), "{bad}");
-        }
-        assert_eq!(within(0_u16, 1024)("-1"), Err("expected 0 to 1024".to_owned()));
     }
 }

@@ -39,9 +39,6 @@ pub struct ViewDirection {
     pub up: [f32; 3],
 }
 
-/// Part of the picture left free at each border over a floor, where [`Framing::default`] has 0.04: models are 3 percent smaller.
-const MARGIN_OVER_GROUND: f32 = 0.053;
-
 impl Description {
     /// The camera: the one that is described, one of the file, or one that frames the model.
     ///
@@ -70,10 +67,10 @@ impl Description {
             fov_y: description.fov_y_degrees.map_or(defaults.fov_y, f32::to_radians),
             orthographic: description.orthographic_height.is_some(),
             aspect: options.width as f32 / options.height as f32,
-            margin: defaults.margin,
+            margin: Framing::MARGIN,
         };
         if shows_ground(scene, &framing, options) {
-            framing.margin = MARGIN_OVER_GROUND;
+            framing.margin = Framing::MARGIN_OVER_FLOOR;
         }
         Some(framing)
     }

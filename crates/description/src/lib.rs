@@ -48,32 +48,37 @@
 //! # }
 //! ```
 
+mod argument;
 mod camera;
 mod environment;
 mod error;
 mod input;
 mod keys;
+mod kind;
 mod light;
 mod materials;
 mod name;
+mod option;
 mod options;
 mod picture;
 mod schema;
-pub mod spelling;
 mod tree;
 mod value;
 mod write;
 
+pub use argument::{Argument, Group};
 pub use camera::{CameraDescription, ViewDirection};
 pub use environment::EnvironmentChoice;
 pub use error::DescriptionError;
 pub use input::is_standard_stream;
 pub use input::{is_standard_input, read_standard_input};
+pub use kind::{background, exposure, finite, ground_name, one_of, position, size, view};
 pub use light::LightDescription;
 pub use materials::builtin;
 pub use materials::{MaterialChoice, MaterialSource, Materials};
 pub use name::file_name;
 pub use name::one_line;
+pub use option::DescriptionOption;
 pub use options::{BackgroundChoice, ExposureChoice, Machine};
 pub use picture::{Picture, Setting};
 pub use schema::scene_schema;
@@ -130,7 +135,7 @@ pub struct Description {
     pub exposure: Option<ExposureChoice>,
     /// Coverage samples a pixel: 1, 4, 8 or 16.
     pub samples: Option<u32>,
-    /// What a picture is worth: names for the settings of the next four. [`Description::DEFAULT_QUALITY`] if absent.
+    /// What a picture is worth: names for the settings of the next four. [`Quality::default`] if absent.
     pub quality: Option<Quality>,
     /// Directions of the environment's light, each with a depth map, 0 to 256.
     pub maps: Option<u32>,
@@ -490,7 +495,7 @@ mod tests {
             description.options(Machine::default(), &Limits::default()).unwrap().0
         };
         let plain = options("");
-        assert_eq!(plain.visibility, Description::DEFAULT_QUALITY.visibility());
+        assert_eq!(plain.visibility, Quality::default().visibility());
         assert_eq!((plain.ground, plain.ground_under), (Ground::Shadow, None));
         assert!(plain.ground_edge > 0.1);
         assert_eq!(plain, options("quality = 'fast'\nground = 'shadow'"));

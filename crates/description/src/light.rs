@@ -3,6 +3,7 @@
 use super::Description;
 use super::error::DescriptionError;
 use super::keys::{Key, key};
+use super::kind::{Extent, Kind, LinearColor, Number, Switch, Text, Vector};
 use super::schema;
 use super::value::Value;
 use super::write;
@@ -114,42 +115,50 @@ struct Given {
 
 /// Keys of the tables `light`.
 static KEYS: &[Key<Given>] = &[
-    key!("type", g.kind, text("the name of a kind of light"), "What kind of light it is"),
-    key!("position", g.position, vector(), "Where it is, of a rectangle its centre, in metres"),
-    key!("target", g.target, vector(), "What it points at, or its front faces, in metres"),
-    key!("direction", g.direction, vector(), "In which the light travels; any length but zero"),
-    key!("up", g.up, vector(), "Which way is up on it; +Y if absent"),
-    key!("from", g.from, vector(), "One end of its axis, in metres"),
-    key!("to", g.to, vector(), "The other end of its axis, in metres"),
-    key!("size", g.size, extent(), "Width and height in metres"),
-    key!("radius", g.radius, number("metres", 0.0, f32::MAX), "Metres"),
-    key!("range", g.range, number("metres", 0.0, f32::MAX), "Metres to where it has faded out"),
+    key!(Given, "type", g.kind, Text("the name of a kind of light"), "What kind of light it is"),
+    key!(Given, "position", g.position, Vector, "Where it is, of a rectangle its centre, in metres"),
+    key!(Given, "target", g.target, Vector, "What it points at, or its front faces, in metres"),
+    key!(Given, "direction", g.direction, Vector, "In which the light travels; any length but zero"),
+    key!(Given, "up", g.up, Vector, "Which way is up on it").default("+Y"),
+    key!(Given, "from", g.from, Vector, "One end of its axis, in metres"),
+    key!(Given, "to", g.to, Vector, "The other end of its axis, in metres"),
+    key!(Given, "size", g.size, Extent, "Width and height in metres"),
+    key!(Given, "radius", g.radius, Number::positive("metres"), "Metres"),
+    key!(Given, "range", g.range, Number::positive("metres"), "Metres to where it has faded out"),
     key!(
+        Given,
         "inner_cone_deg",
         g.inner_cone_deg,
-        number("degrees", 0.0, 90.0),
-        "Half angle inside which it is full, in degrees; 0 if absent"
-    ),
+        Number::within("degrees", 0.0, 90.0),
+        "Half angle inside which it is full, in degrees"
+    )
+    .default("0"),
     key!(
+        Given,
         "outer_cone_deg",
         g.outer_cone_deg,
-        number("degrees", 0.0, 90.0),
-        "Half angle outside which it is dark, in degrees; 45 if absent"
-    ),
-    key!("two_sided", g.two_sided, switch(), "Shines from its back as well"),
-    key!("color", g.color, color(), "Linear red, green and blue, or an sRGB colour #rrggbb; white if absent"),
+        Number::within("degrees", 0.0, 90.0),
+        "Half angle outside which it is dark, in degrees"
+    )
+    .default("45"),
+    key!(Given, "two_sided", g.two_sided, Switch, "Shines from its back as well"),
+    key!(Given, "color", g.color, LinearColor, "Linear red, green and blue, or an sRGB colour #rrggbb")
+        .default("white"),
     key!(
+        Given,
         "intensity",
         g.intensity,
-        number("candela, lux or candela per square metre", 0.0, f32::MAX),
+        Number::positive("candela, lux or candela per square metre"),
         "Lux of directional lights, candela of points and spots, candela per square metre of rectangles and tubes"
     ),
     key!(
+        Given,
         "min_roughness",
         g.min_roughness,
-        number("alpha", 0.0, 1.0),
-        "Least roughness (alpha) of what it shines on, where a material honours it; 0 if absent"
-    ),
+        Number::within("alpha", 0.0, 1.0),
+        "Least roughness (alpha) of what it shines on, where a material honours it"
+    )
+    .default("0"),
 ];
 
 /// Keys of every kind of light.

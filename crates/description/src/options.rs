@@ -6,7 +6,7 @@ use overcoat_core::color::ToneCurve;
 use overcoat_core::frame::DisplayOptions;
 use overcoat_core::limits::Limits;
 use overcoat_core::math::lanes::SimdLevel;
-use overcoat_render::{Background, Ground, Quality, RenderOptions};
+use overcoat_render::{Background, Ground, RenderOptions};
 use overcoat_scene::Scene;
 
 /// What a scene file's `background` and the option `--background` say.
@@ -61,18 +61,10 @@ impl Machine {
     }
 }
 
-/// Part of the way from the picture's border to its middle over which a floor appears. Less shows as a frame, more takes the
-/// shadow from what lies near the border. It is the same for every camera, so that the numbers of an automatic one give its
-/// picture again.
-const GROUND_EDGE: f32 = 0.36;
-
 impl Description {
-    /// The tier of a picture whose description names none.
-    pub const DEFAULT_QUALITY: Quality = Quality::Fast;
-
     /// The renderer's options and the way to 8 bits. Sizes beyond the limits end here, before any work.
     ///
-    /// Where the description says nothing of them, the tier is [`Description::DEFAULT_QUALITY`], and the model casts its
+    /// Where the description says nothing of them, the tier is [`Quality::default`], and the model casts its
     /// shadow on a floor ([`Ground::Shadow`]) if the light of the environment can be blocked at all: not without maps, as in
     /// [`Quality::Draft`].
     ///
@@ -110,7 +102,7 @@ impl Description {
             BackgroundChoice::Environment => (Background::Environment, None),
             BackgroundChoice::Color(color) => (Background::Transparent, Some(color)),
         };
-        let quality = self.quality.unwrap_or(Self::DEFAULT_QUALITY);
+        let quality = self.quality.unwrap_or_default();
         let mut visibility = quality.visibility();
         visibility.maps = self.maps.unwrap_or(visibility.maps);
         visibility.map_size = self.map_size.unwrap_or(visibility.map_size);
@@ -141,7 +133,6 @@ impl Description {
         options.specular_antialiasing = self.specular_antialiasing.unwrap_or(defaults.specular_antialiasing);
         options.area_lights = self.area_lights.unwrap_or_default();
         options.ground = self.ground.unwrap_or(own_ground);
-        options.ground_edge = GROUND_EDGE;
         options.ground_reflection = ground_reflection;
         options.merge_angle = self.merge_angle_degrees.unwrap_or(defaults.merge_angle);
         options.line_width = self.line_width.unwrap_or(defaults.line_width);

@@ -1,16 +1,8 @@
-//! A JSON schema of scene files, for editors and for programs that write them. It is made of the tables of keys: to every way
-//! in which a value is read ([`Value`](super::value::Value)) there is one of the same name here that says what is read.
+//! A JSON schema of scene files, for editors and for programs that write them, made of the tables of keys.
 
 use super::keys::{Key, SCENE};
-use super::spelling::{VIEWS, background_names, ground_names, tone_curve_names};
-use overcoat_load::BuiltinMaterial;
-use overcoat_render::Quality;
-use overcoat_scene::Axis;
-use overcoat_scene::ShadingModel;
+use super::kind::{Kind, Material};
 use serde_json::{Map, Value, json};
-
-/// Pattern of colours, as [`hex_color`](overcoat_core::color::hex_color) takes them without alpha.
-const HEX_COLOR: &str = "^#?([0-9A-Fa-f]{3}|[0-9A-Fa-f]{6})$";
 
 /// The JSON schema (draft 7) of scene files, in JSON or TOML. What it allows is read without a warning, unless a name leads
 /// nowhere. The same text is in the repository as `crates/description/src/scene.schema.json`.
@@ -42,7 +34,7 @@ pub(super) fn table<T>(keys: &'static [Key<T>], required: &[&str]) -> Value {
 /// What a key takes, and what it is for.
 pub(super) fn property<T>(key: &Key<T>) -> Value {
     let mut schema = (key.schema)();
-    schema["description"] = json!(key.about);
+    schema["description"] = json!(key.sentence());
     schema
 }
 
@@ -56,139 +48,15 @@ pub(super) fn list(items: Value) -> Value {
     json!({"type": "array", "items": items})
 }
 
-pub(super) fn text(_expected: &str) -> Value {
-    json!({"type": "string"})
-}
-
-pub(super) fn path(expected: &str) -> Value {
-    text(expected)
-}
-
-pub(super) fn switch() -> Value {
-    json!({"type": "boolean"})
-}
-
-pub(super) fn number(_unit: &str, low: f32, high: f32) -> Value {
-    let mut number = json!({"type": "number"});
-    // As it is written: 0.1 and not the double nearest to the float.
-    let bound = |v: f32| v.to_string().parse::<f64>().unwrap_or_default();
-    if low > f32::MIN {
-        number["minimum"] = json!(bound(low));
-    }
-    if high < f32::MAX {
-        number["maximum"] = json!(bound(high));
-    }
-    number
-}
-
-pub(super) fn seconds() -> Value {
-    json!({"type": "number", "minimum": 0})
-}
-
-pub(super) fn whole(low: u32, high: u32) -> Value {
-    json!({"type": "integer", "minimum": low, "maximum": high})
-}
-
-/// As many numbers as are wanted.
-fn numbers(count: usize) -> Value {
-    json!({"type": "array", "items": {"type": "number"}, "minItems": count, "maxItems": count})
-}
-
-pub(super) fn vector() -> Value {
-    numbers(3)
-}
-
-pub(super) fn position() -> Value {
-    numbers(3)
-}
-
-pub(super) fn extent() -> Value {
-    numbers(2)
-}
-
-pub(super) fn color() -> Value {
-    json!({"anyOf": [numbers(3), {"type": "string", "pattern": HEX_COLOR}]})
-}
-
-pub(super) fn axis() -> Value {
-    let short = Axis::ALL.iter().copied().filter_map(|axis| axis.name().strip_prefix('+'));
-    let names: Vec<&str> = Axis::ALL.iter().copied().map(Axis::name).chain(short).collect();
-    json!({"enum": names})
-}
-
-pub(super) fn environment() -> Value {
-    json!({"type": "string", "examples": ["studio", "none"]})
-}
-
-pub(super) fn background() -> Value {
-    let names: Vec<&str> = background_names().collect();
-    json!({"anyOf": [{"enum": names}, {"type": "string", "pattern": HEX_COLOR}]})
-}
-
-pub(super) fn ground() -> Value {
-    let names: Vec<&str> = ground_names().collect();
-    json!({"anyOf": [{"enum": names}, {"type": "string", "pattern": HEX_COLOR}]})
-}
-
-pub(super) fn exposure() -> Value {
-    json!({"anyOf": [number("stops", -64.0, 64.0), {"enum": ["auto"]}]})
-}
-
-pub(super) fn size() -> Value {
-    let side = || json!({"type": "integer", "minimum": 0});
-    json!({"anyOf": [side(), {"type": "array", "items": side(), "minItems": 2, "maxItems": 2}]})
-}
-
-pub(super) fn samples() -> Value {
-    json!({"enum": [1, 4, 8, 16]})
-}
-
-pub(super) fn shading_rate() -> Value {
-    json!({"enum": [1, 4, 8, 9, 16]})
-}
-
-pub(super) fn tone_curve() -> Value {
-    let names: Vec<&str> = tone_curve_names().collect();
-    json!({"anyOf": [{"enum": names}, {"type": "array", "items": {"enum": names}}]})
-}
-
-pub(super) fn shading() -> Value {
-    let names: Vec<&str> = ShadingModel::ALL.iter().copied().map(ShadingModel::name).collect();
-    json!({"enum": names})
-}
-
-pub(super) fn area_lights() -> Value {
-    json!({"enum": ["ltc", "facets"]})
-}
-
-pub(super) fn quality() -> Value {
-    let names: Vec<&str> = Quality::ALL.iter().map(|quality| quality.name()).collect();
-    json!({"enum": names})
-}
-
-pub(super) fn material() -> Value {
-    let names: Vec<&str> = BuiltinMaterial::all().iter().map(|material| material.name).collect();
-    let path = r"[/\\]|\.toml$";
-    json!({"anyOf": [{"enum": names}, {"type": "string", "pattern": path}]})
-}
-
 pub(super) fn materials() -> Value {
-    json!({"type": "object", "additionalProperties": material()})
-}
-
-pub(super) fn view() -> Value {
-    let names: Vec<&str> = VIEWS.iter().map(|(name, _)| *name).collect();
-    json!({"anyOf": [{"enum": names}, {"type": "string", "pattern": "^[^,]+,[^,]+,[^,]+$"}]})
-}
-
-pub(super) fn name_or_number(_what: &str) -> Value {
-    json!({"anyOf": [{"type": "string"}, {"type": "integer", "minimum": 0}]})
+    json!({"type": "object", "additionalProperties": Material.schema()})
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::Description;
+    use crate::kind::HEX_COLOR;
     use std::path::Path;
 
     #[test]

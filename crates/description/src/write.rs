@@ -1,23 +1,14 @@
-//! Descriptions as scene files: the inverse of reading. To every way in which a value is read
-//! ([`Value`](super::value::Value)) there is one of the same name here that writes it.
+//! Descriptions as scene files: the inverse of reading.
 
 use super::Description;
-use super::camera::ViewDirection;
-use super::environment::EnvironmentChoice;
 use super::keys::{Key, SCENE};
+use super::kind::{Kind, Material};
 use super::light::LightDescription;
 use super::materials::MaterialSource;
-use super::options::{BackgroundChoice, ExposureChoice};
-use super::spelling;
-use overcoat_core::color::ToneCurve;
-use overcoat_render::{Ground, Quality};
-use overcoat_scene::Axis;
-use overcoat_scene::{AreaLightMethod, ShadingModel};
 use serde::de::{Deserialize, Deserializer, Error as _};
 use serde::ser::{Error as _, Serialize, SerializeMap, Serializer};
-use serde_json::{Map, Value, json};
+use serde_json::{Map, Value};
 use std::collections::BTreeMap;
-use std::path::Path;
 
 /// As a scene file: `toml::to_string(&description)` or `serde_json::to_string`. Warnings are left out. What no scene file can
 /// say is an error: paths that are no text, numbers that are not finite, a view with an up direction of its own,
@@ -72,144 +63,15 @@ pub(super) fn lights(lights: &[LightDescription]) -> Result<Option<Value>, Strin
 
 /// Materials by name; none if there are none.
 pub(super) fn materials(materials: &BTreeMap<String, MaterialSource>) -> Result<Option<Value>, String> {
-    let of = |(name, source): (&String, &MaterialSource)| Ok((name.clone(), material(source)?));
+    let of = |(name, source): (&String, &MaterialSource)| Ok((name.clone(), Material.write(source)?));
     let table = materials.iter().map(of).collect::<Result<Map<_, _>, String>>()?;
     Ok((!table.is_empty()).then_some(Value::Object(table)))
-}
-
-pub(super) fn text(text: &String) -> Result<Value, String> {
-    Ok(json!(text))
-}
-
-pub(super) fn path(path: impl AsRef<Path>) -> Result<Value, String> {
-    path.as_ref().to_str().map(|text| json!(text)).ok_or_else(|| "the path is no text".to_owned())
-}
-
-pub(super) fn switch(on: &bool) -> Result<Value, String> {
-    Ok(json!(on))
-}
-
-/// With as few digits as tell it from its neighbours.
-pub(super) fn number(number: &f32) -> Result<Value, String> {
-    let short = number.to_string().parse::<f64>().ok().filter(|v| *v as f32 == *number);
-    double(short.unwrap_or(f64::from(*number)))
-}
-
-fn double(number: f64) -> Result<Value, String> {
-    if number.is_finite() { Ok(json!(number)) } else { Err(format!("{number} is no number")) }
-}
-
-pub(super) fn seconds(seconds: &f64) -> Result<Value, String> {
-    double(*seconds)
-}
-
-pub(super) fn whole(number: &u32) -> Result<Value, String> {
-    Ok(json!(number))
-}
-
-pub(super) fn samples(samples: &u32) -> Result<Value, String> {
-    whole(samples)
-}
-
-pub(super) fn shading_rate(rate: &u32) -> Result<Value, String> {
-    whole(rate)
-}
-
-fn numbers(list: &[f32]) -> Result<Value, String> {
-    list.iter().map(number).collect()
-}
-
-pub(super) fn vector(vector: &[f32; 3]) -> Result<Value, String> {
-    numbers(vector)
-}
-
-pub(super) fn position(position: &[f64; 3]) -> Result<Value, String> {
-    position.iter().map(|v| double(*v)).collect()
-}
-
-pub(super) fn extent(extent: &[f32; 2]) -> Result<Value, String> {
-    numbers(extent)
-}
-
-pub(super) fn color(color: &[f32; 3]) -> Result<Value, String> {
-    numbers(color)
-}
-
-pub(super) fn axis(axis: &Axis) -> Result<Value, String> {
-    Ok(json!(axis.name()))
-}
-
-pub(super) fn environment(environment: &EnvironmentChoice) -> Result<Value, String> {
-    match environment {
-        EnvironmentChoice::Studio => Ok(json!("studio")),
-        EnvironmentChoice::None => Ok(json!("none")),
-        EnvironmentChoice::File(file) => path(file),
-    }
-}
-
-pub(super) fn background(background: &BackgroundChoice) -> Result<Value, String> {
-    Ok(match background {
-        BackgroundChoice::Transparent => json!("transparent"),
-        BackgroundChoice::Environment => json!("env"),
-        BackgroundChoice::Color([r, g, b]) => json!(format!("#{r:02x}{g:02x}{b:02x}")),
-    })
-}
-
-pub(super) fn ground(ground: &Ground) -> Result<Value, String> {
-    Ok(json!(spelling::ground_name(*ground)))
-}
-
-pub(super) fn exposure(exposure: &ExposureChoice) -> Result<Value, String> {
-    match exposure {
-        ExposureChoice::Auto => Ok(json!("auto")),
-        ExposureChoice::Stops(stops) => number(stops),
-    }
-}
-
-pub(super) fn size(size: &[u64; 2]) -> Result<Value, String> {
-    Ok(json!(size))
-}
-
-pub(super) fn tone_curve(curve: &ToneCurve) -> Result<Value, String> {
-    Ok(json!(curve.name()))
-}
-
-pub(super) fn shading(model: &ShadingModel) -> Result<Value, String> {
-    Ok(json!(model.name()))
-}
-
-pub(super) fn area_lights(method: &AreaLightMethod) -> Result<Value, String> {
-    Ok(json!(method.name()))
-}
-
-pub(super) fn quality(quality: &Quality) -> Result<Value, String> {
-    Ok(json!(quality.name()))
-}
-
-pub(super) fn material(source: &MaterialSource) -> Result<Value, String> {
-    match source {
-        MaterialSource::File(file) => path(file),
-        MaterialSource::Builtin(name) => Ok(json!(name)),
-    }
-}
-
-pub(super) fn view(view: &ViewDirection) -> Result<Value, String> {
-    let name = spelling::VIEWS.iter().find(|(_, known)| known == view).map(|(name, _)| (*name).to_owned());
-    let text = name.unwrap_or_else(|| view.direction.map(|v| v.to_string()).join(","));
-    if spelling::view(&text).as_ref() == Ok(view) {
-        Ok(json!(text))
-    } else {
-        Err("a view with an up direction of its own has no name".to_owned())
-    }
-}
-
-pub(super) fn name_or_number(name: &String) -> Result<Value, String> {
-    text(name)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ViewDirection;
 
     const EVERYTHING: &str = r##"
         model = "car.glb"

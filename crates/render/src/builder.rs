@@ -106,7 +106,7 @@ mod tests {
 
     #[test]
     fn settings_of_the_renderer_come_before_those_of_a_picture() {
-        let options = RenderOptions::default().with_tile_size(Some(64));
+        let options = RenderOptions::draft(512, 512).with_tile_size(Some(64));
         assert!(matches!(Fixed::default().among(&options), Cow::Borrowed(_)));
         let fixed = Fixed { simd: Some(SimdLevel::Scalar), tile_size: Some(16) };
         let expected = options.clone().with_simd(SimdLevel::Scalar).with_tile_size(Some(16));

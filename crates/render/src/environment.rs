@@ -176,7 +176,8 @@ mod tests {
         let picture = Arc::new(EquirectImage::new(64, 32, pixels).unwrap());
         let source = EnvironmentSource::Image(picture);
         let jobs = Jobs::new(1);
-        let (mut scene, mut options) = (Scene::new(), RenderOptions::default().with_quality(Quality::Fast));
+        let (mut scene, mut options) =
+            (Scene::new(), RenderOptions::draft(512, 512).with_quality(Quality::Fast));
         (options.width, options.height) = (64, 64);
         let material = scene.add_material(Material::default()).unwrap();
         let mesh = scene.add_mesh(primitives::sphere(1.0, 16).unwrap()).unwrap();

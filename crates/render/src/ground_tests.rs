@@ -47,7 +47,7 @@ fn from_the_side(height: f32) -> Camera {
 const SIDE: u32 = 128;
 
 fn options(ground: Ground) -> RenderOptions {
-    RenderOptions::new(SIDE, SIDE).with_samples(4).with_ground(ground)
+    RenderOptions::draft(SIDE, SIDE).with_samples(4).with_ground(ground)
 }
 
 fn draw(scene: &Scene, camera: &Camera, options: &RenderOptions) -> Rendered {

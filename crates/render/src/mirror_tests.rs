@@ -42,7 +42,7 @@ fn camera(height: f32) -> Camera {
 
 fn options(ground: Ground, reflection: f32) -> RenderOptions {
     let few = Visibility::new(12, 32, 0);
-    let options = RenderOptions::new(SIDE, SIDE).with_samples(4).with_visibility(few);
+    let options = RenderOptions::draft(SIDE, SIDE).with_samples(4).with_visibility(few);
     // A floor that ends far away.
     let under = Bounds { min: [-20.0, -1.0, -20.0], max: [20.0, 1.0, 20.0] };
     options.with_ground(ground).with_ground_under(Some(under)).with_ground_reflection(reflection)

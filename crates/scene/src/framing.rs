@@ -113,15 +113,23 @@ impl Default for Framing {
             fov_y: std::f32::consts::FRAC_PI_6,
             orthographic: false,
             aspect: 1.0,
-            margin: 0.04,
+            margin: Self::MARGIN,
         }
     }
 }
 
 impl Framing {
+    /// Margin of a picture without a floor.
+    pub const MARGIN: f32 = 0.04;
+    /// Margin of a picture that shows a model's shadow on a floor: models are 3 percent smaller.
+    pub const MARGIN_OVER_FLOOR: f32 = 0.053;
+
     /// A view from the front and above: [`Framing::default`]'s, unless another one from there shows twice as much of the
     /// surface, as of flat models that lie or that it meets edge-on. A view from behind only for what shows its back to all of
     /// those, one-sided planes above all, and one from below only for what faces down.
+    ///
+    /// The margin is that of a picture with the default options of the renderer: [`Framing::MARGIN_OVER_FLOOR`] where the model
+    /// casts a shadow on a floor.
     ///
     /// The front is +Z of the scene. Where the file's format does not say so ([`Orientation::front_is_known`]) and the model is
     /// a long body whose head is at the other end, it is -Z.
@@ -129,13 +137,21 @@ impl Framing {
     /// [`Orientation::front_is_known`]: super::Orientation::front_is_known
     #[must_use]
     pub fn automatic(scene: &Scene) -> Self {
+        let framing = Self { direction: Self::automatic_direction(scene), ..Self::default() };
+        if framing.direction[1] >= 0.0 && scene.blocks_light() {
+            return Self { margin: Self::MARGIN_OVER_FLOOR, ..framing };
+        }
+        framing
+    }
+
+    /// Direction of [`Framing::automatic`].
+    fn automatic_direction(scene: &Scene) -> [f32; 3] {
         let back = !scene.orientation().front_is_known && front::faces_back(scene);
         let turned = |[x, y, z]: [f32; 3]| if back { [-x, y, -z] } else { [x, y, z] };
         let views = VIEWS.map(|views| views.map(turned));
         let [[first, ..], ..] = views;
-        let default = Self { direction: first, ..Self::default() };
         if Estimate::new(scene).surely_shows(first, ENOUGH, views.as_flattened()) {
-            return default;
+            return first;
         }
         let facing = Facing::new(scene);
         let shown = |view: &[f32; 3]| facing.visible_from(*view);
@@ -145,7 +161,7 @@ impl Framing {
             let enough = (ENOUGH * most(views)).max(SOMETHING * all);
             views.iter().find(|&view| shown(view) >= enough).copied()
         };
-        Self { direction: views.iter().find_map(chosen).unwrap_or(first), ..default }
+        views.iter().find_map(chosen).unwrap_or(first)
     }
 
     /// The camera closest to the scene along [`Framing::direction`] that still has every vertex in the picture,
@@ -600,7 +616,8 @@ mod tests {
             // The default material is one-sided, so it has to be seen from the front.
             assert!(dot / square.sqrt() > 0.25, "{normal:?} from {direction:?}");
         }
-        assert_eq!(Framing::automatic(&scene(&BOX, Transform::IDENTITY)), Framing::default());
+        let over_floor = Framing { margin: Framing::MARGIN_OVER_FLOOR, ..Framing::default() };
+        assert_eq!(Framing::automatic(&scene(&BOX, Transform::IDENTITY)), over_floor);
         assert_eq!(Framing::automatic(&Scene::new()), Framing::default());
     }
 

@@ -22,9 +22,8 @@ pub enum Background {
 
 /// Options of one picture.
 ///
-/// The default is what costs least: nothing blocks light, as in `Quality::Draft`, and there is no floor.
-/// Descriptions and the program have another one, see
-/// `Description::options`.
+/// The default is that of every door (library, program, service, bindings, scene files): [`Quality::default`], and a floor that
+/// shows the model's shadow and nothing else. [`RenderOptions::draft`] costs least.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct RenderOptions {
@@ -107,10 +106,10 @@ impl Default for RenderOptions {
             merge_angle: 0.0,
             line_width: 1.5,
             point_size: None,
-            visibility: Visibility::NONE,
-            ground: Ground::None,
+            visibility: Quality::default().visibility(),
+            ground: if Quality::default().visibility().is_on() { Ground::Shadow } else { Ground::None },
             ground_under: None,
-            ground_edge: 0.0,
+            ground_edge: Self::GROUND_EDGE,
             ground_reflection: 0.0,
             aovs: Vec::new(),
             stage_hashes: false,
@@ -120,10 +119,22 @@ impl Default for RenderOptions {
 }
 
 impl RenderOptions {
+    /// Default of [`RenderOptions::ground_edge`]. Less shows as a frame, more takes the shadow from what lies near the border. It
+    /// is the same for every camera, so that the numbers of an automatic one give its picture again.
+    pub const GROUND_EDGE: f32 = 0.36;
+
     /// The default for a picture of this width and height in pixels.
     #[must_use]
     pub fn new(width: u32, height: u32) -> Self {
         Self { width, height, ..Self::default() }
+    }
+
+    /// Options of a picture of this width and height in pixels that costs least: nothing blocks light, as in
+    /// [`Quality::Draft`], and there is no floor.
+    #[must_use]
+    pub fn draft(width: u32, height: u32) -> Self {
+        let default = Self::new(width, height);
+        Self { visibility: Visibility::NONE, ground: Ground::None, ground_edge: 0.0, ..default }
     }
 
     /// The same with another [`RenderOptions::width`].

@@ -1,5 +1,7 @@
 //! How much work a picture is worth.
 
+use overcoat_core::built::Shadows;
+
 /// What is known of the light that other surfaces block and send back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
@@ -65,10 +67,11 @@ impl Default for Visibility {
 }
 
 /// Names for settings that go together.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+///
+/// The default is [`Quality::Fast`]; [`Quality::Draft`] in programs without the feature `shadows`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Quality {
     /// Nothing is blocked.
-    #[default]
     Draft,
     /// Shadows of the environment from small depth maps; other surfaces send back what the fragment itself would.
     Fast,
@@ -76,6 +79,12 @@ pub enum Quality {
     Good,
     /// The same with more maps and rays.
     Best,
+}
+
+impl Default for Quality {
+    fn default() -> Self {
+        if Shadows::IS_BUILT { Self::Fast } else { Self::Draft }
+    }
 }
 
 impl Quality {

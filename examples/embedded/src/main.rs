@@ -28,7 +28,7 @@ fn thumbnail(input: &Path, output: &Path, side: u32) -> Result<(), String> {
     let loaded = load_file_with(input, &loading, &limits(), renderer.jobs()).map_err(|e| e.to_string())?;
     let scene = &loaded.scene;
     let camera = Framing::automatic(scene).camera(scene);
-    let options = RenderOptions::new(side, side).with_quality(Quality::Draft).with_limits(limits());
+    let options = RenderOptions::draft(side, side).with_limits(limits());
     let display = DisplayOptions::default();
     let drawn = renderer.render_image(scene, &camera, &options, &display).map_err(|e| e.to_string())?;
     for warning in loaded.warnings.iter().map(ToString::to_string).chain(scene.texture_losses()) {

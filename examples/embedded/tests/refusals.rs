@@ -36,7 +36,7 @@ fn missing(scene: &Scene, options: &RenderOptions) -> Option<&'static str> {
 
 #[test]
 fn what_is_left_out_is_refused_by_name() {
-    let draft = || RenderOptions::new(16, 16).with_quality(Quality::Draft);
+    let draft = || RenderOptions::draft(16, 16);
     let scene = triangle();
     assert_eq!(missing(&scene, &draft()), None);
     assert_eq!(missing(&scene, &draft().with_quality(Quality::Fast)), Some("shadows"));

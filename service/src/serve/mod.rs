@@ -15,7 +15,6 @@ mod fetch;
 mod flight;
 mod gate;
 mod handlers;
-mod keys;
 mod listen;
 mod media;
 mod metrics;

@@ -1,12 +1,12 @@
 //! What a request may ask for: keys of scene files that read no file, and how the picture is written.
 
 use super::error::{Kind, Problem};
-use super::keys::{CAMERA, KEYS, size, value};
 use overcoat::description::{Description, DescriptionError, Machine, MaterialSource};
 use overcoat::frame::Aov;
 use overcoat::limits::Limits;
 use overcoat::output::OutputFormat;
 use overcoat_cli::worker::protocol::PictureRequest;
+use overcoat_description::DescriptionOption;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 
@@ -82,15 +82,17 @@ impl Options {
     }
 
     fn scene_key(&mut self, key: &str, text: &str) -> Result<(), Problem> {
-        if let Some((_, name, form)) = CAMERA.iter().find(|(known, ..)| *known == key) {
-            self.camera.insert((*name).to_owned(), value(key, text, *form)?);
-        } else if let Some((_, form)) = KEYS.iter().find(|(known, _)| *known == key) {
-            self.keys.insert(key.to_owned(), value(key, text, *form)?);
-        } else if matches!(key, "model" | "materials") {
-            return Err(wrong(format!("{key}: names files, which requests may not")));
-        } else {
-            return Err(wrong(format!("{key}: there is no such option")));
-        }
+        let option = DescriptionOption::all().find(|option| option.request_name() == Some(key));
+        let Some(option) = option else {
+            return Err(wrong(match key {
+                "model" | "materials" => format!("{key}: names files, which requests may not"),
+                _ => format!("{key}: there is no such option"),
+            }));
+        };
+        let value =
+            option.query(text).map_err(|what| wrong(format!("{key}: expected {what}, got '{text}'")))?;
+        let table = if option.is_of_camera() { &mut self.camera } else { &mut self.keys };
+        table.insert(option.key().to_owned(), value);
         Ok(())
     }
 
@@ -175,6 +177,15 @@ pub fn of_pairs<'a>(
     Ok(options)
 }
 
+/// A size: one number for a square, or two with x or a colon.
+fn size(text: &str) -> Result<[u64; 2], Problem> {
+    let (width, height) = text.split_once(['x', ':']).unwrap_or((text, text));
+    let sides = width.parse().ok().zip(height.parse().ok());
+    let (width, height) =
+        sides.ok_or_else(|| wrong(format!("size: expected N or WIDTHxHEIGHT in pixels, got '{text}'")))?;
+    Ok([width, height])
+}
+
 fn format(text: &str) -> Result<OutputFormat, Problem> {
     OutputFormat::from_extension(text).ok_or_else(|| {
         let names: Vec<&str> = OutputFormat::ALL.iter().map(|format| format.extension()).collect();
@@ -216,20 +227,22 @@ pub(super) mod tests {
         Ok(Value::Object(options.request(options.format.unwrap_or(OutputFormat::Png), &rules())?.keys))
     }
 
+    /// Every key of scene files is an option, or has a reason not to be.
     #[test]
     fn every_key_of_scene_files_is_allowed_or_refused_by_name() {
-        let schema: Value = serde_json::from_str(&overcoat::description::scene_schema()).unwrap();
-        let for_readers = ["name", "note", "peers", "ground_truth", "$schema"];
-        let by_hand = ["size", "env", "material", "materials", "model", "camera"];
-        let mut count = 0;
-        for key in schema["properties"].as_object().unwrap().keys() {
-            count += 1;
-            let known = KEYS.iter().any(|(known, _)| known == key)
-                || for_readers.contains(&&**key)
-                || by_hand.contains(&&**key);
-            assert!(known, "{key}");
+        let for_readers = ["name", "note", "peers", "ground_truth"];
+        for option in DescriptionOption::all().filter(|option| option.request_name().is_none()) {
+            let key = option.key();
+            if for_readers.contains(&key) || key == "camera" {
+                continue;
+            }
+            let refused = wrong_of(Options::default().set(key, "a.toml", &rules()));
+            assert!(refused.contains(key), "{key}: {refused}");
         }
-        assert!(count > 30, "{count}");
+    }
+
+    fn wrong_of(result: Result<(), Problem>) -> String {
+        result.map_err(|problem| problem.message).unwrap_err()
     }
 
     #[test]

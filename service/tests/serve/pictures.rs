@@ -1,6 +1,10 @@
 //! Pictures: what is asked for is what comes.
 
 use crate::service::{PROGRAM, form, model, model_path, run, start, start_with};
+use overcoat::description::{Description, Machine};
+use overcoat::limits::Limits;
+use overcoat::output::{OutputFormat, OutputOptions, encode};
+use overcoat::render::Renderer;
 use std::path::Path;
 
 /// A glTF file with a triangle, whose buffer and texture are files beside it.
@@ -97,6 +101,23 @@ fn pictures_are_those_of_the_command_line() {
         assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
         assert!(std::fs::read(out.join("picture")).unwrap() == served.body, "{name}: not the same bytes");
     }
+}
+
+/// Whoever asks for nothing but a size gets the picture of the library, the program and the bindings.
+#[test]
+fn the_default_picture_is_that_of_every_door() {
+    let text = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/default-picture.txt"))
+        .unwrap();
+    let hash = text.split_whitespace().nth(2).unwrap();
+    let served = start(&[]).post("/render?size=96x64", &model("rounded-cube.glb"));
+    let mut description = Description::default();
+    (description.model, description.size) = (Some(model_path("rounded-cube.glb")), Some([96, 64]));
+    let mut renderer = Renderer::new(1);
+    let picture = description.picture(Machine::default(), &Limits::default(), renderer.jobs()).unwrap();
+    let frame = renderer.render(&picture.scene, &picture.camera, &picture.options).unwrap().frame;
+    assert_eq!(frame.frame_hash(), hash);
+    let options = OutputOptions::default().with_display(picture.display);
+    assert!(encode(&frame, OutputFormat::Png, &options).unwrap() == served.body, "not the same bytes");
 }
 
 #[test]

@@ -29,7 +29,8 @@ from ._errors import (
     RenderError,
     UnknownOptionError,
 )
-from ._options import Camera, Options, PictureOptions, ViewOptions
+from ._option_types import Camera, PictureOptions, ViewOptions
+from ._options import Options
 from ._overcoat import Environment, Image, Model, Orbit, __version__
 from ._render import Movie, Renderer, load, render, turntable
 from ._scene import InstanceHandle, LightHandle, MaterialHandle, MeshHandle, ModelHandle, Scene

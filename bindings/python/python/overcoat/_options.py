@@ -6,78 +6,13 @@ import difflib
 import json
 import os
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, Dict, Iterable, Mapping, Optional, Sequence, Tuple, TypedDict, Union
+from typing import TYPE_CHECKING, Any, Dict, Iterable, Mapping, Optional, Tuple
 
 from . import _overcoat
 from ._errors import OptionError, UnknownOptionError
 
 if TYPE_CHECKING:
-    import numpy.typing as npt
-
-    Vector = Union[Sequence[float], npt.NDArray[Any]]
-    Path = Union[str, "os.PathLike[str]"]
-
-
-class Camera(TypedDict, total=False):
-    """The option `camera`: lengths in metres, angles in degrees. Without `eye` the model is framed automatically."""
-
-    eye: Vector
-    target: Vector
-    up: Vector
-    fov_y_deg: float
-    near: float
-    ortho_height: float
-    view: Union[str, Vector]
-    camera: Union[str, int]
-
-
-class ViewOptions(TypedDict, total=False):
-    """Options of how a picture is drawn, whatever it shows: those of `overcoat.Viewport`."""
-
-    size: Union[int, Sequence[int]]
-    samples: int
-    quality: str
-    shading: str
-    shade_everywhere: bool
-    background: str
-    ground: str
-    ground_reflection: float
-    tone_mapping: Union[str, Sequence[str]]
-    exposure: Union[float, str]
-    anisotropy: int
-    specular_antialiasing: bool
-    area_lights: str
-    merge_angle_deg: float
-    line_width: float
-    point_size: float
-    limits: Mapping[str, int]
-
-
-class PictureOptions(ViewOptions, total=False):
-    """Every option of `overcoat.render`, with its type; `help(overcoat.Options)` says what each does."""
-
-    # What is loaded.
-    up: str
-    animation: Union[str, int]
-    time: float
-    loop: bool
-    format: str
-    # What a tier decides.
-    maps: int
-    map_size: int
-    rays: int
-    shading_rate: int
-    # From where, in which light, of what.
-    camera: Union[Camera, str, _overcoat.Orbit]
-    env: Union[Path, _overcoat.Environment, npt.NDArray[Any]]
-    env_rotation_deg: float
-    env_intensity: float
-    lights: bool
-    light: Sequence[Mapping[str, Any]]
-    material: Union[Path, Mapping[str, Any]]
-    materials: Mapping[str, Union[Path, Mapping[str, Any]]]
-    # Of this package.
-    aov: Union[str, Sequence[str]]
+    from ._option_types import Path
 
 
 #: What says how a model is loaded.

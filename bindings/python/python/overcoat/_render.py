@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from typing_extensions import Unpack
 
-    from ._options import PictureOptions
+    from ._option_types import PictureOptions
 
 
 class Renderer:

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, Dict, Mapping, Optional, Sequence, Tuple,
 
 from . import _overcoat
 from ._errors import OptionError
-from ._options import ViewOptions, camera as given_camera, check_names, request
+from ._option_types import ViewOptions
+from ._options import camera as given_camera, check_names, request
 from ._scene import InstanceHandle, Scene
 
 if TYPE_CHECKING:
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
     from typing_extensions import Unpack
 
-    from ._options import Camera
+    from ._option_types import Camera, Quality
     from ._render import Renderer
 
     #: Where a picture is seen from.
@@ -121,12 +122,13 @@ class Viewport:
         self.configure(size=value)
 
     @property
-    def quality(self) -> str:
+    def quality(self) -> Quality:
         """The tier that pictures reach."""
-        return str(self._options.get("quality", "fast"))
+        tier: Quality = self._options.get("quality", "fast")
+        return tier
 
     @quality.setter
-    def quality(self, value: str) -> None:
+    def quality(self, value: Quality) -> None:
         self.configure(quality=value)
 
     @property

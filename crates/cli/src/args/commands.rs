@@ -1,9 +1,10 @@
 //! The options of each command, beside the groups that it shares with others.
 
 use super::groups::{
-    AnimationArgs, DrawArgs, EncodingArgs, InputArgs, LightArgs, MachineArgs, ModelArgs, PictureEncodingArgs,
-    ReportArgs, ThreadArgs, models,
+    DrawArgs, EncodingArgs, InputArgs, MachineArgs, ModelArgs, PictureEncodingArgs, ReportArgs, ThreadArgs,
+    models,
 };
+use super::options::{Lighting, Options, Posing};
 use crate::value_parsers;
 use clap::Args;
 use overcoat_core::frame::Aov;
@@ -46,7 +47,7 @@ pub struct RenderArgs {
     pub stage_hashes: bool,
 
     #[command(flatten)]
-    pub animation: AnimationArgs,
+    pub animation: Options<Posing>,
     #[command(flatten)]
     pub model: ModelArgs,
 }
@@ -94,7 +95,7 @@ pub struct TurntableArgs {
     pub turn: Turn,
 
     #[command(flatten)]
-    pub animation: AnimationArgs,
+    pub animation: Options<Posing>,
     #[command(flatten)]
     pub model: ModelArgs,
 }
@@ -339,7 +340,7 @@ pub struct MaterialsArgs {
     #[command(flatten)]
     pub cells: CellArgs,
     #[command(flatten)]
-    pub light: LightArgs,
+    pub light: Options<Lighting>,
     #[command(flatten)]
     pub machine: MachineArgs,
     #[command(flatten)]

@@ -7,6 +7,7 @@ mod commands;
 mod groups;
 #[allow(missing_docs)]
 mod install;
+mod options;
 #[allow(missing_docs)]
 mod thumbnail;
 
@@ -15,10 +16,11 @@ pub use commands::{
     MovieArgs, RenderArgs, SheetArgs, Turn, TurntableArgs,
 };
 pub use groups::{
-    AnimationArgs, CameraArgs, DisplayArgs, DrawArgs, EncodingArgs, InputArgs, LightArgs, LimitArgs,
-    MachineArgs, ModelArgs, PictureArgs, PictureEncodingArgs, ReportArgs, ThreadArgs,
+    DrawArgs, EncodingArgs, InputArgs, LimitArgs, MachineArgs, ModelArgs, PictureEncodingArgs, ReportArgs,
+    ThreadArgs,
 };
 pub use install::{CompletionsArgs, ManArgs};
+pub use options::Options;
 pub use thumbnail::ThumbnailArgs;
 
 use super::attempt::AttemptArgs;

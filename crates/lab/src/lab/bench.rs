@@ -2,7 +2,7 @@
 
 use super::{LabError, Light, OVERHEAD, Specimen, direction};
 use overcoat_core::jobs::Jobs;
-use overcoat_render::{Quality, RenderOptions, Renderer};
+use overcoat_render::{RenderOptions, Renderer};
 use overcoat_scene::{
     self, Camera, Environment, EnvironmentSource, EquirectImage, Instance, Material, Projection, Scene,
     ShadingModel, Transform, primitives,
@@ -70,8 +70,7 @@ impl Bench {
         let mut camera = Camera::look_at(eye, [0.0; 3], [0.0, 0.0, 1.0])?;
         camera.projection = Projection::Orthographic { height: 0.1 };
         let scene = self.scene(material, light)?;
-        let options =
-            RenderOptions::new(1, 1).with_samples(1).with_quality(Quality::Draft).with_shading(Some(model));
+        let options = RenderOptions::draft(1, 1).with_samples(1).with_shading(Some(model));
         let renderer =
             if light == Light::Overhead { &mut self.overhead_renderer } else { &mut self.renderer };
         let frame = renderer.render(&scene, &camera, &options)?.frame;

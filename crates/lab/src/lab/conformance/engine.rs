@@ -5,7 +5,7 @@ use super::scenes::Scene;
 use super::view::{DISTANCE, FOV_DEGREES};
 use crate::lab::LabError;
 use overcoat_core::jobs::Jobs;
-use overcoat_render::{Quality, RenderOptions, Renderer};
+use overcoat_render::{RenderOptions, Renderer};
 use overcoat_scene::{
     self, Camera, Environment, EnvironmentSource, EquirectImage, Instance, Mesh, SceneError, ShadingModel,
     Transform, primitives,
@@ -68,8 +68,7 @@ impl Engines {
         let camera = Camera::look_at([0.0, 0.0, DISTANCE as f32], [0.0; 3], [0.0, 1.0, 0.0])?;
         let camera = camera.perspective((FOV_DEGREES as f32).to_radians())?;
         // Nothing is in the way of the light of a ball.
-        let mut options =
-            RenderOptions::new(size as u32, size as u32).with_samples(4).with_quality(Quality::Draft);
+        let mut options = RenderOptions::draft(size as u32, size as u32).with_samples(4);
         options.shading = Some(model);
         let frame = self.renderer.render(&built, &camera, &options)?.frame;
         let pixels = frame.pixels.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
