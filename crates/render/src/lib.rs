@@ -1,9 +1,10 @@
 //! The renderer: scene and options in, frame out. The only place that knows the order of the stages: those of a picture are in
-//! `picture.rs`, those of a tile in `tile_pass.rs`.
+//! `attempt.rs`, those of a tile in `tile_pass.rs`.
 //!
 //! **Memory.** Every list of a picture is kept for the next: a picture like the last one takes no new memory, see
 //! [`Renderer::recycle`].
 
+mod attempt;
 mod builder;
 mod environment;
 #[cfg(test)]
@@ -13,6 +14,7 @@ mod mirror_tests;
 mod passes;
 mod pick;
 mod picture;
+mod prepared;
 mod rendered;
 mod setup;
 mod textures;

@@ -48,8 +48,7 @@ impl TextureMemory {
         if all {
             return false;
         }
-        let known = self.surveyed.replace(scene.revision());
-        known != Some(scene.revision())
+        self.surveyed != Some(scene.revision())
     }
 
     /// Brings what decides about opacity anywhere.

@@ -8,9 +8,8 @@ use super::splats::SplatScene;
 use super::work::Work;
 use overcoat_core::built::Splats;
 use overcoat_core::frame::{Aov, Developer, TargetWriter};
+use overcoat_scene::{AlphaMode, Texture};
 use overcoat_stages::geometry::Chunk;
-
-use overcoat_scene::AlphaMode;
 use overcoat_stages::raster::{Disc, SamplePattern, TileOrigin};
 use overcoat_stages::shade::{Effects, ShadeContext, ShadingCost};
 use overcoat_stages::tile::{Run, TileBins, TileGrid};
@@ -210,7 +209,16 @@ impl<'a> Pass<'a> {
     }
 }
 
-impl FrameContext<'_> {
+impl<'a> FrameContext<'a> {
+    /// The same frame, with other forms of the scene's textures.
+    pub fn with_textures<'b>(&self, textures: &'b [Texture]) -> FrameContext<'b>
+    where
+        'a: 'b,
+    {
+        let frame: &FrameContext<'b> = self;
+        FrameContext { shade: ShadeContext { textures, ..frame.shade }, ..*frame }
+    }
+
     /// The draw that a run's triangles belong to.
     #[inline(always)]
     pub fn state(&self, run: &Run) -> &DrawState {

@@ -3,7 +3,7 @@
 use super::budget::FrameBudget;
 use super::crew::Crew;
 use overcoat_core::built::Splats;
-use overcoat_scene::{Scene, SplatColorSpace, SplatOrder};
+use overcoat_scene::{Scene, SplatCloud, SplatColorSpace, SplatOrder};
 use overcoat_stages::geometry::View;
 use overcoat_stages::splat::{CloudView, ScreenSplat, sort_by_distance};
 use overcoat_stages::tile::{ChunkBins, Run, TileBins, TileGrid};
@@ -69,18 +69,14 @@ impl SplatMemory {
         view: &View,
         grid: &TileGrid,
         budget: &FrameBudget,
-    ) -> SplatScene<'_> {
+    ) {
         if !Splats::IS_BUILT {
-            return SplatScene::none(self, view);
+            return;
         }
-        let clouds = || scene.splat_instances().iter().map(|i| &scene.splats()[i.cloud.index()]);
-        // One order and one way of blending for all.
-        let by_distance = view.perspective && clouds().all(|cloud| cloud.order() == SplatOrder::Distance);
-        let order = if by_distance { SplatOrder::Distance } else { SplatOrder::Depth };
-        let is_linear = clouds().all(|cloud| cloud.color_space() == SplatColorSpace::Linear);
-        let space = if is_linear { SplatColorSpace::Linear } else { SplatColorSpace::Srgb };
+        let order = if by_distance(scene, view) { SplatOrder::Distance } else { SplatOrder::Depth };
+        let space = if is_linear(scene) { SplatColorSpace::Linear } else { SplatColorSpace::Srgb };
         let mut count = 0;
-        for (instance, cloud) in clouds().enumerate() {
+        for (instance, cloud) in clouds(scene).enumerate() {
             for start in (0..cloud.len()).step_by(SPLATS_PER_CHUNK) {
                 if count == self.chunks.len() {
                     self.chunks.push(SplatChunk::default());
@@ -103,10 +99,14 @@ impl SplatMemory {
         });
         self.sort();
         self.bin(crew, grid, budget);
+    }
+
+    /// The splats of the scene and the view that were prepared last.
+    pub fn of(&self, scene: &Scene, view: &View) -> SplatScene<'_> {
         SplatScene {
             memory: self,
-            is_linear,
-            by_distance,
+            is_linear: Splats::IS_BUILT && is_linear(scene),
+            by_distance: Splats::IS_BUILT && by_distance(scene, view),
             perspective: view.perspective,
             focal: view.scale as f32,
         }
@@ -161,6 +161,21 @@ impl SplatMemory {
     }
 }
 
+/// The clouds of a scene, one for each instance.
+fn clouds(scene: &Scene) -> impl Iterator<Item = &SplatCloud> {
+    scene.splat_instances().iter().map(|instance| &scene.splats()[instance.cloud.index()])
+}
+
+/// Whether splats are sorted by their distance from the camera: one order for all clouds.
+fn by_distance(scene: &Scene, view: &View) -> bool {
+    view.perspective && clouds(scene).all(|cloud| cloud.order() == SplatOrder::Distance)
+}
+
+/// Whether splats are blended as linear light: one way for all clouds.
+fn is_linear(scene: &Scene) -> bool {
+    clouds(scene).all(|cloud| cloud.color_space() == SplatColorSpace::Linear)
+}
+
 /// The splat of that number.
 #[inline(always)]
 fn splat_of(chunks: &[SplatChunk], number: u32) -> &ScreenSplat {
@@ -168,12 +183,6 @@ fn splat_of(chunks: &[SplatChunk], number: u32) -> &ScreenSplat {
 }
 
 impl<'a> SplatScene<'a> {
-    /// Without any.
-    fn none(memory: &'a SplatMemory, view: &View) -> Self {
-        let [is_linear, by_distance, perspective] = [false, false, view.perspective];
-        Self { memory, is_linear, by_distance, perspective, focal: view.scale as f32 }
-    }
-
     /// Number of splats that may be seen.
     pub fn count(&self) -> usize {
         self.memory.order.len()
