@@ -17,11 +17,11 @@ use overcoat_stages::gbuffer::Draw;
 use overcoat_stages::geometry::View;
 use overcoat_stages::light::PrefilteredEnvironment;
 use overcoat_stages::raster::SamplePattern;
-use overcoat_tiles::bands::Planes;
 use overcoat_tiles::budget::FrameBudget;
-use overcoat_tiles::crew::Crew;
 use overcoat_tiles::options::RenderError;
 use overcoat_tiles::pass::FrameContext;
+use overcoat_tiles::strips::Planes;
+use overcoat_tiles::timed_pool::TimedPool;
 use overcoat_tiles::trace::StageHashes;
 use overcoat_tiles::work::{Spent, Work};
 
@@ -34,7 +34,7 @@ pub(super) struct Attempt<'a> {
     pub region: Option<[u32; 4]>,
     /// Memory that is left to the frame.
     pub budget: FrameBudget,
-    pub crew: Crew<'a>,
+    pub pool: TimedPool<'a>,
     pub times: StageTimes,
     /// Cost of the picture that the floor mirrors, if it mirrors any.
     pub mirrored: Option<&'a RenderStats>,
@@ -83,33 +83,33 @@ impl<'a> Attempt<'a> {
         let Memory { environments, prepared, textures, passes, work_done, last, .. } = memory;
 
         // Decode the textures that decide about what is seen, if they are decoded by need.
-        let is_unsurveyed = textures.begin(self.request);
+        let needs_feedback = textures.begin(self.request);
         check_lost(scene)?;
-        self.times.textures = self.crew.lap();
+        self.times.textures = self.pool.lap();
 
         // Filter the environment, and find where the lights shine and what is in their way.
         let levels = foreseen(scene, options);
         let filtered = environments.get(&scene.environment().source, levels, jobs, options.simd);
         let environment = environment_light(scene, &filtered);
         prepared.prepare_lights(self, &mut passes.effects, &environment)?;
-        self.times.environment = self.crew.lap();
+        self.times.environment = self.pool.lap();
         self.request.go_on()?;
 
         // Bring the vertices to the screen.
-        prepared.geometry.place_vertices(&mut self.crew, scene, self.view, options, draws);
-        self.times.vertices = self.crew.lap();
+        prepared.geometry.place_vertices(&mut self.pool, scene, self.view, options, draws);
+        self.times.vertices = self.pool.lap();
 
         // Set up triangles and splats, and list them for the tiles.
         let listed = prepared.list_primitives(self, draws)?;
-        self.times.triangles = self.crew.lap();
+        self.times.triangles = self.pool.lap();
         let hashes =
             options.stage_hashes.then(|| prepared.hashes(self, &listed, draws, &filtered, &passes.effects));
 
         // Draw the tiles.
         let emitter_rays = passes.effects.emitter_rays();
         let frame = prepared.frame(self, &listed, draws, &environment, emitter_rays);
-        if is_unsurveyed {
-            self.survey(&frame, passes, textures)?;
+        if needs_feedback {
+            self.decode_by_feedback(&frame, passes, textures)?;
         }
         let tiles = self.draw_tiles(&frame, &filtered, passes, textures, target)?;
         *work_done = tiles.work.done();
@@ -123,23 +123,23 @@ impl<'a> Attempt<'a> {
     }
 
     /// Decodes the textures that the frame reads, as far as that can be foreseen.
-    fn survey(
+    fn decode_by_feedback(
         &mut self,
         frame: &FrameContext<'_>,
         passes: &mut PassMemory,
         textures: &mut TextureMemory,
     ) -> Result<(), Stop> {
         let scene = self.request.scene;
-        passes.survey(&mut self.crew, &frame.with_textures(textures.of(scene)), self.request);
-        textures.surveyed = Some(scene.revision());
-        self.times.tiles += self.crew.lap();
+        passes.draw_feedback(&mut self.pool, &frame.with_textures(textures.of(scene)), self.request);
+        textures.fed_back = Some(scene.revision());
+        self.times.tiles += self.pool.lap();
         self.fetch(textures)
     }
 
     /// Decodes the textures that were asked for.
     fn fetch(&mut self, textures: &mut TextureMemory) -> Result<(), Stop> {
         textures.fetch(self.request.jobs, self.request.scene);
-        self.times.textures += self.crew.lap();
+        self.times.textures += self.pool.lap();
         check_lost(self.request.scene)
     }
 
@@ -157,12 +157,12 @@ impl<'a> Attempt<'a> {
             let frame = frame.with_textures(textures.of(request.scene));
             let work = work_of(&frame, request);
             let target = target.as_mut().map(|(target, region)| (&mut **target, *region));
-            let (planes, found) = passes.draw(&mut self.crew, &frame, &work, request, target);
+            let (planes, found) = passes.draw(&mut self.pool, &frame, &work, request, target);
             let is_dark = filtered.misses_any_of(filtered.lacking());
             if !(textures.lacks() || is_dark) || work.is_stopped() {
                 return Ok(DrawnTiles { planes, found, work });
             }
-            self.times.tiles += self.crew.lap();
+            self.times.tiles += self.pool.lap();
             passes.planes = planes;
             if is_dark {
                 return Err(Stop::MoreLight);
@@ -181,7 +181,7 @@ impl<'a> Attempt<'a> {
             }
             check_limits(frame, self.request)?;
         }
-        if !self.crew.arithmetic_is_default() {
+        if !self.pool.arithmetic_is_default() {
             return Err(RenderError::FloatingPointMode.into());
         }
         Ok(())
@@ -196,7 +196,7 @@ impl<'a> Attempt<'a> {
     ) -> Drawn {
         let DrawnTiles { planes, found, work } = tiles;
         let mut drawn = Drawn::new(planes, found.clipping, self.request);
-        self.times.tiles += self.crew.lap();
+        self.times.tiles += self.pool.lap();
         drawn.stats = self.stats(frame, &found, &work);
         drawn.stats.stage_hashes =
             hashes.zip(found.hashes).map(|(hashes, found)| hashes.finish(&found, &drawn.frame));
@@ -217,7 +217,7 @@ impl<'a> Attempt<'a> {
             shading: work.sum(Spent::Shading),
             covered: found.covered,
             stages: self.times.named(),
-            serial: self.times.sum().saturating_sub(self.crew.parallel()),
+            serial: self.times.sum().saturating_sub(self.pool.parallel()),
             stage_hashes: None,
         };
         if let Some(mirrored) = self.mirrored {

@@ -39,7 +39,7 @@ use overcoat_core::frame::{DisplayImage, DisplayOptions, Frame, PixelFormat, Tar
 use overcoat_core::jobs::Jobs;
 use overcoat_scene::{Camera, Scene, ShadingModel};
 use overcoat_stages::light::PrefilteredEnvironment;
-use overcoat_tiles::crew::arithmetic_is_default;
+use overcoat_tiles::timed_pool::arithmetic_is_default;
 use picture::{Drawn, Memory, Request};
 use std::sync::Arc;
 
@@ -96,9 +96,9 @@ impl Renderer {
         self.memory.environments.given = environment;
     }
 
-    /// Surveys which textures pictures read whether it pays or not: for tests.
+    /// Runs a feedback pass for lazy textures whether it pays or not: for tests.
     #[doc(hidden)]
-    pub fn always_survey(&mut self) {
+    pub fn always_feedback(&mut self) {
         self.memory.textures.always = true;
     }
 

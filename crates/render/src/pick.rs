@@ -15,9 +15,9 @@ use overcoat_stages::light::Levels;
 use overcoat_stages::raster::{Disc, SUBPIXELS, SamplePattern, TileOrigin, Triangle};
 use overcoat_stages::shade::{ShadeContext, alpha_passes};
 use overcoat_stages::tile::{TileBins, TileGrid};
-use overcoat_tiles::crew::Crew;
 use overcoat_tiles::draws::{self, DrawState};
 use overcoat_tiles::options::RenderError;
+use overcoat_tiles::timed_pool::TimedPool;
 
 /// Least opacity of what is found: half a step of 8 bits.
 const LEAST_OPACITY: f32 = 0.5 / 255.0;
@@ -93,12 +93,12 @@ impl Memory {
             draws::prepare(scene, &view, options.point_size, &mut self.prepared.geometry.states, &mut draws);
         } else {
             self.last = None;
-            let mut crew = Crew::new(jobs);
-            self.prepared.geometry.place_vertices(&mut crew, scene, &view, options, &mut draws);
+            let mut pool = TimedPool::new(jobs);
+            self.prepared.geometry.place_vertices(&mut pool, scene, &view, options, &mut draws);
             // All of it, for whoever asks next.
             let grid = tile_grid(options, options.tile_size);
             let to = SetUp { grid: &grid, pattern: &pattern, budget: &budget };
-            let count = self.prepared.geometry.set_up_triangles(&mut crew, &draws, &to, options);
+            let count = self.prepared.geometry.set_up_triangles(&mut pool, &draws, &to, options);
             budget.check()?;
             self.prepared
                 .bins

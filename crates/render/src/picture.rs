@@ -21,14 +21,14 @@ use overcoat_stages::light::{AreaLight, EnvironmentLight, PrefilteredEnvironment
 use overcoat_stages::raster::SamplePattern;
 use overcoat_stages::shade::{ShadeContext, ViewRays};
 use overcoat_stages::tile::TileGrid;
-use overcoat_tiles::bands::Planes;
 use overcoat_tiles::budget::FrameBudget;
 use overcoat_tiles::cancel::Cancellation;
-use overcoat_tiles::crew::{Crew, arithmetic_is_default};
 use overcoat_tiles::lamps::LightMemory;
 use overcoat_tiles::mirror::{camera_of_mirror, options_of_mirror};
 use overcoat_tiles::options::{RenderError, RenderOptions};
+use overcoat_tiles::strips::Planes;
 use overcoat_tiles::tile_pass::default_tile_size;
+use overcoat_tiles::timed_pool::{TimedPool, arithmetic_is_default};
 use overcoat_tiles::work::WorkDone;
 use std::borrow::Cow;
 
@@ -126,7 +126,7 @@ impl Memory {
             view: &view,
             region: target.as_ref().map(|(_, region)| *region),
             budget,
-            crew: Crew::new(request.jobs),
+            pool: TimedPool::new(request.jobs),
             times: StageTimes::default(),
             mirrored: mirrored.as_ref(),
         };
@@ -155,7 +155,7 @@ impl Memory {
         let FrameMemory { ground, mirror, .. } = &mut self.prepared;
         std::mem::swap(&mut self.passes.planes, &mut mirror.planes);
         std::mem::swap(ground, &mut mirror.light);
-        std::mem::swap(&mut self.textures.surveyed, &mut mirror.surveyed);
+        std::mem::swap(&mut self.textures.fed_back, &mut mirror.fed_back);
     }
 
     /// Holds options, camera, scene and threads against what is allowed. Returns the pattern of the samples, the view, and what

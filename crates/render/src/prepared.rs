@@ -50,12 +50,12 @@ impl FrameMemory {
         effects: &mut EffectMemory,
         environment: &EnvironmentLight<'_>,
     ) -> Result<(), RenderError> {
-        let &Attempt { request: &Request { scene, options, .. }, view, ref crew, .. } = attempt;
+        let &Attempt { request: &Request { scene, options, .. }, view, ref pool, .. } = attempt;
         self.lights.list(scene, view);
-        effects.before(crew, scene, environment, options)?;
-        self.lights.find_shadows(crew, scene, effects.visibility(), options)?;
+        effects.before(pool, scene, environment, options)?;
+        self.lights.find_shadows(pool, scene, effects.occlusion(), options)?;
         let maps = effects.maps_of_ground().filter(|_| options.ground.is_seen());
-        self.ground.prepare(crew, scene, maps, (environment, &self.lights), options);
+        self.ground.prepare(pool, scene, maps, (environment, &self.lights), options);
         Ok(())
     }
 
@@ -67,11 +67,11 @@ impl FrameMemory {
     ) -> Result<Listed, LimitExceeded> {
         let (grid, drawn) = self.listed_grid(attempt);
         let Attempt {
-            request: &Request { scene, options, .. }, pattern, view, ref budget, ref mut crew, ..
+            request: &Request { scene, options, .. }, pattern, view, ref budget, ref mut pool, ..
         } = *attempt;
         let to = SetUp { grid: &grid, pattern, budget };
-        let chunks = self.geometry.set_up_triangles(crew, draws, &to, options);
-        self.splats.prepare(crew, scene, view, &grid, budget);
+        let chunks = self.geometry.set_up_triangles(pool, draws, &to, options);
+        self.splats.prepare(pool, scene, view, &grid, budget);
         budget.check()?;
         self.bins.build(grid.len(), self.geometry.chunks[..chunks].iter().map(|chunk| &chunk.bins));
         Ok(Listed { grid, drawn, chunks })

@@ -4,15 +4,14 @@
 //! index ranges, finite numbers, ids that exist), so that no later stage has to: the renderer cannot meet malformed
 //! input. World space is glTF's: right-handed, +Y up, metres; colours are linear Rec. 709 unless said otherwise.
 
-mod bands;
 mod bounds;
 mod camera;
-mod deferred;
 mod edit;
 mod environment;
 mod error;
 mod face_colors;
 mod framing;
+mod lazy;
 mod light;
 mod lobes;
 mod material;
@@ -24,18 +23,18 @@ mod paint;
 pub mod parameters;
 pub mod primitives;
 mod revision;
+mod row_bands;
 mod splats;
 mod texture;
 mod transform;
 mod transmission;
 
-pub use bands::BAND_SHIFT;
 pub use bounds::Bounds;
 pub use camera::{Camera, Projection};
-pub use deferred::{DeferredImage, ImageSource, settle};
 pub use environment::{Environment, EnvironmentSource, EquirectImage};
 pub use error::SceneError;
 pub use framing::{Axis, Crowd, Fit, Footing, Framing, Orientation};
+pub use lazy::{ImageSource, LazyImage, settle};
 pub use light::{AreaLightMethod, Light, LightKind};
 pub use lobes::{
     Anisotropy, CoatMedium, ColorParameter, Iridescence, Lobes, ReflectionOcclusion, ScalarParameter,
@@ -50,6 +49,7 @@ pub use model_options::{
 };
 pub use paint::{CoatSurface, Flakes};
 pub use revision::Revision;
+pub use row_bands::BAND_SHIFT;
 pub use splats::rotation_rows;
 pub use splats::{
     LEAST_SPLAT_OPACITY, MAX_SPLAT_SCALE, Splat, SplatCloud, SplatCloudBuilder, SplatColorSpace, SplatOrder,

@@ -1,7 +1,7 @@
 //! The splats of a picture: projected, sorted, and given to the tiles.
 
 use super::budget::FrameBudget;
-use super::crew::Crew;
+use super::timed_pool::TimedPool;
 use overcoat_core::built::Splats;
 use overcoat_scene::{Scene, SplatCloud, SplatColorSpace, SplatOrder};
 use overcoat_stages::geometry::View;
@@ -64,7 +64,7 @@ impl SplatMemory {
     /// picture.
     pub fn prepare(
         &mut self,
-        crew: &mut Crew<'_>,
+        pool: &mut TimedPool<'_>,
         scene: &Scene,
         view: &View,
         grid: &TileGrid,
@@ -87,7 +87,7 @@ impl SplatMemory {
             }
         }
         self.chunks.truncate(count);
-        crew.for_each_mut(&mut self.chunks, |_, chunk| {
+        pool.for_each_mut(&mut self.chunks, |_, chunk| {
             chunk.splats.clear();
             if budget.is_spent() {
                 return;
@@ -98,7 +98,7 @@ impl SplatMemory {
             chunk.splats.extend(chunk.range.clone().filter_map(|index| cloud.project(index)));
         });
         self.sort();
-        self.bin(crew, grid, budget);
+        self.bin(pool, grid, budget);
     }
 
     /// The splats of the scene and the view that were prepared last.
@@ -123,7 +123,7 @@ impl SplatMemory {
         sort_by_distance(&mut self.order, &mut self.spare);
     }
 
-    fn bin(&mut self, crew: &mut Crew<'_>, grid: &TileGrid, budget: &FrameBudget) {
+    fn bin(&mut self, pool: &mut TimedPool<'_>, grid: &TileGrid, budget: &FrameBudget) {
         let (chunks, order) = (&self.chunks, &self.order);
         self.bins.resize_with(order.len().div_ceil(SPLATS_PER_BIN), SplatBin::default);
         for (number, bin) in self.bins.iter_mut().enumerate() {
@@ -135,7 +135,7 @@ impl SplatMemory {
             let [left, top, right, bottom] = splat.pixel_box();
             [left / side, top / side, (right - 1) / side + 1, (bottom - 1) / side + 1]
         };
-        crew.for_each_mut(&mut self.bins, |_, bin| {
+        pool.for_each_mut(&mut self.bins, |_, bin| {
             let numbers = &order[bin.range.clone()];
             let splats = || numbers.iter().map(|&item| (item as u32, splat_of(chunks, item as u32)));
             let references = splats().map(|(_, splat)| {

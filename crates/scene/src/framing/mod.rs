@@ -156,7 +156,7 @@ const SOMETHING: f64 = 0.35;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Instance, Material, MeshData};
+    use crate::{Instance, Material, Mesh, MeshData, Transform};
 
     fn scene(positions: &[[f32; 3]], transform: Transform) -> Scene {
         let triangles = (0..positions.len().saturating_sub(2) as u32).map(|k| [k, k + 1, k + 2]).collect();
