@@ -12,7 +12,7 @@ use overcoat_stages::gbuffer::{
     Batch, Draw, Fragment, SourceTriangle, TriangleSource, extract_fragments, locate,
 };
 use overcoat_stages::geometry::{Chunk, ChunkJob, ScreenVertices, View, process_chunk, transform_vertices};
-use overcoat_stages::raster::{SamplePattern, TileOrigin, Triangle, Visibility};
+use overcoat_stages::raster::{SamplePattern, TileOrigin, Triangle, VisibilityBuffer};
 use overcoat_stages::tile::{TileBins, TileGrid};
 use std::hint::black_box;
 
@@ -48,7 +48,7 @@ fn facing() -> Camera {
     }
 }
 
-/// One frame's visibility of a mesh, as the renderer makes it, in one thread.
+/// One frame's visibility buffer of a mesh, as the renderer makes it, in one thread.
 struct Rasterizer {
     mesh: Mesh,
     grid: TileGrid,
@@ -56,7 +56,7 @@ struct Rasterizer {
     vertices: ScreenVertices,
     chunk: Chunk,
     bins: TileBins,
-    visibility: Visibility,
+    buffer: VisibilityBuffer,
 }
 
 impl Rasterizer {
@@ -71,7 +71,7 @@ impl Rasterizer {
             grid: TileGrid::new(size, size, 32),
             pattern: SamplePattern::new(samples).expect("a number of samples that exists"),
             bins: TileBins::default(),
-            visibility: Visibility::default(),
+            buffer: VisibilityBuffer::default(),
         }
     }
 
@@ -95,16 +95,16 @@ impl Rasterizer {
         let samples = self.pattern.len();
         for tile in 0..self.grid.len() {
             let [_, _, width, height] = self.grid.pixels(tile);
-            self.visibility.clear(width as usize, height as usize, samples);
+            self.buffer.clear(width as usize, height as usize, samples);
             for run in self.bins.runs(tile) {
                 for &t in self.chunk.bins.triangles(run) {
                     let (triangle, origin) = (&self.chunk.triangles[t as usize], self.grid.origin(tile));
-                    let (visibility, pattern) = (&mut self.visibility, &self.pattern);
-                    overcoat_core::dispatch!(level, l => visibility.draw(l, triangle, t, origin, pattern, None));
+                    let (buffer, pattern) = (&mut self.buffer, &self.pattern);
+                    overcoat_core::dispatch!(level, l => buffer.draw(l, triangle, t, origin, pattern, None));
                 }
             }
         }
-        black_box(&self.visibility);
+        black_box(&self.buffer);
     }
 }
 
@@ -137,7 +137,7 @@ impl TriangleSource for Single {
     }
 }
 
-/// From a tile's visibility to located fragments with normals and texture coordinates: elements are fragments.
+/// From a tile's visibility buffer to located fragments with normals and texture coordinates: elements are fragments.
 fn gbuffer(c: &mut Criterion) {
     let mut group = c.benchmark_group("G-buffer");
     let mesh = Mesh::new(sheet(1, 1)).expect("the sheet is valid");
@@ -155,9 +155,9 @@ fn gbuffer(c: &mut Criterion) {
     let corners = [(-9000, -9000, 1.0), (30_000, -9000, 1.1), (-9000, 30_000, 0.9)];
     let source = Single(Triangle::new(corners, [0, 1, 2], true).expect("it has an area"));
     let (origin, pattern) = (TileOrigin { x: 0, y: 0 }, SamplePattern::new(8).expect("8 samples exist"));
-    let mut visibility = Visibility::default();
-    visibility.clear(32, 32, 8);
-    overcoat_core::dispatch!(SimdLevel::best(), l => visibility.draw(l, &source.0, 0, origin, &pattern, None));
+    let mut buffer = VisibilityBuffer::default();
+    buffer.clear(32, 32, 8);
+    overcoat_core::dispatch!(SimdLevel::best(), l => buffer.draw(l, &source.0, 0, origin, &pattern, None));
     let mut fragments: Vec<Fragment> = Vec::new();
     let mut batch = Batch::default();
     group.throughput(Throughput::Elements(32 * 32));
@@ -166,7 +166,7 @@ fn gbuffer(c: &mut Criterion) {
             b.iter(|| {
                 fragments.clear();
                 overcoat_core::dispatch!(level, l => {
-                    extract_fragments(l, &visibility, 32, 32, 8, None::<(&Single, _, _)>, &mut fragments);
+                    extract_fragments(l, &buffer, 32, 32, 8, None::<(&Single, _, _)>, &mut fragments);
                 });
                 fragments.len()
             });

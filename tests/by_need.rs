@@ -264,8 +264,8 @@ fn pictures_are_those_of_textures_that_are_decoded_as_a_whole() {
     for (number, options) in options().into_iter().enumerate() {
         // As little as that is mostly decoded without asking.
         if number == 1 {
-            second.always_survey();
-            third.always_survey();
+            second.always_feedback();
+            third.always_feedback();
         }
         for (number, camera) in cameras(&whole).iter().enumerate() {
             let expected = first.render(&whole, camera, &options).unwrap();
@@ -332,7 +332,7 @@ fn outcome(bytes: &[u8], textures: TextureLoading) -> (String, Vec<String>) {
     let camera = Framing::automatic(&loaded.scene).camera(&loaded.scene);
     let options = sized(80, 60);
     let mut renderer = Renderer::new(2);
-    renderer.always_survey();
+    renderer.always_feedback();
     let drawn = renderer.render(&loaded.scene, &camera, &options).unwrap();
     let mut said: Vec<String> = loaded.warnings.iter().map(ToString::to_string).collect();
     said.extend(loaded.scene.texture_losses());
@@ -413,7 +413,7 @@ fn what_no_pixel_asks_for_is_not_decoded() {
     };
     let options = sized(40, 40);
     let mut renderer = Renderer::new(1);
-    renderer.always_survey();
+    renderer.always_feedback();
     renderer.render(scene, &toward(40.0), &options).unwrap();
     assert_eq!(scene.texture_losses(), [""; 0]);
     renderer.render(scene, &toward(0.0), &options).unwrap();

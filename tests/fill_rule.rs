@@ -6,7 +6,7 @@ use overcoat_core::math::lanes::SimdLevel;
 use overcoat_stages::geometry::{
     Chunk, ChunkJob, ScreenVertex, ScreenVertices, View, process_chunk, transform_vertices,
 };
-use overcoat_stages::raster::{SamplePattern, TileOrigin, Triangle, Visibility};
+use overcoat_stages::raster::{SamplePattern, TileOrigin, Triangle, VisibilityBuffer};
 use overcoat_stages::tile::TileGrid;
 
 /// A generator of small random numbers with a fixed seed.
@@ -36,14 +36,13 @@ fn count_in_tile(
 ) -> Vec<u32> {
     let pattern = SamplePattern::new(samples).unwrap();
     let mut counts = vec![0; side * side * samples as usize];
-    let mut visibility = Visibility::default();
+    let mut buffer = VisibilityBuffer::default();
     for triangle in triangles {
-        visibility.clear(side, side, samples as usize);
-        overcoat_core::dispatch!(level, l => visibility.draw(l, triangle, 0, origin, &pattern, None));
-        for block in 0..visibility.block_count() {
-            let (column, row) =
-                (block % visibility.block_columns() * 4, block / visibility.block_columns() * 4);
-            for (sample, seen) in visibility.block_triangles(block).iter().enumerate() {
+        buffer.clear(side, side, samples as usize);
+        overcoat_core::dispatch!(level, l => buffer.draw(l, triangle, 0, origin, &pattern, None));
+        for block in 0..buffer.block_count() {
+            let (column, row) = (block % buffer.block_columns() * 4, block / buffer.block_columns() * 4);
+            for (sample, seen) in buffer.block_triangles(block).iter().enumerate() {
                 for (k, &t) in seen.iter().enumerate() {
                     if t == 0 {
                         let pixel = (row + k / 4) * side + column + k % 4;

@@ -1,9 +1,10 @@
 //! The renderer: scene and options in, frame out. The only place that knows the order of the stages: those of a picture are in
-//! `picture.rs`, those of a tile in `tile_pass.rs`.
+//! `attempt.rs`, those of a tile in `tile_pass.rs`.
 //!
 //! **Memory.** Every list of a picture is kept for the next: a picture like the last one takes no new memory, see
 //! [`Renderer::recycle`].
 
+mod attempt;
 mod builder;
 mod environment;
 #[cfg(test)]
@@ -13,6 +14,7 @@ mod mirror_tests;
 mod passes;
 mod pick;
 mod picture;
+mod prepared;
 mod rendered;
 mod setup;
 mod textures;
@@ -37,7 +39,7 @@ use overcoat_core::frame::{DisplayImage, DisplayOptions, Frame, PixelFormat, Tar
 use overcoat_core::jobs::Jobs;
 use overcoat_scene::{Camera, Scene, ShadingModel};
 use overcoat_stages::light::PrefilteredEnvironment;
-use overcoat_tiles::crew::arithmetic_is_default;
+use overcoat_tiles::timed_pool::arithmetic_is_default;
 use picture::{Drawn, Memory, Request};
 use std::sync::Arc;
 
@@ -94,9 +96,9 @@ impl Renderer {
         self.memory.environments.given = environment;
     }
 
-    /// Surveys which textures pictures read whether it pays or not: for tests.
+    /// Runs a feedback pass for lazy textures whether it pays or not: for tests.
     #[doc(hidden)]
-    pub fn always_survey(&mut self) {
+    pub fn always_feedback(&mut self) {
         self.memory.textures.always = true;
     }
 

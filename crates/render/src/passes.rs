@@ -1,14 +1,14 @@
 //! The passes that the tiles of a frame take, in their order.
 
 use super::picture::Request;
-use super::tiles::{Found, TileMemory, count_tiles, render_tiles, survey_tiles};
+use super::tiles::{Found, TileMemory, count_tiles, feedback_tiles, render_tiles};
 use overcoat_core::frame::{Developer, Target, TargetWriter};
 use overcoat_core::limits::LimitExceeded;
 use overcoat_stages::shade::Effects;
-use overcoat_tiles::bands::Planes;
-use overcoat_tiles::crew::Crew;
 use overcoat_tiles::effects::EffectMemory;
 use overcoat_tiles::pass::{FrameContext, Pass, PassKind, Purpose, Wanted};
+use overcoat_tiles::strips::Planes;
+use overcoat_tiles::timed_pool::TimedPool;
 use overcoat_tiles::work::{Spent, Work};
 
 /// What is kept from one picture to the next.
@@ -21,19 +21,24 @@ pub(super) struct PassMemory {
 }
 
 impl PassMemory {
-    /// Asks for the textures that all tiles of a frame read.
-    pub(super) fn survey(&mut self, crew: &mut Crew<'_>, frame: &FrameContext<'_>, request: &Request<'_>) {
+    /// Runs the feedback pass: fragments of all tiles of a frame ask for the textures that they read.
+    pub(super) fn draw_feedback(
+        &mut self,
+        pool: &mut TimedPool<'_>,
+        frame: &FrameContext<'_>,
+        request: &Request<'_>,
+    ) {
         // The last pass has all surfaces. What it takes is counted by those that draw.
         let Some(&kind) = PassKind::of(frame.states).last() else { return };
         let work = &work_of(frame, request);
-        let pass = Pass { frame, kind, purpose: Purpose::Survey, effects: Effects::default(), work };
-        survey_tiles(crew, &pass, &mut self.tiles, request.options.simd);
+        let pass = Pass { frame, kind, purpose: Purpose::Feedback, effects: Effects::default(), work };
+        feedback_tiles(pool, &pass, &mut self.tiles, request.options.simd);
     }
 
     /// Draws all tiles of a frame: in one pass, or in one for each [`PassKind`] that it takes.
     pub(super) fn draw(
         &mut self,
-        crew: &mut Crew<'_>,
+        pool: &mut TimedPool<'_>,
         frame: &FrameContext<'_>,
         work: &Work<'_>,
         request: &Request<'_>,
@@ -77,9 +82,9 @@ impl PassMemory {
                 .as_mut()
                 .filter(|_| wanted.target.is_some())
                 .map(|(target, region)| (&mut **target, *region));
-            found = render_tiles(crew, &pass, &mut self.tiles, &mut planes, target, options.simd);
+            found = render_tiles(pool, &pass, &mut self.tiles, &mut planes, target, options.simd);
             found.fragments += fragments;
-            self.effects.after(kind, crew, &frame.grid, &planes.linear);
+            self.effects.after(kind, pool, &frame.grid, &planes.linear);
         }
         (planes, found)
     }

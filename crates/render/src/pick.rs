@@ -15,9 +15,9 @@ use overcoat_stages::light::Levels;
 use overcoat_stages::raster::{Disc, SUBPIXELS, SamplePattern, TileOrigin, Triangle};
 use overcoat_stages::shade::{ShadeContext, alpha_passes};
 use overcoat_stages::tile::{TileBins, TileGrid};
-use overcoat_tiles::crew::Crew;
 use overcoat_tiles::draws::{self, DrawState};
 use overcoat_tiles::options::RenderError;
+use overcoat_tiles::timed_pool::TimedPool;
 
 /// Least opacity of what is found: half a step of 8 bits.
 const LEAST_OPACITY: f32 = 0.5 / 255.0;
@@ -89,42 +89,42 @@ impl Memory {
         }
         let mut draws = emptied(std::mem::take(&mut self.draws));
         if self.last.as_ref().is_some_and(|last| last.serves(request, pixel)) {
-            self.geometry.states.clear();
-            draws::prepare(scene, &view, options.point_size, &mut self.geometry.states, &mut draws);
+            self.prepared.geometry.states.clear();
+            draws::prepare(scene, &view, options.point_size, &mut self.prepared.geometry.states, &mut draws);
         } else {
             self.last = None;
-            let mut crew = Crew::new(jobs);
-            self.geometry.place_vertices(&mut crew, scene, &view, options, &mut draws);
+            let mut pool = TimedPool::new(jobs);
+            self.prepared.geometry.place_vertices(&mut pool, scene, &view, options, &mut draws);
             // All of it, for whoever asks next.
             let grid = tile_grid(options, options.tile_size);
             let to = SetUp { grid: &grid, pattern: &pattern, budget: &budget };
-            let count = self.geometry.set_up_triangles(&mut crew, &draws, &to, options);
+            let count = self.prepared.geometry.set_up_triangles(&mut pool, &draws, &to, options);
             budget.check()?;
-            self.bins.build(grid.len(), self.geometry.chunks[..count].iter().map(|c| &c.bins));
+            self.prepared
+                .bins
+                .build(grid.len(), self.prepared.geometry.chunks[..count].iter().map(|c| &c.bins));
             self.last = Some(LastPicture::new(request, grid, count));
         }
-        let mut textures = std::mem::take(&mut self.textures);
-        textures.begin_picking(request);
+        self.textures.begin_picking(request);
         // Opacity does not ask for light.
         let dark = self.environments.get(&EnvironmentSource::None, Levels::NONE, jobs, options.simd);
         let environment = environment_light(scene, &dark);
         let found = self.last.as_ref().and_then(|last| {
             let kept = Kept {
-                chunks: &self.geometry.chunks[..last.count],
-                bins: &self.bins,
-                states: &self.geometry.states,
+                chunks: &self.prepared.geometry.chunks[..last.count],
+                bins: &self.prepared.bins,
+                states: &self.prepared.geometry.states,
                 draws: &draws,
                 grid: &last.grid,
                 view: &view,
                 pattern: &pattern,
             };
-            let shade =
-                shade_context(request, textures.of(scene), &view, &draws, &environment, &self.lights, 0);
+            let (textures, lights) = (self.textures.of(scene), &self.prepared.lights);
+            let shade = shade_context(request, textures, &view, &draws, &environment, lights, 0);
             kept.nearest(scene, &shade, pixel)
         });
         self.draws = emptied(draws);
-        textures.end();
-        self.textures = textures;
+        self.textures.end();
         self.pattern = Some(pattern);
         Ok(found)
     }

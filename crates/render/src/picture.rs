@@ -1,12 +1,13 @@
-//! One picture: the stages in their order.
+//! One picture: what is asked for, what is kept for the next, and attempts until one of them succeeds.
 
+use super::attempt::{Attempt, Stop};
 use super::environment::{EnvironmentCache, foreseen};
-use super::passes::{PassMemory, check_limits, work_of};
+use super::passes::PassMemory;
 use super::pick::LastPicture;
-use super::rendered::RenderStats;
-use super::setup::{GeometryMemory, SetUp, unknown_clouds};
+use super::prepared::FrameMemory;
+use super::rendered::{RenderStats, StageTimes};
+use super::setup::unknown_clouds;
 use super::textures::TextureMemory;
-use super::tiles::Found;
 use overcoat_core::built::{AreaLights, CarPaint, Environments, Shadows, Splats};
 use overcoat_core::dispatch_available;
 use overcoat_core::frame::{Clipping, Developer, DisplayImage, DisplayOptions, Frame, Target};
@@ -18,26 +19,18 @@ use overcoat_stages::gbuffer::Draw;
 use overcoat_stages::geometry::View;
 use overcoat_stages::light::{AreaLight, EnvironmentLight, PrefilteredEnvironment};
 use overcoat_stages::raster::SamplePattern;
-use overcoat_stages::shade::{ShadeContext, ShadingCost, ViewRays};
-use overcoat_stages::tile::{TileBins, TileGrid};
-use overcoat_tiles::bands::Planes;
+use overcoat_stages::shade::{ShadeContext, ViewRays};
+use overcoat_stages::tile::TileGrid;
 use overcoat_tiles::budget::FrameBudget;
 use overcoat_tiles::cancel::Cancellation;
-use overcoat_tiles::crew::{Crew, arithmetic_is_default};
-use overcoat_tiles::effects::EffectMemory;
-use overcoat_tiles::ground_light::GroundLight;
-use overcoat_tiles::ground_pixels::GroundView;
 use overcoat_tiles::lamps::LightMemory;
-use overcoat_tiles::mirror::{MirrorMemory, camera_of_mirror, options_of_mirror};
-use overcoat_tiles::options::{Background, RenderError, RenderOptions};
-use overcoat_tiles::pass::FrameContext;
-use overcoat_tiles::shading_rate::Finer;
-use overcoat_tiles::splats::SplatMemory;
+use overcoat_tiles::mirror::{camera_of_mirror, options_of_mirror};
+use overcoat_tiles::options::{RenderError, RenderOptions};
+use overcoat_tiles::strips::Planes;
 use overcoat_tiles::tile_pass::default_tile_size;
-use overcoat_tiles::trace::{self, StageHashes};
-use overcoat_tiles::work::{Spent, Work, WorkDone};
+use overcoat_tiles::timed_pool::{TimedPool, arithmetic_is_default};
+use overcoat_tiles::work::WorkDone;
 use std::borrow::Cow;
-use std::time::Duration;
 
 /// What is asked for.
 #[derive(Clone, Copy)]
@@ -67,37 +60,14 @@ pub(super) struct Drawn {
 pub(super) struct Memory {
     pub pattern: Option<SamplePattern>,
     pub environments: EnvironmentCache,
-    pub lights: LightMemory,
-    costs: Vec<ShadingCost>,
-    finer: Vec<Finer>,
     /// Empty between pictures.
     pub draws: Vec<Draw<'static>>,
-    pub geometry: GeometryMemory,
-    pub bins: TileBins,
+    pub prepared: FrameMemory,
     pub textures: TextureMemory,
-    splats: SplatMemory,
-    ground: GroundLight,
-    mirror: MirrorMemory,
     pub passes: PassMemory,
     pub work_done: WorkDone,
-    /// What [`Memory::geometry`] and [`Memory::bins`] are of, if they are whole.
+    /// The picture whose geometry and bins are in [`Memory::prepared`], if they are whole.
     pub last: Option<LastPicture>,
-}
-
-/// Outcome of an attempt at a picture.
-#[allow(
-    clippy::large_enum_variant,
-    reason = "there is one at a time, and a box would be an allocation for each picture"
-)]
-enum Attempt {
-    /// The picture.
-    Done(Drawn),
-    /// Some textures cannot be decoded: the scene without them, which is to be drawn.
-    LostTextures(Scene),
-    /// Levels of the environment were read that nobody foresaw: they are known now.
-    MoreLight,
-    /// A limit was passed with tiles of a size that was asked for: those of the default say which limit.
-    DefaultTiles,
 }
 
 impl Request<'_> {
@@ -128,11 +98,12 @@ impl Memory {
             let scene = without_lost.as_ref().unwrap_or(request.scene);
             let request = Request { scene, options: &options, ..*request };
             let target = target.as_mut().map(|(target, region)| (&mut **target, *region));
-            match self.attempt(&request, target)? {
-                Attempt::Done(drawn) => return Ok(drawn),
-                Attempt::LostTextures(rest) => without_lost = Some(rest),
-                Attempt::MoreLight => {}
-                Attempt::DefaultTiles => options.to_mut().tile_size = None,
+            match self.attempt(&request, target) {
+                Ok(drawn) => return Ok(drawn),
+                Err(Stop::Error(error)) => return Err(error),
+                Err(Stop::LostTextures(rest)) => without_lost = Some(rest),
+                Err(Stop::MoreLight) => {}
+                Err(Stop::DefaultTiles) => options.to_mut().tile_size = None,
             }
         }
     }
@@ -141,185 +112,29 @@ impl Memory {
     fn attempt(
         &mut self,
         request: &Request<'_>,
-        mut target: Option<(&mut Target<'_>, [u32; 4])>,
-    ) -> Result<Attempt, RenderError> {
-        let &Request { jobs, scene, options, .. } = request;
-        self.last = None;
+        target: Option<(&mut Target<'_>, [u32; 4])>,
+    ) -> Result<Drawn, Stop> {
         // Refuse what is out of range or too much, before anything is made.
-        let (pattern, view, mut budget) = self.check(request)?;
+        let (pattern, view, budget) = self.check(request)?;
         request.go_on()?;
         let mirrored = self.draw_mirrored(request)?;
         self.last = None;
-        let mut crew = Crew::new(jobs);
-
-        // Decode the textures that decide about what is seen, if they are decoded by need.
-        let mut textures = std::mem::take(&mut self.textures);
-        let mut unsurveyed = textures.begin(request);
-        if let Some(rest) = scene.without_lost_textures() {
-            return Ok(Attempt::LostTextures(rest));
-        }
-        let mut textures_time = crew.lap();
-
-        // Filter the environment, and find where the lights shine and what is in their way.
-        let levels = foreseen(scene, options);
-        let filtered = self.environments.get(&scene.environment().source, levels, jobs, options.simd);
-        let environment = environment_light(scene, &filtered);
-        self.prepare_lights(&crew, request, &view, &environment)?;
-        let environment_time = crew.lap();
-        request.go_on()?;
-
-        // Bring the vertices to the screen.
         let mut draws = emptied(std::mem::take(&mut self.draws));
-        self.geometry.place_vertices(&mut crew, scene, &view, options, &mut draws);
-        let vertices_time = crew.lap();
-
-        // Set up triangles and splats, and list them for the tiles.
-        let region = target.as_ref().map(|(_, region)| *region);
-        let (grid, drawn) = self.listed_grid(options, region, &mut budget);
-        let to = SetUp { grid: &grid, pattern: &pattern, budget: &budget };
-        let count = self.geometry.set_up_triangles(&mut crew, &draws, &to, options);
-        let splats = self.splats.prepare(&mut crew, scene, &view, &grid, &budget);
-        budget.check()?;
-        let GeometryMemory { states, vertices, chunks, .. } = &self.geometry;
-        let chunks = &chunks[..count];
-        self.bins.build(grid.len(), chunks.iter().map(|c| &c.bins));
-        let triangles_time = crew.lap();
-
-        let hashes = options.stage_hashes.then(|| {
-            let geometry = trace::geometry(vertices, chunks, states, &draws, splats.in_order());
-            let light = (&self.passes.effects, &self.lights, &self.ground);
-            let mirror = mirrored.as_ref().map(|_| &self.mirror);
-            hashes_before_tiles(request, StageHashes::before_tiles(scene, &filtered, geometry), light, mirror)
-        });
-
-        // Say what all tiles share.
-        let emitter_rays = self.passes.effects.emitter_rays();
-        let shade =
-            shade_context(request, scene.textures(), &view, &draws, &environment, &self.lights, emitter_rays);
-        self.costs.clear();
-        self.costs.extend(scene.materials().iter().map(|material| ShadingCost::of(material, &shade)));
-        Finer::list(scene.materials(), scene.textures(), options, &mut self.finer);
-        let show_environment = options.background == Background::Environment;
-        let mirror = mirrored.as_ref().map(|_| self.mirror.of(options.ground_reflection));
-        let ground = GroundView::new(&self.ground, options, &view, mirror);
-        let mut tiles_time = Duration::ZERO;
-        let (frame, work, planes, found) = loop {
-            let frame = FrameContext {
-                grid,
-                pattern: &pattern,
-                chunks,
-                bins: &self.bins,
-                states,
-                splats,
-                shade: ShadeContext { textures: textures.of(scene), ..shade },
-                costs: &self.costs,
-                reach: &self.lights.reach,
-                show_environment,
-                ground,
-                tints: !show_environment && states.iter().any(|state| state.transmissive),
-                merge: merge_cosine(options.merge_angle),
-                finer: &self.finer,
-                drawn,
-            };
-
-            // Decode the textures that it reads, if they are decoded by need.
-            if std::mem::take(&mut unsurveyed) {
-                self.passes.survey(&mut crew, &frame, request);
-                let survey_time = crew.lap();
-                textures.fetch(jobs, scene);
-                textures_time += crew.lap();
-                tiles_time += survey_time;
-                if let Some(rest) = scene.without_lost_textures() {
-                    return Ok(Attempt::LostTextures(rest));
-                }
-                continue;
-            }
-
-            // Draw the tiles; again if they read what is not there.
-            let work = work_of(&frame, request);
-            let reborrowed = target.as_mut().map(|(target, region)| (&mut **target, *region));
-            let (planes, found) = self.passes.draw(&mut crew, &frame, &work, request, reborrowed);
-            let dark = filtered.misses_any_of(filtered.lacking());
-            if !(textures.lacks() || dark) || work.is_stopped() {
-                break (frame, work, planes, found);
-            }
-            tiles_time += crew.lap();
-            self.passes.planes = planes;
-            if dark {
-                self.textures = textures;
-                return Ok(Attempt::MoreLight);
-            }
-            textures.fetch(jobs, scene);
-            textures_time += crew.lap();
-            if let Some(rest) = scene.without_lost_textures() {
-                return Ok(Attempt::LostTextures(rest));
-            }
+        let mut attempt = Attempt {
+            request,
+            pattern: &pattern,
+            view: &view,
+            region: target.as_ref().map(|(_, region)| *region),
+            budget,
+            pool: TimedPool::new(request.jobs),
+            times: StageTimes::default(),
+            mirrored: mirrored.as_ref(),
         };
-        self.work_done = work.done();
-        request.go_on()?;
-        if work.is_stopped() {
-            // Which limit is named must not depend on the tiles, nor on the threads: the first that one would pass is.
-            if grid.side() != budget.grid().side() {
-                return Ok(Attempt::DefaultTiles);
-            }
-            check_limits(&frame, request)?;
-        }
-        if !crew.arithmetic_is_default() {
-            return Err(RenderError::FloatingPointMode);
-        }
-
-        // Make the picture of their pixels.
-        let mut drawn = Drawn::new(planes, found.clipping, request);
-        tiles_time += crew.lap();
-        let times = [textures_time, environment_time, vertices_time, triangles_time, tiles_time];
-        drawn.stats = stats(scene, &frame, &work, &found, times, crew.parallel());
-        if let Some(mirrored) = &mirrored {
-            drawn.stats.add_cost(mirrored);
-        }
-        drawn.stats.stage_hashes =
-            hashes.zip(found.hashes).map(|(hashes, found)| hashes.finish(&found, &drawn.frame));
-        (drawn.frame.aovs, drawn.tinted) = (found.aovs, found.tinted);
+        let drawn = attempt.run(self, &mut draws, target);
         self.draws = emptied(draws);
-        textures.end();
-        self.textures = textures;
+        self.textures.end();
         self.pattern = Some(pattern);
-        self.last = Some(LastPicture::new(request, grid, count));
-        Ok(Attempt::Done(drawn))
-    }
-
-    /// Finds where the lights shine and what is in their way.
-    fn prepare_lights(
-        &mut self,
-        crew: &Crew<'_>,
-        request: &Request<'_>,
-        view: &View,
-        environment: &EnvironmentLight<'_>,
-    ) -> Result<(), RenderError> {
-        let &Request { scene, options, .. } = request;
-        self.lights.list(scene, view);
-        self.passes.effects.before(crew, scene, environment, options)?;
-        self.lights.find_shadows(crew, scene, self.passes.effects.visibility(), options)?;
-        let maps = self.passes.effects.maps_of_ground().filter(|_| options.ground.is_seen());
-        self.ground.prepare(crew, scene, maps, (environment, &self.lights), options);
-        Ok(())
-    }
-
-    /// The tiles for which triangles are listed, and columns and rows of those that are drawn: all, or where a region is.
-    fn listed_grid(
-        &self,
-        options: &RenderOptions,
-        region: Option<[u32; 4]>,
-        budget: &mut FrameBudget,
-    ) -> (TileGrid, [u32; 4]) {
-        let grid = tile_grid(options, options.tile_size);
-        let Some(region) = region else { return (grid, [0, 0, grid.columns(), grid.rows()]) };
-        let drawn = grid.tiles_of_pixels(region);
-        // Refracting surfaces may show any other part of the picture.
-        if self.geometry.states.iter().any(|state| state.refracts) {
-            return (grid, drawn);
-        }
-        budget.list_within(region);
-        (grid.listed_within(region), drawn)
+        drawn
     }
 
     /// Draws what the floor mirrors, if it mirrors anything. Returns what that took.
@@ -332,14 +147,15 @@ impl Memory {
         let drawn = self.draw(&Request { camera: &camera, options: &options, display: None, ..*request });
         self.swap_with_mirror();
         let Drawn { frame, stats, .. } = drawn?;
-        self.mirror.keep(frame);
+        self.prepared.mirror.keep(frame);
         Ok(Some(stats))
     }
 
     fn swap_with_mirror(&mut self) {
-        std::mem::swap(&mut self.passes.planes, &mut self.mirror.planes);
-        std::mem::swap(&mut self.ground, &mut self.mirror.light);
-        std::mem::swap(&mut self.textures.surveyed, &mut self.mirror.surveyed);
+        let FrameMemory { ground, mirror, .. } = &mut self.prepared;
+        std::mem::swap(&mut self.passes.planes, &mut mirror.planes);
+        std::mem::swap(ground, &mut mirror.light);
+        std::mem::swap(&mut self.textures.fed_back, &mut mirror.fed_back);
     }
 
     /// Holds options, camera, scene and threads against what is allowed. Returns the pattern of the samples, the view, and what
@@ -367,7 +183,7 @@ impl Memory {
 
 impl Drawn {
     /// Makes a frame of its planes, and a picture for a screen if one is asked for that must be metered first.
-    fn new(planes: Planes, clipping: Clipping, request: &Request<'_>) -> Self {
+    pub(super) fn new(planes: Planes, clipping: Clipping, request: &Request<'_>) -> Self {
         let &Request { options, display, .. } = request;
         let (width, height) = (options.width, options.height);
         let Planes { linear: pixels, transmittance, display: screen, .. } = planes;
@@ -462,63 +278,6 @@ pub(super) fn shade_context<'a>(
         emitter_rays,
         specular_antialiasing: options.specular_antialiasing,
     }
-}
-
-/// Adds what is prepared of the light, and what the floor shows of it, to the hashes of the stages before.
-fn hashes_before_tiles(
-    request: &Request<'_>,
-    mut hashes: StageHashes,
-    (effects, lights, ground): (&EffectMemory, &LightMemory, &GroundLight),
-    mirror: Option<&MirrorMemory>,
-) -> StageHashes {
-    let has_ground = request.options.ground.is_seen();
-    (hashes.depth_maps, hashes.hierarchy) = effects.hashes(has_ground);
-    let lamps = if has_ground { lights.shadows_of_ground() } else { lights.shadows() };
-    hashes.lamp_maps = lamps.map_or(0, |lamps| trace::lamp_maps(&lamps));
-    let light = has_ground.then(|| ground.texels());
-    hashes.ground = light.filter(|texels| !texels.is_empty()).map_or(0, trace::ground);
-    if let Some(mirror) = mirror {
-        hashes.ground = mirror.of(1.0).hashed_with(hashes.ground);
-    }
-    hashes
-}
-
-/// What a picture took: `times` of its stages, and how long it was in loops on all threads.
-fn stats(
-    scene: &Scene,
-    frame: &FrameContext<'_>,
-    work: &Work,
-    found: &Found,
-    times: [Duration; 5],
-    parallel: Duration,
-) -> RenderStats {
-    let [textures, environment, vertices, triangles, tiles] = times;
-    let chunks = frame.chunks.iter();
-    RenderStats {
-        triangles: scene.triangle_count(),
-        triangles_rasterized: chunks.map(|c| c.triangles.len() as u64 + u64::from(c.kept)).sum(),
-        splats: scene.splat_count(),
-        splats_drawn: frame.splats.count() as u64,
-        fragments: found.fragments,
-        shading: work.sum(Spent::Shading),
-        covered: found.covered,
-        stages: [
-            ("textures", textures),
-            ("environment", environment),
-            ("vertices", vertices),
-            ("triangles", triangles),
-            ("tiles", tiles),
-        ],
-        serial: times.iter().sum::<Duration>().saturating_sub(parallel),
-        stage_hashes: None,
-    }
-}
-
-/// The square of the cosine of an angle in degrees; `None` for 0.
-fn merge_cosine(degrees: f32) -> Option<f32> {
-    let (_, cosine) =
-        overcoat_core::math::double::sin_cos(f64::from(degrees) * (std::f64::consts::PI / 180.0));
-    (degrees > 0.0).then_some((cosine * cosine) as f32)
 }
 
 /// The view's rays, rounded once.

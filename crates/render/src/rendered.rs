@@ -96,3 +96,31 @@ impl RenderStats {
         &self.stages
     }
 }
+
+/// Wall time of each stage of a picture.
+#[derive(Clone, Copy, Default)]
+pub(super) struct StageTimes {
+    pub textures: Duration,
+    pub environment: Duration,
+    pub vertices: Duration,
+    pub triangles: Duration,
+    pub tiles: Duration,
+}
+
+impl StageTimes {
+    /// With their names, in the order of the stages.
+    pub(super) fn named(&self) -> [(&'static str, Duration); 5] {
+        [
+            ("textures", self.textures),
+            ("environment", self.environment),
+            ("vertices", self.vertices),
+            ("triangles", self.triangles),
+            ("tiles", self.tiles),
+        ]
+    }
+
+    /// Time of all stages.
+    pub(super) fn sum(&self) -> Duration {
+        self.named().iter().map(|(_, time)| *time).sum()
+    }
+}

@@ -11,9 +11,9 @@ use overcoat_stages::geometry::{
 use overcoat_stages::raster::SamplePattern;
 use overcoat_stages::tile::TileGrid;
 use overcoat_tiles::budget::FrameBudget;
-use overcoat_tiles::crew::Crew;
 use overcoat_tiles::draws::{self, DrawState};
 use overcoat_tiles::options::RenderOptions;
+use overcoat_tiles::timed_pool::TimedPool;
 
 /// Chunks that are kept after a picture that needs fewer: a quarter of a million triangles, some 25 MB.
 const SPARE_CHUNKS: usize = 64;
@@ -50,14 +50,14 @@ impl GeometryMemory {
     /// Prepares the draws of a scene, in a list that is empty, and brings all their vertices to the screen.
     pub(super) fn place_vertices<'a>(
         &mut self,
-        crew: &mut Crew<'_>,
+        pool: &mut TimedPool<'_>,
         scene: &'a Scene,
         view: &View,
         options: &RenderOptions,
         draws: &mut Vec<Draw<'a>>,
     ) {
         for mesh in unknown_clouds(scene) {
-            mesh.set_surfels(estimate_surfels(mesh, crew.jobs));
+            mesh.set_surfels(estimate_surfels(mesh, pool.jobs));
         }
         self.states.clear();
         let count = draws::prepare(scene, view, options.point_size, &mut self.states, draws);
@@ -73,7 +73,7 @@ impl GeometryMemory {
                 work.push(VertexJob { view: &state.view, positions, places: own_places, depths: own_depths });
             }
         }
-        crew.for_each_mut(&mut work, |_, VertexJob { view, positions, places, depths }| {
+        pool.for_each_mut(&mut work, |_, VertexJob { view, positions, places, depths }| {
             dispatch!(options.simd, l => transform_vertices(l, view, positions, places, depths));
         });
         self.vertex_jobs = emptied(work);
@@ -83,7 +83,7 @@ impl GeometryMemory {
     /// chunks. Once the budget is spent the rest is left out, and there will be no picture.
     pub(super) fn set_up_triangles(
         &mut self,
-        crew: &mut Crew<'_>,
+        pool: &mut TimedPool<'_>,
         draws: &[Draw<'_>],
         to: &SetUp<'_>,
         options: &RenderOptions,
@@ -91,7 +91,7 @@ impl GeometryMemory {
         let count = self.cut_into_chunks(draws);
         let &SetUp { grid, pattern, budget } = to;
         let (vertices, states) = (&self.vertices, &self.states);
-        crew.for_each_mut(&mut self.chunks[..count], |_, chunk| {
+        pool.for_each_mut(&mut self.chunks[..count], |_, chunk| {
             if budget.is_spent() {
                 return;
             }

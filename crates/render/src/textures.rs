@@ -1,14 +1,14 @@
-//! Textures whose images are decoded when a picture reads them: which of their rows are there, which it needs, and the loop
+//! Lazy textures, whose images are decoded when a picture reads them: which of their rows are there, which it needs, and the loop
 //! that draws it until none is lacking.
 //!
-//! What a picture reads is known once its fragments are: a run over all tiles finds these and asks for what they read without
-//! shading them ([`Purpose::Survey`](overcoat_tiles::pass::Purpose::Survey)). Reads that it does not foresee are asked for as well while
+//! What a picture reads is known once its fragments are: a feedback pass over all tiles finds these and asks for what they read without
+//! shading them ([`Purpose::Feedback`](overcoat_tiles::pass::Purpose::Feedback)). Reads that it does not foresee are asked for as well while
 //! tiles are drawn: then they are drawn again. The texels are those of the whole image, whatever was asked for
 //! before, so no picture shows the order in which things were found.
 
 use super::picture::Request;
 use overcoat_core::jobs::{Jobs, Scratch};
-use overcoat_scene::{AlphaMode, DeferredImage, Material, Revision, Scene, Texture};
+use overcoat_scene::{AlphaMode, LazyImage, Material, Revision, Scene, Texture};
 use std::sync::Arc;
 
 /// What is kept from one picture to the next.
@@ -18,18 +18,19 @@ pub(super) struct TextureMemory {
     pub resident: Vec<Texture>,
     /// Room for decoders.
     raw: Scratch<Vec<u8>>,
-    /// Surveys whether it pays or not.
+    /// A feedback pass is run whether it pays or not.
     pub always: bool,
-    /// The scene whose needs have been surveyed.
-    pub surveyed: Option<Revision>,
+    /// The scene that has had its feedback pass.
+    pub fed_back: Option<Revision>,
 }
 
 impl TextureMemory {
-    /// Starts a picture: brings what decides about visibility, and all of what rays may read. True if needs are to be surveyed.
+    /// Starts a picture: brings what decides about opacity, and all of what rays may read. True if a feedback pass
+    /// is to be run.
     pub(super) fn begin(&mut self, request: &Request<'_>) -> bool {
         let &Request { jobs, scene, options, .. } = request;
         self.resident.clear();
-        if !is_deferred(scene) {
+        if !is_lazy(scene) {
             return false;
         }
         let pixels = u64::from(options.width) * u64::from(options.height);
@@ -48,15 +49,14 @@ impl TextureMemory {
         if all {
             return false;
         }
-        let known = self.surveyed.replace(scene.revision());
-        known != Some(scene.revision())
+        self.fed_back != Some(scene.revision())
     }
 
     /// Brings what decides about opacity anywhere.
     pub(super) fn begin_picking(&mut self, request: &Request<'_>) {
         let &Request { jobs, scene, .. } = request;
         self.resident.clear();
-        if is_deferred(scene) {
+        if is_lazy(scene) {
             let clear = |material: &&Material| material.alpha_mode != AlphaMode::Opaque;
             scene.materials().iter().filter(clear).for_each(|material| want_alpha(scene, material));
             self.fetch(jobs, scene);
@@ -113,11 +113,11 @@ impl TextureMemory {
 }
 
 /// Whether some texture of a scene is decoded by need.
-fn is_deferred(scene: &Scene) -> bool {
+fn is_lazy(scene: &Scene) -> bool {
     scene.textures().iter().any(|texture| texture.form().is_some())
 }
 
-/// Texels of a pixel of the picture up to which images are decoded as a whole, without asking. A survey takes some 100 ns a pixel,
+/// Texels of a pixel of the picture up to which images are decoded as a whole, without asking. A feedback pass takes some 100 ns a pixel,
 /// decoding some 13 ns a texel (FlightHelmet at 256 x 256, one thread), and it saves a part of the texels alone: models with
 /// fewer lost up to a tenth of their time to it.
 const WORTH: u64 = 96;
@@ -125,7 +125,7 @@ const WORTH: u64 = 96;
 /// Texels of the images that are decoded by need.
 fn texels(scene: &Scene) -> u64 {
     // The textures of an image follow each other.
-    let mut last: Option<&Arc<DeferredImage>> = None;
+    let mut last: Option<&Arc<LazyImage>> = None;
     let mut sum = 0;
     for form in scene.textures().iter().filter_map(Texture::form) {
         if last.is_none_or(|last| !Arc::ptr_eq(last, form.image())) {

@@ -5,10 +5,10 @@ use overcoat_core::jobs::Scratch;
 use overcoat_core::math::lanes::SimdLevel;
 use overcoat_stages::tile::TileGrid;
 use overcoat_tiles::aov::TileAovs;
-use overcoat_tiles::bands::{Bands, Blank, Planes, TileRows};
-use overcoat_tiles::crew::Crew;
 use overcoat_tiles::pass::{Pass, Tile};
+use overcoat_tiles::strips::{Blank, Planes, Strips, TileRows};
 use overcoat_tiles::tile_pass::{TileCost, TileJob, TileScratch};
+use overcoat_tiles::timed_pool::TimedPool;
 use overcoat_tiles::trace::FragmentHashes;
 
 /// Working memory of all tiles, kept from frame to frame.
@@ -16,7 +16,7 @@ use overcoat_tiles::trace::FragmentHashes;
 pub(super) struct TileMemory {
     scratch: Scratch<TileScratch>,
     /// Empty between frames.
-    bands: Bands<'static>,
+    strips: Strips<'static>,
     /// Empty between frames.
     tiles: Vec<TileJob>,
     /// What each tile of the last pass took.
@@ -67,7 +67,7 @@ fn render_tile(
 
 /// Draws all tiles into the planes, in a pass that draws.
 pub(super) fn render_tiles(
-    crew: &mut Crew<'_>,
+    pool: &mut TimedPool<'_>,
     pass: &Pass<'_>,
     memory: &mut TileMemory,
     planes: &mut Planes,
@@ -76,8 +76,8 @@ pub(super) fn render_tiles(
 ) -> Found {
     let grid = &pass.frame.grid;
     let wanted = pass.wanted();
-    let has_maps = pass.effects.visibility.is_some();
-    let bands = Bands::of(planes, target, grid, &mut memory.bands);
+    let has_maps = pass.effects.occlusion.is_some();
+    let strips = Strips::of(planes, target, grid, &mut memory.strips);
     let mut tiles = std::mem::take(&mut memory.tiles);
     tiles.extend((0..grid.len()).map(|tile| {
         let [_, _, width, height] = grid.pixels(tile);
@@ -88,19 +88,19 @@ pub(super) fn render_tiles(
             ..TileJob::default()
         }
     }));
-    crew.for_each_with_scratch(&mut memory.scratch, &mut tiles, |scratch, tile, job| {
+    pool.for_each_with_scratch(&mut memory.scratch, &mut tiles, |scratch, tile, job| {
         if !pass.draws(tile) {
             job.cost = TileCost::default();
             return;
         }
         let mut rows = std::mem::take(&mut scratch.rows).emptied();
-        bands.take(grid, tile, &mut rows);
+        strips.take(grid, tile, &mut rows);
         let tile = &pass.tile(tile);
         render_tile(simd, pass, tile, scratch, &mut rows, job);
         scratch.rows = rows.emptied();
     });
     TileScratch::level(&mut memory.scratch);
-    memory.bands = bands.emptied();
+    memory.strips = strips.emptied();
     planes.blank = Blank::default();
     memory.costs.clear();
     memory.costs.extend(tiles.iter().map(|t| t.cost));
@@ -121,11 +121,16 @@ pub(super) fn render_tiles(
     found
 }
 
-/// Asks for the textures that the fragments of all tiles read.
-pub(super) fn survey_tiles(crew: &mut Crew<'_>, pass: &Pass<'_>, memory: &mut TileMemory, simd: SimdLevel) {
+/// The feedback pass over all tiles: asks for the textures that their fragments read.
+pub(super) fn feedback_tiles(
+    pool: &mut TimedPool<'_>,
+    pass: &Pass<'_>,
+    memory: &mut TileMemory,
+    simd: SimdLevel,
+) {
     let mut tiles = std::mem::take(&mut memory.tiles);
     tiles.extend((0..pass.frame.grid.len()).map(|_| TileJob::default()));
-    crew.for_each_with_scratch(&mut memory.scratch, &mut tiles, |scratch, tile, job| {
+    pool.for_each_with_scratch(&mut memory.scratch, &mut tiles, |scratch, tile, job| {
         if pass.draws(tile) {
             let (tile, rows) = (&pass.tile(tile), &mut TileRows::default());
             render_tile(simd, pass, tile, scratch, rows, job);

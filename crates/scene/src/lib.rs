@@ -4,19 +4,14 @@
 //! index ranges, finite numbers, ids that exist), so that no later stage has to: the renderer cannot meet malformed
 //! input. World space is glTF's: right-handed, +Y up, metres; colours are linear Rec. 709 unless said otherwise.
 
-mod bands;
+mod bounds;
 mod camera;
-mod crowd;
-mod deferred;
 mod edit;
 mod environment;
 mod error;
-mod extent;
 mod face_colors;
-mod facing;
-mod footing;
 mod framing;
-mod front;
+mod lazy;
 mod light;
 mod lobes;
 mod material;
@@ -24,26 +19,22 @@ mod mesh;
 mod mipmap;
 mod model;
 mod model_options;
-mod orientation;
-mod origin;
 mod paint;
 pub mod parameters;
 pub mod primitives;
 mod revision;
-mod seen;
+mod row_bands;
 mod splats;
 mod texture;
 mod transform;
 mod transmission;
 
-pub use bands::BAND_SHIFT;
+pub use bounds::Bounds;
 pub use camera::{Camera, Projection};
-pub use crowd::Crowd;
-pub use deferred::{DeferredImage, ImageSource, settle};
 pub use environment::{Environment, EnvironmentSource, EquirectImage};
 pub use error::SceneError;
-pub use footing::Footing;
-pub use framing::{Bounds, Fit, Framing};
+pub use framing::{Axis, Crowd, Fit, Footing, Framing, Orientation};
+pub use lazy::{ImageSource, LazyImage, settle};
 pub use light::{AreaLightMethod, Light, LightKind};
 pub use lobes::{
     Anisotropy, CoatMedium, ColorParameter, Iridescence, Lobes, ReflectionOcclusion, ScalarParameter,
@@ -56,9 +47,9 @@ pub use model_options::{
     BabylonOptions, DualNormalFix, Filament2018Options, FilamentOptions, GltfOptions, ModelOptions,
     OcclusionCone, OpenPbrOptions, SpecularOcclusionMethod, StackLitOptions, ThreeOptions,
 };
-pub use orientation::{Axis, Orientation};
 pub use paint::{CoatSurface, Flakes};
 pub use revision::Revision;
+pub use row_bands::BAND_SHIFT;
 pub use splats::rotation_rows;
 pub use splats::{
     LEAST_SPLAT_OPACITY, MAX_SPLAT_SCALE, Splat, SplatCloud, SplatCloudBuilder, SplatColorSpace, SplatOrder,
@@ -305,10 +296,10 @@ impl Scene {
             instance.transform = instance.transform.upright(up);
         }
         for light in &mut self.lights {
-            *light = orientation::upright_light(light, up);
+            *light = framing::orientation::upright_light(light, up);
         }
         for camera in &mut self.cameras {
-            *camera = orientation::upright_camera(camera, up);
+            *camera = framing::orientation::upright_camera(camera, up);
         }
     }
 

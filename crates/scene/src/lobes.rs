@@ -6,6 +6,24 @@ use super::material::{NormalTexture, TextureRef};
 use super::paint::{CoatSurface, Flakes};
 use super::transmission::Transmission;
 
+/// Declares a group: of each parameter its type, and its default, which together are "none of it".
+macro_rules! group {
+    ($(#[$doc:meta])* $name:ident { $($(#[$field_doc:meta])* $field:ident: $type:ty = $default:expr,)* }) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub struct $name {
+            $($(#[$field_doc])* pub $field: $type,)*
+        }
+
+        impl Default for $name {
+            fn default() -> Self {
+                Self { $($field: $default,)* }
+            }
+        }
+    };
+}
+pub(super) use group;
+
 /// A number, and a channel of a texture that multiplies it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ScalarParameter {
@@ -58,142 +76,89 @@ pub struct Anisotropy {
     pub texture: Option<TextureRef>,
 }
 
-/// A thin film: KHR_materials_iridescence.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Iridescence {
-    /// 0 none to 1 full; the texture's red by glTF.
-    pub mask: ScalarParameter,
-    /// Index of refraction of the film, 1 to 5. HDRP ties it to the thickness and does not read it.
-    pub ior: f32,
-    /// Thickness in nanometres where the texture is 0 and where it is 1 (or there is none). HDRP takes 3000 nm as 1.
-    pub thickness: [f32; 2],
-    /// Linear data, thickness in green.
-    pub thickness_texture: Option<TextureRef>,
-    /// StackLit under a coat: how much of the film's total reflection of light on its way out is made up for, 0 to 1
-    /// (`_IridescenceCoatFixupTIR`).
-    pub coat_fixup_tir: f32,
-    /// How far that may go, 0 to 1 (`_IridescenceCoatFixupTIRClamp`).
-    pub coat_fixup_tir_clamp: f32,
-}
-
-impl Default for Iridescence {
-    fn default() -> Self {
-        Self {
-            mask: ScalarParameter::default(),
-            ior: 1.3,
-            thickness: [100.0, 400.0],
-            thickness_texture: None,
-            coat_fixup_tir: 0.0,
-            coat_fixup_tir_clamp: 0.0,
-        }
+group! {
+    /// A thin film: KHR_materials_iridescence.
+    Iridescence {
+        /// 0 none to 1 full; the texture's red by glTF.
+        mask: ScalarParameter = ScalarParameter::default(),
+        /// Index of refraction of the film, 1 to 5. HDRP ties it to the thickness and does not read it.
+        ior: f32 = 1.3,
+        /// Thickness in nanometres where the texture is 0 and where it is 1 (or there is none). HDRP takes 3000 nm as 1.
+        thickness: [f32; 2] = [100.0, 400.0],
+        /// Linear data, thickness in green.
+        thickness_texture: Option<TextureRef> = None,
+        /// StackLit under a coat: how much of the film's total reflection of light on its way out is made up for, 0 to 1
+        /// (`_IridescenceCoatFixupTIR`).
+        coat_fixup_tir: f32 = 0.0,
+        /// How far that may go, 0 to 1 (`_IridescenceCoatFixupTIRClamp`).
+        coat_fixup_tir_clamp: f32 = 0.0,
     }
 }
 
-/// What the coat is made of. glTF's coat has index 1.5 and no colour.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CoatMedium {
-    /// Index of refraction, 1 to 3. HDRP Lit, URP, Filament, three.js and glTF have 1.5 whatever is written here.
-    pub ior: f32,
-    /// Thickness in units of length, 0 or more (StackLit, Babylon.js).
-    pub thickness: ScalarParameter,
-    /// Extinction of red, green and blue per unit of length, 0 or more (StackLit, Babylon.js).
-    pub extinction: [f32; 3],
-    /// What a coat looked at from above lets through, 0 to 1 (OpenPBR, Babylon.js).
-    pub color: ColorParameter,
-    /// How much of the darkening by inner reflection is applied, 0 to 1 (OpenPBR).
-    pub darkening: f32,
-    /// As [`Anisotropy::strength`], of the coat, 0 to 1 (OpenPBR).
-    pub anisotropy: f32,
-}
-
-impl Default for CoatMedium {
-    fn default() -> Self {
-        Self {
-            ior: 1.5,
-            thickness: ScalarParameter::default(),
-            extinction: [1.0; 3],
-            color: ColorParameter::from([1.0; 3]),
-            darkening: 1.0,
-            anisotropy: 0.0,
-        }
+group! {
+    /// What the coat is made of. glTF's coat has index 1.5 and no colour.
+    CoatMedium {
+        /// Index of refraction, 1 to 3. HDRP Lit, URP, Filament, three.js and glTF have 1.5 whatever is written here.
+        ior: f32 = 1.5,
+        /// Thickness in units of length, 0 or more (StackLit, Babylon.js).
+        thickness: ScalarParameter = ScalarParameter::default(),
+        /// Extinction of red, green and blue per unit of length, 0 or more (StackLit, Babylon.js).
+        extinction: [f32; 3] = [1.0; 3],
+        /// What a coat looked at from above lets through, 0 to 1 (OpenPBR, Babylon.js).
+        color: ColorParameter = ColorParameter::from([1.0; 3]),
+        /// How much of the darkening by inner reflection is applied, 0 to 1 (OpenPBR).
+        darkening: f32 = 1.0,
+        /// As [`Anisotropy::strength`], of the coat, 0 to 1 (OpenPBR).
+        anisotropy: f32 = 0.0,
     }
 }
 
-/// StackLit's second lobe of the base, given directly or as haze around the first.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SecondLobe {
-    /// Perceptual roughness of lobe B, 0 to 1.
-    pub roughness: ScalarParameter,
-    /// As [`Anisotropy::strength`], of lobe B, -1 to 1.
-    pub anisotropy: f32,
-    /// Share of lobe B, 0 to 1.
-    pub mix: ScalarParameter,
-    /// How hazy, 0 to 1: with haze, roughness, anisotropy and mix of lobe B follow from it.
-    pub haziness: ScalarParameter,
-    /// How far haze extends, 0 or more.
-    pub haze_extent: f32,
-    /// Most F0 that haze may give a dielectric, 0 to 1.
-    pub haze_max_dielectric_f0: f32,
-}
-
-impl Default for SecondLobe {
-    /// No second lobe and no haze; the rest as in Unity's shader graph.
-    fn default() -> Self {
-        Self {
-            roughness: ScalarParameter::from(0.5),
-            anisotropy: 0.0,
-            mix: ScalarParameter::default(),
-            haziness: ScalarParameter::default(),
-            haze_extent: 3.0,
-            haze_max_dielectric_f0: 0.25,
-        }
+group! {
+    /// StackLit's second lobe of the base, given directly or as haze around the first. The default is none and no haze, the rest as
+    /// in Unity's shader graph.
+    SecondLobe {
+        /// Perceptual roughness of lobe B, 0 to 1.
+        roughness: ScalarParameter = ScalarParameter::from(0.5),
+        /// As [`Anisotropy::strength`], of lobe B, -1 to 1.
+        anisotropy: f32 = 0.0,
+        /// Share of lobe B, 0 to 1.
+        mix: ScalarParameter = ScalarParameter::default(),
+        /// How hazy, 0 to 1: with haze, roughness, anisotropy and mix of lobe B follow from it.
+        haziness: ScalarParameter = ScalarParameter::default(),
+        /// How far haze extends, 0 or more.
+        haze_extent: f32 = 3.0,
+        /// Most F0 that haze may give a dielectric, 0 to 1.
+        haze_max_dielectric_f0: f32 = 0.25,
     }
 }
 
-/// Light in and through the base: HDRP's diffusion profile as StackLit reads it. Light is not spread over the surface;
-/// what remains is the profile's F0, its texturing mode and transmission.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Subsurface {
-    /// 0 none to 1 full.
-    pub mask: ScalarParameter,
-    /// Colour of the scattering distance: the larger, the farther red, green and blue go (mm).
-    pub scattering_distance: [f32; 3],
-    /// Colour of transmitted light, 0 to 1; black transmits nothing.
-    pub transmission: [f32; 3],
-    /// Thickness in millimetres that light crosses, 0 or more.
-    pub thickness: ScalarParameter,
-    /// Index of refraction of the profile, 1 to 2.
-    pub ior: f32,
-    /// Albedo is applied after scattering only, instead of half before and half after.
-    pub post_scatter: bool,
-}
-
-impl Default for Subsurface {
-    fn default() -> Self {
-        Self {
-            mask: ScalarParameter::default(),
-            scattering_distance: [1.0, 0.4, 0.25],
-            transmission: [0.0; 3],
-            thickness: ScalarParameter::from(1.0),
-            ior: 1.4,
-            post_scatter: false,
-        }
+group! {
+    /// Light in and through the base: HDRP's diffusion profile as StackLit reads it. Light is not spread over the surface;
+    /// what remains is the profile's F0, its texturing mode and transmission.
+    Subsurface {
+        /// 0 none to 1 full.
+        mask: ScalarParameter = ScalarParameter::default(),
+        /// Colour of the scattering distance: the larger, the farther red, green and blue go (mm).
+        scattering_distance: [f32; 3] = [1.0, 0.4, 0.25],
+        /// Colour of transmitted light, 0 to 1; black transmits nothing.
+        transmission: [f32; 3] = [0.0; 3],
+        /// Thickness in millimetres that light crosses, 0 or more.
+        thickness: ScalarParameter = ScalarParameter::from(1.0),
+        /// Index of refraction of the profile, 1 to 2.
+        ior: f32 = 1.4,
+        /// Albedo is applied after scattering only, instead of half before and half after.
+        post_scatter: bool = false,
     }
 }
 
-/// What a material knows of the occlusion of its reflections beyond ambient occlusion. Which of it is read, if any, is
-/// decided by [`super::StackLitOptions::specular_occlusion`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ReflectionOcclusion {
-    /// Visibility of reflections, 0 none to 1 all, for [`super::SpecularOcclusionMethod::Custom`].
-    pub specular: ScalarParameter,
-    /// Tangent-space mean of the directions that are not occluded, for the cones; the base's normal if `None`.
-    pub bent_normal: Option<NormalTexture>,
-}
-
-impl Default for ReflectionOcclusion {
-    fn default() -> Self {
-        Self { specular: ScalarParameter::from(1.0), bent_normal: None }
+group! {
+    /// What a material knows of the occlusion of its reflections beyond ambient occlusion. Which of it is read, if any, is
+    /// decided by [`super::StackLitOptions::specular_occlusion`].
+    ReflectionOcclusion {
+        /// Visibility of reflections, 0 none to 1 all, for [`super::SpecularOcclusionMethod::Custom`].
+        specular: ScalarParameter = ScalarParameter::from(1.0),
+        /// Tangent-space mean of the directions that are not occluded, for the cones; the base's normal if `None`.
+        bent_normal: Option<NormalTexture> = None,
     }
 }
 

@@ -1,7 +1,8 @@
 //! Meshes of triangles, lines or points.
 
 use super::error::{finite, within};
-use super::{Bounds, MAX_COORDINATE, SceneError, extent, seen};
+use super::framing::{extent, seen};
+use super::{Bounds, MAX_COORDINATE, SceneError};
 use std::sync::{Arc, OnceLock};
 
 /// What a mesh is made of.

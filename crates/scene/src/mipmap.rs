@@ -9,7 +9,7 @@
 //! the next. Levels are stored in 8 bits a channel but never made from rounded texels, so that errors do not grow
 //! from level to level.
 
-use super::bands::Bands;
+use super::row_bands::RowBands;
 use super::{AlphaUse, ColorSpace, Image, LevelLayout};
 use overcoat_core::color::srgb::{SRGB8_TO_LINEAR, linear_to_srgb8};
 
@@ -57,7 +57,7 @@ pub(super) fn layout(width: u32, height: u32) -> impl Iterator<Item = LevelLayou
 
 /// Rows of all levels that are made while the rows of an image come in.
 pub struct Chain {
-    bands: Bands,
+    bands: RowBands,
     /// Rows of the image that came in.
     row: u32,
     /// How many rows decide.
@@ -72,7 +72,7 @@ pub struct Chain {
 impl Chain {
     /// Of an image with these levels, of which those rows are kept that are in `bands`. `alpha` is no mask: those ask for the
     /// whole image.
-    pub fn new(levels: &[LevelLayout], bands: Bands, color_space: ColorSpace, alpha: AlphaUse) -> Self {
+    pub fn new(levels: &[LevelLayout], bands: RowBands, color_space: ColorSpace, alpha: AlphaUse) -> Self {
         let size = levels.first().map(|image| image.width as usize * image.height as usize);
         fn of<M: Meaning + 'static>(levels: &[LevelLayout]) -> Box<dyn Rows> {
             let Some((image, levels)) = levels.split_first() else { return Box::new(()) };
@@ -126,7 +126,7 @@ impl Chain {
 
 /// What a [`Chain`] made.
 pub struct Made {
-    pub bands: Bands,
+    pub bands: RowBands,
     /// Of the bands; if those are all, of the levels below the image.
     pub texels: Vec<[u8; 4]>,
     /// The texels of the image, if all bands were kept.
@@ -145,7 +145,7 @@ impl Rows for () {
 
 /// What is kept of levels: all of them, or some bands.
 struct Kept<'a> {
-    bands: Option<&'a Bands>,
+    bands: Option<&'a RowBands>,
     texels: &'a mut [[u8; 4]],
 }
 

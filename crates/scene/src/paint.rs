@@ -8,6 +8,7 @@
 //! base as it is, the flakes, and both beneath what scratches have left of the coat.
 
 use super::Material;
+use super::lobes::group;
 
 impl Material {
     /// Whether there are flakes in the base.
@@ -31,30 +32,33 @@ impl Material {
     }
 }
 
-/// Flakes of metal or coated mica in the base.
-///
-/// Each flake is a metal mirror, a little rough, that lies at an angle of its own. Where pixels are smaller than flakes each is
-/// seen; where they are larger a pixel shows the mean of its flakes, which is the nearer to that of all of them the more they
-/// are: a rough metal.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Flakes {
-    /// Share of the base that they cover, 0 none to 1 all.
-    pub share: f32,
-    /// Reflectance at normal incidence, linear, 0 to 1. Of what carries a film: that of what is beneath the film.
-    pub color: [f32; 3],
-    /// Their diameter in metres, [`Flakes::LEAST_SIZE`] or more.
-    pub size: f32,
-    /// How far they lie from flat, 0 (all of them flat) to 1: the perceptual roughness of the GGX surface that perfectly smooth
-    /// ones make together.
-    pub spread: f32,
-    /// Perceptual roughness of each flake, 0 to 1.
-    pub roughness: f32,
-    /// Thickness in nanometres of a film on them whose colour depends on the angle (pearl); 0 is none.
-    pub film_thickness: f32,
-    /// Index of refraction of the film, 1.5 or more: that of the paint around it is 1.5. Titania has about 2.5, iron oxide 2.9.
-    pub film_ior: f32,
-    /// How much of what a flake does not reflect reaches the base beneath, 0 none (metal) to 1 all (mica).
-    pub transparency: f32,
+group! {
+    /// Flakes of metal or coated mica in the base.
+    ///
+    /// Each flake is a metal mirror, a little rough, that lies at an angle of its own. Where pixels are smaller than flakes each is
+    /// seen; where they are larger a pixel shows the mean of its flakes, which is the nearer to that of all of them the more they
+    /// are: a rough metal.
+    ///
+    /// The default is none; if there were some, of aluminium, a third of a millimetre wide.
+    Flakes {
+        /// Share of the base that they cover, 0 none to 1 all.
+        share: f32 = 0.0,
+        /// Reflectance at normal incidence, linear, 0 to 1. Of what carries a film: that of what is beneath the film.
+        color: [f32; 3] = [0.91, 0.92, 0.92],
+        /// Their diameter in metres, [`Flakes::LEAST_SIZE`] or more.
+        size: f32 = 0.000_3,
+        /// How far they lie from flat, 0 (all of them flat) to 1: the perceptual roughness of the GGX surface that perfectly smooth
+        /// ones make together.
+        spread: f32 = 0.5,
+        /// Perceptual roughness of each flake, 0 to 1.
+        roughness: f32 = 0.2,
+        /// Thickness in nanometres of a film on them whose colour depends on the angle (pearl); 0 is none.
+        film_thickness: f32 = 0.0,
+        /// Index of refraction of the film, 1.5 or more: that of the paint around it is 1.5. Titania has about 2.5, iron oxide 2.9.
+        film_ior: f32 = 2.5,
+        /// How much of what a flake does not reflect reaches the base beneath, 0 none (metal) to 1 all (mica).
+        transparency: f32 = 0.0,
+    }
 }
 
 impl Flakes {
@@ -62,38 +66,16 @@ impl Flakes {
     pub const LEAST_SIZE: f32 = 1e-6;
 }
 
-impl Default for Flakes {
-    /// None; if there were some, of aluminium, a third of a millimetre wide.
-    fn default() -> Self {
-        Self {
-            share: 0.0,
-            color: [0.91, 0.92, 0.92],
-            size: 0.000_3,
-            spread: 0.5,
-            roughness: 0.2,
-            film_thickness: 0.0,
-            film_ior: 2.5,
-            transparency: 0.0,
-        }
-    }
-}
-
-/// What a coat's own surface is like where it is no perfect mirror.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CoatSurface {
-    /// Orange peel: the root mean square of the slopes of its waves along each axis, 0 none to 1. Good paintwork has .005, bad .03.
-    pub peel: f32,
-    /// Length of these waves in metres, [`Flakes::LEAST_SIZE`] or more. Of cars the eye sees those of 1 to 10 millimetres.
-    pub peel_size: f32,
-    /// Scratches and swirl marks: share of the coat that they cover, 0 none to 1.
-    pub scratches: f32,
-    /// Length of a scratch in metres, [`Flakes::LEAST_SIZE`] or more.
-    pub scratch_length: f32,
-}
-
-impl Default for CoatSurface {
-    /// A perfect mirror.
-    fn default() -> Self {
-        Self { peel: 0.0, peel_size: 0.005, scratches: 0.0, scratch_length: 0.03 }
+group! {
+    /// What a coat's own surface is like where it is no perfect mirror, which the default is.
+    CoatSurface {
+        /// Orange peel: the root mean square of the slopes of its waves along each axis, 0 none to 1. Good paintwork has .005, bad .03.
+        peel: f32 = 0.0,
+        /// Length of these waves in metres, [`Flakes::LEAST_SIZE`] or more. Of cars the eye sees those of 1 to 10 millimetres.
+        peel_size: f32 = 0.005,
+        /// Scratches and swirl marks: share of the coat that they cover, 0 none to 1.
+        scratches: f32 = 0.0,
+        /// Length of a scratch in metres, [`Flakes::LEAST_SIZE`] or more.
+        scratch_length: f32 = 0.03,
     }
 }

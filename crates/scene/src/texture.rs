@@ -1,8 +1,8 @@
 //! Images and the textures made of them.
 
-use super::bands::Bands;
-use super::deferred::{DeferredImage, Form};
+use super::lazy::{Form, LazyImage};
 use super::mipmap::{Chain, Made};
+use super::row_bands::RowBands;
 use super::{SceneError, mipmap};
 use std::sync::Arc;
 
@@ -186,7 +186,7 @@ pub struct Texture {
     /// Size of level 0.
     size: [u32; 2],
     /// Which rows are there, if not all are: in `reduced`, those of level 0 too.
-    bands: Option<Arc<Bands>>,
+    bands: Option<Arc<RowBands>>,
     /// Alpha is 1 everywhere.
     is_opaque: bool,
     /// Alpha is 1 less the standard deviation of normals.
@@ -194,7 +194,7 @@ pub struct Texture {
     color_space: ColorSpace,
     sampler: Sampler,
     /// Where levels come from that are not there.
-    deferred: Option<Form>,
+    lazy: Option<Form>,
 }
 
 impl Texture {
@@ -224,17 +224,17 @@ impl Texture {
             has_variance,
             color_space,
             sampler,
-            deferred: None,
+            lazy: None,
         }
     }
 
     /// A texture without texels, of an image that is decoded when they are asked for.
-    pub fn deferred(image: &Arc<DeferredImage>, form: usize) -> Option<Self> {
-        let deferred = Form::new(image, form)?;
-        let (color_space, sampler) = (deferred.color_space(), deferred.sampler());
+    pub fn lazy(image: &Arc<LazyImage>, form: usize) -> Option<Self> {
+        let lazy = Form::new(image, form)?;
+        let (color_space, sampler) = (lazy.color_space(), lazy.sampler());
         let size = image.size();
         let layout = full_layout(size, &sampler);
-        let bands = Bands::new(deferred.band_layout(), Vec::new());
+        let bands = RowBands::new(lazy.band_layout(), Vec::new());
         // What is read of it before it is there is white, and not shown.
         Some(Self {
             image: Arc::new(Image::white()),
@@ -246,7 +246,7 @@ impl Texture {
             has_variance: false,
             color_space,
             sampler,
-            deferred: Some(deferred),
+            lazy: Some(lazy),
         })
     }
 
@@ -260,8 +260,8 @@ impl Texture {
             // As if it had been made of the image: nothing looks for rows any more.
             let [width, height] = self.size;
             let image = Arc::new(Image { width, height, texels });
-            let (bands, deferred) = (None, None);
-            return Self { image, reduced, bands, deferred, is_opaque, has_variance, ..self.clone() };
+            let (bands, lazy) = (None, None);
+            return Self { image, reduced, bands, lazy, is_opaque, has_variance, ..self.clone() };
         }
         let bands = Some(Arc::new(bands));
         Self { reduced, bands, is_opaque, has_variance, ..self.clone() }
@@ -301,24 +301,24 @@ impl Texture {
     }
     /// All of it: of a texture whose image has not been decoded so far, that is done now. Of one that cannot be, a white texel.
     pub(crate) fn whole(&self) -> &Self {
-        self.deferred.as_ref().map_or(self, |form| form.whole(self))
+        self.lazy.as_ref().map_or(self, |form| form.whole(self))
     }
     /// Where levels come from that are not there.
     pub fn form(&self) -> Option<&Form> {
-        self.deferred.as_ref()
+        self.lazy.as_ref()
     }
     /// What is there of it now, to be read for a picture.
     pub fn resident(&self) -> Self {
-        self.deferred.as_ref().map_or_else(|| self.clone(), |form| form.resident(self))
+        self.lazy.as_ref().map_or_else(|| self.clone(), |form| form.resident(self))
     }
     /// Which rows are there, if not all are.
     #[inline(always)]
-    pub fn bands(&self) -> Option<&Bands> {
+    pub fn bands(&self) -> Option<&RowBands> {
         self.bands.as_deref()
     }
     /// How many bands of rows are there.
     pub fn band_count(&self) -> u32 {
-        let count = |bands: &Bands| bands.present().iter().map(|word| word.count_ones()).sum();
+        let count = |bands: &RowBands| bands.present().iter().map(|word| word.count_ones()).sum();
         self.bands().map_or(u32::MAX, count)
     }
     /// The array in which level 0 lies.
@@ -339,12 +339,12 @@ impl Texture {
     #[must_use]
     pub fn is_read_like(&self, other: &Self) -> bool {
         (self.size, self.sampler) == (other.size, other.sampler)
-            && self.bands().map(Bands::present) == other.bands().map(Bands::present)
+            && self.bands().map(RowBands::present) == other.bands().map(RowBands::present)
     }
     /// Whether alpha is 1 everywhere, in all levels.
     #[must_use]
     pub fn is_opaque(&self) -> bool {
-        match &self.deferred {
+        match &self.lazy {
             Some(form) => form.image().is_opaque() || self.whole().is_opaque,
             None => self.is_opaque,
         }
@@ -356,7 +356,7 @@ impl Texture {
     }
     /// Whether the alpha of some texel of level 0 passes.
     pub(crate) fn has_alpha(&self, passes: impl Fn(u8) -> bool) -> bool {
-        match &self.deferred {
+        match &self.lazy {
             Some(form) => form.image().has_alpha(&passes),
             None => self.image.texels.iter().any(|texel| passes(texel[3])),
         }

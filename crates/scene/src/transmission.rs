@@ -1,39 +1,26 @@
 //! Light that passes through a surface: KHR_materials_transmission, _volume, _dispersion and _diffuse_transmission.
 
-use super::lobes::{ColorParameter, ScalarParameter};
+use super::lobes::{ColorParameter, ScalarParameter, group};
 use super::parameters::MAX_FACTOR;
 
-/// What a dielectric base lets through in place of reflecting it diffusely. The default is nothing.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Transmission {
-    /// Share of the light that is not reflected that passes straight through, refracted; 0 to 1, the texture's red.
-    pub factor: ScalarParameter,
-    /// Share of what is left that leaves on the other side in all directions; 0 to 1, the texture's alpha.
-    pub diffuse: ScalarParameter,
-    /// Colour of that diffuse light.
-    pub diffuse_color: ColorParameter,
-    /// Thickness of the volume beneath the surface in units of the mesh, 0 or more, the texture's green. With 0 the surface
-    /// is a thin wall, which does not refract.
-    pub thickness: ScalarParameter,
-    /// Colour that white light has after [`Transmission::attenuation_distance`] in the volume, 0 to 1.
-    pub attenuation_color: [f32; 3],
-    /// In units of the world, more than 0; infinite where nothing is absorbed.
-    pub attenuation_distance: f32,
-    /// 20 over the Abbe number of the volume, 0 or more: how far apart red and blue are refracted.
-    pub dispersion: f32,
-}
-
-impl Default for Transmission {
-    fn default() -> Self {
-        Self {
-            factor: ScalarParameter::default(),
-            diffuse: ScalarParameter { channel: 3, ..ScalarParameter::default() },
-            diffuse_color: ColorParameter::from([1.0; 3]),
-            thickness: ScalarParameter { channel: 1, ..ScalarParameter::default() },
-            attenuation_color: [1.0; 3],
-            attenuation_distance: f32::INFINITY,
-            dispersion: 0.0,
-        }
+group! {
+    /// What a dielectric base lets through in place of reflecting it diffusely. The default is nothing.
+    Transmission {
+        /// Share of the light that is not reflected that passes straight through, refracted; 0 to 1, the texture's red.
+        factor: ScalarParameter = ScalarParameter::default(),
+        /// Share of what is left that leaves on the other side in all directions; 0 to 1, the texture's alpha.
+        diffuse: ScalarParameter = ScalarParameter { channel: 3, ..ScalarParameter::default() },
+        /// Colour of that diffuse light.
+        diffuse_color: ColorParameter = ColorParameter::from([1.0; 3]),
+        /// Thickness of the volume beneath the surface in units of the mesh, 0 or more, the texture's green. With 0 the surface
+        /// is a thin wall, which does not refract.
+        thickness: ScalarParameter = ScalarParameter { channel: 1, ..ScalarParameter::default() },
+        /// Colour that white light has after [`Transmission::attenuation_distance`] in the volume, 0 to 1.
+        attenuation_color: [f32; 3] = [1.0; 3],
+        /// In units of the world, more than 0; infinite where nothing is absorbed.
+        attenuation_distance: f32 = f32::INFINITY,
+        /// 20 over the Abbe number of the volume, 0 or more: how far apart red and blue are refracted.
+        dispersion: f32 = 0.0,
     }
 }
 

@@ -30,7 +30,7 @@ fn rows(aov: Aov, has_maps: bool) -> Option<std::ops::Range<usize>> {
         Aov::SheenRoughness => layout::SHEEN_ROUGHNESS,
         Aov::Anisotropy => layout::ANISOTROPY,
         Aov::SpecularOcclusion => layout::SPECULAR_OCCLUSION,
-        Aov::BentNormal if has_maps => layout::OPEN_DIRECTION,
+        Aov::BentNormal if has_maps => layout::COMPUTED_BENT_NORMAL,
         Aov::BentNormal => layout::BENT_NORMAL,
         Aov::Visibility if has_maps => layout::DIFFUSE_SEEN,
         Aov::Shadow if has_maps => layout::LIT_SHARE,

@@ -1,11 +1,11 @@
 //! How much light reaches the floor: a picture of it from above, found once for a scene.
 
-use super::crew::Crew;
 use super::ground::{Ground, footing_of};
 use super::lamps::LightMemory;
+use super::occlusion::asked_for;
 use super::options::RenderOptions;
 use super::quality::Visibility;
-use super::visibility::asked_for;
+use super::timed_pool::TimedPool;
 use overcoat_core::built;
 use overcoat_core::each;
 use overcoat_core::math::lanes::{Float, Int, LANES, Lanes, Mask};
@@ -13,7 +13,7 @@ use overcoat_core::math::vec3::Vec3;
 use overcoat_core::{dispatch, dispatch_available};
 use overcoat_scene::{Footing, Scene};
 use overcoat_stages::light::{EnvironmentLight, LUMINANCE};
-use overcoat_stages::shade::{DistantLight, LightVisibility};
+use overcoat_stages::shade::{DistantLight, LightOcclusion};
 use overcoat_stages::shadow::Receiver;
 use std::f32::consts::FRAC_1_PI;
 
@@ -63,9 +63,9 @@ impl GroundLight {
     /// Finds it, unless it is known. `maps` is the number of the maps among all that were made.
     pub fn prepare(
         &mut self,
-        crew: &Crew<'_>,
+        pool: &TimedPool<'_>,
         scene: &Scene,
-        visibility: Option<(LightVisibility<'_>, u64)>,
+        occlusion: Option<(LightOcclusion<'_>, u64)>,
         (environment, lights): (&EnvironmentLight<'_>, &LightMemory),
         options: &RenderOptions,
     ) {
@@ -73,11 +73,11 @@ impl GroundLight {
             return;
         }
         let planes = if options.ground == Ground::Shadow { 1 } else { 3 };
-        let found = visibility.and_then(|maps| Some((maps, footing_of(scene, options)?)));
+        let found = occlusion.and_then(|maps| Some((maps, footing_of(scene, options)?)));
         let known =
             found.map(|((_, maps), footing)| Known { footing, maps, planes, lights: lights.changes() });
         let is_known = std::mem::replace(&mut self.known, known) == known;
-        let Some(((visibility, _), footing)) = found.filter(|_| !is_known) else { return };
+        let Some(((occlusion, _), footing)) = found.filter(|_| !is_known) else { return };
         self.size = size_of_picture(&asked_for(options));
         let level = options.simd;
         let above = dispatch!(level, l => {
@@ -88,11 +88,11 @@ impl GroundLight {
             size: self.size,
             irradiance: each!(c in above => c[0]),
             lights: Some(lights),
-            ..Shadows::new(&visibility, footing, planes == 1)
+            ..Shadows::new(&occlusion, footing, planes == 1)
         };
         self.texels.clear();
         self.texels.resize(self.size * self.size * planes, 0);
-        crew.jobs.for_each_chunk_mut(&mut self.texels, self.size * planes, |row, texels| {
+        pool.jobs.for_each_chunk_mut(&mut self.texels, self.size * planes, |row, texels| {
             dispatch_available!(level, l => shadows.row(l, row, texels));
         });
     }
@@ -166,7 +166,7 @@ struct Lamp {
 
 /// What the floor is shaded by.
 struct Shadows<'a> {
-    visibility: &'a LightVisibility<'a>,
+    occlusion: &'a LightOcclusion<'a>,
     lamps: Vec<Lamp>,
     /// All light.
     sum: [f32; 3],
@@ -186,7 +186,7 @@ struct Shadows<'a> {
 }
 
 impl<'a> Shadows<'a> {
-    fn new(visibility: &'a LightVisibility<'a>, footing: Footing, luminance_alone: bool) -> Self {
+    fn new(occlusion: &'a LightOcclusion<'a>, footing: Footing, luminance_alone: bool) -> Self {
         let lamp = |(number, light): (usize, &DistantLight)| {
             let cosine = light.direction[1];
             // The angle of a cap of that size, if it is small.
@@ -195,10 +195,10 @@ impl<'a> Shadows<'a> {
             let flux = each!(c in light.flux => c * cosine);
             (cosine > 1e-4).then_some(Lamp { number, towards: light.direction, flux, spread })
         };
-        let lamps: Vec<Lamp> = visibility.lights.iter().enumerate().filter_map(lamp).collect();
+        let lamps: Vec<Lamp> = occlusion.lights.iter().enumerate().filter_map(lamp).collect();
         let sum = lamps.iter().fold([0.0; 3], |sum, lamp| each!(c => sum[c] + lamp.flux[c]));
         Self {
-            visibility,
+            occlusion,
             lamps,
             sum,
             center: each!(c in footing.center => c as f32),
@@ -276,7 +276,7 @@ impl<'a> Shadows<'a> {
             let may_be_blocked = (square - along.squared()).lt(bound.squared());
             let mut open = l.splat(1.0);
             if may_be_blocked.any() {
-                let maps = self.visibility.maps;
+                let maps = self.occlusion.maps;
                 let found = maps.soft_visibility(l, lamp.number, &position, lamp.spread, furthest);
                 open = may_be_blocked.select(found, open);
             }

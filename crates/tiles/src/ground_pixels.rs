@@ -3,9 +3,9 @@
 use super::ground::Ground;
 use super::ground_light::{GroundLight, smooth};
 use super::mirror::Mirror;
+use super::occlusion::asked_for;
 use super::options::RenderOptions;
 use super::resolve::{Distant, TilePixels};
-use super::visibility::asked_for;
 use overcoat_core::built::Shadows;
 use overcoat_core::color::srgb::SRGB8_TO_LINEAR;
 use overcoat_core::each;

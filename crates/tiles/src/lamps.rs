@@ -1,16 +1,16 @@
 //! The lights of a picture, and depth maps of what is in their way: kept for as long as neither changes, whatever the camera.
 
-use super::crew::Crew;
+use super::occlusion::OcclusionMemory;
 use super::options::RenderOptions;
 use super::reach::Reach;
-use super::visibility::VisibilityMemory;
+use super::timed_pool::TimedPool;
 use overcoat_core::built::{AreaLights, Shadows};
 use overcoat_core::each;
 use overcoat_core::limits::LimitExceeded;
 use overcoat_scene::{Light, LightKind, Scene};
 use overcoat_stages::geometry::View;
 use overcoat_stages::light::{AreaLight, AreaShape, PunctualLight};
-use overcoat_stages::shade::{LampPart, LampVisibility};
+use overcoat_stages::shade::{LampOcclusion, LampPart};
 use overcoat_stages::shadow::{LampMaps, LampPlace, LampSource};
 
 /// The lights of a picture.
@@ -79,9 +79,9 @@ impl LightMemory {
     /// Finds what is in the way of the lights of a scene, unless it is known.
     pub fn find_shadows(
         &mut self,
-        crew: &Crew<'_>,
+        pool: &TimedPool<'_>,
         scene: &Scene,
-        visibility: &VisibilityMemory,
+        occlusion: &OcclusionMemory,
         options: &RenderOptions,
     ) -> Result<(), LimitExceeded> {
         let shadows = &mut self.shadows;
@@ -89,8 +89,8 @@ impl LightMemory {
         if !Shadows::IS_BUILT {
             return Ok(());
         }
-        let Some((blockers, made)) = visibility.blockers(options) else { return Ok(()) };
-        let map_size = super::visibility::asked_for(options).map_size as usize;
+        let Some((blockers, made)) = occlusion.blockers(options) else { return Ok(()) };
+        let map_size = super::occlusion::asked_for(options).map_size as usize;
         let (sources, parts) = sources(scene.lights(), &self.areas, parts_of_lamp(map_size));
         if shadows.made_of == (made, map_size) && shadows.sources == sources {
             return Ok(());
@@ -100,17 +100,17 @@ impl LightMemory {
         let mut sized = sources.clone();
         let (punctual, of_areas) = sized.split_at_mut(self.punctual.len());
         for (lamps, finer) in [(punctual, FINER), (of_areas, FINER_OF_PARTS)] {
-            let size = side(finer * map_size, map_size, LampMaps::count(blockers, lamps, crew.jobs));
+            let size = side(finer * map_size, map_size, LampMaps::count(blockers, lamps, pool.jobs));
             lamps.iter_mut().for_each(|lamp| lamp.size = size);
         }
-        shadows.maps = LampMaps::within(&options.limits, blockers, &sized, crew.jobs, options.simd)?;
+        shadows.maps = LampMaps::within(&options.limits, blockers, &sized, pool.jobs, options.simd)?;
         (shadows.sources, shadows.parts) = (sources, parts);
         shadows.made_of = (made, map_size);
         Ok(())
     }
 
     /// What is in the way of lights, if surfaces are shaded with it.
-    pub fn shadows(&self) -> Option<LampVisibility<'_>> {
+    pub fn shadows(&self) -> Option<LampOcclusion<'_>> {
         self.shadows_of_ground().filter(|_| self.shadows.is_on)
     }
 
@@ -120,10 +120,10 @@ impl LightMemory {
     }
 
     /// The same for a floor, whether surfaces are shaded with it or not.
-    pub fn shadows_of_ground(&self) -> Option<LampVisibility<'_>> {
+    pub fn shadows_of_ground(&self) -> Option<LampOcclusion<'_>> {
         let LampShadows { parts, maps, .. } = &self.shadows;
         let built = Shadows::BUILT.filter(|_| !maps.is_empty())?;
-        Some(LampVisibility { maps, punctual: self.punctual.len(), parts, built })
+        Some(LampOcclusion { maps, punctual: self.punctual.len(), parts, built })
     }
 }
 

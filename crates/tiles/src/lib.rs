@@ -4,11 +4,9 @@
 //! picture in order.
 
 pub mod aov;
-pub mod bands;
 pub mod budget;
 pub mod cancel;
 pub mod clock;
-pub mod crew;
 pub mod draws;
 pub mod effects;
 pub mod ground;
@@ -17,6 +15,7 @@ pub mod ground_pixels;
 pub mod lamps;
 mod light_pool;
 pub mod mirror;
+mod occlusion;
 pub mod options;
 pub mod pass;
 pub mod quality;
@@ -27,15 +26,16 @@ pub mod shading_rate;
 mod splat_layers;
 mod splat_tile;
 pub mod splats;
+pub mod strips;
 mod tile_blending;
 mod tile_light;
 pub mod tile_pass;
 mod tile_shading;
 mod tile_store;
 mod tile_triangles;
-mod tile_visibility;
+mod tile_visibility_buffer;
+pub mod timed_pool;
 pub mod trace;
-mod visibility;
 pub mod work;
 
 /// The one function of a package for an instruction set: [`tile_pass::render_tile`] compiled for it. The words are the macro of
@@ -52,7 +52,7 @@ macro_rules! render_tile_on {
             pass: &$crate::pass::Pass<'_>,
             tile: &$crate::pass::Tile<'_>,
             scratch: &mut $crate::tile_pass::TileScratch,
-            rows: &mut $crate::bands::TileRows<'_>,
+            rows: &mut $crate::strips::TileRows<'_>,
             job: &mut $crate::tile_pass::TileJob,
         ) {
             overcoat_core::$with! {

@@ -3,10 +3,10 @@
 //! A picture of its own, by all stages that the first has, so that lamps, shadows, blended and transmissive surfaces, points and
 //! splats are mirrored as they are seen, with as many samples. (Rays from the floor would bring opaque surfaces alone.)
 
-use super::bands::Planes;
 use super::ground::footing_of;
 use super::ground_light::GroundLight;
 use super::options::{Background, RenderOptions};
+use super::strips::Planes;
 use overcoat_core::built::Shadows;
 use overcoat_core::each;
 use overcoat_core::frame::Frame;
@@ -23,7 +23,7 @@ pub struct MirrorMemory {
     /// Light on the floor of the mirrored picture.
     pub light: GroundLight,
     /// The scene of which is known which textures the mirrored picture reads.
-    pub surveyed: Option<Revision>,
+    pub fed_back: Option<Revision>,
     size: [u32; 2],
 }
 

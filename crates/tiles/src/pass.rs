@@ -8,9 +8,8 @@ use super::splats::SplatScene;
 use super::work::Work;
 use overcoat_core::built::Splats;
 use overcoat_core::frame::{Aov, Developer, TargetWriter};
+use overcoat_scene::{AlphaMode, Texture};
 use overcoat_stages::geometry::Chunk;
-
-use overcoat_scene::AlphaMode;
 use overcoat_stages::raster::{Disc, SamplePattern, TileOrigin};
 use overcoat_stages::shade::{Effects, ShadeContext, ShadingCost};
 use overcoat_stages::tile::{Run, TileBins, TileGrid};
@@ -82,8 +81,8 @@ pub enum Purpose<'a> {
     Draw(Wanted<'a>),
     /// Work is counted and not done, and there will be no picture: to find out which limit is passed first.
     Count,
-    /// Nothing is shaded: fragments ask textures that are decoded by need for the levels that they read.
-    Survey,
+    /// Texture feedback: nothing is shaded, fragments ask lazy textures for the levels that they read.
+    Feedback,
 }
 
 /// What is wanted of a pass beside linear pixels.
@@ -119,20 +118,20 @@ impl<'a> Pass<'a> {
     /// Whether nothing is drawn.
     #[inline(always)]
     pub fn only_counts(&self) -> bool {
-        matches!(self.purpose, Purpose::Count | Purpose::Survey)
+        matches!(self.purpose, Purpose::Count | Purpose::Feedback)
     }
 
     /// Whether fragments ask for the textures that they read, and that is all.
     #[inline(always)]
-    pub fn surveys(&self) -> bool {
-        matches!(self.purpose, Purpose::Survey)
+    pub fn gives_feedback(&self) -> bool {
+        matches!(self.purpose, Purpose::Feedback)
     }
 
     /// What is wanted beside linear pixels.
     pub fn wanted(&self) -> Wanted<'a> {
         match self.purpose {
             Purpose::Draw(wanted) => wanted,
-            Purpose::Count | Purpose::Survey => Wanted::default(),
+            Purpose::Count | Purpose::Feedback => Wanted::default(),
         }
     }
 
@@ -141,7 +140,7 @@ impl<'a> Pass<'a> {
     pub fn developer(&self) -> Option<&Developer> {
         match &self.purpose {
             Purpose::Draw(wanted) => wanted.developer.as_ref(),
-            Purpose::Count | Purpose::Survey => None,
+            Purpose::Count | Purpose::Feedback => None,
         }
     }
 
@@ -150,7 +149,7 @@ impl<'a> Pass<'a> {
     pub fn target(&self) -> Option<&TargetWriter> {
         match &self.purpose {
             Purpose::Draw(wanted) => wanted.target.as_ref(),
-            Purpose::Count | Purpose::Survey => None,
+            Purpose::Count | Purpose::Feedback => None,
         }
     }
 
@@ -200,7 +199,7 @@ impl<'a> Pass<'a> {
             Purpose::Draw(wanted) => wanted.hashes || !wanted.aovs.is_empty(),
             Purpose::Count => false,
             // Its fragments are wanted.
-            Purpose::Survey => true,
+            Purpose::Feedback => true,
         };
         self.kind == PassKind::OverBackdrop
             && !wanted
@@ -210,7 +209,16 @@ impl<'a> Pass<'a> {
     }
 }
 
-impl FrameContext<'_> {
+impl<'a> FrameContext<'a> {
+    /// The same frame, with other forms of the scene's textures.
+    pub fn with_textures<'b>(&self, textures: &'b [Texture]) -> FrameContext<'b>
+    where
+        'a: 'b,
+    {
+        let frame: &FrameContext<'b> = self;
+        FrameContext { shade: ShadeContext { textures, ..frame.shade }, ..*frame }
+    }
+
     /// The draw that a run's triangles belong to.
     #[inline(always)]
     pub fn state(&self, run: &Run) -> &DrawState {

@@ -13,7 +13,7 @@ use super::work::Spent;
 use overcoat_core::math::lanes::Lanes;
 use overcoat_core::reuse::reserve_like;
 use overcoat_stages::gbuffer::Fragment;
-use overcoat_stages::raster::{BLOCK, Visibility};
+use overcoat_stages::raster::{BLOCK, VisibilityBuffer};
 use overcoat_stages::splat::{LEAST_TRANSMITTANCE, SplatPixel, SplatTile, visit_row};
 
 /// How many splats before its turn one is asked for.
@@ -26,7 +26,7 @@ const PIXELS_OF_ROW: usize = 64 * BLOCK;
 pub struct Surfaces<'a> {
     /// The part: left, top, and the ends.
     pub part: [u32; 4],
-    pub visibility: &'a Visibility,
+    pub visibility_buffer: &'a VisibilityBuffer,
     pub fragments: &'a [Fragment],
     pub shaded: &'a [ShadedFragment],
     /// Number of opaque fragments: the first in the list.
@@ -158,7 +158,7 @@ impl SplatScratch {
                 self.behind.sort_unstable();
                 for row in 0..rows {
                     if self.covered[row * columns..][..columns].iter().any(|&bits| bits != 0) {
-                        let listed = self.list_row(l, pass, place, surfaces.visibility, row, columns);
+                        let listed = self.list_row(l, pass, place, surfaces.visibility_buffer, row, columns);
                         if !pass.work.spend(Spent::Blended, listed) {
                             return false;
                         }
@@ -179,7 +179,7 @@ impl SplatScratch {
         l: L,
         pass: &Pass<'_>,
         place: &Tile<'_>,
-        visibility: &Visibility,
+        visibility_buffer: &VisibilityBuffer,
         row: usize,
         columns: usize,
     ) -> u64 {
@@ -211,7 +211,7 @@ impl SplatScratch {
                     let block = row * columns + x as usize / BLOCK;
                     let lane = y as usize % BLOCK * BLOCK + x as usize % BLOCK;
                     let mut mask = 0;
-                    for (sample, nearest) in visibility.block_depths(block).iter().enumerate() {
+                    for (sample, nearest) in visibility_buffer.block_depths(block).iter().enumerate() {
                         mask |= u16::from(depth > nearest[lane]) << sample;
                     }
                     if mask == 0 {

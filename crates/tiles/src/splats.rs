@@ -1,9 +1,9 @@
 //! The splats of a picture: projected, sorted, and given to the tiles.
 
 use super::budget::FrameBudget;
-use super::crew::Crew;
+use super::timed_pool::TimedPool;
 use overcoat_core::built::Splats;
-use overcoat_scene::{Scene, SplatColorSpace, SplatOrder};
+use overcoat_scene::{Scene, SplatCloud, SplatColorSpace, SplatOrder};
 use overcoat_stages::geometry::View;
 use overcoat_stages::splat::{CloudView, ScreenSplat, sort_by_distance};
 use overcoat_stages::tile::{ChunkBins, Run, TileBins, TileGrid};
@@ -64,23 +64,19 @@ impl SplatMemory {
     /// picture.
     pub fn prepare(
         &mut self,
-        crew: &mut Crew<'_>,
+        pool: &mut TimedPool<'_>,
         scene: &Scene,
         view: &View,
         grid: &TileGrid,
         budget: &FrameBudget,
-    ) -> SplatScene<'_> {
+    ) {
         if !Splats::IS_BUILT {
-            return SplatScene::none(self, view);
+            return;
         }
-        let clouds = || scene.splat_instances().iter().map(|i| &scene.splats()[i.cloud.index()]);
-        // One order and one way of blending for all.
-        let by_distance = view.perspective && clouds().all(|cloud| cloud.order() == SplatOrder::Distance);
-        let order = if by_distance { SplatOrder::Distance } else { SplatOrder::Depth };
-        let is_linear = clouds().all(|cloud| cloud.color_space() == SplatColorSpace::Linear);
-        let space = if is_linear { SplatColorSpace::Linear } else { SplatColorSpace::Srgb };
+        let order = if by_distance(scene, view) { SplatOrder::Distance } else { SplatOrder::Depth };
+        let space = if is_linear(scene) { SplatColorSpace::Linear } else { SplatColorSpace::Srgb };
         let mut count = 0;
-        for (instance, cloud) in clouds().enumerate() {
+        for (instance, cloud) in clouds(scene).enumerate() {
             for start in (0..cloud.len()).step_by(SPLATS_PER_CHUNK) {
                 if count == self.chunks.len() {
                     self.chunks.push(SplatChunk::default());
@@ -91,7 +87,7 @@ impl SplatMemory {
             }
         }
         self.chunks.truncate(count);
-        crew.for_each_mut(&mut self.chunks, |_, chunk| {
+        pool.for_each_mut(&mut self.chunks, |_, chunk| {
             chunk.splats.clear();
             if budget.is_spent() {
                 return;
@@ -102,11 +98,15 @@ impl SplatMemory {
             chunk.splats.extend(chunk.range.clone().filter_map(|index| cloud.project(index)));
         });
         self.sort();
-        self.bin(crew, grid, budget);
+        self.bin(pool, grid, budget);
+    }
+
+    /// The splats of the scene and the view that were prepared last.
+    pub fn of(&self, scene: &Scene, view: &View) -> SplatScene<'_> {
         SplatScene {
             memory: self,
-            is_linear,
-            by_distance,
+            is_linear: Splats::IS_BUILT && is_linear(scene),
+            by_distance: Splats::IS_BUILT && by_distance(scene, view),
             perspective: view.perspective,
             focal: view.scale as f32,
         }
@@ -123,7 +123,7 @@ impl SplatMemory {
         sort_by_distance(&mut self.order, &mut self.spare);
     }
 
-    fn bin(&mut self, crew: &mut Crew<'_>, grid: &TileGrid, budget: &FrameBudget) {
+    fn bin(&mut self, pool: &mut TimedPool<'_>, grid: &TileGrid, budget: &FrameBudget) {
         let (chunks, order) = (&self.chunks, &self.order);
         self.bins.resize_with(order.len().div_ceil(SPLATS_PER_BIN), SplatBin::default);
         for (number, bin) in self.bins.iter_mut().enumerate() {
@@ -135,7 +135,7 @@ impl SplatMemory {
             let [left, top, right, bottom] = splat.pixel_box();
             [left / side, top / side, (right - 1) / side + 1, (bottom - 1) / side + 1]
         };
-        crew.for_each_mut(&mut self.bins, |_, bin| {
+        pool.for_each_mut(&mut self.bins, |_, bin| {
             let numbers = &order[bin.range.clone()];
             let splats = || numbers.iter().map(|&item| (item as u32, splat_of(chunks, item as u32)));
             let references = splats().map(|(_, splat)| {
@@ -161,6 +161,21 @@ impl SplatMemory {
     }
 }
 
+/// The clouds of a scene, one for each instance.
+fn clouds(scene: &Scene) -> impl Iterator<Item = &SplatCloud> {
+    scene.splat_instances().iter().map(|instance| &scene.splats()[instance.cloud.index()])
+}
+
+/// Whether splats are sorted by their distance from the camera: one order for all clouds.
+fn by_distance(scene: &Scene, view: &View) -> bool {
+    view.perspective && clouds(scene).all(|cloud| cloud.order() == SplatOrder::Distance)
+}
+
+/// Whether splats are blended as linear light: one way for all clouds.
+fn is_linear(scene: &Scene) -> bool {
+    clouds(scene).all(|cloud| cloud.color_space() == SplatColorSpace::Linear)
+}
+
 /// The splat of that number.
 #[inline(always)]
 fn splat_of(chunks: &[SplatChunk], number: u32) -> &ScreenSplat {
@@ -168,12 +183,6 @@ fn splat_of(chunks: &[SplatChunk], number: u32) -> &ScreenSplat {
 }
 
 impl<'a> SplatScene<'a> {
-    /// Without any.
-    fn none(memory: &'a SplatMemory, view: &View) -> Self {
-        let [is_linear, by_distance, perspective] = [false, false, view.perspective];
-        Self { memory, is_linear, by_distance, perspective, focal: view.scale as f32 }
-    }
-
     /// Number of splats that may be seen.
     pub fn count(&self) -> usize {
         self.memory.order.len()

@@ -4,7 +4,7 @@ use super::pass::{Pass, Tile};
 use super::shading_rate::is_finer;
 use super::tile_pass::TileCost;
 use super::tile_triangles::TileTriangles;
-use super::tile_visibility::TileVisibility;
+use super::tile_visibility_buffer::TileVisibilityBuffer;
 use super::work::Spent;
 use overcoat_core::math::lanes::{LANES, Lanes};
 use overcoat_stages::gbuffer::{Fragment, push_masked_fragments};
@@ -71,7 +71,7 @@ pub fn draw_blended<L: Lanes>(
     pass: &Pass<'_>,
     tile: &Tile<'_>,
     part: &TilePart,
-    seen: &mut TileVisibility,
+    seen: &mut TileVisibilityBuffer,
     fragments: &mut Vec<Fragment>,
     cost: &mut TileCost,
 ) -> bool {
@@ -79,7 +79,7 @@ pub fn draw_blended<L: Lanes>(
     l.run(
         #[inline(always)]
         || {
-            let TileVisibility { samples, identities, discs, blended, .. } = seen;
+            let TileVisibilityBuffer { samples, identities, discs, blended, .. } = seen;
             let &TilePart { pixels: [left, top, ..], triangles: [first, end] } = part;
             let frame = pass.frame;
             let opaque = fragments.len();

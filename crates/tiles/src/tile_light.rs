@@ -158,7 +158,7 @@ impl TileLight {
         place.find(l, context, reading, batch);
         store_surface(l, context, reading, batch, place, planes);
         store_face(l, context, batch, place, planes);
-        traced.visibility.fill(l, context, material, planes);
+        traced.occlusion.fill(l, context, material, planes);
         let pixels = batch.fragments.map(|f| [tile.corner[0] + f.column(), tile.corner[1] + f.row()]);
         traced.send(l, context, material, &Senders { places, pixels: &pixels }, planes, (trace, found));
         for (lane, &place) in places.iter().enumerate() {

@@ -1,15 +1,15 @@
 //! One tile from triangles to pixels: the stages in their order.
 
 use super::aov::TileAovs;
-use super::bands::TileRows;
 use super::ground_pixels::GroundView;
 use super::pass::{Pass, Tile};
 use super::resolve::{self, Behind, Distant, ResolveScratch, TilePixels};
 use super::splat_tile::{SplatScratch, Surfaces};
+use super::strips::TileRows;
 use super::tile_blending::{TilePart, draw_blended};
 use super::tile_shading::{Shaded, ShadingInput, ShadingScratch, shade_fragments};
 use super::tile_store::{keep, store, store_nothing};
-use super::tile_visibility::{TileVisibility, draw_triangles, list_fragments};
+use super::tile_visibility_buffer::{TileVisibilityBuffer, draw_triangles, list_fragments};
 use super::trace::FragmentHashes;
 use super::work::Spent;
 use overcoat_core::frame::{Clipping, is_tinted};
@@ -33,7 +33,7 @@ pub struct TileScratch {
 /// What each stage fills for those after it.
 #[derive(Debug, Default)]
 struct TileStages {
-    visibility: TileVisibility,
+    visibility_buffer: TileVisibilityBuffer,
     fragments: Vec<Fragment>,
     shading: ShadingScratch,
     shaded: Shaded,
@@ -49,7 +49,7 @@ struct TileStages {
 impl TileStages {
     /// Forgets the last tile.
     fn clear(&mut self, pass: &Pass<'_>, tile: &Tile<'_>) {
-        self.visibility.blended.clear();
+        self.visibility_buffer.blended.clear();
         self.fragments.clear();
         self.shaded.transmitted.clear();
         self.distant.clear();
@@ -59,7 +59,7 @@ impl TileStages {
 
     /// Takes as much memory as `other` has.
     fn reserve_like(&mut self, other: &Self) {
-        self.visibility.reserve_like(&other.visibility);
+        self.visibility_buffer.reserve_like(&other.visibility_buffer);
         reserve_like(&mut self.fragments, &other.fragments);
         self.shading.reserve_like(&other.shading);
         self.shaded.reserve_like(&other.shaded);
@@ -161,10 +161,10 @@ pub fn render_tile<L: Lanes>(
 
     // Find the triangle that each sample sees, and make fragments of that.
     if !tile.runs.is_empty() {
-        if !draw_triangles(l, pass, tile, &mut stages.visibility, &mut job.cost) {
+        if !draw_triangles(l, pass, tile, &mut stages.visibility_buffer, &mut job.cost) {
             return;
         }
-        list_fragments(l, frame, tile.size, &mut stages.visibility, &mut stages.fragments);
+        list_fragments(l, frame, tile.size, &mut stages.visibility_buffer, &mut stages.fragments);
     }
     let opaque = stages.fragments.len();
     job.cost.fragments = opaque as u64;
@@ -259,13 +259,14 @@ fn draw_parts<L: Lanes>(
         stages.splats.start(pass, tile);
     }
     stages.parts.clear();
-    stages.parts.push(TilePart::whole(tile.size, stages.visibility.blended.len()));
+    stages.parts.push(TilePart::whole(tile.size, stages.visibility_buffer.blended.len()));
     let mut start = 0;
     while let Some(part) = stages.parts.pop() {
         // List what is blended in the part, without what parts that are done have listed.
-        let TileStages { visibility, fragments, parts, .. } = stages;
-        visibility.blended.truncate(part.triangles[1]);
-        let fits = !part.blends() || draw_blended(l, pass, tile, &part, visibility, fragments, &mut job.cost);
+        let TileStages { visibility_buffer, fragments, parts, .. } = stages;
+        visibility_buffer.blended.truncate(part.triangles[1]);
+        let fits =
+            !part.blends() || draw_blended(l, pass, tile, &part, visibility_buffer, fragments, &mut job.cost);
         if pass.work.is_stopped() {
             return;
         }
@@ -276,7 +277,7 @@ fn draw_parts<L: Lanes>(
 
         // Halve a part of which too much is blended.
         if !fits {
-            parts.extend(part.halves(visibility.blended.len()));
+            parts.extend(part.halves(visibility_buffer.blended.len()));
             fragments.truncate(opaque);
         }
 
@@ -305,8 +306,10 @@ fn shade_and_resolve<L: Lanes>(
     job: &mut TileJob,
 ) -> bool {
     let &TileParts { tile, context, opaque, one_material } = of;
-    let TileStages { visibility, fragments, shading, shaded, distant, resolve: scratch, pixels, .. } = stages;
-    let (fragments, triangles) = (&fragments[..], visibility.triangles(pass.frame));
+    let TileStages {
+        visibility_buffer, fragments, shading, shaded, distant, resolve: scratch, pixels, ..
+    } = stages;
+    let (fragments, triangles) = (&fragments[..], visibility_buffer.triangles(pass.frame));
     let input = ShadingInput { tile, context, triangles, fragments, start, opaque, one_material, whole };
     shaded.resize(&input);
     if start < fragments.len() && !shade_fragments(l, pass, &input, shading, shaded, pixels, job) {
@@ -338,10 +341,10 @@ fn draw_splats_among_surfaces<L: Lanes>(
     job: &mut TileJob,
 ) -> bool {
     let &TileParts { tile, opaque, .. } = of;
-    let TileStages { visibility, fragments, shaded, distant, resolve, pixels, splats, .. } = stages;
+    let TileStages { visibility_buffer, fragments, shaded, distant, resolve, pixels, splats, .. } = stages;
     let surfaces = Surfaces {
         part: part.pixels,
-        visibility: &visibility.samples,
+        visibility_buffer: &visibility_buffer.samples,
         fragments,
         shaded: &shaded.fragments,
         opaque,

@@ -149,8 +149,8 @@ pub fn shade_fragments<L: Lanes>(
     if !pass.work.spend(Spent::Shading, units) {
         return false;
     }
-    if pass.surveys() {
-        survey(l, pass, input, order, batch, job.aovs.wants_lobes());
+    if pass.gives_feedback() {
+        give_feedback(l, pass, input, order, batch, job.aovs.wants_lobes());
     }
     if pass.only_counts() {
         return true;
@@ -200,7 +200,7 @@ pub fn shade_fragments<L: Lanes>(
             if of.material.transmits() {
                 store_transmission(l, context, of.material, batch, &place, planes);
             }
-            if pass.effects.visibility.is_some() {
+            if pass.effects.occlusion.is_some() {
                 store_face(l, context, batch, &place, planes);
                 store_lit(l, context, of.material, batch, &place, planes);
             }
@@ -213,7 +213,7 @@ pub fn shade_fragments<L: Lanes>(
             // Fill what the rest of the picture has to do with them, and shade them.
             if is_found {
                 light.load(indices, planes);
-                Effects { visibility: None, ..pass.effects }.fill(l, context, of.material, planes);
+                Effects { occlusion: None, ..pass.effects }.fill(l, context, of.material, planes);
             } else {
                 pass.effects.fill(l, context, of.material, planes);
                 if let Some(traced) = traced {
@@ -241,7 +241,7 @@ pub fn shade_fragments<L: Lanes>(
 
 /// Asks for the textures that the fragments of the input read.
 #[inline(never)]
-fn survey<L: Lanes>(
+fn give_feedback<L: Lanes>(
     l: L,
     pass: &Pass<'_>,
     input: &ShadingInput<'_>,
@@ -330,7 +330,7 @@ fn describe(
     shaded: &[ShadedFragment],
     job: &mut TileJob,
 ) {
-    let (frame, has_maps) = (pass.frame, pass.effects.visibility.is_some());
+    let (frame, has_maps) = (pass.frame, pass.effects.occlusion.is_some());
     let &ShadedBatch { of, batch, planes, indices } = done;
     if let Some(hashes) = &mut job.hashes {
         add_hashes(hashes, input, done, shaded, has_maps);

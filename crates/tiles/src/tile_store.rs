@@ -1,8 +1,8 @@
 //! The pixels of a tile to the planes of the picture.
 
-use super::bands::TileRows;
 use super::pass::Pass;
 use super::resolve::TilePixels;
+use super::strips::TileRows;
 use super::tile_pass::{TileCost, TileJob};
 use super::work::Spent;
 use overcoat_core::frame::{Clipping, Developer};

@@ -13,7 +13,7 @@ use overcoat_stages::gbuffer::Draw;
 use overcoat_stages::gbuffer::layout::{self, SurfacePlanes};
 use overcoat_stages::geometry::{Chunk, ScreenVertices};
 use overcoat_stages::light::PrefilteredEnvironment;
-use overcoat_stages::shade::{LampVisibility, LightVisibility, TracedLight};
+use overcoat_stages::shade::{LampOcclusion, LightOcclusion, TracedLight};
 use overcoat_stages::splat::ScreenSplat;
 use std::ops::Range;
 use xxhash_rust::xxh3::{Xxh3, xxh3_128};
@@ -183,7 +183,7 @@ fn environment(filtered: &PrefilteredEnvironment) -> u128 {
 }
 
 /// The hash of what light from afar is taken to come from, and of what is seen from there.
-pub fn depth_maps(of: &LightVisibility<'_>) -> u128 {
+pub fn depth_maps(of: &LightOcclusion<'_>) -> u128 {
     let mut hasher = Xxh3::new();
     let lights = of.lights.iter().flat_map(|light| {
         light.direction.into_iter().chain(light.flux).chain([light.solid_angle]).map(f32::to_le_bytes)
@@ -194,7 +194,7 @@ pub fn depth_maps(of: &LightVisibility<'_>) -> u128 {
 }
 
 /// The hash of what lamps see.
-pub fn lamp_maps(of: &LampVisibility<'_>) -> u128 {
+pub fn lamp_maps(of: &LampOcclusion<'_>) -> u128 {
     let mut hasher = Xxh3::new();
     let parts = of.parts.iter().flat_map(|part| part.position.into_iter().chain([part.area]));
     feed(&mut hasher, parts.map(f32::to_le_bytes));

@@ -47,6 +47,7 @@ mod source;
 mod splats;
 mod splice;
 mod surface;
+mod surface_objects;
 mod texture;
 mod topology;
 mod uv_sets;

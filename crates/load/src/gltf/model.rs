@@ -6,6 +6,11 @@
 use super::attributes::Attributes;
 use super::list::{Element, Index, List, Uint};
 use super::meshopt;
+use super::surface_objects::{
+    Anisotropy, Clearcoat, ClearcoatColor, ClearcoatDarkening, ClearcoatIor, Coat, DiffuseTransmission,
+    Dispersion, EmissiveStrength, Ior, Iridescence, MetallicRoughness, Sheen, Specular, SpecularGlossiness,
+    Transmission, Volume,
+};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
@@ -25,6 +30,7 @@ macro_rules! object {
         })?
     };
 }
+pub(super) use object;
 
 object!(/// The document.
 Root {
@@ -277,13 +283,6 @@ object!(Material as "material" name {
     double_sided: bool,
     extensions: Option<Box<MaterialExtensions>>,
 });
-object!(MetallicRoughness {
-    base_color_factor: Option<[f32; 4]>,
-    base_color_texture: Option<TextureInfo>,
-    metallic_factor: Option<f32>,
-    roughness_factor: Option<f32>,
-    metallic_roughness_texture: Option<TextureInfo>,
-});
 object!(/// Also glTF's normalTextureInfo and occlusionTextureInfo.
 TextureInfo {
     index: Option<Index>,
@@ -332,52 +331,6 @@ object!(MaterialExtensions {
     #[serde(rename = "KHR_materials_dispersion")]
     dispersion: Option<Dispersion>,
 });
-object!(Transmission {
-    transmission_factor: Option<f32>,
-    transmission_texture: Option<TextureInfo>,
-});
-object!(DiffuseTransmission {
-    diffuse_transmission_factor: Option<f32>,
-    diffuse_transmission_texture: Option<TextureInfo>,
-    diffuse_transmission_color_factor: Option<[f32; 3]>,
-    diffuse_transmission_color_texture: Option<TextureInfo>,
-});
-object!(Volume {
-    thickness_factor: Option<f32>,
-    thickness_texture: Option<TextureInfo>,
-    attenuation_distance: Option<f32>,
-    attenuation_color: Option<[f32; 3]>,
-});
-object!(Dispersion {
-    dispersion: Option<f32>,
-});
-object!(Sheen {
-    sheen_color_factor: Option<[f32; 3]>,
-    sheen_color_texture: Option<TextureInfo>,
-    sheen_roughness_factor: Option<f32>,
-    sheen_roughness_texture: Option<TextureInfo>,
-});
-object!(Anisotropy {
-    anisotropy_strength: Option<f32>,
-    anisotropy_rotation: Option<f32>,
-    anisotropy_texture: Option<TextureInfo>,
-});
-object!(Iridescence {
-    iridescence_factor: Option<f32>,
-    iridescence_texture: Option<TextureInfo>,
-    iridescence_ior: Option<f32>,
-    iridescence_thickness_minimum: Option<f32>,
-    iridescence_thickness_maximum: Option<f32>,
-    iridescence_thickness_texture: Option<TextureInfo>,
-});
-object!(Clearcoat {
-    clearcoat_factor: Option<f32>,
-    clearcoat_texture: Option<TextureInfo>,
-    clearcoat_roughness_factor: Option<f32>,
-    clearcoat_roughness_texture: Option<TextureInfo>,
-    clearcoat_normal_texture: Option<TextureInfo>,
-    extensions: Option<Box<ClearcoatExtensions>>,
-});
 object!(/// Under both names that the drafts have had.
 ClearcoatExtensions {
     #[serde(rename = "KHR_materials_clearcoat_ior")]
@@ -391,66 +344,6 @@ ClearcoatExtensions {
     #[serde(rename = "EXT_materials_clearcoat_darkening")]
     ext_darkening: Option<ClearcoatDarkening>,
 });
-object!(ClearcoatIor {
-    clearcoat_ior: Option<f32>,
-});
-object!(ClearcoatColor {
-    clearcoat_color_factor: Option<[f32; 3]>,
-    clearcoat_color_texture: Option<TextureInfo>,
-});
-object!(ClearcoatDarkening {
-    clearcoat_darkening_factor: Option<OneNumber>,
-    clearcoat_darkening_texture: Option<IgnoredAny>,
-});
-object!(Coat {
-    coat_factor: Option<f32>,
-    coat_texture: Option<TextureInfo>,
-    coat_roughness_factor: Option<f32>,
-    coat_roughness_texture: Option<TextureInfo>,
-    coat_normal_texture: Option<TextureInfo>,
-    coat_ior: Option<f32>,
-    coat_color_factor: Option<[f32; 3]>,
-    coat_color_texture: Option<TextureInfo>,
-    coat_darkening_factor: Option<f32>,
-    coat_anisotropy_strength: Option<f32>,
-    coat_anisotropy_rotation: Option<f32>,
-    coat_anisotropy_texture: Option<IgnoredAny>,
-});
-object!(Ior {
-    ior: Option<f32>,
-});
-object!(Specular {
-    specular_factor: Option<f32>,
-    specular_texture: Option<TextureInfo>,
-    specular_color_factor: Option<[f32; 3]>,
-    specular_color_texture: Option<TextureInfo>,
-});
-object!(SpecularGlossiness {
-    diffuse_factor: Option<[f32; 4]>,
-    diffuse_texture: Option<TextureInfo>,
-    specular_factor: Option<[f32; 3]>,
-    glossiness_factor: Option<f32>,
-    specular_glossiness_texture: Option<TextureInfo>,
-});
-object!(EmissiveStrength {
-    emissive_strength: Option<f32>,
-});
-
-/// A number, or a list of one: the text of EXT_materials_clearcoat_darkening has the one, its schema the other.
-#[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(untagged)]
-pub(super) enum OneNumber {
-    Number(f32),
-    List([f32; 1]),
-}
-
-impl OneNumber {
-    pub(super) fn get(self) -> f32 {
-        match self {
-            Self::Number(number) | Self::List([number]) => number,
-        }
-    }
-}
 
 impl Node {
     /// False if it hides itself and its children.

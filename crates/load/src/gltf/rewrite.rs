@@ -258,7 +258,7 @@ impl Rewriter {
 
     /// The text of a material without what belongs to another kind of surface.
     fn cleared(&self, mut text: String, found: &Material, put: &mut Put) -> Result<String, LoadError> {
-        for property in PROPERTIES {
+        for property in PROPERTIES.iter() {
             let Property::Texture(texture) = property else { continue };
             if !SHAPES.contains(&texture.parameter.name) && has(&text, texture.path)? {
                 text = changed(splice::remove(&text, &path_of(texture.path)))?;

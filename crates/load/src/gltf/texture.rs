@@ -12,7 +12,7 @@ use crate::warnings::Warnings;
 use crate::{Context, LoadError, ResolveError};
 use overcoat_core::limits::Limits;
 use overcoat_scene::{
-    AlphaUse, ColorSpace, DeferredImage, Filter, Image, ImageSource, MipFilter, Sampler, Texture, TextureId,
+    AlphaUse, ColorSpace, Filter, Image, ImageSource, LazyImage, MipFilter, Sampler, Texture, TextureId,
     TextureRef, UvTransform, Wrap,
 };
 use std::borrow::Cow;
@@ -301,9 +301,8 @@ impl Encoded {
         let source = Box::new(Source { name: format!("{what}{used}"), bytes, header: *header });
         let forms_of_image = forms.iter().map(|(form, _)| (form.color_space, form.alpha, form.sampler));
         let size = [header.width, header.height];
-        let image = Arc::new(DeferredImage::new(size, header.is_opaque(), source, forms_of_image));
-        let texture =
-            |(number, (_, id)): (usize, &(Form, u32))| Some((*id, Texture::deferred(&image, number)?));
+        let image = Arc::new(LazyImage::new(size, header.is_opaque(), source, forms_of_image));
+        let texture = |(number, (_, id)): (usize, &(Form, u32))| Some((*id, Texture::lazy(&image, number)?));
         forms.iter().enumerate().map(texture).collect()
     }
 

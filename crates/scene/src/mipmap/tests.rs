@@ -1,7 +1,7 @@
 //! Levels of textures against double precision.
 
 use super::*;
-use crate::bands::BandLayout;
+use crate::row_bands::BandLayout;
 use crate::{MipFilter, Sampler, Texture};
 use std::sync::Arc;
 
@@ -288,7 +288,7 @@ fn rows_that_are_kept_have_the_texels_of_all() {
                 let levels = whole.layout();
                 let layout = BandLayout::new(levels);
                 for kept in [0, u64::MAX, u64::from(byte()) << 3 | u64::from(byte())] {
-                    let bands = Bands::new(&layout, vec![kept; layout.words()]);
+                    let bands = RowBands::new(&layout, vec![kept; layout.words()]);
                     let mut chain = Chain::new(levels, bands, color_space, alpha);
                     for row in whole.image().texels().chunks(width as usize) {
                         if !chain.is_done() {

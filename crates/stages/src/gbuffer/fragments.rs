@@ -2,7 +2,7 @@
 
 use super::merge::Merger;
 use super::{Draw, TriangleSource};
-use crate::raster::{BLOCK, NO_TRIANGLE, SamplePattern, Visibility};
+use crate::raster::{BLOCK, NO_TRIANGLE, SamplePattern, VisibilityBuffer};
 use overcoat_core::each;
 use overcoat_core::math::lanes::{Int, LANES, Lanes, Mask};
 
@@ -54,7 +54,7 @@ const MAX_ROUNDS: usize = 16;
 #[inline(always)]
 pub fn extract_fragments<'a, L: Lanes>(
     l: L,
-    visibility: &Visibility,
+    buffer: &VisibilityBuffer,
     width: u32,
     height: u32,
     samples: usize,
@@ -68,8 +68,8 @@ pub fn extract_fragments<'a, L: Lanes>(
         None => None,
     };
     let mut rounds = [Round { triangle: [0; LANES], mask: [0; LANES] }; MAX_ROUNDS];
-    for block in 0..visibility.block_count() {
-        let seen = visibility.block_triangles(block);
+    for block in 0..buffer.block_count() {
+        let seen = buffer.block_triangles(block);
         let first = l.load_i(&seen[0]);
         let empty = first.eq(none);
         // Pixels in which all samples see the same.
@@ -81,8 +81,8 @@ pub fn extract_fragments<'a, L: Lanes>(
         if same & empty == u16::MAX {
             continue;
         }
-        let column = (block % visibility.block_columns() * BLOCK) as u32;
-        let row = (block / visibility.block_columns() * BLOCK) as u32;
+        let column = (block % buffer.block_columns() * BLOCK) as u32;
+        let row = (block / buffer.block_columns() * BLOCK) as u32;
         let corner = Fragment::pixel_at(column, row);
         let inside = inside(width - column, height - row);
         let whole =

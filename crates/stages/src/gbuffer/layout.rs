@@ -193,7 +193,7 @@ planes! {
     /// The same share of the base's lobe, and of the coat's.
     LOBE_SKY "lobe-visibility" 2 Range::UNIT;
     /// Unit mean of the directions that no other surface covers, weighted by the cosine; for users alone, where they ask for it.
-    OPEN_DIRECTION "open-direction" 3 VECTOR;
+    COMPUTED_BENT_NORMAL "computed-bent-normal" 3 VECTOR;
     /// Premultiplied linear colour of what is seen through the surface.
     BACKDROP_COLOR "backdrop-color" 3 Range::new(0.0, f32::MAX);
     /// Its opacity in red, green and blue, which dispersion bends to different places.

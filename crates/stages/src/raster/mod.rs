@@ -13,14 +13,14 @@ mod edges;
 mod samples;
 mod small;
 mod triangle;
-mod visibility;
+mod visibility_buffer;
 
 pub use disc::{Disc, Spread};
 pub use edges::{EdgeFunctions, TileOrigin};
 pub use samples::{SamplePattern, SampleSums};
 pub use small::{FewPixels, OutlineLanes, SmallLanes, SmallSamples};
 pub use triangle::Triangle;
-pub use visibility::{NO_TRIANGLE, Visibility};
+pub use visibility_buffer::{NO_TRIANGLE, VisibilityBuffer};
 
 /// Sub-pixel bits of a screen position.
 pub const SUBPIXEL_BITS: u32 = 8;

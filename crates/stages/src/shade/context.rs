@@ -1,6 +1,6 @@
 //! What the shading pass knows of the picture as a whole.
 
-use super::LampVisibility;
+use super::LampOcclusion;
 use crate::gbuffer::Draw;
 use crate::light::{AreaLight, EnvironmentLight, PunctualLight};
 use overcoat_core::built::Shadows;
@@ -79,7 +79,7 @@ pub struct ShadeContext<'a> {
     /// Depth maps that say what blocks the environment; with 0 nothing does, and no plane says so.
     pub maps: u32,
     /// What is in the way of lights, if that is known.
-    pub lamps: Option<LampVisibility<'a>>,
+    pub lamps: Option<LampOcclusion<'a>>,
     /// Rays that each lobe sends.
     pub lobe_rays: u32,
     /// Rays of a fragment to surfaces that shine.

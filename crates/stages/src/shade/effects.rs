@@ -5,7 +5,7 @@
 //! ([`layout::EFFECTS`](crate::gbuffer::layout::EFFECTS)): it writes no others, and nobody else writes these. Shading reads
 //! them in one place each.
 
-use super::{Backdrop, LightVisibility, LitShares, OpenDirections, ShadeContext, TracedLight};
+use super::{Backdrop, BentNormals, LightOcclusion, LitShares, ShadeContext, TracedLight};
 use crate::gbuffer::layout::SurfacePlanes;
 use overcoat_core::math::lanes::Lanes;
 use overcoat_scene::Material;
@@ -33,9 +33,9 @@ pub struct Effects<'a> {
     /// What is seen through refracting surfaces.
     pub backdrop: Option<&'a Backdrop>,
     /// What light from afar reaches surfaces past others.
-    pub visibility: Option<LightVisibility<'a>>,
+    pub occlusion: Option<LightOcclusion<'a>>,
     /// From where light can arrive, if users ask for it.
-    pub open_directions: Option<OpenDirections<'a>>,
+    pub bent_normals: Option<BentNormals<'a>>,
     /// How much of all lights arrives, if users ask for it.
     pub lit_shares: Option<LitShares>,
     /// What light other surfaces send, by rays; [`TracedLight::fill`] is called by itself, after these.
@@ -52,13 +52,13 @@ impl Effects<'_> {
         material: &Material,
         planes: &mut SurfacePlanes,
     ) {
-        if let Some(visibility) = self.visibility.filter(|effect| effect.is_read(material)) {
-            visibility.fill(l, context, material, planes);
+        if let Some(occlusion) = self.occlusion.filter(|effect| effect.is_read(material)) {
+            occlusion.fill(l, context, material, planes);
         }
         if let Some(lit) = self.lit_shares.filter(|effect| effect.is_read(material)) {
             lit.fill(l, context, material, planes);
         }
-        if let Some(open) = self.open_directions.filter(|effect| effect.is_read(material)) {
+        if let Some(open) = self.bent_normals.filter(|effect| effect.is_read(material)) {
             open.fill(l, context, material, planes);
         }
         if let Some(backdrop) = self.backdrop.filter(|effect| effect.is_read(material)) {

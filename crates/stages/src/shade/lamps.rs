@@ -6,9 +6,9 @@
 
 use super::ShadeContext;
 use super::effects::Effect;
+use super::occlusion::{LobeShares, is_coat, share};
 use super::record::{get, get_vector, put};
 use super::surface::SurfacePlace;
-use super::visibility::{LobeShares, is_coat, share};
 use crate::gbuffer::Batch;
 use crate::gbuffer::layout::{self, SurfacePlanes};
 use crate::light::{AreaLight, AreaShape, LUMINANCE, LightSample, PunctualLight};
@@ -22,8 +22,8 @@ use overcoat_shading::coat::EnvironmentQuery;
 
 /// What is prepared of the lamps of a scene, whatever the camera.
 #[derive(Clone, Copy, Debug)]
-pub struct LampVisibility<'a> {
-    /// What each sees: first the lights without extent, by their number, then [`LampVisibility::parts`].
+pub struct LampOcclusion<'a> {
+    /// What each sees: first the lights without extent, by their number, then [`LampOcclusion::parts`].
     pub maps: &'a LampMaps,
     /// Number of lights without extent.
     pub punctual: usize,
@@ -47,7 +47,7 @@ pub struct LampPart {
 /// Corners whose normals are further off the triangle than this cosine say nothing of a smooth surface.
 const SMOOTH: f32 = 0.3;
 
-/// Writes what [`LampVisibility`] needs of a surface: the rows [`layout::LIT`]. The surface and its triangles are in `planes`.
+/// Writes what [`LampOcclusion`] needs of a surface: the rows [`layout::LIT`]. The surface and its triangles are in `planes`.
 #[inline(never)]
 pub fn store_lit<L: Lanes>(
     l: L,
@@ -104,7 +104,7 @@ fn smooth_position<L: Lanes>(
     position + Vec3::from_array(place.location().interpolate(&shifts))
 }
 
-impl LampVisibility<'_> {
+impl LampOcclusion<'_> {
     /// Irradiance over pi of all rectangles and tubes, of that which would reach the base.
     #[inline(always)]
     pub(super) fn irradiance<L: Lanes>(l: L, planes: &SurfacePlanes, unoccluded: V3<L>) -> V3<L> {

@@ -3,6 +3,7 @@
 mod alpha;
 mod area;
 mod backdrop;
+mod bent_normal;
 mod context;
 mod cost;
 mod effects;
@@ -14,7 +15,7 @@ mod lobes;
 mod model;
 mod models;
 mod normals;
-mod open_direction;
+mod occlusion;
 mod paint;
 mod reader;
 mod record;
@@ -23,18 +24,18 @@ mod surface;
 mod traced;
 mod transmission;
 mod variation;
-mod visibility;
 
 pub use alpha::alpha_passes;
 pub use backdrop::{Backdrop, Level};
+pub use bent_normal::BentNormals;
 pub use context::{ShadeContext, ViewRays};
 pub use cost::ShadingCost;
 pub use effects::{Effect, Effects};
-pub use lamps::{LampPart, LampVisibility, LitShares, store_lit};
+pub use lamps::{LampOcclusion, LampPart, LitShares, store_lit};
 pub use lighting::shade;
 pub use lobe_samples::LobeSamples;
 pub use lobes::LobeValues;
-pub use open_direction::OpenDirections;
+pub use occlusion::{DistantLight, LightOcclusion};
 pub use record::store_surface;
 pub use surface::{
     Dielectric, Reflectance, Surface, SurfacePlace, SurfaceReading, ask_for_textures, store_face,
@@ -42,4 +43,3 @@ pub use surface::{
 pub use traced::{Emitters, Found, Senders, TraceScratch, TracedLight, TracedLobe};
 pub use transmission::{Passed, pass_through, store_transmission};
 pub use variation::NormalFilter;
-pub use visibility::{DistantLight, LightVisibility};

@@ -5,10 +5,10 @@
 //! by way of [`Source`]. Most are [`AdditiveModel`]s; those that compose diffuse and specular light apart have a sum of their own.
 
 use super::incident::{Surroundings, arriving_light, sheen_radiance};
-use super::lamps::LampVisibility;
+use super::lamps::LampOcclusion;
+use super::occlusion::LightOcclusion;
 use super::transmission::shaded_color;
 use super::variation::{NormalFilter, NormalFiltering, shaded_roughness};
-use super::visibility::LightVisibility;
 use super::{ShadeContext, Surface, paint};
 use crate::gbuffer::layout::SurfacePlanes;
 use crate::light::LightSample;
@@ -177,9 +177,9 @@ impl<L: Lanes> Source<'_, L> {
         if !self.is_blocked() {
             unoccluded
         } else if self.is_environment() {
-            LightVisibility::irradiance(l, self.planes, unoccluded)
+            LightOcclusion::irradiance(l, self.planes, unoccluded)
         } else {
-            LampVisibility::irradiance(l, self.planes, unoccluded)
+            LampOcclusion::irradiance(l, self.planes, unoccluded)
         }
     }
 
@@ -196,9 +196,9 @@ impl<L: Lanes> Source<'_, L> {
         if !self.is_blocked() {
             unoccluded
         } else if self.is_environment() {
-            LightVisibility::radiance(l, self.planes, self.material, &query, unoccluded)
+            LightOcclusion::radiance(l, self.planes, self.material, &query, unoccluded)
         } else {
-            LampVisibility::radiance(l, self.planes, self.material, &query, unoccluded)
+            LampOcclusion::radiance(l, self.planes, self.material, &query, unoccluded)
         }
     }
 
@@ -224,7 +224,7 @@ impl<L: Lanes> Source<'_, L> {
             return self.radiance(l, query);
         }
         let unoccluded = sheen_radiance(l, self.context, self.material, self.surface.vertex_normal, query);
-        if self.is_blocked() { LightVisibility::irradiance(l, self.planes, unoccluded) } else { unoccluded }
+        if self.is_blocked() { LightOcclusion::irradiance(l, self.planes, unoccluded) } else { unoccluded }
     }
 
     /// [`Source::sheen_radiance`] as models take it.

@@ -2,8 +2,8 @@
 
 use super::TracedLobe;
 use crate::gbuffer::layout::SurfacePlanes;
+use crate::shade::occlusion::share;
 use crate::shade::record::{get, get_vector, put};
-use crate::shade::visibility::share;
 use overcoat_core::math::lanes::{Float, LANES, Lanes, Mask};
 use overcoat_core::math::vec3::{V3, Vec3};
 use overcoat_scene::Material;

@@ -35,7 +35,7 @@ impl TracedLight<'_> {
     /// Into how many parts the maps are divided: each enough for the rough idea that wide lobes want of what shines on one hit
     /// of many.
     fn parts(&self) -> usize {
-        (self.visibility.lights.len() / DIRECTIONS).clamp(1, usize::from(ALL))
+        (self.occlusion.lights.len() / DIRECTIONS).clamp(1, usize::from(ALL))
     }
 
     /// The directions that a ray's hit is lit by: each of a wide lobe's by some, those of a narrow one by all.
@@ -86,7 +86,7 @@ impl TracedLight<'_> {
                 store_face(l, context, batch, &surface, planes);
                 store_lit(l, context, material, batch, &surface, planes);
                 let directions = if part == ALL { (0, 1) } else { (usize::from(part), self.parts()) };
-                self.visibility.fill_by(l, context, material, planes, directions);
+                self.occlusion.fill_by(l, context, material, planes, directions);
             }
             let radiance = shade(l, context, model, material, planes).to_arrays();
             for (lane, k) in sixteen.iter().enumerate() {

@@ -1,7 +1,7 @@
 //! Light of other surfaces, by rays: what blocks a lobe is shaded where it is hit, one bounce.
 //!
 //! Each lobe of a fragment sends a few rays. Those that miss everything say how much of the environment's light is open (a
-//! ratio again, as in `visibility.rs`, so that open lobes keep the bits of the prefiltered environment); those that hit bring
+//! ratio again, as in `occlusion.rs`, so that open lobes keep the bits of the prefiltered environment); those that hit bring
 //! the radiance of what they hit, by the model and the textures of its own material, under the light that the depth maps let
 //! reach it (`hits.rs`). What rays have found is kept as sums ([`Found`]), so that those of neighbours can be added before
 //! shading reads what they come to.
@@ -17,9 +17,9 @@ pub use lobe::TracedLobe;
 
 use super::ShadeContext;
 use super::lobe_samples::{LobeSamples, cosine_direction, ggx_direction};
+use super::occlusion::LightOcclusion;
 use super::record::{get, get_vector};
 use super::surface::hit_opacity;
-use super::visibility::LightVisibility;
 use crate::bvh::{Hierarchy, Hit, Ray, Traversal};
 use crate::gbuffer::Batch;
 use crate::gbuffer::layout::{self, SurfacePlanes};
@@ -46,7 +46,7 @@ pub struct TracedLight<'a> {
     /// What of the triangles shines.
     pub emitters: &'a Emitters,
     /// What light reaches the places that are hit.
-    pub visibility: LightVisibility<'a>,
+    pub occlusion: LightOcclusion<'a>,
 }
 
 /// Those of whom rays are sent.
@@ -84,7 +84,7 @@ impl TraceScratch {
 
 impl TracedLight<'_> {
     /// Sends the rays of up to sixteen fragments of a material, shades what they hit, and fills the planes of
-    /// [`LightVisibility`] anew.
+    /// [`LightOcclusion`] anew.
     #[inline(never)]
     pub fn fill<L: Lanes>(
         &self,

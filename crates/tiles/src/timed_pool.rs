@@ -7,7 +7,7 @@ use std::time::Duration;
 
 /// Runs the loops of one picture and writes down how long they take. The times are only for the user to read: no result
 /// depends on them.
-pub struct Crew<'a> {
+pub struct TimedPool<'a> {
     /// Worker threads.
     pub jobs: &'a Jobs,
     /// Some thread's processor state is not the default.
@@ -18,7 +18,7 @@ pub struct Crew<'a> {
     parallel: Duration,
 }
 
-impl<'a> Crew<'a> {
+impl<'a> TimedPool<'a> {
     /// Starts the clock.
     pub fn new(jobs: &'a Jobs) -> Self {
         let foreign = AtomicBool::new(!arithmetic_is_default());

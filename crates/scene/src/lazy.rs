@@ -1,12 +1,12 @@
-//! Images that are decoded when it is known what of them is seen.
+//! Lazy images: decoded when it is known what of them is seen.
 //!
 //! Of each form of such an image, the rows of each level that pictures have asked for are kept: the same texels that
 //! [`Texture::new`] makes of the whole image, made while its rows are decoded. Pictures say which rows they read
-//! ([`Form::want`]), and whoever draws them sees to it that these are there ([`DeferredImage::provide`]).
+//! ([`Form::want`]), and whoever draws them sees to it that these are there ([`LazyImage::provide`]).
 
-use super::bands::{BandLayout, Bands};
 use super::mipmap::Chain;
 use super::parameters::{EMISSIVE_TEXTURE, slots};
+use super::row_bands::{BandLayout, RowBands};
 use super::texture::{full_layout, is_opaque};
 use super::{AlphaUse, ColorSpace, Image, Material, Sampler, Scene, Texture, TextureId, TextureRef};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -23,7 +23,7 @@ pub trait ImageSource: Send + Sync {
 }
 
 /// An image and its forms.
-pub struct DeferredImage {
+pub struct LazyImage {
     size: [u32; 2],
     /// It has no alpha.
     opaque: bool,
@@ -48,27 +48,27 @@ struct FormState {
     whole: OnceLock<Box<Texture>>,
 }
 
-impl std::fmt::Debug for DeferredImage {
+impl std::fmt::Debug for LazyImage {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "DeferredImage({} x {})", self.size[0], self.size[1])
+        write!(f, "LazyImage({} x {})", self.size[0], self.size[1])
     }
 }
 
 /// A texture's form of its image.
 #[derive(Clone, Debug)]
 pub struct Form {
-    image: Arc<DeferredImage>,
+    image: Arc<LazyImage>,
     number: usize,
 }
 
 impl Form {
     /// The form of a number, if there is one.
-    pub fn new(image: &Arc<DeferredImage>, number: usize) -> Option<Self> {
+    pub fn new(image: &Arc<LazyImage>, number: usize) -> Option<Self> {
         (number < image.forms.len()).then(|| Self { image: Arc::clone(image), number })
     }
 
     /// The image.
-    pub fn image(&self) -> &Arc<DeferredImage> {
+    pub fn image(&self) -> &Arc<LazyImage> {
         &self.image
     }
 
@@ -136,7 +136,7 @@ impl Form {
     }
 }
 
-impl DeferredImage {
+impl LazyImage {
     /// An image of this size in some forms. `opaque`: it has no alpha.
     pub fn new(
         size: [u32; 2],
@@ -297,7 +297,7 @@ impl<'a> Lacking<'a> {
         let FormState { color_space, alpha, sampler, layout, .. } = self.form.state();
         let alpha = if *alpha == AlphaUse::Normals && !opaque { AlphaUse::Data } else { *alpha };
         let levels = full_layout(self.form.image.size, sampler);
-        Chain::new(&levels, Bands::new(layout, self.wanted.clone()), *color_space, alpha)
+        Chain::new(&levels, RowBands::new(layout, self.wanted.clone()), *color_space, alpha)
     }
 }
 

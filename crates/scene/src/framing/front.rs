@@ -1,6 +1,6 @@
 //! Which way a model faces whose file does not say so.
 
-use super::Scene;
+use crate::Scene;
 use glam::DVec3;
 
 /// A body is long if it is so many times as long, along Z, as it is wide.
@@ -26,7 +26,7 @@ const MOST: u64 = 1 << 16;
 /// True if the model is a long body whose head is at its -Z end. OBJ and PLY do not say where a model faces. Most face +Z as
 /// glTF's do; animals, above all, come either way, and are recognised by a head that is held high or has a tail at the other
 /// end. What is as wide as it is long, or whose sides differ, is left alone.
-pub(super) fn faces_back(scene: &Scene) -> bool {
+pub(crate) fn faces_back(scene: &Scene) -> bool {
     let bounds = scene.bounds();
     let [width, height, length] = bounds.size();
     // Not where these are infinite, or no numbers.

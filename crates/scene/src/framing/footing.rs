@@ -1,6 +1,6 @@
 //! Where a scene stands.
 
-use super::{AlphaMode, Bounds, PrimitiveKind, Scene};
+use crate::{AlphaMode, Bounds, PrimitiveKind, Scene};
 
 /// Where a floor lies under a scene, and how large the scene is over it.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -12,7 +12,7 @@ pub const NO_TRIANGLE: u32 = u32::MAX;
 
 /// Depth and triangle of every sample of a tile, block by block, sample by sample, sixteen pixels a vector.
 #[derive(Clone, Debug, Default)]
-pub struct Visibility {
+pub struct VisibilityBuffer {
     /// Blocks in a row.
     columns: usize,
     /// Samples a pixel.
@@ -38,7 +38,7 @@ struct BlockSpan {
     full: bool,
 }
 
-impl Visibility {
+impl VisibilityBuffer {
     /// Forgets everything: `width` x `height` pixels (up to 64 each) of `samples` samples, without a surface.
     pub fn clear(&mut self, width: usize, height: usize, samples: usize) {
         self.columns = width.div_ceil(BLOCK);
@@ -175,7 +175,7 @@ impl Visibility {
         );
     }
 
-    /// Draws a small triangle, with the same result as [`Visibility::draw`].
+    /// Draws a small triangle, with the same result as [`VisibilityBuffer::draw`].
     #[inline(always)]
     fn draw_small(
         &mut self,
@@ -191,7 +191,7 @@ impl Visibility {
         }
     }
 
-    /// Draws a triangle of few pixels, with the same result as [`Visibility::draw`].
+    /// Draws a triangle of few pixels, with the same result as [`VisibilityBuffer::draw`].
     #[inline(always)]
     fn draw_pixels<L: Lanes>(
         &mut self,
@@ -270,7 +270,7 @@ impl Visibility {
         Self::blocks_of(disc.pixel_box(origin, self.width, self.height))
     }
 
-    /// Draws a disc, as [`Visibility::draw`] does a triangle.
+    /// Draws a disc, as [`VisibilityBuffer::draw`] does a triangle.
     #[inline(always)]
     pub fn draw_disc<L: Lanes>(
         &mut self,
@@ -315,7 +315,7 @@ impl Visibility {
         );
     }
 
-    /// Visits the samples that a disc covers, as [`Visibility::visit_visible`] does those of a triangle.
+    /// Visits the samples that a disc covers, as [`VisibilityBuffer::visit_visible`] does those of a triangle.
     #[inline(always)]
     pub fn visit_visible_disc<L: Lanes>(
         &self,

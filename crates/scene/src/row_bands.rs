@@ -1,4 +1,4 @@
-//! Levels of which only some rows are there, in bands of eight.
+//! Row bands: levels of which only some rows are there, eight by eight.
 
 use super::LevelLayout;
 
@@ -17,7 +17,7 @@ pub struct BandLayout {
 
 /// Which bands of a texture are there, and where.
 #[derive(Debug)]
-pub struct Bands {
+pub struct RowBands {
     layout: BandLayout,
     /// A bit for each.
     present: Vec<u64>,
@@ -62,7 +62,7 @@ impl BandLayout {
     }
 }
 
-impl Bands {
+impl RowBands {
     /// Those of which `present` has a bit, and no others.
     pub fn new(layout: &BandLayout, mut present: Vec<u64>) -> Self {
         present.resize(layout.words(), 0);
@@ -152,7 +152,7 @@ mod tests {
         let layout = BandLayout::new(&levels);
         assert_eq!((layout.count, layout.words(), layout.texels()), (9, 1, 861));
         // Of level 0 the second and the last, which has one row; the first of level 1; the last level.
-        let bands = Bands::new(&layout, vec![0b1_0011_0010]);
+        let bands = RowBands::new(&layout, vec![0b1_0011_0010]);
         let rows = |level: usize| (0..levels[level].height).map(move |row| (level, row));
         let mut next = 0;
         for (level, row) in (0..4).flat_map(rows) {
@@ -166,11 +166,11 @@ mod tests {
             next += if there { levels[level].width as usize } else { 0 };
         }
         assert_eq!(bands.texels(), next);
-        assert_eq!(Bands::new(&layout, vec![]).texels(), 0);
-        let rows = |bits: u64| Bands::new(&layout, vec![bits]).source_rows();
+        assert_eq!(RowBands::new(&layout, vec![]).texels(), 0);
+        let rows = |bits: u64| RowBands::new(&layout, vec![bits]).source_rows();
         assert_eq!([0, 1, 0b10, 0b1_0000, 0b10_0000, 0b100_0000].map(rows), [0, 8, 16, 33, 17, 33]);
         assert_eq!([0b1000_0000, 0b1_0000_0000].map(rows), [33, 15]);
         assert_eq!(layout.all().collect::<Vec<_>>(), [0b1_1111_1111]);
-        assert_eq!(Bands::new(&layout, layout.all().collect()).texels(), layout.texels());
+        assert_eq!(RowBands::new(&layout, layout.all().collect()).texels(), layout.texels());
     }
 }

@@ -1,15 +1,15 @@
 //! What blocks light in a scene, whatever the camera: depth maps from the directions of its environment, and what rays are
 //! traced through. Kept for as long as neither changes: the frames of a turntable share them.
 
-use super::crew::Crew;
 use super::options::RenderOptions;
 use super::quality::{Quality, Visibility};
+use super::timed_pool::TimedPool;
 use overcoat_core::built::Shadows;
 use overcoat_core::limits::{LimitExceeded, Limits};
 use overcoat_scene::{Mesh, Revision, Scene, Transform};
 use overcoat_stages::bvh::Hierarchy;
 use overcoat_stages::light::EnvironmentLight;
-use overcoat_stages::shade::{DistantLight, Emitters, LightVisibility, LobeSamples, TracedLight};
+use overcoat_stages::shade::{DistantLight, Emitters, LightOcclusion, LobeSamples, TracedLight};
 use overcoat_stages::shadow::{self, Blockers, DepthMaps};
 
 /// Lengths below this part of a scene's size mean nothing: rays start so far off their surface.
@@ -20,7 +20,7 @@ const BYTES_PER_TRIANGLE: u64 = 200;
 
 /// What was found of the last scene.
 #[derive(Debug, Default)]
-pub struct VisibilityMemory {
+pub struct OcclusionMemory {
     lights: Vec<DistantLight>,
     blockers: Blockers,
     size: u32,
@@ -50,11 +50,11 @@ struct TracedScene {
     epsilon: f32,
 }
 
-impl VisibilityMemory {
+impl OcclusionMemory {
     /// Finds what blocks the light of an environment in a scene, unless it is known.
     pub fn prepare(
         &mut self,
-        crew: &Crew<'_>,
+        pool: &TimedPool<'_>,
         scene: &Scene,
         environment: &EnvironmentLight<'_>,
         options: &RenderOptions,
@@ -71,7 +71,7 @@ impl VisibilityMemory {
             None
         } else {
             self.of_scene = None;
-            Some(Blockers::of_scene(scene, limits, crew.jobs)?).filter(|listed| *listed != self.blockers)
+            Some(Blockers::of_scene(scene, limits, pool.jobs)?).filter(|listed| *listed != self.blockers)
         };
         let moved = listed.is_some();
         let blockers = listed.as_ref().unwrap_or(&self.blockers);
@@ -80,7 +80,7 @@ impl VisibilityMemory {
             let size = asked.map_size as usize;
             self.size = 0;
             self.made += 1;
-            self.maps = DepthMaps::within(limits, blockers, &directions, size, crew.jobs, options.simd)?;
+            self.maps = DepthMaps::within(limits, blockers, &directions, size, pool.jobs, options.simd)?;
             (self.lights, self.size) = (lights, asked.map_size);
         }
         if let Some(blockers) = listed {
@@ -94,7 +94,7 @@ impl VisibilityMemory {
         // The same triangles may be those of other draws.
         if asked.rays > 0 && self.traced.draws != numbered(scene) {
             self.traced = TracedScene::default();
-            self.traced.build(crew, scene, limits)?;
+            self.traced.build(pool, scene, limits)?;
         }
         if asked.rays > 0 {
             self.traced.list_emitters(scene, &mut self.emitters);
@@ -103,14 +103,14 @@ impl VisibilityMemory {
     }
 
     /// What the maps know; `None` if nothing blocks light.
-    pub fn maps(&self) -> Option<LightVisibility<'_>> {
+    pub fn maps(&self) -> Option<LightOcclusion<'_>> {
         self.maps_of_ground().map(|(maps, _)| maps).filter(|_| self.is_on)
     }
 
     /// What the maps know, whether surfaces are shaded with it or not, and how many times maps were made until then.
-    pub fn maps_of_ground(&self) -> Option<(LightVisibility<'_>, u64)> {
+    pub fn maps_of_ground(&self) -> Option<(LightOcclusion<'_>, u64)> {
         let built = Shadows::BUILT?;
-        Some((LightVisibility { lights: &self.lights, maps: &self.maps, built }, self.made))
+        Some((LightOcclusion { lights: &self.lights, maps: &self.maps, built }, self.made))
     }
 
     /// What blocks light, if it was asked for, and its number among all that did.
@@ -120,7 +120,7 @@ impl VisibilityMemory {
 
     /// What rays find; `None` without rays.
     pub fn traced(&self) -> Option<TracedLight<'_>> {
-        let visibility = self.maps()?;
+        let occlusion = self.maps()?;
         let TracedScene { corners, draws, hierarchy, epsilon } = &self.traced;
         (!self.samples.is_empty() && !hierarchy.is_empty()).then_some(TracedLight {
             hierarchy,
@@ -129,7 +129,7 @@ impl VisibilityMemory {
             samples: &self.samples,
             epsilon: *epsilon,
             emitters: &self.emitters,
-            visibility,
+            occlusion,
         })
     }
 }
@@ -174,7 +174,7 @@ fn numbered(scene: &Scene) -> Vec<(u32, u32)> {
 
 impl TracedScene {
     /// Lists the triangles of opaque and alpha-masked surfaces, and builds their hierarchy.
-    fn build(&mut self, crew: &Crew<'_>, scene: &Scene, limits: &Limits) -> Result<(), LimitExceeded> {
+    fn build(&mut self, pool: &TimedPool<'_>, scene: &Scene, limits: &Limits) -> Result<(), LimitExceeded> {
         let what = || "triangles that rays can hit".to_owned();
         let count: u64 = blocking(scene).map(|(_, mesh, _)| mesh.triangles().len() as u64).sum();
         Limits::check(what, count.saturating_mul(BYTES_PER_TRIANGLE), limits.frame_bytes, "frame_bytes")?;
@@ -194,7 +194,7 @@ impl TracedScene {
             largest = if c.abs() > largest { c.abs() } else { largest };
         }
         self.epsilon = largest * EPSILON;
-        self.hierarchy = Hierarchy::new(&self.corners, crew.jobs);
+        self.hierarchy = Hierarchy::new(&self.corners, pool.jobs);
         Ok(())
     }
 

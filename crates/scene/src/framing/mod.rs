@@ -1,91 +1,23 @@
-//! Boxes, and cameras that fit what is in them.
+//! The automatic camera: which way a scene stands and faces, what of it can be seen, and a view that fits it.
 
-use super::extent::{self, Extent};
-use super::facing::{Estimate, Facing};
-use super::front;
-use super::{Camera, Mesh, MeshId, Projection, Scene, SplatCloud, Transform};
+mod crowd;
+pub(crate) mod extent;
+mod facing;
+mod fit;
+mod footing;
+mod front;
+pub(crate) mod orientation;
+mod origin;
+pub(crate) mod seen;
+
+pub use crowd::Crowd;
+pub use fit::Fit;
+pub use footing::Footing;
+pub use orientation::{Axis, Orientation};
+
+use crate::{Camera, Projection, Scene};
+use facing::{Estimate, Facing};
 use glam::DVec3;
-
-/// An axis-aligned box in double precision; empty where `min > max`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bounds {
-    /// Smallest corner.
-    pub min: [f64; 3],
-    /// Largest corner.
-    pub max: [f64; 3],
-}
-
-impl Bounds {
-    /// The box that contains nothing.
-    pub const EMPTY: Self = Self { min: [f64::INFINITY; 3], max: [f64::NEG_INFINITY; 3] };
-
-    /// True if it contains nothing.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        (0..3).any(|k| self.min[k] > self.max[k])
-    }
-
-    /// Grows to contain a point.
-    pub fn include(&mut self, p: [f32; 3]) {
-        for k in 0..3 {
-            let v = f64::from(p[k]);
-            if v < self.min[k] {
-                self.min[k] = v;
-            }
-            if v > self.max[k] {
-                self.max[k] = v;
-            }
-        }
-    }
-
-    /// The box around both.
-    #[must_use]
-    pub fn union(&self, other: &Self) -> Self {
-        let mut out = *self;
-        for k in 0..3 {
-            if other.min[k] < out.min[k] {
-                out.min[k] = other.min[k];
-            }
-            if other.max[k] > out.max[k] {
-                out.max[k] = other.max[k];
-            }
-        }
-        out
-    }
-
-    /// The box around the eight transformed corners.
-    #[must_use]
-    pub fn transformed(&self, transform: &Transform) -> Self {
-        if self.is_empty() {
-            return Self::EMPTY;
-        }
-        let mut out = Self::EMPTY;
-        for corner in 0..8 {
-            let p = transform
-                .point(std::array::from_fn(|k| if corner >> k & 1 == 1 { self.max[k] } else { self.min[k] }));
-            out = out.union(&Self { min: p, max: p });
-        }
-        out
-    }
-
-    /// True if every coordinate's magnitude is at most `limit`.
-    #[must_use]
-    pub fn within(&self, limit: f64) -> bool {
-        self.min.iter().chain(&self.max).all(|v| v.abs() <= limit)
-    }
-
-    /// Midpoint.
-    #[must_use]
-    pub fn center(&self) -> [f64; 3] {
-        std::array::from_fn(|k| 0.5 * (self.min[k] + self.max[k]))
-    }
-
-    /// Edge lengths.
-    #[must_use]
-    pub fn size(&self) -> [f64; 3] {
-        std::array::from_fn(|k| self.max[k] - self.min[k])
-    }
-}
 
 /// How a camera is placed when the user gives none.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -134,7 +66,7 @@ impl Framing {
     /// The front is +Z of the scene. Where the file's format does not say so ([`Orientation::front_is_known`]) and the model is
     /// a long body whose head is at the other end, it is -Z.
     ///
-    /// [`Orientation::front_is_known`]: super::Orientation::front_is_known
+    /// [`Orientation::front_is_known`]: crate::Orientation::front_is_known
     #[must_use]
     pub fn automatic(scene: &Scene) -> Self {
         let framing = Self { direction: Self::automatic_direction(scene), ..Self::default() };
@@ -203,124 +135,6 @@ impl Framing {
     }
 }
 
-/// Finds the camera that fits several scenes, for pictures that follow each other: poses of one model, or a model that
-/// turns.
-#[derive(Debug)]
-pub struct Fit {
-    framing: Framing,
-    bounds: Bounds,
-    /// Centre of the first scene that is not empty: what everything is measured from.
-    center: [f64; 3],
-    reach: Reach,
-}
-
-impl Fit {
-    /// Nothing to fit yet.
-    #[must_use]
-    pub fn new(framing: Framing) -> Self {
-        let center = [0.0; 3];
-        let reach = Reach::new(framing.axes(), center, framing.tangents());
-        Self { framing, bounds: Bounds::EMPTY, center, reach }
-    }
-
-    /// Takes in a scene.
-    pub fn include(&mut self, scene: &Scene) {
-        self.include_moved(scene, &Transform::IDENTITY);
-    }
-
-    /// Takes in a scene that stands elsewhere.
-    pub fn include_moved(&mut self, scene: &Scene, by: &Transform) {
-        // What overflows there cannot be drawn either.
-        let placed = |transform: &Transform| by.after(transform).unwrap_or(*transform);
-        let bounds = scene.seen_instances().fold(Bounds::EMPTY, |all, instance| {
-            let mesh = &scene.meshes()[instance.mesh.index()];
-            all.union(&mesh.bounds().transformed(&placed(&instance.transform)))
-        });
-        let bounds = scene.splat_instances().iter().fold(bounds, |all, instance| {
-            let cloud = &scene.splats()[instance.cloud.index()];
-            all.union(&cloud.shown_bounds().transformed(&placed(&instance.transform)))
-        });
-        if bounds.is_empty() {
-            return;
-        }
-        if self.bounds.is_empty() {
-            self.center = bounds.center();
-            self.reach = Reach::new(self.framing.axes(), self.center, self.framing.tangents());
-        }
-        self.bounds = self.bounds.union(&bounds);
-        let mut used: Option<(MeshId, Option<Vec<bool>>)> = None;
-        for instance in scene.seen_instances() {
-            let mesh = &scene.meshes()[instance.mesh.index()];
-            let measures = self.reach.measures(&placed(&instance.transform));
-            let bounds = mesh.bounds();
-            if bounds.is_empty() || !self.reach.grows(&measures, bounds) {
-                continue;
-            }
-            // Copies of a mesh often follow each other.
-            if used.as_ref().is_none_or(|(id, _)| *id != instance.mesh) {
-                used = Some((instance.mesh, mesh.used_vertices()));
-            }
-            let used = used.as_ref().and_then(|(_, used)| used.as_deref());
-            self.reach.visit(&measures, mesh, used);
-        }
-        for instance in scene.splat_instances() {
-            let cloud = &scene.splats()[instance.cloud.index()];
-            self.reach.visit_splats(&self.reach.measures(&placed(&instance.transform)), cloud);
-        }
-    }
-
-    /// The camera closest to the scenes that has every vertex of each in the picture, as [`Framing::camera`].
-    #[must_use]
-    pub fn camera(self) -> Camera {
-        let Self { framing, bounds, center, mut reach } = self;
-        let size = bounds.size();
-        let diagonal = (size[0] * size[0] + size[1] * size[1] + size[2] * size[2]).sqrt();
-        let magnitude = center.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-        let axes = framing.axes();
-        let [_, tan_y] = framing.tangents();
-        let (keep, aspect) = (framing.keep(), framing.clamped_aspect());
-        // A model without extent, or with less than its coordinates resolve, is framed as a cube around it: of
-        // 1 m, or larger where single precision could not hold the camera apart from the model.
-        let degenerate = bounds.is_empty() || diagonal < magnitude * 3e-7 || diagonal < SMALLEST;
-        if degenerate {
-            reach = Reach::new(axes, center, framing.tangents());
-            let half = 0.5 * (magnitude * 1e-3).max(1.0);
-            let measures = reach.measures(&Transform::IDENTITY);
-            for k in 0..8 {
-                let corner = |a: usize| center[a] + if k >> a & 1 == 1 { half } else { -half };
-                reach.include(&measures, [corner(0), corner(1), corner(2)]);
-            }
-        }
-
-        let Reach { planes: [right, left, top, bottom], depth: [far, near], .. } = reach;
-        let extent = (right + left).max((top + bottom) * aspect).max(near - far).max(SMALLEST);
-        // The camera is rounded to single precision; its error must not push a vertex out of the picture.
-        let slack = 2.0 * 5e-7 * (magnitude + extent);
-        let (width, height) = (right + left + slack, top + bottom + slack);
-        let x = 0.5 * (right - left);
-        let y = 0.5 * (top - bottom);
-        let (distance, projection) = if framing.orthographic {
-            let height = (width / aspect).max(height) / keep;
-            (near + extent, Projection::Orthographic { height: height as f32 })
-        } else {
-            let fov_y = f64::from(framing.fov_y).clamp(1e-3, std::f64::consts::PI - 1e-3);
-            // Each pair of opposite planes fixes the eye's place across the view and a least distance.
-            let distance = 0.5 * (width / (tan_y * aspect)).max(height / tan_y);
-            (distance.max(near + extent * 1e-3), Projection::Perspective { fov_y: fov_y as f32 })
-        };
-        let [axis_x, axis_y, back] = axes;
-        let eye = DVec3::from(center) + axis_x * x + axis_y * y + back * distance;
-        let target = eye - back * (distance - 0.5 * (far + near)).max(extent * 1e-3);
-        Camera {
-            eye: eye.to_array().map(|v| v as f32),
-            target: target.to_array().map(|v| v as f32),
-            up: axis_y.to_array().map(|v| v as f32),
-            projection,
-            near: ((distance - near) * 0.5).max(extent * 1e-4) as f32,
-        }
-    }
-}
-
 /// Views from the front and above, from behind and above, and from below; of each the preferred ones first.
 const VIEWS: [[[f32; 3]; 6]; 3] = [
     [
@@ -355,128 +169,10 @@ const ENOUGH: f64 = 0.5;
 /// and this part of what the best of all shows: there is one from the front and above for everything that is closed.
 const SOMETHING: f64 = 0.35;
 
-/// Smallest extent in metres of a model that is framed as it is.
-const SMALLEST: f64 = 1e-12;
-
-/// How far points reach beyond the four side planes of a view pyramid that stands at the centre of the scene.
-#[derive(Debug)]
-struct Reach {
-    /// For the right, left, upper and lower plane and for the depth: what it measures, as (direction, offset).
-    measures: [(DVec3, f64); 5],
-    /// Largest measure of right, left, top and bottom, in metres across the view.
-    planes: [f64; 4],
-    /// Farthest and nearest depth, in metres towards the viewer.
-    depth: [f64; 2],
-}
-
-impl Reach {
-    /// Nothing seen yet. `tangents`: of the half angles across and up; 0 for a parallel view.
-    fn new([right, up, back]: [DVec3; 3], center: [f64; 3], [tan_x, tan_y]: [f64; 2]) -> Self {
-        let directions =
-            [right + back * tan_x, back * tan_x - right, up + back * tan_y, back * tan_y - up, back];
-        let center = DVec3::from(center);
-        Self {
-            measures: directions.map(|d| (d, -d.dot(center))),
-            planes: [f64::NEG_INFINITY; 4],
-            depth: [f64::INFINITY, f64::NEG_INFINITY],
-        }
-    }
-
-    /// The measures of an instance's transformed point, as measures of the point.
-    fn measures(&self, transform: &Transform) -> Measures {
-        let rows = transform.rows();
-        Measures(self.measures.map(|(d, offset)| {
-            let along = |k: usize| d.x * rows[0][k] + d.y * rows[1][k] + d.z * rows[2][k];
-            ([along(0), along(1), along(2)], along(3) + offset)
-        }))
-    }
-
-    /// Takes in the vertices of an instance; `used` says which of them count, unless all do.
-    fn visit(&mut self, measures: &Measures, mesh: &Mesh, used: Option<&[bool]>) {
-        for (block, points) in mesh.positions().chunks(extent::BLOCK).enumerate() {
-            let Extent { low, high } = Extent::of(points);
-            let bounds = Bounds { min: low.map(f64::from), max: high.map(f64::from) };
-            if !self.grows(measures, &bounds) {
-                continue;
-            }
-            for (k, p) in points.iter().enumerate() {
-                if used.is_none_or(|used| used[block * extent::BLOCK + k]) {
-                    self.include(measures, p.map(f64::from));
-                }
-            }
-        }
-    }
-
-    /// Takes in the splats of an instance that a picture is to show.
-    fn visit_splats(&mut self, measures: &Measures, cloud: &SplatCloud) {
-        cloud.for_each_solid(|index, p, reach| {
-            // Most splats lie within others' reach.
-            let radius = reach * cloud.largest_scale(index);
-            let around = Bounds { min: p.map(|v| v - radius), max: p.map(|v| v + radius) };
-            if !self.grows(measures, &around) {
-                return;
-            }
-            let axes = cloud.axes(index);
-            let half = |k: usize| reach * measures.spread(k, &axes);
-            for (k, plane) in self.planes.iter_mut().enumerate() {
-                let m = measures.of(k, p) + half(k);
-                *plane = if m > *plane { m } else { *plane };
-            }
-            let (depth, half) = (measures.of(4, p), half(4));
-            self.depth[0] = if depth - half < self.depth[0] { depth - half } else { self.depth[0] };
-            self.depth[1] = if depth + half > self.depth[1] { depth + half } else { self.depth[1] };
-        });
-    }
-
-    /// False if no point of a box can change anything. Rounding keeps the order of numbers, so what is computed for
-    /// the corner that lies farthest along a measure is at least what is computed for any point of the box.
-    fn grows(&self, measures: &Measures, bounds: &Bounds) -> bool {
-        let farthest = |k: usize, sign: f64| {
-            let d = measures.0[k].0;
-            let corner = |a: usize| if d[a] * sign > 0.0 { bounds.max[a] } else { bounds.min[a] };
-            measures.of(k, [corner(0), corner(1), corner(2)])
-        };
-        // What is no number decides nothing.
-        let within = |k: usize| farthest(k, 1.0) <= self.planes[k];
-        let between = farthest(4, 1.0) <= self.depth[1] && farthest(4, -1.0) >= self.depth[0];
-        !(within(0) && within(1) && within(2) && within(3) && between)
-    }
-
-    /// Takes in a point.
-    fn include(&mut self, measures: &Measures, p: [f64; 3]) {
-        for (k, reach) in self.planes.iter_mut().enumerate() {
-            let m = measures.of(k, p);
-            *reach = if m > *reach { m } else { *reach };
-        }
-        let depth = measures.of(4, p);
-        self.depth[0] = if depth < self.depth[0] { depth } else { self.depth[0] };
-        self.depth[1] = if depth > self.depth[1] { depth } else { self.depth[1] };
-    }
-}
-
-/// What the five measures are for points of an instance, as (direction, offset).
-struct Measures([([f64; 3], f64); 5]);
-
-impl Measures {
-    /// Measure `k` of a point.
-    fn of(&self, k: usize, p: [f64; 3]) -> f64 {
-        let (d, offset) = &self.0[k];
-        d[0] * p[0] + d[1] * p[1] + d[2] * p[2] + offset
-    }
-
-    /// How far an ellipsoid with these half axes reaches along measure `k`.
-    fn spread(&self, k: usize, axes: &[[f64; 3]; 3]) -> f64 {
-        let (d, _) = &self.0[k];
-        let along = |axis: &[f64; 3]| d[0] * axis[0] + d[1] * axis[1] + d[2] * axis[2];
-        let [a, b, c] = [along(&axes[0]), along(&axes[1]), along(&axes[2])];
-        (a * a + b * b + c * c).sqrt()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Instance, Material, MeshData};
+    use crate::{Instance, Material, Mesh, MeshData, Transform};
 
     fn scene(positions: &[[f32; 3]], transform: Transform) -> Scene {
         let triangles = (0..positions.len().saturating_sub(2) as u32).map(|k| [k, k + 1, k + 2]).collect();

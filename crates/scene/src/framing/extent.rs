@@ -1,13 +1,13 @@
 //! Which vertices triangles use, and the boxes around them.
 
-use super::Bounds;
+use crate::Bounds;
 
 /// Vertices that are looked at as one: a box in four instructions a vertex.
-pub(super) const BLOCK: usize = 64;
+pub(crate) const BLOCK: usize = 64;
 
 /// The box around points in single precision.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Extent {
+pub(crate) struct Extent {
     pub low: [f32; 3],
     pub high: [f32; 3],
 }
@@ -16,7 +16,7 @@ impl Extent {
     const EMPTY: Self = Self { low: [f32::INFINITY; 3], high: [f32::NEG_INFINITY; 3] };
 
     /// The box around points, none of which has a coordinate that is NaN.
-    pub(super) fn of(points: &[[f32; 3]]) -> Self {
+    pub(crate) fn of(points: &[[f32; 3]]) -> Self {
         // Four points at a time are three vectors of four numbers.
         let (groups, rest) = points.as_flattened().as_chunks::<12>();
         let (mut low, mut high) = ([f32::INFINITY; 12], [f32::NEG_INFINITY; 12]);
@@ -51,7 +51,7 @@ impl Extent {
 ///
 /// # Errors
 /// The number of the first triangle with a vertex that does not exist.
-pub(super) fn used_vertices(vertices: usize, triangles: &[[u32; 3]]) -> Result<Vec<bool>, usize> {
+pub(crate) fn used_vertices(vertices: usize, triangles: &[[u32; 3]]) -> Result<Vec<bool>, usize> {
     let mut used = vec![false; vertices];
     for (block, first) in triangles.chunks(4096).zip((0..).step_by(4096)) {
         let largest =
@@ -70,18 +70,18 @@ pub(super) fn used_vertices(vertices: usize, triangles: &[[u32; 3]]) -> Result<V
 }
 
 /// True if all are; without an early exit within a block, so that it is compiled to vectors.
-pub(super) fn all(used: &[bool]) -> bool {
+pub(crate) fn all(used: &[bool]) -> bool {
     used.chunks(1024).all(|block| block.iter().fold(true, |all, &used| all & used))
 }
 
 /// The box around points, none of which has a coordinate that is NaN.
-pub(super) fn of_all(positions: &[[f32; 3]]) -> Bounds {
+pub(crate) fn of_all(positions: &[[f32; 3]]) -> Bounds {
     let Extent { low, high } = Extent::of(positions);
     Bounds { min: low.map(f64::from), max: high.map(f64::from) }
 }
 
 /// The box around the vertices that triangles use, as if each corner of each triangle had been included in turn.
-pub(super) fn bounds(positions: &[[f32; 3]], triangles: &[[u32; 3]], used: &[bool]) -> Bounds {
+pub(crate) fn bounds(positions: &[[f32; 3]], triangles: &[[u32; 3]], used: &[bool]) -> Bounds {
     let mut extent = Extent::EMPTY;
     for (points, used) in positions.chunks(BLOCK).zip(used.chunks(BLOCK)) {
         if all(used) {

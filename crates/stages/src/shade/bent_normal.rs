@@ -2,8 +2,8 @@
 
 use super::ShadeContext;
 use super::effects::Effect;
+use super::occlusion::LightOcclusion;
 use super::record::{get_vector, put};
-use super::visibility::LightVisibility;
 use crate::gbuffer::layout::{self, SurfacePlanes};
 use overcoat_core::math::lanes::{Float, Lanes, Mask};
 use overcoat_core::math::vec3::Vec3;
@@ -14,9 +14,9 @@ use overcoat_scene::Material;
 /// The mean of the maps' directions, each weighted by the solid angle that it stands for, by its cosine at the surface and by how
 /// open it is. Where none is open it is the normal.
 #[derive(Clone, Copy, Debug)]
-pub struct OpenDirections<'a>(pub LightVisibility<'a>);
+pub struct BentNormals<'a>(pub LightOcclusion<'a>);
 
-impl Effect for OpenDirections<'_> {
+impl Effect for BentNormals<'_> {
     fn is_read(&self, material: &Material) -> bool {
         self.0.is_read(material)
     }
@@ -31,7 +31,7 @@ impl Effect for OpenDirections<'_> {
 }
 
 #[inline(always)]
-fn look_up<L: Lanes>(l: L, of: &LightVisibility<'_>, planes: &mut SurfacePlanes) {
+fn look_up<L: Lanes>(l: L, of: &LightOcclusion<'_>, planes: &mut SurfacePlanes) {
     let position = get_vector(l, planes, layout::FACE_POSITION);
     let face = get_vector(l, planes, layout::FACE_NORMAL);
     let normal = get_vector(l, planes, layout::NORMAL);
@@ -52,5 +52,5 @@ fn look_up<L: Lanes>(l: L, of: &LightVisibility<'_>, planes: &mut SurfacePlanes)
     let some = square.gt(l.splat(1e-12));
     let length = some.select(square, l.splat(1.0)).sqrt();
     let mean = Vec3::new(sum.x / length, sum.y / length, sum.z / length);
-    put(planes, layout::OPEN_DIRECTION, Vec3::select(some, mean, normal).to_array());
+    put(planes, layout::COMPUTED_BENT_NORMAL, Vec3::select(some, mean, normal).to_array());
 }

@@ -1,4 +1,4 @@
-//! Visibility: which opaque or masked triangle each sample of a tile sees, and the fragments that this comes to.
+//! The visibility buffer of a tile: which opaque or masked triangle each sample of a tile sees, and the fragments that this comes to.
 
 use super::pass::{FrameContext, Pass, Tile};
 use super::shading_rate::is_finer;
@@ -10,7 +10,7 @@ use overcoat_core::reuse::reserve_like;
 use overcoat_scene::AlphaMode;
 use overcoat_stages::gbuffer::{Batch, Fragment, extract_fragments, split_fragments};
 use overcoat_stages::geometry::Chunk;
-use overcoat_stages::raster::{Disc, TileOrigin, Visibility};
+use overcoat_stages::raster::{Disc, TileOrigin, VisibilityBuffer};
 use overcoat_stages::shade::alpha_passes;
 use overcoat_stages::tile::Run;
 use prefetch_index::prefetch_index;
@@ -20,9 +20,9 @@ const TRIANGLES_AHEAD: usize = 8;
 
 /// What the samples of a tile see, and which triangles are yet to be blended.
 #[derive(Debug, Default)]
-pub struct TileVisibility {
+pub struct TileVisibilityBuffer {
     /// Depth and identity of every sample.
-    pub samples: Visibility,
+    pub samples: VisibilityBuffer,
     /// Chunk of each identity, and which of its triangles or points.
     pub identities: Vec<(u32, u32)>,
     /// Of the points, those that are seen.
@@ -35,7 +35,7 @@ pub struct TileVisibility {
     small: u64,
 }
 
-impl TileVisibility {
+impl TileVisibilityBuffer {
     /// Nothing is seen in a tile.
     fn clear(&mut self, [width, height]: [u32; 2], samples: usize) {
         self.identities.clear();
@@ -74,7 +74,7 @@ pub fn draw_triangles<L: Lanes>(
     l: L,
     pass: &Pass<'_>,
     tile: &Tile<'_>,
-    seen: &mut TileVisibility,
+    seen: &mut TileVisibilityBuffer,
     cost: &mut TileCost,
 ) -> bool {
     let frame = pass.frame;
@@ -108,7 +108,7 @@ pub fn list_fragments<L: Lanes>(
     l: L,
     frame: &FrameContext<'_>,
     [width, height]: [u32; 2],
-    seen: &mut TileVisibility,
+    seen: &mut TileVisibilityBuffer,
     fragments: &mut Vec<Fragment>,
 ) {
     let source = seen.triangles(frame);
@@ -119,7 +119,7 @@ pub fn list_fragments<L: Lanes>(
         _ => None,
     };
     extract_fragments(l, &seen.samples, width, height, frame.pattern.len(), merge, fragments);
-    let TileVisibility { identities, discs, .. } = seen;
+    let TileVisibilityBuffer { identities, discs, .. } = seen;
     discs.list(frame, identities, fragments);
     if frame.pattern.rate() > 1 {
         let source = TileTriangles { chunks: frame.chunks, identities, discs };
@@ -144,7 +144,7 @@ fn draw_run<L: Lanes>(
     origin: TileOrigin,
     run: &Run,
     mode: AlphaMode,
-    seen: &mut TileVisibility,
+    seen: &mut TileVisibilityBuffer,
 ) -> u64 {
     let chunk = &frame.chunks[run.chunk as usize];
     let listed = chunk.bins.triangles(run);
@@ -160,7 +160,7 @@ fn draw_run<L: Lanes>(
             AlphaMode::Opaque => seen.samples.draw(l, triangle, identity, origin, frame.pattern, None),
             AlphaMode::Blend => seen.blended.push(identity),
             AlphaMode::Mask { cutoff } => {
-                let TileVisibility { samples, identities, discs, .. } = &mut *seen;
+                let TileVisibilityBuffer { samples, identities, discs, .. } = &mut *seen;
                 let source = TileTriangles { chunks: frame.chunks, identities, discs };
                 let number = frame.shade.draws[chunk.draw as usize].material as usize;
                 let (material, own) =
@@ -195,7 +195,7 @@ fn draw_points<L: Lanes>(
     origin: TileOrigin,
     run: &Run,
     mode: AlphaMode,
-    seen: &mut TileVisibility,
+    seen: &mut TileVisibilityBuffer,
 ) -> u64 {
     // A function of its own: the one that draws opaque triangles is large enough.
     l.run(
@@ -240,7 +240,7 @@ fn passes_mask<L: Lanes>(
     identity: u32,
     disc: &Disc,
     cutoff: f32,
-    seen: &mut TileVisibility,
+    seen: &mut TileVisibilityBuffer,
 ) -> bool {
     l.run(
         #[inline(always)]

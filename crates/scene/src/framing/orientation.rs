@@ -1,6 +1,6 @@
 //! Which way is up in a model file, and which way a model faces there.
 
-use super::{Camera, Light, LightKind};
+use crate::{Camera, Light, LightKind};
 use std::ops::Sub;
 
 /// An axis of a model file's coordinates.
@@ -69,7 +69,7 @@ impl Axis {
 
     /// Coordinates of a file in which this axis is up, in a scene: the axis becomes +Y, its [`Axis::front`] +Z. An exchange
     /// of coordinates and signs, so that no bit of a number is lost.
-    pub(super) fn upright<T: Copy + Zero + Sub<Output = T>>(self, [x, y, z]: [T; 3]) -> [T; 3] {
+    pub(crate) fn upright<T: Copy + Zero + Sub<Output = T>>(self, [x, y, z]: [T; 3]) -> [T; 3] {
         // Without -0.
         let negative = |v: T| T::ZERO - v;
         match self {
@@ -84,7 +84,7 @@ impl Axis {
 }
 
 /// A number that is 0.
-pub(super) trait Zero {
+pub(crate) trait Zero {
     const ZERO: Self;
 }
 
@@ -96,13 +96,13 @@ impl Zero for f64 {
     const ZERO: Self = 0.0;
 }
 
-/// How a model file's axes lie in a [`Scene`](super::Scene), where +Y is up and models face +Z.
+/// How a model file's axes lie in a [`Scene`](crate::Scene), where +Y is up and models face +Z.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Orientation {
     /// Axis of the file that is up.
     pub up: Axis,
     /// Whether the file's format says which way models face. Where it does not (OBJ, PLY), an automatic view looks for a
-    /// head: see [`Framing::automatic`](super::Framing::automatic).
+    /// head: see [`Framing::automatic`](crate::Framing::automatic).
     pub front_is_known: bool,
 }
 
@@ -114,7 +114,7 @@ impl Default for Orientation {
 }
 
 /// The camera, in a scene of a file in which this axis is up.
-pub(super) fn upright_camera(camera: &Camera, up: Axis) -> Camera {
+pub(crate) fn upright_camera(camera: &Camera, up: Axis) -> Camera {
     Camera {
         eye: up.upright(camera.eye),
         target: up.upright(camera.target),
@@ -124,7 +124,7 @@ pub(super) fn upright_camera(camera: &Camera, up: Axis) -> Camera {
 }
 
 /// The light, in a scene of a file in which this axis is up.
-pub(super) fn upright_light(light: &Light, up: Axis) -> Light {
+pub(crate) fn upright_light(light: &Light, up: Axis) -> Light {
     let turn = |v: &mut [f32; 3]| *v = up.upright(*v);
     let mut light = *light;
     match &mut light.kind {

@@ -1,13 +1,13 @@
 //! Which way the surface of a scene faces, and how much of it a view shows.
 
-use super::{Mesh, Scene, Transform};
+use crate::{Mesh, Scene, Transform};
 use glam::DVec3;
 use overcoat_core::dispatch_available;
 use overcoat_core::each;
 use overcoat_core::math::lanes::{Float, LANES, Lanes, Mask, SimdLevel};
 
 /// Which way the surface of a scene faces, as moments of its normals weighted by area.
-pub(super) struct Facing {
+pub(crate) struct Facing {
     /// Mean of normal * transposed normal: xx, yy, zz, xy, xz, yz.
     tensor: [f64; 6],
     /// Mean normal of one-sided and of double-sided surfaces: zero where they are closed.
@@ -16,7 +16,7 @@ pub(super) struct Facing {
 
 impl Facing {
     /// Summed up in double precision, one triangle after the other.
-    pub(super) fn new(scene: &Scene) -> Self {
+    pub(crate) fn new(scene: &Scene) -> Self {
         let mut tensor = [0.0; 6];
         let mut mean = [DVec3::ZERO; 2];
         for instance in scene.instances() {
@@ -54,7 +54,7 @@ impl Facing {
 
     /// About how much of the area is seen from a direction, foreshortened, 0 to 1: of a closed surface one half, of
     /// an open one all or, if it is one-sided and seen from behind, nothing.
-    pub(super) fn visible_from(&self, direction: [f32; 3]) -> f64 {
+    pub(crate) fn visible_from(&self, direction: [f32; 3]) -> f64 {
         self.visible_with(direction, 0.0)
     }
 
@@ -80,7 +80,7 @@ impl Facing {
 
 /// Moments in single precision, with a bound on their difference from [`Facing::new`]: a tenth of its time, and
 /// enough where a view shows clearly more than it has to.
-pub(super) struct Estimate {
+pub(crate) struct Estimate {
     facing: Facing,
     /// Largest difference of a moment.
     error: f64,
@@ -91,7 +91,7 @@ const BLOCK: usize = 64 * LANES;
 
 impl Estimate {
     /// The moments of all instances.
-    pub(super) fn new(scene: &Scene) -> Self {
+    pub(crate) fn new(scene: &Scene) -> Self {
         let mut tensor = [0.0; 6];
         let mut mean = [DVec3::ZERO; 2];
         let mut error = 0.0;
@@ -112,7 +112,7 @@ impl Estimate {
     }
 
     /// True if it is sure that [`Facing::visible_from`] is `part` of that of each of the others.
-    pub(super) fn surely_shows(&self, direction: [f32; 3], part: f64, others: &[[f32; 3]]) -> bool {
+    pub(crate) fn surely_shows(&self, direction: [f32; 3], part: f64, others: &[[f32; 3]]) -> bool {
         let least = self.facing.visible_with(direction, self.error);
         let most = |other: &[f32; 3]| self.facing.visible_with(*other, -self.error);
         // An error that is no number is no assurance.

@@ -1,6 +1,6 @@
 //! Where zero is, for models far from it.
 
-use super::{Bounds, Orientation, Scene};
+use crate::{Bounds, Orientation, Scene};
 
 /// How many times its diagonal a box may be away from zero: single precision is left with 20 bits for the box, a thousandth
 /// of a pixel in a picture of 512.

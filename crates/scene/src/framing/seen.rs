@@ -1,6 +1,6 @@
 //! What of a scene can be seen from somewhere, as far as that decides which part of the world a picture shows.
 
-use super::{AlphaMode, Bounds, Instance, Material, Mesh, MeshData, PrimitiveKind, Scene, Texture};
+use crate::{AlphaMode, Bounds, Instance, Material, Mesh, MeshData, PrimitiveKind, Scene, Texture};
 
 /// Largest height of a triangle without area, in lengths of its longest side: below, a triangle that fits into a picture of
 /// 16384 pixels is a sixtieth of one wide, and corners on one line are as far off it in single precision.
@@ -30,7 +30,7 @@ fn can_be_seen(data: &MeshData, [a, b, c]: [u32; 3]) -> bool {
 
 /// Which vertices belong to something that can be seen, if an outermost vertex does not: one that decides the box of a mesh.
 /// `None` otherwise, and where nothing can be seen.
-pub(super) fn vertices(data: &MeshData, bounds: &Bounds) -> Option<Vec<bool>> {
+pub(crate) fn vertices(data: &MeshData, bounds: &Bounds) -> Option<Vec<bool>> {
     if data.kind == PrimitiveKind::Points || bounds.is_empty() {
         return None;
     }
@@ -58,7 +58,7 @@ pub(super) fn vertices(data: &MeshData, bounds: &Bounds) -> Option<Vec<bool>> {
 }
 
 /// Leaves of the vertices that count those of what can be seen, unless there are none.
-pub(super) fn keep_seen(data: &MeshData, used: &mut [bool]) {
+pub(crate) fn keep_seen(data: &MeshData, used: &mut [bool]) {
     let mut seen = vec![false; used.len()];
     for &triangle in data.triangles.iter().filter(|&&triangle| can_be_seen(data, triangle)) {
         for v in triangle {

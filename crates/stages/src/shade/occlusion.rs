@@ -36,7 +36,7 @@ pub struct DistantLight {
 
 /// What is prepared of a scene, whatever the camera.
 #[derive(Clone, Copy, Debug)]
-pub struct LightVisibility<'a> {
+pub struct LightOcclusion<'a> {
     /// The directions.
     pub lights: &'a [DistantLight],
     /// What is seen from each.
@@ -45,7 +45,7 @@ pub struct LightVisibility<'a> {
     pub built: Shadows,
 }
 
-impl Effect for LightVisibility<'_> {
+impl Effect for LightOcclusion<'_> {
     fn is_read(&self, material: &Material) -> bool {
         !material.unlit
     }
@@ -62,7 +62,7 @@ impl Effect for LightVisibility<'_> {
     }
 }
 
-impl LightVisibility<'_> {
+impl LightOcclusion<'_> {
     /// As [`Effect::fill`], by every `step`-th of the directions, from this one on.
     #[inline(never)]
     pub(super) fn fill_by<L: Lanes>(
@@ -191,7 +191,7 @@ pub(super) fn share<L: Lanes>(l: L, part: V3<L>, all: V3<L>) -> V3<L> {
 #[inline(always)]
 fn look_up<L: Lanes>(
     l: L,
-    of: &LightVisibility<'_>,
+    of: &LightOcclusion<'_>,
     context: &ShadeContext<'_>,
     material: &Material,
     planes: &mut SurfacePlanes,

@@ -1,4 +1,4 @@
-//! The planes of a picture by rows of tiles, cut into tiles when a thread comes to them.
+//! The planes of a picture in strips, one a row of tiles, cut into tiles when a thread comes to them.
 
 use overcoat_core::frame::Target;
 use overcoat_core::jobs::lock;
@@ -94,22 +94,22 @@ impl TileRows<'_> {
     }
 }
 
-/// All rows of tiles.
+/// The strips of a picture: all rows of tiles.
 ///
 /// A picture of 1024 x 1024 has 16,384 rows of tiles. Cut one after the other before the tiles are drawn they would take a
 /// twentieth of the time of an empty picture, on one thread while the others wait; and a loop of their own on all threads
 /// would have to wait for the last.
 #[derive(Debug, Default)]
-pub struct Bands<'a> {
-    rows: Vec<Mutex<Band<'a>>>,
+pub struct Strips<'a> {
+    rows: Vec<Mutex<Strip<'a>>>,
     /// First column and row of the picture that a target holds, and the ends.
     region: [u32; 4],
     blank: Blank,
 }
 
-/// One row of tiles.
+/// One strip: a row of tiles.
 #[derive(Debug, Default)]
-struct Band<'a> {
+struct Strip<'a> {
     linear: Part<'a, [f32; 4]>,
     transmittance: Part<'a, [f32; 3]>,
     display: Part<'a, [u8; 4]>,
@@ -133,66 +133,66 @@ impl<T> Default for Part<'_, T> {
     }
 }
 
-impl<'a> Bands<'a> {
+impl<'a> Strips<'a> {
     /// The rows of tiles of these planes, and of a part of the picture that a target holds.
     pub fn of(
         planes: &'a mut Planes,
         target: Option<(&'a mut Target<'_>, [u32; 4])>,
         grid: &TileGrid,
-        memory: &mut Bands<'static>,
+        memory: &mut Strips<'static>,
     ) -> Self {
-        let mut bands = std::mem::take(memory).emptied();
-        bands.blank = planes.blank;
+        let mut strips = std::mem::take(memory).emptied();
+        strips.blank = planes.blank;
         // Those of larger pictures stay, with their memory.
-        if bands.rows.len() < grid.rows() as usize {
-            bands.rows.resize_with(grid.rows() as usize, Mutex::default);
+        if strips.rows.len() < grid.rows() as usize {
+            strips.rows.resize_with(grid.rows() as usize, Mutex::default);
         }
         let pixels = grid.width() as usize * grid.side() as usize;
         let mut linear = planes.linear.chunks_mut(pixels);
         let mut transmittance = planes.transmittance.chunks_mut(pixels);
         let mut display = planes.display.chunks_mut(pixels);
-        for band in &bands.rows {
-            let mut band = lock(band);
+        for strip in &strips.rows {
+            let mut strip = lock(strip);
             // Nothing where none are wanted.
-            band.linear.pixels = linear.next().unwrap_or_default();
-            band.transmittance.pixels = transmittance.next().unwrap_or_default();
-            band.display.pixels = display.next().unwrap_or_default();
+            strip.linear.pixels = linear.next().unwrap_or_default();
+            strip.transmittance.pixels = transmittance.next().unwrap_or_default();
+            strip.display.pixels = display.next().unwrap_or_default();
         }
         if let Some((target, region)) = target {
-            bands.region = region;
+            strips.region = region;
             for (y, row) in (region[1]..).zip(target.rows(region)) {
-                lock(&bands.rows[(y / grid.side()) as usize]).target.push(row);
+                lock(&strips.rows[(y / grid.side()) as usize]).target.push(row);
             }
         }
-        bands
+        strips
     }
 
     /// Adds the rows of a tile, which has them from then on: a second time, they are empty.
     pub fn take(&self, grid: &TileGrid, tile: usize, rows: &mut TileRows<'a>) {
         let columns = grid.columns() as usize;
-        let mut band = lock(&self.rows[tile / columns]);
-        band.linear.take(grid, tile % columns, &mut rows.linear);
-        band.transmittance.take(grid, tile % columns, &mut rows.transmittance);
-        band.display.take(grid, tile % columns, &mut rows.display);
-        rows.before_target = band.take_target(grid, tile, self.region, &mut rows.target);
+        let mut strip = lock(&self.rows[tile / columns]);
+        strip.linear.take(grid, tile % columns, &mut rows.linear);
+        strip.transmittance.take(grid, tile % columns, &mut rows.transmittance);
+        strip.display.take(grid, tile % columns, &mut rows.display);
+        rows.before_target = strip.take_target(grid, tile, self.region, &mut rows.target);
         rows.blank = self.blank;
     }
 
     /// None, with the memory for as many.
-    pub fn emptied<'b>(self) -> Bands<'b> {
-        let emptied = |band: Mutex<Band<'a>>| {
-            let Band { linear, transmittance, display, target, target_pieces } =
-                std::mem::take(&mut *lock(&band));
+    pub fn emptied<'b>(self) -> Strips<'b> {
+        let emptied = |strip: Mutex<Strip<'a>>| {
+            let Strip { linear, transmittance, display, target, target_pieces } =
+                std::mem::take(&mut *lock(&strip));
             let (linear, transmittance) = (linear.emptied(), transmittance.emptied());
             let (target, target_pieces) = (emptied(target), emptied(target_pieces));
-            Mutex::new(Band { linear, transmittance, display: display.emptied(), target, target_pieces })
+            Mutex::new(Strip { linear, transmittance, display: display.emptied(), target, target_pieces })
         };
         let rows = self.rows.into_iter().map(emptied).collect();
-        Bands { rows, region: [0; 4], blank: Blank::default() }
+        Strips { rows, region: [0; 4], blank: Blank::default() }
     }
 }
 
-impl<'a> Band<'a> {
+impl<'a> Strip<'a> {
     /// Moves what a target holds of the rows of a tile to `rows`. Returns how many columns and rows of the tile lie before that.
     fn take_target(
         &mut self,
@@ -271,17 +271,17 @@ mod tests {
 
     #[test]
     fn every_tile_gets_its_own_pixels() {
-        let mut memory = Bands::default();
+        let mut memory = Strips::default();
         for (width, height, side) in [(1, 1, 16), (40, 33, 16), (64, 64, 64), (65, 31, 32)] {
             let grid = TileGrid::new(width, height, side);
             let place = |k: u32| [(k % width) as f32, (k / width) as f32, 0.0, 0.0];
             let linear = (0..width * height).map(place).collect();
             let mut planes = Planes { linear, ..Planes::default() };
-            let bands = Bands::of(&mut planes, None, &grid, &mut memory);
+            let strips = Strips::of(&mut planes, None, &grid, &mut memory);
             // From the last to the first: no thread knows which tiles others have taken.
             for tile in (0..grid.len()).rev() {
                 let mut rows = TileRows::default();
-                bands.take(&grid, tile, &mut rows);
+                strips.take(&grid, tile, &mut rows);
                 let [left, top, tile_width, tile_height] = grid.pixels(tile);
                 let expected: Vec<Vec<[f32; 4]>> = (top..top + tile_height)
                     .map(|y| (left..left + tile_width).map(|x| place(y * width + x)).collect())
@@ -289,14 +289,14 @@ mod tests {
                 assert_eq!(rows.linear, expected, "{width} x {height}, tile {tile}");
                 assert!(rows.transmittance.is_empty() && rows.display.is_empty());
             }
-            memory = bands.emptied();
+            memory = strips.emptied();
         }
     }
 
     #[test]
     fn every_tile_gets_what_a_target_holds_of_it() {
         let grid = TileGrid::new(70, 50, 16);
-        let mut memory = Bands::default();
+        let mut memory = Strips::default();
         for region in [[0, 0, 70, 50], [5, 17, 6, 18], [16, 16, 32, 32], [15, 3, 65, 50], [69, 49, 70, 50]] {
             let [left, top, right, bottom] = region;
             let (width, height) = (right - left, bottom - top);
@@ -304,10 +304,10 @@ mod tests {
             let mut bytes = vec![7; stride * height as usize];
             let mut target = Target::new(&mut bytes, stride, PixelFormat::Rgba8);
             let (mut planes, mut count) = (Planes::default(), 0);
-            let bands = Bands::of(&mut planes, Some((&mut target, region)), &grid, &mut memory);
+            let strips = Strips::of(&mut planes, Some((&mut target, region)), &grid, &mut memory);
             for tile in (0..grid.len()).rev() {
                 let mut rows = TileRows::default();
-                bands.take(&grid, tile, &mut rows);
+                strips.take(&grid, tile, &mut rows);
                 let [x, y, ..] = grid.pixels(tile);
                 let [columns_before, rows_before] = rows.before_target;
                 for (k, row) in rows.target.iter_mut().enumerate() {
@@ -318,7 +318,7 @@ mod tests {
                     }
                 }
             }
-            memory = bands.emptied();
+            memory = strips.emptied();
             assert_eq!(count, width * height, "{region:?}");
             for (y, row) in bytes.chunks(stride).enumerate() {
                 let (pixels, rest) = row.split_at(stride - 3);
@@ -338,12 +338,12 @@ mod tests {
     fn memory_stays_from_picture_to_picture() {
         let grid = TileGrid::new(100, 40, 32);
         let mut planes = Planes { display: vec![[0; 4]; 4000], ..Planes::default() };
-        let mut memory = Bands::default();
+        let mut memory = Strips::default();
         let mut places = Vec::new();
         for _ in 0..2 {
-            let bands = Bands::of(&mut planes, None, &grid, &mut memory);
-            bands.take(&grid, 0, &mut TileRows::default());
-            memory = bands.emptied();
+            let strips = Strips::of(&mut planes, None, &grid, &mut memory);
+            strips.take(&grid, 0, &mut TileRows::default());
+            memory = strips.emptied();
             let first = memory.rows[0].get_mut().unwrap();
             assert!(first.display.pieces.is_empty() && first.display.pieces.capacity() >= 4 * 32);
             places.push((

@@ -1,6 +1,6 @@
 //! Where nearly all of a scene is, if a few stray parts make it look much larger.
 
-use super::{Bounds, PrimitiveKind, Scene};
+use crate::{Bounds, PrimitiveKind, Scene};
 
 /// Nearly all of a scene's triangles, lines and points, close together.
 #[derive(Clone, Copy, Debug, PartialEq)]
