@@ -8,3 +8,4 @@ mod book;
 mod links;
 mod pages;
 mod readme;
+mod wording;
