@@ -86,7 +86,7 @@ fn is_path(word: &str) -> bool {
 }
 
 /// The paths among the words of a document. In those that also speak of files of users, only what leads into the tree.
-fn paths(document: &str, text: &str) -> Vec<String> {
+pub fn paths(document: &str, text: &str) -> Vec<String> {
     let of_the_tree = OF_THE_TREE.contains(&document);
     let meant = |word: &String| if of_the_tree { is_path(word) } else { leads_into_the_tree(word) };
     quoted(text).into_iter().filter(meant).collect()
@@ -100,7 +100,7 @@ fn links(text: &str) -> Vec<String> {
 }
 
 /// Whether a path is there, and is a folder if it ends as one.
-fn exists(path: &str) -> bool {
+pub fn exists(path: &str) -> bool {
     let found = root().join(path);
     if path.ends_with('/') { found.is_dir() } else { found.exists() }
 }

@@ -1,5 +1,6 @@
 //! The book: its chapters are in the list, its lines are short, and its listings are run or held against the tree.
 
+use super::architecture::{exists, paths};
 use super::pages::{Block, Page, chapters, manual, overcoat, root};
 use std::collections::BTreeSet;
 
@@ -28,6 +29,18 @@ fn lines_are_short() {
             assert!(cannot_be_broken || columns < COLUMNS, "{}:{number}: {columns} columns", page.path);
         }
     }
+}
+
+#[test]
+fn paths_of_the_tree_exist() {
+    let mut seen = 0;
+    for page in chapters() {
+        for path in paths(&page.path, &page.text) {
+            assert!(exists(&path), "{}: {path} does not exist", page.path);
+            seen += 1;
+        }
+    }
+    assert!(seen > 20, "only {seen} paths found");
 }
 
 /// Sources of the examples, which are compiled and run with the tests.
