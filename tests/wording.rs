@@ -10,10 +10,10 @@ const FIRST_WORDS: [&str; 7] = ["What", "How", "Of", "Those", "Where", "Whether"
 /// when its comments have become better; raise none.
 const AT_MOST: [(&str, usize); 26] = [
     ("assets", 0),
-    ("benches", 6),
+    ("benches", 0),
     ("bindings/c", 34),
     ("bindings/python", 40),
-    ("bindings/wasm", 17),
+    ("bindings/wasm", 0),
     ("crates/cli", 169),
     ("crates/core", 40),
     ("crates/description", 53),
@@ -31,7 +31,7 @@ const AT_MOST: [(&str, usize); 26] = [
     ("crates/tiles-avx512", 0),
     ("crates/tiles-sse2", 0),
     ("examples", 34),
-    ("fuzz", 1),
+    ("fuzz", 0),
     ("service", 154),
     ("src", 39),
     ("tests", 164),
