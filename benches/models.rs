@@ -1,4 +1,4 @@
-//! What each shading model costs: sixteen fragments of a coated paint under one light and the studio, from the planes of
+//! Cost of each shading model: sixteen fragments of a coated paint under one light and the studio, from the planes of
 //! the G-buffer to radiance.
 //!
 //! Figures are per fragment: `cargo bench -p overcoat-benches --bench models`.

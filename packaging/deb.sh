@@ -43,7 +43,6 @@ ${depends:+Depends: $depends
 }Suggests: overcoat-service
 Section: graphics
 Priority: optional
-Homepage: https://github.com/overcoat-render/overcoat
 Description: CPU-only renderer of 3D models to pictures
  overcoat renders glTF, OBJ, STL, PLY and 3MF models to pictures on machines
  that have only a processor: no GPU, no display, no network. The picture is the
@@ -71,7 +70,6 @@ Recommends: ca-certificates
 Suggests: nginx
 Section: graphics
 Priority: optional
-Homepage: https://github.com/overcoat-render/overcoat
 Description: pictures of many 3D models, in batches and over HTTP
  overcoat-service draws models as overcoat does, many of them: "overcoat batch"
  for folders, manifests and object stores, "overcoat serve" over HTTP. Models

@@ -48,7 +48,6 @@ def config_of(layer, name, version, arch, created):
         "org.opencontainers.image.title": name,
         "org.opencontainers.image.version": version,
         "org.opencontainers.image.licenses": "MIT OR Apache-2.0",
-        "org.opencontainers.image.source": "https://github.com/overcoat-render/overcoat",
     }
     return {
         "created": created,

@@ -246,6 +246,25 @@ sizes() {
     done
 }
 
+# as_stated FILE ROW COLUMN: a file is at most as large as the table of docs/src/start.md says, and not much smaller.
+as_stated() {
+    local most bytes
+    most=$(awk -F'|' -v row=" $2 " -v column="$3" '$2 == row { print $column * 1000000; exit }' docs/src/start.md)
+    bytes=$(stat -c %s "$1")
+    if [ "$bytes" -gt "${most:?no row '$2' in docs/src/start.md}" ] || [ $((bytes * 10)) -lt $((most * 7)) ]; then
+        die "$1 has $bytes bytes, and docs/src/start.md says $most"
+    fi
+}
+
+sizes_are_as_stated() {
+    local program column=3
+    for program in "${programs[@]}"; do
+        as_stated "${usual[$program]}" program $column
+        as_stated "${deb[$program]}" 'Debian package' $column
+        column=$((column + 1))
+    done
+}
+
 step 'packages, twice' build
 step 'the same bytes' twice_the_same
 step 'lintian' debian_objects_to_nothing
@@ -260,4 +279,5 @@ step 'image of the service: serve' the_service_serves_in_an_empty_root
 step 'configuration' the_example_is_accepted
 [ "${DESKTOP-}" = no ] || step 'desktops' packaging/desktop_test.sh "${deb[overcoat]}"
 step 'sizes in bytes' sizes
+step 'sizes as documented' sizes_are_as_stated
 printf '\npackages: all is well, %d s\n' $((SECONDS - start))

@@ -217,8 +217,3 @@ pub use limits::Limits;
 pub use overcoat_core::math::lanes::{SimdLevel, UnknownLevel};
 pub use render::{RenderOptions, Renderer};
 pub use scene::Scene;
-
-/// The example of the README, as a test.
-#[cfg(doctest)]
-#[doc = include_str!("../README.md")]
-mod readme {}

@@ -8,8 +8,19 @@ use std::path::Path;
 const OF_THE_TREE: [&str; 3] = ["ARCHITECTURE.md", "CONTRIBUTING.md", "SECURITY.md"];
 
 /// Folders at the top of the tree that belong into the code map, beside the packages.
-const FOLDERS: [&str; 10] =
-    ["tests", "golden", "assets", "examples", "bindings", "benches", "service", "packaging", "fuzz", ".ci"];
+const FOLDERS: [&str; 11] = [
+    "tests",
+    "golden",
+    "assets",
+    "examples",
+    "bindings",
+    "benches",
+    "service",
+    "packaging",
+    "fuzz",
+    "docs",
+    ".ci",
+];
 
 /// How names of files end that documents mention without their folder.
 const EXTENSIONS: [&str; 6] = [".rs", ".md", ".toml", ".tsv", ".sh", ".py"];
@@ -75,7 +86,7 @@ fn is_path(word: &str) -> bool {
 }
 
 /// The paths among the words of a document. In those that also speak of files of users, only what leads into the tree.
-fn paths(document: &str, text: &str) -> Vec<String> {
+pub fn paths(document: &str, text: &str) -> Vec<String> {
     let of_the_tree = OF_THE_TREE.contains(&document);
     let meant = |word: &String| if of_the_tree { is_path(word) } else { leads_into_the_tree(word) };
     quoted(text).into_iter().filter(meant).collect()
@@ -89,7 +100,7 @@ fn links(text: &str) -> Vec<String> {
 }
 
 /// Whether a path is there, and is a folder if it ends as one.
-fn exists(path: &str) -> bool {
+pub fn exists(path: &str) -> bool {
     let found = root().join(path);
     if path.ends_with('/') { found.is_dir() } else { found.exists() }
 }
@@ -312,15 +323,15 @@ fn listed(manifest: &str, key: &str) -> Vec<String> {
     list.split('"').skip(1).step_by(2).map(str::to_owned).collect()
 }
 
-/// The guide lists the default features, so that one can be left out, and the README names them.
+/// The guide lists the default features, so that one can be left out, and the book names them.
 #[test]
 fn documents_list_the_default_features() {
     let features = listed(&read("Cargo.toml"), "\ndefault");
     assert!(features.len() > 3, "{features:?}");
     assert_eq!(listed(&read("src/guide/library.md"), "features"), features);
-    let readme = read("README.md");
-    let missing: Vec<_> = features.iter().filter(|name| !readme.contains(&format!("`{name}`"))).collect();
-    assert!(missing.is_empty(), "README.md does not name {missing:?}");
+    let chapter = read("docs/src/library.md");
+    let missing: Vec<_> = features.iter().filter(|name| !chapter.contains(&format!("`{name}`"))).collect();
+    assert!(missing.is_empty(), "docs/src/library.md does not name {missing:?}");
 }
 
 #[test]

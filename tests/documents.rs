@@ -1,6 +1,11 @@
-//! What documents say of the tree and of the program.
+//! Documents tell the truth about the tree and the program.
 //!
 //! One binary of many files, each a promise: linking takes longer than most of them run.
 
+mod addresses;
 mod architecture;
+mod book;
+mod links;
+mod pages;
 mod readme;
+mod wording;

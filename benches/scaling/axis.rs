@@ -13,7 +13,7 @@ const FRAMES: u32 = 40;
 
 /// One value of the quantity.
 pub struct Point {
-    /// What it stands for in the table.
+    /// Label of the point in the table.
     pub label: String,
     /// Its value.
     pub value: f64,
@@ -101,9 +101,9 @@ impl Point {
 
 /// A quantity with its values, smallest first.
 pub struct Axis {
-    /// What varies.
+    /// The quantity that varies.
     pub name: &'static str,
-    /// What stays, for the table.
+    /// The scene that stays the same, for the table.
     pub scene: String,
     /// More of it is more work. Threads only share it.
     pub is_work: bool,

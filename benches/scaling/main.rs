@@ -16,7 +16,7 @@ use std::fmt::Write;
 use std::path::Path;
 use std::sync::Arc;
 
-/// How often each point is visited.
+/// Visits of each point.
 const ROUNDS: usize = 7;
 
 /// Makes one quantity's scenes.
@@ -206,7 +206,7 @@ fn triangles() -> Axis {
     }
 }
 
-/// What is compared is processor time, which is equal if sharing the work is free.
+/// Compares processor time, which is equal if sharing the work is free.
 fn threads() -> Axis {
     let scene = Arc::new(scenes::knot(50_000));
     let most = std::thread::available_parallelism().map_or(1, usize::from);

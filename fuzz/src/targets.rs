@@ -1,4 +1,4 @@
-//! What each target does with its bytes. `tests/fuzz_corpus.rs` of the program runs the same functions over the corpus.
+//! The work of each target on its bytes. `tests/fuzz_corpus.rs` of the program runs the same functions over the corpus.
 //!
 //! A target passes if it comes back: no panic, no overflow, no hang, no more memory than the limits allow.
 

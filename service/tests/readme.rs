@@ -1,15 +1,18 @@
-//! What the project's README says of this program is true.
+//! README and book tell the truth about this program.
 
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::Command;
 
-/// The sections of the README that are about this program.
-fn sections() -> String {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../README.md");
-    let text = std::fs::read_to_string(path).unwrap();
-    let (_, rest) = text.split_once("\n### Many files\n").unwrap();
-    rest.split_once("\n### Motion\n").unwrap().0.to_owned()
+/// The chapters of the book about this program, and the lines of the README that call it.
+fn chapters() -> String {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let read = |path: &str| std::fs::read_to_string(root.join(path)).unwrap();
+    let readme = read("README.md");
+    let calls = |line: &&str| line.starts_with("overcoat batch") || line.starts_with("overcoat serve");
+    let lines: Vec<&str> = readme.lines().filter(calls).collect();
+    assert_eq!(lines.len(), 2, "{lines:?}");
+    [read("docs/src/many-files.md"), read("docs/src/service.md"), lines.join("\n")].join("\n")
 }
 
 /// All that look like options.
@@ -25,22 +28,22 @@ fn help(command: &str) -> String {
 }
 
 #[test]
-fn options_in_the_readme_exist() {
+fn options_of_the_manual_exist() {
     let mut known = options(&(help("batch") + &help("serve")));
     // Of cargo, curl and of the other program.
     known.extend(["--locked", "--path", "--data-binary"].map(str::to_owned));
-    let mentioned = options(&sections());
+    let mentioned = options(&chapters());
     assert!(mentioned.len() > 8, "{mentioned:?}");
     for option in mentioned {
-        assert!(known.contains(&option), "{option} is in the README and not in --help");
+        assert!(known.contains(&option), "{option} is in the manual and not in --help");
     }
 }
 
 /// Every example is accepted: it fails for want of its files and not for its options.
 #[test]
-fn examples_in_the_readme_are_accepted() {
+fn examples_of_the_manual_are_accepted() {
     let folder = tempfile::tempdir().unwrap();
-    let text = sections();
+    let text = chapters();
     let lines = text
         .lines()
         .filter_map(|line| line.strip_prefix("overcoat "))

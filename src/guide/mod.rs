@@ -39,7 +39,7 @@ pub mod formats {}
 /// Clear coat in every engine.
 #[doc = include_str!("clear_coat.md")]
 /// Pictures of it are files of the repository: `assets/models.png` has one car paint in six models and their differences to
-/// glTF's (the command is in the README), and `golden/coat-extinction-grid-stacklit.png` StackLit's coat over silver, thickness to the right, extinction
+/// glTF's (the command is in `docs/src/introduction.md`), and `golden/coat-extinction-grid-stacklit.png` StackLit's coat over silver, thickness to the right, extinction
 /// downwards. Any model is drawn so by
 /// `overcoat compare-models assets/models/material-ball.glb --models urp17,hdrp-lit,stacklit,filament,gltf,openpbr -o models.png`.
 pub mod clear_coat {}

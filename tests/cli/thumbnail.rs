@@ -231,11 +231,10 @@ fn rights_are_given_up_by_default() {
 fn limits_are_stated() {
     let help = overcoat(Path::new("."), &["thumbnail", "--help"]).stdout;
     let words: String = String::from_utf8(help).unwrap().split_whitespace().collect::<Vec<_>>().join(" ");
-    let readme =
-        fs::read_to_string(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("README.md"))
-            .unwrap();
+    let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+    let chapter = fs::read_to_string(root.join("docs/src/thumbnails.md")).unwrap();
     for limit in THUMBNAIL_LIMITS.into_iter().map(spelled).chain([MEMORY_DEFAULT.to_owned()]) {
         assert!(words.contains(&limit), "{limit} is not in --help");
-        assert!(readme.contains(&format!("`{limit}`")), "{limit} is not in the README");
+        assert!(chapter.contains(&format!("`{limit}`")), "{limit} is not in docs/src/thumbnails.md");
     }
 }

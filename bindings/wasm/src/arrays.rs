@@ -36,7 +36,7 @@ fn rows<T: Copy, const N: usize>(what: &str, numbers: &[T]) -> Result<Vec<[T; N]
     Ok(rows.to_vec())
 }
 
-/// What a mesh is made of.
+/// Attributes and indices of a mesh.
 pub(crate) struct MeshArrays {
     pub(crate) positions: Vec<f32>,
     pub(crate) indices: Option<Vec<u32>>,

@@ -7,7 +7,7 @@ use overcoat::jobs::Jobs;
 use overcoat::load::{Context, MemoryResolver};
 use wasm_bindgen::{JsCast, JsValue};
 
-/// What a model, a material or an environment may refer to.
+/// Named files that a model, a material or an environment may refer to.
 #[derive(Default)]
 pub(crate) struct Files(pub(crate) MemoryResolver);
 
@@ -23,7 +23,7 @@ impl Files {
         Ok(Self(files))
     }
 
-    /// What loads with them.
+    /// The context of a loader that reads these files.
     pub(crate) fn context<'a>(&'a self, limits: &'a Limits, jobs: &'a Jobs) -> Context<'a> {
         Context { resolver: &self.0, limits, jobs }
     }

@@ -34,7 +34,7 @@ fn about_options(error: impl Display) -> JsValue {
     error.into()
 }
 
-/// What is wrong with a description: of itself, or of a file that it names.
+/// The error of a description, or of a file that it names.
 fn of_description(error: DescriptionError) -> JsValue {
     match error {
         DescriptionError::Invalid(_) | DescriptionError::OutOfRange(_) => about_options(error),
@@ -42,7 +42,7 @@ fn of_description(error: DescriptionError) -> JsValue {
     }
 }
 
-/// What a world refuses: what was asked, unless a file cannot be brought to a pose.
+/// The error of a world: a fault of the request, unless a file cannot be brought to a pose.
 fn of_world(error: WorldError) -> JsValue {
     match error {
         WorldError::Load(_) => sentence(error),

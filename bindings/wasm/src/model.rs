@@ -121,7 +121,7 @@ impl Model {
     }
 }
 
-/// What a loaded model is.
+/// Summary of a loaded model.
 pub(crate) fn about(scene: &Scene, warnings: &[Warning]) -> serde_json::Value {
     let warnings: Vec<&str> = warnings.iter().map(|warning| warning.message.as_str()).collect();
     let bounds = scene.shown_bounds();

@@ -1,4 +1,4 @@
-//! What was drawn.
+//! A finished picture.
 
 use crate::sentence;
 use js_sys::{Float32Array, Uint8ClampedArray};
@@ -46,7 +46,7 @@ impl Picture {
         self.frame.frame_hash()
     }
 
-    /// What the model asks for and the picture does not show.
+    /// Features that the model asks for and the picture does not show.
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
         self.warnings.clone()

@@ -21,7 +21,7 @@ use wasm_bindgen::prelude::wasm_bindgen;
 
 type Done<T> = Result<T, JsValue>;
 
-/// What a warning is about.
+/// Subject of a warning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum About {
     Model(ModelHandle),
@@ -38,13 +38,13 @@ pub struct World {
     renderer: Renderer,
     /// Textures that came with a material, which go with it.
     textures: Textures,
-    /// What pictures of it lack.
+    /// Features that pictures of it lack.
     warnings: BTreeMap<About, Vec<Warning>>,
-    /// How it was looked at last, by the description that said so, while nothing has changed: framing asks every triangle.
+    /// The last view, with its description, while nothing has changed: framing visits every triangle.
     view: Option<(String, View)>,
 }
 
-/// How a picture is taken.
+/// Camera and options of a picture.
 #[derive(Clone)]
 struct View {
     description: Description,
@@ -253,7 +253,7 @@ impl World {
         done.map_err(of_world)
     }
 
-    /// Where an instance or a model is.
+    /// Transform of an instance or a model.
     ///
     /// # Errors
     /// If it is not there.
@@ -366,7 +366,7 @@ impl World {
         Ok(Picture::new(rendered.frame, &display, warnings.cloned().collect()))
     }
 
-    /// What is seen in a pixel of the picture that [`World::render`] draws: a JSON object with its instance, model and material as
+    /// The surface in a pixel of the picture that [`World::render`] draws: a JSON object with its instance, model and material as
     /// text, nothing where there is nothing.
     ///
     /// # Errors
@@ -404,7 +404,7 @@ fn text(bits: u64) -> String {
 }
 
 impl World {
-    /// How a description (JSON) looks at it.
+    /// View of the world by a description (JSON).
     fn view(&mut self, json: &str) -> Done<View> {
         if let Some((of, view)) = &self.view
             && of == json

@@ -17,7 +17,7 @@ pub(crate) struct Made {
     before: usize,
 }
 
-/// What is made of nothing known, as of arrays.
+/// Material of surfaces that name none, such as arrays.
 pub(crate) fn clay() -> Material {
     Material {
         base_color: [0.479, 0.434, 0.392, 1.0],
@@ -27,7 +27,7 @@ pub(crate) fn clay() -> Material {
     }
 }
 
-/// What `source` (JSON of a name, of the keys of a material file, or null) makes of a material, which may read textures of a scene.
+/// The material of `source` (JSON: a name, the keys of a material file, or null), which may read textures of a scene.
 pub(crate) fn made(
     source: &str,
     over: Material,

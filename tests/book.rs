@@ -1,0 +1,157 @@
+//! The book: its chapters are in the list, its lines are short, and its listings are run or held against the tree.
+
+use super::architecture::{exists, paths};
+use super::pages::{Block, Page, chapters, manual, overcoat, root};
+use std::collections::BTreeSet;
+
+/// Longest line of a chapter, but for tables and pictures, which cannot be broken.
+const COLUMNS: usize = 110;
+
+#[test]
+fn every_chapter_is_in_the_list() {
+    let summary = Page::read("docs/src/SUMMARY.md");
+    let listed: BTreeSet<String> = summary
+        .text
+        .split("](")
+        .skip(1)
+        .map(|rest| format!("docs/src/{}", rest.split(')').next().unwrap()))
+        .collect();
+    let there: BTreeSet<String> = chapters().into_iter().map(|page| page.path).collect();
+    assert_eq!(listed, there);
+}
+
+#[test]
+fn lines_are_short() {
+    for page in chapters() {
+        for (number, line) in (1..).zip(page.text.lines()) {
+            let cannot_be_broken = line.starts_with('|') || line.starts_with("![");
+            let columns = line.chars().count();
+            assert!(cannot_be_broken || columns < COLUMNS, "{}:{number}: {columns} columns", page.path);
+        }
+    }
+}
+
+#[test]
+fn paths_of_the_tree_exist() {
+    let mut seen = 0;
+    for page in chapters() {
+        for path in paths(&page.path, &page.text) {
+            assert!(exists(&path), "{}: {path} does not exist", page.path);
+            seen += 1;
+        }
+    }
+    assert!(seen > 20, "only {seen} paths found");
+}
+
+/// Sources of the examples, which are compiled and run with the tests.
+fn examples() -> Vec<String> {
+    let paths = ["file-to-pixels.rs", "scene-by-hand.rs", "golden-image/main.rs"];
+    paths.map(|path| Page::read(&format!("examples/{path}")).text).into()
+}
+
+/// A scene file is one, with the camera that its text says.
+fn check_scene(text: &str) {
+    let scene = overcoat::description::Description::from_toml(text).unwrap();
+    assert_eq!(scene.size, Some([1920, 1080]));
+    assert_eq!(scene.camera.fov_y_degrees, Some(30.0));
+}
+
+fn check_material(text: &str) {
+    use overcoat::load::{Context, MaterialFile, MemoryResolver};
+    let flakes = std::fs::read(root().join("assets/materials/textures/flakes-normal.png")).unwrap();
+    let resolver = MemoryResolver { files: [("flakes.png".to_owned(), flakes)].into() };
+    let (limits, jobs) = (overcoat::Limits::default(), overcoat::jobs::Jobs::new(1));
+    let context = Context { resolver: &resolver, limits: &limits, jobs: &jobs };
+    let file = MaterialFile::from_bytes(text.as_bytes(), &context).unwrap();
+    assert_eq!(file.model(), Some(overcoat::scene::ShadingModel::StackLit));
+}
+
+/// Thresholds count: what differs by one code passes with them, and not without.
+fn check_thresholds(text: &str) {
+    let folder = tempfile::tempdir().unwrap();
+    for (side, colour) in [("expected", "#808080"), ("actual", "#818181")] {
+        std::fs::create_dir(folder.path().join(side)).unwrap();
+        let model = root().join("assets/models/rounded-cube.stl");
+        let picture = format!("{side}/cube.png");
+        // Far away, so that nothing but the background is seen.
+        let arguments =
+            ["render", model.to_str().unwrap(), "-o", &picture, "--size", "32", "--quality", "draft"];
+        let view =
+            ["--eye", "0,0,900", "--target", "0,0,1000", "--allow-empty", "-q", "--background", colour];
+        assert!(overcoat(folder.path(), &[&arguments[..], &view].concat()).status.success());
+    }
+    let check = || overcoat(folder.path(), &["golden", "check", "expected", "actual"]).status.code();
+    assert_eq!(check(), Some(4));
+    std::fs::write(folder.path().join("expected/thresholds.toml"), text).unwrap();
+    assert_eq!(check(), Some(0));
+}
+
+#[test]
+fn listings_are_what_they_seem() {
+    let examples = examples();
+    let mut seen = BTreeSet::new();
+    for page in manual() {
+        for Block { language, lines } in page.blocks() {
+            let text = lines.join("\n");
+            match &language[..] {
+                // Commands have tests of their own.
+                "sh" => {}
+                "toml" => check_scene(&text),
+                "toml paint.toml" => check_material(&text),
+                "toml thresholds.toml" => check_thresholds(&text),
+                "rust" => {
+                    let is_there = examples.iter().any(|example| example.contains(&text));
+                    assert!(is_there, "{}: no example has this listing:\n{text}", page.path);
+                }
+                other => panic!("{}: nothing checks a listing of '{other}'", page.path),
+            }
+            seen.insert(language);
+        }
+    }
+    assert_eq!(seen.len(), 5, "{seen:?}");
+}
+
+/// Names of the packages of the workspace.
+fn packages() -> BTreeSet<String> {
+    let manifests = super::pages::files().into_iter().filter(|path| path.ends_with("Cargo.toml"));
+    let tables = manifests.map(|path| Page::read(&path).text.parse::<toml::Table>().unwrap());
+    let names = tables.filter_map(|manifest| Some(manifest.get("package")?["name"].as_str()?.to_owned()));
+    names.collect()
+}
+
+/// Whether a command of another program names only packages, scripts and folders of the tree that are there.
+fn is_possible(command: &str, packages: &BTreeSet<String>) -> bool {
+    let words: Vec<&str> = command.split(" #").next().unwrap().split_whitespace().collect();
+    let value = |option: &str| words.iter().position(|word| *word == option).map(|at| words[at + 1]);
+    match words[0] {
+        "cargo" => {
+            let package = value("-p").is_none_or(|name| packages.contains(name));
+            package && value("--path").is_none_or(|path| root().join(path).join("Cargo.toml").is_file())
+        }
+        "pip" => words[1] == "install" && root().join(words[2]).join("pyproject.toml").is_file(),
+        "python3" => root().join(words[1]).is_file(),
+        // Programs of others, which need what is not here: a daemon, a server, a window.
+        "docker" | "curl" | "f3d" => true,
+        script => script.contains('/') && root().join(script).is_file(),
+    }
+}
+
+#[test]
+fn commands_of_other_programs_are_possible() {
+    let packages = packages();
+    let mut tried = 0;
+    for page in manual() {
+        for line in page.commands().iter().filter(|line| !line.starts_with("overcoat ")) {
+            for command in line.split("&&") {
+                assert!(is_possible(command, &packages), "{}: {command}", page.path);
+                tried += 1;
+            }
+        }
+    }
+    assert!(tried > 8, "only {tried} commands found");
+    for wrong in
+        ["cargo build -p overcoat-nothing", "cargo install --path crates/no", "packaging/no.sh", "nothing"]
+    {
+        assert!(!is_possible(wrong, &packages), "{wrong}");
+    }
+}
