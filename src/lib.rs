@@ -52,7 +52,7 @@
 //!     ..MeshData::default()
 //! })?)?;
 //! let material = scene.add_material(Material { base_color: [0.8, 0.1, 0.1, 1.0], coat: 1.0, ..Material::default() })?;
-//! scene.add_instance(Instance { mesh, material, transform: Transform::IDENTITY, object: 0 })?;
+//! scene.add_instance(Instance::new(mesh, material, Transform::IDENTITY))?;
 //!
 //! let camera = Framing::default().camera(&scene);
 //! let options = RenderOptions::new(64, 64);

@@ -17,7 +17,7 @@ fn triangle() -> Scene {
     };
     let mesh = scene.add_mesh(Mesh::new(data).unwrap()).unwrap();
     let material = scene.add_material(Material::default()).unwrap();
-    scene.add_instance(Instance { mesh, material, transform: Transform::IDENTITY, object: 0 }).unwrap();
+    scene.add_instance(Instance::new(mesh, material, Transform::IDENTITY)).unwrap();
     scene
 }
 
@@ -70,6 +70,6 @@ fn what_is_left_out_is_refused_by_name() {
     cloud.push(&splat, &[]).unwrap();
     let mut splats = triangle();
     let cloud = splats.add_splats(cloud.finish()).unwrap();
-    splats.add_splat_instance(SplatInstance { cloud, transform: Transform::IDENTITY, object: 0 }).unwrap();
+    splats.add_splat_instance(SplatInstance::new(cloud, Transform::IDENTITY)).unwrap();
     assert_eq!(missing(&splats, &draft()), Some("effects"));
 }
